@@ -1,0 +1,136 @@
+/* hal/canopen.h - a CANopen NMT master for servo drives (CiA 301).
+ *
+ * One object per CAN port.  It owns the port, sends SYNC and its own
+ * heartbeat, and hands every received frame to the node it belongs to.  Nodes
+ * are visible structs in the caller's memory, linked into the master; a drive
+ * (drive_cia402.h) embeds one.  Nothing blocks: SDO transfers are started and
+ * then polled; every wait has a time-out.
+ *
+ * Cycle: begin() drains the port (TPDOs that answered the last SYNC), sends
+ * SYNC and moves SDO, heartbeat and drive state machines on; end() sends the
+ * RPDOs, which the drives put in force at the next SYNC. */
+#ifndef HAL_CANOPEN_H
+#define HAL_CANOPEN_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "hal/can.h"
+#include "hal/fieldbus.h"
+
+#define CANOPEN_NODES_MAX       32
+#define CANOPEN_PDO_ENTRIES_MAX 8
+
+enum canopen_nmt_command {
+    CANOPEN_NMT_START = 0x01,
+    CANOPEN_NMT_STOP = 0x02,
+    CANOPEN_NMT_PRE_OPERATIONAL = 0x80,
+    CANOPEN_NMT_RESET_NODE = 0x81,
+    CANOPEN_NMT_RESET_COMMUNICATION = 0x82,
+};
+
+enum canopen_nmt_state {
+    CANOPEN_NMT_BOOT_UP = 0x00,
+    CANOPEN_NMT_STOPPED = 0x04,
+    CANOPEN_NMT_OPERATIONAL = 0x05,
+    CANOPEN_NMT_PRE_OPERATIONAL_STATE = 0x7F,
+    CANOPEN_NMT_UNKNOWN = 0xFF, /* no heartbeat seen yet, or lost */
+};
+
+/* Sentence for an SDO abort code (CiA 301 table 22); never NULL. */
+const char *canopen_abort_text(uint32_t abort_code);
+
+/* One expedited SDO transfer, at most one at a time per node. */
+struct canopen_sdo {
+    enum {
+        CANOPEN_SDO_IDLE,
+        CANOPEN_SDO_WAIT,
+        CANOPEN_SDO_DONE,
+        CANOPEN_SDO_ABORTED,
+        CANOPEN_SDO_TIMEOUT
+    } state;
+    bool write;
+    uint16_t index;
+    uint8_t sub;
+    uint8_t size; /* bytes written, or received */
+    uint32_t value;
+    uint32_t abort_code;
+    int64_t deadline_ns;
+};
+
+struct canopen_node;
+
+/* What a node's owner wants to hear; a NULL slot is not called. */
+struct canopen_node_ops {
+    void (*step)(struct canopen_node *node, int64_t now_ns); /* in begin() */
+    void (*tpdo)(struct canopen_node *node, unsigned number, /* 1..4 */
+                 const struct hal_can_frame *frame);
+    void (*emcy)(struct canopen_node *node, uint16_t code, uint8_t reg,
+                 const uint8_t maker[5]);
+    void (*boot_up)(struct canopen_node *node, int64_t now_ns);
+    void (*heartbeat_lost)(struct canopen_node *node, int64_t now_ns);
+    /* Fill the RPDO to send in end(); return its number of bytes, 0: none. */
+    unsigned (*rpdo)(struct canopen_node *node, unsigned number,
+                     uint8_t data[8]);
+};
+
+struct canopen_node {
+    const struct canopen_node_ops *ops;
+    uint8_t id;                       /* 1..127 */
+    enum canopen_nmt_state nmt_state; /* as last heard */
+    int64_t heartbeat_ns;             /* when last heard; 0 never */
+    int64_t heartbeat_timeout_ns;     /* 0: not watched */
+    struct canopen_sdo sdo;
+    struct canopen *master;
+};
+
+struct canopen_config {
+    uint8_t node_id;             /* our own, for the heartbeat; 1..127 */
+    int64_t sync_period_ns;      /* 0: no SYNC */
+    int64_t heartbeat_period_ns; /* 0: we produce none */
+    int64_t sdo_timeout_ns;      /* 0: 200 ms */
+};
+
+struct canopen_stats {
+    uint64_t sync_sent, rpdo_sent, tpdo_received, emcy_received;
+    uint64_t sdo_done, sdo_aborted, sdo_timeouts;
+    uint64_t unexpected; /* frames for nobody */
+    uint64_t malformed;  /* PDO, SDO, heartbeat of the wrong length */
+    uint64_t
+        foreign_master; /* SYNC, NMT or our own heartbeat id from outside */
+};
+
+struct canopen {
+    struct hal_fieldbus fieldbus;
+    struct hal_can *can;
+    struct canopen_config config;
+    struct canopen_node *node[CANOPEN_NODES_MAX];
+    unsigned node_count;
+    int64_t sync_ns;          /* when the last SYNC was sent */
+    int64_t sync_previous_ns; /* and the one before */
+    int64_t heartbeat_due_ns;
+    struct canopen_stats stats;
+};
+
+int canopen_init(struct canopen *master, struct hal_can *can,
+                 const struct canopen_config *config);
+/* MOTION_E_FULL, or MOTION_E_ARG for an id outside 1..127 or taken. */
+int canopen_add(struct canopen *master, struct canopen_node *node);
+
+/* node 0: all */
+int canopen_nmt(struct canopen *master, enum canopen_nmt_command command,
+                uint8_t node_id);
+
+/* Start a transfer; size 1, 2 or 4 bytes.  MOTION_E_STATE when one is running,
+ * MOTION_E_FULL/IO when it could not be sent.  Then poll node->sdo.state, and
+ * canopen_sdo_take to read the outcome and be idle again:
+ *   MOTION_E_AGAIN running; MOTION_OK done (value in *value when reading);
+ *   MOTION_E_REFUSED aborted (sdo.abort_code); MOTION_E_TIMEOUT. */
+int canopen_sdo_write(struct canopen_node *node, int64_t now_ns, uint16_t index,
+                      uint8_t sub, uint8_t size, uint32_t value);
+int canopen_sdo_read(struct canopen_node *node, int64_t now_ns, uint16_t index,
+                     uint8_t sub);
+int canopen_sdo_take(struct canopen_node *node, uint32_t *value, uint8_t *size);
+
+#endif

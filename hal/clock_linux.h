@@ -1,0 +1,13 @@
+/* hal/clock_linux.h - CLOCK_MONOTONIC with absolute sleeps. */
+#ifndef HAL_CLOCK_LINUX_H
+#define HAL_CLOCK_LINUX_H
+
+#include "hal/clock.h"
+
+struct clock_linux {
+    struct hal_clock clock;
+};
+
+struct hal_clock *clock_linux_init(struct clock_linux *self);
+
+#endif

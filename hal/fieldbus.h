@@ -1,0 +1,34 @@
+/* hal/fieldbus.h - one cycle of one bus.
+ *
+ * The loop calls, per tick:  begin (take in what came, SYNC)  ->  controller
+ * ->  end (send the set points).  Implementations: hal/canopen.c. */
+#ifndef HAL_FIELDBUS_H
+#define HAL_FIELDBUS_H
+
+#include <stdint.h>
+
+#include "motion/err.h"
+
+struct hal_fieldbus;
+
+struct hal_fieldbus_ops {
+    /* MOTION_OK, or MOTION_E_IO when the bus itself is gone. */
+    int (*begin)(struct hal_fieldbus *bus, int64_t now_ns);
+    int (*end)(struct hal_fieldbus *bus, int64_t now_ns);
+};
+
+struct hal_fieldbus {
+    const struct hal_fieldbus_ops *ops;
+};
+
+static inline int hal_fieldbus_begin(struct hal_fieldbus *bus, int64_t now_ns)
+{
+    return bus->ops->begin(bus, now_ns);
+}
+
+static inline int hal_fieldbus_end(struct hal_fieldbus *bus, int64_t now_ns)
+{
+    return bus->ops->end(bus, now_ns);
+}
+
+#endif

@@ -1,0 +1,57 @@
+/* motion/ease.h - ease in, constant speed, ease out: rest to rest.
+ *
+ *   speed  |    ________
+ *          |   /        \          three phases; the law shapes the two ramps
+ *          |__/          \__
+ *             k1        k2
+ *
+ *   parabolic  constant acceleration; steps in acceleration at all four corners
+ *   sine       speed is a quarter sine; steps in acceleration at both ends
+ *   s-curve    acceleration rises and falls at constant jerk; no steps
+ *
+ * Parabolic and sine need infinite jerk where acceleration steps: a machine
+ * with a jerk limit wants the s-curve.  The normaliser of the sine law is
+ * f = 2 k1/pi + (k2 - k1) + 2 (1 - k2)/pi.
+ * Source: R. Parent, Computer Animation (3rd ed.), 3.3; Biagiotti & Melchiorri,
+ * Trajectory Planning (2008), 3.4 (double S). */
+#ifndef MOTION_EASE_H
+#define MOTION_EASE_H
+
+#include <stdint.h>
+
+#include "motion/track.h"
+
+enum motion_ease_law {
+    MOTION_EASE_PARABOLIC,
+    MOTION_EASE_SINE,
+    MOTION_EASE_SCURVE,
+};
+
+/* Most segments that one ease appends (the sine law is baked). */
+#define MOTION_EASE_SEGMENTS 66
+
+/* Ease from the track's end to `to_q32` within `dur`.  k1 is the fraction of
+ * the duration where the ease-in ends, k2 where the ease-out begins, as Q0.32
+ * in int64: 0 <= k1 <= k2 <= 2^32.  k1 = 0 or k2 = 1 leaves that ramp out
+ * (and the speed then steps).  The s-curve's ramps are two constant-jerk
+ * halves.  The sine law is baked; its distance from the true curve is at most
+ * max(2 units of 2^-32, 1e-9 of the move).  Errors as motion_track_append_*,
+ * and MOTION_E_ARG for k1, k2 out of order; the track is unchanged then. */
+int motion_ease_append(struct motion_track *track, enum motion_ease_law law,
+                       int64_t to_q32, int64_t dur_ns_q12, int64_t k1_q32,
+                       int64_t k2_q32);
+
+/* Limits of one axis, all > 0; jerk 0 means not limited. */
+struct motion_ease_limit {
+    int64_t vel_q32, acc_q16, jerk_q16;
+};
+
+/* Shortest jerk-limited ease (at most seven constant-jerk segments; three when
+ * jerk is not limited) from the track's end, at rest, to `to_q32` at rest.
+ * Phase times are rounded up, so no limit is broken by rounding.  Returns
+ * MOTION_OK and appends, or MOTION_E_ARG for a limit that is not positive,
+ * MOTION_E_RANGE when the move would take over 3 days. */
+int motion_ease_append_limited(struct motion_track *track, int64_t to_q32,
+                               const struct motion_ease_limit *limit);
+
+#endif

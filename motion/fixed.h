@@ -1,0 +1,83 @@
+/* motion/fixed.h - wide integer arithmetic, the same bits on every machine.
+ *
+ * Formats used all over slew:
+ *   *_q32       int64, 32 fraction bits: positions [unit], velocities [unit/s];
+ *               +-2.1e9, step 2.3e-10
+ *   *_q16       int64, 16 fraction bits: accelerations [unit/s2] and jerks
+ *               [unit/s3]; +-1.4e14, step 1.5e-5
+ *   *_ns_q12    int64 nanoseconds, 12 fraction bits: time inside slew;
+ *               +-26 days, step 0.24 ps.  A whole nanosecond is exact.
+ *   *_ns        int64 nanoseconds, at the edges
+ *
+ * 32-bit ARM has no __int128, so the 128-bit products and quotients are made
+ * here from 32-bit halves.  Rounding is "nearest, ties away from zero" unless
+ * a name says floor.  Functions marked plan-time divide; the others may be
+ * called on the tick. */
+#ifndef MOTION_FIXED_H
+#define MOTION_FIXED_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define MOTION_FIXED_ONE_Q32 ((int64_t)1 << 32)
+#define MOTION_FIXED_ONE_Q16 ((int64_t)1 << 16)
+#define MOTION_FIXED_NS_Q12  ((int64_t)1 << 12)          /* one ns */
+#define MOTION_FIXED_S_Q12   (INT64_C(1000000000) << 12) /* one s */
+
+struct motion_u128 {
+    uint64_t hi, lo;
+};
+
+/* a * b, all 128 bits. */
+struct motion_u128 motion_fixed_mul_u64(uint64_t a, uint64_t b);
+
+/* The upper 64 bits of a * b. */
+uint64_t motion_fixed_mulhi_u64(uint64_t a, uint64_t b);
+
+struct motion_u128 motion_fixed_add_u128(struct motion_u128 a,
+                                         struct motion_u128 b);
+/* a - b, modulo 2^128. */
+struct motion_u128 motion_fixed_sub_u128(struct motion_u128 a,
+                                         struct motion_u128 b);
+/* -1, 0, 1 as a is below, equal to, above b. */
+int motion_fixed_cmp_u128(struct motion_u128 a, struct motion_u128 b);
+/* Shifts by 0..127. */
+struct motion_u128 motion_fixed_shl_u128(struct motion_u128 a, unsigned bits);
+struct motion_u128 motion_fixed_shr_u128(struct motion_u128 a, unsigned bits);
+
+/* floor(n / d) and the rest.  Needs n.hi < d (else the quotient does not fit);
+ * d == 0 or n.hi >= d returns MOTION_E_RANGE and writes nothing.  `rest` may be
+ * NULL.  Plan-time. */
+int motion_fixed_div_u128(struct motion_u128 n, uint64_t d, uint64_t *quotient,
+                          uint64_t *rest);
+
+/* a * b / c with a 128-bit product, to nearest.  MOTION_E_RANGE when c == 0 or
+ * the result is beyond int64.  Plan-time. */
+int motion_fixed_muldiv(int64_t a, int64_t b, int64_t c, int64_t *result);
+
+/* (a * b) >> bits to nearest, bits 0..127; MOTION_E_RANGE beyond int64. */
+int motion_fixed_mulshift(int64_t a, int64_t b, unsigned bits, int64_t *result);
+
+/* floor(sqrt(n)).  Plan-time. */
+uint32_t motion_fixed_isqrt_u64(uint64_t n);
+uint64_t motion_fixed_isqrt_u128(struct motion_u128 n);
+
+/* Checked sums: MOTION_E_RANGE instead of wrapping, nothing written then. */
+int motion_fixed_add(int64_t a, int64_t b, int64_t *result);
+int motion_fixed_sub(int64_t a, int64_t b, int64_t *result);
+
+/* |a| without overflow: 2^63 for INT64_MIN. */
+static inline uint64_t motion_fixed_abs(int64_t a)
+{
+    return a < 0 ? 0 - (uint64_t)a : (uint64_t)a;
+}
+
+/* Number of leading zero bits, 64 for zero. */
+unsigned motion_fixed_clz_u64(uint64_t a);
+
+/* sin and cos of phase quarter turns / 2^62, phase 0 .. 2^62 (a quarter turn),
+ * as Q2.62; error at most 4 units of 2^-62.  Taylor series.  Plan-time. */
+void motion_fixed_sincos_q62(uint64_t phase_q62, int64_t *sin_q62,
+                             int64_t *cos_q62);
+
+#endif

@@ -1,0 +1,179 @@
+/* motion/track.h - the one trajectory form: a piecewise polynomial in integers.
+ *
+ * Whatever plans ends in a track; whatever moves a motor samples one.  A track
+ * is a list of segments that follow each other without a gap.  Segment i runs
+ * over [start, start + dur) and there, with u = (t - start) / dur,
+ *
+ *     p(t) = pos + (c[0] + c[1] w + ... + c[5] w^5) / 2^(32 + frac),  w = u / 2
+ *
+ * where pos is Q32.32 and the coefficients are integers.  The coefficients are
+ * scaled to the position, not to seconds, so rounding does not grow with the
+ * length of a segment; `frac` is chosen per segment so that they use the 62
+ * bits there are (a float's exponent, shared by the six).  w = u/2 lets the
+ * tick multiply signed by signed; c[k] is 2^k times the coefficient of u^k.
+ * The sum at u = 1 is the next segment's value to the bit: the last
+ * coefficient absorbs what rounding left over.  c[0] is the fraction of the
+ * start below 2^-32; at a key it is zero and sampling returns the key itself.
+ *
+ * Position is defined by motion_track_sample alone; every other function here
+ * agrees with it.  Evaluation is absolute: nothing is accumulated from tick to
+ * tick, so a six-hour move ends where it was told to. */
+#ifndef MOTION_TRACK_H
+#define MOTION_TRACK_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define MOTION_TRACK_DEGREE 5
+
+/* Longest segment and longest track: 2^60 / 4096 ns = 3.2 days for a segment,
+ * 26 days for a track. */
+#define MOTION_TRACK_SEGMENT_MAX_NS_Q12 ((int64_t)1 << 60)
+
+/* Position and derivatives at one time. */
+struct motion_state {
+    int64_t pos_q32;  /* unit */
+    int64_t vel_q32;  /* unit/s */
+    int64_t acc_q16;  /* unit/s2 */
+    int64_t jerk_q16; /* unit/s3 */
+};
+
+/* What the tick gets. */
+struct motion_sample {
+    int64_t pos_q32;
+    int64_t vel_q32;
+    int64_t acc_q16;
+};
+
+struct motion_segment {
+    int64_t start_ns_q12;
+    int64_t dur_ns_q12; /* > 0 */
+    int64_t pos_q32;
+    int64_t coef[MOTION_TRACK_DEGREE + 1];
+    /* Derived from the above when the segment is made, so that the tick does
+     * not divide; see track.c for their bounds. */
+    uint64_t inverse;  /* 2^126 / (dur << normalise), rounded down */
+    int64_t vel_scale; /* mantissa: d/dw to unit/s */
+    int32_t acc_scale;
+    uint8_t normalise;
+    uint8_t frac; /* 0..31 */
+    uint8_t vel_shift, acc_shift;
+    uint8_t degree; /* highest coefficient that is not zero */
+};
+
+/* The caller owns the segments; the track only points at them.  A const track
+ * may be sampled from several threads, each with its own cursor. */
+struct motion_track {
+    struct motion_segment *segment;
+    uint32_t count, capacity;
+    int64_t end_ns_q12;      /* 0 while empty */
+    struct motion_state end; /* at the end; the next segment starts here */
+    uint64_t end_frac;       /* fraction of end.pos below 2^-32, as Q0.64 */
+};
+
+/* Where the last sample was found; zero-initialised it starts at the front. */
+struct motion_cursor {
+    uint32_t index;
+};
+
+/* Empty track that starts at `pos_q32`, time 0. */
+void motion_track_init(struct motion_track *track,
+                       struct motion_segment *segment, uint32_t capacity,
+                       int64_t pos_q32);
+
+/* The appending functions below add one segment from the track's present end
+ * and return MOTION_OK, MOTION_E_FULL (no room), MOTION_E_ARG (duration not in
+ * 1 .. MOTION_TRACK_SEGMENT_MAX), or MOTION_E_RANGE (the curve between the ends
+ * or its derivatives leave the formats).  On an error the track is unchanged.
+ * Plan-time. */
+
+/* Stand still. */
+int motion_track_append_dwell(struct motion_track *track, int64_t dur_ns_q12);
+
+/* Straight line to pos_q32. */
+int motion_track_append_line(struct motion_track *track, int64_t dur_ns_q12,
+                             int64_t pos_q32);
+
+/* Cubic Hermite: from the position where the track ends, with velocity
+ * start_vel_q32 there, to pos and vel of `end` (acc, jerk ignored).
+ *   p = h00 p0 + h10 T v0 + h01 p1 + h11 T v1,  h01 = -2u^3 + 3u^2 */
+int motion_track_append_cubic(struct motion_track *track, int64_t dur_ns_q12,
+                              int64_t start_vel_q32,
+                              const struct motion_state *end);
+
+/* Quintic Hermite: position, velocity and acceleration at both ends; `start`
+ * gives vel and acc (its pos is the track's end). */
+int motion_track_append_quintic(struct motion_track *track, int64_t dur_ns_q12,
+                                const struct motion_state *start,
+                                const struct motion_state *end);
+
+/* The lowest-degree polynomial that meets `start_order` constraints at the
+ * start and `end_order` at the end (1: p; 2: p, v; 3: p, v, a); degree
+ * start_order + end_order - 1.  The three above are cases of this one. */
+int motion_track_append_constraints(struct motion_track *track,
+                                    int64_t dur_ns_q12, int start_order,
+                                    const struct motion_state *start,
+                                    int end_order,
+                                    const struct motion_state *end);
+
+/* Raw: coefficients of u^1 .. u^5 (of u, not of w), each `coef[k-1]` / 2^(32 +
+ * frac), frac 0..31, and the end position, in which the rounding residue is
+ * absorbed by the highest coefficient given.  For planners that know their
+ * polynomial better than its end states. */
+int motion_track_append_poly(struct motion_track *track, int64_t dur_ns_q12,
+                             int degree, const int64_t coef[], unsigned frac,
+                             int64_t end_pos_q32, uint64_t end_frac);
+
+/* Tick: p, v, a at `t`, in at most 150 instructions on a Cortex-M4 once the
+ * cursor is at the segment.  The cursor moves by at most one segment per call
+ * when t advances by less than the shortest segment; when it is further off,
+ * the segment is searched by halving, at most 32 steps.  Before 0 the start,
+ * at rest; at the end its end state; after it the end position, at rest.
+ *   pos   the key itself at a key; else within 2 units of 2^-32 of the
+ *         polynomial, never a division, the same bits everywhere
+ *   vel   within 2^-32 unit/s or 2^-55 of the segment's largest, the larger
+ *   acc   within 2^-16 unit/s2 or 2^-26 of the segment's largest */
+void motion_track_sample(const struct motion_track *track,
+                         struct motion_cursor *cursor, int64_t t_ns_q12,
+                         struct motion_sample *sample);
+
+/* Plan-time: all of p, v, a, j rounded from the exact polynomial (pos as
+ * motion_track_sample gives it).  At a segment border the later segment's. */
+void motion_track_state(const struct motion_track *track, int64_t t_ns_q12,
+                        struct motion_state *state);
+
+/* The same on one segment; `t` from 0 to dur inclusive, from its start. At dur
+ * it is the left-hand limit at the border. */
+void motion_segment_state(const struct motion_segment *segment,
+                          int64_t t_ns_q12, struct motion_state *state);
+
+/* Smallest and largest value of p, v, a, j on one segment and where (time from
+ * the start of the track), from the roots of the derivatives, which are
+ * isolated by the roots of the next derivative and halved to the last bit; not
+ * by sampling.  Plan-time, bounded: at most 4 roots of 64 steps each. */
+struct motion_extreme {
+    int64_t min, max; /* in the format of `quantity` */
+    int64_t min_ns_q12, max_ns_q12;
+};
+enum motion_quantity { MOTION_POS, MOTION_VEL, MOTION_ACC, MOTION_JERK };
+void motion_segment_extreme(const struct motion_segment *segment,
+                            enum motion_quantity quantity,
+                            struct motion_extreme *extreme);
+/* Over the whole track; the first of equal extremes.  An empty track gives its
+ * position and zeros. */
+void motion_track_extreme(const struct motion_track *track,
+                          enum motion_quantity quantity,
+                          struct motion_extreme *extreme);
+
+/* Largest step of v and of a at the inner borders of the track, and the steps
+ * from and to rest at its ends, with the time; p is continuous by construction
+ * and this proves it (pos_step must be 0). */
+struct motion_continuity {
+    uint64_t pos_step_q32, vel_step_q32, acc_step_q16;
+    int64_t vel_step_ns_q12, acc_step_ns_q12;
+};
+void motion_track_continuity(const struct motion_track *track,
+                             struct motion_continuity *worst);
+
+#endif

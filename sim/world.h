@@ -1,0 +1,41 @@
+/* sim/world.h - virtual time: everything simulated hangs here.
+ *
+ * A world is a list of members (buses, devices), each of which says when it
+ * next has something to do.  Running the world to a time calls them in the
+ * order of time, ties in the order in which they were added, so two runs of the
+ * same program are the same to the bit.  No threads, no real clock. */
+#ifndef SIM_WORLD_H
+#define SIM_WORLD_H
+
+#include <stdint.h>
+
+#include "hal/clock.h"
+
+#define SIM_WORLD_MEMBERS_MAX 64
+
+struct sim_member;
+
+struct sim_member_ops {
+    /* Next time this member has something to do; INT64_MAX: nothing. */
+    int64_t (*due_ns)(const struct sim_member *member);
+    /* Do what is due at `now_ns` (exactly the time given by due_ns). */
+    void (*run)(struct sim_member *member, int64_t now_ns);
+};
+
+struct sim_member {
+    const struct sim_member_ops *ops;
+};
+
+struct sim_world {
+    struct hal_clock clock; /* wait_until runs the world up to then */
+    int64_t now_ns;
+    struct sim_member *member[SIM_WORLD_MEMBERS_MAX];
+    unsigned member_count;
+};
+
+void sim_world_init(struct sim_world *world, int64_t start_ns);
+int sim_world_add(struct sim_world *world, struct sim_member *member);
+/* All that is due up to and including `until_ns`; then now is `until_ns`. */
+void sim_world_run(struct sim_world *world, int64_t until_ns);
+
+#endif
