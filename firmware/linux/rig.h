@@ -1,0 +1,76 @@
+/* firmware/linux/rig.h - a rig: buses, axes, drives, as read from rig.yaml.
+ *
+ * Plain structs; rig_load.c fills them from the file (docs/FILES.md describes
+ * it, docs/schema/rig.schema.json checks it in an editor).  Positions are in
+ * the axis's own unit. */
+#ifndef FIRMWARE_LINUX_RIG_H
+#define FIRMWARE_LINUX_RIG_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "motion/plan/move.h"
+
+#define RIG_BUSES_MAX 8
+#define RIG_AXES_MAX  16
+
+enum rig_unit { RIG_UNIT_MM, RIG_UNIT_DEG, RIG_UNIT_REV, RIG_UNIT_COUNT };
+const char *rig_unit_text(enum rig_unit unit); /* "mm" ... */
+
+struct rig_bus {
+    char name[PLAN_NAME_MAX];
+    uint32_t bit_rate; /* bit/s */
+    struct plan_place place;
+};
+
+/* How the axis's servo behaves on the simulated bus. */
+struct rig_sim {
+    uint32_t omega_mrad_s;
+    uint16_t zeta_permille;
+    int64_t start_q32;
+    int64_t vel_max_q32; /* of the motor; 0: 1.5 x the axis's limit */
+    int64_t acc_max_q16;
+};
+
+struct rig_axis {
+    char name[PLAN_NAME_MAX];
+    enum rig_unit unit;
+    struct plan_limit limit;
+    int64_t stop_acc_q16, stop_jerk_q16; /* for stopping after a fault */
+    int64_t following_floor_q32;
+    int64_t following_k_ns;
+    uint32_t bus; /* index */
+    uint8_t node_id;
+    int64_t counts_num, counts_den; /* counts per unit */
+    struct rig_sim sim;
+    struct plan_place place;
+};
+
+struct rig {
+    char title[128];
+    int64_t period_ns;
+    int64_t heartbeat_ns, watchdog_ns;
+    struct rig_bus bus[RIG_BUSES_MAX];
+    uint32_t bus_count;
+    struct rig_axis axis[RIG_AXES_MAX];
+    uint32_t axis_count;
+};
+
+/* Longest "file:line:column: what is wrong, what was expected" with its 0. */
+#define RIG_MESSAGE_MAX 512
+
+/* Read a file.  On an error returns -1 and writes one sentence, without a line
+ * end, into message; *rig is then not to be used. */
+int rig_load(const char *path, struct rig *rig, char message[RIG_MESSAGE_MAX]);
+
+/* Read a move for a rig: axes are looked up in it and values converted to
+ * their units.  axis[i] of the move is any axis of the rig, in the file's
+ * order; keys are on the heap: move_free. */
+int move_load(const char *path, const struct rig *rig, struct plan_move *move,
+              char message[RIG_MESSAGE_MAX]);
+void move_free(struct plan_move *move);
+
+/* Index of an axis by name, or -1. */
+int rig_axis_index(const struct rig *rig, const char *name);
+
+#endif
