@@ -2,30 +2,32 @@
  *
  *            enable            start             end of move
  *     OFF ----------> READY ----------> MOVING ----------------> READY
- *      ^                ^  ^              |  ^
- *      |                |  |         hold |  | resume
- *      |                |  |              v  |
- *      |                |  +-- stop -- HOLDING        (rate 0, torque on)
- *      |                |       from MOVING: STOPPING until rate is 0, then READY
- *      |                |
- *      +---- off -------+     any state -- fault --> FAULT (latched)
- *      +---- reset (cause gone, at rest) ------------'
+ *      ^               | ^               |   ^
+ *      |               | |          hold |   | resume
+ *      |<---- off -----' |               v   |
+ *      |                 |<-- stop --- HOLDING     slows to rate 0, torque on
+ *      |                 |
+ *      |                 '--- at rest --- STOPPING <-- stop --- MOVING
+ *      |                                     |
+ *      |                                     | a fault asked for the stop
+ *      '------ reset ------- FAULT <---------'
  *
  * One call of controller_step per tick does everything: looks at drives and
- * inputs, moves the clock warp on, samples every track at the same path time,
- * passes each set point through the last gate and hands it to its drive.  It
- * knows motion and the hal interfaces, no concrete driver, no file, no clock:
- * time is an argument.  No heap, no lock.
+ * inputs (controller_watch.c), moves the clock of the move on
+ * (controller_ramp.c), samples every track at the same path time, passes each
+ * set point through the last gate (controller_gate.c) and hands it to its
+ * drive.  It knows motion and the hal interfaces, no concrete driver, no file,
+ * no clock: time is an argument.  No heap, no lock.
  *
- * Hold, resume and override are ramps of the clock that reads the move: the
- * shortest ramp that keeps every axis within its limits is searched at the tick
- * of the request, at most CONTROLLER_RAMP_TRIES lengths; when none fits at this
- * point of the move (an axis is already braking at its limit) the search is
- * repeated every tick until one does.  A stop for a fault does the same within
- * the stop limits and falls back on the drives' own quick stop.
+ * Hold, resume, stop and override are ramps of the clock that reads the move:
+ * the path stays the same to the bit.  The shortest ramp that keeps every axis
+ * within its limits is searched, a few lengths per tick; where none fits (an
+ * axis is already braking at its limit) the search goes on every tick until one
+ * does.  A stop for a fault uses the stop limits, searches all lengths at once
+ * and falls back on the drives' own quick stop.
  *
- * Faults latch (shared rules: docs/FAULTS.md).  A fault on one axis stops the
- * group; nothing starts again without reset, enable and start. */
+ * Faults latch.  A fault on one axis stops the group; nothing starts again
+ * without reset, enable and start. */
 #ifndef FIRMWARE_CONTROLLER_H
 #define FIRMWARE_CONTROLLER_H
 
@@ -37,8 +39,8 @@
 #include "motion/clock_warp.h"
 #include "motion/track.h"
 
-#define CONTROLLER_AXES_MAX   16
-#define CONTROLLER_RAMP_TRIES 24
+#define CONTROLLER_AXES_MAX 16
+#define CONTROLLER_HISTORY  4 /* set points kept to judge following */
 
 enum controller_state {
     CONTROLLER_OFF,
@@ -50,23 +52,43 @@ enum controller_state {
 };
 const char *controller_state_text(enum controller_state state);
 
-/* X(name, sentence) */
+/* How the group reacts; a stronger one is never softened by a later fault.
+ *   STOP   along the path within the stop limits, then torque off
+ *   QUICK  the drives' own quick stop at once, then torque off
+ *   OFF    torque off at once */
+enum controller_reaction {
+    CONTROLLER_REACT_NONE,
+    CONTROLLER_REACT_STOP,
+    CONTROLLER_REACT_QUICK,
+    CONTROLLER_REACT_OFF,
+};
+
+/* X(name, reaction, sentence) */
 #define CONTROLLER_FAULT_LIST(X)                                               \
-    X(CONTROLLER_FAULT_NONE, "no fault")                                       \
-    X(CONTROLLER_FAULT_DRIVE, "the drive reports a fault")                     \
-    X(CONTROLLER_FAULT_OFFLINE, "the drive is not on the bus any more")        \
-    X(CONTROLLER_FAULT_STATE, "the drive left operation by itself")            \
-    X(CONTROLLER_FAULT_STALE, "position feedback is too old")                  \
-    X(CONTROLLER_FAULT_FOLLOWING, "the axis does not follow its set points")   \
-    X(CONTROLLER_FAULT_GATE, "a set point was outside the axis's limits")      \
-    X(CONTROLLER_FAULT_ESTOP, "the e-stop input is active")                    \
-    X(CONTROLLER_FAULT_LIMIT_SWITCH, "a limit switch is active")               \
-    X(CONTROLLER_FAULT_ENABLE, "the drive did not enable in time")             \
-    X(CONTROLLER_FAULT_OVERRUN, "ticks were lost")                             \
-    X(CONTROLLER_FAULT_BUS, "the bus is down")
+    X(CONTROLLER_FAULT_NONE, CONTROLLER_REACT_NONE, "no fault")                \
+    X(CONTROLLER_FAULT_DRIVE, CONTROLLER_REACT_STOP,                           \
+      "the drive reports a fault")                                             \
+    X(CONTROLLER_FAULT_OFFLINE, CONTROLLER_REACT_STOP,                         \
+      "the drive is not on the bus any more")                                  \
+    X(CONTROLLER_FAULT_STATE, CONTROLLER_REACT_STOP,                           \
+      "the drive left operation by itself")                                    \
+    X(CONTROLLER_FAULT_STALE, CONTROLLER_REACT_STOP,                           \
+      "position feedback is too old")                                          \
+    X(CONTROLLER_FAULT_FOLLOWING, CONTROLLER_REACT_STOP,                       \
+      "the axis does not follow its set points")                               \
+    X(CONTROLLER_FAULT_GATE, CONTROLLER_REACT_QUICK,                           \
+      "a set point was outside the axis's limits")                             \
+    X(CONTROLLER_FAULT_ESTOP, CONTROLLER_REACT_STOP,                           \
+      "the e-stop input is active")                                            \
+    X(CONTROLLER_FAULT_LIMIT_SWITCH, CONTROLLER_REACT_STOP,                    \
+      "a limit switch is active")                                              \
+    X(CONTROLLER_FAULT_ENABLE, CONTROLLER_REACT_OFF,                           \
+      "the drive did not enable in time")                                      \
+    X(CONTROLLER_FAULT_OVERRUN, CONTROLLER_REACT_STOP, "ticks were lost")      \
+    X(CONTROLLER_FAULT_BUS, CONTROLLER_REACT_OFF, "the bus is down")
 
 enum controller_fault {
-#define CONTROLLER_FAULT_ENUM(name, text) name,
+#define CONTROLLER_FAULT_ENUM(name, reaction, text) name,
     CONTROLLER_FAULT_LIST(CONTROLLER_FAULT_ENUM)
 #undef CONTROLLER_FAULT_ENUM
 };
@@ -77,7 +99,7 @@ struct controller_fault_record {
     enum controller_fault fault;
     int axis; /* -1: none in particular */
     int64_t t_ns;
-    int64_t value, limit; /* in the format of the quantity; ns for ages */
+    int64_t value, limit; /* Q32.32 units, ns for ages, ticks for overruns */
     uint16_t drive_code;
 };
 
@@ -85,15 +107,16 @@ struct controller_axis_config {
     int64_t pos_min_q32, pos_max_q32;
     struct motion_clock_limit limit; /* of the move */
     struct motion_clock_limit stop;  /* for stopping after a fault, >= limit */
-    int64_t following_floor_q32;     /* fault above max(floor, k * |v|) */
-    int64_t following_k_ns;          /* k as a time: k * |v| is v times this */
+    int64_t following_floor_q32;     /* fault above max(floor, |v| * k) */
+    int64_t following_k_ns;
 };
 
 struct controller_config {
-    int64_t period_ns;           /* tick */
-    int64_t feedback_max_age_ns; /* stale above; 0: 3 periods */
+    int64_t period_ns;           /* tick, 62500 .. 20000000 */
+    int64_t feedback_max_age_ns; /* stale above; 0: 4 periods */
     int64_t enable_timeout_ns;   /* 0: 5 s */
-    unsigned axis_count;
+    int64_t stop_timeout_ns;     /* quick stop to rest; 0: 5 s */
+    unsigned axis_count;         /* 1 .. CONTROLLER_AXES_MAX */
     struct controller_axis_config axis[CONTROLLER_AXES_MAX];
 };
 
@@ -102,59 +125,72 @@ struct controller_axis {
     struct hal_drive *drive;
     const struct motion_track *track; /* NULL: stands where it is */
     struct motion_cursor cursor;
+    int64_t vel_peak_q32; /* of the track at rate 1 */
     struct hal_drive_target target;
     struct hal_drive_feedback feedback;
-    int64_t following_q32;   /* effective demand minus actual */
-    int64_t sent_pos_q32[4]; /* set points, newest first */
-    int64_t sent_ns[4];
-    int64_t sent_vel_q32; /* slope of the last two */
+    int64_t following_q32;                /* demand in force minus actual */
+    int64_t sent_q32[CONTROLLER_HISTORY]; /* set points, newest first */
+    int64_t sent_ns[CONTROLLER_HISTORY];
+    uint64_t sent_tick[CONTROLLER_HISTORY];
     unsigned sent_count;
+    /* limits of the gate per tick, from config */
+    int64_t gate_vel_q32, gate_acc_q32;
 };
 
 struct controller {
     struct controller_config config;
     enum controller_state state;
-    struct controller_fault_record fault;
+    struct controller_fault_record fault; /* latched; NONE when there is none */
+    enum controller_reaction reaction;
     struct controller_axis axis[CONTROLLER_AXES_MAX];
     struct hal_gpio *estop; /* NULL: none */
     struct motion_clock_warp warp;
     struct motion_clock_rate rate; /* at the last tick */
     int64_t move_end_ns_q12;
-    int64_t override_q30; /* what the operator asked for */
-    int64_t wanted_q30;   /* rate the clock should go to: 0 or override */
-    int64_t state_since_ns, step_ns;
-    bool moving_to_stop; /* STOPPING ends in FAULT or READY */
-    uint64_t ticks, overruns;
+    int64_t override_q30;     /* what the operator asked for */
+    int64_t override_max_q30; /* what the move's limits allow */
+    int64_t wanted_q30;       /* where the clock should go to */
+    unsigned ramp_try;        /* where the search of ramp lengths is */
+    bool enabling, resetting;
+    int64_t since_ns; /* entry into the state, or the request */
+    int64_t now_ns;
+    uint64_t ticks, ticks_lost; /* nominal ticks, lost ones included */
+    unsigned lost_score;        /* leaky: +10 per lost tick, -1 per good one */
 };
 
+/* MOTION_E_ARG for a period, an axis count or a limit out of range. */
 int controller_init(struct controller *controller,
                     const struct controller_config *config,
                     struct hal_drive *const drive[], struct hal_gpio *estop);
 
 /* Commands.  MOTION_OK, or MOTION_E_STATE when not possible in this state;
- * nothing has changed then. */
-int controller_enable(struct controller *controller); /* OFF -> READY, later */
+ * nothing has changed then.  They take effect at the next tick. */
+int controller_enable(struct controller *controller); /* OFF, READY follows */
 int controller_off(struct controller *controller);    /* READY -> OFF */
 /* READY -> MOVING.  One track per axis (NULL: stands still).  The tracks must
- * outlive the move.  MOTION_E_LIMIT when an axis is not where its track starts
- * (*axis says which, when not NULL). */
+ * outlive the move.  MOTION_E_LIMIT when an axis does not stand where its track
+ * starts (*axis says which, when not NULL). */
 int controller_start(struct controller *controller,
                      const struct motion_track *const track[], int *axis);
 int controller_hold(struct controller *controller);
 int controller_resume(struct controller *controller);
 int controller_stop(struct controller *controller);
-/* 0..200 %, as Q30; takes effect by a ramp, also while moving. */
+/* 0 .. 200 %; by a ramp, also while moving; kept for the next move.
+ * MOTION_E_ARG outside, MOTION_E_LIMIT above override_max_q30 of the move that
+ * is running. */
 int controller_override(struct controller *controller, int64_t rate_q30);
-/* FAULT -> OFF, when every cause is gone. */
+/* FAULT -> OFF once every drive has let go of its fault.  MOTION_E_STATE while
+ * the e-stop is active. */
 int controller_reset(struct controller *controller);
 
-/* The tick.  `now_ns` grows; a gap of more than a period and a half counts as
- * an overrun.  `bus_ok` false: the fieldbus reported that it is gone. */
+/* The tick, at nominal time `now_ns` (a multiple of the period after the last
+ * one: more than one period means that ticks were lost).  `bus_ok` false: the
+ * fieldbus reported that it is gone. */
 void controller_step(struct controller *controller, int64_t now_ns,
                      bool bus_ok);
 
 /* Share of the move that has been played, 0 .. 2^30, and time left at the
- * present override, in ns. */
+ * operator's override, in ns (INT64_MAX at 0 %).  Not for the tick. */
 int64_t controller_progress_q30(const struct controller *controller);
 int64_t controller_time_left_ns(const struct controller *controller);
 

@@ -24,62 +24,67 @@
 #define MOTION_CLOCK_WARP_ONE_Q30 ((int64_t)1 << 30) /* 100 % */
 #define MOTION_CLOCK_WARP_MAX_Q30 ((int64_t)2 << 30) /* 200 % */
 
-/* Rate and its derivatives at one time. */
+#define MOTION_CLOCK_WARP_RAMP_MIN_NS INT64_C(1000)          /* 1 us */
+#define MOTION_CLOCK_WARP_RAMP_MAX_NS INT64_C(3600000000000) /* 1 h */
+
+/* Path time, rate and its derivatives at one clock time. */
 struct motion_clock_rate {
-    int64_t s_ns_q12;  /* path time */
+    int64_t s_ns_q12;
     int64_t rate_q30;  /* 1 */
     int64_t accel_q30; /* 1/s */
     int64_t jerk_q30;  /* 1/s2 */
 };
 
-/* Ramp from t0 over `dur` (0: none), then constant. */
+/* A ramp from t0 over dur (0: none), then constant at rate1. */
 struct motion_clock_warp {
-    int64_t t0_ns;     /* clock time where the ramp starts */
-    int64_t dur_ns;    /* ramp duration */
-    int64_t s0_ns_q12; /* path time there */
-    int64_t rate0_q30, accel0_q30;
-    int64_t rate1_q30; /* rate after the ramp */
-    /* derived when the ramp is set */
-    int64_t s1_ns_q12;      /* path time at the end of the ramp */
-    int64_t c2_q30, c3_q30; /* r = rate0 + c1 x + c2 x^2 + c3 x^3, x in 0..1 */
-    int64_t c1_q30;
-    uint64_t inverse_q64; /* 2^64 / dur, rounded down */
+    int64_t t0_ns, dur_ns;
+    int64_t s0_ns_q12, s1_ns_q12; /* path time at both ends of the ramp */
+    int64_t rate1_q30;
+    /* s = s0 + dur (k[0] x + k[1] x^2 + k[2] x^3 + k[3] x^4), x in 0..1 */
+    int64_t k_q56[4];
+    /* derived, so that the tick does not divide */
+    uint64_t inverse;  /* 2^126 / (dur << normalise), rounded down */
+    int64_t per_s_q30; /* 1 s / dur */
+    uint8_t normalise;
 };
 
-/* Start at path time s0 with a constant rate. */
+/* Start at clock time t_ns and path time s0 with a constant rate. */
 void motion_clock_warp_init(struct motion_clock_warp *warp, int64_t t_ns,
                             int64_t s0_ns_q12, int64_t rate_q30);
 
-/* A ramp from the state at `t_ns` to `rate_q30` in `dur_ns` (1 ns .. 1 h;
- * 0 when the rate does not change).  MOTION_E_ARG outside, or for a rate
- * outside 0 .. 200 %.  Plan-time (divides). */
+/* A ramp from the state of `from` at t_ns to `rate_q30` (0 .. 200 %) in
+ * `dur_ns` (1 us .. 1 h).  MOTION_E_ARG outside; MOTION_E_RANGE when the
+ * present slope is so steep that the cubic would leave the format.  *to may be
+ * *from.  Plan-time: divides. */
 int motion_clock_warp_ramp(const struct motion_clock_warp *from, int64_t t_ns,
                            int64_t rate_q30, int64_t dur_ns,
                            struct motion_clock_warp *to);
 
-/* Path time and rate at clock time t >= t0, absolute, on the tick. */
+/* Path time and rate at clock time t >= t0; absolute, so nothing adds up.  On
+ * the tick. */
 void motion_clock_warp_at(const struct motion_clock_warp *warp, int64_t t_ns,
                           struct motion_clock_rate *now);
 
-/* Limits that a warped axis must keep. */
+/* Limits that a warped axis must keep; jerk 0: not limited. */
 struct motion_clock_limit {
     int64_t vel_q32;
     int64_t acc_q16;
-    int64_t jerk_q16; /* 0: not limited */
+    int64_t jerk_q16;
 };
 
-/* p', p'', p''' of one axis under the warp: the chain rule above; saturates.
- * `track_state` at now->s. */
+/* p', p'', p''' of one axis under the warp, by the chain rule above, from the
+ * track's own state at now->s; saturates.  pos is the track's. */
 void motion_clock_warp_chain(const struct motion_clock_rate *now,
-                             const struct motion_state *track_state,
+                             const struct motion_state *track,
                              struct motion_state *axis);
 
-/* First clock time in [t0, t0 + dur] at which the warp takes `track` out of its
- * limits, looked at every `step_ns` and on both sides of every segment border;
- * INT64_MAX when it fits.  Plan-time; dur / step evaluations. */
-int64_t motion_clock_warp_fits(const struct motion_clock_warp *warp,
-                               const struct motion_track *track,
-                               const struct motion_clock_limit *limit,
-                               int64_t step_ns);
+/* Does the ramp keep the axis on `track` inside `limit` and the rate inside
+ * 0 .. 200 %?  Looks at the whole ramp every `step_ns`, and at both sides of
+ * every segment border on the way.  Plan-time: dur / step evaluations, and two
+ * per border. */
+bool motion_clock_warp_fits(const struct motion_clock_warp *warp,
+                            const struct motion_track *track,
+                            const struct motion_clock_limit *limit,
+                            int64_t step_ns);
 
 #endif

@@ -1,0 +1,391 @@
+/* firmware/controller.c - see controller.h for the picture.
+ *
+ * Order within a tick: count time, read feedback, judge, then the state's own
+ * step, which ends in set points for every drive. */
+#include "firmware/controller.h"
+
+#include <stddef.h>
+#include <string.h>
+
+#include "firmware/controller_parts.h"
+#include "motion/err.h"
+#include "motion/fixed.h"
+
+#define RAMP_TRIES_PER_TICK 4
+#define ENABLE_TIMEOUT_NS   INT64_C(5000000000)
+#define STOP_TIMEOUT_NS     INT64_C(5000000000)
+
+const char *controller_state_text(enum controller_state state)
+{
+    static const char *const text[] = { "off",     "ready",    "moving",
+                                        "holding", "stopping", "fault" };
+    return (unsigned)state < sizeof text / sizeof text[0] ? text[state]
+                                                          : "unknown";
+}
+
+static const struct {
+    enum controller_reaction reaction;
+    const char *text;
+} fault_table[] = {
+#define FAULT_ROW(name, reaction, text) { reaction, text },
+    CONTROLLER_FAULT_LIST(FAULT_ROW)
+#undef FAULT_ROW
+};
+
+const char *controller_fault_text(enum controller_fault fault)
+{
+    return (unsigned)fault < sizeof fault_table / sizeof fault_table[0]
+               ? fault_table[fault].text
+               : "unknown fault";
+}
+
+/* -- set-up ------------------------------------------------------------- */
+
+static bool controller_limit_ok(const struct motion_clock_limit *limit)
+{
+    return limit->vel_q32 > 0 && limit->acc_q16 > 0 && limit->jerk_q16 >= 0;
+}
+
+static bool controller_axis_ok(const struct controller_axis_config *axis)
+{
+    return axis->pos_min_q32 < axis->pos_max_q32 &&
+           controller_limit_ok(&axis->limit) &&
+           controller_limit_ok(&axis->stop) && axis->following_floor_q32 > 0 &&
+           axis->following_k_ns >= 0;
+}
+
+static bool controller_config_ok(const struct controller_config *config)
+{
+    if (config->period_ns < 62500 || config->period_ns > 20000000 ||
+        config->axis_count < 1 || config->axis_count > CONTROLLER_AXES_MAX)
+        return false;
+    for (unsigned i = 0; i < config->axis_count; i++)
+        if (!controller_axis_ok(&config->axis[i]))
+            return false;
+    return true;
+}
+
+static void controller_defaults(struct controller_config *config)
+{
+    if (config->feedback_max_age_ns == 0)
+        config->feedback_max_age_ns = 4 * config->period_ns;
+    if (config->enable_timeout_ns == 0)
+        config->enable_timeout_ns = ENABLE_TIMEOUT_NS;
+    if (config->stop_timeout_ns == 0)
+        config->stop_timeout_ns = STOP_TIMEOUT_NS;
+}
+
+int controller_init(struct controller *controller,
+                    const struct controller_config *config,
+                    struct hal_drive *const drive[], struct hal_gpio *estop)
+{
+    if (!controller_config_ok(config))
+        return MOTION_E_ARG;
+    memset(controller, 0, sizeof *controller);
+    controller->config = *config;
+    controller_defaults(&controller->config);
+    controller->estop = estop;
+    controller->override_q30 = MOTION_CLOCK_WARP_ONE_Q30;
+    controller->override_max_q30 = MOTION_CLOCK_WARP_MAX_Q30;
+    for (unsigned i = 0; i < config->axis_count; i++) {
+        controller->axis[i].drive = drive[i];
+        controller_gate_init(controller, i);
+    }
+    return MOTION_OK;
+}
+
+/* -- state changes ------------------------------------------------------ */
+
+void controller_enter(struct controller *controller,
+                      enum controller_state state)
+{
+    controller->state = state;
+    controller->since_ns = controller->now_ns;
+    controller->ramp_try = 0;
+}
+
+void controller_request(struct controller *controller,
+                        enum hal_drive_request request)
+{
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        hal_drive_request(controller->axis[i].drive, request);
+}
+
+void controller_rest(struct controller *controller)
+{
+    controller->rate.rate_q30 = 0;
+    controller->rate.accel_q30 = 0;
+    controller->rate.jerk_q30 = 0;
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        controller->axis[i].track = NULL;
+        controller->axis[i].target.vel_q32 = 0;
+        controller->axis[i].target.acc_q16 = 0;
+    }
+}
+
+static void controller_enter_fault(struct controller *controller)
+{
+    controller_rest(controller);
+    controller_request(controller, HAL_DRIVE_REQUEST_OFF);
+    controller_enter(controller, CONTROLLER_FAULT);
+}
+
+bool controller_in_motion(const struct controller *controller)
+{
+    return controller->state == CONTROLLER_MOVING ||
+           controller->state == CONTROLLER_HOLDING ||
+           controller->state == CONTROLLER_STOPPING;
+}
+
+/* Stop along the path if there is a ramp within the stop limits, else let the
+ * drives brake by themselves. */
+static void controller_react(struct controller *controller)
+{
+    if (controller->reaction == CONTROLLER_REACT_OFF ||
+        !controller_in_motion(controller)) {
+        controller_enter_fault(controller);
+        return;
+    }
+    controller->wanted_q30 = 0;
+    controller->ramp_try = 0;
+    controller_enter(controller, CONTROLLER_STOPPING);
+    if (controller->reaction == CONTROLLER_REACT_STOP &&
+        !controller_ramp_seek(controller, controller_ramp_lengths(), true))
+        controller->reaction = CONTROLLER_REACT_QUICK;
+    if (controller->reaction == CONTROLLER_REACT_QUICK)
+        controller_request(controller, HAL_DRIVE_REQUEST_QUICK_STOP);
+}
+
+void controller_raise(struct controller *controller,
+                      enum controller_fault fault, int axis, int64_t value,
+                      int64_t limit)
+{
+    const enum controller_reaction reaction = fault_table[fault].reaction;
+    if (controller->fault.fault == CONTROLLER_FAULT_NONE)
+        controller->fault = (struct controller_fault_record){
+            .fault = fault,
+            .axis = axis,
+            .t_ns = controller->now_ns,
+            .value = value,
+            .limit = limit,
+            .drive_code =
+                axis < 0 ? 0 : controller->axis[axis].feedback.fault_code,
+        };
+    if (reaction <= controller->reaction)
+        return;
+    controller->reaction = reaction;
+    controller->enabling = false;
+    controller_react(controller);
+}
+
+/* -- set points --------------------------------------------------------- */
+
+static void controller_send(struct controller *controller, unsigned i)
+{
+    struct controller_axis *axis = &controller->axis[i];
+    int64_t value = axis->target.pos_q32, limit = 0;
+    if (!controller_gate_pass(controller, i, axis->target.pos_q32, &value,
+                              &limit) ||
+        hal_drive_set_target(axis->drive, &axis->target) < 0) {
+        controller_raise(controller, CONTROLLER_FAULT_GATE, (int)i, value,
+                         limit);
+        return;
+    }
+    controller_gate_sent(controller, i, axis->target.pos_q32);
+}
+
+static void controller_send_all(struct controller *controller)
+{
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        if (controller->reaction < CONTROLLER_REACT_QUICK)
+            controller_send(controller, i);
+}
+
+/* Without torque the set point follows the axis, so that enabling it does not
+ * make it jump. */
+static void controller_follow_actual(struct controller *controller)
+{
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        struct controller_axis *axis = &controller->axis[i];
+        axis->target =
+            (struct hal_drive_target){ axis->feedback.pos_q32, 0, 0 };
+        axis->sent_count = 0;
+        axis->following_q32 = 0;
+        (void)hal_drive_set_target(axis->drive, &axis->target);
+    }
+}
+
+/* Every track at the same path time; speed and acceleration by the chain rule
+ * p' = f' r, p'' = f'' r^2 + f' r'. */
+static void controller_sample(struct controller *controller)
+{
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        struct controller_axis *axis = &controller->axis[i];
+        if (!axis->track)
+            continue;
+        struct motion_sample sample;
+        motion_track_sample(axis->track, &axis->cursor,
+                            controller->rate.s_ns_q12, &sample);
+        const struct motion_state track = { sample.pos_q32, sample.vel_q32,
+                                            sample.acc_q16, 0 };
+        struct motion_state warped;
+        motion_clock_warp_chain(&controller->rate, &track, &warped);
+        axis->target =
+            (struct hal_drive_target){ warped.pos_q32, warped.vel_q32,
+                                       warped.acc_q16 };
+    }
+}
+
+/* -- one step per state ------------------------------------------------- */
+
+static bool controller_all(const struct controller *controller,
+                           enum hal_drive_state state)
+{
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        if (controller->axis[i].feedback.state != state)
+            return false;
+    return true;
+}
+
+static int controller_first_not(const struct controller *controller,
+                                enum hal_drive_state state)
+{
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        if (controller->axis[i].feedback.state != state)
+            return (int)i;
+    return -1;
+}
+
+static bool controller_waited(const struct controller *controller,
+                              int64_t most_ns)
+{
+    return controller->now_ns - controller->since_ns > most_ns;
+}
+
+static void controller_step_off(struct controller *controller)
+{
+    controller_follow_actual(controller);
+    if (!controller->enabling)
+        return;
+    if (controller_all(controller, HAL_DRIVE_ENABLED)) {
+        controller->enabling = false;
+        controller_rest(controller);
+        controller_enter(controller, CONTROLLER_READY);
+        controller_send_all(controller);
+    } else if (controller_waited(controller,
+                                 controller->config.enable_timeout_ns)) {
+        controller_raise(controller, CONTROLLER_FAULT_ENABLE,
+                         controller_first_not(controller, HAL_DRIVE_ENABLED),
+                         controller->now_ns - controller->since_ns,
+                         controller->config.enable_timeout_ns);
+    }
+}
+
+static void controller_step_ready(struct controller *controller)
+{
+    controller_send_all(controller);
+}
+
+static void controller_clock(struct controller *controller)
+{
+    if (controller->warp.rate1_q30 != controller->wanted_q30 &&
+        controller->reaction < CONTROLLER_REACT_QUICK)
+        controller_ramp_seek(controller, RAMP_TRIES_PER_TICK,
+                             controller->reaction == CONTROLLER_REACT_STOP);
+    motion_clock_warp_at(&controller->warp, controller->now_ns,
+                         &controller->rate);
+    if (controller->rate.s_ns_q12 > controller->move_end_ns_q12)
+        controller->rate.s_ns_q12 = controller->move_end_ns_q12;
+}
+
+static bool controller_at_end(const struct controller *controller)
+{
+    return controller->rate.s_ns_q12 >= controller->move_end_ns_q12;
+}
+
+static void controller_step_moving(struct controller *controller)
+{
+    controller_clock(controller);
+    controller_sample(controller);
+    controller_send_all(controller);
+    if (controller_at_end(controller) &&
+        controller->reaction == CONTROLLER_REACT_NONE) {
+        controller_rest(controller);
+        controller_enter(controller, CONTROLLER_READY);
+    }
+}
+
+static bool controller_standing(const struct controller *controller)
+{
+    if (controller_at_end(controller))
+        return true;
+    return controller->rate.rate_q30 == 0 && controller->wanted_q30 == 0 &&
+           controller->warp.rate1_q30 == 0;
+}
+
+static bool controller_quick_stop_done(const struct controller *controller)
+{
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        const struct hal_drive_feedback *feedback =
+            &controller->axis[i].feedback;
+        if (feedback->state == HAL_DRIVE_ENABLED ||
+            (feedback->state == HAL_DRIVE_QUICK_STOP && feedback->vel_q32 != 0))
+            return false;
+    }
+    return true;
+}
+
+static void controller_step_stopping(struct controller *controller)
+{
+    if (controller->reaction >= CONTROLLER_REACT_QUICK) {
+        if (controller_quick_stop_done(controller) ||
+            controller_waited(controller, controller->config.stop_timeout_ns))
+            controller_enter_fault(controller);
+        return;
+    }
+    controller_clock(controller);
+    controller_sample(controller);
+    controller_send_all(controller);
+    if (controller->state != CONTROLLER_STOPPING ||
+        !controller_standing(controller))
+        return;
+    if (controller->reaction == CONTROLLER_REACT_STOP) {
+        controller_enter_fault(controller);
+    } else {
+        controller_rest(controller);
+        controller_enter(controller, CONTROLLER_READY);
+    }
+}
+
+static void controller_step_fault(struct controller *controller)
+{
+    controller_follow_actual(controller);
+    if (!controller->resetting)
+        return;
+    if (controller_all(controller, HAL_DRIVE_OFF)) {
+        controller->resetting = false;
+        controller->fault = (struct controller_fault_record){ 0 };
+        controller->reaction = CONTROLLER_REACT_NONE;
+        controller->lost_score = 0;
+        controller_enter(controller, CONTROLLER_OFF);
+    } else if (controller_waited(controller,
+                                 controller->config.enable_timeout_ns)) {
+        controller->resetting = false; /* the cause is still there */
+    }
+}
+
+void controller_step(struct controller *controller, int64_t now_ns, bool bus_ok)
+{
+    static void (*const step[])(struct controller *) = {
+        [CONTROLLER_OFF] = controller_step_off,
+        [CONTROLLER_READY] = controller_step_ready,
+        [CONTROLLER_MOVING] = controller_step_moving,
+        [CONTROLLER_HOLDING] = controller_step_moving,
+        [CONTROLLER_STOPPING] = controller_step_stopping,
+        [CONTROLLER_FAULT] = controller_step_fault,
+    };
+    controller_watch_tick(controller, now_ns);
+    controller_watch_read(controller);
+    controller_watch_judge(controller, bus_ok);
+    step[controller->state](controller);
+}

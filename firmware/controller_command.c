@@ -1,0 +1,216 @@
+/* firmware/controller_command.c - what an operator may ask for, and when.
+ *
+ * Not on the tick: a command may divide and look at whole tracks. */
+#include <stddef.h>
+
+#include "firmware/controller_parts.h"
+#include "motion/err.h"
+#include "motion/fixed.h"
+
+/* At most this far from where its track starts may an axis stand: 2^-20. */
+#define START_WINDOW_Q32 ((int64_t)1 << 12)
+
+int controller_enable(struct controller *controller)
+{
+    if (controller->state != CONTROLLER_OFF || controller->enabling ||
+        controller->resetting)
+        return MOTION_E_STATE;
+    controller->enabling = true;
+    controller->since_ns = controller->now_ns;
+    controller_request(controller, HAL_DRIVE_REQUEST_ENABLE);
+    return MOTION_OK;
+}
+
+int controller_off(struct controller *controller)
+{
+    if (controller->state != CONTROLLER_READY &&
+        controller->state != CONTROLLER_OFF)
+        return MOTION_E_STATE;
+    controller->enabling = false;
+    controller_request(controller, HAL_DRIVE_REQUEST_OFF);
+    controller_enter(controller, CONTROLLER_OFF);
+    return MOTION_OK;
+}
+
+static int64_t controller_peak(const struct motion_track *track,
+                               enum motion_quantity quantity)
+{
+    struct motion_extreme extreme;
+    motion_track_extreme(track, quantity, &extreme);
+    const uint64_t low = motion_fixed_abs(extreme.min);
+    const uint64_t high = motion_fixed_abs(extreme.max);
+    const uint64_t most = low > high ? low : high;
+    return most > INT64_MAX ? INT64_MAX : (int64_t)most;
+}
+
+/* Largest r with peak * r^power <= limit, Q30, at most 200 %, found by halving:
+ * once per move and per quantity, not on the tick. */
+static int64_t controller_rate_most(int64_t peak, int64_t limit, int power)
+{
+    int64_t low = 0, high = MOTION_CLOCK_WARP_MAX_Q30;
+    while (low < high) {
+        const int64_t r = low + (high - low + 1) / 2;
+        int64_t value = peak;
+        for (int i = 0; i < power; i++)
+            if (motion_fixed_mulshift(value, r, 30, &value) < 0)
+                value = INT64_MAX;
+        if (value <= limit)
+            low = r;
+        else
+            high = r - 1;
+    }
+    return low;
+}
+
+static int64_t controller_least(int64_t a, int64_t b)
+{
+    return a < b ? a : b;
+}
+
+static int64_t controller_axis_rate_most(const struct motion_track *track,
+                                         const struct motion_clock_limit *limit)
+{
+    const int64_t vel = controller_rate_most(controller_peak(track, MOTION_VEL),
+                                             limit->vel_q32, 1);
+    const int64_t acc = controller_rate_most(controller_peak(track, MOTION_ACC),
+                                             limit->acc_q16, 2);
+    const int64_t most = controller_least(vel, acc);
+    if (limit->jerk_q16 == 0)
+        return most;
+    return controller_least(
+        most, controller_rate_most(controller_peak(track, MOTION_JERK),
+                                   limit->jerk_q16, 3));
+}
+
+static bool controller_at_start(const struct controller_axis *axis,
+                                const struct motion_track *track)
+{
+    struct motion_sample start;
+    struct motion_cursor cursor = { 0 };
+    int64_t apart;
+    motion_track_sample(track, &cursor, 0, &start);
+    return axis->sent_count > 0 &&
+           motion_fixed_sub(start.pos_q32, axis->sent_q32[0], &apart) ==
+               MOTION_OK &&
+           motion_fixed_abs(apart) <= START_WINDOW_Q32;
+}
+
+static void controller_load(struct controller *controller,
+                            const struct motion_track *const track[])
+{
+    controller->move_end_ns_q12 = 0;
+    controller->override_max_q30 = MOTION_CLOCK_WARP_MAX_Q30;
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        struct controller_axis *axis = &controller->axis[i];
+        axis->track = track[i];
+        axis->cursor = (struct motion_cursor){ 0 };
+        if (!track[i])
+            continue;
+        axis->vel_peak_q32 = controller_peak(track[i], MOTION_VEL);
+        if (track[i]->end_ns_q12 > controller->move_end_ns_q12)
+            controller->move_end_ns_q12 = track[i]->end_ns_q12;
+        controller->override_max_q30 =
+            controller_least(controller->override_max_q30,
+                             controller_axis_rate_most(
+                                 track[i], &controller->config.axis[i].limit));
+    }
+}
+
+int controller_start(struct controller *controller,
+                     const struct motion_track *const track[], int *axis)
+{
+    if (controller->state != CONTROLLER_READY)
+        return MOTION_E_STATE;
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        if (track[i] && !controller_at_start(&controller->axis[i], track[i])) {
+            if (axis)
+                *axis = (int)i;
+            return MOTION_E_LIMIT;
+        }
+    controller_load(controller, track);
+    /* The first set point of the move, one tick from now, is path time one
+     * period: a track that starts from rest may be read at full rate. */
+    const int64_t rate = controller_least(controller->override_q30,
+                                          controller->override_max_q30);
+    controller->wanted_q30 = rate;
+    motion_clock_warp_init(&controller->warp, controller->now_ns, 0, rate);
+    controller_enter(controller, CONTROLLER_MOVING);
+    return MOTION_OK;
+}
+
+int controller_hold(struct controller *controller)
+{
+    if (controller->state != CONTROLLER_MOVING)
+        return MOTION_E_STATE;
+    controller->wanted_q30 = 0;
+    controller_enter(controller, CONTROLLER_HOLDING);
+    return MOTION_OK;
+}
+
+int controller_resume(struct controller *controller)
+{
+    if (controller->state != CONTROLLER_HOLDING)
+        return MOTION_E_STATE;
+    controller->wanted_q30 = controller_least(controller->override_q30,
+                                              controller->override_max_q30);
+    controller_enter(controller, CONTROLLER_MOVING);
+    return MOTION_OK;
+}
+
+int controller_stop(struct controller *controller)
+{
+    if (controller->state != CONTROLLER_MOVING &&
+        controller->state != CONTROLLER_HOLDING)
+        return MOTION_E_STATE;
+    controller->wanted_q30 = 0;
+    controller_enter(controller, CONTROLLER_STOPPING);
+    return MOTION_OK;
+}
+
+int controller_override(struct controller *controller, int64_t rate_q30)
+{
+    if (rate_q30 < 0 || rate_q30 > MOTION_CLOCK_WARP_MAX_Q30)
+        return MOTION_E_ARG;
+    if (controller_in_motion(controller) &&
+        rate_q30 > controller->override_max_q30)
+        return MOTION_E_LIMIT;
+    controller->override_q30 = rate_q30;
+    if (controller->state == CONTROLLER_MOVING) {
+        controller->wanted_q30 = rate_q30;
+        controller->ramp_try = 0;
+    }
+    return MOTION_OK;
+}
+
+int controller_reset(struct controller *controller)
+{
+    if (controller->state != CONTROLLER_FAULT || controller->resetting ||
+        (controller->estop && hal_gpio_get(controller->estop) != 0))
+        return MOTION_E_STATE;
+    controller->resetting = true;
+    controller->since_ns = controller->now_ns;
+    controller_request(controller, HAL_DRIVE_REQUEST_RESET);
+    return MOTION_OK;
+}
+
+int64_t controller_progress_q30(const struct controller *controller)
+{
+    int64_t share;
+    if (controller->move_end_ns_q12 == 0 ||
+        motion_fixed_muldiv(controller->rate.s_ns_q12, (int64_t)1 << 30,
+                            controller->move_end_ns_q12, &share) < 0)
+        return 0;
+    return share;
+}
+
+int64_t controller_time_left_ns(const struct controller *controller)
+{
+    const int64_t left_ns_q12 =
+        controller->move_end_ns_q12 - controller->rate.s_ns_q12;
+    int64_t left_ns;
+    if (motion_fixed_muldiv(left_ns_q12 / MOTION_FIXED_NS_Q12,
+                            MOTION_CLOCK_WARP_ONE_Q30, controller->override_q30,
+                            &left_ns) < 0)
+        return INT64_MAX;
+    return left_ns;
+}

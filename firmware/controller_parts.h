@@ -1,0 +1,43 @@
+/* firmware/controller_parts.h - what the controller's own files share. */
+#ifndef FIRMWARE_CONTROLLER_PARTS_H
+#define FIRMWARE_CONTROLLER_PARTS_H
+
+#include "firmware/controller.h"
+
+/* controller_watch.c: count ticks; read every drive's feedback; then judge it. */
+void controller_watch_tick(struct controller *controller, int64_t now_ns);
+void controller_watch_read(struct controller *controller);
+void controller_watch_judge(struct controller *controller, bool bus_ok);
+
+/* controller.c: latch a fault (the first is recorded) and start its reaction,
+ * unless a stronger one is under way. */
+void controller_raise(struct controller *controller,
+                      enum controller_fault fault, int axis, int64_t value,
+                      int64_t limit);
+
+/* controller.c: enter a state; ask every drive; end of motion (no track, no
+ * speed, set points stay); is a move being played? */
+void controller_enter(struct controller *controller,
+                      enum controller_state state);
+void controller_request(struct controller *controller,
+                        enum hal_drive_request request);
+void controller_rest(struct controller *controller);
+bool controller_in_motion(const struct controller *controller);
+
+/* controller_ramp.c: try up to `tries` ramp lengths from now to wanted_q30;
+ * true when one fits and has been set.  `stop` judges by the stop limits.
+ * Plan-time work: divides; at most RAMP_LOOKS evaluations per axis and try. */
+bool controller_ramp_seek(struct controller *controller, unsigned tries,
+                          bool stop);
+unsigned controller_ramp_lengths(void); /* how many lengths there are */
+
+/* controller_gate.c: may this set point go to the drive now?  When not, the
+ * value that was too large and what was allowed. */
+void controller_gate_init(struct controller *controller, unsigned index);
+bool controller_gate_pass(const struct controller *controller, unsigned index,
+                          int64_t pos_q32, int64_t *value, int64_t *limit);
+/* Remember what was sent. */
+void controller_gate_sent(struct controller *controller, unsigned index,
+                          int64_t pos_q32);
+
+#endif

@@ -1,0 +1,155 @@
+/* firmware/controller_watch.c - is everything as it should be?
+ *
+ * One function per kind of fault, called every tick for every axis, in the
+ * order of their seriousness; the first that trips is latched. */
+#include <stddef.h>
+
+#include "firmware/controller_parts.h"
+#include "motion/err.h"
+#include "motion/fixed.h"
+
+#define LOST_PER_TICK 10
+#define LOST_MAX      100 /* ten in a row */
+
+void controller_watch_read(struct controller *controller)
+{
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        hal_drive_feedback(controller->axis[i].drive,
+                           &controller->axis[i].feedback);
+}
+
+/* The set point that was in force when the position was measured. */
+static bool watch_demand(const struct controller_axis *axis, int64_t *pos_q32)
+{
+    const int64_t given_ns = axis->feedback.t_ns - axis->feedback.demand_age_ns;
+    for (unsigned i = 0; i < axis->sent_count; i++)
+        if (axis->sent_ns[i] <= given_ns) {
+            *pos_q32 = axis->sent_q32[i];
+            return true;
+        }
+    return false;
+}
+
+static void watch_drive(struct controller *controller, unsigned i)
+{
+    const struct controller_axis *axis = &controller->axis[i];
+    switch (axis->feedback.state) {
+    case HAL_DRIVE_ENABLED:
+        return;
+    case HAL_DRIVE_FAULT:
+        controller_raise(controller, CONTROLLER_FAULT_DRIVE, (int)i,
+                         axis->feedback.fault_code, 0);
+        return;
+    case HAL_DRIVE_OFFLINE:
+        controller_raise(controller, CONTROLLER_FAULT_OFFLINE, (int)i, 0, 0);
+        return;
+    case HAL_DRIVE_OFF:
+    case HAL_DRIVE_ENABLING:
+    case HAL_DRIVE_QUICK_STOP:
+        controller_raise(controller, CONTROLLER_FAULT_STATE, (int)i,
+                         (int64_t)axis->feedback.state, 0);
+        return;
+    }
+}
+
+static void watch_age(struct controller *controller, unsigned i)
+{
+    const int64_t age_ns =
+        controller->now_ns - controller->axis[i].feedback.t_ns;
+    const int64_t most_ns = controller->config.feedback_max_age_ns;
+    if (age_ns > most_ns)
+        controller_raise(controller, CONTROLLER_FAULT_STALE, (int)i, age_ns,
+                         most_ns);
+}
+
+/* |v| * k with k in ns: v * k / 1e9 as v * (k * 2^32 / 1e9) would divide, so
+ * 1e-9 is 4.611686018 / 2^62. */
+static int64_t watch_allowance(const struct controller_axis_config *config,
+                               int64_t vel_q32)
+{
+    int64_t k_q62, allowed_q32;
+    const int64_t ns_q62 = INT64_C(4611686018);
+    const int64_t speed = (int64_t)(motion_fixed_abs(vel_q32) & INT64_MAX);
+    if (motion_fixed_mulshift(config->following_k_ns, ns_q62, 0, &k_q62) < 0 ||
+        motion_fixed_mulshift(speed, k_q62, 62, &allowed_q32) < 0)
+        return INT64_MAX;
+    return allowed_q32 > config->following_floor_q32
+               ? allowed_q32
+               : config->following_floor_q32;
+}
+
+static void watch_following(struct controller *controller, unsigned i)
+{
+    struct controller_axis *axis = &controller->axis[i];
+    int64_t demand_q32;
+    if (!watch_demand(axis, &demand_q32) ||
+        motion_fixed_sub(demand_q32, axis->feedback.pos_q32,
+                         &axis->following_q32) < 0)
+        return;
+    const int64_t most_q32 =
+        watch_allowance(&controller->config.axis[i], axis->target.vel_q32);
+    if (motion_fixed_abs(axis->following_q32) > (uint64_t)most_q32)
+        controller_raise(controller, CONTROLLER_FAULT_FOLLOWING, (int)i,
+                         axis->following_q32, most_q32);
+}
+
+/* A switch is a fault only for motion towards it. */
+static void watch_switches(struct controller *controller, unsigned i)
+{
+    const struct controller_axis *axis = &controller->axis[i];
+    const bool low = axis->feedback.limit_negative;
+    const bool high = axis->feedback.limit_positive;
+    if ((low && high) || (low && axis->target.vel_q32 < 0) ||
+        (high && axis->target.vel_q32 > 0))
+        controller_raise(controller, CONTROLLER_FAULT_LIMIT_SWITCH, (int)i,
+                         axis->feedback.pos_q32, 0);
+}
+
+static void watch_ticks(struct controller *controller)
+{
+    if (controller->lost_score >= LOST_MAX)
+        controller_raise(controller, CONTROLLER_FAULT_OVERRUN, -1,
+                         (int64_t)controller->ticks_lost, 0);
+}
+
+static void watch_estop(struct controller *controller)
+{
+    /* an input that cannot be read counts as active */
+    if (controller->estop && hal_gpio_get(controller->estop) != 0)
+        controller_raise(controller, CONTROLLER_FAULT_ESTOP, -1, 0, 0);
+}
+
+void controller_watch_judge(struct controller *controller, bool bus_ok)
+{
+    watch_estop(controller);
+    if (controller->state == CONTROLLER_OFF ||
+        controller->state == CONTROLLER_FAULT)
+        return; /* no torque: nothing else to lose */
+    if (!bus_ok)
+        controller_raise(controller, CONTROLLER_FAULT_BUS, -1, 0, 0);
+    watch_ticks(controller);
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        watch_drive(controller, i);
+        watch_age(controller, i);
+        watch_following(controller, i);
+        watch_switches(controller, i);
+    }
+}
+
+void controller_watch_tick(struct controller *controller, int64_t now_ns)
+{
+    const int64_t period_ns = controller->config.period_ns;
+    int64_t gap_ns = now_ns - controller->now_ns;
+    controller->now_ns = now_ns;
+    if (controller->ticks++ == 0)
+        return;
+    if (controller->lost_score > 0)
+        controller->lost_score--;
+    for (unsigned n = 0; gap_ns > period_ns + period_ns / 2 && n < LOST_MAX;
+         n++) {
+        controller->ticks++;
+        controller->ticks_lost++;
+        controller->lost_score += LOST_PER_TICK;
+        gap_ns -= period_ns;
+    }
+}
