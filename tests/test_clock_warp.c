@@ -11,6 +11,7 @@
 #define SECOND INT64_C(1000000000)
 #define ONE    MOTION_CLOCK_WARP_ONE_Q30
 #define UNIT   MOTION_FIXED_ONE_Q32
+#define ACC    MOTION_FIXED_ONE_Q16
 
 static void full_rate_is_the_clock_itself_for_days(void **state)
 {
