@@ -45,6 +45,24 @@ int motion_fixed_cmp_u128(struct motion_u128 a, struct motion_u128 b);
 struct motion_u128 motion_fixed_shl_u128(struct motion_u128 a, unsigned bits);
 struct motion_u128 motion_fixed_shr_u128(struct motion_u128 a, unsigned bits);
 
+/* The same 128 bits as two's complement: add and sub as above. */
+static inline struct motion_u128 motion_fixed_from_i64(int64_t a)
+{
+    return (struct motion_u128){ a < 0 ? UINT64_MAX : 0, (uint64_t)a };
+}
+static inline bool motion_fixed_is_neg_i128(struct motion_u128 a)
+{
+    return a.hi >> 63;
+}
+struct motion_u128 motion_fixed_neg_i128(struct motion_u128 a);
+struct motion_u128 motion_fixed_abs_i128(struct motion_u128 a);
+/* a * b, modulo 2^128. */
+struct motion_u128 motion_fixed_mul_i128(struct motion_u128 a, int32_t b);
+/* a / 2^bits to nearest; 0 for bits above 127. */
+struct motion_u128 motion_fixed_round_i128(struct motion_u128 a, unsigned bits);
+/* MOTION_E_RANGE beyond int64. */
+int motion_fixed_to_i64(struct motion_u128 a, int64_t *result);
+
 /* floor(n / d) and the rest.  Needs n.hi < d (else the quotient does not fit);
  * d == 0 or n.hi >= d returns MOTION_E_RANGE and writes nothing.  `rest` may be
  * NULL.  Plan-time. */

@@ -9,9 +9,10 @@
  * where pos is Q32.32 and the coefficients are integers.  The coefficients are
  * scaled to the position, not to seconds, so rounding does not grow with the
  * length of a segment; `frac` is chosen per segment so that they use the 62
- * bits there are (a float's exponent, shared by the six).  w = u/2 lets the
- * tick multiply signed by signed; c[k] is 2^k times the coefficient of u^k.
- * The sum at u = 1 is the next segment's value to the bit: the last
+ * bits there are (a float's exponent, shared by the six; below zero only when
+ * a segment travels far: a quintic over 2^21 units, a line over 2^28).  w = u/2
+ * lets the tick multiply signed by signed; c[k] is 2^k times the coefficient
+ * of u^k.  The sum at u = 1 is the next segment's value to the bit: the last
  * coefficient absorbs what rounding left over.  c[0] is the fraction of the
  * start below 2^-32; at a key it is zero and sampling returns the key itself.
  *
@@ -28,8 +29,13 @@
 #define MOTION_TRACK_DEGREE 5
 
 /* Longest segment and longest track: 2^60 / 4096 ns = 3.2 days for a segment,
- * 26 days for a track. */
+ * 19 days for a track. */
 #define MOTION_TRACK_SEGMENT_MAX_NS_Q12 ((int64_t)1 << 60)
+#define MOTION_TRACK_MAX_NS_Q12         ((int64_t)3 << 61)
+
+/* Farthest position that a segment may reach, +-: the last unit before 2^31 is
+ * left free so that rounding never wraps. */
+#define MOTION_TRACK_POS_MAX_Q32 ((int64_t)INT32_MAX << 32)
 
 /* Position and derivatives at one time. */
 struct motion_state {
@@ -52,14 +58,17 @@ struct motion_segment {
     int64_t pos_q32;
     int64_t coef[MOTION_TRACK_DEGREE + 1];
     /* Derived from the above when the segment is made, so that the tick does
-     * not divide; see track.c for their bounds. */
-    uint64_t inverse;  /* 2^126 / (dur << normalise), rounded down */
-    int64_t vel_scale; /* mantissa: d/dw to unit/s */
-    int32_t acc_scale;
-    uint8_t normalise;
-    uint8_t frac; /* 0..31 */
+     * not divide; see track_append.c for their bounds.  A scale is high * 2^32
+     * + low, both signed. */
+    uint64_t inverse; /* 2^127 / (dur << normalise), rounded down */
+    int32_t vel_scale_high, vel_scale_low; /* d/dw to unit/s */
+    int32_t acc_scale_high, acc_scale_low;
+    int32_t remainder; /* of the travel, below 2^-frac when frac < 0 */
+    uint8_t normalise; /* leading zeros of dur */
+    int8_t frac;       /* -14..31 */
     uint8_t vel_shift, acc_shift;
-    uint8_t degree; /* highest coefficient that is not zero */
+    uint8_t degree;  /* highest coefficient that is not zero */
+    uint8_t special; /* frac < 0 or a shift is not zero */
 };
 
 /* The caller owns the segments; the track only points at them.  A const track
@@ -84,9 +93,11 @@ void motion_track_init(struct motion_track *track,
 
 /* The appending functions below add one segment from the track's present end
  * and return MOTION_OK, MOTION_E_FULL (no room), MOTION_E_ARG (duration not in
- * 1 .. MOTION_TRACK_SEGMENT_MAX), or MOTION_E_RANGE (the curve between the ends
- * or its derivatives leave the formats).  On an error the track is unchanged.
- * Plan-time. */
+ * 1 .. MOTION_TRACK_SEGMENT_MAX), or MOTION_E_RANGE (the curve between the ends,
+ * its velocity or its acceleration leave the formats, judged by their control
+ * polygons, or the track becomes too long).  Jerk saturates instead.  On an
+ * error the track is unchanged.  After an append, track->end is the state at
+ * its end.  Plan-time. */
 
 /* Stand still. */
 int motion_track_append_dwell(struct motion_track *track, int64_t dur_ns_q12);
@@ -118,7 +129,8 @@ int motion_track_append_constraints(struct motion_track *track,
                                     const struct motion_state *end);
 
 /* Raw: coefficients of u^1 .. u^5 (of u, not of w), each `coef[k-1]` / 2^(32 +
- * frac), frac 0..31, and the end position, in which the rounding residue is
+ * frac), frac 0..31, and the end position (end_frac: its fraction below 2^-32 as Q0.64,
+ * of which the next segment keeps `frac` bits), in which the rounding residue is
  * absorbed by the highest coefficient given.  For planners that know their
  * polynomial better than its end states. */
 int motion_track_append_poly(struct motion_track *track, int64_t dur_ns_q12,
@@ -131,15 +143,18 @@ int motion_track_append_poly(struct motion_track *track, int64_t dur_ns_q12,
  * the segment is searched by halving, at most 32 steps.  Before 0 the start,
  * at rest; at the end its end state; after it the end position, at rest.
  *   pos   the key itself at a key; else within 2 units of 2^-32 of the
- *         polynomial, never a division, the same bits everywhere
- *   vel   within 2^-32 unit/s or 2^-55 of the segment's largest, the larger
- *   acc   within 2^-16 unit/s2 or 2^-26 of the segment's largest */
+ *         polynomial (of 2^(-32-frac) where frac < 0), never a division, the
+ *         same bits everywhere
+ *   vel   within 2 units of 2^-32 unit/s or 2^-50 of the segment's largest
+ *   acc   within 2 units of 2^-16 unit/s2 or 2^-20 of the segment's largest */
 void motion_track_sample(const struct motion_track *track,
                          struct motion_cursor *cursor, int64_t t_ns_q12,
                          struct motion_sample *sample);
 
-/* Plan-time: all of p, v, a, j rounded from the exact polynomial (pos as
- * motion_track_sample gives it).  At a segment border the later segment's. */
+/* All of p, v, a, j, rounded from the polynomial evaluated with 128 bits (pos as
+ * motion_track_sample gives it); within 1 unit or 2^-60 of the segment's
+ * largest.  Saturates.  At a segment border the later segment's.  Bounded, no
+ * division, but ten times the work of a sample. */
 void motion_track_state(const struct motion_track *track, int64_t t_ns_q12,
                         struct motion_state *state);
 

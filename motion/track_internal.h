@@ -1,0 +1,55 @@
+/* motion/track_internal.h - what the files of track.h share. */
+#ifndef MOTION_TRACK_INTERNAL_H
+#define MOTION_TRACK_INTERNAL_H
+
+#include <stdint.h>
+
+#include "motion/fixed.h"
+#include "motion/track.h"
+
+/* A positive number with 63 good bits and an exponent: mantissa / 2^exponent,
+ * mantissa >= 2^63. */
+struct track_ratio {
+    uint64_t mantissa;
+    int exponent;
+};
+
+struct track_ratio track_ratio_mul(struct track_ratio a, struct track_ratio b);
+/* 1 s / duration of the segment, from its inverse. */
+struct track_ratio track_ratio_per_second(const struct motion_segment *segment);
+
+/* a * ratio * 2^shift to nearest, saturating at `limit_bits` bits: returns
+ * MOTION_E_RANGE and writes nothing when |result| >= 2^limit_bits. */
+int track_ratio_apply(struct motion_u128 a, struct track_ratio ratio, int shift,
+                      unsigned limit_bits, struct motion_u128 *result);
+
+/* u = dt / dur as Q0.63 without a division.  dt << normalise < 2^64, inverse <
+ * 2^64; the product of the low words is dropped and two are rounded down, so u
+ * is at most 4 units of 2^-63 too small and never reaches 1. */
+static inline uint64_t track_fraction_q63(const struct motion_segment *segment,
+                                          uint64_t dt)
+{
+    uint32_t n = segment->normalise; /* 3..63 */
+    uint32_t ih = (uint32_t)(segment->inverse >> 32);
+    uint32_t il = (uint32_t)segment->inverse;
+    uint32_t hi = (uint32_t)(dt >> 32), lo = (uint32_t)dt;
+
+    if (n < 32) {
+        hi = hi << n | lo >> (32 - n);
+        lo = lo << n;
+    } else {
+        hi = lo << (n - 32);
+        lo = 0;
+    }
+    return (uint64_t)hi * ih + ((uint64_t)hi * il >> 32) +
+           ((uint64_t)lo * ih >> 32);
+}
+
+/* Position and derivatives at dt from the segment's start, 0 <= dt < dur. */
+void track_segment_sample(const struct motion_segment *segment, uint64_t dt,
+                          struct motion_sample *sample);
+
+/* The segment that holds t, 0 <= t < end. */
+uint32_t track_find(const struct motion_track *track, int64_t t_ns_q12);
+
+#endif
