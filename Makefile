@@ -1,77 +1,209 @@
 # slew - see README.md.  `make` prints what there is.
-
-VARIANT ?=
-CC      ?= gcc
-B       := build$(if $(VARIANT),/$(VARIANT))
-OPT     ?= -O2
-SAN     ?=
-
-ifneq ($(SAN),)
-B   := build/san
-OPT := -O1 -fno-omit-frame-pointer -fsanitize=$(SAN) -fno-sanitize-recover=all
-endif
-
-PKGS     := yaml-0.1 libcjson cairo
-PKG_INC   = $(shell pkg-config --cflags $(PKGS) 2>/dev/null)
-PKG_LIB   = $(shell pkg-config --libs $(PKGS) 2>/dev/null)
-CMOCKA    = $(shell pkg-config --libs cmocka 2>/dev/null)
-
-WARN     := -Wall -Wextra -Wconversion -Wshadow -Wstrict-prototypes -Werror
-CFLAGS   ?= -g
-ALL_CFLAGS = -std=c11 -D_POSIX_C_SOURCE=200809L $(WARN) $(OPT) $(CFLAGS) -I. \
-             -MMD -MP
-LDLIBS    = $(PKG_LIB) -lm -lpthread
-
-# Rooms: one archive each, from whatever .c files stand there.
-MOTION   := $(wildcard motion/*.c)
-PLAN     := $(wildcard motion/plan/*.c)
-HAL      := $(wildcard hal/*.c)
-SIM      := $(wildcard sim/*.c)
-FIRMWARE := $(wildcard firmware/*.c)
-LINUX    := $(filter-out firmware/linux/main.c,$(wildcard firmware/linux/*.c))
-ROOMS    := $(LINUX) $(FIRMWARE) $(SIM) $(HAL) $(PLAN) $(MOTION)
-TESTS    := $(patsubst tests/%.c,$(B)/tests/%,$(wildcard tests/test_*.c))
-OBJ      := $(ROOMS:%.c=$(B)/%.o)
-SLEW     := $(B)/slew
+#
+#   CC=clang VARIANT=clang   another compiler, under build/clang
+#   SAN=address,undefined    with sanitizers
+#   T=track                  one test, for make check
+#   V=1                      show commands and all test output
 
 .DEFAULT_GOAL := help
+ifeq ($(origin CC),default)
+CC       := gcc
+endif
+CROSS    ?= arm-none-eabi-
+PYTHON   ?= /usr/bin/python3
+VARIANT  ?=
+SAN      ?=
+T        ?=
+OPT      ?= -O2
+comma    := ,
+B        := build$(VARIANT:%=/%)
+ifneq ($(SAN),)
+B        := $(B)/san-$(subst $(comma),-,$(SAN))
+OPT      := -O1 -fno-omit-frame-pointer -fsanitize=$(SAN) \
+            -fno-sanitize-recover=all
+endif
+
+# Of the libraries; asked when used, so that `make deps` can come first.
+PKGS      = yaml-0.1 libcjson cairo
+PKG_INC   = $(patsubst -I%,-isystem %,$(shell pkg-config --cflags $(PKGS)))
+PKG_LIB   = $(shell pkg-config --libs $(PKGS))
+CMOCKA    = $(shell pkg-config --libs cmocka)
+
+WARN     := -Wall -Wextra -Wconversion -Wshadow -Wstrict-prototypes -Werror
+STD      := -std=c11 -D_POSIX_C_SOURCE=200809L
+CFLAGS   ?= -g
+ALL_CFLAGS = $(STD) $(WARN) $(OPT) $(CFLAGS) -I. -MMD -MP
+LDLIBS    = $(PKG_LIB) -lm -lpthread
+
+# Rooms, from whatever .c files stand there.  HOSTED: drivers that need an
+# operating system; the rest of hal/ also runs on a microcontroller.
+MAIN     := firmware/linux/main.c
+HOSTED   := $(wildcard $(foreach on,linux socketcan libmodbus libgpiod,\
+              hal/*_$(on).[ch]))
+MOTION   := $(wildcard motion/*.c)
+HAL      := $(wildcard hal/*.c)
+FIRMWARE := $(wildcard firmware/*.c)
+LINUX    := $(filter-out $(MAIN),$(wildcard firmware/linux/*.c))
+ROOMS    := $(MOTION) $(wildcard motion/plan/*.c) $(HAL) $(wildcard sim/*.c) \
+            $(FIRMWARE) $(LINUX)
+PORTABLE := $(MOTION) $(filter-out $(HOSTED),$(HAL)) $(FIRMWARE)
+TEST_SRC := $(wildcard tests/test_*.c)
+TEST_LIB := $(filter-out $(TEST_SRC),$(wildcard tests/*.c))
+SOURCES  := $(ROOMS) $(wildcard $(MAIN)) $(TEST_SRC) $(TEST_LIB)
+HEADERS  := $(wildcard $(foreach d,motion motion/plan hal sim firmware \
+              firmware/linux tests,$(d)/*.h))
+
+SLEW     := $(B)/slew
+TESTS    := $(TEST_SRC:%.c=$(B)/%)
+SCRIPTS  := $(wildcard tests/demo.sh)
+
+Q        := $(if $(V),,@)
+say       = @$(if $(V),:,printf '  %-6s %s\n' $(1) $(2))
+
 .PHONY: help
 ## this list
 help:
 	@awk '/^## /{text=substr($$0,4);next} \
 	      text&&/^[a-z-]+:/{sub(":.*","");printf "  make %-14s %s\n",$$0,text} \
-	      {text=""}' $(MAKEFILE_LIST)
+	      {text=""}' $(filter-out %.d,$(MAKEFILE_LIST))
+
+#---- what a user runs
+
+.PHONY: demo
+## install what is missing, build, run a camera move on simulated servos
+demo:
+	@.ci/deps run
+	@$(MAKE) --no-print-directory build
+	@mkdir -p $(B)/demo
+	$(SLEW) run examples/dolly --telemetry $(B)/demo/telemetry.csv \
+	        --plot $(B)/demo/dolly.png
+
+.PHONY: test
+## install what is missing, build, run all tests; SAN=address,undefined too
+test:
+	@.ci/deps run test
+	@$(MAKE) --no-print-directory build check
+
+.PHONY: deps
+## install the Debian packages of .ci/packages, those for the checks too
+deps:
+	@.ci/deps
 
 .PHONY: build
 ## compile the program, build/slew
 build: $(SLEW)
 
-$(SLEW): $(B)/firmware/linux/main.o $(B)/libslew.a
-	$(CC) $(OPT) $(LDFLAGS) $^ $(LDLIBS) -o $@
-
-$(B)/libslew.a: $(OBJ)
-	rm -f $@; $(AR) rcs $@ $^
-
-$(B)/firmware/linux/%.o: firmware/linux/%.c
-	@mkdir -p $(@D)
-	$(CC) $(ALL_CFLAGS) $(PKG_INC) -c $< -o $@
-
-$(B)/%.o: %.c
-	@mkdir -p $(@D)
-	$(CC) $(ALL_CFLAGS) -c $< -o $@
-
-$(B)/tests/%: $(B)/tests/%.o $(B)/libslew.a
-	$(CC) $(OPT) $(LDFLAGS) $^ $(LDLIBS) $(CMOCKA) -o $@
-
 .PHONY: check
-## run the unit tests alone: make check T=track for one
-check: $(if $(T),$(T:%=$(B)/tests/test_%),$(TESTS))
-	@set -e; for t in $^; do $$t; done
+## run the tests, installing nothing; make check T=track for one
+check: $(if $(T),$(T:%=$(B)/tests/test_%),$(TESTS) $(SCRIPTS:%=$(SLEW)))
+	@SLEW=$(SLEW) tests/run.sh $(B)/log $(filter $(B)/tests/%,$^) \
+	      $(if $(T),,$(SCRIPTS))
+
+.PHONY: all
+# everything that is compiled with CC
+all: $(SLEW) $(TESTS)
 
 .PHONY: clean
 ## remove everything that was built
 clean:
 	rm -rf build
 
+#---- how things are built
+
+$(SLEW): $(MAIN:%.c=$(B)/%.o) $(B)/libslew.a
+	$(call say,link,$@)
+	$(Q)$(CC) $(OPT) $(LDFLAGS) $^ $(LDLIBS) -o $@
+
+$(B)/tests/%: $(B)/tests/%.o $(B)/libtests.a $(B)/libslew.a
+	$(call say,link,$@)
+	$(Q)$(CC) $(OPT) $(LDFLAGS) $^ $(LDLIBS) $(CMOCKA) -o $@
+
+$(B)/libslew.a: $(ROOMS:%.c=$(B)/%.o)
+$(B)/libtests.a: $(TEST_LIB:%.c=$(B)/%.o)
+$(B)/lib%.a:
+	$(Q)rm -f $@; mkdir -p $(@D); $(AR) rcs $@ $^
+
+$(B)/firmware/linux/%.o $(B)/tests/%.o: ALL_CFLAGS += $(PKG_INC)
+$(B)/%.o: %.c Makefile
+	$(call say,cc,$<)
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(ALL_CFLAGS) -c $< -o $@
+
+#---- checks; .ci/run runs them all
+
+.PHONY: compilers
+## build everything with gcc and with clang
+compilers:
+	$(MAKE) CC=gcc VARIANT=gcc all
+	$(MAKE) CC=clang VARIANT=clang all
+
+.PHONY: tidy
+# cppcheck 2.10 does not know that unsigned sums wrap: knownConditionTrueFalse.
+## clang-tidy and cppcheck, nothing let through
+tidy:
+	@mkdir -p build/cppcheck
+	@printf '%s\n' $(SOURCES) | xargs -r -P "$$(nproc)" -I {} \
+	    clang-tidy --quiet {} -- $(STD) -I. $(PKG_INC) 2>build/tidy.log || \
+	    { cat build/tidy.log; exit 1; }
+	$(if $(strip $(SOURCES)),cppcheck --quiet -j "$$(nproc)" --error-exitcode=1 \
+	    --std=c11 -I. --cppcheck-build-dir=build/cppcheck --inline-suppr \
+	    --suppress=knownConditionTrueFalse \
+	    --enable=warning$(comma)style$(comma)performance$(comma)portability \
+	    $(SOURCES))
+
+.PHONY: format
+## reformat the sources
+format:
+	clang-format -i $(SOURCES) $(HEADERS)
+
+.PHONY: format-check
+## fail where make format would change something
+format-check:
+	clang-format --dry-run --Werror $(SOURCES) $(HEADERS)
+
+.PHONY: arch
+## who includes whom: only the arrows of docs/ARCHITECTURE.md
+arch:
+	@HOSTED="$(HOSTED)" tests/arch.sh
+
+# What may run on the tick, compiled for a PC without floating-point registers
+# and for two microcontrollers, where every division, float operation and
+# library call is a symbol.  -fcallgraph-info writes who calls whom, and stack.
+define rt_target
+RT += $(PORTABLE:%.c=build/rt/$(1)/%.o)
+build/rt/$(1)/%.o: %.c Makefile
+	$$(call say,$(1),$$<)
+	@mkdir -p $$(@D)
+	$$(Q)$(2) $(STD) $(WARN) -O2 -I. -MMD -MP -ffreestanding \
+	    -fcallgraph-info=su -c $$< -o $$@
+endef
+$(eval $(call rt_target,pc,gcc -mgeneral-regs-only))
+$(eval $(call rt_target,m0,$(CROSS)gcc -mcpu=cortex-m0 -mthumb))
+$(eval $(call rt_target,m4,$(CROSS)gcc -mcpu=cortex-m4 -mthumb))
+
+.PHONY: rt
+## prove the tick's objects: no division, float, heap, recursion; worst stack
+rt: $(RT)
+	@$(PYTHON) tests/rt.py $(PORTABLE)
+
+.PHONY: cover
+## line coverage of the tests, room by room
+cover:
+	@find build/cover -name '*.gcda' -delete 2>/dev/null || true
+	@$(MAKE) --no-print-directory CC=gcc VARIANT=cover OPT='-O0 --coverage' \
+	    check
+	@gcovr -r . build/cover --exclude tests/ --csv -o build/cover/lines.csv
+	@awk -F, 'NR>1&&$$2{room=$$1;sub("/[^/]*$$","",room);all[room]+=$$2;hit[room]+=$$3} \
+	    END{for(r in all)printf "%-16s %6d of %6d lines  %5.1f %%\n", \
+	    r,hit[r],all[r],100*hit[r]/all[r]}' build/cover/lines.csv | sort
+
+.PHONY: schema
+## the example files against docs/schema
+schema:
+	@$(PYTHON) tests/check_schema.py
+
+# Also: bench-tick, golden (tests/qemu/qemu.mk).
+-include tests/qemu/qemu.mk
+
 .SECONDARY:
--include $(OBJ:.o=.d) $(B)/firmware/linux/main.d $(TESTS:=.d)
+-include $(shell find build -name '*.d' 2>/dev/null)
