@@ -169,7 +169,8 @@ int controller_enable(struct controller *controller); /* OFF, READY follows */
 int controller_off(struct controller *controller);    /* READY -> OFF */
 /* READY -> MOVING.  One track per axis (NULL: stands still).  The tracks must
  * outlive the move.  MOTION_E_LIMIT when an axis does not stand where its track
- * starts (*axis says which, when not NULL). */
+ * starts (*axis says which, when not NULL), or when a track is beyond the
+ * limits at 100 % (*axis is -1). */
 int controller_start(struct controller *controller,
                      const struct motion_track *const track[], int *axis);
 int controller_hold(struct controller *controller);

@@ -95,7 +95,16 @@ static bool controller_at_start(const struct controller_axis *axis,
            motion_fixed_abs(apart) <= START_WINDOW_Q32;
 }
 
-static void controller_load(struct controller *controller,
+static bool controller_in_range(const struct motion_track *track,
+                                const struct controller_axis_config *config)
+{
+    struct motion_extreme pos;
+    motion_track_extreme(track, MOTION_POS, &pos);
+    return pos.min >= config->pos_min_q32 && pos.max <= config->pos_max_q32;
+}
+
+/* True when every track is inside its axis's limits at 100 %. */
+static bool controller_load(struct controller *controller,
                             const struct motion_track *const track[])
 {
     controller->move_end_ns_q12 = 0;
@@ -113,7 +122,10 @@ static void controller_load(struct controller *controller,
             controller_least(controller->override_max_q30,
                              controller_axis_rate_most(
                                  track[i], &controller->config.axis[i].limit));
+        if (!controller_in_range(track[i], &controller->config.axis[i]))
+            controller->override_max_q30 = 0;
     }
+    return controller->override_max_q30 >= MOTION_CLOCK_WARP_ONE_Q30;
 }
 
 int controller_start(struct controller *controller,
@@ -127,7 +139,12 @@ int controller_start(struct controller *controller,
                 *axis = (int)i;
             return MOTION_E_LIMIT;
         }
-    controller_load(controller, track);
+    if (!controller_load(controller, track)) {
+        controller_rest(controller);
+        if (axis)
+            *axis = -1;
+        return MOTION_E_LIMIT;
+    }
     /* The first set point of the move, one tick from now, is path time one
      * period: a track that starts from rest may be read at full rate. */
     const int64_t rate = controller_least(controller->override_q30,

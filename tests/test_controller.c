@@ -50,6 +50,8 @@ static int fake_set_target(struct hal_drive *drive,
     struct fake_drive *self = (struct fake_drive *)drive;
     if (self->refuse)
         return MOTION_E_RANGE;
+    if (self->state != HAL_DRIVE_ENABLED)
+        return MOTION_OK; /* without torque it stays where it is */
     memmove(&self->given[1], &self->given[0], 3 * sizeof self->given[0]);
     self->given[0] = *target;
     self->targets++;
@@ -298,7 +300,7 @@ static void a_move_is_its_tracks_tick_by_tick(void **state)
     (void)state;
     struct bench bench;
     struct judge judge = { 0 };
-    bench_ready(&bench, 100);
+    bench_ready(&bench, 101);
     assert_int_equal(controller_start(&bench.controller, bench.tracks, NULL),
                      MOTION_OK);
     const int64_t start_ns = fake_now_ns;
@@ -425,7 +427,7 @@ static void commands_out_of_place_are_refused_and_change_nothing(void **state)
 {
     (void)state;
     struct bench bench;
-    bench_init(&bench, 100);
+    bench_init(&bench, 101);
     bench_tick(&bench);
     struct controller *c = &bench.controller;
     assert_int_equal(controller_start(c, bench.tracks, NULL), MOTION_E_STATE);
@@ -564,7 +566,7 @@ static void a_fault_stops_the_group_along_the_path(void **state)
     (void)state;
     struct bench bench;
     bench_moving(&bench, 120, 1200);
-    cause_drive_fault(&bench);
+    cause_estop(&bench);
     for (int n = 0; bench.controller.state != CONTROLLER_FAULT; n++) {
         assert_true(n < 1500);
         bench_tick(&bench);
@@ -623,20 +625,23 @@ static void a_drive_that_does_not_enable_is_a_fault_with_its_name(void **state)
     assert_int_equal(bench.drive[0].state, HAL_DRIVE_OFF);
 }
 
-/* The gate is judged by a curve that lies about its limits. */
+/* The curve is put in the place of the one that start has checked. */
 static void the_gate_stops_what_planning_should_have(void **state)
 {
     (void)state;
     static const struct {
         const char *name;
-        int64_t pos;
+        int64_t pos, most;
         int ms;
-    } rows[] = { { "too far", 290, 30000 }, { "too fast", 200, 400 } };
+    } rows[] = {
+        { "too far", 290, 210, 4000 },
+        { "too fast", 200, 5, 400 },
+        { "too sudden", 1, 1, 20 },
+    };
     for (size_t n = 0; n < ARRAY_LEN(rows); n++) {
         struct bench bench;
-        bench_ready(&bench, 100);
-        bench.controller.config.axis[0].pos_max_q32 =
-            n == 0 ? 50 * UNIT : 300 * UNIT;
+        bench_moving(&bench, 150, 1);
+        bench.controller.config.axis[0].pos_max_q32 = 210 * UNIT;
         struct motion_segment room[1];
         struct motion_track track;
         motion_track_init(&track, room, 1, 0);
@@ -644,15 +649,31 @@ static void the_gate_stops_what_planning_should_have(void **state)
         const struct motion_state to = bench_key(rows[n].pos, 0);
         motion_track_append_quintic(
             &track, rows[n].ms * MS * MOTION_FIXED_NS_Q12, &rest, &to);
-        bench.tracks[0] = &track;
-        assert_int_equal(
-            controller_start(&bench.controller, bench.tracks, NULL), MOTION_OK);
-        bench_ticks(&bench, rows[n].ms + 10);
+        bench.controller.axis[0].track = &track;
+        bench_ticks(&bench, 4200);
         if (bench.controller.fault.fault != CONTROLLER_FAULT_GATE)
             fail_msg("%s: '%s'", rows[n].name,
                      controller_fault_text(bench.controller.fault.fault));
-        assert_true(bench.drive[0].given[0].pos_q32 <= 200 * UNIT);
+        assert_true(bench.drive[0].given[0].pos_q32 <= rows[n].most * UNIT);
     }
+}
+
+static void a_move_beyond_the_limits_is_not_started(void **state)
+{
+    (void)state;
+    struct bench bench;
+    int axis = 0;
+    bench_ready(&bench, 99);
+    assert_int_equal(controller_start(&bench.controller, bench.tracks, &axis),
+                     MOTION_E_LIMIT);
+    assert_int_equal(axis, -1);
+    bench_ready(&bench, 120);
+    bench.controller.config.axis[1].pos_max_q32 = 79 * UNIT;
+    assert_int_equal(controller_start(&bench.controller, bench.tracks, NULL),
+                     MOTION_E_LIMIT);
+    assert_int_equal(bench.controller.state, CONTROLLER_READY);
+    bench_ticks(&bench, 100);
+    assert_int_equal(bench.drive[1].given[0].pos_q32, 0);
 }
 
 static void lost_ticks_are_skipped_and_too_many_stop(void **state)
@@ -711,6 +732,7 @@ int main(void)
         cmocka_unit_test(reset_is_refused_while_the_estop_is_active),
         cmocka_unit_test(a_drive_that_does_not_enable_is_a_fault_with_its_name),
         cmocka_unit_test(the_gate_stops_what_planning_should_have),
+        cmocka_unit_test(a_move_beyond_the_limits_is_not_started),
         cmocka_unit_test(lost_ticks_are_skipped_and_too_many_stop),
         cmocka_unit_test(bad_configurations_are_refused),
     };
