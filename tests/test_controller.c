@@ -304,7 +304,7 @@ static void a_move_is_its_tracks_tick_by_tick(void **state)
     assert_int_equal(controller_start(&bench.controller, bench.tracks, NULL),
                      MOTION_OK);
     const int64_t start_ns = fake_now_ns;
-    for (int n = 1; n < 4300; n++) {
+    for (int n = 1; n <= 4300; n++) {
         bench_tick(&bench);
         assert_int_equal(bench.controller.rate.s_ns_q12,
                          (fake_now_ns - start_ns) * MOTION_FIXED_NS_Q12);
