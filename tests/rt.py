@@ -26,7 +26,7 @@ ROOTS = {
 # forbidden stays forbidden below them.
 MAY_DIVIDE = {
     "controller_ramp_seek": "searches a ramp, once per request to hold, resume"
-                            " or stop; bounded by CONTROLLER_RAMP_TRIES",
+                            " or stop; bounded by RAMP_TRIES_PER_TICK",
 }
 
 # Library functions that a compiler calls by itself or that do nothing but move
