@@ -40,15 +40,6 @@ static inline int32_t track_mul_high(int32_t a, int32_t b)
     return track_high((int64_t)a * b);
 }
 
-/* 64-bit arithmetic shift by 0..31 without the branches for 32..63. */
-static inline int64_t track_shift_right(int64_t a, uint32_t bits)
-{
-    uint32_t low = (uint32_t)a >> bits | (uint32_t)track_high(a)
-                                             << 1 << (31 - bits);
-    uint32_t high = (uint32_t)(track_high(a) >> bits);
-    return (int64_t)((uint64_t)high << 32 | low);
-}
-
 /* d/dw to unit/s: v * scale / 2^64.  |v| < 2^62, scale < 2^62. */
 static inline int64_t track_scale_vel(const struct motion_segment *segment,
                                       int64_t v)
@@ -68,73 +59,98 @@ static inline int64_t track_scale_acc(const struct motion_segment *segment,
            track_mul_high(a, segment->acc_scale_low);
 }
 
+/* The three Horner schemes side by side; one step takes in coefficient k. */
+struct track_sums {
+    int64_t p, v;
+    int32_t a;
+};
+
+static inline struct track_sums track_step(struct track_sums s, int32_t w,
+                                           int64_t c)
+{
+    return (struct track_sums){
+        .a = track_mul_high(s.a, w) + track_high(s.v),
+        .v = track_mul(s.v, w) + s.p,
+        .p = track_mul(s.p, w) + c,
+    };
+}
+
+/* u has 63 bits: w = u/2 takes 31; the 31 below enter to first order, as
+ * their complement -rest - 1 (one instruction, and a compiler that knew rest
+ * to be positive would multiply it the long way).  The one too many adds at
+ * most 2 to p, which frac >= 2 hides: c[0] is a multiple of 4. */
+static inline void track_store(const struct motion_segment *segment,
+                               struct motion_sample *sample, uint64_t u,
+                               struct track_sums s)
+{
+    int32_t rest = (int32_t) ~((uint32_t)u >> 1);
+
+    s.p += (int64_t)track_mul_high(track_high(s.v), rest) * -2;
+    s.v += (int64_t)track_mul_high(s.a, rest) * -4;
+    sample->acc_q16 = track_scale_acc(segment, s.a);
+    sample->vel_q32 = track_scale_vel(segment, s.v);
+    sample->pos_q32 = (int64_t)((uint64_t)segment->pos_q32 +
+                                (uint64_t)track_mul(s.p, segment->pos_scale));
+}
+
 static inline int64_t track_shift_left(int64_t a, unsigned bits)
 {
     return (int64_t)((uint64_t)a << bits);
 }
 
-/* What hardly any segment needs: travel beyond 2^21 units (position in steps
- * of 2^-frac, the remainder of the travel laid over it in a straight line), or
- * a duration so short that the scales need more than their 62 bits. */
-static void track_special(const struct motion_segment *segment, int64_t p,
-                          int32_t w, struct motion_sample *sample)
+/* What hardly any segment needs: travel over 2^19 units (frac < 2; below zero
+ * in steps of 2^-frac, the remainder of the travel laid over it in a straight
+ * line), or a duration under 100 ns, whose scales need more than 62 bits. */
+static void track_sample_special(const struct motion_segment *segment,
+                                 struct motion_sample *sample, uint64_t u)
 {
-    if (segment->frac < 0) {
-        p = track_shift_left(p, (unsigned)-segment->frac);
-        p += ((int64_t)segment->remainder * w) >> 31;
-        sample->pos_q32 = (int64_t)((uint64_t)segment->pos_q32 + (uint64_t)p);
+    struct track_sums s = { .p = segment->coef[MOTION_TRACK_DEGREE] };
+    int32_t w = (int32_t)(uint32_t)(u >> 32);
+    int32_t rest = (int32_t)((uint32_t)u >> 1);
+
+    for (int k = MOTION_TRACK_DEGREE - 1; k >= 0; k--)
+        s = track_step(s, w, segment->coef[k]);
+    s.p += (int64_t)track_mul_high(track_high(s.v), rest) * 2;
+    s.v += (int64_t)track_mul_high(s.a, rest) * 4;
+    if (segment->frac >= 0) {
+        s.p >>= segment->frac;
+    } else {
+        s.p = track_shift_left(s.p, (unsigned)-segment->frac);
+        s.p += (segment->remainder * (int64_t)w) >> 31;
     }
-    sample->vel_q32 = track_shift_left(sample->vel_q32, segment->vel_shift);
-    sample->acc_q16 = track_shift_left(sample->acc_q16, segment->acc_shift);
+    sample->pos_q32 = (int64_t)((uint64_t)segment->pos_q32 + (uint64_t)s.p);
+    sample->vel_q32 =
+        track_shift_left(track_scale_vel(segment, s.v), segment->vel_shift);
+    sample->acc_q16 =
+        track_shift_left(track_scale_acc(segment, s.a), segment->acc_shift);
 }
 
-/* u has 63 bits: w = u/2 as Q0.32 in 31, and `rest` the 31 below, which enter
- * to first order (rest/2^63: the second-order term is under one unit). */
-static inline void track_evaluate(const struct motion_segment *segment,
-                                  uint64_t dt, struct motion_sample *sample)
+/* Cubics skip two steps.  Each way has its own tail: joined, a 32-bit compiler
+ * no longer knows that w is 32 bits. */
+void track_segment_sample(const struct motion_segment *segment,
+                          struct motion_sample *sample, uint64_t dt)
 {
     const int64_t *c = segment->coef;
     uint64_t u = track_fraction_q63(segment, dt);
     int32_t w = (int32_t)(uint32_t)(u >> 32);
-    int32_t rest = (int32_t)((uint32_t)u >> 1);
-    int64_t p = c[3], v = 0;
-    int32_t a = 0;
 
-    if (segment->degree > 3) {
-        v = c[5];
-        p = track_mul(c[5], w) + c[4];
-        a = track_high(v);
-        v = track_mul(v, w) + p;
-        p = track_mul(p, w) + c[3];
+    if (segment->kind == MOTION_SEGMENT_QUINTIC) {
+        struct track_sums s = { .p = c[5] };
+        s = track_step(s, w, c[4]);
+        s = track_step(s, w, c[3]);
+        s = track_step(s, w, c[2]);
+        s = track_step(s, w, c[1]);
+        s = track_step(s, w, c[0]);
+        track_store(segment, sample, u, s);
+    } else if (segment->kind == MOTION_SEGMENT_CUBIC) {
+        struct track_sums s = { .p = c[3] };
+        s = track_step(s, w, c[2]);
+        s = track_step(s, w, c[1]);
+        s = track_step(s, w, c[0]);
+        track_store(segment, sample, u, s);
+    } else {
+        track_sample_special(segment, sample, u);
     }
-    a = track_mul_high(a, w) + track_high(v);
-    v = track_mul(v, w) + p;
-    p = track_mul(p, w) + c[2];
-
-    a = track_mul_high(a, w) + track_high(v);
-    v = track_mul(v, w) + p;
-    p = track_mul(p, w) + c[1];
-
-    a = track_mul_high(a, w) + track_high(v);
-    v = track_mul(v, w) + p;
-    p = track_mul(p, w) + c[0];
-
-    p += (int64_t)track_mul_high(track_high(v), rest) * 2;
-    v += (int64_t)track_mul_high(a, rest) * 4;
-
-    uint64_t travel =
-        (uint64_t)track_shift_right(p, (uint32_t)segment->frac & 31);
-    sample->pos_q32 = (int64_t)((uint64_t)segment->pos_q32 + travel);
-    sample->vel_q32 = track_scale_vel(segment, v);
-    sample->acc_q16 = track_scale_acc(segment, a);
-    if (segment->special)
-        track_special(segment, p, w, sample);
-}
-
-void track_segment_sample(const struct motion_segment *segment, uint64_t dt,
-                          struct motion_sample *sample)
-{
-    track_evaluate(segment, dt, sample);
 }
 
 uint32_t track_find(const struct motion_track *track, int64_t t_ns_q12)
@@ -174,10 +190,12 @@ static bool track_holds(const struct motion_track *track, uint32_t index,
            t_ns_q12 - segment->start_ns_q12 < segment->dur_ns_q12;
 }
 
-/* The cursor is elsewhere: try the next segment, else search. */
-static void track_sample_seek(const struct motion_track *track,
-                              struct motion_cursor *cursor, int64_t t_ns_q12,
-                              struct motion_sample *sample)
+/* The cursor is elsewhere: try the next segment, else search.  Not inlined,
+ * so that the usual way needs no stack. */
+__attribute__((noinline)) static void
+track_sample_seek(const struct motion_track *track,
+                  struct motion_cursor *cursor, int64_t t_ns_q12,
+                  struct motion_sample *sample)
 {
     if (t_ns_q12 < 0 || t_ns_q12 >= track->end_ns_q12) {
         track_sample_outside(track, t_ns_q12, sample);
@@ -190,8 +208,8 @@ static void track_sample_seek(const struct motion_track *track,
         cursor->index = track_find(track, t_ns_q12);
 
     const struct motion_segment *segment = &track->segment[cursor->index];
-    track_segment_sample(segment, (uint64_t)(t_ns_q12 - segment->start_ns_q12),
-                         sample);
+    track_segment_sample(segment, sample,
+                         (uint64_t)(t_ns_q12 - segment->start_ns_q12));
 }
 
 /* start <= MOTION_TRACK_MAX < 2^63 - 2^61, so a t before the start gives a
@@ -206,7 +224,7 @@ void motion_track_sample(const struct motion_track *track,
         const struct motion_segment *segment = &track->segment[index];
         uint64_t dt = (uint64_t)t_ns_q12 - (uint64_t)segment->start_ns_q12;
         if (dt < (uint64_t)segment->dur_ns_q12) {
-            track_evaluate(segment, dt, sample);
+            track_segment_sample(segment, sample, dt);
             return;
         }
     }

@@ -63,12 +63,19 @@ struct motion_segment {
     uint64_t inverse; /* 2^127 / (dur << normalise), rounded down */
     int32_t vel_scale_high, vel_scale_low; /* d/dw to unit/s */
     int32_t acc_scale_high, acc_scale_low;
-    int32_t remainder; /* of the travel, below 2^-frac when frac < 0 */
-    uint8_t normalise; /* leading zeros of dur */
+    int32_t pos_scale; /* 2^(32 - frac) where frac >= 2 */
+    int32_t remainder; /* of the travel, below 2^-frac where frac < 0 */
     int8_t frac;       /* -14..31 */
-    uint8_t vel_shift, acc_shift;
-    uint8_t degree;  /* highest coefficient that is not zero */
-    uint8_t special; /* frac < 0 or a shift is not zero */
+    uint8_t normalise; /* leading zeros of dur */
+    uint8_t degree;    /* highest coefficient that is not zero */
+    uint8_t kind;      /* how to sample it: enum motion_segment_kind */
+    uint8_t vel_shift, acc_shift; /* left, for the shortest segments */
+};
+
+enum motion_segment_kind {
+    MOTION_SEGMENT_CUBIC,   /* degree 0..3 */
+    MOTION_SEGMENT_QUINTIC, /* degree 4, 5 */
+    MOTION_SEGMENT_SPECIAL, /* frac < 2 or a shift is not zero */
 };
 
 /* The caller owns the segments; the track only points at them.  A const track

@@ -241,8 +241,12 @@ static void append_derive(struct motion_segment *segment)
     segment->acc_shift =
         append_scale(track_ratio_mul(rate, rate), 32 + 15 - segment->frac,
                      &segment->acc_scale_high, &segment->acc_scale_low);
-    segment->special =
-        segment->frac < 0 || segment->vel_shift != 0 || segment->acc_shift != 0;
+    if (segment->frac >= 2)
+        segment->pos_scale = (int32_t)(UINT32_C(1) << (32 - segment->frac));
+    if (segment->frac < 2 || segment->vel_shift != 0 || segment->acc_shift != 0)
+        segment->kind = MOTION_SEGMENT_SPECIAL;
+    else if (segment->degree > 3)
+        segment->kind = MOTION_SEGMENT_QUINTIC;
 }
 
 static void append_time(struct motion_segment *segment, int64_t start_ns_q12,
@@ -366,6 +370,7 @@ static int append_fit(const struct motion_track *track,
         segment->remainder = (int32_t)(travel & ((UINT64_C(1) << -frac) - 1));
     } else {
         segment->coef[0] = (int64_t)((track->end_frac >> 33) >> (31 - frac));
+        segment->coef[0] &= ~INT64_C(3); /* see track_store */
     }
     append_settle(goal, append_travel(goal, segment), segment);
     append_derive(segment);

@@ -45,9 +45,10 @@ static inline uint64_t track_fraction_q63(const struct motion_segment *segment,
            ((uint64_t)lo * ih >> 32);
 }
 
-/* Position and derivatives at dt from the segment's start, 0 <= dt < dur. */
-void track_segment_sample(const struct motion_segment *segment, uint64_t dt,
-                          struct motion_sample *sample);
+/* Position and derivatives at dt from the segment's start, 0 <= dt < dur.
+ * (In this order all arguments are in registers on ARM.) */
+void track_segment_sample(const struct motion_segment *segment,
+                          struct motion_sample *sample, uint64_t dt);
 
 /* The segment that holds t, 0 <= t < end. */
 uint32_t track_find(const struct motion_track *track, int64_t t_ns_q12);

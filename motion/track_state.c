@@ -99,7 +99,7 @@ void motion_segment_state(const struct motion_segment *segment,
     int shift = -segment->frac - STATE_GUARD;
     struct motion_sample sample;
 
-    track_segment_sample(segment, dt, &sample);
+    track_segment_sample(segment, &sample, dt);
     *state = (struct motion_state){
         .pos_q32 = whole ? state_end_pos(segment) : sample.pos_q32,
         .vel_q32 =
