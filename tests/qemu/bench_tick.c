@@ -1,0 +1,158 @@
+/* tests/qemu/bench_tick.c - instructions per call of motion_track_sample.
+ *
+ * QEMU with -icount advances its clock by a fixed time per instruction, so the
+ * SysTick counts instructions, to the last one: there is no cache, no pipeline
+ * and nothing to average.  The unit is measured with a row of nops; what a call
+ * costs around the function is measured with an empty function of the same
+ * shape and left out; entering and leaving the function is in.
+ * Status 1 when a call within a segment takes more than LIMIT. */
+#include "motion/err.h"
+#include "motion/fixed.h"
+#include "motion/track.h"
+#include "tests/qemu/start.h"
+
+#ifndef LIMIT
+#define LIMIT UINT32_MAX
+#endif
+
+#define REGISTER(address) (*(volatile uint32_t *)(address))
+#define SYST_CSR          REGISTER(0xE000E010)
+#define SYST_RVR          REGISTER(0xE000E014)
+#define SYST_CVR          REGISTER(0xE000E018)
+#define SYST_TOP          0xFFFFFFu
+
+/* Written out: the compiler counts lines to know how far a branch goes. */
+#define NOPS   64
+#define NOP_8  "nop\n nop\n nop\n nop\n nop\n nop\n nop\n nop\n "
+#define NOP_64 NOP_8 NOP_8 NOP_8 NOP_8 NOP_8 NOP_8 NOP_8 NOP_8
+
+typedef void bench_function(const struct motion_track *track,
+                            struct motion_cursor *cursor, int64_t t_ns_q12,
+                            struct motion_sample *sample);
+
+static struct motion_segment room[4];
+static struct motion_sample sample;
+
+__attribute__((noinline)) static void
+bench_empty(const struct motion_track *track, struct motion_cursor *cursor,
+            int64_t t_ns_q12, struct motion_sample *to)
+{
+    __asm__ volatile("" : : "r"(track), "r"(cursor), "r"(to) : "memory");
+    (void)t_ns_q12;
+}
+
+static uint32_t bench_now(void)
+{
+    return SYST_TOP - SYST_CVR;
+}
+
+static uint32_t bench_ticks(bench_function *volatile function,
+                            const struct motion_track *track, uint32_t index,
+                            int64_t t_ns_q12)
+{
+    bench_function *const call = function;
+    struct motion_cursor cursor = { index };
+    uint32_t start = bench_now();
+
+    call(track, &cursor, t_ns_q12, &sample);
+    return bench_now() - start;
+}
+
+static uint32_t bench_nop_ticks(void)
+{
+    uint32_t start = bench_now();
+
+    __asm__ volatile(NOP_64);
+    return bench_now() - start;
+}
+
+/* Instructions, entry to return included: the empty function's own return is
+ * added again. */
+static uint32_t bench_count(const struct motion_track *track, uint32_t index,
+                            int64_t t_ns_q12)
+{
+    uint32_t unit = bench_nop_ticks();
+    uint32_t with = bench_ticks(motion_track_sample, track, index, t_ns_q12);
+    uint32_t without = bench_ticks(bench_empty, track, index, t_ns_q12);
+
+    return ((with - without) * NOPS + unit / 2) / unit + 1;
+}
+
+/* Worst of some times within segment `index`, the cursor being at `from`. */
+static uint32_t bench_worst(const struct motion_track *track, uint32_t index,
+                            uint32_t from)
+{
+    const struct motion_segment *segment = &track->segment[index];
+    uint32_t worst = 0;
+
+    for (int i = 0; i < 16; i++) {
+        int64_t dt = segment->dur_ns_q12 / 16 * i;
+        uint32_t count = bench_count(track, from, segment->start_ns_q12 + dt);
+        worst = count > worst ? count : worst;
+    }
+    return worst;
+}
+
+static uint32_t bench_report(const char *what, uint32_t count)
+{
+    start_print(what);
+    start_print_u32(count);
+    start_print("\n");
+    return count;
+}
+
+/* A cubic and a quintic of seconds, and a quintic shorter than 1 ms, whose
+ * time takes another way. */
+static int bench_plan(struct motion_track *track)
+{
+    const struct motion_state fast = { .vel_q32 = 3 * MOTION_FIXED_ONE_Q32 };
+    const struct motion_state third = { .pos_q32 = 700 * MOTION_FIXED_ONE_Q32,
+                                        .vel_q32 = MOTION_FIXED_ONE_Q32 };
+    struct motion_state to = { .pos_q32 = 123 * MOTION_FIXED_ONE_Q32 };
+    int err;
+
+    motion_track_init(track, room, 4, -5 * MOTION_FIXED_ONE_Q32);
+    err = motion_track_append_cubic(track, 3 * MOTION_FIXED_S_Q12, fast.vel_q32,
+                                    &to);
+    to.pos_q32 = 200 * MOTION_FIXED_ONE_Q32;
+    to.acc_q16 = 7 * MOTION_FIXED_ONE_Q16;
+    if (err == MOTION_OK)
+        err = motion_track_append_quintic(track, 5 * MOTION_FIXED_S_Q12, &fast,
+                                          &to);
+    to.pos_q32 += MOTION_FIXED_ONE_Q32 / 1000;
+    if (err == MOTION_OK)
+        err = motion_track_append_quintic(track, MOTION_FIXED_S_Q12 / 2000,
+                                          &fast, &to);
+    if (err == MOTION_OK)
+        err = motion_track_append_cubic(track, 60 * MOTION_FIXED_S_Q12, 0,
+                                        &third);
+    return err;
+}
+
+int main(void)
+{
+    struct motion_track track;
+    uint32_t worst = 0, count;
+
+    SYST_RVR = SYST_TOP;
+    SYST_CVR = 0;
+    SYST_CSR = 5; /* on, core clock, no interrupt */
+    if (bench_plan(&track) < 0)
+        return 2;
+
+    count = bench_report("  cubic            ", bench_worst(&track, 0, 0));
+    worst = count > worst ? count : worst;
+    count = bench_report("  quintic          ", bench_worst(&track, 1, 1));
+    worst = count > worst ? count : worst;
+    count = bench_report("  quintic, 0.5 ms  ", bench_worst(&track, 2, 2));
+    worst = count > worst ? count : worst;
+    bench_report("  into the next    ", bench_worst(&track, 1, 0));
+    bench_report("  search           ", bench_worst(&track, 3, 0));
+    if (worst > LIMIT) {
+        start_print("more than ");
+        start_print_u32(LIMIT);
+        start_print(" instructions\n");
+        return 1;
+    }
+    return 0;
+}

@@ -1,0 +1,289 @@
+/* tests/qemu/golden.c - the same bits on every machine.
+ *
+ * Plans tracks on the target itself, samples them, and prints a hash per
+ * producer of everything that came out.  `make golden` runs it on a PC (gcc
+ * -O0 and -O2, clang) and in QEMU (Cortex-M0, Cortex-M4, RV32, RV64) and
+ * compares the output.  To add a producer: a function and a row in `producers`
+ * at the end. */
+#include <stddef.h>
+
+#include "motion/err.h"
+#include "motion/fixed.h"
+#include "motion/track.h"
+#include "tests/qemu/start.h"
+
+#define ROOM    72
+#define SAMPLES 14000 /* of each producer */
+#define STATES  200
+
+#define UNIT   MOTION_FIXED_ONE_Q32
+#define SECOND MOTION_FIXED_S_Q12
+
+static struct motion_segment room[ROOM];
+
+/* --- a seeded generator (xorshift) and a hash (FNV-1a, by words) ---------- */
+
+static uint64_t golden_seed;
+
+static uint64_t golden_random(void)
+{
+    golden_seed ^= golden_seed << 13;
+    golden_seed ^= golden_seed >> 7;
+    golden_seed ^= golden_seed << 17;
+    return golden_seed;
+}
+
+/* -2^bits .. 2^bits.  One call per statement: C leaves the order within an
+ * expression or an initialiser to the compiler. */
+static int64_t golden_signed(unsigned bits)
+{
+    int64_t magnitude = (int64_t)(golden_random() >> (64 - bits));
+    return golden_random() & 1 ? -magnitude : magnitude;
+}
+
+static struct motion_state golden_state(unsigned pos_bits, unsigned vel_bits,
+                                        unsigned acc_bits)
+{
+    struct motion_state state = { 0 };
+
+    state.pos_q32 = golden_signed(pos_bits);
+    state.vel_q32 = golden_signed(vel_bits);
+    state.acc_q16 = golden_signed(acc_bits);
+    return state;
+}
+
+/* 0 .. below - 1, without a division */
+static int64_t golden_below(int64_t below)
+{
+    return (int64_t)motion_fixed_mulhi_u64(golden_random(), (uint64_t)below);
+}
+
+static uint64_t golden_hash;
+
+static void golden_add(int64_t value)
+{
+    golden_hash ^= (uint64_t)value;
+    golden_hash *= UINT64_C(0x100000001B3);
+    golden_hash ^= golden_hash >> 29;
+}
+
+static void golden_add_state(const struct motion_state *state)
+{
+    golden_add(state->pos_q32);
+    golden_add(state->vel_q32);
+    golden_add(state->acc_q16);
+    golden_add(state->jerk_q16);
+}
+
+/* --- what is hashed of a track -------------------------------------------- */
+
+static void golden_add_segments(const struct motion_track *track)
+{
+    for (uint32_t i = 0; i < track->count; i++) {
+        const struct motion_segment *segment = &track->segment[i];
+        for (int k = 0; k <= MOTION_TRACK_DEGREE; k++)
+            golden_add(segment->coef[k]);
+        golden_add(segment->start_ns_q12);
+        golden_add(segment->pos_q32);
+        golden_add((int64_t)segment->inverse);
+        golden_add(segment->frac);
+    }
+    golden_add_state(&track->end);
+}
+
+/* Forwards in even steps, with every eighth sample anywhere. */
+static void golden_add_samples(const struct motion_track *track)
+{
+    struct motion_cursor cursor = { 0 };
+    struct motion_sample sample;
+    uint64_t step;
+    struct motion_u128 end = { 0, (uint64_t)track->end_ns_q12 };
+
+    motion_fixed_div_u128(end, SAMPLES - 2, &step, NULL);
+    for (int i = 0; i < SAMPLES; i++) {
+        int64_t t = (int64_t)step * (i - 1);
+        if (i % 8 == 7)
+            t = golden_below(track->end_ns_q12);
+        motion_track_sample(track, &cursor, t, &sample);
+        golden_add(sample.pos_q32);
+        golden_add(sample.vel_q32);
+        golden_add(sample.acc_q16);
+    }
+}
+
+static void golden_add_states(const struct motion_track *track)
+{
+    struct motion_state state;
+
+    for (int i = 0; i < STATES; i++) {
+        motion_track_state(track, golden_below(track->end_ns_q12), &state);
+        golden_add_state(&state);
+    }
+}
+
+static void golden_add_extremes(const struct motion_track *track)
+{
+    static const enum motion_quantity quantity[] = { MOTION_POS, MOTION_VEL,
+                                                     MOTION_ACC, MOTION_JERK };
+    struct motion_extreme extreme;
+    struct motion_continuity worst;
+
+    for (size_t i = 0; i < sizeof(quantity) / sizeof(quantity[0]); i++) {
+        motion_track_extreme(track, quantity[i], &extreme);
+        golden_add(extreme.min);
+        golden_add(extreme.max);
+        golden_add(extreme.min_ns_q12);
+        golden_add(extreme.max_ns_q12);
+    }
+    motion_track_continuity(track, &worst);
+    golden_add((int64_t)worst.vel_step_q32);
+    golden_add((int64_t)worst.acc_step_q16);
+}
+
+/* --- producers: each appends to a track until it says no ------------------ */
+
+static int golden_lines(struct motion_track *track)
+{
+    if (track->count >= 40)
+        return MOTION_E_FULL;
+    int64_t dur = 1 + golden_below(4 * SECOND);
+    if (track->count % 4 == 3)
+        return motion_track_append_dwell(track, dur);
+    return motion_track_append_line(track, dur, golden_signed(40));
+}
+
+static int golden_cubics(struct motion_track *track)
+{
+    struct motion_state end = golden_state(44, 36, 1);
+    int64_t dur = SECOND / 100 + golden_below(SECOND);
+
+    if (track->count >= 30)
+        return MOTION_E_FULL;
+    return motion_track_append_cubic(track, dur, track->end.vel_q32, &end);
+}
+
+static int golden_quintics(struct motion_track *track)
+{
+    struct motion_state end = golden_state(42, 38, 22);
+
+    if (track->count >= 30)
+        return MOTION_E_FULL;
+    return motion_track_append_quintic(track, SECOND + golden_below(9 * SECOND),
+                                       &track->end, &end);
+}
+
+/* Raw coefficients, with fractions below 2^-32 at the borders. */
+static int golden_polys(struct motion_track *track)
+{
+    int64_t coef[MOTION_TRACK_DEGREE];
+    int64_t dur = 1 + golden_below(60 * SECOND);
+    int64_t end = track->end.pos_q32 + golden_signed(36);
+
+    if (track->count >= 30)
+        return MOTION_E_FULL;
+    for (int k = 0; k < MOTION_TRACK_DEGREE; k++)
+        coef[k] = golden_signed(50);
+    return motion_track_append_poly(
+        track, 1 + golden_below(60 * SECOND), 1 + (int)(track->count % 5), coef,
+        15, track->end.pos_q32 + golden_signed(36), golden_random());
+}
+
+/* Every size of span and travel; what does not fit is a result too. */
+static int golden_extremes(struct motion_track *track)
+{
+    int start_order = 1 + (int)golden_below(3);
+    int end_order = 1 + (int)golden_below(3);
+    unsigned far = 1 + (unsigned)golden_below(60);
+    unsigned shift = 4 + (unsigned)golden_below(58);
+    int64_t dur = (int64_t)(golden_random() >> shift);
+    struct motion_state start = golden_state(1, 40, 30);
+    struct motion_state end = golden_state(far, 40, 30);
+
+    if (track->count >= 60)
+        return MOTION_E_FULL;
+    int err = motion_track_append_constraints(track, dur, start_order, &start,
+                                              end_order, &end);
+    golden_add(err);
+    return MOTION_OK;
+}
+
+/* A six-hour move. */
+static int golden_long(struct motion_track *track)
+{
+    const struct motion_state end = { .pos_q32 = 2400 * UNIT };
+
+    if (track->count >= 1)
+        return MOTION_E_FULL;
+    return motion_track_append_quintic(track, 6 * 3600 * SECOND, &track->end,
+                                       &end);
+}
+
+static const struct {
+    const char *name;
+    int (*append)(struct motion_track *track); /* negative: no more */
+} producers[] = {
+    { "lines", golden_lines },       { "cubics", golden_cubics },
+    { "quintics", golden_quintics }, { "polys", golden_polys },
+    { "extremes", golden_extremes }, { "six hours", golden_long },
+};
+
+/* --- arithmetic that tracks do not reach ---------------------------------- */
+
+static void golden_fixed(void)
+{
+    int64_t sine, cosine, result = 0;
+
+    for (int i = 0; i < 2000; i++) {
+        int64_t a = golden_signed(63);
+        int64_t b = golden_signed(63);
+        int64_t c = golden_signed(63);
+        struct motion_u128 square = { (uint64_t)a, (uint64_t)b };
+
+        motion_fixed_sincos_q62(golden_random() >> 2, &sine, &cosine);
+        golden_add(sine);
+        golden_add(cosine);
+        golden_add(motion_fixed_muldiv(a, b, c, &result));
+        golden_add(result);
+        golden_add((int64_t)motion_fixed_isqrt_u128(square));
+    }
+}
+
+static void golden_start(uint64_t seed)
+{
+    golden_seed = seed * UINT64_C(0x9E3779B97F4A7C15);
+    golden_hash = UINT64_C(0xCBF29CE484222325);
+}
+
+static void golden_report(const char *name, uint32_t segments)
+{
+    start_print_hex((uint32_t)(golden_hash >> 32));
+    start_print_hex((uint32_t)golden_hash);
+    start_print("  ");
+    start_print(name);
+    if (segments > 0) {
+        start_print(", segments: ");
+        start_print_u32(segments);
+    }
+    start_print("\n");
+}
+
+int main(void)
+{
+    struct motion_track track;
+
+    golden_start(99);
+    golden_fixed();
+    golden_report("fixed", 0);
+    for (size_t i = 0; i < sizeof(producers) / sizeof(producers[0]); i++) {
+        golden_start(i + 1);
+        motion_track_init(&track, room, ROOM, golden_signed(40));
+        while (producers[i].append(&track) >= 0) {
+        }
+        golden_add_segments(&track);
+        golden_add_samples(&track);
+        golden_add_states(&track);
+        golden_add_extremes(&track);
+        golden_report(producers[i].name, track.count);
+    }
+    return 0;
+}

@@ -1,0 +1,72 @@
+/* tests/qemu/start.c - the part of start-up that all processors share, and the
+ * two library functions a freestanding compiler may call.
+ * Source: Arm, Semihosting for AArch32 and AArch64, 5 (SYS_WRITE0,
+ * SYS_EXIT_EXTENDED). */
+#include "tests/qemu/start.h"
+
+#include <stddef.h>
+
+#define SYS_WRITE0                   0x04
+#define SYS_EXIT_EXTENDED            0x20
+#define ADP_STOPPED_APPLICATION_EXIT 0x20026
+
+void *memcpy(void *to, const void *from, size_t size);
+void *memset(void *to, int value, size_t size);
+
+void start_print(const char *text)
+{
+    start_host_call(SYS_WRITE0, text);
+}
+
+void start_print_u32(uint32_t value)
+{
+    char text[11];
+    char *digit = text + sizeof(text) - 1;
+
+    *digit = '\0';
+    do {
+        *--digit = (char)('0' + value % 10);
+        value /= 10;
+    } while (value != 0);
+    start_print(digit);
+}
+
+void start_print_hex(uint32_t value)
+{
+    char text[9];
+
+    for (int i = 0; i < 8; i++)
+        text[i] = "0123456789abcdef"[value >> (28 - 4 * i) & 15];
+    text[8] = '\0';
+    start_print(text);
+}
+
+_Noreturn void start_exit(uint32_t status)
+{
+    const unsigned long block[2] = { ADP_STOPPED_APPLICATION_EXIT, status };
+
+    start_host_call(SYS_EXIT_EXTENDED, block);
+    for (;;) {
+    }
+}
+
+/* Compiled with -fno-tree-loop-distribute-patterns, or these would be turned
+ * into calls of themselves. */
+void *memcpy(void *to, const void *from, size_t size)
+{
+    unsigned char *t = to;
+    const unsigned char *f = from;
+
+    while (size-- > 0)
+        *t++ = *f++;
+    return to;
+}
+
+void *memset(void *to, int value, size_t size)
+{
+    unsigned char *t = to;
+
+    while (size-- > 0)
+        *t++ = (unsigned char)value;
+    return to;
+}
