@@ -183,9 +183,8 @@ static int golden_polys(struct motion_track *track)
         return MOTION_E_FULL;
     for (int k = 0; k < MOTION_TRACK_DEGREE; k++)
         coef[k] = golden_signed(50);
-    return motion_track_append_poly(
-        track, 1 + golden_below(60 * SECOND), 1 + (int)(track->count % 5), coef,
-        15, track->end.pos_q32 + golden_signed(36), golden_random());
+    return motion_track_append_poly(track, dur, 1 + (int)(track->count % 5),
+                                    coef, 15, end, golden_random());
 }
 
 /* Every size of span and travel; what does not fit is a result too. */
