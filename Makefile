@@ -137,19 +137,21 @@ compilers:
 	$(MAKE) CC=gcc VARIANT=gcc all
 	$(MAKE) CC=clang VARIANT=clang all
 
-.PHONY: tidy
-# cppcheck 2.10 does not know that unsigned sums wrap: knownConditionTrueFalse.
+.PHONY: tidy clang-tidy cppcheck
 ## clang-tidy and cppcheck, nothing let through
-tidy:
-	@mkdir -p build/cppcheck
+tidy: clang-tidy cppcheck
+clang-tidy:
+	@mkdir -p build
 	@printf '%s\n' $(SOURCES) | xargs -r -P "$$(nproc)" -I {} \
-	    clang-tidy --quiet {} -- $(STD) -I. $(PKG_INC) 2>build/tidy.log || \
-	    { cat build/tidy.log; exit 1; }
-	$(if $(strip $(SOURCES)),cppcheck --quiet -j "$$(nproc)" --error-exitcode=1 \
-	    --std=c11 -I. --cppcheck-build-dir=build/cppcheck --inline-suppr \
-	    --suppress=knownConditionTrueFalse \
+	    clang-tidy --quiet {} -- $(STD) $(WARN) -I. $(PKG_INC) \
+	    2>build/tidy.log || { cat build/tidy.log; exit 1; }
+# Version 2.10 does not know that unsigned sums wrap: knownConditionTrueFalse.
+cppcheck:
+	@mkdir -p build/cppcheck
+	@$(if $(strip $(SOURCES)),cppcheck --quiet -j "$$(nproc)" -I. \
+	    --error-exitcode=1 --std=c11 --cppcheck-build-dir=build/cppcheck \
 	    --enable=warning$(comma)style$(comma)performance$(comma)portability \
-	    $(SOURCES))
+	    --inline-suppr --suppress=knownConditionTrueFalse $(SOURCES))
 
 .PHONY: format
 ## reformat the sources
@@ -159,7 +161,7 @@ format:
 .PHONY: format-check
 ## fail where make format would change something
 format-check:
-	clang-format --dry-run --Werror $(SOURCES) $(HEADERS)
+	@clang-format --dry-run --Werror $(SOURCES) $(HEADERS)
 
 .PHONY: arch
 ## who includes whom: only the arrows of docs/ARCHITECTURE.md
