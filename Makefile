@@ -204,6 +204,11 @@ cover:
 schema:
 	@$(PYTHON) tests/check_schema.py
 
+.PHONY: fresh
+## as root: make demo and make test in a Debian 12 with only git and make
+fresh:
+	tests/fresh.sh
+
 # Also: bench-tick, golden (tests/qemu/qemu.mk).
 -include tests/qemu/qemu.mk
 
