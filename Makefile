@@ -148,12 +148,11 @@ clang-tidy:
 # Style is clang-tidy's.  Right shifts of negative numbers are arithmetic with
 # every compiler we use; version 2.10 overlooks compound literals.
 cppcheck:
-	@mkdir -p build/cppcheck
 	@$(if $(strip $(SOURCES)),cppcheck --quiet -j "$$(nproc)" -I. \
-	    --error-exitcode=1 --std=c11 --cppcheck-build-dir=build/cppcheck \
+	    --error-exitcode=1 --std=c11 --inline-suppr \
 	    --enable=warning$(comma)performance$(comma)portability \
 	    --suppress=shiftTooManyBitsSigned --suppress=legacyUninitvar \
-	    --inline-suppr $(SOURCES))
+	    $(SOURCES))
 
 .PHONY: format
 ## reformat the sources
