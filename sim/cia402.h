@@ -173,7 +173,7 @@ void cia402_motion_off(struct sim_cia402 *self);
 void cia402_motion_stand(struct sim_cia402 *self);
 void cia402_motion_follow(struct sim_cia402 *self);
 void cia402_motion_ramp(struct sim_cia402 *self, int64_t acc_counts_s2);
-/* SYNC: measure its period, then latch the target. */
+/* SYNC: measure its period; then, with its RPDOs in force, latch the target. */
 void cia402_motion_sync(struct sim_cia402 *self);
 void cia402_motion_latch(struct sim_cia402 *self);
 void cia402_motion_targets_late(struct sim_cia402 *self);

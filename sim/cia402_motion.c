@@ -16,6 +16,8 @@
 
 /* Before the first period has been measured, and where nobody said. */
 #define CIA402_SYNC_PERIOD_NS CIA402_MS
+/* A longer time between two SYNCs was a pause. */
+#define CIA402_SYNC_PAUSE_NS (200 * CIA402_MS)
 /* A ramp is over when the demand rests and the axis is slower than 1 / 2^10 of
  * its top speed. */
 #define CIA402_REST_SHIFT 10
@@ -200,23 +202,30 @@ void cia402_motion_advance(struct sim_cia402 *self)
 
 /* ---- SYNC -------------------------------------------------------------- */
 
+static int64_t cia402_motion_told_period_ns(const struct sim_cia402 *self)
+{
+    int64_t told_ns = self->value[CIA402_SYNC_PERIOD] * CIA402_US;
+
+    return told_ns > 0 ? told_ns : CIA402_SYNC_PERIOD_NS;
+}
+
 /* Follows the measured period slowly, a new one at once. */
-static void cia402_motion_measure(struct sim_cia402 *self)
+void cia402_motion_sync(struct sim_cia402 *self)
 {
     int64_t now_ns = cia402_now_ns(self);
     int64_t period_ns = now_ns - self->sync_ns;
     int64_t change_ns = period_ns - self->sync_period_ns;
+    bool is_first = self->sync_ns < 0;
 
-    if (self->sync_ns < 0) {
-        int64_t told_ns = self->value[CIA402_SYNC_PERIOD] * CIA402_US;
-
-        self->sync_period_ns = told_ns > 0 ? told_ns : CIA402_SYNC_PERIOD_NS;
-    } else if (cia402_motion_abs(change_ns) > self->sync_period_ns / 2) {
-        self->sync_period_ns = period_ns;
-    } else {
-        self->sync_period_ns += change_ns / 8;
-    }
     self->sync_ns = now_ns;
+    if (is_first)
+        self->sync_period_ns = cia402_motion_told_period_ns(self);
+    else if (period_ns > CIA402_SYNC_PAUSE_NS)
+        return;
+    else if (cia402_motion_abs(change_ns) > self->sync_period_ns / 2)
+        self->sync_period_ns = period_ns;
+    else
+        self->sync_period_ns += change_ns / 8;
 }
 
 /* 0x60C2 when set, else as measured. */
@@ -267,11 +276,6 @@ static void cia402_motion_limit_slope(struct sim_cia402 *self,
     self->target_q24 =
         self->demand_q24 +
         (int64_t)((sim_i128)self->demand_vel_q24 * duration_ns / CIA402_S);
-}
-
-void cia402_motion_sync(struct sim_cia402 *self)
-{
-    cia402_motion_measure(self);
 }
 
 static void cia402_motion_watch_targets(struct sim_cia402 *self)

@@ -95,6 +95,25 @@ static void cia402_power_up(struct sim_cia402 *self, enum cia402_power state)
         cia402_power_enter(self, state);
 }
 
+static void cia402_power_halt(struct sim_cia402 *self)
+{
+    bool halt = (self->controlword & CIA402_CW_HALT) != 0;
+
+    if (halt && !self->halted) {
+        self->halted = true;
+        cia402_power_ramp(self, cia402_od_signed(self, CIA402_HALT_OPTION));
+    } else if (!halt && self->halted) {
+        self->halted = false;
+        cia402_motion_follow(self);
+    }
+}
+
+void cia402_power_brake_released(struct sim_cia402 *self)
+{
+    cia402_power_enter(self, CIA402_POWER_ENABLED);
+    cia402_power_halt(self);
+}
+
 /* 4, once the brake is released. */
 static void cia402_power_release_brake(struct sim_cia402 *self)
 {
@@ -107,11 +126,6 @@ static void cia402_power_release_brake(struct sim_cia402 *self)
                      cia402_now_ns(self) + self->config.brake_release_ns);
     if (self->config.brake_release_ns == 0)
         cia402_power_brake_released(self);
-}
-
-void cia402_power_brake_released(struct sim_cia402 *self)
-{
-    cia402_power_enter(self, CIA402_POWER_ENABLED);
 }
 
 /* 11. */
@@ -129,19 +143,6 @@ static void cia402_power_quick_stop(struct sim_cia402 *self)
     if (option <= 4)
         self->after_ramp = CIA402_POWER_DISABLED;
     cia402_power_ramp(self, (option - 1) % 4 + 1);
-}
-
-static void cia402_power_halt(struct sim_cia402 *self)
-{
-    bool halt = (self->controlword & CIA402_CW_HALT) != 0;
-
-    if (halt && !self->halted) {
-        self->halted = true;
-        cia402_power_ramp(self, cia402_od_signed(self, CIA402_HALT_OPTION));
-    } else if (!halt && self->halted) {
-        self->halted = false;
-        cia402_motion_follow(self);
-    }
 }
 
 static void cia402_power_command_disabled(struct sim_cia402 *self,

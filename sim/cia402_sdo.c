@@ -77,7 +77,7 @@ static void cia402_sdo_upload_text(struct sim_cia402 *self,
 {
     const char *text = cia402_od_text(row);
     size_t len = strlen(text);
-    uint8_t short_text[4] = { 0 };
+    uint32_t letters = 0;
 
     if (len > 4) {
         self->segments.text = text;
@@ -86,9 +86,9 @@ static void cia402_sdo_upload_text(struct sim_cia402 *self,
         cia402_sdo_reply(self, 0x41, request, (uint32_t)len);
         return;
     }
-    memcpy(short_text, text, len);
-    cia402_sdo_reply(self, (uint8_t)(0x43 | (4 - len) << 2), request,
-                     cia402_sdo_get_u32(short_text));
+    for (size_t i = 0; i < len; i++)
+        letters |= (uint32_t)(uint8_t)text[i] << 8 * i;
+    cia402_sdo_reply(self, (uint8_t)(0x43 | (4 - len) << 2), request, letters);
 }
 
 static void cia402_sdo_upload(struct sim_cia402 *self, const uint8_t request[8])

@@ -55,7 +55,7 @@ int sim_plant_init(struct sim_plant *plant,
         /* omega^2 < 2^44, times 2^16 */
         .spring_q16 = (omega * omega << 16) / 1000000,
         /* 2 zeta omega < 2^34, times 2^16 */
-        .damping_q16 = (2 * config->zeta_permille * omega << 16) / 1000000,
+        .damping_q16 = (omega * 2 * config->zeta_permille << 16) / 1000000,
         /* omega h <= 1/8 */
         .inner_max_ns = INT64_C(125000000000) / omega,
     };

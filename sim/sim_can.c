@@ -1,12 +1,9 @@
 /* sim/sim_can.c - see sim_can.h. */
 #include "sim/sim_can.h"
 
-#include <assert.h>
 #include <string.h>
 
 #include "sim/util.h"
-
-#define SIM_CAN_CRC_POLY 0x4599u /* ISO 11898-1 10.4.2.6 */
 
 /* CRC delimiter, ACK slot, ACK delimiter, end of frame: not stuffed. */
 #define SIM_CAN_TAIL_BITS         10
@@ -19,74 +16,6 @@
 #define SIM_CAN_WARNING_AT 96
 #define SIM_CAN_PASSIVE_AT 128
 #define SIM_CAN_BUS_OFF_AT 256
-
-/* The stuffed part of a frame as it is being written on the wire. */
-struct sim_can_wire {
-    unsigned crc, bits, run;
-    unsigned last;
-};
-
-static void sim_can_wire_stuff(struct sim_can_wire *wire, unsigned bit)
-{
-    wire->run = bit == wire->last ? wire->run + 1 : 1;
-    wire->last = bit;
-    wire->bits++;
-    if (wire->run == 5) { /* the stuff bit starts the next run */
-        wire->bits++;
-        wire->last = !bit;
-        wire->run = 1;
-    }
-}
-
-static void sim_can_wire_put(struct sim_can_wire *wire, uint32_t value,
-                             unsigned count)
-{
-    while (count-- > 0) {
-        unsigned bit = value >> count & 1;
-        unsigned invert = bit ^ (wire->crc >> 14 & 1);
-
-        wire->crc = (wire->crc << 1 & 0x7FFF) ^ (invert ? SIM_CAN_CRC_POLY : 0);
-        sim_can_wire_stuff(wire, bit);
-    }
-}
-
-static void sim_can_wire_put_id(struct sim_can_wire *wire,
-                                const struct hal_can_frame *frame)
-{
-    sim_can_wire_put(wire, 0, 1); /* start of frame */
-    if (frame->extended) {
-        sim_can_wire_put(wire, frame->id >> 18, 11);
-        sim_can_wire_put(wire, 3, 2); /* SRR, IDE */
-        sim_can_wire_put(wire, frame->id & 0x3FFFF, 18);
-        sim_can_wire_put(wire, frame->remote, 1);
-        sim_can_wire_put(wire, 0, 2); /* r1, r0 */
-    } else {
-        sim_can_wire_put(wire, frame->id, 11);
-        sim_can_wire_put(wire, frame->remote, 1);
-        sim_can_wire_put(wire, 0, 2); /* IDE, r0 */
-    }
-}
-
-/* Start of frame to CRC, stuff bits included. */
-static unsigned sim_can_stuffed_bits(const struct hal_can_frame *frame)
-{
-    struct sim_can_wire wire = { .last = 2 }; /* neither 0 nor 1 */
-    unsigned crc;
-
-    sim_can_wire_put_id(&wire, frame);
-    sim_can_wire_put(&wire, frame->len, 4);
-    for (unsigned i = 0; !frame->remote && i < frame->len; i++)
-        sim_can_wire_put(&wire, frame->data[i], 8);
-    crc = wire.crc;
-    sim_can_wire_put(&wire, crc, 15);
-    return wire.bits;
-}
-
-unsigned sim_can_frame_bits(const struct hal_can_frame *frame)
-{
-    return sim_can_stuffed_bits(frame) + SIM_CAN_TAIL_BITS +
-           SIM_CAN_INTERMISSION_BITS;
-}
 
 /* The bits that take part in the arbitration, first on the wire = highest:
  * base id, RTR or SRR, IDE, rest of the id, RTR. */
@@ -206,8 +135,10 @@ static void sim_can_bus_arbitrate(struct sim_can_bus *bus)
     bus->sender = sender;
     bus->unacknowledged = !sim_can_bus_acknowledges(bus, sender);
     bus->destroyed = bus->unacknowledged || sender->destroy > 0;
-    bits = sim_can_stuffed_bits(sim_can_queue_head(&sender->tx));
-    bits += bus->destroyed ? SIM_CAN_ERROR_TAIL_BITS : SIM_CAN_TAIL_BITS;
+    bits = sim_can_frame_bits(sim_can_queue_head(&sender->tx)) -
+           SIM_CAN_INTERMISSION_BITS;
+    if (bus->destroyed)
+        bits += SIM_CAN_ERROR_TAIL_BITS - SIM_CAN_TAIL_BITS;
     if (bus->destroyed && sim_can_port_state(sender) == HAL_CAN_PASSIVE)
         gap += SIM_CAN_SUSPEND_BITS;
     bus->end = sim_can_after_bits(bus, bus->start, bits);

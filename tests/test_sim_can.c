@@ -167,10 +167,13 @@ static struct hal_can_frame random_frame(uint64_t *seed)
     frame.id = random_u32(seed) & (frame.extended ? 0x1FFFFFFF : 0x7FF);
     frame.remote = random_u32(seed) % 8 == 0;
     frame.len = (uint8_t)(random_u32(seed) % 9);
-    for (unsigned i = 0; i < 8; i++) /* also long runs of equal bits */
-        frame.data[i] = kind == 0   ? (uint8_t)random_u32(seed)
-                        : kind == 1 ? (uint8_t)(0x3C0F >> random_u32(seed) % 8)
-                                    : (uint8_t)(0 - random_u32(seed) % 2);
+    for (unsigned i = 0; i < 8; i++) { /* also long runs of equal bits */
+        const uint32_t bytes[] = { random_u32(seed),
+                                   0x3C0Fu >> random_u32(seed) % 8,
+                                   0 - random_u32(seed) % 2 };
+
+        frame.data[i] = (uint8_t)bytes[kind];
+    }
     return frame;
 }
 

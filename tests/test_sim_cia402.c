@@ -830,6 +830,21 @@ static void halt_ramps_stays_enabled_and_goes_on(void **state)
     free(b);
 }
 
+static void halt_holds_from_the_moment_of_enabling(void **state)
+{
+    struct bench *b = booted();
+
+    (void)state;
+    configure(b);
+    cycles(b, 3, 0x06, 10300);
+    cycles(b, 3, 0x07, 10300);
+    cycles(b, 20, 0x10F, 10300);
+    assert_string_equal(state_of(tpdo_status(b)), "enabled");
+    assert_int_equal(tpdo_status(b) & 0x1400, 0x0400);
+    assert_int_equal(here(b), 10000);
+    free(b);
+}
+
 /* ---- following --------------------------------------------------------- */
 
 static void sync_latches_the_position_of_that_instant(void **state)
@@ -936,6 +951,21 @@ static void any_sync_period_is_measured_unless_60c2_says_one(void **state)
                      rows[i].ms, min_q24 >> 24, max_q24 >> 24);
         free(b);
     }
+}
+
+static void a_pause_of_sync_is_not_taken_for_a_period(void **state)
+{
+    struct bench *b = enabled();
+    int32_t from;
+
+    (void)state;
+    w16(b, 0x6007, 0, 0);
+    pass(b, 1000 * MS);
+    from = here(b);
+    cycles(b, 2, 0x0F, from + 100); /* latched by the second SYNC */
+    pass(b, 30 * MS);
+    assert_in_range(here(b) - from, 99, 100);
+    free(b);
 }
 
 static void a_jump_beyond_the_window_is_a_following_error(void **state)
@@ -1430,6 +1460,70 @@ static void bad_configs_are_refused_and_add_nothing(void **state)
     }
 }
 
+/* Ids the drive listens to, objects it has, nonsense in between. */
+static struct hal_can_frame random_frame(uint64_t *seed)
+{
+    static const uint32_t id[] = { 0x000, 0x080, 0x201, 0x301, 0x601, 0x77F };
+    static const uint8_t command[] = { 0x2F, 0x2B, 0x23, 0x22, 0x40, 0x60 };
+    static const uint16_t index[] = { 0x1016, 0x1017, 0x1400, 0x1401, 0x1600,
+                                      0x1601, 0x1800, 0x1A00, 0x2000, 0x6007,
+                                      0x6040, 0x605A, 0x6060, 0x6065, 0x607A,
+                                      0x607D, 0x6085, 0x60B0, 0x60C2 };
+    struct hal_can_frame frame = { .len = 8 };
+    uint16_t object;
+
+    *seed = *seed * UINT64_C(6364136223846793005) + 1442695040888963407u;
+    object = index[(*seed >> 40) % ARRAY_LEN(index)];
+    frame.id = id[(*seed >> 33) % ARRAY_LEN(id)];
+    memcpy(frame.data, seed, 8);
+    if (frame.id == 0x601) {
+        frame.data[0] = command[(*seed >> 48) % ARRAY_LEN(command)];
+        frame.data[1] = (uint8_t)object;
+        frame.data[2] = (uint8_t)(object >> 8);
+        frame.data[3] = (uint8_t)((*seed >> 20) % 4);
+    } else if (frame.id == 0 || *seed >> 60 == 0) {
+        frame.len = (uint8_t)((*seed >> 57) % 8 < 7 ? 2 : 1);
+        frame.data[0] = (uint8_t)((*seed >> 30) % 16 ? 1 : *seed >> 35);
+        frame.data[1] = 0;
+    } else if (frame.id == 0x201 && (*seed >> 50) % 8) {
+        frame.data[0] = (uint8_t)(0x0F >> (*seed >> 47) % 3);
+        frame.data[1] = 0;
+    }
+    return frame;
+}
+
+/* Sanitizers watch; afterwards a reset makes it a usable drive again. */
+static void no_sequence_of_frames_breaks_it(void **state)
+{
+    const uint64_t first = 77;
+    uint64_t seed = first;
+    struct bench *b = enabled();
+
+    (void)state;
+    for (int i = 0; i < 20000; i++) {
+        struct hal_can_frame frame = random_frame(&seed);
+
+        (void)hal_can_send(&b->master.can, &frame);
+        if (i % 3 == 0) {
+            pass(b, MS / 2);
+            forget(b);
+        }
+    }
+    sim_cia402_inject(&b->drive, SIM_CIA402_CLEAR);
+    pass(b, 50 * MS);
+    say(b, "000#8100");
+    pass(b, 50 * MS);
+    forget(b);
+    configure(b);
+    cycles(b, 2, 0x00, here(b));
+    for (int i = 0; i < 10000 && b->drive.plant.vel_q24 != 0; i++)
+        cycles(b, 1, 0x00, 0);
+    if (b->drive.plant.vel_q24 != 0)
+        fail_msg("seed %" PRIu64 ": still moving", first);
+    enable(b);
+    free(b);
+}
+
 /* FNV-1a over every frame heard and the position after each cycle. */
 static uint64_t fingerprint(void)
 {
@@ -1484,10 +1578,12 @@ int main(void)
         cmocka_unit_test(quick_stop_with_option_5_can_be_left_by_16_and_12),
         cmocka_unit_test(disabling_ramps_first_and_can_be_taken_back),
         cmocka_unit_test(halt_ramps_stays_enabled_and_goes_on),
+        cmocka_unit_test(halt_holds_from_the_moment_of_enabling),
         cmocka_unit_test(sync_latches_the_position_of_that_instant),
         cmocka_unit_test(a_ramp_is_followed_two_cycles_later_without_lag),
         cmocka_unit_test(between_syncs_the_demand_is_a_straight_line),
         cmocka_unit_test(any_sync_period_is_measured_unless_60c2_says_one),
+        cmocka_unit_test(a_pause_of_sync_is_not_taken_for_a_period),
         cmocka_unit_test(a_jump_beyond_the_window_is_a_following_error),
         cmocka_unit_test(the_following_error_waits_for_6066),
         cmocka_unit_test(without_preload_the_axis_jumps_and_faults),
@@ -1511,6 +1607,7 @@ int main(void)
         cmocka_unit_test(without_power_it_says_so_and_does_not_enable),
         cmocka_unit_test(inputs_show_in_60fd),
         cmocka_unit_test(bad_configs_are_refused_and_add_nothing),
+        cmocka_unit_test(no_sequence_of_frames_breaks_it),
         cmocka_unit_test(two_runs_are_the_same_to_the_bit),
     };
 
