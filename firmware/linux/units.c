@@ -21,6 +21,7 @@
 /* Exponents are counted up to here; far beyond every format. */
 #define UNITS_EXPONENT_MAX 100000
 #define UNITS_WORD_MAX     24
+#define UNITS_EXPECTED_MAX 160
 
 /* ---- exact scaling ---- */
 
@@ -188,7 +189,6 @@ static const struct units_unit units_table[] = {
     { "arcsec", UNITS_ANGLE, 0, { 1, 3600, 0 } },
     { "rpm", UNITS_ANGLE, 1, { 6, 1, 0 } },
     { "count", UNITS_COUNTS, 0, { 1, 1, 0 } },
-    { "counts", UNITS_COUNTS, 0, { 1, 1, 0 } },
     { "s", UNITS_DURATION, 0, { 1, 1, 0 } },
     { "ms", UNITS_DURATION, 0, { 1, 1, -3 } },
     { "us", UNITS_DURATION, 0, { 1, 1, -6 } },
@@ -232,10 +232,12 @@ static const struct {
     struct units_ratio base;
     const char *largest;
 } units_format[] = {
-    [UNITS_POSITION] = { 32, { 1, 1, 0 }, "2147483647" },
-    [UNITS_VELOCITY] = { 32, { 1, 1, 0 }, "2147483647" },
-    [UNITS_ACCELERATION] = { 16, { 1, 1, 0 }, "140737488355327" },
-    [UNITS_JERK] = { 16, { 1, 1, 0 }, "140737488355327" },
+    [UNITS_POSITION] = { 32, { 1, 1, 0 }, "2147483647 in the axis's unit" },
+    [UNITS_VELOCITY] = { 32, { 1, 1, 0 }, "2147483647 in the axis's unit" },
+    [UNITS_ACCELERATION] = { 16,
+                             { 1, 1, 0 },
+                             "140737488355327 in the axis's unit" },
+    [UNITS_JERK] = { 16, { 1, 1, 0 }, "140737488355327 in the axis's unit" },
     [UNITS_TIME] = { 12, { 1, 1, 9 }, "26 days" },
     [UNITS_FREQUENCY] = { 0, { 14885392687, 2369083826, 3 }, "1e15" },
     [UNITS_BIT_RATE] = { 0, { 1, 1, 0 }, "1e18" },
@@ -296,28 +298,31 @@ struct units_text {
     char *sentence;
 };
 
-/* "a length in mm, m, cm, um, in or ft" */
+/* "a speed in mm, m, cm, um, in or ft per s (mm/s)" */
 static const char *units_expected(const struct units_text *self,
-                                  char expected[160])
+                                  char expected[UNITS_EXPECTED_MAX])
 {
-    static const char *const power[] = { "", "/s", "/s2", "/s3" };
-    const char *meaning =
-        units_meaning[self->wanted.family][self->wanted.per_s];
-    int used = snprintf(expected, 160, "%s", meaning);
-    const char *joint = " in ";
+    static const char *const power[] = { "s", "s", "s2", "s3" };
+    const struct units_unit *wanted = &self->wanted;
+    const char *spelling[ARRAY_LEN(units_table)];
+    char list[YAML_LIST_MAX];
+    unsigned count = 0;
 
     if (self->expected != NULL)
         return self->expected;
-    if (self->wanted.family == UNITS_NUMBER)
+    if (wanted->family == UNITS_NUMBER)
         return "a number such as 0.5 or 50 %";
-    for (size_t i = 0; i < ARRAY_LEN(units_table) && used < 160; i++) {
-        if (units_table[i].family != self->wanted.family ||
-            units_table[i].per_s != 0)
-            continue;
-        used += snprintf(expected + used, 160 - (size_t)used, "%s%s%s", joint,
-                         units_table[i].spelling, power[self->wanted.per_s]);
-        joint = ", ";
-    }
+    for (size_t i = 0; i < ARRAY_LEN(units_table); i++)
+        if (units_table[i].family == wanted->family &&
+            units_table[i].per_s == 0)
+            spelling[count++] = units_table[i].spelling;
+    snprintf(expected, UNITS_EXPECTED_MAX, "%s in %.80s",
+             units_meaning[wanted->family][wanted->per_s],
+             yaml_list(list, spelling, count));
+    if (wanted->per_s > 0)
+        snprintf(expected + strlen(expected),
+                 UNITS_EXPECTED_MAX - strlen(expected), " per %s (%s/%s)",
+                 power[wanted->per_s], spelling[0], power[wanted->per_s]);
     return expected;
 }
 
@@ -327,7 +332,7 @@ static int units_refuse(const struct units_text *self, const char *format, ...)
 
 static int units_refuse(const struct units_text *self, const char *format, ...)
 {
-    char quote[YAML_QUOTE_MAX], what[96], expected[160];
+    char quote[YAML_QUOTE_MAX], what[96], expected[UNITS_EXPECTED_MAX];
     va_list arguments;
 
     va_start(arguments, format);
@@ -514,6 +519,17 @@ static int units_read_unit(struct units_text *self, struct units_unit *unit)
 
 /* ---- values ---- */
 
+static int units_too_large(const struct units_text *self)
+{
+    char expected[UNITS_EXPECTED_MAX];
+    struct units_text most = *self;
+
+    snprintf(expected, sizeof(expected), "at most %s",
+             units_format[self->quantity].largest);
+    most.expected = expected;
+    return units_refuse(&most, "is too large");
+}
+
 /* To the axis's unit (or the base), then to the format's. */
 static int units_convert(const struct units_text *self,
                          const struct units_number *number,
@@ -529,8 +545,7 @@ static int units_convert(const struct units_text *self,
 
     if (units_scale(number, &whole, units_format[self->quantity].frac, result) <
         0)
-        return units_refuse(self, "is too large (the most is %s)",
-                            units_format[self->quantity].largest);
+        return units_too_large(self);
     return 0;
 }
 

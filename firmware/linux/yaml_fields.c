@@ -8,8 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Longest list of spellings in a sentence, and longest word compared. */
-#define FIELDS_LIST_MAX 256
+/* Longest word compared. */
 #define FIELDS_WORD_MAX 32
 /* Most keys in one shape, so that a table fits in a list of spellings. */
 #define FIELDS_SHAPE_MAX 16
@@ -59,7 +58,7 @@ const char *yaml_value_quote(char quote[YAML_QUOTE_MAX],
 
 /* ---- spellings ---- */
 
-static unsigned smaller(unsigned a, unsigned b)
+static unsigned fields_smaller(unsigned a, unsigned b)
 {
     return a < b ? a : b;
 }
@@ -79,7 +78,8 @@ static unsigned fields_distance(const char *a, const char *b)
         for (size_t j = 0; j < b_length; j++) {
             const unsigned change = diagonal + (a[i] != b[j]);
             diagonal = row[j + 1];
-            row[j + 1] = smaller(change, smaller(diagonal, row[j]) + 1);
+            row[j + 1] =
+                fields_smaller(change, fields_smaller(diagonal, row[j]) + 1);
         }
     }
     return row[b_length];
@@ -89,7 +89,7 @@ const char *yaml_nearest(const char *text, const char *const spelling[],
                          unsigned count)
 {
     const size_t length = strlen(text);
-    unsigned best = smaller((unsigned)length / 3 + 1, 3);
+    unsigned best = fields_smaller((unsigned)length / 3 + 1, 3);
     const char *nearest = NULL;
 
     if (length > FIELDS_WORD_MAX)
@@ -106,37 +106,21 @@ const char *yaml_nearest(const char *text, const char *const spelling[],
     return nearest;
 }
 
-/* "a, b or c", as far as it fits. */
-static const char *fields_list(char list[FIELDS_LIST_MAX],
-                               const char *const spelling[], unsigned count)
-{
-    size_t used = 0;
-
-    list[0] = 0;
-    for (unsigned i = 0; i < count && used < FIELDS_LIST_MAX - 1; i++) {
-        const char *joint = i == 0 ? "" : i + 1 < count ? ", " : " or ";
-        const int more = snprintf(list + used, FIELDS_LIST_MAX - used, "%s%s",
-                                  joint, spelling[i]);
-        used += more > 0 ? (size_t)more : 0;
-    }
-    return list;
-}
-
 /* "unknown key 'foo', expected a, b or c (did you mean 'fo'?)" */
 static int fields_unknown(const struct yaml_tree *tree, uint32_t node,
                           const char *what, const char *const spelling[],
                           unsigned count)
 {
-    char quote[YAML_QUOTE_MAX], list[FIELDS_LIST_MAX], mean[64] = "";
+    char quote[YAML_QUOTE_MAX], list[YAML_LIST_MAX], mean[64] = "";
     const char *text = yaml_tree_text(tree, node);
     const char *nearest = yaml_nearest(text, spelling, count);
 
-    if (nearest != NULL)
+    if (nearest != NULL && count > 1)
         snprintf(mean, sizeof(mean), " (did you mean '%.32s'?)", nearest);
     return yaml_report_at(&tree->report, yaml_tree_place(tree, node),
                           "unknown %s %s, expected %s%s", what,
                           yaml_quote(quote, text, tree->node[node].length),
-                          fields_list(list, spelling, count), mean);
+                          yaml_list(list, spelling, count), mean);
 }
 
 /* ---- shapes ---- */
@@ -339,5 +323,6 @@ int yaml_value_list(const struct yaml_value *value, uint32_t min, uint32_t max,
     *count = yaml_value_node(value)->length;
     if (*count >= min && *count <= max)
         return 0;
-    return yaml_value_refuse(value, "has %lu items", (unsigned long)*count);
+    return yaml_value_refuse(value, "has %lu item%s", (unsigned long)*count,
+                             *count == 1 ? "" : "s");
 }

@@ -32,6 +32,11 @@ int yaml_report_at(const struct yaml_report *report, struct plan_place place,
 const char *yaml_quote(char quote[YAML_QUOTE_MAX], const char *text,
                        size_t length);
 
+/* "a, b or c"; what does not fit is "...".  Returns `list`. */
+#define YAML_LIST_MAX 256
+const char *yaml_list(char list[YAML_LIST_MAX], const char *const spelling[],
+                      unsigned count);
+
 /* Decode one character.  Returns its length, 1..4, or 0 when the bytes are not
  * UTF-8 (overlong forms, surrogates and beyond 0x10FFFF included). */
 unsigned yaml_utf8_decode(const unsigned char *text, size_t length,

@@ -283,7 +283,9 @@ static int tree_check_decoration(const struct yaml_tree *tree,
     if (anchor != NULL)
         return tree_refuse_anchor(tree, place, "anchor", anchor);
     if (tag != NULL)
-        return tree_refuse_anchor(tree, place, "tag", tag);
+        return yaml_report_at(&tree->report, place,
+                              "tags (!) are not read, expected the value "
+                              "itself");
     return 0;
 }
 
@@ -407,64 +409,76 @@ static int (*const tree_on_event[])(struct tree_builder *builder,
 
 /* ---- the library's own errors ---- */
 
-/* What it says, what we say; `opening`: the place to look at is where the thing
- * began, not where the file ended. */
+/* What it says, what we say.  Where to look: at the place it gives, or where
+ * the thing that is not right began; or the first, naming the second's line. */
 static const struct tree_problem {
     const char *problem, *sentence;
-    bool opening;
+    enum { TREE_HERE, TREE_BEGIN, TREE_HERE_AND_BEGIN } where;
 } tree_problems[] = {
     { "could not find expected ':'",
-      "no ':' after the key, expected 'key: value'", true },
+      "no ':' after the key, expected 'key: value'", TREE_BEGIN },
     { "did not find expected key",
       "this does not line up with the keys above, expected another key or less "
       "indentation",
-      false },
+      TREE_HERE },
     { "did not find expected '-' indicator",
       "this does not line up with the list above, expected '- ' or less "
       "indentation",
-      false },
+      TREE_HERE },
     { "mapping values are not allowed in this context",
       "':' where no key can be, expected one 'key: value' per line, or quotes "
       "around the value",
-      false },
+      TREE_HERE },
     { "block sequence entries are not allowed in this context",
       "'- ' where no list can be, expected the list on lines of its own",
-      false },
+      TREE_HERE },
     { "did not find expected ',' or ']'",
-      "the list is not closed, expected ',' or ']'", false },
+      "the list is not closed before this, expected ',' or ']'",
+      TREE_HERE_AND_BEGIN },
     { "did not find expected ',' or '}'",
-      "the map is not closed, expected ',' or '}'", false },
+      "the map is not closed before this, expected ',' or '}'",
+      TREE_HERE_AND_BEGIN },
     { "found unexpected end of stream",
       "the quotation is not closed, expected the quotation mark that ends it",
-      true },
+      TREE_BEGIN },
     { "found unknown escape character",
-      "unknown escape after '\\', expected \\\\ or single quotes", false },
+      "unknown escape after '\\', expected \\\\ or single quotes", TREE_HERE },
     { "found character that cannot start any token",
       "no value can start with this character, expected quotes around it",
-      false },
+      TREE_HERE },
     { "found undefined tag handle",
-      "tags are not read, expected the value itself", false },
+      "tags are not read, expected the value itself", TREE_HERE },
     { "did not find expected node content", "nothing here, expected a value",
-      false },
+      TREE_HERE },
 };
+
+static int tree_say_problem(const struct yaml_tree *tree,
+                            const yaml_parser_t *parser,
+                            const struct tree_problem *problem)
+{
+    const bool has_begin = parser->context != NULL;
+    const struct plan_place here = tree_mark_place(&parser->problem_mark);
+    const struct plan_place begin = tree_mark_place(&parser->context_mark);
+
+    if (problem->where == TREE_HERE_AND_BEGIN && has_begin)
+        return yaml_report_at(&tree->report, here, "%s (it begins in line %lu)",
+                              problem->sentence, (unsigned long)begin.line);
+    return yaml_report_at(
+        &tree->report, problem->where == TREE_BEGIN && has_begin ? begin : here,
+        "%s", problem->sentence);
+}
 
 static int tree_library_error(const struct yaml_tree *tree,
                               const yaml_parser_t *parser)
 {
     const char *problem = parser->problem != NULL ? parser->problem : "";
-    const yaml_mark_t *mark = &parser->problem_mark;
 
     if (parser->error == YAML_MEMORY_ERROR)
         return tree_no_memory(tree, tree_mark_place(&parser->mark));
-    for (size_t i = 0; i < ARRAY_LEN(tree_problems); i++) {
-        if (strcmp(problem, tree_problems[i].problem) != 0)
-            continue;
-        if (tree_problems[i].opening && parser->context != NULL)
-            mark = &parser->context_mark;
-        return yaml_report_at(&tree->report, tree_mark_place(mark), "%s",
-                              tree_problems[i].sentence);
-    }
-    return yaml_report_at(&tree->report, tree_mark_place(mark),
+    for (size_t i = 0; i < ARRAY_LEN(tree_problems); i++)
+        if (strcmp(problem, tree_problems[i].problem) == 0)
+            return tree_say_problem(tree, parser, &tree_problems[i]);
+    return yaml_report_at(&tree->report, tree_mark_place(&parser->problem_mark),
                           "not YAML (%s), expected 'key: value' lines",
                           problem);
 }

@@ -1,7 +1,8 @@
 /* firmware/linux/yaml_units.c - see yaml_units.h. */
 #include "firmware/linux/yaml_units.h"
 
-static int units_at(const struct yaml_value *value, const char *sentence)
+static int yaml_units_refuse(const struct yaml_value *value,
+                             const char *sentence)
 {
     return yaml_report_at(&value->tree->report,
                           yaml_tree_place(value->tree, value->node), "%s %s",
@@ -18,7 +19,7 @@ int yaml_units_read(const struct yaml_value *value,
     if (yaml_value_text(value, &text) < 0)
         return -1;
     if (units_parse(text, quantity, context, out, sentence) < 0)
-        return units_at(value, sentence);
+        return yaml_units_refuse(value, sentence);
     return 0;
 }
 
@@ -30,7 +31,7 @@ int yaml_units_read_fps(const struct yaml_value *value, struct units_fps *fps)
     if (yaml_value_text(value, &text) < 0)
         return -1;
     if (units_parse_fps(text, fps, sentence) < 0)
-        return units_at(value, sentence);
+        return yaml_units_refuse(value, sentence);
     return 0;
 }
 
@@ -43,6 +44,6 @@ int yaml_units_read_counts(const struct yaml_value *value, enum rig_unit unit,
     if (yaml_value_text(value, &text) < 0)
         return -1;
     if (units_parse_counts(text, unit, num, den, sentence) < 0)
-        return units_at(value, sentence);
+        return yaml_units_refuse(value, sentence);
     return 0;
 }
