@@ -278,6 +278,48 @@ static void keys_have_a_short_and_a_long_form(void **state)
     move_free(&move);
 }
 
+/* ---- documentation ---- */
+
+/* The indented block of docs/FILES.md after `heading`, into the scratch file. */
+static void write_block(const char *heading)
+{
+    FILE *doc = fopen("docs/FILES.md", "r"), *file = fopen(scratch, "w");
+    bool wanted = false, done = false;
+    char line[1024];
+
+    assert_non_null(doc);
+    assert_non_null(file);
+    while (fgets(line, sizeof(line), doc) != NULL && !done) {
+        wanted = wanted || strcmp(line, heading) == 0;
+        if (wanted && strncmp(line, "    ", 4) == 0)
+            fputs(line + 4, file);
+        done = wanted && line[0] == '|';
+    }
+    fclose(doc);
+    fclose(file);
+}
+
+static void the_documentation_shows_files_that_can_be_read(void **state)
+{
+    char message[RIG_MESSAGE_MAX];
+    struct plan_move move;
+    struct rig other;
+
+    (void)state;
+    write_block("## rig.yaml\n");
+    if (rig_load(scratch, &other, message) < 0)
+        fail_msg("%s", message);
+    assert_int_equal(other.axis_count, 1);
+    assert_memory_equal(&other.axis[0].limit, &rig.axis[0].limit,
+                        sizeof(rig.axis[0].limit));
+    write_block("## move.yaml\n");
+    if (move_load(scratch, &rig, &move, message) < 0)
+        fail_msg("%s", message);
+    assert_int_equal(move.axis_count, 2);
+    assert_int_equal(move.axis[0].key[2].key.t_ns_q12, MS(8000) * 4096);
+    move_free(&move);
+}
+
 /* ---- what people's editors do ---- */
 
 /* `text` with every line end as `end`, after `start`. */
@@ -699,6 +741,7 @@ int main(int argc, char *argv[])
         cmocka_unit_test(the_example_move_is_where_the_rig_can_be),
         cmocka_unit_test(what_is_left_out_has_the_documented_value),
         cmocka_unit_test(keys_have_a_short_and_a_long_form),
+        cmocka_unit_test(the_documentation_shows_files_that_can_be_read),
         cmocka_unit_test(line_ends_and_byte_order_mark_do_not_matter),
         cmocka_unit_test(line_ends_and_byte_order_mark_do_not_move_places),
         cmocka_unit_test(quotes_comments_and_json_are_yaml),
