@@ -8,7 +8,11 @@
  *
  * Cycle: begin() drains the port (TPDOs that answered the last SYNC), sends
  * SYNC and moves SDO, heartbeat and drive state machines on; end() sends the
- * RPDOs, which the drives put in force at the next SYNC. */
+ * RPDOs, which the drives put in force at the next SYNC.  begin() is called
+ * once per SYNC period: every call sends one.
+ *
+ * A frame the port refuses is not kept: the next cycle has a newer one.
+ * Freestanding, no heap, no division.  Source: CiA 301 4.2, 7.2 and 7.3. */
 #ifndef HAL_CANOPEN_H
 #define HAL_CANOPEN_H
 
@@ -19,8 +23,12 @@
 #include "hal/can.h"
 #include "hal/fieldbus.h"
 
-#define CANOPEN_NODES_MAX       32
-#define CANOPEN_PDO_ENTRIES_MAX 8
+#define CANOPEN_NODES_MAX 32
+/* Frames taken in by one begin(): more than a full 1 Mbit/s bus carries in
+ * 5 ms; the rest waits in the port. */
+#define CANOPEN_DRAIN_MAX 128
+/* Cycles in a row with a refused send after which the bus counts as gone. */
+#define CANOPEN_REFUSED_MAX 3
 
 enum canopen_nmt_command {
     CANOPEN_NMT_START = 0x01,
@@ -38,8 +46,19 @@ enum canopen_nmt_state {
     CANOPEN_NMT_UNKNOWN = 0xFF, /* no heartbeat seen yet, or lost */
 };
 
+/* The abort codes that are looked at; canopen_abort_text knows all. */
+#define CANOPEN_ABORT_TIMEOUT    UINT32_C(0x05040000)
+#define CANOPEN_ABORT_COMMAND    UINT32_C(0x05040001)
+#define CANOPEN_ABORT_READ_ONLY  UINT32_C(0x06010002)
+#define CANOPEN_ABORT_NO_OBJECT  UINT32_C(0x06020000)
+#define CANOPEN_ABORT_NO_SUB     UINT32_C(0x06090011)
+#define CANOPEN_ABORT_WRITE_ONLY UINT32_C(0x06010001)
+
 /* Sentence for an SDO abort code (CiA 301 table 22); never NULL. */
 const char *canopen_abort_text(uint32_t abort_code);
+/* Words for the class of an emergency error code (CiA 301 table 26 and CiA
+ * 402-2 table 5): "current, inside the device"; never NULL. */
+const char *canopen_emcy_text(uint16_t code);
 
 /* One expedited SDO transfer, at most one at a time per node. */
 struct canopen_sdo {
@@ -61,14 +80,18 @@ struct canopen_sdo {
 
 struct canopen_node;
 
-/* What a node's owner wants to hear; a NULL slot is not called. */
+/* What a node's owner wants to hear; a NULL slot is not called.  All are
+ * called from begin(), but rpdo from end(). */
 struct canopen_node_ops {
-    void (*step)(struct canopen_node *node, int64_t now_ns); /* in begin() */
-    void (*tpdo)(struct canopen_node *node, unsigned number, /* 1..4 */
+    void (*step)(struct canopen_node *node, int64_t now_ns); /* after SYNC */
+    /* `number` 1..4.  False: shorter than mapped; then it counts as malformed.
+     */
+    bool (*tpdo)(struct canopen_node *node, unsigned number,
                  const struct hal_can_frame *frame);
     void (*emcy)(struct canopen_node *node, uint16_t code, uint8_t reg,
                  const uint8_t maker[5]);
     void (*boot_up)(struct canopen_node *node, int64_t now_ns);
+    /* Once, when nothing was heard for heartbeat_timeout_ns. */
     void (*heartbeat_lost)(struct canopen_node *node, int64_t now_ns);
     /* Fill the RPDO to send in end(); return its number of bytes, 0: none. */
     unsigned (*rpdo)(struct canopen_node *node, unsigned number,
@@ -79,7 +102,8 @@ struct canopen_node {
     const struct canopen_node_ops *ops;
     uint8_t id;                       /* 1..127 */
     enum canopen_nmt_state nmt_state; /* as last heard */
-    int64_t heartbeat_ns;             /* when last heard; 0 never */
+    int64_t heartbeat_ns;             /* when last heard */
+    bool heartbeat_heard;             /* since start or since it was lost */
     int64_t heartbeat_timeout_ns;     /* 0: not watched */
     struct canopen_sdo sdo;
     struct canopen *master;
@@ -89,16 +113,18 @@ struct canopen_config {
     uint8_t node_id;             /* our own, for the heartbeat; 1..127 */
     int64_t sync_period_ns;      /* 0: no SYNC */
     int64_t heartbeat_period_ns; /* 0: we produce none */
-    int64_t sdo_timeout_ns;      /* 0: 200 ms */
+    int64_t sdo_timeout_ns;      /* per transfer; 0: 200 ms */
 };
 
 struct canopen_stats {
     uint64_t sync_sent, rpdo_sent, tpdo_received, emcy_received;
     uint64_t sdo_done, sdo_aborted, sdo_timeouts;
-    uint64_t unexpected; /* frames for nobody */
-    uint64_t malformed;  /* PDO, SDO, heartbeat of the wrong length */
-    uint64_t
-        foreign_master; /* SYNC, NMT or our own heartbeat id from outside */
+    uint64_t send_refused; /* frames the port did not take */
+    uint64_t unexpected;   /* frames for nobody, late SDO answers */
+    uint64_t malformed;    /* PDO, SDO, EMCY, heartbeat of the wrong length */
+    /* SYNC, NMT, our own heartbeat id, or a PDO or SDO request for one of our
+     * nodes, from outside */
+    uint64_t foreign_master;
 };
 
 struct canopen {
@@ -107,30 +133,39 @@ struct canopen {
     struct canopen_config config;
     struct canopen_node *node[CANOPEN_NODES_MAX];
     unsigned node_count;
+    uint8_t node_at[128];     /* by node id: index in node[] + 1, 0: none */
     int64_t sync_ns;          /* when the last SYNC was sent */
     int64_t sync_previous_ns; /* and the one before */
     int64_t heartbeat_due_ns;
+    bool refused, foreign, lost; /* seen since begin() last gave its answer */
+    unsigned refused_cycles;     /* in a row */
     struct canopen_stats stats;
 };
 
+/* MOTION_E_ARG: own id outside 1..127 or a negative time. */
 int canopen_init(struct canopen *master, struct hal_can *can,
                  const struct canopen_config *config);
 /* MOTION_E_FULL, or MOTION_E_ARG for an id outside 1..127 or taken. */
 int canopen_add(struct canopen *master, struct canopen_node *node);
 
-/* node 0: all */
+/* node_id 0: all.  Not acknowledged: the proof is the next heartbeat.  Errors of
+ * hal_can_send, and MOTION_E_ARG. */
 int canopen_nmt(struct canopen *master, enum canopen_nmt_command command,
                 uint8_t node_id);
 
-/* Start a transfer; size 1, 2 or 4 bytes.  MOTION_E_STATE when one is running,
- * MOTION_E_FULL/IO when it could not be sent.  Then poll node->sdo.state, and
- * canopen_sdo_take to read the outcome and be idle again:
- *   MOTION_E_AGAIN running; MOTION_OK done (value in *value when reading);
- *   MOTION_E_REFUSED aborted (sdo.abort_code); MOTION_E_TIMEOUT. */
+/* Start a transfer; size 1..4 bytes (else MOTION_E_ARG).  MOTION_E_STATE when
+ * one is running or its outcome has not been taken, MOTION_E_FULL/IO when it
+ * could not be sent.  Then canopen_sdo_take reads the outcome and is idle again:
+ *   MOTION_E_AGAIN running; MOTION_OK done (value, not sign extended, and size
+ *   when reading; either pointer may be NULL); MOTION_E_REFUSED aborted
+ *   (sdo.abort_code); MOTION_E_TIMEOUT; MOTION_E_STATE nothing was started.
+ * A longer object than 4 bytes is given up with abort 0x05040001. */
 int canopen_sdo_write(struct canopen_node *node, int64_t now_ns, uint16_t index,
                       uint8_t sub, uint8_t size, uint32_t value);
 int canopen_sdo_read(struct canopen_node *node, int64_t now_ns, uint16_t index,
                      uint8_t sub);
 int canopen_sdo_take(struct canopen_node *node, uint32_t *value, uint8_t *size);
+/* Forget the transfer that is running, if any; a late answer is dropped. */
+void canopen_sdo_drop(struct canopen_node *node);
 
 #endif

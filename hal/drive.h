@@ -28,7 +28,9 @@ enum hal_drive_request {
     HAL_DRIVE_REQUEST_OFF,
     HAL_DRIVE_REQUEST_ENABLE,
     HAL_DRIVE_REQUEST_QUICK_STOP,
-    HAL_DRIVE_REQUEST_RESET, /* clear a fault; then off, never by itself on */
+    HAL_DRIVE_REQUEST_RESET, /* clear a fault, or look anew for a drive that was
+                                lost; then off, never by itself on.  Nothing
+                                when there is no fault */
 };
 
 struct hal_drive_target {
@@ -44,9 +46,12 @@ struct hal_drive_feedback {
     int64_t t_ns;          /* when pos was measured (SYNC that latched it);
                               0: never yet */
     int64_t demand_age_ns; /* how long before t_ns the set point that was in
-                              force at t_ns had been given to set_target */
+                              force at t_ns had been given to set_target, both
+                              on the time of begin(); 0: what is in force does
+                              not come from set_target */
     bool limit_negative, limit_positive; /* switch inputs of the drive */
-    bool following;      /* the drive itself says that it follows set points */
+    bool following;      /* the drive itself says that it follows set points;
+                            false also at its own limit: hold then */
     uint16_t fault_code; /* maker's or profile's code, 0: none */
     char fault_text[64]; /* why it is in FAULT or OFFLINE, for a person */
 };
@@ -56,8 +61,10 @@ struct hal_drive;
 struct hal_drive_ops {
     void (*request)(struct hal_drive *drive, enum hal_drive_request request);
     /* Next set point; goes out with the fieldbus's end of cycle.
-     * MOTION_E_RANGE when it does not fit the drive's own units (nothing is
-     * sent then). */
+     * MOTION_E_RANGE when it does not fit the drive's own units, MOTION_E_LIMIT
+     * when it is the first since enabling and too far from where the axis is
+     * (the drive then is in FAULT); nothing is sent then.  While the drive is
+     * not ENABLED a set point is checked and forgotten. */
     int (*set_target)(struct hal_drive *drive,
                       const struct hal_drive_target *target);
     void (*feedback)(struct hal_drive *drive,

@@ -1,13 +1,30 @@
 /* hal/drive_cia402.h - a CiA 402 servo in cyclic synchronous position mode.
  *
- * Start-up (see drive_cia402.c for the picture): probe 0x1000, check 0x6502 for
- * CSP, pre-operational, heartbeat both ways and what the drive does when ours
- * stops (0x1016, 0x6007 = 3), limits, PDO map with reading back, mode 8,
- * preload 0x607A = 0x6064, NMT start, first TPDO -> HAL_DRIVE_OFF.
+ * Start-up (see drive_cia402_start.c for the list): probe 0x1000, check 0x6502
+ * for CSP, pre-operational, heartbeat both ways and what the drive does when
+ * ours stops (0x1016, 0x6007 = 3), SYNC period, limits, PDO map, all with
+ * reading back, mode 8, preload 0x607A = 0x6064, NMT start, first TPDO
+ * -> HAL_DRIVE_OFF.
  * Enable: 0x06, 0x07, preload again, 0x0F, one state at a time.
  *
  * RPDO1 = 0x6040 u16, 0x607A i32;  TPDO1 = 0x6041 u16, 0x6064 i32; both on
- * every SYNC.  Source: CiA 402-2 (IEC 61800-7-201) 6.5, 8; CiA 301 7.2-7.5. */
+ * every SYNC.  TPDO2 = 0x60FD u32, sent by the drive when a switch changes, if
+ * it can.  Source: CiA 402-2 (IEC 61800-7-201) 6.5, 8; CiA 301 7.2-7.5.
+ *
+ * Which set point is in force when (ticks k, one SYNC each):
+ *
+ *   tick   k            k+1          k+2          k+3
+ *          set_target   SYNC         SYNC         begin reads the TPDO of
+ *          RPDO in end  latches it   has it       SYNC k+2: actual and t_ns
+ *                       |--ramp to it-|
+ *
+ * The drive goes from the previous target to the one latched within one
+ * period, so at the instant of SYNC k+2 the set point given at tick k is just
+ * reached: it is the one in force at t_ns = time of SYNC k+2, and
+ * demand_age_ns = t_ns - (time of tick k), two periods on a steady clock.
+ * Both are counted from SYNCs and RPDOs really sent, so a tick that was lost
+ * or a target that was not renewed gives its true, larger age.  The following
+ * error is that set point minus the actual position. */
 #ifndef HAL_DRIVE_CIA402_H
 #define HAL_DRIVE_CIA402_H
 
@@ -32,43 +49,101 @@ const char *cia402_state_text(enum cia402_state state);
 struct drive_cia402_config {
     uint8_t node_id;
     /* one unit = counts_num / counts_den counts; num != 0 (negative: reversed),
-     * den > 0 */
+     * den > 0; one count is 2^-32 .. 2^30 units and one count per SYNC period
+     * at most 2^26 unit/s, else MOTION_E_RANGE */
     int64_t counts_num, counts_den;
-    int64_t sync_period_ns;
-    int64_t heartbeat_period_ns; /* the drive's; lost after three */
-    int64_t watchdog_ns; /* drive stops when ours is not heard, <= 100 ms */
-    int64_t state_timeout_ns;        /* per step of the state machine; 0: 1 s */
+    int64_t sync_period_ns;      /* the master's; 0x60C2 must be able to say it:
+                               1..255 times 1, 10, 100 us, 1, 10 or 100 ms */
+    int64_t heartbeat_period_ns; /* the drive's, whole ms up to 20 s; lost
+                                    after three; 0: 20 ms */
+    int64_t watchdog_ns; /* drive stops when ours is not heard; whole ms, at
+                            least twice our heartbeat period, at most 100 ms;
+                            0: 50 ms */
+    int64_t state_timeout_ns; /* per step of the state machine, three times
+                                 that for the last (brake); 0: 1 s */
     uint32_t following_error_counts; /* 0x6065; 0: leave the drive's own */
     uint32_t quick_stop_counts_s2;   /* 0x6085; 0: leave */
     int64_t first_step_max_q32;      /* refuse to enable when target and actual
                                       are further apart; 0: 1 unit */
 };
 
+enum drive_cia402_phase {
+    DRIVE_CIA402_START_UP, /* running the start-up list, from the probe on */
+    DRIVE_CIA402_RUN,      /* PDOs flow; walks to what is requested */
+    DRIVE_CIA402_RESET,    /* clearing a latched fault */
+    DRIVE_CIA402_LATCHED,  /* fault; the configuration still stands */
+    DRIVE_CIA402_LOST,     /* silent, restarted or refused: start anew */
+};
+
+/* value * mantissa >> shift, mantissa of 59..63 bits and a sign. */
+struct drive_cia402_ratio {
+    int64_t mantissa;
+    uint8_t shift;
+};
+
+struct drive_cia402_step;
+
 /* Visible so that it can be static; use the functions. */
 struct drive_cia402 {
     struct hal_drive drive;
     struct canopen_node node;
     struct drive_cia402_config config;
+
+    /* made from config once */
+    struct drive_cia402_ratio to_counts; /* pos_q32 to counts */
+    struct drive_cia402_ratio to_pos;    /* counts to pos_q32 */
+    struct drive_cia402_ratio to_vel;    /* counts per period to vel_q32 */
+    int64_t first_step_counts;
+    uint32_t sync_us; /* 0: not a whole number */
+    uint16_t heartbeat_ms, watchdog_ms;
+    uint8_t interpolation_count;
+    int8_t interpolation_exponent;
+
     enum hal_drive_request request;
-    enum hal_drive_state state;
-    int phase; /* step of the start-up or of the enable walk */
-    int64_t phase_since_ns;
-    int64_t to_counts;   /* counts = pos_q32 * to_counts >> to_shift */
-    int64_t from_counts; /* pos_q32 = counts * from_counts >> from_shift */
-    uint8_t to_shift, from_shift;
+    enum drive_cia402_phase phase;
+    enum hal_drive_state state; /* as reported */
+    int64_t now_ns;             /* of the last begin() */
+
+    /* the list of SDO steps being run: start-up or preload */
+    const struct drive_cia402_step *list;
+    unsigned list_at, list_tries; /* list NULL: none */
+    int64_t list_since_ns;        /* of the present step */
+
+    /* the walk through the power states */
+    enum cia402_state walk_state; /* waited in since walk_since_ns */
+    int64_t walk_since_ns;
+    bool preloaded;        /* target = actual written and read back */
+    bool first_target;     /* no set point since enabled */
+    unsigned reset_cycles; /* SYNCs since the reset began */
+
+    /* on the wire */
+    bool pdo_ok;  /* the PDO map is ours */
+    bool is_live; /* a TPDO1 has come since start-up */
+    unsigned syncs_unanswered;
     uint16_t controlword, statusword;
-    int32_t target_counts, actual_counts;
-    int64_t actual_ns; /* SYNC that latched actual */
+    uint32_t inputs; /* 0x60FD */
+    int32_t target_counts;
+    int32_t preload_counts;
+    int64_t actual_counts; /* followed across the wrap of i32 */
+    int64_t actual_ns;     /* SYNC that latched actual; 0: never */
     int64_t actual_vel_q32;
-    int64_t given_ns[3]; /* when the last targets were given, newest first */
-    bool target_valid;
-    uint16_t fault_code;
+    int32_t actual_delta_counts; /* in the last period */
+    /* When the target was given that is in the RPDO image, that went out last,
+     * and those that were latched at the last three SYNCs, newest first; 0: not
+     * by set_target. */
+    int64_t target_ns, sent_ns, latched_ns[3];
+    int64_t demand_ns; /* of the target in force at actual_ns */
+
+    uint16_t emcy_code;  /* last heard, 0 after "all clear" */
+    uint16_t fault_code; /* latched */
+    bool fault_code_asked;
     char fault_text[64];
 };
 
-/* Adds the node to the master.  Errors as canopen_add, and MOTION_E_ARG for a
- * scale of zero or one that does not fit.  Returns the drive through
- * &self->drive. */
+/* Adds the node to the master.  Errors as canopen_add; MOTION_E_ARG for a value
+ * outside what the config says, also when sync_period_ns is not the master's or
+ * the master sends no heartbeat; MOTION_E_RANGE for a scale that does not fit.
+ * The drive is &self->drive. */
 int drive_cia402_init(struct drive_cia402 *self, struct canopen *master,
                       const struct drive_cia402_config *config);
 

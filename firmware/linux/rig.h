@@ -19,37 +19,44 @@ const char *rig_unit_text(enum rig_unit unit); /* "mm" ... */
 
 struct rig_bus {
     char name[PLAN_NAME_MAX];
-    uint32_t bit_rate; /* bit/s */
+    uint32_t bit_rate; /* bit/s, one of CiA 301's */
+    uint8_t node_id;   /* our own, 1..127; no drive has it */
     struct plan_place place;
 };
 
-/* How the axis's servo behaves on the simulated bus. */
+/* How the axis's servo behaves on the simulated bus.  What the file leaves out
+ * is filled in, so nothing here is "0: default". */
 struct rig_sim {
-    uint32_t omega_mrad_s;
-    uint16_t zeta_permille;
-    int64_t start_q32;
-    int64_t vel_max_q32; /* of the motor; 0: 1.5 x the axis's limit */
-    int64_t acc_max_q16;
+    uint32_t omega_mrad_s;  /* bandwidth of the position loop; 25 Hz */
+    uint16_t zeta_permille; /* damping; 900 */
+    int64_t start_q32;      /* 0, or the nearest position the axis can have */
+    int64_t vel_max_q32;    /* of the motor; 1.5 x the axis's limit */
+    int64_t acc_max_q16;    /* of the motor; 2 x the stop acceleration */
 };
 
 struct rig_axis {
     char name[PLAN_NAME_MAX];
     enum rig_unit unit;
     struct plan_limit limit;
-    int64_t stop_acc_q16, stop_jerk_q16; /* for stopping after a fault */
-    int64_t following_floor_q32;
+    /* for stopping after a fault: at least the limits; jerk 0: not limited */
+    int64_t stop_acc_q16, stop_jerk_q16;
+    int64_t following_floor_q32; /* fault above max(floor, k |v|) */
     int64_t following_k_ns;
     uint32_t bus; /* index */
     uint8_t node_id;
-    int64_t counts_num, counts_den; /* counts per unit */
+    /* counts per unit, num != 0 (negative: reversed), den > 0; both position
+     * limits are within +-(2^31 - 1) counts */
+    int64_t counts_num, counts_den;
     struct rig_sim sim;
     struct plan_place place;
 };
 
 struct rig {
     char title[128];
-    int64_t period_ns;
-    int64_t heartbeat_ns, watchdog_ns;
+    int64_t period_ns;    /* tick: whole us, 125 us .. 20 ms; 1 ms */
+    int64_t heartbeat_ns; /* of the drives: whole ms, 10 ms .. 10 s; 100 ms */
+    int64_t watchdog_ns;  /* a drive stops when it has not heard us for this:
+                             whole ms, 2 ticks .. 100 ms; 100 ms */
     struct rig_bus bus[RIG_BUSES_MAX];
     uint32_t bus_count;
     struct rig_axis axis[RIG_AXES_MAX];

@@ -1,0 +1,418 @@
+/* firmware/linux/move_load.c - move.yaml to struct plan_move.  See rig.h.
+ *
+ * What a curve can use is a table; a value that its curve would ignore is
+ * refused, since whoever wrote it expects it to matter. */
+#include "firmware/linux/rig.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "firmware/linux/yaml_shapes.h"
+#include "firmware/linux/yaml_units.h"
+#include "motion/fixed.h"
+
+#define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
+
+struct move_reader {
+    const struct rig *rig;
+    struct plan_move *move;
+    struct plan_axis *axis; /* being read */
+    struct units_context units;
+};
+
+static const char *const move_curves[] = {
+#define MOVE_CURVE_SPELLING(name, spelling, text) [name] = spelling,
+    PLAN_CURVE_LIST(MOVE_CURVE_SPELLING)
+#undef MOVE_CURVE_SPELLING
+};
+
+static const char *const move_ends[] = {
+    [MOTION_SPLINE_REST] = "rest",
+    [MOTION_SPLINE_ONE_SIDED] = "one-sided",
+    [MOTION_SPLINE_NATURAL] = "natural",
+};
+
+const struct yaml_words move_words[] = {
+    { "axis.curve", move_curves, ARRAY_LEN(move_curves) },
+    { "ends.first", move_ends, ARRAY_LEN(move_ends) },
+    { "ends.last", move_ends, ARRAY_LEN(move_ends) },
+    { NULL, NULL, 0 },
+};
+
+/* What each curve makes use of. */
+static const struct {
+    bool vel, needs_vel, acc, mu, ease, ends;
+} move_uses[ARRAY_LEN(move_curves)] = {
+    [PLAN_CURVE_PARABOLIC] = { .ease = true },
+    [PLAN_CURVE_SINE] = { .ease = true },
+    [PLAN_CURVE_SCURVE] = { .ease = true },
+    [PLAN_CURVE_HERMITE] = { .vel = true, .needs_vel = true },
+    [PLAN_CURVE_CATMULL_ROM] = { .vel = true, .ends = true },
+    [PLAN_CURVE_CARDINAL] = { .vel = true, .mu = true, .ends = true },
+    [PLAN_CURVE_QUINTIC] = { .vel = true, .acc = true, .ends = true },
+};
+
+static int move_check_use(const struct move_reader *reader,
+                          const struct yaml_value *value, bool used)
+{
+    if (used)
+        return 0;
+    return yaml_value_refuse(value, "is not used by curve %s",
+                             move_curves[reader->axis->curve]);
+}
+
+/* ---- axis: curve and its parameters ---- */
+
+static int move_read_curve(void *reader, const struct yaml_value *value,
+                           void *out)
+{
+    unsigned index;
+    (void)reader;
+    if (yaml_value_choice(value, move_curves, ARRAY_LEN(move_curves), &index) <
+        0)
+        return -1;
+    *(enum plan_curve *)out = (enum plan_curve)index;
+    return 0;
+}
+
+/* A ratio from 0 to max. */
+static int move_read_ratio(const struct move_reader *reader,
+                           const struct yaml_value *value, int64_t max_q32,
+                           int64_t *out)
+{
+    char quote[YAML_QUOTE_MAX];
+
+    if (yaml_units_read(value, UNITS_RATIO, &reader->units, out) < 0)
+        return -1;
+    if (*out < 0 || *out > max_q32)
+        return yaml_value_refuse(value, "%s is out of range",
+                                 yaml_value_quote(quote, value));
+    return 0;
+}
+
+static int move_read_mu(void *reader, const struct yaml_value *value, void *out)
+{
+    const struct move_reader *self = reader;
+
+    if (move_check_use(self, value, move_uses[self->axis->curve].mu) < 0)
+        return -1;
+    return move_read_ratio(self, value, 2 * MOTION_FIXED_ONE_Q32, out);
+}
+
+/* [k1, k2] */
+static int move_read_ease(void *reader, const struct yaml_value *value,
+                          void *out)
+{
+    const struct move_reader *self = reader;
+    struct plan_axis *axis = out;
+    struct yaml_value k1, k2;
+    uint32_t count;
+
+    if (move_check_use(self, value, move_uses[axis->curve].ease) < 0 ||
+        yaml_value_list(value, 2, 2, &count) < 0)
+        return -1;
+    k1 = yaml_value_at(value, yaml_value_node(value)->first);
+    k2 = yaml_value_at(value, yaml_value_node(&k1)->next);
+    if (move_read_ratio(self, &k1, MOTION_FIXED_ONE_Q32, &axis->k1_q32) < 0 ||
+        move_read_ratio(self, &k2, MOTION_FIXED_ONE_Q32, &axis->k2_q32) < 0)
+        return -1;
+    if (axis->k2_q32 < axis->k1_q32)
+        return yaml_value_refuse(&k2, "has its second number below the first");
+    return 0;
+}
+
+static int move_read_end(void *reader, const struct yaml_value *value,
+                         void *out)
+{
+    unsigned index;
+    (void)reader;
+    if (yaml_value_choice(value, move_ends, ARRAY_LEN(move_ends), &index) < 0)
+        return -1;
+    *(enum motion_spline_end *)out = (enum motion_spline_end)index;
+    return 0;
+}
+
+static const struct yaml_field move_end_fields[] = {
+    { "first", YAML_OPTIONAL, "rest, one-sided or natural", move_read_end,
+      offsetof(struct plan_axis, first) },
+    { "last", YAML_OPTIONAL, "rest, one-sided or natural", move_read_end,
+      offsetof(struct plan_axis, last) },
+};
+static const struct yaml_shape move_end_shape = { "ends", move_end_fields,
+                                                  ARRAY_LEN(move_end_fields) };
+
+/* One word for both ends, or a map. */
+static int move_read_ends(void *reader, const struct yaml_value *value,
+                          void *out)
+{
+    const struct move_reader *self = reader;
+    struct plan_axis *axis = out;
+
+    if (move_check_use(self, value, move_uses[axis->curve].ends) < 0)
+        return -1;
+    if (yaml_value_node(value)->kind == YAML_TREE_MAP)
+        return yaml_fields_read(value, &move_end_shape, reader, axis);
+    if (move_read_end(reader, value, &axis->first) < 0)
+        return -1;
+    axis->last = axis->first;
+    return 0;
+}
+
+/* ---- axis: keys ---- */
+
+static int move_read_key_time(void *reader, const struct yaml_value *value,
+                              void *out)
+{
+    const struct move_reader *self = reader;
+    const struct plan_axis *axis = self->axis;
+    struct plan_key *key = out;
+    char quote[YAML_QUOTE_MAX];
+
+    if (yaml_units_read(value, UNITS_TIME, &self->units, &key->key.t_ns_q12) <
+        0)
+        return -1;
+    if (key->key.t_ns_q12 < 0)
+        return yaml_value_refuse(value, "%s is before the start of the move",
+                                 yaml_value_quote(quote, value));
+    if (key > axis->key && key->key.t_ns_q12 <= key[-1].key.t_ns_q12)
+        return yaml_value_refuse(value,
+                                 "%s is not later than the key before it "
+                                 "(line %lu)",
+                                 yaml_value_quote(quote, value),
+                                 (unsigned long)key[-1].place.line);
+    return 0;
+}
+
+static int move_read_key_position(void *reader, const struct yaml_value *value,
+                                  void *out)
+{
+    const struct move_reader *self = reader;
+    return yaml_units_read(value, UNITS_POSITION, &self->units,
+                           &((struct plan_key *)out)->key.pos_q32);
+}
+
+static int move_read_key_velocity(void *reader, const struct yaml_value *value,
+                                  void *out)
+{
+    const struct move_reader *self = reader;
+    struct motion_key *key = &((struct plan_key *)out)->key;
+
+    key->has_vel = true;
+    if (move_check_use(self, value, move_uses[self->axis->curve].vel) < 0)
+        return -1;
+    return yaml_units_read(value, UNITS_VELOCITY, &self->units, &key->vel_q32);
+}
+
+static int move_read_key_acceleration(void *reader,
+                                      const struct yaml_value *value, void *out)
+{
+    const struct move_reader *self = reader;
+    struct motion_key *key = &((struct plan_key *)out)->key;
+
+    key->has_acc = true;
+    if (move_check_use(self, value, move_uses[self->axis->curve].acc) < 0)
+        return -1;
+    return yaml_units_read(value, UNITS_ACCELERATION, &self->units,
+                           &key->acc_q16);
+}
+
+/* In the order of the short form [t, p, v, a]. */
+static const struct yaml_field move_key_fields[] = {
+    { "t", YAML_REQUIRED, "a time, each later than the one before",
+      move_read_key_time, 0 },
+    { "p", YAML_REQUIRED, "a position", move_read_key_position, 0 },
+    { "v", YAML_OPTIONAL,
+      "a velocity only with hermite, catmull-rom, cardinal or quintic",
+      move_read_key_velocity, 0 },
+    { "a", YAML_OPTIONAL, "an acceleration only with quintic",
+      move_read_key_acceleration, 0 },
+};
+static const struct yaml_shape move_key_shape = { "key", move_key_fields,
+                                                  ARRAY_LEN(move_key_fields) };
+
+static int move_read_key_list(struct move_reader *reader,
+                              const struct yaml_value *value,
+                              struct plan_key *key)
+{
+    uint32_t count, node = yaml_value_node(value)->first;
+
+    if (yaml_value_list(value, 2, ARRAY_LEN(move_key_fields), &count) < 0)
+        return -1;
+    for (uint32_t i = 0; i < count; i++) {
+        const struct yaml_field *field = &move_key_fields[i];
+        const struct yaml_value item = { value->tree, node, field->name,
+                                         field->expected };
+        if (field->read(reader, &item, key) < 0)
+            return -1;
+        node = value->tree->node[node].next;
+    }
+    return 0;
+}
+
+static int move_read_key(struct move_reader *reader,
+                         const struct yaml_value *value, struct plan_key *key)
+{
+    const bool is_list = yaml_value_node(value)->kind == YAML_TREE_LIST;
+
+    key->place = yaml_tree_place(value->tree, value->node);
+    if ((is_list ? move_read_key_list(reader, value, key)
+                 : yaml_fields_read(value, &move_key_shape, reader, key)) < 0)
+        return -1;
+    if (move_uses[reader->axis->curve].needs_vel && !key->key.has_vel)
+        return yaml_value_refuse(value, "has no velocity, which curve %s needs",
+                                 move_curves[reader->axis->curve]);
+    return 0;
+}
+
+static int move_read_keys(void *reader, const struct yaml_value *value,
+                          void *out)
+{
+    struct plan_axis *axis = out;
+    struct yaml_value item = *value;
+    uint32_t count;
+
+    if (yaml_value_list(value, 1, PLAN_KEYS_MAX, &count) < 0)
+        return -1;
+    axis->key = calloc(count, sizeof(axis->key[0]));
+    if (axis->key == NULL)
+        return yaml_value_refuse(value, "are too many for the memory");
+    item.name = "key";
+    item.expected = "[t, p], [t, p, v], [t, p, v, a] or a map with t, p, v, a";
+    item.node = yaml_value_node(value)->first;
+    for (; axis->key_count < count; axis->key_count++) {
+        if (move_read_key(reader, &item, &axis->key[axis->key_count]) < 0)
+            return -1;
+        item.node = yaml_value_node(&item)->next;
+    }
+    return 0;
+}
+
+/* ---- axes ---- */
+
+static const struct yaml_field move_axis_fields[] = {
+    { "curve", YAML_OPTIONAL, "the kind of curve", move_read_curve,
+      offsetof(struct plan_axis, curve) },
+    { "mu", YAML_OPTIONAL, "0 .. 2, with curve cardinal", move_read_mu,
+      offsetof(struct plan_axis, mu_q32) },
+    { "ease", YAML_OPTIONAL,
+      "[k1, k2], 0 <= k1 <= k2 <= 1, with parabolic, sine or s-curve",
+      move_read_ease, 0 },
+    { "ends", YAML_OPTIONAL,
+      "rest, one-sided, natural or a map with first and last, with "
+      "catmull-rom, cardinal or quintic",
+      move_read_ends, 0 },
+    { "keys", YAML_REQUIRED, "a list of 1 .. 1000000 keys such as [2 s, 40 mm]",
+      move_read_keys, 0 },
+};
+static const struct yaml_shape move_axis_shape = {
+    "axis", move_axis_fields, ARRAY_LEN(move_axis_fields)
+};
+
+/* Which axis of the rig a key of `axes` names, or -1. */
+static int move_find_axis(const struct move_reader *reader,
+                          const struct yaml_value *entry, uint32_t key)
+{
+    const struct yaml_value name = { entry->tree, key, "axis", "" };
+    const char *names[RIG_AXES_MAX];
+    unsigned index;
+
+    for (uint32_t i = 0; i < reader->rig->axis_count; i++)
+        names[i] = reader->rig->axis[i].name;
+    if (yaml_value_choice(&name, names, reader->rig->axis_count, &index) < 0)
+        return -1;
+    return (int)index;
+}
+
+static int move_read_axis(void *reader, uint32_t key,
+                          const struct yaml_value *entry)
+{
+    struct move_reader *self = reader;
+    struct plan_axis *axis = &self->move->axis[self->move->axis_count];
+    const int index = move_find_axis(self, entry, key);
+    struct yaml_value value = *entry;
+
+    if (index < 0)
+        return -1;
+    self->move->axis_count++;
+    *axis = (struct plan_axis){
+        .curve = PLAN_CURVE_QUINTIC,
+        .mu_q32 = MOTION_FIXED_ONE_Q32,
+        .k1_q32 = (MOTION_FIXED_ONE_Q32 + 1) / 3,
+        .k2_q32 = (2 * MOTION_FIXED_ONE_Q32 + 1) / 3,
+        .place = yaml_tree_place(entry->tree, key),
+    };
+    memcpy(axis->name, entry->name, strlen(entry->name) + 1);
+    self->axis = axis;
+    self->units.unit = self->rig->axis[index].unit;
+    value.expected = "a map with curve and keys";
+    return yaml_fields_read(&value, &move_axis_shape, reader, axis);
+}
+
+/* A move's axes are axes of the rig, each once, so at most RIG_AXES_MAX. */
+_Static_assert(RIG_AXES_MAX <= PLAN_AXES_MAX, "a move holds a rig's axes");
+
+static int move_read_axes(void *reader, const struct yaml_value *value,
+                          void *out)
+{
+    (void)out;
+    return yaml_fields_each(value, RIG_AXES_MAX, reader, move_read_axis);
+}
+
+/* ---- the move ---- */
+
+static int move_read_title(void *reader, const struct yaml_value *value,
+                           void *out)
+{
+    (void)reader;
+    return yaml_value_copy(value, out, sizeof(((struct plan_move *)0)->title));
+}
+
+static int move_read_fps(void *reader, const struct yaml_value *value,
+                         void *out)
+{
+    (void)out;
+    return yaml_units_read_fps(value,
+                               &((struct move_reader *)reader)->units.fps);
+}
+
+static const struct yaml_field move_fields[] = {
+    { "title", YAML_OPTIONAL, "a text of at most 127 bytes", move_read_title,
+      offsetof(struct plan_move, title) },
+    { "fps", YAML_OPTIONAL, "frames per second, such as 24 or 24000/1001",
+      move_read_fps, 0 },
+    { "axes", YAML_REQUIRED, "a map of axes by name", move_read_axes, 0 },
+};
+static const struct yaml_shape move_shape = { "move", move_fields,
+                                              ARRAY_LEN(move_fields) };
+
+const struct yaml_shape *const move_shapes[] = {
+    &move_shape, &move_axis_shape, &move_end_shape, &move_key_shape, NULL,
+};
+
+int move_load(const char *path, const struct rig *rig, struct plan_move *move,
+              char message[RIG_MESSAGE_MAX])
+{
+    const struct yaml_report report = { path, message, RIG_MESSAGE_MAX };
+    struct move_reader reader = { .rig = rig, .move = move };
+    struct yaml_tree tree;
+    int err;
+
+    *move = (struct plan_move){ 0 };
+    if (yaml_tree_load(&tree, &report) < 0)
+        return -1;
+    err = yaml_fields_read(
+        &(struct yaml_value){ &tree, 0, "the move", "a map with axes" },
+        &move_shape, &reader, move);
+    yaml_tree_free(&tree);
+    if (err < 0)
+        move_free(move);
+    return err;
+}
+
+void move_free(struct plan_move *move)
+{
+    for (uint32_t i = 0; i < move->axis_count; i++)
+        free(move->axis[i].key);
+    *move = (struct plan_move){ 0 };
+}

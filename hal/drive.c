@@ -1,0 +1,21 @@
+/* hal/drive.c - see drive.h. */
+#include "hal/drive.h"
+
+const char *hal_drive_state_text(enum hal_drive_state state)
+{
+    switch (state) {
+    case HAL_DRIVE_OFFLINE:
+        return "offline";
+    case HAL_DRIVE_OFF:
+        return "off";
+    case HAL_DRIVE_ENABLING:
+        return "enabling";
+    case HAL_DRIVE_ENABLED:
+        return "enabled";
+    case HAL_DRIVE_QUICK_STOP:
+        return "quick stop";
+    case HAL_DRIVE_FAULT:
+        return "fault";
+    }
+    return "unknown";
+}

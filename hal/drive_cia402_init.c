@@ -1,0 +1,186 @@
+/* hal/drive_cia402_init.c - config to numbers, once: this part divides.
+ * See drive_cia402.h. */
+#include "hal/drive_cia402_parts.h"
+
+#include <string.h>
+
+#include "motion/fixed.h"
+
+#define NS_PER_S   INT64_C(1000000000)
+#define NS_PER_MS  INT64_C(1000000)
+#define NS_PER_US  INT64_C(1000)
+#define BEATS_LOST 3
+
+/* num / den = mantissa / 2^shift, mantissa of 62 or 63 bits, to nearest.
+ * num, den 1 .. 2^63 - 1, of a and b bits; shift = 62 + b - a, 0 .. 124.
+ * num << shift has 62 + b <= 125 bits.  The quotient is below
+ * (2^a - 1) 2^shift / 2^(b-1) = 2^63 - 2^(63-a) <= 2^63 - 1, so rounding up
+ * cannot carry out of it, and the upper word of the product is below 2^(b-2)
+ * <= den, as the division wants. */
+static unsigned init_ratio(uint64_t num, uint64_t den, uint64_t *mantissa)
+{
+    const unsigned shift =
+        62 + motion_fixed_clz_u64(num) - motion_fixed_clz_u64(den);
+    const struct motion_u128 n =
+        motion_fixed_shl_u128((struct motion_u128){ 0, num }, shift);
+    uint64_t rest = 0;
+
+    motion_fixed_div_u128(n, den, mantissa, &rest);
+    if (rest >= den - rest)
+        (*mantissa)++;
+    return shift;
+}
+
+static struct drive_cia402_ratio init_signed(uint64_t mantissa, unsigned shift,
+                                             bool negative)
+{
+    return (struct drive_cia402_ratio){
+        .mantissa = negative ? -(int64_t)mantissa : (int64_t)mantissa,
+        .shift = (uint8_t)shift,
+    };
+}
+
+/* velocity = counts per period x (den / num) x (1 s / period) x 2^32: the
+ * product of two mantissas of 62 or 63 bits has 123..126, of which the upper 60
+ * or more stay. */
+static int init_velocity(struct drive_cia402 *self, uint64_t inverse,
+                         unsigned inverse_shift)
+{
+    uint64_t rate;
+    const unsigned rate_shift =
+        init_ratio(NS_PER_S, (uint64_t)self->config.sync_period_ns, &rate);
+    const struct motion_u128 product = motion_fixed_mul_u64(inverse, rate);
+    const struct motion_u128 upper = motion_fixed_shr_u128(product, 63);
+    const unsigned shift = inverse_shift + rate_shift;
+
+    /* Below 2^-95 the mantissa's 59 bits would be whole 2^-32 unit/s: one count
+     * per period would be 2^27 unit/s or more. */
+    if (shift < 95 || shift - 95 > 127)
+        return MOTION_E_RANGE;
+    self->to_vel =
+        init_signed(upper.lo, shift - 95, self->config.counts_num < 0);
+    return MOTION_OK;
+}
+
+static int init_scale(struct drive_cia402 *self)
+{
+    const struct drive_cia402_config *config = &self->config;
+    const uint64_t num = motion_fixed_abs(config->counts_num);
+    const uint64_t den = (uint64_t)config->counts_den;
+    const bool negative = config->counts_num < 0;
+    const struct motion_u128 finest =
+        motion_fixed_shl_u128((struct motion_u128){ 0, den }, 32);
+    uint64_t mantissa, inverse;
+    unsigned shift, inverse_shift;
+
+    if (config->counts_num == 0 || num > INT64_MAX || config->counts_den <= 0)
+        return MOTION_E_ARG;
+    if (motion_fixed_cmp_u128((struct motion_u128){ 0, num }, finest) > 0)
+        return MOTION_E_RANGE; /* a count is finer than a position can say */
+    shift = init_ratio(num, den, &mantissa);
+    inverse_shift = init_ratio(den, num, &inverse);
+    if (shift + 32 > 127 || inverse_shift < 32)
+        return MOTION_E_RANGE; /* a count is coarser than all positions */
+    self->to_counts = init_signed(mantissa, shift + 32, negative);
+    self->to_pos = init_signed(inverse, inverse_shift - 32, negative);
+    return init_velocity(self, inverse, inverse_shift);
+}
+
+/* 0x60C2: period = count x 10^exponent s, count 1..255, the coarsest unit. */
+static int init_interpolation(struct drive_cia402 *self)
+{
+    int64_t unit_ns = 100 * NS_PER_MS;
+    int8_t exponent = -1;
+
+    while (exponent >= -6) {
+        if (self->config.sync_period_ns % unit_ns == 0 &&
+            self->config.sync_period_ns / unit_ns <= 255) {
+            self->interpolation_count =
+                (uint8_t)(self->config.sync_period_ns / unit_ns);
+            self->interpolation_exponent = exponent;
+            return MOTION_OK;
+        }
+        unit_ns /= 10;
+        exponent--;
+    }
+    return MOTION_E_ARG;
+}
+
+static void init_defaults(struct drive_cia402_config *config)
+{
+    if (config->heartbeat_period_ns == 0)
+        config->heartbeat_period_ns = 20 * NS_PER_MS;
+    if (config->watchdog_ns == 0)
+        config->watchdog_ns = 50 * NS_PER_MS;
+    if (config->state_timeout_ns == 0)
+        config->state_timeout_ns = NS_PER_S;
+    if (config->first_step_max_q32 == 0)
+        config->first_step_max_q32 = MOTION_FIXED_ONE_Q32;
+}
+
+/* Whole milliseconds, 1 .. max_ms. */
+static bool init_is_ms(int64_t t_ns, int64_t max_ms)
+{
+    return t_ns > 0 && t_ns % NS_PER_MS == 0 && t_ns / NS_PER_MS <= max_ms;
+}
+
+static int init_times(struct drive_cia402 *self, const struct canopen *master)
+{
+    const struct drive_cia402_config *config = &self->config;
+
+    if (config->sync_period_ns <= 0 ||
+        config->sync_period_ns != master->config.sync_period_ns ||
+        config->state_timeout_ns < 0 ||
+        !init_is_ms(config->heartbeat_period_ns, 20000) ||
+        !init_is_ms(config->watchdog_ns, 100) ||
+        master->config.heartbeat_period_ns == 0 ||
+        master->config.heartbeat_period_ns > config->watchdog_ns / 2)
+        return MOTION_E_ARG;
+    self->heartbeat_ms = (uint16_t)(config->heartbeat_period_ns / NS_PER_MS);
+    self->watchdog_ms = (uint16_t)(config->watchdog_ns / NS_PER_MS);
+    if (config->sync_period_ns % NS_PER_US == 0)
+        self->sync_us = (uint32_t)(config->sync_period_ns / NS_PER_US);
+    return init_interpolation(self);
+}
+
+/* At least one count, at most half the range that i32 differences can tell. */
+static int init_first_step(struct drive_cia402 *self)
+{
+    int64_t counts;
+
+    if (self->config.first_step_max_q32 < 0)
+        return MOTION_E_ARG;
+    if (motion_fixed_mulshift(self->config.first_step_max_q32,
+                              self->to_counts.mantissa, self->to_counts.shift,
+                              &counts) != MOTION_OK)
+        counts = INT64_MAX;
+    counts = counts < 0 ? -counts : counts;
+    if (counts > INT32_MAX / 2)
+        counts = INT32_MAX / 2;
+    self->first_step_counts = counts > 0 ? counts : 1;
+    return MOTION_OK;
+}
+
+int drive_cia402_init(struct drive_cia402 *self, struct canopen *master,
+                      const struct drive_cia402_config *config)
+{
+    int err;
+
+    memset(self, 0, sizeof *self);
+    self->config = *config;
+    init_defaults(&self->config);
+    err = init_times(self, master);
+    if (err == MOTION_OK)
+        err = init_scale(self);
+    if (err == MOTION_OK)
+        err = init_first_step(self);
+    if (err != MOTION_OK)
+        return err;
+    self->drive.ops = &cia402_drive_ops;
+    self->node.ops = &cia402_node_ops;
+    self->node.id = config->node_id;
+    self->node.heartbeat_timeout_ns =
+        BEATS_LOST * self->config.heartbeat_period_ns;
+    cia402_list_begin(self, cia402_start_up, 0);
+    return canopen_add(master, &self->node);
+}

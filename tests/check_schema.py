@@ -1,0 +1,169 @@
+#!/usr/bin/env python3
+"""Do docs/schema and the readers agree?
+
+    python3 tests/check_schema.py build/tests/test_files
+
+The schemas are what an editor knows, the C tables what slew knows.  Checked:
+the schemas are schemas; they accept the examples; every map has the same keys,
+the same of them required, and every choice the same words, on both sides; of
+the malformed files in tests/data/bad they refuse all but those in BEYOND.
+"""
+import glob
+import json
+import os
+import subprocess
+import sys
+
+import jsonschema
+import yaml
+
+# Malformed in ways that need more than a schema: order, sums, other values.
+BEYOND = {
+    "move_duplicate_axis",  # the YAML library keeps the last
+    "move_ease_order",
+    "move_frame_without_rate",
+    "move_mu_range",
+    "move_mu_unused",
+    "move_negative_time",
+    "move_time_too_large",
+    "move_times_decrease",
+    "move_times_equal",
+    "move_too_large",
+    "move_unknown_axis",
+    "move_velocity_needed",
+    "move_velocity_unused",
+    "move_wrong_unit",
+    "rig_angle_on_mm",
+    "rig_anchor",
+    "rig_bandwidth",
+    "rig_bit_rate",
+    "rig_control_escape",
+    "rig_counts_overflow",
+    "rig_counts_unit",
+    "rig_counts_zero",
+    "rig_duplicate_key",
+    "rig_infinite",  # a number to YAML
+    "rig_merge_key",
+    "rig_nan",  # a number to YAML
+    "rig_node_ours",
+    "rig_negative_limit",
+    "rig_range_reversed",
+    "rig_start_outside",
+    "rig_stop_below",
+    "rig_stop_jerk",
+    "rig_tag",
+    "rig_tick_fraction",
+    "rig_tick_range",
+    "rig_too_large",
+    "rig_too_many_digits",
+    "rig_unknown_bus",
+    "rig_watchdog",
+    "rig_zero_limit",
+}
+
+
+def load_schema(name):
+    with open(f"docs/schema/{name}.schema.json", encoding="utf-8") as file:
+        schema = json.load(file)
+    jsonschema.Draft7Validator.check_schema(schema)
+    return schema
+
+
+def schema_keys(name, schema):
+    """{(file, shape, key, required or optional)}"""
+    shapes = dict(schema["definitions"])
+    shapes[name] = schema
+    return {
+        (name, shape, key,
+         "required" if key in body["required"] else "optional")
+        for shape, body in shapes.items() if "properties" in body
+        for key in body["properties"]
+    }
+
+
+def words_of(schema, value):
+    """The enum behind a value, through references."""
+    if "enum" in value:
+        return value["enum"]
+    for part in value.get("allOf", []) + [value]:
+        if "$ref" in part:
+            name = part["$ref"].rsplit("/", 1)[1]
+            return words_of(schema, schema["definitions"][name])
+    return []
+
+
+def schema_words(name, schema, places):
+    """{(file, shape.key, word)} for the choices that the tables have."""
+    return {
+        (name, place, word)
+        for place in places
+        for word in words_of(
+            schema, schema["definitions"][place.split(".")[0]]["properties"][
+                place.split(".")[1]])
+    }
+
+
+def reader_rows(program):
+    """Rows of test_files --fields, by their first word."""
+    text = subprocess.run([program, "--fields"], check=True,
+                          capture_output=True, text=True).stdout
+    rows = {"key": set(), "word": set()}
+    for line in text.splitlines():
+        kind, *row = line.split(" ")
+        rows[kind].add(tuple(row))
+    return rows
+
+
+def differences(what, readers, schemas):
+    return ([f"{what} {' '.join(row)}: readers only"
+             for row in sorted(readers - schemas)] +
+            [f"{what} {' '.join(row)}: schema only"
+             for row in sorted(schemas - readers)])
+
+
+def check_names(program, schemas):
+    rows = reader_rows(program)
+    keys = set().union(*(schema_keys(n, s) for n, s in schemas.items()))
+    words = set().union(*(
+        schema_words(n, s, {row[1] for row in rows["word"] if row[0] == n})
+        for n, s in schemas.items()))
+    return (differences("key", rows["key"], keys) +
+            differences("word", rows["word"], words))
+
+
+def is_accepted(schema, path):
+    """False as well when the file is no YAML."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            value = yaml.safe_load(file)
+    except (yaml.YAMLError, UnicodeDecodeError):
+        return False
+    return jsonschema.Draft7Validator(schema).is_valid(value)
+
+
+def check_files(schemas):
+    wrong = []
+    for name, schema in schemas.items():
+        for path in glob.glob(f"examples/*/{name}.yaml"):
+            if not is_accepted(schema, path):
+                wrong.append(f"{path}: refused by the schema")
+        for path in sorted(glob.glob(f"tests/data/bad/{name}_*.yaml")):
+            stem = os.path.basename(path)[:-len(".yaml")]
+            if is_accepted(schema, path) != (stem in BEYOND):
+                wrong.append(f"{path}: the schema does not say as listed")
+    return wrong
+
+
+def main():
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    schemas = {name: load_schema(name) for name in ("rig", "move")}
+    wrong = check_names(sys.argv[1], schemas) + check_files(schemas)
+    for line in wrong:
+        print(line)
+    print(f"schema: {len(wrong)} differences")
+    sys.exit(1 if wrong else 0)
+
+
+if __name__ == "__main__":
+    main()
