@@ -98,6 +98,18 @@ static inline int64_t track_shift_left(int64_t a, unsigned bits)
     return (int64_t)((uint64_t)a << bits);
 }
 
+/* Where the scale lacks vel_shift bits: |v| 2^vel_shift < 2^66 since the
+ * velocity fits and the scale is at least 2^61; so all but 3 of them can be
+ * had before the scaling, where they do not cost precision. */
+static int64_t track_special_vel(const struct motion_segment *segment,
+                                 int64_t v)
+{
+    unsigned after = segment->vel_shift < 3 ? segment->vel_shift : 3;
+
+    v = track_shift_left(v, segment->vel_shift - after);
+    return track_shift_left(track_scale_vel(segment, v), after);
+}
+
 /* What hardly any segment needs: travel over 2^19 units (frac < 2; below zero
  * in steps of 2^-frac, the remainder of the travel laid over it in a straight
  * line), or a duration under 100 ns, whose scales need more than 62 bits. */
@@ -119,8 +131,7 @@ static void track_sample_special(const struct motion_segment *segment,
         s.p += (segment->remainder * (int64_t)w) >> 31;
     }
     sample->pos_q32 = (int64_t)((uint64_t)segment->pos_q32 + (uint64_t)s.p);
-    sample->vel_q32 =
-        track_shift_left(track_scale_vel(segment, s.v), segment->vel_shift);
+    sample->vel_q32 = track_special_vel(segment, s.v);
     sample->acc_q16 =
         track_shift_left(track_scale_acc(segment, s.a), segment->acc_shift);
 }

@@ -33,9 +33,11 @@
 #define MOTION_TRACK_SEGMENT_MAX_NS_Q12 ((int64_t)1 << 60)
 #define MOTION_TRACK_MAX_NS_Q12         ((int64_t)3 << 61)
 
-/* Farthest position that a segment may reach, +-: the last unit before 2^31 is
- * left free so that rounding never wraps. */
+/* The most a segment may reach, +-: 2^31 - 1 unit and unit/s, and half of what
+ * the format of acceleration holds, so that rounding never wraps. */
 #define MOTION_TRACK_POS_MAX_Q32 ((int64_t)INT32_MAX << 32)
+#define MOTION_TRACK_VEL_MAX_Q32 ((int64_t)INT32_MAX << 32)
+#define MOTION_TRACK_ACC_MAX_Q16 (INT64_MAX / 2)
 
 /* Position and derivatives at one time. */
 struct motion_state {
@@ -101,10 +103,10 @@ void motion_track_init(struct motion_track *track,
 /* The appending functions below add one segment from the track's present end
  * and return MOTION_OK, MOTION_E_FULL (no room), MOTION_E_ARG (duration not in
  * 1 .. MOTION_TRACK_SEGMENT_MAX), or MOTION_E_RANGE (the curve between the ends,
- * its velocity or its acceleration leave the formats, judged by their control
- * polygons, or the track becomes too long).  Jerk saturates instead.  On an
- * error the track is unchanged.  After an append, track->end is the state at
- * its end.  Plan-time. */
+ * its velocity or its acceleration go over the MAX above, judged by their
+ * control polygons, or the track becomes too long).  Jerk saturates instead.
+ * On an error the track is unchanged.  After an append, track->end is the
+ * state at its end.  Plan-time. */
 
 /* Stand still. */
 int motion_track_append_dwell(struct motion_track *track, int64_t dur_ns_q12);
@@ -152,15 +154,18 @@ int motion_track_append_poly(struct motion_track *track, int64_t dur_ns_q12,
  *   pos   the key itself at a key; else within 2 units of 2^-32 of the
  *         polynomial (of 2^(-32-frac) where frac < 0), never a division, the
  *         same bits everywhere
- *   vel   within 2 units of 2^-32 unit/s or 2^-50 of the segment's largest
- *   acc   within 2 units of 2^-16 unit/s2 or 2^-20 of the segment's largest */
+ *   vel   within 3 units of 2^-32 unit/s (24 in a segment under 2 ns) and
+ *         2^-60 unit / dur, or 2^-46 of the segment's largest
+ *   acc   within 3 units of 2^-16 unit/s2 or 2^-20 of the segment's largest
+ *         or 2^-30 unit / dur^2: what the position itself can show (in 1 ms,
+ *         1e-3 unit/s2); 0 where a segment is shorter than 4 ps */
 void motion_track_sample(const struct motion_track *track,
                          struct motion_cursor *cursor, int64_t t_ns_q12,
                          struct motion_sample *sample);
 
 /* All of p, v, a, j, rounded from the polynomial evaluated with 128 bits (pos as
- * motion_track_sample gives it); within 1 unit or 2^-60 of the segment's
- * largest.  Saturates.  At a segment border the later segment's.  Bounded, no
+ * motion_track_sample gives it); within 1 unit and 2^-92 unit / dur^order, or
+ * 2^-58 of the segment's largest.  Saturates.  At a segment border the later segment's.  Bounded, no
  * division, but ten times the work of a sample. */
 void motion_track_state(const struct motion_track *track, int64_t t_ns_q12,
                         struct motion_state *state);

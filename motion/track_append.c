@@ -231,6 +231,9 @@ static uint8_t append_scale(struct track_ratio ratio, int shift, int32_t *high,
 
 /* vel [2^-32/s]     = dp/dw / 2 / 2^frac s/dur, times 2^64 / 2^64
  * acc [2^-16/s2]    = a 2^32 2 / 4 / 2^(16+frac) (s/dur)^2, times 2^32 / 2^32 */
+/* Under 4 ps the last bits of a are more acceleration than the format holds. */
+#define APPEND_ACC_SHIFT_MAX 31
+
 static void append_derive(struct motion_segment *segment)
 {
     struct track_ratio rate = track_ratio_per_second(segment);
@@ -241,6 +244,8 @@ static void append_derive(struct motion_segment *segment)
     segment->acc_shift =
         append_scale(track_ratio_mul(rate, rate), 32 + 15 - segment->frac,
                      &segment->acc_scale_high, &segment->acc_scale_low);
+    if (segment->acc_shift > APPEND_ACC_SHIFT_MAX)
+        segment->acc_scale_high = segment->acc_scale_low = 0;
     if (segment->frac >= 2)
         segment->pos_scale = (int32_t)(UINT32_C(1) << (32 - segment->frac));
     if (segment->frac < 2 || segment->vel_shift != 0 || segment->acc_shift != 0)
@@ -295,16 +300,17 @@ static bool append_within(struct motion_u128 a, int64_t limit)
 }
 
 /* points [first, last) become n times their differences, the control points of
- * the derivative; all of them times ratio * 2^shift must fit an int64. */
+ * the derivative; all of them times ratio * 2^shift must be within the limit. */
 static int append_check_derivative(struct motion_u128 *point, int n,
-                                   struct track_ratio ratio, int shift)
+                                   struct track_ratio ratio, int shift,
+                                   int64_t limit)
 {
     struct motion_u128 value;
 
     for (int j = 0; j < n; j++) {
         point[j] = motion_fixed_mul_i128(wide_sub(point[j + 1], point[j]), n);
         if (track_ratio_apply(point[j], ratio, shift, 100, &value) < 0 ||
-            !append_within(value, INT64_MAX))
+            !append_within(value, limit))
             return MOTION_E_RANGE;
     }
     return MOTION_OK;
@@ -328,14 +334,21 @@ static int append_check_range(const struct append_goal *goal,
                            MOTION_TRACK_POS_MAX_Q32))
             return MOTION_E_RANGE;
     }
-    err = append_check_derivative(point, n, rate, 32 - APPEND_WIDE);
+    err = append_check_derivative(point, n, rate, 32 - APPEND_WIDE,
+                                  MOTION_TRACK_VEL_MAX_Q32);
     if (err < 0 || n < 2)
         return err;
     return append_check_derivative(point, n - 1, track_ratio_mul(rate, rate),
-                                   16 - APPEND_WIDE);
+                                   16 - APPEND_WIDE, MOTION_TRACK_ACC_MAX_Q16);
 }
 
 /* --- appending ----------------------------------------------------------- */
+
+static bool append_is_pos(int64_t pos_q32)
+{
+    return pos_q32 >= -MOTION_TRACK_POS_MAX_Q32 &&
+           pos_q32 <= MOTION_TRACK_POS_MAX_Q32;
+}
 
 static int append_open(const struct motion_track *track, int64_t dur_ns_q12)
 {
@@ -380,8 +393,11 @@ static int append_fit(const struct motion_track *track,
 static int append_commit(struct motion_track *track, struct append_goal *goal)
 {
     struct motion_segment segment;
-    int err = append_fit(track, goal, &segment);
+    int err;
 
+    if (!append_is_pos(track->end.pos_q32) || !append_is_pos(goal->end_pos_q32))
+        return MOTION_E_RANGE;
+    err = append_fit(track, goal, &segment);
     if (err < 0)
         return err;
     track->segment[track->count++] = segment;
