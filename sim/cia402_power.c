@@ -119,7 +119,7 @@ static void cia402_power_release_brake(struct sim_cia402 *self)
 {
     bool releasing = self->timer_ns[SIM_CIA402_BRAKE] != SIM_WORLD_NEVER;
 
-    if (releasing || self->no_power || self->value[CIA402_MODE] == 0)
+    if (releasing || self->value[CIA402_MODE] == 0)
         return;
     cia402_motion_stand(self);
     cia402_timer_set(self, SIM_CIA402_BRAKE,

@@ -786,6 +786,33 @@ static void quick_stop_with_option_5_can_be_left_by_16_and_12(void **state)
     free(b);
 }
 
+static void quick_stop_with_option_2_cannot_be_taken_back(void **state)
+{
+    struct bench *b = enabled();
+
+    (void)state;
+    w32(b, 0x6085, 0, 1000000); /* 100 ms from 100000 counts/s */
+    cruise(b, 30);
+    cycles(b, 10, 0x02, 0);
+    cycles(b, 10, 0x0F, 0);
+    assert_string_equal(state_of(tpdo_status(b)), "quick stop");
+    cycles(b, 120, 0x0F, 0);
+    assert_string_equal(state_of(tpdo_status(b)), "disabled");
+    free(b);
+}
+
+static void the_error_history_keeps_the_last_four(void **state)
+{
+    struct bench *b = booted();
+
+    (void)state;
+    for (int i = 0; i < 6; i++)
+        sim_cia402_inject(&b->drive, SIM_CIA402_OVERCURRENT);
+    assert_int_equal(rd(b, 0x1003, 0), 4);
+    assert_int_equal(rd(b, 0x1003, 4), 0x2310);
+    free(b);
+}
+
 static void disabling_ramps_first_and_can_be_taken_back(void **state)
 {
     struct bench *b = enabled();
@@ -850,19 +877,26 @@ static void halt_holds_from_the_moment_of_enabling(void **state)
 static void sync_latches_the_position_of_that_instant(void **state)
 {
     struct bench *b = enabled();
+    int32_t before;
 
     (void)state;
+    w32(b, 0x6085, 0, 1000000); /* quick stop, 100 ms */
     cruise(b, 60);
-    for (int i = 0; i < 20; i++) {
+    cycles(b, 2, 0x02, 0);
+    before = tpdo_position(b);
+    for (int i = 0; i < 50; i++) {
+        int64_t wait_ns = 300000 + i * 7919; /* no multiple of the loop */
         int32_t at;
 
         say(b, "080#");
         sim_world_run(&b->world, b->world.now_ns + 48000); /* its 48 bits */
         at = (int32_t)((sim_cia402_pos_q24(&b->drive) + (1 << 23)) >> 24);
-        sim_world_run(&b->world, b->world.now_ns + 400000);
+        assert_int_equal(b->drive.plant_ns, b->world.now_ns);
+        sim_world_run(&b->world, b->world.now_ns + wait_ns);
         listen(b);
         assert_int_equal(tpdo_position(b), at);
-        sim_world_run(&b->world, b->world.now_ns + 552000);
+        assert_true(at > before + 10);
+        before = at;
     }
     free(b);
 }
@@ -962,7 +996,8 @@ static void a_pause_of_sync_is_not_taken_for_a_period(void **state)
     w16(b, 0x6007, 0, 0);
     pass(b, 1000 * MS);
     from = here(b);
-    cycles(b, 2, 0x0F, from + 100); /* latched by the second SYNC */
+    say(b, "201#0F0074270000"); /* 10100 */
+    say(b, "080#");
     pass(b, 30 * MS);
     assert_in_range(here(b) - from, 99, 100);
     free(b);
@@ -1119,7 +1154,9 @@ static void heartbeat_loss_moves_nmt_as_1029_says_and_recovers(void **state)
         w16(b, 0x1017, 0, 10);
         w32(b, 0x1016, 1, 0x7F0032);
         say(b, "000#0101");
-        pass(b, 200 * MS); /* nothing heard yet: not watched */
+        pass(b, 200 * MS);  /* nothing heard yet: not watched */
+        say(b, "77F#0505"); /* no heartbeat */
+        pass(b, 100 * MS);
         assert_int_equal(count(b, 0x081), 0);
         say(b, "77F#05");
         pass(b, 100 * MS);
@@ -1199,6 +1236,8 @@ static void nmt_stop_is_a_lost_connection(void **state)
 
     (void)state;
     w16(b, 0x6007, 0, 3);
+    w8(b, 0x2001, 0, 0); /* targets are not watched */
+    cycles(b, 2, 0x0F, 10000);
     say(b, "000#0201");
     pass(b, 50 * MS);
     say(b, "000#8001");
@@ -1576,6 +1615,8 @@ int main(void)
         cmocka_unit_test(a_fault_goes_through_its_reaction_and_needs_an_edge),
         cmocka_unit_test(quick_stop_ramps_and_ends_as_605a_says),
         cmocka_unit_test(quick_stop_with_option_5_can_be_left_by_16_and_12),
+        cmocka_unit_test(quick_stop_with_option_2_cannot_be_taken_back),
+        cmocka_unit_test(the_error_history_keeps_the_last_four),
         cmocka_unit_test(disabling_ramps_first_and_can_be_taken_back),
         cmocka_unit_test(halt_ramps_stays_enabled_and_goes_on),
         cmocka_unit_test(halt_holds_from_the_moment_of_enabling),

@@ -52,9 +52,9 @@ static void members_run_in_the_order_of_time(void **state)
     sim_world_init(&world, 0);
     sim_world_add(&world, &a.member);
     sim_world_add(&world, &b.member);
-    sim_world_run(&world, 11);
+    sim_world_run(&world, 12);
     assert_string_equal(ticks, "baaa");
-    assert_int_equal(world.now_ns, 11);
+    assert_int_equal(world.now_ns, 12);
 }
 
 static void ties_run_in_the_order_of_adding(void **state)
