@@ -5,7 +5,26 @@
  * the order real drives refuse them), SYNC, the power state machine with its
  * sixteen transitions, quick stop option codes, fault reaction, following error
  * window, CSP with interpolation over one SYNC period, position actual from the
- * plant.  Written from CiA 301 and CiA 402-2, independently of hal/. */
+ * plant.  Written from CiA 301 and CiA 402-2, independently of hal/.
+ *
+ *   cia402_od.c      the dictionary: rows, access, abort codes
+ *   cia402_com.c     NMT, heartbeat, EMCY
+ *   cia402_sdo.c     the SDO server
+ *   cia402_pdo.c     PDO parameters, mapping, exchange
+ *   cia402_power.c   state machine, faults
+ *   cia402_motion.c  set points, ramps, the inner loop
+ *   sim_cia402.c     timers, frames in, injections
+ *
+ * What this maker chose where the profile leaves a choice:
+ *   - only mode 8 (CSP); no enabling while 0x6060 is 0;
+ *   - Ready to switch on ignores 0x0F (no jump over Switched on);
+ *   - 0x60C2:1 = 0 (default): interpolates over the measured SYNC period;
+ *   - feed-forward is the slope of the set points; 0x60B1 is stored only;
+ *   - 0x2001: so many SYNC periods without a fresh 0x607A in an RPDO, while
+ *     enabled and after the first, are a time-out (EMCY 0x8250, reaction by
+ *     0x6007); 0x1400:5 in ms takes its place when not 0;
+ *   - 0x2000 (write only): an injection, 1 + enum sim_cia402_fault;
+ *   - until its boot-up message it acknowledges frames and ignores them. */
 #ifndef SIM_SIM_CIA402_H
 #define SIM_SIM_CIA402_H
 
@@ -16,7 +35,7 @@
 #include "sim/sim_can.h"
 
 struct sim_cia402_config {
-    uint8_t node_id;
+    uint8_t node_id; /* 1..127 */
     struct sim_plant_config plant;
     int32_t start_counts;     /* where it stands at power-on */
     int64_t loop_ns;          /* inner loop, 62500 .. 1000000 */
@@ -24,19 +43,48 @@ struct sim_cia402_config {
     int64_t boot_ns;          /* power-on to boot-up message */
 };
 
-/* What a test or a script may do to it. */
+/* What a test or a script may do to it.  One more: a row in the table of
+ * sim_cia402.c. */
 enum sim_cia402_fault {
     SIM_CIA402_OVERCURRENT, /* EMCY 0x2310, fault reaction, Fault */
     SIM_CIA402_REBOOT,      /* power cycle: boot-up, all volatile gone */
     SIM_CIA402_SILENT,      /* off the bus: hears and says nothing */
     SIM_CIA402_BLOCKED,     /* the rotor does not move */
-    SIM_CIA402_CLEAR,       /* SILENT and BLOCKED end */
+    SIM_CIA402_CLEAR,       /* every lasting one ends */
+    SIM_CIA402_FROZEN,      /* reports one actual position for ever */
+    SIM_CIA402_NO_POWER,    /* torque off by its STO input, cannot be enabled */
+    SIM_CIA402_DEAF,        /* loses every RPDO */
+    SIM_CIA402_FAULTS,      /* how many */
 };
 
-/* One object dictionary entry; defined in sim_cia402.c. */
-struct sim_cia402_object;
+#define SIM_CIA402_OBJECTS_MAX 256
+#define SIM_CIA402_PDOS        4 /* each way */
+#define SIM_CIA402_ENTRIES     8 /* per mapping */
 
-#define SIM_CIA402_OBJECTS_MAX 96
+/* An active PDO: the rows of the dictionary it carries. */
+struct sim_cia402_pdo {
+    bool active;
+    uint32_t cob_id;
+    uint8_t count, bytes;
+    uint8_t row[SIM_CIA402_ENTRIES];
+    uint8_t type;
+    uint8_t data[8];     /* received and not yet in force, or last sent */
+    bool pending;        /* data waits for SYNC */
+    bool wrong_length;   /* the last one was too short or too long */
+    unsigned sync_count; /* SYNCs since the last TPDO */
+    int64_t sent_ns;     /* last TPDO */
+    bool carries_target; /* 0x607A is mapped */
+};
+
+enum sim_cia402_timer {
+    SIM_CIA402_LOOP,
+    SIM_CIA402_BOOT,
+    SIM_CIA402_HEARTBEAT, /* our next */
+    SIM_CIA402_CONSUMER,  /* the master's is late */
+    SIM_CIA402_BRAKE,     /* released */
+    SIM_CIA402_TARGET,    /* fresh targets are late */
+    SIM_CIA402_TIMERS,
+};
 
 struct sim_cia402 {
     struct sim_member member;
@@ -44,22 +92,55 @@ struct sim_cia402 {
     struct sim_world *world;
     struct sim_cia402_config config;
     struct sim_plant plant;
+
+    /* Private from here on. */
     uint32_t value[SIM_CIA402_OBJECTS_MAX]; /* by row of the dictionary */
-    int power_state; /* private to sim_cia402.c, as all below */
+    int64_t timer_ns[SIM_CIA402_TIMERS];
+    int64_t due_ns; /* the first of them */
     uint8_t nmt_state;
-    bool silent, blocked;
-    int64_t loop_due_ns, heartbeat_due_ns, boot_due_ns, state_due_ns;
-    int64_t consumer_due_ns;
-    int32_t target_counts, target_previous_counts;
-    int64_t sync_ns, sync_period_ns;
-    uint64_t following_error_ns;
+    struct sim_cia402_pdo rpdo[SIM_CIA402_PDOS], tpdo[SIM_CIA402_PDOS];
+    bool event_pdos;      /* any TPDO of type 254, 255 active */
+    struct {              /* a segmented read under way */
+        const char *text; /* what is left of it; NULL: none */
+        int row;
+        uint8_t toggle;
+    } segments;
+
+    /* lasting injections, and inputs */
+    bool silent, blocked, frozen, no_power, deaf;
+    int64_t frozen_pos_q24;
+    uint32_t inputs;
+
+    /* power */
+    uint8_t power; /* enum cia402_power */
+    uint16_t controlword;
+    uint8_t after_ramp; /* state to go to at rest */
+    bool halted;
+
+    /* motion */
+    uint8_t motion;   /* enum cia402_motion */
+    int64_t plant_ns; /* up to where the plant has been integrated */
+    int64_t demand_q24, demand_vel_q24;
+    int64_t target_q24, target_end_ns; /* of the interpolation */
+    int64_t ramp_acc_q8;
+    int64_t sync_ns, sync_period_ns; /* sync_ns < 0: none yet */
+    bool target_fresh;               /* an RPDO brought one since SYNC */
+    int64_t target_timeout_ns;       /* by that RPDO's event timer; 0: none */
+    bool targets_late, limited, following_error;
+    bool master_lost; /* its heartbeat is overdue */
+    int64_t following_error_ns;
 };
 
-/* Adds the drive to the bus and the world, powered from the world's now. */
+/* Adds the drive to the bus and the world, powered from the world's now.
+ * MOTION_E_ARG for a config outside its ranges, MOTION_E_FULL; nothing has been
+ * added to the world then. */
 int sim_cia402_init(struct sim_cia402 *self, struct sim_can_bus *bus,
                     const struct sim_cia402_config *config);
 void sim_cia402_inject(struct sim_cia402 *self, enum sim_cia402_fault fault);
-/* What an outside measuring device would see. */
+/* Digital inputs as 0x60FD shows them: bit 0 negative limit, 1 positive limit,
+ * 2 home, 16-31 maker. */
+void sim_cia402_set_inputs(struct sim_cia402 *self, uint32_t inputs);
+/* What an outside measuring device would see, at the last inner step. */
 int64_t sim_cia402_pos_q24(const struct sim_cia402 *self);
 
 #endif

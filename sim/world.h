@@ -13,12 +13,17 @@
 
 #define SIM_WORLD_MEMBERS_MAX 64
 
+/* Nothing to do. */
+#define SIM_WORLD_NEVER INT64_MAX
+
 struct sim_member;
 
 struct sim_member_ops {
-    /* Next time this member has something to do; INT64_MAX: nothing. */
+    /* Next time this member has something to do, or SIM_WORLD_NEVER.  Cheap:
+     * asked of every member before every event. */
     int64_t (*due_ns)(const struct sim_member *member);
-    /* Do what is due at `now_ns` (exactly the time given by due_ns). */
+    /* Do what is due at `now_ns`: the time given by due_ns, or later when that
+     * had already passed.  Must move due_ns on. */
     void (*run)(struct sim_member *member, int64_t now_ns);
 };
 
@@ -34,8 +39,12 @@ struct sim_world {
 };
 
 void sim_world_init(struct sim_world *world, int64_t start_ns);
+
+/* MOTION_OK; MOTION_E_FULL; MOTION_E_ARG when the member has no operations. */
 int sim_world_add(struct sim_world *world, struct sim_member *member);
-/* All that is due up to and including `until_ns`; then now is `until_ns`. */
+
+/* All that is due up to and including `until_ns`; then now is `until_ns`.  A
+ * time that has passed does nothing.  Not to be called from a member's run. */
 void sim_world_run(struct sim_world *world, int64_t until_ns);
 
 #endif

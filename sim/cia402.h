@@ -1,0 +1,198 @@
+/* sim/cia402.h - between the files of the simulated CiA 402 drive; see
+ * sim_cia402.h for what stands where.  Nobody else includes this. */
+#ifndef SIM_CIA402_H
+#define SIM_CIA402_H
+
+#include "sim/cia402_rows.h"
+#include "sim/sim_cia402.h"
+#include "sim/util.h"
+
+/* Rows of the dictionary: CIA402_STATUSWORD and so on. */
+enum cia402_row {
+#define CIA402_ROW_ENUM(name, index, sub, type, access, init, min, max)        \
+    CIA402_##name,
+    CIA402_ROWS(CIA402_ROW_ENUM)
+#undef CIA402_ROW_ENUM
+        CIA402_ROW_COUNT
+};
+
+enum cia402_abort {
+    CIA402_DONE = 0,
+    CIA402_ABORT_TOGGLE = 0x05030000,
+    CIA402_ABORT_COMMAND = 0x05040001,
+    CIA402_ABORT_ACCESS = 0x06010000,
+    CIA402_ABORT_WRITE_ONLY = 0x06010001,
+    CIA402_ABORT_READ_ONLY = 0x06010002,
+    CIA402_ABORT_NO_OBJECT = 0x06020000,
+    CIA402_ABORT_NOT_MAPPABLE = 0x06040041,
+    CIA402_ABORT_PDO_LENGTH = 0x06040042,
+    CIA402_ABORT_LENGTH = 0x06070010,
+    CIA402_ABORT_NO_SUB = 0x06090011,
+    CIA402_ABORT_RANGE = 0x06090030,
+    CIA402_ABORT_TOO_HIGH = 0x06090031,
+    CIA402_ABORT_TOO_LOW = 0x06090032,
+    CIA402_ABORT_DEVICE_STATE = 0x08000022,
+    CIA402_ABORT_NO_DATA = 0x08000024,
+};
+
+enum cia402_nmt {
+    CIA402_NMT_BOOTING = 0x00,
+    CIA402_NMT_STOPPED = 0x04,
+    CIA402_NMT_OPERATIONAL = 0x05,
+    CIA402_NMT_PRE_OPERATIONAL = 0x7F,
+};
+
+enum cia402_power {
+    CIA402_POWER_NOT_READY,
+    CIA402_POWER_DISABLED, /* Switch on disabled */
+    CIA402_POWER_READY,    /* Ready to switch on */
+    CIA402_POWER_ON,       /* Switched on */
+    CIA402_POWER_ENABLED,  /* Operation enabled */
+    CIA402_POWER_QUICK_STOP,
+    CIA402_POWER_REACTION,
+    CIA402_POWER_FAULT,
+};
+
+enum cia402_motion {
+    CIA402_MOTION_OFF,    /* no torque */
+    CIA402_MOTION_STAND,  /* hold the demand */
+    CIA402_MOTION_FOLLOW, /* CSP */
+    CIA402_MOTION_RAMP,   /* demand slows down to rest */
+};
+
+/* CiA 301 7.2.7.1; error register bits, CiA 301 7.5.2.2. */
+enum cia402_emcy {
+    CIA402_EMCY_NONE = 0x0000,
+    CIA402_EMCY_OVERCURRENT = 0x2310,
+    CIA402_EMCY_HEARTBEAT = 0x8130,
+    CIA402_EMCY_PDO_SHORT = 0x8210,
+    CIA402_EMCY_PDO_LONG = 0x8220,
+    CIA402_EMCY_RPDO_LATE = 0x8250,
+    CIA402_EMCY_FOLLOWING = 0x8611,
+};
+#define CIA402_ERROR_GENERIC 0x01
+#define CIA402_ERROR_CURRENT 0x02
+#define CIA402_ERROR_COM     0x10
+#define CIA402_ERROR_PROFILE 0x20
+
+static inline int64_t cia402_now_ns(const struct sim_cia402 *self)
+{
+    return self->world->now_ns;
+}
+
+/* ---- cia402_od.c ------------------------------------------------------- */
+
+/* All rows, or those of 0x1000-0x1FFF alone, to their defaults. */
+void cia402_od_reset(struct sim_cia402 *self, bool communication_only);
+/* Row of an object, or -1 with *abort_code. */
+int cia402_od_find(uint16_t index, uint8_t sub, uint32_t *abort_code);
+unsigned cia402_od_size(int row); /* bytes; 0 for a text */
+uint16_t cia402_od_index(int row);
+uint8_t cia402_od_sub(int row);
+bool cia402_od_is_dummy(int row);
+const char *cia402_od_text(int row); /* NULL unless a text */
+bool cia402_od_is_mappable(int row, bool transmit);
+/* By SDO: access is checked.  CIA402_DONE or an abort code. */
+uint32_t cia402_od_read(struct sim_cia402 *self, int row, uint32_t *value);
+/* size in bytes, 0: not given. */
+uint32_t cia402_od_write(struct sim_cia402 *self, int row, unsigned size,
+                         uint32_t value);
+/* By RPDO: range and rules only. */
+uint32_t cia402_od_put(struct sim_cia402 *self, int row, uint32_t value);
+/* Number in a row with its sign. */
+int64_t cia402_od_signed(const struct sim_cia402 *self, int row);
+
+/* ---- cia402_com.c ------------------------------------------------------ */
+
+void cia402_com_send(struct sim_cia402 *self, uint32_t id, const uint8_t *data,
+                     unsigned len);
+void cia402_com_boot_up(struct sim_cia402 *self);
+/* Power-on or reset node: everything at its default, booting. */
+void cia402_com_restart(struct sim_cia402 *self);
+void cia402_com_nmt(struct sim_cia402 *self, const struct hal_can_frame *frame);
+void cia402_com_heartbeat(struct sim_cia402 *self);
+void cia402_com_start_heartbeat(struct sim_cia402 *self);
+/* A heartbeat of another node. */
+void cia402_com_consume(struct sim_cia402 *self,
+                        const struct hal_can_frame *frame);
+void cia402_com_master_lost(struct sim_cia402 *self);
+/* Report: error register, 0x603F, history, EMCY. */
+void cia402_com_error(struct sim_cia402 *self, uint16_t code, uint8_t bits);
+/* These bits are gone; EMCY 0 when they were the last. */
+void cia402_com_error_gone(struct sim_cia402 *self, uint8_t bits);
+/* May 11-bit id be given to an object (CiA 301 7.3.5)? */
+bool cia402_com_is_free_id(uint32_t id);
+/* What a write of an object of the communication area means. */
+uint32_t cia402_com_check(const struct sim_cia402 *self, int row,
+                          uint32_t value);
+void cia402_com_changed(struct sim_cia402 *self, int row);
+
+/* ---- cia402_sdo.c ------------------------------------------------------ */
+
+void cia402_sdo_request(struct sim_cia402 *self,
+                        const struct hal_can_frame *frame);
+
+/* ---- cia402_pdo.c ------------------------------------------------------ */
+
+uint32_t cia402_pdo_check(const struct sim_cia402 *self, int row,
+                          uint32_t value);
+/* Work out from the dictionary which PDOs are active. */
+void cia402_pdo_update(struct sim_cia402 *self);
+/* Entering Operational: event-driven TPDOs go out once. */
+void cia402_pdo_start(struct sim_cia402 *self);
+/* A data frame that may be an RPDO, a remote frame that may ask for a TPDO. */
+void cia402_pdo_received(struct sim_cia402 *self,
+                         const struct hal_can_frame *frame);
+void cia402_pdo_sync_in(struct sim_cia402 *self);
+void cia402_pdo_sync_out(struct sim_cia402 *self);
+/* Event-driven TPDOs; called by the inner loop. */
+void cia402_pdo_poll(struct sim_cia402 *self);
+
+/* ---- cia402_power.c ---------------------------------------------------- */
+
+void cia402_power_reset(struct sim_cia402 *self);
+/* A controlword has been written. */
+void cia402_power_control(struct sim_cia402 *self);
+void cia402_power_brake_released(struct sim_cia402 *self);
+/* A ramp has come to rest. */
+void cia402_power_at_rest(struct sim_cia402 *self);
+/* Transition 13. */
+void cia402_power_fault(struct sim_cia402 *self, uint16_t code, uint8_t bits);
+/* The connection is lost: what 0x6007 says. */
+void cia402_power_connection_lost(struct sim_cia402 *self);
+/* Torque cannot be had any more. */
+void cia402_power_lost(struct sim_cia402 *self);
+uint16_t cia402_power_statusword(const struct sim_cia402 *self);
+
+/* ---- cia402_motion.c --------------------------------------------------- */
+
+/* Bring the plant up to now. */
+void cia402_motion_advance(struct sim_cia402 *self);
+void cia402_motion_off(struct sim_cia402 *self);
+/* Torque on, standing where the axis is. */
+void cia402_motion_stand(struct sim_cia402 *self);
+void cia402_motion_follow(struct sim_cia402 *self);
+void cia402_motion_ramp(struct sim_cia402 *self, int64_t acc_counts_s2);
+/* SYNC: measure its period; then, with its RPDOs in force, latch the target. */
+void cia402_motion_sync(struct sim_cia402 *self);
+void cia402_motion_latch(struct sim_cia402 *self);
+void cia402_motion_targets_late(struct sim_cia402 *self);
+int64_t cia402_motion_actual_q24(const struct sim_cia402 *self);
+/* Values that follow from the state, into the dictionary. */
+void cia402_motion_refresh(struct sim_cia402 *self);
+
+/* ---- timers: sim_cia402.c runs them ------------------------------------ */
+
+static inline void cia402_timer_set(struct sim_cia402 *self,
+                                    enum sim_cia402_timer timer, int64_t at_ns)
+{
+    self->timer_ns[timer] = at_ns;
+}
+
+static inline void cia402_timer_stop(struct sim_cia402 *self,
+                                     enum sim_cia402_timer timer)
+{
+    self->timer_ns[timer] = SIM_WORLD_NEVER;
+}
+
+#endif

@@ -1,0 +1,225 @@
+/* sim/cia402_od.c - the object dictionary: rows, access, abort codes. */
+#include "sim/cia402.h"
+
+enum cia402_type { U8, I8, U16, I16, U32, I32, TEXT };
+
+enum cia402_access {
+    R = 1 << 0,
+    W = 1 << 1,
+    T = 1 << 2, /* mappable into a TPDO */
+    P = 1 << 3, /* mappable into an RPDO */
+    N = 1 << 4, /* the node id is added to the default */
+    D = 1 << 5, /* dummy */
+};
+
+struct cia402_object {
+    uint16_t index;
+    uint8_t sub, type, access;
+    int64_t init, min, max;
+};
+
+static const struct cia402_object cia402_object[] = {
+#define CIA402_ROW_OBJECT(name, index, sub, type, access, init, min, max)      \
+    { index, sub, type, access, init, min, max },
+    CIA402_ROWS(CIA402_ROW_OBJECT)
+#undef CIA402_ROW_OBJECT
+};
+
+_Static_assert(ARRAY_LEN(cia402_object) <= SIM_CIA402_OBJECTS_MAX,
+               "SIM_CIA402_OBJECTS_MAX holds every row");
+
+/* By the default value of a TEXT row. */
+static const char *const cia402_text[] = { "slew servo", "1.0" };
+
+static uint32_t cia402_od_ramp_default(int64_t acc_counts_s2)
+{
+    if (acc_counts_s2 < 1)
+        return 1;
+    return acc_counts_s2 > UINT32_MAX ? UINT32_MAX : (uint32_t)acc_counts_s2;
+}
+
+static void cia402_od_reset_ramps(struct sim_cia402 *self)
+{
+    int64_t acc_max = self->config.plant.acc_max_counts_s2;
+    uint32_t profile = cia402_od_ramp_default(acc_max / 4);
+
+    self->value[CIA402_PROFILE_ACCELERATION] = profile;
+    self->value[CIA402_PROFILE_DECELERATION] = profile;
+    self->value[CIA402_QUICK_STOP_DECELERATION] =
+        cia402_od_ramp_default(acc_max / 2);
+}
+
+void cia402_od_reset(struct sim_cia402 *self, bool communication_only)
+{
+    for (unsigned row = 0; row < CIA402_ROW_COUNT; row++) {
+        const struct cia402_object *object = &cia402_object[row];
+
+        if (communication_only && object->index >= 0x2000)
+            continue;
+        self->value[row] = (uint32_t)object->init;
+        if (object->access & N)
+            self->value[row] += self->config.node_id;
+    }
+    if (!communication_only)
+        cia402_od_reset_ramps(self);
+    cia402_pdo_update(self);
+}
+
+int cia402_od_find(uint16_t index, uint8_t sub, uint32_t *abort_code)
+{
+    *abort_code = CIA402_ABORT_NO_OBJECT;
+    for (int row = 0; row < CIA402_ROW_COUNT; row++) {
+        if (cia402_object[row].index != index)
+            continue;
+        if (cia402_object[row].sub == sub)
+            return row;
+        *abort_code = CIA402_ABORT_NO_SUB;
+    }
+    return -1;
+}
+
+unsigned cia402_od_size(int row)
+{
+    static const uint8_t size[] = {
+        [U8] = 1,  [I8] = 1,  [U16] = 2,  [I16] = 2,
+        [U32] = 4, [I32] = 4, [TEXT] = 0,
+    };
+
+    return size[cia402_object[row].type];
+}
+
+uint16_t cia402_od_index(int row)
+{
+    return cia402_object[row].index;
+}
+
+uint8_t cia402_od_sub(int row)
+{
+    return cia402_object[row].sub;
+}
+
+bool cia402_od_is_dummy(int row)
+{
+    return (cia402_object[row].access & D) != 0;
+}
+
+const char *cia402_od_text(int row)
+{
+    if (cia402_object[row].type != TEXT)
+        return NULL;
+    return cia402_text[cia402_object[row].init];
+}
+
+bool cia402_od_is_mappable(int row, bool transmit)
+{
+    return (cia402_object[row].access & (transmit ? T | D : P | D)) != 0;
+}
+
+static int64_t cia402_od_number(int row, uint32_t value)
+{
+    switch (cia402_object[row].type) {
+    case I8:
+        return (int8_t)(uint8_t)value;
+    case I16:
+        return (int16_t)(uint16_t)value;
+    case I32:
+        return (int32_t)value;
+    default:
+        return value;
+    }
+}
+
+int64_t cia402_od_signed(const struct sim_cia402 *self, int row)
+{
+    return cia402_od_number(row, self->value[row]);
+}
+
+/* The bytes of the object, the rest zero. */
+static uint32_t cia402_od_cut(int row, uint32_t value)
+{
+    unsigned bytes = cia402_od_size(row);
+
+    return bytes > 0 && bytes < 4 ? value & ((1u << 8 * bytes) - 1) : value;
+}
+
+static bool cia402_od_is_history(int row)
+{
+    return row >= CIA402_HISTORY_1 && row <= CIA402_HISTORY_4;
+}
+
+uint32_t cia402_od_read(struct sim_cia402 *self, int row, uint32_t *value)
+{
+    uint8_t access = cia402_object[row].access;
+
+    if (access & D)
+        return CIA402_ABORT_ACCESS;
+    if (!(access & R))
+        return CIA402_ABORT_WRITE_ONLY;
+    if (cia402_od_is_history(row) &&
+        cia402_object[row].sub > self->value[CIA402_HISTORY_COUNT])
+        return CIA402_ABORT_NO_DATA;
+    cia402_motion_refresh(self);
+    *value = cia402_od_cut(row, self->value[row]);
+    return CIA402_DONE;
+}
+
+static uint32_t cia402_od_check_range(int row, uint32_t value)
+{
+    const struct cia402_object *object = &cia402_object[row];
+    int64_t number = cia402_od_number(row, value);
+
+    if (object->min == 0 && object->max == 0)
+        return CIA402_DONE;
+    if (number > object->max)
+        return CIA402_ABORT_TOO_HIGH;
+    return number < object->min ? CIA402_ABORT_TOO_LOW : CIA402_DONE;
+}
+
+/* Rules that a range cannot say. */
+static uint32_t cia402_od_check(const struct sim_cia402 *self, int row,
+                                uint32_t value)
+{
+    if (cia402_object[row].index < 0x2000)
+        return cia402_com_check(self, row, value);
+    if (row == CIA402_MODE && value != 0 && value != 8)
+        return CIA402_ABORT_RANGE;
+    return CIA402_DONE;
+}
+
+static void cia402_od_changed(struct sim_cia402 *self, int row)
+{
+    if (cia402_object[row].index < 0x2000)
+        cia402_com_changed(self, row);
+    else if (row == CIA402_CONTROLWORD)
+        cia402_power_control(self);
+    else if (row == CIA402_INJECT)
+        sim_cia402_inject(
+            self, (enum sim_cia402_fault)(self->value[CIA402_INJECT] - 1));
+}
+
+uint32_t cia402_od_put(struct sim_cia402 *self, int row, uint32_t value)
+{
+    uint32_t abort_code = cia402_od_check_range(row, value);
+
+    if (abort_code == CIA402_DONE)
+        abort_code = cia402_od_check(self, row, value);
+    if (abort_code != CIA402_DONE)
+        return abort_code;
+    self->value[row] = value;
+    cia402_od_changed(self, row);
+    return CIA402_DONE;
+}
+
+uint32_t cia402_od_write(struct sim_cia402 *self, int row, unsigned size,
+                         uint32_t value)
+{
+    unsigned bytes = cia402_od_size(row);
+
+    if (cia402_object[row].access & D)
+        return CIA402_ABORT_ACCESS;
+    if (!(cia402_object[row].access & W))
+        return CIA402_ABORT_READ_ONLY;
+    if (size != 0 && size != bytes)
+        return CIA402_ABORT_LENGTH;
+    return cia402_od_put(self, row, cia402_od_cut(row, value));
+}

@@ -1,0 +1,213 @@
+/* sim/sim_cia402.c - timers, frames in, injections.  See sim_cia402.h. */
+#include "sim/sim_cia402.h"
+
+#include "sim/cia402.h"
+
+/* ---- timers ------------------------------------------------------------ */
+
+static void sim_cia402_schedule(struct sim_cia402 *self)
+{
+    self->due_ns = SIM_WORLD_NEVER;
+    for (unsigned i = 0; i < SIM_CIA402_TIMERS; i++)
+        if (self->timer_ns[i] < self->due_ns)
+            self->due_ns = self->timer_ns[i];
+}
+
+static void sim_cia402_loop(struct sim_cia402 *self)
+{
+    cia402_timer_set(self, SIM_CIA402_LOOP,
+                     cia402_now_ns(self) + self->config.loop_ns);
+    cia402_motion_advance(self);
+    self->value[CIA402_MODE_DISPLAY] = self->value[CIA402_MODE];
+    cia402_pdo_poll(self);
+}
+
+static int64_t sim_cia402_due_ns(const struct sim_member *member)
+{
+    return CONTAINER_OF_CONST(member, struct sim_cia402, member)->due_ns;
+}
+
+static void sim_cia402_run(struct sim_member *member, int64_t now_ns)
+{
+    static void (*const handler[])(struct sim_cia402 *) = {
+        [SIM_CIA402_LOOP] = sim_cia402_loop,
+        [SIM_CIA402_BOOT] = cia402_com_boot_up,
+        [SIM_CIA402_HEARTBEAT] = cia402_com_heartbeat,
+        [SIM_CIA402_CONSUMER] = cia402_com_master_lost,
+        [SIM_CIA402_BRAKE] = cia402_power_brake_released,
+        [SIM_CIA402_TARGET] = cia402_motion_targets_late,
+    };
+    struct sim_cia402 *self = CONTAINER_OF(member, struct sim_cia402, member);
+
+    for (unsigned i = 0; i < SIM_CIA402_TIMERS; i++) {
+        if (self->timer_ns[i] > now_ns)
+            continue;
+        cia402_timer_stop(self, (enum sim_cia402_timer)i);
+        handler[i](self);
+    }
+    sim_cia402_schedule(self);
+}
+
+static const struct sim_member_ops sim_cia402_ops = {
+    .due_ns = sim_cia402_due_ns,
+    .run = sim_cia402_run,
+};
+
+/* ---- frames in --------------------------------------------------------- */
+
+/* RPDOs that came since the last SYNC come into force, then the target is
+ * latched, then inputs are sent; the inner loop starts anew from here. */
+static void sim_cia402_sync(struct sim_cia402 *self)
+{
+    cia402_motion_advance(self);
+    cia402_motion_sync(self);
+    cia402_pdo_sync_in(self);
+    cia402_motion_latch(self);
+    cia402_pdo_sync_out(self);
+    cia402_timer_set(self, SIM_CIA402_LOOP,
+                     cia402_now_ns(self) + self->config.loop_ns);
+}
+
+static void sim_cia402_dispatch(struct sim_cia402 *self,
+                                const struct hal_can_frame *frame)
+{
+    uint32_t id = frame->id;
+
+    if (frame->remote)
+        cia402_pdo_received(self, frame);
+    else if (id == 0)
+        cia402_com_nmt(self, frame);
+    else if (id == self->value[CIA402_SYNC_COB])
+        sim_cia402_sync(self);
+    else if (id == 0x600u + self->config.node_id)
+        cia402_sdo_request(self, frame);
+    else if (id > 0x700)
+        cia402_com_consume(self, frame);
+    else
+        cia402_pdo_received(self, frame);
+}
+
+static void sim_cia402_on_frame(void *context,
+                                const struct hal_can_frame *frame)
+{
+    struct sim_cia402 *self = context;
+
+    if (self->nmt_state == CIA402_NMT_BOOTING || frame->extended)
+        return;
+    sim_cia402_dispatch(self, frame);
+    sim_cia402_schedule(self);
+}
+
+/* ---- injections -------------------------------------------------------- */
+
+static void sim_cia402_overcurrent(struct sim_cia402 *self)
+{
+    cia402_power_fault(self, CIA402_EMCY_OVERCURRENT, CIA402_ERROR_CURRENT);
+}
+
+static void sim_cia402_silent(struct sim_cia402 *self)
+{
+    self->silent = true;
+    sim_can_port_set_off(&self->port, true);
+}
+
+static void sim_cia402_blocked(struct sim_cia402 *self)
+{
+    self->blocked = true;
+}
+
+static void sim_cia402_clear(struct sim_cia402 *self)
+{
+    self->silent = false;
+    self->blocked = false;
+    self->frozen = false;
+    self->no_power = false;
+    self->deaf = false;
+    sim_can_port_set_off(&self->port, false);
+}
+
+static void sim_cia402_frozen(struct sim_cia402 *self)
+{
+    self->frozen_pos_q24 = cia402_motion_actual_q24(self);
+    self->frozen = true;
+}
+
+static void sim_cia402_no_power(struct sim_cia402 *self)
+{
+    self->no_power = true;
+    cia402_power_lost(self);
+}
+
+static void sim_cia402_deaf(struct sim_cia402 *self)
+{
+    self->deaf = true;
+}
+
+void sim_cia402_inject(struct sim_cia402 *self, enum sim_cia402_fault fault)
+{
+    static void (*const inject[SIM_CIA402_FAULTS])(struct sim_cia402 *) = {
+        [SIM_CIA402_OVERCURRENT] = sim_cia402_overcurrent,
+        [SIM_CIA402_REBOOT] = cia402_com_restart,
+        [SIM_CIA402_SILENT] = sim_cia402_silent,
+        [SIM_CIA402_BLOCKED] = sim_cia402_blocked,
+        [SIM_CIA402_CLEAR] = sim_cia402_clear,
+        [SIM_CIA402_FROZEN] = sim_cia402_frozen,
+        [SIM_CIA402_NO_POWER] = sim_cia402_no_power,
+        [SIM_CIA402_DEAF] = sim_cia402_deaf,
+    };
+
+    if (fault >= SIM_CIA402_FAULTS)
+        return;
+    cia402_motion_advance(self);
+    inject[fault](self);
+    sim_cia402_schedule(self);
+}
+
+void sim_cia402_set_inputs(struct sim_cia402 *self, uint32_t inputs)
+{
+    self->inputs = inputs;
+}
+
+int64_t sim_cia402_pos_q24(const struct sim_cia402 *self)
+{
+    return self->plant.pos_q24;
+}
+
+/* ---- init -------------------------------------------------------------- */
+
+static bool sim_cia402_is_legal(const struct sim_cia402_config *config)
+{
+    return config->node_id >= 1 && config->node_id <= 127 &&
+           config->loop_ns >= 62500 && config->loop_ns <= 1000000 &&
+           config->brake_release_ns >= 0 && config->boot_ns >= 0;
+}
+
+int sim_cia402_init(struct sim_cia402 *self, struct sim_can_bus *bus,
+                    const struct sim_cia402_config *config)
+{
+    struct sim_world *world = bus->world;
+    int err;
+
+    *self = (struct sim_cia402){ .member.ops = &sim_cia402_ops,
+                                 .world = world,
+                                 .config = *config,
+                                 .plant_ns = world->now_ns };
+    if (!sim_cia402_is_legal(config))
+        return MOTION_E_ARG;
+    err = sim_plant_init(&self->plant, &config->plant, config->start_counts);
+    if (err < 0)
+        return err;
+    if (world->member_count == SIM_WORLD_MEMBERS_MAX)
+        return MOTION_E_FULL;
+    err = sim_can_port_init(&self->port, bus);
+    if (err < 0)
+        return err;
+    self->port.on_frame = sim_cia402_on_frame;
+    self->port.context = self;
+    for (unsigned i = 0; i < SIM_CIA402_TIMERS; i++)
+        cia402_timer_stop(self, (enum sim_cia402_timer)i);
+    cia402_timer_set(self, SIM_CIA402_LOOP, world->now_ns + config->loop_ns);
+    cia402_com_restart(self);
+    sim_cia402_schedule(self);
+    return sim_world_add(world, &self->member);
+}

@@ -1,0 +1,18 @@
+/* sim/util.h - what every file of the simulation needs. */
+#ifndef SIM_UTIL_H
+#define SIM_UTIL_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define CONTAINER_OF(pointer, type, field)                                     \
+    ((type *)(void *)((char *)(pointer)-offsetof(type, field)))
+#define CONTAINER_OF_CONST(pointer, type, field)                               \
+    ((const type *)(const void *)((const char *)(pointer)-offsetof(type,       \
+                                                                   field)))
+#define ARRAY_LEN(array) (sizeof(array) / sizeof((array)[0]))
+
+/* The simulation runs on a PC, where the compiler has 128 bits. */
+__extension__ typedef __int128 sim_i128;
+
+#endif
