@@ -148,14 +148,15 @@ int canopen_init(struct canopen *master, struct hal_can *can,
 /* MOTION_E_FULL, or MOTION_E_ARG for an id outside 1..127 or taken. */
 int canopen_add(struct canopen *master, struct canopen_node *node);
 
-/* node_id 0: all.  Not acknowledged: the proof is the next heartbeat.  Errors of
- * hal_can_send, and MOTION_E_ARG. */
+/* node_id 0: all.  Not acknowledged: the proof is the next heartbeat.  Errors
+ * of hal_can_send, and MOTION_E_ARG. */
 int canopen_nmt(struct canopen *master, enum canopen_nmt_command command,
                 uint8_t node_id);
 
 /* Start a transfer; size 1..4 bytes (else MOTION_E_ARG).  MOTION_E_STATE when
  * one is running or its outcome has not been taken, MOTION_E_FULL/IO when it
- * could not be sent.  Then canopen_sdo_take reads the outcome and is idle again:
+ * could not be sent.  Then canopen_sdo_take reads the outcome and is idle
+ * again:
  *   MOTION_E_AGAIN running; MOTION_OK done (value, not sign extended, and size
  *   when reading; either pointer may be NULL); MOTION_E_REFUSED aborted
  *   (sdo.abort_code); MOTION_E_TIMEOUT; MOTION_E_STATE nothing was started.

@@ -7,7 +7,8 @@
 #define LIMIT_ACTIVE 0x0800
 #define FOLLOWS      0x1000
 
-int64_t cia402_scale(const struct drive_cia402_ratio *ratio, int64_t value)
+int64_t drive_cia402_scale(const struct drive_cia402_ratio *ratio,
+                           int64_t value)
 {
     int64_t result;
 
@@ -17,48 +18,48 @@ int64_t cia402_scale(const struct drive_cia402_ratio *ratio, int64_t value)
     return (value < 0) == (ratio->mantissa < 0) ? INT64_MAX : INT64_MIN;
 }
 
-static struct drive_cia402 *cia402_of(struct hal_drive *drive)
+static struct drive_cia402 *drive_cia402_of(struct hal_drive *drive)
 {
     return CONTAINER_OF(drive, struct drive_cia402, drive);
 }
 
-static void cia402_request_reset(struct drive_cia402 *self)
+static void drive_cia402_request_reset(struct drive_cia402 *self)
 {
     if (self->phase == DRIVE_CIA402_LOST) {
         self->request = HAL_DRIVE_REQUEST_OFF;
-        cia402_start_anew(self, self->now_ns);
+        drive_cia402_start_anew(self, self->now_ns);
     } else if (self->phase == DRIVE_CIA402_LATCHED) {
-        cia402_drop_list(self);
+        drive_cia402_drop_list(self);
         self->phase = DRIVE_CIA402_RESET;
         self->reset_cycles = 0;
         self->walk_since_ns = self->now_ns;
     }
 }
 
-static void cia402_request(struct hal_drive *drive,
-                           enum hal_drive_request request)
+static void drive_cia402_request(struct hal_drive *drive,
+                                 enum hal_drive_request request)
 {
-    struct drive_cia402 *self = cia402_of(drive);
+    struct drive_cia402 *self = drive_cia402_of(drive);
     const bool latched = self->phase == DRIVE_CIA402_LATCHED ||
                          self->phase == DRIVE_CIA402_LOST ||
                          self->phase == DRIVE_CIA402_RESET;
 
     if (request == HAL_DRIVE_REQUEST_RESET) {
-        cia402_request_reset(self);
+        drive_cia402_request_reset(self);
         return;
     }
     if (request == self->request ||
         (latched && request != HAL_DRIVE_REQUEST_OFF))
         return;
     if (self->phase == DRIVE_CIA402_RUN)
-        cia402_drop_list(self);
+        drive_cia402_drop_list(self);
     self->request = request;
     self->walk_since_ns = self->now_ns;
-    self->state = cia402_reported(self);
+    self->state = drive_cia402_reported(self);
 }
 
 /* The first set point after enabling must be where the axis is. */
-static int cia402_check_first(struct drive_cia402 *self, int64_t counts)
+static int drive_cia402_check_first(struct drive_cia402 *self, int64_t counts)
 {
     int64_t step;
 
@@ -66,18 +67,19 @@ static int cia402_check_first(struct drive_cia402 *self, int64_t counts)
         return MOTION_OK;
     step = counts - self->actual_counts;
     if (step > self->first_step_counts || step < -self->first_step_counts) {
-        cia402_say(self, "first set point is too far from where the axis is");
-        cia402_latch(self);
+        drive_cia402_say(self,
+                         "first set point is too far from where the axis is");
+        drive_cia402_latch(self);
         return MOTION_E_LIMIT;
     }
     self->first_target = false;
     return MOTION_OK;
 }
 
-static int cia402_set_target(struct hal_drive *drive,
-                             const struct hal_drive_target *target)
+static int drive_cia402_set_target(struct hal_drive *drive,
+                                   const struct hal_drive_target *target)
 {
-    struct drive_cia402 *self = cia402_of(drive);
+    struct drive_cia402 *self = drive_cia402_of(drive);
     int64_t counts;
     int err;
 
@@ -85,9 +87,9 @@ static int cia402_set_target(struct hal_drive *drive,
                               self->to_counts.shift, &counts) != MOTION_OK ||
         counts < INT32_MIN || counts > INT32_MAX)
         return MOTION_E_RANGE;
-    if (!cia402_is_enabled(self))
+    if (!drive_cia402_is_enabled(self))
         return MOTION_OK;
-    err = cia402_check_first(self, counts);
+    err = drive_cia402_check_first(self, counts);
     if (err != MOTION_OK)
         return err;
     self->target_counts = (int32_t)counts;
@@ -95,8 +97,8 @@ static int cia402_set_target(struct hal_drive *drive,
     return MOTION_OK;
 }
 
-static void cia402_put_limits(const struct drive_cia402 *self,
-                              struct hal_drive_feedback *feedback)
+static void drive_cia402_put_limits(const struct drive_cia402 *self,
+                                    struct hal_drive_feedback *feedback)
 {
     const bool reversed = self->config.counts_num < 0;
     const bool low = (self->inputs & 1) != 0;
@@ -106,30 +108,30 @@ static void cia402_put_limits(const struct drive_cia402 *self,
     feedback->limit_positive = reversed ? low : high;
 }
 
-static void cia402_feedback(struct hal_drive *drive,
-                            struct hal_drive_feedback *feedback)
+static void drive_cia402_feedback(struct hal_drive *drive,
+                                  struct hal_drive_feedback *feedback)
 {
-    const struct drive_cia402 *self = cia402_of(drive);
+    const struct drive_cia402 *self = drive_cia402_of(drive);
 
     *feedback = (struct hal_drive_feedback){
         .state = self->state,
-        .pos_q32 = cia402_scale(&self->to_pos, self->actual_counts),
+        .pos_q32 = drive_cia402_scale(&self->to_pos, self->actual_counts),
         .vel_q32 = self->actual_vel_q32,
         .t_ns = self->actual_ns,
         .demand_age_ns =
             self->demand_ns == 0 ? 0 : self->actual_ns - self->demand_ns,
-        .following = cia402_power(self) == CIA402_OPERATION_ENABLED &&
+        .following = drive_cia402_power(self) == CIA402_OPERATION_ENABLED &&
                      (self->statusword & FOLLOWS) != 0 &&
                      (self->statusword & LIMIT_ACTIVE) == 0,
         .fault_code = self->fault_code,
     };
-    cia402_put_limits(self, feedback);
+    drive_cia402_put_limits(self, feedback);
     for (unsigned i = 0; i < sizeof feedback->fault_text; i++)
         feedback->fault_text[i] = self->fault_text[i];
 }
 
-const struct hal_drive_ops cia402_drive_ops = {
-    .request = cia402_request,
-    .set_target = cia402_set_target,
-    .feedback = cia402_feedback,
+const struct hal_drive_ops drive_cia402_ops = {
+    .request = drive_cia402_request,
+    .set_target = drive_cia402_set_target,
+    .feedback = drive_cia402_feedback,
 };

@@ -4,7 +4,7 @@
 #define REMOTE  0x0200
 #define VOLTAGE 0x0010
 
-struct hal_text cia402_say(struct drive_cia402 *self, const char *words)
+struct hal_text drive_cia402_say(struct drive_cia402 *self, const char *words)
 {
     struct hal_text text;
 
@@ -14,68 +14,68 @@ struct hal_text cia402_say(struct drive_cia402 *self, const char *words)
 }
 
 /* fault_text has been said. */
-void cia402_latch(struct drive_cia402 *self)
+void drive_cia402_latch(struct drive_cia402 *self)
 {
     self->phase = DRIVE_CIA402_LATCHED;
     self->state = HAL_DRIVE_FAULT;
     self->request = HAL_DRIVE_REQUEST_QUICK_STOP;
     self->preloaded = false;
     self->fault_code_asked = false;
-    cia402_drop_list(self);
+    drive_cia402_drop_list(self);
 }
 
-void cia402_lose(struct drive_cia402 *self, enum hal_drive_state state)
+void drive_cia402_lose(struct drive_cia402 *self, enum hal_drive_state state)
 {
-    cia402_latch(self);
+    drive_cia402_latch(self);
     self->phase = DRIVE_CIA402_LOST;
     self->state = state;
 }
 
-void cia402_say_fault(struct drive_cia402 *self, uint16_t code)
+void drive_cia402_say_fault(struct drive_cia402 *self, uint16_t code)
 {
     struct hal_text text;
 
     self->fault_code = code;
     if (code == 0) {
-        cia402_say(self, "drive fault, it gives no code");
+        drive_cia402_say(self, "drive fault, it gives no code");
         return;
     }
-    text = cia402_say(self, "drive fault 0x");
+    text = drive_cia402_say(self, "drive fault 0x");
     hal_text_hex(&text, code, 4);
     hal_text_put(&text, ": ");
     hal_text_put(&text, canopen_emcy_text(code));
 }
 
-void cia402_latch_fault(struct drive_cia402 *self)
+void drive_cia402_latch_fault(struct drive_cia402 *self)
 {
-    cia402_latch(self);
-    cia402_say_fault(self, self->emcy_code);
+    drive_cia402_latch(self);
+    drive_cia402_say_fault(self, self->emcy_code);
 }
 
 /* Why it does not get on, best reason first. */
-void cia402_latch_stuck(struct drive_cia402 *self)
+void drive_cia402_latch_stuck(struct drive_cia402 *self)
 {
     struct hal_text text;
 
     if ((self->statusword & REMOTE) == 0) {
-        text = cia402_say(self, "not in remote mode: ");
+        text = drive_cia402_say(self, "not in remote mode: ");
     } else if ((self->statusword & VOLTAGE) == 0) {
-        text = cia402_say(self, "no power (STO or mains): ");
+        text = drive_cia402_say(self, "no power (STO or mains): ");
     } else {
-        text = cia402_say(self, "stays in ");
+        text = drive_cia402_say(self, "stays in ");
     }
-    hal_text_put(&text, cia402_state_text(cia402_power(self)));
+    hal_text_put(&text, cia402_state_text(drive_cia402_power(self)));
     hal_text_put(&text, ", 6041=");
     hal_text_hex(&text, self->statusword, 4);
-    cia402_latch(self);
+    drive_cia402_latch(self);
 }
 
-void cia402_latch_left(struct drive_cia402 *self)
+void drive_cia402_latch_left(struct drive_cia402 *self)
 {
-    struct hal_text text = cia402_say(self, "left operation by itself: ");
+    struct hal_text text = drive_cia402_say(self, "left operation by itself: ");
 
-    hal_text_put(&text, cia402_state_text(cia402_power(self)));
+    hal_text_put(&text, cia402_state_text(drive_cia402_power(self)));
     if ((self->statusword & VOLTAGE) == 0)
         hal_text_put(&text, ", no power");
-    cia402_latch(self);
+    drive_cia402_latch(self);
 }

@@ -176,11 +176,11 @@ int drive_cia402_init(struct drive_cia402 *self, struct canopen *master,
         err = init_first_step(self);
     if (err != MOTION_OK)
         return err;
-    self->drive.ops = &cia402_drive_ops;
-    self->node.ops = &cia402_node_ops;
+    self->drive.ops = &drive_cia402_ops;
+    self->node.ops = &drive_cia402_node_ops;
     self->node.id = config->node_id;
     self->node.heartbeat_timeout_ns =
         BEATS_LOST * self->config.heartbeat_period_ns;
-    cia402_list_begin(self, cia402_start_up, 0);
+    drive_cia402_list_begin(self, drive_cia402_start_up, 0);
     return canopen_add(master, &self->node);
 }

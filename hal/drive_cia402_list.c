@@ -13,7 +13,7 @@ static struct hal_text step_say(struct drive_cia402 *self,
                                 const struct drive_cia402_step *step,
                                 const char *words)
 {
-    struct hal_text text = cia402_say(self, "0x");
+    struct hal_text text = drive_cia402_say(self, "0x");
 
     hal_text_hex(&text, step->index, 4);
     hal_text_put(&text, ":");
@@ -26,7 +26,7 @@ static struct hal_text step_say(struct drive_cia402 *self,
 static uint32_t step_value(const struct drive_cia402 *self,
                            const struct drive_cia402_step *step)
 {
-    return cia402_values[step->value_of](self);
+    return drive_cia402_values[step->value_of](self);
 }
 
 static int step_compare(struct drive_cia402 *self,
@@ -56,7 +56,7 @@ static int step_done(struct drive_cia402 *self,
     if (step->kind == STEP_COMPARE)
         err = step_compare(self, step, value);
     else
-        err = cia402_checks[step->check](self, value);
+        err = drive_cia402_checks[step->check](self, value);
     if (err == MOTION_E_AGAIN && now_ns - self->list_since_ns > STEP_WAIT_NS) {
         struct hal_text text = step_say(self, step, "stays at 0x");
 
@@ -100,7 +100,7 @@ static int step_silent(struct drive_cia402 *self,
 
     if ((step->need & STEP_FOREVER) == 0 && ++self->list_tries < STEP_TRIES)
         return MOTION_E_AGAIN;
-    text = cia402_say(self, "node ");
+    text = drive_cia402_say(self, "node ");
     hal_text_dec(&text, self->config.node_id);
     hal_text_put(&text, " does not answer, object 0x");
     hal_text_hex(&text, step->index, 4);
@@ -151,15 +151,15 @@ static int step_other(struct drive_cia402 *self,
                           (enum canopen_nmt_command)step->value,
                           self->config.node_id);
     else
-        err = cia402_checks[step->check](self, 0);
+        err = drive_cia402_checks[step->check](self, 0);
     if (err == MOTION_OK)
         return MOTION_OK;
     if (now_ns - self->list_since_ns <= self->config.state_timeout_ns)
         return MOTION_E_AGAIN;
     if (self->pdo_ok && self->node.nmt_state == CANOPEN_NMT_OPERATIONAL)
-        cia402_say(self, "operational, but no TPDO1 answers SYNC");
+        drive_cia402_say(self, "operational, but no TPDO1 answers SYNC");
     else
-        cia402_say(self, "no heartbeat shows the NMT state asked for");
+        drive_cia402_say(self, "no heartbeat shows the NMT state asked for");
     return MOTION_E_TIMEOUT;
 }
 
@@ -179,8 +179,9 @@ static int step_do(struct drive_cia402 *self,
     return step_transfer(self, step, now_ns);
 }
 
-void cia402_list_begin(struct drive_cia402 *self,
-                       const struct drive_cia402_step *list, int64_t now_ns)
+void drive_cia402_list_begin(struct drive_cia402 *self,
+                             const struct drive_cia402_step *list,
+                             int64_t now_ns)
 {
     canopen_sdo_drop(&self->node);
     self->list = list;
@@ -190,7 +191,7 @@ void cia402_list_begin(struct drive_cia402 *self,
 }
 
 /* Rows that need no answer are done at once; so at most the whole list. */
-int cia402_list_step(struct drive_cia402 *self, int64_t now_ns)
+int drive_cia402_list_step(struct drive_cia402 *self, int64_t now_ns)
 {
     while (self->list[self->list_at].kind != STEP_END) {
         const int err = step_do(self, &self->list[self->list_at], now_ns);

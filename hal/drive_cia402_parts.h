@@ -26,8 +26,8 @@ enum step_need {
     STEP_FOREVER = 8,  /* ask until there is an answer */
 };
 
-/* What to write or compare with: index of cia402_values[]. */
-enum cia402_value {
+/* What to write or compare with: index of drive_cia402_values[]. */
+enum drive_cia402_value {
     VALUE_FIXED, /* the row's value */
     VALUE_COB,   /* the row's value plus the node id */
     VALUE_HEARTBEAT,
@@ -40,9 +40,9 @@ enum cia402_value {
     VALUE_PRELOAD,
 };
 
-/* What to do with a value read, or what to wait for: index of cia402_checks[].
- */
-enum cia402_check {
+/* What to do with a value read, or what to wait for: index of
+ * drive_cia402_checks[]. */
+enum drive_cia402_check {
     CHECK_NOTHING,
     CHECK_DEVICE,
     CHECK_MODES,
@@ -62,61 +62,65 @@ struct drive_cia402_step {
     uint16_t index;
     uint8_t sub, size;
     uint32_t value;
-    enum cia402_value value_of;
-    enum cia402_check check;
+    enum drive_cia402_value value_of;
+    enum drive_cia402_check check;
 };
 
 /* step: MOTION_OK when the list is done, MOTION_E_AGAIN while it runs, anything
  * else when it failed; then fault_text says why. */
-void cia402_list_begin(struct drive_cia402 *self,
-                       const struct drive_cia402_step *list, int64_t now_ns);
-int cia402_list_step(struct drive_cia402 *self, int64_t now_ns);
+void drive_cia402_list_begin(struct drive_cia402 *self,
+                             const struct drive_cia402_step *list,
+                             int64_t now_ns);
+int drive_cia402_list_step(struct drive_cia402 *self, int64_t now_ns);
 
 /* ---- drive_cia402_start.c: the lists and what stands in them ---- */
 
-extern uint32_t (*const cia402_values[])(const struct drive_cia402 *self);
+extern uint32_t (*const drive_cia402_values[])(const struct drive_cia402 *self);
 /* MOTION_OK; MOTION_E_AGAIN: ask again; else refused with fault_text. */
-extern int (*const cia402_checks[])(struct drive_cia402 *self, uint32_t value);
-extern const struct drive_cia402_step cia402_start_up[];
-extern const struct drive_cia402_step cia402_preload[];
+extern int (*const drive_cia402_checks[])(struct drive_cia402 *self,
+                                          uint32_t value);
+extern const struct drive_cia402_step drive_cia402_start_up[];
+extern const struct drive_cia402_step drive_cia402_preload[];
 
 /* ---- drive_cia402_walk.c: phases and power states ---- */
 
 /* One cycle of the phase the drive is in. */
-void cia402_walk(struct drive_cia402 *self, int64_t now_ns);
-uint16_t cia402_controlword(const struct drive_cia402 *self);
+void drive_cia402_walk(struct drive_cia402 *self, int64_t now_ns);
+uint16_t drive_cia402_controlword(const struct drive_cia402 *self);
 /* What is reported: in RUN from request and power state, else as set. */
-enum hal_drive_state cia402_reported(const struct drive_cia402 *self);
-bool cia402_is_enabled(const struct drive_cia402 *self);
+enum hal_drive_state drive_cia402_reported(const struct drive_cia402 *self);
+bool drive_cia402_is_enabled(const struct drive_cia402 *self);
 /* Configured, so that silence is a fault. */
-bool cia402_is_watched(const struct drive_cia402 *self);
-void cia402_start_anew(struct drive_cia402 *self, int64_t now_ns);
-void cia402_drop_list(struct drive_cia402 *self);
+bool drive_cia402_is_watched(const struct drive_cia402 *self);
+void drive_cia402_start_anew(struct drive_cia402 *self, int64_t now_ns);
+void drive_cia402_drop_list(struct drive_cia402 *self);
 
 /* ---- drive_cia402_fault.c: what went wrong, in words, latched ---- */
 
 /* fault_text begins anew; more may be put to what is returned. */
-struct hal_text cia402_say(struct drive_cia402 *self, const char *words);
+struct hal_text drive_cia402_say(struct drive_cia402 *self, const char *words);
 /* The configuration stands; fault_text has been said. */
-void cia402_latch(struct drive_cia402 *self);
+void drive_cia402_latch(struct drive_cia402 *self);
 /* Start-up is needed; `state` is reported until then. */
-void cia402_lose(struct drive_cia402 *self, enum hal_drive_state state);
-void cia402_latch_fault(struct drive_cia402 *self);
-void cia402_latch_stuck(struct drive_cia402 *self);
-void cia402_latch_left(struct drive_cia402 *self);
-void cia402_say_fault(struct drive_cia402 *self, uint16_t code);
+void drive_cia402_lose(struct drive_cia402 *self, enum hal_drive_state state);
+void drive_cia402_latch_fault(struct drive_cia402 *self);
+void drive_cia402_latch_stuck(struct drive_cia402 *self);
+void drive_cia402_latch_left(struct drive_cia402 *self);
+void drive_cia402_say_fault(struct drive_cia402 *self, uint16_t code);
 
 /* ---- drive_cia402_wire.c: what the node hears and sends ---- */
 
-extern const struct canopen_node_ops cia402_node_ops;
+extern const struct canopen_node_ops drive_cia402_node_ops;
 
 /* ---- drive_cia402.c: what the controller asks ---- */
 
-extern const struct hal_drive_ops cia402_drive_ops;
+extern const struct hal_drive_ops drive_cia402_ops;
 /* value * ratio to nearest, held at the ends of int64. */
-int64_t cia402_scale(const struct drive_cia402_ratio *ratio, int64_t value);
+int64_t drive_cia402_scale(const struct drive_cia402_ratio *ratio,
+                           int64_t value);
 
-static inline enum cia402_state cia402_power(const struct drive_cia402 *self)
+static inline enum cia402_state
+drive_cia402_power(const struct drive_cia402 *self)
 {
     return cia402_state_of(self->statusword);
 }

@@ -89,7 +89,7 @@ static int check_device(struct drive_cia402 *self, uint32_t value)
         self->fault_text[0] = '\0'; /* "does not answer" is over */
         return MOTION_OK;
     }
-    text = cia402_say(self, "not a CiA 402 drive: device type 0x");
+    text = drive_cia402_say(self, "not a CiA 402 drive: device type 0x");
     hal_text_hex(&text, value, 8);
     return MOTION_E_REFUSED;
 }
@@ -100,7 +100,7 @@ static int check_modes(struct drive_cia402 *self, uint32_t value)
 
     if ((value >> (MODE_CSP - 1) & 1) != 0)
         return MOTION_OK;
-    text = cia402_say(self, "no cyclic position mode: 0x6502 is 0x");
+    text = drive_cia402_say(self, "no cyclic position mode: 0x6502 is 0x");
     hal_text_hex(&text, value, 8);
     return MOTION_E_REFUSED;
 }
@@ -147,7 +147,8 @@ static int check_preload(struct drive_cia402 *self, uint32_t value)
 
     if (off <= self->first_step_counts && off >= -self->first_step_counts)
         return MOTION_OK;
-    text = cia402_say(self, "0x607A is not at the actual position: off by 0x");
+    text = drive_cia402_say(self,
+                            "0x607A is not at the actual position: off by 0x");
     hal_text_hex(&text, (uint32_t)off, 8);
     return MOTION_E_REFUSED;
 }
@@ -170,7 +171,7 @@ static int check_live(struct drive_cia402 *self, uint32_t value)
 }
 
 /* Called by drive_cia402_list.c. */
-uint32_t (*const cia402_values[])(const struct drive_cia402 *self) = {
+uint32_t (*const drive_cia402_values[])(const struct drive_cia402 *self) = {
     [VALUE_FIXED] = value_fixed,
     [VALUE_COB] = value_cob,
     [VALUE_HEARTBEAT] = value_heartbeat,
@@ -182,7 +183,8 @@ uint32_t (*const cia402_values[])(const struct drive_cia402 *self) = {
     [VALUE_QUICK_STOP] = value_quick_stop,
     [VALUE_PRELOAD] = value_preload,
 };
-int (*const cia402_checks[])(struct drive_cia402 *self, uint32_t value) = {
+int (*const drive_cia402_checks[])(struct drive_cia402 *self,
+                                   uint32_t value) = {
     [CHECK_NOTHING] = check_nothing,
     [CHECK_DEVICE] = check_device,
     [CHECK_MODES] = check_modes,
@@ -218,7 +220,7 @@ int (*const cia402_checks[])(struct drive_cia402 *self, uint32_t value) = {
 #define END \
     { STEP_END, STEP_NEEDED, 0, 0, 0, 0, VALUE_FIXED, CHECK_NOTHING }
 
-const struct drive_cia402_step cia402_start_up[] = {
+const struct drive_cia402_step drive_cia402_start_up[] = {
     READ(STEP_FOREVER, 0x1000, 0, CHECK_DEVICE),
     NMT(CANOPEN_NMT_PRE_OPERATIONAL),
     /* A drive that an earlier master left enabled ramps down now. */
@@ -296,7 +298,7 @@ const struct drive_cia402_step cia402_start_up[] = {
 };
 
 /* Between Switched on and Operation enabled. */
-const struct drive_cia402_step cia402_preload[] = {
+const struct drive_cia402_step drive_cia402_preload[] = {
     READ(STEP_NEEDED, 0x6064, 0, CHECK_ACTUAL),
     WRITE_OF(STEP_NEEDED, 0x607A, 0, 4, VALUE_PRELOAD),
     READ(STEP_NEEDED, 0x607A, 0, CHECK_PRELOAD),

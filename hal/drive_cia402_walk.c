@@ -56,7 +56,7 @@ const char *cia402_state_text(enum cia402_state state)
 
 /* Controlword by power state and request: off, enable, quick stop.  From Quick
  * stop active there is no way back to operation that all drives have. */
-static const uint8_t cia402_words[][3] = {
+static const uint8_t drive_cia402_words[][3] = {
     [CIA402_NOT_READY] = { 0x00, 0x00, 0x00 },
     [CIA402_SWITCH_ON_DISABLED] = { 0x00, 0x06, 0x00 },
     [CIA402_READY] = { 0x06, 0x07, 0x02 },
@@ -68,39 +68,39 @@ static const uint8_t cia402_words[][3] = {
     [CIA402_UNKNOWN] = { 0x00, 0x00, 0x00 },
 };
 
-bool cia402_is_enabled(const struct drive_cia402 *self)
+bool drive_cia402_is_enabled(const struct drive_cia402 *self)
 {
     return self->phase == DRIVE_CIA402_RUN &&
            self->request == HAL_DRIVE_REQUEST_ENABLE &&
            self->state == HAL_DRIVE_ENABLED;
 }
 
-bool cia402_is_watched(const struct drive_cia402 *self)
+bool drive_cia402_is_watched(const struct drive_cia402 *self)
 {
     return self->phase == DRIVE_CIA402_RUN ||
            self->phase == DRIVE_CIA402_RESET ||
            self->phase == DRIVE_CIA402_LATCHED;
 }
 
-uint16_t cia402_controlword(const struct drive_cia402 *self)
+uint16_t drive_cia402_controlword(const struct drive_cia402 *self)
 {
-    const enum cia402_state power = cia402_power(self);
+    const enum cia402_state power = drive_cia402_power(self);
 
     if (self->phase == DRIVE_CIA402_RESET && power == CIA402_FAULT)
         return self->reset_cycles >= RESET_LOW_SYNCS ? RESET_WORD : 0;
     if (power == CIA402_SWITCHED_ON && !self->preloaded &&
         self->request == HAL_DRIVE_REQUEST_ENABLE)
         return 0x07;
-    return cia402_words[power][self->request];
+    return drive_cia402_words[power][self->request];
 }
 
-void cia402_drop_list(struct drive_cia402 *self)
+void drive_cia402_drop_list(struct drive_cia402 *self)
 {
     self->list = NULL;
     canopen_sdo_drop(&self->node);
 }
 
-void cia402_start_anew(struct drive_cia402 *self, int64_t now_ns)
+void drive_cia402_start_anew(struct drive_cia402 *self, int64_t now_ns)
 {
     self->phase = DRIVE_CIA402_START_UP;
     self->state = HAL_DRIVE_OFFLINE;
@@ -109,10 +109,10 @@ void cia402_start_anew(struct drive_cia402 *self, int64_t now_ns)
     self->fault_code = 0;
     self->emcy_code = 0;
     self->fault_text[0] = '\0';
-    cia402_list_begin(self, cia402_start_up, now_ns);
+    drive_cia402_list_begin(self, drive_cia402_start_up, now_ns);
 }
 
-static void cia402_run(struct drive_cia402 *self, int64_t now_ns)
+static void drive_cia402_run(struct drive_cia402 *self, int64_t now_ns)
 {
     self->phase = DRIVE_CIA402_RUN;
     self->state = HAL_DRIVE_OFF;
@@ -124,42 +124,43 @@ static void cia402_run(struct drive_cia402 *self, int64_t now_ns)
     self->list = NULL;
 }
 
-static void cia402_start_up_step(struct drive_cia402 *self, int64_t now_ns)
+static void drive_cia402_start_up_step(struct drive_cia402 *self,
+                                       int64_t now_ns)
 {
-    const int err = cia402_list_step(self, now_ns);
+    const int err = drive_cia402_list_step(self, now_ns);
 
     if (err == MOTION_OK)
-        cia402_run(self, now_ns);
+        drive_cia402_run(self, now_ns);
     else if (err != MOTION_E_AGAIN)
-        cia402_lose(self, err == MOTION_E_REFUSED ? HAL_DRIVE_FAULT
-                                                  : HAL_DRIVE_OFFLINE);
+        drive_cia402_lose(self, err == MOTION_E_REFUSED ? HAL_DRIVE_FAULT
+                                                        : HAL_DRIVE_OFFLINE);
 }
 
 /* Between two readings of the actual position, modulo 2^32. */
-static int64_t cia402_apart(int32_t a, int64_t b)
+static int64_t drive_cia402_apart(int32_t a, int64_t b)
 {
     const int32_t apart = (int32_t)((uint32_t)a - (uint32_t)b);
 
     return apart < 0 ? -(int64_t)apart : apart;
 }
 
-static void cia402_preload_step(struct drive_cia402 *self, int64_t now_ns)
+static void drive_cia402_preload_step(struct drive_cia402 *self, int64_t now_ns)
 {
     int err;
 
     if (self->list == NULL)
-        cia402_list_begin(self, cia402_preload, now_ns);
-    err = cia402_list_step(self, now_ns);
+        drive_cia402_list_begin(self, drive_cia402_preload, now_ns);
+    err = drive_cia402_list_step(self, now_ns);
     if (err == MOTION_E_AGAIN)
         return;
     if (err == MOTION_OK &&
-        cia402_apart(self->preload_counts, self->actual_counts) >
+        drive_cia402_apart(self->preload_counts, self->actual_counts) >
             self->first_step_counts) {
-        cia402_say(self, "axis moves while it is being enabled");
+        drive_cia402_say(self, "axis moves while it is being enabled");
         err = MOTION_E_LIMIT;
     }
     if (err != MOTION_OK) {
-        cia402_latch(self);
+        drive_cia402_latch(self);
         return;
     }
     self->list = NULL;
@@ -169,8 +170,8 @@ static void cia402_preload_step(struct drive_cia402 *self, int64_t now_ns)
 }
 
 /* Is this where the request ends, or may end? */
-static bool cia402_has_arrived(const struct drive_cia402 *self,
-                               enum cia402_state power)
+static bool drive_cia402_has_arrived(const struct drive_cia402 *self,
+                                     enum cia402_state power)
 {
     if (self->request == HAL_DRIVE_REQUEST_ENABLE)
         return power == CIA402_OPERATION_ENABLED;
@@ -180,8 +181,8 @@ static bool cia402_has_arrived(const struct drive_cia402 *self,
 }
 
 /* Long enough for one step; not for a drive that says it does not listen. */
-static int64_t cia402_patience_ns(const struct drive_cia402 *self,
-                                  enum cia402_state power)
+static int64_t drive_cia402_patience_ns(const struct drive_cia402 *self,
+                                        enum cia402_state power)
 {
     const int64_t step_ns = self->config.state_timeout_ns;
 
@@ -192,9 +193,9 @@ static int64_t cia402_patience_ns(const struct drive_cia402 *self,
     return step_ns;
 }
 
-enum hal_drive_state cia402_reported(const struct drive_cia402 *self)
+enum hal_drive_state drive_cia402_reported(const struct drive_cia402 *self)
 {
-    const enum cia402_state power = cia402_power(self);
+    const enum cia402_state power = drive_cia402_power(self);
 
     if (self->phase != DRIVE_CIA402_RUN)
         return self->state;
@@ -206,8 +207,8 @@ enum hal_drive_state cia402_reported(const struct drive_cia402 *self)
     return HAL_DRIVE_OFF;
 }
 
-static void cia402_walk_step(struct drive_cia402 *self, enum cia402_state power,
-                             int64_t now_ns)
+static void drive_cia402_walk_step(struct drive_cia402 *self,
+                                   enum cia402_state power, int64_t now_ns)
 {
     if (power != self->walk_state) {
         self->walk_state = power;
@@ -215,39 +216,40 @@ static void cia402_walk_step(struct drive_cia402 *self, enum cia402_state power,
     }
     if (power == CIA402_SWITCHED_ON && !self->preloaded &&
         self->request == HAL_DRIVE_REQUEST_ENABLE)
-        cia402_preload_step(self, now_ns);
-    else if (!cia402_has_arrived(self, power) &&
-             now_ns - self->walk_since_ns > cia402_patience_ns(self, power))
-        cia402_latch_stuck(self);
-    if (cia402_reported(self) == HAL_DRIVE_ENABLED &&
+        drive_cia402_preload_step(self, now_ns);
+    else if (!drive_cia402_has_arrived(self, power) &&
+             now_ns - self->walk_since_ns >
+                 drive_cia402_patience_ns(self, power))
+        drive_cia402_latch_stuck(self);
+    if (drive_cia402_reported(self) == HAL_DRIVE_ENABLED &&
         self->state != HAL_DRIVE_ENABLED)
         self->first_target = true;
-    self->state = cia402_reported(self);
+    self->state = drive_cia402_reported(self);
 }
 
-static void cia402_run_step(struct drive_cia402 *self, int64_t now_ns)
+static void drive_cia402_run_step(struct drive_cia402 *self, int64_t now_ns)
 {
-    const enum cia402_state power = cia402_power(self);
+    const enum cia402_state power = drive_cia402_power(self);
 
     if (power == CIA402_FAULT || power == CIA402_FAULT_REACTION)
-        cia402_latch_fault(self);
-    else if (cia402_is_enabled(self) && power != CIA402_OPERATION_ENABLED)
-        cia402_latch_left(self);
+        drive_cia402_latch_fault(self);
+    else if (drive_cia402_is_enabled(self) && power != CIA402_OPERATION_ENABLED)
+        drive_cia402_latch_left(self);
     else
-        cia402_walk_step(self, power, now_ns);
+        drive_cia402_walk_step(self, power, now_ns);
 }
 
 /* Bit 7 has to rise while the drive is in Fault; anything else that was latched
  * is over once the axis stands without torque. */
-static void cia402_reset_step(struct drive_cia402 *self, int64_t now_ns)
+static void drive_cia402_reset_step(struct drive_cia402 *self, int64_t now_ns)
 {
-    const enum cia402_state power = cia402_power(self);
+    const enum cia402_state power = drive_cia402_power(self);
     const bool standing = self->actual_delta_counts <= STANDING_COUNTS &&
                           self->actual_delta_counts >= -STANDING_COUNTS;
     struct hal_text text;
 
     if (now_ns - self->walk_since_ns > self->config.state_timeout_ns) {
-        text = cia402_say(self, "not reset, still ");
+        text = drive_cia402_say(self, "not reset, still ");
         hal_text_put(&text, cia402_state_text(power));
         if (self->fault_code != 0) {
             hal_text_put(&text, ", code 0x");
@@ -263,38 +265,38 @@ static void cia402_reset_step(struct drive_cia402 *self, int64_t now_ns)
                power != CIA402_QUICK_STOP_ACTIVE) {
         self->emcy_code = 0;
         self->request = HAL_DRIVE_REQUEST_OFF;
-        cia402_run(self, now_ns);
+        drive_cia402_run(self, now_ns);
     }
 }
 
 /* The emergency message usually has told; ask once when it has not. */
-static void cia402_latched_step(struct drive_cia402 *self, int64_t now_ns)
+static void drive_cia402_latched_step(struct drive_cia402 *self, int64_t now_ns)
 {
     uint32_t code = 0;
-    const bool in_fault = cia402_power(self) == CIA402_FAULT;
+    const bool in_fault = drive_cia402_power(self) == CIA402_FAULT;
 
     if (self->fault_code == 0 && in_fault && !self->fault_code_asked)
         self->fault_code_asked =
             canopen_sdo_read(&self->node, now_ns, 0x603F, 0) == MOTION_OK;
     else if (canopen_sdo_take(&self->node, &code, NULL) == MOTION_OK &&
              self->fault_code == 0 && code != 0)
-        cia402_say_fault(self, (uint16_t)code);
+        drive_cia402_say_fault(self, (uint16_t)code);
 }
 
-void cia402_walk(struct drive_cia402 *self, int64_t now_ns)
+void drive_cia402_walk(struct drive_cia402 *self, int64_t now_ns)
 {
     switch (self->phase) {
     case DRIVE_CIA402_START_UP:
-        cia402_start_up_step(self, now_ns);
+        drive_cia402_start_up_step(self, now_ns);
         break;
     case DRIVE_CIA402_RUN:
-        cia402_run_step(self, now_ns);
+        drive_cia402_run_step(self, now_ns);
         break;
     case DRIVE_CIA402_RESET:
-        cia402_reset_step(self, now_ns);
+        drive_cia402_reset_step(self, now_ns);
         break;
     case DRIVE_CIA402_LATCHED:
-        cia402_latched_step(self, now_ns);
+        drive_cia402_latched_step(self, now_ns);
         break;
     case DRIVE_CIA402_LOST:
         break; /* waits for a reset */

@@ -5,7 +5,7 @@
 
 #define UNANSWERED_MAX 3 /* SYNCs without TPDO1 beyond the one under way */
 
-static struct drive_cia402 *cia402_of_node(struct canopen_node *node)
+static struct drive_cia402 *drive_cia402_of_node(struct canopen_node *node)
 {
     return CONTAINER_OF(node, struct drive_cia402, node);
 }
@@ -13,7 +13,7 @@ static struct drive_cia402 *cia402_of_node(struct canopen_node *node)
 /* ---- every cycle ---- */
 
 /* The SYNC of this cycle latches what went out since the one before. */
-static void cia402_note_sync(struct drive_cia402 *self, int64_t now_ns)
+static void drive_cia402_note_sync(struct drive_cia402 *self, int64_t now_ns)
 {
     if (self->node.master->sync_ns != now_ns)
         return;
@@ -23,88 +23,88 @@ static void cia402_note_sync(struct drive_cia402 *self, int64_t now_ns)
     self->syncs_unanswered++;
 }
 
-static void cia402_watch(struct drive_cia402 *self)
+static void drive_cia402_watch(struct drive_cia402 *self)
 {
     struct hal_text text;
 
-    if (!cia402_is_watched(self))
+    if (!drive_cia402_is_watched(self))
         return;
     if (self->node.nmt_state != CANOPEN_NMT_OPERATIONAL) {
-        text = cia402_say(self, "left NMT operational, state 0x");
+        text = drive_cia402_say(self, "left NMT operational, state 0x");
         hal_text_hex(&text, (uint32_t)self->node.nmt_state, 2);
-        cia402_lose(self, HAL_DRIVE_OFFLINE);
+        drive_cia402_lose(self, HAL_DRIVE_OFFLINE);
     } else if (self->syncs_unanswered > UNANSWERED_MAX) {
-        cia402_say(self, "no position (TPDO1) for three SYNC periods");
-        cia402_lose(self, HAL_DRIVE_OFFLINE);
+        drive_cia402_say(self, "no position (TPDO1) for three SYNC periods");
+        drive_cia402_lose(self, HAL_DRIVE_OFFLINE);
     }
 }
 
 /* Does the drive act on the target, so that the image must not move by
  * itself? */
-static bool cia402_holds_target(const struct drive_cia402 *self)
+static bool drive_cia402_holds_target(const struct drive_cia402 *self)
 {
-    const enum cia402_state power = cia402_power(self);
+    const enum cia402_state power = drive_cia402_power(self);
 
     return power == CIA402_OPERATION_ENABLED ||
            power == CIA402_QUICK_STOP_ACTIVE ||
            (power == CIA402_SWITCHED_ON && self->preloaded);
 }
 
-static void cia402_follow_actual(struct drive_cia402 *self)
+static void drive_cia402_follow_actual(struct drive_cia402 *self)
 {
-    if (cia402_holds_target(self) || !self->is_live)
+    if (drive_cia402_holds_target(self) || !self->is_live)
         return;
     self->target_counts = (int32_t)(uint32_t)self->actual_counts;
     self->target_ns = 0;
     self->preloaded = false;
 }
 
-static void cia402_step(struct canopen_node *node, int64_t now_ns)
+static void drive_cia402_step(struct canopen_node *node, int64_t now_ns)
 {
-    struct drive_cia402 *self = cia402_of_node(node);
+    struct drive_cia402 *self = drive_cia402_of_node(node);
 
     self->now_ns = now_ns;
-    cia402_note_sync(self, now_ns);
-    cia402_watch(self);
-    cia402_walk(self, now_ns);
-    cia402_follow_actual(self);
+    drive_cia402_note_sync(self, now_ns);
+    drive_cia402_watch(self);
+    drive_cia402_walk(self, now_ns);
+    drive_cia402_follow_actual(self);
 }
 
 /* ---- what comes in ---- */
 
-static uint16_t cia402_get_u16(const uint8_t *at)
+static uint16_t drive_cia402_get_u16(const uint8_t *at)
 {
     return (uint16_t)(at[0] | at[1] << 8);
 }
 
-static uint32_t cia402_get_u32(const uint8_t *at)
+static uint32_t drive_cia402_get_u32(const uint8_t *at)
 {
-    return (uint32_t)cia402_get_u16(at) | (uint32_t)cia402_get_u16(at + 2)
-                                              << 16;
+    return (uint32_t)drive_cia402_get_u16(at) |
+           (uint32_t)drive_cia402_get_u16(at + 2) << 16;
 }
 
 /* The speed is the way since the SYNC before; when that one went unanswered or
  * the tick was late, the old speed is the better guess. */
-static void cia402_note_speed(struct drive_cia402 *self, int32_t delta,
-                              int64_t delta_ns)
+static void drive_cia402_note_speed(struct drive_cia402 *self, int32_t delta,
+                                    int64_t delta_ns)
 {
     const int64_t period_ns = self->config.sync_period_ns;
 
     if (2 * delta_ns <= period_ns || 2 * delta_ns >= 3 * period_ns)
         return;
     self->actual_delta_counts = delta;
-    self->actual_vel_q32 = cia402_scale(&self->to_vel, delta);
+    self->actual_vel_q32 = drive_cia402_scale(&self->to_vel, delta);
 }
 
-static void cia402_note_actual(struct drive_cia402 *self, uint32_t counts,
-                               int64_t sync_ns, int64_t demand_ns)
+static void drive_cia402_note_actual(struct drive_cia402 *self, uint32_t counts,
+                                     int64_t sync_ns, int64_t demand_ns)
 {
     const int32_t delta =
         (int32_t)(counts - (uint32_t)self->actual_counts); /* modulo 2^32 */
 
     if (self->is_live) {
         self->actual_counts += delta;
-        cia402_note_speed(self, delta, sync_ns - self->actual_ns);
+        drive_cia402_note_speed(self, delta, sync_ns - self->actual_ns);
     } else {
         self->actual_counts = (int32_t)counts;
         self->actual_vel_q32 = 0;
@@ -117,8 +117,8 @@ static void cia402_note_actual(struct drive_cia402 *self, uint32_t counts,
 
 /* TPDO1 answers the last SYNC, or the one before it when it was on the wire
  * before the last was sent. */
-static void cia402_tpdo1(struct drive_cia402 *self,
-                         const struct hal_can_frame *frame)
+static void drive_cia402_tpdo1(struct drive_cia402 *self,
+                               const struct hal_can_frame *frame)
 {
     const struct canopen *master = self->node.master;
     const bool late = frame->t_ns != 0 && frame->t_ns <= master->sync_ns;
@@ -126,78 +126,79 @@ static void cia402_tpdo1(struct drive_cia402 *self,
 
     if (!self->pdo_ok || sync_ns == 0)
         return;
-    self->statusword = cia402_get_u16(frame->data);
-    cia402_note_actual(self, cia402_get_u32(frame->data + 2), sync_ns,
-                       self->latched_ns[late ? 2 : 1]);
+    self->statusword = drive_cia402_get_u16(frame->data);
+    drive_cia402_note_actual(self, drive_cia402_get_u32(frame->data + 2),
+                             sync_ns, self->latched_ns[late ? 2 : 1]);
     self->syncs_unanswered = late ? 1 : 0;
 }
 
-static bool cia402_tpdo(struct canopen_node *node, unsigned number,
-                        const struct hal_can_frame *frame)
+static bool drive_cia402_tpdo(struct canopen_node *node, unsigned number,
+                              const struct hal_can_frame *frame)
 {
-    struct drive_cia402 *self = cia402_of_node(node);
+    struct drive_cia402 *self = drive_cia402_of_node(node);
 
     if (number == 1) {
         if (frame->len < 6)
             return false;
-        cia402_tpdo1(self, frame);
+        drive_cia402_tpdo1(self, frame);
     } else if (number == 2) {
         if (frame->len < 4)
             return false;
         if (self->pdo_ok)
-            self->inputs = cia402_get_u32(frame->data);
+            self->inputs = drive_cia402_get_u32(frame->data);
     }
     return true;
 }
 
-static void cia402_emcy(struct canopen_node *node, uint16_t code, uint8_t reg,
-                        const uint8_t maker[5])
+static void drive_cia402_emcy(struct canopen_node *node, uint16_t code,
+                              uint8_t reg, const uint8_t maker[5])
 {
-    struct drive_cia402 *self = cia402_of_node(node);
+    struct drive_cia402 *self = drive_cia402_of_node(node);
 
     (void)reg;
     (void)maker;
     self->emcy_code = code;
     if (self->phase == DRIVE_CIA402_LATCHED && self->fault_code == 0 &&
-        code != 0 && cia402_power(self) >= CIA402_FAULT_REACTION)
-        cia402_say_fault(self, code);
+        code != 0 && drive_cia402_power(self) >= CIA402_FAULT_REACTION)
+        drive_cia402_say_fault(self, code);
 }
 
 /* Before the configuration: good news, begin at once.  After it: the drive lost
  * its power for a moment, and with it all that was written. */
-static void cia402_boot_up(struct canopen_node *node, int64_t now_ns)
+static void drive_cia402_boot_up(struct canopen_node *node, int64_t now_ns)
 {
-    struct drive_cia402 *self = cia402_of_node(node);
+    struct drive_cia402 *self = drive_cia402_of_node(node);
 
     self->pdo_ok = false;
     if (self->phase == DRIVE_CIA402_START_UP) {
-        cia402_start_anew(self, now_ns);
+        drive_cia402_start_anew(self, now_ns);
     } else if (self->phase != DRIVE_CIA402_LOST) {
-        cia402_say(self, "restarted by itself (boot-up)");
-        cia402_lose(self, HAL_DRIVE_OFFLINE);
+        drive_cia402_say(self, "restarted by itself (boot-up)");
+        drive_cia402_lose(self, HAL_DRIVE_OFFLINE);
     }
 }
 
-static void cia402_heartbeat_lost(struct canopen_node *node, int64_t now_ns)
+static void drive_cia402_heartbeat_lost(struct canopen_node *node,
+                                        int64_t now_ns)
 {
-    struct drive_cia402 *self = cia402_of_node(node);
+    struct drive_cia402 *self = drive_cia402_of_node(node);
 
     (void)now_ns;
-    if (!cia402_is_watched(self))
+    if (!drive_cia402_is_watched(self))
         return;
-    cia402_say(self, "no heartbeat for three periods");
-    cia402_lose(self, HAL_DRIVE_OFFLINE);
+    drive_cia402_say(self, "no heartbeat for three periods");
+    drive_cia402_lose(self, HAL_DRIVE_OFFLINE);
 }
 
-static unsigned cia402_rpdo(struct canopen_node *node, unsigned number,
-                            uint8_t data[8])
+static unsigned drive_cia402_rpdo(struct canopen_node *node, unsigned number,
+                                  uint8_t data[8])
 {
-    struct drive_cia402 *self = cia402_of_node(node);
+    struct drive_cia402 *self = drive_cia402_of_node(node);
     const uint32_t target = (uint32_t)self->target_counts;
 
     if (number != 1 || !self->pdo_ok || self->phase == DRIVE_CIA402_START_UP)
         return 0;
-    self->controlword = cia402_controlword(self);
+    self->controlword = drive_cia402_controlword(self);
     self->sent_ns = self->target_ns;
     data[0] = (uint8_t)self->controlword;
     data[1] = (uint8_t)(self->controlword >> 8);
@@ -206,11 +207,11 @@ static unsigned cia402_rpdo(struct canopen_node *node, unsigned number,
     return 6;
 }
 
-const struct canopen_node_ops cia402_node_ops = {
-    .step = cia402_step,
-    .tpdo = cia402_tpdo,
-    .emcy = cia402_emcy,
-    .boot_up = cia402_boot_up,
-    .heartbeat_lost = cia402_heartbeat_lost,
-    .rpdo = cia402_rpdo,
+const struct canopen_node_ops drive_cia402_node_ops = {
+    .step = drive_cia402_step,
+    .tpdo = drive_cia402_tpdo,
+    .emcy = drive_cia402_emcy,
+    .boot_up = drive_cia402_boot_up,
+    .heartbeat_lost = drive_cia402_heartbeat_lost,
+    .rpdo = drive_cia402_rpdo,
 };
