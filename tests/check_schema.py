@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Do docs/schema and the readers agree?
 
-    python3 tests/check_schema.py build/tests/test_files
+    python3 tests/check_schema.py [build/tests/test_files]
 
 The schemas are what an editor knows, the C tables what slew knows.  Checked:
 the schemas are schemas; they accept the examples; every map has the same keys,
@@ -154,11 +154,19 @@ def check_files(schemas):
     return wrong
 
 
+def built_program():
+    """The program that knows the tables, made up to date."""
+    program = "build/tests/test_files"
+    subprocess.run(["make", "--silent", program], check=True)
+    return program
+
+
 def main():
-    if len(sys.argv) != 2:
+    if len(sys.argv) > 2:
         sys.exit(__doc__)
+    program = sys.argv[1] if len(sys.argv) == 2 else built_program()
     schemas = {name: load_schema(name) for name in ("rig", "move")}
-    wrong = check_names(sys.argv[1], schemas) + check_files(schemas)
+    wrong = check_names(program, schemas) + check_files(schemas)
     for line in wrong:
         print(line)
     print(f"schema: {len(wrong)} differences")

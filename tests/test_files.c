@@ -78,16 +78,29 @@ static int load(enum kind kind, const char *path, char *message)
     return err;
 }
 
+/* Past a number from 1 and the separator after it; NULL when they are not
+ * there. */
+static const char *skip_number(const char *text, const char *separator)
+{
+    char *end;
+
+    if (text == NULL || strtoul(text, &end, 10) == 0 ||
+        strncmp(end, separator, strlen(separator)) != 0)
+        return NULL;
+    return end + strlen(separator);
+}
+
 /* "path:line:column: what, expected ...", one printable line. */
 static bool is_well_formed(const char *path, const char *message)
 {
     const size_t length = strnlen(message, RIG_MESSAGE_MAX);
-    unsigned long line, column;
+    const char *what;
 
     if (length >= RIG_MESSAGE_MAX || strncmp(message, path, strlen(path)) != 0)
         return false;
-    if (sscanf(message + strlen(path), ":%lu:%lu: ", &line, &column) != 2 ||
-        line == 0 || column == 0 || strstr(message, ", expected ") == NULL)
+    what = skip_number(message + strlen(path) + 1, ":");
+    what = skip_number(what, ": ");
+    if (what == NULL || strstr(what, ", expected ") == NULL)
         return false;
     for (size_t i = 0; i < length; i++)
         if ((unsigned char)message[i] < 0x20 || message[i] == 0x7F)

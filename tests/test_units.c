@@ -345,25 +345,29 @@ static uint64_t next_random(void)
 }
 
 /* mantissa x 10^exp x num / den x 2^frac by school division of __int128,
- * rounded half away from zero. */
+ * rounded half away from zero; exp < 0, so the divisor is even. */
 static int64_t oracle(int64_t mantissa, int exp, int64_t num, int64_t den,
                       unsigned frac)
 {
-    unsigned __int128 n =
-        (unsigned __int128)(mantissa < 0 ? -mantissa : mantissa);
+    unsigned __int128 n = (uint64_t)(mantissa < 0 ? -mantissa : mantissa);
     unsigned __int128 d = (unsigned __int128)den;
     int64_t quotient;
 
     n *= (unsigned __int128)num;
     n <<= frac;
-    for (; exp > 0; exp--)
-        n *= 10;
     for (; exp < 0; exp++)
         d *= 10;
     quotient = (int64_t)((n + d / 2) / d);
-    if (d % 2 != 0 && (n + d / 2) / d != n / d && 2 * (n % d) < d)
-        quotient--;
     return mantissa < 0 ? -quotient : quotient;
+}
+
+/* Of 1 .. 18 digits, the first and the last of which may be zeros. */
+static int64_t random_mantissa(int digits)
+{
+    uint64_t limit = 1;
+    for (int i = 0; i < digits; i++)
+        limit *= 10;
+    return (int64_t)(next_random() % limit);
 }
 
 static void random_decimals_match_a_128_bit_oracle(void **state)
@@ -390,9 +394,10 @@ static void random_decimals_match_a_128_bit_oracle(void **state)
     (void)state;
     for (int i = 0; i < 20000; i++) {
         const size_t row = next_random() % ARRAY_LEN(rows);
-        const int64_t mantissa =
-            (int64_t)(next_random() % 2000000001) - 1000000000;
-        const int exp = -(int)(next_random() % 12) - 4;
+        const int digits = (int)(next_random() % 18) + 1;
+        const int64_t sign = next_random() % 2 == 0 ? 1 : -1;
+        const int64_t mantissa = sign * random_mantissa(digits);
+        const int exp = -digits - (int)(next_random() % 6);
         char text[64], sentence[UNITS_SENTENCE_MAX] = "";
         int64_t got = 0, want;
 
@@ -411,18 +416,21 @@ static void random_decimals_match_a_128_bit_oracle(void **state)
 
 static void radians_are_good_to_the_last_bit(void **state)
 {
+    const long double per_rad = 180 / 3.14159265358979323846264338L;
     const uint64_t first = seed;
 
     (void)state;
-    for (int i = 0; i < 2000; i++) {
-        const int64_t micro = (int64_t)(next_random() % 100000000);
+    for (int i = 0; i < 5000; i++) {
+        const int digits = (int)(next_random() % 17) + 1;
+        const int64_t mantissa = random_mantissa(digits);
         char text[64], sentence[UNITS_SENTENCE_MAX];
         int64_t got = 0;
         long double want;
 
-        snprintf(text, sizeof(text), "%" PRId64 "e-6 rad", micro);
-        want = (long double)micro * 1e-6L * 180 /
-               3.14159265358979323846264338L * 4294967296;
+        snprintf(text, sizeof(text), "%" PRId64 "e%d rad", mantissa,
+                 2 - digits);
+        want =
+            (long double)mantissa * powl(10, 2 - digits) * per_rad * 4294967296;
         units_parse(text, UNITS_POSITION, &context_of[DEG], &got, sentence);
         if (fabsl((long double)got - want) > 0.501L)
             fail_msg("seed %" PRIu64 " '%s': got %" PRId64 " want %Lf", first,

@@ -14,8 +14,8 @@
 
 #define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
 
-#define RIG_US 1000
-#define RIG_MS 1000000
+#define RIG_US INT64_C(1000)
+#define RIG_MS INT64_C(1000000)
 
 /* No position in a file can be this: units are read as +-(2^63 - 1). */
 #define RIG_NOT_GIVEN INT64_MIN
@@ -228,8 +228,7 @@ static int rig_read_floor(void *reader, const struct yaml_value *value,
 static int rig_read_following_time(void *reader, const struct yaml_value *value,
                                    void *out)
 {
-    return rig_read_time(reader, value, 0, INT64_C(10000) * RIG_MS, RIG_US,
-                         out);
+    return rig_read_time(reader, value, 0, 10000 * RIG_MS, RIG_US, out);
 }
 
 static const struct yaml_field rig_following_fields[] = {
@@ -515,7 +514,7 @@ static int rig_read_axis(void *reader, uint32_t key,
     struct yaml_value value = *entry;
 
     *axis = (struct rig_axis){
-        .following_k_ns = INT64_C(20) * RIG_MS,
+        .following_k_ns = 20 * RIG_MS,
         .sim = { .omega_mrad_s = 157080,
                  .zeta_permille = 900,
                  .start_q32 = RIG_NOT_GIVEN },
@@ -621,8 +620,8 @@ static int rig_read_tick(void *reader, const struct yaml_value *value,
 static int rig_read_heartbeat(void *reader, const struct yaml_value *value,
                               void *out)
 {
-    return rig_read_time(reader, value, 10 * RIG_MS, INT64_C(10000) * RIG_MS,
-                         RIG_MS, out);
+    return rig_read_time(reader, value, 10 * RIG_MS, 10000 * RIG_MS, RIG_MS,
+                         out);
 }
 
 static int rig_read_watchdog(void *reader, const struct yaml_value *value,

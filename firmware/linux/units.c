@@ -69,13 +69,14 @@ static int units_shift(struct motion_u128 *a, unsigned bits)
     return MOTION_OK;
 }
 
-/* n / d by shift and subtract, for d >= 2^64: the quotient has at most 63 bits.
- */
+/* n / d by shift and subtract, for n < 2^127 and d >= 2^64: the quotient is
+ * below 2^63, and bit clz(d.hi) of it cannot be set, since d << clz(d.hi) is
+ * 2^127 or more. */
 static uint64_t units_divide_long(struct motion_u128 *n, struct motion_u128 d)
 {
     uint64_t quotient = 0;
 
-    for (unsigned bit = motion_fixed_clz_u64(d.hi) + 1; bit-- > 0;) {
+    for (unsigned bit = motion_fixed_clz_u64(d.hi); bit-- > 0;) {
         const struct motion_u128 part = motion_fixed_shl_u128(d, bit);
         if (motion_fixed_cmp_u128(*n, part) < 0)
             continue;

@@ -201,6 +201,9 @@ int yaml_fields_read(const struct yaml_value *value,
 
 /* ---- names ---- */
 
+#define FIELDS_NAME_LETTERS                                                    \
+    "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-"
+
 static bool fields_is_letter(char c)
 {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
@@ -208,14 +211,10 @@ static bool fields_is_letter(char c)
 
 static bool fields_is_name(const char *text)
 {
-    size_t length = 0;
+    const size_t length = strlen(text);
 
-    if (!fields_is_letter(text[0]))
-        return false;
-    while (fields_is_letter(text[length]) || text[length] == '_' ||
-           text[length] == '-' || (text[length] >= '0' && text[length] <= '9'))
-        length++;
-    return text[length] == 0 && length < PLAN_NAME_MAX;
+    return length < PLAN_NAME_MAX && fields_is_letter(text[0]) &&
+           strspn(text, FIELDS_NAME_LETTERS) == length;
 }
 
 static int fields_bad_name(const struct yaml_value *map, uint32_t key)
@@ -257,21 +256,22 @@ int yaml_fields_each(const struct yaml_value *value, uint32_t max, void *reader,
 
 /* ---- values ---- */
 
-int yaml_value_text(const struct yaml_value *value, const char **text)
+const char *yaml_value_text(const struct yaml_value *value)
 {
     if (yaml_value_need(value, YAML_TREE_TEXT) < 0)
-        return -1;
-    if (yaml_value_node(value)->length == 0)
-        return yaml_value_refuse(value, "has no value");
-    *text = yaml_tree_text(value->tree, value->node);
-    return 0;
+        return NULL;
+    if (yaml_value_node(value)->length == 0) {
+        yaml_value_refuse(value, "has no value");
+        return NULL;
+    }
+    return yaml_tree_text(value->tree, value->node);
 }
 
 int yaml_value_copy(const struct yaml_value *value, char *out, size_t room)
 {
-    const char *text;
+    const char *text = yaml_value_text(value);
 
-    if (yaml_value_text(value, &text) < 0)
+    if (text == NULL)
         return -1;
     if (strlen(text) >= room)
         return yaml_value_refuse(value, "is longer than %zu bytes", room - 1);
@@ -283,9 +283,9 @@ int yaml_value_choice(const struct yaml_value *value,
                       const char *const spelling[], unsigned count,
                       unsigned *index)
 {
-    const char *text;
+    const char *text = yaml_value_text(value);
 
-    if (yaml_value_text(value, &text) < 0)
+    if (text == NULL)
         return -1;
     for (*index = 0; *index < count; ++*index)
         if (strcmp(text, spelling[*index]) == 0)
@@ -298,10 +298,10 @@ int yaml_value_integer(const struct yaml_value *value, int64_t min, int64_t max,
                        int64_t *out)
 {
     char quote[YAML_QUOTE_MAX], *end;
-    const char *text;
+    const char *text = yaml_value_text(value);
     long long number;
 
-    if (yaml_value_text(value, &text) < 0)
+    if (text == NULL)
         return -1;
     yaml_value_quote(quote, value);
     errno = 0;

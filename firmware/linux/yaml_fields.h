@@ -58,8 +58,9 @@ int yaml_value_refuse(const struct yaml_value *value, const char *format, ...)
 /* Refuse unless the value is of this kind. */
 int yaml_value_need(const struct yaml_value *value, enum yaml_tree_kind kind);
 
-/* Refuse unless the value is a text that is not empty; *text is it. */
-int yaml_value_text(const struct yaml_value *value, const char **text);
+/* The value as a text that is not empty; NULL when it is none, with the sentence
+ * written. */
+const char *yaml_value_text(const struct yaml_value *value);
 
 /* Copy a text into room bytes (with the 0). */
 int yaml_value_copy(const struct yaml_value *value, char *out, size_t room);

@@ -14,7 +14,7 @@
 
 #include "firmware/linux/yaml_report.h"
 
-#define YAML_TREE_BYTES_MAX (16 * 1024 * 1024)
+#define YAML_TREE_BYTES_MAX ((size_t)16 * 1024 * 1024)
 #define YAML_TREE_NODES_MAX (4 * 1024 * 1024)
 #define YAML_TREE_DEPTH_MAX 16 /* of maps and lists within each other */
 #define YAML_TREE_KEYS_MAX  64 /* in one map */

@@ -14,9 +14,9 @@ int yaml_units_read(const struct yaml_value *value,
                     const struct units_context *context, int64_t *out)
 {
     char sentence[UNITS_SENTENCE_MAX];
-    const char *text;
+    const char *text = yaml_value_text(value);
 
-    if (yaml_value_text(value, &text) < 0)
+    if (text == NULL)
         return -1;
     if (units_parse(text, quantity, context, out, sentence) < 0)
         return yaml_units_refuse(value, sentence);
@@ -26,9 +26,9 @@ int yaml_units_read(const struct yaml_value *value,
 int yaml_units_read_fps(const struct yaml_value *value, struct units_fps *fps)
 {
     char sentence[UNITS_SENTENCE_MAX];
-    const char *text;
+    const char *text = yaml_value_text(value);
 
-    if (yaml_value_text(value, &text) < 0)
+    if (text == NULL)
         return -1;
     if (units_parse_fps(text, fps, sentence) < 0)
         return yaml_units_refuse(value, sentence);
@@ -39,9 +39,9 @@ int yaml_units_read_counts(const struct yaml_value *value, enum rig_unit unit,
                            int64_t *num, int64_t *den)
 {
     char sentence[UNITS_SENTENCE_MAX];
-    const char *text;
+    const char *text = yaml_value_text(value);
 
-    if (yaml_value_text(value, &text) < 0)
+    if (text == NULL)
         return -1;
     if (units_parse_counts(text, unit, num, den, sentence) < 0)
         return yaml_units_refuse(value, sentence);
