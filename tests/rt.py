@@ -124,7 +124,9 @@ class Walk:
         self.outside = interface_slots()
 
     def problem(self, path, what):
-        text = " > ".join(path) + ": " + what
+        names = [self.functions[t].name if t in self.functions else t
+                 for t in path]
+        text = " > ".join(names) + ": " + what
         if text not in self.problems:
             self.problems.append(text)
 
@@ -150,10 +152,10 @@ class Walk:
     def visit(self, title, path=(), may_divide=False):
         """Deepest stack from here on, in bytes."""
         function = self.functions[title]
-        if function.name in path:
-            self.problem(path + (function.name,), "recursion")
+        if title in path:
+            self.problem(path + (title,), "recursion")
             return 0
-        path += (function.name,)
+        path += (title,)
         may_divide = may_divide or function.name in MAY_DIVIDE
         if (title, may_divide) in self.depth:
             return self.depth[title, may_divide]
@@ -177,8 +179,8 @@ class Walk:
         for name, room in ROOTS.items():
             if name not in self.by_name and room in rooms:
                 self.problem((name,), "not found, but it must be checked")
-        names = list(ROOTS) + sorted({f for fs in self.slots.values()
-                                      for f in fs})
+        names = list(ROOTS) + sorted({f for slot, fs in self.slots.items()
+                                      for f in fs if not slot.endswith("[]")})
         return [t for name in names for t in self.by_name[name]]
 
 
@@ -210,17 +212,19 @@ def main(sources):
     problems = []
     for target in ("pc",) + TARGETS:
         problems += symbols_of(target, sources)
+    stacks = collections.defaultdict(dict)
     for target in TARGETS:
         walk = Walk(target, sources)
         for title in walk.roots(rooms):
-            stack = walk.visit(title)
-            print(f"  {target}  {walk.functions[title].name:<36} "
-                  f"stack {stack:5} bytes")
+            stacks[walk.functions[title].name][target] = walk.visit(title)
         problems += [f"{target}: {p}" for p in walk.problems]
-        print(f"  {target}  {len(walk.depth)} functions reached; leaves through "
-              f"{', '.join(sorted(walk.leaves)) or 'nothing'}")
+    print(f"  {'stack in bytes, from':<40}{'M0':>6}{'M4':>6}")
+    for name, stack in stacks.items():
+        print(f"  {name:<40}" + "".join(f"{stack.get(t, 0):6}" for t in TARGETS))
+    print(f"  {len({t for t, _ in walk.depth})} functions reached; leaves through "
+          f"{', '.join(sorted(walk.leaves)) or 'nothing'}")
     for name, why in MAY_DIVIDE.items():
-        print(f"  may divide: {name}: {why}")
+        print(f"  may divide: {name} {why}")
     for problem in problems:
         print(problem)
     print(f"rt: {len(sources)} sources, {len(problems)} problems")
