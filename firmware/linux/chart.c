@@ -203,6 +203,7 @@ void chart_line_begin(struct chart *chart)
 {
     chart_clip(chart);
     chart->drawing = false;
+    chart->holding = false;
 }
 
 /* Cairo's numbers are 24.8 fixed point: keep far-off values near the box. */
@@ -211,32 +212,71 @@ static double chart_bounded(double y, const struct chart_box *box)
     return fmin(fmax(y, box->y - 10 * box->height), box->y + 10 * box->height);
 }
 
+#define CHART_TOLERANCE 0.1 /* pixels */
+
+/* Put down the point held back and start a new stretch from it. */
+static void chart_line_put(struct chart *chart)
+{
+    if (!chart->holding)
+        return;
+    cairo_line_to(chart->cairo, chart->held_x, chart->held_y);
+    chart->last_x = chart->held_x;
+    chart->last_y = chart->held_y;
+    chart->turn_low = -INFINITY;
+    chart->turn_high = INFINITY;
+    chart->holding = false;
+}
+
+/* May the point held back be left out when the line goes on to (x, y)?  Every
+ * point since the last one put down allows directions that pass it within the
+ * tolerance; their intersection is kept.  A line that turns back may not. */
+static bool chart_line_passes(struct chart *chart, double x, double y)
+{
+    double held = hypot(chart->held_x - chart->last_x,
+                        chart->held_y - chart->last_y);
+    double turn = atan2(chart->held_y - chart->last_y,
+                        chart->held_x - chart->last_x);
+    if (held > CHART_TOLERANCE) {
+        double play = asin(CHART_TOLERANCE / held);
+        chart->turn_low = fmax(chart->turn_low, turn - play);
+        chart->turn_high = fmin(chart->turn_high, turn + play);
+    }
+    double next = atan2(y - chart->last_y, x - chart->last_x);
+    double reach = hypot(x - chart->last_x, y - chart->last_y);
+    return reach >= held - CHART_TOLERANCE && next >= chart->turn_low &&
+           next <= chart->turn_high;
+}
+
 void chart_line_to(struct chart *chart, double t, double value)
 {
     double x = chart_x(chart, t);
     double y = chart_bounded(chart_y(chart, value), &chart->box);
     if (!chart->drawing) {
-        cairo_move_to(chart->cairo, x, y);
         chart->drawing = true;
-    } else if (fabs(x - chart->last_x) < 0.2 && fabs(y - chart->last_y) < 0.2) {
+        cairo_move_to(chart->cairo, x, y);
+        chart->last_x = x;
+        chart->last_y = y;
+        chart->turn_low = -INFINITY;
+        chart->turn_high = INFINITY;
         return;
-    } else {
-        cairo_line_to(chart->cairo, x, y);
     }
-    chart->last_x = x;
-    chart->last_y = y;
+    if (chart->holding && !chart_line_passes(chart, x, y))
+        chart_line_put(chart);
+    chart->held_x = x;
+    chart->held_y = y;
+    chart->holding = true;
 }
 
 void chart_line_end(struct chart *chart, const struct chart_color *color,
                     double width)
 {
+    chart_line_put(chart);
     cairo_set_line_width(chart->cairo, width);
     cairo_set_line_join(chart->cairo, CAIRO_LINE_JOIN_ROUND);
     cairo_set_line_cap(chart->cairo, CAIRO_LINE_CAP_ROUND);
     chart_set_color(chart->cairo, color);
     cairo_stroke(chart->cairo);
     cairo_restore(chart->cairo);
-    chart->drawing = false;
 }
 
 void chart_marker(const struct chart *chart, double t, double value,

@@ -20,9 +20,11 @@ struct chart {
     cairo_t *cairo;
     struct chart_box box;
     double t0, t1, low, high;
-    /* the line being drawn */
-    double last_x, last_y;
-    bool drawing;
+    /* the line being drawn: the last point put down, the one held back, and the
+     * directions in which the line may go on without leaving a point out */
+    double last_x, last_y, held_x, held_y;
+    double turn_low, turn_high;
+    bool drawing, holding;
 };
 
 struct chart_font {
@@ -66,8 +68,8 @@ void chart_shade(const struct chart *chart, double from, bool above,
                  const struct chart_color *fill,
                  const struct chart_color *line);
 
-/* A line, clipped to the box: begin, points, end.  Points that fall on the last
- * one are left out. */
+/* A line, clipped to the box: begin, points from left to right, end.  Points
+ * within a tenth of a pixel of the line without them are left out. */
 void chart_line_begin(struct chart *chart);
 void chart_line_to(struct chart *chart, double t, double value);
 void chart_line_end(struct chart *chart, const struct chart_color *color,

@@ -13,7 +13,7 @@
 
 /* Sizes of the page in pixels. */
 #define PLOT_MARGIN    44
-#define PLOT_HEAD      92  /* title, subtitle, legend */
+#define PLOT_HEAD      104  /* title, subtitle, legend */
 #define PLOT_NAME      40  /* the axis's name above its column */
 #define PLOT_ROW       150 /* a panel */
 #define PLOT_ROW_GAP   40  /* with the next panel's heading in it */
@@ -358,7 +358,7 @@ static void plot_curves(struct plot_panel *panel)
         return;
     }
     if (plot_has_servo(panel))
-        plot_stroke(panel, plot_actual, &plot_servo, 5);
+        plot_stroke(panel, plot_actual, &plot_servo, 4.5);
     if (plot_is_warped(panel)) {
         plot_stroke(panel, plot_track, &plot_nominal, 1.2);
         plot_stroke(panel, plot_demand, &plot_plan, 1.8);
@@ -400,11 +400,14 @@ static void plot_key_markers(const struct plot_panel *panel)
                      &plot_plan);
 }
 
+/* Three significant digits, or all of a whole number; "45", not "45.0". */
 static void plot_put_number(char text[CHART_LABEL_MAX], double value)
 {
     double magnitude = fabs(value);
     double step = magnitude > 0 ? pow(10, floor(log10(magnitude)) - 2) : 1;
-    chart_label(text, value, step > 1 ? 1 : step);
+    while (step < 1 && fabs(remainder(value, 10 * step)) < step / 2)
+        step *= 10;
+    chart_label(text, value, fmin(step, 1));
 }
 
 /* "peak 351.6 of 400, 88 %": right of the heading, never over a curve. */
@@ -542,7 +545,7 @@ static void plot_legend(const struct plot *plot, double x, double y)
         x = plot_legend_text(cairo, x, y, "key");
     }
     if (plot->trace != NULL) {
-        x = plot_swatch_line(cairo, x, y, &plot_servo, 5);
+        x = plot_swatch_line(cairo, x, y, &plot_servo, 4.5);
         x = plot_legend_text(cairo, x, y, "servo, measured");
         x = plot_swatch_line(cairo, x, y, &plot_error, 1.3);
         x = plot_legend_text(cairo, x, y, "following error");
