@@ -10,6 +10,7 @@
 #include "firmware/controller.h"
 #include "firmware/linux/number.h"
 #include "motion/err.h"
+#include "motion/fixed.h"
 
 static const char *const telemetry_spelling[] = {
 #define TELEMETRY_SPELLING(name, spelling, text) spelling,
@@ -69,29 +70,8 @@ static void telemetry_heading(const struct telemetry *telemetry)
 void telemetry_init(struct telemetry *telemetry, FILE *file,
                     const struct rig *rig)
 {
-    telemetry->file = file;
-    telemetry->rig = rig;
-    atomic_init(&telemetry->put, 0);
-    atomic_init(&telemetry->taken, 0);
-    telemetry->dropped = 0;
+    *telemetry = (struct telemetry){ .file = file, .rig = rig };
     telemetry_heading(telemetry);
-}
-
-uint64_t telemetry_waiting(const struct telemetry *telemetry)
-{
-    return atomic_load_explicit(&telemetry->put, memory_order_acquire) -
-           atomic_load_explicit(&telemetry->taken, memory_order_acquire);
-}
-
-void telemetry_put(struct telemetry *telemetry, const struct telemetry_row *row)
-{
-    uint64_t put = atomic_load_explicit(&telemetry->put, memory_order_relaxed);
-    if (telemetry_waiting(telemetry) == TELEMETRY_RING) {
-        telemetry->dropped++;
-        return;
-    }
-    telemetry->row[put % TELEMETRY_RING] = *row;
-    atomic_store_explicit(&telemetry->put, put + 1, memory_order_release);
 }
 
 static int64_t telemetry_get(const struct telemetry_axis *axis, size_t field)
@@ -125,8 +105,8 @@ static char *telemetry_put_axis(char *at, const struct telemetry_axis *axis)
     return at + number_integer(at, axis->statusword);
 }
 
-static void telemetry_write(const struct telemetry *telemetry,
-                            const struct telemetry_row *row)
+void telemetry_write(const struct telemetry *telemetry,
+                     const struct telemetry_row *row)
 {
     char line[TELEMETRY_LINE_MAX];
     char *at = line + number_integer(line, row->t_ns);
@@ -134,23 +114,11 @@ static void telemetry_write(const struct telemetry *telemetry,
     at = telemetry_put_text(
         at, controller_state_text((enum controller_state)row->state));
     *at++ = ',';
-    at += number_integer(at, row->path_ns);
+    at += number_integer(at, row->rate.s_ns_q12 / MOTION_FIXED_NS_Q12);
     for (uint32_t a = 0; a < telemetry->rig->axis_count; a++)
         at = telemetry_put_axis(at, &row->axis[a]);
     *at++ = '\n';
     fwrite(line, 1, (size_t)(at - line), telemetry->file);
-}
-
-void telemetry_drain(struct telemetry *telemetry)
-{
-    uint64_t put = atomic_load_explicit(&telemetry->put, memory_order_acquire);
-    uint64_t taken =
-        atomic_load_explicit(&telemetry->taken, memory_order_relaxed);
-    for (; taken < put; taken++) {
-        telemetry_write(telemetry, &telemetry->row[taken % TELEMETRY_RING]);
-        atomic_store_explicit(&telemetry->taken, taken + 1,
-                              memory_order_release);
-    }
 }
 
 /* --- reading back --- */
@@ -317,8 +285,8 @@ static int telemetry_read_row(struct telemetry_reader *reader,
         telemetry_read_phase(reader, telemetry_cell(&rest), row) < 0)
         return -1;
     telemetry_cell(&rest); /* the state's name is for people */
-    if (telemetry_read_number(reader, telemetry_cell(&rest), 0, &row->path_ns) <
-        0)
+    if (telemetry_read_number(reader, telemetry_cell(&rest), 12,
+                              &row->rate.s_ns_q12) < 0)
         return -1;
     for (size_t i = 0; i < reader->columns; i++)
         if (telemetry_read_column(reader, telemetry_cell(&rest),

@@ -1,8 +1,7 @@
 /* firmware/linux/telemetry.h - what happened at every tick, as CSV.
  *
- * The loop puts a row into a ring and never waits: a full ring drops the row
- * and counts it.  Another thread, or the loop itself in virtual time, writes
- * the ring out.  The same rows give the same bytes.
+ * The same rows give the same bytes.  Rows come from a recorder
+ * (recorder.h), never from the loop itself.
  *
  * Columns: t_ns (from the start of the run), phase, state, path_ns (time on
  * the path of the present move), and per axis NAME of unit U
@@ -11,12 +10,12 @@
 #ifndef FIRMWARE_LINUX_TELEMETRY_H
 #define FIRMWARE_LINUX_TELEMETRY_H
 
-#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 
 #include "firmware/linux/rig.h"
+#include "motion/clock_warp.h"
 #include "motion/track.h"
 
 /* X(name, spelling in the file, sentence for the progress line) */
@@ -44,36 +43,28 @@ struct telemetry_axis {
 };
 
 struct telemetry_row {
-    int64_t t_ns, path_ns;
+    int64_t t_ns; /* from the start of the run */
+    struct motion_clock_rate rate;
     enum telemetry_phase phase;
     int state; /* enum controller_state */
     struct telemetry_axis axis[RIG_AXES_MAX];
 };
 
-#define TELEMETRY_RING 2048 /* rows: two seconds at 1 kHz */
-
 struct telemetry {
     FILE *file;
     const struct rig *rig;
-    _Atomic uint64_t put, taken; /* rows ever */
-    uint64_t dropped;
-    struct telemetry_row row[TELEMETRY_RING];
 };
 
 /* Writes the heading. */
 void telemetry_init(struct telemetry *telemetry, FILE *file,
                     const struct rig *rig);
-/* From the loop.  Never waits. */
-void telemetry_put(struct telemetry *telemetry,
-                   const struct telemetry_row *row);
-/* Rows that wait to be written. */
-uint64_t telemetry_waiting(const struct telemetry *telemetry);
-/* From one other place: write out what is there.  Errors stay in the file's
- * error flag. */
-void telemetry_drain(struct telemetry *telemetry);
+/* Errors stay in the file's error flag. */
+void telemetry_write(const struct telemetry *telemetry,
+                     const struct telemetry_row *row);
 
 /* Read a file back, row by row, into `take`.  Axes are found by name in the
- * rig; those the file does not have stay zero.  -1 and a sentence with the line
+ * rig; those the file does not have stay zero, and so do the rate (but for the
+ * path time) and the state.  -1 and a sentence with the line
  * number when the file is not telemetry of this rig. */
 int telemetry_read(const char *path, const struct rig *rig,
                    void (*take)(void *context, const struct telemetry_row *row),

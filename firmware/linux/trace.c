@@ -5,6 +5,7 @@
 
 #include "firmware/linux/memory.h"
 #include "firmware/linux/number.h"
+#include "motion/fixed.h"
 
 void trace_init(struct trace *trace, unsigned axis_count)
 {
@@ -71,11 +72,16 @@ static struct trace_axis trace_convert(const struct telemetry_axis *axis)
     };
 }
 
+static int64_t trace_path_ns(const struct telemetry_row *row)
+{
+    return row->rate.s_ns_q12 / MOTION_FIXED_NS_Q12;
+}
+
 /* More than a microsecond between clock and path: hold or override. */
 static bool trace_is_warped(const struct trace *trace,
                             const struct telemetry_row *row)
 {
-    int64_t apart_ns = row->t_ns - trace->start_ns - row->path_ns;
+    int64_t apart_ns = row->t_ns - trace->start_ns - trace_path_ns(row);
     return row->phase == TELEMETRY_MOVE &&
            (apart_ns > 1000 || apart_ns < -1000);
 }
@@ -88,7 +94,7 @@ void trace_take(void *context, const struct telemetry_row *row)
         (first || row->phase == TELEMETRY_ENABLE))
         return;
     if (first)
-        trace->start_ns = row->t_ns - row->path_ns;
+        trace->start_ns = row->t_ns - trace_path_ns(row);
     if (trace->pending == 0 && trace->count == TRACE_POINTS)
         trace_halve(trace);
     trace->count += trace->pending == 0;
