@@ -97,7 +97,7 @@ static void cmd_plan_segments(const struct job *job, unsigned axis)
         number_fixed(text, to, 32, 9);
         table_cell(&table, "%s", text);
         table_cell(&table, "%u", segment->degree);
-        table_cell(&table, "%u", segment->frac);
+        table_cell(&table, "%d", segment->frac);
     }
     printf("\n%s, %s\n", job->move.axis[axis].name,
            rig_unit_text(job_rig_axis(job, axis)->unit));
@@ -153,6 +153,7 @@ static void cmd_plan_save_segment(const struct motion_segment *segment,
     json_add_integer(item, "dur_ns_q12", segment->dur_ns_q12);
     json_add_integer(item, "pos_q32", segment->pos_q32);
     json_add_integer(item, "frac", segment->frac);
+    json_add_integer(item, "remainder", segment->remainder);
     cJSON *coef = cJSON_AddArrayToObject(item, "coef");
     for (int k = 0; k <= MOTION_TRACK_DEGREE; k++)
         cJSON_AddItemToArray(coef, json_integer(segment->coef[k]));

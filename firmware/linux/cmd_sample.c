@@ -22,8 +22,8 @@ struct cmd_sample {
     struct motion_cursor cursor[PLAN_AXES_MAX];
 };
 
-/* Time of sample k.  k <= 26 days * 1 MHz < 2^62 and the product is 128 bits
- * wide; the result is at most 26 days. */
+/* Time of sample k.  k <= 19 days * 1 MHz < 2^41 and the product is 128 bits
+ * wide; the result is at most 19 days. */
 static int64_t cmd_sample_time(int64_t k, int64_t rate_uhz)
 {
     int64_t t_ns = INT64_MAX;

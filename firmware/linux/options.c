@@ -14,7 +14,7 @@
 #define OPTIONS_FIRST   256 /* getopt's value of the first row */
 #define OPTIONS_MISSING ':'
 
-#define OPTIONS_TIME_MAX_NS (26 * INT64_C(86400000000000)) /* of a track */
+#define OPTIONS_TIME_MAX_NS (19 * INT64_C(86400000000000)) /* of a track */
 
 static const struct {
     const char *name;
@@ -71,7 +71,7 @@ static int options_percent(const char *text, int64_t *rate_q30)
         return err;
     if (strcmp(end, "") != 0 && strcmp(end, "%") != 0 && strcmp(end, " %") != 0)
         return MOTION_E_ARG;
-    if (millionth < 0 || millionth > 200000000)
+    if (millionth < 1000000 || millionth > 200000000)
         return MOTION_E_RANGE;
     return motion_fixed_muldiv(millionth, MOTION_CLOCK_WARP_ONE_Q30, 100000000,
                                rate_q30);
@@ -83,9 +83,9 @@ static const char *options_expected(enum option_kind kind)
     case OPTION_RATE:
         return "a rate in Hz, 0.001 to 1000000, such as 1000";
     case OPTION_TIME:
-        return "a time of 0 to 26 days, such as 2.5 or 250ms";
+        return "a time of 0 to 19 days, such as 2.5 or 250ms";
     case OPTION_PERCENT:
-        return "a percentage from 0 to 200, such as 50";
+        return "a percentage from 1 to 200, such as 50";
     case OPTION_FLAG:
     case OPTION_TEXT:
         break;

@@ -17,7 +17,7 @@ enum option_kind {
     OPTION_TEXT,    /* const char * */
     OPTION_RATE,    /* int64_t, micro-hertz; 0.001 Hz .. 1 MHz */
     OPTION_TIME,    /* int64_t, nanoseconds; seconds unless a unit is given */
-    OPTION_PERCENT, /* int64_t, Q30; 0 .. 200 */
+    OPTION_PERCENT, /* int64_t, Q30; 1 .. 200 */
 };
 
 struct option_row {
