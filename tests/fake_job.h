@@ -114,16 +114,17 @@ static inline void fake_free(struct job *job)
 /* Dolly, pan, tilt, focus over 24 s. */
 static inline void fake_dolly(struct job *job)
 {
-    static const struct fake_key dolly[] = { { 0, 0 },      { 4, 180 },
-                                             { 7.5, 900 },  { 12, 1650 },
-                                             { 15, 1800 },  { 20, 2300 },
+    static const struct fake_key dolly[] = { { 0, 0 },     { 4, 180 },
+                                             { 7.5, 900 }, { 12, 1650 },
+                                             { 15, 1800 }, { 20, 2300 },
                                              { 24, 2400 } };
-    static const struct fake_key pan[] = { { 0, -20 }, { 6, 5 }, { 13, 38 },
-                                           { 18, 12 }, { 24, -4 } };
+    static const struct fake_key pan[] = {
+        { 0, -20 }, { 6, 5 }, { 13, 38 }, { 18, 12 }, { 24, -4 }
+    };
     static const struct fake_key tilt[] = { { 0, 3 }, { 9, -6 }, { 24, 2 } };
-    static const struct fake_key focus[] = { { 0, 0.1 }, { 5, 0.1 },
-                                             { 11, 0.7 }, { 16, 0.35 },
-                                             { 22, 0.8 } };
+    static const struct fake_key focus[] = {
+        { 0, 0.1 }, { 5, 0.1 }, { 11, 0.7 }, { 16, 0.35 }, { 22, 0.8 }
+    };
     memset(job, 0, sizeof *job);
     snprintf(job->move.title, sizeof job->move.title, "Kitchen reveal");
     snprintf(job->rig.title, sizeof job->rig.title, "Dolly with remote head");

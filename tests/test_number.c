@@ -72,8 +72,8 @@ static void fixed_text_is_the_nearest_decimal(void **state)
         __int128 units = (negative ? -whole : whole) * 10000000 + part;
         __int128 magnitude = value < 0 ? -(__int128)value : (__int128)value;
         __int128 apart = (units << 32) - magnitude * 10000000;
-        if (negative != (value < 0 && units != 0) ||
-            apart > INT64_C(1) << 31 || apart < -(INT64_C(1) << 31))
+        if (negative != (value < 0 && units != 0) || apart > INT64_C(1) << 31 ||
+            apart < -(INT64_C(1) << 31))
             fail_msg("seed %#llx, step %d: %lld gave %s",
                      (unsigned long long)SEED, i, (long long)value, text);
     }
@@ -154,9 +154,12 @@ static void numbers_that_are_none_are_refused(void **state)
         const char *text;
         int want;
     } rows[] = {
-        { "", MOTION_E_ARG },          { "-", MOTION_E_ARG },
-        { ".", MOTION_E_ARG },         { "nan", MOTION_E_ARG },
-        { "inf", MOTION_E_ARG },       { "2147483648", MOTION_E_RANGE },
+        { "", MOTION_E_ARG },
+        { "-", MOTION_E_ARG },
+        { ".", MOTION_E_ARG },
+        { "nan", MOTION_E_ARG },
+        { "inf", MOTION_E_ARG },
+        { "2147483648", MOTION_E_RANGE },
         { "99999999999999999999999", MOTION_E_RANGE },
     };
     (void)state;
@@ -187,8 +190,8 @@ static void decimals_are_read_without_loss_or_refused(void **state)
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
         int64_t value = 0;
-        int err = number_parse_decimal(rows[i].text, rows[i].digits, &value,
-                                       NULL);
+        int err =
+            number_parse_decimal(rows[i].text, rows[i].digits, &value, NULL);
         if (err != rows[i].err || (err == MOTION_OK && value != rows[i].want))
             fail_msg("%s: got %d, %lld", rows[i].text, err, (long long)value);
     }

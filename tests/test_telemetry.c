@@ -88,7 +88,8 @@ static void write_text(const char *text)
 }
 
 /* Half of the last decimal, and half a step of the format. */
-static void assert_near(int64_t got, int64_t want, unsigned bits, double decimal)
+static void assert_near(int64_t got, int64_t want, unsigned bits,
+                        double decimal)
 {
     double apart = (double)(got - want) / (double)(INT64_C(1) << bits);
     if (apart > 0.51 * decimal + 1e-9 || apart < -0.51 * decimal - 1e-9)
@@ -137,14 +138,14 @@ static void the_heading_names_axes_and_units(void **state)
     FILE *file = fopen(path, "rb");
     assert_non_null(fgets(line, sizeof line, file));
     fclose(file);
-    assert_string_equal(
-        line, "t_ns,phase,state,path_ns,"
-              "dolly.demand_mm,dolly.demand_mm_s,dolly.demand_mm_s2,"
-              "dolly.demand_mm_s3,dolly.actual_mm,dolly.actual_mm_s,"
-              "dolly.following_mm,dolly.statusword,"
-              "pan.demand_deg,pan.demand_deg_s,pan.demand_deg_s2,"
-              "pan.demand_deg_s3,pan.actual_deg,pan.actual_deg_s,"
-              "pan.following_deg,pan.statusword\n");
+    assert_string_equal(line,
+                        "t_ns,phase,state,path_ns,"
+                        "dolly.demand_mm,dolly.demand_mm_s,dolly.demand_mm_s2,"
+                        "dolly.demand_mm_s3,dolly.actual_mm,dolly.actual_mm_s,"
+                        "dolly.following_mm,dolly.statusword,"
+                        "pan.demand_deg,pan.demand_deg_s,pan.demand_deg_s2,"
+                        "pan.demand_deg_s3,pan.actual_deg,pan.actual_deg_s,"
+                        "pan.following_deg,pan.statusword\n");
 }
 
 static void ignore_row(void *context, const struct telemetry_row *row)
@@ -153,8 +154,8 @@ static void ignore_row(void *context, const struct telemetry_row *row)
     (void)row;
 }
 
-static void files_that_are_no_telemetry_get_one_line_with_its_place(
-    void **state)
+static void
+files_that_are_no_telemetry_get_one_line_with_its_place(void **state)
 {
 #define HEAD "t_ns,phase,state,path_ns"
     static const struct {
@@ -177,8 +178,8 @@ static void files_that_are_no_telemetry_get_one_line_with_its_place(
     for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
         char message[RIG_MESSAGE_MAX] = "";
         write_text(rows[i].text);
-        assert_int_equal(
-            telemetry_read(path, &rig, ignore_row, NULL, message), -1);
+        assert_int_equal(telemetry_read(path, &rig, ignore_row, NULL, message),
+                         -1);
         if (strstr(message, rows[i].want) == NULL ||
             strncmp(message, path, strlen(path)) != 0 ||
             strchr(message, '\n') != NULL)
@@ -190,9 +191,9 @@ static void a_missing_file_is_named(void **state)
 {
     (void)state;
     char message[RIG_MESSAGE_MAX] = "";
-    assert_int_equal(telemetry_read("/nowhere/run.csv", &rig, ignore_row, NULL,
-                                    message),
-                     -1);
+    assert_int_equal(
+        telemetry_read("/nowhere/run.csv", &rig, ignore_row, NULL, message),
+        -1);
     assert_non_null(strstr(message, "/nowhere/run.csv: No such file"));
 }
 
@@ -240,9 +241,9 @@ static void a_long_trace_stays_bounded_and_keeps_the_peaks(void **state)
     for (int i = 0; i < rows; i++) {
         row.t_ns = INT64_C(1000000) * i;
         row.rate.s_ns_q12 = row.t_ns * MOTION_FIXED_NS_Q12;
-        row.axis[0].following_q32 =
-            i == peak ? INT64_C(7) << 32 : i == peak + 1 ? -(INT64_C(5) << 32)
-                                                         : 0;
+        row.axis[0].following_q32 = i == peak       ? INT64_C(7) << 32
+                                    : i == peak + 1 ? -(INT64_C(5) << 32)
+                                                    : 0;
         trace_take(&trace, &row);
     }
     assert_true(trace.count <= TRACE_POINTS);

@@ -16,7 +16,7 @@ static const char *const cmd_plan_curve[] = {
 #undef CMD_PLAN_CURVE
 };
 
-/* "351.6 of 400 mm/s, 88 %" */
+/* "351.6 / 400   88 %" */
 static void cmd_plan_peak(struct table *table, const struct job *job,
                           unsigned axis, enum motion_quantity quantity)
 {
@@ -28,9 +28,9 @@ static void cmd_plan_peak(struct table *table, const struct job *job,
     number_short(peak_text, peak, bits);
     number_short(limit_text, limit, bits);
     if (limit == 0)
-        table_cell(table, "%s, no limit", peak_text);
+        table_cell(table, "%s", peak_text);
     else
-        table_cell(table, "%s of %s, %" PRId64 " %%", peak_text, limit_text,
+        table_cell(table, "%s / %s %4" PRId64 " %%", peak_text, limit_text,
                    number_percent(peak, limit));
 }
 

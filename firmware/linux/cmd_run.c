@@ -200,8 +200,9 @@ static enum status cmd_run_files(struct cmd_run *self)
 {
     const struct options *options = self->options;
     if (options->plot != NULL && plot_format_of(options->plot) < 0) {
-        fprintf(stderr, "slew run: --plot %s: expected a name that ends in "
-                        ".svg or .png\n",
+        fprintf(stderr,
+                "slew run: --plot %s: expected a name that ends in "
+                ".svg or .png\n",
                 options->plot);
         return STATUS_INPUT;
     }
@@ -366,11 +367,14 @@ const struct command cmd_run = {
     .arguments = "RIG MOVE | DIRECTORY",
     .summary = "run a move on simulated drives",
     .text =
-        "Says what it will do, checks the move against all limits, enables the\n"
-        "drives, takes every axis to its first key, runs the move, and reports\n"
+        "Says what it will do, checks the move against all limits, enables "
+        "the\n"
+        "drives, takes every axis to its first key, runs the move, and "
+        "reports\n"
         "per axis what was reached.  A move that breaks a limit is not run:\n"
         "nothing is sent to the bus.\n\n"
-        "One interrupt (Ctrl-C) stops along the path, a second one stops every\n"
+        "One interrupt (Ctrl-C) stops along the path, a second one stops "
+        "every\n"
         "drive at once.\n",
     .examples = "  slew run examples/dolly\n"
                 "  slew run --telemetry run.csv --plot run.png examples/dolly\n"

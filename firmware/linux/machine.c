@@ -7,6 +7,9 @@
 #include "motion/err.h"
 #include "motion/fixed.h"
 
+/* Feedback is one period old when all is well; older than this is a fault. */
+#define MACHINE_FEEDBACK_PERIODS 4
+
 static int machine_fail(char message[RIG_MESSAGE_MAX], const char *kind,
                         const char *name, int err)
 {
@@ -74,8 +77,12 @@ static int machine_init_controller(struct machine *machine)
 {
     const struct rig *rig = machine->rig;
     struct hal_drive *drive[RIG_AXES_MAX];
-    struct controller_config config = { .period_ns = rig->period_ns,
-                                        .axis_count = rig->axis_count };
+    struct controller_config config = {
+        .period_ns = rig->period_ns,
+        .feedback_max_age_ns =
+            MACHINE_FEEDBACK_PERIODS * rig->period_ns + machine->ports.slack_ns,
+        .axis_count = rig->axis_count,
+    };
     for (unsigned i = 0; i < rig->axis_count; i++) {
         config.axis[i] = machine_axis(&rig->axis[i]);
         drive[i] = &machine->drive[i].drive;
@@ -144,8 +151,7 @@ bool machine_is_at_rest(const struct machine *machine)
         const struct hal_drive_feedback *feedback =
             &machine->controller.axis[i].feedback;
         if (feedback->state == HAL_DRIVE_ENABLED ||
-            (feedback->state == HAL_DRIVE_QUICK_STOP &&
-             feedback->vel_q32 != 0))
+            (feedback->state == HAL_DRIVE_QUICK_STOP && feedback->vel_q32 != 0))
             return false;
     }
     return true;

@@ -11,15 +11,19 @@
 /* Virtual time starts here: 0 means "never" in many places. */
 #define MACHINE_SIM_START_NS INT64_C(1000000000)
 
+/* Ticks that may be late in real time, in one go; the controller stops at ten
+ * lost ones in a row. */
+#define MACHINE_SIM_SLACK_TICKS 10
+
 #define MACHINE_SIM_LOOP_NS  INT64_C(250000)   /* the servo's inner loop */
 #define MACHINE_SIM_BRAKE_NS INT64_C(80000000) /* its brake lets go */
 #define MACHINE_SIM_BOOT_NS  INT64_C(150000000)
 
 static struct machine_sim *machine_sim_of(struct hal_clock *clock)
 {
-    return (struct machine_sim *)(void *)((char *)clock -
-                                          offsetof(struct machine_sim,
-                                                   follower));
+    return (
+        struct machine_sim *)(void *)((char *)clock -
+                                      offsetof(struct machine_sim, follower));
 }
 
 static int64_t machine_sim_now_ns(struct hal_clock *clock)
@@ -113,6 +117,9 @@ int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
                      char message[RIG_MESSAGE_MAX])
 {
     memset(sim, 0, sizeof *sim);
+    *ports = (struct machine_ports){
+        .slack_ns = realtime ? MACHINE_SIM_SLACK_TICKS * rig->period_ns : 0
+    };
     machine_sim_clock(sim, realtime, ports);
     for (unsigned i = 0; i < rig->bus_count; i++) {
         int err = machine_sim_wire(sim, &rig->bus[i], i);

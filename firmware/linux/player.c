@@ -2,6 +2,7 @@
 #include "firmware/linux/player.h"
 
 #include <pthread.h>
+#include <sched.h>
 #include <string.h>
 #include <time.h>
 
@@ -16,6 +17,7 @@
 #define PLAYER_STOP_NS       (300 * PLAYER_MS)  /* until torque is off */
 #define PLAYER_QUICK_STOP_NS (3000 * PLAYER_MS) /* at most */
 #define PLAYER_OBSERVE_NS    (20 * PLAYER_MS)
+#define PLAYER_PRIORITY      40
 #define PLAYER_SLOW          4 /* the approach's share of the limits: 1/4 */
 
 void player_init(struct player *player, struct machine *machine,
@@ -225,8 +227,7 @@ static void player_measure_load(struct player *player)
     int64_t dur_ns = player->now_ns - player->move_ns;
     for (unsigned i = 0; i < player->job->rig.bus_count && dur_ns > 0; i++)
         player->observer.report->load[i] =
-            (double)(machine_busy_ns(player->machine, i) -
-                     player->busy_ns[i]) /
+            (double)(machine_busy_ns(player->machine, i) - player->busy_ns[i]) /
             (double)dur_ns;
 }
 
@@ -309,8 +310,7 @@ static void player_interrupt(struct player *player)
 /* An approach that was interrupted must not go on to the move. */
 static void player_interrupted(struct player *player)
 {
-    if (player->end == REPORT_STOPPED &&
-        player->phase == TELEMETRY_APPROACH &&
+    if (player->end == REPORT_STOPPED && player->phase == TELEMETRY_APPROACH &&
         player->machine->controller.state == CONTROLLER_READY)
         player_finish(player, REPORT_STOPPED);
 }
@@ -398,6 +398,20 @@ static void player_loop_virtual(struct player *player,
     }
 }
 
+/* Ahead of everything that is not real-time, if we are allowed to; else we run
+ * as we are and lost ticks show in the report. */
+static void player_come_first(void)
+{
+    const struct sched_param first = { .sched_priority = PLAYER_PRIORITY };
+    (void)pthread_setschedparam(pthread_self(), SCHED_FIFO, &first);
+}
+
+static void player_go_back(void)
+{
+    const struct sched_param normal = { .sched_priority = 0 };
+    (void)pthread_setschedparam(pthread_self(), SCHED_OTHER, &normal);
+}
+
 static int player_loop_real(struct player *player,
                             const volatile sig_atomic_t *interrupts)
 {
@@ -406,8 +420,10 @@ static int player_loop_real(struct player *player,
     atomic_init(&thread.end, false);
     if (pthread_create(&id, NULL, player_look_on, &thread) != 0)
         return -1;
+    player_come_first();
     while (!player->ended)
         player_tick(player, *interrupts);
+    player_go_back();
     atomic_store(&thread.end, true);
     pthread_join(id, NULL);
     return 0;

@@ -13,7 +13,7 @@
 
 /* Sizes of the page in pixels. */
 #define PLOT_MARGIN    44
-#define PLOT_HEAD      104  /* title, subtitle, legend */
+#define PLOT_HEAD      104 /* title, subtitle, legend */
 #define PLOT_NAME      40  /* the axis's name above its column */
 #define PLOT_ROW       150 /* a panel */
 #define PLOT_ROW_GAP   40  /* with the next panel's heading in it */
@@ -85,6 +85,7 @@ struct plot_panel {
     enum plot_row row;
     struct chart chart;
     double min, max; /* of what is drawn */
+    double peak;     /* of what was planned, or demanded */
     double limit_low, limit_high;
     bool limited, off_scale;
     double scale;
@@ -259,17 +260,27 @@ static bool plot_is_warped(const struct plot_panel *panel)
     return panel->plot->trace != NULL && panel->plot->trace->warped;
 }
 
+static void plot_keep_peak(struct plot_panel *panel)
+{
+    panel->peak = fmax(-panel->min, panel->max);
+}
+
 static void plot_measure(struct plot_panel *panel)
 {
     panel->min = INFINITY;
     panel->max = -INFINITY;
     if (panel->row == PLOT_FOLLOWING) {
         plot_following(panel, plot_grow);
+        plot_keep_peak(panel);
         return;
     }
-    plot_track(panel, plot_grow);
-    if (plot_is_warped(panel))
+    if (plot_is_warped(panel)) {
         plot_demand(panel, plot_grow);
+        plot_keep_peak(panel);
+    }
+    plot_track(panel, plot_grow);
+    if (!plot_is_warped(panel))
+        plot_keep_peak(panel);
     if (plot_has_servo(panel))
         plot_actual(panel, plot_grow);
 }
@@ -354,7 +365,7 @@ static void plot_stroke(struct plot_panel *panel,
 static void plot_curves(struct plot_panel *panel)
 {
     if (panel->row == PLOT_FOLLOWING) {
-        plot_stroke(panel, plot_following, &plot_error, 1.3);
+        plot_stroke(panel, plot_following, &plot_error, 0.9);
         return;
     }
     if (plot_has_servo(panel))
@@ -414,7 +425,7 @@ static void plot_put_number(char text[CHART_LABEL_MAX], double value)
 static void plot_note_of(const struct plot_panel *panel, char *text,
                          size_t size)
 {
-    double peak = fmax(-panel->min, panel->max);
+    double peak = panel->peak;
     char value[CHART_LABEL_MAX], limit[CHART_LABEL_MAX];
     plot_put_number(value, peak / panel->scale);
     plot_put_number(limit, panel->limit_high / panel->scale);

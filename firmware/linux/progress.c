@@ -34,8 +34,7 @@ static int progress_share(int64_t path_ns, int64_t total_ns, int parts)
 {
     if (total_ns <= 0 || path_ns >= total_ns)
         return parts;
-    return path_ns <= 0 ? 0
-                        : (int)((double)path_ns / (double)total_ns * parts);
+    return path_ns <= 0 ? 0 : (int)((double)path_ns / (double)total_ns * parts);
 }
 
 /* "12.6 s left", or what stands instead when nothing moves. */
@@ -119,10 +118,10 @@ static void progress_terminal(struct progress *progress,
 static void progress_plain(struct progress *progress,
                            const struct telemetry_row *row)
 {
-    int quarter = row->phase == TELEMETRY_MOVE
-                      ? progress_share(progress_path_ns(row),
-                                       progress->total_ns, 4)
-                      : 0;
+    int quarter =
+        row->phase == TELEMETRY_MOVE
+            ? progress_share(progress_path_ns(row), progress->total_ns, 4)
+            : 0;
     if (progress->phase == (int)row->phase && quarter <= progress->quarter)
         return;
     progress->phase = (int)row->phase;

@@ -32,11 +32,10 @@ static void report_take_axis(struct report *report, unsigned i,
     report_most(&axis->peak[3], at->demand.jerk_q16);
     report_most(&axis->following_q32, at->following_q32);
     axis->end_q32 = at->actual_q32;
-    if (axis->arrived)
+    if (axis->arrived || row->phase != TELEMETRY_MOVE)
         return;
     axis->dur_ns = row->t_ns - report->start_ns;
-    axis->arrived =
-        row->rate.s_ns_q12 >= report->job->track[i].end_ns_q12;
+    axis->arrived = row->rate.s_ns_q12 >= report->job->track[i].end_ns_q12;
 }
 
 void report_take(struct report *report, const struct telemetry_row *row)
@@ -109,8 +108,14 @@ static void report_row(struct table *table, const struct report *report,
 static void report_table(const struct report *report, FILE *file)
 {
     static const char *const head[] = {
-        "<axis",             ">duration",  "<unit",          ">velocity /s",
-        ">acceleration /s2", ">jerk /s3", ">following error", ">end error",
+        "<axis",
+        ">duration",
+        "<unit",
+        ">velocity /s",
+        ">acceleration /s2",
+        ">jerk /s3",
+        ">following error",
+        ">end error",
     };
     struct table table;
     table_init(&table, 8, head);
@@ -194,8 +199,7 @@ static void report_clock(const struct report *report, FILE *file)
     fprintf(file,
             "clock: %" PRIu64 " ticks, %" PRIu64
             " lost; latest wake-up %.2f ms after its time\n",
-            report->ticks, report->ticks_lost,
-            (double)report->late_ns / 1e6);
+            report->ticks, report->ticks_lost, (double)report->late_ns / 1e6);
 }
 
 void report_print(const struct report *report, FILE *file)
@@ -283,8 +287,7 @@ void report_json(const struct report *report, FILE *file)
         report_json_fault(report, object);
     cJSON_AddNumberToObject(object, "ticks", (double)report->ticks);
     cJSON_AddNumberToObject(object, "ticks_lost", (double)report->ticks_lost);
-    cJSON_AddNumberToObject(object, "rows_lost",
-                            (double)report->rows_dropped);
+    cJSON_AddNumberToObject(object, "rows_lost", (double)report->rows_dropped);
     if (report->telemetry_path != NULL)
         cJSON_AddStringToObject(object, "telemetry", report->telemetry_path);
     if (report->plot_path != NULL)

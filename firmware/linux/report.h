@@ -36,13 +36,13 @@ struct report {
     struct report_axis axis[PLAN_AXES_MAX];
     bool started; /* the move has */
     int64_t start_ns, played_ns;
-    int64_t path_ns_q12; /* how far the move was played */
+    int64_t path_ns_q12;        /* how far the move was played */
     double load[RIG_BUSES_MAX]; /* share of the wire's time during the move */
     struct controller_fault_record fault;
     char fault_text[64]; /* the drive's own words */
     uint64_t ticks, ticks_lost, rows_dropped;
     bool realtime;
-    int64_t late_ns; /* worst wake-up after its time */
+    int64_t late_ns;                        /* worst wake-up after its time */
     const char *telemetry_path, *plot_path; /* NULL: none */
 };
 
