@@ -2,9 +2,11 @@
 #include "firmware/linux/job.h"
 
 #include <cjson/cJSON.h>
+#include <errno.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "firmware/linux/memory.h"
 #include "firmware/linux/number.h"
@@ -87,6 +89,8 @@ static enum status job_paths(struct job *job, const struct options *options)
     bool directory = job_is_directory(first);
     if (options->path_count == 2 && directory)
         return job_fail(first, "is a directory, expected a rig file");
+    if (access(first, F_OK) < 0)
+        return job_fail(first, strerror(errno));
     if (options->path_count == 1 && !directory)
         return job_fail(first, "expected a rig and a move file, or one "
                                "directory with rig.yaml and move.yaml");

@@ -40,10 +40,9 @@ static void report_take_axis(struct report *report, unsigned i,
 
 void report_take(struct report *report, const struct telemetry_row *row)
 {
-    if (row->phase == TELEMETRY_MOVE && !report->started) {
-        report->started = true;
-        report->start_ns = row->t_ns - row->rate.s_ns_q12 / MOTION_FIXED_NS_Q12;
-    }
+    report->started |= row->phase == TELEMETRY_MOVE;
+    if (!report->started)
+        report->start_ns = row->t_ns; /* started right after this tick */
     if (!report->started || row->phase == TELEMETRY_STOP)
         return;
     if (row->phase == TELEMETRY_MOVE) {

@@ -89,12 +89,10 @@ static bool trace_is_warped(const struct trace *trace,
 void trace_take(void *context, const struct telemetry_row *row)
 {
     struct trace *trace = context;
-    bool first = trace->count == 0;
-    if (row->phase != TELEMETRY_MOVE &&
-        (first || row->phase == TELEMETRY_ENABLE))
+    if (trace->count == 0 && row->phase != TELEMETRY_MOVE) {
+        trace->start_ns = row->t_ns; /* it may start right after this tick */
         return;
-    if (first)
-        trace->start_ns = row->t_ns - trace_path_ns(row);
+    }
     if (trace->pending == 0 && trace->count == TRACE_POINTS)
         trace_halve(trace);
     trace->count += trace->pending == 0;

@@ -23,7 +23,7 @@ struct trace {
     size_t count;
     unsigned stride, pending; /* rows per point; rows in the last point */
     unsigned axis_count;      /* of the rig */
-    int64_t start_ns;         /* run time of the first row of the move */
+    int64_t start_ns;         /* run time of the last row before the move */
     bool warped;              /* the move was not played at 100 % throughout */
     double end_s;
     double t_s[TRACE_POINTS]; /* from the start of the move */
