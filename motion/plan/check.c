@@ -109,10 +109,13 @@ static void check_magnitude(struct check *check, enum plan_violation_kind kind,
                             enum motion_quantity quantity, int64_t limit)
 {
     struct motion_extreme extreme;
+    uint64_t min, max;
     bool low;
 
     motion_segment_extreme(segment, quantity, &extreme);
-    low = motion_fixed_abs(extreme.min) > motion_fixed_abs(extreme.max);
+    min = motion_fixed_abs(extreme.min);
+    max = motion_fixed_abs(extreme.max);
+    low = min > max || (min == max && extreme.min_ns_q12 < extreme.max_ns_q12);
     check_stretch(check, kind, extreme.min < -limit || extreme.max > limit,
                   low ? extreme.min_ns_q12 : extreme.max_ns_q12,
                   low ? extreme.min : extreme.max, limit);
