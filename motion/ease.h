@@ -27,16 +27,26 @@ enum motion_ease_law {
     MOTION_EASE_SCURVE,
 };
 
-/* Most segments that one ease appends (the sine law is baked). */
-#define MOTION_EASE_SEGMENTS 66
+/* Most segments that one ease appends: the sine law is baked, 13 quintics per
+ * ramp at most and one line between; the others take five at most, a limited
+ * ease seven. */
+#define MOTION_EASE_SEGMENTS 27
 
 /* Ease from the track's end to `to_q32` within `dur`.  k1 is the fraction of
  * the duration where the ease-in ends, k2 where the ease-out begins, as Q0.32
  * in int64: 0 <= k1 <= k2 <= 2^32.  k1 = 0 or k2 = 1 leaves that ramp out
- * (and the speed then steps).  The s-curve's ramps are two constant-jerk
- * halves.  The sine law is baked; its distance from the true curve is at most
- * max(2 units of 2^-32, 1e-9 of the move).  Errors as motion_track_append_*,
- * and MOTION_E_ARG for k1, k2 out of order; the track is unchanged then. */
+ * (and the speed then steps).  Both times are rounded to 2^-12 ns; a phase that
+ * is shorter than half of that is left out.  The s-curve's ramps are two
+ * constant-jerk halves.
+ *
+ * The sine law is baked.  Its distance from the true curve is at most 2^-32 +
+ * 1e-10 of the move in position, 3e-9 of the largest velocity and 2e-7 of the
+ * largest acceleration (derived in ease.c); what sampling rounds comes on top.
+ *
+ * A move of no distance is a dwell.  Errors as motion_track_append_*,
+ * MOTION_E_ARG for a law that does not exist or k1 and k2 out of order, and
+ * MOTION_E_RANGE for a phase that covers more than 2^30 units; the track is
+ * unchanged then.  Plan-time. */
 int motion_ease_append(struct motion_track *track, enum motion_ease_law law,
                        int64_t to_q32, int64_t dur_ns_q12, int64_t k1_q32,
                        int64_t k2_q32);
@@ -48,9 +58,13 @@ struct motion_ease_limit {
 
 /* Shortest jerk-limited ease (at most seven constant-jerk segments; three when
  * jerk is not limited) from the track's end, at rest, to `to_q32` at rest.
- * Phase times are rounded up, so no limit is broken by rounding.  Returns
- * MOTION_OK and appends, or MOTION_E_ARG for a limit that is not positive,
- * MOTION_E_RANGE when the move would take over 3 days. */
+ * Phase times are rounded up, and further until the extremes of the segments,
+ * in their own integers, are inside the limits: no limit is broken by
+ * rounding.  The duration is within 1e-9 and a few ns of the shortest.  A move
+ * of no distance appends nothing.  Returns MOTION_OK and appends, MOTION_E_ARG
+ * for a limit that is not positive, MOTION_E_LIMIT when the formats are too
+ * coarse to keep the limits, MOTION_E_FULL, or MOTION_E_RANGE when the move
+ * would take over 3 days; the track is unchanged then.  Plan-time. */
 int motion_ease_append_limited(struct motion_track *track, int64_t to_q32,
                                const struct motion_ease_limit *limit);
 

@@ -27,12 +27,16 @@ struct plan_violation {
     int64_t limit;
 };
 
-/* Steps below this are the rounding of the track's own format: the planner's
- * quantum, computed from the segments at the border (see check.c). */
-
-/* All violations, in the order of time; consecutive segments over the same
- * limit are one entry with the worst value.  Writes at most `room` and returns
- * how many there are in all (0: fits). */
+/* All violations, in the order of time.  Consecutive segments over the same
+ * limit are one entry with the worst value; every step is an entry, with its
+ * size (always positive), at its border, the steps from rest at 0 and to rest
+ * at the end included.  A step counts only above what rounding to the
+ * segments' own integers can leave (derived in check.c).  Limits of
+ * velocity, acceleration and jerk are judged to the last bit; position may be 2
+ * units of 2^-32 beyond, which is what sampling rounds: a key on the limit is
+ * inside.  An empty track is judged by where it stands.
+ * Writes at most `room`, those that begin first, and returns how many there are
+ * in all (0: fits).  Pure; no heap. */
 uint32_t plan_check_track(const struct motion_track *track,
                           const struct plan_limit *limit,
                           struct plan_violation *violation, uint32_t room);

@@ -73,7 +73,9 @@ struct plan_move {
     uint32_t axis_count;
 };
 
-/* What stopped planning: the key (index, place) and a sentence's worth. */
+/* What stopped planning: the key (index from 0; 0 when it is about the axis),
+ * its place, and one sentence that names axis and key as a person counts them,
+ * from 1.  The caller adds file, line and column. */
 struct plan_error {
     int code; /* enum motion_err */
     uint32_t key;
@@ -81,11 +83,25 @@ struct plan_error {
     char text[160];
 };
 
-/* Plan one axis.  Every span between two keys is one segment or, for sine and
- * s-curve, several; keys are hit to the bit.  An axis whose first key is not at
- * t = 0 stands at its first key until then.  On success the track's segments
- * are on the heap and belong to the caller: plan_track_free.  On an error
- * returns the code and fills *error; nothing is left allocated. */
+/* Plan one axis.  Every span between two keys is one segment or, for parabolic,
+ * sine and s-curve, several; keys are hit to the bit.  An axis whose first key
+ * is not at t = 0 stands at its first key until then.
+ *
+ * What a key may give:           velocity          acceleration
+ *   linear                       no                no
+ *   parabolic, sine              zero              no
+ *   s-curve                      zero              zero
+ *   hermite                      must              no
+ *   catmull-rom, cardinal        may               no
+ *   quintic                      may               may
+ * What may be given and is not is filled in (motion/spline.h).
+ *
+ * On success the track's segments are on the heap and belong to the caller:
+ * plan_track_free.  On an error returns the code and fills *error; nothing is
+ * left allocated and *track is empty.  MOTION_E_EMPTY: no keys; MOTION_E_ORDER:
+ * times; MOTION_E_ARG: a key or parameter that the curve cannot take;
+ * MOTION_E_RANGE: the curve leaves the formats; MOTION_E_FULL: too many keys, or
+ * no memory. */
 int plan_axis_track(const struct plan_axis *axis, struct motion_track *track,
                     struct plan_error *error);
 void plan_track_free(struct motion_track *track);

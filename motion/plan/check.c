@@ -1,0 +1,209 @@
+/* motion/plan/check.c - see check.h.
+ *
+ * What rounding may leave at a border.  Position is a multiple of
+ * q = 2^-(32 + frac) unit; coefficient k of u is rounded to a multiple of
+ * q / 2^k, and the highest one, n, makes up for the others and for both ends
+ * having been cut to q: it is off by at most 1.5 q.  So at either end of a
+ * segment of duration T the derivatives miss the polynomial that was meant by
+ *     velocity      (1/4 + 2/8 + 3/16 + ... + 1.5 n) q/T        < 9 q/T
+ *     acceleration  (2/8 + 6/16 + ... + 1.5 n (n-1)) q/T^2      < 32 q/T^2
+ * for n = 5.  Planners that round states to their own integers (ease) stay
+ * within twice that.  Reading a state rounds by one unit of its format or 2^-60
+ * of the largest value, which is below 4 q/T and 16 q/T^2, as coefficients have
+ * 62 bits.  A step is the difference of two sides. */
+#include "motion/plan/check.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+
+#include "motion/fixed.h"
+
+#define CHECK_KINDS        (PLAN_ACC_STEP + 1)
+#define CHECK_POS_ROUNDING 2  /* motion_track_sample */
+#define CHECK_VEL_QUANTA   22 /* 2 * 9 + 4 */
+#define CHECK_ACC_QUANTA   80 /* 2 * 32 + 16 */
+
+struct check {
+    const struct plan_limit *limit;
+    struct plan_violation *violation;
+    uint32_t room, count;
+    /* Of each kind: the entry that the previous segment was in, + 1; and its
+     * worst value, kept here as the entry may be beyond the room. */
+    uint32_t open[CHECK_KINDS];
+    int64_t worst[CHECK_KINDS];
+};
+
+static void check_write(struct check *check, uint32_t index,
+                        enum plan_violation_kind kind, int64_t t_ns_q12,
+                        int64_t value, int64_t limit)
+{
+    check->worst[kind] = value;
+    if (index < check->room)
+        check->violation[index] =
+            (struct plan_violation){ kind, t_ns_q12, value, limit };
+}
+
+/* How far a value is beyond, comparable within one kind. */
+static uint64_t check_excess(enum plan_violation_kind kind, int64_t value,
+                             int64_t limit)
+{
+    if (kind == PLAN_POS_LOW)
+        return (uint64_t)limit - (uint64_t)value;
+    if (kind == PLAN_POS_HIGH)
+        return (uint64_t)value - (uint64_t)limit;
+    return motion_fixed_abs(value);
+}
+
+/* A segment is, or is not (`over`), beyond the limit of `kind`. */
+static void check_stretch(struct check *check, enum plan_violation_kind kind,
+                          bool over, int64_t t_ns_q12, int64_t value,
+                          int64_t limit)
+{
+    if (!over) {
+        check->open[kind] = 0;
+        return;
+    }
+    if (check->open[kind] == 0) {
+        check_write(check, check->count, kind, t_ns_q12, value, limit);
+        check->open[kind] = ++check->count;
+    } else if (check_excess(kind, value, limit) >
+               check_excess(kind, check->worst[kind], limit)) {
+        check_write(check, check->open[kind] - 1, kind, t_ns_q12, value, limit);
+    }
+}
+
+static void check_step(struct check *check, enum plan_violation_kind kind,
+                       int64_t t_ns_q12, int64_t left, int64_t right,
+                       double allowed)
+{
+    const uint64_t step = left > right ? (uint64_t)left - (uint64_t)right
+                                       : (uint64_t)right - (uint64_t)left;
+    const int64_t value = step > INT64_MAX ? INT64_MAX : (int64_t)step;
+
+    if ((double)step > allowed)
+        check_write(check, check->count++, kind, t_ns_q12, value, 0);
+}
+
+/* a > b by more than sampling may round. */
+static bool check_is_above(int64_t a, int64_t b)
+{
+    return a > b && (uint64_t)a - (uint64_t)b > CHECK_POS_ROUNDING;
+}
+
+static void check_pos(struct check *check, const struct motion_extreme *pos)
+{
+    const struct plan_limit *limit = check->limit;
+
+    check_stretch(check, PLAN_POS_LOW,
+                  check_is_above(limit->pos_min_q32, pos->min), pos->min_ns_q12,
+                  pos->min, limit->pos_min_q32);
+    check_stretch(check, PLAN_POS_HIGH,
+                  check_is_above(pos->max, limit->pos_max_q32), pos->max_ns_q12,
+                  pos->max, limit->pos_max_q32);
+}
+
+/* A limit on the magnitude. */
+static void check_magnitude(struct check *check, enum plan_violation_kind kind,
+                            const struct motion_segment *segment,
+                            enum motion_quantity quantity, int64_t limit)
+{
+    struct motion_extreme extreme;
+    uint64_t min, max;
+    bool low;
+
+    motion_segment_extreme(segment, quantity, &extreme);
+    min = motion_fixed_abs(extreme.min);
+    max = motion_fixed_abs(extreme.max);
+    low = min > max || (min == max && extreme.min_ns_q12 < extreme.max_ns_q12);
+    check_stretch(check, kind, extreme.min < -limit || extreme.max > limit,
+                  low ? extreme.min_ns_q12 : extreme.max_ns_q12,
+                  low ? extreme.min : extreme.max, limit);
+}
+
+static void check_segment(struct check *check,
+                          const struct motion_segment *segment)
+{
+    const struct plan_limit *limit = check->limit;
+    struct motion_extreme pos;
+
+    motion_segment_extreme(segment, MOTION_POS, &pos);
+    check_pos(check, &pos);
+    check_magnitude(check, PLAN_VEL, segment, MOTION_VEL, limit->vel_q32);
+    check_magnitude(check, PLAN_ACC, segment, MOTION_ACC, limit->acc_q16);
+    if (limit->jerk_q16 != 0)
+        check_magnitude(check, PLAN_JERK, segment, MOTION_JERK,
+                        limit->jerk_q16);
+}
+
+/* One side of a border: its derivatives and what rounding may have done to
+ * them, in the units of their formats. */
+struct check_side {
+    struct motion_state state;
+    double vel_quantum, acc_quantum;
+};
+
+static const struct check_side check_rest; /* all zero */
+
+static struct check_side check_side(const struct motion_segment *segment,
+                                    int64_t t_ns_q12)
+{
+    const double rate =
+        (double)MOTION_FIXED_S_Q12 / (double)segment->dur_ns_q12;
+    struct check_side side;
+
+    motion_segment_state(segment, t_ns_q12, &side.state);
+    side.vel_quantum = 1 + ldexp(CHECK_VEL_QUANTA * rate, -segment->frac);
+    side.acc_quantum =
+        1 + ldexp(CHECK_ACC_QUANTA * rate * rate, -segment->frac - 16);
+    return side;
+}
+
+static void check_border(struct check *check, int64_t t_ns_q12,
+                         const struct check_side *left,
+                         const struct check_side *right)
+{
+    check_step(check, PLAN_VEL_STEP, t_ns_q12, left->state.vel_q32,
+               right->state.vel_q32, left->vel_quantum + right->vel_quantum);
+    if (check->limit->jerk_q16 != 0)
+        check_step(check, PLAN_ACC_STEP, t_ns_q12, left->state.acc_q16,
+                   right->state.acc_q16,
+                   left->acc_quantum + right->acc_quantum);
+}
+
+static int check_by_time(const void *a, const void *b)
+{
+    const struct plan_violation *x = a, *y = b;
+
+    if (x->t_ns_q12 != y->t_ns_q12)
+        return x->t_ns_q12 < y->t_ns_q12 ? -1 : 1;
+    return (x->kind > y->kind) - (x->kind < y->kind);
+}
+
+uint32_t plan_check_track(const struct motion_track *track,
+                          const struct plan_limit *limit,
+                          struct plan_violation *violation, uint32_t room)
+{
+    struct check check = { .limit = limit,
+                           .violation = violation,
+                           .room = room };
+    struct check_side left = check_rest;
+
+    if (track->count == 0) {
+        const struct motion_extreme pos = { .min = track->end.pos_q32,
+                                            .max = track->end.pos_q32 };
+        check_pos(&check, &pos);
+    }
+    for (uint32_t i = 0; i < track->count; i++) {
+        const struct motion_segment *segment = &track->segment[i];
+        const struct check_side right = check_side(segment, 0);
+        check_border(&check, segment->start_ns_q12, &left, &right);
+        check_segment(&check, segment);
+        left = check_side(segment, segment->dur_ns_q12);
+    }
+    check_border(&check, track->end_ns_q12, &left, &check_rest);
+    if (room != 0)
+        qsort(violation, check.count < room ? check.count : room,
+              sizeof *violation, check_by_time);
+    return check.count;
+}

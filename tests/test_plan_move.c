@@ -1,0 +1,454 @@
+/* tests/test_plan_move.c - from keys to tracks, and what is refused. */
+#include <inttypes.h>
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "motion/err.h"
+#include "motion/fixed.h"
+#include "motion/plan/check.h"
+#include "motion/plan/move.h"
+
+#define ARRAY_LEN(a) (sizeof(a) / sizeof((a)[0]))
+#define ONE          MOTION_FIXED_ONE_Q32
+#define SEC          MOTION_FIXED_S_Q12
+#define ACC          MOTION_FIXED_ONE_Q16
+#define KEYS         30
+
+static const enum plan_curve curves[] = {
+#define CURVE(name, spelling, text) name,
+    PLAN_CURVE_LIST(CURVE)
+#undef CURVE
+};
+
+static uint64_t seed_state;
+
+static uint64_t draw(void)
+{
+    seed_state ^= seed_state << 13;
+    seed_state ^= seed_state >> 7;
+    seed_state ^= seed_state << 17;
+    return seed_state;
+}
+
+static void seed_from(const char *what)
+{
+    const char *given = getenv("SEED");
+
+    seed_state =
+        given ? strtoull(given, NULL, 0) : UINT64_C(0x853C49E6748FEA9B);
+    print_message("%s: SEED=%#" PRIx64 "\n", what, seed_state);
+}
+
+static long double draw_unit(void)
+{
+    return (long double)(draw() >> 11) / 9007199254740992.0L;
+}
+
+static struct plan_key keys[KEYS];
+static struct plan_axis axis;
+static struct motion_track track;
+static struct plan_error error;
+
+/* An axis named pan with keys at the given times and positions. */
+static void make_axis(enum plan_curve curve, uint32_t count, const double *t,
+                      const double *pos)
+{
+    memset(keys, 0, sizeof keys);
+    axis = (struct plan_axis){ .name = "pan",
+                               .curve = curve,
+                               .mu_q32 = ONE,
+                               .k1_q32 = ONE / 4,
+                               .k2_q32 = 3 * ONE / 4,
+                               .key = keys,
+                               .key_count = count,
+                               .place = { 5, 1 } };
+    for (uint32_t i = 0; i < count; i++) {
+        keys[i].key.t_ns_q12 = (int64_t)(t[i] * SEC);
+        keys[i].key.pos_q32 = (int64_t)(pos[i] * ONE);
+        keys[i].place = (struct plan_place){ 10 + i, 3 };
+        if (curve == PLAN_CURVE_HERMITE) {
+            keys[i].key.has_vel = true;
+            keys[i].key.vel_q32 = ((int64_t)i - 2) * ONE;
+        }
+    }
+}
+
+static const double some_times[] = { 0, 1, 2.5, 3, 7 };
+static const double some_positions[] = { 1, -2, 4, 4, 0.5 };
+
+static void make_some(enum plan_curve curve)
+{
+    make_axis(curve, 5, some_times, some_positions);
+}
+
+static void plan(void)
+{
+    memset(&error, 0, sizeof error);
+    if (plan_axis_track(&axis, &track, &error) != MOTION_OK)
+        fail_msg("refused: %s", error.text);
+}
+
+static void expect_refusal(const char *name, int code, uint32_t key,
+                           const char *text)
+{
+    memset(&error, 0, sizeof error);
+    const int rc = plan_axis_track(&axis, &track, &error);
+
+    if (rc != code || error.code != code || error.key != key ||
+        strcmp(error.text, text) != 0)
+        fail_msg("%s: %d, key %u: \"%s\"", name, rc, (unsigned)error.key,
+                 error.text);
+    assert_null(track.segment);
+    assert_int_equal(track.count, 0);
+    assert_int_equal(track.capacity, 0);
+}
+
+/* --- curves --------------------------------------------------------------- */
+
+static void every_curve_takes_the_segments_it_needs(void **state)
+{
+    static const uint32_t want[] = {
+        [PLAN_CURVE_LINEAR] = 4,
+        [PLAN_CURVE_PARABOLIC] = 3 * 3 + 1, /* one span stands still */
+        [PLAN_CURVE_SINE] = 0,              /* depends on the bound */
+        [PLAN_CURVE_SCURVE] = 3 * 5 + 1,
+        [PLAN_CURVE_HERMITE] = 4,
+        [PLAN_CURVE_CATMULL_ROM] = 4,
+        [PLAN_CURVE_CARDINAL] = 4,
+        [PLAN_CURVE_QUINTIC] = 4,
+    };
+
+    (void)state;
+    for (size_t c = 0; c < ARRAY_LEN(curves); c++) {
+        make_some(curves[c]);
+        plan();
+        if (want[c])
+            assert_int_equal(track.count, want[c]);
+        assert_int_equal(track.capacity, track.count);
+        assert_int_equal(track.end_ns_q12, 7 * SEC);
+        plan_track_free(&track);
+        assert_null(track.segment);
+    }
+}
+
+static void keys_are_hit_to_the_bit_on_every_curve(void **state)
+{
+    (void)state;
+    seed_from("keys");
+    for (uint32_t round = 0; round < 400; round++) {
+        const enum plan_curve curve = curves[round % ARRAY_LEN(curves)];
+        const uint32_t count = 1 + (uint32_t)(draw() % KEYS);
+        double t[KEYS], pos[KEYS], at = draw() & 1 ? 0 : 2.5;
+        struct motion_cursor cursor = { 0 };
+
+        for (uint32_t i = 0; i < count; i++) {
+            t[i] = at;
+            pos[i] = (double)(draw_unit() * 2000 - 1000);
+            at += pow(10, (double)draw_unit() * 3 - 2);
+        }
+        make_axis(curve, count, t, pos);
+        axis.first = (enum motion_spline_end)(draw() % 3);
+        axis.last = (enum motion_spline_end)(draw() % 3);
+        plan();
+        for (uint32_t i = 0; i < count; i++) {
+            struct motion_sample s;
+            motion_track_sample(&track, &cursor, keys[i].key.t_ns_q12, &s);
+            assert_int_equal(s.pos_q32, keys[i].key.pos_q32);
+        }
+        plan_track_free(&track);
+    }
+}
+
+/* Which steps plan_check finds at inner keys: C0, C1, C2. */
+static void curves_are_as_smooth_as_they_say(void **state)
+{
+    static const struct {
+        enum plan_curve curve;
+        bool vel_steps, acc_steps;
+    } rows[] = {
+        { PLAN_CURVE_LINEAR, true, false },
+        { PLAN_CURVE_PARABOLIC, false, true },
+        { PLAN_CURVE_SINE, false, true },
+        { PLAN_CURVE_SCURVE, false, false },
+        { PLAN_CURVE_HERMITE, false, true },
+        { PLAN_CURVE_CATMULL_ROM, false, true },
+        { PLAN_CURVE_CARDINAL, false, true },
+        { PLAN_CURVE_QUINTIC, false, false },
+    };
+    const struct plan_limit limit = { INT64_MIN, INT64_MAX, INT64_MAX,
+                                      INT64_MAX, INT64_MAX - 1 };
+
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        struct plan_violation found[64];
+        bool vel = false, acc = false;
+        make_some(rows[i].curve);
+        if (rows[i].curve == PLAN_CURVE_HERMITE)
+            keys[0].key.vel_q32 = keys[4].key.vel_q32 = 0;
+        plan();
+        const uint32_t all = plan_check_track(&track, &limit, found, 64);
+        for (uint32_t k = 0; k < all; k++) {
+            vel |= found[k].kind == PLAN_VEL_STEP;
+            acc |= found[k].kind == PLAN_ACC_STEP;
+        }
+        if (vel != rows[i].vel_steps || acc != rows[i].acc_steps)
+            fail_msg("curve %zu: velocity %d acceleration %d", i, vel, acc);
+        plan_track_free(&track);
+    }
+}
+
+static void an_axis_stands_at_its_first_key_until_then(void **state)
+{
+    static const double t[] = { 2.5, 4 }, pos[] = { 7, 9 };
+
+    (void)state;
+    for (size_t c = 0; c < ARRAY_LEN(curves); c++) {
+        struct motion_state s;
+        make_axis(curves[c], 2, t, pos);
+        plan();
+        for (int i = 0; i < 25; i++) {
+            motion_track_state(&track, SEC / 10 * i, &s);
+            assert_int_equal(s.pos_q32, 7 * ONE);
+            assert_int_equal(s.vel_q32, 0);
+        }
+        assert_int_equal(track.end_ns_q12, 4 * SEC);
+        assert_int_equal(track.end.pos_q32, 9 * ONE);
+        plan_track_free(&track);
+    }
+}
+
+static void one_key_is_a_place_to_stand(void **state)
+{
+    static const double t[] = { 0, 3 }, pos[] = { 7, 8 };
+
+    (void)state;
+    for (size_t c = 0; c < ARRAY_LEN(curves); c++) {
+        make_axis(curves[c], 1, t, pos);
+        plan();
+        assert_int_equal(track.count, 0);
+        assert_int_equal(track.end.pos_q32, 7 * ONE);
+        plan_track_free(&track);
+        make_axis(curves[c], 1, t + 1, pos + 1);
+        plan();
+        assert_int_equal(track.count, 1);
+        assert_int_equal(track.end_ns_q12, 3 * SEC);
+        plan_track_free(&track);
+    }
+}
+
+static void quintic_keeps_what_is_given_and_fills_the_rest(void **state)
+{
+    struct motion_state s;
+
+    (void)state;
+    make_some(PLAN_CURVE_QUINTIC);
+    keys[1].key.has_vel = true;
+    keys[1].key.vel_q32 = 3 * ONE;
+    keys[2].key.has_acc = true;
+    keys[2].key.acc_q16 = -5 * ACC;
+    plan();
+    motion_track_state(&track, SEC, &s);
+    assert_in_range(s.vel_q32, 3 * ONE - 2, 3 * ONE + 2);
+    motion_track_state(&track, SEC * 5 / 2, &s);
+    assert_in_range(s.acc_q16 + 5 * ACC + 2, 0, 4);
+    motion_track_state(&track, 3 * SEC, &s);
+    /* parabola through (2.5, 4) (3, 4) (7, 0.5): chords 0 and -0.875 */
+    assert_in_range(s.vel_q32 + (int64_t)(0.875 / 9 * ONE) + 2, 0, 4);
+    plan_track_free(&track);
+}
+
+static void keys_given_in_the_axis_are_not_touched(void **state)
+{
+    struct plan_key before[KEYS];
+
+    (void)state;
+    for (size_t c = 0; c < ARRAY_LEN(curves); c++) {
+        make_some(curves[c]);
+        memcpy(before, keys, sizeof keys);
+        plan();
+        assert_memory_equal(before, keys, sizeof keys);
+        plan_track_free(&track);
+    }
+}
+
+/* --- refusals ------------------------------------------------------------- */
+
+static void a_wrong_axis_is_refused_in_a_sentence(void **state)
+{
+    (void)state;
+    make_axis(PLAN_CURVE_LINEAR, 0, NULL, NULL);
+    expect_refusal("no keys", MOTION_E_EMPTY, 0, "axis pan: there are no keys");
+    assert_int_equal(error.place.line, 5);
+
+    make_some(PLAN_CURVE_LINEAR);
+    axis.key_count = PLAN_KEYS_MAX + 1;
+    expect_refusal("too many", MOTION_E_FULL, 0,
+                   "axis pan: 1000001 keys are more than the 1000000 allowed");
+
+    make_some((enum plan_curve)99);
+    expect_refusal("curve", MOTION_E_ARG, 0,
+                   "axis pan: there is no curve with number 99");
+
+    make_some(PLAN_CURVE_CARDINAL);
+    axis.mu_q32 = 5 * ONE / 2;
+    expect_refusal("mu", MOTION_E_ARG, 0, "axis pan: mu is 2.5, not 0 to 2");
+
+    make_some(PLAN_CURVE_SINE);
+    axis.k1_q32 = ONE * 3 / 4;
+    axis.k2_q32 = ONE / 4;
+    expect_refusal("k", MOTION_E_ARG, 0,
+                   "axis pan: k1 is 0.75 and k2 is 0.25, expected 0 <= k1 <= "
+                   "k2 <= 1");
+
+    make_some(PLAN_CURVE_QUINTIC);
+    axis.last = (enum motion_spline_end)7;
+    expect_refusal("end rule", MOTION_E_ARG, 0,
+                   "axis pan: there is no end rule with number 7");
+}
+
+static void a_wrong_time_is_refused_at_its_key(void **state)
+{
+    (void)state;
+    make_some(PLAN_CURVE_LINEAR);
+    keys[2].key.t_ns_q12 = 5 * SEC / 2;
+    keys[1].key.t_ns_q12 = 3 * SEC;
+    expect_refusal("order", MOTION_E_ORDER, 2,
+                   "key 3 of axis pan: time 2.5 s is not after the key before "
+                   "it (3 s)");
+    assert_int_equal(error.place.line, 12);
+    assert_int_equal(error.place.column, 3);
+
+    make_some(PLAN_CURVE_SCURVE);
+    keys[3].key.t_ns_q12 = keys[2].key.t_ns_q12;
+    expect_refusal("equal", MOTION_E_ORDER, 3,
+                   "key 4 of axis pan: time 2.5 s is not after the key before "
+                   "it (2.5 s)");
+
+    make_some(PLAN_CURVE_LINEAR);
+    keys[0].key.t_ns_q12 = -SEC;
+    expect_refusal("negative", MOTION_E_ORDER, 0,
+                   "key 1 of axis pan: time -1 s is before the start of the "
+                   "move");
+
+    make_some(PLAN_CURVE_LINEAR);
+    keys[4].key.t_ns_q12 = 300000 * SEC;
+    expect_refusal("late", MOTION_E_RANGE, 4,
+                   "key 5 of axis pan: time 300000 s is too late: at most "
+                   "281474.977 s after the key before it and 1688849.86 s in "
+                   "all");
+}
+
+static void what_a_curve_cannot_keep_is_refused_at_its_key(void **state)
+{
+    static const struct {
+        enum plan_curve curve;
+        bool has_vel, has_acc;
+        int64_t vel, acc;
+        const char *want; /* NULL: planned */
+    } rows[] = {
+        { PLAN_CURVE_LINEAR, true, false, 0, 0,
+          "key 3 of axis pan: velocity is given, but linear cannot keep it" },
+        { PLAN_CURVE_LINEAR, false, true, 0, 0,
+          "key 3 of axis pan: acceleration is given, but linear cannot keep "
+          "it" },
+        { PLAN_CURVE_PARABOLIC, true, false, 0, 0, NULL },
+        { PLAN_CURVE_PARABOLIC, true, false, 1, 0,
+          "key 3 of axis pan: velocity is not zero, but parabolic rests at "
+          "every key" },
+        { PLAN_CURVE_SINE, true, false, -1, 0,
+          "key 3 of axis pan: velocity is not zero, but sine rests at every "
+          "key" },
+        { PLAN_CURVE_SINE, false, true, 0, 0,
+          "key 3 of axis pan: acceleration is given, but sine cannot keep "
+          "it" },
+        { PLAN_CURVE_SCURVE, true, true, 0, 0, NULL },
+        { PLAN_CURVE_SCURVE, true, true, 0, 1,
+          "key 3 of axis pan: acceleration is not zero, but s-curve rests at "
+          "every key" },
+        { PLAN_CURVE_HERMITE, false, false, 0, 0,
+          "key 3 of axis pan: no velocity, which hermite needs at every key" },
+        { PLAN_CURVE_CATMULL_ROM, true, false, 1, 0, NULL },
+        { PLAN_CURVE_CATMULL_ROM, true, true, 1, 0,
+          "key 3 of axis pan: acceleration is given, but catmull-rom cannot "
+          "keep it" },
+        { PLAN_CURVE_CARDINAL, true, false, 1, 0, NULL },
+        { PLAN_CURVE_QUINTIC, true, true, 1, 1, NULL },
+    };
+
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        make_some(rows[i].curve);
+        keys[2].key.has_vel = rows[i].has_vel;
+        keys[2].key.has_acc = rows[i].has_acc;
+        keys[2].key.vel_q32 = rows[i].vel;
+        keys[2].key.acc_q16 = rows[i].acc;
+        if (rows[i].want) {
+            expect_refusal(rows[i].want, MOTION_E_ARG, 2, rows[i].want);
+            continue;
+        }
+        plan();
+        plan_track_free(&track);
+    }
+}
+
+static void a_way_beyond_the_formats_is_refused_at_its_key(void **state)
+{
+    static const enum plan_curve some[] = { PLAN_CURVE_LINEAR, PLAN_CURVE_SINE,
+                                            PLAN_CURVE_CATMULL_ROM };
+
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(some); i++) {
+        make_some(some[i]);
+        keys[3].key.t_ns_q12 = keys[2].key.t_ns_q12 + 1;
+        keys[3].key.pos_q32 = 1000000 * ONE;
+        memset(&error, 0, sizeof error);
+        assert_int_equal(plan_axis_track(&axis, &track, &error),
+                         MOTION_E_RANGE);
+        assert_null(track.segment);
+        if (some[i] == PLAN_CURVE_CATMULL_ROM)
+            assert_string_equal(error.text,
+                                "axis pan: a velocity or acceleration between "
+                                "the keys is beyond its format");
+        else
+            assert_string_equal(error.text,
+                                "key 4 of axis pan: the way from key 3 at 2.5 "
+                                "s is beyond the range of position, velocity "
+                                "or acceleration");
+    }
+}
+
+static void a_long_name_leaves_a_whole_sentence(void **state)
+{
+    (void)state;
+    make_some(PLAN_CURVE_LINEAR);
+    memset(axis.name, 'x', sizeof axis.name); /* not even terminated */
+    keys[4].key.t_ns_q12 = INT64_MAX;
+    assert_int_equal(plan_axis_track(&axis, &track, &error), MOTION_E_RANGE);
+    assert_string_equal(error.text + strlen(error.text) - 9, " s in all");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_curve_takes_the_segments_it_needs),
+        cmocka_unit_test(keys_are_hit_to_the_bit_on_every_curve),
+        cmocka_unit_test(curves_are_as_smooth_as_they_say),
+        cmocka_unit_test(an_axis_stands_at_its_first_key_until_then),
+        cmocka_unit_test(one_key_is_a_place_to_stand),
+        cmocka_unit_test(quintic_keeps_what_is_given_and_fills_the_rest),
+        cmocka_unit_test(keys_given_in_the_axis_are_not_touched),
+        cmocka_unit_test(a_wrong_axis_is_refused_in_a_sentence),
+        cmocka_unit_test(a_wrong_time_is_refused_at_its_key),
+        cmocka_unit_test(what_a_curve_cannot_keep_is_refused_at_its_key),
+        cmocka_unit_test(a_way_beyond_the_formats_is_refused_at_its_key),
+        cmocka_unit_test(a_long_name_leaves_a_whole_sentence),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
