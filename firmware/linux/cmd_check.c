@@ -1,0 +1,81 @@
+/* firmware/linux/cmd_check.c - slew check: every limit violation of a move. */
+#include <cjson/cJSON.h>
+#include <stdio.h>
+
+#include "firmware/linux/command.h"
+#include "firmware/linux/job.h"
+#include "firmware/linux/json.h"
+#include "firmware/linux/number.h"
+#include "motion/clock_warp.h"
+
+static void cmd_check_json(const struct job *job)
+{
+    cJSON *report = cJSON_CreateObject();
+    cJSON_AddBoolToObject(report, "ok", job->violation_count == 0);
+    cJSON_AddStringToObject(report, "title", job->move.title);
+    cJSON_AddNumberToObject(report, "axes", job->move.axis_count);
+    cJSON_AddNumberToObject(report, "duration_s",
+                            number_double(job->end_ns_q12, 12) / 1e9);
+    job_json_violations(job, report);
+    json_print(report, stdout);
+}
+
+static void cmd_check_text(const struct job *job)
+{
+    char duration[NUMBER_MAX];
+    if (job->violation_count > 0) {
+        job_print_violations(job, stdout);
+        printf("%u violation%s\n", job->violation_count,
+               job->violation_count == 1 ? "" : "s");
+        return;
+    }
+    number_seconds(duration, job->end_ns_q12);
+    printf("%u axes, %s s: within all limits\n", job->move.axis_count,
+           duration);
+}
+
+static enum status cmd_check_job(struct job *job, const struct options *options)
+{
+    enum status status = job_open(job, options);
+    if (status != STATUS_OK)
+        return status;
+    job_check(job, options->override_q30 > 0 ? options->override_q30
+                                             : MOTION_CLOCK_WARP_ONE_Q30);
+    if (options->json)
+        cmd_check_json(job);
+    else
+        cmd_check_text(job);
+    return job->violation_count == 0 ? STATUS_OK : STATUS_REFUSED;
+}
+
+static enum status cmd_check_run(const struct options *options)
+{
+    static struct job job;
+    enum status status = cmd_check_job(&job, options);
+    job_free(&job);
+    return status;
+}
+
+static const struct option_row cmd_check_option[] = {
+    { "override", "PERCENT", OPTION_PERCENT,
+      offsetof(struct options, override_q30),
+      "judge the move as played at this speed (100)" },
+    OPTIONS_COMMON,
+};
+
+const struct command cmd_check = {
+    .name = "check",
+    .arguments = "RIG MOVE | DIRECTORY",
+    .summary = "report every limit violation of a move",
+    .text =
+        "Plans every axis and judges the result by the extremes of position,\n"
+        "velocity, acceleration and jerk, found in closed form, not by\n"
+        "sampling; by the steps between segments; and by whether every axis\n"
+        "starts and ends at rest.  Each violation is one line: axis, time,\n"
+        "value, limit, the key before it and that key's line in the file.\n",
+    .examples = "  slew check examples/dolly\n"
+                "  slew check --json rig.yaml move.yaml\n"
+                "  slew check --override 150 examples/dolly\n",
+    COMMAND_OPTIONS(cmd_check_option),
+    .run = cmd_check_run,
+};

@@ -1,0 +1,385 @@
+/* firmware/linux/cmd_run.c - slew run: say what will happen, check, move,
+ * report. */
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "firmware/linux/command.h"
+#include "firmware/linux/job.h"
+#include "firmware/linux/json.h"
+#include "firmware/linux/machine.h"
+#include "firmware/linux/machine_sim.h"
+#include "firmware/linux/number.h"
+#include "firmware/linux/output.h"
+#include "firmware/linux/player.h"
+#include "firmware/linux/plot.h"
+#include "firmware/linux/table.h"
+#include "motion/clock_warp.h"
+#include "motion/fixed.h"
+
+#define CMD_RUN_RESUME_NS INT64_C(1000000000) /* when not given */
+
+/* Everything a run needs, static: nothing is allocated while the bus is live.
+ */
+struct cmd_run {
+    const struct options *options;
+    int64_t rate_q30;
+    struct job job;
+    struct machine machine;
+    struct machine_sim sim;
+    struct player player;
+    struct telemetry telemetry;
+    struct trace trace;
+    struct report report;
+    struct progress progress;
+    struct output csv;
+};
+
+static volatile sig_atomic_t cmd_run_interrupts;
+
+static void cmd_run_on_signal(int number)
+{
+    (void)number;
+    if (cmd_run_interrupts < 2)
+        cmd_run_interrupts = cmd_run_interrupts + 1;
+}
+
+/* --- what will happen --- */
+
+static void cmd_run_margin(struct table *table, const struct cmd_run *self,
+                           unsigned axis, enum motion_quantity quantity)
+{
+    struct plan_limit limit;
+    job_limit_at(&job_rig_axis(&self->job, axis)->limit, self->rate_q30,
+                 &limit);
+    int64_t most = job_limit_of(&limit, quantity);
+    int64_t peak = job_peak(&self->job.track[axis], quantity, NULL);
+    if (most == 0)
+        table_cell(table, "no limit");
+    else
+        table_cell(table, "%d %%", (int)number_percent(peak, most));
+}
+
+static void cmd_run_intent_row(struct table *table, const struct cmd_run *self,
+                               unsigned i)
+{
+    const struct motion_track *track = &self->job.track[i];
+    const struct rig_axis *rig = job_rig_axis(&self->job, i);
+    struct motion_sample first;
+    struct motion_cursor cursor = { 0 };
+    char text[NUMBER_MAX];
+    motion_track_sample(track, &cursor, 0, &first);
+    table_cell(table, "%s", rig->name);
+    number_short(text, first.pos_q32, 32);
+    table_cell(table, "%s", text);
+    number_short(text, track->end.pos_q32, 32);
+    table_cell(table, "%s", text);
+    table_cell(table, "%s", rig_unit_text(rig->unit));
+    table_cell(table, "%u", self->job.move.axis[i].key_count);
+    cmd_run_margin(table, self, i, MOTION_VEL);
+    cmd_run_margin(table, self, i, MOTION_ACC);
+    cmd_run_margin(table, self, i, MOTION_JERK);
+    table_cell(table, "%s", self->job.rig.bus[rig->bus].name);
+    table_cell(table, "%u", rig->node_id);
+}
+
+static void cmd_run_intent_table(const struct cmd_run *self)
+{
+    static const char *const head[] = {
+        "<axis",     ">from",         ">to",   "<unit", ">keys",
+        ">velocity", ">acceleration", ">jerk", "<bus",  ">node",
+    };
+    struct table table;
+    table_init(&table, 10, head);
+    for (unsigned i = 0; i < self->job.move.axis_count; i++)
+        cmd_run_intent_row(&table, self, i);
+    table_print(&table, stdout);
+    table_free(&table);
+}
+
+/* At the override; saturates. */
+static int64_t cmd_run_duration(const struct cmd_run *self)
+{
+    int64_t dur_ns_q12;
+    if (motion_fixed_muldiv(self->job.end_ns_q12, MOTION_CLOCK_WARP_ONE_Q30,
+                            self->rate_q30, &dur_ns_q12) < 0)
+        return INT64_MAX;
+    return dur_ns_q12;
+}
+
+static void cmd_run_intent(const struct cmd_run *self)
+{
+    const struct job *job = &self->job;
+    char duration[NUMBER_MAX], period[NUMBER_MAX], percent[NUMBER_MAX];
+    number_seconds(duration, cmd_run_duration(self));
+    number_short(percent, 100 * self->rate_q30, 30);
+    number_short(period, job->rig.period_ns * 4096 / 1000000, 12);
+    printf("%s%s%s\n", job->move.title, job->move.title[0] ? " - " : "",
+           job->rig.title);
+    printf("%u axes, %s s at %s %% speed, a set point every %s ms, %s\n\n",
+           job->move.axis_count, duration, percent, period,
+           self->options->realtime ? "simulated drives in real time"
+                                   : "simulated drives in virtual time");
+    cmd_run_intent_table(self);
+    fputs("\nlimits: how much of each the move uses at its peak\n", stdout);
+    for (unsigned i = 0; i < job->rig.bus_count; i++)
+        printf("%s: %u kbit/s, at most %.1f %% in use\n", job->rig.bus[i].name,
+               job->rig.bus[i].bit_rate / 1000,
+               machine_load_permille(&job->rig, i) / 10.0);
+    fputs("first every axis goes to its first key at a quarter of its limits\n",
+          stdout);
+    fflush(stdout);
+}
+
+static void cmd_run_intent_json(const struct cmd_run *self)
+{
+    const struct job *job = &self->job;
+    cJSON *report = cJSON_CreateObject();
+    cJSON_AddBoolToObject(report, "ok", job->violation_count == 0);
+    cJSON_AddStringToObject(report, "title", job->move.title);
+    cJSON_AddNumberToObject(report, "duration_s",
+                            number_double(cmd_run_duration(self), 12) / 1e9);
+    job_json_violations(job, report);
+    cJSON *buses = cJSON_AddArrayToObject(report, "buses");
+    for (unsigned i = 0; i < job->rig.bus_count; i++) {
+        cJSON *bus = cJSON_CreateObject();
+        cJSON_AddStringToObject(bus, "name", job->rig.bus[i].name);
+        cJSON_AddNumberToObject(bus, "load_at_most",
+                                machine_load_permille(&job->rig, i) / 1000.0);
+        cJSON_AddItemToArray(buses, bus);
+    }
+    json_print(report, stdout);
+}
+
+/* --- may it happen? --- */
+
+static enum status cmd_run_check(struct cmd_run *self)
+{
+    job_check(&self->job, self->rate_q30);
+    if (self->job.violation_count > 0) {
+        if (self->options->json)
+            cmd_run_intent_json(self);
+        else
+            job_print_violations(&self->job, stdout);
+        fflush(stdout);
+        fprintf(stderr, "slew run: %u limit violation%s, nothing was moved\n",
+                self->job.violation_count,
+                self->job.violation_count == 1 ? "" : "s");
+        return STATUS_REFUSED;
+    }
+    for (unsigned i = 0; i < self->job.rig.bus_count; i++) {
+        if (machine_load_permille(&self->job.rig, i) <= 1000)
+            continue;
+        fprintf(stderr,
+                "%s:%u:%u: bus %s would need %.1f %% of its time, expected "
+                "fewer drives, a higher bit rate or a longer tick\n",
+                self->job.rig_path, self->job.rig.bus[i].place.line,
+                self->job.rig.bus[i].place.column, self->job.rig.bus[i].name,
+                machine_load_permille(&self->job.rig, i) / 10.0);
+        return STATUS_REFUSED;
+    }
+    return STATUS_OK;
+}
+
+/* --- doing it --- */
+
+static enum status cmd_run_build(struct cmd_run *self)
+{
+    struct machine_ports ports;
+    char message[RIG_MESSAGE_MAX];
+    if (machine_sim_init(&self->sim, &self->job.rig, self->options->realtime,
+                         &ports, message) < 0 ||
+        machine_init(&self->machine, &self->job.rig, &ports, message) < 0) {
+        fprintf(stderr, "%s: %s\n", self->job.rig_path, message);
+        return STATUS_INPUT;
+    }
+    return STATUS_OK;
+}
+
+static enum status cmd_run_files(struct cmd_run *self)
+{
+    const struct options *options = self->options;
+    if (options->plot != NULL && plot_format_of(options->plot) < 0) {
+        fprintf(stderr,
+                "slew run: --plot %s: expected a name that ends in "
+                ".svg or .png\n",
+                options->plot);
+        return STATUS_INPUT;
+    }
+    if (options->telemetry == NULL)
+        return STATUS_OK;
+    if (output_open(&self->csv, options->telemetry) < 0)
+        return STATUS_SYSTEM;
+    telemetry_init(&self->telemetry, self->csv.file, &self->job.rig);
+    return STATUS_OK;
+}
+
+static void cmd_run_listen(void (*handler)(int))
+{
+    struct sigaction action = { .sa_handler = handler };
+    sigemptyset(&action.sa_mask);
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+}
+
+static enum status cmd_run_play(struct cmd_run *self)
+{
+    const struct options *options = self->options;
+    const struct player_config config = {
+        .realtime = options->realtime,
+        .override_q30 = self->rate_q30,
+        .hold_at_ns = options->hold_at_ns,
+        .resume_after_ns = options->resume_after_ns < 0
+                               ? CMD_RUN_RESUME_NS
+                               : options->resume_after_ns,
+    };
+    const struct player_observer observer = {
+        .telemetry = options->telemetry != NULL ? &self->telemetry : NULL,
+        .trace = options->plot != NULL ? &self->trace : NULL,
+        .report = &self->report,
+        .progress = &self->progress,
+    };
+    report_init(&self->report, &self->job);
+    progress_init(&self->progress, stderr, self->job.end_ns_q12);
+    player_init(&self->player, &self->machine, &self->job, &config, &observer);
+    cmd_run_listen(cmd_run_on_signal);
+    int err = player_run(&self->player, &cmd_run_interrupts);
+    cmd_run_listen(SIG_DFL);
+    progress_end(&self->progress);
+    return err < 0 ? STATUS_SYSTEM : STATUS_OK;
+}
+
+static enum status cmd_run_save(struct cmd_run *self)
+{
+    const struct options *options = self->options;
+    enum status status = STATUS_OK;
+    if (options->telemetry != NULL) {
+        if (output_commit(&self->csv) < 0)
+            status = STATUS_SYSTEM;
+        else
+            self->report.telemetry_path = options->telemetry;
+    }
+    if (options->plot != NULL && self->report.started) {
+        if (plot_save(&self->job, &self->trace, options->plot) < 0)
+            status = STATUS_SYSTEM;
+        else
+            self->report.plot_path = options->plot;
+    }
+    return status;
+}
+
+static enum status cmd_run_end(const struct report *report)
+{
+    switch (report->end) {
+    case REPORT_DONE:
+        return STATUS_OK;
+    case REPORT_FAULT:
+        return STATUS_REFUSED;
+    case REPORT_STOPPED:
+    case REPORT_QUICK_STOPPED:
+        break;
+    }
+    return STATUS_INTERRUPTED;
+}
+
+static void cmd_run_report(const struct cmd_run *self)
+{
+    if (self->options->json) {
+        report_json(&self->report, stdout);
+        return;
+    }
+    putchar('\n');
+    report_print(&self->report, stdout);
+}
+
+static enum status cmd_run_live(struct cmd_run *self)
+{
+    enum status status = cmd_run_play(self);
+    if (status != STATUS_OK)
+        return status;
+    status = cmd_run_save(self);
+    cmd_run_report(self);
+    return status == STATUS_OK ? cmd_run_end(&self->report) : status;
+}
+
+static enum status cmd_run_job(struct cmd_run *self)
+{
+    const struct options *options = self->options;
+    enum status status = job_open(&self->job, options);
+    if (status != STATUS_OK)
+        return status;
+    if (!options->json)
+        cmd_run_intent(self);
+    status = cmd_run_check(self);
+    if (status != STATUS_OK)
+        return status;
+    if (options->dry_run) {
+        if (options->json)
+            cmd_run_intent_json(self);
+        return STATUS_OK;
+    }
+    status = cmd_run_build(self);
+    if (status == STATUS_OK)
+        status = cmd_run_files(self);
+    if (status != STATUS_OK)
+        return status;
+    if (options->plot != NULL)
+        trace_init(&self->trace, self->job.rig.axis_count);
+    return cmd_run_live(self);
+}
+
+static enum status cmd_run_run(const struct options *options)
+{
+    static struct cmd_run self;
+    memset(&self, 0, sizeof self);
+    cmd_run_interrupts = 0;
+    self.options = options;
+    self.rate_q30 = options->override_q30 < 0 ? MOTION_CLOCK_WARP_ONE_Q30
+                                              : options->override_q30;
+    enum status status = cmd_run_job(&self);
+    output_abandon(&self.csv);
+    trace_free(&self.trace);
+    job_free(&self.job);
+    return status;
+}
+
+static const struct option_row cmd_run_option[] = {
+    { "dry-run", NULL, OPTION_FLAG, offsetof(struct options, dry_run),
+      "say what would happen, check it, and stop there" },
+    { "realtime", NULL, OPTION_FLAG, offsetof(struct options, realtime),
+      "run on the clock, not in virtual time" },
+    { "telemetry", "FILE", OPTION_TEXT, offsetof(struct options, telemetry),
+      "write what happened at every tick as CSV" },
+    { "plot", "FILE", OPTION_TEXT, offsetof(struct options, plot),
+      "draw plan and run as .svg or .png" },
+    { "override", "PERCENT", OPTION_PERCENT,
+      offsetof(struct options, override_q30), "speed, 1 to 200 (100)" },
+    { "hold-at", "TIME", OPTION_TIME, offsetof(struct options, hold_at_ns),
+      "feed hold at this time of the move" },
+    { "resume-after", "TIME", OPTION_TIME,
+      offsetof(struct options, resume_after_ns),
+      "go on after standing for this long (1 s)" },
+    OPTIONS_COMMON,
+};
+
+const struct command cmd_run = {
+    .name = "run",
+    .arguments = "RIG MOVE | DIRECTORY",
+    .summary = "run a move on simulated drives",
+    .text =
+        "Says what it will do, checks the move against all limits, enables "
+        "the\n"
+        "drives, takes every axis to its first key, runs the move, and "
+        "reports\n"
+        "per axis what was reached.  A move that breaks a limit is not run:\n"
+        "nothing is sent to the bus.\n\n"
+        "One interrupt (Ctrl-C) stops along the path, a second one stops "
+        "every\n"
+        "drive at once.\n",
+    .examples = "  slew run examples/dolly\n"
+                "  slew run --telemetry run.csv --plot run.png examples/dolly\n"
+                "  slew run --realtime --override 50 rig.yaml move.yaml\n"
+                "  slew run --hold-at 5s --resume-after 2s examples/dolly\n",
+    COMMAND_OPTIONS(cmd_run_option),
+    .run = cmd_run_run,
+};

@@ -1,0 +1,349 @@
+/* firmware/linux/job.c - see job.h. */
+#include "firmware/linux/job.h"
+
+#include <cjson/cJSON.h>
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "firmware/linux/memory.h"
+#include "firmware/linux/number.h"
+#include "firmware/linux/table.h"
+#include "motion/clock_warp.h"
+#include "motion/err.h"
+#include "motion/fixed.h"
+
+static const struct {
+    unsigned order;
+    const char *text;
+} job_kind[] = {
+#define JOB_VIOLATION_ROW(name, order, text) { order, text },
+    JOB_VIOLATION_LIST(JOB_VIOLATION_ROW)
+#undef JOB_VIOLATION_ROW
+};
+
+const char *job_violation_text(enum job_violation_kind kind)
+{
+    return job_kind[kind].text;
+}
+
+unsigned job_violation_order(enum job_violation_kind kind)
+{
+    return job_kind[kind].order;
+}
+
+unsigned job_bits_of(unsigned order)
+{
+    return order < 2 ? 32 : 16;
+}
+
+int64_t job_limit_of(const struct plan_limit *limit, unsigned order)
+{
+    return order == 1   ? limit->vel_q32
+           : order == 2 ? limit->acc_q16
+                        : limit->jerk_q16;
+}
+
+const struct rig_axis *job_rig_axis(const struct job *job, unsigned axis)
+{
+    return &job->rig.axis[job->rig_axis[axis]];
+}
+
+int job_axis_index(const struct job *job, const char *name)
+{
+    for (unsigned i = 0; i < job->move.axis_count; i++)
+        if (strcmp(job->move.axis[i].name, name) == 0)
+            return (int)i;
+    return -1;
+}
+
+int64_t job_peak(const struct motion_track *track,
+                 enum motion_quantity quantity, int64_t *t_ns_q12)
+{
+    struct motion_extreme extreme;
+    motion_track_extreme(track, quantity, &extreme);
+    bool low = motion_fixed_abs(extreme.min) > motion_fixed_abs(extreme.max);
+    if (t_ns_q12 != NULL)
+        *t_ns_q12 = low ? extreme.min_ns_q12 : extreme.max_ns_q12;
+    uint64_t peak = motion_fixed_abs(low ? extreme.min : extreme.max);
+    return peak > INT64_MAX ? INT64_MAX : (int64_t)peak;
+}
+
+static bool job_is_directory(const char *path)
+{
+    struct stat status;
+    return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
+}
+
+static enum status job_fail(const char *path, const char *what)
+{
+    fprintf(stderr, "%s: %s\n", path, what);
+    return STATUS_INPUT;
+}
+
+static enum status job_paths(struct job *job, const struct options *options)
+{
+    const char *first = options->path[0];
+    bool directory = job_is_directory(first);
+    if (options->path_count == 2 && directory)
+        return job_fail(first, "is a directory, expected a rig file");
+    if (access(first, F_OK) < 0)
+        return job_fail(first, strerror(errno));
+    if (options->path_count == 1 && !directory)
+        return job_fail(first, "expected a rig and a move file, or one "
+                               "directory with rig.yaml and move.yaml");
+    const char *second = directory ? first : options->path[1];
+    int rig = snprintf(job->rig_path, sizeof job->rig_path, "%s%s", first,
+                       directory ? "/rig.yaml" : "");
+    int move = snprintf(job->move_path, sizeof job->move_path, "%s%s", second,
+                        directory ? "/move.yaml" : "");
+    if (rig >= (int)sizeof job->rig_path || move >= (int)sizeof job->move_path)
+        return job_fail(first, "the name is too long");
+    return STATUS_OK;
+}
+
+/* "file:line:column: axis pan, key 3: what is wrong" */
+static enum status job_plan_fail(const struct job *job,
+                                 const struct plan_axis *axis,
+                                 const struct plan_error *error)
+{
+    fprintf(stderr, "%s:%u:%u: axis %s, key %u: %s\n", job->move_path,
+            error->place.line, error->place.column, axis->name, error->key + 1,
+            error->text[0] != 0 ? error->text : motion_err_text(error->code));
+    return STATUS_INPUT;
+}
+
+static enum status job_plan(struct job *job)
+{
+    for (unsigned i = 0; i < job->move.axis_count; i++) {
+        const struct plan_axis *axis = &job->move.axis[i];
+        struct plan_error error = { .code = MOTION_OK };
+        int found = rig_axis_index(&job->rig, axis->name);
+        if (found < 0)
+            return job_fail(job->move_path, "names an axis the rig lacks");
+        job->rig_axis[i] = (unsigned)found;
+        if (plan_axis_track(axis, &job->track[i], &error) < 0)
+            return job_plan_fail(job, axis, &error);
+        job->planned++;
+        if (job->track[i].end_ns_q12 > job->end_ns_q12)
+            job->end_ns_q12 = job->track[i].end_ns_q12;
+    }
+    return STATUS_OK;
+}
+
+enum status job_open(struct job *job, const struct options *options)
+{
+    char message[RIG_MESSAGE_MAX];
+    memset(job, 0, sizeof *job);
+    enum status status = job_paths(job, options);
+    if (status != STATUS_OK)
+        return status;
+    if (rig_load(job->rig_path, &job->rig, message) < 0 ||
+        move_load(job->move_path, &job->rig, &job->move, message) < 0) {
+        fprintf(stderr, "%s\n", message);
+        return STATUS_INPUT;
+    }
+    return job_plan(job);
+}
+
+void job_free(struct job *job)
+{
+    for (unsigned i = 0; i < job->planned; i++)
+        plan_track_free(&job->track[i]);
+    move_free(&job->move);
+    memory_free(job->violation);
+    memset(job, 0, sizeof *job);
+}
+
+/* value / rate, saturating. */
+static int64_t job_over_rate(int64_t value, int64_t rate_q30)
+{
+    int64_t result;
+    if (motion_fixed_muldiv(value, MOTION_CLOCK_WARP_ONE_Q30, rate_q30,
+                            &result) < 0)
+        return INT64_MAX;
+    return result;
+}
+
+void job_limit_at(const struct plan_limit *limit, int64_t rate_q30,
+                  struct plan_limit *scaled)
+{
+    *scaled = *limit;
+    if (rate_q30 == MOTION_CLOCK_WARP_ONE_Q30 || rate_q30 <= 0)
+        return;
+    scaled->vel_q32 = job_over_rate(limit->vel_q32, rate_q30);
+    scaled->acc_q16 =
+        job_over_rate(job_over_rate(limit->acc_q16, rate_q30), rate_q30);
+    scaled->jerk_q16 = job_over_rate(
+        job_over_rate(job_over_rate(limit->jerk_q16, rate_q30), rate_q30),
+        rate_q30);
+}
+
+/* The key at or before a time. */
+static uint32_t job_key_before(const struct plan_axis *axis, int64_t t_ns_q12)
+{
+    uint32_t low = 0, high = axis->key_count;
+    while (high - low > 1) {
+        uint32_t middle = low + (high - low) / 2;
+        if (axis->key[middle].key.t_ns_q12 <= t_ns_q12)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+static void job_add(struct job *job, const struct job_violation *violation)
+{
+    /* Room grows at powers of two. */
+    uint32_t count = job->violation_count;
+    if ((count & (count - 1)) == 0)
+        job->violation =
+            memory_resize(job->violation, count == 0 ? 1 : 2 * (size_t)count,
+                          sizeof *job->violation);
+    job->violation[job->violation_count++] = *violation;
+}
+
+/* Velocity at the first or last key. */
+static int64_t job_end_velocity(const struct motion_track *track, bool end)
+{
+    struct motion_state state = { .vel_q32 = 0 };
+    if (track->count == 0)
+        return 0;
+    if (end) {
+        const struct motion_segment *last = &track->segment[track->count - 1];
+        motion_segment_state(last, last->dur_ns_q12, &state);
+    } else {
+        motion_segment_state(&track->segment[0], 0, &state);
+    }
+    return state.vel_q32;
+}
+
+static bool job_check_rest(struct job *job, unsigned axis, bool end)
+{
+    const struct motion_track *track = &job->track[axis];
+    int64_t vel_q32 = job_end_velocity(track, end);
+    int64_t t_ns_q12 = end ? track->end_ns_q12 : 0;
+    if (motion_fixed_abs(vel_q32) <= JOB_REST_Q32)
+        return true;
+    job_add(job, &(struct job_violation){
+                     .axis = axis,
+                     .kind = end ? JOB_END_MOVING : JOB_START_MOVING,
+                     .t_ns_q12 = t_ns_q12,
+                     .value = vel_q32,
+                     .key = job_key_before(&job->move.axis[axis], t_ns_q12),
+                 });
+    return false;
+}
+
+/* The steps from and to rest at the ends have their own sentences. */
+static bool job_is_end_step(const struct plan_violation *violation,
+                            const struct motion_track *track)
+{
+    return violation->kind == PLAN_VEL_STEP &&
+           (violation->t_ns_q12 == 0 ||
+            violation->t_ns_q12 == track->end_ns_q12);
+}
+
+static void job_check_axis(struct job *job, unsigned axis, int64_t rate_q30)
+{
+    const struct motion_track *track = &job->track[axis];
+    struct plan_limit limit;
+    job_limit_at(&job_rig_axis(job, axis)->limit, rate_q30, &limit);
+    uint32_t count = plan_check_track(track, &limit, NULL, 0);
+    struct plan_violation *found =
+        memory_new(count > 0 ? count : 1, sizeof *found);
+    plan_check_track(track, &limit, found, count);
+    job_check_rest(job, axis, false);
+    for (uint32_t i = 0; i < count; i++) {
+        if (job_is_end_step(&found[i], track))
+            continue;
+        job_add(job, &(struct job_violation){
+                         .axis = axis,
+                         .kind = (enum job_violation_kind)found[i].kind,
+                         .t_ns_q12 = found[i].t_ns_q12,
+                         .value = found[i].value,
+                         .limit = found[i].limit,
+                         .key = job_key_before(&job->move.axis[axis],
+                                               found[i].t_ns_q12),
+                     });
+    }
+    job_check_rest(job, axis, true);
+    memory_free(found);
+}
+
+void job_check(struct job *job, int64_t rate_q30)
+{
+    job->violation_count = 0;
+    for (unsigned i = 0; i < job->planned; i++)
+        job_check_axis(job, i, rate_q30);
+}
+
+static void job_print_violation(const struct job *job, struct table *table,
+                                const struct job_violation *violation)
+{
+    const struct plan_axis *axis = &job->move.axis[violation->axis];
+    unsigned order = job_violation_order(violation->kind);
+    unsigned bits = job_bits_of(order);
+    char value[NUMBER_MAX], limit[NUMBER_MAX], t[NUMBER_MAX];
+    char unit[NUMBER_UNIT_MAX];
+    number_seconds(t, violation->t_ns_q12);
+    number_short(value, violation->value, bits);
+    number_short(limit, violation->limit, bits);
+    table_cell(table, "%s", axis->name);
+    table_cell(table, "%s s", t);
+    table_cell(table, "%s", value);
+    table_cell(table, "%s", limit);
+    table_cell(
+        table, "%s",
+        number_unit(unit, job_rig_axis(job, violation->axis)->unit, order));
+    table_cell(table, "%u", violation->key + 1);
+    table_cell(table, "%u", axis->key[violation->key].place.line);
+    table_cell(table, "%s", job_violation_text(violation->kind));
+}
+
+void job_print_violations(const struct job *job, FILE *file)
+{
+    static const char *const head[] = {
+        "<axis", ">time", ">value", ">limit", "<unit", ">key", ">line", "<what",
+    };
+    struct table table;
+    table_init(&table, 8, head);
+    for (uint32_t i = 0; i < job->violation_count; i++)
+        job_print_violation(job, &table, &job->violation[i]);
+    table_print(&table, file);
+    table_free(&table);
+}
+
+static cJSON *job_json_violation(const struct job *job,
+                                 const struct job_violation *violation)
+{
+    const struct plan_axis *axis = &job->move.axis[violation->axis];
+    unsigned order = job_violation_order(violation->kind);
+    unsigned bits = job_bits_of(order);
+    char unit[NUMBER_UNIT_MAX];
+    cJSON *item = cJSON_CreateObject();
+    cJSON_AddStringToObject(item, "axis", axis->name);
+    cJSON_AddStringToObject(item, "what", job_violation_text(violation->kind));
+    cJSON_AddNumberToObject(item, "time_s",
+                            number_double(violation->t_ns_q12, 12) / 1e9);
+    cJSON_AddNumberToObject(item, "value",
+                            number_double(violation->value, bits));
+    cJSON_AddNumberToObject(item, "limit",
+                            number_double(violation->limit, bits));
+    cJSON_AddStringToObject(
+        item, "unit",
+        number_unit(unit, job_rig_axis(job, violation->axis)->unit, order));
+    cJSON_AddNumberToObject(item, "key", violation->key + 1);
+    cJSON_AddNumberToObject(item, "line", axis->key[violation->key].place.line);
+    return item;
+}
+
+void job_json_violations(const struct job *job, struct cJSON *object)
+{
+    cJSON *list = cJSON_AddArrayToObject(object, "violations");
+    for (uint32_t i = 0; i < job->violation_count; i++)
+        cJSON_AddItemToArray(list, job_json_violation(job, &job->violation[i]));
+}

@@ -1,0 +1,183 @@
+/* firmware/linux/machine.c - see machine.h. */
+#include "firmware/linux/machine.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "motion/err.h"
+#include "motion/fixed.h"
+
+/* Feedback is one period old when all is well; older than this is a fault. */
+#define MACHINE_FEEDBACK_PERIODS 4
+
+static int machine_fail(char message[RIG_MESSAGE_MAX], const char *kind,
+                        const char *name, int err)
+{
+    snprintf(message, RIG_MESSAGE_MAX, "%s %s: %s", kind, name,
+             motion_err_text(err));
+    return err;
+}
+
+/* Heartbeats of ours: three before the drives' watchdog runs out. */
+static int machine_init_bus(struct machine *machine, unsigned i)
+{
+    const struct rig *rig = machine->rig;
+    const struct canopen_config config = {
+        .node_id = rig->bus[i].node_id,
+        .sync_period_ns = rig->period_ns,
+        .heartbeat_period_ns = rig->watchdog_ns / 3,
+    };
+    return canopen_init(&machine->bus[i], machine->ports.can[i], &config);
+}
+
+/* Counts from Q16 units, magnitude; 0 (leave the drive's own) beyond u32. */
+static uint32_t machine_counts_q16(const struct rig_axis *axis, int64_t value)
+{
+    int64_t counts;
+    if (axis->counts_den > INT64_MAX >> 16 ||
+        motion_fixed_muldiv(value, axis->counts_num, axis->counts_den << 16,
+                            &counts) < 0)
+        return 0;
+    uint64_t magnitude = motion_fixed_abs(counts);
+    return magnitude > UINT32_MAX ? 0 : (uint32_t)magnitude;
+}
+
+static int machine_init_drive(struct machine *machine, unsigned i)
+{
+    const struct rig *rig = machine->rig;
+    const struct rig_axis *axis = &rig->axis[i];
+    const struct drive_cia402_config config = {
+        .node_id = axis->node_id,
+        .counts_num = axis->counts_num,
+        .counts_den = axis->counts_den,
+        .sync_period_ns = rig->period_ns,
+        .heartbeat_period_ns = rig->heartbeat_ns,
+        .watchdog_ns = rig->watchdog_ns,
+        .quick_stop_counts_s2 = machine_counts_q16(axis, axis->stop_acc_q16),
+    };
+    return drive_cia402_init(&machine->drive[i], &machine->bus[axis->bus],
+                             &config);
+}
+
+static struct controller_axis_config machine_axis(const struct rig_axis *axis)
+{
+    return (struct controller_axis_config){
+        .pos_min_q32 = axis->limit.pos_min_q32,
+        .pos_max_q32 = axis->limit.pos_max_q32,
+        .limit = { axis->limit.vel_q32, axis->limit.acc_q16,
+                   axis->limit.jerk_q16 },
+        .stop = { axis->limit.vel_q32, axis->stop_acc_q16,
+                  axis->stop_jerk_q16 },
+        .following_floor_q32 = axis->following_floor_q32,
+        .following_k_ns = axis->following_k_ns,
+    };
+}
+
+static int machine_init_controller(struct machine *machine)
+{
+    const struct rig *rig = machine->rig;
+    struct hal_drive *drive[RIG_AXES_MAX];
+    struct controller_config config = {
+        .period_ns = rig->period_ns,
+        .feedback_max_age_ns =
+            MACHINE_FEEDBACK_PERIODS * rig->period_ns + machine->ports.slack_ns,
+        .axis_count = rig->axis_count,
+    };
+    for (unsigned i = 0; i < rig->axis_count; i++) {
+        config.axis[i] = machine_axis(&rig->axis[i]);
+        drive[i] = &machine->drive[i].drive;
+    }
+    return controller_init(&machine->controller, &config, drive, NULL);
+}
+
+int machine_init(struct machine *machine, const struct rig *rig,
+                 const struct machine_ports *ports,
+                 char message[RIG_MESSAGE_MAX])
+{
+    memset(machine, 0, sizeof *machine);
+    machine->rig = rig;
+    machine->ports = *ports;
+    for (unsigned i = 0; i < rig->bus_count; i++) {
+        int err = machine_init_bus(machine, i);
+        if (err < 0)
+            return machine_fail(message, "bus", rig->bus[i].name, err);
+    }
+    for (unsigned i = 0; i < rig->axis_count; i++) {
+        int err = machine_init_drive(machine, i);
+        if (err < 0)
+            return machine_fail(message, "axis", rig->axis[i].name, err);
+    }
+    int err = machine_init_controller(machine);
+    return err < 0 ? machine_fail(message, "controller of", rig->title, err)
+                   : MOTION_OK;
+}
+
+static bool machine_begin(struct machine *machine, int64_t now_ns)
+{
+    bool ok = true;
+    for (unsigned i = 0; i < machine->rig->bus_count; i++)
+        ok &= hal_fieldbus_begin(&machine->bus[i].fieldbus, now_ns) >= 0;
+    return ok;
+}
+
+/* What end() could not send, begin() of the next tick reports. */
+static void machine_end(struct machine *machine, int64_t now_ns)
+{
+    for (unsigned i = 0; i < machine->rig->bus_count; i++)
+        (void)hal_fieldbus_end(&machine->bus[i].fieldbus, now_ns);
+}
+
+void machine_tick(struct machine *machine, int64_t now_ns)
+{
+    bool bus_ok = machine_begin(machine, now_ns);
+    controller_step(&machine->controller, now_ns, bus_ok);
+    machine_end(machine, now_ns);
+}
+
+void machine_tick_quick_stop(struct machine *machine, int64_t now_ns)
+{
+    (void)machine_begin(machine, now_ns);
+    for (unsigned i = 0; i < machine->rig->axis_count; i++) {
+        struct hal_drive *drive = &machine->drive[i].drive;
+        hal_drive_request(drive, HAL_DRIVE_REQUEST_QUICK_STOP);
+        hal_drive_feedback(drive, &machine->controller.axis[i].feedback);
+    }
+    machine_end(machine, now_ns);
+}
+
+bool machine_is_at_rest(const struct machine *machine)
+{
+    for (unsigned i = 0; i < machine->rig->axis_count; i++) {
+        const struct hal_drive_feedback *feedback =
+            &machine->controller.axis[i].feedback;
+        if (feedback->state == HAL_DRIVE_ENABLED ||
+            (feedback->state == HAL_DRIVE_QUICK_STOP && feedback->vel_q32 != 0))
+            return false;
+    }
+    return true;
+}
+
+int64_t machine_busy_ns(struct machine *machine, unsigned bus)
+{
+    struct hal_can_stats stats;
+    hal_can_stats(machine->ports.can[bus], &stats);
+    return (int64_t)stats.busy_ns;
+}
+
+/* Longest base frame with `bytes` of data: 47 fixed bits, intermission
+ * included, and a stuff bit for every four of the 34 + 8 n that are stuffed,
+ * after the first. */
+static unsigned machine_frame_bits(unsigned bytes)
+{
+    return 47 + 8 * bytes + (34 + 8 * bytes - 1) / 4;
+}
+
+unsigned machine_load_permille(const struct rig *rig, unsigned bus)
+{
+    uint64_t bits = machine_frame_bits(0);
+    for (unsigned i = 0; i < rig->axis_count; i++)
+        if (rig->axis[i].bus == bus)
+            bits += 2 * machine_frame_bits(6);
+    return (unsigned)(bits * UINT64_C(1000000000000) /
+                      ((uint64_t)rig->period_ns * rig->bus[bus].bit_rate));
+}

@@ -1,0 +1,29 @@
+/* firmware/linux/machine_sim.h - simulated wires and servos for a rig.
+ *
+ * In virtual time the clock is the simulated world's: waiting runs it.  In real
+ * time the world follows CLOCK_MONOTONIC: every wait runs it up to the time
+ * that it has become. */
+#ifndef FIRMWARE_LINUX_MACHINE_SIM_H
+#define FIRMWARE_LINUX_MACHINE_SIM_H
+
+#include "firmware/linux/machine.h"
+#include "hal/clock_linux.h"
+#include "sim/sim_can.h"
+#include "sim/sim_cia402.h"
+#include "sim/world.h"
+
+struct machine_sim {
+    struct sim_world world;
+    struct sim_can_bus wire[RIG_BUSES_MAX];
+    struct sim_can_port port[RIG_BUSES_MAX]; /* of the master */
+    struct sim_cia402 servo[RIG_AXES_MAX];
+    struct hal_clock follower; /* real time: waits, then runs the world */
+    struct clock_linux real;
+};
+
+/* Fills in *ports.  On an error returns its code and writes a sentence. */
+int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
+                     bool realtime, struct machine_ports *ports,
+                     char message[RIG_MESSAGE_MAX]);
+
+#endif

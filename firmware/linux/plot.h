@@ -1,0 +1,28 @@
+/* firmware/linux/plot.h - a move as a picture: p, v, a, j of every axis.
+ *
+ * One column per axis, at most four side by side, then another band below.
+ * Rows: position, velocity, acceleration, jerk; with a trace also what the
+ * servo did and the following error.  What lies beyond a limit is shaded; a
+ * limit far above the curve is left off the scale and the panel says so. */
+#ifndef FIRMWARE_LINUX_PLOT_H
+#define FIRMWARE_LINUX_PLOT_H
+
+#include <stdio.h>
+
+#include "firmware/linux/job.h"
+#include "firmware/linux/trace.h"
+
+enum plot_format { PLOT_SVG, PLOT_PNG };
+
+/* By the end of the name, .svg or .png; -1 for another. */
+int plot_format_of(const char *path);
+
+/* `trace` NULL: the plan alone.  0, or -1 with a line on stderr. */
+int plot_write(const struct job *job, const struct trace *trace,
+               enum plot_format format, FILE *file);
+
+/* The same, into a file that is there whole or not at all. */
+int plot_save(const struct job *job, const struct trace *trace,
+              const char *path);
+
+#endif
