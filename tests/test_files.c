@@ -448,6 +448,8 @@ static const struct {
     { "move_no_axes.yaml", 2, 7, "axes is empty" },
     { "move_no_keys.yaml", 5, 11, "keys has 0 items" },
     { "move_time_too_large.yaml", 7, 10, "t '1000 h' is too large" },
+    { "move_outside.yaml", 2, 1,
+      "this is outside of what the file began with" },
     { "move_times_decrease.yaml", 8, 13,
       "t '2.5 s' is not later than the key before it (line 7)" },
     { "move_times_equal.yaml", 7, 10,
@@ -481,6 +483,7 @@ static const struct {
     { "rig_decimal_comma.yaml", 8, 17,
       "velocity '0,3 m/s' has a comma in the number (a decimal point is "
       "wanted)" },
+    { "rig_directive.yaml", 1, 1, "directives (%) are not read" },
     { "rig_duplicate_key.yaml", 9, 7,
       "key 'velocity' is already there in line 8" },
     { "rig_empty.yaml", 1, 1, "the file is empty" },
@@ -634,6 +637,38 @@ static void names_and_buses_have_a_bound(void **state)
                 ":1:7: axes is a single value");
 }
 
+static void a_long_list_of_names_is_cut(void **state)
+{
+    FILE *file = fopen(scratch, "w");
+    char message[RIG_MESSAGE_MAX];
+    struct plan_move move;
+    struct rig other;
+
+    (void)state;
+    assert_non_null(file);
+    fputs("buses: {b: {kind: canopen, bit_rate: 10000}}\naxes:\n", file);
+    for (int i = 1; i <= RIG_AXES_MAX; i++)
+        fprintf(file,
+                "  an_axis_with_a_rather_long_name%d: {unit: mm, "
+                "following_error: {floor: 1}, limits: {position: [0, 1], "
+                "velocity: 1, acceleration: 1}, "
+                "drive: {kind: cia402, bus: b, node: %d, counts: 1}}\n",
+                i % 10, i);
+    fclose(file);
+    /* 11 to 16 are 1 to 6 again */
+    assert_int_equal(rig_load(scratch, &other, message), -1);
+    assert_non_null(strstr(message, ":13:3: key 'an_axis_with_a_rather_long_"
+                                    "name1' is already there in line 3"));
+    other = rig;
+    other.axis_count = RIG_AXES_MAX;
+    for (int i = 0; i < RIG_AXES_MAX; i++)
+        snprintf(other.axis[i].name, PLAN_NAME_MAX,
+                 "an_axis_with_a_rather_long_na%c", 'a' + i);
+    assert_int_equal(move_load(GOOD_MOVE, &other, &move, message), -1);
+    assert_true(is_well_formed(GOOD_MOVE, message));
+    assert_non_null(strstr(message, "long_nag ..."));
+}
+
 static void a_hundred_thousand_keys_are_read(void **state)
 {
     FILE *file = fopen(scratch, "wb");
@@ -764,6 +799,7 @@ int main(int argc, char *argv[])
         cmocka_unit_test(big_files_are_refused_at_a_bound),
         cmocka_unit_test(a_map_has_a_bound),
         cmocka_unit_test(names_and_buses_have_a_bound),
+        cmocka_unit_test(a_long_list_of_names_is_cut),
         cmocka_unit_test(a_hundred_thousand_keys_are_read),
         cmocka_unit_test(every_truncation_gets_an_answer),
         cmocka_unit_test(random_flips_get_an_answer),

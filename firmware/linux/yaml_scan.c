@@ -28,6 +28,11 @@ static int scan_character(struct scan *scan, uint32_t character)
 {
     if (scan->at.column > YAML_SCAN_LINE_MAX)
         return scan_line_too_long(scan);
+    /* libyaml compares every %TAG with all before it */
+    if (character == '%' && scan->at.column == 1)
+        return yaml_report_at(scan->report, scan->at,
+                              "directives (%%) are not read, expected 'key: "
+                              "value' lines");
     if (character == '\t' && scan->indenting)
         return yaml_report_at(scan->report, scan->at,
                               "tab in the indentation, expected spaces");

@@ -448,6 +448,10 @@ static const struct tree_problem {
       TREE_HERE },
     { "found undefined tag handle",
       "tags are not read, expected the value itself", TREE_HERE },
+    { "did not find expected <document start>",
+      "this is outside of what the file began with, expected 'key: value' "
+      "lines at the left edge",
+      TREE_HERE },
     { "did not find expected node content", "nothing here, expected a value",
       TREE_HERE },
 };

@@ -3,9 +3,9 @@
  *
  * A plain subset, so that a file means the same to every reader: one document
  * of maps, lists and single-line values in UTF-8.  Refused with a sentence:
- * anchors, aliases, merge keys, tags, a second document, keys that are not
- * plain text or that stand twice in a map, control characters, and whatever is
- * beyond the bounds below.
+ * directives, anchors, aliases, merge keys, tags, a second document, keys that
+ * are not plain text or that stand twice in a map, control characters, and
+ * whatever is beyond the bounds below.
  *
  * The library is libyaml, read event by event: its document interface loses
  * anchors and tags, and only looks at bounds when everything is in memory. */
