@@ -158,15 +158,15 @@ int motion_track_append_poly(struct motion_track *track, int64_t dur_ns_q12,
  *         2^-60 unit / dur, or 2^-46 of the segment's largest
  *   acc   within 3 units of 2^-16 unit/s2 or 2^-20 of the segment's largest
  *         or 2^-30 unit / dur^2: what the position itself can show (in 1 ms,
- *         1e-3 unit/s2); 0 where a segment is shorter than 4 ps */
+ *         1e-3 unit/s2); 0 where a segment is shorter than 3 ps */
 void motion_track_sample(const struct motion_track *track,
                          struct motion_cursor *cursor, int64_t t_ns_q12,
                          struct motion_sample *sample);
 
 /* All of p, v, a, j, rounded from the polynomial evaluated with 128 bits (pos as
  * motion_track_sample gives it); within 1 unit and 2^-92 unit / dur^order, or
- * 2^-58 of the segment's largest.  Saturates.  At a segment border the later segment's.  Bounded, no
- * division, but ten times the work of a sample. */
+ * 2^-58 of the segment's largest.  Saturates.  At a segment border the later
+ * segment's.  Bounded, no division, but ten times the work of a sample. */
 void motion_track_state(const struct motion_track *track, int64_t t_ns_q12,
                         struct motion_state *state);
 

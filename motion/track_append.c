@@ -231,7 +231,7 @@ static uint8_t append_scale(struct track_ratio ratio, int shift, int32_t *high,
 
 /* vel [2^-32/s]     = dp/dw / 2 / 2^frac s/dur, times 2^64 / 2^64
  * acc [2^-16/s2]    = a 2^32 2 / 4 / 2^(16+frac) (s/dur)^2, times 2^32 / 2^32 */
-/* Under 4 ps the last bits of a are more acceleration than the format holds. */
+/* Under 3 ps the last bits of a are more acceleration than the format holds. */
 #define APPEND_ACC_SHIFT_MAX 31
 
 static void append_derive(struct motion_segment *segment)
@@ -395,7 +395,7 @@ static int append_commit(struct motion_track *track, struct append_goal *goal)
     struct motion_segment segment;
     int err;
 
-    if (!append_is_pos(track->end.pos_q32) || !append_is_pos(goal->end_pos_q32))
+    if (!append_is_pos(goal->end_pos_q32))
         return MOTION_E_RANGE;
     err = append_fit(track, goal, &segment);
     if (err < 0)

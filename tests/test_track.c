@@ -583,6 +583,7 @@ static void outside_its_time_a_track_rests_at_its_ends(void **state)
     assert_true(s.pos_q32 == -ONE && s.vel_q32 == 2 * ONE);
     assert_int_equal(s.acc_q16, 3 * ACC);
     assert_int_equal(state_at(&track, SECOND).vel_q32, 2 * ONE);
+    assert_int_equal(state_at(&track, SECOND).acc_q16, 3 * ACC);
 }
 
 /* Late in a long track, t - start must not wrap into a segment. */
@@ -626,6 +627,34 @@ static void fractions_below_the_format_carry_over_borders(void **state)
     struct motion_continuity worst;
     motion_track_continuity(&track, &worst);
     assert_int_equal(worst.pos_step_q32, 0);
+}
+
+/* A fraction of all ones, one step of rounding away from the next 2^-32. */
+static void a_fraction_does_not_carry_into_the_position(void **state)
+{
+    const int64_t coef = 0;
+    (void)state;
+    for (int bits = 0; bits < 60; bits++) {
+        struct motion_track track = start_at(0);
+        const struct motion_state end = { .pos_q32 = INT64_C(1) << bits };
+        assert_int_equal(motion_track_append_poly(&track, SECOND, 1, &coef, 0,
+                                                  0, UINT64_MAX),
+                         0);
+        assert_int_equal(motion_track_append_cubic(&track, LONG / 2, 0, &end),
+                         0);
+        assert_int_equal(motion_track_append_line(&track, 9 * SECOND, 0), 0);
+        assert_int_equal(sample_at(&track, SECOND).pos_q32, 0);
+        struct motion_continuity worst;
+        motion_track_continuity(&track, &worst);
+        assert_int_equal(worst.pos_step_q32, 0);
+        track = start_at(0);
+        assert_int_equal(motion_track_append_poly(&track, SECOND, 1, &coef, 0,
+                                                  0, UINT64_MAX),
+                         0);
+        assert_int_equal(
+            motion_track_append_line(&track, 9 * SECOND, end.pos_q32), 0);
+        assert_int_equal(sample_at(&track, SECOND).pos_q32, 0);
+    }
 }
 
 static void raw_coefficients_are_those_of_u(void **state)
@@ -814,6 +843,40 @@ static void the_far_ends_of_the_formats_are_reached(void **state)
     }
 }
 
+/* Travel so far that the sum has no bits for the last of it: those come in a
+ * straight line, so that nothing jumps at the end. */
+static void what_the_sum_cannot_hold_is_laid_over_it(void **state)
+{
+    const int64_t from = -MOTION_TRACK_POS_MAX_Q32;
+    struct motion_track with = start_at(from), without = with;
+    struct motion_segment other[1];
+    (void)state;
+    without.segment = other; /* the same sum, without the 7 */
+    assert_int_equal(motion_track_append_line(&with, HOUR, -from - 1), 0);
+    assert_int_equal(motion_track_append_line(&without, HOUR, -from - 8), 0);
+    assert_int_equal(room[0].frac, -3);
+    assert_int_equal(room[0].remainder, 7);
+    assert_int_equal(other[0].remainder, 0);
+    for (int64_t eighth = 0; eighth < 8; eighth++)
+        assert_near(sample_at(&with, HOUR / 8 * eighth + 99).pos_q32 -
+                        sample_at(&without, HOUR / 8 * eighth + 99).pos_q32,
+                    7 * eighth / 8, 0, "laid over");
+}
+
+/* There the last bit of the sum is more acceleration than the format holds. */
+static void the_shortest_segments_say_nothing_of_acceleration(void **state)
+{
+    const int64_t coef[3] = { 0, -1000, 0 };
+    (void)state;
+    for (int64_t dur = 1; dur <= 8; dur++) { /* to 2 picoseconds */
+        struct motion_track track = start_at(0);
+        assert_int_equal(
+            motion_track_append_poly(&track, dur, 3, coef, 31, 0, 0), 0);
+        for (int64_t t = 0; t < dur; t++)
+            assert_int_equal(sample_at(&track, t).acc_q16, 0);
+    }
+}
+
 /* --- extremes ------------------------------------------------------------- */
 
 static void extremes_of_minimum_jerk_are_where_the_book_says(void **state)
@@ -968,6 +1031,19 @@ static void steps_at_borders_are_measured(void **state)
     /* a(0) = (6 D - 4 T v0 - 2 T v1) / T^2 = (0 + 8 + 4) / 4 */
     assert_int_equal(worst.acc_step_q16, 3 * ACC);
     assert_int_equal(worst.acc_step_ns_q12, 3 * SECOND);
+
+    track.segment[2].pos_q32 -= 5; /* as no appending would leave it */
+    motion_track_continuity(&track, &worst);
+    assert_int_equal(worst.pos_step_q32, 5);
+
+    track = start_at(0); /* to a stop from full speed */
+    end = (struct motion_state){ ONE, 4 * ONE, 9 * ACC, 0 };
+    assert_int_equal(motion_track_append_quintic(&track, SECOND, &rest, &end),
+                     0);
+    motion_track_continuity(&track, &worst);
+    assert_int_equal(worst.vel_step_q32, 4 * ONE);
+    assert_int_equal(worst.acc_step_q16, 9 * ACC);
+    assert_int_equal(worst.acc_step_ns_q12, SECOND);
 }
 
 int main(void)
@@ -990,11 +1066,14 @@ int main(void)
         cmocka_unit_test(outside_its_time_a_track_rests_at_its_ends),
         cmocka_unit_test(the_earliest_time_is_before_the_latest_segment),
         cmocka_unit_test(fractions_below_the_format_carry_over_borders),
+        cmocka_unit_test(a_fraction_does_not_carry_into_the_position),
         cmocka_unit_test(raw_coefficients_are_those_of_u),
         cmocka_unit_test(a_refusal_leaves_the_track_as_it_was),
         cmocka_unit_test(a_full_track_takes_no_more),
         cmocka_unit_test(raw_arguments_are_checked),
         cmocka_unit_test(the_far_ends_of_the_formats_are_reached),
+        cmocka_unit_test(what_the_sum_cannot_hold_is_laid_over_it),
+        cmocka_unit_test(the_shortest_segments_say_nothing_of_acceleration),
         cmocka_unit_test(extremes_of_minimum_jerk_are_where_the_book_says),
         cmocka_unit_test(no_state_is_beyond_the_extremes),
         cmocka_unit_test(four_turns_in_one_segment_are_all_found),

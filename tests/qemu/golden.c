@@ -15,6 +15,7 @@
 #define ROOM    72
 #define SAMPLES 14000 /* of each producer */
 #define STATES  200
+#define TRIES   1000 /* to append */
 
 #define UNIT   MOTION_FIXED_ONE_Q32
 #define SECOND MOTION_FIXED_S_Q12
@@ -276,7 +277,7 @@ int main(void)
     for (size_t i = 0; i < sizeof(producers) / sizeof(producers[0]); i++) {
         golden_start(i + 1);
         motion_track_init(&track, room, ROOM, golden_signed(40));
-        while (producers[i].append(&track) >= 0) {
+        for (int n = 0; n < TRIES && producers[i].append(&track) >= 0; n++) {
         }
         golden_add_segments(&track);
         golden_add_samples(&track);
