@@ -60,6 +60,7 @@ int output_open(struct output *output, const char *path)
 {
     *output = (struct output){ .file = NULL };
     if (output_is_special(path)) {
+        snprintf(output->path, sizeof output->path, "%s", path);
         output->file = fopen(path, "wb");
         return output->file == NULL ? output_fail(path, "open") : 0;
     }
