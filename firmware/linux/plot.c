@@ -2,6 +2,7 @@
 #include "firmware/linux/plot.h"
 
 #include <cairo-svg.h>
+#include <fontconfig/fontconfig.h>
 #include <math.h>
 #include <string.h>
 #include <strings.h>
@@ -629,6 +630,8 @@ static cairo_status_t plot_render(struct plot *plot, enum plot_format format,
     if (status == CAIRO_STATUS_SUCCESS)
         status = cairo_surface_status(surface);
     cairo_surface_destroy(surface);
+    cairo_debug_reset_static_data(); /* fonts: nothing else draws */
+    FcFini();
     return status;
 }
 

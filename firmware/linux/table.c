@@ -56,11 +56,13 @@ void table_print(const struct table *table, FILE *file)
     for (unsigned c = 0; c < table->columns; c++)
         table_put(table, file, c, table->head[c] + 1, width[c]);
     fputc('\n', file);
+    unsigned column = 0;
     for (size_t i = 0; i < table->count; i++) {
-        unsigned column = (unsigned)(i % table->columns);
         table_put(table, file, column, table->cell[i], width[column]);
-        if (column + 1 == table->columns)
-            fputc('\n', file);
+        if (++column < table->columns)
+            continue;
+        fputc('\n', file);
+        column = 0;
     }
 }
 
