@@ -24,7 +24,7 @@ static char out[1 << 22], err[1 << 16];
 
 static const char *in_directory(const char *name)
 {
-    static char path[8][128];
+    static char path[8][512];
     static unsigned next;
     next = (next + 1) % 8;
     snprintf(path[next], sizeof path[next], "%s/%s", directory, name);
@@ -59,17 +59,20 @@ static void redirect(int descriptor, const char *path)
  * err. */
 static int slew_to(const char *stdout_path, const char *const *words)
 {
-    char *argv[WORDS_MAX + 2] = { (char *)(uintptr_t) "slew" };
-    int argc = 1, status;
-    for (; words[argc - 1] != NULL; argc++)
-        argv[argc] = (char *)(uintptr_t)words[argc - 1];
+    static char word[WORDS_MAX][160];
+    char *argv[WORDS_MAX + 1] = { NULL };
+    int argc = 0, status;
+    for (const char *next = "slew"; next != NULL; next = words[argc++]) {
+        snprintf(word[argc], sizeof word[argc], "%s", next);
+        argv[argc] = word[argc];
+    }
     fflush(NULL);
     pid_t child = fork();
     assert_true(child >= 0);
     if (child == 0) {
         redirect(STDOUT_FILENO, stdout_path);
         redirect(STDERR_FILENO, err_path);
-        exit(command_main(argc, argv));
+        exit((int)command_main(argc, argv));
     }
     assert_int_equal(waitpid(child, &status, 0), child);
     read_back(err_path, err, sizeof err);
@@ -162,11 +165,16 @@ static int open_bench(void **state)
 static int close_bench(void **state)
 {
     (void)state;
-    char command[128];
     unlink(out_path);
     unlink(err_path);
-    snprintf(command, sizeof command, "rm -r %s", directory);
-    return system(command);
+    DIR *handle = opendir(directory);
+    if (handle == NULL)
+        return -1;
+    for (struct dirent *entry; (entry = readdir(handle)) != NULL;)
+        if (entry->d_name[0] != '.')
+            remove(in_directory(entry->d_name));
+    closedir(handle);
+    return rmdir(directory);
 }
 
 /* --- help and arguments --- */

@@ -50,7 +50,7 @@ static void table_put(const struct table *table, FILE *file, unsigned column,
 
 void table_print(const struct table *table, FILE *file)
 {
-    int width[TABLE_COLUMNS_MAX];
+    int width[TABLE_COLUMNS_MAX] = { 0 };
     for (unsigned c = 0; c < table->columns; c++)
         width[c] = table_width(table, c);
     for (unsigned c = 0; c < table->columns; c++)
