@@ -4,6 +4,7 @@
 #include <cjson/cJSON.h>
 #include <dirent.h>
 #include <fcntl.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,6 +13,7 @@
 #include <unistd.h>
 
 #include "firmware/linux/command.h"
+#include "firmware/linux/output.h"
 #include "tests/check.h"
 
 #define WORDS_MAX 16
@@ -456,6 +458,25 @@ static void a_file_that_cannot_be_written_leaves_nothing_behind(void **state)
     assert_non_null(strstr(err, "/dev/full: cannot write"));
 }
 
+static void an_interrupt_while_writing_leaves_nothing_behind(void **state)
+{
+    (void)state;
+    int before = entries();
+    pid_t child = fork();
+    assert_true(child >= 0);
+    if (child == 0) {
+        struct output output;
+        if (output_open(&output, in_directory("half")) == 0 &&
+            entries() == before + 1)
+            raise(SIGINT);
+        _exit(0);
+    }
+    int status;
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_true(WIFSIGNALED(status) && WTERMSIG(status) == SIGINT);
+    assert_int_equal(entries(), before);
+}
+
 static void a_full_disk_under_stdout_is_status_3(void **state)
 {
     (void)state;
@@ -579,6 +600,7 @@ int main(void)
         RUN(samples_are_json_too),
         RUN(the_saved_tracks_are_whole_json_with_integers),
         RUN(a_file_that_cannot_be_written_leaves_nothing_behind),
+        RUN(an_interrupt_while_writing_leaves_nothing_behind),
         RUN(a_full_disk_under_stdout_is_status_3),
         RUN(a_link_stays_a_link),
         RUN(plan_prints_the_segments_when_asked),
