@@ -318,6 +318,11 @@ static void override_scales_the_limits(void **state)
     expect(slew("check", "--override", "108.8 %", directory), STATUS_OK);
     expect(slew("check", "--override", "108.9 %", directory), STATUS_REFUSED);
     expect(slew("run", "--override", "108.9 %", directory), STATUS_REFUSED);
+    /* 225 mm/s; 225 r <= 400 up to r = 1.7777 */
+    expect(slew("check", "--override", "177.7", directory), STATUS_REFUSED);
+    assert_null(strstr(out, " velocity"));
+    expect(slew("check", "--override", "177.8", directory), STATUS_REFUSED);
+    assert_non_null(strstr(out, " velocity"));
 }
 
 static void a_move_over_its_limits_is_not_run(void **state)
@@ -456,6 +461,18 @@ static void a_file_that_cannot_be_written_leaves_nothing_behind(void **state)
     assert_int_equal(entries(), before + 1);
     expect(slew("plan", "--out", "/dev/full", directory), STATUS_SYSTEM);
     assert_non_null(strstr(err, "/dev/full: cannot write"));
+}
+
+static void an_abandoned_file_leaves_nothing_behind(void **state)
+{
+    (void)state;
+    struct output output;
+    int before = entries();
+    assert_int_equal(output_open(&output, in_directory("half")), 0);
+    assert_int_equal(entries(), before + 1);
+    output_abandon(&output);
+    assert_int_equal(entries(), before);
+    output_abandon(&output); /* again does nothing */
 }
 
 static void an_interrupt_while_writing_leaves_nothing_behind(void **state)
@@ -600,6 +617,7 @@ int main(void)
         RUN(samples_are_json_too),
         RUN(the_saved_tracks_are_whole_json_with_integers),
         RUN(a_file_that_cannot_be_written_leaves_nothing_behind),
+        RUN(an_abandoned_file_leaves_nothing_behind),
         RUN(an_interrupt_while_writing_leaves_nothing_behind),
         RUN(a_full_disk_under_stdout_is_status_3),
         RUN(a_link_stays_a_link),
