@@ -2,20 +2,14 @@
  * formulas written down from the definitions. */
 #include <inttypes.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "motion/ease.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
 #include "motion/plan/check.h"
-
-#define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
+#include "tests/check.h"
 
 #define ONE MOTION_FIXED_ONE_Q32
 #define SEC MOTION_FIXED_S_Q12
@@ -31,10 +25,7 @@ static uint64_t seed_state;
 
 static uint64_t draw(void)
 {
-    seed_state ^= seed_state << 13;
-    seed_state ^= seed_state >> 7;
-    seed_state ^= seed_state << 17;
-    return seed_state;
+    return check_random(&seed_state);
 }
 
 static void seed_from(const char *what)
@@ -100,8 +91,9 @@ static struct truth true_ease(enum motion_ease_law law, const int64_t T_q12[3],
     const long double T1 = (long double)T_q12[0] / SEC,
                       T2 = (long double)T_q12[1] / SEC,
                       T3 = (long double)T_q12[2] / SEC;
-    const long double up1 = (long double)(T_q12[0] / 2) / SEC,
-                      up3 = (long double)(T_q12[2] / 2) / SEC;
+    const int64_t half1 = T_q12[0] / 2, half3 = T_q12[2] / 2;
+    const long double up1 = (long double)half1 / SEC,
+                      up3 = (long double)half3 / SEC;
     const long double r1 = ramp_reach(law, T1, up1),
                       r3 = ramp_reach(law, T3, up3);
     const long double speed = 1 / (r1 + T2 + r3);

@@ -1,27 +1,18 @@
 /* tests/test_real.c - wide-range numbers, judged by long double. */
 #include <inttypes.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
 
-#include <cmocka.h>
-
 #include "motion/err.h"
 #include "motion/real.h"
-
-#define ARRAY_LEN(a) (sizeof(a) / sizeof((a)[0]))
+#include "tests/check.h"
 
 static uint64_t seed_state;
 
 static uint64_t draw(void)
 {
-    seed_state ^= seed_state << 13;
-    seed_state ^= seed_state >> 7;
-    seed_state ^= seed_state << 17;
-    return seed_state;
+    return check_random(&seed_state);
 }
 
 static void seed_from(const char *what)
