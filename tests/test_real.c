@@ -148,6 +148,27 @@ static void a_carry_out_of_the_mantissa_is_kept(void **state)
     assert_int_equal(a.exponent, -63);
 }
 
+static void what_is_cut_off_rounds_to_nearest(void **state)
+{
+    static const struct {
+        uint64_t low, want;
+    } rows[] = {
+        { 0, 1 },
+        { ((uint64_t)1 << 63) - 1, 1 },
+        { (uint64_t)1 << 63, 2 },
+        { UINT64_MAX, 2 },
+    };
+    const uint64_t top = (uint64_t)1 << 63;
+
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        const struct motion_u128 wide = { top | 1, rows[i].low };
+        const struct motion_real a = motion_real_from_u128(wide, 0);
+        assert_true(a.mantissa == (top | rows[i].want));
+        assert_int_equal(a.exponent, 64);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -156,6 +177,7 @@ int main(void)
         cmocka_unit_test(exact_roots_are_exact),
         cmocka_unit_test(rounding_to_whole_numbers),
         cmocka_unit_test(a_carry_out_of_the_mantissa_is_kept),
+        cmocka_unit_test(what_is_cut_off_rounds_to_nearest),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
