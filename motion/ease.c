@@ -1,4 +1,4 @@
-/* motion/ease.c - see ease.h: phase times of the laws and of the limited ease. */
+/* motion/ease.c - phase times of laws and of the limited ease; see ease.h. */
 #include "motion/ease.h"
 
 #include "motion/ease_internal.h"

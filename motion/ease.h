@@ -41,7 +41,8 @@ enum motion_ease_law {
  *
  * The sine law is baked.  Its distance from the true curve is at most 2^-32 +
  * 1e-10 of the move in position, 1.3e-8 of the largest velocity and 5e-7 of the
- * largest acceleration (derived in ease_sine.c); what sampling rounds comes on top.
+ * largest acceleration (derived in ease_sine.c); what sampling rounds comes on
+ * top.
  *
  * A move of no distance is a dwell.  Errors as motion_track_append_*,
  * MOTION_E_ARG for a law that does not exist or k1 and k2 out of order, and

@@ -15,8 +15,8 @@
  * cases: the phase is not there.  With T from k1, k2 the sine's sum is the
  * normaliser f = 2 k1/pi + (k2 - k1) + 2 (1 - k2)/pi, times the duration.
  *
- * Only the ramp from rest is computed; the ramp to rest is its mirror image, and
- * a way down is a way up with other signs. */
+ * Only the ramp from rest is computed; the ramp to rest is its mirror image,
+ * and a way down is a way up with other signs. */
 #include "motion/ease_internal.h"
 
 #include "motion/err.h"

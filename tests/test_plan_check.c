@@ -328,7 +328,7 @@ static void an_empty_track_is_judged_by_where_it_stands(void **state)
     expect_entry(0, PLAN_POS_LOW, 0, -2 * ONE, -ONE, 0);
 }
 
-/* --- against sampling ------------------------------------------------------ */
+/* --- against sampling ----------------------------------------------------- */
 
 /* Whatever dense sampling finds over a limit, the check finds; what the check
  * finds over is reached at the time it says. */
