@@ -13,6 +13,7 @@
 #include "hal/container_of.h"
 
 #define CANOPEN_SDO_TIMEOUT_NS INT64_C(200000000)
+#define CANOPEN_SDO_GAP_NS     INT64_C(2000000)
 #define CANOPEN_ID_MASK        0x7Fu
 #define CANOPEN_PDO_NUMBERS    4u
 
@@ -292,20 +293,30 @@ static const struct hal_fieldbus_ops canopen_ops = {
     .end = canopen_end,
 };
 
+static void canopen_defaults(struct canopen_config *config)
+{
+    if (config->sdo_timeout_ns == 0)
+        config->sdo_timeout_ns = CANOPEN_SDO_TIMEOUT_NS;
+    if (config->sdo_gap_ns == 0)
+        config->sdo_gap_ns = config->sync_period_ns < CANOPEN_SDO_GAP_NS / 2
+                                 ? 2 * config->sync_period_ns
+                                 : CANOPEN_SDO_GAP_NS;
+}
+
 int canopen_init(struct canopen *master, struct hal_can *can,
                  const struct canopen_config *config)
 {
     if (config->node_id < 1 || config->node_id > 127 ||
         config->sync_period_ns < 0 || config->heartbeat_period_ns < 0 ||
-        config->sdo_timeout_ns < 0)
+        config->sdo_timeout_ns < 0 || config->sdo_gap_ns < 0)
         return MOTION_E_ARG;
     memset(master, 0, sizeof *master);
     master->fieldbus.ops = &canopen_ops;
     master->can = can;
     master->config = *config;
     master->heartbeat_due_ns = INT64_MIN / 2;
-    if (config->sdo_timeout_ns == 0)
-        master->config.sdo_timeout_ns = CANOPEN_SDO_TIMEOUT_NS;
+    master->sdo_started_ns = INT64_MIN / 2;
+    canopen_defaults(&master->config);
     return MOTION_OK;
 }
 

@@ -114,6 +114,10 @@ struct canopen_config {
     int64_t sync_period_ns;      /* 0: no SYNC */
     int64_t heartbeat_period_ns; /* 0: we produce none */
     int64_t sdo_timeout_ns;      /* per transfer; 0: 200 ms */
+    /* From one SDO request to the next, over all nodes: what they may take from
+     * the set points of drives that already run.  0: two SYNC periods, at most
+     * 2 ms. */
+    int64_t sdo_gap_ns;
 };
 
 struct canopen_stats {
@@ -137,6 +141,7 @@ struct canopen {
     int64_t sync_ns;          /* when the last SYNC was sent */
     int64_t sync_previous_ns; /* and the one before */
     int64_t heartbeat_due_ns;
+    int64_t sdo_started_ns;      /* last request of a transfer, any node */
     bool refused, foreign, lost; /* seen since begin() last gave its answer */
     unsigned refused_cycles;     /* in a row */
     struct canopen_stats stats;
@@ -154,8 +159,9 @@ int canopen_nmt(struct canopen *master, enum canopen_nmt_command command,
                 uint8_t node_id);
 
 /* Start a transfer; size 1..4 bytes (else MOTION_E_ARG).  MOTION_E_STATE when
- * one is running or its outcome has not been taken, MOTION_E_FULL/IO when it
- * could not be sent.  Then canopen_sdo_take reads the outcome and is idle
+ * one is running or its outcome has not been taken, MOTION_E_AGAIN when another
+ * node's request has just gone out (sdo_gap_ns), MOTION_E_FULL/IO when it could
+ * not be sent.  Then canopen_sdo_take reads the outcome and is idle
  * again:
  *   MOTION_E_AGAIN running; MOTION_OK done (value, not sign extended, and size
  *   when reading; either pointer may be NULL); MOTION_E_REFUSED aborted

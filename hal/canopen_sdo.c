@@ -45,16 +45,20 @@ static int canopen_sdo_request(struct canopen_node *node, uint8_t command,
 static int canopen_sdo_start(struct canopen_node *node, int64_t now_ns,
                              const struct canopen_sdo *sdo, uint8_t command)
 {
+    struct canopen *master = node->master;
     int err;
 
     if (node->sdo.state != CANOPEN_SDO_IDLE)
         return MOTION_E_STATE;
+    if (now_ns - master->sdo_started_ns < master->config.sdo_gap_ns)
+        return MOTION_E_AGAIN;
     node->sdo = *sdo;
     err = canopen_sdo_request(node, command, sdo->value);
     if (err != MOTION_OK)
         return err;
     node->sdo.state = CANOPEN_SDO_WAIT;
-    node->sdo.deadline_ns = now_ns + node->master->config.sdo_timeout_ns;
+    node->sdo.deadline_ns = now_ns + master->config.sdo_timeout_ns;
+    master->sdo_started_ns = now_ns;
     return MOTION_OK;
 }
 

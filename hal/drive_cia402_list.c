@@ -117,7 +117,8 @@ static int step_start(struct drive_cia402 *self,
                                 step->size, step_value(self, step));
     else
         err = canopen_sdo_read(&self->node, now_ns, step->index, step->sub);
-    if (err != MOTION_OK && (step->need & STEP_FOREVER) == 0 &&
+    if (err != MOTION_OK && err != MOTION_E_AGAIN &&
+        (step->need & STEP_FOREVER) == 0 &&
         now_ns - self->list_since_ns > STEP_WAIT_NS) {
         step_say(self, step, "could not be sent");
         return err;

@@ -164,7 +164,8 @@ static void drive_cia402_emcy(struct canopen_node *node, uint16_t code,
 }
 
 /* Before the configuration: good news, begin at once.  After it: the drive lost
- * its power for a moment, and with it all that was written. */
+ * its power for a moment, and with it all that was written.  That may be why it
+ * was lost already. */
 static void drive_cia402_boot_up(struct canopen_node *node, int64_t now_ns)
 {
     struct drive_cia402 *self = drive_cia402_of_node(node);
@@ -172,7 +173,8 @@ static void drive_cia402_boot_up(struct canopen_node *node, int64_t now_ns)
     self->pdo_ok = false;
     if (self->phase == DRIVE_CIA402_START_UP) {
         drive_cia402_start_anew(self, now_ns);
-    } else if (self->phase != DRIVE_CIA402_LOST) {
+    } else if (self->state == HAL_DRIVE_OFFLINE ||
+               self->phase != DRIVE_CIA402_LOST) {
         drive_cia402_say(self, "restarted by itself (boot-up)");
         drive_cia402_lose(self, HAL_DRIVE_OFFLINE);
     }

@@ -40,8 +40,9 @@ enum motion_ease_law {
  * constant-jerk halves.
  *
  * The sine law is baked.  Its distance from the true curve is at most 2^-32 +
- * 1e-10 of the move in position, 3e-9 of the largest velocity and 2e-7 of the
- * largest acceleration (derived in ease.c); what sampling rounds comes on top.
+ * 1e-10 of the move in position, 1.3e-8 of the largest velocity and 5e-7 of the
+ * largest acceleration (derived in ease_sine.c); what sampling rounds comes on
+ * top.
  *
  * A move of no distance is a dwell.  Errors as motion_track_append_*,
  * MOTION_E_ARG for a law that does not exist or k1 and k2 out of order, and
@@ -60,11 +61,13 @@ struct motion_ease_limit {
  * jerk is not limited) from the track's end, at rest, to `to_q32` at rest.
  * Phase times are rounded up, and further until the extremes of the segments,
  * in their own integers, are inside the limits: no limit is broken by
- * rounding.  The duration is within 1e-9 and a few ns of the shortest.  A move
- * of no distance appends nothing.  Returns MOTION_OK and appends, MOTION_E_ARG
- * for a limit that is not positive, MOTION_E_LIMIT when the formats are too
- * coarse to keep the limits, MOTION_E_FULL, or MOTION_E_RANGE when the move
- * would take over 3 days; the track is unchanged then.  Plan-time. */
+ * rounding.  The duration is within 1 ns of the shortest, or a few us where
+ * phases are shorter than that and the formats resolve their jerk coarsely.
+ * A move of no distance appends nothing.
+ * Returns MOTION_OK and appends, MOTION_E_ARG for a limit that is not positive,
+ * MOTION_E_LIMIT when the formats are too coarse to keep the limits,
+ * MOTION_E_FULL, or MOTION_E_RANGE when the move would take over 3 days; the
+ * track is unchanged then.  Plan-time. */
 int motion_ease_append_limited(struct motion_track *track, int64_t to_q32,
                                const struct motion_ease_limit *limit);
 

@@ -54,12 +54,12 @@ static struct motion_u128 real_align(struct motion_real a, int32_t exponent)
 
 struct motion_real motion_real_add(struct motion_real a, struct motion_real b)
 {
-    if (motion_real_cmp(a, b) < 0)
-        return motion_real_add(b, a);
+    const int32_t exponent =
+        motion_real_cmp(a, b) < 0 ? b.exponent : a.exponent;
+
     return motion_real_from_u128(
-        motion_fixed_add_u128(real_align(a, a.exponent),
-                              real_align(b, a.exponent)),
-        a.exponent - 63);
+        motion_fixed_add_u128(real_align(a, exponent), real_align(b, exponent)),
+        exponent - 63);
 }
 
 struct motion_real motion_real_sub(struct motion_real a, struct motion_real b)

@@ -4,9 +4,9 @@
  * share no fixed-point format.  Plan-time formulas that mix them compute with
  * mantissa * 2^exponent, in integers, so that every machine gets the same bits.
  * Every operation rounds to nearest, with a relative error of at most 2^-64,
- * unless it says otherwise.  There are no signs: a difference below zero is zero.
- * Exponents stay far inside +-10^6 for any product of our formats; they are not
- * checked.  Plan-time: divides. */
+ * unless it says otherwise.  There are no signs: a difference below zero is
+ * zero.  Exponents stay far inside +-10^6 for any product of our formats; they
+ * are not checked.  Plan-time: divides. */
 #ifndef MOTION_REAL_H
 #define MOTION_REAL_H
 

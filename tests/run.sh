@@ -9,6 +9,7 @@ log=$1
 shift
 mkdir -p "$log"
 export CMOCKA_MESSAGE_OUTPUT=stdout
+export LSAN_OPTIONS=suppressions=tests/lsan.supp:print_suppressions=0
 passed=0 failed=0 skipped=0
 
 # Claims that were started, held, and were skipped.  Between the first and the

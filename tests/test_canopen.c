@@ -283,6 +283,45 @@ static void an_sdo_that_cannot_be_sent_is_not_started(void **state)
                      MOTION_E_ARG);
 }
 
+static void sdo_requests_leave_room_between_them(void **state)
+{
+    static const struct {
+        int64_t sync_ns, gap_ns, want_ns;
+    } rows[] = {
+        { 0, 0, 0 },
+        { MS / 2, 0, MS },
+        { 1 * MS, 0, 2 * MS },
+        { 10 * MS, 0, 2 * MS },
+        { 1 * MS, 5 * MS, 5 * MS },
+    };
+
+    for (unsigned i = 0; i < ARRAY_LEN(rows); i++) {
+        const struct canopen_config config = {
+            .node_id = 127,
+            .sync_period_ns = rows[i].sync_ns,
+            .sdo_gap_ns = rows[i].gap_ns,
+        };
+        struct watcher other = { .node = { .ops = &watcher_ops, .id = 2 } };
+        struct bench *b;
+
+        bench_setup(state);
+        b = *state;
+        canopen_init(&b->master, &b->fake.can, &config);
+        canopen_add(&b->master, &b->node.node);
+        canopen_add(&b->master, &other.node);
+        assert_int_equal(canopen_sdo_read(&b->node.node, 7 * MS, 0x1000, 0),
+                         MOTION_OK);
+        if (rows[i].want_ns > 0)
+            assert_int_equal(canopen_sdo_read(&other.node,
+                                              7 * MS + rows[i].want_ns - 1,
+                                              0x1000, 0),
+                             MOTION_E_AGAIN);
+        assert_int_equal(
+            canopen_sdo_read(&other.node, 7 * MS + rows[i].want_ns, 0x1000, 0),
+            MOTION_OK);
+    }
+}
+
 /* ---- NMT, heartbeat, EMCY, PDO, SYNC ---- */
 
 static void nmt_commands_are_the_known_bytes(void **state)
@@ -565,6 +604,7 @@ static void bad_configurations_are_refused(void **state)
         { .node_id = 1, .sync_period_ns = -1 },
         { .node_id = 1, .heartbeat_period_ns = -1 },
         { .node_id = 1, .sdo_timeout_ns = -1 },
+        { .node_id = 1, .sdo_gap_ns = -1 },
     };
     struct bench *b = *state;
     static struct watcher more[CANOPEN_NODES_MAX];
@@ -692,6 +732,7 @@ int main(void)
         BENCH(an_sdo_that_times_out_is_aborted_on_the_wire),
         BENCH(an_sdo_answer_of_the_wrong_kind_is_given_up),
         BENCH(an_sdo_that_cannot_be_sent_is_not_started),
+        BENCH(sdo_requests_leave_room_between_them),
         BENCH(nmt_commands_are_the_known_bytes),
         BENCH(a_heartbeat_tells_the_state),
         BENCH(a_heartbeat_is_lost_after_exactly_its_time_and_once),

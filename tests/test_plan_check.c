@@ -2,24 +2,19 @@
  * and rounding that it must not. */
 #include <inttypes.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "motion/ease.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
 #include "motion/plan/check.h"
+#include "tests/check.h"
 
-#define ARRAY_LEN(a) (sizeof(a) / sizeof((a)[0]))
-#define ONE          MOTION_FIXED_ONE_Q32
-#define SEC          MOTION_FIXED_S_Q12
-#define ACC          MOTION_FIXED_ONE_Q16
+#define ONE MOTION_FIXED_ONE_Q32
+#define SEC MOTION_FIXED_S_Q12
+#define ACC MOTION_FIXED_ONE_Q16
 
 static struct motion_segment room[200];
 static struct motion_track track;
@@ -333,7 +328,7 @@ static void an_empty_track_is_judged_by_where_it_stands(void **state)
     expect_entry(0, PLAN_POS_LOW, 0, -2 * ONE, -ONE, 0);
 }
 
-/* --- against sampling ------------------------------------------------------ */
+/* --- against sampling ----------------------------------------------------- */
 
 /* Whatever dense sampling finds over a limit, the check finds; what the check
  * finds over is reached at the time it says. */
@@ -341,17 +336,18 @@ static void the_check_agrees_with_dense_sampling(void **state)
 {
     const struct plan_limit limit = limits(-3, 3, 4, 20, 0);
     const char *given = getenv("SEED");
-    unsigned seed = given ? (unsigned)strtoul(given, NULL, 0) : 12345;
+    uint64_t seed = given ? strtoull(given, NULL, 0) : 12345;
 
     (void)state;
-    print_message("sampling: SEED=%u\n", seed);
-    srand(seed);
+    print_message("sampling: SEED=%" PRIu64 "\n", seed);
     for (int round = 0; round < 300; round++) {
         int64_t worst_vel = 0, worst_pos = 0;
         start_at(0);
         for (int i = 0; i < 6; i++)
-            cubic(0.5 + rand() % 100 / 50.0, (double)track.end.vel_q32 / ONE,
-                  rand() % 64 / 10.0 - 3.2, rand() % 60 / 10.0 - 3);
+            cubic((double)check_random_in(&seed, 25, 124) / 50,
+                  (double)track.end.vel_q32 / ONE,
+                  (double)check_random_in(&seed, -32, 31) / 10,
+                  (double)check_random_in(&seed, -30, 29) / 10);
         for (int64_t t = 0; t <= track.end_ns_q12; t += SEC / 500) {
             struct motion_state s;
             motion_track_state(&track, t, &s);

@@ -1,25 +1,20 @@
 /* tests/test_plan_move.c - from keys to tracks, and what is refused. */
 #include <inttypes.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "motion/err.h"
 #include "motion/fixed.h"
 #include "motion/plan/check.h"
 #include "motion/plan/move.h"
+#include "tests/check.h"
 
-#define ARRAY_LEN(a) (sizeof(a) / sizeof((a)[0]))
-#define ONE          MOTION_FIXED_ONE_Q32
-#define SEC          MOTION_FIXED_S_Q12
-#define ACC          MOTION_FIXED_ONE_Q16
-#define KEYS         30
+#define ONE  MOTION_FIXED_ONE_Q32
+#define SEC  MOTION_FIXED_S_Q12
+#define ACC  MOTION_FIXED_ONE_Q16
+#define KEYS 30
 
 static const enum plan_curve curves[] = {
 #define CURVE(name, spelling, text) name,
@@ -31,10 +26,7 @@ static uint64_t seed_state;
 
 static uint64_t draw(void)
 {
-    seed_state ^= seed_state << 13;
-    seed_state ^= seed_state >> 7;
-    seed_state ^= seed_state << 17;
-    return seed_state;
+    return check_random(&seed_state);
 }
 
 static void seed_from(const char *what)

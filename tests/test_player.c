@@ -27,6 +27,7 @@ struct bench {
     int64_t fault_ns;
     enum sim_cia402_fault fault;
     unsigned faulty;
+    int64_t approach_vel_q32[RIG_AXES_MAX]; /* fastest set point of it */
 };
 
 static struct bench bench;
@@ -37,10 +38,22 @@ static int64_t bench_now_ns(struct hal_clock *clock)
     return bench.sim.world.now_ns;
 }
 
+static void bench_watch_approach(void)
+{
+    for (unsigned i = 0; i < bench.job.rig.axis_count; i++) {
+        int64_t vel_q32 =
+            llabs(bench.machine.controller.axis[i].target.vel_q32);
+        if (bench.player.phase == TELEMETRY_APPROACH &&
+            vel_q32 > bench.approach_vel_q32[i])
+            bench.approach_vel_q32[i] = vel_q32;
+    }
+}
+
 static int bench_wait_until(struct hal_clock *clock, int64_t t_ns)
 {
     (void)clock;
     int64_t run_ns = t_ns - bench.start_ns;
+    bench_watch_approach();
     for (int i = 0; i < 2; i++)
         if (bench.interrupt_ns[i] > 0 && run_ns >= bench.interrupt_ns[i]) {
             bench.interrupts = bench.interrupts + 1;
@@ -158,6 +171,22 @@ static void an_undisturbed_run_arrives_at_the_last_keys(void **state)
         assert_true(bench.report.load[i] > most / 2);
         assert_true(bench.report.load[i] < most);
     }
+}
+
+static void axes_go_to_their_first_keys_at_a_quarter_of_the_limits(void **state)
+{
+    (void)state;
+    bench.interrupt_ns[0] = 12 * SECOND;
+    bench_run(&plain);
+    assert_true(bench.report.started);
+    int pan = rig_axis_index(&bench.job.rig, "pan"); /* 58 deg to go */
+    /* sampling rounds velocity to one unit of its format */
+    int64_t most_q32 = bench.job.rig.axis[pan].limit.vel_q32 / 4 + 1;
+    assert_in_range(bench.approach_vel_q32[pan], most_q32 - (1 << 20),
+                    most_q32);
+    for (unsigned i = 0; i < bench.job.rig.axis_count; i++)
+        assert_true(bench.approach_vel_q32[i] <=
+                    bench.job.rig.axis[i].limit.vel_q32 / 4 + 1);
 }
 
 static void half_speed_takes_twice_as_long(void **state)
@@ -284,6 +313,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         RUN(an_undisturbed_run_arrives_at_the_last_keys),
+        RUN(axes_go_to_their_first_keys_at_a_quarter_of_the_limits),
         RUN(half_speed_takes_twice_as_long),
         RUN(a_hold_only_makes_it_later),
         RUN(an_interrupt_at_any_time_stops_along_the_path),

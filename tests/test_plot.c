@@ -145,7 +145,8 @@ static void spikes_and_steps_are_kept(void **state)
     static double t[2000], value[2000];
     uint64_t seed = SEED;
     for (int i = 0; i < 2000; i++) {
-        t[i] = i / 2 / 999.0; /* two at each time: vertical strokes */
+        const int pair = i / 2; /* two at each time: vertical strokes */
+        t[i] = pair / 999.0;
         value[i] = i % 2 ? 0.9 : -0.9;
         if (i % 7 == 0)
             value[i] = (double)check_random_in(&seed, -900, 900) / 1000;

@@ -1,27 +1,18 @@
 /* tests/test_real.c - wide-range numbers, judged by long double. */
 #include <inttypes.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
 
-#include <cmocka.h>
-
 #include "motion/err.h"
 #include "motion/real.h"
-
-#define ARRAY_LEN(a) (sizeof(a) / sizeof((a)[0]))
+#include "tests/check.h"
 
 static uint64_t seed_state;
 
 static uint64_t draw(void)
 {
-    seed_state ^= seed_state << 13;
-    seed_state ^= seed_state >> 7;
-    seed_state ^= seed_state << 17;
-    return seed_state;
+    return check_random(&seed_state);
 }
 
 static void seed_from(const char *what)
@@ -157,6 +148,27 @@ static void a_carry_out_of_the_mantissa_is_kept(void **state)
     assert_int_equal(a.exponent, -63);
 }
 
+static void what_is_cut_off_rounds_to_nearest(void **state)
+{
+    static const struct {
+        uint64_t low, want;
+    } rows[] = {
+        { 0, 1 },
+        { ((uint64_t)1 << 63) - 1, 1 },
+        { (uint64_t)1 << 63, 2 },
+        { UINT64_MAX, 2 },
+    };
+    const uint64_t top = (uint64_t)1 << 63;
+
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        const struct motion_u128 wide = { top | 1, rows[i].low };
+        const struct motion_real a = motion_real_from_u128(wide, 0);
+        assert_true(a.mantissa == (top | rows[i].want));
+        assert_int_equal(a.exponent, 64);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -165,6 +177,7 @@ int main(void)
         cmocka_unit_test(exact_roots_are_exact),
         cmocka_unit_test(rounding_to_whole_numbers),
         cmocka_unit_test(a_carry_out_of_the_mantissa_is_kept),
+        cmocka_unit_test(what_is_cut_off_rounds_to_nearest),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

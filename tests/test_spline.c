@@ -1,23 +1,18 @@
 /* tests/test_spline.c - tangents and spans, judged by long double. */
 #include <inttypes.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "motion/err.h"
 #include "motion/fixed.h"
 #include "motion/spline.h"
+#include "tests/check.h"
 
-#define ARRAY_LEN(a) (sizeof(a) / sizeof((a)[0]))
-#define ONE          MOTION_FIXED_ONE_Q32
-#define SEC          MOTION_FIXED_S_Q12
-#define KEYS         40
+#define ONE  MOTION_FIXED_ONE_Q32
+#define SEC  MOTION_FIXED_S_Q12
+#define KEYS 40
 
 /* --- random keys ---------------------------------------------------------- */
 
@@ -25,10 +20,7 @@ static uint64_t seed_state;
 
 static uint64_t draw(void)
 {
-    seed_state ^= seed_state << 13;
-    seed_state ^= seed_state >> 7;
-    seed_state ^= seed_state << 17;
-    return seed_state;
+    return check_random(&seed_state);
 }
 
 static void seed_from(const char *what)

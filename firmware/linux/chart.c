@@ -142,8 +142,9 @@ void chart_grid_values(const struct chart *chart, const struct chart_font *font,
     double step = chart_step((chart->high - chart->low) / scale, 5) * scale;
     /* counting ticks from the first keeps 0.1 + 0.2 from adding up */
     double first = ceil(chart->low / step - 1e-9);
-    double last = floor(chart->high / step + 1e-9);
-    for (double k = first; k <= last; k++) {
+    int count = (int)(floor(chart->high / step + 1e-9) - first) + 1;
+    for (int i = 0; i < count; i++) {
+        double k = first + i;
         char label[CHART_LABEL_MAX];
         double y = chart_sharp(chart_y(chart, k * step));
         chart_rule(chart, box->x, y, box->x + box->width, y,
@@ -161,8 +162,9 @@ void chart_grid_times(const struct chart *chart, const struct chart_font *font,
     double step =
         chart_step(chart->t1 - chart->t0, (unsigned)fmax(2, box->width / 55));
     double first = ceil(chart->t0 / step - 1e-9);
-    double last = floor(chart->t1 / step + 1e-9);
-    for (double k = first; k <= last; k++) {
+    int count = (int)(floor(chart->t1 / step + 1e-9) - first) + 1;
+    for (int i = 0; i < count; i++) {
+        double k = first + i;
         char label[CHART_LABEL_MAX];
         double x = chart_sharp(chart_x(chart, k * step));
         chart_rule(chart, x, box->y, x, box->y + box->height, &chart_grid);
@@ -232,10 +234,10 @@ static void chart_line_put(struct chart *chart)
  * tolerance; their intersection is kept.  A line that turns back may not. */
 static bool chart_line_passes(struct chart *chart, double x, double y)
 {
-    double held = hypot(chart->held_x - chart->last_x,
-                        chart->held_y - chart->last_y);
-    double turn = atan2(chart->held_y - chart->last_y,
-                        chart->held_x - chart->last_x);
+    double held =
+        hypot(chart->held_x - chart->last_x, chart->held_y - chart->last_y);
+    double turn =
+        atan2(chart->held_y - chart->last_y, chart->held_x - chart->last_x);
     if (held > CHART_TOLERANCE) {
         double play = asin(CHART_TOLERANCE / held);
         chart->turn_low = fmax(chart->turn_low, turn - play);

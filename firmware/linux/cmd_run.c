@@ -214,12 +214,23 @@ static enum status cmd_run_files(struct cmd_run *self)
     return STATUS_OK;
 }
 
-static void cmd_run_listen(void (*handler)(int))
+/* The signals that mean stop, and who handled them before. */
+static const int cmd_run_signal[] = { SIGINT, SIGTERM, SIGHUP };
+#define CMD_RUN_SIGNALS (sizeof cmd_run_signal / sizeof cmd_run_signal[0])
+static struct sigaction cmd_run_before[CMD_RUN_SIGNALS];
+
+static void cmd_run_listen(void)
 {
-    struct sigaction action = { .sa_handler = handler };
+    struct sigaction action = { .sa_handler = cmd_run_on_signal };
     sigemptyset(&action.sa_mask);
-    sigaction(SIGINT, &action, NULL);
-    sigaction(SIGTERM, &action, NULL);
+    for (size_t i = 0; i < CMD_RUN_SIGNALS; i++)
+        sigaction(cmd_run_signal[i], &action, &cmd_run_before[i]);
+}
+
+static void cmd_run_listen_no_more(void)
+{
+    for (size_t i = 0; i < CMD_RUN_SIGNALS; i++)
+        sigaction(cmd_run_signal[i], &cmd_run_before[i], NULL);
 }
 
 static enum status cmd_run_play(struct cmd_run *self)
@@ -242,9 +253,9 @@ static enum status cmd_run_play(struct cmd_run *self)
     report_init(&self->report, &self->job);
     progress_init(&self->progress, stderr, self->job.end_ns_q12);
     player_init(&self->player, &self->machine, &self->job, &config, &observer);
-    cmd_run_listen(cmd_run_on_signal);
+    cmd_run_listen();
     int err = player_run(&self->player, &cmd_run_interrupts);
-    cmd_run_listen(SIG_DFL);
+    cmd_run_listen_no_more();
     progress_end(&self->progress);
     return err < 0 ? STATUS_SYSTEM : STATUS_OK;
 }

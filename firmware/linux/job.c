@@ -206,71 +206,38 @@ static void job_add(struct job *job, const struct job_violation *violation)
     job->violation[job->violation_count++] = *violation;
 }
 
-/* Velocity at the first or last key. */
-static int64_t job_end_velocity(const struct motion_track *track, bool end)
+/* A step of velocity at the first or last key has its own sentence. */
+static enum job_violation_kind job_kind_of(const struct plan_axis *axis,
+                                           const struct plan_violation *found)
 {
-    struct motion_state state = { .vel_q32 = 0 };
-    if (track->count == 0)
-        return 0;
-    if (end) {
-        const struct motion_segment *last = &track->segment[track->count - 1];
-        motion_segment_state(last, last->dur_ns_q12, &state);
-    } else {
-        motion_segment_state(&track->segment[0], 0, &state);
-    }
-    return state.vel_q32;
+    if (found->kind != PLAN_VEL_STEP)
+        return (enum job_violation_kind)found->kind;
+    if (found->t_ns_q12 <= axis->key[0].key.t_ns_q12)
+        return JOB_START_MOVING;
+    if (found->t_ns_q12 >= axis->key[axis->key_count - 1].key.t_ns_q12)
+        return JOB_END_MOVING;
+    return JOB_VEL_STEP;
 }
 
-static bool job_check_rest(struct job *job, unsigned axis, bool end)
+static void job_check_axis(struct job *job, unsigned i, int64_t rate_q30)
 {
-    const struct motion_track *track = &job->track[axis];
-    int64_t vel_q32 = job_end_velocity(track, end);
-    int64_t t_ns_q12 = end ? track->end_ns_q12 : 0;
-    if (motion_fixed_abs(vel_q32) <= JOB_REST_Q32)
-        return true;
-    job_add(job, &(struct job_violation){
-                     .axis = axis,
-                     .kind = end ? JOB_END_MOVING : JOB_START_MOVING,
-                     .t_ns_q12 = t_ns_q12,
-                     .value = vel_q32,
-                     .key = job_key_before(&job->move.axis[axis], t_ns_q12),
-                 });
-    return false;
-}
-
-/* The steps from and to rest at the ends have their own sentences. */
-static bool job_is_end_step(const struct plan_violation *violation,
-                            const struct motion_track *track)
-{
-    return violation->kind == PLAN_VEL_STEP &&
-           (violation->t_ns_q12 == 0 ||
-            violation->t_ns_q12 == track->end_ns_q12);
-}
-
-static void job_check_axis(struct job *job, unsigned axis, int64_t rate_q30)
-{
-    const struct motion_track *track = &job->track[axis];
+    const struct plan_axis *axis = &job->move.axis[i];
+    const struct motion_track *track = &job->track[i];
     struct plan_limit limit;
-    job_limit_at(&job_rig_axis(job, axis)->limit, rate_q30, &limit);
+    job_limit_at(&job_rig_axis(job, i)->limit, rate_q30, &limit);
     uint32_t count = plan_check_track(track, &limit, NULL, 0);
     struct plan_violation *found =
         memory_new(count > 0 ? count : 1, sizeof *found);
     plan_check_track(track, &limit, found, count);
-    job_check_rest(job, axis, false);
-    for (uint32_t i = 0; i < count; i++) {
-        if (job_is_end_step(&found[i], track))
-            continue;
+    for (uint32_t k = 0; k < count; k++)
         job_add(job, &(struct job_violation){
-                         .axis = axis,
-                         .kind = (enum job_violation_kind)found[i].kind,
-                         .t_ns_q12 = found[i].t_ns_q12,
-                         .value = found[i].value,
-                         .limit = found[i].limit,
-                         .key = job_key_before(&job->move.axis[axis],
-                                               found[i].t_ns_q12),
+                         .axis = i,
+                         .kind = job_kind_of(axis, &found[k]),
+                         .t_ns_q12 = found[k].t_ns_q12,
+                         .value = found[k].value,
+                         .limit = found[k].limit,
+                         .key = job_key_before(axis, found[k].t_ns_q12),
                      });
-    }
-    job_check_rest(job, axis, true);
     memory_free(found);
 }
 

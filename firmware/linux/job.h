@@ -14,7 +14,8 @@
 #include "motion/plan/move.h"
 
 /* X(name, order of the unit, sentence).  The first ones are those of
- * enum plan_violation_kind, in its order. */
+ * enum plan_violation_kind, in its order; the last two are velocity steps at
+ * the first and the last key. */
 #define JOB_VIOLATION_LIST(X)                                                  \
     X(JOB_POS_LOW, 0, "position below the lowest")                             \
     X(JOB_POS_HIGH, 0, "position above the highest")                           \
@@ -25,10 +26,6 @@
     X(JOB_ACC_STEP, 2, "acceleration steps (infinite jerk)")                   \
     X(JOB_START_MOVING, 1, "not at rest at the first key")                     \
     X(JOB_END_MOVING, 1, "not at rest at the last key")
-
-/* An axis whose first or last velocity is below this is at rest: 4e-6 unit/s,
- * above the rounding of any segment longer than 0.1 ms. */
-#define JOB_REST_Q32 (INT64_C(1) << 14)
 
 enum job_violation_kind {
 #define JOB_VIOLATION_ENUM(name, order, text) name,

@@ -177,7 +177,7 @@ unsigned machine_load_permille(const struct rig *rig, unsigned bus)
     uint64_t bits = machine_frame_bits(0);
     for (unsigned i = 0; i < rig->axis_count; i++)
         if (rig->axis[i].bus == bus)
-            bits += 2 * machine_frame_bits(6);
+            bits += UINT64_C(2) * machine_frame_bits(6);
     return (unsigned)(bits * UINT64_C(1000000000000) /
                       ((uint64_t)rig->period_ns * rig->bus[bus].bit_rate));
 }

@@ -70,7 +70,7 @@ static int64_t machine_sim_magnitude(int64_t value)
 static int machine_sim_servo(struct machine_sim *sim,
                              const struct rig_axis *axis, unsigned i)
 {
-    int64_t start, vel, acc;
+    int64_t start = 0, vel = 0, acc = 0;
     int err = machine_sim_counts(axis, axis->sim.start_q32, 32, &start);
     if (err < 0 || start < INT32_MIN || start > INT32_MAX)
         return MOTION_E_RANGE;

@@ -4,6 +4,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <signal.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,6 +15,53 @@ static int output_fail(const char *path, const char *what)
 {
     fprintf(stderr, "slew: %s: cannot %s: %s\n", path, what, strerror(errno));
     return -1;
+}
+
+/* Temporary files that are there now; a name counts once its flag is set. */
+static struct {
+    char name[OUTPUT_PATH_MAX];
+    volatile sig_atomic_t is_there;
+} output_pending[OUTPUT_OPEN_MAX];
+
+/* Only calls that a handler may make. */
+static void output_on_signal(int number)
+{
+    for (int i = 0; i < OUTPUT_OPEN_MAX; i++)
+        if (output_pending[i].is_there)
+            unlink(output_pending[i].name);
+    signal(number, SIG_DFL);
+    raise(number);
+}
+
+static void output_listen(void)
+{
+    static const int ending[] = { SIGINT, SIGTERM, SIGHUP };
+    for (size_t i = 0; i < sizeof ending / sizeof ending[0]; i++) {
+        struct sigaction present;
+        if (sigaction(ending[i], NULL, &present) == 0 &&
+            present.sa_handler == SIG_DFL)
+            signal(ending[i], output_on_signal);
+    }
+}
+
+static void output_remember(const char *name)
+{
+    output_listen();
+    for (int i = 0; i < OUTPUT_OPEN_MAX; i++) {
+        if (output_pending[i].is_there)
+            continue;
+        memcpy(output_pending[i].name, name, strlen(name) + 1);
+        output_pending[i].is_there = 1;
+        return;
+    }
+}
+
+static void output_forget(const char *name)
+{
+    for (int i = 0; i < OUTPUT_OPEN_MAX; i++)
+        if (output_pending[i].is_there &&
+            strcmp(output_pending[i].name, name) == 0)
+            output_pending[i].is_there = 0;
 }
 
 /* The name to rename to: what a link points at, not the link. */
@@ -51,6 +99,7 @@ static int output_open_temporary(struct output *output)
     int descriptor = mkstemp(output->temporary);
     if (descriptor < 0)
         return -1;
+    output_remember(output->temporary);
     output_set_mode(descriptor);
     output->file = fdopen(descriptor, "wb");
     return output->file == NULL ? -1 : 0;
@@ -60,6 +109,7 @@ int output_open(struct output *output, const char *path)
 {
     *output = (struct output){ .file = NULL };
     if (output_is_special(path)) {
+        snprintf(output->path, sizeof output->path, "%s", path);
         output->file = fopen(path, "wb");
         return output->file == NULL ? output_fail(path, "open") : 0;
     }
@@ -108,6 +158,7 @@ int output_commit(struct output *output)
         output_abandon(output);
         return err;
     }
+    output_forget(output->temporary);
     output->temporary[0] = 0;
     output_sync_directory(output->path);
     return 0;
@@ -117,8 +168,10 @@ void output_abandon(struct output *output)
 {
     if (output->file != NULL)
         fclose(output->file);
-    if (output->temporary[0] != 0)
+    if (output->temporary[0] != 0) {
         unlink(output->temporary);
+        output_forget(output->temporary);
+    }
     output->file = NULL;
     output->temporary[0] = 0;
 }

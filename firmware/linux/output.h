@@ -2,7 +2,8 @@
  *
  * Written under a temporary name in the same directory and renamed when it is
  * complete and on the disk.  What is not a regular file (a pipe, /dev/stdout)
- * is written directly. */
+ * is written directly.  A signal that ends the program (interrupt, terminate,
+ * hang-up, where nothing else handles it) removes the temporary files first. */
 #ifndef FIRMWARE_LINUX_OUTPUT_H
 #define FIRMWARE_LINUX_OUTPUT_H
 
@@ -15,6 +16,8 @@ struct output {
     char path[OUTPUT_PATH_MAX];
     char temporary[OUTPUT_PATH_MAX]; /* empty: written directly */
 };
+
+#define OUTPUT_OPEN_MAX 4 /* at one time */
 
 /* 0, or -1 with a line on stderr; nothing is left behind then. */
 int output_open(struct output *output, const char *path);

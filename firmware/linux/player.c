@@ -87,7 +87,7 @@ static void player_record(struct player *player)
     struct telemetry_row row = { .t_ns = player->now_ns - player->start_ns,
                                  .rate = controller->rate,
                                  .phase = player->phase,
-                                 .state = controller->state };
+                                 .state = (int)controller->state };
     for (unsigned i = 0; i < player->job->rig.axis_count; i++) {
         const struct controller_axis *axis = &controller->axis[i];
         row.axis[i] = (struct telemetry_axis){

@@ -2,6 +2,7 @@
 #include "firmware/linux/plot.h"
 
 #include <cairo-svg.h>
+#include <fontconfig/fontconfig.h>
 #include <math.h>
 #include <string.h>
 #include <strings.h>
@@ -263,6 +264,12 @@ static bool plot_is_warped(const struct plot_panel *panel)
 static void plot_keep_peak(struct plot_panel *panel)
 {
     panel->peak = fmax(-panel->min, panel->max);
+    if (panel->row == PLOT_FOLLOWING || plot_is_warped(panel))
+        return;
+    panel->peak =
+        number_double(job_peak(&panel->plot->job->track[panel->axis],
+                               (enum motion_quantity)panel->row, NULL),
+                      job_bits_of((unsigned)panel->row));
 }
 
 static void plot_measure(struct plot_panel *panel)
@@ -476,14 +483,14 @@ static void plot_draw_panel(struct plot *plot, unsigned axis, unsigned row)
     plot_measure(&panel);
     plot_limits(&panel);
     plot_range(&panel);
+    chart_grid_times(&panel.chart, &plot_tick, last);
+    chart_grid_values(&panel.chart, &plot_tick, panel.scale);
     if (panel.limited) {
         chart_shade(&panel.chart, panel.limit_high, true, &plot_beyond,
                     &plot_limit);
         chart_shade(&panel.chart, panel.limit_low, false, &plot_beyond,
                     &plot_limit);
     }
-    chart_grid_times(&panel.chart, &plot_tick, last);
-    chart_grid_values(&panel.chart, &plot_tick, panel.scale);
     plot_key_lines(&panel);
     chart_frame(&panel.chart, &plot_frame);
     plot_curves(&panel);
@@ -629,6 +636,8 @@ static cairo_status_t plot_render(struct plot *plot, enum plot_format format,
     if (status == CAIRO_STATUS_SUCCESS)
         status = cairo_surface_status(surface);
     cairo_surface_destroy(surface);
+    cairo_debug_reset_static_data(); /* fonts: nothing else draws */
+    FcFini();
     return status;
 }
 

@@ -50,17 +50,19 @@ static void table_put(const struct table *table, FILE *file, unsigned column,
 
 void table_print(const struct table *table, FILE *file)
 {
-    int width[TABLE_COLUMNS_MAX];
+    int width[TABLE_COLUMNS_MAX] = { 0 };
     for (unsigned c = 0; c < table->columns; c++)
         width[c] = table_width(table, c);
     for (unsigned c = 0; c < table->columns; c++)
         table_put(table, file, c, table->head[c] + 1, width[c]);
     fputc('\n', file);
+    unsigned column = 0;
     for (size_t i = 0; i < table->count; i++) {
-        unsigned column = (unsigned)(i % table->columns);
         table_put(table, file, column, table->cell[i], width[column]);
-        if (column + 1 == table->columns)
-            fputc('\n', file);
+        if (++column < table->columns)
+            continue;
+        fputc('\n', file);
+        column = 0;
     }
 }
 

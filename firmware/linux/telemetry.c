@@ -84,7 +84,7 @@ static int64_t telemetry_get(const struct telemetry_axis *axis, size_t field)
 
 /* Four numbers, two words, and per axis seven numbers and a statusword. */
 #define TELEMETRY_LINE_MAX                                                     \
-    (4 * NUMBER_MAX + RIG_AXES_MAX * (TELEMETRY_FIELDS + 1) * NUMBER_MAX)
+    ((size_t)NUMBER_MAX * (4 + RIG_AXES_MAX * (TELEMETRY_FIELDS + 1)))
 
 static char *telemetry_put_text(char *at, const char *text)
 {

@@ -32,9 +32,9 @@ struct trace {
 
 void trace_init(struct trace *trace, unsigned axis_count);
 void trace_free(struct trace *trace);
-/* Rows of the move and of settling after it; others are passed over.  Has the
- * form that telemetry_read wants. */
-void trace_take(void *trace, const struct telemetry_row *row);
+/* Rows of the move and of settling after it; others are passed over.  `context` is
+ * the trace: the form that telemetry_read wants. */
+void trace_take(void *context, const struct telemetry_row *row);
 const struct trace_axis *trace_at(const struct trace *trace, size_t index,
                                   unsigned axis);
 

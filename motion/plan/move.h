@@ -100,8 +100,8 @@ struct plan_error {
  * plan_track_free.  On an error returns the code and fills *error; nothing is
  * left allocated and *track is empty.  MOTION_E_EMPTY: no keys; MOTION_E_ORDER:
  * times; MOTION_E_ARG: a key or parameter that the curve cannot take;
- * MOTION_E_RANGE: the curve leaves the formats; MOTION_E_FULL: too many keys, or
- * no memory. */
+ * MOTION_E_RANGE: the curve leaves the formats; MOTION_E_FULL: too many keys,
+ * or no memory. */
 int plan_axis_track(const struct plan_axis *axis, struct motion_track *track,
                     struct plan_error *error);
 void plan_track_free(struct motion_track *track);

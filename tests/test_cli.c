@@ -1,0 +1,631 @@
+/* tests/test_cli.c - the commands of slew, as a user meets them: what they
+ * print, what they leave behind, how they end. */
+#define _XOPEN_SOURCE 700 /* mkdtemp */
+#include <cjson/cJSON.h>
+#include <dirent.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "firmware/linux/command.h"
+#include "firmware/linux/output.h"
+#include "tests/check.h"
+
+#define WORDS_MAX 16
+
+static char directory[64], rig[96], move[96];
+static char out_path[64], err_path[64]; /* outside of it */
+static char out[1 << 22], err[1 << 16];
+
+/* --- the bench --- */
+
+static const char *in_directory(const char *name)
+{
+    static char path[8][512];
+    static unsigned next;
+    next = (next + 1) % 8;
+    snprintf(path[next], sizeof path[next], "%s/%s", directory, name);
+    return path[next];
+}
+
+static void write_file(const char *path, const char *text)
+{
+    FILE *file = fopen(path, "wb");
+    assert_non_null(file);
+    fputs(text, file);
+    assert_int_equal(fclose(file), 0);
+}
+
+static void read_back(const char *path, char *text, size_t size)
+{
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    text[fread(text, 1, size - 1, file)] = 0;
+    fclose(file);
+}
+
+static void redirect(int descriptor, const char *path)
+{
+    int file = open(path, O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    if (file < 0 || dup2(file, descriptor) < 0)
+        abort();
+    close(file);
+}
+
+/* Run `slew WORD...` in a child; its status, with what it wrote in out and
+ * err. */
+static int slew_to(const char *stdout_path, const char *const *words)
+{
+    static char word[WORDS_MAX][160];
+    char *argv[WORDS_MAX + 1] = { NULL };
+    int argc = 0, status;
+    for (const char *next = "slew"; next != NULL; next = words[argc++]) {
+        snprintf(word[argc], sizeof word[argc], "%s", next);
+        argv[argc] = word[argc];
+    }
+    fflush(NULL);
+    pid_t child = fork();
+    assert_true(child >= 0);
+    if (child == 0) {
+        redirect(STDOUT_FILENO, stdout_path);
+        redirect(STDERR_FILENO, err_path);
+        exit((int)command_main(argc, argv));
+    }
+    assert_int_equal(waitpid(child, &status, 0), child);
+    read_back(err_path, err, sizeof err);
+    assert_true(WIFEXITED(status));
+    return WEXITSTATUS(status);
+}
+
+static int slew_words(const char *const *words)
+{
+    int status = slew_to(out_path, words);
+    read_back(out_path, out, sizeof out);
+    return status;
+}
+
+#define slew(...) slew_words((const char *const[]){ __VA_ARGS__, NULL })
+
+static int lines_of(const char *text)
+{
+    int lines = 0;
+    for (; *text != 0; text++)
+        lines += *text == '\n';
+    return lines;
+}
+
+static void expect(int status, int want)
+{
+    if (status != want)
+        fail_msg("status %d, expected %d\nout: %s\nerr: %s", status, want, out,
+                 err);
+}
+
+/* One line on stderr with `text` in it, and status 2. */
+static void expect_bad_input(int status, const char *text)
+{
+    expect(status, STATUS_INPUT);
+    if (lines_of(err) != 1 || strstr(err, text) == NULL)
+        fail_msg("expected one line with \"%s\", got: %s", text, err);
+    assert_string_equal(out, "");
+}
+
+static int entries(void)
+{
+    int count = 0;
+    DIR *handle = opendir(directory);
+    assert_non_null(handle);
+    while (readdir(handle) != NULL)
+        count++;
+    closedir(handle);
+    return count;
+}
+
+static const char *const small_rig =
+    "title: Bench\n"
+    "buses:\n"
+    "  can0: {kind: canopen, bit_rate: 1 Mbit/s}\n"
+    "axes:\n"
+    "  slide:\n"
+    "    unit: mm\n"
+    "    limits: {position: [-5 mm, 600 mm], velocity: 400 mm/s,\n"
+    "             acceleration: 800 mm/s2, jerk: 8000 mm/s3}\n"
+    "    stop: {acceleration: 2000 mm/s2, jerk: 40000 mm/s3}\n"
+    "    following_error: {floor: 2 mm, time: 20 ms}\n"
+    "    drive: {kind: cia402, bus: can0, node: 1, counts: 4096 per mm}\n"
+    "    sim: {bandwidth: 25 Hz, damping: 0.9, start: 10 mm}\n";
+
+static void write_move(const char *curve, const char *keys)
+{
+    char text[512];
+    snprintf(text, sizeof text,
+             "title: Bench\naxes:\n  slide:\n    curve: %s\n    keys: [%s]\n",
+             curve, keys);
+    write_file(move, text);
+}
+
+static int open_bench(void **state)
+{
+    (void)state;
+    snprintf(directory, sizeof directory, "/tmp/slew-test-XXXXXX");
+    if (mkdtemp(directory) == NULL)
+        return -1;
+    snprintf(out_path, sizeof out_path, "%.40s.out", directory);
+    snprintf(err_path, sizeof err_path, "%.40s.err", directory);
+    snprintf(rig, sizeof rig, "%s/rig.yaml", directory);
+    snprintf(move, sizeof move, "%s/move.yaml", directory);
+    write_file(rig, small_rig);
+    write_move("s-curve", "[0 s, 10 mm], [2 s, 300 mm], [3.125 s, 250.1 mm]");
+    return 0;
+}
+
+static int close_bench(void **state)
+{
+    (void)state;
+    unlink(out_path);
+    unlink(err_path);
+    DIR *handle = opendir(directory);
+    if (handle == NULL)
+        return -1;
+    for (struct dirent *entry; (entry = readdir(handle)) != NULL;)
+        if (entry->d_name[0] != '.')
+            remove(in_directory(entry->d_name));
+    closedir(handle);
+    return rmdir(directory);
+}
+
+/* --- help and arguments --- */
+
+static void help_shows_every_option_and_parses_it(void **state)
+{
+    (void)state;
+    assert_int_equal(slew("--help"), STATUS_OK);
+    for (size_t i = 0; command_list[i] != NULL; i++) {
+        const struct command *command = command_list[i];
+        assert_non_null(strstr(out, command->summary));
+        assert_int_equal(slew(command->name, "--help"), STATUS_OK);
+        assert_non_null(strstr(out, "examples:"));
+        assert_non_null(strstr(out, "exit status:"));
+        for (size_t k = 0; k < command->option_count; k++) {
+            char name[40];
+            snprintf(name, sizeof name, "  --%s", command->option[k].name);
+            assert_non_null(strstr(out, name));
+        }
+        assert_int_equal(slew("--help"), STATUS_OK);
+    }
+}
+
+static void bad_arguments_get_one_line_and_status_2(void **state)
+{
+    static const struct {
+        const char *words[6], *want;
+    } rows[] = {
+        { { "fly" }, "no command \"fly\"" },
+        { { "check" }, "which files?" },
+        { { "check", "--frobnicate", "x" }, "unknown option --frobnicate" },
+        { { "check", "-x", "y" }, "unknown option -x" },
+        { { "plan", "--out" }, "no value after --out" },
+        { { "plan", "a", "b", "c" }, "one argument too many: c" },
+        { { "plan", "/nowhere" }, "/nowhere: No such file" },
+        { { "sample", "examples/dolly" }, "expected --rate HZ" },
+        { { "sample", "--rate", "0", "examples/dolly" }, "--rate 0: expected" },
+        { { "sample", "--rate", "1e3", "examples/dolly" }, "--rate 1e3" },
+        { { "sample", "--rate", "nan", "examples/dolly" }, "--rate nan" },
+        { { "sample", "--from", "-1", "examples/dolly" }, "--from -1" },
+        { { "sample", "--to", "3 furlongs", "x" }, "--to 3 furlongs" },
+        { { "run", "--override", "201", "x" }, "expected a percentage" },
+        { { "run", "--override", "0", "x" }, "expected a percentage" },
+        { { "plot", "examples/dolly" }, "expected --out" },
+        { { "plot", "--out", "a.gif", "examples/dolly" }, "expected --out" },
+    };
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++)
+        expect_bad_input(slew_words(rows[i].words), rows[i].want);
+    expect_bad_input(
+        slew("sample", "--rate", "100", "--axis", "crane", "examples/dolly"),
+        "no axis crane");
+    expect_bad_input(slew("run", "--plot", "x.gif", "--json", directory),
+                     "ends in .svg or .png");
+}
+
+static void a_bad_file_is_named_with_its_place(void **state)
+{
+    (void)state;
+    char want[160];
+    write_move("s-curve", "[0 s, 10 mm], [2 s, 300 kg]");
+    snprintf(want, sizeof want, "%s:5:", move);
+    int before = entries();
+    expect_bad_input(slew("run", "--telemetry", in_directory("t.csv"), "--plot",
+                          in_directory("p.png"), directory),
+                     want);
+    assert_int_equal(entries(), before);
+}
+
+/* --- check --- */
+
+static void a_good_move_passes(void **state)
+{
+    (void)state;
+    expect(slew("check", rig, move), STATUS_OK);
+    assert_string_equal(out, "1 axes, 3.125 s: within all limits\n");
+    expect(slew("check", "--json", directory), STATUS_OK);
+    cJSON *report = cJSON_Parse(out);
+    assert_true(cJSON_IsTrue(cJSON_GetObjectItem(report, "ok")));
+    cJSON_Delete(report);
+}
+
+static const cJSON *violation(const cJSON *report, const char *what)
+{
+    const cJSON *item;
+    cJSON_ArrayForEach(item, cJSON_GetObjectItem(report, "violations"))
+    {
+        const char *text = cJSON_GetObjectItem(item, "what")->valuestring;
+        if (strcmp(text, what) == 0)
+            return item;
+    }
+    fail_msg("no violation of %s in %s", what, out);
+    return NULL;
+}
+
+static double number(const cJSON *item, const char *name)
+{
+    return cJSON_GetObjectItem(item, name)->valuedouble;
+}
+
+static void every_violation_has_axis_time_value_limit(void **state)
+{
+    (void)state;
+    /* straight lines: 500 mm/s for 1 s, then 101 mm beyond the range */
+    write_move("linear", "[0 s, 10 mm], [1 s, 510 mm], [2 s, 701 mm]");
+    expect(slew("check", "--json", directory), STATUS_REFUSED);
+    cJSON *report = cJSON_Parse(out);
+    assert_true(cJSON_IsFalse(cJSON_GetObjectItem(report, "ok")));
+    const cJSON *item = violation(report, "velocity");
+    assert_string_equal(cJSON_GetObjectItem(item, "axis")->valuestring,
+                        "slide");
+    assert_true(number(item, "value") == 500);
+    assert_true(number(item, "limit") == 400);
+    assert_true(number(item, "line") == 5);
+    item = violation(report, "position above the highest");
+    assert_true(number(item, "value") == 701);
+    assert_true(number(item, "limit") == 600);
+    assert_true(number(item, "time_s") == 2);
+    item = violation(report, "velocity steps (infinite acceleration)");
+    assert_true(number(item, "time_s") == 1);
+    assert_true(number(item, "key") == 2);
+    item = violation(report, "not at rest at the first key");
+    assert_true(number(item, "time_s") == 0);
+    assert_true(number(item, "value") == 500);
+    item = violation(report, "not at rest at the last key");
+    assert_true(number(item, "time_s") == 2);
+    assert_true(number(item, "value") == 191);
+    cJSON_Delete(report);
+    expect(slew("check", directory), STATUS_REFUSED);
+    assert_non_null(strstr(out, "position above the highest"));
+}
+
+static void override_scales_the_limits(void **state)
+{
+    (void)state;
+    /* 675 mm/s2 at full speed; 675 r^2 <= 800 up to r = 1.0886 */
+    write_move("s-curve", "[0 s, 0 mm], [2 s, 300 mm]");
+    expect(slew("check", directory), STATUS_OK);
+    expect(slew("check", "--override", "108.8 %", directory), STATUS_OK);
+    expect(slew("check", "--override", "108.9 %", directory), STATUS_REFUSED);
+    expect(slew("run", "--override", "108.9 %", directory), STATUS_REFUSED);
+    /* 225 mm/s; 225 r <= 400 up to r = 1.7777 */
+    expect(slew("check", "--override", "177.7", directory), STATUS_REFUSED);
+    assert_null(strstr(out, " velocity"));
+    expect(slew("check", "--override", "177.8", directory), STATUS_REFUSED);
+    assert_non_null(strstr(out, " velocity"));
+}
+
+static void a_move_over_its_limits_is_not_run(void **state)
+{
+    (void)state;
+    write_move("linear", "[0 s, 10 mm], [1 s, 510 mm]");
+    int before = entries();
+    expect(slew("run", "--telemetry", in_directory("t.csv"), "--plot",
+                in_directory("p.png"), directory),
+           STATUS_REFUSED);
+    assert_non_null(strstr(err, "nothing was moved"));
+    assert_int_equal(entries(), before);
+}
+
+/* --- sample --- */
+
+/* The fields of the line that starts with `t_ns`. */
+static const char *row_at(const char *text, const char *t_ns)
+{
+    static char row[256];
+    char start[64];
+    snprintf(start, sizeof start, "\n%s,", t_ns);
+    const char *at = strstr(text, start);
+    if (at == NULL)
+        fail_msg("no sample at %s", t_ns);
+    snprintf(row, sizeof row, "%.*s", (int)strcspn(at + 1, "\n"), at + 1);
+    return row;
+}
+
+static void a_key_time_gives_the_key_to_the_bit(void **state)
+{
+    (void)state;
+    expect(slew("sample", "--rate", "1000", "--raw", directory), STATUS_OK);
+    /* 250.1 mm is 1074171320729.6 / 2^32 */
+    assert_string_equal(row_at(out, "3125000000"),
+                        "3125000000,1074171320730,0,0");
+    assert_string_equal(row_at(out, "2000000000"),
+                        "2000000000,1288490188800,0,0");
+    expect(slew("sample", "--rate", "1000", directory), STATUS_OK);
+    assert_string_equal(row_at(out, "3125000000"),
+                        "3125000000,250.1000000000931322574615478515625,0,0");
+}
+
+static void rates_agree_at_common_times_to_the_bit(void **state)
+{
+    (void)state;
+    static char slow[1 << 20], fast[1 << 22];
+    static const char *const rates[] = { "1000", "8000" };
+    expect(slew("sample", "--rate", "100", directory), STATUS_OK);
+    memcpy(slow, out, sizeof slow);
+    for (size_t r = 0; r < ARRAY_LEN(rates); r++) {
+        expect(slew("sample", "--rate", rates[r], directory), STATUS_OK);
+        memcpy(fast, out, sizeof fast);
+        int compared = 0;
+        for (char *line = strtok(slow, "\n"); line != NULL;
+             line = strtok(NULL, "\n"), compared++)
+            assert_non_null(strstr(fast, line));
+        assert_int_equal(compared, 314); /* heading and 313 samples */
+        expect(slew("sample", "--rate", "100", directory), STATUS_OK);
+        memcpy(slow, out, sizeof slow);
+    }
+}
+
+static void six_hours_drift_by_nothing(void **state)
+{
+    (void)state;
+    write_move("s-curve", "[0 s, 10 mm], [21600 s, 300.3 mm]");
+    expect(slew("sample", "--rate", "1000", "--raw", "--from", "21599.999s",
+                directory),
+           STATUS_OK);
+    assert_int_equal(lines_of(out), 3);
+    assert_string_equal(row_at(out, "21600000000000"),
+                        "21600000000000,1289778678989,0,0");
+}
+
+static void uneven_rates_are_rounded_once_per_sample(void **state)
+{
+    (void)state;
+    expect(slew("sample", "--rate", "23.976", "--to", "1 s", directory),
+           STATUS_OK);
+    /* k / 23.976: 41.708375 ms, 83.416750 ms, ... 959.292626 ms */
+    row_at(out, "41708375");
+    row_at(out, "83416750");
+    row_at(out, "959292626");
+    assert_int_equal(lines_of(out), 1 + 24);
+}
+
+static void samples_are_json_too(void **state)
+{
+    (void)state;
+    expect(slew("sample", "--rate", "10", "--json", "--axis", "pan",
+                "examples/dolly"),
+           STATUS_OK);
+    cJSON *report = cJSON_Parse(out);
+    assert_non_null(report);
+    assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(report, "columns")),
+                     4);
+    assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(report, "rows")),
+                     241);
+    cJSON_Delete(report);
+}
+
+/* --- plan and files --- */
+
+static void the_saved_tracks_are_whole_json_with_integers(void **state)
+{
+    (void)state;
+    const char *path = in_directory("tracks.json");
+    expect(slew("plan", "--out", path, directory), STATUS_OK);
+    read_back(path, out, sizeof out);
+    cJSON *report = cJSON_Parse(out);
+    assert_non_null(report);
+    const cJSON *axis =
+        cJSON_GetArrayItem(cJSON_GetObjectItem(report, "axes"), 0);
+    assert_true(number(axis, "end_ns_q12") == 3125000000. * 4096);
+    const cJSON *segments = cJSON_GetObjectItem(axis, "segments");
+    assert_true(cJSON_GetArraySize(segments) >= 8);
+    const cJSON *coef =
+        cJSON_GetObjectItem(cJSON_GetArrayItem(segments, 0), "coef");
+    assert_int_equal(cJSON_GetArraySize(coef), 6);
+    assert_null(strchr(out, 'e' - 32)); /* no exponents: 1E18 */
+    cJSON_Delete(report);
+    unlink(path);
+}
+
+static void a_file_that_cannot_be_written_leaves_nothing_behind(void **state)
+{
+    (void)state;
+    int before = entries();
+    expect(slew("plan", "--out", in_directory("no/such/place.json"), directory),
+           STATUS_SYSTEM);
+    assert_int_equal(lines_of(err), 1);
+    mkdir(in_directory("sub"), 0700);
+    expect(slew("plan", "--out", in_directory("sub"), directory),
+           STATUS_SYSTEM);
+    assert_int_equal(entries(), before + 1);
+    expect(slew("plan", "--out", "/dev/full", directory), STATUS_SYSTEM);
+    assert_non_null(strstr(err, "/dev/full: cannot write"));
+}
+
+static void an_abandoned_file_leaves_nothing_behind(void **state)
+{
+    (void)state;
+    struct output output;
+    int before = entries();
+    assert_int_equal(output_open(&output, in_directory("half")), 0);
+    assert_int_equal(entries(), before + 1);
+    output_abandon(&output);
+    assert_int_equal(entries(), before);
+    output_abandon(&output); /* again does nothing */
+}
+
+static void an_interrupt_while_writing_leaves_nothing_behind(void **state)
+{
+    (void)state;
+    int before = entries();
+    pid_t child = fork();
+    assert_true(child >= 0);
+    if (child == 0) {
+        struct output output;
+        if (output_open(&output, in_directory("half")) == 0 &&
+            entries() == before + 1)
+            raise(SIGINT);
+        _exit(0);
+    }
+    int status;
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_true(WIFSIGNALED(status) && WTERMSIG(status) == SIGINT);
+    assert_int_equal(entries(), before);
+}
+
+static void a_full_disk_under_stdout_is_status_3(void **state)
+{
+    (void)state;
+    assert_int_equal(
+        slew_to("/dev/full", (const char *const[]){ "plan", rig, move, NULL }),
+        STATUS_SYSTEM);
+    assert_non_null(strstr(err, "standard output"));
+}
+
+static void a_link_stays_a_link(void **state)
+{
+    (void)state;
+    struct stat status;
+    const char *target = in_directory("target.json");
+    const char *link = in_directory("link.json");
+    write_file(target, "old");
+    assert_int_equal(symlink(target, link), 0);
+    expect(slew("plan", "--out", link, directory), STATUS_OK);
+    assert_int_equal(lstat(link, &status), 0);
+    assert_true(S_ISLNK(status.st_mode));
+    read_back(target, out, sizeof out);
+    assert_non_null(strstr(out, "slew-tracks"));
+}
+
+static void plan_prints_the_segments_when_asked(void **state)
+{
+    (void)state;
+    expect(slew("plan", "--segments", directory), STATUS_OK);
+    assert_non_null(strstr(out, "2000000000.000"));
+    expect(slew("plan", "--json", directory), STATUS_OK);
+    cJSON *report = cJSON_Parse(out);
+    assert_non_null(report);
+    assert_true(number(report, "duration_s") == 3.125);
+    cJSON_Delete(report);
+}
+
+/* --- run --- */
+
+static void a_dry_run_writes_nothing(void **state)
+{
+    (void)state;
+    int before = entries();
+    expect(slew("run", "--dry-run", "--telemetry", in_directory("t.csv"),
+                directory),
+           STATUS_OK);
+    assert_non_null(strstr(out, "3.125 s at 100 % speed"));
+    assert_int_equal(entries(), before);
+}
+
+static void two_runs_write_the_same_telemetry(void **state)
+{
+    (void)state;
+    static char first[1 << 21];
+    const char *path = in_directory("t.csv");
+    for (int i = 0; i < 2; i++) {
+        expect(slew("run", "--telemetry", path, "--hold-at", "1s",
+                    "--resume-after", "250ms", directory),
+               STATUS_OK);
+        read_back(path, i == 0 ? first : out, sizeof first);
+    }
+    assert_true(strlen(first) > 100000);
+    assert_string_equal(first, out);
+}
+
+static void a_run_reports_and_its_telemetry_can_be_drawn(void **state)
+{
+    (void)state;
+    const char *csv = in_directory("t.csv"), *png = in_directory("p.png"),
+               *svg = in_directory("p.svg");
+    expect(slew("run", "--json", "--telemetry", csv, "--plot", png, directory),
+           STATUS_OK);
+    cJSON *report = cJSON_Parse(out);
+    assert_non_null(report);
+    assert_string_equal(cJSON_GetObjectItem(report, "end")->valuestring,
+                        "done");
+    assert_true(number(report, "played_s") == 3.125);
+    assert_string_equal(cJSON_GetObjectItem(report, "picture")->valuestring,
+                        png);
+    cJSON_Delete(report);
+    assert_int_equal(access(png, R_OK), 0);
+    expect(slew("plot", "--telemetry", csv, "--out", svg, directory),
+           STATUS_OK);
+    read_back(svg, out, sizeof out);
+    assert_non_null(strstr(out, "</svg>"));
+    write_file(csv, "t_ns,phase,state,path_ns\n1,move,moving,x\n");
+    expect_bad_input(slew("plot", "--telemetry", csv, "--out", svg, directory),
+                     "t.csv:2: x, expected a number");
+}
+
+static void too_many_drives_for_the_bus_are_refused(void **state)
+{
+    (void)state;
+    char text[2048];
+    snprintf(text, sizeof text, "%s", small_rig);
+    memcpy(strstr(text, "1 Mbit/s"), "125 kbit", 8);
+    memmove(strstr(text, "125 kbit") + 10, strstr(text, "125 kbit") + 8,
+            strlen(strstr(text, "125 kbit") + 8) + 1);
+    memcpy(strstr(text, "125 kbit") + 8, "/s", 2);
+    write_file(rig, text);
+    expect(slew("run", directory), STATUS_REFUSED);
+    assert_non_null(strstr(err, "bus can0 would need"));
+    assert_non_null(strstr(err, "rig.yaml:3:"));
+}
+
+#define RUN(test) cmocka_unit_test_setup_teardown(test, open_bench, close_bench)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        RUN(help_shows_every_option_and_parses_it),
+        RUN(bad_arguments_get_one_line_and_status_2),
+        RUN(a_bad_file_is_named_with_its_place),
+        RUN(a_good_move_passes),
+        RUN(every_violation_has_axis_time_value_limit),
+        RUN(override_scales_the_limits),
+        RUN(a_move_over_its_limits_is_not_run),
+        RUN(a_key_time_gives_the_key_to_the_bit),
+        RUN(rates_agree_at_common_times_to_the_bit),
+        RUN(six_hours_drift_by_nothing),
+        RUN(uneven_rates_are_rounded_once_per_sample),
+        RUN(samples_are_json_too),
+        RUN(the_saved_tracks_are_whole_json_with_integers),
+        RUN(a_file_that_cannot_be_written_leaves_nothing_behind),
+        RUN(an_abandoned_file_leaves_nothing_behind),
+        RUN(an_interrupt_while_writing_leaves_nothing_behind),
+        RUN(a_full_disk_under_stdout_is_status_3),
+        RUN(a_link_stays_a_link),
+        RUN(plan_prints_the_segments_when_asked),
+        RUN(a_dry_run_writes_nothing),
+        RUN(two_runs_write_the_same_telemetry),
+        RUN(a_run_reports_and_its_telemetry_can_be_drawn),
+        RUN(too_many_drives_for_the_bus_are_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
