@@ -254,6 +254,7 @@ static void two_interrupts_stop_every_drive_at_once(void **state)
     bench_run(&plain);
     assert_int_equal(bench.report.end, REPORT_QUICK_STOPPED);
     assert_torque_is_off();
+    assert_true(bench.report.load[0] > 0.2);
     /* dolly: 225 mm/s at 400 mm/s2 */
     assert_in_range(bench.player.now_ns - bench.player.phase_ns, 1, SECOND);
 }

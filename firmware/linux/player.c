@@ -315,11 +315,19 @@ static void player_interrupted(struct player *player)
         player_finish(player, REPORT_STOPPED);
 }
 
+static void player_quick_begin(struct player *player)
+{
+    if (player->phase == TELEMETRY_MOVE)
+        player_measure_load(player);
+    player->quick = true;
+    player->end = REPORT_QUICK_STOPPED;
+    player_enter(player, TELEMETRY_SETTLE);
+}
+
 static void player_quick_stop(struct player *player)
 {
     if (!player->quick)
-        player_finish(player, REPORT_QUICK_STOPPED);
-    player->quick = true;
+        player_quick_begin(player);
     machine_tick_quick_stop(player->machine, player->now_ns);
     player->ended = machine_is_at_rest(player->machine) ||
                     player_in_phase_ns(player) >= PLAYER_QUICK_STOP_NS;
