@@ -52,11 +52,15 @@ static void watch_drive(struct controller *controller, unsigned i)
     }
 }
 
+/* Nobody sends SYNC in a tick that is lost, so feedback is that much older
+ * without being at fault; lost_score holds over eight per lost tick. */
 static void watch_age(struct controller *controller, unsigned i)
 {
     const int64_t age_ns =
         controller->now_ns - controller->axis[i].feedback.t_ns;
-    const int64_t most_ns = controller->config.feedback_max_age_ns;
+    const int64_t lost = (int64_t)(controller->lost_score + 7) >> 3;
+    const int64_t most_ns = controller->config.feedback_max_age_ns +
+                            lost * controller->config.period_ns;
     if (age_ns > most_ns)
         controller_raise(controller, CONTROLLER_FAULT_STALE, (int)i, age_ns,
                          most_ns);

@@ -7,9 +7,6 @@
 #include "motion/err.h"
 #include "motion/fixed.h"
 
-/* Feedback is one period old when all is well; older than this is a fault. */
-#define MACHINE_FEEDBACK_PERIODS 4
-
 static int machine_fail(char message[RIG_MESSAGE_MAX], const char *kind,
                         const char *name, int err)
 {
@@ -79,8 +76,6 @@ static int machine_init_controller(struct machine *machine)
     struct hal_drive *drive[RIG_AXES_MAX];
     struct controller_config config = {
         .period_ns = rig->period_ns,
-        .feedback_max_age_ns =
-            MACHINE_FEEDBACK_PERIODS * rig->period_ns + machine->ports.slack_ns,
         .axis_count = rig->axis_count,
     };
     for (unsigned i = 0; i < rig->axis_count; i++) {

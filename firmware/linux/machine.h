@@ -19,10 +19,6 @@
 struct machine_ports {
     struct hal_clock *clock;
     struct hal_can *can[RIG_BUSES_MAX]; /* one per bus of the rig */
-    /* How late this clock may wake us without that being a fault of the drives:
-     * what a PC without real-time scheduling does.  Lost ticks are counted and
-     * judged all the same. */
-    int64_t slack_ns;
 };
 
 struct machine {

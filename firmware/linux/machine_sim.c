@@ -11,10 +11,6 @@
 /* Virtual time starts here: 0 means "never" in many places. */
 #define MACHINE_SIM_START_NS INT64_C(1000000000)
 
-/* Ticks that may be late in real time, in one go; the controller stops at ten
- * lost ones in a row. */
-#define MACHINE_SIM_SLACK_TICKS 10
-
 #define MACHINE_SIM_LOOP_NS  INT64_C(250000)   /* the servo's inner loop */
 #define MACHINE_SIM_BRAKE_NS INT64_C(80000000) /* its brake lets go */
 #define MACHINE_SIM_BOOT_NS  INT64_C(150000000)
@@ -117,9 +113,7 @@ int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
                      char message[RIG_MESSAGE_MAX])
 {
     memset(sim, 0, sizeof *sim);
-    *ports = (struct machine_ports){
-        .slack_ns = realtime ? MACHINE_SIM_SLACK_TICKS * rig->period_ns : 0
-    };
+    *ports = (struct machine_ports){ 0 };
     machine_sim_clock(sim, realtime, ports);
     for (unsigned i = 0; i < rig->bus_count; i++) {
         int err = machine_sim_wire(sim, &rig->bus[i], i);

@@ -96,11 +96,12 @@ unsigned number_fixed(char text[NUMBER_MAX], int64_t value, unsigned bits,
     uint64_t magnitude = motion_fixed_abs(value);
     uint64_t whole = magnitude >> bits;
     uint64_t scale = number_power10[digits];
-    uint64_t half = bits > 0 ? UINT64_C(1) << (bits - 1) : 0;
-    /* below 2^32 * 10^9 + 2^31 < 2^62 */
-    uint64_t part = ((magnitude & number_mask(bits)) * scale + half) >> bits;
+    int64_t part = 0;
     unsigned n = 0;
-    if (part == scale) {
+    /* a share of 10^18 or less: it fits */
+    (void)motion_fixed_mulshift((int64_t)(magnitude & number_mask(bits)),
+                                (int64_t)scale, bits, &part);
+    if ((uint64_t)part == scale) {
         part = 0;
         whole++;
     }
@@ -109,7 +110,7 @@ unsigned number_fixed(char text[NUMBER_MAX], int64_t value, unsigned bits,
     n += number_put_unsigned(text + n, whole);
     if (digits > 0) {
         text[n++] = '.';
-        n += number_put_padded(text + n, part, digits);
+        n += number_put_padded(text + n, (uint64_t)part, digits);
     }
     text[n] = 0;
     return n;

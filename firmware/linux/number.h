@@ -18,7 +18,7 @@
  * nothing is rounded.  Zeros at the end are left out. */
 unsigned number_exact(char text[NUMBER_MAX], int64_t value, unsigned bits);
 
-/* `digits` decimals (0..9), to nearest, ties away from zero; never "-0". */
+/* `digits` decimals (0..18), to nearest, ties away from zero; never "-0". */
 unsigned number_fixed(char text[NUMBER_MAX], int64_t value, unsigned bits,
                       unsigned digits);
 

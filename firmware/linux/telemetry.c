@@ -34,7 +34,9 @@ const char *telemetry_phase_text(enum telemetry_phase phase)
     return telemetry_text[phase];
 }
 
-/* The numbers of one axis, in the order of the file. */
+/* The numbers of one axis, in the order of the file.  Twelve decimals are more
+ * than 2^-32 has: a demanded position read back is the one that was sent, and
+ * its third difference over a millisecond is still a jerk. */
 static const struct {
     const char *name;
     const char *per; /* after the unit */
@@ -42,8 +44,8 @@ static const struct {
     unsigned bits, digits;
 } telemetry_field[] = {
 #define TELEMETRY_FIELD(member) offsetof(struct telemetry_axis, member)
-    { "demand", "", TELEMETRY_FIELD(demand.pos_q32), 32, 7 },
-    { "demand", "_s", TELEMETRY_FIELD(demand.vel_q32), 32, 6 },
+    { "demand", "", TELEMETRY_FIELD(demand.pos_q32), 32, 12 },
+    { "demand", "_s", TELEMETRY_FIELD(demand.vel_q32), 32, 9 },
     { "demand", "_s2", TELEMETRY_FIELD(demand.acc_q16), 16, 4 },
     { "demand", "_s3", TELEMETRY_FIELD(demand.jerk_q16), 16, 3 },
     { "actual", "", TELEMETRY_FIELD(actual_q32), 32, 7 },
@@ -114,7 +116,7 @@ void telemetry_write(const struct telemetry *telemetry,
     at = telemetry_put_text(
         at, controller_state_text((enum controller_state)row->state));
     *at++ = ',';
-    at += number_integer(at, row->rate.s_ns_q12 / MOTION_FIXED_NS_Q12);
+    at += number_exact(at, row->rate.s_ns_q12, 12);
     for (uint32_t a = 0; a < telemetry->rig->axis_count; a++)
         at = telemetry_put_axis(at, &row->axis[a]);
     *at++ = '\n';
