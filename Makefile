@@ -201,6 +201,17 @@ cover:
 	    END{for(r in all)printf "%-16s %6d of %6d lines  %5.1f %%\n", \
 	    r,hit[r],all[r],100*hit[r]/all[r]}' build/cover/lines.csv | sort
 
+HOLDS    ?= 40
+.PHONY: hold
+## hold and resume the demo at HOLDS random times: same path, inside limits
+hold: $(SLEW)
+	@$(PYTHON) tests/hold.py $(SLEW) examples/dolly $(HOLDS)
+
+.PHONY: picture
+# draw the picture of the README anew
+picture: demo
+	cp $(B)/demo/dolly.png docs/dolly.png
+
 .PHONY: schema
 ## the example files against docs/schema
 schema:
