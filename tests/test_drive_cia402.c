@@ -584,6 +584,15 @@ static void a_drive_without_optional_objects_will_do(void **state)
     }
 }
 
+static void switches_that_cannot_be_mapped_are_left_off(void **state)
+{
+    struct bench *b = *state;
+
+    mini_at(&b->mini, 0x1A01, 1)->write_abort = 0x06040041;
+    enable(b);
+    assert_int_equal(mini_at(&b->mini, 0x1801, 1)->value, 0x80000285);
+}
+
 static void a_cob_id_may_read_back_with_the_no_rtr_bit(void **state)
 {
     struct bench *b = *state;
@@ -873,6 +882,8 @@ static void the_target_is_preloaded_again_after_a_fall(void **state)
     b->mini.ignores = false;
     until(b, HAL_DRIVE_ENABLED, 200);
     assert_int_equal(b->mini.first_enabled_target, -123456 + 40 * 500);
+    /* start-up, before the fall, after it */
+    assert_int_not_equal(written_at(&b->mini, 0x607A00, 3), 0);
 }
 
 /* Off and on again before the drive has come further down than Switched on. */
@@ -1110,17 +1121,23 @@ static void a_late_answer_belongs_to_the_sync_before(void **state)
 {
     struct bench *b = *state;
     struct hal_can_frame late;
-    int64_t sync_ns;
+    int64_t sync_ns = 0;
 
     enable(b);
-    sync_ns = b->now_ns;
-    tick(b);
+    for (int i = 0; i < 10; i++) {
+        sync_ns = b->now_ns;
+        bench_begin(b);
+        assert_int_equal(set_pos(b, pos_of(-123456 + i)), MOTION_OK);
+        bench_end(b);
+    }
     late = bench_hold_tpdo(b);
     b->mini.mute_tpdo = true;
     tick(b);
     bench_insert(b, &late);
     tick(b);
     assert_int_equal(b->seen.t_ns, sync_ns);
+    assert_int_equal(b->seen.demand_age_ns, 2 * MS);
+    assert_int_equal(counts_of(b->seen.pos_q32), -123456 + 9 - 2);
     assert_int_equal(b->seen.state, HAL_DRIVE_ENABLED);
     /* the SYNC after it was the first of three without an answer */
     assert_int_equal(until(b, HAL_DRIVE_OFFLINE, 10), 2);
@@ -1137,15 +1154,21 @@ static void speed_is_the_way_of_one_period(void **state)
     }
     /* 25 counts/ms = 25 unit/s */
     assert_in_range(b->seen.vel_q32 - 25 * ONE + 2, 0, 4);
-    /* a period between two SYNCs that is twice as long is not twice as fast */
-    set_pos(b, pos_of(-123456 + 25 * 20));
-    tick(b);
-    set_pos(b, pos_of(-123456 + 25 * 22));
-    tick(b);
-    b->now_ns += 1 * MS;
-    ticks(b, 4);
-    assert_int_equal(b->mini.actual, -123456 + 25 * 22);
-    assert_in_range(b->seen.vel_q32 + 2, 0, 4);
+}
+
+static void a_lost_tick_is_not_twice_the_speed(void **state)
+{
+    struct bench *b = *state;
+
+    until(b, HAL_DRIVE_OFF, 200);
+    b->mini.drift = 25;
+    ticks(b, 5);
+    for (int i = 0; i < 20; i++) {
+        b->mini.drift = i == 10 ? 50 : 25;
+        b->now_ns += i == 10 ? 1 * MS : 0;
+        tick(b);
+        assert_in_range(b->seen.vel_q32 - 25 * ONE + 2, 0, 4);
+    }
 }
 
 static void the_actual_position_is_followed_across_the_wrap(void **state)
@@ -1781,6 +1804,7 @@ int main(void)
         BENCH(a_pdo_is_mapped_in_the_order_every_drive_accepts),
         BENCH(a_drive_without_optional_objects_will_do),
         BENCH(a_fixed_interpolation_period_must_be_ours),
+        BENCH(switches_that_cannot_be_mapped_are_left_off),
         BENCH(a_cob_id_may_read_back_with_the_no_rtr_bit),
         BENCH(a_drive_that_refuses_its_configuration_gets_no_torque),
         BENCH(a_target_that_does_not_stay_is_told_before_enabling),
@@ -1807,6 +1831,7 @@ int main(void)
         BENCH(the_set_point_in_force_is_the_one_the_age_points_at),
         BENCH(a_late_answer_belongs_to_the_sync_before),
         BENCH(speed_is_the_way_of_one_period),
+        BENCH(a_lost_tick_is_not_twice_the_speed),
         BENCH(the_actual_position_is_followed_across_the_wrap),
         BENCH(a_target_beyond_i32_is_refused_and_not_sent),
         BENCH(quick_stop_is_out_in_the_same_cycle),
