@@ -188,7 +188,7 @@ $(eval $(call rt_target,m4,$(CROSS)gcc -mcpu=cortex-m4 -mthumb))
 .PHONY: rt
 ## prove the tick's objects: no division, float, heap, recursion; worst stack
 rt: $(RT)
-	@$(PYTHON) tests/rt.py $(PORTABLE)
+	@CROSS=$(CROSS) $(PYTHON) tests/rt.py $(PORTABLE)
 
 .PHONY: cover
 ## line coverage of the tests, room by room
