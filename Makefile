@@ -58,6 +58,7 @@ TESTS    := $(TEST_SRC:%.c=$(B)/%)
 SCRIPTS  := $(wildcard tests/demo.sh)
 
 Q        := $(if $(V),,@)
+ALL_CPUS  = $(if $(findstring jobserver,$(MAKEFLAGS)),,-j"$$(nproc)")
 say       = @$(if $(V),:,printf '  %-6s %s\n' $(1) $(2))
 
 .PHONY: help
@@ -73,7 +74,7 @@ help:
 ## install what is missing, build, run a camera move on simulated servos
 demo:
 	@.ci/deps run
-	@$(MAKE) --no-print-directory build
+	@$(MAKE) --no-print-directory $(ALL_CPUS) build
 	@mkdir -p $(B)/demo
 	$(SLEW) run examples/dolly --telemetry $(B)/demo/telemetry.csv \
 	        --plot $(B)/demo/dolly.png
@@ -82,7 +83,7 @@ demo:
 ## install what is missing, build, run all tests; SAN=address,undefined too
 test:
 	@.ci/deps run test
-	@$(MAKE) --no-print-directory build check
+	@$(MAKE) --no-print-directory $(ALL_CPUS) build check
 
 .PHONY: deps
 ## install the Debian packages of .ci/packages, those for the checks too
@@ -188,7 +189,7 @@ $(eval $(call rt_target,m4,$(CROSS)gcc -mcpu=cortex-m4 -mthumb))
 .PHONY: rt
 ## prove the tick's objects: no division, float, heap, recursion; worst stack
 rt: $(RT)
-	@$(PYTHON) tests/rt.py $(PORTABLE)
+	@CROSS=$(CROSS) $(PYTHON) tests/rt.py $(PORTABLE)
 
 .PHONY: cover
 ## line coverage of the tests, room by room

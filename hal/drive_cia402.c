@@ -53,6 +53,7 @@ static void drive_cia402_request(struct hal_drive *drive,
         return;
     if (self->phase == DRIVE_CIA402_RUN)
         drive_cia402_drop_list(self);
+    self->preloaded = false;
     self->request = request;
     self->walk_since_ns = self->now_ns;
     self->state = drive_cia402_reported(self);

@@ -11,23 +11,19 @@
 #define NS_PER_US  INT64_C(1000)
 #define BEATS_LOST 3
 
-/* num / den = mantissa / 2^shift, mantissa of 62 or 63 bits, to nearest.
+/* num / den = mantissa / 2^shift, mantissa of 62 or 63 bits, rounded down.
  * num, den 1 .. 2^63 - 1, of a and b bits; shift = 62 + b - a, 0 .. 124.
- * num << shift has 62 + b <= 125 bits.  The quotient is below
- * (2^a - 1) 2^shift / 2^(b-1) = 2^63 - 2^(63-a) <= 2^63 - 1, so rounding up
- * cannot carry out of it, and the upper word of the product is below 2^(b-2)
- * <= den, as the division wants. */
+ * num << shift has 62 + b <= 125 bits, its upper word is below 2^(b-2) <= den,
+ * as the division wants, and the quotient below 2^a 2^shift / 2^(b-1) = 2^63.
+ * The error, 2^-61 of the value, is 2^-30 of a count at the end of i32. */
 static unsigned init_ratio(uint64_t num, uint64_t den, uint64_t *mantissa)
 {
     const unsigned shift =
         62 + motion_fixed_clz_u64(num) - motion_fixed_clz_u64(den);
     const struct motion_u128 n =
         motion_fixed_shl_u128((struct motion_u128){ 0, num }, shift);
-    uint64_t rest = 0;
 
-    motion_fixed_div_u128(n, den, mantissa, &rest);
-    if (rest >= den - rest)
-        (*mantissa)++;
+    (void)motion_fixed_div_u128(n, den, mantissa, NULL);
     return shift;
 }
 

@@ -88,8 +88,10 @@ uint16_t drive_cia402_controlword(const struct drive_cia402 *self)
 
     if (self->phase == DRIVE_CIA402_RESET && power == CIA402_FAULT)
         return self->reset_cycles >= RESET_LOW_SYNCS ? RESET_WORD : 0;
-    if (power == CIA402_SWITCHED_ON && !self->preloaded &&
-        self->request == HAL_DRIVE_REQUEST_ENABLE)
+    /* Also when it is still enabled from an earlier request: the statusword may
+     * be older than the word that has ended it. */
+    if (self->request == HAL_DRIVE_REQUEST_ENABLE && !self->preloaded &&
+        (power == CIA402_SWITCHED_ON || power == CIA402_OPERATION_ENABLED))
         return 0x07;
     return drive_cia402_words[power][self->request];
 }
@@ -174,7 +176,7 @@ static bool drive_cia402_has_arrived(const struct drive_cia402 *self,
                                      enum cia402_state power)
 {
     if (self->request == HAL_DRIVE_REQUEST_ENABLE)
-        return power == CIA402_OPERATION_ENABLED;
+        return power == CIA402_OPERATION_ENABLED && self->preloaded;
     if (power == CIA402_QUICK_STOP_ACTIVE)
         return self->request == HAL_DRIVE_REQUEST_QUICK_STOP;
     return power != CIA402_OPERATION_ENABLED && power != CIA402_SWITCHED_ON;
@@ -200,8 +202,9 @@ enum hal_drive_state drive_cia402_reported(const struct drive_cia402 *self)
     if (self->phase != DRIVE_CIA402_RUN)
         return self->state;
     if (self->request == HAL_DRIVE_REQUEST_ENABLE)
-        return power == CIA402_OPERATION_ENABLED ? HAL_DRIVE_ENABLED
-                                                 : HAL_DRIVE_ENABLING;
+        return power == CIA402_OPERATION_ENABLED && self->preloaded
+                   ? HAL_DRIVE_ENABLED
+                   : HAL_DRIVE_ENABLING;
     if (power == CIA402_OPERATION_ENABLED || power == CIA402_QUICK_STOP_ACTIVE)
         return HAL_DRIVE_QUICK_STOP;
     return HAL_DRIVE_OFF;

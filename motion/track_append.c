@@ -32,7 +32,7 @@ struct append_goal {
 
 /* --- ratios -------------------------------------------------------------- */
 
-static struct track_ratio ratio_normal(struct motion_u128 product, int exponent)
+static struct track_ratio append_ratio(struct motion_u128 product, int exponent)
 {
     int shift = (int)motion_fixed_clz_u64(product.hi);
     product = motion_fixed_shl_u128(product, (unsigned)shift);
@@ -41,7 +41,7 @@ static struct track_ratio ratio_normal(struct motion_u128 product, int exponent)
 
 struct track_ratio track_ratio_mul(struct track_ratio a, struct track_ratio b)
 {
-    return ratio_normal(motion_fixed_mul_u64(a.mantissa, b.mantissa),
+    return append_ratio(motion_fixed_mul_u64(a.mantissa, b.mantissa),
                         a.exponent + b.exponent);
 }
 
@@ -50,19 +50,19 @@ struct track_ratio track_ratio_mul(struct track_ratio a, struct track_ratio b)
 struct track_ratio track_ratio_per_second(const struct motion_segment *segment)
 {
     uint64_t second = (uint64_t)MOTION_FIXED_S_Q12 << 22;
-    return ratio_normal(motion_fixed_mul_u64(second, segment->inverse),
+    return append_ratio(motion_fixed_mul_u64(second, segment->inverse),
                         22 + 127 - segment->normalise);
 }
 
-static struct track_ratio ratio_in_seconds(int64_t dur_ns_q12)
+static struct track_ratio append_seconds(int64_t dur_ns_q12)
 {
     unsigned n = motion_fixed_clz_u64((uint64_t)dur_ns_q12);
-    return ratio_normal(
+    return append_ratio(
         motion_fixed_mul_u64((uint64_t)dur_ns_q12 << n, APPEND_PER_SECOND),
         105 + (int)n);
 }
 
-static unsigned wide_bits(struct motion_u128 a)
+static unsigned append_bits(struct motion_u128 a)
 {
     if (a.hi != 0)
         return 128 - motion_fixed_clz_u64(a.hi);
@@ -75,12 +75,12 @@ int track_ratio_apply(struct motion_u128 a, struct track_ratio ratio, int shift,
 {
     bool negative = motion_fixed_is_neg_i128(a);
     struct motion_u128 m = motion_fixed_abs_i128(a);
-    unsigned cut = wide_bits(m) > 63 ? wide_bits(m) - 63 : 0;
+    unsigned cut = append_bits(m) > 63 ? append_bits(m) - 63 : 0;
 
     m = motion_fixed_shr_u128(m, cut);
     m = motion_fixed_mul_u64(m.lo, ratio.mantissa); /* < 2^127 */
     shift += (int)cut - ratio.exponent;
-    if ((int)wide_bits(m) + shift > (int)limit_bits)
+    if ((int)append_bits(m) + shift > (int)limit_bits)
         return MOTION_E_RANGE;
     if (shift >= 0)
         m = motion_fixed_shl_u128(m, shift > 127 ? 0 : (unsigned)shift);
@@ -92,15 +92,15 @@ int track_ratio_apply(struct motion_u128 a, struct track_ratio ratio, int shift,
 
 /* --- the polynomial ------------------------------------------------------ */
 
-static struct motion_u128 wide_sub(struct motion_u128 a, struct motion_u128 b)
+static struct motion_u128 append_sub(struct motion_u128 a, struct motion_u128 b)
 {
     return motion_fixed_sub_u128(a, b);
 }
 
-static struct motion_u128 wide_take(struct motion_u128 a, struct motion_u128 b,
-                                    int32_t times)
+static struct motion_u128 append_take(struct motion_u128 a,
+                                      struct motion_u128 b, int32_t times)
 {
-    return wide_sub(a, motion_fixed_mul_i128(b, times));
+    return append_sub(a, motion_fixed_mul_i128(b, times));
 }
 
 /* The coefficient of u^k when a[1] .. a[k-1] are settled and `open` conditions
@@ -117,17 +117,17 @@ static struct motion_u128 append_solve(const struct append_goal *goal,
     struct motion_u128 q0 = travel, q1 = goal->vel, q2 = goal->half_acc;
 
     for (int i = 1; i < k; i++) {
-        q0 = wide_sub(q0, goal->a[i]);
-        q1 = wide_take(q1, goal->a[i], i);
-        q2 = wide_take(q2, goal->a[i], i * (i - 1) / 2);
+        q0 = append_sub(q0, goal->a[i]);
+        q1 = append_take(q1, goal->a[i], i);
+        q2 = append_take(q2, goal->a[i], i * (i - 1) / 2);
     }
     if (open == 1)
         return q0;
-    q1 = wide_take(q1, q0, k);
+    q1 = append_take(q1, q0, k);
     if (open == 2)
-        return wide_sub(q0, q1);
-    q2 = wide_take(wide_take(q2, q1, k), q0, k * (k - 1) / 2);
-    return motion_fixed_add_u128(wide_sub(q0, q1), q2);
+        return append_sub(q0, q1);
+    q2 = append_take(append_take(q2, q1, k), q0, k * (k - 1) / 2);
+    return motion_fixed_add_u128(append_sub(q0, q1), q2);
 }
 
 /* sum over i >= k + order of C(i - k, order) |c_i| 2^-(i-k-order), c_i = 2^i
@@ -158,7 +158,7 @@ static int append_frac(const struct append_goal *goal)
 
     for (int order = 0; order <= 2; order++) {
         for (int k = 0; k + order <= goal->degree; k++) {
-            unsigned b = wide_bits(append_partial(goal, k, order));
+            unsigned b = append_bits(append_partial(goal, k, order));
             bits = b > bits ? b : bits;
         }
     }
@@ -171,8 +171,8 @@ static int append_frac(const struct append_goal *goal)
 static struct motion_u128 append_travel(const struct append_goal *goal,
                                         const struct motion_segment *segment)
 {
-    struct motion_u128 d = wide_sub(motion_fixed_from_i64(goal->end_pos_q32),
-                                    motion_fixed_from_i64(segment->pos_q32));
+    struct motion_u128 d = append_sub(motion_fixed_from_i64(goal->end_pos_q32),
+                                      motion_fixed_from_i64(segment->pos_q32));
 
     if (segment->frac < 0) {
         uint64_t steps = UINT64_C(1) << -segment->frac;
@@ -184,8 +184,8 @@ static struct motion_u128 append_travel(const struct append_goal *goal,
     d = motion_fixed_shl_u128(d, 40);
     d = motion_fixed_add_u128(
         d, motion_fixed_shl_u128((struct motion_u128){ 0, below }, unit));
-    return wide_sub(d, motion_fixed_shl_u128(
-                           motion_fixed_from_i64(segment->coef[0]), unit));
+    return append_sub(d, motion_fixed_shl_u128(
+                             motion_fixed_from_i64(segment->coef[0]), unit));
 }
 
 /* All a[k]: exact (segment NULL: travel as given), or each rounded to what
@@ -229,11 +229,11 @@ static uint8_t append_scale(struct track_ratio ratio, int shift, int32_t *high,
     return (uint8_t)left;
 }
 
-/* vel [2^-32/s]     = dp/dw / 2 / 2^frac s/dur, times 2^64 / 2^64
- * acc [2^-16/s2]    = a 2^32 2 / 4 / 2^(16+frac) (s/dur)^2, times 2^32 / 2^32 */
 /* Under 3 ps the last bits of a are more acceleration than the format holds. */
 #define APPEND_ACC_SHIFT_MAX 31
 
+/* vel [2^-32/s]     = dp/dw / 2 / 2^frac s/dur, times 2^64 / 2^64
+ * acc [2^-16/s2]    = a 2^32 2 / 4 / 2^(16+frac) (s/dur)^2, times 2^32 / 2^32 */
 static void append_derive(struct motion_segment *segment)
 {
     struct track_ratio rate = track_ratio_per_second(segment);
@@ -308,7 +308,7 @@ static int append_check_derivative(struct motion_u128 *point, int n,
     struct motion_u128 value;
 
     for (int j = 0; j < n; j++) {
-        point[j] = motion_fixed_mul_i128(wide_sub(point[j + 1], point[j]), n);
+        point[j] = motion_fixed_mul_i128(append_sub(point[j + 1], point[j]), n);
         if (track_ratio_apply(point[j], ratio, shift, 100, &value) < 0 ||
             !append_within(value, limit))
             return MOTION_E_RANGE;
@@ -365,8 +365,8 @@ static int append_fit(const struct motion_track *track,
                       struct append_goal *goal, struct motion_segment *segment)
 {
     struct motion_u128 exact = motion_fixed_shl_u128(
-        wide_sub(motion_fixed_from_i64(goal->end_pos_q32),
-                 motion_fixed_from_i64(track->end.pos_q32)),
+        append_sub(motion_fixed_from_i64(goal->end_pos_q32),
+                   motion_fixed_from_i64(track->end.pos_q32)),
         40);
 
     *segment = (struct motion_segment){ .pos_q32 = track->end.pos_q32 };
@@ -443,7 +443,7 @@ int motion_track_append_constraints(struct motion_track *track,
     if (err < 0)
         return err;
 
-    struct track_ratio seconds = ratio_in_seconds(dur_ns_q12);
+    struct track_ratio seconds = append_seconds(dur_ns_q12);
     err = append_tangents(start, start_order, seconds, &goal.a[1], &goal.a[2]);
     if (err < 0)
         return err;

@@ -240,7 +240,12 @@ void motion_segment_extreme(const struct motion_segment *segment,
                             enum motion_quantity quantity,
                             struct motion_extreme *extreme)
 {
-    *extreme = (struct motion_extreme){ .min = INT64_MAX, .max = INT64_MIN };
+    *extreme = (struct motion_extreme){
+        .min = INT64_MAX,
+        .max = INT64_MIN,
+        .min_ns_q12 = segment->start_ns_q12,
+        .max_ns_q12 = segment->start_ns_q12,
+    };
     state_extend_all(segment, quantity, extreme);
 }
 

@@ -35,7 +35,10 @@ struct mini {
     unsigned written_count;
     uint8_t nmt;
     bool silent, mute_tpdo, mute_sdo, mute_heartbeat;
-    bool no_power, not_remote, ignores, fault_sticks;
+    bool no_power, not_remote, ignores, fault_sticks, ignores_nmt;
+    bool quick_stop_stays;             /* 0x605A = 6 */
+    unsigned brake;                    /* words with bit 3 until it opens */
+    uint16_t status_set, status_clear; /* bits of the statusword */
     uint16_t controlword, previous_controlword;
     enum cia402_state state;
     int32_t pending, latched, actual; /* targets: received, latched at SYNC */
@@ -43,7 +46,7 @@ struct mini {
     int64_t heartbeat_due_ns;
     uint16_t walked[64]; /* controlwords as they changed */
     unsigned walked_count;
-    int32_t first_enabled_target;
+    int32_t first_enabled_target, sdo_target;
 };
 
 static struct mini_object *mini_find(struct mini *mini, uint16_t index,
@@ -132,8 +135,9 @@ static uint16_t mini_statusword(const struct mini *mini)
         [CIA402_FAULT] = 0x08,
     };
 
-    return (uint16_t)(of[mini->state] | (mini->no_power ? 0 : 0x10) |
-                      (mini->not_remote ? 0 : 0x200));
+    return (uint16_t)((of[mini->state] | (mini->no_power ? 0 : 0x10) |
+                       (mini->not_remote ? 0 : 0x200) | mini->status_set) &
+                      ~mini->status_clear);
 }
 
 static enum cia402_state mini_next(const struct mini *mini)
@@ -146,6 +150,9 @@ static enum cia402_state mini_next(const struct mini *mini)
     if (mini->state == CIA402_FAULT)
         return rises && !mini->fault_sticks ? CIA402_SWITCH_ON_DISABLED
                                             : CIA402_FAULT;
+    if (mini->state == CIA402_QUICK_STOP_ACTIVE && mini->quick_stop_stays &&
+        (word & 0x02) != 0)
+        return mini->state;
     if (mini->state == CIA402_QUICK_STOP_ACTIVE || (word & 0x02) == 0)
         return CIA402_SWITCH_ON_DISABLED;
     if ((word & 0x04) == 0)
@@ -158,8 +165,9 @@ static enum cia402_state mini_next(const struct mini *mini)
         return CIA402_READY;
     if (mini->state == CIA402_READY)
         return switch_on && !mini->no_power ? CIA402_SWITCHED_ON : mini->state;
-    return switch_on && (word & 0x08) != 0 ? CIA402_OPERATION_ENABLED
-                                           : CIA402_SWITCHED_ON;
+    if (!switch_on || (word & 0x08) == 0)
+        return CIA402_SWITCHED_ON;
+    return mini->brake > 0 ? mini->state : CIA402_OPERATION_ENABLED;
 }
 
 static void mini_obey(struct mini *mini, uint16_t controlword)
@@ -172,6 +180,7 @@ static void mini_obey(struct mini *mini, uint16_t controlword)
         const enum cia402_state before = mini->state;
 
         mini->state = mini_next(mini);
+        mini->brake -= mini->brake > 0 && (controlword & 0x08) != 0;
         if (mini->state == CIA402_OPERATION_ENABLED && before != mini->state)
             mini->first_enabled_target = mini->pending;
     }
@@ -212,7 +221,7 @@ static void mini_sdo(struct mini *mini, const struct hal_can_frame *request,
             mini_at(mini, 0x6061, 0)->value =
                 mini_at(mini, 0x6061, 0)->stuck ? 0 : value;
         if (index == 0x607A)
-            mini->pending = (int32_t)value;
+            mini->pending = mini->sdo_target = (int32_t)value;
         if (index == 0x6040)
             mini_obey(mini, (uint16_t)value);
     } else {
@@ -267,6 +276,8 @@ static void mini_frame(struct mini *mini, const struct hal_can_frame *frame,
     const int64_t t_ns = now_ns + 200000;
 
     if (mini->silent)
+        return;
+    if (frame->id == 0x000 && mini->ignores_nmt)
         return;
     if (frame->id == 0x000)
         mini->nmt = frame->data[0] == 0x01 ? 0x05 : 0x7F;
@@ -394,7 +405,8 @@ static void request(struct bench *b, enum hal_drive_request what)
 
 static void enable(struct bench *b)
 {
-    until(b, HAL_DRIVE_OFF, 200);
+    if (b->seen.state != HAL_DRIVE_OFF)
+        until(b, HAL_DRIVE_OFF, 200);
     request(b, HAL_DRIVE_REQUEST_ENABLE);
     until(b, HAL_DRIVE_ENABLED, 100);
 }
@@ -497,8 +509,13 @@ static void start_up_ends_off_with_everything_written(void **state)
         { 0x6060, 0, 8 },          { 0x607A, 0, (uint32_t)-123456 },
     };
     struct bench *b = *state;
-    const unsigned took = until(b, HAL_DRIVE_OFF, 200);
+    unsigned took = 0;
 
+    for (; b->seen.state != HAL_DRIVE_OFF && took < 200; took++) {
+        bench_begin(b);
+        assert_int_equal(b->master.stats.rpdo_sent, 0);
+        bench_end(b);
+    }
     print_message("off after %u ticks\n", took);
     for (size_t i = 0; i < ARRAY_LEN(rows); i++)
         if (mini_at(&b->mini, rows[i].index, rows[i].sub)->value !=
@@ -567,6 +584,15 @@ static void a_drive_without_optional_objects_will_do(void **state)
     }
 }
 
+static void switches_that_cannot_be_mapped_are_left_off(void **state)
+{
+    struct bench *b = *state;
+
+    mini_at(&b->mini, 0x1A01, 1)->write_abort = 0x06040041;
+    enable(b);
+    assert_int_equal(mini_at(&b->mini, 0x1801, 1)->value, 0x80000285);
+}
+
 static void a_cob_id_may_read_back_with_the_no_rtr_bit(void **state)
 {
     struct bench *b = *state;
@@ -575,6 +601,23 @@ static void a_cob_id_may_read_back_with_the_no_rtr_bit(void **state)
     cob->stuck = true;
     cob->value = 0x40000185;
     until(b, HAL_DRIVE_OFF, 200);
+}
+
+/* Read-only is as good when the value is right. */
+static void a_fixed_interpolation_period_must_be_ours(void **state)
+{
+    static const uint8_t counts[] = { 1, 2 };
+
+    for (unsigned i = 0; i < ARRAY_LEN(counts); i++) {
+        struct bench *b;
+
+        bench_setup(state);
+        b = *state;
+        mini_at(&b->mini, 0x60C2, 1)->write_abort = CANOPEN_ABORT_READ_ONLY;
+        mini_at(&b->mini, 0x60C2, 2)->write_abort = CANOPEN_ABORT_READ_ONLY;
+        mini_at(&b->mini, 0x60C2, 1)->value = counts[i];
+        until(b, counts[i] == 1 ? HAL_DRIVE_OFF : HAL_DRIVE_FAULT, 200);
+    }
 }
 
 static const struct {
@@ -622,6 +665,51 @@ static void a_drive_that_refuses_its_configuration_gets_no_torque(void **state)
         assert_int_equal(b->seen.state, HAL_DRIVE_FAULT);
         assert_int_equal(b->mini.state, CIA402_SWITCH_ON_DISABLED);
     }
+}
+
+static void a_target_that_does_not_stay_is_told_before_enabling(void **state)
+{
+    struct bench *b = *state;
+
+    mini_at(&b->mini, 0x607A, 0)->stuck = true;
+    until(b, HAL_DRIVE_FAULT, 200);
+    assert_text(b, "0x607A is not at the actual position");
+}
+
+static void a_drive_that_ignores_nmt_is_told(void **state)
+{
+    struct bench *b = *state;
+
+    b->mini.nmt = 0x05;
+    b->mini.ignores_nmt = true;
+    until(b, HAL_DRIVE_OFFLINE, 1);
+    ticks(b, 1200);
+    assert_int_equal(b->seen.state, HAL_DRIVE_OFFLINE);
+    assert_text(b, "no heartbeat shows the NMT state asked for");
+    assert_int_equal(written_at(&b->mini, 0x101601, 1), 0);
+}
+
+/* Each row is asked three times, 200 ms apart. */
+static void two_lost_answers_in_a_row_are_made_good_again(void **state)
+{
+    struct bench *b = *state;
+
+    for (int i = 0; i < 2; i++) {
+        ticks(b, 20);
+        b->mini.mute_sdo = true;
+        ticks(b, 250);
+        b->mini.mute_sdo = false;
+        ticks(b, 200);
+    }
+    until(b, HAL_DRIVE_OFF, 200);
+    bench_setup(state);
+    ticks(b, 20);
+    b->mini.mute_sdo = true;
+    ticks(b, 630);
+    b->mini.mute_sdo = false;
+    ticks(b, 200);
+    assert_int_equal(b->seen.state, HAL_DRIVE_OFFLINE);
+    assert_text(b, "does not answer");
 }
 
 static void a_mode_that_is_not_taken_is_waited_for_and_told(void **state)
@@ -699,6 +787,7 @@ static void a_drive_found_enabled_is_stopped_first(void **state)
     until(b, HAL_DRIVE_OFF, 200);
     assert_int_not_equal(b->mini.state, CIA402_OPERATION_ENABLED);
     assert_int_equal(b->mini.actual, -123456);
+    assert_int_equal(b->mini.walked[0], 0x02);
 }
 
 /* ---- enabling ---- */
@@ -740,8 +829,9 @@ static void set_points_before_enabling_do_not_reach_the_drive(void **state)
 
     until(b, HAL_DRIVE_OFF, 200);
     for (int i = 0; i < 20; i++) {
+        bench_begin(b);
         assert_int_equal(set_pos(b, 0), MOTION_OK);
-        tick(b);
+        bench_end(b);
         assert_int_equal(b->mini.pending, -123456);
     }
 }
@@ -754,7 +844,85 @@ static void an_axis_that_is_pushed_is_enabled_where_it_stands(void **state)
     b->mini.drift = 3; /* counts per ms, by hand */
     request(b, HAL_DRIVE_REQUEST_ENABLE);
     until(b, HAL_DRIVE_ENABLED, 100);
+    assert_int_equal(b->mini.first_enabled_target, b->mini.sdo_target);
     assert_in_range(b->mini.actual - b->mini.first_enabled_target + 50, 0, 100);
+}
+
+static void a_brake_may_take_its_time(void **state)
+{
+    struct bench *b = *state;
+
+    b->mini.brake = 2500;
+    until(b, HAL_DRIVE_OFF, 200);
+    request(b, HAL_DRIVE_REQUEST_ENABLE);
+    assert_true(until(b, HAL_DRIVE_ENABLED, 2000) > 1000);
+    bench_setup(state);
+    b->mini.brake = 100000;
+    until(b, HAL_DRIVE_OFF, 200);
+    request(b, HAL_DRIVE_REQUEST_ENABLE);
+    assert_true(until(b, HAL_DRIVE_FAULT, 3100) > 3000);
+    assert_text(b, "stays in switched on");
+}
+
+/* Back to Ready while the brake opens, pushed, and up again. */
+static void the_target_is_preloaded_again_after_a_fall(void **state)
+{
+    struct bench *b = *state;
+
+    b->mini.brake = 100;
+    until(b, HAL_DRIVE_OFF, 200);
+    request(b, HAL_DRIVE_REQUEST_ENABLE);
+    ticks(b, 40);
+    assert_int_equal(b->mini.state, CIA402_SWITCHED_ON);
+    b->mini.state = CIA402_READY;
+    b->mini.ignores = true;
+    b->mini.drift = 500;
+    ticks(b, 40);
+    b->mini.drift = 0;
+    b->mini.ignores = false;
+    until(b, HAL_DRIVE_ENABLED, 200);
+    assert_int_equal(b->mini.first_enabled_target, -123456 + 40 * 500);
+    /* start-up, before the fall, after it */
+    assert_int_not_equal(written_at(&b->mini, 0x607A00, 3), 0);
+}
+
+/* Off and on again before the drive has come further down than Switched on. */
+static void the_target_is_preloaded_again_after_a_change_of_mind(void **state)
+{
+    struct bench *b = *state;
+    unsigned before;
+
+    enable(b);
+    before = written_at(&b->mini, 0x607A00, 2);
+    assert_int_not_equal(before, 0);
+    request(b, HAL_DRIVE_REQUEST_OFF);
+    for (int i = 0; i < 10 && b->mini.state == CIA402_OPERATION_ENABLED; i++)
+        tick(b);
+    assert_int_equal(b->mini.state, CIA402_SWITCHED_ON);
+    b->mini.drift = 10;
+    request(b, HAL_DRIVE_REQUEST_ENABLE);
+    until(b, HAL_DRIVE_ENABLED, 50);
+    assert_true(written_at(&b->mini, 0x607A00, 3) > before);
+}
+
+static void a_fault_while_preloading_still_gets_its_code(void **state)
+{
+    struct bench *b = *state;
+
+    until(b, HAL_DRIVE_OFF, 200);
+    b->mini.brake = 1000;
+    mini_at(&b->mini, 0x603F, 0)->value = 0x7305;
+    request(b, HAL_DRIVE_REQUEST_ENABLE);
+    while (b->mini.state != CIA402_SWITCHED_ON)
+        tick(b);
+    b->mini.mute_sdo = true; /* a request stays under way */
+    ticks(b, 10);
+    b->mini.state = CIA402_FAULT;
+    until(b, HAL_DRIVE_FAULT, 5);
+    b->mini.mute_sdo = false;
+    ticks(b, 10);
+    assert_int_equal(b->seen.fault_code, 0x7305);
+    assert_text(b, "sensor or encoder");
 }
 
 static void an_axis_that_moves_too_fast_is_not_enabled(void **state)
@@ -795,6 +963,20 @@ static void the_first_set_point_must_be_where_the_axis_is(void **state)
                                             : HAL_DRIVE_FAULT);
         if (rows[i].want != MOTION_OK)
             assert_int_equal(b->mini.actual, -123456);
+    }
+}
+
+static void the_first_step_is_at_least_one_count(void **state)
+{
+    struct drive_cia402_config config = drive_config;
+    struct bench *b = *state;
+
+    config.first_step_max_q32 = 1;
+    for (int counts = 1; counts <= 2; counts++) {
+        bench_of(b, &config);
+        enable(b);
+        assert_int_equal(set_pos(b, pos_of(-123456 + counts)),
+                         counts == 1 ? MOTION_OK : MOTION_E_LIMIT);
     }
 }
 
@@ -854,6 +1036,32 @@ static int32_t given_at(const struct given *given, unsigned count, int64_t t_ns)
     return 0;
 }
 
+/* Take the answer to the SYNC of this cycle off the wire: it will end just when
+ * the next SYNC is asked for. */
+static struct hal_can_frame bench_hold_tpdo(struct bench *b)
+{
+    for (unsigned i = b->fake.in_at; i < b->fake.in_count; i++) {
+        struct hal_can_frame frame = b->fake.in[i];
+
+        if (frame.id != 0x180 + NODE)
+            continue;
+        memmove(&b->fake.in[i], &b->fake.in[i + 1],
+                (--b->fake.in_count - i) * sizeof frame);
+        frame.t_ns = b->now_ns;
+        return frame;
+    }
+    fail_msg("no TPDO1");
+    return b->fake.in[0];
+}
+
+static void bench_insert(struct bench *b, const struct hal_can_frame *frame)
+{
+    struct hal_can_frame *at = &b->fake.in[b->fake.in_at];
+
+    memmove(at + 1, at, (b->fake.in_count++ - b->fake.in_at) * sizeof *at);
+    *at = *frame;
+}
+
 /* The miniature is exactly where its interpolator is, so with the age that the
  * drive reports the following error is exactly zero on every tick, whatever
  * the clock does. */
@@ -861,6 +1069,7 @@ static void run_ramp(struct bench *b, int64_t jitter_ns, unsigned lose_every,
                      unsigned late_every)
 {
     static struct given given[600];
+    struct hal_can_frame held = { 0 };
     uint64_t seed = 7;
     unsigned judged = 0;
 
@@ -881,9 +1090,11 @@ static void run_ramp(struct bench *b, int64_t jitter_ns, unsigned lose_every,
         given[i] = (struct given){ b->now_ns, counts };
         assert_int_equal(set_pos(b, pos_of(counts)), MOTION_OK);
         bench_end(b);
-        if (late_every != 0 && i % late_every == 0) /* answers just too late */
-            for (unsigned k = b->fake.in_at; k < b->fake.in_count; k++)
-                b->fake.in[k].t_ns = b->now_ns - 1;
+        if (held.len != 0) /* before the answer to the SYNC after */
+            bench_insert(b, &held);
+        held.len = 0;
+        if (late_every != 0 && i % late_every == 0)
+            held = bench_hold_tpdo(b);
         if (lose_every != 0 && i % lose_every == 0)
             b->now_ns += 1 * MS;
         if (jitter_ns != 0)
@@ -906,29 +1117,30 @@ static void the_set_point_in_force_is_the_one_the_age_points_at(void **state)
     run_ramp(b, 0, 0, 3);
 }
 
-/* begin(k) .. SYNC k+1 is sent before the answer to SYNC k is on the wire. */
 static void a_late_answer_belongs_to_the_sync_before(void **state)
 {
     struct bench *b = *state;
     struct hal_can_frame late;
-    int64_t sync_ns;
+    int64_t sync_ns = 0;
 
     enable(b);
-    sync_ns = b->now_ns;
-    bench_begin(b);
-    bench_end(b);
-    late = b->fake.in[b->fake.in_count - 1];
-    while (b->fake.in_count > b->fake.in_at)
-        late = b->fake.in[--b->fake.in_count];
-    assert_int_equal(late.id, 0x185);
-    late.t_ns = b->now_ns; /* ends as the next SYNC is asked for */
+    for (int i = 0; i < 10; i++) {
+        sync_ns = b->now_ns;
+        bench_begin(b);
+        assert_int_equal(set_pos(b, pos_of(-123456 + i)), MOTION_OK);
+        bench_end(b);
+    }
+    late = bench_hold_tpdo(b);
     b->mini.mute_tpdo = true;
-    bench_begin(b); /* sends that SYNC, has not seen the answer */
-    fake_can_put_frame(&b->fake, &late);
-    bench_end(b);
-    bench_begin(b);
+    tick(b);
+    bench_insert(b, &late);
+    tick(b);
     assert_int_equal(b->seen.t_ns, sync_ns);
+    assert_int_equal(b->seen.demand_age_ns, 2 * MS);
+    assert_int_equal(counts_of(b->seen.pos_q32), -123456 + 9 - 2);
     assert_int_equal(b->seen.state, HAL_DRIVE_ENABLED);
+    /* the SYNC after it was the first of three without an answer */
+    assert_int_equal(until(b, HAL_DRIVE_OFFLINE, 10), 2);
 }
 
 static void speed_is_the_way_of_one_period(void **state)
@@ -942,10 +1154,21 @@ static void speed_is_the_way_of_one_period(void **state)
     }
     /* 25 counts/ms = 25 unit/s */
     assert_in_range(b->seen.vel_q32 - 25 * ONE + 2, 0, 4);
-    b->now_ns += 1 * MS; /* two periods between two SYNCs: not twice as fast */
-    set_pos(b, pos_of(-123456 + 25 * 21));
-    ticks(b, 2);
-    assert_in_range(b->seen.vel_q32 + 2, 0, 25 * ONE + 4);
+}
+
+static void a_lost_tick_is_not_twice_the_speed(void **state)
+{
+    struct bench *b = *state;
+
+    until(b, HAL_DRIVE_OFF, 200);
+    b->mini.drift = 25;
+    ticks(b, 5);
+    for (int i = 0; i < 20; i++) {
+        b->mini.drift = i == 10 ? 50 : 25;
+        b->now_ns += i == 10 ? 1 * MS : 0;
+        tick(b);
+        assert_in_range(b->seen.vel_q32 - 25 * ONE + 2, 0, 4);
+    }
 }
 
 static void the_actual_position_is_followed_across_the_wrap(void **state)
@@ -1019,6 +1242,66 @@ static void quick_stop_is_out_in_the_same_cycle(void **state)
     assert_int_equal(b->seen.state, HAL_DRIVE_OFF);
     request(b, HAL_DRIVE_REQUEST_ENABLE); /* by a new request, yes */
     until(b, HAL_DRIVE_ENABLED, 100);
+}
+
+/* 0x605A = 6: the drive holds until its power is taken away. */
+static void a_quick_stop_that_holds_ends_by_off(void **state)
+{
+    struct bench *b = *state;
+
+    b->mini.quick_stop_stays = true;
+    enable(b);
+    request(b, HAL_DRIVE_REQUEST_QUICK_STOP);
+    ticks(b, 5000);
+    assert_int_equal(b->seen.state, HAL_DRIVE_QUICK_STOP);
+    request(b, HAL_DRIVE_REQUEST_OFF);
+    until(b, HAL_DRIVE_OFF, 5);
+    assert_int_equal(b->mini.controlword, 0x00);
+}
+
+/* Reset takes the power away only when the axis stands. */
+static void a_reset_waits_for_a_quick_stop_to_end(void **state)
+{
+    static const int32_t drifts[] = { 50, -50 };
+
+    for (unsigned i = 0; i < ARRAY_LEN(drifts); i++) {
+        struct bench *b;
+
+        bench_setup(state);
+        b = *state;
+        b->mini.quick_stop_stays = true;
+        enable(b);
+        assert_int_equal(set_pos(b, 0), MOTION_E_LIMIT); /* latches */
+        ticks(b, 5);
+        b->mini.drift = drifts[i]; /* still ramping down */
+        ticks(b, 5);
+        assert_int_equal(b->mini.state, CIA402_QUICK_STOP_ACTIVE);
+        request(b, HAL_DRIVE_REQUEST_RESET);
+        ticks(b, 100);
+        assert_int_equal(b->seen.state, HAL_DRIVE_FAULT);
+        assert_int_equal(b->mini.state, CIA402_QUICK_STOP_ACTIVE);
+        b->mini.drift = 0;
+        until(b, HAL_DRIVE_OFF, 10);
+    }
+}
+
+static void after_enabling_again_no_old_set_point_is_in_force(void **state)
+{
+    struct bench *b = *state;
+
+    enable(b);
+    for (int i = 0; i < 10; i++) {
+        bench_begin(b);
+        set_pos(b, pos_of(-123456));
+        bench_end(b);
+    }
+    assert_int_equal(b->seen.demand_age_ns, 2 * MS);
+    request(b, HAL_DRIVE_REQUEST_QUICK_STOP);
+    until(b, HAL_DRIVE_OFF, 10);
+    request(b, HAL_DRIVE_REQUEST_ENABLE);
+    until(b, HAL_DRIVE_ENABLED, 100);
+    ticks(b, 5);
+    assert_int_equal(b->seen.demand_age_ns, 0);
 }
 
 static void off_goes_down_by_disable_and_shutdown(void **state)
@@ -1138,6 +1421,46 @@ static void a_fault_that_stays_is_told(void **state)
     b->mini.fault_sticks = false;
     request(b, HAL_DRIVE_REQUEST_RESET);
     until(b, HAL_DRIVE_OFF, 10);
+}
+
+/* In the cycle in which a reset gave up, bit 7 was still high on the wire. */
+static void a_reset_at_once_after_a_failed_one_has_its_edge(void **state)
+{
+    struct bench *b = *state;
+
+    enable(b);
+    b->mini.fault_sticks = true;
+    break_it(b, "085#1031020000000000");
+    until(b, HAL_DRIVE_FAULT, 3);
+    request(b, HAL_DRIVE_REQUEST_RESET);
+    bench_begin(b);
+    while (strstr(b->seen.fault_text, "not reset") == NULL) {
+        bench_end(b);
+        bench_begin(b);
+    }
+    assert_int_equal(b->mini.controlword, 0x80);
+    b->mini.fault_sticks = false;
+    request(b, HAL_DRIVE_REQUEST_RESET);
+    bench_end(b);
+    until(b, HAL_DRIVE_OFF, 10);
+}
+
+static void the_drive_tells_whether_it_follows(void **state)
+{
+    struct bench *b = *state;
+
+    enable(b);
+    assert_true(b->seen.following);
+    b->mini.status_set = 0x0800; /* internal limit active */
+    ticks(b, 2);
+    assert_false(b->seen.following);
+    b->mini.status_set = 0;
+    b->mini.status_clear = 0x1000;
+    ticks(b, 2);
+    assert_false(b->seen.following);
+    b->mini.status_clear = 0;
+    ticks(b, 2);
+    assert_true(b->seen.following);
 }
 
 static void a_drive_that_is_in_fault_at_start_up_tells_it(void **state)
@@ -1285,6 +1608,12 @@ static void switches_are_read_and_heard_and_turned_with_the_axis(void **state)
     until(b, HAL_DRIVE_OFF, 200);
     assert_true(!b->seen.limit_negative && b->seen.limit_positive);
     assert_true(b->seen.pos_q32 > 0); /* -123456 counts */
+    b->mini.drift = 25;
+    ticks(b, 5);
+    assert_in_range(b->seen.vel_q32 + 25 * ONE + 2, 0, 4);
+    b->mini.drift = 0;
+    enable(b);
+    assert_int_equal(set_pos(b, b->seen.pos_q32 + ONE / 2), MOTION_OK);
 }
 
 /* ---- configuration ---- */
@@ -1474,8 +1803,13 @@ int main(void)
         BENCH(start_up_ends_off_with_everything_written),
         BENCH(a_pdo_is_mapped_in_the_order_every_drive_accepts),
         BENCH(a_drive_without_optional_objects_will_do),
+        BENCH(a_fixed_interpolation_period_must_be_ours),
+        BENCH(switches_that_cannot_be_mapped_are_left_off),
         BENCH(a_cob_id_may_read_back_with_the_no_rtr_bit),
         BENCH(a_drive_that_refuses_its_configuration_gets_no_torque),
+        BENCH(a_target_that_does_not_stay_is_told_before_enabling),
+        BENCH(a_drive_that_ignores_nmt_is_told),
+        BENCH(two_lost_answers_in_a_row_are_made_good_again),
         BENCH(a_mode_that_is_not_taken_is_waited_for_and_told),
         BENCH(a_silent_drive_is_asked_until_it_answers),
         BENCH(a_drive_that_falls_silent_in_start_up_is_offline),
@@ -1486,21 +1820,32 @@ int main(void)
         BENCH(an_enabled_axis_does_not_jump),
         BENCH(set_points_before_enabling_do_not_reach_the_drive),
         BENCH(an_axis_that_is_pushed_is_enabled_where_it_stands),
+        BENCH(a_brake_may_take_its_time),
+        BENCH(the_target_is_preloaded_again_after_a_fall),
+        BENCH(the_target_is_preloaded_again_after_a_change_of_mind),
+        BENCH(a_fault_while_preloading_still_gets_its_code),
         BENCH(an_axis_that_moves_too_fast_is_not_enabled),
         BENCH(the_first_set_point_must_be_where_the_axis_is),
+        BENCH(the_first_step_is_at_least_one_count),
         BENCH(a_drive_that_does_not_get_on_says_why),
         BENCH(the_set_point_in_force_is_the_one_the_age_points_at),
         BENCH(a_late_answer_belongs_to_the_sync_before),
         BENCH(speed_is_the_way_of_one_period),
+        BENCH(a_lost_tick_is_not_twice_the_speed),
         BENCH(the_actual_position_is_followed_across_the_wrap),
         BENCH(a_target_beyond_i32_is_refused_and_not_sent),
         BENCH(quick_stop_is_out_in_the_same_cycle),
+        BENCH(a_quick_stop_that_holds_ends_by_off),
+        BENCH(a_reset_waits_for_a_quick_stop_to_end),
+        BENCH(after_enabling_again_no_old_set_point_is_in_force),
         BENCH(off_goes_down_by_disable_and_shutdown),
         BENCH(a_drive_that_will_not_stop_is_a_fault),
         BENCH(a_drive_fault_latches_with_its_code),
         BENCH(without_an_emergency_the_code_is_asked_for),
         BENCH(reset_is_an_edge_and_leaves_the_axis_off),
         BENCH(a_fault_that_stays_is_told),
+        BENCH(a_reset_at_once_after_a_failed_one_has_its_edge),
+        BENCH(the_drive_tells_whether_it_follows),
         BENCH(a_drive_that_is_in_fault_at_start_up_tells_it),
         BENCH(leaving_operation_unasked_latches),
         BENCH(an_unexpected_boot_up_is_lost_at_once),

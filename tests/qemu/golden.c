@@ -7,8 +7,10 @@
  * at the end. */
 #include <stddef.h>
 
+#include "motion/ease.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
+#include "motion/spline.h"
 #include "motion/track.h"
 #include "tests/qemu/start.h"
 
@@ -218,13 +220,83 @@ static int golden_long(struct motion_track *track)
                                        &end);
 }
 
+/* The three laws in turn, with ramps of every share. */
+static int golden_eases(struct motion_track *track)
+{
+    int64_t k1 = golden_below(UNIT + 1);
+    int64_t k2 = k1 + golden_below(UNIT + 1 - k1);
+    int64_t dur = SECOND / 10 + golden_below(20 * SECOND);
+    int64_t to = golden_signed(42);
+
+    return motion_ease_append(track, (enum motion_ease_law)(track->count % 3),
+                              to, dur, k1, k2);
+}
+
+static int golden_limited(struct motion_track *track)
+{
+    struct motion_ease_limit limit;
+
+    limit.vel_q32 = 1 + golden_below(500 * UNIT);
+    limit.acc_q16 = MOTION_FIXED_ONE_Q16 + golden_below(INT64_C(1) << 28);
+    limit.jerk_q16 = golden_below(INT64_C(1) << 32);
+    if (track->count % 2 == 0)
+        limit.jerk_q16 = 0;
+    return motion_ease_append_limited(track, golden_signed(42), &limit);
+}
+
+#define KEYS 16
+
+static void golden_keys(const struct motion_track *track,
+                        struct motion_key *key)
+{
+    key[0] = (struct motion_key){ .t_ns_q12 = track->end_ns_q12,
+                                  .pos_q32 = track->end.pos_q32 };
+    for (int i = 1; i < KEYS; i++) {
+        key[i] = (struct motion_key){ .pos_q32 = golden_signed(42) };
+        key[i].t_ns_q12 =
+            key[i - 1].t_ns_q12 + SECOND / 50 + golden_below(5 * SECOND);
+    }
+}
+
+static int golden_cardinals(struct motion_track *track)
+{
+    static struct motion_key key[KEYS];
+    int err;
+
+    golden_keys(track, key);
+    err = motion_spline_tangents_cardinal(key, KEYS, golden_below(2 * UNIT),
+                                          MOTION_SPLINE_REST,
+                                          MOTION_SPLINE_NATURAL);
+    return err < 0 ? err : motion_spline_append_cubic(track, key, KEYS, NULL);
+}
+
+static int golden_parabolas(struct motion_track *track)
+{
+    static struct motion_key key[KEYS];
+    const enum motion_spline_end end = MOTION_SPLINE_ONE_SIDED;
+    int err;
+
+    golden_keys(track, key);
+    err = motion_spline_tangents_parabola(key, KEYS, end, end);
+    if (err == MOTION_OK)
+        err = motion_spline_accelerations(key, KEYS, end, end);
+    return err < 0 ? err : motion_spline_append_quintic(track, key, KEYS, NULL);
+}
+
 static const struct {
     const char *name;
     int (*append)(struct motion_track *track); /* negative: no more */
 } producers[] = {
-    { "lines", golden_lines },       { "cubics", golden_cubics },
-    { "quintics", golden_quintics }, { "polys", golden_polys },
-    { "extremes", golden_extremes }, { "six hours", golden_long },
+    { "lines", golden_lines },
+    { "cubics", golden_cubics },
+    { "quintics", golden_quintics },
+    { "polys", golden_polys },
+    { "extremes", golden_extremes },
+    { "six hours", golden_long },
+    { "eases", golden_eases },
+    { "limited eases", golden_limited },
+    { "cardinal splines", golden_cardinals },
+    { "quintic splines", golden_parabolas },
 };
 
 /* --- arithmetic that tracks do not reach ---------------------------------- */
