@@ -374,7 +374,7 @@ static void controller_step_fault(struct controller *controller)
     }
 }
 
-void controller_step(struct controller *controller, int64_t now_ns, bool bus_ok)
+void controller_step(struct controller *controller, int64_t now_ns, int bus)
 {
     static void (*const step[])(struct controller *) = {
         [CONTROLLER_OFF] = controller_step_off,
@@ -386,6 +386,6 @@ void controller_step(struct controller *controller, int64_t now_ns, bool bus_ok)
     };
     controller_watch_tick(controller, now_ns);
     controller_watch_read(controller);
-    controller_watch_judge(controller, bus_ok);
+    controller_watch_judge(controller, bus);
     step[controller->state](controller);
 }

@@ -85,6 +85,8 @@ enum controller_reaction {
     X(CONTROLLER_FAULT_ENABLE, CONTROLLER_REACT_OFF,                           \
       "the drive did not enable in time")                                      \
     X(CONTROLLER_FAULT_OVERRUN, CONTROLLER_REACT_STOP, "ticks were lost")      \
+    X(CONTROLLER_FAULT_MASTER, CONTROLLER_REACT_STOP,                          \
+      "another master speaks on the bus")                                      \
     X(CONTROLLER_FAULT_BUS, CONTROLLER_REACT_OFF, "the bus is down")
 
 enum controller_fault {
@@ -185,10 +187,10 @@ int controller_override(struct controller *controller, int64_t rate_q30);
 int controller_reset(struct controller *controller);
 
 /* The tick, at nominal time `now_ns` (a multiple of the period after the last
- * one: more than one period means that ticks were lost).  `bus_ok` false: the
- * fieldbus reported that it is gone. */
-void controller_step(struct controller *controller, int64_t now_ns,
-                     bool bus_ok);
+ * one: more than one period means that ticks were lost).  `bus`: the worst that
+ * a fieldbus said at its begin: MOTION_OK, MOTION_E_PROTOCOL (another master),
+ * or another error (it is gone). */
+void controller_step(struct controller *controller, int64_t now_ns, int bus);
 
 /* Share of the move that has been played, 0 .. 2^30, and time left at the
  * operator's override, in ns (INT64_MAX at 0 %).  Not for the tick. */

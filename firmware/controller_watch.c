@@ -123,14 +123,17 @@ static void watch_estop(struct controller *controller)
         controller_raise(controller, CONTROLLER_FAULT_ESTOP, -1, 0, 0);
 }
 
-void controller_watch_judge(struct controller *controller, bool bus_ok)
+void controller_watch_judge(struct controller *controller, int bus)
 {
     watch_estop(controller);
     if (controller->state == CONTROLLER_OFF ||
         controller->state == CONTROLLER_FAULT)
         return; /* no torque: nothing else to lose */
-    if (!bus_ok)
-        controller_raise(controller, CONTROLLER_FAULT_BUS, -1, 0, 0);
+    if (bus < 0)
+        controller_raise(controller,
+                         bus == MOTION_E_PROTOCOL ? CONTROLLER_FAULT_MASTER
+                                                  : CONTROLLER_FAULT_BUS,
+                         -1, bus, 0);
     watch_ticks(controller);
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
         watch_drive(controller, i);

@@ -187,7 +187,7 @@ static void bench_init(struct bench *bench, int percent)
 static void bench_tick(struct bench *bench)
 {
     fake_now_ns += MS;
-    controller_step(&bench->controller, fake_now_ns, true);
+    controller_step(&bench->controller, fake_now_ns, MOTION_OK);
 }
 
 static void bench_ticks(struct bench *bench, int ticks)
@@ -595,9 +595,21 @@ static void a_bus_that_is_gone_is_off_at_once(void **state)
     struct bench bench;
     bench_moving(&bench, 120, 1000);
     fake_now_ns += MS;
-    controller_step(&bench.controller, fake_now_ns, false);
+    controller_step(&bench.controller, fake_now_ns, MOTION_E_IO);
     assert_int_equal(bench.controller.fault.fault, CONTROLLER_FAULT_BUS);
     assert_int_equal(bench.controller.state, CONTROLLER_FAULT);
+}
+
+static void another_master_stops_the_group_along_the_path(void **state)
+{
+    (void)state;
+    struct bench bench;
+    bench_moving(&bench, 120, 1000);
+    fake_now_ns += MS;
+    controller_step(&bench.controller, fake_now_ns, MOTION_E_PROTOCOL);
+    assert_int_equal(bench.controller.fault.fault, CONTROLLER_FAULT_MASTER);
+    assert_int_equal(bench.controller.state, CONTROLLER_STOPPING);
+    judge_path(&bench);
 }
 
 static void reset_is_refused_while_the_estop_is_active(void **state)
@@ -729,6 +741,7 @@ int main(void)
         cmocka_unit_test(a_fault_stops_the_group_along_the_path),
         cmocka_unit_test(a_second_fault_is_not_recorded_and_does_not_soften),
         cmocka_unit_test(a_bus_that_is_gone_is_off_at_once),
+        cmocka_unit_test(another_master_stops_the_group_along_the_path),
         cmocka_unit_test(reset_is_refused_while_the_estop_is_active),
         cmocka_unit_test(a_drive_that_does_not_enable_is_a_fault_with_its_name),
         cmocka_unit_test(the_gate_stops_what_planning_should_have),

@@ -107,12 +107,17 @@ int machine_init(struct machine *machine, const struct rig *rig,
                    : MOTION_OK;
 }
 
-static bool machine_begin(struct machine *machine, int64_t now_ns)
+/* The worst that a bus has to say: one that is gone before one with a second
+ * master. */
+static int machine_begin(struct machine *machine, int64_t now_ns)
 {
-    bool ok = true;
-    for (unsigned i = 0; i < machine->rig->bus_count; i++)
-        ok &= hal_fieldbus_begin(&machine->bus[i].fieldbus, now_ns) >= 0;
-    return ok;
+    int worst = MOTION_OK;
+    for (unsigned i = 0; i < machine->rig->bus_count; i++) {
+        int err = hal_fieldbus_begin(&machine->bus[i].fieldbus, now_ns);
+        if (err < 0 && (worst == MOTION_OK || worst == MOTION_E_PROTOCOL))
+            worst = err;
+    }
+    return worst;
 }
 
 /* What end() could not send, begin() of the next tick reports. */
@@ -124,8 +129,8 @@ static void machine_end(struct machine *machine, int64_t now_ns)
 
 void machine_tick(struct machine *machine, int64_t now_ns)
 {
-    bool bus_ok = machine_begin(machine, now_ns);
-    controller_step(&machine->controller, now_ns, bus_ok);
+    int bus = machine_begin(machine, now_ns);
+    controller_step(&machine->controller, now_ns, bus);
     machine_end(machine, now_ns);
 }
 
