@@ -11,9 +11,8 @@
 #include "motion/err.h"
 #include "motion/fixed.h"
 
-#define RAMP_TRIES_PER_TICK 4
-#define ENABLE_TIMEOUT_NS   INT64_C(5000000000)
-#define STOP_TIMEOUT_NS     INT64_C(5000000000)
+#define ENABLE_TIMEOUT_NS INT64_C(5000000000)
+#define STOP_TIMEOUT_NS   INT64_C(5000000000)
 
 const char *controller_state_text(enum controller_state state)
 {
@@ -101,7 +100,7 @@ void controller_enter(struct controller *controller,
 {
     controller->state = state;
     controller->since_ns = controller->now_ns;
-    controller->ramp_try = 0;
+    controller_ramp_reset(controller);
 }
 
 void controller_request(struct controller *controller,
@@ -147,10 +146,9 @@ static void controller_react(struct controller *controller)
         return;
     }
     controller->wanted_q30 = 0;
-    controller->ramp_try = 0;
     controller_enter(controller, CONTROLLER_STOPPING);
     if (controller->reaction == CONTROLLER_REACT_STOP &&
-        !controller_ramp_seek(controller, controller_ramp_lengths(), true))
+        !controller_ramp_stop(controller))
         controller->reaction = CONTROLLER_REACT_QUICK;
     if (controller->reaction == CONTROLLER_REACT_QUICK)
         controller_request(controller, HAL_DRIVE_REQUEST_QUICK_STOP);
@@ -288,10 +286,8 @@ static void controller_step_ready(struct controller *controller)
 
 static void controller_clock(struct controller *controller)
 {
-    if (controller->warp.rate1_q30 != controller->wanted_q30 &&
-        controller->reaction < CONTROLLER_REACT_QUICK)
-        controller_ramp_seek(controller, RAMP_TRIES_PER_TICK,
-                             controller->reaction == CONTROLLER_REACT_STOP);
+    if (controller->warp.rate1_q30 != controller->wanted_q30)
+        controller_ramp_seek(controller);
     motion_clock_warp_at(&controller->warp, controller->now_ns,
                          &controller->rate);
     if (controller->rate.s_ns_q12 > controller->move_end_ns_q12)

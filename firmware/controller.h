@@ -21,10 +21,10 @@
  *
  * Hold, resume, stop and override are ramps of the clock that reads the move:
  * the path stays the same to the bit.  The shortest ramp that keeps every axis
- * within its limits is searched, a few lengths per tick; where none fits (an
- * axis is already braking at its limit) the search goes on every tick until one
- * does.  A stop for a fault uses the stop limits, searches all lengths at once
- * and falls back on the drives' own quick stop.
+ * within its limits at every tick is searched, some looks per tick; where none
+ * fits (an axis is already braking at its limit) the search goes on until one
+ * does.  A stop for a fault uses the stop limits, starts at once and falls back
+ * on the drives' own quick stop.
  *
  * Faults latch.  A fault on one axis stops the group; nothing starts again
  * without reset, enable and start. */
@@ -139,6 +139,15 @@ struct controller_axis {
     int64_t gate_vel_q32, gate_acc_q32;
 };
 
+/* The search for a ramp of the clock; see controller_ramp.c. */
+struct controller_seek {
+    bool active;       /* `warp` is being judged, or waits for its time */
+    unsigned which;    /* next length to try */
+    unsigned axis;     /* all before this one have said yes, */
+    int64_t judged_ns; /* and this one up to here */
+    struct motion_clock_warp warp;
+};
+
 struct controller {
     struct controller_config config;
     enum controller_state state;
@@ -152,7 +161,7 @@ struct controller {
     int64_t override_q30;     /* what the operator asked for */
     int64_t override_max_q30; /* what the move's limits allow */
     int64_t wanted_q30;       /* where the clock should go to */
-    unsigned ramp_try;        /* where the search of ramp lengths is */
+    struct controller_seek seek;
     bool enabling, resetting;
     int64_t since_ns; /* entry into the state, or the request */
     int64_t now_ns;

@@ -194,7 +194,7 @@ int controller_override(struct controller *controller, int64_t rate_q30)
     controller->override_q30 = rate_q30;
     if (controller->state == CONTROLLER_MOVING) {
         controller->wanted_q30 = rate_q30;
-        controller->ramp_try = 0;
+        controller_ramp_reset(controller);
     }
     return MOTION_OK;
 }

@@ -24,12 +24,14 @@ void controller_request(struct controller *controller,
 void controller_rest(struct controller *controller);
 bool controller_in_motion(const struct controller *controller);
 
-/* controller_ramp.c: try up to `tries` ramp lengths from now to wanted_q30;
- * true when one fits and has been set.  `stop` judges by the stop limits.
- * Plan-time work: divides; at most RAMP_LOOKS evaluations per axis and try. */
-bool controller_ramp_seek(struct controller *controller, unsigned tries,
-                          bool stop);
-unsigned controller_ramp_lengths(void); /* how many lengths there are */
+/* controller_ramp.c.  Seek: go on looking for a ramp to wanted_q30 within the
+ * limits, a bounded number of looks per call, and put it into force when it
+ * has been found and its time has come; reset: forget what was being looked at.
+ * Stop: a ramp to rate 0 within the stop limits, from now; false: there is
+ * none.  Both divide. */
+void controller_ramp_seek(struct controller *controller);
+void controller_ramp_reset(struct controller *controller);
+bool controller_ramp_stop(struct controller *controller);
 
 /* controller_gate.c: may this set point go to the drive now?  When not, the
  * value that was too large and what was allowed. */

@@ -5,7 +5,12 @@
  *     acceleration  V * 1.5 |dr| / D        jerk  V * 6 |dr| / D^2
  * beside what the track itself asks for.  The D where these alone use the
  * whole limit is the yardstick; lengths from a third of it upwards are tried
- * until motion_clock_warp_fits says yes for every axis. */
+ * until motion_clock_warp_fits says yes for every axis.
+ *
+ * Looking ahead takes time, so a candidate starts some ticks from now and is
+ * judged until then, at every tick that it will have, a bounded number of looks
+ * per tick; the present warp goes on meanwhile.  A stop for a fault cannot
+ * wait: it starts now, judged by fewer looks against the wider stop limits. */
 #include "firmware/controller_parts.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
@@ -15,13 +20,12 @@ static const uint16_t ramp_sixteenths[] = { 5,   7,   10,  13,  16,  20,  25,
                                             32,  40,  50,  64,  80,  102, 128,
                                             160, 208, 256, 320, 416, 512 };
 #define RAMP_LENGTHS   (sizeof ramp_sixteenths / sizeof ramp_sixteenths[0])
-#define RAMP_LOOKS     512 /* evaluations per axis and try */
 #define RAMP_TICKS_MIN 4
+#define RAMP_TICKS_MAX 32768
 
-unsigned controller_ramp_lengths(void)
-{
-    return RAMP_LENGTHS;
-}
+#define RAMP_COARSE             32 /* looks per axis, for a first impression */
+#define RAMP_PROPOSALS_PER_TICK 4
+#define RAMP_LOOKS_PER_TICK     512 /* all axes together */
 
 /* a * b / c, saturated. */
 static int64_t ramp_muldiv(int64_t a, int64_t b, int64_t c)
@@ -88,46 +92,123 @@ static int64_t ramp_yardstick_group(const struct controller *controller,
     return longest;
 }
 
-static bool ramp_fits(const struct controller *controller,
-                      const struct motion_clock_warp *warp, bool stop)
-{
-    int64_t step_ns = controller->config.period_ns;
-    if (warp->dur_ns / step_ns > RAMP_LOOKS)
-        step_ns = warp->dur_ns / RAMP_LOOKS;
-    for (unsigned i = 0; i < controller->config.axis_count; i++) {
-        const struct motion_track *track = controller->axis[i].track;
-        if (track && !motion_clock_warp_fits(
-                         warp, track, ramp_limit(controller, i, stop), step_ns))
-            return false;
-    }
-    return true;
-}
+/* -- candidates ---------------------------------------------------------- */
 
 static int64_t ramp_clip(int64_t ns, int64_t low, int64_t high)
 {
     return ns < low ? low : ns > high ? high : ns;
 }
 
-bool controller_ramp_seek(struct controller *controller, unsigned tries,
-                          bool stop)
+/* Length number `which`, in whole ticks: every tick is a look, and one sees the
+ * end of the ramp. */
+static int64_t ramp_ticks(const struct controller *controller,
+                          int64_t yardstick_ns, unsigned which)
 {
     const int64_t period_ns = controller->config.period_ns;
-    const int64_t yardstick_ns = ramp_yardstick_group(controller, stop);
-    for (; tries > 0; tries--) {
-        const unsigned which = controller->ramp_try++ % RAMP_LENGTHS;
-        const int64_t dur_ns = ramp_clip(
-            ramp_muldiv(yardstick_ns, ramp_sixteenths[which], 16),
-            RAMP_TICKS_MIN * period_ns, MOTION_CLOCK_WARP_RAMP_MAX_NS);
-        /* whole ticks, so that a tick sees the end of the ramp */
-        const int64_t ticks = (dur_ns + period_ns - 1) / period_ns;
+    const int64_t ns = ramp_clip(
+        ramp_muldiv(yardstick_ns, ramp_sixteenths[which % RAMP_LENGTHS], 16),
+        RAMP_TICKS_MIN * period_ns, RAMP_TICKS_MAX * period_ns);
+    return (ns + period_ns - 1) / period_ns;
+}
+
+static bool ramp_make(const struct controller *controller, int64_t t0_ns,
+                      int64_t ticks, struct motion_clock_warp *warp)
+{
+    return motion_clock_warp_ramp(
+               &controller->warp, t0_ns, controller->wanted_q30,
+               ticks * controller->config.period_ns, warp) == MOTION_OK;
+}
+
+/* The whole ramp, RAMP_COARSE looks per axis: rules out most candidates. */
+static bool ramp_fits_coarsely(const struct controller *controller,
+                               const struct motion_clock_warp *warp, bool stop)
+{
+    const int64_t step_ns = warp->dur_ns / RAMP_COARSE;
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        const struct motion_track *track = controller->axis[i].track;
+        if (track && !motion_clock_warp_fits(
+                         warp, track, ramp_limit(controller, i, stop), 0,
+                         warp->dur_ns, step_ns > 0 ? step_ns : 1))
+            return false;
+    }
+    return true;
+}
+
+bool controller_ramp_stop(struct controller *controller)
+{
+    const int64_t yardstick_ns = ramp_yardstick_group(controller, true);
+    for (unsigned which = 0; which < RAMP_LENGTHS; which++) {
+        const int64_t ticks = ramp_ticks(controller, yardstick_ns, which);
         struct motion_clock_warp warp;
-        if (motion_clock_warp_ramp(&controller->warp, controller->now_ns,
-                                   controller->wanted_q30, ticks * period_ns,
-                                   &warp) == MOTION_OK &&
-            ramp_fits(controller, &warp, stop)) {
+        if (ramp_make(controller, controller->now_ns, ticks, &warp) &&
+            ramp_fits_coarsely(controller, &warp, true)) {
             controller->warp = warp;
             return true;
         }
     }
     return false;
+}
+
+/* -- the search, some looks per tick -------------------------------------- */
+
+void controller_ramp_reset(struct controller *controller)
+{
+    controller->seek = (struct controller_seek){ 0 };
+}
+
+/* Next candidate: it starts when judging it tick by tick will be over. */
+static void ramp_propose(struct controller *controller)
+{
+    struct controller_seek *seek = &controller->seek;
+    const int64_t ticks = ramp_ticks(
+        controller, ramp_yardstick_group(controller, false), seek->which++);
+    const int64_t looks = (ticks + 1) * controller->config.axis_count;
+    const int64_t wait = looks / RAMP_LOOKS_PER_TICK + 1;
+    const int64_t t0_ns =
+        controller->now_ns + wait * controller->config.period_ns;
+    seek->axis = 0;
+    seek->judged_ns = 0;
+    seek->active = ramp_make(controller, t0_ns, ticks, &seek->warp) &&
+                   ramp_fits_coarsely(controller, &seek->warp, false);
+}
+
+/* One stretch of one axis; returns the looks it took. */
+static int64_t ramp_judge(struct controller *controller, int64_t looks)
+{
+    struct controller_seek *seek = &controller->seek;
+    const struct motion_track *track = controller->axis[seek->axis].track;
+    const int64_t period_ns = controller->config.period_ns;
+    int64_t to_ns = seek->judged_ns + looks * period_ns;
+    if (to_ns > seek->warp.dur_ns)
+        to_ns = seek->warp.dur_ns;
+    if (track &&
+        !motion_clock_warp_fits(&seek->warp, track,
+                                ramp_limit(controller, seek->axis, false),
+                                seek->judged_ns, to_ns, period_ns)) {
+        seek->active = false;
+        return looks;
+    }
+    looks = (to_ns - seek->judged_ns) / period_ns;
+    seek->judged_ns = to_ns;
+    if (to_ns == seek->warp.dur_ns) {
+        seek->judged_ns = 0;
+        seek->axis++;
+    }
+    return looks;
+}
+
+void controller_ramp_seek(struct controller *controller)
+{
+    struct controller_seek *seek = &controller->seek;
+    int64_t looks = RAMP_LOOKS_PER_TICK;
+    for (unsigned n = 0; !seek->active && n < RAMP_PROPOSALS_PER_TICK; n++)
+        ramp_propose(controller);
+    while (seek->active && looks > 0 &&
+           seek->axis < controller->config.axis_count)
+        looks -= ramp_judge(controller, looks);
+    if (seek->active && seek->axis == controller->config.axis_count &&
+        controller->now_ns >= seek->warp.t0_ns) {
+        controller->warp = seek->warp;
+        controller_ramp_reset(controller);
+    }
 }

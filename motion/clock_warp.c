@@ -219,13 +219,13 @@ static bool clock_warp_borders(const struct motion_track *track, uint32_t from,
 bool motion_clock_warp_fits(const struct motion_clock_warp *warp,
                             const struct motion_track *track,
                             const struct motion_clock_limit *limit,
-                            int64_t step_ns)
+                            int64_t from_ns, int64_t to_ns, int64_t step_ns)
 {
     struct motion_clock_rate last = { 0 };
     uint32_t index = 0;
-    for (int64_t dt = 0;; dt += step_ns) {
-        if (dt > warp->dur_ns)
-            dt = warp->dur_ns;
+    for (int64_t dt = from_ns;; dt += step_ns) {
+        if (dt > to_ns)
+            dt = to_ns;
         struct motion_clock_rate now;
         motion_clock_warp_at(warp, warp->t0_ns + dt, &now);
         if (now.rate_q30 < 0 || now.rate_q30 > MOTION_CLOCK_WARP_MAX_Q30)
@@ -235,10 +235,10 @@ bool motion_clock_warp_fits(const struct motion_clock_warp *warp,
         if (!clock_warp_keeps(&now, &state, limit))
             return false;
         const uint32_t here = clock_warp_segment(track, now.s_ns_q12);
-        if (dt > 0 &&
+        if (dt > from_ns &&
             !clock_warp_borders(track, index, here, &last, &now, limit))
             return false;
-        if (dt == warp->dur_ns)
+        if (dt == to_ns)
             return true;
         index = here;
         last = now;

@@ -79,12 +79,13 @@ void motion_clock_warp_chain(const struct motion_clock_rate *now,
                              struct motion_state *axis);
 
 /* Does the ramp keep the axis on `track` inside `limit` and the rate inside
- * 0 .. 200 %?  Looks at the whole ramp every `step_ns`, and at both sides of
- * every segment border on the way.  Plan-time: dur / step evaluations, and two
- * per border. */
+ * 0 .. 200 %, from from_ns to to_ns after its start, 0 <= from < to <= dur?
+ * Looks at both ends, every `step_ns` between, and at both sides of every
+ * segment border on the way: (to - from) / step + 2 evaluations and two per
+ * border.  Long ramps can so be judged a stretch at a time.  No division. */
 bool motion_clock_warp_fits(const struct motion_clock_warp *warp,
                             const struct motion_track *track,
                             const struct motion_clock_limit *limit,
-                            int64_t step_ns);
+                            int64_t from_ns, int64_t to_ns, int64_t step_ns);
 
 #endif

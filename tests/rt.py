@@ -25,8 +25,10 @@ ROOTS = {
 # These may divide although the tick reaches them.  Everything else that is
 # forbidden stays forbidden below them.
 MAY_DIVIDE = {
-    "controller_ramp_seek": "searches a ramp, once per request to hold, resume"
-                            " or stop; bounded by RAMP_TRIES_PER_TICK",
+    "controller_ramp_seek": "looks for a ramp after a request to hold, resume or"
+                            " stop; bounded by RAMP_LOOKS_PER_TICK",
+    "controller_ramp_stop": "looks for the ramp that stops, once per fault;"
+                            " bounded by RAMP_LENGTHS and RAMP_COARSE",
 }
 
 # Library functions that a compiler calls by itself or that do nothing but move

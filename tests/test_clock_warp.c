@@ -188,7 +188,8 @@ static void a_ramp_that_breaks_a_limit_does_not_fit(void **state)
         struct motion_clock_warp warp;
         motion_clock_warp_init(&warp, 0, MOTION_FIXED_S_Q12, ONE);
         motion_clock_warp_ramp(&warp, 0, 0, rows[i].dur_ns, &warp);
-        if (motion_clock_warp_fits(&warp, &track, &limit, MS) != rows[i].fits)
+        if (motion_clock_warp_fits(&warp, &track, &limit, 0, warp.dur_ns, MS) !=
+            rows[i].fits)
             fail_msg("row %zu", i);
     }
 }
@@ -209,7 +210,8 @@ static void a_step_between_two_looks_is_seen(void **state)
     struct motion_clock_warp warp;
     motion_clock_warp_init(&warp, 0, MOTION_FIXED_S_Q12 / 2, ONE);
     motion_clock_warp_ramp(&warp, 0, ONE / 2, SECOND, &warp);
-    assert_false(motion_clock_warp_fits(&warp, &track, &limit, MS));
+    assert_false(
+        motion_clock_warp_fits(&warp, &track, &limit, 0, warp.dur_ns, MS));
 }
 
 int main(void)
