@@ -9,8 +9,8 @@
  * where pos is Q32.32 and the coefficients are integers.  The coefficients are
  * scaled to the position, not to seconds, so rounding does not grow with the
  * length of a segment; `frac` is chosen per segment so that they use the 62
- * bits there are (a float's exponent, shared by the six; below zero only when
- * a segment travels far: a quintic over 2^21 units, a line over 2^28).  w = u/2
+ * bits there are (a float's exponent, shared by the six; zero and below when a
+ * segment travels far: a quintic over 2^18 units, a line over 2^26).  w = u/2
  * lets the tick multiply signed by signed; c[k] is 2^k times the coefficient
  * of u^k.  The sum at u = 1 is the next segment's value to the bit: the last
  * coefficient absorbs what rounding left over.  c[0] is the fraction of the
@@ -65,19 +65,21 @@ struct motion_segment {
     uint64_t inverse; /* 2^127 / (dur << normalise), rounded down */
     int32_t vel_scale_high, vel_scale_low; /* d/dw to unit/s */
     int32_t acc_scale_high, acc_scale_low;
-    int32_t pos_scale; /* 2^(32 - frac) where frac >= 2 */
-    int32_t remainder; /* of the travel, below 2^-frac where frac < 0 */
-    int8_t frac;       /* -14..31 */
+    int32_t pos_scale; /* 2^(32 - frac), or 2^-frac where frac <= 0 */
+    int32_t remainder; /* of the travel, below 2^-frac */
+    int8_t frac;       /* 2..31, or -14..0 */
     uint8_t normalise; /* leading zeros of dur */
     uint8_t degree;    /* highest coefficient that is not zero */
     uint8_t kind;      /* how to sample it: enum motion_segment_kind */
-    uint8_t vel_shift, acc_shift; /* left, for the shortest segments */
+    uint8_t vel_shift, acc_shift; /* left, where a scale is not enough */
+    uint16_t vel_factor;          /* 2^vel_shift, of the far kind */
 };
 
 enum motion_segment_kind {
     MOTION_SEGMENT_CUBIC,   /* degree 0..3 */
     MOTION_SEGMENT_QUINTIC, /* degree 4, 5 */
-    MOTION_SEGMENT_SPECIAL, /* frac < 2 or a shift is not zero */
+    MOTION_SEGMENT_FAR,     /* frac <= 0, acc_shift 0 */
+    MOTION_SEGMENT_SHORT,   /* any other with a shift */
 };
 
 /* The caller owns the segments; the track only points at them.  A const track
