@@ -104,8 +104,8 @@ void motion_track_init(struct motion_track *track,
 
 /* The appending functions below add one segment from the track's present end
  * and return MOTION_OK, MOTION_E_FULL (no room), MOTION_E_ARG (duration not in
- * 1 .. MOTION_TRACK_SEGMENT_MAX), or MOTION_E_RANGE (the curve between the ends,
- * its velocity or its acceleration go over the MAX above, judged by their
+ * 1 .. MOTION_TRACK_SEGMENT_MAX), or MOTION_E_RANGE (the curve between the
+ * ends, its velocity or its acceleration go over the MAX above, judged by their
  * control polygons, or the track becomes too long).  Jerk saturates instead.
  * On an error the track is unchanged.  After an append, track->end is the
  * state at its end.  Plan-time. */
@@ -140,10 +140,11 @@ int motion_track_append_constraints(struct motion_track *track,
                                     const struct motion_state *end);
 
 /* Raw: coefficients of u^1 .. u^5 (of u, not of w), each `coef[k-1]` / 2^(32 +
- * frac), frac 0..31, and the end position (end_frac: its fraction below 2^-32 as Q0.64,
- * of which the next segment keeps `frac` bits), in which the rounding residue is
- * absorbed by the highest coefficient given.  For planners that know their
- * polynomial better than its end states. */
+ * frac), frac 0..31, and the end position, in which the rounding residue is
+ * absorbed by the highest coefficient given.  end_frac is what the end has
+ * below 2^-32, as Q0.64; the next segment starts there, as far as its own
+ * fraction goes.  For planners that know their polynomial better than its end
+ * states. */
 int motion_track_append_poly(struct motion_track *track, int64_t dur_ns_q12,
                              int degree, const int64_t coef[], unsigned frac,
                              int64_t end_pos_q32, uint64_t end_frac);
@@ -165,9 +166,9 @@ void motion_track_sample(const struct motion_track *track,
                          struct motion_cursor *cursor, int64_t t_ns_q12,
                          struct motion_sample *sample);
 
-/* All of p, v, a, j, rounded from the polynomial evaluated with 128 bits (pos as
- * motion_track_sample gives it); within 1 unit and 2^-92 unit / dur^order, or
- * 2^-58 of the segment's largest.  Saturates.  At a segment border the later
+/* All of p, v, a, j, rounded from the polynomial evaluated with 128 bits (pos
+ * as motion_track_sample gives it); within 1 unit and 2^-92 unit / dur^order,
+ * or 2^-58 of the segment's largest.  Saturates.  At a segment border the later
  * segment's.  Bounded, no division, but ten times the work of a sample. */
 void motion_track_state(const struct motion_track *track, int64_t t_ns_q12,
                         struct motion_state *state);

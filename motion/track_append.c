@@ -69,7 +69,7 @@ static unsigned append_bits(struct motion_u128 a)
     return 64 - motion_fixed_clz_u64(a.lo);
 }
 
-/* |a| is brought to 64 bits (what is cut is 2^-63 of it), times the mantissa. */
+/* |a| is brought to 63 bits (what is cut is 2^-62 of it), times the mantissa. */
 int track_ratio_apply(struct motion_u128 a, struct track_ratio ratio, int shift,
                       unsigned limit_bits, struct motion_u128 *result)
 {
@@ -246,7 +246,8 @@ static uint8_t append_kind(const struct motion_segment *segment)
 }
 
 /* vel [2^-32/s]     = dp/dw / 2 / 2^frac s/dur, times 2^64 / 2^64
- * acc [2^-16/s2]    = a 2^32 2 / 4 / 2^(16+frac) (s/dur)^2, times 2^32 / 2^32 */
+ * acc [2^-16/s2]    = a 2^32 2 / 4 / 2^(16+frac) (s/dur)^2, times 2^32 / 2^32
+ */
 static void append_derive(struct motion_segment *segment)
 {
     struct track_ratio rate = track_ratio_per_second(segment);
@@ -312,8 +313,8 @@ static bool append_within(struct motion_u128 a, int64_t limit)
     return motion_fixed_cmp_u128(motion_fixed_abs_i128(a), top) <= 0;
 }
 
-/* points [first, last) become n times their differences, the control points of
- * the derivative; all of them times ratio * 2^shift must be within the limit. */
+/* points become n times their differences, the control points of the
+ * derivative; all of them times ratio * 2^shift must be within the limit. */
 static int append_check_derivative(struct motion_u128 *point, int n,
                                    struct track_ratio ratio, int shift,
                                    int64_t limit)

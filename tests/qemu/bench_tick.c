@@ -134,9 +134,9 @@ static int bench_plan(struct motion_track *track)
 int main(void)
 {
     static const char *const name[4] = {
-        "  cubic            ",
-        "  quintic          ",
-        "  quintic, 0.5 ms  ",
+        "  cubic             ",
+        "  quintic           ",
+        "  quintic, 0.5 ms   ",
         "  quintic, 1e8 units",
     };
     struct motion_track track;
@@ -152,9 +152,9 @@ int main(void)
         uint32_t count = bench_report(name[i], bench_worst(&track, i, i));
         worst = count > worst ? count : worst;
     }
-    bench_report("  quintic, 16 ns   ", bench_worst(&track, 4, 4));
-    bench_report("  into the next    ", bench_worst(&track, 1, 0));
-    bench_report("  search           ", bench_worst(&track, 3, 0));
+    bench_report("  quintic, 16 ns    ", bench_worst(&track, 4, 4));
+    bench_report("  into the next     ", bench_worst(&track, 1, 0));
+    bench_report("  search            ", bench_worst(&track, 3, 0));
     if (worst > LIMIT) {
         start_print("more than ");
         start_print_u32(LIMIT);
