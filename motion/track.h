@@ -10,7 +10,8 @@
  * scaled to the position, not to seconds, so rounding does not grow with the
  * length of a segment; `frac` is chosen per segment so that they use the 62
  * bits there are (a float's exponent, shared by the six; zero and below when a
- * segment travels far: a quintic over 2^18 units, a line over 2^26).  w = u/2
+ * segment travels far, a quintic over 2^18 units, a line over 2^27; below zero
+ * `remainder` u / 2^32, what the steps leave of the travel, is added).  w = u/2
  * lets the tick multiply signed by signed; c[k] is 2^k times the coefficient
  * of u^k.  The sum at u = 1 is the next segment's value to the bit: the last
  * coefficient absorbs what rounding left over.  c[0] is the fraction of the
