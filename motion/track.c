@@ -22,6 +22,9 @@ void motion_track_init(struct motion_track *track,
     };
 }
 
+/* Inlined whatever the compiler thinks: a call would pass sums in memory. */
+#define TRACK_INLINE static inline __attribute__((always_inline))
+
 /* The casts by way of unsigned make 32-bit compilers see 32 x 32 -> 64. */
 static inline int32_t track_high(int64_t a)
 {
@@ -65,8 +68,8 @@ struct track_sums {
     int32_t a;
 };
 
-static inline struct track_sums track_step(struct track_sums s, int32_t w,
-                                           int64_t c)
+TRACK_INLINE struct track_sums track_step(struct track_sums s, int32_t w,
+                                          int64_t c)
 {
     return (struct track_sums){
         .a = track_mul_high(s.a, w) + track_high(s.v),
@@ -75,93 +78,153 @@ static inline struct track_sums track_step(struct track_sums s, int32_t w,
     };
 }
 
-/* u has 63 bits: w = u/2 takes 31; the 31 below enter to first order, as
- * their complement -rest - 1 (one instruction, and a compiler that knew rest
- * to be positive would multiply it the long way).  The one too many adds at
- * most 2 to p, which frac >= 2 hides: c[0] is a multiple of 4. */
-static inline void track_store(const struct motion_segment *segment,
-                               struct motion_sample *sample, uint64_t u,
-                               struct track_sums s)
+static inline uint64_t track_shift_left(int64_t a, unsigned bits)
 {
-    int32_t rest = (int32_t) ~((uint32_t)u >> 1);
+    return (uint64_t)a << bits;
+}
+
+/* a k, where it is known to fit. */
+static inline int64_t track_times(int64_t a, uint32_t k)
+{
+    return (int64_t)((uint64_t)a * k);
+}
+
+/* The sum as travel in 2^-32.  Far (frac <= 0) its steps are 2^-frac, and the
+ * remainder of the travel is laid over it in a straight line. */
+static inline int64_t track_travel(const struct motion_segment *segment,
+                                   bool far, int64_t p, int32_t w)
+{
+    if (!far)
+        return track_mul(p, segment->pos_scale);
+    return track_times(p, (uint32_t)segment->pos_scale) +
+           track_mul_high(segment->remainder * 2, w);
+}
+
+/* u has 63 bits: w = u/2 takes 31; the 31 below enter to first order.  Their
+ * negative, because a compiler that knew them to be positive would multiply
+ * the long way. */
+TRACK_INLINE struct track_sums track_refine(struct track_sums s, uint64_t u)
+{
+    int32_t rest = -(int32_t)((uint32_t)u >> 1);
 
     s.p += (int64_t)track_mul_high(track_high(s.v), rest) * -2;
     s.v += (int64_t)track_mul_high(s.a, rest) * -4;
+    return s;
+}
+
+TRACK_INLINE void track_store(const struct motion_segment *segment, bool far,
+                              uint64_t u, struct track_sums s,
+                              struct motion_sample *sample)
+{
+    int32_t w = (int32_t)(uint32_t)(u >> 32);
+
+    s = track_refine(s, u);
     sample->acc_q16 = track_scale_acc(segment, s.a);
     sample->vel_q32 = track_scale_vel(segment, s.v);
+    if (far)
+        sample->vel_q32 = track_times(sample->vel_q32, segment->vel_factor);
     sample->pos_q32 = (int64_t)((uint64_t)segment->pos_q32 +
-                                (uint64_t)track_mul(s.p, segment->pos_scale));
+                                (uint64_t)track_travel(segment, far, s.p, w));
 }
 
-static inline int64_t track_shift_left(int64_t a, unsigned bits)
+TRACK_INLINE struct track_sums
+track_sum_cubic(const struct motion_segment *segment, int32_t w)
 {
-    return (int64_t)((uint64_t)a << bits);
+    struct track_sums s = { .p = segment->coef[3] };
+
+    s = track_step(s, w, segment->coef[2]);
+    s = track_step(s, w, segment->coef[1]);
+    return track_step(s, w, segment->coef[0]);
 }
 
-/* Where the scale lacks vel_shift bits: |v| 2^vel_shift < 2^66 since the
- * velocity fits and the scale is at least 2^61; so all but 3 of them can be
- * had before the scaling, where they do not cost precision. */
-static int64_t track_special_vel(const struct motion_segment *segment,
-                                 int64_t v)
+TRACK_INLINE struct track_sums
+track_sum_quintic(const struct motion_segment *segment, int32_t w)
 {
-    unsigned after = segment->vel_shift < 3 ? segment->vel_shift : 3;
+    struct track_sums s = { .p = segment->coef[5] };
 
-    v = track_shift_left(v, segment->vel_shift - after);
-    return track_shift_left(track_scale_vel(segment, v), after);
+    s = track_step(s, w, segment->coef[4]);
+    s = track_step(s, w, segment->coef[3]);
+    s = track_step(s, w, segment->coef[2]);
+    s = track_step(s, w, segment->coef[1]);
+    return track_step(s, w, segment->coef[0]);
 }
 
-/* What hardly any segment needs: travel over 2^19 units (frac < 2; below zero
- * in steps of 2^-frac, the remainder of the travel laid over it in a straight
- * line), or a duration under 100 ns, whose scales need more than 62 bits. */
-static void track_sample_special(const struct motion_segment *segment,
-                                 struct motion_sample *sample, uint64_t u)
-{
-    struct track_sums s = { .p = segment->coef[MOTION_TRACK_DEGREE] };
-    int32_t w = (int32_t)(uint32_t)(u >> 32);
-    int32_t rest = (int32_t)((uint32_t)u >> 1);
+/* Four ways to sample, each a function of its own that takes its arguments in
+ * registers: where two share code a 32-bit compiler joins them, no longer
+ * knows that w is 32 bits, and multiplies the long way. */
+typedef void track_way(const struct motion_segment *segment,
+                       struct motion_sample *sample, uint64_t dt);
+__attribute__((noinline)) static track_way track_sample_cubic;
+__attribute__((noinline)) static track_way track_sample_quintic;
+__attribute__((noinline)) static track_way track_sample_far;
+__attribute__((noinline)) static track_way track_sample_short;
 
-    for (int k = MOTION_TRACK_DEGREE - 1; k >= 0; k--)
-        s = track_step(s, w, segment->coef[k]);
-    s.p += (int64_t)track_mul_high(track_high(s.v), rest) * 2;
-    s.v += (int64_t)track_mul_high(s.a, rest) * 4;
-    if (segment->frac >= 0) {
-        s.p >>= segment->frac;
-    } else {
-        s.p = track_shift_left(s.p, (unsigned)-segment->frac);
-        s.p += (segment->remainder * (int64_t)w) >> 31;
-    }
-    sample->pos_q32 = (int64_t)((uint64_t)segment->pos_q32 + (uint64_t)s.p);
-    sample->vel_q32 = track_special_vel(segment, s.v);
-    sample->acc_q16 =
-        track_shift_left(track_scale_acc(segment, s.a), segment->acc_shift);
-}
-
-/* Cubics skip two steps.  Each way has its own tail: joined, a 32-bit compiler
- * no longer knows that w is 32 bits. */
-void track_segment_sample(const struct motion_segment *segment,
-                          struct motion_sample *sample, uint64_t dt)
+static void track_sample_cubic(const struct motion_segment *segment,
+                               struct motion_sample *sample, uint64_t dt)
 {
-    const int64_t *c = segment->coef;
     uint64_t u = track_fraction_q63(segment, dt);
     int32_t w = (int32_t)(uint32_t)(u >> 32);
 
-    if (segment->kind == MOTION_SEGMENT_QUINTIC) {
-        struct track_sums s = { .p = c[5] };
-        s = track_step(s, w, c[4]);
-        s = track_step(s, w, c[3]);
-        s = track_step(s, w, c[2]);
-        s = track_step(s, w, c[1]);
-        s = track_step(s, w, c[0]);
-        track_store(segment, sample, u, s);
-    } else if (segment->kind == MOTION_SEGMENT_CUBIC) {
-        struct track_sums s = { .p = c[3] };
-        s = track_step(s, w, c[2]);
-        s = track_step(s, w, c[1]);
-        s = track_step(s, w, c[0]);
-        track_store(segment, sample, u, s);
-    } else {
-        track_sample_special(segment, sample, u);
-    }
+    track_store(segment, false, u, track_sum_cubic(segment, w), sample);
+}
+
+static void track_sample_quintic(const struct motion_segment *segment,
+                                 struct motion_sample *sample, uint64_t dt)
+{
+    uint64_t u = track_fraction_q63(segment, dt);
+    int32_t w = (int32_t)(uint32_t)(u >> 32);
+
+    track_store(segment, false, u, track_sum_quintic(segment, w), sample);
+}
+
+static void track_sample_far(const struct motion_segment *segment,
+                             struct motion_sample *sample, uint64_t dt)
+{
+    uint64_t u = track_fraction_q63(segment, dt);
+    int32_t w = (int32_t)(uint32_t)(u >> 32);
+
+    track_store(segment, true, u, track_sum_quintic(segment, w), sample);
+}
+
+/* A duration under 100 ns, which no tick meets twice: the scales lack vel_shift
+ * and acc_shift bits.  |v| 2^vel_shift < 2^66, since the velocity fits and the
+ * scale is at least 2^61; so all but 3 of its bits can be had before the
+ * scaling, where they do not cost precision. */
+static void track_sample_short(const struct motion_segment *segment,
+                               struct motion_sample *sample, uint64_t dt)
+{
+    unsigned after = segment->vel_shift < 3 ? segment->vel_shift : 3;
+    uint64_t u = track_fraction_q63(segment, dt);
+    int32_t w = (int32_t)(uint32_t)(u >> 32);
+    struct track_sums s = track_refine(track_sum_quintic(segment, w), u);
+
+    s.p = track_travel(segment, segment->frac <= 0, s.p, w);
+    s.v = (int64_t)track_shift_left(s.v, segment->vel_shift - after);
+    s.v = track_scale_vel(segment, s.v);
+    sample->pos_q32 = (int64_t)((uint64_t)segment->pos_q32 + (uint64_t)s.p);
+    sample->vel_q32 = (int64_t)track_shift_left(s.v, after);
+    sample->acc_q16 = (int64_t)track_shift_left(track_scale_acc(segment, s.a),
+                                                segment->acc_shift);
+}
+
+/* Each call is the last thing its caller does: a jump. */
+TRACK_INLINE void track_sample_kind(const struct motion_segment *segment,
+                                    struct motion_sample *sample, uint64_t dt)
+{
+    if (segment->kind == MOTION_SEGMENT_QUINTIC)
+        track_sample_quintic(segment, sample, dt);
+    else if (segment->kind == MOTION_SEGMENT_FAR)
+        track_sample_far(segment, sample, dt);
+    else if (segment->kind == MOTION_SEGMENT_CUBIC)
+        track_sample_cubic(segment, sample, dt);
+    else
+        track_sample_short(segment, sample, dt);
+}
+
+void track_segment_sample(const struct motion_segment *segment,
+                          struct motion_sample *sample, uint64_t dt)
+{
+    track_sample_kind(segment, sample, dt);
 }
 
 uint32_t track_find(const struct motion_track *track, int64_t t_ns_q12)
@@ -235,7 +298,7 @@ void motion_track_sample(const struct motion_track *track,
         const struct motion_segment *segment = &track->segment[index];
         uint64_t dt = (uint64_t)t_ns_q12 - (uint64_t)segment->start_ns_q12;
         if (dt < (uint64_t)segment->dur_ns_q12) {
-            track_segment_sample(segment, sample, dt);
+            track_sample_kind(segment, sample, dt);
             return;
         }
     }

@@ -9,8 +9,9 @@
  * where pos is Q32.32 and the coefficients are integers.  The coefficients are
  * scaled to the position, not to seconds, so rounding does not grow with the
  * length of a segment; `frac` is chosen per segment so that they use the 62
- * bits there are (a float's exponent, shared by the six; below zero only when
- * a segment travels far: a quintic over 2^21 units, a line over 2^28).  w = u/2
+ * bits there are (a float's exponent, shared by the six; zero and below when a
+ * segment travels far, a quintic over 2^18 units, a line over 2^27; below zero
+ * `remainder` u / 2^32, what the steps leave of the travel, is added).  w = u/2
  * lets the tick multiply signed by signed; c[k] is 2^k times the coefficient
  * of u^k.  The sum at u = 1 is the next segment's value to the bit: the last
  * coefficient absorbs what rounding left over.  c[0] is the fraction of the
@@ -65,19 +66,21 @@ struct motion_segment {
     uint64_t inverse; /* 2^127 / (dur << normalise), rounded down */
     int32_t vel_scale_high, vel_scale_low; /* d/dw to unit/s */
     int32_t acc_scale_high, acc_scale_low;
-    int32_t pos_scale; /* 2^(32 - frac) where frac >= 2 */
-    int32_t remainder; /* of the travel, below 2^-frac where frac < 0 */
-    int8_t frac;       /* -14..31 */
+    int32_t pos_scale; /* 2^(32 - frac), or 2^-frac where frac <= 0 */
+    int32_t remainder; /* of the travel, below 2^-frac */
+    int8_t frac;       /* 2..31, or -14..0 */
     uint8_t normalise; /* leading zeros of dur */
     uint8_t degree;    /* highest coefficient that is not zero */
     uint8_t kind;      /* how to sample it: enum motion_segment_kind */
-    uint8_t vel_shift, acc_shift; /* left, for the shortest segments */
+    uint8_t vel_shift, acc_shift; /* left, where a scale is not enough */
+    uint16_t vel_factor;          /* 2^vel_shift, of the far kind */
 };
 
 enum motion_segment_kind {
     MOTION_SEGMENT_CUBIC,   /* degree 0..3 */
     MOTION_SEGMENT_QUINTIC, /* degree 4, 5 */
-    MOTION_SEGMENT_SPECIAL, /* frac < 2 or a shift is not zero */
+    MOTION_SEGMENT_FAR,     /* frac <= 0, acc_shift 0 */
+    MOTION_SEGMENT_SHORT,   /* any other with a shift */
 };
 
 /* The caller owns the segments; the track only points at them.  A const track
@@ -102,8 +105,8 @@ void motion_track_init(struct motion_track *track,
 
 /* The appending functions below add one segment from the track's present end
  * and return MOTION_OK, MOTION_E_FULL (no room), MOTION_E_ARG (duration not in
- * 1 .. MOTION_TRACK_SEGMENT_MAX), or MOTION_E_RANGE (the curve between the ends,
- * its velocity or its acceleration go over the MAX above, judged by their
+ * 1 .. MOTION_TRACK_SEGMENT_MAX), or MOTION_E_RANGE (the curve between the
+ * ends, its velocity or its acceleration go over the MAX above, judged by their
  * control polygons, or the track becomes too long).  Jerk saturates instead.
  * On an error the track is unchanged.  After an append, track->end is the
  * state at its end.  Plan-time. */
@@ -138,10 +141,11 @@ int motion_track_append_constraints(struct motion_track *track,
                                     const struct motion_state *end);
 
 /* Raw: coefficients of u^1 .. u^5 (of u, not of w), each `coef[k-1]` / 2^(32 +
- * frac), frac 0..31, and the end position (end_frac: its fraction below 2^-32 as Q0.64,
- * of which the next segment keeps `frac` bits), in which the rounding residue is
- * absorbed by the highest coefficient given.  For planners that know their
- * polynomial better than its end states. */
+ * frac), frac 0..31, and the end position, in which the rounding residue is
+ * absorbed by the highest coefficient given.  end_frac is what the end has
+ * below 2^-32, as Q0.64; the next segment starts there, as far as its own
+ * fraction goes.  For planners that know their polynomial better than its end
+ * states. */
 int motion_track_append_poly(struct motion_track *track, int64_t dur_ns_q12,
                              int degree, const int64_t coef[], unsigned frac,
                              int64_t end_pos_q32, uint64_t end_frac);
@@ -163,9 +167,9 @@ void motion_track_sample(const struct motion_track *track,
                          struct motion_cursor *cursor, int64_t t_ns_q12,
                          struct motion_sample *sample);
 
-/* All of p, v, a, j, rounded from the polynomial evaluated with 128 bits (pos as
- * motion_track_sample gives it); within 1 unit and 2^-92 unit / dur^order, or
- * 2^-58 of the segment's largest.  Saturates.  At a segment border the later
+/* All of p, v, a, j, rounded from the polynomial evaluated with 128 bits (pos
+ * as motion_track_sample gives it); within 1 unit and 2^-92 unit / dur^order,
+ * or 2^-58 of the segment's largest.  Saturates.  At a segment border the later
  * segment's.  Bounded, no division, but ten times the work of a sample. */
 void motion_track_state(const struct motion_track *track, int64_t t_ns_q12,
                         struct motion_state *state);

@@ -69,7 +69,7 @@ static unsigned append_bits(struct motion_u128 a)
     return 64 - motion_fixed_clz_u64(a.lo);
 }
 
-/* |a| is brought to 64 bits (what is cut is 2^-63 of it), times the mantissa. */
+/* |a| is brought to 63 bits (what is cut is 2^-62 of it), times the mantissa. */
 int track_ratio_apply(struct motion_u128 a, struct track_ratio ratio, int shift,
                       unsigned limit_bits, struct motion_u128 *result)
 {
@@ -163,6 +163,8 @@ static int append_frac(const struct append_goal *goal)
         }
     }
     int frac = 62 - 32 + APPEND_WIDE - (int)bits;
+    if (frac == 1) /* 2^(32 - frac) would not fit pos_scale */
+        return 0;
     return frac < APPEND_MAX ? frac : APPEND_MAX;
 }
 
@@ -232,8 +234,20 @@ static uint8_t append_scale(struct track_ratio ratio, int shift, int32_t *high,
 /* Under 3 ps the last bits of a are more acceleration than the format holds. */
 #define APPEND_ACC_SHIFT_MAX 31
 
+static uint8_t append_kind(const struct motion_segment *segment)
+{
+    if (segment->frac <= 0 && segment->acc_shift == 0 &&
+        segment->vel_shift < 16)
+        return MOTION_SEGMENT_FAR;
+    if (segment->frac <= 0 || segment->acc_shift != 0 ||
+        segment->vel_shift != 0)
+        return MOTION_SEGMENT_SHORT;
+    return segment->degree > 3 ? MOTION_SEGMENT_QUINTIC : MOTION_SEGMENT_CUBIC;
+}
+
 /* vel [2^-32/s]     = dp/dw / 2 / 2^frac s/dur, times 2^64 / 2^64
- * acc [2^-16/s2]    = a 2^32 2 / 4 / 2^(16+frac) (s/dur)^2, times 2^32 / 2^32 */
+ * acc [2^-16/s2]    = a 2^32 2 / 4 / 2^(16+frac) (s/dur)^2, times 2^32 / 2^32
+ */
 static void append_derive(struct motion_segment *segment)
 {
     struct track_ratio rate = track_ratio_per_second(segment);
@@ -246,12 +260,12 @@ static void append_derive(struct motion_segment *segment)
                      &segment->acc_scale_high, &segment->acc_scale_low);
     if (segment->acc_shift > APPEND_ACC_SHIFT_MAX)
         segment->acc_scale_high = segment->acc_scale_low = 0;
-    if (segment->frac >= 2)
-        segment->pos_scale = (int32_t)(UINT32_C(1) << (32 - segment->frac));
-    if (segment->frac < 2 || segment->vel_shift != 0 || segment->acc_shift != 0)
-        segment->kind = MOTION_SEGMENT_SPECIAL;
-    else if (segment->degree > 3)
-        segment->kind = MOTION_SEGMENT_QUINTIC;
+    segment->pos_scale = segment->frac > 0
+                             ? (int32_t)(UINT32_C(1) << (32 - segment->frac))
+                             : (int32_t)(UINT32_C(1) << -segment->frac);
+    segment->kind = append_kind(segment);
+    if (segment->kind == MOTION_SEGMENT_FAR)
+        segment->vel_factor = (uint16_t)(1u << segment->vel_shift);
 }
 
 static void append_time(struct motion_segment *segment, int64_t start_ns_q12,
@@ -299,8 +313,8 @@ static bool append_within(struct motion_u128 a, int64_t limit)
     return motion_fixed_cmp_u128(motion_fixed_abs_i128(a), top) <= 0;
 }
 
-/* points [first, last) become n times their differences, the control points of
- * the derivative; all of them times ratio * 2^shift must be within the limit. */
+/* points become n times their differences, the control points of the
+ * derivative; all of them times ratio * 2^shift must be within the limit. */
 static int append_check_derivative(struct motion_u128 *point, int n,
                                    struct track_ratio ratio, int shift,
                                    int64_t limit)
@@ -383,7 +397,6 @@ static int append_fit(const struct motion_track *track,
         segment->remainder = (int32_t)(travel & ((UINT64_C(1) << -frac) - 1));
     } else {
         segment->coef[0] = (int64_t)((track->end_frac >> 33) >> (31 - frac));
-        segment->coef[0] &= ~INT64_C(3); /* see track_store */
     }
     append_settle(goal, append_travel(goal, segment), segment);
     append_derive(segment);

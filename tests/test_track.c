@@ -156,7 +156,7 @@ static void for_any(void (*judge)(const struct motion_track *track,
         if (append_any(&seed, &track, &any) < 0)
             continue;
         made++;
-        special += track.segment[0].kind == MOTION_SEGMENT_SPECIAL;
+        special += track.segment[0].kind >= MOTION_SEGMENT_FAR;
         judge(&track, &any, &seed);
     }
     assert_true(made > 4000 && special > 400); /* the generator is no sham */

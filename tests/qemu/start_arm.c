@@ -2,8 +2,8 @@
 #include "tests/qemu/start.h"
 
 /* From arm.ld. */
-extern uint32_t image_stack_top, image_data_start, image_data_end,
-    image_data_load, image_bss_start, image_bss_end;
+extern uint32_t image_stack_top[], image_data_start[], image_data_end[],
+    image_data_load[], image_bss_start[], image_bss_end[];
 
 void start_reset(void);
 void start_fault(void);
@@ -19,11 +19,11 @@ long start_host_call(long operation, const void *argument)
 
 void start_reset(void)
 {
-    const uint32_t *from = &image_data_load;
+    const uint32_t *from = image_data_load;
 
-    for (uint32_t *to = &image_data_start; to < &image_data_end; to++)
+    for (uint32_t *to = image_data_start; to < image_data_end; to++)
         *to = *from++;
-    for (uint32_t *to = &image_bss_start; to < &image_bss_end; to++)
+    for (uint32_t *to = image_bss_start; to < image_bss_end; to++)
         *to = 0;
     start_exit((uint32_t)main());
 }
@@ -40,7 +40,7 @@ __attribute__((section(".vectors"), used)) static const struct {
     const void *stack;
     void (*handler[15])(void);
 } start_vectors = {
-    .stack = &image_stack_top,
+    .stack = image_stack_top,
     .handler = { start_reset, start_fault, start_fault, start_fault,
                  start_fault, start_fault },
 };

@@ -2,7 +2,7 @@
 #include "tests/qemu/start.h"
 
 /* From riscv.ld; words, because the ends are on 8 bytes. */
-extern uint32_t image_bss_start, image_bss_end;
+extern uint32_t image_bss_start[], image_bss_end[];
 
 void start_main(void);
 
@@ -27,7 +27,7 @@ long start_host_call(long operation, const void *argument)
 
 void start_main(void)
 {
-    for (uint32_t *to = &image_bss_start; to < &image_bss_end; to++)
+    for (uint32_t *to = image_bss_start; to < image_bss_end; to++)
         *to = 0;
     start_exit((uint32_t)main());
 }
