@@ -55,6 +55,7 @@ HEADERS  := $(wildcard $(foreach d,motion motion/plan hal sim firmware \
 
 SLEW     := $(B)/slew
 TESTS    := $(TEST_SRC:%.c=$(B)/%)
+VECTORS  := $(B)/tests/vectors
 SCRIPTS  := $(wildcard tests/demo.sh)
 
 Q        := $(if $(V),,@)
@@ -94,6 +95,10 @@ deps:
 ## compile the program, build/slew
 build: $(SLEW)
 
+.PHONY: vectors
+## compile build/tests/vectors, which compares a file of reference values
+vectors: $(VECTORS)
+
 .PHONY: check
 ## run the tests, installing nothing; make check T=track for one
 check: $(if $(T),$(T:%=$(B)/tests/test_%),$(TESTS) $(SCRIPTS:%=$(SLEW)))
@@ -102,7 +107,7 @@ check: $(if $(T),$(T:%=$(B)/tests/test_%),$(TESTS) $(SCRIPTS:%=$(SLEW)))
 
 .PHONY: all
 # everything that is compiled with CC
-all: $(SLEW) $(TESTS)
+all: $(SLEW) $(TESTS) $(VECTORS)
 
 .PHONY: clean
 ## remove everything that was built
@@ -202,6 +207,11 @@ cover:
 	    END{for(r in all)printf "%-16s %6d of %6d lines  %5.1f %%\n", \
 	    r,hit[r],all[r],100*hit[r]/all[r]}' build/cover/lines.csv | sort
 
+.PHONY: gallery
+## draw docs/GALLERY.md anew: every kind of curve on the same keys
+gallery: $(SLEW)
+	$(SLEW) gallery --out docs/GALLERY.md examples/gallery
+
 HOLDS    ?= 40
 .PHONY: hold
 ## hold and resume the demo at HOLDS random times: same path, inside limits
@@ -225,6 +235,8 @@ fresh:
 
 # Also: bench-tick, golden (tests/qemu/qemu.mk).
 -include tests/qemu/qemu.mk
+# Also: bench-plan, bench-otg.
+-include tests/bench/bench.mk
 
 .SECONDARY:
 -include $(shell find build -name '*.d' 2>/dev/null)

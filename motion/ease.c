@@ -16,27 +16,44 @@ static struct ease_ramp ease_law_ramp(enum motion_ease_law law, int64_t dur)
     return (struct ease_ramp){ .hold = dur, .sine = law == MOTION_EASE_SINE };
 }
 
+int motion_ease_append_phases(struct motion_track *track,
+                              enum motion_ease_law law, int64_t to_q32,
+                              int64_t in_ns_q12, int64_t middle_ns_q12,
+                              int64_t out_ns_q12)
+{
+    const int64_t most = MOTION_TRACK_SEGMENT_MAX_NS_Q12;
+    struct ease_ramp in, out;
+    struct ease_way way;
+
+    if ((unsigned)law > MOTION_EASE_SCURVE || in_ns_q12 < 0 ||
+        middle_ns_q12 < 0 || out_ns_q12 < 0 || in_ns_q12 > most ||
+        middle_ns_q12 > most || out_ns_q12 > most)
+        return MOTION_E_ARG;
+
+    const int64_t dur = in_ns_q12 + middle_ns_q12 + out_ns_q12; /* < 2^62 */
+    if (dur == 0 || dur > most)
+        return MOTION_E_ARG;
+    ease_way_init(&way, track, to_q32);
+    if (motion_real_is_zero(way.length))
+        return motion_track_append_dwell(track, dur);
+    in = ease_law_ramp(law, in_ns_q12);
+    out = ease_law_ramp(law, out_ns_q12);
+    return ease_append(track, &way, &in, middle_ns_q12, &out);
+}
+
 int motion_ease_append(struct motion_track *track, enum motion_ease_law law,
                        int64_t to_q32, int64_t dur_ns_q12, int64_t k1_q32,
                        int64_t k2_q32)
 {
-    struct ease_ramp in, out;
-    struct ease_way way;
     int64_t k1, k2;
 
-    if ((unsigned)law > MOTION_EASE_SCURVE || k1_q32 < 0 || k2_q32 < k1_q32 ||
-        k2_q32 > MOTION_FIXED_ONE_Q32)
+    if (k1_q32 < 0 || k2_q32 < k1_q32 || k2_q32 > MOTION_FIXED_ONE_Q32 ||
+        dur_ns_q12 <= 0 || dur_ns_q12 > MOTION_TRACK_SEGMENT_MAX_NS_Q12)
         return MOTION_E_ARG;
-    if (dur_ns_q12 <= 0 || dur_ns_q12 > MOTION_TRACK_SEGMENT_MAX_NS_Q12)
-        return MOTION_E_ARG;
-    ease_way_init(&way, track, to_q32);
-    if (way.length.mantissa == 0)
-        return motion_track_append_dwell(track, dur_ns_q12);
     (void)motion_fixed_mulshift(dur_ns_q12, k1_q32, 32, &k1);
     (void)motion_fixed_mulshift(dur_ns_q12, k2_q32, 32, &k2);
-    in = ease_law_ramp(law, k1);
-    out = ease_law_ramp(law, dur_ns_q12 - k2);
-    return ease_append(track, &way, &in, k2 - k1, &out);
+    return motion_ease_append_phases(track, law, to_q32, k1, k2 - k1,
+                                     dur_ns_q12 - k2);
 }
 
 /* The limited ease.
@@ -75,10 +92,8 @@ static struct ease_limits ease_limits(const struct motion_ease_limit *limit)
 
     return (struct ease_limits){
         motion_real_div(ease_whole(limit->vel_q32), second),
-        motion_real_div(motion_real_from_u64((uint64_t)limit->acc_q16, 16),
-                        second2),
-        motion_real_div(motion_real_from_u64((uint64_t)limit->jerk_q16, 16),
-                        second3),
+        motion_real_div(motion_real_from_q(limit->acc_q16, -16), second2),
+        motion_real_div(motion_real_from_q(limit->jerk_q16, -16), second3),
     };
 }
 
@@ -90,18 +105,26 @@ static bool ease_is_short(struct motion_real time)
     return motion_real_cmp(time, ease_whole(EASE_PHASE_MIN)) < 0;
 }
 
+/* a - b, or no time where that is below zero. */
+static struct motion_real ease_left(struct motion_real a, struct motion_real b)
+{
+    return motion_real_max(motion_real_sub(a, b), motion_real_zero());
+}
+
 /* Up to the speed limit and back; `cruise` is left to the caller. */
 static struct ease_times ease_solve_long(const struct ease_limits *limit)
 {
     const struct motion_real to_speed = motion_real_div(limit->vel, limit->acc);
-    struct ease_times times = { .hold = to_speed };
+    struct ease_times times = { .hold = to_speed,
+                                .jerk = motion_real_zero(),
+                                .cruise = motion_real_zero() };
 
-    if (limit->jerk.mantissa == 0)
+    if (motion_real_is_zero(limit->jerk))
         return times;
     times.jerk = motion_real_div(limit->acc, limit->jerk);
     if (motion_real_cmp(to_speed, times.jerk) < 0)
         times.jerk = motion_real_sqrt(motion_real_div(limit->vel, limit->jerk));
-    times.hold = motion_real_sub(to_speed, times.jerk);
+    times.hold = ease_left(to_speed, times.jerk);
     return times;
 }
 
@@ -110,10 +133,11 @@ static struct ease_times ease_solve_short(struct motion_real length,
                                           const struct ease_limits *limit)
 {
     const struct motion_real length_acc = motion_real_div(length, limit->acc);
-    struct ease_times times = { .jerk = { 0, 0 } };
+    struct ease_times times = { motion_real_zero(), motion_real_zero(),
+                                motion_real_zero() };
     struct motion_real cube, root;
 
-    if (limit->jerk.mantissa) {
+    if (!motion_real_is_zero(limit->jerk)) {
         cube = ease_half(motion_real_div(length, limit->jerk));
         times.jerk = motion_real_div(limit->acc, limit->jerk);
         if (motion_real_cmp(motion_real_cbrt(cube), times.jerk) <= 0) {
@@ -124,8 +148,8 @@ static struct ease_times ease_solve_short(struct motion_real length,
     root = motion_real_sqrt(
         motion_real_add(motion_real_mul(times.jerk, times.jerk),
                         motion_real_mul(length_acc, ease_whole(4))));
-    times.hold = ease_half(
-        motion_real_sub(root, motion_real_mul(times.jerk, ease_whole(3))));
+    times.hold =
+        ease_half(ease_left(root, motion_real_mul(times.jerk, ease_whole(3))));
     return times;
 }
 
@@ -137,7 +161,7 @@ static struct ease_times ease_solve(struct motion_real length,
     const struct motion_real ramp =
         motion_real_add(motion_real_add(times.jerk, times.jerk), times.hold);
 
-    times.cruise = motion_real_sub(whole, ramp);
+    times.cruise = ease_left(whole, ramp);
     if (ease_is_short(times.cruise))
         return ease_solve_short(length, limit);
     return times;
@@ -147,7 +171,7 @@ static struct ease_times ease_solve(struct motion_real length,
 static int ease_phase(struct motion_real time, int64_t slack, int64_t *dur)
 {
     *dur = 0;
-    if (time.mantissa == 0)
+    if (motion_real_is_zero(time))
         return MOTION_OK;
     if (motion_real_ceil(time, 0, dur) ||
         *dur > MOTION_TRACK_SEGMENT_MAX_NS_Q12 - slack)
@@ -219,7 +243,7 @@ int motion_ease_append_limited(struct motion_track *track, int64_t to_q32,
     if (limit->vel_q32 <= 0 || limit->acc_q16 <= 0 || limit->jerk_q16 < 0)
         return MOTION_E_ARG;
     ease_way_init(&way, track, to_q32);
-    if (way.length.mantissa == 0)
+    if (motion_real_is_zero(way.length))
         return MOTION_OK;
     limits = ease_limits(limit);
     times = ease_solve(way.length, &limits);

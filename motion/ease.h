@@ -52,6 +52,13 @@ int motion_ease_append(struct motion_track *track, enum motion_ease_law law,
                        int64_t to_q32, int64_t dur_ns_q12, int64_t k1_q32,
                        int64_t k2_q32);
 
+/* The same with the times of the three phases, none negative and at least one
+ * positive: k1 and k2 as exact as times are. */
+int motion_ease_append_phases(struct motion_track *track,
+                              enum motion_ease_law law, int64_t to_q32,
+                              int64_t in_ns_q12, int64_t middle_ns_q12,
+                              int64_t out_ns_q12);
+
 /* Limits of one axis, all > 0; jerk 0 means not limited. */
 struct motion_ease_limit {
     int64_t vel_q32, acc_q16, jerk_q16;

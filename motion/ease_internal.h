@@ -42,19 +42,18 @@ struct ease_way {
 
 static inline struct motion_real ease_whole(int64_t a)
 {
-    return motion_real_from_u64((uint64_t)a, 0);
+    return motion_real_int(a);
 }
 
 static inline struct motion_real ease_half(struct motion_real a)
 {
-    a.exponent--;
-    return a;
+    return motion_real_half(a);
 }
 
 static inline struct motion_real ease_pi_2(void)
 {
     /* pi/2 * 2^62 */
-    return motion_real_from_u64(UINT64_C(7244019458077122842), -62);
+    return motion_real_from_q(INT64_C(7244019458077122842), 62);
 }
 
 /* From the track's end to `to_q32`. */

@@ -47,11 +47,9 @@ struct ease_piece *ease_piece_add(struct ease_shape *shape, int64_t dur,
                                   int degree, struct motion_real largest)
 {
     struct ease_piece *piece = &shape->piece[shape->count++];
-    int32_t frac = EASE_COEF_BITS - 64 - largest.exponent;
+    int32_t frac = EASE_COEF_BITS - 62 - largest.e;
 
     frac = frac < 0 ? 0 : frac > 31 ? 31 : frac;
-    if (largest.mantissa == 0)
-        frac = 31;
     *piece = (struct ease_piece){ .dur = dur,
                                   .degree = degree,
                                   .frac = (unsigned)frac };
@@ -92,8 +90,7 @@ static int ease_push(struct ease_shape *shape, int64_t dur,
     const struct motion_real time = ease_whole(dur);
     const struct motion_real gain = motion_real_mul(acc, time);
     const struct motion_real bend = motion_real_mul(gain, time);
-    const struct motion_real sixth =
-        motion_real_div(bend, motion_real_from_u64(6, 0));
+    const struct motion_real sixth = motion_real_div(bend, ease_whole(6));
     const struct motion_real way = motion_real_mul(*speed, time);
     struct ease_piece *piece;
     int rc = MOTION_OK;

@@ -22,7 +22,7 @@ static int ease_sine_count(struct motion_real reach, struct motion_real length)
 {
     /* (pi/2)^6 / 46080 rounded up */
     const struct motion_real constant =
-        motion_real_from_u64(UINT64_C(6013488908255226), -64);
+        motion_real_from_q(INT64_C(6013488908255226), 64);
     const struct motion_real bound = motion_real_mul(reach, constant);
     const struct motion_real allowed = motion_real_add(
         ease_whole(1), motion_real_div(length, ease_whole(10000000000)));
@@ -40,7 +40,7 @@ static int ease_sine_count(struct motion_real reach, struct motion_real length)
  * units below zero. */
 static struct motion_real ease_q62(int64_t a_q62)
 {
-    return motion_real_from_u64(a_q62 < 0 ? 0 : (uint64_t)a_q62, -62);
+    return motion_real_from_q(a_q62 < 0 ? 0 : a_q62, 62);
 }
 
 static struct motion_real ease_sin(int64_t phase_q62)
@@ -85,7 +85,7 @@ static struct ease_border ease_border(const struct ease_sine *sine, int i,
                               &border.phase_q62);
     half = ease_sin(border.phase_q62 / 2);
     border.height = motion_real_mul(sine->height, motion_real_mul(half, half));
-    border.height.exponent++;
+    border.height = motion_real_twice(border.height);
     if (i == n)
         border.height = sine->height;
     return border;
@@ -136,7 +136,7 @@ int ease_sine_pieces(struct ease_shape *shape, int64_t dur,
         motion_real_div(motion_real_mul(speed, ease_whole(dur)), ease_pi_2())
     };
     const int n = ease_sine_count(sine.height, length);
-    struct ease_border a = { 0, 0, { 0, 0 } };
+    struct ease_border a = { 0, 0, motion_real_zero() };
 
     for (int i = 1; i <= n; i++) {
         const struct ease_border b = ease_border(&sine, i, n);

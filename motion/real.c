@@ -1,109 +1,62 @@
 /* motion/real.c - see real.h. */
 #include "motion/real.h"
 
-#include <stdbool.h>
-#include <stddef.h>
-
 #include "motion/err.h"
 
-struct motion_real motion_real_from_u128(struct motion_u128 wide,
-                                         int32_t exponent)
+#define REAL_TOP ((int64_t)1 << 62)
+
+/* The upper 62 bits, to nearest; rounding up may make 2^62. */
+struct motion_real motion_real_from_u128(struct motion_u128 wide, int32_t e)
 {
-    const bool one_word = wide.hi == 0;
     unsigned up;
 
-    if (one_word)
+    if (wide.hi == 0) {
         wide = (struct motion_u128){ wide.lo, 0 };
+        e -= 64;
+    }
     if (wide.hi == 0)
-        return (struct motion_real){ 0, 0 };
+        return motion_real_zero();
     up = motion_fixed_clz_u64(wide.hi);
     wide = motion_fixed_shl_u128(wide, up);
-    exponent += (one_word ? 0 : 64) - (int32_t)up;
-    if (wide.lo >> 63 == 0)
-        return (struct motion_real){ wide.hi, exponent };
-    if (wide.hi == UINT64_MAX)
-        return (struct motion_real){ (uint64_t)1 << 63, exponent + 1 };
-    return (struct motion_real){ wide.hi + 1, exponent };
+    return motion_real_make((int64_t)((wide.hi >> 2) + (wide.hi >> 1 & 1)),
+                            e + 66 - (int32_t)up);
 }
 
-struct motion_real motion_real_from_u64(uint64_t word, int32_t exponent)
+struct motion_real motion_real_from_u64(uint64_t word, int32_t e)
 {
-    return motion_real_from_u128((struct motion_u128){ 0, word }, exponent);
+    return motion_real_from_u128((struct motion_u128){ 0, word }, e);
 }
 
-int motion_real_cmp(struct motion_real a, struct motion_real b)
-{
-    if (a.mantissa == 0 || b.mantissa == 0)
-        return (a.mantissa != 0) - (b.mantissa != 0);
-    if (a.exponent != b.exponent)
-        return a.exponent < b.exponent ? -1 : 1;
-    return (a.mantissa > b.mantissa) - (a.mantissa < b.mantissa);
-}
-
-/* a's mantissa in units of 2^(exponent - 63): one bit is free for a carry, 63
- * below catch what is shifted out.  Needs exponent >= a.exponent. */
-static struct motion_u128 real_align(struct motion_real a, int32_t exponent)
-{
-    const struct motion_u128 wide = { a.mantissa, 0 };
-    const int32_t down = exponent - a.exponent + 1;
-
-    if (a.mantissa == 0 || down > 127)
-        return (struct motion_u128){ 0, 0 };
-    return motion_fixed_shr_u128(wide, (unsigned)down);
-}
-
-struct motion_real motion_real_add(struct motion_real a, struct motion_real b)
-{
-    const int32_t exponent =
-        motion_real_cmp(a, b) < 0 ? b.exponent : a.exponent;
-
-    return motion_real_from_u128(
-        motion_fixed_add_u128(real_align(a, exponent), real_align(b, exponent)),
-        exponent - 63);
-}
-
-struct motion_real motion_real_sub(struct motion_real a, struct motion_real b)
-{
-    if (motion_real_cmp(a, b) <= 0)
-        return (struct motion_real){ 0, 0 };
-    return motion_real_from_u128(
-        motion_fixed_sub_u128(real_align(a, a.exponent),
-                              real_align(b, a.exponent)),
-        a.exponent - 63);
-}
-
-struct motion_real motion_real_mul(struct motion_real a, struct motion_real b)
-{
-    return motion_real_from_u128(motion_fixed_mul_u64(a.mantissa, b.mantissa),
-                                 a.exponent + b.exponent);
-}
-
-/* a * 2^63 / b: the upper word, a/2, is below 2^63 <= b, so the quotient fits.
- * It has 63 or 64 bits; the rest gives 64 more. */
+/* a * 2^62 / b: the upper word, a/4, is below b, so the quotient fits; it is
+ * in 2^61 .. 2^63. */
 struct motion_real motion_real_div(struct motion_real a, struct motion_real b)
 {
-    const struct motion_u128 n = { a.mantissa >> 1, a.mantissa << 63 };
-    struct motion_u128 quotient = { 0, 0 };
-    uint64_t rest = 0;
+    const uint64_t n = (uint64_t)(a.m < 0 ? -a.m : a.m);
+    const uint64_t d = (uint64_t)(b.m < 0 ? -b.m : b.m);
+    uint64_t quotient = 0;
 
-    (void)motion_fixed_div_u128(n, b.mantissa, &quotient.hi, &rest);
-    (void)motion_fixed_div_u128((struct motion_u128){ rest, 0 }, b.mantissa,
-                                &quotient.lo, NULL);
-    return motion_real_from_u128(quotient, a.exponent - b.exponent - 63 - 64);
+    if (n == 0)
+        return motion_real_zero();
+    (void)motion_fixed_div_u128((struct motion_u128){ n >> 2, n << 62 }, d,
+                                &quotient, 0);
+    return motion_real_make((a.m < 0) != (b.m < 0) ? -(int64_t)quotient
+                                                   : (int64_t)quotient,
+                            a.e - b.e - 62);
 }
 
-/* The mantissa, widened to 127 or 128 bits so that the exponent is even, has a
- * root of 64 bits. */
+/* The mantissa, widened to 126 bits with an even exponent, has a root of 63. */
 struct motion_real motion_real_sqrt(struct motion_real a)
 {
-    struct motion_u128 wide = { a.mantissa, 0 };
-    int32_t exponent = a.exponent - 64;
+    struct motion_u128 wide = { (uint64_t)a.m, 0 };
+    int32_t e = a.e - 64;
 
-    if (exponent & 1) {
-        wide = motion_fixed_shr_u128(wide, 1);
-        exponent++;
+    if (a.m <= 0)
+        return motion_real_zero();
+    if (e & 1) {
+        wide = motion_fixed_shl_u128(wide, 1);
+        e--;
     }
-    return motion_real_from_u64(motion_fixed_isqrt_u128(wide), exponent / 2);
+    return motion_real_from_u64(motion_fixed_isqrt_u128(wide), e / 2);
 }
 
 /* floor of the cube root, bit by bit; 2642245^3 is the last cube in 64 bits. */
@@ -119,68 +72,153 @@ static uint64_t real_icbrt(uint64_t n)
     return root;
 }
 
-/* A 21-bit guess, relative error 2^-20; a Newton step x <- (2x + a/x^2) / 3
- * squares the error, so 2^-40, 2^-80. */
+/* A 20-bit guess; a Newton step x <- (2x + a/x^2) / 3 squares the error, so
+ * 2^-38, 2^-76. */
 struct motion_real motion_real_cbrt(struct motion_real a)
 {
-    const struct motion_real three = motion_real_from_u64(3, 0);
+    const struct motion_real size = motion_real_abs(a);
     struct motion_real x;
-    unsigned down = 0;
+    int down = 0;
 
-    if (a.mantissa == 0)
+    if (a.m == 0)
         return a;
-    while ((a.exponent + (int32_t)down) % 3 != 0)
+    while ((a.e + down) % 3 != 0)
         down++;
-    x = motion_real_from_u64(real_icbrt(a.mantissa >> down),
-                             (a.exponent + (int32_t)down) / 3);
-    for (int i = 0; i < 3; i++) {
-        struct motion_real twice = { x.mantissa, x.exponent + 1 };
+    x = motion_real_make((int64_t)real_icbrt((uint64_t)size.m >> down),
+                         (a.e + down) / 3);
+    for (int i = 0; i < 3; i++)
         x = motion_real_div(
-            motion_real_add(twice, motion_real_div(a, motion_real_mul(x, x))),
-            three);
-    }
-    return x;
+            motion_real_add(motion_real_twice(x),
+                            motion_real_div(size, motion_real_mul(x, x))),
+            motion_real_int(3));
+    return a.m < 0 ? motion_real_neg(x) : x;
 }
 
-/* a * 2^bits as whole part and Q0.64 fraction. */
-static int real_split(struct motion_real a, int32_t bits,
-                      struct motion_u128 *split)
-{
-    const int32_t up = a.exponent + bits;
+/* --- quick ----------------------------------------------------------------- */
 
-    if (a.mantissa == 0 || up < -127) {
-        *split = (struct motion_u128){ 0, a.mantissa != 0 };
+static uint32_t real_mulhi32(uint32_t a, uint32_t b)
+{
+    return (uint32_t)(((uint64_t)a * b) >> 32);
+}
+
+/* d = x 2^32, x in 1/2 .. 1: y = 2^30 / x from below, to 2^-28.  The quotient
+ * by the upper half is good to 2^-14; one Newton step y <- y (2 - x y)
+ * squares that. */
+static uint32_t real_inv32(uint32_t d)
+{
+    uint32_t y = (0x7fffffffu / ((d >> 16) + 1)) << 15;
+    uint32_t rest = (uint32_t)(0 - (((uint64_t)d * y) >> 30)); /* 1 - xy, Q32 */
+    return y + real_mulhi32(y, rest);
+}
+
+/* a = x 2^62 2^e: 1/a = y 2^-61 2^(-e - 62) with y = 2^61 / x. */
+struct motion_real motion_real_inv(struct motion_real a)
+{
+    int64_t x = a.m < 0 ? -a.m : a.m;
+    int64_t y = (int64_t)real_inv32((uint32_t)(x >> 30)) << 31;
+    /* 1 - x y, Q59 */
+    int64_t rest = ((int64_t)1 << 59) - motion_real_mulhi(x, y);
+    y += motion_real_mulhi(y, rest * 16) * 2;
+    return motion_real_make(a.m < 0 ? -y : y, -a.e - 123);
+}
+
+/* 1/sqrt(x), x in 1 .. 4 as Q30, result Q31, to 2^-26: from the middle of each
+ * quarter (6 %), three Newton steps y <- y (3 - x y^2) / 2. */
+static uint32_t real_rsqrt32(uint32_t x)
+{
+    static const uint16_t guess[12] = { 61788, 55889, 51411, 47861,
+                                        44957, 42525, 40450, 38651,
+                                        37073, 35673, 34421, 33292 };
+    uint32_t y = (uint32_t)guess[(x >> 28) - 4] << 15;
+    for (int i = 0; i < 3; i++) {
+        uint32_t xyy = real_mulhi32(x, real_mulhi32(y, y)); /* Q28, about 1 */
+        y = (uint32_t)(((uint64_t)y * (((uint32_t)3 << 28) - xyy)) >> 29);
+    }
+    return y;
+}
+
+/* a = x 4^k with x in 1 .. 4 as Q60: 1/sqrt(a) = y 2^-k, y = 1/sqrt(x) as Q61
+ * after one more step in 64 bits. */
+struct motion_real motion_real_rsqrt(struct motion_real a)
+{
+    int odd = a.e & 1;
+    int64_t x = a.m >> odd;
+    int32_t k = (a.e + 60 + odd) / 2;
+    int64_t y = (int64_t)real_rsqrt32((uint32_t)(x >> 30)) << 30;
+    int64_t rest =
+        ((int64_t)1 << 54) - motion_real_mulhi(x, motion_real_mulhi(y, y));
+    y += motion_real_mulhi(y, rest * 256) * 2;
+    return motion_real_make(y, -61 - k);
+}
+
+/* a < 2^(62 + e): the exponent rounded up to a third in three steps. */
+struct motion_real motion_real_cbrt_above(struct motion_real a)
+{
+    static const int64_t root[3] = { 1073741824, 1352829927, 1704458901 };
+    int32_t e = a.e + 62 + 30000;
+    return motion_real_make(root[e % 3], e / 3 - 10000 - 30);
+}
+
+/* --- to integers ----------------------------------------------------------- */
+
+/* floor of a * 2^bits, and what is above it as Q0.64, not zero unless it is
+ * exact.  |a.m| < 2^62, so a left shift by one is all that fits. */
+static int real_split(struct motion_real a, int32_t bits, int64_t *whole,
+                      uint64_t *part)
+{
+    const int32_t up = a.m == 0 ? 0 : a.e + bits;
+
+    if (up > 1)
+        return MOTION_E_RANGE;
+    *part = 0;
+    if (up >= 0) {
+        *whole = a.m * (1 + up);
         return MOTION_OK;
     }
-    if (up >= 0)
-        return MOTION_E_RANGE;
-    *split = motion_fixed_shr_u128((struct motion_u128){ a.mantissa, 0 },
-                                   (unsigned)-up);
+    *whole = a.m >> (up < -62 ? 62 : -up);
+    if (up > -64)
+        *part = (uint64_t)a.m << (64 + up);
+    else if (up > -128)
+        *part = (uint64_t)((a.m >> (up < -126 ? 62 : -up - 64)) | 1);
+    else
+        *part = a.m < 0 ? UINT64_MAX : 1;
     return MOTION_OK;
 }
 
-static int real_whole(uint64_t whole, int64_t *result)
+int motion_real_floor(struct motion_real a, int32_t bits, int64_t *result)
 {
-    if (whole > INT64_MAX)
-        return MOTION_E_RANGE;
-    *result = (int64_t)whole;
-    return MOTION_OK;
+    uint64_t part;
+
+    return real_split(a, bits, result, &part);
+}
+
+/* Whole parts that leave a fraction are below 2^62: adding 1 is safe. */
+int motion_real_ceil(struct motion_real a, int32_t bits, int64_t *result)
+{
+    uint64_t part;
+    int rc = real_split(a, bits, result, &part);
+
+    if (rc == MOTION_OK)
+        *result += part != 0;
+    return rc;
 }
 
 int motion_real_round(struct motion_real a, int32_t bits, int64_t *result)
 {
-    struct motion_u128 split;
+    const uint64_t half = UINT64_C(1) << 63;
+    uint64_t part;
+    int rc = real_split(a, bits, result, &part);
 
-    if (real_split(a, bits, &split))
-        return MOTION_E_RANGE;
-    return real_whole(split.hi + (split.lo >> 63), result);
+    if (rc == MOTION_OK)
+        *result += a.m < 0 ? part > half : part >= half;
+    return rc;
 }
 
-int motion_real_ceil(struct motion_real a, int32_t bits, int64_t *result)
+int64_t motion_real_floor_clamped(struct motion_real a, int32_t bits)
 {
-    struct motion_u128 split;
+    const int64_t shift = (int64_t)a.e + bits;
 
-    if (real_split(a, bits, &split))
-        return MOTION_E_RANGE;
-    return real_whole(split.hi + (split.lo != 0), result);
+    if (shift > 0)
+        return a.m < 0 ? -REAL_TOP : a.m ? REAL_TOP : 0;
+    return a.m >> (shift < -62 ? 62 : -shift);
 }

@@ -19,9 +19,12 @@ import yaml
 
 # Malformed in ways that need more than a schema: order, sums, other values.
 BEYOND = {
+    "move_blend_negative",
     "move_duplicate_axis",  # the YAML library keeps the last
     "move_ease_order",
+    "move_ends_of_another",
     "move_frame_without_rate",
+    "move_key_velocity_unused",
     "move_mu_range",
     "move_mu_unused",
     "move_negative_time",

@@ -276,9 +276,9 @@ static void keys_have_a_short_and_a_long_form(void **state)
         assert_int_equal(key->t_ns_q12, MS(1000 * k) * 4096);
         assert_int_equal(key->pos_q32, Q32(1));
         assert_int_equal(key->has_vel, k < 2);
-        assert_int_equal(key->vel_q32, k < 2 ? Q32(2) : 0);
+        assert_int_equal(key->vel.m, motion_real_int(k < 2 ? 2 : 0).m);
         assert_int_equal(key->has_acc, k < 2);
-        assert_int_equal(key->acc_q16, k < 2 ? Q16(3) : 0);
+        assert_int_equal(key->acc.m, motion_real_int(k < 2 ? 3 : 0).m);
     }
     assert_int_equal(move.axis[0].first, MOTION_SPLINE_NATURAL);
     assert_int_equal(move.axis[0].last, MOTION_SPLINE_ONE_SIDED);
@@ -288,6 +288,43 @@ static void keys_have_a_short_and_a_long_form(void **state)
     assert_int_equal(move.axis[0].k2_q32, 2863311531); /* 2/3 */
     assert_int_equal(move.axis[1].mu_q32, Q32(0.5));
     assert_int_equal(move.axis[1].key[0].key.pos_q32, Q32(360));
+    move_free(&move);
+}
+
+static void curves_bring_their_parameters(void **state)
+{
+    static const char text[] =
+        "axes:\n"
+        "  dolly:\n"
+        "    curve: kochanek-bartels\n"
+        "    tcb: [0.5, -25 %, 1]\n"
+        "    keys:\n"
+        "    - [0, 1]\n"
+        "    - {t: 1 s, p: 2 mm, curve: c4, a: 3 mm/s2}\n"
+        "    - [2 s, 3 mm, 4 mm/s]\n"
+        "  pan:\n"
+        "    curve: smoothed\n"
+        "    blend: 250 ms\n"
+        "    ends: one-sided\n"
+        "    keys: [[0, 0], [1, 1]]\n";
+    char message[RIG_MESSAGE_MAX];
+    struct plan_move move;
+
+    (void)state;
+    write_scratch(text, strlen(text));
+    if (move_load(scratch, &rig, &move, message) < 0)
+        fail_msg("%s", message);
+    assert_int_equal(move.axis[0].curve, PLAN_CURVE_KOCHANEK);
+    assert_int_equal(move.axis[0].shape.tension_q32, Q32(0.5));
+    assert_int_equal(move.axis[0].shape.continuity_q32, Q32(-0.25));
+    assert_int_equal(move.axis[0].shape.bias_q32, Q32(1));
+    assert_false(move.axis[0].key[0].has_curve);
+    assert_true(move.axis[0].key[1].has_curve);
+    assert_int_equal(move.axis[0].key[1].curve, PLAN_CURVE_C4);
+    assert_int_equal(move.axis[0].key[1].key.acc.m, motion_real_int(3).m);
+    assert_true(move.axis[0].key[2].key.has_vel);
+    assert_int_equal(move.axis[1].blend_ns_q12, MS(250) * 4096);
+    assert_int_equal(move.axis[1].last, MOTION_SPLINE_ONE_SIDED);
     move_free(&move);
 }
 
@@ -424,10 +461,13 @@ static const struct {
     const char *what;
 } bad[] = {
     { "move_axes_list.yaml", 2, 7, "axes is a list" },
+    { "move_blend_negative.yaml", 5, 12, "blend '-1 s' is negative" },
     { "move_duplicate_axis.yaml", 9, 3,
       "key 'dolly' is already there in line 3" },
     { "move_ease_order.yaml", 5, 17,
       "ease has its second number below the first" },
+    { "move_ends_of_another.yaml", 5, 31,
+      "last 'natural' is not among those of curve akima" },
     { "move_ends_word.yaml", 5, 11, "unknown ends 'clamped'" },
     { "move_frame_rate_word.yaml", 7, 10,
       "t 'frame 72 @ film' is not a number" },
@@ -436,6 +476,8 @@ static const struct {
       "t 'frame 72' has no frame rate and the file gives none (fps)" },
     { "move_infinite.yaml", 7, 15, "p 'inf mm' is infinite" },
     { "move_key_alone.yaml", 7, 9, "key has 1 item" },
+    { "move_key_curve.yaml", 6, 36, "unknown curve 'linar'" },
+    { "move_key_velocity_unused.yaml", 6, 47, "v is not used by curve linear" },
     { "move_key_missing_p.yaml", 8, 9, "key has no 'p'" },
     { "move_key_of_five.yaml", 7, 9, "key has 5 items" },
     { "move_key_scalar.yaml", 7, 9, "key is a single value" },
@@ -447,6 +489,8 @@ static const struct {
       "t '-1 s' is before the start of the move" },
     { "move_no_axes.yaml", 2, 7, "axes is empty" },
     { "move_no_keys.yaml", 5, 11, "keys has 0 items" },
+    { "move_tcb_range.yaml", 5, 21, "tcb '1.5' is out of range" },
+    { "move_tcb_two.yaml", 5, 10, "tcb has 2 items" },
     { "move_time_too_large.yaml", 7, 10, "t '1000 h' is too large" },
     { "move_outside.yaml", 2, 1,
       "this is outside of what the file began with" },
@@ -789,6 +833,7 @@ int main(int argc, char *argv[])
         cmocka_unit_test(the_example_move_is_where_the_rig_can_be),
         cmocka_unit_test(what_is_left_out_has_the_documented_value),
         cmocka_unit_test(keys_have_a_short_and_a_long_form),
+        cmocka_unit_test(curves_bring_their_parameters),
         cmocka_unit_test(the_documentation_shows_files_that_can_be_read),
         cmocka_unit_test(line_ends_and_byte_order_mark_do_not_matter),
         cmocka_unit_test(line_ends_and_byte_order_mark_do_not_move_places),

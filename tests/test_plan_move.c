@@ -58,6 +58,7 @@ static void make_axis(enum plan_curve curve, uint32_t count, const double *t,
                                .mu_q32 = ONE,
                                .k1_q32 = ONE / 4,
                                .k2_q32 = 3 * ONE / 4,
+                               .blend_ns_q12 = SEC / 4,
                                .key = keys,
                                .key_count = count,
                                .place = { 5, 1 } };
@@ -67,7 +68,7 @@ static void make_axis(enum plan_curve curve, uint32_t count, const double *t,
         keys[i].place = (struct plan_place){ 10 + i, 3 };
         if (curve == PLAN_CURVE_HERMITE) {
             keys[i].key.has_vel = true;
-            keys[i].key.vel_q32 = ((int64_t)i - 2) * ONE;
+            keys[i].key.vel = motion_real_from_q(((int64_t)i - 2) * ONE, 32);
         }
     }
 }
@@ -114,7 +115,18 @@ static void every_curve_takes_the_segments_it_needs(void **state)
         [PLAN_CURVE_HERMITE] = 4,
         [PLAN_CURVE_CATMULL_ROM] = 4,
         [PLAN_CURVE_CARDINAL] = 4,
+        [PLAN_CURVE_ROUNDED] = 5 + 4,
+        [PLAN_CURVE_SMOOTHED] = 5 + 4,
+        [PLAN_CURVE_KOCHANEK] = 4,
+        [PLAN_CURVE_MONOTONE] = 4,
+        [PLAN_CURVE_AKIMA] = 4,
+        [PLAN_CURVE_AKIMA_MONOTONE] = 4,
+        [PLAN_CURVE_C2] = 4,
         [PLAN_CURVE_QUINTIC] = 4,
+        [PLAN_CURVE_C4] = 4,
+        [PLAN_CURVE_CONSTRAINTS] = 4,
+        [PLAN_CURVE_BSPLINE] = 4,
+        [PLAN_CURVE_LAGRANGE] = 4,
     };
 
     (void)state;
@@ -130,27 +142,47 @@ static void every_curve_takes_the_segments_it_needs(void **state)
     }
 }
 
+static bool passes_by(enum plan_curve curve)
+{
+    return curve == PLAN_CURVE_ROUNDED || curve == PLAN_CURVE_SMOOTHED ||
+           curve == PLAN_CURVE_BSPLINE;
+}
+
+/* Any end rule that the curve has. */
+static enum motion_spline_end draw_end(enum plan_curve curve)
+{
+    const unsigned end = (unsigned)(draw() % MOTION_SPLINE_PERIODIC);
+
+    return plan_curve_rules(curve)->ends & 1u << end
+               ? (enum motion_spline_end)end
+               : MOTION_SPLINE_REST;
+}
+
 static void keys_are_hit_to_the_bit_on_every_curve(void **state)
 {
     (void)state;
     seed_from("keys");
     for (uint32_t round = 0; round < 400; round++) {
         const enum plan_curve curve = curves[round % ARRAY_LEN(curves)];
-        const uint32_t count = 1 + (uint32_t)(draw() % KEYS);
+        const uint32_t most = curve == PLAN_CURVE_LAGRANGE ? 5 : KEYS;
+        /* without a knot, what is uneven swings beyond all formats */
+        const double decades = curve == PLAN_CURVE_C4 ? 1 : 3;
+        const uint32_t count = 1 + (uint32_t)(draw() % most);
         double t[KEYS], pos[KEYS], at = draw() & 1 ? 0 : 2.5;
         struct motion_cursor cursor = { 0 };
 
         for (uint32_t i = 0; i < count; i++) {
             t[i] = at;
             pos[i] = (double)(draw_unit() * 2000 - 1000);
-            at += pow(10, (double)draw_unit() * 3 - 2);
+            at += pow(10, (double)draw_unit() * decades - 2);
         }
         make_axis(curve, count, t, pos);
-        axis.first = (enum motion_spline_end)(draw() % 3);
-        axis.last = (enum motion_spline_end)(draw() % 3);
+        axis.first = axis.last = draw_end(curve);
         plan();
         for (uint32_t i = 0; i < count; i++) {
             struct motion_sample s;
+            if (passes_by(curve) && i > 0 && i + 1 < count)
+                continue;
             motion_track_sample(&track, &cursor, keys[i].key.t_ns_q12, &s);
             assert_int_equal(s.pos_q32, keys[i].key.pos_q32);
         }
@@ -172,7 +204,17 @@ static void curves_are_as_smooth_as_they_say(void **state)
         { PLAN_CURVE_HERMITE, false, true },
         { PLAN_CURVE_CATMULL_ROM, false, true },
         { PLAN_CURVE_CARDINAL, false, true },
+        { PLAN_CURVE_ROUNDED, false, true },
+        { PLAN_CURVE_SMOOTHED, false, false },
+        { PLAN_CURVE_KOCHANEK, false, true },
+        { PLAN_CURVE_MONOTONE, false, true },
+        { PLAN_CURVE_AKIMA, false, true },
+        { PLAN_CURVE_AKIMA_MONOTONE, false, true },
+        { PLAN_CURVE_C2, false, true }, /* from and to rest */
         { PLAN_CURVE_QUINTIC, false, false },
+        { PLAN_CURVE_C4, false, false },
+        { PLAN_CURVE_CONSTRAINTS, true, false },
+        { PLAN_CURVE_BSPLINE, false, true }, /* from and to rest */
     };
     const struct plan_limit limit = { INT64_MIN, INT64_MAX, INT64_MAX,
                                       INT64_MAX, INT64_MAX - 1 };
@@ -183,7 +225,7 @@ static void curves_are_as_smooth_as_they_say(void **state)
         bool vel = false, acc = false;
         make_some(rows[i].curve);
         if (rows[i].curve == PLAN_CURVE_HERMITE)
-            keys[0].key.vel_q32 = keys[4].key.vel_q32 = 0;
+            keys[0].key.vel = keys[4].key.vel = motion_real_zero();
         plan();
         const uint32_t all = plan_check_track(&track, &limit, found, 64);
         for (uint32_t k = 0; k < all; k++) {
@@ -242,9 +284,9 @@ static void quintic_keeps_what_is_given_and_fills_the_rest(void **state)
     (void)state;
     make_some(PLAN_CURVE_QUINTIC);
     keys[1].key.has_vel = true;
-    keys[1].key.vel_q32 = 3 * ONE;
+    keys[1].key.vel = motion_real_from_q(3 * ONE, 32);
     keys[2].key.has_acc = true;
-    keys[2].key.acc_q16 = -5 * ACC;
+    keys[2].key.acc = motion_real_from_q(-5 * ACC, 16);
     plan();
     motion_track_state(&track, SEC, &s);
     assert_in_range(s.vel_q32, 3 * ONE - 2, 3 * ONE + 2);
@@ -268,6 +310,77 @@ static void keys_given_in_the_axis_are_not_touched(void **state)
         assert_memory_equal(before, keys, sizeof keys);
         plan_track_free(&track);
     }
+}
+
+/* --- several curves ------------------------------------------------------- */
+
+/* Every pair of curves, one after the other. */
+static void spans_of_different_curves_join_at_their_keys(void **state)
+{
+    (void)state;
+    for (size_t a = 0; a < ARRAY_LEN(curves); a++)
+        for (size_t b = 0; b < ARRAY_LEN(curves); b++) {
+            struct motion_cursor cursor = { 0 };
+            make_some(curves[a]);
+            for (int i = 0; i < 5; i++) {
+                const bool hermite =
+                    curves[i < 2 ? a : b] == PLAN_CURVE_HERMITE;
+                keys[i].has_curve = i >= 2;
+                keys[i].curve = curves[b];
+                keys[i].key.has_vel =
+                    hermite || (i == 2 && (curves[a] == PLAN_CURVE_HERMITE));
+                keys[i].key.vel = motion_real_zero();
+            }
+            plan();
+            for (int i = 0; i < 5; i += 2) {
+                struct motion_sample s;
+                if (i == 2 && a == b && passes_by(curves[a]))
+                    continue;
+                motion_track_sample(&track, &cursor, keys[i].key.t_ns_q12, &s);
+                assert_int_equal(s.pos_q32, keys[i].key.pos_q32);
+            }
+            plan_track_free(&track);
+        }
+}
+
+static void a_line_hands_its_speed_to_a_smooth_neighbour(void **state)
+{
+    static const double t[] = { 0, 1, 2, 3 }, pos[] = { 0, 4, 3, 9 };
+    struct motion_continuity step;
+
+    (void)state;
+    make_axis(PLAN_CURVE_QUINTIC, 4, t, pos);
+    keys[0].has_curve = true;
+    keys[0].curve = PLAN_CURVE_LINEAR;
+    plan();
+    struct motion_state s;
+    motion_segment_state(&track.segment[1], 0, &s);
+    assert_in_range(s.vel_q32, 4 * ONE - 2, 4 * ONE + 2);
+    assert_in_range(s.acc_q16 + 2, 0, 4);
+    motion_track_continuity(&track, &step);
+    assert_int_equal(step.vel_step_ns_q12, 0); /* only where it starts */
+    plan_track_free(&track);
+}
+
+static void lagrange_that_swings_is_remarked_upon(void **state)
+{
+    double t[11], pos[11];
+    char text[160];
+
+    (void)state;
+    for (int i = 0; i < 11; i++) {
+        t[i] = i;
+        pos[i] = 1 / (1 + 25 * pow(i / 5.0 - 1, 2)); /* Runge */
+    }
+    make_axis(PLAN_CURVE_LAGRANGE, 11, t, pos);
+    plan();
+    assert_true(plan_axis_remark(&axis, &track, text));
+    assert_non_null(strstr(text, "axis pan: lagrange goes "));
+    plan_track_free(&track);
+    axis.curve = PLAN_CURVE_MONOTONE;
+    plan();
+    assert_false(plan_axis_remark(&axis, &track, text));
+    plan_track_free(&track);
 }
 
 /* --- refusals ------------------------------------------------------------- */
@@ -303,6 +416,37 @@ static void a_wrong_axis_is_refused_in_a_sentence(void **state)
     axis.last = (enum motion_spline_end)7;
     expect_refusal("end rule", MOTION_E_ARG, 0,
                    "axis pan: there is no end rule with number 7");
+
+    make_some(PLAN_CURVE_AKIMA);
+    axis.first = MOTION_SPLINE_NATURAL;
+    expect_refusal("end", MOTION_E_ARG, 0,
+                   "axis pan: curve akima has no end natural");
+
+    make_some(PLAN_CURVE_C2);
+    axis.first = MOTION_SPLINE_PERIODIC;
+    expect_refusal("half a ring", MOTION_E_ARG, 0,
+                   "axis pan: periodic needs both ends and one curve");
+    axis.last = MOTION_SPLINE_PERIODIC;
+    expect_refusal("open ring", MOTION_E_ARG, 4,
+                   "key 5 of axis pan: a periodic axis must end where it "
+                   "starts");
+
+    make_some(PLAN_CURVE_KOCHANEK);
+    axis.shape.bias_q32 = 2 * ONE;
+    expect_refusal("shape", MOTION_E_ARG, 0,
+                   "axis pan: tension, continuity and bias are 0, 0, 2, not "
+                   "-1 to 1");
+
+    make_some(PLAN_CURVE_ROUNDED);
+    axis.blend_ns_q12 = -SEC;
+    expect_refusal("blend", MOTION_E_ARG, 0, "axis pan: blend is -1 s");
+
+    make_some(PLAN_CURVE_C4);
+    axis.key_count = 3;
+    axis.last = MOTION_SPLINE_NOT_A_KNOT;
+    expect_refusal("few", MOTION_E_ARG, 0,
+                   "key 1 of axis pan: too few keys follow for curve c4 and "
+                   "its ends");
 }
 
 static void a_wrong_time_is_refused_at_its_key(void **state)
@@ -372,6 +516,17 @@ static void what_a_curve_cannot_keep_is_refused_at_its_key(void **state)
           "keep it" },
         { PLAN_CURVE_CARDINAL, true, false, 1, 0, NULL },
         { PLAN_CURVE_QUINTIC, true, true, 1, 1, NULL },
+        { PLAN_CURVE_C4, true, true, 1, 1, NULL },
+        { PLAN_CURVE_CONSTRAINTS, true, true, 1, 1, NULL },
+        { PLAN_CURVE_CONSTRAINTS, false, true, 1, 1, NULL },
+        { PLAN_CURVE_C2, true, false, 1, 0, NULL },
+        { PLAN_CURVE_C2, false, true, 0, 1,
+          "key 3 of axis pan: acceleration is given, but c2 keeps one only at "
+          "its ends, instead of a velocity" },
+        { PLAN_CURVE_AKIMA, true, false, 1, 0, NULL },
+        { PLAN_CURVE_BSPLINE, true, false, 0, 0,
+          "key 3 of axis pan: velocity is given, but b-spline cannot keep "
+          "it" },
     };
 
     (void)state;
@@ -379,8 +534,8 @@ static void what_a_curve_cannot_keep_is_refused_at_its_key(void **state)
         make_some(rows[i].curve);
         keys[2].key.has_vel = rows[i].has_vel;
         keys[2].key.has_acc = rows[i].has_acc;
-        keys[2].key.vel_q32 = rows[i].vel;
-        keys[2].key.acc_q16 = rows[i].acc;
+        keys[2].key.vel = motion_real_from_q(rows[i].vel, 32);
+        keys[2].key.acc = motion_real_from_q(rows[i].acc, 16);
         if (rows[i].want) {
             expect_refusal(rows[i].want, MOTION_E_ARG, 2, rows[i].want);
             continue;
@@ -436,6 +591,9 @@ int main(void)
         cmocka_unit_test(one_key_is_a_place_to_stand),
         cmocka_unit_test(quintic_keeps_what_is_given_and_fills_the_rest),
         cmocka_unit_test(keys_given_in_the_axis_are_not_touched),
+        cmocka_unit_test(spans_of_different_curves_join_at_their_keys),
+        cmocka_unit_test(a_line_hands_its_speed_to_a_smooth_neighbour),
+        cmocka_unit_test(lagrange_that_swings_is_remarked_upon),
         cmocka_unit_test(a_wrong_axis_is_refused_in_a_sentence),
         cmocka_unit_test(a_wrong_time_is_refused_at_its_key),
         cmocka_unit_test(what_a_curve_cannot_keep_is_refused_at_its_key),

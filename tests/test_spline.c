@@ -39,6 +39,22 @@ static long double draw_unit(void)
 
 static struct motion_key key[KEYS];
 static struct motion_segment room[KEYS];
+
+/* Filled in values in the units of tracks: 2^-32 unit/s, 2^-16 unit/s2. */
+static int64_t vel_q32(const struct motion_key *k)
+{
+    int64_t v = INT64_MIN;
+    assert_int_equal(0, motion_real_round(k->vel, 32, &v));
+    return v;
+}
+
+static int64_t acc_q16(const struct motion_key *k)
+{
+    int64_t a = INT64_MIN;
+    assert_int_equal(0, motion_real_round(k->acc, 16, &a));
+    return a;
+}
+
 static struct motion_track track;
 
 /* Spans of 1 ms to 100 s beside each other, positions of +-2^`bits` units. */
@@ -120,8 +136,8 @@ static void parabola_tangents_are_exact_on_parabolas(void **state)
                                                     MOTION_SPLINE_ONE_SIDED,
                                                     MOTION_SPLINE_ONE_SIDED));
     for (uint32_t i = 0; i < n; i++) {
-        assert_int_equal(key[i].vel_q32, (int64_t)((2 + times[i]) * ONE));
-        assert_int_equal(key[i].acc_q16, MOTION_FIXED_ONE_Q16);
+        assert_int_equal(vel_q32(&key[i]), (int64_t)((2 + times[i]) * ONE));
+        assert_int_equal(acc_q16(&key[i]), MOTION_FIXED_ONE_Q16);
     }
 }
 
@@ -141,26 +157,26 @@ static void parabola_tangents_match_long_double(void **state)
                                            MOTION_SPLINE_ONE_SIDED));
         for (uint32_t i = 1; i + 1 < n; i++) {
             const long double scale = fabsl(chord(i)) + fabsl(chord(i - 1));
-            assert_near((long double)key[i].vel_q32,
+            assert_near((long double)vel_q32(&key[i]),
                         parabola_vel(i - 1, span(i - 1)),
                         0.7L + ldexpl(scale, -60), "inner velocity");
-            assert_near((long double)key[i].acc_q16,
+            assert_near((long double)acc_q16(&key[i]),
                         parabola_acc(i - 1) / 65536,
                         1 + ldexpl(scale / (span(i - 1) + span(i)), -76),
                         "inner acceleration");
         }
-        assert_near((long double)key[0].vel_q32, parabola_vel(0, 0),
+        assert_near((long double)vel_q32(&key[0]), parabola_vel(0, 0),
                     0.9L + ldexpl(fabsl(chord(0)) + fabsl(chord(1)), -58),
                     "first velocity");
-        assert_near((long double)key[n - 1].vel_q32,
+        assert_near((long double)vel_q32(&key[n - 1]),
                     parabola_vel(n - 3, span(n - 3) + span(n - 2)),
                     0.9L +
                         ldexpl(fabsl(chord(n - 3)) + fabsl(chord(n - 2)), -58),
                     "last velocity");
-        assert_near((long double)key[0].acc_q16, parabola_acc(0) / 65536,
+        assert_near((long double)acc_q16(&key[0]), parabola_acc(0) / 65536,
                     1 + ldexpl(fabsl(chord(0)) / span(0), -70),
                     "first acceleration");
-        assert_near((long double)key[n - 1].acc_q16,
+        assert_near((long double)acc_q16(&key[n - 1]),
                     parabola_acc(n - 3) / 65536,
                     1 + ldexpl(fabsl(chord(n - 3)) / span(n - 3), -70),
                     "last acceleration");
@@ -183,12 +199,13 @@ static void cardinal_tangents_match_long_double(void **state)
                                 MOTION_SPLINE_ONE_SIDED));
         for (uint32_t i = 1; i + 1 < n; i++)
             assert_near(
-                (long double)key[i].vel_q32,
+                (long double)vel_q32(&key[i]),
                 mu * (long double)(key[i + 1].pos_q32 - key[i - 1].pos_q32) /
                     (span(i - 1) + span(i)),
                 0.6L, "inner");
-        assert_near((long double)key[0].vel_q32, mu * chord(0), 0.6L, "first");
-        assert_near((long double)key[n - 1].vel_q32, mu * chord(n - 2), 0.6L,
+        assert_near((long double)vel_q32(&key[0]), mu * chord(0), 0.6L,
+                    "first");
+        assert_near((long double)vel_q32(&key[n - 1]), mu * chord(n - 2), 0.6L,
                     "last");
     }
 }
@@ -207,12 +224,12 @@ static void cardinal_with_mu_one_is_first_order_on_uneven_keys(void **state)
     assert_int_equal(0, motion_spline_tangents_cardinal(key, 3, ONE,
                                                         MOTION_SPLINE_REST,
                                                         MOTION_SPLINE_REST));
-    assert_int_equal(key[1].vel_q32, 3 * ONE);
+    assert_int_equal(vel_q32(&key[1]), 3 * ONE);
     assert_int_equal(0, motion_spline_tangents_parabola(
                             key, 3, MOTION_SPLINE_REST, MOTION_SPLINE_REST));
-    assert_int_equal(key[1].vel_q32, 2 * ONE);
-    assert_int_equal(key[0].vel_q32, 0);
-    assert_int_equal(key[2].vel_q32, 0);
+    assert_int_equal(vel_q32(&key[1]), 2 * ONE);
+    assert_int_equal(vel_q32(&key[0]), 0);
+    assert_int_equal(vel_q32(&key[2]), 0);
 }
 
 /* mu = 2 tau: the tension convention's tau = 1/2 is mu = 1. */
@@ -230,13 +247,13 @@ static void mu_one_on_even_keys_is_catmull_rom(void **state)
                                                         MOTION_SPLINE_REST,
                                                         MOTION_SPLINE_REST));
     for (int i = 1; i < 4; i++) {
-        const int64_t cardinal = key[i].vel_q32;
+        const int64_t cardinal = vel_q32(&key[i]);
         assert_int_equal(cardinal, (pos[i + 1] - pos[i - 1]) * ONE);
     }
     assert_int_equal(0, motion_spline_tangents_parabola(
                             key, 5, MOTION_SPLINE_REST, MOTION_SPLINE_REST));
     for (int i = 1; i < 4; i++)
-        assert_int_equal(key[i].vel_q32, (pos[i + 1] - pos[i - 1]) * ONE);
+        assert_int_equal(vel_q32(&key[i]), (pos[i + 1] - pos[i - 1]) * ONE);
 }
 
 static void given_velocities_and_accelerations_are_kept(void **state)
@@ -248,8 +265,8 @@ static void given_velocities_and_accelerations_are_kept(void **state)
         for (uint32_t i = 0; i < n; i++) {
             key[i].has_vel = draw() & 1;
             key[i].has_acc = draw() & 1;
-            key[i].vel_q32 = 1000 + (int64_t)i;
-            key[i].acc_q16 = 2000 + (int64_t)i;
+            key[i].vel = motion_real_from_q(1000 + (int64_t)i, 32);
+            key[i].acc = motion_real_from_q(2000 + (int64_t)i, 16);
         }
         struct motion_key before[KEYS];
         memcpy(before, key, sizeof key);
@@ -261,9 +278,9 @@ static void given_velocities_and_accelerations_are_kept(void **state)
                                            MOTION_SPLINE_ONE_SIDED));
         for (uint32_t i = 0; i < n; i++) {
             if (before[i].has_vel)
-                assert_int_equal(key[i].vel_q32, 1000 + (int64_t)i);
+                assert_int_equal(vel_q32(&key[i]), 1000 + (int64_t)i);
             if (before[i].has_acc)
-                assert_int_equal(key[i].acc_q16, 2000 + (int64_t)i);
+                assert_int_equal(acc_q16(&key[i]), 2000 + (int64_t)i);
             assert_true(key[i].has_vel == before[i].has_vel);
             assert_true(key[i].has_acc == before[i].has_acc);
         }
@@ -322,14 +339,14 @@ static void two_keys_go_straight_unless_they_rest(void **state)
         key[1].pos_q32 = 4 * ONE;
         assert_int_equal(0, motion_spline_tangents_parabola(
                                 key, 2, rows[i].first, rows[i].last));
-        if (key[0].vel_q32 != rows[i].v0 * ONE ||
-            key[1].vel_q32 != rows[i].v1 * ONE)
-            fail_msg("row %zu: %" PRId64 " %" PRId64, i, key[0].vel_q32,
-                     key[1].vel_q32);
+        if (vel_q32(&key[0]) != rows[i].v0 * ONE ||
+            vel_q32(&key[1]) != rows[i].v1 * ONE)
+            fail_msg("row %zu: %" PRId64 " %" PRId64, i, vel_q32(&key[0]),
+                     vel_q32(&key[1]));
         assert_int_equal(0, motion_spline_accelerations(key, 2, rows[i].first,
                                                         rows[i].last));
-        assert_int_equal(key[0].acc_q16, 0);
-        assert_int_equal(key[1].acc_q16, 0);
+        assert_int_equal(acc_q16(&key[0]), 0);
+        assert_int_equal(acc_q16(&key[1]), 0);
     }
 }
 
@@ -340,17 +357,17 @@ static void natural_follows_a_velocity_given_at_the_other_end(void **state)
     key[1].t_ns_q12 = SEC;
     key[1].pos_q32 = 4 * ONE;
     key[0].has_vel = true;
-    key[0].vel_q32 = 2 * ONE;
+    key[0].vel = motion_real_from_q(2 * ONE, 32);
     assert_int_equal(0, motion_spline_tangents_parabola(key, 2,
                                                         MOTION_SPLINE_NATURAL,
                                                         MOTION_SPLINE_NATURAL));
-    assert_int_equal(key[1].vel_q32, 5 * ONE);
+    assert_int_equal(vel_q32(&key[1]), 5 * ONE);
     key[0].has_vel = false;
     key[1].has_vel = true;
     assert_int_equal(0, motion_spline_tangents_parabola(key, 2,
                                                         MOTION_SPLINE_NATURAL,
                                                         MOTION_SPLINE_NATURAL));
-    assert_int_equal(key[0].vel_q32, 7 * ONE / 2);
+    assert_int_equal(vel_q32(&key[0]), 7 * ONE / 2);
 }
 
 static void one_key_rests(void **state)
@@ -359,13 +376,13 @@ static void one_key_rests(void **state)
     for (int end = MOTION_SPLINE_REST; end <= MOTION_SPLINE_NATURAL; end++) {
         const enum motion_spline_end rule = (enum motion_spline_end)end;
         memset(key, 0, sizeof key);
-        key[0].vel_q32 = 77;
-        key[0].acc_q16 = 77;
+        key[0].vel = motion_real_from_q(77, 32);
+        key[0].acc = motion_real_from_q(77, 16);
         assert_int_equal(0,
                          motion_spline_tangents_parabola(key, 1, rule, rule));
         assert_int_equal(0, motion_spline_accelerations(key, 1, rule, rule));
-        assert_int_equal(key[0].vel_q32, 0);
-        assert_int_equal(key[0].acc_q16, 0);
+        assert_int_equal(vel_q32(&key[0]), 0);
+        assert_int_equal(acc_q16(&key[0]), 0);
         start_track();
         assert_int_equal(0, motion_spline_append_cubic(&track, key, 1, NULL));
         assert_int_equal(track.count, 0);
@@ -439,9 +456,9 @@ static void extreme_positions_are_answered_or_refused(void **state)
                                             MOTION_SPLINE_ONE_SIDED))
             continue;
         const long double scale = fabsl(chord(0)) + fabsl(chord(1));
-        assert_near((long double)key[1].vel_q32, parabola_vel(0, span(0)),
+        assert_near((long double)vel_q32(&key[1]), parabola_vel(0, span(0)),
                     0.7L + ldexpl(scale, -60), "inner");
-        assert_near((long double)key[2].vel_q32,
+        assert_near((long double)vel_q32(&key[2]),
                     parabola_vel(0, span(0) + span(1)),
                     0.9L + ldexpl(scale, -58), "last");
     }
@@ -457,7 +474,8 @@ static void a_span_that_fails_leaves_the_track_as_it_was(void **state)
         key[i].t_ns_q12 = i * SEC;
         key[i].pos_q32 = i * ONE;
     }
-    key[4].vel_q32 = INT64_MAX; /* the curve overshoots the format */
+    key[4].vel =
+        motion_real_from_q(INT64_MAX, 32); /* the curve overshoots the format */
     key[4].t_ns_q12 = 3 * SEC + ((int64_t)1 << 59);
     key[5].t_ns_q12 = key[4].t_ns_q12 + SEC;
     start_track();
@@ -506,7 +524,7 @@ static void a_straight_line_through_uneven_keys_stays_straight(void **state)
         key[i].t_ns_q12 = (int64_t)(times[i] * 1e9) * 4096;
         key[i].pos_q32 = (int64_t)roundl((long double)key[i].t_ns_q12 / SEC *
                                          (long double)ONE);
-        key[i].vel_q32 = ONE;
+        key[i].vel = motion_real_from_q(ONE, 32);
     }
     start_track();
     assert_int_equal(
@@ -584,16 +602,18 @@ static void keys_are_hit_to_the_bit_and_joins_are_smooth(void **state)
             struct motion_state a, b;
             motion_segment_state(&room[i], 0, &a);
             motion_segment_state(&room[i], room[i].dur_ns_q12, &b);
-            assert_near((long double)a.vel_q32, (long double)key[i].vel_q32,
+            assert_near((long double)a.vel_q32, (long double)vel_q32(&key[i]),
                         vel_slack(i), "start velocity");
-            assert_near((long double)b.vel_q32, (long double)key[i + 1].vel_q32,
-                        vel_slack(i), "end velocity");
+            assert_near((long double)b.vel_q32,
+                        (long double)vel_q32(&key[i + 1]), vel_slack(i),
+                        "end velocity");
             if (!quintic)
                 continue;
-            assert_near((long double)a.acc_q16, (long double)key[i].acc_q16,
+            assert_near((long double)a.acc_q16, (long double)acc_q16(&key[i]),
                         acc_slack(i), "start acceleration");
-            assert_near((long double)b.acc_q16, (long double)key[i + 1].acc_q16,
-                        acc_slack(i), "end acceleration");
+            assert_near((long double)b.acc_q16,
+                        (long double)acc_q16(&key[i + 1]), acc_slack(i),
+                        "end acceleration");
         }
     }
 }

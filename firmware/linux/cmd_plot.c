@@ -2,6 +2,7 @@
 #include <stdio.h>
 
 #include "firmware/linux/command.h"
+#include "firmware/linux/compare.h"
 #include "firmware/linux/job.h"
 #include "firmware/linux/json.h"
 #include "firmware/linux/plot.h"
@@ -42,6 +43,8 @@ static enum status cmd_plot_job(struct job *job, struct trace *trace,
                                 const struct options *options)
 {
     enum status status = job_open(job, options);
+    if (status == STATUS_OK && options->compare != NULL)
+        status = compare_job(job, options->compare, options->axis);
     if (status != STATUS_OK)
         return status;
     bool traced = options->telemetry != NULL;
@@ -63,6 +66,11 @@ static enum status cmd_plot_run(const struct options *options)
     static struct trace trace;
     if (options->out == NULL || plot_format_of(options->out) < 0)
         return cmd_plot_fail("where to? expected --out FILE.svg or FILE.png");
+    if (options->compare != NULL && options->telemetry != NULL)
+        return cmd_plot_fail("--compare: a run has one curve, expected no "
+                             "--telemetry");
+    if (options->axis != NULL && options->compare == NULL)
+        return cmd_plot_fail("--axis: expected with --compare");
     enum status status = cmd_plot_job(&job, &trace, options);
     trace_free(&trace);
     job_free(&job);
@@ -74,6 +82,10 @@ static const struct option_row cmd_plot_option[] = {
       "the picture, .svg or .png by its name" },
     { "telemetry", "FILE", OPTION_TEXT, offsetof(struct options, telemetry),
       "CSV of slew run: draw what the servos did, too" },
+    { "compare", "CURVES", OPTION_TEXT, offsetof(struct options, compare),
+      "the same keys under these curves, or all: linear,quintic" },
+    { "axis", "NAME", OPTION_TEXT, offsetof(struct options, axis),
+      "with --compare: whose keys" },
     OPTIONS_COMMON,
 };
 
@@ -85,10 +97,15 @@ const struct command cmd_plot = {
         "Draws one column per axis: position, velocity, acceleration and jerk\n"
         "against time, with the keys and with what lies beyond a limit "
         "shaded.\n"
-        "With telemetry also what the servo did, and the following error.\n",
+        "With telemetry also what the servo did, and the following error.\n"
+        "With --compare one column per kind of curve, on common scales; what\n"
+        "a key gives and a curve does not take is left out.  docs/GALLERY.md\n"
+        "shows every kind.\n",
     .examples = "  slew plot --out dolly.svg examples/dolly\n"
                 "  slew plot --out run.png --telemetry run.csv rig.yaml "
-                "move.yaml\n",
+                "move.yaml\n"
+                "  slew plot --out pan.svg --compare linear,quintic --axis pan "
+                "examples/dolly\n",
     COMMAND_OPTIONS(cmd_plot_option),
     .run = cmd_plot_run,
 };

@@ -24,6 +24,7 @@ struct command {
     const char *summary;   /* one line */
     const char *text;      /* paragraphs */
     const char *examples;  /* lines, indented */
+    int path_max;          /* arguments; 0: 2 */
     const struct option_row *option;
     size_t option_count;
     enum status (*run)(const struct options *options);
@@ -32,7 +33,8 @@ struct command {
 #define COMMAND_OPTIONS(rows)                                                  \
     .option = (rows), .option_count = sizeof(rows) / sizeof((rows)[0])
 
-extern const struct command cmd_check, cmd_plan, cmd_sample, cmd_plot, cmd_run;
+extern const struct command cmd_check, cmd_plan, cmd_sample, cmd_plot, cmd_run,
+    cmd_otg, cmd_gallery, cmd_import, cmd_export;
 
 /* The commands above in the order of the help; NULL at the end. */
 extern const struct command *const command_list[];

@@ -115,6 +115,17 @@ static enum status job_plan_fail(const struct job *job,
     return STATUS_INPUT;
 }
 
+/* What is right but hardly wanted. */
+static void job_remark(const struct job *job, const struct plan_axis *axis,
+                       const struct motion_track *track)
+{
+    char text[160];
+
+    if (plan_axis_remark(axis, track, text))
+        fprintf(stderr, "%s:%u:%u: warning: %s\n", job->move_path,
+                axis->place.line, axis->place.column, text);
+}
+
 static enum status job_plan(struct job *job)
 {
     for (unsigned i = 0; i < job->move.axis_count; i++) {
@@ -127,6 +138,7 @@ static enum status job_plan(struct job *job)
         if (plan_axis_track(axis, &job->track[i], &error) < 0)
             return job_plan_fail(job, axis, &error);
         job->planned++;
+        job_remark(job, axis, &job->track[i]);
         if (job->track[i].end_ns_q12 > job->end_ns_q12)
             job->end_ns_q12 = job->track[i].end_ns_q12;
     }

@@ -51,7 +51,8 @@ struct job {
     unsigned rig_axis[PLAN_AXES_MAX];         /* of each axis of the move */
     struct motion_track track[PLAN_AXES_MAX]; /* of each axis of the move */
     unsigned planned;                         /* tracks that are there */
-    int64_t end_ns_q12;                       /* of the longest track */
+    bool compared; /* the axes are one axis under several curves (compare.h) */
+    int64_t end_ns_q12; /* of the longest track */
     struct job_violation *violation;
     uint32_t violation_count;
 };

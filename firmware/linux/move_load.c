@@ -18,6 +18,7 @@ struct move_reader {
     const struct rig *rig;
     struct plan_move *move;
     struct plan_axis *axis; /* being read */
+    const struct plan_key *key;
     struct units_context units;
 };
 
@@ -31,35 +32,40 @@ static const char *const move_ends[] = {
     [MOTION_SPLINE_REST] = "rest",
     [MOTION_SPLINE_ONE_SIDED] = "one-sided",
     [MOTION_SPLINE_NATURAL] = "natural",
+    [MOTION_SPLINE_NOT_A_KNOT] = "not-a-knot",
+    [MOTION_SPLINE_PERIODIC] = "periodic",
 };
 
 const struct yaml_words move_words[] = {
     { "axis.curve", move_curves, ARRAY_LEN(move_curves) },
+    { "key.curve", move_curves, ARRAY_LEN(move_curves) },
     { "ends.first", move_ends, ARRAY_LEN(move_ends) },
     { "ends.last", move_ends, ARRAY_LEN(move_ends) },
     { NULL, NULL, 0 },
 };
 
-/* What each curve makes use of. */
-static const struct {
-    bool vel, needs_vel, acc, mu, ease, ends;
-} move_uses[ARRAY_LEN(move_curves)] = {
-    [PLAN_CURVE_PARABOLIC] = { .ease = true },
-    [PLAN_CURVE_SINE] = { .ease = true },
-    [PLAN_CURVE_SCURVE] = { .ease = true },
-    [PLAN_CURVE_HERMITE] = { .vel = true, .needs_vel = true },
-    [PLAN_CURVE_CATMULL_ROM] = { .vel = true, .ends = true },
-    [PLAN_CURVE_CARDINAL] = { .vel = true, .mu = true, .ends = true },
-    [PLAN_CURVE_QUINTIC] = { .vel = true, .acc = true, .ends = true },
-};
+/* Does the curve keep a velocity, or an acceleration, that a key gives?  Zero is
+ * all that resting curves have, and nothing to write down. */
+static bool move_keeps(enum plan_given given)
+{
+    return given == PLAN_MAY || given == PLAN_MUST;
+}
+
+static const struct plan_curve_rules *move_rules(const struct move_reader *self)
+{
+    return plan_curve_rules(self->axis->curve);
+}
+
+static int move_refuse_use(const struct yaml_value *value,
+                           const struct plan_curve_rules *rules)
+{
+    return yaml_value_refuse(value, "is not used by curve %s", rules->name);
+}
 
 static int move_check_use(const struct move_reader *reader,
                           const struct yaml_value *value, bool used)
 {
-    if (used)
-        return 0;
-    return yaml_value_refuse(value, "is not used by curve %s",
-                             move_curves[reader->axis->curve]);
+    return used ? 0 : move_refuse_use(value, move_rules(reader));
 }
 
 /* ---- axis: curve and its parameters ---- */
@@ -95,7 +101,7 @@ static int move_read_mu(void *reader, const struct yaml_value *value, void *out)
 {
     const struct move_reader *self = reader;
 
-    if (move_check_use(self, value, move_uses[self->axis->curve].mu) < 0)
+    if (move_check_use(self, value, move_rules(self)->mu) < 0)
         return -1;
     return move_read_ratio(self, value, 2 * MOTION_FIXED_ONE_Q32, out);
 }
@@ -109,7 +115,7 @@ static int move_read_ease(void *reader, const struct yaml_value *value,
     struct yaml_value k1, k2;
     uint32_t count;
 
-    if (move_check_use(self, value, move_uses[axis->curve].ease) < 0 ||
+    if (move_check_use(self, value, move_rules(self)->ease) < 0 ||
         yaml_value_list(value, 2, 2, &count) < 0)
         return -1;
     k1 = yaml_value_at(value, yaml_value_node(value)->first);
@@ -122,21 +128,66 @@ static int move_read_ease(void *reader, const struct yaml_value *value,
     return 0;
 }
 
+static int move_read_blend(void *reader, const struct yaml_value *value,
+                           void *out)
+{
+    const struct move_reader *self = reader;
+    char quote[YAML_QUOTE_MAX];
+
+    if (move_check_use(self, value, move_rules(self)->blend) < 0 ||
+        yaml_units_read(value, UNITS_TIME, &self->units, out) < 0)
+        return -1;
+    if (*(int64_t *)out < 0)
+        return yaml_value_refuse(value, "%s is negative",
+                                 yaml_value_quote(quote, value));
+    return 0;
+}
+
+/* [tension, continuity, bias] */
+static int move_read_tcb(void *reader, const struct yaml_value *value,
+                         void *out)
+{
+    const struct move_reader *self = reader;
+    struct motion_spline_kochanek *shape = out;
+    int64_t *const part[3] = { &shape->tension_q32, &shape->continuity_q32,
+                               &shape->bias_q32 };
+    struct yaml_value item = *value;
+    char quote[YAML_QUOTE_MAX];
+    uint32_t count;
+
+    if (move_check_use(self, value, move_rules(self)->shape) < 0 ||
+        yaml_value_list(value, 3, 3, &count) < 0)
+        return -1;
+    item.node = yaml_value_node(value)->first;
+    for (int i = 0; i < 3; i++) {
+        if (yaml_units_read(&item, UNITS_RATIO, &self->units, part[i]) < 0)
+            return -1;
+        if (*part[i] < -MOTION_FIXED_ONE_Q32 || *part[i] > MOTION_FIXED_ONE_Q32)
+            return yaml_value_refuse(&item, "%s is out of range",
+                                     yaml_value_quote(quote, &item));
+        item.node = yaml_value_node(&item)->next;
+    }
+    return 0;
+}
+
 static int move_read_end(void *reader, const struct yaml_value *value,
                          void *out)
 {
     unsigned index;
-    (void)reader;
+
     if (yaml_value_choice(value, move_ends, ARRAY_LEN(move_ends), &index) < 0)
         return -1;
+    if (!(move_rules(reader)->ends & 1u << index))
+        return yaml_value_refuse(value, "'%s' is not among those of curve %s",
+                                 move_ends[index], move_rules(reader)->name);
     *(enum motion_spline_end *)out = (enum motion_spline_end)index;
     return 0;
 }
 
 static const struct yaml_field move_end_fields[] = {
-    { "first", YAML_OPTIONAL, "rest, one-sided or natural", move_read_end,
+    { "first", YAML_OPTIONAL, "an end that the curve has", move_read_end,
       offsetof(struct plan_axis, first) },
-    { "last", YAML_OPTIONAL, "rest, one-sided or natural", move_read_end,
+    { "last", YAML_OPTIONAL, "an end that the curve has", move_read_end,
       offsetof(struct plan_axis, last) },
 };
 static const struct yaml_shape move_end_shape = { "ends", move_end_fields,
@@ -149,7 +200,7 @@ static int move_read_ends(void *reader, const struct yaml_value *value,
     const struct move_reader *self = reader;
     struct plan_axis *axis = out;
 
-    if (move_check_use(self, value, move_uses[axis->curve].ends) < 0)
+    if (move_check_use(self, value, move_rules(self)->ends != 0) < 0)
         return -1;
     if (yaml_value_node(value)->kind == YAML_TREE_MAP)
         return yaml_fields_read(value, &move_end_shape, reader, axis);
@@ -160,6 +211,34 @@ static int move_read_ends(void *reader, const struct yaml_value *value,
 }
 
 /* ---- axis: keys ---- */
+
+/* The curves of the spans that start and end at the key being read. */
+static const struct plan_curve_rules *
+move_curve_of(const struct move_reader *self, const struct plan_key *key)
+{
+    return plan_curve_rules(key->has_curve ? key->curve : self->axis->curve);
+}
+
+static const struct plan_curve_rules *move_after(const struct move_reader *self)
+{
+    return move_curve_of(self, self->key);
+}
+
+static const struct plan_curve_rules *
+move_before(const struct move_reader *self)
+{
+    return move_curve_of(self, self->key == self->axis->key ? self->key
+                                                            : self->key - 1);
+}
+
+static int move_read_key_curve(void *reader, const struct yaml_value *value,
+                               void *out)
+{
+    struct plan_key *key = out;
+
+    key->has_curve = true;
+    return move_read_curve(reader, value, &key->curve);
+}
 
 static int move_read_key_time(void *reader, const struct yaml_value *value,
                               void *out)
@@ -197,11 +276,16 @@ static int move_read_key_velocity(void *reader, const struct yaml_value *value,
 {
     const struct move_reader *self = reader;
     struct motion_key *key = &((struct plan_key *)out)->key;
+    int64_t vel_q32 = 0;
 
     key->has_vel = true;
-    if (move_check_use(self, value, move_uses[self->axis->curve].vel) < 0)
+    if (!move_keeps(move_after(self)->vel) &&
+        !move_keeps(move_before(self)->vel))
+        return move_refuse_use(value, move_after(self));
+    if (yaml_units_read(value, UNITS_VELOCITY, &self->units, &vel_q32) < 0)
         return -1;
-    return yaml_units_read(value, UNITS_VELOCITY, &self->units, &key->vel_q32);
+    key->vel = motion_real_from_q(vel_q32, 32);
+    return 0;
 }
 
 static int move_read_key_acceleration(void *reader,
@@ -209,25 +293,36 @@ static int move_read_key_acceleration(void *reader,
 {
     const struct move_reader *self = reader;
     struct motion_key *key = &((struct plan_key *)out)->key;
+    int64_t acc_q16 = 0;
 
     key->has_acc = true;
-    if (move_check_use(self, value, move_uses[self->axis->curve].acc) < 0)
+    if (!move_keeps(move_after(self)->acc) &&
+        !move_keeps(move_before(self)->acc))
+        return move_refuse_use(value, move_after(self));
+    if (yaml_units_read(value, UNITS_ACCELERATION, &self->units, &acc_q16) < 0)
         return -1;
-    return yaml_units_read(value, UNITS_ACCELERATION, &self->units,
-                           &key->acc_q16);
+    key->acc = motion_real_from_q(acc_q16, 16);
+    return 0;
 }
 
-/* In the order of the short form [t, p, v, a]. */
+/* The curve first, since others depend on it; then the order of the short form
+ * [t, p, v, a]. */
 static const struct yaml_field move_key_fields[] = {
+    { "curve", YAML_OPTIONAL, "the kind of curve from this key to the next",
+      move_read_key_curve, 0 },
     { "t", YAML_REQUIRED, "a time, each later than the one before",
       move_read_key_time, 0 },
     { "p", YAML_REQUIRED, "a position", move_read_key_position, 0 },
     { "v", YAML_OPTIONAL,
-      "a velocity only with hermite, catmull-rom, cardinal or quintic",
+      "a velocity only with a curve that keeps one, such as hermite or quintic",
       move_read_key_velocity, 0 },
-    { "a", YAML_OPTIONAL, "an acceleration only with quintic",
+    { "a", YAML_OPTIONAL,
+      "an acceleration only with c2, quintic, c4 or constraints",
       move_read_key_acceleration, 0 },
 };
+#define MOVE_KEY_SHORT (&move_key_fields[1])
+#define MOVE_KEY_LIST  (ARRAY_LEN(move_key_fields) - 1)
+
 static const struct yaml_shape move_key_shape = { "key", move_key_fields,
                                                   ARRAY_LEN(move_key_fields) };
 
@@ -237,10 +332,10 @@ static int move_read_key_list(struct move_reader *reader,
 {
     uint32_t count, node = yaml_value_node(value)->first;
 
-    if (yaml_value_list(value, 2, ARRAY_LEN(move_key_fields), &count) < 0)
+    if (yaml_value_list(value, 2, MOVE_KEY_LIST, &count) < 0)
         return -1;
     for (uint32_t i = 0; i < count; i++) {
-        const struct yaml_field *field = &move_key_fields[i];
+        const struct yaml_field *field = &MOVE_KEY_SHORT[i];
         const struct yaml_value item = { value->tree, node, field->name,
                                          field->expected };
         if (field->read(reader, &item, key) < 0)
@@ -254,14 +349,18 @@ static int move_read_key(struct move_reader *reader,
                          const struct yaml_value *value, struct plan_key *key)
 {
     const bool is_list = yaml_value_node(value)->kind == YAML_TREE_LIST;
+    const struct plan_curve_rules *needs;
 
+    reader->key = key;
     key->place = yaml_tree_place(value->tree, value->node);
     if ((is_list ? move_read_key_list(reader, value, key)
                  : yaml_fields_read(value, &move_key_shape, reader, key)) < 0)
         return -1;
-    if (move_uses[reader->axis->curve].needs_vel && !key->key.has_vel)
+    needs = move_after(reader)->vel == PLAN_MUST ? move_after(reader)
+                                                 : move_before(reader);
+    if (needs->vel == PLAN_MUST && !key->key.has_vel)
         return yaml_value_refuse(value, "has no velocity, which curve %s needs",
-                                 move_curves[reader->axis->curve]);
+                                 needs->name);
     return 0;
 }
 
@@ -278,7 +377,8 @@ static int move_read_keys(void *reader, const struct yaml_value *value,
     if (axis->key == NULL)
         return yaml_value_refuse(value, "are too many for the memory");
     item.name = "key";
-    item.expected = "[t, p], [t, p, v], [t, p, v, a] or a map with t, p, v, a";
+    item.expected =
+        "[t, p], [t, p, v], [t, p, v, a] or a map with t, p, v, a, curve";
     item.node = yaml_value_node(value)->first;
     for (; axis->key_count < count; axis->key_count++) {
         if (move_read_key(reader, &item, &axis->key[axis->key_count]) < 0)
@@ -298,9 +398,14 @@ static const struct yaml_field move_axis_fields[] = {
     { "ease", YAML_OPTIONAL,
       "[k1, k2], 0 <= k1 <= k2 <= 1, with parabolic, sine or s-curve",
       move_read_ease, 0 },
+    { "blend", YAML_OPTIONAL, "a time, with rounded or smoothed",
+      move_read_blend, offsetof(struct plan_axis, blend_ns_q12) },
+    { "tcb", YAML_OPTIONAL,
+      "[tension, continuity, bias], -1 .. 1 each, with kochanek-bartels",
+      move_read_tcb, offsetof(struct plan_axis, shape) },
     { "ends", YAML_OPTIONAL,
-      "rest, one-sided, natural or a map with first and last, with "
-      "catmull-rom, cardinal or quintic",
+      "rest, one-sided, natural, not-a-knot, periodic or a map with first and "
+      "last, as far as the curve has them",
       move_read_ends, 0 },
     { "keys", YAML_REQUIRED, "a list of 1 .. 1000000 keys such as [2 s, 40 mm]",
       move_read_keys, 0 },
@@ -340,6 +445,7 @@ static int move_read_axis(void *reader, uint32_t key,
         .mu_q32 = MOTION_FIXED_ONE_Q32,
         .k1_q32 = (MOTION_FIXED_ONE_Q32 + 1) / 3,
         .k2_q32 = (2 * MOTION_FIXED_ONE_Q32 + 1) / 3,
+        .blend_ns_q12 = MOTION_FIXED_S_Q12 / 2,
         .place = yaml_tree_place(entry->tree, key),
     };
     memcpy(axis->name, entry->name, strlen(entry->name) + 1);

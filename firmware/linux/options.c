@@ -157,8 +157,9 @@ static int options_take(const struct command *command, int code,
 static int options_paths(const struct command *command, int argc, char *argv[],
                          struct options *options)
 {
+    int most = command->path_max > 0 ? command->path_max : 2;
     for (int i = optind; i < argc; i++) {
-        if (options->path_count == OPTIONS_PATHS_MAX)
+        if (options->path_count == most)
             return options_fail(command, "one argument too many: ", argv[i]);
         options->path[options->path_count++] = argv[i];
     }

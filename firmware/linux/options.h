@@ -10,7 +10,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#define OPTIONS_PATHS_MAX 2
+#define OPTIONS_PATHS_MAX 3
 
 enum option_kind {
     OPTION_FLAG,    /* bool */
@@ -31,7 +31,8 @@ struct option_row {
 /* All that any command takes.  Times and rates are -1 when not given. */
 struct options {
     bool help, json, segments, raw, realtime, dry_run;
-    const char *out, *axis, *telemetry, *plot;
+    const char *out, *axis, *telemetry, *plot, *compare;
+    const char *rig, *fps, *columns, *curve;
     int64_t rate_uhz;
     int64_t from_ns, to_ns, hold_at_ns, resume_after_ns;
     int64_t override_q30;

@@ -272,6 +272,17 @@ static void plot_keep_peak(struct plot_panel *panel)
                       job_bits_of((unsigned)panel->row));
 }
 
+/* Curves that are compared have common scales.  The peak is the panel's own. */
+static void plot_measure_others(struct plot_panel *panel)
+{
+    unsigned axis = panel->axis;
+    for (unsigned i = 0; i < panel->plot->job->move.axis_count; i++) {
+        panel->axis = i;
+        plot_track(panel, plot_grow);
+    }
+    panel->axis = axis;
+}
+
 static void plot_measure(struct plot_panel *panel)
 {
     panel->min = INFINITY;
@@ -290,6 +301,8 @@ static void plot_measure(struct plot_panel *panel)
         plot_keep_peak(panel);
     if (plot_has_servo(panel))
         plot_actual(panel, plot_grow);
+    if (panel->plot->job->compared)
+        plot_measure_others(panel);
 }
 
 static void plot_limits(struct plot_panel *panel)
@@ -428,6 +441,24 @@ static void plot_put_number(char text[CHART_LABEL_MAX], double value)
     chart_label(text, value, fmin(step, 1));
 }
 
+/* Of two curves the one that steps looks calmer where its derivative is not
+ * drawn: velocity steps are infinite acceleration.  What rounding can leave is
+ * far below 2^-10. */
+static bool plot_note_step(const struct plot_panel *panel, char *text,
+                           size_t size)
+{
+    const struct plot *plot = panel->plot;
+    struct motion_continuity step;
+    motion_track_continuity(&plot->job->track[panel->axis], &step);
+    bool vel = step.vel_step_q32 >> 22 != 0 && panel->row >= PLOT_ACC;
+    bool acc = step.acc_step_q16 >> 6 != 0 && panel->row == PLOT_JERK;
+    if (!plot->job->compared || panel->row == PLOT_FOLLOWING || !(vel || acc))
+        return false;
+    snprintf(text, size, "infinite: %s steps",
+             vel ? "velocity" : "acceleration");
+    return true;
+}
+
 /* "peak 351.6 of 400, 88 %": right of the heading, never over a curve. */
 static void plot_note_of(const struct plot_panel *panel, char *text,
                          size_t size)
@@ -437,6 +468,8 @@ static void plot_note_of(const struct plot_panel *panel, char *text,
     plot_put_number(value, peak / panel->scale);
     plot_put_number(limit, panel->limit_high / panel->scale);
     const char *word = panel->row == PLOT_FOLLOWING ? "worst" : "peak";
+    if (plot_note_step(panel, text, size))
+        return;
     if (panel->row == PLOT_POS) {
         char low[CHART_LABEL_MAX], high[CHART_LABEL_MAX];
         plot_put_number(low, panel->limit_low / panel->scale);
@@ -447,7 +480,7 @@ static void plot_note_of(const struct plot_panel *panel, char *text,
     } else {
         snprintf(text, size, "%s %s of %s%s (%.0f %%)", word, value,
                  panel->off_scale ? "\u2191" : "", limit,
-                 ceil(100 * peak / panel->limit_high - 1e-9));
+                 fmax(ceil(100 * peak / panel->limit_high - 1e-9), 0));
     }
 }
 
@@ -573,6 +606,14 @@ static void plot_legend(const struct plot *plot, double x, double y)
     plot_legend_text(cairo, x, y, "\u2191 limit off the scale");
 }
 
+static const char *plot_things(const struct job *job)
+{
+    bool one = job->move.axis_count == 1;
+    if (job->compared)
+        return one ? "curve" : "curves";
+    return one ? "axis" : "axes";
+}
+
 static void plot_draw_head(const struct plot *plot)
 {
     const struct job *job = plot->job;
@@ -582,8 +623,7 @@ static void plot_draw_head(const struct plot *plot)
     chart_text(plot->cairo, &plot_title, x, y + 14, CHART_LEFT, title);
     snprintf(subtitle, sizeof subtitle, "%s%s%u %s, %.3f s", job->rig.title,
              job->rig.title[0] != 0 ? "  \u00b7  " : "", job->move.axis_count,
-             job->move.axis_count == 1 ? "axis" : "axes",
-             number_double(job->end_ns_q12, 12) / 1e9);
+             plot_things(job), number_double(job->end_ns_q12, 12) / 1e9);
     chart_text(plot->cairo, &plot_subtitle, x, y + 38, CHART_LEFT, subtitle);
     plot_legend(plot, x, y + 68);
 }
@@ -600,6 +640,33 @@ static void plot_draw(struct plot *plot)
 
 /* --- writing --- */
 
+/* An SVG on its way to a file: decimals of a pixel beyond the hundredth, which
+ * nobody sees, are half of it. */
+struct plot_svg {
+    FILE *file;
+    unsigned decimals; /* passed since a point; 0: not in a fraction */
+};
+
+#define PLOT_DECIMALS 2
+
+static cairo_status_t plot_put_svg(void *closure, const unsigned char *data,
+                                   unsigned int length)
+{
+    struct plot_svg *svg = closure;
+    for (unsigned int i = 0; i < length; i++) {
+        bool digit = data[i] >= '0' && data[i] <= '9';
+        if (data[i] == '.')
+            svg->decimals = 1;
+        else if (!digit)
+            svg->decimals = 0;
+        else if (svg->decimals > 0 && svg->decimals++ > PLOT_DECIMALS)
+            continue;
+        if (putc(data[i], svg->file) == EOF)
+            return CAIRO_STATUS_WRITE_ERROR;
+    }
+    return CAIRO_STATUS_SUCCESS;
+}
+
 static cairo_status_t plot_put(void *file, const unsigned char *data,
                                unsigned int length)
 {
@@ -608,14 +675,15 @@ static cairo_status_t plot_put(void *file, const unsigned char *data,
 }
 
 static cairo_surface_t *plot_surface(const struct plot *plot,
-                                     enum plot_format format, FILE *file)
+                                     enum plot_format format,
+                                     struct plot_svg *svg)
 {
     if (format == PLOT_PNG)
         return cairo_image_surface_create(
             CAIRO_FORMAT_RGB24, (int)ceil(PLOT_PNG_SCALE * plot->width),
             (int)ceil(PLOT_PNG_SCALE * plot->height));
     cairo_surface_t *surface = cairo_svg_surface_create_for_stream(
-        plot_put, file, plot->width, plot->height);
+        plot_put_svg, svg, plot->width, plot->height);
     cairo_svg_surface_set_document_unit(surface, CAIRO_SVG_UNIT_PX);
     return surface;
 }
@@ -623,7 +691,8 @@ static cairo_surface_t *plot_surface(const struct plot *plot,
 static cairo_status_t plot_render(struct plot *plot, enum plot_format format,
                                   FILE *file)
 {
-    cairo_surface_t *surface = plot_surface(plot, format, file);
+    struct plot_svg svg = { .file = file };
+    cairo_surface_t *surface = plot_surface(plot, format, &svg);
     plot->cairo = cairo_create(surface);
     if (format == PLOT_PNG)
         cairo_scale(plot->cairo, PLOT_PNG_SCALE, PLOT_PNG_SCALE);

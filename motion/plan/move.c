@@ -10,37 +10,57 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "motion/bake_poly.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
 
-/* What a key may give. */
-enum move_given { MOVE_NO, MOVE_ZERO, MOVE_MAY, MOVE_MUST };
+#define MOVE_END(rule) (1u << MOTION_SPLINE_##rule)
+#define MOVE_SIMPLE    (MOVE_END(REST) | MOVE_END(ONE_SIDED))
+#define MOVE_TANGENT   (MOVE_SIMPLE | MOVE_END(NATURAL))
 
-static const struct {
-    const char *name;
-    enum move_given vel, acc;
-} move_curve[] = {
-#define MOVE_NAME(kind, spelling, text) [kind].name = spelling,
-    PLAN_CURVE_LIST(MOVE_NAME)
-#undef MOVE_NAME
-#define MOVE_GIVEN(kind, v, a) [kind].vel = v, [kind].acc = a,
-        MOVE_GIVEN(PLAN_CURVE_LINEAR, MOVE_NO,
-                   MOVE_NO) MOVE_GIVEN(PLAN_CURVE_PARABOLIC, MOVE_ZERO, MOVE_NO)
-            MOVE_GIVEN(PLAN_CURVE_SINE, MOVE_ZERO, MOVE_NO)
-                MOVE_GIVEN(PLAN_CURVE_SCURVE, MOVE_ZERO, MOVE_ZERO) MOVE_GIVEN(
-                    PLAN_CURVE_HERMITE, MOVE_MUST, MOVE_NO)
-                    MOVE_GIVEN(PLAN_CURVE_CATMULL_ROM, MOVE_MAY, MOVE_NO)
-                        MOVE_GIVEN(PLAN_CURVE_CARDINAL, MOVE_MAY, MOVE_NO)
-                            MOVE_GIVEN(PLAN_CURVE_QUINTIC, MOVE_MAY, MOVE_MAY)
-#undef MOVE_GIVEN
+/* In the order of PLAN_CURVE_LIST. */
+static const struct plan_curve_rules move_rules[] = {
+    { "linear", PLAN_NO, PLAN_NO, .ends = 0 },
+    { "rounded", PLAN_NO, PLAN_NO, MOVE_SIMPLE, .blend = true },
+    { "smoothed", PLAN_NO, PLAN_NO, MOVE_SIMPLE, .blend = true },
+    { "parabolic", PLAN_ZERO, PLAN_NO, .ease = true },
+    { "sine", PLAN_ZERO, PLAN_NO, .ease = true },
+    { "s-curve", PLAN_ZERO, PLAN_ZERO, .ease = true },
+    { "hermite", PLAN_MUST, PLAN_NO, .ends = 0 },
+    { "catmull-rom", PLAN_MAY, PLAN_NO, MOVE_TANGENT, .mu = false },
+    { "cardinal", PLAN_MAY, PLAN_NO, MOVE_TANGENT, .mu = true },
+    { "kochanek-bartels", PLAN_MAY, PLAN_NO, MOVE_TANGENT, .shape = true },
+    { "monotone", PLAN_MAY, PLAN_NO, MOVE_SIMPLE, .mu = false },
+    { "akima", PLAN_MAY, PLAN_NO, MOVE_SIMPLE, .mu = false },
+    { "akima-monotone", PLAN_MAY, PLAN_NO, MOVE_SIMPLE, .mu = false },
+    { "c2", PLAN_MAY, PLAN_MAY,
+      MOVE_END(REST) | MOVE_END(NATURAL) | MOVE_END(NOT_A_KNOT) |
+          MOVE_END(PERIODIC),
+      .mu = false },
+    { "quintic", PLAN_MAY, PLAN_MAY, MOVE_TANGENT, .mu = false },
+    { "c4", PLAN_MAY, PLAN_MAY, MOVE_END(REST) | MOVE_END(NOT_A_KNOT),
+      .mu = false },
+    { "constraints", PLAN_MAY, PLAN_MAY, .ends = 0 },
+    { "b-spline", PLAN_NO, PLAN_NO, MOVE_END(REST) | MOVE_END(NATURAL),
+      .mu = false },
+    { "lagrange", PLAN_NO, PLAN_NO, .ends = 0 },
 };
 
-#define MOVE_CURVES (sizeof move_curve / sizeof move_curve[0])
+#define MOVE_CURVES (sizeof move_rules / sizeof move_rules[0])
+
+const struct plan_curve_rules *plan_curve_rules(enum plan_curve curve)
+{
+    return (size_t)curve < MOVE_CURVES ? &move_rules[curve] : NULL;
+}
+
+static const char *const move_end_name[] = { "rest", "one-sided", "natural",
+                                             "not-a-knot", "periodic" };
 
 /* One axis on its way to a track. */
 struct move {
     const struct plan_axis *axis;
     struct motion_key *key; /* copies, filled in */
+    struct motion_spline_work *work;
     struct motion_track *track;
     struct plan_error *error;
 };
@@ -102,6 +122,26 @@ static bool move_is_rest(enum plan_curve curve)
 
 /* --- judging -------------------------------------------------------------- */
 
+static bool move_is_shape(int64_t a_q32)
+{
+    return a_q32 >= -MOTION_FIXED_ONE_Q32 && a_q32 <= MOTION_FIXED_ONE_Q32;
+}
+
+static int move_check_shape(const struct move *move)
+{
+    const struct motion_spline_kochanek *shape = &move->axis->shape;
+
+    if (move_is_shape(shape->tension_q32) &&
+        move_is_shape(shape->continuity_q32) && move_is_shape(shape->bias_q32))
+        return MOTION_OK;
+    return move_fail_axis(move, MOTION_E_ARG,
+                          "tension, continuity and bias are %.9g, %.9g, %.9g, "
+                          "not -1 to 1",
+                          move_units(shape->tension_q32),
+                          move_units(shape->continuity_q32),
+                          move_units(shape->bias_q32));
+}
+
 static int move_check_axis(const struct move *move)
 {
     const struct plan_axis *axis = move->axis;
@@ -116,24 +156,66 @@ static int move_check_axis(const struct move *move)
         return move_fail_axis(move, MOTION_E_FULL,
                               "%u keys are more than the %u allowed",
                               (unsigned)axis->key_count, PLAN_KEYS_MAX);
-    if (axis->curve == PLAN_CURVE_CARDINAL &&
-        (axis->mu_q32 < 0 || axis->mu_q32 > 2 * MOTION_FIXED_ONE_Q32))
+    if ((axis->mu_q32 < 0 || axis->mu_q32 > 2 * MOTION_FIXED_ONE_Q32))
         return move_fail_axis(move, MOTION_E_ARG, "mu is %.9g, not 0 to 2",
                               move_units(axis->mu_q32));
-    if (move_is_rest(axis->curve) &&
-        (axis->k1_q32 < 0 || axis->k1_q32 > axis->k2_q32 ||
+    if ((axis->k1_q32 < 0 || axis->k1_q32 > axis->k2_q32 ||
          axis->k2_q32 > MOTION_FIXED_ONE_Q32))
         return move_fail_axis(move, MOTION_E_ARG,
                               "k1 is %.9g and k2 is %.9g, expected 0 <= k1 "
                               "<= k2 <= 1",
                               move_units(axis->k1_q32),
                               move_units(axis->k2_q32));
-    if ((unsigned)axis->first > MOTION_SPLINE_NATURAL ||
-        (unsigned)axis->last > MOTION_SPLINE_NATURAL)
-        return move_fail_axis(
-            move, MOTION_E_ARG, "there is no end rule with number %u",
-            (unsigned)(axis->first > axis->last ? axis->first : axis->last));
-    return MOTION_OK;
+    if (axis->blend_ns_q12 < 0)
+        return move_fail_axis(move, MOTION_E_ARG, "blend is %.9g s",
+                              move_seconds(axis->blend_ns_q12));
+    return move_check_shape(move);
+}
+
+/* The curve of the span that starts at key i. */
+static enum plan_curve move_curve_at(const struct plan_axis *axis, uint32_t i)
+{
+    return axis->key[i].has_curve ? axis->key[i].curve : axis->curve;
+}
+
+/* The curve that begins or ends the axis must have its end rule.  Curves
+ * without rules ignore the default. */
+static int move_check_end(const struct move *move, enum plan_curve curve,
+                          enum motion_spline_end end)
+{
+    const struct plan_curve_rules *rules = plan_curve_rules(curve);
+
+    if ((unsigned)end > MOTION_SPLINE_PERIODIC)
+        return move_fail_axis(move, MOTION_E_ARG,
+                              "there is no end rule with number %u",
+                              (unsigned)end);
+    if (end == MOTION_SPLINE_REST || rules->ends & 1u << end)
+        return MOTION_OK;
+    return move_fail_axis(move, MOTION_E_ARG, "curve %s has no end %s",
+                          rules->name, move_end_name[end]);
+}
+
+static int move_check_ends(const struct move *move)
+{
+    const struct plan_axis *axis = move->axis;
+    const uint32_t last = axis->key_count - 1;
+    const bool periodic = axis->first == MOTION_SPLINE_PERIODIC;
+    bool one = true;
+    int rc = MOTION_OK;
+
+    for (uint32_t i = 0; i < last && periodic; i++)
+        one = one && move_curve_at(axis, i) == move_curve_at(axis, 0);
+    if (periodic != (axis->last == MOTION_SPLINE_PERIODIC) || !one)
+        return move_fail_axis(move, MOTION_E_ARG,
+                              "periodic needs both ends and one curve");
+    if (periodic && axis->key[0].key.pos_q32 != axis->key[last].key.pos_q32)
+        return move_fail_key(move, MOTION_E_ARG, last,
+                             "a periodic axis must end where it starts");
+    rc = move_check_end(move, move_curve_at(axis, 0), axis->first);
+    if (rc == MOTION_OK)
+        rc = move_check_end(move, move_curve_at(axis, last ? last - 1 : 0),
+                            axis->last);
+    return rc;
 }
 
 static int move_check_time(const struct move *move, uint32_t i)
@@ -163,36 +245,65 @@ static int move_check_time(const struct move *move, uint32_t i)
 }
 
 static int move_check_given(const struct move *move, uint32_t i,
-                            const char *what, enum move_given rule, bool has,
-                            bool zero)
+                            const char *what, const char *curve,
+                            enum plan_given rule, bool has, bool zero)
 {
-    const char *curve = move_curve[move->axis->curve].name;
-
-    if (rule == MOVE_MUST && !has)
+    if (rule == PLAN_MUST && !has)
         return move_fail_key(move, MOTION_E_ARG, i,
                              "no %s, which %s needs at every key", what, curve);
-    if (rule == MOVE_NO && has)
+    if (rule == PLAN_NO && has)
         return move_fail_key(move, MOTION_E_ARG, i,
                              "%s is given, but %s cannot keep it", what, curve);
-    if (rule == MOVE_ZERO && has && !zero)
+    if (rule == PLAN_ZERO && has && !zero)
         return move_fail_key(move, MOTION_E_ARG, i,
                              "%s is not zero, but %s rests at every key", what,
                              curve);
     return MOTION_OK;
 }
 
+/* Of the two curves that meet at a key, the one that is told what it says; a
+ * rest and a need go before a licence, and that before a refusal. */
+static const struct plan_curve_rules *
+move_stricter(const struct plan_curve_rules *a,
+              const struct plan_curve_rules *b, bool acc)
+{
+    static const int rank[] = {
+        [PLAN_NO] = 0, [PLAN_MAY] = 1, [PLAN_ZERO] = 2, [PLAN_MUST] = 3
+    };
+    const int ra = rank[acc ? a->acc : a->vel];
+
+    return rank[acc ? b->acc : b->vel] > ra ? b : a;
+}
+
 static int move_check_key(const struct move *move, uint32_t i)
 {
-    const struct motion_key *key = &move->axis->key[i].key;
-    const enum plan_curve curve = move->axis->curve;
+    const struct plan_axis *axis = move->axis;
+    const struct motion_key *key = &axis->key[i].key;
+    const uint32_t last = axis->key_count - 1;
+    const enum plan_curve after = move_curve_at(axis, i < last ? i : i - !!i);
+    const enum plan_curve before = i > 0 ? move_curve_at(axis, i - 1) : after;
+    const struct plan_curve_rules *vel, *acc;
     int rc = move_check_time(move, i);
 
+    if (rc == MOTION_OK &&
+        (plan_curve_rules(after) == NULL || plan_curve_rules(before) == NULL))
+        rc = move_fail_key(move, MOTION_E_ARG, i,
+                           "there is no curve with number %u",
+                           (unsigned)axis->key[i].curve);
+    if (rc != MOTION_OK)
+        return rc;
+    vel = move_stricter(&move_rules[before], &move_rules[after], false);
+    acc = move_stricter(&move_rules[before], &move_rules[after], true);
+    rc = move_check_given(move, i, "velocity", vel->name, vel->vel,
+                          key->has_vel, key->vel.m == 0);
     if (rc == MOTION_OK)
-        rc = move_check_given(move, i, "velocity", move_curve[curve].vel,
-                              key->has_vel, key->vel_q32 == 0);
-    if (rc == MOTION_OK)
-        rc = move_check_given(move, i, "acceleration", move_curve[curve].acc,
-                              key->has_acc, key->acc_q16 == 0);
+        rc = move_check_given(move, i, "acceleration", acc->name, acc->acc,
+                              key->has_acc, key->acc.m == 0);
+    if (rc == MOTION_OK && key->has_acc && acc == &move_rules[PLAN_CURVE_C2] &&
+        (key->has_vel || (i > 0 && i < last)))
+        rc = move_fail_key(move, MOTION_E_ARG, i,
+                           "acceleration is given, but c2 keeps one only at "
+                           "its ends, instead of a velocity");
     return rc;
 }
 
@@ -202,7 +313,7 @@ static int move_check(const struct move *move)
 
     for (uint32_t i = 0; rc == MOTION_OK && i < move->axis->key_count; i++)
         rc = move_check_key(move, i);
-    return rc;
+    return rc ? rc : move_check_ends(move);
 }
 
 /* --- filling in ----------------------------------------------------------- */
@@ -212,7 +323,8 @@ static int move_copy(struct move *move)
     const uint32_t count = move->axis->key_count;
 
     move->key = malloc(count * sizeof *move->key);
-    if (move->key == NULL)
+    move->work = malloc(count * sizeof *move->work);
+    if (move->key == NULL || move->work == NULL)
         return move_fail_axis(move, MOTION_E_FULL, "no memory for %u keys",
                               (unsigned)count);
     for (uint32_t i = 0; i < count; i++)
@@ -220,22 +332,122 @@ static int move_copy(struct move *move)
     return MOTION_OK;
 }
 
-static int move_fill(const struct move *move)
-{
-    const struct plan_axis *axis = move->axis;
-    const uint32_t count = axis->key_count;
-    int rc = MOTION_OK;
+/* Spans of one curve in a row. */
+struct move_run {
+    uint32_t from, count; /* of keys */
+    enum plan_curve curve;
+    enum motion_spline_end first, last;
+};
 
-    if (axis->curve == PLAN_CURVE_CARDINAL)
-        rc = motion_spline_tangents_cardinal(move->key, count, axis->mu_q32,
-                                             axis->first, axis->last);
-    if (axis->curve == PLAN_CURVE_CATMULL_ROM ||
-        axis->curve == PLAN_CURVE_QUINTIC)
-        rc = motion_spline_tangents_parabola(move->key, count, axis->first,
-                                             axis->last);
-    if (rc == MOTION_OK && axis->curve == PLAN_CURVE_QUINTIC)
-        rc = motion_spline_accelerations(move->key, count, axis->first,
-                                         axis->last);
+static struct move_run move_run(const struct plan_axis *axis, uint32_t from)
+{
+    struct move_run run = { from, 1, move_curve_at(axis, from),
+                            MOTION_SPLINE_REST, MOTION_SPLINE_REST };
+
+    while (from + run.count < axis->key_count &&
+           move_curve_at(axis, from + run.count - 1) == run.curve)
+        run.count++;
+    if (from == 0)
+        run.first = axis->first;
+    if (from + run.count == axis->key_count)
+        run.last = axis->last;
+    return run;
+}
+
+static bool move_is_straight(enum plan_curve curve)
+{
+    return curve == PLAN_CURVE_LINEAR || curve == PLAN_CURVE_ROUNDED ||
+           curve == PLAN_CURVE_SMOOTHED;
+}
+
+static bool move_is_fifth(enum plan_curve curve)
+{
+    return curve == PLAN_CURVE_QUINTIC || curve == PLAN_CURVE_C4;
+}
+
+/* What both runs have at the key between them. */
+static int move_pin(const struct move *move, uint32_t i)
+{
+    const enum plan_curve before = move_curve_at(move->axis, i - 1);
+    const enum plan_curve after = move_curve_at(move->axis, i);
+    const bool rests = move_is_rest(before) || move_is_rest(after);
+    struct motion_key *key = &move->key[i];
+    struct motion_key near[3] = { key[-1], key[0], key[1] };
+    const uint32_t line = move_is_straight(after) ? 1 : 0;
+    int rc;
+
+    near[0].has_vel = near[2].has_vel = near[1].has_acc = false;
+    rc = move_is_straight(before) || move_is_straight(after)
+             ? motion_spline_tangents_parabola(&near[line], 2,
+                                               MOTION_SPLINE_ONE_SIDED,
+                                               MOTION_SPLINE_ONE_SIDED)
+             : motion_spline_tangents_parabola(near, 3, MOTION_SPLINE_REST,
+                                               MOTION_SPLINE_REST);
+    if (rc == MOTION_OK)
+        rc = motion_spline_accelerations(near, 3, MOTION_SPLINE_REST,
+                                         MOTION_SPLINE_REST);
+    if (rc != MOTION_OK)
+        return move_fail_key(move, rc, i,
+                             "its velocity or acceleration is beyond the "
+                             "format");
+    if (!key->has_vel)
+        key->vel = rests ? motion_real_zero() : near[1].vel;
+    if (!key->has_acc && (move_is_fifth(before) || move_is_fifth(after))) {
+        key->has_acc = true;
+        key->acc = move_is_fifth(before) && move_is_fifth(after)
+                       ? near[1].acc
+                       : motion_real_zero();
+    }
+    key->has_vel = true;
+    return MOTION_OK;
+}
+
+/* Velocities and accelerations by the run's curve. */
+static int move_fill_run(const struct move *move, const struct move_run *run)
+{
+    struct motion_key *key = &move->key[run->from];
+    int rc;
+
+    switch (run->curve) {
+    case PLAN_CURVE_CARDINAL:
+        return motion_spline_tangents_cardinal(
+            key, run->count, move->axis->mu_q32, run->first, run->last);
+    case PLAN_CURVE_CATMULL_ROM:
+        return motion_spline_tangents_parabola(key, run->count, run->first,
+                                               run->last);
+    case PLAN_CURVE_QUINTIC:
+        rc = motion_spline_tangents_parabola(key, run->count, run->first,
+                                             run->last);
+        return rc ? rc
+                  : motion_spline_accelerations(key, run->count, run->first,
+                                                run->last);
+    case PLAN_CURVE_MONOTONE:
+        return motion_spline_monotone(key, run->count, run->first, run->last);
+    case PLAN_CURVE_AKIMA:
+    case PLAN_CURVE_AKIMA_MONOTONE:
+        rc = motion_spline_akima(key, run->count, run->first, run->last);
+        return rc || run->curve == PLAN_CURVE_AKIMA
+                   ? rc
+                   : motion_spline_limit_overshoot(key, run->count);
+    case PLAN_CURVE_C2:
+        return motion_spline_c2(key, run->count, run->first, run->last,
+                                move->work);
+    case PLAN_CURVE_C4:
+        return motion_spline_c4(key, run->count, run->first, run->last,
+                                move->work);
+    default:
+        return MOTION_OK;
+    }
+}
+
+static int move_fill(const struct move *move, const struct move_run *run)
+{
+    const int rc = move_fill_run(move, run);
+
+    if (rc == MOTION_E_ARG) /* c4: free ends of too few keys */
+        return move_fail_key(move, rc, run->from,
+                             "too few keys follow for curve %s and its ends",
+                             move_rules[run->curve].name);
     if (rc != MOTION_OK)
         return move_fail_axis(move, rc,
                               "a velocity or acceleration between the keys is "
@@ -285,16 +497,17 @@ static int move_fail_span(const struct move *move, int code, uint32_t span)
                          move_seconds(move->key[span].t_ns_q12));
 }
 
-static int move_append_rest(const struct move *move)
+static int move_append_rest(const struct move *move, const struct move_run *run)
 {
     const struct plan_axis *axis = move->axis;
     const enum motion_ease_law law =
-        axis->curve == PLAN_CURVE_SINE     ? MOTION_EASE_SINE
-        : axis->curve == PLAN_CURVE_SCURVE ? MOTION_EASE_SCURVE
-                                           : MOTION_EASE_PARABOLIC;
+        run->curve == PLAN_CURVE_SINE     ? MOTION_EASE_SINE
+        : run->curve == PLAN_CURVE_SCURVE ? MOTION_EASE_SCURVE
+                                          : MOTION_EASE_PARABOLIC;
     int rc = MOTION_OK;
 
-    for (uint32_t i = 0; rc == MOTION_OK && i + 1 < axis->key_count; i++) {
+    for (uint32_t i = run->from;
+         rc == MOTION_OK && i + 1 < run->from + run->count; i++) {
         const struct motion_key *key = &move->key[i];
         rc = move_grow(move, MOTION_EASE_SEGMENTS);
         if (rc != MOTION_OK)
@@ -308,36 +521,89 @@ static int move_append_rest(const struct move *move)
     return rc;
 }
 
-static int move_append_spline(const struct move *move)
+/* The most segments that a run takes. */
+static uint32_t move_room(const struct move_run *run)
 {
-    const uint32_t count = move->axis->key_count;
-    uint32_t span = 0;
-    int rc = move_grow(move, count - 1);
+    if (run->curve == PLAN_CURVE_LAGRANGE && run->count > 6)
+        return run->count * MOTION_BAKE_POLY_PIECES;
+    return move_is_straight(run->curve) ? 2 * run->count : run->count - 1;
+}
 
+static int move_append_spline(const struct move *move,
+                              const struct move_run *run, uint32_t *span)
+{
+    const struct plan_axis *axis = move->axis;
+    const struct motion_key *key = &move->key[run->from];
+    struct motion_track *track = move->track;
+
+    switch (run->curve) {
+    case PLAN_CURVE_LINEAR:
+        return motion_spline_append_linear(track, key, run->count, span);
+    case PLAN_CURVE_ROUNDED:
+    case PLAN_CURVE_SMOOTHED:
+        return motion_spline_append_blended(
+            track, key, run->count, axis->blend_ns_q12,
+            run->curve == PLAN_CURVE_SMOOTHED, run->first, run->last, span);
+    case PLAN_CURVE_KOCHANEK:
+        return motion_spline_append_kochanek(
+            track, key, run->count, &axis->shape, run->first, run->last, span);
+    case PLAN_CURVE_QUINTIC:
+    case PLAN_CURVE_C4:
+        return motion_spline_append_quintic(track, key, run->count, span);
+    case PLAN_CURVE_CONSTRAINTS:
+        return motion_spline_append_constraints(track, key, run->count, span);
+    case PLAN_CURVE_BSPLINE:
+        return motion_spline_append_bspline(track, key, run->count, run->first,
+                                            run->last, span);
+    case PLAN_CURVE_LAGRANGE:
+        return motion_spline_append_lagrange(track, key, run->count, NULL,
+                                             span);
+    default:
+        return motion_spline_append_cubic(track, key, run->count, span);
+    }
+}
+
+static int move_append_run(const struct move *move, const struct move_run *run)
+{
+    uint32_t span = 0;
+    int rc;
+
+    if (move_is_rest(run->curve))
+        return move_append_rest(move, run);
+    if (run->curve == PLAN_CURVE_LAGRANGE &&
+        run->count > MOTION_SPLINE_LAGRANGE_KEYS)
+        return move_fail_key(
+            move, MOTION_E_FULL, run->from + MOTION_SPLINE_LAGRANGE_KEYS,
+            "lagrange takes at most %d keys", MOTION_SPLINE_LAGRANGE_KEYS);
+    rc = move_fill(move, run);
+    if (rc == MOTION_OK)
+        rc = move_grow(move, move_room(run));
     if (rc != MOTION_OK)
         return rc;
-    if (move->axis->curve == PLAN_CURVE_LINEAR)
-        rc = motion_spline_append_linear(move->track, move->key, count, &span);
-    else if (move->axis->curve == PLAN_CURVE_QUINTIC)
-        rc = motion_spline_append_quintic(move->track, move->key, count, &span);
-    else
-        rc = motion_spline_append_cubic(move->track, move->key, count, &span);
-    return rc == MOTION_OK ? MOTION_OK : move_fail_span(move, rc, span);
+    rc = move_append_spline(move, run, &span);
+    return rc == MOTION_OK ? MOTION_OK
+                           : move_fail_span(move, rc, run->from + span);
 }
 
 static int move_append(const struct move *move)
 {
+    const uint32_t last = move->axis->key_count - 1;
     const int64_t wait = move->key[0].t_ns_q12;
+    struct move_run run = { .count = 1 };
     int rc = MOTION_OK;
 
-    if (wait > 0)
+    for (uint32_t i = 1; rc == MOTION_OK && i < last; i++)
+        if (move_curve_at(move->axis, i) != move_curve_at(move->axis, i - 1))
+            rc = move_pin(move, i);
+    if (rc == MOTION_OK && wait > 0)
         rc = move_grow(move, 1);
     if (rc == MOTION_OK && wait > 0)
         rc = motion_track_append_dwell(move->track, wait);
-    if (rc != MOTION_OK)
-        return rc;
-    return move_is_rest(move->axis->curve) ? move_append_rest(move)
-                                           : move_append_spline(move);
+    for (uint32_t i = 0; rc == MOTION_OK && i < last; i += run.count - 1) {
+        run = move_run(move->axis, i);
+        rc = move_append_run(move, &run);
+    }
+    return rc;
 }
 
 int plan_axis_track(const struct plan_axis *axis, struct motion_track *track,
@@ -350,13 +616,12 @@ int plan_axis_track(const struct plan_axis *axis, struct motion_track *track,
     rc = move_check(&move);
     if (rc == MOTION_OK)
         rc = move_copy(&move);
-    if (rc == MOTION_OK)
-        rc = move_fill(&move);
     if (rc == MOTION_OK) {
         motion_track_init(track, NULL, 0, move.key[0].pos_q32);
         rc = move_append(&move);
     }
     free(move.key);
+    free(move.work);
     if (rc == MOTION_OK)
         move_trim(track);
     else
@@ -368,4 +633,41 @@ void plan_track_free(struct motion_track *track)
 {
     free(track->segment);
     motion_track_init(track, NULL, 0, 0);
+}
+
+/* How far `value` is outside low .. high. */
+static double move_beyond(int64_t value, int64_t low, int64_t high)
+{
+    return value < low    ? move_units(low) - move_units(value)
+           : value > high ? move_units(value) - move_units(high)
+                          : 0;
+}
+
+bool plan_axis_remark(const struct plan_axis *axis,
+                      const struct motion_track *track, char text[160])
+{
+    int64_t low = INT64_MAX, high = INT64_MIN;
+    struct motion_extreme extreme;
+    bool swings = false;
+    double below, above;
+
+    for (uint32_t i = 0; i < axis->key_count; i++) {
+        const int64_t p = axis->key[i].key.pos_q32;
+        low = p < low ? p : low;
+        high = p > high ? p : high;
+        swings = swings || move_curve_at(axis, i) == PLAN_CURVE_LAGRANGE;
+    }
+    if (!swings)
+        return false;
+    motion_track_extreme(track, MOTION_POS, &extreme);
+    below = move_beyond(extreme.min, low, high);
+    above = move_beyond(extreme.max, low, high);
+    if ((above > below ? above : below) <=
+        0.01 * (move_units(high) - move_units(low)))
+        return false;
+    snprintf(text, 160,
+             "axis %.*s: lagrange goes %.4g beyond its keys; c2 or monotone "
+             "would not",
+             PLAN_NAME_MAX, axis->name, above > below ? above : below);
+    return true;
 }

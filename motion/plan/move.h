@@ -21,6 +21,10 @@
 /* Kind of curve; X(name, spelling in files, sentence for --help and docs). */
 #define PLAN_CURVE_LIST(X)                                                     \
     X(PLAN_CURVE_LINEAR, "linear", "straight lines; speed steps at keys")      \
+    X(PLAN_CURVE_ROUNDED, "rounded",                                           \
+      "straight lines, corners rounded at constant acceleration within blend") \
+    X(PLAN_CURVE_SMOOTHED, "smoothed",                                         \
+      "straight lines, corners rounded without a step of acceleration")        \
     X(PLAN_CURVE_PARABOLIC, "parabolic",                                       \
       "rest at every key, constant acceleration between")                      \
     X(PLAN_CURVE_SINE, "sine", "rest at every key, sine-shaped speed")         \
@@ -29,14 +33,44 @@
     X(PLAN_CURVE_CATMULL_ROM, "catmull-rom",                                   \
       "cubic through uneven keys; acceleration steps at keys")                 \
     X(PLAN_CURVE_CARDINAL, "cardinal", "cubic with tension mu, 0 to 2")        \
+    X(PLAN_CURVE_KOCHANEK, "kochanek-bartels",                                 \
+      "cubic with tension, continuity and bias, -1 to 1")                      \
+    X(PLAN_CURVE_MONOTONE, "monotone",                                         \
+      "cubic that never goes beyond its keys (PCHIP)")                         \
+    X(PLAN_CURVE_AKIMA, "akima",                                               \
+      "cubic that hardly swings; straight parts stay straight")                \
+    X(PLAN_CURVE_AKIMA_MONOTONE, "akima-monotone",                             \
+      "akima, held back where it would go beyond its keys")                    \
+    X(PLAN_CURVE_C2, "c2",                                                     \
+      "cubic with continuous acceleration, solved for all keys at once")       \
     X(PLAN_CURVE_QUINTIC, "quintic",                                           \
-      "fifth degree; acceleration is continuous at keys")
+      "fifth degree; acceleration is continuous at keys")                      \
+    X(PLAN_CURVE_C4, "c4",                                                     \
+      "fifth degree, continuous to the fourth derivative")                     \
+    X(PLAN_CURVE_CONSTRAINTS, "constraints",                                   \
+      "lowest degree that meets what every key gives of v and a")              \
+    X(PLAN_CURVE_BSPLINE, "b-spline",                                          \
+      "keys attract the curve, which passes by them smoothly")                 \
+    X(PLAN_CURVE_LAGRANGE, "lagrange",                                         \
+      "one polynomial through at most 16 keys; swings, to see why not")
 
 enum plan_curve {
 #define PLAN_CURVE_ENUM(name, spelling, text) name,
     PLAN_CURVE_LIST(PLAN_CURVE_ENUM)
 #undef PLAN_CURVE_ENUM
 };
+
+/* What a key may give, and which parameters of an axis a curve takes. */
+enum plan_given { PLAN_NO, PLAN_ZERO, PLAN_MAY, PLAN_MUST };
+
+struct plan_curve_rules {
+    const char *name;
+    enum plan_given vel, acc;
+    unsigned ends; /* bit 1 << enum motion_spline_end for each that it has */
+    bool mu, ease, blend, shape;
+};
+/* NULL where there is no such curve. */
+const struct plan_curve_rules *plan_curve_rules(enum plan_curve curve);
 
 /* Where in a file something was written; line 0: not from a file. */
 struct plan_place {
@@ -46,6 +80,8 @@ struct plan_place {
 struct plan_key {
     struct motion_key key; /* times from the start of the move */
     struct plan_place place;
+    bool has_curve; /* the span from this key has a curve of its own */
+    enum plan_curve curve;
 };
 
 struct plan_limit {
@@ -62,6 +98,8 @@ struct plan_axis {
     enum motion_spline_end first, last;
     int64_t mu_q32;         /* cardinal */
     int64_t k1_q32, k2_q32; /* parabolic, sine, s-curve */
+    int64_t blend_ns_q12;   /* rounded, smoothed: length of a corner */
+    struct motion_spline_kochanek shape;
     struct plan_key *key;
     uint32_t key_count;
     struct plan_place place;
@@ -83,17 +121,27 @@ struct plan_error {
     char text[160];
 };
 
-/* Plan one axis.  Every span between two keys is one segment or, for parabolic,
- * sine and s-curve, several; keys are hit to the bit.  An axis whose first key
- * is not at t = 0 stands at its first key until then.
+/* Plan one axis.  Every span between two keys is one segment or several; keys
+ * are hit to the bit, but for the inner ones of rounded, smoothed and b-spline,
+ * which pass by.  An axis whose first key is not at t = 0 stands at its first
+ * key until then.
  *
  * What a key may give:           velocity          acceleration
- *   linear                       no                no
+ *   linear, rounded, smoothed    no                no
  *   parabolic, sine              zero              no
  *   s-curve                      zero              zero
  *   hermite                      must              no
- *   catmull-rom, cardinal        may               no
- *   quintic                      may               may
+ *   catmull-rom, cardinal, kochanek-bartels, monotone, akima, akima-monotone
+ *                                may               no
+ *   c2, quintic, c4, constraints may               may (c2: at its ends)
+ *   b-spline, lagrange           no                no
+ *
+ * Where neighbouring spans have different curves, each run of equal ones is
+ * planned by itself; at the key between them the curve has the velocity that
+ * the key gives, or else that of a straight or resting neighbour, or else that
+ * of the parabola through three keys (and, for quintic and c4, its acceleration;
+ * zero beside straight and resting ones).  b-spline and lagrange cannot keep a
+ * velocity there.
  * What may be given and is not is filled in (motion/spline.h).
  *
  * On success the track's segments are on the heap and belong to the caller:
@@ -105,5 +153,11 @@ struct plan_error {
 int plan_axis_track(const struct plan_axis *axis, struct motion_track *track,
                     struct plan_error *error);
 void plan_track_free(struct motion_track *track);
+
+/* A remark on a track that is right but hardly what was wanted: one polynomial
+ * through many keys (lagrange) that goes far beyond them.  False when there is
+ * none. */
+bool plan_axis_remark(const struct plan_axis *axis,
+                      const struct motion_track *track, char text[160]);
 
 #endif

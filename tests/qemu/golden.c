@@ -7,17 +7,26 @@
  * at the end. */
 #include <stddef.h>
 
+#include "motion/bake_poly.h"
 #include "motion/ease.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
+#include "motion/otg.h"
 #include "motion/spline.h"
+#include "motion/sync.h"
 #include "motion/track.h"
+#include "tests/bench/otg_random.h"
 #include "tests/qemu/start.h"
 
 #define ROOM    72
 #define SAMPLES 14000 /* of each producer */
 #define STATES  200
 #define TRIES   1000 /* to append */
+
+#define OTG_MOVES   2200
+#define OTG_SAMPLES 50 /* of each */
+#define OTG_AXES    3
+#define OTG_GROUPS  150
 
 #define UNIT   MOTION_FIXED_ONE_Q32
 #define SECOND MOTION_FIXED_S_Q12
@@ -246,8 +255,11 @@ static int golden_limited(struct motion_track *track)
 
 #define KEYS 16
 
-static void golden_keys(const struct motion_track *track,
-                        struct motion_key *key)
+/* Shared: the smallest target has 16 KB. */
+static struct motion_key key[KEYS];
+static struct motion_spline_work work[KEYS];
+
+static void golden_keys(const struct motion_track *track)
 {
     key[0] = (struct motion_key){ .t_ns_q12 = track->end_ns_q12,
                                   .pos_q32 = track->end.pos_q32 };
@@ -260,10 +272,9 @@ static void golden_keys(const struct motion_track *track,
 
 static int golden_cardinals(struct motion_track *track)
 {
-    static struct motion_key key[KEYS];
     int err;
 
-    golden_keys(track, key);
+    golden_keys(track);
     err = motion_spline_tangents_cardinal(key, KEYS, golden_below(2 * UNIT),
                                           MOTION_SPLINE_REST,
                                           MOTION_SPLINE_NATURAL);
@@ -272,15 +283,73 @@ static int golden_cardinals(struct motion_track *track)
 
 static int golden_parabolas(struct motion_track *track)
 {
-    static struct motion_key key[KEYS];
     const enum motion_spline_end end = MOTION_SPLINE_ONE_SIDED;
     int err;
 
-    golden_keys(track, key);
+    golden_keys(track);
     err = motion_spline_tangents_parabola(key, KEYS, end, end);
     if (err == MOTION_OK)
         err = motion_spline_accelerations(key, KEYS, end, end);
     return err < 0 ? err : motion_spline_append_quintic(track, key, KEYS, NULL);
+}
+
+static int golden_c2(struct motion_track *track)
+{
+    int err;
+
+    golden_keys(track);
+    err = motion_spline_c2(key, KEYS, MOTION_SPLINE_NOT_A_KNOT,
+                           MOTION_SPLINE_NATURAL, work);
+    return err < 0 ? err : motion_spline_append_cubic(track, key, KEYS, NULL);
+}
+
+static int golden_c4(struct motion_track *track)
+{
+    int err;
+
+    golden_keys(track);
+    err = motion_spline_c4(key, KEYS, MOTION_SPLINE_REST,
+                           MOTION_SPLINE_NOT_A_KNOT, work);
+    return err < 0 ? err : motion_spline_append_quintic(track, key, KEYS, NULL);
+}
+
+static int golden_local(struct motion_track *track)
+{
+    const enum motion_spline_end end = MOTION_SPLINE_ONE_SIDED;
+    int err;
+
+    golden_keys(track);
+    err = track->count % 2 ? motion_spline_akima(key, KEYS, end, end)
+                           : motion_spline_monotone(key, KEYS, end, end);
+    return err < 0 ? err : motion_spline_append_cubic(track, key, KEYS, NULL);
+}
+
+static int golden_bsplines(struct motion_track *track)
+{
+    golden_keys(track);
+    return motion_spline_append_bspline(track, key, KEYS, MOTION_SPLINE_REST,
+                                        MOTION_SPLINE_NATURAL, NULL);
+}
+
+/* Degree 12, a few quintics each. */
+static int golden_baked(struct motion_track *track)
+{
+    const struct motion_bake_poly_tolerance allowed = { motion_real_make(1, -4),
+                                                        motion_real_int(1),
+                                                        motion_real_int(100) };
+    static struct motion_bake_poly poly;
+    struct motion_real bound = motion_real_zero();
+    int err;
+
+    poly = (struct motion_bake_poly){ .base_q32 = track->end.pos_q32,
+                                      .degree = 12,
+                                      .c = { motion_real_zero() } };
+    for (int k = 1; k <= poly.degree; k++)
+        poly.c[k] = motion_real_from_q(golden_signed(38), 32);
+    err = motion_bake_poly_append(track, SECOND + golden_below(4 * SECOND),
+                                  &poly, NULL, &allowed, &bound);
+    golden_add(bound.m);
+    return err;
 }
 
 static const struct {
@@ -297,6 +366,11 @@ static const struct {
     { "limited eases", golden_limited },
     { "cardinal splines", golden_cardinals },
     { "quintic splines", golden_parabolas },
+    { "c2 splines", golden_c2 },
+    { "c4 splines", golden_c4 },
+    { "local splines", golden_local },
+    { "b-splines", golden_bsplines },
+    { "baked", golden_baked },
 };
 
 /* --- arithmetic that tracks do not reach ---------------------------------- */
@@ -317,6 +391,60 @@ static void golden_fixed(void)
         golden_add(motion_fixed_muldiv(a, b, c, &result));
         golden_add(result);
         golden_add((int64_t)motion_fixed_isqrt_u128(square));
+    }
+}
+
+/* --- the planner ---------------------------------------------------------- */
+
+static void golden_add_plan(const struct motion_otg_plan *plan)
+{
+    golden_add(plan->dur_ns_q12);
+    golden_add((int64_t)plan->way.hi);
+    golden_add((int64_t)plan->way.lo);
+    golden_add((int64_t)plan->start_vel.lo);
+    for (int i = 0; i < 3; i++)
+        golden_add((int64_t)plan->bend[i].lo);
+    for (int i = 0; i < plan->count; i++) {
+        golden_add(plan->phase[i].ticks);
+        golden_add(plan->phase[i].acc);
+    }
+}
+
+static void golden_add_move(const struct motion_otg_plan *plan)
+{
+    struct motion_track track;
+    struct motion_cursor cursor = { 0 };
+    struct motion_sample sample;
+
+    golden_add_plan(plan);
+    motion_track_init(&track, room, ROOM, plan->start_pos_q32);
+    golden_add(motion_otg_append(plan, &track));
+    for (int i = 0; i < OTG_SAMPLES; i++) {
+        motion_track_sample(&track, &cursor, golden_below(track.end_ns_q12 + 1),
+                            &sample);
+        golden_add(sample.pos_q32);
+        golden_add(sample.vel_q32);
+        golden_add(sample.acc_q16);
+    }
+}
+
+static void golden_otg(void)
+{
+    static struct motion_otg_move move[OTG_AXES];
+    static struct motion_otg_plan plan[OTG_AXES];
+    uint64_t seed = 1;
+
+    for (uint32_t row = 0; row < OTG_MOVES; row++) {
+        otg_random_move(&seed, otg_random_kind(row), &move[0]);
+        golden_add(motion_otg_make(&move[0], &plan[0], NULL));
+        golden_add_move(&plan[0]);
+    }
+    for (uint32_t row = 0; row < OTG_GROUPS; row++) {
+        otg_random_moves(&seed, row, OTG_AXES, move);
+        golden_add(
+            motion_sync_make(move, OTG_AXES, MOTION_SYNC_TIME, plan, NULL));
+        for (int i = 0; i < OTG_AXES; i++)
+            golden_add_plan(&plan[i]);
     }
 }
 
@@ -346,6 +474,9 @@ int main(void)
     golden_start(99);
     golden_fixed();
     golden_report("fixed", 0);
+    golden_start(100);
+    golden_otg();
+    golden_report("otg", 0);
     for (size_t i = 0; i < sizeof(producers) / sizeof(producers[0]); i++) {
         golden_start(i + 1);
         motion_track_init(&track, room, ROOM, golden_signed(40));

@@ -3,8 +3,10 @@
 QEMU_DIR  := build/qemu
 QEMU_CC   := -std=c11 $(WARN) -g -I.
 QEMU_BARE := $(QEMU_CC) -O2 -ffreestanding -nostdlib \
-             -fno-tree-loop-distribute-patterns tests/qemu/start.c
-QEMU_NEED := $(MOTION) $(wildcard motion/*.h tests/qemu/*) Makefile
+             -fno-tree-loop-distribute-patterns -ffunction-sections \
+             -Wl,--gc-sections tests/qemu/start.c
+QEMU_NEED := $(MOTION) $(wildcard motion/*.h tests/qemu/*) \
+             $(wildcard tests/bench/otg_random.*) Makefile
 QEMU_RUN  := -nographic -monitor none -serial none -chardev stdio,id=out \
              -semihosting-config enable=on,target=native,chardev=out
 RV        ?= riscv64-unknown-elf-
@@ -19,7 +21,8 @@ QEMU_LD_m4   := $(QEMU_LD_m0)
 QEMU_LD_rv32 := tests/qemu/start_riscv.c -T tests/qemu/riscv.ld -lgcc \
                 -Wl,--no-warn-rwx-segments
 QEMU_LD_rv64 := $(QEMU_LD_rv32)
-QEMU_m0      := qemu-system-arm -M microbit
+QEMU_m0      := qemu-system-arm -M microbit -global nrf51-soc.sram-size=32768 \
+                -global nrf51-soc.flash-size=1048576
 QEMU_m4      := qemu-system-arm -M mps2-an386
 QEMU_rv32    := qemu-system-riscv32 -M virt -bios none
 QEMU_rv64    := qemu-system-riscv64 -M virt -bios none
@@ -30,12 +33,13 @@ define qemu_image
 $(QEMU_DIR)/$(2)-$(1).elf: $(QEMU_NEED)
 	$$(call say,image,$$@)
 	@mkdir -p $$(@D)
-	$$(Q)$(QEMU_CC_$(1)) $(QEMU_BARE) $$(QEMU_DEF) tests/qemu/$(3).c \
+	$$(Q)$(QEMU_CC_$(1)) $(QEMU_BARE) $$(QEMU_DEF) $(3) \
 	    $(MOTION) $(QEMU_LD_$(1)) -o $$@
 	@! nm $$@ | grep -E ' [Tt] (malloc|calloc|free|__aeabi_[df]|__.*[sd]f[0-9])'
 endef
-$(foreach p,m0 m4,$(eval $(call qemu_image,$(p),bench,bench_tick)))
-$(foreach p,m0 m4 rv32 rv64,$(eval $(call qemu_image,$(p),golden,golden)))
+GOLDEN_SRC := tests/qemu/golden.c tests/bench/otg_random.c
+$(foreach p,m0 m4,$(eval $(call qemu_image,$(p),bench,tests/qemu/bench_tick.c)))
+$(foreach p,m0 m4 rv32 rv64,$(eval $(call qemu_image,$(p),golden,$(GOLDEN_SRC))))
 
 .PHONY: bench-tick
 ## instructions per sample on Cortex-M4 (at most 150) and M0, counted in QEMU
@@ -52,7 +56,7 @@ define qemu_host
 $(QEMU_DIR)/golden-$(1): $(QEMU_NEED)
 	$$(call say,link,$$@)
 	@mkdir -p $$(@D)
-	$$(Q)$(2) $(QEMU_CC) tests/qemu/golden.c tests/qemu/start_host.c \
+	$$(Q)$(2) $(QEMU_CC) $(GOLDEN_SRC) tests/qemu/start_host.c \
 	    $(MOTION) -o $$@
 $(QEMU_DIR)/golden-$(1).txt: $(QEMU_DIR)/golden-$(1)
 	@$$< >$$@.part && mv $$@.part $$@

@@ -1,0 +1,283 @@
+/* firmware/linux/otg_rows.c - see otg_rows.h. */
+#include "firmware/linux/otg_rows.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char *const otg_name[OTG_VALUES] = {
+    "p0", "v0", "a0", "pf", "vf", "af", "vmax", "vmin", "amax", "amin", "jmax",
+};
+
+/* Powers of length and time in each value's unit. */
+static const struct {
+    int length, time;
+} otg_unit[OTG_VALUES] = {
+    { 1, 0 },  { 1, -1 }, { 1, -2 }, { 1, 0 },  { 1, -1 }, { 1, -2 },
+    { 1, -1 }, { 1, -1 }, { 1, -2 }, { 1, -2 }, { 1, -3 },
+};
+
+/* --- header --------------------------------------------------------------- */
+
+static size_t field_length(const char *field)
+{
+    return strcspn(field, ",\r\n");
+}
+
+static bool is_name(const char *field, size_t length, const char *name)
+{
+    return strlen(name) == length && memcmp(field, name, length) == 0;
+}
+
+/* "v0" or "v0_3". */
+static void header_column(const char *field, size_t length, short *axis,
+                          short *value)
+{
+    size_t stem = 0;
+    while (stem < length && field[stem] != '_')
+        stem++;
+    *axis = -1;
+    if (is_name(field, length, "duration"))
+        *value = OTG_VALUE_DURATION;
+    else if (is_name(field, length, "category"))
+        *value = OTG_VALUE_CATEGORY;
+    else
+        for (int i = 0; i < OTG_VALUES; i++)
+            if (is_name(field, stem, otg_name[i])) {
+                long number =
+                    stem < length ? strtol(field + stem + 1, NULL, 10) : 1;
+                *value = (short)i;
+                if (number >= 1 && number <= MOTION_SYNC_AXES)
+                    *axis = (short)(number - 1);
+            }
+}
+
+static bool header_is_whole(const struct otg_header *header,
+                            const unsigned has[MOTION_SYNC_AXES])
+{
+    const unsigned all = (1u << OTG_VALUES) - 1;
+    const unsigned position =
+        1u << OTG_P0 | 1u << OTG_PF | 1u << OTG_VMAX | 1u << OTG_VMIN;
+    if (header->velocity)
+        return header->axes == 1 && (has[0] | position) == all;
+    for (int i = 0; i < header->axes; i++)
+        if (has[i] != all)
+            return false;
+    return header->axes > 0;
+}
+
+const char *otg_header_parse(const char *line, struct otg_header *header)
+{
+    unsigned has[MOTION_SYNC_AXES] = { 0 };
+    memset(header, 0, sizeof *header);
+    for (;;) {
+        size_t length = field_length(line);
+        short axis, value = -1;
+        if (header->columns == OTG_COLUMNS_MAX)
+            return "too many columns";
+        header_column(line, length, &axis, &value);
+        header->column[header->columns].axis = axis;
+        header->column[header->columns].value = value;
+        header->columns++;
+        if (axis >= 0) {
+            if (has[axis] & 1u << value)
+                return "a column is there twice";
+            has[axis] |= 1u << value;
+            if (axis + 1 > header->axes)
+                header->axes = axis + 1;
+        }
+        line += length;
+        if (*line != ',')
+            break;
+        line++;
+    }
+    header->velocity = !(has[0] & 1u << OTG_P0);
+    return header_is_whole(header, has) ? NULL : "a column is missing";
+}
+
+/* --- rows ----------------------------------------------------------------- */
+
+static bool field_number(const char *field, size_t length, double *number)
+{
+    char *end;
+    *number = strtod(field, &end);
+    return length > 0 && end == field + length && isfinite(*number) &&
+           (*number == 0 || (fabs(*number) > 1e-60 && fabs(*number) < 1e60));
+}
+
+static bool row_field(const struct otg_header *header, int i, const char *field,
+                      size_t length, struct otg_row *row)
+{
+    int axis = header->column[i].axis, value = header->column[i].value;
+    if (axis >= 0)
+        return field_number(field, length, &row->value[axis][value]);
+    if (value == OTG_VALUE_DURATION)
+        return length == 0 || field_number(field, length, &row->duration);
+    if (value == OTG_VALUE_CATEGORY && length < sizeof row->category)
+        memcpy(row->category, field, length);
+    return true;
+}
+
+const char *otg_row_parse(const struct otg_header *header, const char *line,
+                          struct otg_row *row, int *column)
+{
+    memset(row, 0, sizeof *row);
+    row->duration = (double)NAN;
+    for (int i = 0; i < header->columns; i++) {
+        size_t length = field_length(line);
+        *column = i + 1;
+        if (!row_field(header, i, line, length, row))
+            return "not a finite number between 1e-60 and 1e60";
+        line += length;
+        if (i + 1 < header->columns && *line != ',')
+            return "the row ends here, more columns were expected";
+        line += *line == ',';
+    }
+    return NULL;
+}
+
+/* --- scale ---------------------------------------------------------------- */
+
+static int power_of(double x)
+{
+    int e;
+    frexp(x, &e);
+    return x == 0 ? -4000 : e; /* |x| < 2^e */
+}
+
+static double larger(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+/* About the time the move takes, within a few powers of two. */
+static double row_time(const double *v, bool velocity)
+{
+    double way = velocity ? 0 : fabs(v[OTG_PF] - v[OTG_P0]);
+    double dv = velocity ? fabs(v[OTG_VF] - v[OTG_V0])
+                         : larger(fabs(v[OTG_V0]), fabs(v[OTG_VF]));
+    double a0 = larger(fabs(v[OTG_A0]), fabs(v[OTG_AF]));
+    double acc = larger(v[OTG_AMAX], -v[OTG_AMIN]);
+    double vel = larger(v[OTG_VMAX], -v[OTG_VMIN]);
+    double t = 0;
+    if (v[OTG_JMAX] > 0)
+        t = larger(larger(a0 / v[OTG_JMAX], sqrt(dv / v[OTG_JMAX])),
+                   cbrt(way / v[OTG_JMAX]));
+    if (acc > 0)
+        t = larger(larger(t, dv / acc), sqrt(way / acc));
+    if (vel > 0 && !velocity)
+        t = larger(t, way / vel);
+    return t;
+}
+
+/* Smallest length exponent with which every value fits: 2^29 where 32 bits
+ * are fraction, 2^45 where 16 are.  Positions are counted from p0. */
+static int row_length(const double *v, int time)
+{
+    int length = -3000;
+    for (int i = 0; i < OTG_VALUES; i++) {
+        int room = otg_unit[i].time >= -1 ? 29 : 45;
+        int need = power_of(v[i]) - otg_unit[i].time * time - room;
+        if (need > length)
+            length = need;
+    }
+    return length;
+}
+
+static int64_t fixed(double x, int value, int length, int time)
+{
+    int bits = otg_unit[value].time >= -1 ? 32 : 16;
+    int shift = bits - length - otg_unit[value].time * time;
+    return (int64_t)llround(ldexp(x, shift));
+}
+
+void otg_row_scale(const struct otg_header *header, const struct otg_row *row,
+                   struct otg_scaled *scaled)
+{
+    double t = 0;
+    memset(scaled, 0, sizeof *scaled);
+    for (int i = 0; i < header->axes; i++)
+        t = larger(t, row_time(row->value[i], header->velocity));
+    scaled->time = t > 0 ? power_of(t) : 0;
+    for (int i = 0; i < header->axes; i++) {
+        double v[OTG_VALUES];
+        memcpy(v, row->value[i], sizeof v);
+        v[OTG_PF] -= v[OTG_P0];
+        v[OTG_P0] = 0;
+        int time = scaled->time, length = row_length(v, time);
+        int64_t x[OTG_VALUES];
+        for (int k = 0; k < OTG_VALUES; k++)
+            x[k] = fixed(v[k], k, length, time);
+        scaled->length[i] = length;
+        scaled->move[i] = (struct motion_otg_move){
+            .start = { x[OTG_P0], x[OTG_V0], x[OTG_A0], 0 },
+            .goal = { x[OTG_PF], x[OTG_VF], x[OTG_AF], 0 },
+            .limit = { .vel_max_q32 = x[OTG_VMAX],
+                       .vel_min_q32 = x[OTG_VMIN],
+                       .acc_max_q16 = x[OTG_AMAX],
+                       .acc_min_q16 = x[OTG_AMIN],
+                       .jerk_q16 = x[OTG_JMAX] },
+            .mode =
+                header->velocity ? MOTION_OTG_VELOCITY : MOTION_OTG_POSITION,
+        };
+    }
+}
+
+/* --- answers -------------------------------------------------------------- */
+
+#define OTG_TICKS_PER_SECOND 4096e9L
+
+static long double wide(struct motion_otg_wide a)
+{
+    return ldexpl((long double)(int64_t)a.hi, 64) + (long double)a.lo;
+}
+
+double otg_plan_seconds(const struct motion_otg_plan *plan, int time)
+{
+    return (double)ldexpl((long double)plan->dur_ns_q12 / OTG_TICKS_PER_SECOND,
+                          time);
+}
+
+struct curve {
+    long double t, p, v, a; /* in ticks and the plan's units */
+};
+
+/* The quintic and its derivatives by u, and the phases up to i. */
+static struct curve plan_curve(const struct motion_otg_plan *plan, int i)
+{
+    long double e3 = wide(plan->bend[0]), e4 = wide(plan->bend[1]);
+    long double e5 = wide(plan->bend[2]), n = (long double)plan->ticks;
+    struct curve c = { 0, 0, wide(plan->start_vel),
+                       (long double)plan->start_acc };
+    for (int k = 0; k < i; k++) {
+        long double dt = (long double)plan->phase[k].ticks;
+        long double to = (long double)plan->phase[k].acc;
+        c.p += 3 * c.v * dt + (2 * c.a + to) * dt * dt;
+        c.v += (c.a + to) * dt;
+        c.a = to;
+        c.t += dt;
+    }
+    if (plan->count == 0)
+        return c;
+    long double u = c.t / n;
+    c.p += u * u * u * (e3 + u * (e4 + u * e5));
+    c.v += u * u * (3 * e3 + u * (4 * e4 + u * 5 * e5)) / (3 * n);
+    c.a += u * (6 * e3 + u * (12 * e4 + u * 20 * e5)) / (6 * n * n);
+    return c;
+}
+
+struct otg_point otg_plan_point(const struct motion_otg_plan *plan, int i,
+                                int length, int time)
+{
+    struct curve c = plan_curve(plan, i);
+    long double j = 0;
+    if (i < plan->count)
+        j = (plan_curve(plan, i + 1).a - c.a) /
+            (long double)plan->phase[i].ticks;
+    long double h = ldexpl(1 / OTG_TICKS_PER_SECOND, plan->tick_shift + time);
+    long double step = ldexpl(1, length - plan->pos_shift);
+    return (struct otg_point){ (double)(c.t * h), (double)(c.p * step),
+                               (double)(3 * c.v * step / h),
+                               (double)(6 * c.a * step / (h * h)),
+                               (double)(6 * j * step / (h * h * h)) };
+}

@@ -1,0 +1,136 @@
+/* motion/otg.h - the fastest move from any state of motion to any other.
+ *
+ * Given where an axis is, how fast it moves and accelerates, and where it is
+ * to be, at which velocity and acceleration: the motion that gets there in the
+ * least time (or in a wanted time) under limits on velocity, acceleration and
+ * jerk.  Integers only, the same bits on every machine, no tolerance in any
+ * unit: a problem is measured in its own scale before it is solved.
+ *
+ *   motion_otg_make     the plan: phases of constant jerk in exact integers
+ *   motion_otg_check    integrates a plan again and judges it, independently
+ *   motion_otg_append   the plan as segments of a track
+ *
+ * A returned plan has passed the check.  Its duration exceeds the optimum by at
+ * most 2^-21 of it or 1 ns, the larger: the search runs with limits drawn in
+ * by 2^-23, and that room takes up the rounding to whole ticks.
+ *
+ * Method and equations: docs/OTG.md.  Compare: Berscheid & Kroeger, "Jerk-
+ * limited real-time trajectory generation with arbitrary target states" (RSS
+ * 2021), whose results it reproduces. */
+#ifndef MOTION_OTG_H
+#define MOTION_OTG_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "motion/track.h"
+
+/* vel_min < 0 < vel_max and acc_min < 0 < acc_max; jerk > 0 limits both signs.
+ * jerk 0: jerk not limited (acceleration steps).  Both acc 0 and jerk 0:
+ * acceleration not limited (velocity steps).  jerk_down, when not 0, is the
+ * jerk of everything after the highest speed; needs jerk. */
+struct motion_otg_limit {
+    int64_t vel_max_q32, vel_min_q32;
+    int64_t acc_max_q16, acc_min_q16;
+    int64_t jerk_q16, jerk_down_q16;
+};
+
+enum motion_otg_mode {
+    MOTION_OTG_POSITION,
+    MOTION_OTG_VELOCITY, /* goal.pos and the velocity limits are not used;
+                            jerk_down is the jerk when |vel| gets less */
+};
+
+/* Fields, for errors to name. */
+#define MOTION_OTG_FIELD_LIST(X)                                               \
+    X(MOTION_OTG_FIELD_NONE, "nothing")                                        \
+    X(MOTION_OTG_FIELD_VEL_MAX, "vel_max")                                     \
+    X(MOTION_OTG_FIELD_VEL_MIN, "vel_min")                                     \
+    X(MOTION_OTG_FIELD_ACC_MAX, "acc_max")                                     \
+    X(MOTION_OTG_FIELD_ACC_MIN, "acc_min")                                     \
+    X(MOTION_OTG_FIELD_JERK, "jerk")                                           \
+    X(MOTION_OTG_FIELD_JERK_DOWN, "jerk_down")                                 \
+    X(MOTION_OTG_FIELD_START_VEL, "start velocity")                            \
+    X(MOTION_OTG_FIELD_START_ACC, "start acceleration")                        \
+    X(MOTION_OTG_FIELD_GOAL_POS, "goal position")                              \
+    X(MOTION_OTG_FIELD_GOAL_VEL, "goal velocity")                              \
+    X(MOTION_OTG_FIELD_GOAL_ACC, "goal acceleration")                          \
+    X(MOTION_OTG_FIELD_DURATION, "duration")
+
+enum motion_otg_field {
+#define MOTION_OTG_FIELD_ENUM(name, text) name,
+    MOTION_OTG_FIELD_LIST(MOTION_OTG_FIELD_ENUM)
+#undef MOTION_OTG_FIELD_ENUM
+};
+
+/* "vel_max" ...; never NULL. */
+const char *motion_otg_field_text(enum motion_otg_field field);
+
+struct motion_otg_move {
+    struct motion_state start, goal; /* jerk not used */
+    struct motion_otg_limit limit;
+    enum motion_otg_mode mode;
+    int64_t dur_ns_q12; /* wanted duration; 0: the shortest */
+};
+
+#define MOTION_OTG_PHASES 24
+
+/* In each phase the acceleration runs straight to `acc` in `ticks`. */
+struct motion_otg_phase {
+    int64_t ticks; /* > 0 */
+    int64_t acc;
+};
+
+/* 128-bit two's complement. */
+struct motion_otg_wide {
+    uint64_t hi, lo;
+};
+
+/* A plan in its own units: a tick is 2^tick_shift / 4096 ns, a step of position
+ * is 2^-pos_shift unit, acceleration is in 6 steps / tick^2, velocity in 3
+ * steps / tick.  From P, V, A a phase of n ticks to A' leads exactly to
+ *
+ *     V' = V + (A + A') n         P' = P + 3 V n + (2 A + A') n^2
+ *
+ * What rounding leaves at the end is spread over the whole move by the quintic
+ * E(u) = bend[0] u^3 + bend[1] u^4 + bend[2] u^5, u = t / ticks, which is added
+ * to P; it is 2^-30 of the move or less, and the check accounts for it. */
+struct motion_otg_plan {
+    int64_t dur_ns_q12;
+    int64_t ticks; /* of all phases */
+    int32_t tick_shift, pos_shift;
+    int64_t start_pos_q32;
+    struct motion_otg_wide way; /* start to goal, in steps */
+    struct motion_otg_wide start_vel;
+    struct motion_otg_wide bend[3];
+    int64_t start_acc;
+    int32_t count;
+    int32_t brake, turn; /* jerk limits the phases before `brake`, jerk_down
+                            those from `turn` on, the lower those between */
+    struct motion_otg_phase phase[MOTION_OTG_PHASES];
+};
+
+/* Make the plan of `move`.  Returns MOTION_OK, or with *field the culprit:
+ * MOTION_E_ARG for a limit that is zero, of the wrong sign or missing,
+ * MOTION_E_LIMIT for a goal that no motion within the limits can end in or a
+ * duration that cannot be met (then *plan is not written; the next duration
+ * that can is in plan->dur_ns_q12), MOTION_E_RANGE when the move would take
+ * over 3 days or leave the formats.  `field` may be NULL.
+ * A start outside the limits is first brought inside: full jerk until the
+ * acceleration is inside, then full deceleration until the velocity is. */
+int motion_otg_make(const struct motion_otg_move *move,
+                    struct motion_otg_plan *plan, enum motion_otg_field *field);
+
+/* Integrate `plan` in 128-bit integers: does it start and end as `move` says,
+ * to the last bit, and keep the limits?  MOTION_OK, or MOTION_E_LIMIT with the
+ * field that is broken. */
+int motion_otg_check(const struct motion_otg_move *move,
+                     const struct motion_otg_plan *plan,
+                     enum motion_otg_field *field);
+
+/* Append one segment per phase to a track that ends where the plan starts.
+ * Errors as motion_track_append_poly; the track is then as before. */
+int motion_otg_append(const struct motion_otg_plan *plan,
+                      struct motion_track *track);
+
+#endif

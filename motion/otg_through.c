@@ -1,0 +1,152 @@
+/* motion/otg_through.c - see otg_through.h. */
+#include "motion/otg_through.h"
+
+#include <stddef.h>
+
+#include "motion/err.h"
+#include "motion/otg_internal.h"
+
+#define THROUGH_SWEEPS 2
+
+struct through {
+    const struct motion_state *start;
+    const struct motion_otg_limit *limit;
+    int axes, points;
+    struct motion_otg_point *point;
+    struct motion_otg_plan *plan;
+    struct motion_sync_fault *fault;
+};
+
+static struct motion_otg_point *point_of(const struct through *th, int i,
+                                         int axis)
+{
+    return &th->point[(size_t)i * (size_t)th->axes + (size_t)axis];
+}
+
+/* Plans of the move that ends at point i. */
+static struct motion_otg_plan *plans_to(const struct through *th, int i)
+{
+    return th->plan + (size_t)i * (size_t)th->axes;
+}
+
+static int64_t position_of(const struct through *th, int i, int axis)
+{
+    return i < 0 ? th->start[axis].pos_q32 : point_of(th, i, axis)->pos_q32;
+}
+
+/* The move that ends at point i, into its plans. */
+static int move_to(const struct through *th, int i)
+{
+    struct motion_otg_move move[MOTION_SYNC_AXES];
+    for (int k = 0; k < th->axes; k++) {
+        move[k] = (struct motion_otg_move){ .limit = th->limit[k] };
+        move[k].start.pos_q32 = position_of(th, i - 1, k);
+        if (i == 0)
+            move[k].start = th->start[k];
+        else
+            move[k].start.vel_q32 = point_of(th, i - 1, k)->vel_q32;
+        move[k].goal.pos_q32 = point_of(th, i, k)->pos_q32;
+        move[k].goal.vel_q32 = point_of(th, i, k)->vel_q32;
+    }
+    return motion_sync_make(move, th->axes, MOTION_SYNC_TIME, plans_to(th, i),
+                            th->fault);
+}
+
+static struct real way_between(const struct through *th, int i, int axis)
+{
+    struct wide way = wide_sub(wide_from(position_of(th, i, axis)),
+                               wide_from(position_of(th, i - 1, axis)));
+    return wide_real(way, -32);
+}
+
+/* sqrt(a d) is what half the way d reaches at acceleration a; at most 7/8 of
+ * the limit, so that the point can also be left faster. */
+static int64_t reachable(const struct motion_otg_limit *limit, struct real d,
+                         bool up)
+{
+    int64_t vel = up ? limit->vel_max_q32 : -limit->vel_min_q32;
+    int64_t acc = limit->acc_max_q16 < -limit->acc_min_q16
+                      ? limit->acc_max_q16
+                      : -limit->acc_min_q16;
+    struct real a = real_scale(real_int(acc), -16);
+    struct real v = real_sqrt(real_mul(a, real_abs(d)));
+    int64_t most = vel - (vel >> 3);
+    int64_t can = real_floor(v, 32);
+    can = acc == 0 || can > most ? most : can;
+    return up ? can : -can;
+}
+
+/* Velocity of every axis at point i, times share / 4. */
+static void choose(const struct through *th, int i, int share)
+{
+    for (int k = 0; k < th->axes; k++) {
+        struct motion_otg_point *p = point_of(th, i, k);
+        if (p->has_vel)
+            continue;
+        p->vel_q32 = 0;
+        if (i + 1 == th->points)
+            continue;
+        struct real before = way_between(th, i, k);
+        struct real after = way_between(th, i + 1, k);
+        if (before.m == 0 || after.m == 0 || (before.m > 0) != (after.m > 0))
+            continue;
+        struct real d = real_min(real_abs(before), real_abs(after));
+        p->vel_q32 = reachable(&th->limit[k], d, before.m > 0) / 4 * share;
+    }
+}
+
+/* Time of the two moves at point i; -1 when there is none. */
+static int64_t time_about(const struct through *th, int i)
+{
+    if (move_to(th, i) < 0)
+        return -1;
+    int64_t t = plans_to(th, i)->dur_ns_q12;
+    if (i + 1 == th->points)
+        return t;
+    if (move_to(th, i + 1) < 0)
+        return -1;
+    return t + plans_to(th, i + 1)->dur_ns_q12;
+}
+
+static void settle(const struct through *th, int i)
+{
+    int best = 0;
+    int64_t least = -1;
+    for (int share = 0; share <= 4; share++) {
+        choose(th, i, share);
+        int64_t t = time_about(th, i);
+        if (t >= 0 && (least < 0 || t < least)) {
+            least = t;
+            best = share;
+        }
+    }
+    choose(th, i, best);
+}
+
+int motion_otg_through(const struct motion_state start[],
+                       const struct motion_otg_limit limit[], int axes,
+                       struct motion_otg_point point[], int points,
+                       struct motion_otg_plan plan[], int *failed,
+                       struct motion_sync_fault *fault)
+{
+    struct motion_sync_fault unused;
+    struct through th = {
+        start, limit, axes, points, point, plan, fault ? fault : &unused
+    };
+    if (axes < 1 || axes > MOTION_SYNC_AXES || points < 1)
+        return MOTION_E_ARG;
+    for (int i = 0; i < points; i++)
+        choose(&th, i, 2);
+    for (int sweep = 0; sweep < THROUGH_SWEEPS; sweep++)
+        for (int i = 0; i + 1 < points; i++)
+            settle(&th, i);
+    for (int i = 0; i < points; i++) {
+        int err = move_to(&th, i);
+        if (err < 0) {
+            if (failed)
+                *failed = i;
+            return err;
+        }
+    }
+    return MOTION_OK;
+}

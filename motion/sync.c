@@ -1,0 +1,277 @@
+/* motion/sync.c - see sync.h. */
+#include "motion/sync.h"
+
+#include <stddef.h>
+
+#include "motion/err.h"
+#include "motion/fixed.h"
+#include "motion/otg_internal.h"
+
+#define SYNC_ROUNDS 64 /* two gaps per axis and a few roundings */
+
+/* Durations are rounded up to 2^-33 of themselves, so that every axis can
+ * express them in its own ticks. */
+static int64_t round_up(int64_t dur_ns_q12)
+{
+    int grain = 64 - (int)motion_fixed_clz_u64((uint64_t)dur_ns_q12) - 34;
+    int64_t mask = grain > 0 ? ((int64_t)1 << grain) - 1 : 0;
+    return (dur_ns_q12 + mask) & ~mask;
+}
+
+/* One axis in exactly `dur`; a duration of zero means "no time at all". */
+static int make_in(const struct motion_otg_move *move, int64_t dur_ns_q12,
+                   struct motion_otg_plan *plan, enum motion_otg_field *field)
+{
+    struct motion_otg_move timed = *move;
+    timed.dur_ns_q12 = dur_ns_q12;
+    return motion_otg_make(&timed, plan, field);
+}
+
+/* The slowest axis's own plan needs no more than the rounding; cheaper than
+ * solving again. */
+static bool is_stretched(const struct motion_otg_move *move, int64_t dur,
+                         struct motion_otg_plan *plan)
+{
+    struct motion_otg_plan longer = *plan;
+    int64_t rest = dur - plan->dur_ns_q12;
+    if (rest < 0 || rest > dur >> 32 ||
+        motion_otg_stretch(move, dur, &longer) < 0)
+        return false;
+    *plan = longer;
+    return true;
+}
+
+/* All axes in `dur`, or the first that cannot and the next time it can. */
+static int all_in(const struct motion_otg_move move[], int count, int64_t *dur,
+                  struct motion_otg_plan plan[],
+                  struct motion_sync_fault *fault)
+{
+    for (int i = 0; i < count; i++) {
+        if (is_stretched(&move[i], *dur, &plan[i]))
+            continue;
+        int err = make_in(&move[i], *dur, &plan[i], &fault->field);
+        if (err < 0) {
+            fault->axis = i;
+            *dur = plan[i].dur_ns_q12;
+            return err;
+        }
+    }
+    return MOTION_OK;
+}
+
+static int sync_time(const struct motion_otg_move move[], int count,
+                     int64_t dur, struct motion_otg_plan plan[],
+                     struct motion_sync_fault *fault)
+{
+    int err = MOTION_OK;
+    if (dur == 0)
+        return err;
+    for (int i = 0; i < SYNC_ROUNDS; i++) {
+        int64_t now = dur = round_up(dur);
+        err = all_in(move, count, &dur, plan, fault);
+        if (err != MOTION_E_LIMIT || fault->field != MOTION_OTG_FIELD_DURATION)
+            break;
+        if (dur <= now)
+            dur = now + (now >> 24) + 1;
+    }
+    return err;
+}
+
+/* --- straight lines -------------------------------------------------------
+ *
+ * On a straight line every axis does r_i times what the leading axis does, the
+ * one with the longest way; so the limits of all, divided by r_i, limit the
+ * leader, and its plan's corners times r_i are every axis's plan. */
+
+struct line {
+    const struct motion_otg_move *move;
+    int count, leader;
+    struct real ratio[MOTION_SYNC_AXES];
+};
+
+static struct real way_of(const struct motion_otg_move *move)
+{
+    struct wide way =
+        wide_sub(wide_from(move->goal.pos_q32), wide_from(move->start.pos_q32));
+    return wide_real(way, 0);
+}
+
+static bool line_init(struct line *line, const struct motion_otg_move move[],
+                      int count)
+{
+    struct real longest = real_zero();
+    *line = (struct line){ .move = move, .count = count };
+    for (int i = 0; i < count; i++) {
+        struct real way = way_of(&move[i]);
+        if (move[i].mode != MOTION_OTG_POSITION)
+            return false;
+        if (real_lt(real_abs(longest), real_abs(way))) {
+            longest = way;
+            line->leader = i;
+        }
+    }
+    if (longest.m == 0)
+        return false;
+    for (int i = 0; i < count; i++)
+        line->ratio[i] = real_div(way_of(&move[i]), longest);
+    return true;
+}
+
+/* a = ratio * lead, as far as one unit of the format can tell. */
+static bool is_parallel(int64_t a, int64_t lead, struct real ratio)
+{
+    struct real off = real_sub(real_int(a), real_mul(real_int(lead), ratio));
+    struct real size = real_scale(real_abs(real_int(a)), -30);
+    return !real_lt(real_max(real_int(1), size), real_abs(off));
+}
+
+/* Whether all states lie on the line. */
+static bool line_holds(const struct line *line, struct motion_sync_fault *fault)
+{
+    const struct motion_otg_move *lead = &line->move[line->leader];
+    for (int i = 0; i < line->count; i++) {
+        const struct motion_otg_move *m = &line->move[i];
+        struct real r = line->ratio[i];
+        fault->axis = i;
+        fault->field = MOTION_OTG_FIELD_START_VEL;
+        if (!is_parallel(m->start.vel_q32, lead->start.vel_q32, r))
+            return false;
+        fault->field = MOTION_OTG_FIELD_START_ACC;
+        if (!is_parallel(m->start.acc_q16, lead->start.acc_q16, r))
+            return false;
+        fault->field = MOTION_OTG_FIELD_GOAL_VEL;
+        if (!is_parallel(m->goal.vel_q32, lead->goal.vel_q32, r))
+            return false;
+        fault->field = MOTION_OTG_FIELD_GOAL_ACC;
+        if (!is_parallel(m->goal.acc_q16, lead->goal.acc_q16, r))
+            return false;
+    }
+    return true;
+}
+
+/* Tighten [*low, *high] to what `limit` of an axis with ratio r leaves. */
+static void narrow(struct real r, struct real low, struct real high,
+                   struct real *lead_low, struct real *lead_high)
+{
+    struct real per_r = real_inv(r);
+    struct real a = real_mul(low, per_r), b = real_mul(high, per_r);
+    *lead_low = real_max(*lead_low, real_min(a, b));
+    *lead_high = real_min(*lead_high, real_max(a, b));
+}
+
+static void line_problem(const struct line *line, struct otg_draw draw,
+                         struct otg_problem *q)
+{
+    motion_otg_problem_init(&line->move[line->leader], draw, q);
+    for (int i = 0; i < line->count; i++) {
+        struct otg_problem axis;
+        struct real r = line->ratio[i];
+        if (r.m == 0 || i == line->leader)
+            continue;
+        motion_otg_problem_init(&line->move[i], draw, &axis);
+        narrow(r, axis.vn, axis.vx, &q->vn, &q->vx);
+        narrow(r, axis.an, axis.ax, &q->an, &q->ax);
+        struct real per_r = real_abs(real_inv(r));
+        q->j = real_min(q->j, real_mul(axis.j, per_r));
+        q->j2 = real_min(q->j2, real_mul(axis.j2, per_r));
+    }
+    q->per_j = real_inv(q->j);
+    q->per_j2 = real_inv(q->j2);
+}
+
+/* The leader's shape times r, as the axis's plan in `dur` (0: what comes). */
+static int line_axis(const struct line *line, int i,
+                     const struct otg_problem *lead,
+                     const struct otg_shape *shape, int64_t dur,
+                     struct motion_otg_plan *plan, enum motion_otg_field *field)
+{
+    struct otg_shape own = *shape;
+    struct otg_problem q = *lead;
+    struct real r = line->ratio[i];
+    q.d = real_mul(q.d, r);
+    q.v0 = real_mul(q.v0, r);
+    q.a0 = real_mul(q.a0, r);
+    for (int k = 0; k < own.count; k++)
+        own.phase[k].a = real_mul(own.phase[k].a, r);
+    int err = motion_otg_quantise(&line->move[i], &q, &own, dur, plan);
+    if (err < 0)
+        return err;
+    return motion_otg_check(&line->move[i], plan, field);
+}
+
+static int line_try(const struct line *line, struct otg_draw draw,
+                    int64_t shortest, struct motion_otg_plan plan[],
+                    struct motion_sync_fault *fault)
+{
+    struct otg_problem q;
+    struct otg_shape shape;
+    struct real next = real_zero();
+    struct real t = real_mul(real_int(shortest), motion_otg_tick_s(0));
+    otg_shape_init(&shape);
+    line_problem(line, draw, &q);
+    int err = motion_otg_propose(q, t, &shape, &next);
+    if (err < 0)
+        return err;
+    t = real_zero();
+    for (int i = 0; i < shape.count; i++)
+        t = real_add(t, shape.phase[i].dt);
+    t = real_mul(t, motion_otg_ticks_per_s(0));
+    int64_t dur = shortest ? shortest : round_up(real_floor(t, 0) + 64);
+    for (int i = 0; i < line->count && err == MOTION_OK; i++) {
+        fault->axis = i;
+        err = line_axis(line, i, &q, &shape, dur, &plan[i], &fault->field);
+    }
+    return err;
+}
+
+/* As motion_otg_make, on the line; `shortest` 0 or a duration asked for. */
+static int sync_line(const struct motion_otg_move move[], int count,
+                     int64_t shortest, struct motion_otg_plan plan[],
+                     struct motion_sync_fault *fault)
+{
+    struct line line;
+    if (!line_init(&line, move, count) || !line_holds(&line, fault))
+        return MOTION_E_LIMIT;
+    int err = MOTION_OK, wanted = motion_otg_wanted_bits(plan[0].dur_ns_q12);
+    shortest = shortest ? round_up(shortest) : 0;
+    for (int i = 0; i < OTG_TRIES; i++) {
+        err =
+            line_try(&line, motion_otg_draw(wanted, i), shortest, plan, fault);
+        if (err != MOTION_E_LIMIT)
+            break;
+    }
+    return err;
+}
+
+int motion_sync_make(const struct motion_otg_move move[], int count,
+                     enum motion_sync_kind kind, struct motion_otg_plan plan[],
+                     struct motion_sync_fault *fault)
+{
+    struct motion_sync_fault unused;
+    int64_t longest = 0, wanted = 0;
+    if (fault == NULL)
+        fault = &unused;
+    *fault = (struct motion_sync_fault){ 0, MOTION_OTG_FIELD_NONE };
+    if (count < 1 || count > MOTION_SYNC_AXES)
+        return MOTION_E_ARG;
+    for (int i = 0; i < count; i++) {
+        int err = make_in(&move[i], 0, &plan[i], &fault->field);
+        fault->axis = i;
+        if (err < 0)
+            return err;
+        if (plan[i].dur_ns_q12 > longest)
+            longest = plan[i].dur_ns_q12;
+        if (move[i].dur_ns_q12 > wanted)
+            wanted = move[i].dur_ns_q12;
+    }
+    if (kind == MOTION_SYNC_NONE || (longest == 0 && wanted == 0))
+        return MOTION_OK;
+    if (kind == MOTION_SYNC_PHASE || kind == MOTION_SYNC_STRAIGHT) {
+        int err = sync_line(move, count, wanted, plan, fault);
+        if (err == MOTION_OK || kind == MOTION_SYNC_STRAIGHT)
+            return err;
+    }
+    *fault = (struct motion_sync_fault){ 0, MOTION_OTG_FIELD_NONE };
+    return sync_time(move, count, wanted > longest ? wanted : longest, plan,
+                     fault);
+}

@@ -1,0 +1,78 @@
+# tests/bench/bench.mk - what planning costs: on microcontrollers, counted in
+# QEMU (variables of tests/qemu/qemu.mk), and on this machine beside Ruckig.
+
+BENCH      := build/bench
+BENCH_OPT  ?= -O2
+BENCH_IMAGE := tests/bench/plan_image.c tests/bench/otg_random.c
+# A nanosecond per instruction where the counter counts those.
+BENCH_ICOUNT_m4 := -icount shift=6,sleep=off
+BENCH_ICOUNT_m0 := $(BENCH_ICOUNT_m4)
+BENCH_ICOUNT_rv32 := -icount shift=0,sleep=off
+BENCH_START_m4 := tests/qemu/start_arm.c
+BENCH_START_m0 := $(BENCH_START_m4)
+BENCH_START_rv32 := tests/qemu/start_riscv.c
+
+# Objects for their size and stack, and the image made of them.
+define bench_image
+$(BENCH)/$(1)/%.o: %.c Makefile tests/bench/bench.mk
+	@mkdir -p $$(@D)
+	$$(Q)$(QEMU_CC_$(1)) $(STD) $(WARN) $(BENCH_OPT) -I. -MMD -MP \
+	    -ffreestanding -fno-tree-loop-distribute-patterns \
+	    -fcallgraph-info=su -c $$< -o $$@
+$(BENCH)/plan-$(1).elf: $(foreach c,$(MOTION) $(BENCH_IMAGE) \
+    $(BENCH_START_$(1)) tests/qemu/start.c,$(BENCH)/$(1)/$(c:.c=.o))
+	$$(call say,image,$$@)
+	$$(Q)$(QEMU_CC_$(1)) -nostdlib $$^ \
+	    $(filter-out %.c,$(QEMU_LD_$(1))) -o $$@
+$(BENCH)/plan-$(1).txt: $(BENCH)/plan-$(1).elf
+	@timeout 120 $(QEMU_$(1)) $(QEMU_RUN) $(BENCH_ICOUNT_$(1)) -kernel $$< \
+	    </dev/null >$$@.part || { cat $$@.part; exit 1; }
+	@mv $$@.part $$@
+endef
+$(foreach p,m4 m0 rv32,$(eval $(call bench_image,$(p))))
+
+.PHONY: bench-plan
+## instructions, code, stack of a plan on Cortex-M4, M0, RV32, and limits
+bench-plan: $(foreach p,m4 m0 rv32,$(BENCH)/plan-$(p).txt)
+	@CROSS=$(CROSS) RV=$(RV) $(PYTHON) tests/bench/plan.py $(BENCH) $(MOTION)
+
+#---- beside Ruckig: its source distribution from PyPI, the same flags
+
+PIP        ?= pip3
+RUCKIG     ?= ruckig==0.19.4
+RUCKIG_DIR := $(BENCH)/ruckig
+BENCH_CXX  := g++ -std=c++20 -O2
+BENCH_SIDE := $(foreach c,otg_beside otg_random,$(BENCH)/pc/tests/bench/$(c).o) \
+              $(BENCH)/pc/firmware/linux/otg_rows.o \
+              $(MOTION:%.c=$(BENCH)/pc/%.o)
+
+$(BENCH)/pc/%.o: %.c Makefile tests/bench/bench.mk
+	@mkdir -p $(@D)
+	$(Q)gcc $(STD) $(WARN) -O2 -I. -MMD -MP -c $< -o $@
+
+$(RUCKIG_DIR)/unpacked: tests/bench/bench.mk
+	$(call say,pip,$(RUCKIG))
+	@rm -rf $(RUCKIG_DIR); mkdir -p $(RUCKIG_DIR)
+	$(Q)timeout 120 $(PIP) download --quiet --disable-pip-version-check \
+	    --no-deps --no-binary :all: --dest $(RUCKIG_DIR) $(RUCKIG)
+	@tar -xzf $(RUCKIG_DIR)/*.tar.gz -C $(RUCKIG_DIR) --strip-components=1
+	@touch $@
+
+# Without the client that asks a server.
+$(RUCKIG_DIR)/libruckig.a: $(RUCKIG_DIR)/unpacked
+	$(call say,c++,$@)
+	@cd $(RUCKIG_DIR) && rm -f *.o && \
+	    ls src/ruckig/*.cpp | grep -v cloud_client | \
+	    xargs -P "$$(nproc)" -n 1 $(BENCH_CXX) -Iinclude -c && \
+	    ar rcs libruckig.a *.o
+
+$(BENCH)/otg-beside: tests/bench/ruckig_side.cpp tests/bench/ruckig_side.h \
+    $(BENCH_SIDE) $(RUCKIG_DIR)/libruckig.a
+	$(call say,link,$@)
+	$(Q)$(BENCH_CXX) -Wall -Wextra -Werror -I. -isystem $(RUCKIG_DIR)/include \
+	    $< $(BENCH_SIDE) $(RUCKIG_DIR)/libruckig.a -lm -o $@
+
+.PHONY: bench-otg
+## planning beside Ruckig (from PyPI) on this machine; VECTORS=directory too
+bench-otg: $(BENCH)/otg-beside
+	@timeout 180 $< $(VECTORS)

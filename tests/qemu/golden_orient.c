@@ -1,0 +1,260 @@
+/* tests/qemu/golden_orient.c - orientation: the same bits on every machine.
+ *
+ * Like golden.c: one hash per module of everything that came out, the same on a
+ * PC and on every processor in QEMU. */
+#include <stddef.h>
+
+#include "motion/err.h"
+#include "motion/head.h"
+#include "motion/lookat.h"
+#include "motion/polycurve.h"
+#include "motion/rotspline.h"
+#include "motion/trig.h"
+#include "tests/qemu/start.h"
+
+#define ONE    ((int64_t)1 << 62)
+#define UNIT   MOTION_FIXED_ONE_Q32
+#define SECOND MOTION_FIXED_S_Q12
+#define KEYS   5
+
+static uint64_t golden_seed, golden_hash;
+
+static int64_t golden_random(void)
+{
+    golden_seed ^= golden_seed << 13;
+    golden_seed ^= golden_seed >> 7;
+    golden_seed ^= golden_seed << 17;
+    return (int64_t)golden_seed;
+}
+
+static void golden_add(int64_t value)
+{
+    golden_hash ^= (uint64_t)value;
+    golden_hash *= UINT64_C(0x100000001B3);
+    golden_hash ^= golden_hash >> 29;
+}
+
+static void golden_add_real(struct motion_real a)
+{
+    golden_add(a.m);
+    golden_add(a.e);
+}
+
+static void golden_add_vec(struct motion_vec a)
+{
+    for (int i = 0; i < 3; i++)
+        golden_add_real(a.x[i]);
+}
+
+static void golden_add_dir(struct motion_dir a)
+{
+    for (int i = 0; i < 3; i++)
+        golden_add(a.q62[i]);
+}
+
+static void golden_add_quat(struct motion_quat q)
+{
+    golden_add(q.w);
+    golden_add(q.x);
+    golden_add(q.y);
+    golden_add(q.z);
+}
+
+static struct motion_quat golden_quat(void)
+{
+    struct motion_quat q = MOTION_QUAT_ONE;
+    int64_t part[4];
+
+    for (int i = 0; i < 4; i++)
+        part[i] = golden_random();
+    (void)motion_quat_unit(part, &q);
+    return q;
+}
+
+static struct motion_vec golden_vec(unsigned down)
+{
+    int64_t part[3];
+
+    for (int i = 0; i < 3; i++)
+        part[i] = golden_random() >> down;
+    return motion_vec_from_q32(part);
+}
+
+static void golden_trig(void)
+{
+    for (int i = 0; i < 200; i++) {
+        const int64_t y = golden_random(), x = golden_random() >> (i & 63);
+        int64_t s, c;
+
+        motion_trig_sincos(y, &s, &c);
+        golden_add(s);
+        golden_add(c);
+        golden_add(motion_trig_atan2(y, x));
+        golden_add(motion_trig_asin(x / 2));
+        golden_add(motion_trig_acos(x / 2));
+        golden_add((int64_t)motion_trig_hypot(x, y));
+        golden_add(motion_trig_from_deg_q32(y));
+        golden_add(motion_trig_deg_q32(x));
+        golden_add(motion_trig_from_rad(motion_real_from_q(x, 60)));
+    }
+}
+
+static void golden_quats(void)
+{
+    struct motion_quat key[KEYS], inner[KEYS], q = MOTION_QUAT_ONE;
+
+    for (int round = 0; round < 10; round++) {
+        for (int i = 0; i < KEYS; i++)
+            key[i] = golden_quat();
+        motion_quat_chain(key, KEYS);
+        golden_add(motion_quat_squad_inner(key, KEYS, inner));
+        for (int i = 0; i + 1 < KEYS; i++) {
+            const int64_t x = golden_random() & (ONE - 1);
+            golden_add(motion_quat_slerp(key[i], key[i + 1], x, &q));
+            golden_add_quat(q);
+            golden_add(motion_quat_squad(&key[i], &inner[i], x, &q));
+            golden_add_quat(q);
+        }
+    }
+}
+
+static struct motion_rotkey golden_key[KEYS];
+
+static void golden_plan(struct motion_rotspline *spline)
+{
+    for (int i = 0; i < KEYS; i++)
+        golden_key[i] = (struct motion_rotkey){
+            .t_ns_q12 = (i + (i & 1)) * SECOND + i * SECOND / 3,
+            .q = golden_quat(),
+        };
+    golden_add(motion_rotspline_plan(spline, golden_key, KEYS,
+                                     MOTION_ROTSPLINE_REST,
+                                     MOTION_ROTSPLINE_CHORD, 10));
+}
+
+static void golden_rotspline(void)
+{
+    struct motion_rotspline spline;
+    struct motion_quat q;
+    struct motion_vec rate, acc;
+
+    golden_plan(&spline);
+    for (int i = 0; i < 20; i++) {
+        motion_rotspline_at(&spline, SECOND / 4 * i, &q, &rate, &acc);
+        golden_add_quat(q);
+        golden_add_vec(rate);
+        golden_add_vec(acc);
+    }
+}
+
+static void golden_frames(void)
+{
+    static const int64_t border[2] = { 0, 1 << 20 };
+    struct motion_vec coef[4];
+    const struct motion_polycurve poly = { border, coef, 1, 3 };
+    struct motion_curve curve = { NULL, NULL, 0, 0 };
+    struct motion_curve_point point;
+    struct motion_frenet frenet;
+    struct motion_frame frame = { .r = { { ONE, 0, 0 } } };
+
+    for (int i = 0; i < 4; i++)
+        coef[i] = golden_vec(28);
+    golden_add(motion_polycurve_init(&curve, &poly));
+    for (int i = 0; i <= 16; i++) {
+        golden_add(curve.at(curve.context, i << 16, 3, &point));
+        golden_add(motion_frame_frenet(&point, &frenet));
+        golden_add_dir(frenet.n);
+        golden_add_real(frenet.curvature);
+        golden_add_real(frenet.torsion);
+    }
+    golden_add(motion_frame_carry(&curve, 0, 1 << 16, ONE >> 20, &frame));
+    golden_add_dir(frame.r);
+    golden_add_dir(frame.s);
+}
+
+static void golden_lookat(void)
+{
+    static const struct motion_lookat lookat = { .up = { { 0, ONE, 0 } },
+                                                 .ahead = { { 0, 0, -ONE } } };
+    struct motion_lookat_state state = { .valid = false };
+    struct motion_head head = { .valid = false };
+    struct motion_view view = { .right = { { 0, 0, 0 } } };
+
+    for (int i = 0; i < 50; i++) {
+        /* one call per statement: C leaves their order open */
+        const struct motion_vec pos = golden_vec(20);
+        const struct motion_vec coi = golden_vec(20);
+        const int64_t tilt = golden_random();
+        golden_add(motion_lookat_frame(&lookat, &state, pos, coi, tilt, &view));
+        golden_add_dir(view.right);
+        golden_add_dir(view.up);
+        golden_add_dir(view.view);
+        golden_add(motion_head_follow(&head, motion_view_quat(&view)));
+        for (int k = 0; k < MOTION_HEAD_AXES; k++)
+            golden_add(motion_head_deg_q32(&head, (enum motion_head_axis)k));
+    }
+}
+
+/* Two keys half a radian apart: few segments. */
+static int golden_turning(void *context, int64_t t, struct motion_quat *q)
+{
+    const struct motion_quat *const key = context;
+    const int64_t x = t < 0 ? 0 : t > SECOND ? SECOND : t;
+    int64_t x_q62 = 0;
+
+    (void)motion_fixed_muldiv(x, ONE, SECOND, &x_q62);
+    return motion_quat_slerp(key[0], key[1], x_q62, q);
+}
+
+static void golden_bake(void)
+{
+    static struct motion_segment segment[MOTION_HEAD_AXES][16];
+    static const int64_t border[2] = { 0, SECOND };
+    const struct motion_head_bake bake = { border, 2, UNIT / 1000, 0, 0 };
+    struct motion_quat key[2] = { MOTION_QUAT_ONE, { ONE, 0, 0, 0 } };
+    const struct motion_turning turning = { golden_turning, key };
+    struct motion_head head = { .valid = false };
+    struct motion_track track[MOTION_HEAD_AXES];
+    struct motion_track *list[MOTION_HEAD_AXES];
+    int64_t bound[MOTION_HEAD_AXES] = { 0, 0, 0 };
+
+    key[1] = motion_quat_exp(motion_vec_shift(golden_vec(32), -2));
+    for (int i = 0; i < MOTION_HEAD_AXES; i++) {
+        list[i] = &track[i];
+        motion_track_init(list[i], segment[i], 16, 0);
+    }
+    golden_add(motion_head_bake(&bake, &turning, &head, list, bound));
+    for (int i = 0; i < MOTION_HEAD_AXES; i++) {
+        golden_add(track[i].count);
+        golden_add(bound[i]);
+        for (uint32_t k = 0; k < track[i].count; k++) {
+            golden_add(segment[i][k].dur_ns_q12);
+            for (int c = 0; c <= MOTION_TRACK_DEGREE; c++)
+                golden_add(segment[i][k].coef[c]);
+        }
+    }
+}
+
+static const struct {
+    const char *name;
+    void (*run)(void);
+} producers[] = {
+    { "trig", golden_trig },           { "quat", golden_quats },
+    { "rotspline", golden_rotspline }, { "frame", golden_frames },
+    { "lookat, head", golden_lookat }, { "head bake", golden_bake },
+};
+
+int main(void)
+{
+    for (size_t i = 0; i < sizeof producers / sizeof producers[0]; i++) {
+        golden_seed = (i + 1) * UINT64_C(0x9E3779B97F4A7C15);
+        golden_hash = UINT64_C(0xCBF29CE484222325);
+        producers[i].run();
+        start_print_hex((uint32_t)(golden_hash >> 32));
+        start_print_hex((uint32_t)golden_hash);
+        start_print("  ");
+        start_print(producers[i].name);
+        start_print("\n");
+    }
+    return 0;
+}

@@ -1,0 +1,189 @@
+/* tests/vectors_ease.c - ease.json; see vectors.h.
+ *
+ * Normalised distance 1 is 2^20 units, normalised time 1 is 1 s.  Position,
+ * velocity and acceleration are fractions of the largest of the case, 1 at
+ * least. */
+#include "tests/vectors.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "motion/ease.h"
+#include "motion/err.h"
+#include "motion/fixed.h"
+#include "motion/speed.h"
+
+#define TOLERANCE   1e-8
+#define LENGTH_BITS 20
+#define ROOM        64
+
+static struct motion_segment room[ROOM];
+
+static const cJSON *get(const cJSON *json, const char *name)
+{
+    return cJSON_GetObjectItemCaseSensitive(json, name);
+}
+
+static double number_at(const cJSON *list, int i)
+{
+    const cJSON *item = cJSON_GetArrayItem(list, i);
+    return cJSON_IsNumber(item) ? item->valuedouble : NAN;
+}
+
+static int64_t ticks(double seconds)
+{
+    return (int64_t)llroundl((long double)seconds * MOTION_FIXED_S_Q12);
+}
+
+static const struct {
+    const char *kind;
+    bool is_phased;
+    enum motion_ease_law law;
+    enum motion_speed_kind whole;
+} kinds[] = {
+    { "sine_constant_sine", true, MOTION_EASE_SINE, 0 },
+    { "parabolic", true, MOTION_EASE_PARABOLIC, 0 },
+    { "cubic", false, 0, MOTION_SPEED_CUBIC },
+    { "quintic", false, 0, MOTION_SPEED_QUINTIC },
+    { "sine", false, 0, MOTION_SPEED_SINE },
+};
+
+static int plan(const cJSON *json, size_t kind, struct motion_track *track)
+{
+    const int64_t length = (int64_t)1 << (LENGTH_BITS + 32);
+    const int64_t half = (int64_t)1 << 31;
+
+    motion_track_init(track, room, ROOM, 0);
+    if (!kinds[kind].is_phased) {
+        const struct motion_speed_part part = {
+            .kind = kinds[kind].whole,
+            .dur_ns_q12 = MOTION_FIXED_S_Q12,
+            .length_q32 = length,
+            .k1_q32 = half,
+            .k2_q32 = half,
+        };
+        return motion_speed_append(track, &part, 1, NULL);
+    }
+    if (!cJSON_IsNumber(get(json, "k1")) || !cJSON_IsNumber(get(json, "k2")))
+        return MOTION_E_ARG;
+    const int64_t k1 = ticks(get(json, "k1")->valuedouble);
+    const int64_t k2 = ticks(get(json, "k2")->valuedouble);
+    return motion_ease_append_phases(track, kinds[kind].law, length, k1,
+                                     k2 - k1, MOTION_FIXED_S_Q12 - k2);
+}
+
+/* At the end what the last span comes to; a constant span of no duration, k1 =
+ * k2 = 1, is one too, and does not accelerate. */
+static struct motion_state state_at(const cJSON *json,
+                                    const struct motion_track *track, int64_t t)
+{
+    const struct motion_segment *last = &track->segment[track->count - 1];
+    const cJSON *k1 = get(json, "k1");
+    struct motion_state state;
+
+    if (t < track->end_ns_q12) {
+        motion_track_state(track, t, &state);
+        return state;
+    }
+    motion_segment_state(last, last->dur_ns_q12, &state);
+    if (k1 && k1->valuedouble >= 1)
+        state.acc_q16 = 0;
+    return state;
+}
+
+static void worse(double *worst, double error)
+{
+    if (!(error <= *worst)) /* a NaN stays */
+        *worst = error;
+}
+
+static bool compare(const cJSON *json, const struct motion_track *track,
+                    struct vectors_row *out)
+{
+    static const char *const names[3] = { "s", "v", "a" };
+    const cJSON *t = get(json, "t"), *want[3];
+    double worst[3] = { 0 }, largest[3] = { 1, 1, 1 };
+    const int n = cJSON_GetArraySize(t);
+
+    for (int k = 0; k < 3; k++) {
+        want[k] = get(json, names[k]);
+        if (n == 0 || cJSON_GetArraySize(want[k]) != n)
+            return false;
+    }
+    for (int i = 0; i < n; i++) {
+        const struct motion_state s =
+            state_at(json, track, ticks(number_at(t, i)));
+        const double got[3] = {
+            ldexp((double)s.pos_q32, -32 - LENGTH_BITS),
+            ldexp((double)s.vel_q32, -32 - LENGTH_BITS),
+            ldexp((double)s.acc_q16, -16 - LENGTH_BITS),
+        };
+        for (int k = 0; k < 3; k++) {
+            const double value = number_at(want[k], i);
+            worse(&worst[k], fabs(got[k] - value));
+            worse(&largest[k], fabs(value));
+        }
+    }
+    worse(&out->worst_p, worst[0] / largest[0]);
+    worse(&out->worst_v, worst[1] / largest[1]);
+    worse(&out->worst_a, worst[2] / largest[2]);
+    return true;
+}
+
+static struct vectors_row *row_of(struct vectors_row *rows, int room_rows,
+                                  int *count, const char *kind)
+{
+    for (int i = 0; i < *count; i++) {
+        if (strcmp(rows[i].method, kind) == 0)
+            return &rows[i];
+    }
+    if (*count == room_rows)
+        return NULL;
+    rows[*count] = (struct vectors_row){ .tolerance = TOLERANCE };
+    snprintf(rows[*count].method, sizeof rows->method, "%s", kind);
+    return &rows[(*count)++];
+}
+
+static bool run_case(const cJSON *json, struct vectors_row *rows, int room_rows,
+                     int *count)
+{
+    const char *name = cJSON_GetStringValue(get(json, "kind"));
+    struct motion_track track;
+    size_t kind = 0;
+
+    while (name && kind < sizeof kinds / sizeof kinds[0] &&
+           strcmp(kinds[kind].kind, name) != 0)
+        kind++;
+    if (name == NULL || kind == sizeof kinds / sizeof kinds[0] ||
+        plan(json, kind, &track) < 0)
+        return false;
+
+    struct vectors_row *out = row_of(rows, room_rows, count, name);
+    if (out == NULL)
+        return false;
+    out->cases++;
+    return compare(json, &track, out);
+}
+
+int vectors_ease(const cJSON *file, struct vectors_row *rows, int room_rows)
+{
+    const cJSON *json;
+    int count = 0;
+
+    cJSON_ArrayForEach(json, get(file, "cases"))
+    {
+        if (!run_case(json, rows, room_rows, &count)) {
+            const char *name = cJSON_GetStringValue(get(json, "name"));
+            fprintf(stderr, "ease: %s: not a law that is known\n",
+                    name ? name : "?");
+            return -1;
+        }
+    }
+    for (int i = 0; i < count; i++)
+        rows[i].pass = rows[i].worst_p <= rows[i].tolerance &&
+                       rows[i].worst_v <= 10 * rows[i].tolerance &&
+                       rows[i].worst_a <= 100 * rows[i].tolerance;
+    return count;
+}
