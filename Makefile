@@ -24,7 +24,7 @@ OPT      := -O1 -fno-omit-frame-pointer -fsanitize=$(SAN) \
 endif
 
 # Of the libraries; asked when used, so that `make deps` can come first.
-PKGS      = yaml-0.1 libcjson cairo fontconfig
+PKGS      = yaml-0.1 libcjson cairo fontconfig libmodbus
 PKG_INC   = $(patsubst -I%,-isystem %,$(shell pkg-config --cflags $(PKGS)))
 PKG_LIB   = $(shell pkg-config --libs $(PKGS))
 CMOCKA    = $(shell pkg-config --libs cmocka)
@@ -129,7 +129,8 @@ $(B)/libtests.a: $(TEST_LIB:%.c=$(B)/%.o)
 $(B)/lib%.a:
 	$(Q)rm -f $@; mkdir -p $(@D); $(AR) rcs $@ $^
 
-$(B)/firmware/linux/%.o $(B)/tests/%.o: ALL_CFLAGS += $(PKG_INC)
+$(B)/firmware/linux/%.o $(B)/tests/%.o $(B)/hal/%_libmodbus.o: \
+    ALL_CFLAGS += $(PKG_INC)
 $(B)/%.o: %.c Makefile
 	$(call say,cc,$<)
 	@mkdir -p $(@D)
