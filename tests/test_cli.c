@@ -596,7 +596,7 @@ static void too_many_drives_for_the_bus_are_refused(void **state)
     write_file(rig, text);
     const char *const sentence =
         "rig.yaml:3:3: bus can0 would need 230.1 % of its time, expected at "
-        "most 100 %: 0 drives on this bus, a tick of 2.32 ms, or 500 kbit/s "
+        "most 100 %: 0 drives on this bus, a tick of 2.33 ms, or 500 kbit/s "
         "would fit\n";
     expect(slew("check", directory), STATUS_REFUSED);
     assert_non_null(strstr(err, sentence));
