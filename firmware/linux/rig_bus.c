@@ -14,21 +14,22 @@ static int rig_read_bus_kind(void *reader, const struct yaml_value *value,
     return yaml_value_choice(value, rig_bus_kinds, RIG_BUS_KINDS, &index);
 }
 
-/* CiA 301, table 1. */
+const uint32_t rig_bit_rates[RIG_BIT_RATES] = {
+    10000, 20000, 50000, 125000, 250000, 500000, 800000, 1000000,
+};
+
 static int rig_read_bit_rate(void *reader, const struct yaml_value *value,
                              void *out)
 {
-    static const uint32_t allowed[] = { 10000,  20000,  50000,  125000,
-                                        250000, 500000, 800000, 1000000 };
     char quote[YAML_QUOTE_MAX];
     int64_t bit_rate;
 
     if (rig_read_quantity(reader, value, UNITS_BIT_RATE, &bit_rate) < 0)
         return -1;
-    for (size_t i = 0; i < ARRAY_LEN(allowed); i++) {
-        if (bit_rate != allowed[i])
+    for (size_t i = 0; i < RIG_BIT_RATES; i++) {
+        if (bit_rate != rig_bit_rates[i])
             continue;
-        *(uint32_t *)out = allowed[i];
+        *(uint32_t *)out = rig_bit_rates[i];
         return 0;
     }
     return yaml_value_refuse(value, "%s is not one of CANopen's",
