@@ -336,6 +336,7 @@ const struct modbus_node_ops drive_modbus_node_ops = {
 static void drive_modbus_request_reset(struct drive_modbus *self)
 {
     if (self->phase == DRIVE_MODBUS_LOST) {
+        self->request = HAL_DRIVE_REQUEST_OFF;
         drive_modbus_start(self);
         self->retry_ns = self->now_ns;
     } else if (self->phase == DRIVE_MODBUS_LATCHED) {
@@ -347,17 +348,6 @@ static void drive_modbus_request_reset(struct drive_modbus *self)
 static void drive_modbus_request(struct hal_drive *drive,
                                  enum hal_drive_request request)
 {
-    static const struct {
-        enum modbus_map_sequence_name sequence;
-        enum hal_drive_state state; /* until it is done */
-    } rows[] = {
-        [HAL_DRIVE_REQUEST_OFF] = { MODBUS_SEQUENCE_disable,
-                                    HAL_DRIVE_QUICK_STOP },
-        [HAL_DRIVE_REQUEST_ENABLE] = { MODBUS_SEQUENCE_enable,
-                                       HAL_DRIVE_ENABLING },
-        [HAL_DRIVE_REQUEST_QUICK_STOP] = { MODBUS_SEQUENCE_stop,
-                                           HAL_DRIVE_QUICK_STOP },
-    };
     struct drive_modbus *self = drive_modbus_of(drive);
 
     if (request == HAL_DRIVE_REQUEST_RESET) {
@@ -369,14 +359,14 @@ static void drive_modbus_request(struct hal_drive *drive,
         self->request = request;
         drive_modbus_run_begin(self, MODBUS_SEQUENCE_disable);
     }
-    if (self->phase != DRIVE_MODBUS_RUN || request == self->request)
+    if (request == self->request)
         return;
-    self->request = request;
-    self->is_reached = false;
-    self->target_ns = 0;
-    self->move = DRIVE_MODBUS_NO_MOVE;
-    self->state = rows[request].state;
-    drive_modbus_run_begin(self, rows[request].sequence);
+    if (self->phase == DRIVE_MODBUS_RUN) {
+        self->request = request;
+        drive_modbus_pursue(self);
+    } else if (self->phase == DRIVE_MODBUS_START) {
+        self->request = request; /* once it was found */
+    }
 }
 
 /* The first set point after enabling must be where the axis is. */

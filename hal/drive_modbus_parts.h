@@ -19,6 +19,8 @@ bool drive_modbus_run_ask(struct drive_modbus *self,
                           struct hal_modbus_request *request);
 void drive_modbus_run_reply(struct drive_modbus *self,
                             const struct hal_modbus_reply *reply);
+/* Begin what leads to what is requested. */
+void drive_modbus_pursue(struct drive_modbus *self);
 /* Look for the drive from the beginning. */
 void drive_modbus_start(struct drive_modbus *self);
 /* fault_text begins anew; more may be put to what is returned. */

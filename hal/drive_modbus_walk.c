@@ -210,7 +210,6 @@ void drive_modbus_start(struct drive_modbus *self)
 {
     self->phase = DRIVE_MODBUS_START;
     self->state = HAL_DRIVE_OFFLINE;
-    self->request = HAL_DRIVE_REQUEST_OFF;
     self->run.sequence = NULL;
     self->start_at = 0;
     self->identified = self->config.map->identify.item == MODBUS_MAP_NO_ITEM;
@@ -223,11 +222,32 @@ void drive_modbus_start(struct drive_modbus *self)
     self->fault_text[0] = '\0';
 }
 
+void drive_modbus_pursue(struct drive_modbus *self)
+{
+    static const struct {
+        enum modbus_map_sequence_name sequence;
+        enum hal_drive_state state; /* until it is done */
+    } rows[] = {
+        [HAL_DRIVE_REQUEST_OFF] = { MODBUS_SEQUENCE_disable,
+                                    HAL_DRIVE_QUICK_STOP },
+        [HAL_DRIVE_REQUEST_ENABLE] = { MODBUS_SEQUENCE_enable,
+                                       HAL_DRIVE_ENABLING },
+        [HAL_DRIVE_REQUEST_QUICK_STOP] = { MODBUS_SEQUENCE_stop,
+                                           HAL_DRIVE_QUICK_STOP },
+    };
+
+    self->is_reached = false;
+    self->target_ns = 0;
+    self->move = DRIVE_MODBUS_NO_MOVE;
+    self->state = rows[self->request].state;
+    drive_modbus_run_begin(self, rows[self->request].sequence);
+}
+
+/* Torque is off, and nothing is wrong. */
 static void walk_off(struct drive_modbus *self)
 {
     self->phase = DRIVE_MODBUS_RUN;
     self->state = HAL_DRIVE_OFF;
-    self->request = HAL_DRIVE_REQUEST_OFF;
     self->is_reached = true;
     self->run.sequence = NULL;
     self->alarm_asked = false;
@@ -254,6 +274,8 @@ static void walk_start_step(struct drive_modbus *self)
         drive_modbus_run_begin(self, walk_start[self->start_at]);
     } else if (self->fresh == all && self->actual_ns != 0) {
         walk_off(self);
+        if (self->request != HAL_DRIVE_REQUEST_OFF)
+            drive_modbus_pursue(self);
     }
 }
 
@@ -353,6 +375,7 @@ static void walk_reset_step(struct drive_modbus *self)
         drive_modbus_run_begin(self, MODBUS_SEQUENCE_disable);
     } else if (err == MOTION_OK && self->cycles >= STATUS_FRESH &&
                !drive_modbus_status(self, MODBUS_STATUS_fault, false)) {
+        self->request = HAL_DRIVE_REQUEST_OFF;
         walk_off(self);
     } else if (err != MOTION_OK || self->cycles >= RESET_CYCLES) {
         self->phase = DRIVE_MODBUS_LATCHED;

@@ -1,7 +1,8 @@
 /* firmware/linux/machine.h - the parts of a rig put together: fieldbuses,
  * drives, controller.
  *
- * The machine is built on ports: one CAN port per bus and a clock.  Simulated
+ * The machine is built on ports: one CAN port or Modbus line per bus and a
+ * clock.  Simulated
  * ports come from machine_sim.h; real ones fill the same struct. */
 #ifndef FIRMWARE_LINUX_MACHINE_H
 #define FIRMWARE_LINUX_MACHINE_H
@@ -15,17 +16,24 @@
 #include "hal/canopen.h"
 #include "hal/clock.h"
 #include "hal/drive_cia402.h"
+#include "hal/drive_modbus.h"
 
 struct machine_ports {
     struct hal_clock *clock;
-    struct hal_can *can[RIG_BUSES_MAX]; /* one per bus of the rig */
+    /* one or the other per bus of the rig */
+    struct hal_can *can[RIG_BUSES_MAX];
+    struct hal_modbus *modbus[RIG_BUSES_MAX];
 };
 
 struct machine {
     const struct rig *rig;
     struct machine_ports ports;
     struct canopen bus[RIG_BUSES_MAX];
+    struct modbus_bus line[RIG_BUSES_MAX];
     struct drive_cia402 drive[RIG_AXES_MAX];
+    struct drive_modbus servo[RIG_AXES_MAX];
+    struct hal_fieldbus *fieldbus[RIG_BUSES_MAX]; /* of either kind */
+    struct hal_drive *axis[RIG_AXES_MAX];
     struct controller controller;
 };
 

@@ -59,11 +59,18 @@ const struct yaml_words rig_words[] = {
 };
 
 const struct yaml_shape *const rig_shapes[] = {
-    &rig_shape,       &rig_bus_shape,
-    &rig_axis_shape,  &rig_limit_shape,
-    &rig_stop_shape,  &rig_following_shape,
-    &rig_drive_shape, &rig_counts_shape,
-    &rig_sim_shape,   NULL,
+    &rig_shape,
+    &rig_bus_shape,
+    &rig_axis_shape,
+    &rig_limit_shape,
+    &rig_stop_shape,
+    &rig_following_shape,
+    &rig_drive_shape,
+    &rig_counts_shape,
+    &rig_sim_shape,
+    &rig_modbus_bus_shape,
+    &rig_modbus_drive_shape,
+    NULL,
 };
 
 int rig_load(const char *path, struct rig *rig, char message[RIG_MESSAGE_MAX])
