@@ -70,8 +70,43 @@ static struct controller_axis_config machine_axis(const struct rig_axis *axis)
     };
 }
 
+/* Where the controller looks for an input of this kind; NULL for outputs. */
+static struct hal_gpio **machine_input(struct controller_inputs *inputs,
+                                       const struct rig_line *line)
+{
+    switch (line->kind) {
+    case RIG_LINE_ESTOP:
+        return &inputs->estop;
+    case RIG_LINE_LIMIT_NEGATIVE:
+        return &inputs->limit_negative[line->axis];
+    case RIG_LINE_LIMIT_POSITIVE:
+        return &inputs->limit_positive[line->axis];
+    case RIG_LINE_LAMP:
+        break;
+    }
+    return NULL;
+}
+
+static int machine_init_inputs(struct machine *machine,
+                               struct controller_inputs *inputs)
+{
+    const struct rig *rig = machine->rig;
+    for (unsigned i = 0; i < rig->line_count; i++) {
+        struct hal_gpio **slot = machine_input(inputs, &rig->line[i]);
+        if (slot == NULL)
+            continue;
+        int err = gpio_debounce_init(&machine->input[i], machine->ports.line[i],
+                                     rig->line[i].release_ns);
+        if (err < 0)
+            return err;
+        *slot = &machine->input[i].gpio;
+    }
+    return MOTION_OK;
+}
+
 static int machine_init_controller(struct machine *machine)
 {
+    struct controller_inputs inputs = { 0 };
     const struct rig *rig = machine->rig;
     struct hal_drive *drive[RIG_AXES_MAX];
     struct controller_config config = {
@@ -82,7 +117,10 @@ static int machine_init_controller(struct machine *machine)
         config.axis[i] = machine_axis(&rig->axis[i]);
         drive[i] = &machine->drive[i].drive;
     }
-    return controller_init(&machine->controller, &config, drive, NULL);
+    int err = machine_init_inputs(machine, &inputs);
+    return err < 0
+               ? err
+               : controller_init(&machine->controller, &config, drive, &inputs);
 }
 
 int machine_init(struct machine *machine, const struct rig *rig,
@@ -127,10 +165,31 @@ static void machine_end(struct machine *machine, int64_t now_ns)
         (void)hal_fieldbus_end(&machine->bus[i].fieldbus, now_ns);
 }
 
+static void machine_read_inputs(struct machine *machine, int64_t now_ns)
+{
+    for (unsigned i = 0; i < machine->rig->line_count; i++)
+        if (!rig_line_is_output(&machine->rig->line[i]))
+            gpio_debounce_step(&machine->input[i], now_ns);
+}
+
+/* Lit while an axis may have torque; a lamp that cannot be set is no fault. */
+static void machine_light(struct machine *machine)
+{
+    const bool lit = !machine_is_at_rest(machine);
+    if (lit == machine->lit)
+        return;
+    machine->lit = lit;
+    for (unsigned i = 0; i < machine->rig->line_count; i++)
+        if (machine->rig->line[i].kind == RIG_LINE_LAMP)
+            (void)hal_gpio_set(machine->ports.line[i], lit);
+}
+
 void machine_tick(struct machine *machine, int64_t now_ns)
 {
     int bus = machine_begin(machine, now_ns);
+    machine_read_inputs(machine, now_ns);
     controller_step(&machine->controller, now_ns, bus);
+    machine_light(machine);
     machine_end(machine, now_ns);
 }
 
@@ -142,6 +201,7 @@ void machine_tick_quick_stop(struct machine *machine, int64_t now_ns)
         hal_drive_request(drive, HAL_DRIVE_REQUEST_QUICK_STOP);
         hal_drive_feedback(drive, &machine->controller.axis[i].feedback);
     }
+    machine_light(machine);
     machine_end(machine, now_ns);
 }
 

@@ -1,7 +1,8 @@
 /* firmware/linux/machine.h - the parts of a rig put together: fieldbuses,
  * drives, controller.
  *
- * The machine is built on ports: one CAN port per bus and a clock.  Simulated
+ * The machine is built on ports: one CAN port per bus, one GPIO line per line, a
+ * clock.  Simulated
  * ports come from machine_sim.h; real ones fill the same struct. */
 #ifndef FIRMWARE_LINUX_MACHINE_H
 #define FIRMWARE_LINUX_MACHINE_H
@@ -15,10 +16,12 @@
 #include "hal/canopen.h"
 #include "hal/clock.h"
 #include "hal/drive_cia402.h"
+#include "hal/gpio_debounce.h"
 
 struct machine_ports {
     struct hal_clock *clock;
-    struct hal_can *can[RIG_BUSES_MAX]; /* one per bus of the rig */
+    struct hal_can *can[RIG_BUSES_MAX];   /* one per bus of the rig */
+    struct hal_gpio *line[RIG_LINES_MAX]; /* one per line of the rig */
 };
 
 struct machine {
@@ -26,6 +29,8 @@ struct machine {
     struct machine_ports ports;
     struct canopen bus[RIG_BUSES_MAX];
     struct drive_cia402 drive[RIG_AXES_MAX];
+    struct gpio_debounce input[RIG_LINES_MAX]; /* of lines that are inputs */
+    bool lit;                                  /* the lamps */
     struct controller controller;
 };
 
