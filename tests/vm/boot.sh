@@ -114,8 +114,8 @@ nice timeout "${VM_TIMEOUT:-300}" qemu-system-x86_64 -accel tcg -m 768 \
     -kernel "$base/root/boot/vmlinuz-$kernel" -initrd "$work/initrd" \
     -append 'console=ttyS0 quiet loglevel=3 panic=-1' </dev/null |
     tr -d '\r' | tee "$work/out" |
-    awk '/^vm: begin/ { on = 1; next } /vm: exit/ { on = 0 }
+    awk '/vm: begin/ { on = 1; next } /vm: exit/ { on = 0 }
         on { print; fflush() }' || true
-grep -q '^vm: begin' "$work/out" || { cat "$work/out" >&2; die "did not boot"; }
+grep -q 'vm: begin' "$work/out" || { cat "$work/out" >&2; die "did not boot"; }
 status=$(sed -n 's/.*vm: exit //p' "$work/out" | tail -n 1)
 exit "${status:-125}"
