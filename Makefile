@@ -237,6 +237,8 @@ fresh:
 -include tests/qemu/qemu.mk
 # Also: bench-plan, bench-otg.
 -include tests/bench/bench.mk
+# Also: test-gpiod2.
+-include tests/vm/gpiod2.mk
 
 .SECONDARY:
 -include $(shell find build -name '*.d' 2>/dev/null)
