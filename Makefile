@@ -235,6 +235,8 @@ fresh:
 
 # Also: bench-tick, golden (tests/qemu/qemu.mk).
 -include tests/qemu/qemu.mk
+# Also: test-vm.
+-include tests/vm/vm.mk
 # Also: bench-plan, bench-otg.
 -include tests/bench/bench.mk
 

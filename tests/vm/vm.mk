@@ -1,0 +1,14 @@
+# tests/vm/vm.mk - checks on a kernel that has what this machine's may lack.
+
+# Scripts of tests/vm that run in there, one after the other, and what of ours
+# they need.
+VM_CHECKS := can
+VM_NEED   := $(SLEW) $(B)/tests/test_conform_can $(B)/tests/test_can_socketcan
+
+.PHONY: test-vm
+## CAN as it really is: boots a kernel in QEMU, moves drives over can0 (2 min)
+test-vm: $(VM_NEED)
+	@tests/vm/boot.sh 'bad=0; \
+	    for check in $(VM_CHECKS); do \
+	        echo "$$check:"; tests/vm/$$check.sh $(B) || bad=1; \
+	    done; exit $$bad'
