@@ -235,10 +235,10 @@ fresh:
 
 # Also: bench-tick, golden (tests/qemu/qemu.mk).
 -include tests/qemu/qemu.mk
+# Also: test-vm, test-gpiod2.
+-include tests/vm/vm.mk tests/vm/gpiod2.mk
 # Also: bench-plan, bench-otg.
 -include tests/bench/bench.mk
-# Also: test-gpiod2.
--include tests/vm/gpiod2.mk
 
 .SECONDARY:
 -include $(shell find build -name '*.d' 2>/dev/null)

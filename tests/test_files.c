@@ -150,6 +150,7 @@ static void the_example_rig_is_read_as_written(void **state)
     assert_string_equal(rig.bus[1].name, "can1");
     assert_int_equal(rig.bus[1].bit_rate, 1000000);
     assert_int_equal(rig.bus[1].node_id, 127);
+    assert_string_equal(rig.bus[1].interface, "can1");
     assert_int_equal(rig.axis_count, 4);
     assert_int_equal(rig_axis_index(&rig, "tilt"), 3);
     assert_int_equal(rig_axis_index(&rig, "til"), -1);
@@ -535,6 +536,7 @@ static const struct {
     { "rig_indentation.yaml", 8, 6,
       "this does not line up with the keys above" },
     { "rig_infinite.yaml", 8, 17, "velocity '-.inf' is infinite" },
+    { "rig_interface.yaml", 2, 58, "interface 'can/0' cannot be one" },
     { "rig_latin1.yaml", 1, 11, "byte \\xe9 is not UTF-8 text" },
     { "rig_length_as_speed.yaml", 8, 17, "velocity '300 mm' is a length" },
     { "rig_list_for_map.yaml", 11, 22, "following_error is a list" },

@@ -104,6 +104,21 @@ static enum status job_paths(struct job *job, const struct options *options)
     return STATUS_OK;
 }
 
+enum status job_read_rig(const char *path, struct rig *rig)
+{
+    char whole[sizeof((struct job *)0)->rig_path], message[RIG_MESSAGE_MAX];
+    const bool directory = job_is_directory(path);
+    if (access(path, F_OK) < 0)
+        return job_fail(path, strerror(errno));
+    if (snprintf(whole, sizeof whole, "%s%s", path,
+                 directory ? "/rig.yaml" : "") >= (int)sizeof whole)
+        return job_fail(path, "the name is too long");
+    if (rig_load(whole, rig, message) == 0)
+        return STATUS_OK;
+    fprintf(stderr, "%s\n", message);
+    return STATUS_INPUT;
+}
+
 /* "file:line:column: axis pan, key 3: what is wrong" */
 static enum status job_plan_fail(const struct job *job,
                                  const struct plan_axis *axis,

@@ -62,6 +62,9 @@ struct job {
 enum status job_open(struct job *job, const struct options *options);
 void job_free(struct job *job);
 
+/* A rig alone: a file, or a directory with rig.yaml.  Statuses as above. */
+enum status job_read_rig(const char *path, struct rig *rig);
+
 /* Judge the tracks as played at `rate_q30` of their speed: at rate r velocity
  * may reach limit / r, acceleration limit / r^2, jerk limit / r^3.  Fills
  * violation, in the order of axes and time. */

@@ -145,15 +145,28 @@ int machine_init(struct machine *machine, const struct rig *rig,
                    : MOTION_OK;
 }
 
-/* The worst that a bus has to say: one that is gone before one with a second
- * master. */
-static int machine_begin(struct machine *machine, int64_t now_ns)
+/* How bad: a bus that is gone before one with a second master before one that
+ * is error-passive. */
+static int machine_badness(int err)
 {
-    int worst = MOTION_OK;
+    if (err == MOTION_OK)
+        return 0;
+    if (err == MOTION_E_LIMIT)
+        return 1;
+    return err == MOTION_E_PROTOCOL ? 2 : 3;
+}
+
+/* The worst that a bus has to say. */
+static struct machine_trouble machine_begin(struct machine *machine,
+                                            int64_t now_ns)
+{
+    struct machine_trouble worst = { .err = MOTION_OK };
     for (unsigned i = 0; i < machine->rig->bus_count; i++) {
         int err = hal_fieldbus_begin(&machine->bus[i].fieldbus, now_ns);
-        if (err < 0 && (worst == MOTION_OK || worst == MOTION_E_PROTOCOL))
-            worst = err;
+        if (machine_badness(err) > machine_badness(worst.err))
+            worst = (struct machine_trouble){
+                err, i, (enum hal_can_state)hal_can_state(machine->ports.can[i])
+            };
     }
     return worst;
 }
@@ -186,9 +199,11 @@ static void machine_light(struct machine *machine)
 
 void machine_tick(struct machine *machine, int64_t now_ns)
 {
-    int bus = machine_begin(machine, now_ns);
+    const struct machine_trouble trouble = machine_begin(machine, now_ns);
+    if (machine->controller.fault.fault == CONTROLLER_FAULT_NONE)
+        machine->trouble = trouble;
     machine_read_inputs(machine, now_ns);
-    controller_step(&machine->controller, now_ns, bus);
+    controller_step(&machine->controller, now_ns, trouble.err);
     machine_light(machine);
     machine_end(machine, now_ns);
 }
@@ -203,6 +218,21 @@ void machine_tick_quick_stop(struct machine *machine, int64_t now_ns)
     }
     machine_light(machine);
     machine_end(machine, now_ns);
+}
+
+void machine_trouble_text(const struct machine *machine,
+                          char text[MACHINE_TROUBLE_MAX])
+{
+    const struct machine_trouble *trouble = &machine->trouble;
+    const char *what = hal_can_state_text(trouble->state);
+    if (trouble->err == MOTION_E_PROTOCOL)
+        what = "frames that only a master sends";
+    else if (trouble->err == MOTION_E_IO && trouble->state < HAL_CAN_BUS_OFF)
+        what = "frames were refused three cycles in a row";
+    text[0] = '\0';
+    if (trouble->err != MOTION_OK)
+        snprintf(text, MACHINE_TROUBLE_MAX, "bus %.12s: %s",
+                 machine->rig->bus[trouble->bus].name, what);
 }
 
 bool machine_is_at_rest(const struct machine *machine)

@@ -23,10 +23,13 @@ const char *rig_unit_text(enum rig_unit unit); /* "mm" ... */
 #define RIG_BIT_RATES 8
 extern const uint32_t rig_bit_rates[RIG_BIT_RATES];
 
+#define RIG_INTERFACE_MAX 16 /* of Linux, with its 0 */
+
 struct rig_bus {
     char name[PLAN_NAME_MAX];
-    uint32_t bit_rate; /* bit/s, one of CiA 301's */
-    uint8_t node_id;   /* our own, 1..127; no drive has it */
+    char interface[RIG_INTERFACE_MAX]; /* "can0"; "": it has none */
+    uint32_t bit_rate;                 /* bit/s, one of CiA 301's */
+    uint8_t node_id;                   /* our own, 1..127; no drive has it */
     struct plan_place place;
 };
 
@@ -108,6 +111,12 @@ int rig_load(const char *path, struct rig *rig, char message[RIG_MESSAGE_MAX]);
 int move_load(const char *path, const struct rig *rig, struct plan_move *move,
               char message[RIG_MESSAGE_MAX]);
 void move_free(struct plan_move *move);
+
+/* Other interfaces than the file's, from a command line: "can1" for a rig with
+ * one bus, or "BUS=INTERFACE,...".  On an error returns -1 and writes one
+ * sentence. */
+int rig_set_interfaces(struct rig *rig, const char *text,
+                       char message[RIG_MESSAGE_MAX]);
 
 /* Index of an axis by name, or -1. */
 int rig_axis_index(const struct rig *rig, const char *name);

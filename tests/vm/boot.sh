@@ -15,12 +15,16 @@
 #                   files pull and value in
 #                   /sys/devices/platform/gpio-sim.0/gpiochip0/sim_gpioN
 #
-# The machine has no disk; nothing of this one is changed.
+# The machine has no disk; nothing of this one is changed.  Its clock counts
+# instructions (icount) and leaps over idle time, so a busy host does not make
+# ticks late, and a minute may be over in seconds; its times say nothing about
+# real time.
 #
-# VM_CACHE    where the kernel is kept (build/vm); VM_TIMEOUT  seconds (300)
+# VM_CACHE    where the kernel is kept (build/vm); VM_TIMEOUT  seconds (500)
 set -eu
 cache=${VM_CACHE:-build/vm}
-modules='virtio_pci 9p 9pnet_virtio overlay can can-raw can-dev vcan kvaser_pci configfs'
+modules='virtio_pci 9p 9pnet_virtio overlay can can-raw can-dev vcan kvaser_pci slcan
+    configfs'
 
 die()
 {
@@ -80,7 +84,7 @@ cat >"$root/init" <<'INIT'
 /bin/busybox mount -t proc proc /proc
 /bin/busybox --install -s /bin
 mount -t devtmpfs dev /dev
-for module in virtio_pci 9pnet_virtio 9p can can-raw vcan kvaser_pci; do
+for module in virtio_pci 9pnet_virtio 9p can can-raw vcan kvaser_pci slcan; do
     modprobe "$module" || echo "vm: no module $module"
 done
 modprobe configfs
@@ -124,7 +128,7 @@ INIT
 chmod +x "$root/init"
 (cd "$root" && find . | cpio -o -H newc --quiet | gzip -1) >"$work/initrd"
 
-nice timeout "${VM_TIMEOUT:-300}" qemu-system-x86_64 -accel tcg -m 768 \
+nice timeout "${VM_TIMEOUT:-500}" qemu-system-x86_64 -accel tcg -icount shift=2,sleep=off -m 768 \
     -nographic -no-reboot -nodefaults -serial stdio \
     -object can-bus,id=bus -device kvaser_pci,canbus=bus \
     -device kvaser_pci,canbus=bus \
