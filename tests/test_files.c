@@ -21,12 +21,13 @@
 
 #define GOOD_RIG  "examples/dolly/rig.yaml"
 #define GOOD_MOVE "examples/dolly/move.yaml"
+#define GANTRY    "examples/flyby/rig.yaml"
 
 #define Q32(a) ((int64_t)((a)*4294967296.0))
 #define Q16(a) ((int64_t)((a)*65536.0))
 #define MS(a)  ((int64_t)(a)*1000000)
 
-static struct rig rig;
+static struct rig rig, gantry;
 
 /* ---- files made by the tests ---- */
 
@@ -40,7 +41,9 @@ static int make_scratch(void **state)
     if (file < 0)
         return -1;
     close(file);
-    return rig_load(GOOD_RIG, &rig, message);
+    return rig_load(GANTRY, &gantry, message) < 0
+               ? -1
+               : rig_load(GOOD_RIG, &rig, message);
 }
 
 static int remove_scratch(void **state)
@@ -59,7 +62,8 @@ static void write_scratch(const char *text, size_t length)
 
 /* ---- loading either kind ---- */
 
-enum kind { RIG, MOVE };
+/* FLIGHT: a move for the gantry. */
+enum kind { RIG, MOVE, FLIGHT };
 
 static int load(enum kind kind, const char *path, char *message)
 {
@@ -70,7 +74,7 @@ static int load(enum kind kind, const char *path, char *message)
     memset(message, 'X', RIG_MESSAGE_MAX);
     if (kind == RIG)
         return rig_load(path, &other, message);
-    err = move_load(path, &rig, &move, message);
+    err = move_load(path, kind == MOVE ? &rig : &gantry, &move, message);
     if (err == 0)
         move_free(&move);
     else
@@ -349,6 +353,16 @@ static void write_block(const char *heading)
     fclose(file);
 }
 
+static void expect_good(const struct rig *of)
+{
+    char message[RIG_MESSAGE_MAX];
+    struct plan_move move;
+
+    if (move_load(scratch, of, &move, message) < 0)
+        fail_msg("%s", message);
+    move_free(&move);
+}
+
 static void the_documentation_shows_files_that_can_be_read(void **state)
 {
     char message[RIG_MESSAGE_MAX];
@@ -368,6 +382,8 @@ static void the_documentation_shows_files_that_can_be_read(void **state)
     assert_int_equal(move.axis_count, 2);
     assert_int_equal(move.axis[0].key[2].key.t_ns_q12, MS(8000) * 4096);
     move_free(&move);
+    write_block("### A path\n");
+    expect_good(&gantry);
 }
 
 /* ---- what people's editors do ---- */
@@ -489,6 +505,28 @@ static const struct {
       "t '-1 s' is before the start of the move" },
     { "move_no_axes.yaml", 2, 7, "axes is empty" },
     { "move_no_keys.yaml", 5, 11, "keys has 0 items" },
+    { "move_nothing.yaml", 1, 1, "the move moves nothing" },
+    { "move_path_axis_twice.yaml", 4, 16,
+      "axes 'z' is driven by the keys in line 2 already" },
+    { "move_path_backwards.yaml", 7, 37, "to '-200 mm/s' goes backwards" },
+    { "move_path_closed.yaml", 4, 11,
+      "closed is not possible with curve b-spline" },
+    { "move_path_corner_missing.yaml", 5, 5,
+      "points come without a corner, which curve smoothed needs" },
+    { "move_path_drawn_half.yaml", 9, 15,
+      "distance does not go from [0 s, 0 %] to 100 %" },
+    { "move_path_law_without_time.yaml", 9, 7,
+      "part has no 'time', which law ramp needs" },
+    { "move_path_mixed_units.yaml", 2, 16,
+      "axes has the axis 'pan' in deg beside one in mm" },
+    { "move_path_no_speed.yaml", 2, 3, "path has no 'speed'" },
+    { "move_path_one_point.yaml", 3, 11, "points has 1 item" },
+    { "move_path_point_of_two.yaml", 7, 7, "point has 2 items" },
+    { "move_path_point_twice.yaml", 7, 7,
+      "point is the same as the one before it (line 6)" },
+    { "move_path_to_unused.yaml", 7, 40, "to is not used by law quintic" },
+    { "move_path_unknown_axis.yaml", 2, 16, "unknown axis 'zz'" },
+    { "move_path_unknown_law.yaml", 7, 16, "unknown law 'quintik'" },
     { "move_tcb_range.yaml", 5, 21, "tcb '1.5' is out of range" },
     { "move_tcb_two.yaml", 5, 10, "tcb has 2 items" },
     { "move_time_too_large.yaml", 7, 10, "t '1000 h' is too large" },
@@ -584,14 +622,21 @@ static const struct {
       "acceleration '1e-9 mm/s2' is not above zero" },
 };
 
+static enum kind bad_kind(const char *name)
+{
+    if (strncmp(name, "rig_", 4) == 0)
+        return RIG;
+    return strncmp(name, "move_path_", 10) == 0 ? FLIGHT : MOVE;
+}
+
 static void bad_files_get_one_line_that_points_at_the_place(void **state)
 {
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(bad); i++) {
         char path[128];
         snprintf(path, sizeof(path), "tests/data/bad/%s", bad[i].name);
-        expect_refusal(bad[i].name[0] == 'r' ? RIG : MOVE, path, bad[i].line,
-                       bad[i].column, bad[i].what);
+        expect_refusal(bad_kind(bad[i].name), path, bad[i].line, bad[i].column,
+                       bad[i].what);
     }
 }
 

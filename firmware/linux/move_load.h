@@ -1,0 +1,75 @@
+/* firmware/linux/move_load.h - what the readers of move.yaml share.
+ *
+ * move_load.c reads the move and its keyed axes; one file each for the other
+ * rooms: move_load_path.c.  Functions return 0, or -1 with the sentence
+ * written. */
+#ifndef FIRMWARE_LINUX_MOVE_LOAD_H
+#define FIRMWARE_LINUX_MOVE_LOAD_H
+
+#include "firmware/linux/rig.h"
+#include "firmware/linux/yaml_fields.h"
+#include "firmware/linux/yaml_units.h"
+#include "motion/plan/plan_path.h"
+
+struct move_reader {
+    const struct rig *rig;
+    struct plan_move *move;
+    struct plan_axis *axis; /* being read */
+    const struct plan_key *key;
+    enum units_quantity quantity; /* of the positions of its keys: a position,
+                                     a ratio or a time */
+    struct units_context units;
+    struct plan_part *part; /* of a speed law, being read */
+};
+
+/* Index in the rig of the axis that a node names, or -1. */
+int move_find_axis(const struct move_reader *reader,
+                   const struct yaml_value *name);
+
+/* One more axis of the move, named by a node, for a driver that is not its
+ * keys: its index in the rig, and *index in the move.  -1 when there is no such
+ * axis or something drives it already. */
+int move_drive_axis(struct move_reader *reader, const struct yaml_value *name,
+                    enum plan_driver driver, uint32_t *index);
+
+/* A map with curve and keys, of whatever quantity, into *axis, whose keys belong
+ * to the caller, also after a refusal. */
+int move_read_keyed(struct move_reader *reader, const struct yaml_value *value,
+                    enum units_quantity quantity, enum rig_unit unit,
+                    struct plan_axis *axis);
+
+/* A kind of curve into enum plan_curve; a ratio from 0 to max. */
+int move_read_curve(void *reader, const struct yaml_value *value, void *out);
+int move_read_ratio(const struct move_reader *reader,
+                    const struct yaml_value *value, int64_t max_q32,
+                    int64_t *out);
+/* [k1, k2], 0 <= k1 <= k2 <= 1 */
+int move_read_ease_list(const struct move_reader *reader,
+                        const struct yaml_value *value, int64_t *k1_q32,
+                        int64_t *k2_q32);
+
+/* --- move_load_path.c ----------------------------------------------------- */
+
+int move_read_path(void *reader, const struct yaml_value *value, void *out);
+
+/* A list of points, each of `axes` positions, neighbours not the same, into
+ * points->point and count; on the heap, also after a refusal. */
+int move_read_points(struct move_reader *reader, const struct yaml_value *value,
+                     struct plan_points *points);
+/* A position, or a part of the path's length in %. */
+int move_read_distance(const struct move_reader *reader,
+                       const struct yaml_value *value,
+                       struct plan_distance *distance);
+
+extern const struct yaml_shape move_path_shape, move_part_shape;
+
+#define MOVE_PATH_CURVES 8
+#define MOVE_SPACINGS    3
+#define MOVE_LAWS        (PLAN_LAW_DRAWN + 1)
+#define MOVE_RAMPS       (PLAN_RAMP_SCURVE + 1)
+extern const char *const move_path_curves[MOVE_PATH_CURVES];
+extern const char *const move_spacings[MOVE_SPACINGS];
+extern const char *const move_laws[MOVE_LAWS];
+extern const char *const move_ramps[MOVE_RAMPS];
+
+#endif

@@ -1,0 +1,32 @@
+/* motion/plan/compose.h - a whole move: every axis's track, whatever drives it.
+ *
+ *     keys, path, camera, blend   each axis is driven by one of them
+ *
+ * Off-line only: uses the heap. */
+#ifndef MOTION_PLAN_COMPOSE_H
+#define MOTION_PLAN_COMPOSE_H
+
+#include "motion/plan/move.h"
+#include "motion/plan/plan_path.h"
+
+/* What came out beside the tracks. */
+struct plan_outcome {
+    bool has_path;
+    struct plan_drive drive;      /* with has_path */
+    struct motion_track distance; /* along the path, as played: its velocity is
+                                     the path speed.  On the heap */
+};
+
+/* Plan the axes of `move` into track[0 .. axis_count - 1], which need not be
+ * initialised and are to be freed with plan_track_free.  *outcome is to be
+ * freed with plan_outcome_free and points into itself.  On an error the code,
+ * *error with a sentence (and the axis, where it is about one), all tracks and
+ * the outcome empty. */
+int plan_compose(const struct plan_move *move, struct motion_track track[],
+                 struct plan_outcome *outcome, struct plan_error *error);
+void plan_outcome_free(struct plan_outcome *outcome);
+
+/* Everything that the move holds on the heap; zero afterwards. */
+void plan_move_free(struct plan_move *move);
+
+#endif
