@@ -20,6 +20,11 @@ import yaml
 # Malformed in ways that need more than a schema: order, sums, other values.
 BEYOND = {
     "move_blend_negative",
+    "move_camera_axis_of_path",
+    "move_camera_dwell_beyond",
+    "move_camera_end_open",
+    "move_camera_no_direction",
+    "move_camera_up_is_forward",
     "move_duplicate_axis",  # the YAML library keeps the last
     "move_ease_order",
     "move_ends_of_another",

@@ -384,6 +384,8 @@ static void the_documentation_shows_files_that_can_be_read(void **state)
     move_free(&move);
     write_block("### A path\n");
     expect_good(&gantry);
+    write_block("### A camera on the path\n");
+    expect_good(&gantry);
 }
 
 /* ---- what people's editors do ---- */
@@ -478,6 +480,21 @@ static const struct {
 } bad[] = {
     { "move_axes_list.yaml", 2, 7, "axes is a list" },
     { "move_blend_negative.yaml", 5, 12, "blend '-1 s' is negative" },
+    { "move_camera_axis_of_path.yaml", 9, 26,
+      "tilt 'z' is driven by the path in line 2 already" },
+    { "move_camera_dwell_beyond.yaml", 12, 47,
+      "to '120 %' is not on the path" },
+    { "move_camera_dwell_without_to.yaml", 12, 9, "dwell has no 'to'" },
+    { "move_camera_end_open.yaml", 10, 30,
+      "end 'closed' goes with a closed path only" },
+    { "move_camera_flat_point.yaml", 10, 14, "at has 2 items" },
+    { "move_camera_looks_nowhere.yaml", 10, 16,
+      "ease is not used without dwell" },
+    { "move_camera_looks_twice.yaml", 10, 9, "look names 2 things to look at" },
+    { "move_camera_no_direction.yaml", 11, 7, "up is no direction" },
+    { "move_camera_up_is_forward.yaml", 9, 3,
+      "camera has forward and up in one line" },
+    { "move_camera_without_path.yaml", 2, 3, "camera has no path to go on" },
     { "move_duplicate_axis.yaml", 9, 3,
       "key 'dolly' is already there in line 3" },
     { "move_ease_order.yaml", 5, 17,
@@ -626,7 +643,10 @@ static enum kind bad_kind(const char *name)
 {
     if (strncmp(name, "rig_", 4) == 0)
         return RIG;
-    return strncmp(name, "move_path_", 10) == 0 ? FLIGHT : MOVE;
+    return strncmp(name, "move_path_", 10) == 0 ||
+                   strncmp(name, "move_camera_", 12) == 0
+               ? FLIGHT
+               : MOVE;
 }
 
 static void bad_files_get_one_line_that_points_at_the_place(void **state)

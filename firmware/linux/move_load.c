@@ -37,6 +37,11 @@ const struct yaml_words move_words[] = {
     { "path.spacing", move_spacings, MOVE_SPACINGS },
     { "part.law", move_laws, MOVE_LAWS },
     { "part.shape", move_ramps, MOVE_RAMPS },
+    { "target.curve", move_path_curves, MOVE_PATH_CURVES },
+    { "target.spacing", move_spacings, MOVE_SPACINGS },
+    { "look.along", move_alongs, MOVE_ALONGS },
+    { "look.end", move_ahead_ends, MOVE_AHEAD_ENDS },
+    { "look.ease", move_dwell_eases, MOVE_DWELL_EASES },
     { NULL, NULL, 0 },
 };
 
@@ -545,18 +550,16 @@ static const struct yaml_field move_fields[] = {
     { "axes", YAML_OPTIONAL, "a map of axes by name", move_read_axes, 0 },
     { "path", YAML_OPTIONAL, "a map with axes, points and speed",
       move_read_path, 0 },
+    { "camera", YAML_OPTIONAL, "a map with axes and look, beside a path",
+      move_read_camera, 0 },
 };
 static const struct yaml_shape move_shape = { "move", move_fields,
                                               ARRAY_LEN(move_fields) };
 
 const struct yaml_shape *const move_shapes[] = {
-    &move_shape,
-    &move_axis_shape,
-    &move_end_shape,
-    &move_key_shape,
-    &move_path_shape,
-    &move_part_shape,
-    NULL,
+    &move_shape,      &move_axis_shape,   &move_end_shape,    &move_key_shape,
+    &move_path_shape, &move_part_shape,   &move_camera_shape, &move_head_shape,
+    &move_look_shape, &move_target_shape, &move_dwell_shape,  NULL,
 };
 
 static int move_read(const struct yaml_value *value, struct move_reader *reader)

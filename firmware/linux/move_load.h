@@ -61,7 +61,38 @@ int move_read_distance(const struct move_reader *reader,
                        const struct yaml_value *value,
                        struct plan_distance *distance);
 
+/* The fields of a curve in space, into struct plan_points (curve: into its
+ * curve, spacing: into its spacing), in this order. */
+int move_read_path_curve(void *reader, const struct yaml_value *value,
+                         void *out);
+int move_read_spacing(void *reader, const struct yaml_value *value, void *out);
+int move_read_closed(void *reader, const struct yaml_value *value, void *out);
+int move_read_corner(void *reader, const struct yaml_value *value, void *out);
+int move_read_path_points(void *reader, const struct yaml_value *value,
+                          void *out);
+/* So many positions; a quantity above zero. */
+int move_read_vector(const struct move_reader *reader,
+                     const struct yaml_value *value, uint32_t axes,
+                     int64_t q32[PLAN_SPACE_AXES]);
+int move_read_positive(const struct move_reader *reader,
+                       const struct yaml_value *value,
+                       enum units_quantity quantity, int64_t *out);
+
 extern const struct yaml_shape move_path_shape, move_part_shape;
+
+/* --- move_load_camera.c --------------------------------------------------- */
+
+int move_read_camera(void *reader, const struct yaml_value *value, void *out);
+
+extern const struct yaml_shape move_camera_shape, move_head_shape,
+    move_look_shape, move_target_shape, move_dwell_shape;
+
+#define MOVE_ALONGS      3
+#define MOVE_AHEAD_ENDS  3
+#define MOVE_DWELL_EASES 2
+extern const char *const move_alongs[MOVE_ALONGS];
+extern const char *const move_ahead_ends[MOVE_AHEAD_ENDS];
+extern const char *const move_dwell_eases[MOVE_DWELL_EASES];
 
 #define MOVE_PATH_CURVES 8
 #define MOVE_SPACINGS    3

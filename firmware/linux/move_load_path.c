@@ -82,9 +82,9 @@ int move_read_distance(const struct move_reader *reader,
     return 0;
 }
 
-static int move_read_positive(const struct move_reader *reader,
-                              const struct yaml_value *value,
-                              enum units_quantity quantity, int64_t *out)
+int move_read_positive(const struct move_reader *reader,
+                       const struct yaml_value *value,
+                       enum units_quantity quantity, int64_t *out)
 {
     char quote[YAML_QUOTE_MAX];
 
@@ -98,9 +98,9 @@ static int move_read_positive(const struct move_reader *reader,
 
 /* ---- points ---- */
 
-static int move_read_vector(const struct move_reader *reader,
-                            const struct yaml_value *value, uint32_t axes,
-                            int64_t q32[PLAN_SPACE_AXES])
+int move_read_vector(const struct move_reader *reader,
+                     const struct yaml_value *value, uint32_t axes,
+                     int64_t q32[PLAN_SPACE_AXES])
 {
     struct yaml_value item = *value;
     uint32_t count;
@@ -502,8 +502,8 @@ static int move_read_path_axes(void *reader, const struct yaml_value *value,
     return 0;
 }
 
-static int move_read_path_curve(void *reader, const struct yaml_value *value,
-                                void *out)
+int move_read_path_curve(void *reader, const struct yaml_value *value,
+                         void *out)
 {
     unsigned index;
 
@@ -515,8 +515,7 @@ static int move_read_path_curve(void *reader, const struct yaml_value *value,
     return 0;
 }
 
-static int move_read_spacing(void *reader, const struct yaml_value *value,
-                             void *out)
+int move_read_spacing(void *reader, const struct yaml_value *value, void *out)
 {
     unsigned index;
 
@@ -527,8 +526,7 @@ static int move_read_spacing(void *reader, const struct yaml_value *value,
     return 0;
 }
 
-static int move_read_closed(void *reader, const struct yaml_value *value,
-                            void *out)
+int move_read_closed(void *reader, const struct yaml_value *value, void *out)
 {
     struct plan_points *points = out;
 
@@ -541,8 +539,7 @@ static int move_read_closed(void *reader, const struct yaml_value *value,
     return 0;
 }
 
-static int move_read_corner(void *reader, const struct yaml_value *value,
-                            void *out)
+int move_read_corner(void *reader, const struct yaml_value *value, void *out)
 {
     struct plan_points *points = out;
 
@@ -553,8 +550,8 @@ static int move_read_corner(void *reader, const struct yaml_value *value,
                               &points->corner_q32);
 }
 
-static int move_read_path_points(void *reader, const struct yaml_value *value,
-                                 void *out)
+int move_read_path_points(void *reader, const struct yaml_value *value,
+                          void *out)
 {
     struct plan_points *points = out;
 

@@ -35,6 +35,17 @@ static double path_bound(const struct job *job)
     return worst;
 }
 
+static void path_camera_text(const struct job *job, FILE *file)
+{
+    double worst = 0;
+    if (!job->outcome.has_camera)
+        return;
+    for (int i = 0; i < 3; i++)
+        worst =
+            fmax(worst, number_double(job->outcome.camera_bound_q32[i], 32));
+    fprintf(file, "camera: baked within %.1g deg of each angle\n", worst);
+}
+
 void path_report_text(const struct job *job, FILE *file)
 {
     const struct plan_path *path = path_of(job);
@@ -57,6 +68,7 @@ void path_report_text(const struct job *job, FILE *file)
             "      at most %s %s/s along it, at %s s; baked in %u segments, "
             "axes within %.1g %s\n",
             speed, unit, t, drive->segments, path_bound(job), unit);
+    path_camera_text(job, file);
 }
 
 void path_report_json(const struct job *job, struct cJSON *object)

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "motion/err.h"
+#include "motion/plan/plan_camera.h"
 #include "motion/plan/plan_error.h"
 #include "motion/plan/plan_room.h"
 
@@ -67,6 +68,21 @@ static int compose_path(const struct compose *self)
     return MOTION_OK;
 }
 
+static int compose_camera(const struct compose *self)
+{
+    const struct plan_camera *camera = self->move->camera;
+    struct plan_outcome *outcome = self->outcome;
+
+    if (camera == NULL)
+        return MOTION_OK;
+    if (!outcome->has_path)
+        return plan_error_set(self->error, MOTION_E_ARG, camera->place,
+                              "the camera has no path");
+    outcome->has_camera = true;
+    return plan_camera_tracks(camera, &outcome->drive, self->track,
+                              outcome->camera_bound_q32, self->error);
+}
+
 int plan_compose(const struct plan_move *move, struct motion_track track[],
                  struct plan_outcome *outcome, struct plan_error *error)
 {
@@ -80,6 +96,8 @@ int plan_compose(const struct plan_move *move, struct motion_track track[],
     err = compose_keys(&self);
     if (err == MOTION_OK)
         err = compose_path(&self);
+    if (err == MOTION_OK)
+        err = compose_camera(&self);
     if (err < 0) {
         for (uint32_t i = 0; i < move->axis_count; i++)
             plan_track_free(&track[i]);
@@ -100,5 +118,6 @@ void plan_move_free(struct plan_move *move)
     for (uint32_t i = 0; i < move->axis_count; i++)
         free(move->axis[i].key);
     plan_path_free(move->path);
+    plan_camera_free(move->camera);
     *move = (struct plan_move){ .axis_count = 0 };
 }

@@ -15,6 +15,8 @@ struct plan_outcome {
     struct plan_drive drive;      /* with has_path */
     struct motion_track distance; /* along the path, as played: its velocity is
                                      the path speed.  On the heap */
+    bool has_camera;
+    int64_t camera_bound_q32[3]; /* pan, tilt, roll, degrees */
 };
 
 /* Plan the axes of `move` into track[0 .. axis_count - 1], which need not be

@@ -128,6 +128,7 @@ struct plan_move {
     struct plan_axis axis[PLAN_AXES_MAX];
     uint32_t axis_count;
     struct plan_path *path;
+    struct plan_camera *camera; /* on the path */
 };
 
 /* What stopped planning: the key (index from 0; 0 when it is about the axis),

@@ -253,7 +253,7 @@ int plan_space_init(struct plan_space *space, const struct plan_points *points,
     struct space self = { .points = points, .error = error };
     int err = space_check(&self);
 
-    *space = (struct plan_space){ .length_q32 = 0 };
+    *space = (struct plan_space){ .closed = points->closed };
     if (err == MOTION_OK)
         err = space_copy(&self);
     if (err == MOTION_OK)

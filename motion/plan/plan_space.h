@@ -47,6 +47,7 @@ struct plan_space {
     struct motion_arclen_curve curve;
     struct motion_arclen_table table;
     int64_t length_q32;
+    bool closed;
 };
 
 /* MOTION_E_EMPTY below two points (closed: three), MOTION_E_ARG for a curve that
