@@ -19,7 +19,12 @@ import yaml
 
 # Malformed in ways that need more than a schema: order, sums, other values.
 BEYOND = {
+    "move_blend_axis_of_base",
+    "move_blend_axis_twice",
+    "move_blend_base_weighted",
     "move_blend_negative",
+    "move_blend_unknown_pose",
+    "move_blend_weight_unit",
     "move_camera_axis_of_path",
     "move_camera_dwell_beyond",
     "move_camera_end_open",
@@ -30,6 +35,7 @@ BEYOND = {
     "move_ends_of_another",
     "move_frame_without_rate",
     "move_key_velocity_unused",
+    "move_layer_axis",
     "move_mu_range",
     "move_mu_unused",
     "move_negative_time",
@@ -51,6 +57,8 @@ BEYOND = {
     "move_unknown_axis",
     "move_velocity_needed",
     "move_velocity_unused",
+    "move_warp_before_start",
+    "move_warp_position",
     "move_wrong_unit",
     "rig_angle_on_mm",
     "rig_anchor",

@@ -338,16 +338,18 @@ static void curves_bring_their_parameters(void **state)
 static void write_block(const char *heading)
 {
     FILE *doc = fopen("docs/FILES.md", "r"), *file = fopen(scratch, "w");
-    bool wanted = false, done = false;
+    bool wanted = false, begun = false, done = false;
     char line[1024];
 
     assert_non_null(doc);
     assert_non_null(file);
     while (fgets(line, sizeof(line), doc) != NULL && !done) {
         wanted = wanted || strcmp(line, heading) == 0;
-        if (wanted && strncmp(line, "    ", 4) == 0)
+        const bool code = wanted && strncmp(line, "    ", 4) == 0;
+        if (code)
             fputs(line + 4, file);
-        done = wanted && line[0] == '|';
+        done = begun && !code && line[0] != '\n';
+        begun = begun || code;
     }
     fclose(doc);
     fclose(file);
@@ -386,6 +388,10 @@ static void the_documentation_shows_files_that_can_be_read(void **state)
     expect_good(&gantry);
     write_block("### A camera on the path\n");
     expect_good(&gantry);
+    write_block("### Poses and their blend\n");
+    expect_good(&rig);
+    write_block("### On top of a move\n");
+    expect_good(&rig);
 }
 
 /* ---- what people's editors do ---- */
@@ -479,6 +485,15 @@ static const struct {
     const char *what;
 } bad[] = {
     { "move_axes_list.yaml", 2, 7, "axes is a list" },
+    { "move_blend_axis_of_base.yaml", 7, 13,
+      "pose has the axis 'focus', which the base 'wide' has not" },
+    { "move_blend_axis_twice.yaml", 4, 10,
+      "axis 'dolly' is driven by the keys in line 2 already" },
+    { "move_blend_base_weighted.yaml", 7, 13,
+      "pose 'wide' is the base itself" },
+    { "move_blend_unknown_pose.yaml", 7, 13, "unknown pose 'closed'" },
+    { "move_blend_weight_unit.yaml", 7, 34, "p '0 mm' is a length" },
+    { "move_blend_without_poses.yaml", 2, 3, "blend has no poses" },
     { "move_blend_negative.yaml", 5, 12, "blend '-1 s' is negative" },
     { "move_camera_axis_of_path.yaml", 9, 26,
       "tilt 'z' is driven by the path in line 2 already" },
@@ -502,6 +517,8 @@ static const struct {
     { "move_ends_of_another.yaml", 5, 31,
       "last 'natural' is not among those of curve akima" },
     { "move_ends_word.yaml", 5, 11, "unknown ends 'clamped'" },
+    { "move_fade_twice.yaml", 5, 9, "move is given beside axes" },
+    { "move_fade_without_weight.yaml", 4, 3, "fade has no 'weight'" },
     { "move_frame_rate_word.yaml", 7, 10,
       "t 'frame 72 @ film' is not a number" },
     { "move_frame_rate_zero.yaml", 1, 6, "fps '0' is no possible frame rate" },
@@ -515,6 +532,9 @@ static const struct {
     { "move_key_of_five.yaml", 7, 9, "key has 5 items" },
     { "move_key_scalar.yaml", 7, 9, "key is a single value" },
     { "move_key_unknown.yaml", 8, 29, "unknown key 'w'" },
+    { "move_layer_axis.yaml", 4, 12,
+      "layer has the axis 'pan', which nothing else drives" },
+    { "move_layer_empty.yaml", 4, 5, "layer moves nothing" },
     { "move_mu_range.yaml", 5, 9, "mu '2.5' is out of range" },
     { "move_mu_unused.yaml", 5, 9, "mu is not used by curve quintic" },
     { "move_nan.yaml", 7, 15, "p 'NaN' is not a number" },
@@ -544,6 +564,8 @@ static const struct {
     { "move_path_to_unused.yaml", 7, 40, "to is not used by law quintic" },
     { "move_path_unknown_axis.yaml", 2, 16, "unknown axis 'zz'" },
     { "move_path_unknown_law.yaml", 7, 16, "unknown law 'quintik'" },
+    { "move_poses_unused.yaml", 1, 1,
+      "the move has poses, but no blend of them" },
     { "move_tcb_range.yaml", 5, 21, "tcb '1.5' is out of range" },
     { "move_tcb_two.yaml", 5, 10, "tcb has 2 items" },
     { "move_time_too_large.yaml", 7, 10, "t '1000 h' is too large" },
@@ -559,6 +581,9 @@ static const struct {
     { "move_velocity_needed.yaml", 6, 9,
       "key has no velocity, which curve hermite needs" },
     { "move_velocity_unused.yaml", 8, 32, "v is not used by curve linear" },
+    { "move_warp_before_start.yaml", 4, 16,
+      "p '-1 s' is before the start of the move" },
+    { "move_warp_position.yaml", 4, 28, "p '400 mm' is a length" },
     { "move_weight.yaml", 7, 15, "p '330 kg' has the unknown unit 'kg'" },
     { "move_wrong_unit.yaml", 7, 15, "p '330 deg' is an angle" },
     { "rig_alias.yaml", 8, 17, "alias 'speed' is not read" },

@@ -237,11 +237,12 @@ static void job_add(struct job *job, const struct job_violation *violation)
 }
 
 /* A step of velocity at the first or last key has its own sentence. */
-static enum job_violation_kind job_kind_of(const struct plan_axis *axis,
+static enum job_violation_kind job_kind_of(const struct job *job,
+                                           const struct plan_axis *axis,
                                            const struct motion_track *track,
                                            const struct plan_violation *found)
 {
-    const bool keyed = axis->key_count > 0;
+    const bool keyed = axis->key_count > 0 && !job->outcome.is_bent;
     const int64_t first = keyed ? axis->key[0].key.t_ns_q12 : 0;
     const int64_t last =
         keyed ? axis->key[axis->key_count - 1].key.t_ns_q12 : track->end_ns_q12;
@@ -265,11 +266,13 @@ static void job_check_axis(struct job *job, unsigned i, int64_t rate_q30)
     for (uint32_t k = 0; k < count; k++)
         job_add(job, &(struct job_violation){
                          .axis = i,
-                         .kind = job_kind_of(axis, track, &found[k]),
+                         .kind = job_kind_of(job, axis, track, &found[k]),
                          .t_ns_q12 = found[k].t_ns_q12,
                          .value = found[k].value,
                          .limit = found[k].limit,
-                         .key = job_key_before(axis, found[k].t_ns_q12),
+                         .key = job_key_before(
+                             axis, plan_outcome_time(&job->outcome,
+                                                     found[k].t_ns_q12)),
                      });
     memory_free(found);
 }

@@ -5,6 +5,7 @@
 #include "firmware/linux/move_load.h"
 
 #include <errno.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -275,8 +276,15 @@ static int move_read_key_position(void *reader, const struct yaml_value *value,
                                   void *out)
 {
     const struct move_reader *self = reader;
-    return yaml_units_read(value, self->quantity, &self->units,
-                           &((struct plan_key *)out)->key.pos_q32);
+    int64_t *pos = &((struct plan_key *)out)->key.pos_q32;
+    char quote[YAML_QUOTE_MAX];
+
+    if (yaml_units_read(value, self->quantity, &self->units, pos) < 0)
+        return -1;
+    if (self->quantity == UNITS_TIME && *pos < 0)
+        return yaml_value_refuse(value, "%s is before the start of the move",
+                                 yaml_value_quote(quote, value));
+    return 0;
 }
 
 /* A derivative of what is keyed: of a position in the axis's unit, of a ratio
@@ -463,6 +471,7 @@ int move_read_keyed(struct move_reader *reader, const struct yaml_value *value,
     reader->axis = axis;
     reader->quantity = quantity;
     reader->units.unit = unit;
+    snprintf(axis->name, sizeof axis->name, "%s", value->name);
     err = yaml_fields_read(value, &move_axis_shape, reader, axis);
     reader->axis = outer.axis;
     reader->quantity = outer.quantity;
@@ -487,7 +496,6 @@ static int move_read_axis(void *reader, uint32_t key,
     err = move_read_keyed(self, &value, UNITS_POSITION,
                           self->rig->axis[index].unit, axis);
     axis->place = yaml_tree_place(entry->tree, key);
-    memcpy(axis->name, entry->name, strlen(entry->name) + 1);
     return err;
 }
 
@@ -518,8 +526,7 @@ int move_drive_axis(struct move_reader *reader, const struct yaml_value *name,
 /* A move's axes are axes of the rig, each once, so at most RIG_AXES_MAX. */
 _Static_assert(RIG_AXES_MAX <= PLAN_AXES_MAX, "a move holds a rig's axes");
 
-static int move_read_axes(void *reader, const struct yaml_value *value,
-                          void *out)
+int move_read_axes(void *reader, const struct yaml_value *value, void *out)
 {
     (void)out;
     return yaml_fields_each(value, RIG_AXES_MAX, reader, move_read_axis);
@@ -552,32 +559,51 @@ static const struct yaml_field move_fields[] = {
       move_read_path, 0 },
     { "camera", YAML_OPTIONAL, "a map with axes and look, beside a path",
       move_read_camera, 0 },
+    { "poses", YAML_OPTIONAL, "a map of poses by name, beside a blend",
+      move_read_poses, 0 },
+    { "blend", YAML_OPTIONAL, "a map with base and weights", move_read_blended,
+      0 },
+    { "layers", YAML_OPTIONAL, "a list of 1 .. 16 maps with axes or move",
+      move_read_layers, 0 },
+    { "fade", YAML_OPTIONAL, "a map with axes or move, and weight",
+      move_read_fade, 0 },
+    { "warp", YAML_OPTIONAL,
+      "a map with curve and keys such as [2 s, 1.5 s], times of the move",
+      move_read_warp, 0 },
 };
 static const struct yaml_shape move_shape = { "move", move_fields,
                                               ARRAY_LEN(move_fields) };
+/* A move that is part of another drives axes, no more: up to blend. */
+const struct yaml_shape move_guest_shape = { "move", move_fields, 7 };
 
 const struct yaml_shape *const move_shapes[] = {
-    &move_shape,      &move_axis_shape,   &move_end_shape,    &move_key_shape,
-    &move_path_shape, &move_part_shape,   &move_camera_shape, &move_head_shape,
-    &move_look_shape, &move_target_shape, &move_dwell_shape,  NULL,
+    &move_shape,        &move_axis_shape,  &move_end_shape,
+    &move_key_shape,    &move_path_shape,  &move_part_shape,
+    &move_camera_shape, &move_head_shape,  &move_look_shape,
+    &move_target_shape, &move_dwell_shape, &move_blend_shape,
+    &move_layer_shape,  &move_fade_shape,  NULL,
 };
 
-static int move_read(const struct yaml_value *value, struct move_reader *reader)
+static int move_read(const struct yaml_value *value,
+                     const struct yaml_shape *shape, struct move_reader *reader)
 {
-    if (yaml_fields_read(value, &move_shape, reader, reader->move) < 0)
+    if (yaml_fields_read(value, shape, reader, reader->move) < 0)
         return -1;
+    if (reader->poses > 0 && reader->move->blend == NULL)
+        return yaml_value_refuse(value, "has poses, but no blend of them");
     if (reader->move->axis_count == 0)
         return yaml_value_refuse(value, "moves nothing");
     return 0;
 }
 
-int move_load(const char *path, const struct rig *rig, struct plan_move *move,
-              char message[RIG_MESSAGE_MAX])
+int move_load_shape(const char *path, const struct yaml_shape *shape,
+                    const struct rig *rig, struct plan_move *move,
+                    char message[RIG_MESSAGE_MAX])
 {
     const struct yaml_report report = { path, message, RIG_MESSAGE_MAX };
-    struct move_reader reader = { .rig = rig,
-                                  .move = move,
-                                  .quantity = UNITS_POSITION };
+    struct move_reader reader = {
+        .path = path, .rig = rig, .move = move, .quantity = UNITS_POSITION
+    };
     struct yaml_tree tree;
     int err;
 
@@ -586,11 +612,18 @@ int move_load(const char *path, const struct rig *rig, struct plan_move *move,
         return -1;
     err = move_read(
         &(struct yaml_value){ &tree, 0, "the move", "axes, a path or a blend" },
-        &reader);
+        shape, &reader);
     yaml_tree_free(&tree);
+    free(reader.pose);
     if (err < 0)
         move_free(move);
     return err;
+}
+
+int move_load(const char *path, const struct rig *rig, struct plan_move *move,
+              char message[RIG_MESSAGE_MAX])
+{
+    return move_load_shape(path, &move_shape, rig, move, message);
 }
 
 void move_free(struct plan_move *move)

@@ -1,7 +1,7 @@
 /* firmware/linux/move_load.h - what the readers of move.yaml share.
  *
  * move_load.c reads the move and its keyed axes; one file each for the other
- * rooms: move_load_path.c.  Functions return 0, or -1 with the sentence
+ * rooms: _path, _camera, _blend (poses), _other (layers, fade, warp).  Functions return 0, or -1 with the sentence
  * written. */
 #ifndef FIRMWARE_LINUX_MOVE_LOAD_H
 #define FIRMWARE_LINUX_MOVE_LOAD_H
@@ -11,7 +11,17 @@
 #include "firmware/linux/yaml_units.h"
 #include "motion/plan/plan_path.h"
 
+/* A pose as it was written; axes of the rig. */
+struct move_pose {
+    char name[PLAN_NAME_MAX];
+    bool has[RIG_AXES_MAX];
+    int64_t pos_q32[RIG_AXES_MAX];
+    uint32_t node[RIG_AXES_MAX]; /* of the axis's name */
+};
+#define MOVE_POSES_MAX 64
+
 struct move_reader {
+    const char *path; /* of the file */
     const struct rig *rig;
     struct plan_move *move;
     struct plan_axis *axis; /* being read */
@@ -20,7 +30,18 @@ struct move_reader {
                                      a ratio or a time */
     struct units_context units;
     struct plan_part *part; /* of a speed law, being read */
+    struct move_pose *pose; /* on the heap */
+    uint32_t poses;
 };
+
+/* A move from a file, of the whole shape or of that of a guest: one that is part
+ * of another move.  As move_load (rig.h). */
+extern const struct yaml_shape move_guest_shape;
+int move_load_shape(const char *path, const struct yaml_shape *shape,
+                    const struct rig *rig, struct plan_move *move,
+                    char message[RIG_MESSAGE_MAX]);
+/* Keyed axes into reader->move. */
+int move_read_axes(void *reader, const struct yaml_value *value, void *out);
 
 /* Index in the rig of the axis that a node names, or -1. */
 int move_find_axis(const struct move_reader *reader,
@@ -86,6 +107,17 @@ int move_read_camera(void *reader, const struct yaml_value *value, void *out);
 
 extern const struct yaml_shape move_camera_shape, move_head_shape,
     move_look_shape, move_target_shape, move_dwell_shape;
+
+/* --- move_load_blend.c, move_load_other.c ---------------------------------- */
+
+int move_read_poses(void *reader, const struct yaml_value *value, void *out);
+int move_read_blended(void *reader, const struct yaml_value *value, void *out);
+int move_read_layers(void *reader, const struct yaml_value *value, void *out);
+int move_read_fade(void *reader, const struct yaml_value *value, void *out);
+int move_read_warp(void *reader, const struct yaml_value *value, void *out);
+
+extern const struct yaml_shape move_blend_shape, move_layer_shape,
+    move_fade_shape;
 
 #define MOVE_ALONGS      3
 #define MOVE_AHEAD_ENDS  3

@@ -46,13 +46,32 @@ static void path_camera_text(const struct job *job, FILE *file)
     fprintf(file, "camera: baked within %.1g deg of each angle\n", worst);
 }
 
+/* How fast the move's time goes at most, and what the warp costs. */
+static void path_warp_text(const struct job *job, FILE *file)
+{
+    const struct motion_track *warp = &job->outcome.warp;
+    int64_t t_ns_q12, peak;
+    char t[NUMBER_MAX];
+    if (warp->count == 0)
+        return;
+    peak = job_peak(warp, MOTION_VEL, &t_ns_q12);
+    number_seconds(t, t_ns_q12);
+    fprintf(file,
+            "warp: at most %.4g times as fast, at %s s; axes within %.1g of "
+            "the move at that time\n",
+            number_double(peak, 32) / 1000, t,
+            path_double(job->outcome.warp_bound));
+}
+
 void path_report_text(const struct job *job, FILE *file)
 {
     const struct plan_path *path = path_of(job);
     const struct plan_drive *drive = &job->outcome.drive;
     char speed[NUMBER_MAX], t[NUMBER_MAX], length[NUMBER_MAX];
-    if (path == NULL)
+    if (path == NULL) {
+        path_warp_text(job, file);
         return;
+    }
     const char *unit = rig_unit_text(path_report_unit(job));
     int64_t t_ns_q12;
     int64_t peak = job_peak(&job->outcome.distance, MOTION_VEL, &t_ns_q12);
@@ -69,6 +88,7 @@ void path_report_text(const struct job *job, FILE *file)
             "axes within %.1g %s\n",
             speed, unit, t, drive->segments, path_bound(job), unit);
     path_camera_text(job, file);
+    path_warp_text(job, file);
 }
 
 void path_report_json(const struct job *job, struct cJSON *object)

@@ -449,6 +449,7 @@ static bool plot_shows_keys(const struct plot_panel *panel)
 {
     const struct plan_axis *axis = &panel->plot->job->move.axis[panel->axis];
     return !plot_is_warped(panel) && panel->row != PLOT_FOLLOWING &&
+           !panel->plot->job->outcome.is_bent &&
            axis->key_count * PLOT_KEY_SPACE < panel->plot->column_width;
 }
 

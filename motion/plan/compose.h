@@ -1,6 +1,9 @@
 /* motion/plan/compose.h - a whole move: every axis's track, whatever drives it.
  *
  *     keys, path, camera, blend   each axis is driven by one of them
+ *     layers                      are added
+ *     fade                        goes over to another move
+ *     warp                        bends the time of all of it
  *
  * Off-line only: uses the heap. */
 #ifndef MOTION_PLAN_COMPOSE_H
@@ -8,6 +11,7 @@
 
 #include "motion/plan/move.h"
 #include "motion/plan/plan_path.h"
+#include "motion/real.h"
 
 /* What came out beside the tracks. */
 struct plan_outcome {
@@ -17,6 +21,10 @@ struct plan_outcome {
                                      the path speed.  On the heap */
     bool has_camera;
     int64_t camera_bound_q32[3]; /* pan, tilt, roll, degrees */
+    bool is_bent;                /* keys are not where they were written: there
+                                 are layers, a fade or a warp */
+    struct motion_track warp;    /* on the heap; empty: time is as written */
+    struct motion_real warp_bound; /* of the worst axis, unit */
 };
 
 /* Plan the axes of `move` into track[0 .. axis_count - 1], which need not be
@@ -27,6 +35,9 @@ struct plan_outcome {
 int plan_compose(const struct plan_move *move, struct motion_track track[],
                  struct plan_outcome *outcome, struct plan_error *error);
 void plan_outcome_free(struct plan_outcome *outcome);
+
+/* The time as the move was written, at a time as it is played; 2^-12 ns. */
+int64_t plan_outcome_time(const struct plan_outcome *outcome, int64_t t_ns_q12);
 
 /* Everything that the move holds on the heap; zero afterwards. */
 void plan_move_free(struct plan_move *move);

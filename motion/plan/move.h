@@ -129,6 +129,11 @@ struct plan_move {
     uint32_t axis_count;
     struct plan_path *path;
     struct plan_camera *camera; /* on the path */
+    struct plan_blend *blend;
+    struct plan_other *layer; /* added to the above, plan_blend.h */
+    uint32_t layers;
+    struct plan_other *fade; /* to another move */
+    struct plan_axis *warp;  /* of time, plan_warp.h */
 };
 
 /* What stopped planning: the key (index from 0; 0 when it is about the axis),
