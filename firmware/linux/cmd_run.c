@@ -78,7 +78,10 @@ static void cmd_run_intent_row(struct table *table, const struct cmd_run *self,
     number_short(text, track->end.pos_q32, 32);
     table_cell(table, "%s", text);
     table_cell(table, "%s", rig_unit_text(rig->unit));
-    table_cell(table, "%u", self->job.move.axis[i].key_count);
+    if (self->job.move.axis[i].driver == PLAN_BY_KEYS)
+        table_cell(table, "%u", self->job.move.axis[i].key_count);
+    else
+        table_cell(table, "-");
     cmd_run_margin(table, self, i, MOTION_VEL);
     cmd_run_margin(table, self, i, MOTION_ACC);
     cmd_run_margin(table, self, i, MOTION_JERK);
