@@ -18,6 +18,11 @@ void controller_watch_read(struct controller *controller)
                            &controller->axis[i].feedback);
 }
 
+bool controller_input(struct hal_gpio *line)
+{
+    return line != NULL && hal_gpio_get(line) != 0;
+}
+
 /* The set point that was in force when the position was measured. */
 static bool watch_demand(const struct controller_axis *axis, int64_t *pos_q32)
 {
@@ -107,8 +112,10 @@ static void watch_following(struct controller *controller, unsigned i)
 static void watch_switches(struct controller *controller, unsigned i)
 {
     const struct controller_axis *axis = &controller->axis[i];
-    const bool low = axis->feedback.limit_negative;
-    const bool high = axis->feedback.limit_positive;
+    const bool low = axis->feedback.limit_negative ||
+                     controller_input(controller->inputs.limit_negative[i]);
+    const bool high = axis->feedback.limit_positive ||
+                      controller_input(controller->inputs.limit_positive[i]);
     if ((low && high) || (low && axis->target.vel_q32 < 0) ||
         (high && axis->target.vel_q32 > 0))
         controller_raise(controller, CONTROLLER_FAULT_LIMIT_SWITCH, (int)i,
@@ -124,8 +131,7 @@ static void watch_ticks(struct controller *controller)
 
 static void watch_estop(struct controller *controller)
 {
-    /* an input that cannot be read counts as active */
-    if (controller->estop && hal_gpio_get(controller->estop) != 0)
+    if (controller_input(controller->inputs.estop))
         controller_raise(controller, CONTROLLER_FAULT_ESTOP, -1, 0, 0);
 }
 

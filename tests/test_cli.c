@@ -604,6 +604,36 @@ static void too_many_drives_for_the_bus_are_refused(void **state)
     assert_non_null(strstr(err, sentence));
 }
 
+static void real_drives_are_asked_for_and_need_an_interface(void **state)
+{
+    (void)state;
+    expect_bad_input(slew("run", "--json", "--real", directory),
+                     "bus can0 has no interface");
+    expect_bad_input(
+        slew("run", "--json", "--real", "--interface", "nocan7", directory),
+        "there is no interface nocan7");
+    expect_bad_input(
+        slew("run", "--json", "--real", "--interface", "lo", directory),
+        "lo is not a CAN interface");
+    expect_bad_input(slew("run", "--interface", "can1=can7", directory),
+                     "'can1=can7' is no interface for a bus of the rig");
+    expect(slew("run", "--dry-run", "--real", "--interface", "can0=nocan7",
+                directory),
+           STATUS_OK);
+    assert_non_null(strstr(out, "REAL drives"));
+    assert_non_null(strstr(out, "interface nocan7"));
+}
+
+static void simulated_drives_need_an_interface_to_be_seen_on(void **state)
+{
+    (void)state;
+    expect_bad_input(slew("sim", directory), "bus can0 has no interface");
+    expect_bad_input(slew("sim", "--interface", "nocan7", directory),
+                     "there is no interface nocan7");
+    expect_bad_input(slew("sim", "--interface", "", rig), "--interface");
+    expect_bad_input(slew("sim", in_directory("none.yaml")), "none.yaml");
+}
+
 #define RUN(test) cmocka_unit_test_setup_teardown(test, open_bench, close_bench)
 
 int main(void)
@@ -632,6 +662,8 @@ int main(void)
         RUN(two_runs_write_the_same_telemetry),
         RUN(a_run_reports_and_its_telemetry_can_be_drawn),
         RUN(too_many_drives_for_the_bus_are_refused),
+        RUN(real_drives_are_asked_for_and_need_an_interface),
+        RUN(simulated_drives_need_an_interface_to_be_seen_on),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -41,8 +41,9 @@ static int machine_init_line(struct machine *machine, unsigned i)
         depth += (unsigned)(rig->period_ns * 3 / 2 / latency_ns);
     if (depth > HAL_MODBUS_MAILBOX)
         depth = HAL_MODBUS_MAILBOX;
-    machine->fieldbus[i] = &machine->line[i].fieldbus;
-    return modbus_bus_init(&machine->line[i], machine->ports.modbus[i], depth);
+    machine->fieldbus[i] = &machine->modbus[i].fieldbus;
+    return modbus_bus_init(&machine->modbus[i], machine->ports.modbus[i],
+                           depth);
 }
 
 /* Counts from Q16 units, magnitude; 0 (leave the drive's own) beyond u32. */
@@ -72,7 +73,7 @@ static int machine_init_servo(struct machine *machine, unsigned i)
         .latency_ns = modbus_budget_latency_ns(rig, axis->bus),
     };
     machine->axis[i] = &machine->servo[i].drive;
-    return drive_modbus_init(&machine->servo[i], &machine->line[axis->bus],
+    return drive_modbus_init(&machine->servo[i], &machine->modbus[axis->bus],
                              &config);
 }
 
@@ -111,8 +112,43 @@ static struct controller_axis_config machine_axis(const struct rig *rig,
     };
 }
 
+/* Where the controller looks for an input of this kind; NULL for outputs. */
+static struct hal_gpio **machine_input(struct controller_inputs *inputs,
+                                       const struct rig_line *line)
+{
+    switch (line->kind) {
+    case RIG_LINE_ESTOP:
+        return &inputs->estop;
+    case RIG_LINE_LIMIT_NEGATIVE:
+        return &inputs->limit_negative[line->axis];
+    case RIG_LINE_LIMIT_POSITIVE:
+        return &inputs->limit_positive[line->axis];
+    case RIG_LINE_LAMP:
+        break;
+    }
+    return NULL;
+}
+
+static int machine_init_inputs(struct machine *machine,
+                               struct controller_inputs *inputs)
+{
+    const struct rig *rig = machine->rig;
+    for (unsigned i = 0; i < rig->line_count; i++) {
+        struct hal_gpio **slot = machine_input(inputs, &rig->line[i]);
+        if (slot == NULL)
+            continue;
+        int err = gpio_debounce_init(&machine->input[i], machine->ports.line[i],
+                                     rig->line[i].release_ns);
+        if (err < 0)
+            return err;
+        *slot = &machine->input[i].gpio;
+    }
+    return MOTION_OK;
+}
+
 static int machine_init_controller(struct machine *machine)
 {
+    struct controller_inputs inputs = { 0 };
     const struct rig *rig = machine->rig;
     struct controller_config config = {
         .period_ns = rig->period_ns,
@@ -120,7 +156,10 @@ static int machine_init_controller(struct machine *machine)
     };
     for (unsigned i = 0; i < rig->axis_count; i++)
         config.axis[i] = machine_axis(rig, &rig->axis[i]);
-    return controller_init(&machine->controller, &config, machine->axis, NULL);
+    int err = machine_init_inputs(machine, &inputs);
+    return err < 0 ? err
+                   : controller_init(&machine->controller, &config,
+                                     machine->axis, &inputs);
 }
 
 int machine_init(struct machine *machine, const struct rig *rig,
@@ -149,15 +188,36 @@ int machine_init(struct machine *machine, const struct rig *rig,
                    : MOTION_OK;
 }
 
-/* The worst that a bus has to say: one that is gone before one with a second
- * master. */
-static int machine_begin(struct machine *machine, int64_t now_ns)
+/* How bad: a bus that is gone before one with a second master before one that
+ * is error-passive. */
+static int machine_badness(int err)
 {
-    int worst = MOTION_OK;
+    if (err == MOTION_OK)
+        return 0;
+    if (err == MOTION_E_LIMIT)
+        return 1;
+    return err == MOTION_E_PROTOCOL ? 2 : 3;
+}
+
+static enum hal_can_state machine_bus_state(const struct machine *machine,
+                                            unsigned bus)
+{
+    if (machine->rig->bus[bus].kind == RIG_CANOPEN)
+        return (enum hal_can_state)hal_can_state(machine->ports.can[bus]);
+    return hal_modbus_is_up(machine->ports.modbus[bus]) != 0 ? HAL_CAN_ACTIVE
+                                                             : HAL_CAN_DOWN;
+}
+
+/* The worst that a bus has to say. */
+static struct machine_trouble machine_begin(struct machine *machine,
+                                            int64_t now_ns)
+{
+    struct machine_trouble worst = { .err = MOTION_OK };
     for (unsigned i = 0; i < machine->rig->bus_count; i++) {
         int err = hal_fieldbus_begin(machine->fieldbus[i], now_ns);
-        if (err < 0 && (worst == MOTION_OK || worst == MOTION_E_PROTOCOL))
-            worst = err;
+        if (machine_badness(err) > machine_badness(worst.err))
+            worst = (struct machine_trouble){ err, i,
+                                              machine_bus_state(machine, i) };
     }
     return worst;
 }
@@ -169,10 +229,33 @@ static void machine_end(struct machine *machine, int64_t now_ns)
         (void)hal_fieldbus_end(machine->fieldbus[i], now_ns);
 }
 
+static void machine_read_inputs(struct machine *machine, int64_t now_ns)
+{
+    for (unsigned i = 0; i < machine->rig->line_count; i++)
+        if (!rig_line_is_output(&machine->rig->line[i]))
+            gpio_debounce_step(&machine->input[i], now_ns);
+}
+
+/* Lit while an axis may have torque; a lamp that cannot be set is no fault. */
+static void machine_light(struct machine *machine)
+{
+    const bool lit = !machine_is_at_rest(machine);
+    if (lit == machine->lit)
+        return;
+    machine->lit = lit;
+    for (unsigned i = 0; i < machine->rig->line_count; i++)
+        if (machine->rig->line[i].kind == RIG_LINE_LAMP)
+            (void)hal_gpio_set(machine->ports.line[i], lit);
+}
+
 void machine_tick(struct machine *machine, int64_t now_ns)
 {
-    int bus = machine_begin(machine, now_ns);
-    controller_step(&machine->controller, now_ns, bus);
+    const struct machine_trouble trouble = machine_begin(machine, now_ns);
+    if (machine->controller.fault.fault == CONTROLLER_FAULT_NONE)
+        machine->trouble = trouble;
+    machine_read_inputs(machine, now_ns);
+    controller_step(&machine->controller, now_ns, trouble.err);
+    machine_light(machine);
     machine_end(machine, now_ns);
 }
 
@@ -184,7 +267,23 @@ void machine_tick_quick_stop(struct machine *machine, int64_t now_ns)
         hal_drive_request(drive, HAL_DRIVE_REQUEST_QUICK_STOP);
         hal_drive_feedback(drive, &machine->controller.axis[i].feedback);
     }
+    machine_light(machine);
     machine_end(machine, now_ns);
+}
+
+void machine_trouble_text(const struct machine *machine,
+                          char text[MACHINE_TROUBLE_MAX])
+{
+    const struct machine_trouble *trouble = &machine->trouble;
+    const char *what = hal_can_state_text(trouble->state);
+    if (trouble->err == MOTION_E_PROTOCOL)
+        what = "frames that only a master sends";
+    else if (trouble->err == MOTION_E_IO && trouble->state < HAL_CAN_BUS_OFF)
+        what = "frames were refused three cycles in a row";
+    text[0] = '\0';
+    if (trouble->err != MOTION_OK)
+        snprintf(text, MACHINE_TROUBLE_MAX, "bus %.12s: %s",
+                 machine->rig->bus[trouble->bus].name, what);
 }
 
 bool machine_is_at_rest(const struct machine *machine)
