@@ -79,6 +79,9 @@ demo:
 	@mkdir -p $(B)/demo
 	$(SLEW) run examples/dolly --telemetry $(B)/demo/telemetry.csv \
 	        --plot $(B)/demo/dolly.png
+	@echo; echo "The opening of the same move, in real time: the pan axis is a" \
+	    "Modbus RTU servo behind a real pseudo-terminal."
+	$(SLEW) run --pty examples/modbus --telemetry $(B)/demo/modbus.csv
 
 .PHONY: test
 ## install what is missing, build, run all tests; SAN=address,undefined too
@@ -240,6 +243,8 @@ fresh:
 -include tests/vm/vm.mk tests/vm/gpiod2.mk
 # Also: bench-plan, bench-otg.
 -include tests/bench/bench.mk
+# Also: test-peers.
+-include tests/peers/peers.mk
 
 .SECONDARY:
 -include $(shell find build -name '*.d' 2>/dev/null)
