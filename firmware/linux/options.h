@@ -32,7 +32,7 @@ struct option_row {
 struct options {
     bool help, json, segments, rules, raw, realtime, dry_run, real, pty;
     const char *out, *axis, *telemetry, *plot, *compare;
-    const char *rig, *fps, *columns, *curve, *interface;
+    const char *rig, *fps, *columns, *curve, *interface, *modbus_record;
     int64_t rate_uhz;
     int64_t from_ns, to_ns, hold_at_ns, resume_after_ns;
     int64_t override_q30;
