@@ -19,12 +19,20 @@ import yaml
 
 # Malformed in ways that need more than a schema: order, sums, other values.
 BEYOND = {
+    "move_back_unused",
     "move_blend_negative",
     "move_duplicate_axis",  # the YAML library keeps the last
     "move_ease_order",
+    "move_easing_unused",
     "move_ends_of_another",
     "move_frame_without_rate",
+    "move_grid_zero",
+    "move_handle_computed",
+    "move_handle_missing",
+    "move_handle_wrong_side",
+    "move_handles_unused",
     "move_key_velocity_unused",
+    "move_left_unused",
     "move_mu_range",
     "move_mu_unused",
     "move_negative_time",
@@ -33,11 +41,12 @@ BEYOND = {
     "move_times_equal",
     "move_too_large",
     "move_unknown_axis",
+    "move_until_zero",
     "move_velocity_needed",
     "move_velocity_unused",
     "move_wrong_unit",
-    "rig_angle_on_mm",
     "rig_anchor",
+    "rig_angle_on_mm",
     "rig_bandwidth",
     "rig_bit_rate",
     "rig_control_escape",
@@ -48,8 +57,8 @@ BEYOND = {
     "rig_infinite",  # a number to YAML
     "rig_merge_key",
     "rig_nan",  # a number to YAML
-    "rig_node_ours",
     "rig_negative_limit",
+    "rig_node_ours",
     "rig_range_reversed",
     "rig_start_outside",
     "rig_stop_below",

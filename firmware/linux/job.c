@@ -104,13 +104,12 @@ static enum status job_paths(struct job *job, const struct options *options)
     return STATUS_OK;
 }
 
-/* "file:line:column: axis pan, key 3: what is wrong" */
+/* "file:line:column: key 3 of axis pan: what is wrong" */
 static enum status job_plan_fail(const struct job *job,
-                                 const struct plan_axis *axis,
                                  const struct plan_error *error)
 {
-    fprintf(stderr, "%s:%u:%u: axis %s, key %u: %s\n", job->move_path,
-            error->place.line, error->place.column, axis->name, error->key + 1,
+    fprintf(stderr, "%s:%u:%u: %s\n", job->move_path, error->place.line,
+            error->place.column,
             error->text[0] != 0 ? error->text : motion_err_text(error->code));
     return STATUS_INPUT;
 }
@@ -136,7 +135,7 @@ static enum status job_plan(struct job *job)
             return job_fail(job->move_path, "names an axis the rig lacks");
         job->rig_axis[i] = (unsigned)found;
         if (plan_axis_track(axis, &job->track[i], &error) < 0)
-            return job_plan_fail(job, axis, &error);
+            return job_plan_fail(job, &error);
         job->planned++;
         job_remark(job, axis, &job->track[i]);
         if (job->track[i].end_ns_q12 > job->end_ns_q12)
@@ -220,13 +219,14 @@ static void job_add(struct job *job, const struct job_violation *violation)
 
 /* A step of velocity at the first or last key has its own sentence. */
 static enum job_violation_kind job_kind_of(const struct plan_axis *axis,
+                                           const struct motion_track *track,
                                            const struct plan_violation *found)
 {
     if (found->kind != PLAN_VEL_STEP)
         return (enum job_violation_kind)found->kind;
-    if (found->t_ns_q12 <= axis->key[0].key.t_ns_q12)
+    if (found->t_ns_q12 <= 0 || found->t_ns_q12 <= axis->key[0].key.t_ns_q12)
         return JOB_START_MOVING;
-    if (found->t_ns_q12 >= axis->key[axis->key_count - 1].key.t_ns_q12)
+    if (found->t_ns_q12 >= track->end_ns_q12)
         return JOB_END_MOVING;
     return JOB_VEL_STEP;
 }
@@ -244,7 +244,7 @@ static void job_check_axis(struct job *job, unsigned i, int64_t rate_q30)
     for (uint32_t k = 0; k < count; k++)
         job_add(job, &(struct job_violation){
                          .axis = i,
-                         .kind = job_kind_of(axis, &found[k]),
+                         .kind = job_kind_of(axis, track, &found[k]),
                          .t_ns_q12 = found[k].t_ns_q12,
                          .value = found[k].value,
                          .limit = found[k].limit,

@@ -2,7 +2,7 @@
  *
  * What a curve can use is a table; a value that its curve would ignore is
  * refused, since whoever wrote it expects it to matter. */
-#include "firmware/linux/rig.h"
+#include "firmware/linux/move_reader.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -13,14 +13,6 @@
 #include "motion/fixed.h"
 
 #define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
-
-struct move_reader {
-    const struct rig *rig;
-    struct plan_move *move;
-    struct plan_axis *axis; /* being read */
-    const struct plan_key *key;
-    struct units_context units;
-};
 
 static const char *const move_curves[] = {
 #define MOVE_CURVE_SPELLING(name, spelling, text) [name] = spelling,
@@ -41,6 +33,14 @@ const struct yaml_words move_words[] = {
     { "key.curve", move_curves, ARRAY_LEN(move_curves) },
     { "ends.first", move_ends, ARRAY_LEN(move_ends) },
     { "ends.last", move_ends, ARRAY_LEN(move_ends) },
+    { "axis.interpolation", move_interpolation_word, MOVE_INTERPOLATIONS },
+    { "axis.easing", move_easing_word, MOVE_EASINGS },
+    { "axis.smoothing", move_smoothing_word, MOVE_SMOOTHINGS },
+    { "axis.extrapolation", move_extrapolation_word, MOVE_EXTRAPOLATIONS },
+    { "cycles.before", move_cycle_word, MOVE_CYCLES },
+    { "cycles.after", move_cycle_word, MOVE_CYCLES },
+    { "key.interpolation", move_interpolation_word, MOVE_INTERPOLATIONS },
+    { "key.easing", move_easing_word, MOVE_EASINGS },
     { NULL, NULL, 0 },
 };
 
@@ -56,8 +56,8 @@ static const struct plan_curve_rules *move_rules(const struct move_reader *self)
     return plan_curve_rules(self->axis->curve);
 }
 
-static int move_refuse_use(const struct yaml_value *value,
-                           const struct plan_curve_rules *rules)
+int move_refuse_use(const struct yaml_value *value,
+                    const struct plan_curve_rules *rules)
 {
     return yaml_value_refuse(value, "is not used by curve %s", rules->name);
 }
@@ -219,13 +219,12 @@ move_curve_of(const struct move_reader *self, const struct plan_key *key)
     return plan_curve_rules(key->has_curve ? key->curve : self->axis->curve);
 }
 
-static const struct plan_curve_rules *move_after(const struct move_reader *self)
+const struct plan_curve_rules *move_after(const struct move_reader *self)
 {
     return move_curve_of(self, self->key);
 }
 
-static const struct plan_curve_rules *
-move_before(const struct move_reader *self)
+const struct plan_curve_rules *move_before(const struct move_reader *self)
 {
     return move_curve_of(self, self->key == self->axis->key ? self->key
                                                             : self->key - 1);
@@ -237,7 +236,10 @@ static int move_read_key_curve(void *reader, const struct yaml_value *value,
     struct plan_key *key = out;
 
     key->has_curve = true;
-    return move_read_curve(reader, value, &key->curve);
+    if (move_read_curve(reader, value, &key->curve) < 0)
+        return -1;
+    return key->curve == PLAN_CURVE_BEZIER ? move_bezier_room(reader, value)
+                                           : 0;
 }
 
 static int move_read_key_time(void *reader, const struct yaml_value *value,
@@ -251,7 +253,7 @@ static int move_read_key_time(void *reader, const struct yaml_value *value,
     if (yaml_units_read(value, UNITS_TIME, &self->units, &key->key.t_ns_q12) <
         0)
         return -1;
-    if (key->key.t_ns_q12 < 0)
+    if (key->key.t_ns_q12 < 0 && !move_after(self)->handles)
         return yaml_value_refuse(value, "%s is before the start of the move",
                                  yaml_value_quote(quote, value));
     if (key > axis->key && key->key.t_ns_q12 <= key[-1].key.t_ns_q12)
@@ -319,9 +321,34 @@ static const struct yaml_field move_key_fields[] = {
     { "a", YAML_OPTIONAL,
       "an acceleration only with c2, quintic, c4 or constraints",
       move_read_key_acceleration, 0 },
+    { "handles", YAML_OPTIONAL,
+      "free, aligned, vector, auto or auto-clamped, or a list of two such "
+      "kinds, with curve bezier",
+      move_read_key_handles, 0 },
+    { "left", YAML_OPTIONAL,
+      "[dt, dp] from the key, such as [-0.5 s, 20 mm], with handles free or "
+      "aligned",
+      move_read_key_left, 0 },
+    { "right", YAML_OPTIONAL,
+      "[dt, dp] from the key, such as [0.5 s, 20 mm], with handles free or "
+      "aligned",
+      move_read_key_right, 0 },
+    { "interpolation", YAML_OPTIONAL,
+      "constant, linear, bezier, sine, quad, cubic, quart, quint, expo, circ, "
+      "back, bounce or elastic, with curve bezier",
+      move_read_key_interpolation, 0 },
+    { "easing", YAML_OPTIONAL,
+      "auto, in, out or in-out, with an interpolation from sine to elastic",
+      move_read_key_easing, 0 },
+    { "back", YAML_OPTIONAL, "a number such as 1.7, with interpolation back",
+      move_read_key_back, 0 },
+    { "amplitude", YAML_OPTIONAL, "a distance, with interpolation elastic",
+      move_read_key_amplitude, 0 },
+    { "period", YAML_OPTIONAL, "a time, with interpolation elastic",
+      move_read_key_period, 0 },
 };
 #define MOVE_KEY_SHORT (&move_key_fields[1])
-#define MOVE_KEY_LIST  (ARRAY_LEN(move_key_fields) - 1)
+#define MOVE_KEY_LIST  4
 
 static const struct yaml_shape move_key_shape = { "key", move_key_fields,
                                                   ARRAY_LEN(move_key_fields) };
@@ -352,16 +379,18 @@ static int move_read_key(struct move_reader *reader,
     const struct plan_curve_rules *needs;
 
     reader->key = key;
+    move_bezier_open_key(reader);
     key->place = yaml_tree_place(value->tree, value->node);
     if ((is_list ? move_read_key_list(reader, value, key)
                  : yaml_fields_read(value, &move_key_shape, reader, key)) < 0)
         return -1;
     needs = move_after(reader)->vel == PLAN_MUST ? move_after(reader)
                                                  : move_before(reader);
-    if (needs->vel == PLAN_MUST && !key->key.has_vel)
+    if (needs->vel == PLAN_MUST && !key->key.has_vel &&
+        !move_before(reader)->handles && !move_after(reader)->handles)
         return yaml_value_refuse(value, "has no velocity, which curve %s needs",
                                  needs->name);
-    return 0;
+    return move_bezier_close_key(reader, value);
 }
 
 static int move_read_keys(void *reader, const struct yaml_value *value,
@@ -376,6 +405,9 @@ static int move_read_keys(void *reader, const struct yaml_value *value,
     axis->key = calloc(count, sizeof(axis->key[0]));
     if (axis->key == NULL)
         return yaml_value_refuse(value, "are too many for the memory");
+    ((struct move_reader *)reader)->keys = count;
+    if (axis->curve == PLAN_CURVE_BEZIER && move_bezier_room(reader, value) < 0)
+        return -1;
     item.name = "key";
     item.expected =
         "[t, p], [t, p, v], [t, p, v, a] or a map with t, p, v, a, curve";
@@ -407,6 +439,32 @@ static const struct yaml_field move_axis_fields[] = {
       "rest, one-sided, natural, not-a-knot, periodic or a map with first and "
       "last, as far as the curve has them",
       move_read_ends, 0 },
+    { "handles", YAML_OPTIONAL,
+      "free, aligned, vector, auto or auto-clamped, or a list of two such "
+      "kinds, with bezier",
+      move_read_handles, 0 },
+    { "interpolation", YAML_OPTIONAL,
+      "constant, linear, bezier, sine, quad, cubic, quart, quint, expo, circ, "
+      "back, bounce or elastic, with bezier",
+      move_read_interpolation, 0 },
+    { "easing", YAML_OPTIONAL, "auto, in, out or in-out, with bezier",
+      move_read_easing, 0 },
+    { "smoothing", YAML_OPTIONAL, "none or acceleration, with bezier",
+      move_read_smoothing, 0 },
+    { "extrapolation", YAML_OPTIONAL, "constant or linear, with bezier",
+      move_read_extrapolation, 0 },
+    { "cycles", YAML_OPTIONAL,
+      "a map with before, after, before_count and after_count, with bezier",
+      move_read_cycles, 0 },
+    { "until", YAML_OPTIONAL,
+      "the time when the axis comes to its end, with "
+      "bezier",
+      move_read_until, 0 },
+    { "grid", YAML_OPTIONAL,
+      "[time, position] that look equally long, such as [frame 1 @ 24, 1 mm], "
+      "with "
+      "bezier",
+      move_read_grid, 0 },
     { "keys", YAML_REQUIRED, "a list of 1 .. 1000000 keys such as [2 s, 40 mm]",
       move_read_keys, 0 },
 };
@@ -450,6 +508,11 @@ static int move_read_axis(void *reader, uint32_t key,
     };
     memcpy(axis->name, entry->name, strlen(entry->name) + 1);
     self->axis = axis;
+    self->handles = (struct plan_bezier_key){
+        .left.kind = MOTION_FCURVE_CLAMPED,
+        .right.kind = MOTION_FCURVE_CLAMPED,
+        .interpolation = MOTION_FCURVE_BEZIER,
+    };
     self->units.unit = self->rig->axis[index].unit;
     value.expected = "a map with curve and keys";
     return yaml_fields_read(&value, &move_axis_shape, reader, axis);
@@ -493,7 +556,8 @@ static const struct yaml_shape move_shape = { "move", move_fields,
                                               ARRAY_LEN(move_fields) };
 
 const struct yaml_shape *const move_shapes[] = {
-    &move_shape, &move_axis_shape, &move_end_shape, &move_key_shape, NULL,
+    &move_shape,     &move_axis_shape,   &move_end_shape,
+    &move_key_shape, &move_cycles_shape, NULL,
 };
 
 int move_load(const char *path, const struct rig *rig, struct plan_move *move,
@@ -519,6 +583,6 @@ int move_load(const char *path, const struct rig *rig, struct plan_move *move,
 void move_free(struct plan_move *move)
 {
     for (uint32_t i = 0; i < move->axis_count; i++)
-        free(move->axis[i].key);
+        plan_axis_free(&move->axis[i]);
     *move = (struct plan_move){ 0 };
 }

@@ -13,6 +13,7 @@
 #include "motion/bake_poly.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
+#include "motion/plan/move_internal.h"
 
 #define MOVE_END(rule) (1u << MOTION_SPLINE_##rule)
 #define MOVE_SIMPLE    (MOVE_END(REST) | MOVE_END(ONE_SIDED))
@@ -44,6 +45,7 @@ static const struct plan_curve_rules move_rules[] = {
     { "b-spline", PLAN_NO, PLAN_NO, MOVE_END(REST) | MOVE_END(NATURAL),
       .mu = false },
     { "lagrange", PLAN_NO, PLAN_NO, .ends = 0 },
+    { "bezier", PLAN_NO, PLAN_NO, .handles = true },
 };
 
 #define MOVE_CURVES (sizeof move_rules / sizeof move_rules[0])
@@ -56,28 +58,18 @@ const struct plan_curve_rules *plan_curve_rules(enum plan_curve curve)
 static const char *const move_end_name[] = { "rest", "one-sided", "natural",
                                              "not-a-knot", "periodic" };
 
-/* One axis on its way to a track. */
-struct move {
-    const struct plan_axis *axis;
-    struct motion_key *key; /* copies, filled in */
-    struct motion_spline_work *work;
-    struct motion_track *track;
-    struct plan_error *error;
-};
-
-static double move_seconds(int64_t t_ns_q12)
+double move_seconds(int64_t t_ns_q12)
 {
     return (double)t_ns_q12 / (double)MOTION_FIXED_S_Q12;
 }
 
-static double move_units(int64_t a_q32)
+double move_units(int64_t a_q32)
 {
     return (double)a_q32 / (double)MOTION_FIXED_ONE_Q32;
 }
 
-__attribute__((format(printf, 4, 5))) static int
-move_fail_key(const struct move *move, int code, uint32_t key,
-              const char *format, ...)
+int move_fail_key(const struct move *move, int code, uint32_t key,
+                  const char *format, ...)
 {
     struct plan_error *error = move->error;
     const struct plan_axis *axis = move->axis;
@@ -97,8 +89,7 @@ move_fail_key(const struct move *move, int code, uint32_t key,
     return code;
 }
 
-__attribute__((format(printf, 3, 4))) static int
-move_fail_axis(const struct move *move, int code, const char *format, ...)
+int move_fail_axis(const struct move *move, int code, const char *format, ...)
 {
     struct plan_error *error = move->error;
     va_list args;
@@ -114,7 +105,7 @@ move_fail_axis(const struct move *move, int code, const char *format, ...)
     return code;
 }
 
-static bool move_is_rest(enum plan_curve curve)
+bool move_is_rest(enum plan_curve curve)
 {
     return curve == PLAN_CURVE_PARABOLIC || curve == PLAN_CURVE_SINE ||
            curve == PLAN_CURVE_SCURVE;
@@ -172,8 +163,7 @@ static int move_check_axis(const struct move *move)
     return move_check_shape(move);
 }
 
-/* The curve of the span that starts at key i. */
-static enum plan_curve move_curve_at(const struct plan_axis *axis, uint32_t i)
+enum plan_curve move_curve_at(const struct plan_axis *axis, uint32_t i)
 {
     return axis->key[i].has_curve ? axis->key[i].curve : axis->curve;
 }
@@ -211,7 +201,9 @@ static int move_check_ends(const struct move *move)
     if (periodic && axis->key[0].key.pos_q32 != axis->key[last].key.pos_q32)
         return move_fail_key(move, MOTION_E_ARG, last,
                              "a periodic axis must end where it starts");
-    rc = move_check_end(move, move_curve_at(axis, 0), axis->first);
+    rc = move_bezier_check(move);
+    if (rc == MOTION_OK)
+        rc = move_check_end(move, move_curve_at(axis, 0), axis->first);
     if (rc == MOTION_OK)
         rc = move_check_end(move, move_curve_at(axis, last ? last - 1 : 0),
                             axis->last);
@@ -224,7 +216,7 @@ static int move_check_time(const struct move *move, uint32_t i)
     const int64_t t = key->key.t_ns_q12;
     const int64_t before = i == 0 ? 0 : key[-1].key.t_ns_q12;
 
-    if (t < 0)
+    if (t < (move->is_bezier ? -MOTION_TRACK_SEGMENT_MAX_NS_Q12 : 0))
         return move_fail_key(move, MOTION_E_ORDER, i,
                              "time %.9g s is before the start of the move",
                              move_seconds(t));
@@ -233,8 +225,8 @@ static int move_check_time(const struct move *move, uint32_t i)
             move, MOTION_E_ORDER, i,
             "time %.9g s is not after the key before it (%.9g s)",
             move_seconds(t), move_seconds(before));
-    if (t - before > MOTION_TRACK_SEGMENT_MAX_NS_Q12 ||
-        t > MOTION_TRACK_MAX_NS_Q12)
+    if (t > MOTION_TRACK_MAX_NS_Q12 ||
+        t - before > MOTION_TRACK_SEGMENT_MAX_NS_Q12)
         return move_fail_key(
             move, MOTION_E_RANGE, i,
             "time %.9g s is too late: at most %.9g s after the key before it "
@@ -283,6 +275,7 @@ static int move_check_key(const struct move *move, uint32_t i)
     const enum plan_curve after = move_curve_at(axis, i < last ? i : i - !!i);
     const enum plan_curve before = i > 0 ? move_curve_at(axis, i - 1) : after;
     const struct plan_curve_rules *vel, *acc;
+    enum plan_given needs;
     int rc = move_check_time(move, i);
 
     if (rc == MOTION_OK &&
@@ -294,8 +287,12 @@ static int move_check_key(const struct move *move, uint32_t i)
         return rc;
     vel = move_stricter(&move_rules[before], &move_rules[after], false);
     acc = move_stricter(&move_rules[before], &move_rules[after], true);
-    rc = move_check_given(move, i, "velocity", vel->name, vel->vel,
-                          key->has_vel, key->vel.m == 0);
+    needs = vel->vel;
+    if (needs == PLAN_MUST &&
+        (move_rules[before].handles || move_rules[after].handles))
+        needs = PLAN_MAY; /* the handle says it */
+    rc = move_check_given(move, i, "velocity", vel->name, needs, key->has_vel,
+                          key->vel.m == 0);
     if (rc == MOTION_OK)
         rc = move_check_given(move, i, "acceleration", acc->name, acc->acc,
                               key->has_acc, key->acc.m == 0);
@@ -339,22 +336,35 @@ struct move_run {
     enum motion_spline_end first, last;
 };
 
+/* Rounded corners start and end at full speed beside whatever takes it. */
+static enum motion_spline_end move_inner_end(enum plan_curve curve,
+                                             enum plan_curve beside)
+{
+    return move_is_straight(curve) && !move_is_rest(beside)
+               ? MOTION_SPLINE_ONE_SIDED
+               : MOTION_SPLINE_REST;
+}
+
 static struct move_run move_run(const struct plan_axis *axis, uint32_t from)
 {
-    struct move_run run = { from, 1, move_curve_at(axis, from),
-                            MOTION_SPLINE_REST, MOTION_SPLINE_REST };
+    struct move_run run = { .from = from,
+                            .count = 1,
+                            .curve = move_curve_at(axis, from) };
 
     while (from + run.count < axis->key_count &&
            move_curve_at(axis, from + run.count - 1) == run.curve)
         run.count++;
-    if (from == 0)
-        run.first = axis->first;
-    if (from + run.count == axis->key_count)
-        run.last = axis->last;
+    run.first = from == 0
+                    ? axis->first
+                    : move_inner_end(run.curve, move_curve_at(axis, from - 1));
+    run.last = from + run.count == axis->key_count
+                   ? axis->last
+                   : move_inner_end(run.curve,
+                                    move_curve_at(axis, from + run.count - 1));
     return run;
 }
 
-static bool move_is_straight(enum plan_curve curve)
+bool move_is_straight(enum plan_curve curve)
 {
     return curve == PLAN_CURVE_LINEAR || curve == PLAN_CURVE_ROUNDED ||
            curve == PLAN_CURVE_SMOOTHED;
@@ -366,7 +376,7 @@ static bool move_is_fifth(enum plan_curve curve)
 }
 
 /* What both runs have at the key between them. */
-static int move_pin(const struct move *move, uint32_t i)
+static int move_pin(struct move *move, uint32_t i)
 {
     const enum plan_curve before = move_curve_at(move->axis, i - 1);
     const enum plan_curve after = move_curve_at(move->axis, i);
@@ -399,7 +409,10 @@ static int move_pin(const struct move *move, uint32_t i)
                        : motion_real_zero();
     }
     key->has_vel = true;
-    return MOTION_OK;
+    if (before != PLAN_CURVE_BEZIER && after != PLAN_CURVE_BEZIER)
+        return MOTION_OK;
+    return move_bezier_pin(move, i,
+                           move_is_fifth(before) || move_is_fifth(after));
 }
 
 /* Velocities and accelerations by the run's curve. */
@@ -457,8 +470,7 @@ static int move_fill(const struct move *move, const struct move_run *run)
 
 /* --- appending ------------------------------------------------------------ */
 
-/* Room for `more` segments, doubling. */
-static int move_grow(const struct move *move, uint32_t more)
+int move_grow(const struct move *move, uint32_t more)
 {
     struct motion_track *track = move->track;
     struct motion_segment *segment;
@@ -570,6 +582,8 @@ static int move_append_run(const struct move *move, const struct move_run *run)
 
     if (move_is_rest(run->curve))
         return move_append_rest(move, run);
+    if (run->curve == PLAN_CURVE_BEZIER)
+        return move_bezier_append(move, run->from, run->from + run->count - 1);
     if (run->curve == PLAN_CURVE_LAGRANGE &&
         run->count > MOTION_SPLINE_LAGRANGE_KEYS)
         return move_fail_key(
@@ -585,13 +599,25 @@ static int move_append_run(const struct move *move, const struct move_run *run)
                            : move_fail_span(move, rc, run->from + span);
 }
 
-static int move_append(const struct move *move)
+static bool move_has_bezier(const struct plan_axis *axis)
+{
+    for (uint32_t i = 0; i < axis->key_count; i++)
+        if (move_curve_at(axis, i) == PLAN_CURVE_BEZIER)
+            return true;
+    return false;
+}
+
+static int move_append(struct move *move)
 {
     const uint32_t last = move->axis->key_count - 1;
     const int64_t wait = move->key[0].t_ns_q12;
     struct move_run run = { .count = 1 };
     int rc = MOTION_OK;
 
+    if (move_has_bezier(move->axis))
+        rc = move_bezier_handles(move);
+    if (rc == MOTION_OK && move->is_bezier)
+        return move_bezier_append_all(move);
     for (uint32_t i = 1; rc == MOTION_OK && i < last; i++)
         if (move_curve_at(move->axis, i) != move_curve_at(move->axis, i - 1))
             rc = move_pin(move, i);
@@ -609,7 +635,10 @@ static int move_append(const struct move *move)
 int plan_axis_track(const struct plan_axis *axis, struct motion_track *track,
                     struct plan_error *error)
 {
-    struct move move = { .axis = axis, .track = track, .error = error };
+    struct move move = { .axis = axis,
+                         .is_bezier = move_is_bezier(axis),
+                         .track = track,
+                         .error = error };
     int rc;
 
     motion_track_init(track, NULL, 0, 0);
@@ -622,6 +651,7 @@ int plan_axis_track(const struct plan_axis *axis, struct motion_track *track,
     }
     free(move.key);
     free(move.work);
+    free(move.handles.key);
     if (rc == MOTION_OK)
         move_trim(track);
     else
@@ -633,6 +663,13 @@ void plan_track_free(struct motion_track *track)
 {
     free(track->segment);
     motion_track_init(track, NULL, 0, 0);
+}
+
+void plan_axis_free(struct plan_axis *axis)
+{
+    free(axis->key);
+    free(axis->bezier.key);
+    *axis = (struct plan_axis){ .key = NULL };
 }
 
 /* How far `value` is outside low .. high. */

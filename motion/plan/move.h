@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 #include "motion/ease.h"
+#include "motion/fcurve.h"
 #include "motion/spline.h"
 #include "motion/track.h"
 
@@ -52,7 +53,9 @@
     X(PLAN_CURVE_BSPLINE, "b-spline",                                          \
       "keys attract the curve, which passes by them smoothly")                 \
     X(PLAN_CURVE_LAGRANGE, "lagrange",                                         \
-      "one polynomial through at most 16 keys; swings, to see why not")
+      "one polynomial through at most 16 keys; swings, to see why not")        \
+    X(PLAN_CURVE_BEZIER, "bezier",                                             \
+      "keys with handles and easings, as Blender's curves have them")
 
 enum plan_curve {
 #define PLAN_CURVE_ENUM(name, spelling, text) name,
@@ -67,7 +70,7 @@ struct plan_curve_rules {
     const char *name;
     enum plan_given vel, acc;
     unsigned ends; /* bit 1 << enum motion_spline_end for each that it has */
-    bool mu, ease, blend, shape;
+    bool mu, ease, blend, shape, handles;
 };
 /* NULL where there is no such curve. */
 const struct plan_curve_rules *plan_curve_rules(enum plan_curve curve);
@@ -82,6 +85,31 @@ struct plan_key {
     struct plan_place place;
     bool has_curve; /* the span from this key has a curve of its own */
     enum plan_curve curve;
+};
+
+/* A handle, from its key; read for FREE and ALIGNED. */
+struct plan_handle {
+    uint8_t kind; /* enum motion_fcurve_handle */
+    int64_t dt_ns_q12, dp_q32;
+};
+
+/* What a key of a bezier curve has besides its point; as motion_fcurve_key. */
+struct plan_bezier_key {
+    struct plan_handle left, right;
+    uint8_t interpolation, easing; /* of the span that starts here */
+    int64_t back_q32, amplitude_q32, period_ns_q12;
+};
+
+/* The bezier part of an axis; as motion_fcurve.  Extrapolation, cycles and an
+ * end of its own only where all spans are bezier. */
+struct plan_bezier {
+    struct plan_bezier_key *key; /* one per key of the axis; NULL: all
+                                    CLAMPED and BEZIER */
+    uint8_t smoothing, extrapolation;
+    struct motion_fcurve_cycles before, after;
+    int64_t frame_ns_q12, value_q32;
+    bool has_end; /* else the last key, or the end of so many cycles */
+    int64_t end_ns_q12;
 };
 
 struct plan_limit {
@@ -100,6 +128,7 @@ struct plan_axis {
     int64_t k1_q32, k2_q32; /* parabolic, sine, s-curve */
     int64_t blend_ns_q12;   /* rounded, smoothed: length of a corner */
     struct motion_spline_kochanek shape;
+    struct plan_bezier bezier;
     struct plan_key *key;
     uint32_t key_count;
     struct plan_place place;
@@ -135,6 +164,7 @@ struct plan_error {
  *                                may               no
  *   c2, quintic, c4, constraints may               may (c2: at its ends)
  *   b-spline, lagrange           no                no
+ *   bezier                       no                no
  *
  * Where neighbouring spans have different curves, each run of equal ones is
  * planned by itself; at the key between them the curve has the velocity that
@@ -142,6 +172,12 @@ struct plan_error {
  * of the parabola through three keys (and, for quintic and c4, its acceleration;
  * zero beside straight and resting ones).  b-spline and lagrange cannot keep a
  * velocity there.
+ * A bezier handle of the kinds AUTO and CLAMPED turns to that velocity; any
+ * other says it, and its acceleration, and what rests, or rounds corners, beside
+ * another velocity is MOTION_E_ARG.
+ * A bezier span whose curve steps, or has no finite velocity, is
+ * MOTION_E_LIMIT.  Keys may be before the start of the move where all spans are
+ * bezier.
  * What may be given and is not is filled in (motion/spline.h).
  *
  * On success the track's segments are on the heap and belong to the caller:
@@ -153,6 +189,9 @@ struct plan_error {
 int plan_axis_track(const struct plan_axis *axis, struct motion_track *track,
                     struct plan_error *error);
 void plan_track_free(struct motion_track *track);
+
+/* Free what an axis has on the heap: its keys and their handles. */
+void plan_axis_free(struct plan_axis *axis);
 
 /* A remark on a track that is right but hardly what was wanted: one polynomial
  * through many keys (lagrange) that goes far beyond them.  False when there is
