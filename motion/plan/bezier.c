@@ -305,20 +305,35 @@ static int64_t bezier_end(const struct move *move)
     return laps;
 }
 
-static struct motion_fcurve_range bezier_range(const struct move *move,
-                                               int64_t from, int64_t to)
+static struct motion_real bezier_size(const struct motion_fcurve *curve)
 {
-    const struct motion_fcurve *curve = &move->handles;
     int64_t low = INT64_MAX, high = INT64_MIN;
-    struct motion_real size;
 
     for (uint32_t i = 0; i < curve->count; i++) {
         const int64_t pos = curve->key[i].at.pos_q32;
         low = pos < low ? pos : low;
         high = pos > high ? pos : high;
     }
-    size = motion_real_sub(motion_real_from_q(high, 32),
+    return motion_real_sub(motion_real_from_q(high, 32),
                            motion_real_from_q(low, 32));
+}
+
+/* The most that an elastic span swings: its change, or its amplitude. */
+static struct motion_real bezier_swing(const struct motion_fcurve *curve,
+                                       struct motion_real size)
+{
+    for (uint32_t i = 0; i < curve->count; i++)
+        if (curve->key[i].interpolation == MOTION_FCURVE_ELASTIC)
+            size = motion_real_max(
+                size, motion_real_from_q(curve->key[i].amplitude_q32, 32));
+    return size;
+}
+
+static struct motion_fcurve_range bezier_range(const struct move *move,
+                                               int64_t from, int64_t to)
+{
+    const struct motion_real size = bezier_size(&move->handles);
+
     return (struct motion_fcurve_range){
         .from_ns_q12 = from,
         .to_ns_q12 = to,
@@ -327,7 +342,8 @@ static struct motion_fcurve_range bezier_range(const struct move *move,
                             motion_real_make(1, BEZIER_WITHIN_LEAST)),
         .within.vel = motion_real_zero(),
         .within.acc = motion_real_zero(),
-        .step = motion_real_scale(size, BEZIER_ELASTIC),
+        .step = motion_real_scale(bezier_swing(&move->handles, size),
+                                  BEZIER_ELASTIC),
     };
 }
 
@@ -337,11 +353,20 @@ static bool bezier_repeats(const struct motion_fcurve *curve)
            curve->after.mode == MOTION_FCURVE_REPEAT;
 }
 
+static bool bezier_ends(const struct motion_fcurve *curve)
+{
+    return (curve->before.mode != MOTION_FCURVE_ONCE && curve->before.count) ||
+           (curve->after.mode != MOTION_FCURVE_ONCE && curve->after.count);
+}
+
 /* Why a machine cannot follow, at the key that motion_fcurve_append names. */
 static int bezier_fail_limit(const struct move *move, uint32_t key)
 {
-    const struct motion_fcurve_key *at = &move->handles.key[key];
-    const uint32_t last = move->handles.count - 1;
+    const struct motion_fcurve *curve = &move->handles;
+    const struct motion_fcurve_key *at = &curve->key[key];
+    const uint32_t last = curve->count - 1;
+    const bool end = key == 0 || key == last;
+    const bool apart = curve->key[0].at.pos_q32 != curve->key[last].at.pos_q32;
 
     if (key > 0 && at[-1].interpolation == MOTION_FCURVE_CONSTANT &&
         at[-1].at.pos_q32 != at->at.pos_q32)
@@ -351,11 +376,15 @@ static int bezier_fail_limit(const struct move *move, uint32_t key)
             "which no machine can",
             move_units(at[-1].at.pos_q32),
             move_units(at->at.pos_q32) - move_units(at[-1].at.pos_q32));
-    if ((key == 0 || key == last) && bezier_repeats(&move->handles) &&
-        move->handles.key[0].at.pos_q32 != move->handles.key[last].at.pos_q32)
+    if (end && apart && bezier_repeats(curve))
         return move_fail_key(move, MOTION_E_LIMIT, key,
                              "a cycle would jump here, as it does not end "
                              "where it starts; repeat-offset would not");
+    if (end && bezier_ends(curve) &&
+        (apart || curve->extrapolation == MOTION_FCURVE_LINE))
+        return move_fail_key(move, MOTION_E_LIMIT, key,
+                             "where its cycles end it would jump back to this "
+                             "key, expected an earlier until or more cycles");
     return move_fail_key(move, MOTION_E_LIMIT, key,
                          "the velocity or acceleration is infinite, or too "
                          "steep, which no machine can follow");
