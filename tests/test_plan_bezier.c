@@ -179,10 +179,10 @@ static void a_given_handle_tells_its_neighbour(void **state)
     near_to(worst_step(), 0, 1e-6);
     plan_track_free(&track);
     keys[1].curve = PLAN_CURVE_SINE;
-    refused(MOTION_E_ARG, "bezier has the velocity 12 there and sine 0");
+    refused(MOTION_E_ARG, "speed would step: bezier has 12 there and sine 0");
     keys[1].curve = PLAN_CURVE_QUINTIC;
     keys[1].key.has_vel = true;
-    refused(MOTION_E_ARG, "velocity is given, but a handle says it too");
+    refused(MOTION_E_ARG, "velocity is given, but bezier has one of its own");
 }
 
 static void what_would_jump_is_refused(void **state)

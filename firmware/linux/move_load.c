@@ -387,7 +387,7 @@ static int move_read_key(struct move_reader *reader,
     needs = move_after(reader)->vel == PLAN_MUST ? move_after(reader)
                                                  : move_before(reader);
     if (needs->vel == PLAN_MUST && !key->key.has_vel &&
-        !move_before(reader)->handles && !move_after(reader)->handles)
+        !move_before(reader)->own && !move_after(reader)->own)
         return yaml_value_refuse(value, "has no velocity, which curve %s needs",
                                  needs->name);
     return move_bezier_close_key(reader, value);

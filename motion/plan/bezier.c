@@ -215,47 +215,6 @@ static int bezier_turn(struct move *move, uint32_t i, bool left)
                          "its handle is beyond the range of positions");
 }
 
-static bool bezier_differs(struct motion_real a, struct motion_real b)
-{
-    const struct motion_real off = motion_real_abs(motion_real_sub(a, b));
-    const struct motion_real size =
-        motion_real_max(motion_real_abs(a), motion_real_abs(b));
-
-    return motion_real_cmp(off, motion_real_max(motion_real_scale(size, -30),
-                                                motion_real_make(1, -28))) > 0;
-}
-
-static double bezier_double(struct motion_real a)
-{
-    int64_t q16;
-
-    return motion_real_round(a, 16, &q16) == MOTION_OK ? (double)q16 / 65536
-                                                       : 0;
-}
-
-/* A handle that stays says the velocity.  A resting or rounded neighbour has
- * one of its own, which must be the same; a linear one steps by its nature. */
-static int bezier_tell(struct move *move, uint32_t i, bool left,
-                       struct motion_real vel)
-{
-    const enum plan_curve other = move_curve_at(move->axis, left ? i : i - 1);
-    const struct plan_curve_rules *rules = plan_curve_rules(other);
-    struct motion_key *key = &move->key[i];
-
-    if (move->axis->key[i].key.has_vel)
-        return move_fail_key(move, MOTION_E_ARG, i,
-                             "velocity is given, but a handle says it too");
-    if ((move_is_rest(other) || move_is_straight(other)) &&
-        other != PLAN_CURVE_LINEAR && bezier_differs(vel, key->vel))
-        return move_fail_key(move, MOTION_E_ARG, i,
-                             "bezier has the velocity %.6g there and %s %.6g, "
-                             "expected another handle",
-                             bezier_double(vel), rules->name,
-                             bezier_double(key->vel));
-    key->vel = vel;
-    return MOTION_OK;
-}
-
 int move_bezier_pin(struct move *move, uint32_t i, bool fifth)
 {
     const bool left = move_curve_at(move->axis, i - 1) == PLAN_CURVE_BEZIER;
@@ -277,7 +236,7 @@ int move_bezier_pin(struct move *move, uint32_t i, bool fifth)
                              "the velocity of bezier is infinite there, which "
                              "no machine can follow");
     if (!automatic)
-        rc = bezier_tell(move, i, left, value.vel);
+        rc = move_tell(move, i, left, value.vel);
     if (fifth) {
         move->key[i].has_acc = true;
         move->key[i].acc = value.acc;
@@ -390,13 +349,18 @@ static int bezier_fail_limit(const struct move *move, uint32_t key)
                          "steep, which no machine can follow");
 }
 
+static int bezier_fail_full(const struct move *move)
+{
+    return move_fail_axis(move, MOTION_E_FULL, "takes more than %u segments",
+                          BEZIER_SEGMENTS_MAX);
+}
+
 static int bezier_fail(const struct move *move, int code, uint32_t key)
 {
     if (code == MOTION_E_LIMIT)
         return bezier_fail_limit(move, key);
     if (code == MOTION_E_FULL)
-        return move_fail_axis(move, code, "takes more than %u segments",
-                              BEZIER_SEGMENTS_MAX);
+        return bezier_fail_full(move);
     return move_fail_key(move, code, key,
                          "the way beside it is beyond the range of position, "
                          "velocity, acceleration or time");
@@ -426,6 +390,19 @@ int move_bezier_append(const struct move *move, uint32_t from, uint32_t to)
                          move->key[to].t_ns_q12);
 }
 
+/* Cycles alone take more segments than there may be. */
+static bool bezier_is_endless(const struct motion_fcurve *curve, int64_t end)
+{
+    const int64_t first = curve->key[0].at.t_ns_q12;
+    const int64_t period = curve->key[curve->count - 1].at.t_ns_q12 - first;
+    const int64_t from = first < 0 ? first : 0;
+
+    if (period == 0 || (curve->before.mode == MOTION_FCURVE_ONCE &&
+                        curve->after.mode == MOTION_FCURVE_ONCE))
+        return false;
+    return (end - from) / period > BEZIER_SEGMENTS_MAX / curve->count;
+}
+
 int move_bezier_append_all(const struct move *move)
 {
     const int64_t end = bezier_end(move);
@@ -440,6 +417,8 @@ int move_bezier_append_all(const struct move *move)
                               "it starts beyond the range of positions or "
                               "ends after %.9g s",
                               move_seconds(MOTION_TRACK_MAX_NS_Q12));
+    if (bezier_is_endless(&move->handles, end))
+        return bezier_fail_full(move);
     motion_track_init(move->track, NULL, 0, pos);
     return end > 0 ? bezier_append(move, 0, end) : MOTION_OK;
 }

@@ -21,12 +21,12 @@
 
 /* In the order of PLAN_CURVE_LIST. */
 static const struct plan_curve_rules move_rules[] = {
-    { "linear", PLAN_NO, PLAN_NO, .ends = 0 },
-    { "rounded", PLAN_NO, PLAN_NO, MOVE_SIMPLE, .blend = true },
-    { "smoothed", PLAN_NO, PLAN_NO, MOVE_SIMPLE, .blend = true },
-    { "parabolic", PLAN_ZERO, PLAN_NO, .ease = true },
-    { "sine", PLAN_ZERO, PLAN_NO, .ease = true },
-    { "s-curve", PLAN_ZERO, PLAN_ZERO, .ease = true },
+    { "linear", PLAN_NO, PLAN_NO, .ends = 0, .own = true },
+    { "rounded", PLAN_NO, PLAN_NO, MOVE_SIMPLE, .blend = true, .own = true },
+    { "smoothed", PLAN_NO, PLAN_NO, MOVE_SIMPLE, .blend = true, .own = true },
+    { "parabolic", PLAN_ZERO, PLAN_NO, .ease = true, .own = true },
+    { "sine", PLAN_ZERO, PLAN_NO, .ease = true, .own = true },
+    { "s-curve", PLAN_ZERO, PLAN_ZERO, .ease = true, .own = true },
     { "hermite", PLAN_MUST, PLAN_NO, .ends = 0 },
     { "catmull-rom", PLAN_MAY, PLAN_NO, MOVE_TANGENT, .mu = false },
     { "cardinal", PLAN_MAY, PLAN_NO, MOVE_TANGENT, .mu = true },
@@ -44,8 +44,8 @@ static const struct plan_curve_rules move_rules[] = {
     { "constraints", PLAN_MAY, PLAN_MAY, .ends = 0 },
     { "b-spline", PLAN_NO, PLAN_NO, MOVE_END(REST) | MOVE_END(NATURAL),
       .mu = false },
-    { "lagrange", PLAN_NO, PLAN_NO, .ends = 0 },
-    { "bezier", PLAN_NO, PLAN_NO, .handles = true },
+    { "lagrange", PLAN_NO, PLAN_NO, .ends = 0, .own = true },
+    { "bezier", PLAN_NO, PLAN_NO, .handles = true, .own = true },
 };
 
 #define MOVE_CURVES (sizeof move_rules / sizeof move_rules[0])
@@ -288,9 +288,8 @@ static int move_check_key(const struct move *move, uint32_t i)
     vel = move_stricter(&move_rules[before], &move_rules[after], false);
     acc = move_stricter(&move_rules[before], &move_rules[after], true);
     needs = vel->vel;
-    if (needs == PLAN_MUST &&
-        (move_rules[before].handles || move_rules[after].handles))
-        needs = PLAN_MAY; /* the handle says it */
+    if (needs == PLAN_MUST && (move_rules[before].own || move_rules[after].own))
+        needs = PLAN_MAY;
     rc = move_check_given(move, i, "velocity", vel->name, needs, key->has_vel,
                           key->vel.m == 0);
     if (rc == MOTION_OK)
@@ -375,6 +374,119 @@ static bool move_is_fifth(enum plan_curve curve)
     return curve == PLAN_CURVE_QUINTIC || curve == PLAN_CURVE_C4;
 }
 
+/* Beyond rounding. */
+static bool move_differs(struct motion_real a, struct motion_real b)
+{
+    const struct motion_real off = motion_real_abs(motion_real_sub(a, b));
+    const struct motion_real size =
+        motion_real_max(motion_real_abs(a), motion_real_abs(b));
+
+    return motion_real_cmp(off, motion_real_max(motion_real_scale(size, -30),
+                                                motion_real_make(1, -28))) > 0;
+}
+
+static double move_double(struct motion_real a)
+{
+    int64_t q16;
+
+    return motion_real_round(a, 16, &q16) == MOTION_OK ? (double)q16 / 65536
+                                                       : 0;
+}
+
+/* Curves that have a velocity of their own at their ends. */
+static bool move_is_stubborn(enum plan_curve curve)
+{
+    return move_is_rest(curve) || curve == PLAN_CURVE_ROUNDED ||
+           curve == PLAN_CURVE_SMOOTHED || curve == PLAN_CURVE_LAGRANGE;
+}
+
+int move_tell(struct move *move, uint32_t i, bool left, struct motion_real vel)
+{
+    const enum plan_curve own = move_curve_at(move->axis, left ? i - 1 : i);
+    const enum plan_curve other = move_curve_at(move->axis, left ? i : i - 1);
+    struct motion_key *key = &move->key[i];
+
+    if (move->axis->key[i].key.has_vel)
+        return move_fail_key(move, MOTION_E_ARG, i,
+                             "velocity is given, but %s has one of its own "
+                             "there, %.6g",
+                             move_rules[own].name, move_double(vel));
+    if (move_is_stubborn(other) && move_differs(vel, key->vel))
+        return move_fail_key(move, MOTION_E_ARG, i,
+                             "speed would step: %s has %.6g there and %s %.6g",
+                             move_rules[own].name, move_double(vel),
+                             move_rules[other].name, move_double(key->vel));
+    key->vel = vel;
+    return MOTION_OK;
+}
+
+/* One polynomial through all keys of a run has its own velocity at its ends. */
+static int move_pin_lagrange(struct move *move, uint32_t i, bool left)
+{
+    struct motion_real first, last;
+    struct move_run run;
+    uint32_t from = i;
+    int rc;
+
+    while (left && from > 0 &&
+           move_curve_at(move->axis, from - 1) == PLAN_CURVE_LAGRANGE)
+        from--;
+    run = move_run(move->axis, from);
+    if (run.count > MOTION_SPLINE_LAGRANGE_KEYS)
+        return MOTION_OK; /* refused when it is appended */
+    rc = motion_spline_lagrange_velocities(&move->key[from], run.count, &first,
+                                           &last);
+    if (rc != MOTION_OK)
+        return move_fail_key(move, rc, i, "its velocity is beyond the format");
+    return move_tell(move, i, left, left ? last : first);
+}
+
+/* The velocity that a resting or rounding curve has at key i, where it begins or
+ * ends (`left`); false for others. */
+static bool move_own(const struct move *move, uint32_t i, bool left,
+                     struct motion_real *vel)
+{
+    const enum plan_curve curve = move_curve_at(move->axis, left ? i - 1 : i);
+    const enum plan_curve other = move_curve_at(move->axis, left ? i : i - 1);
+    const struct motion_key *from = &move->key[left ? i - 1 : i];
+    struct motion_key pair[2] = { from[0], from[1] };
+
+    *vel = motion_real_zero();
+    if (move_is_rest(curve))
+        return true;
+    if (curve != PLAN_CURVE_ROUNDED && curve != PLAN_CURVE_SMOOTHED)
+        return false;
+    if (move_is_rest(other))
+        return true;
+    pair[0].has_vel = pair[1].has_vel = false;
+    (void)motion_spline_tangents_parabola(pair, 2, MOTION_SPLINE_ONE_SIDED,
+                                          MOTION_SPLINE_ONE_SIDED);
+    *vel = pair[0].vel;
+    return true;
+}
+
+/* What is given, or what the other side has of its own, must be the same. */
+static int move_check_own(struct move *move, uint32_t i)
+{
+    struct motion_real vel;
+
+    for (int left = 0; left < 2; left++) {
+        if (!move_own(move, i, left, &vel) ||
+            !move_differs(vel, move->key[i].vel))
+            continue;
+        return move_fail_key(
+            move, MOTION_E_ARG, i,
+            "speed would step: %s has %.6g there and %s %.6g",
+            move_rules[move_curve_at(move->axis, left ? i - 1 : i)].name,
+            move_double(vel),
+            move->axis->key[i].key.has_vel
+                ? "the key"
+                : move_rules[move_curve_at(move->axis, left ? i : i - 1)].name,
+            move_double(move->key[i].vel));
+    }
+    return MOTION_OK;
+}
+
 /* What both runs have at the key between them. */
 static int move_pin(struct move *move, uint32_t i)
 {
@@ -409,6 +521,14 @@ static int move_pin(struct move *move, uint32_t i)
                        : motion_real_zero();
     }
     key->has_vel = true;
+    if (before != PLAN_CURVE_LINEAR && after != PLAN_CURVE_LINEAR)
+        rc = move_check_own(move, i);
+    if (rc != MOTION_OK)
+        return rc;
+    if (before == PLAN_CURVE_LAGRANGE || after == PLAN_CURVE_LAGRANGE)
+        rc = move_pin_lagrange(move, i, before == PLAN_CURVE_LAGRANGE);
+    if (rc != MOTION_OK)
+        return rc;
     if (before != PLAN_CURVE_BEZIER && after != PLAN_CURVE_BEZIER)
         return MOTION_OK;
     return move_bezier_pin(move, i,

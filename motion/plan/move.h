@@ -71,6 +71,7 @@ struct plan_curve_rules {
     enum plan_given vel, acc;
     unsigned ends; /* bit 1 << enum motion_spline_end for each that it has */
     bool mu, ease, blend, shape, handles;
+    bool own; /* has a velocity of its own at its ends, which neighbours take */
 };
 /* NULL where there is no such curve. */
 const struct plan_curve_rules *plan_curve_rules(enum plan_curve curve);
@@ -170,8 +171,9 @@ struct plan_error {
  * planned by itself; at the key between them the curve has the velocity that
  * the key gives, or else that of a straight or resting neighbour, or else that
  * of the parabola through three keys (and, for quintic and c4, its acceleration;
- * zero beside straight and resting ones).  b-spline and lagrange cannot keep a
- * velocity there.
+ * zero beside straight and resting ones).  lagrange has a velocity of its own
+ * there, which its neighbour takes; beside one that rests or rounds corners it
+ * is MOTION_E_ARG.  Only linear steps beside another curve.
  * A bezier handle of the kinds AUTO and CLAMPED turns to that velocity; any
  * other says it, and its acceleration, and what rests, or rounds corners, beside
  * another velocity is MOTION_E_ARG.

@@ -35,6 +35,11 @@ int move_grow(const struct move *move, uint32_t more);
 double move_seconds(int64_t t_ns_q12);
 double move_units(int64_t a_q32);
 
+/* The curve before key i (`left`), or after it, has this velocity there by
+ * itself.  A neighbour that has one of its own, or is given one, must agree; a
+ * linear one steps by its nature. */
+int move_tell(struct move *move, uint32_t i, bool left, struct motion_real vel);
+
 /* --- bezier.c ------------------------------------------------------------- */
 
 bool move_is_bezier(const struct plan_axis *axis);
