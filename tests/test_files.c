@@ -379,6 +379,32 @@ static void keys_with_handles_are_read_as_written(void **state)
     move_free(&move);
 }
 
+static void keys_may_have_parameters_of_their_span(void **state)
+{
+    char message[RIG_MESSAGE_MAX];
+    struct plan_move move;
+
+    (void)state;
+    expect_text(MOVE,
+                "axes:\n  dolly:\n    curve: cardinal\n    keys:\n"
+                "      - {t: 0, p: 1, mu: 0.5}\n"
+                "      - {t: 1, p: 1, curve: sine, ease: [10 %, 0.75]}\n"
+                "      - {t: 2, p: 1, curve: rounded, blend: 0.1 s}\n"
+                "      - {t: 3, p: 1, curve: kochanek-bartels,"
+                " tcb: [1, -0.5, 0]}\n      - [4, 2]\n",
+                NULL);
+    assert_int_equal(move_load(scratch, &rig, &move, message), 0);
+    const struct plan_key *key = move.axis[0].key;
+    assert_true(key[0].has_shape && !key[4].has_shape);
+    assert_int_equal(key[0].shape.mu_q32, Q32(0.5));
+    assert_int_equal(key[1].shape.ease.k2_q32, Q32(0.75));
+    assert_int_equal(key[2].shape.blend_ns_q12, MS(100) * 4096);
+    assert_int_equal(key[3].shape.tcb.continuity_q32, Q32(-0.5));
+    move_free(&move);
+    expect_text(MOVE, "axes: {dolly: {keys: [{t: 0, p: 1, mu: 1}, [1, 2]]}}",
+                "mu is not used by curve quintic");
+}
+
 /* ---- documentation ---- */
 
 /* The indented block of docs/FILES.md after `heading`, into the scratch file. */
@@ -913,6 +939,7 @@ int main(int argc, char *argv[])
         cmocka_unit_test(keys_have_a_short_and_a_long_form),
         cmocka_unit_test(curves_bring_their_parameters),
         cmocka_unit_test(keys_with_handles_are_read_as_written),
+        cmocka_unit_test(keys_may_have_parameters_of_their_span),
         cmocka_unit_test(the_documentation_shows_files_that_can_be_read),
         cmocka_unit_test(line_ends_and_byte_order_mark_do_not_matter),
         cmocka_unit_test(line_ends_and_byte_order_mark_do_not_move_places),

@@ -416,6 +416,37 @@ static void a_given_velocity_that_would_step_is_refused(void **state)
                    "the key 4");
 }
 
+/* An ease of its own on the second span; a tension on the third. */
+static void spans_may_have_parameters_of_their_own(void **state)
+{
+    struct motion_state mid;
+
+    (void)state;
+    make_some(PLAN_CURVE_PARABOLIC);
+    keys[1].has_shape = true;
+    keys[1].shape.ease.k1_q32 = keys[1].shape.ease.k2_q32 = ONE / 2;
+    plan();
+    /* 6 in 1.5 s without a stretch of constant speed: 8/s in the middle */
+    motion_track_state(&track, keys[1].key.t_ns_q12 + 3 * SEC / 4, &mid);
+    assert_in_range(mid.vel_q32, 8 * ONE - 4, 8 * ONE + 4);
+    motion_track_state(&track, SEC / 2, &mid);
+    assert_in_range(-mid.vel_q32, 4 * ONE - 4, 4 * ONE + 4);
+    plan_track_free(&track);
+    make_some(PLAN_CURVE_CARDINAL);
+    keys[2].has_shape = true;
+    keys[2].shape.mu_q32 = 0;
+    plan();
+    assert_true(step_at(&keys[2]) < 1e-7);
+    assert_true(step_at(&keys[3]) < 1e-7);
+    plan_track_free(&track);
+    keys[2].shape.mu_q32 = 3 * ONE;
+    expect_refusal("mu", MOTION_E_ARG, 2,
+                   "key 3 of axis pan: mu is not 0 to 2");
+    axis.curve = PLAN_CURVE_C2;
+    expect_refusal("c2", MOTION_E_ARG, 2,
+                   "key 3 of axis pan: its curve has no parameters");
+}
+
 static void a_line_hands_its_speed_to_a_smooth_neighbour(void **state)
 {
     static const double t[] = { 0, 1, 2, 3 }, pos[] = { 0, 4, 3, 9 };
@@ -666,6 +697,7 @@ int main(void)
         cmocka_unit_test(keys_given_in_the_axis_are_not_touched),
         cmocka_unit_test(spans_of_different_curves_join_at_their_keys),
         cmocka_unit_test(a_given_velocity_that_would_step_is_refused),
+        cmocka_unit_test(spans_may_have_parameters_of_their_own),
         cmocka_unit_test(a_line_hands_its_speed_to_a_smooth_neighbour),
         cmocka_unit_test(lagrange_that_swings_is_remarked_upon),
         cmocka_unit_test(a_wrong_axis_is_refused_in_a_sentence),

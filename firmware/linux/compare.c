@@ -91,7 +91,7 @@ static void compare_prepare(struct plan_axis *axis,
 {
     for (uint32_t i = 0; i < axis->key_count; i++) {
         struct motion_key *key = &axis->key[i].key;
-        axis->key[i].has_curve = false;
+        axis->key[i].has_curve = axis->key[i].has_shape = false;
         if (attempt == COMPARE_GIVEN)
             continue;
         key->has_acc = false;

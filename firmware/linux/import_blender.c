@@ -52,7 +52,7 @@ static int blender_text(const struct yaml_value *value,
         strlen(from) >= BLENDER_NUMBER_MAX)
         return yaml_value_refuse(value, "%s is not a number",
                                  yaml_value_quote(quote, value));
-    strcpy(text, from);
+    memcpy(text, from, strlen(from) + 1);
     return 0;
 }
 
@@ -329,12 +329,14 @@ static void blender_axis_name(const struct blender_read *self,
 {
     static const char *const of_three[] = { "x", "y", "z" };
     char path[BLENDER_CURVE_NAME], *end, *from;
-    unsigned index = 0;
+    unsigned long index = 0;
 
     snprintf(path, sizeof path, "%s", self->name);
     end = strrchr(path, '[');
-    if (end != NULL && sscanf(end, "[%u]", &index) == 1)
+    if (end != NULL && end[1] >= '0' && end[1] <= '9') {
+        index = strtoul(end + 1, NULL, 10);
         *end = 0;
+    }
     snprintf(name, BLENDER_CURVE_NAME, "%s",
              strcmp(path, "location") == 0 && index < 3 ? of_three[index]
                                                         : path);

@@ -97,66 +97,51 @@ static int move_read_ratio(const struct move_reader *reader,
     return 0;
 }
 
-static int move_read_mu(void *reader, const struct yaml_value *value, void *out)
-{
-    const struct move_reader *self = reader;
-
-    if (move_check_use(self, value, move_rules(self)->mu) < 0)
-        return -1;
-    return move_read_ratio(self, value, 2 * MOTION_FIXED_ONE_Q32, out);
-}
-
 /* [k1, k2] */
-static int move_read_ease(void *reader, const struct yaml_value *value,
-                          void *out)
+static int move_parse_ease(const struct move_reader *self,
+                           const struct yaml_value *value, int64_t *k1_q32,
+                           int64_t *k2_q32)
 {
-    const struct move_reader *self = reader;
-    struct plan_axis *axis = out;
     struct yaml_value k1, k2;
     uint32_t count;
 
-    if (move_check_use(self, value, move_rules(self)->ease) < 0 ||
-        yaml_value_list(value, 2, 2, &count) < 0)
+    if (yaml_value_list(value, 2, 2, &count) < 0)
         return -1;
     k1 = yaml_value_at(value, yaml_value_node(value)->first);
     k2 = yaml_value_at(value, yaml_value_node(&k1)->next);
-    if (move_read_ratio(self, &k1, MOTION_FIXED_ONE_Q32, &axis->k1_q32) < 0 ||
-        move_read_ratio(self, &k2, MOTION_FIXED_ONE_Q32, &axis->k2_q32) < 0)
+    if (move_read_ratio(self, &k1, MOTION_FIXED_ONE_Q32, k1_q32) < 0 ||
+        move_read_ratio(self, &k2, MOTION_FIXED_ONE_Q32, k2_q32) < 0)
         return -1;
-    if (axis->k2_q32 < axis->k1_q32)
+    if (*k2_q32 < *k1_q32)
         return yaml_value_refuse(&k2, "has its second number below the first");
     return 0;
 }
 
-static int move_read_blend(void *reader, const struct yaml_value *value,
-                           void *out)
+static int move_parse_blend(const struct move_reader *self,
+                            const struct yaml_value *value, int64_t *out)
 {
-    const struct move_reader *self = reader;
     char quote[YAML_QUOTE_MAX];
 
-    if (move_check_use(self, value, move_rules(self)->blend) < 0 ||
-        yaml_units_read(value, UNITS_TIME, &self->units, out) < 0)
+    if (yaml_units_read(value, UNITS_TIME, &self->units, out) < 0)
         return -1;
-    if (*(int64_t *)out < 0)
+    if (*out < 0)
         return yaml_value_refuse(value, "%s is negative",
                                  yaml_value_quote(quote, value));
     return 0;
 }
 
 /* [tension, continuity, bias] */
-static int move_read_tcb(void *reader, const struct yaml_value *value,
-                         void *out)
+static int move_parse_tcb(const struct move_reader *self,
+                          const struct yaml_value *value,
+                          struct motion_spline_kochanek *shape)
 {
-    const struct move_reader *self = reader;
-    struct motion_spline_kochanek *shape = out;
     int64_t *const part[3] = { &shape->tension_q32, &shape->continuity_q32,
                                &shape->bias_q32 };
     struct yaml_value item = *value;
     char quote[YAML_QUOTE_MAX];
     uint32_t count;
 
-    if (move_check_use(self, value, move_rules(self)->shape) < 0 ||
-        yaml_value_list(value, 3, 3, &count) < 0)
+    if (yaml_value_list(value, 3, 3, &count) < 0)
         return -1;
     item.node = yaml_value_node(value)->first;
     for (int i = 0; i < 3; i++) {
@@ -168,6 +153,46 @@ static int move_read_tcb(void *reader, const struct yaml_value *value,
         item.node = yaml_value_node(&item)->next;
     }
     return 0;
+}
+
+static int move_read_mu(void *reader, const struct yaml_value *value, void *out)
+{
+    const struct move_reader *self = reader;
+
+    if (move_check_use(self, value, move_rules(self)->mu) < 0)
+        return -1;
+    return move_read_ratio(self, value, 2 * MOTION_FIXED_ONE_Q32, out);
+}
+
+static int move_read_ease(void *reader, const struct yaml_value *value,
+                          void *out)
+{
+    const struct move_reader *self = reader;
+    struct plan_axis *axis = out;
+
+    if (move_check_use(self, value, move_rules(self)->ease) < 0)
+        return -1;
+    return move_parse_ease(self, value, &axis->k1_q32, &axis->k2_q32);
+}
+
+static int move_read_blend(void *reader, const struct yaml_value *value,
+                           void *out)
+{
+    const struct move_reader *self = reader;
+
+    if (move_check_use(self, value, move_rules(self)->blend) < 0)
+        return -1;
+    return move_parse_blend(self, value, out);
+}
+
+static int move_read_tcb(void *reader, const struct yaml_value *value,
+                         void *out)
+{
+    const struct move_reader *self = reader;
+
+    if (move_check_use(self, value, move_rules(self)->shape) < 0)
+        return -1;
+    return move_parse_tcb(self, value, out);
 }
 
 static int move_read_end(void *reader, const struct yaml_value *value,
@@ -307,6 +332,61 @@ static int move_read_key_acceleration(void *reader,
     return 0;
 }
 
+/* A parameter of the span that starts at the key. */
+static int move_check_shape(const struct move_reader *self,
+                            const struct yaml_value *value, bool used,
+                            struct plan_key *key)
+{
+    key->has_shape = true;
+    return used ? 0 : move_refuse_use(value, move_after(self));
+}
+
+static int move_read_key_mu(void *reader, const struct yaml_value *value,
+                            void *out)
+{
+    const struct move_reader *self = reader;
+    struct plan_key *key = out;
+
+    if (move_check_shape(self, value, move_after(self)->mu, key) < 0)
+        return -1;
+    return move_read_ratio(self, value, 2 * MOTION_FIXED_ONE_Q32,
+                           &key->shape.mu_q32);
+}
+
+static int move_read_key_ease(void *reader, const struct yaml_value *value,
+                              void *out)
+{
+    const struct move_reader *self = reader;
+    struct plan_key *key = out;
+
+    if (move_check_shape(self, value, move_after(self)->ease, key) < 0)
+        return -1;
+    return move_parse_ease(self, value, &key->shape.ease.k1_q32,
+                           &key->shape.ease.k2_q32);
+}
+
+static int move_read_key_blend(void *reader, const struct yaml_value *value,
+                               void *out)
+{
+    const struct move_reader *self = reader;
+    struct plan_key *key = out;
+
+    if (move_check_shape(self, value, move_after(self)->blend, key) < 0)
+        return -1;
+    return move_parse_blend(self, value, &key->shape.blend_ns_q12);
+}
+
+static int move_read_key_tcb(void *reader, const struct yaml_value *value,
+                             void *out)
+{
+    const struct move_reader *self = reader;
+    struct plan_key *key = out;
+
+    if (move_check_shape(self, value, move_after(self)->shape, key) < 0)
+        return -1;
+    return move_parse_tcb(self, value, &key->shape.tcb);
+}
+
 /* The curve first, since others depend on it; then the order of the short form
  * [t, p, v, a]. */
 static const struct yaml_field move_key_fields[] = {
@@ -321,6 +401,15 @@ static const struct yaml_field move_key_fields[] = {
     { "a", YAML_OPTIONAL,
       "an acceleration only with c2, quintic, c4 or constraints",
       move_read_key_acceleration, 0 },
+    { "mu", YAML_OPTIONAL, "0 .. 2, with curve cardinal", move_read_key_mu, 0 },
+    { "ease", YAML_OPTIONAL,
+      "[k1, k2], 0 <= k1 <= k2 <= 1, with parabolic, sine or s-curve",
+      move_read_key_ease, 0 },
+    { "blend", YAML_OPTIONAL, "a time, with rounded or smoothed",
+      move_read_key_blend, 0 },
+    { "tcb", YAML_OPTIONAL,
+      "[tension, continuity, bias], -1 .. 1 each, with kochanek-bartels",
+      move_read_key_tcb, 0 },
     { "handles", YAML_OPTIONAL,
       "free, aligned, vector, auto or auto-clamped, or a list of two such "
       "kinds, with curve bezier",

@@ -113,7 +113,7 @@ bool move_is_rest(enum plan_curve curve)
 
 /* --- judging -------------------------------------------------------------- */
 
-static bool move_is_shape(int64_t a_q32)
+static bool move_is_share(int64_t a_q32)
 {
     return a_q32 >= -MOTION_FIXED_ONE_Q32 && a_q32 <= MOTION_FIXED_ONE_Q32;
 }
@@ -122,8 +122,8 @@ static int move_check_shape(const struct move *move)
 {
     const struct motion_spline_kochanek *shape = &move->axis->shape;
 
-    if (move_is_shape(shape->tension_q32) &&
-        move_is_shape(shape->continuity_q32) && move_is_shape(shape->bias_q32))
+    if (move_is_share(shape->tension_q32) &&
+        move_is_share(shape->continuity_q32) && move_is_share(shape->bias_q32))
         return MOTION_OK;
     return move_fail_axis(move, MOTION_E_ARG,
                           "tension, continuity and bias are %.9g, %.9g, %.9g, "
@@ -163,9 +163,75 @@ static int move_check_axis(const struct move *move)
     return move_check_shape(move);
 }
 
+/* One sentence about a parameter out of range, NULL when it is inside. */
+static const char *move_judge_shape(const struct plan_curve_rules *rules,
+                                    const union plan_shape *shape)
+{
+    if (rules->mu &&
+        (shape->mu_q32 < 0 || shape->mu_q32 > 2 * MOTION_FIXED_ONE_Q32))
+        return "mu is not 0 to 2";
+    if (rules->blend && shape->blend_ns_q12 < 0)
+        return "blend is below 0 s";
+    if (rules->shape && !(move_is_share(shape->tcb.tension_q32) &&
+                          move_is_share(shape->tcb.continuity_q32) &&
+                          move_is_share(shape->tcb.bias_q32)))
+        return "tension, continuity or bias is not -1 to 1";
+    if (rules->ease &&
+        (shape->ease.k1_q32 < 0 || shape->ease.k1_q32 > shape->ease.k2_q32 ||
+         shape->ease.k2_q32 > MOTION_FIXED_ONE_Q32))
+        return "k1 and k2 are not 0 <= k1 <= k2 <= 1";
+    return NULL;
+}
+
 enum plan_curve move_curve_at(const struct plan_axis *axis, uint32_t i)
 {
     return axis->key[i].has_curve ? axis->key[i].curve : axis->curve;
+}
+
+static union plan_shape move_axis_shape(const struct plan_axis *axis,
+                                        const struct plan_curve_rules *rules)
+{
+    if (rules->mu)
+        return (union plan_shape){ .mu_q32 = axis->mu_q32 };
+    if (rules->blend)
+        return (union plan_shape){ .blend_ns_q12 = axis->blend_ns_q12 };
+    if (rules->shape)
+        return (union plan_shape){ .tcb = axis->shape };
+    return (union plan_shape){ .ease = { axis->k1_q32, axis->k2_q32 } };
+}
+
+/* The parameters of the span that starts at key i, whose curve exists. */
+static union plan_shape move_shape_at(const struct plan_axis *axis, uint32_t i)
+{
+    return axis->key[i].has_shape
+               ? axis->key[i].shape
+               : move_axis_shape(axis, &move_rules[move_curve_at(axis, i)]);
+}
+
+static bool move_is_same_shape(const struct plan_curve_rules *rules,
+                               const union plan_shape *a,
+                               const union plan_shape *b)
+{
+    if (rules->mu)
+        return a->mu_q32 == b->mu_q32;
+    if (rules->blend)
+        return a->blend_ns_q12 == b->blend_ns_q12;
+    if (rules->shape)
+        return a->tcb.tension_q32 == b->tcb.tension_q32 &&
+               a->tcb.continuity_q32 == b->tcb.continuity_q32 &&
+               a->tcb.bias_q32 == b->tcb.bias_q32;
+    return true; /* an ease is a span by itself */
+}
+
+/* Whether the spans before and after key i are planned together. */
+static bool move_goes_on(const struct plan_axis *axis, uint32_t i)
+{
+    const enum plan_curve curve = move_curve_at(axis, i);
+    const union plan_shape before = move_shape_at(axis, i - 1);
+    const union plan_shape after = move_shape_at(axis, i);
+
+    return curve == move_curve_at(axis, i - 1) &&
+           move_is_same_shape(&move_rules[curve], &before, &after);
 }
 
 /* The curve that begins or ends the axis must have its end rule.  Curves
@@ -267,6 +333,21 @@ move_stricter(const struct plan_curve_rules *a,
     return rank[acc ? b->acc : b->vel] > ra ? b : a;
 }
 
+static int move_check_key_shape(const struct move *move, uint32_t i)
+{
+    const struct plan_key *key = &move->axis->key[i];
+    const struct plan_curve_rules *rules =
+        &move_rules[move_curve_at(move->axis, i)];
+    const char *wrong = NULL;
+
+    if (key->has_shape)
+        wrong = rules->mu || rules->blend || rules->shape || rules->ease
+                    ? move_judge_shape(rules, &key->shape)
+                    : "its curve has no parameters";
+    return wrong == NULL ? MOTION_OK
+                         : move_fail_key(move, MOTION_E_ARG, i, "%s", wrong);
+}
+
 static int move_check_key(const struct move *move, uint32_t i)
 {
     const struct plan_axis *axis = move->axis;
@@ -283,6 +364,9 @@ static int move_check_key(const struct move *move, uint32_t i)
         rc = move_fail_key(move, MOTION_E_ARG, i,
                            "there is no curve with number %u",
                            (unsigned)axis->key[i].curve);
+    if (rc != MOTION_OK)
+        return rc;
+    rc = move_check_key_shape(move, i);
     if (rc != MOTION_OK)
         return rc;
     vel = move_stricter(&move_rules[before], &move_rules[after], false);
@@ -333,6 +417,7 @@ struct move_run {
     uint32_t from, count; /* of keys */
     enum plan_curve curve;
     enum motion_spline_end first, last;
+    union plan_shape shape;
 };
 
 /* Rounded corners start and end at full speed beside whatever takes it. */
@@ -347,11 +432,12 @@ static enum motion_spline_end move_inner_end(enum plan_curve curve,
 static struct move_run move_run(const struct plan_axis *axis, uint32_t from)
 {
     struct move_run run = { .from = from,
-                            .count = 1,
-                            .curve = move_curve_at(axis, from) };
+                            .count = 2,
+                            .curve = move_curve_at(axis, from),
+                            .shape = move_shape_at(axis, from) };
 
     while (from + run.count < axis->key_count &&
-           move_curve_at(axis, from + run.count - 1) == run.curve)
+           move_goes_on(axis, from + run.count - 1))
         run.count++;
     run.first = from == 0
                     ? axis->first
@@ -544,7 +630,7 @@ static int move_fill_run(const struct move *move, const struct move_run *run)
     switch (run->curve) {
     case PLAN_CURVE_CARDINAL:
         return motion_spline_tangents_cardinal(
-            key, run->count, move->axis->mu_q32, run->first, run->last);
+            key, run->count, run->shape.mu_q32, run->first, run->last);
     case PLAN_CURVE_CATMULL_ROM:
         return motion_spline_tangents_parabola(key, run->count, run->first,
                                                run->last);
@@ -640,13 +726,14 @@ static int move_append_rest(const struct move *move, const struct move_run *run)
 
     for (uint32_t i = run->from;
          rc == MOTION_OK && i + 1 < run->from + run->count; i++) {
+        const union plan_shape shape = move_shape_at(axis, i);
         const struct motion_key *key = &move->key[i];
         rc = move_grow(move, MOTION_EASE_SEGMENTS);
         if (rc != MOTION_OK)
             return rc;
         rc = motion_ease_append(move->track, law, key[1].pos_q32,
-                                key[1].t_ns_q12 - key[0].t_ns_q12, axis->k1_q32,
-                                axis->k2_q32);
+                                key[1].t_ns_q12 - key[0].t_ns_q12,
+                                shape.ease.k1_q32, shape.ease.k2_q32);
         if (rc != MOTION_OK)
             return move_fail_span(move, rc, i);
     }
@@ -664,7 +751,6 @@ static uint32_t move_room(const struct move_run *run)
 static int move_append_spline(const struct move *move,
                               const struct move_run *run, uint32_t *span)
 {
-    const struct plan_axis *axis = move->axis;
     const struct motion_key *key = &move->key[run->from];
     struct motion_track *track = move->track;
 
@@ -674,11 +760,12 @@ static int move_append_spline(const struct move *move,
     case PLAN_CURVE_ROUNDED:
     case PLAN_CURVE_SMOOTHED:
         return motion_spline_append_blended(
-            track, key, run->count, axis->blend_ns_q12,
+            track, key, run->count, run->shape.blend_ns_q12,
             run->curve == PLAN_CURVE_SMOOTHED, run->first, run->last, span);
     case PLAN_CURVE_KOCHANEK:
-        return motion_spline_append_kochanek(
-            track, key, run->count, &axis->shape, run->first, run->last, span);
+        return motion_spline_append_kochanek(track, key, run->count,
+                                             &run->shape.tcb, run->first,
+                                             run->last, span);
     case PLAN_CURVE_QUINTIC:
     case PLAN_CURVE_C4:
         return motion_spline_append_quintic(track, key, run->count, span);
@@ -739,7 +826,7 @@ static int move_append(struct move *move)
     if (rc == MOTION_OK && move->is_bezier)
         return move_bezier_append_all(move);
     for (uint32_t i = 1; rc == MOTION_OK && i < last; i++)
-        if (move_curve_at(move->axis, i) != move_curve_at(move->axis, i - 1))
+        if (!move_goes_on(move->axis, i))
             rc = move_pin(move, i);
     if (rc == MOTION_OK && wait > 0)
         rc = move_grow(move, 1);

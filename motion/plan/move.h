@@ -81,11 +81,23 @@ struct plan_place {
     uint32_t line, column;
 };
 
+/* Parameters of the span from a key, by its curve. */
+union plan_shape {
+    int64_t mu_q32;                    /* cardinal */
+    int64_t blend_ns_q12;              /* rounded, smoothed */
+    struct motion_spline_kochanek tcb; /* kochanek-bartels */
+    struct {
+        int64_t k1_q32, k2_q32;
+    } ease; /* parabolic, sine, s-curve */
+};
+
 struct plan_key {
     struct motion_key key; /* times from the start of the move */
     struct plan_place place;
     bool has_curve; /* the span from this key has a curve of its own */
     enum plan_curve curve;
+    bool has_shape; /* ... and parameters, else the axis's */
+    union plan_shape shape;
 };
 
 /* A handle, from its key; read for FREE and ALIGNED. */
@@ -167,8 +179,8 @@ struct plan_error {
  *   b-spline, lagrange           no                no
  *   bezier                       no                no
  *
- * Where neighbouring spans have different curves, each run of equal ones is
- * planned by itself; at the key between them the curve has the velocity that
+ * Where neighbouring spans have different curves, or parameters, each run of
+ * equal ones is planned by itself; at the key between them the curve has the velocity that
  * the key gives, or else that of a straight or resting neighbour, or else that
  * of the parabola through three keys (and, for quintic and c4, its acceleration;
  * zero beside straight and resting ones).  lagrange has a velocity of its own
