@@ -122,10 +122,17 @@ void controller_rest(struct controller *controller)
     }
 }
 
+bool controller_is_held(const struct controller *controller)
+{
+    return controller->state == CONTROLLER_FAULT && !controller->resetting &&
+           controller->reaction == CONTROLLER_REACT_HOLD;
+}
+
 static void controller_enter_fault(struct controller *controller)
 {
     controller_rest(controller);
-    controller_request(controller, HAL_DRIVE_REQUEST_OFF);
+    if (controller->reaction != CONTROLLER_REACT_HOLD)
+        controller_request(controller, HAL_DRIVE_REQUEST_OFF);
     controller_enter(controller, CONTROLLER_FAULT);
 }
 
@@ -147,7 +154,7 @@ static void controller_react(struct controller *controller)
     }
     controller->wanted_q30 = 0;
     controller_enter(controller, CONTROLLER_STOPPING);
-    if (controller->reaction == CONTROLLER_REACT_STOP &&
+    if (controller->reaction <= CONTROLLER_REACT_STOP &&
         !controller_ramp_stop(controller))
         controller->reaction = CONTROLLER_REACT_QUICK;
     if (controller->reaction == CONTROLLER_REACT_QUICK)
@@ -171,9 +178,14 @@ void controller_raise(struct controller *controller,
         };
     if (reaction <= controller->reaction)
         return;
+    /* the ramp that a hold has begun serves a stop as well */
+    const bool stopping = controller->state == CONTROLLER_STOPPING &&
+                          controller->reaction == CONTROLLER_REACT_HOLD &&
+                          reaction == CONTROLLER_REACT_STOP;
     controller->reaction = reaction;
     controller->enabling = false;
-    controller_react(controller);
+    if (!stopping)
+        controller_react(controller);
 }
 
 /* -- set points --------------------------------------------------------- */
@@ -345,7 +357,7 @@ static void controller_step_stopping(struct controller *controller)
     if (controller->state != CONTROLLER_STOPPING ||
         !controller_standing(controller))
         return;
-    if (controller->reaction == CONTROLLER_REACT_STOP) {
+    if (controller->reaction != CONTROLLER_REACT_NONE) {
         controller_enter_fault(controller);
     } else {
         controller_rest(controller);
@@ -355,6 +367,10 @@ static void controller_step_stopping(struct controller *controller)
 
 static void controller_step_fault(struct controller *controller)
 {
+    if (controller_is_held(controller)) {
+        controller_send_all(controller);
+        return;
+    }
     controller_follow_actual(controller);
     if (!controller->resetting)
         return;

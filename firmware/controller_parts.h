@@ -23,6 +23,8 @@ void controller_request(struct controller *controller,
                         enum hal_drive_request request);
 void controller_rest(struct controller *controller);
 bool controller_in_motion(const struct controller *controller);
+/* In FAULT, standing with torque on. */
+bool controller_is_held(const struct controller *controller);
 
 /* controller_ramp.c.  Seek: go on looking for a ramp to wanted_q30 within the
  * limits, a bounded number of looks per call, and put it into force when it

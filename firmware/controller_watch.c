@@ -137,17 +137,23 @@ static void watch_estop(struct controller *controller)
         controller_raise(controller, CONTROLLER_FAULT_ESTOP, -1, 0, 0);
 }
 
+static enum controller_fault watch_bus_fault(int bus)
+{
+    if (bus == MOTION_E_PROTOCOL)
+        return CONTROLLER_FAULT_MASTER;
+    return bus == MOTION_E_LIMIT ? CONTROLLER_FAULT_BUS_PASSIVE
+                                 : CONTROLLER_FAULT_BUS;
+}
+
 void controller_watch_judge(struct controller *controller, int bus)
 {
     watch_estop(controller);
     if (controller->state == CONTROLLER_OFF ||
-        controller->state == CONTROLLER_FAULT)
+        (controller->state == CONTROLLER_FAULT &&
+         !controller_is_held(controller)))
         return; /* no torque: nothing else to lose */
     if (bus < 0)
-        controller_raise(controller,
-                         bus == MOTION_E_PROTOCOL ? CONTROLLER_FAULT_MASTER
-                                                  : CONTROLLER_FAULT_BUS,
-                         -1, bus, 0);
+        controller_raise(controller, watch_bus_fault(bus), -1, bus, 0);
     watch_ticks(controller);
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
         watch_drive(controller, i);

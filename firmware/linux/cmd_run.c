@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/linux/budget.h"
 #include "firmware/linux/command.h"
 #include "firmware/linux/compiled.h"
 #include "firmware/linux/job.h"
@@ -126,10 +127,12 @@ static void cmd_run_intent(const struct cmd_run *self)
                                    : "simulated drives in virtual time");
     cmd_run_intent_table(self);
     fputs("\nlimits: how much of each the move uses at its peak\n", stdout);
-    for (unsigned i = 0; i < job->rig.bus_count; i++)
+    for (unsigned i = 0; i < job->rig.bus_count; i++) {
+        struct budget budget;
+        budget_of(&job->rig, i, NULL, &budget);
         printf("%s: %u kbit/s, at most %.1f %% in use\n", job->rig.bus[i].name,
-               job->rig.bus[i].bit_rate / 1000,
-               machine_load_permille(&job->rig, i) / 10.0);
+               job->rig.bus[i].bit_rate / 1000, 100 * budget.most);
+    }
     fputs("first every axis goes to its first key at a quarter of its limits\n",
           stdout);
     fflush(stdout);
@@ -146,11 +149,9 @@ static void cmd_run_intent_json(const struct cmd_run *self)
     job_json_violations(job, report);
     cJSON *buses = cJSON_AddArrayToObject(report, "buses");
     for (unsigned i = 0; i < job->rig.bus_count; i++) {
-        cJSON *bus = cJSON_CreateObject();
-        cJSON_AddStringToObject(bus, "name", job->rig.bus[i].name);
-        cJSON_AddNumberToObject(bus, "load_at_most",
-                                machine_load_permille(&job->rig, i) / 1000.0);
-        cJSON_AddItemToArray(buses, bus);
+        struct budget budget;
+        budget_of(&job->rig, i, NULL, &budget);
+        cJSON_AddItemToArray(buses, budget_json(&budget));
     }
     json_print(report, stdout);
 }
@@ -171,18 +172,7 @@ static enum status cmd_run_check(struct cmd_run *self)
                 self->job.violation_count == 1 ? "" : "s");
         return STATUS_REFUSED;
     }
-    for (unsigned i = 0; i < self->job.rig.bus_count; i++) {
-        if (machine_load_permille(&self->job.rig, i) <= 1000)
-            continue;
-        fprintf(stderr,
-                "%s:%u:%u: bus %s would need %.1f %% of its time, expected "
-                "fewer drives, a higher bit rate or a longer tick\n",
-                self->job.rig_path, self->job.rig.bus[i].place.line,
-                self->job.rig.bus[i].place.column, self->job.rig.bus[i].name,
-                machine_load_permille(&self->job.rig, i) / 10.0);
-        return STATUS_REFUSED;
-    }
-    return STATUS_OK;
+    return budget_check(&self->job) ? STATUS_OK : STATUS_REFUSED;
 }
 
 /* --- doing it --- */

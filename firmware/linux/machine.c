@@ -163,21 +163,3 @@ int64_t machine_busy_ns(struct machine *machine, unsigned bus)
     hal_can_stats(machine->ports.can[bus], &stats);
     return (int64_t)stats.busy_ns;
 }
-
-/* Longest base frame with `bytes` of data: 47 fixed bits, intermission
- * included, and a stuff bit for every four of the 34 + 8 n that are stuffed,
- * after the first. */
-static unsigned machine_frame_bits(unsigned bytes)
-{
-    return 47 + 8 * bytes + (34 + 8 * bytes - 1) / 4;
-}
-
-unsigned machine_load_permille(const struct rig *rig, unsigned bus)
-{
-    uint64_t bits = machine_frame_bits(0);
-    for (unsigned i = 0; i < rig->axis_count; i++)
-        if (rig->axis[i].bus == bus)
-            bits += UINT64_C(2) * machine_frame_bits(6);
-    return (unsigned)(bits * UINT64_C(1000000000000) /
-                      ((uint64_t)rig->period_ns * rig->bus[bus].bit_rate));
-}

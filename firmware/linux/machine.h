@@ -48,8 +48,4 @@ bool machine_is_at_rest(const struct machine *machine);
 /* The wire's time in use so far, ns; 0: unknown. */
 int64_t machine_busy_ns(struct machine *machine, unsigned bus);
 
-/* Worst-case share of a bus in use per tick, in 1/1000: SYNC and two PDOs of
- * six bytes per drive, with all the stuff bits there can be. */
-unsigned machine_load_permille(const struct rig *rig, unsigned bus);
-
 #endif

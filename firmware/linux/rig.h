@@ -17,6 +17,10 @@
 enum rig_unit { RIG_UNIT_MM, RIG_UNIT_DEG, RIG_UNIT_REV, RIG_UNIT_COUNT };
 const char *rig_unit_text(enum rig_unit unit); /* "mm" ... */
 
+/* CiA 301, table 1; bit/s, rising. */
+#define RIG_BIT_RATES 8
+extern const uint32_t rig_bit_rates[RIG_BIT_RATES];
+
 struct rig_bus {
     char name[PLAN_NAME_MAX];
     uint32_t bit_rate; /* bit/s, one of CiA 301's */
