@@ -54,7 +54,7 @@ static void cmd_check_text(const struct job *job)
 
 static enum status cmd_check_job(struct job *job, const struct options *options)
 {
-    enum status status = job_open(job, options);
+    enum status status = job_open_any(job, options);
     if (status != STATUS_OK)
         return status;
     job_check(job, options->override_q30 > 0 ? options->override_q30

@@ -6,6 +6,7 @@
 
 #include "firmware/linux/budget.h"
 #include "firmware/linux/command.h"
+#include "firmware/linux/compiled.h"
 #include "firmware/linux/job.h"
 #include "firmware/linux/json.h"
 #include "firmware/linux/machine.h"
@@ -78,8 +79,11 @@ static void cmd_run_intent_row(struct table *table, const struct cmd_run *self,
     number_short(text, track->end.pos_q32, 32);
     table_cell(table, "%s", text);
     table_cell(table, "%s", rig_unit_text(rig->unit));
-    if (self->job.move.axis[i].driver == PLAN_BY_KEYS)
-        table_cell(table, "%u", self->job.move.axis[i].key_count);
+    const struct plan_axis *axis = &self->job.move.axis[i];
+    if (self->job.compiled != NULL)
+        table_cell(table, "%u", self->job.compiled->file.axis[i].keys);
+    else if (axis->driver == PLAN_BY_KEYS)
+        table_cell(table, "%u", axis->key_count);
     else
         table_cell(table, "-");
     cmd_run_margin(table, self, i, MOTION_VEL);
@@ -210,6 +214,32 @@ static enum status cmd_run_build(struct cmd_run *self)
         return STATUS_INPUT;
     }
     return STATUS_OK;
+}
+
+/* A window must always reach as far as a stop may need, and twice that so that
+ * reading ahead has time. */
+static enum status cmd_run_window(const struct cmd_run *self)
+{
+    const struct job *job = &self->job;
+    const struct motion_track *track[CONTROLLER_AXES_MAX] = { NULL };
+    char what[256], least[NUMBER_MAX], need[NUMBER_MAX];
+    if (job->compiled == NULL)
+        return STATUS_OK;
+    for (unsigned i = 0; i < job->move.axis_count; i++)
+        track[job->rig_axis[i]] = &job->track[i];
+    const int64_t need_ns_q12 =
+        2 * controller_reserve_ns_q12(&self->machine.controller, track,
+                                      self->rate_q30);
+    if (job->compiled->least_ns_q12 >= need_ns_q12)
+        return STATUS_OK;
+    number_seconds(least, job->compiled->least_ns_q12);
+    number_seconds(need, need_ns_q12);
+    snprintf(what, sizeof what,
+             "%d segments last %s s somewhere, expected %s s to be able to "
+             "stop: run the move file itself",
+             TRACK_STREAM_PLAY, least, need);
+    job_fail(job->move_path, what);
+    return STATUS_REFUSED;
 }
 
 static enum status cmd_run_files(struct cmd_run *self)
@@ -343,12 +373,15 @@ static enum status cmd_run_interfaces(struct cmd_run *self)
 static enum status cmd_run_job(struct cmd_run *self)
 {
     const struct options *options = self->options;
-    enum status status = job_open(&self->job, options);
+    enum status status = job_open_any(&self->job, options);
     if (status != STATUS_OK)
         return status;
     status = cmd_run_interfaces(self);
     if (status != STATUS_OK)
         return status;
+    if (self->job.compiled != NULL && options->plot != NULL)
+        return job_fail(self->job.move_path, "is a compiled move, expected the "
+                                             "move file itself for --plot");
     if (!options->json)
         cmd_run_intent(self);
     status = cmd_run_check(self);
@@ -360,6 +393,8 @@ static enum status cmd_run_job(struct cmd_run *self)
         return STATUS_OK;
     }
     status = cmd_run_build(self);
+    if (status == STATUS_OK)
+        status = cmd_run_window(self);
     if (status == STATUS_OK)
         status = cmd_run_files(self);
     if (status != STATUS_OK)
@@ -418,7 +453,8 @@ const struct command cmd_run = {
         "drives, takes every axis to its first key, runs the move, and "
         "reports\n"
         "per axis what was reached.  A move that breaks a limit is not run:\n"
-        "nothing is sent to the bus.\n\n"
+        "nothing is sent to the bus.  MOVE may be a compiled one: it is read\n"
+        "as it is played (slew compile).\n\n"
         "Drives are simulated unless --real is given: then the buses are the\n"
         "CAN interfaces that the rig names, and things move.  --dry-run says "
         "what\n"
