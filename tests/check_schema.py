@@ -70,6 +70,13 @@ BEYOND = {
     "rig_counts_zero",
     "rig_duplicate_key",
     "rig_infinite",  # a number to YAML
+    "rig_line_axis_missing",
+    "rig_line_axis_unknown",
+    "rig_line_axis_unused",
+    "rig_line_lamp_bias",
+    "rig_line_release",
+    "rig_line_switch_twice",
+    "rig_line_two_estops",
     "rig_merge_key",
     "rig_nan",  # a number to YAML
     "rig_node_ours",

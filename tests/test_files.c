@@ -154,6 +154,7 @@ static void the_example_rig_is_read_as_written(void **state)
     assert_string_equal(rig.bus[1].name, "can1");
     assert_int_equal(rig.bus[1].bit_rate, 1000000);
     assert_int_equal(rig.bus[1].node_id, 127);
+    assert_string_equal(rig.bus[1].interface, "can1");
     assert_int_equal(rig.axis_count, 4);
     assert_int_equal(rig_axis_index(&rig, "tilt"), 3);
     assert_int_equal(rig_axis_index(&rig, "til"), -1);
@@ -175,7 +176,7 @@ static void the_example_rig_is_read_as_written(void **state)
     assert_int_equal(focus->node_id, 2);
     assert_int_equal(focus->counts_num, -16384);
     assert_int_equal(focus->counts_den, 45);
-    assert_int_equal(rig.axis[2].place.line, 42);
+    assert_int_equal(rig.axis[2].place.line, 43);
     assert_int_equal(rig.axis[2].place.column, 3);
 }
 
@@ -615,9 +616,24 @@ static const struct {
     { "rig_indentation.yaml", 8, 6,
       "this does not line up with the keys above" },
     { "rig_infinite.yaml", 8, 17, "velocity '-.inf' is infinite" },
+    { "rig_interface.yaml", 2, 58, "interface 'can/0' cannot be one" },
     { "rig_latin1.yaml", 1, 11, "byte \\xe9 is not UTF-8 text" },
     { "rig_length_as_speed.yaml", 8, 17, "velocity '300 mm' is a length" },
     { "rig_list_for_map.yaml", 11, 22, "following_error is a list" },
+    { "rig_line_axis_missing.yaml", 14, 8,
+      "low of kind limit-negative names no axis" },
+    { "rig_line_axis_unknown.yaml", 14, 49,
+      "axis 'pan' is not an axis of this rig" },
+    { "rig_line_axis_unused.yaml", 14, 42,
+      "axis is not for a line of kind e-stop" },
+    { "rig_line_kind.yaml", 14, 16, "unknown kind 'estop'" },
+    { "rig_line_lamp_bias.yaml", 14, 40, "bias is not for an output" },
+    { "rig_line_missing.yaml", 14, 9, "stop has no 'line'" },
+    { "rig_line_release.yaml", 14, 45, "release '11 s' is out of range" },
+    { "rig_line_switch_twice.yaml", 15, 50,
+      "axis dolly has low as its limit-negative already" },
+    { "rig_line_two_estops.yaml", 15, 17,
+      "kind is an e-stop, and stop is one too" },
     { "rig_map_for_value.yaml", 8, 17, "velocity is a map" },
     { "rig_merge_key.yaml", 5, 5, "merge keys (<<) are not read" },
     { "rig_missing_axes.yaml", 1, 1, "the rig has no 'axes'" },
