@@ -31,6 +31,7 @@ struct cmd_run {
     struct machine machine;
     struct machine_sim sim;
     struct machine_real real;
+    struct machine_modbus pty; /* with --pty */
     struct player player;
     struct telemetry telemetry;
     struct trace trace;
@@ -121,6 +122,8 @@ static const char *cmd_run_drives(const struct cmd_run *self)
 {
     if (self->options->real)
         return "REAL drives";
+    if (self->options->pty)
+        return "simulated drives in real time, Modbus by libmodbus";
     return self->options->realtime ? "simulated drives in real time"
                                    : "simulated drives in virtual time";
 }
@@ -203,11 +206,14 @@ static enum status cmd_run_build(struct cmd_run *self)
     struct machine_ports ports;
     char message[RIG_MESSAGE_MAX];
     const struct rig *rig = &self->job.rig;
-    const int err =
+    int err =
         self->options->real
             ? machine_real_init(&self->real, rig, &ports, message)
-            : machine_sim_init(&self->sim, rig, self->options->realtime, &ports,
-                               message);
+            : machine_sim_init(&self->sim, rig,
+                               self->options->realtime || self->options->pty,
+                               &ports, message);
+    if (err == MOTION_OK && self->options->pty)
+        err = machine_modbus_open(&self->pty, rig, true, &ports, message);
     if (err < 0 ||
         machine_init(&self->machine, &self->job.rig, &ports, message) < 0) {
         fprintf(stderr, "%s: %s\n", self->job.rig_path, message);
@@ -283,7 +289,7 @@ static enum status cmd_run_play(struct cmd_run *self)
 {
     const struct options *options = self->options;
     const struct player_config config = {
-        .realtime = options->realtime || options->real,
+        .realtime = options->realtime || options->real || options->pty,
         .override_q30 = self->rate_q30,
         .hold_at_ns = options->hold_at_ns,
         .resume_after_ns = options->resume_after_ns < 0
@@ -339,7 +345,7 @@ static enum status cmd_run_end(const struct report *report)
     return STATUS_INTERRUPTED;
 }
 
-static void cmd_run_report(const struct cmd_run *self)
+static void cmd_run_report(struct cmd_run *self)
 {
     if (self->options->json) {
         report_json(&self->report, stdout);
@@ -347,6 +353,8 @@ static void cmd_run_report(const struct cmd_run *self)
     }
     putchar('\n');
     report_print(&self->report, stdout);
+    machine_modbus_print(&self->pty, &self->job.rig, stdout);
+    machine_modbus_print(&self->real.modbus, &self->job.rig, stdout);
 }
 
 static enum status cmd_run_live(struct cmd_run *self)
@@ -384,6 +392,11 @@ static enum status cmd_run_job(struct cmd_run *self)
                                              "move file itself for --plot");
     if (!options->json)
         cmd_run_intent(self);
+    if (options->pty && options->real) {
+        fputs("slew run: --pty is for simulated drives, --real is not\n",
+              stderr);
+        return STATUS_INPUT;
+    }
     status = cmd_run_check(self);
     if (status != STATUS_OK)
         return status;
@@ -415,6 +428,7 @@ static enum status cmd_run_run(const struct options *options)
     enum status status = cmd_run_job(&self);
     output_abandon(&self.csv);
     trace_free(&self.trace);
+    machine_modbus_close(&self.pty);
     machine_real_close(&self.real);
     job_free(&self.job);
     return status;
@@ -427,6 +441,9 @@ static const struct option_row cmd_run_option[] = {
       "move the real drives, on the interfaces of the rig" },
     { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
       "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
+    { "pty", NULL, OPTION_FLAG, offsetof(struct options, pty),
+      "in real time, simulated Modbus drives behind real pseudo-terminals and "
+      "sockets" },
     { "realtime", NULL, OPTION_FLAG, offsetof(struct options, realtime),
       "run on the clock, not in virtual time" },
     { "telemetry", "FILE", OPTION_TEXT, offsetof(struct options, telemetry),
