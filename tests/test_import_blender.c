@@ -153,35 +153,35 @@ static void names_find_their_axes(void **state)
 
 static uint64_t seed = UINT64_C(0x5EED5EED5EED);
 
-static int64_t draw(int64_t low, int64_t high)
+static int64_t pick(int64_t low, int64_t high)
 {
     return check_random_in(&seed, low, high);
 }
 
 static void draw_handle(struct plan_handle *handle, int sign)
 {
-    *handle = (struct plan_handle){ .kind = (uint8_t)draw(0, 4) };
+    *handle = (struct plan_handle){ .kind = (uint8_t)pick(0, 4) };
     if (handle->kind > MOTION_FCURVE_ALIGNED)
         return;
-    handle->dt_ns_q12 = sign * draw(0, INT64_C(1) << 44);
-    handle->dp_q32 = draw(-(INT64_C(1) << 42), INT64_C(1) << 42);
+    handle->dt_ns_q12 = sign * pick(0, INT64_C(1) << 44);
+    handle->dp_q32 = pick(-(INT64_C(1) << 42), INT64_C(1) << 42);
 }
 
 static void draw_key(struct plan_bezier_key *key)
 {
     draw_handle(&key->left, -1);
     draw_handle(&key->right, 1);
-    key->interpolation = (uint8_t)draw(0, 12);
+    key->interpolation = (uint8_t)pick(0, 12);
     key->easing = key->interpolation >= MOTION_FCURVE_SINE
-                      ? (uint8_t)draw(0, 3)
+                      ? (uint8_t)pick(0, 3)
                       : MOTION_FCURVE_BY_KIND;
     key->back_q32 = 0;
     key->amplitude_q32 = key->period_ns_q12 = 0;
     if (key->interpolation == MOTION_FCURVE_BACK)
-        key->back_q32 = draw(0, INT64_C(3) << 32);
+        key->back_q32 = pick(0, INT64_C(3) << 32);
     if (key->interpolation == MOTION_FCURVE_ELASTIC) {
-        key->amplitude_q32 = draw(0, INT64_C(1) << 42);
-        key->period_ns_q12 = draw(0, INT64_C(1) << 42);
+        key->amplitude_q32 = pick(0, INT64_C(1) << 42);
+        key->period_ns_q12 = pick(0, INT64_C(1) << 42);
     }
 }
 
@@ -194,20 +194,20 @@ static void draw_job(struct job *job)
     job->move.axis_count = 1;
     strcpy(axis->name, "dolly");
     axis->curve = PLAN_CURVE_BEZIER;
-    axis->key_count = (uint32_t)draw(1, 40);
+    axis->key_count = (uint32_t)pick(1, 40);
     axis->key = calloc(axis->key_count, sizeof *axis->key);
     axis->bezier.key = calloc(axis->key_count, sizeof *axis->bezier.key);
-    axis->bezier.extrapolation = (uint8_t)draw(0, 1);
-    axis->bezier.smoothing = (uint8_t)draw(0, 1);
-    axis->bezier.after.mode = (uint8_t)draw(0, 3);
-    axis->bezier.after.count = (uint32_t)draw(1, 5);
+    axis->bezier.extrapolation = (uint8_t)pick(0, 1);
+    axis->bezier.smoothing = (uint8_t)pick(0, 1);
+    axis->bezier.after.mode = (uint8_t)pick(0, 3);
+    axis->bezier.after.count = (uint32_t)pick(1, 5);
     assert_non_null(axis->key);
     assert_non_null(axis->bezier.key);
     for (uint32_t i = 0; i < axis->key_count; i++) {
         axis->key[i].key.t_ns_q12 =
-            i == 0 ? draw(-(INT64_C(1) << 45), INT64_C(1) << 45)
-                   : axis->key[i - 1].key.t_ns_q12 + draw(1, INT64_C(1) << 45);
-        axis->key[i].key.pos_q32 = draw(-(INT64_C(1) << 52), INT64_C(1) << 52);
+            i == 0 ? pick(-(INT64_C(1) << 45), INT64_C(1) << 45)
+                   : axis->key[i - 1].key.t_ns_q12 + pick(1, INT64_C(1) << 45);
+        axis->key[i].key.pos_q32 = pick(-(INT64_C(1) << 52), INT64_C(1) << 52);
         draw_key(&axis->bezier.key[i]);
     }
     job->end_ns_q12 = INT64_C(1) << 52;

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "firmware/linux/import.h"
-#include "firmware/linux/move_reader.h"
+#include "firmware/linux/move_load.h"
 #include "firmware/linux/number.h"
 #include "motion/fixed.h"
 

@@ -1,5 +1,5 @@
-/* firmware/linux/move_load_bezier.c - keys with handles.  See move_reader.h. */
-#include "firmware/linux/move_reader.h"
+/* firmware/linux/move_load_bezier.c - keys with handles.  See move_load.h. */
+#include "firmware/linux/move_load.h"
 
 #include <stdlib.h>
 
@@ -61,7 +61,7 @@ static int bezier_pair(const struct move_reader *self,
     dp = yaml_value_at(value, yaml_value_node(&dt)->next);
     if (yaml_units_read(&dt, UNITS_TIME, &self->units, dt_ns_q12) < 0)
         return -1;
-    return yaml_units_read(&dp, UNITS_POSITION, &self->units, dp_q32);
+    return yaml_units_read(&dp, self->quantity, &self->units, dp_q32);
 }
 
 /* One word for both handles, or [left, right]. */
@@ -384,7 +384,7 @@ int move_read_key_amplitude(void *reader, const struct yaml_value *value,
     if (bezier_check_interpolation(self, value, MOTION_FCURVE_ELASTIC,
                                    MOTION_FCURVE_ELASTIC) < 0)
         return -1;
-    return yaml_units_read(value, UNITS_POSITION, &self->units,
+    return yaml_units_read(value, self->quantity, &self->units,
                            &bezier_key(self)->amplitude_q32);
 }
 

@@ -38,6 +38,43 @@ bool move_is_bezier(const struct plan_axis *axis)
     return axis->key_count > 0;
 }
 
+/* --- another scale -------------------------------------------------------- */
+
+static int bezier_scale(int64_t *value_q32, struct motion_real by)
+{
+    return motion_real_round(
+        motion_real_mul(motion_real_from_q(*value_q32, 32), by), 32, value_q32);
+}
+
+int plan_bezier_copy(struct plan_bezier *bezier, uint32_t count,
+                     struct motion_real by)
+{
+    const struct plan_bezier_key *from = bezier->key;
+    int rc = bezier_scale(&bezier->value_q32, by);
+
+    bezier->key = NULL;
+    if (from == NULL || rc != MOTION_OK)
+        return rc;
+    bezier->key = malloc(count * sizeof *from);
+    if (bezier->key == NULL)
+        return MOTION_E_FULL;
+    for (uint32_t i = 0; i < count && rc == MOTION_OK; i++) {
+        struct plan_bezier_key *key = &bezier->key[i];
+
+        *key = from[i];
+        rc = bezier_scale(&key->left.dp_q32, by);
+        if (rc == MOTION_OK)
+            rc = bezier_scale(&key->right.dp_q32, by);
+        if (rc == MOTION_OK)
+            rc = bezier_scale(&key->amplitude_q32, by);
+    }
+    if (rc == MOTION_OK)
+        return rc;
+    free(bezier->key);
+    bezier->key = NULL;
+    return rc;
+}
+
 /* --- judging -------------------------------------------------------------- */
 
 static bool bezier_is_plain(const struct plan_bezier *bezier)
