@@ -147,7 +147,7 @@ static void canopen_of_node(struct canopen *master, struct canopen_node *node,
     else if (function == FUNCTION_HEARTBEAT)
         canopen_heartbeat(master, node, frame, now_ns);
     else if (function == FUNCTION_SDO_ANSWER)
-        canopen_sdo_receive(node, frame);
+        canopen_sdo_receive(node, frame, now_ns);
     else if (canopen_is_tpdo(function))
         canopen_tpdo(master, node, (function - 1) >> 1, frame);
     else if (canopen_is_order(function))
@@ -265,6 +265,7 @@ static int canopen_begin(struct hal_fieldbus *bus, int64_t now_ns)
     canopen_drain(master, now_ns);
     for (unsigned i = 0; i < master->node_count; i++) {
         canopen_sdo_expire(master->node[i], now_ns);
+        canopen_sdo_pump(master->node[i], now_ns);
         canopen_watch(master->node[i], now_ns);
     }
     canopen_sync(master, now_ns);

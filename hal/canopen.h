@@ -47,6 +47,12 @@ enum canopen_nmt_state {
 };
 
 /* The abort codes that are looked at; canopen_abort_text knows all. */
+#define CANOPEN_ABORT_TOGGLE     UINT32_C(0x05030000)
+#define CANOPEN_ABORT_BLOCK_SIZE UINT32_C(0x05040002)
+#define CANOPEN_ABORT_SEQUENCE   UINT32_C(0x05040003)
+#define CANOPEN_ABORT_CRC        UINT32_C(0x05040004)
+#define CANOPEN_ABORT_MEMORY     UINT32_C(0x05040005)
+#define CANOPEN_ABORT_LENGTH     UINT32_C(0x06070010)
 #define CANOPEN_ABORT_TIMEOUT    UINT32_C(0x05040000)
 #define CANOPEN_ABORT_COMMAND    UINT32_C(0x05040001)
 #define CANOPEN_ABORT_READ_ONLY  UINT32_C(0x06010002)
@@ -60,7 +66,15 @@ const char *canopen_abort_text(uint32_t abort_code);
  * 402-2 table 5): "current, inside the device"; never NULL. */
 const char *canopen_emcy_text(uint16_t code);
 
-/* One expedited SDO transfer, at most one at a time per node. */
+/* Where a transfer is; private. */
+enum canopen_sdo_step {
+    CANOPEN_SDO_INITIATE,
+    CANOPEN_SDO_SEGMENT,
+    CANOPEN_SDO_BLOCK,     /* segments of a block, and its acknowledgement */
+    CANOPEN_SDO_BLOCK_END, /* the last word: length and CRC */
+};
+
+/* One SDO transfer, at most one at a time per node. */
 struct canopen_sdo {
     enum {
         CANOPEN_SDO_IDLE,
@@ -72,10 +86,23 @@ struct canopen_sdo {
     bool write;
     uint16_t index;
     uint8_t sub;
-    uint8_t size; /* bytes written, or received */
+    uint8_t size; /* bytes written, or received, of a short object */
     uint32_t value;
     uint32_t abort_code;
     int64_t deadline_ns;
+
+    /* a long object */
+    uint8_t *into;         /* reading: room bytes */
+    const uint8_t *from;   /* writing: length bytes */
+    uint32_t room, length; /* length 0 while reading: not told yet */
+    uint32_t at;           /* bytes there, or acknowledged */
+    enum canopen_sdo_step step;
+    uint8_t toggle;
+    bool block, checked;          /* block transfer; with CRC */
+    uint8_t block_size, sequence; /* segments per block; last one in it */
+    bool block_last;              /* the end of the object is in this block */
+    uint16_t crc;                 /* of the first crc_at bytes */
+    uint32_t crc_at;
 };
 
 struct canopen_node;
@@ -166,11 +193,23 @@ int canopen_nmt(struct canopen *master, enum canopen_nmt_command command,
  *   MOTION_E_AGAIN running; MOTION_OK done (value, not sign extended, and size
  *   when reading; either pointer may be NULL); MOTION_E_REFUSED aborted
  *   (sdo.abort_code); MOTION_E_TIMEOUT; MOTION_E_STATE nothing was started.
- * A longer object than 4 bytes is given up with abort 0x05040001. */
+ * A longer object than 4 bytes is given up with abort 0x05040001 by the first
+ * two; the others take one of any length, by segments or by blocks.  Their
+ * memory belongs to the transfer until its outcome is taken, or it is dropped;
+ * sdo.length is how much there was.  Reading more than `room` bytes ends with
+ * abort 0x05040005.  `block`: a server that knows no blocks aborts with
+ * 0x05040001; ask again without.  The time-out is for each answer. */
 int canopen_sdo_write(struct canopen_node *node, int64_t now_ns, uint16_t index,
                       uint8_t sub, uint8_t size, uint32_t value);
 int canopen_sdo_read(struct canopen_node *node, int64_t now_ns, uint16_t index,
                      uint8_t sub);
+int canopen_sdo_read_bytes(struct canopen_node *node, int64_t now_ns,
+                           uint16_t index, uint8_t sub, uint8_t *into,
+                           uint32_t room, bool block);
+/* length >= 1 */
+int canopen_sdo_write_bytes(struct canopen_node *node, int64_t now_ns,
+                            uint16_t index, uint8_t sub, const uint8_t *from,
+                            uint32_t length, bool block);
 int canopen_sdo_take(struct canopen_node *node, uint32_t *value, uint8_t *size);
 /* Forget the transfer that is running, if any; a late answer is dropped. */
 void canopen_sdo_drop(struct canopen_node *node);

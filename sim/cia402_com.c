@@ -25,7 +25,7 @@ static void cia402_com_enter(struct sim_cia402 *self, enum cia402_nmt state)
     if (self->nmt_state == state)
         return;
     self->nmt_state = (uint8_t)state;
-    self->segments.text = NULL;
+    cia402_long_end(self);
     if (state == CIA402_NMT_OPERATIONAL)
         cia402_pdo_start(self);
     if (state == CIA402_NMT_STOPPED)
@@ -46,7 +46,7 @@ void cia402_com_boot_up(struct sim_cia402 *self)
 static void cia402_com_boot_in(struct sim_cia402 *self, int64_t delay_ns)
 {
     self->nmt_state = CIA402_NMT_BOOTING;
-    self->segments.text = NULL;
+    cia402_long_end(self);
     cia402_timer_stop(self, SIM_CIA402_HEARTBEAT);
     cia402_timer_stop(self, SIM_CIA402_CONSUMER);
     cia402_timer_set(self, SIM_CIA402_BOOT, cia402_now_ns(self) + delay_ns);

@@ -86,7 +86,8 @@
 
 #define CIA402_MAKER_ROWS(X)                                                   \
     X(INJECT, 0x2000, 0, U8, W, 0, 1, SIM_CIA402_FAULTS)                       \
-    X(TARGETS_MISSED_MAX, 0x2001, 0, U8, R | W, 20, 0, 0)
+    X(TARGETS_MISSED_MAX, 0x2001, 0, U8, R | W, 20, 0, 0)                      \
+    X(NOTES, 0x2002, 0, DOMAIN, R | W, 0, 0, 0)
 
 #define CIA402_DRIVE_ROWS(X)                                                   \
     X(ABORT_OPTION, 0x6007, 0, I16, R | W, 1, 0, 3)                            \

@@ -20,6 +20,7 @@ static void sim_cia402_loop(struct sim_cia402 *self)
     cia402_motion_advance(self);
     self->value[CIA402_MODE_DISPLAY] = self->value[CIA402_MODE];
     cia402_pdo_poll(self);
+    cia402_long_poll(self);
 }
 
 static int64_t sim_cia402_due_ns(const struct sim_member *member)

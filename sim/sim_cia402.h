@@ -9,7 +9,8 @@
  *
  *   cia402_od.c      the dictionary: rows, access, abort codes
  *   cia402_com.c     NMT, heartbeat, EMCY
- *   cia402_sdo.c     the SDO server
+ *   cia402_sdo.c     the SDO server, short objects
+ *   cia402_long.c    long ones: segments, blocks
  *   cia402_pdo.c     PDO parameters, mapping, exchange
  *   cia402_power.c   state machine, faults
  *   cia402_motion.c  set points, ramps, the inner loop
@@ -23,6 +24,7 @@
  *   - 0x2001: so many SYNC periods without a fresh 0x607A in an RPDO, while
  *     enabled and after the first, are a time-out (EMCY 0x8250, reaction by
  *     0x6007); 0x1400:5 in ms takes its place when not 0;
+ *   - 0x2002: up to 1024 bytes of anything, for whoever needs a long object;
  *   - 0x2000 (write only): an injection, 1 + enum sim_cia402_fault;
  *   - until its boot-up message it acknowledges frames and ignores them. */
 #ifndef SIM_SIM_CIA402_H
@@ -76,6 +78,20 @@ struct sim_cia402_pdo {
     bool carries_target; /* 0x607A is mapped */
 };
 
+#define SIM_CIA402_NOTES 1024 /* bytes of 0x2002 */
+
+/* A long SDO transfer under way; see cia402_long.c. */
+struct sim_cia402_transfer {
+    uint8_t phase; /* enum of cia402_long.c; 0: none */
+    int row;
+    const uint8_t *from; /* read by the client */
+    uint32_t length, at; /* length 0 of a write: not told */
+    uint8_t toggle;
+    uint8_t block_size, sequence;
+    bool last, checked;
+    uint8_t into[SIM_CIA402_NOTES]; /* written by the client, not yet whole */
+};
+
 enum sim_cia402_timer {
     SIM_CIA402_LOOP,
     SIM_CIA402_BOOT,
@@ -99,12 +115,10 @@ struct sim_cia402 {
     int64_t due_ns; /* the first of them */
     uint8_t nmt_state;
     struct sim_cia402_pdo rpdo[SIM_CIA402_PDOS], tpdo[SIM_CIA402_PDOS];
-    bool event_pdos;      /* any TPDO of type 254, 255 active */
-    struct {              /* a segmented read under way */
-        const char *text; /* what is left of it; NULL: none */
-        int row;
-        uint8_t toggle;
-    } segments;
+    bool event_pdos; /* any TPDO of type 254, 255 active */
+    struct sim_cia402_transfer transfer;
+    uint8_t notes[SIM_CIA402_NOTES]; /* 0x2002 */
+    uint32_t notes_length;
 
     /* lasting injections, and inputs */
     bool silent, blocked, frozen, no_power, deaf;
