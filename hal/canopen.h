@@ -1,7 +1,7 @@
 /* hal/canopen.h - a CANopen NMT master for servo drives (CiA 301).
  *
  * One object per CAN port.  It owns the port, sends SYNC and its own
- * heartbeat, and hands every received frame to the node it belongs to.  Nodes
+ * heartbeat (or guards), and hands every received frame to the node it belongs to.  Nodes
  * are visible structs in the caller's memory, linked into the master; a drive
  * (drive_cia402.h) embeds one.  Nothing blocks: SDO transfers are started and
  * then polled; every wait has a time-out.
@@ -125,6 +125,9 @@ struct canopen_node_ops {
                      uint8_t data[8]);
 };
 
+/* Watched by its heartbeat, or (older devices) by node guarding: then we ask
+ * with a remote frame every guard_period_ns, and it answers with its state and a
+ * bit that must alternate.  A node does one or the other. */
 struct canopen_node {
     const struct canopen_node_ops *ops;
     uint8_t id;                       /* 1..127 */
@@ -132,6 +135,9 @@ struct canopen_node {
     int64_t heartbeat_ns;             /* when last heard */
     bool heartbeat_heard;             /* since start or since it was lost */
     int64_t heartbeat_timeout_ns;     /* 0: not watched */
+    int64_t guard_period_ns;          /* 0: not asked */
+    int64_t guard_due_ns;
+    uint8_t guard_toggle; /* that the next answer must have: 0 or 0x80 */
     struct canopen_sdo sdo;
     struct canopen *master;
 };
@@ -139,6 +145,8 @@ struct canopen_node {
 struct canopen_config {
     uint8_t node_id;             /* our own, for the heartbeat; 1..127 */
     int64_t sync_period_ns;      /* 0: no SYNC */
+    uint8_t sync_overflow;       /* SYNC counts 1 .. this, 2..240; 0: it does
+                                    not (0x1019 of the drives) */
     int64_t heartbeat_period_ns; /* 0: we produce none */
     int64_t sdo_timeout_ns;      /* per transfer; 0: 200 ms */
     /* From one SDO request to the next, over all nodes: what they may take from
@@ -167,6 +175,8 @@ struct canopen {
     uint8_t node_at[128];     /* by node id: index in node[] + 1, 0: none */
     int64_t sync_ns;          /* when the last SYNC was sent */
     int64_t sync_previous_ns; /* and the one before */
+    uint8_t sync_counter;
+    struct canopen_lss *lss; /* NULL: nobody listens; see canopen_lss.h */
     int64_t heartbeat_due_ns;
     int64_t sdo_started_ns;      /* last request of a transfer, any node */
     bool refused, foreign, lost; /* seen since begin() last gave its answer */
@@ -184,6 +194,10 @@ int canopen_add(struct canopen *master, struct canopen_node *node);
  * of hal_can_send, and MOTION_E_ARG. */
 int canopen_nmt(struct canopen *master, enum canopen_nmt_command command,
                 uint8_t node_id);
+
+/* TIME: milliseconds since midnight, 0 .. 86399999, and days since 1 January
+ * 1984 (CiA 301 7.2.6).  Errors of hal_can_send, and MOTION_E_ARG. */
+int canopen_time(struct canopen *master, uint32_t ms, uint16_t days);
 
 /* Start a transfer; size 1..4 bytes (else MOTION_E_ARG).  MOTION_E_STATE when
  * one is running or its outcome has not been taken, MOTION_E_AGAIN when another

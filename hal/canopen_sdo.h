@@ -9,9 +9,12 @@ enum canopen_cob {
     CANOPEN_COB_NMT = 0x000,
     CANOPEN_COB_SYNC = 0x080,
     CANOPEN_COB_EMCY = 0x080,
+    CANOPEN_COB_TIME = 0x100,
     CANOPEN_COB_RPDO1 = 0x200,
     CANOPEN_COB_SDO_REQUEST = 0x600,
     CANOPEN_COB_HEARTBEAT = 0x700,
+    CANOPEN_COB_LSS_ANSWER = 0x7E4,
+    CANOPEN_COB_LSS_REQUEST = 0x7E5,
 };
 
 /* Send and count; every frame of the master goes through here. */
@@ -24,6 +27,15 @@ void canopen_sdo_receive(struct canopen_node *node,
 void canopen_sdo_pump(struct canopen_node *node, int64_t now_ns);
 /* Give up a transfer that is past its deadline. */
 void canopen_sdo_expire(struct canopen_node *node, int64_t now_ns);
+
+/* canopen_guard.c: ask the nodes whose time it is; is this answer's toggle the
+ * expected one? */
+void canopen_guard_ask(struct canopen_node *node, int64_t now_ns);
+bool canopen_guard_toggles(struct canopen_node *node, uint8_t answer);
+/* canopen_lss.c: a frame with id 0x7E4; time-outs. */
+void canopen_lss_receive(struct canopen_lss *lss,
+                         const struct hal_can_frame *frame, int64_t now_ns);
+void canopen_lss_expire(struct canopen_lss *lss, int64_t now_ns);
 
 /* ---- between canopen_sdo.c, canopen_segment.c and canopen_block.c ---- */
 

@@ -72,9 +72,12 @@ enum cia402_emcy {
     CIA402_EMCY_HEARTBEAT = 0x8130,
     CIA402_EMCY_PDO_SHORT = 0x8210,
     CIA402_EMCY_PDO_LONG = 0x8220,
+    CIA402_EMCY_SYNC_LENGTH = 0x8240,
     CIA402_EMCY_RPDO_LATE = 0x8250,
     CIA402_EMCY_FOLLOWING = 0x8611,
 };
+#define CIA402_NO_NODE 255
+
 #define CIA402_ERROR_GENERIC 0x01
 #define CIA402_ERROR_CURRENT 0x02
 #define CIA402_ERROR_COM     0x10
@@ -119,6 +122,8 @@ int64_t cia402_od_signed(const struct sim_cia402 *self, int row);
 void cia402_com_send(struct sim_cia402 *self, uint32_t id, const uint8_t *data,
                      unsigned len);
 void cia402_com_boot_up(struct sim_cia402 *self);
+/* Boot-up message after this time. */
+void cia402_com_boot_in(struct sim_cia402 *self, int64_t delay_ns);
 /* Power-on or reset node: everything at its default, booting. */
 void cia402_com_restart(struct sim_cia402 *self);
 void cia402_com_nmt(struct sim_cia402 *self, const struct hal_can_frame *frame);
@@ -138,6 +143,19 @@ bool cia402_com_is_free_id(uint32_t id);
 uint32_t cia402_com_check(const struct sim_cia402 *self, int row,
                           uint32_t value);
 void cia402_com_changed(struct sim_cia402 *self, int row);
+
+/* ---- cia402_guard.c ---------------------------------------------------- */
+
+/* A remote frame with our heartbeat's id. */
+void cia402_guard_asked(struct sim_cia402 *self);
+void cia402_guard_start(struct sim_cia402 *self);
+void cia402_guard_time(struct sim_cia402 *self,
+                       const struct hal_can_frame *frame);
+
+/* ---- cia402_lss.c ------------------------------------------------------ */
+
+void cia402_lss_request(struct sim_cia402 *self,
+                        const struct hal_can_frame *frame);
 
 /* ---- cia402_sdo.c ------------------------------------------------------ */
 

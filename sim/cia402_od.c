@@ -64,6 +64,8 @@ void cia402_od_reset(struct sim_cia402 *self, bool communication_only)
     }
     if (!communication_only)
         cia402_od_reset_ramps(self);
+    if (self->config.serial != 0)
+        self->value[CIA402_SERIAL] = self->config.serial;
     cia402_pdo_update(self);
 }
 

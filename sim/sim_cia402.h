@@ -9,6 +9,8 @@
  *
  *   cia402_od.c      the dictionary: rows, access, abort codes
  *   cia402_com.c     NMT, heartbeat, EMCY
+ *   cia402_guard.c   node and life guarding, TIME
+ *   cia402_lss.c     node number by LSS
  *   cia402_sdo.c     the SDO server, short objects
  *   cia402_long.c    long ones: segments, blocks
  *   cia402_pdo.c     PDO parameters, mapping, exchange
@@ -37,7 +39,8 @@
 #include "sim/sim_can.h"
 
 struct sim_cia402_config {
-    uint8_t node_id; /* 1..127 */
+    uint8_t node_id; /* 1..127; 255: none yet, waits for LSS */
+    uint32_t serial; /* 0x1018:4; 0: the node number */
     struct sim_plant_config plant;
     int32_t start_counts;     /* where it stands at power-on */
     int64_t loop_ns;          /* inner loop, 62500 .. 1000000 */
@@ -92,6 +95,15 @@ struct sim_cia402_transfer {
     uint8_t into[SIM_CIA402_NOTES]; /* written by the client, not yet whole */
 };
 
+/* CiA 305, the device's side. */
+struct sim_cia402_lss {
+    bool configuring;
+    unsigned matched;    /* parts of a selective switch that were ours */
+    unsigned scan_part;  /* that the scan is at */
+    uint8_t node_next;   /* in force after reset communication; 0: as it is */
+    uint8_t node_stored; /* in force after power-on; 0: as built */
+};
+
 enum sim_cia402_timer {
     SIM_CIA402_LOOP,
     SIM_CIA402_BOOT,
@@ -99,6 +111,7 @@ enum sim_cia402_timer {
     SIM_CIA402_CONSUMER,  /* the master's is late */
     SIM_CIA402_BRAKE,     /* released */
     SIM_CIA402_TARGET,    /* fresh targets are late */
+    SIM_CIA402_GUARD,     /* the master has not asked for too long */
     SIM_CIA402_TIMERS,
 };
 
@@ -119,6 +132,10 @@ struct sim_cia402 {
     struct sim_cia402_transfer transfer;
     uint8_t notes[SIM_CIA402_NOTES]; /* 0x2002 */
     uint32_t notes_length;
+    struct sim_cia402_lss lss;
+    uint8_t guard_toggle;
+    uint32_t time_ms; /* of the last TIME: since midnight */
+    uint16_t time_days;
 
     /* lasting injections, and inputs */
     bool silent, blocked, frozen, no_power, deaf;
