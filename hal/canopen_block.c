@@ -33,8 +33,8 @@ static void canopen_block_crc(struct canopen_sdo *sdo, const uint8_t *bytes,
     for (; sdo->crc_at < until; sdo->crc_at++) {
         sdo->crc = (uint16_t)(sdo->crc ^ bytes[sdo->crc_at] << 8);
         for (unsigned bit = 0; bit < 8; bit++)
-            sdo->crc =
-                (uint16_t)(sdo->crc << 1 ^ (sdo->crc & 0x8000u ? 0x1021u : 0));
+            sdo->crc = (uint16_t)((unsigned)sdo->crc << 1 ^
+                                  (sdo->crc & 0x8000u ? 0x1021u : 0u));
     }
 }
 
