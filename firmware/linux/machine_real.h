@@ -1,5 +1,5 @@
-/* firmware/linux/machine_real.h - the interfaces that a rig names, as ports of
- * a machine.
+/* firmware/linux/machine_real.h - the interfaces and lines that a rig names, as
+ * ports of a machine.
  *
  * Each is taken for ourselves on this host: two programs that send set points to
  * the same drives are worse than one that does not start. */
@@ -7,13 +7,18 @@
 #define FIRMWARE_LINUX_MACHINE_REAL_H
 
 #include "firmware/linux/machine.h"
+#include "firmware/linux/machine_gpio.h"
+#include "firmware/linux/machine_modbus.h"
 #include "hal/can_socketcan.h"
 #include "hal/clock_linux.h"
 
 struct machine_real {
-    unsigned bus_count; /* open so far */
+    unsigned bus_count; /* looked at so far */
+    bool is_open[RIG_BUSES_MAX];
     struct can_socketcan port[RIG_BUSES_MAX];
     int lock[RIG_BUSES_MAX];
+    struct machine_gpio gpio;
+    struct machine_modbus modbus;
     struct clock_linux clock;
 };
 

@@ -1,5 +1,6 @@
 #!/bin/sh
-# tests/vm/boot.sh COMMAND... - run a command on a kernel that has real CAN.
+# tests/vm/boot.sh COMMAND... - run a command on a kernel that has real CAN and
+# real GPIO.
 #
 # Boots Debian's stock kernel in QEMU (software emulation: no KVM, no root, a few
 # seconds) on top of this machine's own files: the root directory is mounted
@@ -10,6 +11,9 @@
 #   can0 <-> can1   two Kvaser PCI cards (SJA1000) on one emulated bus: the real
 #                   driver, bit rate, error states, hardware queues
 #   vcan0, vcan1    virtual CAN, classic and FD frames
+#   gpiochip0       gpio-sim, lines rig0 .. rig7; the other side of line N are the
+#                   files pull and value in
+#                   /sys/devices/platform/gpio-sim.0/gpiochip0/sim_gpioN
 #
 # The machine has no disk; nothing of this one is changed.  Its clock counts
 # instructions (icount) and leaps over idle time, so a busy host does not make
@@ -19,7 +23,8 @@
 # VM_CACHE    where the kernel is kept (build/vm); VM_TIMEOUT  seconds (500)
 set -eu
 cache=${VM_CACHE:-build/vm}
-modules='virtio_pci 9p 9pnet_virtio overlay can can-raw can-dev vcan kvaser_pci slcan'
+modules='virtio_pci 9p 9pnet_virtio overlay can can-raw can-dev vcan kvaser_pci slcan
+    configfs'
 
 die()
 {
@@ -47,6 +52,8 @@ if [ ! -e "$base/ready" ]; then
     rm -rf "$base/deb"
     touch "$base/ready"
 fi
+[ -e "$base/gpio/gpio-simulator.ko" ] ||
+    "${0%/*}/gpio_sim.sh" "$kernel" "$base/gpio" || die "no gpio-sim"
 
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
@@ -58,6 +65,7 @@ root=$work/root
 library=lib/modules/$kernel
 mkdir -p "$root/bin" "$root/$library" "$root/host" "$root/proc"
 cp /bin/busybox "$root/bin/"
+cp "$base/gpio/gpio-simulator.ko" "$root/"
 cp "$base/root/$library"/modules.* "$root/$library/"
 for module in $modules; do
     /sbin/modprobe -d "$base/root" -S "$kernel" --show-depends "$module" |
@@ -79,6 +87,8 @@ mount -t devtmpfs dev /dev
 for module in virtio_pci 9pnet_virtio 9p can can-raw vcan kvaser_pci slcan; do
     modprobe "$module" || echo "vm: no module $module"
 done
+modprobe configfs
+insmod /gpio-simulator.ko
 mount -t 9p -o trans=virtio,version=9p2000.L,ro,cache=loose,msize=512000 \
     root /host || poweroff -f
 mount -t proc proc /host/proc
@@ -101,6 +111,15 @@ for i in 0 1; do
     $ip link set "can$i" txqueuelen 128
     $ip link set "can$i" up type can bitrate 1000000 restart-ms 0
 done
+mount -t configfs config /host/sys/kernel/config
+bank=/host/sys/kernel/config/gpio-sim/rig/bank0
+mkdir -p $bank
+echo 8 >$bank/num_lines
+for i in 0 1 2 3 4 5 6 7; do
+    mkdir $bank/line$i
+    echo rig$i >$bank/line$i/name
+done
+echo 1 >$bank/../live
 echo "vm: begin"
 $run /usr/bin/setsid /bin/sh /run/command </dev/null
 echo "vm: exit $?"
