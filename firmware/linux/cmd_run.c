@@ -37,7 +37,8 @@ struct cmd_run {
     struct trace trace;
     struct report report;
     struct progress progress;
-    struct output csv;
+    struct output csv, frames;
+    struct can_log can_log;
 };
 
 static volatile sig_atomic_t cmd_run_interrupts;
@@ -214,6 +215,11 @@ static enum status cmd_run_build(struct cmd_run *self)
                                &ports, message);
     if (err == MOTION_OK && self->options->pty)
         err = machine_modbus_open(&self->pty, rig, true, &ports, message);
+    if (err == MOTION_OK && self->frames.file != NULL)
+        can_log_init(&self->can_log, self->frames.file, rig,
+                     self->options->realtime || self->options->real ||
+                         self->options->pty,
+                     &ports);
     if (err < 0 ||
         machine_init(&self->machine, &self->job.rig, &ports, message) < 0) {
         fprintf(stderr, "%s: %s\n", self->job.rig_path, message);
@@ -298,6 +304,7 @@ static enum status cmd_run_play(struct cmd_run *self)
     };
     const struct player_observer observer = {
         .telemetry = options->telemetry != NULL ? &self->telemetry : NULL,
+        .can_log = options->can_log != NULL ? &self->can_log : NULL,
         .trace = options->plot != NULL ? &self->trace : NULL,
         .report = &self->report,
         .progress = &self->progress,
@@ -321,6 +328,13 @@ static enum status cmd_run_save(struct cmd_run *self)
             status = STATUS_SYSTEM;
         else
             self->report.telemetry_path = options->telemetry;
+    }
+    if (options->can_log != NULL) {
+        if (output_commit(&self->frames) < 0)
+            status = STATUS_SYSTEM;
+        else
+            self->report.can_log_path = options->can_log;
+        self->report.frames_dropped = self->can_log.dropped;
     }
     if (options->plot != NULL && self->report.started) {
         if (plot_save(&self->job, &self->trace, options->plot) < 0)
@@ -405,6 +419,9 @@ static enum status cmd_run_job(struct cmd_run *self)
             cmd_run_intent_json(self);
         return STATUS_OK;
     }
+    if (options->can_log != NULL &&
+        output_open(&self->frames, options->can_log) < 0)
+        return STATUS_SYSTEM;
     status = cmd_run_build(self);
     if (status == STATUS_OK)
         status = cmd_run_window(self);
@@ -427,6 +444,7 @@ static enum status cmd_run_run(const struct options *options)
                                               : options->override_q30;
     enum status status = cmd_run_job(&self);
     output_abandon(&self.csv);
+    output_abandon(&self.frames);
     trace_free(&self.trace);
     machine_modbus_close(&self.pty);
     machine_real_close(&self.real);
@@ -448,6 +466,8 @@ static const struct option_row cmd_run_option[] = {
       "run on the clock, not in virtual time" },
     { "telemetry", "FILE", OPTION_TEXT, offsetof(struct options, telemetry),
       "write what happened at every tick as CSV" },
+    { "can-log", "FILE", OPTION_TEXT, offsetof(struct options, can_log),
+      "write every CAN frame as candump -L does" },
     { "plot", "FILE", OPTION_TEXT, offsetof(struct options, plot),
       "draw plan and run as .svg or .png" },
     { "override", "PERCENT", OPTION_PERCENT,
