@@ -148,19 +148,26 @@ static int view_target(struct plan_view *self)
 
 /* --- what turns ----------------------------------------------------------- */
 
+int plan_camera_mount(const struct plan_camera *camera,
+                      struct motion_quat *mount)
+{
+    struct motion_dir axis[3] = { { { 0 } }, camera->up, { { 0 } } };
+    struct motion_dir forward;
+    int err = motion_dir_perpendicular(camera->forward, camera->up, &forward);
+
+    if (err < 0)
+        return err;
+    axis[0] = motion_dir_cross(forward, camera->up);
+    axis[2] = motion_dir_neg(forward);
+    return motion_quat_from_axes(axis, mount);
+}
+
 static int view_mount(struct plan_view *self)
 {
     const struct plan_camera *camera = self->camera;
-    struct motion_dir axis[3] = { { { 0 } }, camera->up, { { 0 } } };
-    struct motion_dir forward;
     struct motion_quat mount = MOTION_QUAT_ONE;
-    int err = motion_dir_perpendicular(camera->forward, camera->up, &forward);
+    int err = plan_camera_mount(camera, &mount);
 
-    if (err == MOTION_OK) {
-        axis[0] = motion_dir_cross(forward, camera->up);
-        axis[2] = motion_dir_neg(forward);
-        err = motion_quat_from_axes(axis, &mount);
-    }
     if (err < 0)
         return plan_view_fail(self, err, camera->place,
                               "has forward and up in one line");
