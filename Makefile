@@ -235,7 +235,7 @@ fresh:
 
 # Also: bench-tick, golden (tests/qemu/qemu.mk).
 -include tests/qemu/qemu.mk
-# Also: bench-plan, bench-otg.
+# Also: bench-plan, bench-otg, bench-curves, peers-curves.
 -include tests/bench/bench.mk
 
 .SECONDARY:
