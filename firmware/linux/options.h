@@ -34,7 +34,8 @@ struct options {
     bool segments, rules;     /* plan */
     bool quaternion, raw;     /* sample */
     bool realtime, real, pty; /* run, sim */
-    const char *out, *axis, *telemetry, *can_log, *plot, *compare;
+    const char *out, *axis, *plot, *compare;
+    const char *telemetry, *can_log, *modbus_log; /* run */
     const char *rig, *fps, *columns, *curve, *interface;
     int64_t rate_uhz;
     int64_t from_ns, to_ns, hold_at_ns, resume_after_ns;
