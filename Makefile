@@ -222,6 +222,15 @@ HOLDS    ?= 40
 hold: $(SLEW)
 	@$(PYTHON) tests/hold.py $(SLEW) examples/dolly $(HOLDS)
 
+PEERS    := build/peers
+.PHONY: peers-blender
+## install Blender as a Python module (400 MB), compare random actions with it
+peers-blender: $(SLEW)
+	@test -x $(PEERS)/blender/bin/python || \
+	    $(PYTHON) -m venv $(PEERS)/blender
+	@$(PEERS)/blender/bin/pip install --quiet bpy==5.0.1
+	@$(PEERS)/blender/bin/python tests/peers_blender.py $(SLEW)
+
 .PHONY: picture
 # draw the picture of the README anew
 picture: demo
