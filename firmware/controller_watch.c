@@ -122,6 +122,20 @@ static void watch_switches(struct controller *controller, unsigned i)
                          axis->feedback.pos_q32, 0);
 }
 
+/* While there is still enough to stop on. */
+static void watch_track(struct controller *controller, unsigned i)
+{
+    const struct motion_track *track = controller->axis[i].track;
+    if (!track)
+        return;
+    const int64_t ahead_ns_q12 =
+        motion_track_ahead(track, controller->rate.s_ns_q12);
+    if (ahead_ns_q12 < controller->reserve_ns_q12)
+        controller_raise(controller, CONTROLLER_FAULT_TRACK, (int)i,
+                         ahead_ns_q12 / MOTION_FIXED_NS_Q12,
+                         controller->reserve_ns_q12 / MOTION_FIXED_NS_Q12);
+}
+
 static void watch_ticks(struct controller *controller)
 {
     if (controller->lost_score >= LOST_MAX)
@@ -158,6 +172,7 @@ void controller_watch_judge(struct controller *controller, int bus)
         watch_age(controller, i);
         watch_following(controller, i);
         watch_switches(controller, i);
+        watch_track(controller, i);
     }
 }
 

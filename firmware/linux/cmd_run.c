@@ -6,6 +6,7 @@
 
 #include "firmware/linux/budget.h"
 #include "firmware/linux/command.h"
+#include "firmware/linux/compiled.h"
 #include "firmware/linux/job.h"
 #include "firmware/linux/json.h"
 #include "firmware/linux/machine.h"
@@ -37,7 +38,8 @@ struct cmd_run {
     struct trace trace;
     struct report report;
     struct progress progress;
-    struct output csv;
+    struct output csv, frames;
+    struct can_log can_log;
     struct modbus_record record; /* of the first Modbus bus */
     struct output pcap;
 };
@@ -82,8 +84,11 @@ static void cmd_run_intent_row(struct table *table, const struct cmd_run *self,
     number_short(text, track->end.pos_q32, 32);
     table_cell(table, "%s", text);
     table_cell(table, "%s", rig_unit_text(rig->unit));
-    if (self->job.move.axis[i].driver == PLAN_BY_KEYS)
-        table_cell(table, "%u", self->job.move.axis[i].key_count);
+    const struct plan_axis *axis = &self->job.move.axis[i];
+    if (self->job.compiled != NULL)
+        table_cell(table, "%u", self->job.compiled->file.axis[i].keys);
+    else if (axis->driver == PLAN_BY_KEYS)
+        table_cell(table, "%u", axis->key_count);
     else
         table_cell(table, "-");
     cmd_run_margin(table, self, i, MOTION_VEL);
@@ -206,18 +211,18 @@ static enum status cmd_run_record(struct cmd_run *self,
 {
     const struct rig *rig = &self->job.rig;
     unsigned i = 0;
-    if (self->options->modbus_record == NULL)
+    if (self->options->modbus_log == NULL)
         return STATUS_OK;
     while (i < rig->bus_count && rig->bus[i].kind == RIG_CANOPEN)
         i++;
     if (i == rig->bus_count) {
-        fputs("slew run: --modbus-record: the rig has no Modbus bus\n", stderr);
+        fputs("slew run: --modbus-log: the rig has no Modbus bus\n", stderr);
         return STATUS_INPUT;
     }
     modbus_record_init(&self->record, ports->modbus[i],
                        rig->bus[i].kind == RIG_MODBUS_TCP);
     ports->modbus[i] = &self->record.modbus;
-    return output_open(&self->pcap, self->options->modbus_record) < 0
+    return output_open(&self->pcap, self->options->modbus_log) < 0
                ? STATUS_SYSTEM
                : STATUS_OK;
 }
@@ -235,6 +240,11 @@ static enum status cmd_run_build(struct cmd_run *self)
                                &ports, message);
     if (err == MOTION_OK && self->options->pty)
         err = machine_modbus_open(&self->pty, rig, true, &ports, message);
+    if (err == MOTION_OK && self->frames.file != NULL)
+        can_log_init(&self->can_log, self->frames.file, rig,
+                     self->options->realtime || self->options->real ||
+                         self->options->pty,
+                     &ports);
     enum status status = STATUS_OK;
     if (err == MOTION_OK)
         status = cmd_run_record(self, &ports);
@@ -246,6 +256,32 @@ static enum status cmd_run_build(struct cmd_run *self)
         return STATUS_INPUT;
     }
     return STATUS_OK;
+}
+
+/* A window must always reach as far as a stop may need, and twice that so that
+ * reading ahead has time. */
+static enum status cmd_run_window(const struct cmd_run *self)
+{
+    const struct job *job = &self->job;
+    const struct motion_track *track[CONTROLLER_AXES_MAX] = { NULL };
+    char what[256], least[NUMBER_MAX], need[NUMBER_MAX];
+    if (job->compiled == NULL)
+        return STATUS_OK;
+    for (unsigned i = 0; i < job->move.axis_count; i++)
+        track[job->rig_axis[i]] = &job->track[i];
+    const int64_t need_ns_q12 =
+        2 * controller_reserve_ns_q12(&self->machine.controller, track,
+                                      self->rate_q30);
+    if (job->compiled->least_ns_q12 >= need_ns_q12)
+        return STATUS_OK;
+    number_seconds(least, job->compiled->least_ns_q12);
+    number_seconds(need, need_ns_q12);
+    snprintf(what, sizeof what,
+             "%d segments last %s s somewhere, expected %s s to be able to "
+             "stop: run the move file itself",
+             TRACK_STREAM_PLAY, least, need);
+    job_fail(job->move_path, what);
+    return STATUS_REFUSED;
 }
 
 static enum status cmd_run_files(struct cmd_run *self)
@@ -298,6 +334,7 @@ static enum status cmd_run_play(struct cmd_run *self)
     };
     const struct player_observer observer = {
         .telemetry = options->telemetry != NULL ? &self->telemetry : NULL,
+        .can_log = options->can_log != NULL ? &self->can_log : NULL,
         .trace = options->plot != NULL ? &self->trace : NULL,
         .report = &self->report,
         .progress = &self->progress,
@@ -322,7 +359,14 @@ static enum status cmd_run_save(struct cmd_run *self)
         else
             self->report.telemetry_path = options->telemetry;
     }
-    if (options->modbus_record != NULL &&
+    if (options->can_log != NULL) {
+        if (output_commit(&self->frames) < 0)
+            status = STATUS_SYSTEM;
+        else
+            self->report.can_log_path = options->can_log;
+        self->report.frames_dropped = self->can_log.dropped;
+    }
+    if (options->modbus_log != NULL &&
         (modbus_record_write(&self->record, self->pcap.file) < 0 ||
          output_commit(&self->pcap) < 0))
         status = STATUS_SYSTEM;
@@ -385,12 +429,15 @@ static enum status cmd_run_interfaces(struct cmd_run *self)
 static enum status cmd_run_job(struct cmd_run *self)
 {
     const struct options *options = self->options;
-    enum status status = job_open(&self->job, options);
+    enum status status = job_open_any(&self->job, options);
     if (status != STATUS_OK)
         return status;
     status = cmd_run_interfaces(self);
     if (status != STATUS_OK)
         return status;
+    if (self->job.compiled != NULL && options->plot != NULL)
+        return job_fail(self->job.move_path, "is a compiled move, expected the "
+                                             "move file itself for --plot");
     if (!options->json)
         cmd_run_intent(self);
     if (options->pty && options->real) {
@@ -406,7 +453,12 @@ static enum status cmd_run_job(struct cmd_run *self)
             cmd_run_intent_json(self);
         return STATUS_OK;
     }
+    if (options->can_log != NULL &&
+        output_open(&self->frames, options->can_log) < 0)
+        return STATUS_SYSTEM;
     status = cmd_run_build(self);
+    if (status == STATUS_OK)
+        status = cmd_run_window(self);
     if (status == STATUS_OK)
         status = cmd_run_files(self);
     if (status != STATUS_OK)
@@ -426,6 +478,7 @@ static enum status cmd_run_run(const struct options *options)
                                               : options->override_q30;
     enum status status = cmd_run_job(&self);
     output_abandon(&self.csv);
+    output_abandon(&self.frames);
     output_abandon(&self.pcap);
     trace_free(&self.trace);
     machine_modbus_close(&self.pty);
@@ -448,8 +501,10 @@ static const struct option_row cmd_run_option[] = {
       "run on the clock, not in virtual time" },
     { "telemetry", "FILE", OPTION_TEXT, offsetof(struct options, telemetry),
       "write what happened at every tick as CSV" },
-    { "modbus-record", "FILE", OPTION_TEXT,
-      offsetof(struct options, modbus_record),
+    { "can-log", "FILE", OPTION_TEXT, offsetof(struct options, can_log),
+      "write every CAN frame as candump -L does" },
+    { "modbus-log", "FILE", OPTION_TEXT,
+      offsetof(struct options, modbus_log),
       "write what went over the first Modbus bus as pcap, for Wireshark" },
     { "plot", "FILE", OPTION_TEXT, offsetof(struct options, plot),
       "draw plan and run as .svg or .png" },
@@ -473,7 +528,8 @@ const struct command cmd_run = {
         "drives, takes every axis to its first key, runs the move, and "
         "reports\n"
         "per axis what was reached.  A move that breaks a limit is not run:\n"
-        "nothing is sent to the bus.\n\n"
+        "nothing is sent to the bus.  MOVE may be a compiled one: it is read\n"
+        "as it is played (slew compile).\n\n"
         "Drives are simulated unless --real is given: then the buses are the\n"
         "CAN interfaces that the rig names, and things move.  --dry-run says "
         "what\n"

@@ -4,14 +4,18 @@
  * nanosecond: nothing is added up, so rates that share a time share a sample,
  * to the bit, however long the move. */
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 
 #include "firmware/linux/command.h"
+#include "firmware/linux/compiled.h"
 #include "firmware/linux/job.h"
 #include "firmware/linux/json.h"
 #include "firmware/linux/number.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
+#include "motion/plan/plan_camera.h"
+#include "motion/trig.h"
 
 #define CMD_SAMPLE_NS_UHZ INT64_C(1000000000000000) /* ns of a micro-hertz */
 
@@ -20,6 +24,8 @@ struct cmd_sample {
     const struct options *options;
     unsigned first, end; /* axes */
     struct motion_cursor cursor[PLAN_AXES_MAX];
+    struct motion_quat mount, last; /* of the camera */
+    bool failed; /* a compiled move could not be read any more */
 };
 
 /* Time of sample k.  k <= 19 days * 1 MHz < 2^41 and the product is 128 bits
@@ -55,19 +61,62 @@ static void cmd_sample_value(const struct cmd_sample *self, int64_t value,
     fputs(text, stdout);
 }
 
+static const struct motion_track *
+cmd_sample_track(struct cmd_sample *self, unsigned axis, int64_t t_ns_q12)
+{
+    if (self->job->compiled == NULL)
+        return &self->job->track[axis];
+    const struct motion_track *track =
+        compiled_look(self->job->compiled, axis, t_ns_q12);
+    self->failed |= track == NULL;
+    return track;
+}
+
+/* The camera's rotation in the space of its path, w x y z; the sign that is
+ * nearer to the row before. */
+static void cmd_sample_quaternion(struct cmd_sample *self, int64_t t_ns_q12)
+{
+    const struct plan_camera *camera = self->job->move.camera;
+    int64_t turn[MOTION_HEAD_AXES] = { 0 };
+    for (int i = 0; i < MOTION_HEAD_AXES; i++) {
+        struct motion_state at;
+        if (i == MOTION_HEAD_ROLL && !camera->has_roll)
+            continue;
+        motion_track_state(&self->job->track[camera->axis[i]], t_ns_q12, &at);
+        turn[i] = motion_trig_from_deg_q32(at.pos_q32);
+    }
+    struct motion_quat q = motion_quat_mul(self->mount, motion_head_quat(turn));
+    if (motion_quat_dot_q62(q, self->last) < 0)
+        q = motion_quat_neg(q);
+    self->last = q;
+    const int64_t part[] = { q.w, q.x, q.y, q.z };
+    for (int i = 0; i < 4; i++) {
+        if (self->options->raw)
+            printf(",%" PRId64, part[i]);
+        else
+            printf(",%.17g", ldexp((double)part[i], -62));
+    }
+}
+
 static void cmd_sample_row(struct cmd_sample *self, int64_t t_ns)
 {
     char text[NUMBER_MAX];
     number_integer(text, t_ns);
     fputs(text, stdout);
     for (unsigned i = self->first; i < self->end; i++) {
+        const struct motion_track *track =
+            cmd_sample_track(self, i, t_ns * MOTION_FIXED_NS_Q12);
         struct motion_sample sample;
-        motion_track_sample(&self->job->track[i], &self->cursor[i],
-                            t_ns * MOTION_FIXED_NS_Q12, &sample);
+        if (track == NULL)
+            return;
+        motion_track_sample(track, &self->cursor[i], t_ns * MOTION_FIXED_NS_Q12,
+                            &sample);
         cmd_sample_value(self, sample.pos_q32, 32);
         cmd_sample_value(self, sample.vel_q32, 32);
         cmd_sample_value(self, sample.acc_q16, 16);
     }
+    if (self->options->quaternion)
+        cmd_sample_quaternion(self, t_ns * MOTION_FIXED_NS_Q12);
 }
 
 static void cmd_sample_head(const struct cmd_sample *self)
@@ -86,6 +135,9 @@ static void cmd_sample_head(const struct cmd_sample *self)
                        slash[order]);
             printf("%s", quote);
         }
+    for (int i = 0; i < 4 && self->options->quaternion; i++)
+        printf(",%scamera_%c%s%s", quote, "wxyz"[i],
+               self -> options -> raw ? "_q62" : "", quote);
 }
 
 static void cmd_sample_csv(struct cmd_sample *self, int64_t k, int64_t to_ns)
@@ -95,7 +147,7 @@ static void cmd_sample_csv(struct cmd_sample *self, int64_t k, int64_t to_ns)
     putchar('\n');
     for (;; k++) {
         int64_t t_ns = cmd_sample_time(k, rate_uhz);
-        if (t_ns > to_ns || ferror(stdout))
+        if (t_ns > to_ns || self->failed || ferror(stdout))
             return;
         cmd_sample_row(self, t_ns);
         putchar('\n');
@@ -111,7 +163,7 @@ static void cmd_sample_json(struct cmd_sample *self, int64_t k, int64_t to_ns)
     fputs("],\n\"rows\": [", stdout);
     for (;; k++) {
         int64_t t_ns = cmd_sample_time(k, rate_uhz);
-        if (t_ns > to_ns || ferror(stdout))
+        if (t_ns > to_ns || self->failed || ferror(stdout))
             break;
         printf("%s[", between);
         cmd_sample_row(self, t_ns);
@@ -141,15 +193,29 @@ static enum status cmd_sample_axes(struct cmd_sample *self)
     return STATUS_OK;
 }
 
+static enum status cmd_sample_camera(struct cmd_sample *self)
+{
+    const struct plan_camera *camera = self->job->move.camera;
+    if (!self->options->quaternion)
+        return STATUS_OK;
+    self->last = MOTION_QUAT_ONE;
+    if (camera == NULL || self->job->compiled != NULL ||
+        plan_camera_mount(camera, &self->mount) < 0)
+        return cmd_sample_fail("--quaternion: the move has no camera", "");
+    return STATUS_OK;
+}
+
 static enum status cmd_sample_job(struct job *job,
                                   const struct options *options)
 {
     struct cmd_sample self = { .job = job, .options = options };
     if (options->rate_uhz < 0)
         return cmd_sample_fail("how often? expected --rate HZ", "");
-    enum status status = job_open(job, options);
+    enum status status = job_open_any(job, options);
     if (status == STATUS_OK)
         status = cmd_sample_axes(&self);
+    if (status == STATUS_OK)
+        status = cmd_sample_camera(&self);
     if (status != STATUS_OK)
         return status;
     int64_t from_ns = options->from_ns < 0 ? 0 : options->from_ns;
@@ -160,7 +226,8 @@ static enum status cmd_sample_job(struct job *job,
         cmd_sample_json(&self, k, to_ns);
     else
         cmd_sample_csv(&self, k, to_ns);
-    return STATUS_OK;
+    return self.failed ? job_fail(job->move_path, compiled_error(job->compiled))
+                       : STATUS_OK;
 }
 
 static enum status cmd_sample_run(const struct options *options)
@@ -180,6 +247,8 @@ static const struct option_row cmd_sample_option[] = {
       "first time (0)" },
     { "to", "TIME", OPTION_TIME, offsetof(struct options, to_ns),
       "last time (the end of the move)" },
+    { "quaternion", NULL, OPTION_FLAG, offsetof(struct options, quaternion),
+      "the camera's rotation, too, in the space of its path: w, x, y, z" },
     { "raw", NULL, OPTION_FLAG, offsetof(struct options, raw),
       "integers: Q32.32 position and velocity, Q16 acceleration" },
     OPTIONS_COMMON,

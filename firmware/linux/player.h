@@ -13,7 +13,8 @@
  *
  * The loop only puts rows into a recorder.  What they mean to people (CSV,
  * report, trace, progress) is done by `take` in player_observe: by another
- * thread when the clock is real, between ticks when it is virtual. */
+ * thread when the clock is real, between ticks when it is virtual.  So is
+ * reading ahead in a compiled move. */
 #ifndef FIRMWARE_LINUX_PLAYER_H
 #define FIRMWARE_LINUX_PLAYER_H
 
@@ -21,6 +22,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/linux/can_log.h"
 #include "firmware/linux/job.h"
 #include "firmware/linux/machine.h"
 #include "firmware/linux/progress.h"
@@ -34,6 +36,7 @@
 /* What is done with the rows; NULL where nothing is. */
 struct player_observer {
     struct telemetry *telemetry;
+    struct can_log *can_log;
     struct trace *trace;
     struct report *report;
     struct progress *progress;

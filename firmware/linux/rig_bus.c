@@ -124,7 +124,7 @@ static int rig_set_interface(struct rig *rig, const char *text, size_t length,
     const char *equals = memchr(text, '=', length);
     const char *name = equals == NULL ? text : equals + 1;
     const size_t name_length = length - (size_t)(name - text);
-    struct rig_bus *bus = rig->bus_count == 1 ? rig->bus : NULL;
+    struct rig_bus *bus = rig->bus_count == 1 ? &rig->bus[0] : NULL;
 
     if (equals != NULL)
         bus = rig_find_bus(rig, text, (size_t)(equals - text));

@@ -27,7 +27,7 @@ count() # count FILE FILTER
     see "$1" -Y "$2" | wc -l
 }
 
-"$SLEW" run examples/modbus --modbus-record "$dir/rtu.pcap" >"$dir/out" 2>&1 ||
+"$SLEW" run examples/modbus --modbus-log "$dir/rtu.pcap" >"$dir/out" 2>&1 ||
     fail "$(cat "$dir/out")"
 all=$(see "$dir/rtu.pcap" | wc -l)
 [ "$all" -gt 1000 ] || fail "only $all frames"
@@ -44,7 +44,7 @@ echo "  RTU: $all frames, all with the right CRC, $moves of function 16," \
     "the last position is ours"
 
 "$SLEW" run tests/peers/tcp.yaml tests/peers/lift.yaml \
-    --modbus-record "$dir/tcp.pcap" >"$dir/out" 2>&1 || fail "$(cat "$dir/out")"
+    --modbus-log "$dir/tcp.pcap" >"$dir/out" 2>&1 || fail "$(cat "$dir/out")"
 all=$(see "$dir/tcp.pcap" | wc -l)
 [ "$all" -gt 1000 ] || fail "only $all frames on TCP"
 [ "$(count "$dir/tcp.pcap" 'mbtcp && modbus')" -eq "$all" ] ||
