@@ -62,7 +62,7 @@ static bool servo_moves(const struct sim_modbus_servo *self)
 
 static bool servo_arrived(const struct sim_modbus_servo *self)
 {
-    const int64_t off = (self->target_q16 << 8) - self->plant.pos_q24;
+    const int64_t off = self->target_q16 * 256 - self->plant.pos_q24;
 
     return !servo_moves(self) && off < ARRIVED_Q24 && off > -ARRIVED_Q24;
 }
@@ -435,8 +435,8 @@ static void servo_run(struct sim_member *member, int64_t now_ns)
     if (self->blocked)
         sim_plant_block(&self->plant);
     else if (self->enabled)
-        sim_plant_step(&self->plant, self->demand_q16 << 8, self->vel_q16 << 8,
-                       LOOP_NS);
+        sim_plant_step(&self->plant, self->demand_q16 * 256,
+                       self->vel_q16 * 256, LOOP_NS);
     else
         sim_plant_coast(&self->plant, LOOP_NS);
 }
