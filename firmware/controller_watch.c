@@ -27,6 +27,10 @@ bool controller_input(struct hal_gpio *line)
 static bool watch_demand(const struct controller_axis *axis, int64_t *pos_q32)
 {
     const int64_t given_ns = axis->feedback.t_ns - axis->feedback.demand_age_ns;
+    if (axis->feedback.demand_known) {
+        *pos_q32 = axis->feedback.demand_q32;
+        return true;
+    }
     for (unsigned i = 0; i < axis->sent_count; i++)
         if (axis->sent_ns[i] <= given_ns) {
             *pos_q32 = axis->sent_q32[i];
@@ -64,8 +68,10 @@ static void watch_age(struct controller *controller, unsigned i)
     const int64_t age_ns =
         controller->now_ns - controller->axis[i].feedback.t_ns;
     const int64_t lost = (int64_t)(controller->lost_score + 7) >> 3;
-    const int64_t most_ns = controller->config.feedback_max_age_ns +
-                            lost * controller->config.period_ns;
+    const int64_t own_ns = controller->config.axis[i].feedback_max_age_ns;
+    const int64_t most_ns =
+        (own_ns > 0 ? own_ns : controller->config.feedback_max_age_ns) +
+        lost * controller->config.period_ns;
     if (age_ns > most_ns)
         controller_raise(controller, CONTROLLER_FAULT_STALE, (int)i, age_ns,
                          most_ns);

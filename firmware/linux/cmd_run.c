@@ -31,12 +31,14 @@ struct cmd_run {
     struct machine machine;
     struct machine_sim sim;
     struct machine_real real;
+    struct machine_modbus pty; /* with --pty */
     struct player player;
     struct telemetry telemetry;
     struct trace trace;
     struct report report;
     struct progress progress;
-    struct output csv;
+    struct output csv, frames;
+    struct can_log can_log;
 };
 
 static volatile sig_atomic_t cmd_run_interrupts;
@@ -121,6 +123,8 @@ static const char *cmd_run_drives(const struct cmd_run *self)
 {
     if (self->options->real)
         return "REAL drives";
+    if (self->options->pty)
+        return "simulated drives in real time, Modbus by libmodbus";
     return self->options->realtime ? "simulated drives in real time"
                                    : "simulated drives in virtual time";
 }
@@ -203,11 +207,19 @@ static enum status cmd_run_build(struct cmd_run *self)
     struct machine_ports ports;
     char message[RIG_MESSAGE_MAX];
     const struct rig *rig = &self->job.rig;
-    const int err =
+    int err =
         self->options->real
             ? machine_real_init(&self->real, rig, &ports, message)
-            : machine_sim_init(&self->sim, rig, self->options->realtime, &ports,
-                               message);
+            : machine_sim_init(&self->sim, rig,
+                               self->options->realtime || self->options->pty,
+                               &ports, message);
+    if (err == MOTION_OK && self->options->pty)
+        err = machine_modbus_open(&self->pty, rig, true, &ports, message);
+    if (err == MOTION_OK && self->frames.file != NULL)
+        can_log_init(&self->can_log, self->frames.file, rig,
+                     self->options->realtime || self->options->real ||
+                         self->options->pty,
+                     &ports);
     if (err < 0 ||
         machine_init(&self->machine, &self->job.rig, &ports, message) < 0) {
         fprintf(stderr, "%s: %s\n", self->job.rig_path, message);
@@ -283,7 +295,7 @@ static enum status cmd_run_play(struct cmd_run *self)
 {
     const struct options *options = self->options;
     const struct player_config config = {
-        .realtime = options->realtime || options->real,
+        .realtime = options->realtime || options->real || options->pty,
         .override_q30 = self->rate_q30,
         .hold_at_ns = options->hold_at_ns,
         .resume_after_ns = options->resume_after_ns < 0
@@ -292,6 +304,7 @@ static enum status cmd_run_play(struct cmd_run *self)
     };
     const struct player_observer observer = {
         .telemetry = options->telemetry != NULL ? &self->telemetry : NULL,
+        .can_log = options->can_log != NULL ? &self->can_log : NULL,
         .trace = options->plot != NULL ? &self->trace : NULL,
         .report = &self->report,
         .progress = &self->progress,
@@ -316,6 +329,13 @@ static enum status cmd_run_save(struct cmd_run *self)
         else
             self->report.telemetry_path = options->telemetry;
     }
+    if (options->can_log != NULL) {
+        if (output_commit(&self->frames) < 0)
+            status = STATUS_SYSTEM;
+        else
+            self->report.can_log_path = options->can_log;
+        self->report.frames_dropped = self->can_log.dropped;
+    }
     if (options->plot != NULL && self->report.started) {
         if (plot_save(&self->job, &self->trace, options->plot) < 0)
             status = STATUS_SYSTEM;
@@ -339,7 +359,7 @@ static enum status cmd_run_end(const struct report *report)
     return STATUS_INTERRUPTED;
 }
 
-static void cmd_run_report(const struct cmd_run *self)
+static void cmd_run_report(struct cmd_run *self)
 {
     if (self->options->json) {
         report_json(&self->report, stdout);
@@ -347,6 +367,8 @@ static void cmd_run_report(const struct cmd_run *self)
     }
     putchar('\n');
     report_print(&self->report, stdout);
+    machine_modbus_print(&self->pty, &self->job.rig, stdout);
+    machine_modbus_print(&self->real.modbus, &self->job.rig, stdout);
 }
 
 static enum status cmd_run_live(struct cmd_run *self)
@@ -384,6 +406,11 @@ static enum status cmd_run_job(struct cmd_run *self)
                                              "move file itself for --plot");
     if (!options->json)
         cmd_run_intent(self);
+    if (options->pty && options->real) {
+        fputs("slew run: --pty is for simulated drives, --real is not\n",
+              stderr);
+        return STATUS_INPUT;
+    }
     status = cmd_run_check(self);
     if (status != STATUS_OK)
         return status;
@@ -392,6 +419,9 @@ static enum status cmd_run_job(struct cmd_run *self)
             cmd_run_intent_json(self);
         return STATUS_OK;
     }
+    if (options->can_log != NULL &&
+        output_open(&self->frames, options->can_log) < 0)
+        return STATUS_SYSTEM;
     status = cmd_run_build(self);
     if (status == STATUS_OK)
         status = cmd_run_window(self);
@@ -414,7 +444,9 @@ static enum status cmd_run_run(const struct options *options)
                                               : options->override_q30;
     enum status status = cmd_run_job(&self);
     output_abandon(&self.csv);
+    output_abandon(&self.frames);
     trace_free(&self.trace);
+    machine_modbus_close(&self.pty);
     machine_real_close(&self.real);
     job_free(&self.job);
     return status;
@@ -427,10 +459,15 @@ static const struct option_row cmd_run_option[] = {
       "move the real drives, on the interfaces of the rig" },
     { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
       "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
+    { "pty", NULL, OPTION_FLAG, offsetof(struct options, pty),
+      "in real time, simulated Modbus drives behind real pseudo-terminals and "
+      "sockets" },
     { "realtime", NULL, OPTION_FLAG, offsetof(struct options, realtime),
       "run on the clock, not in virtual time" },
     { "telemetry", "FILE", OPTION_TEXT, offsetof(struct options, telemetry),
       "write what happened at every tick as CSV" },
+    { "can-log", "FILE", OPTION_TEXT, offsetof(struct options, can_log),
+      "write every CAN frame as candump -L does" },
     { "plot", "FILE", OPTION_TEXT, offsetof(struct options, plot),
       "draw plan and run as .svg or .png" },
     { "override", "PERCENT", OPTION_PERCENT,
