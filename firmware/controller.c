@@ -76,14 +76,16 @@ static void controller_defaults(struct controller_config *config)
 
 int controller_init(struct controller *controller,
                     const struct controller_config *config,
-                    struct hal_drive *const drive[], struct hal_gpio *estop)
+                    struct hal_drive *const drive[],
+                    const struct controller_inputs *inputs)
 {
     if (!controller_config_ok(config))
         return MOTION_E_ARG;
     memset(controller, 0, sizeof *controller);
     controller->config = *config;
     controller_defaults(&controller->config);
-    controller->estop = estop;
+    if (inputs != NULL)
+        controller->inputs = *inputs;
     controller->override_q30 = MOTION_CLOCK_WARP_ONE_Q30;
     controller->override_max_q30 = MOTION_CLOCK_WARP_MAX_Q30;
     for (unsigned i = 0; i < config->axis_count; i++) {

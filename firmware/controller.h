@@ -119,6 +119,7 @@ struct controller_axis_config {
     struct motion_clock_limit stop;  /* for stopping after a fault, >= limit */
     int64_t following_floor_q32;     /* fault above max(floor, |v| * k) */
     int64_t following_k_ns;
+    int64_t feedback_max_age_ns; /* of this axis; 0: the controller's */
 };
 
 struct controller_config {
@@ -128,6 +129,14 @@ struct controller_config {
     int64_t stop_timeout_ns;     /* quick stop to rest; 0: 5 s */
     unsigned axis_count;         /* 1 .. CONTROLLER_AXES_MAX */
     struct controller_axis_config axis[CONTROLLER_AXES_MAX];
+};
+
+/* Lines that are read every tick; NULL: there is none.  One that cannot be read
+ * counts as active. */
+struct controller_inputs {
+    struct hal_gpio *estop;
+    struct hal_gpio *limit_negative[CONTROLLER_AXES_MAX];
+    struct hal_gpio *limit_positive[CONTROLLER_AXES_MAX];
 };
 
 /* What one axis was told and did at the last tick. */
@@ -162,7 +171,7 @@ struct controller {
     struct controller_fault_record fault; /* latched; NONE when there is none */
     enum controller_reaction reaction;
     struct controller_axis axis[CONTROLLER_AXES_MAX];
-    struct hal_gpio *estop; /* NULL: none */
+    struct controller_inputs inputs;
     struct motion_clock_warp warp;
     struct motion_clock_rate rate; /* at the last tick */
     int64_t move_end_ns_q12;
@@ -178,10 +187,12 @@ struct controller {
     unsigned lost_score;        /* leaky: +10 per lost tick, -1 per good one */
 };
 
-/* MOTION_E_ARG for a period, an axis count or a limit out of range. */
+/* MOTION_E_ARG for a period, an axis count or a limit out of range.  `inputs`
+ * may be NULL. */
 int controller_init(struct controller *controller,
                     const struct controller_config *config,
-                    struct hal_drive *const drive[], struct hal_gpio *estop);
+                    struct hal_drive *const drive[],
+                    const struct controller_inputs *inputs);
 
 /* Commands.  MOTION_OK, or MOTION_E_STATE when not possible in this state;
  * nothing has changed then.  They take effect at the next tick. */

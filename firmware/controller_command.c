@@ -240,7 +240,7 @@ int controller_override(struct controller *controller, int64_t rate_q30)
 int controller_reset(struct controller *controller)
 {
     if (controller->state != CONTROLLER_FAULT || controller->resetting ||
-        (controller->estop && hal_gpio_get(controller->estop) != 0))
+        controller_input(controller->inputs.estop))
         return MOTION_E_STATE;
     if (controller_is_held(controller))
         controller_off(controller);

@@ -49,4 +49,7 @@ bool controller_gate_pass(const struct controller *controller, unsigned index,
 void controller_gate_sent(struct controller *controller, unsigned index,
                           int64_t pos_q32);
 
+/* An input that is there, and active or unreadable. */
+bool controller_input(struct hal_gpio *line);
+
 #endif

@@ -18,10 +18,19 @@ void controller_watch_read(struct controller *controller)
                            &controller->axis[i].feedback);
 }
 
+bool controller_input(struct hal_gpio *line)
+{
+    return line != NULL && hal_gpio_get(line) != 0;
+}
+
 /* The set point that was in force when the position was measured. */
 static bool watch_demand(const struct controller_axis *axis, int64_t *pos_q32)
 {
     const int64_t given_ns = axis->feedback.t_ns - axis->feedback.demand_age_ns;
+    if (axis->feedback.demand_known) {
+        *pos_q32 = axis->feedback.demand_q32;
+        return true;
+    }
     for (unsigned i = 0; i < axis->sent_count; i++)
         if (axis->sent_ns[i] <= given_ns) {
             *pos_q32 = axis->sent_q32[i];
@@ -59,8 +68,10 @@ static void watch_age(struct controller *controller, unsigned i)
     const int64_t age_ns =
         controller->now_ns - controller->axis[i].feedback.t_ns;
     const int64_t lost = (int64_t)(controller->lost_score + 7) >> 3;
-    const int64_t most_ns = controller->config.feedback_max_age_ns +
-                            lost * controller->config.period_ns;
+    const int64_t own_ns = controller->config.axis[i].feedback_max_age_ns;
+    const int64_t most_ns =
+        (own_ns > 0 ? own_ns : controller->config.feedback_max_age_ns) +
+        lost * controller->config.period_ns;
     if (age_ns > most_ns)
         controller_raise(controller, CONTROLLER_FAULT_STALE, (int)i, age_ns,
                          most_ns);
@@ -101,8 +112,10 @@ static void watch_following(struct controller *controller, unsigned i)
 static void watch_switches(struct controller *controller, unsigned i)
 {
     const struct controller_axis *axis = &controller->axis[i];
-    const bool low = axis->feedback.limit_negative;
-    const bool high = axis->feedback.limit_positive;
+    const bool low = axis->feedback.limit_negative ||
+                     controller_input(controller->inputs.limit_negative[i]);
+    const bool high = axis->feedback.limit_positive ||
+                      controller_input(controller->inputs.limit_positive[i]);
     if ((low && high) || (low && axis->target.vel_q32 < 0) ||
         (high && axis->target.vel_q32 > 0))
         controller_raise(controller, CONTROLLER_FAULT_LIMIT_SWITCH, (int)i,
@@ -132,8 +145,7 @@ static void watch_ticks(struct controller *controller)
 
 static void watch_estop(struct controller *controller)
 {
-    /* an input that cannot be read counts as active */
-    if (controller->estop && hal_gpio_get(controller->estop) != 0)
+    if (controller_input(controller->inputs.estop))
         controller_raise(controller, CONTROLLER_FAULT_ESTOP, -1, 0, 0);
 }
 

@@ -100,7 +100,7 @@ static const struct hal_gpio_ops fake_line_ops = { .get = fake_line_get };
 struct bench {
     struct controller controller;
     struct fake_drive drive[AXES];
-    struct fake_line estop;
+    struct fake_line estop, limit[2]; /* of axis 1 */
     struct motion_segment room[AXES][16];
     struct motion_track track[AXES];
     const struct motion_track *tracks[AXES];
@@ -180,9 +180,16 @@ static void bench_init(struct bench *bench, int percent)
     }
     bench->estop.gpio.ops = &fake_line_ops;
     fake_now_ns = 1000 * MS;
-    assert_int_equal(controller_init(&bench->controller, &config, drives,
-                                     &bench->estop.gpio),
-                     MOTION_OK);
+    for (int i = 0; i < 2; i++)
+        bench->limit[i].gpio.ops = &fake_line_ops;
+    const struct controller_inputs inputs = {
+        .estop = &bench->estop.gpio,
+        .limit_negative = { [1] = &bench->limit[0].gpio },
+        .limit_positive = { [1] = &bench->limit[1].gpio },
+    };
+    assert_int_equal(
+        controller_init(&bench->controller, &config, drives, &inputs),
+        MOTION_OK);
 }
 
 static void bench_tick(struct bench *bench)
@@ -480,6 +487,14 @@ static void cause_limit_switches(struct bench *bench)
 {
     bench->drive[1].limit_negative = bench->drive[1].limit_positive = true;
 }
+static void cause_limit_lines(struct bench *bench)
+{
+    bench->limit[0].level = bench->limit[1].level = 1;
+}
+static void cause_limit_lines_broken(struct bench *bench)
+{
+    bench->limit[0].level = bench->limit[1].level = MOTION_E_IO;
+}
 static void cause_gate(struct bench *bench)
 {
     bench->drive[1].refuse = true;
@@ -500,6 +515,10 @@ static const struct {
     { "e-stop wire", cause_estop_broken, CONTROLLER_FAULT_ESTOP, -1, 1 },
     { "both switches", cause_limit_switches, CONTROLLER_FAULT_LIMIT_SWITCH, 1,
       1 },
+    { "both limit lines", cause_limit_lines, CONTROLLER_FAULT_LIMIT_SWITCH, 1,
+      1 },
+    { "limit lines gone", cause_limit_lines_broken,
+      CONTROLLER_FAULT_LIMIT_SWITCH, 1, 1 },
     { "gate", cause_gate, CONTROLLER_FAULT_GATE, 1, 1 },
 };
 
@@ -516,6 +535,7 @@ static void cure(struct bench *bench)
             drive->state = HAL_DRIVE_FAULT;
     }
     bench->estop.level = 0;
+    bench->limit[0].level = bench->limit[1].level = 0;
 }
 
 static void fault_in_motion(size_t row, int at)

@@ -10,7 +10,9 @@
 #include "firmware/linux/job.h"
 #include "firmware/linux/json.h"
 #include "firmware/linux/machine.h"
+#include "firmware/linux/machine_real.h"
 #include "firmware/linux/machine_sim.h"
+#include "firmware/linux/modbus_record.h"
 #include "firmware/linux/number.h"
 #include "firmware/linux/output.h"
 #include "firmware/linux/player.h"
@@ -29,12 +31,17 @@ struct cmd_run {
     struct job job;
     struct machine machine;
     struct machine_sim sim;
+    struct machine_real real;
+    struct machine_modbus pty; /* with --pty */
     struct player player;
     struct telemetry telemetry;
     struct trace trace;
     struct report report;
     struct progress progress;
-    struct output csv;
+    struct output csv, frames;
+    struct can_log can_log;
+    struct modbus_record record; /* of the first Modbus bus */
+    struct output pcap;
 };
 
 static volatile sig_atomic_t cmd_run_interrupts;
@@ -77,10 +84,13 @@ static void cmd_run_intent_row(struct table *table, const struct cmd_run *self,
     number_short(text, track->end.pos_q32, 32);
     table_cell(table, "%s", text);
     table_cell(table, "%s", rig_unit_text(rig->unit));
-    table_cell(table, "%u",
-               self->job.compiled != NULL
-                   ? self->job.compiled->file.axis[i].keys
-                   : self->job.move.axis[i].key_count);
+    const struct plan_axis *axis = &self->job.move.axis[i];
+    if (self->job.compiled != NULL)
+        table_cell(table, "%u", self->job.compiled->file.axis[i].keys);
+    else if (axis->driver == PLAN_BY_KEYS)
+        table_cell(table, "%u", axis->key_count);
+    else
+        table_cell(table, "-");
     cmd_run_margin(table, self, i, MOTION_VEL);
     cmd_run_margin(table, self, i, MOTION_ACC);
     cmd_run_margin(table, self, i, MOTION_JERK);
@@ -112,6 +122,29 @@ static int64_t cmd_run_duration(const struct cmd_run *self)
     return dur_ns_q12;
 }
 
+static const char *cmd_run_drives(const struct cmd_run *self)
+{
+    if (self->options->real)
+        return "REAL drives";
+    if (self->options->pty)
+        return "simulated drives in real time, Modbus by libmodbus";
+    return self->options->realtime ? "simulated drives in real time"
+                                   : "simulated drives in virtual time";
+}
+
+static void cmd_run_bus(const struct cmd_run *self, unsigned i)
+{
+    const struct rig_bus *bus = &self->job.rig.bus[i];
+    struct budget budget;
+    budget_of(&self->job.rig, i, NULL, &budget);
+    printf("%s: %u kbit/s, at most %.1f %% in use", bus->name,
+           bus->bit_rate / 1000, 100 * budget.most);
+    if (self->options->real)
+        printf(", interface %s",
+               bus->interface[0] != 0 ? bus->interface : "not given");
+    putchar('\n');
+}
+
 static void cmd_run_intent(const struct cmd_run *self)
 {
     const struct job *job = &self->job;
@@ -123,16 +156,11 @@ static void cmd_run_intent(const struct cmd_run *self)
            job->rig.title);
     printf("%u axes, %s s at %s %% speed, a set point every %s ms, %s\n\n",
            job->move.axis_count, duration, percent, period,
-           self->options->realtime ? "simulated drives in real time"
-                                   : "simulated drives in virtual time");
+           cmd_run_drives(self));
     cmd_run_intent_table(self);
     fputs("\nlimits: how much of each the move uses at its peak\n", stdout);
-    for (unsigned i = 0; i < job->rig.bus_count; i++) {
-        struct budget budget;
-        budget_of(&job->rig, i, NULL, &budget);
-        printf("%s: %u kbit/s, at most %.1f %% in use\n", job->rig.bus[i].name,
-               job->rig.bus[i].bit_rate / 1000, 100 * budget.most);
-    }
+    for (unsigned i = 0; i < job->rig.bus_count; i++)
+        cmd_run_bus(self, i);
     fputs("first every axis goes to its first key at a quarter of its limits\n",
           stdout);
     fflush(stdout);
@@ -177,12 +205,52 @@ static enum status cmd_run_check(struct cmd_run *self)
 
 /* --- doing it --- */
 
+/* The first Modbus bus is recorded. */
+static enum status cmd_run_record(struct cmd_run *self,
+                                  struct machine_ports *ports)
+{
+    const struct rig *rig = &self->job.rig;
+    unsigned i = 0;
+    if (self->options->modbus_log == NULL)
+        return STATUS_OK;
+    while (i < rig->bus_count && rig->bus[i].kind == RIG_CANOPEN)
+        i++;
+    if (i == rig->bus_count) {
+        fputs("slew run: --modbus-log: the rig has no Modbus bus\n", stderr);
+        return STATUS_INPUT;
+    }
+    modbus_record_init(&self->record, ports->modbus[i],
+                       rig->bus[i].kind == RIG_MODBUS_TCP);
+    ports->modbus[i] = &self->record.modbus;
+    return output_open(&self->pcap, self->options->modbus_log) < 0
+               ? STATUS_SYSTEM
+               : STATUS_OK;
+}
+
 static enum status cmd_run_build(struct cmd_run *self)
 {
     struct machine_ports ports;
     char message[RIG_MESSAGE_MAX];
-    if (machine_sim_init(&self->sim, &self->job.rig, self->options->realtime,
-                         &ports, message) < 0 ||
+    const struct rig *rig = &self->job.rig;
+    int err =
+        self->options->real
+            ? machine_real_init(&self->real, rig, &ports, message)
+            : machine_sim_init(&self->sim, rig,
+                               self->options->realtime || self->options->pty,
+                               &ports, message);
+    if (err == MOTION_OK && self->options->pty)
+        err = machine_modbus_open(&self->pty, rig, true, &ports, message);
+    if (err == MOTION_OK && self->frames.file != NULL)
+        can_log_init(&self->can_log, self->frames.file, rig,
+                     self->options->realtime || self->options->real ||
+                         self->options->pty,
+                     &ports);
+    enum status status = STATUS_OK;
+    if (err == MOTION_OK)
+        status = cmd_run_record(self, &ports);
+    if (status != STATUS_OK)
+        return status;
+    if (err < 0 ||
         machine_init(&self->machine, &self->job.rig, &ports, message) < 0) {
         fprintf(stderr, "%s: %s\n", self->job.rig_path, message);
         return STATUS_INPUT;
@@ -257,7 +325,7 @@ static enum status cmd_run_play(struct cmd_run *self)
 {
     const struct options *options = self->options;
     const struct player_config config = {
-        .realtime = options->realtime,
+        .realtime = options->realtime || options->real || options->pty,
         .override_q30 = self->rate_q30,
         .hold_at_ns = options->hold_at_ns,
         .resume_after_ns = options->resume_after_ns < 0
@@ -266,6 +334,7 @@ static enum status cmd_run_play(struct cmd_run *self)
     };
     const struct player_observer observer = {
         .telemetry = options->telemetry != NULL ? &self->telemetry : NULL,
+        .can_log = options->can_log != NULL ? &self->can_log : NULL,
         .trace = options->plot != NULL ? &self->trace : NULL,
         .report = &self->report,
         .progress = &self->progress,
@@ -290,6 +359,17 @@ static enum status cmd_run_save(struct cmd_run *self)
         else
             self->report.telemetry_path = options->telemetry;
     }
+    if (options->can_log != NULL) {
+        if (output_commit(&self->frames) < 0)
+            status = STATUS_SYSTEM;
+        else
+            self->report.can_log_path = options->can_log;
+        self->report.frames_dropped = self->can_log.dropped;
+    }
+    if (options->modbus_log != NULL &&
+        (modbus_record_write(&self->record, self->pcap.file) < 0 ||
+         output_commit(&self->pcap) < 0))
+        status = STATUS_SYSTEM;
     if (options->plot != NULL && self->report.started) {
         if (plot_save(&self->job, &self->trace, options->plot) < 0)
             status = STATUS_SYSTEM;
@@ -313,7 +393,7 @@ static enum status cmd_run_end(const struct report *report)
     return STATUS_INTERRUPTED;
 }
 
-static void cmd_run_report(const struct cmd_run *self)
+static void cmd_run_report(struct cmd_run *self)
 {
     if (self->options->json) {
         report_json(&self->report, stdout);
@@ -321,6 +401,8 @@ static void cmd_run_report(const struct cmd_run *self)
     }
     putchar('\n');
     report_print(&self->report, stdout);
+    machine_modbus_print(&self->pty, &self->job.rig, stdout);
+    machine_modbus_print(&self->real.modbus, &self->job.rig, stdout);
 }
 
 static enum status cmd_run_live(struct cmd_run *self)
@@ -333,10 +415,24 @@ static enum status cmd_run_live(struct cmd_run *self)
     return status == STATUS_OK ? cmd_run_end(&self->report) : status;
 }
 
+static enum status cmd_run_interfaces(struct cmd_run *self)
+{
+    char message[RIG_MESSAGE_MAX];
+    if (self->options->interface == NULL ||
+        rig_set_interfaces(&self->job.rig, self->options->interface, message) ==
+            0)
+        return STATUS_OK;
+    fprintf(stderr, "slew run: --interface: %s\n", message);
+    return STATUS_INPUT;
+}
+
 static enum status cmd_run_job(struct cmd_run *self)
 {
     const struct options *options = self->options;
     enum status status = job_open_any(&self->job, options);
+    if (status != STATUS_OK)
+        return status;
+    status = cmd_run_interfaces(self);
     if (status != STATUS_OK)
         return status;
     if (self->job.compiled != NULL && options->plot != NULL)
@@ -344,6 +440,11 @@ static enum status cmd_run_job(struct cmd_run *self)
                                              "move file itself for --plot");
     if (!options->json)
         cmd_run_intent(self);
+    if (options->pty && options->real) {
+        fputs("slew run: --pty is for simulated drives, --real is not\n",
+              stderr);
+        return STATUS_INPUT;
+    }
     status = cmd_run_check(self);
     if (status != STATUS_OK)
         return status;
@@ -352,6 +453,9 @@ static enum status cmd_run_job(struct cmd_run *self)
             cmd_run_intent_json(self);
         return STATUS_OK;
     }
+    if (options->can_log != NULL &&
+        output_open(&self->frames, options->can_log) < 0)
+        return STATUS_SYSTEM;
     status = cmd_run_build(self);
     if (status == STATUS_OK)
         status = cmd_run_window(self);
@@ -374,7 +478,11 @@ static enum status cmd_run_run(const struct options *options)
                                               : options->override_q30;
     enum status status = cmd_run_job(&self);
     output_abandon(&self.csv);
+    output_abandon(&self.frames);
+    output_abandon(&self.pcap);
     trace_free(&self.trace);
+    machine_modbus_close(&self.pty);
+    machine_real_close(&self.real);
     job_free(&self.job);
     return status;
 }
@@ -382,10 +490,22 @@ static enum status cmd_run_run(const struct options *options)
 static const struct option_row cmd_run_option[] = {
     { "dry-run", NULL, OPTION_FLAG, offsetof(struct options, dry_run),
       "say what would happen, check it, and stop there" },
+    { "real", NULL, OPTION_FLAG, offsetof(struct options, real),
+      "move the real drives, on the interfaces of the rig" },
+    { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
+      "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
+    { "pty", NULL, OPTION_FLAG, offsetof(struct options, pty),
+      "in real time, simulated Modbus drives behind real pseudo-terminals and "
+      "sockets" },
     { "realtime", NULL, OPTION_FLAG, offsetof(struct options, realtime),
       "run on the clock, not in virtual time" },
     { "telemetry", "FILE", OPTION_TEXT, offsetof(struct options, telemetry),
       "write what happened at every tick as CSV" },
+    { "can-log", "FILE", OPTION_TEXT, offsetof(struct options, can_log),
+      "write every CAN frame as candump -L does" },
+    { "modbus-log", "FILE", OPTION_TEXT,
+      offsetof(struct options, modbus_log),
+      "write what went over the first Modbus bus as pcap, for Wireshark" },
     { "plot", "FILE", OPTION_TEXT, offsetof(struct options, plot),
       "draw plan and run as .svg or .png" },
     { "override", "PERCENT", OPTION_PERCENT,
@@ -401,7 +521,7 @@ static const struct option_row cmd_run_option[] = {
 const struct command cmd_run = {
     .name = "run",
     .arguments = "RIG MOVE | DIRECTORY",
-    .summary = "run a move on simulated drives",
+    .summary = "run a move on simulated drives, or --real ones",
     .text =
         "Says what it will do, checks the move against all limits, enables "
         "the\n"
@@ -410,12 +530,17 @@ const struct command cmd_run = {
         "per axis what was reached.  A move that breaks a limit is not run:\n"
         "nothing is sent to the bus.  MOVE may be a compiled one: it is read\n"
         "as it is played (slew compile).\n\n"
+        "Drives are simulated unless --real is given: then the buses are the\n"
+        "CAN interfaces that the rig names, and things move.  --dry-run says "
+        "what\n"
+        "would happen.\n\n"
         "One interrupt (Ctrl-C) stops along the path, a second one stops "
         "every\n"
         "drive at once.\n",
     .examples = "  slew run examples/dolly\n"
                 "  slew run --telemetry run.csv --plot run.png examples/dolly\n"
                 "  slew run --realtime --override 50 rig.yaml move.yaml\n"
+                "  slew run --real --telemetry run.csv rig.yaml move.yaml\n"
                 "  slew run --hold-at 5s --resume-after 2s examples/dolly\n",
     COMMAND_OPTIONS(cmd_run_option),
     .run = cmd_run_run,

@@ -300,6 +300,8 @@ static void player_note_fault(struct player *player)
     if (controller->fault.axis >= 0)
         snprintf(report->fault_text, sizeof report->fault_text, "%s",
                  player_fault_text(player));
+    else
+        machine_trouble_text(player->machine, report->fault_text);
 }
 
 static void player_watch(struct player *player)
@@ -410,6 +412,16 @@ static void player_tick(struct player *player, int interrupts)
 static void player_drain(struct player *player)
 {
     recorder_drain(&player->recorder, player_observe, player);
+    if (player->observer.can_log != NULL)
+        can_log_drain(player->observer.can_log);
+}
+
+/* In virtual time nobody else looks after the rings. */
+static bool player_must_drain(const struct player *player)
+{
+    const struct can_log *can_log = player->observer.can_log;
+    return recorder_waiting(&player->recorder) >= RECORDER_ROWS / 2 ||
+           (can_log != NULL && can_log_waiting(can_log) >= CAN_LOG_FRAMES / 2);
 }
 
 struct player_thread {
@@ -435,7 +447,7 @@ static void player_loop_virtual(struct player *player,
 {
     while (!player->ended) {
         player_tick(player, *interrupts);
-        if (recorder_waiting(&player->recorder) >= RECORDER_ROWS / 2)
+        if (player_must_drain(player))
             player_drain(player);
     }
 }

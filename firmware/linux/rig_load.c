@@ -47,6 +47,8 @@ static const struct yaml_field rig_fields[] = {
       0 },
     { "axes", YAML_REQUIRED, "a map of 1 .. 16 axes by name", rig_read_axes,
       0 },
+    { "gpio", YAML_OPTIONAL, "a map of 1 .. 32 lines by name", rig_read_gpio,
+      0 },
 };
 static const struct yaml_shape rig_shape = { "rig", rig_fields,
                                              ARRAY_LEN(rig_fields) };
@@ -55,15 +57,26 @@ const struct yaml_words rig_words[] = {
     { "axis.unit", rig_unit_words, RIG_UNIT_WORDS },
     { "bus.kind", rig_bus_kinds, RIG_BUS_KINDS },
     { "drive.kind", rig_drive_kinds, RIG_DRIVE_KINDS },
+    { "line.kind", rig_line_kinds, RIG_LINE_KINDS },
+    { "line.active", rig_line_levels, RIG_LINE_LEVELS },
+    { "line.bias", rig_line_biases, RIG_LINE_BIASES },
     { NULL, NULL, 0 },
 };
 
 const struct yaml_shape *const rig_shapes[] = {
-    &rig_shape,       &rig_bus_shape,
-    &rig_axis_shape,  &rig_limit_shape,
-    &rig_stop_shape,  &rig_following_shape,
-    &rig_drive_shape, &rig_counts_shape,
-    &rig_sim_shape,   NULL,
+    &rig_shape,
+    &rig_bus_shape,
+    &rig_axis_shape,
+    &rig_limit_shape,
+    &rig_stop_shape,
+    &rig_following_shape,
+    &rig_drive_shape,
+    &rig_counts_shape,
+    &rig_sim_shape,
+    &rig_modbus_bus_shape,
+    &rig_modbus_drive_shape,
+    &rig_line_shape,
+    NULL,
 };
 
 int rig_load(const char *path, struct rig *rig, char message[RIG_MESSAGE_MAX])
