@@ -12,6 +12,7 @@
 #include "firmware/linux/machine.h"
 #include "firmware/linux/machine_real.h"
 #include "firmware/linux/machine_sim.h"
+#include "firmware/linux/modbus_record.h"
 #include "firmware/linux/number.h"
 #include "firmware/linux/output.h"
 #include "firmware/linux/player.h"
@@ -39,6 +40,8 @@ struct cmd_run {
     struct progress progress;
     struct output csv, frames;
     struct can_log can_log;
+    struct modbus_record record; /* of the first Modbus bus */
+    struct output pcap;
 };
 
 static volatile sig_atomic_t cmd_run_interrupts;
@@ -202,6 +205,28 @@ static enum status cmd_run_check(struct cmd_run *self)
 
 /* --- doing it --- */
 
+/* The first Modbus bus is recorded. */
+static enum status cmd_run_record(struct cmd_run *self,
+                                  struct machine_ports *ports)
+{
+    const struct rig *rig = &self->job.rig;
+    unsigned i = 0;
+    if (self->options->modbus_log == NULL)
+        return STATUS_OK;
+    while (i < rig->bus_count && rig->bus[i].kind == RIG_CANOPEN)
+        i++;
+    if (i == rig->bus_count) {
+        fputs("slew run: --modbus-log: the rig has no Modbus bus\n", stderr);
+        return STATUS_INPUT;
+    }
+    modbus_record_init(&self->record, ports->modbus[i],
+                       rig->bus[i].kind == RIG_MODBUS_TCP);
+    ports->modbus[i] = &self->record.modbus;
+    return output_open(&self->pcap, self->options->modbus_log) < 0
+               ? STATUS_SYSTEM
+               : STATUS_OK;
+}
+
 static enum status cmd_run_build(struct cmd_run *self)
 {
     struct machine_ports ports;
@@ -220,6 +245,11 @@ static enum status cmd_run_build(struct cmd_run *self)
                      self->options->realtime || self->options->real ||
                          self->options->pty,
                      &ports);
+    enum status status = STATUS_OK;
+    if (err == MOTION_OK)
+        status = cmd_run_record(self, &ports);
+    if (status != STATUS_OK)
+        return status;
     if (err < 0 ||
         machine_init(&self->machine, &self->job.rig, &ports, message) < 0) {
         fprintf(stderr, "%s: %s\n", self->job.rig_path, message);
@@ -336,6 +366,10 @@ static enum status cmd_run_save(struct cmd_run *self)
             self->report.can_log_path = options->can_log;
         self->report.frames_dropped = self->can_log.dropped;
     }
+    if (options->modbus_log != NULL &&
+        (modbus_record_write(&self->record, self->pcap.file) < 0 ||
+         output_commit(&self->pcap) < 0))
+        status = STATUS_SYSTEM;
     if (options->plot != NULL && self->report.started) {
         if (plot_save(&self->job, &self->trace, options->plot) < 0)
             status = STATUS_SYSTEM;
@@ -445,6 +479,7 @@ static enum status cmd_run_run(const struct options *options)
     enum status status = cmd_run_job(&self);
     output_abandon(&self.csv);
     output_abandon(&self.frames);
+    output_abandon(&self.pcap);
     trace_free(&self.trace);
     machine_modbus_close(&self.pty);
     machine_real_close(&self.real);
@@ -468,6 +503,9 @@ static const struct option_row cmd_run_option[] = {
       "write what happened at every tick as CSV" },
     { "can-log", "FILE", OPTION_TEXT, offsetof(struct options, can_log),
       "write every CAN frame as candump -L does" },
+    { "modbus-log", "FILE", OPTION_TEXT,
+      offsetof(struct options, modbus_log),
+      "write what went over the first Modbus bus as pcap, for Wireshark" },
     { "plot", "FILE", OPTION_TEXT, offsetof(struct options, plot),
       "draw plan and run as .svg or .png" },
     { "override", "PERCENT", OPTION_PERCENT,

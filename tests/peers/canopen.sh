@@ -1,12 +1,10 @@
 #!/bin/sh
-# tests/peers/canopen.sh BUILD - inside the machine of tests/vm/boot.sh: other
+# tests/peers/canopen.sh - inside the machine of tests/vm/boot.sh: other
 # people's CANopen against ours, over vcan, in both directions.
 set -u
-build=${1:-build}
-slew=$build/slew
-python=${PYTHON:-/usr/bin/python3}
-PYTHONPATH=$PWD/$build/peers
-export PYTHONPATH PYTHONDONTWRITEBYTECODE=1
+slew=$SLEW
+python=$PEERS/venv/bin/python
+export PYTHONDONTWRITEBYTECODE=1
 dir=$(mktemp -d)
 failed=0
 
