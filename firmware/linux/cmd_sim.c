@@ -104,7 +104,7 @@ static const struct option_row cmd_sim_option[] = {
       "print the data sheet (EDS) of a simulated CANopen drive, and end" },
     { "for", "TIME", OPTION_TIME, offsetof(struct options, to_ns),
       "end after this time" },
-    OPTIONS_COMMON,
+    { "help", NULL, OPTION_FLAG, offsetof(struct options, help), "this text" },
 };
 
 const struct command cmd_sim = {
