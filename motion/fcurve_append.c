@@ -114,14 +114,24 @@ static bool fcurve_is_point(const struct motion_fcurve_point *handle,
            handle->pos_q32 == key->at.pos_q32;
 }
 
+static bool fcurve_is_level(const struct motion_fcurve_key *a)
+{
+    const struct motion_fcurve_key *b = a + 1;
+
+    return a->at.pos_q32 == b->at.pos_q32 &&
+           a->right.pos_q32 == a->at.pos_q32 &&
+           b->left.pos_q32 == b->at.pos_q32;
+}
+
 /* Both handles at a third: x(u) is linear.  Both without length: x and y are
- * the same cubic of u, so y is linear in x. */
+ * the same cubic of u, so y is linear in x.  All at one height: y stays. */
 static int fcurve_bezier_degree(const struct motion_fcurve_key *a)
 {
     const struct motion_fcurve_key *b = a + 1;
     const int64_t dur = b->at.t_ns_q12 - a->at.t_ns_q12;
 
-    if (fcurve_is_point(&a->right, a) && fcurve_is_point(&b->left, b))
+    if (fcurve_is_level(a) ||
+        (fcurve_is_point(&a->right, a) && fcurve_is_point(&b->left, b)))
         return 1;
     return fcurve_is_third(a->right.t_ns_q12 - a->at.t_ns_q12, dur) &&
                    fcurve_is_third(b->at.t_ns_q12 - b->left.t_ns_q12, dur)
