@@ -1,242 +1,313 @@
 /* tests/otg_oracle.c - see otg_oracle.h. */
-#include "tests/otg_oracle.h"
-
-#include <stdbool.h>
 #include <stddef.h>
 
-#include "motion/err.h"
-#include "motion/track.h"
+#include "tests/otg_oracle_parts.h"
 
-__extension__ typedef __float128 quad;
-__extension__ typedef __int128 wide;
+/* --- limits --------------------------------------------------------------- */
 
-struct judge {
-    const struct motion_otg_plan *plan;
-    quad h, step;        /* tick in s, step in units */
-    quad vx, vn, ax, an; /* allowed, in physical units */
-    quad j, j2;
-    quad e3, e4, e5;
-};
-
-static quad power(int e)
+void oracle_bound_of(struct oracle_bound *b, int64_t value)
 {
-    quad x = 1;
-    for (; e > 0; e--)
-        x *= 2;
-    for (; e < 0; e++)
-        x /= 2;
-    return x;
+    big_set(&b->num, value);
+    big_set(&b->den, 1);
 }
 
-static wide whole(struct motion_otg_wide a)
+/* side * (bound - value) >= 0 all through the phase, `times` being what the
+ * polynomial was multiplied by. */
+static bool is_kept(const struct oracle *g, enum oracle_order order,
+                    const struct big_poly *value, const struct big *times,
+                    const struct oracle_bound *bound, int side)
 {
-    __extension__ unsigned __int128 u = a.hi;
-    return (wide)(u << 64 | a.lo);
+    struct big_poly f;
+    struct big limit;
+    int scale = oracle_scale(g->plan, order);
+    big_mul(&limit, &bound->num, times);
+    if (scale > 0)
+        big_shl(&limit, &limit, (unsigned)scale);
+    f.degree = value->degree;
+    for (int k = 0; k <= f.degree; k++) {
+        big_mul(&f.c[k], &value->c[k], &g->five[order]);
+        if (bound->den.count != 1 || bound->den.limb[0] != 1)
+            big_mul(&f.c[k], &f.c[k], &bound->den);
+        if (scale < 0)
+            big_shl(&f.c[k], &f.c[k], (unsigned)-scale);
+        f.c[k].sign = -f.c[k].sign;
+    }
+    big_add(&f.c[0], &f.c[0], &limit);
+    for (int k = 0; side < 0 && k <= f.degree; k++)
+        f.c[k].sign = -f.c[k].sign;
+    return big_poly_is_not_negative(&f);
 }
 
-static quad larger(quad a, quad b)
+int64_t oracle_closing_jerk(const struct motion_otg_limit *limit)
 {
-    return a > b ? a : b;
+    return limit->jerk_down_q16 ? limit->jerk_down_q16 : limit->jerk_q16;
 }
 
-/* Peak that cannot be avoided: v + a^2/2j.  Braking may miss it by 2^19 ticks'
- * part of the ramp (2^-18 in long moves) and 2^-27 of the speed. */
-static quad peak(quad v, quad a, quad j, quad ticks)
+static bool jerk_is_kept(const struct oracle *g)
 {
-    if (a <= 0 || j <= 0)
-        return v;
-    quad miss = larger(power(19) / ticks, power(-18));
-    return v + a * a / (2 * j) * (1 + miss) + (v < 0 ? -v : v) * power(-27);
+    const struct motion_otg_limit *l = &g->move->limit;
+    int64_t first = l->jerk_q16, last = oracle_closing_jerk(l), least = first;
+    struct big_poly jerk;
+    struct big times;
+    struct oracle_bound bound;
+    if (last < least)
+        least = last;
+    oracle_poly(g, ORACLE_JERK, &jerk);
+    big_mul_int(&times, &g->total[5], g->n);
+    for (int side = -1; side <= 1; side += 2) {
+        oracle_bound_of(&bound, side * (g->i < g->plan->brake   ? first
+                                        : g->i >= g->plan->turn ? last
+                                                                : least));
+        if (!is_kept(g, ORACLE_JERK, &jerk, &times, &bound, side))
+            return false;
+    }
+    return true;
 }
 
-/* What start and goal make necessary; the plan's own units carry 2^-55 of
- * rounding of the tick's length. */
-static quad highest(quad v0, quad a0, quad j, quad vf, quad af, quad j2,
-                    quad ticks)
+/* The limit; while braking, the start. */
+static bool acc_is_kept(const struct oracle *g)
 {
-    quad v = larger(peak(v0, a0, j, ticks), peak(vf, -af, j2, ticks));
-    return v + (v < 0 ? -v : v) * power(-50);
+    const struct motion_otg_limit *l = &g->move->limit;
+    int brake = g->move->mode == MOTION_OTG_VELOCITY ? 1 : g->plan->brake;
+    struct big_poly acc;
+    struct oracle_bound bound;
+    oracle_poly(g, ORACLE_ACC, &acc);
+    for (int side = -1; side <= 1; side += 2) {
+        int64_t limit = side > 0 ? l->acc_max_q16 : l->acc_min_q16;
+        int64_t start = g->move->start.acc_q16;
+        if (g->i < brake && (side > 0 ? start > limit : start < limit))
+            limit = start;
+        oracle_bound_of(&bound, limit);
+        if (!is_kept(g, ORACLE_ACC, &acc, &g->total[5], &bound, side))
+            return false;
+    }
+    return true;
 }
 
-static void judge_init(struct judge *g, const struct motion_otg_move *m,
-                       const struct motion_otg_plan *plan)
+void oracle_vel_bound(const struct oracle *g, int up, struct oracle_bound *b)
 {
-    const quad q32 = power(-32), q16 = power(-16);
-    const struct motion_otg_limit *l = &m->limit;
-    quad j2 = (l->jerk_down_q16 ? l->jerk_down_q16 : l->jerk_q16) * q16;
-    quad v0 = m->start.vel_q32 * q32, a0 = m->start.acc_q16 * q16;
-    quad vf = m->goal.vel_q32 * q32, af = m->goal.acc_q16 * q16;
-    *g = (struct judge){ .plan = plan };
-    g->h = power(plan->tick_shift) / ((quad)1000000000 * 4096);
-    g->step = power(-plan->pos_shift);
-    g->j = l->jerk_q16 * q16;
-    g->j2 = j2;
-    quad ticks = (quad)plan->dur_ns_q12 + 1;
-    g->vx =
-        larger(l->vel_max_q32 * q32, highest(v0, a0, g->j, vf, af, j2, ticks));
-    g->vn = -larger(-l->vel_min_q32 * q32,
-                    highest(-v0, -a0, g->j, -vf, -af, j2, ticks));
-    quad more = 1 + power(-50);
-    g->ax = larger(l->acc_max_q16 * q16, larger(a0, af) * more);
-    g->an = -larger(-l->acc_min_q16 * q16, larger(-a0, -af) * more);
-    g->e3 = (quad)whole(plan->bend[0]);
-    g->e4 = (quad)whole(plan->bend[1]);
-    g->e5 = (quad)whole(plan->bend[2]);
+    const struct motion_otg_limit *l = &g->move->limit;
+    oracle_bound_of(b, up ? l->vel_max_q32 : l->vel_min_q32);
+    if (!g->outside[up] && g->i < g->late[up])
+        return;
+    big_copy(&b->num, &g->peak[up].num);
+    big_copy(&b->den, &g->peak[up].den);
 }
 
-/* State in physical units. */
-struct state {
-    quad p, v, a, j;
-};
-
-/* t ticks into a phase that starts at tick t0 with p, v, a in plan units. */
-static struct state at(const struct judge *g, quad t0, quad t, quad p, quad v,
-                       quad a, quad rate)
+static bool vel_is_kept(const struct oracle *g)
 {
-    quad n = (quad)g->plan->ticks, u = (t0 + t) / n;
-    p += 3 * v * t + 3 * a * t * t + rate * t * t * t;
-    v += 2 * a * t + rate * t * t;
-    a += rate * t;
-    p += u * u * u * (g->e3 + u * (g->e4 + u * g->e5));
-    v += u * u * (3 * g->e3 + u * (4 * g->e4 + u * 5 * g->e5)) / (3 * n);
-    a += u * (6 * g->e3 + u * (12 * g->e4 + u * 20 * g->e5)) / (6 * n * n);
-    rate += (g->e3 + u * (4 * g->e4 + u * 10 * g->e5)) / (n * n * n);
-    quad h = g->h;
-    return (struct state){ p * g->step, 3 * v * g->step / h,
-                           6 * a * g->step / (h * h),
-                           6 * rate * g->step / (h * h * h) };
+    struct big_poly vel;
+    struct oracle_bound bound;
+    oracle_poly(g, ORACLE_VEL, &vel);
+    for (int up = 0; up < 2; up++) {
+        oracle_vel_bound(g, up, &bound);
+        if (!is_kept(g, ORACLE_VEL, &vel, &g->total[5], &bound, up ? 1 : -1))
+            return false;
+    }
+    return true;
 }
 
-static const char *judge_state(const struct judge *g,
-                               const struct motion_otg_move *move,
-                               const struct state *s, int i)
+/* --- ends ----------------------------------------------------------------- */
+
+/* num / den in plan units of velocity (3 steps / tick) or acceleration (6
+ * steps / tick^2): is it `value`, to the nearest of the public format, or to a
+ * plan's unit or 2^-58 of itself where those are coarser? */
+#define SCALE_BITS 58
+
+static bool is_bit_equal(const struct oracle *g, enum oracle_order order,
+                         const struct big *num, const struct big *den,
+                         int64_t value)
 {
-    quad j = i < g->plan->brake   ? g->j
-             : i >= g->plan->turn ? g->j2
-             : g->j < g->j2       ? g->j
-                                  : g->j2;
-    if (move->limit.jerk_q16 && (s->j > j || s->j < -j))
+    struct big have, want, half, unit;
+    int scale = oracle_scale(g->plan, order),
+        steps = order == ORACLE_VEL ? 3 : 6;
+    unsigned up = scale > 0 ? (unsigned)scale : 0;
+    unsigned down = scale < 0 ? (unsigned)-scale : 0;
+    big_mul_int(&unit, &g->five[order], steps);
+    big_shl(&unit, &unit, down);
+    big_mul(&have, num, &unit);
+    big_mul(&unit, &unit, den);
+    big_shl(&half, den, up);
+    big_mul_int(&want, &half, value);
+    big_sub(&have, &have, &want);
+    have.sign = have.sign != 0;
+    if (big_cmp(&have, &unit) < 0)
+        return true;
+    big_shl(&have, &have, SCALE_BITS);
+    big_shl(&half, &half, SCALE_BITS - 1);
+    want.sign = want.sign != 0;
+    return big_cmp(&have, big_cmp(&half, &want) < 0 ? &want : &half) <= 0;
+}
+
+/* With a limit on it, velocity (acceleration) does not step at the ends. */
+static const char *judge_start(const struct oracle *g)
+{
+    const struct motion_otg_limit *l = &g->move->limit;
+    struct big vel, acc;
+    oracle_wide(&vel, g->plan->start_vel);
+    big_set(&acc, g->plan->start_acc);
+    if (l->acc_max_q16 && !is_bit_equal(g, ORACLE_VEL, &vel, &g->total[0],
+                                        g->move->start.vel_q32))
+        return "start velocity";
+    if (l->jerk_q16 && !is_bit_equal(g, ORACLE_ACC, &acc, &g->total[0],
+                                     g->move->start.acc_q16))
+        return "start acceleration";
+    return NULL;
+}
+
+/* e3 * a + e4 * b + e5 * c */
+static void bend_sum(const struct motion_otg_plan *plan, struct big *sum,
+                     const int64_t factor[3])
+{
+    struct big e;
+    big_set(sum, 0);
+    for (int k = 0; k < 3; k++) {
+        oracle_wide(&e, plan->bend[k]);
+        big_mul_int(&e, &e, factor[k]);
+        big_add(sum, sum, &e);
+    }
+}
+
+static const char *judge_goal(const struct oracle *g)
+{
+    static const int64_t value[] = { 1, 1, 1 }, slope[] = { 3, 4, 5 };
+    static const int64_t curve[] = { 6, 12, 20 };
+    const struct motion_otg_move *m = g->move;
+    struct big sum, have, den, goal;
+    bend_sum(g->plan, &sum, curve);
+    big_set(&have, g->a);
+    if (sum.sign != 0 ||
+        (m->limit.jerk_q16 &&
+         !is_bit_equal(g, ORACLE_ACC, &have, &g->total[0], m->goal.acc_q16)))
+        return "goal acceleration";
+    bend_sum(g->plan, &sum, slope);
+    big_mul_int(&den, &g->total[1], 3);
+    big_mul(&have, &g->vel, &den);
+    big_add(&have, &have, &sum);
+    if (m->limit.acc_max_q16 &&
+        !is_bit_equal(g, ORACLE_VEL, &have, &den, m->goal.vel_q32))
+        return "goal velocity";
+    bend_sum(g->plan, &sum, value);
+    big_add(&have, &g->pos, &sum);
+    oracle_wide(&goal, g->plan->way);
+    if (big_cmp(&have, &goal) != 0)
+        return "way";
+    if (m->mode == MOTION_OTG_VELOCITY)
+        return NULL;
+    big_set(&goal, m->goal.pos_q32);
+    big_set(&sum, m->start.pos_q32);
+    big_sub(&goal, &goal, &sum);
+    if (g->plan->pos_shift < 32)
+        return "step";
+    big_shl(&goal, &goal, (unsigned)g->plan->pos_shift - 32);
+    return big_cmp(&have, &goal) != 0 ? "goal position" : NULL;
+}
+
+/* --- the whole ------------------------------------------------------------ */
+
+static const char *judge_phase(const struct oracle *g)
+{
+    const struct motion_otg_limit *l = &g->move->limit;
+    if (l->jerk_q16 && !jerk_is_kept(g))
         return "jerk";
-    if (move->limit.acc_max_q16 && (s->a > g->ax || s->a < g->an))
+    if (l->acc_max_q16 && !acc_is_kept(g))
         return "acceleration";
-    if (move->mode == MOTION_OTG_POSITION && (s->v > g->vx || s->v < g->vn))
+    if (g->move->mode == MOTION_OTG_POSITION && !vel_is_kept(g))
         return "velocity";
     return NULL;
 }
 
-/* Nine times evenly, and where the acceleration passes zero. */
-static const char *judge_phase(const struct judge *g,
-                               const struct motion_otg_move *move, int i,
-                               quad t0, wide p, wide v, int64_t a)
+/* Is the velocity at `turn`, where jerk_down takes over, the highest (the
+ * lowest) of all corners after braking, but for what limits are drawn in by (in
+ * the shortest of moves 2^-6)? */
+#define TURN_BITS 6
+
+static void widen(struct big *lo, struct big *hi, const struct big *vel)
 {
-    const struct motion_otg_phase *ph = &g->plan->phase[i];
-    quad n = (quad)ph->ticks, rate = (quad)(ph->acc - a) / n;
-    for (int k = 0; k <= 9; k++) {
-        quad t = k < 9 ? n * k / 8 : 0;
-        if (k == 9 && (a > 0) != (ph->acc > 0) && rate != 0)
-            t = -(quad)a / rate;
-        struct state s = at(g, t0, t, (quad)p, (quad)v, (quad)a, rate);
-        const char *wrong = judge_state(g, move, &s, i);
-        if (wrong)
-            return wrong;
+    if (big_cmp(vel, lo) < 0)
+        big_copy(lo, vel);
+    if (big_cmp(vel, hi) > 0)
+        big_copy(hi, vel);
+}
+
+static bool turn_is_extreme(struct oracle *g)
+{
+    struct big at, lo, hi, play;
+    while (g->i < g->plan->count) {
+        if (g->i == g->plan->brake) {
+            big_copy(&lo, &g->vel);
+            big_copy(&hi, &g->vel);
+        }
+        if (g->i == g->plan->turn)
+            big_copy(&at, &g->vel);
+        if (g->i >= g->plan->brake)
+            widen(&lo, &hi, &g->vel);
+        oracle_phase(g);
+        oracle_step(g);
     }
+    widen(&lo, &hi, &g->vel);
+    big_copy(&play, &lo);
+    play.sign = play.sign != 0;
+    if (big_cmp(&play, &hi) < 0)
+        big_copy(&play, &hi);
+    big_sub(&lo, &at, &lo);
+    big_sub(&hi, &hi, &at);
+    big_shl(&lo, &lo, TURN_BITS);
+    big_shl(&hi, &hi, TURN_BITS);
+    return big_cmp(&lo, &play) <= 0 || big_cmp(&hi, &play) <= 0;
+}
+
+/* Which jerk counts where is for the plan to say, but not as it likes. */
+static const char *judge_turn(struct oracle *g)
+{
+    const struct motion_otg_plan *plan = g->plan;
+    if (plan->brake < 0 || plan->brake > plan->turn || plan->turn > plan->count)
+        return "turn";
+    if (g->move->mode == MOTION_OTG_POSITION && g->move->limit.jerk_down_q16 &&
+        plan->turn < plan->count && !turn_is_extreme(g))
+        return "turn";
     return NULL;
 }
 
-/* The value of a start or goal in plan units, within one unit and 2^-50. */
-static bool is_image(quad plan, quad physical)
+/* Nothing moves. */
+static const char *judge_empty(const struct motion_otg_move *m,
+                               const struct motion_otg_plan *plan)
 {
-    quad off = plan - physical, size = physical < 0 ? -physical : physical;
-    off = off < 0 ? -off : off;
-    return off <= 1 + size * power(-50);
-}
-
-static const char *judge_ends(const struct judge *g,
-                              const struct motion_otg_move *m, wide p, wide v,
-                              int64_t a)
-{
-    const struct motion_otg_plan *plan = g->plan;
-    const quad q32 = power(-32), q16 = power(-16);
-    quad vel = g->h / (3 * g->step), acc = g->h * g->h / (6 * g->step);
-    bool has_v = m->limit.acc_max_q16 != 0, has_a = m->limit.jerk_q16 != 0;
-    wide e3 = whole(plan->bend[0]), e4 = whole(plan->bend[1]);
-    wide e5 = whole(plan->bend[2]);
-    if (has_v &&
-        !is_image((quad)whole(plan->start_vel), m->start.vel_q32 * q32 * vel))
-        return "start velocity";
-    if (has_a && !is_image((quad)plan->start_acc, m->start.acc_q16 * q16 * acc))
-        return "start acceleration";
-    if (has_a && !is_image((quad)a, m->goal.acc_q16 * q16 * acc))
-        return "goal acceleration";
-    if (6 * e3 + 12 * e4 + 20 * e5 != 0)
-        return "goal acceleration of the quintic";
-    quad end = (quad)v;
-    if (plan->count)
-        end =
-            (quad)v + (quad)(3 * e3 + 4 * e4 + 5 * e5) / 3 / (quad)plan->ticks;
-    if (has_v && !is_image(end, m->goal.vel_q32 * q32 * vel))
-        return "goal velocity";
-    if (p + e3 + e4 + e5 != whole(plan->way))
-        return "way";
-    wide way = (wide)m->goal.pos_q32 - m->start.pos_q32;
-    if (m->mode == MOTION_OTG_POSITION &&
-        whole(plan->way) != way * ((wide)1 << (plan->pos_shift - 32)))
+    if (plan->ticks != 0 || plan->dur_ns_q12 != 0)
+        return "duration";
+    if (m->mode == MOTION_OTG_POSITION && m->start.pos_q32 != m->goal.pos_q32)
         return "goal position";
+    if (m->limit.acc_max_q16 && m->start.vel_q32 != m->goal.vel_q32)
+        return "goal velocity";
+    if (m->limit.jerk_q16 && m->start.acc_q16 != m->goal.acc_q16)
+        return "goal acceleration";
     return NULL;
 }
 
 const char *otg_oracle_judge(const struct motion_otg_move *move,
                              const struct motion_otg_plan *plan)
 {
-    struct judge g;
-    judge_init(&g, move, plan);
-    wide p = 0, v = whole(plan->start_vel);
-    int64_t a = plan->start_acc, t = 0;
-    for (int i = 0; i < plan->count; i++) {
-        wide n = plan->phase[i].ticks;
-        int64_t to = plan->phase[i].acc;
-        const char *wrong = judge_phase(&g, move, i, (quad)t, p, v, a);
-        if (wrong)
-            return wrong;
-        if (n <= 0)
-            return "ticks";
-        p += 3 * v * n + (2 * (wide)a + to) * n * n;
-        v += ((wide)a + to) * n;
-        a = to;
-        t += (int64_t)n;
-    }
-    if (t != plan->ticks || t << plan->tick_shift != plan->dur_ns_q12)
-        return "duration";
-    return judge_ends(&g, move, p, v, a);
-}
-
-const char *otg_oracle_judge_track(const struct motion_otg_move *move,
-                                   const struct motion_otg_plan *plan)
-{
-    struct motion_segment room[MOTION_OTG_PHASES];
-    struct motion_track track;
-    struct motion_continuity step;
-    struct motion_extreme v;
-    motion_track_init(&track, room, MOTION_OTG_PHASES, move->start.pos_q32);
-    int err = motion_otg_append(plan, &track);
-    if (err == MOTION_E_RANGE)
-        return NULL; /* overshoots what a position can be */
-    if (err < 0)
-        return motion_err_text(err);
+    static struct oracle g;
+    if (plan->count < 0 || plan->count > MOTION_OTG_PHASES)
+        return "count";
+    if (plan->start_pos_q32 != move->start.pos_q32)
+        return "start position";
     if (plan->count == 0)
-        return NULL;
-    if (move->mode == MOTION_OTG_POSITION &&
-        (track.end.pos_q32 != move->goal.pos_q32 || track.end_frac != 0))
-        return "track's end";
-    motion_track_continuity(&track, &step);
-    if (step.pos_step_q32 != 0)
-        return "track's position steps";
-    struct judge g;
-    judge_init(&g, move, plan);
-    motion_track_extreme(&track, MOTION_VEL, &v);
-    if (move->mode == MOTION_OTG_POSITION &&
-        ((quad)(v.max - 1) > g.vx / power(-32) ||
-         (quad)(v.min + 1) < g.vn / power(-32)))
-        return "track's velocity";
-    return NULL;
+        return judge_empty(move, plan);
+    oracle_init(&g, move, plan);
+    const char *wrong = judge_turn(&g);
+    oracle_init(&g, move, plan);
+    if (wrong == NULL)
+        wrong = judge_start(&g);
+    while (wrong == NULL && g.i < plan->count) {
+        oracle_phase(&g);
+        wrong = g.n <= 0 ? "ticks" : judge_phase(&g);
+        oracle_step(&g);
+    }
+    if (wrong != NULL)
+        return wrong;
+    if (g.t0 != plan->ticks ||
+        plan->ticks << plan->tick_shift != plan->dur_ns_q12)
+        return "duration";
+    return judge_goal(&g);
 }
