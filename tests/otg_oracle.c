@@ -11,30 +11,25 @@ void oracle_bound_of(struct oracle_bound *b, int64_t value)
     big_set(&b->den, 1);
 }
 
-/* side * (bound - value) >= 0 all through the phase, `times` being what the
- * polynomial was multiplied by. */
+/* side * (bound - value) >= 0 all through the phase; `times`: n for the jerk,
+ * 1 else; `less`, when not NULL, is taken off the value. */
 static bool is_kept(const struct oracle *g, enum oracle_order order,
-                    const struct big_poly *value, const struct big *times,
-                    const struct oracle_bound *bound, int side)
+                    int64_t times, const struct oracle_bound *bound, int side,
+                    const struct big *less)
 {
     struct big_poly f;
     struct big limit;
-    int scale = oracle_scale(g->plan, order);
-    big_mul(&limit, &bound->num, times);
-    if (scale > 0)
-        big_shl(&limit, &limit, (unsigned)scale);
-    f.degree = value->degree;
+    oracle_poly(g, order, &f);
+    if (less != NULL)
+        big_sub(&f.c[0], &f.c[0], less);
+    big_mul(&limit, &bound->num, &g->unit[order]);
+    big_mul_int(&limit, &limit, times);
     for (int k = 0; k <= f.degree; k++) {
-        big_mul(&f.c[k], &value->c[k], &g->five[order]);
-        if (bound->den.count != 1 || bound->den.limb[0] != 1)
-            big_mul(&f.c[k], &f.c[k], &bound->den);
-        if (scale < 0)
-            big_shl(&f.c[k], &f.c[k], (unsigned)-scale);
-        f.c[k].sign = -f.c[k].sign;
+        big_mul(&f.c[k], &f.c[k], &bound->den);
+        f.c[k].sign *= -side;
     }
+    limit.sign *= side;
     big_add(&f.c[0], &f.c[0], &limit);
-    for (int k = 0; side < 0 && k <= f.degree; k++)
-        f.c[k].sign = -f.c[k].sign;
     return big_poly_is_not_negative(&f);
 }
 
@@ -47,18 +42,14 @@ static bool jerk_is_kept(const struct oracle *g)
 {
     const struct motion_otg_limit *l = &g->move->limit;
     int64_t first = l->jerk_q16, last = oracle_closing_jerk(l), least = first;
-    struct big_poly jerk;
-    struct big times;
     struct oracle_bound bound;
     if (last < least)
         least = last;
-    oracle_poly(g, ORACLE_JERK, &jerk);
-    big_mul_int(&times, &g->total[5], g->n);
     for (int side = -1; side <= 1; side += 2) {
         oracle_bound_of(&bound, side * (g->i < g->plan->brake   ? first
                                         : g->i >= g->plan->turn ? last
                                                                 : least));
-        if (!is_kept(g, ORACLE_JERK, &jerk, &times, &bound, side))
+        if (!is_kept(g, ORACLE_JERK, g->n, &bound, side, NULL))
             return false;
     }
     return true;
@@ -69,16 +60,14 @@ static bool acc_is_kept(const struct oracle *g)
 {
     const struct motion_otg_limit *l = &g->move->limit;
     int brake = g->move->mode == MOTION_OTG_VELOCITY ? 1 : g->plan->brake;
-    struct big_poly acc;
     struct oracle_bound bound;
-    oracle_poly(g, ORACLE_ACC, &acc);
     for (int side = -1; side <= 1; side += 2) {
         int64_t limit = side > 0 ? l->acc_max_q16 : l->acc_min_q16;
         int64_t start = g->move->start.acc_q16;
         if (g->i < brake && (side > 0 ? start > limit : start < limit))
             limit = start;
         oracle_bound_of(&bound, limit);
-        if (!is_kept(g, ORACLE_ACC, &acc, &g->total[5], &bound, side))
+        if (!is_kept(g, ORACLE_ACC, 1, &bound, side, NULL))
             return false;
     }
     return true;
@@ -94,116 +83,23 @@ void oracle_vel_bound(const struct oracle *g, int up, struct oracle_bound *b)
     big_copy(&b->den, &g->peak[up].den);
 }
 
+/* As it comes from the start and, behind a trimmed corner, as it goes to the
+ * goal; between them both. */
 static bool vel_is_kept(const struct oracle *g)
 {
-    struct big_poly vel;
     struct oracle_bound bound;
-    oracle_poly(g, ORACLE_VEL, &vel);
     for (int up = 0; up < 2; up++) {
+        int side = up ? 1 : -1;
         oracle_vel_bound(g, up, &bound);
-        if (!is_kept(g, ORACLE_VEL, &vel, &g->total[5], &bound, up ? 1 : -1))
+        if ((g->i <= g->last_trim || g->last_trim < 0) &&
+            !is_kept(g, ORACLE_VEL, 1, &bound, side, NULL))
+            return false;
+        if (g->i > g->first_trim &&
+            !is_kept(g, ORACLE_VEL, 1, &bound, side, &g->rest))
             return false;
     }
     return true;
 }
-
-/* --- ends ----------------------------------------------------------------- */
-
-/* num / den in plan units of velocity (3 steps / tick) or acceleration (6
- * steps / tick^2): is it `value`, to the nearest of the public format, or to a
- * plan's unit or 2^-58 of itself where those are coarser? */
-#define SCALE_BITS 58
-
-static bool is_bit_equal(const struct oracle *g, enum oracle_order order,
-                         const struct big *num, const struct big *den,
-                         int64_t value)
-{
-    struct big have, want, half, unit;
-    int scale = oracle_scale(g->plan, order),
-        steps = order == ORACLE_VEL ? 3 : 6;
-    unsigned up = scale > 0 ? (unsigned)scale : 0;
-    unsigned down = scale < 0 ? (unsigned)-scale : 0;
-    big_mul_int(&unit, &g->five[order], steps);
-    big_shl(&unit, &unit, down);
-    big_mul(&have, num, &unit);
-    big_mul(&unit, &unit, den);
-    big_shl(&half, den, up);
-    big_mul_int(&want, &half, value);
-    big_sub(&have, &have, &want);
-    have.sign = have.sign != 0;
-    if (big_cmp(&have, &unit) < 0)
-        return true;
-    big_shl(&have, &have, SCALE_BITS);
-    big_shl(&half, &half, SCALE_BITS - 1);
-    want.sign = want.sign != 0;
-    return big_cmp(&have, big_cmp(&half, &want) < 0 ? &want : &half) <= 0;
-}
-
-/* With a limit on it, velocity (acceleration) does not step at the ends. */
-static const char *judge_start(const struct oracle *g)
-{
-    const struct motion_otg_limit *l = &g->move->limit;
-    struct big vel, acc;
-    oracle_wide(&vel, g->plan->start_vel);
-    big_set(&acc, g->plan->start_acc);
-    if (l->acc_max_q16 && !is_bit_equal(g, ORACLE_VEL, &vel, &g->total[0],
-                                        g->move->start.vel_q32))
-        return "start velocity";
-    if (l->jerk_q16 && !is_bit_equal(g, ORACLE_ACC, &acc, &g->total[0],
-                                     g->move->start.acc_q16))
-        return "start acceleration";
-    return NULL;
-}
-
-/* e3 * a + e4 * b + e5 * c */
-static void bend_sum(const struct motion_otg_plan *plan, struct big *sum,
-                     const int64_t factor[3])
-{
-    struct big e;
-    big_set(sum, 0);
-    for (int k = 0; k < 3; k++) {
-        oracle_wide(&e, plan->bend[k]);
-        big_mul_int(&e, &e, factor[k]);
-        big_add(sum, sum, &e);
-    }
-}
-
-static const char *judge_goal(const struct oracle *g)
-{
-    static const int64_t value[] = { 1, 1, 1 }, slope[] = { 3, 4, 5 };
-    static const int64_t curve[] = { 6, 12, 20 };
-    const struct motion_otg_move *m = g->move;
-    struct big sum, have, den, goal;
-    bend_sum(g->plan, &sum, curve);
-    big_set(&have, g->a);
-    if (sum.sign != 0 ||
-        (m->limit.jerk_q16 &&
-         !is_bit_equal(g, ORACLE_ACC, &have, &g->total[0], m->goal.acc_q16)))
-        return "goal acceleration";
-    bend_sum(g->plan, &sum, slope);
-    big_mul_int(&den, &g->total[1], 3);
-    big_mul(&have, &g->vel, &den);
-    big_add(&have, &have, &sum);
-    if (m->limit.acc_max_q16 &&
-        !is_bit_equal(g, ORACLE_VEL, &have, &den, m->goal.vel_q32))
-        return "goal velocity";
-    bend_sum(g->plan, &sum, value);
-    big_add(&have, &g->pos, &sum);
-    oracle_wide(&goal, g->plan->way);
-    if (big_cmp(&have, &goal) != 0)
-        return "way";
-    if (m->mode == MOTION_OTG_VELOCITY)
-        return NULL;
-    big_set(&goal, m->goal.pos_q32);
-    big_set(&sum, m->start.pos_q32);
-    big_sub(&goal, &goal, &sum);
-    if (g->plan->pos_shift < 32)
-        return "step";
-    big_shl(&goal, &goal, (unsigned)g->plan->pos_shift - 32);
-    return big_cmp(&have, &goal) != 0 ? "goal position" : NULL;
-}
-
-/* --- the whole ------------------------------------------------------------ */
 
 static const char *judge_phase(const struct oracle *g)
 {
@@ -214,6 +110,79 @@ static const char *judge_phase(const struct oracle *g)
         return "acceleration";
     if (g->move->mode == MOTION_OTG_POSITION && !vel_is_kept(g))
         return "velocity";
+    return NULL;
+}
+
+/* --- ends ----------------------------------------------------------------- */
+
+/* With a limit on it, velocity (acceleration) does not step at the ends. */
+static const char *judge_start(const struct oracle *g)
+{
+    const struct motion_otg_move *m = g->move;
+    struct big acc, want;
+    oracle_acc(g, &acc, g->a);
+    big_mul_int(&want, &g->unit[ORACLE_ACC], m->start.acc_q16);
+    if (g->plan->start_pos_q32 != m->start.pos_q32)
+        return "start position";
+    if (m->limit.acc_max_q16 && g->plan->start_vel_q32 != m->start.vel_q32)
+        return "start velocity";
+    if (m->limit.jerk_q16 && big_cmp(&acc, &want) != 0)
+        return "start acceleration";
+    return NULL;
+}
+
+/* Times before and after the corners that meet the goal to their last unit. */
+static void trim_weight(const struct motion_otg_plan *plan, struct big *weight)
+{
+    struct big one;
+    big_set(weight, 0);
+    for (int i = 0; i < plan->count; i++)
+        for (int k = i; k <= i + 1 && k < plan->count; k++) {
+            big_set(&one, plan->phase[k].dur_ns_q12);
+            if ((plan->trim[0] | plan->trim[1]) >> i & 1)
+                big_add(weight, weight, &one);
+        }
+}
+
+/* Is it `want`, rounded to the nearest of the public format?  Or off by no more
+ * than one unit of the trimmed corners makes, `most`. */
+static bool is_goal(const struct oracle *g, enum oracle_order order,
+                    const struct big *have, int64_t want,
+                    const struct big *most)
+{
+    struct big off;
+    big_mul_int(&off, &g->unit[order], want);
+    big_sub(&off, have, &off);
+    off.sign = off.sign != 0;
+    if (big_cmp(&off, most) <= 0)
+        return true;
+    big_mul_int(&off, &off, 2);
+    return big_cmp(&off, &g->unit[order]) <= 0;
+}
+
+static const char *judge_goal(const struct oracle *g)
+{
+    const struct motion_otg_move *m = g->move;
+    struct big acc, want, most, pos;
+    trim_weight(g->plan, &most);
+    big_shl(&most, &most, g->lift);
+    oracle_acc(g, &acc, g->a);
+    big_mul_int(&want, &g->unit[ORACLE_ACC], m->goal.acc_q16);
+    if (m->limit.jerk_q16 && big_cmp(&acc, &want) != 0)
+        return "goal acceleration";
+    if (m->limit.acc_max_q16 &&
+        (g->plan->goal_vel_q32 != m->goal.vel_q32 ||
+         !is_goal(g, ORACLE_VEL, &g->vel, m->goal.vel_q32, &most)))
+        return "goal velocity";
+    big_mul_int(&most, &most, 3);
+    big_mul_int(&most, &most, g->plan->dur_ns_q12);
+    big_mul_int(&pos, &g->unit[ORACLE_POS], m->start.pos_q32);
+    big_add(&pos, &pos, &g->pos);
+    if (!is_goal(g, ORACLE_POS, &pos, g->plan->goal_pos_q32, &most))
+        return "way";
+    if (m->mode == MOTION_OTG_POSITION &&
+        g->plan->goal_pos_q32 != m->goal.pos_q32)
+        return "goal position";
     return NULL;
 }
 
@@ -273,7 +242,7 @@ static const char *judge_turn(struct oracle *g)
 static const char *judge_empty(const struct motion_otg_move *m,
                                const struct motion_otg_plan *plan)
 {
-    if (plan->ticks != 0 || plan->dur_ns_q12 != 0)
+    if (plan->dur_ns_q12 != 0)
         return "duration";
     if (m->mode == MOTION_OTG_POSITION && m->start.pos_q32 != m->goal.pos_q32)
         return "goal position";
@@ -290,8 +259,8 @@ const char *otg_oracle_judge(const struct motion_otg_move *move,
     static struct oracle g;
     if (plan->count < 0 || plan->count > MOTION_OTG_PHASES)
         return "count";
-    if (plan->start_pos_q32 != move->start.pos_q32)
-        return "start position";
+    if (plan->acc_bits < -200 || plan->acc_bits > 240)
+        return "acc_bits";
     if (plan->count == 0)
         return judge_empty(move, plan);
     oracle_init(&g, move, plan);
@@ -301,13 +270,12 @@ const char *otg_oracle_judge(const struct motion_otg_move *move,
         wrong = judge_start(&g);
     while (wrong == NULL && g.i < plan->count) {
         oracle_phase(&g);
-        wrong = g.n <= 0 ? "ticks" : judge_phase(&g);
+        wrong = g.n <= 0 ? "duration" : judge_phase(&g);
         oracle_step(&g);
     }
     if (wrong != NULL)
         return wrong;
-    if (g.t0 != plan->ticks ||
-        plan->ticks << plan->tick_shift != plan->dur_ns_q12)
+    if (g.t0 != plan->dur_ns_q12)
         return "duration";
     return judge_goal(&g);
 }

@@ -2,147 +2,130 @@
  * otg_oracle_parts.h. */
 #include "tests/otg_oracle_parts.h"
 
-int oracle_scale(const struct motion_otg_plan *plan, enum oracle_order order)
+#define FIVE_9 1953125 /* 5^9 */
+
+/* --- polynomials ---------------------------------------------------------- */
+
+static void term(struct big *to, const struct big *value, int64_t times,
+                 const struct oracle *g, int powers_of_n)
 {
-    static const int less[] = { 0, 53, 58, 79 };
-    return plan->pos_shift + (int)order * plan->tick_shift - less[order];
+    big_mul_int(to, value, times);
+    for (int i = 0; i < powers_of_n; i++)
+        big_mul_int(to, to, g->n);
 }
 
-void oracle_wide(struct big *to, struct motion_otg_wide a)
+static void poly_pos(const struct oracle *g, const struct big *a,
+                     const struct big *rise, struct big_poly *f)
 {
-    big_set_wide(to, a.hi, a.lo);
+    f->degree = 3;
+    big_copy(&f->c[0], &g->pos);
+    term(&f->c[1], &g->vel, 3, g, 1);
+    term(&f->c[2], a, 3, g, 2);
+    term(&f->c[3], rise, 1, g, 2);
 }
 
-static int64_t choose(int n, int k)
+static void poly_vel(const struct oracle *g, const struct big *a,
+                     const struct big *rise, struct big_poly *f)
 {
-    int64_t c = 1;
-    for (int i = 1; i <= k; i++)
-        c = c * (n - k + i) / i;
-    return c;
+    f->degree = 2;
+    big_copy(&f->c[0], &g->vel);
+    term(&f->c[1], a, 2, g, 1);
+    term(&f->c[2], rise, 1, g, 1);
 }
 
-/* f += factor * times * (t0 + n x)^power */
-static void add_power(struct big_poly *f, const struct oracle *g,
-                      const struct big *factor, int64_t times, int power)
+static void poly_acc(const struct oracle *g, const struct big *a,
+                     const struct big *rise, struct big_poly *f)
 {
-    for (int k = 0; k <= power; k++) {
-        struct big term;
-        big_mul_int(&term, factor, times * choose(power, k));
-        for (int i = 0; i < power; i++)
-            big_mul_int(&term, &term, i < k ? g->n : g->t0);
-        big_add(&f->c[k], &f->c[k], &term);
-    }
+    (void)g;
+    f->degree = 1;
+    big_copy(&f->c[0], a);
+    big_copy(&f->c[1], rise);
 }
 
-/* f.c[k] += N^5 * value * times */
-static void add_term(struct big_poly *f, const struct oracle *g, int k,
-                     const struct big *value, int64_t times)
+static void poly_jerk(const struct oracle *g, const struct big *a,
+                      const struct big *rise, struct big_poly *f)
 {
-    struct big term;
-    big_mul_int(&term, value, times);
-    big_mul(&term, &term, &g->total[5]);
-    big_add(&f->c[k], &f->c[k], &term);
+    (void)g;
+    (void)a;
+    f->degree = 0;
+    big_mul_int(&f->c[0], rise, FIVE_9);
 }
 
-/* A and A' - A are below 2^63 each, their difference may not be. */
-static void phase_rise(const struct oracle *g, struct big *a, struct big *rise)
+void oracle_acc(const struct oracle *g, struct big *to, int64_t acc)
 {
-    big_set(a, g->a);
-    big_set(rise, g->to);
-    big_sub(rise, rise, a);
-}
-
-static void poly_pos(const struct oracle *g, struct big_poly *f)
-{
-    struct big v, a, rise;
-    phase_rise(g, &a, &rise);
-    big_mul_int(&v, &g->vel, g->n);
-    for (int k = 0; k < 2; k++) {
-        big_mul_int(&a, &a, g->n);
-        big_mul_int(&rise, &rise, g->n);
-    }
-    add_term(f, g, 0, &g->pos, 1);
-    add_term(f, g, 1, &v, 3);
-    add_term(f, g, 2, &a, 3);
-    add_term(f, g, 3, &rise, 1);
-}
-
-static void poly_vel(const struct oracle *g, struct big_poly *f)
-{
-    struct big a, rise;
-    phase_rise(g, &a, &rise);
-    big_mul_int(&a, &a, g->n);
-    big_mul_int(&rise, &rise, g->n);
-    add_term(f, g, 0, &g->vel, 3);
-    add_term(f, g, 1, &a, 6);
-    add_term(f, g, 2, &rise, 3);
-}
-
-static void poly_acc(const struct oracle *g, struct big_poly *f)
-{
-    struct big a, rise;
-    phase_rise(g, &a, &rise);
-    add_term(f, g, 0, &a, 6);
-    add_term(f, g, 1, &rise, 6);
-}
-
-/* Times n. */
-static void poly_jerk(const struct oracle *g, struct big_poly *f)
-{
-    struct big a, rise;
-    phase_rise(g, &a, &rise);
-    for (int k = 0; k <= f->degree; k++)
-        big_mul_int(&f->c[k], &f->c[k], g->n);
-    add_term(f, g, 0, &rise, 6);
-}
-
-/* e_k (k + 3)(k + 2).. y^(k + 3 - order), `order` factors. */
-static void poly_bend(const struct oracle *g, enum oracle_order order,
-                      struct big_poly *f)
-{
-    f->degree = 5 - (int)order;
-    for (int i = 0; i <= f->degree; i++)
-        big_set(&f->c[i], 0);
-    for (int k = 0; k < 3; k++) {
-        int64_t times = 1;
-        for (int i = 0; i < (int)order; i++)
-            times *= k + 3 - i;
-        add_power(f, g, &g->bend[k], times, k + 3 - (int)order);
-    }
+    big_set(to, acc);
+    big_shl(to, to, g->lift);
 }
 
 void oracle_poly(const struct oracle *g, enum oracle_order order,
                  struct big_poly *f)
 {
-    static void (*const phases[])(const struct oracle *,
-                                  struct big_poly *) = { poly_pos, poly_vel,
-                                                         poly_acc, poly_jerk };
-    poly_bend(g, order, f);
-    phases[order](g, f);
+    static void (*const polys[])(
+        const struct oracle *, const struct big *, const struct big *,
+        struct big_poly *) = { poly_pos, poly_vel, poly_acc, poly_jerk };
+    struct big a, rise; /* A and A' fit, their difference may not */
+    oracle_acc(g, &a, g->a);
+    oracle_acc(g, &rise, g->to);
+    big_sub(&rise, &rise, &a);
+    polys[order](g, &a, &rise, f);
 }
 
 /* --- the walk ------------------------------------------------------------- */
 
-void oracle_init(struct oracle *g, const struct motion_otg_move *move,
-                 const struct motion_otg_plan *plan)
+static void unit_init(struct big *unit, int64_t factor, int bits)
 {
+    big_set(unit, factor);
+    big_shl(unit, unit, (unsigned)bits);
+}
+
+static void oracle_start(struct oracle *g, const struct motion_otg_move *move,
+                         const struct motion_otg_plan *plan)
+{
+    int bits = plan->acc_bits > 37 ? plan->acc_bits : 37;
+    g->lift = (unsigned)(bits - plan->acc_bits);
     g->move = move;
     g->plan = plan;
-    big_set(&g->total[0], 1);
-    for (int k = 1; k < 6; k++)
-        big_mul_int(&g->total[k], &g->total[k - 1], plan->ticks);
-    for (int k = 0; k < 3; k++) {
-        oracle_wide(&g->bend[k], plan->bend[k]);
-        big_mul(&g->bend[k], &g->bend[k], &g->total[2 - k]);
-    }
-    big_set(&g->five[0], 1);
-    for (int k = 1; k < 4; k++)
-        big_mul_int(&g->five[k], &g->five[k - 1], 1953125);
+    unit_init(&g->unit[ORACLE_POS], (int64_t)FIVE_9 * FIVE_9 * 3, bits + 11);
+    unit_init(&g->unit[ORACLE_VEL], FIVE_9, bits - 10);
+    unit_init(&g->unit[ORACLE_ACC], 1, bits - 16);
+    unit_init(&g->unit[ORACLE_JERK], 1, bits - 37);
     big_set(&g->pos, 0);
-    oracle_wide(&g->vel, plan->start_vel);
+    big_mul_int(&g->vel, &g->unit[ORACLE_VEL], plan->start_vel_q32);
     g->a = plan->start_acc;
     g->t0 = 0;
     g->i = 0;
+}
+
+/* Walk to the end to see what is left. */
+static void find_rest(struct oracle *g)
+{
+    uint32_t trim = g->plan->trim[0] | g->plan->trim[1];
+    struct big goal;
+    g->first_trim = g->plan->count;
+    g->last_trim = -1;
+    while (g->i < g->plan->count) {
+        if (trim >> g->i & 1)
+            g->last_trim = g->i;
+        if (trim >> g->i & 1 && g->first_trim > g->i)
+            g->first_trim = g->i;
+        g->n = g->plan->phase[g->i].dur_ns_q12;
+        g->to = g->plan->phase[g->i].acc;
+        oracle_step(g);
+    }
+    big_mul_int(&goal, &g->unit[ORACLE_VEL], g->plan->goal_vel_q32);
+    big_sub(&g->rest, &g->vel, &goal);
+    big_mul_int(&goal, &g->unit[ORACLE_POS], g->plan->goal_pos_q32);
+    big_mul_int(&g->rest_pos, &g->unit[ORACLE_POS], g->plan->start_pos_q32);
+    big_sub(&g->rest_pos, &g->rest_pos, &goal);
+    big_add(&g->rest_pos, &g->rest_pos, &g->pos);
+}
+
+void oracle_init(struct oracle *g, const struct motion_otg_move *move,
+                 const struct motion_otg_plan *plan)
+{
+    oracle_start(g, move, plan);
+    find_rest(g);
+    oracle_start(g, move, plan);
     oracle_open(g);
 }
 
@@ -150,43 +133,33 @@ void oracle_init(struct oracle *g, const struct motion_otg_move *move,
 static bool is_outside(const struct oracle *g, int up)
 {
     const struct motion_otg_limit *l = &g->move->limit;
-    int scale = oracle_scale(g->plan, ORACLE_VEL);
-    struct big have, limit;
-    big_mul_int(&have, &g->vel, 3);
-    big_mul(&have, &have, &g->five[ORACLE_VEL]);
-    big_set(&limit, up ? l->vel_max_q32 : l->vel_min_q32);
-    if (scale > 0)
-        big_shl(&limit, &limit, (unsigned)scale);
-    else
-        big_shl(&have, &have, (unsigned)-scale);
-    return big_cmp(&have, &limit) == (up ? 1 : -1);
+    struct big limit;
+    big_mul_int(&limit, &g->unit[ORACLE_VEL],
+                up ? l->vel_max_q32 : l->vel_min_q32);
+    return big_cmp(&g->vel, &limit) == (up ? 1 : -1);
 }
 
 void oracle_phase(struct oracle *g)
 {
-    g->n = g->plan->phase[g->i].ticks;
+    g->n = g->plan->phase[g->i].dur_ns_q12;
     g->to = g->plan->phase[g->i].acc;
     for (int up = 0; up < 2; up++)
         g->outside[up] =
             g->outside[up] && (g->i < g->let_go[up] || is_outside(g, up));
 }
 
-/* P' = P + 3 V n + (2 A + A') n^2, V' = V + (A + A') n. */
+/* To the polynomials' values at x = 1. */
 void oracle_step(struct oracle *g)
 {
-    struct big term, a;
-    big_mul_int(&term, &g->vel, 3);
-    big_mul_int(&term, &term, g->n);
-    big_add(&g->pos, &g->pos, &term);
-    big_set(&term, g->to);
-    big_set(&a, g->a);
-    big_add(&term, &term, &a);
-    big_add(&a, &term, &a);
-    big_mul_int(&a, &a, g->n);
-    big_mul_int(&term, &term, g->n);
-    big_add(&g->vel, &g->vel, &term);
-    big_mul_int(&a, &a, g->n);
-    big_add(&g->pos, &g->pos, &a);
+    struct big_poly pos, vel;
+    oracle_poly(g, ORACLE_POS, &pos);
+    oracle_poly(g, ORACLE_VEL, &vel);
+    big_set(&g->pos, 0);
+    big_set(&g->vel, 0);
+    for (int k = 0; k <= pos.degree; k++)
+        big_add(&g->pos, &g->pos, &pos.c[k]);
+    for (int k = 0; k <= vel.degree; k++)
+        big_add(&g->vel, &g->vel, &vel.c[k]);
     g->a = g->to;
     g->t0 += g->n;
     g->i++;

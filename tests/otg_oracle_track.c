@@ -79,28 +79,29 @@ static bool is_joined(const struct big *end, const struct motion_segment *s)
     return big_cmp(&gap, &most) < 0;
 }
 
-/* |track - plan| <= two units, all along the segment: both times N^5 and the
- * power of two that makes them whole. */
+/* |track - plan| <= two units and what the plan leaves at its end, all along the segment; the plan's unit is 2^-32 /
+ * unit[POS], so both times that and 2^36. */
 static bool is_on_plan(const struct oracle *g, const struct motion_segment *s)
 {
     struct big_poly plan, track, f;
-    struct big start, room;
-    int up = g->plan->pos_shift - 68;
+    struct big start, room, rest;
     oracle_poly(g, ORACLE_POS, &plan);
     segment_poly(s, &track);
     big_set(&start, g->plan->start_pos_q32);
     big_shl(&start, &start, UNIT_BITS);
     big_sub(&track.c[0], &track.c[0], &start);
-    big_set(&room, 1);
-    big_shl(&room, &room, 1 + coarse_bits(s) + (unsigned)(up > 0 ? up : 0));
-    big_mul(&room, &room, &g->total[5]);
+    big_shl(&room, &g->unit[ORACLE_POS], 1 + coarse_bits(s));
+    big_shl(&rest, &g->rest_pos, UNIT_BITS);
+    rest.sign = rest.sign != 0;
+    big_add(&room, &room, &rest);
     for (int side = -1; side <= 1; side += 2) {
         f.degree = 5;
         for (int k = 0; k <= 5; k++) {
             struct big have;
-            big_mul(&have, &track.c[k], &g->total[5]);
-            big_shl(&have, &have, (unsigned)(up > 0 ? up : 0));
-            big_shl(&f.c[k], &plan.c[k], (unsigned)(up < 0 ? -up : 0));
+            big_mul(&have, &track.c[k], &g->unit[ORACLE_POS]);
+            big_set(&f.c[k], 0);
+            if (k <= plan.degree)
+                big_shl(&f.c[k], &plan.c[k], UNIT_BITS);
             big_sub(&f.c[k], &f.c[k], &have);
             f.c[k].sign *= side;
         }
@@ -154,8 +155,7 @@ static const char *judge_segment(const struct oracle *g,
     bool last = g->i + 1 == g->plan->count;
     segment_poly(s, &f);
     value_at_end(&f, &end);
-    if (s->dur_ns_q12 != g->n << g->plan->tick_shift ||
-        s->start_ns_q12 != g->t0 << g->plan->tick_shift)
+    if (s->dur_ns_q12 != g->n || s->start_ns_q12 != g->t0)
         return "track's time";
     if (g->i == 0 && !is_position(&f.c[0], g->move->start.pos_q32))
         return "track's start";
