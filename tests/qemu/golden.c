@@ -1,4 +1,4 @@
-/* tests/qemu/golden.c - the same bits on every machine.
+/* tests/qemu/golden.c - the same bits on every machine: tracks, splines, otg.
  *
  * Plans tracks on the target itself, samples them, and prints a hash per
  * producer of everything that came out.  `make golden` runs it on a PC (gcc
@@ -16,7 +16,7 @@
 #include "motion/sync.h"
 #include "motion/track.h"
 #include "tests/bench/otg_random.h"
-#include "tests/qemu/start.h"
+#include "tests/qemu/golden_tools.h"
 
 #define ROOM    72
 #define SAMPLES 14000 /* of each producer */
@@ -33,26 +33,6 @@
 
 static struct motion_segment room[ROOM];
 
-/* --- a seeded generator (xorshift) and a hash (FNV-1a, by words) ---------- */
-
-static uint64_t golden_seed;
-
-static uint64_t golden_random(void)
-{
-    golden_seed ^= golden_seed << 13;
-    golden_seed ^= golden_seed >> 7;
-    golden_seed ^= golden_seed << 17;
-    return golden_seed;
-}
-
-/* -2^bits .. 2^bits.  One call per statement: C leaves the order within an
- * expression or an initialiser to the compiler. */
-static int64_t golden_signed(unsigned bits)
-{
-    int64_t magnitude = (int64_t)(golden_random() >> (64 - bits));
-    return golden_random() & 1 ? -magnitude : magnitude;
-}
-
 static struct motion_state golden_state(unsigned pos_bits, unsigned vel_bits,
                                         unsigned acc_bits)
 {
@@ -64,44 +44,7 @@ static struct motion_state golden_state(unsigned pos_bits, unsigned vel_bits,
     return state;
 }
 
-/* 0 .. below - 1, without a division */
-static int64_t golden_below(int64_t below)
-{
-    return (int64_t)motion_fixed_mulhi_u64(golden_random(), (uint64_t)below);
-}
-
-static uint64_t golden_hash;
-
-static void golden_add(int64_t value)
-{
-    golden_hash ^= (uint64_t)value;
-    golden_hash *= UINT64_C(0x100000001B3);
-    golden_hash ^= golden_hash >> 29;
-}
-
-static void golden_add_state(const struct motion_state *state)
-{
-    golden_add(state->pos_q32);
-    golden_add(state->vel_q32);
-    golden_add(state->acc_q16);
-    golden_add(state->jerk_q16);
-}
-
 /* --- what is hashed of a track -------------------------------------------- */
-
-static void golden_add_segments(const struct motion_track *track)
-{
-    for (uint32_t i = 0; i < track->count; i++) {
-        const struct motion_segment *segment = &track->segment[i];
-        for (int k = 0; k <= MOTION_TRACK_DEGREE; k++)
-            golden_add(segment->coef[k]);
-        golden_add(segment->start_ns_q12);
-        golden_add(segment->pos_q32);
-        golden_add((int64_t)segment->inverse);
-        golden_add(segment->frac);
-    }
-    golden_add_state(&track->end);
-}
 
 /* Forwards in even steps, with every eighth sample anywhere. */
 static void golden_add_samples(const struct motion_track *track)
@@ -413,19 +356,11 @@ static void golden_add_plan(const struct motion_otg_plan *plan)
 static void golden_add_move(const struct motion_otg_plan *plan)
 {
     struct motion_track track;
-    struct motion_cursor cursor = { 0 };
-    struct motion_sample sample;
 
     golden_add_plan(plan);
     motion_track_init(&track, room, ROOM, plan->start_pos_q32);
     golden_add(motion_otg_append(plan, &track));
-    for (int i = 0; i < OTG_SAMPLES; i++) {
-        motion_track_sample(&track, &cursor, golden_below(track.end_ns_q12 + 1),
-                            &sample);
-        golden_add(sample.pos_q32);
-        golden_add(sample.vel_q32);
-        golden_add(sample.acc_q16);
-    }
+    golden_add_random_samples(&track, OTG_SAMPLES);
 }
 
 static void golden_otg(void)
@@ -446,25 +381,6 @@ static void golden_otg(void)
         for (int i = 0; i < OTG_AXES; i++)
             golden_add_plan(&plan[i]);
     }
-}
-
-static void golden_start(uint64_t seed)
-{
-    golden_seed = seed * UINT64_C(0x9E3779B97F4A7C15);
-    golden_hash = UINT64_C(0xCBF29CE484222325);
-}
-
-static void golden_report(const char *name, uint32_t segments)
-{
-    start_print_hex((uint32_t)(golden_hash >> 32));
-    start_print_hex((uint32_t)golden_hash);
-    start_print("  ");
-    start_print(name);
-    if (segments > 0) {
-        start_print(", segments: ");
-        start_print_u32(segments);
-    }
-    start_print("\n");
 }
 
 int main(void)
