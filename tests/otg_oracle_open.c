@@ -2,7 +2,6 @@
  * otg_oracle.h. */
 #include "tests/otg_oracle_parts.h"
 
-
 #define TIE_BITS 52 /* of numbers with 60 */
 
 /* v + a^2 / 2 j in 2^-32 unit/s is v + a^2 2^15 / j. */
