@@ -24,7 +24,7 @@ OPT      := -O1 -fno-omit-frame-pointer -fsanitize=$(SAN) \
 endif
 
 # Of the libraries; asked when used, so that `make deps` can come first.
-PKGS      = yaml-0.1 libcjson cairo fontconfig
+PKGS      = yaml-0.1 libcjson cairo fontconfig libgpiod
 PKG_INC   = $(patsubst -I%,-isystem %,$(shell pkg-config --cflags $(PKGS)))
 PKG_LIB   = $(shell pkg-config --libs $(PKGS))
 CMOCKA    = $(shell pkg-config --libs cmocka)
@@ -235,6 +235,8 @@ fresh:
 
 # Also: bench-tick, golden (tests/qemu/qemu.mk).
 -include tests/qemu/qemu.mk
+# Also: test-vm, test-gpiod2.
+-include tests/vm/vm.mk tests/vm/gpiod2.mk
 # Also: bench-plan, bench-otg.
 -include tests/bench/bench.mk
 

@@ -23,6 +23,11 @@ int controller_enable(struct controller *controller)
 
 int controller_off(struct controller *controller)
 {
+    if (controller_is_held(controller)) {
+        controller->reaction = CONTROLLER_REACT_STOP; /* the fault stays */
+        controller_request(controller, HAL_DRIVE_REQUEST_OFF);
+        return MOTION_OK;
+    }
     if (controller->state != CONTROLLER_READY &&
         controller->state != CONTROLLER_OFF)
         return MOTION_E_STATE;
@@ -202,8 +207,10 @@ int controller_override(struct controller *controller, int64_t rate_q30)
 int controller_reset(struct controller *controller)
 {
     if (controller->state != CONTROLLER_FAULT || controller->resetting ||
-        (controller->estop && hal_gpio_get(controller->estop) != 0))
+        controller_input(controller->inputs.estop))
         return MOTION_E_STATE;
+    if (controller_is_held(controller))
+        controller_off(controller);
     controller->resetting = true;
     controller->since_ns = controller->now_ns;
     controller_request(controller, HAL_DRIVE_REQUEST_RESET);

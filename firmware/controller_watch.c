@@ -18,6 +18,11 @@ void controller_watch_read(struct controller *controller)
                            &controller->axis[i].feedback);
 }
 
+bool controller_input(struct hal_gpio *line)
+{
+    return line != NULL && hal_gpio_get(line) != 0;
+}
+
 /* The set point that was in force when the position was measured. */
 static bool watch_demand(const struct controller_axis *axis, int64_t *pos_q32)
 {
@@ -101,8 +106,10 @@ static void watch_following(struct controller *controller, unsigned i)
 static void watch_switches(struct controller *controller, unsigned i)
 {
     const struct controller_axis *axis = &controller->axis[i];
-    const bool low = axis->feedback.limit_negative;
-    const bool high = axis->feedback.limit_positive;
+    const bool low = axis->feedback.limit_negative ||
+                     controller_input(controller->inputs.limit_negative[i]);
+    const bool high = axis->feedback.limit_positive ||
+                      controller_input(controller->inputs.limit_positive[i]);
     if ((low && high) || (low && axis->target.vel_q32 < 0) ||
         (high && axis->target.vel_q32 > 0))
         controller_raise(controller, CONTROLLER_FAULT_LIMIT_SWITCH, (int)i,
@@ -118,22 +125,27 @@ static void watch_ticks(struct controller *controller)
 
 static void watch_estop(struct controller *controller)
 {
-    /* an input that cannot be read counts as active */
-    if (controller->estop && hal_gpio_get(controller->estop) != 0)
+    if (controller_input(controller->inputs.estop))
         controller_raise(controller, CONTROLLER_FAULT_ESTOP, -1, 0, 0);
+}
+
+static enum controller_fault watch_bus_fault(int bus)
+{
+    if (bus == MOTION_E_PROTOCOL)
+        return CONTROLLER_FAULT_MASTER;
+    return bus == MOTION_E_LIMIT ? CONTROLLER_FAULT_BUS_PASSIVE
+                                 : CONTROLLER_FAULT_BUS;
 }
 
 void controller_watch_judge(struct controller *controller, int bus)
 {
     watch_estop(controller);
     if (controller->state == CONTROLLER_OFF ||
-        controller->state == CONTROLLER_FAULT)
+        (controller->state == CONTROLLER_FAULT &&
+         !controller_is_held(controller)))
         return; /* no torque: nothing else to lose */
     if (bus < 0)
-        controller_raise(controller,
-                         bus == MOTION_E_PROTOCOL ? CONTROLLER_FAULT_MASTER
-                                                  : CONTROLLER_FAULT_BUS,
-                         -1, bus, 0);
+        controller_raise(controller, watch_bus_fault(bus), -1, bus, 0);
     watch_ticks(controller);
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
         watch_drive(controller, i);

@@ -252,7 +252,8 @@ static void a_good_move_passes(void **state)
 {
     (void)state;
     expect(slew("check", rig, move), STATUS_OK);
-    assert_string_equal(out, "1 axes, 3.125 s: within all limits\n");
+    assert_non_null(strstr(out, "together at most 28.76 %"));
+    assert_non_null(strstr(out, "1 axes, 3.125 s: within all limits\n"));
     expect(slew("check", "--json", directory), STATUS_OK);
     cJSON *report = cJSON_Parse(out);
     assert_true(cJSON_IsTrue(cJSON_GetObjectItem(report, "ok")));
@@ -593,9 +594,44 @@ static void too_many_drives_for_the_bus_are_refused(void **state)
             strlen(strstr(text, "125 kbit") + 8) + 1);
     memcpy(strstr(text, "125 kbit") + 8, "/s", 2);
     write_file(rig, text);
+    const char *const sentence =
+        "rig.yaml:3:3: bus can0 would need 230.1 % of its time, expected at "
+        "most 100 %: 0 drives on this bus, a tick of 2.33 ms, or 500 kbit/s "
+        "would fit\n";
+    expect(slew("check", directory), STATUS_REFUSED);
+    assert_non_null(strstr(err, sentence));
     expect(slew("run", directory), STATUS_REFUSED);
-    assert_non_null(strstr(err, "bus can0 would need"));
-    assert_non_null(strstr(err, "rig.yaml:3:"));
+    assert_non_null(strstr(err, sentence));
+}
+
+static void real_drives_are_asked_for_and_need_an_interface(void **state)
+{
+    (void)state;
+    expect_bad_input(slew("run", "--json", "--real", directory),
+                     "bus can0 has no interface");
+    expect_bad_input(
+        slew("run", "--json", "--real", "--interface", "nocan7", directory),
+        "there is no interface nocan7");
+    expect_bad_input(
+        slew("run", "--json", "--real", "--interface", "lo", directory),
+        "lo is not a CAN interface");
+    expect_bad_input(slew("run", "--interface", "can1=can7", directory),
+                     "'can1=can7' is no interface for a bus of the rig");
+    expect(slew("run", "--dry-run", "--real", "--interface", "can0=nocan7",
+                directory),
+           STATUS_OK);
+    assert_non_null(strstr(out, "REAL drives"));
+    assert_non_null(strstr(out, "interface nocan7"));
+}
+
+static void simulated_drives_need_an_interface_to_be_seen_on(void **state)
+{
+    (void)state;
+    expect_bad_input(slew("sim", directory), "bus can0 has no interface");
+    expect_bad_input(slew("sim", "--interface", "nocan7", directory),
+                     "there is no interface nocan7");
+    expect_bad_input(slew("sim", "--interface", "", rig), "--interface");
+    expect_bad_input(slew("sim", in_directory("none.yaml")), "none.yaml");
 }
 
 #define RUN(test) cmocka_unit_test_setup_teardown(test, open_bench, close_bench)
@@ -626,6 +662,8 @@ int main(void)
         RUN(two_runs_write_the_same_telemetry),
         RUN(a_run_reports_and_its_telemetry_can_be_drawn),
         RUN(too_many_drives_for_the_bus_are_refused),
+        RUN(real_drives_are_asked_for_and_need_an_interface),
+        RUN(simulated_drives_need_an_interface_to_be_seen_on),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

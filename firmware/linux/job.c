@@ -51,6 +51,11 @@ const struct rig_axis *job_rig_axis(const struct job *job, unsigned axis)
     return &job->rig.axis[job->rig_axis[axis]];
 }
 
+uint32_t job_line(const struct plan_axis *axis, uint32_t key)
+{
+    return axis->key_count > 0 ? axis->key[key].place.line : axis->place.line;
+}
+
 int job_axis_index(const struct job *job, const char *name)
 {
     for (unsigned i = 0; i < job->move.axis_count; i++)
@@ -104,13 +109,31 @@ static enum status job_paths(struct job *job, const struct options *options)
     return STATUS_OK;
 }
 
+enum status job_read_rig(const char *path, struct rig *rig)
+{
+    char whole[sizeof((struct job *)0)->rig_path], message[RIG_MESSAGE_MAX];
+    const bool directory = job_is_directory(path);
+    if (access(path, F_OK) < 0)
+        return job_fail(path, strerror(errno));
+    if (snprintf(whole, sizeof whole, "%s%s", path,
+                 directory ? "/rig.yaml" : "") >= (int)sizeof whole)
+        return job_fail(path, "the name is too long");
+    if (rig_load(whole, rig, message) == 0)
+        return STATUS_OK;
+    fprintf(stderr, "%s\n", message);
+    return STATUS_INPUT;
+}
+
 /* "file:line:column: axis pan, key 3: what is wrong" */
 static enum status job_plan_fail(const struct job *job,
-                                 const struct plan_axis *axis,
                                  const struct plan_error *error)
 {
-    fprintf(stderr, "%s:%u:%u: axis %s, key %u: %s\n", job->move_path,
-            error->place.line, error->place.column, axis->name, error->key + 1,
+    fprintf(stderr, "%s:%u:%u: ", job->move_path, error->place.line,
+            error->place.column);
+    if (error->axis < job->move.axis_count)
+        fprintf(stderr, "axis %s, key %u: ", job->move.axis[error->axis].name,
+                error->key + 1);
+    fprintf(stderr, "%s\n",
             error->text[0] != 0 ? error->text : motion_err_text(error->code));
     return STATUS_INPUT;
 }
@@ -126,19 +149,28 @@ static void job_remark(const struct job *job, const struct plan_axis *axis,
                 axis->place.line, axis->place.column, text);
 }
 
-static enum status job_plan(struct job *job)
+static enum status job_find_axes(struct job *job)
 {
     for (unsigned i = 0; i < job->move.axis_count; i++) {
-        const struct plan_axis *axis = &job->move.axis[i];
-        struct plan_error error = { .code = MOTION_OK };
-        int found = rig_axis_index(&job->rig, axis->name);
+        int found = rig_axis_index(&job->rig, job->move.axis[i].name);
         if (found < 0)
             return job_fail(job->move_path, "names an axis the rig lacks");
         job->rig_axis[i] = (unsigned)found;
-        if (plan_axis_track(axis, &job->track[i], &error) < 0)
-            return job_plan_fail(job, axis, &error);
-        job->planned++;
-        job_remark(job, axis, &job->track[i]);
+    }
+    return STATUS_OK;
+}
+
+static enum status job_plan(struct job *job)
+{
+    struct plan_error error = { .code = MOTION_OK };
+    enum status status = job_find_axes(job);
+    if (status != STATUS_OK)
+        return status;
+    if (plan_compose(&job->move, job->track, &job->outcome, &error) < 0)
+        return job_plan_fail(job, &error);
+    job->planned = job->move.axis_count;
+    for (unsigned i = 0; i < job->planned; i++) {
+        job_remark(job, &job->move.axis[i], &job->track[i]);
         if (job->track[i].end_ns_q12 > job->end_ns_q12)
             job->end_ns_q12 = job->track[i].end_ns_q12;
     }
@@ -164,6 +196,7 @@ void job_free(struct job *job)
 {
     for (unsigned i = 0; i < job->planned; i++)
         plan_track_free(&job->track[i]);
+    plan_outcome_free(&job->outcome);
     move_free(&job->move);
     memory_free(job->violation);
     memset(job, 0, sizeof *job);
@@ -219,16 +252,20 @@ static void job_add(struct job *job, const struct job_violation *violation)
 }
 
 /* A step of velocity at the first or last key has its own sentence. */
-static enum job_violation_kind job_kind_of(const struct plan_axis *axis,
+static enum job_violation_kind job_kind_of(const struct job *job,
+                                           const struct plan_axis *axis,
+                                           const struct motion_track *track,
                                            const struct plan_violation *found)
 {
+    const bool keyed = axis->key_count > 0 && !job->outcome.is_bent;
+    const int64_t first = keyed ? axis->key[0].key.t_ns_q12 : 0;
+    const int64_t last =
+        keyed ? axis->key[axis->key_count - 1].key.t_ns_q12 : track->end_ns_q12;
     if (found->kind != PLAN_VEL_STEP)
         return (enum job_violation_kind)found->kind;
-    if (found->t_ns_q12 <= axis->key[0].key.t_ns_q12)
+    if (found->t_ns_q12 <= first)
         return JOB_START_MOVING;
-    if (found->t_ns_q12 >= axis->key[axis->key_count - 1].key.t_ns_q12)
-        return JOB_END_MOVING;
-    return JOB_VEL_STEP;
+    return found->t_ns_q12 >= last ? JOB_END_MOVING : JOB_VEL_STEP;
 }
 
 static void job_check_axis(struct job *job, unsigned i, int64_t rate_q30)
@@ -244,11 +281,13 @@ static void job_check_axis(struct job *job, unsigned i, int64_t rate_q30)
     for (uint32_t k = 0; k < count; k++)
         job_add(job, &(struct job_violation){
                          .axis = i,
-                         .kind = job_kind_of(axis, &found[k]),
+                         .kind = job_kind_of(job, axis, track, &found[k]),
                          .t_ns_q12 = found[k].t_ns_q12,
                          .value = found[k].value,
                          .limit = found[k].limit,
-                         .key = job_key_before(axis, found[k].t_ns_q12),
+                         .key = job_key_before(
+                             axis, plan_outcome_time(&job->outcome,
+                                                     found[k].t_ns_q12)),
                      });
     memory_free(found);
 }
@@ -278,8 +317,11 @@ static void job_print_violation(const struct job *job, struct table *table,
     table_cell(
         table, "%s",
         number_unit(unit, job_rig_axis(job, violation->axis)->unit, order));
-    table_cell(table, "%u", violation->key + 1);
-    table_cell(table, "%u", axis->key[violation->key].place.line);
+    if (axis->key_count > 0)
+        table_cell(table, "%u", violation->key + 1);
+    else
+        table_cell(table, "-");
+    table_cell(table, "%u", job_line(axis, violation->key));
     table_cell(table, "%s", job_violation_text(violation->kind));
 }
 
@@ -315,8 +357,9 @@ static cJSON *job_json_violation(const struct job *job,
     cJSON_AddStringToObject(
         item, "unit",
         number_unit(unit, job_rig_axis(job, violation->axis)->unit, order));
-    cJSON_AddNumberToObject(item, "key", violation->key + 1);
-    cJSON_AddNumberToObject(item, "line", axis->key[violation->key].place.line);
+    if (axis->key_count > 0)
+        cJSON_AddNumberToObject(item, "key", violation->key + 1);
+    cJSON_AddNumberToObject(item, "line", job_line(axis, violation->key));
     return item;
 }
 

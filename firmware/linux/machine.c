@@ -70,8 +70,43 @@ static struct controller_axis_config machine_axis(const struct rig_axis *axis)
     };
 }
 
+/* Where the controller looks for an input of this kind; NULL for outputs. */
+static struct hal_gpio **machine_input(struct controller_inputs *inputs,
+                                       const struct rig_line *line)
+{
+    switch (line->kind) {
+    case RIG_LINE_ESTOP:
+        return &inputs->estop;
+    case RIG_LINE_LIMIT_NEGATIVE:
+        return &inputs->limit_negative[line->axis];
+    case RIG_LINE_LIMIT_POSITIVE:
+        return &inputs->limit_positive[line->axis];
+    case RIG_LINE_LAMP:
+        break;
+    }
+    return NULL;
+}
+
+static int machine_init_inputs(struct machine *machine,
+                               struct controller_inputs *inputs)
+{
+    const struct rig *rig = machine->rig;
+    for (unsigned i = 0; i < rig->line_count; i++) {
+        struct hal_gpio **slot = machine_input(inputs, &rig->line[i]);
+        if (slot == NULL)
+            continue;
+        int err = gpio_debounce_init(&machine->input[i], machine->ports.line[i],
+                                     rig->line[i].release_ns);
+        if (err < 0)
+            return err;
+        *slot = &machine->input[i].gpio;
+    }
+    return MOTION_OK;
+}
+
 static int machine_init_controller(struct machine *machine)
 {
+    struct controller_inputs inputs = { 0 };
     const struct rig *rig = machine->rig;
     struct hal_drive *drive[RIG_AXES_MAX];
     struct controller_config config = {
@@ -82,7 +117,10 @@ static int machine_init_controller(struct machine *machine)
         config.axis[i] = machine_axis(&rig->axis[i]);
         drive[i] = &machine->drive[i].drive;
     }
-    return controller_init(&machine->controller, &config, drive, NULL);
+    int err = machine_init_inputs(machine, &inputs);
+    return err < 0
+               ? err
+               : controller_init(&machine->controller, &config, drive, &inputs);
 }
 
 int machine_init(struct machine *machine, const struct rig *rig,
@@ -107,15 +145,28 @@ int machine_init(struct machine *machine, const struct rig *rig,
                    : MOTION_OK;
 }
 
-/* The worst that a bus has to say: one that is gone before one with a second
- * master. */
-static int machine_begin(struct machine *machine, int64_t now_ns)
+/* How bad: a bus that is gone before one with a second master before one that
+ * is error-passive. */
+static int machine_badness(int err)
 {
-    int worst = MOTION_OK;
+    if (err == MOTION_OK)
+        return 0;
+    if (err == MOTION_E_LIMIT)
+        return 1;
+    return err == MOTION_E_PROTOCOL ? 2 : 3;
+}
+
+/* The worst that a bus has to say. */
+static struct machine_trouble machine_begin(struct machine *machine,
+                                            int64_t now_ns)
+{
+    struct machine_trouble worst = { .err = MOTION_OK };
     for (unsigned i = 0; i < machine->rig->bus_count; i++) {
         int err = hal_fieldbus_begin(&machine->bus[i].fieldbus, now_ns);
-        if (err < 0 && (worst == MOTION_OK || worst == MOTION_E_PROTOCOL))
-            worst = err;
+        if (machine_badness(err) > machine_badness(worst.err))
+            worst = (struct machine_trouble){
+                err, i, (enum hal_can_state)hal_can_state(machine->ports.can[i])
+            };
     }
     return worst;
 }
@@ -127,10 +178,33 @@ static void machine_end(struct machine *machine, int64_t now_ns)
         (void)hal_fieldbus_end(&machine->bus[i].fieldbus, now_ns);
 }
 
+static void machine_read_inputs(struct machine *machine, int64_t now_ns)
+{
+    for (unsigned i = 0; i < machine->rig->line_count; i++)
+        if (!rig_line_is_output(&machine->rig->line[i]))
+            gpio_debounce_step(&machine->input[i], now_ns);
+}
+
+/* Lit while an axis may have torque; a lamp that cannot be set is no fault. */
+static void machine_light(struct machine *machine)
+{
+    const bool lit = !machine_is_at_rest(machine);
+    if (lit == machine->lit)
+        return;
+    machine->lit = lit;
+    for (unsigned i = 0; i < machine->rig->line_count; i++)
+        if (machine->rig->line[i].kind == RIG_LINE_LAMP)
+            (void)hal_gpio_set(machine->ports.line[i], lit);
+}
+
 void machine_tick(struct machine *machine, int64_t now_ns)
 {
-    int bus = machine_begin(machine, now_ns);
-    controller_step(&machine->controller, now_ns, bus);
+    const struct machine_trouble trouble = machine_begin(machine, now_ns);
+    if (machine->controller.fault.fault == CONTROLLER_FAULT_NONE)
+        machine->trouble = trouble;
+    machine_read_inputs(machine, now_ns);
+    controller_step(&machine->controller, now_ns, trouble.err);
+    machine_light(machine);
     machine_end(machine, now_ns);
 }
 
@@ -142,7 +216,23 @@ void machine_tick_quick_stop(struct machine *machine, int64_t now_ns)
         hal_drive_request(drive, HAL_DRIVE_REQUEST_QUICK_STOP);
         hal_drive_feedback(drive, &machine->controller.axis[i].feedback);
     }
+    machine_light(machine);
     machine_end(machine, now_ns);
+}
+
+void machine_trouble_text(const struct machine *machine,
+                          char text[MACHINE_TROUBLE_MAX])
+{
+    const struct machine_trouble *trouble = &machine->trouble;
+    const char *what = hal_can_state_text(trouble->state);
+    if (trouble->err == MOTION_E_PROTOCOL)
+        what = "frames that only a master sends";
+    else if (trouble->err == MOTION_E_IO && trouble->state < HAL_CAN_BUS_OFF)
+        what = "frames were refused three cycles in a row";
+    text[0] = '\0';
+    if (trouble->err != MOTION_OK)
+        snprintf(text, MACHINE_TROUBLE_MAX, "bus %.12s: %s",
+                 machine->rig->bus[trouble->bus].name, what);
 }
 
 bool machine_is_at_rest(const struct machine *machine)
@@ -162,22 +252,4 @@ int64_t machine_busy_ns(struct machine *machine, unsigned bus)
     struct hal_can_stats stats;
     hal_can_stats(machine->ports.can[bus], &stats);
     return (int64_t)stats.busy_ns;
-}
-
-/* Longest base frame with `bytes` of data: 47 fixed bits, intermission
- * included, and a stuff bit for every four of the 34 + 8 n that are stuffed,
- * after the first. */
-static unsigned machine_frame_bits(unsigned bytes)
-{
-    return 47 + 8 * bytes + (34 + 8 * bytes - 1) / 4;
-}
-
-unsigned machine_load_permille(const struct rig *rig, unsigned bus)
-{
-    uint64_t bits = machine_frame_bits(0);
-    for (unsigned i = 0; i < rig->axis_count; i++)
-        if (rig->axis[i].bus == bus)
-            bits += UINT64_C(2) * machine_frame_bits(6);
-    return (unsigned)(bits * UINT64_C(1000000000000) /
-                      ((uint64_t)rig->period_ns * rig->bus[bus].bit_rate));
 }

@@ -98,6 +98,24 @@ static int machine_sim_wire(struct machine_sim *sim, const struct rig_bus *bus,
     return sim_can_port_init(&sim->port[i], &sim->wire[i]);
 }
 
+/* Switches begin as nothing would press them. */
+static struct hal_gpio *machine_sim_line(struct machine_sim *sim,
+                                         const struct rig_line *line,
+                                         unsigned i)
+{
+    const struct sim_gpio_config config = {
+        .clock = &sim->world.clock,
+        .output = rig_line_is_output(line),
+        .active_low = line->active_low,
+        .pull_up = line->bias == HAL_GPIO_PULL_UP,
+    };
+    struct hal_gpio *gpio = sim_gpio_init(&sim->line[i], &config);
+    if (!config.output)
+        sim_gpio_drive(&sim->line[i],
+                       line->active_low ? SIM_GPIO_HIGH : SIM_GPIO_LOW);
+    return gpio;
+}
+
 static void machine_sim_clock(struct machine_sim *sim, bool realtime,
                               struct machine_ports *ports)
 {
@@ -126,5 +144,7 @@ int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
         if (err < 0)
             return machine_sim_fail(message, rig->axis[i].name, err);
     }
+    for (unsigned i = 0; i < rig->line_count; i++)
+        ports->line[i] = machine_sim_line(sim, &rig->line[i], i);
     return MOTION_OK;
 }

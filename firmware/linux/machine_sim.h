@@ -10,6 +10,7 @@
 #include "hal/clock_linux.h"
 #include "sim/sim_can.h"
 #include "sim/sim_cia402.h"
+#include "sim/sim_gpio.h"
 #include "sim/world.h"
 
 struct machine_sim {
@@ -17,6 +18,7 @@ struct machine_sim {
     struct sim_can_bus wire[RIG_BUSES_MAX];
     struct sim_can_port port[RIG_BUSES_MAX]; /* of the master */
     struct sim_cia402 servo[RIG_AXES_MAX];
+    struct sim_gpio line[RIG_LINES_MAX];
     struct hal_clock follower; /* real time: waits, then runs the world */
     struct clock_linux real;
 };

@@ -34,9 +34,9 @@ struct option_row {
 
 /* All that any command takes.  Times and rates are -1 when not given. */
 struct options {
-    bool help, json, segments, raw, realtime, dry_run;
+    bool help, json, segments, rules, raw, realtime, dry_run, real;
     const char *out, *axis, *telemetry, *plot, *compare;
-    const char *rig, *fps, *columns, *curve;
+    const char *rig, *fps, *columns, *curve, *interface;
     int64_t rate_uhz;
     int64_t from_ns, to_ns, hold_at_ns, resume_after_ns;
     int64_t override_q30;

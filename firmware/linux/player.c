@@ -280,6 +280,8 @@ static void player_note_fault(struct player *player)
         memcpy(report->fault_text,
                controller->axis[controller->fault.axis].feedback.fault_text,
                sizeof report->fault_text);
+    else
+        machine_trouble_text(player->machine, report->fault_text);
 }
 
 static void player_watch(struct player *player)

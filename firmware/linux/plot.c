@@ -6,6 +6,7 @@
 
 #include "firmware/linux/chart.h"
 #include "firmware/linux/number.h"
+#include "firmware/linux/path_report.h"
 #include "firmware/linux/plot_style.h"
 #include "motion/fixed.h"
 
@@ -20,13 +21,14 @@ enum plot_row {
 };
 
 static const struct {
-    const char *name, *per;
+    const char *name, *along; /* of an axis; along a path */
+    const char *per;
 } plot_row[PLOT_ROWS_MAX] = {
-    { "Position", "" },
-    { "Velocity", "/s" },
-    { "Acceleration", "/s\u00b2" },
-    { "Jerk", "/s\u00b3" },
-    { "Following error", "" },
+    { "Position", "Distance", "" },
+    { "Velocity", "Path speed", "/s" },
+    { "Acceleration", "Acceleration along", "/s\u00b2" },
+    { "Jerk", "Jerk along", "/s\u00b3" },
+    { "Following error", "", "" },
 };
 
 struct plot {
@@ -53,12 +55,39 @@ struct plot_panel {
     const char *prefix;
 };
 
+/* --- columns: the axes, then what runs along the path --- */
+
+static unsigned plot_columns(const struct job *job)
+{
+    return job->move.axis_count + (job->outcome.has_path ? 1 : 0);
+}
+
+static bool plot_is_path(const struct plot_panel *panel)
+{
+    return panel->axis == panel->plot->job->move.axis_count;
+}
+
+static const struct motion_track *plot_track_of(const struct plot_panel *panel)
+{
+    const struct job *job = panel->plot->job;
+    return plot_is_path(panel) ? &job->outcome.distance
+                               : &job->track[panel->axis];
+}
+
+static const char *plot_unit(const struct plot_panel *panel)
+{
+    const struct job *job = panel->plot->job;
+    return rig_unit_text(plot_is_path(panel)
+                             ? path_report_unit(job)
+                             : job_rig_axis(job, panel->axis)->unit);
+}
+
 /* --- layout --- */
 
 static void plot_layout(struct plot *plot)
 {
     static const double widths[] = { 0, 900, 600, 470, 385 };
-    unsigned axes = plot->job->move.axis_count;
+    unsigned axes = plot_columns(plot->job);
     plot->rows = plot->trace != NULL ? PLOT_ROWS_MAX : PLOT_FOLLOWING;
     plot->bands = (axes + PLOT_COLUMNS - 1) / PLOT_COLUMNS;
     if (plot->bands == 0)
@@ -78,6 +107,12 @@ static void plot_layout(struct plot *plot)
         plot->end_s = plot->trace->end_s;
     if (plot->end_s <= 0)
         plot->end_s = 1;
+}
+
+/* No servo follows a path as such. */
+static unsigned plot_rows(const struct plot *plot, unsigned axis)
+{
+    return axis < plot->job->move.axis_count ? plot->rows : PLOT_FOLLOWING;
 }
 
 static struct chart_box plot_box(const struct plot *plot, unsigned axis,
@@ -144,7 +179,7 @@ static void plot_segment(struct plot_panel *panel,
 
 static void plot_track(struct plot_panel *panel, plot_point *point)
 {
-    const struct motion_track *track = &panel->plot->job->track[panel->axis];
+    const struct motion_track *track = plot_track_of(panel);
     double rest =
         panel->row == PLOT_POS ? number_double(track->end.pos_q32, 32) : 0;
     bool curve = panel->row == PLOT_POS;
@@ -203,12 +238,14 @@ static void plot_grow(struct plot_panel *panel, double t, double value)
 
 static bool plot_has_servo(const struct plot_panel *panel)
 {
-    return panel->plot->trace != NULL && panel->row <= PLOT_VEL;
+    return panel->plot->trace != NULL && panel->row <= PLOT_VEL &&
+           !plot_is_path(panel);
 }
 
 static bool plot_is_warped(const struct plot_panel *panel)
 {
-    return panel->plot->trace != NULL && panel->plot->trace->warped;
+    return panel->plot->trace != NULL && panel->plot->trace->warped &&
+           !plot_is_path(panel);
 }
 
 static void plot_keep_peak(struct plot_panel *panel)
@@ -216,10 +253,9 @@ static void plot_keep_peak(struct plot_panel *panel)
     panel->peak = fmax(-panel->min, panel->max);
     if (panel->row == PLOT_FOLLOWING || plot_is_warped(panel))
         return;
-    panel->peak =
-        number_double(job_peak(&panel->plot->job->track[panel->axis],
-                               (enum motion_quantity)panel->row, NULL),
-                      job_bits_of((unsigned)panel->row));
+    panel->peak = number_double(
+        job_peak(plot_track_of(panel), (enum motion_quantity)panel->row, NULL),
+        job_bits_of((unsigned)panel->row));
 }
 
 /* Curves that are compared have common scales.  The peak is the panel's own. */
@@ -257,8 +293,11 @@ static void plot_measure(struct plot_panel *panel)
 
 static void plot_limits(struct plot_panel *panel)
 {
-    const struct rig_axis *axis = job_rig_axis(panel->plot->job, panel->axis);
+    const struct rig_axis *axis;
     unsigned order = (unsigned)panel->row;
+    if (plot_is_path(panel))
+        return;
+    axis = job_rig_axis(panel->plot->job, panel->axis);
     if (panel->row == PLOT_FOLLOWING) {
         panel->limit_high = number_double(axis->following_floor_q32, 32);
     } else if (order > 0) {
@@ -360,6 +399,7 @@ static bool plot_shows_keys(const struct plot_panel *panel)
 {
     const struct plan_axis *axis = &panel->plot->job->move.axis[panel->axis];
     return !plot_is_warped(panel) && panel->row != PLOT_FOLLOWING &&
+           !panel->plot->job->outcome.is_bent &&
            axis->key_count * PLOT_KEY_SPACE < panel->plot->column_width;
 }
 
@@ -399,7 +439,7 @@ static bool plot_note_step(const struct plot_panel *panel, char *text,
 {
     const struct plot *plot = panel->plot;
     struct motion_continuity step;
-    motion_track_continuity(&plot->job->track[panel->axis], &step);
+    motion_track_continuity(plot_track_of(panel), &step);
     bool vel = step.vel_step_q32 >> 22 != 0 && panel->row >= PLOT_ACC;
     bool acc = step.acc_step_q16 >> 6 != 0 && panel->row == PLOT_JERK;
     if (!plot->job->compared || panel->row == PLOT_FOLLOWING || !(vel || acc))
@@ -420,7 +460,9 @@ static void plot_note_of(const struct plot_panel *panel, char *text,
     const char *word = panel->row == PLOT_FOLLOWING ? "worst" : "peak";
     if (plot_note_step(panel, text, size))
         return;
-    if (panel->row == PLOT_POS) {
+    if (panel->row == PLOT_POS && plot_is_path(panel)) {
+        snprintf(text, size, "%s in all", value);
+    } else if (panel->row == PLOT_POS) {
         char low[CHART_LABEL_MAX], high[CHART_LABEL_MAX];
         plot_put_number(low, panel->limit_low / panel->scale);
         plot_put_number(high, panel->limit_high / panel->scale);
@@ -438,12 +480,12 @@ static void plot_headings(const struct plot_panel *panel)
 {
     const struct plot *plot = panel->plot;
     const struct chart_box *box = &panel->chart.box;
-    const char *unit =
-        rig_unit_text(job_rig_axis(plot->job, panel->axis)->unit);
+    const char *unit = plot_unit(panel);
     char text[96], note[128];
     double x = box->x, y = box->y - 9;
     x += chart_text(plot->cairo, &plot_heading, x, y, CHART_LEFT,
-                    plot_row[panel->row].name);
+                    plot_is_path(panel) ? plot_row[panel->row].along
+                                        : plot_row[panel->row].name);
     snprintf(text, sizeof text, "  %s%s%s", panel->prefix, unit,
              plot_row[panel->row].per);
     chart_text(plot->cairo, &plot_note, x, y, CHART_LEFT, text);
@@ -462,7 +504,7 @@ static void plot_draw_panel(struct plot *plot, unsigned axis, unsigned row)
                    .box = plot_box(plot, axis, row),
                    .t1 = plot->end_s },
     };
-    bool last = row + 1 == plot->rows;
+    bool last = row + 1 == plot_rows(plot, axis);
     plot_measure(&panel);
     plot_limits(&panel);
     plot_range(&panel);
@@ -483,11 +525,14 @@ static void plot_draw_panel(struct plot *plot, unsigned axis, unsigned row)
 
 static void plot_draw_axis(struct plot *plot, unsigned axis)
 {
+    unsigned rows = plot_rows(plot, axis);
     struct chart_box top = plot_box(plot, axis, 0);
-    struct chart_box bottom = plot_box(plot, axis, plot->rows - 1);
+    struct chart_box bottom = plot_box(plot, axis, rows - 1);
     chart_text(plot->cairo, &plot_name, top.x, top.y - 36, CHART_LEFT,
-               plot->job->move.axis[axis].name);
-    for (unsigned row = 0; row < plot->rows; row++)
+               axis < plot->job->move.axis_count
+                   ? plot->job->move.axis[axis].name
+                   : "path");
+    for (unsigned row = 0; row < rows; row++)
         plot_draw_panel(plot, axis, row);
     chart_text(plot->cairo, &plot_note, bottom.x + bottom.width,
                bottom.y + bottom.height + 36, CHART_RIGHT, "time  s");
@@ -581,7 +626,7 @@ static void plot_draw_head(const struct plot *plot)
 static void plot_draw(struct plot *plot)
 {
     plot_draw_head(plot);
-    for (unsigned i = 0; i < plot->job->move.axis_count; i++)
+    for (unsigned i = 0; i < plot_columns(plot->job); i++)
         plot_draw_axis(plot, i);
 }
 

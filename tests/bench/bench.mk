@@ -73,9 +73,9 @@ $(BENCH)/otg-beside: tests/bench/ruckig_side.cpp tests/bench/ruckig_side.h \
 	    $< $(BENCH_SIDE) $(RUCKIG_DIR)/libruckig.a -lm -o $@
 
 .PHONY: bench-otg
-## planning beside Ruckig (from PyPI) on this machine; VECTORS=directory too
+## planning, sampling beside Ruckig (from PyPI); ROWS=directory of CSV too
 bench-otg: $(BENCH)/otg-beside
-	@timeout 180 $< $(VECTORS)
+	@timeout 180 $< $(ROWS)
 
 #---- a great many problems, judged
 
