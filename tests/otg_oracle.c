@@ -8,14 +8,12 @@
 #include "motion/track.h"
 
 __extension__ typedef __float128 quad;
-__extension__ typedef __int128 wide;
 
 struct judge {
     const struct motion_otg_plan *plan;
-    quad h, step;        /* tick in s, step in units */
+    quad h, unit;        /* tick in s; unit of acceleration */
     quad vx, vn, ax, an; /* allowed, in physical units */
     quad j, j2;
-    quad e3, e4, e5;
 };
 
 static quad power(int e)
@@ -28,34 +26,41 @@ static quad power(int e)
     return x;
 }
 
-static wide whole(struct motion_otg_wide a)
-{
-    __extension__ unsigned __int128 u = a.hi;
-    return (wide)(u << 64 | a.lo);
-}
-
 static quad larger(quad a, quad b)
 {
     return a > b ? a : b;
 }
 
-/* Peak that cannot be avoided: v + a^2/2j.  Braking may miss it by 2^19 ticks'
- * part of the ramp (2^-18 in long moves) and 2^-27 of the speed. */
-static quad peak(quad v, quad a, quad j, quad ticks)
+/* Peak that cannot be avoided, v + a^2/2j; what rounding makes of it is 2^-30 of
+ * the ramp. */
+static quad peak(quad v, quad a, quad j)
 {
     if (a <= 0 || j <= 0)
         return v;
-    quad miss = larger(power(19) / ticks, power(-18));
-    return v + a * a / (2 * j) * (1 + miss) + (v < 0 ? -v : v) * power(-27);
+    return v + a * a / (2 * j) * (1 + power(-30));
 }
 
-/* What start and goal make necessary; the plan's own units carry 2^-55 of
- * rounding of the tick's length. */
-static quad highest(quad v0, quad a0, quad j, quad vf, quad af, quad j2,
-                    quad ticks)
+/* A limit, or beyond it what start and goal make necessary. */
+static quad highest(quad limit, quad v0, quad a0, quad j, quad vf, quad af,
+                    quad j2)
 {
-    quad v = larger(peak(v0, a0, j, ticks), peak(vf, -af, j2, ticks));
-    return v + (v < 0 ? -v : v) * power(-50);
+    if (a0 > 0 && j > 0 && v0 + a0 * a0 / (2 * j) > limit)
+        limit = peak(v0, a0, j);
+    if (af > 0 && j > 0 && vf + af * af / (2 * j2) > limit)
+        limit = larger(limit, peak(vf, af, j2));
+    return larger(limit, larger(v0, vf));
+}
+
+/* What one unit of acceleration at the trimmed corners makes of the velocity,
+ * and 2^-80 for the sums here. */
+static quad last_unit(const struct judge *g)
+{
+    const struct motion_otg_plan *plan = g->plan;
+    int64_t ticks = 1;
+    for (int i = 0; i + 1 < plan->count; i++)
+        if ((plan->trim[0] | plan->trim[1]) >> i & 1)
+            ticks += plan->phase[i].dur_ns_q12 + plan->phase[i + 1].dur_ns_q12;
+    return (quad)ticks * g->h * g->unit / 2;
 }
 
 static void judge_init(struct judge *g, const struct motion_otg_move *m,
@@ -67,21 +72,21 @@ static void judge_init(struct judge *g, const struct motion_otg_move *m,
     quad v0 = m->start.vel_q32 * q32, a0 = m->start.acc_q16 * q16;
     quad vf = m->goal.vel_q32 * q32, af = m->goal.acc_q16 * q16;
     *g = (struct judge){ .plan = plan };
-    g->h = power(plan->tick_shift) / ((quad)1000000000 * 4096);
-    g->step = power(-plan->pos_shift);
+    g->h = 1 / ((quad)1000000000 * 4096);
+    g->unit = power(-plan->acc_bits);
     g->j = l->jerk_q16 * q16;
     g->j2 = j2;
-    quad ticks = (quad)plan->dur_ns_q12 + 1;
-    g->vx =
-        larger(l->vel_max_q32 * q32, highest(v0, a0, g->j, vf, af, j2, ticks));
-    g->vn = -larger(-l->vel_min_q32 * q32,
-                    highest(-v0, -a0, g->j, -vf, -af, j2, ticks));
-    quad more = 1 + power(-50);
-    g->ax = larger(l->acc_max_q16 * q16, larger(a0, af) * more);
-    g->an = -larger(-l->acc_min_q16 * q16, larger(-a0, -af) * more);
-    g->e3 = (quad)whole(plan->bend[0]);
-    g->e4 = (quad)whole(plan->bend[1]);
-    g->e5 = (quad)whole(plan->bend[2]);
+    g->vx = highest(l->vel_max_q32 * q32, v0, a0, g->j, vf, -af, j2);
+    g->vn = -highest(-l->vel_min_q32 * q32, -v0, -a0, g->j, -vf, af, j2);
+    g->ax = larger(l->acc_max_q16 * q16, larger(a0, af));
+    g->an = -larger(-l->acc_min_q16 * q16, larger(-a0, -af));
+    quad more = 1 + power(-54), unit = last_unit(g);
+    g->vx += unit;
+    g->vn -= unit;
+    g->ax += g->unit;
+    g->an -= g->unit;
+    g->j *= more;
+    g->j2 *= more;
 }
 
 /* State in physical units. */
@@ -89,22 +94,15 @@ struct state {
     quad p, v, a, j;
 };
 
-/* t ticks into a phase that starts at tick t0 with p, v, a in plan units. */
-static struct state at(const struct judge *g, quad t0, quad t, quad p, quad v,
-                       quad a, quad rate)
+/* t seconds into a phase of constant jerk. */
+static struct state at(const struct state *from, quad t)
 {
-    quad n = (quad)g->plan->ticks, u = (t0 + t) / n;
-    p += 3 * v * t + 3 * a * t * t + rate * t * t * t;
-    v += 2 * a * t + rate * t * t;
-    a += rate * t;
-    p += u * u * u * (g->e3 + u * (g->e4 + u * g->e5));
-    v += u * u * (3 * g->e3 + u * (4 * g->e4 + u * 5 * g->e5)) / (3 * n);
-    a += u * (6 * g->e3 + u * (12 * g->e4 + u * 20 * g->e5)) / (6 * n * n);
-    rate += (g->e3 + u * (4 * g->e4 + u * 10 * g->e5)) / (n * n * n);
-    quad h = g->h;
-    return (struct state){ p * g->step, 3 * v * g->step / h,
-                           6 * a * g->step / (h * h),
-                           6 * rate * g->step / (h * h * h) };
+    return (struct state){
+        from->p + t * (from->v + t * (from->a / 2 + t * from->j / 6)),
+        from->v + t * (from->a + t * from->j / 2),
+        from->a + t * from->j,
+        from->j,
+    };
 }
 
 static const char *judge_state(const struct judge *g,
@@ -124,65 +122,51 @@ static const char *judge_state(const struct judge *g,
     return NULL;
 }
 
-/* Nine times evenly, and where the acceleration passes zero. */
+/* Both ends, and where the acceleration passes zero. */
 static const char *judge_phase(const struct judge *g,
                                const struct motion_otg_move *move, int i,
-                               quad t0, wide p, wide v, int64_t a)
+                               const struct state *from, quad dt)
 {
-    const struct motion_otg_phase *ph = &g->plan->phase[i];
-    quad n = (quad)ph->ticks, rate = (quad)(ph->acc - a) / n;
-    for (int k = 0; k <= 9; k++) {
-        quad t = k < 9 ? n * k / 8 : 0;
-        if (k == 9 && (a > 0) != (ph->acc > 0) && rate != 0)
-            t = -(quad)a / rate;
-        struct state s = at(g, t0, t, (quad)p, (quad)v, (quad)a, rate);
-        const char *wrong = judge_state(g, move, &s, i);
-        if (wrong)
-            return wrong;
+    struct state end = at(from, dt);
+    const char *wrong = judge_state(g, move, from, i);
+    if (wrong == NULL)
+        wrong = judge_state(g, move, &end, i);
+    if (wrong == NULL && (from->a > 0) != (end.a > 0) && from->j != 0) {
+        struct state turn = at(from, -from->a / from->j);
+        wrong = judge_state(g, move, &turn, i);
     }
-    return NULL;
+    return wrong;
 }
 
-/* The value of a start or goal in plan units, within one unit and 2^-50. */
-static bool is_image(quad plan, quad physical)
+static bool is_near(quad a, quad b, quad size)
 {
-    quad off = plan - physical, size = physical < 0 ? -physical : physical;
-    off = off < 0 ? -off : off;
-    return off <= 1 + size * power(-50);
+    quad off = a - b;
+    return (off < 0 ? -off : off) <= size;
 }
 
-static const char *judge_ends(const struct judge *g,
-                              const struct motion_otg_move *m, wide p, wide v,
-                              int64_t a)
+static const char *judge_end(const struct judge *g,
+                             const struct motion_otg_move *m,
+                             const struct state *end, const struct state *most)
 {
-    const struct motion_otg_plan *plan = g->plan;
-    const quad q32 = power(-32), q16 = power(-16);
-    quad vel = g->h / (3 * g->step), acc = g->h * g->h / (6 * g->step);
+    const quad q32 = power(-32), q16 = power(-16), part = power(-80);
     bool has_v = m->limit.acc_max_q16 != 0, has_a = m->limit.jerk_q16 != 0;
-    wide e3 = whole(plan->bend[0]), e4 = whole(plan->bend[1]);
-    wide e5 = whole(plan->bend[2]);
-    if (has_v &&
-        !is_image((quad)whole(plan->start_vel), m->start.vel_q32 * q32 * vel))
-        return "start velocity";
-    if (has_a && !is_image((quad)plan->start_acc, m->start.acc_q16 * q16 * acc))
-        return "start acceleration";
-    if (has_a && !is_image((quad)a, m->goal.acc_q16 * q16 * acc))
+    quad off = last_unit(g), t = (quad)g->plan->dur_ns_q12 * g->h;
+    if (has_a && !is_near(end->a, m->goal.acc_q16 * q16, g->unit))
         return "goal acceleration";
-    if (6 * e3 + 12 * e4 + 20 * e5 != 0)
-        return "goal acceleration of the quintic";
-    quad end = (quad)v;
-    if (plan->count)
-        end =
-            (quad)v + (quad)(3 * e3 + 4 * e4 + 5 * e5) / 3 / (quad)plan->ticks;
-    if (has_v && !is_image(end, m->goal.vel_q32 * q32 * vel))
+    if (has_v && !is_near(end->v, m->goal.vel_q32 * q32, off + most->v * part))
         return "goal velocity";
-    if (p + e3 + e4 + e5 != whole(plan->way))
-        return "way";
-    wide way = (wide)m->goal.pos_q32 - m->start.pos_q32;
     if (m->mode == MOTION_OTG_POSITION &&
-        whole(plan->way) != way * ((wide)1 << (plan->pos_shift - 32)))
+        !is_near(end->p, m->goal.pos_q32 * q32 - m->start.pos_q32 * q32,
+                 off * t + most->p * part))
         return "goal position";
     return NULL;
+}
+
+static void note(struct state *most, const struct state *s)
+{
+    most->p = larger(most->p, s->p < 0 ? -s->p : s->p);
+    most->v = larger(most->v, s->v < 0 ? -s->v : s->v);
+    most->a = larger(most->a, s->a < 0 ? -s->a : s->a);
 }
 
 const char *otg_oracle_judge(const struct motion_otg_move *move,
@@ -190,24 +174,38 @@ const char *otg_oracle_judge(const struct motion_otg_move *move,
 {
     struct judge g;
     judge_init(&g, move, plan);
-    wide p = 0, v = whole(plan->start_vel);
-    int64_t a = plan->start_acc, t = 0;
+    struct state s = { 0, plan->start_vel_q32 * power(-32),
+                       plan->start_acc * g.unit, 0 };
+    struct state most = { 0, 0, 0, 0 };
+    int64_t t = 0;
+    if (move->limit.acc_max_q16 && plan->start_vel_q32 != move->start.vel_q32)
+        return "start velocity";
+    if (move->limit.jerk_q16 &&
+        !is_near(s.a, move->start.acc_q16 * power(-16),
+                 plan->acc_bits < 16 ? g.unit : 0))
+        return "start acceleration";
+    note(&most, &s);
     for (int i = 0; i < plan->count; i++) {
-        wide n = plan->phase[i].ticks;
-        int64_t to = plan->phase[i].acc;
-        const char *wrong = judge_phase(&g, move, i, (quad)t, p, v, a);
+        quad dt = (quad)plan->phase[i].dur_ns_q12 * g.h;
+        if (plan->phase[i].dur_ns_q12 <= 0)
+            return "ticks";
+        s.j = (plan->phase[i].acc * g.unit - s.a) / dt;
+        const char *wrong = judge_phase(&g, move, i, &s, dt);
         if (wrong)
             return wrong;
-        if (n <= 0)
-            return "ticks";
-        p += 3 * v * n + (2 * (wide)a + to) * n * n;
-        v += ((wide)a + to) * n;
-        a = to;
-        t += (int64_t)n;
+        s = at(&s, dt);
+        s.a = plan->phase[i].acc * g.unit;
+        note(&most, &s);
+        most.p = larger(most.p, most.v * dt);
+        t += plan->phase[i].dur_ns_q12;
     }
-    if (t != plan->ticks || t << plan->tick_shift != plan->dur_ns_q12)
+    if (t != plan->dur_ns_q12)
         return "duration";
-    return judge_ends(&g, move, p, v, a);
+    if (plan->start_pos_q32 != move->start.pos_q32 ||
+        (move->mode == MOTION_OTG_POSITION &&
+         plan->goal_pos_q32 != move->goal.pos_q32))
+        return "positions";
+    return judge_end(&g, move, &s, &most);
 }
 
 const char *otg_oracle_judge_track(const struct motion_otg_move *move,
@@ -234,9 +232,9 @@ const char *otg_oracle_judge_track(const struct motion_otg_move *move,
     struct judge g;
     judge_init(&g, move, plan);
     motion_track_extreme(&track, MOTION_VEL, &v);
+    quad off = 1 + larger(g.vx, -g.vn) * power(32 - 57);
     if (move->mode == MOTION_OTG_POSITION &&
-        ((quad)(v.max - 1) > g.vx / power(-32) ||
-         (quad)(v.min + 1) < g.vn / power(-32)))
+        (v.max - off > g.vx * power(32) || v.min + off < g.vn * power(32)))
         return "track's velocity";
     return NULL;
 }
