@@ -55,15 +55,6 @@ static int otg_limits_are_valid(const struct motion_otg_move *move,
     return MOTION_OK;
 }
 
-static struct real ramp_of(int64_t acc_q16, int64_t jerk_q16)
-{
-    if (acc_q16 == 0 || jerk_q16 == 0)
-        return real_zero();
-    struct real a = real_scale(real_int(acc_q16), -16);
-    struct real j = real_scale(real_int(jerk_q16), -16);
-    return real_half(real_div(real_sqr(a), j));
-}
-
 static struct real q32(int64_t v)
 {
     return real_scale(real_int(v), -32);
@@ -79,13 +70,25 @@ static int64_t closing_jerk(const struct motion_otg_limit *lim)
     return lim->jerk_down_q16 ? lim->jerk_down_q16 : lim->jerk_q16;
 }
 
+/* The ramp down from `acc` fits below `limit`, or is too long by no more than
+ * 2^-40 of the velocities: numbers that come rounded from elsewhere may tie. */
+static bool otg_goal_fits(int64_t vel_q32, int64_t acc_q16, int64_t jerk_q16,
+                          int64_t limit_q32)
+{
+    uint64_t room = (uint64_t)limit_q32 - (uint64_t)vel_q32;
+    uint64_t tie = motion_fixed_abs(limit_q32) >> 40;
+    return jerk_q16 == 0 ||
+           motion_otg_ramp_fits(acc_q16, jerk_q16, room + tie);
+}
+
 /* The goal needs room to have been reached: with af < 0 the speed was higher
- * just before.  Ties are allowed, to 2^-40. */
+ * just before. */
 static int otg_goal_is_possible(const struct motion_otg_move *move,
                                 enum motion_otg_field *field)
 {
     const struct motion_otg_limit *lim = &move->limit;
     const struct motion_state *goal = &move->goal;
+    int64_t jerk = closing_jerk(lim);
     if (lim->jerk_q16 &&
         (goal->acc_q16 > lim->acc_max_q16 || goal->acc_q16 < lim->acc_min_q16))
         return refuse(field, MOTION_OTG_FIELD_GOAL_ACC, MOTION_E_LIMIT);
@@ -93,13 +96,10 @@ static int otg_goal_is_possible(const struct motion_otg_move *move,
         return MOTION_OK;
     if (goal->vel_q32 > lim->vel_max_q32 || goal->vel_q32 < lim->vel_min_q32)
         return refuse(field, MOTION_OTG_FIELD_GOAL_VEL, MOTION_E_LIMIT);
-    struct real ramp = ramp_of(goal->acc_q16, closing_jerk(lim));
-    ramp = real_sub(ramp, real_scale(ramp, -40));
-    struct real v = q32(goal->vel_q32);
-    if ((goal->acc_q16 < 0 &&
-         real_lt(q32(lim->vel_max_q32), real_add(v, ramp))) ||
-        (goal->acc_q16 > 0 &&
-         real_lt(real_sub(v, ramp), q32(lim->vel_min_q32))))
+    if ((goal->acc_q16 < 0 && !otg_goal_fits(goal->vel_q32, goal->acc_q16, jerk,
+                                             lim->vel_max_q32)) ||
+        (goal->acc_q16 > 0 && !otg_goal_fits(-goal->vel_q32, goal->acc_q16,
+                                             jerk, -lim->vel_min_q32)))
         return refuse(field, MOTION_OTG_FIELD_GOAL_ACC, MOTION_E_LIMIT);
     return MOTION_OK;
 }
@@ -110,35 +110,6 @@ int motion_otg_wanted_bits(int64_t dur_ns_q12)
 {
     int bits = 64 - (int)real_clz((uint64_t)dur_ns_q12) - 11;
     return bits > OTG_BITS ? OTG_BITS : bits < 8 ? 8 : bits;
-}
-
-/* Speed that an acceleration towards it leads to anyway; with what braking on
- * a grid of ticks cannot resolve: 2^-bits of the ramp, 2^-28 of the speed. */
-static struct real swing(struct real v, struct real ramp, int bits)
-{
-    struct real more =
-        real_add(real_scale(ramp, -bits), real_scale(real_abs(v), -28));
-    return real_add(real_add(v, ramp), more);
-}
-
-static void widen(struct otg_range *r, struct real v, struct real a,
-                  struct real ramp, int bits)
-{
-    struct real down = real_neg(swing(real_neg(v), ramp, bits));
-    r->vx = real_max(r->vx, a.m > 0 ? swing(v, ramp, bits) : v);
-    r->vn = real_min(r->vn, a.m < 0 ? down : v);
-}
-
-void motion_otg_allowed(const struct motion_otg_move *move, int64_t dur_ns_q12,
-                        struct otg_range *range)
-{
-    int bits = motion_otg_wanted_bits(dur_ns_q12) - 6;
-    const struct motion_otg_limit *lim = &move->limit;
-    *range = (struct otg_range){ q32(lim->vel_max_q32), q32(lim->vel_min_q32) };
-    widen(range, q32(move->start.vel_q32), q16(move->start.acc_q16),
-          ramp_of(move->start.acc_q16, lim->jerk_q16), bits);
-    widen(range, q32(move->goal.vel_q32), q16(-move->goal.acc_q16),
-          ramp_of(move->goal.acc_q16, closing_jerk(lim)), bits);
 }
 
 /* --- solve --------------------------------------------------------------- */
@@ -267,7 +238,7 @@ static void otg_solve_velocity(struct otg_problem q, struct otg_shape *shape)
 /* Seconds to whole 2^-12 ns, up. */
 static int64_t in_ns_q12(struct real t)
 {
-    return real_floor(real_mul(t, motion_otg_ticks_per_s(0)), 0) + 1;
+    return real_floor(real_mul(t, motion_otg_ticks_per_s()), 0) + 1;
 }
 
 static int otg_try(const struct motion_otg_move *move, struct otg_draw draw,
@@ -277,7 +248,7 @@ static int otg_try(const struct motion_otg_move *move, struct otg_draw draw,
     struct otg_shape shape;
     otg_shape_init(&shape);
     struct real next = real_zero();
-    struct real t = real_mul(real_int(move->dur_ns_q12), motion_otg_tick_s(0));
+    struct real t = real_mul(real_int(move->dur_ns_q12), motion_otg_tick_s());
     int err = MOTION_OK;
     motion_otg_problem_init(move, draw, &q);
     if (move->mode == MOTION_OTG_VELOCITY)
@@ -288,10 +259,7 @@ static int otg_try(const struct motion_otg_move *move, struct otg_draw draw,
         plan->dur_ns_q12 = in_ns_q12(next);
         return refuse(field, MOTION_OTG_FIELD_DURATION, err);
     }
-    err = motion_otg_quantise(move, &q, &shape, move->dur_ns_q12, plan);
-    if (err < 0)
-        return refuse(field, MOTION_OTG_FIELD_GOAL_POS, err);
-    return motion_otg_check(move, plan, field);
+    return motion_otg_settle(move, &shape, move->dur_ns_q12, plan, field);
 }
 
 /* Further in by steps of 2^2: velocity and acceleration, the jerk, all, and all

@@ -5,34 +5,52 @@
 #include "motion/otg.h"
 #include "motion/otg_math.h"
 #include "motion/otg_solve.h"
+#include "motion/otg_wide.h"
+#include "motion/real.h"
 
-/* What one unit of the public formats is in a plan's own units. */
-struct otg_units {
-    struct real vel;  /* q32 unit/s, in 3 steps / tick */
-    struct real acc;  /* q16 unit/s2, in 6 steps / tick^2 */
-    struct real jerk; /* q16 unit/s3, in 6 steps / tick^3 */
+/* --- exact integers (otg.h) ------------------------------------------------
+ *
+ * A second is 2^21 5^9 ticks of 2^-12 ns, so V' = V + (A + A') n counts in
+ * 2^-(22 + acc_bits) / 5^9 unit/s, and P in a third of V's unit times a tick. */
+
+#define OTG_FIVES     1953125               /* 5^9 */
+#define OTG_WAY_FIVES INT64_C(11444091796875) /* 3 5^18 */
+
+/* Ticks per second, seconds per tick, for the search. */
+struct real motion_otg_ticks_per_s(void);
+struct real motion_otg_tick_s(void);
+
+/* Values of the public formats in the plan's units; exact, but for an
+ * acceleration where acc_bits < 16 and a velocity where acc_bits < 10, which
+ * are rounded down. */
+int64_t motion_otg_acc_image(int64_t acc_q16, int acc_bits);
+struct wide motion_otg_vel_image(int64_t vel_q32, int acc_bits);
+struct wider motion_otg_way_image(struct wide way_q32, int acc_bits);
+
+/* The upper 62 bits of a. */
+struct motion_real motion_otg_wider_real(struct wider a);
+
+/* start + p as a public position, to nearest; MOTION_E_RANGE beyond. */
+int motion_otg_way_public(struct wider p, int acc_bits, int64_t start_q32,
+                          int64_t *pos_q32);
+
+/* One phase on, from zero position. */
+struct otg_run {
+    struct wider p;
+    struct wide v;
+    int64_t a;
 };
+struct otg_run motion_otg_run_start(const struct motion_otg_plan *plan);
+void motion_otg_run_phase(struct otg_run *run,
+                          const struct motion_otg_phase *phase);
 
-void motion_otg_units(const struct motion_otg_plan *plan,
-                      struct otg_units *units);
+/* a^2 / 2j <= room: does a ramp from |a| to zero fit?  Exactly.  j > 0. */
+bool motion_otg_ramp_fits(int64_t acc_q16, int64_t jerk_q16, uint64_t room_q32);
 
-/* Length of a tick in seconds; 1 / it. */
-struct real motion_otg_tick_s(int tick_shift);
-struct real motion_otg_ticks_per_s(int tick_shift);
-
-/* n * factor, cut towards zero: 128 bits of product, then shifted.  Rises with
- * n, and never makes it larger; beyond 2^126 it stays there. */
-struct wide motion_otg_scaled(int64_t n, struct real factor);
-
-static inline struct wide motion_otg_wide_in(struct motion_otg_wide a)
-{
-    return (struct wide){ a.hi, a.lo };
-}
-
-static inline struct motion_otg_wide motion_otg_wide_out(struct wide a)
-{
-    return (struct motion_otg_wide){ a.hi, a.lo };
-}
+/* Move accelerations at a few corners so that the plan ends at its goal; not
+ * those in `fixed`.  MOTION_E_LIMIT when no acceleration can. */
+int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed,
+                    struct motion_otg_plan *plan);
 
 /* Bring the start (a, then v) inside the limits; adds 0..2 phases to `shape`
  * and moves v0, a0 and d on. */
@@ -66,25 +84,17 @@ struct otg_problem motion_otg_reversed(const struct otg_problem *q);
 void motion_otg_shape_reverse(struct otg_shape *shape, int from,
                               struct real a0);
 
-/* From start to goal, in steps. */
-struct wide motion_otg_way(const struct motion_otg_plan *plan,
-                           const struct motion_otg_move *move);
+/* The jerk that limits phase i, of a move whose jerk is limited. */
+int64_t motion_otg_phase_jerk(const struct motion_otg_limit *lim,
+                              const struct motion_otg_plan *plan, int i);
 
-/* Highest and lowest speed: the limits, or beyond them what a move cannot do
- * without because of where it starts or ends. */
-struct otg_range {
-    struct real vx, vn;
-};
-void motion_otg_allowed(const struct motion_otg_move *move, int64_t dur_ns_q12,
-                        struct otg_range *range);
-
-/* Round `shape` to whole ticks and spread what is left at the end; `ticks` is
- * the total in 2^-12 ns that must result, 0 for any.  MOTION_E_RANGE when it
- * does not fit. */
-int motion_otg_quantise(const struct motion_otg_move *move,
-                        const struct otg_problem *problem,
-                        const struct otg_shape *shape, int64_t dur_ns_q12,
-                        struct motion_otg_plan *plan);
+/* Round `shape` to whole ticks and units, meet the goal, and check; the total
+ * is `dur_ns_q12`, or what comes for 0.  MOTION_E_RANGE when it does not fit the
+ * formats, MOTION_E_LIMIT with the field that is broken. */
+int motion_otg_settle(const struct motion_otg_move *move,
+                      const struct otg_shape *shape, int64_t dur_ns_q12,
+                      struct motion_otg_plan *plan,
+                      enum motion_otg_field *field);
 
 /* Make a plan of `move` a hair longer, by lengthening its longest phase; it has
  * then passed the check, or the error says that it could not. */

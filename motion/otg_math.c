@@ -77,33 +77,6 @@ int64_t real_floor(struct real a, int bits)
     return a.m >> (shift < -63 ? 63 : -shift);
 }
 
-struct wide wide_mul(struct wide a, int64_t n)
-{
-    struct motion_u128 p = motion_fixed_mul_u64(a.lo, (uint64_t)n);
-    return (struct wide){ p.hi + a.hi * (uint64_t)n, p.lo };
-}
-
-struct wide wide_shl(struct wide a, unsigned bits)
-{
-    if (bits >= 64)
-        return (struct wide){ bits < 128 ? a.lo << (bits - 64) : 0, 0 };
-    if (bits == 0)
-        return a;
-    return (struct wide){ a.hi << bits | a.lo >> (64 - bits), a.lo << bits };
-}
-
-struct wide wide_shr(struct wide a, unsigned bits)
-{
-    int64_t hi = (int64_t)a.hi;
-    if (bits >= 64)
-        return (struct wide){ (uint64_t)(hi >> 63),
-                              (uint64_t)(hi >> (bits < 127 ? bits - 64 : 63)) };
-    if (bits == 0)
-        return a;
-    return (struct wide){ (uint64_t)(hi >> bits),
-                          a.hi << (64 - bits) | a.lo >> bits };
-}
-
 struct real wide_real(struct wide a, int32_t e)
 {
     bool negative = wide_is_negative(a);

@@ -16,6 +16,7 @@
 #include <stdint.h>
 
 #include "motion/fixed.h"
+#include "motion/otg_wide.h"
 
 #define REAL_ZERO_E (-100000)
 
@@ -171,50 +172,6 @@ struct real real_cbrt_above(struct real a);
 /* floor(a * 2^bits) as int64; saturates at +-2^62. */
 int64_t real_floor(struct real a, int bits);
 
-/* Signed 128-bit integer, two's complement: positions in the exact plan. */
-struct wide {
-    uint64_t hi, lo;
-};
-
-static inline struct wide wide_from(int64_t a)
-{
-    return (struct wide){ a < 0 ? UINT64_MAX : 0, (uint64_t)a };
-}
-
-static inline struct wide wide_add(struct wide a, struct wide b)
-{
-    uint64_t lo = a.lo + b.lo;
-    return (struct wide){ a.hi + b.hi + (lo < a.lo), lo };
-}
-
-static inline struct wide wide_neg(struct wide a)
-{
-    uint64_t lo = 0 - a.lo;
-    return (struct wide){ ~a.hi + (lo == 0), lo };
-}
-
-static inline struct wide wide_sub(struct wide a, struct wide b)
-{
-    return (struct wide){ a.hi - b.hi - (a.lo < b.lo), a.lo - b.lo };
-}
-
-static inline bool wide_is_negative(struct wide a)
-{
-    return (int64_t)a.hi < 0;
-}
-
-static inline int wide_cmp(struct wide a, struct wide b)
-{
-    if (a.hi != b.hi)
-        return (int64_t)a.hi < (int64_t)b.hi ? -1 : 1;
-    return (a.lo > b.lo) - (a.lo < b.lo);
-}
-
-/* a * n modulo 2^128, n >= 0; exact when the product fits. */
-struct wide wide_mul(struct wide a, int64_t n);
-/* a * 2^bits, 0..127, modulo 2^128; floor(a / 2^bits). */
-struct wide wide_shl(struct wide a, unsigned bits);
-struct wide wide_shr(struct wide a, unsigned bits);
 /* The real nearest to a * 2^e, to 2^-60. */
 struct real wide_real(struct wide a, int32_t e);
 /* floor(a), for |a| < 2^126. */

@@ -1,150 +1,186 @@
-/* motion/otg_track.c - a plan as segments of a track.  See otg.h. */
+/* motion/otg_track.c - a plan as segments of a track.  See otg.h.
+ *
+ * Every phase is a cubic with rounded coefficients, and a segment's highest one
+ * makes up what its ends say otherwise.  So places are summed from the very
+ * coefficients, from the start up to the longest phase and back from the goal
+ * down to it: what all the roundings leave falls on the longest segment, where
+ * it changes the velocity least. */
 #include "motion/err.h"
 #include "motion/fixed.h"
 #include "motion/otg_internal.h"
+#include "motion/real.h"
 
-#define TRACK_COEF_BITS 57 /* of the largest coefficient given */
+#define TRACK_COEF_BITS 61 /* of the largest coefficient given */
 
-/* The quintic about time t: value and coefficients of (s/n)^1 .. 5. */
-struct bend {
-    struct real at, c[5];
+/* Coefficients of u, u^2, u^3 in 2^-(32 + frac) unit. */
+struct cubic {
+    int64_t coef[3];
+    int degree, frac;
 };
 
-/* E(u0 + r x): the binomial expansion, Horner's scheme per coefficient. */
-static struct bend bend_about(const struct motion_otg_plan *plan, int64_t t,
-                              int64_t n)
-{
-    static const int8_t pascal[3][5] = { { 3, 3, 1, 0, 0 },
-                                         { 4, 6, 4, 1, 0 },
-                                         { 5, 10, 10, 5, 1 } };
-    struct bend b = { .at = real_zero() };
-    struct real per_n = real_inv(real_int(plan->ticks));
-    struct real u = real_mul(real_int(t), per_n);
-    struct real r = real_mul(real_int(n), per_n), rk = r;
-    struct real e[3], power[6];
-    power[0] = real_int(1);
-    for (int i = 1; i < 6; i++)
-        power[i] = real_mul(power[i - 1], u);
-    for (int i = 0; i < 3; i++) {
-        e[i] = wide_real(motion_otg_wide_in(plan->bend[i]), 0);
-        b.at = real_add(b.at, real_mul(e[i], power[i + 3]));
-    }
-    for (int k = 0; k < 5; k++, rk = real_mul(rk, r)) {
-        b.c[k] = real_zero();
-        for (int i = k < 3 ? 0 : k - 2; i < 3; i++) {
-            struct real c = real_mul(e[i], power[i + 2 - k]);
-            c = real_mul(c, real_int(pascal[i][k]));
-            b.c[k] = real_add(b.c[k], c);
-        }
-        b.c[k] = real_mul(b.c[k], rk);
-    }
-    return b;
-}
-
-struct walk {
-    struct wide p, v; /* without the quintic */
-    int64_t a, t;
-};
-
-/* Coefficients in steps, of u^1 .. u^5; p, v, a moved to the phase's end. */
-static void phase_poly(const struct motion_otg_plan *plan, int i,
-                       struct walk *at, struct wide c[5])
-{
-    int64_t n = plan->phase[i].ticks, to = plan->phase[i].acc;
-    struct bend b = bend_about(plan, at->t, n);
-    c[0] = wide_mul(wide_mul(at->v, 3), n);
-    c[1] = wide_mul(wide_mul(wide_from(3 * at->a), n), n);
-    c[2] = wide_mul(wide_mul(wide_from(to - at->a), n), n);
-    c[3] = c[4] = wide_from(0);
-    at->p = wide_add(at->p, wide_add(c[0], wide_add(c[1], c[2])));
-    at->v = wide_add(at->v, wide_mul(wide_from(at->a + to), n));
-    at->a = to;
-    at->t += n;
-    for (int k = 0; k < 5; k++)
-        c[k] = wide_add(c[k], wide_floor(b.c[k]));
-}
-
-static int wide_bits(struct wide a)
-{
-    if (wide_is_negative(a))
-        a = wide_neg(a);
-    return a.hi ? 128 - (int)real_clz(a.hi) : 64 - (int)real_clz(a.lo);
-}
-
-/* Steps to 2^-(32 + frac), the finest that the largest allows; to nearest.
- * Returns frac. */
-static int poly_scale(const struct wide c[5], int pos_shift, int64_t coef[5])
-{
-    int bits = 0;
-    for (int k = 0; k < 5; k++)
-        bits = wide_bits(c[k]) > bits ? wide_bits(c[k]) : bits;
-    /* frac + 32 - pos_shift + bits <= TRACK_COEF_BITS */
-    int frac = TRACK_COEF_BITS - bits + pos_shift - 32;
-    if (frac < TRACK_COEF_BITS - 62)
-        return MOTION_E_RANGE;
-    frac = frac > 31 ? 31 : frac < 0 ? 0 : frac;
-    int shift = pos_shift - 32 - frac;
-    for (int k = 0; k < 5; k++) {
-        struct wide x = c[k];
-        if (shift > 0)
-            x = wide_shr(
-                wide_add(x, wide_shl(wide_from(1), (unsigned)shift - 1)),
-                (unsigned)shift);
-        else
-            x = wide_shl(x, (unsigned)-shift);
-        coef[k] = (int64_t)x.lo;
-    }
-    return frac;
-}
-
-/* start + p as 2^-32 units and the fraction below. */
-static int position(const struct motion_otg_plan *plan, struct wide p,
-                    int64_t *pos_q32, uint64_t *frac)
-{
-    unsigned shift = (unsigned)(plan->pos_shift - 32);
-    struct wide whole = wide_shr(p, shift);
-    struct wide rest = wide_sub(p, wide_shl(whole, shift));
-    *frac = shift <= 64 ? wide_shl(rest, 64 - shift).lo
-                        : wide_shr(rest, shift - 64).lo;
-    if (shift == 0)
-        *frac = 0;
-    if (whole.hi != 0 - (whole.lo >> 63))
-        return MOTION_E_RANGE;
-    return motion_fixed_add(plan->start_pos_q32, (int64_t)whole.lo, pos_q32);
-}
-
-static int append_phase(const struct motion_otg_plan *plan, int i,
-                        struct walk *at, struct motion_track *track)
-{
-    struct wide c[5], end = motion_otg_wide_in(plan->way);
-    int64_t coef[5], pos_q32;
+/* A position with 64 bits below the public ones. */
+struct place {
+    int64_t pos_q32;
     uint64_t frac;
-    int64_t dur = plan->phase[i].ticks << plan->tick_shift;
-    phase_poly(plan, i, at, c);
-    if (i + 1 < plan->count)
-        end = wide_add(at->p, wide_floor(bend_about(plan, at->t, 0).at));
-    int scale = poly_scale(c, plan->pos_shift, coef);
-    if (scale < 0)
-        return scale;
-    int err = position(plan, end, &pos_q32, &frac);
+};
+
+/* One unit of P in units of position. */
+static struct motion_real unit_of(int acc_bits)
+{
+    static const struct motion_real per_fives = { INT64_C(3544607988759775661),
+                                                  -105 };
+    return motion_real_scale(per_fives, -43 - acc_bits);
+}
+
+static struct motion_real vel_real(struct wide v)
+{
+    struct wide m = wide_abs(v);
+    struct motion_real r =
+        motion_real_from_u128((struct motion_u128){ m.hi, m.lo }, 0);
+    return wide_is_negative(v) ? motion_real_neg(r) : r;
+}
+
+static struct motion_real largest(struct motion_real a, struct motion_real b)
+{
+    return motion_real_max(motion_real_abs(a), motion_real_abs(b));
+}
+
+/* The phase from v, a: 3 V n, 3 A n^2, (A' - A) n^2 as fixed point, the finest
+ * that the largest allows. */
+static int cubic_of(struct wide v, int64_t a,
+                    const struct motion_otg_phase *phase, int acc_bits,
+                    struct cubic *cubic)
+{
+    struct motion_real n = motion_real_int(phase->dur_ns_q12), c[3];
+    struct motion_real unit = motion_real_mul(unit_of(acc_bits), n);
+    c[0] = motion_real_mul(vel_real(v), unit);
+    c[0] = motion_real_add(motion_real_twice(c[0]), c[0]);
+    unit = motion_real_mul(unit, n);
+    c[1] = motion_real_mul(motion_real_int(a), unit);
+    c[1] = motion_real_add(motion_real_twice(c[1]), c[1]);
+    c[2] = motion_real_mul(motion_real_int(phase->acc - a), unit);
+    struct motion_real most = largest(largest(c[0], c[1]), c[2]);
+    int frac = TRACK_COEF_BITS - 62 - most.e - 32;
+    if (most.m == 0 || frac > 31)
+        frac = 31;
+    if (frac < 0)
+        return MOTION_E_RANGE;
+    cubic->frac = frac;
+    cubic->degree = 1;
+    for (int i = 0; i < 3; i++) {
+        if (motion_real_round(c[i], 32 + frac, &cubic->coef[i]) < 0)
+            return MOTION_E_RANGE;
+        if (c[i].m != 0)
+            cubic->degree = i + 1;
+    }
+    return MOTION_OK;
+}
+
+/* How far the cubic leads, 2^-(32 + frac), as Q32.64 added to (taken from)
+ * `place`. */
+static int place_move(struct place *place, const struct cubic *cubic, bool back)
+{
+    struct wide way = wide_from(cubic->coef[0]);
+    way = wide_add(way, wide_from(cubic->coef[1]));
+    way = wide_add(way, wide_from(cubic->coef[2]));
+    if (back)
+        way = wide_neg(way);
+    way = wide_shl(way, (unsigned)(64 - cubic->frac));
+    uint64_t frac = place->frac + way.lo;
+    int64_t carry = frac < way.lo;
+    place->frac = frac;
+    int err = motion_fixed_add(place->pos_q32, (int64_t)way.hi,
+                               &place->pos_q32);
+    return err < 0 ? err : motion_fixed_add(place->pos_q32, carry,
+                                            &place->pos_q32);
+}
+
+struct append {
+    const struct motion_otg_plan *plan;
+    struct motion_track *track;
+    struct wide vel;  /* at the present phase */
+    struct wide miss; /* of the velocity at the end */
+    int longest;
+    struct place end[MOTION_OTG_PHASES]; /* of phases, from the longest on */
+};
+
+static int64_t acc_before(const struct motion_otg_plan *plan, int i)
+{
+    return i > 0 ? plan->phase[i - 1].acc : plan->start_acc;
+}
+
+static struct wide vel_gain(const struct motion_otg_plan *plan, int i)
+{
+    const struct motion_otg_phase *phase = &plan->phase[i];
+    return wide_mul_i64(acc_before(plan, i) + phase->acc, phase->dur_ns_q12);
+}
+
+/* Velocities to the end, and places back from there. */
+static int append_init(struct append *a)
+{
+    const struct motion_otg_plan *plan = a->plan;
+    struct place place = { plan->goal_pos_q32, 0 };
+    struct wide start = motion_otg_vel_image(plan->start_vel_q32,
+                                             plan->acc_bits);
+    struct wide goal = motion_otg_vel_image(plan->goal_vel_q32, plan->acc_bits);
+    struct wide vel = start;
+    a->longest = 0;
+    for (int i = 0; i < plan->count; i++) {
+        vel = wide_add(vel, vel_gain(plan, i));
+        if (plan->phase[i].dur_ns_q12 >
+            plan->phase[a->longest].dur_ns_q12)
+            a->longest = i;
+    }
+    a->vel = start;
+    a->miss = wide_sub(goal, vel);
+    vel = goal;
+    for (int i = plan->count - 1; i >= a->longest; i--) {
+        struct cubic cubic;
+        a->end[i] = place;
+        vel = wide_sub(vel, vel_gain(plan, i));
+        int err = cubic_of(vel, acc_before(plan, i), &plan->phase[i],
+                           plan->acc_bits, &cubic);
+        if (err == MOTION_OK && i > a->longest)
+            err = place_move(&place, &cubic, true);
+        if (err < 0)
+            return err;
+    }
+    return MOTION_OK;
+}
+
+static int append_phase(struct append *a, int i)
+{
+    const struct motion_otg_plan *plan = a->plan;
+    const struct motion_otg_phase *phase = &plan->phase[i];
+    struct place end = { a->track->end.pos_q32, a->track->end_frac };
+    struct cubic cubic;
+    int err = cubic_of(a->vel, acc_before(plan, i), phase, plan->acc_bits,
+                       &cubic);
+    if (err == MOTION_OK && i < a->longest)
+        err = place_move(&end, &cubic, false);
     if (err < 0)
         return err;
-    return motion_track_append_poly(track, dur, 5, coef, (unsigned)scale,
-                                    pos_q32, frac);
+    if (i >= a->longest)
+        end = a->end[i];
+    a->vel = wide_add(a->vel, vel_gain(plan, i));
+    if (i == a->longest)
+        a->vel = wide_add(a->vel, a->miss);
+    return motion_track_append_poly(a->track, phase->dur_ns_q12, cubic.degree,
+                                    cubic.coef, (unsigned)cubic.frac,
+                                    end.pos_q32, end.frac);
 }
 
 int motion_otg_append(const struct motion_otg_plan *plan,
                       struct motion_track *track)
 {
     struct motion_track before = *track;
-    struct walk at = { .v = motion_otg_wide_in(plan->start_vel),
-                       .a = plan->start_acc };
-    for (int i = 0; i < plan->count; i++) {
-        int err = append_phase(plan, i, &at, track);
-        if (err < 0) {
-            *track = before;
-            return err;
-        }
-    }
-    return MOTION_OK;
+    struct append a;
+    a.plan = plan;
+    a.track = track;
+    int err = append_init(&a);
+    for (int i = 0; i < plan->count && err == MOTION_OK; i++)
+        err = append_phase(&a, i);
+    if (err < 0)
+        *track = before;
+    return err;
 }

@@ -181,22 +181,14 @@ static void line_problem(const struct line *line, struct otg_draw draw,
 
 /* The leader's shape times r, as the axis's plan in `dur` (0: what comes). */
 static int line_axis(const struct line *line, int i,
-                     const struct otg_problem *lead,
                      const struct otg_shape *shape, int64_t dur,
                      struct motion_otg_plan *plan, enum motion_otg_field *field)
 {
     struct otg_shape own = *shape;
-    struct otg_problem q = *lead;
     struct real r = line->ratio[i];
-    q.d = real_mul(q.d, r);
-    q.v0 = real_mul(q.v0, r);
-    q.a0 = real_mul(q.a0, r);
     for (int k = 0; k < own.count; k++)
         own.phase[k].a = real_mul(own.phase[k].a, r);
-    int err = motion_otg_quantise(&line->move[i], &q, &own, dur, plan);
-    if (err < 0)
-        return err;
-    return motion_otg_check(&line->move[i], plan, field);
+    return motion_otg_settle(&line->move[i], &own, dur, plan, field);
 }
 
 static int line_try(const struct line *line, struct otg_draw draw,
@@ -206,7 +198,7 @@ static int line_try(const struct line *line, struct otg_draw draw,
     struct otg_problem q;
     struct otg_shape shape;
     struct real next = real_zero();
-    struct real t = real_mul(real_int(shortest), motion_otg_tick_s(0));
+    struct real t = real_mul(real_int(shortest), motion_otg_tick_s());
     otg_shape_init(&shape);
     line_problem(line, draw, &q);
     int err = motion_otg_propose(q, t, &shape, &next);
@@ -215,11 +207,11 @@ static int line_try(const struct line *line, struct otg_draw draw,
     t = real_zero();
     for (int i = 0; i < shape.count; i++)
         t = real_add(t, shape.phase[i].dt);
-    t = real_mul(t, motion_otg_ticks_per_s(0));
+    t = real_mul(t, motion_otg_ticks_per_s());
     int64_t dur = shortest ? shortest : round_up(real_floor(t, 0) + 64);
     for (int i = 0; i < line->count && err == MOTION_OK; i++) {
         fault->axis = i;
-        err = line_axis(line, i, &q, &shape, dur, &plan[i], &fault->field);
+        err = line_axis(line, i, &shape, dur, &plan[i], &fault->field);
     }
     return err;
 }

@@ -353,13 +353,10 @@ static struct motion_otg_plan golden_plan[OTG_POINTS * OTG_WAYS];
 static void golden_add_plan(const struct motion_otg_plan *plan)
 {
     golden_add(plan->dur_ns_q12);
-    golden_add((int64_t)plan->way.hi);
-    golden_add((int64_t)plan->way.lo);
-    golden_add((int64_t)plan->start_vel.lo);
-    for (int i = 0; i < 3; i++)
-        golden_add((int64_t)plan->bend[i].lo);
+    golden_add(plan->goal_pos_q32);
+    golden_add(plan->acc_bits);
     for (int i = 0; i < plan->count; i++) {
-        golden_add(plan->phase[i].ticks);
+        golden_add(plan->phase[i].dur_ns_q12);
         golden_add(plan->phase[i].acc);
     }
 }
