@@ -14,10 +14,15 @@
 #define UNIT_BITS 36 /* of 2^-68 in 2^-32 unit */
 #define NS_PER_S  INT64_C(1000000000)
 
-/* A unit of the format or, where that is coarser, of the coefficients. */
-static unsigned coarse_bits(const struct motion_segment *s)
+/* A unit of the format or, where that is coarser, of the coefficients of any
+ * segment: the next one starts where it ended. */
+static unsigned coarse_bits(const struct motion_track *track)
 {
-    return s->frac > 0 ? UNIT_BITS : UNIT_BITS + (unsigned)-s->frac;
+    int frac = 0;
+    for (uint32_t i = 0; i < track->count; i++)
+        if (track->segment[i].frac < frac)
+            frac = track->segment[i].frac;
+    return UNIT_BITS + (unsigned)-frac;
 }
 
 static void segment_poly(const struct motion_segment *s, struct big_poly *f)
@@ -81,16 +86,16 @@ static bool is_joined(const struct big *end, const struct motion_segment *s)
 
 /* |track - plan| <= two units and what the plan leaves at its end, all along the segment; the plan's unit is 2^-32 /
  * unit[POS], so both times that and 2^36. */
-static bool is_on_plan(const struct oracle *g, const struct motion_segment *s)
+static bool is_on_plan(const struct oracle *g, const struct motion_track *made)
 {
     struct big_poly plan, track, f;
     struct big start, room, rest;
     oracle_poly(g, ORACLE_POS, &plan);
-    segment_poly(s, &track);
+    segment_poly(&made->segment[g->i], &track);
     big_set(&start, g->plan->start_pos_q32);
     big_shl(&start, &start, UNIT_BITS);
     big_sub(&track.c[0], &track.c[0], &start);
-    big_shl(&room, &g->unit[ORACLE_POS], 1 + coarse_bits(s));
+    big_shl(&room, &g->unit[ORACLE_POS], 1 + coarse_bits(made));
     big_shl(&rest, &g->rest_pos, UNIT_BITS);
     rest.sign = rest.sign != 0;
     big_add(&room, &room, &rest);
@@ -164,7 +169,7 @@ static const char *judge_segment(const struct oracle *g,
         return "track's end";
     if (!last && !is_joined(&end, s))
         return "track's gap";
-    if (!is_on_plan(g, s))
+    if (!is_on_plan(g, track))
         return "track's way";
     if (g->move->mode == MOTION_OTG_POSITION && !is_in_limits(g, s))
         return "track's velocity";

@@ -244,7 +244,7 @@ static void lower_limits_are_obeyed_from_then_on(void **state)
                   move.start.vel_q32 < l->vel_min_q32;
     }
     printf("braked %d times\n", braked);
-    assert_true(braked > 50);
+    assert_true(braked > 30);
 }
 
 /* --- stop ----------------------------------------------------------------- */
