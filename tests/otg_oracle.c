@@ -232,7 +232,7 @@ const char *otg_oracle_judge_track(const struct motion_otg_move *move,
     struct judge g;
     judge_init(&g, move, plan);
     motion_track_extreme(&track, MOTION_VEL, &v);
-    quad off = 1 + larger(g.vx, -g.vn) * power(32 - 57);
+    quad off = 1 + larger(g.vx, -g.vn) * power(32 - 54);
     if (move->mode == MOTION_OTG_POSITION &&
         (v.max - off > g.vx * power(32) || v.min + off < g.vn * power(32)))
         return "track's velocity";
