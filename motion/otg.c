@@ -143,15 +143,23 @@ void motion_otg_allowed(const struct motion_otg_move *move, int64_t dur_ns_q12,
 
 /* --- solve --------------------------------------------------------------- */
 
-/* A time the move cannot do without, within a factor of about four. */
-static struct real least_time(const struct otg_problem *q)
+static const struct num tick_s = { 576460752, -71 }; /* 1 / 4096e9 s */
+static const struct num ticks_per_s = { 1000000000, 12 };
+
+struct num motion_otg_seconds(int64_t dur_ns_q12)
 {
-    struct real dv = real_abs(real_sub(q->vf, q->v0));
-    struct real a = real_min(q->ax, real_neg(q->an));
-    struct real t = real_div(real_abs(q->d), real_max(q->vx, real_neg(q->vn)));
+    return num_mul(num_int(dur_ns_q12), tick_s);
+}
+
+/* A time the move cannot do without, within a factor of about four. */
+static struct num least_time(const struct otg_problem *q)
+{
+    struct num dv = num_abs(num_sub(q->vf, q->v0));
+    struct num a = num_min(q->ax, num_neg(q->an));
+    struct num t = num_div(num_abs(q->d), num_max(q->vx, num_neg(q->vn)));
     if (a.m > 0) {
-        t = real_max(t, real_div(dv, a));
-        t = real_max(t, real_sqrt(real_div(real_abs(q->d), a)));
+        t = num_max(t, num_div(dv, a));
+        t = num_max(t, num_sqrt(num_div(num_abs(q->d), a)));
     }
     return t;
 }
@@ -163,111 +171,161 @@ static void limit_the_rest(const struct motion_otg_move *move,
 {
     if (move->limit.jerk_q16)
         return;
-    struct real per_t = least_time(q);
+    struct num per_t = least_time(q);
     if (per_t.m == 0)
-        per_t = real_int(1);
-    per_t = real_scale(real_inv(per_t), 22);
+        per_t = num_one();
+    per_t = num_scale(num_inv(per_t), 22);
     if (!move->limit.acc_max_q16) {
-        q->ax = real_mul(real_max(q->vx, real_neg(q->vn)), per_t);
-        q->an = real_neg(q->ax);
+        q->ax = num_mul(num_max(q->vx, num_neg(q->vn)), per_t);
+        q->an = num_neg(q->ax);
     }
-    q->j = q->j2 = real_mul(real_max(q->ax, real_neg(q->an)), per_t);
+    q->j = q->j2 = num_mul(num_max(q->ax, num_neg(q->an)), per_t);
 }
 
-static struct real drawn_in(struct real a, int bits)
+/* value / 2^scale, less 2^-bits of it. */
+static struct num drawn_in(int64_t value, int scale, int bits)
 {
-    return real_sub(a, real_scale(a, -bits));
+    struct num a = num_make(value, -scale);
+    return num_sub(a, num_scale(a, -bits));
+}
+
+/* a - b in Q32; the difference of two int64 needs 65 bits. */
+static struct num between_q32(int64_t a, int64_t b)
+{
+    int64_t way;
+    if (!__builtin_sub_overflow(a, b, &way))
+        return num_make(way, -32);
+    return num_make((a >> 1) - (b >> 1), -31);
 }
 
 void motion_otg_problem_init(const struct motion_otg_move *move,
                              struct otg_draw draw, struct otg_problem *q)
 {
     const struct motion_otg_limit *lim = &move->limit;
-    struct wide way =
-        wide_sub(wide_from(move->goal.pos_q32), wide_from(move->start.pos_q32));
     *q = (struct otg_problem){
-        .d = wide_real(way, -32),
-        .v0 = q32(move->start.vel_q32),
-        .a0 = q16(move->start.acc_q16),
-        .vf = q32(move->goal.vel_q32),
-        .af = q16(move->goal.acc_q16),
-        .vx = drawn_in(q32(lim->vel_max_q32), draw.vel),
-        .vn = drawn_in(q32(lim->vel_min_q32), draw.vel),
-        .ax = drawn_in(q16(lim->acc_max_q16), draw.acc),
-        .an = drawn_in(q16(lim->acc_min_q16), draw.acc),
-        .j = drawn_in(q16(lim->jerk_q16), draw.jerk),
-        .j2 = drawn_in(q16(closing_jerk(lim)), draw.jerk),
+        .d = between_q32(move->goal.pos_q32, move->start.pos_q32),
+        .dv = between_q32(move->goal.vel_q32, move->start.vel_q32),
+        .v0 = num_make(move->start.vel_q32, -32),
+        .a0 = num_make(move->start.acc_q16, -16),
+        .vf = num_make(move->goal.vel_q32, -32),
+        .af = num_make(move->goal.acc_q16, -16),
+        .vx = drawn_in(lim->vel_max_q32, 32, draw.vel),
+        .vn = drawn_in(lim->vel_min_q32, 32, draw.vel),
+        .ax = drawn_in(lim->acc_max_q16, 16, draw.acc),
+        .an = drawn_in(lim->acc_min_q16, 16, draw.acc),
+        .j = drawn_in(lim->jerk_q16, 16, draw.jerk),
     };
+    q->j2 = q->j;
+    if (lim->jerk_down_q16)
+        q->j2 = drawn_in(lim->jerk_down_q16, 16, draw.jerk);
     limit_the_rest(move, q);
-    q->per_j = real_inv(q->j);
-    q->per_j2 = real_cmp(q->j, q->j2) ? real_inv(q->j2) : q->per_j;
+    q->per_j = q->per_j2 = num_inv(q->j);
+    if (lim->jerk_down_q16)
+        q->per_j2 = num_inv(q->j2);
 }
 
-static void append_reversed(struct otg_shape *end, struct real af,
-                            struct otg_shape *shape)
+void motion_otg_reverse(struct otg_problem *q)
 {
-    motion_otg_shape_reverse(end, 0, af);
-    for (int i = 0; i < end->count; i++)
-        otg_shape_add(shape, end->phase[i].dt, end->phase[i].a);
-}
-
-static struct real time_of(const struct otg_shape *shape)
-{
-    struct real t = real_zero();
-    for (int i = 0; i < shape->count; i++)
-        t = real_add(t, shape->phase[i].dt);
-    return t;
+    struct otg_problem f = *q;
+    q->v0 = f.vf;
+    q->a0 = num_neg(f.af);
+    q->vf = f.v0;
+    q->dv = num_neg(f.dv);
+    q->af = num_neg(f.a0);
+    q->ax = num_neg(f.an);
+    q->an = num_neg(f.ax);
+    q->j = f.j2;
+    q->j2 = f.j;
+    q->per_j = f.per_j2;
+    q->per_j2 = f.per_j;
 }
 
 /* Backwards in time the goal is a start. */
-int motion_otg_propose(struct otg_problem q, struct real t,
-                       struct otg_shape *shape, struct real *next)
+struct end {
+    struct otg_shape shape; /* backwards, from the goal */
+    struct num af;
+};
+
+static void end_brake(struct otg_problem *q, struct end *end,
+                      void (*brake)(struct otg_problem *, struct otg_shape *))
 {
-    struct otg_shape end;
-    otg_shape_init(&end);
-    int err = MOTION_OK;
+    otg_shape_init(&end->shape);
+    end->af = q->af;
+    motion_otg_reverse(q);
+    brake(q, &end->shape);
+    motion_otg_reverse(q);
+}
+
+static void end_append(const struct end *end, struct otg_shape *shape)
+{
+    for (int i = end->shape.count - 1; i >= 0; i--)
+        otg_shape_add(shape, end->shape.phase[i].dt,
+                      i ? num_neg(end->shape.phase[i - 1].a) : end->af);
+}
+
+static struct num time_of(const struct otg_shape *shape)
+{
+    struct num t = num_zero();
+    for (int i = 0; i < shape->count; i++)
+        t = num_add(t, shape->phase[i].dt);
+    return t;
+}
+
+static int propose_middle(const struct otg_problem *q, struct num t,
+                          struct num ends, struct otg_shape *shape,
+                          struct num *next)
+{
+    if (t.m == 0) {
+        motion_otg_solve(q, shape);
+        return MOTION_OK;
+    }
+    int err = motion_otg_solve_duration(q, num_sub(t, ends), shape, next);
+    *next = num_add(*next, ends);
+    return err;
+}
+
+int motion_otg_propose(struct otg_problem q, struct num t,
+                       struct otg_shape *shape, struct num *next)
+{
+    struct end end;
+    struct num jerk = q.j;
+    bool is_one = q.j.m == q.j2.m && q.j.e == q.j2.e;
+    if (is_one)
+        motion_otg_in_jerk(&q, jerk);
     motion_otg_brake(&q, shape);
     shape->brake = shape->count;
     shape->turn = -1;
-    struct otg_problem back = motion_otg_reversed(&q);
-    struct real af = back.a0;
-    motion_otg_brake(&back, &end);
-    q = motion_otg_reversed(&back);
-    if (t.m == 0) {
-        motion_otg_solve(&q, shape);
-    } else {
-        struct real ends = real_add(time_of(shape), time_of(&end));
-        err = motion_otg_solve_duration(&q, real_sub(t, ends), shape, next);
-        *next = real_add(*next, ends);
-    }
+    end_brake(&q, &end, motion_otg_brake);
+    struct num ends = num_add(time_of(shape), time_of(&end.shape));
+    int err = propose_middle(&q, t, ends, shape, next);
     if (shape->turn < 0)
         shape->turn = shape->count;
-    append_reversed(&end, af, shape);
+    end_append(&end, shape);
+    if (is_one)
+        motion_otg_shape_scale(shape, 0, jerk);
     return err;
 }
 
 /* One jerk throughout: that of slowing down where the speed falls. */
 static void otg_solve_velocity(struct otg_problem q, struct otg_shape *shape)
 {
-    struct otg_shape end;
-    bool slows = real_lt(real_abs(q.vf), real_abs(q.v0));
-    otg_shape_init(&end);
+    struct end end;
+    bool slows = num_lt(num_abs(q.vf), num_abs(q.v0));
     q.j = q.j2 = slows ? q.j2 : q.j;
     q.per_j = q.per_j2 = slows ? q.per_j2 : q.per_j;
     motion_otg_brake_acc(&q, shape);
-    struct otg_problem back = motion_otg_reversed(&q);
-    struct real af = back.a0;
-    motion_otg_brake_acc(&back, &end);
-    q = motion_otg_reversed(&back);
+    end_brake(&q, &end, motion_otg_brake_acc);
     motion_otg_solve_velocity(&q, shape);
-    append_reversed(&end, af, shape);
+    end_append(&end, shape);
     shape->brake = shape->turn = slows ? 0 : shape->count;
 }
 
-/* Seconds to whole 2^-12 ns, up. */
-static int64_t in_ns_q12(struct real t)
+/* Seconds to whole 2^-12 ns, up by more than the search is off. */
+static int64_t in_ns_q12(struct num t)
 {
-    return real_floor(real_mul(t, motion_otg_ticks_per_s(0)), 0) + 1;
+    struct num up = num_add(t, num_scale(t, -26));
+    return motion_real_floor_clamped(num_real(num_mul(up, ticks_per_s)), 0) +
+           1;
 }
 
 static int otg_try(const struct motion_otg_move *move, struct otg_draw draw,
@@ -276,8 +334,8 @@ static int otg_try(const struct motion_otg_move *move, struct otg_draw draw,
     struct otg_problem q;
     struct otg_shape shape;
     otg_shape_init(&shape);
-    struct real next = real_zero();
-    struct real t = real_mul(real_int(move->dur_ns_q12), motion_otg_tick_s(0));
+    struct num next = num_zero();
+    struct num t = motion_otg_seconds(move->dur_ns_q12);
     int err = MOTION_OK;
     motion_otg_problem_init(move, draw, &q);
     if (move->mode == MOTION_OTG_VELOCITY)

@@ -60,11 +60,6 @@ struct wide motion_otg_scaled(int64_t n, struct real factor)
     return negative ? wide_neg(product) : product;
 }
 
-static int exponent(struct real a)
-{
-    return a.m ? a.e + 62 : -2000; /* |a| < 2^exponent */
-}
-
 static int larger(int a, int b)
 {
     return a > b ? a : b;
@@ -75,24 +70,29 @@ struct extent {
     int t, v, a;
 };
 
+static int exponent_num(struct num a)
+{
+    return a.m ? a.e + 30 : -2000;
+}
+
 static struct extent shape_extent(const struct otg_problem *q,
                                   const struct otg_shape *shape)
 {
-    struct real t = real_zero(), v = q->v0, a = q->a0;
-    struct real v_most = real_abs(v), a_most = real_abs(a);
+    struct num t = num_zero(), v = q->v0, a = q->a0;
+    struct num v_most = num_abs(v), a_most = num_abs(a);
     for (int i = 0; i < shape->count; i++) {
         const struct otg_phase *ph = &shape->phase[i];
-        struct real half = real_half(ph->dt);
+        struct num half = num_half(ph->dt);
         /* within a phase v is at most |a| dt / 2 beyond its ends */
-        struct real swell =
-            real_mul(real_max(real_abs(a), real_abs(ph->a)), half);
-        v = real_add(v, real_mul(real_add(a, ph->a), half));
+        struct num swell = num_mul(num_max(num_abs(a), num_abs(ph->a)), half);
+        v = num_add(v, num_mul(num_add(a, ph->a), half));
         a = ph->a;
-        t = real_add(t, ph->dt);
-        v_most = real_max(v_most, real_add(real_abs(v), swell));
-        a_most = real_max(a_most, real_abs(a));
+        t = num_add(t, ph->dt);
+        v_most = num_max(v_most, num_add(num_abs(v), swell));
+        a_most = num_max(a_most, num_abs(a));
     }
-    return (struct extent){ exponent(t), exponent(v_most), exponent(a_most) };
+    return (struct extent){ exponent_num(t), exponent_num(v_most),
+                            exponent_num(a_most) };
 }
 
 /* Choose the step so that positions fill their bits, and the tick so that
@@ -104,7 +104,7 @@ static int exact_scale(const struct otg_problem *q,
                        struct motion_otg_plan *plan)
 {
     struct extent most = shape_extent(q, shape);
-    int way = larger(most.v + most.t, exponent(q->d)) + 2;
+    int way = larger(most.v + most.t, exponent_num(q->d)) + 2;
     int pos = EXACT_POS_BITS - way;
     plan->tick_shift = 0;
     plan->pos_shift = 64;
@@ -126,44 +126,77 @@ static int exact_scale(const struct otg_problem *q,
     return pos < 32 ? MOTION_E_RANGE : MOTION_OK;
 }
 
-/* Ticks of a phase: to nearest; but where the acceleration moves and a part of
- * a tick counts, up, so that the jerk comes out below what was asked for. */
-static int64_t phase_ticks(struct real ticks, int64_t step)
+static struct real long_real(struct num a)
 {
-    if (step != 0 && ticks.e < 26 - 62)
-        return real_floor(ticks, 0) + 1;
-    return (real_floor(ticks, 1) + 1) >> 1;
+    struct motion_real r = num_real(a);
+    return (struct real){ r.m, r.e };
 }
 
-static int64_t acc_in_units(struct real a, struct real unit)
+static int64_t acc_in_units(struct num a, struct real unit)
 {
-    return real_floor(real_mul(real_scale(a, 16), unit), 0);
+    return real_floor(real_mul(real_scale(long_real(a), 16), unit), 0);
 }
 
-/* A phase that lasts no time and moves the acceleration by rounding alone is
- * left out. */
+static struct num short_num(struct real a)
+{
+    return num_make(a.m, a.e);
+}
+
+static void exact_rates(const struct otg_problem *q,
+                        const struct otg_shape *shape,
+                        const struct otg_units *units, struct otg_rates *rates)
+{
+    struct num unit = num_scale(short_num(units->jerk), 16);
+    rates->j = num_mul(q->j, unit);
+    rates->j2 = num_mul(q->j2, unit);
+    rates->per_j = num_inv(rates->j);
+    rates->per_j2 = num_inv(rates->j2);
+    rates->brake = shape->brake;
+    rates->turn = shape->turn;
+}
+
+/* Phases one by one as the shape has them.  Times to nearest; where the
+ * acceleration moves, as long as its jerk wants at least, and with knobs no
+ * longer.  A phase that lasts no time and moves the acceleration by rounding
+ * alone stays where it is. */
 static void exact_phases(const struct otg_shape *shape,
-                         const struct otg_units *units, int64_t goal_acc,
+                         const struct otg_units *units,
+                         const struct otg_rates *rates, int64_t goal_acc,
                          struct motion_otg_plan *plan)
 {
     struct real per_s = motion_otg_ticks_per_s(plan->tick_shift);
+    bool is_full = shape->knobs.hump[0] >= 0;
     int64_t acc = plan->start_acc;
-    plan->count = 0;
+    plan->count = shape->count;
     plan->ticks = 0;
-    plan->brake = plan->turn = 0;
     for (int i = 0; i < shape->count; i++) {
         const struct otg_phase *ph = &shape->phase[i];
         bool last = i + 1 == shape->count;
         int64_t to = last ? goal_acc : acc_in_units(ph->a, units->acc);
-        struct real ticks = real_mul(ph->dt, per_s);
+        struct real ticks = real_mul(long_real(ph->dt), per_s);
         if (!last && ticks.e < -62 - 10)
-            continue;
-        int64_t n = phase_ticks(ticks, to - acc);
-        if (n == 0)
-            continue;
-        plan->phase[plan->count++] = (struct motion_otg_phase){ n, to };
+            to = acc;
+        int64_t n = motion_otg_ramp_ticks(rates, i, to - acc);
+        if (to == acc || !is_full) {
+            int64_t near = (real_floor(ticks, 1) + 1) >> 1;
+            n = near > n ? near : n;
+        }
+        plan->phase[i] = (struct motion_otg_phase){ n, to };
         plan->ticks += n;
         acc = to;
+    }
+}
+
+/* Leave out phases of no ticks. */
+static void exact_compact(const struct otg_shape *shape,
+                          struct motion_otg_plan *plan)
+{
+    int count = plan->count;
+    plan->count = plan->brake = plan->turn = 0;
+    for (int i = 0; i < count; i++) {
+        if (plan->phase[i].ticks == 0)
+            continue;
+        plan->phase[plan->count++] = plan->phase[i];
         if (i < shape->brake)
             plan->brake = plan->count;
         if (i < shape->turn)
@@ -247,6 +280,25 @@ static void exact_close(const struct motion_otg_move *move,
     exact_bend(plan, wide_sub(way, p), slope);
 }
 
+static void exact_polish(const struct motion_otg_move *move,
+                         const struct otg_units *units,
+                         const struct otg_shape *shape,
+                         const struct otg_rates *rates, int64_t dur_ns_q12,
+                         struct motion_otg_plan *plan)
+{
+    struct wide vel = motion_otg_wide_in(plan->start_vel);
+    struct otg_miss miss;
+    struct wide p = exact_run(plan, &vel);
+    miss.vel = wide_sub(motion_otg_scaled(move->goal.vel_q32, units->vel), vel);
+    miss.way = wide_sub(motion_otg_way(plan, move), p);
+    miss.is_timed = dur_ns_q12 != 0;
+    miss.ticks = (dur_ns_q12 >> plan->tick_shift) - plan->ticks;
+    motion_otg_polish(plan, &shape->knobs, rates, &miss);
+    plan->ticks = 0;
+    for (int i = 0; i < plan->count; i++)
+        plan->ticks += plan->phase[i].ticks;
+}
+
 int motion_otg_quantise(const struct motion_otg_move *move,
                         const struct otg_problem *problem,
                         const struct otg_shape *shape, int64_t dur_ns_q12,
@@ -264,7 +316,11 @@ int motion_otg_quantise(const struct motion_otg_move *move,
     plan->start_acc = acc;
     plan->start_vel = motion_otg_wide_out(vel);
     plan->start_pos_q32 = move->start.pos_q32;
-    exact_phases(shape, &units, goal_acc, plan);
+    struct otg_rates rates;
+    exact_rates(problem, shape, &units, &rates);
+    exact_phases(shape, &units, &rates, goal_acc, plan);
+    exact_polish(move, &units, shape, &rates, dur_ns_q12, plan);
+    exact_compact(shape, plan);
     err = exact_total(plan, dur_ns_q12);
     if (err == MOTION_OK)
         exact_close(move, &units, plan);

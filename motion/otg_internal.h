@@ -3,6 +3,7 @@
 #define MOTION_OTG_INTERNAL_H
 
 #include "motion/otg.h"
+#include "motion/otg_border.h"
 #include "motion/otg_math.h"
 #include "motion/otg_solve.h"
 
@@ -55,16 +56,37 @@ int motion_otg_wanted_bits(int64_t dur_ns_q12);
 void motion_otg_problem_init(const struct motion_otg_move *move,
                              struct otg_draw draw, struct otg_problem *q);
 
+/* Count lengths such that `jerk` is 1. */
+void motion_otg_in_jerk(struct otg_problem *q, struct num jerk);
+/* And back: the accelerations of phases [from, count) times jerk. */
+void motion_otg_shape_scale(struct otg_shape *shape, int from,
+                            struct num jerk);
+
+/* Between otg_solve.c and otg_timed.c, for problems in unit jerk. */
+bool motion_otg_is_reached(const struct otg_problem *q, struct num t,
+                           struct num miss);
+struct otg_lens {
+    bool exists;
+    struct num valley; /* x is -valley at its late end */
+};
+struct otg_lens motion_otg_lens_of(const struct otg_problem *q);
+/* A border of the lens; returns x at its start. */
+struct num motion_otg_lens_border(const struct otg_problem *q, int sign,
+                                  struct otg_border *b);
+/* Duration of the fastest motion outside the lens (`sign` 0), or of where the
+ * displacement is last passed on the border with that sign. */
+struct num motion_otg_next_time(const struct otg_problem *q, int sign);
+
+/* A duration in seconds. */
+struct num motion_otg_seconds(int64_t dur_ns_q12);
+
 /* Position goal: brake both ends inside, solve the middle; t zero for the
  * fastest, else exactly t seconds or MOTION_E_LIMIT and *next. */
-int motion_otg_propose(struct otg_problem q, struct real t,
-                       struct otg_shape *shape, struct real *next);
+int motion_otg_propose(struct otg_problem q, struct num t,
+                       struct otg_shape *shape, struct num *next);
 
-/* Turn a problem, and phases [from, count) of its answer that start at a0,
- * backwards in time. */
-struct otg_problem motion_otg_reversed(const struct otg_problem *q);
-void motion_otg_shape_reverse(struct otg_shape *shape, int from,
-                              struct real a0);
+/* Backwards in time. */
+void motion_otg_reverse(struct otg_problem *q);
 
 /* From start to goal, in steps. */
 struct wide motion_otg_way(const struct motion_otg_plan *plan,
@@ -77,6 +99,29 @@ struct otg_range {
 };
 void motion_otg_allowed(const struct motion_otg_move *move, int64_t dur_ns_q12,
                         struct otg_range *range);
+
+/* The jerks of a plan in its own units, as the shape has them. */
+struct otg_rates {
+    struct num j, j2, per_j, per_j2;
+    int brake, turn;
+};
+
+/* Ticks for the acceleration to move by `step` in phase i, up. */
+int64_t motion_otg_ramp_ticks(const struct otg_rates *rates, int i,
+                              int64_t step);
+
+/* What a plan misses: wanted - run.  `ticks` counts where is_timed. */
+struct otg_miss {
+    struct wide way, vel;
+    int64_t ticks;
+    bool is_timed;
+};
+
+/* Move the plan, its phases still those of the shape, by one Newton step. */
+void motion_otg_polish(struct motion_otg_plan *plan,
+                       const struct otg_knobs *knobs,
+                       const struct otg_rates *rates,
+                       const struct otg_miss *miss);
 
 /* Round `shape` to whole ticks and spread what is left at the end; `ticks` is
  * the total in 2^-12 ns that must result, 0 for any.  MOTION_E_RANGE when it

@@ -86,26 +86,25 @@ static int sync_time(const struct motion_otg_move move[], int count,
 struct line {
     const struct motion_otg_move *move;
     int count, leader;
-    struct real ratio[MOTION_SYNC_AXES];
+    struct motion_real ratio[MOTION_SYNC_AXES];
 };
 
-static struct real way_of(const struct motion_otg_move *move)
+static struct motion_real way_of(const struct motion_otg_move *move)
 {
-    struct wide way =
-        wide_sub(wide_from(move->goal.pos_q32), wide_from(move->start.pos_q32));
-    return wide_real(way, 0);
+    return motion_real_sub(motion_real_int(move->goal.pos_q32),
+                           motion_real_int(move->start.pos_q32));
 }
 
 static bool line_init(struct line *line, const struct motion_otg_move move[],
                       int count)
 {
-    struct real longest = real_zero();
+    struct motion_real longest = motion_real_zero();
     *line = (struct line){ .move = move, .count = count };
     for (int i = 0; i < count; i++) {
-        struct real way = way_of(&move[i]);
+        struct motion_real way = way_of(&move[i]);
         if (move[i].mode != MOTION_OTG_POSITION)
             return false;
-        if (real_lt(real_abs(longest), real_abs(way))) {
+        if (motion_real_lt(motion_real_abs(longest), motion_real_abs(way))) {
             longest = way;
             line->leader = i;
         }
@@ -113,16 +112,16 @@ static bool line_init(struct line *line, const struct motion_otg_move move[],
     if (longest.m == 0)
         return false;
     for (int i = 0; i < count; i++)
-        line->ratio[i] = real_div(way_of(&move[i]), longest);
+        line->ratio[i] = motion_real_div_quick(way_of(&move[i]), longest);
     return true;
 }
 
 /* a = ratio * lead, as far as one unit of the format can tell. */
-static bool is_parallel(int64_t a, int64_t lead, struct real ratio)
+static bool is_parallel(int64_t a, int64_t lead, struct motion_real ratio)
 {
-    struct real off = real_sub(real_int(a), real_mul(real_int(lead), ratio));
-    struct real size = real_scale(real_abs(real_int(a)), -30);
-    return !real_lt(real_max(real_int(1), size), real_abs(off));
+    struct motion_real off = motion_real_sub(motion_real_int(a), motion_real_mul(motion_real_int(lead), ratio));
+    struct motion_real size = motion_real_scale(motion_real_abs(motion_real_int(a)), -30);
+    return !motion_real_lt(motion_real_max(motion_real_int(1), size), motion_real_abs(off));
 }
 
 /* Whether all states lie on the line. */
@@ -131,7 +130,7 @@ static bool line_holds(const struct line *line, struct motion_sync_fault *fault)
     const struct motion_otg_move *lead = &line->move[line->leader];
     for (int i = 0; i < line->count; i++) {
         const struct motion_otg_move *m = &line->move[i];
-        struct real r = line->ratio[i];
+        struct motion_real r = line->ratio[i];
         fault->axis = i;
         fault->field = MOTION_OTG_FIELD_START_VEL;
         if (!is_parallel(m->start.vel_q32, lead->start.vel_q32, r))
@@ -149,14 +148,13 @@ static bool line_holds(const struct line *line, struct motion_sync_fault *fault)
     return true;
 }
 
-/* Tighten [*low, *high] to what `limit` of an axis with ratio r leaves. */
-static void narrow(struct real r, struct real low, struct real high,
-                   struct real *lead_low, struct real *lead_high)
+/* Tighten [*low, *high] to what `limit` of an axis leaves, r_i = 1 / per_r. */
+static void narrow(struct num per_r, struct num low, struct num high,
+                   struct num *lead_low, struct num *lead_high)
 {
-    struct real per_r = real_inv(r);
-    struct real a = real_mul(low, per_r), b = real_mul(high, per_r);
-    *lead_low = real_max(*lead_low, real_min(a, b));
-    *lead_high = real_min(*lead_high, real_max(a, b));
+    struct num a = num_mul(low, per_r), b = num_mul(high, per_r);
+    *lead_low = num_max(*lead_low, num_min(a, b));
+    *lead_high = num_min(*lead_high, num_max(a, b));
 }
 
 static void line_problem(const struct line *line, struct otg_draw draw,
@@ -165,18 +163,18 @@ static void line_problem(const struct line *line, struct otg_draw draw,
     motion_otg_problem_init(&line->move[line->leader], draw, q);
     for (int i = 0; i < line->count; i++) {
         struct otg_problem axis;
-        struct real r = line->ratio[i];
-        if (r.m == 0 || i == line->leader)
+        if (line->ratio[i].m == 0 || i == line->leader)
             continue;
+        struct num per_r = num_inv(num_from_real(line->ratio[i]));
         motion_otg_problem_init(&line->move[i], draw, &axis);
-        narrow(r, axis.vn, axis.vx, &q->vn, &q->vx);
-        narrow(r, axis.an, axis.ax, &q->an, &q->ax);
-        struct real per_r = real_abs(real_inv(r));
-        q->j = real_min(q->j, real_mul(axis.j, per_r));
-        q->j2 = real_min(q->j2, real_mul(axis.j2, per_r));
+        narrow(per_r, axis.vn, axis.vx, &q->vn, &q->vx);
+        narrow(per_r, axis.an, axis.ax, &q->an, &q->ax);
+        per_r = num_abs(per_r);
+        q->j = num_min(q->j, num_mul(axis.j, per_r));
+        q->j2 = num_min(q->j2, num_mul(axis.j2, per_r));
     }
-    q->per_j = real_inv(q->j);
-    q->per_j2 = real_inv(q->j2);
+    q->per_j = num_inv(q->j);
+    q->per_j2 = num_inv(q->j2);
 }
 
 /* The leader's shape times r, as the axis's plan in `dur` (0: what comes). */
@@ -187,36 +185,41 @@ static int line_axis(const struct line *line, int i,
 {
     struct otg_shape own = *shape;
     struct otg_problem q = *lead;
-    struct real r = line->ratio[i];
-    q.d = real_mul(q.d, r);
-    q.v0 = real_mul(q.v0, r);
-    q.a0 = real_mul(q.a0, r);
-    for (int k = 0; k < own.count; k++)
-        own.phase[k].a = real_mul(own.phase[k].a, r);
+    struct num r = num_from_real(line->ratio[i]);
+    q.d = num_mul(q.d, r);
+    q.v0 = num_mul(q.v0, r);
+    q.a0 = num_mul(q.a0, r);
+    q.j = num_mul(q.j, num_abs(r));
+    q.j2 = num_mul(q.j2, num_abs(r));
+    motion_otg_shape_scale(&own, 0, r);
+    for (int k = 0; k < 2 && r.m < 0; k++)
+        own.knobs.is_peak[k] = !own.knobs.is_peak[k];
     int err = motion_otg_quantise(&line->move[i], &q, &own, dur, plan);
     if (err < 0)
         return err;
     return motion_otg_check(&line->move[i], plan, field);
 }
 
+/* The leader comes first: without a duration asked for it gives one. */
 static int line_try(const struct line *line, struct otg_draw draw,
                     int64_t shortest, struct motion_otg_plan plan[],
                     struct motion_sync_fault *fault)
 {
     struct otg_problem q;
     struct otg_shape shape;
-    struct real next = real_zero();
-    struct real t = real_mul(real_int(shortest), motion_otg_tick_s(0));
+    int64_t dur = shortest;
+    struct num next = num_zero();
     otg_shape_init(&shape);
     line_problem(line, draw, &q);
-    int err = motion_otg_propose(q, t, &shape, &next);
+    int err = motion_otg_propose(q, motion_otg_seconds(dur), &shape, &next);
     if (err < 0)
         return err;
-    t = real_zero();
-    for (int i = 0; i < shape.count; i++)
-        t = real_add(t, shape.phase[i].dt);
-    t = real_mul(t, motion_otg_ticks_per_s(0));
-    int64_t dur = shortest ? shortest : round_up(real_floor(t, 0) + 64);
+    if (dur == 0) {
+        fault->axis = line->leader;
+        err = line_axis(line, line->leader, &q, &shape, 0, &plan[line->leader],
+                        &fault->field);
+        dur = round_up(plan[line->leader].dur_ns_q12 + 64);
+    }
     for (int i = 0; i < line->count && err == MOTION_OK; i++) {
         fault->axis = i;
         err = line_axis(line, i, &q, &shape, dur, &plan[i], &fault->field);
