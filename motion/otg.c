@@ -146,6 +146,11 @@ void motion_otg_allowed(const struct motion_otg_move *move, int64_t dur_ns_q12,
 static const struct num tick_s = { 576460752, -71 }; /* 1 / 4096e9 s */
 static const struct num ticks_per_s = { 1000000000, 12 };
 
+struct num motion_otg_per_second(int tick_shift)
+{
+    return num_scale(ticks_per_s, -tick_shift);
+}
+
 struct num motion_otg_seconds(int64_t dur_ns_q12)
 {
     return num_mul(num_int(dur_ns_q12), tick_s);
@@ -292,11 +297,18 @@ int motion_otg_propose(struct otg_problem q, struct num t,
     bool is_one = q.j.m == q.j2.m && q.j.e == q.j2.e;
     if (is_one)
         motion_otg_in_jerk(&q, jerk);
-    motion_otg_brake(&q, shape);
+    struct num ends = num_zero();
+    otg_shape_init(&end.shape);
+    if (!motion_otg_is_start_inside(&q)) {
+        motion_otg_brake(&q, shape);
+        ends = time_of(shape);
+    }
     shape->brake = shape->count;
     shape->turn = -1;
-    end_brake(&q, &end, motion_otg_brake);
-    struct num ends = num_add(time_of(shape), time_of(&end.shape));
+    if (!motion_otg_is_goal_inside(&q)) {
+        end_brake(&q, &end, motion_otg_brake);
+        ends = num_add(ends, time_of(&end.shape));
+    }
     int err = propose_middle(&q, t, ends, shape, next);
     if (shape->turn < 0)
         shape->turn = shape->count;

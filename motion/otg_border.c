@@ -170,6 +170,15 @@ static bool is_small(struct num a, struct num b, int bits)
     return a.m == 0 || (b.m != 0 && a.e < b.e - bits);
 }
 
+/* The lens's borders are concave over the duration, which changes by
+ * 2 (1 + bend) with x: no higher than the tangent, at most 2 wide for x. */
+static bool is_hopeless(const struct otg_point *p, struct num lo, struct num hi)
+{
+    struct num far = p->slope.m > 0 ? num_sub(hi, p->x) : num_sub(p->x, lo);
+    struct num room = num_mul(num_abs(p->slope), far);
+    return num_lt(room, num_mul(p->rest, num_add(num_one(), p->bend)));
+}
+
 /* Newton in a bracket, the bracket halved at least every other step. */
 void motion_otg_border_root(struct otg_border *b, enum otg_goal goal,
                             struct num want, struct num lo, struct num hi,
@@ -183,6 +192,8 @@ void motion_otg_border_root(struct otg_border *b, enum otg_goal goal,
     for (i = 1; i < ROOT_MOST; i++) {
         motion_otg_border_at(b, goal, x, p);
         p->rest = num_sub(want, p->got);
+        if (goal == OTG_GOAL_LENS && p->rest.m > 0 && is_hopeless(p, lo, hi))
+            break;
         if (is_right_of(goal, p->rest, p->slope)) {
             hi = x;
             is_bounded = true;
@@ -191,13 +202,14 @@ void motion_otg_border_root(struct otg_border *b, enum otg_goal goal,
         } else {
             lo = x;
         }
-        if (is_bounded && is_small(num_sub(hi, lo), x, 26))
+        struct num all = num_add(x, p->z);
+        if (is_bounded && is_small(num_sub(hi, lo), all, 26))
             break;
         struct num step = num_zero(), to = lo;
         if (p->slope.m > 0) {
             step = num_div(p->rest, p->slope);
             to = num_add(x, step);
-            if (is_small(step, x, ROOT_BITS)) {
+            if (is_small(step, x, ROOT_BITS) || is_small(step, all, 24)) {
                 p->x = to;
                 p->z = num_add(p->z, num_mul(p->bend, step));
                 p->rest = num_zero();
@@ -242,8 +254,24 @@ static void shape_hump(struct otg_shape *shape, int which, bool is_peak)
     shape->knobs.is_peak[which] = is_peak;
 }
 
+/* Half time x of a side longer: its own way gets (vc + base) + 2 a x more; and
+ * from there to the goal, or all of the goal's side, runs at another speed. */
+static void shape_knob(const struct otg_end *end, bool is_goal, struct num a,
+                       struct num vc, struct num left, struct otg_knobs *k)
+{
+    bool minus = end->sign < 0;
+    struct num rise = num_twice(a);
+    struct num way = num_add(side_sign(vc, minus), end->side->base);
+    way = num_add(way, num_mul(rise, end->half));
+    struct num later = num_mul(rise, left);
+    way = is_goal ? num_sub(way, later) : num_add(way, later);
+    k->d[is_goal] = side_sign(way, minus);
+    k->v[is_goal] = side_sign(rise, minus != is_goal);
+}
+
 void motion_otg_shape_ends(const struct otg_end end[2], bool is_unit,
-                           const struct num *cruise, struct otg_shape *shape)
+                           struct num vc, const struct num *cruise,
+                           struct otg_shape *shape)
 {
     const struct otg_end *s = &end[0], *g = &end[1];
     bool up = s->sign > 0, down = g->sign > 0;
@@ -266,6 +294,12 @@ void motion_otg_shape_ends(const struct otg_end end[2], bool is_unit,
     }
     otg_shape_add(shape, hold_g, a2);
     shape_hump(shape, 1, !down);
+    struct num left = num_sub(num_twice(g->half), g->side->lead_t);
+    shape_knob(g, true, ag, vc, left, &shape->knobs);
+    if (cruise != NULL)
+        left = num_add(left, *cruise);
+    shape_knob(s, false, as, vc, left, &shape->knobs);
+    shape->knobs.speed = vc;
     otg_shape_add(shape, end_time(g, is_unit, num_sub(ag, g->side->a)),
                   side_sign(g->side->a, down));
 }
@@ -279,5 +313,6 @@ void motion_otg_border_shape(const struct otg_border *b,
         end[i] = (struct otg_end){ &b->side[i], b->sign,
                                    b->first == i ? p->x : p->z };
     bool is_split = !b->is_unit || cruise.m > 0;
-    motion_otg_shape_ends(end, b->is_unit, is_split ? &cruise : NULL, shape);
+    motion_otg_shape_ends(end, b->is_unit, side_sign(p->vc, b->sign < 0),
+                          is_split ? &cruise : NULL, shape);
 }

@@ -135,25 +135,43 @@ void motion_otg_brake_acc(struct otg_problem *q, struct otg_shape *shape)
     }
 }
 
-static bool is_inside(const struct otg_problem *q)
+/* Whether the end is inside and can stay there. */
+static bool is_inside(const struct otg_problem *q, struct num v, struct num a,
+                      struct num ax, struct num an)
 {
-    if (num_lt(q->ax, q->a0) || num_lt(q->a0, q->an) || num_lt(q->vx, q->v0) ||
-        num_lt(q->v0, q->vn))
-        return false;
-    if (q->a0.m == 0)
-        return true;
-    struct num ramp = num_half(num_sqr(q->a0));
-    if (!q->is_unit)
-        ramp = num_mul(ramp, num_max(q->per_j, q->per_j2));
-    if (q->a0.m > 0)
-        return !num_lt(q->vx, num_add(q->v0, ramp));
-    return !num_lt(num_sub(q->v0, ramp), q->vn);
+    struct num limit = q->vx;
+    if (a.m) {
+        if (a.m > 0 ? num_lt(ax, a) : num_lt(a, an))
+            return false;
+        struct num ramp = num_half(num_sqr(a));
+        if (!q->is_unit)
+            ramp = num_mul(ramp, num_max(q->per_j, q->per_j2));
+        if ((v.m < 0) == (a.m < 0) || v.m == 0)
+            v = num_add(v, a.m < 0 ? num_neg(ramp) : ramp);
+        else if (num_lt(q->vx, num_add(v, ramp)) ||
+                 num_lt(num_sub(v, ramp), q->vn))
+            return false;
+    }
+    if (v.m < 0) {
+        v = num_neg(v);
+        limit = num_neg(q->vn);
+    }
+    return !num_lt(limit, v);
+}
+
+bool motion_otg_is_start_inside(const struct otg_problem *q)
+{
+    return is_inside(q, q->v0, q->a0, q->ax, q->an);
+}
+
+bool motion_otg_is_goal_inside(const struct otg_problem *q)
+{
+    return is_inside(q, q->vf, num_neg(q->af), num_neg(q->an),
+                     num_neg(q->ax));
 }
 
 void motion_otg_brake(struct otg_problem *q, struct otg_shape *shape)
 {
-    if (is_inside(q))
-        return;
     struct brake down = brake_view(q, false), up = brake_view(q, true);
     if (num_lt(down.ax, down.a))
         brake_acceleration(q, shape, false);

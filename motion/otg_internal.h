@@ -38,6 +38,10 @@ static inline struct motion_otg_wide motion_otg_wide_out(struct wide a)
 /* Bring the start (a, then v) inside the limits; adds 0..2 phases to `shape`
  * and moves v0, a0 and d on. */
 void motion_otg_brake(struct otg_problem *q, struct otg_shape *shape);
+/* Whether it (or the goal, backwards in time) is inside, with room to let go
+ * of its acceleration; true means that there is nothing to brake. */
+bool motion_otg_is_start_inside(const struct otg_problem *q);
+bool motion_otg_is_goal_inside(const struct otg_problem *q);
 /* The same for an acceleration alone. */
 void motion_otg_brake_acc(struct otg_problem *q, struct otg_shape *shape);
 
@@ -77,6 +81,8 @@ struct num motion_otg_lens_border(const struct otg_problem *q, int sign,
  * displacement is last passed on the border with that sign. */
 struct num motion_otg_next_time(const struct otg_problem *q, int sign);
 
+/* Ticks per second. */
+struct num motion_otg_per_second(int tick_shift);
 /* A duration in seconds. */
 struct num motion_otg_seconds(int64_t dur_ns_q12);
 

@@ -98,7 +98,7 @@ static void answer_main(const struct otg_problem *q, struct answer *at)
     struct num want, lo;
     int sign = q->d.m < 0 ? -1 : 1;
     struct num rest = border_start(q, sign, at, &want, &lo);
-    if ((rest.m < 0 || at->p.slope.m < 0) && is_at_start(q, at, rest))
+    if ((rest.m <= 0 || at->p.slope.m < 0) && is_at_start(q, at, rest))
         return;
     if (rest.m < 0)
         (void)border_start(q, -sign, at, &want, &lo);
@@ -227,6 +227,7 @@ void motion_otg_shape_scale(struct otg_shape *shape, int from,
 {
     for (int i = from; i < shape->count; i++)
         shape->phase[i].a = num_mul(shape->phase[i].a, jerk);
+    shape->knobs.per_unit = num_div(shape->knobs.per_unit, jerk);
 }
 
 void motion_otg_solve(const struct otg_problem *q, struct otg_shape *shape)
@@ -279,6 +280,7 @@ void motion_otg_solve_velocity(const struct otg_problem *q,
     otg_shape_add(shape, hold, a);
     shape->knobs.hump[0] = (int8_t)(shape->count - 1);
     shape->knobs.is_peak[0] = up;
+    shape->knobs.v[0] = num_twice(a);
     otg_shape_add(shape, num_mul(num_abs(num_sub(q->af, a)), q->per_j), q->af);
 }
 

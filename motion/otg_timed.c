@@ -86,7 +86,7 @@ static void cruise_finish(struct cruise *c, struct num step)
     }
 }
 
-static bool cruise_search(struct cruise *c)
+static bool cruise_search(struct cruise *c, struct num *speed)
 {
     const struct otg_problem *q = c->q;
     struct num vc = num_div(q->d, c->t);
@@ -98,6 +98,7 @@ static bool cruise_search(struct cruise *c)
         struct num step = num_div(c->rest, c->slope);
         if (step.m == 0 || step.e < c->size.e - CRUISE_BITS) {
             cruise_finish(c, step);
+            *speed = num_add(vc, step);
             return c->left.m > 0;
         }
         vc = num_add(vc, step);
@@ -110,15 +111,16 @@ static bool solve_cruise(const struct otg_problem *q, struct num t,
 {
     struct cruise c = { .q = q, .t = t };
     struct otg_end end[2];
+    struct num vc;
     motion_otg_side_init(q, false, 1, &c.ramp[0].up);
     motion_otg_side_init(q, true, 1, &c.ramp[1].up);
-    if (t.m <= 0 || !cruise_search(&c))
+    if (t.m <= 0 || !cruise_search(&c, &vc))
         return false;
     for (int i = 0; i < 2; i++)
         end[i] = (struct otg_end){ ramp_side(&c.ramp[i]),
                                    c.ramp[i].is_down ? -1 : 1,
                                    c.ramp[i].hump.z };
-    motion_otg_shape_ends(end, true, &c.left, shape);
+    motion_otg_shape_ends(end, true, vc, &c.left, shape);
     return true;
 }
 
