@@ -280,6 +280,22 @@ static void exact_close(const struct motion_otg_move *move,
     exact_bend(plan, wide_sub(way, p), slope);
 }
 
+/* The upper 64 bits suffice. */
+struct num motion_otg_wide_num(struct wide a, int32_t e)
+{
+    bool minus = wide_is_negative(a);
+    if (minus)
+        a = wide_neg(a);
+    if (a.hi) {
+        unsigned lead = motion_real_clz(a.hi);
+        a = wide_shl(a, lead);
+        a.lo = a.hi;
+        e += 64 - (int32_t)lead;
+    }
+    struct num n = num_make((int64_t)(a.lo >> 1), e + 1);
+    return minus ? num_neg(n) : n;
+}
+
 static void exact_polish(const struct motion_otg_move *move,
                          const struct otg_units *units,
                          const struct otg_shape *shape,
@@ -289,8 +305,13 @@ static void exact_polish(const struct motion_otg_move *move,
     struct wide vel = motion_otg_wide_in(plan->start_vel);
     struct otg_miss miss;
     struct wide p = exact_run(plan, &vel);
-    miss.vel = wide_sub(motion_otg_scaled(move->goal.vel_q32, units->vel), vel);
-    miss.way = wide_sub(motion_otg_way(plan, move), p);
+    vel = wide_sub(motion_otg_scaled(move->goal.vel_q32, units->vel), vel);
+    p = wide_sub(motion_otg_way(plan, move), p);
+    /* 3 steps / tick, steps */
+    miss.vel = num_mul(motion_otg_wide_num(vel, -plan->pos_shift),
+                       motion_otg_per_second(plan->tick_shift));
+    miss.vel = num_add(miss.vel, num_twice(miss.vel));
+    miss.way = motion_otg_wide_num(p, -plan->pos_shift);
     miss.is_timed = dur_ns_q12 != 0;
     miss.ticks = (dur_ns_q12 >> plan->tick_shift) - plan->ticks;
     motion_otg_polish(plan, &shape->knobs, rates, &miss);

@@ -83,6 +83,8 @@ struct num motion_otg_next_time(const struct otg_problem *q, int sign);
 
 /* Ticks per second. */
 struct num motion_otg_per_second(int tick_shift);
+/* a * 2^e, to 2^-28. */
+struct num motion_otg_wide_num(struct wide a, int32_t e);
 /* A duration in seconds. */
 struct num motion_otg_seconds(int64_t dur_ns_q12);
 
@@ -106,19 +108,20 @@ struct otg_range {
 void motion_otg_allowed(const struct motion_otg_move *move, int64_t dur_ns_q12,
                         struct otg_range *range);
 
-/* The jerks of a plan in its own units, as the shape has them. */
+/* Jerks in a plan's own units of acceleration per tick, and where they hold. */
 struct otg_rates {
     struct num j, j2, per_j, per_j2;
     int brake, turn;
 };
 
-/* Ticks for the acceleration to move by `step` in phase i, up. */
+/* Ticks for the acceleration to move by `step` units in phase i, up. */
 int64_t motion_otg_ramp_ticks(const struct otg_rates *rates, int i,
                               int64_t step);
 
-/* What a plan misses: wanted - run.  `ticks` counts where is_timed. */
+/* What a plan misses, wanted - run, in unit/s, unit, and with a wanted duration
+ * in ticks. */
 struct otg_miss {
-    struct wide way, vel;
+    struct num vel, way;
     int64_t ticks;
     bool is_timed;
 };

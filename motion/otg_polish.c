@@ -20,23 +20,6 @@ struct polish {
     struct num v, d, t;   /* what is missing, in the knobs' unit */
 };
 
-/* The upper 64 bits suffice. */
-static struct num from_wide(struct wide a)
-{
-    bool minus = wide_is_negative(a);
-    int32_t e = 0;
-    if (minus)
-        a = wide_neg(a);
-    if (a.hi) {
-        unsigned lead = motion_real_clz(a.hi);
-        a = wide_shl(a, lead);
-        a.lo = a.hi;
-        e = 64 - (int32_t)lead;
-    }
-    struct num n = num_make((int64_t)(a.lo >> 1), e + 1);
-    return minus ? num_neg(n) : n;
-}
-
 static bool is_late(const struct otg_rates *rates, int i)
 {
     if (i >= rates->turn)
@@ -167,12 +150,9 @@ void motion_otg_polish(struct motion_otg_plan *plan,
     struct polish p = { .plan = plan, .knobs = knobs, .rates = rates };
     if (knobs->hump[0] < 0 || plan->count == 0)
         return;
-    /* steps in the knobs' unit; speed counts three steps per tick */
     p.per_s = motion_otg_per_second(plan->tick_shift);
-    struct num step = num_scale(knobs->per_unit, -plan->pos_shift);
-    p.v = num_mul(num_mul(from_wide(miss->vel), step), p.per_s);
-    p.v = num_add(p.v, num_twice(p.v));
-    p.d = num_mul(from_wide(miss->way), step);
+    p.v = num_mul(miss->vel, knobs->per_unit);
+    p.d = num_mul(miss->way, knobs->per_unit);
     if (knobs->hump[1] < 0) {
         polish_speed(&p);
     } else if (knobs->cruise >= 0 && !miss->is_timed) {
