@@ -340,20 +340,27 @@ static int64_t in_ns_q12(struct num t)
            1;
 }
 
+/* The shape of the motion, for a position or a velocity. */
+static int otg_shape_of(const struct motion_otg_move *move,
+                        const struct otg_problem *q, int64_t dur_ns_q12,
+                        struct otg_shape *shape, struct num *next)
+{
+    otg_shape_init(shape);
+    if (move->mode == MOTION_OTG_POSITION)
+        return motion_otg_propose(*q, motion_otg_seconds(dur_ns_q12), shape,
+                                  next);
+    otg_solve_velocity(*q, shape);
+    return MOTION_OK;
+}
+
 static int otg_try(const struct motion_otg_move *move, struct otg_draw draw,
                    struct motion_otg_plan *plan, enum motion_otg_field *field)
 {
     struct otg_problem q;
     struct otg_shape shape;
-    otg_shape_init(&shape);
     struct num next = num_zero();
-    struct num t = motion_otg_seconds(move->dur_ns_q12);
-    int err = MOTION_OK;
     motion_otg_problem_init(move, draw, &q);
-    if (move->mode == MOTION_OTG_VELOCITY)
-        otg_solve_velocity(q, &shape);
-    else
-        err = motion_otg_propose(q, t, &shape, &next);
+    int err = otg_shape_of(move, &q, move->dur_ns_q12, &shape, &next);
     if (err < 0) {
         plan->dur_ns_q12 = in_ns_q12(next);
         return refuse(field, MOTION_OTG_FIELD_DURATION, err);
@@ -397,16 +404,39 @@ without_unlimited(const struct motion_otg_move *move)
     return m;
 }
 
+static int otg_is_valid(const struct motion_otg_move *move,
+                        enum motion_otg_field *field)
+{
+    *field = MOTION_OTG_FIELD_NONE;
+    int err = otg_limits_are_valid(move, field);
+    return err < 0 ? err : otg_goal_is_possible(move, field);
+}
+
+int motion_otg_least(const struct motion_otg_move *move, int64_t *dur_ns_q12,
+                     enum motion_otg_field *field)
+{
+    static const struct otg_draw draw = { OTG_BITS, OTG_BITS, OTG_BITS };
+    const struct motion_otg_move own = without_unlimited(move);
+    struct otg_problem q;
+    struct otg_shape shape;
+    struct num next;
+    int err = otg_is_valid(move, field);
+    if (err < 0)
+        return err;
+    motion_otg_problem_init(&own, draw, &q);
+    (void)otg_shape_of(&own, &q, 0, &shape, &next);
+    struct num t = num_mul(time_of(&shape), ticks_per_s);
+    *dur_ns_q12 = motion_real_floor_clamped(num_real(t), 0);
+    return MOTION_OK;
+}
+
 int motion_otg_make(const struct motion_otg_move *move,
                     struct motion_otg_plan *plan, enum motion_otg_field *field)
 {
     enum motion_otg_field unused;
     if (field == NULL)
         field = &unused;
-    *field = MOTION_OTG_FIELD_NONE;
-    int err = otg_limits_are_valid(move, field);
-    if (err == MOTION_OK)
-        err = otg_goal_is_possible(move, field);
+    int err = otg_is_valid(move, field);
     if (err < 0)
         return err;
     const struct motion_otg_move own = without_unlimited(move);

@@ -140,6 +140,11 @@ int motion_otg_quantise(const struct motion_otg_move *move,
                         const struct otg_shape *shape, int64_t dur_ns_q12,
                         struct motion_otg_plan *plan);
 
+/* How long the fastest motion takes, to 2^-27; move->dur_ns_q12 is not looked
+ * at.  Errors as motion_otg_make. */
+int motion_otg_least(const struct motion_otg_move *move, int64_t *dur_ns_q12,
+                     enum motion_otg_field *field);
+
 /* Make a plan of `move` a hair longer, by lengthening its longest phase; it has
  * then passed the check, or the error says that it could not. */
 int motion_otg_stretch(const struct motion_otg_move *move, int64_t dur_ns_q12,

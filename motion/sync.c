@@ -27,31 +27,45 @@ static int make_in(const struct motion_otg_move *move, int64_t dur_ns_q12,
     return motion_otg_make(&timed, plan, field);
 }
 
-/* The slowest axis's own plan needs no more than the rounding; cheaper than
- * solving again. */
+/* What the axes need, to 2^-27. */
+struct needs {
+    int64_t least[MOTION_SYNC_AXES];
+    int slowest;
+    int64_t wanted; /* by the caller */
+};
+
+/* The plan of an axis that needs all the time there is comes out a rounding
+ * shorter than that: lengthen it. */
 static bool is_stretched(const struct motion_otg_move *move, int64_t dur,
                          struct motion_otg_plan *plan)
 {
-    struct motion_otg_plan longer = *plan;
     int64_t rest = dur - plan->dur_ns_q12;
-    if (rest < 0 || rest > dur >> 32 ||
-        motion_otg_stretch(move, dur, &longer) < 0)
-        return false;
-    *plan = longer;
-    return true;
+    return rest >= 0 && rest <= dur >> 32 &&
+           motion_otg_stretch(move, dur, plan) == MOTION_OK;
 }
 
-/* All axes in `dur`, or the first that cannot and the next time it can. */
-static int all_in(const struct motion_otg_move move[], int count, int64_t *dur,
+static bool is_near(int64_t least, int64_t dur)
+{
+    int64_t late = dur - least;
+    return late <= dur >> 22 && late >= -(dur >> 22);
+}
+
+/* All axes in `dur`, or the first that cannot and the next time it can.  The
+ * fastest plan of axis `made` is there already. */
+static int all_in(const struct motion_otg_move move[], int count,
+                  const struct needs *needs, int made, int64_t *dur,
                   struct motion_otg_plan plan[],
                   struct motion_sync_fault *fault)
 {
     for (int i = 0; i < count; i++) {
-        if (is_stretched(&move[i], *dur, &plan[i]))
+        fault->axis = i;
+        if (is_near(needs->least[i], *dur) &&
+            (i == made ||
+             make_in(&move[i], 0, &plan[i], &fault->field) == MOTION_OK) &&
+            is_stretched(&move[i], *dur, &plan[i]))
             continue;
         int err = make_in(&move[i], *dur, &plan[i], &fault->field);
         if (err < 0) {
-            fault->axis = i;
             *dur = plan[i].dur_ns_q12;
             return err;
         }
@@ -60,21 +74,28 @@ static int all_in(const struct motion_otg_move move[], int count, int64_t *dur,
 }
 
 static int sync_time(const struct motion_otg_move move[], int count,
-                     int64_t dur, struct motion_otg_plan plan[],
+                     const struct needs *needs, struct motion_otg_plan plan[],
                      struct motion_sync_fault *fault)
 {
-    int err = MOTION_OK;
-    if (dur == 0)
-        return err;
-    for (int i = 0; i < SYNC_ROUNDS; i++) {
+    int64_t dur = needs->wanted;
+    int slowest = needs->slowest, made = -1, err = MOTION_OK;
+    if (dur < needs->least[slowest]) {
+        fault->axis = slowest;
+        err = make_in(&move[slowest], 0, &plan[slowest], &fault->field);
+        dur = plan[slowest].dur_ns_q12;
+        made = slowest;
+    }
+    for (int i = 0; err == MOTION_OK && i < SYNC_ROUNDS; i++) {
         int64_t now = dur = round_up(dur);
-        err = all_in(move, count, &dur, plan, fault);
+        err = all_in(move, count, needs, made, &dur, plan, fault);
+        made = -1;
         if (err != MOTION_E_LIMIT || fault->field != MOTION_OTG_FIELD_DURATION)
-            break;
+            return err;
+        err = MOTION_OK;
         if (dur <= now)
             dur = now + (now >> 24) + 1;
     }
-    return err;
+    return err == MOTION_OK ? MOTION_E_LIMIT : err;
 }
 
 /* --- straight lines -------------------------------------------------------
@@ -227,16 +248,17 @@ static int line_try(const struct line *line, struct otg_draw draw,
     return err;
 }
 
-/* As motion_otg_make, on the line; `shortest` 0 or a duration asked for. */
+/* As motion_otg_make, on the line. */
 static int sync_line(const struct motion_otg_move move[], int count,
-                     int64_t shortest, struct motion_otg_plan plan[],
+                     const struct needs *needs, struct motion_otg_plan plan[],
                      struct motion_sync_fault *fault)
 {
     struct line line;
     if (!line_init(&line, move, count) || !line_holds(&line, fault))
         return MOTION_E_LIMIT;
-    int err = MOTION_OK, wanted = motion_otg_wanted_bits(plan[0].dur_ns_q12);
-    shortest = shortest ? round_up(shortest) : 0;
+    int err = MOTION_OK;
+    int wanted = motion_otg_wanted_bits(needs->least[needs->slowest]);
+    int64_t shortest = needs->wanted ? round_up(needs->wanted) : 0;
     for (int i = 0; i < OTG_TRIES; i++) {
         err =
             line_try(&line, motion_otg_draw(wanted, i), shortest, plan, fault);
@@ -246,35 +268,60 @@ static int sync_line(const struct motion_otg_move move[], int count,
     return err;
 }
 
+/* Each as fast as it can. */
+static int sync_none(const struct motion_otg_move move[], int count,
+                     struct motion_otg_plan plan[],
+                     struct motion_sync_fault *fault)
+{
+    int err = MOTION_OK;
+    for (int i = 0; i < count && err == MOTION_OK; i++) {
+        fault->axis = i;
+        err = make_in(&move[i], 0, &plan[i], &fault->field);
+    }
+    return err;
+}
+
+static int find_needs(const struct motion_otg_move move[], int count,
+                      struct needs *needs, struct motion_sync_fault *fault)
+{
+    needs->slowest = 0;
+    needs->wanted = 0;
+    for (int i = 0; i < count; i++) {
+        fault->axis = i;
+        int err = motion_otg_least(&move[i], &needs->least[i], &fault->field);
+        if (err < 0)
+            return err;
+        if (needs->least[i] > needs->least[needs->slowest])
+            needs->slowest = i;
+        if (move[i].dur_ns_q12 > needs->wanted)
+            needs->wanted = move[i].dur_ns_q12;
+    }
+    return MOTION_OK;
+}
+
 int motion_sync_make(const struct motion_otg_move move[], int count,
                      enum motion_sync_kind kind, struct motion_otg_plan plan[],
                      struct motion_sync_fault *fault)
 {
     struct motion_sync_fault unused;
-    int64_t longest = 0, wanted = 0;
+    struct needs needs;
     if (fault == NULL)
         fault = &unused;
     *fault = (struct motion_sync_fault){ 0, MOTION_OTG_FIELD_NONE };
     if (count < 1 || count > MOTION_SYNC_AXES)
         return MOTION_E_ARG;
-    for (int i = 0; i < count; i++) {
-        int err = make_in(&move[i], 0, &plan[i], &fault->field);
-        fault->axis = i;
-        if (err < 0)
-            return err;
-        if (plan[i].dur_ns_q12 > longest)
-            longest = plan[i].dur_ns_q12;
-        if (move[i].dur_ns_q12 > wanted)
-            wanted = move[i].dur_ns_q12;
-    }
-    if (kind == MOTION_SYNC_NONE || (longest == 0 && wanted == 0))
-        return MOTION_OK;
+    if (kind == MOTION_SYNC_NONE)
+        return sync_none(move, count, plan, fault);
+    int err = find_needs(move, count, &needs, fault);
+    if (err < 0)
+        return err;
+    if (needs.least[needs.slowest] == 0 && needs.wanted == 0)
+        return sync_none(move, count, plan, fault);
     if (kind == MOTION_SYNC_PHASE || kind == MOTION_SYNC_STRAIGHT) {
-        int err = sync_line(move, count, wanted, plan, fault);
+        err = sync_line(move, count, &needs, plan, fault);
         if (err == MOTION_OK || kind == MOTION_SYNC_STRAIGHT)
             return err;
     }
     *fault = (struct motion_sync_fault){ 0, MOTION_OTG_FIELD_NONE };
-    return sync_time(move, count, wanted > longest ? wanted : longest, plan,
-                     fault);
+    return sync_time(move, count, &needs, plan, fault);
 }
