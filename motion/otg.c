@@ -245,27 +245,36 @@ void motion_otg_reverse(struct otg_problem *q)
     q->per_j2 = f.per_j;
 }
 
-/* Backwards in time the goal is a start. */
+/* Backwards in time the goal is a start; what braking there adds is kept until
+ * the rest of the shape is there. */
+#define END_PHASES 4
+
 struct end {
-    struct otg_shape shape; /* backwards, from the goal */
+    struct otg_phase phase[END_PHASES]; /* backwards, from the goal */
+    int count;
     struct num af;
 };
 
-static void end_brake(struct otg_problem *q, struct end *end,
-                      void (*brake)(struct otg_problem *, struct otg_shape *))
+/* `shape` is empty, and is again. */
+static void end_brake(struct otg_problem *q, struct otg_shape *shape,
+                      void (*brake)(struct otg_problem *, struct otg_shape *),
+                      struct end *end)
 {
-    otg_shape_init(&end->shape);
     end->af = q->af;
     motion_otg_reverse(q);
-    brake(q, &end->shape);
+    brake(q, shape);
     motion_otg_reverse(q);
+    end->count = shape->count;
+    for (int i = 0; i < shape->count; i++)
+        end->phase[i] = shape->phase[i];
+    shape->count = 0;
 }
 
 static void end_append(const struct end *end, struct otg_shape *shape)
 {
-    for (int i = end->shape.count - 1; i >= 0; i--)
-        otg_shape_add(shape, end->shape.phase[i].dt,
-                      i ? num_neg(end->shape.phase[i - 1].a) : end->af);
+    for (int i = end->count - 1; i >= 0; i--)
+        otg_shape_add(shape, end->phase[i].dt,
+                      i ? num_neg(end->phase[i - 1].a) : end->af);
 }
 
 static struct num time_of(const struct otg_shape *shape)
@@ -298,17 +307,18 @@ int motion_otg_propose(struct otg_problem q, struct num t,
     if (is_one)
         motion_otg_in_jerk(&q, jerk);
     struct num ends = num_zero();
-    otg_shape_init(&end.shape);
+    end.count = 0;
+    if (!motion_otg_is_goal_inside(&q)) {
+        end_brake(&q, shape, motion_otg_brake, &end);
+        for (int i = 0; i < end.count; i++)
+            ends = num_add(ends, end.phase[i].dt);
+    }
     if (!motion_otg_is_start_inside(&q)) {
         motion_otg_brake(&q, shape);
-        ends = time_of(shape);
+        ends = num_add(ends, time_of(shape));
     }
     shape->brake = shape->count;
     shape->turn = -1;
-    if (!motion_otg_is_goal_inside(&q)) {
-        end_brake(&q, &end, motion_otg_brake);
-        ends = num_add(ends, time_of(&end.shape));
-    }
     int err = propose_middle(&q, t, ends, shape, next);
     if (shape->turn < 0)
         shape->turn = shape->count;
@@ -325,8 +335,8 @@ static void otg_solve_velocity(struct otg_problem q, struct otg_shape *shape)
     bool slows = num_lt(num_abs(q.vf), num_abs(q.v0));
     q.j = q.j2 = slows ? q.j2 : q.j;
     q.per_j = q.per_j2 = slows ? q.per_j2 : q.per_j;
+    end_brake(&q, shape, motion_otg_brake_acc, &end);
     motion_otg_brake_acc(&q, shape);
-    end_brake(&q, &end, motion_otg_brake_acc);
     motion_otg_solve_velocity(&q, shape);
     end_append(&end, shape);
     shape->brake = shape->turn = slows ? 0 : shape->count;

@@ -287,7 +287,8 @@ void motion_otg_shape_ends(const struct otg_end end[2], bool is_unit,
     } else {
         otg_shape_add(shape, end_time(s, is_unit, as), num_zero());
         otg_shape_add(shape, *cruise, num_zero());
-        shape->knobs.cruise = (int8_t)(shape->count - 1);
+        if (cruise->m > 0)
+            shape->knobs.cruise = (int8_t)(shape->count - 1);
         if (!is_unit)
             shape->brake = shape->turn = shape->count;
         otg_shape_add(shape, end_time(g, is_unit, ag), a2);

@@ -7,6 +7,9 @@
 #include "motion/otg_math.h"
 #include "motion/otg_solve.h"
 
+/* Not inlined into a caller whose stack other, deeper calls need. */
+#define OTG_OWN_FRAME __attribute__((noinline))
+
 /* What one unit of the public formats is in a plan's own units. */
 struct otg_units {
     struct real vel;  /* q32 unit/s, in 3 steps / tick */

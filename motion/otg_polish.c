@@ -27,20 +27,23 @@ static bool is_late(const struct otg_rates *rates, int i)
     return i >= rates->brake && num_lt(rates->j2, rates->j);
 }
 
-/* A step has 57 bits and 1 / j 30; the quotient, at most 2^48 ticks, is what
- * is left of them: the lowest 32 bits of the product do not matter. */
+/* The product of a step of up to 57 bits and the 30 of 1 / j; what does not fit
+ * is 2^-32 of it. */
 int64_t motion_otg_ramp_ticks(const struct otg_rates *rates, int i,
                               int64_t step)
 {
     struct num per_j = is_late(rates, i) ? rates->per_j2 : rates->per_j;
+    uint64_t size = motion_fixed_abs(step), n = size * (uint32_t)per_j.m;
+    int down = -per_j.e;
     if (step == 0)
         return 0;
-    uint64_t size = step < 0 ? 0 - (uint64_t)step : (uint64_t)step;
-    uint64_t low = (size & UINT32_MAX) * (uint32_t)per_j.m;
-    uint64_t n = (size >> 32) * (uint32_t)per_j.m + (low >> 32);
-    int down = -per_j.e - 32;
+    if (size >> 34) {
+        uint64_t low = (size & UINT32_MAX) * (uint32_t)per_j.m;
+        n = (size >> 32) * (uint32_t)per_j.m + (low >> 32);
+        down -= 32;
+    }
     if (down < 0)
-        return (int64_t)(n << 1 << (-down - 1 > 30 ? 30 : -down - 1)) + 1;
+        return (int64_t)(n << (-down > 30 ? 30 : -down)) + 1;
     return (int64_t)(n >> (down > 63 ? 63 : down)) + 1;
 }
 

@@ -36,7 +36,8 @@ struct otg_phase {
     struct num dt, a;
 };
 
-#define OTG_SHAPE_MAX 24
+/* Both ends' braking, 3 phases each, and a mixture of 7 and 7. */
+#define OTG_SHAPE_MAX 20
 
 /* What may be moved a little so that the shape meets its goal exactly: the two
  * places where the acceleration is highest and lowest, as the phase that holds

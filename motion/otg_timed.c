@@ -106,7 +106,7 @@ static bool cruise_search(struct cruise *c, struct num *speed)
     return false;
 }
 
-static bool solve_cruise(const struct otg_problem *q, struct num t,
+OTG_OWN_FRAME static bool solve_cruise(const struct otg_problem *q, struct num t,
                          struct otg_shape *shape)
 {
     struct cruise c = { .q = q, .t = t };
@@ -126,43 +126,50 @@ static bool solve_cruise(const struct otg_problem *q, struct num t,
 
 /* --- between the borders -------------------------------------------------- */
 
+/* The motion of one border. */
+struct edge {
+    struct otg_phase phase[7];
+    int count;
+    struct num d;
+};
+
 /* One polyline being walked along. */
 struct walk {
-    const struct otg_shape *shape;
+    const struct edge *edge;
     int i;
     struct num a, left; /* here; time to the next corner */
 };
 
 static void walk_next(struct walk *w)
 {
-    while (w->i < w->shape->count && w->left.m <= 0) {
-        w->a = w->shape->phase[w->i].a;
+    while (w->i < w->edge->count && w->left.m <= 0) {
+        w->a = w->edge->phase[w->i].a;
         w->i++;
-        if (w->i < w->shape->count)
-            w->left = w->shape->phase[w->i].dt;
+        if (w->i < w->edge->count)
+            w->left = w->edge->phase[w->i].dt;
     }
 }
 
 static void walk_by(struct walk *w, struct num dt)
 {
-    struct num rise = num_sub(w->shape->phase[w->i].a, w->a);
+    struct num rise = num_sub(w->edge->phase[w->i].a, w->a);
     struct num part = num_div(dt, w->left);
     w->a = num_add(w->a, num_mul(rise, part));
     w->left = num_sub(w->left, dt);
     walk_next(w);
 }
 
-static struct walk walk_start(const struct otg_shape *shape, struct num a0)
+static struct walk walk_start(const struct edge *edge, struct num a0)
 {
-    struct walk w = { shape, 0, a0, shape->phase[0].dt };
+    struct walk w = { edge, 0, a0, edge->phase[0].dt };
     walk_next(&w);
     return w;
 }
 
 /* Append lambda x + (1 - lambda) y: limits are convex, so what both keep the
  * mixture keeps, and its displacement is the same mixture of theirs. */
-static void blend(const struct otg_shape *x, const struct otg_shape *y,
-                  struct num a0, struct num lambda, struct otg_shape *shape)
+static void blend(const struct edge *x, const struct edge *y, struct num a0,
+                  struct num lambda, struct otg_shape *shape)
 {
     struct walk wx = walk_start(x, a0), wy = walk_start(y, a0);
     while (wx.i < x->count && wy.i < y->count) {
@@ -176,8 +183,7 @@ static void blend(const struct otg_shape *x, const struct otg_shape *y,
 
 /* What each border reaches in time t; d is lambda of the way between them. */
 struct slice {
-    struct otg_shape upper, lower;
-    struct num d_upper, d_lower;
+    struct edge upper, lower;
     struct num lambda;
 };
 
@@ -185,8 +191,8 @@ struct slice {
 static int slice_place(struct slice *s, const struct otg_problem *q,
                        struct num t)
 {
-    struct num over = num_sub(q->d, s->d_upper);
-    struct num above = num_sub(q->d, s->d_lower);
+    struct num over = num_sub(q->d, s->upper.d);
+    struct num above = num_sub(q->d, s->lower.d);
     s->lambda = num_one();
     if (motion_otg_is_reached(q, t, over))
         return 0;
@@ -197,14 +203,26 @@ static int slice_place(struct slice *s, const struct otg_problem *q,
         return 0;
     if (above.m < 0)
         return -1;
-    s->lambda = num_div(above, num_sub(s->d_upper, s->d_lower));
+    s->lambda = num_div(above, num_sub(s->upper.d, s->lower.d));
     return 0;
 }
 
-/* The border's motion of duration t from lo on; false if it starts later. */
-static bool border_in(struct otg_border *b, struct num t, struct num lo,
-                      struct num hi, struct otg_shape *shape, struct num *d)
+static void edge_take(struct edge *edge, struct otg_shape *shape, int from)
 {
+    edge->count = shape->count - from;
+    for (int i = 0; i < edge->count; i++)
+        edge->phase[i] = shape->phase[from + i];
+    shape->count = from;
+    shape->knobs.hump[0] = shape->knobs.hump[1] = shape->knobs.cruise = -1;
+}
+
+/* The border's motion of duration t from lo on; false if it starts later.
+ * `shape` is as before. */
+static bool border_in(struct otg_border *b, struct num t, struct num lo,
+                      struct num hi, struct otg_shape *shape,
+                      struct edge *edge)
+{
+    int from = shape->count;
     struct otg_point p;
     struct num want = num_add(t, b->lead_t);
     motion_otg_border_at(b, OTG_GOAL_T, lo, &p);
@@ -216,15 +234,15 @@ static bool border_in(struct otg_border *b, struct num t, struct num lo,
     if (p.rest.m > 0)
         cruise = p.rest;
     motion_otg_border_shape(b, &p, cruise, shape);
+    edge_take(edge, shape, from);
     motion_otg_border_at(b, OTG_GOAL_D, x, &p);
-    *d = num_add(num_sub(p.got, b->lead_d), num_mul(cruise, p.vc));
-    if (b->sign < 0)
-        *d = num_neg(*d);
+    struct num d = num_add(num_sub(p.got, b->lead_d), num_mul(cruise, p.vc));
+    edge->d = b->sign < 0 ? num_neg(d) : d;
     return true;
 }
 
 static bool duration_in_lens(const struct otg_problem *q, struct num t,
-                             struct slice *s)
+                             struct otg_shape *shape, struct slice *s)
 {
     struct otg_lens lens = motion_otg_lens_of(q);
     struct otg_border b;
@@ -236,33 +254,30 @@ static bool duration_in_lens(const struct otg_problem *q, struct num t,
     if (num_lt(late, t))
         return false;
     struct num lo = motion_otg_lens_border(q, 1, &b);
-    if (!border_in(&b, t, lo, hi, &s->upper, &s->d_upper))
+    if (!border_in(&b, t, lo, hi, shape, &s->upper))
         return false;
     lo = motion_otg_lens_border(q, -1, &b);
-    if (border_in(&b, t, lo, hi, &s->lower, &s->d_lower) &&
-        slice_place(s, q, t) == 0)
-        return true;
-    otg_shape_init(&s->upper);
-    otg_shape_init(&s->lower);
-    return false;
+    return border_in(&b, t, lo, hi, shape, &s->lower) &&
+           slice_place(s, q, t) == 0;
 }
 
 static bool main_border_in(const struct otg_problem *q, int sign, struct num t,
-                           struct otg_shape *shape, struct num *d)
+                           struct otg_shape *shape, struct edge *edge)
 {
     struct otg_border b;
     motion_otg_border_init(q, sign, -1, &b);
     struct num lo = motion_otg_border_low(&b);
     struct num hi = num_max(lo, motion_otg_border_half(&b, b.top));
-    return border_in(&b, t, lo, hi, shape, d);
+    return border_in(&b, t, lo, hi, shape, edge);
 }
 
 static int duration_in_main(const struct otg_problem *q, struct num t,
-                            struct slice *s, struct num *next)
+                            struct otg_shape *shape, struct slice *s,
+                            struct num *next)
 {
     int side = 0;
-    if (main_border_in(q, 1, t, &s->upper, &s->d_upper) &&
-        main_border_in(q, -1, t, &s->lower, &s->d_lower)) {
+    if (main_border_in(q, 1, t, shape, &s->upper) &&
+        main_border_in(q, -1, t, shape, &s->lower)) {
         side = slice_place(s, q, t);
         if (side == 0)
             return MOTION_OK;
@@ -271,26 +286,29 @@ static int duration_in_main(const struct otg_problem *q, struct num t,
     return MOTION_E_LIMIT;
 }
 
+OTG_OWN_FRAME static int solve_blend(const struct otg_problem *q, struct num t,
+                       struct otg_shape *shape, struct num *next)
+{
+    struct slice s;
+    int err = MOTION_OK;
+    if (!duration_in_lens(q, t, shape, &s))
+        err = duration_in_main(q, t, shape, &s, next);
+    if (err == MOTION_OK)
+        blend(&s.upper, &s.lower, q->a0, s.lambda, shape);
+    return err;
+}
+
 int motion_otg_solve_duration(const struct otg_problem *problem, struct num t,
                               struct otg_shape *shape, struct num *next)
 {
     struct otg_problem q = *problem;
-    struct slice s;
-    int from = shape->count;
+    int from = shape->count, err = MOTION_OK;
     struct num jerk = num_min(q.j, q.j2);
     if (!q.is_unit)
         motion_otg_in_jerk(&q, jerk);
-    if (!solve_cruise(&q, t, shape)) {
-        otg_shape_init(&s.upper);
-        otg_shape_init(&s.lower);
-        if (!duration_in_lens(&q, t, &s)) {
-            int err = duration_in_main(&q, t, &s, next);
-            if (err < 0)
-                return err;
-        }
-        blend(&s.upper, &s.lower, q.a0, s.lambda, shape);
-    }
+    if (!solve_cruise(&q, t, shape))
+        err = solve_blend(&q, t, shape, next);
     if (!problem->is_unit)
         motion_otg_shape_scale(shape, from, jerk);
-    return MOTION_OK;
+    return err;
 }

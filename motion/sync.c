@@ -73,7 +73,7 @@ static int all_in(const struct motion_otg_move move[], int count,
     return MOTION_OK;
 }
 
-static int sync_time(const struct motion_otg_move move[], int count,
+OTG_OWN_FRAME static int sync_time(const struct motion_otg_move move[], int count,
                      const struct needs *needs, struct motion_otg_plan plan[],
                      struct motion_sync_fault *fault)
 {
@@ -107,42 +107,44 @@ static int sync_time(const struct motion_otg_move move[], int count,
 struct line {
     const struct motion_otg_move *move;
     int count, leader;
-    struct motion_real ratio[MOTION_SYNC_AXES];
+    int64_t way[MOTION_SYNC_AXES];
 };
-
-static struct motion_real way_of(const struct motion_otg_move *move)
-{
-    return motion_real_sub(motion_real_int(move->goal.pos_q32),
-                           motion_real_int(move->start.pos_q32));
-}
 
 static bool line_init(struct line *line, const struct motion_otg_move move[],
                       int count)
 {
-    struct motion_real longest = motion_real_zero();
-    *line = (struct line){ .move = move, .count = count };
+    uint64_t longest = 0;
+    line->move = move;
+    line->count = count;
     for (int i = 0; i < count; i++) {
-        struct motion_real way = way_of(&move[i]);
-        if (move[i].mode != MOTION_OTG_POSITION)
+        if (move[i].mode != MOTION_OTG_POSITION ||
+            motion_fixed_sub(move[i].goal.pos_q32, move[i].start.pos_q32,
+                             &line->way[i]) < 0)
             return false;
-        if (motion_real_lt(motion_real_abs(longest), motion_real_abs(way))) {
-            longest = way;
+        if (motion_fixed_abs(line->way[i]) > longest) {
+            longest = motion_fixed_abs(line->way[i]);
             line->leader = i;
         }
     }
-    if (longest.m == 0)
-        return false;
-    for (int i = 0; i < count; i++)
-        line->ratio[i] = motion_real_div_quick(way_of(&move[i]), longest);
-    return true;
+    return longest != 0;
 }
 
-/* a = ratio * lead, as far as one unit of the format can tell. */
-static bool is_parallel(int64_t a, int64_t lead, struct motion_real ratio)
+/* r of axis i. */
+static struct num line_ratio(const struct line *line, int i)
 {
-    struct motion_real off = motion_real_sub(motion_real_int(a), motion_real_mul(motion_real_int(lead), ratio));
-    struct motion_real size = motion_real_scale(motion_real_abs(motion_real_int(a)), -30);
-    return !motion_real_lt(motion_real_max(motion_real_int(1), size), motion_real_abs(off));
+    return num_div(num_make(line->way[i], 0),
+                   num_make(line->way[line->leader], 0));
+}
+
+/* a = r lead, as far as one unit of the format, or 2^-30, can tell. */
+static bool is_parallel(const struct line *line, int i, int64_t a, int64_t lead)
+{
+    int64_t want, off, most = (int64_t)(motion_fixed_abs(a) >> 30);
+    if (motion_fixed_muldiv(lead, line->way[i], line->way[line->leader],
+                            &want) < 0 ||
+        motion_fixed_sub(a, want, &off) < 0)
+        return false;
+    return motion_fixed_abs(off) <= (uint64_t)(most > 1 ? most : 1);
 }
 
 /* Whether all states lie on the line. */
@@ -151,20 +153,23 @@ static bool line_holds(const struct line *line, struct motion_sync_fault *fault)
     const struct motion_otg_move *lead = &line->move[line->leader];
     for (int i = 0; i < line->count; i++) {
         const struct motion_otg_move *m = &line->move[i];
-        struct motion_real r = line->ratio[i];
+        const struct {
+            enum motion_otg_field field;
+            int64_t own, lead;
+        } state[] = {
+            { MOTION_OTG_FIELD_START_VEL, m->start.vel_q32,
+              lead->start.vel_q32 },
+            { MOTION_OTG_FIELD_START_ACC, m->start.acc_q16,
+              lead->start.acc_q16 },
+            { MOTION_OTG_FIELD_GOAL_VEL, m->goal.vel_q32, lead->goal.vel_q32 },
+            { MOTION_OTG_FIELD_GOAL_ACC, m->goal.acc_q16, lead->goal.acc_q16 },
+        };
         fault->axis = i;
-        fault->field = MOTION_OTG_FIELD_START_VEL;
-        if (!is_parallel(m->start.vel_q32, lead->start.vel_q32, r))
-            return false;
-        fault->field = MOTION_OTG_FIELD_START_ACC;
-        if (!is_parallel(m->start.acc_q16, lead->start.acc_q16, r))
-            return false;
-        fault->field = MOTION_OTG_FIELD_GOAL_VEL;
-        if (!is_parallel(m->goal.vel_q32, lead->goal.vel_q32, r))
-            return false;
-        fault->field = MOTION_OTG_FIELD_GOAL_ACC;
-        if (!is_parallel(m->goal.acc_q16, lead->goal.acc_q16, r))
-            return false;
+        for (size_t k = 0; k < sizeof state / sizeof state[0]; k++) {
+            fault->field = state[k].field;
+            if (!is_parallel(line, i, state[k].own, state[k].lead))
+                return false;
+        }
     }
     return true;
 }
@@ -184,9 +189,9 @@ static void line_problem(const struct line *line, struct otg_draw draw,
     motion_otg_problem_init(&line->move[line->leader], draw, q);
     for (int i = 0; i < line->count; i++) {
         struct otg_problem axis;
-        if (line->ratio[i].m == 0 || i == line->leader)
+        if (line->way[i] == 0 || i == line->leader)
             continue;
-        struct num per_r = num_inv(num_from_real(line->ratio[i]));
+        struct num per_r = num_inv(line_ratio(line, i));
         motion_otg_problem_init(&line->move[i], draw, &axis);
         narrow(per_r, axis.vn, axis.vx, &q->vn, &q->vx);
         narrow(per_r, axis.an, axis.ax, &q->an, &q->ax);
@@ -206,7 +211,7 @@ static int line_axis(const struct line *line, int i,
 {
     struct otg_shape own = *shape;
     struct otg_problem q = *lead;
-    struct num r = num_from_real(line->ratio[i]);
+    struct num r = line_ratio(line, i);
     q.d = num_mul(q.d, r);
     q.v0 = num_mul(q.v0, r);
     q.a0 = num_mul(q.a0, r);
@@ -249,7 +254,7 @@ static int line_try(const struct line *line, struct otg_draw draw,
 }
 
 /* As motion_otg_make, on the line. */
-static int sync_line(const struct motion_otg_move move[], int count,
+OTG_OWN_FRAME static int sync_line(const struct motion_otg_move move[], int count,
                      const struct needs *needs, struct motion_otg_plan plan[],
                      struct motion_sync_fault *fault)
 {
@@ -281,7 +286,7 @@ static int sync_none(const struct motion_otg_move move[], int count,
     return err;
 }
 
-static int find_needs(const struct motion_otg_move move[], int count,
+OTG_OWN_FRAME static int find_needs(const struct motion_otg_move move[], int count,
                       struct needs *needs, struct motion_sync_fault *fault)
 {
     needs->slowest = 0;
