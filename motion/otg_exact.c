@@ -155,6 +155,12 @@ static void exact_rates(const struct otg_problem *q,
     rates->turn = shape->turn;
 }
 
+static bool is_hold(const struct otg_shape *shape, int i)
+{
+    return i > 0 && shape->phase[i].a.m == shape->phase[i - 1].a.m &&
+           shape->phase[i].a.e == shape->phase[i - 1].a.e;
+}
+
 /* Phases one by one as the shape has them.  Times to nearest; where the
  * acceleration moves, as long as its jerk wants at least, and with knobs no
  * longer.  A phase that lasts no time and moves the acceleration by rounding
@@ -174,7 +180,7 @@ static void exact_phases(const struct otg_shape *shape,
         bool last = i + 1 == shape->count;
         int64_t to = last ? goal_acc : acc_in_units(ph->a, units->acc);
         struct real ticks = real_mul(long_real(ph->dt), per_s);
-        if (!last && ticks.e < -62 - 10)
+        if (!last && (ticks.e < -62 - 10 || is_hold(shape, i)))
             to = acc;
         int64_t n = motion_otg_ramp_ticks(rates, i, to - acc);
         if (to == acc || !is_full) {
