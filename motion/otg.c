@@ -346,8 +346,7 @@ static void otg_solve_velocity(struct otg_problem q, struct otg_shape *shape)
 static int64_t in_ns_q12(struct num t)
 {
     struct num up = num_add(t, num_scale(t, -26));
-    return motion_real_floor_clamped(num_real(num_mul(up, ticks_per_s)), 0) +
-           1;
+    return motion_real_floor_clamped(num_real(num_mul(up, ticks_per_s)), 0) + 1;
 }
 
 /* The shape of the motion, for a position or a velocity. */

@@ -10,7 +10,8 @@
 
 #include <stddef.h>
 
-#define ROOT_BITS 11 /* a smaller step ends the search: the next error is its
+#define ROOT_BITS                                                              \
+    11 /* a smaller step ends the search: the next error is its
                         square, and otg_polish.c squares that again */
 #define ROOT_MOST 100
 
@@ -81,8 +82,7 @@ void motion_otg_border_init(const struct otg_problem *q, int sign, int first,
     struct otg_side *s = b->side;
     motion_otg_side_init(q, false, sign, &s[0]);
     motion_otg_side_init(q, true, sign, &s[1]);
-    b->gap = num_sub(num_sub(s[1].drop, s[0].drop),
-                     side_sign(q->dv, sign < 0));
+    b->gap = num_sub(num_sub(s[1].drop, s[0].drop), side_sign(q->dv, sign < 0));
     b->first = first < 0 ? b->gap.m < 0 : first;
     if (b->first)
         b->gap = num_neg(b->gap);

@@ -12,11 +12,11 @@
 #include "motion/otg_solve.h"
 
 struct otg_side {
-    struct num a;        /* at the end itself, towards the cruise */
+    struct num a;          /* at the end itself, towards the cruise */
     struct num base, drop; /* drop = a^2 / 2j below the end's own speed */
-    struct num limit;    /* of the acceleration */
-    struct num corner;   /* limit^2 / j: reached above this speed change */
-    struct num ramp;     /* limit / j */
+    struct num limit;      /* of the acceleration */
+    struct num corner;     /* limit^2 / j: reached above this speed change */
+    struct num ramp;       /* limit / j */
     struct num per_limit;
     struct num lead_t, lead_d; /* the part before the end, not driven */
     struct num natural;

@@ -19,15 +19,9 @@ static struct brake brake_view(const struct otg_problem *q, bool up)
     if (!up)
         return (struct brake){ q->v0, q->a0, q->vx,    q->vn, q->ax,
                                q->an, q->j,  q->per_j, soft };
-    return (struct brake){ num_neg(q->v0),
-                           num_neg(q->a0),
-                           num_neg(q->vn),
-                           num_neg(q->vx),
-                           num_neg(q->an),
-                           num_neg(q->ax),
-                           q->j,
-                           q->per_j,
-                           soft };
+    return (struct brake){ num_neg(q->v0), num_neg(q->a0), num_neg(q->vn),
+                           num_neg(q->vx), num_neg(q->an), num_neg(q->ax),
+                           q->j,           q->per_j,       soft };
 }
 
 /* Speed change of letting go of a afterwards. */
@@ -166,8 +160,7 @@ bool motion_otg_is_start_inside(const struct otg_problem *q)
 
 bool motion_otg_is_goal_inside(const struct otg_problem *q)
 {
-    return is_inside(q, q->vf, num_neg(q->af), num_neg(q->an),
-                     num_neg(q->ax));
+    return is_inside(q, q->vf, num_neg(q->af), num_neg(q->an), num_neg(q->ax));
 }
 
 void motion_otg_brake(struct otg_problem *q, struct otg_shape *shape)

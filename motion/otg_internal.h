@@ -66,8 +66,7 @@ void motion_otg_problem_init(const struct motion_otg_move *move,
 /* Count lengths such that `jerk` is 1. */
 void motion_otg_in_jerk(struct otg_problem *q, struct num jerk);
 /* And back: the accelerations of phases [from, count) times jerk. */
-void motion_otg_shape_scale(struct otg_shape *shape, int from,
-                            struct num jerk);
+void motion_otg_shape_scale(struct otg_shape *shape, int from, struct num jerk);
 
 /* Between otg_solve.c and otg_timed.c, for problems in unit jerk. */
 bool motion_otg_is_reached(const struct otg_problem *q, struct num t,

@@ -22,8 +22,7 @@ uint64_t motion_otg_num_make(int64_t m, int32_t e)
         size = (uint32_t)size << (lead - 32);
     /* the upper 30 of 64 bits, cut towards zero */
     int32_t cut = (int32_t)(size >> 2);
-    return num_pack(
-        (struct num){ m < 0 ? -cut : cut, e + 34 - (int32_t)lead });
+    return num_pack((struct num){ m < 0 ? -cut : cut, e + 34 - (int32_t)lead });
 }
 
 /* |sum| < 2^31: one bit too many at most. */
@@ -43,8 +42,8 @@ uint64_t motion_otg_num_add(uint64_t a, uint64_t b)
     if (sum == 0)
         return num_pack(num_zero());
     int32_t up = (int32_t)__builtin_clz(num_size(sum)) - 1;
-    return num_pack((struct num){ (int32_t)((uint32_t)sum << up) >> 1,
-                                  x.e - up + 1 });
+    return num_pack(
+        (struct num){ (int32_t)((uint32_t)sum << up) >> 1, x.e - up + 1 });
 }
 
 /* The product is in 2^58 .. 2^60. */

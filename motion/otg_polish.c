@@ -16,8 +16,8 @@ struct polish {
     struct motion_otg_plan *plan;
     const struct otg_knobs *knobs;
     const struct otg_rates *rates;
-    struct num per_s;     /* ticks */
-    struct num v, d, t;   /* what is missing, in the knobs' unit */
+    struct num per_s;   /* ticks */
+    struct num v, d, t; /* what is missing, in the knobs' unit */
 };
 
 static bool is_late(const struct otg_rates *rates, int i)

@@ -158,8 +158,7 @@ static bool lens_may_reach(struct otg_border *b, struct num want,
                               motion_otg_border_time(b, first));
     if (num_lt(num_add(first->got, num_mul(up, span)), want))
         return false;
-    return down.m > 0 ||
-           !num_lt(num_sub(last.got, num_mul(down, span)), want);
+    return down.m > 0 || !num_lt(num_sub(last.got, num_mul(down, span)), want);
 }
 
 static bool answer_lens(const struct otg_problem *q, struct answer *at)
@@ -222,8 +221,7 @@ static void answer_best(const struct otg_problem *problem, struct answer *best)
     }
 }
 
-void motion_otg_shape_scale(struct otg_shape *shape, int from,
-                            struct num jerk)
+void motion_otg_shape_scale(struct otg_shape *shape, int from, struct num jerk)
 {
     for (int i = from; i < shape->count; i++)
         shape->phase[i].a = num_mul(shape->phase[i].a, jerk);

@@ -106,8 +106,8 @@ static bool cruise_search(struct cruise *c, struct num *speed)
     return false;
 }
 
-OTG_OWN_FRAME static bool solve_cruise(const struct otg_problem *q, struct num t,
-                         struct otg_shape *shape)
+OTG_OWN_FRAME static bool solve_cruise(const struct otg_problem *q,
+                                       struct num t, struct otg_shape *shape)
 {
     struct cruise c = { .q = q, .t = t };
     struct otg_end end[2];
@@ -117,9 +117,9 @@ OTG_OWN_FRAME static bool solve_cruise(const struct otg_problem *q, struct num t
     if (t.m <= 0 || !cruise_search(&c, &vc))
         return false;
     for (int i = 0; i < 2; i++)
-        end[i] = (struct otg_end){ ramp_side(&c.ramp[i]),
-                                   c.ramp[i].is_down ? -1 : 1,
-                                   c.ramp[i].hump.z };
+        end[i] =
+            (struct otg_end){ ramp_side(&c.ramp[i]), c.ramp[i].is_down ? -1 : 1,
+                              c.ramp[i].hump.z };
     motion_otg_shape_ends(end, true, vc, &c.left, shape);
     return true;
 }
@@ -219,8 +219,7 @@ static void edge_take(struct edge *edge, struct otg_shape *shape, int from)
 /* The border's motion of duration t from lo on; false if it starts later.
  * `shape` is as before. */
 static bool border_in(struct otg_border *b, struct num t, struct num lo,
-                      struct num hi, struct otg_shape *shape,
-                      struct edge *edge)
+                      struct num hi, struct otg_shape *shape, struct edge *edge)
 {
     int from = shape->count;
     struct otg_point p;
@@ -287,7 +286,7 @@ static int duration_in_main(const struct otg_problem *q, struct num t,
 }
 
 OTG_OWN_FRAME static int solve_blend(const struct otg_problem *q, struct num t,
-                       struct otg_shape *shape, struct num *next)
+                                     struct otg_shape *shape, struct num *next)
 {
     struct slice s;
     int err = MOTION_OK;

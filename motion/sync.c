@@ -73,9 +73,10 @@ static int all_in(const struct motion_otg_move move[], int count,
     return MOTION_OK;
 }
 
-OTG_OWN_FRAME static int sync_time(const struct motion_otg_move move[], int count,
-                     const struct needs *needs, struct motion_otg_plan plan[],
-                     struct motion_sync_fault *fault)
+OTG_OWN_FRAME static int sync_time(const struct motion_otg_move move[],
+                                   int count, const struct needs *needs,
+                                   struct motion_otg_plan plan[],
+                                   struct motion_sync_fault *fault)
 {
     int64_t dur = needs->wanted;
     int slowest = needs->slowest, made = -1, err = MOTION_OK;
@@ -254,9 +255,10 @@ static int line_try(const struct line *line, struct otg_draw draw,
 }
 
 /* As motion_otg_make, on the line. */
-OTG_OWN_FRAME static int sync_line(const struct motion_otg_move move[], int count,
-                     const struct needs *needs, struct motion_otg_plan plan[],
-                     struct motion_sync_fault *fault)
+OTG_OWN_FRAME static int sync_line(const struct motion_otg_move move[],
+                                   int count, const struct needs *needs,
+                                   struct motion_otg_plan plan[],
+                                   struct motion_sync_fault *fault)
 {
     struct line line;
     if (!line_init(&line, move, count) || !line_holds(&line, fault))
@@ -286,8 +288,9 @@ static int sync_none(const struct motion_otg_move move[], int count,
     return err;
 }
 
-OTG_OWN_FRAME static int find_needs(const struct motion_otg_move move[], int count,
-                      struct needs *needs, struct motion_sync_fault *fault)
+OTG_OWN_FRAME static int find_needs(const struct motion_otg_move move[],
+                                    int count, struct needs *needs,
+                                    struct motion_sync_fault *fault)
 {
     needs->slowest = 0;
     needs->wanted = 0;
