@@ -126,66 +126,132 @@ static int exact_scale(const struct motion_otg_move *move,
         larger(bits_of(move->start.vel_q32), bits_of(move->goal.vel_q32));
     for (int i = 0; i < shape->count; i++)
         if (shape->phase[i].a.m != 0)
-            acc = larger(acc, shape->phase[i].a.e + 62);
+            acc = larger(acc, shape->phase[i].a.e + 30);
     int bits = smaller(EXACT_ACC_BITS - acc, EXACT_VEL_BITS - vel);
     return smaller(bits, EXACT_MOST);
 }
 
 /* --- phases --------------------------------------------------------------- */
 
-struct real motion_otg_ticks_per_s(void)
+/* a 2^bits as an integer, down; saturates. */
+static int64_t shifted(int64_t a, int bits)
 {
-    return (struct real){ INT64_C(4096000000000) << 20, -20 };
+    if (bits < 0)
+        return a >> (bits < -63 ? 63 : -bits);
+    if (a != 0 && bits > (int)motion_fixed_clz_u64(motion_fixed_abs(a)) - 3)
+        return a < 0 ? -MOTION_TRACK_SEGMENT_MAX_NS_Q12
+                     : MOTION_TRACK_SEGMENT_MAX_NS_Q12;
+    return (int64_t)((uint64_t)a << bits);
 }
 
-struct real motion_otg_tick_s(void)
+/* Seconds to ticks, 10^9 2^12 per second, to nearest. */
+static int64_t ticks_of(struct num dt)
 {
-    return (struct real){ INT64_C(2475880078570760550), -103 };
+    return (shifted((int64_t)dt.m * 1000000000, dt.e + 13) + 1) >> 1;
 }
 
-/* Seconds to ticks, up; saturates. */
-static int64_t ticks_of(struct real dt)
+static void exact_rates(const struct otg_problem *q,
+                        const struct otg_shape *shape, int acc_bits,
+                        struct otg_rates *rates)
 {
-    struct real n = real_mul(dt, motion_otg_ticks_per_s());
-    return -real_floor(real_neg(n), 0);
+    struct num tick = num_scale(motion_otg_seconds(1), acc_bits);
+    rates->j = num_mul(q->j, tick);
+    rates->j2 = num_mul(q->j2, tick);
+    rates->per_j = num_inv(rates->j);
+    rates->per_j2 = num_inv(rates->j2);
+    rates->brake = shape->brake;
+    rates->turn = shape->turn;
 }
 
-static int64_t acc_of(struct real a, int acc_bits)
+static bool is_hold(const struct otg_shape *shape, int i)
 {
-    int shift = a.e + acc_bits;
-    if (shift >= 0)
-        return a.m << shift;
-    return a.m >> (shift < -63 ? 63 : -shift);
+    return i > 0 && shape->phase[i].a.m == shape->phase[i - 1].a.m &&
+           shape->phase[i].a.e == shape->phase[i - 1].a.e;
 }
 
-/* A phase that lasts no part of a tick, or holds for less than one, is left
- * out. */
-static int exact_phases(const struct otg_shape *shape, int64_t goal_acc,
+/* Phases one by one as the shape has them.  Where the acceleration moves, as
+ * long as its jerk wants at least, and with knobs no longer.  A phase that lasts
+ * no time and moves the acceleration by rounding alone stays where it is. */
+static int exact_phases(const struct otg_shape *shape,
+                        const struct otg_rates *rates, int64_t goal_acc,
                         struct motion_otg_plan *plan)
 {
+    bool is_full = shape->knobs.hump[0] >= 0;
     int64_t acc = plan->start_acc;
-    plan->count = 0;
-    plan->brake = plan->turn = 0;
+    plan->count = shape->count;
     plan->dur_ns_q12 = 0;
     for (int i = 0; i < shape->count; i++) {
         const struct otg_phase *ph = &shape->phase[i];
         bool last = i + 1 == shape->count;
-        int64_t to = last ? goal_acc : acc_of(ph->a, plan->acc_bits);
-        int64_t n = ticks_of(ph->dt);
-        if ((n <= 1 && to == acc) || (!last && ph->dt.e < -62 - 52))
-            continue;
-        n = n < 1 ? 1 : n;
-        plan->phase[plan->count++] = (struct motion_otg_phase){ n, to };
+        int64_t to =
+            last ? goal_acc : shifted(ph->a.m, ph->a.e + plan->acc_bits);
+        if (!last && (ph->dt.e < -30 - 52 || is_hold(shape, i)))
+            to = acc;
+        int64_t n = motion_otg_ramp_ticks(rates, i, to - acc);
+        if (to == acc || !is_full) {
+            int64_t near = ticks_of(ph->dt);
+            n = near > n ? near : n;
+        }
+        plan->phase[i] = (struct motion_otg_phase){ n, to };
         plan->dur_ns_q12 += n;
         acc = to;
+        if (n < 0 || plan->dur_ns_q12 >= MOTION_TRACK_SEGMENT_MAX_NS_Q12)
+            return MOTION_E_RANGE;
+    }
+    return MOTION_OK;
+}
+
+/* The upper bits suffice. */
+static struct num wider_num(struct wider a, int e)
+{
+    bool minus = wider_is_negative(a);
+    a = wider_abs(a);
+    unsigned lead = wider_clz(a);
+    if (lead >= 192)
+        return num_zero();
+    a = wider_shl(a, lead);
+    struct num n = num_make((int64_t)(a.hi >> 1), e + 129 - (int)lead);
+    return minus ? num_neg(n) : n;
+}
+
+/* One step on the shape's own knobs; what it misses is known exactly. */
+static void exact_polish(const struct otg_shape *shape,
+                         const struct otg_rates *rates, int64_t dur_ns_q12,
+                         struct motion_otg_plan *plan)
+{
+    static const struct num per_fives = { 576460752, -50 };     /* 5^-9 */
+    static const struct num per_way_fives = { 825293360, -73 }; /* 5^-18 / 3 */
+    struct otg_miss miss;
+    struct wider way;
+    struct wide vel;
+    if (shape->knobs.hump[0] < 0)
+        return;
+    motion_otg_plan_miss(plan, &vel, &way);
+    miss.vel = num_mul(wider_num(wider_from(vel), -22 - plan->acc_bits),
+                       per_fives);
+    miss.way = num_mul(wider_num(way, -43 - plan->acc_bits), per_way_fives);
+    miss.is_timed = dur_ns_q12 != 0;
+    miss.ticks = dur_ns_q12 - plan->dur_ns_q12;
+    motion_otg_polish(plan, &shape->knobs, rates, &miss);
+}
+
+/* Leave out phases of no ticks. */
+static void exact_compact(const struct otg_shape *shape,
+                          struct motion_otg_plan *plan)
+{
+    int count = plan->count;
+    plan->count = plan->brake = plan->turn = 0;
+    plan->dur_ns_q12 = 0;
+    for (int i = 0; i < count; i++) {
+        if (plan->phase[i].dur_ns_q12 == 0)
+            continue;
+        plan->dur_ns_q12 += plan->phase[i].dur_ns_q12;
+        plan->phase[plan->count++] = plan->phase[i];
         if (i < shape->brake)
             plan->brake = plan->count;
         if (i < shape->turn)
             plan->turn = plan->count;
-        if (plan->dur_ns_q12 >= MOTION_TRACK_SEGMENT_MAX_NS_Q12)
-            return MOTION_E_RANGE;
     }
-    return MOTION_OK;
 }
 
 /* A start or goal on its limit of acceleration has a phase at it that leads to
@@ -392,6 +458,7 @@ static uint32_t ends_at_jerk(const struct motion_otg_move *move, int which,
 /* --- all of it ------------------------------------------------------------ */
 
 static int exact_make(const struct motion_otg_move *move,
+                      const struct otg_problem *problem,
                       const struct otg_shape *shape, int64_t dur_ns_q12,
                       int ends, struct motion_otg_plan *plan, uint32_t *fixed)
 {
@@ -405,9 +472,13 @@ static int exact_make(const struct motion_otg_move *move,
     plan->goal_vel_q32 = move->goal.vel_q32;
     plan->start_acc = motion_otg_acc_image(move->start.acc_q16, bits);
     int64_t goal_acc = motion_otg_acc_image(move->goal.acc_q16, bits);
-    int err = exact_phases(shape, goal_acc, plan);
+    struct otg_rates rates;
+    exact_rates(problem, shape, bits, &rates);
+    int err = exact_phases(shape, &rates, goal_acc, plan);
     if (err < 0)
         return err;
+    exact_polish(shape, &rates, dur_ns_q12, plan);
+    exact_compact(shape, plan);
     exact_merge(plan);
     if (ends != 0 && dur_ns_q12 == 0)
         dur_ns_q12 = plan->dur_ns_q12; /* what the ends save is needed */
@@ -439,6 +510,7 @@ static int exact_repair(const struct motion_otg_move *move, int64_t dur_ns_q12,
 /* A velocity that is broken asks for more jerk at the ends, a jerk for more
  * time. */
 int motion_otg_settle(const struct motion_otg_move *move,
+                      const struct otg_problem *problem,
                       const struct otg_shape *shape, int64_t dur_ns_q12,
                       struct motion_otg_plan *plan,
                       enum motion_otg_field *field)
@@ -447,7 +519,8 @@ int motion_otg_settle(const struct motion_otg_move *move,
     for (int i = 0; i <= (ENDS_START | ENDS_GOAL); i++) {
         uint32_t fixed = 0;
         enum motion_otg_field now = MOTION_OTG_FIELD_GOAL_POS;
-        int made = exact_make(move, shape, dur_ns_q12, i, plan, &fixed);
+        int made =
+            exact_make(move, problem, shape, dur_ns_q12, i, plan, &fixed);
         if (made == MOTION_OK)
             made = motion_otg_check(move, plan, &now);
         for (int k = 0; k < EXACT_REPAIRS && made == MOTION_E_LIMIT &&

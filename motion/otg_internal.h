@@ -3,10 +3,13 @@
 #define MOTION_OTG_INTERNAL_H
 
 #include "motion/otg.h"
-#include "motion/otg_math.h"
+#include "motion/otg_border.h"
 #include "motion/otg_solve.h"
 #include "motion/otg_wide.h"
 #include "motion/real.h"
+
+/* Not inlined into a caller whose stack other, deeper calls need. */
+#define OTG_OWN_FRAME __attribute__((noinline))
 
 /* --- exact integers (otg.h) ------------------------------------------------
  *
@@ -15,10 +18,6 @@
 
 #define OTG_FIVES     1953125               /* 5^9 */
 #define OTG_WAY_FIVES INT64_C(11444091796875) /* 3 5^18 */
-
-/* Ticks per second, seconds per tick, for the search. */
-struct real motion_otg_ticks_per_s(void);
-struct real motion_otg_tick_s(void);
 
 /* Values of the public formats in the plan's units; exact, but for an
  * acceleration where acc_bits < 16 and a velocity where acc_bits < 10, which
@@ -44,6 +43,10 @@ struct otg_run motion_otg_run_start(const struct motion_otg_plan *plan);
 void motion_otg_run_phase(struct otg_run *run,
                           const struct motion_otg_phase *phase);
 
+/* What a plan's phases miss of its goal, in its units. */
+void motion_otg_plan_miss(const struct motion_otg_plan *plan, struct wide *vel,
+                          struct wider *way);
+
 /* a^2 / 2j <= room: does a ramp from |a| to zero fit?  Exactly.  j > 0. */
 bool motion_otg_ramp_fits(int64_t acc_q16, int64_t jerk_q16, uint64_t room_q32);
 
@@ -55,6 +58,10 @@ int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed,
 /* Bring the start (a, then v) inside the limits; adds 0..2 phases to `shape`
  * and moves v0, a0 and d on. */
 void motion_otg_brake(struct otg_problem *q, struct otg_shape *shape);
+/* Whether it (or the goal, backwards in time) is inside, with room to let go
+ * of its acceleration; true means that there is nothing to brake. */
+bool motion_otg_is_start_inside(const struct otg_problem *q);
+bool motion_otg_is_goal_inside(const struct otg_problem *q);
 /* The same for an acceleration alone. */
 void motion_otg_brake_acc(struct otg_problem *q, struct otg_shape *shape);
 
@@ -73,16 +80,64 @@ int motion_otg_wanted_bits(int64_t dur_ns_q12);
 void motion_otg_problem_init(const struct motion_otg_move *move,
                              struct otg_draw draw, struct otg_problem *q);
 
+/* Count lengths such that `jerk` is 1. */
+void motion_otg_in_jerk(struct otg_problem *q, struct num jerk);
+/* And back: the accelerations of phases [from, count) times jerk. */
+void motion_otg_shape_scale(struct otg_shape *shape, int from, struct num jerk);
+
+/* Between otg_solve.c and otg_timed.c, for problems in unit jerk. */
+bool motion_otg_is_reached(const struct otg_problem *q, struct num t,
+                           struct num miss);
+struct otg_lens {
+    bool exists;
+    struct num valley; /* x is -valley at its late end */
+};
+struct otg_lens motion_otg_lens_of(const struct otg_problem *q);
+/* A border of the lens; returns x at its start. */
+struct num motion_otg_lens_border(const struct otg_problem *q, int sign,
+                                  struct otg_border *b);
+/* Duration of the fastest motion outside the lens (`sign` 0), or of where the
+ * displacement is last passed on the border with that sign. */
+struct num motion_otg_next_time(const struct otg_problem *q, int sign);
+
+/* Ticks per second. */
+struct num motion_otg_per_second(void);
+/* a * 2^e, to 2^-28. */
+struct num motion_otg_wide_num(struct wide a, int32_t e);
+/* A duration in seconds. */
+struct num motion_otg_seconds(int64_t dur_ns_q12);
+
 /* Position goal: brake both ends inside, solve the middle; t zero for the
  * fastest, else exactly t seconds or MOTION_E_LIMIT and *next. */
-int motion_otg_propose(struct otg_problem q, struct real t,
-                       struct otg_shape *shape, struct real *next);
+int motion_otg_propose(struct otg_problem q, struct num t,
+                       struct otg_shape *shape, struct num *next);
 
-/* Turn a problem, and phases [from, count) of its answer that start at a0,
- * backwards in time. */
-struct otg_problem motion_otg_reversed(const struct otg_problem *q);
-void motion_otg_shape_reverse(struct otg_shape *shape, int from,
-                              struct real a0);
+/* Backwards in time. */
+void motion_otg_reverse(struct otg_problem *q);
+
+/* Jerks in a plan's own units of acceleration per tick, and where they hold. */
+struct otg_rates {
+    struct num j, j2, per_j, per_j2;
+    int brake, turn;
+};
+
+/* Ticks for the acceleration to move by `step` units in phase i, up. */
+int64_t motion_otg_ramp_ticks(const struct otg_rates *rates, int i,
+                              int64_t step);
+
+/* What a plan misses, wanted - run, in unit/s, unit, and with a wanted duration
+ * in ticks. */
+struct otg_miss {
+    struct num vel, way;
+    int64_t ticks;
+    bool is_timed;
+};
+
+/* Move the plan, its phases still those of the shape, by one Newton step. */
+void motion_otg_polish(struct motion_otg_plan *plan,
+                       const struct otg_knobs *knobs,
+                       const struct otg_rates *rates,
+                       const struct otg_miss *miss);
 
 /* The jerk that limits phase i, of a move whose jerk is limited. */
 int64_t motion_otg_phase_jerk(const struct motion_otg_limit *lim,
@@ -92,9 +147,15 @@ int64_t motion_otg_phase_jerk(const struct motion_otg_limit *lim,
  * is `dur_ns_q12`, or what comes for 0.  MOTION_E_RANGE when it does not fit the
  * formats, MOTION_E_LIMIT with the field that is broken. */
 int motion_otg_settle(const struct motion_otg_move *move,
+                      const struct otg_problem *problem,
                       const struct otg_shape *shape, int64_t dur_ns_q12,
                       struct motion_otg_plan *plan,
                       enum motion_otg_field *field);
+
+/* How long the fastest motion takes, to 2^-27; move->dur_ns_q12 is not looked
+ * at.  Errors as motion_otg_make. */
+int motion_otg_least(const struct motion_otg_move *move, int64_t *dur_ns_q12,
+                     enum motion_otg_field *field);
 
 /* Make a plan of `move` a hair longer, by lengthening its longest phase; it has
  * then passed the check, or the error says that it could not. */

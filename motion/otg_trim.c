@@ -152,19 +152,17 @@ static int trim_split(struct motion_otg_plan *plan)
     return MOTION_OK;
 }
 
-/* What is missing at the end. */
-static void trim_miss(struct trim *t)
+void motion_otg_plan_miss(const struct motion_otg_plan *plan, struct wide *vel,
+                          struct wider *way)
 {
-    const struct motion_otg_plan *plan = t->plan;
     struct otg_run run = motion_otg_run_start(plan);
     for (int i = 0; i < plan->count; i++)
         motion_otg_run_phase(&run, &plan->phase[i]);
-    struct wide goal =
-        motion_otg_vel_image(plan->goal_vel_q32, plan->acc_bits);
-    struct wide way = wide_sub(wide_from(plan->goal_pos_q32),
-                               wide_from(plan->start_pos_q32));
-    t->vel = wide_sub(goal, run.v);
-    t->way = wider_sub(motion_otg_way_image(way, plan->acc_bits), run.p);
+    struct wide goal = motion_otg_vel_image(plan->goal_vel_q32, plan->acc_bits);
+    struct wide whole = wide_sub(wide_from(plan->goal_pos_q32),
+                                 wide_from(plan->start_pos_q32));
+    *vel = wide_sub(goal, run.v);
+    *way = wider_sub(motion_otg_way_image(whole, plan->acc_bits), run.p);
 }
 
 static struct wider times_wide(struct wide x, int64_t by)
@@ -287,7 +285,7 @@ static int trim_one(struct trim *t)
 
 static int trim_position(struct trim *t, uint32_t fixed)
 {
-    trim_miss(t);
+    motion_otg_plan_miss(t->plan, &t->vel, &t->way);
     if ((t->way.hi | t->way.mid | t->way.lo | t->vel.hi | t->vel.lo) == 0)
         return MOTION_OK;
     for (bool alone = false;; alone = true) {
@@ -313,7 +311,7 @@ static int trim_free_end(struct motion_otg_plan *plan)
 
 static int trim_velocity(struct trim *t)
 {
-    trim_miss(t);
+    motion_otg_plan_miss(t->plan, &t->vel, &t->way);
     while ((t->vel.hi | t->vel.lo) != 0) {
         trim_groups(t, 0, false);
         if (t->count > 0) {

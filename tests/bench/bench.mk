@@ -2,7 +2,7 @@
 # QEMU (variables of tests/qemu/qemu.mk), and on this machine beside Ruckig.
 
 BENCH      := build/bench
-BENCH_OPT  ?= -O2
+BENCH_OPT  ?= -Os
 BENCH_IMAGE := tests/bench/plan_image.c tests/bench/otg_random.c
 # A nanosecond per instruction where the counter counts those.
 BENCH_ICOUNT_m4 := -icount shift=6,sleep=off
