@@ -93,7 +93,9 @@ enum controller_reaction {
       "another master speaks on the bus")                                      \
     X(CONTROLLER_FAULT_BUS_PASSIVE, CONTROLLER_REACT_HOLD,                     \
       "the bus has too many errors (error-passive)")                           \
-    X(CONTROLLER_FAULT_BUS, CONTROLLER_REACT_OFF, "the bus is down")
+    X(CONTROLLER_FAULT_BUS, CONTROLLER_REACT_OFF, "the bus is down")           \
+    X(CONTROLLER_FAULT_TRACK, CONTROLLER_REACT_STOP,                           \
+      "the move was not read in time")
 
 enum controller_fault {
 #define CONTROLLER_FAULT_ENUM(name, reaction, text) name,
@@ -117,6 +119,7 @@ struct controller_axis_config {
     struct motion_clock_limit stop;  /* for stopping after a fault, >= limit */
     int64_t following_floor_q32;     /* fault above max(floor, |v| * k) */
     int64_t following_k_ns;
+    int64_t feedback_max_age_ns; /* of this axis; 0: the controller's */
 };
 
 struct controller_config {
@@ -172,6 +175,7 @@ struct controller {
     struct motion_clock_warp warp;
     struct motion_clock_rate rate; /* at the last tick */
     int64_t move_end_ns_q12;
+    int64_t reserve_ns_q12;   /* path time that a stop may need */
     int64_t override_q30;     /* what the operator asked for */
     int64_t override_max_q30; /* what the move's limits allow */
     int64_t wanted_q30;       /* where the clock should go to */
@@ -196,8 +200,9 @@ int controller_enable(struct controller *controller); /* OFF, READY follows */
 /* READY -> OFF; also ends the torque that a fault has left on (HOLD). */
 int controller_off(struct controller *controller);
 /* READY -> MOVING.  One track per axis (NULL: stands still).  The tracks must
- * outlive the move.  MOTION_E_LIMIT when an axis does not stand where its track
- * starts (*axis says which, when not NULL), or when a track is beyond the
+ * outlive the move.  A window (track.h) must be moved on between ticks; where it
+ * does not reach as far as a stop may need, that is a fault.
+ * MOTION_E_LIMIT when an axis does not stand where its track starts (*axis says which, when not NULL), or when a track is beyond the
  * limits at 100 % (*axis is -1). */
 int controller_start(struct controller *controller,
                      const struct motion_track *const track[], int *axis);
@@ -208,6 +213,11 @@ int controller_stop(struct controller *controller);
  * MOTION_E_ARG outside, MOTION_E_LIMIT above override_max_q30 of the move that
  * is running. */
 int controller_override(struct controller *controller, int64_t rate_q30);
+/* How far ahead windows of the tracks must reach, in path time, so that the
+ * group can stop along the path when played at this rate. */
+int64_t controller_reserve_ns_q12(const struct controller *controller,
+                                  const struct motion_track *const track[],
+                                  int64_t rate_q30);
 /* FAULT -> OFF once every drive has let go of its fault.  MOTION_E_STATE while
  * the e-stop is active. */
 int controller_reset(struct controller *controller);

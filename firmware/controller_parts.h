@@ -34,6 +34,11 @@ bool controller_is_held(const struct controller *controller);
 void controller_ramp_seek(struct controller *controller);
 void controller_ramp_reset(struct controller *controller);
 bool controller_ramp_stop(struct controller *controller);
+/* Path time that a stop within the stop limits takes at most, as a rule, from
+ * the rate and a speed on one axis. */
+int64_t controller_ramp_reserve(const struct controller *controller,
+                                unsigned index, int64_t vel_q32,
+                                int64_t rate_q30);
 
 /* controller_gate.c: may this set point go to the drive now?  When not, the
  * value that was too large and what was allowed. */

@@ -27,6 +27,10 @@ bool controller_input(struct hal_gpio *line)
 static bool watch_demand(const struct controller_axis *axis, int64_t *pos_q32)
 {
     const int64_t given_ns = axis->feedback.t_ns - axis->feedback.demand_age_ns;
+    if (axis->feedback.demand_known) {
+        *pos_q32 = axis->feedback.demand_q32;
+        return true;
+    }
     for (unsigned i = 0; i < axis->sent_count; i++)
         if (axis->sent_ns[i] <= given_ns) {
             *pos_q32 = axis->sent_q32[i];
@@ -64,8 +68,10 @@ static void watch_age(struct controller *controller, unsigned i)
     const int64_t age_ns =
         controller->now_ns - controller->axis[i].feedback.t_ns;
     const int64_t lost = (int64_t)(controller->lost_score + 7) >> 3;
-    const int64_t most_ns = controller->config.feedback_max_age_ns +
-                            lost * controller->config.period_ns;
+    const int64_t own_ns = controller->config.axis[i].feedback_max_age_ns;
+    const int64_t most_ns =
+        (own_ns > 0 ? own_ns : controller->config.feedback_max_age_ns) +
+        lost * controller->config.period_ns;
     if (age_ns > most_ns)
         controller_raise(controller, CONTROLLER_FAULT_STALE, (int)i, age_ns,
                          most_ns);
@@ -116,6 +122,20 @@ static void watch_switches(struct controller *controller, unsigned i)
                          axis->feedback.pos_q32, 0);
 }
 
+/* While there is still enough to stop on. */
+static void watch_track(struct controller *controller, unsigned i)
+{
+    const struct motion_track *track = controller->axis[i].track;
+    if (!track)
+        return;
+    const int64_t ahead_ns_q12 =
+        motion_track_ahead(track, controller->rate.s_ns_q12);
+    if (ahead_ns_q12 < controller->reserve_ns_q12)
+        controller_raise(controller, CONTROLLER_FAULT_TRACK, (int)i,
+                         ahead_ns_q12 / MOTION_FIXED_NS_Q12,
+                         controller->reserve_ns_q12 / MOTION_FIXED_NS_Q12);
+}
+
 static void watch_ticks(struct controller *controller)
 {
     if (controller->lost_score >= LOST_MAX)
@@ -152,6 +172,7 @@ void controller_watch_judge(struct controller *controller, int bus)
         watch_age(controller, i);
         watch_following(controller, i);
         watch_switches(controller, i);
+        watch_track(controller, i);
     }
 }
 

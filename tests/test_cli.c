@@ -4,6 +4,7 @@
 #include <cjson/cJSON.h>
 #include <dirent.h>
 #include <fcntl.h>
+#include <math.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -584,6 +585,55 @@ static void a_run_reports_and_its_telemetry_can_be_drawn(void **state)
                      "t.csv:2: x, expected a number");
 }
 
+static void a_path_and_a_blend_go_all_the_way(void **state)
+{
+    static const char *const examples[] = { "examples/flyby",
+                                            "examples/poses" };
+    (void)state;
+    for (size_t i = 0; i < 2; i++) {
+        const char *svg = in_directory("p.svg");
+        expect(slew("check", examples[i]), STATUS_OK);
+        expect(slew("sample", "--rate", "10", examples[i]), STATUS_OK);
+        expect(slew("plot", "--out", svg, examples[i]), STATUS_OK);
+        expect(slew("run", "--json", examples[i]), STATUS_OK);
+        cJSON *report = cJSON_Parse(out);
+        assert_non_null(report);
+        assert_string_equal(cJSON_GetObjectItem(report, "end")->valuestring,
+                            "done");
+        cJSON_Delete(report);
+    }
+}
+
+static void plan_says_how_long_and_how_fast_a_path_is(void **state)
+{
+    (void)state;
+    expect(slew("plan", "--json", "examples/flyby"), STATUS_OK);
+    cJSON *report = cJSON_Parse(out);
+    const cJSON *path = cJSON_GetObjectItem(report, "path");
+    assert_non_null(path);
+    assert_true(fabs(number(path, "speed_peak") - 380) < 1e-6);
+    assert_true(number(path, "length_error") < 1e-9);
+    assert_true(number(path, "bound") <= 2e-6);
+    cJSON_Delete(report);
+    expect(slew("plan", "--rules", "examples/flyby"), STATUS_OK);
+    assert_non_null(strstr(out, "380.000000 mm/s along it"));
+    assert_non_null(strstr(out, "simpson"));
+    expect(slew("check", "examples/flyby"), STATUS_OK);
+    assert_non_null(strstr(out, "380.000000 mm/s along it"));
+}
+
+static void a_path_that_cannot_be_planned_names_its_place(void **state)
+{
+    (void)state;
+    write_file(move, "path:\n  axes: [x, y]\n  points: [[0, 0], [9, 9]]\n"
+                     "  speed: {law: constant, from: 1, time: 1 s}\n");
+    expect_bad_input(slew("check", "examples/flyby/rig.yaml", move),
+                     "move.yaml:4:10: the speed law covers 1 of the path's");
+    expect_bad_input(slew("plot", "--out", "p.svg", "--compare", "linear",
+                          "--axis", "x", "examples/flyby"),
+                     "no keys drive the axis x");
+}
+
 static void too_many_drives_for_the_bus_are_refused(void **state)
 {
     (void)state;
@@ -661,6 +711,9 @@ int main(void)
         RUN(a_dry_run_writes_nothing),
         RUN(two_runs_write_the_same_telemetry),
         RUN(a_run_reports_and_its_telemetry_can_be_drawn),
+        RUN(a_path_and_a_blend_go_all_the_way),
+        RUN(plan_says_how_long_and_how_fast_a_path_is),
+        RUN(a_path_that_cannot_be_planned_names_its_place),
         RUN(too_many_drives_for_the_bus_are_refused),
         RUN(real_drives_are_asked_for_and_need_an_interface),
         RUN(simulated_drives_need_an_interface_to_be_seen_on),

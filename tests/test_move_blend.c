@@ -208,8 +208,7 @@ static void a_warp_that_changes_nothing_changes_no_bit(void **state)
     static const char *const warp[] = {
         "{curve: linear, keys: [[0 s, 0 s], [9 s, 9 s]]}",
         "{curve: linear, keys: [[0 s, 0 s], [1.7 s, 1.7 s], [40 s, 40 s]]}",
-        "{curve: c2, ends: natural, keys: [[0 s, 0 s], [4 s, 4 s], [9 s, 9 "
-        "s]]}",
+        "{curve: c2, ends: natural, keys: [[0, 0], [4, 4 s], [9, 9 s]]}",
         "{curve: hermite, keys: [[0 s, 0 s, 100 %], [9 s, 9 s, 1]]}",
     };
     static struct move_file plain, file;

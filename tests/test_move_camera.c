@@ -120,7 +120,8 @@ static void the_bound_of_each_angle_is_what_was_asked(void **state)
                           "  tolerance: 0.01 deg\n");
     const uint32_t count = move_file_track(&file, "pan")->count;
     for (int i = 0; i < 3; i++)
-        assert_true(file.outcome.camera_bound_q32[i] <= fabs(ldexp(0.01, 32)));
+        assert_true(file.outcome.camera_bound_q32[i] <=
+                    MOTION_FIXED_ONE_Q32 / 100);
     move_file_close(&file);
     move_file_need(&file, RIG,
                    CAMERA "  look: {at: [2 m, 90 cm, 900 mm]}\n"

@@ -32,6 +32,7 @@ static void constant_speed_is_constant_along_every_curve(void **state)
         "c2",
         "c2\n  closed: true",
         "c2\n  spacing: uniform",
+        "c2\n  tolerance: 1 mm", /* of place, not of speed */
         "quintic",
         "quintic\n  closed: true",
         "catmull-rom\n  spacing: chordal",
@@ -223,93 +224,94 @@ static void a_path_that_is_too_fast_is_found(void **state)
 #define HEAD "path:\n  axes: [x, y, z]\n"
 #define GOOD "  speed: {law: quintic, time: 9 s}\n"
 
+static const struct {
+    const char *text, *message;
+} refused[] = {
+    { HEAD POINTS "  speed:\n    - {law: constant, from: 300 mm/s, time: 1 "
+                  "s}\n",
+      "10:7: the speed law covers 300 of the path's 4" },
+    { HEAD POINTS "  speed:\n    - {law: quintic, time: 1 s, length: 9 "
+                  "m}\n    - {law: quintic, time: 1 s}\n",
+      "11:7: the other parts of the speed law cover 9000 already" },
+    { HEAD POINTS "  speed:\n    - {law: ramp, time: 1 s, to: 300 mm/s}\n  "
+                  "  - {law: quintic, time: 9 s}\n",
+      "11:7: part 2 of the speed law starts at 0/s, but the part before it "
+      "ends at 300/s" },
+    { HEAD POINTS "  speed:\n    - {law: constant}\n",
+      "10:7: part 1 of the speed law stands still" },
+    { HEAD POINTS "  speed:\n    - {law: quintic, time: 1 s}\n    - {law: "
+                  "quintic, time: 1 s}\n",
+      "11:7: parts 1 and 2 of the speed law both take the rest" },
+    { HEAD POINTS "  speed:\n    - {law: drawn, distance: {curve: quintic, "
+                  "keys: [[0 s, 0 %], [1 s, 60 %], [2 s, 20 %], [5 s, 100 "
+                  "%]]}}\n",
+      "10:7: part 1 of the speed law goes back somewhere" },
+    { HEAD POINTS "  speed:\n    - {law: velocity, points: [[0 s, 1], [1 "
+                  "s, -1], [3 s, 9]], length: rest}\n",
+      "10:7: part 1 of the speed law goes back somewhere" },
+    { HEAD POINTS "  speed: {law: quintic}\n",
+      "9:10: part has no 'time', which law quintic needs" },
+    { HEAD POINTS "  speed: {law: quintic, time: 3 s, to: 3}\n",
+      "9:40: to is not used by law quintic" },
+    { HEAD POINTS "  speed: {law: ramp, time: 3 s, to: -3}\n",
+      "9:37: to '-3' goes backwards" },
+    { HEAD POINTS "  speed: []\n", "9:10: speed has 0 items" },
+    { HEAD POINTS "  speed: {law: fast, time: 3 s}\n",
+      "9:16: unknown law 'fast'" },
+    { HEAD POINTS "  speed: {law: pause, time: 0 s}\n",
+      "9:29: time '0 s' is not above zero" },
+    { HEAD POINTS "  speed: {law: constant, from: 1, length: 101 %}\n",
+      "9:43: length '101 %' is not on the path" },
+    { HEAD POINTS
+      "  speed: {law: drawn, distance: {keys: [[0, 0], [1, 0.5]]}}\n",
+      "9:33: distance does not go from [0 s, 0 %] to 100 %" },
+    { HEAD POINTS
+      "  speed: {law: acceleration, points: [[1 s, 0], [2 s, 0]]}\n",
+      "9:40: point does not begin at 0 s" },
+    { HEAD "  points: [[0, 0, 0]]\n" GOOD, "3:11: points has 1 item" },
+    { HEAD "  points: [[0, 0, 0], [1, 2]]\n" GOOD, "3:23: point has 2 items" },
+    { HEAD "  points: [[0, 0, 0], [1, 2, 3], [1, 2, 3]]\n" GOOD,
+      "3:34: point is the same as the one before it (line 3)" },
+    { HEAD "  closed: true\n  points: [[0, 0, 0], [1, 2, 3], [1, 2, 4], "
+           "[0, 0, 0]]\n" GOOD,
+      "4:45: point is the first one again" },
+    { HEAD "  closed: true\n  points: [[0, 0, 0], [1, 2, 3]]\n" GOOD,
+      "4:11: points has 2 items" },
+    { HEAD "  closed: true\n  curve: b-spline\n" POINTS GOOD,
+      "3:11: closed is not possible with curve b-spline" },
+    { HEAD "  curve: smoothed\n" POINTS GOOD,
+      "5:5: points come without a corner" },
+    { HEAD "  corner: 3 mm\n" POINTS GOOD,
+      "3:11: corner is not used by curve c2" },
+    { HEAD "  curve: hermite\n" POINTS GOOD, "3:10: unknown curve 'hermite'" },
+    { "path:\n  axes: [x]\n" POINTS GOOD, "2:9: axes has 1 item" },
+    { "path:\n  axes: [x, y, w]\n" POINTS GOOD, "2:16: unknown axis 'w'" },
+    { "path:\n  axes: [x, y, y]\n" POINTS GOOD,
+      "2:16: axes 'y' is driven by the path in line 2 already" },
+    { "path:\n  axes: [x, y, pan]\n" POINTS GOOD,
+      "2:16: axes has the axis 'pan' in deg beside one in mm" },
+    { "axes: {z: {keys: [[0, 1]]}}\n" HEAD POINTS GOOD,
+      "3:16: axes 'z' is driven by the keys in line 1 already" },
+    { "title: a\n", "1:1: the move moves nothing, expected axes, a path" },
+};
+
 static void what_cannot_be_driven_is_said_at_its_place(void **state)
 {
-    static const struct {
-        const char *text, *message;
-    } rows[] = {
-        { HEAD POINTS "  speed:\n    - {law: constant, from: 300 mm/s, time: 1 "
-                      "s}\n",
-          "10:7: the speed law covers 300 of the path's 4" },
-        { HEAD POINTS "  speed:\n    - {law: quintic, time: 1 s, length: 9 "
-                      "m}\n    - {law: quintic, time: 1 s}\n",
-          "11:7: the other parts of the speed law cover 9000 already" },
-        { HEAD POINTS "  speed:\n    - {law: ramp, time: 1 s, to: 300 mm/s}\n  "
-                      "  - {law: quintic, time: 9 s}\n",
-          "11:7: part 2 of the speed law starts at 0/s, but the part before it "
-          "ends at 300/s" },
-        { HEAD POINTS "  speed:\n    - {law: constant}\n",
-          "10:7: part 1 of the speed law stands still" },
-        { HEAD POINTS "  speed:\n    - {law: quintic, time: 1 s}\n    - {law: "
-                      "quintic, time: 1 s}\n",
-          "11:7: parts 1 and 2 of the speed law both take the rest" },
-        { HEAD POINTS "  speed:\n    - {law: drawn, distance: {curve: quintic, "
-                      "keys: [[0 s, 0 %], [1 s, 60 %], [2 s, 20 %], [5 s, 100 "
-                      "%]]}}\n",
-          "10:7: part 1 of the speed law goes back somewhere" },
-        { HEAD POINTS "  speed:\n    - {law: velocity, points: [[0 s, 1], [1 "
-                      "s, -1], [3 s, 9]], length: rest}\n",
-          "10:7: part 1 of the speed law goes back somewhere" },
-        { HEAD POINTS "  speed: {law: quintic}\n",
-          "9:10: part has no 'time', which law quintic needs" },
-        { HEAD POINTS "  speed: {law: quintic, time: 3 s, to: 3}\n",
-          "9:40: to is not used by law quintic" },
-        { HEAD POINTS "  speed: {law: ramp, time: 3 s, to: -3}\n",
-          "9:37: to '-3' goes backwards" },
-        { HEAD POINTS "  speed: []\n", "9:10: speed has 0 items" },
-        { HEAD POINTS "  speed: {law: fast, time: 3 s}\n",
-          "9:16: unknown law 'fast'" },
-        { HEAD POINTS "  speed: {law: pause, time: 0 s}\n",
-          "9:29: time '0 s' is not above zero" },
-        { HEAD POINTS "  speed: {law: constant, from: 1, length: 101 %}\n",
-          "9:43: length '101 %' is not on the path" },
-        { HEAD POINTS
-          "  speed: {law: drawn, distance: {keys: [[0, 0], [1, 0.5]]}}\n",
-          "9:33: distance does not go from [0 s, 0 %] to 100 %" },
-        { HEAD POINTS
-          "  speed: {law: acceleration, points: [[1 s, 0], [2 s, 0]]}\n",
-          "9:40: point does not begin at 0 s" },
-        { HEAD "  points: [[0, 0, 0]]\n" GOOD, "3:11: points has 1 item" },
-        { HEAD "  points: [[0, 0, 0], [1, 2]]\n" GOOD,
-          "3:23: point has 2 items" },
-        { HEAD "  points: [[0, 0, 0], [1, 2, 3], [1, 2, 3]]\n" GOOD,
-          "3:34: point is the same as the one before it (line 3)" },
-        { HEAD "  closed: true\n  points: [[0, 0, 0], [1, 2, 3], [1, 2, 4], "
-               "[0, 0, 0]]\n" GOOD,
-          "4:45: point is the first one again" },
-        { HEAD "  closed: true\n  points: [[0, 0, 0], [1, 2, 3]]\n" GOOD,
-          "4:11: points has 2 items" },
-        { HEAD "  closed: true\n  curve: b-spline\n" POINTS GOOD,
-          "3:11: closed is not possible with curve b-spline" },
-        { HEAD "  curve: smoothed\n" POINTS GOOD,
-          "5:5: points come without a corner" },
-        { HEAD "  corner: 3 mm\n" POINTS GOOD,
-          "3:11: corner is not used by curve c2" },
-        { HEAD "  curve: hermite\n" POINTS GOOD,
-          "3:10: unknown curve 'hermite'" },
-        { "path:\n  axes: [x]\n" POINTS GOOD, "2:9: axes has 1 item" },
-        { "path:\n  axes: [x, y, w]\n" POINTS GOOD, "2:16: unknown axis 'w'" },
-        { "path:\n  axes: [x, y, y]\n" POINTS GOOD,
-          "2:16: axes 'y' is driven by the path in line 2 already" },
-        { "path:\n  axes: [x, y, pan]\n" POINTS GOOD,
-          "2:16: axes has the axis 'pan' in deg beside one in mm" },
-        { "axes: {z: {keys: [[0, 1]]}}\n" HEAD POINTS GOOD,
-          "3:16: axes 'z' is driven by the keys in line 1 already" },
-        { "title: a\n", "1:1: the move moves nothing, expected axes, a path" },
-        { HEAD "  curve: linear\n  points: [[0, 0, 0], [9, 0, 0], [1, 0, "
-               "0]]\n" GOOD,
-          NULL }, /* speed steps where it turns: slew check says that */
-    };
     (void)state;
-    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
-        static struct move_file file;
-        if (rows[i].message != NULL) {
-            move_file_refuse(RIG, rows[i].text, rows[i].message);
-            continue;
-        }
-        move_file_need(&file, RIG, rows[i].text);
-        move_file_close(&file);
-    }
+    for (size_t i = 0; i < ARRAY_LEN(refused); i++)
+        move_file_refuse(RIG, refused[i].text, refused[i].message);
+}
+
+/* slew check says where its speed steps. */
+static void a_path_may_turn_on_the_spot(void **state)
+{
+    static struct move_file file;
+    (void)state;
+    move_file_need(&file, RIG,
+                   HEAD "  curve: linear\n  points: [[0, 0, 0], [9, 0, 0], [1, "
+                        "0, 0]]\n" GOOD);
+    assert_true(fabs(move_file_pos(&file, "x", 9) - 1) < 1e-9);
+    move_file_close(&file);
 }
 
 int main(void)
@@ -321,6 +323,7 @@ int main(void)
         cmocka_unit_test(a_closed_path_has_no_seam),
         cmocka_unit_test(a_path_that_is_too_fast_is_found),
         cmocka_unit_test(what_cannot_be_driven_is_said_at_its_place),
+        cmocka_unit_test(a_path_may_turn_on_the_spot),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "firmware/linux/modbus_budget.h"
 #include "motion/fixed.h"
 #include "sim/sim_can.h"
 
@@ -117,12 +118,52 @@ static void budget_add_axis(struct budget *budget, const struct job *job,
                budget_bits(BUDGET_HEARTBEAT + node, &operational, 1));
 }
 
+/* Of a Modbus axis: set point and polls once per cycle of the line. */
+static void budget_add_modbus(struct budget *budget, unsigned i)
+{
+    const struct rig *rig = budget->rig;
+    unsigned transactions;
+    const int64_t share_ns = modbus_budget_share_ns(rig, i, &transactions);
+    const double bits = (double)share_ns * rig->bus[budget->bus].bit_rate / 1e9;
+
+    budget->item[budget->count++] = (struct budget_item){
+        .what = "cycle",
+        .axis = rig->axis[i].name,
+        .period_ns = modbus_budget_cycle_ns(rig, budget->bus),
+        .most_bits = (unsigned)bits,
+        .expected_bits = bits,
+    };
+}
+
+static void budget_sum_up(struct budget *budget, bool expects)
+{
+    const double bit_ns = 1e9 / budget->rig->bus[budget->bus].bit_rate;
+    for (unsigned i = 0; i < budget->count; i++) {
+        const struct budget_item *item = &budget->item[i];
+        double share_ns = bit_ns / (double)item->period_ns;
+        budget->most += item->most_bits * share_ns;
+        budget->expected += expects ? item->expected_bits * share_ns : 0;
+    }
+}
+
+static void budget_of_modbus(struct budget *budget, bool expects)
+{
+    for (unsigned i = 0; i < budget->rig->axis_count; i++)
+        if (budget->rig->axis[i].bus == budget->bus)
+            budget_add_modbus(budget, i);
+    budget_sum_up(budget, expects);
+}
+
 void budget_of(const struct rig *rig, unsigned bus, const struct job *job,
                struct budget *budget)
 {
     const uint8_t operational = BUDGET_OPERATIONAL;
     const uint32_t own = BUDGET_HEARTBEAT + rig->bus[bus].node_id;
     *budget = (struct budget){ .rig = rig, .bus = bus };
+    if (rig->bus[bus].kind != RIG_CANOPEN) {
+        budget_of_modbus(budget, job != NULL);
+        return;
+    }
     budget_add(budget, "SYNC", NULL, rig->period_ns, 0,
                budget_bits(BUDGET_SYNC, &operational, 0));
     budget_add(budget, "heartbeat", NULL, rig->watchdog_ns / 3, 1,
@@ -130,13 +171,7 @@ void budget_of(const struct rig *rig, unsigned bus, const struct job *job,
     for (unsigned i = 0; i < rig->axis_count; i++)
         if (rig->axis[i].bus == bus)
             budget_add_axis(budget, job, i);
-    const double bit_ns = 1e9 / rig->bus[bus].bit_rate;
-    for (unsigned i = 0; i < budget->count; i++) {
-        const struct budget_item *item = &budget->item[i];
-        double share_ns = bit_ns / (double)item->period_ns;
-        budget->most += item->most_bits * share_ns;
-        budget->expected += job == NULL ? 0 : item->expected_bits * share_ns;
-    }
+    budget_sum_up(budget, job != NULL);
 }
 
 bool budget_fits(const struct budget *budget)
@@ -231,6 +266,8 @@ void budget_print(const struct budget *budget, FILE *file)
     if (budget->expected > 0)
         fprintf(file, ", %.2f %% expected", 100 * budget->expected);
     fputc('\n', file);
+    if (bus->kind != RIG_CANOPEN)
+        modbus_budget_print(budget->rig, budget->bus, file);
 }
 
 struct cJSON *budget_json(const struct budget *budget)
@@ -259,7 +296,7 @@ struct cJSON *budget_json(const struct budget *budget)
 
 bool budget_check(const struct job *job)
 {
-    bool fits = true;
+    bool fits = modbus_budget_check(&job->rig, job->rig_path);
     for (unsigned i = 0; i < job->rig.bus_count; i++) {
         struct budget budget;
         char advice[BUDGET_ADVICE_MAX];

@@ -8,6 +8,7 @@
 #include "firmware/linux/job.h"
 #include "firmware/linux/json.h"
 #include "firmware/linux/number.h"
+#include "firmware/linux/path_report.h"
 #include "motion/clock_warp.h"
 
 static void cmd_check_json(const struct job *job, bool fits)
@@ -18,6 +19,7 @@ static void cmd_check_json(const struct job *job, bool fits)
     cJSON_AddNumberToObject(report, "axes", job->move.axis_count);
     cJSON_AddNumberToObject(report, "duration_s",
                             number_double(job->end_ns_q12, 12) / 1e9);
+    path_report_json(job, report);
     job_json_violations(job, report);
     cJSON *buses = cJSON_AddArrayToObject(report, "buses");
     for (unsigned i = 0; i < job->rig.bus_count; i++) {
@@ -45,16 +47,17 @@ static void cmd_check_text(const struct job *job)
         job_print_violations(job, stdout);
         printf("%u violation%s\n", job->violation_count,
                job->violation_count == 1 ? "" : "s");
-        return;
+    } else {
+        number_seconds(duration, job->end_ns_q12);
+        printf("%u axes, %s s: within all limits\n", job->move.axis_count,
+               duration);
     }
-    number_seconds(duration, job->end_ns_q12);
-    printf("%u axes, %s s: within all limits\n", job->move.axis_count,
-           duration);
+    path_report_text(job, stdout);
 }
 
 static enum status cmd_check_job(struct job *job, const struct options *options)
 {
-    enum status status = job_open(job, options);
+    enum status status = job_open_any(job, options);
     if (status != STATUS_OK)
         return status;
     job_check(job, options->override_q30 > 0 ? options->override_q30

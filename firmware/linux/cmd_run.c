@@ -6,6 +6,7 @@
 
 #include "firmware/linux/budget.h"
 #include "firmware/linux/command.h"
+#include "firmware/linux/compiled.h"
 #include "firmware/linux/job.h"
 #include "firmware/linux/json.h"
 #include "firmware/linux/machine.h"
@@ -30,6 +31,7 @@ struct cmd_run {
     struct machine machine;
     struct machine_sim sim;
     struct machine_real real;
+    struct machine_modbus pty; /* with --pty */
     struct player player;
     struct telemetry telemetry;
     struct trace trace;
@@ -78,8 +80,11 @@ static void cmd_run_intent_row(struct table *table, const struct cmd_run *self,
     number_short(text, track->end.pos_q32, 32);
     table_cell(table, "%s", text);
     table_cell(table, "%s", rig_unit_text(rig->unit));
-    if (self->job.move.axis[i].driver == PLAN_BY_KEYS)
-        table_cell(table, "%u", self->job.move.axis[i].key_count);
+    const struct plan_axis *axis = &self->job.move.axis[i];
+    if (self->job.compiled != NULL)
+        table_cell(table, "%u", self->job.compiled->file.axis[i].keys);
+    else if (axis->driver == PLAN_BY_KEYS)
+        table_cell(table, "%u", axis->key_count);
     else
         table_cell(table, "-");
     cmd_run_margin(table, self, i, MOTION_VEL);
@@ -117,6 +122,8 @@ static const char *cmd_run_drives(const struct cmd_run *self)
 {
     if (self->options->real)
         return "REAL drives";
+    if (self->options->pty)
+        return "simulated drives in real time, Modbus by libmodbus";
     return self->options->realtime ? "simulated drives in real time"
                                    : "simulated drives in virtual time";
 }
@@ -199,17 +206,46 @@ static enum status cmd_run_build(struct cmd_run *self)
     struct machine_ports ports;
     char message[RIG_MESSAGE_MAX];
     const struct rig *rig = &self->job.rig;
-    const int err =
+    int err =
         self->options->real
             ? machine_real_init(&self->real, rig, &ports, message)
-            : machine_sim_init(&self->sim, rig, self->options->realtime, &ports,
-                               message);
+            : machine_sim_init(&self->sim, rig,
+                               self->options->realtime || self->options->pty,
+                               &ports, message);
+    if (err == MOTION_OK && self->options->pty)
+        err = machine_modbus_open(&self->pty, rig, true, &ports, message);
     if (err < 0 ||
         machine_init(&self->machine, &self->job.rig, &ports, message) < 0) {
         fprintf(stderr, "%s: %s\n", self->job.rig_path, message);
         return STATUS_INPUT;
     }
     return STATUS_OK;
+}
+
+/* A window must always reach as far as a stop may need, and twice that so that
+ * reading ahead has time. */
+static enum status cmd_run_window(const struct cmd_run *self)
+{
+    const struct job *job = &self->job;
+    const struct motion_track *track[CONTROLLER_AXES_MAX] = { NULL };
+    char what[256], least[NUMBER_MAX], need[NUMBER_MAX];
+    if (job->compiled == NULL)
+        return STATUS_OK;
+    for (unsigned i = 0; i < job->move.axis_count; i++)
+        track[job->rig_axis[i]] = &job->track[i];
+    const int64_t need_ns_q12 =
+        2 * controller_reserve_ns_q12(&self->machine.controller, track,
+                                      self->rate_q30);
+    if (job->compiled->least_ns_q12 >= need_ns_q12)
+        return STATUS_OK;
+    number_seconds(least, job->compiled->least_ns_q12);
+    number_seconds(need, need_ns_q12);
+    snprintf(what, sizeof what,
+             "%d segments last %s s somewhere, expected %s s to be able to "
+             "stop: run the move file itself",
+             TRACK_STREAM_PLAY, least, need);
+    job_fail(job->move_path, what);
+    return STATUS_REFUSED;
 }
 
 static enum status cmd_run_files(struct cmd_run *self)
@@ -253,7 +289,7 @@ static enum status cmd_run_play(struct cmd_run *self)
 {
     const struct options *options = self->options;
     const struct player_config config = {
-        .realtime = options->realtime || options->real,
+        .realtime = options->realtime || options->real || options->pty,
         .override_q30 = self->rate_q30,
         .hold_at_ns = options->hold_at_ns,
         .resume_after_ns = options->resume_after_ns < 0
@@ -309,7 +345,7 @@ static enum status cmd_run_end(const struct report *report)
     return STATUS_INTERRUPTED;
 }
 
-static void cmd_run_report(const struct cmd_run *self)
+static void cmd_run_report(struct cmd_run *self)
 {
     if (self->options->json) {
         report_json(&self->report, stdout);
@@ -317,6 +353,8 @@ static void cmd_run_report(const struct cmd_run *self)
     }
     putchar('\n');
     report_print(&self->report, stdout);
+    machine_modbus_print(&self->pty, &self->job.rig, stdout);
+    machine_modbus_print(&self->real.modbus, &self->job.rig, stdout);
 }
 
 static enum status cmd_run_live(struct cmd_run *self)
@@ -343,14 +381,22 @@ static enum status cmd_run_interfaces(struct cmd_run *self)
 static enum status cmd_run_job(struct cmd_run *self)
 {
     const struct options *options = self->options;
-    enum status status = job_open(&self->job, options);
+    enum status status = job_open_any(&self->job, options);
     if (status != STATUS_OK)
         return status;
     status = cmd_run_interfaces(self);
     if (status != STATUS_OK)
         return status;
+    if (self->job.compiled != NULL && options->plot != NULL)
+        return job_fail(self->job.move_path, "is a compiled move, expected the "
+                                             "move file itself for --plot");
     if (!options->json)
         cmd_run_intent(self);
+    if (options->pty && options->real) {
+        fputs("slew run: --pty is for simulated drives, --real is not\n",
+              stderr);
+        return STATUS_INPUT;
+    }
     status = cmd_run_check(self);
     if (status != STATUS_OK)
         return status;
@@ -360,6 +406,8 @@ static enum status cmd_run_job(struct cmd_run *self)
         return STATUS_OK;
     }
     status = cmd_run_build(self);
+    if (status == STATUS_OK)
+        status = cmd_run_window(self);
     if (status == STATUS_OK)
         status = cmd_run_files(self);
     if (status != STATUS_OK)
@@ -380,6 +428,7 @@ static enum status cmd_run_run(const struct options *options)
     enum status status = cmd_run_job(&self);
     output_abandon(&self.csv);
     trace_free(&self.trace);
+    machine_modbus_close(&self.pty);
     machine_real_close(&self.real);
     job_free(&self.job);
     return status;
@@ -392,6 +441,9 @@ static const struct option_row cmd_run_option[] = {
       "move the real drives, on the interfaces of the rig" },
     { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
       "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
+    { "pty", NULL, OPTION_FLAG, offsetof(struct options, pty),
+      "in real time, simulated Modbus drives behind real pseudo-terminals and "
+      "sockets" },
     { "realtime", NULL, OPTION_FLAG, offsetof(struct options, realtime),
       "run on the clock, not in virtual time" },
     { "telemetry", "FILE", OPTION_TEXT, offsetof(struct options, telemetry),
@@ -418,7 +470,8 @@ const struct command cmd_run = {
         "drives, takes every axis to its first key, runs the move, and "
         "reports\n"
         "per axis what was reached.  A move that breaks a limit is not run:\n"
-        "nothing is sent to the bus.\n\n"
+        "nothing is sent to the bus.  MOVE may be a compiled one: it is read\n"
+        "as it is played (slew compile).\n\n"
         "Drives are simulated unless --real is given: then the buses are the\n"
         "CAN interfaces that the rig names, and things move.  --dry-run says "
         "what\n"

@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "firmware/linux/compiled.h"
 #include "firmware/linux/memory.h"
 #include "firmware/linux/number.h"
 #include "firmware/linux/table.h"
@@ -82,7 +83,7 @@ static bool job_is_directory(const char *path)
     return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
 }
 
-static enum status job_fail(const char *path, const char *what)
+enum status job_fail(const char *path, const char *what)
 {
     fprintf(stderr, "%s: %s\n", path, what);
     return STATUS_INPUT;
@@ -177,19 +178,78 @@ static enum status job_plan(struct job *job)
     return STATUS_OK;
 }
 
-enum status job_open(struct job *job, const struct options *options)
+/* An axis of a compiled move must be one of the rig, in the same unit. */
+static enum status job_take_axis(struct job *job, unsigned i)
+{
+    const struct track_file_axis *axis = &job->compiled->file.axis[i];
+    const int found = rig_axis_index(&job->rig, axis->name);
+    char what[128];
+    if (found < 0) {
+        snprintf(what, sizeof what, "moves axis %s, which the rig lacks",
+                 axis->name);
+        return job_fail(job->move_path, what);
+    }
+    const char *unit = rig_unit_text(job->rig.axis[found].unit);
+    if (strcmp(unit, axis->unit) != 0) {
+        snprintf(what, sizeof what,
+                 "axis %s is in %s, expected %s as in the rig", axis->name,
+                 axis->unit, unit);
+        return job_fail(job->move_path, what);
+    }
+    job->rig_axis[i] = (unsigned)found;
+    memcpy(job->move.axis[i].name, axis->name, sizeof axis->name);
+    if (axis->end_ns_q12 > job->end_ns_q12)
+        job->end_ns_q12 = axis->end_ns_q12;
+    return STATUS_OK;
+}
+
+static enum status job_open_compiled(struct job *job)
+{
+    char message[TRACK_FILE_MESSAGE_MAX];
+    enum status status = STATUS_OK;
+    job->compiled = compiled_open(job->move_path, job->track, message);
+    if (job->compiled == NULL)
+        return job_fail(job->move_path, message);
+    memcpy(job->move.title, job->compiled->file.title, sizeof job->move.title);
+    job->move.axis_count = job->compiled->file.axis_count;
+    for (unsigned i = 0; status == STATUS_OK && i < job->move.axis_count; i++)
+        status = job_take_axis(job, i);
+    return status;
+}
+
+static enum status job_open_move(struct job *job)
+{
+    char message[RIG_MESSAGE_MAX];
+    if (move_load(job->move_path, &job->rig, &job->move, message) < 0) {
+        fprintf(stderr, "%s\n", message);
+        return STATUS_INPUT;
+    }
+    return job_plan(job);
+}
+
+enum status job_open_any(struct job *job, const struct options *options)
 {
     char message[RIG_MESSAGE_MAX];
     memset(job, 0, sizeof *job);
     enum status status = job_paths(job, options);
     if (status != STATUS_OK)
         return status;
-    if (rig_load(job->rig_path, &job->rig, message) < 0 ||
-        move_load(job->move_path, &job->rig, &job->move, message) < 0) {
+    if (rig_load(job->rig_path, &job->rig, message) < 0) {
         fprintf(stderr, "%s\n", message);
         return STATUS_INPUT;
     }
-    return job_plan(job);
+    return track_file_is(job->move_path) ? job_open_compiled(job)
+                                         : job_open_move(job);
+}
+
+enum status job_open(struct job *job, const struct options *options)
+{
+    enum status status = job_open_any(job, options);
+    if (status == STATUS_OK && job->compiled != NULL)
+        return job_fail(job->move_path, "is a compiled move, expected the move "
+                                        "file itself (compiled ones are for "
+                                        "run, sample and check)");
+    return status;
 }
 
 void job_free(struct job *job)
@@ -197,6 +257,7 @@ void job_free(struct job *job)
     for (unsigned i = 0; i < job->planned; i++)
         plan_track_free(&job->track[i]);
     plan_outcome_free(&job->outcome);
+    compiled_close(job->compiled);
     move_free(&job->move);
     memory_free(job->violation);
     memset(job, 0, sizeof *job);
@@ -268,20 +329,30 @@ static enum job_violation_kind job_kind_of(const struct job *job,
     return found->t_ns_q12 >= last ? JOB_END_MOVING : JOB_VEL_STEP;
 }
 
+static uint32_t job_find(const struct job *job, unsigned i,
+                         const struct plan_limit *limit,
+                         struct plan_violation *found, uint32_t room)
+{
+    if (job->compiled != NULL)
+        return compiled_check(job->compiled, i, limit, found, room);
+    return plan_check_track(&job->track[i], limit, found, room);
+}
+
 static void job_check_axis(struct job *job, unsigned i, int64_t rate_q30)
 {
     const struct plan_axis *axis = &job->move.axis[i];
-    const struct motion_track *track = &job->track[i];
     struct plan_limit limit;
     job_limit_at(&job_rig_axis(job, i)->limit, rate_q30, &limit);
-    uint32_t count = plan_check_track(track, &limit, NULL, 0);
-    struct plan_violation *found =
-        memory_new(count > 0 ? count : 1, sizeof *found);
-    plan_check_track(track, &limit, found, count);
+    uint32_t count = job_find(job, i, &limit, NULL, 0);
+    if (count == 0)
+        return;
+    struct plan_violation *found = memory_new(count, sizeof *found);
+    job_find(job, i, &limit, found, count);
     for (uint32_t k = 0; k < count; k++)
         job_add(job, &(struct job_violation){
                          .axis = i,
-                         .kind = job_kind_of(job, axis, track, &found[k]),
+                         .kind = job_kind_of(job, &job->move.axis[i],
+                                             &job->track[i], &found[k]),
                          .t_ns_q12 = found[k].t_ns_q12,
                          .value = found[k].value,
                          .limit = found[k].limit,
@@ -295,7 +366,7 @@ static void job_check_axis(struct job *job, unsigned i, int64_t rate_q30)
 void job_check(struct job *job, int64_t rate_q30)
 {
     job->violation_count = 0;
-    for (unsigned i = 0; i < job->planned; i++)
+    for (unsigned i = 0; i < job->move.axis_count; i++)
         job_check_axis(job, i, rate_q30);
 }
 
@@ -317,11 +388,15 @@ static void job_print_violation(const struct job *job, struct table *table,
     table_cell(
         table, "%s",
         number_unit(unit, job_rig_axis(job, violation->axis)->unit, order));
+    const uint32_t line = job_line(axis, violation->key);
     if (axis->key_count > 0)
         table_cell(table, "%u", violation->key + 1);
     else
         table_cell(table, "-");
-    table_cell(table, "%u", job_line(axis, violation->key));
+    if (line > 0)
+        table_cell(table, "%u", line);
+    else
+        table_cell(table, "-");
     table_cell(table, "%s", job_violation_text(violation->kind));
 }
 
@@ -359,7 +434,8 @@ static cJSON *job_json_violation(const struct job *job,
         number_unit(unit, job_rig_axis(job, violation->axis)->unit, order));
     if (axis->key_count > 0)
         cJSON_AddNumberToObject(item, "key", violation->key + 1);
-    cJSON_AddNumberToObject(item, "line", job_line(axis, violation->key));
+    if (job_line(axis, violation->key) > 0)
+        cJSON_AddNumberToObject(item, "line", job_line(axis, violation->key));
     return item;
 }
 

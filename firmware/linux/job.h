@@ -44,6 +44,8 @@ struct job_violation {
     uint32_t key;         /* the key at or before it; 0 without keys */
 };
 
+struct compiled;
+
 struct job {
     char rig_path[4096], move_path[4096];
     struct rig rig;
@@ -52,6 +54,8 @@ struct job {
     struct motion_track track[PLAN_AXES_MAX]; /* of each axis of the move */
     unsigned planned;                         /* tracks that are there */
     struct plan_outcome outcome;              /* points into itself */
+    struct compiled *compiled; /* NULL, or the move comes from a compiled file:
+                                  tracks are windows, axes have no keys */
     bool compared; /* the axes are one axis under several curves (compare.h) */
     int64_t end_ns_q12; /* of the longest track */
     struct job_violation *violation;
@@ -59,12 +63,16 @@ struct job {
 };
 
 /* Read both files and plan every axis.  STATUS_OK, or STATUS_INPUT with one
- * line on stderr.  job_free in either case. */
+ * line on stderr.  job_free in either case.  job_open_any also takes a compiled
+ * move in the place of MOVE and reads all of it once. */
 enum status job_open(struct job *job, const struct options *options);
+enum status job_open_any(struct job *job, const struct options *options);
 void job_free(struct job *job);
 
 /* A rig alone: a file, or a directory with rig.yaml.  Statuses as above. */
 enum status job_read_rig(const char *path, struct rig *rig);
+/* One line on stderr: what is wrong with a file.  STATUS_INPUT. */
+enum status job_fail(const char *path, const char *what);
 
 /* Judge the tracks as played at `rate_q30` of their speed: at rate r velocity
  * may reach limit / r, acceleration limit / r^2, jerk limit / r^3.  Fills

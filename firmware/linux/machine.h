@@ -1,8 +1,8 @@
 /* firmware/linux/machine.h - the parts of a rig put together: fieldbuses,
  * drives, controller.
  *
- * The machine is built on ports: one CAN port per bus, one GPIO line per line, a
- * clock.  They come from machine_sim.h or machine_real.h. */
+ * The machine is built on ports: one CAN port or Modbus line per bus, one GPIO
+ * line per line, a clock.  They come from machine_sim.h or machine_real.h. */
 #ifndef FIRMWARE_LINUX_MACHINE_H
 #define FIRMWARE_LINUX_MACHINE_H
 
@@ -15,11 +15,14 @@
 #include "hal/canopen.h"
 #include "hal/clock.h"
 #include "hal/drive_cia402.h"
+#include "hal/drive_modbus.h"
 #include "hal/gpio_debounce.h"
 
 struct machine_ports {
     struct hal_clock *clock;
-    struct hal_can *can[RIG_BUSES_MAX];   /* one per bus of the rig */
+    /* one or the other per bus of the rig */
+    struct hal_can *can[RIG_BUSES_MAX];
+    struct hal_modbus *modbus[RIG_BUSES_MAX];
     struct hal_gpio *line[RIG_LINES_MAX]; /* one per line of the rig */
 };
 
@@ -34,7 +37,11 @@ struct machine {
     const struct rig *rig;
     struct machine_ports ports;
     struct canopen bus[RIG_BUSES_MAX];
+    struct modbus_bus modbus[RIG_BUSES_MAX];
     struct drive_cia402 drive[RIG_AXES_MAX];
+    struct drive_modbus servo[RIG_AXES_MAX];
+    struct hal_fieldbus *fieldbus[RIG_BUSES_MAX]; /* of either kind */
+    struct hal_drive *axis[RIG_AXES_MAX];
     struct gpio_debounce input[RIG_LINES_MAX]; /* of lines that are inputs */
     bool lit;                                  /* the lamps */
     struct controller controller;

@@ -29,11 +29,10 @@ static int machine_real_lock(const char *interface)
     return -1;
 }
 
-static int machine_real_bus(struct machine_real *real,
-                            const struct rig_bus *bus,
-                            char message[RIG_MESSAGE_MAX])
+static int machine_real_bus(struct machine_real *real, const struct rig *rig,
+                            unsigned i, char message[RIG_MESSAGE_MAX])
 {
-    const unsigned i = real->bus_count;
+    const struct rig_bus *bus = &rig->bus[i];
     const struct can_socketcan_config config = { .interface = bus->interface,
                                                  .bit_rate = bus->bit_rate };
     char reason[CAN_SOCKETCAN_MESSAGE_MAX];
@@ -47,7 +46,8 @@ static int machine_real_bus(struct machine_real *real,
         return MOTION_E_ARG;
     }
     for (unsigned other = 0; other < i; other++)
-        if (strcmp(real->port[other].interface, bus->interface) == 0) {
+        if (real->is_open[other] &&
+            strcmp(real->port[other].interface, bus->interface) == 0) {
             snprintf(message, RIG_MESSAGE_MAX,
                      "bus %s: interface %s is another bus's already", bus->name,
                      bus->interface);
@@ -59,7 +59,7 @@ static int machine_real_bus(struct machine_real *real,
         return err;
     }
     real->lock[i] = machine_real_lock(bus->interface);
-    real->bus_count++;
+    real->is_open[i] = true;
     if (real->lock[i] >= 0)
         return MOTION_OK;
     snprintf(message, RIG_MESSAGE_MAX,
@@ -75,7 +75,10 @@ int machine_real_init(struct machine_real *real, const struct rig *rig,
     memset(real, 0, sizeof *real);
     *ports = (struct machine_ports){ .clock = clock_linux_init(&real->clock) };
     for (unsigned i = 0; i < rig->bus_count; i++) {
-        int err = machine_real_bus(real, &rig->bus[i], message);
+        real->bus_count = i + 1;
+        if (rig->bus[i].kind != RIG_CANOPEN)
+            continue;
+        int err = machine_real_bus(real, rig, i, message);
         if (err < 0) {
             machine_real_close(real);
             return err;
@@ -83,6 +86,8 @@ int machine_real_init(struct machine_real *real, const struct rig *rig,
         ports->can[i] = &real->port[i].can;
     }
     int err = machine_gpio_open(&real->gpio, rig, ports, message);
+    if (err == MOTION_OK)
+        err = machine_modbus_open(&real->modbus, rig, false, ports, message);
     if (err < 0)
         machine_real_close(real);
     return err;
@@ -91,10 +96,13 @@ int machine_real_init(struct machine_real *real, const struct rig *rig,
 void machine_real_close(struct machine_real *real)
 {
     for (unsigned i = 0; i < real->bus_count; i++) {
+        if (!real->is_open[i])
+            continue;
         can_socketcan_close(&real->port[i]);
         if (real->lock[i] >= 0)
             close(real->lock[i]);
     }
     real->bus_count = 0;
     machine_gpio_close(&real->gpio);
+    machine_modbus_close(&real->modbus);
 }

@@ -8,14 +8,17 @@
 
 #include "firmware/linux/machine.h"
 #include "firmware/linux/machine_gpio.h"
+#include "firmware/linux/machine_modbus.h"
 #include "hal/can_socketcan.h"
 #include "hal/clock_linux.h"
 
 struct machine_real {
-    unsigned bus_count; /* open so far */
+    unsigned bus_count; /* looked at so far */
+    bool is_open[RIG_BUSES_MAX];
     struct can_socketcan port[RIG_BUSES_MAX];
     int lock[RIG_BUSES_MAX];
     struct machine_gpio gpio;
+    struct machine_modbus modbus;
     struct clock_linux clock;
 };
 

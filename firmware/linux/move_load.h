@@ -1,8 +1,8 @@
 /* firmware/linux/move_load.h - what the readers of move.yaml share.
  *
  * move_load.c reads the move and its keyed axes; one file each for the other
- * rooms: _path, _camera, _blend (poses), _other (layers, fade, warp).  Functions return 0, or -1 with the sentence
- * written. */
+ * rooms: _path, _law (speed), _camera, _blend (poses), _other (layers, fade,
+ * warp).  Functions return 0, or -1 with the sentence written. */
 #ifndef FIRMWARE_LINUX_MOVE_LOAD_H
 #define FIRMWARE_LINUX_MOVE_LOAD_H
 
@@ -99,7 +99,14 @@ int move_read_positive(const struct move_reader *reader,
                        const struct yaml_value *value,
                        enum units_quantity quantity, int64_t *out);
 
-extern const struct yaml_shape move_path_shape, move_part_shape;
+extern const struct yaml_shape move_path_shape;
+
+/* --- move_load_law.c ------------------------------------------------------ */
+
+/* One part or a list of them, into a struct plan_path. */
+int move_read_speed(void *reader, const struct yaml_value *value, void *out);
+
+extern const struct yaml_shape move_part_shape;
 
 /* --- move_load_camera.c --------------------------------------------------- */
 

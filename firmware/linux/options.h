@@ -34,7 +34,7 @@ struct option_row {
 
 /* All that any command takes.  Times and rates are -1 when not given. */
 struct options {
-    bool help, json, segments, rules, raw, realtime, dry_run, real;
+    bool help, json, segments, rules, raw, realtime, dry_run, real, pty;
     const char *out, *axis, *telemetry, *plot, *compare;
     const char *rig, *fps, *columns, *curve, *interface;
     int64_t rate_uhz;

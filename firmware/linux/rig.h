@@ -10,10 +10,13 @@
 #include <stdint.h>
 
 #include "hal/gpio.h"
+#include "hal/modbus_libmodbus.h"
+#include "hal/modbus_map.h"
 #include "motion/plan/move.h"
 
 #define RIG_BUSES_MAX 8
 #define RIG_AXES_MAX  16
+#define RIG_MAPS_MAX  4 /* register maps */
 #define RIG_LINES_MAX 32
 
 enum rig_unit { RIG_UNIT_MM, RIG_UNIT_DEG, RIG_UNIT_REV, RIG_UNIT_COUNT };
@@ -23,13 +26,17 @@ const char *rig_unit_text(enum rig_unit unit); /* "mm" ... */
 #define RIG_BIT_RATES 8
 extern const uint32_t rig_bit_rates[RIG_BIT_RATES];
 
+enum rig_bus_kind { RIG_CANOPEN, RIG_MODBUS_RTU, RIG_MODBUS_TCP };
+enum rig_drive_kind { RIG_CIA402, RIG_MODBUS };
 #define RIG_INTERFACE_MAX 16 /* of Linux, with its 0 */
 
 struct rig_bus {
+    enum rig_bus_kind kind;
     char name[PLAN_NAME_MAX];
     char interface[RIG_INTERFACE_MAX]; /* "can0"; "": it has none */
     uint32_t bit_rate;                 /* bit/s, one of CiA 301's */
     uint8_t node_id;                   /* our own, 1..127; no drive has it */
+    struct modbus_libmodbus_config modbus; /* Modbus: the line */
     struct plan_place place;
 };
 
@@ -56,6 +63,10 @@ struct rig_axis {
     /* counts per unit, num != 0 (negative: reversed), den > 0; both position
      * limits are within +-(2^31 - 1) counts */
     int64_t counts_num, counts_den;
+    enum rig_drive_kind kind;
+    uint32_t map;      /* Modbus: index */
+    bool unsupervised; /* nothing stops it when the line is dead, and the user
+                          says that he knows */
     struct rig_sim sim;
     struct plan_place place;
 };
@@ -94,6 +105,9 @@ struct rig {
     uint32_t bus_count;
     struct rig_axis axis[RIG_AXES_MAX];
     uint32_t axis_count;
+    struct modbus_map map[RIG_MAPS_MAX];
+    char map_path[RIG_MAPS_MAX][256];
+    uint32_t map_count;
     struct rig_line line[RIG_LINES_MAX];
     uint32_t line_count;
 };

@@ -4,15 +4,20 @@
 #include <stdio.h>
 #include <string.h>
 
-const char *const rig_bus_kinds[RIG_BUS_KINDS] = { "canopen" };
+const char *const rig_bus_kinds[RIG_BUS_KINDS] = {
+    [RIG_CANOPEN] = "canopen",
+    [RIG_MODBUS_RTU] = "modbus-rtu",
+    [RIG_MODBUS_TCP] = "modbus-tcp",
+};
 
-static int rig_read_bus_kind(void *reader, const struct yaml_value *value,
-                             void *out)
+int rig_read_bus_kind(void *reader, const struct yaml_value *value, void *out)
 {
     unsigned index;
     (void)reader;
-    (void)out;
-    return yaml_value_choice(value, rig_bus_kinds, RIG_BUS_KINDS, &index);
+    if (yaml_value_choice(value, rig_bus_kinds, RIG_BUS_KINDS, &index) < 0)
+        return -1;
+    *(enum rig_bus_kind *)out = (enum rig_bus_kind)index;
+    return 0;
 }
 
 const uint32_t rig_bit_rates[RIG_BIT_RATES] = {
@@ -64,7 +69,8 @@ static int rig_read_interface(void *reader, const struct yaml_value *value,
 }
 
 static const struct yaml_field rig_bus_fields[] = {
-    { "kind", YAML_REQUIRED, "canopen", rig_read_bus_kind, 0 },
+    { "kind", YAML_REQUIRED, "canopen, modbus-rtu or modbus-tcp",
+      rig_read_bus_kind, offsetof(struct rig_bus, kind) },
     { "bit_rate", YAML_REQUIRED,
       "10, 20, 50, 125, 250, 500, 800 or 1000 kbit/s", rig_read_bit_rate,
       offsetof(struct rig_bus, bit_rate) },
@@ -88,6 +94,8 @@ static int rig_read_bus(void *reader, uint32_t key,
                              .place = yaml_tree_place(entry->tree, key) };
     memcpy(bus->name, entry->name, strlen(entry->name) + 1);
     value.expected = "a map with kind and bit_rate";
+    if (rig_is_modbus(&value))
+        return rig_read_modbus_bus(self, &value, bus);
     return yaml_fields_read(&value, &rig_bus_shape, reader, bus);
 }
 

@@ -5,19 +5,22 @@
 #include "motion/err.h"
 #include "motion/fixed.h"
 
-const char *const rig_drive_kinds[RIG_DRIVE_KINDS] = { "cia402" };
+const char *const rig_drive_kinds[RIG_DRIVE_KINDS] = {
+    [RIG_CIA402] = "cia402",
+    [RIG_MODBUS] = "modbus",
+};
 
-static int rig_read_drive_kind(void *reader, const struct yaml_value *value,
-                               void *out)
+int rig_read_drive_kind(void *reader, const struct yaml_value *value, void *out)
 {
     unsigned index;
     (void)reader;
-    (void)out;
-    return yaml_value_choice(value, rig_drive_kinds, RIG_DRIVE_KINDS, &index);
+    if (yaml_value_choice(value, rig_drive_kinds, RIG_DRIVE_KINDS, &index) < 0)
+        return -1;
+    *(enum rig_drive_kind *)out = (enum rig_drive_kind)index;
+    return 0;
 }
 
-static int rig_read_drive_bus(void *reader, const struct yaml_value *value,
-                              void *out)
+int rig_read_drive_bus(void *reader, const struct yaml_value *value, void *out)
 {
     const struct rig *rig = ((struct rig_reader *)reader)->rig;
     const char *names[RIG_BUSES_MAX];
@@ -28,6 +31,13 @@ static int rig_read_drive_bus(void *reader, const struct yaml_value *value,
     if (yaml_value_choice(value, names, rig->bus_count, &index) < 0)
         return -1;
     *(uint32_t *)out = index;
+    if ((rig->bus[index].kind == RIG_CANOPEN) !=
+        (((struct rig_reader *)reader)->axis->kind == RIG_CIA402))
+        return yaml_value_refuse(value,
+                                 "%s is a %s bus, not one for this kind "
+                                 "of drive",
+                                 names[index],
+                                 rig_bus_kinds[rig->bus[index].kind]);
     return 0;
 }
 
@@ -92,8 +102,7 @@ static bool rig_counts_fit(const struct rig_axis *axis)
                                axis->counts_den, &counts_q32) == MOTION_OK;
 }
 
-static int rig_read_counts(void *reader, const struct yaml_value *value,
-                           void *out)
+int rig_read_counts(void *reader, const struct yaml_value *value, void *out)
 {
     struct rig_axis *axis = out;
     const bool is_map = yaml_value_node(value)->kind == YAML_TREE_MAP;
@@ -110,7 +119,8 @@ static int rig_read_counts(void *reader, const struct yaml_value *value,
 }
 
 static const struct yaml_field rig_drive_fields[] = {
-    { "kind", YAML_REQUIRED, "cia402", rig_read_drive_kind, 0 },
+    { "kind", YAML_REQUIRED, "cia402 or modbus", rig_read_drive_kind,
+      offsetof(struct rig_axis, kind) },
     { "bus", YAML_REQUIRED, "the name of a bus", rig_read_drive_bus,
       offsetof(struct rig_axis, bus) },
     { "node", YAML_REQUIRED, "a node number, 1 .. 127, of its own on the bus",
@@ -125,5 +135,7 @@ const struct yaml_shape rig_drive_shape = { "drive", rig_drive_fields,
 
 int rig_read_drive(void *reader, const struct yaml_value *value, void *out)
 {
+    if (rig_is_modbus(value))
+        return rig_read_modbus_drive(reader, value, out);
     return yaml_fields_read(value, &rig_drive_shape, reader, out);
 }

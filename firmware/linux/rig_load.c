@@ -73,6 +73,8 @@ const struct yaml_shape *const rig_shapes[] = {
     &rig_drive_shape,
     &rig_counts_shape,
     &rig_sim_shape,
+    &rig_modbus_bus_shape,
+    &rig_modbus_drive_shape,
     &rig_line_shape,
     NULL,
 };

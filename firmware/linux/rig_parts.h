@@ -9,6 +9,7 @@
  *   rig_axis.c    axes                     rig_values.c  kinds of value
  *   rig_gpio.c    gpio
  *   rig_limits.c  axis: limits, stop, following_error
+ *   rig_modbus.c  buses and drives on Modbus
  *
  * A reader returns 0, or -1 with the sentence written. */
 #ifndef FIRMWARE_LINUX_RIG_PARTS_H
@@ -58,16 +59,32 @@ int rig_read_sim(void *reader, const struct yaml_value *value, void *out);
 int rig_read_axes(void *reader, const struct yaml_value *value, void *out);
 int rig_read_buses(void *reader, const struct yaml_value *value, void *out);
 int rig_read_gpio(void *reader, const struct yaml_value *value, void *out);
+int rig_read_drive_bus(void *reader, const struct yaml_value *value, void *out);
+int rig_read_drive_kind(void *reader, const struct yaml_value *value,
+                        void *out);
+int rig_read_bus_kind(void *reader, const struct yaml_value *value, void *out);
+int rig_read_counts(void *reader, const struct yaml_value *value, void *out);
+
+/* ---- rig_modbus.c ---- */
+
+/* Does the map `value` say kind: modbus...?  Its shape is another one then. */
+bool rig_is_modbus(const struct yaml_value *value);
+int rig_read_modbus_bus(struct rig_reader *reader,
+                        const struct yaml_value *value, struct rig_bus *bus);
+int rig_read_modbus_drive(struct rig_reader *reader,
+                          const struct yaml_value *value,
+                          struct rig_axis *axis);
 
 extern const struct yaml_shape rig_limit_shape, rig_stop_shape,
     rig_following_shape, rig_drive_shape, rig_counts_shape, rig_sim_shape,
-    rig_axis_shape, rig_bus_shape, rig_line_shape;
+    rig_axis_shape, rig_bus_shape, rig_line_shape, rig_modbus_bus_shape,
+    rig_modbus_drive_shape;
 
 /* ---- words a value may be, in the order of their enums ---- */
 
 #define RIG_UNIT_WORDS  4
-#define RIG_BUS_KINDS   1
-#define RIG_DRIVE_KINDS 1
+#define RIG_BUS_KINDS   3
+#define RIG_DRIVE_KINDS 2
 #define RIG_LINE_KINDS  4
 #define RIG_LINE_LEVELS 2
 #define RIG_LINE_BIASES 4

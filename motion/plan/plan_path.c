@@ -79,7 +79,7 @@ static int path_drive(const struct plan_path *path, struct plan_drive *drive,
                       struct plan_error *error)
 {
     const uint32_t pieces = drive->space.curve.pieces;
-    struct motion_path way;
+    struct motion_path way = { .borders = 0 };
     int64_t *knot = malloc(((size_t)pieces + 1) * sizeof *knot);
     int err = MOTION_E_FULL;
 
