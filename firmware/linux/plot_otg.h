@@ -13,7 +13,7 @@
 /* Phases of constant jerk: point i is the start of phase i, the last one the
  * end of the move. */
 struct plot_otg_axis {
-    char name[16];
+    char name[32];
     bool velocity; /* a velocity goal: no limits on the velocity */
     int count;     /* of phases */
     struct otg_point point[MOTION_OTG_PHASES + 1];
