@@ -124,12 +124,19 @@ static void draw_goal(uint64_t *seed, struct motion_otg_move *m)
     m->goal.vel_q32 = m->goal.acc_q16 = 0;
 }
 
+/* Up to five times as much. */
+static int64_t draw_more(uint64_t *seed, int64_t value, int more)
+{
+    int64_t times = (int64_t)pick(seed, 0, 1) << more;
+    return bits_of(value) < 60 ? value + value * times : value;
+}
+
 static void draw_outside(uint64_t *seed, struct motion_otg_move *m)
 {
     int more = pick(seed, 0, 2);
     draw_state(seed, &m->limit, &m->start);
-    m->start.vel_q32 += m->start.vel_q32 * pick(seed, 0, 1) << more;
-    m->start.acc_q16 += m->start.acc_q16 * pick(seed, 0, 1) << more;
+    m->start.vel_q32 = draw_more(seed, m->start.vel_q32, more);
+    m->start.acc_q16 = draw_more(seed, m->start.acc_q16, more);
 }
 
 /* v0 + a0^2 / 2j = vmax to the last bit: a = 2^i k, j = 2^(i' ) divides a^2. */

@@ -202,8 +202,8 @@ static void otg_plot_axis(const struct otg_answer *answer, int axis,
 
 int otg_answer_plot(const struct otg_answer *answer, const char *path)
 {
-    static struct plot_otg move;
-    char subtitle[160];
+    static struct plot_otg move; /* large */
+    static char subtitle[160];
     const char *category = answer->row->category;
     char number[32] = "";
     if (answer->number >= 0)
