@@ -46,22 +46,43 @@ static void halve(struct big b[], int n, struct big left[])
 
 enum verdict { NEGATIVE, NOT_NEGATIVE, CLOSE };
 
-static enum verdict judge(struct big b[], int n, int halvings)
+/* Of one part of the interval. */
+static enum verdict look(const struct big b[], int n)
 {
-    struct big left[DEGREE + 1];
-    bool all = true;
     if (b[0].sign < 0 || b[n].sign < 0)
         return NEGATIVE;
-    for (int i = 0; i <= n; i++)
-        all = all && b[i].sign >= 0;
-    if (all || halvings == 0)
-        return all ? NOT_NEGATIVE : CLOSE;
-    halve(b, n, left);
-    enum verdict first = judge(left, n, halvings - 1);
-    if (first == NEGATIVE)
-        return NEGATIVE;
-    enum verdict second = judge(b, n, halvings - 1);
-    return second == NOT_NEGATIVE ? first : second;
+    for (int i = 1; i < n; i++)
+        if (b[i].sign < 0)
+            return CLOSE;
+    return NOT_NEGATIVE;
+}
+
+/* The parts still to be looked at, the leftmost on top; the root is in the
+ * first. */
+static struct part {
+    struct big b[DEGREE + 1];
+    int halvings;
+} part[HALVINGS + 1];
+
+static enum verdict judge(int n)
+{
+    enum verdict verdict = NOT_NEGATIVE;
+    part[0].halvings = 0;
+    for (int top = 0; top >= 0;) {
+        struct part *at = &part[top];
+        enum verdict here = look(at->b, n);
+        if (here == NEGATIVE)
+            return NEGATIVE;
+        if (here == NOT_NEGATIVE || at->halvings == HALVINGS) {
+            verdict = here == CLOSE ? CLOSE : verdict;
+            top--;
+            continue;
+        }
+        halve(at->b, n, at[1].b);
+        at[1].halvings = ++at->halvings;
+        top++;
+    }
+    return verdict;
 }
 
 /* --- Sturm sequences ------------------------------------------------------ */
@@ -210,8 +231,7 @@ static bool count_negative(const struct big_poly *f)
 
 bool big_poly_is_not_negative(const struct big_poly *f)
 {
-    struct big b[DEGREE + 1];
-    bernstein(f, b);
-    enum verdict verdict = judge(b, f->degree, HALVINGS);
+    bernstein(f, part[0].b);
+    enum verdict verdict = judge(f->degree);
     return verdict == CLOSE ? !count_negative(f) : verdict == NOT_NEGATIVE;
 }

@@ -55,16 +55,17 @@ struct otg_panel {
 
 /* --- numbers of any size -------------------------------------------------- */
 
-static void otg_superscript(char *text, int power)
+static void otg_superscript(char *text, size_t size, int power)
 {
     static const char *const digit[] = { "\u2070", "\u00b9", "\u00b2", "\u00b3",
                                          "\u2074", "\u2075", "\u2076", "\u2077",
                                          "\u2078", "\u2079" };
     char decimal[16];
     snprintf(decimal, sizeof decimal, "%d", power < 0 ? -power : power);
-    strcpy(text, power < 0 ? "\u207b" : "");
-    for (const char *c = decimal; *c != 0; c++)
-        strcat(text, digit[*c - '0']);
+    int length = snprintf(text, size, "%s", power < 0 ? "\u207b" : "");
+    for (const char *c = decimal; *c != 0 && (size_t)length < size; c++)
+        length += snprintf(text + length, size - (size_t)length, "%s",
+                           digit[*c - '0']);
 }
 
 /* What to divide by so that labels stay short, and "10^n " for the heading:
@@ -79,7 +80,7 @@ static double otg_scale(double largest, char prefix[40])
     }
     int power = 3 * (int)floor(log10(largest) / 3);
     char raised[32];
-    otg_superscript(raised, power);
+    otg_superscript(raised, sizeof raised, power);
     snprintf(prefix, 40, "10%s ", raised);
     return pow(10, power);
 }
