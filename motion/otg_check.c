@@ -162,17 +162,19 @@ static int trim_at(const struct motion_otg_plan *plan, int i)
     return (int)((plan->trim[0] >> i & 1) | (plan->trim[1] >> i & 1) << 1);
 }
 
-static void stretch_next(const struct check *c, int i, struct stretch *s)
+static void stretch_next(const struct check *c, int i, struct otg_run *run,
+                         struct stretch *s)
 {
     const struct motion_otg_phase *ph = &c->plan->phase[i];
     int before = trim_at(c->plan, i - 1), after = trim_at(c->plan, i);
     s->first = i == 0;
     s->last = i + 1 == c->plan->count;
-    s->v = s->v1;
-    s->a = s->a1;
+    s->v = run->v;
+    s->a = run->a;
     s->n = ph->dur_ns_q12;
-    s->a1 = ph->acc;
-    s->v1 = wide_add(s->v, wide_mul_i64(s->a + s->a1, s->n));
+    motion_otg_run_phase(run, ph);
+    s->a1 = run->a;
+    s->v1 = run->v;
     s->off = before != 0;
     s->off1 = after != 0;
     s->off_step = before == after ? 0 : s->off + s->off1;
@@ -317,11 +319,10 @@ static int check_phases(const struct check *c, enum motion_otg_field *field)
     struct stretch s = { .v1 = run.v, .a1 = plan->start_acc };
     int64_t dur = 0;
     for (int i = 0; i < plan->count; i++) {
-        stretch_next(c, i, &s);
+        stretch_next(c, i, &run, &s);
         int err = check_phase(c, &s, field);
         if (err < 0)
             return err;
-        motion_otg_run_phase(&run, &plan->phase[i]);
         dur += s.n;
     }
     if (dur != plan->dur_ns_q12)
