@@ -11,7 +11,7 @@
 #include "motion/otg_internal.h"
 
 /* Bits that keep V below 2^124 and P below 2^190; one is left for trimming. */
-#define EXACT_ACC_BITS 60
+#define EXACT_ACC_BITS 61
 #define EXACT_VEL_BITS 111 /* of a public velocity and acc_bits */
 #define EXACT_MOST     70
 #define EXACT_REPAIRS  4
@@ -152,7 +152,9 @@ static int exact_scale(const struct motion_otg_move *move,
     for (int i = 0; i < shape->count; i++)
         if (shape->phase[i].a.m != 0)
             acc = larger(acc, shape->phase[i].a.e + 30);
-    int bits = smaller(EXACT_ACC_BITS - acc, EXACT_VEL_BITS - vel);
+    /* all but the last bit, unless that would cut a public acceleration */
+    int bits = acc == 46 ? 16 : EXACT_ACC_BITS - acc;
+    bits = smaller(bits, EXACT_VEL_BITS - vel);
     return smaller(bits, EXACT_MOST);
 }
 
@@ -305,6 +307,8 @@ static void exact_merge(struct motion_otg_plan *plan)
         if (ph[i].dur_ns_q12 <= ph[i + 1].dur_ns_q12 >> 26 &&
             is_sliver(plan, ph[i].dur_ns_q12, ph[i - 1].acc, ph[i].acc))
             merge_on(plan, i--);
+    plan->brake = smaller(plan->brake, plan->count);
+    plan->turn = smaller(plan->turn, plan->count);
 }
 
 /* The longest phase whose corners may move takes what is missing from the
@@ -475,7 +479,8 @@ static int exact_make(const struct motion_otg_move *move,
                       int ends, struct motion_otg_plan *plan, uint32_t *fixed)
 {
     int bits = exact_scale(move, shape);
-    if (bits < EXACT_LEAST)
+    if (bits < EXACT_LEAST ||
+        (bits < 16 && (move->start.acc_q16 | move->goal.acc_q16) != 0))
         return MOTION_E_RANGE;
     plan->acc_bits = bits;
     plan->start_pos_q32 = move->start.pos_q32;

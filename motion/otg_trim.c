@@ -190,11 +190,16 @@ static struct trim_worth group_worth(const struct motion_otg_plan *plan,
     return worth;
 }
 
-static void group_move(struct motion_otg_plan *plan,
-                       const struct trim_group *g, int64_t by)
+/* MOTION_E_LIMIT beyond what a plan can hold; by < 2^58. */
+static int group_move(struct motion_otg_plan *plan,
+                      const struct trim_group *g, int64_t by)
 {
-    for (int i = g->first; i <= g->last; i++)
+    for (int i = g->first; i <= g->last; i++) {
         plan->phase[i].acc += by;
+        if (motion_fixed_abs(plan->phase[i].acc) >> 62)
+            return MOTION_E_LIMIT;
+    }
+    return MOTION_OK;
 }
 
 static uint32_t group_mask(const struct trim_group *g)
@@ -205,7 +210,7 @@ static uint32_t group_mask(const struct trim_group *g)
 /* d to nearest; MOTION_E_LIMIT when no acceleration could move so far. */
 static int trim_rounded(struct num d, int64_t *by)
 {
-    if (d.m != 0 && d.e > 60 - 30)
+    if (d.m != 0 && d.e > 58 - 30)
         return MOTION_E_LIMIT;
     int down = -d.e - 1;
     int64_t twice = down <= 0 ? (int64_t)((uint64_t)(int64_t)d.m << -down)
@@ -241,12 +246,12 @@ static bool is_small(int64_t by)
     return by > -TRIM_SMALL && by < TRIM_SMALL;
 }
 
-static void trim_move(struct trim *t, int i, const struct trim_worth *worth,
-                      int64_t by)
+static int trim_move(struct trim *t, int i, const struct trim_worth *worth,
+                     int64_t by)
 {
-    group_move(t->plan, &t->group[i], by);
     t->vel = wide_sub(t->vel, wide_mul_i64(by, worth->w));
     t->way = wider_sub(t->way, times_wide(worth->x, by));
+    return group_move(t->plan, &t->group[i], by);
 }
 
 static int trim_both(struct trim *t)
@@ -261,7 +266,8 @@ static int trim_both(struct trim *t)
         if (err < 0)
             return err;
         for (int i = 0; i < 2; i++)
-            trim_move(t, i, &worth[i], by[i]);
+            if (trim_move(t, i, &worth[i], by[i]) < 0)
+                return MOTION_E_LIMIT;
         if (is_small(by[0]) && is_small(by[1]))
             break;
     }
@@ -278,9 +284,10 @@ static int trim_one(struct trim *t)
     int64_t by = TRIM_SMALL;
     for (int round = 0; round < TRIM_ROUNDS && !is_small(by); round++) {
         int err = trim_rounded(num_mul(wide_num(t->vel), per_w), &by);
+        if (err == MOTION_OK)
+            err = trim_move(t, 0, &worth, by);
         if (err < 0)
             return err;
-        trim_move(t, 0, &worth, by);
     }
     t->plan->trim[0] = group_mask(&t->group[0]);
     return MOTION_OK;
