@@ -133,14 +133,13 @@ static int exact_scale(const struct motion_otg_move *move,
 
 /* --- phases --------------------------------------------------------------- */
 
-/* a 2^bits as an integer, down; saturates. */
+/* a 2^bits as an integer, down; saturates at 2^62. */
 static int64_t shifted(int64_t a, int bits)
 {
     if (bits < 0)
         return a >> (bits < -63 ? 63 : -bits);
-    if (a != 0 && bits > (int)motion_fixed_clz_u64(motion_fixed_abs(a)) - 3)
-        return a < 0 ? -MOTION_TRACK_SEGMENT_MAX_NS_Q12
-                     : MOTION_TRACK_SEGMENT_MAX_NS_Q12;
+    if (a != 0 && bits > (int)motion_fixed_clz_u64(motion_fixed_abs(a)) - 2)
+        return a < 0 ? -((int64_t)1 << 62) : (int64_t)1 << 62;
     return (int64_t)((uint64_t)a << bits);
 }
 
