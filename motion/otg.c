@@ -220,12 +220,14 @@ struct end {
 
 /* `shape` is empty, and is again. */
 static void end_brake(struct otg_problem *q, struct otg_shape *shape,
-                      void (*brake)(struct otg_problem *, struct otg_shape *),
-                      struct end *end)
+                      bool acc_alone, struct end *end)
 {
     end->af = q->af;
     motion_otg_reverse(q);
-    brake(q, shape);
+    if (acc_alone)
+        motion_otg_brake_acc(q, shape);
+    else
+        motion_otg_brake(q, shape);
     motion_otg_reverse(q);
     end->count = shape->count;
     for (int i = 0; i < shape->count; i++)
@@ -272,7 +274,7 @@ int motion_otg_propose(struct otg_problem q, struct num t,
     struct num ends = num_zero();
     end.count = 0;
     if (!motion_otg_is_goal_inside(&q)) {
-        end_brake(&q, shape, motion_otg_brake, &end);
+        end_brake(&q, shape, false, &end);
         for (int i = 0; i < end.count; i++)
             ends = num_add(ends, end.phase[i].dt);
     }
@@ -298,7 +300,7 @@ static void otg_solve_velocity(struct otg_problem q, struct otg_shape *shape)
     bool slows = num_lt(num_abs(q.vf), num_abs(q.v0));
     q.j = q.j2 = slows ? q.j2 : q.j;
     q.per_j = q.per_j2 = slows ? q.per_j2 : q.per_j;
-    end_brake(&q, shape, motion_otg_brake_acc, &end);
+    end_brake(&q, shape, true, &end);
     motion_otg_brake_acc(&q, shape);
     motion_otg_solve_velocity(&q, shape);
     end_append(&end, shape);
@@ -415,6 +417,8 @@ int motion_otg_make(const struct motion_otg_move *move,
     for (int i = 0; i < OTG_TRIES; i++) {
         err = otg_try(&own, draw, &made, field);
         if (err == MOTION_E_RANGE || *field == MOTION_OTG_FIELD_DURATION)
+            break;
+        if (err == MOTION_OK && made.count == 0)
             break;
         if (i == 0)
             wanted = motion_otg_wanted_bits(made.dur_ns_q12);
