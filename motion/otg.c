@@ -10,6 +10,7 @@
 #include "motion/otg_internal.h"
 
 #define OTG_BITS 25 /* limits are drawn in by 2^-25 */
+#define OTG_MOST_PER_S 36 /* 2^-36 s, 60 ticks, is the shortest ramp */
 
 const char *motion_otg_field_text(enum motion_otg_field field)
 {
@@ -131,7 +132,7 @@ static struct num least_time(const struct otg_problem *q)
 }
 
 /* What is not limited is limited so far away that reaching it takes 2^-22 of
- * the move. */
+ * the move, or a few ticks. */
 static void limit_the_rest(const struct motion_otg_move *move,
                            struct otg_problem *q)
 {
@@ -141,6 +142,7 @@ static void limit_the_rest(const struct motion_otg_move *move,
     if (per_t.m == 0)
         per_t = num_one();
     per_t = num_scale(num_inv(per_t), 22);
+    per_t = num_min(per_t, num_scale(num_one(), OTG_MOST_PER_S));
     if (!move->limit.acc_max_q16) {
         q->ax = num_mul(num_max(q->vx, num_neg(q->vn)), per_t);
         q->an = num_neg(q->ax);
@@ -218,12 +220,14 @@ struct end {
 
 /* `shape` is empty, and is again. */
 static void end_brake(struct otg_problem *q, struct otg_shape *shape,
-                      void (*brake)(struct otg_problem *, struct otg_shape *),
-                      struct end *end)
+                      bool acc_alone, struct end *end)
 {
     end->af = q->af;
     motion_otg_reverse(q);
-    brake(q, shape);
+    if (acc_alone)
+        motion_otg_brake_acc(q, shape);
+    else
+        motion_otg_brake(q, shape);
     motion_otg_reverse(q);
     end->count = shape->count;
     for (int i = 0; i < shape->count; i++)
@@ -270,7 +274,7 @@ int motion_otg_propose(struct otg_problem q, struct num t,
     struct num ends = num_zero();
     end.count = 0;
     if (!motion_otg_is_goal_inside(&q)) {
-        end_brake(&q, shape, motion_otg_brake, &end);
+        end_brake(&q, shape, false, &end);
         for (int i = 0; i < end.count; i++)
             ends = num_add(ends, end.phase[i].dt);
     }
@@ -296,7 +300,7 @@ static void otg_solve_velocity(struct otg_problem q, struct otg_shape *shape)
     bool slows = num_lt(num_abs(q.vf), num_abs(q.v0));
     q.j = q.j2 = slows ? q.j2 : q.j;
     q.per_j = q.per_j2 = slows ? q.per_j2 : q.per_j;
-    end_brake(&q, shape, motion_otg_brake_acc, &end);
+    end_brake(&q, shape, true, &end);
     motion_otg_brake_acc(&q, shape);
     motion_otg_solve_velocity(&q, shape);
     end_append(&end, shape);
@@ -414,9 +418,11 @@ int motion_otg_make(const struct motion_otg_move *move,
         err = otg_try(&own, draw, &made, field);
         if (err == MOTION_E_RANGE || *field == MOTION_OTG_FIELD_DURATION)
             break;
+        if (err == MOTION_OK && made.count == 0)
+            break;
         if (i == 0)
             wanted = motion_otg_wanted_bits(made.dur_ns_q12);
-        if (err == MOTION_OK && (i > 0 || wanted == OTG_BITS))
+        if (err == MOTION_OK)
             break;
         draw = motion_otg_draw(wanted, i + (wanted == OTG_BITS));
     }

@@ -205,9 +205,9 @@ void motion_otg_border_root(struct otg_border *b, enum otg_goal goal,
         struct num all = num_add(x, p->z);
         if (is_bounded && is_small(num_sub(hi, lo), all, 26))
             break;
-        struct num step = num_zero(), to = lo;
+        struct num to = lo;
         if (p->slope.m > 0) {
-            step = num_div(p->rest, p->slope);
+            struct num step = num_div(p->rest, p->slope);
             to = num_add(x, step);
             if (is_small(step, x, ROOT_BITS) || is_small(step, all, 24)) {
                 p->x = to;
@@ -250,7 +250,7 @@ static struct num end_time(const struct otg_end *end, bool is_unit,
 
 static void shape_hump(struct otg_shape *shape, int which, bool is_peak)
 {
-    shape->knobs.hump[which] = (int8_t)(shape->count - 1);
+    shape->knobs.hump[which] = (int16_t)(shape->count - 1);
     shape->knobs.is_peak[which] = is_peak;
 }
 
@@ -288,7 +288,7 @@ void motion_otg_shape_ends(const struct otg_end end[2], bool is_unit,
         otg_shape_add(shape, end_time(s, is_unit, as), num_zero());
         otg_shape_add(shape, *cruise, num_zero());
         if (cruise->m > 0)
-            shape->knobs.cruise = (int8_t)(shape->count - 1);
+            shape->knobs.cruise = (int16_t)(shape->count - 1);
         if (!is_unit)
             shape->brake = shape->turn = shape->count;
         otg_shape_add(shape, end_time(g, is_unit, ag), a2);

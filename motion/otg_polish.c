@@ -12,6 +12,8 @@
 /* The part of the whole that is small enough for a Newton step. */
 #define POLISH_BITS 10
 
+#define TICKS_MOST ((uint64_t)1 << 60)
+
 struct polish {
     struct motion_otg_plan *plan;
     const struct otg_knobs *knobs;
@@ -43,8 +45,10 @@ int64_t motion_otg_ramp_ticks(const struct otg_rates *rates, int i,
         down -= 32;
     }
     if (down < 0)
-        return (int64_t)(n << (-down > 30 ? 30 : -down)) + 1;
-    return (int64_t)(n >> (down > 63 ? 63 : down)) + 1;
+        n = down < -60 || n >> (60 + down) ? TICKS_MOST : n << -down;
+    else
+        n >>= down > 63 ? 63 : down;
+    return (int64_t)(n < TICKS_MOST ? n : TICKS_MOST) + 1;
 }
 
 static int64_t whole(struct num x)

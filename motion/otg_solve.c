@@ -238,13 +238,6 @@ void motion_otg_solve(const struct otg_problem *q, struct otg_shape *shape)
         motion_otg_shape_scale(shape, from, lower_jerk(q));
 }
 
-struct num motion_otg_solve_time(const struct otg_problem *q)
-{
-    struct answer at;
-    answer_best(q, &at);
-    return at.t;
-}
-
 void motion_otg_in_jerk(struct otg_problem *q, struct num jerk)
 {
     struct num per_j = num_inv(jerk);
@@ -276,7 +269,7 @@ void motion_otg_solve_velocity(const struct otg_problem *q,
         a = num_neg(a);
     otg_shape_add(shape, num_mul(num_abs(num_sub(a, q->a0)), q->per_j), a);
     otg_shape_add(shape, hold, a);
-    shape->knobs.hump[0] = (int8_t)(shape->count - 1);
+    shape->knobs.hump[0] = (int16_t)(shape->count - 1);
     shape->knobs.is_peak[0] = up;
     shape->knobs.v[0] = num_twice(a);
     otg_shape_add(shape, num_mul(num_abs(num_sub(q->af, a)), q->per_j), q->af);

@@ -48,7 +48,7 @@ struct otg_phase {
  * end by `v` and `d`, a second more of the cruise the position by `speed`, all
  * counted in a unit of 1 / per_unit. */
 struct otg_knobs {
-    int8_t hump[2], cruise;
+    int16_t hump[2], cruise;
     bool is_peak[2]; /* acceleration rises to it; else falls */
     struct num v[2], d[2], speed, per_unit;
 };
@@ -84,15 +84,11 @@ static inline struct num otg_over(const struct otg_problem *q, struct num a,
 
 /* Append the fastest motion.  Always finds one for a problem as above.  Where
  * it uses both jerks, brake and turn are set to where the second begins. */
-void motion_otg_solve(const struct otg_problem *problem,
-                      struct otg_shape *shape);
-
-/* How long the fastest motion takes. */
-struct num motion_otg_solve_time(const struct otg_problem *problem);
+void motion_otg_solve(const struct otg_problem *q, struct otg_shape *shape);
 
 /* Append the fastest motion from (v0, a0) to (vf, af) whatever it covers;
  * vx, vn, d are not looked at. */
-void motion_otg_solve_velocity(const struct otg_problem *problem,
+void motion_otg_solve_velocity(const struct otg_problem *q,
                                struct otg_shape *shape);
 
 /* Append a motion that takes exactly `t`, if there is one: MOTION_OK; or

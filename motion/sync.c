@@ -9,15 +9,6 @@
 
 #define SYNC_ROUNDS 64 /* two gaps per axis and a few roundings */
 
-/* Durations are rounded up to 2^-33 of themselves, so that every axis can
- * express them in its own ticks. */
-static int64_t round_up(int64_t dur_ns_q12)
-{
-    int grain = 64 - (int)motion_fixed_clz_u64((uint64_t)dur_ns_q12) - 34;
-    int64_t mask = grain > 0 ? ((int64_t)1 << grain) - 1 : 0;
-    return (dur_ns_q12 + mask) & ~mask;
-}
-
 /* One axis in exactly `dur`; a duration of zero means "no time at all". */
 static int make_in(const struct motion_otg_move *move, int64_t dur_ns_q12,
                    struct motion_otg_plan *plan, enum motion_otg_field *field)
@@ -40,6 +31,8 @@ static bool is_stretched(const struct motion_otg_move *move, int64_t dur,
                          struct motion_otg_plan *plan)
 {
     int64_t rest = dur - plan->dur_ns_q12;
+    if (rest == 0)
+        return true;
     return rest >= 0 && rest <= dur >> 32 &&
            motion_otg_stretch(move, dur, plan) == MOTION_OK;
 }
@@ -87,7 +80,7 @@ OTG_OWN_FRAME static int sync_time(const struct motion_otg_move move[],
         made = slowest;
     }
     for (int i = 0; err == MOTION_OK && i < SYNC_ROUNDS; i++) {
-        int64_t now = dur = round_up(dur);
+        int64_t now = dur;
         err = all_in(move, count, needs, made, &dur, plan, fault);
         made = -1;
         if (err != MOTION_E_LIMIT || fault->field != MOTION_OTG_FIELD_DURATION)
@@ -242,7 +235,7 @@ static int line_try(const struct line *line, struct otg_draw draw,
         fault->axis = line->leader;
         err = line_axis(line, line->leader, &q, &shape, 0, &plan[line->leader],
                         &fault->field);
-        dur = round_up(plan[line->leader].dur_ns_q12 + 64);
+        dur = plan[line->leader].dur_ns_q12;
     }
     for (int i = 0; i < line->count && err == MOTION_OK; i++) {
         fault->axis = i;
@@ -263,10 +256,9 @@ OTG_OWN_FRAME static int sync_line(const struct motion_otg_move move[],
         return MOTION_E_LIMIT;
     int err = MOTION_OK;
     int wanted = motion_otg_wanted_bits(needs->least[needs->slowest]);
-    int64_t shortest = needs->wanted ? round_up(needs->wanted) : 0;
     for (int i = 0; i < OTG_TRIES; i++) {
-        err =
-            line_try(&line, motion_otg_draw(wanted, i), shortest, plan, fault);
+        err = line_try(&line, motion_otg_draw(wanted, i), needs->wanted, plan,
+                       fault);
         if (err != MOTION_E_LIMIT)
             break;
     }
