@@ -78,9 +78,10 @@ static bool is_far(const struct motion_otg_move *m)
     }
     if (a > 0)
         turn += v_top / a;
-    long double t = way / v + 8 * turn;
+    /* turning round overshoots, and what that is has to be gone back */
+    long double t = (way + 8 * v_top * turn) / v + 8 * turn;
     return t > DAY_S ||
-           fabsl(q32(m->start.pos_q32)) + way + v_top * t > 0x1p30L;
+           fabsl(q32(m->start.pos_q32)) + way + 8 * v_top * turn > 0x1p30L;
 }
 
 /* --- verdicts ------------------------------------------------------------- */
