@@ -187,8 +187,9 @@ static const char *judge_goal(const struct oracle *g)
 }
 
 /* Is the velocity at `turn`, where jerk_down takes over, the highest (the
- * lowest) of all corners after braking, but for what limits are drawn in by (in
- * the shortest of moves 2^-6)? */
+ * lowest) of the corners between braking and the two phases behind it, but for
+ * what limits are drawn in by (in the shortest of moves 2^-6)?  What comes later
+ * may be faster again: a goal that swings. */
 #define TURN_BITS 6
 
 static void widen(struct big *lo, struct big *hi, const struct big *vel)
@@ -202,7 +203,9 @@ static void widen(struct big *lo, struct big *hi, const struct big *vel)
 static bool turn_is_extreme(struct oracle *g)
 {
     struct big at, lo, hi, play;
-    while (g->i < g->plan->count) {
+    int last = g->plan->turn + 2;
+    last = last < g->plan->count ? last : g->plan->count;
+    while (g->i < last) {
         if (g->i == g->plan->brake) {
             big_copy(&lo, &g->vel);
             big_copy(&hi, &g->vel);

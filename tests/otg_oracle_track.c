@@ -118,8 +118,9 @@ static bool is_on_plan(const struct oracle *g, const struct motion_track *made)
 }
 
 /* v = f' 2^-68 / dur, dur in 2^-12 / 10^9 s: f' 10^9 <= v_q32 dur 2^24, both
- * times the bound's denominator; rounding may add 3 units of 2^-32 unit/s and
- * 2^-50 of the bound. */
+ * times the bound's denominator; rounding may add 3 units of 2^-32 unit/s,
+ * 2^-50 of the bound, and what a unit in every coefficient (the last takes the
+ * residue of all) makes of the slope, 12: all that a short segment can show. */
 #define VEL_BITS 50
 
 static bool is_in_limits(const struct oracle *g, const struct motion_segment *s)
@@ -136,6 +137,9 @@ static bool is_in_limits(const struct oracle *g, const struct motion_segment *s)
         big_add(&most, &most, &bound.num);
         big_mul_int(&most, &most, s->dur_ns_q12);
         big_shl(&most, &most, 24);
+        big_mul_int(&room, &bound.den, (up ? 12 : -12) * NS_PER_S);
+        big_shl(&room, &room, VEL_BITS + (unsigned)(UNIT_BITS - s->frac));
+        big_add(&most, &most, &room);
         f.degree = 4;
         for (int k = 0; k <= 4; k++) {
             big_mul_int(&f.c[k], &pos.c[k + 1], -(k + 1) * NS_PER_S);
