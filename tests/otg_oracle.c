@@ -187,7 +187,7 @@ static const char *judge_goal(const struct oracle *g)
 }
 
 /* Is the velocity at `turn`, where jerk_down takes over, the highest (the
- * lowest) of the corners between braking and the two phases behind it, but for
+ * lowest) of the corners between braking and the end of its phase, but for
  * what limits are drawn in by (in the shortest of moves 2^-6)?  What comes later
  * may be faster again: a goal that swings. */
 #define TURN_BITS 6
@@ -203,7 +203,7 @@ static void widen(struct big *lo, struct big *hi, const struct big *vel)
 static bool turn_is_extreme(struct oracle *g)
 {
     struct big at, lo, hi, play;
-    int last = g->plan->turn + 2;
+    int last = g->plan->turn + 1;
     last = last < g->plan->count ? last : g->plan->count;
     while (g->i < last) {
         if (g->i == g->plan->brake) {
