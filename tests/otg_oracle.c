@@ -187,7 +187,7 @@ static const char *judge_goal(const struct oracle *g)
 }
 
 /* Is the velocity at `turn`, where jerk_down takes over, the highest (the
- * lowest) of the corners between braking and the end of its phase, but for
+ * lowest) of the corners between being inside and the end of its phase, but for
  * what limits are drawn in by (in the shortest of moves 2^-6)?  What comes later
  * may be faster again: a goal that swings. */
 #define TURN_BITS 6
@@ -204,17 +204,20 @@ static bool turn_is_extreme(struct oracle *g)
 {
     struct big at, lo, hi, play;
     int last = g->plan->turn + 1;
+    bool inside = false;
     last = last < g->plan->count ? last : g->plan->count;
+    big_set(&at, 0);
     while (g->i < last) {
-        if (g->i == g->plan->brake) {
+        oracle_phase(g);
+        if (g->i == g->plan->turn)
+            big_copy(&at, &g->vel);
+        if (!inside) {
             big_copy(&lo, &g->vel);
             big_copy(&hi, &g->vel);
         }
-        if (g->i == g->plan->turn)
-            big_copy(&at, &g->vel);
-        if (g->i >= g->plan->brake)
-            widen(&lo, &hi, &g->vel);
-        oracle_phase(g);
+        widen(&lo, &hi, &g->vel);
+        inside = inside ||
+                 (g->i >= g->plan->brake && !g->outside[0] && !g->outside[1]);
         oracle_step(g);
     }
     widen(&lo, &hi, &g->vel);
