@@ -222,6 +222,15 @@ HOLDS    ?= 40
 hold: $(SLEW)
 	@$(PYTHON) tests/hold.py $(SLEW) examples/dolly $(HOLDS)
 
+PEERS    := build/peers
+.PHONY: peers-blender
+## install Blender as a Python module (400 MB), compare random actions with it
+peers-blender: $(SLEW)
+	@test -x $(PEERS)/blender/bin/python || \
+	    $(PYTHON) -m venv $(PEERS)/blender
+	@$(PEERS)/blender/bin/pip install --quiet bpy==5.0.1
+	@$(PEERS)/blender/bin/python tests/peers_blender.py $(SLEW)
+
 .PHONY: picture
 # draw the picture of the README anew
 picture: demo
@@ -241,7 +250,7 @@ fresh:
 -include tests/qemu/qemu.mk
 # Also: test-vm, test-gpiod2.
 -include tests/vm/vm.mk tests/vm/gpiod2.mk
-# Also: bench-plan, bench-otg.
+# Also: bench-plan, bench-otg, bench-curves, peers-curves.
 -include tests/bench/bench.mk
 # Also: test-peers.
 -include tests/peers/peers.mk

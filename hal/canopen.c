@@ -52,6 +52,20 @@ int canopen_nmt(struct canopen *master, enum canopen_nmt_command command,
     return canopen_send(master, &frame);
 }
 
+int canopen_time(struct canopen *master, uint32_t ms, uint16_t days)
+{
+    const struct hal_can_frame frame = {
+        .id = CANOPEN_COB_TIME,
+        .len = 6,
+        .data = { (uint8_t)ms, (uint8_t)(ms >> 8), (uint8_t)(ms >> 16),
+                  (uint8_t)(ms >> 24), (uint8_t)days, (uint8_t)(days >> 8) },
+    };
+
+    if (ms >= 86400000)
+        return MOTION_E_ARG;
+    return canopen_send(master, &frame);
+}
+
 static struct canopen_node *canopen_find(struct canopen *master, uint32_t id)
 {
     const unsigned at = master->node_at[id & CANOPEN_ID_MASK];
@@ -70,7 +84,7 @@ static void canopen_heartbeat(struct canopen *master, struct canopen_node *node,
 {
     const uint8_t state = frame->data[0] & 0x7Fu; /* bit 7: guarding's toggle */
 
-    if (frame->len != 1) {
+    if (frame->len != 1 || !canopen_guard_toggles(node, frame->data[0])) {
         master->stats.malformed++;
         return;
     }
@@ -147,7 +161,7 @@ static void canopen_of_node(struct canopen *master, struct canopen_node *node,
     else if (function == FUNCTION_HEARTBEAT)
         canopen_heartbeat(master, node, frame, now_ns);
     else if (function == FUNCTION_SDO_ANSWER)
-        canopen_sdo_receive(node, frame);
+        canopen_sdo_receive(node, frame, now_ns);
     else if (canopen_is_tpdo(function))
         canopen_tpdo(master, node, (function - 1) >> 1, frame);
     else if (canopen_is_order(function))
@@ -169,6 +183,10 @@ static void canopen_receive(struct canopen *master,
 
     if (frame->extended || frame->remote || frame->fd || frame->id > 0x7FF) {
         master->stats.unexpected++;
+        return;
+    }
+    if (frame->id == CANOPEN_COB_LSS_ANSWER && master->lss != NULL) {
+        canopen_lss_receive(master->lss, frame, now_ns);
         return;
     }
     if (canopen_is_foreign(master, frame->id)) {
@@ -209,12 +227,21 @@ static void canopen_watch(struct canopen_node *node, int64_t now_ns)
 
 static void canopen_sync(struct canopen *master, int64_t now_ns)
 {
-    const struct hal_can_frame frame = { .id = CANOPEN_COB_SYNC };
+    struct hal_can_frame frame = { .id = CANOPEN_COB_SYNC };
+    const uint8_t overflow = master->config.sync_overflow;
 
-    if (master->config.sync_period_ns == 0 ||
-        canopen_send(master, &frame) != MOTION_OK ||
+    if (master->config.sync_period_ns == 0)
+        return;
+    if (overflow > 0) {
+        frame.len = 1;
+        frame.data[0] = master->sync_counter < overflow
+                            ? (uint8_t)(master->sync_counter + 1)
+                            : 1;
+    }
+    if (canopen_send(master, &frame) != MOTION_OK ||
         canopen_flush(master) != MOTION_OK)
         return;
+    master->sync_counter = frame.data[0];
     master->sync_previous_ns = master->sync_ns;
     master->sync_ns = now_ns;
     master->stats.sync_sent++;
@@ -263,12 +290,17 @@ static int canopen_begin(struct hal_fieldbus *bus, int64_t now_ns)
     master->refused_cycles = master->refused ? master->refused_cycles + 1 : 0;
     master->refused = false;
     canopen_drain(master, now_ns);
+    if (master->lss != NULL)
+        canopen_lss_expire(master->lss, now_ns);
     for (unsigned i = 0; i < master->node_count; i++) {
         canopen_sdo_expire(master->node[i], now_ns);
+        canopen_sdo_pump(master->node[i], now_ns);
         canopen_watch(master->node[i], now_ns);
     }
     canopen_sync(master, now_ns);
     canopen_beat(master, now_ns);
+    for (unsigned i = 0; i < master->node_count; i++)
+        canopen_guard_ask(master->node[i], now_ns);
     for (unsigned i = 0; i < master->node_count; i++)
         if (master->node[i]->ops->step != NULL)
             master->node[i]->ops->step(master->node[i], now_ns);
@@ -325,7 +357,8 @@ int canopen_init(struct canopen *master, struct hal_can *can,
 {
     if (config->node_id < 1 || config->node_id > 127 ||
         config->sync_period_ns < 0 || config->heartbeat_period_ns < 0 ||
-        config->sdo_timeout_ns < 0 || config->sdo_gap_ns < 0)
+        config->sdo_timeout_ns < 0 || config->sdo_gap_ns < 0 ||
+        config->sync_overflow == 1 || config->sync_overflow > 240)
         return MOTION_E_ARG;
     memset(master, 0, sizeof *master);
     master->fieldbus.ops = &canopen_ops;

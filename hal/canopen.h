@@ -1,7 +1,7 @@
 /* hal/canopen.h - a CANopen NMT master for servo drives (CiA 301).
  *
  * One object per CAN port.  It owns the port, sends SYNC and its own
- * heartbeat, and hands every received frame to the node it belongs to.  Nodes
+ * heartbeat (or guards), and hands every received frame to the node it belongs to.  Nodes
  * are visible structs in the caller's memory, linked into the master; a drive
  * (drive_cia402.h) embeds one.  Nothing blocks: SDO transfers are started and
  * then polled; every wait has a time-out.
@@ -47,6 +47,12 @@ enum canopen_nmt_state {
 };
 
 /* The abort codes that are looked at; canopen_abort_text knows all. */
+#define CANOPEN_ABORT_TOGGLE     UINT32_C(0x05030000)
+#define CANOPEN_ABORT_BLOCK_SIZE UINT32_C(0x05040002)
+#define CANOPEN_ABORT_SEQUENCE   UINT32_C(0x05040003)
+#define CANOPEN_ABORT_CRC        UINT32_C(0x05040004)
+#define CANOPEN_ABORT_MEMORY     UINT32_C(0x05040005)
+#define CANOPEN_ABORT_LENGTH     UINT32_C(0x06070010)
 #define CANOPEN_ABORT_TIMEOUT    UINT32_C(0x05040000)
 #define CANOPEN_ABORT_COMMAND    UINT32_C(0x05040001)
 #define CANOPEN_ABORT_READ_ONLY  UINT32_C(0x06010002)
@@ -60,7 +66,15 @@ const char *canopen_abort_text(uint32_t abort_code);
  * 402-2 table 5): "current, inside the device"; never NULL. */
 const char *canopen_emcy_text(uint16_t code);
 
-/* One expedited SDO transfer, at most one at a time per node. */
+/* Where a transfer is; private. */
+enum canopen_sdo_step {
+    CANOPEN_SDO_INITIATE,
+    CANOPEN_SDO_SEGMENT,
+    CANOPEN_SDO_BLOCK,     /* segments of a block, and its acknowledgement */
+    CANOPEN_SDO_BLOCK_END, /* the last word: length and CRC */
+};
+
+/* One SDO transfer, at most one at a time per node. */
 struct canopen_sdo {
     enum {
         CANOPEN_SDO_IDLE,
@@ -72,10 +86,23 @@ struct canopen_sdo {
     bool write;
     uint16_t index;
     uint8_t sub;
-    uint8_t size; /* bytes written, or received */
+    uint8_t size; /* bytes written, or received, of a short object */
     uint32_t value;
     uint32_t abort_code;
     int64_t deadline_ns;
+
+    /* a long object */
+    uint8_t *into;         /* reading: room bytes */
+    const uint8_t *from;   /* writing: length bytes */
+    uint32_t room, length; /* length 0 while reading: not told yet */
+    uint32_t at;           /* bytes there, or acknowledged */
+    enum canopen_sdo_step step;
+    uint8_t toggle;
+    bool block, checked;          /* block transfer; with CRC */
+    uint8_t block_size, sequence; /* segments per block; last one in it */
+    bool block_last;              /* the end of the object is in this block */
+    uint16_t crc;                 /* of the first crc_at bytes */
+    uint32_t crc_at;
 };
 
 struct canopen_node;
@@ -98,6 +125,9 @@ struct canopen_node_ops {
                      uint8_t data[8]);
 };
 
+/* Watched by its heartbeat, or (older devices) by node guarding: then we ask
+ * with a remote frame every guard_period_ns, and it answers with its state and a
+ * bit that must alternate.  A node does one or the other. */
 struct canopen_node {
     const struct canopen_node_ops *ops;
     uint8_t id;                       /* 1..127 */
@@ -105,6 +135,9 @@ struct canopen_node {
     int64_t heartbeat_ns;             /* when last heard */
     bool heartbeat_heard;             /* since start or since it was lost */
     int64_t heartbeat_timeout_ns;     /* 0: not watched */
+    int64_t guard_period_ns;          /* 0: not asked */
+    int64_t guard_due_ns;
+    uint8_t guard_toggle; /* that the next answer must have: 0 or 0x80 */
     struct canopen_sdo sdo;
     struct canopen *master;
 };
@@ -112,6 +145,8 @@ struct canopen_node {
 struct canopen_config {
     uint8_t node_id;             /* our own, for the heartbeat; 1..127 */
     int64_t sync_period_ns;      /* 0: no SYNC */
+    uint8_t sync_overflow;       /* SYNC counts 1 .. this, 2..240; 0: it does
+                                    not (0x1019 of the drives) */
     int64_t heartbeat_period_ns; /* 0: we produce none */
     int64_t sdo_timeout_ns;      /* per transfer; 0: 200 ms */
     /* From one SDO request to the next, over all nodes: what they may take from
@@ -140,6 +175,8 @@ struct canopen {
     uint8_t node_at[128];     /* by node id: index in node[] + 1, 0: none */
     int64_t sync_ns;          /* when the last SYNC was sent */
     int64_t sync_previous_ns; /* and the one before */
+    uint8_t sync_counter;
+    struct canopen_lss *lss; /* NULL: nobody listens; see canopen_lss.h */
     int64_t heartbeat_due_ns;
     int64_t sdo_started_ns;      /* last request of a transfer, any node */
     bool refused, foreign, lost; /* seen since begin() last gave its answer */
@@ -158,6 +195,10 @@ int canopen_add(struct canopen *master, struct canopen_node *node);
 int canopen_nmt(struct canopen *master, enum canopen_nmt_command command,
                 uint8_t node_id);
 
+/* TIME: milliseconds since midnight, 0 .. 86399999, and days since 1 January
+ * 1984 (CiA 301 7.2.6).  Errors of hal_can_send, and MOTION_E_ARG. */
+int canopen_time(struct canopen *master, uint32_t ms, uint16_t days);
+
 /* Start a transfer; size 1..4 bytes (else MOTION_E_ARG).  MOTION_E_STATE when
  * one is running or its outcome has not been taken, MOTION_E_AGAIN when another
  * node's request has just gone out (sdo_gap_ns), MOTION_E_FULL/IO when it could
@@ -166,11 +207,23 @@ int canopen_nmt(struct canopen *master, enum canopen_nmt_command command,
  *   MOTION_E_AGAIN running; MOTION_OK done (value, not sign extended, and size
  *   when reading; either pointer may be NULL); MOTION_E_REFUSED aborted
  *   (sdo.abort_code); MOTION_E_TIMEOUT; MOTION_E_STATE nothing was started.
- * A longer object than 4 bytes is given up with abort 0x05040001. */
+ * A longer object than 4 bytes is given up with abort 0x05040001 by the first
+ * two; the others take one of any length, by segments or by blocks.  Their
+ * memory belongs to the transfer until its outcome is taken, or it is dropped;
+ * sdo.length is how much there was.  Reading more than `room` bytes ends with
+ * abort 0x05040005.  `block`: a server that knows no blocks aborts with
+ * 0x05040001; ask again without.  The time-out is for each answer. */
 int canopen_sdo_write(struct canopen_node *node, int64_t now_ns, uint16_t index,
                       uint8_t sub, uint8_t size, uint32_t value);
 int canopen_sdo_read(struct canopen_node *node, int64_t now_ns, uint16_t index,
                      uint8_t sub);
+int canopen_sdo_read_bytes(struct canopen_node *node, int64_t now_ns,
+                           uint16_t index, uint8_t sub, uint8_t *into,
+                           uint32_t room, bool block);
+/* length >= 1 */
+int canopen_sdo_write_bytes(struct canopen_node *node, int64_t now_ns,
+                            uint16_t index, uint8_t sub, const uint8_t *from,
+                            uint32_t length, bool block);
 int canopen_sdo_take(struct canopen_node *node, uint32_t *value, uint8_t *size);
 /* Forget the transfer that is running, if any; a late answer is dropped. */
 void canopen_sdo_drop(struct canopen_node *node);

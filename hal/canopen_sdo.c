@@ -1,4 +1,5 @@
-/* hal/canopen_sdo.c - the SDO client, expedited transfers; see canopen.h.
+/* hal/canopen_sdo.c - the SDO client: start, expedited transfers, outcome; see
+ * canopen.h.  Long objects: canopen_segment.c, canopen_block.c.
  *
  * One transfer per node: IDLE -> WAIT -> DONE, ABORTED or TIMEOUT -> (take)
  * IDLE.  An answer belongs to the transfer when index and sub-index are the
@@ -7,14 +8,9 @@
  * server is in a known state for the next one. */
 #include "hal/canopen_sdo.h"
 
-#define SDO_WRITE         0x20u /* + size << 2, + 3: expedited, size given */
-#define SDO_WRITE_DONE    0x60u
-#define SDO_READ          0x40u
-#define SDO_READ_DONE     0x40u
-#define SDO_ABORT         0x80u
-#define SDO_EXPEDITED     0x02u
-#define SDO_SIZE_GIVEN    0x01u
-#define SDO_COMMAND(byte) ((byte)&0xE0u)
+#define SDO_BLOCK_READ     0xA4u /* CRC known */
+#define SDO_BLOCK_WRITE    0xC6u /* CRC known, size given */
+#define SDO_BLOCK_SEGMENTS 32u   /* that we take at a time */
 
 static void canopen_sdo_put_u32(uint8_t *at, uint32_t value)
 {
@@ -22,28 +18,37 @@ static void canopen_sdo_put_u32(uint8_t *at, uint32_t value)
         at[i] = (uint8_t)(value >> 8 * i);
 }
 
-static uint32_t canopen_sdo_get_u32(const uint8_t *at)
+uint32_t canopen_sdo_get_u32(const uint8_t *at)
 {
     return (uint32_t)at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 |
            (uint32_t)at[3] << 24;
 }
 
-static int canopen_sdo_request(struct canopen_node *node, uint8_t command,
-                               uint32_t value)
+int canopen_sdo_send(struct canopen_node *node, const uint8_t data[8])
 {
     struct hal_can_frame frame = { .id = CANOPEN_COB_SDO_REQUEST + node->id,
                                    .len = 8 };
 
-    frame.data[0] = command;
-    frame.data[1] = (uint8_t)node->sdo.index;
-    frame.data[2] = (uint8_t)(node->sdo.index >> 8);
-    frame.data[3] = node->sdo.sub;
-    canopen_sdo_put_u32(&frame.data[4], value);
+    for (unsigned i = 0; i < 8; i++)
+        frame.data[i] = data[i];
     return canopen_send(node->master, &frame);
 }
 
+int canopen_sdo_request(struct canopen_node *node, uint8_t command,
+                        uint32_t value)
+{
+    uint8_t data[8] = { command, (uint8_t)node->sdo.index,
+                        (uint8_t)(node->sdo.index >> 8), node->sdo.sub };
+
+    canopen_sdo_put_u32(&data[4], value);
+    return canopen_sdo_send(node, data);
+}
+
+/* ---- beginning ---- */
+
 static int canopen_sdo_start(struct canopen_node *node, int64_t now_ns,
-                             const struct canopen_sdo *sdo, uint8_t command)
+                             const struct canopen_sdo *sdo, uint8_t command,
+                             uint32_t value)
 {
     struct canopen *master = node->master;
     int err;
@@ -53,13 +58,19 @@ static int canopen_sdo_start(struct canopen_node *node, int64_t now_ns,
     if (now_ns - master->sdo_started_ns < master->config.sdo_gap_ns)
         return MOTION_E_AGAIN;
     node->sdo = *sdo;
-    err = canopen_sdo_request(node, command, sdo->value);
+    err = canopen_sdo_request(node, command, value);
     if (err != MOTION_OK)
         return err;
     node->sdo.state = CANOPEN_SDO_WAIT;
     node->sdo.deadline_ns = now_ns + master->config.sdo_timeout_ns;
     master->sdo_started_ns = now_ns;
     return MOTION_OK;
+}
+
+static uint8_t canopen_sdo_expedited(unsigned size)
+{
+    return (uint8_t)(SDO_WRITE | (4u - size) << 2 | SDO_EXPEDITED |
+                     SDO_SIZE_GIVEN);
 }
 
 int canopen_sdo_write(struct canopen_node *node, int64_t now_ns, uint16_t index,
@@ -71,9 +82,8 @@ int canopen_sdo_write(struct canopen_node *node, int64_t now_ns, uint16_t index,
 
     if (size < 1 || size > 4)
         return MOTION_E_ARG;
-    return canopen_sdo_start(node, now_ns, &sdo,
-                             (uint8_t)(SDO_WRITE | (4u - size) << 2 |
-                                       SDO_EXPEDITED | SDO_SIZE_GIVEN));
+    return canopen_sdo_start(node, now_ns, &sdo, canopen_sdo_expedited(size),
+                             value);
 }
 
 int canopen_sdo_read(struct canopen_node *node, int64_t now_ns, uint16_t index,
@@ -81,8 +91,53 @@ int canopen_sdo_read(struct canopen_node *node, int64_t now_ns, uint16_t index,
 {
     const struct canopen_sdo sdo = { .index = index, .sub = sub };
 
-    return canopen_sdo_start(node, now_ns, &sdo, SDO_READ);
+    return canopen_sdo_start(node, now_ns, &sdo, SDO_READ, 0);
 }
+
+int canopen_sdo_read_bytes(struct canopen_node *node, int64_t now_ns,
+                           uint16_t index, uint8_t sub, uint8_t *into,
+                           uint32_t room, bool block)
+{
+    const struct canopen_sdo sdo = { .index = index,
+                                     .sub = sub,
+                                     .into = into,
+                                     .room = room,
+                                     .block = block,
+                                     .block_size = SDO_BLOCK_SEGMENTS };
+
+    if (into == NULL || room == 0)
+        return MOTION_E_ARG;
+    return canopen_sdo_start(node, now_ns, &sdo,
+                             block ? SDO_BLOCK_READ : SDO_READ,
+                             block ? SDO_BLOCK_SEGMENTS : 0);
+}
+
+int canopen_sdo_write_bytes(struct canopen_node *node, int64_t now_ns,
+                            uint16_t index, uint8_t sub, const uint8_t *from,
+                            uint32_t length, bool block)
+{
+    const struct canopen_sdo sdo = { .write = true,
+                                     .index = index,
+                                     .sub = sub,
+                                     .from = from,
+                                     .length = length,
+                                     .block = block };
+    uint32_t value = 0;
+
+    if (from == NULL || length == 0)
+        return MOTION_E_ARG;
+    if (block)
+        return canopen_sdo_start(node, now_ns, &sdo, SDO_BLOCK_WRITE, length);
+    if (length > 4)
+        return canopen_sdo_start(node, now_ns, &sdo, SDO_WRITE | SDO_SIZE_GIVEN,
+                                 length);
+    for (unsigned i = 0; i < length; i++)
+        value |= (uint32_t)from[i] << 8 * i;
+    return canopen_sdo_start(node, now_ns, &sdo,
+                             canopen_sdo_expedited((unsigned)length), value);
+}
+
+/* ---- the outcome ---- */
 
 int canopen_sdo_take(struct canopen_node *node, uint32_t *value, uint8_t *size)
 {
@@ -105,8 +160,12 @@ int canopen_sdo_take(struct canopen_node *node, uint32_t *value, uint8_t *size)
     return MOTION_OK;
 }
 
+/* In the middle of a long one the server would wait for the rest. */
 void canopen_sdo_drop(struct canopen_node *node)
 {
+    if (node->sdo.state == CANOPEN_SDO_WAIT &&
+        node->sdo.step != CANOPEN_SDO_INITIATE)
+        canopen_sdo_request(node, SDO_ABORT, CANOPEN_ABORT_TIMEOUT);
     node->sdo.state = CANOPEN_SDO_IDLE;
 }
 
@@ -117,62 +176,16 @@ static void canopen_sdo_aborted(struct canopen_node *node, uint32_t code)
     node->master->stats.sdo_aborted++;
 }
 
-/* The answer makes no sense for what was asked: tell the server. */
-static void canopen_sdo_give_up(struct canopen_node *node)
+void canopen_sdo_give_up(struct canopen_node *node, uint32_t abort_code)
 {
-    canopen_sdo_request(node, SDO_ABORT, CANOPEN_ABORT_COMMAND);
-    canopen_sdo_aborted(node, CANOPEN_ABORT_COMMAND);
+    canopen_sdo_request(node, SDO_ABORT, abort_code);
+    canopen_sdo_aborted(node, abort_code);
 }
 
-static void canopen_sdo_done(struct canopen_node *node)
+void canopen_sdo_done(struct canopen_node *node)
 {
     node->sdo.state = CANOPEN_SDO_DONE;
     node->master->stats.sdo_done++;
-}
-
-/* 0x4F 0x4B 0x47 0x43: 1 to 4 bytes; 0x42: size not given, all four. */
-static void canopen_sdo_read_done(struct canopen_node *node, uint8_t command,
-                                  uint32_t value)
-{
-    const unsigned unused = command & SDO_SIZE_GIVEN ? command >> 2 & 3u : 0;
-
-    node->sdo.size = (uint8_t)(4 - unused);
-    node->sdo.value = value & UINT32_MAX >> 8 * unused;
-    canopen_sdo_done(node);
-}
-
-static bool canopen_sdo_is_answer(const struct canopen_sdo *sdo,
-                                  const uint8_t data[8])
-{
-    return sdo->state == CANOPEN_SDO_WAIT && data[1] == (uint8_t)sdo->index &&
-           data[2] == (uint8_t)(sdo->index >> 8) && data[3] == sdo->sub;
-}
-
-static void canopen_sdo_answer(struct canopen_node *node, const uint8_t data[8])
-{
-    const uint8_t command = data[0];
-    const uint32_t value = canopen_sdo_get_u32(&data[4]);
-
-    if (SDO_COMMAND(command) == SDO_ABORT)
-        canopen_sdo_aborted(node, value);
-    else if (node->sdo.write && SDO_COMMAND(command) == SDO_WRITE_DONE)
-        canopen_sdo_done(node);
-    else if (!node->sdo.write && SDO_COMMAND(command) == SDO_READ_DONE &&
-             (command & SDO_EXPEDITED) != 0)
-        canopen_sdo_read_done(node, command, value);
-    else
-        canopen_sdo_give_up(node);
-}
-
-void canopen_sdo_receive(struct canopen_node *node,
-                         const struct hal_can_frame *frame)
-{
-    if (frame->len != 8)
-        node->master->stats.malformed++;
-    else if (!canopen_sdo_is_answer(&node->sdo, frame->data))
-        node->master->stats.unexpected++;
-    else
-        canopen_sdo_answer(node, frame->data);
 }
 
 void canopen_sdo_expire(struct canopen_node *node, int64_t now_ns)
@@ -182,4 +195,92 @@ void canopen_sdo_expire(struct canopen_node *node, int64_t now_ns)
     canopen_sdo_request(node, SDO_ABORT, CANOPEN_ABORT_TIMEOUT);
     node->sdo.state = CANOPEN_SDO_TIMEOUT;
     node->master->stats.sdo_timeouts++;
+}
+
+/* ---- answers ---- */
+
+/* 0x4F 0x4B 0x47 0x43: 1 to 4 bytes; 0x42: size not given, all four. */
+static void canopen_sdo_read_done(struct canopen_node *node,
+                                  const uint8_t data[8])
+{
+    struct canopen_sdo *sdo = &node->sdo;
+    const unsigned unused = data[0] & SDO_SIZE_GIVEN ? data[0] >> 2 & 3u : 0;
+
+    sdo->size = (uint8_t)(4 - unused);
+    sdo->value = canopen_sdo_get_u32(&data[4]) & UINT32_MAX >> 8 * unused;
+    sdo->length = sdo->size;
+    if (sdo->into != NULL && sdo->room < sdo->length) {
+        canopen_sdo_give_up(node, CANOPEN_ABORT_MEMORY);
+        return;
+    }
+    for (unsigned i = 0; sdo->into != NULL && i < sdo->size; i++)
+        sdo->into[i] = data[4 + i];
+    canopen_sdo_done(node);
+}
+
+static void canopen_sdo_initiated(struct canopen_node *node,
+                                  const uint8_t data[8])
+{
+    const struct canopen_sdo *sdo = &node->sdo;
+    const unsigned command = SDO_COMMAND(data[0]);
+    const bool is_long = sdo->from != NULL && sdo->length > 4;
+
+    if (sdo->block)
+        canopen_block_begin(node, data);
+    else if (sdo->write && command == SDO_WRITE_DONE && is_long)
+        canopen_segment_write_begin(node);
+    else if (sdo->write && command == SDO_WRITE_DONE)
+        canopen_sdo_done(node);
+    else if (!sdo->write && command == SDO_READ_DONE &&
+             (data[0] & SDO_EXPEDITED) != 0)
+        canopen_sdo_read_done(node, data);
+    else if (!sdo->write && command == SDO_READ_DONE && sdo->into != NULL)
+        canopen_segment_read_begin(node, data);
+    else
+        canopen_sdo_give_up(node, CANOPEN_ABORT_COMMAND);
+}
+
+/* Only the beginning and the abort of a transfer name the object. */
+static bool canopen_sdo_is_answer(const struct canopen_sdo *sdo,
+                                  const uint8_t data[8])
+{
+    if (sdo->state != CANOPEN_SDO_WAIT)
+        return false;
+    if (sdo->step != CANOPEN_SDO_INITIATE && data[0] != SDO_ABORT)
+        return true;
+    return data[1] == (uint8_t)sdo->index &&
+           data[2] == (uint8_t)(sdo->index >> 8) && data[3] == sdo->sub;
+}
+
+static void canopen_sdo_answer(struct canopen_node *node, const uint8_t data[8])
+{
+    if (data[0] == SDO_ABORT) {
+        canopen_sdo_aborted(node, canopen_sdo_get_u32(&data[4]));
+        return;
+    }
+    switch (node->sdo.step) {
+    case CANOPEN_SDO_INITIATE:
+        canopen_sdo_initiated(node, data);
+        break;
+    case CANOPEN_SDO_SEGMENT:
+        canopen_segment_receive(node, data);
+        break;
+    case CANOPEN_SDO_BLOCK:
+    case CANOPEN_SDO_BLOCK_END:
+        canopen_block_receive(node, data);
+        break;
+    }
+}
+
+void canopen_sdo_receive(struct canopen_node *node,
+                         const struct hal_can_frame *frame, int64_t now_ns)
+{
+    if (frame->len != 8) {
+        node->master->stats.malformed++;
+    } else if (!canopen_sdo_is_answer(&node->sdo, frame->data)) {
+        node->master->stats.unexpected++;
+    } else {
+        node->sdo.deadline_ns = now_ns + node->master->config.sdo_timeout_ns;
+        canopen_sdo_answer(node, frame->data);
+    }
 }

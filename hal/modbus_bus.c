@@ -15,7 +15,6 @@ static void modbus_bus_take(struct modbus_bus *bus,
     struct modbus_node *node = bus->node[bus->flight[slot].node];
 
     bus->returned++;
-    node->under_way--;
     node->ops->reply(node, bus->flight[slot].cookie, reply);
 }
 
@@ -42,14 +41,12 @@ static bool modbus_bus_ask(struct modbus_bus *bus, unsigned index,
     const unsigned slot = bus->sent & (HAL_MODBUS_MAILBOX - 1);
     uint16_t cookie = 0;
 
-    if (node->under_way == MODBUS_BUS_NODE_DEPTH ||
-        !node->ops->ask(node, now_ns, &request, &cookie) ||
+    if (!node->ops->ask(node, now_ns, &request, &cookie) ||
         hal_modbus_submit(bus->line, &request, bus->sent) != MOTION_OK)
         return false;
     bus->flight[slot].node = (uint8_t)index;
     bus->flight[slot].cookie = cookie;
     bus->sent++;
-    node->under_way++;
     return true;
 }
 
@@ -90,7 +87,6 @@ int modbus_bus_add(struct modbus_bus *bus, struct modbus_node *node)
             return MOTION_E_ARG;
     if (bus->node_count == MODBUS_BUS_NODES_MAX)
         return MOTION_E_FULL;
-    node->under_way = 0;
     bus->node[bus->node_count++] = node;
     return MOTION_OK;
 }

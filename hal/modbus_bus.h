@@ -1,10 +1,9 @@
 /* hal/modbus_bus.h - the drives on one Modbus line, as a fieldbus.
  *
  * Every tick takes the replies in (begin) and fills the line's mailbox again
- * (end), asking one node after the other.  A node has at most two requests under
- * way, so that the line need not wait for a tick between them, and at most
- * `depth` are under way on the line, so that set points do not grow old in the
- * mailbox. */
+ * (end), asking one node after the other.  At most `depth` requests are under way:
+ * enough that the line need not wait for a tick, not so many that set points
+ * grow old in the mailbox. */
 #ifndef HAL_MODBUS_BUS_H
 #define HAL_MODBUS_BUS_H
 
@@ -13,8 +12,7 @@
 #include "hal/fieldbus.h"
 #include "hal/modbus.h"
 
-#define MODBUS_BUS_NODES_MAX  16
-#define MODBUS_BUS_NODE_DEPTH 2
+#define MODBUS_BUS_NODES_MAX 16
 
 struct modbus_node;
 
@@ -32,7 +30,6 @@ struct modbus_node_ops {
 struct modbus_node {
     const struct modbus_node_ops *ops;
     uint8_t unit;
-    unsigned under_way;
 };
 
 struct modbus_bus {

@@ -16,6 +16,57 @@ static struct motion_real arclen_uneven(struct motion_real h)
     return motion_real_mul(h, motion_real_from_q(15073, 15)); /* 0.46 */
 }
 
+/* From the end of a panel to the first of its points, of its length. */
+#define ARCLEN_GAP_Q62 INT64_C(91565356790028544) /* (1 - 0.96029) / 2 */
+
+static struct motion_real arclen_dot(const struct motion_arclen_point *a,
+                                     const struct motion_arclen_point *b,
+                                     uint32_t axes)
+{
+    struct motion_real sum = motion_real_zero();
+
+    for (uint32_t i = 0; i < axes; i++)
+        sum = motion_real_add(sum, motion_real_mul(a->d1[i], b->d1[i]));
+    return sum;
+}
+
+/* A cusp between the end of a panel and the first of its points is invisible to
+ * them: on their side the speed is as smooth as without it.  But the curve has
+ * turned.  What is missed then is at most the speed at the end, over the gap.
+ * `h` leads from the end into the panel, and may be negative; turned by more
+ * than 60 degrees counts. */
+static struct motion_real arclen_hidden(const struct motion_arclen_curve *curve,
+                                        uint32_t piece, struct motion_real x,
+                                        struct motion_real h)
+{
+    const struct motion_real gap =
+        motion_real_mul(h, motion_real_from_q(ARCLEN_GAP_Q62, 62));
+    struct motion_arclen_point at, in;
+
+    curve->at(curve->context, piece, x, 1, &at);
+    curve->at(curve->context, piece, motion_real_add(x, gap), 1, &in);
+    const struct motion_real speed = arclen_norm(at.d1, curve->axes);
+    const struct motion_real both =
+        motion_real_mul(speed, arclen_norm(in.d1, curve->axes));
+    if (!motion_real_lt(arclen_dot(&at, &in, curve->axes),
+                        motion_real_half(both)))
+        return motion_real_zero();
+    return motion_real_mul(speed, motion_real_abs(gap));
+}
+
+/* At both ends of a panel. */
+static struct motion_real arclen_hidden_ends(struct motion_arclen_table *table,
+                                             uint32_t piece,
+                                             struct motion_real x,
+                                             struct motion_real h)
+{
+    table->evaluations += 4;
+    return motion_real_add(arclen_hidden(table->curve, piece, x, h),
+                           arclen_hidden(table->curve, piece,
+                                         motion_real_add(x, h),
+                                         motion_real_neg(h)));
+}
+
 /* The error given is that of the whole panel; its parts are about 2^16 times
  * better where the curve is smooth, 4 times at a cusp. */
 static struct arclen_leaf arclen_look(struct motion_arclen_table *table,
@@ -31,6 +82,12 @@ static struct arclen_leaf arclen_look(struct motion_arclen_table *table,
                              motion_real_sub(h, leaf.part));
     leaf.error = motion_real_abs(
         motion_real_sub(motion_real_add(leaf.low, leaf.high), whole));
+    leaf.error = motion_real_add(
+        leaf.error,
+        motion_real_add(arclen_hidden_ends(table, piece, x, leaf.part),
+                        arclen_hidden_ends(table, piece,
+                                           motion_real_add(x, leaf.part),
+                                           motion_real_sub(h, leaf.part))));
     table->evaluations += 3 * ARCLEN_GAUSS_POINTS;
     return leaf;
 }

@@ -242,6 +242,17 @@ uint32_t fcurve_find(const struct motion_fcurve *curve, int64_t t, bool left)
     return low;
 }
 
+/* A time beside t that tells the pieces of a formula apart: further off than
+ * the rounding of where they meet, which is 1 and 2^-58 of the span. */
+static int64_t fcurve_beside(int64_t t, int64_t dur, bool before)
+{
+    const int64_t off = 2 + (dur >> 50);
+
+    if (before)
+        return t > off ? t - off : 0;
+    return t < dur - off ? t + off : dur;
+}
+
 /* Between the first and the last key. */
 static int fcurve_inside(const struct motion_fcurve *curve, int64_t t,
                          enum motion_fcurve_side side,
@@ -256,10 +267,8 @@ static int fcurve_inside(const struct motion_fcurve *curve, int64_t t,
     if (a->interpolation > MOTION_FCURVE_ELASTIC ||
         a->easing > MOTION_FCURVE_IN_OUT)
         return MOTION_E_ARG;
-    if (side == MOTION_FCURVE_LEFT || t == start + dur)
-        when.inside--;
-    else
-        when.inside++;
+    when.inside = fcurve_beside(when.at, dur,
+                                side == MOTION_FCURVE_LEFT || t == start + dur);
     jet = fcurve_span_at(a, &when);
     fcurve_in_seconds(value, &jet, a, fcurve_whole(dur));
     if (side == MOTION_FCURVE_AT && (t == start || t == start + dur))

@@ -29,7 +29,8 @@
 
 enum motion_fcurve_handle {
     MOTION_FCURVE_FREE,    /* as given */
-    MOTION_FCURVE_ALIGNED, /* length as given, in line with the other */
+    MOTION_FCURVE_ALIGNED, /* length as given, in line with the other; beside
+                              FREE as given */
     MOTION_FCURVE_VECTOR,  /* a third of the way to the neighbour */
     MOTION_FCURVE_AUTO,    /* mean of the neighbouring slopes */
     MOTION_FCURVE_CLAMPED, /* the same, but never beyond a neighbour's value,

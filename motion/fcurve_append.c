@@ -20,6 +20,7 @@ struct fcurve_piece {
     uint32_t first, last;
     int64_t from, to;
     struct motion_fcurve_value start, end;
+    struct motion_real shown; /* at the end */
     struct motion_real miss[2];
 };
 
@@ -201,7 +202,7 @@ static int fcurve_append_poly(struct fcurve_append *append,
 {
     struct motion_real coef[MOTION_TRACK_DEGREE];
     int64_t whole[MOTION_TRACK_DEGREE], end;
-    int frac, rc = motion_real_round(piece->end.pos, 32, &end);
+    int frac, rc = motion_real_round(piece->shown, 32, &end);
 
     fcurve_coefficients(piece, coef);
     frac = fcurve_frac(coef, degree);
@@ -292,16 +293,20 @@ static struct motion_real fcurve_end(const struct motion_track *track)
 }
 
 /* How far the limit misses what is shown there; MOTION_E_LIMIT where that is a
- * step, and not rounding. */
+ * step, and not rounding, also of the time of a cut: `vel` is how fast the
+ * curve is there. */
 static int fcurve_miss(const struct fcurve_append *append,
                        const struct fcurve_piece *piece,
                        struct motion_real shown, struct motion_real limit,
-                       struct motion_real *miss)
+                       struct motion_real vel, struct motion_real *miss)
 {
+    const struct motion_real ticks =
+        fcurve_over(motion_real_abs(vel), MOTION_FIXED_S_Q12 / 4);
     struct motion_real allowed =
         motion_real_max(motion_real_scale(fcurve_whole(1), -30),
                         motion_real_scale(motion_real_abs(shown), -50));
 
+    allowed = motion_real_max(allowed, ticks);
     if (piece->key && piece->key->interpolation == MOTION_FCURVE_ELASTIC)
         allowed = motion_real_max(allowed, append->range->step);
     *miss = motion_real_sub(shown, limit);
@@ -321,7 +326,7 @@ static int fcurve_measure_start(struct fcurve_append *append,
     if (rc != MOTION_OK)
         return rc;
     return fcurve_miss(append, piece, fcurve_end(append->track),
-                       piece->start.pos, &piece->miss[0]);
+                       piece->start.pos, piece->start.vel, &piece->miss[0]);
 }
 
 /* And what the curve shows at the end, the key's value. */
@@ -338,7 +343,10 @@ static int fcurve_measure_end(struct fcurve_append *append,
             motion_fcurve_at(piece->curve, piece->to, MOTION_FCURVE_AT, &shown);
     if (rc != MOTION_OK)
         return rc;
+    piece->shown = shown.pos;
     return fcurve_miss(append, piece, shown.pos, piece->end.pos,
+                       motion_real_max(motion_real_abs(shown.vel),
+                                       motion_real_abs(piece->end.vel)),
                        &piece->miss[1]);
 }
 

@@ -236,12 +236,16 @@ static void fcurve_auto(const struct motion_fcurve *curve,
             motion_real_mul(motion_real_div(right->pos, right->t), left->t);
 }
 
-/* Both ALIGNED: the left one follows the right one. */
+/* Both ALIGNED: the left one follows the right one.  Beside a FREE one there is
+ * nothing to be in line with. */
 static void fcurve_line_up(const struct motion_fcurve *curve,
                            const struct motion_fcurve_key *key,
                            struct fcurve_offset *left,
                            struct fcurve_offset *right)
 {
+    if (key->left_kind == MOTION_FCURVE_FREE ||
+        key->right_kind == MOTION_FCURVE_FREE)
+        return;
     if (key->left_kind == MOTION_FCURVE_ALIGNED)
         *left = fcurve_align(curve, *right, *left);
     if (key->right_kind == MOTION_FCURVE_ALIGNED)

@@ -158,8 +158,8 @@ int motion_spline_append_blended(struct motion_track *track,
 
 /* Cubic B-spline with the keys as control points and their times as knots
  * (evenly spaced: the uniform one).  The curve starts and ends in the first and
- * last key: NATURAL with acceleration zero there, REST with velocity zero.
- * One segment per span. */
+ * last key: NATURAL with acceleration zero there, REST with velocity zero; an
+ * end with has_vel has that velocity instead.  One segment per span. */
 int motion_spline_append_bspline(struct motion_track *track,
                                  const struct motion_key *key, uint32_t count,
                                  enum motion_spline_end first,
@@ -182,6 +182,11 @@ int motion_spline_append_bspline_open(struct motion_track *track,
 int motion_spline_append_lagrange(struct motion_track *track,
                                   const struct motion_key *key, uint32_t count,
                                   struct motion_real *bound, uint32_t *failed);
+
+/* Its velocities at the first and the last key, of 2 keys or more. */
+int motion_spline_lagrange_velocities(const struct motion_key *key,
+                                      uint32_t count, struct motion_real *first,
+                                      struct motion_real *last);
 
 /* Times for points in space: pos_q32[axis][i].  Spans of time go as the
  * distance between points to the power 0, 1/2 (no loops or cusps within a

@@ -5,7 +5,9 @@
  * points i-1 .. i+2 at its ends (de Boor's algorithm with three arguments:
  * Ramshaw 1989).  Beyond the ends knots go on as in a mirror, and so do
  * points: turned about the end (natural: acceleration is zero there), or as in
- * the mirror, with the end itself moved until the curve meets it (rest). */
+ * the mirror, with the end itself moved until the curve meets it (rest).  Where
+ * the end has a velocity, the point in the mirror is moved for it:
+ *     v = 3 (next - mirrored) / (2 (h + h + h')) */
 #include "motion/err.h"
 #include "motion/spline_internal.h"
 
@@ -48,18 +50,37 @@ static struct motion_real bspline_after(const struct bspline *b, int64_t from,
                            bspline_time(b, from, mirror));
 }
 
-/* Weight of the neighbours together at an end knot with mirrored knots:
- * 2 B1(t0), B1 = h^2 / ((h + h) (h + h + h')) with h, h' the first spans. */
+/* At an end knot with mirrored knots: h + h + h', h and h' the first spans. */
+static struct motion_real bspline_end_reach(const struct bspline *b, bool last)
+{
+    const int64_t end = last ? b->count - 1 : 0, in = last ? -1 : 1;
+
+    return motion_real_add(
+        motion_real_abs(bspline_after(b, end, end + in)),
+        motion_real_abs(bspline_after(b, end, end + 2 * in)));
+}
+
+/* Weight of the neighbours together: 2 B1(t0) = h / (h + h + h'). */
 static struct motion_real bspline_rest_weight(const struct bspline *b,
                                               bool last)
 {
     const int64_t end = last ? b->count - 1 : 0, in = last ? -1 : 1;
-    const struct motion_real h =
-        motion_real_abs(bspline_after(b, end, end + in));
-    const struct motion_real both =
-        motion_real_abs(bspline_after(b, end, end + 2 * in));
 
-    return motion_real_div(h, motion_real_add(h, both));
+    return motion_real_div(motion_real_abs(bspline_after(b, end, end + in)),
+                           bspline_end_reach(b, last));
+}
+
+/* How far the point beyond an end is from the mirror image of the neighbour. */
+static struct motion_real bspline_beyond(const struct bspline *b, bool last)
+{
+    const struct motion_key *end = bspline_key(b, last ? b->count - 1 : 0);
+    struct motion_real off;
+
+    if (!end->has_vel)
+        return motion_real_zero();
+    off = motion_real_mul(spline_read(end->vel), bspline_end_reach(b, last));
+    off = motion_real_div(motion_real_twice(off), motion_real_int(3));
+    return last ? off : motion_real_neg(off);
 }
 
 /* A control point, relative to that of key `at`. */
@@ -78,13 +99,15 @@ static struct motion_real bspline_point(const struct bspline *b, int64_t at,
 
     if ((!first && !last) || b->open)
         return p;
-    if (rule == MOTION_SPLINE_NATURAL)
+    if (rule == MOTION_SPLINE_NATURAL &&
+        !bspline_key(b, first ? 0 : end)->has_vel)
         return i == mirror ? p : motion_real_sub(motion_real_twice(edge), p);
     if (i != mirror)
-        return p;
-    /* (1 - w) x + w next = edge */
+        return motion_real_add(p, bspline_beyond(b, !first));
+    /* (1 - w) x + w (next + mirrored) / 2 = edge */
     weight = bspline_rest_weight(b, !first);
     next = spline_way(base, bspline_key(b, first ? 1 : end - 1)->pos_q32);
+    next = motion_real_add(next, motion_real_half(bspline_beyond(b, !first)));
     return motion_real_div(motion_real_sub(edge, motion_real_mul(weight, next)),
                            motion_real_sub(motion_real_int(1), weight));
 }
@@ -174,10 +197,8 @@ static int bspline_pair(struct motion_track *track,
                         enum motion_spline_end last, uint32_t *failed)
 {
     struct motion_key pair[2] = { key[0], key[1] };
-    int rc;
+    const int rc = motion_spline_tangents_parabola(pair, 2, first, last);
 
-    pair[0].has_vel = pair[1].has_vel = false;
-    rc = motion_spline_tangents_parabola(pair, 2, first, last);
     return rc ? rc : motion_spline_append_cubic(track, pair, 2, failed);
 }
 

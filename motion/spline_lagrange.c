@@ -136,3 +136,28 @@ int motion_spline_append_lagrange(struct motion_track *track,
     lagrange_differences(&l);
     return spline_each(track, key, count, lagrange_span, &bake, failed);
 }
+
+int motion_spline_lagrange_velocities(const struct motion_key *key,
+                                      uint32_t count, struct motion_real *first,
+                                      struct motion_real *last)
+{
+    struct lagrange l = { .key = key, .count = count };
+    struct motion_bake_poly poly;
+    const int rc = spline_order(key, count);
+
+    if (rc != MOTION_OK)
+        return rc;
+    if (count > MOTION_SPLINE_LAGRANGE_KEYS)
+        return MOTION_E_FULL;
+    if (count < 2)
+        return MOTION_E_EMPTY;
+    lagrange_differences(&l);
+    poly = lagrange_span_poly(&l, 0);
+    *first = motion_real_div(poly.c[1], lagrange_time(&l, 0, 1));
+    poly = lagrange_span_poly(&l, count - 2);
+    *last = motion_real_zero();
+    for (int k = 1; k <= poly.degree; k++)
+        *last = motion_real_add(*last, spline_times(poly.c[k], k));
+    *last = motion_real_div(*last, lagrange_time(&l, count - 2, count - 1));
+    return MOTION_OK;
+}

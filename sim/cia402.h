@@ -19,7 +19,11 @@ enum cia402_row {
 enum cia402_abort {
     CIA402_DONE = 0,
     CIA402_ABORT_TOGGLE = 0x05030000,
+    CIA402_ABORT_TIMEOUT = 0x05040000,
     CIA402_ABORT_COMMAND = 0x05040001,
+    CIA402_ABORT_BLOCK_SIZE = 0x05040002,
+    CIA402_ABORT_SEQUENCE = 0x05040003,
+    CIA402_ABORT_CRC = 0x05040004,
     CIA402_ABORT_ACCESS = 0x06010000,
     CIA402_ABORT_WRITE_ONLY = 0x06010001,
     CIA402_ABORT_READ_ONLY = 0x06010002,
@@ -27,6 +31,7 @@ enum cia402_abort {
     CIA402_ABORT_NOT_MAPPABLE = 0x06040041,
     CIA402_ABORT_PDO_LENGTH = 0x06040042,
     CIA402_ABORT_LENGTH = 0x06070010,
+    CIA402_ABORT_TOO_LONG = 0x06070012,
     CIA402_ABORT_NO_SUB = 0x06090011,
     CIA402_ABORT_RANGE = 0x06090030,
     CIA402_ABORT_TOO_HIGH = 0x06090031,
@@ -67,9 +72,12 @@ enum cia402_emcy {
     CIA402_EMCY_HEARTBEAT = 0x8130,
     CIA402_EMCY_PDO_SHORT = 0x8210,
     CIA402_EMCY_PDO_LONG = 0x8220,
+    CIA402_EMCY_SYNC_LENGTH = 0x8240,
     CIA402_EMCY_RPDO_LATE = 0x8250,
     CIA402_EMCY_FOLLOWING = 0x8611,
 };
+#define CIA402_NO_NODE 255
+
 #define CIA402_ERROR_GENERIC 0x01
 #define CIA402_ERROR_CURRENT 0x02
 #define CIA402_ERROR_COM     0x10
@@ -86,11 +94,18 @@ static inline int64_t cia402_now_ns(const struct sim_cia402 *self)
 void cia402_od_reset(struct sim_cia402 *self, bool communication_only);
 /* Row of an object, or -1 with *abort_code. */
 int cia402_od_find(uint16_t index, uint8_t sub, uint32_t *abort_code);
-unsigned cia402_od_size(int row); /* bytes; 0 for a text */
+unsigned cia402_od_size(int row); /* bytes; 0 for a long object */
 uint16_t cia402_od_index(int row);
 uint8_t cia402_od_sub(int row);
 bool cia402_od_is_dummy(int row);
-const char *cia402_od_text(int row); /* NULL unless a text */
+/* Long objects: texts, and 0x2002.  Not a number: cia402_od_bytes has them. */
+bool cia402_od_is_long(int row);
+const uint8_t *cia402_od_bytes(const struct sim_cia402 *self, int row,
+                               uint32_t *length);
+/* May so many bytes be written to it?  CIA402_DONE or an abort code. */
+uint32_t cia402_od_check_long(int row, uint32_t length);
+void cia402_od_write_long(struct sim_cia402 *self, const uint8_t *bytes,
+                          uint32_t length);
 bool cia402_od_is_mappable(int row, bool transmit);
 /* By SDO: access is checked.  CIA402_DONE or an abort code. */
 uint32_t cia402_od_read(struct sim_cia402 *self, int row, uint32_t *value);
@@ -107,6 +122,8 @@ int64_t cia402_od_signed(const struct sim_cia402 *self, int row);
 void cia402_com_send(struct sim_cia402 *self, uint32_t id, const uint8_t *data,
                      unsigned len);
 void cia402_com_boot_up(struct sim_cia402 *self);
+/* Boot-up message after this time. */
+void cia402_com_boot_in(struct sim_cia402 *self, int64_t delay_ns);
 /* Power-on or reset node: everything at its default, booting. */
 void cia402_com_restart(struct sim_cia402 *self);
 void cia402_com_nmt(struct sim_cia402 *self, const struct hal_can_frame *frame);
@@ -127,10 +144,43 @@ uint32_t cia402_com_check(const struct sim_cia402 *self, int row,
                           uint32_t value);
 void cia402_com_changed(struct sim_cia402 *self, int row);
 
+/* ---- cia402_guard.c ---------------------------------------------------- */
+
+/* A remote frame with our heartbeat's id. */
+void cia402_guard_asked(struct sim_cia402 *self);
+void cia402_guard_start(struct sim_cia402 *self);
+void cia402_guard_time(struct sim_cia402 *self,
+                       const struct hal_can_frame *frame);
+
+/* ---- cia402_lss.c ------------------------------------------------------ */
+
+void cia402_lss_request(struct sim_cia402 *self,
+                        const struct hal_can_frame *frame);
+
 /* ---- cia402_sdo.c ------------------------------------------------------ */
 
 void cia402_sdo_request(struct sim_cia402 *self,
                         const struct hal_can_frame *frame);
+uint32_t cia402_sdo_get_u32(const uint8_t *data);
+void cia402_sdo_send(struct sim_cia402 *self, const uint8_t data[8]);
+/* Command, the request's index and sub-index, 4 bytes. */
+void cia402_sdo_reply(struct sim_cia402 *self, uint8_t command,
+                      const uint8_t request[8], uint32_t value);
+
+/* ---- cia402_long.c ----------------------------------------------------- */
+
+/* Requests that begin a long transfer of a row. */
+void cia402_long_upload(struct sim_cia402 *self, const uint8_t request[8],
+                        int row);
+void cia402_long_download(struct sim_cia402 *self, const uint8_t request[8],
+                          int row);
+void cia402_long_block(struct sim_cia402 *self, const uint8_t request[8],
+                       int row);
+/* A frame that may belong to the transfer under way; false: it does not. */
+bool cia402_long_request(struct sim_cia402 *self, const uint8_t request[8]);
+/* Segments of a block that is being read; called by the inner loop. */
+void cia402_long_poll(struct sim_cia402 *self);
+void cia402_long_end(struct sim_cia402 *self);
 
 /* ---- cia402_pdo.c ------------------------------------------------------ */
 

@@ -25,7 +25,7 @@ static void cia402_com_enter(struct sim_cia402 *self, enum cia402_nmt state)
     if (self->nmt_state == state)
         return;
     self->nmt_state = (uint8_t)state;
-    self->segments.text = NULL;
+    cia402_long_end(self);
     if (state == CIA402_NMT_OPERATIONAL)
         cia402_pdo_start(self);
     if (state == CIA402_NMT_STOPPED)
@@ -34,6 +34,9 @@ static void cia402_com_enter(struct sim_cia402 *self, enum cia402_nmt state)
 
 void cia402_com_boot_up(struct sim_cia402 *self)
 {
+    if (self->config.node_id == CIA402_NO_NODE)
+        return; /* stays so until LSS gives it one */
+    cia402_guard_start(self);
     const uint8_t boot_up = CIA402_NMT_BOOTING;
 
     cia402_com_send(self, 0x700u + self->config.node_id, &boot_up, 1);
@@ -43,17 +46,21 @@ void cia402_com_boot_up(struct sim_cia402 *self)
         cia402_power_reset(self);
 }
 
-static void cia402_com_boot_in(struct sim_cia402 *self, int64_t delay_ns)
+void cia402_com_boot_in(struct sim_cia402 *self, int64_t delay_ns)
 {
     self->nmt_state = CIA402_NMT_BOOTING;
-    self->segments.text = NULL;
+    cia402_long_end(self);
     cia402_timer_stop(self, SIM_CIA402_HEARTBEAT);
     cia402_timer_stop(self, SIM_CIA402_CONSUMER);
+    cia402_timer_stop(self, SIM_CIA402_GUARD);
     cia402_timer_set(self, SIM_CIA402_BOOT, cia402_now_ns(self) + delay_ns);
 }
 
 void cia402_com_restart(struct sim_cia402 *self)
 {
+    if (self->lss.node_stored != 0)
+        self->config.node_id = self->lss.node_stored;
+    self->lss = (struct sim_cia402_lss){ .node_stored = self->lss.node_stored };
     cia402_motion_off(self);
     memset(self->rpdo, 0, sizeof(self->rpdo));
     memset(self->tpdo, 0, sizeof(self->tpdo));
@@ -74,6 +81,8 @@ static void cia402_com_reset_communication(struct sim_cia402 *self)
                            ? self->config.boot_ns
                            : CIA402_RESET_COM_NS;
 
+    if (self->lss.node_next != 0)
+        self->config.node_id = self->lss.node_next;
     cia402_power_connection_lost(self);
     cia402_od_reset(self, true);
     self->sync_ns = -1;
@@ -256,6 +265,8 @@ void cia402_com_changed(struct sim_cia402 *self, int row)
         cia402_timer_stop(self, SIM_CIA402_CONSUMER);
     else if (row == CIA402_PRODUCER)
         cia402_com_start_heartbeat(self);
+    else if (row == CIA402_GUARD_TIME || row == CIA402_LIFE_FACTOR)
+        cia402_timer_stop(self, SIM_CIA402_GUARD); /* from the first asked on */
     else if (row >= CIA402_RPDO1_COUNT && row <= CIA402_TMAP4_8)
         cia402_pdo_update(self);
 }

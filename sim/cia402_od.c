@@ -1,7 +1,9 @@
 /* sim/cia402_od.c - the object dictionary: rows, access, abort codes. */
+#include <string.h>
+
 #include "sim/cia402.h"
 
-enum cia402_type { U8, I8, U16, I16, U32, I32, TEXT };
+enum cia402_type { U8, I8, U16, I16, U32, I32, TEXT, DOMAIN };
 
 enum cia402_access {
     R = 1 << 0,
@@ -62,6 +64,8 @@ void cia402_od_reset(struct sim_cia402 *self, bool communication_only)
     }
     if (!communication_only)
         cia402_od_reset_ramps(self);
+    if (self->config.serial != 0)
+        self->value[CIA402_SERIAL] = self->config.serial;
     cia402_pdo_update(self);
 }
 
@@ -82,7 +86,7 @@ unsigned cia402_od_size(int row)
 {
     static const uint8_t size[] = {
         [U8] = 1,  [I8] = 1,  [U16] = 2,  [I16] = 2,
-        [U32] = 4, [I32] = 4, [TEXT] = 0,
+        [U32] = 4, [I32] = 4, [TEXT] = 0, [DOMAIN] = 0,
     };
 
     return size[cia402_object[row].type];
@@ -103,11 +107,38 @@ bool cia402_od_is_dummy(int row)
     return (cia402_object[row].access & D) != 0;
 }
 
-const char *cia402_od_text(int row)
+bool cia402_od_is_long(int row)
 {
-    if (cia402_object[row].type != TEXT)
-        return NULL;
-    return cia402_text[cia402_object[row].init];
+    return cia402_object[row].type == TEXT || cia402_object[row].type == DOMAIN;
+}
+
+const uint8_t *cia402_od_bytes(const struct sim_cia402 *self, int row,
+                               uint32_t *length)
+{
+    const char *text;
+
+    if (cia402_object[row].type == DOMAIN) {
+        *length = self->notes_length;
+        return self->notes;
+    }
+    text = cia402_text[cia402_object[row].init];
+    *length = (uint32_t)strlen(text);
+    return (const uint8_t *)text;
+}
+
+uint32_t cia402_od_check_long(int row, uint32_t length)
+{
+    if (cia402_object[row].type != DOMAIN)
+        return cia402_object[row].access & W ? CIA402_ABORT_LENGTH
+                                             : CIA402_ABORT_READ_ONLY;
+    return length > SIM_CIA402_NOTES ? CIA402_ABORT_TOO_LONG : CIA402_DONE;
+}
+
+void cia402_od_write_long(struct sim_cia402 *self, const uint8_t *bytes,
+                          uint32_t length)
+{
+    memcpy(self->notes, bytes, length);
+    self->notes_length = length;
 }
 
 bool cia402_od_is_mappable(int row, bool transmit)

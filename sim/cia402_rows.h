@@ -26,6 +26,9 @@
     X(SYNC_COB, 0x1005, 0, U32, R | W, 0x80, 0, 0)                             \
     X(SYNC_PERIOD, 0x1006, 0, U32, R | W, 0, 0, 0)                             \
     X(SYNC_WINDOW, 0x1007, 0, U32, R | W, 0, 0, 0)                             \
+    X(GUARD_TIME, 0x100C, 0, U16, R | W, 0, 0, 0)                              \
+    X(LIFE_FACTOR, 0x100D, 0, U8, R | W, 0, 0, 0)                              \
+    X(TIME_COB, 0x1012, 0, U32, R | W, 0x80000100, 0, 0)                       \
     X(NAME, 0x1008, 0, TEXT, R, 0, 0, 0)                                       \
     X(HARDWARE, 0x1009, 0, TEXT, R, 1, 0, 0)                                   \
     X(SOFTWARE, 0x100A, 0, TEXT, R, 1, 0, 0)                                   \
@@ -86,7 +89,8 @@
 
 #define CIA402_MAKER_ROWS(X)                                                   \
     X(INJECT, 0x2000, 0, U8, W, 0, 1, SIM_CIA402_FAULTS)                       \
-    X(TARGETS_MISSED_MAX, 0x2001, 0, U8, R | W, 20, 0, 0)
+    X(TARGETS_MISSED_MAX, 0x2001, 0, U8, R | W, 20, 0, 0)                      \
+    X(NOTES, 0x2002, 0, DOMAIN, R | W, 0, 0, 0)
 
 #define CIA402_DRIVE_ROWS(X)                                                   \
     X(ABORT_OPTION, 0x6007, 0, I16, R | W, 1, 0, 3)                            \

@@ -20,6 +20,7 @@ static void sim_cia402_loop(struct sim_cia402 *self)
     cia402_motion_advance(self);
     self->value[CIA402_MODE_DISPLAY] = self->value[CIA402_MODE];
     cia402_pdo_poll(self);
+    cia402_long_poll(self);
 }
 
 static int64_t sim_cia402_due_ns(const struct sim_member *member)
@@ -36,6 +37,7 @@ static void sim_cia402_run(struct sim_member *member, int64_t now_ns)
         [SIM_CIA402_CONSUMER] = cia402_com_master_lost,
         [SIM_CIA402_BRAKE] = cia402_power_brake_released,
         [SIM_CIA402_TARGET] = cia402_motion_targets_late,
+        [SIM_CIA402_GUARD] = cia402_com_master_lost,
     };
     struct sim_cia402 *self = CONTAINER_OF(member, struct sim_cia402, member);
 
@@ -68,17 +70,33 @@ static void sim_cia402_sync(struct sim_cia402 *self)
                      cia402_now_ns(self) + self->config.loop_ns);
 }
 
+/* Its length says whether it counts, which must be what 0x1019 says. */
+static void sim_cia402_sync_frame(struct sim_cia402 *self,
+                                  const struct hal_can_frame *frame)
+{
+    bool counts = self->value[CIA402_SYNC_OVERFLOW] > 1;
+
+    if (frame->len == counts)
+        sim_cia402_sync(self);
+    else
+        cia402_com_error(self, CIA402_EMCY_SYNC_LENGTH, CIA402_ERROR_COM);
+}
+
 static void sim_cia402_dispatch(struct sim_cia402 *self,
                                 const struct hal_can_frame *frame)
 {
     uint32_t id = frame->id;
 
-    if (frame->remote)
+    if (frame->remote && id == 0x700u + self->config.node_id)
+        cia402_guard_asked(self);
+    else if (frame->remote)
         cia402_pdo_received(self, frame);
     else if (id == 0)
         cia402_com_nmt(self, frame);
     else if (id == self->value[CIA402_SYNC_COB])
-        sim_cia402_sync(self);
+        sim_cia402_sync_frame(self, frame);
+    else if (id == (self->value[CIA402_TIME_COB] & 0x7FF))
+        cia402_guard_time(self, frame);
     else if (id == 0x600u + self->config.node_id)
         cia402_sdo_request(self, frame);
     else if (id > 0x700)
@@ -92,9 +110,15 @@ static void sim_cia402_on_frame(void *context,
 {
     struct sim_cia402 *self = context;
 
-    if (self->nmt_state == CIA402_NMT_BOOTING || frame->extended)
+    bool booting = self->nmt_state == CIA402_NMT_BOOTING;
+    bool nameless = self->config.node_id == CIA402_NO_NODE;
+
+    if (frame->extended || frame->fd || (booting && !nameless))
         return;
-    sim_cia402_dispatch(self, frame);
+    if (frame->id == 0x7E5 && !frame->remote)
+        cia402_lss_request(self, frame);
+    else if (!nameless)
+        sim_cia402_dispatch(self, frame);
     sim_cia402_schedule(self);
 }
 
@@ -177,7 +201,8 @@ int64_t sim_cia402_pos_q24(const struct sim_cia402 *self)
 
 static bool sim_cia402_is_legal(const struct sim_cia402_config *config)
 {
-    return config->node_id >= 1 && config->node_id <= 127 &&
+    return config->node_id >= 1 &&
+           (config->node_id <= 127 || config->node_id == CIA402_NO_NODE) &&
            config->loop_ns >= 62500 && config->loop_ns <= 1000000 &&
            config->brake_release_ns >= 0 && config->boot_ns >= 0;
 }

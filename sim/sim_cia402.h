@@ -9,7 +9,10 @@
  *
  *   cia402_od.c      the dictionary: rows, access, abort codes
  *   cia402_com.c     NMT, heartbeat, EMCY
- *   cia402_sdo.c     the SDO server
+ *   cia402_guard.c   node and life guarding, TIME
+ *   cia402_lss.c     node number by LSS
+ *   cia402_sdo.c     the SDO server, short objects
+ *   cia402_long.c    long ones: segments, blocks
  *   cia402_pdo.c     PDO parameters, mapping, exchange
  *   cia402_power.c   state machine, faults
  *   cia402_motion.c  set points, ramps, the inner loop
@@ -23,6 +26,7 @@
  *   - 0x2001: so many SYNC periods without a fresh 0x607A in an RPDO, while
  *     enabled and after the first, are a time-out (EMCY 0x8250, reaction by
  *     0x6007); 0x1400:5 in ms takes its place when not 0;
+ *   - 0x2002: up to 1024 bytes of anything, for whoever needs a long object;
  *   - 0x2000 (write only): an injection, 1 + enum sim_cia402_fault;
  *   - until its boot-up message it acknowledges frames and ignores them. */
 #ifndef SIM_SIM_CIA402_H
@@ -35,7 +39,8 @@
 #include "sim/sim_can.h"
 
 struct sim_cia402_config {
-    uint8_t node_id; /* 1..127 */
+    uint8_t node_id; /* 1..127; 255: none yet, waits for LSS */
+    uint32_t serial; /* 0x1018:4; 0: the node number */
     struct sim_plant_config plant;
     int32_t start_counts;     /* where it stands at power-on */
     int64_t loop_ns;          /* inner loop, 62500 .. 1000000 */
@@ -76,6 +81,29 @@ struct sim_cia402_pdo {
     bool carries_target; /* 0x607A is mapped */
 };
 
+#define SIM_CIA402_NOTES 1024 /* bytes of 0x2002 */
+
+/* A long SDO transfer under way; see cia402_long.c. */
+struct sim_cia402_transfer {
+    uint8_t phase; /* enum of cia402_long.c; 0: none */
+    int row;
+    const uint8_t *from; /* read by the client */
+    uint32_t length, at; /* length 0 of a write: not told */
+    uint8_t toggle;
+    uint8_t block_size, sequence;
+    bool last, checked;
+    uint8_t into[SIM_CIA402_NOTES]; /* written by the client, not yet whole */
+};
+
+/* CiA 305, the device's side. */
+struct sim_cia402_lss {
+    bool configuring;
+    unsigned matched;    /* parts of a selective switch that were ours */
+    unsigned scan_part;  /* that the scan is at */
+    uint8_t node_next;   /* in force after reset communication; 0: as it is */
+    uint8_t node_stored; /* in force after power-on; 0: as built */
+};
+
 enum sim_cia402_timer {
     SIM_CIA402_LOOP,
     SIM_CIA402_BOOT,
@@ -83,6 +111,7 @@ enum sim_cia402_timer {
     SIM_CIA402_CONSUMER,  /* the master's is late */
     SIM_CIA402_BRAKE,     /* released */
     SIM_CIA402_TARGET,    /* fresh targets are late */
+    SIM_CIA402_GUARD,     /* the master has not asked for too long */
     SIM_CIA402_TIMERS,
 };
 
@@ -99,12 +128,14 @@ struct sim_cia402 {
     int64_t due_ns; /* the first of them */
     uint8_t nmt_state;
     struct sim_cia402_pdo rpdo[SIM_CIA402_PDOS], tpdo[SIM_CIA402_PDOS];
-    bool event_pdos;      /* any TPDO of type 254, 255 active */
-    struct {              /* a segmented read under way */
-        const char *text; /* what is left of it; NULL: none */
-        int row;
-        uint8_t toggle;
-    } segments;
+    bool event_pdos; /* any TPDO of type 254, 255 active */
+    struct sim_cia402_transfer transfer;
+    uint8_t notes[SIM_CIA402_NOTES]; /* 0x2002 */
+    uint32_t notes_length;
+    struct sim_cia402_lss lss;
+    uint8_t guard_toggle;
+    uint32_t time_ms; /* of the last TIME: since midnight */
+    uint16_t time_days;
 
     /* lasting injections, and inputs */
     bool silent, blocked, frozen, no_power, deaf;

@@ -8,6 +8,7 @@
 
 #define LOOP_NS         INT64_C(500000)
 #define LOOPS_PER_S     2000
+#define STEEP           100 /* full speed in 10 ms */
 #define ILLEGAL_ADDRESS 0x02
 #define STANDING_Q24    (INT64_C(20) << 24) /* counts/s */
 #define ARRIVED_Q24     (INT64_C(8) << 24)  /* counts */
@@ -530,7 +531,8 @@ int sim_modbus_servo_init(struct sim_modbus_servo *self,
     self->slave.ops = &servo_slave_ops;
     self->due_ns = world->now_ns + LOOP_NS;
     self->speed_q16 = config->plant.vel_max_counts_s * 65536;
-    self->acc = self->dec = config->plant.acc_max_counts_s2;
+    /* as the makers ship it: steeper than the motor */
+    self->acc = self->dec = STEEP * config->plant.vel_max_counts_s;
     err = sim_plant_init(&self->plant, &config->plant, config->start_counts);
     if (err < 0)
         return err;

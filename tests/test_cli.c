@@ -604,6 +604,45 @@ static void a_path_and_a_blend_go_all_the_way(void **state)
     }
 }
 
+/* With pan, tilt and roll 0 the head looks along x: w = 1/2 each. */
+static void a_camera_is_sampled_as_a_quaternion(void **state)
+{
+    (void)state;
+    write_file(move, "path:\n  axes: [x, y, z]\n"
+                     "  points: [[0, 0, 900], [1000, 0, 900]]\n"
+                     "  speed: {law: quintic, time: 4 s}\n"
+                     "camera:\n  axes: {pan: pan, tilt: tilt, roll: roll}\n"
+                     "  look: {at: [2000, 0, 900]}\n"
+                     "  roll: {keys: [[0 s, 0], [2 s, 60 deg]]}\n");
+    expect(slew("sample", "--json", "--quaternion", "--rate", "0.25",
+                "examples/flyby/rig.yaml", move),
+           STATUS_OK);
+    cJSON *report = cJSON_Parse(out);
+    assert_non_null(report);
+    /* right is -y, up z, back -x; then 60 degrees about x */
+    const cJSON *rows = cJSON_GetObjectItem(report, "rows");
+    const double want[2][4] = {
+        { 0.5, 0.5, -0.5, -0.5 },
+        { (sqrt(3) - 1) / 4, (sqrt(3) + 1) / 4, -(sqrt(3) - 1) / 4,
+          -(sqrt(3) + 1) / 4 },
+    };
+    for (int row = 0; row < 2; row++) {
+        double sign = 0;
+        for (int i = 0; i < 4; i++) {
+            const double got =
+                cJSON_GetArrayItem(cJSON_GetArrayItem(rows, row), 19 + i)
+                    ->valuedouble;
+            sign = i == 0 ? (got < 0 ? -1 : 1) : sign;
+            if (fabs(sign * got - want[row][i]) > 1e-6)
+                fail_msg("row %d: %d is %g", row, i, got);
+        }
+    }
+    cJSON_Delete(report);
+    expect_bad_input(
+        slew("sample", "--quaternion", "--rate", "1", "examples/dolly"),
+        "the move has no camera");
+}
+
 static void plan_says_how_long_and_how_fast_a_path_is(void **state)
 {
     (void)state;
@@ -712,6 +751,7 @@ int main(void)
         RUN(two_runs_write_the_same_telemetry),
         RUN(a_run_reports_and_its_telemetry_can_be_drawn),
         RUN(a_path_and_a_blend_go_all_the_way),
+        RUN(a_camera_is_sampled_as_a_quaternion),
         RUN(plan_says_how_long_and_how_fast_a_path_is),
         RUN(a_path_that_cannot_be_planned_names_its_place),
         RUN(too_many_drives_for_the_bus_are_refused),

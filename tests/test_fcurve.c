@@ -219,10 +219,23 @@ static void an_aligned_handle_keeps_its_length(void **state)
         add(50, 0, MOTION_FCURVE_FREE, MOTION_FCURVE_BEZIER);
         keys[1].left = point(40, 0);
         keys[1].right = point(53, 4 * scale);
-        keys[1].left_kind = MOTION_FCURVE_ALIGNED;
+        keys[1].left_kind = keys[1].right_kind = MOTION_FCURVE_ALIGNED;
         compute_handles();
         handle_is("aligned", &keys[1].left, 44, -8 * scale);
     }
+}
+
+static void an_aligned_handle_beside_a_free_one_stays(void **state)
+{
+    (void)state;
+    begin();
+    add(0, 0, MOTION_FCURVE_FREE, MOTION_FCURVE_BEZIER);
+    add(50, 0, MOTION_FCURVE_FREE, MOTION_FCURVE_BEZIER);
+    keys[1].left = point(40, 0);
+    keys[1].right = point(53, 4);
+    keys[1].left_kind = MOTION_FCURVE_ALIGNED;
+    compute_handles();
+    handle_is("aligned", &keys[1].left, 40, 0);
 }
 
 static void handles_do_not_stand_on_the_wrong_side(void **state)
@@ -804,6 +817,30 @@ static void every_easing_becomes_a_track(void **state)
         }
 }
 
+/* Its pieces meet at k/11 of the span, which in some falls on a tick and in
+ * others between two. */
+static void bounces_stay_between_their_keys(void **state)
+{
+    (void)state;
+    for (int tick = 0; tick < 44; tick++)
+        for (int way = MOTION_FCURVE_IN; way <= MOTION_FCURVE_IN_OUT; way++) {
+            struct motion_extreme extreme;
+
+            begin();
+            add(0, 1371, MOTION_FCURVE_AUTO, MOTION_FCURVE_BOUNCE)->easing =
+                (uint8_t)way;
+            add(2, 1640, MOTION_FCURVE_AUTO, MOTION_FCURVE_BOUNCE);
+            keys[1].at.t_ns_q12 += tick;
+            compute_handles();
+            if (append(0, 2, 0) != MOTION_OK)
+                fail_msg("tick %d, way %d: refused", tick, way);
+            motion_track_extreme(&track, MOTION_POS, &extreme);
+            if (extreme.min < units(1371) - 64 ||
+                extreme.max > units(1640) + 64)
+                fail_msg("tick %d, way %d: beyond", tick, way);
+        }
+}
+
 static void any_handles_become_a_track(void **state)
 {
     (void)state;
@@ -930,6 +967,7 @@ int main(void)
         cmocka_unit_test(a_clamped_curve_never_leaves_its_keys),
         cmocka_unit_test(vector_handles_go_a_third_of_the_way),
         cmocka_unit_test(an_aligned_handle_keeps_its_length),
+        cmocka_unit_test(an_aligned_handle_beside_a_free_one_stays),
         cmocka_unit_test(handles_do_not_stand_on_the_wrong_side),
         cmocka_unit_test(smooth_handles_join_accelerations),
         cmocka_unit_test(smooth_handles_join_those_that_stay),
@@ -950,6 +988,7 @@ int main(void)
         cmocka_unit_test(bad_curves_are_refused),
         cmocka_unit_test(polynomial_spans_are_one_segment_each),
         cmocka_unit_test(every_easing_becomes_a_track),
+        cmocka_unit_test(bounces_stay_between_their_keys),
         cmocka_unit_test(any_handles_become_a_track),
         cmocka_unit_test(cycles_and_ends_become_a_track),
         cmocka_unit_test(steps_and_infinite_slopes_are_refused),

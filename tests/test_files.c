@@ -333,6 +333,83 @@ static void curves_bring_their_parameters(void **state)
     move_free(&move);
 }
 
+static void keys_with_handles_are_read_as_written(void **state)
+{
+    char message[RIG_MESSAGE_MAX];
+    struct plan_move move;
+
+    (void)state;
+    expect_text(
+        MOVE,
+        "fps: 24\naxes:\n  dolly:\n    curve: bezier\n"
+        "    handles: [vector, auto]\n    interpolation: sine\n"
+        "    easing: out\n    smoothing: acceleration\n"
+        "    extrapolation: linear\n"
+        "    cycles: {after: mirror, after_count: 3, before: repeat}\n"
+        "    until: 60 s\n    grid: [frame 1, 10 cm]\n    keys:\n"
+        "      - [-1 s, 1]\n"
+        "      - {t: 1 s, p: 3, left: [-500 ms, -1 cm], interpolation: back,"
+        " easing: in-out, back: 170 %}\n"
+        "      - {t: 2 s, p: 4, handles: aligned, left: [-1, 0],"
+        " right: [0.25 s, 2], interpolation: elastic, amplitude: 2,"
+        " period: 0.5}\n",
+        NULL);
+    assert_int_equal(move_load(scratch, &rig, &move, message), 0);
+    const struct plan_bezier *bezier = &move.axis[0].bezier;
+    const struct plan_bezier_key *key = bezier->key;
+    assert_int_equal(bezier->smoothing, MOTION_FCURVE_SMOOTH_ACCELERATION);
+    assert_int_equal(bezier->extrapolation, MOTION_FCURVE_LINE);
+    assert_int_equal(bezier->before.mode, MOTION_FCURVE_REPEAT);
+    assert_int_equal(bezier->before.count, 0);
+    assert_int_equal(bezier->after.mode, MOTION_FCURVE_MIRROR);
+    assert_int_equal(bezier->after.count, 3);
+    assert_true(bezier->has_end);
+    assert_int_equal(bezier->end_ns_q12, MS(60000) * 4096);
+    assert_int_equal(bezier->value_q32, Q32(100));
+    assert_int_equal(move.axis[0].key[0].key.t_ns_q12, -MS(1000) * 4096);
+    assert_int_equal(key[0].left.kind, MOTION_FCURVE_VECTOR);
+    assert_int_equal(key[0].right.kind, MOTION_FCURVE_AUTO);
+    assert_int_equal(key[0].interpolation, MOTION_FCURVE_SINE);
+    assert_int_equal(key[0].easing, MOTION_FCURVE_OUT);
+    assert_int_equal(key[1].left.kind, MOTION_FCURVE_FREE);
+    assert_int_equal(key[1].left.dt_ns_q12, -MS(500) * 4096);
+    assert_int_equal(key[1].left.dp_q32, Q32(-10));
+    assert_int_equal(key[1].interpolation, MOTION_FCURVE_BACK);
+    assert_int_equal(key[1].easing, MOTION_FCURVE_IN_OUT);
+    assert_int_equal(key[1].back_q32, Q32(1.7));
+    assert_int_equal(key[2].right.kind, MOTION_FCURVE_ALIGNED);
+    assert_int_equal(key[2].right.dt_ns_q12, MS(250) * 4096);
+    assert_int_equal(key[2].amplitude_q32, Q32(2));
+    assert_int_equal(key[2].period_ns_q12, MS(500) * 4096);
+    move_free(&move);
+}
+
+static void keys_may_have_parameters_of_their_span(void **state)
+{
+    char message[RIG_MESSAGE_MAX];
+    struct plan_move move;
+
+    (void)state;
+    expect_text(MOVE,
+                "axes:\n  dolly:\n    curve: cardinal\n    keys:\n"
+                "      - {t: 0, p: 1, mu: 0.5}\n"
+                "      - {t: 1, p: 1, curve: sine, ease: [10 %, 0.75]}\n"
+                "      - {t: 2, p: 1, curve: rounded, blend: 0.1 s}\n"
+                "      - {t: 3, p: 1, curve: kochanek-bartels,"
+                " tcb: [1, -0.5, 0]}\n      - [4, 2]\n",
+                NULL);
+    assert_int_equal(move_load(scratch, &rig, &move, message), 0);
+    const struct plan_key *key = move.axis[0].key;
+    assert_true(key[0].has_shape && !key[4].has_shape);
+    assert_int_equal(key[0].shape.mu_q32, Q32(0.5));
+    assert_int_equal(key[1].shape.ease.k2_q32, Q32(0.75));
+    assert_int_equal(key[2].shape.blend_ns_q12, MS(100) * 4096);
+    assert_int_equal(key[3].shape.tcb.continuity_q32, Q32(-0.5));
+    move_free(&move);
+    expect_text(MOVE, "axes: {dolly: {keys: [{t: 0, p: 1, mu: 1}, [1, 2]]}}",
+                "mu is not used by curve quintic");
+}
+
 /* ---- documentation ---- */
 
 /* The indented block of docs/FILES.md after `heading`, into the scratch file. */
@@ -384,6 +461,11 @@ static void the_documentation_shows_files_that_can_be_read(void **state)
         fail_msg("%s", message);
     assert_int_equal(move.axis_count, 2);
     assert_int_equal(move.axis[0].key[2].key.t_ns_q12, MS(8000) * 4096);
+    move_free(&move);
+    write_block("### Keys with handles\n");
+    if (move_load(scratch, &rig, &move, message) < 0)
+        fail_msg("%s", message);
+    assert_int_equal(move.axis[0].curve, PLAN_CURVE_BEZIER);
     move_free(&move);
     write_block("### A path\n");
     expect_good(&gantry);
@@ -486,6 +568,28 @@ static const struct {
     const char *what;
 } bad[] = {
     { "move_axes_list.yaml", 2, 7, "axes is a list" },
+    { "move_back_unused.yaml", 6, 59,
+      "back is not used by interpolation elastic" },
+    { "move_cycles_count.yaml", 5, 42,
+      "after_count '-1' is not in 0 .. 4294967295" },
+    { "move_cycles_word.yaml", 5, 21, "unknown after 'loop'" },
+    { "move_easing_unused.yaml", 6, 60,
+      "easing is not used by interpolation linear" },
+    { "move_grid_zero.yaml", 5, 11, "grid has a number that is not positive" },
+    { "move_handle_alone.yaml", 6, 36, "right has 1 item" },
+    { "move_handle_computed.yaml", 6, 51,
+      "right is given, but a handle of kind auto follows from its neighbours" },
+    { "move_handle_missing.yaml", 6, 9,
+      "key has no right handle, which kind free needs" },
+    { "move_handle_wrong_side.yaml", 6, 35, "left has a time after its key" },
+    { "move_handles_unused.yaml", 5, 14,
+      "handles is not used by curve quintic" },
+    { "move_handles_word.yaml", 5, 14, "unknown handles 'smooth'" },
+    { "move_interpolation_word.yaml", 6, 44,
+      "unknown interpolation 'bounces'" },
+    { "move_left_unused.yaml", 6, 35, "left is not used by curve quintic" },
+    { "move_until_zero.yaml", 5, 12,
+      "until '0 s' is not after the start of the move" },
     { "move_blend_axis_of_base.yaml", 7, 13,
       "pose has the axis 'focus', which the base 'wide' has not" },
     { "move_blend_axis_twice.yaml", 4, 10,
@@ -949,6 +1053,8 @@ int main(int argc, char *argv[])
         cmocka_unit_test(what_is_left_out_has_the_documented_value),
         cmocka_unit_test(keys_have_a_short_and_a_long_form),
         cmocka_unit_test(curves_bring_their_parameters),
+        cmocka_unit_test(keys_with_handles_are_read_as_written),
+        cmocka_unit_test(keys_may_have_parameters_of_their_span),
         cmocka_unit_test(the_documentation_shows_files_that_can_be_read),
         cmocka_unit_test(line_ends_and_byte_order_mark_do_not_matter),
         cmocka_unit_test(line_ends_and_byte_order_mark_do_not_move_places),

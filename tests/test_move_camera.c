@@ -2,6 +2,7 @@
  *
  * Judged by what the head sees: the axes x, y, z, pan, tilt, roll at a time
  * give a place and three directions, in doubles. */
+#include "motion/plan/plan_view.h"
 #include "tests/move_file.h"
 
 #define RIG "examples/flyby/rig.yaml"
@@ -174,6 +175,87 @@ static void pan_runs_on_over_half_turns(void **state)
     assert_true(fabs(move_file_pos(&file, "pan", 20) -
                      move_file_pos(&file, "pan", 0) - 360) < 1e-6);
     move_file_close(&file);
+}
+
+#define MANY 2000
+
+static double real(struct motion_real a)
+{
+    return ldexp((double)a.m, a.e);
+}
+
+/* pan = atan2(y, x) of the way to the target, and its derivatives by distance,
+ * from P, P', P'' of the curve; degrees. */
+static void pan_by_hand(const struct plan_space *space, int64_t distance_q32,
+                        const double target[2], double want[2])
+{
+    struct motion_arclen_place place;
+    struct motion_arclen_point p;
+
+    motion_arclen_find(&space->table, motion_real_from_q(distance_q32, 32),
+                       &place);
+    motion_arclen_by_length(&space->curve, place.piece, place.x, &p);
+    const double x = target[0] - real(p.pos[0]), y = target[1] - real(p.pos[1]);
+    const double x1 = -real(p.d1[0]), y1 = -real(p.d1[1]);
+    const double x2 = -real(p.d2[0]), y2 = -real(p.d2[1]);
+    const double square = x * x + y * y;
+    const double turn = (x * y1 - y * x1) / square;
+    want[0] = turn / DEG;
+    want[1] =
+        ((x * y2 - y * x2) / square - 2 * turn * (x * x1 + y * y1) / square) /
+        DEG;
+}
+
+/* Derivatives are taken on a scale below that of the points, however many. */
+static void a_view_and_its_derivatives_are_those_of_the_geometry(void **state)
+{
+    static struct plan_point point[MANY];
+    const struct plan_points points = { .axes = 3,
+                                        .curve = PLAN_CURVE_C2,
+                                        .spacing = MOTION_SPLINE_CENTRIPETAL,
+                                        .point = point,
+                                        .count = MANY };
+    const double target[2] = { 2000, 100 };
+    const int64_t one = (int64_t)1 << 62;
+    const struct plan_camera camera = {
+        .look = PLAN_LOOK_AT,
+        .point_q32 = { (int64_t)2000 << 32, (int64_t)100 << 32, 0 },
+        .forward = { { one, 0, 0 } },
+        .up = { { 0, 0, one } },
+    };
+    static struct plan_space space;
+    static struct plan_view view;
+    struct plan_error error;
+    double worst[2] = { 0, 0 }, size[2] = { 0, 0 };
+    uint64_t seed = 4;
+    (void)state;
+    for (int i = 0; i < MANY; i++) {
+        const double a = i * 0.05;
+        point[i] = (struct plan_point){
+            .q32 = { (int64_t)ldexp(2000 + 1500 * cos(a), 32),
+                     (int64_t)ldexp(1200 * sin(a + 0.1 * sin(6 * a)), 32),
+                     (int64_t)ldexp(1000 + 800 * sin(0.013 * i), 32) }
+        };
+    }
+    assert_int_equal(plan_space_init(&space, &points, &error), 0);
+    assert_int_equal(plan_view_init(&view, &camera, &space, &error), 0);
+    for (int i = 0; i < 500; i++) {
+        const int64_t s = check_random_in(&seed, 0, space.length_q32);
+        struct motion_bake_point jet[MOTION_HEAD_AXES];
+        double want[2];
+        assert_int_equal(plan_view_jet(&view, s, jet), 0);
+        pan_by_hand(&space, s, target, want);
+        const double got[2] = { real(jet[0].vel), real(jet[0].acc) };
+        for (int k = 0; k < 2; k++) {
+            worst[k] = fmax(worst[k], fabs(got[k] - want[k]));
+            size[k] = fmax(size[k], fabs(want[k]));
+        }
+    }
+    print_message("within %.1e and %.1e of the largest\n", worst[0] / size[0],
+                  worst[1] / size[1]);
+    assert_true(worst[0] < 1e-7 * size[0] && worst[1] < 1e-3 * size[1]);
+    plan_view_free(&view);
+    plan_space_free(&space);
 }
 
 static void a_look_ahead_is_on_the_path_and_then_on_its_tangent(void **state)
@@ -414,6 +496,7 @@ int main(void)
         cmocka_unit_test(the_bound_of_each_angle_is_what_was_asked),
         cmocka_unit_test(straight_above_the_target_does_not_flip),
         cmocka_unit_test(pan_runs_on_over_half_turns),
+        cmocka_unit_test(a_view_and_its_derivatives_are_those_of_the_geometry),
         cmocka_unit_test(a_look_ahead_is_on_the_path_and_then_on_its_tangent),
         cmocka_unit_test(a_camera_along_the_path_looks_where_it_goes),
         cmocka_unit_test(a_frenet_frame_that_exists_is_taken),

@@ -106,6 +106,7 @@ static void every_curve_takes_the_segments_it_needs(void **state)
         [PLAN_CURVE_CONSTRAINTS] = 4,
         [PLAN_CURVE_BSPLINE] = 4,
         [PLAN_CURVE_LAGRANGE] = 4,
+        [PLAN_CURVE_BEZIER] = 0, /* by the bound */
     };
 
     (void)state;
@@ -293,6 +294,40 @@ static void keys_given_in_the_axis_are_not_touched(void **state)
 
 /* --- several curves ------------------------------------------------------- */
 
+static bool rests_or_rounds(enum plan_curve curve)
+{
+    return curve == PLAN_CURVE_PARABOLIC || curve == PLAN_CURVE_SINE ||
+           curve == PLAN_CURVE_SCURVE || curve == PLAN_CURVE_ROUNDED ||
+           curve == PLAN_CURVE_SMOOTHED;
+}
+
+/* Both have a velocity of their own where they meet. */
+static bool would_step(enum plan_curve a, enum plan_curve b)
+{
+    if (a == PLAN_CURVE_LAGRANGE || b == PLAN_CURVE_LAGRANGE)
+        return rests_or_rounds(a) || rests_or_rounds(b);
+    return a != b && passes_by(a) && passes_by(b) && a != PLAN_CURVE_BSPLINE &&
+           b != PLAN_CURVE_BSPLINE;
+}
+
+/* Velocities on both sides of a key. */
+static double step_at(const struct plan_key *key)
+{
+    const int64_t t = key->key.t_ns_q12;
+
+    for (uint32_t i = 1; i < track.count; i++) {
+        struct motion_state before, after;
+
+        if (track.segment[i].start_ns_q12 != t)
+            continue;
+        motion_segment_state(&track.segment[i - 1],
+                             track.segment[i - 1].dur_ns_q12, &before);
+        motion_segment_state(&track.segment[i], 0, &after);
+        return fabs((double)(after.vel_q32 - before.vel_q32)) / ONE;
+    }
+    return NAN;
+}
+
 /* Every pair of curves, one after the other. */
 static void spans_of_different_curves_join_at_their_keys(void **state)
 {
@@ -310,7 +345,21 @@ static void spans_of_different_curves_join_at_their_keys(void **state)
                     hermite || (i == 2 && (curves[a] == PLAN_CURVE_HERMITE));
                 keys[i].key.vel = motion_real_zero();
             }
+            if (a != b && (plan_curve_rules(curves[a])->own ||
+                           plan_curve_rules(curves[b])->own))
+                keys[2].key.has_vel = false;
+            if (would_step(curves[a], curves[b])) {
+                assert_int_equal(plan_axis_track(&axis, &track, &error),
+                                 MOTION_E_ARG);
+                assert_non_null(strstr(error.text, "speed would step"));
+                continue;
+            }
             plan();
+            if (a != b && curves[a] != PLAN_CURVE_LINEAR &&
+                curves[b] != PLAN_CURVE_LINEAR && !(step_at(&keys[2]) < 1e-7))
+                fail_msg("%s to %s: speed steps by %g",
+                         plan_curve_rules(curves[a])->name,
+                         plan_curve_rules(curves[b])->name, step_at(&keys[2]));
             for (int i = 0; i < 5; i += 2) {
                 struct motion_sample s;
                 if (i == 2 && a == b && passes_by(curves[a]))
@@ -320,6 +369,61 @@ static void spans_of_different_curves_join_at_their_keys(void **state)
             }
             plan_track_free(&track);
         }
+}
+
+static void a_given_velocity_that_would_step_is_refused(void **state)
+{
+    (void)state;
+    make_some(PLAN_CURVE_QUINTIC);
+    keys[1].has_curve = true;
+    keys[1].curve = PLAN_CURVE_ROUNDED;
+    keys[1].key.has_vel = true;
+    keys[1].key.vel = motion_real_from_q(3 * ONE, 32);
+    expect_refusal("rounded", MOTION_E_ARG, 1,
+                   "key 2 of axis pan: speed would step: rounded has 4 there "
+                   "and the key 3");
+    keys[1].key.vel = motion_real_from_q(4 * ONE, 32);
+    plan();
+    assert_true(step_at(&keys[1]) < 1e-7);
+    plan_track_free(&track);
+    keys[1].curve = PLAN_CURVE_HERMITE;
+    keys[2].key.has_vel = true;
+    keys[0].has_curve = true;
+    keys[0].curve = PLAN_CURVE_SINE;
+    expect_refusal("sine", MOTION_E_ARG, 1,
+                   "key 2 of axis pan: speed would step: sine has 0 there and "
+                   "the key 4");
+}
+
+/* An ease of its own on the second span; a tension on the third. */
+static void spans_may_have_parameters_of_their_own(void **state)
+{
+    struct motion_state mid;
+
+    (void)state;
+    make_some(PLAN_CURVE_PARABOLIC);
+    keys[1].has_shape = true;
+    keys[1].shape.ease.k1_q32 = keys[1].shape.ease.k2_q32 = ONE / 2;
+    plan();
+    /* 6 in 1.5 s without a stretch of constant speed: 8/s in the middle */
+    motion_track_state(&track, keys[1].key.t_ns_q12 + 3 * SEC / 4, &mid);
+    assert_in_range(mid.vel_q32, 8 * ONE - 4, 8 * ONE + 4);
+    motion_track_state(&track, SEC / 2, &mid);
+    assert_in_range(-mid.vel_q32, 4 * ONE - 4, 4 * ONE + 4);
+    plan_track_free(&track);
+    make_some(PLAN_CURVE_CARDINAL);
+    keys[2].has_shape = true;
+    keys[2].shape.mu_q32 = 0;
+    plan();
+    assert_true(step_at(&keys[2]) < 1e-7);
+    assert_true(step_at(&keys[3]) < 1e-7);
+    plan_track_free(&track);
+    keys[2].shape.mu_q32 = 3 * ONE;
+    expect_refusal("mu", MOTION_E_ARG, 2,
+                   "key 3 of axis pan: mu is not 0 to 2");
+    axis.curve = PLAN_CURVE_C2;
+    expect_refusal("c2", MOTION_E_ARG, 2,
+                   "key 3 of axis pan: its curve has no parameters");
 }
 
 static void a_line_hands_its_speed_to_a_smooth_neighbour(void **state)
@@ -571,6 +675,8 @@ int main(void)
         cmocka_unit_test(quintic_keeps_what_is_given_and_fills_the_rest),
         cmocka_unit_test(keys_given_in_the_axis_are_not_touched),
         cmocka_unit_test(spans_of_different_curves_join_at_their_keys),
+        cmocka_unit_test(a_given_velocity_that_would_step_is_refused),
+        cmocka_unit_test(spans_may_have_parameters_of_their_own),
         cmocka_unit_test(a_line_hands_its_speed_to_a_smooth_neighbour),
         cmocka_unit_test(lagrange_that_swings_is_remarked_upon),
         cmocka_unit_test(a_wrong_axis_is_refused_in_a_sentence),

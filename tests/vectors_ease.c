@@ -1,8 +1,10 @@
 /* tests/vectors_ease.c - ease.json; see vectors.h.
  *
- * Normalised distance 1 is 2^20 units, normalised time 1 is 1 s.  Position,
- * velocity and acceleration are fractions of the largest of the case, 1 at
- * least. */
+ * Normalised distance 1 is 2^28 units, normalised time 1 is 2^9 s, or more where
+ * a ramp takes a small share of it, so that the times inside the ramp are as
+ * exact as the file has them and its acceleration stays in its format.
+ * Position, velocity and acceleration are fractions of the largest of the case,
+ * 1 at least. */
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -15,14 +17,33 @@
 #include "tests/vectors_json.h"
 
 #define TOLERANCE   1e-8
-#define LENGTH_BITS 20
+#define LENGTH_BITS 28
+#define TIME_BITS   9
+#define TIME_MOST   18
 #define ROOM        64
 
 static struct motion_segment room[ROOM];
 
-static int64_t ticks(double seconds)
+/* log2 of the seconds that a case takes: half of what its shorter ramp lacks. */
+static int time_bits(const cJSON *json)
 {
-    return (int64_t)llroundl((long double)seconds * MOTION_FIXED_S_Q12);
+    const cJSON *k1 = vectors_get(json, "k1"), *k2 = vectors_get(json, "k2");
+    double ramp = 1;
+    int bits = TIME_BITS;
+
+    if (cJSON_IsNumber(k1) && k1->valuedouble > 0)
+        ramp = fmin(ramp, k1->valuedouble);
+    if (cJSON_IsNumber(k2) && k2->valuedouble < 1)
+        ramp = fmin(ramp, 1 - k2->valuedouble);
+    for (; ramp < 0.25 && bits < TIME_MOST; bits++)
+        ramp *= 4;
+    return bits;
+}
+
+static int64_t ticks(const cJSON *json, double share)
+{
+    return (int64_t)llroundl(
+        ldexpl((long double)share * MOTION_FIXED_S_Q12, time_bits(json)));
 }
 
 static const struct {
@@ -41,13 +62,13 @@ static const struct {
 static int plan(const cJSON *json, size_t kind, struct motion_track *track)
 {
     const int64_t length = (int64_t)1 << (LENGTH_BITS + 32);
-    const int64_t half = (int64_t)1 << 31;
+    const int64_t half = (int64_t)1 << 31, whole = ticks(json, 1);
 
     motion_track_init(track, room, ROOM, 0);
     if (!kinds[kind].is_phased) {
         const struct motion_speed_part part = {
             .kind = kinds[kind].whole,
-            .dur_ns_q12 = MOTION_FIXED_S_Q12,
+            .dur_ns_q12 = whole,
             .length_q32 = length,
             .k1_q32 = half,
             .k2_q32 = half,
@@ -57,10 +78,10 @@ static int plan(const cJSON *json, size_t kind, struct motion_track *track)
     if (!cJSON_IsNumber(vectors_get(json, "k1")) ||
         !cJSON_IsNumber(vectors_get(json, "k2")))
         return MOTION_E_ARG;
-    const int64_t k1 = ticks(vectors_get(json, "k1")->valuedouble);
-    const int64_t k2 = ticks(vectors_get(json, "k2")->valuedouble);
+    const int64_t k1 = ticks(json, vectors_get(json, "k1")->valuedouble);
+    const int64_t k2 = ticks(json, vectors_get(json, "k2")->valuedouble);
     return motion_ease_append_phases(track, kinds[kind].law, length, k1,
-                                     k2 - k1, MOTION_FIXED_S_Q12 - k2);
+                                     k2 - k1, whole - k2);
 }
 
 /* At the end what the last span comes to; a constant span of no duration, k1 =
@@ -88,7 +109,7 @@ static bool compare(const cJSON *json, const struct motion_track *track,
     static const char *const names[3] = { "s", "v", "a" };
     const cJSON *t = vectors_get(json, "t"), *want[3];
     double worst[3] = { 0 }, largest[3] = { 1, 1, 1 };
-    const int n = cJSON_GetArraySize(t);
+    const int n = cJSON_GetArraySize(t), bits = time_bits(json);
 
     for (int k = 0; k < 3; k++) {
         want[k] = vectors_get(json, names[k]);
@@ -97,11 +118,11 @@ static bool compare(const cJSON *json, const struct motion_track *track,
     }
     for (int i = 0; i < n; i++) {
         const struct motion_state s =
-            state_at(json, track, ticks(vectors_number_at(t, i)));
+            state_at(json, track, ticks(json, vectors_number_at(t, i)));
         const double got[3] = {
             ldexp((double)s.pos_q32, -32 - LENGTH_BITS),
-            ldexp((double)s.vel_q32, -32 - LENGTH_BITS),
-            ldexp((double)s.acc_q16, -16 - LENGTH_BITS),
+            ldexp((double)s.vel_q32, bits - 32 - LENGTH_BITS),
+            ldexp((double)s.acc_q16, 2 * bits - 16 - LENGTH_BITS),
         };
         for (int k = 0; k < 3; k++) {
             const double value = vectors_number_at(want[k], i);

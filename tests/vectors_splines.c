@@ -30,6 +30,7 @@ struct spline_case {
     struct motion_segment segment[SEGMENTS_MAX], f_segment[KEYS_MAX],
         w_segment[KEYS_MAX];
     struct motion_track track;
+    double dur_s; /* from the first key to the last; 0: not in time */
     double worst[3], largest[3];
 };
 
@@ -355,6 +356,8 @@ static int run_in_time(struct spline_case *c, int (*run)(struct spline_case *c))
     rc = run(c);
     if (rc != MOTION_OK)
         return rc;
+    c->dur_s = vectors_number_at(t, cJSON_GetArraySize(t) - 1) -
+               vectors_number_at(t, 0);
     return compare_all(c, ticks(vectors_number_at(t, 0))) ? MOTION_OK
                                                           : MOTION_E_ARG;
 }
@@ -556,16 +559,21 @@ static int run_case(struct spline_case *c, const char *method)
     return MOTION_E_ARG;
 }
 
-/* Against the largest value of the case. */
+/* Against the largest value of the case; a derivative also against what the
+ * largest value over the whole duration gives: on a straight line the second is
+ * zero, and in the reference what rounding left. */
 static void judge(struct vectors_row *row, const struct spline_case *c)
 {
     double *worst[3] = { &row->worst_p, &row->worst_v, &row->worst_a };
 
     row->cases++;
     for (int i = 0; i < 3; i++) {
-        const double error = c->worst[i] == 0    ? 0
-                             : c->largest[i] > 0 ? c->worst[i] / c->largest[i]
-                                                 : INFINITY;
+        const double natural =
+            c->dur_s > 0 ? c->largest[0] / pow(c->dur_s, i) : 0;
+        const double largest = fmax(c->largest[i], natural);
+        const double error = c->worst[i] == 0 ? 0
+                             : largest > 0    ? c->worst[i] / largest
+                                              : INFINITY;
         if (!(error <= *worst[i]))
             *worst[i] = error;
         if (!(error <= TOLERANCE * pow(10, i)))
@@ -590,6 +598,7 @@ int vectors_splines(const cJSON *file, struct vectors_row *rows, int room)
             return -1;
         c->json = json;
         c->params = vectors_get(json, "params");
+        c->dur_s = 0;
         memset(c->worst, 0, sizeof c->worst);
         memset(c->largest, 0, sizeof c->largest);
         rc = run_case(c, method);

@@ -5,12 +5,13 @@ the Python console and call
 
     slew_export("/tmp/crane.json")
 
-Values are Blender's own (metres, radians, whatever the property holds) and times
-are frames; slew converts them.  What slew cannot play (other modifiers than
-Cycles, drivers, sampled curves) is listed under "lost", nothing is baked.
+Times are frames, values are Blender's own with the unit that the property has;
+slew converts them.  What slew cannot play (other modifiers than Cycles, drivers,
+sampled curves) is listed under "lost", nothing is baked.
 Works with Blender 2.93 to 5.
 """
 import json
+import re
 
 import bpy
 
@@ -20,6 +21,9 @@ KEY_POINTS = {"t": ("co", 0), "v": ("co", 1),
 KEY_WORDS = {"hl": "handle_left_type", "hr": "handle_right_type",
              "interp": "interpolation", "easing": "easing",
              "amplitude": "amplitude", "period": "period", "back": "back"}
+# Of these, the scene's unit scale counts for lengths.
+UNITS = {"LENGTH": "m", "ROTATION": "rad", "CAMERA": "mm"}
+VALUES = ("v", "lv", "rv", "amplitude")
 
 
 def fcurves_of(owner):
@@ -33,11 +37,23 @@ def fcurves_of(owner):
     return [curve for bag in bags if bag for curve in bag.fcurves]
 
 
-def key_of(point):
+def unit_of(owner, data_path):
+    """The unit of a property, "own" where Blender does not say."""
+    found = re.match(r"^(?:(.*)\.)?(\w+)$", data_path)
+    try:
+        holder = owner.path_resolve(found[1]) if found[1] else owner
+        return UNITS.get(holder.bl_rna.properties[found[2]].unit, "own")
+    except (TypeError, KeyError, ValueError, AttributeError):
+        return "own"
+
+
+def key_of(point, scale):
     key = {name: getattr(point, attribute)[i]
            for name, (attribute, i) in KEY_POINTS.items()}
     key.update({name: getattr(point, attribute)
                 for name, attribute in KEY_WORDS.items()})
+    if scale != 1:
+        key.update({name: key[name] * scale for name in VALUES})
     return key
 
 
@@ -59,16 +75,32 @@ def cycles_of(curve, name, lost):
     return cycles
 
 
-def curve_of(curve, lost):
+def curve_of(owner, curve, lost):
     name = "%s[%d]" % (curve.data_path, curve.array_index)
     if not curve.keyframe_points:
         lost.append("%s: no keys" % name)
         return None
+    unit = unit_of(owner, curve.data_path)
+    length = bpy.context.scene.unit_settings.scale_length
+    scale = length if unit == "m" else 1
     return {"name": name,
+            "unit": unit,
             "extrapolation": curve.extrapolation,
             "auto_smoothing": curve.auto_smoothing,
             "cycles": cycles_of(curve, name, lost),
-            "keys": [key_of(point) for point in curve.keyframe_points]}
+            "keys": [key_of(point, scale) for point in curve.keyframe_points]}
+
+
+def lines_of(action):
+    """JSON with a key per line."""
+    curves = action.pop("curves")
+    yield json.dumps(action)[:-1] + ', "curves": ['
+    for i, curve in enumerate(curves):
+        keys = curve.pop("keys")
+        yield json.dumps(curve)[:-1] + ', "keys": ['
+        yield ",\n".join(json.dumps(key) for key in keys)
+        yield "]}" + ("," if i + 1 < len(curves) else "")
+    yield "]}"
 
 
 def slew_export(path, owner=None):
@@ -76,18 +108,20 @@ def slew_export(path, owner=None):
     if not (owner and owner.animation_data and owner.animation_data.action):
         raise ValueError("the active object has no action")
     scene, lost = bpy.context.scene, []
-    curves = [curve_of(curve, lost) for curve in fcurves_of(owner)]
+    curves = [curve_of(owner, curve, lost) for curve in fcurves_of(owner)]
     lost += ["%s: driver" % driver.data_path
              for driver in owner.animation_data.drivers]
+    action = {"format": "slew-blender-1",
+              "object": owner.name,
+              "fps": scene.render.fps,
+              # single precision: 1.001 is 1.00100004673
+              "fps_base": round(scene.render.fps_base, 6),
+              "frame_start": scene.frame_start,
+              "frame_end": scene.frame_end,
+              "lost": lost,
+              "curves": [curve for curve in curves if curve]}
     with open(path, "w", encoding="utf-8") as file:
-        json.dump({"format": "slew-blender-1",
-                   "object": owner.name,
-                   "fps": scene.render.fps,
-                   # single precision: 1.001 is 1.00100004673
-                   "fps_base": round(scene.render.fps_base, 6),
-                   "lost": lost,
-                   "curves": [curve for curve in curves if curve]},
-                  file, indent=1)
+        file.write("\n".join(lines_of(action)) + "\n")
     for what in lost:
         print("slew: lost", what)
 

@@ -87,10 +87,10 @@ const struct command cmd_export = {
     .arguments = "FORMAT RIG MOVE | FORMAT DIRECTORY",
     .summary = "write a move for another program",
     .text =
-        "Writes kuper, flair, raw (Dragonframe), csv or maya (.anim).  Values "
-        "are\nin the axes' own units.  Tables have a row per frame, with all "
-        "digits a\nposition has; maya has keys and tangents.  docs/FORMATS.md "
-        "says more.\n",
+        "Writes kuper, flair, raw (Dragonframe), csv, maya (.anim) or blender\n"
+        "(JSON for examples/blender).  Values are in the axes' own units.  "
+        "Tables\nhave a row per frame, with all digits a position has; maya "
+        "and blender have\nkeys and tangents.  docs/FORMATS.md says more.\n",
     .examples = "  slew export kuper examples/dolly --fps 24 --out shot.txt\n"
                 "  slew export maya rig.yaml move.yaml --fps 24 --out "
                 "shot.anim\n",

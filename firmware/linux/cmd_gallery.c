@@ -26,6 +26,43 @@ static const char *const cmd_gallery_text[] = {
 #undef CMD_GALLERY_TEXT
 };
 
+/* When to take it: one sentence each. */
+static const char *const cmd_gallery_use[] = {
+    [PLAN_CURVE_LINEAR] = "For very slow moves, and to see what keys say; a "
+                          "servo overshoots at every key",
+    [PLAN_CURVE_ROUNDED] = "For steady speed on straight stretches, when the "
+                           "inner keys may be missed by a little",
+    [PLAN_CURVE_SMOOTHED] = "As rounded, on an axis whose jerk is limited",
+    [PLAN_CURVE_PARABOLIC] = "For moves from stop to stop in the least time "
+                             "under a limit of acceleration",
+    [PLAN_CURVE_SINE] = "For moves from stop to stop that look soft in the "
+                        "middle; the start is still abrupt",
+    [PLAN_CURVE_SCURVE] = "For moves from stop to stop on a real machine: "
+                          "nothing steps",
+    [PLAN_CURVE_HERMITE] = "When you know the speed at every key, as from "
+                           "another program",
+    [PLAN_CURVE_CATMULL_ROM] = "For keys that follow each other evenly enough, "
+                               "without solving anything",
+    [PLAN_CURVE_CARDINAL] = "To choose by one number how tight the curve is "
+                            "between its keys",
+    [PLAN_CURVE_KOCHANEK] = "To shape every key by hand, as animators do",
+    [PLAN_CURVE_MONOTONE] = "When it may never go beyond a key: focus, iris, a "
+                            "wall",
+    [PLAN_CURVE_AKIMA] = "For measured or uneven keys, where others swing",
+    [PLAN_CURVE_AKIMA_MONOTONE] = "As akima, where nothing may go beyond a key",
+    [PLAN_CURVE_C2] = "For the smoothest pass through close, even keys",
+    [PLAN_CURVE_QUINTIC] = "The first choice on a machine: passes every key "
+                           "and its acceleration does not step",
+    [PLAN_CURVE_C4] = "For heavy or soft rigs that ring: jerk is smooth too; "
+                      "look at how far it swings",
+    [PLAN_CURVE_CONSTRAINTS] = "To say of every key exactly what must hold "
+                               "there, and nothing else",
+    [PLAN_CURVE_BSPLINE] = "For the calmest curve, when keys only guide it",
+    [PLAN_CURVE_LAGRANGE] = "For two to four keys; with more, to see why not",
+    [PLAN_CURVE_BEZIER] = "For what was drawn in a graph editor, handles and "
+                          "easings included",
+};
+
 /* One kind of curve on the keys. */
 struct cmd_gallery_row {
     char refused[240]; /* why it cannot take the keys; empty: it can */
@@ -180,11 +217,35 @@ static void cmd_gallery_head(const struct cmd_gallery *self)
             unit, unit, unit, unit);
 }
 
+/* The largest step on these keys, of what steps first. */
+static void cmd_gallery_steps_line(const struct cmd_gallery *self,
+                                   const struct cmd_gallery_row *row)
+{
+    const char *unit = rig_unit_text(job_rig_axis(self->job, 0)->unit);
+    char text[NUMBER_MAX];
+    if (row->refused[0] != 0)
+        fputc('\n', self->page);
+    else if (cmd_gallery_steps(row, 1)) {
+        number_short(text, (int64_t)row->step.vel_step_q32, 32);
+        fprintf(self->page, "Here velocity steps by up to %s %s/s.\n\n", text,
+                unit);
+    } else if (cmd_gallery_steps(row, 2)) {
+        number_short(text, (int64_t)row->step.acc_step_q16, 16);
+        fprintf(self->page, "Here acceleration steps by up to %s %s/s².\n\n",
+                text, unit);
+    } else
+        fputs("Here nothing steps but jerk.\n\n", self->page);
+}
+
 static void cmd_gallery_curve(const struct cmd_gallery *self, unsigned i)
 {
     const struct cmd_gallery_row *row = &self->row[i];
-    fprintf(self->page, "\n## %s\n\n%s.\n\n", compare_spelling[i],
+    fprintf(self->page, "\n## %s\n\n%s.\n", compare_spelling[i],
             cmd_gallery_text[i]);
+    if (i < sizeof cmd_gallery_use / sizeof cmd_gallery_use[0] &&
+        cmd_gallery_use[i] != NULL)
+        fprintf(self->page, "%s.\n", cmd_gallery_use[i]);
+    cmd_gallery_steps_line(self, row);
     if (row->refused[0] != 0)
         fprintf(self->page, "Cannot take these keys: %s.\n", row->refused);
     else

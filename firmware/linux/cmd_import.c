@@ -156,10 +156,10 @@ const struct command cmd_import = {
     .arguments = "FORMAT FILE",
     .summary = "read a move of another program",
     .text =
-        "Reads kuper, flair, raw (Dragonframe), csv or maya (.anim) and "
-        "writes\na move file.  Values are taken to be in the axes' own "
-        "units; columns find\ntheir axes by name.  docs/FORMATS.md says what "
-        "is read and what is lost.\n",
+        "Reads kuper, flair, raw (Dragonframe), csv, maya (.anim) or blender\n"
+        "(JSON of examples/blender) and writes a move file.  Values are taken "
+        "to be in\nthe axes' own units; columns find their axes by name.  "
+        "docs/FORMATS.md says\nwhat is read and what is lost.\n",
     .examples =
         "  slew import kuper shot.txt --rig rig.yaml --fps 24 --out move.yaml\n"
         "  slew import raw shot.txt --rig rig.yaml --fps 24 --columns pan,tilt "

@@ -12,6 +12,7 @@
 #include "firmware/linux/machine.h"
 #include "firmware/linux/machine_real.h"
 #include "firmware/linux/machine_sim.h"
+#include "firmware/linux/modbus_record.h"
 #include "firmware/linux/number.h"
 #include "firmware/linux/output.h"
 #include "firmware/linux/player.h"
@@ -37,7 +38,10 @@ struct cmd_run {
     struct trace trace;
     struct report report;
     struct progress progress;
-    struct output csv;
+    struct output csv, frames;
+    struct can_log can_log;
+    struct modbus_record record; /* of the first Modbus bus */
+    struct output pcap;
 };
 
 static volatile sig_atomic_t cmd_run_interrupts;
@@ -201,6 +205,28 @@ static enum status cmd_run_check(struct cmd_run *self)
 
 /* --- doing it --- */
 
+/* The first Modbus bus is recorded. */
+static enum status cmd_run_record(struct cmd_run *self,
+                                  struct machine_ports *ports)
+{
+    const struct rig *rig = &self->job.rig;
+    unsigned i = 0;
+    if (self->options->modbus_log == NULL)
+        return STATUS_OK;
+    while (i < rig->bus_count && rig->bus[i].kind == RIG_CANOPEN)
+        i++;
+    if (i == rig->bus_count) {
+        fputs("slew run: --modbus-log: the rig has no Modbus bus\n", stderr);
+        return STATUS_INPUT;
+    }
+    modbus_record_init(&self->record, ports->modbus[i],
+                       rig->bus[i].kind == RIG_MODBUS_TCP);
+    ports->modbus[i] = &self->record.modbus;
+    return output_open(&self->pcap, self->options->modbus_log) < 0
+               ? STATUS_SYSTEM
+               : STATUS_OK;
+}
+
 static enum status cmd_run_build(struct cmd_run *self)
 {
     struct machine_ports ports;
@@ -214,6 +240,16 @@ static enum status cmd_run_build(struct cmd_run *self)
                                &ports, message);
     if (err == MOTION_OK && self->options->pty)
         err = machine_modbus_open(&self->pty, rig, true, &ports, message);
+    if (err == MOTION_OK && self->frames.file != NULL)
+        can_log_init(&self->can_log, self->frames.file, rig,
+                     self->options->realtime || self->options->real ||
+                         self->options->pty,
+                     &ports);
+    enum status status = STATUS_OK;
+    if (err == MOTION_OK)
+        status = cmd_run_record(self, &ports);
+    if (status != STATUS_OK)
+        return status;
     if (err < 0 ||
         machine_init(&self->machine, &self->job.rig, &ports, message) < 0) {
         fprintf(stderr, "%s: %s\n", self->job.rig_path, message);
@@ -298,6 +334,7 @@ static enum status cmd_run_play(struct cmd_run *self)
     };
     const struct player_observer observer = {
         .telemetry = options->telemetry != NULL ? &self->telemetry : NULL,
+        .can_log = options->can_log != NULL ? &self->can_log : NULL,
         .trace = options->plot != NULL ? &self->trace : NULL,
         .report = &self->report,
         .progress = &self->progress,
@@ -322,6 +359,17 @@ static enum status cmd_run_save(struct cmd_run *self)
         else
             self->report.telemetry_path = options->telemetry;
     }
+    if (options->can_log != NULL) {
+        if (output_commit(&self->frames) < 0)
+            status = STATUS_SYSTEM;
+        else
+            self->report.can_log_path = options->can_log;
+        self->report.frames_dropped = self->can_log.dropped;
+    }
+    if (options->modbus_log != NULL &&
+        (modbus_record_write(&self->record, self->pcap.file) < 0 ||
+         output_commit(&self->pcap) < 0))
+        status = STATUS_SYSTEM;
     if (options->plot != NULL && self->report.started) {
         if (plot_save(&self->job, &self->trace, options->plot) < 0)
             status = STATUS_SYSTEM;
@@ -405,6 +453,9 @@ static enum status cmd_run_job(struct cmd_run *self)
             cmd_run_intent_json(self);
         return STATUS_OK;
     }
+    if (options->can_log != NULL &&
+        output_open(&self->frames, options->can_log) < 0)
+        return STATUS_SYSTEM;
     status = cmd_run_build(self);
     if (status == STATUS_OK)
         status = cmd_run_window(self);
@@ -427,6 +478,8 @@ static enum status cmd_run_run(const struct options *options)
                                               : options->override_q30;
     enum status status = cmd_run_job(&self);
     output_abandon(&self.csv);
+    output_abandon(&self.frames);
+    output_abandon(&self.pcap);
     trace_free(&self.trace);
     machine_modbus_close(&self.pty);
     machine_real_close(&self.real);
@@ -448,6 +501,11 @@ static const struct option_row cmd_run_option[] = {
       "run on the clock, not in virtual time" },
     { "telemetry", "FILE", OPTION_TEXT, offsetof(struct options, telemetry),
       "write what happened at every tick as CSV" },
+    { "can-log", "FILE", OPTION_TEXT, offsetof(struct options, can_log),
+      "write every CAN frame as candump -L does" },
+    { "modbus-log", "FILE", OPTION_TEXT,
+      offsetof(struct options, modbus_log),
+      "write what went over the first Modbus bus as pcap, for Wireshark" },
     { "plot", "FILE", OPTION_TEXT, offsetof(struct options, plot),
       "draw plan and run as .svg or .png" },
     { "override", "PERCENT", OPTION_PERCENT,

@@ -4,6 +4,7 @@
  * nanosecond: nothing is added up, so rates that share a time share a sample,
  * to the bit, however long the move. */
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 
 #include "firmware/linux/command.h"
@@ -13,6 +14,8 @@
 #include "firmware/linux/number.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
+#include "motion/plan/plan_camera.h"
+#include "motion/trig.h"
 
 #define CMD_SAMPLE_NS_UHZ INT64_C(1000000000000000) /* ns of a micro-hertz */
 
@@ -21,6 +24,7 @@ struct cmd_sample {
     const struct options *options;
     unsigned first, end; /* axes */
     struct motion_cursor cursor[PLAN_AXES_MAX];
+    struct motion_quat mount, last; /* of the camera */
     bool failed; /* a compiled move could not be read any more */
 };
 
@@ -68,6 +72,32 @@ cmd_sample_track(struct cmd_sample *self, unsigned axis, int64_t t_ns_q12)
     return track;
 }
 
+/* The camera's rotation in the space of its path, w x y z; the sign that is
+ * nearer to the row before. */
+static void cmd_sample_quaternion(struct cmd_sample *self, int64_t t_ns_q12)
+{
+    const struct plan_camera *camera = self->job->move.camera;
+    int64_t turn[MOTION_HEAD_AXES] = { 0 };
+    for (int i = 0; i < MOTION_HEAD_AXES; i++) {
+        struct motion_state at;
+        if (i == MOTION_HEAD_ROLL && !camera->has_roll)
+            continue;
+        motion_track_state(&self->job->track[camera->axis[i]], t_ns_q12, &at);
+        turn[i] = motion_trig_from_deg_q32(at.pos_q32);
+    }
+    struct motion_quat q = motion_quat_mul(self->mount, motion_head_quat(turn));
+    if (motion_quat_dot_q62(q, self->last) < 0)
+        q = motion_quat_neg(q);
+    self->last = q;
+    const int64_t part[] = { q.w, q.x, q.y, q.z };
+    for (int i = 0; i < 4; i++) {
+        if (self->options->raw)
+            printf(",%" PRId64, part[i]);
+        else
+            printf(",%.17g", ldexp((double)part[i], -62));
+    }
+}
+
 static void cmd_sample_row(struct cmd_sample *self, int64_t t_ns)
 {
     char text[NUMBER_MAX];
@@ -85,6 +115,8 @@ static void cmd_sample_row(struct cmd_sample *self, int64_t t_ns)
         cmd_sample_value(self, sample.vel_q32, 32);
         cmd_sample_value(self, sample.acc_q16, 16);
     }
+    if (self->options->quaternion)
+        cmd_sample_quaternion(self, t_ns * MOTION_FIXED_NS_Q12);
 }
 
 static void cmd_sample_head(const struct cmd_sample *self)
@@ -103,6 +135,9 @@ static void cmd_sample_head(const struct cmd_sample *self)
                        slash[order]);
             printf("%s", quote);
         }
+    for (int i = 0; i < 4 && self->options->quaternion; i++)
+        printf(",%scamera_%c%s%s", quote, "wxyz"[i],
+               self -> options -> raw ? "_q62" : "", quote);
 }
 
 static void cmd_sample_csv(struct cmd_sample *self, int64_t k, int64_t to_ns)
@@ -158,6 +193,18 @@ static enum status cmd_sample_axes(struct cmd_sample *self)
     return STATUS_OK;
 }
 
+static enum status cmd_sample_camera(struct cmd_sample *self)
+{
+    const struct plan_camera *camera = self->job->move.camera;
+    if (!self->options->quaternion)
+        return STATUS_OK;
+    self->last = MOTION_QUAT_ONE;
+    if (camera == NULL || self->job->compiled != NULL ||
+        plan_camera_mount(camera, &self->mount) < 0)
+        return cmd_sample_fail("--quaternion: the move has no camera", "");
+    return STATUS_OK;
+}
+
 static enum status cmd_sample_job(struct job *job,
                                   const struct options *options)
 {
@@ -167,6 +214,8 @@ static enum status cmd_sample_job(struct job *job,
     enum status status = job_open_any(job, options);
     if (status == STATUS_OK)
         status = cmd_sample_axes(&self);
+    if (status == STATUS_OK)
+        status = cmd_sample_camera(&self);
     if (status != STATUS_OK)
         return status;
     int64_t from_ns = options->from_ns < 0 ? 0 : options->from_ns;
@@ -198,6 +247,8 @@ static const struct option_row cmd_sample_option[] = {
       "first time (0)" },
     { "to", "TIME", OPTION_TIME, offsetof(struct options, to_ns),
       "last time (the end of the move)" },
+    { "quaternion", NULL, OPTION_FLAG, offsetof(struct options, quaternion),
+      "the camera's rotation, too, in the space of its path: w, x, y, z" },
     { "raw", NULL, OPTION_FLAG, offsetof(struct options, raw),
       "integers: Q32.32 position and velocity, Q16 acceleration" },
     OPTIONS_COMMON,

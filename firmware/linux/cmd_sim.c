@@ -25,10 +25,23 @@ static void cmd_sim_listen(void)
         sigaction(number[i], &action, NULL);
 }
 
-static void cmd_sim_say(const struct rig *rig)
+static void cmd_sim_say_where(const struct sim_server *server, uint32_t b)
 {
+    const struct rig_bus *bus = &server->rig->bus[b];
+    const struct modbus_host *host = &server->device[b].host;
+    if (bus->kind == RIG_CANOPEN)
+        printf("%s on interface %s:", bus->name, bus->interface);
+    else if (bus->kind == RIG_MODBUS_RTU)
+        printf("%s on terminal %s:", bus->name, host->path);
+    else
+        printf("%s on 127.0.0.1 port %u:", bus->name, host->port);
+}
+
+static void cmd_sim_say(const struct sim_server *server)
+{
+    const struct rig *rig = server->rig;
     for (uint32_t b = 0; b < rig->bus_count; b++) {
-        printf("%s on interface %s:", rig->bus[b].name, rig->bus[b].interface);
+        cmd_sim_say_where(server, b);
         for (uint32_t i = 0; i < rig->axis_count; i++)
             if (rig->axis[i].bus == b)
                 printf(" %s (node %u)", rig->axis[i].name,
@@ -55,7 +68,7 @@ static enum status cmd_sim_serve(const struct options *options,
     }
     cmd_sim_ended = 0;
     cmd_sim_listen();
-    cmd_sim_say(rig);
+    cmd_sim_say(&server);
     const int64_t start_ns = cmd_sim_now_ns(&server);
     while (!cmd_sim_ended &&
            (options->to_ns < 0 ||
@@ -91,13 +104,15 @@ static const struct option_row cmd_sim_option[] = {
 const struct command cmd_sim = {
     .name = "sim",
     .arguments = "RIG | DIRECTORY",
-    .summary = "show a rig's drives, simulated, on real CAN interfaces",
+    .summary = "show a rig's drives, simulated, on real interfaces",
     .text =
         "Every drive of the rig answers on the CAN interface of its bus, in\n"
         "real time, as a CANopen servo does: for another slew with --real, "
         "or\n"
         "for any other CANopen master.  A virtual interface will do:\n\n"
-        "  ip link add dev vcan0 type vcan; ip link set vcan0 up\n",
+        "  ip link add dev vcan0 type vcan; ip link set vcan0 up\n\n"
+        "Drives on Modbus RTU stand behind a pseudo-terminal, which is named;\n"
+        "those on TCP answer on the port of the rig at 127.0.0.1.\n",
     .examples = "  slew sim --interface vcan0 rig.yaml\n"
                 "  slew sim --interface can0=can2,can1=can3 examples/dolly\n",
     .path_max = 1,

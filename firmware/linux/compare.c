@@ -91,6 +91,7 @@ static void compare_prepare(struct plan_axis *axis,
 {
     for (uint32_t i = 0; i < axis->key_count; i++) {
         struct motion_key *key = &axis->key[i].key;
+        axis->key[i].has_curve = axis->key[i].has_shape = false;
         if (attempt == COMPARE_GIVEN)
             continue;
         key->has_acc = false;
@@ -103,14 +104,28 @@ static void compare_prepare(struct plan_axis *axis,
     }
 }
 
+/* A copy of `size` bytes on the heap; NULL of nothing. */
+static void *compare_duplicate(const void *from, size_t size)
+{
+    void *to = from != NULL && size > 0 ? malloc(size) : NULL;
+    if (to == NULL && from != NULL && size > 0)
+        memory_fail();
+    return to != NULL ? memcpy(to, from, size) : NULL;
+}
+
+/* Handles, cycles and the like are of bezier alone. */
 static void compare_copy(struct plan_axis *to, const struct plan_axis *from,
                          enum plan_curve curve)
 {
-    struct plan_key *key = to->key;
     *to = *from;
     to->curve = curve;
-    to->key = key;
-    memcpy(key, from->key, from->key_count * sizeof *key);
+    to->key = compare_duplicate(from->key, from->key_count * sizeof *from->key);
+    to->bezier = (struct plan_bezier){ .key = NULL };
+    if (curve == PLAN_CURVE_BEZIER) {
+        to->bezier = from->bezier;
+        to->bezier.key = compare_duplicate(
+            from->bezier.key, from->key_count * sizeof *from->bezier.key);
+    }
     snprintf(to->name, sizeof to->name, "%s", compare_spelling[curve]);
 }
 
@@ -119,24 +134,20 @@ int compare_plan(const struct plan_axis *axis, enum plan_curve curve,
                  struct plan_error *error)
 {
     int err = MOTION_E_EMPTY;
-    if (axis->key_count > 0)
-        planned->key = malloc(axis->key_count * sizeof *planned->key);
-    if (axis->key_count > 0 && planned->key == NULL)
-        memory_fail();
+    *planned = (struct plan_axis){ .key = NULL };
     for (enum compare_attempt attempt = COMPARE_GIVEN;
          err < 0 && attempt <= COMPARE_FILLED && axis->key_count > 0;
          attempt++) {
         *error = (struct plan_error){ .code = MOTION_OK };
+        plan_axis_free(planned);
         compare_copy(planned, axis, curve);
         compare_prepare(planned, attempt);
         err = plan_axis_track(planned, track, error);
         if (err != MOTION_E_ARG)
             break;
     }
-    if (err < 0) {
-        free(planned->key);
-        *planned = (struct plan_axis){ .key = NULL };
-    }
+    if (err < 0)
+        plan_axis_free(planned);
     return err;
 }
 
@@ -164,11 +175,11 @@ static void compare_empty(struct job *job, int axis, struct plan_axis *from)
 {
     *from = job->move.axis[axis];
     job->rig_axis[0] = job->rig_axis[axis];
-    job->move.axis[axis].key = NULL;
+    job->move.axis[axis] = (struct plan_axis){ .key = NULL };
     for (unsigned i = 0; i < job->planned; i++)
         plan_track_free(&job->track[i]);
     for (unsigned i = 0; i < job->move.axis_count; i++)
-        free(job->move.axis[i].key);
+        plan_axis_free(&job->move.axis[i]);
     memset(job->move.axis, 0, sizeof job->move.axis);
     plan_outcome_free(&job->outcome);
     job->move.axis_count = 0;
@@ -214,6 +225,6 @@ enum status compare_job(struct job *job, const char *curves,
     enum status status = STATUS_OK;
     for (int i = 0; i < count && status == STATUS_OK; i++)
         status = compare_add(job, &from, curve[i]);
-    free(from.key);
+    plan_axis_free(&from);
     return status;
 }

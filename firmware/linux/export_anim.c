@@ -1,12 +1,12 @@
-/* firmware/linux/export_anim.c - Maya .anim: keys with fixed tangents.
- *
- * A track of cubics is keys at its borders, exactly; one that has higher
- * degrees gets a key per frame with its slope there. */
+/* firmware/linux/export_anim.c - Maya .anim: keys with fixed tangents;
+ * export_keys.h says which. */
 #include <inttypes.h>
 #include <math.h>
 #include <string.h>
 
+#include "firmware/linux/export_keys.h"
 #include "firmware/linux/import.h"
+#include "firmware/linux/memory.h"
 #include "firmware/linux/number.h"
 #include "motion/fixed.h"
 
@@ -47,57 +47,25 @@ static double export_anim_angle(const struct export_anim *self, int64_t vel_q32)
     return atan(slope) * 180 / acos(-1);
 }
 
-static void export_anim_key(const struct export_anim *self, int64_t t_ns_q12,
-                            int64_t pos_q32, int64_t in_q32, int64_t out_q32)
+static void export_anim_key(const struct export_anim *self,
+                            const struct export_key *key)
 {
     char text[NUMBER_MAX];
-    double frame = export_anim_frames(self, t_ns_q12);
-    number_fixed(text, pos_q32, 32, 10);
+    double frame = export_anim_frames(self, key->t_ns_q12);
+    number_fixed(text, key->pos_q32, 32, 10);
     fprintf(self->file, "    %.17g %s fixed fixed %d 1 0 %.17g 1 %.17g 1;\n",
-            frame, text, in_q32 == out_q32, export_anim_angle(self, in_q32),
-            export_anim_angle(self, out_q32));
+            frame, text, key->in_q32 == key->out_q32,
+            export_anim_angle(self, key->in_q32),
+            export_anim_angle(self, key->out_q32));
 }
 
-static bool export_anim_is_cubic(const struct motion_track *track)
+static void export_anim_keys(const struct export_anim *self,
+                             const struct motion_track *track)
 {
-    for (uint32_t i = 0; i < track->count; i++)
-        if (track->segment[i].degree > 3)
-            return false;
-    return true;
-}
-
-static void export_anim_borders(const struct export_anim *self,
-                                const struct motion_track *track)
-{
-    struct motion_state in = { 0 }, out = { 0 };
-    for (uint32_t i = 0; i <= track->count; i++) {
-        int64_t t = track->end_ns_q12, pos = track->end.pos_q32;
-        if (i < track->count) {
-            t = track->segment[i].start_ns_q12;
-            pos = track->segment[i].pos_q32;
-            motion_segment_state(&track->segment[i], 0, &out);
-        }
-        if (i > 0)
-            motion_segment_state(&track->segment[i - 1],
-                                 track->segment[i - 1].dur_ns_q12, &in);
-        export_anim_key(self, t, pos, i > 0 ? in.vel_q32 : out.vel_q32,
-                        i < track->count ? out.vel_q32 : in.vel_q32);
-    }
-}
-
-static void export_anim_samples(const struct export_anim *self,
-                                const struct motion_track *track)
-{
-    struct motion_state state;
-    int64_t k = 0, t;
-    while ((t = import_frame_ns_q12(self->fps, k)) < track->end_ns_q12 &&
-           t >= 0) {
-        motion_track_state(track, t, &state);
-        export_anim_key(self, t, state.pos_q32, state.vel_q32, state.vel_q32);
-        k++;
-    }
-    export_anim_key(self, track->end_ns_q12, track->end.pos_q32,
-                    track->end.vel_q32, track->end.vel_q32);
+    const struct export_keys keys = export_keys_of(track, self->fps);
+    for (uint32_t i = 0; i < keys.count; i++)
+        export_anim_key(self, &keys.key[i]);
+    memory_free(keys.key);
 }
 
 static void export_anim_curve(const struct export_anim *self, unsigned i)
@@ -117,10 +85,7 @@ static void export_anim_curve(const struct export_anim *self, unsigned i)
             "  keys {\n",
             of_unit[unit].attribute, self->job->move.axis[i].name, i,
             of_unit[unit].output);
-    if (export_anim_is_cubic(&self->job->track[i]))
-        export_anim_borders(self, &self->job->track[i]);
-    else
-        export_anim_samples(self, &self->job->track[i]);
+    export_anim_keys(self, &self->job->track[i]);
     fputs("  }\n}\n", self->file);
 }
 

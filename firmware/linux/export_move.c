@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "firmware/linux/import.h"
+#include "firmware/linux/move_load.h"
 #include "firmware/linux/number.h"
 #include "motion/fixed.h"
 
@@ -38,6 +39,11 @@ static void export_seconds(FILE *file, int64_t t_ns_q12)
     const int64_t second = INT64_C(10000000000000);
     int64_t whole = t_ns_q12 / MOTION_FIXED_S_Q12, part = 0;
     char text[32];
+    if (t_ns_q12 < 0) {
+        fputc('-', file);
+        whole = -whole;
+        t_ns_q12 = -t_ns_q12;
+    }
     motion_fixed_muldiv(t_ns_q12 % MOTION_FIXED_S_Q12, second,
                         MOTION_FIXED_S_Q12, &part);
     if (part == second) {
@@ -76,6 +82,99 @@ static void export_real(FILE *file, struct motion_real value, unsigned bits,
     export_number(file, fixed, bits, digits);
 }
 
+/* "name: [dt, dp]" */
+static void export_pair(FILE *file, const char *name, int64_t dt_ns_q12,
+                        int64_t dp_q32)
+{
+    fprintf(file, "%s: [", name);
+    export_seconds(file, dt_ns_q12);
+    fputs(", ", file);
+    export_number(file, dp_q32, 32, 10);
+    fputc(']', file);
+}
+
+/* Where a handle is follows from its kind, or is written. */
+static void export_handle(FILE *file, const char *name,
+                          const struct plan_handle *handle)
+{
+    if (handle->kind == MOTION_FCURVE_FREE ||
+        handle->kind == MOTION_FCURVE_ALIGNED)
+        export_pair(file, name, handle->dt_ns_q12, handle->dp_q32);
+}
+
+static void export_easing(FILE *file, const struct plan_bezier_key *key)
+{
+    if (key->interpolation == MOTION_FCURVE_BEZIER)
+        return;
+    fprintf(file, ", interpolation: %s",
+            move_interpolation_word[key->interpolation]);
+    if (key->interpolation >= MOTION_FCURVE_SINE &&
+        key->easing != MOTION_FCURVE_BY_KIND)
+        fprintf(file, ", easing: %s", move_easing_word[key->easing]);
+    if (key->interpolation == MOTION_FCURVE_BACK) {
+        fputs(", back: ", file);
+        export_number(file, key->back_q32, 32, 10);
+    }
+    if (key->interpolation == MOTION_FCURVE_ELASTIC) {
+        fputs(", amplitude: ", file);
+        export_number(file, key->amplitude_q32, 32, 10);
+        fputs(", period: ", file);
+        export_seconds(file, key->period_ns_q12);
+    }
+}
+
+static void export_bezier_key(FILE *file, const struct units_fps *fps,
+                              const struct motion_key *at,
+                              const struct plan_bezier_key *key)
+{
+    fputs("      - {t: ", file);
+    export_time(file, fps, at->t_ns_q12);
+    fputs(", p: ", file);
+    export_number(file, at->pos_q32, 32, 10);
+    if (key->left.kind != key->right.kind)
+        fprintf(file, ", handles: [%s, %s]", move_handle_word[key->left.kind],
+                move_handle_word[key->right.kind]);
+    else if (key->left.kind != MOTION_FCURVE_CLAMPED)
+        fprintf(file, ", handles: %s", move_handle_word[key->left.kind]);
+    export_handle(file, ", left", &key->left);
+    export_handle(file, ", right", &key->right);
+    export_easing(file, key);
+    fputs("}\n", file);
+}
+
+static void export_cycles(FILE *file, const struct plan_bezier *bezier)
+{
+    if (bezier->before.mode == MOTION_FCURVE_ONCE &&
+        bezier->after.mode == MOTION_FCURVE_ONCE)
+        return;
+    fprintf(file,
+            "    cycles: {before: %s, before_count: %" PRIu32 ", after: %s, "
+            "after_count: %" PRIu32 "}\n",
+            move_cycle_word[bezier->before.mode], bezier->before.count,
+            move_cycle_word[bezier->after.mode], bezier->after.count);
+}
+
+/* What is not the default, so that the file says what matters. */
+static void export_bezier(FILE *file, const struct plan_bezier *bezier)
+{
+    if (bezier->smoothing != MOTION_FCURVE_SMOOTH_NONE)
+        fprintf(file, "    smoothing: %s\n",
+                move_smoothing_word[bezier->smoothing]);
+    if (bezier->extrapolation != MOTION_FCURVE_HOLD)
+        fprintf(file, "    extrapolation: %s\n",
+                move_extrapolation_word[bezier->extrapolation]);
+    export_cycles(file, bezier);
+    if (bezier->has_end) {
+        fputs("    until: ", file);
+        export_seconds(file, bezier->end_ns_q12);
+        fputc('\n', file);
+    }
+    if (bezier->frame_ns_q12 > 0 && bezier->value_q32 > 0) {
+        export_pair(file, "    grid", bezier->frame_ns_q12, bezier->value_q32);
+        fputc('\n', file);
+    }
+}
+
 static void export_key(FILE *file, const struct units_fps *fps,
                        const struct motion_key *key)
 {
@@ -109,14 +208,38 @@ static int export_refuse(char message[RIG_MESSAGE_MAX], uint64_t keys)
     return -1;
 }
 
+/* A value and the list or map around it; with handles about twice three. */
+static uint64_t export_values(const struct plan_axis *axis)
+{
+    return axis->key_count * (axis->bezier.key != NULL ? UINT64_C(28) : 5);
+}
+
+static void export_axis(FILE *file, const struct units_fps *fps,
+                        const struct plan_axis *axis)
+{
+    const struct plan_bezier_key *handles = axis->bezier.key;
+    fprintf(file, "  %s:\n    curve: %s\n", axis->name,
+            export_curve[axis->curve]);
+    if (axis->curve == PLAN_CURVE_BEZIER)
+        export_bezier(file, &axis->bezier);
+    fputs("    keys:\n", file);
+    for (uint32_t k = 0; k < axis->key_count; k++)
+        if (handles != NULL)
+            export_bezier_key(file, fps, &axis->key[k].key, &handles[k]);
+        else
+            export_key(file, fps, &axis->key[k].key);
+}
+
 int export_move(const struct imported *imported, const char *origin, FILE *file,
                 char message[RIG_MESSAGE_MAX])
 {
     const struct plan_move *move = &imported->move;
-    uint64_t keys = 0;
-    for (uint32_t i = 0; i < move->axis_count; i++)
+    uint64_t keys = 0, values = 0;
+    for (uint32_t i = 0; i < move->axis_count; i++) {
         keys += move->axis[i].key_count;
-    if (keys * 5 > EXPORT_VALUES_MAX)
+        values += export_values(&move->axis[i]);
+    }
+    if (values > EXPORT_VALUES_MAX)
         return export_refuse(message, keys);
     fprintf(file, "# Imported from %s by slew import.\n\n", origin);
     if (imported->fps.den == 1)
@@ -125,13 +248,8 @@ int export_move(const struct imported *imported, const char *origin, FILE *file,
         fprintf(file, "fps: %" PRIu64 "/%" PRIu64 "\n", imported->fps.num,
                 imported->fps.den);
     fputs("axes:\n", file);
-    for (uint32_t i = 0; i < move->axis_count; i++) {
-        const struct plan_axis *axis = &move->axis[i];
-        fprintf(file, "  %s:\n    curve: %s\n    keys:\n", axis->name,
-                export_curve[axis->curve]);
-        for (uint32_t k = 0; k < axis->key_count; k++)
-            export_key(file, &imported->fps, &axis->key[k].key);
-    }
+    for (uint32_t i = 0; i < move->axis_count; i++)
+        export_axis(file, &imported->fps, &move->axis[i]);
     if (ftell(file) > EXPORT_BYTES_MAX)
         return export_refuse(message, keys);
     return 0;

@@ -19,6 +19,8 @@ const struct import_format import_format[] = {
     { "csv", "columns with names; slew sample's own too", import_csv,
       export_csv },
     { "maya", "Maya .anim: keys and tangents", import_anim, export_anim },
+    { "blender", "Blender action as JSON: keys and handles", import_blender,
+      export_blender },
     { NULL, NULL, NULL, NULL },
 };
 

@@ -76,6 +76,8 @@ int import_csv(const char *path, const struct import_wish *wish,
                struct imported *imported, char message[RIG_MESSAGE_MAX]);
 int import_anim(const char *path, const struct import_wish *wish,
                 struct imported *imported, char message[RIG_MESSAGE_MAX]);
+int import_blender(const char *path, const struct import_wish *wish,
+                   struct imported *imported, char message[RIG_MESSAGE_MAX]);
 int export_kuper(const struct job *job, const struct units_fps *fps, FILE *file,
                  char message[RIG_MESSAGE_MAX]);
 int export_flair(const struct job *job, const struct units_fps *fps, FILE *file,
@@ -86,6 +88,9 @@ int export_csv(const struct job *job, const struct units_fps *fps, FILE *file,
                char message[RIG_MESSAGE_MAX]);
 int export_anim(const struct job *job, const struct units_fps *fps, FILE *file,
                 char message[RIG_MESSAGE_MAX]);
+
+int export_blender(const struct job *job, const struct units_fps *fps,
+                   FILE *file, char message[RIG_MESSAGE_MAX]);
 
 /* The time of frame k to the nearest 2^-12 ns, as "frame k @ fps" is read; -1
  * beyond the range. */

@@ -324,7 +324,7 @@ static enum job_violation_kind job_kind_of(const struct job *job,
         keyed ? axis->key[axis->key_count - 1].key.t_ns_q12 : track->end_ns_q12;
     if (found->kind != PLAN_VEL_STEP)
         return (enum job_violation_kind)found->kind;
-    if (found->t_ns_q12 <= first)
+    if (found->t_ns_q12 <= (first > 0 ? first : 0))
         return JOB_START_MOVING;
     return found->t_ns_q12 >= last ? JOB_END_MOVING : JOB_VEL_STEP;
 }

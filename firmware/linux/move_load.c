@@ -34,6 +34,14 @@ const struct yaml_words move_words[] = {
     { "key.curve", move_curves, ARRAY_LEN(move_curves) },
     { "ends.first", move_ends, ARRAY_LEN(move_ends) },
     { "ends.last", move_ends, ARRAY_LEN(move_ends) },
+    { "axis.interpolation", move_interpolation_word, MOVE_INTERPOLATIONS },
+    { "axis.easing", move_easing_word, MOVE_EASINGS },
+    { "axis.smoothing", move_smoothing_word, MOVE_SMOOTHINGS },
+    { "axis.extrapolation", move_extrapolation_word, MOVE_EXTRAPOLATIONS },
+    { "cycles.before", move_cycle_word, MOVE_CYCLES },
+    { "cycles.after", move_cycle_word, MOVE_CYCLES },
+    { "key.interpolation", move_interpolation_word, MOVE_INTERPOLATIONS },
+    { "key.easing", move_easing_word, MOVE_EASINGS },
     { "path.curve", move_path_curves, MOVE_PATH_CURVES },
     { "path.spacing", move_spacings, MOVE_SPACINGS },
     { "part.law", move_laws, MOVE_LAWS },
@@ -58,8 +66,8 @@ static const struct plan_curve_rules *move_rules(const struct move_reader *self)
     return plan_curve_rules(self->axis->curve);
 }
 
-static int move_refuse_use(const struct yaml_value *value,
-                           const struct plan_curve_rules *rules)
+int move_refuse_use(const struct yaml_value *value,
+                    const struct plan_curve_rules *rules)
 {
     return yaml_value_refuse(value, "is not used by curve %s", rules->name);
 }
@@ -97,15 +105,6 @@ int move_read_ratio(const struct move_reader *reader,
     return 0;
 }
 
-static int move_read_mu(void *reader, const struct yaml_value *value, void *out)
-{
-    const struct move_reader *self = reader;
-
-    if (move_check_use(self, value, move_rules(self)->mu) < 0)
-        return -1;
-    return move_read_ratio(self, value, 2 * MOTION_FIXED_ONE_Q32, out);
-}
-
 int move_read_ease_list(const struct move_reader *reader,
                         const struct yaml_value *value, int64_t *k1_q32,
                         int64_t *k2_q32)
@@ -125,7 +124,53 @@ int move_read_ease_list(const struct move_reader *reader,
     return 0;
 }
 
-/* [k1, k2] */
+static int move_parse_blend(const struct move_reader *self,
+                            const struct yaml_value *value, int64_t *out)
+{
+    char quote[YAML_QUOTE_MAX];
+
+    if (yaml_units_read(value, UNITS_TIME, &self->units, out) < 0)
+        return -1;
+    if (*out < 0)
+        return yaml_value_refuse(value, "%s is negative",
+                                 yaml_value_quote(quote, value));
+    return 0;
+}
+
+/* [tension, continuity, bias] */
+static int move_parse_tcb(const struct move_reader *self,
+                          const struct yaml_value *value,
+                          struct motion_spline_kochanek *shape)
+{
+    int64_t *const part[3] = { &shape->tension_q32, &shape->continuity_q32,
+                               &shape->bias_q32 };
+    struct yaml_value item = *value;
+    char quote[YAML_QUOTE_MAX];
+    uint32_t count;
+
+    if (yaml_value_list(value, 3, 3, &count) < 0)
+        return -1;
+    item.node = yaml_value_node(value)->first;
+    for (int i = 0; i < 3; i++) {
+        if (yaml_units_read(&item, UNITS_RATIO, &self->units, part[i]) < 0)
+            return -1;
+        if (*part[i] < -MOTION_FIXED_ONE_Q32 || *part[i] > MOTION_FIXED_ONE_Q32)
+            return yaml_value_refuse(&item, "%s is out of range",
+                                     yaml_value_quote(quote, &item));
+        item.node = yaml_value_node(&item)->next;
+    }
+    return 0;
+}
+
+static int move_read_mu(void *reader, const struct yaml_value *value, void *out)
+{
+    const struct move_reader *self = reader;
+
+    if (move_check_use(self, value, move_rules(self)->mu) < 0)
+        return -1;
+    return move_read_ratio(self, value, 2 * MOTION_FIXED_ONE_Q32, out);
+}
+
 static int move_read_ease(void *reader, const struct yaml_value *value,
                           void *out)
 {
@@ -141,42 +186,20 @@ static int move_read_blend(void *reader, const struct yaml_value *value,
                            void *out)
 {
     const struct move_reader *self = reader;
-    char quote[YAML_QUOTE_MAX];
 
-    if (move_check_use(self, value, move_rules(self)->blend) < 0 ||
-        yaml_units_read(value, UNITS_TIME, &self->units, out) < 0)
+    if (move_check_use(self, value, move_rules(self)->blend) < 0)
         return -1;
-    if (*(int64_t *)out < 0)
-        return yaml_value_refuse(value, "%s is negative",
-                                 yaml_value_quote(quote, value));
-    return 0;
+    return move_parse_blend(self, value, out);
 }
 
-/* [tension, continuity, bias] */
 static int move_read_tcb(void *reader, const struct yaml_value *value,
                          void *out)
 {
     const struct move_reader *self = reader;
-    struct motion_spline_kochanek *shape = out;
-    int64_t *const part[3] = { &shape->tension_q32, &shape->continuity_q32,
-                               &shape->bias_q32 };
-    struct yaml_value item = *value;
-    char quote[YAML_QUOTE_MAX];
-    uint32_t count;
 
-    if (move_check_use(self, value, move_rules(self)->shape) < 0 ||
-        yaml_value_list(value, 3, 3, &count) < 0)
+    if (move_check_use(self, value, move_rules(self)->shape) < 0)
         return -1;
-    item.node = yaml_value_node(value)->first;
-    for (int i = 0; i < 3; i++) {
-        if (yaml_units_read(&item, UNITS_RATIO, &self->units, part[i]) < 0)
-            return -1;
-        if (*part[i] < -MOTION_FIXED_ONE_Q32 || *part[i] > MOTION_FIXED_ONE_Q32)
-            return yaml_value_refuse(&item, "%s is out of range",
-                                     yaml_value_quote(quote, &item));
-        item.node = yaml_value_node(&item)->next;
-    }
-    return 0;
+    return move_parse_tcb(self, value, out);
 }
 
 static int move_read_end(void *reader, const struct yaml_value *value,
@@ -228,13 +251,12 @@ move_curve_of(const struct move_reader *self, const struct plan_key *key)
     return plan_curve_rules(key->has_curve ? key->curve : self->axis->curve);
 }
 
-static const struct plan_curve_rules *move_after(const struct move_reader *self)
+const struct plan_curve_rules *move_after(const struct move_reader *self)
 {
     return move_curve_of(self, self->key);
 }
 
-static const struct plan_curve_rules *
-move_before(const struct move_reader *self)
+const struct plan_curve_rules *move_before(const struct move_reader *self)
 {
     return move_curve_of(self, self->key == self->axis->key ? self->key
                                                             : self->key - 1);
@@ -246,7 +268,10 @@ static int move_read_key_curve(void *reader, const struct yaml_value *value,
     struct plan_key *key = out;
 
     key->has_curve = true;
-    return move_read_curve(reader, value, &key->curve);
+    if (move_read_curve(reader, value, &key->curve) < 0)
+        return -1;
+    return key->curve == PLAN_CURVE_BEZIER ? move_bezier_room(reader, value)
+                                           : 0;
 }
 
 static int move_read_key_time(void *reader, const struct yaml_value *value,
@@ -260,7 +285,7 @@ static int move_read_key_time(void *reader, const struct yaml_value *value,
     if (yaml_units_read(value, UNITS_TIME, &self->units, &key->key.t_ns_q12) <
         0)
         return -1;
-    if (key->key.t_ns_q12 < 0)
+    if (key->key.t_ns_q12 < 0 && !move_after(self)->handles)
         return yaml_value_refuse(value, "%s is before the start of the move",
                                  yaml_value_quote(quote, value));
     if (key > axis->key && key->key.t_ns_q12 <= key[-1].key.t_ns_q12)
@@ -330,6 +355,61 @@ static int move_read_key_acceleration(void *reader,
     return move_read_derivative(self, value, UNITS_ACCELERATION, 16, &key->acc);
 }
 
+/* A parameter of the span that starts at the key. */
+static int move_check_shape(const struct move_reader *self,
+                            const struct yaml_value *value, bool used,
+                            struct plan_key *key)
+{
+    key->has_shape = true;
+    return used ? 0 : move_refuse_use(value, move_after(self));
+}
+
+static int move_read_key_mu(void *reader, const struct yaml_value *value,
+                            void *out)
+{
+    const struct move_reader *self = reader;
+    struct plan_key *key = out;
+
+    if (move_check_shape(self, value, move_after(self)->mu, key) < 0)
+        return -1;
+    return move_read_ratio(self, value, 2 * MOTION_FIXED_ONE_Q32,
+                           &key->shape.mu_q32);
+}
+
+static int move_read_key_ease(void *reader, const struct yaml_value *value,
+                              void *out)
+{
+    const struct move_reader *self = reader;
+    struct plan_key *key = out;
+
+    if (move_check_shape(self, value, move_after(self)->ease, key) < 0)
+        return -1;
+    return move_read_ease_list(self, value, &key->shape.ease.k1_q32,
+                               &key->shape.ease.k2_q32);
+}
+
+static int move_read_key_blend(void *reader, const struct yaml_value *value,
+                               void *out)
+{
+    const struct move_reader *self = reader;
+    struct plan_key *key = out;
+
+    if (move_check_shape(self, value, move_after(self)->blend, key) < 0)
+        return -1;
+    return move_parse_blend(self, value, &key->shape.blend_ns_q12);
+}
+
+static int move_read_key_tcb(void *reader, const struct yaml_value *value,
+                             void *out)
+{
+    const struct move_reader *self = reader;
+    struct plan_key *key = out;
+
+    if (move_check_shape(self, value, move_after(self)->shape, key) < 0)
+        return -1;
+    return move_parse_tcb(self, value, &key->shape.tcb);
+}
+
 /* The curve first, since others depend on it; then the order of the short form
  * [t, p, v, a]. */
 static const struct yaml_field move_key_fields[] = {
@@ -344,9 +424,43 @@ static const struct yaml_field move_key_fields[] = {
     { "a", YAML_OPTIONAL,
       "an acceleration only with c2, quintic, c4 or constraints",
       move_read_key_acceleration, 0 },
+    { "mu", YAML_OPTIONAL, "0 .. 2, with curve cardinal", move_read_key_mu, 0 },
+    { "ease", YAML_OPTIONAL,
+      "[k1, k2], 0 <= k1 <= k2 <= 1, with parabolic, sine or s-curve",
+      move_read_key_ease, 0 },
+    { "blend", YAML_OPTIONAL, "a time, with rounded or smoothed",
+      move_read_key_blend, 0 },
+    { "tcb", YAML_OPTIONAL,
+      "[tension, continuity, bias], -1 .. 1 each, with kochanek-bartels",
+      move_read_key_tcb, 0 },
+    { "handles", YAML_OPTIONAL,
+      "free, aligned, vector, auto or auto-clamped, or a list of two such "
+      "kinds, with curve bezier",
+      move_read_key_handles, 0 },
+    { "left", YAML_OPTIONAL,
+      "[dt, dp] from the key, such as [-0.5 s, 20 mm], with handles free or "
+      "aligned",
+      move_read_key_left, 0 },
+    { "right", YAML_OPTIONAL,
+      "[dt, dp] from the key, such as [0.5 s, 20 mm], with handles free or "
+      "aligned",
+      move_read_key_right, 0 },
+    { "interpolation", YAML_OPTIONAL,
+      "constant, linear, bezier, sine, quad, cubic, quart, quint, expo, circ, "
+      "back, bounce or elastic, with curve bezier",
+      move_read_key_interpolation, 0 },
+    { "easing", YAML_OPTIONAL,
+      "auto, in, out or in-out, with an interpolation from sine to elastic",
+      move_read_key_easing, 0 },
+    { "back", YAML_OPTIONAL, "a number such as 1.7, with interpolation back",
+      move_read_key_back, 0 },
+    { "amplitude", YAML_OPTIONAL, "a distance, with interpolation elastic",
+      move_read_key_amplitude, 0 },
+    { "period", YAML_OPTIONAL, "a time, with interpolation elastic",
+      move_read_key_period, 0 },
 };
 #define MOVE_KEY_SHORT (&move_key_fields[1])
-#define MOVE_KEY_LIST  (ARRAY_LEN(move_key_fields) - 1)
+#define MOVE_KEY_LIST  4
 
 static const struct yaml_shape move_key_shape = { "key", move_key_fields,
                                                   ARRAY_LEN(move_key_fields) };
@@ -377,16 +491,18 @@ static int move_read_key(struct move_reader *reader,
     const struct plan_curve_rules *needs;
 
     reader->key = key;
+    move_bezier_open_key(reader);
     key->place = yaml_tree_place(value->tree, value->node);
     if ((is_list ? move_read_key_list(reader, value, key)
                  : yaml_fields_read(value, &move_key_shape, reader, key)) < 0)
         return -1;
     needs = move_after(reader)->vel == PLAN_MUST ? move_after(reader)
                                                  : move_before(reader);
-    if (needs->vel == PLAN_MUST && !key->key.has_vel)
+    if (needs->vel == PLAN_MUST && !key->key.has_vel &&
+        !move_before(reader)->own && !move_after(reader)->own)
         return yaml_value_refuse(value, "has no velocity, which curve %s needs",
                                  needs->name);
-    return 0;
+    return move_bezier_close_key(reader, value);
 }
 
 static int move_read_keys(void *reader, const struct yaml_value *value,
@@ -401,6 +517,9 @@ static int move_read_keys(void *reader, const struct yaml_value *value,
     axis->key = calloc(count, sizeof(axis->key[0]));
     if (axis->key == NULL)
         return yaml_value_refuse(value, "are too many for the memory");
+    ((struct move_reader *)reader)->keys = count;
+    if (axis->curve == PLAN_CURVE_BEZIER && move_bezier_room(reader, value) < 0)
+        return -1;
     item.name = "key";
     item.expected =
         "[t, p], [t, p, v], [t, p, v, a] or a map with t, p, v, a, curve";
@@ -432,6 +551,32 @@ static const struct yaml_field move_axis_fields[] = {
       "rest, one-sided, natural, not-a-knot, periodic or a map with first and "
       "last, as far as the curve has them",
       move_read_ends, 0 },
+    { "handles", YAML_OPTIONAL,
+      "free, aligned, vector, auto or auto-clamped, or a list of two such "
+      "kinds, with bezier",
+      move_read_handles, 0 },
+    { "interpolation", YAML_OPTIONAL,
+      "constant, linear, bezier, sine, quad, cubic, quart, quint, expo, circ, "
+      "back, bounce or elastic, with bezier",
+      move_read_interpolation, 0 },
+    { "easing", YAML_OPTIONAL, "auto, in, out or in-out, with bezier",
+      move_read_easing, 0 },
+    { "smoothing", YAML_OPTIONAL, "none or acceleration, with bezier",
+      move_read_smoothing, 0 },
+    { "extrapolation", YAML_OPTIONAL, "constant or linear, with bezier",
+      move_read_extrapolation, 0 },
+    { "cycles", YAML_OPTIONAL,
+      "a map with before, after, before_count and after_count, with bezier",
+      move_read_cycles, 0 },
+    { "until", YAML_OPTIONAL,
+      "the time when the axis comes to its end, with "
+      "bezier",
+      move_read_until, 0 },
+    { "grid", YAML_OPTIONAL,
+      "[time, position] that look equally long, such as [frame 1 @ 24, 1 mm], "
+      "with "
+      "bezier",
+      move_read_grid, 0 },
     { "keys", YAML_REQUIRED, "a list of 1 .. 1000000 keys such as [2 s, 40 mm]",
       move_read_keys, 0 },
 };
@@ -469,11 +614,19 @@ int move_read_keyed(struct move_reader *reader, const struct yaml_value *value,
         .place = yaml_tree_place(value->tree, value->node),
     };
     reader->axis = axis;
+    reader->handles = (struct plan_bezier_key){
+        .left.kind = MOTION_FCURVE_CLAMPED,
+        .right.kind = MOTION_FCURVE_CLAMPED,
+        .interpolation = MOTION_FCURVE_BEZIER,
+    };
     reader->quantity = quantity;
     reader->units.unit = unit;
     snprintf(axis->name, sizeof axis->name, "%s", value->name);
     err = yaml_fields_read(value, &move_axis_shape, reader, axis);
     reader->axis = outer.axis;
+    reader->key = outer.key;
+    reader->keys = outer.keys;
+    reader->handles = outer.handles;
     reader->quantity = outer.quantity;
     reader->units.unit = outer.units.unit;
     return err;
@@ -577,11 +730,14 @@ static const struct yaml_shape move_shape = { "move", move_fields,
 const struct yaml_shape move_guest_shape = { "move", move_fields, 7 };
 
 const struct yaml_shape *const move_shapes[] = {
-    &move_shape,        &move_axis_shape,  &move_end_shape,
-    &move_key_shape,    &move_path_shape,  &move_part_shape,
-    &move_camera_shape, &move_head_shape,  &move_look_shape,
-    &move_target_shape, &move_dwell_shape, &move_blend_shape,
-    &move_layer_shape,  &move_fade_shape,  NULL,
+    &move_shape,        &move_axis_shape,
+    &move_end_shape,    &move_key_shape,
+    &move_path_shape,   &move_part_shape,
+    &move_camera_shape, &move_head_shape,
+    &move_look_shape,   &move_target_shape,
+    &move_dwell_shape,  &move_blend_shape,
+    &move_layer_shape,  &move_fade_shape,
+    &move_cycles_shape, NULL,
 };
 
 static int move_read(const struct yaml_value *value,

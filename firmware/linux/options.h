@@ -34,8 +34,12 @@ struct option_row {
 
 /* All that any command takes.  Times and rates are -1 when not given. */
 struct options {
-    bool help, json, segments, rules, raw, realtime, dry_run, real, pty;
-    const char *out, *axis, *telemetry, *plot, *compare;
+    bool help, json, dry_run;
+    bool segments, rules;     /* plan */
+    bool quaternion, raw;     /* sample */
+    bool realtime, real, pty; /* run, sim */
+    const char *out, *axis, *plot, *compare;
+    const char *telemetry, *can_log, *modbus_log; /* run */
     const char *rig, *fps, *columns, *curve, *interface;
     int64_t rate_uhz;
     int64_t from_ns, to_ns, hold_at_ns, resume_after_ns;

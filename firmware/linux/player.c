@@ -412,6 +412,16 @@ static void player_tick(struct player *player, int interrupts)
 static void player_drain(struct player *player)
 {
     recorder_drain(&player->recorder, player_observe, player);
+    if (player->observer.can_log != NULL)
+        can_log_drain(player->observer.can_log);
+}
+
+/* In virtual time nobody else looks after the rings. */
+static bool player_must_drain(const struct player *player)
+{
+    const struct can_log *can_log = player->observer.can_log;
+    return recorder_waiting(&player->recorder) >= RECORDER_ROWS / 2 ||
+           (can_log != NULL && can_log_waiting(can_log) >= CAN_LOG_FRAMES / 2);
 }
 
 struct player_thread {
@@ -437,7 +447,7 @@ static void player_loop_virtual(struct player *player,
 {
     while (!player->ended) {
         player_tick(player, *interrupts);
-        if (recorder_waiting(&player->recorder) >= RECORDER_ROWS / 2)
+        if (player_must_drain(player))
             player_drain(player);
     }
 }

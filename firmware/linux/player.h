@@ -22,6 +22,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/linux/can_log.h"
 #include "firmware/linux/job.h"
 #include "firmware/linux/machine.h"
 #include "firmware/linux/progress.h"
@@ -35,6 +36,7 @@
 /* What is done with the rows; NULL where nothing is. */
 struct player_observer {
     struct telemetry *telemetry;
+    struct can_log *can_log;
     struct trace *trace;
     struct report *report;
     struct progress *progress;

@@ -586,7 +586,7 @@ static void plot_legend(const struct plot *plot, double x, double y)
     if (warped) {
         x = plot_swatch_line(cairo, x, y, &plot_nominal, 1.2);
         x = plot_legend_text(cairo, x, y, "planned, at 100 %");
-    } else {
+    } else if (!plot->job->outcome.is_bent) {
         x = plot_swatch_key(cairo, x, y);
         x = plot_legend_text(cairo, x, y, "key");
     }

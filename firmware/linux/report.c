@@ -224,8 +224,13 @@ void report_print(const struct report *report, FILE *file)
     if (report->rows_dropped > 0)
         fprintf(file, "telemetry: %" PRIu64 " rows were lost\n",
                 report->rows_dropped);
+    if (report->frames_dropped > 0)
+        fprintf(file, "frames:    %" PRIu64 " were not written\n",
+                report->frames_dropped);
     if (report->telemetry_path != NULL)
         fprintf(file, "telemetry: %s\n", report->telemetry_path);
+    if (report->can_log_path != NULL)
+        fprintf(file, "frames:    %s\n", report->can_log_path);
     if (report->plot_path != NULL)
         fprintf(file, "picture:   %s\n", report->plot_path);
 }
@@ -294,6 +299,8 @@ void report_json(const struct report *report, FILE *file)
     cJSON_AddNumberToObject(object, "rows_lost", (double)report->rows_dropped);
     if (report->telemetry_path != NULL)
         cJSON_AddStringToObject(object, "telemetry", report->telemetry_path);
+    if (report->can_log_path != NULL)
+        cJSON_AddStringToObject(object, "can_log", report->can_log_path);
     if (report->plot_path != NULL)
         cJSON_AddStringToObject(object, "picture", report->plot_path);
     json_print(object, file);

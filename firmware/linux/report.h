@@ -40,10 +40,10 @@ struct report {
     double load[RIG_BUSES_MAX]; /* share of the wire's time during the move */
     struct controller_fault_record fault;
     char fault_text[64]; /* the drive's own words */
-    uint64_t ticks, ticks_lost, rows_dropped;
+    uint64_t ticks, ticks_lost, rows_dropped, frames_dropped;
     bool realtime;
-    int64_t late_ns;                        /* worst wake-up after its time */
-    const char *telemetry_path, *plot_path; /* NULL: none */
+    int64_t late_ns; /* worst wake-up after its time */
+    const char *telemetry_path, *can_log_path, *plot_path; /* NULL: none */
 };
 
 void report_init(struct report *report, const struct job *job);

@@ -124,11 +124,11 @@ static int rig_set_interface(struct rig *rig, const char *text, size_t length,
     const char *equals = memchr(text, '=', length);
     const char *name = equals == NULL ? text : equals + 1;
     const size_t name_length = length - (size_t)(name - text);
-    struct rig_bus *bus = rig->bus;
+    struct rig_bus *bus = rig->bus_count == 1 ? &rig->bus[0] : NULL;
 
     if (equals != NULL)
         bus = rig_find_bus(rig, text, (size_t)(equals - text));
-    if (bus == NULL || (equals == NULL && rig->bus_count != 1) ||
+    if (bus == NULL ||
         !rig_is_interface(name, name_length)) {
         snprintf(message, RIG_MESSAGE_MAX,
                  "'%.*s' is no interface for a bus of the rig, expected %s",

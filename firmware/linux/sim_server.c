@@ -20,6 +20,13 @@ static int sim_server_bus(struct sim_server *server, unsigned i,
     char reason[CAN_SOCKETCAN_MESSAGE_MAX];
     int err = MOTION_E_ARG;
 
+    if (bus->kind != RIG_CANOPEN) {
+        server->is_modbus[i] = true;
+        err = modbus_device_start(&server->device[i], server->rig, i, false,
+                                  message);
+        server->bus_count += err == MOTION_OK;
+        return err;
+    }
     if (bus->interface[0] == '\0') {
         snprintf(message, RIG_MESSAGE_MAX,
                  "bus %s has no interface, expected a line such as interface: "
@@ -53,7 +60,10 @@ int sim_server_open(struct sim_server *server, const struct rig *rig,
 void sim_server_close(struct sim_server *server)
 {
     for (unsigned i = 0; i < server->bus_count; i++)
-        can_socketcan_close(&server->port[i]);
+        if (server->is_modbus[i])
+            modbus_device_stop(&server->device[i]);
+        else
+            can_socketcan_close(&server->port[i]);
     server->bus_count = 0;
 }
 
@@ -93,6 +103,10 @@ static void sim_server_wait(struct sim_server *server)
     int64_t wait_ns = SERVER_WAIT_NS;
 
     for (unsigned i = 0; i < server->bus_count; i++) {
+        if (server->is_modbus[i]) { /* has a thread of its own */
+            poll_fd[i] = (struct pollfd){ .fd = -1 };
+            continue;
+        }
         const int64_t due_ns = server->sim.wire[i].due_ns - now_ns;
 
         wait_ns = due_ns < wait_ns ? due_ns : wait_ns;
@@ -112,9 +126,11 @@ void sim_server_step(struct sim_server *server)
 {
     sim_world_run(&server->sim.world, sim_server_now_ns(server));
     for (unsigned i = 0; i < server->bus_count; i++)
-        sim_server_give_out(server, i);
+        if (!server->is_modbus[i])
+            sim_server_give_out(server, i);
     sim_server_wait(server);
     sim_world_run(&server->sim.world, sim_server_now_ns(server));
     for (unsigned i = 0; i < server->bus_count; i++)
-        sim_server_take_in(server, i);
+        if (!server->is_modbus[i])
+            sim_server_take_in(server, i);
 }

@@ -1,5 +1,5 @@
 /* firmware/linux/sim_server.h - the simulated drives of a rig, on real CAN
- * interfaces, in real time.
+ * interfaces, in real time; those on Modbus on pseudo-terminals and TCP ports.
  *
  * Whoever speaks CANopen on the interface meets drives: another slew with
  * --real, python-canopen, a PLC.  The simulated wire follows the clock; what
@@ -11,6 +11,7 @@
 #define FIRMWARE_LINUX_SIM_SERVER_H
 
 #include "firmware/linux/machine_sim.h"
+#include "firmware/linux/modbus_device.h"
 #include "hal/can_socketcan.h"
 
 struct sim_server {
@@ -18,6 +19,8 @@ struct sim_server {
     struct machine_sim sim;
     struct machine_ports wire; /* our end of each simulated wire */
     unsigned bus_count;        /* open so far */
+    bool is_modbus[RIG_BUSES_MAX];
+    struct modbus_device device[RIG_BUSES_MAX]; /* of those, real time */
     struct can_socketcan port[RIG_BUSES_MAX];
     uint64_t frames_in, frames_out;
 };

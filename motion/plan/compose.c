@@ -226,7 +226,7 @@ int64_t plan_outcome_time(const struct plan_outcome *outcome, int64_t t_ns_q12)
 static void compose_free_base(struct plan_move *move)
 {
     for (uint32_t i = 0; i < move->axis_count; i++)
-        free(move->axis[i].key);
+        plan_axis_free(&move->axis[i]);
     plan_path_free(move->path);
     plan_camera_free(move->camera);
     plan_blend_free(move->blend);
@@ -237,7 +237,7 @@ static void compose_free_other(struct plan_other *other)
     if (other->move != NULL)
         compose_free_base(other->move);
     free(other->move);
-    free(other->weight.key);
+    plan_axis_free(&other->weight);
 }
 
 void plan_move_free(struct plan_move *move)
@@ -250,7 +250,7 @@ void plan_move_free(struct plan_move *move)
         compose_free_other(move->fade);
     free(move->fade);
     if (move->warp != NULL)
-        free(move->warp->key);
+        plan_axis_free(move->warp);
     free(move->warp);
     *move = (struct plan_move){ .axis_count = 0 };
 }

@@ -13,6 +13,7 @@
 #include "motion/bake_poly.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
+#include "motion/plan/move_internal.h"
 
 #define MOVE_END(rule) (1u << MOTION_SPLINE_##rule)
 #define MOVE_SIMPLE    (MOVE_END(REST) | MOVE_END(ONE_SIDED))
@@ -20,12 +21,12 @@
 
 /* In the order of PLAN_CURVE_LIST. */
 static const struct plan_curve_rules move_rules[] = {
-    { "linear", PLAN_NO, PLAN_NO, .ends = 0 },
-    { "rounded", PLAN_NO, PLAN_NO, MOVE_SIMPLE, .blend = true },
-    { "smoothed", PLAN_NO, PLAN_NO, MOVE_SIMPLE, .blend = true },
-    { "parabolic", PLAN_ZERO, PLAN_NO, .ease = true },
-    { "sine", PLAN_ZERO, PLAN_NO, .ease = true },
-    { "s-curve", PLAN_ZERO, PLAN_ZERO, .ease = true },
+    { "linear", PLAN_NO, PLAN_NO, .ends = 0, .own = true },
+    { "rounded", PLAN_NO, PLAN_NO, MOVE_SIMPLE, .blend = true, .own = true },
+    { "smoothed", PLAN_NO, PLAN_NO, MOVE_SIMPLE, .blend = true, .own = true },
+    { "parabolic", PLAN_ZERO, PLAN_NO, .ease = true, .own = true },
+    { "sine", PLAN_ZERO, PLAN_NO, .ease = true, .own = true },
+    { "s-curve", PLAN_ZERO, PLAN_ZERO, .ease = true, .own = true },
     { "hermite", PLAN_MUST, PLAN_NO, .ends = 0 },
     { "catmull-rom", PLAN_MAY, PLAN_NO, MOVE_TANGENT, .mu = false },
     { "cardinal", PLAN_MAY, PLAN_NO, MOVE_TANGENT, .mu = true },
@@ -43,7 +44,8 @@ static const struct plan_curve_rules move_rules[] = {
     { "constraints", PLAN_MAY, PLAN_MAY, .ends = 0 },
     { "b-spline", PLAN_NO, PLAN_NO, MOVE_END(REST) | MOVE_END(NATURAL),
       .mu = false },
-    { "lagrange", PLAN_NO, PLAN_NO, .ends = 0 },
+    { "lagrange", PLAN_NO, PLAN_NO, .ends = 0, .own = true },
+    { "bezier", PLAN_NO, PLAN_NO, .handles = true, .own = true },
 };
 
 #define MOVE_CURVES (sizeof move_rules / sizeof move_rules[0])
@@ -56,28 +58,18 @@ const struct plan_curve_rules *plan_curve_rules(enum plan_curve curve)
 static const char *const move_end_name[] = { "rest", "one-sided", "natural",
                                              "not-a-knot", "periodic" };
 
-/* One axis on its way to a track. */
-struct move {
-    const struct plan_axis *axis;
-    struct motion_key *key; /* copies, filled in */
-    struct motion_spline_work *work;
-    struct motion_track *track;
-    struct plan_error *error;
-};
-
-static double move_seconds(int64_t t_ns_q12)
+double move_seconds(int64_t t_ns_q12)
 {
     return (double)t_ns_q12 / (double)MOTION_FIXED_S_Q12;
 }
 
-static double move_units(int64_t a_q32)
+double move_units(int64_t a_q32)
 {
     return (double)a_q32 / (double)MOTION_FIXED_ONE_Q32;
 }
 
-__attribute__((format(printf, 4, 5))) static int
-move_fail_key(const struct move *move, int code, uint32_t key,
-              const char *format, ...)
+int move_fail_key(const struct move *move, int code, uint32_t key,
+                  const char *format, ...)
 {
     struct plan_error *error = move->error;
     const struct plan_axis *axis = move->axis;
@@ -97,8 +89,7 @@ move_fail_key(const struct move *move, int code, uint32_t key,
     return code;
 }
 
-__attribute__((format(printf, 3, 4))) static int
-move_fail_axis(const struct move *move, int code, const char *format, ...)
+int move_fail_axis(const struct move *move, int code, const char *format, ...)
 {
     struct plan_error *error = move->error;
     va_list args;
@@ -114,7 +105,7 @@ move_fail_axis(const struct move *move, int code, const char *format, ...)
     return code;
 }
 
-static bool move_is_rest(enum plan_curve curve)
+bool move_is_rest(enum plan_curve curve)
 {
     return curve == PLAN_CURVE_PARABOLIC || curve == PLAN_CURVE_SINE ||
            curve == PLAN_CURVE_SCURVE;
@@ -122,7 +113,7 @@ static bool move_is_rest(enum plan_curve curve)
 
 /* --- judging -------------------------------------------------------------- */
 
-static bool move_is_shape(int64_t a_q32)
+static bool move_is_share(int64_t a_q32)
 {
     return a_q32 >= -MOTION_FIXED_ONE_Q32 && a_q32 <= MOTION_FIXED_ONE_Q32;
 }
@@ -131,8 +122,8 @@ static int move_check_shape(const struct move *move)
 {
     const struct motion_spline_kochanek *shape = &move->axis->shape;
 
-    if (move_is_shape(shape->tension_q32) &&
-        move_is_shape(shape->continuity_q32) && move_is_shape(shape->bias_q32))
+    if (move_is_share(shape->tension_q32) &&
+        move_is_share(shape->continuity_q32) && move_is_share(shape->bias_q32))
         return MOTION_OK;
     return move_fail_axis(move, MOTION_E_ARG,
                           "tension, continuity and bias are %.9g, %.9g, %.9g, "
@@ -172,10 +163,75 @@ static int move_check_axis(const struct move *move)
     return move_check_shape(move);
 }
 
-/* The curve of the span that starts at key i. */
-static enum plan_curve move_curve_at(const struct plan_axis *axis, uint32_t i)
+/* One sentence about a parameter out of range, NULL when it is inside. */
+static const char *move_judge_shape(const struct plan_curve_rules *rules,
+                                    const union plan_shape *shape)
+{
+    if (rules->mu &&
+        (shape->mu_q32 < 0 || shape->mu_q32 > 2 * MOTION_FIXED_ONE_Q32))
+        return "mu is not 0 to 2";
+    if (rules->blend && shape->blend_ns_q12 < 0)
+        return "blend is below 0 s";
+    if (rules->shape && !(move_is_share(shape->tcb.tension_q32) &&
+                          move_is_share(shape->tcb.continuity_q32) &&
+                          move_is_share(shape->tcb.bias_q32)))
+        return "tension, continuity or bias is not -1 to 1";
+    if (rules->ease &&
+        (shape->ease.k1_q32 < 0 || shape->ease.k1_q32 > shape->ease.k2_q32 ||
+         shape->ease.k2_q32 > MOTION_FIXED_ONE_Q32))
+        return "k1 and k2 are not 0 <= k1 <= k2 <= 1";
+    return NULL;
+}
+
+enum plan_curve move_curve_at(const struct plan_axis *axis, uint32_t i)
 {
     return axis->key[i].has_curve ? axis->key[i].curve : axis->curve;
+}
+
+static union plan_shape move_axis_shape(const struct plan_axis *axis,
+                                        const struct plan_curve_rules *rules)
+{
+    if (rules->mu)
+        return (union plan_shape){ .mu_q32 = axis->mu_q32 };
+    if (rules->blend)
+        return (union plan_shape){ .blend_ns_q12 = axis->blend_ns_q12 };
+    if (rules->shape)
+        return (union plan_shape){ .tcb = axis->shape };
+    return (union plan_shape){ .ease = { axis->k1_q32, axis->k2_q32 } };
+}
+
+/* The parameters of the span that starts at key i, whose curve exists. */
+static union plan_shape move_shape_at(const struct plan_axis *axis, uint32_t i)
+{
+    return axis->key[i].has_shape
+               ? axis->key[i].shape
+               : move_axis_shape(axis, &move_rules[move_curve_at(axis, i)]);
+}
+
+static bool move_is_same_shape(const struct plan_curve_rules *rules,
+                               const union plan_shape *a,
+                               const union plan_shape *b)
+{
+    if (rules->mu)
+        return a->mu_q32 == b->mu_q32;
+    if (rules->blend)
+        return a->blend_ns_q12 == b->blend_ns_q12;
+    if (rules->shape)
+        return a->tcb.tension_q32 == b->tcb.tension_q32 &&
+               a->tcb.continuity_q32 == b->tcb.continuity_q32 &&
+               a->tcb.bias_q32 == b->tcb.bias_q32;
+    return true; /* an ease is a span by itself */
+}
+
+/* Whether the spans before and after key i are planned together. */
+static bool move_goes_on(const struct plan_axis *axis, uint32_t i)
+{
+    const enum plan_curve curve = move_curve_at(axis, i);
+    const union plan_shape before = move_shape_at(axis, i - 1);
+    const union plan_shape after = move_shape_at(axis, i);
+
+    return curve == move_curve_at(axis, i - 1) &&
+           move_is_same_shape(&move_rules[curve], &before, &after);
 }
 
 /* The curve that begins or ends the axis must have its end rule.  Curves
@@ -211,7 +267,9 @@ static int move_check_ends(const struct move *move)
     if (periodic && axis->key[0].key.pos_q32 != axis->key[last].key.pos_q32)
         return move_fail_key(move, MOTION_E_ARG, last,
                              "a periodic axis must end where it starts");
-    rc = move_check_end(move, move_curve_at(axis, 0), axis->first);
+    rc = move_bezier_check(move);
+    if (rc == MOTION_OK)
+        rc = move_check_end(move, move_curve_at(axis, 0), axis->first);
     if (rc == MOTION_OK)
         rc = move_check_end(move, move_curve_at(axis, last ? last - 1 : 0),
                             axis->last);
@@ -224,7 +282,7 @@ static int move_check_time(const struct move *move, uint32_t i)
     const int64_t t = key->key.t_ns_q12;
     const int64_t before = i == 0 ? 0 : key[-1].key.t_ns_q12;
 
-    if (t < 0)
+    if (t < (move->is_bezier ? -MOTION_TRACK_SEGMENT_MAX_NS_Q12 : 0))
         return move_fail_key(move, MOTION_E_ORDER, i,
                              "time %.9g s is before the start of the move",
                              move_seconds(t));
@@ -233,8 +291,8 @@ static int move_check_time(const struct move *move, uint32_t i)
             move, MOTION_E_ORDER, i,
             "time %.9g s is not after the key before it (%.9g s)",
             move_seconds(t), move_seconds(before));
-    if (t - before > MOTION_TRACK_SEGMENT_MAX_NS_Q12 ||
-        t > MOTION_TRACK_MAX_NS_Q12)
+    if (t > MOTION_TRACK_MAX_NS_Q12 ||
+        t - before > MOTION_TRACK_SEGMENT_MAX_NS_Q12)
         return move_fail_key(
             move, MOTION_E_RANGE, i,
             "time %.9g s is too late: at most %.9g s after the key before it "
@@ -275,6 +333,21 @@ move_stricter(const struct plan_curve_rules *a,
     return rank[acc ? b->acc : b->vel] > ra ? b : a;
 }
 
+static int move_check_key_shape(const struct move *move, uint32_t i)
+{
+    const struct plan_key *key = &move->axis->key[i];
+    const struct plan_curve_rules *rules =
+        &move_rules[move_curve_at(move->axis, i)];
+    const char *wrong = NULL;
+
+    if (key->has_shape)
+        wrong = rules->mu || rules->blend || rules->shape || rules->ease
+                    ? move_judge_shape(rules, &key->shape)
+                    : "its curve has no parameters";
+    return wrong == NULL ? MOTION_OK
+                         : move_fail_key(move, MOTION_E_ARG, i, "%s", wrong);
+}
+
 static int move_check_key(const struct move *move, uint32_t i)
 {
     const struct plan_axis *axis = move->axis;
@@ -283,6 +356,7 @@ static int move_check_key(const struct move *move, uint32_t i)
     const enum plan_curve after = move_curve_at(axis, i < last ? i : i - !!i);
     const enum plan_curve before = i > 0 ? move_curve_at(axis, i - 1) : after;
     const struct plan_curve_rules *vel, *acc;
+    enum plan_given needs;
     int rc = move_check_time(move, i);
 
     if (rc == MOTION_OK &&
@@ -292,10 +366,16 @@ static int move_check_key(const struct move *move, uint32_t i)
                            (unsigned)axis->key[i].curve);
     if (rc != MOTION_OK)
         return rc;
+    rc = move_check_key_shape(move, i);
+    if (rc != MOTION_OK)
+        return rc;
     vel = move_stricter(&move_rules[before], &move_rules[after], false);
     acc = move_stricter(&move_rules[before], &move_rules[after], true);
-    rc = move_check_given(move, i, "velocity", vel->name, vel->vel,
-                          key->has_vel, key->vel.m == 0);
+    needs = vel->vel;
+    if (needs == PLAN_MUST && (move_rules[before].own || move_rules[after].own))
+        needs = PLAN_MAY;
+    rc = move_check_given(move, i, "velocity", vel->name, needs, key->has_vel,
+                          key->vel.m == 0);
     if (rc == MOTION_OK)
         rc = move_check_given(move, i, "acceleration", acc->name, acc->acc,
                               key->has_acc, key->acc.m == 0);
@@ -337,24 +417,39 @@ struct move_run {
     uint32_t from, count; /* of keys */
     enum plan_curve curve;
     enum motion_spline_end first, last;
+    union plan_shape shape;
 };
+
+/* Rounded corners start and end at full speed beside whatever takes it. */
+static enum motion_spline_end move_inner_end(enum plan_curve curve,
+                                             enum plan_curve beside)
+{
+    return move_is_straight(curve) && !move_is_rest(beside)
+               ? MOTION_SPLINE_ONE_SIDED
+               : MOTION_SPLINE_REST;
+}
 
 static struct move_run move_run(const struct plan_axis *axis, uint32_t from)
 {
-    struct move_run run = { from, 1, move_curve_at(axis, from),
-                            MOTION_SPLINE_REST, MOTION_SPLINE_REST };
+    struct move_run run = { .from = from,
+                            .count = 2,
+                            .curve = move_curve_at(axis, from),
+                            .shape = move_shape_at(axis, from) };
 
     while (from + run.count < axis->key_count &&
-           move_curve_at(axis, from + run.count - 1) == run.curve)
+           move_goes_on(axis, from + run.count - 1))
         run.count++;
-    if (from == 0)
-        run.first = axis->first;
-    if (from + run.count == axis->key_count)
-        run.last = axis->last;
+    run.first = from == 0
+                    ? axis->first
+                    : move_inner_end(run.curve, move_curve_at(axis, from - 1));
+    run.last = from + run.count == axis->key_count
+                   ? axis->last
+                   : move_inner_end(run.curve,
+                                    move_curve_at(axis, from + run.count - 1));
     return run;
 }
 
-static bool move_is_straight(enum plan_curve curve)
+bool move_is_straight(enum plan_curve curve)
 {
     return curve == PLAN_CURVE_LINEAR || curve == PLAN_CURVE_ROUNDED ||
            curve == PLAN_CURVE_SMOOTHED;
@@ -365,8 +460,121 @@ static bool move_is_fifth(enum plan_curve curve)
     return curve == PLAN_CURVE_QUINTIC || curve == PLAN_CURVE_C4;
 }
 
+/* Beyond rounding. */
+static bool move_differs(struct motion_real a, struct motion_real b)
+{
+    const struct motion_real off = motion_real_abs(motion_real_sub(a, b));
+    const struct motion_real size =
+        motion_real_max(motion_real_abs(a), motion_real_abs(b));
+
+    return motion_real_cmp(off, motion_real_max(motion_real_scale(size, -30),
+                                                motion_real_make(1, -28))) > 0;
+}
+
+static double move_double(struct motion_real a)
+{
+    int64_t q16;
+
+    return motion_real_round(a, 16, &q16) == MOTION_OK ? (double)q16 / 65536
+                                                       : 0;
+}
+
+/* Curves that have a velocity of their own at their ends. */
+static bool move_is_stubborn(enum plan_curve curve)
+{
+    return move_is_rest(curve) || curve == PLAN_CURVE_ROUNDED ||
+           curve == PLAN_CURVE_SMOOTHED || curve == PLAN_CURVE_LAGRANGE;
+}
+
+int move_tell(struct move *move, uint32_t i, bool left, struct motion_real vel)
+{
+    const enum plan_curve own = move_curve_at(move->axis, left ? i - 1 : i);
+    const enum plan_curve other = move_curve_at(move->axis, left ? i : i - 1);
+    struct motion_key *key = &move->key[i];
+
+    if (move->axis->key[i].key.has_vel)
+        return move_fail_key(move, MOTION_E_ARG, i,
+                             "velocity is given, but %s has one of its own "
+                             "there, %.6g",
+                             move_rules[own].name, move_double(vel));
+    if (move_is_stubborn(other) && move_differs(vel, key->vel))
+        return move_fail_key(move, MOTION_E_ARG, i,
+                             "speed would step: %s has %.6g there and %s %.6g",
+                             move_rules[own].name, move_double(vel),
+                             move_rules[other].name, move_double(key->vel));
+    key->vel = vel;
+    return MOTION_OK;
+}
+
+/* One polynomial through all keys of a run has its own velocity at its ends. */
+static int move_pin_lagrange(struct move *move, uint32_t i, bool left)
+{
+    struct motion_real first, last;
+    struct move_run run;
+    uint32_t from = i;
+    int rc;
+
+    while (left && from > 0 &&
+           move_curve_at(move->axis, from - 1) == PLAN_CURVE_LAGRANGE)
+        from--;
+    run = move_run(move->axis, from);
+    if (run.count > MOTION_SPLINE_LAGRANGE_KEYS)
+        return MOTION_OK; /* refused when it is appended */
+    rc = motion_spline_lagrange_velocities(&move->key[from], run.count, &first,
+                                           &last);
+    if (rc != MOTION_OK)
+        return move_fail_key(move, rc, i, "its velocity is beyond the format");
+    return move_tell(move, i, left, left ? last : first);
+}
+
+/* The velocity that a resting or rounding curve has at key i, where it begins or
+ * ends (`left`); false for others. */
+static bool move_own(const struct move *move, uint32_t i, bool left,
+                     struct motion_real *vel)
+{
+    const enum plan_curve curve = move_curve_at(move->axis, left ? i - 1 : i);
+    const enum plan_curve other = move_curve_at(move->axis, left ? i : i - 1);
+    const struct motion_key *from = &move->key[left ? i - 1 : i];
+    struct motion_key pair[2] = { from[0], from[1] };
+
+    *vel = motion_real_zero();
+    if (move_is_rest(curve))
+        return true;
+    if (curve != PLAN_CURVE_ROUNDED && curve != PLAN_CURVE_SMOOTHED)
+        return false;
+    if (move_is_rest(other))
+        return true;
+    pair[0].has_vel = pair[1].has_vel = false;
+    (void)motion_spline_tangents_parabola(pair, 2, MOTION_SPLINE_ONE_SIDED,
+                                          MOTION_SPLINE_ONE_SIDED);
+    *vel = pair[0].vel;
+    return true;
+}
+
+/* What is given, or what the other side has of its own, must be the same. */
+static int move_check_own(struct move *move, uint32_t i)
+{
+    struct motion_real vel;
+
+    for (int left = 0; left < 2; left++) {
+        if (!move_own(move, i, left, &vel) ||
+            !move_differs(vel, move->key[i].vel))
+            continue;
+        return move_fail_key(
+            move, MOTION_E_ARG, i,
+            "speed would step: %s has %.6g there and %s %.6g",
+            move_rules[move_curve_at(move->axis, left ? i - 1 : i)].name,
+            move_double(vel),
+            move->axis->key[i].key.has_vel
+                ? "the key"
+                : move_rules[move_curve_at(move->axis, left ? i : i - 1)].name,
+            move_double(move->key[i].vel));
+    }
+    return MOTION_OK;
+}
+
 /* What both runs have at the key between them. */
-static int move_pin(const struct move *move, uint32_t i)
+static int move_pin(struct move *move, uint32_t i)
 {
     const enum plan_curve before = move_curve_at(move->axis, i - 1);
     const enum plan_curve after = move_curve_at(move->axis, i);
@@ -399,7 +607,18 @@ static int move_pin(const struct move *move, uint32_t i)
                        : motion_real_zero();
     }
     key->has_vel = true;
-    return MOTION_OK;
+    if (before != PLAN_CURVE_LINEAR && after != PLAN_CURVE_LINEAR)
+        rc = move_check_own(move, i);
+    if (rc != MOTION_OK)
+        return rc;
+    if (before == PLAN_CURVE_LAGRANGE || after == PLAN_CURVE_LAGRANGE)
+        rc = move_pin_lagrange(move, i, before == PLAN_CURVE_LAGRANGE);
+    if (rc != MOTION_OK)
+        return rc;
+    if (before != PLAN_CURVE_BEZIER && after != PLAN_CURVE_BEZIER)
+        return MOTION_OK;
+    return move_bezier_pin(move, i,
+                           move_is_fifth(before) || move_is_fifth(after));
 }
 
 /* Velocities and accelerations by the run's curve. */
@@ -411,7 +630,7 @@ static int move_fill_run(const struct move *move, const struct move_run *run)
     switch (run->curve) {
     case PLAN_CURVE_CARDINAL:
         return motion_spline_tangents_cardinal(
-            key, run->count, move->axis->mu_q32, run->first, run->last);
+            key, run->count, run->shape.mu_q32, run->first, run->last);
     case PLAN_CURVE_CATMULL_ROM:
         return motion_spline_tangents_parabola(key, run->count, run->first,
                                                run->last);
@@ -457,8 +676,7 @@ static int move_fill(const struct move *move, const struct move_run *run)
 
 /* --- appending ------------------------------------------------------------ */
 
-/* Room for `more` segments, doubling. */
-static int move_grow(const struct move *move, uint32_t more)
+int move_grow(const struct move *move, uint32_t more)
 {
     struct motion_track *track = move->track;
     struct motion_segment *segment;
@@ -508,13 +726,14 @@ static int move_append_rest(const struct move *move, const struct move_run *run)
 
     for (uint32_t i = run->from;
          rc == MOTION_OK && i + 1 < run->from + run->count; i++) {
+        const union plan_shape shape = move_shape_at(axis, i);
         const struct motion_key *key = &move->key[i];
         rc = move_grow(move, MOTION_EASE_SEGMENTS);
         if (rc != MOTION_OK)
             return rc;
         rc = motion_ease_append(move->track, law, key[1].pos_q32,
-                                key[1].t_ns_q12 - key[0].t_ns_q12, axis->k1_q32,
-                                axis->k2_q32);
+                                key[1].t_ns_q12 - key[0].t_ns_q12,
+                                shape.ease.k1_q32, shape.ease.k2_q32);
         if (rc != MOTION_OK)
             return move_fail_span(move, rc, i);
     }
@@ -532,7 +751,6 @@ static uint32_t move_room(const struct move_run *run)
 static int move_append_spline(const struct move *move,
                               const struct move_run *run, uint32_t *span)
 {
-    const struct plan_axis *axis = move->axis;
     const struct motion_key *key = &move->key[run->from];
     struct motion_track *track = move->track;
 
@@ -542,11 +760,12 @@ static int move_append_spline(const struct move *move,
     case PLAN_CURVE_ROUNDED:
     case PLAN_CURVE_SMOOTHED:
         return motion_spline_append_blended(
-            track, key, run->count, axis->blend_ns_q12,
+            track, key, run->count, run->shape.blend_ns_q12,
             run->curve == PLAN_CURVE_SMOOTHED, run->first, run->last, span);
     case PLAN_CURVE_KOCHANEK:
-        return motion_spline_append_kochanek(
-            track, key, run->count, &axis->shape, run->first, run->last, span);
+        return motion_spline_append_kochanek(track, key, run->count,
+                                             &run->shape.tcb, run->first,
+                                             run->last, span);
     case PLAN_CURVE_QUINTIC:
     case PLAN_CURVE_C4:
         return motion_spline_append_quintic(track, key, run->count, span);
@@ -570,6 +789,8 @@ static int move_append_run(const struct move *move, const struct move_run *run)
 
     if (move_is_rest(run->curve))
         return move_append_rest(move, run);
+    if (run->curve == PLAN_CURVE_BEZIER)
+        return move_bezier_append(move, run->from, run->from + run->count - 1);
     if (run->curve == PLAN_CURVE_LAGRANGE &&
         run->count > MOTION_SPLINE_LAGRANGE_KEYS)
         return move_fail_key(
@@ -585,15 +806,27 @@ static int move_append_run(const struct move *move, const struct move_run *run)
                            : move_fail_span(move, rc, run->from + span);
 }
 
-static int move_append(const struct move *move)
+static bool move_has_bezier(const struct plan_axis *axis)
+{
+    for (uint32_t i = 0; i < axis->key_count; i++)
+        if (move_curve_at(axis, i) == PLAN_CURVE_BEZIER)
+            return true;
+    return false;
+}
+
+static int move_append(struct move *move)
 {
     const uint32_t last = move->axis->key_count - 1;
     const int64_t wait = move->key[0].t_ns_q12;
     struct move_run run = { .count = 1 };
     int rc = MOTION_OK;
 
+    if (move_has_bezier(move->axis))
+        rc = move_bezier_handles(move);
+    if (rc == MOTION_OK && move->is_bezier)
+        return move_bezier_append_all(move);
     for (uint32_t i = 1; rc == MOTION_OK && i < last; i++)
-        if (move_curve_at(move->axis, i) != move_curve_at(move->axis, i - 1))
+        if (!move_goes_on(move->axis, i))
             rc = move_pin(move, i);
     if (rc == MOTION_OK && wait > 0)
         rc = move_grow(move, 1);
@@ -609,7 +842,10 @@ static int move_append(const struct move *move)
 int plan_axis_track(const struct plan_axis *axis, struct motion_track *track,
                     struct plan_error *error)
 {
-    struct move move = { .axis = axis, .track = track, .error = error };
+    struct move move = { .axis = axis,
+                         .is_bezier = move_is_bezier(axis),
+                         .track = track,
+                         .error = error };
     int rc;
 
     motion_track_init(track, NULL, 0, 0);
@@ -622,6 +858,7 @@ int plan_axis_track(const struct plan_axis *axis, struct motion_track *track,
     }
     free(move.key);
     free(move.work);
+    free(move.handles.key);
     if (rc == MOTION_OK)
         move_trim(track);
     else
@@ -633,6 +870,13 @@ void plan_track_free(struct motion_track *track)
 {
     free(track->segment);
     motion_track_init(track, NULL, 0, 0);
+}
+
+void plan_axis_free(struct plan_axis *axis)
+{
+    free(axis->key);
+    free(axis->bezier.key);
+    *axis = (struct plan_axis){ .key = NULL };
 }
 
 /* How far `value` is outside low .. high. */

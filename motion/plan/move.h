@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 #include "motion/ease.h"
+#include "motion/fcurve.h"
 #include "motion/spline.h"
 #include "motion/track.h"
 
@@ -52,7 +53,9 @@
     X(PLAN_CURVE_BSPLINE, "b-spline",                                          \
       "keys attract the curve, which passes by them smoothly")                 \
     X(PLAN_CURVE_LAGRANGE, "lagrange",                                         \
-      "one polynomial through at most 16 keys; swings, to see why not")
+      "one polynomial through at most 16 keys; swings, to see why not")        \
+    X(PLAN_CURVE_BEZIER, "bezier",                                             \
+      "keys with handles and easings, as Blender's curves have them")
 
 enum plan_curve {
 #define PLAN_CURVE_ENUM(name, spelling, text) name,
@@ -67,7 +70,8 @@ struct plan_curve_rules {
     const char *name;
     enum plan_given vel, acc;
     unsigned ends; /* bit 1 << enum motion_spline_end for each that it has */
-    bool mu, ease, blend, shape;
+    bool mu, ease, blend, shape, handles;
+    bool own; /* has a velocity of its own at its ends, which neighbours take */
 };
 /* NULL where there is no such curve. */
 const struct plan_curve_rules *plan_curve_rules(enum plan_curve curve);
@@ -77,11 +81,48 @@ struct plan_place {
     uint32_t line, column;
 };
 
+/* Parameters of the span from a key, by its curve. */
+union plan_shape {
+    int64_t mu_q32;                    /* cardinal */
+    int64_t blend_ns_q12;              /* rounded, smoothed */
+    struct motion_spline_kochanek tcb; /* kochanek-bartels */
+    struct {
+        int64_t k1_q32, k2_q32;
+    } ease; /* parabolic, sine, s-curve */
+};
+
 struct plan_key {
     struct motion_key key; /* times from the start of the move */
     struct plan_place place;
     bool has_curve; /* the span from this key has a curve of its own */
     enum plan_curve curve;
+    bool has_shape; /* ... and parameters, else the axis's */
+    union plan_shape shape;
+};
+
+/* A handle, from its key; read for FREE and ALIGNED. */
+struct plan_handle {
+    uint8_t kind; /* enum motion_fcurve_handle */
+    int64_t dt_ns_q12, dp_q32;
+};
+
+/* What a key of a bezier curve has besides its point; as motion_fcurve_key. */
+struct plan_bezier_key {
+    struct plan_handle left, right;
+    uint8_t interpolation, easing; /* of the span that starts here */
+    int64_t back_q32, amplitude_q32, period_ns_q12;
+};
+
+/* The bezier part of an axis; as motion_fcurve.  Extrapolation, cycles and an
+ * end of its own only where all spans are bezier. */
+struct plan_bezier {
+    struct plan_bezier_key *key; /* one per key of the axis; NULL: all
+                                    CLAMPED and BEZIER */
+    uint8_t smoothing, extrapolation;
+    struct motion_fcurve_cycles before, after;
+    int64_t frame_ns_q12, value_q32;
+    bool has_end; /* else the last key, or the end of so many cycles */
+    int64_t end_ns_q12;
 };
 
 struct plan_limit {
@@ -115,6 +156,7 @@ struct plan_axis {
     int64_t k1_q32, k2_q32; /* parabolic, sine, s-curve */
     int64_t blend_ns_q12;   /* rounded, smoothed: length of a corner */
     struct motion_spline_kochanek shape;
+    struct plan_bezier bezier;
     struct plan_key *key;
     uint32_t key_count;
     struct plan_place place;
@@ -161,13 +203,21 @@ struct plan_error {
  *                                may               no
  *   c2, quintic, c4, constraints may               may (c2: at its ends)
  *   b-spline, lagrange           no                no
+ *   bezier                       no                no
  *
- * Where neighbouring spans have different curves, each run of equal ones is
- * planned by itself; at the key between them the curve has the velocity that
+ * Where neighbouring spans have different curves, or parameters, each run of
+ * equal ones is planned by itself; at the key between them the curve has the velocity that
  * the key gives, or else that of a straight or resting neighbour, or else that
  * of the parabola through three keys (and, for quintic and c4, its acceleration;
- * zero beside straight and resting ones).  b-spline and lagrange cannot keep a
- * velocity there.
+ * zero beside straight and resting ones).  lagrange has a velocity of its own
+ * there, which its neighbour takes; beside one that rests or rounds corners it
+ * is MOTION_E_ARG.  Only linear steps beside another curve.
+ * A bezier handle of the kinds AUTO and CLAMPED turns to that velocity; any
+ * other says it, and its acceleration, and what rests, or rounds corners, beside
+ * another velocity is MOTION_E_ARG.
+ * A bezier span whose curve steps, or has no finite velocity, is
+ * MOTION_E_LIMIT.  Keys may be before the start of the move where all spans are
+ * bezier.
  * What may be given and is not is filled in (motion/spline.h).
  *
  * On success the track's segments are on the heap and belong to the caller:
@@ -179,6 +229,15 @@ struct plan_error {
 int plan_axis_track(const struct plan_axis *axis, struct motion_track *track,
                     struct plan_error *error);
 void plan_track_free(struct motion_track *track);
+
+/* Replace the handles, which belong to another, by a copy of its own whose
+ * values are multiplied, as those of the keys are: MOTION_E_FULL without memory,
+ * MOTION_E_RANGE; nothing is allocated then. */
+int plan_bezier_copy(struct plan_bezier *bezier, uint32_t count,
+                     struct motion_real by);
+
+/* Free what an axis has on the heap: its keys and their handles. */
+void plan_axis_free(struct plan_axis *axis);
 
 /* A remark on a track that is right but hardly what was wanted: one polynomial
  * through many keys (lagrange) that goes far beyond them.  False when there is

@@ -67,7 +67,7 @@ void plan_blend_free(struct plan_blend *blend)
     if (blend == NULL)
         return;
     for (uint32_t k = 0; k < blend->weights; k++)
-        free(blend->weight[k].curve.key);
+        plan_axis_free(&blend->weight[k].curve);
     free(blend->weight);
     free(blend);
 }

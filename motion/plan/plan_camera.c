@@ -341,7 +341,7 @@ void plan_camera_free(struct plan_camera *camera)
     free(camera->points.point);
     free(camera->dwell);
     if (camera->roll != NULL)
-        free(camera->roll->key);
+        plan_axis_free(camera->roll);
     free(camera->roll);
     free(camera);
 }

@@ -58,6 +58,13 @@ int plan_camera_tracks(const struct plan_camera *camera,
                        int64_t bound_q32[MOTION_HEAD_AXES],
                        struct plan_error *error);
 
+/* The rotation of the head's base: its x, y, z axes are right, up and backwards
+ * in the space of the path.  The camera's own is mount times that of its angles
+ * (motion_head_quat).  MOTION_E_RANGE or MOTION_E_ARG when forward and up are in
+ * one line. */
+int plan_camera_mount(const struct plan_camera *camera,
+                      struct motion_quat *mount);
+
 void plan_camera_free(struct plan_camera *camera);
 
 #endif

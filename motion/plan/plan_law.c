@@ -75,6 +75,7 @@ static int law_drawn(const struct law *self, uint32_t i,
     axis.key = malloc(axis.key_count * sizeof *axis.key);
     if (axis.key == NULL)
         return law_fail(self, i, MOTION_E_FULL, "has no memory for its keys");
+    err = plan_bezier_copy(&axis.bezier, axis.key_count, length);
     for (uint32_t k = 0; k < axis.key_count && err == MOTION_OK; k++) {
         struct motion_key *key = &axis.key[k].key;
         axis.key[k] = self->part[i].drawn->key[k];
@@ -88,7 +89,7 @@ static int law_drawn(const struct law *self, uint32_t i,
         err = plan_axis_track(&axis, drawn, error);
     else
         err = law_fail(self, i, err, "is too long");
-    free(axis.key);
+    plan_axis_free(&axis);
     error->axis = PLAN_AXES_MAX;
     return err;
 }
@@ -372,7 +373,7 @@ void plan_law_free(struct plan_part *part, uint32_t parts)
     for (uint32_t i = 0; i < parts; i++) {
         free(part[i].point);
         if (part[i].drawn != NULL)
-            free(part[i].drawn->key);
+            plan_axis_free(part[i].drawn);
         free(part[i].drawn);
     }
     free(part);

@@ -22,10 +22,14 @@
 #include "motion/plan/plan_error.h"
 #include "motion/trig.h"
 
-/* Steps of the walk along the path: a view may turn a quarter turn in each.
- * Derivatives are taken over an eighth of one. */
-#define VIEW_ROWS  2048
-#define VIEW_NODES 7
+/* Steps of the walk along the path, at least, and per piece of its curve: a view
+ * may turn a quarter turn in each.  So many places of a derivative are in one of
+ * them: the stencil is short beside a piece, as third derivatives may step where
+ * two join. */
+#define VIEW_ROWS       2048
+#define VIEW_PIECE_ROWS 8
+#define VIEW_ROW_STEPS  32
+#define VIEW_NODES      7
 
 enum view_side { VIEW_FORWARD, VIEW_CENTRAL, VIEW_BACKWARD };
 
@@ -144,19 +148,26 @@ static int view_target(struct plan_view *self)
 
 /* --- what turns ----------------------------------------------------------- */
 
+int plan_camera_mount(const struct plan_camera *camera,
+                      struct motion_quat *mount)
+{
+    struct motion_dir axis[3] = { { { 0 } }, camera->up, { { 0 } } };
+    struct motion_dir forward;
+    int err = motion_dir_perpendicular(camera->forward, camera->up, &forward);
+
+    if (err < 0)
+        return err;
+    axis[0] = motion_dir_cross(forward, camera->up);
+    axis[2] = motion_dir_neg(forward);
+    return motion_quat_from_axes(axis, mount);
+}
+
 static int view_mount(struct plan_view *self)
 {
     const struct plan_camera *camera = self->camera;
-    struct motion_dir axis[3] = { { { 0 } }, camera->up, { { 0 } } };
-    struct motion_dir forward;
     struct motion_quat mount = MOTION_QUAT_ONE;
-    int err = motion_dir_perpendicular(camera->forward, camera->up, &forward);
+    int err = plan_camera_mount(camera, &mount);
 
-    if (err == MOTION_OK) {
-        axis[0] = motion_dir_cross(forward, camera->up);
-        axis[2] = motion_dir_neg(forward);
-        err = motion_quat_from_axes(axis, &mount);
-    }
     if (err < 0)
         return plan_view_fail(self, err, camera->place,
                               "has forward and up in one line");
@@ -211,7 +222,7 @@ static int64_t view_row_at(const struct plan_view *self, uint32_t i)
 {
     int64_t at = 0;
 
-    (void)motion_fixed_muldiv(self->path.length_q32, i, VIEW_ROWS, &at);
+    (void)motion_fixed_muldiv(self->path.length_q32, i, self->rows, &at);
     return at;
 }
 
@@ -220,10 +231,10 @@ static int view_walk(struct plan_view *self)
     struct plan_view_row now = { .head = { .valid = false } };
     int err = MOTION_OK;
 
-    self->row = calloc(VIEW_ROWS + 1, sizeof *self->row);
+    self->row = calloc((size_t)self->rows + 1, sizeof *self->row);
     if (self->row == NULL)
         return plan_view_no_memory(self);
-    for (uint32_t i = 0; i <= VIEW_ROWS && err == MOTION_OK; i++) {
+    for (uint32_t i = 0; i <= self->rows && err == MOTION_OK; i++) {
         struct motion_quat q = MOTION_QUAT_ONE;
         err = view_turn(self, &now.state, view_row_at(self, i), &q);
         if (err == MOTION_OK)
@@ -249,8 +260,10 @@ int plan_view_init(struct plan_view *self, const struct plan_camera *camera,
                     .up = camera->up,
                     .forward = camera->forward,
                     .frenet = camera->look == PLAN_LOOK_FRENET },
-        .step_q32 = space->length_q32 / VIEW_ROWS / 8,
+        .rows = VIEW_PIECE_ROWS * space->curve.pieces,
     };
+    self->rows = self->rows > VIEW_ROWS ? self->rows : VIEW_ROWS;
+    self->step_q32 = space->length_q32 / self->rows / VIEW_ROW_STEPS;
     err = view_mount(self);
     if (err == MOTION_OK && self->step_q32 == 0)
         err = plan_view_fail(self, MOTION_E_RANGE, camera->place,
@@ -284,7 +297,7 @@ static int view_head(const struct plan_view *self, int64_t distance_q32,
     int64_t i = 0;
     int err;
 
-    (void)motion_fixed_muldiv(distance_q32, VIEW_ROWS, self->path.length_q32,
+    (void)motion_fixed_muldiv(distance_q32, self->rows, self->path.length_q32,
                               &i);
     if (i > 0 && view_row_at(self, (uint32_t)i) > distance_q32)
         i--; /* the quotient was rounded up */

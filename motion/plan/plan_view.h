@@ -26,7 +26,8 @@ struct plan_view {
     struct motion_lookat lookat;
     struct motion_quat from_mount; /* inverse of the mount's rotation */
     struct plan_frames frames;
-    struct plan_view_row *row;
+    struct plan_view_row *row; /* rows + 1 */
+    uint32_t rows;
     int64_t step_q32; /* of the derivatives */
 };
 

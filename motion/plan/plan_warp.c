@@ -28,8 +28,13 @@ static int warp_copy(const struct plan_axis *axis, struct plan_axis *ms)
 
     *ms = *axis;
     ms->key = malloc(axis->key_count * sizeof *ms->key);
-    if (ms->key == NULL)
+    if (ms->key == NULL ||
+        plan_bezier_copy(&ms->bezier, axis->key_count,
+                         motion_real_div(motion_real_int(1 << 20),
+                                         motion_real_int(1000000))) < 0) {
+        free(ms->key);
         return MOTION_E_FULL;
+    }
     for (uint32_t i = 0; i < axis->key_count; i++) {
         struct motion_key *key = &ms->key[i].key;
         ms->key[i] = axis->key[i];
@@ -73,7 +78,7 @@ int plan_warp_track(const struct plan_axis *axis, struct motion_track *warp,
                               "no memory for the warp");
     err = plan_axis_track(&ms, warp, error);
     error->axis = PLAN_AXES_MAX;
-    free(ms.key);
+    plan_axis_free(&ms);
     if (err == MOTION_OK)
         err = warp_check(axis, warp, error);
     if (err < 0)

@@ -1,5 +1,6 @@
 # tests/bench/bench.mk - what planning costs: on microcontrollers, counted in
-# QEMU (variables of tests/qemu/qemu.mk), and on this machine beside Ruckig.
+# QEMU (variables of tests/qemu/qemu.mk), and on this machine beside Ruckig and
+# SciPy.
 
 BENCH      := build/bench
 BENCH_OPT  ?= -Os
@@ -35,6 +36,23 @@ $(foreach p,m4 m0 rv32,$(eval $(call bench_image,$(p))))
 ## instructions, code, stack of a plan on Cortex-M4, M0, RV32, and limits
 bench-plan: $(foreach p,m4 m0 rv32,$(BENCH)/plan-$(p).txt)
 	@CROSS=$(CROSS) RV=$(RV) $(PYTHON) tests/bench/plan.py $(BENCH) $(MOTION)
+
+#---- what curves cost; the image is one of tests/qemu/qemu.mk
+
+QEMU_ROOM_cost_m4   := -Wl,--defsym=image_ram=4M
+QEMU_ROOM_cost_rv64 := -Wl,--defsym=image_ram=100M
+$(QEMU_DIR)/rv64/tests/bench/curves_image.o: \
+    QEMU_BARE += -DKEYS_MOST=100000 -DKEYS_SINE=1000
+$(QEMU_DIR)/cost-%.txt: $(QEMU_DIR)/cost-%.elf
+	@timeout 300 $(QEMU_$*) $(QEMU_RUN) -icount shift=0,sleep=off \
+	    -kernel $< </dev/null >$@.part || { cat $@.part; exit 1; }
+	@mv $@.part $@
+
+.PHONY: bench-curves
+## instructions per key to plan, per tick to play: linear, and constant
+bench-curves: $(QEMU_DIR)/cost-m4.txt $(QEMU_DIR)/cost-rv64.txt
+	@$(PYTHON) tests/bench/curves.py Cortex-M4=$(QEMU_DIR)/cost-m4.txt \
+	    RV64=$(QEMU_DIR)/cost-rv64.txt
 
 #---- beside Ruckig: its source distribution from PyPI, the same flags
 
@@ -93,3 +111,22 @@ $(B)/otg-many: $(MANY_SRC:%.c=$(B)/%.o) $(B)/libslew.a
 ## N=10000000 random problems planned and judged exactly; SEED, PROCESSES, SAN
 otg-many: $(B)/otg-many
 	@$< -n $(N) -s $(SEED) -f $(FIRST) -j $(PROCESSES)
+
+#---- beside SciPy, from PyPI
+
+SCIPY      ?= scipy==1.17.1
+PEERS      := build/peers
+PEER_CASES ?= 100
+
+$(PEERS)/installed: tests/bench/bench.mk
+	$(call say,pip,$(SCIPY))
+	@rm -rf $(PEERS); mkdir -p $(PEERS)/cases
+	$(Q)timeout 300 $(PIP) install --quiet --disable-pip-version-check \
+	    --target $(PEERS)/site $(SCIPY)
+	@touch $@
+
+.PHONY: peers-curves
+## random splines, rotations, arc lengths beside SciPy (from PyPI); PEER_CASES=N
+peers-curves: $(VECTORS) $(PEERS)/installed
+	@PYTHONPATH=$(PEERS)/site $(PYTHON) tests/peer_curves.py $(VECTORS) \
+	    $(PEERS)/cases $(PEER_CASES)

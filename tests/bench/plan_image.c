@@ -1,12 +1,11 @@
 /* tests/bench/plan_image.c - instructions per plan, on the processor itself.
  *
- * QEMU with -icount advances its clock by a fixed time per instruction, so
- * SysTick (Cortex-M) or minstret (RISC-V) counts instructions.  What the count
- * itself costs is measured with an empty function and left out.  Prints lines
- * of a name and a number, which plan.py judges. */
+ * What the count itself costs is measured with an empty function and left out.
+ * Prints lines of a name and a number, which plan.py judges. */
 #include <stddef.h>
 
 #include "motion/sync.h"
+#include "tests/bench/counter.h"
 #include "tests/bench/otg_random.h"
 #include "tests/qemu/start.h"
 
@@ -25,75 +24,7 @@ static struct motion_sample sample;
 static int64_t sample_ns_q12;
 static int axes, status;
 
-/* --- the counter ---------------------------------------------------------- */
-
-#ifdef __riscv
-
-static void bench_start(void)
-{
-}
-
-static uint32_t bench_now(void)
-{
-    uint32_t now;
-    __asm__ volatile(".option push\n"
-                     ".option arch, +zicsr\n"
-                     "csrr %0, minstret\n"
-                     ".option pop\n"
-                     : "=r"(now));
-    return now;
-}
-
-static uint32_t bench_since(uint32_t start)
-{
-    return bench_now() - start;
-}
-
-#else
-
-#define REGISTER(address) (*(volatile uint32_t *)(address))
-#define SYST_CSR          REGISTER(0xE000E010)
-#define SYST_RVR          REGISTER(0xE000E014)
-#define SYST_CVR          REGISTER(0xE000E018)
-#define SYST_TOP          0xFFFFFFu
-
-/* Two instructions a round, by whatever means the compiler would have. */
-#define ROUNDS            100000
-
-static uint32_t unit;
-
-static uint32_t bench_now(void)
-{
-    return SYST_TOP - SYST_CVR;
-}
-
-static void bench_start(void)
-{
-    SYST_RVR = SYST_TOP;
-    SYST_CVR = 0;
-    SYST_CSR = 5; /* on, core clock, no interrupt */
-    uint32_t left = ROUNDS, start = bench_now();
-    __asm__ volatile(".syntax unified\n1: subs %0, #1\n bne 1b" : "+l"(left));
-    unit = (bench_now() - start) & SYST_TOP;
-}
-
-/* Ticks to instructions; the counter wraps at 2^24. */
-static uint32_t bench_since(uint32_t start)
-{
-    uint64_t ticks = (bench_now() - start) & SYST_TOP;
-    return (uint32_t)((ticks * 2 * ROUNDS + unit / 2) / unit);
-}
-
-#endif
-
 /* --- what is counted ------------------------------------------------------ */
-
-typedef void bench_function(void);
-
-__attribute__((noinline)) static void bench_empty(void)
-{
-    __asm__ volatile("" : : : "memory");
-}
 
 __attribute__((noinline)) static void bench_one(void)
 {
@@ -118,14 +49,6 @@ __attribute__((noinline)) static void bench_append(void)
 __attribute__((noinline)) static void bench_sample(void)
 {
     motion_track_sample(&track, &cursor, sample_ns_q12, &sample);
-}
-
-static uint32_t bench_count(bench_function *volatile function)
-{
-    bench_function *const call = function;
-    uint32_t start = bench_now();
-    call();
-    return bench_since(start);
 }
 
 /* --- report --------------------------------------------------------------- */

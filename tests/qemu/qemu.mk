@@ -29,10 +29,11 @@ QEMU_rv64    := qemu-system-riscv64 -M virt -bios none
 QEMU_CPUS    := m0 m4 rv32 rv64
 
 # What an image is made of beside the motion library and the start-up.
-QEMU_IMAGES     := bench golden orient curves fcurve
+QEMU_IMAGES     := bench golden orient curves fcurve cost
 QEMU_SRC_bench  := tests/qemu/bench_tick.c
 QEMU_SRC_golden := tests/qemu/golden.c tests/bench/otg_random.c
 QEMU_SRC_orient := tests/qemu/golden_orient.c
+QEMU_SRC_cost   := tests/bench/curves_image.c
 QEMU_SRC_curves := tests/qemu/golden_curves.c
 QEMU_SRC_fcurve := tests/qemu/golden_fcurve.c
 GOLDEN_IMAGES   := golden orient curves fcurve
@@ -60,7 +61,7 @@ $(QEMU_DIR)/$(2)-$(1).elf: tests/qemu/arm.ld tests/qemu/riscv.ld \
     $(QEMU_DIR)/$(1)/libmotion.a
 	$$(call say,image,$$@)
 	$$(Q)$(QEMU_CC_$(1)) -nostdlib -Wl,--gc-sections \
-	    $$(filter %.o %.a,$$^) $(QEMU_LD_$(1)) -o $$@
+	    $$(filter %.o %.a,$$^) $(QEMU_LD_$(1)) $$(QEMU_ROOM_$(2)_$(1)) -o $$@
 	@! nm $$@ | grep -E ' [Tt] (malloc|calloc|free|__aeabi_[df]|__.*[sd]f[0-9])'
 endef
 $(foreach p,$(QEMU_CPUS),$(foreach i,$(QEMU_IMAGES),\

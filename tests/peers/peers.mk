@@ -1,0 +1,30 @@
+# tests/peers/peers.mk - other people's programs must understand ours, and we
+# them.  One script per peer: tests/peers/NAME.sh or NAME.py, run with
+# SLEW (the program), PEERS (a directory for what is built and the virtual
+# environment) in the environment; it says what it saw, status 0 when all agreed.
+
+PEERS       := $(B)/peers
+PEER_CHECKS := $(sort $(wildcard tests/peers/peer_*))
+
+$(PEERS)/venv/done: tests/peers/requirements.txt
+	$(Q)rm -rf $(PEERS)/venv
+	$(Q)$(PYTHON) -m venv $(PEERS)/venv
+	$(Q)$(PEERS)/venv/bin/pip -q --disable-pip-version-check install -r $<
+	$(Q)touch $@
+
+$(PEERS)/master: $(B)/tests/peers/master.o $(B)/libslew.a
+	$(call say,link,$@)
+	$(Q)mkdir -p $(@D)
+	$(Q)$(CC) $(OPT) $(LDFLAGS) $^ $(LDLIBS) -o $@
+
+.PHONY: test-peers
+## pymodbus, mbpoll and tshark against ours, over terminals and loopback
+test-peers: $(SLEW) $(PEERS)/master $(PEERS)/venv/done
+	@bad=0; for check in $(PEER_CHECKS); do \
+	    echo "$$(basename $$check):"; \
+	    case $$check in \
+	    *.py) run=$(PEERS)/venv/bin/python ;; \
+	    *) run=sh ;; \
+	    esac; \
+	    SLEW=$(SLEW) PEERS=$(PEERS) timeout 120 $$run $$check || bad=1; \
+	done; exit $$bad

@@ -1,0 +1,236 @@
+/* tests/test_modbus_libmodbus.c - libmodbus on a real pseudo-terminal whose
+ * other end answers badly, and on TCP whose server goes away. */
+#include "hal/modbus_libmodbus.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "firmware/linux/modbus_host.h"
+#include "hal/clock_linux.h"
+#include "hal/modbus_rtu_slave.h"
+#include "sim/sim_modbus.h"
+#include "tests/check.h"
+#include "tests/modbus_bank.h"
+
+#define MS   INT64_C(1000000)
+#define UNIT 9
+
+static const struct modbus_rtu_line line = { .baud = 115200,
+                                             .parity = MODBUS_PARITY_NONE,
+                                             .stop_bits = 1 };
+
+static struct bench {
+    struct sim_world world;
+    struct sim_modbus_line wire;
+    struct sim_modbus_seat seat;
+    struct modbus_bank bank;
+    struct modbus_rtu_slave slave;
+    struct sim_modbus_faulty faulty;
+    struct modbus_host host;
+    struct modbus_libmodbus libmodbus;
+    struct clock_linux clock;
+    int64_t worst_ns; /* submit or collect */
+} bench;
+
+static int64_t now_ns(void)
+{
+    return hal_clock_now_ns(&bench.clock.clock);
+}
+
+static void pass(void)
+{
+    (void)hal_clock_wait_until(&bench.clock.clock, now_ns() + MS);
+}
+
+static void device_begin(void)
+{
+    memset(&bench, 0, sizeof bench);
+    (void)clock_linux_init(&bench.clock);
+    modbus_bank_init(&bench.bank);
+    sim_world_init(&bench.world, now_ns());
+    modbus_host_init(&bench.host, &bench.world);
+    assert_int_equal(sim_modbus_line_init(&bench.wire, &bench.world, &line), 0);
+    assert_int_equal(modbus_rtu_slave_init(&bench.slave, &bench.bank.slave,
+                                           UNIT, &line, 100000),
+                     0);
+    sim_modbus_faulty_init(&bench.faulty, &bench.slave.station, 4711);
+    assert_int_equal(
+        sim_modbus_seat_init(&bench.seat, &bench.wire, &bench.faulty.station),
+        0);
+}
+
+static void pty_begin(void)
+{
+    struct modbus_libmodbus_config config = { .line = line,
+                                              .timeout_ns = 20 * MS,
+                                              .drain_ns = 60 * MS };
+
+    device_begin();
+    assert_int_equal(modbus_host_pty(&bench.host, &bench.wire), 0);
+    memcpy(config.device, bench.host.path, sizeof bench.host.path);
+    assert_int_equal(modbus_host_start(&bench.host), 0);
+    assert_int_equal(modbus_libmodbus_open(&bench.libmodbus, &config), 0);
+}
+
+static void end(void)
+{
+    modbus_libmodbus_close(&bench.libmodbus);
+    modbus_host_stop(&bench.host);
+}
+
+static void note(int64_t since_ns)
+{
+    const int64_t took_ns = now_ns() - since_ns;
+
+    if (took_ns > bench.worst_ns)
+        bench.worst_ns = took_ns;
+}
+
+static struct hal_modbus_reply read_at(uint16_t address)
+{
+    const struct hal_modbus_request ask = {
+        .unit = UNIT, .function = 3, .address = address, .count = 1
+    };
+    struct hal_modbus_reply reply;
+    int64_t since_ns = now_ns();
+
+    assert_int_equal(hal_modbus_submit(&bench.libmodbus.modbus, &ask, 0), 0);
+    note(since_ns);
+    for (unsigned i = 0; i < 3000; i++) {
+        since_ns = now_ns();
+        const int got = hal_modbus_collect(&bench.libmodbus.modbus, &reply);
+        note(since_ns);
+        if (got == 1)
+            return reply;
+        pass();
+    }
+    fail_msg("no reply");
+    return reply;
+}
+
+/* Every kind of bad answer, several times; between them good ones.  Registers
+ * all differ, so an answer to another request is seen.  The device's thread
+ * reads `fault` when it answers, that is after the request was submitted. */
+static void no_bad_answer_is_believed_on_a_terminal(void **state)
+{
+    unsigned right = 0, wrong = 0;
+
+    (void)state;
+    pty_begin();
+    for (uint16_t i = 0; i < 120; i++) {
+        const bool spoil = i % 2 == 0;
+
+        bench.faulty.late_ns = (25 + i % 40) * MS;
+        bench.faulty.fault =
+            spoil ? (enum sim_modbus_fault)(SIM_MODBUS_LATE +
+                                            i / 2 % (SIM_MODBUS_FAULTS - 1))
+                  : SIM_MODBUS_GOOD;
+        const struct hal_modbus_reply reply = read_at(i);
+
+        if (reply.err == MOTION_OK && reply.value[0] != bench.bank.reg[i])
+            fail_msg("read %u, kind %d: a wrong value", i, bench.faulty.fault);
+        right += reply.err == MOTION_OK;
+        wrong += reply.err != MOTION_OK;
+        if (!spoil && reply.err != MOTION_OK)
+            fail_msg("read %u: not recovered, %s", i,
+                     motion_err_text(reply.err));
+    }
+    end();
+    printf("%u right, %u refused\n", right, wrong);
+    assert_true(wrong >= 45); /* a frame twice begins with a good one */
+}
+
+/* The line is stuck in time-outs and drains all the while. */
+static void the_tick_is_never_blocked(void **state)
+{
+    const struct hal_modbus_request ask = {
+        .unit = UNIT, .function = 3, .address = 0, .count = 1
+    };
+    struct hal_modbus_reply reply;
+    unsigned refused = 0, timeouts = 0;
+
+    (void)state;
+    pty_begin();
+    bench.faulty.fault = SIM_MODBUS_MUTE;
+    for (unsigned tick = 0; tick < 1500; tick++) {
+        const int64_t since_ns = now_ns();
+
+        while (hal_modbus_collect(&bench.libmodbus.modbus, &reply) == 1)
+            timeouts += reply.err == MOTION_E_TIMEOUT;
+        while (hal_modbus_submit(&bench.libmodbus.modbus, &ask, 0) == MOTION_OK)
+            ;
+        refused++;
+        note(since_ns);
+        pass();
+    }
+    end();
+    printf("1500 ticks on a dead line, %u time-outs: worst tick %" PRId64
+           " us\n",
+           timeouts, bench.worst_ns / 1000);
+    assert_true(timeouts > 5 && refused == 1500);
+    /* a time-out is 20 ms and more, the drain 60 ms: nothing of it is seen
+     * here; what is left is the operating system's doing */
+    assert_true(bench.worst_ns < 15 * MS);
+}
+
+/* The server hangs up; the driver connects anew and goes on. */
+static void a_server_that_went_away_is_found_again(void **state)
+{
+    struct modbus_libmodbus_config config = { .host = "127.0.0.1",
+                                              .timeout_ns = 100 * MS };
+    struct hal_modbus_stats stats;
+    unsigned tries = 0;
+
+    (void)state;
+    device_begin();
+    assert_int_equal(modbus_host_tcp(&bench.host, 0), 0);
+    config.port = bench.host.port;
+    bench.host.slave[UNIT] = &bench.bank.slave;
+    assert_int_equal(modbus_host_start(&bench.host), 0);
+    assert_int_equal(modbus_libmodbus_open(&bench.libmodbus, &config), 0);
+    assert_int_equal(read_at(3).err, MOTION_OK);
+    modbus_host_stop(&bench.host);
+    assert_int_not_equal(read_at(4).err, MOTION_OK);
+    assert_int_equal(hal_modbus_is_up(&bench.libmodbus.modbus), 0);
+    modbus_host_init(&bench.host, &bench.world);
+    assert_int_equal(modbus_host_tcp(&bench.host, config.port), 0);
+    bench.host.slave[UNIT] = &bench.bank.slave;
+    assert_int_equal(modbus_host_start(&bench.host), 0);
+    while (read_at(5).err != MOTION_OK) {
+        assert_true(++tries < 1000);
+        pass();
+    }
+    hal_modbus_stats(&bench.libmodbus.modbus, &stats);
+    assert_true(stats.reconnects >= 1);
+    end();
+}
+
+static void what_cannot_be_opened_says_so(void **state)
+{
+    struct modbus_libmodbus_config config = { .device = "/dev/null/none",
+                                              .line = line };
+    struct modbus_libmodbus_config bad = config;
+
+    (void)state;
+    memset(&bench, 0, sizeof bench);
+    (void)clock_linux_init(&bench.clock);
+    bad.line.baud = 250000; /* libmodbus would take 9600 */
+    assert_int_equal(modbus_libmodbus_open(&bench.libmodbus, &bad),
+                     MOTION_E_ARG);
+    assert_int_equal(modbus_libmodbus_open(&bench.libmodbus, &config), 0);
+    assert_int_equal(read_at(0).err, MOTION_E_IO);
+    assert_int_equal(hal_modbus_is_up(&bench.libmodbus.modbus), 0);
+    modbus_libmodbus_close(&bench.libmodbus);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(no_bad_answer_is_believed_on_a_terminal),
+        cmocka_unit_test(the_tick_is_never_blocked),
+        cmocka_unit_test(a_server_that_went_away_is_found_again),
+        cmocka_unit_test(what_cannot_be_opened_says_so),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
