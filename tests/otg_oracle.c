@@ -187,9 +187,8 @@ static const char *judge_goal(const struct oracle *g)
 }
 
 /* Is the velocity at `turn`, where jerk_down takes over, the highest (the
- * lowest) of the corners between being inside and the end of its phase, but for
- * what limits are drawn in by (in the shortest of moves 2^-6)?  What comes later
- * may be faster again: a goal that swings. */
+ * lowest) of the corners inside the limits up to it, but for what limits are
+ * drawn in by (in the shortest of moves 2^-6)? */
 #define TURN_BITS 6
 
 static void widen(struct big *lo, struct big *hi, const struct big *vel)
@@ -203,14 +202,11 @@ static void widen(struct big *lo, struct big *hi, const struct big *vel)
 static bool turn_is_extreme(struct oracle *g)
 {
     struct big at, lo, hi, play;
-    int last = g->plan->turn + 1;
     bool inside = false;
-    last = last < g->plan->count ? last : g->plan->count;
-    big_set(&at, 0);
-    while (g->i < last) {
+    big_set(&lo, 0);
+    big_set(&hi, 0);
+    while (g->i < g->plan->turn) {
         oracle_phase(g);
-        if (g->i == g->plan->turn)
-            big_copy(&at, &g->vel);
         if (!inside) {
             big_copy(&lo, &g->vel);
             big_copy(&hi, &g->vel);
@@ -220,7 +216,10 @@ static bool turn_is_extreme(struct oracle *g)
                  (g->i >= g->plan->brake && !g->outside[0] && !g->outside[1]);
         oracle_step(g);
     }
-    widen(&lo, &hi, &g->vel);
+    big_copy(&at, &g->vel);
+    if (!inside)
+        return true;
+    widen(&lo, &hi, &at);
     big_copy(&play, &lo);
     play.sign = play.sign != 0;
     if (big_cmp(&play, &hi) < 0)
