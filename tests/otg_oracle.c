@@ -187,8 +187,9 @@ static const char *judge_goal(const struct oracle *g)
 }
 
 /* Is the velocity at `turn`, where jerk_down takes over, the highest (the
- * lowest) of the corners inside the limits up to it, but for what limits are
- * drawn in by (in the shortest of moves 2^-6)? */
+ * lowest) of the corners inside the limits up to it and, unless a goal that
+ * swings is all that follows, of its phase's end, but for what limits are drawn
+ * in by (in the shortest of moves 2^-6)? */
 #define TURN_BITS 6
 
 static void widen(struct big *lo, struct big *hi, const struct big *vel)
@@ -220,6 +221,11 @@ static bool turn_is_extreme(struct oracle *g)
     if (!inside)
         return true;
     widen(&lo, &hi, &at);
+    if (g->i < oracle_late(g->plan, 1) && g->i < oracle_late(g->plan, -1)) {
+        oracle_phase(g);
+        oracle_step(g);
+        widen(&lo, &hi, &g->vel);
+    }
     big_copy(&play, &lo);
     play.sign = play.sign != 0;
     if (big_cmp(&play, &hi) < 0)

@@ -71,8 +71,7 @@ static int phases_until_let_go(const struct motion_otg_plan *plan, int sign)
     return i < plan->brake ? plan->brake : i;
 }
 
-/* The first of the last phases in which it is below zero. */
-static int phases_from_rise(const struct motion_otg_plan *plan, int sign)
+int oracle_late(const struct motion_otg_plan *plan, int sign)
 {
     int i = plan->count;
     if (plan->count == 0 || plan->phase[plan->count - 1].acc * sign >= 0)
@@ -110,7 +109,7 @@ static void open_velocity(struct oracle *g, int up)
     }
     natural(&at, vf, af, j2);
     if (must_touch(&at, limit) && af > 0) {
-        g->late[up] = phases_from_rise(g->plan, sign);
+        g->late[up] = oracle_late(g->plan, sign);
         peak_of(&at, vf, af, j2, ticks);
         if (is_less(&g->peak[up], &at))
             g->peak[up] = at;

@@ -67,6 +67,10 @@ void oracle_acc(const struct oracle *g, struct big *to, int64_t acc);
 /* The jerk that brings the move to its end. */
 int64_t oracle_closing_jerk(const struct motion_otg_limit *limit);
 
+/* The first of the last phases in which the acceleration, turned by `sign`, is
+ * below zero. */
+int oracle_late(const struct motion_otg_plan *plan, int sign);
+
 /* Find out what start and goal make unavoidable. */
 void oracle_open(struct oracle *g);
 
