@@ -32,12 +32,11 @@ static struct motion_real unit_of(int acc_bits)
     return motion_real_scale(per_fives, -43 - acc_bits);
 }
 
-static struct motion_real vel_real(struct wide v)
+/* a n, whole until then, in units of position. */
+static struct motion_real in_units(struct wide a, int64_t n, int acc_bits)
 {
-    struct wide m = wide_abs(v);
-    struct motion_real r =
-        motion_real_from_u128((struct motion_u128){ m.hi, m.lo }, 0);
-    return wide_is_negative(v) ? motion_real_neg(r) : r;
+    return motion_real_mul(motion_otg_wider_real(wider_mul(a, n)),
+                           unit_of(acc_bits));
 }
 
 static struct motion_real largest(struct motion_real a, struct motion_real b)
@@ -51,14 +50,12 @@ static int cubic_of(struct wide v, int64_t a,
                     const struct motion_otg_phase *phase, int acc_bits,
                     struct cubic *cubic)
 {
-    struct motion_real n = motion_real_int(phase->dur_ns_q12), c[3];
-    struct motion_real unit = motion_real_mul(unit_of(acc_bits), n);
-    c[0] = motion_real_mul(vel_real(v), unit);
-    c[0] = motion_real_add(motion_real_twice(c[0]), c[0]);
-    unit = motion_real_mul(unit, n);
-    c[1] = motion_real_mul(motion_real_int(a), unit);
-    c[1] = motion_real_add(motion_real_twice(c[1]), c[1]);
-    c[2] = motion_real_mul(motion_real_int(phase->acc - a), unit);
+    int64_t n = phase->dur_ns_q12;
+    struct motion_real c[3];
+    struct wide an = wide_mul_i64(a, n);
+    c[0] = in_units(wide_add(v, wide_add(v, v)), n, acc_bits);
+    c[1] = in_units(wide_add(an, wide_add(an, an)), n, acc_bits);
+    c[2] = in_units(wide_mul_i64(phase->acc - a, n), n, acc_bits);
     struct motion_real most = largest(largest(c[0], c[1]), c[2]);
     int frac = TRACK_COEF_BITS - 62 - most.e - 32;
     if (most.m == 0 || frac > 31)
