@@ -24,7 +24,7 @@ OPT      := -O1 -fno-omit-frame-pointer -fsanitize=$(SAN) \
 endif
 
 # Of the libraries; asked when used, so that `make deps` can come first.
-PKGS      = yaml-0.1 libcjson cairo fontconfig
+PKGS      = yaml-0.1 libcjson cairo fontconfig libmodbus libgpiod
 PKG_INC   = $(patsubst -I%,-isystem %,$(shell pkg-config --cflags $(PKGS)))
 PKG_LIB   = $(shell pkg-config --libs $(PKGS))
 CMOCKA    = $(shell pkg-config --libs cmocka)
@@ -79,6 +79,9 @@ demo:
 	@mkdir -p $(B)/demo
 	$(SLEW) run examples/dolly --telemetry $(B)/demo/telemetry.csv \
 	        --plot $(B)/demo/dolly.png
+	@echo; echo "The opening of the same move, in real time: the pan axis is a" \
+	    "Modbus RTU servo behind a real pseudo-terminal."
+	$(SLEW) run --pty examples/modbus --telemetry $(B)/demo/modbus.csv
 
 .PHONY: test
 ## install what is missing, build, run all tests; SAN=address,undefined too
@@ -129,7 +132,8 @@ $(B)/libtests.a: $(TEST_LIB:%.c=$(B)/%.o)
 $(B)/lib%.a:
 	$(Q)rm -f $@; mkdir -p $(@D); $(AR) rcs $@ $^
 
-$(B)/firmware/linux/%.o $(B)/tests/%.o: ALL_CFLAGS += $(PKG_INC)
+$(B)/firmware/linux/%.o $(B)/tests/%.o $(B)/hal/%_libmodbus.o: \
+    ALL_CFLAGS += $(PKG_INC)
 $(B)/%.o: %.c Makefile
 	$(call say,cc,$<)
 	@mkdir -p $(@D)
@@ -235,8 +239,12 @@ fresh:
 
 # Also: bench-tick, golden (tests/qemu/qemu.mk).
 -include tests/qemu/qemu.mk
+# Also: test-vm, test-gpiod2.
+-include tests/vm/vm.mk tests/vm/gpiod2.mk
 # Also: bench-plan, bench-otg.
 -include tests/bench/bench.mk
+# Also: test-peers.
+-include tests/peers/peers.mk
 
 .SECONDARY:
 -include $(shell find build -name '*.d' 2>/dev/null)

@@ -76,14 +76,16 @@ static void controller_defaults(struct controller_config *config)
 
 int controller_init(struct controller *controller,
                     const struct controller_config *config,
-                    struct hal_drive *const drive[], struct hal_gpio *estop)
+                    struct hal_drive *const drive[],
+                    const struct controller_inputs *inputs)
 {
     if (!controller_config_ok(config))
         return MOTION_E_ARG;
     memset(controller, 0, sizeof *controller);
     controller->config = *config;
     controller_defaults(&controller->config);
-    controller->estop = estop;
+    if (inputs != NULL)
+        controller->inputs = *inputs;
     controller->override_q30 = MOTION_CLOCK_WARP_ONE_Q30;
     controller->override_max_q30 = MOTION_CLOCK_WARP_MAX_Q30;
     for (unsigned i = 0; i < config->axis_count; i++) {
@@ -122,10 +124,17 @@ void controller_rest(struct controller *controller)
     }
 }
 
+bool controller_is_held(const struct controller *controller)
+{
+    return controller->state == CONTROLLER_FAULT && !controller->resetting &&
+           controller->reaction == CONTROLLER_REACT_HOLD;
+}
+
 static void controller_enter_fault(struct controller *controller)
 {
     controller_rest(controller);
-    controller_request(controller, HAL_DRIVE_REQUEST_OFF);
+    if (controller->reaction != CONTROLLER_REACT_HOLD)
+        controller_request(controller, HAL_DRIVE_REQUEST_OFF);
     controller_enter(controller, CONTROLLER_FAULT);
 }
 
@@ -147,7 +156,7 @@ static void controller_react(struct controller *controller)
     }
     controller->wanted_q30 = 0;
     controller_enter(controller, CONTROLLER_STOPPING);
-    if (controller->reaction == CONTROLLER_REACT_STOP &&
+    if (controller->reaction <= CONTROLLER_REACT_STOP &&
         !controller_ramp_stop(controller))
         controller->reaction = CONTROLLER_REACT_QUICK;
     if (controller->reaction == CONTROLLER_REACT_QUICK)
@@ -171,9 +180,14 @@ void controller_raise(struct controller *controller,
         };
     if (reaction <= controller->reaction)
         return;
+    /* the ramp that a hold has begun serves a stop as well */
+    const bool stopping = controller->state == CONTROLLER_STOPPING &&
+                          controller->reaction == CONTROLLER_REACT_HOLD &&
+                          reaction == CONTROLLER_REACT_STOP;
     controller->reaction = reaction;
     controller->enabling = false;
-    controller_react(controller);
+    if (!stopping)
+        controller_react(controller);
 }
 
 /* -- set points --------------------------------------------------------- */
@@ -345,7 +359,7 @@ static void controller_step_stopping(struct controller *controller)
     if (controller->state != CONTROLLER_STOPPING ||
         !controller_standing(controller))
         return;
-    if (controller->reaction == CONTROLLER_REACT_STOP) {
+    if (controller->reaction != CONTROLLER_REACT_NONE) {
         controller_enter_fault(controller);
     } else {
         controller_rest(controller);
@@ -355,6 +369,10 @@ static void controller_step_stopping(struct controller *controller)
 
 static void controller_step_fault(struct controller *controller)
 {
+    if (controller_is_held(controller)) {
+        controller_send_all(controller);
+        return;
+    }
     controller_follow_actual(controller);
     if (!controller->resetting)
         return;

@@ -26,7 +26,8 @@
  * does.  A stop for a fault uses the stop limits, starts at once and falls back
  * on the drives' own quick stop.
  *
- * Faults latch.  A fault on one axis stops the group; nothing starts again
+ * Faults latch; all but those that only ask to hold end without torque.  A
+ * fault on one axis stops the group; nothing starts again
  * without reset, enable and start. */
 #ifndef FIRMWARE_CONTROLLER_H
 #define FIRMWARE_CONTROLLER_H
@@ -53,11 +54,14 @@ enum controller_state {
 const char *controller_state_text(enum controller_state state);
 
 /* How the group reacts; a stronger one is never softened by a later fault.
+ *   HOLD   along the path within the stop limits, then torque stays on and the
+ *          axes stand, until reset or off
  *   STOP   along the path within the stop limits, then torque off
  *   QUICK  the drives' own quick stop at once, then torque off
  *   OFF    torque off at once */
 enum controller_reaction {
     CONTROLLER_REACT_NONE,
+    CONTROLLER_REACT_HOLD,
     CONTROLLER_REACT_STOP,
     CONTROLLER_REACT_QUICK,
     CONTROLLER_REACT_OFF,
@@ -87,7 +91,11 @@ enum controller_reaction {
     X(CONTROLLER_FAULT_OVERRUN, CONTROLLER_REACT_STOP, "ticks were lost")      \
     X(CONTROLLER_FAULT_MASTER, CONTROLLER_REACT_STOP,                          \
       "another master speaks on the bus")                                      \
-    X(CONTROLLER_FAULT_BUS, CONTROLLER_REACT_OFF, "the bus is down")
+    X(CONTROLLER_FAULT_BUS_PASSIVE, CONTROLLER_REACT_HOLD,                     \
+      "the bus has too many errors (error-passive)")                           \
+    X(CONTROLLER_FAULT_BUS, CONTROLLER_REACT_OFF, "the bus is down")           \
+    X(CONTROLLER_FAULT_TRACK, CONTROLLER_REACT_STOP,                           \
+      "the move was not read in time")
 
 enum controller_fault {
 #define CONTROLLER_FAULT_ENUM(name, reaction, text) name,
@@ -111,6 +119,7 @@ struct controller_axis_config {
     struct motion_clock_limit stop;  /* for stopping after a fault, >= limit */
     int64_t following_floor_q32;     /* fault above max(floor, |v| * k) */
     int64_t following_k_ns;
+    int64_t feedback_max_age_ns; /* of this axis; 0: the controller's */
 };
 
 struct controller_config {
@@ -120,6 +129,14 @@ struct controller_config {
     int64_t stop_timeout_ns;     /* quick stop to rest; 0: 5 s */
     unsigned axis_count;         /* 1 .. CONTROLLER_AXES_MAX */
     struct controller_axis_config axis[CONTROLLER_AXES_MAX];
+};
+
+/* Lines that are read every tick; NULL: there is none.  One that cannot be read
+ * counts as active. */
+struct controller_inputs {
+    struct hal_gpio *estop;
+    struct hal_gpio *limit_negative[CONTROLLER_AXES_MAX];
+    struct hal_gpio *limit_positive[CONTROLLER_AXES_MAX];
 };
 
 /* What one axis was told and did at the last tick. */
@@ -154,10 +171,11 @@ struct controller {
     struct controller_fault_record fault; /* latched; NONE when there is none */
     enum controller_reaction reaction;
     struct controller_axis axis[CONTROLLER_AXES_MAX];
-    struct hal_gpio *estop; /* NULL: none */
+    struct controller_inputs inputs;
     struct motion_clock_warp warp;
     struct motion_clock_rate rate; /* at the last tick */
     int64_t move_end_ns_q12;
+    int64_t reserve_ns_q12;   /* path time that a stop may need */
     int64_t override_q30;     /* what the operator asked for */
     int64_t override_max_q30; /* what the move's limits allow */
     int64_t wanted_q30;       /* where the clock should go to */
@@ -169,18 +187,22 @@ struct controller {
     unsigned lost_score;        /* leaky: +10 per lost tick, -1 per good one */
 };
 
-/* MOTION_E_ARG for a period, an axis count or a limit out of range. */
+/* MOTION_E_ARG for a period, an axis count or a limit out of range.  `inputs`
+ * may be NULL. */
 int controller_init(struct controller *controller,
                     const struct controller_config *config,
-                    struct hal_drive *const drive[], struct hal_gpio *estop);
+                    struct hal_drive *const drive[],
+                    const struct controller_inputs *inputs);
 
 /* Commands.  MOTION_OK, or MOTION_E_STATE when not possible in this state;
  * nothing has changed then.  They take effect at the next tick. */
 int controller_enable(struct controller *controller); /* OFF, READY follows */
-int controller_off(struct controller *controller);    /* READY -> OFF */
+/* READY -> OFF; also ends the torque that a fault has left on (HOLD). */
+int controller_off(struct controller *controller);
 /* READY -> MOVING.  One track per axis (NULL: stands still).  The tracks must
- * outlive the move.  MOTION_E_LIMIT when an axis does not stand where its track
- * starts (*axis says which, when not NULL), or when a track is beyond the
+ * outlive the move.  A window (track.h) must be moved on between ticks; where it
+ * does not reach as far as a stop may need, that is a fault.
+ * MOTION_E_LIMIT when an axis does not stand where its track starts (*axis says which, when not NULL), or when a track is beyond the
  * limits at 100 % (*axis is -1). */
 int controller_start(struct controller *controller,
                      const struct motion_track *const track[], int *axis);
@@ -191,6 +213,11 @@ int controller_stop(struct controller *controller);
  * MOTION_E_ARG outside, MOTION_E_LIMIT above override_max_q30 of the move that
  * is running. */
 int controller_override(struct controller *controller, int64_t rate_q30);
+/* How far ahead windows of the tracks must reach, in path time, so that the
+ * group can stop along the path when played at this rate. */
+int64_t controller_reserve_ns_q12(const struct controller *controller,
+                                  const struct motion_track *const track[],
+                                  int64_t rate_q30);
 /* FAULT -> OFF once every drive has let go of its fault.  MOTION_E_STATE while
  * the e-stop is active. */
 int controller_reset(struct controller *controller);
@@ -198,7 +225,7 @@ int controller_reset(struct controller *controller);
 /* The tick, at nominal time `now_ns` (a multiple of the period after the last
  * one: more than one period means that ticks were lost).  `bus`: the worst that
  * a fieldbus said at its begin: MOTION_OK, MOTION_E_PROTOCOL (another master),
- * or another error (it is gone). */
+ * MOTION_E_LIMIT (error-passive), or another error (it is gone). */
 void controller_step(struct controller *controller, int64_t now_ns, int bus);
 
 /* Share of the move that has been played, 0 .. 2^30, and time left at the

@@ -23,6 +23,11 @@ int controller_enable(struct controller *controller)
 
 int controller_off(struct controller *controller)
 {
+    if (controller_is_held(controller)) {
+        controller->reaction = CONTROLLER_REACT_STOP; /* the fault stays */
+        controller_request(controller, HAL_DRIVE_REQUEST_OFF);
+        return MOTION_OK;
+    }
     if (controller->state != CONTROLLER_READY &&
         controller->state != CONTROLLER_OFF)
         return MOTION_E_STATE;
@@ -103,6 +108,36 @@ static bool controller_in_range(const struct motion_track *track,
     return pos.min >= config->pos_min_q32 && pos.max <= config->pos_max_q32;
 }
 
+int64_t controller_reserve_ns_q12(const struct controller *controller,
+                                  const struct motion_track *const track[],
+                                  int64_t rate_q30)
+{
+    int64_t reserve_ns_q12 = 0;
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        if (!track[i])
+            continue;
+        const int64_t ns_q12 = controller_ramp_reserve(
+            controller, i, controller_peak(track[i], MOTION_VEL), rate_q30);
+        if (ns_q12 > reserve_ns_q12)
+            reserve_ns_q12 = ns_q12;
+    }
+    return reserve_ns_q12;
+}
+
+/* Only windows run out; for others it would be work for nothing. */
+static void controller_set_reserve(struct controller *controller)
+{
+    const struct motion_track *track[CONTROLLER_AXES_MAX] = { NULL };
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        if (controller->axis[i].track && controller->axis[i].track->outline)
+            track[i] = controller->axis[i].track;
+    const int64_t rate_q30 = controller->rate.rate_q30;
+    controller->reserve_ns_q12 = controller_reserve_ns_q12(
+        controller, track,
+        rate_q30 > controller->override_q30 ? rate_q30
+                                            : controller->override_q30);
+}
+
 /* True when every track is inside its axis's limits at 100 %. */
 static bool controller_load(struct controller *controller,
                             const struct motion_track *const track[])
@@ -125,6 +160,7 @@ static bool controller_load(struct controller *controller,
         if (!controller_in_range(track[i], &controller->config.axis[i]))
             controller->override_max_q30 = 0;
     }
+    controller_set_reserve(controller);
     return controller->override_max_q30 >= MOTION_CLOCK_WARP_ONE_Q30;
 }
 
@@ -150,6 +186,7 @@ int controller_start(struct controller *controller,
     const int64_t rate = controller_least(controller->override_q30,
                                           controller->override_max_q30);
     controller->wanted_q30 = rate;
+    controller->rate.s_ns_q12 = 0;
     motion_clock_warp_init(&controller->warp, controller->now_ns, 0, rate);
     controller_enter(controller, CONTROLLER_MOVING);
     return MOTION_OK;
@@ -192,6 +229,7 @@ int controller_override(struct controller *controller, int64_t rate_q30)
         rate_q30 > controller->override_max_q30)
         return MOTION_E_LIMIT;
     controller->override_q30 = rate_q30;
+    controller_set_reserve(controller);
     if (controller->state == CONTROLLER_MOVING) {
         controller->wanted_q30 = rate_q30;
         controller_ramp_reset(controller);
@@ -202,8 +240,10 @@ int controller_override(struct controller *controller, int64_t rate_q30)
 int controller_reset(struct controller *controller)
 {
     if (controller->state != CONTROLLER_FAULT || controller->resetting ||
-        (controller->estop && hal_gpio_get(controller->estop) != 0))
+        controller_input(controller->inputs.estop))
         return MOTION_E_STATE;
+    if (controller_is_held(controller))
+        controller_off(controller);
     controller->resetting = true;
     controller->since_ns = controller->now_ns;
     controller_request(controller, HAL_DRIVE_REQUEST_RESET);

@@ -23,6 +23,8 @@ void controller_request(struct controller *controller,
                         enum hal_drive_request request);
 void controller_rest(struct controller *controller);
 bool controller_in_motion(const struct controller *controller);
+/* In FAULT, standing with torque on. */
+bool controller_is_held(const struct controller *controller);
 
 /* controller_ramp.c.  Seek: go on looking for a ramp to wanted_q30 within the
  * limits, a bounded number of looks per call, and put it into force when it
@@ -32,6 +34,11 @@ bool controller_in_motion(const struct controller *controller);
 void controller_ramp_seek(struct controller *controller);
 void controller_ramp_reset(struct controller *controller);
 bool controller_ramp_stop(struct controller *controller);
+/* Path time that a stop within the stop limits takes at most, as a rule, from
+ * the rate and a speed on one axis. */
+int64_t controller_ramp_reserve(const struct controller *controller,
+                                unsigned index, int64_t vel_q32,
+                                int64_t rate_q30);
 
 /* controller_gate.c: may this set point go to the drive now?  When not, the
  * value that was too large and what was allowed. */
@@ -41,5 +48,8 @@ bool controller_gate_pass(const struct controller *controller, unsigned index,
 /* Remember what was sent. */
 void controller_gate_sent(struct controller *controller, unsigned index,
                           int64_t pos_q32);
+
+/* An input that is there, and active or unreadable. */
+bool controller_input(struct hal_gpio *line);
 
 #endif

@@ -149,6 +149,21 @@ bool controller_ramp_stop(struct controller *controller)
     return false;
 }
 
+/* A ramp of four yardsticks from rate r to 0 goes r D / 2 of path time, on an
+ * axis that does r times the track's speed. */
+int64_t controller_ramp_reserve(const struct controller *controller,
+                                unsigned index, int64_t vel_q32,
+                                int64_t rate_q30)
+{
+    const int64_t yardstick_ns =
+        ramp_yardstick(vel_q32, rate_q30, ramp_limit(controller, index, true));
+    const int64_t least_ns = RAMP_TICKS_MIN * controller->config.period_ns;
+    const int64_t ns =
+        ramp_clip(yardstick_ns, least_ns, MOTION_CLOCK_WARP_RAMP_MAX_NS);
+    return ramp_muldiv(2 * ns * MOTION_FIXED_NS_Q12, rate_q30,
+                       MOTION_CLOCK_WARP_ONE_Q30);
+}
+
 /* -- the search, some looks per tick -------------------------------------- */
 
 void controller_ramp_reset(struct controller *controller)

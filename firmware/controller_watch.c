@@ -18,10 +18,19 @@ void controller_watch_read(struct controller *controller)
                            &controller->axis[i].feedback);
 }
 
+bool controller_input(struct hal_gpio *line)
+{
+    return line != NULL && hal_gpio_get(line) != 0;
+}
+
 /* The set point that was in force when the position was measured. */
 static bool watch_demand(const struct controller_axis *axis, int64_t *pos_q32)
 {
     const int64_t given_ns = axis->feedback.t_ns - axis->feedback.demand_age_ns;
+    if (axis->feedback.demand_known) {
+        *pos_q32 = axis->feedback.demand_q32;
+        return true;
+    }
     for (unsigned i = 0; i < axis->sent_count; i++)
         if (axis->sent_ns[i] <= given_ns) {
             *pos_q32 = axis->sent_q32[i];
@@ -59,8 +68,10 @@ static void watch_age(struct controller *controller, unsigned i)
     const int64_t age_ns =
         controller->now_ns - controller->axis[i].feedback.t_ns;
     const int64_t lost = (int64_t)(controller->lost_score + 7) >> 3;
-    const int64_t most_ns = controller->config.feedback_max_age_ns +
-                            lost * controller->config.period_ns;
+    const int64_t own_ns = controller->config.axis[i].feedback_max_age_ns;
+    const int64_t most_ns =
+        (own_ns > 0 ? own_ns : controller->config.feedback_max_age_ns) +
+        lost * controller->config.period_ns;
     if (age_ns > most_ns)
         controller_raise(controller, CONTROLLER_FAULT_STALE, (int)i, age_ns,
                          most_ns);
@@ -101,12 +112,28 @@ static void watch_following(struct controller *controller, unsigned i)
 static void watch_switches(struct controller *controller, unsigned i)
 {
     const struct controller_axis *axis = &controller->axis[i];
-    const bool low = axis->feedback.limit_negative;
-    const bool high = axis->feedback.limit_positive;
+    const bool low = axis->feedback.limit_negative ||
+                     controller_input(controller->inputs.limit_negative[i]);
+    const bool high = axis->feedback.limit_positive ||
+                      controller_input(controller->inputs.limit_positive[i]);
     if ((low && high) || (low && axis->target.vel_q32 < 0) ||
         (high && axis->target.vel_q32 > 0))
         controller_raise(controller, CONTROLLER_FAULT_LIMIT_SWITCH, (int)i,
                          axis->feedback.pos_q32, 0);
+}
+
+/* While there is still enough to stop on. */
+static void watch_track(struct controller *controller, unsigned i)
+{
+    const struct motion_track *track = controller->axis[i].track;
+    if (!track)
+        return;
+    const int64_t ahead_ns_q12 =
+        motion_track_ahead(track, controller->rate.s_ns_q12);
+    if (ahead_ns_q12 < controller->reserve_ns_q12)
+        controller_raise(controller, CONTROLLER_FAULT_TRACK, (int)i,
+                         ahead_ns_q12 / MOTION_FIXED_NS_Q12,
+                         controller->reserve_ns_q12 / MOTION_FIXED_NS_Q12);
 }
 
 static void watch_ticks(struct controller *controller)
@@ -118,28 +145,34 @@ static void watch_ticks(struct controller *controller)
 
 static void watch_estop(struct controller *controller)
 {
-    /* an input that cannot be read counts as active */
-    if (controller->estop && hal_gpio_get(controller->estop) != 0)
+    if (controller_input(controller->inputs.estop))
         controller_raise(controller, CONTROLLER_FAULT_ESTOP, -1, 0, 0);
+}
+
+static enum controller_fault watch_bus_fault(int bus)
+{
+    if (bus == MOTION_E_PROTOCOL)
+        return CONTROLLER_FAULT_MASTER;
+    return bus == MOTION_E_LIMIT ? CONTROLLER_FAULT_BUS_PASSIVE
+                                 : CONTROLLER_FAULT_BUS;
 }
 
 void controller_watch_judge(struct controller *controller, int bus)
 {
     watch_estop(controller);
     if (controller->state == CONTROLLER_OFF ||
-        controller->state == CONTROLLER_FAULT)
+        (controller->state == CONTROLLER_FAULT &&
+         !controller_is_held(controller)))
         return; /* no torque: nothing else to lose */
     if (bus < 0)
-        controller_raise(controller,
-                         bus == MOTION_E_PROTOCOL ? CONTROLLER_FAULT_MASTER
-                                                  : CONTROLLER_FAULT_BUS,
-                         -1, bus, 0);
+        controller_raise(controller, watch_bus_fault(bus), -1, bus, 0);
     watch_ticks(controller);
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
         watch_drive(controller, i);
         watch_age(controller, i);
         watch_following(controller, i);
         watch_switches(controller, i);
+        watch_track(controller, i);
     }
 }
 

@@ -16,10 +16,22 @@
 #define CANOPEN_SDO_GAP_NS     INT64_C(2000000)
 #define CANOPEN_ID_MASK        0x7Fu
 #define CANOPEN_PDO_NUMBERS    4u
+#define CANOPEN_PDO_BYTES      8u
 
 int canopen_send(struct canopen *master, const struct hal_can_frame *frame)
 {
     const int err = hal_can_send(master->can, frame);
+
+    if (err != MOTION_OK) {
+        master->refused = true;
+        master->stats.send_refused++;
+    }
+    return err;
+}
+
+int canopen_flush(struct canopen *master)
+{
+    const int err = hal_can_flush(master->can);
 
     if (err != MOTION_OK) {
         master->refused = true;
@@ -155,7 +167,7 @@ static void canopen_receive(struct canopen *master,
 {
     struct canopen_node *node;
 
-    if (frame->extended || frame->remote || frame->id > 0x7FF) {
+    if (frame->extended || frame->remote || frame->fd || frame->id > 0x7FF) {
         master->stats.unexpected++;
         return;
     }
@@ -200,7 +212,8 @@ static void canopen_sync(struct canopen *master, int64_t now_ns)
     const struct hal_can_frame frame = { .id = CANOPEN_COB_SYNC };
 
     if (master->config.sync_period_ns == 0 ||
-        canopen_send(master, &frame) != MOTION_OK)
+        canopen_send(master, &frame) != MOTION_OK ||
+        canopen_flush(master) != MOTION_OK)
         return;
     master->sync_previous_ns = master->sync_ns;
     master->sync_ns = now_ns;
@@ -238,6 +251,8 @@ static int canopen_verdict(struct canopen *master)
     master->foreign = false;
     if (gone)
         return MOTION_E_IO;
+    if (state == HAL_CAN_PASSIVE)
+        return MOTION_E_LIMIT;
     return foreign ? MOTION_E_PROTOCOL : MOTION_OK;
 }
 
@@ -257,6 +272,7 @@ static int canopen_begin(struct hal_fieldbus *bus, int64_t now_ns)
     for (unsigned i = 0; i < master->node_count; i++)
         if (master->node[i]->ops->step != NULL)
             master->node[i]->ops->step(master->node[i], now_ns);
+    (void)canopen_flush(master);
     return canopen_verdict(master);
 }
 
@@ -267,7 +283,7 @@ static void canopen_rpdo(struct canopen *master, struct canopen_node *node,
                                          0x100 * (number - 1) + node->id };
     const unsigned len = node->ops->rpdo(node, number, frame.data);
 
-    if (len == 0 || len > HAL_CAN_DATA_MAX)
+    if (len == 0 || len > CANOPEN_PDO_BYTES)
         return;
     frame.len = (uint8_t)len;
     if (canopen_send(master, &frame) == MOTION_OK)
@@ -284,6 +300,7 @@ static int canopen_end(struct hal_fieldbus *bus, int64_t now_ns)
         for (unsigned number = 1; number <= CANOPEN_PDO_NUMBERS; number++)
             if (master->node[i]->ops->rpdo != NULL)
                 canopen_rpdo(master, master->node[i], number);
+    (void)canopen_flush(master);
     return state == HAL_CAN_BUS_OFF || state == HAL_CAN_DOWN ? MOTION_E_IO
                                                              : MOTION_OK;
 }

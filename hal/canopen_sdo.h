@@ -16,6 +16,7 @@ enum canopen_cob {
 
 /* Send and count; every frame of the master goes through here. */
 int canopen_send(struct canopen *master, const struct hal_can_frame *frame);
+int canopen_flush(struct canopen *master);
 /* A frame with id 0x580 + node. */
 void canopen_sdo_receive(struct canopen_node *node,
                          const struct hal_can_frame *frame);

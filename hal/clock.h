@@ -1,7 +1,7 @@
 /* hal/clock.h - monotonic time and waiting for it.
  *
  * Implementations: hal/clock_linux.c (CLOCK_MONOTONIC, absolute sleeps) and
- * sim/sim_clock.c (virtual: waiting runs the simulated world up to then). */
+ * sim/world.c (virtual: waiting runs the simulated world up to then). */
 #ifndef HAL_CLOCK_H
 #define HAL_CLOCK_H
 

@@ -4,7 +4,7 @@
  * keeps its own start-up and state machine and is moved on by its fieldbus
  * (hal/fieldbus.h); the controller asks for a condition and watches feedback
  * until it is there.  Positions are in the axis's unit; the drive knows the
- * gear.  Implementations: hal/drive_cia402.c. */
+ * gear.  Implementations: hal/drive_cia402.c, hal/drive_modbus.c. */
 #ifndef HAL_DRIVE_H
 #define HAL_DRIVE_H
 
@@ -49,6 +49,9 @@ struct hal_drive_feedback {
                               force at t_ns had been given to set_target, both
                               on the time of begin(); 0: what is in force does
                               not come from set_target */
+    bool demand_known; /* the drive itself knows which set point was in force at
+                          t_ns, demand_q32; demand_age_ns then says nothing */
+    int64_t demand_q32;
     bool limit_negative, limit_positive; /* switch inputs of the drive */
     bool following;      /* the drive itself says that it follows set points;
                             false also at its own limit: hold then */

@@ -231,6 +231,8 @@ bool motion_clock_warp_fits(const struct motion_clock_warp *warp,
         if (now.rate_q30 < 0 || now.rate_q30 > MOTION_CLOCK_WARP_MAX_Q30)
             return false;
         struct motion_state state;
+        if (motion_track_ahead(track, now.s_ns_q12) <= 0)
+            return false;
         motion_track_state(track, now.s_ns_q12, &state);
         if (!clock_warp_keeps(&now, &state, limit))
             return false;

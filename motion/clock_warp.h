@@ -82,7 +82,7 @@ void motion_clock_warp_chain(const struct motion_clock_rate *now,
  * 0 .. 200 %, from from_ns to to_ns after its start, 0 <= from < to <= dur?
  * Looks at both ends, every `step_ns` between, and at both sides of every
  * segment border on the way: (to - from) / step + 2 evaluations and two per
- * border.  Long ramps can so be judged a stretch at a time.  No division. */
+ * border.  A ramp that leaves the window of a track does not fit.  Long ramps can so be judged a stretch at a time.  No division. */
 bool motion_clock_warp_fits(const struct motion_clock_warp *warp,
                             const struct motion_track *track,
                             const struct motion_clock_limit *limit,

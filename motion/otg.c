@@ -10,6 +10,7 @@
 #include "motion/otg_internal.h"
 
 #define OTG_BITS 25 /* limits are drawn in by 2^-25 */
+#define OTG_MOST_PER_S 36 /* 2^-36 s, 60 ticks, is the shortest ramp */
 
 const char *motion_otg_field_text(enum motion_otg_field field)
 {
@@ -131,7 +132,7 @@ static struct num least_time(const struct otg_problem *q)
 }
 
 /* What is not limited is limited so far away that reaching it takes 2^-22 of
- * the move. */
+ * the move, or a few ticks. */
 static void limit_the_rest(const struct motion_otg_move *move,
                            struct otg_problem *q)
 {
@@ -141,6 +142,7 @@ static void limit_the_rest(const struct motion_otg_move *move,
     if (per_t.m == 0)
         per_t = num_one();
     per_t = num_scale(num_inv(per_t), 22);
+    per_t = num_min(per_t, num_scale(num_one(), OTG_MOST_PER_S));
     if (!move->limit.acc_max_q16) {
         q->ax = num_mul(num_max(q->vx, num_neg(q->vn)), per_t);
         q->an = num_neg(q->ax);
@@ -420,7 +422,7 @@ int motion_otg_make(const struct motion_otg_move *move,
             break;
         if (i == 0)
             wanted = motion_otg_wanted_bits(made.dur_ns_q12);
-        if (err == MOTION_OK && (i > 0 || wanted == OTG_BITS))
+        if (err == MOTION_OK)
             break;
         draw = motion_otg_draw(wanted, i + (wanted == OTG_BITS));
     }

@@ -26,7 +26,8 @@ struct check {
     const struct motion_otg_plan *plan;
     const struct motion_otg_move *move;
     int64_t acc_max, acc_min;
-    struct wide vel_max, vel_min;
+    struct wide up[3], down[3]; /* see vel_limits */
+    bool is_in;                 /* the velocity has been inside its limits */
     int64_t trimmed; /* W */
     bool has_vel, has_acc, has_jerk;
 };
@@ -96,9 +97,10 @@ static void widen(struct wide *limit, int64_t vel, int64_t acc, int64_t jerk,
         *limit = v;
 }
 
-/* Highest velocity; `sign` -1 for the lowest, upside down. */
-static struct wide highest(const struct motion_otg_move *move, int sign,
-                           int acc_bits)
+/* What the velocity may rise to (fall to, upside down, with sign -1): the limit,
+ * at first what the start makes necessary, in the last phase the goal. */
+static void vel_limits(const struct motion_otg_move *move, int sign,
+                       int acc_bits, struct wide limit[3])
 {
     const struct motion_otg_limit *lim = &move->limit;
     const struct motion_state *start = &move->start, *goal = &move->goal;
@@ -106,12 +108,11 @@ static struct wide highest(const struct motion_otg_move *move, int sign,
     int64_t v0 = sign * start->vel_q32, a0 = sign * start->acc_q16;
     int64_t vf = sign * goal->vel_q32, af = -sign * goal->acc_q16;
     int64_t j = lim->jerk_q16, j2 = closing_jerk(lim);
-    struct wide limit = motion_otg_vel_image(most, acc_bits);
+    limit[0] = limit[1] = limit[2] = motion_otg_vel_image(most, acc_bits);
     if (!swing_is_inside(v0, a0, j, most))
-        widen(&limit, v0, a0, j, acc_bits);
+        widen(&limit[1], v0, a0, j, acc_bits);
     if (!swing_is_inside(vf, af, j2, most))
-        widen(&limit, vf, af, j2, acc_bits);
-    return limit;
+        widen(&limit[2], vf, af, j2, acc_bits);
 }
 
 static int64_t corner_weight(const struct motion_otg_plan *plan, int i)
@@ -134,9 +135,10 @@ static void check_init(struct check *c)
     if (c->acc_min > plan->start_acc)
         c->acc_min = plan->start_acc;
     if (c->has_vel) {
-        c->vel_max = highest(c->move, 1, plan->acc_bits);
-        c->vel_min = wide_neg(highest(c->move, -1, plan->acc_bits));
+        vel_limits(c->move, 1, plan->acc_bits, c->up);
+        vel_limits(c->move, -1, plan->acc_bits, c->down);
     }
+    c->is_in = false;
     c->trimmed = 0;
     for (int i = 0; both >> i != 0 && i + 1 < plan->count; i++)
         if (both >> i & 1)
@@ -162,17 +164,19 @@ static int trim_at(const struct motion_otg_plan *plan, int i)
     return (int)((plan->trim[0] >> i & 1) | (plan->trim[1] >> i & 1) << 1);
 }
 
-static void stretch_next(const struct check *c, int i, struct stretch *s)
+static void stretch_next(const struct check *c, int i, struct otg_run *run,
+                         struct stretch *s)
 {
     const struct motion_otg_phase *ph = &c->plan->phase[i];
     int before = trim_at(c->plan, i - 1), after = trim_at(c->plan, i);
     s->first = i == 0;
     s->last = i + 1 == c->plan->count;
-    s->v = s->v1;
-    s->a = s->a1;
+    s->v = run->v;
+    s->a = run->a;
     s->n = ph->dur_ns_q12;
-    s->a1 = ph->acc;
-    s->v1 = wide_add(s->v, wide_mul_i64(s->a + s->a1, s->n));
+    motion_otg_run_phase(run, ph);
+    s->a1 = run->a;
+    s->v1 = run->v;
     s->off = before != 0;
     s->off1 = after != 0;
     s->off_step = before == after ? 0 : s->off + s->off1;
@@ -218,35 +222,49 @@ static bool crest_is_inside(struct wide room, int64_t a, int64_t b, int64_t n,
 
 /* Where the acceleration changes its sign, the velocity turns.  Counted from
  * v, and backwards in time from v1: `v` with a at it, b at the other end. */
-static bool turn_is_inside(const struct check *c, const struct wide *v,
-                           int64_t a, int64_t b, const struct stretch *s,
-                           int64_t room)
+static bool turn_is_inside(const struct check *c, struct wide v, int64_t a,
+                           int64_t b, const struct stretch *s, int64_t room)
 {
-    bool up = a > 0;
-    struct wide left =
-        up ? wide_sub(c->vel_max, *v) : wide_sub(*v, c->vel_min);
+    int which = s->last ? 2 : c->is_in ? 0 : 1;
+    struct wide left = a > 0 ? wide_sub(c->up[which], v)
+                             : wide_add(c->down[which], v);
     return crest_is_inside(wide_sub(left, wide_from(room)), a, b, s->n,
                            s->off | s->off1);
 }
 
-static bool vel_is_kept(const struct check *c, const struct stretch *s)
+/* -down <= v <= up, with the room that trimming needs. */
+static bool vel_is_inside(const struct check *c, struct wide v, int which)
 {
     const struct wide room = wide_from(c->trimmed);
-    if (!s->last && (wide_cmp(s->v1, wide_sub(c->vel_max, room)) > 0 ||
-                     wide_cmp(s->v1, wide_add(c->vel_min, room)) < 0))
-        return false;
-    if ((s->a ^ s->a1) >= 0 || s->a == 0 || s->a1 == 0)
-        return true;
-    if (s->last) {
-        struct wide goal = motion_otg_vel_image(c->plan->goal_vel_q32,
-                                                c->plan->acc_bits);
-        return turn_is_inside(c, &goal, -s->a1, -s->a, s, 0);
-    }
-    return turn_is_inside(c, &s->v, s->a, s->a1, s,
-                          s->first ? 0 : c->trimmed);
+    return wide_cmp(v, wide_sub(c->up[which], room)) <= 0 &&
+           wide_cmp(wide_neg(v), wide_sub(c->down[which], room)) <= 0;
 }
 
-static int check_phase(const struct check *c, const struct stretch *s,
+/* The end of the last phase is the goal, which has been judged. */
+static bool vel_is_kept(struct check *c, const struct stretch *s)
+{
+    bool was_in = c->is_in;
+    if (!s->last) {
+        c->is_in = vel_is_inside(c, s->v1, 0);
+        if (!c->is_in && (was_in || !vel_is_inside(c, s->v1, 1)))
+            return false;
+    }
+    if ((s->a ^ s->a1) >= 0 || s->a == 0 || s->a1 == 0)
+        return true;
+    if (s->last)
+        return turn_is_inside(c,
+                              motion_otg_vel_image(c->plan->goal_vel_q32,
+                                                   c->plan->acc_bits),
+                              -s->a1, -s->a, s, 0);
+    bool now_in = c->is_in;
+    c->is_in = was_in;
+    bool kept = turn_is_inside(c, s->v, s->a, s->a1, s,
+                               s->first ? 0 : c->trimmed);
+    c->is_in = now_in;
+    return kept;
+}
+
+static int check_phase(struct check *c, const struct stretch *s,
                        enum motion_otg_field *field)
 {
     if (s->n <= 0)
@@ -310,18 +328,17 @@ static int check_goal(const struct check *c, const struct stretch *end,
     return MOTION_OK;
 }
 
-static int check_phases(const struct check *c, enum motion_otg_field *field)
+static int check_phases(struct check *c, enum motion_otg_field *field)
 {
     const struct motion_otg_plan *plan = c->plan;
     struct otg_run run = motion_otg_run_start(plan);
     struct stretch s = { .v1 = run.v, .a1 = plan->start_acc };
     int64_t dur = 0;
     for (int i = 0; i < plan->count; i++) {
-        stretch_next(c, i, &s);
+        stretch_next(c, i, &run, &s);
         int err = check_phase(c, &s, field);
         if (err < 0)
             return err;
-        motion_otg_run_phase(&run, &plan->phase[i]);
         dur += s.n;
     }
     if (dur != plan->dur_ns_q12)

@@ -11,7 +11,7 @@
 #include "motion/otg_internal.h"
 
 /* Bits that keep V below 2^124 and P below 2^190; one is left for trimming. */
-#define EXACT_ACC_BITS 60
+#define EXACT_ACC_BITS 61
 #define EXACT_VEL_BITS 111 /* of a public velocity and acc_bits */
 #define EXACT_MOST     70
 #define EXACT_REPAIRS  4
@@ -37,6 +37,23 @@ struct wider motion_otg_way_image(struct wide way_q32, int acc_bits)
 {
     return wider_shl(wider_mul(way_q32, OTG_WAY_FIVES),
                      (unsigned)(acc_bits + 11));
+}
+
+/* Of the first word that is not zero and the next at least 32 bits. */
+struct num motion_otg_wider_num(struct wider a, int e)
+{
+    bool minus = wider_is_negative(a);
+    if (minus)
+        a = wider_neg(a);
+    for (int i = 0; i < 2 && a.hi == 0; i++, e -= 64)
+        a = (struct wider){ a.mid, a.lo, 0 };
+    uint64_t top = a.hi;
+    if (top >> 31 == 0) {
+        top = top << 32 | a.mid >> 32;
+        e -= 32;
+    }
+    struct num n = num_make((int64_t)(top >> 1), e + 129);
+    return minus ? num_neg(n) : n;
 }
 
 struct motion_real motion_otg_wider_real(struct wider a)
@@ -75,16 +92,24 @@ struct otg_run motion_otg_run_start(const struct motion_otg_plan *plan)
     return (struct otg_run){ { 0, 0, 0 }, v, plan->start_acc };
 }
 
-/* |2 A + A'| < 2^63; 3 V + (2 A + A') n < 2^126. */
+/* With S = (A + A') n, V' = V + S and P' = P + (3 V + S + A n) n.  A n costs a
+ * product only where neither end is zero nor both the same. */
 void motion_otg_run_phase(struct otg_run *run,
                           const struct motion_otg_phase *phase)
 {
-    int64_t n = phase->dur_ns_q12, both = run->a + phase->acc;
-    struct wide v3 = wide_add(run->v, wide_add(run->v, run->v));
-    struct wide bent = wide_mul_i64(both + run->a, n);
-    run->p = wider_add(run->p, wider_mul(wide_add(v3, bent), n));
-    run->v = wide_add(run->v, wide_mul_i64(both, n));
-    run->a = phase->acc;
+    int64_t n = phase->dur_ns_q12, a = run->a, to = phase->acc;
+    struct wide sum = wide_add(run->v, wide_add(run->v, run->v));
+    if (a != 0 || to != 0) {
+        struct wide gain = wide_mul_i64_inline(a + to, n);
+        sum = wide_add(sum, gain);
+        run->v = wide_add(run->v, gain);
+        if (to == 0)
+            sum = wide_add(sum, gain);
+        else if (a != 0)
+            sum = wide_add(sum, wide_mul_i64(a, n));
+        run->a = to;
+    }
+    run->p = wider_add(run->p, wider_mul_inline(sum, n));
 }
 
 /* In raw numbers a^2 2^-32 / (2 j 2^-16) <= room 2^-32. */
@@ -127,7 +152,9 @@ static int exact_scale(const struct motion_otg_move *move,
     for (int i = 0; i < shape->count; i++)
         if (shape->phase[i].a.m != 0)
             acc = larger(acc, shape->phase[i].a.e + 30);
-    int bits = smaller(EXACT_ACC_BITS - acc, EXACT_VEL_BITS - vel);
+    /* all but the last bit, unless that would cut a public acceleration */
+    int bits = acc == 46 ? 16 : EXACT_ACC_BITS - acc;
+    bits = smaller(bits, EXACT_VEL_BITS - vel);
     return smaller(bits, EXACT_MOST);
 }
 
@@ -200,19 +227,6 @@ static int exact_phases(const struct otg_shape *shape,
     return MOTION_OK;
 }
 
-/* The upper bits suffice. */
-static struct num wider_num(struct wider a, int e)
-{
-    bool minus = wider_is_negative(a);
-    a = wider_abs(a);
-    unsigned lead = wider_clz(a);
-    if (lead >= 192)
-        return num_zero();
-    a = wider_shl(a, lead);
-    struct num n = num_make((int64_t)(a.hi >> 1), e + 129 - (int)lead);
-    return minus ? num_neg(n) : n;
-}
-
 /* One step on the shape's own knobs; what it misses is known exactly. */
 static void exact_polish(const struct otg_shape *shape,
                          const struct otg_rates *rates, int64_t dur_ns_q12,
@@ -226,9 +240,9 @@ static void exact_polish(const struct otg_shape *shape,
     if (shape->knobs.hump[0] < 0)
         return;
     motion_otg_plan_miss(plan, &vel, &way);
-    miss.vel = num_mul(wider_num(wider_from(vel), -22 - plan->acc_bits),
+    miss.vel = num_mul(motion_otg_wider_num(wider_from(vel), -22 - plan->acc_bits),
                        per_fives);
-    miss.way = num_mul(wider_num(way, -43 - plan->acc_bits), per_way_fives);
+    miss.way = num_mul(motion_otg_wider_num(way, -43 - plan->acc_bits), per_way_fives);
     miss.is_timed = dur_ns_q12 != 0;
     miss.ticks = dur_ns_q12 - plan->dur_ns_q12;
     motion_otg_polish(plan, &shape->knobs, rates, &miss);
@@ -293,6 +307,8 @@ static void exact_merge(struct motion_otg_plan *plan)
         if (ph[i].dur_ns_q12 <= ph[i + 1].dur_ns_q12 >> 26 &&
             is_sliver(plan, ph[i].dur_ns_q12, ph[i - 1].acc, ph[i].acc))
             merge_on(plan, i--);
+    plan->brake = smaller(plan->brake, plan->count);
+    plan->turn = smaller(plan->turn, plan->count);
 }
 
 /* The longest phase whose corners may move takes what is missing from the
@@ -428,6 +444,7 @@ static void phase_at_jerk(struct motion_otg_plan *plan, int i, int neighbour,
 /* Which ends. */
 #define ENDS_START 1
 #define ENDS_GOAL  2
+#define ENDS_IF_ANY 4
 
 /* Returns the corners that are then fixed. */
 static uint32_t ends_at_jerk(const struct motion_otg_move *move, int which,
@@ -462,7 +479,8 @@ static int exact_make(const struct motion_otg_move *move,
                       int ends, struct motion_otg_plan *plan, uint32_t *fixed)
 {
     int bits = exact_scale(move, shape);
-    if (bits < EXACT_LEAST)
+    if (bits < EXACT_LEAST ||
+        (bits < 16 && (move->start.acc_q16 | move->goal.acc_q16) != 0))
         return MOTION_E_RANGE;
     plan->acc_bits = bits;
     plan->start_pos_q32 = move->start.pos_q32;
@@ -479,11 +497,12 @@ static int exact_make(const struct motion_otg_move *move,
     exact_polish(shape, &rates, dur_ns_q12, plan);
     exact_compact(shape, plan);
     exact_merge(plan);
-    if (ends != 0 && dur_ns_q12 == 0)
-        dur_ns_q12 = plan->dur_ns_q12; /* what the ends save is needed */
+    int64_t whole = plan->dur_ns_q12;
     *fixed = ends_at_jerk(move, ends, plan);
-    if (*fixed == 0 && ends != 0)
-        return MOTION_E_LIMIT;
+    if (*fixed != 0 && dur_ns_q12 == 0)
+        dur_ns_q12 = whole; /* what the ends save is needed */
+    if (*fixed == 0 && ends != 0 && !(ends & ENDS_IF_ANY))
+        return MOTION_E_LIMIT; /* as without */
     err = exact_total(plan, *fixed, dur_ns_q12);
     return err < 0 ? err : motion_otg_trim(move->mode, *fixed, plan);
 }
@@ -506,6 +525,34 @@ static int exact_repair(const struct motion_otg_move *move, int64_t dur_ns_q12,
     return err < 0 ? err : motion_otg_trim(move->mode, fixed, plan);
 }
 
+/* Does letting off the acceleration bring the velocity to a drawn-in limit? */
+static bool swings_out(int64_t vel, int64_t acc, int64_t jerk_q16,
+                       const struct motion_otg_limit *lim)
+{
+    int64_t limit = acc > 0 ? lim->vel_max_q32 : lim->vel_min_q32;
+    bool is_beyond = acc > 0 ? vel > limit : vel < limit;
+    uint64_t room = acc > 0 ? (uint64_t)limit - (uint64_t)vel
+                            : (uint64_t)vel - (uint64_t)limit;
+    if (acc == 0)
+        return false;
+    return is_beyond || !motion_otg_ramp_fits(acc, jerk_q16, room - (room >> 22));
+}
+
+static int swings(const struct motion_otg_move *move)
+{
+    const struct motion_otg_limit *lim = &move->limit;
+    int64_t down = lim->jerk_down_q16 ? lim->jerk_down_q16 : lim->jerk_q16;
+    if (move->mode != MOTION_OTG_POSITION || lim->jerk_q16 == 0)
+        return 0;
+    return (swings_out(move->start.vel_q32, move->start.acc_q16, lim->jerk_q16,
+                       lim)
+                ? ENDS_START
+                : 0) |
+           (swings_out(move->goal.vel_q32, -move->goal.acc_q16, down, lim)
+                ? ENDS_GOAL
+                : 0);
+}
+
 /* A velocity that is broken asks for more jerk at the ends, a jerk for more
  * time. */
 int motion_otg_settle(const struct motion_otg_move *move,
@@ -514,12 +561,12 @@ int motion_otg_settle(const struct motion_otg_move *move,
                       struct motion_otg_plan *plan,
                       enum motion_otg_field *field)
 {
-    int err = MOTION_OK;
+    int err = MOTION_OK, first = swings(move);
     for (int i = 0; i <= (ENDS_START | ENDS_GOAL); i++) {
         uint32_t fixed = 0;
         enum motion_otg_field now = MOTION_OTG_FIELD_GOAL_POS;
-        int made =
-            exact_make(move, problem, shape, dur_ns_q12, i, plan, &fixed);
+        int made = exact_make(move, problem, shape, dur_ns_q12,
+                              i ? i ^ first : first | ENDS_IF_ANY, plan, &fixed);
         if (made == MOTION_OK)
             made = motion_otg_check(move, plan, &now);
         for (int k = 0; k < EXACT_REPAIRS && made == MOTION_E_LIMIT &&
@@ -535,7 +582,7 @@ int motion_otg_settle(const struct motion_otg_move *move,
             *field = now;
         }
         if (made == MOTION_OK || made == MOTION_E_RANGE ||
-            (i == 0 && now != MOTION_OTG_FIELD_VEL_MAX))
+            (i == 0 && first == 0 && now != MOTION_OTG_FIELD_VEL_MAX))
             break;
     }
     return err;

@@ -26,7 +26,8 @@ int64_t motion_otg_acc_image(int64_t acc_q16, int acc_bits);
 struct wide motion_otg_vel_image(int64_t vel_q32, int acc_bits);
 struct wider motion_otg_way_image(struct wide way_q32, int acc_bits);
 
-/* The upper 62 bits of a. */
+/* The upper 30 bits of a 2^e; the upper 62 of a. */
+struct num motion_otg_wider_num(struct wider a, int e);
 struct motion_real motion_otg_wider_real(struct wider a);
 
 /* start + p as a public position, to nearest; MOTION_E_RANGE beyond. */

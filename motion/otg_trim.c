@@ -19,13 +19,11 @@
 
 #include "motion/err.h"
 #include "motion/otg_internal.h"
-#include "motion/real.h"
 
 #define TRIM_ROUNDS 4
-#define TRIM_SMALL  ((int64_t)1 << 44) /* a quick division is good to 2^-52 */
+#define TRIM_SMALL  ((int64_t)1 << 24) /* what is left is less than a unit */
 #define TRIM_ZERO   (-1000)
 #define TRIM_CRUISE 10
-#define TRIM_MOST   ((int64_t)1 << 61) /* of an acceleration */
 
 /* Corners first .. last; `weight` the power of two of the velocity they are
  * worth. */
@@ -192,11 +190,16 @@ static struct trim_worth group_worth(const struct motion_otg_plan *plan,
     return worth;
 }
 
-static void group_move(struct motion_otg_plan *plan,
-                       const struct trim_group *g, int64_t by)
+/* MOTION_E_LIMIT beyond what a plan can hold; by < 2^58. */
+static int group_move(struct motion_otg_plan *plan,
+                      const struct trim_group *g, int64_t by)
 {
-    for (int i = g->first; i <= g->last; i++)
+    for (int i = g->first; i <= g->last; i++) {
         plan->phase[i].acc += by;
+        if (motion_fixed_abs(plan->phase[i].acc) >> 62)
+            return MOTION_E_LIMIT;
+    }
+    return MOTION_OK;
 }
 
 static uint32_t group_mask(const struct trim_group *g)
@@ -205,34 +208,37 @@ static uint32_t group_mask(const struct trim_group *g)
 }
 
 /* d to nearest; MOTION_E_LIMIT when no acceleration could move so far. */
-static int trim_rounded(struct motion_real d, int64_t *by)
+static int trim_rounded(struct num d, int64_t *by)
 {
-    if (motion_real_round(d, 0, by) < 0 || *by > TRIM_MOST || *by < -TRIM_MOST)
+    if (d.m != 0 && d.e > 58 - 30)
         return MOTION_E_LIMIT;
+    int down = -d.e - 1;
+    int64_t twice = down <= 0 ? (int64_t)((uint64_t)(int64_t)d.m << -down)
+                              : (int64_t)d.m >> (down > 63 ? 63 : down);
+    *by = (twice + 1) >> 1;
     return MOTION_OK;
 }
 
-/* What group 0, or both, have to move by. */
+static struct num wide_num(struct wide a)
+{
+    return motion_otg_wider_num(wider_from(a), 0);
+}
+
+/* What groups 0 and 1 have to move by, to 2^-26 of it. */
 static int trim_solve(const struct trim *t, const struct trim_worth worth[2],
                       int64_t by[2])
 {
-    struct motion_real v = motion_otg_wider_real(wider_from(t->vel)), p = motion_otg_wider_real(t->way);
-    struct motion_real w0 = motion_real_int(worth[0].w);
-    struct motion_real w1 = motion_real_int(worth[1].w);
-    struct motion_real x0 = motion_otg_wider_real(wider_from(worth[0].x));
-    struct motion_real x1 = motion_otg_wider_real(wider_from(worth[1].x));
-    struct motion_real det = motion_real_sub(motion_real_mul(w0, x1),
-                                             motion_real_mul(w1, x0));
-    if (motion_real_is_zero(det))
+    struct num v = wide_num(t->vel), p = motion_otg_wider_num(t->way, 0);
+    struct num w0 = num_int(worth[0].w), w1 = num_int(worth[1].w);
+    struct num x0 = wide_num(worth[0].x), x1 = wide_num(worth[1].x);
+    struct num det = num_sub(num_mul(w0, x1), num_mul(w1, x0));
+    if (det.m == 0)
         return MOTION_E_LIMIT;
-    struct motion_real per_det = motion_real_inv(det);
-    struct motion_real d0 = motion_real_sub(motion_real_mul(x1, v),
-                                            motion_real_mul(w1, p));
-    struct motion_real d1 = motion_real_sub(motion_real_mul(w0, p),
-                                            motion_real_mul(x0, v));
-    int err = trim_rounded(motion_real_mul(d0, per_det), &by[0]);
-    return err < 0 ? err
-                   : trim_rounded(motion_real_mul(d1, per_det), &by[1]);
+    struct num per_det = num_inv(det);
+    struct num d0 = num_sub(num_mul(x1, v), num_mul(w1, p));
+    struct num d1 = num_sub(num_mul(w0, p), num_mul(x0, v));
+    int err = trim_rounded(num_mul(d0, per_det), &by[0]);
+    return err < 0 ? err : trim_rounded(num_mul(d1, per_det), &by[1]);
 }
 
 static bool is_small(int64_t by)
@@ -240,12 +246,12 @@ static bool is_small(int64_t by)
     return by > -TRIM_SMALL && by < TRIM_SMALL;
 }
 
-static void trim_move(struct trim *t, int i, const struct trim_worth *worth,
-                      int64_t by)
+static int trim_move(struct trim *t, int i, const struct trim_worth *worth,
+                     int64_t by)
 {
-    group_move(t->plan, &t->group[i], by);
     t->vel = wide_sub(t->vel, wide_mul_i64(by, worth->w));
     t->way = wider_sub(t->way, times_wide(worth->x, by));
+    return group_move(t->plan, &t->group[i], by);
 }
 
 static int trim_both(struct trim *t)
@@ -260,7 +266,8 @@ static int trim_both(struct trim *t)
         if (err < 0)
             return err;
         for (int i = 0; i < 2; i++)
-            trim_move(t, i, &worth[i], by[i]);
+            if (trim_move(t, i, &worth[i], by[i]) < 0)
+                return MOTION_E_LIMIT;
         if (is_small(by[0]) && is_small(by[1]))
             break;
     }
@@ -272,15 +279,18 @@ static int trim_both(struct trim *t)
 /* The velocity alone. */
 static int trim_one(struct trim *t)
 {
-    int64_t by;
     struct trim_worth worth = group_worth(t->plan, &t->group[0], 0);
-    struct motion_real d = motion_real_div(motion_otg_wider_real(wider_from(t->vel)),
-                                           motion_real_int(worth.w));
-    int err = trim_rounded(d, &by);
-    if (err == MOTION_OK)
-        group_move(t->plan, &t->group[0], by);
+    struct num per_w = num_inv(num_int(worth.w));
+    int64_t by = TRIM_SMALL;
+    for (int round = 0; round < TRIM_ROUNDS && !is_small(by); round++) {
+        int err = trim_rounded(num_mul(wide_num(t->vel), per_w), &by);
+        if (err == MOTION_OK)
+            err = trim_move(t, 0, &worth, by);
+        if (err < 0)
+            return err;
+    }
     t->plan->trim[0] = group_mask(&t->group[0]);
-    return err;
+    return MOTION_OK;
 }
 
 static int trim_position(struct trim *t, uint32_t fixed)

@@ -3,6 +3,21 @@
 
 #include "motion/fixed.h"
 
+struct wide wide_mul_u64(uint64_t a, uint64_t b)
+{
+    return wide_mul_inline(a, b);
+}
+
+struct wide wide_mul_i64(int64_t a, int64_t n)
+{
+    return wide_mul_i64_inline(a, n);
+}
+
+struct wider wider_mul(struct wide a, int64_t n)
+{
+    return wider_mul_inline(a, n);
+}
+
 struct wide wide_mul(struct wide a, int64_t n)
 {
     struct wide p = wide_mul_u64(a.lo, (uint64_t)n);

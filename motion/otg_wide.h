@@ -8,6 +8,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+/* Also when optimising for size: where a plan spends its time. */
+#define WIDE_INLINE static inline __attribute__((always_inline))
+
 /* 128 bits. */
 struct wide {
     uint64_t hi, lo;
@@ -18,12 +21,12 @@ struct wider {
     uint64_t hi, mid, lo;
 };
 
-static inline struct wide wide_from(int64_t a)
+WIDE_INLINE struct wide wide_from(int64_t a)
 {
     return (struct wide){ (uint64_t)(a >> 63), (uint64_t)a };
 }
 
-static inline struct wide wide_add(struct wide a, struct wide b)
+WIDE_INLINE struct wide wide_add(struct wide a, struct wide b)
 {
     uint64_t lo = a.lo + b.lo;
     return (struct wide){ a.hi + b.hi + (lo < a.lo), lo };
@@ -35,12 +38,12 @@ static inline struct wide wide_neg(struct wide a)
     return (struct wide){ ~a.hi + (lo == 0), lo };
 }
 
-static inline struct wide wide_sub(struct wide a, struct wide b)
+WIDE_INLINE struct wide wide_sub(struct wide a, struct wide b)
 {
     return (struct wide){ a.hi - b.hi - (a.lo < b.lo), a.lo - b.lo };
 }
 
-static inline bool wide_is_negative(struct wide a)
+WIDE_INLINE bool wide_is_negative(struct wide a)
 {
     return (int64_t)a.hi < 0;
 }
@@ -58,7 +61,7 @@ static inline int wide_cmp(struct wide a, struct wide b)
 }
 
 /* a b, both without a sign: 2^64 - 2^33 + 1 + 2^32 - 1 fits each middle sum. */
-static inline struct wide wide_mul_u64(uint64_t a, uint64_t b)
+WIDE_INLINE struct wide wide_mul_inline(uint64_t a, uint64_t b)
 {
     uint32_t al = (uint32_t)a, ah = (uint32_t)(a >> 32);
     uint32_t bl = (uint32_t)b, bh = (uint32_t)(b >> 32);
@@ -70,19 +73,23 @@ static inline struct wide wide_mul_u64(uint64_t a, uint64_t b)
 }
 
 /* a n, n >= 0. */
-static inline struct wide wide_mul_i64(int64_t a, int64_t n)
+WIDE_INLINE struct wide wide_mul_i64_inline(int64_t a, int64_t n)
 {
-    struct wide p = wide_mul_u64((uint64_t)a, (uint64_t)n);
+    struct wide p = wide_mul_inline((uint64_t)a, (uint64_t)n);
     p.hi -= (uint64_t)(a >> 63) & (uint64_t)n;
     return p;
 }
 
-static inline struct wider wider_from(struct wide a)
+/* The same, called. */
+struct wide wide_mul_u64(uint64_t a, uint64_t b);
+struct wide wide_mul_i64(int64_t a, int64_t n);
+
+WIDE_INLINE struct wider wider_from(struct wide a)
 {
     return (struct wider){ (uint64_t)((int64_t)a.hi >> 63), a.hi, a.lo };
 }
 
-static inline struct wider wider_add(struct wider a, struct wider b)
+WIDE_INLINE struct wider wider_add(struct wider a, struct wider b)
 {
     uint64_t lo = a.lo + b.lo, mid = a.mid + b.mid;
     uint64_t carry = mid < a.mid;
@@ -102,7 +109,7 @@ static inline struct wider wider_sub(struct wider a, struct wider b)
     return wider_add(a, wider_neg(b));
 }
 
-static inline bool wider_is_negative(struct wider a)
+WIDE_INLINE bool wider_is_negative(struct wider a)
 {
     return (int64_t)a.hi < 0;
 }
@@ -122,13 +129,14 @@ static inline int wider_cmp(struct wider a, struct wider b)
 }
 
 /* a n, n >= 0; the product fits when |a| n < 2^191. */
-static inline struct wider wider_mul(struct wide a, int64_t n)
+WIDE_INLINE struct wider wider_mul_inline(struct wide a, int64_t n)
 {
-    struct wide low = wide_mul_u64(a.lo, (uint64_t)n);
-    struct wide high = wide_mul_i64((int64_t)a.hi, n);
+    struct wide low = wide_mul_inline(a.lo, (uint64_t)n);
+    struct wide high = wide_mul_i64_inline((int64_t)a.hi, n);
     uint64_t mid = low.hi + high.lo;
     return (struct wider){ high.hi + (mid < low.hi), mid, low.lo };
 }
+struct wider wider_mul(struct wide a, int64_t n);
 
 /* a * n modulo 2^128, n >= 0; exact when the product fits. */
 struct wide wide_mul(struct wide a, int64_t n);

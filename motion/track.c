@@ -259,12 +259,27 @@ static void track_sample_outside(const struct motion_track *track,
 static bool track_holds(const struct motion_track *track, uint32_t index,
                         int64_t t_ns_q12)
 {
+    if (index >= track->count)
+        return false;
     const struct motion_segment *segment = &track->segment[index];
-    return index < track->count && segment->start_ns_q12 <= t_ns_q12 &&
+    return segment->start_ns_q12 <= t_ns_q12 &&
            t_ns_q12 - segment->start_ns_q12 < segment->dur_ns_q12;
 }
 
-/* The cursor is elsewhere: try the next segment, else search.  Not inlined,
+int64_t motion_track_ahead(const struct motion_track *track, int64_t t_ns_q12)
+{
+    if (track->outline == NULL || track->count == 0 || t_ns_q12 < 0 ||
+        t_ns_q12 >= track->end_ns_q12)
+        return INT64_MAX;
+    const struct motion_segment *last = &track->segment[track->count - 1];
+    const int64_t to = last->start_ns_q12 + last->dur_ns_q12;
+    if (t_ns_q12 < track->segment[0].start_ns_q12)
+        return -1;
+    return to >= track->end_ns_q12 ? INT64_MAX : to - t_ns_q12;
+}
+
+/* The cursor is elsewhere: try its neighbours, else search.  An index that has
+ * wrapped is beyond the count.  Not inlined,
  * so that the usual way needs no stack. */
 __attribute__((noinline)) static void
 track_sample_seek(const struct motion_track *track,
@@ -275,15 +290,19 @@ track_sample_seek(const struct motion_track *track,
         track_sample_outside(track, t_ns_q12, sample);
         return;
     }
-    if (cursor->index < track->count &&
-        track_holds(track, cursor->index + 1, t_ns_q12))
+    if (track_holds(track, cursor->index + 1, t_ns_q12))
         cursor->index++;
+    else if (track_holds(track, cursor->index - 1, t_ns_q12))
+        cursor->index--;
     else
         cursor->index = track_find(track, t_ns_q12);
 
     const struct motion_segment *segment = &track->segment[cursor->index];
-    track_segment_sample(segment, sample,
-                         (uint64_t)(t_ns_q12 - segment->start_ns_q12));
+    if (track_holds(track, cursor->index, t_ns_q12))
+        track_segment_sample(segment, sample,
+                             (uint64_t)(t_ns_q12 - segment->start_ns_q12));
+    else
+        *sample = (struct motion_sample){ .pos_q32 = segment->pos_q32 };
 }
 
 /* start <= MOTION_TRACK_MAX < 2^63 - 2^61, so a t before the start gives a

@@ -83,14 +83,22 @@ enum motion_segment_kind {
     MOTION_SEGMENT_SHORT,   /* any other with a shift */
 };
 
+struct motion_track_outline;
+
 /* The caller owns the segments; the track only points at them.  A const track
- * may be sampled from several threads, each with its own cursor. */
+ * may be sampled from several threads, each with its own cursor.
+ *
+ * A track that is too long to be held is a window: `segment` are `count` (at
+ * least 1) consecutive ones of it, end, end_frac and the outline are those of
+ * the whole.  Whoever owns it moves the window between ticks.  Nothing may be
+ * appended to a window, and functions that look at every segment see those. */
 struct motion_track {
     struct motion_segment *segment;
     uint32_t count, capacity;
     int64_t end_ns_q12;      /* 0 while empty */
     struct motion_state end; /* at the end; the next segment starts here */
     uint64_t end_frac;       /* fraction of end.pos below 2^-32, as Q0.64 */
+    const struct motion_track_outline *outline; /* NULL: no window */
 };
 
 /* Where the last sample was found; zero-initialised it starts at the front. */
@@ -150,11 +158,18 @@ int motion_track_append_poly(struct motion_track *track, int64_t dur_ns_q12,
                              int degree, const int64_t coef[], unsigned frac,
                              int64_t end_pos_q32, uint64_t end_frac);
 
+/* Fill in what is derived of a segment whose start, duration, pos, coef, frac
+ * and remainder are given, as they were in one that was appended.  MOTION_E_ARG
+ * for a time or a form that no segment has, MOTION_E_RANGE where it would leave
+ * the formats: nothing that this accepts overflows in the tick.  Plan-time. */
+int motion_segment_restore(struct motion_segment *segment);
+
 /* Tick: p, v, a at `t`, in at most 150 instructions on a Cortex-M4 once the
  * cursor is at the segment.  The cursor moves by at most one segment per call
- * when t advances by less than the shortest segment; when it is further off,
+ * when t goes on or back by less than the shortest; when it is further off,
  * the segment is searched by halving, at most 32 steps.  Before 0 the start,
- * at rest; at the end its end state; after it the end position, at rest.
+ * at rest; at the end its end state; after it the end position, at rest.  Where
+ * the segment is not in the window: the start of the nearest that is, at rest.
  *   pos   the key itself at a key; else within 2 units of 2^-32 of the
  *         polynomial (of 2^(-32-frac) where frac < 0), never a division, the
  *         same bits everywhere
@@ -191,11 +206,22 @@ enum motion_quantity { MOTION_POS, MOTION_VEL, MOTION_ACC, MOTION_JERK };
 void motion_segment_extreme(const struct motion_segment *segment,
                             enum motion_quantity quantity,
                             struct motion_extreme *extreme);
-/* Over the whole track; the first of equal extremes.  An empty track gives its
- * position and zeros. */
+/* Over the whole track, of a window from its outline; the first of equal
+ * extremes.  An empty track gives its position and zeros. */
 void motion_track_extreme(const struct motion_track *track,
                           enum motion_quantity quantity,
                           struct motion_extreme *extreme);
+
+/* What is known of a whole track beside the segments in the window. */
+struct motion_track_outline {
+    struct motion_extreme extreme[MOTION_JERK + 1]; /* by motion_quantity */
+    uint32_t count;
+};
+
+/* How far from t the segments at hand reach; 0 or less: they do not hold t.
+ * INT64_MAX where there is nothing that they lack: of a whole
+ * track, before 0, from the window on that holds the end.  On the tick. */
+int64_t motion_track_ahead(const struct motion_track *track, int64_t t_ns_q12);
 
 /* Largest step of v and of a at the inner borders of the track, and the steps
  * from and to rest at its ends, with the time; p is continuous by construction

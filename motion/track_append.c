@@ -150,9 +150,9 @@ static struct motion_u128 append_partial(const struct append_goal *goal, int k,
     return motion_fixed_shl_u128(sum, (unsigned)(k + order));
 }
 
-/* The largest frac that keeps every partial sum of the tick under 2^62.  Sums
- * are below 2^120 * 2^5 q72; one c is a * 2^(32 + frac - 72). */
-static int append_frac(const struct append_goal *goal)
+/* The largest exponent that keeps every partial sum of the tick under 2^62.
+ * Sums are below 2^120 * 2^5 q72; one c is a * 2^(32 + frac - 72). */
+static int append_exponent(const struct append_goal *goal)
 {
     unsigned bits = 0;
 
@@ -162,7 +162,13 @@ static int append_frac(const struct append_goal *goal)
             bits = b > bits ? b : bits;
         }
     }
-    int frac = 62 - 32 + APPEND_WIDE - (int)bits;
+    return 62 - 32 + APPEND_WIDE - (int)bits;
+}
+
+static int append_frac(const struct append_goal *goal)
+{
+    int frac = append_exponent(goal);
+
     if (frac == 1) /* 2^(32 - frac) would not fit pos_scale */
         return 0;
     return frac < APPEND_MAX ? frac : APPEND_MAX;
@@ -515,4 +521,58 @@ int motion_track_append_quintic(struct motion_track *track, int64_t dur_ns_q12,
                                 const struct motion_state *end)
 {
     return motion_track_append_constraints(track, dur_ns_q12, 3, start, 3, end);
+}
+
+/* --- restoring ------------------------------------------------------------ */
+
+static bool restore_is_time(const struct motion_segment *segment)
+{
+    return segment->dur_ns_q12 >= 1 &&
+           segment->dur_ns_q12 <= MOTION_TRACK_SEGMENT_MAX_NS_Q12 &&
+           segment->start_ns_q12 >= 0 &&
+           segment->start_ns_q12 <=
+               MOTION_TRACK_MAX_NS_Q12 - segment->dur_ns_q12;
+}
+
+/* What appending makes of the parts below the steps: c[0] where there are steps
+ * below 2^-32, a remainder where there are none that small. */
+static bool restore_is_form(const struct motion_segment *segment)
+{
+    const int below = segment->frac > 0 ? segment->frac : 0;
+    const int above = segment->frac < 0 ? -segment->frac : 0;
+
+    if (segment->frac < APPEND_MIN || segment->frac > APPEND_MAX ||
+        segment->frac == 1 || !append_is_pos(segment->pos_q32))
+        return false;
+    if (segment->coef[0] < 0 || segment->coef[0] >= (int64_t)1 << below ||
+        segment->remainder < 0 || segment->remainder >= (int32_t)1 << above)
+        return false;
+    for (int k = 1; k <= APPEND_DEGREE; k++)
+        if (motion_fixed_abs(segment->coef[k]) >= UINT64_C(1) << 62)
+            return false;
+    return true;
+}
+
+/* Rounding may have carried a sum over the power of two that frac was chosen
+ * by; there is a factor of two above it. */
+int motion_segment_restore(struct motion_segment *segment)
+{
+    struct append_goal goal = { .degree = APPEND_DEGREE };
+
+    if (!restore_is_time(segment) || !restore_is_form(segment))
+        return MOTION_E_ARG;
+    segment->degree = 0;
+    for (int k = 1; k <= APPEND_DEGREE; k++) {
+        goal.a[k] =
+            motion_fixed_shl_u128(motion_fixed_from_i64(segment->coef[k]),
+                                  (unsigned)(40 - segment->frac - k));
+        if (segment->coef[k] != 0)
+            segment->degree = (uint8_t)k;
+    }
+    if (segment->frac > append_exponent(&goal) + 1)
+        return MOTION_E_RANGE;
+    segment->vel_factor = 0;
+    append_time(segment, segment->start_ns_q12, segment->dur_ns_q12);
+    append_derive(segment);
+    return append_check_range(&goal, segment);
 }

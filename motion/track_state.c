@@ -124,7 +124,10 @@ void motion_track_state(const struct motion_track *track, int64_t t_ns_q12,
     } else if (t_ns_q12 < track->end_ns_q12) {
         const struct motion_segment *segment =
             &track->segment[track_find(track, t_ns_q12)];
-        motion_segment_state(segment, t_ns_q12 - segment->start_ns_q12, state);
+        state->pos_q32 = segment->pos_q32;
+        if (motion_track_ahead(track, t_ns_q12) > 0)
+            motion_segment_state(segment, t_ns_q12 - segment->start_ns_q12,
+                                 state);
     }
 }
 
@@ -253,6 +256,10 @@ void motion_track_extreme(const struct motion_track *track,
                           enum motion_quantity quantity,
                           struct motion_extreme *extreme)
 {
+    if (track->outline != NULL) {
+        *extreme = track->outline->extreme[quantity];
+        return;
+    }
     *extreme = (struct motion_extreme){ .min = INT64_MAX, .max = INT64_MIN };
     for (uint32_t i = 0; i < track->count; i++)
         state_extend_all(&track->segment[i], quantity, extreme);

@@ -68,10 +68,12 @@ static bool sim_can_port_is_on(const struct sim_can_port *port)
 
 static struct sim_can_instant sim_can_after_bits(const struct sim_can_bus *bus,
                                                  struct sim_can_instant from,
-                                                 unsigned bits)
+                                                 struct sim_can_bits bits)
 {
-    /* < 2^8 bits x 1e9 + 1e6 < 2^40 */
-    uint64_t total = bits * UINT64_C(1000000000) + from.part;
+    const unsigned factor = bus->fd_factor > 0 ? bus->fd_factor : 1;
+    /* < 2^10 bits x 1e9 + 1e6 < 2^41; every factor divides 1e9 */
+    uint64_t total = bits.slow * UINT64_C(1000000000) +
+                     bits.fast * (UINT64_C(1000000000) / factor) + from.part;
 
     return (struct sim_can_instant){
         .ns = from.ns + (int64_t)(total / bus->bit_rate),
@@ -88,7 +90,8 @@ static void sim_can_bus_wake(struct sim_can_bus *bus)
     if (bus->world->now_ns > bus->clear.ns)
         bus->start = (struct sim_can_instant){ .ns = bus->world->now_ns };
     bus->phase = SIM_CAN_STARTING;
-    bus->due_ns = sim_can_after_bits(bus, bus->start, 1).ns;
+    bus->due_ns =
+        sim_can_after_bits(bus, bus->start, (struct sim_can_bits){ 1, 0 }).ns;
 }
 
 static struct sim_can_port *sim_can_bus_winner(struct sim_can_bus *bus)
@@ -125,7 +128,7 @@ static bool sim_can_bus_acknowledges(const struct sim_can_bus *bus,
 static void sim_can_bus_arbitrate(struct sim_can_bus *bus)
 {
     struct sim_can_port *sender = sim_can_bus_winner(bus);
-    unsigned bits, gap = SIM_CAN_INTERMISSION_BITS;
+    struct sim_can_bits bits, gap = { SIM_CAN_INTERMISSION_BITS, 0 };
 
     if (!sender) { /* pulled off within the first bit */
         bus->phase = SIM_CAN_IDLE;
@@ -135,12 +138,12 @@ static void sim_can_bus_arbitrate(struct sim_can_bus *bus)
     bus->sender = sender;
     bus->unacknowledged = !sim_can_bus_acknowledges(bus, sender);
     bus->destroyed = bus->unacknowledged || sender->destroy > 0;
-    bits = sim_can_frame_bits(sim_can_queue_head(&sender->tx)) -
-           SIM_CAN_INTERMISSION_BITS;
+    bits = sim_can_frame_bits(sim_can_queue_head(&sender->tx));
+    bits.slow -= SIM_CAN_INTERMISSION_BITS;
     if (bus->destroyed)
-        bits += SIM_CAN_ERROR_TAIL_BITS - SIM_CAN_TAIL_BITS;
+        bits.slow += SIM_CAN_ERROR_TAIL_BITS - SIM_CAN_TAIL_BITS;
     if (bus->destroyed && sim_can_port_state(sender) == HAL_CAN_PASSIVE)
-        gap += SIM_CAN_SUSPEND_BITS;
+        gap.slow += SIM_CAN_SUSPEND_BITS;
     bus->end = sim_can_after_bits(bus, bus->start, bits);
     bus->clear = sim_can_after_bits(bus, bus->end, gap);
     bus->phase = SIM_CAN_SENDING;
@@ -194,14 +197,20 @@ static void sim_can_bus_deliver(struct sim_can_bus *bus)
 static void sim_can_bus_destroy(struct sim_can_bus *bus)
 {
     struct sim_can_port *sender = bus->sender;
+    const enum hal_can_state before = sim_can_port_state(sender);
 
     bus->frames_destroyed++;
+    sender->stats.errors++;
     if (sender->destroy > 0)
         sender->destroy--;
     if (!bus->unacknowledged || sender->tx_errors < SIM_CAN_PASSIVE_AT)
         sender->tx_errors += 8;
     if (!sim_can_port_is_on(sender))
         sender->tx.count = 0;
+    if (sim_can_port_state(sender) != before) {
+        sender->stats.passives += sim_can_port_state(sender) == HAL_CAN_PASSIVE;
+        sender->stats.bus_offs += sim_can_port_state(sender) == HAL_CAN_BUS_OFF;
+    }
     for (unsigned i = 0; i < bus->port_count; i++)
         if (bus->port[i] != sender && sim_can_port_is_on(bus->port[i]) &&
             bus->port[i]->rx_errors < SIM_CAN_PASSIVE_AT)
@@ -259,19 +268,21 @@ int sim_can_bus_init(struct sim_can_bus *bus, struct sim_world *world,
     return sim_world_add(world, &bus->member);
 }
 
-/* ---- ports ------------------------------------------------------------- */
-
-static bool sim_can_frame_is_legal(const struct hal_can_frame *frame)
+int sim_can_bus_set_fd(struct sim_can_bus *bus, unsigned factor)
 {
-    return frame->len <= HAL_CAN_DATA_MAX &&
-           frame->id <= (frame->extended ? 0x1FFFFFFFu : 0x7FFu);
+    if (factor != 1 && factor != 2 && factor != 4 && factor != 5 && factor != 8)
+        return MOTION_E_ARG;
+    bus->fd_factor = factor;
+    return MOTION_OK;
 }
+
+/* ---- ports ------------------------------------------------------------- */
 
 static int sim_can_send(struct hal_can *can, const struct hal_can_frame *frame)
 {
     struct sim_can_port *port = CONTAINER_OF(can, struct sim_can_port, can);
 
-    if (!sim_can_frame_is_legal(frame))
+    if (!hal_can_is_legal(frame, port->bus->fd_factor > 0))
         return MOTION_E_ARG;
     if (!sim_can_port_is_on(port))
         return MOTION_E_IO;
@@ -281,6 +292,12 @@ static int sim_can_send(struct hal_can *can, const struct hal_can_frame *frame)
     }
     sim_can_queue_push(&port->tx, frame);
     sim_can_bus_wake(port->bus);
+    return MOTION_OK;
+}
+
+static int sim_can_flush(struct hal_can *can)
+{
+    (void)can;
     return MOTION_OK;
 }
 
@@ -308,10 +325,13 @@ static void sim_can_stats(struct hal_can *can, struct hal_can_stats *stats)
 
     *stats = port->stats;
     stats->busy_ns = port->bus->busy_ns;
+    stats->tx_errors = (uint16_t)port->tx_errors;
+    stats->rx_errors = (uint16_t)port->rx_errors;
 }
 
 static const struct hal_can_ops sim_can_ops = {
     .send = sim_can_send,
+    .flush = sim_can_flush,
     .recv = sim_can_recv,
     .state = sim_can_state,
     .stats = sim_can_stats,

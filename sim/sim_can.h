@@ -9,10 +9,15 @@
  * length in bits, stuff bits counted from the frame's own bits and CRC, and
  * arrives at every other port at the end of its end-of-frame field.
  *
+ * CAN FD: the bus carries FD frames when it is given a data bit rate; every
+ * port on it then understands them.
+ *
  * Errors: a frame that no other port acknowledges is destroyed after the ACK
  * slot and tried again for ever; its sender becomes error-passive and stays so
  * (the counter stops at 128 for ACK errors).  Frames can be destroyed on
  * purpose, up to bus-off.
+ *
+ * Frames that a port has sent go out by themselves: flush does nothing.
  *
  * Source: ISO 11898-1 10.4 to 10.8 (frame format, stuffing, arbitration), 12
  * (fault confinement). */
@@ -32,8 +37,11 @@
 #define SIM_CAN_BIT_RATE_MAX 1000000
 
 /* Bits of a frame on the wire, stuffing and the 3 bits of intermission
- * included. */
-unsigned sim_can_frame_bits(const struct hal_can_frame *frame);
+ * included: those of the bus's bit rate, and those of an FD frame's data. */
+struct sim_can_bits {
+    unsigned slow, fast;
+};
+struct sim_can_bits sim_can_frame_bits(const struct hal_can_frame *frame);
 
 /* An instant on the wire: ns and a part of one, in units of 1 / bit_rate, so
  * that no rounding adds up at rates whose bit time is not whole. */
@@ -70,7 +78,8 @@ enum sim_can_phase {
 struct sim_can_bus {
     struct sim_member member;
     struct sim_world *world;
-    uint32_t bit_rate; /* bit/s */
+    uint32_t bit_rate;  /* bit/s */
+    unsigned fd_factor; /* data rate of FD frames over bit_rate; 0: no FD */
     struct sim_can_port *port[SIM_CAN_PORTS_MAX];
     unsigned port_count;
     enum sim_can_phase phase;
@@ -90,6 +99,9 @@ struct sim_can_bus {
  * no room in the world. */
 int sim_can_bus_init(struct sim_can_bus *bus, struct sim_world *world,
                      uint32_t bit_rate);
+/* From now on FD frames too, their data at `factor` times the bit rate.
+ * MOTION_E_ARG: not 1, 2, 4, 5 or 8. */
+int sim_can_bus_set_fd(struct sim_can_bus *bus, unsigned factor);
 /* A port for a master or a device. MOTION_E_FULL. */
 int sim_can_port_init(struct sim_can_port *port, struct sim_can_bus *bus);
 

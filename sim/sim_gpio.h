@@ -8,6 +8,7 @@
 
 #include <stdbool.h>
 
+#include "hal/clock.h"
 #include "hal/gpio.h"
 
 enum sim_gpio_level {
@@ -17,7 +18,10 @@ enum sim_gpio_level {
     SIM_GPIO_DEAD, /* the chip does not answer: every call is MOTION_E_IO */
 };
 
+#define SIM_GPIO_EVENTS 16 /* kept; more are lost, the oldest stay */
+
 struct sim_gpio_config {
+    struct hal_clock *clock; /* of time stamps */
     bool output;
     bool active_low;
     bool pull_up; /* else pull-down */
@@ -27,6 +31,8 @@ struct sim_gpio {
     struct hal_gpio gpio;
     struct sim_gpio_config config;
     enum sim_gpio_level level;
+    struct hal_gpio_event event[SIM_GPIO_EVENTS];
+    unsigned head, count;
 };
 
 /* An input starts open, an output inactive. */

@@ -82,3 +82,11 @@ void sim_world_run(struct sim_world *world, int64_t until_ns)
     }
     world->now_ns = until_ns;
 }
+
+int64_t sim_world_due_ns(const struct sim_world *world)
+{
+    int64_t due_ns;
+
+    (void)sim_world_next(world, &due_ns);
+    return due_ns;
+}

@@ -47,4 +47,7 @@ int sim_world_add(struct sim_world *world, struct sim_member *member);
  * time that has passed does nothing.  Not to be called from a member's run. */
 void sim_world_run(struct sim_world *world, int64_t until_ns);
 
+/* When something is due next, SIM_WORLD_NEVER: never. */
+int64_t sim_world_due_ns(const struct sim_world *world);
+
 #endif

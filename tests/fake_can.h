@@ -40,6 +40,12 @@ static int fake_can_send(struct hal_can *can, const struct hal_can_frame *frame)
     return MOTION_OK;
 }
 
+static int fake_can_flush(struct hal_can *can)
+{
+    (void)can;
+    return MOTION_OK;
+}
+
 static int fake_can_recv(struct hal_can *can, struct hal_can_frame *frame)
 {
     struct fake_can *fake = CONTAINER_OF(can, struct fake_can, can);
@@ -65,6 +71,7 @@ static void fake_can_stats(struct hal_can *can, struct hal_can_stats *stats)
 
 static const struct hal_can_ops fake_can_ops = {
     .send = fake_can_send,
+    .flush = fake_can_flush,
     .recv = fake_can_recv,
     .state = fake_can_state,
     .stats = fake_can_stats,
@@ -121,19 +128,19 @@ static inline void fake_can_put(struct fake_can *fake, const char *text)
 }
 
 static inline void fake_can_print(const struct hal_can_frame *frame,
-                                  char text[32])
+                                  char text[48])
 {
-    int at = snprintf(text, 32, "%03X#", (unsigned)frame->id);
+    int at = snprintf(text, 48, "%03X#", (unsigned)frame->id);
 
     for (unsigned i = 0; i < frame->len; i++)
-        at += snprintf(text + at, 32 - (size_t)at, "%02X", frame->data[i]);
+        at += snprintf(text + at, 48 - (size_t)at, "%02X", frame->data[i]);
 }
 
 /* The next frame that was sent must be this one; NULL: there is none. */
 static inline void fake_can_expect_at(struct fake_can *fake, const char *want,
                                       const char *file, int line)
 {
-    char got[32] = "nothing";
+    char got[48] = "nothing";
 
     if (fake->out_at < fake->out_count)
         fake_can_print(&fake->out[fake->out_at++], got);

@@ -1,240 +1,281 @@
 /* tests/otg_oracle.c - see otg_oracle.h. */
-#include "tests/otg_oracle.h"
-
-#include <stdbool.h>
 #include <stddef.h>
 
-#include "motion/err.h"
-#include "motion/track.h"
+#include "tests/otg_oracle_parts.h"
 
-__extension__ typedef __float128 quad;
+/* --- limits --------------------------------------------------------------- */
 
-struct judge {
-    const struct motion_otg_plan *plan;
-    quad h, unit;        /* tick in s; unit of acceleration */
-    quad vx, vn, ax, an; /* allowed, in physical units */
-    quad j, j2;
-};
-
-static quad power(int e)
+void oracle_bound_of(struct oracle_bound *b, int64_t value)
 {
-    quad x = 1;
-    for (; e > 0; e--)
-        x *= 2;
-    for (; e < 0; e++)
-        x /= 2;
-    return x;
+    big_set(&b->num, value);
+    big_set(&b->den, 1);
 }
 
-static quad larger(quad a, quad b)
+/* side * (bound - value) >= 0 all through the phase; `times`: n for the jerk,
+ * 1 else; `less`, when not NULL, is taken off the value. */
+static bool is_kept(const struct oracle *g, enum oracle_order order,
+                    int64_t times, const struct oracle_bound *bound, int side,
+                    const struct big *less)
 {
-    return a > b ? a : b;
+    struct big_poly f;
+    struct big limit;
+    oracle_poly(g, order, &f);
+    if (less != NULL)
+        big_sub(&f.c[0], &f.c[0], less);
+    big_mul(&limit, &bound->num, &g->unit[order]);
+    big_mul_int(&limit, &limit, times);
+    for (int k = 0; k <= f.degree; k++) {
+        big_mul(&f.c[k], &f.c[k], &bound->den);
+        f.c[k].sign *= -side;
+    }
+    limit.sign *= side;
+    big_add(&f.c[0], &f.c[0], &limit);
+    return big_poly_is_not_negative(&f);
 }
 
-/* Peak that cannot be avoided, v + a^2/2j; what rounding makes of it is 2^-30 of
- * the ramp. */
-static quad peak(quad v, quad a, quad j)
+int64_t oracle_closing_jerk(const struct motion_otg_limit *limit)
 {
-    if (a <= 0 || j <= 0)
-        return v;
-    return v + a * a / (2 * j) * (1 + power(-30));
+    return limit->jerk_down_q16 ? limit->jerk_down_q16 : limit->jerk_q16;
 }
 
-/* A limit, or beyond it what start and goal make necessary. */
-static quad highest(quad limit, quad v0, quad a0, quad j, quad vf, quad af,
-                    quad j2)
+static bool jerk_is_kept(const struct oracle *g)
 {
-    if (a0 > 0 && j > 0 && v0 + a0 * a0 / (2 * j) > limit)
-        limit = peak(v0, a0, j);
-    if (af > 0 && j > 0 && vf + af * af / (2 * j2) > limit)
-        limit = larger(limit, peak(vf, af, j2));
-    return larger(limit, larger(v0, vf));
+    const struct motion_otg_limit *l = &g->move->limit;
+    int64_t first = l->jerk_q16, last = oracle_closing_jerk(l), least = first;
+    struct oracle_bound bound;
+    if (last < least)
+        least = last;
+    for (int side = -1; side <= 1; side += 2) {
+        oracle_bound_of(&bound, side * (g->i < g->plan->brake   ? first
+                                        : g->i >= g->plan->turn ? last
+                                                                : least));
+        if (!is_kept(g, ORACLE_JERK, g->n, &bound, side, NULL))
+            return false;
+    }
+    return true;
 }
 
-/* What one unit of acceleration at the trimmed corners makes of the velocity,
- * and 2^-80 for the sums here. */
-static quad last_unit(const struct judge *g)
+/* The limit; while braking, the start. */
+static bool acc_is_kept(const struct oracle *g)
 {
-    const struct motion_otg_plan *plan = g->plan;
-    int64_t ticks = 1;
-    for (int i = 0; i + 1 < plan->count; i++)
-        if ((plan->trim[0] | plan->trim[1]) >> i & 1)
-            ticks += plan->phase[i].dur_ns_q12 + plan->phase[i + 1].dur_ns_q12;
-    return (quad)ticks * g->h * g->unit / 2;
+    const struct motion_otg_limit *l = &g->move->limit;
+    int brake = g->move->mode == MOTION_OTG_VELOCITY ? 1 : g->plan->brake;
+    struct oracle_bound bound;
+    for (int side = -1; side <= 1; side += 2) {
+        int64_t limit = side > 0 ? l->acc_max_q16 : l->acc_min_q16;
+        int64_t start = g->move->start.acc_q16;
+        if (g->i < brake && (side > 0 ? start > limit : start < limit))
+            limit = start;
+        oracle_bound_of(&bound, limit);
+        if (!is_kept(g, ORACLE_ACC, 1, &bound, side, NULL))
+            return false;
+    }
+    return true;
 }
 
-static void judge_init(struct judge *g, const struct motion_otg_move *m,
-                       const struct motion_otg_plan *plan)
+void oracle_vel_bound(const struct oracle *g, int up, struct oracle_bound *b)
 {
-    const quad q32 = power(-32), q16 = power(-16);
-    const struct motion_otg_limit *l = &m->limit;
-    quad j2 = (l->jerk_down_q16 ? l->jerk_down_q16 : l->jerk_q16) * q16;
-    quad v0 = m->start.vel_q32 * q32, a0 = m->start.acc_q16 * q16;
-    quad vf = m->goal.vel_q32 * q32, af = m->goal.acc_q16 * q16;
-    *g = (struct judge){ .plan = plan };
-    g->h = 1 / ((quad)1000000000 * 4096);
-    g->unit = power(-plan->acc_bits);
-    g->j = l->jerk_q16 * q16;
-    g->j2 = j2;
-    g->vx = highest(l->vel_max_q32 * q32, v0, a0, g->j, vf, -af, j2);
-    g->vn = -highest(-l->vel_min_q32 * q32, -v0, -a0, g->j, -vf, af, j2);
-    g->ax = larger(l->acc_max_q16 * q16, larger(a0, af));
-    g->an = -larger(-l->acc_min_q16 * q16, larger(-a0, -af));
-    quad more = 1 + power(-54), unit = last_unit(g);
-    g->vx += unit;
-    g->vn -= unit;
-    g->ax += g->unit;
-    g->an -= g->unit;
-    g->j *= more;
-    g->j2 *= more;
+    const struct motion_otg_limit *l = &g->move->limit;
+    oracle_bound_of(b, up ? l->vel_max_q32 : l->vel_min_q32);
+    if (!g->outside[up] && g->i < g->late[up])
+        return;
+    big_copy(&b->num, &g->peak[up].num);
+    big_copy(&b->den, &g->peak[up].den);
 }
 
-/* State in physical units. */
-struct state {
-    quad p, v, a, j;
-};
-
-/* t seconds into a phase of constant jerk. */
-static struct state at(const struct state *from, quad t)
+/* As it comes from the start and, behind a trimmed corner, as it goes to the
+ * goal; between them both. */
+static bool vel_is_kept(const struct oracle *g)
 {
-    return (struct state){
-        from->p + t * (from->v + t * (from->a / 2 + t * from->j / 6)),
-        from->v + t * (from->a + t * from->j / 2),
-        from->a + t * from->j,
-        from->j,
-    };
+    struct oracle_bound bound;
+    for (int up = 0; up < 2; up++) {
+        int side = up ? 1 : -1;
+        oracle_vel_bound(g, up, &bound);
+        if ((g->i <= g->last_trim || g->last_trim < 0) &&
+            !is_kept(g, ORACLE_VEL, 1, &bound, side, NULL))
+            return false;
+        if (g->i > g->first_trim &&
+            !is_kept(g, ORACLE_VEL, 1, &bound, side, &g->rest))
+            return false;
+    }
+    return true;
 }
 
-static const char *judge_state(const struct judge *g,
-                               const struct motion_otg_move *move,
-                               const struct state *s, int i)
+static const char *judge_phase(const struct oracle *g)
 {
-    quad j = i < g->plan->brake   ? g->j
-             : i >= g->plan->turn ? g->j2
-             : g->j < g->j2       ? g->j
-                                  : g->j2;
-    if (move->limit.jerk_q16 && (s->j > j || s->j < -j))
+    const struct motion_otg_limit *l = &g->move->limit;
+    if (l->jerk_q16 && !jerk_is_kept(g))
         return "jerk";
-    if (move->limit.acc_max_q16 && (s->a > g->ax || s->a < g->an))
+    if (l->acc_max_q16 && !acc_is_kept(g))
         return "acceleration";
-    if (move->mode == MOTION_OTG_POSITION && (s->v > g->vx || s->v < g->vn))
+    if (g->move->mode == MOTION_OTG_POSITION && !vel_is_kept(g))
         return "velocity";
     return NULL;
 }
 
-/* Both ends, and where the acceleration passes zero. */
-static const char *judge_phase(const struct judge *g,
-                               const struct motion_otg_move *move, int i,
-                               const struct state *from, quad dt)
+/* --- ends ----------------------------------------------------------------- */
+
+/* With a limit on it, velocity (acceleration) does not step at the ends. */
+static const char *judge_start(const struct oracle *g)
 {
-    struct state end = at(from, dt);
-    const char *wrong = judge_state(g, move, from, i);
-    if (wrong == NULL)
-        wrong = judge_state(g, move, &end, i);
-    if (wrong == NULL && (from->a > 0) != (end.a > 0) && from->j != 0) {
-        struct state turn = at(from, -from->a / from->j);
-        wrong = judge_state(g, move, &turn, i);
-    }
-    return wrong;
+    const struct motion_otg_move *m = g->move;
+    struct big acc, want;
+    oracle_acc(g, &acc, g->a);
+    big_mul_int(&want, &g->unit[ORACLE_ACC], m->start.acc_q16);
+    if (g->plan->start_pos_q32 != m->start.pos_q32)
+        return "start position";
+    if (m->limit.acc_max_q16 && g->plan->start_vel_q32 != m->start.vel_q32)
+        return "start velocity";
+    if (m->limit.jerk_q16 && big_cmp(&acc, &want) != 0)
+        return "start acceleration";
+    return NULL;
 }
 
-static bool is_near(quad a, quad b, quad size)
+/* Times before and after the corners that meet the goal to their last unit. */
+static void trim_weight(const struct motion_otg_plan *plan, struct big *weight)
 {
-    quad off = a - b;
-    return (off < 0 ? -off : off) <= size;
+    struct big one;
+    big_set(weight, 0);
+    for (int i = 0; i < plan->count; i++)
+        for (int k = i; k <= i + 1 && k < plan->count; k++) {
+            big_set(&one, plan->phase[k].dur_ns_q12);
+            if ((plan->trim[0] | plan->trim[1]) >> i & 1)
+                big_add(weight, weight, &one);
+        }
 }
 
-static const char *judge_end(const struct judge *g,
-                             const struct motion_otg_move *m,
-                             const struct state *end, const struct state *most)
+/* Is it `want`, rounded to the nearest of the public format?  Or off by no more
+ * than one unit of the trimmed corners makes, `most`. */
+static bool is_goal(const struct oracle *g, enum oracle_order order,
+                    const struct big *have, int64_t want,
+                    const struct big *most)
 {
-    const quad q32 = power(-32), q16 = power(-16), part = power(-80);
-    bool has_v = m->limit.acc_max_q16 != 0, has_a = m->limit.jerk_q16 != 0;
-    quad off = last_unit(g), t = (quad)g->plan->dur_ns_q12 * g->h;
-    if (has_a && !is_near(end->a, m->goal.acc_q16 * q16, g->unit))
+    struct big off;
+    big_mul_int(&off, &g->unit[order], want);
+    big_sub(&off, have, &off);
+    off.sign = off.sign != 0;
+    if (big_cmp(&off, most) <= 0)
+        return true;
+    big_mul_int(&off, &off, 2);
+    return big_cmp(&off, &g->unit[order]) <= 0;
+}
+
+static const char *judge_goal(const struct oracle *g)
+{
+    const struct motion_otg_move *m = g->move;
+    struct big acc, want, most, pos;
+    trim_weight(g->plan, &most);
+    big_shl(&most, &most, g->lift);
+    oracle_acc(g, &acc, g->a);
+    big_mul_int(&want, &g->unit[ORACLE_ACC], m->goal.acc_q16);
+    if (m->limit.jerk_q16 && big_cmp(&acc, &want) != 0)
         return "goal acceleration";
-    if (has_v && !is_near(end->v, m->goal.vel_q32 * q32, off + most->v * part))
+    if (m->limit.acc_max_q16 &&
+        (g->plan->goal_vel_q32 != m->goal.vel_q32 ||
+         !is_goal(g, ORACLE_VEL, &g->vel, m->goal.vel_q32, &most)))
         return "goal velocity";
+    big_mul_int(&most, &most, 3);
+    big_mul_int(&most, &most, g->plan->dur_ns_q12);
+    big_mul_int(&pos, &g->unit[ORACLE_POS], m->start.pos_q32);
+    big_add(&pos, &pos, &g->pos);
+    if (!is_goal(g, ORACLE_POS, &pos, g->plan->goal_pos_q32, &most))
+        return "way";
     if (m->mode == MOTION_OTG_POSITION &&
-        !is_near(end->p, m->goal.pos_q32 * q32 - m->start.pos_q32 * q32,
-                 off * t + most->p * part))
+        g->plan->goal_pos_q32 != m->goal.pos_q32)
         return "goal position";
     return NULL;
 }
 
-static void note(struct state *most, const struct state *s)
+/* Is the velocity at `turn`, where jerk_down takes over, the highest (the
+ * lowest) of all corners after braking, but for what limits are drawn in by (in
+ * the shortest of moves 2^-6)? */
+#define TURN_BITS 6
+
+static void widen(struct big *lo, struct big *hi, const struct big *vel)
 {
-    most->p = larger(most->p, s->p < 0 ? -s->p : s->p);
-    most->v = larger(most->v, s->v < 0 ? -s->v : s->v);
-    most->a = larger(most->a, s->a < 0 ? -s->a : s->a);
+    if (big_cmp(vel, lo) < 0)
+        big_copy(lo, vel);
+    if (big_cmp(vel, hi) > 0)
+        big_copy(hi, vel);
+}
+
+static bool turn_is_extreme(struct oracle *g)
+{
+    struct big at, lo, hi, play;
+    while (g->i < g->plan->count) {
+        if (g->i == g->plan->brake) {
+            big_copy(&lo, &g->vel);
+            big_copy(&hi, &g->vel);
+        }
+        if (g->i == g->plan->turn)
+            big_copy(&at, &g->vel);
+        if (g->i >= g->plan->brake)
+            widen(&lo, &hi, &g->vel);
+        oracle_phase(g);
+        oracle_step(g);
+    }
+    widen(&lo, &hi, &g->vel);
+    big_copy(&play, &lo);
+    play.sign = play.sign != 0;
+    if (big_cmp(&play, &hi) < 0)
+        big_copy(&play, &hi);
+    big_sub(&lo, &at, &lo);
+    big_sub(&hi, &hi, &at);
+    big_shl(&lo, &lo, TURN_BITS);
+    big_shl(&hi, &hi, TURN_BITS);
+    return big_cmp(&lo, &play) <= 0 || big_cmp(&hi, &play) <= 0;
+}
+
+/* Which jerk counts where is for the plan to say, but not as it likes. */
+static const char *judge_turn(struct oracle *g)
+{
+    const struct motion_otg_plan *plan = g->plan;
+    if (plan->brake < 0 || plan->brake > plan->turn || plan->turn > plan->count)
+        return "turn";
+    if (g->move->mode == MOTION_OTG_POSITION && g->move->limit.jerk_down_q16 &&
+        plan->turn < plan->count && !turn_is_extreme(g))
+        return "turn";
+    return NULL;
+}
+
+/* Nothing moves. */
+static const char *judge_empty(const struct motion_otg_move *m,
+                               const struct motion_otg_plan *plan)
+{
+    if (plan->dur_ns_q12 != 0)
+        return "duration";
+    if (m->mode == MOTION_OTG_POSITION && m->start.pos_q32 != m->goal.pos_q32)
+        return "goal position";
+    if (m->limit.acc_max_q16 && m->start.vel_q32 != m->goal.vel_q32)
+        return "goal velocity";
+    if (m->limit.jerk_q16 && m->start.acc_q16 != m->goal.acc_q16)
+        return "goal acceleration";
+    return NULL;
 }
 
 const char *otg_oracle_judge(const struct motion_otg_move *move,
                              const struct motion_otg_plan *plan)
 {
-    struct judge g;
-    judge_init(&g, move, plan);
-    struct state s = { 0, plan->start_vel_q32 * power(-32),
-                       plan->start_acc * g.unit, 0 };
-    struct state most = { 0, 0, 0, 0 };
-    int64_t t = 0;
-    if (move->limit.acc_max_q16 && plan->start_vel_q32 != move->start.vel_q32)
-        return "start velocity";
-    if (move->limit.jerk_q16 &&
-        !is_near(s.a, move->start.acc_q16 * power(-16),
-                 plan->acc_bits < 16 ? g.unit : 0))
-        return "start acceleration";
-    note(&most, &s);
-    for (int i = 0; i < plan->count; i++) {
-        quad dt = (quad)plan->phase[i].dur_ns_q12 * g.h;
-        if (plan->phase[i].dur_ns_q12 <= 0)
-            return "ticks";
-        s.j = (plan->phase[i].acc * g.unit - s.a) / dt;
-        const char *wrong = judge_phase(&g, move, i, &s, dt);
-        if (wrong)
-            return wrong;
-        s = at(&s, dt);
-        s.a = plan->phase[i].acc * g.unit;
-        note(&most, &s);
-        most.p = larger(most.p, most.v * dt);
-        t += plan->phase[i].dur_ns_q12;
-    }
-    if (t != plan->dur_ns_q12)
-        return "duration";
-    if (plan->start_pos_q32 != move->start.pos_q32 ||
-        (move->mode == MOTION_OTG_POSITION &&
-         plan->goal_pos_q32 != move->goal.pos_q32))
-        return "positions";
-    return judge_end(&g, move, &s, &most);
-}
-
-const char *otg_oracle_judge_track(const struct motion_otg_move *move,
-                                   const struct motion_otg_plan *plan)
-{
-    struct motion_segment room[MOTION_OTG_PHASES];
-    struct motion_track track;
-    struct motion_continuity step;
-    struct motion_extreme v;
-    motion_track_init(&track, room, MOTION_OTG_PHASES, move->start.pos_q32);
-    int err = motion_otg_append(plan, &track);
-    if (err == MOTION_E_RANGE)
-        return NULL; /* overshoots what a position can be */
-    if (err < 0)
-        return motion_err_text(err);
+    static struct oracle g;
+    if (plan->count < 0 || plan->count > MOTION_OTG_PHASES)
+        return "count";
+    if (plan->acc_bits < -200 || plan->acc_bits > 240)
+        return "acc_bits";
     if (plan->count == 0)
-        return NULL;
-    if (move->mode == MOTION_OTG_POSITION &&
-        (track.end.pos_q32 != move->goal.pos_q32 || track.end_frac != 0))
-        return "track's end";
-    motion_track_continuity(&track, &step);
-    if (step.pos_step_q32 != 0)
-        return "track's position steps";
-    struct judge g;
-    judge_init(&g, move, plan);
-    motion_track_extreme(&track, MOTION_VEL, &v);
-    quad off = 1 + larger(g.vx, -g.vn) * power(32 - 54);
-    if (move->mode == MOTION_OTG_POSITION &&
-        (v.max - off > g.vx * power(32) || v.min + off < g.vn * power(32)))
-        return "track's velocity";
-    return NULL;
+        return judge_empty(move, plan);
+    oracle_init(&g, move, plan);
+    const char *wrong = judge_turn(&g);
+    oracle_init(&g, move, plan);
+    if (wrong == NULL)
+        wrong = judge_start(&g);
+    while (wrong == NULL && g.i < plan->count) {
+        oracle_phase(&g);
+        wrong = g.n <= 0 ? "duration" : judge_phase(&g);
+        oracle_step(&g);
+    }
+    if (wrong != NULL)
+        return wrong;
+    if (g.t0 != plan->dur_ns_q12)
+        return "duration";
+    return judge_goal(&g);
 }

@@ -18,29 +18,9 @@
 #define KEYS      24
 #define KEYS_ROOM 8192
 
-static uint64_t seed_state;
 static struct motion_key key[KEYS];
 static struct motion_segment room[KEYS_ROOM];
 static struct motion_track track;
-
-static inline uint64_t draw(void)
-{
-    return check_random(&seed_state);
-}
-
-static inline void seed_from(const char *what)
-{
-    const char *given = getenv("SEED");
-
-    seed_state =
-        given ? strtoull(given, NULL, 0) : UINT64_C(0xD1B54A32D192ED03);
-    print_message("%s: SEED=%#" PRIx64 "\n", what, seed_state);
-}
-
-static inline long double draw_unit(void)
-{
-    return (long double)(draw() >> 11) / 9007199254740992.0L;
-}
 
 /* `count` keys, neighbouring spans up to 10^decades different. */
 static inline void draw_keys(uint32_t count, long double decades)

@@ -569,8 +569,10 @@ static void a_bus_that_is_down_says_so(void **state)
 {
     struct bench *b = *state;
 
-    b->fake.state = HAL_CAN_PASSIVE;
+    b->fake.state = HAL_CAN_WARNING;
     assert_int_equal(begin(b, 1 * MS), MOTION_OK);
+    b->fake.state = HAL_CAN_PASSIVE;
+    assert_int_equal(begin(b, 2 * MS), MOTION_E_LIMIT);
     b->fake.state = HAL_CAN_BUS_OFF;
     assert_int_equal(begin(b, 2 * MS), MOTION_E_IO);
     assert_int_equal(end(b, 2 * MS), MOTION_E_IO);
@@ -581,7 +583,7 @@ static void a_bus_that_is_down_says_so(void **state)
     assert_int_equal(end(b, 4 * MS), MOTION_OK);
     b->fake.recv_err = MOTION_E_IO;
     assert_int_equal(begin(b, 5 * MS), MOTION_E_IO);
-    assert_int_equal(b->node.steps, 5); /* the node goes on being served */
+    assert_int_equal(b->node.steps, 6); /* the node goes on being served */
 }
 
 static void a_babbling_node_cannot_hold_a_cycle(void **state)

@@ -4,6 +4,7 @@
 #include <cjson/cJSON.h>
 #include <dirent.h>
 #include <fcntl.h>
+#include <math.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -252,7 +253,8 @@ static void a_good_move_passes(void **state)
 {
     (void)state;
     expect(slew("check", rig, move), STATUS_OK);
-    assert_string_equal(out, "1 axes, 3.125 s: within all limits\n");
+    assert_non_null(strstr(out, "together at most 28.76 %"));
+    assert_non_null(strstr(out, "1 axes, 3.125 s: within all limits\n"));
     expect(slew("check", "--json", directory), STATUS_OK);
     cJSON *report = cJSON_Parse(out);
     assert_true(cJSON_IsTrue(cJSON_GetObjectItem(report, "ok")));
@@ -583,6 +585,55 @@ static void a_run_reports_and_its_telemetry_can_be_drawn(void **state)
                      "t.csv:2: x, expected a number");
 }
 
+static void a_path_and_a_blend_go_all_the_way(void **state)
+{
+    static const char *const examples[] = { "examples/flyby",
+                                            "examples/poses" };
+    (void)state;
+    for (size_t i = 0; i < 2; i++) {
+        const char *svg = in_directory("p.svg");
+        expect(slew("check", examples[i]), STATUS_OK);
+        expect(slew("sample", "--rate", "10", examples[i]), STATUS_OK);
+        expect(slew("plot", "--out", svg, examples[i]), STATUS_OK);
+        expect(slew("run", "--json", examples[i]), STATUS_OK);
+        cJSON *report = cJSON_Parse(out);
+        assert_non_null(report);
+        assert_string_equal(cJSON_GetObjectItem(report, "end")->valuestring,
+                            "done");
+        cJSON_Delete(report);
+    }
+}
+
+static void plan_says_how_long_and_how_fast_a_path_is(void **state)
+{
+    (void)state;
+    expect(slew("plan", "--json", "examples/flyby"), STATUS_OK);
+    cJSON *report = cJSON_Parse(out);
+    const cJSON *path = cJSON_GetObjectItem(report, "path");
+    assert_non_null(path);
+    assert_true(fabs(number(path, "speed_peak") - 380) < 1e-6);
+    assert_true(number(path, "length_error") < 1e-9);
+    assert_true(number(path, "bound") <= 2e-6);
+    cJSON_Delete(report);
+    expect(slew("plan", "--rules", "examples/flyby"), STATUS_OK);
+    assert_non_null(strstr(out, "380.000000 mm/s along it"));
+    assert_non_null(strstr(out, "simpson"));
+    expect(slew("check", "examples/flyby"), STATUS_OK);
+    assert_non_null(strstr(out, "380.000000 mm/s along it"));
+}
+
+static void a_path_that_cannot_be_planned_names_its_place(void **state)
+{
+    (void)state;
+    write_file(move, "path:\n  axes: [x, y]\n  points: [[0, 0], [9, 9]]\n"
+                     "  speed: {law: constant, from: 1, time: 1 s}\n");
+    expect_bad_input(slew("check", "examples/flyby/rig.yaml", move),
+                     "move.yaml:4:10: the speed law covers 1 of the path's");
+    expect_bad_input(slew("plot", "--out", "p.svg", "--compare", "linear",
+                          "--axis", "x", "examples/flyby"),
+                     "no keys drive the axis x");
+}
+
 static void too_many_drives_for_the_bus_are_refused(void **state)
 {
     (void)state;
@@ -593,9 +644,44 @@ static void too_many_drives_for_the_bus_are_refused(void **state)
             strlen(strstr(text, "125 kbit") + 8) + 1);
     memcpy(strstr(text, "125 kbit") + 8, "/s", 2);
     write_file(rig, text);
+    const char *const sentence =
+        "rig.yaml:3:3: bus can0 would need 230.1 % of its time, expected at "
+        "most 100 %: 0 drives on this bus, a tick of 2.33 ms, or 500 kbit/s "
+        "would fit\n";
+    expect(slew("check", directory), STATUS_REFUSED);
+    assert_non_null(strstr(err, sentence));
     expect(slew("run", directory), STATUS_REFUSED);
-    assert_non_null(strstr(err, "bus can0 would need"));
-    assert_non_null(strstr(err, "rig.yaml:3:"));
+    assert_non_null(strstr(err, sentence));
+}
+
+static void real_drives_are_asked_for_and_need_an_interface(void **state)
+{
+    (void)state;
+    expect_bad_input(slew("run", "--json", "--real", directory),
+                     "bus can0 has no interface");
+    expect_bad_input(
+        slew("run", "--json", "--real", "--interface", "nocan7", directory),
+        "there is no interface nocan7");
+    expect_bad_input(
+        slew("run", "--json", "--real", "--interface", "lo", directory),
+        "lo is not a CAN interface");
+    expect_bad_input(slew("run", "--interface", "can1=can7", directory),
+                     "'can1=can7' is no interface for a bus of the rig");
+    expect(slew("run", "--dry-run", "--real", "--interface", "can0=nocan7",
+                directory),
+           STATUS_OK);
+    assert_non_null(strstr(out, "REAL drives"));
+    assert_non_null(strstr(out, "interface nocan7"));
+}
+
+static void simulated_drives_need_an_interface_to_be_seen_on(void **state)
+{
+    (void)state;
+    expect_bad_input(slew("sim", directory), "bus can0 has no interface");
+    expect_bad_input(slew("sim", "--interface", "nocan7", directory),
+                     "there is no interface nocan7");
+    expect_bad_input(slew("sim", "--interface", "", rig), "--interface");
+    expect_bad_input(slew("sim", in_directory("none.yaml")), "none.yaml");
 }
 
 #define RUN(test) cmocka_unit_test_setup_teardown(test, open_bench, close_bench)
@@ -625,7 +711,12 @@ int main(void)
         RUN(a_dry_run_writes_nothing),
         RUN(two_runs_write_the_same_telemetry),
         RUN(a_run_reports_and_its_telemetry_can_be_drawn),
+        RUN(a_path_and_a_blend_go_all_the_way),
+        RUN(plan_says_how_long_and_how_fast_a_path_is),
+        RUN(a_path_that_cannot_be_planned_names_its_place),
         RUN(too_many_drives_for_the_bus_are_refused),
+        RUN(real_drives_are_asked_for_and_need_an_interface),
+        RUN(simulated_drives_need_an_interface_to_be_seen_on),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

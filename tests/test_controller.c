@@ -100,10 +100,11 @@ static const struct hal_gpio_ops fake_line_ops = { .get = fake_line_get };
 struct bench {
     struct controller controller;
     struct fake_drive drive[AXES];
-    struct fake_line estop;
+    struct fake_line estop, limit[2]; /* of axis 1 */
     struct motion_segment room[AXES][16];
     struct motion_track track[AXES];
     const struct motion_track *tracks[AXES];
+    int bus; /* what the fieldbus says */
 };
 
 static struct motion_state bench_key(int64_t pos, int64_t vel)
@@ -179,15 +180,22 @@ static void bench_init(struct bench *bench, int percent)
     }
     bench->estop.gpio.ops = &fake_line_ops;
     fake_now_ns = 1000 * MS;
-    assert_int_equal(controller_init(&bench->controller, &config, drives,
-                                     &bench->estop.gpio),
-                     MOTION_OK);
+    for (int i = 0; i < 2; i++)
+        bench->limit[i].gpio.ops = &fake_line_ops;
+    const struct controller_inputs inputs = {
+        .estop = &bench->estop.gpio,
+        .limit_negative = { [1] = &bench->limit[0].gpio },
+        .limit_positive = { [1] = &bench->limit[1].gpio },
+    };
+    assert_int_equal(
+        controller_init(&bench->controller, &config, drives, &inputs),
+        MOTION_OK);
 }
 
 static void bench_tick(struct bench *bench)
 {
     fake_now_ns += MS;
-    controller_step(&bench->controller, fake_now_ns, MOTION_OK);
+    controller_step(&bench->controller, fake_now_ns, bench->bus);
 }
 
 static void bench_ticks(struct bench *bench, int ticks)
@@ -479,6 +487,14 @@ static void cause_limit_switches(struct bench *bench)
 {
     bench->drive[1].limit_negative = bench->drive[1].limit_positive = true;
 }
+static void cause_limit_lines(struct bench *bench)
+{
+    bench->limit[0].level = bench->limit[1].level = 1;
+}
+static void cause_limit_lines_broken(struct bench *bench)
+{
+    bench->limit[0].level = bench->limit[1].level = MOTION_E_IO;
+}
 static void cause_gate(struct bench *bench)
 {
     bench->drive[1].refuse = true;
@@ -499,6 +515,10 @@ static const struct {
     { "e-stop wire", cause_estop_broken, CONTROLLER_FAULT_ESTOP, -1, 1 },
     { "both switches", cause_limit_switches, CONTROLLER_FAULT_LIMIT_SWITCH, 1,
       1 },
+    { "both limit lines", cause_limit_lines, CONTROLLER_FAULT_LIMIT_SWITCH, 1,
+      1 },
+    { "limit lines gone", cause_limit_lines_broken,
+      CONTROLLER_FAULT_LIMIT_SWITCH, 1, 1 },
     { "gate", cause_gate, CONTROLLER_FAULT_GATE, 1, 1 },
 };
 
@@ -515,6 +535,7 @@ static void cure(struct bench *bench)
             drive->state = HAL_DRIVE_FAULT;
     }
     bench->estop.level = 0;
+    bench->limit[0].level = bench->limit[1].level = 0;
 }
 
 static void fault_in_motion(size_t row, int at)
@@ -610,6 +631,94 @@ static void another_master_stops_the_group_along_the_path(void **state)
     assert_int_equal(bench.controller.fault.fault, CONTROLLER_FAULT_MASTER);
     assert_int_equal(bench.controller.state, CONTROLLER_STOPPING);
     judge_path(&bench);
+}
+
+/* Runs a bench whose bus has become error-passive until it stands. */
+static void bench_passive(struct bench *bench, int at)
+{
+    bench_moving(bench, 120, at);
+    const int64_t since_ns = fake_now_ns;
+    bench->bus = MOTION_E_LIMIT;
+    for (int n = 0; bench->controller.state != CONTROLLER_FAULT; n++) {
+        assert_true(n < 1500);
+        bench_tick(bench);
+        if (bench->controller.state == CONTROLLER_STOPPING)
+            judge_path(bench);
+    }
+    assert_int_equal(bench->controller.fault.fault,
+                     CONTROLLER_FAULT_BUS_PASSIVE);
+    assert_true(bench->controller.fault.t_ns - since_ns <= 2 * MS);
+}
+
+static void
+an_error_passive_bus_holds_with_torque_and_starts_nothing(void **state)
+{
+    (void)state;
+    struct bench bench;
+    bench_passive(&bench, 1000);
+    struct controller *c = &bench.controller;
+    const int64_t stood_q32 = bench.drive[0].given[0].pos_q32;
+    bench_ticks(&bench, 200);
+    for (int i = 0; i < AXES; i++)
+        assert_int_equal(bench.drive[i].state, HAL_DRIVE_ENABLED);
+    assert_int_equal(bench.drive[0].given[0].pos_q32, stood_q32);
+    assert_int_equal(controller_start(c, bench.tracks, NULL), MOTION_E_STATE);
+    bench.bus = MOTION_OK;
+    bench_ticks(&bench, 200);
+    assert_int_equal(c->state, CONTROLLER_FAULT);
+    assert_int_equal(controller_reset(c), MOTION_OK);
+    bench_ticks(&bench, 5);
+    assert_int_equal(c->state, CONTROLLER_OFF);
+    assert_int_equal(c->fault.fault, CONTROLLER_FAULT_NONE);
+    assert_int_equal(bench.drive[0].state, HAL_DRIVE_OFF);
+}
+
+static void a_second_fault_while_held_takes_the_torque(void **state)
+{
+    (void)state;
+    static const int worse[] = { MOTION_E_IO, MOTION_E_PROTOCOL };
+    for (size_t i = 0; i < ARRAY_LEN(worse); i++) {
+        struct bench bench;
+        bench_passive(&bench, 1000);
+        bench.bus = worse[i];
+        bench_tick(&bench);
+        assert_int_equal(bench.controller.state, CONTROLLER_FAULT);
+        assert_int_equal(bench.controller.fault.fault,
+                         CONTROLLER_FAULT_BUS_PASSIVE);
+        for (int a = 0; a < AXES; a++)
+            assert_int_equal(bench.drive[a].state, HAL_DRIVE_OFF);
+    }
+}
+
+static void a_stop_during_the_hold_goes_on_along_the_path(void **state)
+{
+    (void)state;
+    struct bench bench;
+    bench_moving(&bench, 120, 1000);
+    bench.bus = MOTION_E_LIMIT;
+    bench_tick(&bench);
+    assert_int_equal(bench.controller.state, CONTROLLER_STOPPING);
+    cause_estop(&bench);
+    for (int n = 0; bench.controller.state != CONTROLLER_FAULT; n++) {
+        assert_true(n < 1500);
+        bench_tick(&bench);
+        assert_int_equal(bench.controller.reaction, CONTROLLER_REACT_STOP);
+        if (bench.controller.state == CONTROLLER_STOPPING)
+            judge_path(&bench);
+    }
+    assert_int_equal(bench.drive[0].state, HAL_DRIVE_OFF);
+}
+
+static void the_torque_of_a_hold_can_be_taken_without_a_reset(void **state)
+{
+    (void)state;
+    struct bench bench;
+    bench_passive(&bench, 1000);
+    assert_int_equal(controller_off(&bench.controller), MOTION_OK);
+    bench_ticks(&bench, 5);
+    assert_int_equal(bench.drive[0].state, HAL_DRIVE_OFF);
+    assert_int_equal(bench.controller.state, CONTROLLER_FAULT);
+    assert_int_equal(controller_off(&bench.controller), MOTION_E_STATE);
 }
 
 static void reset_is_refused_while_the_estop_is_active(void **state)
@@ -742,6 +851,11 @@ int main(void)
         cmocka_unit_test(a_second_fault_is_not_recorded_and_does_not_soften),
         cmocka_unit_test(a_bus_that_is_gone_is_off_at_once),
         cmocka_unit_test(another_master_stops_the_group_along_the_path),
+        cmocka_unit_test(
+            an_error_passive_bus_holds_with_torque_and_starts_nothing),
+        cmocka_unit_test(a_second_fault_while_held_takes_the_torque),
+        cmocka_unit_test(a_stop_during_the_hold_goes_on_along_the_path),
+        cmocka_unit_test(the_torque_of_a_hold_can_be_taken_without_a_reset),
         cmocka_unit_test(reset_is_refused_while_the_estop_is_active),
         cmocka_unit_test(a_drive_that_does_not_enable_is_a_fault_with_its_name),
         cmocka_unit_test(the_gate_stops_what_planning_should_have),

@@ -21,27 +21,6 @@ static const char *const law_name[] = { "parabolic", "sine", "s-curve" };
 
 /* --- random numbers ------------------------------------------------------- */
 
-static uint64_t seed_state;
-
-static uint64_t draw(void)
-{
-    return check_random(&seed_state);
-}
-
-static void seed_from(const char *what)
-{
-    const char *given = getenv("SEED");
-
-    seed_state =
-        given ? strtoull(given, NULL, 0) : UINT64_C(0x9E3779B97F4A7C15);
-    print_message("%s: SEED=%#" PRIx64 "\n", what, seed_state);
-}
-
-static long double draw_unit(void)
-{
-    return (long double)(draw() >> 11) / 9007199254740992.0L;
-}
-
 /* 2^low .. 2^high, evenly in the exponent. */
 static long double draw_scale(double low, double high)
 {

@@ -21,12 +21,13 @@
 
 #define GOOD_RIG  "examples/dolly/rig.yaml"
 #define GOOD_MOVE "examples/dolly/move.yaml"
+#define GANTRY    "examples/flyby/rig.yaml"
 
 #define Q32(a) ((int64_t)((a)*4294967296.0))
 #define Q16(a) ((int64_t)((a)*65536.0))
 #define MS(a)  ((int64_t)(a)*1000000)
 
-static struct rig rig;
+static struct rig rig, gantry;
 
 /* ---- files made by the tests ---- */
 
@@ -40,7 +41,9 @@ static int make_scratch(void **state)
     if (file < 0)
         return -1;
     close(file);
-    return rig_load(GOOD_RIG, &rig, message);
+    return rig_load(GANTRY, &gantry, message) < 0
+               ? -1
+               : rig_load(GOOD_RIG, &rig, message);
 }
 
 static int remove_scratch(void **state)
@@ -59,7 +62,8 @@ static void write_scratch(const char *text, size_t length)
 
 /* ---- loading either kind ---- */
 
-enum kind { RIG, MOVE };
+/* FLIGHT: a move for the gantry. */
+enum kind { RIG, MOVE, FLIGHT };
 
 static int load(enum kind kind, const char *path, char *message)
 {
@@ -70,7 +74,7 @@ static int load(enum kind kind, const char *path, char *message)
     memset(message, 'X', RIG_MESSAGE_MAX);
     if (kind == RIG)
         return rig_load(path, &other, message);
-    err = move_load(path, &rig, &move, message);
+    err = move_load(path, kind == MOVE ? &rig : &gantry, &move, message);
     if (err == 0)
         move_free(&move);
     else
@@ -150,6 +154,7 @@ static void the_example_rig_is_read_as_written(void **state)
     assert_string_equal(rig.bus[1].name, "can1");
     assert_int_equal(rig.bus[1].bit_rate, 1000000);
     assert_int_equal(rig.bus[1].node_id, 127);
+    assert_string_equal(rig.bus[1].interface, "can1");
     assert_int_equal(rig.axis_count, 4);
     assert_int_equal(rig_axis_index(&rig, "tilt"), 3);
     assert_int_equal(rig_axis_index(&rig, "til"), -1);
@@ -171,7 +176,7 @@ static void the_example_rig_is_read_as_written(void **state)
     assert_int_equal(focus->node_id, 2);
     assert_int_equal(focus->counts_num, -16384);
     assert_int_equal(focus->counts_den, 45);
-    assert_int_equal(rig.axis[2].place.line, 42);
+    assert_int_equal(rig.axis[2].place.line, 43);
     assert_int_equal(rig.axis[2].place.column, 3);
 }
 
@@ -334,19 +339,31 @@ static void curves_bring_their_parameters(void **state)
 static void write_block(const char *heading)
 {
     FILE *doc = fopen("docs/FILES.md", "r"), *file = fopen(scratch, "w");
-    bool wanted = false, done = false;
+    bool wanted = false, begun = false, done = false;
     char line[1024];
 
     assert_non_null(doc);
     assert_non_null(file);
     while (fgets(line, sizeof(line), doc) != NULL && !done) {
         wanted = wanted || strcmp(line, heading) == 0;
-        if (wanted && strncmp(line, "    ", 4) == 0)
+        const bool code = wanted && strncmp(line, "    ", 4) == 0;
+        if (code)
             fputs(line + 4, file);
-        done = wanted && line[0] == '|';
+        done = begun && !code && line[0] != '\n';
+        begun = begun || code;
     }
     fclose(doc);
     fclose(file);
+}
+
+static void expect_good(const struct rig *of)
+{
+    char message[RIG_MESSAGE_MAX];
+    struct plan_move move;
+
+    if (move_load(scratch, of, &move, message) < 0)
+        fail_msg("%s", message);
+    move_free(&move);
 }
 
 static void the_documentation_shows_files_that_can_be_read(void **state)
@@ -368,6 +385,14 @@ static void the_documentation_shows_files_that_can_be_read(void **state)
     assert_int_equal(move.axis_count, 2);
     assert_int_equal(move.axis[0].key[2].key.t_ns_q12, MS(8000) * 4096);
     move_free(&move);
+    write_block("### A path\n");
+    expect_good(&gantry);
+    write_block("### A camera on the path\n");
+    expect_good(&gantry);
+    write_block("### Poses and their blend\n");
+    expect_good(&rig);
+    write_block("### On top of a move\n");
+    expect_good(&rig);
 }
 
 /* ---- what people's editors do ---- */
@@ -461,7 +486,31 @@ static const struct {
     const char *what;
 } bad[] = {
     { "move_axes_list.yaml", 2, 7, "axes is a list" },
+    { "move_blend_axis_of_base.yaml", 7, 13,
+      "pose has the axis 'focus', which the base 'wide' has not" },
+    { "move_blend_axis_twice.yaml", 4, 10,
+      "axis 'dolly' is driven by the keys in line 2 already" },
+    { "move_blend_base_weighted.yaml", 7, 13,
+      "pose 'wide' is the base itself" },
+    { "move_blend_unknown_pose.yaml", 7, 13, "unknown pose 'closed'" },
+    { "move_blend_weight_unit.yaml", 7, 34, "p '0 mm' is a length" },
+    { "move_blend_without_poses.yaml", 2, 3, "blend has no poses" },
     { "move_blend_negative.yaml", 5, 12, "blend '-1 s' is negative" },
+    { "move_camera_axis_of_path.yaml", 9, 26,
+      "tilt 'z' is driven by the path in line 2 already" },
+    { "move_camera_dwell_beyond.yaml", 12, 47,
+      "to '120 %' is not on the path" },
+    { "move_camera_dwell_without_to.yaml", 12, 9, "dwell has no 'to'" },
+    { "move_camera_end_open.yaml", 10, 30,
+      "end 'closed' goes with a closed path only" },
+    { "move_camera_flat_point.yaml", 10, 14, "at has 2 items" },
+    { "move_camera_looks_nowhere.yaml", 10, 16,
+      "ease is not used without dwell" },
+    { "move_camera_looks_twice.yaml", 10, 9, "look names 2 things to look at" },
+    { "move_camera_no_direction.yaml", 11, 7, "up is no direction" },
+    { "move_camera_up_is_forward.yaml", 9, 3,
+      "camera has forward and up in one line" },
+    { "move_camera_without_path.yaml", 2, 3, "camera has no path to go on" },
     { "move_duplicate_axis.yaml", 9, 3,
       "key 'dolly' is already there in line 3" },
     { "move_ease_order.yaml", 5, 17,
@@ -469,6 +518,8 @@ static const struct {
     { "move_ends_of_another.yaml", 5, 31,
       "last 'natural' is not among those of curve akima" },
     { "move_ends_word.yaml", 5, 11, "unknown ends 'clamped'" },
+    { "move_fade_twice.yaml", 5, 9, "move is given beside axes" },
+    { "move_fade_without_weight.yaml", 4, 3, "fade has no 'weight'" },
     { "move_frame_rate_word.yaml", 7, 10,
       "t 'frame 72 @ film' is not a number" },
     { "move_frame_rate_zero.yaml", 1, 6, "fps '0' is no possible frame rate" },
@@ -482,6 +533,9 @@ static const struct {
     { "move_key_of_five.yaml", 7, 9, "key has 5 items" },
     { "move_key_scalar.yaml", 7, 9, "key is a single value" },
     { "move_key_unknown.yaml", 8, 29, "unknown key 'w'" },
+    { "move_layer_axis.yaml", 4, 12,
+      "layer has the axis 'pan', which nothing else drives" },
+    { "move_layer_empty.yaml", 4, 5, "layer moves nothing" },
     { "move_mu_range.yaml", 5, 9, "mu '2.5' is out of range" },
     { "move_mu_unused.yaml", 5, 9, "mu is not used by curve quintic" },
     { "move_nan.yaml", 7, 15, "p 'NaN' is not a number" },
@@ -489,6 +543,30 @@ static const struct {
       "t '-1 s' is before the start of the move" },
     { "move_no_axes.yaml", 2, 7, "axes is empty" },
     { "move_no_keys.yaml", 5, 11, "keys has 0 items" },
+    { "move_nothing.yaml", 1, 1, "the move moves nothing" },
+    { "move_path_axis_twice.yaml", 4, 16,
+      "axes 'z' is driven by the keys in line 2 already" },
+    { "move_path_backwards.yaml", 7, 37, "to '-200 mm/s' goes backwards" },
+    { "move_path_closed.yaml", 4, 11,
+      "closed is not possible with curve b-spline" },
+    { "move_path_corner_missing.yaml", 5, 5,
+      "points come without a corner, which curve smoothed needs" },
+    { "move_path_drawn_half.yaml", 9, 15,
+      "distance does not go from [0 s, 0 %] to 100 %" },
+    { "move_path_law_without_time.yaml", 9, 7,
+      "part has no 'time', which law ramp needs" },
+    { "move_path_mixed_units.yaml", 2, 16,
+      "axes has the axis 'pan' in deg beside one in mm" },
+    { "move_path_no_speed.yaml", 2, 3, "path has no 'speed'" },
+    { "move_path_one_point.yaml", 3, 11, "points has 1 item" },
+    { "move_path_point_of_two.yaml", 7, 7, "point has 2 items" },
+    { "move_path_point_twice.yaml", 7, 7,
+      "point is the same as the one before it (line 6)" },
+    { "move_path_to_unused.yaml", 7, 40, "to is not used by law quintic" },
+    { "move_path_unknown_axis.yaml", 2, 16, "unknown axis 'zz'" },
+    { "move_path_unknown_law.yaml", 7, 16, "unknown law 'quintik'" },
+    { "move_poses_unused.yaml", 1, 1,
+      "the move has poses, but no blend of them" },
     { "move_tcb_range.yaml", 5, 21, "tcb '1.5' is out of range" },
     { "move_tcb_two.yaml", 5, 10, "tcb has 2 items" },
     { "move_time_too_large.yaml", 7, 10, "t '1000 h' is too large" },
@@ -504,6 +582,9 @@ static const struct {
     { "move_velocity_needed.yaml", 6, 9,
       "key has no velocity, which curve hermite needs" },
     { "move_velocity_unused.yaml", 8, 32, "v is not used by curve linear" },
+    { "move_warp_before_start.yaml", 4, 16,
+      "p '-1 s' is before the start of the move" },
+    { "move_warp_position.yaml", 4, 28, "p '400 mm' is a length" },
     { "move_weight.yaml", 7, 15, "p '330 kg' has the unknown unit 'kg'" },
     { "move_wrong_unit.yaml", 7, 15, "p '330 deg' is an angle" },
     { "rig_alias.yaml", 8, 17, "alias 'speed' is not read" },
@@ -535,9 +616,24 @@ static const struct {
     { "rig_indentation.yaml", 8, 6,
       "this does not line up with the keys above" },
     { "rig_infinite.yaml", 8, 17, "velocity '-.inf' is infinite" },
+    { "rig_interface.yaml", 2, 58, "interface 'can/0' cannot be one" },
     { "rig_latin1.yaml", 1, 11, "byte \\xe9 is not UTF-8 text" },
     { "rig_length_as_speed.yaml", 8, 17, "velocity '300 mm' is a length" },
     { "rig_list_for_map.yaml", 11, 22, "following_error is a list" },
+    { "rig_line_axis_missing.yaml", 14, 8,
+      "low of kind limit-negative names no axis" },
+    { "rig_line_axis_unknown.yaml", 14, 49,
+      "axis 'pan' is not an axis of this rig" },
+    { "rig_line_axis_unused.yaml", 14, 42,
+      "axis is not for a line of kind e-stop" },
+    { "rig_line_kind.yaml", 14, 16, "unknown kind 'estop'" },
+    { "rig_line_lamp_bias.yaml", 14, 40, "bias is not for an output" },
+    { "rig_line_missing.yaml", 14, 9, "stop has no 'line'" },
+    { "rig_line_release.yaml", 14, 45, "release '11 s' is out of range" },
+    { "rig_line_switch_twice.yaml", 15, 50,
+      "axis dolly has low as its limit-negative already" },
+    { "rig_line_two_estops.yaml", 15, 17,
+      "kind is an e-stop, and stop is one too" },
     { "rig_map_for_value.yaml", 8, 17, "velocity is a map" },
     { "rig_merge_key.yaml", 5, 5, "merge keys (<<) are not read" },
     { "rig_missing_axes.yaml", 1, 1, "the rig has no 'axes'" },
@@ -584,14 +680,24 @@ static const struct {
       "acceleration '1e-9 mm/s2' is not above zero" },
 };
 
+static enum kind bad_kind(const char *name)
+{
+    if (strncmp(name, "rig_", 4) == 0)
+        return RIG;
+    return strncmp(name, "move_path_", 10) == 0 ||
+                   strncmp(name, "move_camera_", 12) == 0
+               ? FLIGHT
+               : MOVE;
+}
+
 static void bad_files_get_one_line_that_points_at_the_place(void **state)
 {
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(bad); i++) {
         char path[128];
         snprintf(path, sizeof(path), "tests/data/bad/%s", bad[i].name);
-        expect_refusal(bad[i].name[0] == 'r' ? RIG : MOVE, path, bad[i].line,
-                       bad[i].column, bad[i].what);
+        expect_refusal(bad_kind(bad[i].name), path, bad[i].line, bad[i].column,
+                       bad[i].what);
     }
 }
 
@@ -756,15 +862,24 @@ static void expect_answer(enum kind kind, const char *text, size_t length,
         fail_msg("run %zu: %.*s", run, RIG_MESSAGE_MAX, message);
 }
 
+static const struct {
+    enum kind kind;
+    const char *path;
+} good[] = {
+    { RIG, GOOD_RIG },
+    { MOVE, GOOD_MOVE },
+    { FLIGHT, "examples/flyby/move.yaml" },
+    { MOVE, "examples/poses/move.yaml" },
+};
+
 static void every_truncation_gets_an_answer(void **state)
 {
     (void)state;
-    for (int kind = RIG; kind <= MOVE; kind++) {
+    for (size_t k = 0; k < ARRAY_LEN(good); k++) {
         size_t length;
-        const char *text =
-            read_all(kind == RIG ? GOOD_RIG : GOOD_MOVE, &length);
+        const char *text = read_all(good[k].path, &length);
         for (size_t i = 0; i < length; i++)
-            expect_answer((enum kind)kind, text, i, i);
+            expect_answer(good[k].kind, text, i, i);
     }
 }
 
@@ -787,12 +902,12 @@ static void random_flips_get_an_answer(void **state)
 
     (void)state;
     print_message("seed %" PRIu64 "\n", first);
-    for (size_t i = 0; i < 2000; i++) {
-        const enum kind kind = i % 2 == 0 ? RIG : MOVE;
+    for (size_t i = 0; i < 4000; i++) {
+        const size_t k = i % ARRAY_LEN(good);
         size_t length;
-        char *text = read_all(kind == RIG ? GOOD_RIG : GOOD_MOVE, &length);
+        char *text = read_all(good[k].path, &length);
         flip(text, length);
-        expect_answer(kind, text, length, i);
+        expect_answer(good[k].kind, text, length, i);
     }
 }
 

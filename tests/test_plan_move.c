@@ -22,27 +22,6 @@ static const enum plan_curve curves[] = {
 #undef CURVE
 };
 
-static uint64_t seed_state;
-
-static uint64_t draw(void)
-{
-    return check_random(&seed_state);
-}
-
-static void seed_from(const char *what)
-{
-    const char *given = getenv("SEED");
-
-    seed_state =
-        given ? strtoull(given, NULL, 0) : UINT64_C(0x853C49E6748FEA9B);
-    print_message("%s: SEED=%#" PRIx64 "\n", what, seed_state);
-}
-
-static long double draw_unit(void)
-{
-    return (long double)(draw() >> 11) / 9007199254740992.0L;
-}
-
 static struct plan_key keys[KEYS];
 static struct plan_axis axis;
 static struct motion_track track;

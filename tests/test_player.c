@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "firmware/linux/budget.h"
 #include "firmware/linux/machine_sim.h"
 #include "firmware/linux/player.h"
 #include "motion/fixed.h"
@@ -167,9 +168,11 @@ static void an_undisturbed_run_arrives_at_the_last_keys(void **state)
     assert_int_equal(bench.report.ticks_lost, 0);
     assert_false(bench.trace.warped);
     for (unsigned i = 0; i < bench.job.rig.bus_count; i++) {
-        double most = machine_load_permille(&bench.job.rig, i) / 1000.0;
-        assert_true(bench.report.load[i] > most / 2);
-        assert_true(bench.report.load[i] < most);
+        struct budget budget;
+        budget_of(&bench.job.rig, i, &bench.job, &budget);
+        assert_true(bench.report.load[i] > 0.99 * budget.expected);
+        assert_true(bench.report.load[i] < 1.01 * budget.expected);
+        assert_true(bench.report.load[i] < budget.most);
     }
 }
 

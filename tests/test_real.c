@@ -8,22 +8,6 @@
 #include "motion/real.h"
 #include "tests/check.h"
 
-static uint64_t seed_state;
-
-static uint64_t draw(void)
-{
-    return check_random(&seed_state);
-}
-
-static void seed_from(const char *what)
-{
-    const char *given = getenv("SEED");
-
-    seed_state =
-        given ? strtoull(given, NULL, 0) : UINT64_C(0x2545F4914F6CDD1D);
-    print_message("%s: SEED=%#" PRIx64 "\n", what, seed_state);
-}
-
 static struct motion_real draw_real(void)
 {
     const int64_t low = (int64_t)1 << 61;

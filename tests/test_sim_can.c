@@ -72,7 +72,7 @@ static unsigned oracle_crc(const char *wire)
 
 static unsigned oracle_stuffed_len(const char *wire)
 {
-    char out[256] = "";
+    char out[1024] = "";
     size_t len = 0;
 
     for (; *wire; wire++) {
@@ -145,7 +145,7 @@ static void frame_bits_match_hand_values(void **state)
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(lengths); i++) {
         struct hal_can_frame frame = frame_of(lengths[i].frame);
-        unsigned got = sim_can_frame_bits(&frame);
+        unsigned got = sim_can_frame_bits(&frame).slow;
 
         if (got != lengths[i].bits || oracle_bits(&frame) != got)
             fail_msg("%s: got %u, oracle %u", lengths[i].frame, got,
@@ -186,7 +186,7 @@ static void frame_bits_match_the_oracle_and_stay_below_the_bound(void **state)
     (void)state;
     for (unsigned i = 0; i < 3000; i++) {
         struct hal_can_frame frame = random_frame(&seed);
-        unsigned got = sim_can_frame_bits(&frame);
+        unsigned got = sim_can_frame_bits(&frame).slow;
         unsigned stuffed =
             (frame.extended ? 54u : 34u) + (frame.remote ? 0u : 8u * frame.len);
 
@@ -199,6 +199,87 @@ static void frame_bits_match_the_oracle_and_stay_below_the_bound(void **state)
 }
 
 /* ---- arbitration ------------------------------------------------------- */
+
+/* An FD frame on paper: the slow part ends with BRS; the fast one is ESI, DLC
+ * and data, stuffed on from there, then 4 + 17 or 4 + 21 bits with one stuffed
+ * before each four. */
+static struct sim_can_bits oracle_fd_bits(const struct hal_can_frame *frame)
+{
+    static const unsigned lengths_of_dlc[] = { 0, 1,  2,  3,  4,  5,  6,  7,
+                                               8, 12, 16, 20, 24, 32, 48, 64 };
+    char wire[1024] = "0";
+    unsigned head, dlc = 0, crc = frame->len > 16 ? 25 : 21;
+
+    oracle_put(wire, frame->extended ? frame->id >> 18 : frame->id, 11);
+    if (frame->extended) {
+        oracle_put(wire, 3, 2);
+        oracle_put(wire, frame->id & 0x3FFFF, 18);
+        oracle_put(wire, 0, 1);
+    } else {
+        oracle_put(wire, 0, 2);
+    }
+    oracle_put(wire, 2, 2);
+    oracle_put(wire, frame->switched, 1);
+    head = oracle_stuffed_len(wire);
+    while (lengths_of_dlc[dlc] != frame->len)
+        dlc++;
+    oracle_put(wire, dlc, 5);
+    for (unsigned i = 0; i < frame->len; i++)
+        oracle_put(wire, frame->data[i], 8);
+    return (struct sim_can_bits){ head + 13, oracle_stuffed_len(wire) - head +
+                                                 crc + (crc + 3) / 4 };
+}
+
+static void fd_frame_bits_match_the_oracle(void **state)
+{
+    static const uint8_t lengths_fd[] = {
+        0, 1, 7, 8, 12, 16, 20, 24, 32, 48, 64
+    };
+    uint64_t seed = 20240612;
+
+    (void)state;
+    for (unsigned i = 0; i < 2000; i++) {
+        struct hal_can_frame frame = random_frame(&seed);
+        struct sim_can_bits got, want;
+
+        frame.remote = false;
+        frame.fd = true;
+        frame.switched = i % 2;
+        frame.len = lengths_fd[i % ARRAY_LEN(lengths_fd)];
+        for (unsigned j = 8; j < frame.len; j++)
+            frame.data[j] = (uint8_t)random_u32(&seed);
+        got = sim_can_frame_bits(&frame);
+        want = oracle_fd_bits(&frame);
+        if (!frame.switched)
+            want = (struct sim_can_bits){ want.slow + want.fast, 0 };
+        if (got.slow != want.slow || got.fast != want.fast)
+            fail_msg("frame %u: %u + %u, expected %u + %u", i, got.slow,
+                     got.fast, want.slow, want.fast);
+    }
+}
+
+static void fd_data_go_at_the_faster_rate(void **state)
+{
+    struct fixture *f = fixture_new(1000000, 2);
+    struct hal_can_frame frame = {
+        .id = 0x555, .fd = true, .switched = true, .len = 16
+    };
+    struct sim_can_bits bits;
+
+    (void)state;
+    assert_int_equal(hal_can_send(&f->port[0].can, &frame), MOTION_E_ARG);
+    assert_int_equal(sim_can_bus_set_fd(&f->bus, 3), MOTION_E_ARG);
+    assert_int_equal(sim_can_bus_set_fd(&f->bus, 5), MOTION_OK);
+    memset(frame.data, 0x55, sizeof frame.data);
+    bits = oracle_fd_bits(&frame);
+    assert_int_equal(hal_can_send(&f->port[0].can, &frame), MOTION_OK);
+    sim_world_run(&f->world, 10 * MS);
+    assert_int_equal(hal_can_recv(&f->port[1].can, &frame), 1);
+    assert_true(frame.fd && frame.switched && frame.len == 16);
+    assert_int_equal(frame.data[15], 0x55);
+    assert_int_equal(frame.t_ns, (bits.slow - 3) * 1000 + bits.fast * 200);
+    free(f);
+}
 
 static void the_lowest_identifier_goes_first(void **state)
 {
@@ -530,6 +611,8 @@ int main(void)
         cmocka_unit_test(the_oracle_knows_the_published_crc),
         cmocka_unit_test(frame_bits_match_hand_values),
         cmocka_unit_test(frame_bits_match_the_oracle_and_stay_below_the_bound),
+        cmocka_unit_test(fd_frame_bits_match_the_oracle),
+        cmocka_unit_test(fd_data_go_at_the_faster_rate),
         cmocka_unit_test(the_lowest_identifier_goes_first),
         cmocka_unit_test(base_beats_extended_and_data_beats_remote),
         cmocka_unit_test(a_port_keeps_the_order_of_its_own_frames),

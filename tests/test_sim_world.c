@@ -155,8 +155,11 @@ static const struct {
 static void a_line_reads_as_its_level_pull_and_polarity_say(void **state)
 {
     (void)state;
+    struct sim_world world;
+    sim_world_init(&world, 0);
     for (size_t i = 0; i < ARRAY_LEN(lines); i++) {
-        const struct sim_gpio_config config = { .active_low =
+        const struct sim_gpio_config config = { .clock = &world.clock,
+                                                .active_low =
                                                     lines[i].active_low,
                                                 .pull_up = lines[i].pull_up };
         struct sim_gpio line;

@@ -16,27 +16,6 @@
 
 /* --- random keys ---------------------------------------------------------- */
 
-static uint64_t seed_state;
-
-static uint64_t draw(void)
-{
-    return check_random(&seed_state);
-}
-
-static void seed_from(const char *what)
-{
-    const char *given = getenv("SEED");
-
-    seed_state =
-        given ? strtoull(given, NULL, 0) : UINT64_C(0xD1B54A32D192ED03);
-    print_message("%s: SEED=%#" PRIx64 "\n", what, seed_state);
-}
-
-static long double draw_unit(void)
-{
-    return (long double)(draw() >> 11) / 9007199254740992.0L;
-}
-
 static struct motion_key key[KEYS];
 static struct motion_segment room[KEYS];
 

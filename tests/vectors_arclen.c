@@ -8,8 +8,6 @@
  *                 length along the curve and means nothing at a cusp
  *   KIND.even     v: what lies between two lengths, in 2000 equal steps, over
  *                 the step: how constant a constant speed is */
-#include "tests/vectors.h"
-
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -19,6 +17,7 @@
 #include "motion/arclen.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
+#include "tests/vectors_json.h"
 
 #define PIECES_MAX 4096
 #define DEGREE_MAX 15
@@ -35,29 +34,6 @@ static struct motion_real border[PIECES_MAX + 1];
 static struct motion_real coef[PIECES_MAX * 3 * (DEGREE_MAX + 1)];
 
 typedef struct motion_real real;
-
-static real real_of(double value)
-{
-    int e;
-    const double m = frexp(value, &e);
-    return motion_real_make((int64_t)ldexp(m, 60), e - 60);
-}
-
-static double double_of(real a)
-{
-    return ldexp((double)a.m, a.e);
-}
-
-static const cJSON *get(const cJSON *json, const char *name)
-{
-    return cJSON_GetObjectItemCaseSensitive(json, name);
-}
-
-static double number(const cJSON *json, const char *name)
-{
-    const cJSON *item = get(json, name);
-    return cJSON_IsNumber(item) ? item->valuedouble : NAN;
-}
 
 /* --- formulas ------------------------------------------------------------- */
 
@@ -189,7 +165,8 @@ static const struct {
 static bool read_poly(const cJSON *json, struct motion_arclen_curve *curve,
                       struct motion_arclen_poly *poly)
 {
-    const cJSON *breaks = get(json, "breaks"), *list = get(json, "coef");
+    const cJSON *breaks = vectors_get(json, "breaks"),
+                *list = vectors_get(json, "coef");
     const int pieces = cJSON_GetArraySize(list);
     const int axes = cJSON_GetArraySize(cJSON_GetArrayItem(list, 0));
     int size = 1;
@@ -198,7 +175,7 @@ static bool read_poly(const cJSON *json, struct motion_arclen_curve *curve,
         cJSON_GetArraySize(breaks) != pieces + 1)
         return false;
     for (int i = 0; i <= pieces; i++)
-        border[i] = real_of(cJSON_GetArrayItem(breaks, i)->valuedouble);
+        border[i] = vectors_real(cJSON_GetArrayItem(breaks, i)->valuedouble);
     for (int i = 0; i < pieces * axes; i++) {
         const int n = cJSON_GetArraySize(
             cJSON_GetArrayItem(cJSON_GetArrayItem(list, i / axes), i % axes));
@@ -212,7 +189,7 @@ static bool read_poly(const cJSON *json, struct motion_arclen_curve *curve,
         for (int k = 0; k < size; k++)
             coef[i * size + k] =
                 k < cJSON_GetArraySize(c)
-                    ? real_of(cJSON_GetArrayItem(c, k)->valuedouble)
+                    ? vectors_real(cJSON_GetArrayItem(c, k)->valuedouble)
                     : motion_real_zero();
     }
     *poly =
@@ -225,18 +202,18 @@ static bool read_poly(const cJSON *json, struct motion_arclen_curve *curve,
 
 static double constant(const cJSON *json, const char *name)
 {
-    return get(json, name) ? number(json, name) : 0;
+    return vectors_get(json, name) ? vectors_value_of(json, name) : 0;
 }
 
 static bool read_formula(const cJSON *json, const char *kind,
                          struct motion_arclen_curve *curve, struct formula *f)
 {
-    border[0] = real_of(number(json, "u0"));
-    border[1] = real_of(number(json, "u1"));
+    border[0] = vectors_real(vectors_value_of(json, "u0"));
+    border[1] = vectors_real(vectors_value_of(json, "u1"));
     *f = (struct formula){
-        real_of(constant(json, "a")), real_of(constant(json, "b")),
-        real_of(constant(json, "c")), real_of(constant(json, "p")),
-        real_of(constant(json, "q")), border[0]
+        vectors_real(constant(json, "a")), vectors_real(constant(json, "b")),
+        vectors_real(constant(json, "c")), vectors_real(constant(json, "p")),
+        vectors_real(constant(json, "q")), border[0]
     };
     for (size_t i = 0; i < sizeof formulas / sizeof formulas[0]; i++) {
         if (strcmp(kind, formulas[i].kind) == 0) {
@@ -250,17 +227,11 @@ static bool read_formula(const cJSON *json, const char *kind,
 
 /* --- comparing ------------------------------------------------------------ */
 
-static void worse(double *worst, double error)
-{
-    if (!(error <= *worst)) /* a NaN stays */
-        *worst = error;
-}
-
 /* Piece and x of a parameter. */
 static uint32_t locate(const struct motion_arclen_curve *curve, double u,
                        real *x)
 {
-    const real at = real_of(u);
+    const real at = vectors_real(u);
     uint32_t piece = 0;
 
     while (piece + 1 < curve->pieces &&
@@ -274,31 +245,34 @@ static bool compare_length(const cJSON *json,
                            const struct motion_arclen_table *table,
                            struct vectors_row *out)
 {
-    const cJSON *u = get(json, "u"), *s = get(json, "s"),
-                *v = get(json, "speed");
-    const double length = number(json, "length");
+    const cJSON *u = vectors_get(json, "u"), *s = vectors_get(json, "s"),
+                *v = vectors_get(json, "speed");
+    const double length = vectors_value_of(json, "length");
     const int n = cJSON_GetArraySize(u);
     double fastest = 0, worst = 0;
 
     if (n == 0 || cJSON_GetArraySize(s) != n || cJSON_GetArraySize(v) != n)
         return false;
-    worse(&out->worst_p, fabs(double_of(table->length) - length) / length);
+    vectors_worst(&out->worst_p,
+                  fabs(vectors_double(table->length) - length) / length);
     for (int i = 0; i < n; i++) {
         real x;
         const uint32_t piece =
             locate(table->curve, cJSON_GetArrayItem(u, i)->valuedouble, &x);
         const double speed = cJSON_GetArrayItem(v, i)->valuedouble;
 
-        worse(&out->worst_p,
-              fabs(double_of(motion_arclen_length(table, piece, x)) -
-                   cJSON_GetArrayItem(s, i)->valuedouble) /
-                  length);
-        worse(&worst,
-              fabs(double_of(motion_arclen_speed(table->curve, piece, x)) -
-                   speed));
+        vectors_worst(
+            &out->worst_p,
+            fabs(vectors_double(motion_arclen_length(table, piece, x)) -
+                 cJSON_GetArrayItem(s, i)->valuedouble) /
+                length);
+        vectors_worst(
+            &worst,
+            fabs(vectors_double(motion_arclen_speed(table->curve, piece, x)) -
+                 speed));
         fastest = fmax(fastest, speed);
     }
-    worse(&out->worst_v, worst / fastest);
+    vectors_worst(&out->worst_v, worst / fastest);
     return true;
 }
 
@@ -306,9 +280,10 @@ static bool compare_inverse(const cJSON *json,
                             const struct motion_arclen_table *table,
                             struct vectors_row *out)
 {
-    const cJSON *fraction = get(json, "inv_fraction"), *u = get(json, "inv_u"),
-                *p = get(json, "inv_p");
-    const double length = number(json, "length");
+    const cJSON *fraction = vectors_get(json, "inv_fraction"),
+                *u = vectors_get(json, "inv_u"),
+                *p = vectors_get(json, "inv_p");
+    const double length = vectors_value_of(json, "length");
     const int n = cJSON_GetArraySize(fraction);
 
     if (n == 0 || cJSON_GetArraySize(u) != n || cJSON_GetArraySize(p) != n)
@@ -321,20 +296,20 @@ static bool compare_inverse(const cJSON *json,
 
         motion_arclen_find(
             table,
-            real_of(length * cJSON_GetArrayItem(fraction, i)->valuedouble),
+            vectors_real(length * cJSON_GetArrayItem(fraction, i)->valuedouble),
             &place);
         table->curve->at(table->curve->context, place.piece, place.x, 1,
                          &point);
         for (uint32_t k = 0; k < table->curve->axes; k++)
-            off = hypot(off, double_of(point.pos[k]) -
+            off = hypot(off, vectors_double(point.pos[k]) -
                                  cJSON_GetArrayItem(want, (int)k)->valuedouble);
-        worse(&out->worst_p, off / length);
-        off = double_of(
+        vectors_worst(&out->worst_p, off / length);
+        off = vectors_double(
                   motion_real_add(place.x, table->curve->border[place.piece])) -
               cJSON_GetArrayItem(u, i)->valuedouble;
-        off *=
-            double_of(motion_arclen_speed(table->curve, place.piece, place.x));
-        worse(&out->worst_p, fabs(off) / length);
+        off *= vectors_double(
+            motion_arclen_speed(table->curve, place.piece, place.x));
+        vectors_worst(&out->worst_p, fabs(off) / length);
     }
     return true;
 }
@@ -353,8 +328,8 @@ static double simpson(const struct motion_arclen_curve *curve, uint32_t piece,
             sum += (i % n == 0 ? 1
                     : i % 2    ? 4
                                : 2) *
-                   double_of(
-                       motion_arclen_speed(curve, piece, real_of(low + h * i)));
+                   vectors_double(motion_arclen_speed(
+                       curve, piece, vectors_real(low + h * i)));
         sum *= h / 3;
         if (fabs(sum - before) <= 1e-9 * sum)
             break;
@@ -368,50 +343,38 @@ static double between(const struct motion_arclen_curve *curve,
                       const struct motion_arclen_place *a,
                       const struct motion_arclen_place *b)
 {
-    double sum = 0, low = double_of(a->x);
+    double sum = 0, low = vectors_double(a->x);
 
     for (uint32_t k = a->piece; k < b->piece; k++, low = 0)
-        sum += simpson(
-            curve, k, low,
-            double_of(motion_real_sub(curve->border[k + 1], curve->border[k])));
-    return sum + simpson(curve, b->piece, low, double_of(b->x));
+        sum += simpson(curve, k, low,
+                       vectors_double(motion_real_sub(curve->border[k + 1],
+                                                      curve->border[k])));
+    return sum + simpson(curve, b->piece, low, vectors_double(b->x));
 }
 
 static void compare_even(const struct motion_arclen_table *table,
                          struct vectors_row *out)
 {
-    const double ds = double_of(table->length) / STEPS;
+    const double ds = vectors_double(table->length) / STEPS;
     struct motion_arclen_place from, to;
 
     motion_arclen_find(table, motion_real_zero(), &from);
     for (int i = 1; i <= STEPS; i++, from = to) {
-        motion_arclen_find(table, real_of(ds * i), &to);
-        worse(&out->worst_v, fabs(between(table->curve, &from, &to) / ds - 1));
+        motion_arclen_find(table, vectors_real(ds * i), &to);
+        vectors_worst(&out->worst_v,
+                      fabs(between(table->curve, &from, &to) / ds - 1));
     }
 }
 
-static struct vectors_row *row_of(struct vectors_row *rows, int room,
-                                  int *count, const char *kind,
-                                  const char *what, double tolerance)
-{
-    char name[sizeof rows->method];
-
-    snprintf(name, sizeof name, "%.20s.%s", kind, what);
-    for (int i = 0; i < *count; i++) {
-        if (strcmp(rows[i].method, name) == 0)
-            return &rows[i];
-    }
-    if (*count == room)
-        return NULL;
-    rows[*count] = (struct vectors_row){ .tolerance = tolerance };
-    memcpy(rows[*count].method, name, sizeof name);
-    return &rows[(*count)++];
-}
+static const struct {
+    const char *what;
+    double tolerance;
+} rows_of[] = { { "length", 1e-9 }, { "inverse", 1e-8 }, { "even", 1e-7 } };
 
 static bool run_case(const cJSON *json, struct vectors_row *rows, int room,
                      int *count)
 {
-    const char *kind = cJSON_GetStringValue(get(json, "kind"));
+    const char *kind = cJSON_GetStringValue(vectors_get(json, "kind"));
     struct motion_arclen_curve curve;
     struct motion_arclen_poly poly;
     struct motion_arclen_table table;
@@ -425,13 +388,14 @@ static bool run_case(const cJSON *json, struct vectors_row *rows, int room,
     if (motion_arclen_build(&table, &curve, motion_real_zero(), row, ROWS_MAX) <
         0)
         return false;
-    out[0] = row_of(rows, room, count, kind, "length", 1e-9);
-    out[1] = row_of(rows, room, count, kind, "inverse", 1e-8);
-    out[2] = row_of(rows, room, count, kind, "even", 1e-7);
-    if (!out[0] || !out[1] || !out[2])
-        return false;
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; i++) {
+        char name[sizeof rows->method];
+        snprintf(name, sizeof name, "%.20s.%s", kind, rows_of[i].what);
+        out[i] = vectors_row_of(rows, room, count, name, rows_of[i].tolerance);
+        if (out[i] == NULL)
+            return false;
         out[i]->cases++;
+    }
     compare_even(&table, out[2]);
     return compare_length(json, &table, out[0]) &&
            compare_inverse(json, &table, out[1]);
@@ -439,21 +403,18 @@ static bool run_case(const cJSON *json, struct vectors_row *rows, int room,
 
 int vectors_arclength(const cJSON *file, struct vectors_row *rows, int room)
 {
-    const cJSON *list = get(file, "cases"), *json;
+    const cJSON *list = vectors_get(file, "cases"), *json;
     int count = 0;
 
     cJSON_ArrayForEach(json, list)
     {
         if (!run_case(json, rows, room, &count)) {
-            const char *name = cJSON_GetStringValue(get(json, "name"));
+            const char *name = cJSON_GetStringValue(vectors_get(json, "name"));
             fprintf(stderr, "arclength: %s: not a curve that is known\n",
                     name ? name : "?");
             return -1;
         }
     }
-    for (int i = 0; i < count; i++)
-        rows[i].pass = rows[i].worst_p <= rows[i].tolerance &&
-                       rows[i].worst_v <= 10 * rows[i].tolerance &&
-                       rows[i].worst_a <= 100 * rows[i].tolerance;
+    vectors_judge(rows, count);
     return count;
 }

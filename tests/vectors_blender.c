@@ -4,8 +4,6 @@
  * the largest about 2^12, and a frame is as many 2^-12 ns as fit: powers of two,
  * which change no digit.  Handles that Blender computes are not read.  One row
  * per way to interpolate, extrapolate or repeat. */
-#include "tests/vectors.h"
-
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -15,6 +13,7 @@
 #include "motion/err.h"
 #include "motion/fcurve.h"
 #include "motion/fixed.h"
+#include "tests/vectors_json.h"
 
 #define UNIT_BITS 12
 #define TIME_BITS 58
@@ -29,21 +28,6 @@ struct blender_curve {
 };
 
 /* --- reading -------------------------------------------------------------- */
-
-static const cJSON *get(const cJSON *json, const char *name)
-{
-    return cJSON_GetObjectItemCaseSensitive(json, name);
-}
-
-static double number_of(const cJSON *item)
-{
-    return cJSON_IsNumber(item) ? item->valuedouble : NAN;
-}
-
-static double number(const cJSON *json, const char *name)
-{
-    return number_of(get(json, name));
-}
 
 /* Nearest, 0 where a file has nonsense: the comparison will tell. */
 static int64_t whole(double value, int bits)
@@ -70,7 +54,7 @@ static const char *const cycle_names[] = { "NONE", "REPEAT", "REPEAT_OFFSET",
 static uint8_t word(const cJSON *json, const char *name,
                     const char *const list[], bool *known)
 {
-    const char *text = cJSON_GetStringValue(get(json, name));
+    const char *text = cJSON_GetStringValue(vectors_get(json, name));
 
     for (uint8_t i = 0; text && list[i]; i++)
         if (strcmp(text, list[i]) == 0)
@@ -84,8 +68,10 @@ static struct motion_fcurve_point point(const struct blender_curve *c,
                                         const cJSON *json, const char *t,
                                         const char *v)
 {
-    return (struct motion_fcurve_point){ whole(number(json, t), c->frame),
-                                         whole(number(json, v), c->unit) };
+    return (struct motion_fcurve_point){
+        whole(vectors_value_of(json, t), c->frame),
+        whole(vectors_value_of(json, v), c->unit)
+    };
 }
 
 static bool is_given(uint8_t kind)
@@ -102,9 +88,9 @@ static void read_key(const struct blender_curve *c, const cJSON *json,
         .right_kind = word(json, "hr", handle_names, known),
         .interpolation = word(json, "interp", interpolation_names, known),
         .easing = word(json, "easing", easing_names, known),
-        .amplitude_q32 = whole(number(json, "amplitude"), c->unit),
-        .period_ns_q12 = whole(number(json, "period"), c->frame),
-        .back_q32 = whole(number(json, "back"), 32),
+        .amplitude_q32 = whole(vectors_value_of(json, "amplitude"), c->unit),
+        .period_ns_q12 = whole(vectors_value_of(json, "period"), c->frame),
+        .back_q32 = whole(vectors_value_of(json, "back"), 32),
     };
     /* a single key has the handles that it was left with */
     if (is_given(key->left_kind) || c->curve.count == 1)
@@ -115,28 +101,29 @@ static void read_key(const struct blender_curve *c, const cJSON *json,
 
 static void read_cycles(struct blender_curve *c, bool *known)
 {
-    const cJSON *json = get(c->json, "cycles");
+    const cJSON *json = vectors_get(c->json, "cycles");
 
     if (!cJSON_IsObject(json))
         return;
     c->curve.before.mode = word(json, "mode_before", cycle_names, known);
     c->curve.after.mode = word(json, "mode_after", cycle_names, known);
-    c->curve.before.count = (uint32_t)number(json, "count_before");
-    c->curve.after.count = (uint32_t)number(json, "count_after");
+    c->curve.before.count = (uint32_t)vectors_value_of(json, "count_before");
+    c->curve.after.count = (uint32_t)vectors_value_of(json, "count_after");
 }
 
 static double largest(double a, const cJSON *json, const char *name)
 {
-    const double b = fabs(number(json, name));
+    const double b = fabs(vectors_value_of(json, name));
     return b > a ? b : a;
 }
 
 /* Units in which the largest value and time fill their bits. */
 static void choose_units(struct blender_curve *c)
 {
-    const cJSON *keys = get(c->json, "keys"), *key;
+    const cJSON *keys = vectors_get(c->json, "keys"), *key;
     const double end =
-        number(c->json, "t0") + number(c->json, "dt") * number(c->json, "n");
+        vectors_value_of(c->json, "t0") +
+        vectors_value_of(c->json, "dt") * vectors_value_of(c->json, "n");
     double v = 0, t = fmax(largest(fabs(end), c->json, "t0"), 1e-6);
     int e;
 
@@ -145,9 +132,9 @@ static void choose_units(struct blender_curve *c)
         v = largest(largest(v, key, "v"), key, "amplitude");
         t = largest(t, key, "t");
     }
-    cJSON_ArrayForEach(key, get(c->json, "v"))
+    cJSON_ArrayForEach(key, vectors_get(c->json, "v"))
     {
-        v = fmax(v, fabs(number_of(key)));
+        v = fmax(v, fabs(vectors_value(key)));
     }
     (void)frexp(v, &e);
     c->unit = 32 + UNIT_BITS - (v > 0 ? e : 0);
@@ -157,7 +144,7 @@ static void choose_units(struct blender_curve *c)
 
 static bool read_curve(struct blender_curve *c)
 {
-    const cJSON *keys = get(c->json, "keys"), *json;
+    const cJSON *keys = vectors_get(c->json, "keys"), *json;
     bool known = true;
     uint32_t i = 0;
 
@@ -197,7 +184,7 @@ static int compare(struct blender_curve *c, double t, const cJSON *want)
 
     if (rc != MOTION_OK)
         return rc;
-    error = fabs(ldexp(value_of(got.pos), 32 - c->unit) - number_of(want));
+    error = fabs(ldexp(value_of(got.pos), 32 - c->unit) - vectors_value(want));
     if (!(error <= c->worst)) {
         c->worst = error;
         c->worst_t = t;
@@ -207,21 +194,22 @@ static int compare(struct blender_curve *c, double t, const cJSON *want)
 
 static int compare_all(struct blender_curve *c)
 {
-    const double t0 = number(c->json, "t0"), dt = number(c->json, "dt");
+    const double t0 = vectors_value_of(c->json, "t0"),
+                 dt = vectors_value_of(c->json, "dt");
     const cJSON *want, *key;
     int rc = MOTION_OK, i = 0;
 
-    cJSON_ArrayForEach(want, get(c->json, "v"))
+    cJSON_ArrayForEach(want, vectors_get(c->json, "v"))
     {
         if (rc == MOTION_OK)
             rc = compare(c, t0 + i++ * dt, want);
     }
     i = 0;
-    cJSON_ArrayForEach(key, get(c->json, "keys"))
+    cJSON_ArrayForEach(key, vectors_get(c->json, "keys"))
     {
-        want = cJSON_GetArrayItem(get(c->json, "at_keys"), i++);
+        want = cJSON_GetArrayItem(vectors_get(c->json, "at_keys"), i++);
         if (rc == MOTION_OK)
-            rc = compare(c, number(key, "t"), want);
+            rc = compare(c, vectors_value_of(key, "t"), want);
     }
     return rc;
 }
@@ -289,23 +277,10 @@ static const char *method_of(const struct motion_fcurve *curve)
 }
 
 /* The row of a method, a new one when there is none; NULL when full. */
-static struct vectors_row *row_of(struct vectors_row *rows, int *count,
-                                  int room, const char *method)
-{
-    for (int i = 0; i < *count; i++)
-        if (strcmp(rows[i].method, method) == 0)
-            return &rows[i];
-    if (*count == room)
-        return NULL;
-    rows[*count] = (struct vectors_row){ .tolerance = 1, .pass = true };
-    snprintf(rows[*count].method, sizeof rows->method, "%s", method);
-    return &rows[(*count)++];
-}
-
 static int add_curve(struct blender_curve *c, struct vectors_row *rows,
                      int *count, int room)
 {
-    const double tolerance = number(c->json, "tol_abs");
+    const double tolerance = vectors_value_of(c->json, "tol_abs");
     struct vectors_row *row;
     bool pass;
 
@@ -313,7 +288,7 @@ static int add_curve(struct blender_curve *c, struct vectors_row *rows,
         fprintf(stderr, "%s: cannot be read\n", c->name);
         return -1;
     }
-    row = row_of(rows, count, room, method_of(&c->curve));
+    row = vectors_row_of(rows, room, count, method_of(&c->curve), 1);
     if (row == NULL)
         return -1;
     pass = judge(c, tolerance);
@@ -328,9 +303,9 @@ int vectors_blender(const cJSON *file, struct vectors_row *rows, int room)
     const cJSON *json;
     int count = 0, rc = 0;
 
-    cJSON_ArrayForEach(json, get(file, "curves"))
+    cJSON_ArrayForEach(json, vectors_get(file, "curves"))
     {
-        const char *name = cJSON_GetStringValue(get(json, "name"));
+        const char *name = cJSON_GetStringValue(vectors_get(json, "name"));
         struct blender_curve c = { .json = json, .name = name ? name : "?" };
 
         if (rc == 0)

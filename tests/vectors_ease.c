@@ -3,8 +3,6 @@
  * Normalised distance 1 is 2^20 units, normalised time 1 is 1 s.  Position,
  * velocity and acceleration are fractions of the largest of the case, 1 at
  * least. */
-#include "tests/vectors.h"
-
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -14,23 +12,13 @@
 #include "motion/err.h"
 #include "motion/fixed.h"
 #include "motion/speed.h"
+#include "tests/vectors_json.h"
 
 #define TOLERANCE   1e-8
 #define LENGTH_BITS 20
 #define ROOM        64
 
 static struct motion_segment room[ROOM];
-
-static const cJSON *get(const cJSON *json, const char *name)
-{
-    return cJSON_GetObjectItemCaseSensitive(json, name);
-}
-
-static double number_at(const cJSON *list, int i)
-{
-    const cJSON *item = cJSON_GetArrayItem(list, i);
-    return cJSON_IsNumber(item) ? item->valuedouble : NAN;
-}
 
 static int64_t ticks(double seconds)
 {
@@ -66,10 +54,11 @@ static int plan(const cJSON *json, size_t kind, struct motion_track *track)
         };
         return motion_speed_append(track, &part, 1, NULL);
     }
-    if (!cJSON_IsNumber(get(json, "k1")) || !cJSON_IsNumber(get(json, "k2")))
+    if (!cJSON_IsNumber(vectors_get(json, "k1")) ||
+        !cJSON_IsNumber(vectors_get(json, "k2")))
         return MOTION_E_ARG;
-    const int64_t k1 = ticks(get(json, "k1")->valuedouble);
-    const int64_t k2 = ticks(get(json, "k2")->valuedouble);
+    const int64_t k1 = ticks(vectors_get(json, "k1")->valuedouble);
+    const int64_t k2 = ticks(vectors_get(json, "k2")->valuedouble);
     return motion_ease_append_phases(track, kinds[kind].law, length, k1,
                                      k2 - k1, MOTION_FIXED_S_Q12 - k2);
 }
@@ -80,7 +69,7 @@ static struct motion_state state_at(const cJSON *json,
                                     const struct motion_track *track, int64_t t)
 {
     const struct motion_segment *last = &track->segment[track->count - 1];
-    const cJSON *k1 = get(json, "k1");
+    const cJSON *k1 = vectors_get(json, "k1");
     struct motion_state state;
 
     if (t < track->end_ns_q12) {
@@ -93,63 +82,43 @@ static struct motion_state state_at(const cJSON *json,
     return state;
 }
 
-static void worse(double *worst, double error)
-{
-    if (!(error <= *worst)) /* a NaN stays */
-        *worst = error;
-}
-
 static bool compare(const cJSON *json, const struct motion_track *track,
                     struct vectors_row *out)
 {
     static const char *const names[3] = { "s", "v", "a" };
-    const cJSON *t = get(json, "t"), *want[3];
+    const cJSON *t = vectors_get(json, "t"), *want[3];
     double worst[3] = { 0 }, largest[3] = { 1, 1, 1 };
     const int n = cJSON_GetArraySize(t);
 
     for (int k = 0; k < 3; k++) {
-        want[k] = get(json, names[k]);
+        want[k] = vectors_get(json, names[k]);
         if (n == 0 || cJSON_GetArraySize(want[k]) != n)
             return false;
     }
     for (int i = 0; i < n; i++) {
         const struct motion_state s =
-            state_at(json, track, ticks(number_at(t, i)));
+            state_at(json, track, ticks(vectors_number_at(t, i)));
         const double got[3] = {
             ldexp((double)s.pos_q32, -32 - LENGTH_BITS),
             ldexp((double)s.vel_q32, -32 - LENGTH_BITS),
             ldexp((double)s.acc_q16, -16 - LENGTH_BITS),
         };
         for (int k = 0; k < 3; k++) {
-            const double value = number_at(want[k], i);
-            worse(&worst[k], fabs(got[k] - value));
-            worse(&largest[k], fabs(value));
+            const double value = vectors_number_at(want[k], i);
+            vectors_worst(&worst[k], fabs(got[k] - value));
+            vectors_worst(&largest[k], fabs(value));
         }
     }
-    worse(&out->worst_p, worst[0] / largest[0]);
-    worse(&out->worst_v, worst[1] / largest[1]);
-    worse(&out->worst_a, worst[2] / largest[2]);
+    vectors_worst(&out->worst_p, worst[0] / largest[0]);
+    vectors_worst(&out->worst_v, worst[1] / largest[1]);
+    vectors_worst(&out->worst_a, worst[2] / largest[2]);
     return true;
-}
-
-static struct vectors_row *row_of(struct vectors_row *rows, int room_rows,
-                                  int *count, const char *kind)
-{
-    for (int i = 0; i < *count; i++) {
-        if (strcmp(rows[i].method, kind) == 0)
-            return &rows[i];
-    }
-    if (*count == room_rows)
-        return NULL;
-    rows[*count] = (struct vectors_row){ .tolerance = TOLERANCE };
-    snprintf(rows[*count].method, sizeof rows->method, "%s", kind);
-    return &rows[(*count)++];
 }
 
 static bool run_case(const cJSON *json, struct vectors_row *rows, int room_rows,
                      int *count)
 {
-    const char *name = cJSON_GetStringValue(get(json, "kind"));
+    const char *name = cJSON_GetStringValue(vectors_get(json, "kind"));
     struct motion_track track;
     size_t kind = 0;
 
@@ -160,7 +129,8 @@ static bool run_case(const cJSON *json, struct vectors_row *rows, int room_rows,
         plan(json, kind, &track) < 0)
         return false;
 
-    struct vectors_row *out = row_of(rows, room_rows, count, name);
+    struct vectors_row *out =
+        vectors_row_of(rows, room_rows, count, name, TOLERANCE);
     if (out == NULL)
         return false;
     out->cases++;
@@ -172,18 +142,15 @@ int vectors_ease(const cJSON *file, struct vectors_row *rows, int room_rows)
     const cJSON *json;
     int count = 0;
 
-    cJSON_ArrayForEach(json, get(file, "cases"))
+    cJSON_ArrayForEach(json, vectors_get(file, "cases"))
     {
         if (!run_case(json, rows, room_rows, &count)) {
-            const char *name = cJSON_GetStringValue(get(json, "name"));
+            const char *name = cJSON_GetStringValue(vectors_get(json, "name"));
             fprintf(stderr, "ease: %s: not a law that is known\n",
                     name ? name : "?");
             return -1;
         }
     }
-    for (int i = 0; i < count; i++)
-        rows[i].pass = rows[i].worst_p <= rows[i].tolerance &&
-                       rows[i].worst_v <= 10 * rows[i].tolerance &&
-                       rows[i].worst_a <= 100 * rows[i].tolerance;
+    vectors_judge(rows, count);
     return count;
 }

@@ -4,6 +4,7 @@
 
 #include <math.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "motion/vec.h"
@@ -26,11 +27,37 @@ static inline bool vectors_numbers(const cJSON *list, int count, double *to)
     return n == count;
 }
 
+static inline const cJSON *vectors_get(const cJSON *item, const char *name)
+{
+    return cJSON_GetObjectItemCaseSensitive(item, name);
+}
+
+/* NAN when it is something else. */
+static inline double vectors_value(const cJSON *item)
+{
+    return cJSON_IsNumber(item) ? item->valuedouble : NAN;
+}
+
+static inline double vectors_value_of(const cJSON *item, const char *name)
+{
+    return vectors_value(vectors_get(item, name));
+}
+
+static inline double vectors_number_at(const cJSON *list, int64_t i)
+{
+    return vectors_value(cJSON_GetArrayItem(list, (int)i));
+}
+
+/* "" when it is something else. */
+static inline const char *vectors_string(const cJSON *item)
+{
+    const char *text = cJSON_GetStringValue(item);
+    return text != NULL ? text : "";
+}
+
 static inline const char *vectors_text(const cJSON *item, const char *name)
 {
-    const char *text =
-        cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(item, name));
-    return text != NULL ? text : "";
+    return vectors_string(vectors_get(item, name));
 }
 
 static inline bool vectors_number(const cJSON *item, const char *name,
@@ -78,7 +105,7 @@ static inline struct vectors_row *vectors_row_of(struct vectors_row *rows,
     if (*count == room)
         return NULL;
     rows[*count] = (struct vectors_row){ .tolerance = tolerance, .pass = true };
-    strncpy(rows[*count].method, method, sizeof rows->method - 1);
+    snprintf(rows[*count].method, sizeof rows->method, "%s", method);
     return &rows[(*count)++];
 }
 

@@ -3,8 +3,6 @@
  * A case says nothing about its unit, so it is taken in one that makes the
  * largest value about 2^20 units, as micrometres or counts do for a machine: a
  * power of two, which changes no digit.  Times are rounded to 2^-12 ns. */
-#include "tests/vectors.h"
-
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -15,6 +13,7 @@
 #include "motion/fixed.h"
 #include "motion/spline.h"
 #include "motion/time_warp.h"
+#include "tests/vectors_json.h"
 
 #define TOLERANCE    1e-8
 #define UNIT_BITS    20
@@ -37,23 +36,6 @@ struct spline_case {
 static struct spline_case the_case; /* large */
 
 /* --- reading ---------------------------------------------------------------- */
-
-static const cJSON *get(const cJSON *json, const char *name)
-{
-    return cJSON_GetObjectItemCaseSensitive(json, name);
-}
-
-static double number_at(const cJSON *list, uint32_t i)
-{
-    const cJSON *item = cJSON_GetArrayItem(list, (int)i);
-    return cJSON_IsNumber(item) ? item->valuedouble : NAN;
-}
-
-static const char *text_of(const cJSON *item)
-{
-    const char *text = cJSON_GetStringValue(item);
-    return text ? text : "";
-}
 
 static int64_t ticks(double seconds)
 {
@@ -112,8 +94,8 @@ static bool read_keys(struct spline_case *c, const cJSON *t, const cJSON *p)
         return false;
     memset(c->key, 0, sizeof c->key);
     for (uint32_t i = 0; i < c->count; i++) {
-        c->key[i].t_ns_q12 = ticks(number_at(t, i));
-        c->key[i].pos_q32 = units(c, number_at(p, i));
+        c->key[i].t_ns_q12 = ticks(vectors_number_at(t, i));
+        c->key[i].pos_q32 = units(c, vectors_number_at(p, i));
     }
     return true;
 }
@@ -155,15 +137,16 @@ static void compare_at(struct spline_case *c, const struct motion_state *s,
 
 static bool compare_all(struct spline_case *c, int64_t origin)
 {
-    const cJSON *x = get(c->json, "x"), *y = get(c->json, "y");
-    const cJSON *dy = get(c->json, "dy"), *ddy = get(c->json, "ddy");
+    const cJSON *x = vectors_get(c->json, "x"), *y = vectors_get(c->json, "y");
+    const cJSON *dy = vectors_get(c->json, "dy"),
+                *ddy = vectors_get(c->json, "ddy");
     const uint32_t n = (uint32_t)cJSON_GetArraySize(x);
 
     for (uint32_t i = 0; i < n; i++) {
         const struct motion_state s =
-            state_at(&c->track, ticks(number_at(x, i)) - origin);
-        compare_at(c, &s, 1, number_at(y, i), number_at(dy, i),
-                   number_at(ddy, i));
+            state_at(&c->track, ticks(vectors_number_at(x, i)) - origin);
+        compare_at(c, &s, 1, vectors_number_at(y, i), vectors_number_at(dy, i),
+                   vectors_number_at(ddy, i));
     }
     return n > 0;
 }
@@ -194,10 +177,10 @@ static int run_lagrange(struct spline_case *c)
 
 static int run_hermite(struct spline_case *c)
 {
-    const cJSON *tangent = get(c->params, "tangent");
+    const cJSON *tangent = vectors_get(c->params, "tangent");
 
     for (uint32_t i = 0; i < c->count; i++) {
-        c->key[i].vel = real_of(c, number_at(tangent, i));
+        c->key[i].vel = real_of(c, vectors_number_at(tangent, i));
         c->key[i].has_vel = true;
     }
     return cubic(c, MOTION_OK);
@@ -205,7 +188,7 @@ static int run_hermite(struct spline_case *c)
 
 static int run_cardinal(struct spline_case *c)
 {
-    const double mu = cJSON_GetNumberValue(get(c->params, "mu"));
+    const double mu = cJSON_GetNumberValue(vectors_get(c->params, "mu"));
 
     return cubic(c, motion_spline_tangents_cardinal(
                         c->key, c->count, llround(ldexp(mu, 32)),
@@ -258,26 +241,27 @@ static bool read_rule(const char *name, enum motion_spline_end *end)
 static bool read_end(const struct spline_case *c, const cJSON *bc,
                      struct motion_key *key, enum motion_spline_end *end)
 {
-    const char *what = text_of(cJSON_GetArrayItem(bc, 0));
+    const char *what = vectors_string(cJSON_GetArrayItem(bc, 0));
 
     if (cJSON_IsString(bc))
-        return read_rule(text_of(bc), end);
-    if (isnan(number_at(bc, 1)))
+        return read_rule(vectors_string(bc), end);
+    if (isnan(vectors_number_at(bc, 1)))
         return false;
     *end = MOTION_SPLINE_NATURAL;
     key->has_vel = strcmp(what, "velocity") == 0;
     key->has_acc = strcmp(what, "acceleration") == 0;
-    key->vel = key->acc = real_of(c, number_at(bc, 1));
+    key->vel = key->acc = real_of(c, vectors_number_at(bc, 1));
     return key->has_vel || key->has_acc;
 }
 
 static bool read_ends(struct spline_case *c, enum motion_spline_end ends[2])
 {
-    const cJSON *bc = get(c->json, "bc");
+    const cJSON *bc = vectors_get(c->json, "bc");
     const bool one = cJSON_IsString(bc);
 
-    return read_end(c, one ? bc : get(bc, "start"), &c->key[0], &ends[0]) &&
-           read_end(c, one ? bc : get(bc, "end"), &c->key[c->count - 1],
+    return read_end(c, one ? bc : vectors_get(bc, "start"), &c->key[0],
+                    &ends[0]) &&
+           read_end(c, one ? bc : vectors_get(bc, "end"), &c->key[c->count - 1],
                     &ends[1]);
 }
 
@@ -305,12 +289,12 @@ static int run_c4(struct spline_case *c)
 
 static int run_constraints(struct spline_case *c)
 {
-    const cJSON *order = get(c->params, "key_order");
+    const cJSON *order = vectors_get(c->params, "key_order");
 
     for (uint32_t i = 0; i < c->count; i++) {
-        const double n = number_at(order, i);
-        const double v = number_at(get(c->params, "v"), i);
-        const double a = number_at(get(c->params, "a"), i);
+        const double n = vectors_number_at(order, i);
+        const double v = vectors_number_at(vectors_get(c->params, "v"), i);
+        const double a = vectors_number_at(vectors_get(c->params, "a"), i);
         c->key[i].has_vel = n >= 2 && !isnan(v);
         c->key[i].has_acc = n >= 3 && !isnan(a);
         if (c->key[i].has_vel)
@@ -324,17 +308,18 @@ static int run_constraints(struct spline_case *c)
 /* f is a natural C2 spline over params f_t, f_p; w is pchip through (t, p). */
 static int run_time_warp(struct spline_case *c)
 {
-    const int64_t origin = ticks(number_at(get(c->params, "f_t"), 0));
+    const int64_t origin =
+        ticks(vectors_number_at(vectors_get(c->params, "f_t"), 0));
     struct motion_track f, w;
     struct motion_state start;
     int rc;
 
-    if (strcmp(text_of(get(c->params, "f")), "cubic_c2 natural") != 0 ||
-        strncmp(text_of(get(c->params, "w")), "pchip", 5) != 0)
+    if (strcmp(vectors_text(c->params, "f"), "cubic_c2 natural") != 0 ||
+        strncmp(vectors_text(c->params, "w"), "pchip", 5) != 0)
         return MOTION_E_ARG;
     for (uint32_t i = 0; i < c->count; i++)
         c->key[i].pos_q32 = motion_time_warp_ms(
-            ticks(number_at(get(c->json, "p"), i)) - origin);
+            ticks(vectors_number_at(vectors_get(c->json, "p"), i)) - origin);
     motion_track_init(&w, c->w_segment, KEYS_MAX, c->key[0].pos_q32);
     rc = motion_spline_monotone(c->key, c->count, MOTION_SPLINE_ONE_SIDED,
                                 MOTION_SPLINE_ONE_SIDED);
@@ -342,8 +327,9 @@ static int run_time_warp(struct spline_case *c)
         rc = motion_spline_append_cubic(&w, c->key, c->count, NULL);
     if (rc != MOTION_OK)
         return rc;
-    choose_scale(c, get(c->params, "f_p"));
-    if (!read_keys(c, get(c->params, "f_t"), get(c->params, "f_p")))
+    choose_scale(c, vectors_get(c->params, "f_p"));
+    if (!read_keys(c, vectors_get(c->params, "f_t"),
+                   vectors_get(c->params, "f_p")))
         return MOTION_E_ARG;
     motion_track_init(&f, c->f_segment, KEYS_MAX, c->key[0].pos_q32);
     rc = motion_spline_c2(c->key, c->count, MOTION_SPLINE_NATURAL,
@@ -359,7 +345,7 @@ static int run_time_warp(struct spline_case *c)
 
 static int run_in_time(struct spline_case *c, int (*run)(struct spline_case *c))
 {
-    const cJSON *t = get(c->json, "t"), *p = get(c->json, "p");
+    const cJSON *t = vectors_get(c->json, "t"), *p = vectors_get(c->json, "p");
     int rc;
 
     choose_scale(c, p);
@@ -369,34 +355,35 @@ static int run_in_time(struct spline_case *c, int (*run)(struct spline_case *c))
     rc = run(c);
     if (rc != MOTION_OK)
         return rc;
-    return compare_all(c, ticks(number_at(t, 0))) ? MOTION_OK : MOTION_E_ARG;
+    return compare_all(c, ticks(vectors_number_at(t, 0))) ? MOTION_OK
+                                                          : MOTION_E_ARG;
 }
 
 /* --- curves in space -------------------------------------------------------------- */
 
 static double coordinate(const cJSON *points, uint32_t i, int axis)
 {
-    return number_at(cJSON_GetArrayItem(points, (int)i), (uint32_t)axis);
+    return vectors_number_at(cJSON_GetArrayItem(points, (int)i), axis);
 }
 
 /* Rows of x, y, dy, ddy against the track of one axis. */
 static void compare_axis(struct spline_case *c, int axis, double zero)
 {
-    const cJSON *x = get(c->json, "x");
+    const cJSON *x = vectors_get(c->json, "x");
     const uint32_t n = (uint32_t)cJSON_GetArraySize(x);
 
     for (uint32_t i = 0; i < n; i++) {
         const struct motion_state s =
-            state_at(&c->track, ticks(number_at(x, i) - zero));
-        compare_at(c, &s, 1, coordinate(get(c->json, "y"), i, axis),
-                   coordinate(get(c->json, "dy"), i, axis),
-                   coordinate(get(c->json, "ddy"), i, axis));
+            state_at(&c->track, ticks(vectors_number_at(x, i) - zero));
+        compare_at(c, &s, 1, coordinate(vectors_get(c->json, "y"), i, axis),
+                   coordinate(vectors_get(c->json, "dy"), i, axis),
+                   coordinate(vectors_get(c->json, "ddy"), i, axis));
     }
 }
 
 static int run_bezier(struct spline_case *c)
 {
-    const cJSON *ctrl = get(c->json, "ctrl");
+    const cJSON *ctrl = vectors_get(c->json, "ctrl");
 
     if (cJSON_GetArraySize(ctrl) != 4)
         return MOTION_E_ARG;
@@ -428,7 +415,8 @@ static int run_bezier(struct spline_case *c)
 
 static int run_bspline(struct spline_case *c)
 {
-    const cJSON *ctrl = get(c->json, "ctrl"), *knots = get(c->params, "knots");
+    const cJSON *ctrl = vectors_get(c->json, "ctrl"),
+                *knots = vectors_get(c->params, "knots");
 
     c->count = (uint32_t)cJSON_GetArraySize(ctrl);
     if (c->count < 4 || c->count > KEYS_MAX ||
@@ -441,7 +429,7 @@ static int run_bspline(struct spline_case *c)
 
         memset(c->key, 0, sizeof c->key);
         for (uint32_t i = 0; i < c->count; i++) {
-            c->key[i].t_ns_q12 = ticks(number_at(knots, i + 2));
+            c->key[i].t_ns_q12 = ticks(vectors_number_at(knots, i + 2));
             c->key[i].pos_q32 = units(c, coordinate(ctrl, i, axis));
         }
         rc = motion_spline_bspline_start(c->key, c->count, &start);
@@ -452,7 +440,7 @@ static int run_bspline(struct spline_case *c)
                                                NULL);
         if (rc != MOTION_OK)
             return rc;
-        compare_axis(c, axis, number_at(knots, 3));
+        compare_axis(c, axis, vectors_number_at(knots, 3));
     }
     return MOTION_OK;
 }
@@ -462,7 +450,7 @@ static int space_times(struct spline_case *c, const cJSON *p, int64_t *t)
 {
     static int64_t pos[3][KEYS_MAX];
     const int64_t *const axes[3] = { pos[0], pos[1], pos[2] };
-    const double alpha = cJSON_GetNumberValue(get(c->params, "alpha"));
+    const double alpha = cJSON_GetNumberValue(vectors_get(c->params, "alpha"));
 
     for (int axis = 0; axis < 3; axis++)
         for (uint32_t i = 0; i < c->count; i++)
@@ -478,9 +466,9 @@ static int space_times(struct spline_case *c, const cJSON *p, int64_t *t)
  * parameter that grows by knot_span over it. */
 static int compare_span(struct spline_case *c, const cJSON *row, int axis)
 {
-    const double from = cJSON_GetNumberValue(get(row, "from_key"));
-    const double knots = cJSON_GetNumberValue(get(row, "knot_span"));
-    const cJSON *u = get(row, "u");
+    const double from = cJSON_GetNumberValue(vectors_get(row, "from_key"));
+    const double knots = cJSON_GetNumberValue(vectors_get(row, "knot_span"));
+    const cJSON *u = vectors_get(row, "u");
     const uint32_t n = (uint32_t)cJSON_GetArraySize(u);
 
     if (!(from >= 0) || !(from + 1 < c->count) || !(knots > 0))
@@ -490,11 +478,11 @@ static int compare_span(struct spline_case *c, const cJSON *row, int axis)
     const double rate = knots / (dur / (double)MOTION_FIXED_S_Q12);
     for (uint32_t i = 0; i < n; i++) {
         struct motion_state s;
-        motion_segment_state(segment, (int64_t)llround(number_at(u, i) * dur),
-                             &s);
-        compare_at(c, &s, rate, coordinate(get(row, "y"), i, axis),
-                   coordinate(get(row, "dy"), i, axis),
-                   coordinate(get(row, "ddy"), i, axis));
+        motion_segment_state(
+            segment, (int64_t)llround(vectors_number_at(u, i) * dur), &s);
+        compare_at(c, &s, rate, coordinate(vectors_get(row, "y"), i, axis),
+                   coordinate(vectors_get(row, "dy"), i, axis),
+                   coordinate(vectors_get(row, "ddy"), i, axis));
     }
     return n > 0 ? MOTION_OK : MOTION_E_ARG;
 }
@@ -512,7 +500,7 @@ static int run_catmull_rom_axis(struct spline_case *c, const cJSON *p,
     }
     start_track(c);
     rc = run_catmull_rom(c);
-    cJSON_ArrayForEach(row, get(c->json, "segments"))
+    cJSON_ArrayForEach(row, vectors_get(c->json, "segments"))
     {
         if (rc == MOTION_OK)
             rc = compare_span(c, row, axis);
@@ -523,7 +511,7 @@ static int run_catmull_rom_axis(struct spline_case *c, const cJSON *p,
 static int run_catmull_rom_3d(struct spline_case *c)
 {
     static int64_t t[KEYS_MAX];
-    const cJSON *p = get(c->json, "p");
+    const cJSON *p = vectors_get(c->json, "p");
     int rc;
 
     c->count = (uint32_t)cJSON_GetArraySize(p);
@@ -568,19 +556,6 @@ static int run_case(struct spline_case *c, const char *method)
     return MOTION_E_ARG;
 }
 
-static struct vectors_row *row_of(struct vectors_row *rows, int *count,
-                                  int room, const char *method)
-{
-    for (int i = 0; i < *count; i++)
-        if (strcmp(rows[i].method, method) == 0)
-            return &rows[i];
-    if (*count == room)
-        return NULL;
-    rows[*count] = (struct vectors_row){ .tolerance = TOLERANCE, .pass = true };
-    snprintf(rows[*count].method, sizeof rows->method, "%s", method);
-    return &rows[(*count)++];
-}
-
 /* Against the largest value of the case. */
 static void judge(struct vectors_row *row, const struct spline_case *c)
 {
@@ -603,22 +578,23 @@ int vectors_splines(const cJSON *file, struct vectors_row *rows, int room)
     const cJSON *json;
     int count = 0;
 
-    cJSON_ArrayForEach(json, get(file, "cases"))
+    cJSON_ArrayForEach(json, vectors_get(file, "cases"))
     {
         struct spline_case *c = &the_case;
-        const char *method = text_of(get(json, "method"));
-        struct vectors_row *row = row_of(rows, &count, room, method);
+        const char *method = vectors_text(json, "method");
+        struct vectors_row *row =
+            vectors_row_of(rows, room, &count, method, TOLERANCE);
         int rc;
 
         if (row == NULL)
             return -1;
         c->json = json;
-        c->params = get(json, "params");
+        c->params = vectors_get(json, "params");
         memset(c->worst, 0, sizeof c->worst);
         memset(c->largest, 0, sizeof c->largest);
         rc = run_case(c, method);
         if (rc != MOTION_OK) {
-            fprintf(stderr, "%s (%s): %s\n", text_of(get(json, "name")), method,
+            fprintf(stderr, "%s (%s): %s\n", vectors_text(json, "name"), method,
                     motion_err_text(rc));
             return -1;
         }

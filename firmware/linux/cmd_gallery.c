@@ -28,7 +28,7 @@ static const char *const cmd_gallery_text[] = {
 
 /* One kind of curve on the keys. */
 struct cmd_gallery_row {
-    char refused[160]; /* why it cannot take the keys; empty: it can */
+    char refused[240]; /* why it cannot take the keys; empty: it can */
     int64_t peak[4];   /* of v, a, j; [0] is how far beyond the keys */
     struct motion_continuity step;
 };

@@ -8,6 +8,7 @@
 #include "firmware/linux/json.h"
 #include "firmware/linux/number.h"
 #include "firmware/linux/output.h"
+#include "firmware/linux/path_report.h"
 #include "firmware/linux/table.h"
 
 static const char *const cmd_plan_curve[] = {
@@ -15,6 +16,12 @@ static const char *const cmd_plan_curve[] = {
     PLAN_CURVE_LIST(CMD_PLAN_CURVE)
 #undef CMD_PLAN_CURVE
 };
+
+static const char *cmd_plan_curve_of(const struct plan_axis *axis)
+{
+    return axis->driver == PLAN_BY_KEYS ? cmd_plan_curve[axis->curve]
+                                        : plan_driver_name(axis->driver);
+}
 
 /* "351.6 / 400   88 %" */
 static void cmd_plan_peak(struct table *table, const struct job *job,
@@ -46,8 +53,11 @@ static void cmd_plan_row(struct table *table, const struct job *job,
     number_short(low, range.min, 32);
     number_short(high, range.max, 32);
     table_cell(table, "%s", plan->name);
-    table_cell(table, "%s", cmd_plan_curve[plan->curve]);
-    table_cell(table, "%u", plan->key_count);
+    table_cell(table, "%s", cmd_plan_curve_of(plan));
+    if (plan->driver == PLAN_BY_KEYS)
+        table_cell(table, "%u", plan->key_count);
+    else
+        table_cell(table, "-");
     table_cell(table, "%u", track->count);
     table_cell(table, "%s s", t);
     table_cell(table, "%s .. %s", low, high);
@@ -71,6 +81,7 @@ static void cmd_plan_text(const struct job *job)
         printf("%s\n\n", job->move.title);
     table_print(&table, stdout);
     table_free(&table);
+    path_report_text(job, stdout);
 }
 
 static void cmd_plan_segments(const struct job *job, unsigned axis)
@@ -135,13 +146,14 @@ static void cmd_plan_json(const struct job *job)
         cJSON_AddStringToObject(item, "name", axis->name);
         cJSON_AddStringToObject(item, "unit",
                                 rig_unit_text(job_rig_axis(job, i)->unit));
-        cJSON_AddStringToObject(item, "curve", cmd_plan_curve[axis->curve]);
+        cJSON_AddStringToObject(item, "curve", cmd_plan_curve_of(axis));
         cJSON_AddNumberToObject(item, "keys", axis->key_count);
         cJSON_AddNumberToObject(item, "segments", job->track[i].count);
         cmd_plan_json_peak(item, "velocity", job, i, MOTION_VEL);
         cmd_plan_json_peak(item, "acceleration", job, i, MOTION_ACC);
         cmd_plan_json_peak(item, "jerk", job, i, MOTION_JERK);
     }
+    path_report_json(job, report);
     json_print(report, stdout);
 }
 
@@ -216,6 +228,8 @@ static enum status cmd_plan_job(struct job *job, const struct options *options)
         cmd_plan_json(job);
     else
         cmd_plan_text(job);
+    if (options->rules && !options->json)
+        path_report_rules(job, stdout);
     for (unsigned i = 0; i < job->move.axis_count; i++)
         if (options->segments && !options->json)
             cmd_plan_segments(job, i);
@@ -233,6 +247,8 @@ static enum status cmd_plan_run(const struct options *options)
 static const struct option_row cmd_plan_option[] = {
     { "segments", NULL, OPTION_FLAG, offsetof(struct options, segments),
       "print the segments of every axis" },
+    { "rules", NULL, OPTION_FLAG, offsetof(struct options, rules),
+      "print the length of the path by every rule, and what each costs" },
     { "out", "FILE", OPTION_TEXT, offsetof(struct options, out),
       "save the tracks as JSON, coefficients as integers" },
     OPTIONS_COMMON,
@@ -246,7 +262,9 @@ const struct command cmd_plan = {
         "Plans every axis and prints how long it takes, where it goes, and "
         "its\n"
         "peaks against the limits.  Does not refuse a move that breaks a\n"
-        "limit: slew check does.\n\n"
+        "limit: slew check does.  For a path also its length, the largest "
+        "speed "
+        "along\nit, and how far at most the axes are from it.\n\n"
         "The saved file holds, per segment, the integers of motion/track.h:\n"
         "p(t) = pos + (c0 + c1 w + ... + c5 w^5) / 2^(32 + frac), with\n"
         "w = (t - start) / (2 dur).  They need 64 bits: read them as "

@@ -4,10 +4,13 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/linux/budget.h"
 #include "firmware/linux/command.h"
+#include "firmware/linux/compiled.h"
 #include "firmware/linux/job.h"
 #include "firmware/linux/json.h"
 #include "firmware/linux/machine.h"
+#include "firmware/linux/machine_real.h"
 #include "firmware/linux/machine_sim.h"
 #include "firmware/linux/number.h"
 #include "firmware/linux/output.h"
@@ -27,6 +30,8 @@ struct cmd_run {
     struct job job;
     struct machine machine;
     struct machine_sim sim;
+    struct machine_real real;
+    struct machine_modbus pty; /* with --pty */
     struct player player;
     struct telemetry telemetry;
     struct trace trace;
@@ -75,7 +80,13 @@ static void cmd_run_intent_row(struct table *table, const struct cmd_run *self,
     number_short(text, track->end.pos_q32, 32);
     table_cell(table, "%s", text);
     table_cell(table, "%s", rig_unit_text(rig->unit));
-    table_cell(table, "%u", self->job.move.axis[i].key_count);
+    const struct plan_axis *axis = &self->job.move.axis[i];
+    if (self->job.compiled != NULL)
+        table_cell(table, "%u", self->job.compiled->file.axis[i].keys);
+    else if (axis->driver == PLAN_BY_KEYS)
+        table_cell(table, "%u", axis->key_count);
+    else
+        table_cell(table, "-");
     cmd_run_margin(table, self, i, MOTION_VEL);
     cmd_run_margin(table, self, i, MOTION_ACC);
     cmd_run_margin(table, self, i, MOTION_JERK);
@@ -107,6 +118,29 @@ static int64_t cmd_run_duration(const struct cmd_run *self)
     return dur_ns_q12;
 }
 
+static const char *cmd_run_drives(const struct cmd_run *self)
+{
+    if (self->options->real)
+        return "REAL drives";
+    if (self->options->pty)
+        return "simulated drives in real time, Modbus by libmodbus";
+    return self->options->realtime ? "simulated drives in real time"
+                                   : "simulated drives in virtual time";
+}
+
+static void cmd_run_bus(const struct cmd_run *self, unsigned i)
+{
+    const struct rig_bus *bus = &self->job.rig.bus[i];
+    struct budget budget;
+    budget_of(&self->job.rig, i, NULL, &budget);
+    printf("%s: %u kbit/s, at most %.1f %% in use", bus->name,
+           bus->bit_rate / 1000, 100 * budget.most);
+    if (self->options->real)
+        printf(", interface %s",
+               bus->interface[0] != 0 ? bus->interface : "not given");
+    putchar('\n');
+}
+
 static void cmd_run_intent(const struct cmd_run *self)
 {
     const struct job *job = &self->job;
@@ -118,14 +152,11 @@ static void cmd_run_intent(const struct cmd_run *self)
            job->rig.title);
     printf("%u axes, %s s at %s %% speed, a set point every %s ms, %s\n\n",
            job->move.axis_count, duration, percent, period,
-           self->options->realtime ? "simulated drives in real time"
-                                   : "simulated drives in virtual time");
+           cmd_run_drives(self));
     cmd_run_intent_table(self);
     fputs("\nlimits: how much of each the move uses at its peak\n", stdout);
     for (unsigned i = 0; i < job->rig.bus_count; i++)
-        printf("%s: %u kbit/s, at most %.1f %% in use\n", job->rig.bus[i].name,
-               job->rig.bus[i].bit_rate / 1000,
-               machine_load_permille(&job->rig, i) / 10.0);
+        cmd_run_bus(self, i);
     fputs("first every axis goes to its first key at a quarter of its limits\n",
           stdout);
     fflush(stdout);
@@ -142,11 +173,9 @@ static void cmd_run_intent_json(const struct cmd_run *self)
     job_json_violations(job, report);
     cJSON *buses = cJSON_AddArrayToObject(report, "buses");
     for (unsigned i = 0; i < job->rig.bus_count; i++) {
-        cJSON *bus = cJSON_CreateObject();
-        cJSON_AddStringToObject(bus, "name", job->rig.bus[i].name);
-        cJSON_AddNumberToObject(bus, "load_at_most",
-                                machine_load_permille(&job->rig, i) / 1000.0);
-        cJSON_AddItemToArray(buses, bus);
+        struct budget budget;
+        budget_of(&job->rig, i, NULL, &budget);
+        cJSON_AddItemToArray(buses, budget_json(&budget));
     }
     json_print(report, stdout);
 }
@@ -167,18 +196,7 @@ static enum status cmd_run_check(struct cmd_run *self)
                 self->job.violation_count == 1 ? "" : "s");
         return STATUS_REFUSED;
     }
-    for (unsigned i = 0; i < self->job.rig.bus_count; i++) {
-        if (machine_load_permille(&self->job.rig, i) <= 1000)
-            continue;
-        fprintf(stderr,
-                "%s:%u:%u: bus %s would need %.1f %% of its time, expected "
-                "fewer drives, a higher bit rate or a longer tick\n",
-                self->job.rig_path, self->job.rig.bus[i].place.line,
-                self->job.rig.bus[i].place.column, self->job.rig.bus[i].name,
-                machine_load_permille(&self->job.rig, i) / 10.0);
-        return STATUS_REFUSED;
-    }
-    return STATUS_OK;
+    return budget_check(&self->job) ? STATUS_OK : STATUS_REFUSED;
 }
 
 /* --- doing it --- */
@@ -187,13 +205,47 @@ static enum status cmd_run_build(struct cmd_run *self)
 {
     struct machine_ports ports;
     char message[RIG_MESSAGE_MAX];
-    if (machine_sim_init(&self->sim, &self->job.rig, self->options->realtime,
-                         &ports, message) < 0 ||
+    const struct rig *rig = &self->job.rig;
+    int err =
+        self->options->real
+            ? machine_real_init(&self->real, rig, &ports, message)
+            : machine_sim_init(&self->sim, rig,
+                               self->options->realtime || self->options->pty,
+                               &ports, message);
+    if (err == MOTION_OK && self->options->pty)
+        err = machine_modbus_open(&self->pty, rig, true, &ports, message);
+    if (err < 0 ||
         machine_init(&self->machine, &self->job.rig, &ports, message) < 0) {
         fprintf(stderr, "%s: %s\n", self->job.rig_path, message);
         return STATUS_INPUT;
     }
     return STATUS_OK;
+}
+
+/* A window must always reach as far as a stop may need, and twice that so that
+ * reading ahead has time. */
+static enum status cmd_run_window(const struct cmd_run *self)
+{
+    const struct job *job = &self->job;
+    const struct motion_track *track[CONTROLLER_AXES_MAX] = { NULL };
+    char what[256], least[NUMBER_MAX], need[NUMBER_MAX];
+    if (job->compiled == NULL)
+        return STATUS_OK;
+    for (unsigned i = 0; i < job->move.axis_count; i++)
+        track[job->rig_axis[i]] = &job->track[i];
+    const int64_t need_ns_q12 =
+        2 * controller_reserve_ns_q12(&self->machine.controller, track,
+                                      self->rate_q30);
+    if (job->compiled->least_ns_q12 >= need_ns_q12)
+        return STATUS_OK;
+    number_seconds(least, job->compiled->least_ns_q12);
+    number_seconds(need, need_ns_q12);
+    snprintf(what, sizeof what,
+             "%d segments last %s s somewhere, expected %s s to be able to "
+             "stop: run the move file itself",
+             TRACK_STREAM_PLAY, least, need);
+    job_fail(job->move_path, what);
+    return STATUS_REFUSED;
 }
 
 static enum status cmd_run_files(struct cmd_run *self)
@@ -237,7 +289,7 @@ static enum status cmd_run_play(struct cmd_run *self)
 {
     const struct options *options = self->options;
     const struct player_config config = {
-        .realtime = options->realtime,
+        .realtime = options->realtime || options->real || options->pty,
         .override_q30 = self->rate_q30,
         .hold_at_ns = options->hold_at_ns,
         .resume_after_ns = options->resume_after_ns < 0
@@ -293,7 +345,7 @@ static enum status cmd_run_end(const struct report *report)
     return STATUS_INTERRUPTED;
 }
 
-static void cmd_run_report(const struct cmd_run *self)
+static void cmd_run_report(struct cmd_run *self)
 {
     if (self->options->json) {
         report_json(&self->report, stdout);
@@ -301,6 +353,8 @@ static void cmd_run_report(const struct cmd_run *self)
     }
     putchar('\n');
     report_print(&self->report, stdout);
+    machine_modbus_print(&self->pty, &self->job.rig, stdout);
+    machine_modbus_print(&self->real.modbus, &self->job.rig, stdout);
 }
 
 static enum status cmd_run_live(struct cmd_run *self)
@@ -313,14 +367,36 @@ static enum status cmd_run_live(struct cmd_run *self)
     return status == STATUS_OK ? cmd_run_end(&self->report) : status;
 }
 
+static enum status cmd_run_interfaces(struct cmd_run *self)
+{
+    char message[RIG_MESSAGE_MAX];
+    if (self->options->interface == NULL ||
+        rig_set_interfaces(&self->job.rig, self->options->interface, message) ==
+            0)
+        return STATUS_OK;
+    fprintf(stderr, "slew run: --interface: %s\n", message);
+    return STATUS_INPUT;
+}
+
 static enum status cmd_run_job(struct cmd_run *self)
 {
     const struct options *options = self->options;
-    enum status status = job_open(&self->job, options);
+    enum status status = job_open_any(&self->job, options);
     if (status != STATUS_OK)
         return status;
+    status = cmd_run_interfaces(self);
+    if (status != STATUS_OK)
+        return status;
+    if (self->job.compiled != NULL && options->plot != NULL)
+        return job_fail(self->job.move_path, "is a compiled move, expected the "
+                                             "move file itself for --plot");
     if (!options->json)
         cmd_run_intent(self);
+    if (options->pty && options->real) {
+        fputs("slew run: --pty is for simulated drives, --real is not\n",
+              stderr);
+        return STATUS_INPUT;
+    }
     status = cmd_run_check(self);
     if (status != STATUS_OK)
         return status;
@@ -330,6 +406,8 @@ static enum status cmd_run_job(struct cmd_run *self)
         return STATUS_OK;
     }
     status = cmd_run_build(self);
+    if (status == STATUS_OK)
+        status = cmd_run_window(self);
     if (status == STATUS_OK)
         status = cmd_run_files(self);
     if (status != STATUS_OK)
@@ -350,6 +428,8 @@ static enum status cmd_run_run(const struct options *options)
     enum status status = cmd_run_job(&self);
     output_abandon(&self.csv);
     trace_free(&self.trace);
+    machine_modbus_close(&self.pty);
+    machine_real_close(&self.real);
     job_free(&self.job);
     return status;
 }
@@ -357,6 +437,13 @@ static enum status cmd_run_run(const struct options *options)
 static const struct option_row cmd_run_option[] = {
     { "dry-run", NULL, OPTION_FLAG, offsetof(struct options, dry_run),
       "say what would happen, check it, and stop there" },
+    { "real", NULL, OPTION_FLAG, offsetof(struct options, real),
+      "move the real drives, on the interfaces of the rig" },
+    { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
+      "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
+    { "pty", NULL, OPTION_FLAG, offsetof(struct options, pty),
+      "in real time, simulated Modbus drives behind real pseudo-terminals and "
+      "sockets" },
     { "realtime", NULL, OPTION_FLAG, offsetof(struct options, realtime),
       "run on the clock, not in virtual time" },
     { "telemetry", "FILE", OPTION_TEXT, offsetof(struct options, telemetry),
@@ -376,20 +463,26 @@ static const struct option_row cmd_run_option[] = {
 const struct command cmd_run = {
     .name = "run",
     .arguments = "RIG MOVE | DIRECTORY",
-    .summary = "run a move on simulated drives",
+    .summary = "run a move on simulated drives, or --real ones",
     .text =
         "Says what it will do, checks the move against all limits, enables "
         "the\n"
         "drives, takes every axis to its first key, runs the move, and "
         "reports\n"
         "per axis what was reached.  A move that breaks a limit is not run:\n"
-        "nothing is sent to the bus.\n\n"
+        "nothing is sent to the bus.  MOVE may be a compiled one: it is read\n"
+        "as it is played (slew compile).\n\n"
+        "Drives are simulated unless --real is given: then the buses are the\n"
+        "CAN interfaces that the rig names, and things move.  --dry-run says "
+        "what\n"
+        "would happen.\n\n"
         "One interrupt (Ctrl-C) stops along the path, a second one stops "
         "every\n"
         "drive at once.\n",
     .examples = "  slew run examples/dolly\n"
                 "  slew run --telemetry run.csv --plot run.png examples/dolly\n"
                 "  slew run --realtime --override 50 rig.yaml move.yaml\n"
+                "  slew run --real --telemetry run.csv rig.yaml move.yaml\n"
                 "  slew run --hold-at 5s --resume-after 2s examples/dolly\n",
     COMMAND_OPTIONS(cmd_run_option),
     .run = cmd_run_run,

@@ -7,6 +7,7 @@
 #include <stdio.h>
 
 #include "firmware/linux/command.h"
+#include "firmware/linux/compiled.h"
 #include "firmware/linux/job.h"
 #include "firmware/linux/json.h"
 #include "firmware/linux/number.h"
@@ -20,6 +21,7 @@ struct cmd_sample {
     const struct options *options;
     unsigned first, end; /* axes */
     struct motion_cursor cursor[PLAN_AXES_MAX];
+    bool failed; /* a compiled move could not be read any more */
 };
 
 /* Time of sample k.  k <= 19 days * 1 MHz < 2^41 and the product is 128 bits
@@ -55,15 +57,30 @@ static void cmd_sample_value(const struct cmd_sample *self, int64_t value,
     fputs(text, stdout);
 }
 
+static const struct motion_track *
+cmd_sample_track(struct cmd_sample *self, unsigned axis, int64_t t_ns_q12)
+{
+    if (self->job->compiled == NULL)
+        return &self->job->track[axis];
+    const struct motion_track *track =
+        compiled_look(self->job->compiled, axis, t_ns_q12);
+    self->failed |= track == NULL;
+    return track;
+}
+
 static void cmd_sample_row(struct cmd_sample *self, int64_t t_ns)
 {
     char text[NUMBER_MAX];
     number_integer(text, t_ns);
     fputs(text, stdout);
     for (unsigned i = self->first; i < self->end; i++) {
+        const struct motion_track *track =
+            cmd_sample_track(self, i, t_ns * MOTION_FIXED_NS_Q12);
         struct motion_sample sample;
-        motion_track_sample(&self->job->track[i], &self->cursor[i],
-                            t_ns * MOTION_FIXED_NS_Q12, &sample);
+        if (track == NULL)
+            return;
+        motion_track_sample(track, &self->cursor[i], t_ns * MOTION_FIXED_NS_Q12,
+                            &sample);
         cmd_sample_value(self, sample.pos_q32, 32);
         cmd_sample_value(self, sample.vel_q32, 32);
         cmd_sample_value(self, sample.acc_q16, 16);
@@ -95,7 +112,7 @@ static void cmd_sample_csv(struct cmd_sample *self, int64_t k, int64_t to_ns)
     putchar('\n');
     for (;; k++) {
         int64_t t_ns = cmd_sample_time(k, rate_uhz);
-        if (t_ns > to_ns || ferror(stdout))
+        if (t_ns > to_ns || self->failed || ferror(stdout))
             return;
         cmd_sample_row(self, t_ns);
         putchar('\n');
@@ -111,7 +128,7 @@ static void cmd_sample_json(struct cmd_sample *self, int64_t k, int64_t to_ns)
     fputs("],\n\"rows\": [", stdout);
     for (;; k++) {
         int64_t t_ns = cmd_sample_time(k, rate_uhz);
-        if (t_ns > to_ns || ferror(stdout))
+        if (t_ns > to_ns || self->failed || ferror(stdout))
             break;
         printf("%s[", between);
         cmd_sample_row(self, t_ns);
@@ -147,7 +164,7 @@ static enum status cmd_sample_job(struct job *job,
     struct cmd_sample self = { .job = job, .options = options };
     if (options->rate_uhz < 0)
         return cmd_sample_fail("how often? expected --rate HZ", "");
-    enum status status = job_open(job, options);
+    enum status status = job_open_any(job, options);
     if (status == STATUS_OK)
         status = cmd_sample_axes(&self);
     if (status != STATUS_OK)
@@ -160,7 +177,8 @@ static enum status cmd_sample_job(struct job *job,
         cmd_sample_json(&self, k, to_ns);
     else
         cmd_sample_csv(&self, k, to_ns);
-    return STATUS_OK;
+    return self.failed ? job_fail(job->move_path, compiled_error(job->compiled))
+                       : STATUS_OK;
 }
 
 static enum status cmd_sample_run(const struct options *options)

@@ -151,7 +151,11 @@ static int compare_axis(const struct job *job, const char *name)
         return compare_fail("--compare: which axis? expected --axis NAME", ""),
                -1;
     if (axis < 0)
-        compare_fail("the move has no axis ", name);
+        return compare_fail("the move has no axis ", name), -1;
+    if (job->move.axis[axis].driver != PLAN_BY_KEYS)
+        return compare_fail("--compare: no keys drive the axis ",
+                            job->move.axis[axis].name),
+               -1;
     return axis;
 }
 
@@ -166,6 +170,7 @@ static void compare_empty(struct job *job, int axis, struct plan_axis *from)
     for (unsigned i = 0; i < job->move.axis_count; i++)
         free(job->move.axis[i].key);
     memset(job->move.axis, 0, sizeof job->move.axis);
+    plan_outcome_free(&job->outcome);
     job->move.axis_count = 0;
     job->planned = 0;
     job->end_ns_q12 = 0;

@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "firmware/linux/compiled.h"
 #include "firmware/linux/memory.h"
 #include "firmware/linux/number.h"
 #include "firmware/linux/table.h"
@@ -51,6 +52,11 @@ const struct rig_axis *job_rig_axis(const struct job *job, unsigned axis)
     return &job->rig.axis[job->rig_axis[axis]];
 }
 
+uint32_t job_line(const struct plan_axis *axis, uint32_t key)
+{
+    return axis->key_count > 0 ? axis->key[key].place.line : axis->place.line;
+}
+
 int job_axis_index(const struct job *job, const char *name)
 {
     for (unsigned i = 0; i < job->move.axis_count; i++)
@@ -77,7 +83,7 @@ static bool job_is_directory(const char *path)
     return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
 }
 
-static enum status job_fail(const char *path, const char *what)
+enum status job_fail(const char *path, const char *what)
 {
     fprintf(stderr, "%s: %s\n", path, what);
     return STATUS_INPUT;
@@ -104,13 +110,31 @@ static enum status job_paths(struct job *job, const struct options *options)
     return STATUS_OK;
 }
 
+enum status job_read_rig(const char *path, struct rig *rig)
+{
+    char whole[sizeof((struct job *)0)->rig_path], message[RIG_MESSAGE_MAX];
+    const bool directory = job_is_directory(path);
+    if (access(path, F_OK) < 0)
+        return job_fail(path, strerror(errno));
+    if (snprintf(whole, sizeof whole, "%s%s", path,
+                 directory ? "/rig.yaml" : "") >= (int)sizeof whole)
+        return job_fail(path, "the name is too long");
+    if (rig_load(whole, rig, message) == 0)
+        return STATUS_OK;
+    fprintf(stderr, "%s\n", message);
+    return STATUS_INPUT;
+}
+
 /* "file:line:column: axis pan, key 3: what is wrong" */
 static enum status job_plan_fail(const struct job *job,
-                                 const struct plan_axis *axis,
                                  const struct plan_error *error)
 {
-    fprintf(stderr, "%s:%u:%u: axis %s, key %u: %s\n", job->move_path,
-            error->place.line, error->place.column, axis->name, error->key + 1,
+    fprintf(stderr, "%s:%u:%u: ", job->move_path, error->place.line,
+            error->place.column);
+    if (error->axis < job->move.axis_count)
+        fprintf(stderr, "axis %s, key %u: ", job->move.axis[error->axis].name,
+                error->key + 1);
+    fprintf(stderr, "%s\n",
             error->text[0] != 0 ? error->text : motion_err_text(error->code));
     return STATUS_INPUT;
 }
@@ -126,44 +150,114 @@ static void job_remark(const struct job *job, const struct plan_axis *axis,
                 axis->place.line, axis->place.column, text);
 }
 
-static enum status job_plan(struct job *job)
+static enum status job_find_axes(struct job *job)
 {
     for (unsigned i = 0; i < job->move.axis_count; i++) {
-        const struct plan_axis *axis = &job->move.axis[i];
-        struct plan_error error = { .code = MOTION_OK };
-        int found = rig_axis_index(&job->rig, axis->name);
+        int found = rig_axis_index(&job->rig, job->move.axis[i].name);
         if (found < 0)
             return job_fail(job->move_path, "names an axis the rig lacks");
         job->rig_axis[i] = (unsigned)found;
-        if (plan_axis_track(axis, &job->track[i], &error) < 0)
-            return job_plan_fail(job, axis, &error);
-        job->planned++;
-        job_remark(job, axis, &job->track[i]);
+    }
+    return STATUS_OK;
+}
+
+static enum status job_plan(struct job *job)
+{
+    struct plan_error error = { .code = MOTION_OK };
+    enum status status = job_find_axes(job);
+    if (status != STATUS_OK)
+        return status;
+    if (plan_compose(&job->move, job->track, &job->outcome, &error) < 0)
+        return job_plan_fail(job, &error);
+    job->planned = job->move.axis_count;
+    for (unsigned i = 0; i < job->planned; i++) {
+        job_remark(job, &job->move.axis[i], &job->track[i]);
         if (job->track[i].end_ns_q12 > job->end_ns_q12)
             job->end_ns_q12 = job->track[i].end_ns_q12;
     }
     return STATUS_OK;
 }
 
-enum status job_open(struct job *job, const struct options *options)
+/* An axis of a compiled move must be one of the rig, in the same unit. */
+static enum status job_take_axis(struct job *job, unsigned i)
+{
+    const struct track_file_axis *axis = &job->compiled->file.axis[i];
+    const int found = rig_axis_index(&job->rig, axis->name);
+    char what[128];
+    if (found < 0) {
+        snprintf(what, sizeof what, "moves axis %s, which the rig lacks",
+                 axis->name);
+        return job_fail(job->move_path, what);
+    }
+    const char *unit = rig_unit_text(job->rig.axis[found].unit);
+    if (strcmp(unit, axis->unit) != 0) {
+        snprintf(what, sizeof what,
+                 "axis %s is in %s, expected %s as in the rig", axis->name,
+                 axis->unit, unit);
+        return job_fail(job->move_path, what);
+    }
+    job->rig_axis[i] = (unsigned)found;
+    memcpy(job->move.axis[i].name, axis->name, sizeof axis->name);
+    if (axis->end_ns_q12 > job->end_ns_q12)
+        job->end_ns_q12 = axis->end_ns_q12;
+    return STATUS_OK;
+}
+
+static enum status job_open_compiled(struct job *job)
+{
+    char message[TRACK_FILE_MESSAGE_MAX];
+    enum status status = STATUS_OK;
+    job->compiled = compiled_open(job->move_path, job->track, message);
+    if (job->compiled == NULL)
+        return job_fail(job->move_path, message);
+    memcpy(job->move.title, job->compiled->file.title, sizeof job->move.title);
+    job->move.axis_count = job->compiled->file.axis_count;
+    for (unsigned i = 0; status == STATUS_OK && i < job->move.axis_count; i++)
+        status = job_take_axis(job, i);
+    return status;
+}
+
+static enum status job_open_move(struct job *job)
 {
     char message[RIG_MESSAGE_MAX];
-    memset(job, 0, sizeof *job);
-    enum status status = job_paths(job, options);
-    if (status != STATUS_OK)
-        return status;
-    if (rig_load(job->rig_path, &job->rig, message) < 0 ||
-        move_load(job->move_path, &job->rig, &job->move, message) < 0) {
+    if (move_load(job->move_path, &job->rig, &job->move, message) < 0) {
         fprintf(stderr, "%s\n", message);
         return STATUS_INPUT;
     }
     return job_plan(job);
 }
 
+enum status job_open_any(struct job *job, const struct options *options)
+{
+    char message[RIG_MESSAGE_MAX];
+    memset(job, 0, sizeof *job);
+    enum status status = job_paths(job, options);
+    if (status != STATUS_OK)
+        return status;
+    if (rig_load(job->rig_path, &job->rig, message) < 0) {
+        fprintf(stderr, "%s\n", message);
+        return STATUS_INPUT;
+    }
+    return track_file_is(job->move_path) ? job_open_compiled(job)
+                                         : job_open_move(job);
+}
+
+enum status job_open(struct job *job, const struct options *options)
+{
+    enum status status = job_open_any(job, options);
+    if (status == STATUS_OK && job->compiled != NULL)
+        return job_fail(job->move_path, "is a compiled move, expected the move "
+                                        "file itself (compiled ones are for "
+                                        "run, sample and check)");
+    return status;
+}
+
 void job_free(struct job *job)
 {
     for (unsigned i = 0; i < job->planned; i++)
         plan_track_free(&job->track[i]);
+    plan_outcome_free(&job->outcome);
+    compiled_close(job->compiled);
     move_free(&job->move);
     memory_free(job->violation);
     memset(job, 0, sizeof *job);
@@ -219,36 +313,52 @@ static void job_add(struct job *job, const struct job_violation *violation)
 }
 
 /* A step of velocity at the first or last key has its own sentence. */
-static enum job_violation_kind job_kind_of(const struct plan_axis *axis,
+static enum job_violation_kind job_kind_of(const struct job *job,
+                                           const struct plan_axis *axis,
+                                           const struct motion_track *track,
                                            const struct plan_violation *found)
 {
+    const bool keyed = axis->key_count > 0 && !job->outcome.is_bent;
+    const int64_t first = keyed ? axis->key[0].key.t_ns_q12 : 0;
+    const int64_t last =
+        keyed ? axis->key[axis->key_count - 1].key.t_ns_q12 : track->end_ns_q12;
     if (found->kind != PLAN_VEL_STEP)
         return (enum job_violation_kind)found->kind;
-    if (found->t_ns_q12 <= axis->key[0].key.t_ns_q12)
+    if (found->t_ns_q12 <= first)
         return JOB_START_MOVING;
-    if (found->t_ns_q12 >= axis->key[axis->key_count - 1].key.t_ns_q12)
-        return JOB_END_MOVING;
-    return JOB_VEL_STEP;
+    return found->t_ns_q12 >= last ? JOB_END_MOVING : JOB_VEL_STEP;
+}
+
+static uint32_t job_find(const struct job *job, unsigned i,
+                         const struct plan_limit *limit,
+                         struct plan_violation *found, uint32_t room)
+{
+    if (job->compiled != NULL)
+        return compiled_check(job->compiled, i, limit, found, room);
+    return plan_check_track(&job->track[i], limit, found, room);
 }
 
 static void job_check_axis(struct job *job, unsigned i, int64_t rate_q30)
 {
     const struct plan_axis *axis = &job->move.axis[i];
-    const struct motion_track *track = &job->track[i];
     struct plan_limit limit;
     job_limit_at(&job_rig_axis(job, i)->limit, rate_q30, &limit);
-    uint32_t count = plan_check_track(track, &limit, NULL, 0);
-    struct plan_violation *found =
-        memory_new(count > 0 ? count : 1, sizeof *found);
-    plan_check_track(track, &limit, found, count);
+    uint32_t count = job_find(job, i, &limit, NULL, 0);
+    if (count == 0)
+        return;
+    struct plan_violation *found = memory_new(count, sizeof *found);
+    job_find(job, i, &limit, found, count);
     for (uint32_t k = 0; k < count; k++)
         job_add(job, &(struct job_violation){
                          .axis = i,
-                         .kind = job_kind_of(axis, &found[k]),
+                         .kind = job_kind_of(job, &job->move.axis[i],
+                                             &job->track[i], &found[k]),
                          .t_ns_q12 = found[k].t_ns_q12,
                          .value = found[k].value,
                          .limit = found[k].limit,
-                         .key = job_key_before(axis, found[k].t_ns_q12),
+                         .key = job_key_before(
+                             axis, plan_outcome_time(&job->outcome,
+                                                     found[k].t_ns_q12)),
                      });
     memory_free(found);
 }
@@ -256,7 +366,7 @@ static void job_check_axis(struct job *job, unsigned i, int64_t rate_q30)
 void job_check(struct job *job, int64_t rate_q30)
 {
     job->violation_count = 0;
-    for (unsigned i = 0; i < job->planned; i++)
+    for (unsigned i = 0; i < job->move.axis_count; i++)
         job_check_axis(job, i, rate_q30);
 }
 
@@ -278,8 +388,15 @@ static void job_print_violation(const struct job *job, struct table *table,
     table_cell(
         table, "%s",
         number_unit(unit, job_rig_axis(job, violation->axis)->unit, order));
-    table_cell(table, "%u", violation->key + 1);
-    table_cell(table, "%u", axis->key[violation->key].place.line);
+    const uint32_t line = job_line(axis, violation->key);
+    if (axis->key_count > 0)
+        table_cell(table, "%u", violation->key + 1);
+    else
+        table_cell(table, "-");
+    if (line > 0)
+        table_cell(table, "%u", line);
+    else
+        table_cell(table, "-");
     table_cell(table, "%s", job_violation_text(violation->kind));
 }
 
@@ -315,8 +432,10 @@ static cJSON *job_json_violation(const struct job *job,
     cJSON_AddStringToObject(
         item, "unit",
         number_unit(unit, job_rig_axis(job, violation->axis)->unit, order));
-    cJSON_AddNumberToObject(item, "key", violation->key + 1);
-    cJSON_AddNumberToObject(item, "line", axis->key[violation->key].place.line);
+    if (axis->key_count > 0)
+        cJSON_AddNumberToObject(item, "key", violation->key + 1);
+    if (job_line(axis, violation->key) > 0)
+        cJSON_AddNumberToObject(item, "line", job_line(axis, violation->key));
     return item;
 }
 

@@ -11,7 +11,7 @@
 #include "firmware/linux/options.h"
 #include "firmware/linux/rig.h"
 #include "motion/plan/check.h"
-#include "motion/plan/move.h"
+#include "motion/plan/compose.h"
 
 /* X(name, order of the unit, sentence).  The first ones are those of
  * enum plan_violation_kind, in its order; the last two are velocity steps at
@@ -41,8 +41,10 @@ struct job_violation {
     enum job_violation_kind kind;
     int64_t t_ns_q12;
     int64_t value, limit; /* Q32 for orders 0 and 1, Q16 for 2 and 3 */
-    uint32_t key;         /* the key at or before it */
+    uint32_t key;         /* the key at or before it; 0 without keys */
 };
+
+struct compiled;
 
 struct job {
     char rig_path[4096], move_path[4096];
@@ -51,6 +53,9 @@ struct job {
     unsigned rig_axis[PLAN_AXES_MAX];         /* of each axis of the move */
     struct motion_track track[PLAN_AXES_MAX]; /* of each axis of the move */
     unsigned planned;                         /* tracks that are there */
+    struct plan_outcome outcome;              /* points into itself */
+    struct compiled *compiled; /* NULL, or the move comes from a compiled file:
+                                  tracks are windows, axes have no keys */
     bool compared; /* the axes are one axis under several curves (compare.h) */
     int64_t end_ns_q12; /* of the longest track */
     struct job_violation *violation;
@@ -58,9 +63,16 @@ struct job {
 };
 
 /* Read both files and plan every axis.  STATUS_OK, or STATUS_INPUT with one
- * line on stderr.  job_free in either case. */
+ * line on stderr.  job_free in either case.  job_open_any also takes a compiled
+ * move in the place of MOVE and reads all of it once. */
 enum status job_open(struct job *job, const struct options *options);
+enum status job_open_any(struct job *job, const struct options *options);
 void job_free(struct job *job);
+
+/* A rig alone: a file, or a directory with rig.yaml.  Statuses as above. */
+enum status job_read_rig(const char *path, struct rig *rig);
+/* One line on stderr: what is wrong with a file.  STATUS_INPUT. */
+enum status job_fail(const char *path, const char *what);
 
 /* Judge the tracks as played at `rate_q30` of their speed: at rate r velocity
  * may reach limit / r, acceleration limit / r^2, jerk limit / r^3.  Fills
@@ -78,6 +90,8 @@ void job_limit_at(const struct plan_limit *limit, int64_t rate_q30,
                   struct plan_limit *scaled);
 
 const struct rig_axis *job_rig_axis(const struct job *job, unsigned axis);
+/* Line in the move's file of a key, or of what drives an axis without keys. */
+uint32_t job_line(const struct plan_axis *axis, uint32_t key);
 /* Of the move, by name; -1. */
 int job_axis_index(const struct job *job, const char *name);
 /* The largest |value| of a quantity on a track, and when (may be NULL). */

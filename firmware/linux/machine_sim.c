@@ -63,8 +63,8 @@ static int64_t machine_sim_magnitude(int64_t value)
     return value < 0 ? -value : value;
 }
 
-static int machine_sim_servo(struct machine_sim *sim,
-                             const struct rig_axis *axis, unsigned i)
+int machine_sim_plant(const struct rig_axis *axis,
+                      struct sim_plant_config *plant, int32_t *start_counts)
 {
     int64_t start = 0, vel = 0, acc = 0;
     int err = machine_sim_counts(axis, axis->sim.start_q32, 32, &start);
@@ -73,19 +73,28 @@ static int machine_sim_servo(struct machine_sim *sim,
     err = machine_sim_counts(axis, axis->sim.vel_max_q32, 32, &vel);
     if (err == MOTION_OK)
         err = machine_sim_counts(axis, axis->sim.acc_max_q16, 16, &acc);
-    if (err < 0)
-        return err;
-    const struct sim_cia402_config config = {
+    *plant = (struct sim_plant_config){
+        .omega_mrad_s = axis->sim.omega_mrad_s,
+        .zeta_permille = axis->sim.zeta_permille,
+        .vel_max_counts_s = machine_sim_magnitude(vel),
+        .acc_max_counts_s2 = machine_sim_magnitude(acc),
+    };
+    *start_counts = (int32_t)start;
+    return err;
+}
+
+static int machine_sim_servo(struct machine_sim *sim,
+                             const struct rig_axis *axis, unsigned i)
+{
+    struct sim_cia402_config config = {
         .node_id = axis->node_id,
-        .plant = { .omega_mrad_s = axis->sim.omega_mrad_s,
-                   .zeta_permille = axis->sim.zeta_permille,
-                   .vel_max_counts_s = machine_sim_magnitude(vel),
-                   .acc_max_counts_s2 = machine_sim_magnitude(acc) },
-        .start_counts = (int32_t)start,
         .loop_ns = MACHINE_SIM_LOOP_NS,
         .brake_release_ns = MACHINE_SIM_BRAKE_NS,
         .boot_ns = MACHINE_SIM_BOOT_NS,
     };
+    int err = machine_sim_plant(axis, &config.plant, &config.start_counts);
+    if (err < 0)
+        return err;
     return sim_cia402_init(&sim->servo[i], &sim->wire[axis->bus], &config);
 }
 
@@ -96,6 +105,24 @@ static int machine_sim_wire(struct machine_sim *sim, const struct rig_bus *bus,
     if (err < 0)
         return err;
     return sim_can_port_init(&sim->port[i], &sim->wire[i]);
+}
+
+/* Switches begin as nothing would press them. */
+static struct hal_gpio *machine_sim_line(struct machine_sim *sim,
+                                         const struct rig_line *line,
+                                         unsigned i)
+{
+    const struct sim_gpio_config config = {
+        .clock = &sim->world.clock,
+        .output = rig_line_is_output(line),
+        .active_low = line->active_low,
+        .pull_up = line->bias == HAL_GPIO_PULL_UP,
+    };
+    struct hal_gpio *gpio = sim_gpio_init(&sim->line[i], &config);
+    if (!config.output)
+        sim_gpio_drive(&sim->line[i],
+                       line->active_low ? SIM_GPIO_HIGH : SIM_GPIO_LOW);
+    return gpio;
 }
 
 static void machine_sim_clock(struct machine_sim *sim, bool realtime,
@@ -116,15 +143,22 @@ int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
     *ports = (struct machine_ports){ 0 };
     machine_sim_clock(sim, realtime, ports);
     for (unsigned i = 0; i < rig->bus_count; i++) {
-        int err = machine_sim_wire(sim, &rig->bus[i], i);
+        const bool can = rig->bus[i].kind == RIG_CANOPEN;
+        int err = can ? machine_sim_wire(sim, &rig->bus[i], i)
+                      : machine_sim_modbus_line(sim, rig, i);
         if (err < 0)
             return machine_sim_fail(message, rig->bus[i].name, err);
-        ports->can[i] = &sim->port[i].can;
+        ports->can[i] = can ? &sim->port[i].can : NULL;
+        ports->modbus[i] = can ? NULL : &sim->master[i].modbus;
     }
     for (unsigned i = 0; i < rig->axis_count; i++) {
-        int err = machine_sim_servo(sim, &rig->axis[i], i);
+        int err = rig->axis[i].kind == RIG_CIA402
+                      ? machine_sim_servo(sim, &rig->axis[i], i)
+                      : machine_sim_modbus_servo(sim, rig, i);
         if (err < 0)
             return machine_sim_fail(message, rig->axis[i].name, err);
     }
+    for (unsigned i = 0; i < rig->line_count; i++)
+        ports->line[i] = machine_sim_line(sim, &rig->line[i], i);
     return MOTION_OK;
 }

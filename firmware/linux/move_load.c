@@ -2,25 +2,18 @@
  *
  * What a curve can use is a table; a value that its curve would ignore is
  * refused, since whoever wrote it expects it to matter. */
-#include "firmware/linux/rig.h"
+#include "firmware/linux/move_load.h"
 
 #include <errno.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "firmware/linux/yaml_shapes.h"
-#include "firmware/linux/yaml_units.h"
 #include "motion/fixed.h"
+#include "motion/plan/compose.h"
 
 #define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
-
-struct move_reader {
-    const struct rig *rig;
-    struct plan_move *move;
-    struct plan_axis *axis; /* being read */
-    const struct plan_key *key;
-    struct units_context units;
-};
 
 static const char *const move_curves[] = {
 #define MOVE_CURVE_SPELLING(name, spelling, text) [name] = spelling,
@@ -41,6 +34,15 @@ const struct yaml_words move_words[] = {
     { "key.curve", move_curves, ARRAY_LEN(move_curves) },
     { "ends.first", move_ends, ARRAY_LEN(move_ends) },
     { "ends.last", move_ends, ARRAY_LEN(move_ends) },
+    { "path.curve", move_path_curves, MOVE_PATH_CURVES },
+    { "path.spacing", move_spacings, MOVE_SPACINGS },
+    { "part.law", move_laws, MOVE_LAWS },
+    { "part.shape", move_ramps, MOVE_RAMPS },
+    { "target.curve", move_path_curves, MOVE_PATH_CURVES },
+    { "target.spacing", move_spacings, MOVE_SPACINGS },
+    { "look.along", move_alongs, MOVE_ALONGS },
+    { "look.end", move_ahead_ends, MOVE_AHEAD_ENDS },
+    { "look.ease", move_dwell_eases, MOVE_DWELL_EASES },
     { NULL, NULL, 0 },
 };
 
@@ -70,8 +72,7 @@ static int move_check_use(const struct move_reader *reader,
 
 /* ---- axis: curve and its parameters ---- */
 
-static int move_read_curve(void *reader, const struct yaml_value *value,
-                           void *out)
+int move_read_curve(void *reader, const struct yaml_value *value, void *out)
 {
     unsigned index;
     (void)reader;
@@ -82,10 +83,9 @@ static int move_read_curve(void *reader, const struct yaml_value *value,
     return 0;
 }
 
-/* A ratio from 0 to max. */
-static int move_read_ratio(const struct move_reader *reader,
-                           const struct yaml_value *value, int64_t max_q32,
-                           int64_t *out)
+int move_read_ratio(const struct move_reader *reader,
+                    const struct yaml_value *value, int64_t max_q32,
+                    int64_t *out)
 {
     char quote[YAML_QUOTE_MAX];
 
@@ -106,26 +106,35 @@ static int move_read_mu(void *reader, const struct yaml_value *value, void *out)
     return move_read_ratio(self, value, 2 * MOTION_FIXED_ONE_Q32, out);
 }
 
+int move_read_ease_list(const struct move_reader *reader,
+                        const struct yaml_value *value, int64_t *k1_q32,
+                        int64_t *k2_q32)
+{
+    struct yaml_value k1, k2;
+    uint32_t count;
+
+    if (yaml_value_list(value, 2, 2, &count) < 0)
+        return -1;
+    k1 = yaml_value_at(value, yaml_value_node(value)->first);
+    k2 = yaml_value_at(value, yaml_value_node(&k1)->next);
+    if (move_read_ratio(reader, &k1, MOTION_FIXED_ONE_Q32, k1_q32) < 0 ||
+        move_read_ratio(reader, &k2, MOTION_FIXED_ONE_Q32, k2_q32) < 0)
+        return -1;
+    if (*k2_q32 < *k1_q32)
+        return yaml_value_refuse(&k2, "has its second number below the first");
+    return 0;
+}
+
 /* [k1, k2] */
 static int move_read_ease(void *reader, const struct yaml_value *value,
                           void *out)
 {
     const struct move_reader *self = reader;
     struct plan_axis *axis = out;
-    struct yaml_value k1, k2;
-    uint32_t count;
 
-    if (move_check_use(self, value, move_rules(self)->ease) < 0 ||
-        yaml_value_list(value, 2, 2, &count) < 0)
+    if (move_check_use(self, value, move_rules(self)->ease) < 0)
         return -1;
-    k1 = yaml_value_at(value, yaml_value_node(value)->first);
-    k2 = yaml_value_at(value, yaml_value_node(&k1)->next);
-    if (move_read_ratio(self, &k1, MOTION_FIXED_ONE_Q32, &axis->k1_q32) < 0 ||
-        move_read_ratio(self, &k2, MOTION_FIXED_ONE_Q32, &axis->k2_q32) < 0)
-        return -1;
-    if (axis->k2_q32 < axis->k1_q32)
-        return yaml_value_refuse(&k2, "has its second number below the first");
-    return 0;
+    return move_read_ease_list(self, value, &axis->k1_q32, &axis->k2_q32);
 }
 
 static int move_read_blend(void *reader, const struct yaml_value *value,
@@ -267,8 +276,32 @@ static int move_read_key_position(void *reader, const struct yaml_value *value,
                                   void *out)
 {
     const struct move_reader *self = reader;
-    return yaml_units_read(value, UNITS_POSITION, &self->units,
-                           &((struct plan_key *)out)->key.pos_q32);
+    int64_t *pos = &((struct plan_key *)out)->key.pos_q32;
+    char quote[YAML_QUOTE_MAX];
+
+    if (yaml_units_read(value, self->quantity, &self->units, pos) < 0)
+        return -1;
+    if (self->quantity == UNITS_TIME && *pos < 0)
+        return yaml_value_refuse(value, "%s is before the start of the move",
+                                 yaml_value_quote(quote, value));
+    return 0;
+}
+
+/* A derivative of what is keyed: of a position in the axis's unit, of a ratio
+ * or a time as a ratio per second. */
+static int move_read_derivative(const struct move_reader *self,
+                                const struct yaml_value *value,
+                                enum units_quantity quantity, int bits,
+                                struct motion_real *out)
+{
+    const bool is_position = self->quantity == UNITS_POSITION;
+    int64_t number = 0;
+
+    if (yaml_units_read(value, is_position ? quantity : UNITS_RATIO,
+                        &self->units, &number) < 0)
+        return -1;
+    *out = motion_real_from_q(number, is_position ? bits : 32);
+    return 0;
 }
 
 static int move_read_key_velocity(void *reader, const struct yaml_value *value,
@@ -276,16 +309,12 @@ static int move_read_key_velocity(void *reader, const struct yaml_value *value,
 {
     const struct move_reader *self = reader;
     struct motion_key *key = &((struct plan_key *)out)->key;
-    int64_t vel_q32 = 0;
 
     key->has_vel = true;
     if (!move_keeps(move_after(self)->vel) &&
         !move_keeps(move_before(self)->vel))
         return move_refuse_use(value, move_after(self));
-    if (yaml_units_read(value, UNITS_VELOCITY, &self->units, &vel_q32) < 0)
-        return -1;
-    key->vel = motion_real_from_q(vel_q32, 32);
-    return 0;
+    return move_read_derivative(self, value, UNITS_VELOCITY, 32, &key->vel);
 }
 
 static int move_read_key_acceleration(void *reader,
@@ -293,16 +322,12 @@ static int move_read_key_acceleration(void *reader,
 {
     const struct move_reader *self = reader;
     struct motion_key *key = &((struct plan_key *)out)->key;
-    int64_t acc_q16 = 0;
 
     key->has_acc = true;
     if (!move_keeps(move_after(self)->acc) &&
         !move_keeps(move_before(self)->acc))
         return move_refuse_use(value, move_after(self));
-    if (yaml_units_read(value, UNITS_ACCELERATION, &self->units, &acc_q16) < 0)
-        return -1;
-    key->acc = motion_real_from_q(acc_q16, 16);
-    return 0;
+    return move_read_derivative(self, value, UNITS_ACCELERATION, 16, &key->acc);
 }
 
 /* The curve first, since others depend on it; then the order of the short form
@@ -414,19 +439,44 @@ static const struct yaml_shape move_axis_shape = {
     "axis", move_axis_fields, ARRAY_LEN(move_axis_fields)
 };
 
-/* Which axis of the rig a key of `axes` names, or -1. */
-static int move_find_axis(const struct move_reader *reader,
-                          const struct yaml_value *entry, uint32_t key)
+int move_find_axis(const struct move_reader *reader,
+                   const struct yaml_value *name)
 {
-    const struct yaml_value name = { entry->tree, key, "axis", "" };
+    const struct yaml_value axis = { name->tree, name->node, "axis", "" };
     const char *names[RIG_AXES_MAX];
     unsigned index;
 
     for (uint32_t i = 0; i < reader->rig->axis_count; i++)
         names[i] = reader->rig->axis[i].name;
-    if (yaml_value_choice(&name, names, reader->rig->axis_count, &index) < 0)
+    if (yaml_value_choice(&axis, names, reader->rig->axis_count, &index) < 0)
         return -1;
     return (int)index;
+}
+
+int move_read_keyed(struct move_reader *reader, const struct yaml_value *value,
+                    enum units_quantity quantity, enum rig_unit unit,
+                    struct plan_axis *axis)
+{
+    const struct move_reader outer = *reader;
+    int err;
+
+    *axis = (struct plan_axis){
+        .curve = PLAN_CURVE_QUINTIC,
+        .mu_q32 = MOTION_FIXED_ONE_Q32,
+        .k1_q32 = (MOTION_FIXED_ONE_Q32 + 1) / 3,
+        .k2_q32 = (2 * MOTION_FIXED_ONE_Q32 + 1) / 3,
+        .blend_ns_q12 = MOTION_FIXED_S_Q12 / 2,
+        .place = yaml_tree_place(value->tree, value->node),
+    };
+    reader->axis = axis;
+    reader->quantity = quantity;
+    reader->units.unit = unit;
+    snprintf(axis->name, sizeof axis->name, "%s", value->name);
+    err = yaml_fields_read(value, &move_axis_shape, reader, axis);
+    reader->axis = outer.axis;
+    reader->quantity = outer.quantity;
+    reader->units.unit = outer.units.unit;
+    return err;
 }
 
 static int move_read_axis(void *reader, uint32_t key,
@@ -434,32 +484,49 @@ static int move_read_axis(void *reader, uint32_t key,
 {
     struct move_reader *self = reader;
     struct plan_axis *axis = &self->move->axis[self->move->axis_count];
-    const int index = move_find_axis(self, entry, key);
+    const struct yaml_value name = { entry->tree, key, entry->name, "" };
+    const int index = move_find_axis(self, &name);
     struct yaml_value value = *entry;
+    int err;
 
     if (index < 0)
         return -1;
     self->move->axis_count++;
-    *axis = (struct plan_axis){
-        .curve = PLAN_CURVE_QUINTIC,
-        .mu_q32 = MOTION_FIXED_ONE_Q32,
-        .k1_q32 = (MOTION_FIXED_ONE_Q32 + 1) / 3,
-        .k2_q32 = (2 * MOTION_FIXED_ONE_Q32 + 1) / 3,
-        .blend_ns_q12 = MOTION_FIXED_S_Q12 / 2,
-        .place = yaml_tree_place(entry->tree, key),
-    };
-    memcpy(axis->name, entry->name, strlen(entry->name) + 1);
-    self->axis = axis;
-    self->units.unit = self->rig->axis[index].unit;
     value.expected = "a map with curve and keys";
-    return yaml_fields_read(&value, &move_axis_shape, reader, axis);
+    err = move_read_keyed(self, &value, UNITS_POSITION,
+                          self->rig->axis[index].unit, axis);
+    axis->place = yaml_tree_place(entry->tree, key);
+    return err;
+}
+
+int move_drive_axis(struct move_reader *reader, const struct yaml_value *name,
+                    enum plan_driver driver, uint32_t *index)
+{
+    const int found = move_find_axis(reader, name);
+    struct plan_move *move = reader->move;
+    struct plan_axis *axis = &move->axis[move->axis_count];
+
+    if (found < 0)
+        return -1;
+    for (uint32_t i = 0; i < move->axis_count; i++)
+        if (strcmp(move->axis[i].name, reader->rig->axis[found].name) == 0)
+            return yaml_value_refuse(
+                name, "'%s' is driven by the %s in line %lu already",
+                move->axis[i].name, plan_driver_name(move->axis[i].driver),
+                (unsigned long)move->axis[i].place.line);
+    *axis = (struct plan_axis){
+        .driver = driver,
+        .place = yaml_tree_place(name->tree, name->node),
+    };
+    memcpy(axis->name, reader->rig->axis[found].name, sizeof axis->name);
+    *index = move->axis_count++;
+    return found;
 }
 
 /* A move's axes are axes of the rig, each once, so at most RIG_AXES_MAX. */
 _Static_assert(RIG_AXES_MAX <= PLAN_AXES_MAX, "a move holds a rig's axes");
 
-static int move_read_axes(void *reader, const struct yaml_value *value,
-                          void *out)
+int move_read_axes(void *reader, const struct yaml_value *value, void *out)
 {
     (void)out;
     return yaml_fields_each(value, RIG_AXES_MAX, reader, move_read_axis);
@@ -487,38 +554,79 @@ static const struct yaml_field move_fields[] = {
       offsetof(struct plan_move, title) },
     { "fps", YAML_OPTIONAL, "frames per second, such as 24 or 24000/1001",
       move_read_fps, 0 },
-    { "axes", YAML_REQUIRED, "a map of axes by name", move_read_axes, 0 },
+    { "axes", YAML_OPTIONAL, "a map of axes by name", move_read_axes, 0 },
+    { "path", YAML_OPTIONAL, "a map with axes, points and speed",
+      move_read_path, 0 },
+    { "camera", YAML_OPTIONAL, "a map with axes and look, beside a path",
+      move_read_camera, 0 },
+    { "poses", YAML_OPTIONAL, "a map of poses by name, beside a blend",
+      move_read_poses, 0 },
+    { "blend", YAML_OPTIONAL, "a map with base and weights", move_read_blended,
+      0 },
+    { "layers", YAML_OPTIONAL, "a list of 1 .. 16 maps with axes or move",
+      move_read_layers, 0 },
+    { "fade", YAML_OPTIONAL, "a map with axes or move, and weight",
+      move_read_fade, 0 },
+    { "warp", YAML_OPTIONAL,
+      "a map with curve and keys such as [2 s, 1.5 s], times of the move",
+      move_read_warp, 0 },
 };
 static const struct yaml_shape move_shape = { "move", move_fields,
                                               ARRAY_LEN(move_fields) };
+/* A move that is part of another drives axes, no more: up to blend. */
+const struct yaml_shape move_guest_shape = { "move", move_fields, 7 };
 
 const struct yaml_shape *const move_shapes[] = {
-    &move_shape, &move_axis_shape, &move_end_shape, &move_key_shape, NULL,
+    &move_shape,        &move_axis_shape,  &move_end_shape,
+    &move_key_shape,    &move_path_shape,  &move_part_shape,
+    &move_camera_shape, &move_head_shape,  &move_look_shape,
+    &move_target_shape, &move_dwell_shape, &move_blend_shape,
+    &move_layer_shape,  &move_fade_shape,  NULL,
 };
 
-int move_load(const char *path, const struct rig *rig, struct plan_move *move,
-              char message[RIG_MESSAGE_MAX])
+static int move_read(const struct yaml_value *value,
+                     const struct yaml_shape *shape, struct move_reader *reader)
+{
+    if (yaml_fields_read(value, shape, reader, reader->move) < 0)
+        return -1;
+    if (reader->poses > 0 && reader->move->blend == NULL)
+        return yaml_value_refuse(value, "has poses, but no blend of them");
+    if (reader->move->axis_count == 0)
+        return yaml_value_refuse(value, "moves nothing");
+    return 0;
+}
+
+int move_load_shape(const char *path, const struct yaml_shape *shape,
+                    const struct rig *rig, struct plan_move *move,
+                    char message[RIG_MESSAGE_MAX])
 {
     const struct yaml_report report = { path, message, RIG_MESSAGE_MAX };
-    struct move_reader reader = { .rig = rig, .move = move };
+    struct move_reader reader = {
+        .path = path, .rig = rig, .move = move, .quantity = UNITS_POSITION
+    };
     struct yaml_tree tree;
     int err;
 
     *move = (struct plan_move){ 0 };
     if (yaml_tree_load(&tree, &report) < 0)
         return -1;
-    err = yaml_fields_read(
-        &(struct yaml_value){ &tree, 0, "the move", "a map with axes" },
-        &move_shape, &reader, move);
+    err = move_read(
+        &(struct yaml_value){ &tree, 0, "the move", "axes, a path or a blend" },
+        shape, &reader);
     yaml_tree_free(&tree);
+    free(reader.pose);
     if (err < 0)
         move_free(move);
     return err;
 }
 
+int move_load(const char *path, const struct rig *rig, struct plan_move *move,
+              char message[RIG_MESSAGE_MAX])
+{
+    return move_load_shape(path, &move_shape, rig, move, message);
+}
+
 void move_free(struct plan_move *move)
 {
-    for (uint32_t i = 0; i < move->axis_count; i++)
-        free(move->axis[i].key);
-    *move = (struct plan_move){ 0 };
+    plan_move_free(move);
 }

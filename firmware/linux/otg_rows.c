@@ -2,10 +2,11 @@
 #include "firmware/linux/otg_rows.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const otg_name[OTG_VALUES] = {
+static const char *const otg_names[OTG_VALUES] = {
     "p0", "v0", "a0", "pf", "vf", "af", "vmax", "vmin", "amax", "amin", "jmax",
 };
 
@@ -29,79 +30,130 @@ static bool is_name(const char *field, size_t length, const char *name)
     return strlen(name) == length && memcmp(field, name, length) == 0;
 }
 
+#define AXIS_NOT_OURS (-1)
+#define AXIS_TOO_MANY (-2)
+
+/* "_3" is axis 2. */
+static short header_axis(const char *field, size_t length)
+{
+    char *end;
+    if (length == 0)
+        return 0;
+    long number = strtol(field + 1, &end, 10);
+    if (end != field + length || field[1] < '1' || field[1] > '9')
+        return AXIS_NOT_OURS;
+    return number > MOTION_SYNC_AXES ? AXIS_TOO_MANY : (short)(number - 1);
+}
+
 /* "v0" or "v0_3". */
 static void header_column(const char *field, size_t length, short *axis,
                           short *value)
 {
     size_t stem = 0;
+    while (length > 0 && *field == ' ') {
+        field++;
+        length--;
+    }
+    while (length > 0 && field[length - 1] == ' ')
+        length--;
     while (stem < length && field[stem] != '_')
         stem++;
-    *axis = -1;
+    *axis = AXIS_NOT_OURS;
     if (is_name(field, length, "duration"))
         *value = OTG_VALUE_DURATION;
     else if (is_name(field, length, "category"))
         *value = OTG_VALUE_CATEGORY;
     else
         for (int i = 0; i < OTG_VALUES; i++)
-            if (is_name(field, stem, otg_name[i])) {
-                long number =
-                    stem < length ? strtol(field + stem + 1, NULL, 10) : 1;
+            if (is_name(field, stem, otg_names[i])) {
+                *axis = header_axis(field + stem, length - stem);
                 *value = (short)i;
-                if (number >= 1 && number <= MOTION_SYNC_AXES)
-                    *axis = (short)(number - 1);
             }
 }
 
-static bool header_is_whole(const struct otg_header *header,
-                            const unsigned has[MOTION_SYNC_AXES])
+static const char *header_wrong(struct otg_header *header, const char *what,
+                                int axis, int value)
 {
-    const unsigned all = (1u << OTG_VALUES) - 1;
-    const unsigned position =
-        1u << OTG_P0 | 1u << OTG_PF | 1u << OTG_VMAX | 1u << OTG_VMIN;
-    if (header->velocity)
-        return header->axes == 1 && (has[0] | position) == all;
+    char number[16] = "";
+    if (axis > 0 || header->axes > 1)
+        snprintf(number, sizeof number, "_%d", axis + 1);
+    snprintf(header->wrong, sizeof header->wrong, "column %s%s %s",
+             otg_names[value], number, what);
+    return header->wrong;
+}
+
+/* A velocity goal has no positions. */
+static const char *header_missing(struct otg_header *header,
+                                  const unsigned has[MOTION_SYNC_AXES])
+{
+    const unsigned position = 1u << OTG_P0 | 1u << OTG_PF;
+    const unsigned limits = 1u << OTG_VMAX | 1u << OTG_VMIN;
+    if (header->axes == 0)
+        return "expected a header line with the columns p0,v0,a0,pf,vf,af,"
+               "vmax,vmin,amax,amin,jmax";
+    header->velocity = header->axes == 1 && !(has[0] & position);
     for (int i = 0; i < header->axes; i++)
-        if (has[i] != all)
-            return false;
-    return header->axes > 0;
+        for (int k = 0; k < OTG_VALUES; k++) {
+            bool needed = !header->velocity || !((position | limits) & 1u << k);
+            if (needed && !(has[i] & 1u << k))
+                return header_wrong(header, "is missing", i, k);
+        }
+    return NULL;
+}
+
+static const char *header_add(struct otg_header *header, const char *field,
+                              size_t length, unsigned has[MOTION_SYNC_AXES])
+{
+    short axis, value = -1;
+    if (header->columns == OTG_COLUMNS_MAX)
+        return "too many columns: expected 512 at most";
+    header_column(field, length, &axis, &value);
+    header->column[header->columns].axis = axis;
+    header->column[header->columns].value = value;
+    header->columns++;
+    if (axis == AXIS_TOO_MANY)
+        return "too many axes: expected 16 at most";
+    if (axis < 0)
+        return NULL;
+    if (has[axis] & 1u << value)
+        return header_wrong(header, "is there twice", axis, value);
+    has[axis] |= 1u << value;
+    if (axis + 1 > header->axes)
+        header->axes = axis + 1;
+    return NULL;
 }
 
 const char *otg_header_parse(const char *line, struct otg_header *header)
 {
     unsigned has[MOTION_SYNC_AXES] = { 0 };
+    const char *wrong = NULL;
     memset(header, 0, sizeof *header);
-    for (;;) {
+    if (strncmp(line, "\xef\xbb\xbf", 3) == 0)
+        line += 3; /* what some spreadsheets put first */
+    while (wrong == NULL) {
         size_t length = field_length(line);
-        short axis, value = -1;
-        if (header->columns == OTG_COLUMNS_MAX)
-            return "too many columns";
-        header_column(line, length, &axis, &value);
-        header->column[header->columns].axis = axis;
-        header->column[header->columns].value = value;
-        header->columns++;
-        if (axis >= 0) {
-            if (has[axis] & 1u << value)
-                return "a column is there twice";
-            has[axis] |= 1u << value;
-            if (axis + 1 > header->axes)
-                header->axes = axis + 1;
-        }
+        wrong = header_add(header, line, length, has);
         line += length;
-        if (*line != ',')
+        if (*line++ != ',')
             break;
-        line++;
     }
-    header->velocity = !(has[0] & 1u << OTG_P0);
-    return header_is_whole(header, has) ? NULL : "a column is missing";
+    return wrong != NULL ? wrong : header_missing(header, has);
 }
 
 /* --- rows ----------------------------------------------------------------- */
 
-static bool field_number(const char *field, size_t length, double *number)
+const char *otg_name(int value)
+{
+    return otg_names[value];
+}
+
+bool otg_number(const char *text, size_t length, double *number)
 {
     char *end;
-    *number = strtod(field, &end);
-    return length > 0 && end == field + length && isfinite(*number) &&
+    while (length > 0 && text[length - 1] == ' ')
+        length--;
+    *number = strtod(text, &end);
+    return length > 0 && end == text + length && isfinite(*number) &&
            (*number == 0 || (fabs(*number) > 1e-60 && fabs(*number) < 1e60));
 }
 
@@ -110,30 +162,50 @@ static bool row_field(const struct otg_header *header, int i, const char *field,
 {
     int axis = header->column[i].axis, value = header->column[i].value;
     if (axis >= 0)
-        return field_number(field, length, &row->value[axis][value]);
+        return otg_number(field, length, &row->value[axis][value]);
     if (value == OTG_VALUE_DURATION)
-        return length == 0 || field_number(field, length, &row->duration);
+        return length == 0 || otg_number(field, length, &row->duration);
     if (value == OTG_VALUE_CATEGORY && length < sizeof row->category)
         memcpy(row->category, field, length);
     return true;
 }
 
-const char *otg_row_parse(const struct otg_header *header, const char *line,
+static const char *row_wrong(struct otg_header *header, int i)
+{
+    static const char what[] =
+        "expected a finite number, 0 or from 1e-60 to 1e60";
+    int axis = header->column[i].axis, value = header->column[i].value;
+    if (axis < 0)
+        snprintf(header->wrong, sizeof header->wrong, "duration: %s", what);
+    else if (header->axes > 1)
+        snprintf(header->wrong, sizeof header->wrong, "%s_%d: %s",
+                 otg_names[value], axis + 1, what);
+    else
+        snprintf(header->wrong, sizeof header->wrong, "%s: %s",
+                 otg_names[value], what);
+    return header->wrong;
+}
+
+const char *otg_row_parse(struct otg_header *header, const char *line,
                           struct otg_row *row, int *column)
 {
+    const char *field = line;
     memset(row, 0, sizeof *row);
     row->duration = (double)NAN;
     for (int i = 0; i < header->columns; i++) {
-        size_t length = field_length(line);
-        *column = i + 1;
-        if (!row_field(header, i, line, length, row))
-            return "not a finite number between 1e-60 and 1e60";
-        line += length;
-        if (i + 1 < header->columns && *line != ',')
-            return "the row ends here, more columns were expected";
-        line += *line == ',';
+        size_t length = field_length(field);
+        *column = (int)(field - line) + 1;
+        if (!row_field(header, i, field, length, row))
+            return row_wrong(header, i);
+        field += length;
+        *column = (int)(field - line) + 1;
+        if (i + 1 < header->columns && *field != ',')
+            return "the row ends here: expected as many fields as the header "
+                   "has";
+        field += *field == ',' && i + 1 < header->columns;
     }
-    return NULL;
+    return *field == ',' ? "another field: expected as many as the header has"
+                         : NULL;
 }
 
 /* --- scale ---------------------------------------------------------------- */

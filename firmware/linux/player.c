@@ -6,6 +6,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "firmware/linux/compiled.h"
 #include "motion/ease.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
@@ -37,6 +38,15 @@ void player_init(struct player *player, struct machine *machine,
 
 /* --- looking on --- */
 
+/* Rows come late: the windows that are played may have gone on. */
+static const struct motion_track *
+player_track_of_move(const struct player *player, unsigned i, int64_t t_ns_q12)
+{
+    struct compiled *compiled = player->job->compiled;
+    return compiled != NULL ? compiled_look(compiled, i, t_ns_q12)
+                            : &player->job->track[i];
+}
+
 static const struct motion_track *player_track(const struct player *player,
                                                const struct telemetry_row *row,
                                                unsigned axis)
@@ -47,7 +57,7 @@ static const struct motion_track *player_track(const struct player *player,
         return NULL;
     for (unsigned i = 0; i < player->job->move.axis_count; i++)
         if (player->job->rig_axis[i] == axis)
-            return &player->job->track[i];
+            return player_track_of_move(player, i, row->rate.s_ns_q12);
     return NULL;
 }
 
@@ -268,6 +278,17 @@ static void player_step(struct player *player)
 
 /* --- what cuts the walk short --- */
 
+/* More than the fault itself says. */
+static const char *player_fault_text(const struct player *player)
+{
+    const struct controller *controller = &player->machine->controller;
+    const struct compiled *compiled = player->job->compiled;
+    const char *error = compiled != NULL ? compiled_error(compiled) : NULL;
+    if (controller->fault.fault == CONTROLLER_FAULT_TRACK)
+        return error != NULL ? error : "";
+    return controller->axis[controller->fault.axis].feedback.fault_text;
+}
+
 static void player_note_fault(struct player *player)
 {
     const struct controller *controller = &player->machine->controller;
@@ -277,9 +298,10 @@ static void player_note_fault(struct player *player)
         return;
     report->fault = controller->fault;
     if (controller->fault.axis >= 0)
-        memcpy(report->fault_text,
-               controller->axis[controller->fault.axis].feedback.fault_text,
-               sizeof report->fault_text);
+        snprintf(report->fault_text, sizeof report->fault_text, "%s",
+                 player_fault_text(player));
+    else
+        machine_trouble_text(player->machine, report->fault_text);
 }
 
 static void player_watch(struct player *player)
@@ -333,8 +355,20 @@ static void player_quick_stop(struct player *player)
                     player_in_phase_ns(player) >= PLAYER_QUICK_STOP_NS;
 }
 
+/* Between ticks: windows of a compiled move go on with it. */
+static void player_advance(struct player *player)
+{
+    struct compiled *compiled = player->job->compiled;
+    if (compiled == NULL || player->phase != TELEMETRY_MOVE)
+        return;
+    compiled_advance(compiled, player->machine->controller.rate.s_ns_q12);
+    if (!player->config.realtime)
+        compiled_fill(compiled);
+}
+
 static void player_normal(struct player *player, int interrupts)
 {
+    player_advance(player);
     machine_tick(player->machine, player->now_ns);
     player_watch(player);
     if (interrupts == 1)
@@ -390,6 +424,8 @@ static void *player_look_on(void *context)
     struct player_thread *thread = context;
     const struct timespec pause = { .tv_nsec = PLAYER_OBSERVE_NS };
     while (!atomic_load(&thread->end)) {
+        if (thread->player->job->compiled != NULL)
+            compiled_fill(thread->player->job->compiled);
         player_drain(thread->player);
         nanosleep(&pause, NULL);
     }

@@ -13,7 +13,8 @@
  *
  * The loop only puts rows into a recorder.  What they mean to people (CSV,
  * report, trace, progress) is done by `take` in player_observe: by another
- * thread when the clock is real, between ticks when it is virtual. */
+ * thread when the clock is real, between ticks when it is virtual.  So is
+ * reading ahead in a compiled move. */
 #ifndef FIRMWARE_LINUX_PLAYER_H
 #define FIRMWARE_LINUX_PLAYER_H
 

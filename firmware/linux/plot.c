@@ -1,53 +1,14 @@
 /* firmware/linux/plot.c - see plot.h. */
 #include "firmware/linux/plot.h"
 
-#include <cairo-svg.h>
-#include <fontconfig/fontconfig.h>
 #include <math.h>
 #include <string.h>
-#include <strings.h>
 
 #include "firmware/linux/chart.h"
 #include "firmware/linux/number.h"
-#include "firmware/linux/output.h"
+#include "firmware/linux/path_report.h"
+#include "firmware/linux/plot_style.h"
 #include "motion/fixed.h"
-
-/* Sizes of the page in pixels. */
-#define PLOT_MARGIN    44
-#define PLOT_HEAD      104 /* title, subtitle, legend */
-#define PLOT_NAME      40  /* the axis's name above its column */
-#define PLOT_ROW       150 /* a panel */
-#define PLOT_ROW_GAP   40  /* with the next panel's heading in it */
-#define PLOT_FOOT      46  /* time labels */
-#define PLOT_TICKS     62  /* value labels, left of a panel */
-#define PLOT_GAP       34  /* between columns */
-#define PLOT_COLUMNS   4
-#define PLOT_PNG_SCALE 1.5
-
-/* Okabe and Ito's colours: told apart by the colour-blind. */
-static const struct chart_color plot_plan = { 0.000, 0.447, 0.698, 1 };
-static const struct chart_color plot_servo = { 0.902, 0.624, 0.000, 1 };
-static const struct chart_color plot_error = { 0.835, 0.369, 0.000, 1 };
-static const struct chart_color plot_nominal = { 0.60, 0.63, 0.67, 1 };
-static const struct chart_color plot_beyond = { 0.800, 0.475, 0.655, 0.16 };
-static const struct chart_color plot_limit = { 0.800, 0.475, 0.655, 0.9 };
-static const struct chart_color plot_key = { 0.000, 0.447, 0.698, 0.55 };
-static const struct chart_color plot_frame = { 0.45, 0.47, 0.50, 1 };
-
-#define PLOT_INK                                                               \
-    {                                                                          \
-        0.13, 0.15, 0.18, 1                                                    \
-    }
-#define PLOT_SOFT                                                              \
-    {                                                                          \
-        0.42, 0.45, 0.49, 1                                                    \
-    }
-static const struct chart_font plot_title = { 23, true, PLOT_INK };
-static const struct chart_font plot_subtitle = { 14, false, PLOT_SOFT };
-static const struct chart_font plot_name = { 18, true, PLOT_INK };
-static const struct chart_font plot_heading = { 13, true, PLOT_INK };
-static const struct chart_font plot_note = { 12, false, PLOT_SOFT };
-static const struct chart_font plot_tick = { 12, false, PLOT_SOFT };
 
 /* What a panel shows: the four quantities, then the following error. */
 enum plot_row {
@@ -60,13 +21,14 @@ enum plot_row {
 };
 
 static const struct {
-    const char *name, *per;
+    const char *name, *along; /* of an axis; along a path */
+    const char *per;
 } plot_row[PLOT_ROWS_MAX] = {
-    { "Position", "" },
-    { "Velocity", "/s" },
-    { "Acceleration", "/s\u00b2" },
-    { "Jerk", "/s\u00b3" },
-    { "Following error", "" },
+    { "Position", "Distance", "" },
+    { "Velocity", "Path speed", "/s" },
+    { "Acceleration", "Acceleration along", "/s\u00b2" },
+    { "Jerk", "Jerk along", "/s\u00b3" },
+    { "Following error", "", "" },
 };
 
 struct plot {
@@ -93,14 +55,31 @@ struct plot_panel {
     const char *prefix;
 };
 
-int plot_format_of(const char *path)
+/* --- columns: the axes, then what runs along the path --- */
+
+static unsigned plot_columns(const struct job *job)
 {
-    const char *dot = strrchr(path, '.');
-    if (dot != NULL && strcasecmp(dot, ".svg") == 0)
-        return PLOT_SVG;
-    if (dot != NULL && strcasecmp(dot, ".png") == 0)
-        return PLOT_PNG;
-    return -1;
+    return job->move.axis_count + (job->outcome.has_path ? 1 : 0);
+}
+
+static bool plot_is_path(const struct plot_panel *panel)
+{
+    return panel->axis == panel->plot->job->move.axis_count;
+}
+
+static const struct motion_track *plot_track_of(const struct plot_panel *panel)
+{
+    const struct job *job = panel->plot->job;
+    return plot_is_path(panel) ? &job->outcome.distance
+                               : &job->track[panel->axis];
+}
+
+static const char *plot_unit(const struct plot_panel *panel)
+{
+    const struct job *job = panel->plot->job;
+    return rig_unit_text(plot_is_path(panel)
+                             ? path_report_unit(job)
+                             : job_rig_axis(job, panel->axis)->unit);
 }
 
 /* --- layout --- */
@@ -108,7 +87,7 @@ int plot_format_of(const char *path)
 static void plot_layout(struct plot *plot)
 {
     static const double widths[] = { 0, 900, 600, 470, 385 };
-    unsigned axes = plot->job->move.axis_count;
+    unsigned axes = plot_columns(plot->job);
     plot->rows = plot->trace != NULL ? PLOT_ROWS_MAX : PLOT_FOLLOWING;
     plot->bands = (axes + PLOT_COLUMNS - 1) / PLOT_COLUMNS;
     if (plot->bands == 0)
@@ -128,6 +107,12 @@ static void plot_layout(struct plot *plot)
         plot->end_s = plot->trace->end_s;
     if (plot->end_s <= 0)
         plot->end_s = 1;
+}
+
+/* No servo follows a path as such. */
+static unsigned plot_rows(const struct plot *plot, unsigned axis)
+{
+    return axis < plot->job->move.axis_count ? plot->rows : PLOT_FOLLOWING;
 }
 
 static struct chart_box plot_box(const struct plot *plot, unsigned axis,
@@ -194,7 +179,7 @@ static void plot_segment(struct plot_panel *panel,
 
 static void plot_track(struct plot_panel *panel, plot_point *point)
 {
-    const struct motion_track *track = &panel->plot->job->track[panel->axis];
+    const struct motion_track *track = plot_track_of(panel);
     double rest =
         panel->row == PLOT_POS ? number_double(track->end.pos_q32, 32) : 0;
     bool curve = panel->row == PLOT_POS;
@@ -253,12 +238,14 @@ static void plot_grow(struct plot_panel *panel, double t, double value)
 
 static bool plot_has_servo(const struct plot_panel *panel)
 {
-    return panel->plot->trace != NULL && panel->row <= PLOT_VEL;
+    return panel->plot->trace != NULL && panel->row <= PLOT_VEL &&
+           !plot_is_path(panel);
 }
 
 static bool plot_is_warped(const struct plot_panel *panel)
 {
-    return panel->plot->trace != NULL && panel->plot->trace->warped;
+    return panel->plot->trace != NULL && panel->plot->trace->warped &&
+           !plot_is_path(panel);
 }
 
 static void plot_keep_peak(struct plot_panel *panel)
@@ -266,10 +253,9 @@ static void plot_keep_peak(struct plot_panel *panel)
     panel->peak = fmax(-panel->min, panel->max);
     if (panel->row == PLOT_FOLLOWING || plot_is_warped(panel))
         return;
-    panel->peak =
-        number_double(job_peak(&panel->plot->job->track[panel->axis],
-                               (enum motion_quantity)panel->row, NULL),
-                      job_bits_of((unsigned)panel->row));
+    panel->peak = number_double(
+        job_peak(plot_track_of(panel), (enum motion_quantity)panel->row, NULL),
+        job_bits_of((unsigned)panel->row));
 }
 
 /* Curves that are compared have common scales.  The peak is the panel's own. */
@@ -307,8 +293,11 @@ static void plot_measure(struct plot_panel *panel)
 
 static void plot_limits(struct plot_panel *panel)
 {
-    const struct rig_axis *axis = job_rig_axis(panel->plot->job, panel->axis);
+    const struct rig_axis *axis;
     unsigned order = (unsigned)panel->row;
+    if (plot_is_path(panel))
+        return;
+    axis = job_rig_axis(panel->plot->job, panel->axis);
     if (panel->row == PLOT_FOLLOWING) {
         panel->limit_high = number_double(axis->following_floor_q32, 32);
     } else if (order > 0) {
@@ -410,6 +399,7 @@ static bool plot_shows_keys(const struct plot_panel *panel)
 {
     const struct plan_axis *axis = &panel->plot->job->move.axis[panel->axis];
     return !plot_is_warped(panel) && panel->row != PLOT_FOLLOWING &&
+           !panel->plot->job->outcome.is_bent &&
            axis->key_count * PLOT_KEY_SPACE < panel->plot->column_width;
 }
 
@@ -449,7 +439,7 @@ static bool plot_note_step(const struct plot_panel *panel, char *text,
 {
     const struct plot *plot = panel->plot;
     struct motion_continuity step;
-    motion_track_continuity(&plot->job->track[panel->axis], &step);
+    motion_track_continuity(plot_track_of(panel), &step);
     bool vel = step.vel_step_q32 >> 22 != 0 && panel->row >= PLOT_ACC;
     bool acc = step.acc_step_q16 >> 6 != 0 && panel->row == PLOT_JERK;
     if (!plot->job->compared || panel->row == PLOT_FOLLOWING || !(vel || acc))
@@ -470,7 +460,9 @@ static void plot_note_of(const struct plot_panel *panel, char *text,
     const char *word = panel->row == PLOT_FOLLOWING ? "worst" : "peak";
     if (plot_note_step(panel, text, size))
         return;
-    if (panel->row == PLOT_POS) {
+    if (panel->row == PLOT_POS && plot_is_path(panel)) {
+        snprintf(text, size, "%s in all", value);
+    } else if (panel->row == PLOT_POS) {
         char low[CHART_LABEL_MAX], high[CHART_LABEL_MAX];
         plot_put_number(low, panel->limit_low / panel->scale);
         plot_put_number(high, panel->limit_high / panel->scale);
@@ -488,12 +480,12 @@ static void plot_headings(const struct plot_panel *panel)
 {
     const struct plot *plot = panel->plot;
     const struct chart_box *box = &panel->chart.box;
-    const char *unit =
-        rig_unit_text(job_rig_axis(plot->job, panel->axis)->unit);
+    const char *unit = plot_unit(panel);
     char text[96], note[128];
     double x = box->x, y = box->y - 9;
     x += chart_text(plot->cairo, &plot_heading, x, y, CHART_LEFT,
-                    plot_row[panel->row].name);
+                    plot_is_path(panel) ? plot_row[panel->row].along
+                                        : plot_row[panel->row].name);
     snprintf(text, sizeof text, "  %s%s%s", panel->prefix, unit,
              plot_row[panel->row].per);
     chart_text(plot->cairo, &plot_note, x, y, CHART_LEFT, text);
@@ -512,7 +504,7 @@ static void plot_draw_panel(struct plot *plot, unsigned axis, unsigned row)
                    .box = plot_box(plot, axis, row),
                    .t1 = plot->end_s },
     };
-    bool last = row + 1 == plot->rows;
+    bool last = row + 1 == plot_rows(plot, axis);
     plot_measure(&panel);
     plot_limits(&panel);
     plot_range(&panel);
@@ -533,11 +525,14 @@ static void plot_draw_panel(struct plot *plot, unsigned axis, unsigned row)
 
 static void plot_draw_axis(struct plot *plot, unsigned axis)
 {
+    unsigned rows = plot_rows(plot, axis);
     struct chart_box top = plot_box(plot, axis, 0);
-    struct chart_box bottom = plot_box(plot, axis, plot->rows - 1);
+    struct chart_box bottom = plot_box(plot, axis, rows - 1);
     chart_text(plot->cairo, &plot_name, top.x, top.y - 36, CHART_LEFT,
-               plot->job->move.axis[axis].name);
-    for (unsigned row = 0; row < plot->rows; row++)
+               axis < plot->job->move.axis_count
+                   ? plot->job->move.axis[axis].name
+                   : "path");
+    for (unsigned row = 0; row < rows; row++)
         plot_draw_panel(plot, axis, row);
     chart_text(plot->cairo, &plot_note, bottom.x + bottom.width,
                bottom.y + bottom.height + 36, CHART_RIGHT, "time  s");
@@ -630,84 +625,18 @@ static void plot_draw_head(const struct plot *plot)
 
 static void plot_draw(struct plot *plot)
 {
-    static const struct chart_color white = { 1, 1, 1, 1 };
-    chart_set_color(plot->cairo, &white);
-    cairo_paint(plot->cairo);
     plot_draw_head(plot);
-    for (unsigned i = 0; i < plot->job->move.axis_count; i++)
+    for (unsigned i = 0; i < plot_columns(plot->job); i++)
         plot_draw_axis(plot, i);
 }
 
 /* --- writing --- */
 
-/* An SVG on its way to a file: decimals of a pixel beyond the hundredth, which
- * nobody sees, are half of it. */
-struct plot_svg {
-    FILE *file;
-    unsigned decimals; /* passed since a point; 0: not in a fraction */
-};
-
-#define PLOT_DECIMALS 2
-
-static cairo_status_t plot_put_svg(void *closure, const unsigned char *data,
-                                   unsigned int length)
+static void plot_draw_on(cairo_t *cairo, void *context)
 {
-    struct plot_svg *svg = closure;
-    for (unsigned int i = 0; i < length; i++) {
-        bool digit = data[i] >= '0' && data[i] <= '9';
-        if (data[i] == '.')
-            svg->decimals = 1;
-        else if (!digit)
-            svg->decimals = 0;
-        else if (svg->decimals > 0 && svg->decimals++ > PLOT_DECIMALS)
-            continue;
-        if (putc(data[i], svg->file) == EOF)
-            return CAIRO_STATUS_WRITE_ERROR;
-    }
-    return CAIRO_STATUS_SUCCESS;
-}
-
-static cairo_status_t plot_put(void *file, const unsigned char *data,
-                               unsigned int length)
-{
-    return fwrite(data, 1, length, file) == length ? CAIRO_STATUS_SUCCESS
-                                                   : CAIRO_STATUS_WRITE_ERROR;
-}
-
-static cairo_surface_t *plot_surface(const struct plot *plot,
-                                     enum plot_format format,
-                                     struct plot_svg *svg)
-{
-    if (format == PLOT_PNG)
-        return cairo_image_surface_create(
-            CAIRO_FORMAT_RGB24, (int)ceil(PLOT_PNG_SCALE * plot->width),
-            (int)ceil(PLOT_PNG_SCALE * plot->height));
-    cairo_surface_t *surface = cairo_svg_surface_create_for_stream(
-        plot_put_svg, svg, plot->width, plot->height);
-    cairo_svg_surface_set_document_unit(surface, CAIRO_SVG_UNIT_PX);
-    return surface;
-}
-
-static cairo_status_t plot_render(struct plot *plot, enum plot_format format,
-                                  FILE *file)
-{
-    struct plot_svg svg = { .file = file };
-    cairo_surface_t *surface = plot_surface(plot, format, &svg);
-    plot->cairo = cairo_create(surface);
-    if (format == PLOT_PNG)
-        cairo_scale(plot->cairo, PLOT_PNG_SCALE, PLOT_PNG_SCALE);
+    struct plot *plot = context;
+    plot->cairo = cairo;
     plot_draw(plot);
-    cairo_status_t status = cairo_status(plot->cairo);
-    cairo_destroy(plot->cairo);
-    if (status == CAIRO_STATUS_SUCCESS && format == PLOT_PNG)
-        status = cairo_surface_write_to_png_stream(surface, plot_put, file);
-    cairo_surface_finish(surface);
-    if (status == CAIRO_STATUS_SUCCESS)
-        status = cairo_surface_status(surface);
-    cairo_surface_destroy(surface);
-    cairo_debug_reset_static_data(); /* fonts: nothing else draws */
-    FcFini();
-    return status;
 }
 
 int plot_write(const struct job *job, const struct trace *trace,
@@ -715,23 +644,17 @@ int plot_write(const struct job *job, const struct trace *trace,
 {
     struct plot plot = { .job = job, .trace = trace };
     plot_layout(&plot);
-    cairo_status_t status = plot_render(&plot, format, file);
-    if (status == CAIRO_STATUS_SUCCESS)
-        return 0;
-    fprintf(stderr, "slew: picture: %s\n", cairo_status_to_string(status));
-    return -1;
+    const struct plot_page page = { plot.width, plot.height, plot_draw_on,
+                                    &plot };
+    return plot_page_write(&page, format, file);
 }
 
 int plot_save(const struct job *job, const struct trace *trace,
               const char *path)
 {
-    struct output output;
-    int format = plot_format_of(path);
-    if (format < 0 || output_open(&output, path) < 0)
-        return -1;
-    if (plot_write(job, trace, (enum plot_format)format, output.file) < 0) {
-        output_abandon(&output);
-        return -1;
-    }
-    return output_commit(&output);
+    struct plot plot = { .job = job, .trace = trace };
+    plot_layout(&plot);
+    const struct plot_page page = { plot.width, plot.height, plot_draw_on,
+                                    &plot };
+    return plot_page_save(&page, path);
 }

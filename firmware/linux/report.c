@@ -184,6 +184,11 @@ static void report_fault(const struct report *report, FILE *file)
 
 static void report_buses(const struct report *report, FILE *file)
 {
+    bool known = false;
+    for (uint32_t i = 0; i < report->job->rig.bus_count; i++)
+        known |= report->load[i] > 0;
+    if (!known) /* a real interface does not tell */
+        return;
     fputs("bus load:", file);
     for (uint32_t i = 0; i < report->job->rig.bus_count; i++)
         fprintf(file, "%s %s %.1f %%", i > 0 ? "," : "",

@@ -159,8 +159,7 @@ static int fields_check_unknown(const struct yaml_value *map,
     return 0;
 }
 
-/* Node of the value under a key, 0 when it is not there. */
-static uint32_t fields_find(const struct yaml_value *map, const char *name)
+uint32_t yaml_fields_find(const struct yaml_value *map, const char *name)
 {
     const struct yaml_tree *tree = map->tree;
     uint32_t key = yaml_value_node(map)->first;
@@ -188,7 +187,7 @@ int yaml_fields_read(const struct yaml_value *value,
     for (unsigned i = 0; i < shape->count; i++) {
         const struct yaml_field *field = &shape->field[i];
         const struct yaml_value found = { value->tree,
-                                          fields_find(value, field->name),
+                                          yaml_fields_find(value, field->name),
                                           field->name, field->expected };
         if (found.node == 0 && field->presence == YAML_REQUIRED)
             return fields_missing(value, field);

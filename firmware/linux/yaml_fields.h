@@ -43,6 +43,9 @@ struct yaml_shape {
 int yaml_fields_read(const struct yaml_value *value,
                      const struct yaml_shape *shape, void *reader, void *out);
 
+/* Node of the value under a key of a map, 0 when it is not there. */
+uint32_t yaml_fields_find(const struct yaml_value *map, const char *name);
+
 /* Read a map whose keys are names the user gave: letters, digits, - and _,
  * beginning with a letter, shorter than PLAN_NAME_MAX; 1 .. max of them.
  * `read` is called for each, in the order of the file; entry->name is the name,

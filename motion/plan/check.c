@@ -180,22 +180,23 @@ static int check_by_time(const void *a, const void *b)
     return (x->kind > y->kind) - (x->kind < y->kind);
 }
 
-uint32_t plan_check_track(const struct motion_track *track,
-                          const struct plan_limit *limit,
-                          struct plan_violation *violation, uint32_t room)
+uint32_t plan_check_source(const struct motion_track *track,
+                           const struct plan_check_source *source,
+                           const struct plan_limit *limit,
+                           struct plan_violation *violation, uint32_t room)
 {
     struct check check = { .limit = limit,
                            .violation = violation,
                            .room = room };
     struct check_side left = check_rest;
+    const struct motion_segment *segment = source->next(source->context);
 
-    if (track->count == 0) {
+    if (segment == NULL) {
         const struct motion_extreme pos = { .min = track->end.pos_q32,
                                             .max = track->end.pos_q32 };
         check_pos(&check, &pos);
     }
-    for (uint32_t i = 0; i < track->count; i++) {
-        const struct motion_segment *segment = &track->segment[i];
+    for (; segment != NULL; segment = source->next(source->context)) {
         const struct check_side right = check_side(segment, 0);
         check_border(&check, segment->start_ns_q12, &left, &right);
         check_segment(&check, segment);
@@ -206,4 +207,28 @@ uint32_t plan_check_track(const struct motion_track *track,
         qsort(violation, check.count < room ? check.count : room,
               sizeof *violation, check_by_time);
     return check.count;
+}
+
+struct check_list {
+    const struct motion_track *track;
+    uint32_t next;
+};
+
+static const struct motion_segment *check_list_next(void *context)
+{
+    struct check_list *list = context;
+
+    if (list->next == list->track->count)
+        return NULL;
+    return &list->track->segment[list->next++];
+}
+
+uint32_t plan_check_track(const struct motion_track *track,
+                          const struct plan_limit *limit,
+                          struct plan_violation *violation, uint32_t room)
+{
+    struct check_list list = { track, 0 };
+    const struct plan_check_source source = { check_list_next, &list };
+
+    return plan_check_source(track, &source, limit, violation, room);
 }

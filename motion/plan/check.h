@@ -41,4 +41,16 @@ uint32_t plan_check_track(const struct motion_track *track,
                           const struct plan_limit *limit,
                           struct plan_violation *violation, uint32_t room);
 
+/* The same for a track whose segments come one after the other: `next` gives
+ * them from the first on, and NULL after the last.  Of `track` only the end is
+ * looked at. */
+struct plan_check_source {
+    const struct motion_segment *(*next)(void *context);
+    void *context;
+};
+uint32_t plan_check_source(const struct motion_track *track,
+                           const struct plan_check_source *source,
+                           const struct plan_limit *limit,
+                           struct plan_violation *violation, uint32_t room);
+
 #endif

@@ -91,6 +91,21 @@ struct plan_limit {
     int64_t jerk_q16; /* 0: not limited */
 };
 
+/* What drives an axis; all but keys leave its curve and keys empty.
+ * X(name, word). */
+#define PLAN_DRIVER_LIST(X)                                                    \
+    X(PLAN_BY_KEYS, "keys")                                                    \
+    X(PLAN_BY_PATH, "path")     /* plan_path.h */                              \
+    X(PLAN_BY_CAMERA, "camera") /* plan_camera.h */                            \
+    X(PLAN_BY_BLEND, "blend")   /* plan_blend.h */
+
+enum plan_driver {
+#define PLAN_DRIVER_ENUM(name, word) name,
+    PLAN_DRIVER_LIST(PLAN_DRIVER_ENUM)
+#undef PLAN_DRIVER_ENUM
+};
+const char *plan_driver_name(enum plan_driver driver);
+
 /* One axis of a move. */
 struct plan_axis {
     char name[PLAN_NAME_MAX];
@@ -103,22 +118,33 @@ struct plan_axis {
     struct plan_key *key;
     uint32_t key_count;
     struct plan_place place;
+    enum plan_driver driver;
 };
 
+/* Pointers: NULL where the move has none; on the heap, and freed with
+ * plan_move_free (compose.h). */
 struct plan_move {
     char title[128];
     struct plan_axis axis[PLAN_AXES_MAX];
     uint32_t axis_count;
+    struct plan_path *path;
+    struct plan_camera *camera; /* on the path */
+    struct plan_blend *blend;
+    struct plan_other *layer; /* added to the above, plan_blend.h */
+    uint32_t layers;
+    struct plan_other *fade; /* to another move */
+    struct plan_axis *warp;  /* of time, plan_warp.h */
 };
 
 /* What stopped planning: the key (index from 0; 0 when it is about the axis),
  * its place, and one sentence that names axis and key as a person counts them,
  * from 1.  The caller adds file, line and column. */
 struct plan_error {
-    int code; /* enum motion_err */
+    int code;      /* enum motion_err */
+    uint32_t axis; /* of the move, when it is about one; else PLAN_AXES_MAX */
     uint32_t key;
     struct plan_place place;
-    char text[160];
+    char text[240];
 };
 
 /* Plan one axis.  Every span between two keys is one segment or several; keys

@@ -73,6 +73,23 @@ $(BENCH)/otg-beside: tests/bench/ruckig_side.cpp tests/bench/ruckig_side.h \
 	    $< $(BENCH_SIDE) $(RUCKIG_DIR)/libruckig.a -lm -o $@
 
 .PHONY: bench-otg
-## planning beside Ruckig (from PyPI) on this machine; VECTORS=directory too
+## planning, sampling beside Ruckig (from PyPI); ROWS=directory of CSV too
 bench-otg: $(BENCH)/otg-beside
-	@timeout 180 $< $(VECTORS)
+	@timeout 180 $< $(ROWS)
+
+#---- a great many problems, judged
+
+MANY_SRC  := tests/bench/otg_many.c $(filter tests/big% tests/otg_%,$(TEST_LIB))
+N         ?= 200000
+SEED      ?= 1
+FIRST     ?= 0
+PROCESSES ?= 1
+
+$(B)/otg-many: $(MANY_SRC:%.c=$(B)/%.o) $(B)/libslew.a
+	$(call say,link,$@)
+	$(Q)$(CC) $(OPT) $(LDFLAGS) $^ -lm -o $@
+
+.PHONY: otg-many
+## N=10000000 random problems planned and judged exactly; SEED, PROCESSES, SAN
+otg-many: $(B)/otg-many
+	@$< -n $(N) -s $(SEED) -f $(FIRST) -j $(PROCESSES)

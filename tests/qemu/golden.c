@@ -1,4 +1,4 @@
-/* tests/qemu/golden.c - the same bits on every machine.
+/* tests/qemu/golden.c - the same bits on every machine: tracks, splines, otg.
  *
  * Plans tracks on the target itself, samples them, and prints a hash per
  * producer of everything that came out.  `make golden` runs it on a PC (gcc
@@ -12,11 +12,12 @@
 #include "motion/err.h"
 #include "motion/fixed.h"
 #include "motion/otg.h"
+#include "motion/otg_through.h"
 #include "motion/spline.h"
 #include "motion/sync.h"
 #include "motion/track.h"
 #include "tests/bench/otg_random.h"
-#include "tests/qemu/start.h"
+#include "tests/qemu/golden_tools.h"
 
 #define ROOM    72
 #define SAMPLES 14000 /* of each producer */
@@ -28,30 +29,16 @@
 #define OTG_AXES    3
 #define OTG_GROUPS  150
 
+#define OTG_WISHES   400
+#define OTG_THROUGHS 10
+#define OTG_POINTS   3
+#define OTG_WAYS     2 /* axes through points */
+#define OTG_LINES    60
+
 #define UNIT   MOTION_FIXED_ONE_Q32
 #define SECOND MOTION_FIXED_S_Q12
 
 static struct motion_segment room[ROOM];
-
-/* --- a seeded generator (xorshift) and a hash (FNV-1a, by words) ---------- */
-
-static uint64_t golden_seed;
-
-static uint64_t golden_random(void)
-{
-    golden_seed ^= golden_seed << 13;
-    golden_seed ^= golden_seed >> 7;
-    golden_seed ^= golden_seed << 17;
-    return golden_seed;
-}
-
-/* -2^bits .. 2^bits.  One call per statement: C leaves the order within an
- * expression or an initialiser to the compiler. */
-static int64_t golden_signed(unsigned bits)
-{
-    int64_t magnitude = (int64_t)(golden_random() >> (64 - bits));
-    return golden_random() & 1 ? -magnitude : magnitude;
-}
 
 static struct motion_state golden_state(unsigned pos_bits, unsigned vel_bits,
                                         unsigned acc_bits)
@@ -64,44 +51,7 @@ static struct motion_state golden_state(unsigned pos_bits, unsigned vel_bits,
     return state;
 }
 
-/* 0 .. below - 1, without a division */
-static int64_t golden_below(int64_t below)
-{
-    return (int64_t)motion_fixed_mulhi_u64(golden_random(), (uint64_t)below);
-}
-
-static uint64_t golden_hash;
-
-static void golden_add(int64_t value)
-{
-    golden_hash ^= (uint64_t)value;
-    golden_hash *= UINT64_C(0x100000001B3);
-    golden_hash ^= golden_hash >> 29;
-}
-
-static void golden_add_state(const struct motion_state *state)
-{
-    golden_add(state->pos_q32);
-    golden_add(state->vel_q32);
-    golden_add(state->acc_q16);
-    golden_add(state->jerk_q16);
-}
-
 /* --- what is hashed of a track -------------------------------------------- */
-
-static void golden_add_segments(const struct motion_track *track)
-{
-    for (uint32_t i = 0; i < track->count; i++) {
-        const struct motion_segment *segment = &track->segment[i];
-        for (int k = 0; k <= MOTION_TRACK_DEGREE; k++)
-            golden_add(segment->coef[k]);
-        golden_add(segment->start_ns_q12);
-        golden_add(segment->pos_q32);
-        golden_add((int64_t)segment->inverse);
-        golden_add(segment->frac);
-    }
-    golden_add_state(&track->end);
-}
 
 /* Forwards in even steps, with every eighth sample anywhere. */
 static void golden_add_samples(const struct motion_track *track)
@@ -396,6 +346,10 @@ static void golden_fixed(void)
 
 /* --- the planner ---------------------------------------------------------- */
 
+/* Few: there are 32 KB for them and the stack. */
+static struct motion_otg_move golden_move[OTG_AXES];
+static struct motion_otg_plan golden_plan[OTG_POINTS * OTG_WAYS];
+
 static void golden_add_plan(const struct motion_otg_plan *plan)
 {
     golden_add(plan->dur_ns_q12);
@@ -410,58 +364,94 @@ static void golden_add_plan(const struct motion_otg_plan *plan)
 static void golden_add_move(const struct motion_otg_plan *plan)
 {
     struct motion_track track;
-    struct motion_cursor cursor = { 0 };
-    struct motion_sample sample;
 
     golden_add_plan(plan);
     motion_track_init(&track, room, ROOM, plan->start_pos_q32);
     golden_add(motion_otg_append(plan, &track));
-    for (int i = 0; i < OTG_SAMPLES; i++) {
-        motion_track_sample(&track, &cursor, golden_below(track.end_ns_q12 + 1),
-                            &sample);
-        golden_add(sample.pos_q32);
-        golden_add(sample.vel_q32);
-        golden_add(sample.acc_q16);
+    golden_add_random_samples(&track, OTG_SAMPLES);
+}
+
+/* Velocity goals, durations longer than need be, a jerk of slowing down. */
+static void golden_otg_wishes(uint64_t *seed)
+{
+    for (uint32_t row = 0; row < OTG_WISHES; row++) {
+        otg_random_move(seed, otg_random_kind(row), &golden_move[0]);
+        golden_move[0].limit.jerk_down_q16 =
+            row % 3 ? 0 : golden_move[0].limit.jerk_q16 / 2 + 1;
+        golden_move[0].mode =
+            row % 2 ? MOTION_OTG_VELOCITY : MOTION_OTG_POSITION;
+        golden_add(motion_otg_make(&golden_move[0], &golden_plan[0], NULL));
+        golden_add_plan(&golden_plan[0]);
+        if (row % 2)
+            continue;
+        golden_move[0].dur_ns_q12 =
+            golden_plan[0].dur_ns_q12 + (golden_plan[0].dur_ns_q12 >> row % 5);
+        golden_add(motion_otg_make(&golden_move[0], &golden_plan[0], NULL));
+        golden_add(golden_plan[0].dur_ns_q12);
+    }
+}
+
+/* A staircase of points, passed without stopping. */
+static void golden_otg_through(uint64_t *seed)
+{
+    struct motion_otg_point point[OTG_POINTS * OTG_WAYS];
+    struct motion_otg_limit limit[OTG_WAYS];
+    struct motion_state start[OTG_WAYS];
+
+    for (uint32_t group = 0; group < OTG_THROUGHS; group++) {
+        otg_random_moves(seed, 0, OTG_WAYS, golden_move);
+        for (int i = 0; i < OTG_WAYS; i++) {
+            limit[i] = golden_move[i].limit;
+            start[i] = golden_move[i].start;
+            int64_t step =
+                (golden_move[i].goal.pos_q32 - golden_move[i].start.pos_q32) >>
+                2;
+            for (int k = 0; k < OTG_POINTS; k++)
+                point[k * OTG_WAYS + i] = (struct motion_otg_point){
+                    start[i].pos_q32 + step * (k + 1), 0, false
+                };
+        }
+        golden_add(motion_otg_through(start, limit, OTG_WAYS, point, OTG_POINTS,
+                                      golden_plan, NULL, NULL));
+        for (int k = 0; k < OTG_POINTS * OTG_WAYS; k++) {
+            golden_add(point[k].vel_q32);
+            golden_add_plan(&golden_plan[k]);
+        }
+    }
+}
+
+/* A straight line, where there is one. */
+static void golden_otg_line(uint64_t *seed)
+{
+    for (uint32_t row = 0; row < OTG_LINES; row++) {
+        otg_random_moves(seed, row * 5, OTG_AXES,
+                         golden_move); /* from rest to rest */
+        golden_add(motion_sync_make(golden_move, OTG_AXES, MOTION_SYNC_STRAIGHT,
+                                    golden_plan, NULL));
+        for (int i = 0; i < OTG_AXES; i++)
+            golden_add_plan(&golden_plan[i]);
     }
 }
 
 static void golden_otg(void)
 {
-    static struct motion_otg_move move[OTG_AXES];
-    static struct motion_otg_plan plan[OTG_AXES];
     uint64_t seed = 1;
 
     for (uint32_t row = 0; row < OTG_MOVES; row++) {
-        otg_random_move(&seed, otg_random_kind(row), &move[0]);
-        golden_add(motion_otg_make(&move[0], &plan[0], NULL));
-        golden_add_move(&plan[0]);
+        otg_random_move(&seed, otg_random_kind(row), &golden_move[0]);
+        golden_add(motion_otg_make(&golden_move[0], &golden_plan[0], NULL));
+        golden_add_move(&golden_plan[0]);
     }
     for (uint32_t row = 0; row < OTG_GROUPS; row++) {
-        otg_random_moves(&seed, row, OTG_AXES, move);
-        golden_add(
-            motion_sync_make(move, OTG_AXES, MOTION_SYNC_TIME, plan, NULL));
+        otg_random_moves(&seed, row, OTG_AXES, golden_move);
+        golden_add(motion_sync_make(golden_move, OTG_AXES, MOTION_SYNC_TIME,
+                                    golden_plan, NULL));
         for (int i = 0; i < OTG_AXES; i++)
-            golden_add_plan(&plan[i]);
+            golden_add_plan(&golden_plan[i]);
     }
-}
-
-static void golden_start(uint64_t seed)
-{
-    golden_seed = seed * UINT64_C(0x9E3779B97F4A7C15);
-    golden_hash = UINT64_C(0xCBF29CE484222325);
-}
-
-static void golden_report(const char *name, uint32_t segments)
-{
-    start_print_hex((uint32_t)(golden_hash >> 32));
-    start_print_hex((uint32_t)golden_hash);
-    start_print("  ");
-    start_print(name);
-    if (segments > 0) {
-        start_print(", segments: ");
-        start_print_u32(segments);
-    }
-    start_print("\n");
+    golden_otg_wishes(&seed);
+    golden_otg_through(&seed);
+    golden_otg_line(&seed);
 }
 
 int main(void)

@@ -10,35 +10,12 @@
 #include "motion/polycurve.h"
 #include "motion/rotspline.h"
 #include "motion/trig.h"
-#include "tests/qemu/start.h"
+#include "tests/qemu/golden_tools.h"
 
 #define ONE    ((int64_t)1 << 62)
 #define UNIT   MOTION_FIXED_ONE_Q32
 #define SECOND MOTION_FIXED_S_Q12
 #define KEYS   5
-
-static uint64_t golden_seed, golden_hash;
-
-static int64_t golden_random(void)
-{
-    golden_seed ^= golden_seed << 13;
-    golden_seed ^= golden_seed >> 7;
-    golden_seed ^= golden_seed << 17;
-    return (int64_t)golden_seed;
-}
-
-static void golden_add(int64_t value)
-{
-    golden_hash ^= (uint64_t)value;
-    golden_hash *= UINT64_C(0x100000001B3);
-    golden_hash ^= golden_hash >> 29;
-}
-
-static void golden_add_real(struct motion_real a)
-{
-    golden_add(a.m);
-    golden_add(a.e);
-}
 
 static void golden_add_vec(struct motion_vec a)
 {
@@ -66,7 +43,7 @@ static struct motion_quat golden_quat(void)
     int64_t part[4];
 
     for (int i = 0; i < 4; i++)
-        part[i] = golden_random();
+        part[i] = golden_any();
     (void)motion_quat_unit(part, &q);
     return q;
 }
@@ -76,14 +53,14 @@ static struct motion_vec golden_vec(unsigned down)
     int64_t part[3];
 
     for (int i = 0; i < 3; i++)
-        part[i] = golden_random() >> down;
+        part[i] = golden_any() >> down;
     return motion_vec_from_q32(part);
 }
 
 static void golden_trig(void)
 {
     for (int i = 0; i < 200; i++) {
-        const int64_t y = golden_random(), x = golden_random() >> (i & 63);
+        const int64_t y = golden_any(), x = golden_any() >> (i & 63);
         int64_t s, c;
 
         motion_trig_sincos(y, &s, &c);
@@ -109,7 +86,7 @@ static void golden_quats(void)
         motion_quat_chain(key, KEYS);
         golden_add(motion_quat_squad_inner(key, KEYS, inner));
         for (int i = 0; i + 1 < KEYS; i++) {
-            const int64_t x = golden_random() & (ONE - 1);
+            const int64_t x = golden_any() & (ONE - 1);
             golden_add(motion_quat_slerp(key[i], key[i + 1], x, &q));
             golden_add_quat(q);
             golden_add(motion_quat_squad(&key[i], &inner[i], x, &q));
@@ -184,7 +161,7 @@ static void golden_lookat(void)
         /* one call per statement: C leaves their order open */
         const struct motion_vec pos = golden_vec(20);
         const struct motion_vec coi = golden_vec(20);
-        const int64_t tilt = golden_random();
+        const int64_t tilt = golden_any();
         golden_add(motion_lookat_frame(&lookat, &state, pos, coi, tilt, &view));
         golden_add_dir(view.right);
         golden_add_dir(view.up);
@@ -227,11 +204,7 @@ static void golden_bake(void)
     for (int i = 0; i < MOTION_HEAD_AXES; i++) {
         golden_add(track[i].count);
         golden_add(bound[i]);
-        for (uint32_t k = 0; k < track[i].count; k++) {
-            golden_add(segment[i][k].dur_ns_q12);
-            for (int c = 0; c <= MOTION_TRACK_DEGREE; c++)
-                golden_add(segment[i][k].coef[c]);
-        }
+        golden_add_segments(&track[i]);
     }
 }
 
@@ -247,14 +220,9 @@ static const struct {
 int main(void)
 {
     for (size_t i = 0; i < sizeof producers / sizeof producers[0]; i++) {
-        golden_seed = (i + 1) * UINT64_C(0x9E3779B97F4A7C15);
-        golden_hash = UINT64_C(0xCBF29CE484222325);
+        golden_start(i + 1);
         producers[i].run();
-        start_print_hex((uint32_t)(golden_hash >> 32));
-        start_print_hex((uint32_t)golden_hash);
-        start_print("  ");
-        start_print(producers[i].name);
-        start_print("\n");
+        golden_report(producers[i].name, 0);
     }
     return 0;
 }

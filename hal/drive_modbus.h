@@ -1,0 +1,151 @@
+/* hal/drive_modbus.h - a servo on a Modbus line, driven by a register map.
+ *
+ *   START   look for it (once a second), identify, init, disable, first polls
+ *   RUN     walks to what is requested by the map's sequences, polls, streams
+ *   LATCHED a fault; waits for a reset
+ *   RESET   the map's reset sequence
+ *   LOST    three failures in a row, or the wrong drive; a reset starts anew
+ *
+ * A Modbus servo has ramps of its own and no common clock, so a set point
+ * cannot say "be here now".  Streamed, it says "go to where the axis will be a
+ * little later, at the speed that takes you there": with the set point p, v, a
+ * of the controller, the time l until the drive has it, and the time T from
+ * one set point to the next,
+ *
+ *   target   = p(t + l + 2 T)      p(t + x) = p + v x + a x^2 / 2
+ *   velocity = |v + a (l + T) + e / 4 T|      e: the following error, as polled
+ *
+ * so that the drive is still under way when the next one comes, and what it is
+ * off is taken back over four of them.  It slows down towards a target within
+ * T of it only when its ramps are steep: they are the steeper of the axis's own
+ * stop and full speed in T.
+ *
+ * Point to point, one group says where to and how fast, and the drive's own
+ * profile does the rest.
+ *
+ * Motion writes that fail are never repeated as they were: the next one has a
+ * new target.  No answer is believed that a motor cannot have run to: one such
+ * position is left out, the second in a row is a fault. */
+#ifndef HAL_DRIVE_MODBUS_H
+#define HAL_DRIVE_MODBUS_H
+
+#include "hal/drive.h"
+#include "hal/modbus_bus.h"
+#include "hal/modbus_map.h"
+#include "hal/ratio.h"
+#include "hal/text.h"
+
+#define DRIVE_MODBUS_HISTORY 64 /* set points kept to judge following */
+
+struct drive_modbus_config {
+    const struct modbus_map *map; /* outlives the drive */
+    uint8_t unit;                 /* 1..247; 255 on TCP */
+    /* one unit = counts_num / counts_den counts; num != 0 (negative: reversed),
+     * den > 0 */
+    int64_t counts_num, counts_den;
+    int64_t vel_max_q32, acc_q16; /* > 0: of the axis; acc that of its stop */
+    int64_t cycle_ns;   /* from one set point to the next, 100 us .. 2 s */
+    int64_t latency_ns; /* from the tick until the drive has it; 0: cycle / 2 */
+    int64_t first_step_max_q32; /* as drive_cia402.h; 0: 1 unit */
+};
+
+enum drive_modbus_phase {
+    DRIVE_MODBUS_START,
+    DRIVE_MODBUS_RUN,
+    DRIVE_MODBUS_LATCHED,
+    DRIVE_MODBUS_RESET,
+    DRIVE_MODBUS_LOST,
+};
+
+/* A list of steps being run. */
+struct drive_modbus_run {
+    const struct modbus_map_sequence *sequence; /* NULL: none */
+    unsigned at, tries;
+    bool asked; /* the write is under way */
+    int64_t since_ns;
+};
+
+enum drive_modbus_move {
+    DRIVE_MODBUS_NO_MOVE,
+    DRIVE_MODBUS_MOVE_WANTED,
+    DRIVE_MODBUS_MOVE_SENT,    /* the group; then its sequence */
+    DRIVE_MODBUS_MOVE_RUNNING, /* on its way */
+};
+
+struct drive_modbus_past {
+    int64_t t_ns, pos_q32;
+};
+
+/* Visible so that it can be static; use the functions. */
+struct drive_modbus {
+    struct hal_drive drive;
+    struct modbus_node node;
+    struct drive_modbus_config config;
+
+    /* made from config once */
+    struct hal_ratio to_counts, to_pos; /* pos_q32 and counts */
+    struct hal_ratio to_speed;          /* vel_q32 to counts/s, 16 more bits */
+    struct hal_ratio to_field;          /* that to the field `velocity` */
+    struct hal_ratio to_register;       /* counts to the field `position` */
+    int64_t ramp[2];                    /* registers: acceleration, dec. */
+    int64_t lead_q32, latency_q32, feed_q32; /* s: l + 2T, l, l + T */
+    int64_t half_lead2_q32;                  /* s^2: lead^2 / 2 */
+    int64_t gain_q16;                        /* 1/s: 1 / 4T */
+    int64_t first_step_counts, jump_q16;     /* jump: counts per ns, 2^-48 */
+    int64_t past_step_ns;
+    struct modbus_map_block fast[MODBUS_MAP_BLOCKS_MAX];
+    struct modbus_map_block slow[MODBUS_MAP_BLOCKS_MAX];
+    uint8_t fast_count, slow_count;
+
+    enum drive_modbus_phase phase;
+    enum hal_drive_request request;
+    enum hal_drive_state state;
+    int64_t now_ns, retry_ns;
+    struct drive_modbus_run run;
+    uint8_t start_at; /* identify, init, disable, polls */
+    bool is_reached;  /* what is requested */
+    bool identified, identify_asked;
+    bool alarm_asked;
+
+    /* what is polled */
+    int64_t value[MODBUS_MAP_ITEMS_MAX];
+    uint8_t fresh; /* fast blocks since start, one bit each */
+    uint8_t turn, slow_turn, slow_wait;
+    uint8_t cycles;    /* all fast blocks polled so often since the last step */
+    uint8_t go_at;     /* steps of stream_go already asked */
+    unsigned failures; /* in a row */
+    uint64_t polls, streams; /* good ones */
+
+    int64_t actual_counts, actual_ns; /* 0: never */
+    int64_t actual_vel_q32;
+    bool jumped; /* the last position was left out */
+
+    struct hal_drive_target target;
+    int64_t target_ns; /* 0: none since enabled */
+    bool first_target, begun, begin_asked;
+    struct drive_modbus_past past[DRIVE_MODBUS_HISTORY];
+    unsigned past_at, past_count;
+
+    enum drive_modbus_move move;
+    int64_t move_pos_q32, move_vel_q32;
+
+    uint16_t fault_code;
+    char fault_text[64];
+};
+
+/* Adds the node to the line.  Errors as modbus_bus_add; MOTION_E_ARG for a value
+ * outside what the config says; MOTION_E_RANGE for a scale that does not
+ * fit; MOTION_E_EMPTY when the map can neither move nor stream.  The drive is
+ * &self->drive. */
+int drive_modbus_init(struct drive_modbus *self, struct modbus_bus *bus,
+                      const struct drive_modbus_config *config);
+
+/* Point to point by the drive's own profile, while it is enabled and no set
+ * points are streamed: MOTION_E_STATE otherwise or while a move is under way,
+ * MOTION_E_EMPTY when the map cannot, MOTION_E_RANGE. */
+int drive_modbus_go(struct drive_modbus *self, int64_t pos_q32,
+                    int64_t vel_q32);
+/* A move is under way. */
+bool drive_modbus_is_going(const struct drive_modbus *self);
+
+#endif

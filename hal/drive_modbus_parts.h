@@ -1,0 +1,52 @@
+/* hal/drive_modbus_parts.h - private to drive_modbus*.c: what the parts know of
+ * each other. */
+#ifndef HAL_DRIVE_MODBUS_PARTS_H
+#define HAL_DRIVE_MODBUS_PARTS_H
+
+#include "hal/drive_modbus.h"
+
+extern const struct hal_drive_ops drive_modbus_ops;
+extern const struct modbus_node_ops drive_modbus_node_ops;
+
+/* ---- drive_modbus_walk.c ---- */
+
+/* One step per tick. */
+void drive_modbus_walk(struct drive_modbus *self);
+/* Begin a sequence; write its next value, if that is its step. */
+void drive_modbus_run_begin(struct drive_modbus *self,
+                            enum modbus_map_sequence_name name);
+bool drive_modbus_run_ask(struct drive_modbus *self,
+                          struct hal_modbus_request *request);
+void drive_modbus_run_reply(struct drive_modbus *self,
+                            const struct hal_modbus_reply *reply);
+/* Begin what leads to what is requested. */
+void drive_modbus_pursue(struct drive_modbus *self);
+/* Look for the drive from the beginning. */
+void drive_modbus_start(struct drive_modbus *self);
+/* fault_text begins anew; more may be put to what is returned. */
+struct hal_text drive_modbus_say(struct drive_modbus *self, const char *words);
+/* The alarm as polled, if there is one. */
+void drive_modbus_say_alarm(struct drive_modbus *self);
+/* A fault, the drive still there; gone. */
+void drive_modbus_latch(struct drive_modbus *self);
+void drive_modbus_lose(struct drive_modbus *self, enum hal_drive_state state);
+/* Does the drive say so?  `unknown` when it cannot. */
+bool drive_modbus_status(const struct drive_modbus *self,
+                         enum modbus_map_status status, bool unknown);
+
+/* ---- drive_modbus_stream.c ---- */
+
+/* Fill in the group for the set point in force now. */
+void drive_modbus_put_stream(struct drive_modbus *self,
+                             struct hal_modbus_request *request);
+void drive_modbus_put_move(struct drive_modbus *self,
+                           struct hal_modbus_request *request);
+/* A position was read, measured at t_ns. */
+void drive_modbus_note_position(struct drive_modbus *self, int64_t counts,
+                                int64_t t_ns);
+/* Remember what is asked for; what was asked for at t_ns, false: not known. */
+void drive_modbus_note_target(struct drive_modbus *self);
+bool drive_modbus_demand(const struct drive_modbus *self, int64_t t_ns,
+                         int64_t *pos_q32);
+
+#endif

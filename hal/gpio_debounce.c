@@ -1,0 +1,92 @@
+/* hal/gpio_debounce.c - see gpio_debounce.h. */
+#include "hal/gpio_debounce.h"
+
+#include "hal/container_of.h"
+
+#define RELEASE_MAX_NS INT64_C(10000000000)
+#define EVENTS_MAX     16 /* looked at per step */
+
+static int gpio_debounce_get(struct hal_gpio *gpio)
+{
+    return CONTAINER_OF(gpio, struct gpio_debounce, gpio)->level;
+}
+
+static int gpio_debounce_set(struct hal_gpio *gpio, bool active)
+{
+    (void)gpio;
+    (void)active;
+    return MOTION_E_STATE;
+}
+
+/* The last change of what get says. */
+static int gpio_debounce_event(struct hal_gpio *gpio,
+                               struct hal_gpio_event *event)
+{
+    struct gpio_debounce *self = CONTAINER_OF(gpio, struct gpio_debounce, gpio);
+    if (!self->changed)
+        return 0;
+    self->changed = false;
+    *event = (struct hal_gpio_event){ self->changed_ns, self->level != 0 };
+    return 1;
+}
+
+static const struct hal_gpio_ops gpio_debounce_ops = {
+    .get = gpio_debounce_get,
+    .set = gpio_debounce_set,
+    .event = gpio_debounce_event,
+};
+
+int gpio_debounce_init(struct gpio_debounce *self, struct hal_gpio *line,
+                       int64_t release_ns)
+{
+    if (release_ns < 0 || release_ns > RELEASE_MAX_NS)
+        return MOTION_E_ARG;
+    *self = (struct gpio_debounce){
+        .gpio.ops = &gpio_debounce_ops,
+        .line = line,
+        .release_ns = release_ns,
+        .level = 1,
+    };
+    return MOTION_OK;
+}
+
+/* When the line was last active, as far as its edges tell: the first instant at
+ * which it became so since the last look, or -1. */
+static int64_t gpio_debounce_pulse(struct gpio_debounce *self)
+{
+    struct hal_gpio_event event;
+    int64_t since_ns = -1;
+    for (unsigned i = 0; i < EVENTS_MAX; i++) {
+        if (hal_gpio_event(self->line, &event) != 1)
+            break;
+        if (event.active && since_ns < 0)
+            since_ns = event.t_ns;
+    }
+    return since_ns;
+}
+
+static void gpio_debounce_become(struct gpio_debounce *self, int level,
+                                 int64_t t_ns)
+{
+    if ((level != 0) != (self->level != 0)) {
+        self->changed = true;
+        self->changed_ns = t_ns;
+    }
+    self->level = level;
+}
+
+void gpio_debounce_step(struct gpio_debounce *self, int64_t now_ns)
+{
+    const int64_t pulse_ns = gpio_debounce_pulse(self);
+    const int level = hal_gpio_get(self->line);
+    const bool first = !self->looked;
+    self->looked = true;
+    if (level != 0 || (pulse_ns >= 0 && !first)) {
+        self->active_ns = now_ns;
+        gpio_debounce_become(self, level < 0 ? level : 1,
+                             pulse_ns >= 0 ? pulse_ns : now_ns);
+    } else if (first || now_ns - self->active_ns >= self->release_ns) {
+        gpio_debounce_become(self, 0, now_ns);
+        self->changed = self->changed && !first;
+    }
+}

@@ -1,0 +1,256 @@
+/* motion/plan/compose.c - see compose.h. */
+#include "motion/plan/compose.h"
+
+#include <stdlib.h>
+
+#include "motion/err.h"
+#include "motion/plan/plan_blend.h"
+#include "motion/plan/plan_camera.h"
+#include "motion/plan/plan_error.h"
+#include "motion/plan/plan_room.h"
+#include "motion/plan/plan_warp.h"
+
+const char *plan_driver_name(enum plan_driver driver)
+{
+    static const char *const names[] = {
+#define COMPOSE_DRIVER_NAME(name, word) [name] = word,
+        PLAN_DRIVER_LIST(COMPOSE_DRIVER_NAME)
+#undef COMPOSE_DRIVER_NAME
+    };
+    return names[driver];
+}
+
+struct compose {
+    const struct plan_move *move;
+    struct motion_track *track;
+    struct plan_outcome *outcome;
+    struct plan_error *error;
+};
+
+static int compose_keys(const struct compose *self)
+{
+    int err = MOTION_OK;
+
+    for (uint32_t i = 0; i < self->move->axis_count && err == MOTION_OK; i++) {
+        const struct plan_axis *axis = &self->move->axis[i];
+        if (axis->driver != PLAN_BY_KEYS)
+            continue;
+        err = plan_axis_track(axis, &self->track[i], self->error);
+        self->error->axis = i;
+    }
+    return err;
+}
+
+/* The law is the distance along the path until something bends its time. */
+static int compose_path(const struct compose *self)
+{
+    struct plan_outcome *outcome = self->outcome;
+    struct motion_track *distance = &outcome->distance;
+    int err;
+
+    if (self->move->path == NULL)
+        return MOTION_OK;
+    err = plan_path_tracks(self->move->path, &outcome->drive, self->track,
+                           self->error);
+    if (err < 0)
+        return err;
+    outcome->has_path = true;
+    *distance = outcome->drive.law;
+    distance->segment =
+        malloc((size_t)distance->count * sizeof *distance->segment);
+    if (distance->segment == NULL) {
+        plan_room_init(distance, 0);
+        return plan_error_set(self->error, MOTION_E_FULL,
+                              self->move->path->place,
+                              "no memory for the path");
+    }
+    distance->capacity = distance->count;
+    for (uint32_t i = 0; i < distance->count; i++)
+        distance->segment[i] = outcome->drive.law.segment[i];
+    return MOTION_OK;
+}
+
+static int compose_camera(const struct compose *self)
+{
+    const struct plan_camera *camera = self->move->camera;
+    struct plan_outcome *outcome = self->outcome;
+
+    if (camera == NULL)
+        return MOTION_OK;
+    if (!outcome->has_path)
+        return plan_error_set(self->error, MOTION_E_ARG, camera->place,
+                              "the camera has no path");
+    outcome->has_camera = true;
+    return plan_camera_tracks(camera, &outcome->drive, self->track,
+                              outcome->camera_bound_q32, self->error);
+}
+
+static int compose_blend(const struct compose *self)
+{
+    return self->move->blend == NULL
+               ? MOTION_OK
+               : plan_blend_tracks(self->move->blend, self->track, self->error);
+}
+
+static void compose_drop(const struct compose *self)
+{
+    for (uint32_t i = 0; i < self->move->axis_count; i++)
+        plan_track_free(&self->track[i]);
+    plan_outcome_free(self->outcome);
+}
+
+/* What drives the axes. */
+static int compose_base(const struct compose *self)
+{
+    int err;
+
+    *self->outcome = (struct plan_outcome){ .warp_bound = motion_real_zero() };
+    *self->error = (struct plan_error){ .axis = PLAN_AXES_MAX };
+    for (uint32_t i = 0; i < self->move->axis_count; i++)
+        plan_room_init(&self->track[i], 0);
+    err = compose_keys(self);
+    if (err == MOTION_OK)
+        err = compose_path(self);
+    if (err == MOTION_OK)
+        err = compose_camera(self);
+    return err == MOTION_OK ? compose_blend(self) : err;
+}
+
+/* A sentence about another move tells whose it is. */
+static int compose_other_fail(const struct compose *self,
+                              const struct plan_other *other,
+                              const struct plan_error *inner)
+{
+    if (other->file[0] == 0) {
+        *self->error = *inner;
+        self->error->axis = PLAN_AXES_MAX;
+        return inner->code;
+    }
+    return plan_error_set(self->error, inner->code, other->place,
+                          "%.100s:%u:%u: %s", other->file, inner->place.line,
+                          inner->place.column, inner->text);
+}
+
+/* Another move's tracks, for as long as it takes to mix them in. */
+struct compose_guest {
+    struct motion_track track[PLAN_AXES_MAX];
+    struct plan_outcome outcome;
+    struct plan_error error;
+};
+
+static int
+compose_other(const struct compose *self, const struct plan_other *other,
+              int (*mix)(const struct plan_other *, const struct motion_track[],
+                         struct motion_track[], struct plan_error *))
+{
+    struct compose_guest *guest = calloc(1, sizeof *guest);
+    int err;
+
+    self->outcome->is_bent = true;
+    if (guest == NULL)
+        return plan_error_set(self->error, MOTION_E_FULL, other->place,
+                              "no memory for another move");
+    const struct compose inner = { other->move, guest->track, &guest->outcome,
+                                   &guest->error };
+    err = compose_base(&inner);
+    if (err == MOTION_OK)
+        err = mix(other, guest->track, self->track, self->error);
+    else
+        err = compose_other_fail(self, other, &guest->error);
+    compose_drop(&inner);
+    free(guest);
+    return err;
+}
+
+static int compose_others(const struct compose *self)
+{
+    const struct plan_move *move = self->move;
+    int err = MOTION_OK;
+
+    for (uint32_t i = 0; i < move->layers && err == MOTION_OK; i++)
+        err = compose_other(self, &move->layer[i], plan_layer_tracks);
+    if (err == MOTION_OK && move->fade != NULL)
+        err = compose_other(self, move->fade, plan_fade_tracks);
+    return err;
+}
+
+/* Of every axis, and of the distance along the path. */
+static int compose_warp(const struct compose *self)
+{
+    const struct plan_axis *axis = self->move->warp;
+    struct plan_outcome *outcome = self->outcome;
+    int err;
+
+    if (axis == NULL)
+        return MOTION_OK;
+    outcome->is_bent = true;
+    err = plan_warp_track(axis, &outcome->warp, self->error);
+    for (uint32_t i = 0; i < self->move->axis_count && err == MOTION_OK; i++)
+        err = plan_warp_apply(&outcome->warp, axis, &self->track[i],
+                              &outcome->warp_bound, self->error);
+    if (err == MOTION_OK && outcome->has_path)
+        err = plan_warp_apply(&outcome->warp, axis, &outcome->distance,
+                              &outcome->warp_bound, self->error);
+    return err;
+}
+
+int plan_compose(const struct plan_move *move, struct motion_track track[],
+                 struct plan_outcome *outcome, struct plan_error *error)
+{
+    const struct compose self = { move, track, outcome, error };
+    int err = compose_base(&self);
+
+    if (err == MOTION_OK)
+        err = compose_others(&self);
+    if (err == MOTION_OK)
+        err = compose_warp(&self);
+    if (err < 0)
+        compose_drop(&self);
+    return err;
+}
+
+void plan_outcome_free(struct plan_outcome *outcome)
+{
+    plan_drive_free(&outcome->drive);
+    plan_track_free(&outcome->distance);
+    plan_track_free(&outcome->warp);
+    *outcome = (struct plan_outcome){ .has_path = false };
+}
+
+int64_t plan_outcome_time(const struct plan_outcome *outcome, int64_t t_ns_q12)
+{
+    return outcome->warp.count == 0 ? t_ns_q12
+                                    : plan_warp_time(&outcome->warp, t_ns_q12);
+}
+
+static void compose_free_base(struct plan_move *move)
+{
+    for (uint32_t i = 0; i < move->axis_count; i++)
+        free(move->axis[i].key);
+    plan_path_free(move->path);
+    plan_camera_free(move->camera);
+    plan_blend_free(move->blend);
+}
+
+static void compose_free_other(struct plan_other *other)
+{
+    if (other->move != NULL)
+        compose_free_base(other->move);
+    free(other->move);
+    free(other->weight.key);
+}
+
+void plan_move_free(struct plan_move *move)
+{
+    compose_free_base(move);
+    for (uint32_t i = 0; i < move->layers; i++)
+        compose_free_other(&move->layer[i]);
+    free(move->layer);
+    if (move->fade != NULL)
+        compose_free_other(move->fade);
+    free(move->fade);
+    if (move->warp != NULL)
+        free(move->warp->key);
+    free(move->warp);
+    *move = (struct plan_move){ .axis_count = 0 };
+}

@@ -1,0 +1,45 @@
+/* motion/plan/compose.h - a whole move: every axis's track, whatever drives it.
+ *
+ *     keys, path, camera, blend   each axis is driven by one of them
+ *     layers                      are added
+ *     fade                        goes over to another move
+ *     warp                        bends the time of all of it
+ *
+ * Off-line only: uses the heap. */
+#ifndef MOTION_PLAN_COMPOSE_H
+#define MOTION_PLAN_COMPOSE_H
+
+#include "motion/plan/move.h"
+#include "motion/plan/plan_path.h"
+#include "motion/real.h"
+
+/* What came out beside the tracks. */
+struct plan_outcome {
+    bool has_path;
+    struct plan_drive drive;      /* with has_path */
+    struct motion_track distance; /* along the path, as played: its velocity is
+                                     the path speed.  On the heap */
+    bool has_camera;
+    int64_t camera_bound_q32[3]; /* pan, tilt, roll, degrees */
+    bool is_bent;                /* keys are not where they were written: there
+                                 are layers, a fade or a warp */
+    struct motion_track warp;    /* on the heap; empty: time is as written */
+    struct motion_real warp_bound; /* of the worst axis, unit */
+};
+
+/* Plan the axes of `move` into track[0 .. axis_count - 1], which need not be
+ * initialised and are to be freed with plan_track_free.  *outcome is to be
+ * freed with plan_outcome_free and points into itself.  On an error the code,
+ * *error with a sentence (and the axis, where it is about one), all tracks and
+ * the outcome empty. */
+int plan_compose(const struct plan_move *move, struct motion_track track[],
+                 struct plan_outcome *outcome, struct plan_error *error);
+void plan_outcome_free(struct plan_outcome *outcome);
+
+/* The time as the move was written, at a time as it is played; 2^-12 ns. */
+int64_t plan_outcome_time(const struct plan_outcome *outcome, int64_t t_ns_q12);
+
+/* Everything that the move holds on the heap; zero afterwards. */
+void plan_move_free(struct plan_move *move);
+
+#endif

@@ -1,0 +1,63 @@
+/* motion/plan/plan_camera.h - a camera head on a path: which way it looks.
+ *
+ * The space of the path is right-handed (x, y, z; a path of two axes has z = 0).
+ * The head stands on a mount: with pan, tilt and roll 0 it looks `forward` with
+ * `up` on top; pan is positive to the left, tilt upwards, roll clockwise as the
+ * camera sees it (motion/head.h).  What it looks at and how its horizon lies is
+ * motion/lookat.h and frame.h.  Not to be included beside motion/path.h, which
+ * has another struct motion_path. */
+#ifndef MOTION_PLAN_PLAN_CAMERA_H
+#define MOTION_PLAN_PLAN_CAMERA_H
+
+#include "motion/head.h"
+#include "motion/lookat.h"
+#include "motion/plan/plan_path.h"
+
+#define PLAN_CAMERA_DWELLS_MAX 1000
+
+enum plan_look {
+    PLAN_LOOK_AT,         /* a fixed point */
+    PLAN_LOOK_AHEAD,      /* a point ahead on the path */
+    PLAN_LOOK_PATH,       /* a point on another path, at the same part of it */
+    PLAN_LOOK_DWELL,      /* points in turn, with eased transitions */
+    PLAN_LOOK_LEVEL,      /* along the path, the horizon level */
+    PLAN_LOOK_MINIMISING, /* along the path, turning about it as little as can */
+    PLAN_LOOK_FRENET,     /* along the path, up is its binormal */
+};
+
+struct plan_dwell {
+    int64_t point_q32[PLAN_SPACE_AXES];
+    struct plan_distance from, to;
+    struct plan_place place;
+};
+
+struct plan_camera {
+    uint32_t axis[MOTION_HEAD_AXES]; /* of the move */
+    bool has_roll;
+    enum plan_look look;
+    int64_t point_q32[PLAN_SPACE_AXES]; /* AT */
+    int64_t ahead_q32;                  /* AHEAD; > 0 */
+    enum motion_ahead_end end;
+    struct plan_points points; /* PATH */
+    struct plan_dwell *dwell;  /* DWELL */
+    uint32_t dwells;
+    enum motion_dwell_ease ease;
+    struct motion_dir forward, up;
+    struct plan_axis *roll;  /* keyed, degrees, on top of the above; NULL */
+    int64_t tolerance_q32;   /* degrees, > 0 */
+    struct plan_place place; /* of the camera */
+    struct plan_place look_place;
+};
+
+/* Plan the head's axes into track[camera->axis[..]], which must be empty; they
+ * belong to the caller.  bound_q32[axis] is how far at most each is from the
+ * angle meant.  On an error the code, *error, and empty tracks. */
+int plan_camera_tracks(const struct plan_camera *camera,
+                       const struct plan_drive *drive,
+                       struct motion_track track[],
+                       int64_t bound_q32[MOTION_HEAD_AXES],
+                       struct plan_error *error);
+
+void plan_camera_free(struct plan_camera *camera);
+
+#endif

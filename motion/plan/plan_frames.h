@@ -1,0 +1,30 @@
+/* motion/plan/plan_frames.h - a camera that looks along its path, with the
+ * horizon of the path's own frame (motion/frame.h). */
+#ifndef MOTION_PLAN_PLAN_FRAMES_H
+#define MOTION_PLAN_PLAN_FRAMES_H
+
+#include "motion/frame.h"
+#include "motion/plan/plan_space.h"
+#include "motion/quat.h"
+
+struct plan_frames {
+    const struct plan_space *space;
+    struct motion_dir up, forward; /* of the world, for the first frame */
+    bool frenet;
+    /* filled in; on the heap */
+    struct motion_frame *frame; /* at even distances */
+    uint32_t frames;
+    int64_t twist_turn; /* of the last frame, when closed; spread evenly */
+};
+
+/* MOTION_E_STATE for a Frenet frame that does not exist somewhere; errors of
+ * motion_frame_carry; MOTION_E_FULL. */
+int plan_frames_init(struct plan_frames *self);
+void plan_frames_free(struct plan_frames *self);
+
+/* The rotation whose x, y, z axes are right, up and backwards, at a distance on
+ * the path. */
+int plan_frames_at(const struct plan_frames *self, int64_t distance_q32,
+                   struct motion_quat *q);
+
+#endif

@@ -1,0 +1,302 @@
+/* tests/test_drive_modbus.c - the driver by every map on the simulated servo of
+ * the same map, and what it does when something is wrong. */
+#include "tests/modbus_bench.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+
+static const char *const maps[] = { "leadshine-el7", "leadshine-cs2rs",
+                                    "oriental-az", "delta-asda", "lexium-32" };
+
+static struct modbus_bench bench;
+
+static double units(int64_t q32)
+{
+    return (double)q32 / 4294967296.0;
+}
+
+/* From rest to rest by `way` units in `dur` s: a quintic. */
+static void quintic(double from, double way, double dur, double t,
+                    struct hal_drive_target *target)
+{
+    const double u = t < dur ? t / dur : 1;
+    const double p = u * u * u * (10 - 15 * u + 6 * u * u);
+    const double v = 30 * u * u * (1 - 2 * u + u * u) / dur;
+    const double a = 60 * u * (1 - 3 * u + 2 * u * u) / (dur * dur);
+
+    target->pos_q32 = (int64_t)((from + way * p) * 4294967296.0);
+    target->vel_q32 = (int64_t)(way * v * 4294967296.0);
+    target->acc_q16 = (int64_t)(way * a * 65536.0);
+}
+
+/* ---- every map ---- */
+
+static void every_map_starts_enables_and_lets_go(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < ARRAY_LEN(maps); i++) {
+        modbus_bench_load(&bench, maps[i]);
+        modbus_bench_init(&bench);
+        assert_int_equal(bench.feedback.state, HAL_DRIVE_OFFLINE);
+        modbus_bench_enable(&bench);
+        assert_true(bench.servo.enabled);
+        assert_true(fabs(units(bench.feedback.pos_q32) - 1.2345) < 1e-6);
+        hal_drive_request(&bench.drive.drive, HAL_DRIVE_REQUEST_OFF);
+        modbus_bench_until(&bench, HAL_DRIVE_OFF);
+        assert_false(bench.servo.enabled);
+    }
+}
+
+/* 8 units in 4 s, at most 3.75 unit/s: the drive follows by its own ramps. */
+static double stream_a_move(const char *name, double *end_off)
+{
+    double worst = 0;
+
+    modbus_bench_load(&bench, name);
+    modbus_bench_init(&bench);
+    modbus_bench_enable(&bench);
+    modbus_bench_run(&bench, 500 * MS);
+    const double from = units(bench.target.pos_q32);
+    for (unsigned tick = 0; tick < 5000; tick++) {
+        const double t = tick * 1e-3;
+
+        quintic(from, 8, 4, t, &bench.target);
+        modbus_bench_tick(&bench);
+        assert_int_equal(bench.feedback.state, HAL_DRIVE_ENABLED);
+        const double actual =
+            (double)sim_modbus_servo_counts(&bench.servo) / BENCH_COUNTS;
+        const double off = fabs(units(bench.target.pos_q32) - actual);
+        if (off > worst)
+            worst = off;
+        *end_off = off;
+    }
+    return worst;
+}
+
+static void every_map_follows_a_streamed_move(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < ARRAY_LEN(maps); i++) {
+        double end_off;
+        const double worst = stream_a_move(maps[i], &end_off);
+        const double cycle_s = (double)bench.cycle_ns * 1e-9;
+
+        printf("%-16s a set point every %5.1f ms: off at most %.3f unit "
+               "(%.1f ms of its speed), %.4f at the end, %" PRIu64
+               " set points\n",
+               maps[i], 1e3 * cycle_s, worst, 1e3 * worst / 3.75, end_off,
+               bench.drive.streams);
+        /* what it runs in two cycles, and the servo's own lag */
+        if (worst > 3.75 * (2 * cycle_s + 0.03) || end_off > 0.002)
+            fail_msg("%s", maps[i]);
+        assert_true((double)bench.drive.streams >= 0.85 * 5.5 / cycle_s);
+    }
+}
+
+static void every_map_goes_point_to_point(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < ARRAY_LEN(maps); i++) {
+        modbus_bench_load(&bench, maps[i]);
+        modbus_bench_init(&bench);
+        modbus_bench_enable(&bench);
+        bench.streams = false;
+        assert_int_equal(
+            drive_modbus_go(&bench.drive, 5 * UNIT_Q32, 4 * UNIT_Q32), 0);
+        assert_int_equal(drive_modbus_go(&bench.drive, 0, UNIT_Q32),
+                         MOTION_E_STATE);
+        for (unsigned n = 0; n < 10000 && drive_modbus_is_going(&bench.drive);
+             n++)
+            modbus_bench_tick(&bench);
+        if (drive_modbus_is_going(&bench.drive) ||
+            llabs(sim_modbus_servo_counts(&bench.servo) - 50000) > 8)
+            fail_msg("%s: at %" PRId64, maps[i],
+                     sim_modbus_servo_counts(&bench.servo));
+        assert_int_equal(bench.servo.targets, 1);
+    }
+}
+
+/* ---- faults ---- */
+
+static void moving_bench(const char *name)
+{
+    modbus_bench_load(&bench, name);
+    modbus_bench_init(&bench);
+    modbus_bench_enable(&bench);
+    for (unsigned tick = 0; tick < 2000; tick++) {
+        quintic(1.2345, 8, 4, tick * 1e-3, &bench.target);
+        modbus_bench_tick(&bench);
+    }
+    assert_int_equal(bench.feedback.state, HAL_DRIVE_ENABLED);
+}
+
+static void an_alarm_is_told_in_words_and_reset(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < ARRAY_LEN(maps); i++) {
+        moving_bench(maps[i]);
+        sim_modbus_servo_inject(&bench.servo, SIM_MODBUS_SERVO_ALARM);
+        modbus_bench_until(&bench, HAL_DRIVE_FAULT);
+        modbus_bench_run(&bench, 500 * MS);
+        assert_int_equal(bench.feedback.fault_code, bench.map.alarms[0].code);
+        if (strstr(bench.feedback.fault_text, bench.map.alarms[0].text) == NULL)
+            fail_msg("%s: %s", maps[i], bench.feedback.fault_text);
+        hal_drive_request(&bench.drive.drive, HAL_DRIVE_REQUEST_OFF);
+        hal_drive_request(&bench.drive.drive, HAL_DRIVE_REQUEST_RESET);
+        modbus_bench_until(&bench, HAL_DRIVE_OFF);
+        assert_false(bench.servo.enabled); /* nothing enables by itself */
+        modbus_bench_enable(&bench);
+    }
+}
+
+static void a_mute_drive_is_lost_and_found(void **state)
+{
+    int64_t since_ns;
+
+    (void)state;
+    moving_bench("leadshine-el7");
+    sim_modbus_servo_inject(&bench.servo, SIM_MODBUS_SERVO_OFF);
+    since_ns = bench.world.now_ns;
+    modbus_bench_until(&bench, HAL_DRIVE_OFFLINE);
+    /* three time-outs and the silence after each */
+    assert_true(bench.world.now_ns - since_ns < 600 * MS);
+    assert_string_equal(
+        bench.feedback.fault_text,
+        "three transactions in a row failed: no answer in time");
+    sim_modbus_servo_inject(&bench.servo, SIM_MODBUS_SERVO_CLEAR);
+    modbus_bench_run(&bench, 2000 * MS);
+    assert_int_equal(bench.feedback.state, HAL_DRIVE_OFFLINE);
+    hal_drive_request(&bench.drive.drive, HAL_DRIVE_REQUEST_RESET);
+    modbus_bench_until(&bench, HAL_DRIVE_OFF);
+}
+
+static void a_drive_that_comes_later_is_found(void **state)
+{
+    (void)state;
+    modbus_bench_load(&bench, "oriental-az");
+    modbus_bench_init(&bench);
+    sim_modbus_servo_inject(&bench.servo, SIM_MODBUS_SERVO_OFF);
+    modbus_bench_run(&bench, 3000 * MS);
+    assert_int_equal(bench.feedback.state, HAL_DRIVE_OFFLINE);
+    sim_modbus_servo_inject(&bench.servo, SIM_MODBUS_SERVO_CLEAR);
+    modbus_bench_until(&bench, HAL_DRIVE_OFF);
+}
+
+static void the_wrong_drive_is_refused(void **state)
+{
+    (void)state;
+    modbus_bench_load(&bench, "leadshine-el7");
+    modbus_bench_init(&bench);
+    bench.servo.reg[0x0003] = 0;
+    modbus_bench_until(&bench, HAL_DRIVE_FAULT);
+    assert_string_equal(bench.feedback.fault_text,
+                        "drive is not in PR mode (Pr0.01 = 6, then restart)");
+    assert_false(bench.servo.enabled);
+}
+
+/* One answer in twenty is bad: it is left out, the move goes on. */
+static void single_bad_answers_do_not_stop_a_move(void **state)
+{
+    (void)state;
+    for (int fault = SIM_MODBUS_MUTE; fault < SIM_MODBUS_FAULTS; fault++) {
+        moving_bench("leadshine-el7");
+        for (unsigned tick = 2000; tick < 4500; tick++) {
+            if (tick % 600 == 0) {
+                bench.servo.faulty.fault = (enum sim_modbus_fault)fault;
+                bench.servo.faulty.times = 1;
+            }
+            quintic(1.2345, 8, 4, tick * 1e-3, &bench.target);
+            modbus_bench_tick(&bench);
+            if (bench.feedback.state != HAL_DRIVE_ENABLED)
+                fail_msg("kind %d: %s", fault, bench.feedback.fault_text);
+        }
+        modbus_bench_run(&bench, 500 * MS);
+        assert_true(fabs(units(bench.feedback.pos_q32) - 9.2345) < 0.002);
+    }
+}
+
+static void a_position_that_cannot_be_is_left_out(void **state)
+{
+    const int64_t there = bench.feedback.pos_q32;
+    struct modbus_node *node = &bench.drive.node;
+    struct hal_modbus_reply lie = { .err = MOTION_OK, .count = 2 };
+
+    (void)state;
+    (void)there;
+    moving_bench("leadshine-el7");
+    const int64_t before_q32 = bench.feedback.pos_q32;
+    lie.value[0] = 0x0800; /* far away */
+    lie.answer_ns = bench.world.now_ns;
+    for (unsigned i = 0; i < bench.drive.fast_count; i++)
+        if (bench.drive.fast[i].at == 0x602C)
+            node->ops->reply(node, (uint16_t)(6 + i), &lie); /* JOB_FAST */
+    hal_drive_feedback(&bench.drive.drive, &bench.feedback);
+    assert_int_equal(bench.feedback.pos_q32, before_q32);
+    assert_int_equal(bench.feedback.state, HAL_DRIVE_ENABLED);
+    for (unsigned i = 0; i < bench.drive.fast_count; i++)
+        if (bench.drive.fast[i].at == 0x602C)
+            node->ops->reply(node, (uint16_t)(6 + i), &lie);
+    hal_drive_feedback(&bench.drive.drive, &bench.feedback);
+    assert_int_equal(bench.feedback.state, HAL_DRIVE_FAULT);
+}
+
+static void the_first_set_point_must_be_where_the_axis_is(void **state)
+{
+    (void)state;
+    modbus_bench_load(&bench, "leadshine-el7");
+    modbus_bench_init(&bench);
+    modbus_bench_enable(&bench);
+    bench.target.pos_q32 += 2 * UNIT_Q32;
+    assert_int_equal(hal_drive_set_target(&bench.drive.drive, &bench.target),
+                     MOTION_E_LIMIT);
+    modbus_bench_until(&bench, HAL_DRIVE_FAULT);
+    modbus_bench_run(&bench, 500 * MS);
+    assert_int_equal(sim_modbus_servo_counts(&bench.servo), 12345);
+}
+
+static void a_quick_stop_is_the_drives_own(void **state)
+{
+    (void)state;
+    moving_bench("oriental-az");
+    hal_drive_request(&bench.drive.drive, HAL_DRIVE_REQUEST_QUICK_STOP);
+    bench.streams = false;
+    modbus_bench_tick(&bench);
+    modbus_bench_tick(&bench);
+    assert_int_equal(bench.feedback.state, HAL_DRIVE_QUICK_STOP);
+    modbus_bench_run(&bench, 1000 * MS);
+    assert_int_equal(bench.feedback.vel_q32, 0);
+    assert_true(bench.servo.enabled);
+    hal_drive_request(&bench.drive.drive, HAL_DRIVE_REQUEST_OFF);
+    modbus_bench_until(&bench, HAL_DRIVE_OFF);
+    assert_false(bench.servo.enabled);
+}
+
+/* Lexium: it hears nothing for 500 ms. */
+static void the_drives_own_watchdog_stops_it(void **state)
+{
+    (void)state;
+    moving_bench("lexium-32");
+    bench.wire.cut = true;
+    modbus_bench_run(&bench, 600 * MS);
+    assert_false(bench.servo.enabled);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_map_starts_enables_and_lets_go),
+        cmocka_unit_test(every_map_follows_a_streamed_move),
+        cmocka_unit_test(every_map_goes_point_to_point),
+        cmocka_unit_test(an_alarm_is_told_in_words_and_reset),
+        cmocka_unit_test(a_mute_drive_is_lost_and_found),
+        cmocka_unit_test(a_drive_that_comes_later_is_found),
+        cmocka_unit_test(the_wrong_drive_is_refused),
+        cmocka_unit_test(single_bad_answers_do_not_stop_a_move),
+        cmocka_unit_test(a_position_that_cannot_be_is_left_out),
+        cmocka_unit_test(the_first_set_point_must_be_where_the_axis_is),
+        cmocka_unit_test(a_quick_stop_is_the_drives_own),
+        cmocka_unit_test(the_drives_own_watchdog_stops_it),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,427 @@
+/* tests/test_move_camera.c - cameras of move.yaml, from the file to the tracks.
+ *
+ * Judged by what the head sees: the axes x, y, z, pan, tilt, roll at a time
+ * give a place and three directions, in doubles. */
+#include "tests/move_file.h"
+
+#define RIG "examples/flyby/rig.yaml"
+#define DEG (acos(-1) / 180)
+
+struct seen {
+    double pos[3], view[3], right[3], up[3];
+};
+
+static void turn(double v[3], const double axis[3], double angle)
+{
+    const double c = cos(angle), s = sin(angle);
+    const double dot = v[0] * axis[0] + v[1] * axis[1] + v[2] * axis[2];
+    const double cross[3] = { axis[1] * v[2] - axis[2] * v[1],
+                              axis[2] * v[0] - axis[0] * v[2],
+                              axis[0] * v[1] - axis[1] * v[0] };
+
+    for (int i = 0; i < 3; i++)
+        v[i] = v[i] * c + cross[i] * s + axis[i] * dot * (1 - c);
+}
+
+/* Pan about up, then tilt about right, then roll about the view. */
+static struct seen look(const struct move_file *file, double t_s)
+{
+    static const double z[3] = { 0, 0, 1 };
+    struct seen s = { .view = { 1, 0, 0 },
+                      .right = { 0, -1, 0 },
+                      .up = { 0, 0, 1 } };
+
+    s.pos[0] = move_file_pos(file, "x", t_s);
+    s.pos[1] = move_file_pos(file, "y", t_s);
+    s.pos[2] = move_file_pos(file, "z", t_s);
+    const double pan = move_file_pos(file, "pan", t_s) * DEG;
+    turn(s.view, z, pan);
+    turn(s.right, z, pan);
+    const double tilt = move_file_pos(file, "tilt", t_s) * DEG;
+    turn(s.view, s.right, tilt);
+    turn(s.up, s.right, tilt);
+    const double roll = move_file_pos(file, "roll", t_s) * DEG;
+    turn(s.right, s.view, roll);
+    turn(s.up, s.view, roll);
+    return s;
+}
+
+/* The angle between the view and the way to a point, degrees. */
+static double off(const struct seen *s, const double point[3])
+{
+    double way[3], cross = 0, dot = 0;
+
+    for (int i = 0; i < 3; i++)
+        way[i] = point[i] - s->pos[i];
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        const double c = s->view[j] * way[k] - s->view[k] * way[j];
+        cross += c * c;
+        dot += s->view[i] * way[i];
+    }
+    return atan2(sqrt(cross), dot) / DEG;
+}
+
+#define PATH                                                                   \
+    "path:\n"                                                                  \
+    "  axes: [x, y, z]\n"                                                      \
+    "  points:\n"                                                              \
+    "    - [200 mm, -900 mm, 300 mm]\n"                                        \
+    "    - [900 mm, -1100 mm, 500 mm]\n"                                       \
+    "    - [1900 mm, -600 mm, 900 mm]\n"                                       \
+    "    - [2700 mm, 300 mm, 1200 mm]\n"                                       \
+    "    - [3500 mm, 1000 mm, 1500 mm]\n"                                      \
+    "  speed: {law: quintic, time: 10 s}\n"
+#define CAMERA                                                                 \
+    PATH "camera:\n"                                                           \
+         "  axes: {pan: pan, tilt: tilt, roll: roll}\n"
+
+static void expect_no_steps(const struct move_file *file)
+{
+    static const char *const axes[] = { "pan", "tilt", "roll" };
+
+    for (int i = 0; i < 3; i++) {
+        const struct motion_track *track = move_file_track(file, axes[i]);
+        const struct plan_limit limit = { -((int64_t)1 << 60), (int64_t)1 << 60,
+                                          (int64_t)1 << 60, (int64_t)1 << 60,
+                                          (int64_t)1 << 60 };
+        struct plan_violation found;
+        if (plan_check_track(track, &limit, &found, 1) != 0)
+            fail_msg("%s: %d at %g s", axes[i], found.kind,
+                     (double)found.t_ns_q12 / (double)MOVE_FILE_S);
+    }
+}
+
+static void a_fixed_point_stays_in_the_middle_with_a_level_horizon(void **state)
+{
+    static const double point[3] = { 2000, 900, 900 };
+    static struct move_file file;
+    double worst = 0, level = 0;
+    (void)state;
+    move_file_need(&file, RIG, CAMERA "  look: {at: [2 m, 90 cm, 900 mm]}\n");
+    for (int i = 0; i <= 4000; i++) {
+        const struct seen s = look(&file, i / 400.0);
+        worst = fmax(worst, off(&s, point));
+        level = fmax(level, fabs(s.right[2]));
+        assert_true(s.up[2] > 0.5);
+    }
+    print_message("within %.1e deg\n", worst);
+    assert_true(worst < 2e-5 && level < 1e-6);
+    expect_no_steps(&file);
+    move_file_close(&file);
+}
+
+static void the_bound_of_each_angle_is_what_was_asked(void **state)
+{
+    static struct move_file file;
+    (void)state;
+    move_file_need(&file, RIG,
+                   CAMERA "  look: {at: [2 m, 90 cm, 900 mm]}\n"
+                          "  tolerance: 0.01 deg\n");
+    const uint32_t count = move_file_track(&file, "pan")->count;
+    for (int i = 0; i < 3; i++)
+        assert_true(file.outcome.camera_bound_q32[i] <=
+                    MOTION_FIXED_ONE_Q32 / 100);
+    move_file_close(&file);
+    move_file_need(&file, RIG,
+                   CAMERA "  look: {at: [2 m, 90 cm, 900 mm]}\n"
+                          "  tolerance: 0.0001 deg\n");
+    assert_true(move_file_track(&file, "pan")->count > count);
+    move_file_close(&file);
+}
+
+/* A straight line exactly above the target: tilt goes on over the top, pan and
+ * roll stand. */
+static void straight_above_the_target_does_not_flip(void **state)
+{
+    static struct move_file file;
+    struct motion_extreme pan, tilt, roll;
+    (void)state;
+    move_file_need(&file, RIG,
+                   "path:\n  axes: [x, y, z]\n"
+                   "  points: [[0, 0, 1500], [1000, 0, 1500], [4000, 0, "
+                   "1500]]\n"
+                   "  speed: {law: quintic, time: 12 s}\n"
+                   "camera:\n  axes: {pan: pan, tilt: tilt, roll: roll}\n"
+                   "  look: {at: [2000, 0, 300]}\n");
+    motion_track_extreme(move_file_track(&file, "pan"), MOTION_POS, &pan);
+    motion_track_extreme(move_file_track(&file, "tilt"), MOTION_POS, &tilt);
+    motion_track_extreme(move_file_track(&file, "roll"), MOTION_POS, &roll);
+    assert_true(llabs(pan.max) < 1000 && llabs(pan.min) < 1000);
+    assert_true(llabs(roll.max) < 1000 && llabs(roll.min) < 1000);
+    assert_true(fabs(ldexp((double)tilt.max, -32) + atan2(1200, 2000) / DEG) <
+                2e-5);
+    assert_true(fabs(ldexp((double)tilt.min, -32) + 180 -
+                     atan2(1200, 2000) / DEG) < 2e-5);
+    motion_track_extreme(move_file_track(&file, "tilt"), MOTION_VEL, &tilt);
+    assert_true(llabs(tilt.min) < (int64_t)40 << 32);
+    expect_no_steps(&file);
+    move_file_close(&file);
+}
+
+/* Around the target and once more: pan counts on. */
+static void pan_runs_on_over_half_turns(void **state)
+{
+    static struct move_file file;
+    (void)state;
+    move_file_need(&file, RIG,
+                   "path:\n  axes: [x, y]\n  curve: c2\n  closed: true\n"
+                   "  points: [[3000, 0], [2000, 1000], [1000, 0], [2000, "
+                   "-1000]]\n"
+                   "  speed: {law: quintic, time: 20 s}\n"
+                   "camera:\n  axes: {pan: pan, tilt: tilt}\n"
+                   "  look: {at: [2000, 0, 0]}\n");
+    assert_true(fabs(move_file_pos(&file, "pan", 20) -
+                     move_file_pos(&file, "pan", 0) - 360) < 1e-6);
+    move_file_close(&file);
+}
+
+static void a_look_ahead_is_on_the_path_and_then_on_its_tangent(void **state)
+{
+    static struct move_file file;
+    (void)state;
+    move_file_need(&file, RIG, CAMERA "  look: {ahead: 400 mm}\n");
+    const struct plan_space *space = &file.outcome.drive.space;
+    for (int i = 0; i <= 1000; i++) {
+        const double t_s = i / 100.0;
+        const struct seen s = look(&file, t_s);
+        struct motion_vec at;
+        struct motion_dir along;
+        struct motion_state here;
+        double point[3];
+        motion_track_state(&file.outcome.distance,
+                           (int64_t)(t_s * (double)MOVE_FILE_S), &here);
+        int64_t ahead = here.pos_q32 + ((int64_t)400 << 32);
+        int64_t beyond = ahead - space->length_q32;
+        assert_int_equal(plan_space_at(space,
+                                       beyond > 0 ? space->length_q32 : ahead,
+                                       &at, &along),
+                         0);
+        for (int k = 0; k < 3; k++)
+            point[k] = ldexp((double)at.x[k].m, at.x[k].e) +
+                       (beyond > 0 ? ldexp((double)beyond, -32) *
+                                         ldexp((double)along.q62[k], -62)
+                                   : 0);
+        assert_true(off(&s, point) < 3e-5);
+    }
+    expect_no_steps(&file);
+    move_file_close(&file);
+}
+
+static void a_camera_along_the_path_looks_where_it_goes(void **state)
+{
+    static const char *const along[] = { "level", "rotation-minimising" };
+    (void)state;
+    for (size_t k = 0; k < ARRAY_LEN(along); k++) {
+        static struct move_file file;
+        char text[1024];
+        double turned = 0;
+        snprintf(text, sizeof text, CAMERA "  look: {along: %s}\n", along[k]);
+        move_file_need(&file, RIG, text);
+        for (int i = 1; i < 999; i++) {
+            const struct seen a = look(&file, i / 100.0 - 1e-3);
+            const struct seen b = look(&file, i / 100.0 + 1e-3);
+            double point[3];
+            const struct seen s = look(&file, i / 100.0);
+            if (i < 100 || i > 900)
+                continue; /* the way is too short to be a direction */
+            for (int n = 0; n < 3; n++)
+                point[n] = s.pos[n] + 1e3 * (b.pos[n] - a.pos[n]);
+            assert_true(off(&s, point) < 1e-3);
+            if (k == 0)
+                assert_true(fabs(s.right[2]) < 1e-6);
+            /* the part of right's change that is about the view */
+            double about = 0;
+            for (int n = 0; n < 3; n++)
+                about += (b.right[n] - a.right[n]) * s.up[n];
+            turned += fabs(about) / 2e-3 * 1e-2;
+        }
+        print_message("%s: turned %.3g deg about the view\n", along[k],
+                      turned / DEG);
+        assert_true(k == 0 ? turned > 5 * DEG : turned < 0.01 * DEG);
+        expect_no_steps(&file);
+        move_file_close(&file);
+    }
+}
+
+/* A planar bow: the binormal is up all along. */
+static void a_frenet_frame_that_exists_is_taken(void **state)
+{
+    static struct move_file file;
+    (void)state;
+    move_file_need(&file, RIG,
+                   "path:\n  axes: [x, y]\n  curve: c2\n  closed: true\n"
+                   "  points: [[3000, 0], [2000, 1000], [1000, 0], [2000, "
+                   "-1000]]\n"
+                   "  speed: {law: quintic, time: 20 s}\n"
+                   "camera:\n  axes: {pan: pan, tilt: tilt}\n"
+                   "  look: {along: frenet}\n");
+    assert_true(fabs(move_file_pos(&file, "pan", 20) -
+                     move_file_pos(&file, "pan", 0) - 360) < 1e-6);
+    move_file_close(&file);
+}
+
+static void a_dwell_rests_on_its_points_and_eases_between(void **state)
+{
+    static const double first[3] = { 2000, 900, 900 },
+                        second[3] = { 3900, -200, 300 };
+    static struct move_file file;
+    (void)state;
+    move_file_need(&file, RIG,
+                   CAMERA
+                   "  look:\n    dwell:\n"
+                   "      - {at: [2000, 900, 900], from: 0 mm, to: 40 %}\n"
+                   "      - {at: [3900, -200, 300], from: 60 %, to: 100 %}\n");
+    const double length =
+        ldexp((double)file.outcome.drive.space.length_q32, -32);
+    int rests[2] = { 0, 0 };
+    for (int i = 0; i <= 1000; i++) {
+        const struct seen s = look(&file, i / 100.0);
+        struct motion_state at;
+        double point[3];
+        motion_track_state(&file.outcome.distance, i * (MOVE_FILE_S / 100),
+                           &at);
+        const double part = ldexp((double)at.pos_q32, -32) / length;
+        const double x = fmin(fmax((part - 0.4) / 0.2, 0), 1);
+        const double ease = x * x * x * (10 - 15 * x + 6 * x * x);
+        for (int k = 0; k < 3; k++)
+            point[k] = first[k] + ease * (second[k] - first[k]);
+        assert_true(off(&s, point) < 3e-5);
+        rests[0] += x == 0;
+        rests[1] += x == 1;
+    }
+    assert_true(rests[0] > 300 && rests[1] > 300);
+    expect_no_steps(&file);
+    move_file_close(&file);
+}
+
+static void a_target_with_a_path_of_its_own_is_followed(void **state)
+{
+    static struct move_file file;
+    (void)state;
+    move_file_need(&file, RIG,
+                   CAMERA "  look:\n    path:\n      curve: linear\n"
+                          "      points: [[2000, 900, 900], [3000, 900, "
+                          "900]]\n");
+    const double length =
+        ldexp((double)file.outcome.drive.space.length_q32, -32);
+    for (int i = 0; i <= 1000; i++) {
+        const struct seen s = look(&file, i / 100.0);
+        struct motion_state at;
+        motion_track_state(&file.outcome.distance, i * (MOVE_FILE_S / 100),
+                           &at);
+        const double point[3] = {
+            2000 + 1000 * ldexp((double)at.pos_q32, -32) / length, 900, 900
+        };
+        assert_true(off(&s, point) < 3e-5);
+    }
+    move_file_close(&file);
+}
+
+static void a_keyed_roll_is_added_about_the_view(void **state)
+{
+    static struct move_file file;
+    (void)state;
+    move_file_need(&file, RIG,
+                   CAMERA "  look: {at: [2 m, 90 cm, 900 mm]}\n"
+                          "  roll: {keys: [[1 s, 0 deg], [4 s, 20 deg], [6 s, "
+                          "-5 deg]]}\n");
+    assert_true(fabs(move_file_pos(&file, "roll", 4) - 20) < 2e-5);
+    assert_true(fabs(move_file_pos(&file, "roll", 10) + 5) < 2e-5);
+    expect_no_steps(&file);
+    move_file_close(&file);
+}
+
+/* pan 0 looks along y here, so every pan is a quarter turn less. */
+static void the_mount_says_where_zero_is(void **state)
+{
+    static struct move_file a, b;
+    (void)state;
+    move_file_need(&a, RIG, CAMERA "  look: {at: [2 m, 90 cm, 900 mm]}\n");
+    move_file_need(&b, RIG,
+                   CAMERA "  look: {at: [2 m, 90 cm, 900 mm]}\n"
+                          "  forward: [0, 1, 0.2]\n  up: [0, 0, 2]\n");
+    for (int i = 0; i <= 100; i++) {
+        assert_true(fabs(move_file_pos(&a, "pan", i / 10.0) - 90 -
+                         move_file_pos(&b, "pan", i / 10.0)) < 2e-5);
+        assert_true(fabs(move_file_pos(&a, "tilt", i / 10.0) -
+                         move_file_pos(&b, "tilt", i / 10.0)) < 2e-5);
+    }
+    move_file_close(&a);
+    move_file_close(&b);
+}
+
+static void what_a_camera_cannot_do_is_said(void **state)
+{
+    static const struct {
+        const char *text, *message;
+    } rows[] = {
+        { "camera:\n  axes: {pan: pan, tilt: tilt}\n  look: {at: [1, 2, 3]}\n",
+          "2:3: camera has no path to go on" },
+        { CAMERA "  look: {at: [200 mm, -900 mm, 300 mm]}\n",
+          "12:9: the camera comes to the point that it looks at" },
+        { CAMERA "  look: {at: [900 mm, -1100 mm, 500 mm]}\n",
+          "12:9: the camera would have to turn at once somewhere" },
+        { PATH "camera:\n  axes: {pan: pan, tilt: tilt}\n"
+               "  look: {at: [2 m, 1 m, 1 m]}\n"
+               "  roll: {keys: [[0 s, 0], [9 s, 7 deg]]}\n",
+          "11:3: the camera rolls by 7 deg at 9.000 s, but has no roll axis" },
+        { CAMERA "  look: {along: frenet}\n",
+          "12:9: the camera has no Frenet frame where the path is straight" },
+        { CAMERA "  look: {at: [1, 2, 3], ahead: 3}\n",
+          "12:9: look names 2 things to look at" },
+        { CAMERA "  look: {ease: cubic}\n", "12:16: ease is not used without" },
+        { CAMERA "  look: {}\n", "12:9: look names nothing to look at" },
+        { CAMERA "  look: {ahead: 0 mm}\n",
+          "12:17: ahead '0 mm' is not above zero" },
+        { CAMERA "  look: {ahead: 1 mm, end: closed}\n",
+          "12:28: end 'closed' goes with a closed path only" },
+        { CAMERA "  look: {at: [1, 2]}\n", "12:14: at has 2 items" },
+        { CAMERA "  look:\n    dwell:\n"
+                 "      - {at: [2000, 900, 900], from: 0 mm, to: 60 %}\n"
+                 "      - {at: [3900, 200, 300], from: 40 %, to: 100 %}\n",
+          "15:9: the camera begins a dwell before the one before it has "
+          "ended" },
+        { CAMERA "  look:\n    dwell:\n"
+                 "      - {at: [2000, 900, 900], from: 70 %, to: 60 %}\n",
+          "14:9: the camera ends a dwell before it begins" },
+        { CAMERA "  look: {at: [1, 2, 3]}\n  forward: [0, 0, 3]\n",
+          "11:3: camera has forward and up in one line" },
+        { CAMERA "  look: {at: [1, 2, 3]}\n  up: [0, 0, 0]\n",
+          "13:7: up is no direction" },
+        { PATH "camera:\n  axes: {pan: pan, tilt: x}\n"
+               "  look: {at: [1, 2, 3]}\n",
+          "11:26: tilt 'x' is driven by the path in line 2 already" },
+        { "path:\n  axes: [x, y]\n  points: [[0, 0], [1, 1]]\n"
+          "  speed: {law: quintic, time: 1 s}\n"
+          "camera:\n  axes: {pan: pan, tilt: z}\n  look: {at: [1, 2, 3]}\n",
+          "6:26: tilt has the axis 'z' in mm" },
+        { "path:\n  axes: [roll, tilt]\n  points: [[0, 0], [1, 1]]\n"
+          "  speed: {law: quintic, time: 1 s}\n"
+          "camera:\n  axes: {pan: pan, tilt: z}\n  look: {at: [1, 2, 3]}\n",
+          "6:3: camera is on a path in deg" },
+    };
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++)
+        move_file_refuse(RIG, rows[i].text, rows[i].message);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(
+            a_fixed_point_stays_in_the_middle_with_a_level_horizon),
+        cmocka_unit_test(the_bound_of_each_angle_is_what_was_asked),
+        cmocka_unit_test(straight_above_the_target_does_not_flip),
+        cmocka_unit_test(pan_runs_on_over_half_turns),
+        cmocka_unit_test(a_look_ahead_is_on_the_path_and_then_on_its_tangent),
+        cmocka_unit_test(a_camera_along_the_path_looks_where_it_goes),
+        cmocka_unit_test(a_frenet_frame_that_exists_is_taken),
+        cmocka_unit_test(a_dwell_rests_on_its_points_and_eases_between),
+        cmocka_unit_test(a_target_with_a_path_of_its_own_is_followed),
+        cmocka_unit_test(a_keyed_roll_is_added_about_the_view),
+        cmocka_unit_test(the_mount_says_where_zero_is),
+        cmocka_unit_test(what_a_camera_cannot_do_is_said),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

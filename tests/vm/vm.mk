@@ -1,0 +1,15 @@
+# tests/vm/vm.mk - checks on a kernel that has what this machine's may lack.
+
+# Scripts of tests/vm that run in there, one after the other, and what of ours
+# they need.
+VM_CHECKS := can gpio
+VM_NEED   := $(SLEW) $(B)/tests/test_conform_can $(B)/tests/test_can_socketcan \
+             $(B)/tests/test_conform_gpio $(B)/gpiod2/test_conform_gpio
+
+.PHONY: test-vm
+## CAN and GPIO as they really are: a kernel in QEMU, drives on can0 (2 min)
+test-vm: $(VM_NEED)
+	@tests/vm/boot.sh 'bad=0; \
+	    for check in $(VM_CHECKS); do \
+	        echo "$$check:"; tests/vm/$$check.sh $(B) || bad=1; \
+	    done; exit $$bad'
