@@ -127,10 +127,14 @@ void motion_otg_border_at(struct otg_border *b, enum otg_goal goal,
                           struct num x, struct otg_point *p)
 {
     struct otg_side *f = &b->side[b->first], *o = &b->side[!b->first];
-    struct num a1;
+    struct num a1 = x, w = x;
     struct otg_hump h;
-    struct num w = border_rise(b, x, &a1);
-    motion_otg_side_hump(o, b->is_unit, num_add(w, b->gap), &h);
+    if (x.m) {
+        w = border_rise(b, x, &a1);
+        motion_otg_side_hump(o, b->is_unit, num_add(w, b->gap), &h);
+    } else {
+        motion_otg_side_hump(o, b->is_unit, b->gap, &h);
+    }
     p->x = x;
     p->z = h.z;
     p->vc = num_add(f->base, w);
@@ -141,6 +145,11 @@ void motion_otg_border_at(struct otg_border *b, enum otg_goal goal,
         return;
     }
     struct num m1 = num_add(p->vc, f->base), m2 = num_add(p->vc, o->base);
+    if (x.m == 0) {
+        p->got = num_mul(m2, h.z);
+        p->slope = m1;
+        return;
+    }
     p->got = num_add(num_mul(m1, x), num_mul(m2, h.z));
     struct num rise = num_mul(num_twice(a1), num_add(x, h.z));
     p->slope = num_add(num_add(m1, rise), num_mul(m2, p->bend));

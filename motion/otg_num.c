@@ -25,25 +25,30 @@ uint64_t motion_otg_num_make(int64_t m, int32_t e)
     return num_pack((struct num){ m < 0 ? -cut : cut, e + 34 - (int32_t)lead });
 }
 
-/* |sum| < 2^31: one bit too many at most. */
+static int32_t num_down(int32_t m, int32_t by)
+{
+    return m >> (by > 31 ? 31 : by);
+}
+
+/* |sum| < 2^31: one bit too many at most.  Written so that five registers
+ * suffice, as in the next. */
 uint64_t motion_otg_num_add(uint64_t a, uint64_t b)
 {
     struct num x = num_unpack(a), y = num_unpack(b);
     int32_t d = x.e - y.e;
-    if (d < 0) {
-        struct num t = x;
-        x = y;
-        y = t;
-        d = -d;
+    if (d >= 0) {
+        y.m = num_down(y.m, d);
+    } else {
+        x.m = num_down(x.m, -d);
+        x.e = y.e;
     }
-    if (d > 31)
-        return num_pack(x);
-    int32_t sum = x.m + (y.m >> d);
-    if (sum == 0)
+    x.m += y.m;
+    if (x.m == 0)
         return num_pack(num_zero());
-    int32_t up = (int32_t)__builtin_clz(num_size(sum)) - 1;
-    return num_pack(
-        (struct num){ (int32_t)((uint32_t)sum << up) >> 1, x.e - up + 1 });
+    int32_t up = (int32_t)__builtin_clz(num_size(x.m)) - 1;
+    x.m = (int32_t)((uint32_t)x.m << up) >> 1;
+    x.e -= up - 1;
+    return num_pack(x);
 }
 
 /* The product is in 2^58 .. 2^60. */
@@ -51,12 +56,16 @@ uint64_t motion_otg_num_mul(uint64_t a, uint64_t b)
 {
     struct num x = num_unpack(a), y = num_unpack(b);
     int64_t product = (int64_t)x.m * y.m;
-    int32_t m = (int32_t)(product >> 30);
-    if (product == 0)
+    x.e += y.e + 30;
+    x.m = (int32_t)(product >> 30);
+    if (x.m == 0)
         return num_pack(num_zero());
-    if (num_size(m) >= (uint32_t)NUM_ONE)
-        return num_pack((struct num){ m, x.e + y.e + 30 });
-    return num_pack((struct num){ (int32_t)(product >> 29), x.e + y.e + 29 });
+    /* |m| < 2^29 */
+    if ((uint32_t)(x.m + (NUM_ONE - 1)) < 2 * (uint32_t)NUM_ONE - 1) {
+        x.m = (int32_t)(product >> 29);
+        x.e--;
+    }
+    return num_pack(x);
 }
 
 bool motion_otg_num_lt(uint64_t a, uint64_t b)
