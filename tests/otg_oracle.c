@@ -131,19 +131,6 @@ static const char *judge_start(const struct oracle *g)
     return NULL;
 }
 
-/* Times before and after the corners that meet the goal to their last unit. */
-static void trim_weight(const struct motion_otg_plan *plan, struct big *weight)
-{
-    struct big one;
-    big_set(weight, 0);
-    for (int i = 0; i < plan->count; i++)
-        for (int k = i; k <= i + 1 && k < plan->count; k++) {
-            big_set(&one, plan->phase[k].dur_ns_q12);
-            if ((plan->trim[0] | plan->trim[1]) >> i & 1)
-                big_add(weight, weight, &one);
-        }
-}
-
 /* Is it `want`, rounded to the nearest of the public format?  Or off by no more
  * than one unit of the trimmed corners makes, `most`. */
 static bool is_goal(const struct oracle *g, enum oracle_order order,
@@ -164,8 +151,7 @@ static const char *judge_goal(const struct oracle *g)
 {
     const struct motion_otg_move *m = g->move;
     struct big acc, want, most, pos;
-    trim_weight(g->plan, &most);
-    big_shl(&most, &most, g->lift);
+    oracle_trim(g, &most);
     oracle_acc(g, &acc, g->a);
     big_mul_int(&want, &g->unit[ORACLE_ACC], m->goal.acc_q16);
     if (m->limit.jerk_q16 && big_cmp(&acc, &want) != 0)

@@ -37,10 +37,10 @@ struct oracle {
     int i;
     int64_t t0, n, a, to; /* t0 in 2^-12 ns from the start of the move */
     struct big pos, vel;
-    /* What the accelerations' last unit leaves of velocity and position at the
-     * goal: it is no part of the motion, which from the last trimmed corner on
-     * is the one that ends there. */
-    struct big rest, rest_pos;
+    /* What the accelerations' last unit leaves of the velocity at the goal: it
+     * is no part of the motion, which from the last trimmed corner on is the
+     * one that ends there. */
+    struct big rest;
     int first_trim, last_trim;
     /* Velocity above ([1]) and below ([0]) may be as far out as `peak`: since
      * the start while `outside`, and from phase `late` on. */
@@ -54,6 +54,10 @@ void oracle_init(struct oracle *g, const struct motion_otg_move *move,
                  const struct motion_otg_plan *plan);
 void oracle_phase(struct oracle *g);
 void oracle_step(struct oracle *g);
+
+/* What the last unit of the trimmed corners makes, W of motion/otg.h: V at most
+ * this, P at most this times 3 and the duration. */
+void oracle_trim(const struct oracle *g, struct big *weight);
 
 /* The polynomials above; the jerk's is times n 5^9. */
 void oracle_poly(const struct oracle *g, enum oracle_order order,

@@ -114,10 +114,6 @@ static void find_rest(struct oracle *g)
     }
     big_mul_int(&goal, &g->unit[ORACLE_VEL], g->plan->goal_vel_q32);
     big_sub(&g->rest, &g->vel, &goal);
-    big_mul_int(&goal, &g->unit[ORACLE_POS], g->plan->goal_pos_q32);
-    big_mul_int(&g->rest_pos, &g->unit[ORACLE_POS], g->plan->start_pos_q32);
-    big_sub(&g->rest_pos, &g->rest_pos, &goal);
-    big_add(&g->rest_pos, &g->rest_pos, &g->pos);
 }
 
 void oracle_init(struct oracle *g, const struct motion_otg_move *move,
@@ -163,4 +159,18 @@ void oracle_step(struct oracle *g)
     g->a = g->to;
     g->t0 += g->n;
     g->i++;
+}
+
+void oracle_trim(const struct oracle *g, struct big *weight)
+{
+    const struct motion_otg_plan *plan = g->plan;
+    struct big one;
+    big_set(weight, 0);
+    for (int i = 0; i < plan->count; i++)
+        for (int k = i; k <= i + 1 && k < plan->count; k++) {
+            big_set(&one, plan->phase[k].dur_ns_q12);
+            if ((plan->trim[0] | plan->trim[1]) >> i & 1)
+                big_add(weight, weight, &one);
+        }
+    big_shl(weight, weight, g->lift);
 }

@@ -84,7 +84,7 @@ static bool is_joined(const struct big *end, const struct motion_segment *s)
     return big_cmp(&gap, &most) < 0;
 }
 
-/* |track - plan| <= four units and what the plan leaves at its end, all along the segment; the plan's unit is 2^-32 /
+/* |track - plan| <= four units and what the plan may leave, all along the segment; the plan's unit is 2^-32 /
  * unit[POS], so both times that and 2^36. */
 static bool is_on_plan(const struct oracle *g, const struct motion_track *made)
 {
@@ -96,8 +96,10 @@ static bool is_on_plan(const struct oracle *g, const struct motion_track *made)
     big_shl(&start, &start, UNIT_BITS);
     big_sub(&track.c[0], &track.c[0], &start);
     big_shl(&room, &g->unit[ORACLE_POS], 2 + coarse_bits(made));
-    big_shl(&rest, &g->rest_pos, UNIT_BITS);
-    rest.sign = rest.sign != 0;
+    oracle_trim(g, &rest);
+    big_mul_int(&rest, &rest, 3);
+    big_mul_int(&rest, &rest, g->plan->dur_ns_q12);
+    big_shl(&rest, &rest, UNIT_BITS);
     big_add(&room, &room, &rest);
     for (int side = -1; side <= 1; side += 2) {
         f.degree = 5;
