@@ -18,11 +18,12 @@
  * segment: the next one starts where it ended. */
 static unsigned coarse_bits(const struct motion_track *track)
 {
-    int frac = 0;
-    for (uint32_t i = 0; i < track->count; i++)
-        if (track->segment[i].frac < frac)
-            frac = track->segment[i].frac;
-    return UNIT_BITS + (unsigned)-frac;
+    unsigned most = UNIT_BITS;
+    for (uint32_t i = 0; i < track->count; i++) {
+        unsigned bits = (unsigned)(UNIT_BITS - track->segment[i].frac);
+        most = bits > most ? bits : most;
+    }
+    return most;
 }
 
 static void segment_poly(const struct motion_segment *s, struct big_poly *f)
