@@ -67,20 +67,21 @@ static struct part {
 static enum verdict judge(int n)
 {
     enum verdict verdict = NOT_NEGATIVE;
+    unsigned left = 1;
     part[0].halvings = 0;
-    for (int top = 0; top >= 0;) {
-        struct part *at = &part[top];
+    while (left > 0) {
+        struct part *at = &part[left - 1];
         enum verdict here = look(at->b, n);
         if (here == NEGATIVE)
             return NEGATIVE;
         if (here == NOT_NEGATIVE || at->halvings == HALVINGS) {
             verdict = here == CLOSE ? CLOSE : verdict;
-            top--;
+            left--;
             continue;
         }
-        halve(at->b, n, at[1].b);
-        at[1].halvings = ++at->halvings;
-        top++;
+        halve(at->b, n, part[left].b);
+        part[left].halvings = ++at->halvings;
+        left++;
     }
     return verdict;
 }

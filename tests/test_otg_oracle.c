@@ -208,7 +208,7 @@ static void spoil_corners(const struct motion_otg_move *m,
             bits = unit > bits ? unit : bits;
             if (bits > 58)
                 continue;
-            SPOIL(phase[i].acc, (int64_t)by << bits);
+            SPOIL(phase[i].acc, by * ((int64_t)1 << bits));
         }
 }
 
