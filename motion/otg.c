@@ -9,7 +9,7 @@
 #include "motion/err.h"
 #include "motion/otg_internal.h"
 
-#define OTG_BITS 25 /* limits are drawn in by 2^-25 */
+#define OTG_BITS       25 /* limits are drawn in by 2^-25 */
 #define OTG_MOST_PER_S 32 /* the shortest ramp: 2^-32 s, 954 ticks */
 
 const char *motion_otg_field_text(enum motion_otg_field field)
@@ -68,8 +68,7 @@ static bool otg_goal_fits(int64_t vel_q32, int64_t acc_q16, int64_t jerk_q16,
 {
     uint64_t room = (uint64_t)limit_q32 - (uint64_t)vel_q32;
     uint64_t tie = motion_fixed_abs(limit_q32) >> 40;
-    return jerk_q16 == 0 ||
-           motion_otg_ramp_fits(acc_q16, jerk_q16, room + tie);
+    return jerk_q16 == 0 || motion_otg_ramp_fits(acc_q16, jerk_q16, room + tie);
 }
 
 /* The goal needs room to have been reached: with af < 0 the speed was higher
@@ -405,12 +404,19 @@ int motion_otg_make(const struct motion_otg_move *move,
                     struct motion_otg_plan *plan, enum motion_otg_field *field)
 {
     enum motion_otg_field unused;
-    if (field == NULL)
-        field = &unused;
+    return motion_otg_make_in(move, move->dur_ns_q12, plan,
+                              field ? field : &unused);
+}
+
+int motion_otg_make_in(const struct motion_otg_move *move, int64_t dur_ns_q12,
+                       struct motion_otg_plan *plan,
+                       enum motion_otg_field *field)
+{
     int err = otg_is_valid(move, field);
     if (err < 0)
         return err;
-    const struct motion_otg_move own = without_unlimited(move);
+    struct motion_otg_move own = without_unlimited(move);
+    own.dur_ns_q12 = dur_ns_q12;
     struct motion_otg_plan made;
     struct otg_draw draw = { OTG_BITS, OTG_BITS, OTG_BITS };
     int wanted = OTG_BITS;

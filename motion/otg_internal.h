@@ -16,7 +16,7 @@
  * A second is 2^21 5^9 ticks of 2^-12 ns, so V' = V + (A + A') n counts in
  * 2^-(22 + acc_bits) / 5^9 unit/s, and P in a third of V's unit times a tick. */
 
-#define OTG_FIVES     1953125               /* 5^9 */
+#define OTG_FIVES     1953125                 /* 5^9 */
 #define OTG_WAY_FIVES INT64_C(11444091796875) /* 3 5^18 */
 
 /* Values of the public formats in the plan's units; exact, but for an
@@ -152,6 +152,12 @@ int motion_otg_settle(const struct motion_otg_move *move,
                       const struct otg_shape *shape, int64_t dur_ns_q12,
                       struct motion_otg_plan *plan,
                       enum motion_otg_field *field);
+
+/* motion_otg_make in another duration than move->dur_ns_q12 (0: the
+ * shortest). */
+int motion_otg_make_in(const struct motion_otg_move *move, int64_t dur_ns_q12,
+                       struct motion_otg_plan *plan,
+                       enum motion_otg_field *field);
 
 /* How long the fastest motion takes, to 2^-27; move->dur_ns_q12 is not looked
  * at.  Errors as motion_otg_make. */

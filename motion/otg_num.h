@@ -39,7 +39,7 @@ bool motion_otg_num_lt(uint64_t a, uint64_t b);
 
 NUM_INLINE uint64_t num_pack(struct num a)
 {
-    return (uint64_t)(uint32_t)a.e << 32 | (uint32_t)a.m;
+    return (uint32_t)a.e * ((uint64_t)1 << 32) | (uint32_t)a.m;
 }
 
 NUM_INLINE struct num num_unpack(uint64_t word)

@@ -270,44 +270,44 @@ static bool main_border_in(const struct otg_problem *q, int sign, struct num t,
     return border_in(&b, t, lo, hi, shape, edge);
 }
 
-static int duration_in_main(const struct otg_problem *q, struct num t,
-                            struct otg_shape *shape, struct slice *s,
-                            struct num *next)
+/* Whether d is reached in t; else on which *side of the slice it is, 0 when
+ * both borders start later. */
+static bool duration_in_main(const struct otg_problem *q, struct num t,
+                             struct otg_shape *shape, struct slice *s,
+                             int *side)
 {
-    int side = 0;
-    if (main_border_in(q, 1, t, shape, &s->upper) &&
-        main_border_in(q, -1, t, shape, &s->lower)) {
-        side = slice_place(s, q, t);
-        if (side == 0)
-            return MOTION_OK;
-    }
-    *next = motion_otg_next_time(q, side);
-    return MOTION_E_LIMIT;
+    *side = 0;
+    if (!main_border_in(q, 1, t, shape, &s->upper) ||
+        !main_border_in(q, -1, t, shape, &s->lower))
+        return false;
+    *side = slice_place(s, q, t);
+    return *side == 0;
 }
 
-OTG_OWN_FRAME static int solve_blend(const struct otg_problem *q, struct num t,
-                                     struct otg_shape *shape, struct num *next)
+OTG_OWN_FRAME static bool solve_blend(const struct otg_problem *q, struct num t,
+                                      struct otg_shape *shape, int *side)
 {
     struct slice s;
-    int err = MOTION_OK;
-    if (!duration_in_lens(q, t, shape, &s))
-        err = duration_in_main(q, t, shape, &s, next);
-    if (err == MOTION_OK)
-        blend(&s.upper, &s.lower, q->a0, s.lambda, shape);
-    return err;
+    if (!duration_in_lens(q, t, shape, &s) &&
+        !duration_in_main(q, t, shape, &s, side))
+        return false;
+    blend(&s.upper, &s.lower, q->a0, s.lambda, shape);
+    return true;
 }
 
 int motion_otg_solve_duration(const struct otg_problem *problem, struct num t,
                               struct otg_shape *shape, struct num *next)
 {
     struct otg_problem q = *problem;
-    int from = shape->count, err = MOTION_OK;
+    int from = shape->count, side;
     struct num jerk = num_min(q.j, q.j2);
     if (!q.is_unit)
         motion_otg_in_jerk(&q, jerk);
-    if (!solve_cruise(&q, t, shape))
-        err = solve_blend(&q, t, shape, next);
+    if (!solve_cruise(&q, t, shape) && !solve_blend(&q, t, shape, &side)) {
+        *next = motion_otg_next_time(&q, side);
+        return MOTION_E_LIMIT;
+    }
     if (!problem->is_unit)
         motion_otg_shape_scale(shape, from, jerk);
-    return err;
+    return MOTION_OK;
 }

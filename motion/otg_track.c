@@ -86,10 +86,10 @@ static int place_move(struct place *place, const struct cubic *cubic, bool back)
     uint64_t frac = place->frac + way.lo;
     int64_t carry = frac < way.lo;
     place->frac = frac;
-    int err = motion_fixed_add(place->pos_q32, (int64_t)way.hi,
-                               &place->pos_q32);
-    return err < 0 ? err : motion_fixed_add(place->pos_q32, carry,
-                                            &place->pos_q32);
+    int err =
+        motion_fixed_add(place->pos_q32, (int64_t)way.hi, &place->pos_q32);
+    return err < 0 ? err
+                   : motion_fixed_add(place->pos_q32, carry, &place->pos_q32);
 }
 
 struct append {
@@ -117,15 +117,14 @@ static int append_init(struct append *a)
 {
     const struct motion_otg_plan *plan = a->plan;
     struct place place = { plan->goal_pos_q32, 0 };
-    struct wide start = motion_otg_vel_image(plan->start_vel_q32,
-                                             plan->acc_bits);
+    struct wide start =
+        motion_otg_vel_image(plan->start_vel_q32, plan->acc_bits);
     struct wide goal = motion_otg_vel_image(plan->goal_vel_q32, plan->acc_bits);
     struct wide vel = start;
     a->longest = 0;
     for (int i = 0; i < plan->count; i++) {
         vel = wide_add(vel, vel_gain(plan, i));
-        if (plan->phase[i].dur_ns_q12 >
-            plan->phase[a->longest].dur_ns_q12)
+        if (plan->phase[i].dur_ns_q12 > plan->phase[a->longest].dur_ns_q12)
             a->longest = i;
     }
     a->vel = start;
@@ -151,8 +150,8 @@ static int append_phase(struct append *a, int i)
     const struct motion_otg_phase *phase = &plan->phase[i];
     struct place end = { a->track->end.pos_q32, a->track->end_frac };
     struct cubic cubic;
-    int err = cubic_of(a->vel, acc_before(plan, i), phase, plan->acc_bits,
-                       &cubic);
+    int err =
+        cubic_of(a->vel, acc_before(plan, i), phase, plan->acc_bits, &cubic);
     if (err == MOTION_OK && i < a->longest)
         err = place_move(&end, &cubic, false);
     if (err < 0)

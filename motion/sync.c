@@ -9,15 +9,6 @@
 
 #define SYNC_ROUNDS 64 /* two gaps per axis and a few roundings */
 
-/* One axis in exactly `dur`; a duration of zero means "no time at all". */
-static int make_in(const struct motion_otg_move *move, int64_t dur_ns_q12,
-                   struct motion_otg_plan *plan, enum motion_otg_field *field)
-{
-    struct motion_otg_move timed = *move;
-    timed.dur_ns_q12 = dur_ns_q12;
-    return motion_otg_make(&timed, plan, field);
-}
-
 /* What the axes need, to 2^-27. */
 struct needs {
     int64_t least[MOTION_SYNC_AXES];
@@ -53,11 +44,11 @@ static int all_in(const struct motion_otg_move move[], int count,
     for (int i = 0; i < count; i++) {
         fault->axis = i;
         if (is_near(needs->least[i], *dur) &&
-            (i == made ||
-             make_in(&move[i], 0, &plan[i], &fault->field) == MOTION_OK) &&
+            (i == made || motion_otg_make_in(&move[i], 0, &plan[i],
+                                             &fault->field) == MOTION_OK) &&
             is_stretched(&move[i], *dur, &plan[i]))
             continue;
-        int err = make_in(&move[i], *dur, &plan[i], &fault->field);
+        int err = motion_otg_make_in(&move[i], *dur, &plan[i], &fault->field);
         if (err < 0) {
             *dur = plan[i].dur_ns_q12;
             return err;
@@ -75,7 +66,8 @@ OTG_OWN_FRAME static int sync_time(const struct motion_otg_move move[],
     int slowest = needs->slowest, made = -1, err = MOTION_OK;
     if (dur < needs->least[slowest]) {
         fault->axis = slowest;
-        err = make_in(&move[slowest], 0, &plan[slowest], &fault->field);
+        err = motion_otg_make_in(&move[slowest], 0, &plan[slowest],
+                                 &fault->field);
         dur = plan[slowest].dur_ns_q12;
         made = slowest;
     }
@@ -239,8 +231,7 @@ static int line_try(const struct line *line, struct otg_draw draw,
     }
     for (int i = 0; i < line->count && err == MOTION_OK; i++) {
         fault->axis = i;
-        err = line_axis(line, i, &q, &shape, dur, &plan[i],
-                        &fault->field);
+        err = line_axis(line, i, &q, &shape, dur, &plan[i], &fault->field);
     }
     return err;
 }
@@ -273,7 +264,7 @@ static int sync_none(const struct motion_otg_move move[], int count,
     int err = MOTION_OK;
     for (int i = 0; i < count && err == MOTION_OK; i++) {
         fault->axis = i;
-        err = make_in(&move[i], 0, &plan[i], &fault->field);
+        err = motion_otg_make_in(&move[i], 0, &plan[i], &fault->field);
     }
     return err;
 }
