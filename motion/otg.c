@@ -9,8 +9,8 @@
 #include "motion/err.h"
 #include "motion/otg_internal.h"
 
-#define OTG_BITS       25 /* limits are drawn in by 2^-25 */
-#define OTG_MOST_PER_S 36 /* 2^-36 s, 60 ticks, is the shortest ramp */
+#define OTG_BITS 25 /* limits are drawn in by 2^-25 */
+#define OTG_MOST_PER_S 32 /* the shortest ramp: 2^-32 s, 954 ticks */
 
 const char *motion_otg_field_text(enum motion_otg_field field)
 {

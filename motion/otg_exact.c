@@ -471,6 +471,28 @@ static uint32_t ends_at_jerk(const struct motion_otg_move *move, int which,
     return fixed;
 }
 
+/* --- nothing to do for some time ------------------------------------------ */
+
+static bool stands_still(const struct motion_otg_move *move)
+{
+    const struct motion_state *start = &move->start, *goal = &move->goal;
+    return move->mode == MOTION_OTG_POSITION &&
+           start->pos_q32 == goal->pos_q32 &&
+           (start->vel_q32 | goal->vel_q32) == 0 &&
+           (start->acc_q16 | goal->acc_q16) == 0;
+}
+
+static int exact_wait(int64_t dur_ns_q12, struct motion_otg_plan *plan)
+{
+    plan->count = 1;
+    plan->phase[0] = (struct motion_otg_phase){ dur_ns_q12, 0 };
+    plan->dur_ns_q12 = dur_ns_q12;
+    plan->brake = plan->turn = 0;
+    plan->trim[0] = plan->trim[1] = 0;
+    return dur_ns_q12 < MOTION_TRACK_SEGMENT_MAX_NS_Q12 ? MOTION_OK
+                                                        : MOTION_E_RANGE;
+}
+
 /* --- all of it ------------------------------------------------------------ */
 
 static int exact_make(const struct motion_otg_move *move,
@@ -491,6 +513,10 @@ static int exact_make(const struct motion_otg_move *move,
     int64_t goal_acc = motion_otg_acc_image(move->goal.acc_q16, bits);
     struct otg_rates rates;
     exact_rates(problem, shape, bits, &rates);
+    if (dur_ns_q12 != 0 && stands_still(move)) {
+        *fixed = 0;
+        return exact_wait(dur_ns_q12, plan);
+    }
     int err = exact_phases(shape, &rates, goal_acc, plan);
     if (err < 0)
         return err;
@@ -503,6 +529,9 @@ static int exact_make(const struct motion_otg_move *move,
         dur_ns_q12 = whole; /* what the ends save is needed */
     if (*fixed == 0 && ends != 0 && !(ends & ENDS_IF_ANY))
         return MOTION_E_LIMIT; /* as without */
+    /* the second jerk begins where the speed is highest, a cruise stays one */
+    for (int i = 0; move->limit.jerk_down_q16 && i + 1 < plan->count; i++)
+        *fixed |= (uint32_t)(plan->phase[i].acc == 0) << i;
     err = exact_total(plan, *fixed, dur_ns_q12);
     return err < 0 ? err : motion_otg_trim(move->mode, *fixed, plan);
 }

@@ -84,7 +84,8 @@ static bool is_joined(const struct big *end, const struct motion_segment *s)
     return big_cmp(&gap, &most) < 0;
 }
 
-/* |track - plan| <= four units and what the plan leaves at its end, all along the segment; the plan's unit is 2^-32 /
+/* |track - plan| <= eight units (half of one per coefficient, what the highest then makes up for, the track's own) and
+ * what the plan leaves at its end, all along the segment; the plan's unit is 2^-32 /
  * unit[POS], so both times that and 2^36. */
 static bool is_on_plan(const struct oracle *g, const struct motion_track *made)
 {
@@ -95,7 +96,7 @@ static bool is_on_plan(const struct oracle *g, const struct motion_track *made)
     big_set(&start, g->plan->start_pos_q32);
     big_shl(&start, &start, UNIT_BITS);
     big_sub(&track.c[0], &track.c[0], &start);
-    big_shl(&room, &g->unit[ORACLE_POS], 2 + coarse_bits(made));
+    big_shl(&room, &g->unit[ORACLE_POS], 3 + coarse_bits(made));
     big_shl(&rest, &g->rest_pos, UNIT_BITS);
     rest.sign = rest.sign != 0;
     big_add(&room, &room, &rest);
