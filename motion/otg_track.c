@@ -1,14 +1,13 @@
 /* motion/otg_track.c - a plan as segments of a track.  See otg.h.
  *
- * Every phase is a cubic with rounded coefficients, and a segment's highest one
- * makes up what its ends say otherwise.  So places are summed from the very
- * coefficients, from the start up to the longest phase and back from the goal
- * down to it: what all the roundings leave falls on the longest segment, where
- * it changes the velocity least. */
+ * Every phase is a cubic.  Places are counted from the start up to the longest
+ * phase and back from the goal down to it, so that what the last unit of the
+ * accelerations leaves falls on that one, where it changes least. */
+#include <stddef.h>
+
 #include "motion/err.h"
 #include "motion/fixed.h"
 #include "motion/otg_internal.h"
-#include "motion/real.h"
 
 #define TRACK_COEF_BITS 61 /* of the largest coefficient given */
 
@@ -24,24 +23,23 @@ struct place {
     uint64_t frac;
 };
 
-/* One unit of P in units of position. */
-static struct motion_real unit_of(int acc_bits)
+static unsigned bits_of(struct wider a)
 {
-    static const struct motion_real per_fives = { INT64_C(3544607988759775661),
-                                                  -105 };
-    return motion_real_scale(per_fives, -43 - acc_bits);
+    return 192 - wider_clz(wider_abs(a));
 }
 
-/* a n, whole until then, in units of position. */
-static struct motion_real in_units(struct wide a, int64_t n, int acc_bits)
+/* P's unit is 2^-(43 + acc_bits) / (3 5^18): a divided by that and cut to
+ * 2^-(32 + frac), to nearest.  |result| < 2^62. */
+static int64_t coefficient(struct wider a, int acc_bits, int frac)
 {
-    return motion_real_mul(motion_otg_wider_real(wider_mul(a, n)),
-                           unit_of(acc_bits));
-}
-
-static struct motion_real largest(struct motion_real a, struct motion_real b)
-{
-    return motion_real_max(motion_real_abs(a), motion_real_abs(b));
+    struct wider m = wider_abs(a);
+    int down = 10 + acc_bits - frac;
+    uint64_t twice = 0;
+    m = down < 0 ? wider_shl(m, (unsigned)-down) : wider_shr(m, (unsigned)down);
+    (void)motion_fixed_div_u128((struct motion_u128){ m.mid, m.lo },
+                                (uint64_t)OTG_WAY_FIVES, &twice, NULL);
+    int64_t c = (int64_t)((twice >> 1) + (twice & 1));
+    return wider_is_negative(a) ? -c : c;
 }
 
 /* The phase from v, a: 3 V n, 3 A n^2, (A' - A) n^2 as fixed point, the finest
@@ -51,116 +49,112 @@ static int cubic_of(struct wide v, int64_t a,
                     struct cubic *cubic)
 {
     int64_t n = phase->dur_ns_q12;
-    struct motion_real c[3];
     struct wide an = wide_mul_i64(a, n);
-    c[0] = in_units(wide_add(v, wide_add(v, v)), n, acc_bits);
-    c[1] = in_units(wide_add(an, wide_add(an, an)), n, acc_bits);
-    c[2] = in_units(wide_mul_i64(phase->acc - a, n), n, acc_bits);
-    struct motion_real most = largest(largest(c[0], c[1]), c[2]);
-    int frac = TRACK_COEF_BITS - 62 - most.e - 32;
-    if (most.m == 0 || frac > 31)
-        frac = 31;
+    const struct wider c[3] = {
+        wider_mul(wide_add(v, wide_add(v, v)), n),
+        wider_mul(wide_add(an, wide_add(an, an)), n),
+        wider_mul(wide_mul_i64(phase->acc - a, n), n),
+    };
+    unsigned most = 0;
+    for (int i = 0; i < 3; i++)
+        most = bits_of(c[i]) > most ? bits_of(c[i]) : most;
+    /* c 2^(frac - 11 - acc_bits) / 2^43 < 2^TRACK_COEF_BITS */
+    int frac = TRACK_COEF_BITS + 54 + acc_bits - (int)most;
+    frac = frac > 31 ? 31 : frac;
     if (frac < 0)
         return MOTION_E_RANGE;
     cubic->frac = frac;
     cubic->degree = 1;
     for (int i = 0; i < 3; i++) {
-        if (motion_real_round(c[i], 32 + frac, &cubic->coef[i]) < 0)
-            return MOTION_E_RANGE;
-        if (c[i].m != 0)
+        cubic->coef[i] = coefficient(c[i], acc_bits, frac);
+        if (bits_of(c[i]) != 0)
             cubic->degree = i + 1;
     }
     return MOTION_OK;
 }
 
-/* How far the cubic leads, 2^-(32 + frac), as Q32.64 added to (taken from)
- * `place`. */
-static int place_move(struct place *place, const struct cubic *cubic, bool back)
+/* from + way, P's units, cut to 2^-96 unit. */
+static int place_at(int64_t from_q32, struct wider way, int acc_bits,
+                    struct place *place)
 {
-    struct wide way = wide_from(cubic->coef[0]);
-    way = wide_add(way, wide_from(cubic->coef[1]));
-    way = wide_add(way, wide_from(cubic->coef[2]));
-    if (back)
-        way = wide_neg(way);
-    way = wide_shl(way, (unsigned)(64 - cubic->frac));
-    uint64_t frac = place->frac + way.lo;
-    int64_t carry = frac < way.lo;
-    place->frac = frac;
-    int err =
-        motion_fixed_add(place->pos_q32, (int64_t)way.hi, &place->pos_q32);
-    return err < 0 ? err
-                   : motion_fixed_add(place->pos_q32, carry, &place->pos_q32);
+    int down = acc_bits + 11 - 64;
+    uint64_t rest;
+    struct wider m = wider_abs(way);
+    m = down < 0 ? wider_shl(m, (unsigned)-down) : wider_shr(m, (unsigned)down);
+    struct wide q;
+    if (motion_fixed_div_u128((struct motion_u128){ m.hi, m.mid },
+                              (uint64_t)OTG_WAY_FIVES, &q.hi, &rest) < 0 ||
+        q.hi > INT64_MAX)
+        return MOTION_E_RANGE;
+    (void)motion_fixed_div_u128((struct motion_u128){ rest, m.lo },
+                                (uint64_t)OTG_WAY_FIVES, &q.lo, NULL);
+    if (wider_is_negative(way))
+        q = wide_neg(q);
+    place->frac = q.lo;
+    return motion_fixed_add(from_q32, (int64_t)q.hi, &place->pos_q32);
 }
 
 struct append {
     const struct motion_otg_plan *plan;
     struct motion_track *track;
-    struct wide vel;  /* at the present phase */
-    struct wide miss; /* of the velocity at the end */
+    struct otg_run run;
+    struct otg_run end; /* where the phases lead */
     int longest;
-    struct place end[MOTION_OTG_PHASES]; /* of phases, from the longest on */
 };
 
-static int64_t acc_before(const struct motion_otg_plan *plan, int i)
-{
-    return i > 0 ? plan->phase[i - 1].acc : plan->start_acc;
-}
-
-static struct wide vel_gain(const struct motion_otg_plan *plan, int i)
-{
-    const struct motion_otg_phase *phase = &plan->phase[i];
-    return wide_mul_i64(acc_before(plan, i) + phase->acc, phase->dur_ns_q12);
-}
-
-/* Velocities to the end, and places back from there. */
-static int append_init(struct append *a)
+static void append_init(struct append *a)
 {
     const struct motion_otg_plan *plan = a->plan;
-    struct place place = { plan->goal_pos_q32, 0 };
-    struct wide start =
-        motion_otg_vel_image(plan->start_vel_q32, plan->acc_bits);
-    struct wide goal = motion_otg_vel_image(plan->goal_vel_q32, plan->acc_bits);
-    struct wide vel = start;
     a->longest = 0;
+    a->run = a->end = motion_otg_run_start(plan);
     for (int i = 0; i < plan->count; i++) {
-        vel = wide_add(vel, vel_gain(plan, i));
+        motion_otg_run_phase(&a->end, &plan->phase[i]);
         if (plan->phase[i].dur_ns_q12 > plan->phase[a->longest].dur_ns_q12)
             a->longest = i;
     }
-    a->vel = start;
-    a->miss = wide_sub(goal, vel);
-    vel = goal;
-    for (int i = plan->count - 1; i >= a->longest; i--) {
-        struct cubic cubic;
-        a->end[i] = place;
-        vel = wide_sub(vel, vel_gain(plan, i));
-        int err = cubic_of(vel, acc_before(plan, i), &plan->phase[i],
-                           plan->acc_bits, &cubic);
-        if (err == MOTION_OK && i > a->longest)
-            err = place_move(&place, &cubic, true);
-        if (err < 0)
-            return err;
-    }
-    return MOTION_OK;
+}
+
+/* Where phase i ends; the run is there. */
+static int phase_end(const struct append *a, int i, struct place *end)
+{
+    const struct motion_otg_plan *plan = a->plan;
+    if (i < a->longest)
+        return place_at(plan->start_pos_q32, a->run.p, plan->acc_bits, end);
+    return place_at(plan->goal_pos_q32, wider_sub(a->run.p, a->end.p),
+                    plan->acc_bits, end);
+}
+
+/* What a velocity more makes of the way after phase i. */
+static struct wider rest_way(const struct motion_otg_plan *plan, int i,
+                             struct wide vel)
+{
+    int64_t rest = 0;
+    for (i++; i < plan->count; i++)
+        rest += plan->phase[i].dur_ns_q12;
+    return wider_mul(wide_add(vel, wide_add(vel, vel)), rest);
 }
 
 static int append_phase(struct append *a, int i)
 {
     const struct motion_otg_plan *plan = a->plan;
     const struct motion_otg_phase *phase = &plan->phase[i];
-    struct place end = { a->track->end.pos_q32, a->track->end_frac };
+    struct place end;
     struct cubic cubic;
     int err =
-        cubic_of(a->vel, acc_before(plan, i), phase, plan->acc_bits, &cubic);
-    if (err == MOTION_OK && i < a->longest)
-        err = place_move(&end, &cubic, false);
+        cubic_of(a->run.v, a->run.a, phase, plan->acc_bits, &cubic);
     if (err < 0)
         return err;
-    if (i >= a->longest)
-        end = a->end[i];
-    a->vel = wide_add(a->vel, vel_gain(plan, i));
-    if (i == a->longest)
-        a->vel = wide_add(a->vel, a->miss);
+    motion_otg_run_phase(&a->run, phase);
+    if (i == a->longest) { /* from here on as counted back from the goal */
+        struct wide goal =
+            motion_otg_vel_image(plan->goal_vel_q32, plan->acc_bits);
+        struct wide miss = wide_sub(goal, a->end.v);
+        a->run.v = wide_add(a->run.v, miss);
+        a->end.p = wider_add(a->end.p, rest_way(plan, i, miss));
+    }
+    err = phase_end(a, i, &end);
+    if (err < 0)
+        return err;
     return motion_track_append_poly(a->track, phase->dur_ns_q12, cubic.degree,
                                     cubic.coef, (unsigned)cubic.frac,
                                     end.pos_q32, end.frac);
@@ -171,9 +165,10 @@ int motion_otg_append(const struct motion_otg_plan *plan,
 {
     struct motion_track before = *track;
     struct append a;
+    int err = MOTION_OK;
     a.plan = plan;
     a.track = track;
-    int err = append_init(&a);
+    append_init(&a);
     for (int i = 0; i < plan->count && err == MOTION_OK; i++)
         err = append_phase(&a, i);
     if (err < 0)
