@@ -129,10 +129,6 @@ static void check_init(struct check *c)
     c->has_vel = c->move->mode == MOTION_OTG_POSITION;
     c->acc_max = limit_acc(lim->acc_max_q16, plan->acc_bits);
     c->acc_min = limit_acc(lim->acc_min_q16, plan->acc_bits);
-    if (c->acc_max < plan->start_acc)
-        c->acc_max = plan->start_acc;
-    if (c->acc_min > plan->start_acc)
-        c->acc_min = plan->start_acc;
     if (c->has_vel) {
         vel_limits(c->move, 1, plan->acc_bits, c->up);
         vel_limits(c->move, -1, plan->acc_bits, c->down);
@@ -240,13 +236,22 @@ static bool vel_is_inside(const struct check *c, struct wide v, int which)
            wide_cmp(wide_neg(v), wide_sub(c->down[which], room)) <= 0;
 }
 
+/* Outside, a corner must go on to bring the velocity back: by 2^-20 of what may
+ * be, so that no cruise counts as that. */
+static bool is_let_go(const struct check *c, const struct stretch *s)
+{
+    bool above = wide_cmp(s->v1, c->up[0]) > 0;
+    return above ? s->a1 > c->acc_min >> 20 : s->a1 < c->acc_max >> 20;
+}
+
 /* The end of the last phase is the goal, which has been judged. */
 static bool vel_is_kept(struct check *c, const struct stretch *s)
 {
     bool was_in = c->is_in;
     if (!s->last) {
         c->is_in = vel_is_inside(c, s->v1, 0);
-        if (!c->is_in && (was_in || !vel_is_inside(c, s->v1, 1)))
+        if (!c->is_in &&
+            (was_in || !vel_is_inside(c, s->v1, 1) || is_let_go(c, s)))
             return false;
     }
     if ((s->a ^ s->a1) >= 0 || s->a == 0 || s->a1 == 0)

@@ -98,7 +98,7 @@ struct append {
     const struct motion_otg_plan *plan;
     struct motion_track *track;
     struct otg_run run;
-    struct otg_run end; /* where the phases lead */
+    struct wider way; /* of all phases */
     int longest;
 };
 
@@ -106,12 +106,14 @@ static void append_init(struct append *a)
 {
     const struct motion_otg_plan *plan = a->plan;
     a->longest = 0;
-    a->run = a->end = motion_otg_run_start(plan);
+    a->run = motion_otg_run_start(plan);
     for (int i = 0; i < plan->count; i++) {
-        motion_otg_run_phase(&a->end, &plan->phase[i]);
+        motion_otg_run_phase(&a->run, &plan->phase[i]);
         if (plan->phase[i].dur_ns_q12 > plan->phase[a->longest].dur_ns_q12)
             a->longest = i;
     }
+    a->way = a->run.p;
+    a->run = motion_otg_run_start(plan);
 }
 
 /* Where phase i ends; the run is there. */
@@ -120,18 +122,8 @@ static int phase_end(const struct append *a, int i, struct place *end)
     const struct motion_otg_plan *plan = a->plan;
     if (i < a->longest)
         return place_at(plan->start_pos_q32, a->run.p, plan->acc_bits, end);
-    return place_at(plan->goal_pos_q32, wider_sub(a->run.p, a->end.p),
+    return place_at(plan->goal_pos_q32, wider_sub(a->run.p, a->way),
                     plan->acc_bits, end);
-}
-
-/* What a velocity more makes of the way after phase i. */
-static struct wider rest_way(const struct motion_otg_plan *plan, int i,
-                             struct wide vel)
-{
-    int64_t rest = 0;
-    for (i++; i < plan->count; i++)
-        rest += plan->phase[i].dur_ns_q12;
-    return wider_mul(wide_add(vel, wide_add(vel, vel)), rest);
 }
 
 static int append_phase(struct append *a, int i)
@@ -145,13 +137,6 @@ static int append_phase(struct append *a, int i)
     if (err < 0)
         return err;
     motion_otg_run_phase(&a->run, phase);
-    if (i == a->longest) { /* from here on as counted back from the goal */
-        struct wide goal =
-            motion_otg_vel_image(plan->goal_vel_q32, plan->acc_bits);
-        struct wide miss = wide_sub(goal, a->end.v);
-        a->run.v = wide_add(a->run.v, miss);
-        a->end.p = wider_add(a->end.p, rest_way(plan, i, miss));
-    }
     err = phase_end(a, i, &end);
     if (err < 0)
         return err;
