@@ -61,15 +61,16 @@ enum many_verdict {
     MANY_GOOD,
     MANY_REFUSED, /* rightly: there is no such motion */
     MANY_RANGE,   /* rightly: over three days, or beyond the formats */
-    MANY_BAD,
+    MANY_MISSED,  /* refused although there is a motion */
+    MANY_BAD,     /* an answer that is wrong */
     MANY_VERDICTS
 };
 
 #define MANY_TEXT 800
 
 void many_draw(uint64_t seed, uint64_t number, struct many_problem *problem);
-/* Plan it and judge the answer by the oracle; when it is bad, `text` says what
- * and gives the move. */
+/* Plan it and judge the answer by the oracle; when it is missed or bad, `text`
+ * says what and gives the move. */
 enum many_verdict many_run(const struct many_problem *problem,
                            char text[MANY_TEXT]);
 

@@ -112,7 +112,8 @@ static enum many_verdict refused(const struct motion_otg_move *m, int err,
     if (err == MOTION_E_LIMIT && field == MOTION_OTG_FIELD_GOAL_ACC &&
         goal_is_out_of_reach(m))
         return MANY_REFUSED;
-    return bad(m, motion_err_text(err), motion_otg_field_text(field), text);
+    bad(m, motion_err_text(err), motion_otg_field_text(field), text);
+    return MANY_MISSED;
 }
 
 static enum many_verdict judged(const struct motion_otg_move *m,

@@ -102,6 +102,7 @@ N         ?= 200000
 SEED      ?= 1
 FIRST     ?= 0
 PROCESSES ?= 1
+MISSED    ?= 0
 
 $(B)/otg-many: $(MANY_SRC:%.c=$(B)/%.o) $(B)/libslew.a
 	$(call say,link,$@)
@@ -110,7 +111,7 @@ $(B)/otg-many: $(MANY_SRC:%.c=$(B)/%.o) $(B)/libslew.a
 .PHONY: otg-many
 ## N=10000000 random problems planned and judged exactly; SEED, PROCESSES, SAN
 otg-many: $(B)/otg-many
-	@$< -n $(N) -s $(SEED) -f $(FIRST) -j $(PROCESSES)
+	@$< -n $(N) -s $(SEED) -f $(FIRST) -j $(PROCESSES) -m $(MISSED)
 
 #---- beside SciPy, from PyPI
 
