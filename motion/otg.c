@@ -9,7 +9,7 @@
 #include "motion/err.h"
 #include "motion/otg_internal.h"
 
-#define OTG_BITS 25 /* limits are drawn in by 2^-25 */
+#define OTG_BITS       25 /* limits are drawn in by 2^-25 */
 #define OTG_MOST_PER_S 32 /* the shortest ramp: 2^-32 s, 954 ticks */
 
 const char *motion_otg_field_text(enum motion_otg_field field)
@@ -62,14 +62,13 @@ static int64_t closing_jerk(const struct motion_otg_limit *lim)
 }
 
 /* The ramp down from `acc` fits below `limit`, or is too long by no more than
- * 2^-40 of the velocities: numbers that come rounded from elsewhere may tie. */
+ * 2^-40 of the velocities and a unit: numbers that come rounded from elsewhere may tie. */
 static bool otg_goal_fits(int64_t vel_q32, int64_t acc_q16, int64_t jerk_q16,
                           int64_t limit_q32)
 {
     uint64_t room = (uint64_t)limit_q32 - (uint64_t)vel_q32;
-    uint64_t tie = motion_fixed_abs(limit_q32) >> 40;
-    return jerk_q16 == 0 ||
-           motion_otg_ramp_fits(acc_q16, jerk_q16, room + tie);
+    uint64_t tie = (motion_fixed_abs(limit_q32) >> 40) + 1;
+    return jerk_q16 == 0 || motion_otg_ramp_fits(acc_q16, jerk_q16, room + tie);
 }
 
 /* The goal needs room to have been reached: with af < 0 the speed was higher

@@ -28,7 +28,7 @@ struct check {
     int64_t acc_max, acc_min;
     struct wide up[3], down[3]; /* see vel_limits */
     bool is_in;                 /* the velocity has been inside its limits */
-    int64_t trimmed; /* W */
+    int64_t trimmed;            /* W */
     bool has_vel, has_acc, has_jerk;
 };
 
@@ -64,8 +64,8 @@ static struct wide ramp_of(int64_t acc_q16, int64_t jerk_q16, int acc_bits)
     a = motion_real_half(motion_real_div(motion_real_sqr(a), j));
     a = motion_real_mul(motion_real_scale(a, 22 + acc_bits),
                         motion_real_int(OTG_FIVES));
-    per_a = motion_real_add(motion_real_twice(per_a), motion_real_scale(
-                                motion_real_int(1), -54));
+    per_a = motion_real_add(motion_real_twice(per_a),
+                            motion_real_scale(motion_real_int(1), -54));
     a = motion_real_add(a, motion_real_mul(a, per_a));
     struct wide ramp = wide_from(a.m);
     ramp = a.e < 0 ? wide_shr(ramp, a.e < -127 ? 127 : (unsigned)-a.e)
@@ -83,8 +83,7 @@ static bool swing_is_inside(int64_t vel, int64_t acc, int64_t jerk,
     if (vel > limit)
         return false;
     return acc <= 0 || jerk == 0 ||
-           motion_otg_ramp_fits(acc, jerk,
-                                room - (room >> 40) - (room != 0));
+           motion_otg_ramp_fits(acc, jerk, room - (room >> 40) - (room != 0));
 }
 
 static void widen(struct wide *limit, int64_t vel, int64_t acc, int64_t jerk,
@@ -176,7 +175,8 @@ static void stretch_next(const struct check *c, int i, struct otg_run *run,
     s->off = before != 0;
     s->off1 = after != 0;
     s->off_step = before == after ? 0 : s->off + s->off1;
-    s->jerk = c->has_jerk ? motion_otg_phase_jerk(&c->move->limit, c->plan, i) : 0;
+    s->jerk =
+        c->has_jerk ? motion_otg_phase_jerk(&c->move->limit, c->plan, i) : 0;
 }
 
 /* |a1 - a| / n <= jerk: 2^(37 - acc_bits) 5^9 |a1 - a| <= jerk n. */
@@ -222,8 +222,8 @@ static bool turn_is_inside(const struct check *c, struct wide v, int64_t a,
                            int64_t b, const struct stretch *s, int64_t room)
 {
     int which = s->last ? 2 : c->is_in ? 0 : 1;
-    struct wide left = a > 0 ? wide_sub(c->up[which], v)
-                             : wide_add(c->down[which], v);
+    struct wide left =
+        a > 0 ? wide_sub(c->up[which], v) : wide_add(c->down[which], v);
     return crest_is_inside(wide_sub(left, wide_from(room)), a, b, s->n,
                            s->off | s->off1);
 }
@@ -257,14 +257,13 @@ static bool vel_is_kept(struct check *c, const struct stretch *s)
     if ((s->a ^ s->a1) >= 0 || s->a == 0 || s->a1 == 0)
         return true;
     if (s->last)
-        return turn_is_inside(c,
-                              motion_otg_vel_image(c->plan->goal_vel_q32,
-                                                   c->plan->acc_bits),
-                              -s->a1, -s->a, s, 0);
+        return turn_is_inside(
+            c, motion_otg_vel_image(c->plan->goal_vel_q32, c->plan->acc_bits),
+            -s->a1, -s->a, s, 0);
     bool now_in = c->is_in;
     c->is_in = was_in;
-    bool kept = turn_is_inside(c, s->v, s->a, s->a1, s,
-                               s->first ? 0 : c->trimmed);
+    bool kept =
+        turn_is_inside(c, s->v, s->a, s->a1, s, s->first ? 0 : c->trimmed);
     c->is_in = now_in;
     return kept;
 }
@@ -301,15 +300,14 @@ static int check_start(const struct check *c, enum motion_otg_field *field)
 static bool way_is_met(const struct check *c, struct wider p)
 {
     const struct motion_otg_plan *plan = c->plan;
-    struct wide way = wide_sub(wide_from(plan->goal_pos_q32),
-                               wide_from(plan->start_pos_q32));
-    struct wide unit = wide_mul_u64((uint64_t)c->trimmed,
-                                    (uint64_t)plan->dur_ns_q12);
+    struct wide way =
+        wide_sub(wide_from(plan->goal_pos_q32), wide_from(plan->start_pos_q32));
+    struct wide unit =
+        wide_mul_u64((uint64_t)c->trimmed, (uint64_t)plan->dur_ns_q12);
     struct wider room = wider_from(wide_add(unit, wide_add(unit, unit)));
     if (!c->has_vel)
         room = motion_otg_way_image(wide_from(1), plan->acc_bits);
-    struct wider miss =
-        wider_sub(motion_otg_way_image(way, plan->acc_bits), p);
+    struct wider miss = wider_sub(motion_otg_way_image(way, plan->acc_bits), p);
     return wider_cmp(wider_abs(miss), room) <= 0;
 }
 

@@ -147,8 +147,7 @@ static int exact_scale(const struct motion_otg_move *move,
 {
     int acc =
         larger(bits_of(move->start.acc_q16), bits_of(move->goal.acc_q16)) - 16;
-    int vel =
-        larger(bits_of(move->start.vel_q32), bits_of(move->goal.vel_q32));
+    int vel = larger(bits_of(move->start.vel_q32), bits_of(move->goal.vel_q32));
     for (int i = 0; i < shape->count; i++)
         if (shape->phase[i].a.m != 0)
             acc = larger(acc, shape->phase[i].a.e + 30);
@@ -240,9 +239,10 @@ static void exact_polish(const struct otg_shape *shape,
     if (shape->knobs.hump[0] < 0)
         return;
     motion_otg_plan_miss(plan, &vel, &way);
-    miss.vel = num_mul(motion_otg_wider_num(wider_from(vel), -22 - plan->acc_bits),
-                       per_fives);
-    miss.way = num_mul(motion_otg_wider_num(way, -43 - plan->acc_bits), per_way_fives);
+    miss.vel = num_mul(
+        motion_otg_wider_num(wider_from(vel), -22 - plan->acc_bits), per_fives);
+    miss.way =
+        num_mul(motion_otg_wider_num(way, -43 - plan->acc_bits), per_way_fives);
     miss.is_timed = dur_ns_q12 != 0;
     miss.ticks = dur_ns_q12 - plan->dur_ns_q12;
     motion_otg_polish(plan, &shape->knobs, rates, &miss);
@@ -293,15 +293,15 @@ static void exact_merge(struct motion_otg_plan *plan)
 {
     struct motion_otg_phase *ph = plan->phase;
     int last = plan->count - 1;
-    for (; last >= 1 && is_sliver(plan, ph[last].dur_ns_q12, ph[last - 1].acc,
-                                  ph[last].acc);
+    for (; last >= 1 &&
+           is_sliver(plan, ph[last].dur_ns_q12, ph[last - 1].acc, ph[last].acc);
          last--) {
         ph[last - 1].dur_ns_q12 += ph[last].dur_ns_q12;
         ph[last - 1].acc = ph[last].acc;
     }
     plan->count = last + 1;
-    while (plan->count > 1 && is_sliver(plan, ph[0].dur_ns_q12,
-                                        plan->start_acc, ph[0].acc))
+    while (plan->count > 1 &&
+           is_sliver(plan, ph[0].dur_ns_q12, plan->start_acc, ph[0].acc))
         merge_on(plan, 0);
     for (int i = 1; i + 1 < plan->count; i++)
         if (ph[i].dur_ns_q12 <= ph[i + 1].dur_ns_q12 >> 26 &&
@@ -442,8 +442,8 @@ static void phase_at_jerk(struct motion_otg_plan *plan, int i, int neighbour,
 }
 
 /* Which ends. */
-#define ENDS_START 1
-#define ENDS_GOAL  2
+#define ENDS_START  1
+#define ENDS_GOAL   2
 #define ENDS_IF_ANY 4
 
 /* Returns the corners that are then fixed. */
@@ -564,7 +564,8 @@ static bool swings_out(int64_t vel, int64_t acc, int64_t jerk_q16,
                             : (uint64_t)vel - (uint64_t)limit;
     if (acc == 0)
         return false;
-    return is_beyond || !motion_otg_ramp_fits(acc, jerk_q16, room - (room >> 22));
+    return is_beyond ||
+           !motion_otg_ramp_fits(acc, jerk_q16, room - (room >> 22));
 }
 
 static int swings(const struct motion_otg_move *move)
@@ -594,8 +595,9 @@ int motion_otg_settle(const struct motion_otg_move *move,
     for (int i = 0; i <= (ENDS_START | ENDS_GOAL); i++) {
         uint32_t fixed = 0;
         enum motion_otg_field now = MOTION_OTG_FIELD_GOAL_POS;
-        int made = exact_make(move, problem, shape, dur_ns_q12,
-                              i ? i ^ first : first | ENDS_IF_ANY, plan, &fixed);
+        int made =
+            exact_make(move, problem, shape, dur_ns_q12,
+                       i ? i ^ first : first | ENDS_IF_ANY, plan, &fixed);
         if (made == MOTION_OK)
             made = motion_otg_check(move, plan, &now);
         for (int k = 0; k < EXACT_REPAIRS && made == MOTION_E_LIMIT &&

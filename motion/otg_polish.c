@@ -81,7 +81,8 @@ static void turn_hump(struct polish *p, int which, struct num x)
     hold[-1].acc += by;
     hold->acc += by;
     int64_t before = i > 1 ? hold[-2].acc : p->plan->start_acc;
-    hold[-1].dur_ns_q12 = motion_otg_ramp_ticks(p->rates, i - 1, hold->acc - before);
+    hold[-1].dur_ns_q12 =
+        motion_otg_ramp_ticks(p->rates, i - 1, hold->acc - before);
     hold[1].dur_ns_q12 =
         motion_otg_ramp_ticks(p->rates, i + 1, hold[1].acc - hold->acc);
 }

@@ -81,8 +81,8 @@ void motion_otg_state_at(const struct motion_otg_plan *plan, int64_t t_ns_q12,
     if (i < plan->count) {
         const struct motion_otg_phase *phase = &plan->phase[i];
         struct motion_otg_phase part = part_of(phase, run.a, t);
-        jerk = jerk_public(phase->acc - run.a, phase->dur_ns_q12,
-                           plan->acc_bits);
+        jerk =
+            jerk_public(phase->acc - run.a, phase->dur_ns_q12, plan->acc_bits);
         motion_otg_run_phase(&run, &part);
     }
     *state = (struct motion_state){

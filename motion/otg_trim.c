@@ -53,8 +53,9 @@ static void trim_add(struct trim *t, int i, int64_t rest)
     int64_t n = ph[0].dur_ns_q12, next = ph[1].dur_ns_q12;
     g->k = 3 * rest + n - next;
     g->first = g->last = (int8_t)i;
-    g->weight = (int16_t)(ph->acc == 0 ? TRIM_ZERO
-                                       : power_of(n + next) + power_of(ph->acc));
+    g->weight =
+        (int16_t)(ph->acc == 0 ? TRIM_ZERO
+                               : power_of(n + next) + power_of(ph->acc));
 }
 
 /* Groups in order of time; corners `alone` are not put together. */
@@ -157,8 +158,8 @@ void motion_otg_plan_miss(const struct motion_otg_plan *plan, struct wide *vel,
     for (int i = 0; i < plan->count; i++)
         motion_otg_run_phase(&run, &plan->phase[i]);
     struct wide goal = motion_otg_vel_image(plan->goal_vel_q32, plan->acc_bits);
-    struct wide whole = wide_sub(wide_from(plan->goal_pos_q32),
-                                 wide_from(plan->start_pos_q32));
+    struct wide whole =
+        wide_sub(wide_from(plan->goal_pos_q32), wide_from(plan->start_pos_q32));
     *vel = wide_sub(goal, run.v);
     *way = wider_sub(motion_otg_way_image(whole, plan->acc_bits), run.p);
 }
@@ -191,8 +192,8 @@ static struct trim_worth group_worth(const struct motion_otg_plan *plan,
 }
 
 /* MOTION_E_LIMIT beyond what a plan can hold; by < 2^58. */
-static int group_move(struct motion_otg_plan *plan,
-                      const struct trim_group *g, int64_t by)
+static int group_move(struct motion_otg_plan *plan, const struct trim_group *g,
+                      int64_t by)
 {
     for (int i = g->first; i <= g->last; i++) {
         plan->phase[i].acc += by;

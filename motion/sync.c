@@ -239,8 +239,7 @@ static int line_try(const struct line *line, struct otg_draw draw,
     }
     for (int i = 0; i < line->count && err == MOTION_OK; i++) {
         fault->axis = i;
-        err = line_axis(line, i, &q, &shape, dur, &plan[i],
-                        &fault->field);
+        err = line_axis(line, i, &q, &shape, dur, &plan[i], &fault->field);
     }
     return err;
 }
