@@ -62,7 +62,7 @@ static int64_t closing_jerk(const struct motion_otg_limit *lim)
 }
 
 /* The ramp down from `acc` fits below `limit`, or is too long by no more than
- * 2^-40 of the velocities: numbers that come rounded from elsewhere may tie. */
+ * 2^-40 of the velocities and a unit: numbers that come rounded from elsewhere may tie. */
 static bool otg_goal_fits(int64_t vel_q32, int64_t acc_q16, int64_t jerk_q16,
                           int64_t limit_q32)
 {

@@ -11,8 +11,8 @@
  *   motion_otg_append   the plan as segments of a track
  *
  * A returned plan has passed the check.  Its duration exceeds the optimum by at
- * most 2^-21 of it or 1 ns, the larger: the search runs with limits drawn in
- * by 2^-23, and that room takes up the rounding to whole ticks.
+ * most 2^-21 of it or 2 ns, the larger: the search runs with limits drawn in
+ * by 2^-25, and that room takes up the rounding to whole ticks.
  *
  * Method and equations: docs/OTG.md.  Compare: Berscheid & Kroeger, "Jerk-
  * limited real-time trajectory generation with arbitrary target states" (RSS

@@ -132,8 +132,7 @@ static int append_phase(struct append *a, int i)
     const struct motion_otg_phase *phase = &plan->phase[i];
     struct place end;
     struct cubic cubic;
-    int err =
-        cubic_of(a->run.v, a->run.a, phase, plan->acc_bits, &cubic);
+    int err = cubic_of(a->run.v, a->run.a, phase, plan->acc_bits, &cubic);
     if (err < 0)
         return err;
     motion_otg_run_phase(&a->run, phase);
