@@ -250,7 +250,7 @@ fresh:
 -include tests/qemu/qemu.mk
 # Also: test-vm, test-gpiod2.
 -include tests/vm/vm.mk tests/vm/gpiod2.mk
-# Also: bench-plan, bench-otg, bench-curves, peers-curves.
+# Also: bench-plan, bench-otg, bench-curves, peers-curves, bake-bounds.
 -include tests/bench/bench.mk
 # Also: test-peers.
 -include tests/peers/peers.mk

@@ -55,7 +55,7 @@ static int64_t init_ramp(const struct modbus_map *map,
 
     if (field->unit == MODBUS_MS_PER_1000_RPM) {
         /* 1000 rpm are 1000 / 60 revolutions per s */
-        num *= 1000 * 1000;
+        num *= INT64_C(1000000);
         den *= 60;
         if (motion_fixed_muldiv(map->resolution, num, den, &num) < 0)
             return field->max;

@@ -62,7 +62,7 @@ static bool servo_moves(const struct sim_modbus_servo *self)
 
 static bool servo_arrived(const struct sim_modbus_servo *self)
 {
-    const int64_t off = (self->target_q16 << 8) - self->plant.pos_q24;
+    const int64_t off = self->target_q16 * 256 - self->plant.pos_q24;
 
     return !servo_moves(self) && off < ARRIVED_Q24 && off > -ARRIVED_Q24;
 }
@@ -128,7 +128,7 @@ static void servo_enable(struct sim_modbus_servo *self)
 static void servo_stop(struct sim_modbus_servo *self)
 {
     const sim_i128 square = (sim_i128)self->vel_q16 * self->vel_q16;
-    const int64_t way_q16 = (int64_t)(square / (2 * self->dec) >> 16);
+    const int64_t way_q16 = (int64_t)(square / ((sim_i128)2 * self->dec) >> 16);
 
     self->target_q16 =
         self->demand_q16 + (self->vel_q16 < 0 ? -way_q16 : way_q16);
@@ -238,7 +238,7 @@ static int64_t servo_physical(const struct modbus_map *map,
 
     if (field->unit == MODBUS_MS_PER_1000_RPM) {
         value = servo_fraction(value < 1 ? 1 : value, field->den, field->num);
-        return servo_fraction(1000 * 1000, per_minute, 60 * value);
+        return servo_fraction(INT64_C(1000000), per_minute, 60 * value);
     }
     value = servo_fraction(value, field->den, field->num);
     return field->unit == MODBUS_RPM ? servo_fraction(value, per_minute, 60)
@@ -435,8 +435,8 @@ static void servo_run(struct sim_member *member, int64_t now_ns)
     if (self->blocked)
         sim_plant_block(&self->plant);
     else if (self->enabled)
-        sim_plant_step(&self->plant, self->demand_q16 << 8, self->vel_q16 << 8,
-                       LOOP_NS);
+        sim_plant_step(&self->plant, self->demand_q16 * 256,
+                       self->vel_q16 * 256, LOOP_NS);
     else
         sim_plant_coast(&self->plant, LOOP_NS);
 }

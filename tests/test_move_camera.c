@@ -326,6 +326,28 @@ static void a_camera_along_the_path_looks_where_it_goes(void **state)
     }
 }
 
+/* The frame of a loop comes back twisted; the twist is spread over the way, so
+ * that the camera ends as it began. */
+static void a_loop_in_space_ends_as_it_began(void **state)
+{
+    static const char *const axes[] = { "pan", "tilt", "roll" };
+    static struct move_file file;
+    (void)state;
+    move_file_need(&file, RIG,
+                   "path:\n  axes: [x, y, z]\n  closed: true\n"
+                   "  points: [[3000, 0, 300], [2000, 1000, 400], [1000, 0, "
+                   "900], [2000, -1000, 1500]]\n"
+                   "  speed: {law: quintic, time: 20 s}\n"
+                   "camera:\n  axes: {pan: pan, tilt: tilt, roll: roll}\n"
+                   "  look: {along: rotation-minimising}\n");
+    for (int i = 0; i < 3; i++)
+        assert_true(fabs(remainder(move_file_pos(&file, axes[i], 20) -
+                                       move_file_pos(&file, axes[i], 0),
+                                   360)) < 1e-6);
+    expect_no_steps(&file);
+    move_file_close(&file);
+}
+
 /* A planar bow: the binormal is up all along. */
 static void a_frenet_frame_that_exists_is_taken(void **state)
 {
@@ -499,6 +521,7 @@ int main(void)
         cmocka_unit_test(a_view_and_its_derivatives_are_those_of_the_geometry),
         cmocka_unit_test(a_look_ahead_is_on_the_path_and_then_on_its_tangent),
         cmocka_unit_test(a_camera_along_the_path_looks_where_it_goes),
+        cmocka_unit_test(a_loop_in_space_ends_as_it_began),
         cmocka_unit_test(a_frenet_frame_that_exists_is_taken),
         cmocka_unit_test(a_dwell_rests_on_its_points_and_eases_between),
         cmocka_unit_test(a_target_with_a_path_of_its_own_is_followed),

@@ -260,7 +260,7 @@ static void no_corruption_is_taken_for_an_answer(void **state)
         if (i % 16 == 15)
             expect_recovered((uint16_t)(i + 1));
     }
-    printf("%u corruptions: %u broken, %u exceptions, %u time-outs, %u right "
+    printf("%d corruptions: %u broken, %u exceptions, %u time-outs, %u right "
            "(late within the time-out)\n",
            CORRUPTIONS, broken, refused, late, good);
     assert_true(broken > CORRUPTIONS / 2 && refused > CORRUPTIONS / 20);

@@ -83,7 +83,7 @@ int64_t modbus_budget_timeout_ns(const struct rig *rig, unsigned bus)
 int64_t modbus_budget_age_ns(const struct rig *rig, unsigned bus)
 {
     return 3 * modbus_budget_cycle_ns(rig, bus) +
-           2 * 3 * modbus_budget_timeout_ns(rig, bus);
+           INT64_C(6) * modbus_budget_timeout_ns(rig, bus);
 }
 
 void modbus_budget_print(const struct rig *rig, unsigned bus, FILE *file)

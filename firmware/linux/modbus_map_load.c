@@ -95,7 +95,7 @@ int map_read_order(void *reader, const struct yaml_value *value, void *out)
 
 int map_read_address(void *reader, const struct yaml_value *value, void *out)
 {
-    int64_t number;
+    int64_t number = 0;
 
     (void)reader;
     if (map_read_number(value, 0, UINT16_MAX, &number) < 0)
@@ -109,7 +109,7 @@ int map_read_address(void *reader, const struct yaml_value *value, void *out)
 static int map_read_baud(void *reader, const struct yaml_value *value,
                          void *out)
 {
-    int64_t number;
+    int64_t number = 0;
 
     (void)reader;
     if (map_read_number(value, MODBUS_RTU_BAUD_MIN, MODBUS_RTU_BAUD_MAX,
@@ -164,7 +164,7 @@ static int map_read_timeout(void *reader, const struct yaml_value *value,
 static int map_read_registers(void *reader, const struct yaml_value *value,
                               void *out)
 {
-    int64_t number;
+    int64_t number = 0;
 
     (void)reader;
     if (map_read_number(value, 2, HAL_MODBUS_WRITE_MAX, &number) < 0)
@@ -203,7 +203,7 @@ static int map_read_line(void *reader, const struct yaml_value *value,
 static int map_read_read(void *reader, const struct yaml_value *value,
                          void *out)
 {
-    int64_t number;
+    int64_t number = 0;
 
     (void)reader;
     if (map_read_number(value, 3, 4, &number) < 0)
@@ -315,7 +315,7 @@ static int map_read_condition_item(void *reader, const struct yaml_value *value,
 static int map_read_mask(void *reader, const struct yaml_value *value,
                          void *out)
 {
-    int64_t number;
+    int64_t number = 0;
 
     (void)reader;
     if (map_read_number(value, 0, UINT32_MAX, &number) < 0)

@@ -128,7 +128,7 @@ static int rig_set_interface(struct rig *rig, const char *text, size_t length,
 
     if (equals != NULL)
         bus = rig_find_bus(rig, text, (size_t)(equals - text));
-    if (bus == NULL ||
+    if (bus == NULL || bus->kind != RIG_CANOPEN ||
         !rig_is_interface(name, name_length)) {
         snprintf(message, RIG_MESSAGE_MAX,
                  "'%.*s' is no interface for a bus of the rig, expected %s",

@@ -66,7 +66,7 @@ static int rig_read_parity(void *reader, const struct yaml_value *value,
 static int rig_read_stop_bits(void *reader, const struct yaml_value *value,
                               void *out)
 {
-    int64_t number;
+    int64_t number = 0;
 
     (void)reader;
     if (yaml_value_integer(value, 1, 2, &number) < 0)
@@ -103,7 +103,7 @@ static int rig_read_rs485(void *reader, const struct yaml_value *value,
 static int rig_read_port(void *reader, const struct yaml_value *value,
                          void *out)
 {
-    int64_t number;
+    int64_t number = 0;
 
     (void)reader;
     if (yaml_value_integer(value, 1, UINT16_MAX, &number) < 0)
@@ -198,7 +198,7 @@ static int rig_read_unit_number(void *reader, const struct yaml_value *value,
 {
     const struct rig_reader *self = reader;
     const struct rig_axis *axis = self->axis;
-    int64_t number;
+    int64_t number = 0;
 
     if (yaml_value_integer(value, 1, 247, &number) < 0)
         return -1;

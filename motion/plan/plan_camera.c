@@ -22,6 +22,9 @@
 #include "motion/plan/plan_room.h"
 #include "motion/plan/plan_view.h"
 
+/* Segments, about 1 ms: what turns faster than that has no head. */
+#define CAMERA_SHORTEST (MOTION_FIXED_S_Q12 >> 10)
+
 struct camera {
     const struct plan_camera *camera;
     const struct plan_drive *drive;
@@ -245,6 +248,7 @@ static int camera_bake(struct camera *self, struct motion_track *list[],
         .pos = motion_real_from_q(self->camera->tolerance_q32, 32),
         .vel = motion_real_zero(),
         .acc = motion_real_zero(),
+        .shortest_ns_q12 = CAMERA_SHORTEST,
     };
     struct motion_bake_report report;
     int err = camera_begin(self, list);

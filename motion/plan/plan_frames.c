@@ -1,8 +1,9 @@
 /* motion/plan/plan_frames.c - see plan_frames.h.
  *
- * Rotation-minimising frames are carried from one even distance to the next
- * once; a frame between two goes on from the one before it, so that it is the
- * same however often it is asked for. */
+ * Rotation-minimising frames are carried along the path once, by steps that are
+ * as long as one and two halves of it agree; they are kept.  A frame between two
+ * is one step from the one before it, so that it is the same however often it is
+ * asked for, and costs one look at the curve. */
 #include "motion/plan/plan_frames.h"
 
 #include <stdlib.h>
@@ -11,8 +12,10 @@
 #include "motion/fixed.h"
 #include "motion/trig.h"
 
-#define FRAMES_ROWS      1024
-#define FRAMES_TOLERANCE ((int64_t)1 << 16) /* 2^-46 rad a step */
+#define FRAMES_CHECKS    1024 /* of a Frenet frame along the path */
+#define FRAMES_STEPS     256  /* at least */
+#define FRAMES_ROWS_MAX  ((uint32_t)1 << 20)
+#define FRAMES_TOLERANCE 40000 /* of 2^-64 turn: 2^-46 rad a step */
 
 /* The curve by its length: P, T and dT/ds. */
 static int frames_curve(const void *context, int64_t u, int order,
@@ -34,28 +37,13 @@ static int frames_curve(const void *context, int64_t u, int order,
     return MOTION_OK;
 }
 
-static struct motion_curve frames_of(const struct plan_frames *self)
-{
-    return (struct motion_curve){ frames_curve, self->space, 0,
-                                  self->space->length_q32 };
-}
-
-static int64_t frames_distance(const struct plan_frames *self, uint32_t i)
-{
-    int64_t distance = 0;
-
-    (void)motion_fixed_muldiv(self->space->length_q32, i, FRAMES_ROWS,
-                              &distance);
-    return distance;
-}
-
 /* The first frame is level; r is right. */
 static int frames_first(const struct plan_frames *self,
-                        struct motion_frame *frame)
+                        struct plan_frames_row *row)
 {
-    struct motion_vec pos, across;
+    struct motion_vec across;
     struct motion_dir along, right;
-    int err = plan_space_at(self->space, 0, &pos, &along);
+    int err = plan_space_at(self->space, 0, &row->pos, &along);
 
     if (err < 0)
         return err;
@@ -65,23 +53,107 @@ static int frames_first(const struct plan_frames *self,
         across = motion_vec_cross(motion_vec_from_dir(self->forward),
                                   motion_vec_from_dir(self->up));
     err = motion_vec_unit(across, &right);
-    return err < 0 ? err : motion_frame_start(along, right, frame);
+    return err < 0 ? err : motion_frame_start(along, right, &row->frame);
+}
+
+/* One step from a row to a distance. */
+static int frames_step(const struct plan_frames *self,
+                       const struct plan_frames_row *from, int64_t distance_q32,
+                       struct plan_frames_row *to)
+{
+    struct motion_dir along;
+    int err = plan_space_at(self->space, distance_q32, &to->pos, &along);
+
+    to->distance_q32 = distance_q32;
+    return err < 0 ? err
+                   : motion_frame_step(&from->frame,
+                                       motion_vec_sub(to->pos, from->pos),
+                                       along, &to->frame);
+}
+
+/* Two halves, and how far one step is from them. */
+static int frames_halves(const struct plan_frames *self,
+                         const struct plan_frames_row *from,
+                         int64_t distance_q32, struct plan_frames_row *to,
+                         uint64_t *off_turn)
+{
+    const int64_t middle =
+        from->distance_q32 + (distance_q32 - from->distance_q32) / 2;
+    struct plan_frames_row half, one;
+    int err = frames_step(self, from, distance_q32, &one);
+
+    if (err == MOTION_OK)
+        err = frames_step(self, from, middle, &half);
+    if (err == MOTION_OK)
+        err = frames_step(self, &half, distance_q32, to);
+    if (err == MOTION_OK)
+        *off_turn =
+            motion_fixed_abs(motion_frame_twist(&one.frame, &to->frame));
+    return err;
+}
+
+static int frames_grow(struct plan_frames *self, uint32_t *capacity)
+{
+    struct plan_frames_row *row;
+
+    if (self->rows < *capacity)
+        return MOTION_OK;
+    if (*capacity >= FRAMES_ROWS_MAX)
+        return MOTION_E_LIMIT;
+    *capacity = *capacity == 0 ? FRAMES_STEPS : 2 * *capacity;
+    row = realloc(self->row, *capacity * sizeof *row);
+    if (row == NULL)
+        return MOTION_E_FULL;
+    self->row = row;
+    return MOTION_OK;
+}
+
+/* As far as halves agree, from the last row; halves the step where they do not,
+ * and where a tangent turns back in it. */
+static int frames_next(struct plan_frames *self, int64_t *step_q32,
+                       struct plan_frames_row *next)
+{
+    const struct plan_frames_row *last = &self->row[self->rows - 1];
+    const int64_t length = self->space->length_q32;
+
+    for (;; *step_q32 /= 2) {
+        const int64_t left = length - last->distance_q32;
+        const int64_t step = *step_q32 < left ? *step_q32 : left;
+        uint64_t off = 0;
+        int err =
+            frames_halves(self, last, last->distance_q32 + step, next, &off);
+        if (err < 0 && err != MOTION_E_RANGE)
+            return err;
+        if (err == MOTION_OK && off <= FRAMES_TOLERANCE) {
+            if (off < FRAMES_TOLERANCE / 64 &&
+                *step_q32 < length / FRAMES_STEPS)
+                *step_q32 *= 2;
+            return MOTION_OK;
+        }
+        if (step < 4)
+            return MOTION_E_LIMIT;
+    }
 }
 
 static int frames_carry(struct plan_frames *self)
 {
-    const struct motion_curve curve = frames_of(self);
-    int err = frames_first(self, &self->frame[0]);
+    const int64_t length = self->space->length_q32;
+    int64_t step_q32 = length / FRAMES_STEPS + 1;
+    struct plan_frames_row next = { .distance_q32 = 0 };
+    uint32_t capacity = 0;
+    int err = frames_first(self, &next);
 
-    for (uint32_t i = 1; i < self->frames && err == MOTION_OK; i++) {
-        self->frame[i] = self->frame[i - 1];
-        err = motion_frame_carry(&curve, frames_distance(self, i - 1),
-                                 frames_distance(self, i), FRAMES_TOLERANCE,
-                                 &self->frame[i]);
+    while (err == MOTION_OK) {
+        err = frames_grow(self, &capacity);
+        if (err < 0)
+            return err;
+        self->row[self->rows++] = next;
+        if (next.distance_q32 >= length)
+            break;
+        err = frames_next(self, &step_q32, &next);
     }
     if (err == MOTION_OK && self->space->closed)
-        self->twist_turn =
-            motion_frame_twist(&self->frame[0], &self->frame[self->frames - 1]);
+        self->twist_turn = motion_frame_twist(&self->row[0].frame, &next.frame);
     return err;
 }
 
@@ -106,8 +178,11 @@ static int frames_check(const struct plan_frames *self)
     struct motion_frame frame, before = { .t = { { 0 } } };
     int err = MOTION_OK;
 
-    for (uint32_t i = 0; i <= FRAMES_ROWS && err == MOTION_OK; i++) {
-        err = frames_frenet(self, frames_distance(self, i), &frame);
+    for (uint32_t i = 0; i <= FRAMES_CHECKS && err == MOTION_OK; i++) {
+        int64_t distance = 0;
+        (void)motion_fixed_muldiv(self->space->length_q32, i, FRAMES_CHECKS,
+                                  &distance);
+        err = frames_frenet(self, distance, &frame);
         if (err == MOTION_OK && i > 0 &&
             motion_dir_dot_q62(before.r, frame.r) < 0)
             err = MOTION_E_STATE;
@@ -118,36 +193,46 @@ static int frames_check(const struct plan_frames *self)
 
 int plan_frames_init(struct plan_frames *self)
 {
-    if (self->frenet)
-        return frames_check(self);
-    self->frames = FRAMES_ROWS + 1;
-    self->frame = calloc(self->frames, sizeof *self->frame);
-    return self->frame == NULL ? MOTION_E_FULL : frames_carry(self);
+    return self->frenet ? frames_check(self) : frames_carry(self);
 }
 
 void plan_frames_free(struct plan_frames *self)
 {
-    free(self->frame);
-    self->frame = NULL;
+    free(self->row);
+    self->row = NULL;
+}
+
+/* The last row at or before a distance. */
+static const struct plan_frames_row *frames_find(const struct plan_frames *self,
+                                                 int64_t distance_q32)
+{
+    uint32_t low = 0, high = self->rows;
+
+    while (high - low > 1) {
+        const uint32_t middle = low + (high - low) / 2;
+        if (self->row[middle].distance_q32 <= distance_q32)
+            low = middle;
+        else
+            high = middle;
+    }
+    return &self->row[low];
 }
 
 static int frames_at_distance(const struct plan_frames *self,
                               int64_t distance_q32, struct motion_frame *frame)
 {
-    const struct motion_curve curve = frames_of(self);
-    int64_t row = 0, share = 0;
+    const struct plan_frames_row *row;
+    struct plan_frames_row at;
+    int64_t share = 0;
     int err = MOTION_OK;
 
     if (self->frenet)
         return frames_frenet(self, distance_q32, frame);
-    (void)motion_fixed_muldiv(distance_q32, FRAMES_ROWS,
-                              self->space->length_q32, &row);
-    if (row > 0 && frames_distance(self, (uint32_t)row) > distance_q32)
-        row--; /* the quotient was rounded up */
-    *frame = self->frame[row];
-    if (frames_distance(self, (uint32_t)row) < distance_q32)
-        err = motion_frame_carry(&curve, frames_distance(self, (uint32_t)row),
-                                 distance_q32, FRAMES_TOLERANCE, frame);
+    row = frames_find(self, distance_q32);
+    at = *row;
+    if (row->distance_q32 < distance_q32)
+        err = frames_step(self, row, distance_q32, &at);
+    *frame = at.frame;
     if (err < 0 || self->twist_turn == 0)
         return err;
     (void)motion_fixed_muldiv(self->twist_turn, distance_q32,

@@ -7,18 +7,25 @@
 #include "motion/plan/plan_space.h"
 #include "motion/quat.h"
 
+/* A frame, and where it is. */
+struct plan_frames_row {
+    int64_t distance_q32;
+    struct motion_vec pos;
+    struct motion_frame frame;
+};
+
 struct plan_frames {
     const struct plan_space *space;
     struct motion_dir up, forward; /* of the world, for the first frame */
     bool frenet;
     /* filled in; on the heap */
-    struct motion_frame *frame; /* at even distances */
-    uint32_t frames;
+    struct plan_frames_row *row; /* from 0 to the length */
+    uint32_t rows;
     int64_t twist_turn; /* of the last frame, when closed; spread evenly */
 };
 
-/* MOTION_E_STATE for a Frenet frame that does not exist somewhere; errors of
- * motion_frame_carry; MOTION_E_FULL. */
+/* MOTION_E_STATE for a Frenet frame that does not exist somewhere; MOTION_E_LIMIT
+ * where the path bends too sharply for a frame to be carried on; MOTION_E_FULL. */
 int plan_frames_init(struct plan_frames *self);
 void plan_frames_free(struct plan_frames *self);
 

@@ -131,3 +131,9 @@ $(PEERS)/installed: tests/bench/bench.mk
 peers-curves: $(VECTORS) $(PEERS)/installed
 	@PYTHONPATH=$(PEERS)/site $(PYTHON) tests/peer_curves.py $(VECTORS) \
 	    $(PEERS)/cases $(PEER_CASES)
+
+.PHONY: bake-bounds
+## what baking promises against what is seen, at a million times each
+bake-bounds: $(B)/tests/test_bake_bounds $(B)/tests/test_speed
+	@SLEW_SAMPLES=1000000 $(B)/tests/test_bake_bounds
+	@$(B)/tests/test_speed

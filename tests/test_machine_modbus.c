@@ -1,0 +1,277 @@
+/* tests/test_machine_modbus.c - a rig with a Modbus axis: read, judged, built on
+ * the simulated line, and what happens when that goes wrong. */
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "firmware/linux/machine.h"
+#include "firmware/linux/machine_sim.h"
+#include "firmware/linux/modbus_budget.h"
+#include "firmware/linux/modbus_map_load.h"
+#include "tests/check.h"
+
+#define MS  INT64_C(1000000)
+#define PAN 2 /* the axis on Modbus */
+
+static struct rig rig;
+static struct machine machine;
+static struct machine_sim sim;
+static int64_t now_ns;
+
+static void load(void)
+{
+    char message[RIG_MESSAGE_MAX];
+
+    if (rig_load("examples/modbus/rig.yaml", &rig, message) < 0)
+        fail_msg("%s", message);
+}
+
+static void build(void)
+{
+    struct machine_ports ports;
+    char message[RIG_MESSAGE_MAX];
+
+    load();
+    if (machine_sim_init(&sim, &rig, false, &ports, message) < 0 ||
+        machine_init(&machine, &rig, &ports, message) < 0)
+        fail_msg("%s", message);
+    now_ns = hal_clock_now_ns(ports.clock);
+}
+
+static void tick(void)
+{
+    now_ns += rig.period_ns;
+    (void)hal_clock_wait_until(machine.ports.clock, now_ns);
+    machine_tick(&machine, now_ns);
+}
+
+static void until(enum controller_state state)
+{
+    for (int i = 0; i < 8000 && machine.controller.state != state; i++)
+        tick();
+    if (machine.controller.state != state)
+        fail_msg("%s", controller_state_text(machine.controller.state));
+}
+
+static void build_ready(void)
+{
+    build();
+    tick();
+    assert_int_equal(controller_enable(&machine.controller), 0);
+    until(CONTROLLER_READY);
+}
+
+static void the_example_is_read_as_written(void **state)
+{
+    (void)state;
+    load();
+    assert_int_equal(rig.bus[2].kind, RIG_MODBUS_RTU);
+    assert_int_equal(rig.bus[2].modbus.line.baud, 115200);
+    assert_int_equal(rig.bus[2].modbus.line.parity, MODBUS_PARITY_NONE);
+    assert_int_equal(rig.bus[2].modbus.line.stop_bits, 2);
+    assert_string_equal(rig.bus[2].modbus.device, "/dev/ttyUSB0");
+    assert_int_equal(rig.axis[PAN].kind, RIG_MODBUS);
+    assert_true(rig.axis[PAN].unsupervised);
+    assert_string_equal(rig.map[rig.axis[PAN].map].title,
+                        "Leadshine EL7-RS / iSV2-RS");
+    /* 25 + 8 characters write, 8 + 11 and 8 + 9 read: 69 of 11 bits, six
+     * silences of 1.75 ms, three turn-arounds of 2 ms */
+    assert_in_range(modbus_budget_cycle_ns(&rig, 2), 23088000, 23090000);
+}
+
+/* Each fault: latched, the group off, nothing by itself, and back by reset. */
+static void faults_latch_as_on_can(void **state)
+{
+    static const struct {
+        enum sim_modbus_servo_fault servo;
+        enum controller_fault fault;
+        int64_t most_ms;
+    } rows[] = {
+        { SIM_MODBUS_SERVO_ALARM, CONTROLLER_FAULT_DRIVE, 60 },
+        { SIM_MODBUS_SERVO_OFF, CONTROLLER_FAULT_OFFLINE, 600 },
+    };
+
+    (void)state;
+    for (unsigned i = 0; i < ARRAY_LEN(rows); i++) {
+        build_ready();
+        const int64_t since_ns = now_ns;
+        sim_modbus_servo_inject(&sim.modbus_servo[PAN], rows[i].servo);
+        until(CONTROLLER_FAULT);
+        if (machine.controller.fault.fault != rows[i].fault &&
+            machine.controller.fault.fault != CONTROLLER_FAULT_STALE)
+            fail_msg("row %u: %s", i,
+                     controller_fault_text(machine.controller.fault.fault));
+        assert_int_equal(machine.controller.fault.axis, PAN);
+        assert_in_range(now_ns - since_ns, 1, rows[i].most_ms * MS);
+        sim_modbus_servo_inject(&sim.modbus_servo[PAN], SIM_MODBUS_SERVO_CLEAR);
+        for (int n = 0; n < 2000; n++)
+            tick();
+        assert_int_equal(machine.controller.state, CONTROLLER_FAULT);
+        assert_int_equal(controller_reset(&machine.controller), 0);
+        until(CONTROLLER_OFF);
+        assert_int_equal(controller_enable(&machine.controller), 0);
+        until(CONTROLLER_READY);
+    }
+}
+
+static void one_bad_answer_is_no_fault(void **state)
+{
+    (void)state;
+    for (int fault = SIM_MODBUS_MUTE; fault < SIM_MODBUS_FAULTS; fault++) {
+        build_ready();
+        sim.modbus_servo[PAN].faulty.fault = (enum sim_modbus_fault)fault;
+        sim.modbus_servo[PAN].faulty.times = 1;
+        for (int n = 0; n < 600; n++)
+            tick();
+        if (machine.controller.state != CONTROLLER_READY)
+            fail_msg("kind %d: %s", fault,
+                     controller_fault_text(machine.controller.fault.fault));
+        assert_int_equal(sim.modbus_servo[PAN].faulty.spoilt, 1);
+    }
+}
+
+static void too_few_set_points_are_refused(void **state)
+{
+    (void)state;
+    load();
+    assert_true(modbus_budget_check(&rig, "rig.yaml"));
+    rig.bus[2].modbus.line.baud = 9600; /* 95 ms */
+    rig.axis[PAN].following_floor_q32 /= 4;
+    assert_false(modbus_budget_check(&rig, "rig.yaml"));
+}
+
+/* ---- what is refused in the files ---- */
+
+static void expect_refused(const char *name, const char *text, const char *want,
+                           bool is_map)
+{
+    char path[] = "build/test_machine_modbus.yaml", message[RIG_MESSAGE_MAX];
+    static struct modbus_map map;
+    FILE *file = fopen(path, "w");
+
+    assert_non_null(file);
+    fputs(text, file);
+    fclose(file);
+    const int err = is_map ? modbus_map_load(path, &map, message)
+                           : rig_load(path, &rig, message);
+    (void)unlink(path);
+    if (err == 0)
+        fail_msg("%s was taken", name);
+    if (strstr(message, want) == NULL)
+        fail_msg("%s: %s", name, message);
+}
+
+#define AXES                                                                   \
+    "axes:\n"                                                                  \
+    "  pan:\n"                                                                 \
+    "    unit: deg\n"                                                          \
+    "    limits: {position: [-90, 90], velocity: 30, acceleration: 10}\n"      \
+    "    following_error: {floor: 1}\n"
+
+static const struct {
+    const char *name, *text, *want;
+} bad_rigs[] = {
+    { "no device", "buses:\n  l: {kind: modbus-rtu, baud: 9600}\n" AXES,
+      ":2:6: l lacks device or baud" },
+    { "odd baud",
+      "buses:\n  l: {kind: modbus-rtu, device: /dev/x, baud: 250000}\n" AXES,
+      "baud '250000' is no rate of a serial port" },
+    { "host on RTU",
+      "buses:\n  l: {kind: modbus-rtu, device: /dev/x, baud: 9600, host: "
+      "a}\n" AXES,
+      "which has neither host nor port" },
+    { "baud on TCP",
+      "buses:\n  l: {kind: modbus-tcp, host: a, baud: 9600}\n" AXES,
+      "which has no device" },
+    { "kind", "buses:\n  l: {kind: modbus, host: a}\n" AXES,
+      "unknown kind 'modbus'" },
+    { "no such map",
+      "buses:\n  l: {kind: modbus-tcp, host: a}\n" AXES
+      "    drive: {kind: modbus, bus: l, node: 1, map: none, counts: 1}\n",
+      "map 'none' is no map that can be read" },
+    { "unsupervised",
+      "buses:\n  l: {kind: modbus-tcp, host: a}\n" AXES
+      "    drive: {kind: modbus, bus: l, node: 1, map: leadshine-el7, counts: "
+      "1}\n",
+      "say unsupervised: yes" },
+    { "drive of another bus",
+      "buses:\n  l: {kind: modbus-tcp, host: a}\n" AXES
+      "    drive: {kind: cia402, bus: l, node: 1, counts: 1}\n",
+      "l is a modbus-tcp bus, not one for this kind of drive" },
+};
+
+#define MAP_HEAD "title: a\nresolution: 1000\n"
+#define MAP_ITEMS                                                              \
+    "items:\n"                                                                 \
+    "  position: {at: 1, type: i32, poll: fast}\n"                             \
+    "  state: {at: 3, type: u16, poll: fast}\n"
+#define MAP_STATUS "status: {moving: {item: state, mask: 1}}\n"
+#define MAP_MOVE   "move: {at: 16, fields: [{type: i32, value: position}]}\n"
+
+static const struct {
+    const char *name, *text, *want;
+} bad_maps[] = {
+    { "no position", MAP_HEAD "items: {a: {at: 1, type: u16}}\n" MAP_STATUS,
+      ":3:8: items has no position" },
+    { "address", MAP_HEAD "items: {a: {at: 0x10000, type: u16}}\n",
+      "at '0x10000' is out of range" },
+    { "address word", MAP_HEAD "items: {a: {at: 4x, type: u16}}\n",
+      "at '4x' is not a whole number" },
+    { "write of two", MAP_HEAD "items: {a: {at: 1, type: i32, write: 6}}\n",
+      "6 writes one register, the item has two" },
+    { "unknown item",
+      MAP_HEAD MAP_ITEMS "status: {moving: {item: stat, mask: "
+                         "1}}\n",
+      "did you mean 'state'" },
+    { "never",
+      MAP_HEAD MAP_ITEMS
+      "status: {moving: {item: state, mask: 1, equals: 2}}\n",
+      "can never be" },
+    { "no group",
+      MAP_HEAD MAP_ITEMS MAP_STATUS "sequences: {stop: [{delay: 1 ms}]}\n",
+      "neither move nor stream" },
+    { "no enable",
+      MAP_HEAD MAP_ITEMS MAP_STATUS MAP_MOVE
+      "sequences: {stop: [{delay: 1 ms}]}\n",
+      "lacks one of the sequences" },
+    { "two in a step",
+      MAP_HEAD MAP_ITEMS MAP_STATUS MAP_MOVE
+      "sequences: {stop: [{write: state, delay: 1 ms}]}\n",
+      "is not one of write, until and delay" },
+    { "value too large",
+      MAP_HEAD MAP_ITEMS MAP_STATUS MAP_MOVE
+      "sequences: {stop: [{write: state, value: 65536}]}\n",
+      "value '65536' is out of range" },
+    { "const too large",
+      MAP_HEAD MAP_ITEMS MAP_STATUS
+      "move: {at: 1, fields: [{type: u16, const: -1}]}\n",
+      "const '-1' is out of range" },
+    { "a unit",
+      MAP_HEAD MAP_ITEMS MAP_STATUS
+      "move: {at: 1, fields: [{type: u16, value: velocity, unit: "
+      "ms_per_1000rpm}]}\n",
+      "is no unit of a velocity" },
+};
+
+static void what_is_wrong_in_a_file_is_told(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < ARRAY_LEN(bad_rigs); i++)
+        expect_refused(bad_rigs[i].name, bad_rigs[i].text, bad_rigs[i].want,
+                       false);
+    for (unsigned i = 0; i < ARRAY_LEN(bad_maps); i++)
+        expect_refused(bad_maps[i].name, bad_maps[i].text, bad_maps[i].want,
+                       true);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_example_is_read_as_written),
+        cmocka_unit_test(faults_latch_as_on_can),
+        cmocka_unit_test(one_bad_answer_is_no_fault),
+        cmocka_unit_test(too_few_set_points_are_refused),
+        cmocka_unit_test(what_is_wrong_in_a_file_is_told),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
