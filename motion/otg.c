@@ -67,7 +67,7 @@ static bool otg_goal_fits(int64_t vel_q32, int64_t acc_q16, int64_t jerk_q16,
                           int64_t limit_q32)
 {
     uint64_t room = (uint64_t)limit_q32 - (uint64_t)vel_q32;
-    uint64_t tie = motion_fixed_abs(limit_q32) >> 40;
+    uint64_t tie = (motion_fixed_abs(limit_q32) >> 40) + 1;
     return jerk_q16 == 0 || motion_otg_ramp_fits(acc_q16, jerk_q16, room + tie);
 }
 
