@@ -63,6 +63,13 @@ static bool is_far(const struct polish *p, struct num x)
     return num_lt(num_make(most, 0), num_abs(x));
 }
 
+/* A hump may go, but not turn over: time would be added where it should be
+ * taken away. */
+static int64_t no_less(bool is_peak, int64_t acc, int64_t end)
+{
+    return (acc < end) == is_peak ? end : acc;
+}
+
 /* Half time x, in ticks, more on either side of a hump. */
 static void turn_hump(struct polish *p, int which, struct num x)
 {
@@ -78,9 +85,10 @@ static void turn_hump(struct polish *p, int which, struct num x)
     int64_t by = whole(num_mul(x, j));
     if (!p->knobs->is_peak[which])
         by = -by;
-    hold[-1].acc += by;
-    hold->acc += by;
     int64_t before = i > 1 ? hold[-2].acc : p->plan->start_acc;
+    hold->acc = no_less(p->knobs->is_peak[which], hold->acc + by, before);
+    hold->acc = no_less(p->knobs->is_peak[which], hold->acc, hold[1].acc);
+    hold[-1].acc = hold->acc;
     hold[-1].dur_ns_q12 =
         motion_otg_ramp_ticks(p->rates, i - 1, hold->acc - before);
     hold[1].dur_ns_q12 =
