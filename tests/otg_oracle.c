@@ -172,10 +172,11 @@ static const char *judge_goal(const struct oracle *g)
     return NULL;
 }
 
-/* Is the velocity at `turn`, where jerk_down takes over, the highest (the
- * lowest) of the corners inside the limits up to it and, unless a goal that
- * swings is all that follows, of its phase's end, but for what limits are drawn
- * in by (in the shortest of moves 2^-6)? */
+/* From `turn` on jerk_down counts: the highest (lowest) speed is behind.  So the
+ * phase that follows may lead beyond all corners inside the limits up to there
+ * on one side only if the velocity comes from the other; but a goal that swings
+ * may be all that follows.  But for what limits are drawn in by (in the
+ * shortest of moves 2^-6). */
 #define TURN_BITS 6
 
 static void widen(struct big *lo, struct big *hi, const struct big *vel)
@@ -186,9 +187,20 @@ static void widen(struct big *lo, struct big *hi, const struct big *vel)
         big_copy(hi, vel);
 }
 
-static bool turn_is_extreme(struct oracle *g)
+/* Does a exceed b by more than limits are drawn in by? */
+static bool exceeds(const struct big *a, const struct big *b)
 {
-    struct big at, lo, hi, play;
+    struct big by, size;
+    big_sub(&by, a, b);
+    big_copy(&size, b);
+    size.sign = size.sign != 0;
+    big_shl(&by, &by, TURN_BITS);
+    return big_cmp(&by, &size) > 0;
+}
+
+static bool turn_is_behind_the_peak(struct oracle *g)
+{
+    struct big at, lo, hi;
     bool inside = false;
     big_set(&lo, 0);
     big_set(&hi, 0);
@@ -203,24 +215,15 @@ static bool turn_is_extreme(struct oracle *g)
                  (g->i >= g->plan->brake && !g->outside[0] && !g->outside[1]);
         oracle_step(g);
     }
-    big_copy(&at, &g->vel);
-    if (!inside)
+    if (!inside || g->i >= oracle_late(g->plan, 1) ||
+        g->i >= oracle_late(g->plan, -1))
         return true;
+    big_copy(&at, &g->vel);
     widen(&lo, &hi, &at);
-    if (g->i < oracle_late(g->plan, 1) && g->i < oracle_late(g->plan, -1)) {
-        oracle_phase(g);
-        oracle_step(g);
-        widen(&lo, &hi, &g->vel);
-    }
-    big_copy(&play, &lo);
-    play.sign = play.sign != 0;
-    if (big_cmp(&play, &hi) < 0)
-        big_copy(&play, &hi);
-    big_sub(&lo, &at, &lo);
-    big_sub(&hi, &hi, &at);
-    big_shl(&lo, &lo, TURN_BITS);
-    big_shl(&hi, &hi, TURN_BITS);
-    return big_cmp(&lo, &play) <= 0 || big_cmp(&hi, &play) <= 0;
+    oracle_phase(g);
+    oracle_step(g);
+    return !(exceeds(&g->vel, &hi) && exceeds(&at, &lo)) &&
+           !(exceeds(&lo, &g->vel) && exceeds(&hi, &at));
 }
 
 /* Which jerk counts where is for the plan to say, but not as it likes. */
@@ -230,7 +233,7 @@ static const char *judge_turn(struct oracle *g)
     if (plan->brake < 0 || plan->brake > plan->turn || plan->turn > plan->count)
         return "turn";
     if (g->move->mode == MOTION_OTG_POSITION && g->move->limit.jerk_down_q16 &&
-        plan->turn < plan->count && !turn_is_extreme(g))
+        plan->turn < plan->count && !turn_is_behind_the_peak(g))
         return "turn";
     return NULL;
 }
