@@ -103,6 +103,7 @@ SEED      ?= 1
 FIRST     ?= 0
 PROCESSES ?= 1
 MISSED    ?= 0
+BAD       ?= 0
 
 $(B)/otg-many: $(MANY_SRC:%.c=$(B)/%.o) $(B)/libslew.a
 	$(call say,link,$@)
@@ -111,7 +112,8 @@ $(B)/otg-many: $(MANY_SRC:%.c=$(B)/%.o) $(B)/libslew.a
 .PHONY: otg-many
 ## N=10000000 random problems planned and judged exactly; SEED, PROCESSES, SAN
 otg-many: $(B)/otg-many
-	@$< -n $(N) -s $(SEED) -f $(FIRST) -j $(PROCESSES) -m $(MISSED)
+	@$< -n $(N) -s $(SEED) -f $(FIRST) -j $(PROCESSES) \
+	    -m $(MISSED) -b $(BAD)
 
 #---- beside SciPy, from PyPI
 
