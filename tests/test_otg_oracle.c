@@ -198,8 +198,7 @@ static void spoil_corners(const struct motion_otg_move *m,
                     most = plan->phase[k].dur_ns_q12;
             int64_t here = plan->phase[i].dur_ns_q12;
             int bits = 8; /* W is below 48 of the longest */
-            while (bits < 60 && here << bits >> bits == here &&
-                   here << bits < most)
+            while (bits < 60 && here < most >> bits)
                 bits++;
             bits += 7;
             int unit = plan->acc_bits - 10 + 22; /* of V, times 5^9 < 2^22 */
