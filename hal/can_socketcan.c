@@ -253,6 +253,7 @@ static bool socketcan_fetch(struct can_socketcan *self)
     int got;
 
     memset(message, 0, sizeof message);
+    memset(control, 0, sizeof control);
     for (unsigned i = 0; i < CAN_SOCKETCAN_BATCH; i++) {
         vector[i] = (struct iovec){ &frame[i], sizeof frame[i] };
         message[i].msg_hdr.msg_iov = &vector[i];

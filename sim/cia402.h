@@ -98,6 +98,12 @@ unsigned cia402_od_size(int row); /* bytes; 0 for a long object */
 uint16_t cia402_od_index(int row);
 uint8_t cia402_od_sub(int row);
 bool cia402_od_is_dummy(int row);
+/* As a data sheet has them: name, CiA 301's data type, "ro" "rw" "wo". */
+const char *cia402_od_name(int row);
+unsigned cia402_od_type(int row);
+const char *cia402_od_access(int row);
+uint32_t cia402_od_default(int row);
+bool cia402_od_adds_node(int row);
 /* Long objects: texts, and 0x2002.  Not a number: cia402_od_bytes has them. */
 bool cia402_od_is_long(int row);
 const uint8_t *cia402_od_bytes(const struct sim_cia402 *self, int row,

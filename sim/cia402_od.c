@@ -102,6 +102,52 @@ uint8_t cia402_od_sub(int row)
     return cia402_object[row].sub;
 }
 
+/* The bytes of the object, the rest zero. */
+static uint32_t cia402_od_cut(int row, uint32_t value)
+{
+    unsigned bytes = cia402_od_size(row);
+
+    return bytes > 0 && bytes < 4 ? value & ((1u << 8 * bytes) - 1) : value;
+}
+
+const char *cia402_od_name(int row)
+{
+    static const char *const name[] = {
+#define CIA402_ROW_NAME(name, index, sub, type, access, init, min, max) #name,
+        CIA402_ROWS(CIA402_ROW_NAME)
+#undef CIA402_ROW_NAME
+    };
+
+    return name[row];
+}
+
+unsigned cia402_od_type(int row)
+{
+    static const uint8_t type[] = {
+        [U8] = 0x5,  [I8] = 0x2,  [U16] = 0x6,  [I16] = 0x3,
+        [U32] = 0x7, [I32] = 0x4, [TEXT] = 0x9, [DOMAIN] = 0xF
+    };
+
+    return type[cia402_object[row].type];
+}
+
+const char *cia402_od_access(int row)
+{
+    if (!(cia402_object[row].access & W))
+        return "ro";
+    return cia402_object[row].access & R ? "rw" : "wo";
+}
+
+uint32_t cia402_od_default(int row)
+{
+    return cia402_od_cut(row, (uint32_t)cia402_object[row].init);
+}
+
+bool cia402_od_adds_node(int row)
+{
+    return (cia402_object[row].access & N) != 0;
+}
+
 bool cia402_od_is_dummy(int row)
 {
     return (cia402_object[row].access & D) != 0;
@@ -163,14 +209,6 @@ static int64_t cia402_od_number(int row, uint32_t value)
 int64_t cia402_od_signed(const struct sim_cia402 *self, int row)
 {
     return cia402_od_number(row, self->value[row]);
-}
-
-/* The bytes of the object, the rest zero. */
-static uint32_t cia402_od_cut(int row, uint32_t value)
-{
-    unsigned bytes = cia402_od_size(row);
-
-    return bytes > 0 && bytes < 4 ? value & ((1u << 8 * bytes) - 1) : value;
 }
 
 static bool cia402_od_is_history(int row)

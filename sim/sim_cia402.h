@@ -9,6 +9,7 @@
  *
  *   cia402_od.c      the dictionary: rows, access, abort codes
  *   cia402_com.c     NMT, heartbeat, EMCY
+ *   cia402_eds.c     the dictionary as a data sheet
  *   cia402_guard.c   node and life guarding, TIME
  *   cia402_lss.c     node number by LSS
  *   cia402_sdo.c     the SDO server, short objects
@@ -34,6 +35,7 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include <stdio.h>
 
 #include "sim/plant.h"
 #include "sim/sim_can.h"
@@ -173,5 +175,8 @@ void sim_cia402_inject(struct sim_cia402 *self, enum sim_cia402_fault fault);
 void sim_cia402_set_inputs(struct sim_cia402 *self, uint32_t inputs);
 /* What an outside measuring device would see, at the last inner step. */
 int64_t sim_cia402_pos_q24(const struct sim_cia402 *self);
+
+/* The dictionary as an EDS file, the same for every such drive. */
+void sim_cia402_write_eds(FILE *file);
 
 #endif

@@ -723,6 +723,25 @@ static void simulated_drives_need_an_interface_to_be_seen_on(void **state)
     expect_bad_input(slew("sim", in_directory("none.yaml")), "none.yaml");
 }
 
+static void a_drive_is_judged_by_its_data_sheet(void **state)
+{
+    (void)state;
+    const char *sheet = in_directory("servo.eds");
+    expect(slew("sim", "--eds", directory), STATUS_OK);
+    write_file(sheet, out);
+    expect(slew("drive", "info", sheet), STATUS_OK);
+    assert_non_null(strstr(out, "this drive will do"));
+    expect(slew("drive", "--json", "info", sheet), STATUS_OK);
+    assert_non_null(strstr(out, "\"ok\""));
+    write_file(sheet, "[1000]\nDataType=7\nAccessType=ro\n[6502]\nDataType=7\n"
+                      "AccessType=ro\nDefaultValue=0x25\n");
+    expect(slew("drive", "info", sheet), STATUS_REFUSED);
+    assert_non_null(strstr(out, "has no CSP"));
+    assert_non_null(strstr(out, "lacks 14 of the objects"));
+    expect_bad_input(slew("drive", "info", rig), "rig.yaml:");
+    expect_bad_input(slew("drive", "look", sheet), "expected info");
+}
+
 #define RUN(test) cmocka_unit_test_setup_teardown(test, open_bench, close_bench)
 
 int main(void)
@@ -755,6 +774,7 @@ int main(void)
         RUN(plan_says_how_long_and_how_fast_a_path_is),
         RUN(a_path_that_cannot_be_planned_names_its_place),
         RUN(too_many_drives_for_the_bus_are_refused),
+        RUN(a_drive_is_judged_by_its_data_sheet),
         RUN(real_drives_are_asked_for_and_need_an_interface),
         RUN(simulated_drives_need_an_interface_to_be_seen_on),
     };

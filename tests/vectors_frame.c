@@ -1,6 +1,7 @@
 /* tests/vectors_frame.c - frames.json; see vectors.h. */
 #include <stdlib.h>
 
+#include "motion/arclen.h"
 #include "motion/err.h"
 #include "motion/frame.h"
 #include "motion/lookat.h"
@@ -8,11 +9,12 @@
 #include "motion/trig.h"
 #include "tests/vectors_json.h"
 
-#define ROWS_MAX   256
-#define PIECES_MAX 256
-#define COEFS_MAX  2048
-#define WAVES_MAX  8
-#define U_BITS     54 /* of the parameter: +-512 */
+#define ROWS_MAX    256
+#define PIECES_MAX  256
+#define COEFS_MAX   2048
+#define WAVES_MAX   8
+#define LENGTHS_MAX 16384
+#define U_BITS      54 /* of the parameter: +-512 */
 
 static int64_t to_u(double u)
 {
@@ -439,83 +441,88 @@ static bool frame_case(const cJSON *item, struct vectors_row *rows, int room,
 
 /* --- look-at ------------------------------------------------------------- */
 
-/* Arc length by Gauss's rule over small slots, and back by bisection. */
-#define SLOTS 4096
+/* A shape by its length.  Pieces of polynomials run over 0 .. 1 each. */
 struct length {
     const struct shape *shape;
-    double u0, u1, until[SLOTS + 1];
+    struct motion_real border[PIECES_MAX + 1];
+    struct motion_real coef[3 * COEFS_MAX];
+    struct motion_arclen_poly poly;
+    struct motion_arclen_curve curve;
+    struct motion_arclen_row row[LENGTHS_MAX];
+    struct motion_arclen_table table;
 };
 
-static double speed_at(const struct length *length, double u)
+/* The shape's parameter at x of a piece. */
+static int64_t length_u(const struct length *length, uint32_t piece,
+                        struct motion_real x)
 {
-    const struct shape *const shape = length->shape;
-    struct motion_curve_point point;
-    int64_t at = to_u(u);
-    double square = 0, width = 1;
+    const struct motion_curve *const curve = &length->shape->curve;
+    const int64_t *const border = length->shape->border;
+    int64_t first = curve->first, last = curve->last, u;
 
-    if (at < shape->curve.first)
-        at = shape->curve.first;
-    if (at > shape->curve.last)
-        at = shape->curve.last;
-    (void)shape->curve.at(shape->curve.context, at, 1, &point);
-    for (uint32_t i = 0;
-         shape->curve.context == &shape->poly && i < shape->poly.pieces; i++) {
-        if (at >= shape->border[i])
-            width = ldexp((double)(shape->border[i + 1] - shape->border[i]),
-                          -U_BITS);
+    if (curve->context == &length->shape->poly) {
+        first = border[piece];
+        last = border[piece + 1];
+        x = motion_real_mul(x, motion_real_from_q(last - first, U_BITS));
     }
+    if (motion_real_round(x, U_BITS, &u) != MOTION_OK || u > last - first)
+        return last;
+    return u < 0 ? first : first + u;
+}
+
+static void length_waves_at(const void *context, uint32_t piece,
+                            struct motion_real x, int order,
+                            struct motion_arclen_point *point)
+{
+    const struct length *const length = context;
+    struct motion_curve_point at;
+
+    (void)waves_at(&length->shape->waves, length_u(length, piece, x), order,
+                   &at);
     for (int i = 0; i < 3; i++) {
-        const double d = vectors_double(point.d1.x[i]) / width;
-        square += d * d;
+        point->pos[i] = at.pos.x[i];
+        point->d1[i] = at.d1.x[i];
+        point->d2[i] = at.d2.x[i];
     }
-    return sqrt(square);
 }
 
-static double length_between(const struct length *length, double a, double b)
+static void length_of_waves(struct length *length)
 {
-    const double at[3] = { 0, 0.774596669241483377, -0.774596669241483377 };
-    double sum = 0;
+    const struct motion_curve *const curve = &length->shape->curve;
 
-    for (int i = 0; i < 3; i++)
-        sum += (i == 0 ? 8.0 : 5.0) / 18 *
-               speed_at(length, (a + b) / 2 + at[i] * (b - a) / 2);
-    return sum * (b - a);
+    length->border[0] = motion_real_from_q(curve->first, U_BITS);
+    length->border[1] = motion_real_from_q(curve->last, U_BITS);
+    length->curve = (struct motion_arclen_curve){ 3, 1, length->border,
+                                                  length_waves_at, length };
 }
 
-static void length_init(struct length *length, const struct shape *shape)
+static void length_of_poly(struct length *length)
+{
+    const struct motion_polycurve *const poly = &length->shape->poly;
+    const uint32_t size = poly->degree + 1;
+
+    for (uint32_t i = 0; i <= poly->pieces; i++)
+        length->border[i] = motion_real_int(i);
+    for (uint32_t i = 0; i < poly->pieces * size; i++)
+        for (uint32_t axis = 0; axis < 3; axis++)
+            length->coef[(i / size * 3 + axis) * size + i % size] =
+                poly->coef[i].x[axis];
+    length->poly = (struct motion_arclen_poly){ length->coef, poly->degree, 3 };
+    length->curve =
+        (struct motion_arclen_curve){ 3, poly->pieces, length->border,
+                                      motion_arclen_poly_at, &length->poly };
+}
+
+static bool length_init(struct length *length, const struct shape *shape)
 {
     length->shape = shape;
-    length->u0 = ldexp((double)shape->curve.first, -U_BITS);
-    length->u1 = ldexp((double)shape->curve.last, -U_BITS);
-    length->until[0] = 0;
-    for (int i = 0; i < SLOTS; i++) {
-        const double width = (length->u1 - length->u0) / SLOTS;
-        const double from = length->u0 + i * width;
-        length->until[i + 1] =
-            length->until[i] + length_between(length, from, from + width);
-    }
-}
-
-static double length_inverse(const struct length *length, double s)
-{
-    const double width = (length->u1 - length->u0) / SLOTS;
-    double low, high;
-    int i = 0;
-
-    while (i < SLOTS - 1 && length->until[i + 1] < s)
-        i++;
-    low = length->u0 + i * width;
-    high = low + width;
-    for (int k = 0; k < 60; k++) {
-        const double mid = (low + high) / 2;
-        if (length->until[i] +
-                length_between(length, length->u0 + i * width, mid) <
-            s)
-            low = mid;
-        else
-            high = mid;
-    }
-    return low;
+    if (shape->curve.context == &shape->poly)
+        length_of_poly(length);
+    else
+        length_of_waves(length);
+    return motion_arclen_build(&length->table, &length->curve,
+                               motion_real_zero(), length->row,
+                               LENGTHS_MAX) == MOTION_OK;
 }
 
 static int path_at(const void *context, int64_t distance_q32,
@@ -523,16 +530,14 @@ static int path_at(const void *context, int64_t distance_q32,
 {
     const struct length *const length = context;
     const struct motion_curve *const curve = &length->shape->curve;
-    const double s = ldexp((double)distance_q32, -32);
+    struct motion_arclen_place place;
     struct motion_curve_point point;
-    int64_t u = s >= length->until[SLOTS] ? curve->last
-                                          : to_u(length_inverse(length, s));
+    int64_t u;
     int err;
 
-    if (u < curve->first)
-        u = curve->first;
-    if (u > curve->last)
-        u = curve->last;
+    motion_arclen_find(&length->table, motion_real_from_q(distance_q32, 32),
+                       &place);
+    u = length_u(length, place.piece, place.x);
     err = curve->at(curve->context, u, 3, &point);
     *pos = point.pos;
     if (err == MOTION_OK && tangent != NULL)
@@ -551,15 +556,25 @@ static bool read_path(const cJSON *cases, const char *name, struct shape *shape,
     {
         if (strcmp(vectors_text(item, "name"), name) != 0)
             continue;
-        if (!read_shape(item, shape))
-            return false;
-        length_init(length, shape);
-        *path = (struct motion_path){
-            path_at, length, (int64_t)llrint(ldexp(length->until[SLOTS], 32))
-        };
-        return true;
+        *path = (struct motion_path){ path_at, length, 0 };
+        return read_shape(item, shape) && length_init(length, shape) &&
+               motion_real_round(length->table.length, 32, &path->length_q32) ==
+                   MOTION_OK;
     }
     return false;
+}
+
+/* A fraction of the path's length. */
+static int64_t along(const struct motion_path *path, double fraction)
+{
+    int64_t distance_q32;
+
+    if (motion_real_round(
+            motion_real_mul(vectors_real(fraction),
+                            motion_real_from_q(path->length_q32, 32)),
+            32, &distance_q32) != MOTION_OK)
+        return path->length_q32;
+    return distance_q32;
 }
 
 static void to_q32(const double a[3], int64_t q32[3])
@@ -585,8 +600,8 @@ static bool read_dwells(const cJSON *item, const struct motion_path *path,
             !vectors_numbers(cJSON_GetArrayItem(rests, i), 2, rest))
             return false;
         to_q32(a, dwell[i].point_q32);
-        dwell[i].from_q32 = (int64_t)llrint(rest[0] * (double)path->length_q32);
-        dwell[i].to_q32 = (int64_t)llrint(rest[1] * (double)path->length_q32);
+        dwell[i].from_q32 = along(path, rest[0]);
+        dwell[i].to_q32 = along(path, rest[1]);
     }
     target->kind = MOTION_TARGET_DWELL;
     target->dwell = dwell;
@@ -619,8 +634,7 @@ static bool read_target(const cJSON *cases, const cJSON *item, const char *mode,
         c->target.kind = MOTION_TARGET_AHEAD;
         if (!vectors_number(item, "delta_s_fraction", &fraction))
             return false;
-        c->target.ahead_q32 =
-            (int64_t)llrint(fraction * (double)c->path[0].length_q32);
+        c->target.ahead_q32 = along(&c->path[0], fraction);
         return true;
     }
     if (strcmp(mode, "separate_coi_path") == 0) {
@@ -658,8 +672,7 @@ static bool lookat_row(const struct lookat_case *c,
         !vectors_numbers(cJSON_GetObjectItemCaseSensitive(line, "q_wxyz"), 4,
                          q) ||
         motion_lookat_at(lookat, state, &c->target, &c->path[0],
-                         (int64_t)llrint(s * (double)c->path[0].length_q32), 0,
-                         &view) < 0)
+                         along(&c->path[0], s), 0, &view) < 0)
         return false;
     const struct motion_dir got[3] = { view.right, view.up, view.view };
     for (int i = 0; i < 3; i++) {

@@ -82,6 +82,10 @@ static enum status cmd_sim_run(const struct options *options)
 {
     static struct rig rig;
     char message[RIG_MESSAGE_MAX];
+    if (options->eds) {
+        sim_cia402_write_eds(stdout);
+        return STATUS_OK;
+    }
     enum status status = job_read_rig(options->path[0], &rig);
     if (status != STATUS_OK)
         return status;
@@ -96,9 +100,11 @@ static enum status cmd_sim_run(const struct options *options)
 static const struct option_row cmd_sim_option[] = {
     { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
       "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
+    { "eds", NULL, OPTION_FLAG, offsetof(struct options, eds),
+      "print the data sheet (EDS) of a simulated CANopen drive, and end" },
     { "for", "TIME", OPTION_TIME, offsetof(struct options, to_ns),
       "end after this time" },
-    OPTIONS_COMMON,
+    { "help", NULL, OPTION_FLAG, offsetof(struct options, help), "this text" },
 };
 
 const struct command cmd_sim = {

@@ -6,8 +6,9 @@
 #include <string.h>
 
 const struct command *const command_list[] = {
-    &cmd_check,   &cmd_plan,   &cmd_sample, &cmd_plot,    &cmd_run, &cmd_otg,
-    &cmd_gallery, &cmd_import, &cmd_export, &cmd_compile, &cmd_sim, NULL,
+    &cmd_check, &cmd_plan,    &cmd_sample, &cmd_plot,   &cmd_run,
+    &cmd_otg,   &cmd_gallery, &cmd_import, &cmd_export, &cmd_compile,
+    &cmd_sim,   &cmd_drive,   NULL,
 };
 
 const struct command *command_find(const char *name)

@@ -35,7 +35,8 @@ struct command {
     .option = (rows), .option_count = sizeof(rows) / sizeof((rows)[0])
 
 extern const struct command cmd_check, cmd_plan, cmd_sample, cmd_plot, cmd_run,
-    cmd_otg, cmd_gallery, cmd_import, cmd_export, cmd_compile, cmd_sim;
+    cmd_otg, cmd_gallery, cmd_import, cmd_export, cmd_compile, cmd_sim,
+    cmd_drive;
 
 /* The commands above in the order of the help; NULL at the end. */
 extern const struct command *const command_list[];

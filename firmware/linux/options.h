@@ -38,6 +38,7 @@ struct options {
     bool segments, rules;     /* plan */
     bool quaternion, raw;     /* sample */
     bool realtime, real, pty; /* run, sim */
+    bool eds;                 /* sim */
     const char *out, *axis, *plot, *compare;
     const char *telemetry, *can_log, *modbus_log; /* run */
     const char *rig, *fps, *columns, *curve, *interface;

@@ -18,7 +18,7 @@ $(PEERS)/master: $(B)/tests/peers/master.o $(B)/libslew.a
 	$(Q)$(CC) $(OPT) $(LDFLAGS) $^ $(LDLIBS) -o $@
 
 .PHONY: test-peers
-## pymodbus, mbpoll and tshark against ours, over terminals and loopback
+## python-canopen, pymodbus, mbpoll, tshark against ours, both ways
 test-peers: $(SLEW) $(PEERS)/master $(PEERS)/venv/done
 	@bad=0; for check in $(PEER_CHECKS); do \
 	    echo "$$(basename $$check):"; \
@@ -26,5 +26,5 @@ test-peers: $(SLEW) $(PEERS)/master $(PEERS)/venv/done
 	    *.py) run=$(PEERS)/venv/bin/python ;; \
 	    *) run=sh ;; \
 	    esac; \
-	    SLEW=$(SLEW) PEERS=$(PEERS) timeout 120 $$run $$check || bad=1; \
+	    SLEW=$(SLEW) PEERS=$(PEERS) timeout 400 $$run $$check || bad=1; \
 	done; exit $$bad

@@ -23,7 +23,7 @@
 # VM_CACHE    where the kernel is kept (build/vm); VM_TIMEOUT  seconds (500)
 set -eu
 cache=${VM_CACHE:-build/vm}
-modules='virtio_pci 9p 9pnet_virtio overlay can can-raw can-dev vcan kvaser_pci slcan
+modules='virtio_pci 9p 9pnet_virtio overlay can can-raw can-bcm can-dev vcan kvaser_pci slcan
     configfs'
 
 die()
@@ -84,7 +84,7 @@ cat >"$root/init" <<'INIT'
 /bin/busybox mount -t proc proc /proc
 /bin/busybox --install -s /bin
 mount -t devtmpfs dev /dev
-for module in virtio_pci 9pnet_virtio 9p can can-raw vcan kvaser_pci slcan; do
+for module in virtio_pci 9pnet_virtio 9p can can-raw can-bcm vcan kvaser_pci slcan; do
     modprobe "$module" || echo "vm: no module $module"
 done
 modprobe configfs

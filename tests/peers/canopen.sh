@@ -1,0 +1,92 @@
+#!/bin/sh
+# tests/peers/canopen.sh - inside the machine of tests/vm/boot.sh: other
+# people's CANopen against ours, over vcan, in both directions.
+set -u
+slew=$SLEW
+python=$PEERS/venv/bin/python
+export PYTHONDONTWRITEBYTECODE=1
+dir=$(mktemp -d)
+failed=0
+
+fail()
+{
+    echo "  FAILED: $*"
+    failed=1
+}
+
+# One axis, slow enough for a peer written in Python.
+cat >"$dir/rig.yaml" <<'RIG'
+title: One axis
+tick: 20 ms
+watchdog: 100 ms
+buses:
+  can0: {kind: canopen, bit_rate: 1 Mbit/s, interface: vcan0}
+axes:
+  axis:
+    unit: mm
+    limits:
+      position: [-1000 mm, 1000 mm]
+      velocity: 100 mm/s
+      acceleration: 200 mm/s2
+    following_error: {floor: 5 mm, time: 100 ms}
+    drive: {kind: cia402, bus: can0, node: 5, counts: 100 per mm}
+RIG
+cat >"$dir/move.yaml" <<'MOVE'
+title: There and back
+axes:
+  axis:
+    curve: quintic
+    keys: [[0 s, 20 mm], [2 s, 80 mm], [4 s, 0 mm]]
+MOVE
+"$slew" sim --eds "$dir" >"$dir/servo.eds"
+
+# The clock leaps over waiting for files: have them all read before time counts.
+"$python" -c 'import canopen, canopen.profiles.p402, can.interfaces.socketcan
+canopen.import_od("'"$dir/servo.eds"'", 1)
+bus = canopen.Network()
+bus.connect(channel="vcan1", interface="socketcan")
+bus.sync.start(0.1)
+bus.disconnect()' || fail "python-canopen"
+
+echo "python-canopen as master, our simulated drive:"
+"$slew" sim "$dir" >"$dir/sim.out" 2>&1 &
+sim=$!
+sleep 1
+"$python" tests/peers/canopen_master.py vcan0 5 "$dir/servo.eds" ||
+    fail "canopen_master.py"
+kill $sim
+wait $sim
+
+echo "our master, python-canopen's LocalNode:"
+mkfifo "$dir/hold"
+"$python" tests/peers/canopen_servo.py vcan0 5 "$dir/servo.eds" \
+    <"$dir/hold" >"$dir/servo.out" 2>&1 &
+servo=$!
+exec 3>"$dir/hold"
+tries=0
+until grep -q ready "$dir/servo.out" || [ $tries -gt 2000 ]; do
+    sleep 1
+    tries=$((tries + 1))
+done
+if "$slew" run --real --can-log "$dir/frames.log" "$dir" >"$dir/run.out" 2>&1
+then
+    grep -E "^axis +4|done after" "$dir/run.out"
+else
+    cat "$dir/run.out"
+    fail "slew run"
+fi
+exec 3>&-
+wait $servo
+tail -n 1 "$dir/servo.out"
+grep -q "at 0$" "$dir/servo.out" || { cat "$dir/servo.out"; fail "not at 0"; }
+
+echo "can-utils and python-can, our recording:"
+lines=$(wc -l <"$dir/frames.log")
+ascs=$(log2asc -I "$dir/frames.log" vcan0 2>/dev/null | grep -c ' Rx ')
+reads=$("$python" -c '
+import sys, can
+print(sum(1 for m in can.LogReader(sys.argv[1])))' "$dir/frames.log")
+echo "  $lines lines, log2asc reads $ascs, python-can $reads"
+[ "$lines" -gt 500 ] && [ "$lines" = "$ascs" ] && [ "$lines" = "$reads" ] ||
+    fail "they do not agree"
+exit $failed
