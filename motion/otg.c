@@ -9,7 +9,8 @@
 #include "motion/err.h"
 #include "motion/otg_internal.h"
 
-#define OTG_BITS 25 /* limits are drawn in by 2^-25 */
+#define OTG_BITS       25 /* limits are drawn in by 2^-25 */
+#define OTG_MOST_PER_S 32 /* the shortest ramp: 2^-32 s, 954 ticks */
 
 const char *motion_otg_field_text(enum motion_otg_field field)
 {
@@ -55,37 +56,29 @@ static int otg_limits_are_valid(const struct motion_otg_move *move,
     return MOTION_OK;
 }
 
-static struct real ramp_of(int64_t acc_q16, int64_t jerk_q16)
-{
-    if (acc_q16 == 0 || jerk_q16 == 0)
-        return real_zero();
-    struct real a = real_scale(real_int(acc_q16), -16);
-    struct real j = real_scale(real_int(jerk_q16), -16);
-    return real_half(real_div(real_sqr(a), j));
-}
-
-static struct real q32(int64_t v)
-{
-    return real_scale(real_int(v), -32);
-}
-
-static struct real q16(int64_t v)
-{
-    return real_scale(real_int(v), -16);
-}
-
 static int64_t closing_jerk(const struct motion_otg_limit *lim)
 {
     return lim->jerk_down_q16 ? lim->jerk_down_q16 : lim->jerk_q16;
 }
 
+/* The ramp down from `acc` fits below `limit`, or is too long by no more than
+ * 2^-40 of the velocities and a unit: numbers that come rounded from elsewhere may tie. */
+static bool otg_goal_fits(int64_t vel_q32, int64_t acc_q16, int64_t jerk_q16,
+                          int64_t limit_q32)
+{
+    uint64_t room = (uint64_t)limit_q32 - (uint64_t)vel_q32;
+    uint64_t tie = (motion_fixed_abs(limit_q32) >> 40) + 1;
+    return jerk_q16 == 0 || motion_otg_ramp_fits(acc_q16, jerk_q16, room + tie);
+}
+
 /* The goal needs room to have been reached: with af < 0 the speed was higher
- * just before.  Ties are allowed, to 2^-40. */
+ * just before. */
 static int otg_goal_is_possible(const struct motion_otg_move *move,
                                 enum motion_otg_field *field)
 {
     const struct motion_otg_limit *lim = &move->limit;
     const struct motion_state *goal = &move->goal;
+    int64_t jerk = closing_jerk(lim);
     if (lim->jerk_q16 &&
         (goal->acc_q16 > lim->acc_max_q16 || goal->acc_q16 < lim->acc_min_q16))
         return refuse(field, MOTION_OTG_FIELD_GOAL_ACC, MOTION_E_LIMIT);
@@ -93,13 +86,10 @@ static int otg_goal_is_possible(const struct motion_otg_move *move,
         return MOTION_OK;
     if (goal->vel_q32 > lim->vel_max_q32 || goal->vel_q32 < lim->vel_min_q32)
         return refuse(field, MOTION_OTG_FIELD_GOAL_VEL, MOTION_E_LIMIT);
-    struct real ramp = ramp_of(goal->acc_q16, closing_jerk(lim));
-    ramp = real_sub(ramp, real_scale(ramp, -40));
-    struct real v = q32(goal->vel_q32);
-    if ((goal->acc_q16 < 0 &&
-         real_lt(q32(lim->vel_max_q32), real_add(v, ramp))) ||
-        (goal->acc_q16 > 0 &&
-         real_lt(real_sub(v, ramp), q32(lim->vel_min_q32))))
+    if ((goal->acc_q16 < 0 && !otg_goal_fits(goal->vel_q32, goal->acc_q16, jerk,
+                                             lim->vel_max_q32)) ||
+        (goal->acc_q16 > 0 && !otg_goal_fits(-goal->vel_q32, goal->acc_q16,
+                                             jerk, -lim->vel_min_q32)))
         return refuse(field, MOTION_OTG_FIELD_GOAL_ACC, MOTION_E_LIMIT);
     return MOTION_OK;
 }
@@ -108,166 +98,232 @@ static int otg_goal_is_possible(const struct motion_otg_move *move,
  * (1/8 ns) are of it. */
 int motion_otg_wanted_bits(int64_t dur_ns_q12)
 {
-    int bits = 64 - (int)real_clz((uint64_t)dur_ns_q12) - 11;
+    int bits = 64 - (int)motion_real_clz((uint64_t)dur_ns_q12) - 11;
     return bits > OTG_BITS ? OTG_BITS : bits < 8 ? 8 : bits;
-}
-
-/* Speed that an acceleration towards it leads to anyway; with what braking on
- * a grid of ticks cannot resolve: 2^-bits of the ramp, 2^-28 of the speed. */
-static struct real swing(struct real v, struct real ramp, int bits)
-{
-    struct real more =
-        real_add(real_scale(ramp, -bits), real_scale(real_abs(v), -28));
-    return real_add(real_add(v, ramp), more);
-}
-
-static void widen(struct otg_range *r, struct real v, struct real a,
-                  struct real ramp, int bits)
-{
-    struct real down = real_neg(swing(real_neg(v), ramp, bits));
-    r->vx = real_max(r->vx, a.m > 0 ? swing(v, ramp, bits) : v);
-    r->vn = real_min(r->vn, a.m < 0 ? down : v);
-}
-
-void motion_otg_allowed(const struct motion_otg_move *move, int64_t dur_ns_q12,
-                        struct otg_range *range)
-{
-    int bits = motion_otg_wanted_bits(dur_ns_q12) - 6;
-    const struct motion_otg_limit *lim = &move->limit;
-    *range = (struct otg_range){ q32(lim->vel_max_q32), q32(lim->vel_min_q32) };
-    widen(range, q32(move->start.vel_q32), q16(move->start.acc_q16),
-          ramp_of(move->start.acc_q16, lim->jerk_q16), bits);
-    widen(range, q32(move->goal.vel_q32), q16(-move->goal.acc_q16),
-          ramp_of(move->goal.acc_q16, closing_jerk(lim)), bits);
 }
 
 /* --- solve --------------------------------------------------------------- */
 
-/* A time the move cannot do without, within a factor of about four. */
-static struct real least_time(const struct otg_problem *q)
+static const struct num tick_s = { 576460752, -71 }; /* 1 / 4096e9 s */
+static const struct num ticks_per_s = { 1000000000, 12 };
+
+struct num motion_otg_per_second(void)
 {
-    struct real dv = real_abs(real_sub(q->vf, q->v0));
-    struct real a = real_min(q->ax, real_neg(q->an));
-    struct real t = real_div(real_abs(q->d), real_max(q->vx, real_neg(q->vn)));
+    return ticks_per_s;
+}
+
+struct num motion_otg_seconds(int64_t dur_ns_q12)
+{
+    return num_mul(num_int(dur_ns_q12), tick_s);
+}
+
+/* A time the move cannot do without, within a factor of about four. */
+static struct num least_time(const struct otg_problem *q)
+{
+    struct num dv = num_abs(num_sub(q->vf, q->v0));
+    struct num a = num_min(q->ax, num_neg(q->an));
+    struct num t = num_div(num_abs(q->d), num_max(q->vx, num_neg(q->vn)));
     if (a.m > 0) {
-        t = real_max(t, real_div(dv, a));
-        t = real_max(t, real_sqrt(real_div(real_abs(q->d), a)));
+        t = num_max(t, num_div(dv, a));
+        t = num_max(t, num_sqrt(num_div(num_abs(q->d), a)));
     }
     return t;
 }
 
 /* What is not limited is limited so far away that reaching it takes 2^-22 of
- * the move. */
+ * the move, or a few ticks. */
 static void limit_the_rest(const struct motion_otg_move *move,
                            struct otg_problem *q)
 {
     if (move->limit.jerk_q16)
         return;
-    struct real per_t = least_time(q);
+    struct num per_t = least_time(q);
     if (per_t.m == 0)
-        per_t = real_int(1);
-    per_t = real_scale(real_inv(per_t), 22);
+        per_t = num_one();
+    per_t = num_scale(num_inv(per_t), 22);
+    per_t = num_min(per_t, num_scale(num_one(), OTG_MOST_PER_S));
     if (!move->limit.acc_max_q16) {
-        q->ax = real_mul(real_max(q->vx, real_neg(q->vn)), per_t);
-        q->an = real_neg(q->ax);
+        q->ax = num_mul(num_max(q->vx, num_neg(q->vn)), per_t);
+        q->an = num_neg(q->ax);
     }
-    q->j = q->j2 = real_mul(real_max(q->ax, real_neg(q->an)), per_t);
+    q->j = q->j2 = num_mul(num_max(q->ax, num_neg(q->an)), per_t);
 }
 
-static struct real drawn_in(struct real a, int bits)
+/* value / 2^scale, less 2^-bits of it. */
+static struct num drawn_in(int64_t value, int scale, int bits)
 {
-    return real_sub(a, real_scale(a, -bits));
+    struct num a = num_make(value, -scale);
+    return num_sub(a, num_scale(a, -bits));
+}
+
+/* a - b in Q32; the difference of two int64 needs 65 bits. */
+static struct num between_q32(int64_t a, int64_t b)
+{
+    int64_t way;
+    if (!__builtin_sub_overflow(a, b, &way))
+        return num_make(way, -32);
+    return num_make((a >> 1) - (b >> 1), -31);
 }
 
 void motion_otg_problem_init(const struct motion_otg_move *move,
                              struct otg_draw draw, struct otg_problem *q)
 {
     const struct motion_otg_limit *lim = &move->limit;
-    struct wide way =
-        wide_sub(wide_from(move->goal.pos_q32), wide_from(move->start.pos_q32));
     *q = (struct otg_problem){
-        .d = wide_real(way, -32),
-        .v0 = q32(move->start.vel_q32),
-        .a0 = q16(move->start.acc_q16),
-        .vf = q32(move->goal.vel_q32),
-        .af = q16(move->goal.acc_q16),
-        .vx = drawn_in(q32(lim->vel_max_q32), draw.vel),
-        .vn = drawn_in(q32(lim->vel_min_q32), draw.vel),
-        .ax = drawn_in(q16(lim->acc_max_q16), draw.acc),
-        .an = drawn_in(q16(lim->acc_min_q16), draw.acc),
-        .j = drawn_in(q16(lim->jerk_q16), draw.jerk),
-        .j2 = drawn_in(q16(closing_jerk(lim)), draw.jerk),
+        .d = between_q32(move->goal.pos_q32, move->start.pos_q32),
+        .dv = between_q32(move->goal.vel_q32, move->start.vel_q32),
+        .v0 = num_make(move->start.vel_q32, -32),
+        .a0 = num_make(move->start.acc_q16, -16),
+        .vf = num_make(move->goal.vel_q32, -32),
+        .af = num_make(move->goal.acc_q16, -16),
+        .vx = drawn_in(lim->vel_max_q32, 32, draw.vel),
+        .vn = drawn_in(lim->vel_min_q32, 32, draw.vel),
+        .ax = drawn_in(lim->acc_max_q16, 16, draw.acc),
+        .an = drawn_in(lim->acc_min_q16, 16, draw.acc),
+        .j = drawn_in(lim->jerk_q16, 16, draw.jerk),
     };
+    q->j2 = q->j;
+    if (lim->jerk_down_q16)
+        q->j2 = drawn_in(lim->jerk_down_q16, 16, draw.jerk);
     limit_the_rest(move, q);
-    q->per_j = real_inv(q->j);
-    q->per_j2 = real_cmp(q->j, q->j2) ? real_inv(q->j2) : q->per_j;
+    q->per_j = q->per_j2 = num_inv(q->j);
+    if (lim->jerk_down_q16)
+        q->per_j2 = num_inv(q->j2);
 }
 
-static void append_reversed(struct otg_shape *end, struct real af,
-                            struct otg_shape *shape)
+void motion_otg_reverse(struct otg_problem *q)
 {
-    motion_otg_shape_reverse(end, 0, af);
-    for (int i = 0; i < end->count; i++)
-        otg_shape_add(shape, end->phase[i].dt, end->phase[i].a);
+    struct otg_problem f = *q;
+    q->v0 = f.vf;
+    q->a0 = num_neg(f.af);
+    q->vf = f.v0;
+    q->dv = num_neg(f.dv);
+    q->af = num_neg(f.a0);
+    q->ax = num_neg(f.an);
+    q->an = num_neg(f.ax);
+    q->j = f.j2;
+    q->j2 = f.j;
+    q->per_j = f.per_j2;
+    q->per_j2 = f.per_j;
 }
 
-static struct real time_of(const struct otg_shape *shape)
+/* Backwards in time the goal is a start; what braking there adds is kept until
+ * the rest of the shape is there. */
+#define END_PHASES 4
+
+struct end {
+    struct otg_phase phase[END_PHASES]; /* backwards, from the goal */
+    int count;
+    struct num af;
+};
+
+/* `shape` is empty, and is again. */
+static void end_brake(struct otg_problem *q, struct otg_shape *shape,
+                      bool acc_alone, struct end *end)
 {
-    struct real t = real_zero();
+    end->af = q->af;
+    motion_otg_reverse(q);
+    if (acc_alone)
+        motion_otg_brake_acc(q, shape);
+    else
+        motion_otg_brake(q, shape);
+    motion_otg_reverse(q);
+    end->count = shape->count;
     for (int i = 0; i < shape->count; i++)
-        t = real_add(t, shape->phase[i].dt);
+        end->phase[i] = shape->phase[i];
+    shape->count = 0;
+}
+
+static void end_append(const struct end *end, struct otg_shape *shape)
+{
+    for (int i = end->count - 1; i >= 0; i--)
+        otg_shape_add(shape, end->phase[i].dt,
+                      i ? num_neg(end->phase[i - 1].a) : end->af);
+}
+
+static struct num time_of(const struct otg_shape *shape)
+{
+    struct num t = num_zero();
+    for (int i = 0; i < shape->count; i++)
+        t = num_add(t, shape->phase[i].dt);
     return t;
 }
 
-/* Backwards in time the goal is a start. */
-int motion_otg_propose(struct otg_problem q, struct real t,
-                       struct otg_shape *shape, struct real *next)
+static int propose_middle(const struct otg_problem *q, struct num t,
+                          struct num ends, struct otg_shape *shape,
+                          struct num *next)
 {
-    struct otg_shape end;
-    otg_shape_init(&end);
-    int err = MOTION_OK;
-    motion_otg_brake(&q, shape);
+    if (t.m == 0) {
+        motion_otg_solve(q, shape);
+        return MOTION_OK;
+    }
+    int err = motion_otg_solve_duration(q, num_sub(t, ends), shape, next);
+    *next = num_add(*next, ends);
+    return err;
+}
+
+int motion_otg_propose(struct otg_problem q, struct num t,
+                       struct otg_shape *shape, struct num *next)
+{
+    struct end end;
+    struct num jerk = q.j;
+    bool is_one = q.j.m == q.j2.m && q.j.e == q.j2.e;
+    if (is_one)
+        motion_otg_in_jerk(&q, jerk);
+    struct num ends = num_zero();
+    end.count = 0;
+    if (!motion_otg_is_goal_inside(&q)) {
+        end_brake(&q, shape, false, &end);
+        for (int i = 0; i < end.count; i++)
+            ends = num_add(ends, end.phase[i].dt);
+    }
+    if (!motion_otg_is_start_inside(&q)) {
+        motion_otg_brake(&q, shape);
+        ends = num_add(ends, time_of(shape));
+    }
     shape->brake = shape->count;
     shape->turn = -1;
-    struct otg_problem back = motion_otg_reversed(&q);
-    struct real af = back.a0;
-    motion_otg_brake(&back, &end);
-    q = motion_otg_reversed(&back);
-    if (t.m == 0) {
-        motion_otg_solve(&q, shape);
-    } else {
-        struct real ends = real_add(time_of(shape), time_of(&end));
-        err = motion_otg_solve_duration(&q, real_sub(t, ends), shape, next);
-        *next = real_add(*next, ends);
-    }
+    int err = propose_middle(&q, t, ends, shape, next);
     if (shape->turn < 0)
         shape->turn = shape->count;
-    append_reversed(&end, af, shape);
+    end_append(&end, shape);
+    if (is_one)
+        motion_otg_shape_scale(shape, 0, jerk);
     return err;
 }
 
 /* One jerk throughout: that of slowing down where the speed falls. */
 static void otg_solve_velocity(struct otg_problem q, struct otg_shape *shape)
 {
-    struct otg_shape end;
-    bool slows = real_lt(real_abs(q.vf), real_abs(q.v0));
-    otg_shape_init(&end);
+    struct end end;
+    bool slows = num_lt(num_abs(q.vf), num_abs(q.v0));
     q.j = q.j2 = slows ? q.j2 : q.j;
     q.per_j = q.per_j2 = slows ? q.per_j2 : q.per_j;
+    end_brake(&q, shape, true, &end);
     motion_otg_brake_acc(&q, shape);
-    struct otg_problem back = motion_otg_reversed(&q);
-    struct real af = back.a0;
-    motion_otg_brake_acc(&back, &end);
-    q = motion_otg_reversed(&back);
     motion_otg_solve_velocity(&q, shape);
-    append_reversed(&end, af, shape);
+    end_append(&end, shape);
     shape->brake = shape->turn = slows ? 0 : shape->count;
 }
 
-/* Seconds to whole 2^-12 ns, up. */
-static int64_t in_ns_q12(struct real t)
+/* Seconds to whole 2^-12 ns, up by more than the search is off. */
+static int64_t in_ns_q12(struct num t)
 {
-    return real_floor(real_mul(t, motion_otg_ticks_per_s(0)), 0) + 1;
+    struct num up = num_add(t, num_scale(t, -26));
+    return motion_real_floor_clamped(num_real(num_mul(up, ticks_per_s)), 0) + 1;
+}
+
+/* The shape of the motion, for a position or a velocity. */
+static int otg_shape_of(const struct motion_otg_move *move,
+                        const struct otg_problem *q, int64_t dur_ns_q12,
+                        struct otg_shape *shape, struct num *next)
+{
+    otg_shape_init(shape);
+    if (move->mode == MOTION_OTG_POSITION)
+        return motion_otg_propose(*q, motion_otg_seconds(dur_ns_q12), shape,
+                                  next);
+    otg_solve_velocity(*q, shape);
+    return MOTION_OK;
 }
 
 static int otg_try(const struct motion_otg_move *move, struct otg_draw draw,
@@ -275,23 +331,14 @@ static int otg_try(const struct motion_otg_move *move, struct otg_draw draw,
 {
     struct otg_problem q;
     struct otg_shape shape;
-    otg_shape_init(&shape);
-    struct real next = real_zero();
-    struct real t = real_mul(real_int(move->dur_ns_q12), motion_otg_tick_s(0));
-    int err = MOTION_OK;
+    struct num next = num_zero();
     motion_otg_problem_init(move, draw, &q);
-    if (move->mode == MOTION_OTG_VELOCITY)
-        otg_solve_velocity(q, &shape);
-    else
-        err = motion_otg_propose(q, t, &shape, &next);
+    int err = otg_shape_of(move, &q, move->dur_ns_q12, &shape, &next);
     if (err < 0) {
         plan->dur_ns_q12 = in_ns_q12(next);
         return refuse(field, MOTION_OTG_FIELD_DURATION, err);
     }
-    err = motion_otg_quantise(move, &q, &shape, move->dur_ns_q12, plan);
-    if (err < 0)
-        return refuse(field, MOTION_OTG_FIELD_GOAL_POS, err);
-    return motion_otg_check(move, plan, field);
+    return motion_otg_settle(move, &q, &shape, move->dur_ns_q12, plan, field);
 }
 
 /* Further in by steps of 2^2: velocity and acceleration, the jerk, all, and all
@@ -327,19 +374,49 @@ without_unlimited(const struct motion_otg_move *move)
     return m;
 }
 
+static int otg_is_valid(const struct motion_otg_move *move,
+                        enum motion_otg_field *field)
+{
+    *field = MOTION_OTG_FIELD_NONE;
+    int err = otg_limits_are_valid(move, field);
+    return err < 0 ? err : otg_goal_is_possible(move, field);
+}
+
+int motion_otg_least(const struct motion_otg_move *move, int64_t *dur_ns_q12,
+                     enum motion_otg_field *field)
+{
+    static const struct otg_draw draw = { OTG_BITS, OTG_BITS, OTG_BITS };
+    const struct motion_otg_move own = without_unlimited(move);
+    struct otg_problem q;
+    struct otg_shape shape;
+    struct num next;
+    int err = otg_is_valid(move, field);
+    if (err < 0)
+        return err;
+    motion_otg_problem_init(&own, draw, &q);
+    (void)otg_shape_of(&own, &q, 0, &shape, &next);
+    struct num t = num_mul(time_of(&shape), ticks_per_s);
+    *dur_ns_q12 = motion_real_floor_clamped(num_real(t), 0);
+    return MOTION_OK;
+}
+
 int motion_otg_make(const struct motion_otg_move *move,
                     struct motion_otg_plan *plan, enum motion_otg_field *field)
 {
     enum motion_otg_field unused;
-    if (field == NULL)
-        field = &unused;
-    *field = MOTION_OTG_FIELD_NONE;
-    int err = otg_limits_are_valid(move, field);
-    if (err == MOTION_OK)
-        err = otg_goal_is_possible(move, field);
+    return motion_otg_make_in(move, move->dur_ns_q12, plan,
+                              field ? field : &unused);
+}
+
+int motion_otg_make_in(const struct motion_otg_move *move, int64_t dur_ns_q12,
+                       struct motion_otg_plan *plan,
+                       enum motion_otg_field *field)
+{
+    int err = otg_is_valid(move, field);
     if (err < 0)
         return err;
-    const struct motion_otg_move own = without_unlimited(move);
+    struct motion_otg_move own = without_unlimited(move);
+    own.dur_ns_q12 = dur_ns_q12;
     struct motion_otg_plan made;
     struct otg_draw draw = { OTG_BITS, OTG_BITS, OTG_BITS };
     int wanted = OTG_BITS;
@@ -347,9 +424,11 @@ int motion_otg_make(const struct motion_otg_move *move,
         err = otg_try(&own, draw, &made, field);
         if (err == MOTION_E_RANGE || *field == MOTION_OTG_FIELD_DURATION)
             break;
+        if (err == MOTION_OK && made.count == 0)
+            break;
         if (i == 0)
             wanted = motion_otg_wanted_bits(made.dur_ns_q12);
-        if (err == MOTION_OK && (i > 0 || wanted == OTG_BITS))
+        if (err == MOTION_OK)
             break;
         draw = motion_otg_draw(wanted, i + (wanted == OTG_BITS));
     }

@@ -11,8 +11,8 @@
  *   motion_otg_append   the plan as segments of a track
  *
  * A returned plan has passed the check.  Its duration exceeds the optimum by at
- * most 2^-21 of it or 1 ns, the larger: the search runs with limits drawn in
- * by 2^-23, and that room takes up the rounding to whole ticks.
+ * most 2^-21 of it or 2 ns, the larger: the search runs with limits drawn in
+ * by 2^-25, and that room takes up the rounding to whole ticks.
  *
  * Method and equations: docs/OTG.md.  Compare: Berscheid & Kroeger, "Jerk-
  * limited real-time trajectory generation with arbitrary target states" (RSS
@@ -75,38 +75,33 @@ struct motion_otg_move {
 
 #define MOTION_OTG_PHASES 24
 
-/* In each phase the acceleration runs straight to `acc` in `ticks`. */
+/* In each phase the acceleration runs straight to `acc`, so jerk is constant. */
 struct motion_otg_phase {
-    int64_t ticks; /* > 0 */
-    int64_t acc;
+    int64_t dur_ns_q12; /* > 0 */
+    int64_t acc;        /* at its end, in 2^-acc_bits unit/s2; |acc| <= 2^61 */
 };
 
-/* 128-bit two's complement. */
-struct motion_otg_wide {
-    uint64_t hi, lo;
-};
-
-/* A plan in its own units: a tick is 2^tick_shift / 4096 ns, a step of position
- * is 2^-pos_shift unit, acceleration is in 6 steps / tick^2, velocity in 3
- * steps / tick.  From P, V, A a phase of n ticks to A' leads exactly to
+/* A plan in exact integers.  With times n in 2^-12 ns, A as in the phases, V in
+ * 2^-(22 + acc_bits) / 5^9 unit/s, P in 2^-(43 + acc_bits) / (3 5^18) unit, a
+ * phase of n to A' leads exactly to
  *
  *     V' = V + (A + A') n         P' = P + 3 V n + (2 A + A') n^2
  *
- * What rounding leaves at the end is spread over the whole move by the quintic
- * E(u) = bend[0] u^3 + bend[1] u^4 + bend[2] u^5, u = t / ticks, which is added
- * to P; it is 2^-30 of the move or less, and the check accounts for it. */
+ * and every start, goal and limit in the public formats is a whole number too.
+ * The accelerations at the corners in `trim` (bit i: end of phase i) meet the
+ * goal to their last unit, 2^-60 of the largest: what integrating leaves there
+ * is less than one such unit makes (docs/OTG.md, 5), and is no part of the
+ * motion: it ends at the goal. */
 struct motion_otg_plan {
     int64_t dur_ns_q12;
-    int64_t ticks; /* of all phases */
-    int32_t tick_shift, pos_shift;
-    int64_t start_pos_q32;
-    struct motion_otg_wide way; /* start to goal, in steps */
-    struct motion_otg_wide start_vel;
-    struct motion_otg_wide bend[3];
+    int64_t start_pos_q32, start_vel_q32;
+    int64_t goal_pos_q32, goal_vel_q32;
     int64_t start_acc;
+    int32_t acc_bits;
     int32_t count;
     int32_t brake, turn; /* jerk limits the phases before `brake`, jerk_down
                             those from `turn` on, the lower those between */
+    uint32_t trim[2];    /* the corners of each move together */
     struct motion_otg_phase phase[MOTION_OTG_PHASES];
 };
 
@@ -121,9 +116,9 @@ struct motion_otg_plan {
 int motion_otg_make(const struct motion_otg_move *move,
                     struct motion_otg_plan *plan, enum motion_otg_field *field);
 
-/* Integrate `plan` in 128-bit integers: does it start and end as `move` says,
- * to the last bit, and keep the limits?  MOTION_OK, or MOTION_E_LIMIT with the
- * field that is broken. */
+/* Integrate `plan` in exact integers: does it start as `move` says and end there
+ * to the last unit, and keep the limits (with that unit added)?  MOTION_OK, or
+ * MOTION_E_LIMIT with the field that is broken. */
 int motion_otg_check(const struct motion_otg_move *move,
                      const struct motion_otg_plan *plan,
                      enum motion_otg_field *field);

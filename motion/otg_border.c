@@ -5,259 +5,324 @@
  *       |    /  \        vc         speed there is vc; grows until vc = vx,
  *       |___/____\__________ t      then the speed is held
  *       |         \    /            regime B: a1 < 0, the middle '-' does not
- *       |       a2 \__/             pass a = 0 */
+ *       |       a2 \__/             pass a = 0; vc is where it would */
 #include "motion/otg_border.h"
+
+#include <stddef.h>
+
+#define ROOT_BITS                                                              \
+    11 /* a smaller step ends the search: the next error is its
+                        square, and otg_polish.c squares that again */
+#define ROOT_MOST 100
 
 int motion_otg_solve_most;
 
-/* K of regime B: a2^2 = a1^2 + K. */
-static struct real solve_k(const struct otg_problem *q)
+static const struct num sixth = { 0x2aaaaaaa, -32 };
+
+/* --- sides ---------------------------------------------------------------- */
+
+static struct num side_sign(struct num a, bool minus)
 {
-    struct real k = real_half(real_sub(real_sqr(q->af), real_sqr(q->a0)));
-    return real_sub(k, real_mul(q->j, real_sub(q->vf, q->v0)));
+    return minus ? num_neg(a) : a;
 }
 
-/* --- regime A ------------------------------------------------------------ */
-
-static struct otg_half half_make(struct real v, struct real a0, struct real a,
-                                 struct real j, struct real per_j)
+void motion_otg_side_init(const struct otg_problem *q, bool goal, int sign,
+                          struct otg_side *s)
 {
-    static const struct real third = { INT64_C(0x2aaaaaaaaaaaaaaa), -63 };
-    struct otg_half h = { .a = a, .j = j };
-    h.per_root_j = real_rsqrt(j);
-    h.per_a = real_inv(a);
-    h.ramp = real_mul(a, per_j);
-    h.corner = real_mul(a, h.ramp);
-    h.lead_t = real_mul(a0, per_j);
-    struct real e = real_half(real_mul(a0, h.lead_t)); /* a0^2 / 2j */
-    h.base = real_sub(v, e);
-    /* base t + j t^3 / 6, with j t^2 = 2 e */
-    h.lead_d = real_mul(h.lead_t, real_add(h.base, real_mul(e, third)));
-    return h;
+    s->j = goal ? q->j2 : q->j;
+    s->per_j = goal ? q->per_j2 : q->per_j;
+    s->limit = goal == (sign < 0) ? q->ax : num_neg(q->an);
+    s->ramp = otg_over(q, s->limit, s->per_j);
+    s->corner = num_mul(s->limit, s->ramp);
+    s->per_limit = num_zero();
+    s->a = side_sign(goal ? q->af : q->a0, goal == (sign > 0));
+    s->base = s->natural = side_sign(goal ? q->vf : q->v0, sign < 0);
+    s->lead_t = s->lead_d = s->drop = num_zero();
+    if (s->a.m == 0)
+        return;
+    s->lead_t = otg_over(q, s->a, s->per_j);
+    struct num e = num_mul(s->a, s->lead_t); /* a^2/j */
+    s->drop = num_half(e);
+    s->base = num_sub(s->base, s->drop);
+    s->natural = s->a.m > 0 ? num_add(s->base, e) : s->base;
+    /* base t + j t^3 / 6 */
+    s->lead_d = num_mul(s->lead_t, num_add(s->base, num_mul(e, sixth)));
 }
 
-/* Time tau from base to vc and its slope; vc above base. */
-static struct real half_tau(const struct otg_half *h, struct real w,
-                            struct real *slope)
+void motion_otg_side_hump(struct otg_side *s, bool is_unit, struct num w,
+                          struct otg_hump *h)
 {
-    if (real_lt(h->corner, w)) {
-        *slope = h->per_a;
-        return real_add(real_mul(w, h->per_a), h->ramp);
+    if (num_lt(s->corner, w)) {
+        if (s->per_limit.m == 0)
+            s->per_limit = num_inv(s->limit);
+        h->a = s->limit;
+        h->per_a = s->per_limit;
+        h->z = num_half(num_add(num_mul(w, s->per_limit), s->ramp));
+        return;
     }
-    if (w.m <= 0)
-        w = (struct real){ (int64_t)1 << 61, -600 };
-    *slope = real_mul(real_rsqrt(w), h->per_root_j);
-    return real_twice(real_mul(w, *slope));
-}
-
-static void half_add(const struct otg_half *h, struct real vc,
-                     struct otg_border_point *p)
-{
-    struct real slope;
-    struct real tau = half_tau(h, real_sub(vc, h->base), &slope);
-    struct real mean = real_half(real_add(h->base, vc));
-    p->t = real_add(p->t, real_sub(tau, h->lead_t));
-    p->d = real_add(p->d, real_sub(real_mul(mean, tau), h->lead_d));
-    p->dt = real_add(p->dt, slope);
-    p->dd = real_add(p->dd, real_add(real_half(tau), real_mul(mean, slope)));
-}
-
-void motion_otg_border_init_a(struct otg_border *b, const struct otg_problem *q)
-{
-    b->q = q;
-    b->is_a = true;
-    b->first = half_make(q->v0, q->a0, q->ax, q->j, q->per_j);
-    b->second =
-        half_make(q->vf, real_neg(q->af), real_neg(q->an), q->j2, q->per_j2);
-    /* the natural speeds: base + a|a|/j on the rising side */
-    struct real low = b->first.base, low2 = b->second.base;
-    if (q->a0.m > 0)
-        low = real_add(low, real_mul(q->a0, b->first.lead_t));
-    if (q->af.m < 0)
-        low2 = real_sub(low2, real_mul(q->af, b->second.lead_t));
-    b->low = real_max(low, low2);
-}
-
-struct otg_border_point motion_otg_border_a(const struct otg_border *b,
-                                            struct real s)
-{
-    struct otg_border_point p = { real_zero(), real_zero(), real_zero(),
-                                  real_zero(), real_zero(), false };
-    struct real vc = real_add(b->low, real_sqr(s));
-    half_add(&b->first, vc, &p);
-    half_add(&b->second, vc, &p);
-    p.dt = real_mul(real_twice(p.dt), s);
-    p.dd = real_mul(real_twice(p.dd), s);
-    p.rising = p.dd.m > 0;
-    return p;
-}
-
-/* --- regime B ------------------------------------------------------------ */
-
-void motion_otg_border_init_b(struct otg_border *b, const struct otg_problem *q)
-{
-    b->q = q;
-    b->is_a = false;
-    b->k = solve_k(q);
-    b->hold_per = real_inv(real_mul(q->j, real_neg(q->an)));
-}
-
-/* a2 and the time it is held. */
-static struct real border_valley(const struct otg_border *b, struct real a1,
-                                 struct real *hold)
-{
-    struct real square = real_add(real_sqr(a1), b->k);
-    struct real limit = real_sqr(b->q->an);
-    *hold = real_zero();
-    if (real_lt(limit, square)) {
-        *hold = real_mul(real_sub(square, limit), b->hold_per);
-        return b->q->an;
+    if (w.m <= 0) {
+        *h = (struct otg_hump){ num_zero(), num_zero(), num_inv(num_zero()) };
+        return;
     }
-    return real_neg(real_sqrt(square));
+    if (!is_unit)
+        w = num_mul(w, s->per_j);
+    h->per_a = num_rsqrt(w);
+    h->a = h->z = num_mul(w, h->per_a);
+    if (!is_unit) {
+        h->a = num_mul(h->a, s->j);
+        h->per_a = num_mul(h->per_a, s->per_j);
+    }
 }
 
-void motion_otg_border_shape_b(const struct otg_border *b, struct real a1,
-                               struct otg_shape *shape)
+/* --- the family ----------------------------------------------------------- */
+
+void motion_otg_border_init(const struct otg_problem *q, int sign, int first,
+                            struct otg_border *b)
 {
-    const struct otg_problem *q = b->q;
-    struct real hold, a2 = border_valley(b, a1, &hold);
-    otg_shape_add(shape, otg_time_between(a1, q->a0, q->per_j), a1);
-    otg_shape_add(shape, otg_time_between(a2, a1, q->per_j), a2);
-    otg_shape_add(shape, hold, a2);
-    otg_shape_add(shape, otg_time_between(q->af, a2, q->per_j), q->af);
+    struct otg_side *s = b->side;
+    motion_otg_side_init(q, false, sign, &s[0]);
+    motion_otg_side_init(q, true, sign, &s[1]);
+    b->gap = num_sub(num_sub(s[1].drop, s[0].drop), side_sign(q->dv, sign < 0));
+    b->first = first < 0 ? b->gap.m < 0 : first;
+    if (b->first)
+        b->gap = num_neg(b->gap);
+    b->sign = sign;
+    b->is_unit = q->is_unit;
+    b->top = side_sign(sign < 0 ? q->vn : q->vx, sign < 0);
+    b->lead_t = num_add(s[0].lead_t, s[1].lead_t);
+    b->lead_d = num_add(s[0].lead_d, s[1].lead_d);
 }
 
-/* dD/dT along the border is the Hamiltonian v(c) + j w^2 / 2, c the middle and
- * w the half width of the '-' phase. */
-static struct real border_slope_b(const struct otg_problem *q, struct real a1,
-                                  struct real a2, struct real per_j)
+struct num motion_otg_border_half(struct otg_border *b, struct num vc)
 {
-    struct real mid = real_half(real_add(a1, a2));
-    struct real rise = real_half(real_add(a1, mid)); /* mean up to c */
-    struct real w = real_mul(real_half(real_sub(a1, a2)), per_j);
-    struct real up = real_half(real_sub(real_sqr(a1), real_sqr(q->a0)));
-    struct real v = real_add(q->v0, real_mul(up, per_j));
-    struct real half_jw = real_scale(real_sub(a1, a2), -2);
-    return real_add(v, real_mul(w, real_add(rise, half_jw)));
+    struct otg_side *f = &b->side[b->first];
+    struct otg_hump h;
+    motion_otg_side_hump(f, b->is_unit, num_sub(vc, f->base), &h);
+    return h.z;
 }
 
-struct otg_border_point motion_otg_border_b(const struct otg_border *b,
-                                            struct real a1)
+struct num motion_otg_border_low(struct otg_border *b)
 {
-    struct otg_shape shape;
-    otg_shape_init(&shape);
-    struct otg_border_point p;
-    struct real v = b->q->v0, per_j = b->q->per_j;
-    motion_otg_border_shape_b(b, a1, &shape);
-    struct otg_reach reach = motion_otg_shape_reach(&shape, &v, b->q->a0);
-    struct real a2 = shape.phase[1].a;
-    p.t = reach.t;
-    p.d = reach.d;
-    /* dT/da1 = 2 (1 - a1/a2) / j, with and without hold */
-    p.dt = real_zero();
-    if (a2.m != 0)
-        p.dt = real_div(real_sub(a2, a1), a2);
-    p.dt = real_twice(real_mul(p.dt, per_j));
-    struct real slope = border_slope_b(b->q, a1, a2, per_j);
-    p.dd = real_mul(slope, p.dt);
-    p.rate = slope;
-    p.rising = slope.m > 0;
-    return p;
+    struct otg_side *f = &b->side[b->first];
+    const struct otg_side *o = &b->side[!b->first];
+    if (!num_lt(f->natural, o->natural))
+        return f->lead_t;
+    return motion_otg_border_half(b, o->natural);
 }
 
-static struct otg_border_point border_at(const struct otg_border *b,
-                                         struct real x)
+/* Speed change of the first side, and its peak. */
+static struct num border_rise(const struct otg_border *b, struct num x,
+                              struct num *peak)
 {
-    return b->is_a ? motion_otg_border_a(b, x) : motion_otg_border_b(b, x);
+    const struct otg_side *f = &b->side[b->first];
+    if (num_lt(f->ramp, x)) {
+        *peak = f->limit;
+        return num_mul(f->limit, num_sub(num_twice(x), f->ramp));
+    }
+    *peak = b->is_unit ? x : num_mul(x, f->j);
+    return num_mul(x, *peak);
 }
 
-static void half_shape(const struct otg_half *h, struct real vc,
-                       struct real *peak, struct real *hold)
+void motion_otg_border_at(struct otg_border *b, enum otg_goal goal,
+                          struct num x, struct otg_point *p)
 {
-    struct real w = real_sub(vc, h->base);
-    *hold = real_zero();
-    *peak = h->a;
-    if (real_lt(h->corner, w))
-        *hold = real_mul(real_sub(w, h->corner), h->per_a);
-    else
-        *peak = real_sqrt(real_mul(h->j, w));
+    struct otg_side *f = &b->side[b->first], *o = &b->side[!b->first];
+    struct num a1 = x, w = x;
+    struct otg_hump h;
+    if (x.m) {
+        w = border_rise(b, x, &a1);
+        motion_otg_side_hump(o, b->is_unit, num_add(w, b->gap), &h);
+    } else {
+        motion_otg_side_hump(o, b->is_unit, b->gap, &h);
+    }
+    p->x = x;
+    p->z = h.z;
+    p->vc = num_add(f->base, w);
+    p->bend = num_mul(a1, h.per_a);
+    if (goal == OTG_GOAL_T) {
+        p->got = num_twice(num_add(x, h.z));
+        p->slope = num_twice(num_add(num_one(), p->bend));
+        return;
+    }
+    struct num m1 = num_add(p->vc, f->base), m2 = num_add(p->vc, o->base);
+    if (x.m == 0) {
+        p->got = num_mul(m2, h.z);
+        p->slope = m1;
+        return;
+    }
+    p->got = num_add(num_mul(m1, x), num_mul(m2, h.z));
+    struct num rise = num_mul(num_twice(a1), num_add(x, h.z));
+    p->slope = num_add(num_add(m1, rise), num_mul(m2, p->bend));
 }
 
-void motion_otg_border_shape_a(const struct otg_border *b, struct real vc,
-                               struct real cruise, struct otg_shape *shape)
+struct num motion_otg_border_time(const struct otg_border *b,
+                                  const struct otg_point *p)
 {
-    const struct otg_problem *q = b->q;
-    struct real a1, a2, hold1, hold2;
-    half_shape(&b->first, vc, &a1, &hold1);
-    half_shape(&b->second, vc, &a2, &hold2);
-    a2 = real_neg(a2);
-    otg_shape_add(shape, otg_time_between(a1, q->a0, q->per_j), a1);
-    otg_shape_add(shape, hold1, a1);
-    otg_shape_add(shape, otg_time_between(a1, real_zero(), q->per_j),
-                  real_zero());
-    otg_shape_add(shape, cruise, real_zero());
-    otg_shape_add(shape, otg_time_between(a2, real_zero(), q->per_j2), a2);
-    otg_shape_add(shape, hold2, a2);
-    otg_shape_add(shape, otg_time_between(q->af, a2, q->per_j2), q->af);
+    return num_sub(num_twice(num_add(p->x, p->z)), b->lead_t);
 }
 
-/* --- one root ------------------------------------------------------------ */
+/* --- one root ------------------------------------------------------------- */
 
-bool motion_otg_is_right_of(const struct otg_border_point *p,
-                            enum otg_goal goal, struct real want)
+/* Whether the point is at or beyond what is looked for. */
+static bool is_right_of(enum otg_goal goal, struct num rest, struct num slope)
 {
     if (goal == OTG_GOAL_T)
-        return !real_lt(p->t, want);
+        return rest.m <= 0;
     if (goal == OTG_GOAL_D)
-        return p->rising && !real_lt(p->d, want);
-    return !p->rising || !real_lt(p->d, want);
+        return slope.m > 0 && rest.m <= 0;
+    return slope.m <= 0 || rest.m <= 0;
 }
 
-/* Newton's step from x, or false when it leaves (lo, hi). */
-static bool newton(const struct otg_border_point *p, enum otg_goal goal,
-                   struct real want, struct real lo, struct real hi,
-                   struct real *x)
+/* |a| below 2^-bits of b. */
+static bool is_small(struct num a, struct num b, int bits)
 {
-    struct real slope = goal == OTG_GOAL_T ? p->dt : p->dd;
-    struct real rest = real_sub(want, goal == OTG_GOAL_T ? p->t : p->d);
-    if (slope.m <= 0 || (goal != OTG_GOAL_T && !p->rising))
-        return false;
-    struct real to = real_add(*x, real_div(rest, slope));
-    if (!real_lt(lo, to) || !real_lt(to, hi))
-        return false;
-    *x = to;
-    return true;
+    return a.m == 0 || (b.m != 0 && a.e < b.e - bits);
 }
 
-/* |a - b| below 2^-bits of either. */
-static bool is_close(struct real a, struct real b, int bits)
+/* The lens's borders are concave over the duration, which changes by
+ * 2 (1 + bend) with x: no higher than the tangent, at most 2 wide for x. */
+static bool is_hopeless(const struct otg_point *p, struct num lo, struct num hi)
 {
-    struct real gap = real_abs(real_sub(a, b));
-    return gap.m == 0 || gap.e + 62 < (a.e > b.e ? a.e : b.e) + 62 - bits;
+    struct num far = p->slope.m > 0 ? num_sub(hi, p->x) : num_sub(p->x, lo);
+    struct num room = num_mul(num_abs(p->slope), far);
+    return num_lt(room, num_mul(p->rest, num_add(num_one(), p->bend)));
 }
 
-/* Bracketed Newton.  The bracket halves at least every other step; a step
- * below 2^-26 squares to 2^-52. */
-struct real motion_otg_border_root(const struct otg_border *b,
-                                   enum otg_goal goal, struct real want,
-                                   struct real lo, struct real hi,
-                                   struct real x)
+/* Newton in a bracket, the bracket halved at least every other step. */
+void motion_otg_border_root(struct otg_border *b, enum otg_goal goal,
+                            struct num want, struct num lo, struct num hi,
+                            struct otg_point *p)
 {
+    struct num x = p->x, top = hi;
+    bool is_bounded = false;
     int i;
-    for (i = 0; i < 100; i++) {
-        struct otg_border_point p = border_at(b, x);
-        struct real old = x;
-        bool right = motion_otg_is_right_of(&p, goal, want);
-        *(right ? &hi : &lo) = x;
-        if (is_close(lo, hi, 50))
+    if (!num_lt(x, hi))
+        x = hi;
+    for (i = 1; i < ROOT_MOST; i++) {
+        motion_otg_border_at(b, goal, x, p);
+        p->rest = num_sub(want, p->got);
+        if (goal == OTG_GOAL_LENS && p->rest.m > 0 && is_hopeless(p, lo, hi))
             break;
-        bool stepped = newton(&p, goal, want, lo, hi, &x);
-        if (stepped && is_close(x, old, 24))
+        if (is_right_of(goal, p->rest, p->slope)) {
+            hi = x;
+            is_bounded = true;
+        } else if (x.m == top.m && x.e == top.e) {
             break;
-        if (!stepped || (i > 12 && (i & 1)))
-            x = real_half(real_add(lo, hi));
+        } else {
+            lo = x;
+        }
+        struct num all = num_add(x, p->z);
+        if (is_bounded && is_small(num_sub(hi, lo), all, 26))
+            break;
+        struct num to = lo;
+        if (p->slope.m > 0) {
+            struct num step = num_div(p->rest, p->slope);
+            to = num_add(x, step);
+            if (is_small(step, x, ROOT_BITS) || is_small(step, all, 24)) {
+                p->x = to;
+                p->z = num_add(p->z, num_mul(p->bend, step));
+                p->rest = num_zero();
+                break;
+            }
+        }
+        if (num_lt(lo, to) && num_lt(to, hi) && (i < 12 || (i & 1)))
+            x = to;
+        else
+            x = is_bounded ? num_half(num_add(lo, hi)) : hi;
     }
     if (i > motion_otg_solve_most)
         motion_otg_solve_most = i;
-    return x;
+}
+
+/* --- its motion ----------------------------------------------------------- */
+
+static struct num end_peak(const struct otg_end *end, bool is_unit,
+                           struct num *hold)
+{
+    const struct otg_side *s = end->side;
+    *hold = num_zero();
+    if (num_lt(s->ramp, end->half)) {
+        *hold = num_twice(num_sub(end->half, s->ramp));
+        return s->limit;
+    }
+    return is_unit ? end->half : num_mul(end->half, s->j);
+}
+
+/* |a| / j; rounding may leave less than nothing. */
+static struct num end_time(const struct otg_end *end, bool is_unit,
+                           struct num a)
+{
+    if (a.m <= 0)
+        return num_zero();
+    return is_unit ? a : num_mul(a, end->side->per_j);
+}
+
+static void shape_hump(struct otg_shape *shape, int which, bool is_peak)
+{
+    shape->knobs.hump[which] = (int16_t)(shape->count - 1);
+    shape->knobs.is_peak[which] = is_peak;
+}
+
+/* Half time x of a side longer: its own way gets (vc + base) + 2 a x more; and
+ * from there to the goal, or all of the goal's side, runs at another speed. */
+static void shape_knob(const struct otg_end *end, bool is_goal, struct num a,
+                       struct num vc, struct num left, struct otg_knobs *k)
+{
+    bool minus = end->sign < 0;
+    struct num rise = num_twice(a);
+    struct num way = num_add(side_sign(vc, minus), end->side->base);
+    way = num_add(way, num_mul(rise, end->half));
+    struct num later = num_mul(rise, left);
+    way = is_goal ? num_sub(way, later) : num_add(way, later);
+    k->d[is_goal] = side_sign(way, minus);
+    k->v[is_goal] = side_sign(rise, minus != is_goal);
+}
+
+void motion_otg_shape_ends(const struct otg_end end[2], bool is_unit,
+                           struct num vc, const struct num *cruise,
+                           struct otg_shape *shape)
+{
+    const struct otg_end *s = &end[0], *g = &end[1];
+    bool up = s->sign > 0, down = g->sign > 0;
+    struct num hold_s, hold_g;
+    struct num as = end_peak(s, is_unit, &hold_s);
+    struct num ag = end_peak(g, is_unit, &hold_g);
+    struct num a1 = side_sign(as, !up), a2 = side_sign(ag, down);
+    otg_shape_add(shape, end_time(s, is_unit, num_sub(as, s->side->a)), a1);
+    otg_shape_add(shape, hold_s, a1);
+    shape_hump(shape, 0, up);
+    if (cruise == NULL) {
+        otg_shape_add(shape, num_add(as, ag), a2);
+    } else {
+        otg_shape_add(shape, end_time(s, is_unit, as), num_zero());
+        otg_shape_add(shape, *cruise, num_zero());
+        if (cruise->m > 0)
+            shape->knobs.cruise = (int16_t)(shape->count - 1);
+        if (!is_unit)
+            shape->brake = shape->turn = shape->count;
+        otg_shape_add(shape, end_time(g, is_unit, ag), a2);
+    }
+    otg_shape_add(shape, hold_g, a2);
+    shape_hump(shape, 1, !down);
+    struct num left = num_sub(num_twice(g->half), g->side->lead_t);
+    shape_knob(g, true, ag, vc, left, &shape->knobs);
+    if (cruise != NULL)
+        left = num_add(left, *cruise);
+    shape_knob(s, false, as, vc, left, &shape->knobs);
+    shape->knobs.speed = vc;
+    otg_shape_add(shape, end_time(g, is_unit, num_sub(ag, g->side->a)),
+                  side_sign(g->side->a, down));
+}
+
+void motion_otg_border_shape(const struct otg_border *b,
+                             const struct otg_point *p, struct num cruise,
+                             struct otg_shape *shape)
+{
+    struct otg_end end[2];
+    for (int i = 0; i < 2; i++)
+        end[i] = (struct otg_end){ &b->side[i], b->sign,
+                                   b->first == i ? p->x : p->z };
+    bool is_split = !b->is_unit || cruise.m > 0;
+    motion_otg_shape_ends(end, b->is_unit, side_sign(p->vc, b->sign < 0),
+                          is_split ? &cruise : NULL, shape);
 }

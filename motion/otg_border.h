@@ -1,80 +1,102 @@
 /* motion/otg_border.h - the two one-parameter families of motions that reach
  * the most and the least displacement in their time.
  *
- * Only the upper border is here, with the end first whose natural speed is the
- * higher; otg_solve.c turns every problem so.  docs/OTG.md, sections 1 and 2. */
+ * A motion is two sides that meet at the cruise speed vc: one from the start,
+ * one from the goal backwards in time.  Both are ramps from a = 0 at speed
+ * `base` (where the end's own acceleration would begin) up to vc.  The lower
+ * border is the upper one upside down (`sign` -1).  Lengths are counted such
+ * that the jerk is 1, but where there are two.  docs/OTG.md, sections 1, 2. */
 #ifndef MOTION_OTG_BORDER_H
 #define MOTION_OTG_BORDER_H
 
 #include "motion/otg_solve.h"
 
-/* One half: from a = 0 at speed `base` (where the end's own acceleration ramp
- * would start or stop) to the cruise speed. */
-struct otg_half {
-    struct real base, a, j;
-    struct real per_a, per_root_j; /* 1/a, 1/sqrt(j) */
-    struct real corner;            /* a^2/j: a is reached above it */
-    struct real ramp;              /* a/j */
-    struct real lead_t, lead_d;    /* the part before the end, not driven */
+struct otg_side {
+    struct num a;          /* at the end itself, towards the cruise */
+    struct num base, drop; /* drop = a^2 / 2j below the end's own speed */
+    struct num limit;      /* of the acceleration */
+    struct num corner;     /* limit^2 / j: reached above this speed change */
+    struct num ramp;       /* limit / j */
+    struct num per_limit;
+    struct num lead_t, lead_d; /* the part before the end, not driven */
+    struct num natural;
+    struct num j, per_j;
 };
 
-struct otg_border_point {
-    struct real t, d;   /* duration and displacement */
-    struct real dt, dd; /* their slopes */
-    struct real rate;   /* dD/dT; regime B only */
-    bool rising;        /* Dmax(T) is rising here */
-};
-
-/* The two ways a border is followed: regime A over s with vc = low + s^2, or
- * regime B over a1. */
+/* The unknown x is half the time of the side `first`, the one with the higher
+ * base (in the lens: with the negative acceleration); below zero its peak is
+ * -x j: regime B. */
 struct otg_border {
-    const struct otg_problem *q;
-    struct otg_half first, second; /* regime A */
-    struct real low;
-    struct real k;        /* regime B */
-    struct real hold_per; /* 1 / (j |an|) */
-    bool is_a;
+    struct otg_side side[2]; /* of the start, of the goal */
+    struct num top;          /* highest vc */
+    int first, sign;
+    bool is_unit;
+    struct num gap; /* base of the first - base of the other */
+    struct num lead_t, lead_d;
 };
 
-/* What is looked for along a border, between lo and hi. */
+struct otg_point {
+    struct num x, z;  /* half times of the first and the other side */
+    struct num vc;    /* speed where they meet */
+    struct num got;   /* displacement + lead_d, or duration + lead_t */
+    struct num rest;  /* what is wanted beyond that; after a search */
+    struct num slope; /* d got / dx */
+    struct num bend;  /* dz/dx, the ratio of their peaks */
+};
+
+/* What is looked for along a border. */
 enum otg_goal {
     OTG_GOAL_D,    /* displacement, on the last rising branch */
     OTG_GOAL_LENS, /* displacement, on the first rising branch */
     OTG_GOAL_T,    /* duration */
 };
 
-/* |a - b| / j. */
-static inline struct real otg_time_between(struct real a, struct real b,
-                                           struct real per_j)
-{
-    return real_mul(real_abs(real_sub(a, b)), per_j);
-}
+/* A speed change from a = 0 to a = 0: half its time, its peak, 1 / peak. */
+struct otg_hump {
+    struct num z, a, per_a;
+};
 
-/* Set up regime A (over s, vc = low + s^2) or B (over a1). */
-void motion_otg_border_init_a(struct otg_border *b,
-                              const struct otg_problem *q);
-void motion_otg_border_init_b(struct otg_border *b,
-                              const struct otg_problem *q);
+void motion_otg_side_init(const struct otg_problem *q, bool goal, int sign,
+                          struct otg_side *side);
+/* The speed change w (zero for w < 0). */
+void motion_otg_side_hump(struct otg_side *side, bool is_unit, struct num w,
+                          struct otg_hump *hump);
 
-struct otg_border_point motion_otg_border_a(const struct otg_border *b,
-                                            struct real s);
-struct otg_border_point motion_otg_border_b(const struct otg_border *b,
-                                            struct real a1);
+/* A side that is driven for twice `half`; upside down with `sign` -1. */
+struct otg_end {
+    const struct otg_side *side;
+    int sign;
+    struct num half;
+};
+
+/* Append the motion along both, start first, meeting at vc, with a cruise or
+ * without. */
+void motion_otg_shape_ends(const struct otg_end end[2], bool is_unit,
+                           struct num vc, const struct num *cruise,
+                           struct otg_shape *shape);
+
+/* Sides, and their order for regimes A and B (`first` -1) or as given. */
+void motion_otg_border_init(const struct otg_problem *q, int sign, int first,
+                            struct otg_border *b);
+/* x where the family starts; x with cruise speed vc. */
+struct num motion_otg_border_low(struct otg_border *b);
+struct num motion_otg_border_half(struct otg_border *b, struct num vc);
+
+void motion_otg_border_at(struct otg_border *b, enum otg_goal goal,
+                          struct num x, struct otg_point *p);
+/* Duration of the motion, without a cruise. */
+struct num motion_otg_border_time(const struct otg_border *b,
+                                  const struct otg_point *p);
+
+/* Where between lo and hi `got` rises to what is wanted, from a first guess
+ * p->x; the point there.  p->rest above zero: beyond hi. */
+void motion_otg_border_root(struct otg_border *b, enum otg_goal goal,
+                            struct num want, struct num lo, struct num hi,
+                            struct otg_point *p);
 
 /* Append the motion. */
-void motion_otg_border_shape_a(const struct otg_border *b, struct real vc,
-                               struct real cruise, struct otg_shape *shape);
-void motion_otg_border_shape_b(const struct otg_border *b, struct real a1,
-                               struct otg_shape *shape);
-
-/* Whether a point is at or beyond what is looked for. */
-bool motion_otg_is_right_of(const struct otg_border_point *p,
-                            enum otg_goal goal, struct real want);
-
-/* Where between lo and hi that begins, from a first guess x. */
-struct real motion_otg_border_root(const struct otg_border *b,
-                                   enum otg_goal goal, struct real want,
-                                   struct real lo, struct real hi,
-                                   struct real x);
+void motion_otg_border_shape(const struct otg_border *b,
+                             const struct otg_point *p, struct num cruise,
+                             struct otg_shape *shape);
 
 #endif

@@ -1,220 +1,36 @@
 /* motion/otg_check.c - does a plan do what was asked, inside the limits?
  *
  * Knows nothing of how the plan was found.  It integrates the phases in exact
- * integers and compares; the added quintic E is bounded by its third
- * derivatives' Bernstein coefficients, which enclose them:
+ * integers and compares with the public numbers, which are whole in the plan's
+ * units (otg.h): a limit is kept or it is not.  The corners in `trim` are known
+ * to one unit; what these can make is added wherever it can matter:
  *
- *   |E'''| <= B / N^3      B = max(|e3|, |e3 + 2 e4|, |e3 + 4 e4 + 10 e5|)
- *   |E''|  <= B2 / N^2     3 B2 = max(|e3|, |2 e3 + 2 e4|)
- *   |E'|   <= B1 / N       6 B1 = max(|e3|, |3 e3 + 2 e4|,
- *                                     |6 e3 + 8 e4 + 10 e5|)
+ *   acceleration  1 at such a corner
+ *   jerk          1, or 2 between corners that move apart, over the phase
+ *   velocity      W, the sum of both phases' ticks over such corners
+ *   the end       W in velocity, 3 W T in position
  *
- * in units of jerk, acceleration and velocity (which counts half units).  At
- * time t from either end also |E''| <= B t / N^3: the ends are exact.  Every
- * bound is rounded outwards. */
+ * Start and goal are exact, and so is what follows from them alone: the first
+ * phase counts from the start, the last one back from the goal.
+ *
+ * A start that is outside a velocity limit, or bound to leave it, may go where
+ * full jerk leads it, v + a^2 / 2j, to the last unit of its acceleration; so may
+ * a goal, backwards in time. */
 #include <stddef.h>
 
 #include "motion/err.h"
 #include "motion/otg_internal.h"
+#include "motion/real.h"
 
 struct check {
     const struct motion_otg_plan *plan;
-    struct otg_units units;
-    int64_t acc_max, acc_min, acc_bend;
-    struct wide vel_max, vel_min, vel_bend;
-    int64_t jerk, jerk_down, jerk_bend; /* times 2^jerk_shift */
-    int jerk_shift;
-    bool has_acc, has_jerk;
+    const struct motion_otg_move *move;
+    int64_t acc_max, acc_min;
+    struct wide up[3], down[3]; /* see vel_limits */
+    bool is_in;                 /* the velocity has been inside its limits */
+    int64_t trimmed;            /* W */
+    bool has_vel, has_acc, has_jerk;
 };
-
-static struct wide check_abs(struct wide a)
-{
-    return wide_is_negative(a) ? wide_neg(a) : a;
-}
-
-static struct wide check_larger(struct wide a, struct wide b)
-{
-    return wide_cmp(a, b) < 0 ? b : a;
-}
-
-static struct wide largest(struct wide a, struct wide b, struct wide c)
-{
-    return check_larger(check_abs(a), check_larger(check_abs(b), check_abs(c)));
-}
-
-/* B, 3 B2, 6 B1 of the heading. */
-static void bend_bounds(const struct motion_otg_plan *plan, struct wide *jerk,
-                        struct wide *acc, struct wide *vel)
-{
-    struct wide e3 = motion_otg_wide_in(plan->bend[0]);
-    struct wide e4 = motion_otg_wide_in(plan->bend[1]);
-    struct wide e5 = motion_otg_wide_in(plan->bend[2]);
-    struct wide both = wide_shl(wide_add(e3, e4), 1);
-    struct wide twice = wide_add(both, e3); /* 3 e3 + 2 e4 */
-    struct wide end =
-        wide_add(twice, wide_add(wide_shl(e4, 1), wide_mul(e5, 5)));
-    *jerk = largest(e3, wide_add(e3, wide_shl(e4, 1)),
-                    wide_add(wide_add(e3, wide_shl(e4, 2)), wide_mul(e5, 10)));
-    *acc = largest(e3, both, wide_from(0));
-    *vel = largest(e3, twice, wide_shl(end, 1));
-}
-
-/* The limit itself, or what start and goal make necessary beyond it. */
-static struct wide limit_vel(int64_t limit_q32, struct real need, bool upper,
-                             const struct otg_units *units)
-{
-    struct real limit = real_scale(real_int(limit_q32), -32);
-    if (real_cmp(need, limit) * (upper ? 1 : -1) > 0)
-        return wide_floor(real_mul(real_scale(need, 32), units->vel));
-    return motion_otg_scaled(limit_q32, units->vel);
-}
-
-/* A limit far above anything in the plan does not fit and need not. */
-static int64_t limit_acc(int64_t limit_q16, const struct otg_units *units)
-{
-    const struct wide most = { 0, (uint64_t)1 << 62 };
-    struct wide a = motion_otg_scaled(limit_q16, units->acc);
-    if (wide_cmp(most, a) < 0)
-        a = most;
-    if (wide_cmp(a, wide_neg(most)) < 0)
-        a = wide_neg(most);
-    return (int64_t)a.lo;
-}
-
-/* The room the quintic takes, rounded up. */
-static void check_bend(struct check *c)
-{
-    struct wide jerk, acc, vel;
-    struct real per_n = real_inv(real_int(c->plan->ticks));
-    struct real per_n2 = real_sqr(per_n);
-    bend_bounds(c->plan, &jerk, &acc, &vel);
-    if (vel.hi == 0 && vel.lo == 0 && jerk.hi == 0 && jerk.lo == 0)
-        return;
-    struct real b = real_mul(wide_real(jerk, 0), real_mul(per_n, per_n2));
-    c->jerk_bend = real_floor(b, c->jerk_shift) + 1;
-    b = real_mul(wide_real(acc, 0), per_n2);
-    c->acc_bend = real_floor(b, 0) / 3 + 2;
-    b = real_mul(wide_real(vel, 0), per_n);
-    c->vel_bend = wide_add(wide_shr(wide_floor(b), 2), wide_from(2));
-}
-
-/* Limits in the plan's units. */
-static void check_limits(const struct motion_otg_move *move, struct check *c)
-{
-    const struct motion_otg_limit *lim = &move->limit;
-    const struct otg_units *units = &c->units;
-    struct otg_range range;
-    motion_otg_allowed(move, c->plan->dur_ns_q12, &range);
-    c->has_acc = lim->acc_max_q16 != 0;
-    c->has_jerk = lim->jerk_q16 != 0;
-    c->acc_max = limit_acc(lim->acc_max_q16, units);
-    c->acc_min = limit_acc(lim->acc_min_q16, units);
-    if (c->acc_max < c->plan->start_acc)
-        c->acc_max = c->plan->start_acc;
-    if (c->acc_min > c->plan->start_acc)
-        c->acc_min = c->plan->start_acc;
-    c->vel_max = limit_vel(lim->vel_max_q32, range.vx, true, units);
-    c->vel_min = limit_vel(lim->vel_min_q32, range.vn, false, units);
-    /* the start itself, as the plan counts it */
-    struct wide vel = motion_otg_wide_in(c->plan->start_vel);
-    c->vel_max = check_larger(c->vel_max, vel);
-    c->vel_min = wide_cmp(c->vel_min, vel) < 0 ? c->vel_min : vel;
-    int64_t down = lim->jerk_down_q16 ? lim->jerk_down_q16 : lim->jerk_q16;
-    struct real jerk = real_mul(real_int(lim->jerk_q16), units->jerk);
-    struct real jerk_down = real_mul(real_int(down), units->jerk);
-    int shift = 56 - (real_max(jerk, jerk_down).e + 62);
-    c->jerk_shift = shift < 0 ? 0 : shift > 60 ? 60 : shift;
-    c->jerk = real_floor(jerk, c->jerk_shift);
-    c->jerk_down = real_floor(jerk_down, c->jerk_shift);
-    check_bend(c);
-}
-
-/* |step| / n + bend <= jerk. */
-static bool jerk_is_kept(const struct check *c, int64_t jerk, int64_t step,
-                         int64_t n)
-{
-    struct wide have =
-        wide_shl(check_abs(wide_from(step)), (unsigned)c->jerk_shift);
-    int64_t room = jerk - c->jerk_bend;
-    return room >= 0 && wide_cmp(have, wide_mul(wide_from(room), n)) <= 0;
-}
-
-/* The ends of the move are exact; elsewhere the quintic may add its bound. */
-static bool acc_is_kept(const struct check *c, int64_t a, bool exact)
-{
-    int64_t room = exact ? 0 : c->acc_bend;
-    return a <= c->acc_max - room && a >= c->acc_min + room;
-}
-
-/* One phase, velocity from v at its start to v1; on the last both counted back
- * from the goal, where E' makes up what the phases miss. */
-struct stretch {
-    struct wide v, v1;
-    int64_t a, a1, n;
-    bool first, last;
-    int64_t jerk;
-};
-
-/* What E' can add on the phase; next to an end of the move, where it is zero
- * with its slope, less. */
-static struct wide bend_on(const struct check *c, const struct stretch *s)
-{
-    struct real n = real_int(s->n);
-    if (!s->first && !s->last)
-        return c->vel_bend;
-    struct real near = real_mul(real_int(c->jerk_bend), real_sqr(n));
-    struct wide bend =
-        wide_add(wide_floor(real_scale(near, -c->jerk_shift)), wide_from(1));
-    return wide_cmp(bend, c->vel_bend) < 0 ? bend : c->vel_bend;
-}
-
-/* How far v passes its start before a = 0: a^2 n / (a - a1), up by 2^-40. */
-static struct wide crest(const struct stretch *s)
-{
-    struct real square = real_sqr(real_int(s->a));
-    struct real rise =
-        real_div(real_mul(square, real_int(s->n)), real_int(s->a - s->a1));
-    rise = real_add(rise, real_scale(rise, -40));
-    return wide_add(wide_floor(rise), wide_from(1));
-}
-
-/* Highest speed on the phase.  Where it only falls from the exact start (rises
- * to the exact end) it is there; where jerk is positive v + b t^2 is convex and
- * has its highest value at an end. */
-static struct wide highest(const struct check *c, const struct stretch *s)
-{
-    struct wide bend = bend_on(c, s);
-    bool convex = s->a1 > s->a;
-    if (s->first && s->a <= 0 && s->a1 + c->acc_bend <= 0)
-        return s->v;
-    if (s->last && s->a1 >= 0 && s->a - c->acc_bend >= 0)
-        return s->v1;
-    if (s->first && convex)
-        return check_larger(s->v, wide_add(s->v1, bend));
-    if (s->last && convex)
-        return check_larger(wide_add(s->v, bend), s->v1);
-    struct wide top = check_larger(s->v, s->v1);
-    if (s->a > 0 && s->a1 < 0)
-        top = wide_add(s->v, crest(s));
-    return wide_add(top, bend);
-}
-
-static struct stretch upside_down(const struct stretch *s)
-{
-    struct stretch down = *s;
-    down.v = wide_neg(s->v);
-    down.v1 = wide_neg(s->v1);
-    down.a = -s->a;
-    down.a1 = -s->a1;
-    return down;
-}
-
-static bool vel_is_kept(const struct check *c, const struct stretch *s)
-{
-    struct stretch down = upside_down(s);
-    return wide_cmp(highest(c, s), c->vel_max) <= 0 &&
-           wide_cmp(highest(c, &down), wide_neg(c->vel_min)) <= 0;
-}
 
 static int refuse(enum motion_otg_field *field, enum motion_otg_field which)
 {
@@ -222,121 +38,315 @@ static int refuse(enum motion_otg_field *field, enum motion_otg_field which)
     return MOTION_E_LIMIT;
 }
 
-static int check_phase(const struct check *c, const struct stretch *s,
-                       bool position, enum motion_otg_field *field)
+/* --- limits in the plan's units ------------------------------------------- */
+
+static int64_t closing_jerk(const struct motion_otg_limit *lim)
+{
+    return lim->jerk_down_q16 ? lim->jerk_down_q16 : lim->jerk_q16;
+}
+
+/* A limit that does not fit cannot be broken by what does. */
+static int64_t limit_acc(int64_t limit_q16, int acc_bits)
+{
+    int room = acc_bits - 16;
+    if (room > 0 && motion_fixed_abs(limit_q16) >> (62 - room) != 0)
+        return limit_q16 < 0 ? -INT64_MAX : INT64_MAX;
+    return motion_otg_acc_image(limit_q16, acc_bits);
+}
+
+/* a^2 / 2j in units of velocity, and what one unit of acceleration makes of it:
+ * the jerk of a phase is the limit as nearly as its corners can tell. */
+static struct wide ramp_of(int64_t acc_q16, int64_t jerk_q16, int acc_bits)
+{
+    struct motion_real a = motion_real_from_q(acc_q16, 16);
+    struct motion_real j = motion_real_from_q(jerk_q16, 16);
+    struct motion_real per_a = motion_real_inv(motion_real_scale(a, acc_bits));
+    a = motion_real_half(motion_real_div(motion_real_sqr(a), j));
+    a = motion_real_mul(motion_real_scale(a, 22 + acc_bits),
+                        motion_real_int(OTG_FIVES));
+    per_a = motion_real_add(motion_real_twice(per_a),
+                            motion_real_scale(motion_real_int(1), -54));
+    a = motion_real_add(a, motion_real_mul(a, per_a));
+    struct wide ramp = wide_from(a.m);
+    ramp = a.e < 0 ? wide_shr(ramp, a.e < -127 ? 127 : (unsigned)-a.e)
+                   : wide_shl(ramp, a.e > 62 ? 62 : (unsigned)a.e);
+    return wide_add(ramp, wide_from(1));
+}
+
+/* Does a state with velocity v stay below `limit` for certain, when its
+ * acceleration a > 0 is let off with jerk j (0: at once)?  The room below the
+ * limit is limit - v, at most 2^64. */
+static bool swing_is_inside(int64_t vel, int64_t acc, int64_t jerk,
+                            int64_t limit)
+{
+    uint64_t room = (uint64_t)limit - (uint64_t)vel;
+    if (vel > limit)
+        return false;
+    return acc <= 0 || jerk == 0 ||
+           motion_otg_ramp_fits(acc, jerk, room - (room >> 40) - (room != 0));
+}
+
+static void widen(struct wide *limit, int64_t vel, int64_t acc, int64_t jerk,
+                  int acc_bits)
+{
+    struct wide v = motion_otg_vel_image(vel, acc_bits);
+    if (acc > 0 && jerk > 0)
+        v = wide_add(v, ramp_of(acc, jerk, acc_bits));
+    if (wide_cmp(*limit, v) < 0)
+        *limit = v;
+}
+
+/* What the velocity may rise to (fall to, upside down, with sign -1): the limit,
+ * at first what the start makes necessary, in the last phase the goal. */
+static void vel_limits(const struct motion_otg_move *move, int sign,
+                       int acc_bits, struct wide limit[3])
+{
+    const struct motion_otg_limit *lim = &move->limit;
+    const struct motion_state *start = &move->start, *goal = &move->goal;
+    int64_t most = sign > 0 ? lim->vel_max_q32 : -lim->vel_min_q32;
+    int64_t v0 = sign * start->vel_q32, a0 = sign * start->acc_q16;
+    int64_t vf = sign * goal->vel_q32, af = -sign * goal->acc_q16;
+    int64_t j = lim->jerk_q16, j2 = closing_jerk(lim);
+    limit[0] = limit[1] = limit[2] = motion_otg_vel_image(most, acc_bits);
+    if (!swing_is_inside(v0, a0, j, most))
+        widen(&limit[1], v0, a0, j, acc_bits);
+    if (!swing_is_inside(vf, af, j2, most))
+        widen(&limit[2], vf, af, j2, acc_bits);
+}
+
+static int64_t corner_weight(const struct motion_otg_plan *plan, int i)
+{
+    return plan->phase[i].dur_ns_q12 + plan->phase[i + 1].dur_ns_q12;
+}
+
+static void check_init(struct check *c)
+{
+    const struct motion_otg_limit *lim = &c->move->limit;
+    const struct motion_otg_plan *plan = c->plan;
+    uint32_t both = plan->trim[0] | plan->trim[1];
+    c->has_acc = lim->acc_max_q16 != 0;
+    c->has_jerk = lim->jerk_q16 != 0;
+    c->has_vel = c->move->mode == MOTION_OTG_POSITION;
+    c->acc_max = limit_acc(lim->acc_max_q16, plan->acc_bits);
+    c->acc_min = limit_acc(lim->acc_min_q16, plan->acc_bits);
+    if (c->has_vel) {
+        vel_limits(c->move, 1, plan->acc_bits, c->up);
+        vel_limits(c->move, -1, plan->acc_bits, c->down);
+    }
+    c->is_in = false;
+    c->trimmed = 0;
+    for (int i = 0; both >> i != 0 && i + 1 < plan->count; i++)
+        if (both >> i & 1)
+            c->trimmed += corner_weight(plan, i);
+}
+
+/* --- one phase ------------------------------------------------------------ */
+
+/* From v, a to v1, a1 in n ticks; off: what trimming can change of a and a1,
+ * and of the difference. */
+struct stretch {
+    struct wide v, v1;
+    int64_t a, a1, n, jerk;
+    int off, off1, off_step;
+    bool first, last;
+};
+
+/* Corner i - 1 starts phase i. */
+static int trim_at(const struct motion_otg_plan *plan, int i)
+{
+    if (i < 0)
+        return 0;
+    return (int)((plan->trim[0] >> i & 1) | (plan->trim[1] >> i & 1) << 1);
+}
+
+static void stretch_next(const struct check *c, int i, struct otg_run *run,
+                         struct stretch *s)
+{
+    const struct motion_otg_phase *ph = &c->plan->phase[i];
+    int before = trim_at(c->plan, i - 1), after = trim_at(c->plan, i);
+    s->first = i == 0;
+    s->last = i + 1 == c->plan->count;
+    s->v = run->v;
+    s->a = run->a;
+    s->n = ph->dur_ns_q12;
+    motion_otg_run_phase(run, ph);
+    s->a1 = run->a;
+    s->v1 = run->v;
+    s->off = before != 0;
+    s->off1 = after != 0;
+    s->off_step = before == after ? 0 : s->off + s->off1;
+    s->jerk =
+        c->has_jerk ? motion_otg_phase_jerk(&c->move->limit, c->plan, i) : 0;
+}
+
+/* |a1 - a| / n <= jerk: 2^(37 - acc_bits) 5^9 |a1 - a| <= jerk n. */
+static bool jerk_is_kept(const struct check *c, const struct stretch *s)
+{
+    uint64_t step = motion_fixed_abs(s->a1 - s->a) + (uint64_t)s->off_step;
+    if (step == 0)
+        return true;
+    struct wide have = wide_mul_u64(step, OTG_FIVES); /* < 2^84 */
+    struct wide most = wide_mul_u64((uint64_t)s->jerk, (uint64_t)s->n);
+    int shift = 37 - c->plan->acc_bits;
+    if (shift >= 0)
+        have = wide_shl(have, (unsigned)shift);
+    else /* up */
+        have = wide_neg(wide_shr(wide_neg(have), (unsigned)-shift));
+    return wide_cmp(have, most) <= 0;
+}
+
+static bool acc_is_kept(const struct check *c, int64_t a, int off)
+{
+    return a <= c->acc_max - off && a >= c->acc_min + off;
+}
+
+/* The velocity rises (falls) from where it is v while |a| goes to zero on the
+ * way to b on the other side: by a^2 n / (|a| + |b|), at most |a| n. */
+static bool crest_is_inside(struct wide room, int64_t a, int64_t b, int64_t n,
+                            int off)
+{
+    uint64_t from = motion_fixed_abs(a) + (uint64_t)off;
+    uint64_t to = motion_fixed_abs(b);
+    to = to > (uint64_t)off ? to - (uint64_t)off : 0;
+    if (wide_is_negative(room))
+        return false;
+    if (wide_cmp(wide_mul_u64(from, (uint64_t)n), room) <= 0)
+        return true;
+    struct wider rise = wider_mul(wide_mul_u64(from, from), n);
+    return wider_cmp(rise, wider_mul(room, (int64_t)(from + to))) <= 0;
+}
+
+/* Where the acceleration changes its sign, the velocity turns.  Counted from
+ * v, and backwards in time from v1: `v` with a at it, b at the other end. */
+static bool turn_is_inside(const struct check *c, struct wide v, int64_t a,
+                           int64_t b, const struct stretch *s, int64_t room)
+{
+    int which = s->last ? 2 : c->is_in ? 0 : 1;
+    struct wide left =
+        a > 0 ? wide_sub(c->up[which], v) : wide_add(c->down[which], v);
+    return crest_is_inside(wide_sub(left, wide_from(room)), a, b, s->n,
+                           s->off | s->off1);
+}
+
+/* -down <= v <= up, with the room that trimming needs. */
+static bool vel_is_inside(const struct check *c, struct wide v, int which)
+{
+    const struct wide room = wide_from(c->trimmed);
+    return wide_cmp(v, wide_sub(c->up[which], room)) <= 0 &&
+           wide_cmp(wide_neg(v), wide_sub(c->down[which], room)) <= 0;
+}
+
+/* Outside, a corner must go on to bring the velocity back: by 2^-20 of what may
+ * be, so that no cruise counts as that. */
+static bool is_let_go(const struct check *c, const struct stretch *s)
+{
+    bool above = wide_cmp(s->v1, c->up[0]) > 0;
+    return above ? s->a1 > c->acc_min >> 20 : s->a1 < c->acc_max >> 20;
+}
+
+/* The end of the last phase is the goal, which has been judged. */
+static bool vel_is_kept(struct check *c, const struct stretch *s)
+{
+    bool was_in = c->is_in;
+    if (!s->last) {
+        c->is_in = vel_is_inside(c, s->v1, 0);
+        if (!c->is_in &&
+            (was_in || !vel_is_inside(c, s->v1, 1) || is_let_go(c, s)))
+            return false;
+    }
+    if ((s->a ^ s->a1) >= 0 || s->a == 0 || s->a1 == 0)
+        return true;
+    if (s->last)
+        return turn_is_inside(
+            c, motion_otg_vel_image(c->plan->goal_vel_q32, c->plan->acc_bits),
+            -s->a1, -s->a, s, 0);
+    bool now_in = c->is_in;
+    c->is_in = was_in;
+    bool kept =
+        turn_is_inside(c, s->v, s->a, s->a1, s, s->first ? 0 : c->trimmed);
+    c->is_in = now_in;
+    return kept;
+}
+
+static int check_phase(struct check *c, const struct stretch *s,
+                       enum motion_otg_field *field)
 {
     if (s->n <= 0)
         return refuse(field, MOTION_OTG_FIELD_DURATION);
-    if (c->has_jerk && !jerk_is_kept(c, s->jerk, s->a1 - s->a, s->n))
+    if (c->has_jerk && !jerk_is_kept(c, s))
         return refuse(field, MOTION_OTG_FIELD_JERK);
-    if (c->has_acc &&
-        (!acc_is_kept(c, s->a, s->first) || !acc_is_kept(c, s->a1, s->last)))
+    if (c->has_acc && !acc_is_kept(c, s->a1, s->off1))
         return refuse(field, MOTION_OTG_FIELD_ACC_MAX);
-    if (position && !vel_is_kept(c, s))
+    if (c->has_vel && !vel_is_kept(c, s))
         return refuse(field, MOTION_OTG_FIELD_VEL_MAX);
     return MOTION_OK;
 }
 
-/* V (2 a, a1) over n ticks, see otg.h. */
-static struct wide phase_way(const struct stretch *s)
-{
-    struct wide v3 = wide_mul(s->v, 3);
-    struct wide bent = wide_mul(wide_from(2 * s->a + s->a1), s->n);
-    return wide_mul(wide_add(v3, bent), s->n);
-}
+/* --- the whole ------------------------------------------------------------ */
 
-/* Start and end of the whole, with the quintic's value and slopes there. */
-static int check_goal(const struct check *c, const struct motion_otg_move *move,
-                      struct wide vel, struct wide way, int64_t acc,
-                      enum motion_otg_field *field)
+static int check_start(const struct check *c, enum motion_otg_field *field)
 {
     const struct motion_otg_plan *plan = c->plan;
-    struct wide e3 = motion_otg_wide_in(plan->bend[0]);
-    struct wide e4 = motion_otg_wide_in(plan->bend[1]);
-    struct wide e5 = motion_otg_wide_in(plan->bend[2]);
-    struct wide want = motion_otg_scaled(move->goal.vel_q32, c->units.vel);
-    struct wide slope = wide_mul(wide_sub(want, vel), 3);
-    slope = wide_mul(slope, plan->ticks);
-    struct wide bend = wide_add(wide_mul(e3, 3), wide_shl(e4, 2));
-    if (wide_cmp(slope, wide_add(bend, wide_mul(e5, 5))) != 0)
-        return refuse(field, MOTION_OTG_FIELD_GOAL_VEL);
-    bend = wide_add(wide_mul(e3, 6), wide_mul(e4, 12));
-    bend = wide_add(bend, wide_mul(e5, 20));
-    struct wide goal_acc = motion_otg_scaled(move->goal.acc_q16, c->units.acc);
-    if (wide_cmp(bend, wide_from(0)) != 0 || (int64_t)goal_acc.lo != acc)
-        return refuse(field, MOTION_OTG_FIELD_GOAL_ACC);
-    way = wide_add(way, wide_add(e3, wide_add(e4, e5)));
-    if (wide_cmp(way, motion_otg_wide_in(plan->way)) != 0)
-        return refuse(field, MOTION_OTG_FIELD_GOAL_POS);
-    if (move->mode == MOTION_OTG_POSITION &&
-        wide_cmp(way, motion_otg_way(plan, move)) != 0)
-        return refuse(field, MOTION_OTG_FIELD_GOAL_POS);
-    return MOTION_OK;
-}
-
-static int check_start(const struct check *c,
-                       const struct motion_otg_move *move,
-                       enum motion_otg_field *field)
-{
-    const struct motion_otg_plan *plan = c->plan;
-    struct wide vel = motion_otg_scaled(move->start.vel_q32, c->units.vel);
-    struct wide acc = motion_otg_scaled(move->start.acc_q16, c->units.acc);
-    if (wide_cmp(vel, motion_otg_wide_in(plan->start_vel)) != 0)
+    const struct motion_state *start = &c->move->start;
+    if (plan->start_vel_q32 != start->vel_q32)
         return refuse(field, MOTION_OTG_FIELD_START_VEL);
-    if ((int64_t)acc.lo != plan->start_acc)
+    if (plan->start_acc != motion_otg_acc_image(start->acc_q16, plan->acc_bits))
         return refuse(field, MOTION_OTG_FIELD_START_ACC);
     return MOTION_OK;
 }
 
-static int64_t jerk_of(const struct check *c, int i)
-{
-    if (i < c->plan->brake)
-        return c->jerk;
-    if (i >= c->plan->turn)
-        return c->jerk_down;
-    return c->jerk < c->jerk_down ? c->jerk : c->jerk_down;
-}
-
-/* Step s on to phase i. */
-static void next_stretch(const struct check *c, int i, struct stretch *s)
-{
-    s->v = s->v1;
-    s->a = s->a1;
-    s->n = c->plan->phase[i].ticks;
-    s->a1 = c->plan->phase[i].acc;
-    s->v1 = wide_add(s->v, wide_mul(wide_from(s->a + s->a1), s->n));
-    s->first = i == 0;
-    s->last = i + 1 == c->plan->count;
-    s->jerk = jerk_of(c, i);
-}
-
-static int judge(const struct check *c, const struct motion_otg_move *move,
-                 struct stretch s, enum motion_otg_field *field)
-{
-    if (s.last && !s.first) {
-        struct wide goal = motion_otg_scaled(move->goal.vel_q32, c->units.vel);
-        s.v = wide_add(s.v, wide_sub(goal, s.v1));
-        s.v1 = goal;
-    }
-    return check_phase(c, &s, move->mode == MOTION_OTG_POSITION, field);
-}
-
-static int check_phases(const struct check *c,
-                        const struct motion_otg_move *move,
-                        enum motion_otg_field *field)
+/* What is missing at the end is what the trimmed corners' last unit makes; of
+ * a free end the rounding to its format, too. */
+static bool way_is_met(const struct check *c, struct wider p)
 {
     const struct motion_otg_plan *plan = c->plan;
-    struct wide way = wide_from(0);
-    struct stretch s = { .v1 = motion_otg_wide_in(plan->start_vel),
-                         .a1 = plan->start_acc };
+    struct wide way =
+        wide_sub(wide_from(plan->goal_pos_q32), wide_from(plan->start_pos_q32));
+    struct wide unit =
+        wide_mul_u64((uint64_t)c->trimmed, (uint64_t)plan->dur_ns_q12);
+    struct wider room = wider_from(wide_add(unit, wide_add(unit, unit)));
+    if (!c->has_vel)
+        room = motion_otg_way_image(wide_from(1), plan->acc_bits);
+    struct wider miss = wider_sub(motion_otg_way_image(way, plan->acc_bits), p);
+    return wider_cmp(wider_abs(miss), room) <= 0;
+}
+
+static int check_goal(const struct check *c, const struct stretch *end,
+                      struct wider p, enum motion_otg_field *field)
+{
+    const struct motion_otg_plan *plan = c->plan;
+    const struct motion_state *goal = &c->move->goal;
+    struct wide vel = motion_otg_vel_image(goal->vel_q32, plan->acc_bits);
+    struct wide miss = wide_abs(wide_sub(vel, end->v1));
+    if (plan->goal_vel_q32 != goal->vel_q32 ||
+        wide_cmp(miss, wide_from(c->trimmed)) > 0)
+        return refuse(field, MOTION_OTG_FIELD_GOAL_VEL);
+    if (end->a1 != motion_otg_acc_image(goal->acc_q16, plan->acc_bits) ||
+        trim_at(plan, plan->count - 1) != 0)
+        return refuse(field, MOTION_OTG_FIELD_GOAL_ACC);
+    if (plan->start_pos_q32 != c->move->start.pos_q32 ||
+        (c->has_vel && plan->goal_pos_q32 != goal->pos_q32) ||
+        !way_is_met(c, p))
+        return refuse(field, MOTION_OTG_FIELD_GOAL_POS);
+    return MOTION_OK;
+}
+
+static int check_phases(struct check *c, enum motion_otg_field *field)
+{
+    const struct motion_otg_plan *plan = c->plan;
+    struct otg_run run = motion_otg_run_start(plan);
+    struct stretch s = { .v1 = run.v, .a1 = plan->start_acc };
+    int64_t dur = 0;
     for (int i = 0; i < plan->count; i++) {
-        next_stretch(c, i, &s);
-        int err = judge(c, move, s, field);
+        stretch_next(c, i, &run, &s);
+        int err = check_phase(c, &s, field);
         if (err < 0)
             return err;
-        way = wide_add(way, phase_way(&s));
+        dur += s.n;
     }
-    return check_goal(c, move, s.v1, way, s.a1, field);
+    if (dur != plan->dur_ns_q12)
+        return refuse(field, MOTION_OTG_FIELD_DURATION);
+    return check_goal(c, &s, run.p, field);
 }
 
 int motion_otg_check(const struct motion_otg_move *move,
@@ -344,15 +354,13 @@ int motion_otg_check(const struct motion_otg_move *move,
                      enum motion_otg_field *field)
 {
     enum motion_otg_field unused;
-    struct check c = { .plan = plan };
+    struct check c = { .plan = plan, .move = move };
     if (field == NULL)
         field = &unused;
     *field = MOTION_OTG_FIELD_NONE;
-    motion_otg_units(plan, &c.units);
-    int err = check_start(&c, move, field);
+    int err = check_start(&c, field);
     if (err < 0)
         return err;
-    if (plan->count > 0)
-        check_limits(move, &c);
-    return check_phases(&c, move, field);
+    check_init(&c);
+    return check_phases(&c, field);
 }

@@ -3,40 +3,66 @@
 #define MOTION_OTG_INTERNAL_H
 
 #include "motion/otg.h"
-#include "motion/otg_math.h"
+#include "motion/otg_border.h"
 #include "motion/otg_solve.h"
+#include "motion/otg_wide.h"
+#include "motion/real.h"
 
-/* What one unit of the public formats is in a plan's own units. */
-struct otg_units {
-    struct real vel;  /* q32 unit/s, in 3 steps / tick */
-    struct real acc;  /* q16 unit/s2, in 6 steps / tick^2 */
-    struct real jerk; /* q16 unit/s3, in 6 steps / tick^3 */
+/* Not inlined into a caller whose stack other, deeper calls need. */
+#define OTG_OWN_FRAME __attribute__((noinline))
+
+/* --- exact integers (otg.h) ------------------------------------------------
+ *
+ * A second is 2^21 5^9 ticks of 2^-12 ns, so V' = V + (A + A') n counts in
+ * 2^-(22 + acc_bits) / 5^9 unit/s, and P in a third of V's unit times a tick. */
+
+#define OTG_FIVES     1953125                 /* 5^9 */
+#define OTG_WAY_FIVES INT64_C(11444091796875) /* 3 5^18 */
+
+/* Values of the public formats in the plan's units; exact, but for an
+ * acceleration where acc_bits < 16 and a velocity where acc_bits < 10, which
+ * are rounded down. */
+int64_t motion_otg_acc_image(int64_t acc_q16, int acc_bits);
+struct wide motion_otg_vel_image(int64_t vel_q32, int acc_bits);
+struct wider motion_otg_way_image(struct wide way_q32, int acc_bits);
+
+/* The upper 30 bits of a 2^e; the upper 62 of a. */
+struct num motion_otg_wider_num(struct wider a, int e);
+struct motion_real motion_otg_wider_real(struct wider a);
+
+/* start + p as a public position, to nearest; MOTION_E_RANGE beyond. */
+int motion_otg_way_public(struct wider p, int acc_bits, int64_t start_q32,
+                          int64_t *pos_q32);
+
+/* One phase on, from zero position. */
+struct otg_run {
+    struct wider p;
+    struct wide v;
+    int64_t a;
 };
+struct otg_run motion_otg_run_start(const struct motion_otg_plan *plan);
+void motion_otg_run_phase(struct otg_run *run,
+                          const struct motion_otg_phase *phase);
 
-void motion_otg_units(const struct motion_otg_plan *plan,
-                      struct otg_units *units);
+/* What a plan's phases miss of its goal, in its units. */
+void motion_otg_plan_miss(const struct motion_otg_plan *plan, struct wide *vel,
+                          struct wider *way);
 
-/* Length of a tick in seconds; 1 / it. */
-struct real motion_otg_tick_s(int tick_shift);
-struct real motion_otg_ticks_per_s(int tick_shift);
+/* a^2 / 2j <= room: does a ramp from |a| to zero fit?  Exactly.  j > 0. */
+bool motion_otg_ramp_fits(int64_t acc_q16, int64_t jerk_q16, uint64_t room_q32);
 
-/* n * factor, cut towards zero: 128 bits of product, then shifted.  Rises with
- * n, and never makes it larger; beyond 2^126 it stays there. */
-struct wide motion_otg_scaled(int64_t n, struct real factor);
-
-static inline struct wide motion_otg_wide_in(struct motion_otg_wide a)
-{
-    return (struct wide){ a.hi, a.lo };
-}
-
-static inline struct motion_otg_wide motion_otg_wide_out(struct wide a)
-{
-    return (struct motion_otg_wide){ a.hi, a.lo };
-}
+/* Move accelerations at a few corners so that the plan ends at its goal; not
+ * those in `fixed`.  MOTION_E_LIMIT when no acceleration can. */
+int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed,
+                    struct motion_otg_plan *plan);
 
 /* Bring the start (a, then v) inside the limits; adds 0..2 phases to `shape`
  * and moves v0, a0 and d on. */
 void motion_otg_brake(struct otg_problem *q, struct otg_shape *shape);
+/* Whether it (or the goal, backwards in time) is inside, with room to let go
+ * of its acceleration; true means that there is nothing to brake. */
+bool motion_otg_is_start_inside(const struct otg_problem *q);
+bool motion_otg_is_goal_inside(const struct otg_problem *q);
 /* The same for an acceleration alone. */
 void motion_otg_brake_acc(struct otg_problem *q, struct otg_shape *shape);
 
@@ -55,36 +81,88 @@ int motion_otg_wanted_bits(int64_t dur_ns_q12);
 void motion_otg_problem_init(const struct motion_otg_move *move,
                              struct otg_draw draw, struct otg_problem *q);
 
+/* Count lengths such that `jerk` is 1. */
+void motion_otg_in_jerk(struct otg_problem *q, struct num jerk);
+/* And back: the accelerations of phases [from, count) times jerk. */
+void motion_otg_shape_scale(struct otg_shape *shape, int from, struct num jerk);
+
+/* Between otg_solve.c and otg_timed.c, for problems in unit jerk. */
+bool motion_otg_is_reached(const struct otg_problem *q, struct num t,
+                           struct num miss);
+struct otg_lens {
+    bool exists;
+    struct num valley; /* x is -valley at its late end */
+};
+struct otg_lens motion_otg_lens_of(const struct otg_problem *q);
+/* A border of the lens; returns x at its start. */
+struct num motion_otg_lens_border(const struct otg_problem *q, int sign,
+                                  struct otg_border *b);
+/* Duration of the fastest motion outside the lens (`sign` 0), or of where the
+ * displacement is last passed on the border with that sign. */
+struct num motion_otg_next_time(const struct otg_problem *q, int sign);
+
+/* Ticks per second. */
+struct num motion_otg_per_second(void);
+/* a * 2^e, to 2^-28. */
+struct num motion_otg_wide_num(struct wide a, int32_t e);
+/* A duration in seconds. */
+struct num motion_otg_seconds(int64_t dur_ns_q12);
+
 /* Position goal: brake both ends inside, solve the middle; t zero for the
  * fastest, else exactly t seconds or MOTION_E_LIMIT and *next. */
-int motion_otg_propose(struct otg_problem q, struct real t,
-                       struct otg_shape *shape, struct real *next);
+int motion_otg_propose(struct otg_problem q, struct num t,
+                       struct otg_shape *shape, struct num *next);
 
-/* Turn a problem, and phases [from, count) of its answer that start at a0,
- * backwards in time. */
-struct otg_problem motion_otg_reversed(const struct otg_problem *q);
-void motion_otg_shape_reverse(struct otg_shape *shape, int from,
-                              struct real a0);
+/* Backwards in time. */
+void motion_otg_reverse(struct otg_problem *q);
 
-/* From start to goal, in steps. */
-struct wide motion_otg_way(const struct motion_otg_plan *plan,
-                           const struct motion_otg_move *move);
-
-/* Highest and lowest speed: the limits, or beyond them what a move cannot do
- * without because of where it starts or ends. */
-struct otg_range {
-    struct real vx, vn;
+/* Jerks in a plan's own units of acceleration per tick, and where they hold. */
+struct otg_rates {
+    struct num j, j2, per_j, per_j2;
+    int brake, turn;
 };
-void motion_otg_allowed(const struct motion_otg_move *move, int64_t dur_ns_q12,
-                        struct otg_range *range);
 
-/* Round `shape` to whole ticks and spread what is left at the end; `ticks` is
- * the total in 2^-12 ns that must result, 0 for any.  MOTION_E_RANGE when it
- * does not fit. */
-int motion_otg_quantise(const struct motion_otg_move *move,
-                        const struct otg_problem *problem,
-                        const struct otg_shape *shape, int64_t dur_ns_q12,
-                        struct motion_otg_plan *plan);
+/* Ticks for the acceleration to move by `step` units in phase i, up. */
+int64_t motion_otg_ramp_ticks(const struct otg_rates *rates, int i,
+                              int64_t step);
+
+/* What a plan misses, wanted - run, in unit/s, unit, and with a wanted duration
+ * in ticks. */
+struct otg_miss {
+    struct num vel, way;
+    int64_t ticks;
+    bool is_timed;
+};
+
+/* Move the plan, its phases still those of the shape, by one Newton step. */
+void motion_otg_polish(struct motion_otg_plan *plan,
+                       const struct otg_knobs *knobs,
+                       const struct otg_rates *rates,
+                       const struct otg_miss *miss);
+
+/* The jerk that limits phase i, of a move whose jerk is limited. */
+int64_t motion_otg_phase_jerk(const struct motion_otg_limit *lim,
+                              const struct motion_otg_plan *plan, int i);
+
+/* Round `shape` to whole ticks and units, meet the goal, and check; the total
+ * is `dur_ns_q12`, or what comes for 0.  MOTION_E_RANGE when it does not fit the
+ * formats, MOTION_E_LIMIT with the field that is broken. */
+int motion_otg_settle(const struct motion_otg_move *move,
+                      const struct otg_problem *problem,
+                      const struct otg_shape *shape, int64_t dur_ns_q12,
+                      struct motion_otg_plan *plan,
+                      enum motion_otg_field *field);
+
+/* motion_otg_make in another duration than move->dur_ns_q12 (0: the
+ * shortest). */
+int motion_otg_make_in(const struct motion_otg_move *move, int64_t dur_ns_q12,
+                       struct motion_otg_plan *plan,
+                       enum motion_otg_field *field);
+
+/* How long the fastest motion takes, to 2^-27; move->dur_ns_q12 is not looked
+ * at.  Errors as motion_otg_make. */
+int motion_otg_least(const struct motion_otg_move *move, int64_t *dur_ns_q12,
+                     enum motion_otg_field *field);
 
 /* Make a plan of `move` a hair longer, by lengthening its longest phase; it has
  * then passed the check, or the error says that it could not. */

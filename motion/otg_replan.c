@@ -4,102 +4,99 @@
 #include <stddef.h>
 
 #include "motion/err.h"
+#include "motion/fixed.h"
 #include "motion/otg_internal.h"
 
-/* Phases up to the one that holds tick x, and the rest of x in it. */
-struct place {
-    struct wide p, v; /* at the start of the phase, without the quintic */
-    int64_t a, to, n; /* of the phase */
-    struct real x;    /* ticks into it */
-};
-
-static struct place place_at(const struct motion_otg_plan *plan,
-                             int64_t t_ns_q12)
+/* n / d as a fraction of 2^-62, rounded down; 0 <= n < d. */
+static int64_t fraction(int64_t n, int64_t d)
 {
-    struct place at = { .v = motion_otg_wide_in(plan->start_vel),
-                        .a = plan->start_acc };
-    for (int i = 0; i < plan->count; i++) {
-        int64_t dur = plan->phase[i].ticks << plan->tick_shift;
-        at.n = plan->phase[i].ticks;
-        at.to = plan->phase[i].acc;
-        if (t_ns_q12 <= dur || i + 1 == plan->count) {
-            t_ns_q12 = t_ns_q12 < dur ? t_ns_q12 : dur;
-            at.x = real_scale(real_int(t_ns_q12), -plan->tick_shift);
-            break;
-        }
-        t_ns_q12 -= dur;
-        struct wide bent = wide_mul(wide_from(2 * at.a + at.to), at.n);
-        bent = wide_add(bent, wide_mul(at.v, 3));
-        at.p = wide_add(at.p, wide_mul(bent, at.n));
-        at.v = wide_add(at.v, wide_mul(wide_from(at.a + at.to), at.n));
-        at.a = at.to;
+    uint64_t part;
+    struct motion_u128 wide = { (uint64_t)n >> 2, (uint64_t)n << 62 };
+    (void)motion_fixed_div_u128(wide, (uint64_t)d, &part, NULL);
+    return (int64_t)part;
+}
+
+/* V in 2^-32 unit/s, to nearest. */
+static int64_t vel_public(struct wide v, int acc_bits)
+{
+    struct wide m = wide_abs(v);
+    int shift = acc_bits - 10;
+    uint64_t vel;
+    m = shift < 0 ? wide_shl(m, (unsigned)(1 - shift))
+                  : wide_shr(m, (unsigned)shift - 1);
+    if (motion_fixed_div_u128((struct motion_u128){ m.hi, m.lo }, OTG_FIVES,
+                              &vel, NULL) < 0 ||
+        vel / 2 > INT64_MAX)
+        vel = INT64_MAX;
+    vel = (vel >> 1) + (vel & 1);
+    return wide_is_negative(v) ? -(int64_t)vel : (int64_t)vel;
+}
+
+static int64_t acc_public(int64_t acc, int acc_bits)
+{
+    int shift = acc_bits - 16;
+    if (shift <= 0)
+        return (int64_t)((uint64_t)acc << -shift);
+    return ((acc >> (shift - 1)) + 1) >> 1;
+}
+
+/* 2^-acc_bits unit/s2 per tick in 2^-16 unit/s3. */
+static int64_t jerk_public(int64_t step, int64_t n, int acc_bits)
+{
+    int64_t jerk;
+    struct motion_real per_s = motion_real_make(INT64_C(4096000000000), 0);
+    struct motion_real j = motion_real_mul(motion_real_int(step), per_s);
+    j = motion_real_div(j, motion_real_int(n));
+    if (motion_real_round(j, 16 - acc_bits, &jerk) < 0)
+        jerk = step < 0 ? -INT64_MAX : INT64_MAX;
+    return jerk;
+}
+
+/* The acceleration t ticks into a phase of n: a whole unit, like its corners,
+ * so the part of the phase up to there is a phase too. */
+static struct motion_otg_phase part_of(const struct motion_otg_phase *phase,
+                                       int64_t from, int64_t t)
+{
+    struct motion_otg_phase part = { t, phase->acc };
+    if (t < phase->dur_ns_q12) {
+        int64_t step = phase->acc - from;
+        int64_t u = fraction(t, phase->dur_ns_q12);
+        int err = motion_fixed_mulshift(step, u, 62, &step);
+        part.acc = from + (err < 0 ? 0 : step);
     }
-    return at;
-}
-
-/* The quintic and its derivatives, in steps, velocity and acceleration units */
-struct bent {
-    struct real p, v, a;
-};
-
-static struct bent bend_at(const struct motion_otg_plan *plan, int64_t t_ns_q12)
-{
-    static const struct real third = { INT64_C(0x2aaaaaaaaaaaaaaa), -63 };
-    struct real per_n = real_inv(real_int(plan->ticks));
-    struct real u =
-        real_mul(real_scale(real_int(t_ns_q12), -plan->tick_shift), per_n);
-    struct real e3 = wide_real(motion_otg_wide_in(plan->bend[0]), 0);
-    struct real e4 = wide_real(motion_otg_wide_in(plan->bend[1]), 0);
-    struct real e5 = wide_real(motion_otg_wide_in(plan->bend[2]), 0);
-    struct real u2 = real_sqr(u), e5u = real_mul(e5, u);
-    struct bent b;
-    b.p = real_add(e3, real_mul(u, real_add(e4, e5u)));
-    b.p = real_mul(b.p, real_mul(u, u2));
-    /* u^2 (e3 + u (4 e4 + 5 e5 u) / 3) / n */
-    struct real mid = real_add(real_scale(real_add(e4, e5u), 2), e5u);
-    b.v = real_add(e3, real_mul(real_mul(u, mid), third));
-    b.v = real_mul(real_mul(b.v, u2), per_n);
-    /* u (e3 + u (2 e4 + 10/3 e5 u)) / n^2 */
-    mid = real_mul(real_mul(e5u, real_int(10)), third);
-    b.a = real_add(e3, real_mul(u, real_add(real_twice(e4), mid)));
-    b.a = real_mul(real_mul(b.a, u), real_sqr(per_n));
-    return b;
-}
-
-/* To nearest. */
-static int64_t rounded(struct real x)
-{
-    return (real_floor(x, 1) + 1) >> 1;
+    return part;
 }
 
 void motion_otg_state_at(const struct motion_otg_plan *plan, int64_t t_ns_q12,
                          struct motion_state *state)
 {
-    struct otg_units units;
-    struct wide half = wide_shl(wide_from(1), (unsigned)plan->pos_shift - 32);
+    struct otg_run run = motion_otg_run_start(plan);
     int64_t t = t_ns_q12 < 0 ? 0 : t_ns_q12;
-    *state = (struct motion_state){ .pos_q32 = plan->start_pos_q32 };
-    if (plan->count == 0)
+    int64_t jerk = 0;
+    int i = 0;
+    for (; i < plan->count && plan->phase[i].dur_ns_q12 <= t; i++) {
+        t -= plan->phase[i].dur_ns_q12;
+        motion_otg_run_phase(&run, &plan->phase[i]);
+    }
+    if (i < plan->count) {
+        const struct motion_otg_phase *phase = &plan->phase[i];
+        struct motion_otg_phase part = part_of(phase, run.a, t);
+        jerk =
+            jerk_public(phase->acc - run.a, phase->dur_ns_q12, plan->acc_bits);
+        motion_otg_run_phase(&run, &part);
+    }
+    *state = (struct motion_state){
+        .pos_q32 = plan->goal_pos_q32,
+        .vel_q32 = plan->goal_vel_q32,
+        .acc_q16 = acc_public(run.a, plan->acc_bits),
+        .jerk_q16 = jerk,
+    };
+    if (i == plan->count)
         return;
-    t = t < plan->dur_ns_q12 ? t : plan->dur_ns_q12;
-    struct place at = place_at(plan, t);
-    struct bent bent = bend_at(plan, t);
-    struct real rate = real_div(real_int(at.to - at.a), real_int(at.n));
-    struct real a = real_int(at.a), v = wide_real(at.v, 0);
-    struct real rise = real_mul(rate, at.x);
-    /* (3 v + (3 a + rate x) x) x */
-    struct real p = real_add(real_add(real_twice(a), a), rise);
-    p = real_add(real_add(real_twice(v), v), real_mul(p, at.x));
-    p = real_mul(p, at.x);
-    struct wide way = wide_add(at.p, wide_floor(real_add(p, bent.p)));
-    way = wide_add(way, wide_shr(half, 1));
-    state->pos_q32 += (int64_t)wide_shr(way, (unsigned)plan->pos_shift - 32).lo;
-    v = real_add(v, real_mul(real_add(real_twice(a), rise), at.x));
-    a = real_add(real_add(a, rise), bent.a);
-    motion_otg_units(plan, &units);
-    state->vel_q32 = rounded(real_div(real_add(v, bent.v), units.vel));
-    state->acc_q16 = rounded(real_div(a, units.acc));
-    state->jerk_q16 = rounded(real_div(rate, units.jerk));
+    state->vel_q32 = vel_public(run.v, plan->acc_bits);
+    if (motion_otg_way_public(run.p, plan->acc_bits, plan->start_pos_q32,
+                              &state->pos_q32) < 0)
+        state->pos_q32 = plan->goal_pos_q32;
 }
 
 int motion_otg_stop(const struct motion_state *start,

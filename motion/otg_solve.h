@@ -8,73 +8,93 @@
  * is for one root of one smooth function, and there is no list of cases to try.
  * docs/OTG.md derives everything used here.
  *
- * Works on reals (otg_math.h); proposes only, otg_exact.c makes the proposal
- * exact and otg_check.c judges it. */
+ * Works on short reals (otg_num.h); proposes only, otg_exact.c makes the
+ * proposal exact and otg_check.c judges it. */
 #ifndef MOTION_OTG_SOLVE_H
 #define MOTION_OTG_SOLVE_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/otg_math.h"
+#include "motion/otg_num.h"
 
 /* Displacement d from (v0, a0) to (vf, af); vn <= v <= vx, an <= a <= ax,
  * an < 0 < ax; jerk within +-j before the cruise and +-j2 after it.  Both ends
- * must be inside (otg_brake.c brings them there). */
+ * must be inside (otg_brake.c brings them there).  `is_unit`: lengths are
+ * counted such that j = j2 = 1, which saves most multiplications. */
 struct otg_problem {
-    struct real d, v0, a0, vf, af;
-    struct real vx, vn, ax, an;
-    struct real j, j2;
-    struct real per_j, per_j2; /* 1/j, 1/j2 */
+    struct num d, v0, a0, vf, af;
+    struct num dv; /* vf - v0, to its own last bit */
+    struct num vx, vn, ax, an;
+    struct num j, j2;
+    struct num per_j, per_j2; /* 1/j, 1/j2 */
+    bool is_unit;
 };
 
 /* The acceleration as a polyline: in each phase it runs straight to `a`. */
 struct otg_phase {
-    struct real dt, a;
+    struct num dt, a;
 };
 
-#define OTG_SHAPE_MAX 24
+/* Both ends' braking, 3 phases each, and a mixture of 7 and 7. */
+#define OTG_SHAPE_MAX 20
+
+/* What may be moved a little so that the shape meets its goal exactly: the two
+ * places where the acceleration is highest and lowest, as the phase that holds
+ * it (dt zero when it does not) between the two that lead there and away; and
+ * the phase that holds the speed.  -1: none.
+ *
+ * Half a second more on either side of a hump changes speed and position at the
+ * end by `v` and `d`, a second more of the cruise the position by `speed`, all
+ * counted in a unit of 1 / per_unit. */
+struct otg_knobs {
+    int16_t hump[2], cruise;
+    bool is_peak[2]; /* acceleration rises to it; else falls */
+    struct num v[2], d[2], speed, per_unit;
+};
 
 struct otg_shape {
     struct otg_phase phase[OTG_SHAPE_MAX];
     int count;
     int brake, turn; /* j limits the phases before `brake`, j2 those from
                         `turn` on, the lower those between */
+    struct otg_knobs knobs;
 };
 
 /* The phases are not cleared: nothing reads beyond `count`. */
 static inline void otg_shape_init(struct otg_shape *shape)
 {
     shape->count = shape->brake = shape->turn = 0;
+    shape->knobs.hump[0] = shape->knobs.hump[1] = shape->knobs.cruise = -1;
+    shape->knobs.per_unit = num_one();
 }
 
-static inline void otg_shape_add(struct otg_shape *shape, struct real dt,
-                                 struct real a)
+static inline void otg_shape_add(struct otg_shape *shape, struct num dt,
+                                 struct num a)
 {
     shape->phase[shape->count++] = (struct otg_phase){ dt, a };
 }
 
-/* Duration and displacement of a shape from v0, a0; *v is left at the end. */
-struct otg_reach {
-    struct real t, d;
-};
-struct otg_reach motion_otg_shape_reach(const struct otg_shape *shape,
-                                        struct real *v, struct real a0);
+/* Over a jerk: a length in this problem's count divided by 1 costs nothing. */
+static inline struct num otg_over(const struct otg_problem *q, struct num a,
+                                  struct num per_j)
+{
+    return q->is_unit ? a : num_mul(a, per_j);
+}
 
 /* Append the fastest motion.  Always finds one for a problem as above.  Where
  * it uses both jerks, brake and turn are set to where the second begins. */
-void motion_otg_solve(const struct otg_problem *problem,
-                      struct otg_shape *shape);
+void motion_otg_solve(const struct otg_problem *q, struct otg_shape *shape);
 
 /* Append the fastest motion from (v0, a0) to (vf, af) whatever it covers;
  * vx, vn, d are not looked at. */
-void motion_otg_solve_velocity(const struct otg_problem *problem,
+void motion_otg_solve_velocity(const struct otg_problem *q,
                                struct otg_shape *shape);
 
 /* Append a motion that takes exactly `t`, if there is one: MOTION_OK; or
  * MOTION_E_LIMIT and *next, the shortest possible duration above t. */
-int motion_otg_solve_duration(const struct otg_problem *problem, struct real t,
-                              struct otg_shape *shape, struct real *next);
+int motion_otg_solve_duration(const struct otg_problem *problem, struct num t,
+                              struct otg_shape *shape, struct num *next);
 
 /* Most evaluations that one root took since start; for tests. */
 extern int motion_otg_solve_most;

@@ -52,26 +52,25 @@ static int move_to(const struct through *th, int i)
                             th->fault);
 }
 
-static struct real way_between(const struct through *th, int i, int axis)
+static struct num way_between(const struct through *th, int i, int axis)
 {
-    struct wide way = wide_sub(wide_from(position_of(th, i, axis)),
-                               wide_from(position_of(th, i - 1, axis)));
-    return wide_real(way, -32);
+    return num_sub(num_make(position_of(th, i, axis), -32),
+                   num_make(position_of(th, i - 1, axis), -32));
 }
 
 /* sqrt(a d) is what half the way d reaches at acceleration a; at most 7/8 of
  * the limit, so that the point can also be left faster. */
-static int64_t reachable(const struct motion_otg_limit *limit, struct real d,
+static int64_t reachable(const struct motion_otg_limit *limit, struct num d,
                          bool up)
 {
     int64_t vel = up ? limit->vel_max_q32 : -limit->vel_min_q32;
     int64_t acc = limit->acc_max_q16 < -limit->acc_min_q16
                       ? limit->acc_max_q16
                       : -limit->acc_min_q16;
-    struct real a = real_scale(real_int(acc), -16);
-    struct real v = real_sqrt(real_mul(a, real_abs(d)));
+    struct num a = num_make(acc, -16);
+    struct num v = num_sqrt(num_mul(a, num_abs(d)));
     int64_t most = vel - (vel >> 3);
-    int64_t can = real_floor(v, 32);
+    int64_t can = motion_real_floor_clamped(num_real(v), 32);
     can = acc == 0 || can > most ? most : can;
     return up ? can : -can;
 }
@@ -86,11 +85,11 @@ static void choose(const struct through *th, int i, int share)
         p->vel_q32 = 0;
         if (i + 1 == th->points)
             continue;
-        struct real before = way_between(th, i, k);
-        struct real after = way_between(th, i + 1, k);
+        struct num before = way_between(th, i, k);
+        struct num after = way_between(th, i + 1, k);
         if (before.m == 0 || after.m == 0 || (before.m > 0) != (after.m > 0))
             continue;
-        struct real d = real_min(real_abs(before), real_abs(after));
+        struct num d = num_min(num_abs(before), num_abs(after));
         p->vel_q32 = reachable(&th->limit[k], d, before.m > 0) / 4 * share;
     }
 }

@@ -1,150 +1,161 @@
-/* motion/otg_track.c - a plan as segments of a track.  See otg.h. */
+/* motion/otg_track.c - a plan as segments of a track.  See otg.h.
+ *
+ * Every phase is a cubic.  Places are counted from the start up to the longest
+ * phase and back from the goal down to it, so that what the last unit of the
+ * accelerations leaves falls on that one, where it changes least. */
+#include <stddef.h>
+
 #include "motion/err.h"
 #include "motion/fixed.h"
 #include "motion/otg_internal.h"
 
-#define TRACK_COEF_BITS 57 /* of the largest coefficient given */
+#define TRACK_COEF_BITS 61 /* of the largest coefficient given */
 
-/* The quintic about time t: value and coefficients of (s/n)^1 .. 5. */
-struct bend {
-    struct real at, c[5];
+/* Coefficients of u, u^2, u^3 in 2^-(32 + frac) unit. */
+struct cubic {
+    int64_t coef[3];
+    int degree, frac;
 };
 
-/* E(u0 + r x): the binomial expansion, Horner's scheme per coefficient. */
-static struct bend bend_about(const struct motion_otg_plan *plan, int64_t t,
-                              int64_t n)
-{
-    static const int8_t pascal[3][5] = { { 3, 3, 1, 0, 0 },
-                                         { 4, 6, 4, 1, 0 },
-                                         { 5, 10, 10, 5, 1 } };
-    struct bend b = { .at = real_zero() };
-    struct real per_n = real_inv(real_int(plan->ticks));
-    struct real u = real_mul(real_int(t), per_n);
-    struct real r = real_mul(real_int(n), per_n), rk = r;
-    struct real e[3], power[6];
-    power[0] = real_int(1);
-    for (int i = 1; i < 6; i++)
-        power[i] = real_mul(power[i - 1], u);
-    for (int i = 0; i < 3; i++) {
-        e[i] = wide_real(motion_otg_wide_in(plan->bend[i]), 0);
-        b.at = real_add(b.at, real_mul(e[i], power[i + 3]));
-    }
-    for (int k = 0; k < 5; k++, rk = real_mul(rk, r)) {
-        b.c[k] = real_zero();
-        for (int i = k < 3 ? 0 : k - 2; i < 3; i++) {
-            struct real c = real_mul(e[i], power[i + 2 - k]);
-            c = real_mul(c, real_int(pascal[i][k]));
-            b.c[k] = real_add(b.c[k], c);
-        }
-        b.c[k] = real_mul(b.c[k], rk);
-    }
-    return b;
-}
-
-struct walk {
-    struct wide p, v; /* without the quintic */
-    int64_t a, t;
-};
-
-/* Coefficients in steps, of u^1 .. u^5; p, v, a moved to the phase's end. */
-static void phase_poly(const struct motion_otg_plan *plan, int i,
-                       struct walk *at, struct wide c[5])
-{
-    int64_t n = plan->phase[i].ticks, to = plan->phase[i].acc;
-    struct bend b = bend_about(plan, at->t, n);
-    c[0] = wide_mul(wide_mul(at->v, 3), n);
-    c[1] = wide_mul(wide_mul(wide_from(3 * at->a), n), n);
-    c[2] = wide_mul(wide_mul(wide_from(to - at->a), n), n);
-    c[3] = c[4] = wide_from(0);
-    at->p = wide_add(at->p, wide_add(c[0], wide_add(c[1], c[2])));
-    at->v = wide_add(at->v, wide_mul(wide_from(at->a + to), n));
-    at->a = to;
-    at->t += n;
-    for (int k = 0; k < 5; k++)
-        c[k] = wide_add(c[k], wide_floor(b.c[k]));
-}
-
-static int wide_bits(struct wide a)
-{
-    if (wide_is_negative(a))
-        a = wide_neg(a);
-    return a.hi ? 128 - (int)real_clz(a.hi) : 64 - (int)real_clz(a.lo);
-}
-
-/* Steps to 2^-(32 + frac), the finest that the largest allows; to nearest.
- * Returns frac. */
-static int poly_scale(const struct wide c[5], int pos_shift, int64_t coef[5])
-{
-    int bits = 0;
-    for (int k = 0; k < 5; k++)
-        bits = wide_bits(c[k]) > bits ? wide_bits(c[k]) : bits;
-    /* frac + 32 - pos_shift + bits <= TRACK_COEF_BITS */
-    int frac = TRACK_COEF_BITS - bits + pos_shift - 32;
-    if (frac < TRACK_COEF_BITS - 62)
-        return MOTION_E_RANGE;
-    frac = frac > 31 ? 31 : frac < 0 ? 0 : frac;
-    int shift = pos_shift - 32 - frac;
-    for (int k = 0; k < 5; k++) {
-        struct wide x = c[k];
-        if (shift > 0)
-            x = wide_shr(
-                wide_add(x, wide_shl(wide_from(1), (unsigned)shift - 1)),
-                (unsigned)shift);
-        else
-            x = wide_shl(x, (unsigned)-shift);
-        coef[k] = (int64_t)x.lo;
-    }
-    return frac;
-}
-
-/* start + p as 2^-32 units and the fraction below. */
-static int position(const struct motion_otg_plan *plan, struct wide p,
-                    int64_t *pos_q32, uint64_t *frac)
-{
-    unsigned shift = (unsigned)(plan->pos_shift - 32);
-    struct wide whole = wide_shr(p, shift);
-    struct wide rest = wide_sub(p, wide_shl(whole, shift));
-    *frac = shift <= 64 ? wide_shl(rest, 64 - shift).lo
-                        : wide_shr(rest, shift - 64).lo;
-    if (shift == 0)
-        *frac = 0;
-    if (whole.hi != 0 - (whole.lo >> 63))
-        return MOTION_E_RANGE;
-    return motion_fixed_add(plan->start_pos_q32, (int64_t)whole.lo, pos_q32);
-}
-
-static int append_phase(const struct motion_otg_plan *plan, int i,
-                        struct walk *at, struct motion_track *track)
-{
-    struct wide c[5], end = motion_otg_wide_in(plan->way);
-    int64_t coef[5], pos_q32;
+/* A position with 64 bits below the public ones. */
+struct place {
+    int64_t pos_q32;
     uint64_t frac;
-    int64_t dur = plan->phase[i].ticks << plan->tick_shift;
-    phase_poly(plan, i, at, c);
-    if (i + 1 < plan->count)
-        end = wide_add(at->p, wide_floor(bend_about(plan, at->t, 0).at));
-    int scale = poly_scale(c, plan->pos_shift, coef);
-    if (scale < 0)
-        return scale;
-    int err = position(plan, end, &pos_q32, &frac);
+};
+
+static unsigned bits_of(struct wider a)
+{
+    return 192 - wider_clz(wider_abs(a));
+}
+
+/* P's unit is 2^-(43 + acc_bits) / (3 5^18): a divided by that and cut to
+ * 2^-(32 + frac), to nearest.  |result| < 2^62. */
+static int64_t coefficient(struct wider a, int acc_bits, int frac)
+{
+    struct wider m = wider_abs(a);
+    int down = 10 + acc_bits - frac;
+    uint64_t twice = 0;
+    m = down < 0 ? wider_shl(m, (unsigned)-down) : wider_shr(m, (unsigned)down);
+    (void)motion_fixed_div_u128((struct motion_u128){ m.mid, m.lo },
+                                (uint64_t)OTG_WAY_FIVES, &twice, NULL);
+    int64_t c = (int64_t)((twice >> 1) + (twice & 1));
+    return wider_is_negative(a) ? -c : c;
+}
+
+/* The phase from v, a: 3 V n, 3 A n^2, (A' - A) n^2 as fixed point, the finest
+ * that the largest allows. */
+static int cubic_of(struct wide v, int64_t a,
+                    const struct motion_otg_phase *phase, int acc_bits,
+                    struct cubic *cubic)
+{
+    int64_t n = phase->dur_ns_q12;
+    struct wide an = wide_mul_i64(a, n);
+    const struct wider c[3] = {
+        wider_mul(wide_add(v, wide_add(v, v)), n),
+        wider_mul(wide_add(an, wide_add(an, an)), n),
+        wider_mul(wide_mul_i64(phase->acc - a, n), n),
+    };
+    unsigned most = 0;
+    for (int i = 0; i < 3; i++)
+        most = bits_of(c[i]) > most ? bits_of(c[i]) : most;
+    /* c 2^(frac - 11 - acc_bits) / 2^43 < 2^TRACK_COEF_BITS */
+    int frac = TRACK_COEF_BITS + 54 + acc_bits - (int)most;
+    frac = frac > 31 ? 31 : frac;
+    if (frac < 0)
+        return MOTION_E_RANGE;
+    cubic->frac = frac;
+    cubic->degree = 1;
+    for (int i = 0; i < 3; i++) {
+        cubic->coef[i] = coefficient(c[i], acc_bits, frac);
+        if (bits_of(c[i]) != 0)
+            cubic->degree = i + 1;
+    }
+    return MOTION_OK;
+}
+
+/* from + way, P's units, cut to 2^-96 unit. */
+static int place_at(int64_t from_q32, struct wider way, int acc_bits,
+                    struct place *place)
+{
+    int down = acc_bits + 11 - 64;
+    uint64_t rest;
+    struct wider m = wider_abs(way);
+    m = down < 0 ? wider_shl(m, (unsigned)-down) : wider_shr(m, (unsigned)down);
+    struct wide q;
+    if (motion_fixed_div_u128((struct motion_u128){ m.hi, m.mid },
+                              (uint64_t)OTG_WAY_FIVES, &q.hi, &rest) < 0 ||
+        q.hi > INT64_MAX)
+        return MOTION_E_RANGE;
+    (void)motion_fixed_div_u128((struct motion_u128){ rest, m.lo },
+                                (uint64_t)OTG_WAY_FIVES, &q.lo, NULL);
+    if (wider_is_negative(way))
+        q = wide_neg(q);
+    place->frac = q.lo;
+    return motion_fixed_add(from_q32, (int64_t)q.hi, &place->pos_q32);
+}
+
+struct append {
+    const struct motion_otg_plan *plan;
+    struct motion_track *track;
+    struct otg_run run;
+    struct wider way; /* of all phases */
+    int longest;
+};
+
+static void append_init(struct append *a)
+{
+    const struct motion_otg_plan *plan = a->plan;
+    a->longest = 0;
+    a->run = motion_otg_run_start(plan);
+    for (int i = 0; i < plan->count; i++) {
+        motion_otg_run_phase(&a->run, &plan->phase[i]);
+        if (plan->phase[i].dur_ns_q12 > plan->phase[a->longest].dur_ns_q12)
+            a->longest = i;
+    }
+    a->way = a->run.p;
+    a->run = motion_otg_run_start(plan);
+}
+
+/* Where phase i ends; the run is there. */
+static int phase_end(const struct append *a, int i, struct place *end)
+{
+    const struct motion_otg_plan *plan = a->plan;
+    if (i < a->longest)
+        return place_at(plan->start_pos_q32, a->run.p, plan->acc_bits, end);
+    return place_at(plan->goal_pos_q32, wider_sub(a->run.p, a->way),
+                    plan->acc_bits, end);
+}
+
+static int append_phase(struct append *a, int i)
+{
+    const struct motion_otg_plan *plan = a->plan;
+    const struct motion_otg_phase *phase = &plan->phase[i];
+    struct place end;
+    struct cubic cubic;
+    int err = cubic_of(a->run.v, a->run.a, phase, plan->acc_bits, &cubic);
     if (err < 0)
         return err;
-    return motion_track_append_poly(track, dur, 5, coef, (unsigned)scale,
-                                    pos_q32, frac);
+    motion_otg_run_phase(&a->run, phase);
+    err = phase_end(a, i, &end);
+    if (err < 0)
+        return err;
+    return motion_track_append_poly(a->track, phase->dur_ns_q12, cubic.degree,
+                                    cubic.coef, (unsigned)cubic.frac,
+                                    end.pos_q32, end.frac);
 }
 
 int motion_otg_append(const struct motion_otg_plan *plan,
                       struct motion_track *track)
 {
     struct motion_track before = *track;
-    struct walk at = { .v = motion_otg_wide_in(plan->start_vel),
-                       .a = plan->start_acc };
-    for (int i = 0; i < plan->count; i++) {
-        int err = append_phase(plan, i, &at, track);
-        if (err < 0) {
-            *track = before;
-            return err;
-        }
-    }
-    return MOTION_OK;
+    struct append a;
+    int err = MOTION_OK;
+    a.plan = plan;
+    a.track = track;
+    append_init(&a);
+    for (int i = 0; i < plan->count && err == MOTION_OK; i++)
+        err = append_phase(&a, i);
+    if (err < 0)
+        *track = before;
+    return err;
 }

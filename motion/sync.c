@@ -9,49 +9,47 @@
 
 #define SYNC_ROUNDS 64 /* two gaps per axis and a few roundings */
 
-/* Durations are rounded up to 2^-33 of themselves, so that every axis can
- * express them in its own ticks. */
-static int64_t round_up(int64_t dur_ns_q12)
-{
-    int grain = 64 - (int)motion_fixed_clz_u64((uint64_t)dur_ns_q12) - 34;
-    int64_t mask = grain > 0 ? ((int64_t)1 << grain) - 1 : 0;
-    return (dur_ns_q12 + mask) & ~mask;
-}
+/* What the axes need, to 2^-27. */
+struct needs {
+    int64_t least[MOTION_SYNC_AXES];
+    int slowest;
+    int64_t wanted; /* by the caller */
+};
 
-/* One axis in exactly `dur`; a duration of zero means "no time at all". */
-static int make_in(const struct motion_otg_move *move, int64_t dur_ns_q12,
-                   struct motion_otg_plan *plan, enum motion_otg_field *field)
-{
-    struct motion_otg_move timed = *move;
-    timed.dur_ns_q12 = dur_ns_q12;
-    return motion_otg_make(&timed, plan, field);
-}
-
-/* The slowest axis's own plan needs no more than the rounding; cheaper than
- * solving again. */
+/* The plan of an axis that needs all the time there is comes out a rounding
+ * shorter than that: lengthen it. */
 static bool is_stretched(const struct motion_otg_move *move, int64_t dur,
                          struct motion_otg_plan *plan)
 {
-    struct motion_otg_plan longer = *plan;
     int64_t rest = dur - plan->dur_ns_q12;
-    if (rest < 0 || rest > dur >> 32 ||
-        motion_otg_stretch(move, dur, &longer) < 0)
-        return false;
-    *plan = longer;
-    return true;
+    if (rest == 0)
+        return true;
+    return rest >= 0 && rest <= dur >> 32 &&
+           motion_otg_stretch(move, dur, plan) == MOTION_OK;
 }
 
-/* All axes in `dur`, or the first that cannot and the next time it can. */
-static int all_in(const struct motion_otg_move move[], int count, int64_t *dur,
+static bool is_near(int64_t least, int64_t dur)
+{
+    int64_t late = dur - least;
+    return late <= dur >> 22 && late >= -(dur >> 22);
+}
+
+/* All axes in `dur`, or the first that cannot and the next time it can.  The
+ * fastest plan of axis `made` is there already. */
+static int all_in(const struct motion_otg_move move[], int count,
+                  const struct needs *needs, int made, int64_t *dur,
                   struct motion_otg_plan plan[],
                   struct motion_sync_fault *fault)
 {
     for (int i = 0; i < count; i++) {
-        if (is_stretched(&move[i], *dur, &plan[i]))
+        fault->axis = i;
+        if (is_near(needs->least[i], *dur) &&
+            (i == made || motion_otg_make_in(&move[i], 0, &plan[i],
+                                             &fault->field) == MOTION_OK) &&
+            is_stretched(&move[i], *dur, &plan[i]))
             continue;
-        int err = make_in(&move[i], *dur, &plan[i], &fault->field);
+        int err = motion_otg_make_in(&move[i], *dur, &plan[i], &fault->field);
         if (err < 0) {
-            fault->axis = i;
             *dur = plan[i].dur_ns_q12;
             return err;
         }
@@ -59,22 +57,31 @@ static int all_in(const struct motion_otg_move move[], int count, int64_t *dur,
     return MOTION_OK;
 }
 
-static int sync_time(const struct motion_otg_move move[], int count,
-                     int64_t dur, struct motion_otg_plan plan[],
-                     struct motion_sync_fault *fault)
+OTG_OWN_FRAME static int sync_time(const struct motion_otg_move move[],
+                                   int count, const struct needs *needs,
+                                   struct motion_otg_plan plan[],
+                                   struct motion_sync_fault *fault)
 {
-    int err = MOTION_OK;
-    if (dur == 0)
-        return err;
-    for (int i = 0; i < SYNC_ROUNDS; i++) {
-        int64_t now = dur = round_up(dur);
-        err = all_in(move, count, &dur, plan, fault);
+    int64_t dur = needs->wanted;
+    int slowest = needs->slowest, made = -1, err = MOTION_OK;
+    if (dur < needs->least[slowest]) {
+        fault->axis = slowest;
+        err = motion_otg_make_in(&move[slowest], 0, &plan[slowest],
+                                 &fault->field);
+        dur = plan[slowest].dur_ns_q12;
+        made = slowest;
+    }
+    for (int i = 0; err == MOTION_OK && i < SYNC_ROUNDS; i++) {
+        int64_t now = dur;
+        err = all_in(move, count, needs, made, &dur, plan, fault);
+        made = -1;
         if (err != MOTION_E_LIMIT || fault->field != MOTION_OTG_FIELD_DURATION)
-            break;
+            return err;
+        err = MOTION_OK;
         if (dur <= now)
             dur = now + (now >> 24) + 1;
     }
-    return err;
+    return err == MOTION_OK ? MOTION_E_LIMIT : err;
 }
 
 /* --- straight lines -------------------------------------------------------
@@ -86,43 +93,44 @@ static int sync_time(const struct motion_otg_move move[], int count,
 struct line {
     const struct motion_otg_move *move;
     int count, leader;
-    struct real ratio[MOTION_SYNC_AXES];
+    int64_t way[MOTION_SYNC_AXES];
 };
-
-static struct real way_of(const struct motion_otg_move *move)
-{
-    struct wide way =
-        wide_sub(wide_from(move->goal.pos_q32), wide_from(move->start.pos_q32));
-    return wide_real(way, 0);
-}
 
 static bool line_init(struct line *line, const struct motion_otg_move move[],
                       int count)
 {
-    struct real longest = real_zero();
-    *line = (struct line){ .move = move, .count = count };
+    uint64_t longest = 0;
+    line->move = move;
+    line->count = count;
     for (int i = 0; i < count; i++) {
-        struct real way = way_of(&move[i]);
-        if (move[i].mode != MOTION_OTG_POSITION)
+        if (move[i].mode != MOTION_OTG_POSITION ||
+            motion_fixed_sub(move[i].goal.pos_q32, move[i].start.pos_q32,
+                             &line->way[i]) < 0)
             return false;
-        if (real_lt(real_abs(longest), real_abs(way))) {
-            longest = way;
+        if (motion_fixed_abs(line->way[i]) > longest) {
+            longest = motion_fixed_abs(line->way[i]);
             line->leader = i;
         }
     }
-    if (longest.m == 0)
-        return false;
-    for (int i = 0; i < count; i++)
-        line->ratio[i] = real_div(way_of(&move[i]), longest);
-    return true;
+    return longest != 0;
 }
 
-/* a = ratio * lead, as far as one unit of the format can tell. */
-static bool is_parallel(int64_t a, int64_t lead, struct real ratio)
+/* r of axis i. */
+static struct num line_ratio(const struct line *line, int i)
 {
-    struct real off = real_sub(real_int(a), real_mul(real_int(lead), ratio));
-    struct real size = real_scale(real_abs(real_int(a)), -30);
-    return !real_lt(real_max(real_int(1), size), real_abs(off));
+    return num_div(num_make(line->way[i], 0),
+                   num_make(line->way[line->leader], 0));
+}
+
+/* a = r lead, as far as one unit of the format, or 2^-30, can tell. */
+static bool is_parallel(const struct line *line, int i, int64_t a, int64_t lead)
+{
+    int64_t want, off, most = (int64_t)(motion_fixed_abs(a) >> 30);
+    if (motion_fixed_muldiv(lead, line->way[i], line->way[line->leader],
+                            &want) < 0 ||
+        motion_fixed_sub(a, want, &off) < 0)
+        return false;
+    return motion_fixed_abs(off) <= (uint64_t)(most > 1 ? most : 1);
 }
 
 /* Whether all states lie on the line. */
@@ -131,32 +139,34 @@ static bool line_holds(const struct line *line, struct motion_sync_fault *fault)
     const struct motion_otg_move *lead = &line->move[line->leader];
     for (int i = 0; i < line->count; i++) {
         const struct motion_otg_move *m = &line->move[i];
-        struct real r = line->ratio[i];
+        const struct {
+            enum motion_otg_field field;
+            int64_t own, lead;
+        } state[] = {
+            { MOTION_OTG_FIELD_START_VEL, m->start.vel_q32,
+              lead->start.vel_q32 },
+            { MOTION_OTG_FIELD_START_ACC, m->start.acc_q16,
+              lead->start.acc_q16 },
+            { MOTION_OTG_FIELD_GOAL_VEL, m->goal.vel_q32, lead->goal.vel_q32 },
+            { MOTION_OTG_FIELD_GOAL_ACC, m->goal.acc_q16, lead->goal.acc_q16 },
+        };
         fault->axis = i;
-        fault->field = MOTION_OTG_FIELD_START_VEL;
-        if (!is_parallel(m->start.vel_q32, lead->start.vel_q32, r))
-            return false;
-        fault->field = MOTION_OTG_FIELD_START_ACC;
-        if (!is_parallel(m->start.acc_q16, lead->start.acc_q16, r))
-            return false;
-        fault->field = MOTION_OTG_FIELD_GOAL_VEL;
-        if (!is_parallel(m->goal.vel_q32, lead->goal.vel_q32, r))
-            return false;
-        fault->field = MOTION_OTG_FIELD_GOAL_ACC;
-        if (!is_parallel(m->goal.acc_q16, lead->goal.acc_q16, r))
-            return false;
+        for (size_t k = 0; k < sizeof state / sizeof state[0]; k++) {
+            fault->field = state[k].field;
+            if (!is_parallel(line, i, state[k].own, state[k].lead))
+                return false;
+        }
     }
     return true;
 }
 
-/* Tighten [*low, *high] to what `limit` of an axis with ratio r leaves. */
-static void narrow(struct real r, struct real low, struct real high,
-                   struct real *lead_low, struct real *lead_high)
+/* Tighten [*low, *high] to what `limit` of an axis leaves, r_i = 1 / per_r. */
+static void narrow(struct num per_r, struct num low, struct num high,
+                   struct num *lead_low, struct num *lead_high)
 {
-    struct real per_r = real_inv(r);
-    struct real a = real_mul(low, per_r), b = real_mul(high, per_r);
-    *lead_low = real_max(*lead_low, real_min(a, b));
-    *lead_high = real_min(*lead_high, real_max(a, b));
+    struct num a = num_mul(low, per_r), b = num_mul(high, per_r);
+    *lead_low = num_max(*lead_low, num_min(a, b));
+    *lead_high = num_min(*lead_high, num_max(a, b));
 }
 
 static void line_problem(const struct line *line, struct otg_draw draw,
@@ -165,18 +175,18 @@ static void line_problem(const struct line *line, struct otg_draw draw,
     motion_otg_problem_init(&line->move[line->leader], draw, q);
     for (int i = 0; i < line->count; i++) {
         struct otg_problem axis;
-        struct real r = line->ratio[i];
-        if (r.m == 0 || i == line->leader)
+        if (line->way[i] == 0 || i == line->leader)
             continue;
+        struct num per_r = num_inv(line_ratio(line, i));
         motion_otg_problem_init(&line->move[i], draw, &axis);
-        narrow(r, axis.vn, axis.vx, &q->vn, &q->vx);
-        narrow(r, axis.an, axis.ax, &q->an, &q->ax);
-        struct real per_r = real_abs(real_inv(r));
-        q->j = real_min(q->j, real_mul(axis.j, per_r));
-        q->j2 = real_min(q->j2, real_mul(axis.j2, per_r));
+        narrow(per_r, axis.vn, axis.vx, &q->vn, &q->vx);
+        narrow(per_r, axis.an, axis.ax, &q->an, &q->ax);
+        per_r = num_abs(per_r);
+        q->j = num_min(q->j, num_mul(axis.j, per_r));
+        q->j2 = num_min(q->j2, num_mul(axis.j2, per_r));
     }
-    q->per_j = real_inv(q->j);
-    q->per_j2 = real_inv(q->j2);
+    q->per_j = num_inv(q->j);
+    q->per_j2 = num_inv(q->j2);
 }
 
 /* The leader's shape times r, as the axis's plan in `dur` (0: what comes). */
@@ -187,36 +197,38 @@ static int line_axis(const struct line *line, int i,
 {
     struct otg_shape own = *shape;
     struct otg_problem q = *lead;
-    struct real r = line->ratio[i];
-    q.d = real_mul(q.d, r);
-    q.v0 = real_mul(q.v0, r);
-    q.a0 = real_mul(q.a0, r);
-    for (int k = 0; k < own.count; k++)
-        own.phase[k].a = real_mul(own.phase[k].a, r);
-    int err = motion_otg_quantise(&line->move[i], &q, &own, dur, plan);
-    if (err < 0)
-        return err;
-    return motion_otg_check(&line->move[i], plan, field);
+    struct num r = line_ratio(line, i);
+    q.d = num_mul(q.d, r);
+    q.v0 = num_mul(q.v0, r);
+    q.a0 = num_mul(q.a0, r);
+    q.j = num_mul(q.j, num_abs(r));
+    q.j2 = num_mul(q.j2, num_abs(r));
+    motion_otg_shape_scale(&own, 0, r);
+    for (int k = 0; k < 2 && r.m < 0; k++)
+        own.knobs.is_peak[k] = !own.knobs.is_peak[k];
+    return motion_otg_settle(&line->move[i], &q, &own, dur, plan, field);
 }
 
+/* The leader comes first: without a duration asked for it gives one. */
 static int line_try(const struct line *line, struct otg_draw draw,
                     int64_t shortest, struct motion_otg_plan plan[],
                     struct motion_sync_fault *fault)
 {
     struct otg_problem q;
     struct otg_shape shape;
-    struct real next = real_zero();
-    struct real t = real_mul(real_int(shortest), motion_otg_tick_s(0));
+    int64_t dur = shortest;
+    struct num next = num_zero();
     otg_shape_init(&shape);
     line_problem(line, draw, &q);
-    int err = motion_otg_propose(q, t, &shape, &next);
+    int err = motion_otg_propose(q, motion_otg_seconds(dur), &shape, &next);
     if (err < 0)
         return err;
-    t = real_zero();
-    for (int i = 0; i < shape.count; i++)
-        t = real_add(t, shape.phase[i].dt);
-    t = real_mul(t, motion_otg_ticks_per_s(0));
-    int64_t dur = shortest ? shortest : round_up(real_floor(t, 0) + 64);
+    if (dur == 0) {
+        fault->axis = line->leader;
+        err = line_axis(line, line->leader, &q, &shape, 0, &plan[line->leader],
+                        &fault->field);
+        dur = plan[line->leader].dur_ns_q12;
+    }
     for (int i = 0; i < line->count && err == MOTION_OK; i++) {
         fault->axis = i;
         err = line_axis(line, i, &q, &shape, dur, &plan[i], &fault->field);
@@ -224,23 +236,56 @@ static int line_try(const struct line *line, struct otg_draw draw,
     return err;
 }
 
-/* As motion_otg_make, on the line; `shortest` 0 or a duration asked for. */
-static int sync_line(const struct motion_otg_move move[], int count,
-                     int64_t shortest, struct motion_otg_plan plan[],
-                     struct motion_sync_fault *fault)
+/* As motion_otg_make, on the line. */
+OTG_OWN_FRAME static int sync_line(const struct motion_otg_move move[],
+                                   int count, const struct needs *needs,
+                                   struct motion_otg_plan plan[],
+                                   struct motion_sync_fault *fault)
 {
     struct line line;
     if (!line_init(&line, move, count) || !line_holds(&line, fault))
         return MOTION_E_LIMIT;
-    int err = MOTION_OK, wanted = motion_otg_wanted_bits(plan[0].dur_ns_q12);
-    shortest = shortest ? round_up(shortest) : 0;
+    int err = MOTION_OK;
+    int wanted = motion_otg_wanted_bits(needs->least[needs->slowest]);
     for (int i = 0; i < OTG_TRIES; i++) {
-        err =
-            line_try(&line, motion_otg_draw(wanted, i), shortest, plan, fault);
+        err = line_try(&line, motion_otg_draw(wanted, i), needs->wanted, plan,
+                       fault);
         if (err != MOTION_E_LIMIT)
             break;
     }
     return err;
+}
+
+/* Each as fast as it can. */
+static int sync_none(const struct motion_otg_move move[], int count,
+                     struct motion_otg_plan plan[],
+                     struct motion_sync_fault *fault)
+{
+    int err = MOTION_OK;
+    for (int i = 0; i < count && err == MOTION_OK; i++) {
+        fault->axis = i;
+        err = motion_otg_make_in(&move[i], 0, &plan[i], &fault->field);
+    }
+    return err;
+}
+
+OTG_OWN_FRAME static int find_needs(const struct motion_otg_move move[],
+                                    int count, struct needs *needs,
+                                    struct motion_sync_fault *fault)
+{
+    needs->slowest = 0;
+    needs->wanted = 0;
+    for (int i = 0; i < count; i++) {
+        fault->axis = i;
+        int err = motion_otg_least(&move[i], &needs->least[i], &fault->field);
+        if (err < 0)
+            return err;
+        if (needs->least[i] > needs->least[needs->slowest])
+            needs->slowest = i;
+        if (move[i].dur_ns_q12 > needs->wanted)
+            needs->wanted = move[i].dur_ns_q12;
+    }
+    return MOTION_OK;
 }
 
 int motion_sync_make(const struct motion_otg_move move[], int count,
@@ -248,30 +293,24 @@ int motion_sync_make(const struct motion_otg_move move[], int count,
                      struct motion_sync_fault *fault)
 {
     struct motion_sync_fault unused;
-    int64_t longest = 0, wanted = 0;
+    struct needs needs;
     if (fault == NULL)
         fault = &unused;
     *fault = (struct motion_sync_fault){ 0, MOTION_OTG_FIELD_NONE };
     if (count < 1 || count > MOTION_SYNC_AXES)
         return MOTION_E_ARG;
-    for (int i = 0; i < count; i++) {
-        int err = make_in(&move[i], 0, &plan[i], &fault->field);
-        fault->axis = i;
-        if (err < 0)
-            return err;
-        if (plan[i].dur_ns_q12 > longest)
-            longest = plan[i].dur_ns_q12;
-        if (move[i].dur_ns_q12 > wanted)
-            wanted = move[i].dur_ns_q12;
-    }
-    if (kind == MOTION_SYNC_NONE || (longest == 0 && wanted == 0))
-        return MOTION_OK;
+    if (kind == MOTION_SYNC_NONE)
+        return sync_none(move, count, plan, fault);
+    int err = find_needs(move, count, &needs, fault);
+    if (err < 0)
+        return err;
+    if (needs.least[needs.slowest] == 0 && needs.wanted == 0)
+        return sync_none(move, count, plan, fault);
     if (kind == MOTION_SYNC_PHASE || kind == MOTION_SYNC_STRAIGHT) {
-        int err = sync_line(move, count, wanted, plan, fault);
+        err = sync_line(move, count, &needs, plan, fault);
         if (err == MOTION_OK || kind == MOTION_SYNC_STRAIGHT)
             return err;
     }
     *fault = (struct motion_sync_fault){ 0, MOTION_OTG_FIELD_NONE };
-    return sync_time(move, count, wanted > longest ? wanted : longest, plan,
-                     fault);
+    return sync_time(move, count, &needs, plan, fault);
 }

@@ -1,242 +1,281 @@
 /* tests/otg_oracle.c - see otg_oracle.h. */
-#include "tests/otg_oracle.h"
-
-#include <stdbool.h>
 #include <stddef.h>
 
-#include "motion/err.h"
-#include "motion/track.h"
+#include "tests/otg_oracle_parts.h"
 
-__extension__ typedef __float128 quad;
-__extension__ typedef __int128 wide;
+/* --- limits --------------------------------------------------------------- */
 
-struct judge {
-    const struct motion_otg_plan *plan;
-    quad h, step;        /* tick in s, step in units */
-    quad vx, vn, ax, an; /* allowed, in physical units */
-    quad j, j2;
-    quad e3, e4, e5;
-};
-
-static quad power(int e)
+void oracle_bound_of(struct oracle_bound *b, int64_t value)
 {
-    quad x = 1;
-    for (; e > 0; e--)
-        x *= 2;
-    for (; e < 0; e++)
-        x /= 2;
-    return x;
+    big_set(&b->num, value);
+    big_set(&b->den, 1);
 }
 
-static wide whole(struct motion_otg_wide a)
+/* side * (bound - value) >= 0 all through the phase; `times`: n for the jerk,
+ * 1 else; `less`, when not NULL, is taken off the value. */
+static bool is_kept(const struct oracle *g, enum oracle_order order,
+                    int64_t times, const struct oracle_bound *bound, int side,
+                    const struct big *less)
 {
-    __extension__ unsigned __int128 u = a.hi;
-    return (wide)(u << 64 | a.lo);
+    struct big_poly f;
+    struct big limit;
+    oracle_poly(g, order, &f);
+    if (less != NULL)
+        big_sub(&f.c[0], &f.c[0], less);
+    big_mul(&limit, &bound->num, &g->unit[order]);
+    big_mul_int(&limit, &limit, times);
+    for (int k = 0; k <= f.degree; k++) {
+        big_mul(&f.c[k], &f.c[k], &bound->den);
+        f.c[k].sign *= -side;
+    }
+    limit.sign *= side;
+    big_add(&f.c[0], &f.c[0], &limit);
+    return big_poly_is_not_negative(&f);
 }
 
-static quad larger(quad a, quad b)
+int64_t oracle_closing_jerk(const struct motion_otg_limit *limit)
 {
-    return a > b ? a : b;
+    return limit->jerk_down_q16 ? limit->jerk_down_q16 : limit->jerk_q16;
 }
 
-/* Peak that cannot be avoided: v + a^2/2j.  Braking may miss it by 2^19 ticks'
- * part of the ramp (2^-18 in long moves) and 2^-27 of the speed. */
-static quad peak(quad v, quad a, quad j, quad ticks)
+static bool jerk_is_kept(const struct oracle *g)
 {
-    if (a <= 0 || j <= 0)
-        return v;
-    quad miss = larger(power(19) / ticks, power(-18));
-    return v + a * a / (2 * j) * (1 + miss) + (v < 0 ? -v : v) * power(-27);
+    const struct motion_otg_limit *l = &g->move->limit;
+    int64_t first = l->jerk_q16, last = oracle_closing_jerk(l), least = first;
+    struct oracle_bound bound;
+    if (last < least)
+        least = last;
+    for (int side = -1; side <= 1; side += 2) {
+        oracle_bound_of(&bound, side * (g->i < g->plan->brake   ? first
+                                        : g->i >= g->plan->turn ? last
+                                                                : least));
+        if (!is_kept(g, ORACLE_JERK, g->n, &bound, side, NULL))
+            return false;
+    }
+    return true;
 }
 
-/* What start and goal make necessary; the plan's own units carry 2^-55 of
- * rounding of the tick's length. */
-static quad highest(quad v0, quad a0, quad j, quad vf, quad af, quad j2,
-                    quad ticks)
+/* The limit; while braking, the start. */
+static bool acc_is_kept(const struct oracle *g)
 {
-    quad v = larger(peak(v0, a0, j, ticks), peak(vf, -af, j2, ticks));
-    return v + (v < 0 ? -v : v) * power(-50);
+    const struct motion_otg_limit *l = &g->move->limit;
+    int brake = g->move->mode == MOTION_OTG_VELOCITY ? 1 : g->plan->brake;
+    struct oracle_bound bound;
+    for (int side = -1; side <= 1; side += 2) {
+        int64_t limit = side > 0 ? l->acc_max_q16 : l->acc_min_q16;
+        int64_t start = g->move->start.acc_q16;
+        if (g->i < brake && (side > 0 ? start > limit : start < limit))
+            limit = start;
+        oracle_bound_of(&bound, limit);
+        if (!is_kept(g, ORACLE_ACC, 1, &bound, side, NULL))
+            return false;
+    }
+    return true;
 }
 
-static void judge_init(struct judge *g, const struct motion_otg_move *m,
-                       const struct motion_otg_plan *plan)
+void oracle_vel_bound(const struct oracle *g, int up, struct oracle_bound *b)
 {
-    const quad q32 = power(-32), q16 = power(-16);
-    const struct motion_otg_limit *l = &m->limit;
-    quad j2 = (l->jerk_down_q16 ? l->jerk_down_q16 : l->jerk_q16) * q16;
-    quad v0 = m->start.vel_q32 * q32, a0 = m->start.acc_q16 * q16;
-    quad vf = m->goal.vel_q32 * q32, af = m->goal.acc_q16 * q16;
-    *g = (struct judge){ .plan = plan };
-    g->h = power(plan->tick_shift) / ((quad)1000000000 * 4096);
-    g->step = power(-plan->pos_shift);
-    g->j = l->jerk_q16 * q16;
-    g->j2 = j2;
-    quad ticks = (quad)plan->dur_ns_q12 + 1;
-    g->vx =
-        larger(l->vel_max_q32 * q32, highest(v0, a0, g->j, vf, af, j2, ticks));
-    g->vn = -larger(-l->vel_min_q32 * q32,
-                    highest(-v0, -a0, g->j, -vf, -af, j2, ticks));
-    quad more = 1 + power(-50);
-    g->ax = larger(l->acc_max_q16 * q16, larger(a0, af) * more);
-    g->an = -larger(-l->acc_min_q16 * q16, larger(-a0, -af) * more);
-    g->e3 = (quad)whole(plan->bend[0]);
-    g->e4 = (quad)whole(plan->bend[1]);
-    g->e5 = (quad)whole(plan->bend[2]);
+    const struct motion_otg_limit *l = &g->move->limit;
+    oracle_bound_of(b, up ? l->vel_max_q32 : l->vel_min_q32);
+    if (!g->outside[up] && g->i < g->late[up])
+        return;
+    big_copy(&b->num, &g->peak[up].num);
+    big_copy(&b->den, &g->peak[up].den);
 }
 
-/* State in physical units. */
-struct state {
-    quad p, v, a, j;
-};
-
-/* t ticks into a phase that starts at tick t0 with p, v, a in plan units. */
-static struct state at(const struct judge *g, quad t0, quad t, quad p, quad v,
-                       quad a, quad rate)
+/* As it comes from the start and, behind a trimmed corner, as it goes to the
+ * goal; between them both. */
+static bool vel_is_kept(const struct oracle *g)
 {
-    quad n = (quad)g->plan->ticks, u = (t0 + t) / n;
-    p += 3 * v * t + 3 * a * t * t + rate * t * t * t;
-    v += 2 * a * t + rate * t * t;
-    a += rate * t;
-    p += u * u * u * (g->e3 + u * (g->e4 + u * g->e5));
-    v += u * u * (3 * g->e3 + u * (4 * g->e4 + u * 5 * g->e5)) / (3 * n);
-    a += u * (6 * g->e3 + u * (12 * g->e4 + u * 20 * g->e5)) / (6 * n * n);
-    rate += (g->e3 + u * (4 * g->e4 + u * 10 * g->e5)) / (n * n * n);
-    quad h = g->h;
-    return (struct state){ p * g->step, 3 * v * g->step / h,
-                           6 * a * g->step / (h * h),
-                           6 * rate * g->step / (h * h * h) };
+    struct oracle_bound bound;
+    for (int up = 0; up < 2; up++) {
+        int side = up ? 1 : -1;
+        oracle_vel_bound(g, up, &bound);
+        if ((g->i <= g->last_trim || g->last_trim < 0) &&
+            !is_kept(g, ORACLE_VEL, 1, &bound, side, NULL))
+            return false;
+        if (g->i > g->first_trim &&
+            !is_kept(g, ORACLE_VEL, 1, &bound, side, &g->rest))
+            return false;
+    }
+    return true;
 }
 
-static const char *judge_state(const struct judge *g,
-                               const struct motion_otg_move *move,
-                               const struct state *s, int i)
+static const char *judge_phase(const struct oracle *g)
 {
-    quad j = i < g->plan->brake   ? g->j
-             : i >= g->plan->turn ? g->j2
-             : g->j < g->j2       ? g->j
-                                  : g->j2;
-    if (move->limit.jerk_q16 && (s->j > j || s->j < -j))
+    const struct motion_otg_limit *l = &g->move->limit;
+    if (l->jerk_q16 && !jerk_is_kept(g))
         return "jerk";
-    if (move->limit.acc_max_q16 && (s->a > g->ax || s->a < g->an))
+    if (l->acc_max_q16 && !acc_is_kept(g))
         return "acceleration";
-    if (move->mode == MOTION_OTG_POSITION && (s->v > g->vx || s->v < g->vn))
+    if (g->move->mode == MOTION_OTG_POSITION && !vel_is_kept(g))
         return "velocity";
     return NULL;
 }
 
-/* Nine times evenly, and where the acceleration passes zero. */
-static const char *judge_phase(const struct judge *g,
-                               const struct motion_otg_move *move, int i,
-                               quad t0, wide p, wide v, int64_t a)
+/* --- ends ----------------------------------------------------------------- */
+
+/* With a limit on it, velocity (acceleration) does not step at the ends. */
+static const char *judge_start(const struct oracle *g)
 {
-    const struct motion_otg_phase *ph = &g->plan->phase[i];
-    quad n = (quad)ph->ticks, rate = (quad)(ph->acc - a) / n;
-    for (int k = 0; k <= 9; k++) {
-        quad t = k < 9 ? n * k / 8 : 0;
-        if (k == 9 && (a > 0) != (ph->acc > 0) && rate != 0)
-            t = -(quad)a / rate;
-        struct state s = at(g, t0, t, (quad)p, (quad)v, (quad)a, rate);
-        const char *wrong = judge_state(g, move, &s, i);
-        if (wrong)
-            return wrong;
-    }
+    const struct motion_otg_move *m = g->move;
+    struct big acc, want;
+    oracle_acc(g, &acc, g->a);
+    big_mul_int(&want, &g->unit[ORACLE_ACC], m->start.acc_q16);
+    if (g->plan->start_pos_q32 != m->start.pos_q32)
+        return "start position";
+    if (m->limit.acc_max_q16 && g->plan->start_vel_q32 != m->start.vel_q32)
+        return "start velocity";
+    if (m->limit.jerk_q16 && big_cmp(&acc, &want) != 0)
+        return "start acceleration";
     return NULL;
 }
 
-/* The value of a start or goal in plan units, within one unit and 2^-50. */
-static bool is_image(quad plan, quad physical)
+/* Is it `want`, rounded to the nearest of the public format?  Or off by no more
+ * than one unit of the trimmed corners makes, `most`. */
+static bool is_goal(const struct oracle *g, enum oracle_order order,
+                    const struct big *have, int64_t want,
+                    const struct big *most)
 {
-    quad off = plan - physical, size = physical < 0 ? -physical : physical;
-    off = off < 0 ? -off : off;
-    return off <= 1 + size * power(-50);
+    struct big off;
+    big_mul_int(&off, &g->unit[order], want);
+    big_sub(&off, have, &off);
+    off.sign = off.sign != 0;
+    if (big_cmp(&off, most) <= 0)
+        return true;
+    big_mul_int(&off, &off, 2);
+    return big_cmp(&off, &g->unit[order]) <= 0;
 }
 
-static const char *judge_ends(const struct judge *g,
-                              const struct motion_otg_move *m, wide p, wide v,
-                              int64_t a)
+static const char *judge_goal(const struct oracle *g)
+{
+    const struct motion_otg_move *m = g->move;
+    struct big acc, want, most, pos;
+    oracle_trim(g, &most);
+    oracle_acc(g, &acc, g->a);
+    big_mul_int(&want, &g->unit[ORACLE_ACC], m->goal.acc_q16);
+    if (m->limit.jerk_q16 && big_cmp(&acc, &want) != 0)
+        return "goal acceleration";
+    if (m->limit.acc_max_q16 &&
+        (g->plan->goal_vel_q32 != m->goal.vel_q32 ||
+         !is_goal(g, ORACLE_VEL, &g->vel, m->goal.vel_q32, &most)))
+        return "goal velocity";
+    big_mul_int(&most, &most, 3);
+    big_mul_int(&most, &most, g->plan->dur_ns_q12);
+    big_mul_int(&pos, &g->unit[ORACLE_POS], m->start.pos_q32);
+    big_add(&pos, &pos, &g->pos);
+    if (!is_goal(g, ORACLE_POS, &pos, g->plan->goal_pos_q32, &most))
+        return "way";
+    if (m->mode == MOTION_OTG_POSITION &&
+        g->plan->goal_pos_q32 != m->goal.pos_q32)
+        return "goal position";
+    return NULL;
+}
+
+/* From `turn` on jerk_down counts: the highest (lowest) speed is behind.  So the
+ * phase that follows may lead beyond all corners inside the limits up to there
+ * on one side only if the velocity comes from the other; but a goal that swings
+ * may be all that follows.  But for what limits are drawn in by (in the
+ * shortest of moves 2^-6). */
+#define TURN_BITS 6
+
+static void widen(struct big *lo, struct big *hi, const struct big *vel)
+{
+    if (big_cmp(vel, lo) < 0)
+        big_copy(lo, vel);
+    if (big_cmp(vel, hi) > 0)
+        big_copy(hi, vel);
+}
+
+/* Does a exceed b by more than limits are drawn in by? */
+static bool exceeds(const struct big *a, const struct big *b)
+{
+    struct big by, size;
+    big_sub(&by, a, b);
+    big_copy(&size, b);
+    size.sign = size.sign != 0;
+    big_shl(&by, &by, TURN_BITS);
+    return big_cmp(&by, &size) > 0;
+}
+
+static bool turn_is_behind_the_peak(struct oracle *g)
+{
+    struct big at, lo, hi;
+    bool inside = false;
+    big_set(&lo, 0);
+    big_set(&hi, 0);
+    while (g->i < g->plan->turn) {
+        oracle_phase(g);
+        if (!inside) {
+            big_copy(&lo, &g->vel);
+            big_copy(&hi, &g->vel);
+        }
+        widen(&lo, &hi, &g->vel);
+        inside = inside ||
+                 (g->i >= g->plan->brake && !g->outside[0] && !g->outside[1]);
+        oracle_step(g);
+    }
+    if (!inside || g->i >= oracle_late(g->plan, 1) ||
+        g->i >= oracle_late(g->plan, -1))
+        return true;
+    big_copy(&at, &g->vel);
+    widen(&lo, &hi, &at);
+    oracle_phase(g);
+    oracle_step(g);
+    return !(exceeds(&g->vel, &hi) && exceeds(&at, &lo)) &&
+           !(exceeds(&lo, &g->vel) && exceeds(&hi, &at));
+}
+
+/* Which jerk counts where is for the plan to say, but not as it likes. */
+static const char *judge_turn(struct oracle *g)
 {
     const struct motion_otg_plan *plan = g->plan;
-    const quad q32 = power(-32), q16 = power(-16);
-    quad vel = g->h / (3 * g->step), acc = g->h * g->h / (6 * g->step);
-    bool has_v = m->limit.acc_max_q16 != 0, has_a = m->limit.jerk_q16 != 0;
-    wide e3 = whole(plan->bend[0]), e4 = whole(plan->bend[1]);
-    wide e5 = whole(plan->bend[2]);
-    if (has_v &&
-        !is_image((quad)whole(plan->start_vel), m->start.vel_q32 * q32 * vel))
-        return "start velocity";
-    if (has_a && !is_image((quad)plan->start_acc, m->start.acc_q16 * q16 * acc))
-        return "start acceleration";
-    if (has_a && !is_image((quad)a, m->goal.acc_q16 * q16 * acc))
-        return "goal acceleration";
-    if (6 * e3 + 12 * e4 + 20 * e5 != 0)
-        return "goal acceleration of the quintic";
-    quad end = (quad)v;
-    if (plan->count)
-        end =
-            (quad)v + (quad)(3 * e3 + 4 * e4 + 5 * e5) / 3 / (quad)plan->ticks;
-    if (has_v && !is_image(end, m->goal.vel_q32 * q32 * vel))
-        return "goal velocity";
-    if (p + e3 + e4 + e5 != whole(plan->way))
-        return "way";
-    wide way = (wide)m->goal.pos_q32 - m->start.pos_q32;
-    if (m->mode == MOTION_OTG_POSITION &&
-        whole(plan->way) != way * ((wide)1 << (plan->pos_shift - 32)))
+    if (plan->brake < 0 || plan->brake > plan->turn || plan->turn > plan->count)
+        return "turn";
+    if (g->move->mode == MOTION_OTG_POSITION && g->move->limit.jerk_down_q16 &&
+        plan->turn < plan->count && !turn_is_behind_the_peak(g))
+        return "turn";
+    return NULL;
+}
+
+/* Nothing moves. */
+static const char *judge_empty(const struct motion_otg_move *m,
+                               const struct motion_otg_plan *plan)
+{
+    if (plan->dur_ns_q12 != 0)
+        return "duration";
+    if (m->mode == MOTION_OTG_POSITION && m->start.pos_q32 != m->goal.pos_q32)
         return "goal position";
+    if (m->limit.acc_max_q16 && m->start.vel_q32 != m->goal.vel_q32)
+        return "goal velocity";
+    if (m->limit.jerk_q16 && m->start.acc_q16 != m->goal.acc_q16)
+        return "goal acceleration";
     return NULL;
 }
 
 const char *otg_oracle_judge(const struct motion_otg_move *move,
                              const struct motion_otg_plan *plan)
 {
-    struct judge g;
-    judge_init(&g, move, plan);
-    wide p = 0, v = whole(plan->start_vel);
-    int64_t a = plan->start_acc, t = 0;
-    for (int i = 0; i < plan->count; i++) {
-        wide n = plan->phase[i].ticks;
-        int64_t to = plan->phase[i].acc;
-        const char *wrong = judge_phase(&g, move, i, (quad)t, p, v, a);
-        if (wrong)
-            return wrong;
-        if (n <= 0)
-            return "ticks";
-        p += 3 * v * n + (2 * (wide)a + to) * n * n;
-        v += ((wide)a + to) * n;
-        a = to;
-        t += (int64_t)n;
-    }
-    if (t != plan->ticks || t << plan->tick_shift != plan->dur_ns_q12)
-        return "duration";
-    return judge_ends(&g, move, p, v, a);
-}
-
-const char *otg_oracle_judge_track(const struct motion_otg_move *move,
-                                   const struct motion_otg_plan *plan)
-{
-    struct motion_segment room[MOTION_OTG_PHASES];
-    struct motion_track track;
-    struct motion_continuity step;
-    struct motion_extreme v;
-    motion_track_init(&track, room, MOTION_OTG_PHASES, move->start.pos_q32);
-    int err = motion_otg_append(plan, &track);
-    if (err == MOTION_E_RANGE)
-        return NULL; /* overshoots what a position can be */
-    if (err < 0)
-        return motion_err_text(err);
+    static struct oracle g;
+    if (plan->count < 0 || plan->count > MOTION_OTG_PHASES)
+        return "count";
+    if (plan->acc_bits < -200 || plan->acc_bits > 240)
+        return "acc_bits";
     if (plan->count == 0)
-        return NULL;
-    if (move->mode == MOTION_OTG_POSITION &&
-        (track.end.pos_q32 != move->goal.pos_q32 || track.end_frac != 0))
-        return "track's end";
-    motion_track_continuity(&track, &step);
-    if (step.pos_step_q32 != 0)
-        return "track's position steps";
-    struct judge g;
-    judge_init(&g, move, plan);
-    motion_track_extreme(&track, MOTION_VEL, &v);
-    if (move->mode == MOTION_OTG_POSITION &&
-        ((quad)(v.max - 1) > g.vx / power(-32) ||
-         (quad)(v.min + 1) < g.vn / power(-32)))
-        return "track's velocity";
-    return NULL;
+        return judge_empty(move, plan);
+    oracle_init(&g, move, plan);
+    const char *wrong = judge_turn(&g);
+    oracle_init(&g, move, plan);
+    if (wrong == NULL)
+        wrong = judge_start(&g);
+    while (wrong == NULL && g.i < plan->count) {
+        oracle_phase(&g);
+        wrong = g.n <= 0 ? "duration" : judge_phase(&g);
+        oracle_step(&g);
+    }
+    if (wrong != NULL)
+        return wrong;
+    if (g.t0 != plan->dur_ns_q12)
+        return "duration";
+    return judge_goal(&g);
 }

@@ -1,20 +1,31 @@
 /* tests/otg_oracle.h - a second opinion on plans; shares no code with them.
  *
- * Evaluates a plan by its definition (motion/otg.h) in 113-bit floating point:
- * 128-bit integers of the plan fit exactly into sums that round at 2^-113 of
- * the move, far below the 2^-80 at which anything is compared. */
+ * A plan is judged by its definition (motion/otg.h) in whole numbers of any
+ * size: nothing is rounded, nothing is sampled, nothing is "about".  In each
+ * phase velocity, acceleration and jerk, the quintic included, are polynomials
+ * with whole coefficients, and so are their distances from the limits; whether
+ * those are negative anywhere is decided exactly (big.h).
+ *
+ * What start and goal themselves make unavoidable is allowed, and only there:
+ *
+ *   a start outside its limits   acceleration: until the braking phases end;
+ *   velocity: until then, and until the acceleration has let go
+ *   a start that must touch      v0 + a0^2 / 2 jerk at or above the limit: no
+ *   whole number of ticks does exactly that.  That peak, 2^-18 of the ramp
+ *   (or 2^19 of the smallest ticks there are, in a short move) and 2^-27 of
+ *   the speed more, until the acceleration has let go
+ *   a goal that must have touched     the same backwards in time */
 #ifndef TESTS_OTG_ORACLE_H
 #define TESTS_OTG_ORACLE_H
 
 #include "motion/otg.h"
 
-/* NULL, or what is wrong with the plan: ends, limits, continuity. */
+/* NULL, or what is wrong with the plan: ends to the last bit, limits. */
 const char *otg_oracle_judge(const struct motion_otg_move *move,
                              const struct motion_otg_plan *plan);
 
-/* The same of a track made from it: ends at the goal to the bit, position
- * continuous, velocity and acceleration within what their formats resolve,
- * inside the limits. */
+/* The same of a track made from it: starts and ends as the move does to the
+ * bit, no gap, every segment where the plan is, inside the limits. */
 const char *otg_oracle_judge_track(const struct motion_otg_move *move,
                                    const struct motion_otg_plan *plan);
 

@@ -25,6 +25,7 @@ struct command {
     const char *text;      /* paragraphs */
     const char *examples;  /* lines, indented */
     int path_max;          /* arguments; 0: 2 */
+    bool path_optional;    /* none will do, too */
     const struct option_row *option;
     size_t option_count;
     enum status (*run)(const struct options *options);

@@ -2,6 +2,7 @@
 #include "firmware/linux/options.h"
 
 #include <getopt.h>
+#include <math.h>
 #include <string.h>
 
 #include "firmware/linux/command.h"
@@ -77,6 +78,16 @@ static int options_percent(const char *text, int64_t *rate_q30)
                                rate_q30);
 }
 
+static int options_count(const char *text, int64_t *count)
+{
+    const char *end;
+    int err = number_parse_decimal(text, 0, count, &end);
+    if (err < 0)
+        return err;
+    return *end != 0 || *count < 0 || *count > 1000000000 ? MOTION_E_ARG
+                                                          : MOTION_OK;
+}
+
 static const char *options_expected(enum option_kind kind)
 {
     switch (kind) {
@@ -86,6 +97,10 @@ static const char *options_expected(enum option_kind kind)
         return "a time of 0 to 19 days, such as 2.5 or 250ms";
     case OPTION_PERCENT:
         return "a percentage from 1 to 200, such as 50";
+    case OPTION_NUMBER:
+        return "a number, 0 or from 1e-60 to 1e60, such as 12.5 or -3e-2";
+    case OPTION_COUNT:
+        return "a whole number from 0, such as 12";
     case OPTION_FLAG:
     case OPTION_TEXT:
         break;
@@ -110,6 +125,12 @@ static int options_store(const struct option_row *row, const char *text,
         return options_time(text, (int64_t *)(void *)field);
     case OPTION_PERCENT:
         return options_percent(text, (int64_t *)(void *)field);
+    case OPTION_NUMBER:
+        return otg_number(text, strlen(text), (double *)(void *)field)
+                   ? MOTION_OK
+                   : MOTION_E_ARG;
+    case OPTION_COUNT:
+        return options_count(text, (int64_t *)(void *)field);
     }
     return MOTION_E_ARG;
 }
@@ -163,7 +184,7 @@ static int options_paths(const struct command *command, int argc, char *argv[],
             return options_fail(command, "one argument too many: ", argv[i]);
         options->path[options->path_count++] = argv[i];
     }
-    if (options->path_count == 0 && !options->help)
+    if (options->path_count == 0 && !options->help && !command->path_optional)
         return options_fail(command, "which files? expected ",
                             command->arguments);
     return 0;
@@ -181,7 +202,10 @@ int options_parse(const struct command *command, int argc, char *argv[],
         .hold_at_ns = -1,
         .resume_after_ns = -1,
         .override_q30 = -1,
+        .row = -1,
     };
+    for (int i = 0; i < OTG_VALUES; i++)
+        options->motion[i] = (double)NAN;
     optind = 0; /* glibc: start anew */
     for (;;) {
         int code = getopt_long(argc, argv, ":h", list, NULL);

@@ -10,6 +10,8 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "firmware/linux/otg_rows.h"
+
 #define OPTIONS_PATHS_MAX 3
 
 enum option_kind {
@@ -18,6 +20,8 @@ enum option_kind {
     OPTION_RATE,    /* int64_t, micro-hertz; 0.001 Hz .. 1 MHz */
     OPTION_TIME,    /* int64_t, nanoseconds; seconds unless a unit is given */
     OPTION_PERCENT, /* int64_t, Q30; 1 .. 200 */
+    OPTION_NUMBER,  /* double, as a column of slew otg */
+    OPTION_COUNT,   /* int64_t; 0 .. 10^9 */
 };
 
 struct option_row {
@@ -41,6 +45,8 @@ struct options {
     int64_t rate_uhz;
     int64_t from_ns, to_ns, hold_at_ns, resume_after_ns;
     int64_t override_q30;
+    int64_t row;               /* -1 when not given */
+    double motion[OTG_VALUES]; /* NAN when not given */
     const char *path[OPTIONS_PATHS_MAX];
     int path_count;
 };

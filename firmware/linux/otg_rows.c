@@ -2,10 +2,11 @@
 #include "firmware/linux/otg_rows.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const otg_name[OTG_VALUES] = {
+static const char *const otg_names[OTG_VALUES] = {
     "p0", "v0", "a0", "pf", "vf", "af", "vmax", "vmin", "amax", "amin", "jmax",
 };
 
@@ -29,79 +30,130 @@ static bool is_name(const char *field, size_t length, const char *name)
     return strlen(name) == length && memcmp(field, name, length) == 0;
 }
 
+#define AXIS_NOT_OURS (-1)
+#define AXIS_TOO_MANY (-2)
+
+/* "_3" is axis 2. */
+static short header_axis(const char *field, size_t length)
+{
+    char *end;
+    if (length == 0)
+        return 0;
+    long number = strtol(field + 1, &end, 10);
+    if (end != field + length || field[1] < '1' || field[1] > '9')
+        return AXIS_NOT_OURS;
+    return number > MOTION_SYNC_AXES ? AXIS_TOO_MANY : (short)(number - 1);
+}
+
 /* "v0" or "v0_3". */
 static void header_column(const char *field, size_t length, short *axis,
                           short *value)
 {
     size_t stem = 0;
+    while (length > 0 && *field == ' ') {
+        field++;
+        length--;
+    }
+    while (length > 0 && field[length - 1] == ' ')
+        length--;
     while (stem < length && field[stem] != '_')
         stem++;
-    *axis = -1;
+    *axis = AXIS_NOT_OURS;
     if (is_name(field, length, "duration"))
         *value = OTG_VALUE_DURATION;
     else if (is_name(field, length, "category"))
         *value = OTG_VALUE_CATEGORY;
     else
         for (int i = 0; i < OTG_VALUES; i++)
-            if (is_name(field, stem, otg_name[i])) {
-                long number =
-                    stem < length ? strtol(field + stem + 1, NULL, 10) : 1;
+            if (is_name(field, stem, otg_names[i])) {
+                *axis = header_axis(field + stem, length - stem);
                 *value = (short)i;
-                if (number >= 1 && number <= MOTION_SYNC_AXES)
-                    *axis = (short)(number - 1);
             }
 }
 
-static bool header_is_whole(const struct otg_header *header,
-                            const unsigned has[MOTION_SYNC_AXES])
+static const char *header_wrong(struct otg_header *header, const char *what,
+                                int axis, int value)
 {
-    const unsigned all = (1u << OTG_VALUES) - 1;
-    const unsigned position =
-        1u << OTG_P0 | 1u << OTG_PF | 1u << OTG_VMAX | 1u << OTG_VMIN;
-    if (header->velocity)
-        return header->axes == 1 && (has[0] | position) == all;
+    char number[16] = "";
+    if (axis > 0 || header->axes > 1)
+        snprintf(number, sizeof number, "_%d", axis + 1);
+    snprintf(header->wrong, sizeof header->wrong, "column %s%s %s",
+             otg_names[value], number, what);
+    return header->wrong;
+}
+
+/* A velocity goal has no positions. */
+static const char *header_missing(struct otg_header *header,
+                                  const unsigned has[MOTION_SYNC_AXES])
+{
+    const unsigned position = 1u << OTG_P0 | 1u << OTG_PF;
+    const unsigned limits = 1u << OTG_VMAX | 1u << OTG_VMIN;
+    if (header->axes == 0)
+        return "expected a header line with the columns p0,v0,a0,pf,vf,af,"
+               "vmax,vmin,amax,amin,jmax";
+    header->velocity = header->axes == 1 && !(has[0] & position);
     for (int i = 0; i < header->axes; i++)
-        if (has[i] != all)
-            return false;
-    return header->axes > 0;
+        for (int k = 0; k < OTG_VALUES; k++) {
+            bool needed = !header->velocity || !((position | limits) & 1u << k);
+            if (needed && !(has[i] & 1u << k))
+                return header_wrong(header, "is missing", i, k);
+        }
+    return NULL;
+}
+
+static const char *header_add(struct otg_header *header, const char *field,
+                              size_t length, unsigned has[MOTION_SYNC_AXES])
+{
+    short axis, value = -1;
+    if (header->columns == OTG_COLUMNS_MAX)
+        return "too many columns: expected 512 at most";
+    header_column(field, length, &axis, &value);
+    header->column[header->columns].axis = axis;
+    header->column[header->columns].value = value;
+    header->columns++;
+    if (axis == AXIS_TOO_MANY)
+        return "too many axes: expected 16 at most";
+    if (axis < 0)
+        return NULL;
+    if (has[axis] & 1u << value)
+        return header_wrong(header, "is there twice", axis, value);
+    has[axis] |= 1u << value;
+    if (axis + 1 > header->axes)
+        header->axes = axis + 1;
+    return NULL;
 }
 
 const char *otg_header_parse(const char *line, struct otg_header *header)
 {
     unsigned has[MOTION_SYNC_AXES] = { 0 };
+    const char *wrong = NULL;
     memset(header, 0, sizeof *header);
-    for (;;) {
+    if (strncmp(line, "\xef\xbb\xbf", 3) == 0)
+        line += 3; /* what some spreadsheets put first */
+    while (wrong == NULL) {
         size_t length = field_length(line);
-        short axis, value = -1;
-        if (header->columns == OTG_COLUMNS_MAX)
-            return "too many columns";
-        header_column(line, length, &axis, &value);
-        header->column[header->columns].axis = axis;
-        header->column[header->columns].value = value;
-        header->columns++;
-        if (axis >= 0) {
-            if (has[axis] & 1u << value)
-                return "a column is there twice";
-            has[axis] |= 1u << value;
-            if (axis + 1 > header->axes)
-                header->axes = axis + 1;
-        }
+        wrong = header_add(header, line, length, has);
         line += length;
-        if (*line != ',')
+        if (*line++ != ',')
             break;
-        line++;
     }
-    header->velocity = !(has[0] & 1u << OTG_P0);
-    return header_is_whole(header, has) ? NULL : "a column is missing";
+    return wrong != NULL ? wrong : header_missing(header, has);
 }
 
 /* --- rows ----------------------------------------------------------------- */
 
-static bool field_number(const char *field, size_t length, double *number)
+const char *otg_name(int value)
+{
+    return otg_names[value];
+}
+
+bool otg_number(const char *text, size_t length, double *number)
 {
     char *end;
-    *number = strtod(field, &end);
-    return length > 0 && end == field + length && isfinite(*number) &&
+    while (length > 0 && text[length - 1] == ' ')
+        length--;
+    *number = strtod(text, &end);
+    return length > 0 && end == text + length && isfinite(*number) &&
            (*number == 0 || (fabs(*number) > 1e-60 && fabs(*number) < 1e60));
 }
 
@@ -110,30 +162,50 @@ static bool row_field(const struct otg_header *header, int i, const char *field,
 {
     int axis = header->column[i].axis, value = header->column[i].value;
     if (axis >= 0)
-        return field_number(field, length, &row->value[axis][value]);
+        return otg_number(field, length, &row->value[axis][value]);
     if (value == OTG_VALUE_DURATION)
-        return length == 0 || field_number(field, length, &row->duration);
+        return length == 0 || otg_number(field, length, &row->duration);
     if (value == OTG_VALUE_CATEGORY && length < sizeof row->category)
         memcpy(row->category, field, length);
     return true;
 }
 
-const char *otg_row_parse(const struct otg_header *header, const char *line,
+static const char *row_wrong(struct otg_header *header, int i)
+{
+    static const char what[] =
+        "expected a finite number, 0 or from 1e-60 to 1e60";
+    int axis = header->column[i].axis, value = header->column[i].value;
+    if (axis < 0)
+        snprintf(header->wrong, sizeof header->wrong, "duration: %s", what);
+    else if (header->axes > 1)
+        snprintf(header->wrong, sizeof header->wrong, "%s_%d: %s",
+                 otg_names[value], axis + 1, what);
+    else
+        snprintf(header->wrong, sizeof header->wrong, "%s: %s",
+                 otg_names[value], what);
+    return header->wrong;
+}
+
+const char *otg_row_parse(struct otg_header *header, const char *line,
                           struct otg_row *row, int *column)
 {
+    const char *field = line;
     memset(row, 0, sizeof *row);
     row->duration = (double)NAN;
     for (int i = 0; i < header->columns; i++) {
-        size_t length = field_length(line);
-        *column = i + 1;
-        if (!row_field(header, i, line, length, row))
-            return "not a finite number between 1e-60 and 1e60";
-        line += length;
-        if (i + 1 < header->columns && *line != ',')
-            return "the row ends here, more columns were expected";
-        line += *line == ',';
+        size_t length = field_length(field);
+        *column = (int)(field - line) + 1;
+        if (!row_field(header, i, field, length, row))
+            return row_wrong(header, i);
+        field += length;
+        *column = (int)(field - line) + 1;
+        if (i + 1 < header->columns && *field != ',')
+            return "the row ends here: expected as many fields as the header "
+                   "has";
+        field += *field == ',' && i + 1 < header->columns;
     }
-    return NULL;
+    return *field == ',' ? "another field: expected as many as the header has"
+                         : NULL;
 }
 
 /* --- scale ---------------------------------------------------------------- */
@@ -150,15 +222,21 @@ static double larger(double a, double b)
     return a > b ? a : b;
 }
 
-/* About the time the move takes, within a few powers of two. */
+static double smaller(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+/* About the time the move takes, within a few powers of two; rather too long,
+ * by the lower limits. */
 static double row_time(const double *v, bool velocity)
 {
     double way = velocity ? 0 : fabs(v[OTG_PF] - v[OTG_P0]);
     double dv = velocity ? fabs(v[OTG_VF] - v[OTG_V0])
                          : larger(fabs(v[OTG_V0]), fabs(v[OTG_VF]));
     double a0 = larger(fabs(v[OTG_A0]), fabs(v[OTG_AF]));
-    double acc = larger(v[OTG_AMAX], -v[OTG_AMIN]);
-    double vel = larger(v[OTG_VMAX], -v[OTG_VMIN]);
+    double acc = smaller(v[OTG_AMAX], -v[OTG_AMIN]);
+    double vel = smaller(v[OTG_VMAX], -v[OTG_VMIN]);
     double t = 0;
     if (v[OTG_JMAX] > 0)
         t = larger(larger(a0 / v[OTG_JMAX], sqrt(dv / v[OTG_JMAX])),
@@ -170,11 +248,40 @@ static double row_time(const double *v, bool velocity)
     return t;
 }
 
-/* Smallest length exponent with which every value fits: 2^29 where 32 bits
- * are fraction, 2^45 where 16 are.  Positions are counted from p0. */
-static int row_length(const double *v, int time)
+/* The fastest the row speaks of. */
+static double row_speed(const double *v, bool velocity)
 {
-    int length = -3000;
+    double speed = larger(fabs(v[OTG_V0]), fabs(v[OTG_VF]));
+    if (!velocity)
+        return larger(speed, larger(v[OTG_VMAX], -v[OTG_VMIN]));
+    if (v[OTG_JMAX] > 0)
+        speed += (v[OTG_A0] * v[OTG_A0] + v[OTG_AF] * v[OTG_AF]) / v[OTG_JMAX];
+    return speed;
+}
+
+/* The time exponent with which velocity and jerk fill their formats alike, and
+ * so acceleration its own: the ramps, sqrt(v / j), last 2^-8 then.  The whole
+ * must last from 1/2 to 2^14. */
+static int row_ramp_time(const double *v, bool velocity, int whole)
+{
+    int time = whole;
+    double speed = row_speed(v, velocity);
+    if (v[OTG_JMAX] > 0 && speed > 0) {
+        int ramp = power_of(speed) - power_of(v[OTG_JMAX]) + 16;
+        ramp = ramp >= 0 ? ramp / 2 : -((1 - ramp) / 2);
+        time = ramp < time ? ramp : time;
+    }
+    return time > whole - 14 ? time : whole - 14;
+}
+
+/* Smallest length exponent with which every value fits: 2^29 where 32 bits
+ * are fraction, 2^45 where 16 are.  Positions are counted from p0; a velocity
+ * goal ends where it does, within speed times time. */
+static int row_length(const double *v, bool velocity, int whole, int time)
+{
+    int length = power_of(row_speed(v, velocity)) + whole + 1 - 29;
+    if (!velocity)
+        length = -3000;
     for (int i = 0; i < OTG_VALUES; i++) {
         int room = otg_unit[i].time >= -1 ? 29 : 45;
         int need = power_of(v[i]) - otg_unit[i].time * time - room;
@@ -184,11 +291,15 @@ static int row_length(const double *v, int time)
     return length;
 }
 
+/* A way to nearest; everything else towards zero, so that no limit grows and
+ * what is on a limit stays on it. */
 static int64_t fixed(double x, int value, int length, int time)
 {
     int bits = otg_unit[value].time >= -1 ? 32 : 16;
     int shift = bits - length - otg_unit[value].time * time;
-    return (int64_t)llround(ldexp(x, shift));
+    double scaled = ldexp(x, shift);
+    return otg_unit[value].time == 0 ? (int64_t)llround(scaled)
+                                     : (int64_t)trunc(scaled);
 }
 
 void otg_row_scale(const struct otg_header *header, const struct otg_row *row,
@@ -198,13 +309,19 @@ void otg_row_scale(const struct otg_header *header, const struct otg_row *row,
     memset(scaled, 0, sizeof *scaled);
     for (int i = 0; i < header->axes; i++)
         t = larger(t, row_time(row->value[i], header->velocity));
-    scaled->time = t > 0 ? power_of(t) : 0;
+    int whole = t > 0 ? power_of(t) : 0;
+    int time = whole;
+    for (int i = 0; i < header->axes; i++) {
+        int own = row_ramp_time(row->value[i], header->velocity, whole);
+        time = own < time ? own : time;
+    }
+    scaled->time = time;
     for (int i = 0; i < header->axes; i++) {
         double v[OTG_VALUES];
         memcpy(v, row->value[i], sizeof v);
         v[OTG_PF] -= v[OTG_P0];
         v[OTG_P0] = 0;
-        int time = scaled->time, length = row_length(v, time);
+        int length = row_length(v, header->velocity, whole, time);
         int64_t x[OTG_VALUES];
         for (int k = 0; k < OTG_VALUES; k++)
             x[k] = fixed(v[k], k, length, time);
@@ -227,57 +344,50 @@ void otg_row_scale(const struct otg_header *header, const struct otg_row *row,
 
 #define OTG_TICKS_PER_SECOND 4096e9L
 
-static long double wide(struct motion_otg_wide a)
-{
-    return ldexpl((long double)(int64_t)a.hi, 64) + (long double)a.lo;
-}
-
 double otg_plan_seconds(const struct motion_otg_plan *plan, int time)
 {
     return (double)ldexpl((long double)plan->dur_ns_q12 / OTG_TICKS_PER_SECOND,
                           time);
 }
 
+/* In the plan's units (otg.h); whole numbers, rounded at 2^-64. */
 struct curve {
-    long double t, p, v, a; /* in ticks and the plan's units */
+    long double t, p, v, a;
 };
 
-/* The quintic and its derivatives by u, and the phases up to i. */
 static struct curve plan_curve(const struct motion_otg_plan *plan, int i)
 {
-    long double e3 = wide(plan->bend[0]), e4 = wide(plan->bend[1]);
-    long double e5 = wide(plan->bend[2]), n = (long double)plan->ticks;
-    struct curve c = { 0, 0, wide(plan->start_vel),
-                       (long double)plan->start_acc };
+    struct curve c = {
+        .v = ldexpl((long double)plan->start_vel_q32 * 1953125,
+                    plan->acc_bits - 10),
+        .a = (long double)plan->start_acc,
+    };
     for (int k = 0; k < i; k++) {
-        long double dt = (long double)plan->phase[k].ticks;
+        long double dt = (long double)plan->phase[k].dur_ns_q12;
         long double to = (long double)plan->phase[k].acc;
-        c.p += 3 * c.v * dt + (2 * c.a + to) * dt * dt;
+        c.p += (3 * c.v + (2 * c.a + to) * dt) * dt;
         c.v += (c.a + to) * dt;
         c.a = to;
         c.t += dt;
     }
-    if (plan->count == 0)
-        return c;
-    long double u = c.t / n;
-    c.p += u * u * u * (e3 + u * (e4 + u * e5));
-    c.v += u * u * (3 * e3 + u * (4 * e4 + u * 5 * e5)) / (3 * n);
-    c.a += u * (6 * e3 + u * (12 * e4 + u * 20 * e5)) / (6 * n * n);
     return c;
 }
 
 struct otg_point otg_plan_point(const struct motion_otg_plan *plan, int i,
                                 int length, int time)
 {
+    const long double fives = 1953125;
     struct curve c = plan_curve(plan, i);
+    int bits = plan->acc_bits - length;
     long double j = 0;
     if (i < plan->count)
-        j = (plan_curve(plan, i + 1).a - c.a) /
-            (long double)plan->phase[i].ticks;
-    long double h = ldexpl(1 / OTG_TICKS_PER_SECOND, plan->tick_shift + time);
-    long double step = ldexpl(1, length - plan->pos_shift);
-    return (struct otg_point){ (double)(c.t * h), (double)(c.p * step),
-                               (double)(3 * c.v * step / h),
-                               (double)(6 * c.a * step / (h * h)),
-                               (double)(6 * j * step / (h * h * h)) };
+        j = ((long double)plan->phase[i].acc - c.a) * OTG_TICKS_PER_SECOND /
+            (long double)plan->phase[i].dur_ns_q12;
+    return (struct otg_point){
+        (double)ldexpl(c.t / OTG_TICKS_PER_SECOND, time),
+        (double)ldexpl(c.p / (3 * fives * fives), -43 - bits),
+        (double)ldexpl(c.v / fives, -22 - bits - time),
+        (double)ldexpl(c.a, -bits - 2 * time),
+        (double)ldexpl(j, -bits - 3 * time),
+    };
 }

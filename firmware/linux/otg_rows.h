@@ -43,7 +43,13 @@ struct otg_header {
         short axis; /* -1: not ours; OTG_ROW_DURATION ... */
         short value;
     } column[OTG_COLUMNS_MAX];
+    char wrong[96]; /* what otg_header_parse and otg_row_parse return */
 };
+
+/* "p0", "v0" ... */
+const char *otg_name(int value);
+/* All of `text`: finite, and 0 or from 1e-60 to 1e60. */
+bool otg_number(const char *text, size_t length, double *number);
 
 #define OTG_VALUE_DURATION OTG_VALUES
 #define OTG_VALUE_CATEGORY (OTG_VALUES + 1)
@@ -59,10 +65,10 @@ struct otg_scaled {
     int length[MOTION_SYNC_AXES], time; /* exponents */
 };
 
-/* NULL, or what is wrong with the header. */
+/* NULL, or what is wrong with the header; it names the column. */
 const char *otg_header_parse(const char *line, struct otg_header *header);
-/* NULL, or what is wrong; *column counts from 1. */
-const char *otg_row_parse(const struct otg_header *header, const char *line,
+/* NULL, or what is wrong; *column is where, in bytes from 1. */
+const char *otg_row_parse(struct otg_header *header, const char *line,
                           struct otg_row *row, int *column);
 void otg_row_scale(const struct otg_header *header, const struct otg_row *row,
                    struct otg_scaled *scaled);

@@ -1,54 +1,14 @@
 /* firmware/linux/plot.c - see plot.h. */
 #include "firmware/linux/plot.h"
 
-#include <cairo-svg.h>
-#include <fontconfig/fontconfig.h>
 #include <math.h>
 #include <string.h>
-#include <strings.h>
 
 #include "firmware/linux/chart.h"
 #include "firmware/linux/number.h"
-#include "firmware/linux/output.h"
 #include "firmware/linux/path_report.h"
+#include "firmware/linux/plot_style.h"
 #include "motion/fixed.h"
-
-/* Sizes of the page in pixels. */
-#define PLOT_MARGIN    44
-#define PLOT_HEAD      104 /* title, subtitle, legend */
-#define PLOT_NAME      40  /* the axis's name above its column */
-#define PLOT_ROW       150 /* a panel */
-#define PLOT_ROW_GAP   40  /* with the next panel's heading in it */
-#define PLOT_FOOT      46  /* time labels */
-#define PLOT_TICKS     62  /* value labels, left of a panel */
-#define PLOT_GAP       34  /* between columns */
-#define PLOT_COLUMNS   4
-#define PLOT_PNG_SCALE 1.5
-
-/* Okabe and Ito's colours: told apart by the colour-blind. */
-static const struct chart_color plot_plan = { 0.000, 0.447, 0.698, 1 };
-static const struct chart_color plot_servo = { 0.902, 0.624, 0.000, 1 };
-static const struct chart_color plot_error = { 0.835, 0.369, 0.000, 1 };
-static const struct chart_color plot_nominal = { 0.60, 0.63, 0.67, 1 };
-static const struct chart_color plot_beyond = { 0.800, 0.475, 0.655, 0.16 };
-static const struct chart_color plot_limit = { 0.800, 0.475, 0.655, 0.9 };
-static const struct chart_color plot_key = { 0.000, 0.447, 0.698, 0.55 };
-static const struct chart_color plot_frame = { 0.45, 0.47, 0.50, 1 };
-
-#define PLOT_INK                                                               \
-    {                                                                          \
-        0.13, 0.15, 0.18, 1                                                    \
-    }
-#define PLOT_SOFT                                                              \
-    {                                                                          \
-        0.42, 0.45, 0.49, 1                                                    \
-    }
-static const struct chart_font plot_title = { 23, true, PLOT_INK };
-static const struct chart_font plot_subtitle = { 14, false, PLOT_SOFT };
-static const struct chart_font plot_name = { 18, true, PLOT_INK };
-static const struct chart_font plot_heading = { 13, true, PLOT_INK };
-static const struct chart_font plot_note = { 12, false, PLOT_SOFT };
-static const struct chart_font plot_tick = { 12, false, PLOT_SOFT };
 
 /* What a panel shows: the four quantities, then the following error. */
 enum plot_row {
@@ -94,16 +54,6 @@ struct plot_panel {
     double scale;
     const char *prefix;
 };
-
-int plot_format_of(const char *path)
-{
-    const char *dot = strrchr(path, '.');
-    if (dot != NULL && strcasecmp(dot, ".svg") == 0)
-        return PLOT_SVG;
-    if (dot != NULL && strcasecmp(dot, ".png") == 0)
-        return PLOT_PNG;
-    return -1;
-}
 
 /* --- columns: the axes, then what runs along the path --- */
 
@@ -675,9 +625,6 @@ static void plot_draw_head(const struct plot *plot)
 
 static void plot_draw(struct plot *plot)
 {
-    static const struct chart_color white = { 1, 1, 1, 1 };
-    chart_set_color(plot->cairo, &white);
-    cairo_paint(plot->cairo);
     plot_draw_head(plot);
     for (unsigned i = 0; i < plot_columns(plot->job); i++)
         plot_draw_axis(plot, i);
@@ -685,74 +632,11 @@ static void plot_draw(struct plot *plot)
 
 /* --- writing --- */
 
-/* An SVG on its way to a file: decimals of a pixel beyond the hundredth, which
- * nobody sees, are half of it. */
-struct plot_svg {
-    FILE *file;
-    unsigned decimals; /* passed since a point; 0: not in a fraction */
-};
-
-#define PLOT_DECIMALS 2
-
-static cairo_status_t plot_put_svg(void *closure, const unsigned char *data,
-                                   unsigned int length)
+static void plot_draw_on(cairo_t *cairo, void *context)
 {
-    struct plot_svg *svg = closure;
-    for (unsigned int i = 0; i < length; i++) {
-        bool digit = data[i] >= '0' && data[i] <= '9';
-        if (data[i] == '.')
-            svg->decimals = 1;
-        else if (!digit)
-            svg->decimals = 0;
-        else if (svg->decimals > 0 && svg->decimals++ > PLOT_DECIMALS)
-            continue;
-        if (putc(data[i], svg->file) == EOF)
-            return CAIRO_STATUS_WRITE_ERROR;
-    }
-    return CAIRO_STATUS_SUCCESS;
-}
-
-static cairo_status_t plot_put(void *file, const unsigned char *data,
-                               unsigned int length)
-{
-    return fwrite(data, 1, length, file) == length ? CAIRO_STATUS_SUCCESS
-                                                   : CAIRO_STATUS_WRITE_ERROR;
-}
-
-static cairo_surface_t *plot_surface(const struct plot *plot,
-                                     enum plot_format format,
-                                     struct plot_svg *svg)
-{
-    if (format == PLOT_PNG)
-        return cairo_image_surface_create(
-            CAIRO_FORMAT_RGB24, (int)ceil(PLOT_PNG_SCALE * plot->width),
-            (int)ceil(PLOT_PNG_SCALE * plot->height));
-    cairo_surface_t *surface = cairo_svg_surface_create_for_stream(
-        plot_put_svg, svg, plot->width, plot->height);
-    cairo_svg_surface_set_document_unit(surface, CAIRO_SVG_UNIT_PX);
-    return surface;
-}
-
-static cairo_status_t plot_render(struct plot *plot, enum plot_format format,
-                                  FILE *file)
-{
-    struct plot_svg svg = { .file = file };
-    cairo_surface_t *surface = plot_surface(plot, format, &svg);
-    plot->cairo = cairo_create(surface);
-    if (format == PLOT_PNG)
-        cairo_scale(plot->cairo, PLOT_PNG_SCALE, PLOT_PNG_SCALE);
+    struct plot *plot = context;
+    plot->cairo = cairo;
     plot_draw(plot);
-    cairo_status_t status = cairo_status(plot->cairo);
-    cairo_destroy(plot->cairo);
-    if (status == CAIRO_STATUS_SUCCESS && format == PLOT_PNG)
-        status = cairo_surface_write_to_png_stream(surface, plot_put, file);
-    cairo_surface_finish(surface);
-    if (status == CAIRO_STATUS_SUCCESS)
-        status = cairo_surface_status(surface);
-    cairo_surface_destroy(surface);
-    cairo_debug_reset_static_data(); /* fonts: nothing else draws */
-    FcFini();
-    return status;
 }
 
 int plot_write(const struct job *job, const struct trace *trace,
@@ -760,23 +644,17 @@ int plot_write(const struct job *job, const struct trace *trace,
 {
     struct plot plot = { .job = job, .trace = trace };
     plot_layout(&plot);
-    cairo_status_t status = plot_render(&plot, format, file);
-    if (status == CAIRO_STATUS_SUCCESS)
-        return 0;
-    fprintf(stderr, "slew: picture: %s\n", cairo_status_to_string(status));
-    return -1;
+    const struct plot_page page = { plot.width, plot.height, plot_draw_on,
+                                    &plot };
+    return plot_page_write(&page, format, file);
 }
 
 int plot_save(const struct job *job, const struct trace *trace,
               const char *path)
 {
-    struct output output;
-    int format = plot_format_of(path);
-    if (format < 0 || output_open(&output, path) < 0)
-        return -1;
-    if (plot_write(job, trace, (enum plot_format)format, output.file) < 0) {
-        output_abandon(&output);
-        return -1;
-    }
-    return output_commit(&output);
+    struct plot plot = { .job = job, .trace = trace };
+    plot_layout(&plot);
+    const struct plot_page page = { plot.width, plot.height, plot_draw_on,
+                                    &plot };
+    return plot_page_save(&page, path);
 }

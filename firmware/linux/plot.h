@@ -10,12 +10,8 @@
 #include <stdio.h>
 
 #include "firmware/linux/job.h"
+#include "firmware/linux/plot_page.h"
 #include "firmware/linux/trace.h"
-
-enum plot_format { PLOT_SVG, PLOT_PNG };
-
-/* By the end of the name, .svg or .png; -1 for another. */
-int plot_format_of(const char *path);
 
 /* `trace` NULL: the plan alone.  0, or -1 with a line on stderr. */
 int plot_write(const struct job *job, const struct trace *trace,

@@ -3,7 +3,7 @@
 # SciPy.
 
 BENCH      := build/bench
-BENCH_OPT  ?= -O2
+BENCH_OPT  ?= -Os
 BENCH_IMAGE := tests/bench/plan_image.c tests/bench/otg_random.c
 # A nanosecond per instruction where the counter counts those.
 BENCH_ICOUNT_m4 := -icount shift=6,sleep=off
@@ -91,9 +91,29 @@ $(BENCH)/otg-beside: tests/bench/ruckig_side.cpp tests/bench/ruckig_side.h \
 	    $< $(BENCH_SIDE) $(RUCKIG_DIR)/libruckig.a -lm -o $@
 
 .PHONY: bench-otg
-## planning beside Ruckig (from PyPI) on this machine; VECTORS=directory too
+## planning, sampling beside Ruckig (from PyPI); ROWS=directory of CSV too
 bench-otg: $(BENCH)/otg-beside
-	@timeout 180 $< $(VECTORS)
+	@timeout 180 $< $(ROWS)
+
+#---- a great many problems, judged
+
+MANY_SRC  := tests/bench/otg_many.c $(filter tests/big% tests/otg_%,$(TEST_LIB))
+N         ?= 200000
+SEED      ?= 1
+FIRST     ?= 0
+PROCESSES ?= 1
+MISSED    ?= 0
+BAD       ?= 0
+
+$(B)/otg-many: $(MANY_SRC:%.c=$(B)/%.o) $(B)/libslew.a
+	$(call say,link,$@)
+	$(Q)$(CC) $(OPT) $(LDFLAGS) $^ -lm -o $@
+
+.PHONY: otg-many
+## N=10000000 random problems planned and judged exactly; SEED, PROCESSES, SAN
+otg-many: $(B)/otg-many
+	@$< -n $(N) -s $(SEED) -f $(FIRST) -j $(PROCESSES) \
+	    -m $(MISSED) -b $(BAD)
 
 #---- beside SciPy, from PyPI
 

@@ -12,11 +12,17 @@
 #ifndef PROBLEMS
 #define PROBLEMS 2200
 #endif
-#define AXES 3
+#define AXES    7
+#define SAMPLES 100 /* of one plan in ten */
 
 static struct motion_otg_move move[AXES];
 static struct motion_otg_plan plan[AXES];
-static int status;
+static struct motion_segment room[MOTION_OTG_PHASES];
+static struct motion_track track;
+static struct motion_cursor cursor;
+static struct motion_sample sample;
+static int64_t sample_ns_q12;
+static int axes, status;
 
 /* --- what is counted ------------------------------------------------------ */
 
@@ -32,7 +38,17 @@ __attribute__((noinline)) static void bench_check(void)
 
 __attribute__((noinline)) static void bench_sync(void)
 {
-    status = motion_sync_make(move, AXES, MOTION_SYNC_TIME, plan, NULL);
+    status = motion_sync_make(move, axes, MOTION_SYNC_TIME, plan, NULL);
+}
+
+__attribute__((noinline)) static void bench_append(void)
+{
+    status = motion_otg_append(&plan[0], &track);
+}
+
+__attribute__((noinline)) static void bench_sample(void)
+{
+    motion_track_sample(&track, &cursor, sample_ns_q12, &sample);
 }
 
 /* --- report --------------------------------------------------------------- */
@@ -91,18 +107,44 @@ static uint32_t bench_one_axis(uint32_t empty)
     return failed;
 }
 
-static uint32_t bench_three_axes(uint32_t empty)
+static uint32_t bench_axes(uint32_t empty, int count, uint32_t problems,
+                           const char *name)
 {
     struct tally all = { 0 };
-    uint64_t seed = 3;
+    uint64_t seed = (uint64_t)count;
+    uint32_t failed = 0;
+    axes = count;
+    for (uint32_t row = 0; row < problems; row++) {
+        otg_random_moves(&seed, row, axes, move);
+        uint32_t instructions = bench_count(bench_sync) - empty;
+        failed += status < 0;
+        tally_add(&all, row, instructions);
+    }
+    tally_report(&all, name);
+    return failed;
+}
+
+/* The track of a plan, and every hundredth of it. */
+static uint32_t bench_samples(uint32_t empty)
+{
+    struct tally samples = { 0 }, appends = { 0 };
+    uint64_t seed = 1;
     uint32_t failed = 0;
     for (uint32_t row = 0; row < PROBLEMS / 10; row++) {
-        otg_random_moves(&seed, row, AXES, move);
-        uint32_t count = bench_count(bench_sync) - empty;
+        otg_random_move(&seed, otg_random_kind(row), &move[0]);
+        bench_one();
+        motion_track_init(&track, room, MOTION_OTG_PHASES,
+                          move[0].start.pos_q32);
+        cursor.index = 0;
+        tally_add(&appends, row, bench_count(bench_append) - empty);
         failed += status < 0;
-        tally_add(&all, row, count);
+        for (int k = 0; k < SAMPLES && status == 0; k++) {
+            sample_ns_q12 = plan[0].dur_ns_q12 / SAMPLES * k;
+            tally_add(&samples, row, bench_count(bench_sample) - empty);
+        }
     }
-    tally_report(&all, "three");
+    tally_report(&samples, "sample");
+    tally_report(&appends, "append");
     return failed;
 }
 
@@ -111,7 +153,9 @@ int main(void)
     bench_start();
     uint32_t empty = bench_count(bench_empty);
     uint32_t failed = bench_one_axis(empty);
-    failed += bench_three_axes(empty);
+    failed += bench_axes(empty, 3, PROBLEMS / 10, "three");
+    failed += bench_axes(empty, 7, PROBLEMS / 50, "seven");
+    failed += bench_samples(empty);
     report("plan", "_bytes", sizeof plan[0]);
     report("move", "_bytes", sizeof move[0]);
     report("without", "_answer", failed);

@@ -12,6 +12,7 @@
 #include "motion/err.h"
 #include "motion/fixed.h"
 #include "motion/otg.h"
+#include "motion/otg_through.h"
 #include "motion/spline.h"
 #include "motion/sync.h"
 #include "motion/track.h"
@@ -27,6 +28,12 @@
 #define OTG_SAMPLES 50 /* of each */
 #define OTG_AXES    3
 #define OTG_GROUPS  150
+
+#define OTG_WISHES   400
+#define OTG_THROUGHS 10
+#define OTG_POINTS   3
+#define OTG_WAYS     2 /* axes through points */
+#define OTG_LINES    60
 
 #define UNIT   MOTION_FIXED_ONE_Q32
 #define SECOND MOTION_FIXED_S_Q12
@@ -339,16 +346,17 @@ static void golden_fixed(void)
 
 /* --- the planner ---------------------------------------------------------- */
 
+/* Few: there are 32 KB for them and the stack. */
+static struct motion_otg_move golden_move[OTG_AXES];
+static struct motion_otg_plan golden_plan[OTG_POINTS * OTG_WAYS];
+
 static void golden_add_plan(const struct motion_otg_plan *plan)
 {
     golden_add(plan->dur_ns_q12);
-    golden_add((int64_t)plan->way.hi);
-    golden_add((int64_t)plan->way.lo);
-    golden_add((int64_t)plan->start_vel.lo);
-    for (int i = 0; i < 3; i++)
-        golden_add((int64_t)plan->bend[i].lo);
+    golden_add(plan->goal_pos_q32);
+    golden_add(plan->acc_bits);
     for (int i = 0; i < plan->count; i++) {
-        golden_add(plan->phase[i].ticks);
+        golden_add(plan->phase[i].dur_ns_q12);
         golden_add(plan->phase[i].acc);
     }
 }
@@ -363,24 +371,87 @@ static void golden_add_move(const struct motion_otg_plan *plan)
     golden_add_random_samples(&track, OTG_SAMPLES);
 }
 
+/* Velocity goals, durations longer than need be, a jerk of slowing down. */
+static void golden_otg_wishes(uint64_t *seed)
+{
+    for (uint32_t row = 0; row < OTG_WISHES; row++) {
+        otg_random_move(seed, otg_random_kind(row), &golden_move[0]);
+        golden_move[0].limit.jerk_down_q16 =
+            row % 3 ? 0 : golden_move[0].limit.jerk_q16 / 2 + 1;
+        golden_move[0].mode =
+            row % 2 ? MOTION_OTG_VELOCITY : MOTION_OTG_POSITION;
+        golden_add(motion_otg_make(&golden_move[0], &golden_plan[0], NULL));
+        golden_add_plan(&golden_plan[0]);
+        if (row % 2)
+            continue;
+        golden_move[0].dur_ns_q12 =
+            golden_plan[0].dur_ns_q12 + (golden_plan[0].dur_ns_q12 >> row % 5);
+        golden_add(motion_otg_make(&golden_move[0], &golden_plan[0], NULL));
+        golden_add(golden_plan[0].dur_ns_q12);
+    }
+}
+
+/* A staircase of points, passed without stopping. */
+static void golden_otg_through(uint64_t *seed)
+{
+    struct motion_otg_point point[OTG_POINTS * OTG_WAYS];
+    struct motion_otg_limit limit[OTG_WAYS];
+    struct motion_state start[OTG_WAYS];
+
+    for (uint32_t group = 0; group < OTG_THROUGHS; group++) {
+        otg_random_moves(seed, 0, OTG_WAYS, golden_move);
+        for (int i = 0; i < OTG_WAYS; i++) {
+            limit[i] = golden_move[i].limit;
+            start[i] = golden_move[i].start;
+            int64_t step =
+                (golden_move[i].goal.pos_q32 - golden_move[i].start.pos_q32) >>
+                2;
+            for (int k = 0; k < OTG_POINTS; k++)
+                point[k * OTG_WAYS + i] = (struct motion_otg_point){
+                    start[i].pos_q32 + step * (k + 1), 0, false
+                };
+        }
+        golden_add(motion_otg_through(start, limit, OTG_WAYS, point, OTG_POINTS,
+                                      golden_plan, NULL, NULL));
+        for (int k = 0; k < OTG_POINTS * OTG_WAYS; k++) {
+            golden_add(point[k].vel_q32);
+            golden_add_plan(&golden_plan[k]);
+        }
+    }
+}
+
+/* A straight line, where there is one. */
+static void golden_otg_line(uint64_t *seed)
+{
+    for (uint32_t row = 0; row < OTG_LINES; row++) {
+        otg_random_moves(seed, row * 5, OTG_AXES,
+                         golden_move); /* from rest to rest */
+        golden_add(motion_sync_make(golden_move, OTG_AXES, MOTION_SYNC_STRAIGHT,
+                                    golden_plan, NULL));
+        for (int i = 0; i < OTG_AXES; i++)
+            golden_add_plan(&golden_plan[i]);
+    }
+}
+
 static void golden_otg(void)
 {
-    static struct motion_otg_move move[OTG_AXES];
-    static struct motion_otg_plan plan[OTG_AXES];
     uint64_t seed = 1;
 
     for (uint32_t row = 0; row < OTG_MOVES; row++) {
-        otg_random_move(&seed, otg_random_kind(row), &move[0]);
-        golden_add(motion_otg_make(&move[0], &plan[0], NULL));
-        golden_add_move(&plan[0]);
+        otg_random_move(&seed, otg_random_kind(row), &golden_move[0]);
+        golden_add(motion_otg_make(&golden_move[0], &golden_plan[0], NULL));
+        golden_add_move(&golden_plan[0]);
     }
     for (uint32_t row = 0; row < OTG_GROUPS; row++) {
-        otg_random_moves(&seed, row, OTG_AXES, move);
-        golden_add(
-            motion_sync_make(move, OTG_AXES, MOTION_SYNC_TIME, plan, NULL));
+        otg_random_moves(&seed, row, OTG_AXES, golden_move);
+        golden_add(motion_sync_make(golden_move, OTG_AXES, MOTION_SYNC_TIME,
+                                    golden_plan, NULL));
         for (int i = 0; i < OTG_AXES; i++)
-            golden_add_plan(&plan[i]);
+            golden_add_plan(&golden_plan[i]);
     }
+    golden_otg_wishes(&seed);
+    golden_otg_through(&seed);
+    golden_otg_line(&seed);
 }
 
 int main(void)

@@ -1,0 +1,181 @@
+/* motion/otg_polish.c - one Newton step in exact integers.
+ *
+ * The search leaves a motion that misses its goal by 2^-22 or less.  Rounded to
+ * whole ticks it is run in exact integers, so the miss is known to the last
+ * bit, and a small change of the places where the motion is free makes it good
+ * to the square of that: how long the highest and the lowest acceleration are
+ * held or, where they are not, how high they are; and the cruise. */
+#include <stddef.h>
+
+#include "motion/otg_internal.h"
+
+/* The part of the whole that is small enough for a Newton step. */
+#define POLISH_BITS 10
+
+#define TICKS_MOST ((uint64_t)1 << 60)
+
+struct polish {
+    struct motion_otg_plan *plan;
+    const struct otg_knobs *knobs;
+    const struct otg_rates *rates;
+    struct num per_s;   /* ticks */
+    struct num v, d, t; /* what is missing, in the knobs' unit */
+};
+
+static bool is_late(const struct otg_rates *rates, int i)
+{
+    if (i >= rates->turn)
+        return true;
+    return i >= rates->brake && num_lt(rates->j2, rates->j);
+}
+
+/* The product of a step of up to 57 bits and the 30 of 1 / j; what does not fit
+ * is 2^-32 of it. */
+int64_t motion_otg_ramp_ticks(const struct otg_rates *rates, int i,
+                              int64_t step)
+{
+    struct num per_j = is_late(rates, i) ? rates->per_j2 : rates->per_j;
+    uint64_t size = motion_fixed_abs(step), n = size * (uint32_t)per_j.m;
+    int down = -per_j.e;
+    if (step == 0)
+        return 0;
+    if (size >> 34) {
+        uint64_t low = (size & UINT32_MAX) * (uint32_t)per_j.m;
+        n = (size >> 32) * (uint32_t)per_j.m + (low >> 32);
+        down -= 32;
+    }
+    if (down < 0)
+        n = down < -60 || n >> (60 + down) ? TICKS_MOST : n << -down;
+    else
+        n >>= down > 63 ? 63 : down;
+    return (int64_t)(n < TICKS_MOST ? n : TICKS_MOST) + 1;
+}
+
+static int64_t whole(struct num x)
+{
+    return (motion_real_floor_clamped(num_real(x), 1) + 1) >> 1;
+}
+
+/* Too far for a Newton step; x in ticks. */
+static bool is_far(const struct polish *p, struct num x)
+{
+    int64_t most = p->plan->dur_ns_q12 >> POLISH_BITS;
+    return num_lt(num_make(most, 0), num_abs(x));
+}
+
+/* A hump may go, but not turn over: time would be added where it should be
+ * taken away. */
+static int64_t no_less(bool is_peak, int64_t acc, int64_t end)
+{
+    return (acc < end) == is_peak ? end : acc;
+}
+
+/* Half time x, in ticks, more on either side of a hump. */
+static void turn_hump(struct polish *p, int which, struct num x)
+{
+    int i = p->knobs->hump[which];
+    struct motion_otg_phase *hold = &p->plan->phase[i];
+    if (hold->dur_ns_q12 > 0) {
+        hold->dur_ns_q12 += whole(num_twice(x));
+        if (hold->dur_ns_q12 < 0)
+            hold->dur_ns_q12 = 0;
+        return;
+    }
+    struct num j = is_late(p->rates, i) ? p->rates->j2 : p->rates->j;
+    int64_t by = whole(num_mul(x, j));
+    if (!p->knobs->is_peak[which])
+        by = -by;
+    int64_t before = i > 1 ? hold[-2].acc : p->plan->start_acc;
+    hold->acc = no_less(p->knobs->is_peak[which], hold->acc + by, before);
+    hold->acc = no_less(p->knobs->is_peak[which], hold->acc, hold[1].acc);
+    hold[-1].acc = hold->acc;
+    hold[-1].dur_ns_q12 =
+        motion_otg_ramp_ticks(p->rates, i - 1, hold->acc - before);
+    hold[1].dur_ns_q12 =
+        motion_otg_ramp_ticks(p->rates, i + 1, hold[1].acc - hold->acc);
+}
+
+static void turn_cruise(struct polish *p, struct num x)
+{
+    int64_t *n = &p->plan->phase[p->knobs->cruise].dur_ns_q12;
+    *n += whole(x);
+    if (*n < 0)
+        *n = 0;
+}
+
+/* Speed with the hump that changes it more, the rest with the cruise. */
+static void polish_cruise(struct polish *p)
+{
+    const struct otg_knobs *k = p->knobs;
+    int which = num_lt(num_abs(k->v[0]), num_abs(k->v[1]));
+    struct num x = num_zero();
+    if (k->v[which].m)
+        x = num_div(p->v, k->v[which]);
+    struct num c = num_sub(p->d, num_mul(k->d[which], x));
+    c = num_mul(num_div(c, k->speed), p->per_s);
+    x = num_mul(x, p->per_s);
+    if (k->speed.m == 0 || is_far(p, x) || is_far(p, c))
+        return;
+    turn_hump(p, which, x);
+    turn_cruise(p, c);
+}
+
+/* Both humps; where there is a cruise, it takes what they leave of a wanted
+ * duration. */
+static void polish_humps(struct polish *p)
+{
+    const struct otg_knobs *k = p->knobs;
+    bool is_timed = k->cruise >= 0;
+    struct num d0 = k->d[0], d1 = k->d[1], d = p->d;
+    if (is_timed) {
+        struct num twice = num_twice(k->speed);
+        d0 = num_sub(d0, twice);
+        d1 = num_sub(d1, twice);
+        d = num_sub(d, num_mul(k->speed, p->t));
+    }
+    struct num det = num_sub(num_mul(k->v[0], d1), num_mul(k->v[1], d0));
+    if (det.m == 0)
+        return;
+    struct num per = num_mul(num_inv(det), p->per_s);
+    struct num x = num_sub(num_mul(p->v, d1), num_mul(k->v[1], d));
+    struct num y = num_sub(num_mul(k->v[0], d), num_mul(p->v, d0));
+    x = num_mul(x, per);
+    y = num_mul(y, per);
+    if (is_far(p, x) || is_far(p, y))
+        return;
+    turn_hump(p, 0, x);
+    turn_hump(p, 1, y);
+    if (is_timed) {
+        struct num t = num_mul(p->t, p->per_s);
+        turn_cruise(p, num_sub(t, num_twice(num_add(x, y))));
+    }
+}
+
+static void polish_speed(struct polish *p)
+{
+    struct num x = num_mul(num_div(p->v, p->knobs->v[0]), p->per_s);
+    if (p->knobs->v[0].m && !is_far(p, x))
+        turn_hump(p, 0, x);
+}
+
+void motion_otg_polish(struct motion_otg_plan *plan,
+                       const struct otg_knobs *knobs,
+                       const struct otg_rates *rates,
+                       const struct otg_miss *miss)
+{
+    struct polish p = { .plan = plan, .knobs = knobs, .rates = rates };
+    if (knobs->hump[0] < 0 || plan->count == 0)
+        return;
+    p.per_s = motion_otg_per_second();
+    p.v = num_mul(miss->vel, knobs->per_unit);
+    p.d = num_mul(miss->way, knobs->per_unit);
+    if (knobs->hump[1] < 0) {
+        polish_speed(&p);
+    } else if (knobs->cruise >= 0 && !miss->is_timed) {
+        polish_cruise(&p);
+    } else {
+        if (knobs->cruise >= 0)
+            p.t = num_div(num_make(miss->ticks, 0), p.per_s);
+        polish_humps(&p);
+    }
+}

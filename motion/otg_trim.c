@@ -1,0 +1,349 @@
+/* motion/otg_trim.c - meet the goal exactly, with constant jerk throughout.
+ *
+ * Raising the acceleration at the corner between phases of n and n' ticks by one
+ * unit adds a hat to it, and so
+ *
+ *     w = n + n'                  to the velocity at the end
+ *     x = w k,  k = 3 r + n - n'  to the position there, r ticks after it
+ *
+ * (a third of k is the time from the hat's centre to the end).  Neighbouring
+ * corners of equal acceleration move together, so that a hold stays one; W and
+ * X are their sums.  What velocity and position miss, v and p, two such groups
+ * make up for:
+ *
+ *     W1 d1 + W2 d2 = v,  X1 d1 + X2 d2 = p
+ *
+ * With k counted from the first corner of group 1 (p - k1 v for p, X - k1 W for
+ * X, both exact) nothing is left to cancel. */
+#include <stddef.h>
+
+#include "motion/err.h"
+#include "motion/otg_internal.h"
+
+#define TRIM_ROUNDS 4
+#define TRIM_SMALL  ((int64_t)1 << 24) /* what is left is less than a unit */
+#define TRIM_ZERO   (-1000)
+#define TRIM_CRUISE 10
+
+/* Corners first .. last; `weight` the power of two of the velocity they are
+ * worth. */
+struct trim_group {
+    int64_t k;
+    int16_t weight;
+    int8_t first, last;
+};
+
+struct trim {
+    struct motion_otg_plan *plan;
+    struct wide vel;  /* missing */
+    struct wider way; /* missing, about group 0's first corner */
+    int count;
+    struct trim_group group[MOTION_OTG_PHASES];
+};
+
+static int power_of(int64_t a)
+{
+    return 64 - (int)motion_real_clz(motion_fixed_abs(a));
+}
+
+static void trim_add(struct trim *t, int i, int64_t rest)
+{
+    const struct motion_otg_phase *ph = &t->plan->phase[i];
+    struct trim_group *g = &t->group[t->count++];
+    int64_t n = ph[0].dur_ns_q12, next = ph[1].dur_ns_q12;
+    g->k = 3 * rest + n - next;
+    g->first = g->last = (int8_t)i;
+    g->weight =
+        (int16_t)(ph->acc == 0 ? TRIM_ZERO
+                               : power_of(n + next) + power_of(ph->acc));
+}
+
+/* Groups in order of time; corners `alone` are not put together. */
+static void trim_groups(struct trim *t, uint32_t fixed, bool alone)
+{
+    const struct motion_otg_plan *plan = t->plan;
+    int64_t rest = plan->dur_ns_q12;
+    t->count = 0;
+    for (int i = 0; i + 1 < plan->count; i++) {
+        rest -= plan->phase[i].dur_ns_q12;
+        if (fixed >> i & 1)
+            continue;
+        bool same = t->count > 0 && t->group[t->count - 1].last == i - 1 &&
+                    plan->phase[i].acc == plan->phase[i - 1].acc;
+        if (same && !alone)
+            t->group[t->count - 1].last = (int8_t)i;
+        else
+            trim_add(t, i, rest);
+    }
+}
+
+static int smaller(int a, int b)
+{
+    return a < b ? a : b;
+}
+
+/* A cruise may change its speed by as much as limits are drawn in, and so do
+ * most of the work of the largest peak; but it would rather stay one. */
+static void trim_weigh_zero(struct trim *t)
+{
+    int most = 0;
+    for (int i = 0; i < t->count; i++)
+        if (t->group[i].weight > most)
+            most = t->group[i].weight;
+    for (int i = 0; i < t->count; i++)
+        if (t->group[i].weight == TRIM_ZERO)
+            t->group[i].weight = (int16_t)(most - TRIM_CRUISE);
+}
+
+/* The two groups whose velocities, times the time between them, are worth most;
+ * they become groups 0 and 1. */
+static void trim_choose(struct trim *t)
+{
+    int best = -30000, one = 0, other = 1;
+    if (t->count > 2)
+        trim_weigh_zero(t);
+    for (int i = 0; t->count > 2 && i < t->count; i++)
+        for (int k = i + 1; k < t->count; k++) {
+            const struct trim_group *a = &t->group[i], *b = &t->group[k];
+            int worth = smaller(a->weight, b->weight) + power_of(a->k - b->k);
+            if (worth > best) {
+                best = worth;
+                one = i;
+                other = k;
+            }
+        }
+    const struct trim_group first = t->group[one];
+    t->group[1] = t->group[other];
+    t->group[0] = first;
+}
+
+/* For a velocity alone: the group that is worth most becomes group 0. */
+static void trim_choose_one(struct trim *t)
+{
+    int one = 0;
+    for (int i = 1; i < t->count; i++)
+        if (t->group[i].weight > t->group[one].weight)
+            one = i;
+    t->group[0] = t->group[one];
+}
+
+/* Halve the longest phase, so that there is a corner to move. */
+static int trim_split(struct motion_otg_plan *plan)
+{
+    int longest = 0;
+    if (plan->count == 0 || plan->count == MOTION_OTG_PHASES)
+        return MOTION_E_LIMIT;
+    for (int i = 1; i < plan->count; i++)
+        if (plan->phase[i].dur_ns_q12 > plan->phase[longest].dur_ns_q12)
+            longest = i;
+    struct motion_otg_phase *ph = &plan->phase[longest];
+    if (ph->dur_ns_q12 < 2)
+        return MOTION_E_LIMIT;
+    for (int i = plan->count; i > longest; i--)
+        plan->phase[i] = plan->phase[i - 1];
+    int64_t from = longest ? ph[-1].acc : plan->start_acc;
+    ph[0].dur_ns_q12 /= 2;
+    ph[1].dur_ns_q12 -= ph[0].dur_ns_q12;
+    ph[0].acc = from + (ph[1].acc - from) / 2;
+    plan->count++;
+    plan->brake += plan->brake > longest;
+    plan->turn += plan->turn > longest;
+    return MOTION_OK;
+}
+
+void motion_otg_plan_miss(const struct motion_otg_plan *plan, struct wide *vel,
+                          struct wider *way)
+{
+    struct otg_run run = motion_otg_run_start(plan);
+    for (int i = 0; i < plan->count; i++)
+        motion_otg_run_phase(&run, &plan->phase[i]);
+    struct wide goal = motion_otg_vel_image(plan->goal_vel_q32, plan->acc_bits);
+    struct wide whole =
+        wide_sub(wide_from(plan->goal_pos_q32), wide_from(plan->start_pos_q32));
+    *vel = wide_sub(goal, run.v);
+    *way = wider_sub(motion_otg_way_image(whole, plan->acc_bits), run.p);
+}
+
+static struct wider times_wide(struct wide x, int64_t by)
+{
+    return by < 0 ? wider_neg(wider_mul(x, -by)) : wider_mul(x, by);
+}
+
+/* W, and X about the moment k. */
+struct trim_worth {
+    int64_t w;
+    struct wide x;
+};
+
+static struct trim_worth group_worth(const struct motion_otg_plan *plan,
+                                     const struct trim_group *g, int64_t k)
+{
+    struct trim_worth worth = { 0, { 0, 0 } };
+    const struct motion_otg_phase *ph = &plan->phase[g->first];
+    int64_t own = g->k - k;
+    for (int i = g->first; i <= g->last; i++, ph++) {
+        int64_t w = ph[0].dur_ns_q12 + ph[1].dur_ns_q12;
+        worth.w += w;
+        worth.x = wide_add(worth.x, wide_mul_i64(own, w));
+        if (i < g->last) /* k'' = k - (n + n' + n'') */
+            own -= w + ph[2].dur_ns_q12;
+    }
+    return worth;
+}
+
+/* MOTION_E_LIMIT beyond what a plan can hold; by < 2^58. */
+static int group_move(struct motion_otg_plan *plan, const struct trim_group *g,
+                      int64_t by)
+{
+    for (int i = g->first; i <= g->last; i++) {
+        plan->phase[i].acc += by;
+        if (motion_fixed_abs(plan->phase[i].acc) >> 62)
+            return MOTION_E_LIMIT;
+    }
+    return MOTION_OK;
+}
+
+static uint32_t group_mask(const struct trim_group *g)
+{
+    return (2u << g->last) - (1u << g->first);
+}
+
+/* d to nearest; MOTION_E_LIMIT when no acceleration could move so far. */
+static int trim_rounded(struct num d, int64_t *by)
+{
+    if (d.m != 0 && d.e > 58 - 30)
+        return MOTION_E_LIMIT;
+    int down = -d.e - 1;
+    int64_t twice = down <= 0 ? (int64_t)((uint64_t)(int64_t)d.m << -down)
+                              : (int64_t)d.m >> (down > 63 ? 63 : down);
+    *by = (twice + 1) >> 1;
+    return MOTION_OK;
+}
+
+static struct num wide_num(struct wide a)
+{
+    return motion_otg_wider_num(wider_from(a), 0);
+}
+
+/* What groups 0 and 1 have to move by, to 2^-26 of it. */
+static int trim_solve(const struct trim *t, const struct trim_worth worth[2],
+                      int64_t by[2])
+{
+    struct num v = wide_num(t->vel), p = motion_otg_wider_num(t->way, 0);
+    struct num w0 = num_int(worth[0].w), w1 = num_int(worth[1].w);
+    struct num x0 = wide_num(worth[0].x), x1 = wide_num(worth[1].x);
+    struct num det = num_sub(num_mul(w0, x1), num_mul(w1, x0));
+    if (det.m == 0)
+        return MOTION_E_LIMIT;
+    struct num per_det = num_inv(det);
+    struct num d0 = num_sub(num_mul(x1, v), num_mul(w1, p));
+    struct num d1 = num_sub(num_mul(w0, p), num_mul(x0, v));
+    int err = trim_rounded(num_mul(d0, per_det), &by[0]);
+    return err < 0 ? err : trim_rounded(num_mul(d1, per_det), &by[1]);
+}
+
+static bool is_small(int64_t by)
+{
+    return by > -TRIM_SMALL && by < TRIM_SMALL;
+}
+
+static int trim_move(struct trim *t, int i, const struct trim_worth *worth,
+                     int64_t by)
+{
+    t->vel = wide_sub(t->vel, wide_mul_i64(by, worth->w));
+    t->way = wider_sub(t->way, times_wide(worth->x, by));
+    return group_move(t->plan, &t->group[i], by);
+}
+
+static int trim_both(struct trim *t)
+{
+    struct trim_worth worth[2];
+    int64_t by[2], k = t->group[0].k;
+    t->way = wider_sub(t->way, wider_mul(t->vel, k));
+    for (int i = 0; i < 2; i++)
+        worth[i] = group_worth(t->plan, &t->group[i], k);
+    for (int round = 0; round < TRIM_ROUNDS; round++) {
+        int err = trim_solve(t, worth, by);
+        if (err < 0)
+            return err;
+        for (int i = 0; i < 2; i++)
+            if (trim_move(t, i, &worth[i], by[i]) < 0)
+                return MOTION_E_LIMIT;
+        if (is_small(by[0]) && is_small(by[1]))
+            break;
+    }
+    for (int i = 0; i < 2; i++)
+        t->plan->trim[i] = group_mask(&t->group[i]);
+    return MOTION_OK;
+}
+
+/* The velocity alone. */
+static int trim_one(struct trim *t)
+{
+    struct trim_worth worth = group_worth(t->plan, &t->group[0], 0);
+    struct num per_w = num_inv(num_int(worth.w));
+    int64_t by = TRIM_SMALL;
+    for (int round = 0; round < TRIM_ROUNDS && !is_small(by); round++) {
+        int err = trim_rounded(num_mul(wide_num(t->vel), per_w), &by);
+        if (err == MOTION_OK)
+            err = trim_move(t, 0, &worth, by);
+        if (err < 0)
+            return err;
+    }
+    t->plan->trim[0] = group_mask(&t->group[0]);
+    return MOTION_OK;
+}
+
+static int trim_position(struct trim *t, uint32_t fixed)
+{
+    motion_otg_plan_miss(t->plan, &t->vel, &t->way);
+    if ((t->way.hi | t->way.mid | t->way.lo | t->vel.hi | t->vel.lo) == 0)
+        return MOTION_OK;
+    for (bool alone = false;; alone = true) {
+        trim_groups(t, fixed, alone);
+        if (t->count > 1)
+            break;
+        if (alone && trim_split(t->plan) < 0)
+            return MOTION_E_LIMIT;
+    }
+    trim_choose(t);
+    return trim_both(t);
+}
+
+/* A velocity goal ends wherever it ends. */
+static int trim_free_end(struct motion_otg_plan *plan)
+{
+    struct otg_run run = motion_otg_run_start(plan);
+    for (int i = 0; i < plan->count; i++)
+        motion_otg_run_phase(&run, &plan->phase[i]);
+    return motion_otg_way_public(run.p, plan->acc_bits, plan->start_pos_q32,
+                                 &plan->goal_pos_q32);
+}
+
+static int trim_velocity(struct trim *t)
+{
+    motion_otg_plan_miss(t->plan, &t->vel, &t->way);
+    while ((t->vel.hi | t->vel.lo) != 0) {
+        trim_groups(t, 0, false);
+        if (t->count > 0) {
+            trim_choose_one(t);
+            int err = trim_one(t);
+            if (err < 0)
+                return err;
+            break;
+        }
+        if (trim_split(t->plan) < 0)
+            return MOTION_E_LIMIT;
+    }
+    return trim_free_end(t->plan);
+}
+
+int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed,
+                    struct motion_otg_plan *plan)
+{
+    struct trim t;
+    t.plan = plan;
+    plan->trim[0] = plan->trim[1] = 0;
+    return mode == MOTION_OTG_VELOCITY ? trim_velocity(&t)
+                                       : trim_position(&t, fixed);
+}

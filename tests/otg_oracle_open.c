@@ -1,0 +1,124 @@
+/* tests/otg_oracle_open.c - what start and goal make unavoidable; see
+ * otg_oracle.h. */
+#include "tests/otg_oracle_parts.h"
+
+#define TIE_BITS 52 /* of numbers with 60 */
+
+/* v + a^2 / 2 j in 2^-32 unit/s is v + a^2 2^15 / j. */
+static void natural(struct oracle_bound *b, int64_t v, int64_t a, int64_t j)
+{
+    struct big ramp;
+    big_set(&b->den, j > 0 ? j : 1);
+    big_set(&b->num, v);
+    big_mul(&b->num, &b->num, &b->den);
+    if (a <= 0 || j <= 0)
+        return;
+    big_set(&ramp, a);
+    big_mul_int(&ramp, &ramp, a);
+    big_shl(&ramp, &ramp, 15);
+    big_add(&b->num, &b->num, &ramp);
+}
+
+/* The peak, and what no ticks resolve: 2^-18 of the ramp or 2^19 ticks' part,
+ * 2^-27 of the speed. */
+static void peak_of(struct oracle_bound *b, int64_t v, int64_t a, int64_t j,
+                    int64_t ticks)
+{
+    struct big size, more;
+    natural(b, v, a, j);
+    big_set(&size, v);
+    big_mul(&size, &size, &b->den);
+    big_sub(&more, &b->num, &size); /* the ramp */
+    size.sign = size.sign != 0;
+    bool is_short = ticks < (int64_t)1 << 37;
+    big_mul_int(&size, &size, is_short ? ticks : 1);
+    big_shl(&more, &more, is_short ? 19 + 27 : 27 - 18);
+    big_add(&more, &more, &size); /* times 2^27 (and ticks) */
+    big_mul_int(&b->num, &b->num, is_short ? ticks : 1);
+    big_mul_int(&b->den, &b->den, is_short ? ticks : 1);
+    big_shl(&b->num, &b->num, 27);
+    big_shl(&b->den, &b->den, 27);
+    big_add(&b->num, &b->num, &more);
+}
+
+/* Does the peak, or what lies TIE_BITS of it above, reach the limit? */
+static bool must_touch(const struct oracle_bound *b, int64_t limit)
+{
+    struct big other, more;
+    big_mul_int(&other, &b->den, limit);
+    big_shl(&other, &other, TIE_BITS);
+    big_shl(&more, &b->num, TIE_BITS);
+    big_add(&more, &more, &b->num);
+    return big_cmp(&more, &other) >= 0;
+}
+
+static bool is_less(const struct oracle_bound *a, const struct oracle_bound *b)
+{
+    struct big left, right;
+    big_mul(&left, &a->num, &b->den);
+    big_mul(&right, &b->num, &a->den);
+    return big_cmp(&left, &right) < 0;
+}
+
+/* Phases until the acceleration, turned by `sign`, first is not above zero; at
+ * least those of braking. */
+static int phases_until_let_go(const struct motion_otg_plan *plan, int sign)
+{
+    int i = 0;
+    if (plan->start_acc * sign > 0)
+        while (i < plan->count && plan->phase[i++].acc * sign > 0)
+            ;
+    return i < plan->brake ? plan->brake : i;
+}
+
+int oracle_late(const struct motion_otg_plan *plan, int sign)
+{
+    int i = plan->count;
+    if (plan->count == 0 || plan->phase[plan->count - 1].acc * sign >= 0)
+        return i;
+    while (i > 0) {
+        i--;
+        int64_t a = i > 0 ? plan->phase[i - 1].acc : plan->start_acc;
+        if (a * sign >= 0)
+            break;
+    }
+    return i;
+}
+
+/* Velocities turned by sign: +1 above, -1 below. */
+static void open_velocity(struct oracle *g, int up)
+{
+    const struct motion_otg_move *m = g->move;
+    const struct motion_otg_limit *l = &m->limit;
+    int sign = up ? 1 : -1;
+    int64_t limit = sign * (up ? l->vel_max_q32 : l->vel_min_q32);
+    int64_t v0 = sign * m->start.vel_q32, a0 = sign * m->start.acc_q16;
+    int64_t vf = sign * m->goal.vel_q32, af = -sign * m->goal.acc_q16;
+    int64_t j = l->jerk_q16, j2 = oracle_closing_jerk(l);
+    int64_t ticks = g->plan->dur_ns_q12 + 1;
+    struct oracle_bound at;
+    g->outside[up] = false;
+    g->let_go[up] = 0;
+    g->late[up] = g->plan->count;
+    oracle_bound_of(&g->peak[up], limit);
+    natural(&at, v0, a0, j);
+    if (must_touch(&at, limit) && (v0 > limit || a0 > 0)) {
+        g->outside[up] = true;
+        g->let_go[up] = phases_until_let_go(g->plan, sign);
+        peak_of(&g->peak[up], v0, a0, j, ticks);
+    }
+    natural(&at, vf, af, j2);
+    if (must_touch(&at, limit) && af > 0) {
+        g->late[up] = oracle_late(g->plan, sign);
+        peak_of(&at, vf, af, j2, ticks);
+        if (is_less(&g->peak[up], &at))
+            g->peak[up] = at;
+    }
+    g->peak[up].num.sign *= sign;
+}
+
+void oracle_open(struct oracle *g)
+{
+    for (int up = 0; up < 2; up++)
+        open_velocity(g, up);
+}

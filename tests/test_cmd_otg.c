@@ -1,0 +1,366 @@
+/* tests/test_cmd_otg.c - slew otg as a user meets it: good input, bad input of
+ * every kind, pictures. */
+#define _XOPEN_SOURCE 700 /* mkdtemp */
+#include <cjson/cJSON.h>
+#include <fcntl.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "firmware/linux/command.h"
+#include "tests/check.h"
+
+#define WORDS_MAX 24
+
+#define HEADER "p0,v0,a0,pf,vf,af,vmax,vmin,amax,amin,jmax\n"
+#define GOOD   "0,0,0,100,0,0,10,-10,20,-20,200\n"
+
+static char directory[64], table[96], picture[96];
+static char out_path[96], err_path[96];
+static char out[1 << 16], err[1 << 12];
+
+/* --- the bench ------------------------------------------------------------ */
+
+static int make_directory(void **state)
+{
+    (void)state;
+    snprintf(directory, sizeof directory, "/tmp/slew-test-XXXXXX");
+    if (mkdtemp(directory) == NULL)
+        return -1;
+    snprintf(table, sizeof table, "%s/moves.csv", directory);
+    snprintf(picture, sizeof picture, "%s/move.png", directory);
+    snprintf(out_path, sizeof out_path, "%s/out", directory);
+    snprintf(err_path, sizeof err_path, "%s/err", directory);
+    return 0;
+}
+
+static int remove_directory(void **state)
+{
+    (void)state;
+    unlink(table);
+    unlink(picture);
+    unlink(out_path);
+    unlink(err_path);
+    return rmdir(directory); /* nothing else may be left */
+}
+
+static void write_table(const char *text, size_t length)
+{
+    FILE *file = fopen(table, "wb");
+    assert_non_null(file);
+    assert_int_equal(fwrite(text, 1, length, file), length);
+    assert_int_equal(fclose(file), 0);
+}
+
+static void read_back(const char *path, char *text, size_t size)
+{
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    text[fread(text, 1, size - 1, file)] = 0;
+    fclose(file);
+}
+
+static void redirect(int descriptor, const char *path)
+{
+    int file = open(path, O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    if (file < 0 || dup2(file, descriptor) < 0)
+        abort();
+    close(file);
+}
+
+/* `words` apart by blanks, TABLE and PICTURE standing for the paths; the
+ * status, with what was written in out and err. */
+static int slew(const char *words)
+{
+    static char line[512];
+    char *argv[WORDS_MAX] = { "slew", "otg" };
+    int argc = 2, status;
+    snprintf(line, sizeof line, "%s", words);
+    for (char *word = strtok(line, " "); word; word = strtok(NULL, " ")) {
+        assert_true(argc + 1 < WORDS_MAX);
+        argv[argc++] = strcmp(word, "TABLE") == 0     ? table
+                       : strcmp(word, "PICTURE") == 0 ? picture
+                                                      : word;
+    }
+    fflush(NULL);
+    pid_t child = fork();
+    if (child == 0) {
+        redirect(STDOUT_FILENO, out_path);
+        redirect(STDERR_FILENO, err_path);
+        int code = (int)command_main(argc, argv);
+        fflush(NULL);
+        _exit(code);
+    }
+    assert_true(waitpid(child, &status, 0) == child);
+    assert_true(WIFEXITED(status));
+    read_back(out_path, out, sizeof out);
+    read_back(err_path, err, sizeof err);
+    return WEXITSTATUS(status);
+}
+
+static void expect(const char *text, const char *want)
+{
+    if (strstr(text, want) == NULL)
+        fail_msg("expected \"%s\" in \"%s\"", want, text);
+}
+
+/* One line on stderr, and this in it. */
+static void expect_complaint(const char *want)
+{
+    expect(err, want);
+    assert_ptr_equal(strchr(err, '\n'), err + strlen(err) - 1);
+}
+
+/* --- good input ----------------------------------------------------------- */
+
+static void a_table_gives_a_line_per_row(void **state)
+{
+    static const char text[] = HEADER GOOD "\n" /* an empty line is none */
+                                           "1,0,0,1,0,0,1,-1,1,-1,1\n";
+    (void)state;
+    write_table(text, sizeof text - 1);
+    assert_int_equal(slew("TABLE"), 0);
+    assert_string_equal(err, "");
+    expect(out, "row,status,duration\n0,ok,10.6000");
+    expect(out, "\n1,ok,0\n");
+    assert_int_equal(slew("--row 1 TABLE"), 0);
+    assert_string_equal(out, "row,status,duration\n1,ok,0\n");
+}
+
+static void columns_come_in_any_order_and_with_others(void **state)
+{
+    static const char text[] =
+        "\xef\xbb\xbfname, jmax ,amin,amax,vmin,vmax,af,vf,pf,a0,v0,p0,x_2\r\n"
+        "a move,200,-20,20,-10,10,0,0,100,0,0, 0 ,\r\n";
+    (void)state;
+    write_table(text, sizeof text - 1);
+    assert_int_equal(slew("TABLE"), 0);
+    expect(out, "0,ok,10.6000");
+}
+
+static void one_motion_needs_no_file(void **state)
+{
+    (void)state;
+    assert_int_equal(slew("--to 100 --vmax 10 --amax 20 --jmax 200"), 0);
+    expect(out, "duration 10.6000");
+    assert_int_equal(slew("--v0 2 --vf -1 --amax 1 --jmax 1 --json"), 0);
+    cJSON *report = cJSON_Parse(out);
+    cJSON *row = cJSON_GetArrayItem(cJSON_GetObjectItem(report, "rows"), 0);
+    double duration =
+        cJSON_GetNumberValue(cJSON_GetObjectItem(row, "duration"));
+    assert_true(fabs(duration - 4) < 4e-6); /* 3 / 1 + 1 / 1 */
+    cJSON_Delete(report);
+}
+
+static void limits_on_one_side_may_be_left_out(void **state)
+{
+    (void)state;
+    assert_int_equal(slew("--to -100 --vmax 10 --vmin -10 --amax 20 "
+                          "--amin -20 --jmax 200"),
+                     0);
+    char first[256];
+    snprintf(first, sizeof first, "%.255s", out);
+    assert_int_equal(slew("--to -100 --vmax 10 --amax 20 --jmax 200"), 0);
+    assert_memory_equal(out, first, strlen(first));
+}
+
+/* --- bad input ------------------------------------------------------------ */
+
+static void a_bad_table_is_refused_with_its_place(void **state)
+{
+    static const struct {
+        const char *text, *want;
+    } rows[] = {
+        { "", "moves.csv:1:1: no header line" },
+        { "\n\n", "moves.csv:1:1: no header line" },
+        { GOOD, "moves.csv:1:1: expected a header line with the columns p0," },
+        { "p0,v0,a0,pf,vf,af,vmax,vmin,amax,amin\n",
+          "moves.csv:1:1: column jmax is missing" },
+        { "v0,a0,pf,vf,af,vmax,vmin,amax,amin,jmax\n",
+          "moves.csv:1:1: column p0 is missing" },
+        { "v0,a0,vf,af,amax,amin\n", "moves.csv:1:1: column jmax is missing" },
+        { "p0,p0,a0,pf,vf,af,vmax,vmin,amax,amin,jmax\n",
+          "moves.csv:1:1: column p0 is there twice" },
+        { "p0_17,v0\n", "moves.csv:1:1: too many axes: expected 16" },
+        { "p0_2,v0_2,a0_2,pf_2,vf_2,af_2,vmax_2,vmin_2,amax_2,amin_2,jmax_2\n",
+          "moves.csv:1:1: column p0_1 is missing" },
+        { HEADER "0,0,0,NaN,0,0,10,-10,20,-20,200\n",
+          "moves.csv:2:7: pf: expected a finite number" },
+        { HEADER "0,0,0,1,0,0,1e400,-10,20,-20,200\n",
+          "moves.csv:2:13: vmax: expected a finite number" },
+        { HEADER "0,0,0,1,0,0,inf,-10,20,-20,200\n", "2:13: vmax: expected" },
+        { HEADER "0,0,0,1,0,0,1e70,-10,20,-20,200\n", "2:13: vmax: expected" },
+        { HEADER "0,0,,1,0,0,10,-10,20,-20,200\n", "2:5: a0: expected" },
+        { HEADER "0,0,0x,1,0,0,10,-10,20,-20,200\n", "2:5: a0: expected" },
+        { HEADER GOOD "0,0,0\n", "moves.csv:3:6: the row ends here" },
+        { HEADER GOOD "0,0,0,100,0,0,10,-10,20,-20,200,7\n",
+          "moves.csv:3:32: another field" },
+    };
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        write_table(rows[i].text, strlen(rows[i].text));
+        if (slew("TABLE") != 2)
+            fail_msg("row %zu: %s%s", i, out, err);
+        expect_complaint(rows[i].want);
+    }
+}
+
+static void binary_and_endless_lines_are_refused(void **state)
+{
+    static char text[70000];
+    (void)state;
+    memcpy(text, HEADER, strlen(HEADER));
+    memset(text + strlen(HEADER), 0, 100);
+    write_table(text, strlen(HEADER) + 100);
+    assert_int_equal(slew("TABLE"), 2);
+    expect_complaint("moves.csv:2:1: a zero byte");
+    memset(text, 'p', sizeof text);
+    write_table(text, sizeof text);
+    assert_int_equal(slew("TABLE"), 2);
+    expect_complaint("moves.csv:1:1: the line is too long");
+    memset(text, ',', 600);
+    write_table(text, 600);
+    assert_int_equal(slew("TABLE"), 2);
+    expect_complaint("moves.csv:1:1: too many columns");
+    seed_from("binary");
+    for (int i = 0; i < 60; i++) {
+        size_t length = (size_t)(draw() % 4000);
+        for (size_t k = 0; k < length; k++)
+            text[k] = (char)draw();
+        write_table(text, length);
+        assert_int_equal(slew("TABLE"), 2);
+        assert_ptr_equal(strchr(err, '\n'), err + strlen(err) - 1);
+    }
+    assert_int_equal(slew("no-such-file.csv"), 2);
+    expect_complaint("no-such-file.csv: No such file");
+}
+
+/* What cannot be planned is an answer of its row: the others go on. */
+static void a_row_without_a_motion_says_which_number(void **state)
+{
+    static const struct {
+        const char *row, *want;
+    } rows[] = {
+        { "0,0,0,1,0,0,0,-1,1,-1,1", "vmax: has to be above 0" },
+        { "0,0,0,1,0,0,-1,-1,1,-1,1", "vmax: has to be above 0" },
+        { "0,0,0,1,0,0,1,1,1,-1,1", "vmin: has to be below 0" },
+        { "0,0,0,1,0,0,1,0,1,-1,1", "vmin: has to be below 0" },
+        { "0,0,0,1,0,0,1,-1,0,-1,1", "amax: has to be above 0" },
+        { "0,0,0,1,0,0,1,-1,1,1,1", "amin: has to be below 0" },
+        { "0,0,0,1,0,0,1,-1,1,-1,-1", "jmax: has to be 0 (no limit) or above" },
+        { "0,0,0,1,2,0,1,-1,1,-1,1", "vf: no motion inside the limits" },
+        { "0,0,0,1,0,2,1,-1,1,-1,1", "af: no motion inside the limits" },
+        { "0,0,0,1,1,-1,1,-1,1,-1,1", "af: no motion inside the limits" },
+    };
+    char text[512], want[128];
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        int length =
+            snprintf(text, sizeof text, HEADER "%s\n" GOOD, rows[i].row);
+        write_table(text, (size_t)length);
+        if (slew("TABLE") != 1)
+            fail_msg("row %zu: %s%s", i, out, err);
+        snprintf(want, sizeof want, "\n0,%s", rows[i].want);
+        expect(out, want);
+        expect(out, "\n1,ok,10.6000");
+        slew("--segments TABLE");
+        snprintf(want, sizeof want, "row 0: %s", rows[i].want);
+        expect_complaint(want);
+    }
+    static const char two[] =
+        "p0_1,v0_1,a0_1,pf_1,vf_1,af_1,vmax_1,vmin_1,amax_1,amin_1,jmax_1,"
+        "p0_2,v0_2,a0_2,pf_2,vf_2,af_2,vmax_2,vmin_2,amax_2,amin_2,jmax_2\n"
+        "0,0,0,1,0,0,1,-1,1,-1,1,0,0,0,1,0,0,1,-1,1,0,1\n";
+    write_table(two, sizeof two - 1);
+    assert_int_equal(slew("TABLE"), 1);
+    expect(out, "0,amin_2: has to be below 0,\n");
+}
+
+static void bad_options_are_refused(void **state)
+{
+    static const struct {
+        const char *words, *want;
+    } rows[] = {
+        { "", "slew otg: where to? expected FILE, or --to POSITION" },
+        { "--vmax 3", "slew otg: where to?" },
+        { "--to 3", "slew otg: --vmax is missing" },
+        { "--to 3 --vmax 1", "slew otg: --amax is missing" },
+        { "--vf 3 --amax 1", "slew otg: --jmax is missing" },
+        { "--to 3x", "slew otg: --to 3x: expected a number" },
+        { "--to nan", "slew otg: --to nan: expected a number" },
+        { "--row -1 TABLE", "slew otg: --row -1: expected a whole number" },
+        { "--row 1 --to 3", "slew otg: --row: expected with FILE" },
+        { "--row 5 TABLE", "no row 5: there are 2, counted from 0" },
+        { "--to 3 TABLE", "slew otg: a FILE or the numbers of one motion" },
+        { "TABLE TABLE", "slew otg: expected one FILE" },
+        { "--plot move.pdf TABLE", "slew otg: --plot: expected FILE.svg" },
+        { "--plot PICTURE TABLE", "moves.csv:3:1: another row, and --plot" },
+    };
+    (void)state;
+    write_table(HEADER GOOD GOOD, strlen(HEADER GOOD GOOD));
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        if (slew(rows[i].words) != 2)
+            fail_msg("row %zu: %s%s", i, out, err);
+        expect_complaint(rows[i].want);
+        assert_int_not_equal(access(picture, F_OK), 0);
+    }
+}
+
+/* --- pictures ------------------------------------------------------------- */
+
+static void expect_png(void)
+{
+    static const unsigned char magic[] = { 0x89, 'P', 'N', 'G' };
+    unsigned char head[4];
+    struct stat about;
+    FILE *file = fopen(picture, "rb");
+    assert_non_null(file);
+    assert_int_equal(fread(head, 1, 4, file), 4);
+    fclose(file);
+    assert_memory_equal(head, magic, 4);
+    assert_int_equal(stat(picture, &about), 0);
+    assert_true(about.st_size > 10000);
+    unlink(picture);
+}
+
+static void every_kind_of_motion_is_drawn(void **state)
+{
+    static const char *const words[] = {
+        "--row 1 --plot PICTURE TABLE",
+        "--to 5 --vmax 1 --amax 2 --jmax 0 --plot PICTURE",
+        "--to 0 --vmax 1 --amax 2 --jmax 3 --plot PICTURE",
+        "--v0 5 --vf -2 --amax 2 --jmax 3 --plot PICTURE --json",
+        "--to 1e-40 --vmax 1e20 --amax 1e30 --jmax 1e40 --plot PICTURE",
+        "--v0 50 --a0 7 --to 3 --vmax 1 --amax 2 --jmax 3 --plot PICTURE",
+    };
+    (void)state;
+    write_table(HEADER GOOD GOOD, strlen(HEADER GOOD GOOD));
+    for (size_t i = 0; i < ARRAY_LEN(words); i++) {
+        if (slew(words[i]) != 0)
+            fail_msg("%s: %s%s", words[i], out, err);
+        expect_png();
+    }
+    assert_int_equal(slew("--to 5 --vmax 0 --amax 2 --jmax 1 --plot PICTURE"),
+                     1);
+    assert_int_not_equal(access(picture, F_OK), 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_table_gives_a_line_per_row),
+        cmocka_unit_test(columns_come_in_any_order_and_with_others),
+        cmocka_unit_test(one_motion_needs_no_file),
+        cmocka_unit_test(limits_on_one_side_may_be_left_out),
+        cmocka_unit_test(a_bad_table_is_refused_with_its_place),
+        cmocka_unit_test(binary_and_endless_lines_are_refused),
+        cmocka_unit_test(a_row_without_a_motion_says_which_number),
+        cmocka_unit_test(bad_options_are_refused),
+        cmocka_unit_test(every_kind_of_motion_is_drawn),
+    };
+    return cmocka_run_group_tests(tests, make_directory, remove_directory);
+}
