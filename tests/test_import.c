@@ -204,13 +204,111 @@ static void tangents_become_velocities_and_losses_are_said(void **state)
     assert_in_range(vel_q32(&key[1].key) - q32(24) + 2, 0, 4);
     /* from 13 to 49: -5 degrees in 1.5 s */
     assert_in_range(vel_q32(&key[2].key) - q32(-5 / 1.5) + 2, 0, 4);
-    assert_string_equal(got.note,
-                        "1 automatic tangents (by slew's rule), 1 infinities "
-                        "that are not constant");
+    assert_string_equal(got.note, "1 automatic tangents (by slew's rule)");
     /* the second curve is linear, in centimetres */
     assert_int_equal(got.move.axis[1].curve, PLAN_CURVE_LINEAR);
     assert_int_equal(got.move.axis[1].key[1].key.pos_q32, q32(225));
     check_move_file(&got);
+    move_free(&got.move);
+}
+
+#define ANIM_HEAD "animVersion 1.1;\ntimeUnit film;\nendTime %s;\n"
+#define ANIM_CURVE                                                             \
+    "anim a.b pan pan 0 0 0;\nanimData {\noutput angular;\nweighted %d;\n"     \
+    "preInfinity %s;\npostInfinity %s;\nkeys {\n%s}\n}\n"
+
+static struct imported anim_of(const char *end, int weighted,
+                               const char *infinity, const char *keys)
+{
+    struct import_wish wish = wish_of(0);
+    char text[1024];
+    const int length = snprintf(text, sizeof text, ANIM_HEAD ANIM_CURVE, end,
+                                weighted, infinity, infinity, keys);
+    struct imported got =
+        imported_from("maya", write_file(text, (size_t)length), &wish);
+    unlink(in_directory("in"));
+    return got;
+}
+
+static void check_handle(const struct plan_handle *handle, double frames,
+                         double rise)
+{
+    assert_int_equal(handle->kind, MOTION_FCURVE_FREE);
+    const int64_t dt = (int64_t)(frames * (double)MOTION_FIXED_S_Q12 / 24);
+    assert_in_range(handle->dt_ns_q12 - dt + 4, 0, 8);
+    assert_in_range(handle->dp_q32 - q32(rise) + 2, 0, 4);
+}
+
+static void weighted_and_broken_tangents_become_handles(void **state)
+{
+    (void)state;
+    /* 12 sqrt 2 long at 45 deg: 12 by 12, a third of it is 4 by 4 */
+    struct imported got =
+        anim_of("24", 1, "constant",
+                "0 1 fixed fixed 1 1 0 0 1 45 16.970562748477140586;\n"
+                "24 11 fixed flat 1 1 0 -90 3;\n");
+    const struct plan_bezier_key *key = got.move.axis[0].bezier.key;
+    assert_int_equal(got.move.axis[0].curve, PLAN_CURVE_BEZIER);
+    check_handle(&key[0].right, 4, 4);
+    check_handle(&key[1].left, 0, 1);
+    assert_string_equal(got.note, "");
+    check_move_file(&got);
+    move_free(&got.move);
+
+    /* up at 2 units a frame, down at 1; without weights a third of the span */
+    got = anim_of("60", 0, "constant",
+                  "0 1 flat flat 1 1 0;\n"
+                  "24 11 fixed fixed 1 1 0 63.434948822922010648 9 -45 9;\n"
+                  "36 0 linear linear 1 1 0;\n");
+    key = got.move.axis[0].bezier.key;
+    assert_int_equal(got.move.axis[0].curve, PLAN_CURVE_BEZIER);
+    check_handle(&key[0].right, 8, 0);
+    check_handle(&key[1].left, -8, -16);
+    check_handle(&key[1].right, 4, -4);
+    check_handle(&key[2].left, -4, 11.0 / 3);
+    check_handle(&key[2].right, 4, 0);
+    assert_false(got.move.axis[0].bezier.has_end);
+    move_free(&got.move);
+
+    got = anim_of("24", 1, "constant",
+                  "0 1 flat fixed 1 1 0 0 99;\n24 11 flat flat 1 1 0;\n");
+    assert_string_equal(got.note, "1 tangents beyond the next key (shortened)");
+    move_free(&got.move);
+}
+
+static void infinities_play_until_the_file_ends(void **state)
+{
+    static const struct {
+        const char *word;
+        int mode, extrapolation;
+    } rows[] = {
+        { "linear", MOTION_FCURVE_ONCE, MOTION_FCURVE_LINE },
+        { "cycle", MOTION_FCURVE_REPEAT, MOTION_FCURVE_HOLD },
+        { "cycleRelative", MOTION_FCURVE_REPEAT_OFFSET, MOTION_FCURVE_HOLD },
+        { "oscillate", MOTION_FCURVE_MIRROR, MOTION_FCURVE_HOLD },
+    };
+    const char *keys = "12 1 flat flat 1 1 0;\n36 2 fixed fixed 1 1 0 45 1 45 "
+                       "1;\n";
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        struct imported got = anim_of("60", 0, rows[i].word, keys);
+        const struct plan_bezier *bezier = &got.move.axis[0].bezier;
+        assert_int_equal(got.move.axis[0].curve, PLAN_CURVE_BEZIER);
+        assert_int_equal(bezier->before.mode, rows[i].mode);
+        assert_int_equal(bezier->after.mode, rows[i].mode);
+        assert_int_equal(bezier->after.count, 0);
+        assert_int_equal(bezier->extrapolation, rows[i].extrapolation);
+        assert_true(bezier->has_end);
+        assert_int_equal(bezier->end_ns_q12, 2 * MOTION_FIXED_S_Q12);
+        check_handle(&bezier->key[1].right, 8, i == 0 ? 8 : 0);
+        assert_string_equal(got.note, "");
+        check_move_file(&got);
+        move_free(&got.move);
+    }
+    struct imported got = anim_of("36", 0, "cycle", keys);
+    assert_int_equal(got.move.axis[0].bezier.after.mode, MOTION_FCURVE_ONCE);
+    assert_string_equal(got.note,
+                        "1 infinities that begin where the file ends");
     move_free(&got.move);
 }
 
@@ -306,80 +404,97 @@ static void cubics_come_back_from_anim_as_the_same_curve(void **state)
 
 /* --- bad files --- */
 
-static void bad_files_are_refused_where_they_are_bad(void **state)
-{
 #define ANIM                                                                   \
     "animVersion 1.1;\ntimeUnit film;\nanim a.b pan pan 0 0 0;\nanimData {\n"  \
     "output angular;\nkeys {\n"
-    static const struct {
-        const char *format, *text, *want;
-        uint64_t fps;
-    } rows[] = {
-        { "kuper", "", ":1:1: the file is empty", 24 },
-        { "kuper", "Axes = pan\n", "there are no rows", 24 },
-        { "kuper", "Axes = pan\n1\n", ":1:1: the file does not say how many",
-          0 },
-        { "kuper", "pan, tilt\n1 2\n", ":1:1: the first line does not name",
-          24 },
-        { "kuper", "Axes = pan, yaw\n1 2\n", ":1:13: 'yaw' is no axis", 24 },
-        { "kuper", "Axes = pan, Pan\n1 2\n", ":1:13: axis pan is there for",
-          24 },
-        { "kuper", "Axes =\n1 2\n", "no columns with axes", 24 },
-        { "kuper", "Axes = pan, tilt\n1 2\n3\n", ":3:2: the row ends after 1",
-          24 },
-        { "kuper", "Axes = pan\n1\n2 3\n", ":3:3: the row has more", 24 },
-        { "kuper", "Axes = pan\n1\n2.x\n", ":3:1: '2.x' is not a number", 24 },
-        { "kuper", "Axes = pan\n1\nnan\n", ":3:1: 'nan' is not a number", 24 },
-        { "kuper", "Axes = pan\n1\n  1e99\n", ":3:3: ", 24 },
-        { "kuper", "Axes = pan\n1\n99999999999\n", ":3:1: ", 24 },
-        { "kuper", "Axes = pan\n1\n2\001\n", ":3:2: byte 0x01", 24 },
-        { "kuper", "Axes = pan\n1\n\xff\n", ":3:1: byte 0xFF", 24 },
-        { "kuper", "Axes = frame, pan\n1 1\n1 2\n", ":3:1: the time is not",
-          24 },
-        { "flair", "DATA_TYPE x\nPOINTS 2\nFRAME PAN\n1 1\n2 2\n",
-          "expected --fps", 0 },
-        { "flair", "DATA_TYPE x\nPOINTS 3 SPEED 25\nFRAME PAN\n1 1\n2 2\n",
-          "ends after 2 rows, expected the 3", 0 },
-        { "flair", "DATA_TYPE x\nPOINTS 1.5 SPEED 25\nFRAME PAN\n1 1\n",
-          ":2:8: the number of points", 0 },
-        { "flair", "DATA_TYPE x\nPOINTS 2 SPEED zero\nFRAME PAN\n1 1\n",
-          ":2:16: ", 0 },
-        { "flair", "DATA_TYPE x\nPOINTS\n", ":2:1: there is no value", 0 },
-        { "flair", "POINTS 2\n", ":1:1: the first line does not begin", 0 },
-        { "raw", "1 2\n", ":1:4: the row ends after 2 of 3", 24 },
-        { "csv", "t,pan\n0,1\n0,2\n", ":3:1: the time is not later", 0 },
-        { "csv", "t,pan\n0,1\n1,\n", ":3:3: '' is not a number", 0 },
-        { "csv", "t,t_ns,pan\n0,1\n", ":1:3: there is a second column", 0 },
-        { "csv", "pan\n1\n", "expected --fps", 0 },
-        { "csv", "t,pan\n0,1\n2e6,2\n", ":3:1: the time is more than", 0 },
-        { "maya", "keys\n", ":1:1: the file does not begin", 0 },
-        { "maya", "animVersion 1.1;\n", "no curves with axes", 0 },
-        { "maya", "animVersion 1.1;\nanimData {\n", "without a line 'anim'",
-          0 },
-        { "maya", "animVersion 1.1;\ntimeUnit lunar;\n", ":2:10: 'lunar'", 0 },
-        { "maya", "animVersion 1.1;\nlinearUnit yd;\n", ":2:12: 'yd'", 0 },
-        { "maya", ANIM "}\n}\n", "the curve has no keys", 0 },
-        { "maya", ANIM "0 1 flat flat 1 1 0;\n", "ends within keys", 0 },
-        { "maya", ANIM "0 1 flat flat 1 1 0;\n}\n", "ends within animData", 0 },
-        { "maya", ANIM "0 1 flat step 1 1 0;\n}\n}\n", "cannot jump", 0 },
-        { "maya", ANIM "0 1 flat curly 1 1 0;\n}\n}\n", ":7:10: 'curly'", 0 },
-        { "maya", ANIM "0 1 flat flat 1 1 0 7;\n}\n}\n", ":7:21: '7'", 0 },
-        { "maya", ANIM "0 1 flat fixed 1 1 0 90 1;\n}\n}\n", "steeper", 0 },
-        { "maya", ANIM "1 1 flat flat 1 1 0;\n1 1 flat flat 1 1 0;\n}\n}\n",
-          ":8:1: '1'", 0 },
-        { "maya", ANIM "0 1 flat flat\n}\n}\n", "a value is missing", 0 },
-    };
+#define ANIM_WEIGHTED                                                          \
+    "animVersion 1.1;\ntimeUnit film;\nanim a.b pan pan 0 0 0;\nanimData {\n"  \
+    "output angular;\nweighted 1;\nkeys {\n"
+static const struct {
+    const char *format, *text, *want;
+    uint64_t fps;
+} bad[] = {
+    { "kuper", "", ":1:1: the file is empty", 24 },
+    { "kuper", "Axes = pan\n", "there are no rows", 24 },
+    { "kuper", "Axes = pan\n1\n", ":1:1: the file does not say how many", 0 },
+    { "kuper", "pan, tilt\n1 2\n", ":1:1: the first line does not name", 24 },
+    { "kuper", "Axes = pan, yaw\n1 2\n", ":1:13: 'yaw' is no axis", 24 },
+    { "kuper", "Axes = pan, Pan\n1 2\n", ":1:13: axis pan is there for", 24 },
+    { "kuper", "Axes =\n1 2\n", "no columns with axes", 24 },
+    { "kuper", "Axes = pan, tilt\n1 2\n3\n", ":3:2: the row ends after 1", 24 },
+    { "kuper", "Axes = pan\n1\n2 3\n", ":3:3: the row has more", 24 },
+    { "kuper", "Axes = pan\n1\n2.x\n", ":3:1: '2.x' is not a number", 24 },
+    { "kuper", "Axes = pan\n1\nnan\n", ":3:1: 'nan' is not a number", 24 },
+    { "kuper", "Axes = pan\n1\n  1e99\n", ":3:3: ", 24 },
+    { "kuper", "Axes = pan\n1\n99999999999\n", ":3:1: ", 24 },
+    { "kuper", "Axes = pan\n1\n2\001\n", ":3:2: byte 0x01", 24 },
+    { "kuper", "Axes = pan\n1\n\xff\n", ":3:1: byte 0xFF", 24 },
+    { "kuper", "Axes = frame, pan\n1 1\n1 2\n", ":3:1: the time is not", 24 },
+    { "flair", "DATA_TYPE x\nPOINTS 2\nFRAME PAN\n1 1\n2 2\n", "expected --fps",
+      0 },
+    { "flair", "DATA_TYPE x\nPOINTS 3 SPEED 25\nFRAME PAN\n1 1\n2 2\n",
+      "ends after 2 rows, expected the 3", 0 },
+    { "flair", "DATA_TYPE x\nPOINTS 1.5 SPEED 25\nFRAME PAN\n1 1\n",
+      ":2:8: the number of points", 0 },
+    { "flair", "DATA_TYPE x\nPOINTS 2 SPEED zero\nFRAME PAN\n1 1\n",
+      ":2:16: ", 0 },
+    { "flair", "DATA_TYPE x\nPOINTS\n", ":2:1: there is no value", 0 },
+    { "flair", "POINTS 2\n", ":1:1: the first line does not begin", 0 },
+    { "raw", "1 2\n", ":1:4: the row ends after 2 of 3", 24 },
+    { "csv", "t,pan\n0,1\n0,2\n", ":3:1: the time is not later", 0 },
+    { "csv", "t,pan\n0,1\n1,\n", ":3:3: '' is not a number", 0 },
+    { "csv", "t,t_ns,pan\n0,1\n", ":1:3: there is a second column", 0 },
+    { "csv", "pan\n1\n", "expected --fps", 0 },
+    { "csv", "t,pan\n0,1\n2e6,2\n", ":3:1: the time is more than", 0 },
+    { "maya", "keys\n", ":1:1: the file does not begin", 0 },
+    { "maya", "animVersion 1.1;\n", "no curves with axes", 0 },
+    { "maya", "animVersion 1.1;\nanimData {\n", "without a line 'anim'", 0 },
+    { "maya", "animVersion 1.1;\ntimeUnit lunar;\n", ":2:10: 'lunar'", 0 },
+    { "maya", "animVersion 1.1;\nlinearUnit yd;\n", ":2:12: 'yd'", 0 },
+    { "maya", ANIM "}\n}\n", "the curve has no keys", 0 },
+    { "maya", ANIM "0 1 flat flat 1 1 0;\n", "ends within keys", 0 },
+    { "maya", ANIM "0 1 flat flat 1 1 0;\n}\n", "ends within animData", 0 },
+    { "maya", ANIM "0 1 flat step 1 1 0;\n}\n}\n", "cannot jump", 0 },
+    { "maya", ANIM "0 1 flat curly 1 1 0;\n}\n}\n", ":7:10: 'curly'", 0 },
+    { "maya", ANIM "0 1 flat flat 1 1 0 7;\n}\n}\n", ":7:21: '7'", 0 },
+    { "maya", ANIM "0 1 flat fixed 1 1 0 90 1;\n}\n}\n", "steeper", 0 },
+    { "maya", ANIM "1 1 flat flat 1 1 0;\n1 1 flat flat 1 1 0;\n}\n}\n",
+      ":8:1: '1'", 0 },
+    { "maya", ANIM "0 1 flat flat\n}\n}\n", "a value is missing", 0 },
+    { "maya", ANIM_WEIGHTED "0 1 flat fixed 1 1 0 91 1;\n}\n}\n",
+      ":8:22: '91' is not expected, expected an angle", 0 },
+    { "maya", ANIM_WEIGHTED "0 1 flat fixed 1 1 0 9 -1;\n}\n}\n",
+      ":8:24: '-1' is not expected, expected a weight", 0 },
+    { "maya", ANIM_WEIGHTED "0 1 flat fixed 1 1 0 9 1e99;\n}\n}\n",
+      ":8:22: '9' is not expected, the tangent reaches", 0 },
+    { "maya",
+      "animVersion 1.1;\nanim a pan;\nanimData {\npostInfinity "
+      "spiral;\n",
+      ":4:14: 'spiral'", 0 },
+    { "maya",
+      "animVersion 1.1;\nendTime soon;\nanim a pan;\nanimData {\n"
+      "output angular;\nkeys {\n0 1 flat flat 1 1 0;\n}\n}\n",
+      ":2:9: 'soon'", 0 },
+    { "maya",
+      "animVersion 1.1;\nanim a pan;\nanimData {\noutput angular;\nkeys {\n"
+      "-40000000 1 flat flat 1 1 0;\n40000000 1 flat flat 1 1 0;\n"
+      "}\n}\n",
+      "longer than 26 days", 0 },
+};
+
+static void bad_files_are_refused_where_they_are_bad(void **state)
+{
     (void)state;
-    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
-        struct import_wish wish = wish_of(rows[i].fps);
+    for (size_t i = 0; i < ARRAY_LEN(bad); i++) {
+        struct import_wish wish = wish_of(bad[i].fps);
         struct imported got;
-        const char *path = write_file(rows[i].text, strlen(rows[i].text));
-        int err = import_format_find(rows[i].format)
-                      ->read(path, &wish, &got, message);
-        if (err >= 0 || strstr(message, rows[i].want) == NULL ||
+        const char *path = write_file(bad[i].text, strlen(bad[i].text));
+        int err =
+            import_format_find(bad[i].format)->read(path, &wish, &got, message);
+        if (err >= 0 || strstr(message, bad[i].want) == NULL ||
             strncmp(message, path, strlen(path)) != 0)
             fail_msg("row %zu: \"%s\", expected \"%s\"", i,
-                     err < 0 ? message : "accepted", rows[i].want);
+                     err < 0 ? message : "accepted", bad[i].want);
     }
     unlink(in_directory("in"));
 }
@@ -504,6 +619,8 @@ int main(void)
         cmocka_unit_test(csv_keeps_velocity_and_acceleration),
         cmocka_unit_test(columns_go_where_the_user_says),
         cmocka_unit_test(tangents_become_velocities_and_losses_are_said),
+        cmocka_unit_test(weighted_and_broken_tangents_become_handles),
+        cmocka_unit_test(infinities_play_until_the_file_ends),
         cmocka_unit_test(a_table_that_was_written_has_the_samples_to_the_bit),
         cmocka_unit_test(cubics_come_back_from_anim_as_the_same_curve),
         cmocka_unit_test(bad_files_are_refused_where_they_are_bad),
