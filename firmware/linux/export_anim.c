@@ -20,21 +20,52 @@ struct export_anim {
     FILE *file;
 };
 
-static void export_anim_time_unit(const struct export_anim *self)
+/* As few digits as are read as this rate. */
+static bool export_anim_rate(const struct units_fps *fps, char text[NUMBER_MAX])
+{
+    char sentence[UNITS_SENTENCE_MAX];
+    struct units_fps back;
+
+    for (int digits = 1; digits <= 17; digits++) {
+        snprintf(text, NUMBER_MAX, "%.*g", digits,
+                 (double)fps->num / (double)fps->den);
+        if (units_parse_fps(text, &back, sentence) == 0 &&
+            back.num == fps->num && back.den == fps->den)
+            return true;
+    }
+    return false;
+}
+
+static int export_anim_time_unit(const struct export_anim *self)
 {
     static const struct {
-        unsigned fps;
+        struct units_fps fps;
         const char *name;
-    } names[] = { { 15, "game" }, { 24, "film" }, { 25, "pal" },
-                  { 30, "ntsc" }, { 48, "show" }, { 50, "palf" },
-                  { 60, "ntscf" } };
-    double rate = (double)self->fps->num / (double)self->fps->den;
+    } names[] = {
+        { { 15, 1 }, "game" },
+        { { 24, 1 }, "film" },
+        { { 25, 1 }, "pal" },
+        { { 30, 1 }, "ntsc" },
+        { { 48, 1 }, "show" },
+        { { 50, 1 }, "palf" },
+        { { 60, 1 }, "ntscf" },
+        { { 24000, 1001 }, "23.976fps" },
+        { { 30000, 1001 }, "29.97fps" },
+        { { 48000, 1001 }, "47.952fps" },
+        { { 60000, 1001 }, "59.94fps" },
+    };
+    char rate[NUMBER_MAX];
+
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
-        if (self->fps->den == 1 && self->fps->num == names[i].fps) {
+        if (self->fps->num == names[i].fps.num &&
+            self->fps->den == names[i].fps.den) {
             fprintf(self->file, "timeUnit %s;\n", names[i].name);
-            return;
+            return 0;
         }
-    fprintf(self->file, "timeUnit %.17gfps;\n", rate);
+    if (!export_anim_rate(self->fps, rate))
+        return -1;
+    fprintf(self->file, "timeUnit %sfps;\n", rate);
+    return 0;
 }
 
 static double export_anim_frames(const struct export_anim *self,
@@ -239,7 +270,13 @@ int export_anim(const struct job *job, const struct units_fps *fps, FILE *file,
         return -1;
     }
     fputs("animVersion 1.1;\nmayaVersion 2015;\n", file);
-    export_anim_time_unit(&self);
+    if (export_anim_time_unit(&self) < 0) {
+        snprintf(message, RIG_MESSAGE_MAX,
+                 "%llu/%llu frames a second have no decimal name, expected "
+                 "--fps such as 24, 23.976 or 60",
+                 (unsigned long long)fps->num, (unsigned long long)fps->den);
+        return -1;
+    }
     fprintf(file,
             "linearUnit mm;\nangularUnit deg;\nstartTime 0;\nendTime %.17g;\n",
             export_anim_frames(&self, job->end_ns_q12));

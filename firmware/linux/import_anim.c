@@ -41,6 +41,12 @@ static const struct {
     { "show", 48, 1, "" },
     { "palf", 50, 1, "" },
     { "ntscf", 60, 1, "" },
+    /* whole ticks of 1/141120000 s */
+    { "23.976fps", 24000, 1001, "" },
+    { "29.97fps", 30000, 1001, "" },
+    { "29.97df", 30000, 1001, "" },
+    { "47.952fps", 48000, 1001, "" },
+    { "59.94fps", 60000, 1001, "" },
     { "sec", 1, 1, "s" },
     { "second", 1, 1, "s" },
     { "millisec", 1000, 1, "ms" },
@@ -147,7 +153,7 @@ static int anim_read_unit(struct anim_read *self, const char **unit)
                                        "rad");
 }
 
-/* "23.976fps" is 24000/1001 to whoever writes it. */
+/* Any other, such as "12fps". */
 static int anim_read_rate(struct anim_read *self, struct import_word *word)
 {
     char sentence[UNITS_SENTENCE_MAX];
