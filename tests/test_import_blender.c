@@ -268,6 +268,8 @@ static void what_is_written_is_read_to_the_bit(void **state)
 
         memset(&job, 0, sizeof job);
         draw_job(&job);
+        /* the frames that its ALIGNED handles were drawn with */
+        job.move.axis[0].bezier.frame_ns_q12 = import_frame_ns_q12(fps, 1);
         assert_non_null(file);
         if (export_blender(&job, fps, file, message) < 0)
             fail_msg("%s", message);

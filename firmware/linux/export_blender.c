@@ -5,6 +5,7 @@
  * is what was written: to 19 hours and 10^7 units.  examples/blender/
  * slew_import.py makes an action of it. */
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "firmware/linux/export_keys.h"
 #include "firmware/linux/import.h"
@@ -96,6 +97,30 @@ static void export_blender_key(const struct export_blender *self,
             export_blender_easing[key->easing], last ? "" : ",");
 }
 
+/* ALIGNED handles have their length in frames and values: whoever reads them
+ * with other frames finds them in line already when they are written computed. */
+static void export_blender_align(const struct motion_fcurve_key *computed,
+                                 struct plan_bezier_key *key)
+{
+    if (key->left.kind == MOTION_FCURVE_ALIGNED) {
+        key->left.dt_ns_q12 = computed->left.t_ns_q12 - computed->at.t_ns_q12;
+        key->left.dp_q32 = computed->left.pos_q32 - computed->at.pos_q32;
+    }
+    if (key->right.kind == MOTION_FCURVE_ALIGNED) {
+        key->right.dt_ns_q12 = computed->right.t_ns_q12 - computed->at.t_ns_q12;
+        key->right.dp_q32 = computed->right.pos_q32 - computed->at.pos_q32;
+    }
+}
+
+static bool export_blender_has_frames(const struct export_blender *self)
+{
+    const struct units_fps film = { 24, 1 };
+    const int64_t frame_ns_q12 = self->axis->bezier.frame_ns_q12;
+
+    return import_frame_ns_q12(self->fps, 1) ==
+           (frame_ns_q12 > 0 ? frame_ns_q12 : import_frame_ns_q12(&film, 1));
+}
+
 static void export_blender_handles(const struct export_blender *self)
 {
     static const struct plan_bezier_key automatic = {
@@ -104,11 +129,20 @@ static void export_blender_handles(const struct export_blender *self)
         .interpolation = MOTION_FCURVE_BEZIER,
     };
     const struct plan_axis *axis = self->axis;
+    struct motion_fcurve curve = { .key = NULL };
 
-    for (uint32_t i = 0; i < axis->key_count; i++)
-        export_blender_key(self, &axis->key[i].key,
-                           axis->bezier.key ? &axis->bezier.key[i] : &automatic,
+    if (!export_blender_has_frames(self))
+        (void)plan_bezier_curve(axis, &curve);
+    for (uint32_t i = 0; i < axis->key_count; i++) {
+        struct plan_bezier_key key =
+            axis->bezier.key ? axis->bezier.key[i] : automatic;
+
+        if (curve.key != NULL)
+            export_blender_align(&curve.key[i], &key);
+        export_blender_key(self, &axis->key[i].key, &key,
                            i + 1 == axis->key_count);
+    }
+    free(curve.key);
 }
 
 /* A third of the way at this velocity. */

@@ -1,41 +1,32 @@
 /* firmware/linux/import_anim.c - Maya .anim: keys with tangents.
  *
  * A tangent is an angle whose tangent is the slope in the file's units of value
- * per unit of time.  slew's key has one velocity, so a curve is hermite with
- * the slopes as velocities; what that cannot keep is counted and said. */
+ * per unit of time; a weight is its length in the same units.  import_anim.h
+ * makes curves of them; what those cannot keep is counted and said. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "firmware/linux/import.h"
+#include "firmware/linux/import_anim.h"
 #include "firmware/linux/memory.h"
 #include "firmware/linux/number.h"
+#include "motion/err.h"
 #include "motion/fixed.h"
-
-/* How a tangent is found. */
-enum anim_tangent {
-    ANIM_FIXED,
-    ANIM_LINEAR,
-    ANIM_FLAT,
-    ANIM_SPLINE,
-    ANIM_AUTO, /* Maya's own rules, not published: flat at extremes, else the
-                  spline's, at most three times the lesser chord */
-    ANIM_STEP, /* a jump */
-};
 
 static const struct {
     const char *name;
-    enum anim_tangent tangent;
+    enum import_anim_tangent tangent;
 } anim_tangent[] = {
-    { "fixed", ANIM_FIXED },   { "linear", ANIM_LINEAR },
-    { "flat", ANIM_FLAT },     { "spline", ANIM_SPLINE },
-    { "smooth", ANIM_SPLINE }, { "auto", ANIM_AUTO },
-    { "clamped", ANIM_AUTO },  { "plateau", ANIM_AUTO },
-    { "slow", ANIM_AUTO },     { "fast", ANIM_AUTO },
-    { "global", ANIM_AUTO },   { "automix", ANIM_AUTO },
-    { "autoease", ANIM_AUTO }, { "autocustom", ANIM_AUTO },
-    { "step", ANIM_STEP },     { "stepnext", ANIM_STEP },
+    { "fixed", IMPORT_ANIM_FIXED },   { "linear", IMPORT_ANIM_LINEAR },
+    { "flat", IMPORT_ANIM_FLAT },     { "spline", IMPORT_ANIM_SPLINE },
+    { "smooth", IMPORT_ANIM_SPLINE }, { "auto", IMPORT_ANIM_AUTO },
+    { "clamped", IMPORT_ANIM_AUTO },  { "plateau", IMPORT_ANIM_AUTO },
+    { "slow", IMPORT_ANIM_AUTO },     { "fast", IMPORT_ANIM_AUTO },
+    { "global", IMPORT_ANIM_AUTO },   { "automix", IMPORT_ANIM_AUTO },
+    { "autoease", IMPORT_ANIM_AUTO }, { "autocustom", IMPORT_ANIM_AUTO },
+    { "step", IMPORT_ANIM_STEP },     { "stepnext", IMPORT_ANIM_STEP },
 };
 
 static const struct {
@@ -50,6 +41,12 @@ static const struct {
     { "show", 48, 1, "" },
     { "palf", 50, 1, "" },
     { "ntscf", 60, 1, "" },
+    /* whole ticks of 1/141120000 s */
+    { "23.976fps", 24000, 1001, "" },
+    { "29.97fps", 30000, 1001, "" },
+    { "29.97df", 30000, 1001, "" },
+    { "47.952fps", 48000, 1001, "" },
+    { "59.94fps", 60000, 1001, "" },
     { "sec", 1, 1, "s" },
     { "second", 1, 1, "s" },
     { "millisec", 1000, 1, "ms" },
@@ -68,10 +65,12 @@ static const struct {
 
 #define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
 
-/* One side of a key. */
-struct anim_side {
-    enum anim_tangent tangent;
-    int64_t vel_q32;
+static const char *const anim_infinity[] = {
+    [IMPORT_ANIM_CONSTANT] = "constant",
+    [IMPORT_ANIM_LINE] = "linear",
+    [IMPORT_ANIM_CYCLE] = "cycle",
+    [IMPORT_ANIM_CYCLE_RELATIVE] = "cycleRelative",
+    [IMPORT_ANIM_OSCILLATE] = "oscillate",
 };
 
 struct anim_read {
@@ -83,14 +82,12 @@ struct anim_read {
     char leaf[IMPORT_WORD_MAX], node[IMPORT_WORD_MAX];
     bool named, skipped;
     unsigned curves;
+    struct import_word end; /* of the file's range, empty: not said */
     /* of the curve that is being read */
-    struct plan_axis *axis;
+    struct import_anim_curve curve;
     enum rig_unit axis_unit;
     const char *unit; /* of its values, "" for the axis's own */
-    bool weighted;
-    struct anim_side (*side)[2]; /* in, out */
-    size_t side_room;
-    unsigned broken, automatic, weights, infinite; /* what is lost */
+    unsigned automatic, longer, unplayed; /* what is lost */
 };
 
 static int anim_refuse(const struct anim_read *self, struct plan_place place,
@@ -156,7 +153,7 @@ static int anim_read_unit(struct anim_read *self, const char **unit)
                                        "rad");
 }
 
-/* "23.976fps" is 24000/1001 to whoever writes it. */
+/* Any other, such as "12fps". */
 static int anim_read_rate(struct anim_read *self, struct import_word *word)
 {
     char sentence[UNITS_SENTENCE_MAX];
@@ -190,7 +187,8 @@ static int anim_read_time_unit(struct anim_read *self)
 
 /* --- keys --- */
 
-static int anim_read_tangent(struct anim_read *self, enum anim_tangent *tangent)
+static int anim_read_tangent(struct anim_read *self,
+                             enum import_anim_tangent *tangent)
 {
     struct import_word word;
     if (anim_word(self, &word) < 0)
@@ -199,8 +197,8 @@ static int anim_read_tangent(struct anim_read *self, enum anim_tangent *tangent)
         if (strcmp(word.text, anim_tangent[i].name) != 0)
             continue;
         *tangent = anim_tangent[i].tangent;
-        self->automatic += *tangent == ANIM_AUTO;
-        if (*tangent != ANIM_STEP)
+        self->automatic += *tangent == IMPORT_ANIM_AUTO;
+        if (*tangent != IMPORT_ANIM_STEP)
             return 0;
         return anim_refuse(self, word.place, word.text, "a servo cannot jump");
     }
@@ -221,29 +219,72 @@ static int anim_read_double(struct anim_read *self, double *value,
     return 0;
 }
 
-/* Angle and weight of a fixed tangent. */
-static int anim_read_angle(struct anim_read *self, struct anim_side *side)
+static int anim_slope(struct anim_read *self, double slope,
+                      const struct import_word *word,
+                      struct import_anim_side *side)
 {
     const struct units_context context = { .unit = self->axis_unit };
     const struct units_fps *fps = &self->out->fps;
-    char sentence[UNITS_SENTENCE_MAX], slope[96];
+    char sentence[UNITS_SENTENCE_MAX], text[96];
+    snprintf(text, sizeof text, "%.17g%s%s",
+             slope * (double)fps->num / (double)fps->den, self->unit,
+             self->unit[0] != 0 ? "/s" : "");
+    if (units_parse(text, UNITS_VELOCITY, &context, &side->vel_q32, sentence) ==
+        0)
+        return 0;
+    return anim_refuse(self, word->place, word->text,
+                       "the tangent is steeper than velocities can be");
+}
+
+/* A third of the tangent: `time` and `rise` are in the file's units. */
+static int anim_control(struct anim_read *self, double time, double rise,
+                        const struct import_word *word,
+                        struct import_anim_side *side)
+{
+    const struct units_context context = { .unit = self->axis_unit,
+                                           .fps = self->out->fps };
+    char sentence[UNITS_SENTENCE_MAX], text[2][96];
+    snprintf(text[0], sizeof text[0], "%s%.17g%s",
+             self->time_unit[0] == 0 ? "f" : "", time / 3, self->time_unit);
+    snprintf(text[1], sizeof text[1], "%.17g%s", rise / 3, self->unit);
+    if (units_parse(text[0], UNITS_TIME, &context, &side->dt_ns_q12,
+                    sentence) == 0 &&
+        units_parse(text[1], UNITS_POSITION, &context, &side->dp_q32,
+                    sentence) == 0)
+        return 0;
+    return anim_refuse(self, word->place, word->text,
+                       "the tangent reaches beyond what times and positions "
+                       "can be");
+}
+
+/* Angle and weight of a fixed tangent. */
+static int anim_read_angle(struct anim_read *self,
+                           struct import_anim_side *side)
+{
+    const double quarter = acos(0);
     struct import_word word, weight_word;
     double angle, weight;
-    if (side->tangent != ANIM_FIXED)
+    if (side->tangent != IMPORT_ANIM_FIXED)
         return 0;
     if (anim_read_double(self, &angle, &word) < 0 ||
         anim_read_double(self, &weight, &weight_word) < 0)
         return -1;
     if (strcmp(self->tangent_angle, "deg") == 0)
-        angle *= acos(-1) / 180;
-    snprintf(slope, sizeof slope, "%.17g%s%s",
-             tan(angle) * (double)fps->num / (double)fps->den, self->unit,
-             self->unit[0] != 0 ? "/s" : "");
-    if (fabs(angle) < 1.5707963 && units_parse(slope, UNITS_VELOCITY, &context,
-                                               &side->vel_q32, sentence) == 0)
-        return 0;
-    return anim_refuse(self, word.place, word.text,
-                       "the tangent is steeper than velocities can be");
+        angle *= quarter / 90;
+    if (!self->curve.weighted && fabs(angle) < 1.5707963)
+        return anim_slope(self, tan(angle), &word, side);
+    if (!self->curve.weighted)
+        return anim_refuse(self, word.place, word.text,
+                           "the tangent is steeper than velocities can be");
+    if (fabs(angle) > quarter)
+        return anim_refuse(self, word.place, word.text,
+                           "expected an angle from -90 to 90 deg");
+    if (weight < 0)
+        return anim_refuse(self, weight_word.place, weight_word.text,
+                           "expected a weight of at least 0");
+    /* the cosine of a right angle is not quite 0 */
+    return anim_control(self, fabs(angle) < quarter ? weight * cos(angle) : 0,
+                        weight * sin(angle), &word, side);
 }
 
 static int anim_read_flags(struct anim_read *self)
@@ -256,25 +297,19 @@ static int anim_read_flags(struct anim_read *self)
     return 0;
 }
 
-static void anim_room(struct anim_read *self, uint32_t count)
-{
-    if (count <= self->side_room)
-        return;
-    self->side_room = count < 64 ? 64 : 2 * (size_t)count;
-    self->side = memory_resize(self->side, self->side_room, sizeof *self->side);
-}
-
 static int anim_read_key(struct anim_read *self, const struct import_word *time)
 {
     const struct units_context context = { .unit = self->axis_unit,
                                            .fps = self->out->fps };
     struct import_word value, extra;
-    struct plan_key *key = import_add_key(&self->text, time->place, self->axis);
+    struct plan_key *key =
+        import_add_key(&self->text, time->place, self->curve.axis);
     if (key == NULL)
         return -1;
-    anim_room(self, self->axis->key_count);
-    struct anim_side *side = self->side[self->axis->key_count - 1];
-    side[0] = side[1] = (struct anim_side){ .vel_q32 = 0 };
+    import_anim_room(&self->curve, self->curve.axis->key_count);
+    struct import_anim_side *side =
+        self->curve.side[self->curve.axis->key_count - 1];
+    side[0] = side[1] = (struct import_anim_side){ .vel_q32 = 0 };
     if (import_text_number(&self->text, time,
                            self->time_unit[0] == 0 ? "f" : "", self->time_unit,
                            UNITS_TIME, &context, &key->key.t_ns_q12) < 0 ||
@@ -286,7 +321,8 @@ static int anim_read_key(struct anim_read *self, const struct import_word *time)
         anim_read_flags(self) < 0 || anim_read_angle(self, &side[0]) < 0 ||
         anim_read_angle(self, &side[1]) < 0)
         return -1;
-    if (self->axis->key_count > 1 && key->key.t_ns_q12 <= key[-1].key.t_ns_q12)
+    if (self->curve.axis->key_count > 1 &&
+        key->key.t_ns_q12 <= key[-1].key.t_ns_q12)
         return anim_refuse(self, time->place, time->text,
                            "each time is later than the one before");
     if (import_text_word(&self->text, ";", &extra) != 0)
@@ -295,87 +331,17 @@ static int anim_read_key(struct anim_read *self, const struct import_word *time)
     return 0;
 }
 
-/* --- from tangents to velocities --- */
-
-static double anim_chord(const struct plan_key *a, const struct plan_key *b)
-{
-    double dt = number_double(b->key.t_ns_q12 - a->key.t_ns_q12, 12) / 1e9;
-    return (number_double(b->key.pos_q32, 32) -
-            number_double(a->key.pos_q32, 32)) /
-           dt;
-}
-
-static double anim_auto(double before, double after, double spline)
-{
-    double most = 3 * fmin(fabs(before), fabs(after));
-    if (before * after <= 0)
-        return 0;
-    return copysign(fmin(fabs(spline), most), before);
-}
-
-/* Slope at key i of `count`, of its side 0 (in) or 1 (out). */
-static double anim_slope(const struct anim_read *self, uint32_t i, int which)
-{
-    const struct plan_key *key = &self->axis->key[i];
-    const struct anim_side *side = &self->side[i][which];
-    uint32_t last = self->axis->key_count - 1;
-    if (side->tangent == ANIM_FIXED)
-        return number_double(side->vel_q32, 32);
-    if (side->tangent == ANIM_FLAT || last == 0)
-        return 0;
-    double before = anim_chord(i > 0 ? key - 1 : key, i > 0 ? key : key + 1);
-    double after =
-        anim_chord(i < last ? key : key - 1, i < last ? key + 1 : key);
-    if (side->tangent == ANIM_LINEAR)
-        return which == 0 ? before : after;
-    double spline = anim_chord(i > 0 ? key - 1 : key, i < last ? key + 1 : key);
-    if (side->tangent == ANIM_SPLINE)
-        return spline;
-    return i == 0 || i == last ? 0 : anim_auto(before, after, spline);
-}
-
-static bool anim_is_linear(const struct anim_read *self)
-{
-    for (uint32_t i = 0; i < self->axis->key_count; i++)
-        for (int which = 0; which < 2; which++)
-            if (self->side[i][which].tangent != ANIM_LINEAR)
-                return false;
-    return true;
-}
-
-static int anim_settle_key(struct anim_read *self, uint32_t i)
-{
-    struct motion_key *key = &self->axis->key[i].key;
-    const struct anim_side *side = self->side[i];
-    double in = anim_slope(self, i, i == 0), out;
-    out = anim_slope(self, i, i + 1 < self->axis->key_count);
-    double mean = (in + out) / 2;
-    bool whole = fabs(in - out) <= 1e-9 * fmax(fabs(in), fabs(out)) + 1e-9;
-    self->broken += !whole;
-    if (!(fabs(mean) < 2147483647.0))
-        return yaml_report_at(&self->text.report, self->axis->key[i].place,
-                              "the tangent is steeper than velocities can be");
-    key->has_vel = true;
-    const int64_t vel_q32 =
-        side[0].tangent == ANIM_FIXED && whole && i > 0 ? side[0].vel_q32
-        : side[1].tangent == ANIM_FIXED && whole        ? side[1].vel_q32
-                                                 : llround(ldexp(mean, 32));
-    key->vel = motion_real_from_q(vel_q32, 32);
-    return 0;
-}
-
 static int anim_settle(struct anim_read *self)
 {
-    self->weights += self->weighted;
-    if (self->axis->key_count == 0)
+    struct import_anim_curve *curve = &self->curve;
+    uint32_t failed;
+    if (curve->axis->key_count == 0)
         return anim_fail(self, "the curve has no keys");
-    self->axis->curve = PLAN_CURVE_LINEAR;
-    if (anim_is_linear(self))
-        return 0;
-    self->axis->curve = PLAN_CURVE_HERMITE;
-    for (uint32_t i = 0; i < self->axis->key_count; i++)
-        if (anim_settle_key(self, i) < 0)
-            return -1;
+    if (import_anim_settle(curve, &failed) < 0)
+        return yaml_report_at(&self->text.report,
+                              curve->axis->key[failed].place,
+                              "the tangent is steeper than velocities can be");
+    self->longer += curve->longer;
     return 0;
 }
 
@@ -425,18 +391,20 @@ static int anim_open_curve(struct anim_read *self, struct plan_place place)
     if (wish->column_count > 0)
         name = wish->column[self->curves];
     self->curves++;
-    self->axis = NULL;
+    self->curve.axis = NULL;
     self->unit = self->linear;
-    self->weighted = false;
+    self->curve.weighted = false;
+    self->curve.before = self->curve.after = IMPORT_ANIM_CONSTANT;
     self->tangent_angle = self->angular;
     self->skipped = strcmp(name, "-") == 0;
     if (self->skipped)
         return 0;
-    self->axis = import_add_axis(&self->text, place, wish, self->out, name);
-    if (self->axis == NULL)
+    self->curve.axis =
+        import_add_axis(&self->text, place, wish, self->out, name);
+    if (self->curve.axis == NULL)
         return -1;
     self->axis_unit =
-        wish->rig->axis[rig_axis_index(wish->rig, self->axis->name)].unit;
+        wish->rig->axis[rig_axis_index(wish->rig, self->curve.axis->name)].unit;
     return 0;
 }
 
@@ -470,6 +438,20 @@ static int anim_read_keys(struct anim_read *self)
     return found < 0 ? -1 : anim_fail(self, "the file ends within keys");
 }
 
+static int anim_read_infinity(struct anim_read *self,
+                              const struct import_word *word,
+                              enum import_anim_infinity *infinity)
+{
+    for (size_t i = 0; i < ARRAY_LEN(anim_infinity); i++)
+        if (strcmp(word->text, anim_infinity[i]) == 0) {
+            *infinity = (enum import_anim_infinity)i;
+            return 0;
+        }
+    return anim_refuse(self, word->place, word->text,
+                       "expected constant, linear, cycle, cycleRelative or "
+                       "oscillate");
+}
+
 static int anim_read_member(struct anim_read *self,
                             const struct import_word *key)
 {
@@ -483,13 +465,14 @@ static int anim_read_member(struct anim_read *self,
     if (anim_word(self, &word) < 0)
         return -1;
     if (strcmp(key->text, "weighted") == 0)
-        self->weighted = strcmp(word.text, "0") != 0;
+        self->curve.weighted = strcmp(word.text, "0") != 0;
     else if (strcmp(key->text, "input") == 0 && strcmp(word.text, "time") != 0)
         return anim_refuse(self, word.place, word.text,
                            "expected curves over time");
-    else if (strcmp(key->text, "preInfinity") == 0 ||
-             strcmp(key->text, "postInfinity") == 0)
-        self->infinite += strcmp(word.text, "constant") != 0;
+    else if (strcmp(key->text, "preInfinity") == 0)
+        return anim_read_infinity(self, &word, &self->curve.before);
+    else if (strcmp(key->text, "postInfinity") == 0)
+        return anim_read_infinity(self, &word, &self->curve.after);
     return 0;
 }
 
@@ -501,7 +484,7 @@ static int anim_read_curve(struct anim_read *self, struct plan_place place)
         return -1;
     while ((found = anim_line(self, &word)) > 0) {
         if (strcmp(word.text, "}") == 0)
-            return self->skipped || self->axis->key_count > 0
+            return self->skipped || self->curve.axis->key_count > 0
                        ? 0
                        : anim_fail(self, "the curve has no keys");
         if (strcmp(word.text, "{") != 0 && anim_read_member(self, &word) < 0)
@@ -537,6 +520,8 @@ static int anim_read_file(struct anim_read *self)
             err = anim_read_unit(self, &self->linear);
         else if (strcmp(word.text, "angularUnit") == 0)
             err = anim_read_unit(self, &self->angular);
+        else if (strcmp(word.text, "endTime") == 0)
+            err = anim_word(self, &self->end) < 0 ? -1 : 0;
         else if (strcmp(word.text, "anim") == 0)
             err = anim_read_name(self);
         else if (strcmp(word.text, "animData") == 0)
@@ -549,16 +534,53 @@ static int anim_read_file(struct anim_read *self)
     return err;
 }
 
-/* Times count from the earliest key of all curves. */
-static void anim_shift(struct plan_move *move)
+/* The end of the file's range, if it says one. */
+static int anim_read_end(struct anim_read *self, int64_t *end_ns_q12)
 {
-    int64_t first = INT64_MAX;
-    for (uint32_t i = 0; i < move->axis_count; i++)
-        if (move->axis[i].key[0].key.t_ns_q12 < first)
-            first = move->axis[i].key[0].key.t_ns_q12;
-    for (uint32_t i = 0; i < move->axis_count; i++)
+    const struct units_context context = { .fps = self->out->fps };
+    if (self->end.text[0] == 0)
+        return 0;
+    return import_text_number(
+        &self->text, &self->end, self->time_unit[0] == 0 ? "f" : "",
+        self->time_unit, UNITS_TIME, &context, end_ns_q12);
+}
+
+/* The earliest key of all curves, and the last or the end of the range. */
+static int anim_range(struct anim_read *self, int64_t *first, int64_t *end)
+{
+    const struct plan_move *move = &self->out->move;
+    int64_t length;
+    *first = INT64_MAX;
+    *end = INT64_MIN;
+    if (anim_read_end(self, end) < 0)
+        return -1;
+    for (uint32_t i = 0; i < move->axis_count; i++) {
+        const struct plan_axis *axis = &move->axis[i];
+        const int64_t last = axis->key[axis->key_count - 1].key.t_ns_q12;
+        if (axis->key[0].key.t_ns_q12 < *first)
+            *first = axis->key[0].key.t_ns_q12;
+        if (last > *end)
+            *end = last;
+    }
+    if (motion_fixed_sub(*end, *first, &length) == MOTION_OK)
+        return 0;
+    return anim_fail(self, "the file's range is longer than 26 days");
+}
+
+/* Times count from the earliest key of all curves; infinities play until the
+ * last key or the end of the file's range. */
+static int anim_shift(struct anim_read *self)
+{
+    struct plan_move *move = &self->out->move;
+    int64_t first, end;
+    if (anim_range(self, &first, &end) < 0)
+        return -1;
+    for (uint32_t i = 0; i < move->axis_count; i++) {
         for (uint32_t k = 0; k < move->axis[i].key_count; k++)
             move->axis[i].key[k].key.t_ns_q12 -= first;
+        self->unplayed += !import_anim_until(&move->axis[i], end - first);
+    }
+    return 0;
 }
 
 static void anim_note(const struct anim_read *self)
@@ -567,10 +589,9 @@ static void anim_note(const struct anim_read *self)
         unsigned count;
         const char *what;
     } lost[] = {
-        { self->broken, "broken tangents (one velocity each: their mean)" },
         { self->automatic, "automatic tangents (by slew's rule)" },
-        { self->weights, "curves' weights" },
-        { self->infinite, "infinities that are not constant" },
+        { self->longer, "tangents beyond the next key (shortened)" },
+        { self->unplayed, "infinities that begin where the file ends" },
     };
     char *note = self->out->note;
     size_t used = 0;
@@ -594,12 +615,12 @@ int import_anim(const char *path, const struct import_wish *wish,
     int err = import_text_load(&self->text, path, message, RIG_MESSAGE_MAX);
     if (err == 0)
         err = anim_read_file(self);
-    if (err == 0) {
-        anim_shift(&imported->move);
+    if (err == 0)
+        err = anim_shift(self);
+    if (err == 0)
         anim_note(self);
-    }
     import_text_free(&self->text);
-    memory_free(self->side);
+    memory_free(self->curve.side);
     memory_free(self);
     if (err < 0)
         move_free(&imported->move);

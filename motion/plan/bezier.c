@@ -213,6 +213,27 @@ int move_bezier_handles(struct move *move)
     return rc;
 }
 
+int plan_bezier_curve(const struct plan_axis *axis, struct motion_fcurve *curve)
+{
+    struct plan_error error;
+    struct move move = { .axis = axis, .is_bezier = true, .error = &error };
+    int rc = MOTION_E_FULL;
+
+    move.key = calloc(axis->key_count, sizeof *move.key);
+    if (move.key != NULL) {
+        for (uint32_t i = 0; i < axis->key_count; i++)
+            move.key[i] = axis->key[i].key;
+        rc = move_bezier_handles(&move);
+    }
+    free(move.key);
+    if (rc != MOTION_OK) {
+        free(move.handles.key);
+        move.handles.key = NULL;
+    }
+    *curve = move.handles;
+    return rc;
+}
+
 /* --- where another curve begins or ends ----------------------------------- */
 
 /* The handle on the bezier's side of key i. */

@@ -236,6 +236,12 @@ void plan_track_free(struct motion_track *track);
 int plan_bezier_copy(struct plan_bezier *bezier, uint32_t count,
                      struct motion_real by);
 
+/* The curve that an axis is whose spans are all bezier, with the handles that
+ * follow from their kinds; its keys are on the heap, for free().  Errors of
+ * plan_axis_track; nothing is allocated then. */
+int plan_bezier_curve(const struct plan_axis *axis,
+                      struct motion_fcurve *curve);
+
 /* Free what an axis has on the heap: its keys and their handles. */
 void plan_axis_free(struct plan_axis *axis);
 
