@@ -529,9 +529,6 @@ static int exact_make(const struct motion_otg_move *move,
         dur_ns_q12 = whole; /* what the ends save is needed */
     if (*fixed == 0 && ends != 0 && !(ends & ENDS_IF_ANY))
         return MOTION_E_LIMIT; /* as without */
-    /* the second jerk begins where the speed is highest, a cruise stays one */
-    for (int i = 0; move->limit.jerk_down_q16 && i + 1 < plan->count; i++)
-        *fixed |= (uint32_t)(plan->phase[i].acc == 0) << i;
     err = exact_total(plan, *fixed, dur_ns_q12);
     return err < 0 ? err : motion_otg_trim(move->mode, *fixed, plan);
 }
