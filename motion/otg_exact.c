@@ -188,10 +188,10 @@ static void exact_rates(const struct otg_problem *q,
     rates->turn = shape->turn;
 }
 
-static bool is_hold(const struct otg_shape *shape, int i)
+/* The acceleration stays that of the phase before. */
+static bool is_hold(const struct otg_phase *ph)
 {
-    return i > 0 && shape->phase[i].a.m == shape->phase[i - 1].a.m &&
-           shape->phase[i].a.e == shape->phase[i - 1].a.e;
+    return ph[0].a.m == ph[-1].a.m && ph[0].a.e == ph[-1].a.e;
 }
 
 /* Phases one by one as the shape has them.  Where the acceleration moves, as
@@ -210,7 +210,7 @@ static int exact_phases(const struct otg_shape *shape,
         bool last = i + 1 == shape->count;
         int64_t to =
             last ? goal_acc : shifted(ph->a.m, ph->a.e + plan->acc_bits);
-        if (!last && (ph->dt.e < -30 - 52 || is_hold(shape, i)))
+        if (!last && (ph->dt.e < -30 - 52 || (i > 0 && is_hold(ph))))
             to = acc;
         int64_t n = motion_otg_ramp_ticks(rates, i, to - acc);
         if (to == acc || !is_full) {

@@ -30,7 +30,7 @@
 struct trim_group {
     int64_t k;
     int16_t weight;
-    int8_t first, last;
+    int first, last;
 };
 
 struct trim {
@@ -52,7 +52,7 @@ static void trim_add(struct trim *t, int i, int64_t rest)
     struct trim_group *g = &t->group[t->count++];
     int64_t n = ph[0].dur_ns_q12, next = ph[1].dur_ns_q12;
     g->k = 3 * rest + n - next;
-    g->first = g->last = (int8_t)i;
+    g->first = g->last = i;
     g->weight =
         (int16_t)(ph->acc == 0 ? TRIM_ZERO
                                : power_of(n + next) + power_of(ph->acc));
@@ -71,7 +71,7 @@ static void trim_groups(struct trim *t, uint32_t fixed, bool alone)
         bool same = t->count > 0 && t->group[t->count - 1].last == i - 1 &&
                     plan->phase[i].acc == plan->phase[i - 1].acc;
         if (same && !alone)
-            t->group[t->count - 1].last = (int8_t)i;
+            t->group[t->count - 1].last = i;
         else
             trim_add(t, i, rest);
     }
