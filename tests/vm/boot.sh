@@ -79,6 +79,7 @@ done
     printf 'export VM=1 HOME=/tmp LANG=C.UTF-8 PATH="%s"\n' "$PATH"
     printf '%s\n' "$*"
 } >"$work/root/command"
+echo "$PWD" >"$work/root/place"
 cat >"$root/init" <<'INIT'
 #!/bin/busybox sh
 /bin/busybox mount -t proc proc /proc
@@ -94,9 +95,16 @@ mount -t 9p -o trans=virtio,version=9p2000.L,ro,cache=loose,msize=512000 \
 mount -t proc proc /host/proc
 mount -t sysfs sys /host/sys
 mount -t devtmpfs dev /host/dev
+place=$(cat /place) # stays to be seen where it is below /tmp or /run
+mkdir /here
+mount -o bind "/host$place" /here
 for dir in tmp run; do
     mount -t tmpfs "$dir" "/host/$dir"
 done
+[ -d "/host$place" ] || {
+    mkdir -p "/host$place"
+    mount -o bind /here "/host$place"
+}
 mkdir -p /host/dev/pts /host/dev/shm
 mount -t devpts pts /host/dev/pts
 mount -t tmpfs shm /host/dev/shm
