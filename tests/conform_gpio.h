@@ -27,6 +27,6 @@ struct conform_gpio {
 };
 
 /* Runs all claims; returns how many failed, as cmocka does. */
-int conform_gpio(struct conform_gpio *chip);
+int conform_gpio(struct conform_gpio *on);
 
 #endif

@@ -184,10 +184,19 @@ static void plan_drawn(struct motion_track *law)
     assert_int_equal(motion_speed_append(law, &part, 1, NULL), MOTION_OK);
 }
 
+/* Speeds: up, on, less, to rest. */
+static const struct motion_speed_point speeds[] = {
+    { 0, { 0, MOTION_REAL_ZERO_E } },
+    { SEC, { INT64_C(1) << 61, -61 } },
+    { 2 * SEC, { INT64_C(1) << 61, -61 } },
+    { 3 * SEC, { INT64_C(1) << 61, -62 } },
+    { 5 * SEC, { 0, MOTION_REAL_ZERO_E } },
+};
+
 static const char *const law_name[] = {
     "cubic",     "quintic",   "sine",       "parabolic", "s-curve",
     "ramp line", "ramp sine", "ramp cubic", "ramp jerk", "acc points",
-    "acc steps", "drawn",     "constant",
+    "acc steps", "drawn",     "vel points", "constant",
 };
 #define LAWS ARRAY_LEN(law_name)
 
@@ -209,6 +218,8 @@ static void plan(size_t i, struct motion_track *law)
     } else if (i == 11) {
         plan_drawn(law);
         return;
+    } else if (i == 12) {
+        part = points(MOTION_SPEED_VEL_POINTS, speeds, ARRAY_LEN(speeds));
     } else {
         const long double v = real_value(table.length) / 5;
         part = ramp(MOTION_SPEED_RAMP_LINE, 5, v, v);
