@@ -91,6 +91,8 @@ enum controller_reaction {
     X(CONTROLLER_FAULT_OVERRUN, CONTROLLER_REACT_STOP, "ticks were lost")      \
     X(CONTROLLER_FAULT_MASTER, CONTROLLER_REACT_STOP,                          \
       "another master speaks on the bus")                                      \
+    X(CONTROLLER_FAULT_BUS_FULL, CONTROLLER_REACT_STOP,                        \
+      "the bus takes no more frames")                                          \
     X(CONTROLLER_FAULT_BUS_PASSIVE, CONTROLLER_REACT_HOLD,                     \
       "the bus has too many errors (error-passive)")                           \
     X(CONTROLLER_FAULT_BUS, CONTROLLER_REACT_OFF, "the bus is down")           \

@@ -188,15 +188,16 @@ int machine_init(struct machine *machine, const struct rig *rig,
                    : MOTION_OK;
 }
 
-/* How bad: a bus that is gone before one with a second master before one that
- * is error-passive. */
+/* How bad, as hal/fieldbus.h has them. */
 static int machine_badness(int err)
 {
-    if (err == MOTION_OK)
-        return 0;
-    if (err == MOTION_E_LIMIT)
-        return 1;
-    return err == MOTION_E_PROTOCOL ? 2 : 3;
+    static const int order[] = { MOTION_OK, MOTION_E_LIMIT, MOTION_E_FULL,
+                                 MOTION_E_PROTOCOL };
+    const int worst = (int)(sizeof order / sizeof order[0]);
+    int badness = 0;
+    while (badness < worst && order[badness] != err)
+        badness++;
+    return badness;
 }
 
 static enum hal_can_state machine_bus_state(const struct machine *machine,
@@ -278,7 +279,7 @@ void machine_trouble_text(const struct machine *machine,
     const char *what = hal_can_state_text(trouble->state);
     if (trouble->err == MOTION_E_PROTOCOL)
         what = "frames that only a master sends";
-    else if (trouble->err == MOTION_E_IO && trouble->state < HAL_CAN_BUS_OFF)
+    else if (trouble->err == MOTION_E_FULL)
         what = "frames were refused three cycles in a row";
     text[0] = '\0';
     if (trouble->err != MOTION_OK)
