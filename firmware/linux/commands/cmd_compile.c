@@ -59,8 +59,8 @@ const struct command cmd_compile = {
     .summary = "save a planned move, to be played without holding it",
     .text =
         "Plans every axis and saves the result, integers to the bit.  run,\n"
-        "sample and check take the saved file in the place of MOVE; they "
-        "read\n"
+        "sample, check and plot take the saved file in the place of MOVE; "
+        "they read\n"
         "all of it once to see that it is whole, then play it through a "
         "window\n"
         "of some thousand segments per axis, however long it is.  Limits are\n"

@@ -435,9 +435,6 @@ static enum status cmd_run_job(struct cmd_run *self)
     status = cmd_run_interfaces(self);
     if (status != STATUS_OK)
         return status;
-    if (self->job.compiled != NULL && options->plot != NULL)
-        return job_fail(self->job.move_path, "is a compiled move, expected the "
-                                             "move file itself for --plot");
     if (!options->json)
         cmd_run_intent(self);
     if (options->pty && options->real) {

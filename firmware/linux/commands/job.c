@@ -125,16 +125,13 @@ enum status job_read_rig(const char *path, struct rig *rig)
     return STATUS_INPUT;
 }
 
-/* "file:line:column: axis pan, key 3: what is wrong" */
+/* "file:line:column: key 3 of axis pan: what is wrong"; a sentence of a planner
+ * says itself what it is about. */
 static enum status job_plan_fail(const struct job *job,
                                  const struct plan_error *error)
 {
-    fprintf(stderr, "%s:%u:%u: ", job->move_path, error->place.line,
-            error->place.column);
-    if (error->axis < job->move.axis_count)
-        fprintf(stderr, "axis %s, key %u: ", job->move.axis[error->axis].name,
-                error->key + 1);
-    fprintf(stderr, "%s\n",
+    fprintf(stderr, "%s:%u:%u: %s\n", job->move_path, error->place.line,
+            error->place.column,
             error->text[0] != 0 ? error->text : motion_err_text(error->code));
     return STATUS_INPUT;
 }
@@ -248,7 +245,7 @@ enum status job_open(struct job *job, const struct options *options)
     if (status == STATUS_OK && job->compiled != NULL)
         return job_fail(job->move_path, "is a compiled move, expected the move "
                                         "file itself (compiled ones are for "
-                                        "run, sample and check)");
+                                        "run, sample, check and plot)");
     return status;
 }
 

@@ -6,6 +6,7 @@
 
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/commands/path_report.h"
+#include "firmware/linux/move/compiled.h"
 #include "firmware/linux/plot/chart.h"
 #include "firmware/linux/plot/plot_style.h"
 #include "motion/fixed.h"
@@ -177,16 +178,31 @@ static void plot_segment(struct plot_panel *panel,
     }
 }
 
+/* Of a compiled move, whose track is a window, from the file. */
+static void plot_segments(struct plot_panel *panel, plot_point *point)
+{
+    const struct motion_track *track = plot_track_of(panel);
+    struct compiled_walk walk = { .compiled = panel->plot->job->compiled,
+                                  .axis = panel->axis };
+    const struct motion_segment *segment;
+    if (walk.compiled != NULL) {
+        while ((segment = compiled_walk_next(&walk)) != NULL)
+            plot_segment(panel, segment, point);
+        return;
+    }
+    for (uint32_t i = 0; i < track->count; i++)
+        plot_segment(panel, &track->segment[i], point);
+}
+
 static void plot_track(struct plot_panel *panel, plot_point *point)
 {
     const struct motion_track *track = plot_track_of(panel);
     double rest =
         panel->row == PLOT_POS ? number_double(track->end.pos_q32, 32) : 0;
     bool curve = panel->row == PLOT_POS;
-    if (!curve || track->count == 0)
+    if (!curve || track->end_ns_q12 == 0)
         point(panel, 0, rest);
-    for (uint32_t i = 0; i < track->count; i++)
-        plot_segment(panel, &track->segment[i], point);
+    plot_segments(panel, point);
     if (!curve)
         point(panel, number_double(track->end_ns_q12, 12) / 1e9, 0);
     point(panel, panel->plot->end_s, rest);
