@@ -1,7 +1,7 @@
 /* hal/fieldbus.h - one cycle of one bus.
  *
  * The loop calls, per tick:  begin (take in what came, SYNC)  ->  controller
- * ->  end (send the set points).  Implementations: hal/canopen.c,
+ * ->  end (send the set points).  Implementations: hal/canopen.c, hal/can_bus.c,
  * hal/modbus_bus.c. */
 #ifndef HAL_FIELDBUS_H
 #define HAL_FIELDBUS_H
