@@ -139,6 +139,7 @@ struct controller_inputs {
     struct hal_gpio *estop;
     struct hal_gpio *limit_negative[CONTROLLER_AXES_MAX];
     struct hal_gpio *limit_positive[CONTROLLER_AXES_MAX];
+    struct hal_gpio *home[CONTROLLER_AXES_MAX]; /* looked at while homing */
 };
 
 /* What one axis was told and did at the last tick. */

@@ -41,6 +41,10 @@ static enum status cmd_compile_run(const struct options *options)
         return STATUS_INPUT;
     }
     enum status status = job_open(&job, options);
+    if (status == STATUS_OK && job.move.events > 0)
+        status =
+            job_fail(job.move_path, "has events, which a compiled move "
+                                    "cannot hold, expected a move without");
     if (status == STATUS_OK)
         status = cmd_compile_save(&job, options->out);
     job_free(&job);

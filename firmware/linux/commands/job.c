@@ -158,6 +158,16 @@ static enum status job_find_axes(struct job *job)
     return STATUS_OK;
 }
 
+static enum status job_plan_events(struct job *job)
+{
+    struct plan_error error = { .code = MOTION_OK };
+    for (uint32_t i = 0; i < job->rig.line_count; i++)
+        if (plan_shots_make(&job->move, job->track, &job->outcome, i,
+                            &job->shots[i], &error) < 0)
+            return job_plan_fail(job, &error);
+    return STATUS_OK;
+}
+
 static enum status job_plan(struct job *job)
 {
     struct plan_error error = { .code = MOTION_OK };
@@ -172,7 +182,7 @@ static enum status job_plan(struct job *job)
         if (job->track[i].end_ns_q12 > job->end_ns_q12)
             job->end_ns_q12 = job->track[i].end_ns_q12;
     }
-    return STATUS_OK;
+    return job_plan_events(job);
 }
 
 /* An axis of a compiled move must be one of the rig, in the same unit. */
@@ -254,6 +264,8 @@ void job_free(struct job *job)
     for (unsigned i = 0; i < job->planned; i++)
         plan_track_free(&job->track[i]);
     plan_outcome_free(&job->outcome);
+    for (unsigned i = 0; i < RIG_LINES_MAX; i++)
+        plan_shots_free(&job->shots[i]);
     compiled_close(job->compiled);
     move_free(&job->move);
     memory_free(job->violation);

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/linux/machine/machine_trigger.h"
 #include "firmware/linux/rig/modbus_budget.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
@@ -123,7 +124,10 @@ static struct hal_gpio **machine_input(struct controller_inputs *inputs,
         return &inputs->limit_negative[line->axis];
     case RIG_LINE_LIMIT_POSITIVE:
         return &inputs->limit_positive[line->axis];
+    case RIG_LINE_HOME:
+        return &inputs->home[line->axis];
     case RIG_LINE_LAMP:
+    case RIG_LINE_TRIGGER:
         break;
     }
     return NULL;
@@ -184,6 +188,8 @@ int machine_init(struct machine *machine, const struct rig *rig,
             return machine_fail(message, "axis", rig->axis[i].name, err);
     }
     int err = machine_init_controller(machine);
+    if (err == MOTION_OK)
+        err = machine_trigger_init(machine);
     return err < 0 ? machine_fail(message, "controller of", rig->title, err)
                    : MOTION_OK;
 }
@@ -257,6 +263,7 @@ void machine_tick(struct machine *machine, int64_t now_ns)
     machine_read_inputs(machine, now_ns);
     controller_step(&machine->controller, now_ns, trouble.err);
     machine_light(machine);
+    machine_trigger_step(machine, now_ns);
     machine_end(machine, now_ns);
 }
 

@@ -437,6 +437,42 @@ static void plot_key_markers(const struct plot_panel *panel)
                      &plot_plan);
 }
 
+/* --- shots: notches at the upper edge of every panel --- */
+
+#define PLOT_NOTCH 9
+
+static bool plot_has_shots(const struct plot *plot)
+{
+    for (unsigned i = 0; i < plot->job->rig.line_count; i++)
+        if (plot->job->shots[i].count > 0)
+            return true;
+    return false;
+}
+
+/* Two of them on one pixel look like one. */
+static void plot_notch(const struct plot_panel *panel, double t, double *last_x)
+{
+    const double x = chart_x(&panel->chart, t);
+    if (x - *last_x < 0.5 && x >= *last_x)
+        return;
+    *last_x = x;
+    chart_notch(&panel->chart, t, PLOT_NOTCH, &plot_shot);
+}
+
+static void plot_shot_marks(const struct plot_panel *panel)
+{
+    const struct trace *trace = panel->plot->trace;
+    const struct job *job = panel->plot->job;
+    double last_x = -1;
+    for (size_t i = 0; trace != NULL && i < trace->shots; i++)
+        plot_notch(panel, trace->shot_s[i], &last_x);
+    for (unsigned i = 0; trace == NULL && i < job->rig.line_count; i++)
+        for (uint32_t k = 0; k < job->shots[i].count; k++)
+            plot_notch(panel,
+                       number_double(job->shots[i].t_ns_q12[k], 12) / 1e9,
+                       &last_x);
+}
+
 /* Three significant digits, or all of a whole number; "45", not "45.0". */
 static void plot_put_number(char text[CHART_LABEL_MAX], double value)
 {
@@ -533,6 +569,7 @@ static void plot_draw_panel(struct plot *plot, unsigned axis, unsigned row)
                     &plot_limit);
     }
     plot_key_lines(&panel);
+    plot_shot_marks(&panel);
     chart_frame(&panel.chart, &plot_frame);
     plot_curves(&panel);
     plot_key_markers(&panel);
@@ -605,6 +642,11 @@ static void plot_legend(const struct plot *plot, double x, double y)
     } else if (!plot->job->outcome.is_bent) {
         x = plot_swatch_key(cairo, x, y);
         x = plot_legend_text(cairo, x, y, "key");
+    }
+    if (plot_has_shots(plot)) {
+        x = plot_swatch_line(cairo, x, y, &plot_shot, 1.2);
+        x = plot_legend_text(
+            cairo, x, y, plot->trace != NULL ? "trigger, fired" : "trigger");
     }
     if (plot->trace != NULL) {
         x = plot_swatch_line(cairo, x, y, &plot_servo, 4.5);
