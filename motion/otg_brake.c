@@ -7,6 +7,8 @@
  * upside down. */
 #include "motion/otg_internal.h"
 
+#define BRAKE_TIE_BITS 20
+
 /* The part of the problem that braking looks at, upside down where `up`.
  * `per_soft` is 1 / the jerk with which the motion goes on afterwards. */
 struct brake {
@@ -80,7 +82,8 @@ static struct num brake_time(const struct brake *b)
 
 /* What goes on with less jerk must not fall out below: full jerk up to a = -x,
  * from which that ends at vn,
- *   v - (a^2 - x^2)/2j - x^2/2 soft = vn. */
+ *   v - (a^2 - x^2)/2j - x^2/2 soft = vn,
+ * or to rest of a where full jerk ends there. */
 static void brake_let_go(struct otg_problem *q, struct otg_shape *shape,
                          bool up)
 {
@@ -88,8 +91,10 @@ static void brake_let_go(struct otg_problem *q, struct otg_shape *shape,
     struct num above = num_sub(b.v, b.vn), soft = num_sub(b.per_soft, b.per_j);
     if (b.a.m >= 0 || soft.m <= 0 || !num_lt(above, brake_ramp(&b)))
         return;
-    struct num room = num_twice(num_sub(above, brake_own_ramp(&b)));
-    struct num a = num_neg(num_sqrt(num_div(room, soft)));
+    struct num ramp = brake_own_ramp(&b), room = num_sub(above, ramp);
+    struct num a = num_zero();
+    if (num_lt(num_scale(ramp, -BRAKE_TIE_BITS), room))
+        a = num_neg(num_sqrt(num_twice(num_div(room, soft))));
     brake_run(q, shape, num_mul(num_sub(a, b.a), b.per_j), brake_sign(a, up));
 }
 
