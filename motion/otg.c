@@ -454,7 +454,8 @@ static int otg_make_later(const struct motion_otg_move *move, int64_t least,
     for (int i = 0; i < OTG_LATER; i++) {
         if (*field == MOTION_OTG_FIELD_DURATION && plan->dur_ns_q12 > dur)
             least = plan->dur_ns_q12;
-        dur = least + (least >> (OTG_BITS - i)) + ((int64_t)1 << (OTG_WAIT + i));
+        dur =
+            least + (least >> (OTG_BITS - i)) + ((int64_t)1 << (OTG_WAIT + i));
         if (dur >= MOTION_TRACK_SEGMENT_MAX_NS_Q12)
             return MOTION_E_RANGE;
         int err = otg_make_drawn(move, dur, plan, &first, field);
