@@ -43,7 +43,7 @@ HOSTED   := $(wildcard $(foreach on,linux socketcan libmodbus libgpiod,\
 MOTION   := $(wildcard motion/*.c)
 HAL      := $(wildcard hal/*.c)
 FIRMWARE := $(wildcard firmware/*.c)
-LINUX    := $(filter-out $(MAIN),$(wildcard firmware/linux/*.c))
+LINUX    := $(wildcard firmware/linux/*/*.c)
 ROOMS    := $(MOTION) $(wildcard motion/plan/*.c) $(HAL) $(wildcard sim/*.c) \
             $(FIRMWARE) $(LINUX)
 PORTABLE := $(MOTION) $(filter-out $(HOSTED),$(HAL)) $(FIRMWARE)
@@ -51,7 +51,7 @@ TEST_SRC := $(wildcard tests/test_*.c)
 TEST_LIB := $(filter-out $(TEST_SRC),$(wildcard tests/*.c))
 SOURCES  := $(ROOMS) $(wildcard $(MAIN)) $(TEST_SRC) $(TEST_LIB)
 HEADERS  := $(wildcard $(foreach d,motion motion/plan hal sim firmware \
-              firmware/linux tests,$(d)/*.h))
+              firmware/linux/* tests,$(d)/*.h))
 
 SLEW     := $(B)/slew
 TESTS    := $(TEST_SRC:%.c=$(B)/%)

@@ -220,7 +220,7 @@ static void controller_follow_actual(struct controller *controller)
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
         struct controller_axis *axis = &controller->axis[i];
         axis->target =
-            (struct hal_drive_target){ axis->feedback.pos_q32, 0, 0 };
+            (struct hal_drive_target){ .pos_q32 = axis->feedback.pos_q32 };
         axis->sent_count = 0;
         axis->following_q32 = 0;
         (void)hal_drive_set_target(axis->drive, &axis->target);
@@ -242,9 +242,9 @@ static void controller_sample(struct controller *controller)
                                             sample.acc_q16, 0 };
         struct motion_state warped;
         motion_clock_warp_chain(&controller->rate, &track, &warped);
-        axis->target =
-            (struct hal_drive_target){ warped.pos_q32, warped.vel_q32,
-                                       warped.acc_q16 };
+        axis->target = (struct hal_drive_target){ .pos_q32 = warped.pos_q32,
+                                                  .vel_q32 = warped.vel_q32,
+                                                  .acc_q16 = warped.acc_q16 };
     }
 }
 

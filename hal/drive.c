@@ -19,3 +19,16 @@ const char *hal_drive_state_text(enum hal_drive_state state)
     }
     return "unknown";
 }
+
+const char *hal_drive_mode_text(enum hal_drive_mode mode)
+{
+    static const char *const text[] = {
+        [HAL_DRIVE_STREAM_POSITION] = "streamed position",
+        [HAL_DRIVE_STREAM_VELOCITY] = "streamed velocity",
+        [HAL_DRIVE_PROFILE_POSITION] = "profile position",
+        [HAL_DRIVE_PROFILE_VELOCITY] = "profile velocity",
+        [HAL_DRIVE_HOMING] = "homing",
+    };
+
+    return (unsigned)mode < HAL_DRIVE_MODES ? text[mode] : "unknown";
+}

@@ -4,11 +4,20 @@
  * keeps its own start-up and state machine and is moved on by its fieldbus
  * (hal/fieldbus.h); the controller asks for a condition and watches feedback
  * until it is there.  Positions are in the axis's unit; the drive knows the
- * gear.  Implementations: hal/drive_cia402.c, hal/drive_modbus.c. */
+ * gear.
+ *
+ * A drive begins in the first mode, following set points.  Some can also move
+ * by ramps of their own; those have the optional calls.  Rules for all:
+ *   - a mode changes only when it is asked for, and only at standstill;
+ *   - after a fault, and after the drive was lost, torque is off, nothing
+ *     moves and nothing is resumed: enable, set the mode and go again;
+ *   - every wait has a time-out that ends in FAULT with a sentence.
+ * Implementations: hal/drive_cia402.c, hal/drive_modbus.c. */
 #ifndef HAL_DRIVE_H
 #define HAL_DRIVE_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "motion/err.h"
@@ -33,10 +42,56 @@ enum hal_drive_request {
                                 when there is no fault */
 };
 
+/* How it moves.  Only the first two take set points. */
+enum hal_drive_mode {
+    HAL_DRIVE_STREAM_POSITION,  /* follows set_target's position */
+    HAL_DRIVE_STREAM_VELOCITY,  /* follows set_target's velocity; whoever gives
+                                   it closes the loop around the position */
+    HAL_DRIVE_PROFILE_POSITION, /* go: to a position by its own ramps */
+    HAL_DRIVE_PROFILE_VELOCITY, /* go: at a velocity until told otherwise */
+    HAL_DRIVE_HOMING,           /* home: looks for its own zero */
+    HAL_DRIVE_MODES,            /* how many */
+};
+const char *hal_drive_mode_text(enum hal_drive_mode mode);
+
 struct hal_drive_target {
     int64_t pos_q32; /* unit */
-    int64_t vel_q32; /* unit/s, feed-forward */
+    int64_t vel_q32; /* unit/s, feed-forward; in STREAM_VELOCITY the target */
     int64_t acc_q16; /* unit/s2, feed-forward */
+    int32_t torque_permille; /* of the rated torque, positive where acc_q16 is;
+                                feed-forward, left out by a drive that has
+                                none */
+};
+
+/* One motion by the drive's own profile. */
+struct hal_drive_go {
+    int64_t pos_q32;          /* PROFILE_POSITION: where to */
+    int64_t vel_q32;          /* PROFILE_POSITION: how fast at most, > 0;
+                        PROFILE_VELOCITY: signed, 0 stops by the ramp */
+    int64_t acc_q16, dec_q16; /* ramps, > 0; 0: as the drive has them */
+};
+
+struct hal_drive_home {
+    int method; /* the drive's own number: for CiA 402 that of 0x6098 */
+    int64_t fast_q32, slow_q32; /* speed to the switch, and to the zero after
+                                   it, > 0; 0: as the drive has them */
+    int64_t acc_q16;            /* > 0; 0: as the drive has it */
+    int64_t pos_q32;            /* of the home point, from then on */
+    int64_t timeout_ns;         /* > 0: a fault when it takes longer */
+};
+
+enum hal_drive_homing {
+    HAL_DRIVE_HOMING_NONE, /* not done since the drive was found */
+    HAL_DRIVE_HOMING_RUNNING,
+    HAL_DRIVE_HOMING_DONE, /* positions count from the home point */
+    HAL_DRIVE_HOMING_FAILED,
+};
+
+/* Which change of its probe input stores the position. */
+enum hal_drive_probe {
+    HAL_DRIVE_PROBE_OFF,
+    HAL_DRIVE_PROBE_RISING,
+    HAL_DRIVE_PROBE_FALLING,
 };
 
 struct hal_drive_feedback {
@@ -53,8 +108,16 @@ struct hal_drive_feedback {
                           t_ns, demand_q32; demand_age_ns then says nothing */
     int64_t demand_q32;
     bool limit_negative, limit_positive; /* switch inputs of the drive */
-    bool following;      /* the drive itself says that it follows set points;
+    bool following; /* the drive itself says that it follows set points;
                             false also at its own limit: hold then */
+    enum hal_drive_mode mode; /* in force */
+    bool arrived; /* the last go is done: it stands at its target, or runs at
+                     its speed; false while one is on its way */
+    enum hal_drive_homing homing;
+    bool torque_known;
+    int32_t torque_permille; /* actual, of the rated torque */
+    bool probe_latched;      /* since probe() was called last */
+    int64_t probe_pos_q32;
     uint16_t fault_code; /* maker's or profile's code, 0: none */
     char fault_text[64]; /* why it is in FAULT or OFFLINE, for a person */
 };
@@ -72,6 +135,31 @@ struct hal_drive_ops {
                       const struct hal_drive_target *target);
     void (*feedback)(struct hal_drive *drive,
                      struct hal_drive_feedback *feedback);
+
+    /* ---- NULL where the drive has no such thing ---- */
+
+    /* Which modes it has: bit 1 << enum hal_drive_mode.  0 until the drive has
+     * been found. */
+    unsigned (*modes)(struct hal_drive *drive);
+    /* Asks for a mode; feedback.mode tells when it is in force.  While OFF or
+     * ENABLED and standing, with no go, home or change of mode under way, else
+     * MOTION_E_STATE; MOTION_E_EMPTY when the drive has no such mode. */
+    int (*set_mode)(struct hal_drive *drive, enum hal_drive_mode mode);
+    /* While ENABLED and in one of the two profile modes, else MOTION_E_STATE;
+     * also while a go is on its way: the new one takes its place at once.
+     * MOTION_E_RANGE when it does not fit the drive's units, MOTION_E_ARG for a
+     * value that is not allowed. */
+    int (*go)(struct hal_drive *drive, const struct hal_drive_go *go);
+    /* While ENABLED, standing and in HOMING, else MOTION_E_STATE; then
+     * feedback.homing tells.  MOTION_E_RANGE, MOTION_E_ARG as above.  The
+     * position jumps at its end; set points wait for another mode. */
+    int (*home)(struct hal_drive *drive, const struct hal_drive_home *home);
+    /* Ends a go or a homing by the drive's ramp; it stays ENABLED.
+     * MOTION_E_STATE when there is none. */
+    int (*halt)(struct hal_drive *drive);
+    /* Waits for the next such change, and forgets the one before.
+     * MOTION_E_STATE while OFFLINE. */
+    int (*probe)(struct hal_drive *drive, enum hal_drive_probe probe);
 };
 
 struct hal_drive {
@@ -94,6 +182,47 @@ static inline void hal_drive_feedback(struct hal_drive *drive,
                                       struct hal_drive_feedback *feedback)
 {
     drive->ops->feedback(drive, feedback);
+}
+
+/* The optional calls: MOTION_E_EMPTY when the drive has no such thing. */
+
+static inline unsigned hal_drive_modes(struct hal_drive *drive)
+{
+    return drive->ops->modes != NULL ? drive->ops->modes(drive)
+                                     : 1u << HAL_DRIVE_STREAM_POSITION;
+}
+
+static inline int hal_drive_set_mode(struct hal_drive *drive,
+                                     enum hal_drive_mode mode)
+{
+    if (drive->ops->set_mode == NULL)
+        return mode == HAL_DRIVE_STREAM_POSITION ? MOTION_OK : MOTION_E_EMPTY;
+    return drive->ops->set_mode(drive, mode);
+}
+
+static inline int hal_drive_go(struct hal_drive *drive,
+                               const struct hal_drive_go *go)
+{
+    return drive->ops->go != NULL ? drive->ops->go(drive, go) : MOTION_E_EMPTY;
+}
+
+static inline int hal_drive_home(struct hal_drive *drive,
+                                 const struct hal_drive_home *home)
+{
+    return drive->ops->home != NULL ? drive->ops->home(drive, home)
+                                    : MOTION_E_EMPTY;
+}
+
+static inline int hal_drive_halt(struct hal_drive *drive)
+{
+    return drive->ops->halt != NULL ? drive->ops->halt(drive) : MOTION_E_EMPTY;
+}
+
+static inline int hal_drive_probe(struct hal_drive *drive,
+                                  enum hal_drive_probe probe)
+{
+    return drive->ops->probe != NULL ? drive->ops->probe(drive, probe)
+                                     : MOTION_E_EMPTY;
 }
 
 #endif

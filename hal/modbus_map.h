@@ -1,7 +1,7 @@
 /* hal/modbus_map.h - a servo drive on Modbus, described: where its registers
  * are, what they mean, and what must be written in which order.
  *
- * Plain data; firmware/linux/modbus_map_load.c reads it from a file
+ * Plain data; firmware/linux/rig/modbus_map_load.c reads it from a file
  * (docs/MODBUS.md describes it), hal/drive_modbus.c drives a servo by it, and
  * sim/sim_modbus_servo.c behaves like one. */
 #ifndef HAL_MODBUS_MAP_H

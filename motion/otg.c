@@ -11,6 +11,8 @@
 
 #define OTG_BITS       25 /* limits are drawn in by 2^-25 */
 #define OTG_MOST_PER_S 32 /* the shortest ramp: 2^-32 s, 954 ticks */
+#define OTG_LATER      16 /* durations tried when the shortest has no plan */
+#define OTG_WAIT       4  /* the first is 2^4 ticks more */
 
 const char *motion_otg_field_text(enum motion_otg_field field)
 {
@@ -313,12 +315,21 @@ static int64_t in_ns_q12(struct num t)
     return motion_real_floor_clamped(num_real(num_mul(up, ticks_per_s)), 0) + 1;
 }
 
+static bool is_there(const struct motion_otg_move *move)
+{
+    const struct motion_state *start = &move->start, *goal = &move->goal;
+    return start->pos_q32 == goal->pos_q32 && start->vel_q32 == goal->vel_q32 &&
+           start->acc_q16 == goal->acc_q16;
+}
+
 /* The shape of the motion, for a position or a velocity. */
 static int otg_shape_of(const struct motion_otg_move *move,
                         const struct otg_problem *q, int64_t dur_ns_q12,
                         struct otg_shape *shape, struct num *next)
 {
     otg_shape_init(shape);
+    if (dur_ns_q12 == 0 && is_there(move))
+        return MOTION_OK;
     if (move->mode == MOTION_OTG_POSITION)
         return motion_otg_propose(*q, motion_otg_seconds(dur_ns_q12), shape,
                                   next);
@@ -408,33 +419,78 @@ int motion_otg_make(const struct motion_otg_move *move,
                               field ? field : &unused);
 }
 
+/* One after the other with limits drawn in further; *least is the duration of
+ * the first. */
+static int otg_make_drawn(const struct motion_otg_move *own,
+                          struct motion_otg_plan *plan, int64_t *least,
+                          enum motion_otg_field *field)
+{
+    struct otg_draw draw = { OTG_BITS, OTG_BITS, OTG_BITS };
+    int wanted = OTG_BITS;
+    *least = 0;
+    for (int i = 0; i < OTG_TRIES; i++) {
+        int err = otg_try(own, draw, plan, field);
+        if (err == MOTION_OK || err == MOTION_E_RANGE ||
+            *field == MOTION_OTG_FIELD_DURATION)
+            return err;
+        if (i == 0) {
+            *least = plan->dur_ns_q12;
+            wanted = motion_otg_wanted_bits(*least);
+        }
+        draw = motion_otg_draw(wanted, i + (wanted == OTG_BITS));
+    }
+    return MOTION_E_LIMIT;
+}
+
+/* The fastest motion may exist for no whole number of ticks: at a given speed a
+ * way is covered in a part of one, or within what the jerk allows only in times
+ * that lie between two.  So wait: for a little longer, or for the next time at
+ * which there is a motion. */
+static int otg_make_later(struct motion_otg_move *own, int64_t least,
+                          struct motion_otg_plan *plan,
+                          enum motion_otg_field *field)
+{
+    int err = MOTION_E_LIMIT;
+    int64_t dur = least, first;
+    for (int i = 0; i < OTG_LATER; i++) {
+        if (err == MOTION_E_LIMIT && *field == MOTION_OTG_FIELD_DURATION &&
+            plan->dur_ns_q12 > dur)
+            least = plan->dur_ns_q12;
+        dur =
+            least + (least >> (OTG_BITS - i)) + ((int64_t)1 << (OTG_WAIT + i));
+        if (dur >= MOTION_TRACK_SEGMENT_MAX_NS_Q12)
+            return MOTION_E_RANGE;
+        own->dur_ns_q12 = dur;
+        err = otg_make_drawn(own, plan, &first, field);
+        if (err == MOTION_OK || err == MOTION_E_RANGE)
+            return err;
+    }
+    *field = MOTION_OTG_FIELD_GOAL_POS;
+    return err;
+}
+
+static int otg_make_valid(const struct motion_otg_move *move,
+                          int64_t dur_ns_q12, struct motion_otg_plan *plan,
+                          enum motion_otg_field *field)
+{
+    struct motion_otg_move own = without_unlimited(move);
+    int64_t least;
+    own.dur_ns_q12 = dur_ns_q12;
+    int err = otg_make_drawn(&own, plan, &least, field);
+    if (err == MOTION_E_LIMIT && *field != MOTION_OTG_FIELD_DURATION &&
+        dur_ns_q12 == 0 && own.mode == MOTION_OTG_POSITION)
+        err = otg_make_later(&own, least, plan, field);
+    return err;
+}
+
 int motion_otg_make_in(const struct motion_otg_move *move, int64_t dur_ns_q12,
                        struct motion_otg_plan *plan,
                        enum motion_otg_field *field)
 {
     int err = otg_is_valid(move, field);
-    if (err < 0)
-        return err;
-    struct motion_otg_move own = without_unlimited(move);
-    own.dur_ns_q12 = dur_ns_q12;
-    struct motion_otg_plan made;
-    struct otg_draw draw = { OTG_BITS, OTG_BITS, OTG_BITS };
-    int wanted = OTG_BITS;
-    for (int i = 0; i < OTG_TRIES; i++) {
-        err = otg_try(&own, draw, &made, field);
-        if (err == MOTION_E_RANGE || *field == MOTION_OTG_FIELD_DURATION)
-            break;
-        if (err == MOTION_OK && made.count == 0)
-            break;
-        if (i == 0)
-            wanted = motion_otg_wanted_bits(made.dur_ns_q12);
-        if (err == MOTION_OK)
-            break;
-        draw = motion_otg_draw(wanted, i + (wanted == OTG_BITS));
-    }
     if (err == MOTION_OK)
-        *plan = made;
-    else if (*field == MOTION_OTG_FIELD_DURATION)
-        plan->dur_ns_q12 = made.dur_ns_q12;
+        err = otg_make_valid(move, dur_ns_q12, plan, field);
+    if (err < 0)
+        plan->count = 0;
     return err;
 }

@@ -7,6 +7,8 @@
  * upside down. */
 #include "motion/otg_internal.h"
 
+#define BRAKE_TIE_BITS 20
+
 /* The part of the problem that braking looks at, upside down where `up`.
  * `per_soft` is 1 / the jerk with which the motion goes on afterwards. */
 struct brake {
@@ -24,10 +26,15 @@ static struct brake brake_view(const struct otg_problem *q, bool up)
                            q->j,           q->per_j,       soft };
 }
 
-/* Speed change of letting go of a afterwards. */
+/* Speed change of letting go of a afterwards; of letting go at once. */
 static struct num brake_ramp(const struct brake *b)
 {
     return num_half(num_mul(num_sqr(b->a), b->per_soft));
+}
+
+static struct num brake_own_ramp(const struct brake *b)
+{
+    return num_half(num_mul(num_sqr(b->a), b->per_j));
 }
 
 /* Run one phase to acceleration `a` and put it into the answer. */
@@ -62,17 +69,33 @@ static void brake_jerk(struct otg_problem *q, struct otg_shape *shape,
 
 /* Time of full jerk down until the velocity is at vx, or, if that comes first,
  * until ramping back to a = 0 ends at vn: there a = -x with
- *   v + (a0^2 - x^2)/2j - x^2/2 soft = vn. */
+ *   v + (a0^2 - 2 x^2)/2j = vn. */
 static struct num brake_time(const struct brake *b)
 {
-    struct num per_j = b->per_j;
-    struct num rise = num_mul(num_half(num_sqr(b->a)), per_j);
+    struct num rise = brake_own_ramp(b);
     struct num over = num_add(rise, num_sub(b->v, b->vx));
     struct num above = num_add(rise, num_sub(b->v, b->vn));
-    struct num both = num_add(per_j, b->per_soft);
     struct num to_vx = num_sqrt(num_twice(num_mul(over, b->j)));
-    struct num to_vn = num_sqrt(num_twice(num_div(above, both)));
-    return num_mul(num_add(b->a, num_min(to_vx, to_vn)), per_j);
+    struct num to_vn = num_sqrt(num_mul(above, b->j));
+    return num_mul(num_add(b->a, num_min(to_vx, to_vn)), b->per_j);
+}
+
+/* What goes on with less jerk must not fall out below: full jerk up to a = -x,
+ * from which that ends at vn,
+ *   v - (a^2 - x^2)/2j - x^2/2 soft = vn,
+ * or to rest of a where full jerk ends there. */
+static void brake_let_go(struct otg_problem *q, struct otg_shape *shape,
+                         bool up)
+{
+    struct brake b = brake_view(q, up);
+    struct num above = num_sub(b.v, b.vn), soft = num_sub(b.per_soft, b.per_j);
+    if (b.a.m >= 0 || soft.m <= 0 || !num_lt(above, brake_ramp(&b)))
+        return;
+    struct num ramp = brake_own_ramp(&b), room = num_sub(above, ramp);
+    struct num a = num_zero();
+    if (num_lt(num_scale(ramp, -BRAKE_TIE_BITS), room))
+        a = num_neg(num_sqrt(num_twice(num_div(room, soft))));
+    brake_run(q, shape, num_mul(num_sub(a, b.a), b.per_j), brake_sign(a, up));
 }
 
 static void brake_velocity(struct otg_problem *q, struct otg_shape *shape,
@@ -83,13 +106,14 @@ static void brake_velocity(struct otg_problem *q, struct otg_shape *shape,
     struct num dt = brake_time(&b);
     if (!num_lt(to_an, dt)) {
         brake_jerk(q, shape, &b, dt, up);
-        return;
+    } else {
+        brake_run(q, shape, to_an, brake_sign(b.an, up));
+        b = brake_view(q, up);
+        struct num room = num_sub(num_sub(b.v, b.vn), brake_own_ramp(&b));
+        struct num over = num_min(num_sub(b.v, b.vx), room);
+        brake_run(q, shape, num_div(over, num_neg(b.an)), brake_sign(b.an, up));
     }
-    brake_run(q, shape, to_an, brake_sign(b.an, up));
-    b = brake_view(q, up);
-    struct num room = num_sub(num_sub(b.v, b.vn), brake_ramp(&b));
-    struct num over = num_min(num_sub(b.v, b.vx), room);
-    brake_run(q, shape, num_div(over, num_neg(b.an)), brake_sign(b.an, up));
+    brake_let_go(q, shape, up);
 }
 
 static void brake_acceleration(struct otg_problem *q, struct otg_shape *shape,

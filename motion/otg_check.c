@@ -54,6 +54,15 @@ static int64_t limit_acc(int64_t limit_q16, int acc_bits)
     return motion_otg_acc_image(limit_q16, acc_bits);
 }
 
+/* The same of a velocity: what a plan can hold is below 2^123. */
+static struct wide limit_vel(int64_t limit_q32, int acc_bits)
+{
+    int bits = 64 - (int)motion_fixed_clz_u64(motion_fixed_abs(limit_q32));
+    if (bits + acc_bits > 111)
+        return wide_shl(wide_from(1), 124);
+    return motion_otg_vel_image(limit_q32, acc_bits);
+}
+
 /* a^2 / 2j in units of velocity, and what one unit of acceleration makes of it:
  * the jerk of a phase is the limit as nearly as its corners can tell. */
 static struct wide ramp_of(int64_t acc_q16, int64_t jerk_q16, int acc_bits)
@@ -107,7 +116,7 @@ static void vel_limits(const struct motion_otg_move *move, int sign,
     int64_t v0 = sign * start->vel_q32, a0 = sign * start->acc_q16;
     int64_t vf = sign * goal->vel_q32, af = -sign * goal->acc_q16;
     int64_t j = lim->jerk_q16, j2 = closing_jerk(lim);
-    limit[0] = limit[1] = limit[2] = motion_otg_vel_image(most, acc_bits);
+    limit[0] = limit[1] = limit[2] = limit_vel(most, acc_bits);
     if (!swing_is_inside(v0, a0, j, most))
         widen(&limit[1], v0, a0, j, acc_bits);
     if (!swing_is_inside(vf, af, j2, most))

@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/linux/modbus_map_load.h"
+#include "firmware/linux/rig/modbus_map_load.h"
 #include "hal/drive_modbus.h"
 #include "hal/modbus_master.h"
 #include "sim/sim_modbus_servo.h"

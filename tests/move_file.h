@@ -9,7 +9,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "firmware/linux/rig.h"
+#include "firmware/linux/rig/rig.h"
 #include "motion/fixed.h"
 #include "motion/plan/check.h"
 #include "motion/plan/compose.h"

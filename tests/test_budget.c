@@ -2,9 +2,9 @@
  * simulated wire then carries. */
 #include <string.h>
 
-#include "firmware/linux/budget.h"
-#include "firmware/linux/machine_sim.h"
-#include "firmware/linux/player.h"
+#include "firmware/linux/machine/machine_sim.h"
+#include "firmware/linux/machine/player.h"
+#include "firmware/linux/rig/budget.h"
 #include "tests/check.h"
 
 static struct job job;

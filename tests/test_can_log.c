@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/linux/can_log.h"
+#include "firmware/linux/machine/can_log.h"
 #include "sim/sim_can.h"
 #include "sim/world.h"
 

@@ -13,8 +13,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "firmware/linux/command.h"
-#include "firmware/linux/output.h"
+#include "firmware/linux/base/output.h"
+#include "firmware/linux/commands/command.h"
 #include "tests/check.h"
 
 #define WORDS_MAX 16

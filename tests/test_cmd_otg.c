@@ -11,7 +11,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "firmware/linux/command.h"
+#include "firmware/linux/commands/command.h"
 #include "tests/check.h"
 
 #define WORDS_MAX 24

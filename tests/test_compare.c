@@ -1,4 +1,5 @@
-/* tests/test_compare.c - the same keys under several curves, and the gallery. */
+/* tests/test_compare.c - the same keys under several curves, and the gallery.
+ */
 #define _XOPEN_SOURCE 700 /* mkdtemp */
 #include <stdio.h>
 #include <stdlib.h>
@@ -6,7 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "firmware/linux/compare.h"
+#include "firmware/linux/plot/compare.h"
 #include "motion/err.h"
 #include "tests/check.h"
 #include "tests/fake_job.h"

@@ -1,5 +1,6 @@
-/* tests/test_compiled.c - compiled moves run on the simulated machine: every set
- * point as from memory, a file that goes bad stops the group along the path. */
+/* tests/test_compiled.c - compiled moves run on the simulated machine: every
+ * set point as from memory, a file that goes bad stops the group along the
+ * path. */
 #define _XOPEN_SOURCE 700 /* mkstemp */
 #include <math.h>
 #include <stdio.h>
@@ -7,9 +8,9 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "firmware/linux/compiled.h"
-#include "firmware/linux/machine_sim.h"
-#include "firmware/linux/player.h"
+#include "firmware/linux/machine/machine_sim.h"
+#include "firmware/linux/machine/player.h"
+#include "firmware/linux/move/compiled.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
 #include "tests/check.h"

@@ -1,7 +1,7 @@
 /* tests/test_conform_modbus.c - every implementation of hal/modbus.h: the byte
  * master on the simulated line, libmodbus over a pseudo-terminal, libmodbus
  * over TCP. */
-#include "firmware/linux/modbus_host.h"
+#include "firmware/linux/machine/modbus_host.h"
 #include "hal/clock_linux.h"
 #include "hal/modbus_libmodbus.h"
 #include "hal/modbus_master.h"

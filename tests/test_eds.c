@@ -8,7 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "firmware/linux/eds.h"
+#include "firmware/linux/rig/eds.h"
 #include "sim/sim_cia402.h"
 
 static struct eds eds;

@@ -14,8 +14,8 @@
 
 #include <cmocka.h>
 
-#include "firmware/linux/rig.h"
-#include "firmware/linux/yaml_shapes.h"
+#include "firmware/linux/rig/rig.h"
+#include "firmware/linux/yaml/yaml_shapes.h"
 
 #define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
 

@@ -7,7 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "firmware/linux/import.h"
+#include "firmware/linux/exchange/import.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
 #include "tests/check.h"

@@ -6,7 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "firmware/linux/import.h"
+#include "firmware/linux/exchange/import.h"
 #include "motion/fixed.h"
 #include "tests/check.h"
 

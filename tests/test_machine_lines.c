@@ -2,8 +2,8 @@
  * the wire to what the axes do. */
 #include <string.h>
 
-#include "firmware/linux/job.h"
-#include "firmware/linux/machine_sim.h"
+#include "firmware/linux/commands/job.h"
+#include "firmware/linux/machine/machine_sim.h"
 #include "tests/check.h"
 
 #define MS INT64_C(1000000)

@@ -1,13 +1,13 @@
-/* tests/test_machine_modbus.c - a rig with a Modbus axis: read, judged, built on
- * the simulated line, and what happens when that goes wrong. */
+/* tests/test_machine_modbus.c - a rig with a Modbus axis: read, judged, built
+ * on the simulated line, and what happens when that goes wrong. */
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
 
-#include "firmware/linux/machine.h"
-#include "firmware/linux/machine_sim.h"
-#include "firmware/linux/modbus_budget.h"
-#include "firmware/linux/modbus_map_load.h"
+#include "firmware/linux/machine/machine.h"
+#include "firmware/linux/machine/machine_sim.h"
+#include "firmware/linux/rig/modbus_budget.h"
+#include "firmware/linux/rig/modbus_map_load.h"
 #include "tests/check.h"
 
 #define MS  INT64_C(1000000)

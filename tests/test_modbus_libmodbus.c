@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/linux/modbus_host.h"
+#include "firmware/linux/machine/modbus_host.h"
 #include "hal/clock_linux.h"
 #include "hal/modbus_rtu_slave.h"
 #include "sim/sim_modbus.h"

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "firmware/linux/number.h"
+#include "firmware/linux/base/number.h"
 #include "motion/err.h"
 #include "tests/check.h"
 

@@ -4,9 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "firmware/linux/budget.h"
-#include "firmware/linux/machine_sim.h"
-#include "firmware/linux/player.h"
+#include "firmware/linux/machine/machine_sim.h"
+#include "firmware/linux/machine/player.h"
+#include "firmware/linux/rig/budget.h"
 #include "motion/fixed.h"
 #include "tests/check.h"
 

@@ -7,9 +7,9 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "firmware/linux/chart.h"
-#include "firmware/linux/plot.h"
-#include "firmware/linux/trace.h"
+#include "firmware/linux/machine/trace.h"
+#include "firmware/linux/plot/chart.h"
+#include "firmware/linux/plot/plot.h"
 #include "tests/check.h"
 #include "tests/fake_job.h"
 

@@ -6,9 +6,9 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "firmware/linux/recorder.h"
-#include "firmware/linux/telemetry.h"
-#include "firmware/linux/trace.h"
+#include "firmware/linux/machine/recorder.h"
+#include "firmware/linux/machine/telemetry.h"
+#include "firmware/linux/machine/trace.h"
 #include "motion/fixed.h"
 #include "tests/check.h"
 

@@ -1,5 +1,5 @@
-/* tests/test_track_file.c - compiled moves: what is read is what was planned, to
- * the bit, through a small window; what is not whole is refused. */
+/* tests/test_track_file.c - compiled moves: what is read is what was planned,
+ * to the bit, through a small window; what is not whole is refused. */
 #define _XOPEN_SOURCE 700 /* mkstemp */
 #include <inttypes.h>
 #include <stdio.h>
@@ -9,9 +9,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "firmware/linux/compiled.h"
-#include "firmware/linux/crc32.h"
-#include "firmware/linux/track_file_bytes.h"
+#include "firmware/linux/base/crc32.h"
+#include "firmware/linux/move/compiled.h"
+#include "firmware/linux/move/track_file_bytes.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
 #include "tests/check.h"

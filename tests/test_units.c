@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "firmware/linux/units.h"
+#include "firmware/linux/base/units.h"
 
 #define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
 

@@ -1,7 +1,7 @@
 /* firmware/linux/main.c - the program slew. */
 #include <signal.h>
 
-#include "firmware/linux/command.h"
+#include "firmware/linux/commands/command.h"
 
 int main(int argc, char *argv[])
 {

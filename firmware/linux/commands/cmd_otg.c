@@ -1,0 +1,333 @@
+/* firmware/linux/commands/cmd_otg.c - slew otg: fastest motions, of a table's
+ * rows or of one problem on the command line. */
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "firmware/linux/base/json.h"
+#include "firmware/linux/commands/command.h"
+#include "firmware/linux/commands/otg_answer.h"
+#include "firmware/linux/plot/plot_page.h"
+
+#define CMD_OTG_LINE_MAX 16384
+#define CMD_OTG_NO_ROW   (-1)
+
+struct cmd_otg {
+    const struct options *options;
+    const char *path;
+    FILE *file;
+    struct otg_header header;
+    struct otg_row row;
+    struct otg_answer answer;
+    char line[CMD_OTG_LINE_MAX];
+    int number;        /* of the line, from 1 */
+    const char *wrong; /* with the line itself */
+    cJSON *rows;       /* with --json */
+    unsigned answered, refused;
+};
+
+static enum status cmd_otg_fail(const char *what)
+{
+    fprintf(stderr, "slew otg: %s\n", what);
+    return STATUS_INPUT;
+}
+
+static enum status cmd_otg_wrong(const struct cmd_otg *self, int column,
+                                 const char *what)
+{
+    fprintf(stderr, "%s:%d:%d: %s\n", self->path, self->number, column, what);
+    return STATUS_INPUT;
+}
+
+/* --- lines ---------------------------------------------------------------- */
+
+/* Any line, without its end; false at the end of the file. */
+static bool cmd_otg_any_line(struct cmd_otg *self)
+{
+    size_t length = 0;
+    int c = getc(self->file);
+    if (c == EOF)
+        return false;
+    self->number++;
+    for (; c != EOF && c != '\n'; c = getc(self->file)) {
+        if (c == 0)
+            self->wrong = "a zero byte: expected text";
+        if (length + 1 < sizeof self->line)
+            self->line[length++] = (char)c;
+        else
+            self->wrong = "the line is too long: expected 16383 bytes at most";
+    }
+    self->line[length] = 0;
+    return true;
+}
+
+/* The next one that is not empty. */
+static bool cmd_otg_line(struct cmd_otg *self)
+{
+    self->wrong = NULL;
+    do {
+        if (!cmd_otg_any_line(self))
+            return false;
+    } while (self->wrong == NULL &&
+             self->line[strspn(self->line, " \t\r")] == '\0');
+    return true;
+}
+
+/* --- one row -------------------------------------------------------------- */
+
+static void cmd_otg_report(struct cmd_otg *self)
+{
+    const struct otg_answer *answer = &self->answer;
+    char text[OTG_ANSWER_TEXT];
+    if (self->rows != NULL)
+        cJSON_AddItemToArray(self->rows,
+                             otg_answer_json(answer, self->options->segments));
+    else if (self->options->segments)
+        otg_answer_segments(answer, stdout);
+    else if (self->path == NULL)
+        otg_answer_text(answer, stdout);
+    else
+        otg_answer_line(answer, stdout);
+    if (self->options->segments && self->rows == NULL && answer->err < 0)
+        fprintf(stderr, "row %ld: %s\n", answer->number,
+                otg_answer_status(answer, text));
+}
+
+static void cmd_otg_solve(struct cmd_otg *self, long number)
+{
+    otg_answer_make(&self->answer, number, &self->header, &self->row);
+    self->answered++;
+    self->refused += self->answer.err < 0;
+    cmd_otg_report(self);
+}
+
+/* --- a file --------------------------------------------------------------- */
+
+static enum status cmd_otg_header(struct cmd_otg *self)
+{
+    if (!cmd_otg_line(self)) {
+        self->number = 1;
+        return cmd_otg_wrong(self, 1, "no header line");
+    }
+    const char *wrong = self->wrong;
+    if (wrong == NULL)
+        wrong = otg_header_parse(self->line, &self->header);
+    return wrong == NULL ? STATUS_OK : cmd_otg_wrong(self, 1, wrong);
+}
+
+static enum status cmd_otg_row(struct cmd_otg *self, long number)
+{
+    int column = 1;
+    const char *wrong = self->wrong;
+    int64_t only = self->options->row;
+    if (wrong == NULL)
+        wrong = otg_row_parse(&self->header, self->line, &self->row, &column);
+    if (wrong != NULL)
+        return cmd_otg_wrong(self, column, wrong);
+    if (self->options->plot != NULL && only < 0 && number > 0)
+        return cmd_otg_wrong(self, 1,
+                             "another row, and --plot draws one: "
+                             "expected --row N (from 0)");
+    if (only < 0 || only == number)
+        cmd_otg_solve(self, number);
+    return STATUS_OK;
+}
+
+static enum status cmd_otg_rows(struct cmd_otg *self)
+{
+    int64_t only = self->options->row;
+    enum status status = cmd_otg_header(self);
+    if (status != STATUS_OK)
+        return status;
+    if (self->rows == NULL)
+        puts(self->options->segments ? "row,axis,t,p,v,a,j"
+                                     : "row,status,duration");
+    long number = 0;
+    while (status == STATUS_OK && (only < 0 || self->answered == 0) &&
+           cmd_otg_line(self))
+        status = cmd_otg_row(self, number++);
+    if (status == STATUS_OK && only >= 0 && self->answered == 0) {
+        fprintf(stderr, "%s: no row %ld: there are %ld, counted from 0\n",
+                self->path, (long)only, number);
+        return STATUS_INPUT;
+    }
+    return status;
+}
+
+static enum status cmd_otg_file(struct cmd_otg *self, const char *path)
+{
+    bool standard = strcmp(path, "-") == 0;
+    self->path = standard ? "standard input" : path;
+    self->file = standard ? stdin : fopen(path, "r");
+    if (self->file == NULL) {
+        fprintf(stderr, "%s: %s\n", self->path, strerror(errno));
+        return STATUS_INPUT;
+    }
+    enum status status = cmd_otg_rows(self);
+    if (status == STATUS_OK && ferror(self->file)) {
+        fprintf(stderr, "%s: %s\n", self->path, strerror(errno));
+        status = STATUS_INPUT;
+    }
+    if (!standard)
+        fclose(self->file);
+    return status;
+}
+
+/* --- the command line ----------------------------------------------------- */
+
+/* What each number is when it is not given; NAN: it has to be. */
+static double cmd_otg_value(const struct cmd_otg *self, int i)
+{
+    const double *given = self->options->motion;
+    bool position = !self->header.velocity;
+    if (!isnan(given[i]))
+        return given[i];
+    switch (i) {
+    case OTG_VMIN:
+        return position ? -given[OTG_VMAX] : 0;
+    case OTG_AMIN:
+        return -given[OTG_AMAX];
+    case OTG_VMAX:
+        return position ? (double)NAN : 0;
+    case OTG_AMAX:
+    case OTG_JMAX:
+        return (double)NAN;
+    default:
+        return 0;
+    }
+}
+
+static enum status cmd_otg_one(struct cmd_otg *self)
+{
+    const double *given = self->options->motion;
+    if (isnan(given[OTG_PF]) && isnan(given[OTG_VF]))
+        return cmd_otg_fail("where to? expected FILE, or --to POSITION, or "
+                            "--vf VELOCITY; see slew otg --help");
+    if (self->options->row >= 0)
+        return cmd_otg_fail("--row: expected with FILE");
+    self->header.axes = 1;
+    self->header.velocity = isnan(given[OTG_PF]);
+    for (int i = 0; i < OTG_VALUES; i++) {
+        double value = cmd_otg_value(self, i);
+        if (isnan(value) && i != OTG_VMIN && i != OTG_AMIN) {
+            fprintf(stderr, "slew otg: --%s is missing\n", otg_name(i));
+            return STATUS_INPUT;
+        }
+        self->row.value[0][i] = value;
+    }
+    bool csv = self->options->segments && !self->options->json;
+    if (csv)
+        puts("row,axis,t,p,v,a,j");
+    cmd_otg_solve(self, csv ? 0 : CMD_OTG_NO_ROW);
+    return STATUS_OK;
+}
+
+static bool cmd_otg_has_numbers(const struct options *options)
+{
+    for (int i = 0; i < OTG_VALUES; i++)
+        if (!isnan(options->motion[i]))
+            return true;
+    return false;
+}
+
+/* --- both ----------------------------------------------------------------- */
+
+static enum status cmd_otg_plot(struct cmd_otg *self, cJSON *report)
+{
+    const char *picture = self->options->plot;
+    if (picture == NULL || self->answered == 0 || self->refused > 0)
+        return STATUS_OK;
+    if (otg_answer_plot(&self->answer, picture) < 0)
+        return STATUS_SYSTEM;
+    if (report != NULL)
+        cJSON_AddStringToObject(report, "picture", picture);
+    else if (self->path == NULL && !self->options->segments)
+        printf("\npicture: %s\n", picture);
+    return STATUS_OK;
+}
+
+static enum status cmd_otg_finish(struct cmd_otg *self)
+{
+    cJSON *report = self->rows != NULL ? cJSON_CreateObject() : NULL;
+    enum status status = cmd_otg_plot(self, report);
+    if (report != NULL) {
+        cJSON_AddItemToObject(report, "rows", self->rows);
+        json_print(report, stdout);
+    }
+    return status == STATUS_OK && self->refused > 0 ? STATUS_REFUSED : status;
+}
+
+static enum status cmd_otg_run(const struct options *options)
+{
+    static struct cmd_otg self;
+    bool numbers = cmd_otg_has_numbers(options);
+    if (options->path_count > 1)
+        return cmd_otg_fail("expected one FILE, or - for standard input");
+    if (options->path_count == 1 && numbers)
+        return cmd_otg_fail("a FILE or the numbers of one motion, not both");
+    if (options->plot != NULL && plot_format_of(options->plot) < 0)
+        return cmd_otg_fail("--plot: expected FILE.svg or FILE.png");
+    self = (struct cmd_otg){ .options = options };
+    self.rows = options->json ? cJSON_CreateArray() : NULL;
+    enum status status = options->path_count == 1
+                             ? cmd_otg_file(&self, options->path[0])
+                             : cmd_otg_one(&self);
+    if (status == STATUS_OK)
+        return cmd_otg_finish(&self);
+    cJSON_Delete(self.rows);
+    return status;
+}
+
+#define CMD_OTG_NUMBER(name, value, index, help)                               \
+    {                                                                          \
+        name, value, OPTION_NUMBER, offsetof(struct options, motion[index]),   \
+            help                                                               \
+    }
+
+static const struct option_row cmd_otg_option[] = {
+    { "segments", NULL, OPTION_FLAG, offsetof(struct options, segments),
+      "write every phase: row,axis,t,p,v,a,j" },
+    { "plot", "FILE", OPTION_TEXT, offsetof(struct options, plot),
+      "draw one row, .svg or .png by its name" },
+    { "row", "N", OPTION_COUNT, offsetof(struct options, row),
+      "this row of FILE alone, counted from 0" },
+    CMD_OTG_NUMBER("to", "P", OTG_PF, "goal: position (pf)"),
+    CMD_OTG_NUMBER("vf", "V", OTG_VF, "velocity there (0)"),
+    CMD_OTG_NUMBER("af", "A", OTG_AF, "acceleration there (0)"),
+    CMD_OTG_NUMBER("from", "P", OTG_P0, "start: position (0)"),
+    CMD_OTG_NUMBER("v0", "V", OTG_V0, "velocity there (0)"),
+    CMD_OTG_NUMBER("a0", "A", OTG_A0, "acceleration there (0)"),
+    CMD_OTG_NUMBER("vmax", "V", OTG_VMAX, "limit of the velocity"),
+    CMD_OTG_NUMBER("vmin", "V", OTG_VMIN, "below zero (-vmax)"),
+    CMD_OTG_NUMBER("amax", "A", OTG_AMAX, "limit of the acceleration"),
+    CMD_OTG_NUMBER("amin", "A", OTG_AMIN, "below zero (-amax)"),
+    CMD_OTG_NUMBER("jmax", "J", OTG_JMAX, "limit of the jerk; 0: none"),
+    OPTIONS_COMMON,
+};
+
+const struct command cmd_otg = {
+    .name = "otg",
+    .arguments = "FILE | - | --to P --vmax V --amax A --jmax J",
+    .summary = "plan the fastest motion between states, row by row",
+    .text =
+        "Reads CSV with a header.  Position goals: p0,v0,a0,pf,vf,af,vmax,\n"
+        "vmin,amax,amin,jmax; several axes that arrive together: the same\n"
+        "names with _1, _2 ...; velocity goals: v0,a0,vf,af,amax,amin,jmax.\n"
+        "Other columns are left alone.  Lengths and times may have any unit.\n"
+        "Writes row,status,duration: rows from 0, status \"ok\" or what is\n"
+        "wrong, seconds with 17 digits.  With --segments the start of every\n"
+        "phase of constant jerk and the end of the move instead.\n"
+        "Without FILE one motion from the options: to a position, or with\n"
+        "--vf alone to a velocity.\n",
+    .examples = "  slew otg moves.csv\n"
+                "  slew otg --segments - < moves.csv\n"
+                "  slew otg --row 12 --plot row12.png moves.csv\n"
+                "  slew otg --to 100 --vmax 10 --amax 20 --jmax 200 --plot "
+                "move.png\n"
+                "  slew otg --v0 5 --vf -2 --amax 20 --jmax 200 --json\n",
+    .path_optional = true,
+    COMMAND_OPTIONS(cmd_otg_option),
+    .run = cmd_otg_run,
+};

@@ -1,0 +1,546 @@
+/* firmware/linux/commands/cmd_run.c - slew run: say what will happen, check,
+ * move, report. */
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "firmware/linux/base/json.h"
+#include "firmware/linux/base/number.h"
+#include "firmware/linux/base/output.h"
+#include "firmware/linux/base/table.h"
+#include "firmware/linux/commands/command.h"
+#include "firmware/linux/commands/job.h"
+#include "firmware/linux/machine/machine.h"
+#include "firmware/linux/machine/machine_real.h"
+#include "firmware/linux/machine/machine_sim.h"
+#include "firmware/linux/machine/modbus_record.h"
+#include "firmware/linux/machine/player.h"
+#include "firmware/linux/move/compiled.h"
+#include "firmware/linux/plot/plot.h"
+#include "firmware/linux/rig/budget.h"
+#include "motion/clock_warp.h"
+#include "motion/fixed.h"
+
+#define CMD_RUN_RESUME_NS INT64_C(1000000000) /* when not given */
+
+/* Everything a run needs, static: nothing is allocated while the bus is live.
+ */
+struct cmd_run {
+    const struct options *options;
+    int64_t rate_q30;
+    struct job job;
+    struct machine machine;
+    struct machine_sim sim;
+    struct machine_real real;
+    struct machine_modbus pty; /* with --pty */
+    struct player player;
+    struct telemetry telemetry;
+    struct trace trace;
+    struct report report;
+    struct progress progress;
+    struct output csv, frames;
+    struct can_log can_log;
+    struct modbus_record record; /* of the first Modbus bus */
+    struct output pcap;
+};
+
+static volatile sig_atomic_t cmd_run_interrupts;
+
+static void cmd_run_on_signal(int number)
+{
+    (void)number;
+    if (cmd_run_interrupts < 2)
+        cmd_run_interrupts = cmd_run_interrupts + 1;
+}
+
+/* --- what will happen --- */
+
+static void cmd_run_margin(struct table *table, const struct cmd_run *self,
+                           unsigned axis, enum motion_quantity quantity)
+{
+    struct plan_limit limit;
+    job_limit_at(&job_rig_axis(&self->job, axis)->limit, self->rate_q30,
+                 &limit);
+    int64_t most = job_limit_of(&limit, quantity);
+    int64_t peak = job_peak(&self->job.track[axis], quantity, NULL);
+    if (most == 0)
+        table_cell(table, "no limit");
+    else
+        table_cell(table, "%d %%", (int)number_percent(peak, most));
+}
+
+static void cmd_run_intent_row(struct table *table, const struct cmd_run *self,
+                               unsigned i)
+{
+    const struct motion_track *track = &self->job.track[i];
+    const struct rig_axis *rig = job_rig_axis(&self->job, i);
+    struct motion_sample first;
+    struct motion_cursor cursor = { 0 };
+    char text[NUMBER_MAX];
+    motion_track_sample(track, &cursor, 0, &first);
+    table_cell(table, "%s", rig->name);
+    number_short(text, first.pos_q32, 32);
+    table_cell(table, "%s", text);
+    number_short(text, track->end.pos_q32, 32);
+    table_cell(table, "%s", text);
+    table_cell(table, "%s", rig_unit_text(rig->unit));
+    const struct plan_axis *axis = &self->job.move.axis[i];
+    if (self->job.compiled != NULL)
+        table_cell(table, "%u", self->job.compiled->file.axis[i].keys);
+    else if (axis->driver == PLAN_BY_KEYS)
+        table_cell(table, "%u", axis->key_count);
+    else
+        table_cell(table, "-");
+    cmd_run_margin(table, self, i, MOTION_VEL);
+    cmd_run_margin(table, self, i, MOTION_ACC);
+    cmd_run_margin(table, self, i, MOTION_JERK);
+    table_cell(table, "%s", self->job.rig.bus[rig->bus].name);
+    table_cell(table, "%u", rig->node_id);
+}
+
+static void cmd_run_intent_table(const struct cmd_run *self)
+{
+    static const char *const head[] = {
+        "<axis",     ">from",         ">to",   "<unit", ">keys",
+        ">velocity", ">acceleration", ">jerk", "<bus",  ">node",
+    };
+    struct table table;
+    table_init(&table, 10, head);
+    for (unsigned i = 0; i < self->job.move.axis_count; i++)
+        cmd_run_intent_row(&table, self, i);
+    table_print(&table, stdout);
+    table_free(&table);
+}
+
+/* At the override; saturates. */
+static int64_t cmd_run_duration(const struct cmd_run *self)
+{
+    int64_t dur_ns_q12;
+    if (motion_fixed_muldiv(self->job.end_ns_q12, MOTION_CLOCK_WARP_ONE_Q30,
+                            self->rate_q30, &dur_ns_q12) < 0)
+        return INT64_MAX;
+    return dur_ns_q12;
+}
+
+static const char *cmd_run_drives(const struct cmd_run *self)
+{
+    if (self->options->real)
+        return "REAL drives";
+    if (self->options->pty)
+        return "simulated drives in real time, Modbus by libmodbus";
+    return self->options->realtime ? "simulated drives in real time"
+                                   : "simulated drives in virtual time";
+}
+
+static void cmd_run_bus(const struct cmd_run *self, unsigned i)
+{
+    const struct rig_bus *bus = &self->job.rig.bus[i];
+    struct budget budget;
+    budget_of(&self->job.rig, i, NULL, &budget);
+    printf("%s: %u kbit/s, at most %.1f %% in use", bus->name,
+           bus->bit_rate / 1000, 100 * budget.most);
+    if (self->options->real)
+        printf(", interface %s",
+               bus->interface[0] != 0 ? bus->interface : "not given");
+    putchar('\n');
+}
+
+static void cmd_run_intent(const struct cmd_run *self)
+{
+    const struct job *job = &self->job;
+    char duration[NUMBER_MAX], period[NUMBER_MAX], percent[NUMBER_MAX];
+    number_seconds(duration, cmd_run_duration(self));
+    number_short(percent, 100 * self->rate_q30, 30);
+    number_short(period, job->rig.period_ns * 4096 / 1000000, 12);
+    printf("%s%s%s\n", job->move.title, job->move.title[0] ? " - " : "",
+           job->rig.title);
+    printf("%u axes, %s s at %s %% speed, a set point every %s ms, %s\n\n",
+           job->move.axis_count, duration, percent, period,
+           cmd_run_drives(self));
+    cmd_run_intent_table(self);
+    fputs("\nlimits: how much of each the move uses at its peak\n", stdout);
+    for (unsigned i = 0; i < job->rig.bus_count; i++)
+        cmd_run_bus(self, i);
+    fputs("first every axis goes to its first key at a quarter of its limits\n",
+          stdout);
+    fflush(stdout);
+}
+
+static void cmd_run_intent_json(const struct cmd_run *self)
+{
+    const struct job *job = &self->job;
+    cJSON *report = cJSON_CreateObject();
+    cJSON_AddBoolToObject(report, "ok", job->violation_count == 0);
+    cJSON_AddStringToObject(report, "title", job->move.title);
+    cJSON_AddNumberToObject(report, "duration_s",
+                            number_double(cmd_run_duration(self), 12) / 1e9);
+    job_json_violations(job, report);
+    cJSON *buses = cJSON_AddArrayToObject(report, "buses");
+    for (unsigned i = 0; i < job->rig.bus_count; i++) {
+        struct budget budget;
+        budget_of(&job->rig, i, NULL, &budget);
+        cJSON_AddItemToArray(buses, budget_json(&budget));
+    }
+    json_print(report, stdout);
+}
+
+/* --- may it happen? --- */
+
+static enum status cmd_run_check(struct cmd_run *self)
+{
+    job_check(&self->job, self->rate_q30);
+    if (self->job.violation_count > 0) {
+        if (self->options->json)
+            cmd_run_intent_json(self);
+        else
+            job_print_violations(&self->job, stdout);
+        fflush(stdout);
+        fprintf(stderr, "slew run: %u limit violation%s, nothing was moved\n",
+                self->job.violation_count,
+                self->job.violation_count == 1 ? "" : "s");
+        return STATUS_REFUSED;
+    }
+    return budget_check(&self->job) ? STATUS_OK : STATUS_REFUSED;
+}
+
+/* --- doing it --- */
+
+/* The first Modbus bus is recorded. */
+static enum status cmd_run_record(struct cmd_run *self,
+                                  struct machine_ports *ports)
+{
+    const struct rig *rig = &self->job.rig;
+    unsigned i = 0;
+    if (self->options->modbus_log == NULL)
+        return STATUS_OK;
+    while (i < rig->bus_count && rig->bus[i].kind == RIG_CANOPEN)
+        i++;
+    if (i == rig->bus_count) {
+        fputs("slew run: --modbus-log: the rig has no Modbus bus\n", stderr);
+        return STATUS_INPUT;
+    }
+    modbus_record_init(&self->record, ports->modbus[i],
+                       rig->bus[i].kind == RIG_MODBUS_TCP);
+    ports->modbus[i] = &self->record.modbus;
+    return output_open(&self->pcap, self->options->modbus_log) < 0
+               ? STATUS_SYSTEM
+               : STATUS_OK;
+}
+
+static enum status cmd_run_build(struct cmd_run *self)
+{
+    struct machine_ports ports;
+    char message[RIG_MESSAGE_MAX];
+    const struct rig *rig = &self->job.rig;
+    int err =
+        self->options->real
+            ? machine_real_init(&self->real, rig, &ports, message)
+            : machine_sim_init(&self->sim, rig,
+                               self->options->realtime || self->options->pty,
+                               &ports, message);
+    if (err == MOTION_OK && self->options->pty)
+        err = machine_modbus_open(&self->pty, rig, true, &ports, message);
+    if (err == MOTION_OK && self->frames.file != NULL)
+        can_log_init(&self->can_log, self->frames.file, rig,
+                     self->options->realtime || self->options->real ||
+                         self->options->pty,
+                     &ports);
+    enum status status = STATUS_OK;
+    if (err == MOTION_OK)
+        status = cmd_run_record(self, &ports);
+    if (status != STATUS_OK)
+        return status;
+    if (err < 0 ||
+        machine_init(&self->machine, &self->job.rig, &ports, message) < 0) {
+        fprintf(stderr, "%s: %s\n", self->job.rig_path, message);
+        return STATUS_INPUT;
+    }
+    return STATUS_OK;
+}
+
+/* A window must always reach as far as a stop may need, and twice that so that
+ * reading ahead has time. */
+static enum status cmd_run_window(const struct cmd_run *self)
+{
+    const struct job *job = &self->job;
+    const struct motion_track *track[CONTROLLER_AXES_MAX] = { NULL };
+    char what[256], least[NUMBER_MAX], need[NUMBER_MAX];
+    if (job->compiled == NULL)
+        return STATUS_OK;
+    for (unsigned i = 0; i < job->move.axis_count; i++)
+        track[job->rig_axis[i]] = &job->track[i];
+    const int64_t need_ns_q12 =
+        2 * controller_reserve_ns_q12(&self->machine.controller, track,
+                                      self->rate_q30);
+    if (job->compiled->least_ns_q12 >= need_ns_q12)
+        return STATUS_OK;
+    number_seconds(least, job->compiled->least_ns_q12);
+    number_seconds(need, need_ns_q12);
+    snprintf(what, sizeof what,
+             "%d segments last %s s somewhere, expected %s s to be able to "
+             "stop: run the move file itself",
+             TRACK_STREAM_PLAY, least, need);
+    job_fail(job->move_path, what);
+    return STATUS_REFUSED;
+}
+
+static enum status cmd_run_files(struct cmd_run *self)
+{
+    const struct options *options = self->options;
+    if (options->plot != NULL && plot_format_of(options->plot) < 0) {
+        fprintf(stderr,
+                "slew run: --plot %s: expected a name that ends in "
+                ".svg or .png\n",
+                options->plot);
+        return STATUS_INPUT;
+    }
+    if (options->telemetry == NULL)
+        return STATUS_OK;
+    if (output_open(&self->csv, options->telemetry) < 0)
+        return STATUS_SYSTEM;
+    telemetry_init(&self->telemetry, self->csv.file, &self->job.rig);
+    return STATUS_OK;
+}
+
+/* The signals that mean stop, and who handled them before. */
+static const int cmd_run_signal[] = { SIGINT, SIGTERM, SIGHUP };
+#define CMD_RUN_SIGNALS (sizeof cmd_run_signal / sizeof cmd_run_signal[0])
+static struct sigaction cmd_run_before[CMD_RUN_SIGNALS];
+
+static void cmd_run_listen(void)
+{
+    struct sigaction action = { .sa_handler = cmd_run_on_signal };
+    sigemptyset(&action.sa_mask);
+    for (size_t i = 0; i < CMD_RUN_SIGNALS; i++)
+        sigaction(cmd_run_signal[i], &action, &cmd_run_before[i]);
+}
+
+static void cmd_run_listen_no_more(void)
+{
+    for (size_t i = 0; i < CMD_RUN_SIGNALS; i++)
+        sigaction(cmd_run_signal[i], &cmd_run_before[i], NULL);
+}
+
+static enum status cmd_run_play(struct cmd_run *self)
+{
+    const struct options *options = self->options;
+    const struct player_config config = {
+        .realtime = options->realtime || options->real || options->pty,
+        .override_q30 = self->rate_q30,
+        .hold_at_ns = options->hold_at_ns,
+        .resume_after_ns = options->resume_after_ns < 0
+                               ? CMD_RUN_RESUME_NS
+                               : options->resume_after_ns,
+    };
+    const struct player_observer observer = {
+        .telemetry = options->telemetry != NULL ? &self->telemetry : NULL,
+        .can_log = options->can_log != NULL ? &self->can_log : NULL,
+        .trace = options->plot != NULL ? &self->trace : NULL,
+        .report = &self->report,
+        .progress = &self->progress,
+    };
+    report_init(&self->report, &self->job);
+    progress_init(&self->progress, stderr, self->job.end_ns_q12);
+    player_init(&self->player, &self->machine, &self->job, &config, &observer);
+    cmd_run_listen();
+    int err = player_run(&self->player, &cmd_run_interrupts);
+    cmd_run_listen_no_more();
+    progress_end(&self->progress);
+    return err < 0 ? STATUS_SYSTEM : STATUS_OK;
+}
+
+static enum status cmd_run_save(struct cmd_run *self)
+{
+    const struct options *options = self->options;
+    enum status status = STATUS_OK;
+    if (options->telemetry != NULL) {
+        if (output_commit(&self->csv) < 0)
+            status = STATUS_SYSTEM;
+        else
+            self->report.telemetry_path = options->telemetry;
+    }
+    if (options->can_log != NULL) {
+        if (output_commit(&self->frames) < 0)
+            status = STATUS_SYSTEM;
+        else
+            self->report.can_log_path = options->can_log;
+        self->report.frames_dropped = self->can_log.dropped;
+    }
+    if (options->modbus_log != NULL &&
+        (modbus_record_write(&self->record, self->pcap.file) < 0 ||
+         output_commit(&self->pcap) < 0))
+        status = STATUS_SYSTEM;
+    if (options->plot != NULL && self->report.started) {
+        if (plot_save(&self->job, &self->trace, options->plot) < 0)
+            status = STATUS_SYSTEM;
+        else
+            self->report.plot_path = options->plot;
+    }
+    return status;
+}
+
+static enum status cmd_run_end(const struct report *report)
+{
+    switch (report->end) {
+    case REPORT_DONE:
+        return STATUS_OK;
+    case REPORT_FAULT:
+        return STATUS_REFUSED;
+    case REPORT_STOPPED:
+    case REPORT_QUICK_STOPPED:
+        break;
+    }
+    return STATUS_INTERRUPTED;
+}
+
+static void cmd_run_report(struct cmd_run *self)
+{
+    if (self->options->json) {
+        report_json(&self->report, stdout);
+        return;
+    }
+    putchar('\n');
+    report_print(&self->report, stdout);
+    machine_modbus_print(&self->pty, &self->job.rig, stdout);
+    machine_modbus_print(&self->real.modbus, &self->job.rig, stdout);
+}
+
+static enum status cmd_run_live(struct cmd_run *self)
+{
+    enum status status = cmd_run_play(self);
+    if (status != STATUS_OK)
+        return status;
+    status = cmd_run_save(self);
+    cmd_run_report(self);
+    return status == STATUS_OK ? cmd_run_end(&self->report) : status;
+}
+
+static enum status cmd_run_interfaces(struct cmd_run *self)
+{
+    char message[RIG_MESSAGE_MAX];
+    if (self->options->interface == NULL ||
+        rig_set_interfaces(&self->job.rig, self->options->interface, message) ==
+            0)
+        return STATUS_OK;
+    fprintf(stderr, "slew run: --interface: %s\n", message);
+    return STATUS_INPUT;
+}
+
+static enum status cmd_run_job(struct cmd_run *self)
+{
+    const struct options *options = self->options;
+    enum status status = job_open_any(&self->job, options);
+    if (status != STATUS_OK)
+        return status;
+    status = cmd_run_interfaces(self);
+    if (status != STATUS_OK)
+        return status;
+    if (self->job.compiled != NULL && options->plot != NULL)
+        return job_fail(self->job.move_path, "is a compiled move, expected the "
+                                             "move file itself for --plot");
+    if (!options->json)
+        cmd_run_intent(self);
+    if (options->pty && options->real) {
+        fputs("slew run: --pty is for simulated drives, --real is not\n",
+              stderr);
+        return STATUS_INPUT;
+    }
+    status = cmd_run_check(self);
+    if (status != STATUS_OK)
+        return status;
+    if (options->dry_run) {
+        if (options->json)
+            cmd_run_intent_json(self);
+        return STATUS_OK;
+    }
+    if (options->can_log != NULL &&
+        output_open(&self->frames, options->can_log) < 0)
+        return STATUS_SYSTEM;
+    status = cmd_run_build(self);
+    if (status == STATUS_OK)
+        status = cmd_run_window(self);
+    if (status == STATUS_OK)
+        status = cmd_run_files(self);
+    if (status != STATUS_OK)
+        return status;
+    if (options->plot != NULL)
+        trace_init(&self->trace, self->job.rig.axis_count);
+    return cmd_run_live(self);
+}
+
+static enum status cmd_run_run(const struct options *options)
+{
+    static struct cmd_run self;
+    memset(&self, 0, sizeof self);
+    cmd_run_interrupts = 0;
+    self.options = options;
+    self.rate_q30 = options->override_q30 < 0 ? MOTION_CLOCK_WARP_ONE_Q30
+                                              : options->override_q30;
+    enum status status = cmd_run_job(&self);
+    output_abandon(&self.csv);
+    output_abandon(&self.frames);
+    output_abandon(&self.pcap);
+    trace_free(&self.trace);
+    machine_modbus_close(&self.pty);
+    machine_real_close(&self.real);
+    job_free(&self.job);
+    return status;
+}
+
+static const struct option_row cmd_run_option[] = {
+    { "dry-run", NULL, OPTION_FLAG, offsetof(struct options, dry_run),
+      "say what would happen, check it, and stop there" },
+    { "real", NULL, OPTION_FLAG, offsetof(struct options, real),
+      "move the real drives, on the interfaces of the rig" },
+    { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
+      "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
+    { "pty", NULL, OPTION_FLAG, offsetof(struct options, pty),
+      "in real time, simulated Modbus drives behind real pseudo-terminals and "
+      "sockets" },
+    { "realtime", NULL, OPTION_FLAG, offsetof(struct options, realtime),
+      "run on the clock, not in virtual time" },
+    { "telemetry", "FILE", OPTION_TEXT, offsetof(struct options, telemetry),
+      "write what happened at every tick as CSV" },
+    { "can-log", "FILE", OPTION_TEXT, offsetof(struct options, can_log),
+      "write every CAN frame as candump -L does" },
+    { "modbus-log", "FILE", OPTION_TEXT, offsetof(struct options, modbus_log),
+      "write what went over the first Modbus bus as pcap, for Wireshark" },
+    { "plot", "FILE", OPTION_TEXT, offsetof(struct options, plot),
+      "draw plan and run as .svg or .png" },
+    { "override", "PERCENT", OPTION_PERCENT,
+      offsetof(struct options, override_q30), "speed, 1 to 200 (100)" },
+    { "hold-at", "TIME", OPTION_TIME, offsetof(struct options, hold_at_ns),
+      "feed hold at this time of the move" },
+    { "resume-after", "TIME", OPTION_TIME,
+      offsetof(struct options, resume_after_ns),
+      "go on after standing for this long (1 s)" },
+    OPTIONS_COMMON,
+};
+
+const struct command cmd_run = {
+    .name = "run",
+    .arguments = "RIG MOVE | DIRECTORY",
+    .summary = "run a move on simulated drives, or --real ones",
+    .text =
+        "Says what it will do, checks the move against all limits, enables "
+        "the\n"
+        "drives, takes every axis to its first key, runs the move, and "
+        "reports\n"
+        "per axis what was reached.  A move that breaks a limit is not run:\n"
+        "nothing is sent to the bus.  MOVE may be a compiled one: it is read\n"
+        "as it is played (slew compile).\n\n"
+        "Drives are simulated unless --real is given: then the buses are the\n"
+        "CAN interfaces that the rig names, and things move.  --dry-run says "
+        "what\n"
+        "would happen.\n\n"
+        "One interrupt (Ctrl-C) stops along the path, a second one stops "
+        "every\n"
+        "drive at once.\n",
+    .examples = "  slew run examples/dolly\n"
+                "  slew run --telemetry run.csv --plot run.png examples/dolly\n"
+                "  slew run --realtime --override 50 rig.yaml move.yaml\n"
+                "  slew run --real --telemetry run.csv rig.yaml move.yaml\n"
+                "  slew run --hold-at 5s --resume-after 2s examples/dolly\n",
+    COMMAND_OPTIONS(cmd_run_option),
+    .run = cmd_run_run,
+};

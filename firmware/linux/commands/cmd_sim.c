@@ -1,0 +1,127 @@
+/* firmware/linux/commands/cmd_sim.c - slew sim: a rig's drives, simulated, on a
+ * bus that others can reach. */
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "firmware/linux/commands/command.h"
+#include "firmware/linux/commands/job.h"
+#include "firmware/linux/machine/sim_server.h"
+
+static volatile sig_atomic_t cmd_sim_ended;
+
+static void cmd_sim_on_signal(int number)
+{
+    (void)number;
+    cmd_sim_ended = 1;
+}
+
+static void cmd_sim_listen(void)
+{
+    static const int number[] = { SIGINT, SIGTERM, SIGHUP };
+    struct sigaction action = { .sa_handler = cmd_sim_on_signal };
+    sigemptyset(&action.sa_mask);
+    for (size_t i = 0; i < sizeof number / sizeof number[0]; i++)
+        sigaction(number[i], &action, NULL);
+}
+
+static void cmd_sim_say_where(const struct sim_server *server, uint32_t b)
+{
+    const struct rig_bus *bus = &server->rig->bus[b];
+    const struct modbus_host *host = &server->device[b].host;
+    if (bus->kind == RIG_CANOPEN)
+        printf("%s on interface %s:", bus->name, bus->interface);
+    else if (bus->kind == RIG_MODBUS_RTU)
+        printf("%s on terminal %s:", bus->name, host->path);
+    else
+        printf("%s on 127.0.0.1 port %u:", bus->name, host->port);
+}
+
+static void cmd_sim_say(const struct sim_server *server)
+{
+    const struct rig *rig = server->rig;
+    for (uint32_t b = 0; b < rig->bus_count; b++) {
+        cmd_sim_say_where(server, b);
+        for (uint32_t i = 0; i < rig->axis_count; i++)
+            if (rig->axis[i].bus == b)
+                printf(" %s (node %u)", rig->axis[i].name,
+                       rig->axis[i].node_id);
+        putchar('\n');
+    }
+    puts("interrupt (Ctrl-C) to end");
+    fflush(stdout);
+}
+
+static int64_t cmd_sim_now_ns(struct sim_server *server)
+{
+    return hal_clock_now_ns(&server->sim.real.clock);
+}
+
+static enum status cmd_sim_serve(const struct options *options,
+                                 const struct rig *rig)
+{
+    static struct sim_server server;
+    char message[RIG_MESSAGE_MAX];
+    if (sim_server_open(&server, rig, message) < 0) {
+        fprintf(stderr, "slew sim: %s\n", message);
+        return STATUS_INPUT;
+    }
+    cmd_sim_ended = 0;
+    cmd_sim_listen();
+    cmd_sim_say(&server);
+    const int64_t start_ns = cmd_sim_now_ns(&server);
+    while (!cmd_sim_ended &&
+           (options->to_ns < 0 ||
+            cmd_sim_now_ns(&server) - start_ns < options->to_ns))
+        sim_server_step(&server);
+    sim_server_close(&server);
+    return STATUS_OK;
+}
+
+static enum status cmd_sim_run(const struct options *options)
+{
+    static struct rig rig;
+    char message[RIG_MESSAGE_MAX];
+    if (options->eds) {
+        sim_cia402_write_eds(stdout);
+        return STATUS_OK;
+    }
+    enum status status = job_read_rig(options->path[0], &rig);
+    if (status != STATUS_OK)
+        return status;
+    if (options->interface != NULL &&
+        rig_set_interfaces(&rig, options->interface, message) < 0) {
+        fprintf(stderr, "slew sim: --interface: %s\n", message);
+        return STATUS_INPUT;
+    }
+    return cmd_sim_serve(options, &rig);
+}
+
+static const struct option_row cmd_sim_option[] = {
+    { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
+      "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
+    { "eds", NULL, OPTION_FLAG, offsetof(struct options, eds),
+      "print the data sheet (EDS) of a simulated CANopen drive, and end" },
+    { "for", "TIME", OPTION_TIME, offsetof(struct options, to_ns),
+      "end after this time" },
+    { "help", NULL, OPTION_FLAG, offsetof(struct options, help), "this text" },
+};
+
+const struct command cmd_sim = {
+    .name = "sim",
+    .arguments = "RIG | DIRECTORY",
+    .summary = "show a rig's drives, simulated, on real interfaces",
+    .text =
+        "Every drive of the rig answers on the CAN interface of its bus, in\n"
+        "real time, as a CANopen servo does: for another slew with --real, "
+        "or\n"
+        "for any other CANopen master.  A virtual interface will do:\n\n"
+        "  ip link add dev vcan0 type vcan; ip link set vcan0 up\n\n"
+        "Drives on Modbus RTU stand behind a pseudo-terminal, which is named;\n"
+        "those on TCP answer on the port of the rig at 127.0.0.1.\n",
+    .examples = "  slew sim --interface vcan0 rig.yaml\n"
+                "  slew sim --interface can0=can2,can1=can3 examples/dolly\n",
+    .path_max = 1,
+    COMMAND_OPTIONS(cmd_sim_option),
+    .run = cmd_sim_run,
+};

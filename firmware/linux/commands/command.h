@@ -1,0 +1,48 @@
+/* firmware/linux/commands/command.h - the commands of slew and how they end. */
+#ifndef FIRMWARE_LINUX_COMMANDS_COMMAND_H
+#define FIRMWARE_LINUX_COMMANDS_COMMAND_H
+
+#include "firmware/linux/commands/options.h"
+
+/* X(name, value, sentence for --help) */
+#define STATUS_LIST(X)                                                         \
+    X(STATUS_OK, 0, "done, nothing wrong")                                     \
+    X(STATUS_REFUSED, 1, "a limit would be broken, or a fault during the run") \
+    X(STATUS_INPUT, 2, "bad arguments or a bad file; one line says what")      \
+    X(STATUS_SYSTEM, 3, "the system failed (disk, memory), or slew itself")    \
+    X(STATUS_INTERRUPTED, 130, "interrupted by the user, stopped safely")
+
+enum status {
+#define STATUS_ENUM(name, value, text) name = value,
+    STATUS_LIST(STATUS_ENUM)
+#undef STATUS_ENUM
+};
+
+struct command {
+    const char *name;
+    const char *arguments; /* after the options, for the help */
+    const char *summary;   /* one line */
+    const char *text;      /* paragraphs */
+    const char *examples;  /* lines, indented */
+    int path_max;          /* arguments; 0: 2 */
+    bool path_optional;    /* none will do, too */
+    const struct option_row *option;
+    size_t option_count;
+    enum status (*run)(const struct options *options);
+};
+
+#define COMMAND_OPTIONS(rows)                                                  \
+    .option = (rows), .option_count = sizeof(rows) / sizeof((rows)[0])
+
+extern const struct command cmd_check, cmd_plan, cmd_sample, cmd_plot, cmd_run,
+    cmd_otg, cmd_gallery, cmd_import, cmd_export, cmd_compile, cmd_sim,
+    cmd_drive;
+
+/* The commands above in the order of the help; NULL at the end. */
+extern const struct command *const command_list[];
+/* NULL when there is none of that name. */
+const struct command *command_find(const char *name);
+/* Everything after main(): argv[1] names the command. */
+enum status command_main(int argc, char *argv[]);
+
+#endif

@@ -1,0 +1,69 @@
+/* firmware/linux/commands/options.h - command-line options from one table.
+ *
+ * Each command lists its options once; parsing and --help both read that
+ * list. */
+#ifndef FIRMWARE_LINUX_COMMANDS_OPTIONS_H
+#define FIRMWARE_LINUX_COMMANDS_OPTIONS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "firmware/linux/commands/otg_rows.h"
+
+#define OPTIONS_PATHS_MAX 3
+
+enum option_kind {
+    OPTION_FLAG,    /* bool */
+    OPTION_TEXT,    /* const char * */
+    OPTION_RATE,    /* int64_t, micro-hertz; 0.001 Hz .. 1 MHz */
+    OPTION_TIME,    /* int64_t, nanoseconds; seconds unless a unit is given */
+    OPTION_PERCENT, /* int64_t, Q30; 1 .. 200 */
+    OPTION_NUMBER,  /* double, as a column of slew otg */
+    OPTION_COUNT,   /* int64_t; 0 .. 10^9 */
+};
+
+struct option_row {
+    const char *name;  /* without the dashes */
+    const char *value; /* what stands for the value in the help, or NULL */
+    enum option_kind kind;
+    size_t offset; /* in struct options */
+    const char *help;
+};
+
+/* All that any command takes.  Times and rates are -1 when not given. */
+struct options {
+    bool help, json, dry_run;
+    bool segments, rules;     /* plan */
+    bool quaternion, raw;     /* sample */
+    bool realtime, real, pty; /* run, sim */
+    bool eds;                 /* sim */
+    const char *out, *axis, *plot, *compare;
+    const char *telemetry, *can_log, *modbus_log; /* run */
+    const char *rig, *fps, *columns, *curve, *interface;
+    int64_t rate_uhz;
+    int64_t from_ns, to_ns, hold_at_ns, resume_after_ns;
+    int64_t override_q30;
+    int64_t row;               /* -1 when not given */
+    double motion[OTG_VALUES]; /* NAN when not given */
+    const char *path[OPTIONS_PATHS_MAX];
+    int path_count;
+};
+
+/* Every command has these two, after its own. */
+#define OPTIONS_COMMON                                                         \
+    { "json", NULL, OPTION_FLAG, offsetof(struct options, json),               \
+      "write JSON to standard output" },                                       \
+    {                                                                          \
+        "help", NULL, OPTION_FLAG, offsetof(struct options, help), "this text" \
+    }
+
+struct command;
+
+/* argv[0] is the command's name.  0, or -1 with one line on stderr. */
+int options_parse(const struct command *command, int argc, char *argv[],
+                  struct options *options);
+void options_help(const struct command *command, FILE *file);
+
+#endif

@@ -1,0 +1,222 @@
+/* firmware/linux/commands/otg_answer.c - see otg_answer.h. */
+#include "firmware/linux/commands/otg_answer.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "firmware/linux/plot/plot_otg.h"
+#include "motion/err.h"
+
+void otg_answer_make(struct otg_answer *answer, long number,
+                     const struct otg_header *header, const struct otg_row *row)
+{
+    answer->number = number;
+    answer->header = header;
+    answer->row = row;
+    otg_row_scale(header, row, &answer->scaled);
+    answer->err =
+        motion_sync_make(answer->scaled.move, header->axes,
+                         header->axes > 1 ? MOTION_SYNC_TIME : MOTION_SYNC_NONE,
+                         answer->plan, &answer->fault);
+}
+
+/* --- what is wrong -------------------------------------------------------- */
+
+static const struct {
+    const char *column, *argument;
+} otg_field[] = {
+    [MOTION_OTG_FIELD_VEL_MAX] = { "vmax", "has to be above 0" },
+    [MOTION_OTG_FIELD_VEL_MIN] = { "vmin", "has to be below 0" },
+    [MOTION_OTG_FIELD_ACC_MAX] = { "amax", "has to be above 0" },
+    [MOTION_OTG_FIELD_ACC_MIN] = { "amin", "has to be below 0" },
+    [MOTION_OTG_FIELD_JERK] = { "jmax", "has to be 0 (no limit) or above" },
+    [MOTION_OTG_FIELD_START_VEL] = { "v0", NULL },
+    [MOTION_OTG_FIELD_START_ACC] = { "a0", NULL },
+    [MOTION_OTG_FIELD_GOAL_POS] = { "pf", NULL },
+    [MOTION_OTG_FIELD_GOAL_VEL] = { "vf", NULL },
+    [MOTION_OTG_FIELD_GOAL_ACC] = { "af", NULL },
+};
+
+static const char *otg_sentence(int err, enum motion_otg_field field)
+{
+    if (err == MOTION_E_ARG &&
+        (size_t)field < sizeof otg_field / sizeof *otg_field &&
+        otg_field[field].argument != NULL)
+        return otg_field[field].argument;
+    if (err == MOTION_E_LIMIT && (field == MOTION_OTG_FIELD_GOAL_VEL ||
+                                  field == MOTION_OTG_FIELD_GOAL_ACC))
+        return "no motion inside the limits ends with it";
+    if (err == MOTION_E_LIMIT)
+        return "no motion inside the limits was found";
+    if (err == MOTION_E_RANGE)
+        return "the numbers of the row lie too far apart";
+    return motion_err_text(err);
+}
+
+const char *otg_answer_status(const struct otg_answer *answer,
+                              char text[OTG_ANSWER_TEXT])
+{
+    enum motion_otg_field field = answer->fault.field;
+    const char *column = NULL;
+    char axis[16] = "";
+    if (answer->err >= 0)
+        return "ok";
+    if ((size_t)field < sizeof otg_field / sizeof *otg_field)
+        column = otg_field[field].column;
+    if (answer->header->axes > 1)
+        snprintf(axis, sizeof axis, "_%d", answer->fault.axis + 1);
+    snprintf(text, OTG_ANSWER_TEXT, "%s%s: %s",
+             column ? column : motion_otg_field_text(field), axis,
+             otg_sentence(answer->err, field));
+    return text;
+}
+
+/* --- points --------------------------------------------------------------- */
+
+/* Start and goal are the row's own numbers, not sums that should come to
+ * them. */
+static struct otg_point otg_answer_point(const struct otg_answer *answer,
+                                         int axis, int i)
+{
+    const struct motion_otg_plan *plan = &answer->plan[axis];
+    const double *value = answer->row->value[axis];
+    struct otg_point at = otg_plan_point(plan, i, answer->scaled.length[axis],
+                                         answer->scaled.time);
+    at.p += value[OTG_P0];
+    if (i == plan->count) {
+        at.v = value[OTG_VF];
+        at.a = value[OTG_AF];
+        if (!answer->header->velocity)
+            at.p = value[OTG_PF];
+    } else if (i == 0) {
+        at.v = value[OTG_V0];
+        at.a = value[OTG_A0];
+    }
+    return at;
+}
+
+static double otg_answer_seconds(const struct otg_answer *answer)
+{
+    return otg_plan_seconds(&answer->plan[0], answer->scaled.time);
+}
+
+/* --- tables --------------------------------------------------------------- */
+
+void otg_answer_line(const struct otg_answer *answer, FILE *file)
+{
+    char text[OTG_ANSWER_TEXT];
+    fprintf(file, "%ld,%s,", answer->number, otg_answer_status(answer, text));
+    if (answer->err >= 0)
+        fprintf(file, "%.17g", otg_answer_seconds(answer));
+    fputc('\n', file);
+}
+
+void otg_answer_segments(const struct otg_answer *answer, FILE *file)
+{
+    for (int axis = 0; axis < answer->header->axes && answer->err >= 0; axis++)
+        for (int i = 0; i <= answer->plan[axis].count; i++) {
+            struct otg_point at = otg_answer_point(answer, axis, i);
+            fprintf(file, "%ld,%d,%.17g,%.17g,%.17g,%.17g,%.17g\n",
+                    answer->number, axis, at.t, at.p, at.v, at.a, at.j);
+        }
+}
+
+/* What is rounding alone is shown as what it stands for. */
+static double otg_shown(double value, double most)
+{
+    return fabs(value) <= 1e-9 * most ? 0 : value;
+}
+
+void otg_answer_text(const struct otg_answer *answer, FILE *file)
+{
+    char text[OTG_ANSWER_TEXT];
+    if (answer->err < 0) {
+        fprintf(file, "%s\n", otg_answer_status(answer, text));
+        return;
+    }
+    fprintf(file, "duration %.9g s\n\n%12s %14s %14s %14s %14s\n",
+            otg_answer_seconds(answer), "time", "position", "velocity",
+            "acceleration", "jerk");
+    for (int axis = 0; axis < answer->header->axes; axis++)
+        for (int i = 0; i <= answer->plan[axis].count; i++) {
+            const double *most = answer->row->value[axis];
+            struct otg_point at = otg_answer_point(answer, axis, i);
+            fprintf(file, "%12.6g %14.6g %14.6g %14.6g %14.6g\n", at.t, at.p,
+                    at.v, otg_shown(at.a, most[OTG_AMAX]),
+                    otg_shown(at.j, most[OTG_JMAX]));
+        }
+}
+
+static cJSON *otg_point_json(const struct otg_point *at)
+{
+    cJSON *point = cJSON_CreateObject();
+    cJSON_AddNumberToObject(point, "t", at->t);
+    cJSON_AddNumberToObject(point, "p", at->p);
+    cJSON_AddNumberToObject(point, "v", at->v);
+    cJSON_AddNumberToObject(point, "a", at->a);
+    cJSON_AddNumberToObject(point, "j", at->j);
+    return point;
+}
+
+static cJSON *otg_axes_json(const struct otg_answer *answer)
+{
+    cJSON *axes = cJSON_CreateArray();
+    for (int axis = 0; axis < answer->header->axes; axis++) {
+        cJSON *points = cJSON_CreateArray();
+        for (int i = 0; i <= answer->plan[axis].count; i++) {
+            struct otg_point at = otg_answer_point(answer, axis, i);
+            cJSON_AddItemToArray(points, otg_point_json(&at));
+        }
+        cJSON_AddItemToArray(axes, points);
+    }
+    return axes;
+}
+
+cJSON *otg_answer_json(const struct otg_answer *answer, bool segments)
+{
+    char text[OTG_ANSWER_TEXT];
+    cJSON *row = cJSON_CreateObject();
+    if (answer->number >= 0)
+        cJSON_AddNumberToObject(row, "row", (double)answer->number);
+    cJSON_AddStringToObject(row, "status", otg_answer_status(answer, text));
+    if (answer->err < 0)
+        return row;
+    cJSON_AddNumberToObject(row, "duration", otg_answer_seconds(answer));
+    if (segments)
+        cJSON_AddItemToObject(row, "axes", otg_axes_json(answer));
+    return row;
+}
+
+/* --- picture -------------------------------------------------------------- */
+
+static void otg_plot_axis(const struct otg_answer *answer, int axis,
+                          struct plot_otg_axis *to)
+{
+    snprintf(to->name, sizeof to->name, "axis %d", axis + 1);
+    to->velocity = answer->header->velocity;
+    to->count = answer->plan[axis].count;
+    to->value = answer->row->value[axis];
+    for (int i = 0; i <= to->count; i++)
+        to->point[i] = otg_answer_point(answer, axis, i);
+}
+
+int otg_answer_plot(const struct otg_answer *answer, const char *path)
+{
+    static struct plot_otg move; /* large */
+    static char subtitle[160];
+    const char *category = answer->row->category;
+    char number[32] = "";
+    if (answer->number >= 0)
+        snprintf(number, sizeof number, "row %ld  \u00b7  ", answer->number);
+    snprintf(subtitle, sizeof subtitle, "%s%s%s%d %s  \u00b7  %.9g s", number,
+             category, category[0] ? "  \u00b7  " : "", answer->header->axes,
+             answer->header->axes == 1 ? "axis" : "axes",
+             otg_answer_seconds(answer));
+    move.title = answer->header->velocity ? "Fastest change of velocity"
+                                          : "Fastest motion";
+    move.subtitle = subtitle;
+    move.axes = answer->header->axes;
+    for (int axis = 0; axis < move.axes; axis++)
+        otg_plot_axis(answer, axis, &move.axis[axis]);
+    return plot_otg_save(&move, path);
+}

@@ -1,0 +1,307 @@
+/* firmware/linux/commands/report.c - see report.h. */
+#include "firmware/linux/commands/report.h"
+
+#include <inttypes.h>
+#include <string.h>
+
+#include "firmware/linux/base/json.h"
+#include "firmware/linux/base/number.h"
+#include "firmware/linux/base/table.h"
+#include "motion/fixed.h"
+
+void report_init(struct report *report, const struct job *job)
+{
+    memset(report, 0, sizeof *report);
+    report->job = job;
+}
+
+static void report_most(int64_t *most, int64_t value)
+{
+    uint64_t magnitude = motion_fixed_abs(value);
+    if (magnitude > (uint64_t)*most)
+        *most = magnitude > INT64_MAX ? INT64_MAX : (int64_t)magnitude;
+}
+
+static void report_take_axis(struct report *report, unsigned i,
+                             const struct telemetry_row *row)
+{
+    struct report_axis *axis = &report->axis[i];
+    const struct telemetry_axis *at = &row->axis[report->job->rig_axis[i]];
+    report_most(&axis->peak[1], at->demand.vel_q32);
+    report_most(&axis->peak[2], at->demand.acc_q16);
+    report_most(&axis->peak[3], at->demand.jerk_q16);
+    report_most(&axis->following_q32, at->following_q32);
+    axis->end_q32 = at->actual_q32;
+    if (axis->arrived || row->phase != TELEMETRY_MOVE)
+        return;
+    axis->dur_ns = row->t_ns - report->start_ns;
+    axis->arrived = row->rate.s_ns_q12 >= report->job->track[i].end_ns_q12;
+}
+
+void report_take(struct report *report, const struct telemetry_row *row)
+{
+    report->started |= row->phase == TELEMETRY_MOVE;
+    if (!report->started)
+        report->start_ns = row->t_ns; /* started right after this tick */
+    if (!report->started || row->phase == TELEMETRY_STOP)
+        return;
+    if (row->phase == TELEMETRY_MOVE) {
+        report->played_ns = row->t_ns - report->start_ns;
+        report->path_ns_q12 = row->rate.s_ns_q12;
+    }
+    for (unsigned i = 0; i < report->job->move.axis_count; i++)
+        report_take_axis(report, i, row);
+}
+
+/* Where the axis should be at the end: its last key, or where the path was
+ * left. */
+static int64_t report_goal(const struct report *report, unsigned i)
+{
+    struct motion_state state;
+    const struct motion_track *track = &report->job->track[i];
+    if (report->axis[i].arrived)
+        return track->end.pos_q32;
+    motion_track_state(track, report->path_ns_q12, &state);
+    return state.pos_q32;
+}
+
+static int64_t report_end_error(const struct report *report, unsigned i)
+{
+    return report->axis[i].end_q32 - report_goal(report, i);
+}
+
+/* "351.6 / 400  88 %" */
+static void report_peak(struct table *table, const struct report *report,
+                        unsigned i, unsigned order)
+{
+    const struct rig_axis *rig = job_rig_axis(report->job, i);
+    int64_t limit = job_limit_of(&rig->limit, order);
+    char peak_text[NUMBER_MAX], limit_text[NUMBER_MAX];
+    number_short(peak_text, report->axis[i].peak[order], job_bits_of(order));
+    number_short(limit_text, limit, job_bits_of(order));
+    if (limit == 0)
+        table_cell(table, "%s", peak_text);
+    else
+        table_cell(table, "%s / %s %4" PRId64 " %%", peak_text, limit_text,
+                   number_percent(report->axis[i].peak[order], limit));
+}
+
+static void report_row(struct table *table, const struct report *report,
+                       unsigned i)
+{
+    const struct rig_axis *rig = job_rig_axis(report->job, i);
+    const struct report_axis *axis = &report->axis[i];
+    char text[NUMBER_MAX];
+    table_cell(table, "%s", rig->name);
+    number_seconds(text, axis->dur_ns * MOTION_FIXED_NS_Q12);
+    table_cell(table, "%s s", text);
+    table_cell(table, "%s", rig_unit_text(rig->unit));
+    for (unsigned order = 1; order <= 3; order++)
+        report_peak(table, report, i, order);
+    number_short(text, axis->following_q32, 32);
+    table_cell(table, "%s", text);
+    number_short(text, report_end_error(report, i), 32);
+    table_cell(table, "%s", text);
+}
+
+static void report_table(const struct report *report, FILE *file)
+{
+    static const char *const head[] = {
+        "<axis",
+        ">duration",
+        "<unit",
+        ">velocity /s",
+        ">acceleration /s2",
+        ">jerk /s3",
+        ">following error",
+        ">end error",
+    };
+    struct table table;
+    table_init(&table, 8, head);
+    for (unsigned i = 0; i < report->job->move.axis_count; i++)
+        report_row(&table, report, i);
+    table_print(&table, file);
+    table_free(&table);
+}
+
+static const char *report_end_text(enum report_end end)
+{
+    static const char *const text[] = {
+        "done",
+        "stopped by a fault",
+        "stopped along the path by the operator",
+        "quick stop by the operator",
+    };
+    return text[end];
+}
+
+/* The value that tripped it, in the unit of its kind. */
+static void report_fault_value(const struct report *report, char *text,
+                               size_t size)
+{
+    const struct controller_fault_record *fault = &report->fault;
+    char value[NUMBER_MAX], limit[NUMBER_MAX];
+    const char *unit = "ms";
+    text[0] = 0;
+    switch (fault->fault) {
+    case CONTROLLER_FAULT_STALE:
+    case CONTROLLER_FAULT_ENABLE:
+        number_fixed(value, fault->value / 1000000, 0, 0);
+        number_fixed(limit, fault->limit / 1000000, 0, 0);
+        break;
+    case CONTROLLER_FAULT_FOLLOWING:
+    case CONTROLLER_FAULT_GATE:
+        number_short(value, fault->value, 32);
+        number_short(limit, fault->limit, 32);
+        unit = fault->axis < 0
+                   ? ""
+                   : rig_unit_text(report->job->rig.axis[fault->axis].unit);
+        break;
+    default:
+        return;
+    }
+    snprintf(text, size, " (%s %s, limit %s %s)", value, unit, limit, unit);
+}
+
+static const char *report_fault_axis(const struct report *report)
+{
+    int axis = report->fault.axis;
+    return axis < 0 ? "all axes" : report->job->rig.axis[axis].name;
+}
+
+static void report_fault(const struct report *report, FILE *file)
+{
+    char value[160];
+    if (report->end != REPORT_FAULT)
+        return;
+    report_fault_value(report, value, sizeof value);
+    if (report->fault.fault != CONTROLLER_FAULT_NONE)
+        fprintf(file, "fault: %s: %s%s\n", report_fault_axis(report),
+                controller_fault_text(report->fault.fault), value);
+    if (report->fault_text[0] != 0)
+        fprintf(file, "reason: %s\n", report->fault_text);
+}
+
+static void report_buses(const struct report *report, FILE *file)
+{
+    bool known = false;
+    for (uint32_t i = 0; i < report->job->rig.bus_count; i++)
+        known |= report->load[i] > 0;
+    if (!known) /* a real interface does not tell */
+        return;
+    fputs("bus load:", file);
+    for (uint32_t i = 0; i < report->job->rig.bus_count; i++)
+        fprintf(file, "%s %s %.1f %%", i > 0 ? "," : "",
+                report->job->rig.bus[i].name, 100 * report->load[i]);
+    fputs(" (mean during the move)\n", file);
+}
+
+static void report_clock(const struct report *report, FILE *file)
+{
+    if (!report->realtime)
+        return;
+    fprintf(file,
+            "clock: %" PRIu64 " ticks, %" PRIu64
+            " lost; latest wake-up %.2f ms after its time\n",
+            report->ticks, report->ticks_lost, (double)report->late_ns / 1e6);
+}
+
+void report_print(const struct report *report, FILE *file)
+{
+    char played[NUMBER_MAX];
+    number_seconds(played, report->played_ns * MOTION_FIXED_NS_Q12);
+    if (report->started) {
+        report_table(report, file);
+        fprintf(file, "\n%s after %s s\n", report_end_text(report->end),
+                played);
+        report_buses(report, file);
+    } else {
+        fprintf(file, "%s before the move began\n",
+                report_end_text(report->end));
+    }
+    report_fault(report, file);
+    report_clock(report, file);
+    if (report->rows_dropped > 0)
+        fprintf(file, "telemetry: %" PRIu64 " rows were lost\n",
+                report->rows_dropped);
+    if (report->frames_dropped > 0)
+        fprintf(file, "frames:    %" PRIu64 " were not written\n",
+                report->frames_dropped);
+    if (report->telemetry_path != NULL)
+        fprintf(file, "telemetry: %s\n", report->telemetry_path);
+    if (report->can_log_path != NULL)
+        fprintf(file, "frames:    %s\n", report->can_log_path);
+    if (report->plot_path != NULL)
+        fprintf(file, "picture:   %s\n", report->plot_path);
+}
+
+static void report_json_peak(cJSON *item, const char *name,
+                             const struct report *report, unsigned i,
+                             unsigned order)
+{
+    const struct rig_axis *rig = job_rig_axis(report->job, i);
+    int64_t limit = job_limit_of(&rig->limit, order);
+    cJSON *object = cJSON_AddObjectToObject(item, name);
+    json_add_fixed(object, "peak", report->axis[i].peak[order],
+                   job_bits_of(order));
+    if (limit != 0)
+        json_add_fixed(object, "limit", limit, job_bits_of(order));
+}
+
+static cJSON *report_json_axis(const struct report *report, unsigned i)
+{
+    const struct report_axis *axis = &report->axis[i];
+    cJSON *item = cJSON_CreateObject();
+    cJSON_AddStringToObject(item, "name", report->job->move.axis[i].name);
+    cJSON_AddStringToObject(item, "unit",
+                            rig_unit_text(job_rig_axis(report->job, i)->unit));
+    cJSON_AddNumberToObject(item, "duration_s", (double)axis->dur_ns / 1e9);
+    report_json_peak(item, "velocity", report, i, 1);
+    report_json_peak(item, "acceleration", report, i, 2);
+    report_json_peak(item, "jerk", report, i, 3);
+    json_add_fixed(item, "following_error", axis->following_q32, 32);
+    json_add_fixed(item, "end_error", report_end_error(report, i), 32);
+    return item;
+}
+
+static void report_json_fault(const struct report *report, cJSON *object)
+{
+    cJSON *fault = cJSON_AddObjectToObject(object, "fault");
+    cJSON_AddStringToObject(fault, "axis", report_fault_axis(report));
+    cJSON_AddStringToObject(fault, "what",
+                            controller_fault_text(report->fault.fault));
+    cJSON_AddStringToObject(fault, "reason", report->fault_text);
+    cJSON_AddNumberToObject(fault, "drive_code", report->fault.drive_code);
+}
+
+void report_json(const struct report *report, FILE *file)
+{
+    const struct rig *rig = &report->job->rig;
+    cJSON *object = cJSON_CreateObject();
+    cJSON_AddStringToObject(object, "end", report_end_text(report->end));
+    cJSON_AddStringToObject(object, "title", report->job->move.title);
+    cJSON_AddNumberToObject(object, "played_s",
+                            (double)report->played_ns / 1e9);
+    cJSON *axes = cJSON_AddArrayToObject(object, "axes");
+    for (unsigned i = 0; i < report->job->move.axis_count; i++)
+        cJSON_AddItemToArray(axes, report_json_axis(report, i));
+    cJSON *buses = cJSON_AddArrayToObject(object, "buses");
+    for (uint32_t i = 0; i < rig->bus_count; i++) {
+        cJSON *bus = cJSON_CreateObject();
+        cJSON_AddStringToObject(bus, "name", rig->bus[i].name);
+        cJSON_AddNumberToObject(bus, "load", report->load[i]);
+        cJSON_AddItemToArray(buses, bus);
+    }
+    if (report->end == REPORT_FAULT)
+        report_json_fault(report, object);
+    cJSON_AddNumberToObject(object, "ticks", (double)report->ticks);
+    cJSON_AddNumberToObject(object, "ticks_lost", (double)report->ticks_lost);
+    cJSON_AddNumberToObject(object, "rows_lost", (double)report->rows_dropped);
+    if (report->telemetry_path != NULL)
+        cJSON_AddStringToObject(object, "telemetry", report->telemetry_path);
+    if (report->can_log_path != NULL)
+        cJSON_AddStringToObject(object, "can_log", report->can_log_path);
+    if (report->plot_path != NULL)
+        cJSON_AddStringToObject(object, "picture", report->plot_path);
+    json_print(object, file);
+}

@@ -1,0 +1,54 @@
+/* firmware/linux/commands/report.h - how a run went, in numbers.
+ *
+ * Fed with every row; keeps the worst of each.  Demand is what was sent:
+ * velocity, acceleration and jerk with the override and the ramps of hold and
+ * stop in them. */
+#ifndef FIRMWARE_LINUX_COMMANDS_REPORT_H
+#define FIRMWARE_LINUX_COMMANDS_REPORT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "firmware/controller.h"
+#include "firmware/linux/commands/job.h"
+#include "firmware/linux/machine/telemetry.h"
+
+/* Of one axis of the move. */
+struct report_axis {
+    int64_t peak[4]; /* |v|, |a|, |j| at 1..3, in their formats */
+    int64_t following_q32;
+    int64_t end_q32; /* actual position at the end */
+    int64_t dur_ns;  /* from the start until the axis was at its end */
+    bool arrived;
+};
+
+enum report_end {
+    REPORT_DONE,
+    REPORT_FAULT,
+    REPORT_STOPPED, /* by the operator, along the path */
+    REPORT_QUICK_STOPPED,
+};
+
+struct report {
+    const struct job *job;
+    enum report_end end;
+    struct report_axis axis[PLAN_AXES_MAX];
+    bool started; /* the move has */
+    int64_t start_ns, played_ns;
+    int64_t path_ns_q12;        /* how far the move was played */
+    double load[RIG_BUSES_MAX]; /* share of the wire's time during the move */
+    struct controller_fault_record fault;
+    char fault_text[64]; /* the drive's own words */
+    uint64_t ticks, ticks_lost, rows_dropped, frames_dropped;
+    bool realtime;
+    int64_t late_ns; /* worst wake-up after its time */
+    const char *telemetry_path, *can_log_path, *plot_path; /* NULL: none */
+};
+
+void report_init(struct report *report, const struct job *job);
+void report_take(struct report *report, const struct telemetry_row *row);
+void report_print(const struct report *report, FILE *file);
+void report_json(const struct report *report, FILE *file);
+
+#endif

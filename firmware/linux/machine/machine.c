@@ -1,0 +1,311 @@
+/* firmware/linux/machine/machine.c - see machine.h. */
+#include "firmware/linux/machine/machine.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "firmware/linux/rig/modbus_budget.h"
+#include "motion/err.h"
+#include "motion/fixed.h"
+
+static int machine_fail(char message[RIG_MESSAGE_MAX], const char *kind,
+                        const char *name, int err)
+{
+    snprintf(message, RIG_MESSAGE_MAX, "%s %s: %s", kind, name,
+             motion_err_text(err));
+    return err;
+}
+
+/* Heartbeats of ours: three before the drives' watchdog runs out. */
+static int machine_init_bus(struct machine *machine, unsigned i)
+{
+    const struct rig *rig = machine->rig;
+    const struct canopen_config config = {
+        .node_id = rig->bus[i].node_id,
+        .sync_period_ns = rig->period_ns,
+        .heartbeat_period_ns = rig->watchdog_ns / 3,
+    };
+    machine->fieldbus[i] = &machine->bus[i].fieldbus;
+    return canopen_init(&machine->bus[i], machine->ports.can[i], &config);
+}
+
+/* Two under way keep the line busy while one transaction outlasts a tick; more
+ * when several fit in one. */
+static int machine_init_line(struct machine *machine, unsigned i)
+{
+    const struct rig *rig = machine->rig;
+    const int64_t latency_ns = modbus_budget_latency_ns(rig, i);
+    unsigned depth = 2;
+
+    if (latency_ns > 0)
+        depth += (unsigned)(rig->period_ns * 3 / 2 / latency_ns);
+    if (depth > HAL_MODBUS_MAILBOX)
+        depth = HAL_MODBUS_MAILBOX;
+    machine->fieldbus[i] = &machine->modbus[i].fieldbus;
+    return modbus_bus_init(&machine->modbus[i], machine->ports.modbus[i],
+                           depth);
+}
+
+/* Counts from Q16 units, magnitude; 0 (leave the drive's own) beyond u32. */
+static uint32_t machine_counts_q16(const struct rig_axis *axis, int64_t value)
+{
+    int64_t counts;
+    if (axis->counts_den > INT64_MAX >> 16 ||
+        motion_fixed_muldiv(value, axis->counts_num, axis->counts_den << 16,
+                            &counts) < 0)
+        return 0;
+    uint64_t magnitude = motion_fixed_abs(counts);
+    return magnitude > UINT32_MAX ? 0 : (uint32_t)magnitude;
+}
+
+static int machine_init_servo(struct machine *machine, unsigned i)
+{
+    const struct rig *rig = machine->rig;
+    const struct rig_axis *axis = &rig->axis[i];
+    const struct drive_modbus_config config = {
+        .map = &rig->map[axis->map],
+        .unit = axis->node_id,
+        .counts_num = axis->counts_num,
+        .counts_den = axis->counts_den,
+        .vel_max_q32 = axis->limit.vel_q32,
+        .acc_q16 = axis->stop_acc_q16,
+        .cycle_ns = modbus_budget_cycle_ns(rig, axis->bus),
+        .latency_ns = modbus_budget_latency_ns(rig, axis->bus),
+    };
+    machine->axis[i] = &machine->servo[i].drive;
+    return drive_modbus_init(&machine->servo[i], &machine->modbus[axis->bus],
+                             &config);
+}
+
+static int machine_init_drive(struct machine *machine, unsigned i)
+{
+    const struct rig *rig = machine->rig;
+    const struct rig_axis *axis = &rig->axis[i];
+    const struct drive_cia402_config config = {
+        .node_id = axis->node_id,
+        .counts_num = axis->counts_num,
+        .counts_den = axis->counts_den,
+        .sync_period_ns = rig->period_ns,
+        .heartbeat_period_ns = rig->heartbeat_ns,
+        .watchdog_ns = rig->watchdog_ns,
+        .quick_stop_counts_s2 = machine_counts_q16(axis, axis->stop_acc_q16),
+    };
+    machine->axis[i] = &machine->drive[i].drive;
+    return drive_cia402_init(&machine->drive[i], &machine->bus[axis->bus],
+                             &config);
+}
+
+static struct controller_axis_config machine_axis(const struct rig *rig,
+                                                  const struct rig_axis *axis)
+{
+    return (struct controller_axis_config){
+        .pos_min_q32 = axis->limit.pos_min_q32,
+        .pos_max_q32 = axis->limit.pos_max_q32,
+        .limit = { axis->limit.vel_q32, axis->limit.acc_q16,
+                   axis->limit.jerk_q16 },
+        .stop = { axis->limit.vel_q32, axis->stop_acc_q16,
+                  axis->stop_jerk_q16 },
+        .following_floor_q32 = axis->following_floor_q32,
+        .following_k_ns = axis->following_k_ns,
+        .feedback_max_age_ns =
+            axis->kind == RIG_MODBUS ? modbus_budget_age_ns(rig, axis->bus) : 0,
+    };
+}
+
+/* Where the controller looks for an input of this kind; NULL for outputs. */
+static struct hal_gpio **machine_input(struct controller_inputs *inputs,
+                                       const struct rig_line *line)
+{
+    switch (line->kind) {
+    case RIG_LINE_ESTOP:
+        return &inputs->estop;
+    case RIG_LINE_LIMIT_NEGATIVE:
+        return &inputs->limit_negative[line->axis];
+    case RIG_LINE_LIMIT_POSITIVE:
+        return &inputs->limit_positive[line->axis];
+    case RIG_LINE_LAMP:
+        break;
+    }
+    return NULL;
+}
+
+static int machine_init_inputs(struct machine *machine,
+                               struct controller_inputs *inputs)
+{
+    const struct rig *rig = machine->rig;
+    for (unsigned i = 0; i < rig->line_count; i++) {
+        struct hal_gpio **slot = machine_input(inputs, &rig->line[i]);
+        if (slot == NULL)
+            continue;
+        int err = gpio_debounce_init(&machine->input[i], machine->ports.line[i],
+                                     rig->line[i].release_ns);
+        if (err < 0)
+            return err;
+        *slot = &machine->input[i].gpio;
+    }
+    return MOTION_OK;
+}
+
+static int machine_init_controller(struct machine *machine)
+{
+    struct controller_inputs inputs = { 0 };
+    const struct rig *rig = machine->rig;
+    struct controller_config config = {
+        .period_ns = rig->period_ns,
+        .axis_count = rig->axis_count,
+    };
+    for (unsigned i = 0; i < rig->axis_count; i++)
+        config.axis[i] = machine_axis(rig, &rig->axis[i]);
+    int err = machine_init_inputs(machine, &inputs);
+    return err < 0 ? err
+                   : controller_init(&machine->controller, &config,
+                                     machine->axis, &inputs);
+}
+
+int machine_init(struct machine *machine, const struct rig *rig,
+                 const struct machine_ports *ports,
+                 char message[RIG_MESSAGE_MAX])
+{
+    memset(machine, 0, sizeof *machine);
+    machine->rig = rig;
+    machine->ports = *ports;
+    for (unsigned i = 0; i < rig->bus_count; i++) {
+        int err = rig->bus[i].kind == RIG_CANOPEN
+                      ? machine_init_bus(machine, i)
+                      : machine_init_line(machine, i);
+        if (err < 0)
+            return machine_fail(message, "bus", rig->bus[i].name, err);
+    }
+    for (unsigned i = 0; i < rig->axis_count; i++) {
+        int err = rig->axis[i].kind == RIG_CIA402
+                      ? machine_init_drive(machine, i)
+                      : machine_init_servo(machine, i);
+        if (err < 0)
+            return machine_fail(message, "axis", rig->axis[i].name, err);
+    }
+    int err = machine_init_controller(machine);
+    return err < 0 ? machine_fail(message, "controller of", rig->title, err)
+                   : MOTION_OK;
+}
+
+/* How bad: a bus that is gone before one with a second master before one that
+ * is error-passive. */
+static int machine_badness(int err)
+{
+    if (err == MOTION_OK)
+        return 0;
+    if (err == MOTION_E_LIMIT)
+        return 1;
+    return err == MOTION_E_PROTOCOL ? 2 : 3;
+}
+
+static enum hal_can_state machine_bus_state(const struct machine *machine,
+                                            unsigned bus)
+{
+    if (machine->rig->bus[bus].kind == RIG_CANOPEN)
+        return (enum hal_can_state)hal_can_state(machine->ports.can[bus]);
+    return hal_modbus_is_up(machine->ports.modbus[bus]) != 0 ? HAL_CAN_ACTIVE
+                                                             : HAL_CAN_DOWN;
+}
+
+/* The worst that a bus has to say. */
+static struct machine_trouble machine_begin(struct machine *machine,
+                                            int64_t now_ns)
+{
+    struct machine_trouble worst = { .err = MOTION_OK };
+    for (unsigned i = 0; i < machine->rig->bus_count; i++) {
+        int err = hal_fieldbus_begin(machine->fieldbus[i], now_ns);
+        if (machine_badness(err) > machine_badness(worst.err))
+            worst = (struct machine_trouble){ err, i,
+                                              machine_bus_state(machine, i) };
+    }
+    return worst;
+}
+
+/* What end() could not send, begin() of the next tick reports. */
+static void machine_end(struct machine *machine, int64_t now_ns)
+{
+    for (unsigned i = 0; i < machine->rig->bus_count; i++)
+        (void)hal_fieldbus_end(machine->fieldbus[i], now_ns);
+}
+
+static void machine_read_inputs(struct machine *machine, int64_t now_ns)
+{
+    for (unsigned i = 0; i < machine->rig->line_count; i++)
+        if (!rig_line_is_output(&machine->rig->line[i]))
+            gpio_debounce_step(&machine->input[i], now_ns);
+}
+
+/* Lit while an axis may have torque; a lamp that cannot be set is no fault. */
+static void machine_light(struct machine *machine)
+{
+    const bool lit = !machine_is_at_rest(machine);
+    if (lit == machine->lit)
+        return;
+    machine->lit = lit;
+    for (unsigned i = 0; i < machine->rig->line_count; i++)
+        if (machine->rig->line[i].kind == RIG_LINE_LAMP)
+            (void)hal_gpio_set(machine->ports.line[i], lit);
+}
+
+void machine_tick(struct machine *machine, int64_t now_ns)
+{
+    const struct machine_trouble trouble = machine_begin(machine, now_ns);
+    if (machine->controller.fault.fault == CONTROLLER_FAULT_NONE)
+        machine->trouble = trouble;
+    machine_read_inputs(machine, now_ns);
+    controller_step(&machine->controller, now_ns, trouble.err);
+    machine_light(machine);
+    machine_end(machine, now_ns);
+}
+
+void machine_tick_quick_stop(struct machine *machine, int64_t now_ns)
+{
+    (void)machine_begin(machine, now_ns);
+    for (unsigned i = 0; i < machine->rig->axis_count; i++) {
+        struct hal_drive *drive = machine->axis[i];
+        hal_drive_request(drive, HAL_DRIVE_REQUEST_QUICK_STOP);
+        hal_drive_feedback(drive, &machine->controller.axis[i].feedback);
+    }
+    machine_light(machine);
+    machine_end(machine, now_ns);
+}
+
+void machine_trouble_text(const struct machine *machine,
+                          char text[MACHINE_TROUBLE_MAX])
+{
+    const struct machine_trouble *trouble = &machine->trouble;
+    const char *what = hal_can_state_text(trouble->state);
+    if (trouble->err == MOTION_E_PROTOCOL)
+        what = "frames that only a master sends";
+    else if (trouble->err == MOTION_E_IO && trouble->state < HAL_CAN_BUS_OFF)
+        what = "frames were refused three cycles in a row";
+    text[0] = '\0';
+    if (trouble->err != MOTION_OK)
+        snprintf(text, MACHINE_TROUBLE_MAX, "bus %.12s: %s",
+                 machine->rig->bus[trouble->bus].name, what);
+}
+
+bool machine_is_at_rest(const struct machine *machine)
+{
+    for (unsigned i = 0; i < machine->rig->axis_count; i++) {
+        const struct hal_drive_feedback *feedback =
+            &machine->controller.axis[i].feedback;
+        if (feedback->state == HAL_DRIVE_ENABLED ||
+            (feedback->state == HAL_DRIVE_QUICK_STOP && feedback->vel_q32 != 0))
+            return false;
+    }
+    return true;
+}
+
+int64_t machine_busy_ns(struct machine *machine, unsigned bus)
+{
+    struct hal_can_stats stats;
+    struct hal_modbus_stats line;
+    if (machine->rig->bus[bus].kind != RIG_CANOPEN) {
+        hal_modbus_stats(machine->ports.modbus[bus], &line);
+        return (int64_t)line.busy_ns;
+    }
+    hal_can_stats(machine->ports.can[bus], &stats);
+    return (int64_t)stats.busy_ns;
+}

@@ -1,0 +1,75 @@
+/* firmware/linux/machine/machine.h - the parts of a rig put together:
+ * fieldbuses, drives, controller.
+ *
+ * The machine is built on ports: one CAN port or Modbus line per bus, one GPIO
+ * line per line, a clock.  They come from machine_sim.h or machine_real.h. */
+#ifndef FIRMWARE_LINUX_MACHINE_MACHINE_H
+#define FIRMWARE_LINUX_MACHINE_MACHINE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/controller.h"
+#include "firmware/linux/rig/rig.h"
+#include "hal/can.h"
+#include "hal/canopen.h"
+#include "hal/clock.h"
+#include "hal/drive_cia402.h"
+#include "hal/drive_modbus.h"
+#include "hal/gpio_debounce.h"
+
+struct machine_ports {
+    struct hal_clock *clock;
+    /* one or the other per bus of the rig */
+    struct hal_can *can[RIG_BUSES_MAX];
+    struct hal_modbus *modbus[RIG_BUSES_MAX];
+    struct hal_gpio *line[RIG_LINES_MAX]; /* one per line of the rig */
+};
+
+/* What a bus said when the controller took it for a fault. */
+struct machine_trouble {
+    int err; /* MOTION_OK: nothing yet */
+    unsigned bus;
+    enum hal_can_state state;
+};
+
+struct machine {
+    const struct rig *rig;
+    struct machine_ports ports;
+    struct canopen bus[RIG_BUSES_MAX];
+    struct modbus_bus modbus[RIG_BUSES_MAX];
+    struct drive_cia402 drive[RIG_AXES_MAX];
+    struct drive_modbus servo[RIG_AXES_MAX];
+    struct hal_fieldbus *fieldbus[RIG_BUSES_MAX]; /* of either kind */
+    struct hal_drive *axis[RIG_AXES_MAX];
+    struct gpio_debounce input[RIG_LINES_MAX]; /* of lines that are inputs */
+    bool lit;                                  /* the lamps */
+    struct controller controller;
+    struct machine_trouble trouble;
+};
+
+/* Axis i of the rig is axis i of the controller.  On an error returns its code
+ * and writes a sentence. */
+int machine_init(struct machine *machine, const struct rig *rig,
+                 const struct machine_ports *ports,
+                 char message[RIG_MESSAGE_MAX]);
+
+/* One tick at nominal time `now_ns`: take in what came and send SYNC; step the
+ * controller; send the set points. */
+void machine_tick(struct machine *machine, int64_t now_ns);
+
+/* The same without the controller: every drive brakes by its own quick stop.
+ * For an operator who cannot wait. */
+void machine_tick_quick_stop(struct machine *machine, int64_t now_ns);
+/* "bus can0: interface down": what was behind a fault of a bus; "" when there
+ * was none. */
+#define MACHINE_TROUBLE_MAX 64
+void machine_trouble_text(const struct machine *machine,
+                          char text[MACHINE_TROUBLE_MAX]);
+/* No drive moves or follows set points any more. */
+bool machine_is_at_rest(const struct machine *machine);
+
+/* The wire's time in use so far, ns; 0: unknown. */
+int64_t machine_busy_ns(struct machine *machine, unsigned bus);
+
+#endif

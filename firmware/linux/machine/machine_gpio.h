@@ -1,0 +1,23 @@
+/* firmware/linux/machine/machine_gpio.h - the digital lines of a rig on real
+ * chips. */
+#ifndef FIRMWARE_LINUX_MACHINE_MACHINE_GPIO_H
+#define FIRMWARE_LINUX_MACHINE_MACHINE_GPIO_H
+
+#include "firmware/linux/machine/machine.h"
+#include "hal/gpio_libgpiod.h"
+
+struct machine_gpio {
+    struct gpio_libgpiod line[RIG_LINES_MAX];
+    unsigned count;
+};
+
+/* Take every line of the rig and put it into ports->line.  On an error returns
+ * its code, writes "line estop: ..." and holds nothing. */
+int machine_gpio_open(struct machine_gpio *gpio, const struct rig *rig,
+                      struct machine_ports *ports,
+                      char message[RIG_MESSAGE_MAX]);
+
+/* Outputs are inactive afterwards. */
+void machine_gpio_close(struct machine_gpio *gpio);
+
+#endif

@@ -1,0 +1,121 @@
+/* firmware/linux/machine/machine_modbus.c - see machine_modbus.h. */
+#include "firmware/linux/machine/machine_modbus.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "firmware/linux/rig/modbus_budget.h"
+
+/* A thread tries to open the port for ever; what will never do is said now. */
+static int machine_modbus_look(const struct rig_bus *bus,
+                               char message[RIG_MESSAGE_MAX])
+{
+    const char *device = bus->modbus.device;
+
+    if (device[0] == '\0' || access(device, R_OK | W_OK) == 0)
+        return MOTION_OK;
+    snprintf(message, RIG_MESSAGE_MAX, "bus %s: %s: %s", bus->name, device,
+             strerror(errno));
+    return MOTION_E_IO;
+}
+
+static int machine_modbus_device(struct machine_modbus *modbus,
+                                 const struct rig *rig, unsigned i,
+                                 struct modbus_libmodbus_config *config,
+                                 char message[RIG_MESSAGE_MAX])
+{
+    struct modbus_host *host = &modbus->device[i].host;
+    int err = modbus_device_start(&modbus->device[i], rig, i, true, message);
+
+    if (err < 0)
+        return err;
+    modbus->has_device[i] = true;
+    config->rs485 = RS485_AUTOMATIC;
+    memcpy(config->device, host->path, sizeof host->path);
+    snprintf(config->host, sizeof config->host, "127.0.0.1");
+    config->port = host->port;
+    return MOTION_OK;
+}
+
+static int machine_modbus_bus(struct machine_modbus *modbus,
+                              const struct rig *rig, unsigned i, bool simulated,
+                              char message[RIG_MESSAGE_MAX])
+{
+    struct modbus_libmodbus_config config = rig->bus[i].modbus;
+    int err;
+
+    config.line = modbus_budget_line(rig, i);
+    config.timeout_ns = modbus_budget_timeout_ns(rig, i);
+    err = simulated ? machine_modbus_device(modbus, rig, i, &config, message)
+                    : machine_modbus_look(&rig->bus[i], message);
+    if (err < 0)
+        return err;
+    err = modbus_libmodbus_open(&modbus->line[i], &config);
+    if (err < 0)
+        snprintf(message, RIG_MESSAGE_MAX, "bus %s: %s", rig->bus[i].name,
+                 motion_err_text(err));
+    modbus->is_open[i] = err == MOTION_OK;
+    return err;
+}
+
+int machine_modbus_open(struct machine_modbus *modbus, const struct rig *rig,
+                        bool simulated, struct machine_ports *ports,
+                        char message[RIG_MESSAGE_MAX])
+{
+    memset(modbus, 0, sizeof *modbus);
+    modbus->bus_count = rig->bus_count;
+    for (unsigned i = 0; i < rig->bus_count; i++) {
+        if (rig->bus[i].kind == RIG_CANOPEN)
+            continue;
+        int err = machine_modbus_bus(modbus, rig, i, simulated, message);
+        if (err < 0) {
+            machine_modbus_close(modbus);
+            return err;
+        }
+        ports->modbus[i] = &modbus->line[i].modbus;
+    }
+    return MOTION_OK;
+}
+
+void machine_modbus_close(struct machine_modbus *modbus)
+{
+    for (unsigned i = 0; i < modbus->bus_count; i++) {
+        if (modbus->is_open[i])
+            modbus_libmodbus_close(&modbus->line[i]);
+        if (modbus->has_device[i])
+            modbus_device_stop(&modbus->device[i]);
+    }
+    modbus->bus_count = 0;
+}
+
+static void machine_modbus_print_bus(struct hal_modbus *line, const char *name,
+                                     FILE *file)
+{
+    struct hal_modbus_stats stats;
+
+    hal_modbus_stats(line, &stats);
+    fprintf(file,
+            "%s: %" PRIu64 " transactions, %" PRIu64 " time-outs, %" PRIu64
+            " broken, %" PRIu64 " exceptions, %" PRIu64 " reconnects",
+            name, stats.transactions, stats.timeouts, stats.broken,
+            stats.exceptions, stats.reconnects);
+    if (stats.ideal_ns > 0)
+        fprintf(file,
+                "; %.1f s of bus time, %.1f s by baud rate and silences "
+                "(%.0f %%)",
+                (double)stats.busy_ns / 1e9, (double)stats.ideal_ns / 1e9,
+                100 * (double)stats.busy_ns / (double)stats.ideal_ns);
+    fputc('\n', file);
+}
+
+void machine_modbus_print(struct machine_modbus *modbus, const struct rig *rig,
+                          FILE *file)
+{
+    for (unsigned i = 0; i < modbus->bus_count; i++)
+        if (modbus->is_open[i])
+            machine_modbus_print_bus(&modbus->line[i].modbus, rig->bus[i].name,
+                                     file);
+}

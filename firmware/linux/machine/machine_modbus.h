@@ -1,0 +1,32 @@
+/* firmware/linux/machine/machine_modbus.h - Modbus buses of a rig by libmodbus,
+ * as ports of a machine: the real devices, or simulated ones behind real
+ * pseudo-terminals and sockets. */
+#ifndef FIRMWARE_LINUX_MACHINE_MACHINE_MODBUS_H
+#define FIRMWARE_LINUX_MACHINE_MACHINE_MODBUS_H
+
+#include <stdio.h>
+
+#include "firmware/linux/machine/machine.h"
+#include "firmware/linux/machine/modbus_device.h"
+#include "hal/modbus_libmodbus.h"
+
+struct machine_modbus {
+    unsigned bus_count; /* looked at so far */
+    bool is_open[RIG_BUSES_MAX], has_device[RIG_BUSES_MAX];
+    struct modbus_libmodbus line[RIG_BUSES_MAX];
+    struct modbus_device device[RIG_BUSES_MAX];
+};
+
+/* Fills in ports->modbus of every Modbus bus.  On an error returns its code and
+ * writes a sentence; nothing is left open then. */
+int machine_modbus_open(struct machine_modbus *modbus, const struct rig *rig,
+                        bool simulated, struct machine_ports *ports,
+                        char message[RIG_MESSAGE_MAX]);
+void machine_modbus_close(struct machine_modbus *modbus);
+
+/* Of each bus that is open: transactions, failures, and the bus time they took
+ * against what the baud rate allows. */
+void machine_modbus_print(struct machine_modbus *modbus, const struct rig *rig,
+                          FILE *file);
+
+#endif

@@ -1,0 +1,164 @@
+/* firmware/linux/machine/machine_sim.c - see machine_sim.h. */
+#include "firmware/linux/machine/machine_sim.h"
+
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "motion/err.h"
+#include "motion/fixed.h"
+
+/* Virtual time starts here: 0 means "never" in many places. */
+#define MACHINE_SIM_START_NS INT64_C(1000000000)
+
+#define MACHINE_SIM_LOOP_NS  INT64_C(250000)   /* the servo's inner loop */
+#define MACHINE_SIM_BRAKE_NS INT64_C(80000000) /* its brake lets go */
+#define MACHINE_SIM_BOOT_NS  INT64_C(150000000)
+
+static struct machine_sim *machine_sim_of(struct hal_clock *clock)
+{
+    return (
+        struct machine_sim *)(void *)((char *)clock -
+                                      offsetof(struct machine_sim, follower));
+}
+
+static int64_t machine_sim_now_ns(struct hal_clock *clock)
+{
+    return hal_clock_now_ns(&machine_sim_of(clock)->real.clock);
+}
+
+static int machine_sim_wait_until(struct hal_clock *clock, int64_t t_ns)
+{
+    struct machine_sim *sim = machine_sim_of(clock);
+    int err = hal_clock_wait_until(&sim->real.clock, t_ns);
+    sim_world_run(&sim->world, hal_clock_now_ns(&sim->real.clock));
+    return err;
+}
+
+static const struct hal_clock_ops machine_sim_follower_ops = {
+    .now_ns = machine_sim_now_ns,
+    .wait_until = machine_sim_wait_until,
+};
+
+static int machine_sim_fail(char message[RIG_MESSAGE_MAX], const char *name,
+                            int err)
+{
+    snprintf(message, RIG_MESSAGE_MAX, "simulated %s: %s", name,
+             motion_err_text(err));
+    return err;
+}
+
+/* |value| of Q`bits` units in counts. */
+static int machine_sim_counts(const struct rig_axis *axis, int64_t value,
+                              unsigned bits, int64_t *counts)
+{
+    if (axis->counts_den > INT64_MAX >> bits)
+        return MOTION_E_RANGE;
+    return motion_fixed_muldiv(value, axis->counts_num,
+                               axis->counts_den << bits, counts);
+}
+
+static int64_t machine_sim_magnitude(int64_t value)
+{
+    return value < 0 ? -value : value;
+}
+
+int machine_sim_plant(const struct rig_axis *axis,
+                      struct sim_plant_config *plant, int32_t *start_counts)
+{
+    int64_t start = 0, vel = 0, acc = 0;
+    int err = machine_sim_counts(axis, axis->sim.start_q32, 32, &start);
+    if (err < 0 || start < INT32_MIN || start > INT32_MAX)
+        return MOTION_E_RANGE;
+    err = machine_sim_counts(axis, axis->sim.vel_max_q32, 32, &vel);
+    if (err == MOTION_OK)
+        err = machine_sim_counts(axis, axis->sim.acc_max_q16, 16, &acc);
+    *plant = (struct sim_plant_config){
+        .omega_mrad_s = axis->sim.omega_mrad_s,
+        .zeta_permille = axis->sim.zeta_permille,
+        .vel_max_counts_s = machine_sim_magnitude(vel),
+        .acc_max_counts_s2 = machine_sim_magnitude(acc),
+    };
+    *start_counts = (int32_t)start;
+    return err;
+}
+
+static int machine_sim_servo(struct machine_sim *sim,
+                             const struct rig_axis *axis, unsigned i)
+{
+    struct sim_cia402_config config = {
+        .node_id = axis->node_id,
+        .loop_ns = MACHINE_SIM_LOOP_NS,
+        .brake_release_ns = MACHINE_SIM_BRAKE_NS,
+        .boot_ns = MACHINE_SIM_BOOT_NS,
+    };
+    int err = machine_sim_plant(axis, &config.plant, &config.start_counts);
+    if (err < 0)
+        return err;
+    return sim_cia402_init(&sim->servo[i], &sim->wire[axis->bus], &config);
+}
+
+static int machine_sim_wire(struct machine_sim *sim, const struct rig_bus *bus,
+                            unsigned i)
+{
+    int err = sim_can_bus_init(&sim->wire[i], &sim->world, bus->bit_rate);
+    if (err < 0)
+        return err;
+    return sim_can_port_init(&sim->port[i], &sim->wire[i]);
+}
+
+/* Switches begin as nothing would press them. */
+static struct hal_gpio *machine_sim_line(struct machine_sim *sim,
+                                         const struct rig_line *line,
+                                         unsigned i)
+{
+    const struct sim_gpio_config config = {
+        .clock = &sim->world.clock,
+        .output = rig_line_is_output(line),
+        .active_low = line->active_low,
+        .pull_up = line->bias == HAL_GPIO_PULL_UP,
+    };
+    struct hal_gpio *gpio = sim_gpio_init(&sim->line[i], &config);
+    if (!config.output)
+        sim_gpio_drive(&sim->line[i],
+                       line->active_low ? SIM_GPIO_HIGH : SIM_GPIO_LOW);
+    return gpio;
+}
+
+static void machine_sim_clock(struct machine_sim *sim, bool realtime,
+                              struct machine_ports *ports)
+{
+    clock_linux_init(&sim->real);
+    sim->follower.ops = &machine_sim_follower_ops;
+    ports->clock = realtime ? &sim->follower : &sim->world.clock;
+    sim_world_init(&sim->world, realtime ? hal_clock_now_ns(ports->clock)
+                                         : MACHINE_SIM_START_NS);
+}
+
+int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
+                     bool realtime, struct machine_ports *ports,
+                     char message[RIG_MESSAGE_MAX])
+{
+    memset(sim, 0, sizeof *sim);
+    *ports = (struct machine_ports){ 0 };
+    machine_sim_clock(sim, realtime, ports);
+    for (unsigned i = 0; i < rig->bus_count; i++) {
+        const bool can = rig->bus[i].kind == RIG_CANOPEN;
+        int err = can ? machine_sim_wire(sim, &rig->bus[i], i)
+                      : machine_sim_modbus_line(sim, rig, i);
+        if (err < 0)
+            return machine_sim_fail(message, rig->bus[i].name, err);
+        ports->can[i] = can ? &sim->port[i].can : NULL;
+        ports->modbus[i] = can ? NULL : &sim->master[i].modbus;
+    }
+    for (unsigned i = 0; i < rig->axis_count; i++) {
+        int err = rig->axis[i].kind == RIG_CIA402
+                      ? machine_sim_servo(sim, &rig->axis[i], i)
+                      : machine_sim_modbus_servo(sim, rig, i);
+        if (err < 0)
+            return machine_sim_fail(message, rig->axis[i].name, err);
+    }
+    for (unsigned i = 0; i < rig->line_count; i++)
+        ports->line[i] = machine_sim_line(sim, &rig->line[i], i);
+    return MOTION_OK;
+}

@@ -1,0 +1,50 @@
+/* firmware/linux/machine/machine_sim.h - simulated wires and servos for a rig.
+ *
+ * In virtual time the clock is the simulated world's: waiting runs it.  In real
+ * time the world follows CLOCK_MONOTONIC: every wait runs it up to the time
+ * that it has become. */
+#ifndef FIRMWARE_LINUX_MACHINE_MACHINE_SIM_H
+#define FIRMWARE_LINUX_MACHINE_MACHINE_SIM_H
+
+#include "firmware/linux/machine/machine.h"
+#include "hal/clock_linux.h"
+#include "hal/modbus_master.h"
+#include "sim/sim_can.h"
+#include "sim/sim_cia402.h"
+#include "sim/sim_gpio.h"
+#include "sim/sim_modbus_servo.h"
+#include "sim/world.h"
+
+struct machine_sim {
+    struct sim_world world;
+    struct sim_can_bus wire[RIG_BUSES_MAX];
+    struct sim_can_port port[RIG_BUSES_MAX]; /* of the master */
+    struct sim_cia402 servo[RIG_AXES_MAX];
+    /* on Modbus */
+    struct sim_modbus_line modbus_line[RIG_BUSES_MAX];
+    struct sim_modbus_servo modbus_servo[RIG_AXES_MAX];
+    struct modbus_master master[RIG_BUSES_MAX];
+    struct sim_modbus_seat seat[RIG_BUSES_MAX]; /* of the master */
+    struct sim_gpio line[RIG_LINES_MAX];
+    struct hal_clock follower; /* real time: waits, then runs the world */
+    struct clock_linux real;
+};
+
+/* Fills in *ports.  On an error returns its code and writes a sentence. */
+int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
+                     bool realtime, struct machine_ports *ports,
+                     char message[RIG_MESSAGE_MAX]);
+
+/* machine_sim_modbus.c: line and master of a bus, and a servo on it. */
+int machine_sim_modbus_line(struct machine_sim *sim, const struct rig *rig,
+                            unsigned i);
+int machine_sim_modbus_servo(struct machine_sim *sim, const struct rig *rig,
+                             unsigned i);
+/* What the simulated servo of Modbus axis i is like. */
+int machine_sim_servo_config(const struct rig *rig, unsigned i,
+                             struct sim_modbus_servo_config *config);
+/* What the simulated plant of an axis is like, and where it stands. */
+int machine_sim_plant(const struct rig_axis *axis,
+                      struct sim_plant_config *plant, int32_t *start_counts);
+
+#endif

@@ -1,0 +1,52 @@
+/* firmware/linux/machine/machine_sim_modbus.c - simulated Modbus lines and
+ * servos for a rig; see machine_sim.h. */
+#include "firmware/linux/machine/machine_sim.h"
+#include "firmware/linux/rig/modbus_budget.h"
+
+#define MACHINE_SIM_ENABLE_NS INT64_C(80000000) /* its brake lets go */
+
+int machine_sim_modbus_line(struct machine_sim *sim, const struct rig *rig,
+                            unsigned i)
+{
+    const struct modbus_master_config config = {
+        .line = modbus_budget_line(rig, i),
+        .timeout_ns = modbus_budget_timeout_ns(rig, i),
+    };
+    int err =
+        sim_modbus_line_init(&sim->modbus_line[i], &sim->world, &config.line);
+
+    if (err < 0)
+        return err;
+    err = modbus_master_init(&sim->master[i], &config);
+    if (err < 0)
+        return err;
+    return sim_modbus_seat_init(&sim->seat[i], &sim->modbus_line[i],
+                                &sim->master[i].station);
+}
+
+int machine_sim_servo_config(const struct rig *rig, unsigned i,
+                             struct sim_modbus_servo_config *config)
+{
+    const struct rig_axis *axis = &rig->axis[i];
+
+    *config = (struct sim_modbus_servo_config){
+        .map = &rig->map[axis->map],
+        .unit = axis->node_id,
+        .line = modbus_budget_line(rig, axis->bus),
+        .turnaround_ns = rig->map[axis->map].turnaround_ns,
+        .enable_ns = MACHINE_SIM_ENABLE_NS,
+    };
+    return machine_sim_plant(axis, &config->plant, &config->start_counts);
+}
+
+int machine_sim_modbus_servo(struct machine_sim *sim, const struct rig *rig,
+                             unsigned i)
+{
+    struct sim_modbus_servo_config config;
+    int err = machine_sim_servo_config(rig, i, &config);
+
+    if (err < 0)
+        return err;
+    return sim_modbus_servo_init(&sim->modbus_servo[i], &sim->world,
+                                 &sim->modbus_line[rig->axis[i].bus], &config);
+}

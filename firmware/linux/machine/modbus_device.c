@@ -1,0 +1,76 @@
+/* firmware/linux/machine/modbus_device.c - see modbus_device.h. */
+#include "firmware/linux/machine/modbus_device.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "firmware/linux/machine/machine_sim.h"
+#include "firmware/linux/rig/modbus_budget.h"
+#include "hal/clock_linux.h"
+
+static int modbus_device_servo(struct modbus_device *device,
+                               const struct rig *rig, unsigned i)
+{
+    struct sim_modbus_servo_config config;
+    const struct rig_axis *axis = &rig->axis[i];
+    const bool rtu = rig->bus[axis->bus].kind == RIG_MODBUS_RTU;
+    int err = machine_sim_servo_config(rig, i, &config);
+
+    if (err == MOTION_OK)
+        err = sim_modbus_servo_init(&device->servo[i], &device->world,
+                                    rtu ? &device->line : NULL, &config);
+    device->host.slave[axis->node_id] = &device->servo[i].slave;
+    return err;
+}
+
+static int modbus_device_build(struct modbus_device *device,
+                               const struct rig *rig, unsigned bus)
+{
+    const struct modbus_rtu_line line = modbus_budget_line(rig, bus);
+    struct clock_linux clock;
+    int err;
+
+    sim_world_init(&device->world, hal_clock_now_ns(clock_linux_init(&clock)));
+    modbus_host_init(&device->host, &device->world);
+    err = sim_modbus_line_init(&device->line, &device->world, &line);
+    for (unsigned i = 0; err == MOTION_OK && i < rig->axis_count; i++)
+        if (rig->axis[i].bus == bus)
+            err = modbus_device_servo(device, rig, i);
+    return err;
+}
+
+static int modbus_device_show(struct modbus_device *device,
+                              const struct rig_bus *bus, bool any_port)
+{
+    const uint16_t port = any_port ? 0 : bus->modbus.port;
+
+    if ((bus->kind == RIG_MODBUS_RTU
+             ? modbus_host_pty(&device->host, &device->line)
+             : modbus_host_tcp(&device->host, port)) < 0 ||
+        modbus_host_start(&device->host) < 0)
+        return MOTION_E_IO;
+    return MOTION_OK;
+}
+
+int modbus_device_start(struct modbus_device *device, const struct rig *rig,
+                        unsigned bus, bool any_port,
+                        char message[RIG_MESSAGE_MAX])
+{
+    int err;
+
+    memset(device, 0, sizeof *device);
+    err = modbus_device_build(device, rig, bus);
+    if (err == MOTION_OK)
+        err = modbus_device_show(device, &rig->bus[bus], any_port);
+    if (err < 0) {
+        snprintf(message, RIG_MESSAGE_MAX, "bus %s: cannot show its drives: %s",
+                 rig->bus[bus].name, motion_err_text(err));
+        modbus_device_stop(device);
+    }
+    return err;
+}
+
+void modbus_device_stop(struct modbus_device *device)
+{
+    modbus_host_stop(&device->host);
+}

@@ -1,0 +1,503 @@
+/* firmware/linux/machine/player.c - see player.h. */
+#include "firmware/linux/machine/player.h"
+
+#include <pthread.h>
+#include <sched.h>
+#include <string.h>
+#include <time.h>
+
+#include "firmware/linux/move/compiled.h"
+#include "motion/ease.h"
+#include "motion/err.h"
+#include "motion/fixed.h"
+
+#define PLAYER_MS INT64_C(1000000)
+
+#define PLAYER_REST_NS       (200 * PLAYER_MS) /* after the approach */
+#define PLAYER_SETTLE_NS     (500 * PLAYER_MS)
+#define PLAYER_STOP_NS       (300 * PLAYER_MS)  /* until torque is off */
+#define PLAYER_QUICK_STOP_NS (3000 * PLAYER_MS) /* at most */
+#define PLAYER_OBSERVE_NS    (20 * PLAYER_MS)
+#define PLAYER_PRIORITY      40
+#define PLAYER_SLOW          4 /* the approach's share of the limits: 1/4 */
+
+void player_init(struct player *player, struct machine *machine,
+                 const struct job *job, const struct player_config *config,
+                 const struct player_observer *observer)
+{
+    memset(player, 0, sizeof *player);
+    player->machine = machine;
+    player->job = job;
+    player->config = *config;
+    player->observer = *observer;
+    player->standing_ns = -1;
+    recorder_init(&player->recorder);
+    player->start_ns = hal_clock_now_ns(machine->ports.clock);
+    player->now_ns = player->start_ns;
+}
+
+/* --- looking on --- */
+
+/* Rows come late: the windows that are played may have gone on. */
+static const struct motion_track *
+player_track_of_move(const struct player *player, unsigned i, int64_t t_ns_q12)
+{
+    struct compiled *compiled = player->job->compiled;
+    return compiled != NULL ? compiled_look(compiled, i, t_ns_q12)
+                            : &player->job->track[i];
+}
+
+static const struct motion_track *player_track(const struct player *player,
+                                               const struct telemetry_row *row,
+                                               unsigned axis)
+{
+    if (row->phase == TELEMETRY_APPROACH && player->approaches[axis])
+        return &player->approach[axis];
+    if (row->phase != TELEMETRY_MOVE)
+        return NULL;
+    for (unsigned i = 0; i < player->job->move.axis_count; i++)
+        if (player->job->rig_axis[i] == axis)
+            return player_track_of_move(player, i, row->rate.s_ns_q12);
+    return NULL;
+}
+
+/* Jerk is not needed to move, so the tick does not work it out. */
+static void player_add_jerk(const struct player *player,
+                            struct telemetry_row *row)
+{
+    for (unsigned i = 0; i < player->job->rig.axis_count; i++) {
+        const struct motion_track *track = player_track(player, row, i);
+        struct motion_state state, warped;
+        if (track == NULL || row->rate.s_ns_q12 >= track->end_ns_q12)
+            continue;
+        motion_track_state(track, row->rate.s_ns_q12, &state);
+        motion_clock_warp_chain(&row->rate, &state, &warped);
+        row->axis[i].demand.jerk_q16 = warped.jerk_q16;
+    }
+}
+
+static void player_observe(void *context, struct telemetry_row *row)
+{
+    const struct player *player = context;
+    const struct player_observer *observer = &player->observer;
+    player_add_jerk(player, row);
+    if (observer->telemetry != NULL)
+        telemetry_write(observer->telemetry, row);
+    if (observer->trace != NULL)
+        trace_take(observer->trace, row);
+    if (observer->report != NULL)
+        report_take(observer->report, row);
+    if (observer->progress != NULL)
+        progress_take(observer->progress, row);
+}
+
+static void player_record(struct player *player)
+{
+    const struct controller *controller = &player->machine->controller;
+    struct telemetry_row row = { .t_ns = player->now_ns - player->start_ns,
+                                 .rate = controller->rate,
+                                 .phase = player->phase,
+                                 .state = (int)controller->state };
+    for (unsigned i = 0; i < player->job->rig.axis_count; i++) {
+        const struct controller_axis *axis = &controller->axis[i];
+        row.axis[i] = (struct telemetry_axis){
+            .demand = { axis->target.pos_q32, axis->target.vel_q32,
+                        axis->target.acc_q16, 0 },
+            .actual_q32 = axis->feedback.pos_q32,
+            .actual_vel_q32 = axis->feedback.vel_q32,
+            .following_q32 = axis->following_q32,
+            .statusword = player->machine->drive[i].statusword,
+        };
+    }
+    recorder_put(&player->recorder, &row);
+}
+
+/* --- the walk from phase to phase --- */
+
+static void player_enter(struct player *player, enum telemetry_phase phase)
+{
+    player->phase = phase;
+    player->phase_ns = player->now_ns;
+}
+
+static int64_t player_in_phase_ns(const struct player *player)
+{
+    return player->now_ns - player->phase_ns;
+}
+
+static void player_finish(struct player *player, enum report_end end)
+{
+    player->end = end;
+    player_enter(player, TELEMETRY_STOP);
+}
+
+static void player_enable(struct player *player)
+{
+    struct controller *controller = &player->machine->controller;
+    if (controller->ticks == 1)
+        controller_enable(controller);
+    if (controller->state == CONTROLLER_READY)
+        player_enter(player, TELEMETRY_APPROACH);
+}
+
+/* A track from where the axis stands to its first key. */
+static bool player_approach_axis(struct player *player, unsigned i)
+{
+    const unsigned axis = player->job->rig_axis[i];
+    const struct rig_axis *rig = &player->job->rig.axis[axis];
+    const struct controller_axis *at = &player->machine->controller.axis[axis];
+    const struct motion_ease_limit slow = {
+        .vel_q32 = rig->limit.vel_q32 / PLAYER_SLOW,
+        .acc_q16 = rig->limit.acc_q16 / PLAYER_SLOW,
+        .jerk_q16 = rig->limit.jerk_q16 / PLAYER_SLOW,
+    };
+    struct motion_sample first;
+    struct motion_cursor cursor = { 0 };
+    motion_track_sample(&player->job->track[i], &cursor, 0, &first);
+    motion_track_init(&player->approach[axis], player->approach_room[axis],
+                      PLAYER_APPROACH_SEGMENTS, at->target.pos_q32);
+    if (at->target.pos_q32 == first.pos_q32)
+        return false;
+    player->approaches[axis] =
+        motion_ease_append_limited(&player->approach[axis], first.pos_q32,
+                                   &slow) == MOTION_OK;
+    return player->approaches[axis];
+}
+
+static int player_start_approach(struct player *player)
+{
+    const struct motion_track *track[CONTROLLER_AXES_MAX] = { NULL };
+    bool any = false;
+    for (unsigned i = 0; i < player->job->move.axis_count; i++)
+        any |= player_approach_axis(player, i);
+    for (unsigned a = 0; a < player->job->rig.axis_count; a++)
+        if (player->approaches[a])
+            track[a] = &player->approach[a];
+    player->approaching = true;
+    return any ? controller_start(&player->machine->controller, track, NULL)
+               : MOTION_OK;
+}
+
+static int player_start_move(struct player *player)
+{
+    struct controller *controller = &player->machine->controller;
+    const struct motion_track *track[CONTROLLER_AXES_MAX] = { NULL };
+    for (unsigned i = 0; i < player->job->move.axis_count; i++)
+        track[player->job->rig_axis[i]] = &player->job->track[i];
+    controller_override(controller, player->config.override_q30);
+    int err = controller_start(controller, track, NULL);
+    if (err < 0)
+        return err;
+    player->move_ns = player->now_ns;
+    for (unsigned i = 0; i < player->job->rig.bus_count; i++)
+        player->busy_ns[i] = machine_busy_ns(player->machine, i);
+    player_enter(player, TELEMETRY_MOVE);
+    return MOTION_OK;
+}
+
+static void player_approach(struct player *player)
+{
+    const struct controller *controller = &player->machine->controller;
+    int err = MOTION_OK;
+    if (!player->approaching)
+        err = player_start_approach(player);
+    else if (controller->state == CONTROLLER_MOVING)
+        player->phase_ns = player->now_ns; /* the rest begins after it */
+    else if (controller->state == CONTROLLER_READY &&
+             player_in_phase_ns(player) >= PLAYER_REST_NS)
+        err = player_start_move(player);
+    if (err == MOTION_OK)
+        return;
+    snprintf(player->observer.report->fault_text,
+             sizeof player->observer.report->fault_text, "cannot start: %s",
+             motion_err_text(err));
+    player_finish(player, REPORT_FAULT);
+}
+
+/* The script's hold: once, at its time; resumed after standing for a while. */
+static void player_script(struct player *player)
+{
+    struct controller *controller = &player->machine->controller;
+    if (player->config.hold_at_ns < 0)
+        return;
+    if (!player->held &&
+        player->now_ns - player->move_ns >= player->config.hold_at_ns)
+        player->held = controller_hold(controller) == MOTION_OK;
+    if (controller->state != CONTROLLER_HOLDING ||
+        controller->rate.rate_q30 != 0)
+        return;
+    if (player->standing_ns < 0)
+        player->standing_ns = player->now_ns;
+    if (player->now_ns - player->standing_ns >= player->config.resume_after_ns)
+        controller_resume(controller);
+}
+
+static void player_measure_load(struct player *player)
+{
+    int64_t dur_ns = player->now_ns - player->move_ns;
+    for (unsigned i = 0; i < player->job->rig.bus_count && dur_ns > 0; i++)
+        player->observer.report->load[i] =
+            (double)(machine_busy_ns(player->machine, i) - player->busy_ns[i]) /
+            (double)dur_ns;
+}
+
+static void player_move(struct player *player)
+{
+    player_script(player);
+    if (player->machine->controller.state != CONTROLLER_READY)
+        return;
+    player_measure_load(player);
+    player_enter(player, TELEMETRY_SETTLE);
+}
+
+static void player_settle(struct player *player)
+{
+    if (player_in_phase_ns(player) >= PLAYER_SETTLE_NS)
+        player_finish(player, player->end);
+}
+
+static void player_stop(struct player *player)
+{
+    struct controller *controller = &player->machine->controller;
+    if (player_in_phase_ns(player) == player->job->rig.period_ns)
+        controller_off(controller);
+    player->ended = player_in_phase_ns(player) >= PLAYER_STOP_NS;
+}
+
+static void player_step(struct player *player)
+{
+    static void (*const step[TELEMETRY_PHASES])(struct player *) = {
+        [TELEMETRY_ENABLE] = player_enable,
+        [TELEMETRY_APPROACH] = player_approach,
+        [TELEMETRY_MOVE] = player_move,
+        [TELEMETRY_SETTLE] = player_settle,
+        [TELEMETRY_STOP] = player_stop,
+    };
+    step[player->phase](player);
+}
+
+/* --- what cuts the walk short --- */
+
+/* More than the fault itself says. */
+static const char *player_fault_text(const struct player *player)
+{
+    const struct controller *controller = &player->machine->controller;
+    const struct compiled *compiled = player->job->compiled;
+    const char *error = compiled != NULL ? compiled_error(compiled) : NULL;
+    if (controller->fault.fault == CONTROLLER_FAULT_TRACK)
+        return error != NULL ? error : "";
+    return controller->axis[controller->fault.axis].feedback.fault_text;
+}
+
+static void player_note_fault(struct player *player)
+{
+    const struct controller *controller = &player->machine->controller;
+    struct report *report = player->observer.report;
+    if (controller->fault.fault == CONTROLLER_FAULT_NONE ||
+        report->fault.fault != CONTROLLER_FAULT_NONE)
+        return;
+    report->fault = controller->fault;
+    if (controller->fault.axis >= 0)
+        snprintf(report->fault_text, sizeof report->fault_text, "%s",
+                 player_fault_text(player));
+    else
+        machine_trouble_text(player->machine, report->fault_text);
+}
+
+static void player_watch(struct player *player)
+{
+    player_note_fault(player);
+    if (player->machine->controller.state != CONTROLLER_FAULT ||
+        player->phase == TELEMETRY_STOP)
+        return;
+    if (player->phase == TELEMETRY_MOVE)
+        player_measure_load(player);
+    player_finish(player, REPORT_FAULT);
+}
+
+/* One: slow down along the path, then the walk goes on to its end from READY.
+ * Without motion there is nothing to wait for. */
+static void player_interrupt(struct player *player)
+{
+    struct controller *controller = &player->machine->controller;
+    if (player->end != REPORT_DONE || player->phase == TELEMETRY_STOP)
+        return;
+    player->end = REPORT_STOPPED;
+    if (controller_stop(controller) == MOTION_OK)
+        return;
+    controller_off(controller);
+    player_finish(player, REPORT_STOPPED);
+}
+
+/* An approach that was interrupted must not go on to the move. */
+static void player_interrupted(struct player *player)
+{
+    if (player->end == REPORT_STOPPED && player->phase == TELEMETRY_APPROACH &&
+        player->machine->controller.state == CONTROLLER_READY)
+        player_finish(player, REPORT_STOPPED);
+}
+
+static void player_quick_begin(struct player *player)
+{
+    if (player->phase == TELEMETRY_MOVE)
+        player_measure_load(player);
+    player->quick = true;
+    player->end = REPORT_QUICK_STOPPED;
+    player_enter(player, TELEMETRY_SETTLE);
+}
+
+static void player_quick_stop(struct player *player)
+{
+    if (!player->quick)
+        player_quick_begin(player);
+    machine_tick_quick_stop(player->machine, player->now_ns);
+    player->ended = machine_is_at_rest(player->machine) ||
+                    player_in_phase_ns(player) >= PLAYER_QUICK_STOP_NS;
+}
+
+/* Between ticks: windows of a compiled move go on with it. */
+static void player_advance(struct player *player)
+{
+    struct compiled *compiled = player->job->compiled;
+    if (compiled == NULL || player->phase != TELEMETRY_MOVE)
+        return;
+    compiled_advance(compiled, player->machine->controller.rate.s_ns_q12);
+    if (!player->config.realtime)
+        compiled_fill(compiled);
+}
+
+static void player_normal(struct player *player, int interrupts)
+{
+    player_advance(player);
+    machine_tick(player->machine, player->now_ns);
+    player_watch(player);
+    if (interrupts == 1)
+        player_interrupt(player);
+    player_interrupted(player);
+}
+
+/* --- the loop --- */
+
+/* Nominal time of the next tick.  When real time is past the one after it,
+ * whole periods are left out: never a burst. */
+static void player_next(struct player *player)
+{
+    struct hal_clock *clock = player->machine->ports.clock;
+    const int64_t period_ns = player->job->rig.period_ns;
+    player->now_ns += period_ns;
+    if (player->config.realtime) {
+        int64_t late_ns = hal_clock_now_ns(clock) - player->now_ns;
+        if (late_ns >= period_ns)
+            player->now_ns += late_ns / period_ns * period_ns;
+    }
+    while (hal_clock_wait_until(clock, player->now_ns) < 0)
+        ; /* a signal woke us; it has been counted */
+    int64_t late_ns = hal_clock_now_ns(clock) - player->now_ns;
+    if (late_ns > player->late_ns)
+        player->late_ns = late_ns;
+}
+
+static void player_tick(struct player *player, int interrupts)
+{
+    player_next(player);
+    if (interrupts >= 2)
+        player_quick_stop(player);
+    else
+        player_normal(player, interrupts);
+    player_record(player);
+    if (!player->quick)
+        player_step(player);
+}
+
+static void player_drain(struct player *player)
+{
+    recorder_drain(&player->recorder, player_observe, player);
+    if (player->observer.can_log != NULL)
+        can_log_drain(player->observer.can_log);
+}
+
+/* In virtual time nobody else looks after the rings. */
+static bool player_must_drain(const struct player *player)
+{
+    const struct can_log *can_log = player->observer.can_log;
+    return recorder_waiting(&player->recorder) >= RECORDER_ROWS / 2 ||
+           (can_log != NULL && can_log_waiting(can_log) >= CAN_LOG_FRAMES / 2);
+}
+
+struct player_thread {
+    struct player *player;
+    _Atomic bool end;
+};
+
+static void *player_look_on(void *context)
+{
+    struct player_thread *thread = context;
+    const struct timespec pause = { .tv_nsec = PLAYER_OBSERVE_NS };
+    while (!atomic_load(&thread->end)) {
+        if (thread->player->job->compiled != NULL)
+            compiled_fill(thread->player->job->compiled);
+        player_drain(thread->player);
+        nanosleep(&pause, NULL);
+    }
+    return NULL;
+}
+
+static void player_loop_virtual(struct player *player,
+                                const volatile sig_atomic_t *interrupts)
+{
+    while (!player->ended) {
+        player_tick(player, *interrupts);
+        if (player_must_drain(player))
+            player_drain(player);
+    }
+}
+
+/* Ahead of everything that is not real-time, if we are allowed to; else we run
+ * as we are and lost ticks show in the report. */
+static void player_come_first(void)
+{
+    const struct sched_param first = { .sched_priority = PLAYER_PRIORITY };
+    (void)pthread_setschedparam(pthread_self(), SCHED_FIFO, &first);
+}
+
+static void player_go_back(void)
+{
+    const struct sched_param normal = { .sched_priority = 0 };
+    (void)pthread_setschedparam(pthread_self(), SCHED_OTHER, &normal);
+}
+
+static int player_loop_real(struct player *player,
+                            const volatile sig_atomic_t *interrupts)
+{
+    struct player_thread thread = { .player = player };
+    pthread_t id;
+    atomic_init(&thread.end, false);
+    if (pthread_create(&id, NULL, player_look_on, &thread) != 0)
+        return -1;
+    player_come_first();
+    while (!player->ended)
+        player_tick(player, *interrupts);
+    player_go_back();
+    atomic_store(&thread.end, true);
+    pthread_join(id, NULL);
+    return 0;
+}
+
+int player_run(struct player *player, const volatile sig_atomic_t *interrupts)
+{
+    struct report *report = player->observer.report;
+    int err = 0;
+    player->phase_ns = player->now_ns;
+    if (player->config.realtime)
+        err = player_loop_real(player, interrupts);
+    else
+        player_loop_virtual(player, interrupts);
+    player_drain(player);
+    report->end = player->end;
+    report->ticks = player->machine->controller.ticks;
+    report->ticks_lost = player->machine->controller.ticks_lost;
+    report->rows_dropped = player->recorder.dropped;
+    report->realtime = player->config.realtime;
+    report->late_ns = player->late_ns;
+    return err;
+}

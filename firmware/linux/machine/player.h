@@ -1,0 +1,84 @@
+/* firmware/linux/machine/player.h - runs a planned job on a machine, tick by
+ * tick.
+ *
+ *   ENABLE -> APPROACH -> MOVE -> SETTLE -> STOP -> end
+ *      |          |         |        |       ^
+ *      '----------'---------'--------'-------'   fault, or the operator
+ *
+ *   ENABLE    drives start up and get torque                  (ready)
+ *   APPROACH  every axis that is not at its first key goes there, at a quarter
+ *             of its limits; then a short rest
+ *   MOVE      the tracks
+ *   SETTLE    the axes come to rest; the end errors are measured
+ *   STOP      torque off
+ *
+ * The loop only puts rows into a recorder.  What they mean to people (CSV,
+ * report, trace, progress) is done by `take` in player_observe: by another
+ * thread when the clock is real, between ticks when it is virtual.  So is
+ * reading ahead in a compiled move. */
+#ifndef FIRMWARE_LINUX_MACHINE_PLAYER_H
+#define FIRMWARE_LINUX_MACHINE_PLAYER_H
+
+#include <signal.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/linux/base/progress.h"
+#include "firmware/linux/commands/job.h"
+#include "firmware/linux/commands/report.h"
+#include "firmware/linux/machine/can_log.h"
+#include "firmware/linux/machine/machine.h"
+#include "firmware/linux/machine/recorder.h"
+#include "firmware/linux/machine/telemetry.h"
+#include "firmware/linux/machine/trace.h"
+
+#define PLAYER_APPROACH_SEGMENTS 8
+
+/* What is done with the rows; NULL where nothing is. */
+struct player_observer {
+    struct telemetry *telemetry;
+    struct can_log *can_log;
+    struct trace *trace;
+    struct report *report;
+    struct progress *progress;
+};
+
+struct player_config {
+    bool realtime;
+    int64_t override_q30;    /* 1 % .. 200 % */
+    int64_t hold_at_ns;      /* of the move's time; -1: never */
+    int64_t resume_after_ns; /* standing */
+};
+
+struct player {
+    struct machine *machine;
+    const struct job *job;
+    struct player_config config;
+    struct player_observer observer;
+    struct recorder recorder;
+
+    int64_t start_ns, now_ns; /* nominal */
+    int64_t phase_ns;         /* since when */
+    int64_t move_ns;          /* clock time when the move was started */
+    int64_t standing_ns;      /* since when a hold stands; -1: it does not */
+    enum telemetry_phase phase;
+    enum report_end end;
+    bool ended, approaching, held, quick;
+    int64_t late_ns;
+    int64_t busy_ns[RIG_BUSES_MAX]; /* at the start of the move */
+
+    struct motion_segment approach_room[RIG_AXES_MAX][PLAYER_APPROACH_SEGMENTS];
+    struct motion_track approach[RIG_AXES_MAX];
+    bool approaches[RIG_AXES_MAX];
+};
+
+void player_init(struct player *player, struct machine *machine,
+                 const struct job *job, const struct player_config *config,
+                 const struct player_observer *observer);
+
+/* Until the end.  `interrupts` counts the operator's interrupts: one stops
+ * along the path, two stop at once; read at every tick.  0, or -1 when no thread
+ * could be started.  The report is filled in. */
+int player_run(struct player *player, const volatile sig_atomic_t *interrupts);
+
+#endif

@@ -1,0 +1,33 @@
+/* firmware/linux/machine/recorder.h - from the tick to everyone who looks on.
+ *
+ * A ring of rows with one writer, the loop, and one reader, another thread or
+ * (in virtual time) the loop between ticks.  Neither waits for the other: when
+ * the ring is full the row is dropped and counted. */
+#ifndef FIRMWARE_LINUX_MACHINE_RECORDER_H
+#define FIRMWARE_LINUX_MACHINE_RECORDER_H
+
+#include <stdatomic.h>
+#include <stdint.h>
+
+#include "firmware/linux/machine/telemetry.h"
+
+#define RECORDER_ROWS 2048 /* two seconds at 1 kHz */
+
+struct recorder {
+    _Atomic uint64_t put, taken; /* rows ever */
+    uint64_t dropped;            /* the writer's */
+    struct telemetry_row row[RECORDER_ROWS];
+};
+
+void recorder_init(struct recorder *recorder);
+/* The writer's.  False: full, the row is lost. */
+bool recorder_put(struct recorder *recorder, const struct telemetry_row *row);
+/* Rows that wait. */
+uint64_t recorder_waiting(const struct recorder *recorder);
+/* The reader's: hand all rows that are there to `take`, oldest first; it may
+ * change them. */
+void recorder_drain(struct recorder *recorder,
+                    void (*take)(void *context, struct telemetry_row *row),
+                    void *context);
+
+#endif

@@ -1,0 +1,38 @@
+/* firmware/linux/machine/sim_server.h - the simulated drives of a rig, on real
+ * CAN interfaces, in real time; those on Modbus on pseudo-terminals and TCP
+ * ports.
+ *
+ * Whoever speaks CANopen on the interface meets drives: another slew with
+ * --real, python-canopen, a PLC.  The simulated wire follows the clock; what
+ * comes from an interface is put on the wire of its bus, and what the drives say
+ * goes out.  A frame so takes its bit time twice, and a little for this program
+ * to wake up.  While an interface is down nothing reaches its drives: their own
+ * watchdogs act. */
+#ifndef FIRMWARE_LINUX_MACHINE_SIM_SERVER_H
+#define FIRMWARE_LINUX_MACHINE_SIM_SERVER_H
+
+#include "firmware/linux/machine/machine_sim.h"
+#include "firmware/linux/machine/modbus_device.h"
+#include "hal/can_socketcan.h"
+
+struct sim_server {
+    const struct rig *rig;
+    struct machine_sim sim;
+    struct machine_ports wire; /* our end of each simulated wire */
+    unsigned bus_count;        /* open so far */
+    bool is_modbus[RIG_BUSES_MAX];
+    struct modbus_device device[RIG_BUSES_MAX]; /* of those, real time */
+    struct can_socketcan port[RIG_BUSES_MAX];
+    uint64_t frames_in, frames_out;
+};
+
+/* Opens the interface of every bus.  On an error returns its code and writes a
+ * sentence; nothing is left open then. */
+int sim_server_open(struct sim_server *server, const struct rig *rig,
+                    char message[RIG_MESSAGE_MAX]);
+/* Bring everything up to now, then wait until something comes or is due, a
+ * millisecond at most. */
+void sim_server_step(struct sim_server *server);
+void sim_server_close(struct sim_server *server);
+
+#endif

@@ -1,0 +1,73 @@
+/* firmware/linux/machine/telemetry.h - what happened at every tick, as CSV.
+ *
+ * The same rows give the same bytes.  Rows come from a recorder
+ * (recorder.h), never from the loop itself.
+ *
+ * Columns: t_ns (from the start of the run), phase, state, path_ns (time on
+ * the path of the present move), and per axis NAME of unit U
+ *   NAME.demand_U  NAME.demand_U_s  NAME.demand_U_s2  NAME.demand_U_s3
+ *   NAME.actual_U  NAME.actual_U_s  NAME.following_U  NAME.statusword */
+#ifndef FIRMWARE_LINUX_MACHINE_TELEMETRY_H
+#define FIRMWARE_LINUX_MACHINE_TELEMETRY_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "firmware/linux/rig/rig.h"
+#include "motion/clock_warp.h"
+#include "motion/track.h"
+
+/* X(name, spelling in the file, sentence for the progress line) */
+#define TELEMETRY_PHASE_LIST(X)                                                \
+    X(TELEMETRY_ENABLE, "enable", "enabling drives")                           \
+    X(TELEMETRY_APPROACH, "approach", "going to the start")                    \
+    X(TELEMETRY_MOVE, "move", "moving")                                        \
+    X(TELEMETRY_SETTLE, "settle", "settling")                                  \
+    X(TELEMETRY_STOP, "stop", "stopping")
+
+enum telemetry_phase {
+#define TELEMETRY_PHASE_ENUM(name, spelling, text) name,
+    TELEMETRY_PHASE_LIST(TELEMETRY_PHASE_ENUM)
+#undef TELEMETRY_PHASE_ENUM
+        TELEMETRY_PHASES
+};
+const char *telemetry_phase_spelling(enum telemetry_phase phase);
+const char *telemetry_phase_text(enum telemetry_phase phase);
+
+struct telemetry_axis {
+    struct motion_state demand;
+    int64_t actual_q32, actual_vel_q32;
+    int64_t following_q32;
+    uint16_t statusword;
+};
+
+struct telemetry_row {
+    int64_t t_ns; /* from the start of the run */
+    struct motion_clock_rate rate;
+    enum telemetry_phase phase;
+    int state; /* enum controller_state */
+    struct telemetry_axis axis[RIG_AXES_MAX];
+};
+
+struct telemetry {
+    FILE *file;
+    const struct rig *rig;
+};
+
+/* Writes the heading. */
+void telemetry_init(struct telemetry *telemetry, FILE *file,
+                    const struct rig *rig);
+/* Errors stay in the file's error flag. */
+void telemetry_write(const struct telemetry *telemetry,
+                     const struct telemetry_row *row);
+
+/* Read a file back, row by row, into `take`.  Axes are found by name in the
+ * rig; those the file does not have stay zero, and so do the rate (but for the
+ * path time) and the state.  -1 and a sentence with the line
+ * number when the file is not telemetry of this rig. */
+int telemetry_read(const char *path, const struct rig *rig,
+                   void (*take)(void *context, const struct telemetry_row *row),
+                   void *context, char message[RIG_MESSAGE_MAX]);
+
+#endif

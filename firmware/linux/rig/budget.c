@@ -1,0 +1,316 @@
+/* firmware/linux/rig/budget.c - see budget.h. */
+#include "firmware/linux/rig/budget.h"
+
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <string.h>
+
+#include "firmware/linux/rig/modbus_budget.h"
+#include "motion/fixed.h"
+#include "sim/sim_can.h"
+
+/* Of a move that lasts longer, so many instants are looked at. */
+#define BUDGET_SAMPLES 4000
+
+#define BUDGET_SYNC      0x080u
+#define BUDGET_TPDO1     0x180u
+#define BUDGET_RPDO1     0x200u
+#define BUDGET_HEARTBEAT 0x700u
+
+/* What a drive that follows its set points is told and says (CiA 402-2 8.4):
+ * operation enabled, voltage, remote, follows the command value. */
+#define BUDGET_CONTROLWORD 0x000Fu
+#define BUDGET_STATUSWORD  0x1237u
+#define BUDGET_OPERATIONAL 0x05u /* CiA 301 7.2.8.3.2.2 */
+
+/* Longest base frame with `bytes` of data: 47 fixed bits, intermission
+ * included, and a stuff bit for every four of the 34 + 8 n that are stuffed,
+ * after the first. */
+static unsigned budget_most_bits(unsigned bytes)
+{
+    return 47 + 8 * bytes + (34 + 8 * bytes - 1) / 4;
+}
+
+static unsigned budget_bits(uint32_t id, const uint8_t *data, unsigned bytes)
+{
+    struct hal_can_frame frame = { .id = id, .len = (uint8_t)bytes };
+    memcpy(frame.data, data, bytes);
+    return sim_can_frame_bits(&frame).slow;
+}
+
+static void budget_add(struct budget *budget, const char *what,
+                       const char *axis, int64_t period_ns, unsigned bytes,
+                       double expected_bits)
+{
+    budget->item[budget->count++] = (struct budget_item){
+        .what = what,
+        .axis = axis,
+        .period_ns = period_ns,
+        .most_bits = budget_most_bits(bytes),
+        .expected_bits = expected_bits,
+    };
+}
+
+/* --- the frames of a move --- */
+
+/* Where an axis of the rig is at `t`: on its track, or where it stands. */
+static int64_t budget_pos_q32(const struct job *job, unsigned axis, int64_t t)
+{
+    struct motion_state state;
+    for (unsigned i = 0; i < job->move.axis_count; i++) {
+        if (job->rig_axis[i] != axis)
+            continue;
+        motion_track_state(&job->track[i], t, &state);
+        return state.pos_q32;
+    }
+    return job->rig.axis[axis].sim.start_q32;
+}
+
+static uint32_t budget_counts(const struct rig_axis *axis, int64_t pos_q32)
+{
+    int64_t counts = 0;
+    if (axis->counts_den <= INT64_MAX >> 32)
+        (void)motion_fixed_muldiv(pos_q32, axis->counts_num,
+                                  axis->counts_den << 32, &counts);
+    return (uint32_t)counts;
+}
+
+static unsigned budget_pdo_bits(uint32_t id, unsigned word, uint32_t counts)
+{
+    const uint8_t data[6] = {
+        (uint8_t)word,           (uint8_t)(word >> 8),
+        (uint8_t)counts,         (uint8_t)(counts >> 8),
+        (uint8_t)(counts >> 16), (uint8_t)(counts >> 24),
+    };
+    return budget_bits(id, data, sizeof data);
+}
+
+/* Mean bits of an axis's PDO over the move. */
+static double budget_pdo_expected(const struct job *job, unsigned axis,
+                                  uint32_t id, unsigned word)
+{
+    if (job == NULL)
+        return 0;
+    uint64_t sum = 0;
+    for (int64_t i = 0; i < BUDGET_SAMPLES; i++) {
+        int64_t t = job->end_ns_q12 / BUDGET_SAMPLES * i;
+        int64_t pos_q32 = budget_pos_q32(job, axis, t);
+        sum += budget_pdo_bits(id, word,
+                               budget_counts(&job->rig.axis[axis], pos_q32));
+    }
+    return (double)sum / BUDGET_SAMPLES;
+}
+
+static void budget_add_axis(struct budget *budget, const struct job *job,
+                            unsigned i)
+{
+    const struct rig *rig = budget->rig;
+    const struct rig_axis *axis = &rig->axis[i];
+    const uint8_t operational = BUDGET_OPERATIONAL;
+    const uint32_t node = axis->node_id;
+    budget_add(
+        budget, "set point", axis->name, rig->period_ns, 6,
+        budget_pdo_expected(job, i, BUDGET_RPDO1 + node, BUDGET_CONTROLWORD));
+    budget_add(
+        budget, "feedback", axis->name, rig->period_ns, 6,
+        budget_pdo_expected(job, i, BUDGET_TPDO1 + node, BUDGET_STATUSWORD));
+    budget_add(budget, "heartbeat", axis->name, rig->heartbeat_ns, 1,
+               budget_bits(BUDGET_HEARTBEAT + node, &operational, 1));
+}
+
+/* Of a Modbus axis: set point and polls once per cycle of the line. */
+static void budget_add_modbus(struct budget *budget, unsigned i)
+{
+    const struct rig *rig = budget->rig;
+    unsigned transactions;
+    const int64_t share_ns = modbus_budget_share_ns(rig, i, &transactions);
+    const double bits = (double)share_ns * rig->bus[budget->bus].bit_rate / 1e9;
+
+    budget->item[budget->count++] = (struct budget_item){
+        .what = "cycle",
+        .axis = rig->axis[i].name,
+        .period_ns = modbus_budget_cycle_ns(rig, budget->bus),
+        .most_bits = (unsigned)bits,
+        .expected_bits = bits,
+    };
+}
+
+static void budget_sum_up(struct budget *budget, bool expects)
+{
+    const double bit_ns = 1e9 / budget->rig->bus[budget->bus].bit_rate;
+    for (unsigned i = 0; i < budget->count; i++) {
+        const struct budget_item *item = &budget->item[i];
+        double share_ns = bit_ns / (double)item->period_ns;
+        budget->most += item->most_bits * share_ns;
+        budget->expected += expects ? item->expected_bits * share_ns : 0;
+    }
+}
+
+static void budget_of_modbus(struct budget *budget, bool expects)
+{
+    for (unsigned i = 0; i < budget->rig->axis_count; i++)
+        if (budget->rig->axis[i].bus == budget->bus)
+            budget_add_modbus(budget, i);
+    budget_sum_up(budget, expects);
+}
+
+void budget_of(const struct rig *rig, unsigned bus, const struct job *job,
+               struct budget *budget)
+{
+    const uint8_t operational = BUDGET_OPERATIONAL;
+    const uint32_t own = BUDGET_HEARTBEAT + rig->bus[bus].node_id;
+    *budget = (struct budget){ .rig = rig, .bus = bus };
+    if (rig->bus[bus].kind != RIG_CANOPEN) {
+        budget_of_modbus(budget, job != NULL);
+        return;
+    }
+    budget_add(budget, "SYNC", NULL, rig->period_ns, 0,
+               budget_bits(BUDGET_SYNC, &operational, 0));
+    budget_add(budget, "heartbeat", NULL, rig->watchdog_ns / 3, 1,
+               budget_bits(own, &operational, 1));
+    for (unsigned i = 0; i < rig->axis_count; i++)
+        if (rig->axis[i].bus == bus)
+            budget_add_axis(budget, job, i);
+    budget_sum_up(budget, job != NULL);
+}
+
+bool budget_fits(const struct budget *budget)
+{
+    return budget->most <= 1;
+}
+
+/* --- what would fit --- */
+
+/* Bits per tick of the bus itself and of one more drive, and bits per second
+ * whatever the tick is. */
+struct budget_sums {
+    double per_tick, per_second, drive_per_tick, drive_per_second;
+    unsigned drives;
+};
+
+static void budget_sum(const struct budget *budget, struct budget_sums *sums)
+{
+    memset(sums, 0, sizeof *sums);
+    for (unsigned i = 0; i < budget->count; i++) {
+        const struct budget_item *item = &budget->item[i];
+        if (item->period_ns == budget->rig->period_ns)
+            sums->per_tick += item->most_bits;
+        else
+            sums->per_second += item->most_bits * 1e9 / (double)item->period_ns;
+    }
+    sums->drives = (budget->count - 2) / 3;
+    sums->drive_per_tick = 2.0 * budget_most_bits(6);
+    sums->drive_per_second =
+        budget_most_bits(1) * 1e9 / (double)budget->rig->heartbeat_ns;
+}
+
+static unsigned budget_drives(const struct budget *budget,
+                              const struct budget_sums *sums)
+{
+    const double rate = budget->rig->bus[budget->bus].bit_rate;
+    const double ticks = 1e9 / (double)budget->rig->period_ns;
+    double drive = sums->drive_per_tick * ticks + sums->drive_per_second;
+    double others =
+        sums->per_tick * ticks + sums->per_second - drive * sums->drives;
+    return rate < others ? 0 : (unsigned)((rate - others) / drive);
+}
+
+void budget_advice(const struct budget *budget, char text[BUDGET_ADVICE_MAX])
+{
+    struct budget_sums sums;
+    budget_sum(budget, &sums);
+    const double rate = budget->rig->bus[budget->bus].bit_rate;
+    const double tick_ms =
+        ceil(1e5 * sums.per_tick / (rate - sums.per_second)) / 100;
+    const unsigned drives = budget_drives(budget, &sums);
+    int length = snprintf(text, BUDGET_ADVICE_MAX, "%u drive%s on this bus",
+                          drives, drives == 1 ? "" : "s");
+    if (rate > sums.per_second && tick_ms <= 20)
+        length += snprintf(text + length, BUDGET_ADVICE_MAX - (size_t)length,
+                           ", a tick of %.2f ms", tick_ms);
+    for (unsigned i = 0; i < RIG_BIT_RATES; i++)
+        if (rig_bit_rates[i] > rate &&
+            budget->most * rate <= rig_bit_rates[i]) {
+            snprintf(text + length, BUDGET_ADVICE_MAX - (size_t)length,
+                     ", or %u kbit/s", rig_bit_rates[i] / 1000);
+            return;
+        }
+    snprintf(text + length, BUDGET_ADVICE_MAX - (size_t)length,
+             ", or another bus");
+}
+
+/* --- telling it --- */
+
+static double budget_share(const struct budget *budget,
+                           const struct budget_item *item, double bits)
+{
+    return bits * 1e9 / (double)item->period_ns /
+           budget->rig->bus[budget->bus].bit_rate;
+}
+
+void budget_print(const struct budget *budget, FILE *file)
+{
+    const struct rig_bus *bus = &budget->rig->bus[budget->bus];
+    fprintf(file, "%s, %u bit/s:\n", bus->name, bus->bit_rate);
+    for (unsigned i = 0; i < budget->count; i++) {
+        const struct budget_item *item = &budget->item[i];
+        fprintf(file, "  %-9s %-16s %3u bits every %7.3f ms  %6.2f %%",
+                item->what, item->axis == NULL ? "slew" : item->axis,
+                item->most_bits, (double)item->period_ns / 1e6,
+                100 * budget_share(budget, item, item->most_bits));
+        if (budget->expected > 0)
+            fprintf(file, ", %6.2f bits expected", item->expected_bits);
+        fputc('\n', file);
+    }
+    fprintf(file, "  together at most %.2f %%", 100 * budget->most);
+    if (budget->expected > 0)
+        fprintf(file, ", %.2f %% expected", 100 * budget->expected);
+    fputc('\n', file);
+    if (bus->kind != RIG_CANOPEN)
+        modbus_budget_print(budget->rig, budget->bus, file);
+}
+
+struct cJSON *budget_json(const struct budget *budget)
+{
+    cJSON *object = cJSON_CreateObject();
+    cJSON_AddStringToObject(object, "name", budget->rig->bus[budget->bus].name);
+    cJSON_AddBoolToObject(object, "fits", budget_fits(budget));
+    cJSON_AddNumberToObject(object, "load_at_most", budget->most);
+    if (budget->expected > 0)
+        cJSON_AddNumberToObject(object, "load_expected", budget->expected);
+    cJSON *items = cJSON_AddArrayToObject(object, "items");
+    for (unsigned i = 0; i < budget->count; i++) {
+        const struct budget_item *item = &budget->item[i];
+        cJSON *row = cJSON_CreateObject();
+        cJSON_AddStringToObject(row, "what", item->what);
+        if (item->axis != NULL)
+            cJSON_AddStringToObject(row, "axis", item->axis);
+        cJSON_AddNumberToObject(row, "bits_at_most", item->most_bits);
+        if (budget->expected > 0)
+            cJSON_AddNumberToObject(row, "bits_expected", item->expected_bits);
+        cJSON_AddNumberToObject(row, "period_s", (double)item->period_ns / 1e9);
+        cJSON_AddItemToArray(items, row);
+    }
+    return object;
+}
+
+bool budget_check(const struct job *job)
+{
+    bool fits = modbus_budget_check(&job->rig, job->rig_path);
+    for (unsigned i = 0; i < job->rig.bus_count; i++) {
+        struct budget budget;
+        char advice[BUDGET_ADVICE_MAX];
+        budget_of(&job->rig, i, NULL, &budget);
+        if (budget_fits(&budget))
+            continue;
+        fits = false;
+        budget_advice(&budget, advice);
+        fprintf(stderr,
+                "%s:%u:%u: bus %s would need %.1f %% of its time, expected at "
+                "most 100 %%: %s would fit\n",
+                job->rig_path, job->rig.bus[i].place.line,
+                job->rig.bus[i].place.column, job->rig.bus[i].name,
+                100 * budget.most, advice);
+    }
+    return fits;
+}

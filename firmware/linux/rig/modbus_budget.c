@@ -1,0 +1,133 @@
+/* firmware/linux/rig/modbus_budget.c - see modbus_budget.h. */
+#include "firmware/linux/rig/modbus_budget.h"
+
+struct modbus_rtu_line modbus_budget_line(const struct rig *rig, unsigned bus)
+{
+    struct modbus_rtu_line line = rig->bus[bus].modbus.line;
+    struct modbus_rtu_time time = { 0 };
+
+    if (line.gap_ns == 0 && modbus_rtu_time_init(&time, &line) == MOTION_OK)
+        line.gap_ns = time.gap_ns;
+    if (rig->bus[bus].kind == RIG_MODBUS_TCP)
+        return line;
+    for (unsigned i = 0; i < rig->axis_count; i++) {
+        const struct rig_axis *axis = &rig->axis[i];
+        const int64_t gap_ns = rig->map[axis->map].line.gap_ns;
+
+        if (axis->bus == bus && gap_ns > line.gap_ns)
+            line.gap_ns = gap_ns;
+    }
+    return line;
+}
+
+int64_t modbus_budget_share_ns(const struct rig *rig, unsigned axis,
+                               unsigned *transactions)
+{
+    const struct modbus_rtu_line line =
+        modbus_budget_line(rig, rig->axis[axis].bus);
+    struct modbus_rtu_time time = { 0 };
+
+    *transactions = 0;
+    if (modbus_rtu_time_init(&time, &line) < 0)
+        return 0;
+    return modbus_map_cycle_ns(&rig->map[rig->axis[axis].map], &time,
+                               transactions);
+}
+
+static int64_t budget_sum_ns(const struct rig *rig, unsigned bus, unsigned *n)
+{
+    int64_t sum_ns = 0;
+
+    *n = 0;
+    for (unsigned i = 0; i < rig->axis_count; i++) {
+        unsigned own = 0;
+
+        if (rig->axis[i].bus != bus)
+            continue;
+        sum_ns += modbus_budget_share_ns(rig, i, &own);
+        *n += own;
+    }
+    return sum_ns;
+}
+
+int64_t modbus_budget_cycle_ns(const struct rig *rig, unsigned bus)
+{
+    unsigned n;
+
+    return budget_sum_ns(rig, bus, &n);
+}
+
+/* The one under way, then its own. */
+int64_t modbus_budget_latency_ns(const struct rig *rig, unsigned bus)
+{
+    unsigned n;
+    const int64_t sum_ns = budget_sum_ns(rig, bus, &n);
+
+    return n == 0 ? 0 : 3 * sum_ns / (2 * (int64_t)n);
+}
+
+int64_t modbus_budget_timeout_ns(const struct rig *rig, unsigned bus)
+{
+    int64_t longest_ns = rig->bus[bus].modbus.timeout_ns;
+
+    for (unsigned i = 0; i < rig->axis_count && longest_ns == 0; i++) {
+        const struct rig_axis *axis = &rig->axis[i];
+
+        if (axis->bus == bus && rig->map[axis->map].timeout_ns > longest_ns)
+            longest_ns = rig->map[axis->map].timeout_ns;
+    }
+    return longest_ns;
+}
+
+/* A failure costs its time-out and a silence of twice that. */
+int64_t modbus_budget_age_ns(const struct rig *rig, unsigned bus)
+{
+    return 3 * modbus_budget_cycle_ns(rig, bus) +
+           INT64_C(6) * modbus_budget_timeout_ns(rig, bus);
+}
+
+void modbus_budget_print(const struct rig *rig, unsigned bus, FILE *file)
+{
+    const double cycle_ms = (double)modbus_budget_cycle_ns(rig, bus) / 1e6;
+
+    for (unsigned i = 0; i < rig->axis_count; i++)
+        if (rig->axis[i].bus == bus)
+            fprintf(file, "  %s: a set point every %.1f ms (%.1f per s)\n",
+                    rig->axis[i].name, cycle_ms, 1e3 / cycle_ms);
+}
+
+/* Between two set points the drive is on its own: what it runs at full speed in
+ * half a cycle must be an allowed following error. */
+static bool budget_axis_ok(const struct rig *rig, const struct rig_axis *axis,
+                           const char *path)
+{
+    const double cycle_s = (double)modbus_budget_cycle_ns(rig, axis->bus) / 1e9;
+    const double vel = (double)axis->limit.vel_q32 / 4294967296.0;
+    const double floor = (double)axis->following_floor_q32 / 4294967296.0;
+    const double by_speed = vel * (double)axis->following_k_ns / 1e9;
+    const double allowed = floor > by_speed ? floor : by_speed;
+
+    if (vel * cycle_s / 2 <= allowed)
+        return true;
+    fprintf(stderr,
+            "%s:%u:%u: axis %s gets a set point every %.1f ms on bus %s and "
+            "runs %.3g %s in half of that, expected at most its following "
+            "error of %.3g: a following_error time of %.0f ms, a velocity of "
+            "%.3g, or a faster line would fit\n",
+            path, axis->place.line, axis->place.column, axis->name,
+            1e3 * cycle_s, rig->bus[axis->bus].name, vel * cycle_s / 2,
+            rig_unit_text(axis->unit), allowed, 500 * cycle_s + 1,
+            2 * allowed / cycle_s);
+    return false;
+}
+
+bool modbus_budget_check(const struct rig *rig, const char *path)
+{
+    bool fits = true;
+
+    for (unsigned i = 0; i < rig->axis_count; i++)
+        if (rig->axis[i].kind == RIG_MODBUS &&
+            !budget_axis_ok(rig, &rig->axis[i], path))
+            fits = false;
+    return fits;
+}

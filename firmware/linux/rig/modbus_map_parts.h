@@ -1,0 +1,36 @@
+/* firmware/linux/rig/modbus_map_parts.h - private to modbus_map_*.c: what the
+ * readers of a register map share. */
+#ifndef FIRMWARE_LINUX_RIG_MODBUS_MAP_PARTS_H
+#define FIRMWARE_LINUX_RIG_MODBUS_MAP_PARTS_H
+
+#include <errno.h>
+#include <stdlib.h>
+
+#include "firmware/linux/yaml/yaml_fields.h"
+#include "firmware/linux/yaml/yaml_units.h"
+#include "hal/modbus_map.h"
+
+#define MAP_LEN(a) (sizeof(a) / sizeof(a)[0])
+#define MAP_MS     INT64_C(1000000)
+
+struct map_reader {
+    struct modbus_map *map;
+    enum modbus_map_order order;  /* where none is given */
+    struct modbus_map_item *item; /* being read */
+    struct modbus_map_group *group;
+    unsigned step_kinds;
+};
+
+/* A whole number, decimal or 0x.... */
+int map_read_number(const struct yaml_value *value, int64_t min, int64_t max,
+                    int64_t *out);
+/* 0 .. max_ns. */
+int map_read_time(const struct yaml_value *value, int64_t max_ns, int64_t *out);
+int map_read_item(const struct map_reader *reader,
+                  const struct yaml_value *value, uint8_t *out);
+int map_read_type(void *reader, const struct yaml_value *value, void *out);
+int map_read_order(void *reader, const struct yaml_value *value, void *out);
+int map_read_address(void *reader, const struct yaml_value *value, void *out);
+int map_read_group(void *reader, const struct yaml_value *value, void *out);
+
+#endif

@@ -1,0 +1,138 @@
+/* firmware/linux/rig/rig.h - a rig: buses, axes, drives, as read from rig.yaml.
+ *
+ * Plain structs; rig_load.c fills them from the file (docs/FILES.md describes
+ * it, docs/schema/rig.schema.json checks it in an editor).  Positions are in
+ * the axis's own unit. */
+#ifndef FIRMWARE_LINUX_RIG_RIG_H
+#define FIRMWARE_LINUX_RIG_RIG_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "hal/gpio.h"
+#include "hal/modbus_libmodbus.h"
+#include "hal/modbus_map.h"
+#include "motion/plan/move.h"
+
+#define RIG_BUSES_MAX 8
+#define RIG_AXES_MAX  16
+#define RIG_MAPS_MAX  4 /* register maps */
+#define RIG_LINES_MAX 32
+
+enum rig_unit { RIG_UNIT_MM, RIG_UNIT_DEG, RIG_UNIT_REV, RIG_UNIT_COUNT };
+const char *rig_unit_text(enum rig_unit unit); /* "mm" ... */
+
+/* CiA 301, table 1; bit/s, rising. */
+#define RIG_BIT_RATES 8
+extern const uint32_t rig_bit_rates[RIG_BIT_RATES];
+
+enum rig_bus_kind { RIG_CANOPEN, RIG_MODBUS_RTU, RIG_MODBUS_TCP };
+enum rig_drive_kind { RIG_CIA402, RIG_MODBUS };
+#define RIG_INTERFACE_MAX 16 /* of Linux, with its 0 */
+
+struct rig_bus {
+    enum rig_bus_kind kind;
+    char name[PLAN_NAME_MAX];
+    char interface[RIG_INTERFACE_MAX]; /* "can0"; "": it has none */
+    uint32_t bit_rate;                 /* bit/s, one of CiA 301's */
+    uint8_t node_id;                   /* our own, 1..127; no drive has it */
+    struct modbus_libmodbus_config modbus; /* Modbus: the line */
+    struct plan_place place;
+};
+
+/* How the axis's servo behaves on the simulated bus.  What the file leaves out
+ * is filled in, so nothing here is "0: default". */
+struct rig_sim {
+    uint32_t omega_mrad_s;  /* bandwidth of the position loop; 25 Hz */
+    uint16_t zeta_permille; /* damping; 900 */
+    int64_t start_q32;      /* 0, or the nearest position the axis can have */
+    int64_t vel_max_q32;    /* of the motor; 1.5 x the axis's limit */
+    int64_t acc_max_q16;    /* of the motor; 2 x the stop acceleration */
+};
+
+struct rig_axis {
+    char name[PLAN_NAME_MAX];
+    enum rig_unit unit;
+    struct plan_limit limit;
+    /* for stopping after a fault: at least the limits; jerk 0: not limited */
+    int64_t stop_acc_q16, stop_jerk_q16;
+    int64_t following_floor_q32; /* fault above max(floor, k |v|) */
+    int64_t following_k_ns;
+    uint32_t bus; /* index */
+    uint8_t node_id;
+    /* counts per unit, num != 0 (negative: reversed), den > 0; both position
+     * limits are within +-(2^31 - 1) counts */
+    int64_t counts_num, counts_den;
+    enum rig_drive_kind kind;
+    uint32_t map;      /* Modbus: index */
+    bool unsupervised; /* nothing stops it when the line is dead, and the user
+                          says that he knows */
+    struct rig_sim sim;
+    struct plan_place place;
+};
+
+enum rig_line_kind {
+    RIG_LINE_ESTOP,
+    RIG_LINE_LIMIT_NEGATIVE,
+    RIG_LINE_LIMIT_POSITIVE,
+    RIG_LINE_LAMP, /* lit while an axis may have torque */
+};
+
+#define RIG_LINE_NAME_MAX 64
+
+/* A digital line. */
+struct rig_line {
+    char name[PLAN_NAME_MAX];
+    enum rig_line_kind kind;
+    int axis;                     /* index, of a limit switch; -1 */
+    char chip[RIG_LINE_NAME_MAX]; /* empty: whichever has such a line */
+    char line[RIG_LINE_NAME_MAX]; /* name, or number on the chip */
+    bool active_low;
+    enum hal_gpio_bias bias;
+    int64_t release_ns; /* an input lets go after being quiet for so long */
+    struct plan_place place;
+};
+
+bool rig_line_is_output(const struct rig_line *line);
+
+struct rig {
+    char title[128];
+    int64_t period_ns;    /* tick: whole us, 125 us .. 20 ms; 1 ms */
+    int64_t heartbeat_ns; /* of the drives: whole ms, 10 ms .. 10 s; 100 ms */
+    int64_t watchdog_ns;  /* a drive stops when it has not heard us for this:
+                             whole ms, 2 ticks .. 100 ms; 100 ms */
+    struct rig_bus bus[RIG_BUSES_MAX];
+    uint32_t bus_count;
+    struct rig_axis axis[RIG_AXES_MAX];
+    uint32_t axis_count;
+    struct modbus_map map[RIG_MAPS_MAX];
+    char map_path[RIG_MAPS_MAX][256];
+    uint32_t map_count;
+    struct rig_line line[RIG_LINES_MAX];
+    uint32_t line_count;
+};
+
+/* Longest "file:line:column: what is wrong, what was expected" with its 0. */
+#define RIG_MESSAGE_MAX 512
+
+/* Read a file.  On an error returns -1 and writes one sentence, without a line
+ * end, into message; *rig is then not to be used. */
+int rig_load(const char *path, struct rig *rig, char message[RIG_MESSAGE_MAX]);
+
+/* Read a move for a rig: axes are looked up in it and values converted to
+ * their units.  axis[i] of the move is any axis of the rig, in the file's
+ * order; keys are on the heap: move_free. */
+int move_load(const char *path, const struct rig *rig, struct plan_move *move,
+              char message[RIG_MESSAGE_MAX]);
+void move_free(struct plan_move *move);
+
+/* Other interfaces than the file's, from a command line: "can1" for a rig with
+ * one bus, or "BUS=INTERFACE,...".  On an error returns -1 and writes one
+ * sentence. */
+int rig_set_interfaces(struct rig *rig, const char *text,
+                       char message[RIG_MESSAGE_MAX]);
+
+/* Index of an axis by name, or -1. */
+int rig_axis_index(const struct rig *rig, const char *name);
+
+#endif

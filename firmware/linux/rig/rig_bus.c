@@ -1,0 +1,157 @@
+/* firmware/linux/rig/rig_bus.c - the buses of a rig. */
+#include "firmware/linux/rig/rig_parts.h"
+
+#include <stdio.h>
+#include <string.h>
+
+const char *const rig_bus_kinds[RIG_BUS_KINDS] = {
+    [RIG_CANOPEN] = "canopen",
+    [RIG_MODBUS_RTU] = "modbus-rtu",
+    [RIG_MODBUS_TCP] = "modbus-tcp",
+};
+
+int rig_read_bus_kind(void *reader, const struct yaml_value *value, void *out)
+{
+    unsigned index;
+    (void)reader;
+    if (yaml_value_choice(value, rig_bus_kinds, RIG_BUS_KINDS, &index) < 0)
+        return -1;
+    *(enum rig_bus_kind *)out = (enum rig_bus_kind)index;
+    return 0;
+}
+
+const uint32_t rig_bit_rates[RIG_BIT_RATES] = {
+    10000, 20000, 50000, 125000, 250000, 500000, 800000, 1000000,
+};
+
+static int rig_read_bit_rate(void *reader, const struct yaml_value *value,
+                             void *out)
+{
+    char quote[YAML_QUOTE_MAX];
+    int64_t bit_rate;
+
+    if (rig_read_quantity(reader, value, UNITS_BIT_RATE, &bit_rate) < 0)
+        return -1;
+    for (size_t i = 0; i < RIG_BIT_RATES; i++) {
+        if (bit_rate != rig_bit_rates[i])
+            continue;
+        *(uint32_t *)out = rig_bit_rates[i];
+        return 0;
+    }
+    return yaml_value_refuse(value, "%s is not one of CANopen's",
+                             yaml_value_quote(quote, value));
+}
+
+/* As Linux names them: no slash, no space, shorter than 16. */
+static bool rig_is_interface(const char *name, size_t length)
+{
+    if (length == 0 || length >= RIG_INTERFACE_MAX)
+        return false;
+    for (size_t i = 0; i < length; i++)
+        if (name[i] <= ' ' || name[i] > '~' || strchr("/:,=", name[i]) != NULL)
+            return false;
+    return true;
+}
+
+static int rig_read_interface(void *reader, const struct yaml_value *value,
+                              void *out)
+{
+    const char *name = yaml_value_text(value);
+    char quote[YAML_QUOTE_MAX];
+    (void)reader;
+    if (name == NULL)
+        return -1;
+    if (!rig_is_interface(name, strlen(name)))
+        return yaml_value_refuse(value, "%s cannot be one",
+                                 yaml_value_quote(quote, value));
+    memcpy(out, name, strlen(name) + 1);
+    return 0;
+}
+
+static const struct yaml_field rig_bus_fields[] = {
+    { "kind", YAML_REQUIRED, "canopen, modbus-rtu or modbus-tcp",
+      rig_read_bus_kind, offsetof(struct rig_bus, kind) },
+    { "bit_rate", YAML_REQUIRED,
+      "10, 20, 50, 125, 250, 500, 800 or 1000 kbit/s", rig_read_bit_rate,
+      offsetof(struct rig_bus, bit_rate) },
+    { "interface", YAML_OPTIONAL,
+      "the name of a CAN interface of this machine, such as can0",
+      rig_read_interface, offsetof(struct rig_bus, interface) },
+    { "node", YAML_OPTIONAL, "our own node number, 1 .. 127", rig_read_node_id,
+      offsetof(struct rig_bus, node_id) },
+};
+const struct yaml_shape rig_bus_shape = { "bus", rig_bus_fields,
+                                          ARRAY_LEN(rig_bus_fields) };
+
+static int rig_read_bus(void *reader, uint32_t key,
+                        const struct yaml_value *entry)
+{
+    struct rig_reader *self = reader;
+    struct rig_bus *bus = &self->rig->bus[self->rig->bus_count++];
+    struct yaml_value value = *entry;
+
+    *bus = (struct rig_bus){ .node_id = 127,
+                             .place = yaml_tree_place(entry->tree, key) };
+    memcpy(bus->name, entry->name, strlen(entry->name) + 1);
+    value.expected = "a map with kind and bit_rate";
+    if (rig_is_modbus(&value))
+        return rig_read_modbus_bus(self, &value, bus);
+    return yaml_fields_read(&value, &rig_bus_shape, reader, bus);
+}
+
+int rig_read_buses(void *reader, const struct yaml_value *value, void *out)
+{
+    (void)out;
+    return yaml_fields_each(value, RIG_BUSES_MAX, reader, rig_read_bus);
+}
+
+/* ---- from the command line ---- */
+
+static struct rig_bus *rig_find_bus(struct rig *rig, const char *name,
+                                    size_t length)
+{
+    for (uint32_t i = 0; i < rig->bus_count; i++)
+        if (strlen(rig->bus[i].name) == length &&
+            memcmp(rig->bus[i].name, name, length) == 0)
+            return &rig->bus[i];
+    return NULL;
+}
+
+/* One "BUS=INTERFACE", or "INTERFACE", of `length` bytes. */
+static int rig_set_interface(struct rig *rig, const char *text, size_t length,
+                             char message[RIG_MESSAGE_MAX])
+{
+    const char *equals = memchr(text, '=', length);
+    const char *name = equals == NULL ? text : equals + 1;
+    const size_t name_length = length - (size_t)(name - text);
+    struct rig_bus *bus = rig->bus_count == 1 ? &rig->bus[0] : NULL;
+
+    if (equals != NULL)
+        bus = rig_find_bus(rig, text, (size_t)(equals - text));
+    if (bus == NULL || bus->kind != RIG_CANOPEN ||
+        !rig_is_interface(name, name_length)) {
+        snprintf(message, RIG_MESSAGE_MAX,
+                 "'%.*s' is no interface for a bus of the rig, expected %s",
+                 (int)length, text,
+                 rig->bus_count == 1 ? "a name such as can0"
+                                     : "BUS=INTERFACE, such as can0=vcan0");
+        return -1;
+    }
+    memset(bus->interface, 0, sizeof bus->interface);
+    memcpy(bus->interface, name, name_length);
+    return 0;
+}
+
+int rig_set_interfaces(struct rig *rig, const char *text,
+                       char message[RIG_MESSAGE_MAX])
+{
+    for (;;) {
+        const size_t length = strcspn(text, ",");
+
+        if (rig_set_interface(rig, text, length, message) < 0)
+            return -1;
+        if (text[length] == '\0')
+            return 0;
+        text += length + 1;
+    }
+}

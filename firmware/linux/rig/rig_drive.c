@@ -1,0 +1,141 @@
+/* firmware/linux/rig/rig_drive.c - an axis's drive. */
+#include "firmware/linux/rig/rig_parts.h"
+
+#include "firmware/linux/yaml/yaml_units.h"
+#include "motion/err.h"
+#include "motion/fixed.h"
+
+const char *const rig_drive_kinds[RIG_DRIVE_KINDS] = {
+    [RIG_CIA402] = "cia402",
+    [RIG_MODBUS] = "modbus",
+};
+
+int rig_read_drive_kind(void *reader, const struct yaml_value *value, void *out)
+{
+    unsigned index;
+    (void)reader;
+    if (yaml_value_choice(value, rig_drive_kinds, RIG_DRIVE_KINDS, &index) < 0)
+        return -1;
+    *(enum rig_drive_kind *)out = (enum rig_drive_kind)index;
+    return 0;
+}
+
+int rig_read_drive_bus(void *reader, const struct yaml_value *value, void *out)
+{
+    const struct rig *rig = ((struct rig_reader *)reader)->rig;
+    const char *names[RIG_BUSES_MAX];
+    unsigned index;
+
+    for (uint32_t i = 0; i < rig->bus_count; i++)
+        names[i] = rig->bus[i].name;
+    if (yaml_value_choice(value, names, rig->bus_count, &index) < 0)
+        return -1;
+    *(uint32_t *)out = index;
+    if ((rig->bus[index].kind == RIG_CANOPEN) !=
+        (((struct rig_reader *)reader)->axis->kind == RIG_CIA402))
+        return yaml_value_refuse(value,
+                                 "%s is a %s bus, not one for this kind "
+                                 "of drive",
+                                 names[index],
+                                 rig_bus_kinds[rig->bus[index].kind]);
+    return 0;
+}
+
+static int rig_read_drive_node(void *reader, const struct yaml_value *value,
+                               void *out)
+{
+    const struct rig_reader *self = reader;
+    const struct rig_axis *axis = self->axis;
+    const struct rig_bus *bus = &self->rig->bus[axis->bus];
+
+    if (rig_read_node_id(reader, value, out) < 0)
+        return -1;
+    if (axis->node_id == bus->node_id)
+        return yaml_value_refuse(value, "%u is our own on bus %s",
+                                 axis->node_id, bus->name);
+    for (const struct rig_axis *other = self->rig->axis; other < axis; other++)
+        if (other->bus == axis->bus && other->node_id == axis->node_id)
+            return yaml_value_refuse(value, "%u on bus %s is axis %s already",
+                                     axis->node_id, bus->name, other->name);
+    return 0;
+}
+
+static int rig_read_counts_num(void *reader, const struct yaml_value *value,
+                               void *out)
+{
+    char quote[YAML_QUOTE_MAX];
+    (void)reader;
+    if (yaml_value_integer(value, -INT64_MAX, INT64_MAX, out) < 0)
+        return -1;
+    if (*(int64_t *)out == 0)
+        return yaml_value_refuse(value, "%s is zero",
+                                 yaml_value_quote(quote, value));
+    return 0;
+}
+
+static int rig_read_counts_den(void *reader, const struct yaml_value *value,
+                               void *out)
+{
+    (void)reader;
+    return yaml_value_integer(value, 1, INT64_MAX, out);
+}
+
+static const struct yaml_field rig_counts_fields[] = {
+    { "num", YAML_REQUIRED,
+      "a whole number of counts, negative for a reversed "
+      "axis",
+      rig_read_counts_num, offsetof(struct rig_axis, counts_num) },
+    { "den", YAML_OPTIONAL, "the whole number of units they are for",
+      rig_read_counts_den, offsetof(struct rig_axis, counts_den) },
+};
+const struct yaml_shape rig_counts_shape = { "counts", rig_counts_fields,
+                                             ARRAY_LEN(rig_counts_fields) };
+
+/* Set points go to the drive as 32-bit counts: both ends of the axis must fit,
+ * which is when they fit in Q32.32 after the conversion. */
+static bool rig_counts_fit(const struct rig_axis *axis)
+{
+    int64_t counts_q32;
+    return motion_fixed_muldiv(axis->limit.pos_min_q32, axis->counts_num,
+                               axis->counts_den, &counts_q32) == MOTION_OK &&
+           motion_fixed_muldiv(axis->limit.pos_max_q32, axis->counts_num,
+                               axis->counts_den, &counts_q32) == MOTION_OK;
+}
+
+int rig_read_counts(void *reader, const struct yaml_value *value, void *out)
+{
+    struct rig_axis *axis = out;
+    const bool is_map = yaml_value_node(value)->kind == YAML_TREE_MAP;
+
+    axis->counts_den = 1;
+    if ((is_map ? yaml_fields_read(value, &rig_counts_shape, reader, axis)
+                : yaml_units_read_counts(value, axis->unit, &axis->counts_num,
+                                         &axis->counts_den)) < 0)
+        return -1;
+    if (!rig_counts_fit(axis))
+        return yaml_value_refuse(value, "gives more than 2147483647 counts at "
+                                        "the end of the axis");
+    return 0;
+}
+
+static const struct yaml_field rig_drive_fields[] = {
+    { "kind", YAML_REQUIRED, "cia402 or modbus", rig_read_drive_kind,
+      offsetof(struct rig_axis, kind) },
+    { "bus", YAML_REQUIRED, "the name of a bus", rig_read_drive_bus,
+      offsetof(struct rig_axis, bus) },
+    { "node", YAML_REQUIRED, "a node number, 1 .. 127, of its own on the bus",
+      rig_read_drive_node, offsetof(struct rig_axis, node_id) },
+    { "counts", YAML_REQUIRED,
+      "counts per unit of the axis, such as '4096 per mm' or "
+      "{num: 1048576, den: 360}",
+      rig_read_counts, 0 },
+};
+const struct yaml_shape rig_drive_shape = { "drive", rig_drive_fields,
+                                            ARRAY_LEN(rig_drive_fields) };
+
+int rig_read_drive(void *reader, const struct yaml_value *value, void *out)
+{
+    if (rig_is_modbus(value))
+        return rig_read_modbus_drive(reader, value, out);
+    return yaml_fields_read(value, &rig_drive_shape, reader, out);
+}

@@ -1,0 +1,99 @@
+/* firmware/linux/rig/rig_load.c - rig.yaml to struct rig.  See rig.h.
+ *
+ * Every section has a file of its own (rig_parts.h); this one has the top of
+ * the file and what must agree with docs/schema. */
+#include "firmware/linux/rig/rig_parts.h"
+
+#include "firmware/linux/yaml/yaml_shapes.h"
+
+static int rig_read_title(void *reader, const struct yaml_value *value,
+                          void *out)
+{
+    (void)reader;
+    return yaml_value_copy(value, out, sizeof(((struct rig *)0)->title));
+}
+
+static int rig_read_tick(void *reader, const struct yaml_value *value,
+                         void *out)
+{
+    return rig_read_time(reader, value, 125 * RIG_US, 20 * RIG_MS, RIG_US, out);
+}
+
+static int rig_read_heartbeat(void *reader, const struct yaml_value *value,
+                              void *out)
+{
+    return rig_read_time(reader, value, 10 * RIG_MS, 10000 * RIG_MS, RIG_MS,
+                         out);
+}
+
+static int rig_read_watchdog(void *reader, const struct yaml_value *value,
+                             void *out)
+{
+    const struct rig *rig = ((struct rig_reader *)reader)->rig;
+    return rig_read_time(reader, value, 2 * rig->period_ns, 100 * RIG_MS,
+                         RIG_MS, out);
+}
+
+static const struct yaml_field rig_fields[] = {
+    { "title", YAML_OPTIONAL, "a text of at most 127 bytes", rig_read_title,
+      offsetof(struct rig, title) },
+    { "tick", YAML_OPTIONAL, "125 us .. 20 ms in whole us", rig_read_tick,
+      offsetof(struct rig, period_ns) },
+    { "heartbeat", YAML_OPTIONAL, "10 ms .. 10 s in whole ms",
+      rig_read_heartbeat, offsetof(struct rig, heartbeat_ns) },
+    { "watchdog", YAML_OPTIONAL, "2 ticks .. 100 ms in whole ms",
+      rig_read_watchdog, offsetof(struct rig, watchdog_ns) },
+    { "buses", YAML_REQUIRED, "a map of 1 .. 8 buses by name", rig_read_buses,
+      0 },
+    { "axes", YAML_REQUIRED, "a map of 1 .. 16 axes by name", rig_read_axes,
+      0 },
+    { "gpio", YAML_OPTIONAL, "a map of 1 .. 32 lines by name", rig_read_gpio,
+      0 },
+};
+static const struct yaml_shape rig_shape = { "rig", rig_fields,
+                                             ARRAY_LEN(rig_fields) };
+
+const struct yaml_words rig_words[] = {
+    { "axis.unit", rig_unit_words, RIG_UNIT_WORDS },
+    { "bus.kind", rig_bus_kinds, RIG_BUS_KINDS },
+    { "drive.kind", rig_drive_kinds, RIG_DRIVE_KINDS },
+    { "line.kind", rig_line_kinds, RIG_LINE_KINDS },
+    { "line.active", rig_line_levels, RIG_LINE_LEVELS },
+    { "line.bias", rig_line_biases, RIG_LINE_BIASES },
+    { NULL, NULL, 0 },
+};
+
+const struct yaml_shape *const rig_shapes[] = {
+    &rig_shape,
+    &rig_bus_shape,
+    &rig_axis_shape,
+    &rig_limit_shape,
+    &rig_stop_shape,
+    &rig_following_shape,
+    &rig_drive_shape,
+    &rig_counts_shape,
+    &rig_sim_shape,
+    &rig_modbus_bus_shape,
+    &rig_modbus_drive_shape,
+    &rig_line_shape,
+    NULL,
+};
+
+int rig_load(const char *path, struct rig *rig, char message[RIG_MESSAGE_MAX])
+{
+    const struct yaml_report report = { path, message, RIG_MESSAGE_MAX };
+    struct rig_reader reader = { .rig = rig };
+    struct yaml_tree tree;
+    int err;
+
+    *rig = (struct rig){ .period_ns = RIG_MS,
+                         .heartbeat_ns = 100 * RIG_MS,
+                         .watchdog_ns = 100 * RIG_MS };
+    if (yaml_tree_load(&tree, &report) < 0)
+        return -1;
+    err = yaml_fields_read(&(struct yaml_value){ &tree, 0, "the rig",
+                                                 "a map with buses and axes" },
+                           &rig_shape, &reader, rig);
+    yaml_tree_free(&tree);
+    return err;
+}

@@ -1,0 +1,99 @@
+/* firmware/linux/rig/rig_parts.h - what the readers of rig.yaml's sections
+ * share.
+ *
+ * One table per map of the file (docs/FILES.md shows them), one small function
+ * per kind of value.  What can only be judged when two values are known is
+ * judged where the second is read; the tables' order says which that is.
+ *
+ *   rig_load.c    the top of the file      rig_drive.c  axis: drive
+ *   rig_bus.c     buses                    rig_sim.c    axis: sim
+ *   rig_axis.c    axes                     rig_values.c  kinds of value
+ *   rig_gpio.c    gpio
+ *   rig_limits.c  axis: limits, stop, following_error
+ *   rig_modbus.c  buses and drives on Modbus
+ *
+ * A reader returns 0, or -1 with the sentence written. */
+#ifndef FIRMWARE_LINUX_RIG_RIG_PARTS_H
+#define FIRMWARE_LINUX_RIG_RIG_PARTS_H
+
+#include "firmware/linux/rig/rig.h"
+#include "firmware/linux/yaml/yaml_shapes.h"
+#include "firmware/linux/yaml/yaml_units.h"
+
+#define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
+
+#define RIG_US INT64_C(1000)
+#define RIG_MS INT64_C(1000000)
+
+struct rig_reader {
+    struct rig *rig;
+    struct rig_axis *axis; /* being read */
+    struct units_context units;
+};
+
+/* ---- rig_values.c ---- */
+
+int rig_read_quantity(struct rig_reader *reader, const struct yaml_value *value,
+                      enum units_quantity quantity, int64_t *out);
+int rig_read_positive(struct rig_reader *reader, const struct yaml_value *value,
+                      enum units_quantity quantity, int64_t *out);
+/* A time of whole `step`s (1 us or 1 ms) from min to max. */
+int rig_read_time(struct rig_reader *reader, const struct yaml_value *value,
+                  int64_t min_ns, int64_t max_ns, int64_t step_ns,
+                  int64_t *out_ns);
+
+/* As rows of a table want them: `reader` is a struct rig_reader, `out` the
+ * member.  Velocity, acceleration and jerk are above zero. */
+int rig_read_velocity(void *reader, const struct yaml_value *value, void *out);
+int rig_read_acceleration(void *reader, const struct yaml_value *value,
+                          void *out);
+int rig_read_jerk(void *reader, const struct yaml_value *value, void *out);
+int rig_read_node_id(void *reader, const struct yaml_value *value, void *out);
+
+/* ---- sections ---- */
+
+int rig_read_limits(void *reader, const struct yaml_value *value, void *out);
+int rig_read_stop(void *reader, const struct yaml_value *value, void *out);
+int rig_read_following(void *reader, const struct yaml_value *value, void *out);
+int rig_read_drive(void *reader, const struct yaml_value *value, void *out);
+int rig_read_sim(void *reader, const struct yaml_value *value, void *out);
+int rig_read_axes(void *reader, const struct yaml_value *value, void *out);
+int rig_read_buses(void *reader, const struct yaml_value *value, void *out);
+int rig_read_gpio(void *reader, const struct yaml_value *value, void *out);
+int rig_read_drive_bus(void *reader, const struct yaml_value *value, void *out);
+int rig_read_drive_kind(void *reader, const struct yaml_value *value,
+                        void *out);
+int rig_read_bus_kind(void *reader, const struct yaml_value *value, void *out);
+int rig_read_counts(void *reader, const struct yaml_value *value, void *out);
+
+/* ---- rig_modbus.c ---- */
+
+/* Does the map `value` say kind: modbus...?  Its shape is another one then. */
+bool rig_is_modbus(const struct yaml_value *value);
+int rig_read_modbus_bus(struct rig_reader *reader,
+                        const struct yaml_value *value, struct rig_bus *bus);
+int rig_read_modbus_drive(struct rig_reader *reader,
+                          const struct yaml_value *value,
+                          struct rig_axis *axis);
+
+extern const struct yaml_shape rig_limit_shape, rig_stop_shape,
+    rig_following_shape, rig_drive_shape, rig_counts_shape, rig_sim_shape,
+    rig_axis_shape, rig_bus_shape, rig_line_shape, rig_modbus_bus_shape,
+    rig_modbus_drive_shape;
+
+/* ---- words a value may be, in the order of their enums ---- */
+
+#define RIG_UNIT_WORDS  4
+#define RIG_BUS_KINDS   3
+#define RIG_DRIVE_KINDS 2
+#define RIG_LINE_KINDS  4
+#define RIG_LINE_LEVELS 2
+#define RIG_LINE_BIASES 4
+extern const char *const rig_unit_words[RIG_UNIT_WORDS];
+extern const char *const rig_bus_kinds[RIG_BUS_KINDS];
+extern const char *const rig_drive_kinds[RIG_DRIVE_KINDS];
+extern const char *const rig_line_kinds[RIG_LINE_KINDS];
+extern const char *const rig_line_levels[RIG_LINE_LEVELS];
+extern const char *const rig_line_biases[RIG_LINE_BIASES];
+
+#endif

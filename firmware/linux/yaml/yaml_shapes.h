@@ -1,0 +1,26 @@
+/* firmware/linux/yaml/yaml_shapes.h - the maps of rig.yaml and move.yaml, as
+ * tables.
+ *
+ * For the readers themselves, and for whatever must agree with them:
+ * tests/check_schema.py compares them with docs/schema. */
+#ifndef FIRMWARE_LINUX_YAML_YAML_SHAPES_H
+#define FIRMWARE_LINUX_YAML_YAML_SHAPES_H
+
+#include "firmware/linux/yaml/yaml_fields.h"
+
+/* Ends with NULL. */
+extern const struct yaml_shape *const rig_shapes[];
+extern const struct yaml_shape *const move_shapes[];
+
+/* A value that is one of a few words. */
+struct yaml_words {
+    const char *name; /* "axis.unit": shape and key */
+    const char *const *spelling;
+    unsigned count;
+};
+
+/* Ends with a name of NULL. */
+extern const struct yaml_words rig_words[];
+extern const struct yaml_words move_words[];
+
+#endif
