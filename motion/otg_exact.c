@@ -33,12 +33,6 @@ struct wide motion_otg_vel_image(int64_t vel_q32, int acc_bits)
                      : wide_shl(v, (unsigned)shift);
 }
 
-struct wider motion_otg_way_image(struct wide way_q32, int acc_bits)
-{
-    return wider_shl(wider_mul(way_q32, OTG_WAY_FIVES),
-                     (unsigned)(acc_bits + 11));
-}
-
 /* Of the first word that is not zero and the next at least 32 bits. */
 struct num motion_otg_wider_num(struct wider a, int e)
 {
@@ -112,6 +106,74 @@ void motion_otg_run_phase(struct otg_run *run,
     run->p = wider_add(run->p, wider_mul_inline(sum, n));
 }
 
+/* --- the end ------------------------------------------------------------- */
+
+/* One corner, or some of the same acceleration. */
+struct corners {
+    int64_t acc, w;
+    struct wide x;
+};
+
+static void corners_add(struct corners *c, int64_t w, int64_t k)
+{
+    c->w += w;
+    wide_add_mul(&c->x, w, k);
+}
+
+/* What they make at the end is the sum of what each makes; times before and
+ * after it n and n', r left after it. */
+static void exact_gain(const struct motion_otg_plan *plan, struct wide *vel,
+                       struct wider *way)
+{
+    struct corners c = { plan->start_acc, 0, { 0, 0 } };
+    int64_t rest = plan->dur_ns_q12, before = 0;
+    for (int i = 0; i <= plan->count; i++) {
+        const struct motion_otg_phase *ph = &plan->phase[i];
+        int64_t next = i < plan->count ? ph->dur_ns_q12 : 0;
+        if (c.acc != 0)
+            corners_add(&c, before + next, 3 * rest + before - next);
+        rest -= next;
+        before = next;
+        if (i < plan->count && ph->acc == c.acc)
+            continue;
+        if (c.acc != 0) {
+            wide_add_mul(vel, c.acc, c.w);
+            wider_add_mul(way, c.acc, &c.x);
+        }
+        if (i < plan->count)
+            c = (struct corners){ ph->acc, 0, { 0, 0 } };
+    }
+}
+
+/* Both have the factor 3 5^9 2^(acc_bits - 10). */
+struct wider motion_otg_way_wanted(const struct motion_otg_plan *plan)
+{
+    struct wide way =
+        wide_sub(wide_from(plan->goal_pos_q32), wide_from(plan->start_pos_q32));
+    bool minus = wide_is_negative(way);
+    way = wide_mul_u64(wide_abs(way).lo, (uint64_t)OTG_FIVES << 21);
+    if (minus)
+        way = wide_neg(way);
+    way = wide_sub(way, wide_mul_i64(plan->start_vel_q32, plan->dur_ns_q12));
+    struct wider p = wider_mul(way, INT64_C(3) * OTG_FIVES);
+    int shift = plan->acc_bits - 10;
+    return shift < 0 ? wider_shr(p, (unsigned)-shift)
+                     : wider_shl(p, (unsigned)shift);
+}
+
+void motion_otg_plan_miss(const struct motion_otg_plan *plan, struct wide *vel,
+                          struct wider *way)
+{
+    struct wide start =
+        motion_otg_vel_image(plan->start_vel_q32, plan->acc_bits);
+    struct wide v = { 0, 0 };
+    struct wider p = { 0, 0, 0 };
+    exact_gain(plan, &v, &p);
+    *vel = motion_otg_vel_image(plan->goal_vel_q32, plan->acc_bits);
+    *vel = wide_sub(wide_sub(*vel, start), v);
+    *way = wider_sub(motion_otg_way_wanted(plan), p);
+}
+
 /* In raw numbers a^2 2^-32 / (2 j 2^-16) <= room 2^-32. */
 bool motion_otg_ramp_fits(int64_t acc_q16, int64_t jerk_q16, uint64_t room_q32)
 {
@@ -127,7 +189,7 @@ bool motion_otg_ramp_fits(int64_t acc_q16, int64_t jerk_q16, uint64_t room_q32)
 
 static int bits_of(int64_t a)
 {
-    return 64 - (int)motion_fixed_clz_u64(motion_fixed_abs(a));
+    return 64 - (int)motion_real_clz(motion_fixed_abs(a));
 }
 
 static int larger(int a, int b)
@@ -164,7 +226,7 @@ static int64_t shifted(int64_t a, int bits)
 {
     if (bits < 0)
         return a >> (bits < -63 ? 63 : -bits);
-    if (a != 0 && bits > (int)motion_fixed_clz_u64(motion_fixed_abs(a)) - 2)
+    if (a != 0 && bits > (int)motion_real_clz(motion_fixed_abs(a)) - 2)
         return a < 0 ? -((int64_t)1 << 62) : (int64_t)1 << 62;
     return (int64_t)((uint64_t)a << bits);
 }

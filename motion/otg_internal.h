@@ -24,7 +24,6 @@
  * are rounded down. */
 int64_t motion_otg_acc_image(int64_t acc_q16, int acc_bits);
 struct wide motion_otg_vel_image(int64_t vel_q32, int acc_bits);
-struct wider motion_otg_way_image(struct wide way_q32, int acc_bits);
 
 /* The upper 30 bits of a 2^e; the upper 62 of a. */
 struct num motion_otg_wider_num(struct wider a, int e);
@@ -43,6 +42,9 @@ struct otg_run {
 struct otg_run motion_otg_run_start(const struct motion_otg_plan *plan);
 void motion_otg_run_phase(struct otg_run *run,
                           const struct motion_otg_phase *phase);
+
+/* P of a plan's way, less what its start's velocity makes of it: 3 V0 T. */
+struct wider motion_otg_way_wanted(const struct motion_otg_plan *plan);
 
 /* What a plan's phases miss of its goal, in its units. */
 void motion_otg_plan_miss(const struct motion_otg_plan *plan, struct wide *vel,
