@@ -354,19 +354,20 @@ static int otg_shape_of(const struct motion_otg_move *move,
     return MOTION_OK;
 }
 
-static int otg_try(const struct motion_otg_move *move, struct otg_draw draw,
-                   struct motion_otg_plan *plan, enum motion_otg_field *field)
+static int otg_try(const struct motion_otg_move *move, int64_t dur_ns_q12,
+                   struct otg_draw draw, struct motion_otg_plan *plan,
+                   enum motion_otg_field *field)
 {
     struct otg_problem q;
     struct otg_shape shape;
     struct num next = num_zero();
     motion_otg_problem_init(move, draw, &q);
-    int err = otg_shape_of(move, &q, move->dur_ns_q12, &shape, &next);
+    int err = otg_shape_of(move, &q, dur_ns_q12, &shape, &next);
     if (err < 0) {
         plan->dur_ns_q12 = in_ns_q12(next);
         return refuse(field, MOTION_OTG_FIELD_DURATION, err);
     }
-    return motion_otg_settle(move, &q, &shape, move->dur_ns_q12, plan, field);
+    return motion_otg_settle(move, &q, &shape, dur_ns_q12, plan, field);
 }
 
 /* Further in by steps of 2^2: velocity and acceleration, the jerk, all, and all
@@ -436,23 +437,22 @@ int motion_otg_make(const struct motion_otg_move *move,
                               field ? field : &unused);
 }
 
-/* One after the other with limits drawn in further; *least is the duration of
+/* One after the other with limits drawn in further; *first is the duration of
  * the first. */
-static int otg_make_drawn(const struct motion_otg_move *own,
-                          struct motion_otg_plan *plan, int64_t *least,
-                          enum motion_otg_field *field)
+static int otg_make_drawn(const struct motion_otg_move *move,
+                          int64_t dur_ns_q12, struct motion_otg_plan *plan,
+                          int64_t *first, enum motion_otg_field *field)
 {
     struct otg_draw draw = { OTG_BITS, OTG_BITS, OTG_BITS };
     int wanted = OTG_BITS;
-    *least = 0;
     for (int i = 0; i < OTG_TRIES; i++) {
-        int err = otg_try(own, draw, plan, field);
+        int err = otg_try(move, dur_ns_q12, draw, plan, field);
         if (err == MOTION_OK || err == MOTION_E_RANGE ||
             *field == MOTION_OTG_FIELD_DURATION)
             return err;
         if (i == 0) {
-            *least = plan->dur_ns_q12;
-            wanted = motion_otg_wanted_bits(*least);
+            *first = plan->dur_ns_q12;
+            wanted = motion_otg_wanted_bits(*first);
         }
         draw = motion_otg_draw(wanted, i + (wanted == OTG_BITS));
     }
@@ -463,41 +463,44 @@ static int otg_make_drawn(const struct motion_otg_move *own,
  * way is covered in a part of one, or within what the jerk allows only in times
  * that lie between two.  So wait: for a little longer, or for the next time at
  * which there is a motion. */
-static int otg_make_later(struct motion_otg_move *own, int64_t least,
+static int otg_make_later(const struct motion_otg_move *move, int64_t least,
                           struct motion_otg_plan *plan,
                           enum motion_otg_field *field)
 {
-    int err = MOTION_E_LIMIT;
     int64_t dur = least, first;
     for (int i = 0; i < OTG_LATER; i++) {
-        if (err == MOTION_E_LIMIT && *field == MOTION_OTG_FIELD_DURATION &&
-            plan->dur_ns_q12 > dur)
+        if (*field == MOTION_OTG_FIELD_DURATION && plan->dur_ns_q12 > dur)
             least = plan->dur_ns_q12;
         dur =
             least + (least >> (OTG_BITS - i)) + ((int64_t)1 << (OTG_WAIT + i));
         if (dur >= MOTION_TRACK_SEGMENT_MAX_NS_Q12)
             return MOTION_E_RANGE;
-        own->dur_ns_q12 = dur;
-        err = otg_make_drawn(own, plan, &first, field);
+        int err = otg_make_drawn(move, dur, plan, &first, field);
         if (err == MOTION_OK || err == MOTION_E_RANGE)
             return err;
     }
-    *field = MOTION_OTG_FIELD_GOAL_POS;
-    return err;
+    return refuse(field, MOTION_OTG_FIELD_GOAL_POS, MOTION_E_LIMIT);
 }
 
 static int otg_make_valid(const struct motion_otg_move *move,
                           int64_t dur_ns_q12, struct motion_otg_plan *plan,
                           enum motion_otg_field *field)
 {
-    struct motion_otg_move own = without_unlimited(move);
-    int64_t least;
-    own.dur_ns_q12 = dur_ns_q12;
-    int err = otg_make_drawn(&own, plan, &least, field);
+    int64_t least = 0;
+    int err = otg_make_drawn(move, dur_ns_q12, plan, &least, field);
     if (err == MOTION_E_LIMIT && *field != MOTION_OTG_FIELD_DURATION &&
-        dur_ns_q12 == 0 && own.mode == MOTION_OTG_POSITION)
-        err = otg_make_later(&own, least, plan, field);
+        dur_ns_q12 == 0 && move->mode == MOTION_OTG_POSITION)
+        err = otg_make_later(move, least, plan, field);
     return err;
+}
+
+OTG_OWN_FRAME static int otg_make_unlimited(const struct motion_otg_move *move,
+                                            int64_t dur_ns_q12,
+                                            struct motion_otg_plan *plan,
+                                            enum motion_otg_field *field)
+{
+    const struct motion_otg_move own = without_unlimited(move);
+    return otg_make_valid(&own, dur_ns_q12, plan, field);
 }
 
 int motion_otg_make_in(const struct motion_otg_move *move, int64_t dur_ns_q12,
@@ -506,7 +509,9 @@ int motion_otg_make_in(const struct motion_otg_move *move, int64_t dur_ns_q12,
 {
     int err = otg_is_valid(move, field);
     if (err == MOTION_OK)
-        err = otg_make_valid(move, dur_ns_q12, plan, field);
+        err = move->limit.jerk_q16
+                  ? otg_make_valid(move, dur_ns_q12, plan, field)
+                  : otg_make_unlimited(move, dur_ns_q12, plan, field);
     if (err < 0)
         plan->count = 0;
     return err;
