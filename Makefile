@@ -49,7 +49,8 @@ ROOMS    := $(MOTION) $(wildcard motion/plan/*.c) $(HAL) $(wildcard sim/*.c) \
 PORTABLE := $(MOTION) $(filter-out $(HOSTED),$(HAL)) $(FIRMWARE)
 TEST_SRC := $(wildcard tests/test_*.c)
 TEST_LIB := $(filter-out $(TEST_SRC),$(wildcard tests/*.c))
-SOURCES  := $(ROOMS) $(wildcard $(MAIN)) $(TEST_SRC) $(TEST_LIB)
+SOURCES  := $(ROOMS) $(wildcard $(MAIN)) $(TEST_SRC) $(TEST_LIB) \
+            $(wildcard tests/peers/*.c tests/fuzz/*.c)
 HEADERS  := $(wildcard $(foreach d,motion motion/plan hal sim firmware \
               firmware/linux/* tests,$(d)/*.h))
 
