@@ -77,7 +77,6 @@ void drive_turns_lose(struct drive_turns *self)
 static void walk_run(struct drive_turns *self)
 {
     drive_turns_enter(self, DRIVE_TURNS_RUN);
-    self->request = HAL_DRIVE_REQUEST_OFF;
     self->state = HAL_DRIVE_OFF;
     self->mode = HAL_DRIVE_STREAM_POSITION;
     drive_turns_stand(self);
@@ -203,6 +202,7 @@ static void walk_reset(struct drive_turns *self)
     } else if (self->alarmed) {
         self->ops->clear(self, walk_again(self));
     } else {
+        self->request = HAL_DRIVE_REQUEST_OFF;
         walk_run(self);
     }
 }
