@@ -221,6 +221,7 @@ static void answers_that_are_none_are_not_believed(void **state)
         "100#210000505050505050505050",   /* half of it */
         "100#2100002F010000A03F000000BF", /* cut off (FD: 16) */
         "100#0100002F010000A03F000000BFCDCCCC3D230D301F005050", /* a write */
+        "100#210000230D301F00", /* not where it is */
         "100#2F8180808080",
         "100#31010121000050505050505050505050", /* an error */
         "100#20FF0050505050505050505050505050", /* 255 values */
