@@ -229,7 +229,8 @@ static bool step_is_left_out(const struct drive_cia402 *self,
                              const struct drive_cia402_step *step)
 {
     for (unsigned i = 0; i < sizeof step_gates / sizeof step_gates[0]; i++)
-        if ((step->need & STEP_IF_COUNTED << i) != 0 && !step_gates[i](self))
+        if ((step->need & (unsigned)STEP_IF_COUNTED << i) != 0 &&
+            !step_gates[i](self))
             return true;
     return (step->need & STEP_IF_SET) != 0 && step_value(self, step) == 0;
 }
