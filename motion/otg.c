@@ -183,6 +183,7 @@ void motion_otg_problem_init(const struct motion_otg_move *move,
         .ax = drawn_in(lim->acc_max_q16, 16, draw.acc),
         .an = drawn_in(lim->acc_min_q16, 16, draw.acc),
         .j = drawn_in(lim->jerk_q16, 16, draw.jerk),
+        .jerk_bits = draw.jerk,
     };
     q->j2 = q->j;
     if (lim->jerk_down_q16)
@@ -238,6 +239,8 @@ static void end_brake(struct otg_problem *q, struct otg_shape *shape,
 
 static void end_append(const struct end *end, struct otg_shape *shape)
 {
+    if (end->count > 0)
+        shape->land = shape->count;
     for (int i = end->count - 1; i >= 0; i--)
         otg_shape_add(shape, end->phase[i].dt,
                       i ? num_neg(end->phase[i - 1].a) : end->af);
