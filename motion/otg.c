@@ -151,11 +151,27 @@ static void limit_the_rest(const struct motion_otg_move *move,
     q->j = q->j2 = num_mul(num_max(q->ax, num_neg(q->an)), per_t);
 }
 
-/* value / 2^scale, less 2^-bits of it. */
-static struct num drawn_in(int64_t value, int scale, int bits)
+/* Towards zero by 2^-bits of it, rounded up; 2 <= bits <= 29. */
+static struct num drawn_in(struct num a, int bits)
 {
-    struct num a = num_make(value, -scale);
-    return num_sub(a, num_scale(a, -bits));
+    int32_t size = a.m < 0 ? -a.m : a.m;
+    size -= (size + (1 << bits) - 1) >> bits;
+    if (a.m != 0 && size < NUM_ONE) {
+        size *= 2;
+        a.e--;
+    }
+    a.m = a.m < 0 ? -size : size;
+    return a;
+}
+
+/* A limit upwards and the one downwards, which often is the same. */
+static void draw_limits(int64_t up, int64_t down, int scale, int bits,
+                        struct num *most, struct num *least)
+{
+    *most = drawn_in(num_make(up, -scale), bits);
+    *least = (uint64_t)up + (uint64_t)down == 0
+                 ? num_neg(*most)
+                 : drawn_in(num_make(down, -scale), bits);
 }
 
 /* a - b in Q32; the difference of two int64 needs 65 bits. */
@@ -171,23 +187,21 @@ void motion_otg_problem_init(const struct motion_otg_move *move,
                              struct otg_draw draw, struct otg_problem *q)
 {
     const struct motion_otg_limit *lim = &move->limit;
-    *q = (struct otg_problem){
-        .d = between_q32(move->goal.pos_q32, move->start.pos_q32),
-        .dv = between_q32(move->goal.vel_q32, move->start.vel_q32),
-        .v0 = num_make(move->start.vel_q32, -32),
-        .a0 = num_make(move->start.acc_q16, -16),
-        .vf = num_make(move->goal.vel_q32, -32),
-        .af = num_make(move->goal.acc_q16, -16),
-        .vx = drawn_in(lim->vel_max_q32, 32, draw.vel),
-        .vn = drawn_in(lim->vel_min_q32, 32, draw.vel),
-        .ax = drawn_in(lim->acc_max_q16, 16, draw.acc),
-        .an = drawn_in(lim->acc_min_q16, 16, draw.acc),
-        .j = drawn_in(lim->jerk_q16, 16, draw.jerk),
-        .jerk_bits = draw.jerk,
-    };
-    q->j2 = q->j;
+    q->d = between_q32(move->goal.pos_q32, move->start.pos_q32);
+    q->dv = between_q32(move->goal.vel_q32, move->start.vel_q32);
+    q->v0 = num_make(move->start.vel_q32, -32);
+    q->a0 = num_make(move->start.acc_q16, -16);
+    q->vf = num_make(move->goal.vel_q32, -32);
+    q->af = num_make(move->goal.acc_q16, -16);
+    draw_limits(lim->vel_max_q32, lim->vel_min_q32, 32, draw.vel, &q->vx,
+                &q->vn);
+    draw_limits(lim->acc_max_q16, lim->acc_min_q16, 16, draw.acc, &q->ax,
+                &q->an);
+    q->j = q->j2 = drawn_in(num_make(lim->jerk_q16, -16), draw.jerk);
+    q->jerk_bits = draw.jerk;
     if (lim->jerk_down_q16)
-        q->j2 = drawn_in(lim->jerk_down_q16, 16, draw.jerk);
+        q->j2 = drawn_in(num_make(lim->jerk_down_q16, -16), draw.jerk);
+    q->is_unit = false;
     limit_the_rest(move, q);
     q->per_j = q->per_j2 = num_inv(q->j);
     if (lim->jerk_down_q16)
@@ -267,33 +281,36 @@ static int propose_middle(const struct otg_problem *q, struct num t,
     return err;
 }
 
-int motion_otg_propose(struct otg_problem q, struct num t,
+int motion_otg_propose(struct otg_problem *q, struct num t,
                        struct otg_shape *shape, struct num *next)
 {
     struct end end;
-    struct num jerk = q.j;
-    bool is_one = q.j.m == q.j2.m && q.j.e == q.j2.e;
+    struct num jerk = q->j, per_j = q->per_j;
+    bool is_one = jerk.m == q->j2.m && jerk.e == q->j2.e;
     if (is_one)
-        motion_otg_in_jerk(&q, jerk);
+        motion_otg_in_jerk(q, per_j);
     struct num ends = num_zero();
     end.count = 0;
-    if (!motion_otg_is_goal_inside(&q)) {
-        end_brake(&q, shape, false, &end);
+    if (!motion_otg_is_goal_inside(q)) {
+        end_brake(q, shape, false, &end);
         for (int i = 0; i < end.count; i++)
             ends = num_add(ends, end.phase[i].dt);
     }
-    if (!motion_otg_is_start_inside(&q)) {
-        motion_otg_brake(&q, shape);
+    if (!motion_otg_is_start_inside(q)) {
+        motion_otg_brake(q, shape);
         ends = num_add(ends, time_of(shape));
     }
     shape->brake = shape->count;
     shape->turn = -1;
-    int err = propose_middle(&q, t, ends, shape, next);
+    int err = propose_middle(q, t, ends, shape, next);
     if (shape->turn < 0)
         shape->turn = shape->count;
     end_append(&end, shape);
-    if (is_one)
-        motion_otg_shape_scale(shape, 0, jerk);
+    if (!is_one)
+        return err;
+    q->j = q->j2 = jerk;
+    q->per_j = q->per_j2 = per_j;
+    motion_otg_shape_scale(shape, 0, jerk, per_j);
     return err;
 }
 
@@ -347,14 +364,14 @@ static bool is_there(const struct motion_otg_move *move)
 
 /* The shape of the motion, for a position or a velocity. */
 static int otg_shape_of(const struct motion_otg_move *move,
-                        const struct otg_problem *q, int64_t dur_ns_q12,
+                        struct otg_problem *q, int64_t dur_ns_q12,
                         struct otg_shape *shape, struct num *next)
 {
     otg_shape_init(shape);
     if (dur_ns_q12 == 0 && is_there(move))
         return MOTION_OK;
     if (move->mode == MOTION_OTG_POSITION)
-        return motion_otg_propose(*q, motion_otg_seconds(dur_ns_q12), shape,
+        return motion_otg_propose(q, motion_otg_seconds(dur_ns_q12), shape,
                                   next);
     otg_solve_velocity(*q, shape);
     return MOTION_OK;

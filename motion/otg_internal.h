@@ -84,10 +84,11 @@ int motion_otg_wanted_bits(int64_t dur_ns_q12);
 void motion_otg_problem_init(const struct motion_otg_move *move,
                              struct otg_draw draw, struct otg_problem *q);
 
-/* Count lengths such that `jerk` is 1. */
-void motion_otg_in_jerk(struct otg_problem *q, struct num jerk);
+/* Count lengths such that the jerk 1 / per_j is 1. */
+void motion_otg_in_jerk(struct otg_problem *q, struct num per_j);
 /* And back: the accelerations of phases [from, count) times jerk. */
-void motion_otg_shape_scale(struct otg_shape *shape, int from, struct num jerk);
+void motion_otg_shape_scale(struct otg_shape *shape, int from, struct num jerk,
+                            struct num per_j);
 
 /* Between otg_solve.c and otg_timed.c, for problems in unit jerk. */
 bool motion_otg_is_reached(const struct otg_problem *q, struct num t,
@@ -112,8 +113,9 @@ struct num motion_otg_wide_num(struct wide a, int32_t e);
 struct num motion_otg_seconds(int64_t dur_ns_q12);
 
 /* Position goal: brake both ends inside, solve the middle; t zero for the
- * fastest, else exactly t seconds or MOTION_E_LIMIT and *next. */
-int motion_otg_propose(struct otg_problem q, struct num t,
+ * fastest, else exactly t seconds or MOTION_E_LIMIT and *next.  Uses `q` up; its
+ * jerks stay. */
+int motion_otg_propose(struct otg_problem *q, struct num t,
                        struct otg_shape *shape, struct num *next);
 
 /* Backwards in time. */

@@ -310,14 +310,15 @@ int motion_otg_solve_duration(const struct otg_problem *problem, struct num t,
 {
     struct otg_problem q = *problem;
     int from = shape->count, side;
-    struct num jerk = num_min(q.j, q.j2);
+    struct num per_j = num_max(q.per_j, q.per_j2);
     if (!q.is_unit)
-        motion_otg_in_jerk(&q, jerk);
+        motion_otg_in_jerk(&q, per_j);
     if (!solve_cruise(&q, t, shape) && !solve_blend(&q, t, shape, &side)) {
         *next = motion_otg_next_time(&q, side);
         return MOTION_E_LIMIT;
     }
     if (!problem->is_unit)
-        motion_otg_shape_scale(shape, from, jerk);
+        motion_otg_shape_scale(shape, from, num_min(problem->j, problem->j2),
+                               per_j);
     return MOTION_OK;
 }
