@@ -348,10 +348,11 @@ static void otg_solve_velocity(struct otg_problem q, struct otg_shape *shape)
     shape->brake = shape->turn = slows ? from : shape->count;
 }
 
-/* Seconds to whole 2^-12 ns, up by more than the search is off. */
+/* Seconds to whole 2^-12 ns, up by more than the search is off and so much that
+ * there is something to choose from. */
 static int64_t in_ns_q12(struct num t)
 {
-    struct num up = num_add(t, num_scale(t, -26));
+    struct num up = num_add(t, num_scale(t, -23));
     return motion_real_floor_clamped(num_real(num_mul(up, ticks_per_s)), 0) + 1;
 }
 
@@ -470,10 +471,11 @@ static int otg_make_drawn(const struct motion_otg_move *move,
     int wanted = OTG_BITS;
     for (int i = 0; i < OTG_TRIES; i++) {
         int err = otg_try(move, dur_ns_q12, draw, plan, field);
-        if (err == MOTION_OK || err == MOTION_E_RANGE ||
-            *field == MOTION_OTG_FIELD_DURATION)
+        if (err == MOTION_OK || err == MOTION_E_RANGE)
             return err;
         if (i == 0) {
+            if (*field == MOTION_OTG_FIELD_DURATION)
+                return err;
             *first = plan->dur_ns_q12;
             wanted = motion_otg_wanted_bits(*first);
         }
@@ -511,10 +513,13 @@ static int otg_make_valid(const struct motion_otg_move *move,
 {
     int64_t least = 0;
     int err = otg_make_drawn(move, dur_ns_q12, plan, &least, field);
-    if (err == MOTION_E_LIMIT && *field != MOTION_OTG_FIELD_DURATION &&
-        dur_ns_q12 == 0 && move->mode == MOTION_OTG_POSITION)
-        err = otg_make_later(move, least, plan, field);
-    return err;
+    if (err != MOTION_E_LIMIT || move->mode != MOTION_OTG_POSITION)
+        return err;
+    if (dur_ns_q12 == 0)
+        return otg_make_later(move, least, plan, field);
+    if (*field != MOTION_OTG_FIELD_DURATION)
+        plan->dur_ns_q12 = dur_ns_q12 + (dur_ns_q12 >> OTG_BITS) + 1;
+    return refuse(field, MOTION_OTG_FIELD_DURATION, err);
 }
 
 OTG_OWN_FRAME static int otg_make_unlimited(const struct motion_otg_move *move,

@@ -122,8 +122,8 @@ static int longest_inside(const struct motion_otg_plan *plan)
     if (plan->count < 3)
         return longest;
     int inside = longest_of(plan, 1, plan->count - 1);
-    return plan->phase[inside].dur_ns_q12 >
-                   plan->phase[longest].dur_ns_q12 >> TRACK_SHORT
+    return plan->phase[inside].dur_ns_q12 > plan->phase[longest].dur_ns_q12 >>
+                   TRACK_SHORT
                ? inside
                : longest;
 }
