@@ -198,6 +198,7 @@ void motion_otg_problem_init(const struct motion_otg_move *move,
     draw_limits(lim->acc_max_q16, lim->acc_min_q16, 16, draw.acc, &q->ax,
                 &q->an);
     q->j = q->j2 = drawn_in(num_make(lim->jerk_q16, -16), draw.jerk);
+    q->jerk_bits = draw.jerk;
     if (lim->jerk_down_q16)
         q->j2 = drawn_in(num_make(lim->jerk_down_q16, -16), draw.jerk);
     q->is_unit = false;
@@ -252,6 +253,8 @@ static void end_brake(struct otg_problem *q, struct otg_shape *shape,
 
 static void end_append(const struct end *end, struct otg_shape *shape)
 {
+    if (end->count > 0)
+        shape->land = shape->count;
     for (int i = end->count - 1; i >= 0; i--)
         otg_shape_add(shape, end->phase[i].dt,
                       i ? num_neg(end->phase[i - 1].a) : end->af);

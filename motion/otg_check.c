@@ -34,7 +34,7 @@ struct check {
     uint64_t fives;  /* see jerk_is_kept */
     int jerk_up, step_down;
     bool has_vel, has_acc, has_jerk;
-    bool is_in; /* the velocity has been inside its limits */
+    bool is_in[2]; /* the velocity has been below its limit, above the lower */
 };
 
 static int refuse(enum motion_otg_field *field, enum motion_otg_field which)
@@ -102,7 +102,7 @@ static bool swing_is_inside(int64_t vel, int64_t acc, int64_t jerk,
            motion_otg_ramp_fits(acc, jerk, room - (room >> 40) - (room != 0));
 }
 
-enum end { END_NONE, END_START, END_GOAL };
+enum end { END_START, END_GOAL };
 
 /* What the velocity may rise to (fall to, upside down, with sign -1): the limit,
  * or what the start or the goal makes necessary. */
@@ -160,7 +160,6 @@ static void check_init(struct check *c)
         c->jerk_up = 0;
         c->step_down = 0;
     }
-    c->is_in = false;
     c->trimmed = trimmed_ticks(c->plan);
 }
 
@@ -260,57 +259,59 @@ static bool crest_is_inside(struct wide room, int64_t a, int64_t b, int64_t n,
     return wider_cmp(rise, wider_mul(room, (int64_t)(from + to))) <= 0;
 }
 
+/* Room above v (below it with sign -1). */
+static struct wide room_at(const struct check *c, struct wide v, int sign)
+{
+    return sign > 0 ? wide_sub(c->up, v) : wide_sub(v, c->down);
+}
+
+static struct wide widened_room(const struct check *c, struct wide v, int sign,
+                                enum end end)
+{
+    struct wide most = widened(c, sign, end);
+    return sign > 0 ? wide_sub(most, v) : wide_add(most, v);
+}
+
 /* Where the acceleration changes its sign, the velocity turns.  Counted from
  * the phase's start; in the last phase backwards in time from the goal. */
-static bool turn_is_inside(const struct check *c, const struct stretch *s,
-                           enum end end)
+static bool turn_is_inside(const struct check *c, const struct stretch *s)
 {
     struct wide v = s->last ? c->goal : s->v;
     int64_t a = s->last ? -s->a1 : s->a, b = s->last ? -s->a : s->a1;
-    int off = s->off | s->off1;
+    int off = s->off | s->off1, sign = a > 0 ? 1 : -1;
     struct wide least = wide_from(s->first || s->last ? 0 : c->trimmed);
-    struct wide room = a > 0 ? wide_sub(c->up, v) : wide_sub(v, c->down);
-    if (crest_is_inside(wide_sub(room, least), a, b, s->n, off))
+    struct wide room = wide_sub(room_at(c, v, sign), least);
+    if (crest_is_inside(room, a, b, s->n, off))
         return true;
-    if (end == END_NONE)
+    if (!s->last && c->is_in[sign < 0])
         return false;
-    room = a > 0 ? wide_sub(widened(c, 1, end), v)
-                 : wide_add(widened(c, -1, end), v);
+    room = widened_room(c, v, sign, s->last ? END_GOAL : END_START);
     return crest_is_inside(wide_sub(room, least), a, b, s->n, off);
-}
-
-static bool vel_is_inside(const struct check *c, struct wide v)
-{
-    return has_room(wide_sub(c->up, v), c->trimmed) &&
-           has_room(wide_sub(v, c->down), c->trimmed);
 }
 
 /* Outside since the start, where that makes it necessary; and the corner goes
  * on to bring the velocity back: by 2^-20 of what may be, so that no cruise
  * counts as that. */
-static bool is_excused(const struct check *c, const struct stretch *s)
+static bool is_excused(const struct check *c, const struct stretch *s, int sign)
 {
-    bool above = !has_room(wide_sub(c->up, s->v1), c->trimmed);
-    if (c->is_in ||
-        (above ? s->a1 > c->acc_min >> 20 : s->a1 < c->acc_max >> 20))
+    if (c->is_in[sign < 0] ||
+        (sign > 0 ? s->a1 > c->acc_min >> 20 : s->a1 < c->acc_max >> 20))
         return false;
-    struct wide most = widened(c, above ? 1 : -1, END_START);
-    return has_room(above ? wide_sub(most, s->v1) : wide_add(most, s->v1),
-                    c->trimmed);
+    return has_room(widened_room(c, s->v1, sign, END_START), c->trimmed);
 }
 
 /* The end of the last phase is the goal, which has been judged. */
 static bool vel_is_kept(struct check *c, const struct stretch *s)
 {
-    enum end end = s->last ? END_GOAL : c->is_in ? END_NONE : END_START;
-    if (!s->last) {
-        if (vel_is_inside(c, s->v1))
-            c->is_in = true;
-        else if (!is_excused(c, s))
+    if ((s->a ^ s->a1) < 0 && s->a != 0 && s->a1 != 0 && !turn_is_inside(c, s))
+        return false;
+    for (int sign = 1; sign >= -1 && !s->last; sign -= 2) {
+        if (has_room(room_at(c, s->v1, sign), c->trimmed))
+            c->is_in[sign < 0] = true;
+        else if (!is_excused(c, s, sign))
             return false;
     }
-    return (s->a ^ s->a1) >= 0 || s->a == 0 || s->a1 == 0 ||
-           turn_is_inside(c, s, end);
+    return true;
 }
 
 static int check_phase(struct check *c, int i, const struct stretch *s,

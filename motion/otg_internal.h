@@ -54,8 +54,9 @@ void motion_otg_plan_miss(const struct motion_otg_plan *plan, struct wide *vel,
 bool motion_otg_ramp_fits(int64_t acc_q16, int64_t jerk_q16, uint64_t room_q32);
 
 /* Move accelerations at a few corners so that the plan ends at its goal; not
- * those in `fixed`.  MOTION_E_LIMIT when no acceleration can. */
-int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed,
+ * those in `fixed`.  MOTION_E_LIMIT when no acceleration can; with `gently`, when
+ * a ramp would bend by more than 2^-26 at a corner. */
+int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed, bool gently,
                     struct motion_otg_plan *plan);
 
 /* Bring the start (a, then v) inside the limits; adds 0..2 phases to `shape`
@@ -124,6 +125,7 @@ void motion_otg_reverse(struct otg_problem *q);
 struct otg_rates {
     struct num j, j2, per_j, per_j2;
     int brake, turn;
+    bool lands; /* the goal's side brakes too */
 };
 
 /* Ticks for the acceleration to move by `step` units in phase i, up. */
@@ -147,6 +149,25 @@ void motion_otg_polish(struct motion_otg_plan *plan,
 /* The jerk that limits phase i, of a move whose jerk is limited. */
 int64_t motion_otg_phase_jerk(const struct motion_otg_limit *lim,
                               const struct motion_otg_plan *plan, int i);
+
+/* Units for `plan`, its ends, and the jerks in these units.  MOTION_E_RANGE
+ * when it does not fit. */
+int motion_otg_round_start(const struct motion_otg_move *move,
+                           const struct otg_problem *q,
+                           const struct otg_shape *shape,
+                           struct otg_rates *rates,
+                           struct motion_otg_plan *plan);
+/* The shape's phases one by one, some of no ticks; *ends: those that swing. */
+#define OTG_END_START 1u
+#define OTG_END_GOAL  2u
+int motion_otg_round(const struct motion_otg_move *move,
+                     const struct otg_shape *shape,
+                     const struct otg_rates *rates,
+                     struct motion_otg_plan *plan, uint32_t *ends);
+/* Leave out phases of no or hardly any ticks; returns the corners that must
+ * stay for the ends that swing. */
+uint32_t motion_otg_round_join(const struct otg_shape *shape, uint32_t ends,
+                               struct motion_otg_plan *plan);
 
 /* Round `shape` to whole ticks and units, meet the goal, and check; the total
  * is `dur_ns_q12`, or what comes for 0.  MOTION_E_RANGE when it does not fit the

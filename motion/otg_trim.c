@@ -22,6 +22,7 @@
 
 #define TRIM_ROUNDS 4
 #define TRIM_SMALL  ((int64_t)1 << 24) /* what is left is less than a unit */
+#define TRIM_GENTLE 26
 #define TRIM_ZERO   (-1000)
 #define TRIM_CRUISE 10
 
@@ -35,10 +36,13 @@ struct trim_group {
 
 struct trim {
     struct motion_otg_plan *plan;
+    bool gently;
     int count;
     struct trim_group group[MOTION_OTG_PHASES];
-    int64_t k, w[2]; /* the centre of group 0; W of groups 0 and 1 */
-    struct wide x;   /* X of group 1 about k */
+    int64_t k, w[2];  /* the centre of group 0; W of groups 0 and 1 */
+    struct wide x[2]; /* their X about k */
+    struct wide vel;  /* missing */
+    struct wider way; /* missing about k */
 };
 
 static int power_of(int64_t a)
@@ -204,6 +208,18 @@ static struct num wide_num(struct wide a)
     return motion_otg_wider_num(wider_from(a), 0);
 }
 
+/* Are the ramps about the group, and its acceleration, 2^26 times as much? */
+static bool is_gentle(const struct motion_otg_plan *plan,
+                      const struct trim_group *g, int64_t by)
+{
+    const struct motion_otg_phase *ph = plan->phase;
+    int64_t before = g->first ? ph[g->first - 1].acc : plan->start_acc;
+    uint64_t size = motion_fixed_abs(by) << TRIM_GENTLE;
+    return size <= motion_fixed_abs(ph[g->first].acc) &&
+           size <= motion_fixed_abs(ph[g->first].acc - before) &&
+           size <= motion_fixed_abs(ph[g->last + 1].acc - ph[g->last].acc);
+}
+
 /* Moves group i by what makes `lack` good at `worth` a unit, to 2^-26 of it. */
 static int trim_by(struct trim *t, int i, struct num lack, struct num worth,
                    int64_t *by)
@@ -211,7 +227,9 @@ static int trim_by(struct trim *t, int i, struct num lack, struct num worth,
     if (worth.m == 0)
         return MOTION_E_LIMIT;
     int err = trim_rounded(num_div(lack, worth), by);
-    return err < 0 ? err : group_move(t->plan, &t->group[i], *by);
+    if (err < 0 || (t->gently && !is_gentle(t->plan, &t->group[i], *by)))
+        return MOTION_E_LIMIT;
+    return group_move(t->plan, &t->group[i], *by);
 }
 
 /* Whether what its own rounding left of a step is less than a unit. */
@@ -220,18 +238,22 @@ static bool is_small(int64_t by)
     return by > -TRIM_SMALL && by < TRIM_SMALL;
 }
 
-static int trim_step(struct trim *t, struct wide vel, struct wider way,
-                     bool *is_done)
+static int trim_step(struct trim *t, bool *is_done)
 {
     int64_t by, last;
-    way = wider_sub(way, wider_mul(vel, t->k));
-    int err = trim_by(t, 1, motion_otg_wider_num(way, 0), wide_num(t->x), &by);
+    int err =
+        trim_by(t, 1, motion_otg_wider_num(t->way, 0), wide_num(t->x[1]), &by);
     if (err < 0)
         return err;
-    vel = wide_sub(vel, wide_mul_i64(by, t->w[1]));
-    err = trim_by(t, 0, wide_num(vel), num_int(t->w[0]), &last);
+    wide_add_mul(&t->vel, -by, t->w[1]);
+    err = trim_by(t, 0, wide_num(t->vel), num_int(t->w[0]), &last);
     *is_done = is_small(by) && is_small(last);
-    return err;
+    if (err < 0 || *is_done)
+        return err;
+    wide_add_mul(&t->vel, -last, t->w[0]);
+    wider_add_mul(&t->way, -by, &t->x[1]);
+    wider_add_mul(&t->way, -last, &t->x[0]);
+    return MOTION_OK;
 }
 
 /* Two groups to move; splits a phase where there are not so many corners. */
@@ -246,12 +268,14 @@ static int trim_take(struct trim *t, uint32_t fixed)
     }
     trim_choose(t);
     t->k = t->group[0].k;
-    struct wide off = group_worth(t->plan, &t->group[0], t->k, &t->w[0]);
-    if ((off.hi | off.lo) != 0) {
-        struct num later = num_div(wide_num(off), num_int(t->w[0]));
-        t->k += motion_real_floor_clamped(num_real(later), 0);
+    t->x[0] = group_worth(t->plan, &t->group[0], t->k, &t->w[0]);
+    if ((t->x[0].hi | t->x[0].lo) != 0) {
+        struct num off = num_div(wide_num(t->x[0]), num_int(t->w[0]));
+        int64_t later = motion_real_floor_clamped(num_real(off), 0);
+        wide_add_mul(&t->x[0], -later, t->w[0]);
+        t->k += later;
     }
-    t->x = group_worth(t->plan, &t->group[1], t->k, &t->w[1]);
+    t->x[1] = group_worth(t->plan, &t->group[1], t->k, &t->w[1]);
     for (int i = 0; i < 2; i++)
         t->plan->trim[i] = group_mask(&t->group[i]);
     return MOTION_OK;
@@ -260,37 +284,32 @@ static int trim_take(struct trim *t, uint32_t fixed)
 static int trim_position(struct trim *t, uint32_t fixed)
 {
     struct motion_otg_plan *plan = t->plan;
-    struct wide vel;
-    struct wider way;
     int count = plan->count, err = MOTION_OK;
-    motion_otg_plan_miss(plan, &vel, &way);
-    if ((way.hi | way.mid | way.lo | vel.hi | vel.lo) == 0)
+    bool is_done = false;
+    motion_otg_plan_miss(plan, &t->vel, &t->way);
+    if ((t->way.hi | t->way.mid | t->way.lo | t->vel.hi | t->vel.lo) == 0)
         return MOTION_OK;
     if (trim_take(t, fixed) < 0)
         return MOTION_E_LIMIT;
-    bool is_done = false, is_known = plan->count == count;
-    for (int i = 0; i < TRIM_ROUNDS && !is_done && err == MOTION_OK; i++) {
-        if (!is_known)
-            motion_otg_plan_miss(plan, &vel, &way);
-        is_known = false;
-        err = trim_step(t, vel, way, &is_done);
-    }
+    if (plan->count != count)
+        motion_otg_plan_miss(plan, &t->vel, &t->way);
+    wider_add_mul(&t->way, -t->k, &t->vel);
+    for (int i = 0; i < TRIM_ROUNDS && !is_done && err == MOTION_OK; i++)
+        err = trim_step(t, &is_done);
     return err;
 }
 
 /* The velocity alone. */
-static int trim_one(struct trim *t, struct wide vel)
+static int trim_one(struct trim *t)
 {
-    struct wider way;
-    int64_t by = 0;
+    int64_t by;
     (void)group_worth(t->plan, &t->group[0], 0, &t->w[0]);
     t->plan->trim[0] = group_mask(&t->group[0]);
-    for (int i = 0; i < TRIM_ROUNDS && (i == 0 || !is_small(by)); i++) {
-        if (i > 0)
-            motion_otg_plan_miss(t->plan, &vel, &way);
-        int err = trim_by(t, 0, wide_num(vel), num_int(t->w[0]), &by);
-        if (err < 0)
+    for (int i = 0; i < TRIM_ROUNDS; i++) {
+        int err = trim_by(t, 0, wide_num(t->vel), num_int(t->w[0]), &by);
+        if (err < 0 || is_small(by))
             return err;
+        wide_add_mul(&t->vel, -by, t->w[0]);
     }
     return MOTION_OK;
 }
@@ -309,30 +328,29 @@ static int trim_free_end(struct motion_otg_plan *plan)
 static int trim_velocity(struct trim *t)
 {
     struct motion_otg_plan *plan = t->plan;
-    struct wide vel;
-    struct wider way;
-    motion_otg_plan_miss(plan, &vel, &way);
-    while ((vel.hi | vel.lo) != 0) {
+    motion_otg_plan_miss(plan, &t->vel, &t->way);
+    while ((t->vel.hi | t->vel.lo) != 0) {
         trim_groups(t, 0, false);
         if (t->count > 0) {
             trim_choose_one(t);
-            int err = trim_one(t, vel);
+            int err = trim_one(t);
             if (err < 0)
                 return err;
             break;
         }
         if (trim_split(plan) < 0)
             return MOTION_E_LIMIT;
-        motion_otg_plan_miss(plan, &vel, &way);
+        motion_otg_plan_miss(plan, &t->vel, &t->way);
     }
     return trim_free_end(plan);
 }
 
-int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed,
+int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed, bool gently,
                     struct motion_otg_plan *plan)
 {
     struct trim t;
     t.plan = plan;
+    t.gently = gently;
     plan->trim[0] = plan->trim[1] = 0;
     return mode == MOTION_OTG_VELOCITY ? trim_velocity(&t)
                                        : trim_position(&t, fixed);

@@ -23,7 +23,7 @@ void wide_add_mul(struct wide *sum, int64_t a, int64_t n)
     *sum = wide_add(*sum, wide_mul_i64_inline(a, n));
 }
 
-/* a as 2^64 + a where it is negative, and 2^64 x taken off again. */
+/* Both as what they are modulo 2^64, 2^128; what is too much is taken off. */
 void wider_add_mul(struct wider *sum, int64_t a, const struct wide *x)
 {
     struct wide low = wide_mul_inline((uint64_t)a, x->lo);
@@ -34,6 +34,8 @@ void wider_add_mul(struct wider *sum, int64_t a, const struct wide *x)
     high = wide_add(high, (struct wide){ sum->hi, sum->mid });
     if (a < 0)
         high = wide_sub(high, *x);
+    if (wide_is_negative(*x))
+        high.hi -= (uint64_t)a;
     *sum = (struct wider){ high.hi, high.lo, low.lo };
 }
 

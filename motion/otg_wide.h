@@ -138,7 +138,7 @@ WIDE_INLINE struct wider wider_mul_inline(struct wide a, int64_t n)
 }
 struct wider wider_mul(struct wide a, int64_t n);
 
-/* sum + a n, n >= 0, modulo 2^128; sum + a x, x >= 0, modulo 2^192. */
+/* sum + a n, n >= 0, modulo 2^128; sum + a x modulo 2^192. */
 void wide_add_mul(struct wide *sum, int64_t a, int64_t n);
 void wider_add_mul(struct wider *sum, int64_t a, const struct wide *x);
 
