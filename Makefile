@@ -24,7 +24,7 @@ OPT      := -O1 -fno-omit-frame-pointer -fsanitize=$(SAN) \
 endif
 
 # Of the libraries; asked when used, so that `make deps` can come first.
-PKGS      = yaml-0.1 libcjson cairo fontconfig libmodbus libgpiod
+PKGS      = yaml-0.1 libcjson cairo fontconfig libmodbus libgpiod zlib
 PKG_INC   = $(patsubst -I%,-isystem %,$(shell pkg-config --cflags $(PKGS)))
 PKG_LIB   = $(shell pkg-config --libs $(PKGS))
 CMOCKA    = $(shell pkg-config --libs cmocka)
@@ -49,7 +49,8 @@ ROOMS    := $(MOTION) $(wildcard motion/plan/*.c) $(HAL) $(wildcard sim/*.c) \
 PORTABLE := $(MOTION) $(filter-out $(HOSTED),$(HAL)) $(FIRMWARE)
 TEST_SRC := $(wildcard tests/test_*.c)
 TEST_LIB := $(filter-out $(TEST_SRC),$(wildcard tests/*.c))
-SOURCES  := $(ROOMS) $(wildcard $(MAIN)) $(TEST_SRC) $(TEST_LIB)
+SOURCES  := $(ROOMS) $(wildcard $(MAIN)) $(TEST_SRC) $(TEST_LIB) \
+            $(wildcard tests/peers/*.c tests/fuzz/*.c)
 HEADERS  := $(wildcard $(foreach d,motion motion/plan hal sim firmware \
               firmware/linux/* tests,$(d)/*.h))
 

@@ -7,17 +7,6 @@
 #define LIMIT_ACTIVE 0x0800
 #define FOLLOWS      0x1000
 
-int64_t drive_cia402_scale(const struct drive_cia402_ratio *ratio,
-                           int64_t value)
-{
-    int64_t result;
-
-    if (motion_fixed_mulshift(value, ratio->mantissa, ratio->shift, &result) ==
-        MOTION_OK)
-        return result;
-    return (value < 0) == (ratio->mantissa < 0) ? INT64_MAX : INT64_MIN;
-}
-
 static struct drive_cia402 *drive_cia402_of(struct hal_drive *drive)
 {
     return CONTAINER_OF(drive, struct drive_cia402, drive);
@@ -116,7 +105,7 @@ static void drive_cia402_feedback(struct hal_drive *drive,
 
     *feedback = (struct hal_drive_feedback){
         .state = self->state,
-        .pos_q32 = drive_cia402_scale(&self->to_pos, self->actual_counts),
+        .pos_q32 = hal_ratio_scale(&self->to_pos, self->actual_counts),
         .vel_q32 = self->actual_vel_q32,
         .t_ns = self->actual_ns,
         .demand_age_ns =

@@ -30,6 +30,7 @@
 
 #include "hal/canopen.h"
 #include "hal/drive.h"
+#include "hal/ratio.h"
 
 /* Power state, decoded from the statusword. */
 enum cia402_state {
@@ -75,12 +76,6 @@ enum drive_cia402_phase {
     DRIVE_CIA402_LOST,     /* silent, restarted or refused: start anew */
 };
 
-/* value * mantissa >> shift, mantissa of 59..63 bits and a sign. */
-struct drive_cia402_ratio {
-    int64_t mantissa;
-    uint8_t shift;
-};
-
 struct drive_cia402_step;
 
 /* Visible so that it can be static; use the functions. */
@@ -90,9 +85,10 @@ struct drive_cia402 {
     struct drive_cia402_config config;
 
     /* made from config once */
-    struct drive_cia402_ratio to_counts; /* pos_q32 to counts */
-    struct drive_cia402_ratio to_pos;    /* counts to pos_q32 */
-    struct drive_cia402_ratio to_vel;    /* counts per period to vel_q32 */
+    struct hal_ratio to_counts; /* pos_q32 to counts */
+    struct hal_ratio to_pos;    /* counts to pos_q32 */
+    struct hal_ratio to_rate;   /* counts per period to counts/s, Q16 */
+    struct hal_ratio to_vel;    /* that to vel_q32 */
     int64_t first_step_counts;
     uint32_t sync_us; /* 0: not a whole number */
     uint16_t heartbeat_ms, watchdog_ms;

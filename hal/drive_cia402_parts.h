@@ -115,9 +115,6 @@ extern const struct canopen_node_ops drive_cia402_node_ops;
 /* ---- drive_cia402.c: what the controller asks ---- */
 
 extern const struct hal_drive_ops drive_cia402_ops;
-/* value * ratio to nearest, held at the ends of int64. */
-int64_t drive_cia402_scale(const struct drive_cia402_ratio *ratio,
-                           int64_t value);
 
 static inline enum cia402_state
 drive_cia402_power(const struct drive_cia402 *self)

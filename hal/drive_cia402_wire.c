@@ -93,7 +93,8 @@ static void drive_cia402_note_speed(struct drive_cia402 *self, int32_t delta,
     if (2 * delta_ns <= period_ns || 2 * delta_ns >= 3 * period_ns)
         return;
     self->actual_delta_counts = delta;
-    self->actual_vel_q32 = drive_cia402_scale(&self->to_vel, delta);
+    self->actual_vel_q32 =
+        hal_ratio_scale(&self->to_vel, hal_ratio_scale(&self->to_rate, delta));
 }
 
 static void drive_cia402_note_actual(struct drive_cia402 *self, uint32_t counts,

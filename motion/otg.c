@@ -314,18 +314,38 @@ int motion_otg_propose(struct otg_problem *q, struct num t,
     return err;
 }
 
-/* One jerk throughout: that of slowing down where the speed falls. */
+/* A start that slows down only after it has come to its highest speed gets there
+ * with the jerk of speeding up.  Returns how long that takes, or zero. */
+static struct num velocity_peak(struct otg_problem *q)
+{
+    struct num t = num_mul(num_abs(q->a0), q->per_j);
+    struct num rise = num_half(num_mul(q->a0, t));
+    struct num peak = num_add(q->v0, rise);
+    if (num_sub(q->j, q->j2).m == 0 || !num_lt(num_abs(q->v0), num_abs(peak)) ||
+        !num_lt(num_abs(q->vf), num_abs(peak)))
+        return num_zero();
+    q->v0 = peak;
+    q->dv = num_sub(q->dv, rise);
+    q->a0 = num_zero();
+    return t;
+}
+
+/* One jerk from there on: that of slowing down where the speed falls. */
 static void otg_solve_velocity(struct otg_problem q, struct otg_shape *shape)
 {
     struct end end;
+    struct num peak = velocity_peak(&q);
     bool slows = num_lt(num_abs(q.vf), num_abs(q.v0));
     q.j = q.j2 = slows ? q.j2 : q.j;
     q.per_j = q.per_j2 = slows ? q.per_j2 : q.per_j;
     end_brake(&q, shape, true, &end);
+    if (peak.m)
+        otg_shape_add(shape, peak, num_zero());
+    int from = shape->count;
     motion_otg_brake_acc(&q, shape);
     motion_otg_solve_velocity(&q, shape);
     end_append(&end, shape);
-    shape->brake = shape->turn = slows ? 0 : shape->count;
+    shape->brake = shape->turn = slows ? from : shape->count;
 }
 
 /* Seconds to whole 2^-12 ns, up by more than the search is off. */

@@ -47,6 +47,7 @@ static void cia402_od_reset_ramps(struct sim_cia402 *self)
 
     self->value[CIA402_PROFILE_ACCELERATION] = profile;
     self->value[CIA402_PROFILE_DECELERATION] = profile;
+    self->value[CIA402_HOMING_ACCELERATION] = profile;
     self->value[CIA402_QUICK_STOP_DECELERATION] =
         cia402_od_ramp_default(acc_max / 2);
 }
@@ -250,8 +251,14 @@ static uint32_t cia402_od_check(const struct sim_cia402 *self, int row,
 {
     if (cia402_object[row].index < 0x2000)
         return cia402_com_check(self, row, value);
-    if (row == CIA402_MODE && value != 0 && value != 8)
+    if (row == CIA402_MODE && !cia402_mode_exists((int8_t)(uint8_t)value))
         return CIA402_ABORT_RANGE;
+    if (row == CIA402_HOMING_METHOD)
+        return cia402_home_check(self, (int8_t)(uint8_t)value);
+    if (row == CIA402_PROBE_FUNCTION && value > 0xFF)
+        return CIA402_ABORT_RANGE; /* there is no second probe */
+    if (row == CIA402_INTERPOLATION_MODE && value != 0)
+        return CIA402_ABORT_RANGE; /* linear alone */
     return CIA402_DONE;
 }
 
@@ -261,6 +268,8 @@ static void cia402_od_changed(struct sim_cia402 *self, int row)
         cia402_com_changed(self, row);
     else if (row == CIA402_CONTROLWORD)
         cia402_power_control(self);
+    else if (row == CIA402_PROBE_FUNCTION)
+        cia402_inputs_probe(self);
     else if (row == CIA402_INJECT)
         sim_cia402_inject(
             self, (enum sim_cia402_fault)(self->value[CIA402_INJECT] - 1));

@@ -103,7 +103,8 @@ static inline struct hal_can_frame fake_can_parse(const char *text)
 
     assert_non_null(data);
     frame.id = (uint32_t)strtoul(text, NULL, 16);
-    for (data++; *data != '\0'; data += 2) {
+    frame.remote = strcmp(data, "#R") == 0;
+    for (data++; !frame.remote && *data != '\0'; data += 2) {
         const char pair[3] = { data[0], data[1], '\0' };
 
         assert_true(frame.len < 8);
@@ -130,7 +131,8 @@ static inline void fake_can_put(struct fake_can *fake, const char *text)
 static inline void fake_can_print(const struct hal_can_frame *frame,
                                   char text[48])
 {
-    int at = snprintf(text, 48, "%03X#", (unsigned)frame->id);
+    int at = snprintf(text, 48, frame->remote ? "%03X#R" : "%03X#",
+                      (unsigned)frame->id);
 
     for (unsigned i = 0; i < frame->len; i++)
         at += snprintf(text + at, 48 - (size_t)at, "%02X", frame->data[i]);

@@ -42,6 +42,7 @@ struct options {
     const char *out, *axis, *plot, *compare;
     const char *telemetry, *can_log, *modbus_log; /* run */
     const char *rig, *fps, *columns, *curve, *interface;
+    const char *root; /* doctor */
     int64_t rate_uhz;
     int64_t from_ns, to_ns, hold_at_ns, resume_after_ns;
     int64_t override_q30;
