@@ -105,7 +105,7 @@ static uint32_t fixed_digit(const struct motion_divisor *by, uint64_t *rest,
 
 void motion_divisor_init(struct motion_divisor *by, uint64_t d)
 {
-    by->up = (uint8_t)motion_fixed_clz_u64(d);
+    by->up = motion_fixed_clz_u64(d) & 63;
     by->d = d << by->up;
     by->per = fixed_reciprocal(by->d);
 }
@@ -128,7 +128,7 @@ int motion_fixed_div_u128(struct motion_u128 n, uint64_t d, uint64_t *quotient,
 {
     struct motion_divisor by;
 
-    if (n.hi >= d) /* includes d == 0 */
+    if (d == 0 || n.hi >= d)
         return MOTION_E_RANGE;
     motion_divisor_init(&by, d);
     *quotient = motion_divisor_apply(&by, n, rest);

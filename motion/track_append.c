@@ -144,6 +144,7 @@ static void append_sizes(const struct append_goal *goal,
 {
     struct motion_u128 m[APPEND_DEGREE + 1], all = { 0, 0 };
 
+    *sizes = (struct append_sizes){ .down = 0 };
     for (int k = 1; k <= goal->degree; k++) {
         m[k] = motion_fixed_abs_i128(goal->a[k]);
         all.hi |= m[k].hi;
@@ -299,7 +300,7 @@ static void append_derive(struct motion_segment *segment,
 static void append_time(struct motion_segment *segment, int64_t start_ns_q12,
                         int64_t dur_ns_q12)
 {
-    unsigned n = motion_fixed_clz_u64((uint64_t)dur_ns_q12);
+    unsigned n = motion_fixed_clz_u64((uint64_t)dur_ns_q12) & 63;
     uint64_t d = (uint64_t)dur_ns_q12 << n;
     struct motion_u128 one = { UINT64_C(1) << 63, 0 };
 
@@ -371,7 +372,7 @@ static bool append_is_far_inside(const struct append_goal *goal,
     for (uint32_t k = 1; k <= (uint32_t)goal->degree; k++) {
         pos += sizes->a[k];
         vel += (uint64_t)sizes->a[k] * k;
-        acc += (uint64_t)sizes->a[k] * (k * (k - 1));
+        acc += (uint64_t)sizes->a[k] * k * (k - 1);
     }
     const int q72 = 64 - APPEND_WIDE + sizes->down;
     const int top = 64 - rate.exponent; /* 1 s / dur < 2^top */
