@@ -12,7 +12,7 @@
 
 #include "firmware/linux/commands/otg_rows.h"
 
-#define OPTIONS_PATHS_MAX 3
+#define OPTIONS_PATHS_MAX 20
 
 enum option_kind {
     OPTION_FLAG,    /* bool */
@@ -34,7 +34,7 @@ struct option_row {
 
 /* All that any command takes.  Times and rates are -1 when not given. */
 struct options {
-    bool help, json, dry_run;
+    bool help, json, dry_run, yes;
     bool segments, rules;     /* plan */
     bool quaternion, raw;     /* sample */
     bool realtime, real, pty; /* run, sim */

@@ -302,8 +302,9 @@ static int telemetry_read_phase(struct telemetry_reader *reader,
         row->phase = (enum telemetry_phase)i;
         return 0;
     }
-    return telemetry_fail(reader, cell == NULL ? "the line ends" : cell,
-                          "a phase: enable, approach, move, settle or stop");
+    return telemetry_fail(
+        reader, cell == NULL ? "the line ends" : cell,
+        "a phase: enable, home, approach, move, settle or stop");
 }
 
 static int telemetry_read_column(struct telemetry_reader *reader,

@@ -9,6 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/homing.h"
 #include "hal/gpio.h"
 #include "hal/modbus_libmodbus.h"
 #include "hal/modbus_map.h"
@@ -67,6 +68,7 @@ struct rig_axis {
     uint32_t map;      /* Modbus: index */
     bool unsupervised; /* nothing stops it when the line is dead, and the user
                           says that he knows */
+    struct homing_config homing;
     struct rig_sim sim;
     struct plan_place place;
 };
