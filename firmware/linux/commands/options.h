@@ -34,7 +34,7 @@ struct option_row {
 
 /* All that any command takes.  Times and rates are -1 when not given. */
 struct options {
-    bool help, json, dry_run, yes;
+    bool help, json, dry_run;
     bool segments, rules;     /* plan */
     bool quaternion, raw;     /* sample */
     bool realtime, real, pty; /* run, sim */
@@ -42,7 +42,11 @@ struct options {
     const char *out, *axis, *plot, *compare;
     const char *telemetry, *can_log, *modbus_log; /* run */
     const char *rig, *fps, *columns, *curve, *interface;
-    const char *root; /* doctor */
+    const char *root;                              /* doctor */
+    const char *bus, *sheet, *map, *type, *parity; /* drive, scan */
+    const char *identity, *units;
+    bool store, yes;
+    int64_t baud, timeout_ns; /* 0 when not given */
     int64_t rate_uhz;
     int64_t from_ns, to_ns, hold_at_ns, resume_after_ns;
     int64_t override_q30;
