@@ -214,25 +214,30 @@ static void controller_send(struct controller *controller, unsigned i)
     controller_gate_sent(controller, i, axis->target.pos_q32);
 }
 
+/* Without torque, or while the drive moves it, the set point follows the axis,
+ * so that what comes next does not make it jump. */
+static void controller_follow(struct controller_axis *axis)
+{
+    axis->target =
+        (struct hal_drive_target){ .pos_q32 = axis->feedback.pos_q32 };
+    axis->sent_count = 0;
+    axis->following_q32 = 0;
+    (void)controller_to_drive(axis, &axis->target);
+}
+
 static void controller_send_all(struct controller *controller)
 {
     for (unsigned i = 0; i < controller->config.axis_count; i++)
-        if (controller->reaction < CONTROLLER_REACT_QUICK)
+        if (controller->axis[i].by_itself)
+            controller_follow(&controller->axis[i]);
+        else if (controller->reaction < CONTROLLER_REACT_QUICK)
             controller_send(controller, i);
 }
 
-/* Without torque the set point follows the axis, so that enabling it does not
- * make it jump. */
 static void controller_follow_actual(struct controller *controller)
 {
-    for (unsigned i = 0; i < controller->config.axis_count; i++) {
-        struct controller_axis *axis = &controller->axis[i];
-        axis->target =
-            (struct hal_drive_target){ .pos_q32 = axis->feedback.pos_q32 };
-        axis->sent_count = 0;
-        axis->following_q32 = 0;
-        (void)hal_drive_set_target(axis->drive, &axis->target);
-    }
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        controller_follow(&controller->axis[i]);
 }
 
 /* Every track at the same path time; speed and acceleration by the chain rule

@@ -541,7 +541,7 @@ static bool homing_is_cut_short(struct homing *homing)
 
 void homing_step(struct homing *homing)
 {
-    static void (*const step[HOMING_STATES])(struct homing *) = {
+    static void (*const walk[HOMING_STATES])(struct homing *) = {
         [HOMING_SEARCH] = homing_search,
         [HOMING_SLOW_DOWN] = homing_slow_down,
         [HOMING_REVERSE] = homing_reverse,
@@ -558,5 +558,5 @@ void homing_step(struct homing *homing)
     };
     if (!homing_is_running(homing) || homing_is_cut_short(homing))
         return;
-    step[homing->state](homing);
+    walk[homing->state](homing);
 }

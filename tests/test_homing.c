@@ -382,7 +382,89 @@ static void a_fault_in_every_state_ends_it(void **state)
         }
 }
 
-static void the_range_of_the_search_is_kept_at_every_tick(void **state)
+/* --- the drive's own homing ----------------------------------------------- */
+
+/* 27: to the home switch from the positive side. */
+static void give_pan_to_its_drive(int method)
+{
+    struct homing_config *homing = &rig.axis[PAN].homing;
+    homing->by = HOMING_DRIVE;
+    homing->method = method;
+    homing->pos_q32 = -20 * UNIT;
+    homing->goes = true;
+    homing->go_q32 = 5 * UNIT;
+    homing->timeout_ns = 20000 * MS;
+}
+
+static void the_drive_homes_by_itself(void **state)
+{
+    (void)state;
+    give_pan_to_its_drive(27);
+    power_on(250);
+    expect_homed(1u << PAN);
+    expect_knows(PAN);
+    assert_int_equal(machine.controller.axis[PAN].target.pos_q32, 5 * UNIT);
+    assert_int_equal(machine.controller.axis[PAN].offset_q32, 0);
+    assert_false(machine.controller.axis[PAN].by_itself);
+    /* it follows set points again */
+    const struct controller_jog_goal goal = { .axis = PAN,
+                                              .pos_q32 = 45 * UNIT,
+                                              .vel_q32 = 30 * UNIT };
+    assert_int_equal(controller_jog(&machine.controller, &machine.jog, &goal),
+                     MOTION_OK);
+    ticks(4000);
+    expect_knows(PAN);
+    assert_in_range(true_q32(PAN), 44 * UNIT, 46 * UNIT);
+}
+
+static void a_drive_without_that_method_is_a_failure(void **state)
+{
+    (void)state;
+    give_pan_to_its_drive(36); /* reserved */
+    power_on(250);
+    run_homing(1u << PAN);
+    assert_int_equal(machine.homing.state, HOMING_FAILED);
+    assert_false(machine.controller.axis[PAN].homed);
+    ticks(3000);
+    const int64_t at_q32 = true_q32(PAN);
+    ticks(300);
+    assert_in_range(llabs(true_q32(PAN) - at_q32), 0, UNIT / 1000);
+}
+
+static void a_fault_while_the_drive_homes(void **state)
+{
+    (void)state;
+    for (int way = 0; way < 3; way++) {
+        give_pan_to_its_drive(27);
+        power_on(250);
+        assert_int_equal(homing_start(&machine.homing, 1u << PAN), MOTION_OK);
+        while (machine.homing.state != HOMING_RUN)
+            tick();
+        ticks(500);
+        if (way == 0)
+            sim_gpio_drive(&sim.line[STOP], SIM_GPIO_HIGH);
+        else if (way == 1)
+            sim_cia402_inject(&sim.servo[PAN], SIM_CIA402_OVERCURRENT);
+        else
+            homing_stop(&machine.homing);
+        for (int i = 0; homing_is_running(&machine.homing); i++) {
+            assert_true(i < 6000);
+            tick();
+        }
+        assert_int_equal(machine.homing.state, HOMING_FAILED);
+        assert_int_equal(machine.homing.error,
+                         way == 2 ? HOMING_STOPPED : HOMING_FAULT);
+        ticks(2500); /* a ramp at 60 deg/s2 from 7.5 deg/s is over */
+        assert_false(machine.controller.axis[PAN].homed);
+        const int64_t at_q32 = true_q32(PAN);
+        ticks(500);
+        assert_in_range(llabs(true_q32(PAN) - at_q32), 0, UNIT / 1000);
+        assert_int_equal(machine.controller.state,
+                         way == 2 ? CONTROLLER_READY : CONTROLLER_FAULT);
+    }
+}
+
+static void wherever_the_switches_stand_it_knows_its_place(void **state)
 {
     (void)state;
     seed_from("switches");
@@ -444,7 +526,10 @@ int main(void)
         RUN(both_limit_switches_at_once),
         RUN(it_may_take_too_long),
         RUN(a_fault_in_every_state_ends_it),
-        RUN(the_range_of_the_search_is_kept_at_every_tick),
+        RUN(the_drive_homes_by_itself),
+        RUN(a_drive_without_that_method_is_a_failure),
+        RUN(a_fault_while_the_drive_homes),
+        RUN(wherever_the_switches_stand_it_knows_its_place),
         RUN(bad_configurations_are_refused),
     };
     return cmocka_run_group_tests_name("homing", tests, NULL, NULL);
