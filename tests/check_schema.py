@@ -80,6 +80,13 @@ BEYOND = {
     "rig_counts_zero",
     "rig_data_bit_rate",
     "rig_duplicate_key",
+    "rig_homing_above_limit",
+    "rig_homing_away",
+    "rig_homing_go_outside",
+    "rig_homing_method_missing",
+    "rig_homing_no_line",
+    "rig_homing_slow_above",
+    "rig_homing_unused",
     "rig_infinite",  # a number to YAML
     "rig_line_axis_missing",
     "rig_line_axis_unknown",

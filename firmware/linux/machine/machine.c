@@ -142,6 +142,7 @@ static struct controller_axis_config machine_axis(const struct rig *rig,
         .following_k_ns = axis->following_k_ns,
         .feedback_max_age_ns =
             axis->kind == RIG_MODBUS ? modbus_budget_age_ns(rig, axis->bus) : 0,
+        .needs_homing = axis->homing.by != HOMING_NONE,
     };
 }
 
@@ -192,10 +193,16 @@ static int machine_init_controller(struct machine *machine)
     };
     for (unsigned i = 0; i < rig->axis_count; i++)
         config.axis[i] = machine_axis(rig, &rig->axis[i]);
+    struct homing_config homing[RIG_AXES_MAX];
     int err = machine_init_inputs(machine, &inputs);
+    if (err == MOTION_OK)
+        err = controller_init(&machine->controller, &config, machine->axis,
+                              &inputs);
+    for (unsigned i = 0; i < rig->axis_count; i++)
+        homing[i] = rig->axis[i].homing;
     return err < 0 ? err
-                   : controller_init(&machine->controller, &config,
-                                     machine->axis, &inputs);
+                   : homing_init(&machine->homing, &machine->controller,
+                                 &machine->jog, homing);
 }
 
 int machine_init(struct machine *machine, const struct rig *rig,
@@ -290,6 +297,8 @@ void machine_tick(struct machine *machine, int64_t now_ns)
         machine->trouble = trouble;
     machine_read_inputs(machine, now_ns);
     controller_step(&machine->controller, now_ns, trouble.err);
+    controller_jog_step(&machine->controller, &machine->jog);
+    homing_step(&machine->homing);
     machine_light(machine);
     machine_trigger_step(machine, now_ns);
     machine_end(machine, now_ns);

@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "firmware/controller.h"
+#include "firmware/homing.h"
 #include "firmware/linux/rig/rig.h"
 #include "firmware/trigger.h"
 #include "hal/can.h"
@@ -62,6 +63,8 @@ struct machine {
     struct machine_trigger trigger[RIG_TRIGGERS_MAX];
     unsigned trigger_count;
     struct controller controller;
+    struct controller_jog jog;
+    struct homing homing;
     struct machine_trouble trouble;
 };
 

@@ -30,6 +30,14 @@ struct machine_sim {
     struct modbus_master master[RIG_BUSES_MAX];
     struct sim_modbus_seat seat[RIG_BUSES_MAX]; /* of the master */
     struct sim_gpio line[RIG_LINES_MAX];
+    /* switches of the plant, machine_sim_switch.c */
+    const struct rig *rig;
+    struct sim_member switches;
+    int64_t switches_due_ns;
+    bool pressed[RIG_LINES_MAX];
+    /* where an axis really is when its drive says 0: an axis that needs homing
+     * is switched on with an encoder that counts from there */
+    int64_t zero_q32[RIG_AXES_MAX];
     struct hal_clock follower; /* real time: waits, then runs the world */
     struct clock_linux real;
 };
@@ -38,6 +46,11 @@ struct machine_sim {
 int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
                      bool realtime, struct machine_ports *ports,
                      char message[RIG_MESSAGE_MAX]);
+
+/* machine_sim_switch.c: what presses lines with `sim`; where the drive of an
+ * axis says that it is. */
+int machine_sim_switches(struct machine_sim *sim);
+int64_t machine_sim_pos_q32(const struct machine_sim *sim, unsigned i);
 
 /* machine_sim_modbus.c: line and master of a bus, and a servo on it. */
 int machine_sim_modbus_line(struct machine_sim *sim, const struct rig *rig,

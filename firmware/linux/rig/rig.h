@@ -9,6 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/homing.h"
 #include "hal/gpio.h"
 #include "hal/modbus_libmodbus.h"
 #include "hal/modbus_map.h"
@@ -78,6 +79,7 @@ struct rig_axis {
     uint16_t enable_watchdog, watchdog_timeout;
     bool unsupervised; /* nothing stops it when the line is dead, and the user
                           says that he knows */
+    struct homing_config homing;
     struct rig_sim sim;
     struct plan_place place;
 };
