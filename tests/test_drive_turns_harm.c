@@ -71,20 +71,19 @@ static const struct sim_plant_config plant = {
 
 static void odrive_init(void)
 {
-    static const struct sim_odrive_config device = { .node = ODRIVE_NODE,
-                                                     .plant = plant,
-                                                     .start_counts = 123456,
-                                                     .heartbeat_ns = 20 * MS,
-                                                     .boot_ns = 30 * MS,
-                                                     .enable_watchdog = 190,
-                                                     .watchdog_timeout = 191 };
-    static const struct drive_odrive_config config = { .node = ODRIVE_NODE,
-                                                       .turns = turns,
-                                                       .heartbeat_ns = 20 * MS,
-                                                       .enable_watchdog = 190,
-                                                       .watchdog_timeout = 191,
-                                                       .watchdog_ns =
-                                                           100 * MS };
+    const struct sim_odrive_config device = { .node = ODRIVE_NODE,
+                                              .plant = plant,
+                                              .start_counts = 123456,
+                                              .heartbeat_ns = 20 * MS,
+                                              .boot_ns = 30 * MS,
+                                              .enable_watchdog = 190,
+                                              .watchdog_timeout = 191 };
+    const struct drive_odrive_config config = { .node = ODRIVE_NODE,
+                                                .turns = turns,
+                                                .heartbeat_ns = 20 * MS,
+                                                .enable_watchdog = 190,
+                                                .watchdog_timeout = 191,
+                                                .watchdog_ns = 100 * MS };
 
     assert_int_equal(sim_odrive_init(&odrive_device, &wire, &device), 0);
     assert_int_equal(drive_odrive_init(&odrive, &bus, &config), 0);
@@ -93,13 +92,13 @@ static void odrive_init(void)
 
 static void moteus_init(void)
 {
-    static const struct sim_moteus_config device = { .id = MOTEUS_ID,
-                                                     .plant = plant,
-                                                     .start_counts = -54321,
-                                                     .boot_ns = 30 * MS };
-    static const struct drive_moteus_config config = { .id = MOTEUS_ID,
-                                                       .switched = true,
-                                                       .turns = turns };
+    const struct sim_moteus_config device = { .id = MOTEUS_ID,
+                                              .plant = plant,
+                                              .start_counts = -54321,
+                                              .boot_ns = 30 * MS };
+    const struct drive_moteus_config config = { .id = MOTEUS_ID,
+                                                .switched = true,
+                                                .turns = turns };
 
     assert_int_equal(sim_can_bus_set_fd(&wire, 5), 0);
     assert_int_equal(sim_moteus_init(&moteus_device, &wire, &device), 0);
