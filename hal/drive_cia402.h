@@ -47,6 +47,13 @@ enum cia402_state {
 enum cia402_state cia402_state_of(uint16_t statusword);
 const char *cia402_state_text(enum cia402_state state);
 
+/* An object that is written when the drive starts, and read back. */
+struct drive_cia402_parameter {
+    uint16_t index;
+    uint8_t sub, size; /* 1..4 bytes */
+    uint32_t value;
+};
+
 struct drive_cia402_config {
     uint8_t node_id;
     /* one unit = counts_num / counts_den counts; num != 0 (negative: reversed),
@@ -66,6 +73,8 @@ struct drive_cia402_config {
     uint32_t quick_stop_counts_s2;   /* 0x6085; 0: leave */
     int64_t first_step_max_q32;      /* refuse to enable when target and actual
                                       are further apart; 0: 1 unit */
+    const struct drive_cia402_parameter *parameter; /* outlive the drive */
+    unsigned parameter_count;
 };
 
 enum drive_cia402_phase {
@@ -103,6 +112,7 @@ struct drive_cia402 {
     /* the list of SDO steps being run: start-up or preload */
     const struct drive_cia402_step *list;
     unsigned list_at, list_tries; /* list NULL: none */
+    unsigned parameter_at;        /* twice: written, then read back */
     int64_t list_since_ns;        /* of the present step */
 
     /* the walk through the power states */

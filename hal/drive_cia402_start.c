@@ -66,6 +66,11 @@ static uint32_t value_preload(const struct drive_cia402 *self)
     return (uint32_t)self->preload_counts;
 }
 
+static uint32_t value_parameter(const struct drive_cia402 *self)
+{
+    return self->config.parameter[self->parameter_at >> 1].value;
+}
+
 /* A PDO's COB-ID is the row's value plus the node id. */
 static uint32_t value_cob(const struct drive_cia402 *self)
 {
@@ -182,6 +187,7 @@ uint32_t (*const drive_cia402_values[])(const struct drive_cia402 *self) = {
     [VALUE_FOLLOWING] = value_following,
     [VALUE_QUICK_STOP] = value_quick_stop,
     [VALUE_PRELOAD] = value_preload,
+    [VALUE_PARAMETER] = value_parameter,
 };
 int (*const drive_cia402_checks[])(struct drive_cia402 *self,
                                    uint32_t value) = {
@@ -217,6 +223,8 @@ int (*const drive_cia402_checks[])(struct drive_cia402 *self,
     { STEP_NMT, STEP_NEEDED, 0, 0, 0, command, VALUE_FIXED, CHECK_NOTHING }
 #define UNTIL(check) \
     { STEP_UNTIL, STEP_NEEDED, 0, 0, 0, 0, VALUE_FIXED, check }
+#define PARAMETERS \
+    { STEP_PARAMETERS, STEP_NEEDED, 0, 0, 0, 0, VALUE_FIXED, CHECK_NOTHING }
 #define END \
     { STEP_END, STEP_NEEDED, 0, 0, 0, 0, VALUE_FIXED, CHECK_NOTHING }
 
@@ -245,6 +253,8 @@ const struct drive_cia402_step drive_cia402_start_up[] = {
     COMPARE_OF(STEP_IF_SET, 0x6065, 0, 4, VALUE_FOLLOWING),
     WRITE_OF(STEP_IF_SET, 0x6085, 0, 4, VALUE_QUICK_STOP),
     COMPARE_OF(STEP_IF_SET, 0x6085, 0, 4, VALUE_QUICK_STOP),
+    /* What the user sets. */
+    PARAMETERS,
     /* RPDO1: controlword, target position. */
     COB(STEP_WRITE, STEP_NEEDED, 0x1400, COB_OFF | COB_RPDO1),
     WRITE(STEP_NEEDED, 0x1600, 0, 1, 0),
