@@ -12,7 +12,8 @@
  *   - after a fault, and after the drive was lost, torque is off, nothing
  *     moves and nothing is resumed: enable, set the mode and go again;
  *   - every wait has a time-out that ends in FAULT with a sentence.
- * Implementations: hal/drive_cia402.c, hal/drive_modbus.c, hal/drive_odrive.c;
+ * Implementations: hal/drive_cia402.c, hal/drive_modbus.c, hal/drive_odrive.c,
+ * hal/drive_moteus.c;
  * tests/conform_drive.c is what all keep to. */
 #ifndef HAL_DRIVE_H
 #define HAL_DRIVE_H

@@ -66,41 +66,86 @@ struct motion_u128 motion_fixed_shr_u128(struct motion_u128 a, unsigned bits)
                                  a.lo >> bits | a.hi << (64 - bits) };
 }
 
-/* One bit at a time: slower than by digits, but without any division, which
- * a Cortex-M0 would call a library for. */
+/* Of a d whose upper bit is set: floor((2^96 - 1) / d) - 2^32.  From that of
+ * its upper word; at most three too many.  [Moeller & Granlund, Improved
+ * division by invariant integers, 2011, algorithm 6] */
+static uint32_t fixed_reciprocal(uint64_t d)
+{
+    const uint32_t high = (uint32_t)(d >> 32), low = (uint32_t)d;
+    uint32_t v = (uint32_t)(UINT64_MAX / high); /* less 2^32 */
+    uint32_t p = high * v + low;
+
+    if (p < low) {
+        v--;
+        if (p >= high) {
+            v--;
+            p -= high;
+        }
+        p -= high;
+    }
+    uint64_t t = (uint64_t)v * low;
+    p += (uint32_t)(t >> 32);
+    if (p < (uint32_t)(t >> 32)) {
+        v--;
+        v -= ((uint64_t)p << 32 | (uint32_t)t) >= d;
+    }
+    return v;
+}
+
+/* One 32-bit digit of (*rest 2^32 + next) / d, *rest < d.  The same source,
+ * algorithm 4. */
+static uint32_t fixed_digit(const struct motion_divisor *by, uint64_t *rest,
+                            uint32_t next)
+{
+    const uint32_t low = (uint32_t)by->d;
+    uint64_t q = (*rest >> 32) * by->per + *rest;
+    uint32_t digit = (uint32_t)(q >> 32);
+    uint32_t high = (uint32_t)*rest - digit * (uint32_t)(by->d >> 32);
+    uint64_t r = ((uint64_t)high << 32 | next) - (uint64_t)digit * low - by->d;
+
+    digit++;
+    if ((uint32_t)(r >> 32) >= (uint32_t)q) {
+        digit--;
+        r += by->d;
+    }
+    if (r >= by->d) {
+        digit++;
+        r -= by->d;
+    }
+    *rest = r;
+    return digit;
+}
+
+void motion_divisor_init(struct motion_divisor *by, uint64_t d)
+{
+    by->up = (uint8_t)motion_fixed_clz_u64(d);
+    by->d = d << by->up;
+    by->per = fixed_reciprocal(by->d);
+}
+
+uint64_t motion_divisor_apply(const struct motion_divisor *by,
+                              struct motion_u128 n, uint64_t *rest)
+{
+    n = motion_fixed_shl_u128(n, by->up);
+    uint64_t r = n.hi;
+    uint64_t high = fixed_digit(by, &r, (uint32_t)(n.lo >> 32));
+    uint32_t low = fixed_digit(by, &r, (uint32_t)n.lo);
+
+    if (rest != NULL)
+        *rest = r >> by->up;
+    return high << 32 | low;
+}
+
 int motion_fixed_div_u128(struct motion_u128 n, uint64_t d, uint64_t *quotient,
                           uint64_t *rest)
 {
+    struct motion_divisor by;
+
     if (n.hi >= d) /* includes d == 0 */
         return MOTION_E_RANGE;
-    for (int i = 0; i < 64; i++) {
-        /* invariant: n.hi < d; bits of the quotient enter n.lo from below */
-        bool carry = n.hi >> 63;
-        n = motion_fixed_shl_u128(n, 1);
-        if (carry || n.hi >= d) {
-            n.hi -= d;
-            n.lo |= 1;
-        }
-    }
-    *quotient = n.lo;
-    if (rest != NULL)
-        *rest = n.hi;
+    motion_divisor_init(&by, d);
+    *quotient = motion_divisor_apply(&by, n, rest);
     return MOTION_OK;
-}
-
-unsigned motion_fixed_clz_u64(uint64_t a)
-{
-    unsigned n = 0;
-
-    if (a == 0)
-        return 64;
-    for (unsigned step = 32; step != 0; step >>= 1) {
-        if (a >> (64 - step) == 0) {
-            a <<= step;
-            n += step;
-        }
-    }
-    return n;
 }
 
 /* --- signed, with a range ------------------------------------------------ */

@@ -69,6 +69,18 @@ int motion_fixed_to_i64(struct motion_u128 a, int64_t *result);
 int motion_fixed_div_u128(struct motion_u128 n, uint64_t d, uint64_t *quotient,
                           uint64_t *rest);
 
+/* A divisor, made ready for many divisions: d 2^up with its upper bit set, and
+ * its reciprocal.  d must not be zero.  Plan-time. */
+struct motion_divisor {
+    uint64_t d;
+    uint32_t per;
+    uint8_t up;
+};
+void motion_divisor_init(struct motion_divisor *by, uint64_t d);
+/* floor(n / d) and the rest, which may be NULL; n.hi < d. */
+uint64_t motion_divisor_apply(const struct motion_divisor *by,
+                              struct motion_u128 n, uint64_t *rest);
+
 /* a * b / c with a 128-bit product, to nearest.  MOTION_E_RANGE when c == 0 or
  * the result is beyond int64.  Plan-time. */
 int motion_fixed_muldiv(int64_t a, int64_t b, int64_t c, int64_t *result);
@@ -90,8 +102,15 @@ static inline uint64_t motion_fixed_abs(int64_t a)
     return a < 0 ? 0 - (uint64_t)a : (uint64_t)a;
 }
 
-/* Number of leading zero bits, 64 for zero. */
-unsigned motion_fixed_clz_u64(uint64_t a);
+/* Number of leading zero bits, 64 for zero.  Of halves, which a 32-bit machine
+ * has an instruction for. */
+static inline unsigned motion_fixed_clz_u64(uint64_t a)
+{
+    const uint32_t high = (uint32_t)(a >> 32), low = (uint32_t)a;
+    if (high != 0)
+        return (unsigned)__builtin_clz(high);
+    return low != 0 ? 32 + (unsigned)__builtin_clz(low) : 64;
+}
 
 /* sin and cos of phase quarter turns / 2^62, phase 0 .. 2^62 (a quarter turn),
  * as Q2.62; error at most 4 units of 2^-62.  Taylor series.  Plan-time. */

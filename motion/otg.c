@@ -11,6 +11,8 @@
 
 #define OTG_BITS       25 /* limits are drawn in by 2^-25 */
 #define OTG_MOST_PER_S 32 /* the shortest ramp: 2^-32 s, 954 ticks */
+#define OTG_LATER      16 /* durations tried when the shortest has no plan */
+#define OTG_WAIT       4  /* the first is 2^4 ticks more */
 
 const char *motion_otg_field_text(enum motion_otg_field field)
 {
@@ -149,11 +151,27 @@ static void limit_the_rest(const struct motion_otg_move *move,
     q->j = q->j2 = num_mul(num_max(q->ax, num_neg(q->an)), per_t);
 }
 
-/* value / 2^scale, less 2^-bits of it. */
-static struct num drawn_in(int64_t value, int scale, int bits)
+/* Towards zero by 2^-bits of it, rounded up; 2 <= bits <= 29. */
+static struct num drawn_in(struct num a, int bits)
 {
-    struct num a = num_make(value, -scale);
-    return num_sub(a, num_scale(a, -bits));
+    int32_t size = a.m < 0 ? -a.m : a.m;
+    size -= (size + (1 << bits) - 1) >> bits;
+    if (a.m != 0 && size < NUM_ONE) {
+        size *= 2;
+        a.e--;
+    }
+    a.m = a.m < 0 ? -size : size;
+    return a;
+}
+
+/* A limit upwards and the one downwards, which often is the same. */
+static void draw_limits(int64_t up, int64_t down, int scale, int bits,
+                        struct num *most, struct num *least)
+{
+    *most = drawn_in(num_make(up, -scale), bits);
+    *least = (uint64_t)up + (uint64_t)down == 0
+                 ? num_neg(*most)
+                 : drawn_in(num_make(down, -scale), bits);
 }
 
 /* a - b in Q32; the difference of two int64 needs 65 bits. */
@@ -169,22 +187,21 @@ void motion_otg_problem_init(const struct motion_otg_move *move,
                              struct otg_draw draw, struct otg_problem *q)
 {
     const struct motion_otg_limit *lim = &move->limit;
-    *q = (struct otg_problem){
-        .d = between_q32(move->goal.pos_q32, move->start.pos_q32),
-        .dv = between_q32(move->goal.vel_q32, move->start.vel_q32),
-        .v0 = num_make(move->start.vel_q32, -32),
-        .a0 = num_make(move->start.acc_q16, -16),
-        .vf = num_make(move->goal.vel_q32, -32),
-        .af = num_make(move->goal.acc_q16, -16),
-        .vx = drawn_in(lim->vel_max_q32, 32, draw.vel),
-        .vn = drawn_in(lim->vel_min_q32, 32, draw.vel),
-        .ax = drawn_in(lim->acc_max_q16, 16, draw.acc),
-        .an = drawn_in(lim->acc_min_q16, 16, draw.acc),
-        .j = drawn_in(lim->jerk_q16, 16, draw.jerk),
-    };
-    q->j2 = q->j;
+    q->d = between_q32(move->goal.pos_q32, move->start.pos_q32);
+    q->dv = between_q32(move->goal.vel_q32, move->start.vel_q32);
+    q->v0 = num_make(move->start.vel_q32, -32);
+    q->a0 = num_make(move->start.acc_q16, -16);
+    q->vf = num_make(move->goal.vel_q32, -32);
+    q->af = num_make(move->goal.acc_q16, -16);
+    draw_limits(lim->vel_max_q32, lim->vel_min_q32, 32, draw.vel, &q->vx,
+                &q->vn);
+    draw_limits(lim->acc_max_q16, lim->acc_min_q16, 16, draw.acc, &q->ax,
+                &q->an);
+    q->j = q->j2 = drawn_in(num_make(lim->jerk_q16, -16), draw.jerk);
+    q->jerk_bits = draw.jerk;
     if (lim->jerk_down_q16)
-        q->j2 = drawn_in(lim->jerk_down_q16, 16, draw.jerk);
+        q->j2 = drawn_in(num_make(lim->jerk_down_q16, -16), draw.jerk);
+    q->is_unit = false;
     limit_the_rest(move, q);
     q->per_j = q->per_j2 = num_inv(q->j);
     if (lim->jerk_down_q16)
@@ -236,6 +253,8 @@ static void end_brake(struct otg_problem *q, struct otg_shape *shape,
 
 static void end_append(const struct end *end, struct otg_shape *shape)
 {
+    if (end->count > 0)
+        shape->land = shape->count;
     for (int i = end->count - 1; i >= 0; i--)
         otg_shape_add(shape, end->phase[i].dt,
                       i ? num_neg(end->phase[i - 1].a) : end->af);
@@ -262,33 +281,36 @@ static int propose_middle(const struct otg_problem *q, struct num t,
     return err;
 }
 
-int motion_otg_propose(struct otg_problem q, struct num t,
+int motion_otg_propose(struct otg_problem *q, struct num t,
                        struct otg_shape *shape, struct num *next)
 {
     struct end end;
-    struct num jerk = q.j;
-    bool is_one = q.j.m == q.j2.m && q.j.e == q.j2.e;
+    struct num jerk = q->j, per_j = q->per_j;
+    bool is_one = jerk.m == q->j2.m && jerk.e == q->j2.e;
     if (is_one)
-        motion_otg_in_jerk(&q, jerk);
+        motion_otg_in_jerk(q, per_j);
     struct num ends = num_zero();
     end.count = 0;
-    if (!motion_otg_is_goal_inside(&q)) {
-        end_brake(&q, shape, false, &end);
+    if (!motion_otg_is_goal_inside(q)) {
+        end_brake(q, shape, false, &end);
         for (int i = 0; i < end.count; i++)
             ends = num_add(ends, end.phase[i].dt);
     }
-    if (!motion_otg_is_start_inside(&q)) {
-        motion_otg_brake(&q, shape);
+    if (!motion_otg_is_start_inside(q)) {
+        motion_otg_brake(q, shape);
         ends = num_add(ends, time_of(shape));
     }
     shape->brake = shape->count;
     shape->turn = -1;
-    int err = propose_middle(&q, t, ends, shape, next);
+    int err = propose_middle(q, t, ends, shape, next);
     if (shape->turn < 0)
         shape->turn = shape->count;
     end_append(&end, shape);
-    if (is_one)
-        motion_otg_shape_scale(shape, 0, jerk);
+    if (!is_one)
+        return err;
+    q->j = q->j2 = jerk;
+    q->per_j = q->per_j2 = per_j;
+    motion_otg_shape_scale(shape, 0, jerk, per_j);
     return err;
 }
 
@@ -313,32 +335,42 @@ static int64_t in_ns_q12(struct num t)
     return motion_real_floor_clamped(num_real(num_mul(up, ticks_per_s)), 0) + 1;
 }
 
+static bool is_there(const struct motion_otg_move *move)
+{
+    const struct motion_state *start = &move->start, *goal = &move->goal;
+    return start->pos_q32 == goal->pos_q32 && start->vel_q32 == goal->vel_q32 &&
+           start->acc_q16 == goal->acc_q16;
+}
+
 /* The shape of the motion, for a position or a velocity. */
 static int otg_shape_of(const struct motion_otg_move *move,
-                        const struct otg_problem *q, int64_t dur_ns_q12,
+                        struct otg_problem *q, int64_t dur_ns_q12,
                         struct otg_shape *shape, struct num *next)
 {
     otg_shape_init(shape);
+    if (dur_ns_q12 == 0 && is_there(move))
+        return MOTION_OK;
     if (move->mode == MOTION_OTG_POSITION)
-        return motion_otg_propose(*q, motion_otg_seconds(dur_ns_q12), shape,
+        return motion_otg_propose(q, motion_otg_seconds(dur_ns_q12), shape,
                                   next);
     otg_solve_velocity(*q, shape);
     return MOTION_OK;
 }
 
-static int otg_try(const struct motion_otg_move *move, struct otg_draw draw,
-                   struct motion_otg_plan *plan, enum motion_otg_field *field)
+static int otg_try(const struct motion_otg_move *move, int64_t dur_ns_q12,
+                   struct otg_draw draw, struct motion_otg_plan *plan,
+                   enum motion_otg_field *field)
 {
     struct otg_problem q;
     struct otg_shape shape;
     struct num next = num_zero();
     motion_otg_problem_init(move, draw, &q);
-    int err = otg_shape_of(move, &q, move->dur_ns_q12, &shape, &next);
+    int err = otg_shape_of(move, &q, dur_ns_q12, &shape, &next);
     if (err < 0) {
         plan->dur_ns_q12 = in_ns_q12(next);
         return refuse(field, MOTION_OTG_FIELD_DURATION, err);
     }
-    return motion_otg_settle(move, &q, &shape, move->dur_ns_q12, plan, field);
+    return motion_otg_settle(move, &q, &shape, dur_ns_q12, plan, field);
 }
 
 /* Further in by steps of 2^2: velocity and acceleration, the jerk, all, and all
@@ -408,33 +440,82 @@ int motion_otg_make(const struct motion_otg_move *move,
                               field ? field : &unused);
 }
 
+/* One after the other with limits drawn in further; *first is the duration of
+ * the first. */
+static int otg_make_drawn(const struct motion_otg_move *move,
+                          int64_t dur_ns_q12, struct motion_otg_plan *plan,
+                          int64_t *first, enum motion_otg_field *field)
+{
+    struct otg_draw draw = { OTG_BITS, OTG_BITS, OTG_BITS };
+    int wanted = OTG_BITS;
+    for (int i = 0; i < OTG_TRIES; i++) {
+        int err = otg_try(move, dur_ns_q12, draw, plan, field);
+        if (err == MOTION_OK || err == MOTION_E_RANGE ||
+            *field == MOTION_OTG_FIELD_DURATION)
+            return err;
+        if (i == 0) {
+            *first = plan->dur_ns_q12;
+            wanted = motion_otg_wanted_bits(*first);
+        }
+        draw = motion_otg_draw(wanted, i + (wanted == OTG_BITS));
+    }
+    return MOTION_E_LIMIT;
+}
+
+/* The fastest motion may exist for no whole number of ticks: at a given speed a
+ * way is covered in a part of one, or within what the jerk allows only in times
+ * that lie between two.  So wait: for a little longer, or for the next time at
+ * which there is a motion. */
+static int otg_make_later(const struct motion_otg_move *move, int64_t least,
+                          struct motion_otg_plan *plan,
+                          enum motion_otg_field *field)
+{
+    int64_t dur = least, first;
+    for (int i = 0; i < OTG_LATER; i++) {
+        if (*field == MOTION_OTG_FIELD_DURATION && plan->dur_ns_q12 > dur)
+            least = plan->dur_ns_q12;
+        dur =
+            least + (least >> (OTG_BITS - i)) + ((int64_t)1 << (OTG_WAIT + i));
+        if (dur >= MOTION_TRACK_SEGMENT_MAX_NS_Q12)
+            return MOTION_E_RANGE;
+        int err = otg_make_drawn(move, dur, plan, &first, field);
+        if (err == MOTION_OK || err == MOTION_E_RANGE)
+            return err;
+    }
+    return refuse(field, MOTION_OTG_FIELD_GOAL_POS, MOTION_E_LIMIT);
+}
+
+static int otg_make_valid(const struct motion_otg_move *move,
+                          int64_t dur_ns_q12, struct motion_otg_plan *plan,
+                          enum motion_otg_field *field)
+{
+    int64_t least = 0;
+    int err = otg_make_drawn(move, dur_ns_q12, plan, &least, field);
+    if (err == MOTION_E_LIMIT && *field != MOTION_OTG_FIELD_DURATION &&
+        dur_ns_q12 == 0 && move->mode == MOTION_OTG_POSITION)
+        err = otg_make_later(move, least, plan, field);
+    return err;
+}
+
+OTG_OWN_FRAME static int otg_make_unlimited(const struct motion_otg_move *move,
+                                            int64_t dur_ns_q12,
+                                            struct motion_otg_plan *plan,
+                                            enum motion_otg_field *field)
+{
+    const struct motion_otg_move own = without_unlimited(move);
+    return otg_make_valid(&own, dur_ns_q12, plan, field);
+}
+
 int motion_otg_make_in(const struct motion_otg_move *move, int64_t dur_ns_q12,
                        struct motion_otg_plan *plan,
                        enum motion_otg_field *field)
 {
     int err = otg_is_valid(move, field);
-    if (err < 0)
-        return err;
-    struct motion_otg_move own = without_unlimited(move);
-    own.dur_ns_q12 = dur_ns_q12;
-    struct motion_otg_plan made;
-    struct otg_draw draw = { OTG_BITS, OTG_BITS, OTG_BITS };
-    int wanted = OTG_BITS;
-    for (int i = 0; i < OTG_TRIES; i++) {
-        err = otg_try(&own, draw, &made, field);
-        if (err == MOTION_E_RANGE || *field == MOTION_OTG_FIELD_DURATION)
-            break;
-        if (err == MOTION_OK && made.count == 0)
-            break;
-        if (i == 0)
-            wanted = motion_otg_wanted_bits(made.dur_ns_q12);
-        if (err == MOTION_OK)
-            break;
-        draw = motion_otg_draw(wanted, i + (wanted == OTG_BITS));
-    }
     if (err == MOTION_OK)
-        *plan = made;
-    else if (*field == MOTION_OTG_FIELD_DURATION)
-        plan->dur_ns_q12 = made.dur_ns_q12;
+        err = move->limit.jerk_q16
+                  ? otg_make_valid(move, dur_ns_q12, plan, field)
+                  : otg_make_unlimited(move, dur_ns_q12, plan, field);
+    if (err < 0)
+        plan->count = 0;
     return err;
 }

@@ -12,7 +12,9 @@
  *
  * A returned plan has passed the check.  Its duration exceeds the optimum by at
  * most 2^-21 of it or 2 ns, the larger: the search runs with limits drawn in
- * by 2^-25, and that room takes up the rounding to whole ticks.
+ * by 2^-25, and that room takes up the rounding to whole ticks.  Where the
+ * optimum is possible in no whole number of ticks (a way that a given speed
+ * covers in part of one), it is the next duration that is.
  *
  * Method and equations: docs/OTG.md.  Compare: Berscheid & Kroeger, "Jerk-
  * limited real-time trajectory generation with arbitrary target states" (RSS
@@ -108,9 +110,9 @@ struct motion_otg_plan {
 /* Make the plan of `move`.  Returns MOTION_OK, or with *field the culprit:
  * MOTION_E_ARG for a limit that is zero, of the wrong sign or missing,
  * MOTION_E_LIMIT for a goal that no motion within the limits can end in or a
- * duration that cannot be met (then *plan is not written; the next duration
- * that can is in plan->dur_ns_q12), MOTION_E_RANGE when the move would take
- * over 3 days or leave the formats.  `field` may be NULL.
+ * duration that cannot be met (the next one that can is in plan->dur_ns_q12),
+ * MOTION_E_RANGE when the move would take over 3 days or leave the formats.
+ * With an error *plan has no phases.  `field` may be NULL.
  * A start outside the limits is first brought inside: full jerk until the
  * acceleration is inside, then full deceleration until the velocity is. */
 int motion_otg_make(const struct motion_otg_move *move,

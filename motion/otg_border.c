@@ -14,6 +14,7 @@
     11 /* a smaller step ends the search: the next error is its
                         square, and otg_polish.c squares that again */
 #define ROOT_MOST 100
+#define ROOT_LOOK 3 /* the bracket's width matters after a few steps only */
 
 int motion_otg_solve_most;
 
@@ -123,36 +124,42 @@ static struct num border_rise(const struct otg_border *b, struct num x,
     return num_mul(x, *peak);
 }
 
+/* By (3) dD/dT = pull / 2, and dT/dx = 2 (1 + r). */
+static struct num border_slope(const struct otg_border *b, struct num vc,
+                               struct num a1, const struct otg_hump *h,
+                               struct num both)
+{
+    const struct otg_side *f = &b->side[b->first], *o = &b->side[!b->first];
+    struct num pull = num_twice(vc);
+    if (b->is_unit)
+        return num_mul(num_add(pull, num_mul(a1, h->a)), both);
+    struct num width = num_add(num_mul(a1, f->per_j), num_mul(h->a, o->per_j));
+    return num_add(num_mul(pull, both), num_mul(a1, width));
+}
+
 void motion_otg_border_at(struct otg_border *b, enum otg_goal goal,
                           struct num x, struct otg_point *p)
 {
     struct otg_side *f = &b->side[b->first], *o = &b->side[!b->first];
     struct num a1 = x, w = x;
     struct otg_hump h;
-    if (x.m) {
+    if (x.m)
         w = border_rise(b, x, &a1);
-        motion_otg_side_hump(o, b->is_unit, num_add(w, b->gap), &h);
-    } else {
-        motion_otg_side_hump(o, b->is_unit, b->gap, &h);
-    }
+    motion_otg_side_hump(o, b->is_unit, num_add(w, b->gap), &h);
     p->x = x;
     p->z = h.z;
     p->vc = num_add(f->base, w);
     p->bend = num_mul(a1, h.per_a);
+    struct num both = num_add(num_one(), p->bend);
     if (goal == OTG_GOAL_T) {
         p->got = num_twice(num_add(x, h.z));
-        p->slope = num_twice(num_add(num_one(), p->bend));
+        p->slope = num_twice(both);
         return;
     }
-    struct num m1 = num_add(p->vc, f->base), m2 = num_add(p->vc, o->base);
-    if (x.m == 0) {
-        p->got = num_mul(m2, h.z);
-        p->slope = m1;
-        return;
-    }
-    p->got = num_add(num_mul(m1, x), num_mul(m2, h.z));
-    struct num rise = num_mul(num_twice(a1), num_add(x, h.z));
-    p->slope = num_add(num_add(m1, rise), num_mul(m2, p->bend));
+    p->got = num_mul(num_add(p->vc, o->base), h.z);
+    if (x.m)
+        p->got = num_add(p->got, num_mul(num_add(p->vc, f->base), x));
+    p->slope = border_slope(b, p->vc, a1, &h, both);
 }
 
 struct num motion_otg_border_time(const struct otg_border *b,
@@ -203,7 +210,8 @@ void motion_otg_border_root(struct otg_border *b, enum otg_goal goal,
         p->rest = num_sub(want, p->got);
         if (goal == OTG_GOAL_LENS && p->rest.m > 0 && is_hopeless(p, lo, hi))
             break;
-        if (is_right_of(goal, p->rest, p->slope)) {
+        bool is_right = is_right_of(goal, p->rest, p->slope);
+        if (is_right) {
             hi = x;
             is_bounded = true;
         } else if (x.m == top.m && x.e == top.e) {
@@ -212,9 +220,10 @@ void motion_otg_border_root(struct otg_border *b, enum otg_goal goal,
             lo = x;
         }
         struct num all = num_add(x, p->z);
-        if (is_bounded && is_small(num_sub(hi, lo), all, 26))
+        if (i % ROOT_LOOK == 0 && is_bounded &&
+            is_small(num_sub(hi, lo), all, 26))
             break;
-        struct num to = lo;
+        struct num to = x;
         if (p->slope.m > 0) {
             struct num step = num_div(p->rest, p->slope);
             to = num_add(x, step);
@@ -225,7 +234,10 @@ void motion_otg_border_root(struct otg_border *b, enum otg_goal goal,
                 break;
             }
         }
-        if (num_lt(lo, to) && num_lt(to, hi) && (i < 12 || (i & 1)))
+        /* a step leads away from the end that x has become */
+        bool is_inside =
+            p->slope.m > 0 && (is_right ? num_lt(lo, to) : num_lt(to, hi));
+        if (is_inside && (i < 12 || (i & 1)))
             x = to;
         else
             x = is_bounded ? num_half(num_add(lo, hi)) : hi;
@@ -270,10 +282,10 @@ static void shape_knob(const struct otg_end *end, bool is_goal, struct num a,
 {
     bool minus = end->sign < 0;
     struct num rise = num_twice(a);
+    struct num far =
+        is_goal ? num_sub(end->half, left) : num_add(end->half, left);
     struct num way = num_add(side_sign(vc, minus), end->side->base);
-    way = num_add(way, num_mul(rise, end->half));
-    struct num later = num_mul(rise, left);
-    way = is_goal ? num_sub(way, later) : num_add(way, later);
+    way = num_add(way, num_mul(rise, far));
     k->d[is_goal] = side_sign(way, minus);
     k->v[is_goal] = side_sign(rise, minus != is_goal);
 }

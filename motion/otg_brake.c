@@ -7,27 +7,35 @@
  * upside down. */
 #include "motion/otg_internal.h"
 
+#define BRAKE_TIE_BITS 20
+
 /* The part of the problem that braking looks at, upside down where `up`.
  * `per_soft` is 1 / the jerk with which the motion goes on afterwards. */
 struct brake {
-    struct num v, a, vx, vn, ax, an, j, per_j, per_soft;
+    struct num v, a, vx, vn, ax, an, per_j, per_soft;
 };
 
 static struct brake brake_view(const struct otg_problem *q, bool up)
 {
     struct num soft = num_max(q->per_j, q->per_j2);
     if (!up)
-        return (struct brake){ q->v0, q->a0, q->vx,    q->vn, q->ax,
-                               q->an, q->j,  q->per_j, soft };
-    return (struct brake){ num_neg(q->v0), num_neg(q->a0), num_neg(q->vn),
-                           num_neg(q->vx), num_neg(q->an), num_neg(q->ax),
-                           q->j,           q->per_j,       soft };
+        return (struct brake){ q->v0, q->a0, q->vx,    q->vn,
+                               q->ax, q->an, q->per_j, soft };
+    return (struct brake){ num_neg(q->v0), num_neg(q->a0),
+                           num_neg(q->vn), num_neg(q->vx),
+                           num_neg(q->an), num_neg(q->ax),
+                           q->per_j,       soft };
 }
 
-/* Speed change of letting go of a afterwards. */
+/* Speed change of letting go of a afterwards; of letting go at once. */
 static struct num brake_ramp(const struct brake *b)
 {
     return num_half(num_mul(num_sqr(b->a), b->per_soft));
+}
+
+static struct num brake_own_ramp(const struct brake *b)
+{
+    return num_half(num_mul(num_sqr(b->a), b->per_j));
 }
 
 /* Run one phase to acceleration `a` and put it into the answer. */
@@ -53,43 +61,60 @@ static struct num brake_sign(struct num a, bool up)
     return up ? num_neg(a) : a;
 }
 
-static void brake_jerk(struct otg_problem *q, struct otg_shape *shape,
-                       const struct brake *b, struct num dt, bool up)
-{
-    struct num a = num_sub(b->a, num_mul(dt, b->j));
-    brake_run(q, shape, dt, brake_sign(a, up));
-}
-
-/* Time of full jerk down until the velocity is at vx, or, if that comes first,
+/* Time of hard jerk down until the velocity is at vx, or, if that comes first,
  * until ramping back to a = 0 ends at vn: there a = -x with
- *   v + (a0^2 - x^2)/2j - x^2/2 soft = vn. */
-static struct num brake_time(const struct brake *b)
+ *   v + (a0^2 - x^2)/2 hard - x^2/2j = vn. */
+static struct num brake_time(const struct brake *b, struct num hard,
+                             struct num per_hard)
 {
-    struct num per_j = b->per_j;
-    struct num rise = num_mul(num_half(num_sqr(b->a)), per_j);
+    struct num rise = num_half(num_mul(num_sqr(b->a), per_hard));
     struct num over = num_add(rise, num_sub(b->v, b->vx));
     struct num above = num_add(rise, num_sub(b->v, b->vn));
-    struct num both = num_add(per_j, b->per_soft);
-    struct num to_vx = num_sqrt(num_twice(num_mul(over, b->j)));
-    struct num to_vn = num_sqrt(num_twice(num_div(above, both)));
-    return num_mul(num_add(b->a, num_min(to_vx, to_vn)), per_j);
+    struct num both = num_half(num_add(per_hard, b->per_j));
+    struct num to_vx = num_sqrt(num_twice(num_mul(over, hard)));
+    struct num to_vn = num_sqrt(num_div(above, both));
+    return num_mul(num_add(b->a, num_min(to_vx, to_vn)), per_hard);
 }
 
+/* What goes on with less jerk must not fall out below: full jerk up to a = -x,
+ * from which that ends at vn,
+ *   v - (a^2 - x^2)/2j - x^2/2 soft = vn,
+ * or to rest of a where full jerk ends there. */
+static void brake_let_go(struct otg_problem *q, struct otg_shape *shape,
+                         bool up)
+{
+    struct brake b = brake_view(q, up);
+    struct num above = num_sub(b.v, b.vn), soft = num_sub(b.per_soft, b.per_j);
+    if (b.a.m >= 0 || soft.m <= 0 || !num_lt(above, brake_ramp(&b)))
+        return;
+    struct num ramp = brake_own_ramp(&b), room = num_sub(above, ramp);
+    struct num a = num_zero();
+    if (num_lt(num_scale(ramp, -BRAKE_TIE_BITS), room))
+        a = num_neg(num_sqrt(num_twice(num_div(room, soft))));
+    brake_run(q, shape, num_mul(num_sub(a, b.a), b.per_j), brake_sign(a, up));
+}
+
+/* At first with all the jerk there is: the check allows no more than that
+ * leads to. */
 static void brake_velocity(struct otg_problem *q, struct otg_shape *shape,
                            bool up)
 {
     struct brake b = brake_view(q, up);
-    struct num to_an = num_mul(num_sub(b.a, b.an), b.per_j);
-    struct num dt = brake_time(&b);
+    struct num per_hard = num_sub(b.per_j, num_scale(b.per_j, -q->jerk_bits));
+    struct num hard = num_inv(per_hard);
+    struct num to_an = num_mul(num_sub(b.a, b.an), per_hard);
+    struct num dt = brake_time(&b, hard, per_hard);
     if (!num_lt(to_an, dt)) {
-        brake_jerk(q, shape, &b, dt, up);
-        return;
+        struct num a = num_sub(b.a, num_mul(dt, hard));
+        brake_run(q, shape, dt, brake_sign(a, up));
+    } else {
+        brake_run(q, shape, to_an, brake_sign(b.an, up));
+        b = brake_view(q, up);
+        struct num room = num_sub(num_sub(b.v, b.vn), brake_own_ramp(&b));
+        struct num over = num_min(num_sub(b.v, b.vx), room);
+        brake_run(q, shape, num_div(over, num_neg(b.an)), brake_sign(b.an, up));
     }
-    brake_run(q, shape, to_an, brake_sign(b.an, up));
-    b = brake_view(q, up);
-    struct num room = num_sub(num_sub(b.v, b.vn), brake_ramp(&b));
-    struct num over = num_min(num_sub(b.v, b.vx), room);
-    brake_run(q, shape, num_div(over, num_neg(b.an)), brake_sign(b.an, up));
+    brake_let_go(q, shape, up);
 }
 
 static void brake_acceleration(struct otg_problem *q, struct otg_shape *shape,

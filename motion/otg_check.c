@@ -2,7 +2,8 @@
  *
  * Knows nothing of how the plan was found.  It integrates the phases in exact
  * integers and compares with the public numbers, which are whole in the plan's
- * units (otg.h): a limit is kept or it is not.  The corners in `trim` are known
+ * units (otg.h): a limit is kept or it is not.  V is followed from corner to
+ * corner; P is what each phase adds to V, times the time that is left.  The corners in `trim` are known
  * to one unit; what these can make is added wherever it can matter:
  *
  *   acceleration  1 at such a corner
@@ -22,14 +23,18 @@
 #include "motion/otg_internal.h"
 #include "motion/real.h"
 
+#define CHECK_FIVES_ROOM 42 /* 5^9 has 21 bits */
+
 struct check {
     const struct motion_otg_plan *plan;
     const struct motion_otg_move *move;
+    struct wide start, goal, up, down; /* V there, and at its limits */
     int64_t acc_max, acc_min;
-    struct wide up[3], down[3]; /* see vel_limits */
-    bool is_in;                 /* the velocity has been inside its limits */
-    int64_t trimmed;            /* W */
+    int64_t trimmed; /* W */
+    uint64_t fives;  /* see jerk_is_kept */
+    int jerk_up, step_down;
     bool has_vel, has_acc, has_jerk;
+    bool is_in[2]; /* the velocity has been below its limit, above the lower */
 };
 
 static int refuse(enum motion_otg_field *field, enum motion_otg_field which)
@@ -52,6 +57,17 @@ static int64_t limit_acc(int64_t limit_q16, int acc_bits)
     if (room > 0 && motion_fixed_abs(limit_q16) >> (62 - room) != 0)
         return limit_q16 < 0 ? -INT64_MAX : INT64_MAX;
     return motion_otg_acc_image(limit_q16, acc_bits);
+}
+
+#define CHECK_VEL_BITS 111 /* of a velocity and acc_bits: below 2^123 */
+
+static struct wide limit_vel(int64_t limit_q32, int acc_bits)
+{
+    if (64 - (int)motion_real_clz(motion_fixed_abs(limit_q32)) + acc_bits <=
+        CHECK_VEL_BITS)
+        return motion_otg_vel_image(limit_q32, acc_bits);
+    struct wide most = { (uint64_t)1 << 60, 0 };
+    return limit_q32 < 0 ? wide_neg(most) : most;
 }
 
 /* a^2 / 2j in units of velocity, and what one unit of acceleration makes of it:
@@ -86,67 +102,74 @@ static bool swing_is_inside(int64_t vel, int64_t acc, int64_t jerk,
            motion_otg_ramp_fits(acc, jerk, room - (room >> 40) - (room != 0));
 }
 
-static void widen(struct wide *limit, int64_t vel, int64_t acc, int64_t jerk,
-                  int acc_bits)
-{
-    struct wide v = motion_otg_vel_image(vel, acc_bits);
-    if (acc > 0 && jerk > 0)
-        v = wide_add(v, ramp_of(acc, jerk, acc_bits));
-    if (wide_cmp(*limit, v) < 0)
-        *limit = v;
-}
+enum end { END_START, END_GOAL };
 
 /* What the velocity may rise to (fall to, upside down, with sign -1): the limit,
- * at first what the start makes necessary, in the last phase the goal. */
-static void vel_limits(const struct motion_otg_move *move, int sign,
-                       int acc_bits, struct wide limit[3])
+ * or what the start or the goal makes necessary. */
+static struct wide widened(const struct check *c, int sign, enum end end)
 {
-    const struct motion_otg_limit *lim = &move->limit;
-    const struct motion_state *start = &move->start, *goal = &move->goal;
+    const struct motion_otg_limit *lim = &c->move->limit;
+    bool is_goal = end == END_GOAL;
+    const struct motion_state *at = is_goal ? &c->move->goal : &c->move->start;
     int64_t most = sign > 0 ? lim->vel_max_q32 : -lim->vel_min_q32;
-    int64_t v0 = sign * start->vel_q32, a0 = sign * start->acc_q16;
-    int64_t vf = sign * goal->vel_q32, af = -sign * goal->acc_q16;
-    int64_t j = lim->jerk_q16, j2 = closing_jerk(lim);
-    limit[0] = limit[1] = limit[2] = motion_otg_vel_image(most, acc_bits);
-    if (!swing_is_inside(v0, a0, j, most))
-        widen(&limit[1], v0, a0, j, acc_bits);
-    if (!swing_is_inside(vf, af, j2, most))
-        widen(&limit[2], vf, af, j2, acc_bits);
+    int64_t vel = sign * at->vel_q32;
+    int64_t acc = (is_goal ? -sign : sign) * at->acc_q16;
+    int64_t jerk = is_goal ? closing_jerk(lim) : lim->jerk_q16;
+    struct wide limit = sign > 0 ? c->up : wide_neg(c->down);
+    if (swing_is_inside(vel, acc, jerk, most))
+        return limit;
+    struct wide v = motion_otg_vel_image(vel, c->plan->acc_bits);
+    if (acc > 0 && jerk > 0)
+        v = wide_add(v, ramp_of(acc, jerk, c->plan->acc_bits));
+    return wide_cmp(limit, v) < 0 ? v : limit;
 }
 
-static int64_t corner_weight(const struct motion_otg_plan *plan, int i)
+static int64_t trimmed_ticks(const struct motion_otg_plan *plan)
 {
-    return plan->phase[i].dur_ns_q12 + plan->phase[i + 1].dur_ns_q12;
+    const struct motion_otg_phase *ph = plan->phase;
+    int64_t all = 0;
+    for (uint32_t both = plan->trim[0] | plan->trim[1]; both; both >>= 1, ph++)
+        if (both & 1)
+            all += ph[0].dur_ns_q12 + ph[1].dur_ns_q12;
+    return all;
 }
 
 static void check_init(struct check *c)
 {
     const struct motion_otg_limit *lim = &c->move->limit;
-    const struct motion_otg_plan *plan = c->plan;
-    uint32_t both = plan->trim[0] | plan->trim[1];
+    int bits = c->plan->acc_bits;
     c->has_acc = lim->acc_max_q16 != 0;
     c->has_jerk = lim->jerk_q16 != 0;
     c->has_vel = c->move->mode == MOTION_OTG_POSITION;
-    c->acc_max = limit_acc(lim->acc_max_q16, plan->acc_bits);
-    c->acc_min = limit_acc(lim->acc_min_q16, plan->acc_bits);
+    c->acc_max = limit_acc(lim->acc_max_q16, bits);
+    c->acc_min = limit_acc(lim->acc_min_q16, bits);
+    c->start = motion_otg_vel_image(c->plan->start_vel_q32, bits);
+    c->goal = motion_otg_vel_image(c->plan->goal_vel_q32, bits);
     if (c->has_vel) {
-        vel_limits(c->move, 1, plan->acc_bits, c->up);
-        vel_limits(c->move, -1, plan->acc_bits, c->down);
+        c->up = limit_vel(lim->vel_max_q32, bits);
+        c->down = limit_vel(lim->vel_min_q32, bits);
     }
-    c->is_in = false;
-    c->trimmed = 0;
-    for (int i = 0; both >> i != 0 && i + 1 < plan->count; i++)
-        if (both >> i & 1)
-            c->trimmed += corner_weight(plan, i);
+    int up = bits - 37;
+    int room =
+        (int)motion_real_clz((uint64_t)(lim->jerk_q16 | lim->jerk_down_q16));
+    c->fives = OTG_FIVES;
+    c->jerk_up = up < room ? up : room;
+    c->step_down = up - c->jerk_up;
+    if (up < 0) {
+        c->fives <<= up < -CHECK_FIVES_ROOM ? CHECK_FIVES_ROOM : -up;
+        c->jerk_up = 0;
+        c->step_down = 0;
+    }
+    c->trimmed = trimmed_ticks(c->plan);
 }
 
 /* --- one phase ------------------------------------------------------------ */
 
-/* From v, a to v1, a1 in n ticks; off: what trimming can change of a and a1,
- * and of the difference. */
+/* From v, a to v1, a1 in n ticks, `rest` ticks before the end; off: what
+ * trimming can change of a and a1, and of the difference. */
 struct stretch {
     struct wide v, v1;
-    int64_t a, a1, n, jerk;
+    int64_t a, a1, n, rest;
     int off, off1, off_step;
     bool first, last;
 };
@@ -159,45 +182,65 @@ static int trim_at(const struct motion_otg_plan *plan, int i)
     return (int)((plan->trim[0] >> i & 1) | (plan->trim[1] >> i & 1) << 1);
 }
 
-static void stretch_next(const struct check *c, int i, struct otg_run *run,
+static void stretch_next(const struct motion_otg_plan *plan, int i,
                          struct stretch *s)
 {
-    const struct motion_otg_phase *ph = &c->plan->phase[i];
-    int before = trim_at(c->plan, i - 1), after = trim_at(c->plan, i);
+    const struct motion_otg_phase *ph = &plan->phase[i];
+    int before = trim_at(plan, i - 1), after = trim_at(plan, i);
     s->first = i == 0;
-    s->last = i + 1 == c->plan->count;
-    s->v = run->v;
-    s->a = run->a;
+    s->last = i + 1 == plan->count;
+    s->v = s->v1;
+    s->a = s->a1;
     s->n = ph->dur_ns_q12;
-    motion_otg_run_phase(run, ph);
-    s->a1 = run->a;
-    s->v1 = run->v;
+    s->a1 = ph->acc;
+    s->rest -= s->n;
     s->off = before != 0;
     s->off1 = after != 0;
     s->off_step = before == after ? 0 : s->off + s->off1;
-    s->jerk =
-        c->has_jerk ? motion_otg_phase_jerk(&c->move->limit, c->plan, i) : 0;
 }
 
-/* |a1 - a| / n <= jerk: 2^(37 - acc_bits) 5^9 |a1 - a| <= jerk n. */
-static bool jerk_is_kept(const struct check *c, const struct stretch *s)
+/* V, and 2 P of its gain G = (A + A') n:  G (3 r + n) + A n n. */
+static void stretch_run(struct stretch *s, struct wider *twice)
+{
+    int64_t k = 2 * (3 * s->rest + s->n);
+    if ((s->a | s->a1) == 0)
+        return;
+    struct wide gain = wide_mul_i64(s->a + s->a1, s->n);
+    s->v1 = wide_add(s->v1, gain);
+    if (s->a == s->a1)
+        k += s->n;
+    else if (s->a1 == 0)
+        k += 2 * s->n;
+    else if (s->a != 0)
+        *twice =
+            wider_add(*twice, wider_mul(wide_mul_i64(2 * s->a, s->n), s->n));
+    *twice = wider_add(*twice, wider_mul(gain, k));
+}
+
+/* |a1 - a| / n <= jerk:  5^9 |a1 - a| <= 2^(acc_bits - 37) jerk n, the power
+ * where there is room for it. */
+static bool jerk_is_kept(const struct check *c, const struct stretch *s,
+                         int64_t jerk)
 {
     uint64_t step = motion_fixed_abs(s->a1 - s->a) + (uint64_t)s->off_step;
     if (step == 0)
         return true;
-    struct wide have = wide_mul_u64(step, OTG_FIVES); /* < 2^84 */
-    struct wide most = wide_mul_u64((uint64_t)s->jerk, (uint64_t)s->n);
-    int shift = 37 - c->plan->acc_bits;
-    if (shift >= 0)
-        have = wide_shl(have, (unsigned)shift);
-    else /* up */
-        have = wide_neg(wide_shr(wide_neg(have), (unsigned)-shift));
-    return wide_cmp(have, most) <= 0;
+    struct wide have = wide_mul_u64(step, c->fives);
+    if (c->step_down > 0) /* up */
+        have = wide_neg(wide_shr(wide_neg(have), (unsigned)c->step_down));
+    return wide_cmp(have, wide_mul_u64((uint64_t)jerk << c->jerk_up,
+                                       (uint64_t)s->n)) <= 0;
 }
 
 static bool acc_is_kept(const struct check *c, int64_t a, int off)
 {
     return a <= c->acc_max - off && a >= c->acc_min + off;
+}
+
+/* room >= least, least >= 0. */
+static bool has_room(struct wide room, int64_t least)
+{
+    return room.hi == 0 ? room.lo >= (uint64_t)least : !wide_is_negative(room);
 }
 
 /* The velocity rises (falls) from where it is v while |a| goes to zero on the
@@ -216,64 +259,66 @@ static bool crest_is_inside(struct wide room, int64_t a, int64_t b, int64_t n,
     return wider_cmp(rise, wider_mul(room, (int64_t)(from + to))) <= 0;
 }
 
+/* Room above v (below it with sign -1). */
+static struct wide room_at(const struct check *c, struct wide v, int sign)
+{
+    return sign > 0 ? wide_sub(c->up, v) : wide_sub(v, c->down);
+}
+
+static struct wide widened_room(const struct check *c, struct wide v, int sign,
+                                enum end end)
+{
+    struct wide most = widened(c, sign, end);
+    return sign > 0 ? wide_sub(most, v) : wide_add(most, v);
+}
+
 /* Where the acceleration changes its sign, the velocity turns.  Counted from
- * v, and backwards in time from v1: `v` with a at it, b at the other end. */
-static bool turn_is_inside(const struct check *c, struct wide v, int64_t a,
-                           int64_t b, const struct stretch *s, int64_t room)
+ * the phase's start; in the last phase backwards in time from the goal. */
+static bool turn_is_inside(const struct check *c, const struct stretch *s)
 {
-    int which = s->last ? 2 : c->is_in ? 0 : 1;
-    struct wide left =
-        a > 0 ? wide_sub(c->up[which], v) : wide_add(c->down[which], v);
-    return crest_is_inside(wide_sub(left, wide_from(room)), a, b, s->n,
-                           s->off | s->off1);
+    struct wide v = s->last ? c->goal : s->v;
+    int64_t a = s->last ? -s->a1 : s->a, b = s->last ? -s->a : s->a1;
+    int off = s->off | s->off1, sign = a > 0 ? 1 : -1;
+    struct wide least = wide_from(s->first || s->last ? 0 : c->trimmed);
+    struct wide room = wide_sub(room_at(c, v, sign), least);
+    if (crest_is_inside(room, a, b, s->n, off))
+        return true;
+    if (!s->last && c->is_in[sign < 0])
+        return false;
+    room = widened_room(c, v, sign, s->last ? END_GOAL : END_START);
+    return crest_is_inside(wide_sub(room, least), a, b, s->n, off);
 }
 
-/* -down <= v <= up, with the room that trimming needs. */
-static bool vel_is_inside(const struct check *c, struct wide v, int which)
+/* Outside since the start, where that makes it necessary; and the corner goes
+ * on to bring the velocity back: by 2^-20 of what may be, so that no cruise
+ * counts as that. */
+static bool is_excused(const struct check *c, const struct stretch *s, int sign)
 {
-    const struct wide room = wide_from(c->trimmed);
-    return wide_cmp(v, wide_sub(c->up[which], room)) <= 0 &&
-           wide_cmp(wide_neg(v), wide_sub(c->down[which], room)) <= 0;
-}
-
-/* Outside, a corner must go on to bring the velocity back: by 2^-20 of what may
- * be, so that no cruise counts as that. */
-static bool is_let_go(const struct check *c, const struct stretch *s)
-{
-    bool above = wide_cmp(s->v1, c->up[0]) > 0;
-    return above ? s->a1 > c->acc_min >> 20 : s->a1 < c->acc_max >> 20;
+    if (c->is_in[sign < 0] ||
+        (sign > 0 ? s->a1 > c->acc_min >> 20 : s->a1 < c->acc_max >> 20))
+        return false;
+    return has_room(widened_room(c, s->v1, sign, END_START), c->trimmed);
 }
 
 /* The end of the last phase is the goal, which has been judged. */
 static bool vel_is_kept(struct check *c, const struct stretch *s)
 {
-    bool was_in = c->is_in;
-    if (!s->last) {
-        c->is_in = vel_is_inside(c, s->v1, 0);
-        if (!c->is_in &&
-            (was_in || !vel_is_inside(c, s->v1, 1) || is_let_go(c, s)))
+    if ((s->a ^ s->a1) < 0 && s->a != 0 && s->a1 != 0 && !turn_is_inside(c, s))
+        return false;
+    for (int sign = 1; sign >= -1 && !s->last; sign -= 2) {
+        if (has_room(room_at(c, s->v1, sign), c->trimmed))
+            c->is_in[sign < 0] = true;
+        else if (!is_excused(c, s, sign))
             return false;
     }
-    if ((s->a ^ s->a1) >= 0 || s->a == 0 || s->a1 == 0)
-        return true;
-    if (s->last)
-        return turn_is_inside(
-            c, motion_otg_vel_image(c->plan->goal_vel_q32, c->plan->acc_bits),
-            -s->a1, -s->a, s, 0);
-    bool now_in = c->is_in;
-    c->is_in = was_in;
-    bool kept =
-        turn_is_inside(c, s->v, s->a, s->a1, s, s->first ? 0 : c->trimmed);
-    c->is_in = now_in;
-    return kept;
+    return true;
 }
 
-static int check_phase(struct check *c, const struct stretch *s,
+static int check_phase(struct check *c, int i, const struct stretch *s,
                        enum motion_otg_field *field)
 {
-    if (s->n <= 0)
-        return refuse(field, MOTION_OTG_FIELD_DURATION);
-    if (c->has_jerk && !jerk_is_kept(c, s))
+    if (c->has_jerk &&
+        !jerk_is_kept(c, s, motion_otg_phase_jerk(&c->move->limit, c->plan, i)))
         return refuse(field, MOTION_OTG_FIELD_JERK);
     if (c->has_acc && !acc_is_kept(c, s->a1, s->off1))
         return refuse(field, MOTION_OTG_FIELD_ACC_MAX);
@@ -297,27 +342,26 @@ static int check_start(const struct check *c, enum motion_otg_field *field)
 
 /* What is missing at the end is what the trimmed corners' last unit makes; of
  * a free end the rounding to its format, too. */
-static bool way_is_met(const struct check *c, struct wider p)
+static bool way_is_met(const struct check *c, struct wider twice)
 {
     const struct motion_otg_plan *plan = c->plan;
-    struct wide way =
-        wide_sub(wide_from(plan->goal_pos_q32), wide_from(plan->start_pos_q32));
+    struct wider wanted = motion_otg_way_wanted(plan);
+    struct wider miss = wider_sub(wider_add(wanted, wanted), twice);
     struct wide unit =
         wide_mul_u64((uint64_t)c->trimmed, (uint64_t)plan->dur_ns_q12);
-    struct wider room = wider_from(wide_add(unit, wide_add(unit, unit)));
+    struct wider room = wider_mul(unit, 6);
     if (!c->has_vel)
-        room = motion_otg_way_image(wide_from(1), plan->acc_bits);
-    struct wider miss = wider_sub(motion_otg_way_image(way, plan->acc_bits), p);
+        room = wider_shl((struct wider){ 0, 0, (uint64_t)OTG_WAY_FIVES },
+                         (unsigned)(plan->acc_bits + 12));
     return wider_cmp(wider_abs(miss), room) <= 0;
 }
 
 static int check_goal(const struct check *c, const struct stretch *end,
-                      struct wider p, enum motion_otg_field *field)
+                      struct wider twice, enum motion_otg_field *field)
 {
     const struct motion_otg_plan *plan = c->plan;
     const struct motion_state *goal = &c->move->goal;
-    struct wide vel = motion_otg_vel_image(goal->vel_q32, plan->acc_bits);
-    struct wide miss = wide_abs(wide_sub(vel, end->v1));
+    struct wide miss = wide_abs(wide_sub(c->goal, end->v1));
     if (plan->goal_vel_q32 != goal->vel_q32 ||
         wide_cmp(miss, wide_from(c->trimmed)) > 0)
         return refuse(field, MOTION_OTG_FIELD_GOAL_VEL);
@@ -326,7 +370,7 @@ static int check_goal(const struct check *c, const struct stretch *end,
         return refuse(field, MOTION_OTG_FIELD_GOAL_ACC);
     if (plan->start_pos_q32 != c->move->start.pos_q32 ||
         (c->has_vel && plan->goal_pos_q32 != goal->pos_q32) ||
-        !way_is_met(c, p))
+        !way_is_met(c, twice))
         return refuse(field, MOTION_OTG_FIELD_GOAL_POS);
     return MOTION_OK;
 }
@@ -334,19 +378,22 @@ static int check_goal(const struct check *c, const struct stretch *end,
 static int check_phases(struct check *c, enum motion_otg_field *field)
 {
     const struct motion_otg_plan *plan = c->plan;
-    struct otg_run run = motion_otg_run_start(plan);
-    struct stretch s = { .v1 = run.v, .a1 = plan->start_acc };
-    int64_t dur = 0;
+    struct wider twice = { 0, 0, 0 };
+    struct stretch s = { .v1 = c->start,
+                         .a1 = plan->start_acc,
+                         .rest = plan->dur_ns_q12 };
     for (int i = 0; i < plan->count; i++) {
-        stretch_next(c, i, &run, &s);
-        int err = check_phase(c, &s, field);
+        stretch_next(plan, i, &s);
+        if (s.n <= 0)
+            return refuse(field, MOTION_OTG_FIELD_DURATION);
+        stretch_run(&s, &twice);
+        int err = check_phase(c, i, &s, field);
         if (err < 0)
             return err;
-        dur += s.n;
     }
-    if (dur != plan->dur_ns_q12)
+    if (s.rest != 0)
         return refuse(field, MOTION_OTG_FIELD_DURATION);
-    return check_goal(c, &s, run.p, field);
+    return check_goal(c, &s, twice, field);
 }
 
 int motion_otg_check(const struct motion_otg_move *move,

@@ -24,7 +24,6 @@
  * are rounded down. */
 int64_t motion_otg_acc_image(int64_t acc_q16, int acc_bits);
 struct wide motion_otg_vel_image(int64_t vel_q32, int acc_bits);
-struct wider motion_otg_way_image(struct wide way_q32, int acc_bits);
 
 /* The upper 30 bits of a 2^e; the upper 62 of a. */
 struct num motion_otg_wider_num(struct wider a, int e);
@@ -44,6 +43,9 @@ struct otg_run motion_otg_run_start(const struct motion_otg_plan *plan);
 void motion_otg_run_phase(struct otg_run *run,
                           const struct motion_otg_phase *phase);
 
+/* P of a plan's way, less what its start's velocity makes of it: 3 V0 T. */
+struct wider motion_otg_way_wanted(const struct motion_otg_plan *plan);
+
 /* What a plan's phases miss of its goal, in its units. */
 void motion_otg_plan_miss(const struct motion_otg_plan *plan, struct wide *vel,
                           struct wider *way);
@@ -52,8 +54,9 @@ void motion_otg_plan_miss(const struct motion_otg_plan *plan, struct wide *vel,
 bool motion_otg_ramp_fits(int64_t acc_q16, int64_t jerk_q16, uint64_t room_q32);
 
 /* Move accelerations at a few corners so that the plan ends at its goal; not
- * those in `fixed`.  MOTION_E_LIMIT when no acceleration can. */
-int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed,
+ * those in `fixed`.  MOTION_E_LIMIT when no acceleration can; with `gently`, when
+ * a ramp would bend by more than 2^-26 at a corner. */
+int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed, bool gently,
                     struct motion_otg_plan *plan);
 
 /* Bring the start (a, then v) inside the limits; adds 0..2 phases to `shape`
@@ -81,10 +84,11 @@ int motion_otg_wanted_bits(int64_t dur_ns_q12);
 void motion_otg_problem_init(const struct motion_otg_move *move,
                              struct otg_draw draw, struct otg_problem *q);
 
-/* Count lengths such that `jerk` is 1. */
-void motion_otg_in_jerk(struct otg_problem *q, struct num jerk);
+/* Count lengths such that the jerk 1 / per_j is 1. */
+void motion_otg_in_jerk(struct otg_problem *q, struct num per_j);
 /* And back: the accelerations of phases [from, count) times jerk. */
-void motion_otg_shape_scale(struct otg_shape *shape, int from, struct num jerk);
+void motion_otg_shape_scale(struct otg_shape *shape, int from, struct num jerk,
+                            struct num per_j);
 
 /* Between otg_solve.c and otg_timed.c, for problems in unit jerk. */
 bool motion_otg_is_reached(const struct otg_problem *q, struct num t,
@@ -109,8 +113,9 @@ struct num motion_otg_wide_num(struct wide a, int32_t e);
 struct num motion_otg_seconds(int64_t dur_ns_q12);
 
 /* Position goal: brake both ends inside, solve the middle; t zero for the
- * fastest, else exactly t seconds or MOTION_E_LIMIT and *next. */
-int motion_otg_propose(struct otg_problem q, struct num t,
+ * fastest, else exactly t seconds or MOTION_E_LIMIT and *next.  Uses `q` up; its
+ * jerks stay. */
+int motion_otg_propose(struct otg_problem *q, struct num t,
                        struct otg_shape *shape, struct num *next);
 
 /* Backwards in time. */
@@ -120,6 +125,7 @@ void motion_otg_reverse(struct otg_problem *q);
 struct otg_rates {
     struct num j, j2, per_j, per_j2;
     int brake, turn;
+    bool lands; /* the goal's side brakes too */
 };
 
 /* Ticks for the acceleration to move by `step` units in phase i, up. */
@@ -143,6 +149,25 @@ void motion_otg_polish(struct motion_otg_plan *plan,
 /* The jerk that limits phase i, of a move whose jerk is limited. */
 int64_t motion_otg_phase_jerk(const struct motion_otg_limit *lim,
                               const struct motion_otg_plan *plan, int i);
+
+/* Units for `plan`, its ends, and the jerks in these units.  MOTION_E_RANGE
+ * when it does not fit. */
+int motion_otg_round_start(const struct motion_otg_move *move,
+                           const struct otg_problem *q,
+                           const struct otg_shape *shape,
+                           struct otg_rates *rates,
+                           struct motion_otg_plan *plan);
+/* The shape's phases one by one, some of no ticks; *ends: those that swing. */
+#define OTG_END_START 1u
+#define OTG_END_GOAL  2u
+int motion_otg_round(const struct motion_otg_move *move,
+                     const struct otg_shape *shape,
+                     const struct otg_rates *rates,
+                     struct motion_otg_plan *plan, uint32_t *ends);
+/* Leave out phases of no or hardly any ticks; returns the corners that must
+ * stay for the ends that swing. */
+uint32_t motion_otg_round_join(const struct otg_shape *shape, uint32_t ends,
+                               struct motion_otg_plan *plan);
 
 /* Round `shape` to whole ticks and units, meet the goal, and check; the total
  * is `dur_ns_q12`, or what comes for 0.  MOTION_E_RANGE when it does not fit the

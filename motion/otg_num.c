@@ -1,8 +1,6 @@
 /* motion/otg_num.c - see otg_num.h. */
 #include "motion/otg_num.h"
 
-#define NUM_ONE ((int32_t)1 << 29) /* smallest mantissa */
-
 static uint32_t num_size(int32_t m)
 {
     return m < 0 ? 0 - (uint32_t)m : (uint32_t)m;
@@ -30,19 +28,17 @@ static int32_t num_down(int32_t m, int32_t by)
     return m >> (by > 31 ? 31 : by);
 }
 
-/* |sum| < 2^31: one bit too many at most.  Written so that five registers
- * suffice, as in the next. */
+/* |sum| < 2^31: one bit too many at most.  Written so that four registers
+ * suffice. */
 uint64_t motion_otg_num_add(uint64_t a, uint64_t b)
 {
     struct num x = num_unpack(a), y = num_unpack(b);
-    int32_t d = x.e - y.e;
-    if (d >= 0) {
-        y.m = num_down(y.m, d);
+    if (x.e >= y.e) {
+        x.m += num_down(y.m, x.e - y.e);
     } else {
-        x.m = num_down(x.m, -d);
+        x.m = num_down(x.m, y.e - x.e) + y.m;
         x.e = y.e;
     }
-    x.m += y.m;
     if (x.m == 0)
         return num_pack(num_zero());
     int32_t up = (int32_t)__builtin_clz(num_size(x.m)) - 1;
@@ -81,9 +77,12 @@ static uint32_t num_mulhi(uint32_t a, uint32_t b)
     return (uint32_t)(((uint64_t)a * b) >> 32);
 }
 
+/* To 30 bits; what came out beside 2^30 .. 2^31 by its last bits ends there. */
 static int32_t num_cut(uint32_t y)
 {
     y >>= 1;
+    if (y < (uint32_t)NUM_ONE)
+        return NUM_ONE;
     return y < 2 * (uint32_t)NUM_ONE ? (int32_t)y : 2 * NUM_ONE - 1;
 }
 

@@ -20,6 +20,7 @@
 #include "motion/real.h"
 
 #define NUM_ZERO_E (-100000)
+#define NUM_ONE    ((int32_t)1 << 29) /* smallest mantissa */
 /* Also when optimising for size: a call that returns 8 bytes in a struct goes
  * through memory, the ones below do not. */
 #define NUM_INLINE static inline __attribute__((always_inline))
@@ -47,10 +48,24 @@ NUM_INLINE struct num num_unpack(uint64_t word)
     return (struct num){ (int32_t)(uint32_t)word, (int32_t)(word >> 32) };
 }
 
+/* The four that most of the search is made of. */
+#if UINTPTR_MAX > UINT32_MAX
+#include "motion/otg_num_wide.h"
+#define NUM_MAKE num_wide_make
+#define NUM_ADD  num_wide_add
+#define NUM_MUL  num_wide_mul
+#define NUM_LT   num_wide_lt
+#else
+#define NUM_MAKE motion_otg_num_make
+#define NUM_ADD  motion_otg_num_add
+#define NUM_MUL  motion_otg_num_mul
+#define NUM_LT   motion_otg_num_lt
+#endif
+
 /* m * 2^e for any m. */
 NUM_INLINE struct num num_make(int64_t m, int32_t e)
 {
-    return num_unpack(motion_otg_num_make(m, e));
+    return num_unpack(NUM_MAKE(m, e));
 }
 
 NUM_INLINE struct num num_int(int64_t n)
@@ -96,7 +111,7 @@ NUM_INLINE struct num num_twice(struct num a)
 
 NUM_INLINE struct num num_add(struct num a, struct num b)
 {
-    return num_unpack(motion_otg_num_add(num_pack(a), num_pack(b)));
+    return num_unpack(NUM_ADD(num_pack(a), num_pack(b)));
 }
 
 NUM_INLINE struct num num_sub(struct num a, struct num b)
@@ -106,7 +121,7 @@ NUM_INLINE struct num num_sub(struct num a, struct num b)
 
 NUM_INLINE struct num num_mul(struct num a, struct num b)
 {
-    return num_unpack(motion_otg_num_mul(num_pack(a), num_pack(b)));
+    return num_unpack(NUM_MUL(num_pack(a), num_pack(b)));
 }
 
 NUM_INLINE struct num num_sqr(struct num a)
@@ -116,7 +131,7 @@ NUM_INLINE struct num num_sqr(struct num a)
 
 NUM_INLINE bool num_lt(struct num a, struct num b)
 {
-    return motion_otg_num_lt(num_pack(a), num_pack(b));
+    return NUM_LT(num_pack(a), num_pack(b));
 }
 
 NUM_INLINE struct num num_max(struct num a, struct num b)

@@ -103,11 +103,24 @@ static void turn_cruise(struct polish *p, struct num x)
         *n = 0;
 }
 
-/* Speed with the hump that changes it more, the rest with the cruise. */
+/* The hump that is to make the speed good: the one next to an end that brakes,
+ * whose speed is known to 2^-28 of what braking took and may be all that the
+ * cruise's limit allows; else the one that changes it more. */
+static int speed_hump(const struct polish *p)
+{
+    const struct otg_knobs *k = p->knobs;
+    if (p->rates->brake > 0 && k->v[0].m)
+        return 0;
+    if (p->rates->lands && k->v[1].m)
+        return 1;
+    return num_lt(num_abs(k->v[0]), num_abs(k->v[1]));
+}
+
+/* Speed with a hump, the rest with the cruise. */
 static void polish_cruise(struct polish *p)
 {
     const struct otg_knobs *k = p->knobs;
-    int which = num_lt(num_abs(k->v[0]), num_abs(k->v[1]));
+    int which = speed_hump(p);
     struct num x = num_zero();
     if (k->v[which].m)
         x = num_div(p->v, k->v[which]);

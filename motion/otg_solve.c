@@ -192,11 +192,6 @@ static void answer_unit(const struct otg_problem *q, struct answer *at)
         answer_main(q, at);
 }
 
-static struct num lower_jerk(const struct otg_problem *q)
-{
-    return num_min(q->j, q->j2);
-}
-
 /* With the lower jerk on both sides, which any motion may use anywhere; and
  * with both as they are: the cruise between them separates the two halves, so
  * regime A alone, upper or lower border. */
@@ -207,7 +202,7 @@ static void answer_best(const struct otg_problem *problem, struct answer *best)
         return;
     }
     struct otg_problem q = *problem;
-    motion_otg_in_jerk(&q, lower_jerk(problem));
+    motion_otg_in_jerk(&q, num_max(problem->per_j, problem->per_j2));
     answer_unit(&q, best);
     for (int sign = 1; sign >= -1; sign -= 2) {
         struct answer at;
@@ -221,11 +216,20 @@ static void answer_best(const struct otg_problem *problem, struct answer *best)
     }
 }
 
-void motion_otg_shape_scale(struct otg_shape *shape, int from, struct num jerk)
+/* Most phases hold what is zero or was just multiplied. */
+void motion_otg_shape_scale(struct otg_shape *shape, int from, struct num jerk,
+                            struct num per_j)
 {
-    for (int i = from; i < shape->count; i++)
-        shape->phase[i].a = num_mul(shape->phase[i].a, jerk);
-    shape->knobs.per_unit = num_div(shape->knobs.per_unit, jerk);
+    struct num was = num_zero(), is = was;
+    for (int i = from; i < shape->count; i++) {
+        struct num *a = &shape->phase[i].a;
+        if (a->m != was.m || a->e != was.e) {
+            was = *a;
+            is = num_mul(was, jerk);
+        }
+        *a = is;
+    }
+    shape->knobs.per_unit = num_mul(shape->knobs.per_unit, per_j);
 }
 
 void motion_otg_solve(const struct otg_problem *q, struct otg_shape *shape)
@@ -235,16 +239,17 @@ void motion_otg_solve(const struct otg_problem *q, struct otg_shape *shape)
     answer_best(q, &at);
     motion_otg_border_shape(&at.b, &at.p, at.cruise, shape);
     if (!q->is_unit && at.b.is_unit)
-        motion_otg_shape_scale(shape, from, lower_jerk(q));
+        motion_otg_shape_scale(shape, from, num_min(q->j, q->j2),
+                               num_max(q->per_j, q->per_j2));
 }
 
-void motion_otg_in_jerk(struct otg_problem *q, struct num jerk)
+void motion_otg_in_jerk(struct otg_problem *q, struct num per_j)
 {
-    struct num per_j = num_inv(jerk);
     struct num *const length[] = { &q->d,  &q->v0, &q->a0, &q->vf, &q->af,
                                    &q->dv, &q->vx, &q->vn, &q->ax, &q->an };
     for (size_t i = 0; i < sizeof length / sizeof length[0]; i++)
-        *length[i] = num_mul(*length[i], per_j);
+        if (length[i]->m != 0)
+            *length[i] = num_mul(*length[i], per_j);
     q->j = q->j2 = q->per_j = q->per_j2 = num_one();
     q->is_unit = true;
 }

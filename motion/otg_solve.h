@@ -28,6 +28,7 @@ struct otg_problem {
     struct num vx, vn, ax, an;
     struct num j, j2;
     struct num per_j, per_j2; /* 1/j, 1/j2 */
+    int jerk_bits;            /* both are drawn in by 2^-jerk_bits */
     bool is_unit;
 };
 
@@ -58,6 +59,7 @@ struct otg_shape {
     int count;
     int brake, turn; /* j limits the phases before `brake`, j2 those from
                         `turn` on, the lower those between */
+    int land;        /* where the goal's braking begins */
     struct otg_knobs knobs;
 };
 
@@ -65,6 +67,7 @@ struct otg_shape {
 static inline void otg_shape_init(struct otg_shape *shape)
 {
     shape->count = shape->brake = shape->turn = 0;
+    shape->land = OTG_SHAPE_MAX;
     shape->knobs.hump[0] = shape->knobs.hump[1] = shape->knobs.cruise = -1;
     shape->knobs.per_unit = num_one();
 }

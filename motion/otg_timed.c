@@ -27,7 +27,8 @@ struct cruise {
     const struct otg_problem *q;
     struct ramp ramp[2];
     struct num t, left; /* in all; of it without acceleration */
-    struct num rest, slope, size;
+    struct num rest, slope;
+    struct num size; /* of the smaller of both speed changes */
 };
 
 static const struct otg_side *ramp_side(const struct ramp *r)
@@ -60,25 +61,34 @@ static void ramp_to(struct cruise *c, int i, struct num vc)
     more = num_sub(num_add(x, more), s->lead_t);
     c->slope = num_sub(c->slope, more);
     c->left = num_sub(c->left, num_sub(num_twice(x), s->lead_t));
-    c->size = num_max(c->size, num_abs(w));
+    if (r->hump.z.m != 0)
+        c->size = num_min(c->size, w);
 }
 
 static void cruise_at(struct cruise *c, struct num vc)
 {
     c->rest = num_sub(c->q->d, num_mul(vc, c->t));
     c->slope = c->left = c->t;
-    c->size = num_abs(vc);
+    c->size = num_max(c->q->vx, num_neg(c->q->vn));
     ramp_to(c, 0, vc);
     ramp_to(c, 1, vc);
 }
 
-/* Take a last step in vc without evaluating again. */
+static bool is_small_step(const struct cruise *c, struct num vc,
+                          struct num step)
+{
+    return step.m == 0 || step.e < c->size.e - CRUISE_BITS ||
+           step.e < vc.e - 29;
+}
+
+/* Take a last step in vc without evaluating again: one that no ramp would
+ * notice, or that vc itself cannot hold. */
 static void cruise_finish(struct cruise *c, struct num step)
 {
     for (int i = 0; i < 2; i++) {
         struct otg_hump *h = &c->ramp[i].hump;
         struct num by = num_half(num_mul(step, h->per_a));
-        if (h->z.m == 0)
+        if (h->z.m == 0 || by.e >= h->z.e - CRUISE_BITS)
             continue;
         by = c->ramp[i].is_down ? num_neg(by) : by;
         h->z = num_add(h->z, by);
@@ -96,7 +106,7 @@ static bool cruise_search(struct cruise *c, struct num *speed)
         if (c->slope.m <= 0)
             return false;
         struct num step = num_div(c->rest, c->slope);
-        if (step.m == 0 || step.e < c->size.e - CRUISE_BITS) {
+        if (is_small_step(c, vc, step)) {
             cruise_finish(c, step);
             *speed = num_add(vc, step);
             return c->left.m > 0;
@@ -300,14 +310,15 @@ int motion_otg_solve_duration(const struct otg_problem *problem, struct num t,
 {
     struct otg_problem q = *problem;
     int from = shape->count, side;
-    struct num jerk = num_min(q.j, q.j2);
+    struct num per_j = num_max(q.per_j, q.per_j2);
     if (!q.is_unit)
-        motion_otg_in_jerk(&q, jerk);
+        motion_otg_in_jerk(&q, per_j);
     if (!solve_cruise(&q, t, shape) && !solve_blend(&q, t, shape, &side)) {
         *next = motion_otg_next_time(&q, side);
         return MOTION_E_LIMIT;
     }
     if (!problem->is_unit)
-        motion_otg_shape_scale(shape, from, jerk);
+        motion_otg_shape_scale(shape, from, num_min(problem->j, problem->j2),
+                               per_j);
     return MOTION_OK;
 }

@@ -1,8 +1,8 @@
 /* motion/otg_track.c - a plan as segments of a track.  See otg.h.
  *
  * Every phase is a cubic.  Places are counted from the start up to the longest
- * phase and back from the goal down to it, so that what the last unit of the
- * accelerations leaves falls on that one, where it changes least. */
+ * phase and, velocities too, back from the goal down to it, so that what the last
+ * unit of the accelerations leaves falls on that one, where it changes least. */
 #include <stddef.h>
 
 #include "motion/err.h"
@@ -99,20 +99,34 @@ struct append {
     struct motion_track *track;
     struct otg_run run;
     struct wider way; /* of all phases */
+    struct wide rest; /* of the velocity at the goal */
+    int64_t left;     /* ticks from the end of the phase on */
     int longest;
 };
+
+/* Not the first or the last, where there are others: at the start and the goal
+ * the motion may touch its limits. */
+static int longest_inside(const struct motion_otg_plan *plan)
+{
+    int end = plan->count > 2 ? plan->count - 1 : plan->count;
+    int longest = plan->count > 2;
+    for (int i = longest + 1; i < end; i++)
+        if (plan->phase[i].dur_ns_q12 > plan->phase[longest].dur_ns_q12)
+            longest = i;
+    return longest;
+}
 
 static void append_init(struct append *a)
 {
     const struct motion_otg_plan *plan = a->plan;
-    a->longest = 0;
+    a->longest = longest_inside(plan);
+    a->left = plan->dur_ns_q12;
     a->run = motion_otg_run_start(plan);
-    for (int i = 0; i < plan->count; i++) {
+    for (int i = 0; i < plan->count; i++)
         motion_otg_run_phase(&a->run, &plan->phase[i]);
-        if (plan->phase[i].dur_ns_q12 > plan->phase[a->longest].dur_ns_q12)
-            a->longest = i;
-    }
     a->way = a->run.p;
+    a->rest = wide_sub(motion_otg_vel_image(plan->goal_vel_q32, plan->acc_bits),
+                       a->run.v);
     a->run = motion_otg_run_start(plan);
 }
 
@@ -122,7 +136,9 @@ static int phase_end(const struct append *a, int i, struct place *end)
     const struct motion_otg_plan *plan = a->plan;
     if (i < a->longest)
         return place_at(plan->start_pos_q32, a->run.p, plan->acc_bits, end);
-    return place_at(plan->goal_pos_q32, wider_sub(a->run.p, a->way),
+    struct wide rest = wide_add(a->rest, wide_add(a->rest, a->rest));
+    struct wider way = wider_add(a->way, wider_mul(rest, a->left));
+    return place_at(plan->goal_pos_q32, wider_sub(a->run.p, way),
                     plan->acc_bits, end);
 }
 
@@ -132,10 +148,14 @@ static int append_phase(struct append *a, int i)
     const struct motion_otg_phase *phase = &plan->phase[i];
     struct place end;
     struct cubic cubic;
-    int err = cubic_of(a->run.v, a->run.a, phase, plan->acc_bits, &cubic);
+    struct wide v = a->run.v;
+    if (i > a->longest)
+        v = wide_add(v, a->rest);
+    int err = cubic_of(v, a->run.a, phase, plan->acc_bits, &cubic);
     if (err < 0)
         return err;
     motion_otg_run_phase(&a->run, phase);
+    a->left -= phase->dur_ns_q12;
     err = phase_end(a, i, &end);
     if (err < 0)
         return err;

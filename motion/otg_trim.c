@@ -11,10 +11,10 @@
  * X are their sums.  What velocity and position miss, v and p, two such groups
  * make up for:
  *
- *     W1 d1 + W2 d2 = v,  X1 d1 + X2 d2 = p
+ *     W0 d0 + W1 d1 = v,  X0 d0 + X1 d1 = p
  *
- * With k counted from the first corner of group 1 (p - k1 v for p, X - k1 W for
- * X, both exact) nothing is left to cancel. */
+ * With k counted from the centre of group 0 (p - k v for p, X - k W for X, all
+ * exact) its own X is nothing, and one after the other is found. */
 #include <stddef.h>
 
 #include "motion/err.h"
@@ -22,6 +22,7 @@
 
 #define TRIM_ROUNDS 4
 #define TRIM_SMALL  ((int64_t)1 << 24) /* what is left is less than a unit */
+#define TRIM_GENTLE 26
 #define TRIM_ZERO   (-1000)
 #define TRIM_CRUISE 10
 
@@ -35,10 +36,13 @@ struct trim_group {
 
 struct trim {
     struct motion_otg_plan *plan;
-    struct wide vel;  /* missing */
-    struct wider way; /* missing, about group 0's first corner */
+    bool gently;
     int count;
     struct trim_group group[MOTION_OTG_PHASES];
+    int64_t k, w[2];  /* the centre of group 0; W of groups 0 and 1 */
+    struct wide x[2]; /* their X about k */
+    struct wide vel;  /* missing */
+    struct wider way; /* missing about k */
 };
 
 static int power_of(int64_t a)
@@ -151,44 +155,23 @@ static int trim_split(struct motion_otg_plan *plan)
     return MOTION_OK;
 }
 
-void motion_otg_plan_miss(const struct motion_otg_plan *plan, struct wide *vel,
-                          struct wider *way)
-{
-    struct otg_run run = motion_otg_run_start(plan);
-    for (int i = 0; i < plan->count; i++)
-        motion_otg_run_phase(&run, &plan->phase[i]);
-    struct wide goal = motion_otg_vel_image(plan->goal_vel_q32, plan->acc_bits);
-    struct wide whole =
-        wide_sub(wide_from(plan->goal_pos_q32), wide_from(plan->start_pos_q32));
-    *vel = wide_sub(goal, run.v);
-    *way = wider_sub(motion_otg_way_image(whole, plan->acc_bits), run.p);
-}
-
-static struct wider times_wide(struct wide x, int64_t by)
-{
-    return by < 0 ? wider_neg(wider_mul(x, -by)) : wider_mul(x, by);
-}
-
 /* W, and X about the moment k. */
-struct trim_worth {
-    int64_t w;
-    struct wide x;
-};
-
-static struct trim_worth group_worth(const struct motion_otg_plan *plan,
-                                     const struct trim_group *g, int64_t k)
+static struct wide group_worth(const struct motion_otg_plan *plan,
+                               const struct trim_group *g, int64_t k,
+                               int64_t *all)
 {
-    struct trim_worth worth = { 0, { 0, 0 } };
+    struct wide x = { 0, 0 };
     const struct motion_otg_phase *ph = &plan->phase[g->first];
     int64_t own = g->k - k;
+    *all = 0;
     for (int i = g->first; i <= g->last; i++, ph++) {
         int64_t w = ph[0].dur_ns_q12 + ph[1].dur_ns_q12;
-        worth.w += w;
-        worth.x = wide_add(worth.x, wide_mul_i64(own, w));
+        *all += w;
+        wide_add_mul(&x, own, w);
         if (i < g->last) /* k'' = k - (n + n' + n'') */
             own -= w + ph[2].dur_ns_q12;
     }
-    return worth;
+    return x;
 }
 
 /* MOTION_E_LIMIT beyond what a plan can hold; by < 2^58. */
@@ -225,80 +208,57 @@ static struct num wide_num(struct wide a)
     return motion_otg_wider_num(wider_from(a), 0);
 }
 
-/* What groups 0 and 1 have to move by, to 2^-26 of it. */
-static int trim_solve(const struct trim *t, const struct trim_worth worth[2],
-                      int64_t by[2])
+/* Are the ramps about the group, and its acceleration, 2^26 times as much? */
+static bool is_gentle(const struct motion_otg_plan *plan,
+                      const struct trim_group *g, int64_t by)
 {
-    struct num v = wide_num(t->vel), p = motion_otg_wider_num(t->way, 0);
-    struct num w0 = num_int(worth[0].w), w1 = num_int(worth[1].w);
-    struct num x0 = wide_num(worth[0].x), x1 = wide_num(worth[1].x);
-    struct num det = num_sub(num_mul(w0, x1), num_mul(w1, x0));
-    if (det.m == 0)
-        return MOTION_E_LIMIT;
-    struct num per_det = num_inv(det);
-    struct num d0 = num_sub(num_mul(x1, v), num_mul(w1, p));
-    struct num d1 = num_sub(num_mul(w0, p), num_mul(x0, v));
-    int err = trim_rounded(num_mul(d0, per_det), &by[0]);
-    return err < 0 ? err : trim_rounded(num_mul(d1, per_det), &by[1]);
+    const struct motion_otg_phase *ph = plan->phase;
+    int64_t before = g->first ? ph[g->first - 1].acc : plan->start_acc;
+    uint64_t size = motion_fixed_abs(by) << TRIM_GENTLE;
+    return size <= motion_fixed_abs(ph[g->first].acc) &&
+           size <= motion_fixed_abs(ph[g->first].acc - before) &&
+           size <= motion_fixed_abs(ph[g->last + 1].acc - ph[g->last].acc);
 }
 
+/* Moves group i by what makes `lack` good at `worth` a unit, to 2^-26 of it. */
+static int trim_by(struct trim *t, int i, struct num lack, struct num worth,
+                   int64_t *by)
+{
+    if (worth.m == 0)
+        return MOTION_E_LIMIT;
+    int err = trim_rounded(num_div(lack, worth), by);
+    if (err < 0 || (t->gently && !is_gentle(t->plan, &t->group[i], *by)))
+        return MOTION_E_LIMIT;
+    return group_move(t->plan, &t->group[i], *by);
+}
+
+/* Whether what its own rounding left of a step is less than a unit. */
 static bool is_small(int64_t by)
 {
     return by > -TRIM_SMALL && by < TRIM_SMALL;
 }
 
-static int trim_move(struct trim *t, int i, const struct trim_worth *worth,
-                     int64_t by)
+static int trim_step(struct trim *t, bool *is_done)
 {
-    t->vel = wide_sub(t->vel, wide_mul_i64(by, worth->w));
-    t->way = wider_sub(t->way, times_wide(worth->x, by));
-    return group_move(t->plan, &t->group[i], by);
-}
-
-static int trim_both(struct trim *t)
-{
-    struct trim_worth worth[2];
-    int64_t by[2], k = t->group[0].k;
-    t->way = wider_sub(t->way, wider_mul(t->vel, k));
-    for (int i = 0; i < 2; i++)
-        worth[i] = group_worth(t->plan, &t->group[i], k);
-    for (int round = 0; round < TRIM_ROUNDS; round++) {
-        int err = trim_solve(t, worth, by);
-        if (err < 0)
-            return err;
-        for (int i = 0; i < 2; i++)
-            if (trim_move(t, i, &worth[i], by[i]) < 0)
-                return MOTION_E_LIMIT;
-        if (is_small(by[0]) && is_small(by[1]))
-            break;
-    }
-    for (int i = 0; i < 2; i++)
-        t->plan->trim[i] = group_mask(&t->group[i]);
+    int64_t by, last;
+    int err =
+        trim_by(t, 1, motion_otg_wider_num(t->way, 0), wide_num(t->x[1]), &by);
+    if (err < 0)
+        return err;
+    wide_add_mul(&t->vel, -by, t->w[1]);
+    err = trim_by(t, 0, wide_num(t->vel), num_int(t->w[0]), &last);
+    *is_done = is_small(by) && is_small(last);
+    if (err < 0 || *is_done)
+        return err;
+    wide_add_mul(&t->vel, -last, t->w[0]);
+    wider_add_mul(&t->way, -by, &t->x[1]);
+    wider_add_mul(&t->way, -last, &t->x[0]);
     return MOTION_OK;
 }
 
-/* The velocity alone. */
-static int trim_one(struct trim *t)
+/* Two groups to move; splits a phase where there are not so many corners. */
+static int trim_take(struct trim *t, uint32_t fixed)
 {
-    struct trim_worth worth = group_worth(t->plan, &t->group[0], 0);
-    struct num per_w = num_inv(num_int(worth.w));
-    int64_t by = TRIM_SMALL;
-    for (int round = 0; round < TRIM_ROUNDS && !is_small(by); round++) {
-        int err = trim_rounded(num_mul(wide_num(t->vel), per_w), &by);
-        if (err == MOTION_OK)
-            err = trim_move(t, 0, &worth, by);
-        if (err < 0)
-            return err;
-    }
-    t->plan->trim[0] = group_mask(&t->group[0]);
-    return MOTION_OK;
-}
-
-static int trim_position(struct trim *t, uint32_t fixed)
-{
-    motion_otg_plan_miss(t->plan, &t->vel, &t->way);
-    if ((t->way.hi | t->way.mid | t->way.lo | t->vel.hi | t->vel.lo) == 0)
-        return MOTION_OK;
     for (bool alone = false;; alone = true) {
         trim_groups(t, fixed, alone);
         if (t->count > 1)
@@ -307,22 +267,68 @@ static int trim_position(struct trim *t, uint32_t fixed)
             return MOTION_E_LIMIT;
     }
     trim_choose(t);
-    return trim_both(t);
+    t->k = t->group[0].k;
+    t->x[0] = group_worth(t->plan, &t->group[0], t->k, &t->w[0]);
+    if ((t->x[0].hi | t->x[0].lo) != 0) {
+        struct num off = num_div(wide_num(t->x[0]), num_int(t->w[0]));
+        int64_t later = motion_real_floor_clamped(num_real(off), 0);
+        wide_add_mul(&t->x[0], -later, t->w[0]);
+        t->k += later;
+    }
+    t->x[1] = group_worth(t->plan, &t->group[1], t->k, &t->w[1]);
+    for (int i = 0; i < 2; i++)
+        t->plan->trim[i] = group_mask(&t->group[i]);
+    return MOTION_OK;
+}
+
+static int trim_position(struct trim *t, uint32_t fixed)
+{
+    struct motion_otg_plan *plan = t->plan;
+    int count = plan->count, err = MOTION_OK;
+    bool is_done = false;
+    motion_otg_plan_miss(plan, &t->vel, &t->way);
+    if ((t->way.hi | t->way.mid | t->way.lo | t->vel.hi | t->vel.lo) == 0)
+        return MOTION_OK;
+    if (trim_take(t, fixed) < 0)
+        return MOTION_E_LIMIT;
+    if (plan->count != count)
+        motion_otg_plan_miss(plan, &t->vel, &t->way);
+    wider_add_mul(&t->way, -t->k, &t->vel);
+    for (int i = 0; i < TRIM_ROUNDS && !is_done && err == MOTION_OK; i++)
+        err = trim_step(t, &is_done);
+    return err;
+}
+
+/* The velocity alone. */
+static int trim_one(struct trim *t)
+{
+    int64_t by;
+    (void)group_worth(t->plan, &t->group[0], 0, &t->w[0]);
+    t->plan->trim[0] = group_mask(&t->group[0]);
+    for (int i = 0; i < TRIM_ROUNDS; i++) {
+        int err = trim_by(t, 0, wide_num(t->vel), num_int(t->w[0]), &by);
+        if (err < 0 || is_small(by))
+            return err;
+        wide_add_mul(&t->vel, -by, t->w[0]);
+    }
+    return MOTION_OK;
 }
 
 /* A velocity goal ends wherever it ends. */
 static int trim_free_end(struct motion_otg_plan *plan)
 {
-    struct otg_run run = motion_otg_run_start(plan);
-    for (int i = 0; i < plan->count; i++)
-        motion_otg_run_phase(&run, &plan->phase[i]);
-    return motion_otg_way_public(run.p, plan->acc_bits, plan->start_pos_q32,
-                                 &plan->goal_pos_q32);
+    struct wide vel;
+    struct wider way;
+    plan->goal_pos_q32 = plan->start_pos_q32;
+    motion_otg_plan_miss(plan, &vel, &way);
+    return motion_otg_way_public(wider_neg(way), plan->acc_bits,
+                                 plan->start_pos_q32, &plan->goal_pos_q32);
 }
 
 static int trim_velocity(struct trim *t)
 {
-    motion_otg_plan_miss(t->plan, &t->vel, &t->way);
+    struct motion_otg_plan *plan = t->plan;
+    motion_otg_plan_miss(plan, &t->vel, &t->way);
     while ((t->vel.hi | t->vel.lo) != 0) {
         trim_groups(t, 0, false);
         if (t->count > 0) {
@@ -332,17 +338,19 @@ static int trim_velocity(struct trim *t)
                 return err;
             break;
         }
-        if (trim_split(t->plan) < 0)
+        if (trim_split(plan) < 0)
             return MOTION_E_LIMIT;
+        motion_otg_plan_miss(plan, &t->vel, &t->way);
     }
-    return trim_free_end(t->plan);
+    return trim_free_end(plan);
 }
 
-int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed,
+int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed, bool gently,
                     struct motion_otg_plan *plan)
 {
     struct trim t;
     t.plan = plan;
+    t.gently = gently;
     plan->trim[0] = plan->trim[1] = 0;
     return mode == MOTION_OTG_VELOCITY ? trim_velocity(&t)
                                        : trim_position(&t, fixed);

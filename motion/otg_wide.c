@@ -18,6 +18,27 @@ struct wider wider_mul(struct wide a, int64_t n)
     return wider_mul_inline(a, n);
 }
 
+void wide_add_mul(struct wide *sum, int64_t a, int64_t n)
+{
+    *sum = wide_add(*sum, wide_mul_i64_inline(a, n));
+}
+
+/* Both as what they are modulo 2^64, 2^128; what is too much is taken off. */
+void wider_add_mul(struct wider *sum, int64_t a, const struct wide *x)
+{
+    struct wide low = wide_mul_inline((uint64_t)a, x->lo);
+    struct wide high = wide_mul_inline((uint64_t)a, x->hi);
+    low.lo += sum->lo;
+    low.hi += low.lo < sum->lo; /* a product has room for it */
+    high = wide_add(high, (struct wide){ 0, low.hi });
+    high = wide_add(high, (struct wide){ sum->hi, sum->mid });
+    if (a < 0)
+        high = wide_sub(high, *x);
+    if (wide_is_negative(*x))
+        high.hi -= (uint64_t)a;
+    *sum = (struct wider){ high.hi, high.lo, low.lo };
+}
+
 struct wide wide_mul(struct wide a, int64_t n)
 {
     struct wide p = wide_mul_u64(a.lo, (uint64_t)n);

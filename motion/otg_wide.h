@@ -138,6 +138,10 @@ WIDE_INLINE struct wider wider_mul_inline(struct wide a, int64_t n)
 }
 struct wider wider_mul(struct wide a, int64_t n);
 
+/* sum + a n, n >= 0, modulo 2^128; sum + a x modulo 2^192. */
+void wide_add_mul(struct wide *sum, int64_t a, int64_t n);
+void wider_add_mul(struct wider *sum, int64_t a, const struct wide *x);
+
 /* a * n modulo 2^128, n >= 0; exact when the product fits. */
 struct wide wide_mul(struct wide a, int64_t n);
 /* a * 2^bits, 0..127, modulo 2^128; floor(a / 2^bits). */

@@ -247,7 +247,7 @@ static uint64_t problem_seed(void)
 }
 
 /* Still open, docs/OTG.md section 6: of 20,000, no answer. */
-#define OPEN_MISSED 10
+#define OPEN_MISSED 2
 
 static void random_problems_are_always_answered(void **state)
 {
@@ -328,7 +328,7 @@ static void bad_requests_name_the_field(void **state)
         int err = motion_otg_make(&move, &plan, &field);
         if (err != rows[i].err || field != rows[i].field)
             fail_msg("row %zu: %d %s", i, err, motion_otg_field_text(field));
-        assert_int_equal(plan.count, -1);
+        assert_int_equal(plan.count, 0);
     }
 }
 

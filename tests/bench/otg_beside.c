@@ -397,7 +397,7 @@ int main(int argc, char **argv)
         const char *name;
         int axes;
         uint32_t count;
-    } sets[] = { { "1 axis", 1, 11000 },
+    } sets[] = { { "1 axis", 1, 12000 },
                  { "3 axes", 3, 3000 },
                  { "7 axes", 7, 1500 } };
     struct list list = { 0 };

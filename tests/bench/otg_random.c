@@ -9,6 +9,8 @@
 #define LENGTH_Q32 (32 + OTG_RANDOM_LENGTH_BITS)
 #define LENGTH_Q16 (16 + OTG_RANDOM_LENGTH_BITS)
 
+#define SPREAD 49 /* has no factor in common with OTG_RANDOM_CYCLE */
+
 const char *otg_random_name(enum otg_random_kind kind)
 {
     static const char *const name[OTG_RANDOM_KINDS] = {
@@ -26,11 +28,9 @@ enum otg_random_kind otg_random_kind(uint32_t row)
         OTG_RANDOM_KIND_LIST(RANDOM_SHARE)
 #undef RANDOM_SHARE
     };
-    uint32_t all = 0;
     int kind = 0;
-    for (int i = 0; i < OTG_RANDOM_KINDS; i++)
-        all += share[i];
-    for (row %= all; row >= share[kind]; kind++)
+    row = row * SPREAD % OTG_RANDOM_CYCLE;
+    for (; row >= share[kind]; kind++)
         row -= share[kind];
     return (enum otg_random_kind)kind;
 }
@@ -178,6 +178,27 @@ static void random_round(uint64_t *seed, struct motion_otg_move *move)
         move->start.acc_q16 = one_q16 * random_between(seed, -1, 1);
 }
 
+/* From rest to rest with ramps of r seconds, a hold of h and hardly a cruise:
+ * v = a (r + h), d = v (2 r + h).  The limit that is not touched is twice that. */
+static void random_boundary(uint64_t *seed, struct motion_otg_move *move)
+{
+    struct motion_otg_limit *limit = &move->limit;
+    int64_t touched = random_between(seed, 1, 3); /* acc 1, vel 2 */
+    int64_t jerk = random_between(seed, 1, 4);
+    int64_t ramp = random_between(seed, 1, 3);
+    int64_t hold = touched == 3 ? random_between(seed, 0, 2) : 0;
+    int64_t acc = jerk * ramp, vel = acc * (ramp + hold);
+    int64_t way = (vel * (2 * ramp + hold)) << LENGTH_Q32;
+    if (touched == 3 && random_is(seed, 30))
+        way += way >> 12;
+    limit->jerk_q16 = jerk << LENGTH_Q16;
+    limit->acc_max_q16 = acc << (LENGTH_Q16 + !(touched & 1));
+    limit->acc_min_q16 = -limit->acc_max_q16;
+    limit->vel_max_q32 = vel << (LENGTH_Q32 + !(touched & 2));
+    limit->vel_min_q32 = -limit->vel_max_q32;
+    move->goal.pos_q32 = random_sign(seed, way);
+}
+
 static void random_states(uint64_t *seed, bool goal,
                           struct motion_otg_move *move)
 {
@@ -192,6 +213,10 @@ void otg_random_move(uint64_t *seed, enum otg_random_kind kind,
     *move = (struct motion_otg_move){ .mode = MOTION_OTG_POSITION };
     if (kind == OTG_RANDOM_ROUND) {
         random_round(seed, move);
+        return;
+    }
+    if (kind == OTG_RANDOM_BOUNDARY) {
+        random_boundary(seed, move);
         return;
     }
     bool both = random_is(seed, 50);
@@ -223,11 +248,18 @@ void otg_random_move(uint64_t *seed, enum otg_random_kind kind,
 void otg_random_moves(uint64_t *seed, uint32_t row, int axes,
                       struct motion_otg_move move[])
 {
+    static const uint8_t share[] = { 4, 4, 6, 3 };
     static const enum otg_random_kind kind[] = {
-        OTG_RANDOM_REST,       OTG_RANDOM_MOVING_START, OTG_RANDOM_FULL_STATE,
-        OTG_RANDOM_FULL_STATE, OTG_RANDOM_ASYMMETRIC,
+        OTG_RANDOM_REST,
+        OTG_RANDOM_MOVING_START,
+        OTG_RANDOM_FULL_STATE,
+        OTG_RANDOM_ASYMMETRIC,
     };
+    unsigned which = 0;
+    row = row * 7 % 20;
+    for (; which < 4 && row >= share[which]; which++)
+        row -= share[which];
     for (int i = 0; i < axes; i++)
-        otg_random_move(seed, kind[row % (sizeof kind / sizeof kind[0])],
+        otg_random_move(seed, kind[which < 4 ? which : (row + (uint32_t)i) % 4],
                         &move[i]);
 }

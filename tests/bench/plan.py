@@ -4,7 +4,9 @@
     plan.py DIRECTORY SOURCE...
 
 `make bench-plan` compiles the sources for each processor into DIRECTORY, runs
-plan_image.c there in QEMU, and calls this.
+plan_image.c there in QEMU, and calls this.  The moves are those of
+otg_random.h: 2,400 for one axis, of the categories of the reference vectors in
+their shares, 240 for three and 48 for seven.
 """
 import os
 import subprocess
@@ -73,6 +75,8 @@ def main(directory, sources):
         figures["code"] = code_of(directory, processor, sources)
         figures.update(stacks_of(directory, processor, sources))
         all_figures[processor] = figures
+    print("  one axis: rest, moving_start, asymmetric 15 each of 120, full_state"
+          " 28,\n  start_violates, boundary, round 10, ratio 7, tiny, long 5")
     print(f"  {'':<32}{'limit':>8}" +
           "".join(f"{processor:>9}" for processor in PROCESSORS))
     over = 0

@@ -10,7 +10,7 @@
 #include "tests/qemu/start.h"
 
 #ifndef PROBLEMS
-#define PROBLEMS 2200
+#define PROBLEMS (20 * OTG_RANDOM_CYCLE)
 #endif
 #define AXES    7
 #define SAMPLES 100 /* of one plan in ten */
@@ -107,6 +107,22 @@ static uint32_t bench_one_axis(uint32_t empty)
     return failed;
 }
 
+/* The same moves with the goal's velocity and acceleration alone. */
+static uint32_t bench_velocity(uint32_t empty)
+{
+    struct tally all = { 0 };
+    uint64_t seed = 2;
+    uint32_t failed = 0;
+    for (uint32_t row = 0; row < PROBLEMS / 4; row++) {
+        otg_random_move(&seed, otg_random_kind(row), &move[0]);
+        move[0].mode = MOTION_OTG_VELOCITY;
+        tally_add(&all, row, bench_count(bench_one) - empty);
+        failed += status < 0;
+    }
+    tally_report(&all, "velocity");
+    return failed;
+}
+
 static uint32_t bench_axes(uint32_t empty, int count, uint32_t problems,
                            const char *name)
 {
@@ -124,7 +140,7 @@ static uint32_t bench_axes(uint32_t empty, int count, uint32_t problems,
     return failed;
 }
 
-/* The track of a plan, and every hundredth of it. */
+/* The track of a plan, by phases, and every hundredth of it. */
 static uint32_t bench_samples(uint32_t empty)
 {
     struct tally samples = { 0 }, appends = { 0 };
@@ -136,7 +152,8 @@ static uint32_t bench_samples(uint32_t empty)
         motion_track_init(&track, room, MOTION_OTG_PHASES,
                           move[0].start.pos_q32);
         cursor.index = 0;
-        tally_add(&appends, row, bench_count(bench_append) - empty);
+        uint32_t count = bench_count(bench_append) - empty;
+        tally_add(&appends, row, count / (uint32_t)plan[0].count);
         failed += status < 0;
         for (int k = 0; k < SAMPLES && status == 0; k++) {
             sample_ns_q12 = plan[0].dur_ns_q12 / SAMPLES * k;
@@ -144,7 +161,7 @@ static uint32_t bench_samples(uint32_t empty)
         }
     }
     tally_report(&samples, "sample");
-    tally_report(&appends, "append");
+    tally_report(&appends, "append_phase");
     return failed;
 }
 
@@ -153,6 +170,7 @@ int main(void)
     bench_start();
     uint32_t empty = bench_count(bench_empty);
     uint32_t failed = bench_one_axis(empty);
+    failed += bench_velocity(empty);
     failed += bench_axes(empty, 3, PROBLEMS / 10, "three");
     failed += bench_axes(empty, 7, PROBLEMS / 50, "seven");
     failed += bench_samples(empty);

@@ -424,8 +424,7 @@ static void golden_otg_through(uint64_t *seed)
 static void golden_otg_line(uint64_t *seed)
 {
     for (uint32_t row = 0; row < OTG_LINES; row++) {
-        otg_random_moves(seed, row * 5, OTG_AXES,
-                         golden_move); /* from rest to rest */
+        otg_random_moves(seed, 0, OTG_AXES, golden_move); /* rest to rest */
         golden_add(motion_sync_make(golden_move, OTG_AXES, MOTION_SYNC_STRAIGHT,
                                     golden_plan, NULL));
         for (int i = 0; i < OTG_AXES; i++)

@@ -1,0 +1,189 @@
+/* motion/otg_settle.c - a proposal in reals becomes a plan that has passed the
+ * check.
+ *
+ *   whole ticks and units (otg_round.c)  ->  meet the goal by moving two
+ *   accelerations a little (otg_trim.c)  ->  check (otg_check.c)
+ *
+ * Where a ramp would bend by more than the room that drawn-in limits leave, a
+ * Newton step on the places where the motion is free comes first
+ * (otg_polish.c). */
+#include <stddef.h>
+
+#include "motion/err.h"
+#include "motion/fixed.h"
+#include "motion/otg_internal.h"
+
+#define SETTLE_REPAIRS 4
+
+struct settle {
+    const struct motion_otg_move *move;
+    const struct otg_shape *shape;
+    struct motion_otg_plan *plan;
+    int64_t dur_ns_q12; /* wanted, or 0 */
+    struct otg_rates rates;
+    uint32_t fixed; /* corners that may not move */
+};
+
+int64_t motion_otg_phase_jerk(const struct motion_otg_limit *lim,
+                              const struct motion_otg_plan *plan, int i)
+{
+    int64_t jerk = lim->jerk_q16;
+    int64_t down = lim->jerk_down_q16 ? lim->jerk_down_q16 : jerk;
+    if (i < plan->brake)
+        return jerk;
+    return i >= plan->turn || down < jerk ? down : jerk;
+}
+
+/* The longest phase whose corners may move takes what is missing from the
+ * wanted total. */
+static int settle_total(struct motion_otg_plan *plan, uint32_t fixed,
+                        int64_t dur_ns_q12)
+{
+    int longest = -1;
+    int64_t most = 0, missing = dur_ns_q12 - plan->dur_ns_q12;
+    if (dur_ns_q12 == 0 || missing == 0)
+        return MOTION_OK;
+    if (dur_ns_q12 >= MOTION_TRACK_SEGMENT_MAX_NS_Q12)
+        return MOTION_E_RANGE;
+    for (int i = 0; i < plan->count; i++) {
+        bool ends = (i == 0 && (fixed & 1)) ||
+                    (i > 0 && i + 1 == plan->count && (fixed >> (i - 1) & 1));
+        if (!ends && plan->phase[i].dur_ns_q12 > most) {
+            most = plan->phase[i].dur_ns_q12;
+            longest = i;
+        }
+    }
+    if (most + missing <= 0 || longest < 0)
+        return MOTION_E_RANGE;
+    plan->phase[longest].dur_ns_q12 += missing;
+    plan->dur_ns_q12 = dur_ns_q12;
+    return MOTION_OK;
+}
+
+/* One step on the shape's own knobs; what it misses is known exactly. */
+static void settle_polish(const struct settle *s)
+{
+    static const struct num per_fives = { 576460752, -50 };     /* 5^-9 */
+    static const struct num per_way_fives = { 825293360, -73 }; /* 5^-18 / 3 */
+    struct motion_otg_plan *plan = s->plan;
+    struct otg_miss miss;
+    struct wider way;
+    struct wide vel;
+    motion_otg_plan_miss(plan, &vel, &way);
+    miss.vel = num_mul(
+        motion_otg_wider_num(wider_from(vel), -22 - plan->acc_bits), per_fives);
+    miss.way =
+        num_mul(motion_otg_wider_num(way, -43 - plan->acc_bits), per_way_fives);
+    miss.is_timed = s->dur_ns_q12 != 0;
+    miss.ticks = s->dur_ns_q12 - plan->dur_ns_q12;
+    motion_otg_polish(plan, &s->shape->knobs, &s->rates, &miss);
+}
+
+/* --- nothing to do for some time ------------------------------------------ */
+
+static bool stands_still(const struct motion_otg_move *move)
+{
+    const struct motion_state *start = &move->start, *goal = &move->goal;
+    return move->mode == MOTION_OTG_POSITION &&
+           start->pos_q32 == goal->pos_q32 &&
+           (start->vel_q32 | goal->vel_q32) == 0 &&
+           (start->acc_q16 | goal->acc_q16) == 0;
+}
+
+static int settle_wait(int64_t dur_ns_q12, struct motion_otg_plan *plan)
+{
+    plan->count = 1;
+    plan->phase[0] = (struct motion_otg_phase){ dur_ns_q12, 0 };
+    plan->dur_ns_q12 = dur_ns_q12;
+    plan->brake = plan->turn = 0;
+    plan->trim[0] = plan->trim[1] = 0;
+    return dur_ns_q12 < MOTION_TRACK_SEGMENT_MAX_NS_Q12 ? MOTION_OK
+                                                        : MOTION_E_RANGE;
+}
+
+/* --- all of it ------------------------------------------------------------ */
+
+/* Without polishing no ramp may bend by more than a quarter of its room. */
+static int settle_make(struct settle *s, bool polish)
+{
+    struct motion_otg_plan *plan = s->plan;
+    uint32_t ends;
+    int err = motion_otg_round(s->move, s->shape, &s->rates, plan, &ends);
+    if (err < 0)
+        return err;
+    bool has_knobs = s->shape->knobs.hump[0] >= 0;
+    if (polish && has_knobs)
+        settle_polish(s);
+    s->fixed = motion_otg_round_join(s->shape, ends, plan);
+    err = settle_total(plan, s->fixed, s->dur_ns_q12);
+    return err < 0 ? err
+                   : motion_otg_trim(s->move->mode, s->fixed, !polish, plan);
+}
+
+/* Trimming made some ramps steeper than they may be: give them time.  With a
+ * wanted duration the longest phase gives it. */
+static int settle_repair(struct settle *s)
+{
+    struct motion_otg_plan *plan = s->plan;
+    int64_t acc = plan->start_acc;
+    s->rates.brake = plan->brake;
+    s->rates.turn = plan->turn;
+    for (int i = 0; i < plan->count; i++) {
+        struct motion_otg_phase *ph = &plan->phase[i];
+        int64_t least = motion_otg_ramp_ticks(&s->rates, i, ph->acc - acc);
+        bool is_swing =
+            (i == 0 && (s->fixed & 1)) ||
+            (i > 0 && i + 1 == plan->count && (s->fixed >> (i - 1) & 1));
+        if (least > ph->dur_ns_q12 && !is_swing) {
+            least += (least >> 24) + 16;
+            plan->dur_ns_q12 += least - ph->dur_ns_q12;
+            ph->dur_ns_q12 = least;
+        }
+        acc = ph->acc;
+    }
+    int err = settle_total(plan, s->fixed, s->dur_ns_q12);
+    return err < 0 ? err
+                   : motion_otg_trim(s->move->mode, s->fixed, false, plan);
+}
+
+static int settle_check(const struct settle *s, int err,
+                        enum motion_otg_field *field)
+{
+    *field = MOTION_OTG_FIELD_GOAL_POS;
+    return err < 0 ? err : motion_otg_check(s->move, s->plan, field);
+}
+
+int motion_otg_settle(const struct motion_otg_move *move,
+                      const struct otg_problem *problem,
+                      const struct otg_shape *shape, int64_t dur_ns_q12,
+                      struct motion_otg_plan *plan,
+                      enum motion_otg_field *field)
+{
+    struct settle s = {
+        .move = move, .shape = shape, .plan = plan, .dur_ns_q12 = dur_ns_q12
+    };
+    int err = motion_otg_round_start(move, problem, shape, &s.rates, plan);
+    if (err < 0 || (dur_ns_q12 != 0 && stands_still(move)))
+        return settle_check(&s, err < 0 ? err : settle_wait(dur_ns_q12, plan),
+                            field);
+    if (shape->knobs.hump[0] >= 0) {
+        err = settle_check(&s, settle_make(&s, false), field);
+        if (err != MOTION_E_LIMIT)
+            return err;
+    }
+    err = settle_check(&s, settle_make(&s, true), field);
+    for (int k = 0; k < SETTLE_REPAIRS && err == MOTION_E_LIMIT &&
+                    *field == MOTION_OTG_FIELD_JERK;
+         k++)
+        err = settle_check(&s, settle_repair(&s), field);
+    return err;
+}
+
+int motion_otg_stretch(const struct motion_otg_move *move, int64_t dur_ns_q12,
+                       struct motion_otg_plan *plan)
+{
+    int err = settle_total(plan, 0, dur_ns_q12);
+    if (err == MOTION_OK)
+        err = motion_otg_trim(move->mode, 0, false, plan);
+    return err < 0 ? err : motion_otg_check(move, plan, NULL);
+}
