@@ -19,9 +19,9 @@ enum drive_modbus_job {
     JOB_GO,     /* of stream_go */
     JOB_MOVE,
     JOB_ALARM,
-    JOB_PARAMETER,
     JOB_FAST,
     JOB_SLOW = JOB_FAST + MODBUS_MAP_BLOCKS_MAX,
+    JOB_PARAMETER = JOB_SLOW + MODBUS_MAP_BLOCKS_MAX,
 };
 
 static struct drive_modbus *drive_modbus_of(struct hal_drive *drive)
