@@ -276,11 +276,11 @@ static bool odrive_take_estimates(struct drive_odrive *self,
     const uint32_t pos = hal_float32_get(frame->data);
     const uint32_t vel = hal_float32_get(&frame->data[4]);
 
-    if (!hal_float32_is_finite(pos) || !hal_float32_is_finite(vel))
+    if (!hal_float32_is_finite(pos) || !hal_float32_is_finite(vel) ||
+        !drive_turns_note(&self->turns, hal_float32_to_fixed(pos, 32),
+                          hal_float32_to_fixed(vel, 32),
+                          frame->t_ns != 0 ? frame->t_ns : now_ns))
         return false;
-    drive_turns_note(&self->turns, hal_float32_to_fixed(pos, 32),
-                     hal_float32_to_fixed(vel, 32),
-                     frame->t_ns != 0 ? frame->t_ns : now_ns);
     self->was_told = true;
     return true;
 }
