@@ -157,6 +157,12 @@ static const struct yaml_field rig_drive_fields[] = {
       "counts per unit of the axis, such as '4096 per mm' or "
       "{num: 1048576, den: 360}",
       rig_read_counts, 0 },
+    { "eds", YAML_OPTIONAL,
+      "the maker's EDS or DCF file, a path from the rig's directory",
+      rig_read_eds, offsetof(struct rig_axis, eds) },
+    { "parameters", YAML_OPTIONAL,
+      "a map of objects and their values, such as {6065: 20000}",
+      rig_read_parameters, 0 },
 };
 const struct yaml_shape rig_drive_shape = { "drive", rig_drive_fields,
                                             ARRAY_LEN(rig_drive_fields) };
