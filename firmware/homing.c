@@ -80,7 +80,8 @@ static bool homing_switch(const struct homing *homing)
     case HOMING_INPUT_HOME:
         break;
     }
-    return controller_input(homing_line(homing));
+    return homing_axis(homing)->feedback.home_switch ||
+           controller_input(homing_line(homing));
 }
 
 /* The limit switch in a direction, unless it is what we look for. */

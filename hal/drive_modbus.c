@@ -21,6 +21,7 @@ enum drive_modbus_job {
     JOB_ALARM,
     JOB_FAST,
     JOB_SLOW = JOB_FAST + MODBUS_MAP_BLOCKS_MAX,
+    JOB_PARAMETER = JOB_SLOW + MODBUS_MAP_BLOCKS_MAX,
 };
 
 static struct drive_modbus *drive_modbus_of(struct hal_drive *drive)
@@ -127,6 +128,10 @@ static bool ask_once(struct drive_modbus *self,
 
     if (drive_modbus_run_ask(self, request)) {
         *job = JOB_STEP;
+        return true;
+    }
+    if (drive_modbus_parameter_ask(self, request)) {
+        *job = JOB_PARAMETER;
         return true;
     }
     if (self->move == DRIVE_MODBUS_MOVE_WANTED) {
@@ -309,6 +314,8 @@ static void drive_modbus_reply(struct modbus_node *node, uint16_t cookie,
         drive_modbus_run_reply(self, reply);
     else if (cookie == JOB_ALARM)
         take_alarm(self, reply);
+    else if (cookie == JOB_PARAMETER)
+        drive_modbus_parameter_reply(self, reply);
     else if (reply->err == MOTION_OK)
         take_good(self, cookie, reply);
     else if (reply->err == MOTION_E_REFUSED)

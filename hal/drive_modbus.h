@@ -37,6 +37,12 @@
 
 #define DRIVE_MODBUS_HISTORY 64 /* set points kept to judge following */
 
+/* A register that is written when the drive starts, and read back. */
+struct drive_modbus_parameter {
+    uint8_t item; /* of the map */
+    int64_t value;
+};
+
 struct drive_modbus_config {
     const struct modbus_map *map; /* outlives the drive */
     uint8_t unit;                 /* 1..247; 255 on TCP */
@@ -47,6 +53,8 @@ struct drive_modbus_config {
     int64_t cycle_ns;   /* from one set point to the next, 100 us .. 2 s */
     int64_t latency_ns; /* from the tick until the drive has it; 0: cycle / 2 */
     int64_t first_step_max_q32; /* as drive_cia402.h; 0: 1 unit */
+    const struct drive_modbus_parameter *parameter; /* outlive the drive */
+    unsigned parameter_count;
 };
 
 enum drive_modbus_phase {
@@ -105,6 +113,9 @@ struct drive_modbus {
     uint8_t start_at; /* identify, init, disable, polls */
     bool is_reached;  /* what is requested */
     bool identified, identify_asked;
+    unsigned parameter_at; /* twice: written, then read back */
+    unsigned parameter_tries;
+    bool parameter_asked;
     bool alarm_asked;
 
     /* what is polled */

@@ -34,6 +34,19 @@ void drive_modbus_lose(struct drive_modbus *self, enum hal_drive_state state);
 bool drive_modbus_status(const struct drive_modbus *self,
                          enum modbus_map_status status, bool unknown);
 
+/* What a reply that is no answer says, in words. */
+const char *drive_modbus_reply_text(const struct hal_modbus_reply *reply);
+/* Busy, lost or broken: may be tried again. */
+bool drive_modbus_is_passing(const struct hal_modbus_reply *reply);
+
+/* ---- drive_modbus_parameter.c: written at start-up, and read back ---- */
+
+bool drive_modbus_parameters_done(const struct drive_modbus *self);
+bool drive_modbus_parameter_ask(struct drive_modbus *self,
+                                struct hal_modbus_request *request);
+void drive_modbus_parameter_reply(struct drive_modbus *self,
+                                  const struct hal_modbus_reply *reply);
+
 /* ---- drive_modbus_stream.c ---- */
 
 /* Fill in the group for the set point in force now. */

@@ -23,11 +23,17 @@ struct hal_text drive_modbus_say(struct drive_modbus *self, const char *words)
     return text;
 }
 
-static const char *walk_reply_text(const struct hal_modbus_reply *reply)
+const char *drive_modbus_reply_text(const struct hal_modbus_reply *reply)
 {
     if (reply->err == MOTION_E_REFUSED)
         return hal_modbus_exception_text(reply->exception);
     return motion_err_text(reply->err);
+}
+
+bool drive_modbus_is_passing(const struct hal_modbus_reply *reply)
+{
+    return reply->err != MOTION_E_REFUSED || reply->exception == 5 ||
+           reply->exception == 6;
 }
 
 /* Says nothing while no alarm is known. */
@@ -135,8 +141,6 @@ static void walk_next_step(struct drive_modbus *self)
 void drive_modbus_run_reply(struct drive_modbus *self,
                             const struct hal_modbus_reply *reply)
 {
-    const bool busy = reply->err == MOTION_E_REFUSED &&
-                      (reply->exception == 5 || reply->exception == 6);
     struct hal_text text;
 
     if (!self->run.asked || self->run.sequence == NULL)
@@ -144,10 +148,10 @@ void drive_modbus_run_reply(struct drive_modbus *self,
     self->run.asked = false;
     if (reply->err == MOTION_OK) {
         walk_next_step(self);
-    } else if ((reply->err == MOTION_E_REFUSED && !busy) ||
+    } else if (!drive_modbus_is_passing(reply) ||
                ++self->run.tries == STEP_TRIES) {
         text = drive_modbus_say(self, "a register was not written: ");
-        hal_text_put(&text, walk_reply_text(reply));
+        hal_text_put(&text, drive_modbus_reply_text(reply));
         drive_modbus_latch(self);
         self->run.sequence = NULL;
     }
@@ -214,6 +218,9 @@ void drive_modbus_start(struct drive_modbus *self)
     self->start_at = 0;
     self->identified = self->config.map->identify.item == MODBUS_MAP_NO_ITEM;
     self->identify_asked = false;
+    self->parameter_at = 0;
+    self->parameter_tries = 0;
+    self->parameter_asked = false;
     self->fresh = 0;
     self->failures = 0;
     self->actual_ns = 0;
@@ -272,7 +279,8 @@ static void walk_start_step(struct drive_modbus *self)
         }
     } else if (self->start_at < sizeof walk_start) {
         drive_modbus_run_begin(self, walk_start[self->start_at]);
-    } else if (self->fresh == all && self->actual_ns != 0) {
+    } else if (drive_modbus_parameters_done(self) && self->fresh == all &&
+               self->actual_ns != 0) {
         walk_off(self);
         if (self->request != HAL_DRIVE_REQUEST_OFF)
             drive_modbus_pursue(self);

@@ -243,6 +243,63 @@ static void words_say_what_moves(void **state)
     }
 }
 
+static void monitor_shows_everything_and_enables_nothing(void **state)
+{
+    static const struct {
+        const char *argv[10];
+        int status;
+        const char *says[4];
+    } rows[] = {
+        { { "slew", "monitor", "--once", RIG },
+          0,
+          { "slide", "switch on disabled", "(unhomed)", "stop (e-stop): -" } },
+        { { "slew", "monitor", "--once", "examples/dolly" },
+          0,
+          { "dolly", "120.0000", "can1: error-active", "% in use" } },
+        { { "slew", "monitor", "--once", "examples/modbus" },
+          0,
+          { "pan", "-58.0003", "line1: ", "0 errors" } },
+        { { "slew", "monitor", "--once", "--json", RIG },
+          0,
+          { "\"statusword\":592", "\"homed\":false", "\"kind\":\"home\"",
+            "\"load\":0." } },
+        { { "slew", "monitor", "--for", "1s", "--rate", "4", "--json", RIG },
+          0,
+          { "{\"t_s\":0.25,", "{\"t_s\":0.5,", "{\"t_s\":0.75,",
+            "{\"t_s\":1," } },
+        { { "slew", "monitor" }, 2, { "which files?", "", "", "" } },
+        { { "slew", "monitor", "--real", RIG },
+          2,
+          { "bus can0 has no interface", "", "", "" } },
+    };
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        const int status = run(rows[i].argv);
+        if (status != rows[i].status)
+            fail_msg("row %zu: status %d:\n%s", i, status, heard);
+        for (int k = 0; k < 4; k++)
+            if (strstr(heard, rows[i].says[k]) == NULL)
+                fail_msg("row %zu: no '%s' in:\n%s", i, rows[i].says[k], heard);
+        assert_null(strstr(heard, "operation enabled"));
+    }
+}
+
+/* On a terminal the table is drawn in place until Ctrl-C. */
+static void monitor_is_live_on_a_terminal(void **state)
+{
+    const char *const argv[] = { "slew", "monitor", "--rate", "20", RIG, NULL };
+    (void)state;
+    forget();
+    start(argv, true);
+    expect("switch on disabled", 10);
+    forget();
+    expect("\033[H", 2);
+    expect("lines: stop (e-stop)", 2);
+    listen_for(2); /* all drives have been found */
+    press("\003");
+    assert_int_equal(finish(), 0);
+}
+
 static void a_program_reads_the_result(void **state)
 {
     const char *const jog[] = { "slew",  "jog",   "--json", RIG,
@@ -383,6 +440,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(words_say_what_moves),
+        cmocka_unit_test(monitor_shows_everything_and_enables_nothing),
+        cmocka_unit_test(monitor_is_live_on_a_terminal),
         cmocka_unit_test(a_program_reads_the_result),
         cmocka_unit_test(an_arrow_jogs_while_it_is_held),
         cmocka_unit_test(h_homes_and_s_sets_keys_of_a_move),

@@ -208,7 +208,7 @@ static enum status cmd_run_record(struct cmd_run *self,
     unsigned i = 0;
     if (self->options->modbus_log == NULL)
         return STATUS_OK;
-    while (i < rig->bus_count && rig->bus[i].kind == RIG_CANOPEN)
+    while (i < rig->bus_count && rig_bus_is_can(&rig->bus[i]))
         i++;
     if (i == rig->bus_count) {
         fputs("slew run: --modbus-log: the rig has no Modbus bus\n", stderr);

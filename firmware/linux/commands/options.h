@@ -44,10 +44,10 @@ struct options {
     const char *rig, *fps, *columns, *curve, *interface;
     const char *root;                              /* doctor */
     const char *bus, *sheet, *map, *type, *parity; /* drive, scan */
-    const char *identity, *units;
+    const char *identity, *units, *bauds;
     bool store, yes;
-    bool home, once;          /* jog, monitor */
-    int64_t baud, timeout_ns; /* 0 when not given */
+    bool home, once;                     /* jog, monitor */
+    int64_t baud, timeout_ns, listen_ns; /* 0 when not given */
     int64_t rate_uhz;
     int64_t from_ns, to_ns, hold_at_ns, resume_after_ns;
     const char *speed, *keys;          /* jog */

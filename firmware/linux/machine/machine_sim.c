@@ -122,6 +122,9 @@ static int machine_sim_wire(struct machine_sim *sim, const struct rig_bus *bus,
                             unsigned i)
 {
     int err = sim_can_bus_init(&sim->wire[i], &sim->world, bus->bit_rate);
+    if (err == MOTION_OK && bus->data_bit_rate > 0)
+        err = sim_can_bus_set_fd(&sim->wire[i],
+                                 bus->data_bit_rate / bus->bit_rate);
     if (err < 0)
         return err;
     return sim_can_port_init(&sim->port[i], &sim->wire[i]);
@@ -155,6 +158,22 @@ static void machine_sim_clock(struct machine_sim *sim, bool realtime,
                                          : MACHINE_SIM_START_NS);
 }
 
+static int machine_sim_drive(struct machine_sim *sim, const struct rig *rig,
+                             unsigned i)
+{
+    switch (rig->axis[i].kind) {
+    case RIG_CIA402:
+        return machine_sim_servo(sim, &rig->axis[i], i);
+    case RIG_MODBUS:
+        return machine_sim_modbus_servo(sim, rig, i);
+    case RIG_ODRIVE:
+        return machine_sim_odrive(sim, rig, i);
+    case RIG_MOTEUS:
+        return machine_sim_moteus(sim, &rig->axis[i], i);
+    }
+    return MOTION_E_ARG;
+}
+
 int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
                      bool realtime, struct machine_ports *ports,
                      char message[RIG_MESSAGE_MAX])
@@ -164,7 +183,7 @@ int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
     *ports = (struct machine_ports){ 0 };
     machine_sim_clock(sim, realtime, ports);
     for (unsigned i = 0; i < rig->bus_count; i++) {
-        const bool can = rig->bus[i].kind == RIG_CANOPEN;
+        const bool can = rig_bus_is_can(&rig->bus[i]);
         int err = can ? machine_sim_wire(sim, &rig->bus[i], i)
                       : machine_sim_modbus_line(sim, rig, i);
         if (err < 0)
@@ -173,9 +192,7 @@ int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
         ports->modbus[i] = can ? NULL : &sim->master[i].modbus;
     }
     for (unsigned i = 0; i < rig->axis_count; i++) {
-        int err = rig->axis[i].kind == RIG_CIA402
-                      ? machine_sim_servo(sim, &rig->axis[i], i)
-                      : machine_sim_modbus_servo(sim, rig, i);
+        int err = machine_sim_drive(sim, rig, i);
         if (err < 0)
             return machine_sim_fail(message, rig->axis[i].name, err);
     }

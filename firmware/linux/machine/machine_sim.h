@@ -13,6 +13,8 @@
 #include "sim/sim_cia402.h"
 #include "sim/sim_gpio.h"
 #include "sim/sim_modbus_servo.h"
+#include "sim/sim_moteus.h"
+#include "sim/sim_odrive.h"
 #include "sim/world.h"
 
 struct machine_sim {
@@ -20,6 +22,8 @@ struct machine_sim {
     struct sim_can_bus wire[RIG_BUSES_MAX];
     struct sim_can_port port[RIG_BUSES_MAX]; /* of the master */
     struct sim_cia402 servo[RIG_AXES_MAX];
+    struct sim_odrive odrive[RIG_AXES_MAX];
+    struct sim_moteus moteus[RIG_AXES_MAX];
     /* on Modbus */
     struct sim_modbus_line modbus_line[RIG_BUSES_MAX];
     struct sim_modbus_servo modbus_servo[RIG_AXES_MAX];
@@ -53,6 +57,11 @@ int machine_sim_modbus_line(struct machine_sim *sim, const struct rig *rig,
                             unsigned i);
 int machine_sim_modbus_servo(struct machine_sim *sim, const struct rig *rig,
                              unsigned i);
+/* machine_sim_turns.c: a drive that counts turns. */
+int machine_sim_odrive(struct machine_sim *sim, const struct rig *rig,
+                       unsigned i);
+int machine_sim_moteus(struct machine_sim *sim, const struct rig_axis *axis,
+                       unsigned i);
 /* What the simulated servo of Modbus axis i is like. */
 int machine_sim_servo_config(const struct rig *rig, unsigned i,
                              struct sim_modbus_servo_config *config);

@@ -79,6 +79,9 @@ const struct yaml_shape *const rig_shapes[] = {
     &rig_sim_shape,
     &rig_modbus_bus_shape,
     &rig_modbus_drive_shape,
+    &rig_can_bus_shape,
+    &rig_odrive_shape,
+    &rig_moteus_shape,
     &rig_line_shape,
     NULL,
 };
