@@ -204,6 +204,7 @@ struct drive_cia402 {
     struct drive_cia402_probe probe;
     uint32_t factor[4][2]; /* 0x608F, 0x6091, 0x6092, 0x6096; 0: not there */
     bool speeds_fit;       /* 0x6096 is what the config says */
+    bool limits_in_force;  /* 0x607D has been written, and is there */
     bool torque_out, torque_in; /* 0x60B2 and 0x6077 are in the PDOs */
 
     /* the walk through the power states */

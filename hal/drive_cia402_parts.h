@@ -91,6 +91,7 @@ enum drive_cia402_check {
     CHECK_FACTOR,
     CHECK_FACTORS,
     CHECK_PROBE,
+    CHECK_LIMITS,
     CHECK_TORQUE_OUT,
     CHECK_TORQUE_IN,
 };

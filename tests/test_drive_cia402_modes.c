@@ -889,6 +889,22 @@ static void limits_can_wait_for_homing(void **state)
     into(b, HAL_DRIVE_STREAM_POSITION);
 }
 
+static void outside_its_limits_it_is_not_enabled(void **state)
+{
+    struct drive_cia402_config config = drive_config;
+    struct bench *b;
+
+    (void)state;
+    config.pos_min_q32 = -20 * ONE;
+    config.pos_max_q32 = 5 * ONE; /* it stands at 10 */
+    b = bench_of(&config, &master_config, &servo_config);
+    until(b, HAL_DRIVE_OFF, 2000);
+    hal_drive_request(&b->drive.drive, HAL_DRIVE_REQUEST_ENABLE);
+    until(b, HAL_DRIVE_FAULT, 500);
+    assert_text(b, "stands outside its software limits");
+    assert_int_equal(servo_counts(b), START);
+}
+
 /* 10000 counts per turn there, 1000 per unit here. */
 static void the_factor_group_must_agree(void **state)
 {
@@ -1028,6 +1044,7 @@ int main(void)
         cmocka_unit_test(torque_is_turned_with_a_reversed_axis),
         cmocka_unit_test(the_options_of_the_config_are_written),
         cmocka_unit_test(limits_can_wait_for_homing),
+        cmocka_unit_test(outside_its_limits_it_is_not_enabled),
         cmocka_unit_test(the_factor_group_must_agree),
         cmocka_unit_test(sync_with_a_counter),
         cmocka_unit_test(a_drive_without_heartbeat_is_guarded),

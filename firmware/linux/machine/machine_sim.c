@@ -83,6 +83,43 @@ int machine_sim_plant(const struct rig_axis *axis,
     return err;
 }
 
+/* Lower and upper as counts, which fall where the axis is reversed. */
+static int machine_sim_pair(const struct rig_axis *axis, const int64_t q32[2],
+                            int32_t *low, int32_t *high)
+{
+    int64_t a, b;
+    int err = machine_sim_counts(axis, q32[0], 32, &a);
+    if (err == MOTION_OK)
+        err = machine_sim_counts(axis, q32[1], 32, &b);
+    if (err < 0)
+        return err;
+    if (a < INT32_MIN || a > INT32_MAX || b < INT32_MIN || b > INT32_MAX)
+        return MOTION_E_RANGE;
+    *low = (int32_t)(a < b ? a : b);
+    *high = (int32_t)(a < b ? b : a);
+    return MOTION_OK;
+}
+
+static int machine_sim_rail(const struct rig_axis *axis,
+                            struct sim_cia402_rail *rail)
+{
+    int64_t index = 0;
+    int err = machine_sim_counts(axis, axis->sim.index_q32, 32, &index);
+    if (err == MOTION_OK && axis->sim.has_limits)
+        err = machine_sim_pair(axis, axis->sim.limit_q32, &rail->limit_negative,
+                               &rail->limit_positive);
+    if (err == MOTION_OK && axis->sim.has_home)
+        err = machine_sim_pair(axis, axis->sim.home_q32, &rail->home_from,
+                               &rail->home_to);
+    index = machine_sim_magnitude(index);
+    if (err == MOTION_OK && index > INT32_MAX)
+        err = MOTION_E_RANGE;
+    rail->has_limits = axis->sim.has_limits;
+    rail->has_home = axis->sim.has_home;
+    rail->index_every = (int32_t)index;
+    return err;
+}
+
 static int machine_sim_servo(struct machine_sim *sim,
                              const struct rig_axis *axis, unsigned i)
 {
@@ -93,6 +130,8 @@ static int machine_sim_servo(struct machine_sim *sim,
         .boot_ns = MACHINE_SIM_BOOT_NS,
     };
     int err = machine_sim_plant(axis, &config.plant, &config.start_counts);
+    if (err == MOTION_OK)
+        err = machine_sim_rail(axis, &config.rail);
     if (err < 0)
         return err;
     return sim_cia402_init(&sim->servo[i], &sim->wire[axis->bus], &config);

@@ -9,6 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "hal/drive_cia402.h"
 #include "hal/gpio.h"
 #include "hal/modbus_libmodbus.h"
 #include "hal/modbus_map.h"
@@ -36,6 +37,7 @@ struct rig_bus {
     char interface[RIG_INTERFACE_MAX]; /* "can0"; "": it has none */
     uint32_t bit_rate;                 /* bit/s, one of CiA 301's */
     uint8_t node_id;                   /* our own, 1..127; no drive has it */
+    uint8_t sync_counter; /* SYNC counts 1 .. this, 2..240; 0: it does not */
     struct modbus_libmodbus_config modbus; /* Modbus: the line */
     struct plan_place place;
 };
@@ -48,6 +50,33 @@ struct rig_sim {
     int64_t start_q32;      /* 0, or the nearest position the axis can have */
     int64_t vel_max_q32;    /* of the motor; 1.5 x the axis's limit */
     int64_t acc_max_q16;    /* of the motor; 2 x the stop acceleration */
+    /* of a CiA 402 drive, in its 0x60FD; as positions are at power-on */
+    bool has_limits, has_home;
+    int64_t limit_q32[2]; /* switches there and beyond */
+    int64_t home_q32[2];  /* switch from .. to */
+    int64_t index_q32;    /* an index pulse at 0 and every so far; 0: none */
+};
+
+/* The drive's units of velocity or acceleration per counts/s or counts/s2; num
+ * 0: the same. */
+struct rig_scale {
+    int64_t num, den;
+};
+
+struct rig_option {
+    bool given;
+    int8_t value;
+};
+
+/* What only a CiA 402 drive has; 0: as hal/drive_cia402.h has it. */
+struct rig_cia402 {
+    enum drive_cia402_stream stream;
+    int64_t gain_q16; /* CSV: 1/s */
+    bool torque;
+    struct rig_scale velocity, acceleration;
+    int64_t travel_q32; /* in one revolution of its shaft */
+    struct rig_option option[DRIVE_CIA402_OPTIONS];
+    int64_t guard_period_ns;
 };
 
 struct rig_axis {
@@ -64,8 +93,11 @@ struct rig_axis {
      * limits are within +-(2^31 - 1) counts */
     int64_t counts_num, counts_den;
     enum rig_drive_kind kind;
-    uint32_t map;      /* Modbus: index */
-    bool unsupervised; /* nothing stops it when the line is dead, and the user
+    struct rig_cia402 cia402;
+    int64_t torque_q32; /* feed-forward: permille of the rated torque per
+                           unit/s2; 0: none */
+    uint32_t map;       /* Modbus: index */
+    bool unsupervised;  /* nothing stops it when the line is dead, and the user
                           says that he knows */
     struct rig_sim sim;
     struct plan_place place;
