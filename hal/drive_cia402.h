@@ -99,7 +99,8 @@ struct drive_cia402_config {
      * group (0x608F, 0x6091, 0x6092) must say the same; 0: not checked */
     int64_t travel_q32;
     uint32_t modes_also; /* bits of 0x6502 that it has and does not tell */
-    /* software limits, 0x607D, where the drive has them; both 0: leave */
+    /* software limits, 0x607D, where the drive has them; off for an axis that
+     * already stands outside them; both 0: leave */
     int64_t pos_min_q32, pos_max_q32;
     bool limits_when_homed; /* not before its own homing is done */
     struct {

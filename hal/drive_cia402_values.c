@@ -89,8 +89,9 @@ static uint32_t value_following_time(const struct drive_cia402 *self)
 
 static bool limits_wait(const struct drive_cia402 *self)
 {
-    return self->config.limits_when_homed &&
-           self->job != DRIVE_CIA402_JOB_LIMITS;
+    return drive_cia402_is_outside(self) ||
+           (self->config.limits_when_homed &&
+            self->job != DRIVE_CIA402_JOB_LIMITS);
 }
 
 /* 0x607D:1 and :2; both 0: off. */

@@ -169,14 +169,6 @@ static int64_t drive_cia402_apart(int32_t a, int64_t b)
     return apart < 0 ? -(int64_t)apart : apart;
 }
 
-/* Enabled there, many drives go to the limit by themselves. */
-static bool drive_cia402_is_outside(const struct drive_cia402 *self)
-{
-    return self->limits_in_force &&
-           (self->preload_counts < self->limit_counts[0] ||
-            self->preload_counts > self->limit_counts[1]);
-}
-
 static void drive_cia402_preload_step(struct drive_cia402 *self, int64_t now_ns)
 {
     int err;
@@ -192,7 +184,8 @@ static void drive_cia402_preload_step(struct drive_cia402 *self, int64_t now_ns)
         drive_cia402_say(self, "axis moves while it is being enabled");
         err = MOTION_E_LIMIT;
     }
-    if (err == MOTION_OK && drive_cia402_is_outside(self)) {
+    if (err == MOTION_OK && self->limits_in_force &&
+        drive_cia402_is_outside(self)) {
         drive_cia402_say(self, "stands outside its software limits (0x607D)");
         err = MOTION_E_LIMIT;
     }

@@ -67,7 +67,10 @@ int machine_sim_plant(const struct rig_axis *axis,
                       struct sim_plant_config *plant, int32_t *start_counts)
 {
     int64_t start = 0, vel = 0, acc = 0;
-    int err = machine_sim_counts(axis, axis->sim.start_q32, 32, &start);
+    /* an encoder that is to be homed counts from where it is switched on */
+    int err = machine_sim_counts(
+        axis, axis->homing.by != HOMING_NONE ? 0 : axis->sim.start_q32, 32,
+        &start);
     if (err < 0 || start < INT32_MIN || start > INT32_MAX)
         return MOTION_E_RANGE;
     err = machine_sim_counts(axis, axis->sim.vel_max_q32, 32, &vel);
@@ -83,20 +86,47 @@ int machine_sim_plant(const struct rig_axis *axis,
     return err;
 }
 
+/* A place along the axis in the counts that the drive has when it is switched
+ * on: see machine_sim_plant. */
+static int machine_sim_place(const struct rig_axis *axis, int64_t pos_q32,
+                             int32_t *counts)
+{
+    const bool homed = axis->homing.by != HOMING_NONE;
+    int64_t wide;
+    int err = machine_sim_counts(
+        axis, pos_q32 - (homed ? axis->sim.start_q32 : 0), 32, &wide);
+    if (err < 0 || wide <= INT32_MIN || wide >= INT32_MAX)
+        return MOTION_E_RANGE;
+    *counts = (int32_t)wide;
+    return MOTION_OK;
+}
+
 /* Lower and upper as counts, which fall where the axis is reversed. */
 static int machine_sim_pair(const struct rig_axis *axis, const int64_t q32[2],
                             int32_t *low, int32_t *high)
 {
-    int64_t a, b;
-    int err = machine_sim_counts(axis, q32[0], 32, &a);
-    if (err == MOTION_OK)
-        err = machine_sim_counts(axis, q32[1], 32, &b);
-    if (err < 0)
-        return err;
-    if (a < INT32_MIN || a > INT32_MAX || b < INT32_MIN || b > INT32_MAX)
-        return MOTION_E_RANGE;
-    *low = (int32_t)(a < b ? a : b);
-    *high = (int32_t)(a < b ? b : a);
+    const bool reversed = axis->counts_num < 0;
+    int err = machine_sim_place(axis, q32[reversed], low);
+    return err < 0 ? err : machine_sim_place(axis, q32[!reversed], high);
+}
+
+/* Where nothing is said, a drive that homes by itself has its switch on the
+ * negative side, up to the home point. */
+static int machine_sim_home_switch(const struct rig_axis *axis,
+                                   struct sim_cia402_rail *rail)
+{
+    int32_t counts;
+    if (axis->sim.has_home) {
+        rail->has_home = true;
+        return machine_sim_pair(axis, axis->sim.home_q32, &rail->home_from,
+                                &rail->home_to);
+    }
+    if (axis->homing.by != HOMING_DRIVE ||
+        machine_sim_place(axis, axis->homing.pos_q32, &counts) < 0)
+        return MOTION_OK;
+    rail->has_home = true;
+    rail->home_from = axis->counts_num > 0 ? INT32_MIN : counts;
+    rail->home_to = axis->counts_num > 0 ? counts : INT32_MAX;
     return MOTION_OK;
 }
 
@@ -108,14 +138,12 @@ static int machine_sim_rail(const struct rig_axis *axis,
     if (err == MOTION_OK && axis->sim.has_limits)
         err = machine_sim_pair(axis, axis->sim.limit_q32, &rail->limit_negative,
                                &rail->limit_positive);
-    if (err == MOTION_OK && axis->sim.has_home)
-        err = machine_sim_pair(axis, axis->sim.home_q32, &rail->home_from,
-                               &rail->home_to);
+    if (err == MOTION_OK)
+        err = machine_sim_home_switch(axis, rail);
     index = machine_sim_magnitude(index);
     if (err == MOTION_OK && index > INT32_MAX)
         err = MOTION_E_RANGE;
     rail->has_limits = axis->sim.has_limits;
-    rail->has_home = axis->sim.has_home;
     rail->index_every = (int32_t)index;
     return err;
 }
@@ -141,6 +169,9 @@ static int machine_sim_wire(struct machine_sim *sim, const struct rig_bus *bus,
                             unsigned i)
 {
     int err = sim_can_bus_init(&sim->wire[i], &sim->world, bus->bit_rate);
+    if (err == MOTION_OK && bus->data_bit_rate > 0)
+        err = sim_can_bus_set_fd(&sim->wire[i],
+                                 bus->data_bit_rate / bus->bit_rate);
     if (err < 0)
         return err;
     return sim_can_port_init(&sim->port[i], &sim->wire[i]);
@@ -174,15 +205,32 @@ static void machine_sim_clock(struct machine_sim *sim, bool realtime,
                                          : MACHINE_SIM_START_NS);
 }
 
+static int machine_sim_drive(struct machine_sim *sim, const struct rig *rig,
+                             unsigned i)
+{
+    switch (rig->axis[i].kind) {
+    case RIG_CIA402:
+        return machine_sim_servo(sim, &rig->axis[i], i);
+    case RIG_MODBUS:
+        return machine_sim_modbus_servo(sim, rig, i);
+    case RIG_ODRIVE:
+        return machine_sim_odrive(sim, rig, i);
+    case RIG_MOTEUS:
+        return machine_sim_moteus(sim, &rig->axis[i], i);
+    }
+    return MOTION_E_ARG;
+}
+
 int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
                      bool realtime, struct machine_ports *ports,
                      char message[RIG_MESSAGE_MAX])
 {
     memset(sim, 0, sizeof *sim);
+    sim->rig = rig;
     *ports = (struct machine_ports){ 0 };
     machine_sim_clock(sim, realtime, ports);
     for (unsigned i = 0; i < rig->bus_count; i++) {
-        const bool can = rig->bus[i].kind == RIG_CANOPEN;
+        const bool can = rig_bus_is_can(&rig->bus[i]);
         int err = can ? machine_sim_wire(sim, &rig->bus[i], i)
                       : machine_sim_modbus_line(sim, rig, i);
         if (err < 0)
@@ -191,13 +239,14 @@ int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
         ports->modbus[i] = can ? NULL : &sim->master[i].modbus;
     }
     for (unsigned i = 0; i < rig->axis_count; i++) {
-        int err = rig->axis[i].kind == RIG_CIA402
-                      ? machine_sim_servo(sim, &rig->axis[i], i)
-                      : machine_sim_modbus_servo(sim, rig, i);
+        int err = machine_sim_drive(sim, rig, i);
         if (err < 0)
             return machine_sim_fail(message, rig->axis[i].name, err);
     }
     for (unsigned i = 0; i < rig->line_count; i++)
         ports->line[i] = machine_sim_line(sim, &rig->line[i], i);
-    return MOTION_OK;
+    for (unsigned i = 0; i < rig->axis_count; i++)
+        if (rig->axis[i].homing.by != HOMING_NONE)
+            sim->zero_q32[i] = rig->axis[i].sim.start_q32;
+    return machine_sim_switches(sim);
 }
