@@ -242,28 +242,19 @@ static bool step_if_speed(const struct drive_cia402 *self)
     return drive_cia402_mode_wanted(self)->uses_speed;
 }
 
-static const struct {
-    unsigned need;
-    bool (*holds)(const struct drive_cia402 *self);
-} step_gates[] = {
-    { STEP_IF_COUNTED, step_if_counted },
-    { STEP_IF_GUARDED, step_if_guarded },
-    { STEP_IF_OPTION, step_if_option },
-    { STEP_IF_TRAVEL, step_if_travel },
-    { STEP_IF_LIMITS, step_if_limits },
-    { STEP_IF_VELOCITY, step_if_velocity },
-    { STEP_IF_TORQUE, step_if_torque },
-    { STEP_IF_IP, step_if_ip },
-    { STEP_UNLESS_IP, step_unless_ip },
-    { STEP_IF_SPEED, step_if_speed },
+/* From STEP_IF_COUNTED on, a bit each. */
+static bool (*const step_gates[])(const struct drive_cia402 *self) = {
+    step_if_counted, step_if_guarded,  step_if_option, step_if_travel,
+    step_if_limits,  step_if_velocity, step_if_torque, step_if_ip,
+    step_unless_ip,  step_if_speed,
 };
 
 static bool step_is_left_out(const struct drive_cia402 *self,
                              const struct drive_cia402_step *step)
 {
     for (unsigned i = 0; i < sizeof step_gates / sizeof step_gates[0]; i++)
-        if ((step->need & step_gates[i].need) != 0 &&
-            !step_gates[i].holds(self))
+        if ((step->need & (unsigned)STEP_IF_COUNTED << i) != 0 &&
+            !step_gates[i](self))
             return true;
     return (step->need & STEP_IF_SET) != 0 && step_value(self, step) == 0;
 }

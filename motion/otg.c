@@ -314,24 +314,45 @@ int motion_otg_propose(struct otg_problem *q, struct num t,
     return err;
 }
 
-/* One jerk throughout: that of slowing down where the speed falls. */
+/* A start that slows down only after it has come to its highest speed gets there
+ * with the jerk of speeding up.  Returns how long that takes, or zero. */
+static struct num velocity_peak(struct otg_problem *q)
+{
+    struct num t = num_mul(num_abs(q->a0), q->per_j);
+    struct num rise = num_half(num_mul(q->a0, t));
+    struct num peak = num_add(q->v0, rise);
+    if (num_sub(q->j, q->j2).m == 0 || !num_lt(num_abs(q->v0), num_abs(peak)) ||
+        !num_lt(num_abs(q->vf), num_abs(peak)))
+        return num_zero();
+    q->v0 = peak;
+    q->dv = num_sub(q->dv, rise);
+    q->a0 = num_zero();
+    return t;
+}
+
+/* One jerk from there on: that of slowing down where the speed falls. */
 static void otg_solve_velocity(struct otg_problem q, struct otg_shape *shape)
 {
     struct end end;
+    struct num peak = velocity_peak(&q);
     bool slows = num_lt(num_abs(q.vf), num_abs(q.v0));
     q.j = q.j2 = slows ? q.j2 : q.j;
     q.per_j = q.per_j2 = slows ? q.per_j2 : q.per_j;
     end_brake(&q, shape, true, &end);
+    if (peak.m)
+        otg_shape_add(shape, peak, num_zero());
+    int from = shape->count;
     motion_otg_brake_acc(&q, shape);
     motion_otg_solve_velocity(&q, shape);
     end_append(&end, shape);
-    shape->brake = shape->turn = slows ? 0 : shape->count;
+    shape->brake = shape->turn = slows ? from : shape->count;
 }
 
-/* Seconds to whole 2^-12 ns, up by more than the search is off. */
+/* Seconds to whole 2^-12 ns, up by more than the search is off and so much that
+ * there is something to choose from. */
 static int64_t in_ns_q12(struct num t)
 {
-    struct num up = num_add(t, num_scale(t, -26));
+    struct num up = num_add(t, num_scale(t, -23));
     return motion_real_floor_clamped(num_real(num_mul(up, ticks_per_s)), 0) + 1;
 }
 
@@ -450,10 +471,11 @@ static int otg_make_drawn(const struct motion_otg_move *move,
     int wanted = OTG_BITS;
     for (int i = 0; i < OTG_TRIES; i++) {
         int err = otg_try(move, dur_ns_q12, draw, plan, field);
-        if (err == MOTION_OK || err == MOTION_E_RANGE ||
-            *field == MOTION_OTG_FIELD_DURATION)
+        if (err == MOTION_OK || err == MOTION_E_RANGE)
             return err;
         if (i == 0) {
+            if (*field == MOTION_OTG_FIELD_DURATION)
+                return err;
             *first = plan->dur_ns_q12;
             wanted = motion_otg_wanted_bits(*first);
         }
@@ -491,10 +513,13 @@ static int otg_make_valid(const struct motion_otg_move *move,
 {
     int64_t least = 0;
     int err = otg_make_drawn(move, dur_ns_q12, plan, &least, field);
-    if (err == MOTION_E_LIMIT && *field != MOTION_OTG_FIELD_DURATION &&
-        dur_ns_q12 == 0 && move->mode == MOTION_OTG_POSITION)
-        err = otg_make_later(move, least, plan, field);
-    return err;
+    if (err != MOTION_E_LIMIT || move->mode != MOTION_OTG_POSITION)
+        return err;
+    if (dur_ns_q12 == 0)
+        return otg_make_later(move, least, plan, field);
+    if (*field != MOTION_OTG_FIELD_DURATION)
+        plan->dur_ns_q12 = dur_ns_q12 + (dur_ns_q12 >> OTG_BITS) + 1;
+    return refuse(field, MOTION_OTG_FIELD_DURATION, err);
 }
 
 OTG_OWN_FRAME static int otg_make_unlimited(const struct motion_otg_move *move,

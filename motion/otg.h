@@ -40,7 +40,8 @@ struct motion_otg_limit {
 enum motion_otg_mode {
     MOTION_OTG_POSITION,
     MOTION_OTG_VELOCITY, /* goal.pos and the velocity limits are not used;
-                            jerk_down is the jerk when |vel| gets less */
+                            jerk_down is the jerk when |vel| gets less, after
+                            its highest value */
 };
 
 /* Fields, for errors to name. */

@@ -7,7 +7,8 @@
  * upside down. */
 #include "motion/otg_internal.h"
 
-#define BRAKE_TIE_BITS 20
+#define BRAKE_TIE_BITS   20
+#define BRAKE_FLOOR_BITS 4
 
 /* The part of the problem that braking looks at, upside down where `up`.
  * `per_soft` is 1 / the jerk with which the motion goes on afterwards. */
@@ -61,6 +62,13 @@ static struct num brake_sign(struct num a, bool up)
     return up ? num_neg(a) : a;
 }
 
+/* The velocity at which to let go at the latest: a little above vn, so that a
+ * part of the ramps that follow can make good what braking is off. */
+static struct num brake_floor(const struct brake *b)
+{
+    return num_add(b->vn, num_scale(num_sub(b->vx, b->vn), -BRAKE_FLOOR_BITS));
+}
+
 /* Time of hard jerk down until the velocity is at vx, or, if that comes first,
  * until ramping back to a = 0 ends at vn: there a = -x with
  *   v + (a0^2 - x^2)/2 hard - x^2/2j = vn. */
@@ -69,7 +77,7 @@ static struct num brake_time(const struct brake *b, struct num hard,
 {
     struct num rise = num_half(num_mul(num_sqr(b->a), per_hard));
     struct num over = num_add(rise, num_sub(b->v, b->vx));
-    struct num above = num_add(rise, num_sub(b->v, b->vn));
+    struct num above = num_add(rise, num_sub(b->v, brake_floor(b)));
     struct num both = num_half(num_add(per_hard, b->per_j));
     struct num to_vx = num_sqrt(num_twice(num_mul(over, hard)));
     struct num to_vn = num_sqrt(num_div(above, both));
@@ -110,7 +118,8 @@ static void brake_velocity(struct otg_problem *q, struct otg_shape *shape,
     } else {
         brake_run(q, shape, to_an, brake_sign(b.an, up));
         b = brake_view(q, up);
-        struct num room = num_sub(num_sub(b.v, b.vn), brake_own_ramp(&b));
+        struct num room =
+            num_sub(num_sub(b.v, brake_floor(&b)), brake_own_ramp(&b));
         struct num over = num_min(num_sub(b.v, b.vx), room);
         brake_run(q, shape, num_div(over, num_neg(b.an)), brake_sign(b.an, up));
     }
@@ -121,7 +130,7 @@ static void brake_acceleration(struct otg_problem *q, struct otg_shape *shape,
                                bool up)
 {
     struct brake b = brake_view(q, up);
-    if (num_lt(b.vx, num_add(b.v, brake_ramp(&b)))) {
+    if (num_lt(b.vx, num_add(b.v, brake_own_ramp(&b)))) {
         brake_velocity(q, shape, up);
         return;
     }
@@ -131,16 +140,18 @@ static void brake_acceleration(struct otg_problem *q, struct otg_shape *shape,
      * of it ends at vx */
     b = brake_view(q, up);
     struct num below = num_sub(b.vn, b.v);
-    struct num room = num_sub(num_sub(b.vx, b.v), brake_ramp(&b));
+    struct num room = num_sub(num_sub(b.vx, b.v), brake_own_ramp(&b));
     brake_run(q, shape, num_div(num_min(below, room), b.ax),
               brake_sign(b.ax, up));
+    brake_let_go(q, shape, !up);
 }
 
 static bool brake_is_too_fast(const struct brake *b)
 {
-    struct num ramp = brake_ramp(b);
-    if (num_lt(b->vx, b->v) && num_lt(b->vn, num_sub(b->v, ramp)))
+    struct num own = brake_own_ramp(b);
+    if (num_lt(b->vx, b->v) && num_lt(b->vn, num_sub(b->v, own)))
         return true;
+    struct num ramp = num_lt(b->v, b->vn) ? own : brake_ramp(b);
     return b->a.m > 0 && num_lt(b->vx, num_add(b->v, ramp));
 }
 

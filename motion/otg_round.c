@@ -151,9 +151,17 @@ static int64_t step_at_jerk(int64_t n, int64_t jerk_q16, int acc_bits)
     return (int64_t)step;
 }
 
+static void set_ticks(struct motion_otg_plan *plan, int i, int64_t n)
+{
+    plan->dur_ns_q12 += n - plan->phase[i].dur_ns_q12;
+    plan->phase[i].dur_ns_q12 = n;
+}
+
 /* Between corner i (of a swing from the start 0, to the goal the last but one)
- * and its end's acceleration; other corners of a hold follow. */
-static bool round_swing(struct motion_otg_plan *plan, int i, int64_t end,
+ * and its end's acceleration; other corners of a hold follow, and the ramp
+ * behind them. */
+static bool round_swing(struct motion_otg_plan *plan,
+                        const struct otg_rates *rates, int i, int64_t end,
                         struct num dt, int64_t jerk_q16)
 {
     struct motion_otg_phase *ph = plan->phase;
@@ -164,9 +172,13 @@ static bool round_swing(struct motion_otg_plan *plan, int i, int64_t end,
     if (n <= 0 || (was ^ end) >= 0 || was == 0 ||
         motion_fixed_abs(to - was) > (uint64_t)step >> 16)
         return false;
-    ph[i + (way < 0)].dur_ns_q12 = n;
+    set_ticks(plan, i + (way < 0), n);
     for (; i >= 0 && i <= last && ph[i].acc == was; i += way)
         ph[i].acc = to;
+    int ramp = way > 0 ? i : i + 1;
+    int64_t next = i < 0 ? plan->start_acc : ph[i].acc;
+    if (ph[ramp].dur_ns_q12 > 0)
+        set_ticks(plan, ramp, motion_otg_ramp_ticks(rates, ramp, next - to));
     return true;
 }
 
@@ -186,6 +198,7 @@ static bool swings_out(int64_t vel, int64_t acc, int64_t jerk_q16,
 
 static uint32_t round_swings(const struct motion_otg_move *move,
                              const struct otg_shape *shape,
+                             const struct otg_rates *rates,
                              struct motion_otg_plan *plan)
 {
     const struct motion_otg_limit *lim = &move->limit;
@@ -197,12 +210,12 @@ static uint32_t round_swings(const struct motion_otg_move *move,
     if (shape->brake > 0 &&
         swings_out(move->start.vel_q32, move->start.acc_q16, lim->jerk_q16,
                    lim) &&
-        round_swing(plan, 0, plan->start_acc, shape->phase[0].dt,
+        round_swing(plan, rates, 0, plan->start_acc, shape->phase[0].dt,
                     lim->jerk_q16))
         ends |= OTG_END_START;
     if (shape->land <= last &&
         swings_out(move->goal.vel_q32, -move->goal.acc_q16, down, lim) &&
-        round_swing(plan, last - 1, plan->phase[last].acc,
+        round_swing(plan, rates, last - 1, plan->phase[last].acc,
                     shape->phase[last].dt, down))
         ends |= OTG_END_GOAL;
     return ends;
@@ -278,7 +291,7 @@ int motion_otg_round(const struct motion_otg_move *move,
 {
     int64_t goal_acc = motion_otg_acc_image(move->goal.acc_q16, plan->acc_bits);
     int err = round_phases(shape, rates, goal_acc, plan);
-    *ends = err < 0 ? 0 : round_swings(move, shape, plan);
+    *ends = err < 0 ? 0 : round_swings(move, shape, rates, plan);
     return err;
 }
 

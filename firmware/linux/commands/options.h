@@ -12,7 +12,7 @@
 
 #include "firmware/linux/commands/otg_rows.h"
 
-#define OPTIONS_PATHS_MAX 12
+#define OPTIONS_PATHS_MAX 20
 
 enum option_kind {
     OPTION_FLAG,    /* bool */

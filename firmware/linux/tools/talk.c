@@ -160,6 +160,10 @@ int talk_open(struct talk *talk, const struct talk_config *config,
          rig_set_interfaces(&talk->rig, config->interface, message) < 0) ||
         talk_who(talk, config, is_rig, &bus, message) < 0)
         return -1;
+    if (talk->rig.bus[bus].kind == RIG_CAN)
+        return talk_fail(message, talk->rig.bus[bus].name,
+                         "is a CAN bus without CANopen, whose drives have "
+                         "objects and registers of their own");
     talk->is_modbus = talk->rig.bus[bus].kind != RIG_CANOPEN;
     if (bench_open(&talk->bench, &talk->rig, bus, config->is_real || !is_rig,
                    message) < 0)
