@@ -83,12 +83,12 @@ struct rig_axis {
     uint16_t enable_watchdog, watchdog_timeout;
     bool unsupervised; /* nothing stops it when the line is dead, and the user
                           says that he knows */
+    struct homing_config homing;
     char eds[RIG_PATH_MAX]; /* CiA 402: the data sheet; "": none */
     /* what the drive is set to at start-up, one of both by its kind */
     struct drive_cia402_parameter object[RIG_PARAMETERS_MAX];
     struct drive_modbus_parameter item[RIG_PARAMETERS_MAX];
     unsigned parameter_count;
-    struct homing_config homing;
     struct rig_sim sim;
     struct plan_place place;
 };
