@@ -78,7 +78,6 @@ BEYOND = {
     "rig_cia402_guarding",
     "rig_cia402_no_bandwidth",
     "rig_cia402_revolution",
-    "rig_cia402_torque",
     "rig_control_escape",
     "rig_counts_overflow",
     "rig_counts_unit",
