@@ -32,6 +32,30 @@ static int32_t state_falling(int k, int order)
     return product;
 }
 
+/* c k: 62 and 6 bits. */
+static struct motion_u128 state_times(int64_t c, int32_t k)
+{
+    uint64_t low = (uint64_t)(uint32_t)c * (uint32_t)k;
+    int64_t high = (c >> 32) * k + (int64_t)(low >> 32);
+
+    return (struct motion_u128){ (uint64_t)(high >> 32),
+                                 (uint64_t)high << 32 | (uint32_t)low };
+}
+
+/* At the end: the sum of coef[k] 2^-k, doubled from term to term. */
+static struct motion_u128 state_whole(const struct motion_segment *segment,
+                                      int order)
+{
+    struct motion_u128 sum = { 0, 0 };
+
+    for (int k = order; k <= segment->degree; k++) {
+        sum = motion_fixed_add_u128(sum, sum);
+        sum = motion_fixed_add_u128(
+            sum, state_times(segment->coef[k], state_falling(k, order)));
+    }
+    return motion_fixed_shl_u128(sum, STATE_GUARD - segment->degree);
+}
+
 /* Derivative `order` with respect to u, times 2^(32 + frac + STATE_GUARD); u =
  * 1 where `whole`. */
 static struct motion_u128 state_polynomial(const struct motion_segment *segment,
@@ -40,13 +64,13 @@ static struct motion_u128 state_polynomial(const struct motion_segment *segment,
 {
     struct motion_u128 sum = { 0, 0 };
 
+    if (whole)
+        return state_whole(segment, order);
     for (int k = segment->degree; k >= order; k--) {
         struct motion_u128 c = motion_fixed_shl_u128(
-            motion_fixed_from_i64(segment->coef[k]), STATE_GUARD - (unsigned)k);
-        if (!whole)
-            sum = state_mul(sum, u_q64);
-        sum = motion_fixed_add_u128(
-            sum, motion_fixed_mul_i128(c, state_falling(k, order)));
+            state_times(segment->coef[k], state_falling(k, order)),
+            STATE_GUARD - (unsigned)k);
+        sum = motion_fixed_add_u128(state_mul(sum, u_q64), c);
     }
     return sum;
 }
@@ -66,6 +90,8 @@ static int64_t state_saturate(struct motion_u128 a, struct track_ratio ratio,
     struct motion_u128 value;
     int64_t result;
 
+    if ((a.hi | a.lo) == 0)
+        return 0;
     if (track_ratio_apply(a, ratio, shift, 64, &value) < 0 ||
         motion_fixed_to_i64(value, &result) < 0)
         return motion_fixed_is_neg_i128(a) ? INT64_MIN : INT64_MAX;
@@ -87,28 +113,43 @@ static int64_t state_end_pos(const struct motion_segment *segment)
     return (int64_t)((uint64_t)segment->pos_q32 + travel);
 }
 
-void motion_segment_state(const struct motion_segment *segment,
-                          int64_t t_ns_q12, struct motion_state *state)
+/* The derivatives at u, or at the end where `whole`. */
+static void state_derive(const struct motion_segment *segment, bool whole,
+                         uint64_t u, struct motion_state *state)
 {
     const struct track_ratio rate = track_ratio_per_second(segment);
     const struct track_ratio rate2 = track_ratio_mul(rate, rate);
     const struct track_ratio rate3 = track_ratio_mul(rate2, rate);
+    const int shift = -segment->frac - STATE_GUARD;
+
+    state->vel_q32 =
+        state_saturate(state_polynomial(segment, 1, whole, u), rate, shift);
+    state->acc_q16 = state_saturate(state_polynomial(segment, 2, whole, u),
+                                    rate2, shift - 16);
+    state->jerk_q16 = state_saturate(state_polynomial(segment, 3, whole, u),
+                                     rate3, shift - 16);
+}
+
+void track_segment_end(const struct motion_segment *segment,
+                       struct motion_state *state)
+{
+    state_derive(segment, true, 0, state);
+}
+
+void motion_segment_state(const struct motion_segment *segment,
+                          int64_t t_ns_q12, struct motion_state *state)
+{
     bool whole = t_ns_q12 >= segment->dur_ns_q12;
     uint64_t dt = t_ns_q12 < 0 || whole ? 0 : (uint64_t)t_ns_q12;
-    uint64_t u = state_fraction_q64(segment, dt);
-    int shift = -segment->frac - STATE_GUARD;
     struct motion_sample sample;
 
+    state_derive(segment, whole, state_fraction_q64(segment, dt), state);
+    if (whole) {
+        state->pos_q32 = state_end_pos(segment);
+        return;
+    }
     track_segment_sample(segment, &sample, dt);
-    *state = (struct motion_state){
-        .pos_q32 = whole ? state_end_pos(segment) : sample.pos_q32,
-        .vel_q32 =
-            state_saturate(state_polynomial(segment, 1, whole, u), rate, shift),
-        .acc_q16 = state_saturate(state_polynomial(segment, 2, whole, u), rate2,
-                                  shift - 16),
-        .jerk_q16 = state_saturate(state_polynomial(segment, 3, whole, u),
-                                   rate3, shift - 16),
-    };
+    state->pos_q32 = sample.pos_q32;
 }
 
 void motion_track_state(const struct motion_track *track, int64_t t_ns_q12,
