@@ -91,6 +91,8 @@ enum controller_reaction {
     X(CONTROLLER_FAULT_OVERRUN, CONTROLLER_REACT_STOP, "ticks were lost")      \
     X(CONTROLLER_FAULT_MASTER, CONTROLLER_REACT_STOP,                          \
       "another master speaks on the bus")                                      \
+    X(CONTROLLER_FAULT_BUS_FULL, CONTROLLER_REACT_STOP,                        \
+      "the bus takes no more frames")                                          \
     X(CONTROLLER_FAULT_BUS_PASSIVE, CONTROLLER_REACT_HOLD,                     \
       "the bus has too many errors (error-passive)")                           \
     X(CONTROLLER_FAULT_BUS, CONTROLLER_REACT_OFF, "the bus is down")           \
@@ -137,6 +139,7 @@ struct controller_inputs {
     struct hal_gpio *estop;
     struct hal_gpio *limit_negative[CONTROLLER_AXES_MAX];
     struct hal_gpio *limit_positive[CONTROLLER_AXES_MAX];
+    struct hal_gpio *home[CONTROLLER_AXES_MAX]; /* looked at while homing */
 };
 
 /* What one axis was told and did at the last tick. */

@@ -153,6 +153,8 @@ static enum controller_fault watch_bus_fault(int bus)
 {
     if (bus == MOTION_E_PROTOCOL)
         return CONTROLLER_FAULT_MASTER;
+    if (bus == MOTION_E_FULL)
+        return CONTROLLER_FAULT_BUS_FULL;
     return bus == MOTION_E_LIMIT ? CONTROLLER_FAULT_BUS_PASSIVE
                                  : CONTROLLER_FAULT_BUS;
 }

@@ -75,6 +75,7 @@ static void can_link_take_can(const struct rtattr *attribute,
                               struct can_link *link)
 {
     struct can_bittiming timing;
+    struct can_berr_counter errors;
 
     switch (attribute->rta_type) {
     case IFLA_CAN_STATE:
@@ -85,8 +86,16 @@ static void can_link_take_can(const struct rtattr *attribute,
                            sizeof link->restart_ms);
         break;
     case IFLA_CAN_BITTIMING:
-        if (can_link_get(attribute, &timing, sizeof timing))
+        if (can_link_get(attribute, &timing, sizeof timing)) {
             link->bit_rate = timing.bitrate;
+            link->sample_permille = (uint16_t)timing.sample_point;
+        }
+        break;
+    case IFLA_CAN_BERR_COUNTER:
+        if (can_link_get(attribute, &errors, sizeof errors)) {
+            link->tx_errors = errors.txerr;
+            link->rx_errors = errors.rxerr;
+        }
         break;
     case IFLA_CAN_DATA_BITTIMING:
         if (can_link_get(attribute, &timing, sizeof timing))

@@ -21,6 +21,8 @@ struct can_link {
     unsigned tx_queue;            /* frames the interface queues */
     uint32_t bit_rate;            /* bit/s; 0: has none (vcan) */
     uint32_t data_bit_rate;       /* of FD frames; 0: none */
+    uint16_t sample_permille; /* of a bit, where it is sampled; 0: not told */
+    uint16_t tx_errors, rx_errors; /* counters; 0 when not told */
     uint32_t
         restart_ms; /* comes back by itself after bus-off; 0: it does not */
     enum hal_can_state state;

@@ -270,17 +270,18 @@ static int canopen_verdict(struct canopen *master)
 {
     const int state = hal_can_state(master->can);
     const bool foreign = master->foreign;
-    const bool gone = master->lost || state == HAL_CAN_BUS_OFF ||
-                      state == HAL_CAN_DOWN ||
-                      master->refused_cycles >= CANOPEN_REFUSED_MAX;
+    const bool gone =
+        master->lost || state == HAL_CAN_BUS_OFF || state == HAL_CAN_DOWN;
 
     master->lost = false;
     master->foreign = false;
     if (gone)
         return MOTION_E_IO;
-    if (state == HAL_CAN_PASSIVE)
-        return MOTION_E_LIMIT;
-    return foreign ? MOTION_E_PROTOCOL : MOTION_OK;
+    if (foreign)
+        return MOTION_E_PROTOCOL;
+    if (master->refused_cycles >= CANOPEN_REFUSED_MAX)
+        return MOTION_E_FULL;
+    return state == HAL_CAN_PASSIVE ? MOTION_E_LIMIT : MOTION_OK;
 }
 
 static int canopen_begin(struct hal_fieldbus *bus, int64_t now_ns)

@@ -27,7 +27,7 @@
 /* Frames taken in by one begin(): more than a full 1 Mbit/s bus carries in
  * 5 ms; the rest waits in the port. */
 #define CANOPEN_DRAIN_MAX 128
-/* Cycles in a row with a refused send after which the bus counts as gone. */
+/* Cycles in a row with a refused send that are a fault. */
 #define CANOPEN_REFUSED_MAX 3
 
 enum canopen_nmt_command {

@@ -10,52 +10,25 @@
 #define NS_PER_MS  INT64_C(1000000)
 #define NS_PER_US  INT64_C(1000)
 #define BEATS_LOST 3
+/* One count per SYNC period. */
+#define VEL_MAX_Q32 (UINT64_C(1) << 58)
 
-/* num / den = mantissa / 2^shift, mantissa of 62 or 63 bits, rounded down.
- * num, den 1 .. 2^63 - 1, of a and b bits; shift = 62 + b - a, 0 .. 124.
- * num << shift has 62 + b <= 125 bits, its upper word is below 2^(b-2) <= den,
- * as the division wants, and the quotient below 2^a 2^shift / 2^(b-1) = 2^63.
- * The error, 2^-61 of the value, is 2^-30 of a count at the end of i32. */
-static unsigned init_ratio(uint64_t num, uint64_t den, uint64_t *mantissa)
+/* Counts per period to unit/s, by counts/s in Q16. */
+static int init_velocity(struct drive_cia402 *self, int64_t per_count,
+                         int64_t num)
 {
-    const unsigned shift =
-        62 + motion_fixed_clz_u64(num) - motion_fixed_clz_u64(den);
-    const struct motion_u128 n =
-        motion_fixed_shl_u128((struct motion_u128){ 0, num }, shift);
+    int64_t one_q32;
+    int err = hal_ratio_init(&self->to_rate, NS_PER_S,
+                             self->config.sync_period_ns, 16);
 
-    (void)motion_fixed_div_u128(n, den, mantissa, NULL);
-    return shift;
-}
-
-static struct drive_cia402_ratio init_signed(uint64_t mantissa, unsigned shift,
-                                             bool negative)
-{
-    return (struct drive_cia402_ratio){
-        .mantissa = negative ? -(int64_t)mantissa : (int64_t)mantissa,
-        .shift = (uint8_t)shift,
-    };
-}
-
-/* velocity = counts per period x (den / num) x (1 s / period) x 2^32: the
- * product of two mantissas of 62 or 63 bits has 123..126, of which the upper 60
- * or more stay. */
-static int init_velocity(struct drive_cia402 *self, uint64_t inverse,
-                         unsigned inverse_shift)
-{
-    uint64_t rate;
-    const unsigned rate_shift =
-        init_ratio(NS_PER_S, (uint64_t)self->config.sync_period_ns, &rate);
-    const struct motion_u128 product = motion_fixed_mul_u64(inverse, rate);
-    const struct motion_u128 upper = motion_fixed_shr_u128(product, 63);
-    const unsigned shift = inverse_shift + rate_shift;
-
-    /* Below 2^-95 the mantissa's 59 bits would be whole 2^-32 unit/s: one count
-     * per period would be 2^27 unit/s or more. */
-    if (shift < 95 || shift - 95 > 127)
-        return MOTION_E_RANGE;
-    self->to_vel =
-        init_signed(upper.lo, shift - 95, self->config.counts_num < 0);
-    return MOTION_OK;
+    if (err == MOTION_OK)
+        err = hal_ratio_init(&self->to_vel, per_count, num, 16);
+    if (err != MOTION_OK)
+        return err;
+    one_q32 =
+        hal_ratio_scale(&self->to_vel, hal_ratio_scale(&self->to_rate, 1));
+    return motion_fixed_abs(one_q32) <= VEL_MAX_Q32 ? MOTION_OK
+                                                    : MOTION_E_RANGE;
 }
 
 static int init_scale(struct drive_cia402 *self)
@@ -63,23 +36,23 @@ static int init_scale(struct drive_cia402 *self)
     const struct drive_cia402_config *config = &self->config;
     const uint64_t num = motion_fixed_abs(config->counts_num);
     const uint64_t den = (uint64_t)config->counts_den;
-    const bool negative = config->counts_num < 0;
     const struct motion_u128 finest =
         motion_fixed_shl_u128((struct motion_u128){ 0, den }, 32);
-    uint64_t mantissa, inverse;
-    unsigned shift, inverse_shift;
+    int64_t per_count;
+    int err;
 
     if (config->counts_num == 0 || num > INT64_MAX || config->counts_den <= 0)
         return MOTION_E_ARG;
     if (motion_fixed_cmp_u128((struct motion_u128){ 0, num }, finest) > 0)
         return MOTION_E_RANGE; /* a count is finer than a position can say */
-    shift = init_ratio(num, den, &mantissa);
-    inverse_shift = init_ratio(den, num, &inverse);
-    if (shift + 32 > 127 || inverse_shift < 32)
-        return MOTION_E_RANGE; /* a count is coarser than all positions */
-    self->to_counts = init_signed(mantissa, shift + 32, negative);
-    self->to_pos = init_signed(inverse, inverse_shift - 32, negative);
-    return init_velocity(self, inverse, inverse_shift);
+    per_count =
+        config->counts_num < 0 ? -config->counts_den : config->counts_den;
+    err = hal_ratio_init(&self->to_counts, config->counts_num,
+                         config->counts_den, -32);
+    if (err == MOTION_OK)
+        err = hal_ratio_init(&self->to_pos, per_count, (int64_t)num, 32);
+    return err == MOTION_OK ? init_velocity(self, per_count, (int64_t)num)
+                            : err;
 }
 
 /* 0x60C2: period = count x 10^exponent s, count 1..255, the coarsest unit. */
@@ -112,6 +85,10 @@ static void init_defaults(struct drive_cia402_config *config)
         config->state_timeout_ns = NS_PER_S;
     if (config->first_step_max_q32 == 0)
         config->first_step_max_q32 = MOTION_FIXED_ONE_Q32;
+    if (config->vel_num == 0 && config->vel_den == 0)
+        config->vel_num = config->vel_den = 1;
+    if (config->acc_num == 0 && config->acc_den == 0)
+        config->acc_num = config->acc_den = 1;
 }
 
 /* Whole milliseconds, 1 .. max_ms. */
@@ -120,20 +97,36 @@ static bool init_is_ms(int64_t t_ns, int64_t max_ms)
     return t_ns > 0 && t_ns % NS_PER_MS == 0 && t_ns / NS_PER_MS <= max_ms;
 }
 
+/* Who hears whom: heartbeats both ways, or our questions. */
+static int init_watch(struct drive_cia402 *self, const struct canopen *master)
+{
+    const struct drive_cia402_config *config = &self->config;
+    const int64_t asked_ns = config->guard_period_ns > 0
+                                 ? config->guard_period_ns
+                                 : master->config.heartbeat_period_ns;
+
+    if (!init_is_ms(config->heartbeat_period_ns, 20000) ||
+        !init_is_ms(config->watchdog_ns, 100) || asked_ns == 0 ||
+        asked_ns > config->watchdog_ns / 2 ||
+        (config->guard_period_ns != 0 &&
+         !init_is_ms(config->guard_period_ns, 100)))
+        return MOTION_E_ARG;
+    self->heartbeat_ms = (uint16_t)(config->heartbeat_period_ns / NS_PER_MS);
+    self->watchdog_ms = (uint16_t)(config->watchdog_ns / NS_PER_MS);
+    self->guard_ms = (uint16_t)(config->guard_period_ns / NS_PER_MS);
+    if (self->guard_ms > 0)
+        self->life_factor = (uint8_t)(self->watchdog_ms / self->guard_ms);
+    return MOTION_OK;
+}
+
 static int init_times(struct drive_cia402 *self, const struct canopen *master)
 {
     const struct drive_cia402_config *config = &self->config;
 
     if (config->sync_period_ns <= 0 ||
         config->sync_period_ns != master->config.sync_period_ns ||
-        config->state_timeout_ns < 0 ||
-        !init_is_ms(config->heartbeat_period_ns, 20000) ||
-        !init_is_ms(config->watchdog_ns, 100) ||
-        master->config.heartbeat_period_ns == 0 ||
-        master->config.heartbeat_period_ns > config->watchdog_ns / 2)
+        config->state_timeout_ns < 0 || init_watch(self, master) != MOTION_OK)
         return MOTION_E_ARG;
-    self->heartbeat_ms = (uint16_t)(config->heartbeat_period_ns / NS_PER_MS);
-    self->watchdog_ms = (uint16_t)(config->watchdog_ns / NS_PER_MS);
     if (config->sync_period_ns % NS_PER_US == 0)
         self->sync_us = (uint32_t)(config->sync_period_ns / NS_PER_US);
     return init_interpolation(self);
@@ -157,6 +150,57 @@ static int init_first_step(struct drive_cia402 *self)
     return MOTION_OK;
 }
 
+/* Speeds and ramps in the drive's units. */
+static int init_units(struct drive_cia402 *self)
+{
+    const struct drive_cia402_config *config = &self->config;
+    const int64_t num = config->counts_num, den = config->counts_den;
+    int err = hal_ratio_init(&self->to_speed, num, den, -16);
+
+    if (config->vel_num <= 0 || config->acc_num <= 0)
+        return MOTION_E_ARG;
+    if (err == MOTION_OK)
+        err = hal_ratio_init(&self->to_ramp, num, den, 0);
+    if (err == MOTION_OK)
+        err = hal_ratio_init(&self->to_vel_unit, config->vel_num,
+                             config->vel_den, -16);
+    if (err == MOTION_OK)
+        err = hal_ratio_init(&self->to_acc_unit, config->acc_num,
+                             config->acc_den, -16);
+    return err;
+}
+
+/* A count more each way, so that a set point at the very end is inside. */
+static int32_t init_limit(const struct drive_cia402 *self, int64_t pos_q32,
+                          int more)
+{
+    int64_t counts = hal_ratio_scale(&self->to_counts, pos_q32);
+
+    if (counts > INT32_MAX - 1)
+        counts = INT32_MAX - 1;
+    if (counts < INT32_MIN + 1)
+        counts = INT32_MIN + 1;
+    return (int32_t)(counts + more);
+}
+
+static int init_limits(struct drive_cia402 *self)
+{
+    const struct drive_cia402_config *config = &self->config;
+    const bool reversed = config->counts_num < 0;
+
+    if (config->pos_min_q32 > config->pos_max_q32 || config->travel_q32 < 0 ||
+        (unsigned)config->stream > DRIVE_CIA402_CSV ||
+        (config->stream == DRIVE_CIA402_CSV && config->gain_q16 <= 0))
+        return MOTION_E_ARG;
+    self->limit_counts[reversed] =
+        init_limit(self, config->pos_min_q32, reversed ? 1 : -1);
+    self->limit_counts[!reversed] =
+        init_limit(self, config->pos_max_q32, reversed ? -1 : 1);
+    return motion_fixed_muldiv(config->travel_q32,
+                               (int64_t)motion_fixed_abs(config->counts_num),
+                               config->counts_den, &self->turn_q32);
+}
+
 int drive_cia402_init(struct drive_cia402 *self, struct canopen *master,
                       const struct drive_cia402_config *config)
 {
@@ -170,13 +214,20 @@ int drive_cia402_init(struct drive_cia402 *self, struct canopen *master,
         err = init_scale(self);
     if (err == MOTION_OK)
         err = init_first_step(self);
+    if (err == MOTION_OK)
+        err = init_units(self);
+    if (err == MOTION_OK)
+        err = init_limits(self);
     if (err != MOTION_OK)
         return err;
     self->drive.ops = &drive_cia402_ops;
     self->node.ops = &drive_cia402_node_ops;
     self->node.id = config->node_id;
+    self->node.guard_period_ns = self->config.guard_period_ns;
+    self->node.guard_due_ns = INT64_MIN / 2;
     self->node.heartbeat_timeout_ns =
-        BEATS_LOST * self->config.heartbeat_period_ns;
-    drive_cia402_list_begin(self, drive_cia402_start_up, 0);
+        BEATS_LOST * (self->guard_ms > 0 ? self->config.guard_period_ns
+                                         : self->config.heartbeat_period_ns);
+    drive_cia402_start_anew(self, 0);
     return canopen_add(master, &self->node);
 }

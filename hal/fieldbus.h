@@ -1,7 +1,7 @@
 /* hal/fieldbus.h - one cycle of one bus.
  *
  * The loop calls, per tick:  begin (take in what came, SYNC)  ->  controller
- * ->  end (send the set points).  Implementations: hal/canopen.c,
+ * ->  end (send the set points).  Implementations: hal/canopen.c, hal/can_bus.c,
  * hal/modbus_bus.c. */
 #ifndef HAL_FIELDBUS_H
 #define HAL_FIELDBUS_H
@@ -13,10 +13,11 @@
 struct hal_fieldbus;
 
 struct hal_fieldbus_ops {
-    /* MOTION_OK; MOTION_E_IO when the bus itself is gone (bus-off, interface
-     * down, sends refused three cycles in a row); MOTION_E_PROTOCOL when
-     * another master speaks on it; MOTION_E_LIMIT when the port is
-     * error-passive: still on the bus, but hardly.  They did all they could. */
+    /* MOTION_OK, or the worst of: MOTION_E_IO when the bus itself is gone
+     * (bus-off, interface down); MOTION_E_PROTOCOL when another master speaks
+     * on it; MOTION_E_FULL when sends were refused three cycles in a row;
+     * MOTION_E_LIMIT when the port is error-passive: still on the bus, but
+     * hardly.  They did all they could. */
     int (*begin)(struct hal_fieldbus *bus, int64_t now_ns);
     int (*end)(struct hal_fieldbus *bus, int64_t now_ns);
 };

@@ -39,4 +39,7 @@ int gpio_libgpiod_open(struct gpio_libgpiod *self,
  * was never opened, zeroed. */
 void gpio_libgpiod_close(struct gpio_libgpiod *self);
 
+/* Of the library that is linked, "1.6.3". */
+const char *gpio_libgpiod_version(void);
+
 #endif

@@ -10,6 +10,11 @@
 
 #define NS_PER_S INT64_C(1000000000)
 
+const char *gpio_libgpiod_version(void)
+{
+    return gpiod_version_string();
+}
+
 void *gpio_part_open(const char *path)
 {
     return gpiod_chip_open(path);

@@ -9,6 +9,11 @@
 
 #include "hal/gpio_parts_libgpiod.h"
 
+const char *gpio_libgpiod_version(void)
+{
+    return gpiod_api_version();
+}
+
 void *gpio_part_open(const char *path)
 {
     return gpiod_chip_open(path);

@@ -26,19 +26,6 @@ uint64_t motion_fixed_mulhi_u64(uint64_t a, uint64_t b)
     return motion_fixed_mul_u64(a, b).hi;
 }
 
-struct motion_u128 motion_fixed_add_u128(struct motion_u128 a,
-                                         struct motion_u128 b)
-{
-    uint64_t lo = a.lo + b.lo;
-    return (struct motion_u128){ a.hi + b.hi + (lo < a.lo), lo };
-}
-
-struct motion_u128 motion_fixed_sub_u128(struct motion_u128 a,
-                                         struct motion_u128 b)
-{
-    return (struct motion_u128){ a.hi - b.hi - (a.lo < b.lo), a.lo - b.lo };
-}
-
 int motion_fixed_cmp_u128(struct motion_u128 a, struct motion_u128 b)
 {
     if (a.hi != b.hi)
@@ -118,7 +105,7 @@ static uint32_t fixed_digit(const struct motion_divisor *by, uint64_t *rest,
 
 void motion_divisor_init(struct motion_divisor *by, uint64_t d)
 {
-    by->up = (uint8_t)motion_fixed_clz_u64(d);
+    by->up = motion_fixed_clz_u64(d) & 63;
     by->d = d << by->up;
     by->per = fixed_reciprocal(by->d);
 }
@@ -141,7 +128,7 @@ int motion_fixed_div_u128(struct motion_u128 n, uint64_t d, uint64_t *quotient,
 {
     struct motion_divisor by;
 
-    if (n.hi >= d) /* includes d == 0 */
+    if (d == 0 || n.hi >= d)
         return MOTION_E_RANGE;
     motion_divisor_init(&by, d);
     *quotient = motion_divisor_apply(&by, n, rest);
@@ -208,16 +195,6 @@ int motion_fixed_sub(int64_t a, int64_t b, int64_t *result)
 
 /* --- 128 bits, two's complement ------------------------------------------ */
 
-struct motion_u128 motion_fixed_neg_i128(struct motion_u128 a)
-{
-    return motion_fixed_sub_u128((struct motion_u128){ 0, 0 }, a);
-}
-
-struct motion_u128 motion_fixed_abs_i128(struct motion_u128 a)
-{
-    return motion_fixed_is_neg_i128(a) ? motion_fixed_neg_i128(a) : a;
-}
-
 struct motion_u128 motion_fixed_round_i128(struct motion_u128 a, unsigned bits)
 {
     struct motion_u128 m = motion_fixed_abs_i128(a);
@@ -226,10 +203,11 @@ struct motion_u128 motion_fixed_round_i128(struct motion_u128 a, unsigned bits)
         return a;
     if (bits > 127)
         return (struct motion_u128){ 0, 0 };
-    m = motion_fixed_add_u128(
-        m, motion_fixed_shl_u128((struct motion_u128){ 0, 1 }, bits - 1));
-    m = motion_fixed_shr_u128(m, bits);
-    return motion_fixed_is_neg_i128(a) ? motion_fixed_neg_i128(m) : m;
+    m = motion_fixed_shr_u128(m, bits - 1);
+    uint64_t half = m.lo & 1; /* (m + 1) / 2 */
+    m.lo = (m.lo >> 1 | m.hi << 63) + half;
+    m.hi = (m.hi >> 1) + (m.lo < half);
+    return motion_fixed_sign_i128(m, (uint64_t)((int64_t)a.hi >> 63));
 }
 
 struct motion_u128 motion_fixed_mul_i128(struct motion_u128 a, int32_t b)

@@ -11,8 +11,8 @@
 
 /* --- what is looked at --------------------------------------------------- */
 
-static int lookat_beyond(const struct motion_path *path, int64_t beyond_q32,
-                         struct motion_vec *coi)
+static int lookat_beyond(const struct motion_lookat_path *path,
+                         int64_t beyond_q32, struct motion_vec *coi)
 {
     struct motion_dir tangent;
     int err = path->at(path->context, path->length_q32, coi, &tangent);
@@ -25,8 +25,8 @@ static int lookat_beyond(const struct motion_path *path, int64_t beyond_q32,
 }
 
 static int lookat_ahead(const struct motion_target *target,
-                        const struct motion_path *path, int64_t distance_q32,
-                        struct motion_vec *coi)
+                        const struct motion_lookat_path *path,
+                        int64_t distance_q32, struct motion_vec *coi)
 {
     const int64_t left_q32 = path->length_q32 - distance_q32;
     int64_t at_q32 = path->length_q32;
@@ -44,8 +44,8 @@ static int lookat_ahead(const struct motion_target *target,
     return path->at(path->context, at_q32, coi, NULL);
 }
 
-static int lookat_other_path(const struct motion_path *other,
-                             const struct motion_path *path,
+static int lookat_other_path(const struct motion_lookat_path *other,
+                             const struct motion_lookat_path *path,
                              int64_t distance_q32, struct motion_vec *coi)
 {
     int64_t at_q32;
@@ -119,8 +119,8 @@ static int lookat_dwell(const struct motion_target *target, int64_t at_q32,
 }
 
 int motion_target_at(const struct motion_target *target,
-                     const struct motion_path *path, int64_t distance_q32,
-                     struct motion_vec *coi)
+                     const struct motion_lookat_path *path,
+                     int64_t distance_q32, struct motion_vec *coi)
 {
     if (path->length_q32 <= 0 || distance_q32 < 0 ||
         distance_q32 > path->length_q32)
@@ -255,8 +255,9 @@ int motion_lookat_frame(const struct motion_lookat *lookat,
 int motion_lookat_at(const struct motion_lookat *lookat,
                      struct motion_lookat_state *state,
                      const struct motion_target *target,
-                     const struct motion_path *path, int64_t distance_q32,
-                     int64_t tilt_turn, struct motion_view *view)
+                     const struct motion_lookat_path *path,
+                     int64_t distance_q32, int64_t tilt_turn,
+                     struct motion_view *view)
 {
     struct motion_vec pos, coi, way;
     struct motion_dir tangent;

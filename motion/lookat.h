@@ -24,7 +24,7 @@
 #include "motion/vec.h"
 
 /* A path by its length. */
-struct motion_path {
+struct motion_lookat_path {
     /* Point and unit tangent (which may be NULL) at distance 0 .. length_q32
      * from the start.  MOTION_OK or an error, which is handed on. */
     int (*at)(const void *context, int64_t distance_q32, struct motion_vec *pos,
@@ -64,7 +64,7 @@ struct motion_target {
     int64_t point_q32[3];      /* FIXED */
     int64_t ahead_q32;         /* AHEAD: distance, > 0 */
     enum motion_ahead_end end; /* AHEAD */
-    const struct motion_path
+    const struct motion_lookat_path
         *path; /* PATH: at the same fraction of its length */
     const struct motion_dwell
         *dwell;      /* DWELL; before the first and after the */
@@ -77,8 +77,8 @@ struct motion_target {
  * MOTION_E_ORDER for rests that overlap, MOTION_E_EMPTY for no rest, or the
  * path's own error. */
 int motion_target_at(const struct motion_target *target,
-                     const struct motion_path *path, int64_t distance_q32,
-                     struct motion_vec *coi);
+                     const struct motion_lookat_path *path,
+                     int64_t distance_q32, struct motion_vec *coi);
 
 /* --- the frame ----------------------------------------------------------- */
 
@@ -122,8 +122,9 @@ int motion_lookat_frame(const struct motion_lookat *lookat,
 int motion_lookat_at(const struct motion_lookat *lookat,
                      struct motion_lookat_state *state,
                      const struct motion_target *target,
-                     const struct motion_path *path, int64_t distance_q32,
-                     int64_t tilt_turn, struct motion_view *view);
+                     const struct motion_lookat_path *path,
+                     int64_t distance_q32, int64_t tilt_turn,
+                     struct motion_view *view);
 
 /* The rotation whose x, y, z axes are right, up, -view; w >= 0. */
 struct motion_quat motion_view_quat(const struct motion_view *view);

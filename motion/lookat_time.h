@@ -14,7 +14,7 @@
 struct motion_lookat_time {
     const struct motion_lookat *lookat;
     const struct motion_target *target;
-    const struct motion_path *path;
+    const struct motion_lookat_path *path;
     const struct motion_track *distance; /* unit; outside the path its end */
     const struct motion_track *tilt;     /* degrees; NULL: none */
     struct motion_quat mount;            /* rotation of the head's base */

@@ -178,6 +178,10 @@ int motion_otg_settle(const struct motion_otg_move *move,
                       struct motion_otg_plan *plan,
                       enum motion_otg_field *field);
 
+/* The request itself: MOTION_OK, or as motion_otg_make without trying. */
+int motion_otg_is_valid(const struct motion_otg_move *move,
+                        enum motion_otg_field *field);
+
 /* motion_otg_make in another duration than move->dur_ns_q12 (0: the
  * shortest). */
 int motion_otg_make_in(const struct motion_otg_move *move, int64_t dur_ns_q12,

@@ -48,34 +48,34 @@ NUM_INLINE struct num num_unpack(uint64_t word)
     return (struct num){ (int32_t)(uint32_t)word, (int32_t)(word >> 32) };
 }
 
+NUM_INLINE struct num num_zero(void)
+{
+    return (struct num){ 0, NUM_ZERO_E };
+}
+
 /* The four that most of the search is made of. */
 #if UINTPTR_MAX > UINT32_MAX
 #include "motion/otg_num_wide.h"
-#define NUM_MAKE num_wide_make
-#define NUM_ADD  num_wide_add
-#define NUM_MUL  num_wide_mul
-#define NUM_LT   num_wide_lt
+#define NUM_MAKE(m, e) num_wide_make(m, e)
+#define NUM_ADD(a, b)  num_wide_add(a, b)
+#define NUM_MUL(a, b)  num_wide_mul(a, b)
+#define NUM_LT(a, b)   num_wide_lt(a, b)
 #else
-#define NUM_MAKE motion_otg_num_make
-#define NUM_ADD  motion_otg_num_add
-#define NUM_MUL  motion_otg_num_mul
-#define NUM_LT   motion_otg_num_lt
+#define NUM_MAKE(m, e) num_unpack(motion_otg_num_make(m, e))
+#define NUM_ADD(a, b)  num_unpack(motion_otg_num_add(num_pack(a), num_pack(b)))
+#define NUM_MUL(a, b)  num_unpack(motion_otg_num_mul(num_pack(a), num_pack(b)))
+#define NUM_LT(a, b)   motion_otg_num_lt(num_pack(a), num_pack(b))
 #endif
 
 /* m * 2^e for any m. */
 NUM_INLINE struct num num_make(int64_t m, int32_t e)
 {
-    return num_unpack(NUM_MAKE(m, e));
+    return NUM_MAKE(m, e);
 }
 
 NUM_INLINE struct num num_int(int64_t n)
 {
     return num_make(n, 0);
-}
-
-NUM_INLINE struct num num_zero(void)
-{
-    return (struct num){ 0, NUM_ZERO_E };
 }
 
 NUM_INLINE struct num num_one(void)
@@ -111,7 +111,7 @@ NUM_INLINE struct num num_twice(struct num a)
 
 NUM_INLINE struct num num_add(struct num a, struct num b)
 {
-    return num_unpack(NUM_ADD(num_pack(a), num_pack(b)));
+    return NUM_ADD(a, b);
 }
 
 NUM_INLINE struct num num_sub(struct num a, struct num b)
@@ -121,7 +121,7 @@ NUM_INLINE struct num num_sub(struct num a, struct num b)
 
 NUM_INLINE struct num num_mul(struct num a, struct num b)
 {
-    return num_unpack(NUM_MUL(num_pack(a), num_pack(b)));
+    return NUM_MUL(a, b);
 }
 
 NUM_INLINE struct num num_sqr(struct num a)
@@ -131,7 +131,7 @@ NUM_INLINE struct num num_sqr(struct num a)
 
 NUM_INLINE bool num_lt(struct num a, struct num b)
 {
-    return NUM_LT(num_pack(a), num_pack(b));
+    return NUM_LT(a, b);
 }
 
 NUM_INLINE struct num num_max(struct num a, struct num b)

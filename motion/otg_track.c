@@ -10,6 +10,7 @@
 #include "motion/otg_internal.h"
 
 #define TRACK_COEF_BITS 61 /* of the largest coefficient given */
+#define TRACK_SHORT     10 /* 2^-10 of the longest phase */
 
 /* Coefficients of u, u^2, u^3 in 2^-(32 + frac) unit. */
 struct cubic {
@@ -30,14 +31,14 @@ static unsigned bits_of(struct wider a)
 
 /* P's unit is 2^-(43 + acc_bits) / (3 5^18): a divided by that and cut to
  * 2^-(32 + frac), to nearest.  |result| < 2^62. */
-static int64_t coefficient(struct wider a, int acc_bits, int frac)
+static int64_t coefficient(struct wider a, const struct motion_divisor *fives,
+                           int acc_bits, int frac)
 {
     struct wider m = wider_abs(a);
     int down = 10 + acc_bits - frac;
-    uint64_t twice = 0;
     m = down < 0 ? wider_shl(m, (unsigned)-down) : wider_shr(m, (unsigned)down);
-    (void)motion_fixed_div_u128((struct motion_u128){ m.mid, m.lo },
-                                (uint64_t)OTG_WAY_FIVES, &twice, NULL);
+    uint64_t twice =
+        motion_divisor_apply(fives, (struct motion_u128){ m.mid, m.lo }, NULL);
     int64_t c = (int64_t)((twice >> 1) + (twice & 1));
     return wider_is_negative(a) ? -c : c;
 }
@@ -45,7 +46,8 @@ static int64_t coefficient(struct wider a, int acc_bits, int frac)
 /* The phase from v, a: 3 V n, 3 A n^2, (A' - A) n^2 as fixed point, the finest
  * that the largest allows. */
 static int cubic_of(struct wide v, int64_t a,
-                    const struct motion_otg_phase *phase, int acc_bits,
+                    const struct motion_otg_phase *phase,
+                    const struct motion_divisor *fives, int acc_bits,
                     struct cubic *cubic)
 {
     int64_t n = phase->dur_ns_q12;
@@ -55,26 +57,28 @@ static int cubic_of(struct wide v, int64_t a,
         wider_mul(wide_add(an, wide_add(an, an)), n),
         wider_mul(wide_mul_i64(phase->acc - a, n), n),
     };
-    unsigned most = 0;
-    for (int i = 0; i < 3; i++)
-        most = bits_of(c[i]) > most ? bits_of(c[i]) : most;
+    unsigned most = 0, bits;
+    cubic->degree = 1;
+    for (int i = 0; i < 3; i++) {
+        bits = bits_of(c[i]);
+        most = bits > most ? bits : most;
+        if (bits != 0)
+            cubic->degree = i + 1;
+    }
     /* c 2^(frac - 11 - acc_bits) / 2^43 < 2^TRACK_COEF_BITS */
     int frac = TRACK_COEF_BITS + 54 + acc_bits - (int)most;
     frac = frac > 31 ? 31 : frac;
     if (frac < 0)
         return MOTION_E_RANGE;
     cubic->frac = frac;
-    cubic->degree = 1;
-    for (int i = 0; i < 3; i++) {
-        cubic->coef[i] = coefficient(c[i], acc_bits, frac);
-        if (bits_of(c[i]) != 0)
-            cubic->degree = i + 1;
-    }
+    for (int i = 0; i < cubic->degree; i++)
+        cubic->coef[i] = coefficient(c[i], fives, acc_bits, frac);
     return MOTION_OK;
 }
 
 /* from + way, P's units, cut to 2^-96 unit. */
-static int place_at(int64_t from_q32, struct wider way, int acc_bits,
+static int place_at(int64_t from_q32, struct wider way,
+                    const struct motion_divisor *fives, int acc_bits,
                     struct place *place)
 {
     int down = acc_bits + 11 - 64;
@@ -82,12 +86,12 @@ static int place_at(int64_t from_q32, struct wider way, int acc_bits,
     struct wider m = wider_abs(way);
     m = down < 0 ? wider_shl(m, (unsigned)-down) : wider_shr(m, (unsigned)down);
     struct wide q;
-    if (motion_fixed_div_u128((struct motion_u128){ m.hi, m.mid },
-                              (uint64_t)OTG_WAY_FIVES, &q.hi, &rest) < 0 ||
-        q.hi > INT64_MAX)
+    if (m.hi >= (uint64_t)OTG_WAY_FIVES / 2)
         return MOTION_E_RANGE;
-    (void)motion_fixed_div_u128((struct motion_u128){ rest, m.lo },
-                                (uint64_t)OTG_WAY_FIVES, &q.lo, NULL);
+    q.hi =
+        motion_divisor_apply(fives, (struct motion_u128){ m.hi, m.mid }, &rest);
+    q.lo =
+        motion_divisor_apply(fives, (struct motion_u128){ rest, m.lo }, NULL);
     if (wider_is_negative(way))
         q = wide_neg(q);
     place->frac = q.lo;
@@ -97,6 +101,7 @@ static int place_at(int64_t from_q32, struct wider way, int acc_bits,
 struct append {
     const struct motion_otg_plan *plan;
     struct motion_track *track;
+    struct motion_divisor fives; /* OTG_WAY_FIVES */
     struct otg_run run;
     struct wider way; /* of all phases */
     struct wide rest; /* of the velocity at the goal */
@@ -104,21 +109,33 @@ struct append {
     int longest;
 };
 
-/* Not the first or the last, where there are others: at the start and the goal
- * the motion may touch its limits. */
-static int longest_inside(const struct motion_otg_plan *plan)
+static int longest_of(const struct motion_otg_plan *plan, int i, int end)
 {
-    int end = plan->count > 2 ? plan->count - 1 : plan->count;
-    int longest = plan->count > 2;
-    for (int i = longest + 1; i < end; i++)
+    int longest = i;
+    for (; i < end; i++)
         if (plan->phase[i].dur_ns_q12 > plan->phase[longest].dur_ns_q12)
             longest = i;
     return longest;
 }
 
+/* Not the first or the last, where the motion may touch its limits, unless all
+ * others are short. */
+static int longest_inside(const struct motion_otg_plan *plan)
+{
+    int longest = longest_of(plan, 0, plan->count);
+    if (plan->count < 3)
+        return longest;
+    int inside = longest_of(plan, 1, plan->count - 1);
+    return plan->phase[inside].dur_ns_q12 > plan->phase[longest].dur_ns_q12 >>
+                   TRACK_SHORT
+               ? inside
+               : longest;
+}
+
 static void append_init(struct append *a)
 {
     const struct motion_otg_plan *plan = a->plan;
+    motion_divisor_init(&a->fives, (uint64_t)OTG_WAY_FIVES);
     a->longest = longest_inside(plan);
     a->left = plan->dur_ns_q12;
     a->run = motion_otg_run_start(plan);
@@ -135,10 +152,11 @@ static int phase_end(const struct append *a, int i, struct place *end)
 {
     const struct motion_otg_plan *plan = a->plan;
     if (i < a->longest)
-        return place_at(plan->start_pos_q32, a->run.p, plan->acc_bits, end);
+        return place_at(plan->start_pos_q32, a->run.p, &a->fives,
+                        plan->acc_bits, end);
     struct wide rest = wide_add(a->rest, wide_add(a->rest, a->rest));
     struct wider way = wider_add(a->way, wider_mul(rest, a->left));
-    return place_at(plan->goal_pos_q32, wider_sub(a->run.p, way),
+    return place_at(plan->goal_pos_q32, wider_sub(a->run.p, way), &a->fives,
                     plan->acc_bits, end);
 }
 
@@ -151,7 +169,7 @@ static int append_phase(struct append *a, int i)
     struct wide v = a->run.v;
     if (i > a->longest)
         v = wide_add(v, a->rest);
-    int err = cubic_of(v, a->run.a, phase, plan->acc_bits, &cubic);
+    int err = cubic_of(v, a->run.a, phase, &a->fives, plan->acc_bits, &cubic);
     if (err < 0)
         return err;
     motion_otg_run_phase(&a->run, phase);

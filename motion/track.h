@@ -196,8 +196,9 @@ void motion_segment_state(const struct motion_segment *segment,
 
 /* Smallest and largest value of p, v, a, j on one segment and where (time from
  * the start of the track), from the roots of the derivatives, which are
- * isolated by the roots of the next derivative and halved to the last bit; not
- * by sampling.  Plan-time, bounded: at most 4 roots of 64 steps each. */
+ * isolated by the roots of the next derivative and searched to the last bit; not
+ * by sampling.  Plan-time, bounded: at most 4 roots of 120 steps each, about 10
+ * as a rule.  All four together cost as much as that of the position alone. */
 struct motion_extreme {
     int64_t min, max; /* in the format of `quantity` */
     int64_t min_ns_q12, max_ns_q12;
@@ -206,6 +207,8 @@ enum motion_quantity { MOTION_POS, MOTION_VEL, MOTION_ACC, MOTION_JERK };
 void motion_segment_extreme(const struct motion_segment *segment,
                             enum motion_quantity quantity,
                             struct motion_extreme *extreme);
+void motion_segment_extremes(const struct motion_segment *segment,
+                             struct motion_extreme extreme[MOTION_JERK + 1]);
 /* Over the whole track, of a window from its outline; the first of equal
  * extremes.  An empty track gives its position and zeros. */
 void motion_track_extreme(const struct motion_track *track,

@@ -32,11 +32,13 @@ struct append_goal {
 
 /* --- ratios -------------------------------------------------------------- */
 
+/* Of two factors with their upper bits set: the product lacks one at most. */
 static struct track_ratio append_ratio(struct motion_u128 product, int exponent)
 {
-    int shift = (int)motion_fixed_clz_u64(product.hi);
-    product = motion_fixed_shl_u128(product, (unsigned)shift);
-    return (struct track_ratio){ product.hi, exponent + shift - 64 };
+    if (product.hi >> 63)
+        return (struct track_ratio){ product.hi, exponent - 64 };
+    return (struct track_ratio){ product.hi << 1 | product.lo >> 63,
+                                 exponent - 63 };
 }
 
 struct track_ratio track_ratio_mul(struct track_ratio a, struct track_ratio b)
@@ -116,13 +118,14 @@ static struct motion_u128 append_solve(const struct append_goal *goal,
 {
     struct motion_u128 q0 = travel, q1 = goal->vel, q2 = goal->half_acc;
 
-    for (int i = 1; i < k; i++) {
+    for (int i = 1; i < k; i++)
         q0 = append_sub(q0, goal->a[i]);
+    if (open == 1)
+        return q0;
+    for (int i = 1; i < k; i++) {
         q1 = append_take(q1, goal->a[i], i);
         q2 = append_take(q2, goal->a[i], i * (i - 1) / 2);
     }
-    if (open == 1)
-        return q0;
     q1 = append_take(q1, q0, k);
     if (open == 2)
         return append_sub(q0, q1);
@@ -130,44 +133,67 @@ static struct motion_u128 append_solve(const struct append_goal *goal,
     return motion_fixed_add_u128(append_sub(q0, q1), q2);
 }
 
-/* sum over i >= k + order of C(i - k, order) |c_i| 2^-(i-k-order), c_i = 2^i
- * a_i: the bound of partial sum k of Horner scheme `order` at w = 1/2. */
-static struct motion_u128 append_partial(const struct append_goal *goal, int k,
-                                         int order)
+/* Bounds of |a[k]| in units of 2^down, at most 2^31. */
+struct append_sizes {
+    uint32_t a[APPEND_DEGREE + 1];
+    int down;
+};
+
+static void append_sizes(const struct append_goal *goal,
+                         struct append_sizes *sizes)
 {
-    static const int32_t choose[3][APPEND_DEGREE + 1] = {
+    struct motion_u128 m[APPEND_DEGREE + 1], all = { 0, 0 };
+
+    *sizes = (struct append_sizes){ .down = 0 };
+    for (int k = 1; k <= goal->degree; k++) {
+        m[k] = motion_fixed_abs_i128(goal->a[k]);
+        all.hi |= m[k].hi;
+        all.lo |= m[k].lo;
+    }
+    sizes->down = (int)append_bits(all) - 31;
+    if (sizes->down < 0)
+        sizes->down = 0;
+    for (int k = 1; k <= goal->degree; k++)
+        sizes->a[k] =
+            1 + (uint32_t)motion_fixed_shr_u128(m[k], (unsigned)sizes->down).lo;
+}
+
+/* sum over i >= k + order of C(i - k, order) |c_i| 2^-(i-k-order), c_i = 2^i
+ * a_i: the bound of partial sum k of Horner scheme `order` at w = 1/2.  Below
+ * 2^31 * 5 * 10 * 2^5. */
+static uint64_t append_partial(const struct append_sizes *sizes, int degree,
+                               int k, int order)
+{
+    static const uint8_t choose[3][APPEND_DEGREE + 1] = {
         { 1, 1, 1, 1, 1, 1 },
         { 0, 1, 2, 3, 4, 5 },
         { 0, 0, 1, 3, 6, 10 },
     };
-    struct motion_u128 sum = { 0, 0 };
+    uint64_t sum = 0;
 
-    for (int i = k + order > 0 ? k + order : 1; i <= goal->degree; i++) {
-        struct motion_u128 m = motion_fixed_abs_i128(goal->a[i]);
-        sum = motion_fixed_add_u128(
-            sum, motion_fixed_mul_i128(m, choose[order][i - k]));
-    }
-    return motion_fixed_shl_u128(sum, (unsigned)(k + order));
+    for (int i = k + order > 0 ? k + order : 1; i <= degree; i++)
+        sum += (uint64_t)sizes->a[i] * choose[order][i - k];
+    return sum << (k + order);
 }
 
 /* The largest exponent that keeps every partial sum of the tick under 2^62.
- * Sums are below 2^120 * 2^5 q72; one c is a * 2^(32 + frac - 72). */
-static int append_exponent(const struct append_goal *goal)
+ * One c is a * 2^(32 + frac - 72). */
+static int append_exponent(const struct append_goal *goal,
+                           const struct append_sizes *sizes)
 {
-    unsigned bits = 0;
+    uint64_t most = 0;
 
-    for (int order = 0; order <= 2; order++) {
-        for (int k = 0; k + order <= goal->degree; k++) {
-            unsigned b = append_bits(append_partial(goal, k, order));
-            bits = b > bits ? b : bits;
-        }
-    }
-    return 62 - 32 + APPEND_WIDE - (int)bits;
+    for (int order = 0; order <= 2; order++)
+        for (int k = 0; k + order <= goal->degree; k++)
+            most |= append_partial(sizes, goal->degree, k, order);
+    int bits = 64 - (int)motion_fixed_clz_u64(most) + sizes->down;
+    return 62 - 32 + APPEND_WIDE - bits;
 }
 
-static int append_frac(const struct append_goal *goal)
+static int append_frac(const struct append_goal *goal,
+                       const struct append_sizes *sizes)
 {
-    int frac = append_exponent(goal);
+    int frac = append_exponent(goal, sizes);
 
     if (frac == 1) /* 2^(32 - frac) would not fit pos_scale */
         return 0;
@@ -190,10 +216,8 @@ static struct motion_u128 append_travel(const struct append_goal *goal,
     unsigned unit = 40 - (unsigned)segment->frac;
     uint64_t below = (goal->end_frac >> 33) >> (31 - segment->frac);
     d = motion_fixed_shl_u128(d, 40);
-    d = motion_fixed_add_u128(
-        d, motion_fixed_shl_u128((struct motion_u128){ 0, below }, unit));
-    return append_sub(d, motion_fixed_shl_u128(
-                             motion_fixed_from_i64(segment->coef[0]), unit));
+    return motion_fixed_add_u128(
+        d, track_shifted((int64_t)below - segment->coef[0], unit));
 }
 
 /* All a[k]: exact (segment NULL: travel as given), or each rounded to what
@@ -210,7 +234,7 @@ static void append_settle(struct append_goal *goal, struct motion_u128 travel,
             unsigned unit = (unsigned)(40 - segment->frac - k);
             struct motion_u128 c = motion_fixed_round_i128(goal->a[k], unit);
             segment->coef[k] = (int64_t)c.lo; /* |c| < 2^62 */
-            goal->a[k] = motion_fixed_shl_u128(c, unit);
+            goal->a[k] = track_shifted(segment->coef[k], unit);
             if (c.lo != 0)
                 segment->degree = (uint8_t)k;
         }
@@ -254,10 +278,9 @@ static uint8_t append_kind(const struct motion_segment *segment)
 /* vel [2^-32/s]     = dp/dw / 2 / 2^frac s/dur, times 2^64 / 2^64
  * acc [2^-16/s2]    = a 2^32 2 / 4 / 2^(16+frac) (s/dur)^2, times 2^32 / 2^32
  */
-static void append_derive(struct motion_segment *segment)
+static void append_derive(struct motion_segment *segment,
+                          struct track_ratio rate)
 {
-    struct track_ratio rate = track_ratio_per_second(segment);
-
     segment->vel_shift =
         append_scale(rate, 64 - 1 - segment->frac, &segment->vel_scale_high,
                      &segment->vel_scale_low);
@@ -277,7 +300,7 @@ static void append_derive(struct motion_segment *segment)
 static void append_time(struct motion_segment *segment, int64_t start_ns_q12,
                         int64_t dur_ns_q12)
 {
-    unsigned n = motion_fixed_clz_u64((uint64_t)dur_ns_q12);
+    unsigned n = motion_fixed_clz_u64((uint64_t)dur_ns_q12) & 63;
     uint64_t d = (uint64_t)dur_ns_q12 << n;
     struct motion_u128 one = { UINT64_C(1) << 63, 0 };
 
@@ -336,17 +359,43 @@ static int append_check_derivative(struct motion_u128 *point, int n,
     return MOTION_OK;
 }
 
+/* Whether sums of sizes alone say that position, velocity and acceleration stay
+ * below 2^62 in their formats, with a factor of two for the rounding of
+ * coefficients: nearly always. */
+static bool append_is_far_inside(const struct append_goal *goal,
+                                 const struct append_sizes *sizes,
+                                 const struct motion_segment *segment,
+                                 struct track_ratio rate)
+{
+    uint64_t pos = 0, vel = 0, acc = 0;
+
+    for (uint32_t k = 1; k <= (uint32_t)goal->degree; k++) {
+        pos += sizes->a[k];
+        vel += (uint64_t)sizes->a[k] * k;
+        acc += (uint64_t)sizes->a[k] * k * (k - 1);
+    }
+    const int q72 = 64 - APPEND_WIDE + sizes->down;
+    const int top = 64 - rate.exponent; /* 1 s / dur < 2^top */
+    return motion_fixed_abs(segment->pos_q32) >> 61 == 0 &&
+           q72 - (int)motion_fixed_clz_u64(pos) + 32 <= 60 &&
+           q72 - (int)motion_fixed_clz_u64(vel) + 32 + top <= 60 &&
+           q72 - (int)motion_fixed_clz_u64(acc) + 16 + 2 * top <= 60;
+}
+
 /* A polynomial stays between its control points.  After the choice of frac
  * they are below 2^116 q72, times 60 below 2^122. */
 static int append_check_range(const struct append_goal *goal,
-                              const struct motion_segment *segment)
+                              const struct append_sizes *sizes,
+                              const struct motion_segment *segment,
+                              struct track_ratio rate)
 {
-    const struct track_ratio rate = track_ratio_per_second(segment);
     struct motion_u128 point[APPEND_DEGREE + 1];
     struct motion_u128 start =
         motion_fixed_mul_i128(motion_fixed_from_i64(segment->pos_q32), 60);
     int n = goal->degree, err;
 
+    if (append_is_far_inside(goal, sizes, segment, rate))
+        return MOTION_OK;
     append_polygon(goal, point);
     for (int j = 0; j <= n; j++) {
         struct motion_u128 travel = motion_fixed_round_i128(point[j], 40);
@@ -393,7 +442,9 @@ static int append_fit(const struct motion_track *track,
     append_time(segment, track->end_ns_q12, goal->dur_ns_q12);
     append_settle(goal, exact, NULL);
 
-    int frac = append_frac(goal);
+    struct append_sizes sizes;
+    append_sizes(goal, &sizes);
+    int frac = append_frac(goal, &sizes);
     if (frac < APPEND_MIN)
         return MOTION_E_RANGE;
     segment->frac = (int8_t)frac;
@@ -405,8 +456,9 @@ static int append_fit(const struct motion_track *track,
         segment->coef[0] = (int64_t)((track->end_frac >> 33) >> (31 - frac));
     }
     append_settle(goal, append_travel(goal, segment), segment);
-    append_derive(segment);
-    return append_check_range(goal, segment);
+    const struct track_ratio rate = track_ratio_per_second(segment);
+    append_derive(segment, rate);
+    return append_check_range(goal, &sizes, segment, rate);
 }
 
 static int append_commit(struct motion_track *track, struct append_goal *goal)
@@ -421,7 +473,8 @@ static int append_commit(struct motion_track *track, struct append_goal *goal)
         return err;
     track->segment[track->count++] = segment;
     track->end_ns_q12 += segment.dur_ns_q12;
-    motion_segment_state(&segment, segment.dur_ns_q12, &track->end);
+    track->end.pos_q32 = goal->end_pos_q32;
+    track_segment_end(&segment, &track->end);
     track->end_frac = goal->end_frac;
     return MOTION_OK;
 }
@@ -490,8 +543,7 @@ int motion_track_append_poly(struct motion_track *track, int64_t dur_ns_q12,
     if (err < 0)
         return err;
     for (int k = 1; k < degree; k++) /* < 2^63 * 2^40 */
-        goal.a[k] = motion_fixed_shl_u128(motion_fixed_from_i64(coef[k - 1]),
-                                          40 - frac);
+        goal.a[k] = track_shifted(coef[k - 1], 40 - frac);
     return append_commit(track, &goal);
 }
 
@@ -564,15 +616,17 @@ int motion_segment_restore(struct motion_segment *segment)
     segment->degree = 0;
     for (int k = 1; k <= APPEND_DEGREE; k++) {
         goal.a[k] =
-            motion_fixed_shl_u128(motion_fixed_from_i64(segment->coef[k]),
-                                  (unsigned)(40 - segment->frac - k));
+            track_shifted(segment->coef[k], (unsigned)(40 - segment->frac - k));
         if (segment->coef[k] != 0)
             segment->degree = (uint8_t)k;
     }
-    if (segment->frac > append_exponent(&goal) + 1)
+    struct append_sizes sizes;
+    append_sizes(&goal, &sizes);
+    if (segment->frac > append_exponent(&goal, &sizes) + 1)
         return MOTION_E_RANGE;
     segment->vel_factor = 0;
     append_time(segment, segment->start_ns_q12, segment->dur_ns_q12);
-    append_derive(segment);
-    return append_check_range(&goal, segment);
+    const struct track_ratio rate = track_ratio_per_second(segment);
+    append_derive(segment, rate);
+    return append_check_range(&goal, &sizes, segment, rate);
 }

@@ -23,6 +23,17 @@ struct track_ratio track_ratio_per_second(const struct motion_segment *segment);
 int track_ratio_apply(struct motion_u128 a, struct track_ratio ratio, int shift,
                       unsigned limit_bits, struct motion_u128 *result);
 
+/* a 2^bits, 1 <= bits <= 63. */
+static inline struct motion_u128 track_shifted(int64_t a, unsigned bits)
+{
+    return (struct motion_u128){ (uint64_t)(a >> (64 - bits)),
+                                 (uint64_t)a << bits };
+}
+
+/* Velocity, acceleration and jerk at the end, the left-hand limits. */
+void track_segment_end(const struct motion_segment *segment,
+                       struct motion_state *state);
+
 /* u = dt / dur as Q0.63 without a division.  dt << normalise < 2^64, inverse <
  * 2^64; the product of the low words is dropped and two are rounded down, so u
  * is at most 4 units of 2^-63 too small and never reaches 1. */

@@ -36,6 +36,7 @@ enum cia402_abort {
     CIA402_ABORT_RANGE = 0x06090030,
     CIA402_ABORT_TOO_HIGH = 0x06090031,
     CIA402_ABORT_TOO_LOW = 0x06090032,
+    CIA402_ABORT_STORE = 0x08000020,
     CIA402_ABORT_DEVICE_STATE = 0x08000022,
     CIA402_ABORT_NO_DATA = 0x08000024,
 };
@@ -61,7 +62,7 @@ enum cia402_power {
 enum cia402_motion {
     CIA402_MOTION_OFF,    /* no torque */
     CIA402_MOTION_STAND,  /* hold the demand */
-    CIA402_MOTION_FOLLOW, /* CSP */
+    CIA402_MOTION_FOLLOW, /* as the mode of operation says */
     CIA402_MOTION_RAMP,   /* demand slows down to rest */
 };
 
@@ -92,6 +93,11 @@ static inline int64_t cia402_now_ns(const struct sim_cia402 *self)
 
 /* All rows, or those of 0x1000-0x1FFF alone, to their defaults. */
 void cia402_od_reset(struct sim_cia402 *self, bool communication_only);
+/* 0x1010: what is set now is what it is set to after power-on. */
+#define CIA402_SAVE UINT32_C(0x65766173) /* "save" */
+void cia402_od_store(struct sim_cia402 *self);
+/* Both 0: the whole range of the type. */
+void cia402_od_range(int row, int64_t *min, int64_t *max);
 /* Row of an object, or -1 with *abort_code. */
 int cia402_od_find(uint16_t index, uint8_t sub, uint32_t *abort_code);
 unsigned cia402_od_size(int row); /* bytes; 0 for a long object */
@@ -229,13 +235,93 @@ void cia402_motion_off(struct sim_cia402 *self);
 void cia402_motion_stand(struct sim_cia402 *self);
 void cia402_motion_follow(struct sim_cia402 *self);
 void cia402_motion_ramp(struct sim_cia402 *self, int64_t acc_counts_s2);
-/* SYNC: measure its period; then, with its RPDOs in force, latch the target. */
-void cia402_motion_sync(struct sim_cia402 *self);
-void cia402_motion_latch(struct sim_cia402 *self);
-void cia402_motion_targets_late(struct sim_cia402 *self);
 int64_t cia402_motion_actual_q24(const struct sim_cia402 *self);
 /* Values that follow from the state, into the dictionary. */
 void cia402_motion_refresh(struct sim_cia402 *self);
+void cia402_motion_demand_actual(struct sim_cia402 *self);
+/* Limits and late targets of the mode before. */
+void cia402_motion_stop_watching(struct sim_cia402 *self);
+/* The demand stands and the axis nearly. */
+bool cia402_motion_is_resting(const struct sim_cia402 *self);
+int64_t cia402_motion_counts(int64_t q24); /* to nearest */
+int64_t cia402_motion_abs(int64_t value);
+int64_t cia402_motion_gain_q24(struct sim_cia402 *self, int64_t acc_q8,
+                               int64_t dt_ns);
+/* A position of the plant as the bus sees it. */
+uint32_t cia402_motion_seen(const struct sim_cia402 *self, int64_t q24);
+
+/* ---- cia402_mode.c ----------------------------------------------------- */
+
+bool cia402_mode_exists(int8_t code); /* 0 too */
+/* Put 0x6060 in force when that may be. */
+void cia402_mode_update(struct sim_cia402 *self);
+/* Operation has been enabled. */
+void cia402_mode_begin(struct sim_cia402 *self);
+/* A controlword while enabled. */
+void cia402_mode_control(struct sim_cia402 *self);
+void cia402_mode_latch(struct sim_cia402 *self); /* SYNC */
+void cia402_mode_step(struct sim_cia402 *self, int64_t dt_ns);
+void cia402_mode_watch(struct sim_cia402 *self, int64_t dt_ns);
+unsigned cia402_mode_status(const struct sim_cia402 *self);
+/* Is there a following error? */
+bool cia402_mode_watches(const struct sim_cia402 *self);
+bool cia402_mode_is_cyclic(const struct sim_cia402 *self);
+
+/* ---- cia402_stream.c --------------------------------------------------- */
+
+/* SYNC: measure its period. */
+void cia402_stream_sync(struct sim_cia402 *self);
+void cia402_stream_targets_late(struct sim_cia402 *self);
+int32_t cia402_stream_inside(struct sim_cia402 *self, int32_t wanted);
+int64_t cia402_stream_vel_max_q24(const struct sim_cia402 *self);
+void cia402_stream_latch_csp(struct sim_cia402 *self);
+void cia402_stream_latch_ip(struct sim_cia402 *self);
+void cia402_stream_latch_csv(struct sim_cia402 *self);
+void cia402_stream_step(struct sim_cia402 *self, int64_t dt_ns);
+void cia402_stream_step_velocity(struct sim_cia402 *self, int64_t dt_ns);
+unsigned cia402_stream_status(const struct sim_cia402 *self);
+unsigned cia402_stream_status_ip(const struct sim_cia402 *self);
+
+/* ---- cia402_profile.c -------------------------------------------------- */
+
+/* The demand's speed towards vel by the profile's ramps, and the demand with
+ * it: by the mean speed of the step. */
+void cia402_profile_run(struct sim_cia402 *self, int64_t vel_q24,
+                        int64_t dt_ns);
+void cia402_profile_begin(struct sim_cia402 *self);
+void cia402_profile_control_pp(struct sim_cia402 *self);
+void cia402_profile_step_pp(struct sim_cia402 *self, int64_t dt_ns);
+void cia402_profile_watch_pp(struct sim_cia402 *self, int64_t dt_ns);
+unsigned cia402_profile_status_pp(const struct sim_cia402 *self);
+void cia402_profile_step_pv(struct sim_cia402 *self, int64_t dt_ns);
+void cia402_profile_watch_pv(struct sim_cia402 *self, int64_t dt_ns);
+unsigned cia402_profile_status_pv(const struct sim_cia402 *self);
+
+/* ---- cia402_home.c ----------------------------------------------------- */
+
+uint32_t cia402_home_check(const struct sim_cia402 *self, int8_t method);
+void cia402_home_begin(struct sim_cia402 *self);
+void cia402_home_control(struct sim_cia402 *self);
+void cia402_home_step(struct sim_cia402 *self, int64_t dt_ns);
+unsigned cia402_home_status(const struct sim_cia402 *self);
+
+/* ---- cia402_inputs.c --------------------------------------------------- */
+
+enum cia402_input {
+    CIA402_INPUT_NEGATIVE = 1 << 0,
+    CIA402_INPUT_POSITIVE = 1 << 1,
+    CIA402_INPUT_HOME = 1 << 2,
+    CIA402_INPUT_NO_POWER = 1 << 3,
+    CIA402_INPUT_PROBE = 1 << 16,
+};
+
+uint32_t cia402_inputs(const struct sim_cia402 *self); /* 0x60FD */
+/* Number of index pulses at or below a position of the plant. */
+int64_t cia402_inputs_index(const struct sim_cia402 *self, int64_t pos_q24);
+/* Look for edges; at each inner step. */
+void cia402_inputs_watch(struct sim_cia402 *self);
+/* 0x60B8 has been written. */
+void cia402_inputs_probe(struct sim_cia402 *self);
 
 /* ---- timers: sim_cia402.c runs them ------------------------------------ */
 

@@ -47,8 +47,29 @@ static void cia402_od_reset_ramps(struct sim_cia402 *self)
 
     self->value[CIA402_PROFILE_ACCELERATION] = profile;
     self->value[CIA402_PROFILE_DECELERATION] = profile;
+    self->value[CIA402_HOMING_ACCELERATION] = profile;
     self->value[CIA402_QUICK_STOP_DECELERATION] =
         cia402_od_ramp_default(acc_max / 2);
+}
+
+/* What 0x1010 keeps: settings, not what a master orders in passing. */
+static bool cia402_od_is_parameter(int row)
+{
+    static const uint16_t order[] = { 0x6040, 0x6060, 0x6071, 0x607A,
+                                      0x60B0, 0x60B1, 0x60B2, 0x60FF };
+    const struct cia402_object *object = &cia402_object[row];
+
+    for (unsigned i = 0; i < ARRAY_LEN(order); i++)
+        if (object->index == order[i])
+            return false;
+    return (object->access & (R | W)) == (R | W) && object->index >= 0x1012;
+}
+
+void cia402_od_store(struct sim_cia402 *self)
+{
+    memcpy(self->stored, self->value, sizeof(self->stored));
+    self->has_stored = true;
+    self->value[CIA402_STORE] = 1; /* on command */
 }
 
 void cia402_od_reset(struct sim_cia402 *self, bool communication_only)
@@ -61,8 +82,10 @@ void cia402_od_reset(struct sim_cia402 *self, bool communication_only)
         self->value[row] = (uint32_t)object->init;
         if (object->access & N)
             self->value[row] += self->config.node_id;
+        if (self->has_stored && cia402_od_is_parameter((int)row))
+            self->value[row] = self->stored[row];
     }
-    if (!communication_only)
+    if (!communication_only && !self->has_stored)
         cia402_od_reset_ramps(self);
     if (self->config.serial != 0)
         self->value[CIA402_SERIAL] = self->config.serial;
@@ -80,6 +103,12 @@ int cia402_od_find(uint16_t index, uint8_t sub, uint32_t *abort_code)
         *abort_code = CIA402_ABORT_NO_SUB;
     }
     return -1;
+}
+
+void cia402_od_range(int row, int64_t *min, int64_t *max)
+{
+    *min = cia402_object[row].min;
+    *max = cia402_object[row].max;
 }
 
 unsigned cia402_od_size(int row)
@@ -250,8 +279,14 @@ static uint32_t cia402_od_check(const struct sim_cia402 *self, int row,
 {
     if (cia402_object[row].index < 0x2000)
         return cia402_com_check(self, row, value);
-    if (row == CIA402_MODE && value != 0 && value != 8)
+    if (row == CIA402_MODE && !cia402_mode_exists((int8_t)(uint8_t)value))
         return CIA402_ABORT_RANGE;
+    if (row == CIA402_HOMING_METHOD)
+        return cia402_home_check(self, (int8_t)(uint8_t)value);
+    if (row == CIA402_PROBE_FUNCTION && value > 0xFF)
+        return CIA402_ABORT_RANGE; /* there is no second probe */
+    if (row == CIA402_INTERPOLATION_MODE && value != 0)
+        return CIA402_ABORT_RANGE; /* linear alone */
     return CIA402_DONE;
 }
 
@@ -261,6 +296,8 @@ static void cia402_od_changed(struct sim_cia402 *self, int row)
         cia402_com_changed(self, row);
     else if (row == CIA402_CONTROLWORD)
         cia402_power_control(self);
+    else if (row == CIA402_PROBE_FUNCTION)
+        cia402_inputs_probe(self);
     else if (row == CIA402_INJECT)
         sim_cia402_inject(
             self, (enum sim_cia402_fault)(self->value[CIA402_INJECT] - 1));

@@ -186,7 +186,9 @@ static void cia402_pdo_update_one(const struct sim_cia402 *self, bool transmit,
 
         pdo->row[i] = (uint8_t)row;
         pdo->bytes = (uint8_t)(pdo->bytes + cia402_od_size(row));
-        pdo->carries_target |= row == CIA402_TARGET_POSITION;
+        pdo->carries_target |= row == CIA402_TARGET_POSITION ||
+                               row == CIA402_INTERPOLATION_TARGET ||
+                               row == CIA402_TARGET_VELOCITY;
     }
     if (!pdo->active)
         pdo->pending = false;
@@ -204,10 +206,37 @@ void cia402_pdo_update(struct sim_cia402 *self)
 
 /* ---- RPDO -------------------------------------------------------------- */
 
+static uint32_t cia402_pdo_get(const uint8_t *data, unsigned size)
+{
+    uint32_t value = 0;
+
+    for (unsigned byte = 0; byte < size; byte++)
+        value |= (uint32_t)data[byte] << 8 * byte;
+    return value;
+}
+
+/* The controlword, or all the others.  Out of range: that object stays as it
+ * was. */
+static void cia402_pdo_put(struct sim_cia402 *self,
+                           const struct sim_cia402_pdo *pdo, bool controlword)
+{
+    const uint8_t *data = pdo->data;
+
+    for (unsigned i = 0; i < pdo->count; i++) {
+        const int row = pdo->row[i];
+        const unsigned size = cia402_od_size(row);
+
+        if (!cia402_od_is_dummy(row) &&
+            (row == CIA402_CONTROLWORD) == controlword)
+            (void)cia402_od_put(self, row, cia402_pdo_get(data, size));
+        data += size;
+    }
+}
+
+/* The controlword is obeyed when all that came with it is there. */
 static void cia402_pdo_apply(struct sim_cia402 *self, int number)
 {
     struct sim_cia402_pdo *pdo = &self->rpdo[number];
-    const uint8_t *data = pdo->data;
 
     pdo->pending = false;
     if (pdo->carries_target) {
@@ -216,16 +245,8 @@ static void cia402_pdo_apply(struct sim_cia402 *self, int number)
             INT64_C(1000000) *
             self->value[cia402_pdo_com_row(false, number, CIA402_PDO_EVENT)];
     }
-    for (unsigned i = 0; i < pdo->count; i++) {
-        unsigned size = cia402_od_size(pdo->row[i]);
-        uint32_t value = 0;
-
-        for (unsigned byte = 0; byte < size; byte++)
-            value |= (uint32_t)*data++ << 8 * byte;
-        /* Out of range: that object stays as it was. */
-        if (!cia402_od_is_dummy(pdo->row[i]))
-            (void)cia402_od_put(self, pdo->row[i], value);
-    }
+    cia402_pdo_put(self, pdo, false);
+    cia402_pdo_put(self, pdo, true);
 }
 
 /* Too short: not used.  Too long: the rest is.  Reported once in a row. */

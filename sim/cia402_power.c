@@ -58,10 +58,12 @@ static void cia402_power_enter(struct sim_cia402 *self, enum cia402_power state)
     self->after_ramp = CIA402_POWER_NOT_READY;
     self->halted = false;
     cia402_timer_stop(self, SIM_CIA402_BRAKE);
-    if (state == CIA402_POWER_ENABLED)
-        cia402_motion_follow(self);
-    else
+    if (state != CIA402_POWER_ENABLED) {
         cia402_motion_off(self);
+        return;
+    }
+    cia402_motion_follow(self);
+    cia402_mode_begin(self);
 }
 
 /* Leave Operation enabled for `state`, with the profile ramp if option = 1. */
@@ -189,8 +191,10 @@ static void cia402_power_command_enabled(struct sim_cia402 *self,
         cia402_power_quick_stop(self); /* 11 */
     else if (self->after_ramp != CIA402_POWER_NOT_READY)
         cia402_power_enter(self, CIA402_POWER_ENABLED); /* not leaving */
-    else
+    else {
         cia402_power_halt(self);
+        cia402_mode_control(self);
+    }
 }
 
 static void cia402_power_command_quick_stop(struct sim_cia402 *self,
@@ -237,6 +241,7 @@ void cia402_power_control(struct sim_cia402 *self)
     uint16_t rising = controlword & (uint16_t)~self->controlword;
 
     cia402_motion_advance(self);
+    self->controlword_before = self->controlword;
     self->controlword = controlword;
     if (self->power == CIA402_POWER_FAULT && (rising & CIA402_CW_FAULT_RESET))
         cia402_power_reset_fault(self);
@@ -248,6 +253,8 @@ void cia402_power_control(struct sim_cia402 *self)
 void cia402_power_reset(struct sim_cia402 *self)
 {
     self->controlword = 0;
+    self->mode = 0;
+    self->zero_counts = 0;
     cia402_power_enter(self, CIA402_POWER_DISABLED); /* 0, 1 */
 }
 
@@ -314,6 +321,18 @@ static bool cia402_power_is_resting(const struct sim_cia402 *self)
     return self->halted && self->motion == CIA402_MOTION_STAND;
 }
 
+/* Bits 10, 12 and 13; a halt has its own bit 10. */
+static unsigned cia402_power_mode_bits(const struct sim_cia402 *self)
+{
+    unsigned bits = self->following_error ? 1u << 13 : 0;
+
+    if (self->power == CIA402_POWER_ENABLED)
+        bits |= cia402_mode_status(self);
+    if (self->halted)
+        bits &= ~(1u << 10);
+    return bits | (cia402_power_is_resting(self) ? 1u << 10 : 0);
+}
+
 uint16_t cia402_power_statusword(const struct sim_cia402 *self)
 {
     static const uint8_t state[] = {
@@ -322,17 +341,12 @@ uint16_t cia402_power_statusword(const struct sim_cia402 *self)
         [CIA402_POWER_ENABLED] = 0x27,   [CIA402_POWER_QUICK_STOP] = 0x07,
         [CIA402_POWER_REACTION] = 0x0F,  [CIA402_POWER_FAULT] = 0x08,
     };
-    bool following = self->power == CIA402_POWER_ENABLED &&
-                     self->motion == CIA402_MOTION_FOLLOW;
     bool warning = self->value[CIA402_ERROR_REGISTER] != 0 &&
                    self->power < CIA402_POWER_REACTION;
     unsigned word = state[self->power] | 1u << 9; /* remote */
 
     word |= self->no_power ? 0 : 1u << 4;
     word |= warning ? 1u << 7 : 0;
-    word |= cia402_power_is_resting(self) ? 1u << 10 : 0;
     word |= self->limited ? 1u << 11 : 0;
-    word |= following ? 1u << 12 : 0;
-    word |= self->following_error ? 1u << 13 : 0;
-    return (uint16_t)word;
+    return (uint16_t)(word | cia402_power_mode_bits(self));
 }

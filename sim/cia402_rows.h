@@ -32,6 +32,8 @@
     X(NAME, 0x1008, 0, TEXT, R, 0, 0, 0)                                       \
     X(HARDWARE, 0x1009, 0, TEXT, R, 1, 0, 0)                                   \
     X(SOFTWARE, 0x100A, 0, TEXT, R, 1, 0, 0)                                   \
+    X(STORE_COUNT, 0x1010, 0, U8, R, 1, 0, 0)                                  \
+    X(STORE, 0x1010, 1, U32, R | W, 1, 0, 0)                                   \
     X(EMCY_COB, 0x1014, 0, U32, R | W | N, 0x80, 0, 0)                         \
     X(CONSUMER_COUNT, 0x1016, 0, U8, R, 1, 0, 0)                               \
     X(CONSUMER, 0x1016, 1, U32, R | W, 0, 0, 0x007FFFFF)                       \
@@ -102,7 +104,7 @@
     X(DISABLE_OPTION, 0x605C, 0, I16, R | W, 1, 0, 1)                          \
     X(HALT_OPTION, 0x605D, 0, I16, R | W, 1, 1, 4)                             \
     X(FAULT_OPTION, 0x605E, 0, I16, R | W, 2, 0, 4)                            \
-    X(MODE, 0x6060, 0, I8, R | W | P, 0, 0, 8)                                 \
+    X(MODE, 0x6060, 0, I8, R | W | P, 0, 0, 9)                                 \
     X(MODE_DISPLAY, 0x6061, 0, I8, R | T, 0, 0, 0)                             \
     X(POSITION_DEMAND, 0x6062, 0, I32, R | T, 0, 0, 0)                         \
     X(POSITION_INTERNAL, 0x6063, 0, I32, R | T, 0, 0, 0)                       \
@@ -113,8 +115,13 @@
     X(POSITION_TIME, 0x6068, 0, U16, R | W | P, 0, 0, 0)                       \
     X(VELOCITY_DEMAND, 0x606B, 0, I32, R | T, 0, 0, 0)                         \
     X(VELOCITY, 0x606C, 0, I32, R | T, 0, 0, 0)                                \
+    X(VELOCITY_WINDOW, 0x606D, 0, U16, R | W | P, 2000, 0, 0)                  \
+    X(VELOCITY_TIME, 0x606E, 0, U16, R | W | P, 0, 0, 0)                       \
+    X(STANDING_WINDOW, 0x606F, 0, U16, R | W | P, 1000, 0, 0)                  \
+    X(STANDING_TIME, 0x6070, 0, U16, R | W | P, 0, 0, 0)                       \
     X(TORQUE, 0x6077, 0, I16, R | T, 0, 0, 0)                                  \
     X(TARGET_POSITION, 0x607A, 0, I32, R | W | P | T, 0, 0, 0)                 \
+    X(HOME_OFFSET, 0x607C, 0, I32, R | W, 0, 0, 0)                             \
     X(LIMIT_COUNT, 0x607D, 0, U8, R, 2, 0, 0)                                  \
     X(LIMIT_MIN, 0x607D, 1, I32, R | W, 0, 0, 0)                               \
     X(LIMIT_MAX, 0x607D, 2, I32, R | W, 0, 0, 0)                               \
@@ -124,9 +131,33 @@
     X(PROFILE_ACCELERATION, 0x6083, 0, U32, R | W | P, 1, 1, UINT32_MAX)       \
     X(PROFILE_DECELERATION, 0x6084, 0, U32, R | W | P, 1, 1, UINT32_MAX)       \
     X(QUICK_STOP_DECELERATION, 0x6085, 0, U32, R | W | P, 1, 1, UINT32_MAX)    \
+    X(ENCODER_COUNT, 0x608F, 0, U8, R, 2, 0, 0)                                \
+    X(ENCODER_INCREMENTS, 0x608F, 1, U32, R | W, 10000, 1, UINT32_MAX)         \
+    X(ENCODER_REVOLUTIONS, 0x608F, 2, U32, R | W, 1, 1, UINT32_MAX)            \
+    X(GEAR_COUNT, 0x6091, 0, U8, R, 2, 0, 0)                                   \
+    X(GEAR_MOTOR, 0x6091, 1, U32, R | W, 1, 1, UINT32_MAX)                     \
+    X(GEAR_SHAFT, 0x6091, 2, U32, R | W, 1, 1, UINT32_MAX)                     \
+    X(FEED_COUNT, 0x6092, 0, U8, R, 2, 0, 0)                                   \
+    X(FEED, 0x6092, 1, U32, R | W, 10000, 1, UINT32_MAX)                       \
+    X(FEED_REVOLUTIONS, 0x6092, 2, U32, R | W, 1, 1, UINT32_MAX)               \
+    X(VELOCITY_FACTOR_COUNT, 0x6096, 0, U8, R, 2, 0, 0)                        \
+    X(VELOCITY_NUMERATOR, 0x6096, 1, U32, R | W, 1, 1, UINT32_MAX)             \
+    X(VELOCITY_DIVISOR, 0x6096, 2, U32, R | W, 1, 1, UINT32_MAX)               \
+    X(HOMING_METHOD, 0x6098, 0, I8, R | W, 0, 0, 0)                            \
+    X(HOMING_SPEED_COUNT, 0x6099, 0, U8, R, 2, 0, 0)                           \
+    X(HOMING_FAST, 0x6099, 1, U32, R | W, 10000, 1, UINT32_MAX)                \
+    X(HOMING_SLOW, 0x6099, 2, U32, R | W, 1000, 1, UINT32_MAX)                 \
+    X(HOMING_ACCELERATION, 0x609A, 0, U32, R | W, 1, 1, UINT32_MAX)            \
     X(POSITION_OFFSET, 0x60B0, 0, I32, R | W | P, 0, 0, 0)                     \
     X(VELOCITY_OFFSET, 0x60B1, 0, I32, R | W | P, 0, 0, 0)                     \
     X(TORQUE_OFFSET, 0x60B2, 0, I16, R | W | P, 0, 0, 0)                       \
+    X(PROBE_FUNCTION, 0x60B8, 0, U16, R | W | P, 0, 0, 0)                      \
+    X(PROBE_STATUS, 0x60B9, 0, U16, R | T, 0, 0, 0)                            \
+    X(PROBE_RISING, 0x60BA, 0, I32, R | T, 0, 0, 0)                            \
+    X(PROBE_FALLING, 0x60BB, 0, I32, R | T, 0, 0, 0)                           \
+    X(INTERPOLATION_MODE, 0x60C0, 0, I16, R | W, 0, 0, 0)                      \
+    X(INTERPOLATION_DATA_COUNT, 0x60C1, 0, U8, R, 1, 0, 0)                     \
+    X(INTERPOLATION_TARGET, 0x60C1, 1, I32, R | W | P, 0, 0, 0)                \
     X(INTERPOLATION_COUNT, 0x60C2, 0, U8, R, 2, 0, 0)                          \
     X(INTERPOLATION_TIME, 0x60C2, 1, U8, R | W, 0, 0, 0)                       \
     X(INTERPOLATION_EXPONENT, 0x60C2, 2, I8, R | W, -3, -6, 0)                 \
@@ -135,7 +166,7 @@
     X(FOLLOWING_ERROR, 0x60F4, 0, I32, R | T, 0, 0, 0)                         \
     X(INPUTS, 0x60FD, 0, U32, R | T, 0, 0, 0)                                  \
     X(TARGET_VELOCITY, 0x60FF, 0, I32, R | W | P, 0, 0, 0)                     \
-    X(MODES, 0x6502, 0, U32, R, 0x80, 0, 0)
+    X(MODES, 0x6502, 0, U32, R, 0x1E5, 0, 0)
 
 #define CIA402_ROWS(X)                                                         \
     CIA402_DUMMY_ROWS(X)                                                       \

@@ -100,11 +100,12 @@ static void sim_plant_inner(struct sim_plant *plant, int64_t target_q24,
                             int64_t target_vel_q24, int64_t step_s_q60)
 {
     /* Both below 2^63 (positions 2^62, velocities 2^60); the sum of products
-     * is below 2^104 + 2^95.  Q24 x Q16 to Q8: 32 bits less. */
+     * is below 2^104 + 2^95 + 2^86.  Q24 x Q16 to Q8: 32 bits less. */
     sim_i128 pull =
         (sim_i128)plant->spring_q16 * ((sim_i128)target_q24 - plant->pos_q24) +
         (sim_i128)plant->damping_q16 *
-            ((sim_i128)target_vel_q24 - plant->vel_q24);
+            ((sim_i128)target_vel_q24 - plant->vel_q24) +
+        (sim_i128)plant->push_q8 * (INT64_C(1) << 32);
     sim_i128 acc_max = (sim_i128)plant->config.acc_max_counts_s2 << 40;
 
     if (pull > acc_max || pull < -acc_max) {

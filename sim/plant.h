@@ -1,10 +1,10 @@
 /* sim/plant.h - motor and position loop: a second-order servo.
  *
- *   acc = omega^2 (target - pos) + 2 zeta omega (target_vel - vel), limited
+ *   acc = omega^2 (target - pos) + 2 zeta omega (target_vel - vel) + push
  *
  * with |acc| <= acc_max (the current limit) and |vel| <= vel_max.  target_vel
  * is the slope of the interpolated set point, so a steady ramp is followed with
- * no lag.  Units are counts, and positions do not wrap.
+ * no lag; push is feed-forward.  Units are counts, and positions do not wrap.
  *
  * Integrated in integers (velocity first, then position with the new velocity),
  * so that two machines see the same, in inner steps h with omega h <= 1/8; a
@@ -39,6 +39,7 @@ struct sim_plant {
     int64_t vel_q24; /* counts/s */
     int64_t acc_q8;  /* counts/s2, as applied */
     bool saturated;  /* the last step met a limit */
+    int64_t push_q8; /* counts/s2, set by the owner, |push| < 2^54; 0 */
     /* private: gains, and the length of the last step */
     int64_t spring_q16;  /* omega^2, 1/s2, < 2^40 */
     int64_t damping_q16; /* 2 zeta omega, 1/s, < 2^31 */

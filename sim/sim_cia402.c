@@ -18,7 +18,7 @@ static void sim_cia402_loop(struct sim_cia402 *self)
     cia402_timer_set(self, SIM_CIA402_LOOP,
                      cia402_now_ns(self) + self->config.loop_ns);
     cia402_motion_advance(self);
-    self->value[CIA402_MODE_DISPLAY] = self->value[CIA402_MODE];
+    cia402_mode_update(self);
     cia402_pdo_poll(self);
     cia402_long_poll(self);
 }
@@ -36,7 +36,7 @@ static void sim_cia402_run(struct sim_member *member, int64_t now_ns)
         [SIM_CIA402_HEARTBEAT] = cia402_com_heartbeat,
         [SIM_CIA402_CONSUMER] = cia402_com_master_lost,
         [SIM_CIA402_BRAKE] = cia402_power_brake_released,
-        [SIM_CIA402_TARGET] = cia402_motion_targets_late,
+        [SIM_CIA402_TARGET] = cia402_stream_targets_late,
         [SIM_CIA402_GUARD] = cia402_com_master_lost,
     };
     struct sim_cia402 *self = CONTAINER_OF(member, struct sim_cia402, member);
@@ -62,9 +62,9 @@ static const struct sim_member_ops sim_cia402_ops = {
 static void sim_cia402_sync(struct sim_cia402 *self)
 {
     cia402_motion_advance(self);
-    cia402_motion_sync(self);
+    cia402_stream_sync(self);
     cia402_pdo_sync_in(self);
-    cia402_motion_latch(self);
+    cia402_mode_latch(self);
     cia402_pdo_sync_out(self);
     cia402_timer_set(self, SIM_CIA402_LOOP,
                      cia402_now_ns(self) + self->config.loop_ns);
@@ -76,10 +76,15 @@ static void sim_cia402_sync_frame(struct sim_cia402 *self,
 {
     bool counts = self->value[CIA402_SYNC_OVERFLOW] > 1;
 
-    if (frame->len == counts)
+    if (frame->len == counts) {
+        if (self->wrong_sync)
+            cia402_com_error_gone(self, CIA402_ERROR_COM);
+        self->wrong_sync = false;
         sim_cia402_sync(self);
-    else
+    } else if (!self->wrong_sync) {
+        self->wrong_sync = true;
         cia402_com_error(self, CIA402_EMCY_SYNC_LENGTH, CIA402_ERROR_COM);
+    }
 }
 
 static void sim_cia402_dispatch(struct sim_cia402 *self,
@@ -189,7 +194,9 @@ void sim_cia402_inject(struct sim_cia402 *self, enum sim_cia402_fault fault)
 
 void sim_cia402_set_inputs(struct sim_cia402 *self, uint32_t inputs)
 {
+    cia402_motion_advance(self);
     self->inputs = inputs;
+    cia402_inputs_watch(self);
 }
 
 int64_t sim_cia402_pos_q24(const struct sim_cia402 *self)
@@ -204,7 +211,8 @@ static bool sim_cia402_is_legal(const struct sim_cia402_config *config)
     return config->node_id >= 1 &&
            (config->node_id <= 127 || config->node_id == CIA402_NO_NODE) &&
            config->loop_ns >= 62500 && config->loop_ns <= 1000000 &&
-           config->brake_release_ns >= 0 && config->boot_ns >= 0;
+           config->brake_release_ns >= 0 && config->boot_ns >= 0 &&
+           config->rail.index_every >= 0;
 }
 
 int sim_cia402_init(struct sim_cia402 *self, struct sim_can_bus *bus,

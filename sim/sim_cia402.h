@@ -4,8 +4,9 @@
  * producer and consumer, PDO communication and mapping parameters (refused in
  * the order real drives refuse them), SYNC, the power state machine with its
  * sixteen transitions, quick stop option codes, fault reaction, following error
- * window, CSP with interpolation over one SYNC period, position actual from the
- * plant.  Written from CiA 301 and CiA 402-2, independently of hal/.
+ * window; CSP with interpolation over one SYNC period, IP, CSV, PP, PV and
+ * homing; touch probe; position actual from the plant.  Written from CiA 301
+ * and CiA 402-2, independently of hal/.
  *
  *   cia402_od.c      the dictionary: rows, access, abort codes
  *   cia402_com.c     NMT, heartbeat, EMCY
@@ -16,14 +17,27 @@
  *   cia402_long.c    long ones: segments, blocks
  *   cia402_pdo.c     PDO parameters, mapping, exchange
  *   cia402_power.c   state machine, faults
- *   cia402_motion.c  set points, ramps, the inner loop
+ *   cia402_motion.c  the inner loop: demand, ramps, plant
+ *   cia402_mode.c    modes of operation: a table
+ *   cia402_stream.c  the cyclic ones: CSP, IP, CSV
+ *   cia402_profile.c by its own ramps: PP, PV
+ *   cia402_home.c    homing, methods 1-14, 17-30, 33-35, 37
+ *   cia402_inputs.c  switches, index pulse, touch probe
  *   sim_cia402.c     timers, frames in, injections
  *
  * What this maker chose where the profile leaves a choice:
- *   - only mode 8 (CSP); no enabling while 0x6060 is 0;
+ *   - no enabling while 0x6060 is 0; while the axis moves under torque another
+ *     mode waits, 0x6061 tells;
+ *   - user units are increments, the factors 0x608F to 0x6096 are stored only;
+ *   - homing leaves the axis where it stopped; position is 0x607C at the home
+ *     point; a method it does not have cannot be written;
+ *   - one set point in the buffer beside the one under way; a target outside
+ *     0x607D goes to the limit, bit 11; position options 0x60F2 are not there;
+ *   - touch probe 1 is input 16, or the index pulse;
  *   - Ready to switch on ignores 0x0F (no jump over Switched on);
  *   - 0x60C2:1 = 0 (default): interpolates over the measured SYNC period;
- *   - feed-forward is the slope of the set points; 0x60B1 is stored only;
+ *   - feed-forward is the slope of the set points and 0x60B2; in positions
+ *     0x60B1 is stored only;
  *   - 0x2001: so many SYNC periods without a fresh 0x607A in an RPDO, while
  *     enabled and after the first, are a time-out (EMCY 0x8250, reaction by
  *     0x6007); 0x1400:5 in ms takes its place when not 0;
@@ -40,6 +54,14 @@
 #include "sim/plant.h"
 #include "sim/sim_can.h"
 
+/* What stands along the axis, in counts as they are at power-on. */
+struct sim_cia402_rail {
+    bool has_limits, has_home; /* the switches, bits 0, 1 and 2 of 0x60FD */
+    int32_t limit_negative, limit_positive; /* active there and beyond */
+    int32_t home_from, home_to;             /* active between */
+    int32_t index_every; /* an index pulse at 0 and every so many; 0: none */
+};
+
 struct sim_cia402_config {
     uint8_t node_id; /* 1..127; 255: none yet, waits for LSS */
     uint32_t serial; /* 0x1018:4; 0: the node number */
@@ -48,6 +70,7 @@ struct sim_cia402_config {
     int64_t loop_ns;          /* inner loop, 62500 .. 1000000 */
     int64_t brake_release_ns; /* Switched on -> Operation enabled takes this */
     int64_t boot_ns;          /* power-on to boot-up message */
+    struct sim_cia402_rail rail;
 };
 
 /* What a test or a script may do to it.  One more: a row in the table of
@@ -80,7 +103,7 @@ struct sim_cia402_pdo {
     bool wrong_length;   /* the last one was too short or too long */
     unsigned sync_count; /* SYNCs since the last TPDO */
     int64_t sent_ns;     /* last TPDO */
-    bool carries_target; /* 0x607A is mapped */
+    bool carries_target; /* 0x607A, 0x60C1:1 or 0x60FF is mapped */
 };
 
 #define SIM_CIA402_NOTES 1024 /* bytes of 0x2002 */
@@ -106,6 +129,23 @@ struct sim_cia402_lss {
     uint8_t node_stored; /* in force after power-on; 0: as built */
 };
 
+/* A motion by ramps of its own: what the last command said. */
+struct sim_cia402_profile {
+    int64_t target_q24, vel_q24, acc_q8, dec_q8;
+    bool waiting;                    /* a set point is in the buffer */
+    bool acknowledged;               /* bit 12 */
+    int64_t reached_ns, standing_ns; /* for so long */
+};
+
+/* See cia402_home.c. */
+struct sim_cia402_homing {
+    uint8_t phase;
+    int8_t way;        /* -1, 1 */
+    bool turned, seen; /* at a limit switch; the switch, since this phase */
+    bool attained, failed;
+    int64_t last_q24; /* at the step before */
+};
+
 enum sim_cia402_timer {
     SIM_CIA402_LOOP,
     SIM_CIA402_BOOT,
@@ -125,7 +165,9 @@ struct sim_cia402 {
     struct sim_plant plant;
 
     /* Private from here on. */
-    uint32_t value[SIM_CIA402_OBJECTS_MAX]; /* by row of the dictionary */
+    uint32_t value[SIM_CIA402_OBJECTS_MAX];  /* by row of the dictionary */
+    uint32_t stored[SIM_CIA402_OBJECTS_MAX]; /* by 0x1010, over power-off */
+    bool has_stored;
     int64_t timer_ns[SIM_CIA402_TIMERS];
     int64_t due_ns; /* the first of them */
     uint8_t nmt_state;
@@ -146,13 +188,20 @@ struct sim_cia402 {
 
     /* power */
     uint8_t power; /* enum cia402_power */
-    uint16_t controlword;
+    uint16_t controlword, controlword_before;
     uint8_t after_ramp; /* state to go to at rest */
     bool halted;
 
     /* motion */
-    uint8_t motion;   /* enum cia402_motion */
-    int64_t plant_ns; /* up to where the plant has been integrated */
+    int8_t mode;         /* in force, as 0x6061 says */
+    uint8_t motion;      /* enum cia402_motion */
+    int64_t zero_counts; /* where 0x6064 is 0; 0 at power-on */
+    struct sim_cia402_profile profile;
+    struct sim_cia402_homing homing;
+    uint32_t inputs_seen; /* at the last inner step */
+    int64_t index_seen;   /* index pulses below the axis, then */
+    bool wrong_sync;      /* the last SYNC had the wrong length */
+    int64_t plant_ns;     /* up to where the plant has been integrated */
     int64_t demand_q24, demand_vel_q24;
     int64_t target_q24, target_end_ns; /* of the interpolation */
     int64_t ramp_acc_q8;
@@ -170,8 +219,8 @@ struct sim_cia402 {
 int sim_cia402_init(struct sim_cia402 *self, struct sim_can_bus *bus,
                     const struct sim_cia402_config *config);
 void sim_cia402_inject(struct sim_cia402 *self, enum sim_cia402_fault fault);
-/* Digital inputs as 0x60FD shows them: bit 0 negative limit, 1 positive limit,
- * 2 home, 16-31 maker. */
+/* Digital inputs as 0x60FD shows them, beside the rail's: bit 0 negative limit,
+ * 1 positive limit, 2 home, 16-31 maker; 16 is the touch probe. */
 void sim_cia402_set_inputs(struct sim_cia402 *self, uint32_t inputs);
 /* What an outside measuring device would see, at the last inner step. */
 int64_t sim_cia402_pos_q24(const struct sim_cia402 *self);

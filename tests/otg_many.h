@@ -8,6 +8,7 @@
 #ifndef TESTS_OTG_MANY_H
 #define TESTS_OTG_MANY_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "motion/sync.h"
@@ -61,6 +62,7 @@ enum many_verdict {
     MANY_GOOD,
     MANY_REFUSED, /* rightly: there is no such motion */
     MANY_RANGE,   /* rightly: over three days, or beyond the formats */
+    MANY_DOUBT,   /* as that, but not proven */
     MANY_MISSED,  /* refused although there is a motion */
     MANY_BAD,     /* an answer that is wrong */
     MANY_VERDICTS
@@ -73,5 +75,9 @@ void many_draw(uint64_t seed, uint64_t number, struct many_problem *problem);
  * says what and gives the move. */
 enum many_verdict many_run(const struct many_problem *problem,
                            char text[MANY_TEXT]);
+
+/* Does every motion take more than 2^60 ticks, or the change of speed end beyond
+ * the format of position?  True is proven, up to rounding. */
+bool many_is_far(const struct motion_otg_move *move);
 
 #endif

@@ -11,7 +11,6 @@
 #include "tests/otg_oracle.h"
 
 #define POINTS 5
-#define DAY_S  86400.0L
 
 /* --- what may be refused -------------------------------------------------- */
 
@@ -52,38 +51,6 @@ static bool goal_is_out_of_reach(const struct motion_otg_move *m)
                 -0x1p-30L * fabsl(q32(m->limit.vel_min_q32)));
 }
 
-static long double highest(long double a, long double b)
-{
-    return a > b ? a : b;
-}
-
-/* Generous: could it take a day, or go 2^30 units? */
-static bool is_far(const struct motion_otg_move *m)
-{
-    const struct motion_otg_limit *l = &m->limit;
-    long double way = fabsl(q32(m->goal.pos_q32) - q32(m->start.pos_q32));
-    long double v = -highest(-q32(l->vel_max_q32), q32(l->vel_min_q32));
-    long double a = -highest(-q16(l->acc_max_q16), q16(l->acc_min_q16));
-    long double j = q16(l->jerk_q16), jd = q16(closing_jerk(l)), turn = 0;
-    long double a_top =
-        highest(fabsl(q16(m->start.acc_q16)),
-                highest(q16(l->acc_max_q16), -q16(l->acc_min_q16)));
-    j = jd < j ? jd : j;
-    long double v_top =
-        highest(fabsl(q32(m->start.vel_q32)),
-                highest(q32(l->vel_max_q32), -q32(l->vel_min_q32)));
-    if (j > 0) {
-        v_top += a_top * a_top / j;
-        turn += 2 * a_top / j;
-    }
-    if (a > 0)
-        turn += v_top / a;
-    /* turning round overshoots, and what that is has to be gone back */
-    long double t = (way + 8 * v_top * turn) / v + 8 * turn;
-    return t > DAY_S ||
-           fabsl(q32(m->start.pos_q32)) + way + 8 * v_top * turn > 0x1p30L;
-}
-
 /* --- verdicts ------------------------------------------------------------- */
 
 static enum many_verdict bad(const struct motion_otg_move *m, const char *what,
@@ -103,17 +70,19 @@ static enum many_verdict bad(const struct motion_otg_move *m, const char *what,
     return MANY_BAD;
 }
 
-static enum many_verdict refused(const struct motion_otg_move *m, int err,
-                                 enum motion_otg_field field,
+/* Of several axes that are one motion any may be the reason. */
+static enum many_verdict refused(const struct motion_otg_move m[], int axes,
+                                 int axis, int err, enum motion_otg_field field,
                                  char text[MANY_TEXT])
 {
-    if (err == MOTION_E_RANGE && is_far(m))
-        return MANY_RANGE;
+    for (int i = 0; err == MOTION_E_RANGE && i < axes; i++)
+        if (many_is_far(&m[i]))
+            return MANY_RANGE;
     if (err == MOTION_E_LIMIT && field == MOTION_OTG_FIELD_GOAL_ACC &&
-        goal_is_out_of_reach(m))
+        goal_is_out_of_reach(&m[axis]))
         return MANY_REFUSED;
-    bad(m, motion_err_text(err), motion_otg_field_text(field), text);
-    return MANY_MISSED;
+    bad(&m[axis], motion_err_text(err), motion_otg_field_text(field), text);
+    return err == MOTION_E_RANGE ? MANY_DOUBT : MANY_MISSED;
 }
 
 static enum many_verdict judged(const struct motion_otg_move *m,
@@ -132,7 +101,7 @@ static enum many_verdict run_one(const struct motion_otg_move *m,
 {
     enum motion_otg_field field;
     int err = motion_otg_make(m, plan, &field);
-    return err < 0 ? refused(m, err, field, text) : judged(m, plan, text);
+    return err < 0 ? refused(m, 1, 0, err, field, text) : judged(m, plan, text);
 }
 
 /* --- kinds that are more than one call ------------------------------------ */
@@ -158,7 +127,7 @@ static enum many_verdict run_duration(const struct many_problem *p,
         err = motion_otg_make(&m, &plan, &field);
     }
     if (err < 0)
-        return refused(&m, err, field, text);
+        return refused(&m, 1, 0, err, field, text);
     if (plan.dur_ns_q12 != m.dur_ns_q12 && m.dur_ns_q12 > 0)
         return bad(&m, "another duration", "", text);
     return judged(&m, &plan, text);
@@ -172,7 +141,7 @@ static enum many_verdict run_axes(const struct many_problem *p,
     struct motion_sync_fault fault = { 0, MOTION_OTG_FIELD_NONE };
     int err = motion_sync_make(p->move, p->axes, kind, plan, &fault);
     if (err < 0)
-        return refused(&p->move[fault.axis], err, fault.field, text);
+        return refused(p->move, p->axes, fault.axis, err, fault.field, text);
     for (int i = 0; i < p->axes; i++) {
         if (plan[i].dur_ns_q12 != plan[0].dur_ns_q12)
             return bad(&p->move[i], "axes take different times", "", text);
@@ -200,6 +169,21 @@ static void through_points(const struct many_problem *p,
         }
 }
 
+/* The move that ends at point k, into m. */
+static void move_to_point(const struct many_problem *p,
+                          const struct motion_otg_point point[], int k,
+                          struct motion_otg_move m[])
+{
+    for (int i = 0; i < p->axes; i++) {
+        const struct motion_otg_point *to = &point[k * p->axes + i];
+        m[i] = p->move[i];
+        m[i].goal = (struct motion_state){ to->pos_q32, to->vel_q32, 0, 0 };
+        if (k > 0)
+            m[i].start = (struct motion_state){ to[-p->axes].pos_q32,
+                                                to[-p->axes].vel_q32, 0, 0 };
+    }
+}
+
 static enum many_verdict run_through(const struct many_problem *p,
                                      char text[MANY_TEXT])
 {
@@ -211,23 +195,24 @@ static enum many_verdict run_through(const struct many_problem *p,
     struct motion_sync_fault fault = { 0, MOTION_OTG_FIELD_NONE };
     int failed = 0;
     for (int i = 0; i < p->axes; i++) {
-        m[i] = p->move[i];
-        start[i] = m[i].start;
-        limit[i] = m[i].limit;
+        start[i] = p->move[i].start;
+        limit[i] = p->move[i].limit;
     }
     through_points(p, point);
     int err = motion_otg_through(start, limit, p->axes, point, POINTS, plan,
                                  &failed, &fault);
-    if (err < 0)
-        return refused(&p->move[fault.axis], err, fault.field, text);
-    for (int k = 0; k < POINTS * p->axes; k++) {
-        struct motion_otg_move *one = &m[k % p->axes];
-        one->goal =
-            (struct motion_state){ point[k].pos_q32, point[k].vel_q32, 0, 0 };
-        enum many_verdict verdict = judged(one, &plan[k], text);
-        if (verdict != MANY_GOOD)
-            return verdict;
-        one->start = one->goal;
+    if (err < 0) {
+        move_to_point(p, point, failed, m);
+        return refused(m, p->axes, fault.axis, err, fault.field, text);
+    }
+    for (int k = 0; k < POINTS; k++) {
+        move_to_point(p, point, k, m);
+        for (int i = 0; i < p->axes; i++) {
+            enum many_verdict verdict =
+                judged(&m[i], &plan[k * p->axes + i], text);
+            if (verdict != MANY_GOOD)
+                return verdict;
+        }
     }
     return MANY_GOOD;
 }
@@ -256,7 +241,7 @@ static enum many_verdict run_replan(const struct many_problem *p,
         later.goal = (struct motion_state){ 0 };
         return judged(&later, &next, text);
     default:
-        return refused(&later, outcome, field, text);
+        return refused(&later, 1, 0, outcome, field, text);
     }
 }
 
@@ -269,7 +254,7 @@ static enum many_verdict run_stop(const struct many_problem *p,
     m.mode = MOTION_OTG_VELOCITY;
     m.goal = (struct motion_state){ 0 };
     if (err < 0)
-        return refused(&m, err, MOTION_OTG_FIELD_NONE, text);
+        return refused(&m, 1, 0, err, MOTION_OTG_FIELD_NONE, text);
     return judged(&m, &plan, text);
 }
 

@@ -20,6 +20,7 @@ ROOTS = {
     "motion_track_sample": "motion",
     "motion_clock_warp_at": "motion",
     "controller_step": "firmware",
+    "trigger_step": "firmware",
 }
 
 # These may divide although the tick reaches them.  Everything else that is

@@ -143,7 +143,7 @@ static const char *const small_rig =
 
 static void write_move(const char *curve, const char *keys)
 {
-    char text[512];
+    static char text[9000];
     snprintf(text, sizeof text,
              "title: Bench\naxes:\n  slide:\n    curve: %s\n    keys: [%s]\n",
              curve, keys);
@@ -582,7 +582,42 @@ static void a_run_reports_and_its_telemetry_can_be_drawn(void **state)
     assert_non_null(strstr(out, "</svg>"));
     write_file(csv, "t_ns,phase,state,path_ns\n1,move,moving,x\n");
     expect_bad_input(slew("plot", "--telemetry", csv, "--out", svg, directory),
-                     "t.csv:2: x, expected a number");
+                     "t.csv:2: 'x', expected a number");
+}
+
+/* Keys too close to be drawn: what is left is the same, from window or file. */
+static void a_compiled_move_draws_as_the_move_itself(void **state)
+{
+    static char keys[8192], plain[1 << 22];
+    const char *slt = in_directory("m.slt"), *svg = in_directory("p.svg");
+    size_t used = 0;
+    (void)state;
+    for (int i = 0; i < 240; i++)
+        used +=
+            (size_t)snprintf(keys + used, sizeof keys - used, "%s[%d s, %d mm]",
+                             i > 0 ? ", " : "", i, 10 + i * 7 % 13);
+    write_move("s-curve", keys);
+    expect(slew("plot", "--out", svg, directory), STATUS_OK);
+    read_back(svg, plain, sizeof plain);
+    expect(slew("compile", "--out", slt, directory), STATUS_OK);
+    expect(slew("plot", "--out", svg, rig, slt), STATUS_OK);
+    read_back(svg, out, sizeof out);
+    assert_string_equal(out, plain);
+    expect_bad_input(slew("plot", "--out", svg, "--compare", "all", rig, slt),
+                     "is a compiled move");
+    expect(slew("run", "--plot", svg, rig, slt), STATUS_OK);
+    read_back(svg, out, sizeof out);
+    assert_non_null(strstr(out, "</svg>"));
+    assert_true(strlen(out) > strlen(plain)); /* what the servo did, too */
+}
+
+static void a_key_that_cannot_be_planned_is_named_once(void **state)
+{
+    (void)state;
+    write_move("bezier", "{t: 0 s, p: 10 mm, interpolation: constant}, "
+                         "[1 s, 20 mm]");
+    expect_bad_input(slew("check", directory),
+                     "move.yaml:5:57: key 2 of axis slide: constant keeps 10 ");
 }
 
 static void a_path_and_a_blend_go_all_the_way(void **state)
@@ -769,6 +804,8 @@ int main(void)
         RUN(a_dry_run_writes_nothing),
         RUN(two_runs_write_the_same_telemetry),
         RUN(a_run_reports_and_its_telemetry_can_be_drawn),
+        RUN(a_compiled_move_draws_as_the_move_itself),
+        RUN(a_key_that_cannot_be_planned_is_named_once),
         RUN(a_path_and_a_blend_go_all_the_way),
         RUN(a_camera_is_sampled_as_a_quaternion),
         RUN(plan_says_how_long_and_how_fast_a_path_is),

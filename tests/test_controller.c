@@ -621,16 +621,35 @@ static void a_bus_that_is_gone_is_off_at_once(void **state)
     assert_int_equal(bench.controller.state, CONTROLLER_FAULT);
 }
 
+/* At once, and then off. */
+static void check_bus_stops(int err, enum controller_fault fault)
+{
+    struct bench bench;
+    bench_moving(&bench, 120, 1000);
+    bench.bus = err;
+    for (int n = 0; bench.controller.state != CONTROLLER_FAULT; n++) {
+        assert_true(n < 1500);
+        bench_tick(&bench);
+        assert_int_equal(bench.controller.fault.fault, fault);
+        if (bench.controller.state != CONTROLLER_FAULT)
+            assert_int_equal(bench.controller.state, CONTROLLER_STOPPING);
+        judge_path(&bench);
+    }
+    bench_tick(&bench);
+    for (int a = 0; a < AXES; a++)
+        assert_int_equal(bench.drive[a].state, HAL_DRIVE_OFF);
+}
+
 static void another_master_stops_the_group_along_the_path(void **state)
 {
     (void)state;
-    struct bench bench;
-    bench_moving(&bench, 120, 1000);
-    fake_now_ns += MS;
-    controller_step(&bench.controller, fake_now_ns, MOTION_E_PROTOCOL);
-    assert_int_equal(bench.controller.fault.fault, CONTROLLER_FAULT_MASTER);
-    assert_int_equal(bench.controller.state, CONTROLLER_STOPPING);
-    judge_path(&bench);
+    check_bus_stops(MOTION_E_PROTOCOL, CONTROLLER_FAULT_MASTER);
+}
+
+static void a_bus_that_takes_no_frames_stops_the_group_along_the_path(void **s)
+{
+    (void)s;
+    check_bus_stops(MOTION_E_FULL, CONTROLLER_FAULT_BUS_FULL);
 }
 
 /* Runs a bench whose bus has become error-passive until it stands. */
@@ -851,6 +870,8 @@ int main(void)
         cmocka_unit_test(a_second_fault_is_not_recorded_and_does_not_soften),
         cmocka_unit_test(a_bus_that_is_gone_is_off_at_once),
         cmocka_unit_test(another_master_stops_the_group_along_the_path),
+        cmocka_unit_test(
+            a_bus_that_takes_no_frames_stops_the_group_along_the_path),
         cmocka_unit_test(
             an_error_passive_bus_holds_with_torque_and_starts_nothing),
         cmocka_unit_test(a_second_fault_while_held_takes_the_torque),

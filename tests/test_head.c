@@ -326,7 +326,7 @@ a_camera_that_flies_over_its_target_becomes_three_tracks(void **state)
 {
     static struct rig rig;
     static struct motion_lookat_state states[64];
-    const struct motion_path line = { line_at, NULL, 8 * Q32 };
+    const struct motion_lookat_path line = { line_at, NULL, 8 * Q32 };
     const struct motion_lookat lookat = { .up = { { 0, ONE, 0 } },
                                           .ahead = { { 0, 0, -ONE } } };
     const struct motion_target below = {

@@ -249,8 +249,8 @@ static int line_at(const void *context, int64_t distance_q32,
 }
 
 static const int64_t origin[3] = { 0, 0, 0 }, beside[3] = { 0, 5 * Q32, 0 };
-static const struct motion_path line = { line_at, origin, 8 * Q32 };
-static const struct motion_path half_line = { line_at, beside, 4 * Q32 };
+static const struct motion_lookat_path line = { line_at, origin, 8 * Q32 };
+static const struct motion_lookat_path half_line = { line_at, beside, 4 * Q32 };
 
 static long double target_x(const struct motion_target *target,
                             long double distance)

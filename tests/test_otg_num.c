@@ -108,13 +108,18 @@ static void both_widths_give_the_same_bits(void **state)
     (void)state;
     seed_from("widths");
     for (int i = 0; i < ROUNDS; i++) {
-        uint64_t a = num_pack(any(0)), b = num_pack(any(0));
+        struct num a = any(0), b = any(0);
+        uint64_t x = num_pack(a), y = num_pack(b);
         int64_t m = (int64_t)draw() >> (draw() & 63);
-        assert_int_equal(num_wide_add(a, b), motion_otg_num_add(a, b));
-        assert_int_equal(num_wide_mul(a, b), motion_otg_num_mul(a, b));
-        assert_int_equal(num_wide_lt(a, b), motion_otg_num_lt(a, b));
-        assert_int_equal(num_wide_make(m, 3), motion_otg_num_make(m, 3));
-        assert_int_equal(num_wide_make(0, 3), motion_otg_num_make(0, 3));
+        assert_int_equal(num_pack(num_wide_add(a, b)),
+                         motion_otg_num_add(x, y));
+        assert_int_equal(num_pack(num_wide_mul(a, b)),
+                         motion_otg_num_mul(x, y));
+        assert_int_equal(num_wide_lt(a, b), motion_otg_num_lt(x, y));
+        assert_int_equal(num_pack(num_wide_make(m, 3)),
+                         motion_otg_num_make(m, 3));
+        assert_int_equal(num_pack(num_wide_make(0, 3)),
+                         motion_otg_num_make(0, 3));
     }
 }
 #endif

@@ -37,6 +37,10 @@ static const struct rig rig = {
     .axis = { { .name = "dolly", .unit = RIG_UNIT_MM },
               { .name = "pan", .unit = RIG_UNIT_DEG } },
     .axis_count = 2,
+    .line = { { .name = "stop", .kind = RIG_LINE_ESTOP },
+              { .name = "camera", .kind = RIG_LINE_TRIGGER },
+              { .name = "flash", .kind = RIG_LINE_TRIGGER } },
+    .line_count = 3,
 };
 
 static struct telemetry_axis any_axis(uint64_t *seed)
@@ -62,6 +66,8 @@ static struct telemetry_row any_row(uint64_t *seed, int i)
         .phase = (enum telemetry_phase)(i % TELEMETRY_PHASES),
         .state = i % 6,
         .axis = { any_axis(seed), any_axis(seed) },
+        .shot = { { (uint32_t)check_random(seed), INT64_C(999999) * i },
+                  { (uint32_t)i, i } },
     };
 }
 
@@ -117,6 +123,7 @@ static void compare(void *context, const struct telemetry_row *row)
         assert_near(x->following_q32, y->following_q32, 32, 1e-7);
         assert_int_equal(x->statusword, y->statusword);
     }
+    assert_memory_equal(row->shot, want.shot, sizeof want.shot);
     (*count)++;
 }
 
@@ -145,7 +152,9 @@ static void the_heading_names_axes_and_units(void **state)
                         "dolly.following_mm,dolly.statusword,"
                         "pan.demand_deg,pan.demand_deg_s,pan.demand_deg_s2,"
                         "pan.demand_deg_s3,pan.actual_deg,pan.actual_deg_s,"
-                        "pan.following_deg,pan.statusword\n");
+                        "pan.following_deg,pan.statusword,"
+                        "camera.shot,camera.shot_ns,"
+                        "flash.shot,flash.shot_ns\n");
 }
 
 static void ignore_row(void *context, const struct telemetry_row *row)
@@ -163,16 +172,16 @@ files_that_are_no_telemetry_get_one_line_with_its_place(void **state)
     } rows[] = {
         { "", ":0: not the heading" },
         { "hello\n", ":1: not the heading" },
-        { HEAD ",crane.demand_mm\n", ":1: crane, expected an axis of this" },
-        { HEAD ",dolly.demand_deg\n", ":1: demand_deg, expected a column" },
-        { HEAD ",dolly\n", ":1: dolly, expected a column of an axis" },
+        { HEAD ",crane.demand_mm\n", ":1: 'crane', expected an axis of this" },
+        { HEAD ",dolly.demand_deg\n", ":1: 'demand_deg', expected a column" },
+        { HEAD ",dolly\n", ":1: 'dolly', expected a column of an axis" },
         { HEAD ",dolly.demand_mm\n0,move,moving,0,nan\n",
-          ":2: nan, expected a number" },
+          ":2: 'nan', expected a number" },
         { HEAD ",dolly.demand_mm\n0,move,moving,0\n", ":2: the line ends" },
         { HEAD ",dolly.demand_mm\n0,move,moving,0,1,2\n",
           ":2: more cells than columns" },
-        { HEAD "\n0,flying,moving,0\n", ":2: flying, expected a phase" },
-        { HEAD "\n1e400,move,moving,0\n", ":2: 1e400, expected a number" },
+        { HEAD "\n0,flying,moving,0\n", ":2: 'flying', expected a phase" },
+        { HEAD "\n1e400,move,moving,0\n", ":2: '1e400', expected a number" },
     };
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(rows); i++) {

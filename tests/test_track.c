@@ -921,12 +921,15 @@ static void judge_extremes(const struct motion_track *track,
                            const struct any *any, uint64_t *seed)
 {
     const struct motion_segment *segment = &track->segment[0];
+    struct motion_extreme all[MOTION_JERK + 1];
     (void)any;
     (void)seed;
+    motion_segment_extremes(segment, all);
     for (int q = 0; q < 4; q++) {
         struct motion_extreme e;
         struct motion_state s;
         motion_segment_extreme(segment, (enum motion_quantity)q, &e);
+        assert_memory_equal(&e, &all[q], sizeof e);
         quad slack = q == 0 ? larger(4, 16 * power(-segment->frac))
                             : 2 + peak(segment, q) * power(-54);
         for (int i = 0; i <= 64; i++) {

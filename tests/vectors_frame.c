@@ -548,7 +548,7 @@ static int path_at(const void *context, int64_t distance_q32,
 }
 
 static bool read_path(const cJSON *cases, const char *name, struct shape *shape,
-                      struct length *length, struct motion_path *path)
+                      struct length *length, struct motion_lookat_path *path)
 {
     const cJSON *item;
 
@@ -556,7 +556,7 @@ static bool read_path(const cJSON *cases, const char *name, struct shape *shape,
     {
         if (strcmp(vectors_text(item, "name"), name) != 0)
             continue;
-        *path = (struct motion_path){ path_at, length, 0 };
+        *path = (struct motion_lookat_path){ path_at, length, 0 };
         return read_shape(item, shape) && length_init(length, shape) &&
                motion_real_round(length->table.length, 32, &path->length_q32) ==
                    MOTION_OK;
@@ -565,7 +565,7 @@ static bool read_path(const cJSON *cases, const char *name, struct shape *shape,
 }
 
 /* A fraction of the path's length. */
-static int64_t along(const struct motion_path *path, double fraction)
+static int64_t along(const struct motion_lookat_path *path, double fraction)
 {
     int64_t distance_q32;
 
@@ -583,7 +583,8 @@ static void to_q32(const double a[3], int64_t q32[3])
         q32[i] = (int64_t)llrint(ldexp(a[i], 32));
 }
 
-static bool read_dwells(const cJSON *item, const struct motion_path *path,
+static bool read_dwells(const cJSON *item,
+                        const struct motion_lookat_path *path,
                         struct motion_dwell *dwell,
                         struct motion_target *target)
 {
@@ -612,7 +613,7 @@ static bool read_dwells(const cJSON *item, const struct motion_path *path,
 struct lookat_case {
     struct shape shape[2];
     struct length length[2];
-    struct motion_path path[2];
+    struct motion_lookat_path path[2];
     struct motion_dwell dwell[ROWS_MAX];
     struct motion_target target;
 };

@@ -105,34 +105,30 @@ static void check_pos(struct check *check, const struct motion_extreme *pos)
 
 /* A limit on the magnitude. */
 static void check_magnitude(struct check *check, enum plan_violation_kind kind,
-                            const struct motion_segment *segment,
-                            enum motion_quantity quantity, int64_t limit)
+                            const struct motion_extreme *extreme, int64_t limit)
 {
-    struct motion_extreme extreme;
-    uint64_t min, max;
-    bool low;
+    const uint64_t min = motion_fixed_abs(extreme->min);
+    const uint64_t max = motion_fixed_abs(extreme->max);
+    const bool low =
+        min > max || (min == max && extreme->min_ns_q12 < extreme->max_ns_q12);
 
-    motion_segment_extreme(segment, quantity, &extreme);
-    min = motion_fixed_abs(extreme.min);
-    max = motion_fixed_abs(extreme.max);
-    low = min > max || (min == max && extreme.min_ns_q12 < extreme.max_ns_q12);
-    check_stretch(check, kind, extreme.min < -limit || extreme.max > limit,
-                  low ? extreme.min_ns_q12 : extreme.max_ns_q12,
-                  low ? extreme.min : extreme.max, limit);
+    check_stretch(check, kind, extreme->min < -limit || extreme->max > limit,
+                  low ? extreme->min_ns_q12 : extreme->max_ns_q12,
+                  low ? extreme->min : extreme->max, limit);
 }
 
 static void check_segment(struct check *check,
                           const struct motion_segment *segment)
 {
     const struct plan_limit *limit = check->limit;
-    struct motion_extreme pos;
+    struct motion_extreme extreme[MOTION_JERK + 1];
 
-    motion_segment_extreme(segment, MOTION_POS, &pos);
-    check_pos(check, &pos);
-    check_magnitude(check, PLAN_VEL, segment, MOTION_VEL, limit->vel_q32);
-    check_magnitude(check, PLAN_ACC, segment, MOTION_ACC, limit->acc_q16);
+    motion_segment_extremes(segment, extreme);
+    check_pos(check, &extreme[MOTION_POS]);
+    check_magnitude(check, PLAN_VEL, &extreme[MOTION_VEL], limit->vel_q32);
+    check_magnitude(check, PLAN_ACC, &extreme[MOTION_ACC], limit->acc_q16);
     if (limit->jerk_q16 != 0)
-        check_magnitude(check, PLAN_JERK, segment, MOTION_JERK,
+        check_magnitude(check, PLAN_JERK, &extreme[MOTION_JERK],
                         limit->jerk_q16);
 }
 

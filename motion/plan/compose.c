@@ -252,5 +252,6 @@ void plan_move_free(struct plan_move *move)
     if (move->warp != NULL)
         plan_axis_free(move->warp);
     free(move->warp);
+    free(move->event);
     *move = (struct plan_move){ .axis_count = 0 };
 }

@@ -174,8 +174,10 @@ struct plan_move {
     struct plan_blend *blend;
     struct plan_other *layer; /* added to the above, plan_blend.h */
     uint32_t layers;
-    struct plan_other *fade; /* to another move */
-    struct plan_axis *warp;  /* of time, plan_warp.h */
+    struct plan_other *fade;  /* to another move */
+    struct plan_axis *warp;   /* of time, plan_warp.h */
+    struct plan_event *event; /* plan_event.h */
+    uint32_t events;
 };
 
 /* What stopped planning: the key (index from 0; 0 when it is about the axis),

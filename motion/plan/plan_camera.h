@@ -4,8 +4,7 @@
  * The head stands on a mount: with pan, tilt and roll 0 it looks `forward` with
  * `up` on top; pan is positive to the left, tilt upwards, roll clockwise as the
  * camera sees it (motion/head.h).  What it looks at and how its horizon lies is
- * motion/lookat.h and frame.h.  Not to be included beside motion/path.h, which
- * has another struct motion_path. */
+ * motion/lookat.h and frame.h. */
 #ifndef MOTION_PLAN_PLAN_CAMERA_H
 #define MOTION_PLAN_PLAN_CAMERA_H
 

@@ -59,7 +59,7 @@ int plan_space_init(struct plan_space *space, const struct plan_points *points,
 void plan_space_free(struct plan_space *space);
 
 /* Point and unit tangent (may be NULL) at a distance from the start; the context
- * is a struct plan_space.  Fits struct motion_path of lookat.h. */
+ * is a struct plan_space.  Fits struct motion_lookat_path. */
 int plan_space_at(const void *context, int64_t distance_q32,
                   struct motion_vec *pos, struct motion_dir *tangent);
 

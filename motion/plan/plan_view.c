@@ -141,8 +141,9 @@ static int view_target(struct plan_view *self)
     if (camera->look != PLAN_LOOK_PATH)
         return err;
     err = plan_space_init(&self->other_space, &camera->points, self->error);
-    self->other = (struct motion_path){ plan_space_at, &self->other_space,
-                                        self->other_space.length_q32 };
+    self->other =
+        (struct motion_lookat_path){ plan_space_at, &self->other_space,
+                                     self->other_space.length_q32 };
     return err;
 }
 

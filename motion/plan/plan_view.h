@@ -18,10 +18,10 @@ struct plan_view {
     const struct plan_camera *camera;
     const struct plan_space *space; /* of the path */
     struct plan_error *error;
-    struct motion_path path;
-    struct plan_space other_space; /* PATH */
-    struct motion_path other;      /* PATH and LEVEL */
-    struct motion_dwell *dwell;    /* as many as the camera has */
+    struct motion_lookat_path path;
+    struct plan_space other_space;   /* PATH */
+    struct motion_lookat_path other; /* PATH and LEVEL */
+    struct motion_dwell *dwell;      /* as many as the camera has */
     struct motion_target target;
     struct motion_lookat lookat;
     struct motion_quat from_mount; /* inverse of the mount's rotation */

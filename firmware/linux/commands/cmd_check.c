@@ -8,6 +8,7 @@
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/job.h"
 #include "firmware/linux/commands/path_report.h"
+#include "firmware/linux/commands/shots.h"
 #include "firmware/linux/rig/budget.h"
 #include "motion/clock_warp.h"
 
@@ -27,6 +28,7 @@ static void cmd_check_json(const struct job *job, bool fits)
         budget_of(&job->rig, i, job, &budget);
         cJSON_AddItemToArray(buses, budget_json(&budget));
     }
+    shots_plan_json(job, report);
     json_print(report, stdout);
 }
 
@@ -53,6 +55,7 @@ static void cmd_check_text(const struct job *job)
                duration);
     }
     path_report_text(job, stdout);
+    shots_plan_print(job, stdout);
 }
 
 static enum status cmd_check_job(struct job *job, const struct options *options)
@@ -60,9 +63,12 @@ static enum status cmd_check_job(struct job *job, const struct options *options)
     enum status status = job_open_any(job, options);
     if (status != STATUS_OK)
         return status;
-    job_check(job, options->override_q30 > 0 ? options->override_q30
-                                             : MOTION_CLOCK_WARP_ONE_Q30);
-    const bool fits = budget_check(job);
+    const int64_t rate_q30 = options->override_q30 > 0
+                                 ? options->override_q30
+                                 : MOTION_CLOCK_WARP_ONE_Q30;
+    job_check(job, rate_q30);
+    const bool carried = budget_check(job);
+    const bool fits = shots_check(job, rate_q30) && carried;
     if (options->json)
         cmd_check_json(job, fits);
     else

@@ -41,6 +41,10 @@ static enum status cmd_compile_run(const struct options *options)
         return STATUS_INPUT;
     }
     enum status status = job_open(&job, options);
+    if (status == STATUS_OK && job.move.events > 0)
+        status =
+            job_fail(job.move_path, "has events, which a compiled move "
+                                    "cannot hold, expected a move without");
     if (status == STATUS_OK)
         status = cmd_compile_save(&job, options->out);
     job_free(&job);
@@ -59,8 +63,8 @@ const struct command cmd_compile = {
     .summary = "save a planned move, to be played without holding it",
     .text =
         "Plans every axis and saves the result, integers to the bit.  run,\n"
-        "sample and check take the saved file in the place of MOVE; they "
-        "read\n"
+        "sample, check and plot take the saved file in the place of MOVE; "
+        "they read\n"
         "all of it once to see that it is whole, then play it through a "
         "window\n"
         "of some thousand segments per axis, however long it is.  Limits are\n"

@@ -43,7 +43,8 @@ static void cmd_plot_report(const char *path, bool json)
 static enum status cmd_plot_job(struct job *job, struct trace *trace,
                                 const struct options *options)
 {
-    enum status status = job_open(job, options);
+    enum status status = options->compare != NULL ? job_open(job, options)
+                                                  : job_open_any(job, options);
     if (status == STATUS_OK && options->compare != NULL)
         status = compare_job(job, options->compare, options->axis);
     if (status != STATUS_OK)
@@ -101,7 +102,8 @@ const struct command cmd_plot = {
         "With telemetry also what the servo did, and the following error.\n"
         "With --compare one column per kind of curve, on common scales; what\n"
         "a key gives and a curve does not take is left out.  docs/GALLERY.md\n"
-        "shows every kind.\n",
+        "shows every kind.  MOVE may be a compiled one, which has no keys\n"
+        "(slew compile).\n",
     .examples = "  slew plot --out dolly.svg examples/dolly\n"
                 "  slew plot --out run.png --telemetry run.csv rig.yaml "
                 "move.yaml\n"

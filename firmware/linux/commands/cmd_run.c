@@ -37,6 +37,7 @@ struct cmd_run {
     struct telemetry telemetry;
     struct trace trace;
     struct report report;
+    struct shots shots;
     struct progress progress;
     struct output csv, frames;
     struct can_log can_log;
@@ -161,6 +162,7 @@ static void cmd_run_intent(const struct cmd_run *self)
     fputs("\nlimits: how much of each the move uses at its peak\n", stdout);
     for (unsigned i = 0; i < job->rig.bus_count; i++)
         cmd_run_bus(self, i);
+    shots_plan_print(job, stdout);
     fputs("first every axis goes to its first key at a quarter of its limits\n",
           stdout);
     fflush(stdout);
@@ -200,6 +202,8 @@ static enum status cmd_run_check(struct cmd_run *self)
                 self->job.violation_count == 1 ? "" : "s");
         return STATUS_REFUSED;
     }
+    if (!shots_check(&self->job, self->rate_q30))
+        return STATUS_REFUSED;
     return budget_check(&self->job) ? STATUS_OK : STATUS_REFUSED;
 }
 
@@ -337,9 +341,13 @@ static enum status cmd_run_play(struct cmd_run *self)
         .can_log = options->can_log != NULL ? &self->can_log : NULL,
         .trace = options->plot != NULL ? &self->trace : NULL,
         .report = &self->report,
+        .shots = &self->shots,
         .progress = &self->progress,
     };
     report_init(&self->report, &self->job);
+    shots_init(&self->shots, &self->job);
+    if (self->shots.count > 0)
+        self->report.shots = &self->shots;
     progress_init(&self->progress, stderr, self->job.end_ns_q12);
     player_init(&self->player, &self->machine, &self->job, &config, &observer);
     cmd_run_listen();
@@ -435,9 +443,6 @@ static enum status cmd_run_job(struct cmd_run *self)
     status = cmd_run_interfaces(self);
     if (status != STATUS_OK)
         return status;
-    if (self->job.compiled != NULL && options->plot != NULL)
-        return job_fail(self->job.move_path, "is a compiled move, expected the "
-                                             "move file itself for --plot");
     if (!options->json)
         cmd_run_intent(self);
     if (options->pty && options->real) {
@@ -481,6 +486,7 @@ static enum status cmd_run_run(const struct options *options)
     output_abandon(&self.frames);
     output_abandon(&self.pcap);
     trace_free(&self.trace);
+    shots_free(&self.shots);
     machine_modbus_close(&self.pty);
     machine_real_close(&self.real);
     job_free(&self.job);

@@ -125,16 +125,13 @@ enum status job_read_rig(const char *path, struct rig *rig)
     return STATUS_INPUT;
 }
 
-/* "file:line:column: axis pan, key 3: what is wrong" */
+/* "file:line:column: key 3 of axis pan: what is wrong"; a sentence of a planner
+ * says itself what it is about. */
 static enum status job_plan_fail(const struct job *job,
                                  const struct plan_error *error)
 {
-    fprintf(stderr, "%s:%u:%u: ", job->move_path, error->place.line,
-            error->place.column);
-    if (error->axis < job->move.axis_count)
-        fprintf(stderr, "axis %s, key %u: ", job->move.axis[error->axis].name,
-                error->key + 1);
-    fprintf(stderr, "%s\n",
+    fprintf(stderr, "%s:%u:%u: %s\n", job->move_path, error->place.line,
+            error->place.column,
             error->text[0] != 0 ? error->text : motion_err_text(error->code));
     return STATUS_INPUT;
 }
@@ -161,6 +158,16 @@ static enum status job_find_axes(struct job *job)
     return STATUS_OK;
 }
 
+static enum status job_plan_events(struct job *job)
+{
+    struct plan_error error = { .code = MOTION_OK };
+    for (uint32_t i = 0; i < job->rig.line_count; i++)
+        if (plan_shots_make(&job->move, job->track, &job->outcome, i,
+                            &job->shots[i], &error) < 0)
+            return job_plan_fail(job, &error);
+    return STATUS_OK;
+}
+
 static enum status job_plan(struct job *job)
 {
     struct plan_error error = { .code = MOTION_OK };
@@ -175,7 +182,7 @@ static enum status job_plan(struct job *job)
         if (job->track[i].end_ns_q12 > job->end_ns_q12)
             job->end_ns_q12 = job->track[i].end_ns_q12;
     }
-    return STATUS_OK;
+    return job_plan_events(job);
 }
 
 /* An axis of a compiled move must be one of the rig, in the same unit. */
@@ -248,7 +255,7 @@ enum status job_open(struct job *job, const struct options *options)
     if (status == STATUS_OK && job->compiled != NULL)
         return job_fail(job->move_path, "is a compiled move, expected the move "
                                         "file itself (compiled ones are for "
-                                        "run, sample and check)");
+                                        "run, sample, check and plot)");
     return status;
 }
 
@@ -257,6 +264,8 @@ void job_free(struct job *job)
     for (unsigned i = 0; i < job->planned; i++)
         plan_track_free(&job->track[i]);
     plan_outcome_free(&job->outcome);
+    for (unsigned i = 0; i < RIG_LINES_MAX; i++)
+        plan_shots_free(&job->shots[i]);
     compiled_close(job->compiled);
     move_free(&job->move);
     memory_free(job->violation);

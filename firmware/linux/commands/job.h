@@ -12,6 +12,7 @@
 #include "firmware/linux/rig/rig.h"
 #include "motion/plan/check.h"
 #include "motion/plan/compose.h"
+#include "motion/plan/plan_event.h"
 
 /* X(name, order of the unit, sentence).  The first ones are those of
  * enum plan_violation_kind, in its order; the last two are velocity steps at
@@ -57,7 +58,8 @@ struct job {
     struct compiled *compiled; /* NULL, or the move comes from a compiled file:
                                   tracks are windows, axes have no keys */
     bool compared; /* the axes are one axis under several curves (compare.h) */
-    int64_t end_ns_q12; /* of the longest track */
+    int64_t end_ns_q12;                     /* of the longest track */
+    struct plan_shots shots[RIG_LINES_MAX]; /* by line of the rig */
     struct job_violation *violation;
     uint32_t violation_count;
 };

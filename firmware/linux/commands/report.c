@@ -7,6 +7,7 @@
 #include "firmware/linux/base/json.h"
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/base/table.h"
+#include "firmware/linux/commands/shots.h"
 #include "motion/fixed.h"
 
 void report_init(struct report *report, const struct job *job)
@@ -215,6 +216,8 @@ void report_print(const struct report *report, FILE *file)
         fprintf(file, "\n%s after %s s\n", report_end_text(report->end),
                 played);
         report_buses(report, file);
+        if (report->shots != NULL)
+            shots_print(report->shots, file);
     } else {
         fprintf(file, "%s before the move began\n",
                 report_end_text(report->end));
@@ -292,6 +295,8 @@ void report_json(const struct report *report, FILE *file)
         cJSON_AddNumberToObject(bus, "load", report->load[i]);
         cJSON_AddItemToArray(buses, bus);
     }
+    if (report->shots != NULL)
+        shots_json(report->shots, object);
     if (report->end == REPORT_FAULT)
         report_json_fault(report, object);
     cJSON_AddNumberToObject(object, "ticks", (double)report->ticks);

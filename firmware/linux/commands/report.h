@@ -14,6 +14,8 @@
 #include "firmware/linux/commands/job.h"
 #include "firmware/linux/machine/telemetry.h"
 
+struct shots;
+
 /* Of one axis of the move. */
 struct report_axis {
     int64_t peak[4]; /* |v|, |a|, |j| at 1..3, in their formats */
@@ -42,7 +44,8 @@ struct report {
     char fault_text[64]; /* the drive's own words */
     uint64_t ticks, ticks_lost, rows_dropped, frames_dropped;
     bool realtime;
-    int64_t late_ns; /* worst wake-up after its time */
+    const struct shots *shots; /* NULL: none */
+    int64_t late_ns;           /* worst wake-up after its time */
     const char *telemetry_path, *can_log_path, *plot_path; /* NULL: none */
 };
 

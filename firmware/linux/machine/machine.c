@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/linux/machine/machine_trigger.h"
 #include "firmware/linux/rig/modbus_budget.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
@@ -123,7 +124,10 @@ static struct hal_gpio **machine_input(struct controller_inputs *inputs,
         return &inputs->limit_negative[line->axis];
     case RIG_LINE_LIMIT_POSITIVE:
         return &inputs->limit_positive[line->axis];
+    case RIG_LINE_HOME:
+        return &inputs->home[line->axis];
     case RIG_LINE_LAMP:
+    case RIG_LINE_TRIGGER:
         break;
     }
     return NULL;
@@ -184,19 +188,22 @@ int machine_init(struct machine *machine, const struct rig *rig,
             return machine_fail(message, "axis", rig->axis[i].name, err);
     }
     int err = machine_init_controller(machine);
+    if (err == MOTION_OK)
+        err = machine_trigger_init(machine);
     return err < 0 ? machine_fail(message, "controller of", rig->title, err)
                    : MOTION_OK;
 }
 
-/* How bad: a bus that is gone before one with a second master before one that
- * is error-passive. */
+/* How bad, as hal/fieldbus.h has them. */
 static int machine_badness(int err)
 {
-    if (err == MOTION_OK)
-        return 0;
-    if (err == MOTION_E_LIMIT)
-        return 1;
-    return err == MOTION_E_PROTOCOL ? 2 : 3;
+    static const int order[] = { MOTION_OK, MOTION_E_LIMIT, MOTION_E_FULL,
+                                 MOTION_E_PROTOCOL };
+    const int worst = (int)(sizeof order / sizeof order[0]);
+    int badness = 0;
+    while (badness < worst && order[badness] != err)
+        badness++;
+    return badness;
 }
 
 static enum hal_can_state machine_bus_state(const struct machine *machine,
@@ -256,6 +263,7 @@ void machine_tick(struct machine *machine, int64_t now_ns)
     machine_read_inputs(machine, now_ns);
     controller_step(&machine->controller, now_ns, trouble.err);
     machine_light(machine);
+    machine_trigger_step(machine, now_ns);
     machine_end(machine, now_ns);
 }
 
@@ -278,7 +286,7 @@ void machine_trouble_text(const struct machine *machine,
     const char *what = hal_can_state_text(trouble->state);
     if (trouble->err == MOTION_E_PROTOCOL)
         what = "frames that only a master sends";
-    else if (trouble->err == MOTION_E_IO && trouble->state < HAL_CAN_BUS_OFF)
+    else if (trouble->err == MOTION_E_FULL)
         what = "frames were refused three cycles in a row";
     text[0] = '\0';
     if (trouble->err != MOTION_OK)

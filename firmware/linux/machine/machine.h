@@ -11,6 +11,7 @@
 
 #include "firmware/controller.h"
 #include "firmware/linux/rig/rig.h"
+#include "firmware/trigger.h"
 #include "hal/can.h"
 #include "hal/canopen.h"
 #include "hal/clock.h"
@@ -33,6 +34,14 @@ struct machine_trouble {
     enum hal_can_state state;
 };
 
+/* A trigger line, and the shot that the last tick fired. */
+struct machine_trigger {
+    unsigned line; /* of the rig */
+    struct trigger trigger;
+    uint32_t shot;   /* its number, from 1; 0: none */
+    int64_t shot_ns; /* when the line had been set, on the ports' clock */
+};
+
 struct machine {
     const struct rig *rig;
     struct machine_ports ports;
@@ -44,6 +53,8 @@ struct machine {
     struct hal_drive *axis[RIG_AXES_MAX];
     struct gpio_debounce input[RIG_LINES_MAX]; /* of lines that are inputs */
     bool lit;                                  /* the lamps */
+    struct machine_trigger trigger[RIG_TRIGGERS_MAX];
+    unsigned trigger_count;
     struct controller controller;
     struct machine_trouble trouble;
 };

@@ -6,6 +6,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "firmware/linux/machine/machine_trigger.h"
 #include "firmware/linux/move/compiled.h"
 #include "motion/ease.h"
 #include "motion/err.h"
@@ -15,8 +16,9 @@
 
 #define PLAYER_REST_NS       (200 * PLAYER_MS) /* after the approach */
 #define PLAYER_SETTLE_NS     (500 * PLAYER_MS)
-#define PLAYER_STOP_NS       (300 * PLAYER_MS)  /* until torque is off */
-#define PLAYER_QUICK_STOP_NS (3000 * PLAYER_MS) /* at most */
+#define PLAYER_SHOTS_NS      (20000 * PLAYER_MS) /* pulses end, at most */
+#define PLAYER_STOP_NS       (300 * PLAYER_MS)   /* until torque is off */
+#define PLAYER_QUICK_STOP_NS (3000 * PLAYER_MS)  /* at most */
 #define PLAYER_OBSERVE_NS    (20 * PLAYER_MS)
 #define PLAYER_PRIORITY      40
 #define PLAYER_SLOW          4 /* the approach's share of the limits: 1/4 */
@@ -87,8 +89,22 @@ static void player_observe(void *context, struct telemetry_row *row)
         trace_take(observer->trace, row);
     if (observer->report != NULL)
         report_take(observer->report, row);
+    if (observer->shots != NULL)
+        shots_take(observer->shots, row);
     if (observer->progress != NULL)
         progress_take(observer->progress, row);
+}
+
+static void player_record_shots(const struct player *player,
+                                struct telemetry_row *row)
+{
+    const struct machine *machine = player->machine;
+    for (unsigned i = 0; i < machine->trigger_count; i++)
+        if (machine->trigger[i].shot > 0)
+            row->shot[i] =
+                (struct telemetry_shot){ machine->trigger[i].shot,
+                                         machine->trigger[i].shot_ns -
+                                             player->start_ns };
 }
 
 static void player_record(struct player *player)
@@ -109,6 +125,7 @@ static void player_record(struct player *player)
             .statusword = player->machine->drive[i].statusword,
         };
     }
+    player_record_shots(player, &row);
     recorder_put(&player->recorder, &row);
 }
 
@@ -188,6 +205,7 @@ static int player_start_move(struct player *player)
     int err = controller_start(controller, track, NULL);
     if (err < 0)
         return err;
+    machine_trigger_arm(player->machine, player->job->shots);
     player->move_ns = player->now_ns;
     for (unsigned i = 0; i < player->job->rig.bus_count; i++)
         player->busy_ns[i] = machine_busy_ns(player->machine, i);
@@ -252,7 +270,9 @@ static void player_move(struct player *player)
 
 static void player_settle(struct player *player)
 {
-    if (player_in_phase_ns(player) >= PLAYER_SETTLE_NS)
+    const bool idle = machine_trigger_is_idle(player->machine) ||
+                      player_in_phase_ns(player) >= PLAYER_SHOTS_NS;
+    if (player_in_phase_ns(player) >= PLAYER_SETTLE_NS && idle)
         player_finish(player, player->end);
 }
 
@@ -342,6 +362,7 @@ static void player_quick_begin(struct player *player)
     if (player->phase == TELEMETRY_MOVE)
         player_measure_load(player);
     player->quick = true;
+    machine_trigger_end(player->machine);
     player->end = REPORT_QUICK_STOPPED;
     player_enter(player, TELEMETRY_SETTLE);
 }
@@ -483,6 +504,14 @@ static int player_loop_real(struct player *player,
     return 0;
 }
 
+static void player_note_failures(struct player *player)
+{
+    struct shots *shots = player->observer.shots;
+    for (unsigned i = 0; shots != NULL && i < player->machine->trigger_count;
+         i++)
+        shots->line[i].failures = player->machine->trigger[i].trigger.failures;
+}
+
 int player_run(struct player *player, const volatile sig_atomic_t *interrupts)
 {
     struct report *report = player->observer.report;
@@ -493,6 +522,8 @@ int player_run(struct player *player, const volatile sig_atomic_t *interrupts)
     else
         player_loop_virtual(player, interrupts);
     player_drain(player);
+    machine_trigger_end(player->machine);
+    player_note_failures(player);
     report->end = player->end;
     report->ticks = player->machine->controller.ticks;
     report->ticks_lost = player->machine->controller.ticks_lost;

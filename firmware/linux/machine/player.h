@@ -26,6 +26,7 @@
 #include "firmware/linux/base/progress.h"
 #include "firmware/linux/commands/job.h"
 #include "firmware/linux/commands/report.h"
+#include "firmware/linux/commands/shots.h"
 #include "firmware/linux/machine/can_log.h"
 #include "firmware/linux/machine/machine.h"
 #include "firmware/linux/machine/recorder.h"
@@ -40,6 +41,7 @@ struct player_observer {
     struct can_log *can_log;
     struct trace *trace;
     struct report *report;
+    struct shots *shots;
     struct progress *progress;
 };
 

@@ -9,6 +9,7 @@
 
 #include "firmware/controller.h"
 #include "firmware/linux/base/number.h"
+#include "firmware/linux/yaml/yaml_report.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
 
@@ -66,6 +67,11 @@ static void telemetry_heading(const struct telemetry *telemetry)
                     rig_unit_text(axis->unit), telemetry_field[f].per);
         fprintf(file, ",%s.statusword", axis->name);
     }
+    for (uint32_t i = 0; i < telemetry->rig->line_count; i++) {
+        const struct rig_line *line = &telemetry->rig->line[i];
+        if (line->kind == RIG_LINE_TRIGGER)
+            fprintf(file, ",%s.shot,%s.shot_ns", line->name, line->name);
+    }
     fputc('\n', file);
 }
 
@@ -86,7 +92,8 @@ static int64_t telemetry_get(const struct telemetry_axis *axis, size_t field)
 
 /* Four numbers, two words, and per axis seven numbers and a statusword. */
 #define TELEMETRY_LINE_MAX                                                     \
-    ((size_t)NUMBER_MAX * (4 + RIG_AXES_MAX * (TELEMETRY_FIELDS + 1)))
+    ((size_t)NUMBER_MAX * (4 + RIG_AXES_MAX * (TELEMETRY_FIELDS + 1) +         \
+                           (size_t)2 * RIG_TRIGGERS_MAX))
 
 static char *telemetry_put_text(char *at, const char *text)
 {
@@ -107,6 +114,22 @@ static char *telemetry_put_axis(char *at, const struct telemetry_axis *axis)
     return at + number_integer(at, axis->statusword);
 }
 
+static char *telemetry_put_shots(char *at, const struct rig *rig,
+                                 const struct telemetry_row *row)
+{
+    unsigned count = 0;
+    for (uint32_t i = 0; i < rig->line_count; i++) {
+        if (rig->line[i].kind != RIG_LINE_TRIGGER)
+            continue;
+        const struct telemetry_shot *shot = &row->shot[count++];
+        *at++ = ',';
+        at += number_integer(at, shot->number);
+        *at++ = ',';
+        at += number_integer(at, shot->t_ns);
+    }
+    return at;
+}
+
 void telemetry_write(const struct telemetry *telemetry,
                      const struct telemetry_row *row)
 {
@@ -119,20 +142,25 @@ void telemetry_write(const struct telemetry *telemetry,
     at += number_exact(at, row->rate.s_ns_q12, 12);
     for (uint32_t a = 0; a < telemetry->rig->axis_count; a++)
         at = telemetry_put_axis(at, &row->axis[a]);
+    at = telemetry_put_shots(at, telemetry->rig, row);
     *at++ = '\n';
     fwrite(line, 1, (size_t)(at - line), telemetry->file);
 }
 
 /* --- reading back --- */
 
-#define TELEMETRY_COLUMNS_MAX (4 + RIG_AXES_MAX * (TELEMETRY_FIELDS + 1))
-#define TELEMETRY_FIXED       4 /* columns before the first axis */
+#define TELEMETRY_COLUMNS_MAX                                                  \
+    (4 + RIG_AXES_MAX * (TELEMETRY_FIELDS + 1) + (size_t)2 * RIG_TRIGGERS_MAX)
+#define TELEMETRY_FIXED 4 /* columns before the first axis */
 
-/* Where a column of the file goes: field TELEMETRY_FIELDS is the statusword. */
+/* Where a column of the file goes: field TELEMETRY_FIELDS is the statusword, the
+ * two after it are those of a trigger line, whose number is in `axis`. */
 struct telemetry_column {
     unsigned axis;
     size_t field;
 };
+#define TELEMETRY_SHOT    (TELEMETRY_FIELDS + 1)
+#define TELEMETRY_SHOT_NS (TELEMETRY_FIELDS + 2)
 
 struct telemetry_reader {
     FILE *file;
@@ -152,6 +180,17 @@ static int telemetry_fail(struct telemetry_reader *reader, const char *what,
     snprintf(reader->message, RIG_MESSAGE_MAX, "%.300s:%lu: %.60s, expected %s",
              reader->path, reader->line, what, expected);
     return -1;
+}
+
+/* About a cell of the file, NULL: it is missing. */
+static int telemetry_fail_cell(struct telemetry_reader *reader,
+                               const char *cell, const char *expected)
+{
+    char quote[YAML_QUOTE_MAX];
+    return telemetry_fail(reader,
+                          cell == NULL ? "the line ends"
+                                       : yaml_quote(quote, cell, strlen(cell)),
+                          expected);
 }
 
 /* 1, or 0 at the end; the line end is cut off. */
@@ -191,24 +230,46 @@ static bool telemetry_is_field(const struct rig_axis *axis, size_t field,
     return strcmp(name, expected) == 0;
 }
 
+/* "shot" or "shot_ns" of a trigger line. */
+static bool telemetry_find_line(const struct rig *rig, const char *line,
+                                const char *name,
+                                struct telemetry_column *column)
+{
+    unsigned number = 0;
+    column->field =
+        strcmp(name, "shot") == 0 ? TELEMETRY_SHOT : TELEMETRY_SHOT_NS;
+    if (column->field == TELEMETRY_SHOT_NS && strcmp(name, "shot_ns") != 0)
+        return false;
+    for (uint32_t i = 0; i < rig->line_count; i++) {
+        if (rig->line[i].kind != RIG_LINE_TRIGGER)
+            continue;
+        column->axis = number++;
+        if (strcmp(rig->line[i].name, line) == 0)
+            return true;
+    }
+    return false;
+}
+
 static int telemetry_find(struct telemetry_reader *reader, char *name,
                           struct telemetry_column *column)
 {
     char *dot = strchr(name, '.');
     if (dot == NULL)
-        return telemetry_fail(reader, name, "a column of an axis");
+        return telemetry_fail_cell(reader, name, "a column of an axis");
     *dot = 0;
+    if (telemetry_find_line(reader->rig, name, dot + 1, column))
+        return 0;
     int axis = rig_axis_index(reader->rig, name);
     if (axis < 0)
-        return telemetry_fail(reader, name, "an axis of this rig");
+        return telemetry_fail_cell(reader, name, "an axis of this rig");
     column->axis = (unsigned)axis;
     for (size_t f = 0; f <= TELEMETRY_FIELDS; f++) {
         column->field = f;
         if (telemetry_is_field(&reader->rig->axis[axis], f, dot + 1))
             return 0;
     }
-    return telemetry_fail(reader, dot + 1,
-                          "a column of telemetry in the axis's unit");
+    return telemetry_fail_cell(reader, dot + 1,
+                               "a column of telemetry in the axis's unit");
 }
 
 static int telemetry_read_heading(struct telemetry_reader *reader)
@@ -239,8 +300,7 @@ static int telemetry_read_number(struct telemetry_reader *reader,
 {
     const char *end;
     if (cell == NULL || number_parse(cell, bits, value, &end) < 0 || *end != 0)
-        return telemetry_fail(reader, cell == NULL ? "the line ends" : cell,
-                              "a number");
+        return telemetry_fail_cell(reader, cell, "a number");
     return 0;
 }
 
@@ -253,8 +313,8 @@ static int telemetry_read_phase(struct telemetry_reader *reader,
         row->phase = (enum telemetry_phase)i;
         return 0;
     }
-    return telemetry_fail(reader, cell == NULL ? "the line ends" : cell,
-                          "a phase: enable, approach, move, settle or stop");
+    return telemetry_fail_cell(
+        reader, cell, "a phase: enable, approach, move, settle or stop");
 }
 
 static int telemetry_read_column(struct telemetry_reader *reader,
@@ -264,10 +324,15 @@ static int telemetry_read_column(struct telemetry_reader *reader,
 {
     struct telemetry_axis *axis = &row->axis[column->axis];
     int64_t value;
-    if (column->field == TELEMETRY_FIELDS) {
+    if (column->field >= TELEMETRY_FIELDS) {
         if (telemetry_read_number(reader, cell, 0, &value) < 0)
             return -1;
-        axis->statusword = (uint16_t)value;
+        if (column->field == TELEMETRY_FIELDS)
+            axis->statusword = (uint16_t)value;
+        else if (column->field == TELEMETRY_SHOT)
+            row->shot[column->axis].number = (uint32_t)value;
+        else
+            row->shot[column->axis].t_ns = value;
         return 0;
     }
     if (telemetry_read_number(reader, cell, telemetry_field[column->field].bits,

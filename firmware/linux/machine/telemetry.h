@@ -6,7 +6,9 @@
  * Columns: t_ns (from the start of the run), phase, state, path_ns (time on
  * the path of the present move), and per axis NAME of unit U
  *   NAME.demand_U  NAME.demand_U_s  NAME.demand_U_s2  NAME.demand_U_s3
- *   NAME.actual_U  NAME.actual_U_s  NAME.following_U  NAME.statusword */
+ *   NAME.actual_U  NAME.actual_U_s  NAME.following_U  NAME.statusword
+ * and per trigger line LINE.shot, the number (from 1) of the shot that this tick
+ * fired, else 0, and LINE.shot_ns, when (as t_ns), else 0. */
 #ifndef FIRMWARE_LINUX_MACHINE_TELEMETRY_H
 #define FIRMWARE_LINUX_MACHINE_TELEMETRY_H
 
@@ -42,12 +44,18 @@ struct telemetry_axis {
     uint16_t statusword;
 };
 
+struct telemetry_shot {
+    uint32_t number; /* 0: none */
+    int64_t t_ns;
+};
+
 struct telemetry_row {
     int64_t t_ns; /* from the start of the run */
     struct motion_clock_rate rate;
     enum telemetry_phase phase;
     int state; /* enum controller_state */
     struct telemetry_axis axis[RIG_AXES_MAX];
+    struct telemetry_shot shot[RIG_TRIGGERS_MAX]; /* trigger lines in order */
 };
 
 struct telemetry {

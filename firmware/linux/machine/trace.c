@@ -86,6 +86,14 @@ static bool trace_is_warped(const struct trace *trace,
            (apart_ns > 1000 || apart_ns < -1000);
 }
 
+static void trace_shots(struct trace *trace, const struct telemetry_row *row)
+{
+    for (unsigned i = 0; i < RIG_TRIGGERS_MAX; i++)
+        if (row->shot[i].number > 0 && trace->shots < TRACE_SHOTS)
+            trace->shot_s[trace->shots++] =
+                (double)(row->shot[i].t_ns - trace->start_ns) / 1e9;
+}
+
 void trace_take(void *context, const struct telemetry_row *row)
 {
     struct trace *trace = context;
@@ -93,6 +101,7 @@ void trace_take(void *context, const struct telemetry_row *row)
         trace->start_ns = row->t_ns; /* it may start right after this tick */
         return;
     }
+    trace_shots(trace, row);
     if (trace->pending == 0 && trace->count == TRACE_POINTS)
         trace_halve(trace);
     trace->count += trace->pending == 0;

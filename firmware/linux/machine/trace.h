@@ -12,6 +12,7 @@
 #include "firmware/linux/machine/telemetry.h"
 
 #define TRACE_POINTS 8192
+#define TRACE_SHOTS  4096 /* triggers; later ones are not drawn */
 
 struct trace_axis {
     double demand[4]; /* p, v, a, j */
@@ -26,7 +27,9 @@ struct trace {
     int64_t start_ns;         /* run time of the last row before the move */
     bool warped;              /* the move was not played at 100 % throughout */
     double end_s;
-    double t_s[TRACE_POINTS]; /* from the start of the move */
+    double t_s[TRACE_POINTS];   /* from the start of the move */
+    double shot_s[TRACE_SHOTS]; /* when triggers were fired */
+    size_t shots;
     struct trace_axis *point; /* TRACE_POINTS rows of axis_count */
 };
 

@@ -86,18 +86,11 @@ const char *compiled_error(const struct compiled *compiled)
     return NULL;
 }
 
-/* --- limits --------------------------------------------------------------- */
-
-struct compiled_walk {
-    struct compiled *compiled;
-    unsigned axis;
-    uint32_t next, count; /* segments */
-    struct motion_segment segment[TRACK_FILE_BLOCK];
-};
+/* --- all of it ------------------------------------------------------------ */
 
 /* A block that was good when the file was opened and is not now ends the walk;
  * playing would fail on it too. */
-static const struct motion_segment *compiled_walk_next(void *context)
+const struct motion_segment *compiled_walk_next(void *context)
 {
     struct compiled_walk *walk = context;
     const struct track_file *file = &walk->compiled->file;

@@ -35,6 +35,17 @@ const struct motion_track *compiled_look(struct compiled *compiled,
 /* What was wrong with the file after it was opened, NULL when nothing. */
 const char *compiled_error(const struct compiled *compiled);
 
+/* All segments of an axis, one after the other: starts zero but for `compiled`
+ * and `axis`.  A segment is valid until the next one; NULL after the last, or
+ * when the file cannot be read any more. */
+struct compiled_walk {
+    const struct compiled *compiled;
+    unsigned axis;
+    uint32_t next, count; /* segments; in the block */
+    struct motion_segment segment[TRACK_FILE_BLOCK];
+};
+const struct motion_segment *compiled_walk_next(void *context);
+
 /* plan_check_track for an axis. */
 uint32_t compiled_check(struct compiled *compiled, unsigned axis,
                         const struct plan_limit *limit,

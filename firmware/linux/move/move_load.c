@@ -723,6 +723,9 @@ static const struct yaml_field move_fields[] = {
     { "warp", YAML_OPTIONAL,
       "a map with curve and keys such as [2 s, 1.5 s], times of the move",
       move_read_warp, 0 },
+    { "events", YAML_OPTIONAL,
+      "a list of 1 .. 1000 events such as {line: camera, at: 2 s}",
+      move_read_events, 0 },
 };
 static const struct yaml_shape move_shape = { "move", move_fields,
                                               ARRAY_LEN(move_fields) };
@@ -730,14 +733,23 @@ static const struct yaml_shape move_shape = { "move", move_fields,
 const struct yaml_shape move_guest_shape = { "move", move_fields, 7 };
 
 const struct yaml_shape *const move_shapes[] = {
-    &move_shape,        &move_axis_shape,
-    &move_end_shape,    &move_key_shape,
-    &move_path_shape,   &move_part_shape,
-    &move_camera_shape, &move_head_shape,
-    &move_look_shape,   &move_target_shape,
-    &move_dwell_shape,  &move_blend_shape,
-    &move_layer_shape,  &move_fade_shape,
-    &move_cycles_shape, NULL,
+    &move_shape,
+    &move_axis_shape,
+    &move_end_shape,
+    &move_key_shape,
+    &move_path_shape,
+    &move_part_shape,
+    &move_camera_shape,
+    &move_head_shape,
+    &move_look_shape,
+    &move_target_shape,
+    &move_dwell_shape,
+    &move_blend_shape,
+    &move_layer_shape,
+    &move_fade_shape,
+    &move_cycles_shape,
+    &move_event_shape,
+    NULL,
 };
 
 static int move_read(const struct yaml_value *value,

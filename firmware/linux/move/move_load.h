@@ -2,7 +2,7 @@
  *
  * move_load.c reads the move and its keyed axes; one file each for the other
  * rooms: _path, _law (speed), _camera, _blend (poses), _other (layers, fade,
- * warp).  Functions return 0, or -1 with the sentence written. */
+ * warp), _event.  Functions return 0, or -1 with the sentence written. */
 #ifndef FIRMWARE_LINUX_MOVE_MOVE_LOAD_H
 #define FIRMWARE_LINUX_MOVE_MOVE_LOAD_H
 
@@ -129,6 +129,12 @@ int move_read_warp(void *reader, const struct yaml_value *value, void *out);
 
 extern const struct yaml_shape move_blend_shape, move_layer_shape,
     move_fade_shape;
+
+/* --- move_load_event.c ---------------------------------------------------- */
+
+int move_read_events(void *reader, const struct yaml_value *value, void *out);
+
+extern const struct yaml_shape move_event_shape;
 
 #define MOVE_ALONGS      3
 #define MOVE_AHEAD_ENDS  3

@@ -279,18 +279,15 @@ struct track_file_walk {
 };
 
 static void track_file_extend(struct motion_extreme *extreme,
-                              const struct motion_segment *segment,
-                              enum motion_quantity quantity)
+                              const struct motion_extreme *one)
 {
-    struct motion_extreme one;
-    motion_segment_extreme(segment, quantity, &one);
-    if (one.min < extreme->min) {
-        extreme->min = one.min;
-        extreme->min_ns_q12 = one.min_ns_q12;
+    if (one->min < extreme->min) {
+        extreme->min = one->min;
+        extreme->min_ns_q12 = one->min_ns_q12;
     }
-    if (one.max > extreme->max) {
-        extreme->max = one.max;
-        extreme->max_ns_q12 = one.max_ns_q12;
+    if (one->max > extreme->max) {
+        extreme->max = one->max;
+        extreme->max_ns_q12 = one->max_ns_q12;
     }
 }
 
@@ -298,15 +295,16 @@ static int track_file_take(struct track_file_walk *walk,
                            const struct motion_segment *segment, uint32_t index)
 {
     const struct track_file_axis *axis = &walk->file->axis[walk->axis];
+    struct motion_extreme extreme[MOTION_JERK + 1];
     if (segment->start_ns_q12 != walk->end_ns_q12)
         return track_file_bad(walk->message, axis, index,
                               "does not begin when the one before ends");
     if (index > 0 && segment->pos_q32 != walk->end.pos_q32)
         return track_file_bad(walk->message, axis, index,
                               "does not begin where the one before ends");
+    motion_segment_extremes(segment, extreme);
     for (int i = MOTION_POS; i <= MOTION_JERK; i++)
-        track_file_extend(&walk->outline->extreme[i], segment,
-                          (enum motion_quantity)i);
+        track_file_extend(&walk->outline->extreme[i], &extreme[i]);
     motion_segment_state(segment, segment->dur_ns_q12, &walk->end);
     walk->end_ns_q12 += segment->dur_ns_q12;
     return 0;

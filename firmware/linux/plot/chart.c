@@ -307,6 +307,13 @@ void chart_vertical(const struct chart *chart, double t,
     cairo_restore(chart->cairo);
 }
 
+void chart_notch(const struct chart *chart, double t, double length,
+                 const struct chart_color *color)
+{
+    double x = chart_sharp(chart_x(chart, t));
+    chart_rule(chart, x, chart->box.y, x, chart->box.y + length, color);
+}
+
 void chart_frame(const struct chart *chart, const struct chart_color *color)
 {
     const struct chart_box *box = &chart->box;

@@ -79,6 +79,9 @@ void chart_marker(const struct chart *chart, double t, double value,
                   double radius, const struct chart_color *color);
 void chart_vertical(const struct chart *chart, double t,
                     const struct chart_color *color);
+/* A short stroke down from the upper edge. */
+void chart_notch(const struct chart *chart, double t, double length,
+                 const struct chart_color *color);
 void chart_frame(const struct chart *chart, const struct chart_color *color);
 
 #endif

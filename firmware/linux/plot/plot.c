@@ -6,6 +6,7 @@
 
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/commands/path_report.h"
+#include "firmware/linux/move/compiled.h"
 #include "firmware/linux/plot/chart.h"
 #include "firmware/linux/plot/plot_style.h"
 #include "motion/fixed.h"
@@ -177,16 +178,31 @@ static void plot_segment(struct plot_panel *panel,
     }
 }
 
+/* Of a compiled move, whose track is a window, from the file. */
+static void plot_segments(struct plot_panel *panel, plot_point *point)
+{
+    const struct motion_track *track = plot_track_of(panel);
+    struct compiled_walk walk = { .compiled = panel->plot->job->compiled,
+                                  .axis = panel->axis };
+    const struct motion_segment *segment;
+    if (walk.compiled != NULL) {
+        while ((segment = compiled_walk_next(&walk)) != NULL)
+            plot_segment(panel, segment, point);
+        return;
+    }
+    for (uint32_t i = 0; i < track->count; i++)
+        plot_segment(panel, &track->segment[i], point);
+}
+
 static void plot_track(struct plot_panel *panel, plot_point *point)
 {
     const struct motion_track *track = plot_track_of(panel);
     double rest =
         panel->row == PLOT_POS ? number_double(track->end.pos_q32, 32) : 0;
     bool curve = panel->row == PLOT_POS;
-    if (!curve || track->count == 0)
+    if (!curve || track->end_ns_q12 == 0)
         point(panel, 0, rest);
-    for (uint32_t i = 0; i < track->count; i++)
-        plot_segment(panel, &track->segment[i], point);
+    plot_segments(panel, point);
     if (!curve)
         point(panel, number_double(track->end_ns_q12, 12) / 1e9, 0);
     point(panel, panel->plot->end_s, rest);
@@ -421,6 +437,42 @@ static void plot_key_markers(const struct plot_panel *panel)
                      &plot_plan);
 }
 
+/* --- shots: notches at the upper edge of every panel --- */
+
+#define PLOT_NOTCH 9
+
+static bool plot_has_shots(const struct plot *plot)
+{
+    for (unsigned i = 0; i < plot->job->rig.line_count; i++)
+        if (plot->job->shots[i].count > 0)
+            return true;
+    return false;
+}
+
+/* Two of them on one pixel look like one. */
+static void plot_notch(const struct plot_panel *panel, double t, double *last_x)
+{
+    const double x = chart_x(&panel->chart, t);
+    if (x - *last_x < 0.5 && x >= *last_x)
+        return;
+    *last_x = x;
+    chart_notch(&panel->chart, t, PLOT_NOTCH, &plot_shot);
+}
+
+static void plot_shot_marks(const struct plot_panel *panel)
+{
+    const struct trace *trace = panel->plot->trace;
+    const struct job *job = panel->plot->job;
+    double last_x = -1;
+    for (size_t i = 0; trace != NULL && i < trace->shots; i++)
+        plot_notch(panel, trace->shot_s[i], &last_x);
+    for (unsigned i = 0; trace == NULL && i < job->rig.line_count; i++)
+        for (uint32_t k = 0; k < job->shots[i].count; k++)
+            plot_notch(panel,
+                       number_double(job->shots[i].t_ns_q12[k], 12) / 1e9,
+                       &last_x);
+}
+
 /* Three significant digits, or all of a whole number; "45", not "45.0". */
 static void plot_put_number(char text[CHART_LABEL_MAX], double value)
 {
@@ -517,6 +569,7 @@ static void plot_draw_panel(struct plot *plot, unsigned axis, unsigned row)
                     &plot_limit);
     }
     plot_key_lines(&panel);
+    plot_shot_marks(&panel);
     chart_frame(&panel.chart, &plot_frame);
     plot_curves(&panel);
     plot_key_markers(&panel);
@@ -589,6 +642,11 @@ static void plot_legend(const struct plot *plot, double x, double y)
     } else if (!plot->job->outcome.is_bent) {
         x = plot_swatch_key(cairo, x, y);
         x = plot_legend_text(cairo, x, y, "key");
+    }
+    if (plot_has_shots(plot)) {
+        x = plot_swatch_line(cairo, x, y, &plot_shot, 1.2);
+        x = plot_legend_text(
+            cairo, x, y, plot->trace != NULL ? "trigger, fired" : "trigger");
     }
     if (plot->trace != NULL) {
         x = plot_swatch_line(cairo, x, y, &plot_servo, 4.5);

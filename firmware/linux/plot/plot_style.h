@@ -24,6 +24,7 @@ static const struct chart_color plot_nominal = { 0.60, 0.63, 0.67, 1 };
 static const struct chart_color plot_beyond = { 0.800, 0.475, 0.655, 0.16 };
 static const struct chart_color plot_limit = { 0.800, 0.475, 0.655, 0.9 };
 static const struct chart_color plot_key = { 0.000, 0.447, 0.698, 0.55 };
+static const struct chart_color plot_shot = { 0.000, 0.620, 0.451, 0.9 };
 static const struct chart_color plot_frame = { 0.45, 0.47, 0.50, 1 };
 
 #define PLOT_INK                                                               \

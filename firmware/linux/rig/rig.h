@@ -76,7 +76,10 @@ enum rig_line_kind {
     RIG_LINE_LIMIT_NEGATIVE,
     RIG_LINE_LIMIT_POSITIVE,
     RIG_LINE_LAMP, /* lit while an axis may have torque */
+    RIG_LINE_HOME,
+    RIG_LINE_TRIGGER, /* pulses at the events of a move */
 };
+#define RIG_TRIGGERS_MAX 8
 
 #define RIG_LINE_NAME_MAX 64
 
@@ -84,16 +87,22 @@ enum rig_line_kind {
 struct rig_line {
     char name[PLAN_NAME_MAX];
     enum rig_line_kind kind;
-    int axis;                     /* index, of a limit switch; -1 */
+    int axis;                     /* index, of a limit or home switch; -1 */
     char chip[RIG_LINE_NAME_MAX]; /* empty: whichever has such a line */
     char line[RIG_LINE_NAME_MAX]; /* name, or number on the chip */
     bool active_low;
     enum hal_gpio_bias bias;
     int64_t release_ns; /* an input lets go after being quiet for so long */
+    int64_t width_ns;   /* of a trigger's pulse */
+    int64_t rest_ns;    /* between two pulses, at least */
+    /* simulated: a switch is pressed where its axis is from low to high */
+    bool has_sim;
+    int64_t sim_low_q32, sim_high_q32;
     struct plan_place place;
 };
 
 bool rig_line_is_output(const struct rig_line *line);
+const char *rig_line_kind_text(enum rig_line_kind kind); /* "e-stop" ... */
 
 struct rig {
     char title[128];

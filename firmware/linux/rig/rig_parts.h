@@ -86,7 +86,7 @@ extern const struct yaml_shape rig_limit_shape, rig_stop_shape,
 #define RIG_UNIT_WORDS  4
 #define RIG_BUS_KINDS   3
 #define RIG_DRIVE_KINDS 2
-#define RIG_LINE_KINDS  4
+#define RIG_LINE_KINDS  6
 #define RIG_LINE_LEVELS 2
 #define RIG_LINE_BIASES 4
 extern const char *const rig_unit_words[RIG_UNIT_WORDS];

@@ -1,0 +1,19 @@
+/* firmware/linux/machine/machine_trigger.h - the trigger lines of a machine. */
+#ifndef FIRMWARE_LINUX_MACHINE_MACHINE_TRIGGER_H
+#define FIRMWARE_LINUX_MACHINE_MACHINE_TRIGGER_H
+
+#include "firmware/linux/machine/machine.h"
+#include "motion/plan/plan_event.h"
+
+/* One per line of kind trigger, with nothing to do. */
+int machine_trigger_init(struct machine *machine);
+/* Right before a move: its shots, by line of the rig. */
+void machine_trigger_arm(struct machine *machine,
+                         const struct plan_shots shots[]);
+/* After the controller's step: what the path's time asks for. */
+void machine_trigger_step(struct machine *machine, int64_t now_ns);
+bool machine_trigger_is_idle(const struct machine *machine);
+/* No more shots, and no pulse goes on. */
+void machine_trigger_end(struct machine *machine);
+
+#endif

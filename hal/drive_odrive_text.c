@@ -1,0 +1,58 @@
+/* hal/drive_odrive_text.c - words for error bits; see drive_odrive.h. */
+#include "hal/drive_odrive.h"
+
+#include <stddef.h>
+
+static const char *const odrive_bits_05[32] = {
+    [0] = "invalid state",
+    [6] = "motor failed",
+    [7] = "sensorless estimator failed",
+    [8] = "encoder failed",
+    [9] = "controller failed",
+    [11] = "watchdog expired",
+    [12] = "lower end stop",
+    [13] = "upper end stop",
+    [14] = "e-stop requested",
+    [17] = "homing without end stop",
+    [18] = "over-temperature",
+    [19] = "unknown position",
+};
+
+static const char *const odrive_bits_06[32] = {
+    [0] = "initialising",
+    [1] = "system level",
+    [2] = "timing",
+    [3] = "missing estimate",
+    [4] = "bad config",
+    [5] = "gate driver",
+    [6] = "missing input",
+    [8] = "DC over-voltage",
+    [9] = "DC under-voltage",
+    [10] = "DC over-current",
+    [11] = "DC regen over-current",
+    [12] = "current limit",
+    [13] = "motor over-temperature",
+    [14] = "inverter over-temperature",
+    [15] = "velocity limit",
+    [16] = "position limit",
+    [24] = "watchdog expired",
+    [25] = "e-stop requested",
+    [26] = "spin-out detected",
+    [27] = "brake resistor disarmed",
+    [28] = "thermistor disconnected",
+    [30] = "calibration error",
+};
+
+const char *drive_odrive_error_text(enum drive_odrive_family family,
+                                    uint32_t error)
+{
+    const char *const *const bits =
+        family == DRIVE_ODRIVE_06 ? odrive_bits_06 : odrive_bits_05;
+
+    if (error == 0)
+        return "no error";
+    for (unsigned i = 0; i < 32; i++)
+        if ((error >> i & 1) != 0 && bits[i] != NULL)
+            return bits[i];
+    return "unknown error";
+}

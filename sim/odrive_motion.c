@@ -1,0 +1,110 @@
+/* sim/odrive_motion.c - set points, trajectory and the inner loop of the
+ * simulated ODrive. */
+#include "sim/odrive_parts.h"
+
+#include "sim/trapezoid.h"
+#include "sim/util.h"
+
+#define ODRIVE_S        INT64_C(1000000000)
+#define ODRIVE_ONE_Q24  (INT64_C(1) << 24)
+#define ODRIVE_TURN_Q24 ((double)SIM_ODRIVE_COUNTS * (double)ODRIVE_ONE_Q24)
+
+static int64_t odrive_q24(double turns)
+{
+    return (int64_t)(turns * ODRIVE_TURN_Q24);
+}
+
+void odrive_motion_begin(struct sim_odrive *self)
+{
+    odrive_motion_advance(self);
+    self->demand_q24 = self->plant.pos_q24;
+    self->demand_vel_q24 = self->plant.vel_q24;
+    self->traj_done = true;
+}
+
+/* The trajectory that Set_Traj_Vel_Limit and Set_Traj_Accel_Limits shape. */
+static void odrive_motion_trapezoid(struct sim_odrive *self, int64_t dt_ns)
+{
+    const struct sim_trapezoid shape = { .vel_max = self->traj_vel,
+                                         .acc = self->traj_acc,
+                                         .dec = self->traj_dec };
+    double pos = (double)self->demand_q24 / ODRIVE_TURN_Q24;
+    double vel = (double)self->demand_vel_q24 / ODRIVE_TURN_Q24;
+
+    self->traj_done =
+        sim_trapezoid_step(&shape, (double)self->input_q24 / ODRIVE_TURN_Q24,
+                           (double)dt_ns / (double)ODRIVE_S, &pos, &vel);
+    self->demand_q24 = odrive_q24(pos);
+    self->demand_vel_q24 = odrive_q24(vel);
+}
+
+/* To count 0, slowly. */
+static void odrive_motion_home(struct sim_odrive *self, int64_t dt_ns)
+{
+    const int64_t vel_q24 = self->config.plant.vel_max_counts_s
+                            << 20; /* a sixteenth */
+    const int64_t way_q24 = sim_plant_travel_q24(&self->plant, vel_q24, dt_ns);
+
+    if (self->demand_q24 > way_q24) {
+        self->demand_q24 -= way_q24;
+        self->demand_vel_q24 = -vel_q24;
+    } else if (self->demand_q24 < -way_q24) {
+        self->demand_q24 += way_q24;
+        self->demand_vel_q24 = vel_q24;
+    } else {
+        self->demand_q24 = 0;
+        self->demand_vel_q24 = 0;
+        if (self->plant.vel_q24 < vel_q24 && self->plant.vel_q24 > -vel_q24)
+            odrive_motion_homed(self);
+    }
+}
+
+/* ---- one inner step ---- */
+
+static void odrive_motion_demand(struct sim_odrive *self, int64_t dt_ns)
+{
+    if (self->axis_state == SIM_ODRIVE_HOMING) {
+        odrive_motion_home(self, dt_ns);
+    } else if (self->control_mode == SIM_ODRIVE_CONTROL_VELOCITY) {
+        self->demand_vel_q24 = self->input_vel_q24;
+        self->demand_q24 +=
+            sim_plant_travel_q24(&self->plant, self->input_vel_q24, dt_ns);
+    } else if (self->input_mode == SIM_ODRIVE_TRAPEZOIDAL) {
+        if (self->traj_new)
+            self->traj_done = false;
+        self->traj_new = false;
+        if (!self->traj_done)
+            odrive_motion_trapezoid(self, dt_ns);
+    } else {
+        self->demand_q24 = self->input_q24;
+        self->demand_vel_q24 = self->input_vel_q24;
+    }
+}
+
+static void odrive_motion_step(struct sim_odrive *self, int64_t dt_ns)
+{
+    const bool torque = self->axis_state == SIM_ODRIVE_CLOSED_LOOP ||
+                        self->axis_state == SIM_ODRIVE_HOMING;
+
+    if (torque)
+        odrive_motion_demand(self, dt_ns);
+    if (self->blocked)
+        sim_plant_block(&self->plant);
+    else if (torque)
+        sim_plant_step(&self->plant, self->demand_q24, self->demand_vel_q24,
+                       dt_ns);
+    else
+        sim_plant_coast(&self->plant, dt_ns);
+    self->plant_ns += dt_ns;
+}
+
+void odrive_motion_advance(struct sim_odrive *self)
+{
+    while (self->plant_ns < self->world->now_ns) {
+        int64_t dt_ns = self->world->now_ns - self->plant_ns;
+
+        if (dt_ns > self->config.loop_ns)
+            dt_ns = self->config.loop_ns;
+        odrive_motion_step(self, dt_ns);
+    }
+}

@@ -1,0 +1,505 @@
+/* sim/sim_odrive.c - frames, states, errors.  See sim_odrive.h. */
+#include "sim/sim_odrive.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "sim/odrive_parts.h"
+#include "sim/util.h"
+
+#define ODRIVE_MS        INT64_C(1000000)
+#define ODRIVE_S         1e9
+#define ODRIVE_LOOP_NS   INT64_C(125000)
+#define ODRIVE_ONE_Q24   16777216.0
+#define ODRIVE_REBOOT_NS (400 * ODRIVE_MS)
+
+#define ODRIVE_ERROR_INVALID_STATE UINT32_C(0x1)
+
+/* The same trouble in the two firmwares. */
+struct odrive_error {
+    uint32_t of_05, of_06;
+};
+static const struct odrive_error odrive_watchdog = { 0x800, 0x1000000 };
+static const struct odrive_error odrive_estop = { 0x4000, 0x2000000 };
+static const struct odrive_error odrive_encoder = { 0x100, 0x8 };
+static const struct odrive_error odrive_current = { 0, 0x1000 };
+
+/* ---- numbers on the wire ---- */
+
+static float odrive_get_float(const uint8_t *at)
+{
+    float value;
+
+    memcpy(&value, at, sizeof value);
+    return value;
+}
+
+static uint32_t odrive_get_u32(const uint8_t *at)
+{
+    uint32_t value;
+
+    memcpy(&value, at, sizeof value);
+    return value;
+}
+
+static int odrive_get_i16(const uint8_t *at)
+{
+    int16_t value;
+
+    memcpy(&value, at, sizeof value);
+    return value;
+}
+
+static void odrive_put(uint8_t *at, const void *value)
+{
+    memcpy(at, value, 4);
+}
+
+static void odrive_transmit(struct sim_odrive *self, unsigned command,
+                            const uint8_t data[8])
+{
+    struct hal_can_frame frame = {
+        .id = (uint32_t)self->config.node * 32 + command,
+        .len = 8,
+    };
+
+    memcpy(frame.data, data, 8);
+    (void)hal_can_send(&self->port.can, &frame);
+}
+
+/* ---- what it says ---- */
+
+static void odrive_heartbeat(struct sim_odrive *self)
+{
+    uint8_t data[8] = { 0 };
+
+    odrive_put(data, &self->error);
+    data[4] = self->axis_state;
+    if (self->config.is_05) {
+        data[5] = self->parts & 1;
+        data[6] = self->parts >> 1 & 1;
+        data[7] =
+            (uint8_t)((self->parts >> 2 & 1) | (self->traj_done ? 0x80 : 0));
+    } else {
+        data[5] = self->result;
+        data[6] = self->traj_done;
+    }
+    odrive_transmit(self, 0x01, data);
+}
+
+static void odrive_estimates(struct sim_odrive *self)
+{
+    const double turn = SIM_ODRIVE_COUNTS * ODRIVE_ONE_Q24;
+    float pos, vel;
+    uint8_t data[8];
+
+    odrive_motion_advance(self);
+    pos = (float)((double)self->plant.pos_q24 / turn);
+    vel = (float)((double)self->plant.vel_q24 / turn);
+    if (self->nan)
+        pos = NAN;
+    odrive_put(data, &pos);
+    odrive_put(&data[4], &vel);
+    odrive_transmit(self, 0x09, data);
+}
+
+static void odrive_version(struct sim_odrive *self)
+{
+    static const uint8_t data[8] = { 2, 4, 4, 58, 0, 6, 9, 0 };
+
+    odrive_transmit(self, 0x00, data);
+}
+
+static void odrive_errors(struct sim_odrive *self)
+{
+    const uint32_t motor = self->parts & 1; /* 0.5: u64 */
+    uint8_t data[8] = { 0 };
+
+    odrive_put(data, self->config.is_05 ? &motor : &self->error);
+    if (!self->config.is_05)
+        odrive_put(&data[4], &self->reason);
+    odrive_transmit(self, 0x03, data);
+}
+
+static void odrive_asked(struct sim_odrive *self, unsigned command)
+{
+    if (command == 0x09)
+        odrive_estimates(self);
+    else if (command == 0x03)
+        odrive_errors(self);
+    else if (command == 0x00 && !self->config.is_05)
+        odrive_version(self);
+}
+
+/* ---- states and errors ---- */
+
+static void odrive_enter(struct sim_odrive *self, enum sim_odrive_state state)
+{
+    odrive_motion_begin(self);
+    self->axis_state = (uint8_t)state;
+}
+
+static void odrive_disarm(struct sim_odrive *self,
+                          const struct odrive_error *error)
+{
+    const uint32_t bits = self->config.is_05 ? error->of_05 : error->of_06;
+
+    self->error |= bits;
+    self->reason = bits;
+    self->result = 3;
+    odrive_enter(self, SIM_ODRIVE_IDLE);
+}
+
+static bool odrive_fails(const struct sim_odrive *self)
+{
+    return self->error != 0 || self->parts != 0 || self->encoder_lost;
+}
+
+static void odrive_set_state(struct sim_odrive *self, uint32_t state)
+{
+    if (self->stubborn)
+        return;
+    if (state == SIM_ODRIVE_IDLE) {
+        self->result = self->axis_state == SIM_ODRIVE_IDLE ? 0 : 2;
+        odrive_enter(self, SIM_ODRIVE_IDLE);
+    } else if (odrive_fails(self)) {
+        self->result = 3; /* stays in idle */
+    } else if (state == SIM_ODRIVE_CLOSED_LOOP || state == SIM_ODRIVE_HOMING) {
+        self->result = state == SIM_ODRIVE_HOMING; /* busy */
+        odrive_enter(self, (enum sim_odrive_state)state);
+    } else {
+        self->result = 13;
+        self->error |= self->config.is_05 ? ODRIVE_ERROR_INVALID_STATE : 0;
+    }
+}
+
+void odrive_motion_homed(struct sim_odrive *self)
+{
+    self->result = 0;
+    self->axis_state = SIM_ODRIVE_IDLE;
+}
+
+static void odrive_clear(struct sim_odrive *self)
+{
+    self->error = 0;
+    self->reason = 0;
+    self->parts = self->encoder_lost ? 2 : 0;
+    if (self->encoder_lost)
+        self->error =
+            self->config.is_05 ? odrive_encoder.of_05 : odrive_encoder.of_06;
+}
+
+/* ---- parameters of 0.6 ---- */
+
+static void odrive_write_parameter(struct sim_odrive *self, unsigned endpoint,
+                                   const uint8_t *value)
+{
+    if (endpoint == self->config.enable_watchdog)
+        self->watchdog_on = value[0] != 0;
+    else if (endpoint == self->config.watchdog_timeout)
+        self->watchdog_s = odrive_get_float(value);
+}
+
+static void odrive_parameter(struct sim_odrive *self, const uint8_t *request)
+{
+    const unsigned endpoint = request[1] | (unsigned)request[2] << 8;
+    uint8_t answer[8] = { 0, request[1], request[2] };
+
+    if (request[0] == 1) {
+        odrive_write_parameter(self, endpoint, &request[4]);
+        return;
+    }
+    if (endpoint == self->config.enable_watchdog)
+        answer[4] = self->watchdog_on;
+    else if (endpoint == self->config.watchdog_timeout)
+        odrive_put(&answer[4], &self->watchdog_s);
+    else
+        return;
+    odrive_transmit(self, 0x05, answer);
+}
+
+/* ---- orders ---- */
+
+static int64_t odrive_q24(double turns)
+{
+    const double counts = turns * SIM_ODRIVE_COUNTS;
+
+    if (!(counts < 4e9 && counts > -4e9)) /* NaN too */
+        return 0;
+    return (int64_t)(counts * ODRIVE_ONE_Q24);
+}
+
+static void odrive_input_pos(struct sim_odrive *self, const uint8_t *data)
+{
+    odrive_motion_advance(self);
+    self->input_q24 = odrive_q24((double)odrive_get_float(data));
+    self->input_vel_q24 = odrive_q24(odrive_get_i16(&data[4]) * 0.001);
+    self->torque = (float)odrive_get_i16(&data[6]) * 0.001f;
+    self->traj_new = true;
+}
+
+static void odrive_input_vel(struct sim_odrive *self, const uint8_t *data)
+{
+    odrive_motion_advance(self);
+    self->input_vel_q24 = odrive_q24((double)odrive_get_float(data));
+    self->torque = odrive_get_float(&data[4]);
+}
+
+static void odrive_mode(struct sim_odrive *self, const uint8_t *data)
+{
+    odrive_motion_advance(self);
+    self->control_mode = odrive_get_u32(data);
+    self->input_mode = odrive_get_u32(&data[4]);
+}
+
+static void odrive_estop_order(struct sim_odrive *self, const uint8_t *data)
+{
+    (void)data;
+    odrive_disarm(self, &odrive_estop);
+}
+
+static void odrive_state_order(struct sim_odrive *self, const uint8_t *data)
+{
+    odrive_set_state(self, odrive_get_u32(data));
+}
+
+static void odrive_traj_vel(struct sim_odrive *self, const uint8_t *data)
+{
+    self->traj_vel = odrive_get_float(data);
+}
+
+static void odrive_traj_acc(struct sim_odrive *self, const uint8_t *data)
+{
+    self->traj_acc = odrive_get_float(data);
+    self->traj_dec = odrive_get_float(&data[4]);
+}
+
+static void odrive_clear_order(struct sim_odrive *self, const uint8_t *data)
+{
+    (void)data;
+    odrive_clear(self);
+}
+
+static void odrive_sdo_order(struct sim_odrive *self, const uint8_t *data)
+{
+    if (!self->config.is_05)
+        odrive_parameter(self, data);
+}
+
+/* By command: how many bytes it has, and who does it. */
+static const struct {
+    uint8_t bytes;
+    void (*run)(struct sim_odrive *self, const uint8_t *data);
+} odrive_orders[32] = {
+    [0x02] = { 0, odrive_estop_order }, [0x04] = { 8, odrive_sdo_order },
+    [0x07] = { 4, odrive_state_order }, [0x0B] = { 8, odrive_mode },
+    [0x0C] = { 8, odrive_input_pos },   [0x0D] = { 8, odrive_input_vel },
+    [0x11] = { 4, odrive_traj_vel },    [0x12] = { 8, odrive_traj_acc },
+    [0x18] = { 0, odrive_clear_order },
+};
+
+static void odrive_on_frame(void *context, const struct hal_can_frame *frame)
+{
+    struct sim_odrive *self = context;
+    const unsigned command = frame->id & 31;
+
+    if (frame->extended || frame->fd || frame->id >> 5 != self->config.node ||
+        self->deaf || self->world->now_ns < self->boot_ns)
+        return;
+    self->fed_ns = self->world->now_ns;
+    if (frame->remote) {
+        odrive_asked(self, command);
+    } else if (odrive_orders[command].run != NULL &&
+               frame->len >= odrive_orders[command].bytes) {
+        self->orders++;
+        odrive_orders[command].run(self, frame->data);
+    }
+}
+
+/* ---- time ---- */
+
+static void odrive_watch(struct sim_odrive *self)
+{
+    const bool is_armed = self->axis_state != SIM_ODRIVE_IDLE;
+
+    if (self->watchdog_on && is_armed &&
+        (double)(self->world->now_ns - self->fed_ns) >
+            (double)self->watchdog_s * ODRIVE_S)
+        odrive_disarm(self, &odrive_watchdog);
+}
+
+/* Due times that have passed are moved on; not caught up with. */
+static bool odrive_is_due(int64_t *due_ns, int64_t period_ns, int64_t now_ns)
+{
+    if (*due_ns > now_ns)
+        return false;
+    *due_ns += period_ns;
+    if (*due_ns <= now_ns)
+        *due_ns = now_ns + period_ns;
+    return true;
+}
+
+static int64_t odrive_due_ns(const struct sim_member *member)
+{
+    const struct sim_odrive *self =
+        CONTAINER_OF_CONST(member, struct sim_odrive, member);
+    int64_t due_ns = self->loop_due_ns;
+
+    if (self->heartbeat_due_ns < due_ns)
+        due_ns = self->heartbeat_due_ns;
+    return self->estimates_due_ns < due_ns ? self->estimates_due_ns : due_ns;
+}
+
+static void odrive_run(struct sim_member *member, int64_t now_ns)
+{
+    struct sim_odrive *self = CONTAINER_OF(member, struct sim_odrive, member);
+
+    odrive_motion_advance(self);
+    if (odrive_is_due(&self->loop_due_ns, self->config.loop_ns, now_ns))
+        odrive_watch(self);
+    if (odrive_is_due(&self->heartbeat_due_ns, self->config.heartbeat_ns,
+                      now_ns))
+        odrive_heartbeat(self);
+    if (odrive_is_due(&self->estimates_due_ns, self->config.estimates_ns,
+                      now_ns))
+        odrive_estimates(self);
+}
+
+static const struct sim_member_ops odrive_member_ops = {
+    .due_ns = odrive_due_ns,
+    .run = odrive_run,
+};
+
+/* ---- power ---- */
+
+static void odrive_power_on(struct sim_odrive *self, int64_t boot_ns)
+{
+    const int64_t from_ns = self->world->now_ns + boot_ns;
+
+    odrive_motion_advance(self);
+    self->boot_ns = from_ns;
+    self->axis_state = SIM_ODRIVE_IDLE;
+    self->error = self->reason = 0;
+    self->parts = self->encoder_lost ? 2 : 0;
+    self->control_mode = SIM_ODRIVE_CONTROL_POSITION;
+    self->input_mode = SIM_ODRIVE_PASSTHROUGH;
+    self->traj_vel = 2;
+    self->traj_acc = self->traj_dec = 0.5f;
+    self->traj_done = true;
+    self->watchdog_on = false;
+    self->watchdog_s = 0;
+    self->heartbeat_due_ns = from_ns;
+    self->estimates_due_ns =
+        self->config.estimates_ns > 0 ? from_ns : SIM_WORLD_NEVER;
+}
+
+/* ---- injections ---- */
+
+static void odrive_overcurrent(struct sim_odrive *self)
+{
+    odrive_disarm(self, &odrive_current);
+    if (self->config.is_05)
+        self->parts |= 1;
+}
+
+static void odrive_lose_encoder(struct sim_odrive *self)
+{
+    self->encoder_lost = true;
+    self->parts |= 2;
+    odrive_disarm(self, &odrive_encoder);
+}
+
+static void odrive_end_faults(struct sim_odrive *self)
+{
+    self->deaf = self->stubborn = self->nan = self->blocked = false;
+    self->encoder_lost = false;
+    sim_can_port_set_off(&self->port, false);
+}
+
+void sim_odrive_inject(struct sim_odrive *self, enum sim_odrive_fault fault)
+{
+    odrive_motion_advance(self);
+    switch (fault) {
+    case SIM_ODRIVE_ENCODER:
+        odrive_lose_encoder(self);
+        break;
+    case SIM_ODRIVE_OVERCURRENT:
+        odrive_overcurrent(self);
+        break;
+    case SIM_ODRIVE_REBOOT:
+        odrive_power_on(self, ODRIVE_REBOOT_NS);
+        break;
+    case SIM_ODRIVE_SILENT:
+        sim_can_port_set_off(&self->port, true);
+        break;
+    case SIM_ODRIVE_DEAF:
+        self->deaf = true;
+        break;
+    case SIM_ODRIVE_STUBBORN:
+        self->stubborn = true;
+        break;
+    case SIM_ODRIVE_NOT_A_NUMBER:
+        self->nan = true;
+        break;
+    case SIM_ODRIVE_BLOCKED:
+        self->blocked = true;
+        break;
+    case SIM_ODRIVE_CLEAR:
+        odrive_end_faults(self);
+        break;
+    case SIM_ODRIVE_FAULTS:
+        break;
+    }
+}
+
+int64_t sim_odrive_pos_q24(const struct sim_odrive *self)
+{
+    return self->plant.pos_q24;
+}
+
+/* ---- init ---- */
+
+static void odrive_defaults(struct sim_odrive_config *config)
+{
+    if (config->heartbeat_ns == 0)
+        config->heartbeat_ns = 100 * ODRIVE_MS;
+    if (config->estimates_ns == 0)
+        config->estimates_ns = 10 * ODRIVE_MS;
+    if (config->loop_ns == 0)
+        config->loop_ns = ODRIVE_LOOP_NS;
+}
+
+static bool odrive_is_legal(const struct sim_odrive_config *config)
+{
+    return config->node <= 62 && config->boot_ns >= 0 &&
+           config->loop_ns >= 62500 && config->loop_ns <= 1000000 &&
+           config->heartbeat_ns > 0;
+}
+
+int sim_odrive_init(struct sim_odrive *self, struct sim_can_bus *bus,
+                    const struct sim_odrive_config *config)
+{
+    struct sim_world *world = bus->world;
+    int err;
+
+    *self = (struct sim_odrive){ .member.ops = &odrive_member_ops,
+                                 .world = world,
+                                 .config = *config,
+                                 .plant_ns = world->now_ns };
+    odrive_defaults(&self->config);
+    if (!odrive_is_legal(&self->config))
+        return MOTION_E_ARG;
+    err = sim_plant_init(&self->plant, &config->plant, config->start_counts);
+    if (err < 0)
+        return err;
+    if (world->member_count == SIM_WORLD_MEMBERS_MAX)
+        return MOTION_E_FULL;
+    err = sim_can_port_init(&self->port, bus);
+    if (err < 0)
+        return err;
+    self->port.on_frame = odrive_on_frame;
+    self->port.context = self;
+    self->loop_due_ns = world->now_ns + self->config.loop_ns;
+    odrive_power_on(self, self->config.boot_ns);
+    return sim_world_add(world, &self->member);
+}

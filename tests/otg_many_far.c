@@ -1,0 +1,270 @@
+/* tests/otg_many_far.c - is a move out of the formats?  See otg_many.h.
+ *
+ * From an end of the move look one way, "up": the motion that goes up as fast
+ * as it can, from the start or backwards in time from the goal, is above every
+ * other one.  So is what both ends together allow: up with the limits of one,
+ * down with those of the other.  A goal above the lowest of these in all times
+ * up to three days is too far; it may have been below in the beginning, when it
+ * is passed too early for the change of speed and acceleration. */
+#include <math.h>
+#include <stdbool.h>
+
+#include "tests/otg_many.h"
+
+#define TICKS_PER_S 4096e9L
+#define MOST_S      (0x1p60L / TICKS_PER_S * (1 - 1e-6L))
+#define ALL_S       0x1p60L
+#define FIRST_S     1e-16L
+#define STEP        1.02L
+#define FORMAT_MOST 2147483646.0L /* units */
+
+/* An end, turned so that up is where is looked. */
+struct far_end {
+    long double v, a, top, up, down; /* limits; down > 0 */
+    long double jerk, brake, let;    /* when it rises, brakes, lets go */
+};
+
+static long double q32(int64_t value)
+{
+    return ldexpl((long double)value, -32);
+}
+
+static long double q16(int64_t value)
+{
+    return ldexpl((long double)value, -16);
+}
+
+static long double larger(long double a, long double b)
+{
+    return a > b ? a : b;
+}
+
+static long double smaller(long double a, long double b)
+{
+    return a < b ? a : b;
+}
+
+/* --- one end -------------------------------------------------------------- */
+
+struct far_walk {
+    long double v, a, p, left;
+};
+
+static void walk(struct far_walk *w, long double t, long double j)
+{
+    t = smaller(larger(t, 0), w->left);
+    w->p += t * (w->v + t * (w->a / 2 + t * j / 6));
+    w->v += t * (w->a + t * j / 2);
+    w->a += t * j;
+    w->left -= t;
+}
+
+/* Being, or bound to come, above the top: it has to brake until it is there. */
+static bool is_above(const struct far_end *e)
+{
+    if (e->a <= 0 || e->brake <= 0)
+        return e->v > e->top && e->a >= 0;
+    return e->v + e->a * e->a / (2 * e->brake) > e->top;
+}
+
+static void walk_brake(const struct far_end *e, struct far_walk *w)
+{
+    if (e->brake > 0) {
+        long double square = w->a * w->a + 2 * e->brake * (w->v - e->top);
+        long double to_top = (sqrtl(larger(square, 0)) + w->a) / e->brake;
+        walk(w, smaller(to_top, (w->a + e->down) / e->brake), -e->brake);
+    }
+    if (e->down > 0)
+        walk(w, (w->v - e->top) / e->down, 0);
+}
+
+/* Up to a peak of acceleration, hold it, and let go to be at the top. */
+static void walk_rise(const struct far_end *e, struct far_walk *w)
+{
+    if (e->up <= 0)
+        return; /* no limit of acceleration */
+    if (e->jerk <= 0) {
+        w->a = e->up;
+        walk(w, (e->top - w->v) / w->a, 0);
+        return;
+    }
+    long double rise = e->top - w->v + w->a * w->a / (2 * e->jerk);
+    long double ramps = (1 / e->jerk + 1 / e->let) / 2;
+    long double most = larger(e->up, w->a), peak = most;
+    if (rise < peak * peak * ramps)
+        peak = sqrtl(larger(rise, 0) / ramps);
+    walk(w, (peak - w->a) / e->jerk, e->jerk);
+    if (peak == most)
+        walk(w, rise / most - most * ramps, 0);
+    walk(w, w->a / e->let, -e->let);
+}
+
+/* Leaves what is left of t at the top speed. */
+static struct far_walk walked(const struct far_end *e, long double t)
+{
+    struct far_walk w = { e->v, e->a, 0, t };
+    if (is_above(e)) {
+        w.a = e->brake > 0 ? e->a : -e->down;
+        walk_brake(e, &w);
+    } else {
+        walk_rise(e, &w);
+    }
+    return w;
+}
+
+/* --- a move --------------------------------------------------------------- */
+
+static struct far_end end_of(const struct motion_otg_move *m, bool goal, int up)
+{
+    const struct motion_otg_limit *l = &m->limit;
+    const struct motion_state *s = goal ? &m->goal : &m->start;
+    long double j = q16(l->jerk_q16), jd = q16(l->jerk_down_q16);
+    bool ax = goal == (up < 0); /* backwards in time a turns its sign */
+    struct far_end e = {
+        .v = up * q32(s->vel_q32),
+        .a = (goal ? -up : up) * q16(s->acc_q16),
+        .top = up > 0 ? q32(l->vel_max_q32) : -q32(l->vel_min_q32),
+        .up = ax ? q16(l->acc_max_q16) : -q16(l->acc_min_q16),
+        .down = ax ? -q16(l->acc_min_q16) : q16(l->acc_max_q16),
+        .jerk = larger(j, jd),
+        .brake = goal && jd > 0 ? jd : j,
+        .let = larger(j, jd),
+    };
+    long double bottom = up > 0 ? q32(l->vel_min_q32) : -q32(l->vel_max_q32);
+    if (j == 0)
+        e.a = 0;
+    if (e.up <= 0)
+        e.v = 0;
+    if (e.a < 0 && e.v - e.a * e.a / (2 * e.brake) < bottom)
+        e.jerk = e.brake; /* bound to come out below: that is braking */
+    return e;
+}
+
+/* The speeds of both ends and acceleration alone: up with one's limit, down
+ * with the other's.  Nothing, in less than the change of speed takes. */
+static long double covers(const struct far_end end[2], long double t)
+{
+    long double us = larger(end[0].up, end[0].a);
+    long double ug = larger(end[1].up, end[1].a);
+    long double s = (end[1].v - end[0].v + ug * t) / (us + ug), g = t - s;
+    if (s < 0 || g < 0)
+        return -HUGE_VALL;
+    return s * (end[0].v + us * s / 2) + g * (end[1].v + ug * g / 2);
+}
+
+/* No motion from one end to the other is further up after t. */
+static long double most_up(const struct far_end end[2], long double t)
+{
+    struct far_walk s = walked(&end[0], t), g = walked(&end[1], t);
+    long double top = end[0].top, most;
+    s.p += top * s.left;
+    g.p += top * g.left;
+    most = smaller(s.p, g.p);
+    if (s.left + g.left > t) /* both are at the top in between */
+        most = smaller(most, s.p + g.p - top * t);
+    if (end[0].up > 0)
+        most = smaller(most, covers(end, t));
+    return most;
+}
+
+/* No change of speed or acceleration from one end to the other in t or less:
+ * what is there is less than limits allow, or no motion comes up to the other's
+ * speed, as the fastest one first falls, then rises. */
+static bool is_too_early(const struct far_end *e, const struct far_end *other,
+                         long double t)
+{
+    long double change = fabsl(other->v - e->v);
+    if (e->up > 0 && change > larger(e->up, e->down) * t)
+        return true;
+    if (e->let > 0 && fabsl(e->a + other->a) > e->let * t)
+        return true;
+    return e->let > 0 && e->a < 0 && e->v <= other->v &&
+           walked(e, t).v < other->v;
+}
+
+static bool is_late(const struct motion_otg_move *m, int up)
+{
+    const struct far_end end[2] = { end_of(m, false, up), end_of(m, true, up) };
+    long double way = up * (q32(m->goal.pos_q32) - q32(m->start.pos_q32));
+    long double passed = 0;
+    if (most_up(end, MOST_S) >= way)
+        return false;
+    for (long double t = FIRST_S; t < MOST_S; t *= STEP)
+        if (most_up(end, t) >= way)
+            passed = t * STEP;
+    return passed == 0 || is_too_early(&end[0], &end[1], passed) ||
+           is_too_early(&end[1], &end[0], passed);
+}
+
+/* --- where a change of speed ends ----------------------------------------- */
+
+/* From w to speed v and acceleration a in the least time, |acc| up to the
+ * limits: up to a peak of it, hold, and back, or the same downwards. */
+static void walk_change(struct far_walk *w, long double v, long double a,
+                        const struct far_end *e, long double j)
+{
+    long double dv = v - w->v, ends = (w->a * w->a + a * a) / 2;
+    long double direct = (a * a - w->a * w->a) / (2 * j);
+    int up = dv >= (a < w->a ? -direct : direct) ? 1 : -1;
+    long double limit = up > 0 ? e->up : e->down;
+    long double square = up * dv * j + ends, hold = 0;
+    long double peak = square > 0 ? sqrtl(square) : 0;
+    if (peak > limit) {
+        hold = (square - limit * limit) / (limit * j);
+        peak = limit;
+    }
+    walk(w, fabsl(up * peak - w->a) / j, up * peak < w->a ? -j : j);
+    walk(w, hold, 0);
+    walk(w, fabsl(a - up * peak) / j, a < up * peak ? -j : j);
+}
+
+/* To a velocity goal; with another jerk behind the highest speed. */
+static struct far_walk changed(const struct motion_otg_move *m, int up)
+{
+    const struct far_end s = end_of(m, false, up), g = end_of(m, true, up);
+    long double j = q16(m->limit.jerk_q16), jd = q16(m->limit.jerk_down_q16);
+    struct far_walk w = { s.v, s.a, 0, ALL_S };
+    if (s.up <= 0)
+        return w;
+    if (j == 0) {
+        w.a = g.v > s.v ? s.up : -s.down;
+        walk(&w, (g.v - s.v) / w.a, 0);
+        return w;
+    }
+    long double peak = fabsl(s.v + s.a * fabsl(s.a) / (2 * j));
+    if (jd > 0 && peak > fabsl(s.v) && peak > fabsl(g.v))
+        walk(&w, fabsl(s.a) / j, s.a > 0 ? -j : j);
+    if (jd > 0 && fabsl(g.v) < fabsl(w.v))
+        j = jd;
+    walk(&w, (w.a - s.up) / j, -j);
+    walk(&w, (-s.down - w.a) / j, j);
+    walk_change(&w, g.v, -g.a, &s, j);
+    return w;
+}
+
+static bool is_there(const struct motion_otg_move *m)
+{
+    return m->start.pos_q32 == m->goal.pos_q32 &&
+           m->start.vel_q32 == m->goal.vel_q32 &&
+           m->start.acc_q16 == m->goal.acc_q16;
+}
+
+static bool is_velocity_far(const struct motion_otg_move *m, int up)
+{
+    struct far_walk w = changed(m, up);
+    return up * q32(m->start.pos_q32) + w.p > FORMAT_MOST ||
+           ALL_S - w.left > MOST_S;
+}
+
+bool many_is_far(const struct motion_otg_move *move)
+{
+    bool to_velocity = move->mode == MOTION_OTG_VELOCITY;
+    if (move->dur_ns_q12 >> 60 != 0)
+        return true;
+    if (!to_velocity && is_there(move))
+        return false;
+    for (int up = -1; up <= 1; up += 2)
+        if (to_velocity ? is_velocity_far(move, up) : is_late(move, up))
+            return true;
+    return false;
+}
