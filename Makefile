@@ -52,10 +52,11 @@ TEST_LIB := $(filter-out $(TEST_SRC),$(wildcard tests/*.c))
 SOURCES  := $(ROOMS) $(wildcard $(MAIN)) $(TEST_SRC) $(TEST_LIB) \
             $(wildcard tests/peers/*.c tests/fuzz/*.c)
 HEADERS  := $(wildcard $(foreach d,motion motion/plan hal sim firmware \
-              firmware/linux/* tests,$(d)/*.h))
+              firmware/linux/* tests tests/fuzz,$(d)/*.h))
 
 SLEW     := $(B)/slew
 TESTS    := $(TEST_SRC:%.c=$(B)/%)
+FUZZ     := $(patsubst %.c,$(B)/%,$(wildcard tests/fuzz/fuzz_*.c))
 VECTORS  := $(B)/tests/vectors
 SCRIPTS  := $(wildcard tests/demo.sh)
 
@@ -105,13 +106,14 @@ vectors: $(VECTORS)
 
 .PHONY: check
 ## run the tests, installing nothing; make check T=track for one
-check: $(if $(T),$(T:%=$(B)/tests/test_%),$(TESTS) $(SCRIPTS:%=$(SLEW)))
+check: $(if $(T),$(foreach t,$(T),$(B)/tests/$(if \
+    $(filter fuzz_%,$t),fuzz/$t,test_$t)),$(TESTS) $(FUZZ) $(SCRIPTS:%=$(SLEW)))
 	@SLEW=$(SLEW) tests/run.sh $(B)/log $(filter $(B)/tests/%,$^) \
 	      $(if $(T),,$(SCRIPTS))
 
 .PHONY: all
 # everything that is compiled with CC
-all: $(SLEW) $(TESTS) $(VECTORS)
+all: $(SLEW) $(TESTS) $(FUZZ) $(VECTORS)
 
 .PHONY: clean
 ## remove everything that was built
@@ -255,6 +257,8 @@ fresh:
 -include tests/bench/bench.mk
 # Also: test-peers.
 -include tests/peers/peers.mk
+# Also: fuzz.
+-include tests/fuzz/fuzz.mk
 
 .SECONDARY:
 -include $(shell find build -name '*.d' 2>/dev/null)

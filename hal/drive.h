@@ -12,7 +12,8 @@
  *   - after a fault, and after the drive was lost, torque is off, nothing
  *     moves and nothing is resumed: enable, set the mode and go again;
  *   - every wait has a time-out that ends in FAULT with a sentence.
- * Implementations: hal/drive_cia402.c, hal/drive_modbus.c, hal/drive_odrive.c;
+ * Implementations: hal/drive_cia402.c, hal/drive_modbus.c, hal/drive_odrive.c,
+ * hal/drive_moteus.c;
  * tests/conform_drive.c is what all keep to. */
 #ifndef HAL_DRIVE_H
 #define HAL_DRIVE_H
@@ -70,6 +71,7 @@ struct hal_drive_go {
     int64_t vel_q32;          /* PROFILE_POSITION: how fast at most, > 0;
                         PROFILE_VELOCITY: signed, 0 stops by the ramp */
     int64_t acc_q16, dec_q16; /* ramps, > 0; 0: as the drive has them */
+    int64_t timeout_ns;       /* a fault when it takes longer; 0: not watched */
 };
 
 struct hal_drive_home {
@@ -109,6 +111,7 @@ struct hal_drive_feedback {
                           t_ns, demand_q32; demand_age_ns then says nothing */
     int64_t demand_q32;
     bool limit_negative, limit_positive; /* switch inputs of the drive */
+    bool home_switch;
     bool following; /* the drive itself says that it follows set points;
                             false also at its own limit: hold then */
     enum hal_drive_mode mode; /* in force */
@@ -144,7 +147,8 @@ struct hal_drive_ops {
     unsigned (*modes)(struct hal_drive *drive);
     /* Asks for a mode; feedback.mode tells when it is in force.  While OFF or
      * ENABLED and standing, with no go, home or change of mode under way, else
-     * MOTION_E_STATE; MOTION_E_EMPTY when the drive has no such mode. */
+     * MOTION_E_STATE (an axis takes a moment to settle: ask again);
+     * MOTION_E_EMPTY when the drive has no such mode. */
     int (*set_mode)(struct hal_drive *drive, enum hal_drive_mode mode);
     /* While ENABLED and in one of the two profile modes, else MOTION_E_STATE;
      * also while a go is on its way: the new one takes its place at once.

@@ -1,16 +1,10 @@
 /* hal/drive_cia402.c - what the controller asks; see drive_cia402.h. */
 #include "hal/drive_cia402_parts.h"
 
-#include "hal/container_of.h"
 #include "motion/fixed.h"
 
 #define LIMIT_ACTIVE 0x0800
 #define FOLLOWS      0x1000
-
-static struct drive_cia402 *drive_cia402_of(struct hal_drive *drive)
-{
-    return CONTAINER_OF(drive, struct drive_cia402, drive);
-}
 
 static void drive_cia402_request_reset(struct drive_cia402 *self)
 {
@@ -40,8 +34,10 @@ static void drive_cia402_request(struct hal_drive *drive,
     if (request == self->request ||
         (latched && request != HAL_DRIVE_REQUEST_OFF))
         return;
-    if (self->phase == DRIVE_CIA402_RUN)
+    if (self->phase == DRIVE_CIA402_RUN &&
+        self->job != DRIVE_CIA402_JOB_MODE) /* that one is brought to its end */
         drive_cia402_drop_list(self);
+    drive_cia402_modes_reset(self);
     self->preloaded = false;
     self->request = request;
     self->walk_since_ns = self->now_ns;
@@ -66,24 +62,50 @@ static int drive_cia402_check_first(struct drive_cia402 *self, int64_t counts)
     return MOTION_OK;
 }
 
+/* Permille in the drive's sense, as far as 16 bits go. */
+static int16_t drive_cia402_torque(const struct drive_cia402 *self,
+                                   int32_t permille)
+{
+    if (permille > INT16_MAX)
+        permille = INT16_MAX;
+    if (permille < -INT16_MAX)
+        permille = -INT16_MAX;
+    return (int16_t)(self->config.counts_num < 0 ? -permille : permille);
+}
+
+static int drive_cia402_set_position(struct drive_cia402 *self, int32_t counts)
+{
+    const int err = drive_cia402_check_first(self, counts);
+
+    if (err != MOTION_OK)
+        return err;
+    self->target_counts = counts;
+    self->target_ns = self->now_ns;
+    return MOTION_OK;
+}
+
 static int drive_cia402_set_target(struct hal_drive *drive,
                                    const struct hal_drive_target *target)
 {
     struct drive_cia402 *self = drive_cia402_of(drive);
-    int64_t counts;
-    int err;
+    const int64_t speed_q16 = hal_ratio_scale(&self->to_speed, target->vel_q32);
+    const bool position = self->mode == HAL_DRIVE_STREAM_POSITION;
+    int32_t counts = 0, speed;
+    int err = MOTION_OK;
 
-    if (motion_fixed_mulshift(target->pos_q32, self->to_counts.mantissa,
-                              self->to_counts.shift, &counts) != MOTION_OK ||
-        counts < INT32_MIN || counts > INT32_MAX)
-        return MOTION_E_RANGE;
-    if (!drive_cia402_is_enabled(self))
-        return MOTION_OK;
-    err = drive_cia402_check_first(self, counts);
+    if (self->mode == HAL_DRIVE_STREAM_VELOCITY)
+        err = drive_cia402_speed(self, speed_q16, &speed);
+    else
+        err = drive_cia402_counts(self, target->pos_q32, &counts);
+    if (err != MOTION_OK || !drive_cia402_is_enabled(self) ||
+        !drive_cia402_mode(self)->streams || self->job != DRIVE_CIA402_NO_JOB)
+        return err;
+    if (position)
+        err = drive_cia402_set_position(self, counts);
     if (err != MOTION_OK)
         return err;
-    self->target_counts = (int32_t)counts;
-    self->target_ns = self->now_ns;
+    self->target_speed_q16 = speed_q16;
+    self->target_torque = drive_cia402_torque(self, target->torque_permille);
     return MOTION_OK;
 }
 
@@ -96,6 +118,24 @@ static void drive_cia402_put_limits(const struct drive_cia402 *self,
 
     feedback->limit_negative = reversed ? high : low;
     feedback->limit_positive = reversed ? low : high;
+    feedback->home_switch = (self->inputs & 4) != 0;
+}
+
+/* What it does by itself. */
+static void drive_cia402_put_own(const struct drive_cia402 *self,
+                                 struct hal_drive_feedback *feedback)
+{
+    feedback->mode = self->mode;
+    feedback->arrived = drive_cia402_go_has_arrived(self);
+    feedback->homing = self->homing;
+    feedback->torque_known = self->torque_in;
+    feedback->torque_permille = self->config.counts_num < 0
+                                    ? -self->actual_torque
+                                    : self->actual_torque;
+    feedback->probe_latched = self->probe.latched;
+    feedback->probe_pos_q32 =
+        self->probe.latched ? hal_ratio_scale(&self->to_pos, self->probe.counts)
+                            : 0;
 }
 
 static void drive_cia402_feedback(struct hal_drive *drive,
@@ -110,12 +150,14 @@ static void drive_cia402_feedback(struct hal_drive *drive,
         .t_ns = self->actual_ns,
         .demand_age_ns =
             self->demand_ns == 0 ? 0 : self->actual_ns - self->demand_ns,
-        .following = drive_cia402_power(self) == CIA402_OPERATION_ENABLED &&
+        .following = drive_cia402_mode(self)->streams &&
+                     drive_cia402_power(self) == CIA402_OPERATION_ENABLED &&
                      (self->statusword & FOLLOWS) != 0 &&
                      (self->statusword & LIMIT_ACTIVE) == 0,
         .fault_code = self->fault_code,
     };
     drive_cia402_put_limits(self, feedback);
+    drive_cia402_put_own(self, feedback);
     for (unsigned i = 0; i < sizeof feedback->fault_text; i++)
         feedback->fault_text[i] = self->fault_text[i];
 }
@@ -124,4 +166,10 @@ const struct hal_drive_ops drive_cia402_ops = {
     .request = drive_cia402_request,
     .set_target = drive_cia402_set_target,
     .feedback = drive_cia402_feedback,
+    .modes = drive_cia402_modes,
+    .set_mode = drive_cia402_set_mode,
+    .go = drive_cia402_go,
+    .home = drive_cia402_home,
+    .halt = drive_cia402_halt,
+    .probe = drive_cia402_set_probe,
 };

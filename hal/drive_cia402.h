@@ -1,4 +1,6 @@
-/* hal/drive_cia402.h - a CiA 402 servo in cyclic synchronous position mode.
+/* hal/drive_cia402.h - a CiA 402 servo: cyclic synchronous position by default,
+ * and what else it has: interpolated position, cyclic velocity, profile
+ * position and velocity, homing, touch probe.
  *
  * Start-up (see drive_cia402_start.c for the list): probe 0x1000, check 0x6502
  * for CSP, pre-operational, heartbeat both ways and what the drive does when
@@ -9,7 +11,9 @@
  *
  * RPDO1 = 0x6040 u16, 0x607A i32;  TPDO1 = 0x6041 u16, 0x6064 i32; both on
  * every SYNC.  TPDO2 = 0x60FD u32, sent by the drive when a switch changes, if
- * it can.  Source: CiA 402-2 (IEC 61800-7-201) 6.5, 8; CiA 301 7.2-7.5.
+ * it can.  With torque RPDO1 also has 0x60B2 i16 and TPDO1 0x6077 i16, where
+ * the drive has them.  RPDO2 = 0x60FF i32, while a velocity is streamed.  All
+ * else (another mode, a profile, homing, the probe) goes by SDO.  Source: CiA 402-2 (IEC 61800-7-201) 6.5, 8; CiA 301 7.2-7.5.
  *
  * Which set point is in force when (ticks k, one SYNC each):
  *
@@ -47,6 +51,23 @@ enum cia402_state {
 enum cia402_state cia402_state_of(uint16_t statusword);
 const char *cia402_state_text(enum cia402_state state);
 
+/* How STREAM_POSITION goes out. */
+enum drive_cia402_stream {
+    DRIVE_CIA402_CSP, /* mode 8 */
+    DRIVE_CIA402_IP,  /* mode 7: 0x60C1:1 in the place of 0x607A */
+    DRIVE_CIA402_CSV, /* mode 9: the loop around the position is closed here */
+};
+
+/* Option codes: 0x605A plus this. */
+enum drive_cia402_option {
+    DRIVE_CIA402_QUICK_STOP,
+    DRIVE_CIA402_SHUTDOWN,
+    DRIVE_CIA402_DISABLE,
+    DRIVE_CIA402_HALT,
+    DRIVE_CIA402_FAULT,
+    DRIVE_CIA402_OPTIONS, /* how many */
+};
+
 struct drive_cia402_config {
     uint8_t node_id;
     /* one unit = counts_num / counts_den counts; num != 0 (negative: reversed),
@@ -63,9 +84,31 @@ struct drive_cia402_config {
     int64_t state_timeout_ns; /* per step of the state machine, three times
                                  that for the last (brake); 0: 1 s */
     uint32_t following_error_counts; /* 0x6065; 0: leave the drive's own */
+    uint16_t following_error_ms;     /* 0x6066; 0: leave */
     uint32_t quick_stop_counts_s2;   /* 0x6085; 0: leave */
     int64_t first_step_max_q32;      /* refuse to enable when target and actual
                                       are further apart; 0: 1 unit */
+    enum drive_cia402_stream stream;
+    int64_t gain_q16; /* CSV: speed per following error, 1/s, > 0 */
+    bool velocity;    /* STREAM_VELOCITY too */
+    bool torque;      /* feed-forward and actual torque, where it has them */
+    /* its units of velocity per count/s, of acceleration per count/s2; num and
+     * den > 0; 0: 1 */
+    int64_t vel_num, vel_den, acc_num, acc_den;
+    /* of the axis in one revolution of the drive's shaft, signless: its factor
+     * group (0x608F, 0x6091, 0x6092) must say the same; 0: not checked */
+    int64_t travel_q32;
+    uint32_t modes_also; /* bits of 0x6502 that it has and does not tell */
+    /* software limits, 0x607D, where the drive has them; both 0: leave */
+    int64_t pos_min_q32, pos_max_q32;
+    bool limits_when_homed; /* not before its own homing is done */
+    struct {
+        bool given; /* else: leave */
+        int8_t value;
+    } option[DRIVE_CIA402_OPTIONS];
+    /* Node guarding instead of heartbeats, for a drive that has none: asked so
+     * often, whole ms, at most half of watchdog_ns; 0: heartbeats */
+    int64_t guard_period_ns;
 };
 
 enum drive_cia402_phase {
@@ -74,6 +117,44 @@ enum drive_cia402_phase {
     DRIVE_CIA402_RESET,    /* clearing a latched fault */
     DRIVE_CIA402_LATCHED,  /* fault; the configuration still stands */
     DRIVE_CIA402_LOST,     /* silent, restarted or refused: start anew */
+};
+
+/* A list of SDO steps that is run while the drive is off or enabled. */
+enum drive_cia402_job {
+    DRIVE_CIA402_NO_JOB,
+    DRIVE_CIA402_JOB_MODE,   /* to another mode */
+    DRIVE_CIA402_JOB_GO,     /* what a profile needs */
+    DRIVE_CIA402_JOB_HOME,   /* what homing needs */
+    DRIVE_CIA402_JOB_LIMITS, /* after it */
+};
+
+/* A motion by the drive's own profile; see drive_cia402_go.c. */
+struct drive_cia402_go {
+    uint8_t step;
+    bool halted;
+    int32_t target_counts, speed; /* the drive's units */
+    uint32_t vel, acc, dec;       /* the same; 0: leave */
+    int64_t since_ns, begun_ns, timeout_ns;
+    unsigned syncs;
+};
+
+/* See drive_cia402_home.c. */
+struct drive_cia402_home {
+    uint8_t step;
+    int8_t method;
+    uint32_t fast, slow, acc; /* the drive's units; 0: leave */
+    int32_t offset_counts;
+    int64_t since_ns, timeout_ns;
+    unsigned syncs;
+};
+
+/* See drive_cia402_probe.c. */
+struct drive_cia402_probe {
+    uint8_t step;
+    bool there, latched;
+    enum hal_drive_probe edge;
+    int32_t counts;
+    int64_t due_ns;
 };
 
 struct drive_cia402_step;
@@ -85,10 +166,17 @@ struct drive_cia402 {
     struct drive_cia402_config config;
 
     /* made from config once */
-    struct hal_ratio to_counts; /* pos_q32 to counts */
-    struct hal_ratio to_pos;    /* counts to pos_q32 */
-    struct hal_ratio to_rate;   /* counts per period to counts/s, Q16 */
-    struct hal_ratio to_vel;    /* that to vel_q32 */
+    struct hal_ratio to_counts;   /* pos_q32 to counts */
+    struct hal_ratio to_pos;      /* counts to pos_q32 */
+    struct hal_ratio to_rate;     /* counts per period to counts/s, Q16 */
+    struct hal_ratio to_vel;      /* that to vel_q32 */
+    struct hal_ratio to_speed;    /* vel_q32 to counts/s, Q16 */
+    struct hal_ratio to_vel_unit; /* that to the drive's unit */
+    struct hal_ratio to_ramp, to_acc_unit; /* acc_q16 likewise */
+    int64_t turn_q32; /* counts per revolution of the shaft; 0: not told */
+    int32_t limit_counts[2];
+    uint16_t guard_ms;
+    uint8_t life_factor;
     int64_t first_step_counts;
     uint32_t sync_us; /* 0: not a whole number */
     uint16_t heartbeat_ms, watchdog_ms;
@@ -104,6 +192,19 @@ struct drive_cia402 {
     const struct drive_cia402_step *list;
     unsigned list_at, list_tries; /* list NULL: none */
     int64_t list_since_ns;        /* of the present step */
+
+    /* modes; see drive_cia402_modes.c */
+    uint32_t modes; /* bits of 0x6502 */
+    enum hal_drive_mode mode, mode_wanted;
+    bool mode_known; /* 0x6060 has not been left in between */
+    enum drive_cia402_job job;
+    struct drive_cia402_go go;
+    struct drive_cia402_home home;
+    enum hal_drive_homing homing;
+    struct drive_cia402_probe probe;
+    uint32_t factor[4][2]; /* 0x608F, 0x6091, 0x6092, 0x6096; 0: not there */
+    bool speeds_fit;       /* 0x6096 is what the config says */
+    bool torque_out, torque_in; /* 0x60B2 and 0x6077 are in the PDOs */
 
     /* the walk through the power states */
     enum cia402_state walk_state; /* waited in since walk_since_ns */
@@ -129,6 +230,9 @@ struct drive_cia402 {
      * by set_target. */
     int64_t target_ns, sent_ns, latched_ns[3];
     int64_t demand_ns; /* of the target in force at actual_ns */
+    int32_t sent_counts, latched_counts[3], demand_counts; /* likewise */
+    int64_t target_speed_q16; /* counts/s: feed-forward, or the target */
+    int16_t target_torque, actual_torque; /* permille, in the drive's sense */
 
     uint16_t emcy_code;  /* last heard, 0 after "all clear" */
     uint16_t fault_code; /* latched */

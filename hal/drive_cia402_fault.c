@@ -19,6 +19,7 @@ void drive_cia402_latch(struct drive_cia402 *self)
     self->phase = DRIVE_CIA402_LATCHED;
     self->state = HAL_DRIVE_FAULT;
     self->request = HAL_DRIVE_REQUEST_QUICK_STOP;
+    drive_cia402_modes_reset(self);
     self->preloaded = false;
     self->fault_code_asked = false;
     drive_cia402_drop_list(self);

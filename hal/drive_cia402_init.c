@@ -85,6 +85,10 @@ static void init_defaults(struct drive_cia402_config *config)
         config->state_timeout_ns = NS_PER_S;
     if (config->first_step_max_q32 == 0)
         config->first_step_max_q32 = MOTION_FIXED_ONE_Q32;
+    if (config->vel_num == 0 && config->vel_den == 0)
+        config->vel_num = config->vel_den = 1;
+    if (config->acc_num == 0 && config->acc_den == 0)
+        config->acc_num = config->acc_den = 1;
 }
 
 /* Whole milliseconds, 1 .. max_ms. */
@@ -93,20 +97,36 @@ static bool init_is_ms(int64_t t_ns, int64_t max_ms)
     return t_ns > 0 && t_ns % NS_PER_MS == 0 && t_ns / NS_PER_MS <= max_ms;
 }
 
+/* Who hears whom: heartbeats both ways, or our questions. */
+static int init_watch(struct drive_cia402 *self, const struct canopen *master)
+{
+    const struct drive_cia402_config *config = &self->config;
+    const int64_t asked_ns = config->guard_period_ns > 0
+                                 ? config->guard_period_ns
+                                 : master->config.heartbeat_period_ns;
+
+    if (!init_is_ms(config->heartbeat_period_ns, 20000) ||
+        !init_is_ms(config->watchdog_ns, 100) || asked_ns == 0 ||
+        asked_ns > config->watchdog_ns / 2 ||
+        (config->guard_period_ns != 0 &&
+         !init_is_ms(config->guard_period_ns, 100)))
+        return MOTION_E_ARG;
+    self->heartbeat_ms = (uint16_t)(config->heartbeat_period_ns / NS_PER_MS);
+    self->watchdog_ms = (uint16_t)(config->watchdog_ns / NS_PER_MS);
+    self->guard_ms = (uint16_t)(config->guard_period_ns / NS_PER_MS);
+    if (self->guard_ms > 0)
+        self->life_factor = (uint8_t)(self->watchdog_ms / self->guard_ms);
+    return MOTION_OK;
+}
+
 static int init_times(struct drive_cia402 *self, const struct canopen *master)
 {
     const struct drive_cia402_config *config = &self->config;
 
     if (config->sync_period_ns <= 0 ||
         config->sync_period_ns != master->config.sync_period_ns ||
-        config->state_timeout_ns < 0 ||
-        !init_is_ms(config->heartbeat_period_ns, 20000) ||
-        !init_is_ms(config->watchdog_ns, 100) ||
-        master->config.heartbeat_period_ns == 0 ||
-        master->config.heartbeat_period_ns > config->watchdog_ns / 2)
+        config->state_timeout_ns < 0 || init_watch(self, master) != MOTION_OK)
         return MOTION_E_ARG;
-    self->heartbeat_ms = (uint16_t)(config->heartbeat_period_ns / NS_PER_MS);
-    self->watchdog_ms = (uint16_t)(config->watchdog_ns / NS_PER_MS);
     if (config->sync_period_ns % NS_PER_US == 0)
         self->sync_us = (uint32_t)(config->sync_period_ns / NS_PER_US);
     return init_interpolation(self);
@@ -130,6 +150,57 @@ static int init_first_step(struct drive_cia402 *self)
     return MOTION_OK;
 }
 
+/* Speeds and ramps in the drive's units. */
+static int init_units(struct drive_cia402 *self)
+{
+    const struct drive_cia402_config *config = &self->config;
+    const int64_t num = config->counts_num, den = config->counts_den;
+    int err = hal_ratio_init(&self->to_speed, num, den, -16);
+
+    if (config->vel_num <= 0 || config->acc_num <= 0)
+        return MOTION_E_ARG;
+    if (err == MOTION_OK)
+        err = hal_ratio_init(&self->to_ramp, num, den, 0);
+    if (err == MOTION_OK)
+        err = hal_ratio_init(&self->to_vel_unit, config->vel_num,
+                             config->vel_den, -16);
+    if (err == MOTION_OK)
+        err = hal_ratio_init(&self->to_acc_unit, config->acc_num,
+                             config->acc_den, -16);
+    return err;
+}
+
+/* A count more each way, so that a set point at the very end is inside. */
+static int32_t init_limit(const struct drive_cia402 *self, int64_t pos_q32,
+                          int more)
+{
+    int64_t counts = hal_ratio_scale(&self->to_counts, pos_q32);
+
+    if (counts > INT32_MAX - 1)
+        counts = INT32_MAX - 1;
+    if (counts < INT32_MIN + 1)
+        counts = INT32_MIN + 1;
+    return (int32_t)(counts + more);
+}
+
+static int init_limits(struct drive_cia402 *self)
+{
+    const struct drive_cia402_config *config = &self->config;
+    const bool reversed = config->counts_num < 0;
+
+    if (config->pos_min_q32 > config->pos_max_q32 || config->travel_q32 < 0 ||
+        (unsigned)config->stream > DRIVE_CIA402_CSV ||
+        (config->stream == DRIVE_CIA402_CSV && config->gain_q16 <= 0))
+        return MOTION_E_ARG;
+    self->limit_counts[reversed] =
+        init_limit(self, config->pos_min_q32, reversed ? 1 : -1);
+    self->limit_counts[!reversed] =
+        init_limit(self, config->pos_max_q32, reversed ? -1 : 1);
+    return motion_fixed_muldiv(config->travel_q32,
+                               (int64_t)motion_fixed_abs(config->counts_num),
+                               config->counts_den, &self->turn_q32);
+}
+
 int drive_cia402_init(struct drive_cia402 *self, struct canopen *master,
                       const struct drive_cia402_config *config)
 {
@@ -143,13 +214,20 @@ int drive_cia402_init(struct drive_cia402 *self, struct canopen *master,
         err = init_scale(self);
     if (err == MOTION_OK)
         err = init_first_step(self);
+    if (err == MOTION_OK)
+        err = init_units(self);
+    if (err == MOTION_OK)
+        err = init_limits(self);
     if (err != MOTION_OK)
         return err;
     self->drive.ops = &drive_cia402_ops;
     self->node.ops = &drive_cia402_node_ops;
     self->node.id = config->node_id;
+    self->node.guard_period_ns = self->config.guard_period_ns;
+    self->node.guard_due_ns = INT64_MIN / 2;
     self->node.heartbeat_timeout_ns =
-        BEATS_LOST * self->config.heartbeat_period_ns;
-    drive_cia402_list_begin(self, drive_cia402_start_up, 0);
+        BEATS_LOST * (self->guard_ms > 0 ? self->config.guard_period_ns
+                                         : self->config.heartbeat_period_ns);
+    drive_cia402_start_anew(self, 0);
     return canopen_add(master, &self->node);
 }

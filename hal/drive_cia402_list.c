@@ -153,8 +153,8 @@ static int step_other(struct drive_cia402 *self,
                           self->config.node_id);
     else
         err = drive_cia402_checks[step->check](self, 0);
-    if (err == MOTION_OK)
-        return MOTION_OK;
+    if (err == MOTION_OK || err == MOTION_E_REFUSED)
+        return err;
     if (now_ns - self->list_since_ns <= self->config.state_timeout_ns)
         return MOTION_E_AGAIN;
     if (self->pdo_ok && self->node.nmt_state == CANOPEN_NMT_OPERATIONAL)
@@ -164,19 +164,93 @@ static int step_other(struct drive_cia402 *self,
     return MOTION_E_TIMEOUT;
 }
 
+/* ---- rows that are left out ---- */
+
+static bool step_if_counted(const struct drive_cia402 *self)
+{
+    return self->node.master->config.sync_overflow > 0;
+}
+
+static bool step_if_guarded(const struct drive_cia402 *self)
+{
+    return self->guard_ms > 0;
+}
+
+static bool step_if_option(const struct drive_cia402 *self)
+{
+    const unsigned option = self->list[self->list_at].index - 0x605Au;
+
+    return self->config.option[option].given;
+}
+
+static bool step_if_travel(const struct drive_cia402 *self)
+{
+    return self->turn_q32 != 0;
+}
+
+static bool step_if_limits(const struct drive_cia402 *self)
+{
+    return self->config.pos_min_q32 != self->config.pos_max_q32;
+}
+
+static bool step_if_velocity(const struct drive_cia402 *self)
+{
+    return self->config.velocity || self->config.stream == DRIVE_CIA402_CSV;
+}
+
+static bool step_if_torque(const struct drive_cia402 *self)
+{
+    return self->config.torque;
+}
+
+static bool step_if_ip(const struct drive_cia402 *self)
+{
+    return self->config.stream == DRIVE_CIA402_IP;
+}
+
+static bool step_unless_ip(const struct drive_cia402 *self)
+{
+    return self->config.stream != DRIVE_CIA402_IP;
+}
+
+static bool step_if_speed(const struct drive_cia402 *self)
+{
+    return drive_cia402_mode_wanted(self)->uses_speed;
+}
+
+static const struct {
+    unsigned need;
+    bool (*holds)(const struct drive_cia402 *self);
+} step_gates[] = {
+    { STEP_IF_COUNTED, step_if_counted },
+    { STEP_IF_GUARDED, step_if_guarded },
+    { STEP_IF_OPTION, step_if_option },
+    { STEP_IF_TRAVEL, step_if_travel },
+    { STEP_IF_LIMITS, step_if_limits },
+    { STEP_IF_VELOCITY, step_if_velocity },
+    { STEP_IF_TORQUE, step_if_torque },
+    { STEP_IF_IP, step_if_ip },
+    { STEP_UNLESS_IP, step_unless_ip },
+    { STEP_IF_SPEED, step_if_speed },
+};
+
 static bool step_is_left_out(const struct drive_cia402 *self,
                              const struct drive_cia402_step *step)
 {
+    for (unsigned i = 0; i < sizeof step_gates / sizeof step_gates[0]; i++)
+        if ((step->need & step_gates[i].need) != 0 &&
+            !step_gates[i].holds(self))
+            return true;
     return (step->need & STEP_IF_SET) != 0 && step_value(self, step) == 0;
 }
 
 static int step_do(struct drive_cia402 *self,
                    const struct drive_cia402_step *step, int64_t now_ns)
 {
-    if (step->kind == STEP_NMT || step->kind == STEP_UNTIL)
-        return step_other(self, step, now_ns);
     if (step_is_left_out(self, step))
         return MOTION_OK;
+    if (step->kind == STEP_NMT || step->kind == STEP_UNTIL)
+        return step_other(self, step, now_ns);
     return step_transfer(self, step, now_ns);
 }
 

@@ -3,6 +3,7 @@
 #ifndef HAL_DRIVE_CIA402_PARTS_H
 #define HAL_DRIVE_CIA402_PARTS_H
 
+#include "hal/container_of.h"
 #include "hal/drive_cia402.h"
 #include "hal/text.h"
 
@@ -24,6 +25,17 @@ enum step_need {
     STEP_IF_SET = 2,   /* left out when the value is 0 */
     STEP_SWITCHES = 4, /* any refusal leaves out all rows of this kind */
     STEP_FOREVER = 8,  /* ask until there is an answer */
+    /* Left out unless: */
+    STEP_IF_COUNTED = 1 << 4,  /* SYNC has a counter */
+    STEP_IF_GUARDED = 1 << 5,  /* node guarding */
+    STEP_IF_OPTION = 1 << 6,   /* this option code is given */
+    STEP_IF_TRAVEL = 1 << 7,   /* the factor group is to be checked */
+    STEP_IF_LIMITS = 1 << 8,   /* software limits are given */
+    STEP_IF_VELOCITY = 1 << 9, /* 0x60FF is in RPDO2 */
+    STEP_IF_TORQUE = 1 << 10,
+    STEP_IF_IP = 1 << 11,
+    STEP_UNLESS_IP = 1 << 12,
+    STEP_IF_SPEED = 1 << 13, /* the mode to come runs at 0x60FF */
 };
 
 /* What to write or compare with: index of drive_cia402_values[]. */
@@ -38,6 +50,28 @@ enum drive_cia402_value {
     VALUE_FOLLOWING,
     VALUE_QUICK_STOP,
     VALUE_PRELOAD,
+    VALUE_MODE,
+    VALUE_SYNC_OVERFLOW,
+    VALUE_GUARD_TIME,
+    VALUE_LIFE_FACTOR,
+    VALUE_OPTION,
+    VALUE_FOLLOWING_TIME,
+    VALUE_LIMIT,
+    VALUE_TARGET_ENTRY,
+    VALUE_TORQUE_OUT_ENTRY,
+    VALUE_TORQUE_IN_ENTRY,
+    VALUE_RPDO1_COUNT,
+    VALUE_TPDO1_COUNT,
+    VALUE_GO_TARGET,
+    VALUE_GO_SPEED,
+    VALUE_GO_VELOCITY,
+    VALUE_GO_ACCELERATION,
+    VALUE_GO_DECELERATION,
+    VALUE_HOME_METHOD,
+    VALUE_HOME_FAST,
+    VALUE_HOME_SLOW,
+    VALUE_HOME_ACCELERATION,
+    VALUE_HOME_OFFSET,
 };
 
 /* What to do with a value read, or what to wait for: index of
@@ -54,6 +88,11 @@ enum drive_cia402_check {
     CHECK_PRELOAD,
     CHECK_PDO_OURS,
     CHECK_LIVE,
+    CHECK_FACTOR,
+    CHECK_FACTORS,
+    CHECK_PROBE,
+    CHECK_TORQUE_OUT,
+    CHECK_TORQUE_IN,
 };
 
 struct drive_cia402_step {
@@ -73,14 +112,97 @@ void drive_cia402_list_begin(struct drive_cia402 *self,
                              int64_t now_ns);
 int drive_cia402_list_step(struct drive_cia402 *self, int64_t now_ns);
 
-/* ---- drive_cia402_start.c: the lists and what stands in them ---- */
+/* ---- drive_cia402_values.c: what stands in the lists ---- */
 
 extern uint32_t (*const drive_cia402_values[])(const struct drive_cia402 *self);
 /* MOTION_OK; MOTION_E_AGAIN: ask again; else refused with fault_text. */
 extern int (*const drive_cia402_checks[])(struct drive_cia402 *self,
                                           uint32_t value);
+
+/* ---- drive_cia402_start.c: the lists for finding and for enabling it ---- */
+
 extern const struct drive_cia402_step drive_cia402_start_up[];
 extern const struct drive_cia402_step drive_cia402_preload[];
+
+/* ---- drive_cia402_factor.c: the factor group ---- */
+
+int drive_cia402_note_factor(struct drive_cia402 *self, uint32_t value);
+int drive_cia402_check_factors(struct drive_cia402 *self);
+
+/* ---- drive_cia402_modes.c: modes of operation, and jobs ---- */
+
+struct drive_cia402_mode {
+    int8_t code;      /* 0x6060 */
+    bool streams;     /* takes set points, and says in bit 12 that it follows */
+    bool uses_target; /* the target of RPDO1 moves it */
+    bool uses_speed;  /* 0x60FF does */
+    /* Bits of the controlword beside 0x0F; what it does every cycle while
+     * enabled; its own motion ends now. */
+    uint16_t (*word)(const struct drive_cia402 *self);
+    void (*step)(struct drive_cia402 *self, int64_t now_ns);
+    void (*reset)(struct drive_cia402 *self);
+    bool (*is_busy)(const struct drive_cia402 *self);
+};
+/* The one in force. */
+const struct drive_cia402_mode *
+drive_cia402_mode(const struct drive_cia402 *self);
+const struct drive_cia402_mode *
+drive_cia402_mode_wanted(const struct drive_cia402 *self);
+unsigned drive_cia402_modes(struct hal_drive *drive);
+int drive_cia402_set_mode(struct hal_drive *drive, enum hal_drive_mode mode);
+int drive_cia402_halt(struct hal_drive *drive);
+/* Whatever moves by itself is over: off, a fault, another mode. */
+void drive_cia402_modes_reset(struct drive_cia402 *self);
+/* Put `mode_wanted` in force. */
+void drive_cia402_modes_change(struct drive_cia402 *self, int64_t now_ns);
+void drive_cia402_job_begin(struct drive_cia402 *self,
+                            enum drive_cia402_job job,
+                            const struct drive_cia402_step *list,
+                            int64_t now_ns);
+void drive_cia402_job_step(struct drive_cia402 *self, int64_t now_ns);
+
+/* ---- drive_cia402_go.c: profile position and velocity ---- */
+
+int drive_cia402_go(struct hal_drive *drive, const struct hal_drive_go *go);
+void drive_cia402_go_written(struct drive_cia402 *self, int64_t now_ns);
+uint16_t drive_cia402_go_word(const struct drive_cia402 *self);
+void drive_cia402_go_step(struct drive_cia402 *self, int64_t now_ns);
+void drive_cia402_go_reset(struct drive_cia402 *self);
+bool drive_cia402_go_is_busy(const struct drive_cia402 *self);
+bool drive_cia402_go_has_arrived(const struct drive_cia402 *self);
+int drive_cia402_go_halt(struct drive_cia402 *self);
+
+/* ---- drive_cia402_home.c: its own homing ---- */
+
+int drive_cia402_home(struct hal_drive *drive,
+                      const struct hal_drive_home *home);
+void drive_cia402_home_written(struct drive_cia402 *self, int64_t now_ns);
+void drive_cia402_home_done(struct drive_cia402 *self, int64_t now_ns);
+uint16_t drive_cia402_home_word(const struct drive_cia402 *self);
+void drive_cia402_home_step(struct drive_cia402 *self, int64_t now_ns);
+void drive_cia402_home_reset(struct drive_cia402 *self);
+bool drive_cia402_home_is_busy(const struct drive_cia402 *self);
+int drive_cia402_home_halt(struct drive_cia402 *self);
+extern const struct drive_cia402_step drive_cia402_limits[];
+
+/* ---- drive_cia402_probe.c: touch probe 1 ---- */
+
+int drive_cia402_set_probe(struct hal_drive *drive, enum hal_drive_probe probe);
+/* A cycle in which nothing else is asked of the drive. */
+void drive_cia402_probe_step(struct drive_cia402 *self, int64_t now_ns);
+
+/* ---- drive_cia402_units.c: into the drive's units ---- */
+
+/* MOTION_E_RANGE. */
+int drive_cia402_counts(const struct drive_cia402 *self, int64_t pos_q32,
+                        int32_t *counts);
+int drive_cia402_speed(const struct drive_cia402 *self, int64_t speed_q16,
+                       int32_t *speed);
+/* Signless, at least 1; 0 stays 0: leave what the drive has. */
+int drive_cia402_speed_of(const struct drive_cia402 *self, int64_t vel_q32,
+                          uint32_t *speed);
+int drive_cia402_ramp_of(const struct drive_cia402 *self, int64_t acc_q16,
+                         uint32_t *ramp);
 
 /* ---- drive_cia402_walk.c: phases and power states ---- */
 
@@ -115,6 +237,19 @@ extern const struct canopen_node_ops drive_cia402_node_ops;
 /* ---- drive_cia402.c: what the controller asks ---- */
 
 extern const struct hal_drive_ops drive_cia402_ops;
+
+static inline struct drive_cia402 *drive_cia402_of(struct hal_drive *drive)
+{
+    return CONTAINER_OF(drive, struct drive_cia402, drive);
+}
+
+#define DRIVE_CIA402_STANDING_COUNTS 2 /* per period */
+
+static inline bool drive_cia402_stands(const struct drive_cia402 *self)
+{
+    return self->actual_delta_counts <= DRIVE_CIA402_STANDING_COUNTS &&
+           self->actual_delta_counts >= -DRIVE_CIA402_STANDING_COUNTS;
+}
 
 static inline enum cia402_state
 drive_cia402_power(const struct drive_cia402 *self)

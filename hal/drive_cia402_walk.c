@@ -20,7 +20,6 @@
 #include "hal/drive_cia402_parts.h"
 
 #define BRAKE_FACTOR    3 /* state time-outs for the step that opens a brake */
-#define STANDING_COUNTS 2 /* per period */
 #define RESET_LOW_SYNCS 2 /* bit 7 low before it rises */
 #define RESET_WORD      0x0080
 #define REMOTE          0x0200
@@ -93,13 +92,32 @@ uint16_t drive_cia402_controlword(const struct drive_cia402 *self)
     if (self->request == HAL_DRIVE_REQUEST_ENABLE && !self->preloaded &&
         (power == CIA402_SWITCHED_ON || power == CIA402_OPERATION_ENABLED))
         return 0x07;
+    if (power == CIA402_OPERATION_ENABLED && drive_cia402_is_enabled(self))
+        return drive_cia402_words[power][self->request] |
+               drive_cia402_mode(self)->word(self);
     return drive_cia402_words[power][self->request];
 }
 
 void drive_cia402_drop_list(struct drive_cia402 *self)
 {
     self->list = NULL;
+    self->job = DRIVE_CIA402_NO_JOB;
     canopen_sdo_drop(&self->node);
+}
+
+static void drive_cia402_forget_modes(struct drive_cia402 *self)
+{
+    drive_cia402_modes_reset(self);
+    self->mode = self->mode_wanted = HAL_DRIVE_STREAM_POSITION;
+    self->mode_known = true;
+    self->modes = 1u << (drive_cia402_mode(self)->code - 1);
+    self->homing = HAL_DRIVE_HOMING_NONE;
+    self->job = DRIVE_CIA402_NO_JOB;
+    self->probe = (struct drive_cia402_probe){ .there = false };
+    self->speeds_fit = true;
+    self->torque_in = self->torque_out = false;
+    for (unsigned i = 0; i < 8; i++)
+        self->factor[i / 2][i % 2] = 0;
 }
 
 void drive_cia402_start_anew(struct drive_cia402 *self, int64_t now_ns)
@@ -111,6 +129,7 @@ void drive_cia402_start_anew(struct drive_cia402 *self, int64_t now_ns)
     self->fault_code = 0;
     self->emcy_code = 0;
     self->fault_text[0] = '\0';
+    drive_cia402_forget_modes(self);
     drive_cia402_list_begin(self, drive_cia402_start_up, now_ns);
 }
 
@@ -124,6 +143,8 @@ static void drive_cia402_run(struct drive_cia402 *self, int64_t now_ns)
     self->walk_since_ns = now_ns;
     self->preloaded = false;
     self->list = NULL;
+    if (!self->mode_known) /* a fault came between */
+        drive_cia402_modes_change(self, now_ns);
 }
 
 static void drive_cia402_start_up_step(struct drive_cia402 *self,
@@ -168,6 +189,8 @@ static void drive_cia402_preload_step(struct drive_cia402 *self, int64_t now_ns)
     self->list = NULL;
     self->preloaded = true;
     self->target_counts = self->preload_counts;
+    self->target_speed_q16 = 0;
+    self->target_torque = 0;
     self->walk_since_ns = now_ns;
 }
 
@@ -217,17 +240,25 @@ static void drive_cia402_walk_step(struct drive_cia402 *self,
         self->walk_state = power;
         self->walk_since_ns = now_ns;
     }
-    if (power == CIA402_SWITCHED_ON && !self->preloaded &&
-        self->request == HAL_DRIVE_REQUEST_ENABLE)
+    if (self->job != DRIVE_CIA402_NO_JOB)
+        drive_cia402_job_step(self, now_ns);
+    else if (power == CIA402_SWITCHED_ON && !self->preloaded &&
+             self->request == HAL_DRIVE_REQUEST_ENABLE)
         drive_cia402_preload_step(self, now_ns);
     else if (!drive_cia402_has_arrived(self, power) &&
              now_ns - self->walk_since_ns >
                  drive_cia402_patience_ns(self, power))
         drive_cia402_latch_stuck(self);
+    if (self->phase != DRIVE_CIA402_RUN)
+        return;
     if (drive_cia402_reported(self) == HAL_DRIVE_ENABLED &&
         self->state != HAL_DRIVE_ENABLED)
         self->first_target = true;
     self->state = drive_cia402_reported(self);
+    if (self->state == HAL_DRIVE_ENABLED)
+        drive_cia402_mode(self)->step(self, now_ns);
+    if (self->phase == DRIVE_CIA402_RUN && self->list == NULL)
+        drive_cia402_probe_step(self, now_ns);
 }
 
 static void drive_cia402_run_step(struct drive_cia402 *self, int64_t now_ns)
@@ -247,8 +278,6 @@ static void drive_cia402_run_step(struct drive_cia402 *self, int64_t now_ns)
 static void drive_cia402_reset_step(struct drive_cia402 *self, int64_t now_ns)
 {
     const enum cia402_state power = drive_cia402_power(self);
-    const bool standing = self->actual_delta_counts <= STANDING_COUNTS &&
-                          self->actual_delta_counts >= -STANDING_COUNTS;
     struct hal_text text;
 
     if (now_ns - self->walk_since_ns > self->config.state_timeout_ns) {
@@ -261,7 +290,7 @@ static void drive_cia402_reset_step(struct drive_cia402 *self, int64_t now_ns)
         self->phase = DRIVE_CIA402_LATCHED;
     } else if (power == CIA402_FAULT) {
         self->reset_cycles++;
-    } else if (power == CIA402_QUICK_STOP_ACTIVE && standing) {
+    } else if (power == CIA402_QUICK_STOP_ACTIVE && drive_cia402_stands(self)) {
         self->request = HAL_DRIVE_REQUEST_OFF;
     } else if (power != CIA402_FAULT_REACTION &&
                power != CIA402_OPERATION_ENABLED &&

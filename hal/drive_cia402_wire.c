@@ -1,8 +1,9 @@
 /* hal/drive_cia402_wire.c - what the node hears and sends; its cycle. */
 #include "hal/drive_cia402_parts.h"
 
-#include "hal/container_of.h"
+#include "motion/fixed.h"
 
+#define HOMED          0x1000
 #define UNANSWERED_MAX 3 /* SYNCs without TPDO1 beyond the one under way */
 
 static struct drive_cia402 *drive_cia402_of_node(struct canopen_node *node)
@@ -20,6 +21,9 @@ static void drive_cia402_note_sync(struct drive_cia402 *self, int64_t now_ns)
     self->latched_ns[2] = self->latched_ns[1];
     self->latched_ns[1] = self->latched_ns[0];
     self->latched_ns[0] = self->sent_ns;
+    self->latched_counts[2] = self->latched_counts[1];
+    self->latched_counts[1] = self->latched_counts[0];
+    self->latched_counts[0] = self->sent_counts;
     self->syncs_unanswered++;
 }
 
@@ -50,13 +54,26 @@ static bool drive_cia402_holds_target(const struct drive_cia402 *self)
            (power == CIA402_SWITCHED_ON && self->preloaded);
 }
 
+/* The image holds what is written as target while the mode changes, and what
+ * a mode that is moved by it was given. */
+static bool drive_cia402_keeps_image(const struct drive_cia402 *self)
+{
+    return drive_cia402_mode(self)->uses_target ||
+           (self->mode == HAL_DRIVE_STREAM_POSITION &&
+            drive_cia402_mode(self)->streams) ||
+           (self->job == DRIVE_CIA402_JOB_MODE && self->list_at > 0);
+}
+
 static void drive_cia402_follow_actual(struct drive_cia402 *self)
 {
-    if (drive_cia402_holds_target(self) || !self->is_live)
+    const bool holds = drive_cia402_holds_target(self);
+
+    if (!self->is_live || (holds && drive_cia402_keeps_image(self)))
         return;
     self->target_counts = (int32_t)(uint32_t)self->actual_counts;
     self->target_ns = 0;
-    self->preloaded = false;
+    if (!holds)
+        self->preloaded = false;
 }
 
 static void drive_cia402_step(struct canopen_node *node, int64_t now_ns)
@@ -97,6 +114,17 @@ static void drive_cia402_note_speed(struct drive_cia402 *self, int32_t delta,
         hal_ratio_scale(&self->to_vel, hal_ratio_scale(&self->to_rate, delta));
 }
 
+/* Homing makes the position jump, and with it begins to count anew. */
+static void drive_cia402_note_homing(struct drive_cia402 *self, uint32_t counts,
+                                     uint16_t word_before)
+{
+    self->actual_counts = (int32_t)counts;
+    if ((self->statusword & ~word_before & HOMED) == 0)
+        return;
+    self->actual_delta_counts = 0;
+    self->actual_vel_q32 = 0;
+}
+
 static void drive_cia402_note_actual(struct drive_cia402 *self, uint32_t counts,
                                      int64_t sync_ns, int64_t demand_ns)
 {
@@ -124,12 +152,19 @@ static void drive_cia402_tpdo1(struct drive_cia402 *self,
     const struct canopen *master = self->node.master;
     const bool late = frame->t_ns != 0 && frame->t_ns <= master->sync_ns;
     const int64_t sync_ns = late ? master->sync_previous_ns : master->sync_ns;
+    const uint32_t counts = drive_cia402_get_u32(frame->data + 2);
+    const uint16_t word_before = self->statusword;
 
     if (!self->pdo_ok || sync_ns == 0)
         return;
     self->statusword = drive_cia402_get_u16(frame->data);
-    drive_cia402_note_actual(self, drive_cia402_get_u32(frame->data + 2),
-                             sync_ns, self->latched_ns[late ? 2 : 1]);
+    drive_cia402_note_actual(self, counts, sync_ns,
+                             self->latched_ns[late ? 2 : 1]);
+    self->demand_counts = self->latched_counts[late ? 2 : 1];
+    if (self->mode == HAL_DRIVE_HOMING)
+        drive_cia402_note_homing(self, counts, word_before);
+    if (self->torque_in)
+        self->actual_torque = (int16_t)drive_cia402_get_u16(frame->data + 6);
     self->syncs_unanswered = late ? 1 : 0;
 }
 
@@ -139,7 +174,7 @@ static bool drive_cia402_tpdo(struct canopen_node *node, unsigned number,
     struct drive_cia402 *self = drive_cia402_of_node(node);
 
     if (number == 1) {
-        if (frame->len < 6)
+        if (frame->len < (self->torque_in ? 8 : 6))
             return false;
         drive_cia402_tpdo1(self, frame);
     } else if (number == 2) {
@@ -193,21 +228,72 @@ static void drive_cia402_heartbeat_lost(struct canopen_node *node,
     drive_cia402_lose(self, HAL_DRIVE_OFFLINE);
 }
 
+static void drive_cia402_put_u32(uint8_t *at, uint32_t value)
+{
+    for (unsigned i = 0; i < 4; i++)
+        at[i] = (uint8_t)(value >> 8 * i);
+}
+
+static unsigned drive_cia402_rpdo1(struct drive_cia402 *self, uint8_t data[8])
+{
+    const uint16_t torque = (uint16_t)self->target_torque;
+
+    self->controlword = drive_cia402_controlword(self);
+    self->sent_ns = self->target_ns;
+    self->sent_counts = self->target_counts;
+    data[0] = (uint8_t)self->controlword;
+    data[1] = (uint8_t)(self->controlword >> 8);
+    drive_cia402_put_u32(data + 2, (uint32_t)self->target_counts);
+    data[6] = (uint8_t)torque;
+    data[7] = (uint8_t)(torque >> 8);
+    return self->torque_out ? 8 : 6;
+}
+
+/* Counts/s in Q16.  In STREAM_POSITION the loop around the position is here:
+ * the speed of the set point and some of what the axis is off. */
+static int64_t drive_cia402_streamed_q16(const struct drive_cia402 *self)
+{
+    const int64_t demand =
+        self->demand_ns != 0 ? self->demand_counts : self->target_counts;
+    const int32_t off = /* modulo 2^32 */
+        (int32_t)((uint32_t)demand - (uint32_t)self->actual_counts);
+    int64_t back_q16, sum_q16;
+
+    if (!drive_cia402_is_enabled(self))
+        return 0;
+    if (self->mode == HAL_DRIVE_STREAM_VELOCITY)
+        return self->target_speed_q16;
+    if (motion_fixed_mulshift(off, self->config.gain_q16, 0, &back_q16) !=
+            MOTION_OK ||
+        motion_fixed_add(self->target_speed_q16, back_q16, &sum_q16) !=
+            MOTION_OK)
+        return 0;
+    return sum_q16;
+}
+
+static unsigned drive_cia402_rpdo2(struct drive_cia402 *self, uint8_t data[8])
+{
+    const struct drive_cia402_mode *mode = drive_cia402_mode(self);
+    int32_t speed;
+
+    if (!mode->streams || !mode->uses_speed)
+        return 0;
+    if (drive_cia402_speed(self, drive_cia402_streamed_q16(self), &speed) !=
+        MOTION_OK)
+        speed = 0;
+    drive_cia402_put_u32(data, (uint32_t)speed);
+    return 4;
+}
+
 static unsigned drive_cia402_rpdo(struct canopen_node *node, unsigned number,
                                   uint8_t data[8])
 {
     struct drive_cia402 *self = drive_cia402_of_node(node);
-    const uint32_t target = (uint32_t)self->target_counts;
 
-    if (number != 1 || !self->pdo_ok || self->phase == DRIVE_CIA402_START_UP)
+    if (number > 2 || !self->pdo_ok || self->phase == DRIVE_CIA402_START_UP)
         return 0;
-    self->controlword = drive_cia402_controlword(self);
-    self->sent_ns = self->target_ns;
-    data[0] = (uint8_t)self->controlword;
-    data[1] = (uint8_t)(self->controlword >> 8);
-    for (unsigned i = 0; i < 4; i++)
-        data[2 + i] = (uint8_t)(target >> 8 * i);
-    return 6;
+    return number == 1 ? drive_cia402_rpdo1(self, data)
+                       : drive_cia402_rpdo2(self, data);
 }
 
 const struct canopen_node_ops drive_cia402_node_ops = {

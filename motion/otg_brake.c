@@ -130,7 +130,7 @@ static void brake_acceleration(struct otg_problem *q, struct otg_shape *shape,
                                bool up)
 {
     struct brake b = brake_view(q, up);
-    if (num_lt(b.vx, num_add(b.v, brake_ramp(&b)))) {
+    if (num_lt(b.vx, num_add(b.v, brake_own_ramp(&b)))) {
         brake_velocity(q, shape, up);
         return;
     }
@@ -140,16 +140,18 @@ static void brake_acceleration(struct otg_problem *q, struct otg_shape *shape,
      * of it ends at vx */
     b = brake_view(q, up);
     struct num below = num_sub(b.vn, b.v);
-    struct num room = num_sub(num_sub(b.vx, b.v), brake_ramp(&b));
+    struct num room = num_sub(num_sub(b.vx, b.v), brake_own_ramp(&b));
     brake_run(q, shape, num_div(num_min(below, room), b.ax),
               brake_sign(b.ax, up));
+    brake_let_go(q, shape, !up);
 }
 
 static bool brake_is_too_fast(const struct brake *b)
 {
-    struct num ramp = brake_ramp(b);
-    if (num_lt(b->vx, b->v) && num_lt(b->vn, num_sub(b->v, ramp)))
+    struct num own = brake_own_ramp(b);
+    if (num_lt(b->vx, b->v) && num_lt(b->vn, num_sub(b->v, own)))
         return true;
+    struct num ramp = num_lt(b->v, b->vn) ? own : brake_ramp(b);
     return b->a.m > 0 && num_lt(b->vx, num_add(b->v, ramp));
 }
 

@@ -5,6 +5,8 @@
 #include "motion/fixed.h"
 #include "motion/otg_internal.h"
 
+#define EXACT_FIVES_ROOM 42 /* 5^9 has 21 bits, its image a sign */
+
 int64_t motion_otg_acc_image(int64_t acc_q16, int acc_bits)
 {
     int shift = acc_bits - 16;
@@ -13,10 +15,18 @@ int64_t motion_otg_acc_image(int64_t acc_q16, int acc_bits)
     return (int64_t)((uint64_t)acc_q16 << shift);
 }
 
+/* 5^9 2^(acc_bits - 10) times as much; one product where the power fits in its
+ * factors. */
 struct wide motion_otg_vel_image(int64_t vel_q32, int acc_bits)
 {
+    int shift = acc_bits - 10, up = shift - EXACT_FIVES_ROOM;
+    if (shift >= 0 && up < (int)motion_real_clz(motion_fixed_abs(vel_q32))) {
+        int64_t fives = OTG_FIVES;
+        fives <<= up > 0 ? EXACT_FIVES_ROOM : shift;
+        vel_q32 = (int64_t)((uint64_t)vel_q32 << (up > 0 ? up : 0));
+        return wide_mul_i64(vel_q32, fives);
+    }
     struct wide v = wide_mul_i64(vel_q32, OTG_FIVES);
-    int shift = acc_bits - 10;
     return shift < 0 ? wide_shr(v, (unsigned)-shift)
                      : wide_shl(v, (unsigned)shift);
 }

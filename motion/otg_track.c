@@ -10,6 +10,7 @@
 #include "motion/otg_internal.h"
 
 #define TRACK_COEF_BITS 61 /* of the largest coefficient given */
+#define TRACK_SHORT     10 /* 2^-10 of the longest phase */
 
 /* Coefficients of u, u^2, u^3 in 2^-(32 + frac) unit. */
 struct cubic {
@@ -108,16 +109,27 @@ struct append {
     int longest;
 };
 
-/* Not the first or the last, where there are others: at the start and the goal
- * the motion may touch its limits. */
-static int longest_inside(const struct motion_otg_plan *plan)
+static int longest_of(const struct motion_otg_plan *plan, int i, int end)
 {
-    int end = plan->count > 2 ? plan->count - 1 : plan->count;
-    int longest = plan->count > 2;
-    for (int i = longest + 1; i < end; i++)
+    int longest = i;
+    for (; i < end; i++)
         if (plan->phase[i].dur_ns_q12 > plan->phase[longest].dur_ns_q12)
             longest = i;
     return longest;
+}
+
+/* Not the first or the last, where the motion may touch its limits, unless all
+ * others are short. */
+static int longest_inside(const struct motion_otg_plan *plan)
+{
+    int longest = longest_of(plan, 0, plan->count);
+    if (plan->count < 3)
+        return longest;
+    int inside = longest_of(plan, 1, plan->count - 1);
+    return plan->phase[inside].dur_ns_q12 > plan->phase[longest].dur_ns_q12 >>
+                   TRACK_SHORT
+               ? inside
+               : longest;
 }
 
 static void append_init(struct append *a)

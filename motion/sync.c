@@ -277,6 +277,9 @@ OTG_OWN_FRAME static int find_needs(const struct motion_otg_move move[],
     needs->wanted = 0;
     for (int i = 0; i < count; i++) {
         fault->axis = i;
+        fault->field = MOTION_OTG_FIELD_DURATION;
+        if (move[i].mode == MOTION_OTG_VELOCITY)
+            return MOTION_E_ARG;
         int err = motion_otg_least(&move[i], &needs->least[i], &fault->field);
         if (err < 0)
             return err;

@@ -36,6 +36,7 @@ enum cia402_abort {
     CIA402_ABORT_RANGE = 0x06090030,
     CIA402_ABORT_TOO_HIGH = 0x06090031,
     CIA402_ABORT_TOO_LOW = 0x06090032,
+    CIA402_ABORT_STORE = 0x08000020,
     CIA402_ABORT_DEVICE_STATE = 0x08000022,
     CIA402_ABORT_NO_DATA = 0x08000024,
 };
@@ -92,6 +93,11 @@ static inline int64_t cia402_now_ns(const struct sim_cia402 *self)
 
 /* All rows, or those of 0x1000-0x1FFF alone, to their defaults. */
 void cia402_od_reset(struct sim_cia402 *self, bool communication_only);
+/* 0x1010: what is set now is what it is set to after power-on. */
+#define CIA402_SAVE UINT32_C(0x65766173) /* "save" */
+void cia402_od_store(struct sim_cia402 *self);
+/* Both 0: the whole range of the type. */
+void cia402_od_range(int row, int64_t *min, int64_t *max);
 /* Row of an object, or -1 with *abort_code. */
 int cia402_od_find(uint16_t index, uint8_t sub, uint32_t *abort_code);
 unsigned cia402_od_size(int row); /* bytes; 0 for a long object */

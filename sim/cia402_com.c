@@ -248,6 +248,8 @@ uint32_t cia402_com_check(const struct sim_cia402 *self, int row,
 
     if (row >= CIA402_RPDO1_COUNT && row <= CIA402_TMAP4_8)
         return cia402_pdo_check(self, row, value);
+    if (row == CIA402_STORE)
+        return value == CIA402_SAVE ? CIA402_DONE : CIA402_ABORT_STORE;
     if (row == CIA402_HISTORY_COUNT)
         legal = value == 0;
     else if (row == CIA402_SYNC_COB)
@@ -261,6 +263,8 @@ void cia402_com_changed(struct sim_cia402 *self, int row)
 {
     if (row == CIA402_HISTORY_COUNT)
         memset(&self->value[CIA402_HISTORY_1], 0, 4 * sizeof(self->value[0]));
+    else if (row == CIA402_STORE)
+        cia402_od_store(self);
     else if (row == CIA402_CONSUMER) /* watched from the first one heard */
         cia402_timer_stop(self, SIM_CIA402_CONSUMER);
     else if (row == CIA402_PRODUCER)

@@ -27,6 +27,16 @@ static void eds_value(FILE *file, int row)
             cia402_od_adds_node(row) ? "$NODEID+" : "", cia402_od_default(row));
 }
 
+static void eds_limits(FILE *file, int row)
+{
+    int64_t min, max;
+
+    cia402_od_range(row, &min, &max);
+    if (min != 0 || max != 0)
+        fprintf(file, "LowLimit=%" PRId64 "\nHighLimit=%" PRId64 "\n", min,
+                max);
+}
+
 static void eds_row(FILE *file, int row)
 {
     fprintf(file,
@@ -37,6 +47,7 @@ static void eds_row(FILE *file, int row)
             cia402_od_is_mappable(row, true) ||
                 cia402_od_is_mappable(row, false));
     eds_value(file, row);
+    eds_limits(file, row);
     fputc('\n', file);
 }
 

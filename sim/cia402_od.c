@@ -52,6 +52,26 @@ static void cia402_od_reset_ramps(struct sim_cia402 *self)
         cia402_od_ramp_default(acc_max / 2);
 }
 
+/* What 0x1010 keeps: settings, not what a master orders in passing. */
+static bool cia402_od_is_parameter(int row)
+{
+    static const uint16_t order[] = { 0x6040, 0x6060, 0x6071, 0x607A,
+                                      0x60B0, 0x60B1, 0x60B2, 0x60FF };
+    const struct cia402_object *object = &cia402_object[row];
+
+    for (unsigned i = 0; i < ARRAY_LEN(order); i++)
+        if (object->index == order[i])
+            return false;
+    return (object->access & (R | W)) == (R | W) && object->index >= 0x1012;
+}
+
+void cia402_od_store(struct sim_cia402 *self)
+{
+    memcpy(self->stored, self->value, sizeof(self->stored));
+    self->has_stored = true;
+    self->value[CIA402_STORE] = 1; /* on command */
+}
+
 void cia402_od_reset(struct sim_cia402 *self, bool communication_only)
 {
     for (unsigned row = 0; row < CIA402_ROW_COUNT; row++) {
@@ -62,8 +82,10 @@ void cia402_od_reset(struct sim_cia402 *self, bool communication_only)
         self->value[row] = (uint32_t)object->init;
         if (object->access & N)
             self->value[row] += self->config.node_id;
+        if (self->has_stored && cia402_od_is_parameter((int)row))
+            self->value[row] = self->stored[row];
     }
-    if (!communication_only)
+    if (!communication_only && !self->has_stored)
         cia402_od_reset_ramps(self);
     if (self->config.serial != 0)
         self->value[CIA402_SERIAL] = self->config.serial;
@@ -81,6 +103,12 @@ int cia402_od_find(uint16_t index, uint8_t sub, uint32_t *abort_code)
         *abort_code = CIA402_ABORT_NO_SUB;
     }
     return -1;
+}
+
+void cia402_od_range(int row, int64_t *min, int64_t *max)
+{
+    *min = cia402_object[row].min;
+    *max = cia402_object[row].max;
 }
 
 unsigned cia402_od_size(int row)

@@ -32,6 +32,8 @@
     X(NAME, 0x1008, 0, TEXT, R, 0, 0, 0)                                       \
     X(HARDWARE, 0x1009, 0, TEXT, R, 1, 0, 0)                                   \
     X(SOFTWARE, 0x100A, 0, TEXT, R, 1, 0, 0)                                   \
+    X(STORE_COUNT, 0x1010, 0, U8, R, 1, 0, 0)                                  \
+    X(STORE, 0x1010, 1, U32, R | W, 1, 0, 0)                                   \
     X(EMCY_COB, 0x1014, 0, U32, R | W | N, 0x80, 0, 0)                         \
     X(CONSUMER_COUNT, 0x1016, 0, U8, R, 1, 0, 0)                               \
     X(CONSUMER, 0x1016, 1, U32, R | W, 0, 0, 0x007FFFFF)                       \

@@ -2,6 +2,7 @@
  * simulated ODrive. */
 #include "sim/odrive_parts.h"
 
+#include "sim/trapezoid.h"
 #include "sim/util.h"
 
 #define ODRIVE_S        INT64_C(1000000000)
@@ -21,34 +22,20 @@ void odrive_motion_begin(struct sim_odrive *self)
     self->traj_done = true;
 }
 
-/* ---- trapezoidal trajectory ---- */
-
-/* One step of dt towards `to`: faster while it could still stop in time. */
-static void odrive_motion_trapezoid(struct sim_odrive *self, int64_t to_q24,
-                                    int64_t dt_ns)
+/* The trajectory that Set_Traj_Vel_Limit and Set_Traj_Accel_Limits shape. */
+static void odrive_motion_trapezoid(struct sim_odrive *self, int64_t dt_ns)
 {
-    const double dt_s = (double)dt_ns / (double)ODRIVE_S;
-    const double way = (double)(to_q24 - self->demand_q24) / ODRIVE_TURN_Q24;
-    const double sign = way < 0 ? -1 : 1;
-    double vel = (double)self->demand_vel_q24 / ODRIVE_TURN_Q24 * sign;
-    const double acc = self->traj_acc, dec = self->traj_dec;
-    /* the way to rest after one more step at this speed */
-    const double stop = vel * dt_s + vel * vel / (2 * dec);
+    const struct sim_trapezoid shape = { .vel_max = self->traj_vel,
+                                         .acc = self->traj_acc,
+                                         .dec = self->traj_dec };
+    double pos = (double)self->demand_q24 / ODRIVE_TURN_Q24;
+    double vel = (double)self->demand_vel_q24 / ODRIVE_TURN_Q24;
 
-    if (vel > 0 && stop >= way * sign)
-        vel -= dec * dt_s;
-    else if (vel < self->traj_vel)
-        vel += acc * dt_s;
-    if (vel > self->traj_vel)
-        vel = self->traj_vel;
-    if (vel * dt_s >= way * sign || (vel <= 0 && stop >= way * sign)) {
-        self->demand_q24 = to_q24;
-        self->demand_vel_q24 = 0;
-        self->traj_done = true;
-        return;
-    }
-    self->demand_vel_q24 = odrive_q24(vel * sign);
-    self->demand_q24 += odrive_q24(vel * sign * dt_s);
+    self->traj_done =
+        sim_trapezoid_step(&shape, (double)self->input_q24 / ODRIVE_TURN_Q24,
+                           (double)dt_ns / (double)ODRIVE_S, &pos, &vel);
+    self->demand_q24 = odrive_q24(pos);
+    self->demand_vel_q24 = odrive_q24(vel);
 }
 
 /* To count 0, slowly. */
@@ -87,7 +74,7 @@ static void odrive_motion_demand(struct sim_odrive *self, int64_t dt_ns)
             self->traj_done = false;
         self->traj_new = false;
         if (!self->traj_done)
-            odrive_motion_trapezoid(self, self->input_q24, dt_ns);
+            odrive_motion_trapezoid(self, dt_ns);
     } else {
         self->demand_q24 = self->input_q24;
         self->demand_vel_q24 = self->input_vel_q24;

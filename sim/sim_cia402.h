@@ -165,7 +165,9 @@ struct sim_cia402 {
     struct sim_plant plant;
 
     /* Private from here on. */
-    uint32_t value[SIM_CIA402_OBJECTS_MAX]; /* by row of the dictionary */
+    uint32_t value[SIM_CIA402_OBJECTS_MAX];  /* by row of the dictionary */
+    uint32_t stored[SIM_CIA402_OBJECTS_MAX]; /* by 0x1010, over power-off */
+    bool has_stored;
     int64_t timer_ns[SIM_CIA402_TIMERS];
     int64_t due_ns; /* the first of them */
     uint8_t nmt_state;

@@ -11,7 +11,9 @@
 
 #include <cmocka.h>
 
+#ifndef ARRAY_LEN /* sim/util.h has it too */
 #define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
+#endif
 
 /* xorshift64*: the same numbers everywhere.  Print the seed when a property
  * fails. */

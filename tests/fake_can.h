@@ -15,6 +15,7 @@
 #include "hal/container_of.h"
 
 #define FAKE_CAN_FRAMES 4096
+#define FAKE_CAN_TEXT   (16 + 2 * HAL_CAN_FD_DATA_MAX)
 
 struct fake_can {
     struct hal_can can;
@@ -35,7 +36,7 @@ static int fake_can_send(struct hal_can *can, const struct hal_can_frame *frame)
         return MOTION_E_FULL;
     }
     assert_true(fake->out_count < FAKE_CAN_FRAMES);
-    assert_true(frame->len <= 8);
+    assert_true(hal_can_is_legal(frame, true));
     fake->out[fake->out_count++] = *frame;
     return MOTION_OK;
 }
@@ -107,9 +108,11 @@ static inline struct hal_can_frame fake_can_parse(const char *text)
     for (data++; !frame.remote && *data != '\0'; data += 2) {
         const char pair[3] = { data[0], data[1], '\0' };
 
-        assert_true(frame.len < 8);
+        assert_true(frame.len < HAL_CAN_FD_DATA_MAX);
         frame.data[frame.len++] = (uint8_t)strtoul(pair, NULL, 16);
     }
+    frame.fd = frame.len > HAL_CAN_DATA_MAX;
+    frame.extended = frame.id > 0x7FF;
     return frame;
 }
 
@@ -129,20 +132,21 @@ static inline void fake_can_put(struct fake_can *fake, const char *text)
 }
 
 static inline void fake_can_print(const struct hal_can_frame *frame,
-                                  char text[48])
+                                  char text[FAKE_CAN_TEXT])
 {
-    int at = snprintf(text, 48, frame->remote ? "%03X#R" : "%03X#",
+    int at = snprintf(text, FAKE_CAN_TEXT, frame->remote ? "%03X#R" : "%03X#",
                       (unsigned)frame->id);
 
     for (unsigned i = 0; i < frame->len; i++)
-        at += snprintf(text + at, 48 - (size_t)at, "%02X", frame->data[i]);
+        at += snprintf(text + at, FAKE_CAN_TEXT - (size_t)at, "%02X",
+                       frame->data[i]);
 }
 
 /* The next frame that was sent must be this one; NULL: there is none. */
 static inline void fake_can_expect_at(struct fake_can *fake, const char *want,
                                       const char *file, int line)
 {
-    char got[48] = "nothing";
+    char got[FAKE_CAN_TEXT] = "nothing";
 
     if (fake->out_at < fake->out_count)
         fake_can_print(&fake->out[fake->out_at++], got);

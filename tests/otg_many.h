@@ -62,6 +62,7 @@ enum many_verdict {
     MANY_GOOD,
     MANY_REFUSED, /* rightly: there is no such motion */
     MANY_RANGE,   /* rightly: over three days, or beyond the formats */
+    MANY_DOUBT,   /* as that, but not proven */
     MANY_MISSED,  /* refused although there is a motion */
     MANY_BAD,     /* an answer that is wrong */
     MANY_VERDICTS

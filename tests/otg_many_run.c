@@ -82,7 +82,7 @@ static enum many_verdict refused(const struct motion_otg_move m[], int axes,
         goal_is_out_of_reach(&m[axis]))
         return MANY_REFUSED;
     bad(&m[axis], motion_err_text(err), motion_otg_field_text(field), text);
-    return MANY_MISSED;
+    return err == MOTION_E_RANGE ? MANY_DOUBT : MANY_MISSED;
 }
 
 static enum many_verdict judged(const struct motion_otg_move *m,

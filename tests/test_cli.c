@@ -582,7 +582,7 @@ static void a_run_reports_and_its_telemetry_can_be_drawn(void **state)
     assert_non_null(strstr(out, "</svg>"));
     write_file(csv, "t_ns,phase,state,path_ns\n1,move,moving,x\n");
     expect_bad_input(slew("plot", "--telemetry", csv, "--out", svg, directory),
-                     "t.csv:2: x, expected a number");
+                     "t.csv:2: 'x', expected a number");
 }
 
 /* Keys too close to be drawn: what is left is the same, from window or file. */

@@ -4,11 +4,15 @@
 
 #include <string.h>
 
+#include "hal/drive_cia402.h"
+#include "hal/drive_moteus.h"
 #include "hal/drive_odrive.h"
 #include "motion/fixed.h"
+#include "sim/sim_cia402.h"
+#include "sim/sim_moteus.h"
 #include "sim/sim_odrive.h"
+#include "tests/modbus_bench.h"
 
-#define MS  INT64_C(1000000)
 #define S   INT64_C(1000000000)
 #define ONE MOTION_FIXED_ONE_Q32
 
@@ -148,7 +152,220 @@ static int all_odrives(void)
     return failed + conform_drive(&odrive_bench);
 }
 
+/* ---- moteus ------------------------------------------------------------- */
+
+static struct sim_moteus moteus_device;
+static struct drive_moteus moteus;
+
+static struct hal_drive *moteus_setup(struct conform_drive *b)
+{
+    const struct sim_moteus_config device = { .id = 5,
+                                              .plant = turns_plant,
+                                              .start_counts = -54321,
+                                              .boot_ns = 50 * MS };
+    const struct drive_moteus_config config = { .id = 5,
+                                                .switched = true,
+                                                .turns = turns_config };
+
+    wire_up(b, 1000000);
+    assert_int_equal(sim_can_bus_set_fd(&wire, 5), 0);
+    assert_int_equal(sim_moteus_init(&moteus_device, &wire, &device), 0);
+    can_bus_init(&can_bus, &port.can);
+    assert_int_equal(drive_moteus_init(&moteus, &can_bus, &config), 0);
+    return &moteus.turns.drive;
+}
+
+static int64_t moteus_ruler_q32(struct conform_drive *b)
+{
+    (void)b;
+    return units_of(sim_moteus_pos_q24(&moteus_device), SIM_MOTEUS_COUNTS,
+                    TURNS_DEN / TURNS_NUM);
+}
+
+static void moteus_trouble(struct conform_drive *b,
+                           enum conform_drive_trouble trouble)
+{
+    static const enum sim_moteus_fault fault[] = {
+        [CONFORM_DRIVE_TRIP] = SIM_MOTEUS_DRIVER,
+        [CONFORM_DRIVE_LASTING_TRIP] = SIM_MOTEUS_ENCODER,
+        [CONFORM_DRIVE_SILENT] = SIM_MOTEUS_SILENT,
+        [CONFORM_DRIVE_HEAL] = SIM_MOTEUS_CLEAR,
+    };
+
+    (void)b;
+    sim_moteus_inject(&moteus_device, fault[trouble]);
+}
+
+static struct conform_drive moteus_bench = {
+    .name = "drive_moteus",
+    .setup = moteus_setup,
+    .begin = can_bus_tick,
+    .end = can_bus_tock,
+    .ruler_q32 = moteus_ruler_q32,
+    .trouble = moteus_trouble,
+    .tick_ns = 1 * MS,
+    .start_ns = 1 * S,
+    .enable_ns = 20 * MS,
+    .trip_ns = 3 * MS,
+    .silent_ns = 60 * MS,
+    .follow_q32 = ONE / 20,
+    .report_q32 = ONE / 200,
+    .stand_q32 = ONE / 1000,
+    .beyond_q32 = INT64_C(400000) * ONE,
+    .lasts = true,
+};
+
+/* ---- CiA 402 ------------------------------------------------------------ */
+
+#define COUNTS 1000 /* per unit */
+
+static struct sim_cia402 cia402_device;
+static struct canopen canopen;
+static struct drive_cia402 cia402;
+
+static struct hal_drive *cia402_setup(struct conform_drive *b)
+{
+    static const struct canopen_config master = {
+        .node_id = 127, .sync_period_ns = 1 * MS, .heartbeat_period_ns = 20 * MS
+    };
+    static const struct drive_cia402_config config = {
+        .node_id = 1,
+        .counts_num = COUNTS,
+        .counts_den = 1,
+        .sync_period_ns = 1 * MS,
+        .quick_stop_counts_s2 = 200 * COUNTS,
+    };
+    static const struct sim_cia402_config device = {
+        .node_id = 1,
+        .plant = { .omega_mrad_s = 400000,
+                   .zeta_permille = 1000,
+                   .vel_max_counts_s = 100 * COUNTS,
+                   .acc_max_counts_s2 = 10000 * COUNTS },
+        .start_counts = 54321,
+        .loop_ns = 250000,
+        .brake_release_ns = 80 * MS,
+        .boot_ns = 30 * MS,
+    };
+
+    wire_up(b, 1000000);
+    assert_int_equal(canopen_init(&canopen, &port.can, &master), 0);
+    assert_int_equal(sim_cia402_init(&cia402_device, &wire, &device), 0);
+    assert_int_equal(drive_cia402_init(&cia402, &canopen, &config), 0);
+    return &cia402.drive;
+}
+
+static void canopen_tick(struct conform_drive *b)
+{
+    sim_world_run(&world, b->now_ns);
+    assert_int_equal(hal_fieldbus_begin(&canopen.fieldbus, b->now_ns), 0);
+}
+
+static void canopen_tock(struct conform_drive *b)
+{
+    assert_int_equal(hal_fieldbus_end(&canopen.fieldbus, b->now_ns), 0);
+}
+
+static int64_t cia402_ruler_q32(struct conform_drive *b)
+{
+    (void)b;
+    return units_of(sim_cia402_pos_q24(&cia402_device), COUNTS, 1);
+}
+
+static void cia402_trouble(struct conform_drive *b,
+                           enum conform_drive_trouble trouble)
+{
+    static const enum sim_cia402_fault fault[] = {
+        [CONFORM_DRIVE_TRIP] = SIM_CIA402_OVERCURRENT,
+        [CONFORM_DRIVE_SILENT] = SIM_CIA402_SILENT,
+        [CONFORM_DRIVE_HEAL] = SIM_CIA402_CLEAR,
+    };
+
+    (void)b;
+    sim_cia402_inject(&cia402_device, fault[trouble]);
+}
+
+static struct conform_drive cia402_bench = {
+    .name = "drive_cia402",
+    .setup = cia402_setup,
+    .begin = canopen_tick,
+    .end = canopen_tock,
+    .ruler_q32 = cia402_ruler_q32,
+    .trouble = cia402_trouble,
+    .tick_ns = 1 * MS,
+    .start_ns = 2 * S,
+    .enable_ns = 500 * MS,
+    .trip_ns = 200 * MS,
+    .silent_ns = 100 * MS,
+    .follow_q32 = ONE / 20,
+    .report_q32 = ONE / 100, /* the ruler steps every 250 us */
+    .stand_q32 = ONE / 200,
+    .beyond_q32 = INT64_C(3000000) * ONE,
+    .homing_method = 35, /* here */
+};
+
+/* ---- by a register map -------------------------------------------------- */
+
+static struct modbus_bench modbus;
+
+static struct hal_drive *modbus_setup(struct conform_drive *b)
+{
+    modbus_bench_load(&modbus, "leadshine-el7");
+    modbus_bench_init(&modbus);
+    b->now_ns = modbus.world.now_ns;
+    return &modbus.drive.drive;
+}
+
+static void modbus_tick(struct conform_drive *b)
+{
+    sim_world_run(&modbus.world, b->now_ns);
+    assert_int_equal(hal_fieldbus_begin(&modbus.bus.fieldbus, b->now_ns), 0);
+}
+
+static void modbus_tock(struct conform_drive *b)
+{
+    assert_int_equal(hal_fieldbus_end(&modbus.bus.fieldbus, b->now_ns), 0);
+}
+
+static int64_t modbus_ruler_q32(struct conform_drive *b)
+{
+    (void)b;
+    return units_of(sim_modbus_servo_counts(&modbus.servo) << 24, BENCH_COUNTS,
+                    1);
+}
+
+static void modbus_trouble(struct conform_drive *b,
+                           enum conform_drive_trouble trouble)
+{
+    static const enum sim_modbus_servo_fault fault[] = {
+        [CONFORM_DRIVE_TRIP] = SIM_MODBUS_SERVO_ALARM,
+        [CONFORM_DRIVE_SILENT] = SIM_MODBUS_SERVO_OFF,
+        [CONFORM_DRIVE_HEAL] = SIM_MODBUS_SERVO_CLEAR,
+    };
+
+    (void)b;
+    sim_modbus_servo_inject(&modbus.servo, fault[trouble]);
+}
+
+static struct conform_drive modbus_servo_bench = {
+    .name = "drive_modbus",
+    .setup = modbus_setup,
+    .begin = modbus_tick,
+    .end = modbus_tock,
+    .ruler_q32 = modbus_ruler_q32,
+    .trouble = modbus_trouble,
+    .tick_ns = 1 * MS,
+    .start_ns = 3 * S,
+    .enable_ns = 1 * S,
+    .trip_ns = 200 * MS,
+    .silent_ns = 500 * MS,
+    .follow_q32 = ONE,
+    .report_q32 = ONE / 4,
+    .stand_q32 = ONE / 20,
+    .beyond_q32 = INT64_C(300000) * ONE,
+};
+
 int main(void)
 {
-    return all_odrives();
+    return all_odrives() + conform_drive(&moteus_bench) +
+           conform_drive(&cia402_bench) + conform_drive(&modbus_servo_bench);
 }

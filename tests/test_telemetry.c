@@ -172,16 +172,16 @@ files_that_are_no_telemetry_get_one_line_with_its_place(void **state)
     } rows[] = {
         { "", ":0: not the heading" },
         { "hello\n", ":1: not the heading" },
-        { HEAD ",crane.demand_mm\n", ":1: crane, expected an axis of this" },
-        { HEAD ",dolly.demand_deg\n", ":1: demand_deg, expected a column" },
-        { HEAD ",dolly\n", ":1: dolly, expected a column of an axis" },
+        { HEAD ",crane.demand_mm\n", ":1: 'crane', expected an axis of this" },
+        { HEAD ",dolly.demand_deg\n", ":1: 'demand_deg', expected a column" },
+        { HEAD ",dolly\n", ":1: 'dolly', expected a column of an axis" },
         { HEAD ",dolly.demand_mm\n0,move,moving,0,nan\n",
-          ":2: nan, expected a number" },
+          ":2: 'nan', expected a number" },
         { HEAD ",dolly.demand_mm\n0,move,moving,0\n", ":2: the line ends" },
         { HEAD ",dolly.demand_mm\n0,move,moving,0,1,2\n",
           ":2: more cells than columns" },
-        { HEAD "\n0,flying,moving,0\n", ":2: flying, expected a phase" },
-        { HEAD "\n1e400,move,moving,0\n", ":2: 1e400, expected a number" },
+        { HEAD "\n0,flying,moving,0\n", ":2: 'flying', expected a phase" },
+        { HEAD "\n1e400,move,moving,0\n", ":2: '1e400', expected a number" },
     };
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(rows); i++) {

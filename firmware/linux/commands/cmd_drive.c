@@ -1,163 +1,114 @@
-/* firmware/linux/commands/cmd_drive.c - slew drive info: will this drive do? */
+/* firmware/linux/commands/cmd_drive.c - slew drive: look at one drive, read and
+ * write what it is set to, clear its fault. */
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/linux/base/json.h"
-#include "firmware/linux/base/table.h"
-#include "firmware/linux/commands/command.h"
-#include "firmware/linux/rig/eds.h"
+#include "firmware/linux/commands/drive_verbs.h"
 
-#define CMD_DRIVE_CSP (UINT32_C(1) << 7) /* of 0x6502 */
+#define CMD_DRIVE_PATHS 12
 
-enum cmd_drive_need { NEED_READ = 1, NEED_WRITE = 2, NEED_MAP = 4 };
-
-/* What hal/drive_cia402_start.c asks of a drive; the first part it insists
- * on. */
 static const struct {
-    uint16_t index;
-    uint8_t sub, need;
-    bool required;
-    const char *why;
-} cmd_drive_row[] = {
-    { 0x1000, 0, NEED_READ, true, "is it a drive" },
-    { 0x1016, 1, NEED_READ | NEED_WRITE, true, "it stops when we are silent" },
-    { 0x1017, 0, NEED_READ | NEED_WRITE, true, "its heartbeat" },
-    { 0x1400, 1, NEED_READ | NEED_WRITE, true, "set points in a PDO" },
-    { 0x1600, 0, NEED_READ | NEED_WRITE, true, "likewise, what it carries" },
-    { 0x1800, 1, NEED_READ | NEED_WRITE, true, "feedback in a PDO" },
-    { 0x1A00, 0, NEED_READ | NEED_WRITE, true, "likewise, what it carries" },
-    { 0x6007, 0, NEED_READ | NEED_WRITE, true, "how it stops when we are" },
-    { 0x6040, 0, NEED_MAP, true, "controlword" },
-    { 0x6041, 0, NEED_READ | NEED_MAP, true, "statusword" },
-    { 0x6060, 0, NEED_WRITE, true, "mode" },
-    { 0x6061, 0, NEED_READ, true, "mode in force" },
-    { 0x6064, 0, NEED_READ | NEED_MAP, true, "actual position" },
-    { 0x607A, 0, NEED_READ | NEED_WRITE | NEED_MAP, true, "target position" },
-    { 0x6502, 0, NEED_READ, true, "CSP among its modes" },
-    { 0x1006, 0, NEED_READ | NEED_WRITE, false, "SYNC period" },
-    { 0x603F, 0, NEED_READ, false, "error code" },
-    { 0x6065, 0, NEED_READ | NEED_WRITE, false, "following error window" },
-    { 0x6085, 0, NEED_READ | NEED_WRITE, false, "quick-stop ramp" },
-    { 0x60C2, 1, NEED_READ | NEED_WRITE, false, "interpolation period" },
-    { 0x60FD, 0, NEED_READ | NEED_MAP, false, "limit switches" },
+    const char *name;
+    int least, most; /* arguments after it */
+    enum status (*run)(const struct options *options);
+    const char *expected;
+} cmd_drive_verb[] = {
+    { "info", 2, 2, drive_info, "RIG AXIS, BUS NODE, or an EDS or DCF file" },
+    { "get", 3, CMD_DRIVE_PATHS - 1, drive_get,
+      "RIG AXIS or BUS NODE, then what is to be read" },
+    { "set", 3, 4, drive_set,
+      "RIG AXIS or BUS NODE, then an object or register and its value" },
+    { "store", 2, 2, drive_store, "RIG AXIS or BUS NODE" },
+    { "reset", 2, 2, drive_reset, "RIG AXIS or BUS NODE" },
+    { "lss", 2, 3, drive_lss,
+      "RIG or BUS, then scan, node NUMBER, rate BIT/S or store" },
 };
-
-/* NULL: all is well; else what is missing. */
-static const char *cmd_drive_lacks(const struct eds_object *object,
-                                   unsigned need)
-{
-    if (object == NULL)
-        return "not there";
-    if ((need & NEED_READ) != 0 && !object->readable)
-        return "cannot be read";
-    if ((need & NEED_WRITE) != 0 && !object->writable)
-        return "cannot be written";
-    if ((need & NEED_MAP) != 0 && !object->mappable)
-        return "cannot be mapped";
-    if (object->index == 0x6502 && object->has_value &&
-        (object->value & CMD_DRIVE_CSP) == 0)
-        return "has no CSP";
-    return NULL;
-}
-
-#define CMD_DRIVE_ROWS (sizeof cmd_drive_row / sizeof cmd_drive_row[0])
-
-static const char *cmd_drive_lacks_row(const struct eds *eds, size_t i)
-{
-    return cmd_drive_lacks(
-        eds_find(eds, cmd_drive_row[i].index, cmd_drive_row[i].sub),
-        cmd_drive_row[i].need);
-}
-
-/* How many objects are missing that must be there. */
-static unsigned cmd_drive_missing(const struct eds *eds)
-{
-    unsigned missing = 0;
-    for (size_t i = 0; i < CMD_DRIVE_ROWS; i++)
-        missing +=
-            cmd_drive_row[i].required && cmd_drive_lacks_row(eds, i) != NULL;
-    return missing;
-}
-
-static void cmd_drive_table(const struct eds *eds)
-{
-    static const char *const head[] = { "<object", "<what for", "<need",
-                                        "<drive" };
-    struct table table;
-
-    table_init(&table, 4, head);
-    for (size_t i = 0; i < CMD_DRIVE_ROWS; i++) {
-        const char *lacks = cmd_drive_lacks_row(eds, i);
-        table_cell(&table, "%04X:%u", cmd_drive_row[i].index,
-                   cmd_drive_row[i].sub);
-        table_cell(&table, "%s", cmd_drive_row[i].why);
-        table_cell(&table, "%s", cmd_drive_row[i].required ? "must" : "may");
-        table_cell(&table, "%s", lacks == NULL ? "yes" : lacks);
-    }
-    table_print(&table, stdout);
-    table_free(&table);
-}
-
-static void cmd_drive_json(const struct eds *eds, unsigned missing)
-{
-    cJSON *report = cJSON_CreateObject();
-    cJSON_AddBoolToObject(report, "ok", missing == 0);
-    cJSON_AddStringToObject(report, "vendor", eds->vendor);
-    cJSON_AddStringToObject(report, "product", eds->product);
-    cJSON *objects = cJSON_AddArrayToObject(report, "objects");
-    for (size_t i = 0; i < CMD_DRIVE_ROWS; i++) {
-        const char *lacks = cmd_drive_lacks_row(eds, i);
-        char name[16];
-        cJSON *object = cJSON_CreateObject();
-        snprintf(name, sizeof name, "%04X:%u", cmd_drive_row[i].index,
-                 cmd_drive_row[i].sub);
-        cJSON_AddStringToObject(object, "object", name);
-        cJSON_AddBoolToObject(object, "required", cmd_drive_row[i].required);
-        cJSON_AddStringToObject(object, "drive", lacks == NULL ? "yes" : lacks);
-        cJSON_AddItemToArray(objects, object);
-    }
-    json_print(report, stdout);
-}
-
-static void cmd_drive_print(const struct eds *eds, unsigned missing)
-{
-    printf("%s, %s: %u objects\n\n", eds->vendor, eds->product, eds->count);
-    cmd_drive_table(eds);
-    if (missing == 0)
-        puts("\nthis drive will do");
-    else
-        printf("\nthis drive lacks %u of the objects it must have\n", missing);
-}
+#define CMD_DRIVE_VERBS (sizeof cmd_drive_verb / sizeof cmd_drive_verb[0])
 
 static enum status cmd_drive_run(const struct options *options)
 {
-    static struct eds eds;
-    char message[EDS_MESSAGE_MAX];
-    if (options->path_count != 2 || strcmp(options->path[0], "info") != 0) {
-        fprintf(stderr, "slew drive: expected info and an EDS or DCF file\n");
+    const int count = options->path_count - 1;
+
+    if (strcmp(options->path[0], "info") == 0 && count == 1)
+        return drive_sheet(options);
+    for (size_t i = 0; i < CMD_DRIVE_VERBS; i++) {
+        if (strcmp(options->path[0], cmd_drive_verb[i].name) != 0)
+            continue;
+        if (count >= cmd_drive_verb[i].least && count <= cmd_drive_verb[i].most)
+            return cmd_drive_verb[i].run(options);
+        fprintf(stderr, "slew drive %s: expected %s; see slew drive --help\n",
+                cmd_drive_verb[i].name, cmd_drive_verb[i].expected);
         return STATUS_INPUT;
     }
-    if (eds_load(options->path[1], &eds, message) < 0) {
-        fprintf(stderr, "%s\n", message);
-        return STATUS_INPUT;
-    }
-    const unsigned missing = cmd_drive_missing(&eds);
-    if (options->json)
-        cmd_drive_json(&eds, missing);
-    else
-        cmd_drive_print(&eds, missing);
-    return missing == 0 ? STATUS_OK : STATUS_REFUSED;
+    fprintf(stderr,
+            "slew drive: no verb '%.40s', expected info, get, set, "
+            "store, reset or lss\n",
+            options->path[0]);
+    return STATUS_INPUT;
 }
 
-static const struct option_row cmd_drive_option[] = { OPTIONS_COMMON };
+static const struct option_row cmd_drive_option[] = {
+    { "real", NULL, OPTION_FLAG, offsetof(struct options, real),
+      "a rig's drives on its interfaces, not simulated ones" },
+    { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
+      "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
+    { "bus", "NAME", OPTION_TEXT, offsetof(struct options, bus),
+      "which bus of the rig, when a node is given and not an axis" },
+    { "eds", "FILE", OPTION_TEXT, offsetof(struct options, sheet),
+      "the drive's data sheet, for names, types and ranges" },
+    { "map", "NAME", OPTION_TEXT, offsetof(struct options, map),
+      "the drive's register map, on Modbus" },
+    { "type", "TYPE", OPTION_TEXT, offsetof(struct options, type),
+      "u8, i8, u16, i16, u32 or i32, where nobody knows it" },
+    { "baud", "RATE", OPTION_COUNT, offsetof(struct options, baud),
+      "of a serial port that no rig describes (115200)" },
+    { "parity", "WORD", OPTION_TEXT, offsetof(struct options, parity),
+      "even, odd or none, likewise (even)" },
+    { "timeout", "TIME", OPTION_TIME, offsetof(struct options, timeout_ns),
+      "for each answer (CANopen 200 ms, Modbus 50 ms)" },
+    { "identity", "NUMBERS", OPTION_TEXT, offsetof(struct options, identity),
+      "lss: only the device VENDOR,PRODUCT,REVISION,SERIAL" },
+    { "store", NULL, OPTION_FLAG, offsetof(struct options, store),
+      "set, lss: keep it over power-off" },
+    { "yes", NULL, OPTION_FLAG, offsetof(struct options, yes),
+      "write also to a drive that does not say whether it is enabled" },
+    OPTIONS_COMMON,
+};
 
 const struct command cmd_drive = {
     .name = "drive",
-    .arguments = "info FILE.eds",
-    .summary = "say whether a CANopen drive will do, from its data sheet",
-    .text = "Reads the EDS or DCF file of the maker and checks that the drive "
-            "has the\nobjects that slew needs, and may use them as it does.\n",
-    .examples = "  slew drive info servo.eds\n",
+    .arguments = "VERB RIG AXIS | VERB BUS NODE | info FILE.eds",
+    .summary = "look at one drive, read and write its parameters",
+    .text =
+        "  info RIG AXIS              who it is, what it is set to, its "
+        "errors\n"
+        "  info FILE.eds              will it do, from the maker's data sheet\n"
+        "  get RIG AXIS WHAT ...      read objects or registers\n"
+        "  set RIG AXIS WHAT VALUE    write one and read it back (WHAT=VALUE)\n"
+        "  store RIG AXIS             keep what was set over power-off\n"
+        "  reset RIG AXIS             say why it is in fault, clear that\n"
+        "  lss BUS scan               a device without node number\n"
+        "  lss BUS node NUMBER        give it one\n"
+        "  lss BUS rate BIT/S         give it a bit rate\n"
+        "  lss BUS store              keep both over power-off\n"
+        "\n"
+        "RIG AXIS is an axis of a rig: simulated, or with --real the drive on\n"
+        "its bus.  In their place a CAN interface and a node, a serial port "
+        "and\n"
+        "a unit, or HOST:PORT and a unit.  WHAT is an object, 6041 or 607D:1,\n"
+        "or its name in the data sheet; on Modbus a register of the map, or "
+        "an\n"
+        "address such as 0x6002.  Nothing moves: while the drive may have "
+        "torque\n"
+        "nothing is written.\n",
+    .examples = "  slew drive info servo.eds\n"
+                "  slew drive info --real rig.yaml dolly\n"
+                "  slew drive get can0 5 statusword 6064 --eds servo.eds\n"
+                "  slew drive set --real rig.yaml dolly 6065 20000 --store\n"
+                "  slew drive get /dev/ttyUSB0 1 position --map "
+                "leadshine-el7\n"
+                "  slew drive lss can0 node 5 --store\n",
+    .path_max = CMD_DRIVE_PATHS,
     COMMAND_OPTIONS(cmd_drive_option),
     .run = cmd_drive_run,
 };

@@ -12,7 +12,7 @@
 
 #include "firmware/linux/commands/otg_rows.h"
 
-#define OPTIONS_PATHS_MAX 3
+#define OPTIONS_PATHS_MAX 12
 
 enum option_kind {
     OPTION_FLAG,    /* bool */
@@ -42,7 +42,11 @@ struct options {
     const char *out, *axis, *plot, *compare;
     const char *telemetry, *can_log, *modbus_log; /* run */
     const char *rig, *fps, *columns, *curve, *interface;
-    const char *root; /* doctor */
+    const char *root;                              /* doctor */
+    const char *bus, *sheet, *map, *type, *parity; /* drive, scan */
+    const char *identity, *units;
+    bool store, yes;
+    int64_t baud, timeout_ns; /* 0 when not given */
     int64_t rate_uhz;
     int64_t from_ns, to_ns, hold_at_ns, resume_after_ns;
     int64_t override_q30;

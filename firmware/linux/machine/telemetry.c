@@ -9,6 +9,7 @@
 
 #include "firmware/controller.h"
 #include "firmware/linux/base/number.h"
+#include "firmware/linux/yaml/yaml_report.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
 
@@ -181,6 +182,17 @@ static int telemetry_fail(struct telemetry_reader *reader, const char *what,
     return -1;
 }
 
+/* About a cell of the file, NULL: it is missing. */
+static int telemetry_fail_cell(struct telemetry_reader *reader,
+                               const char *cell, const char *expected)
+{
+    char quote[YAML_QUOTE_MAX];
+    return telemetry_fail(reader,
+                          cell == NULL ? "the line ends"
+                                       : yaml_quote(quote, cell, strlen(cell)),
+                          expected);
+}
+
 /* 1, or 0 at the end; the line end is cut off. */
 static int telemetry_line(struct telemetry_reader *reader)
 {
@@ -243,21 +255,21 @@ static int telemetry_find(struct telemetry_reader *reader, char *name,
 {
     char *dot = strchr(name, '.');
     if (dot == NULL)
-        return telemetry_fail(reader, name, "a column of an axis");
+        return telemetry_fail_cell(reader, name, "a column of an axis");
     *dot = 0;
     if (telemetry_find_line(reader->rig, name, dot + 1, column))
         return 0;
     int axis = rig_axis_index(reader->rig, name);
     if (axis < 0)
-        return telemetry_fail(reader, name, "an axis of this rig");
+        return telemetry_fail_cell(reader, name, "an axis of this rig");
     column->axis = (unsigned)axis;
     for (size_t f = 0; f <= TELEMETRY_FIELDS; f++) {
         column->field = f;
         if (telemetry_is_field(&reader->rig->axis[axis], f, dot + 1))
             return 0;
     }
-    return telemetry_fail(reader, dot + 1,
-                          "a column of telemetry in the axis's unit");
+    return telemetry_fail_cell(reader, dot + 1,
+                               "a column of telemetry in the axis's unit");
 }
 
 static int telemetry_read_heading(struct telemetry_reader *reader)
@@ -288,8 +300,7 @@ static int telemetry_read_number(struct telemetry_reader *reader,
 {
     const char *end;
     if (cell == NULL || number_parse(cell, bits, value, &end) < 0 || *end != 0)
-        return telemetry_fail(reader, cell == NULL ? "the line ends" : cell,
-                              "a number");
+        return telemetry_fail_cell(reader, cell, "a number");
     return 0;
 }
 
@@ -302,8 +313,8 @@ static int telemetry_read_phase(struct telemetry_reader *reader,
         row->phase = (enum telemetry_phase)i;
         return 0;
     }
-    return telemetry_fail(reader, cell == NULL ? "the line ends" : cell,
-                          "a phase: enable, approach, move, settle or stop");
+    return telemetry_fail_cell(
+        reader, cell, "a phase: enable, approach, move, settle or stop");
 }
 
 static int telemetry_read_column(struct telemetry_reader *reader,

@@ -113,6 +113,29 @@ static int eds_number(struct eds_reader *reader, const char *text,
     return 0;
 }
 
+/* A limit of a signed type may be written as its bits: 0xFFFF for -1. */
+static int eds_limit(struct eds_reader *reader, const char *text, bool *has,
+                     int64_t *limit)
+{
+    static const uint32_t masks[] = {
+        [2] = 0xFF, [3] = 0xFFFF, [4] = UINT32_MAX,
+        [5] = 0xFF, [6] = 0xFFFF, [7] = UINT32_MAX
+    };
+    const uint8_t type = reader->object->type;
+    uint32_t value = 0;
+
+    if (*text == '\0' || type < 2 || type > 7 || *text == '$')
+        return 0;
+    const uint32_t mask = masks[type];
+    if (eds_number(reader, text, &value) < 0)
+        return -1;
+    *has = true;
+    *limit = value & mask;
+    if (type <= 4 && (value & (mask ^ mask >> 1)) != 0)
+        *limit -= (int64_t)mask + 1;
+    return 0;
+}
+
 /* "12", "0x1F", "$NODEID+0x200"; a text is no value for us. */
 static int eds_value(struct eds_reader *reader, char *text)
 {
@@ -151,6 +174,10 @@ static int eds_key_of_object(struct eds_reader *reader, const char *key,
         object->type = number > 255 ? 0 : (uint8_t)number;
     } else if (strcasecmp(key, "PDOMapping") == 0) {
         object->mappable = strcmp(text, "1") == 0;
+    } else if (strcasecmp(key, "LowLimit") == 0) {
+        return eds_limit(reader, text, &object->has_low, &object->low);
+    } else if (strcasecmp(key, "HighLimit") == 0) {
+        return eds_limit(reader, text, &object->has_high, &object->high);
     } else if (strcasecmp(key, "DefaultValue") == 0 ||
                (strcasecmp(key, "ParameterValue") == 0 && *text != '\0')) {
         return eds_value(reader, text);

@@ -23,6 +23,8 @@ struct eds_object {
     bool readable, writable, mappable;
     bool has_value, adds_node; /* $NODEID is to be added */
     uint32_t value;
+    bool has_low, has_high; /* LowLimit, HighLimit, as the type means them */
+    int64_t low, high;
     unsigned line; /* of its section */
     char name[EDS_NAME_MAX];
 };

@@ -1,0 +1,95 @@
+/* firmware/linux/commands/drive_open.c - what the verbs of slew drive share;
+ * see drive_verbs.h. */
+#include <stdio.h>
+#include <string.h>
+
+#include "firmware/linux/commands/drive_verbs.h"
+#include "hal/modbus_libmodbus.h"
+#include "motion/err.h"
+
+enum status drive_complain(const char *what)
+{
+    fprintf(stderr, "slew drive: %s\n", what);
+    return STATUS_INPUT;
+}
+
+enum status drive_failed(const struct talk *talk, const char *what, int err)
+{
+    char text[TALK_TEXT_MAX];
+
+    talk_text(talk, err, text);
+    fprintf(stderr, "slew drive: %s: %s%s%s\n", talk->label, what,
+            what[0] == '\0' ? "" : ": ", text);
+    return err == MOTION_E_IO ? STATUS_SYSTEM : STATUS_REFUSED;
+}
+
+static bool drive_parity(const char *word, enum modbus_parity *parity)
+{
+    static const char *const words[] = { [MODBUS_PARITY_EVEN] = "even",
+                                         [MODBUS_PARITY_ODD] = "odd",
+                                         [MODBUS_PARITY_NONE] = "none" };
+    for (unsigned i = 0; i < sizeof words / sizeof words[0]; i++)
+        if (strcmp(word, words[i]) == 0) {
+            *parity = (enum modbus_parity)i;
+            return true;
+        }
+    return false;
+}
+
+enum status drive_line(const struct options *options, struct bench_line *line)
+{
+    *line = (struct bench_line){ .timeout_ns = options->timeout_ns };
+    if (options->baud > 0 &&
+        (options->baud > UINT32_MAX ||
+         !modbus_libmodbus_is_baud((uint32_t)options->baud)))
+        return drive_complain("--baud: no rate of a serial port, expected one "
+                              "such as 9600 or 115200");
+    line->baud = (uint32_t)options->baud;
+    if (options->parity != NULL &&
+        !drive_parity(options->parity, &line->parity))
+        return drive_complain("--parity: expected even, odd or none");
+    return STATUS_OK;
+}
+
+enum status drive_open(const struct options *options, struct talk **talk)
+{
+    static struct talk opened;
+    char message[RIG_MESSAGE_MAX];
+    struct talk_config config = {
+        .target = options->path[1],
+        .who = options->path[2],
+        .bus = options->bus,
+        .interface = options->interface,
+        .eds = options->sheet,
+        .map = options->map,
+        .is_real = options->real,
+    };
+    const enum status status = drive_line(options, &config.line);
+
+    if (status != STATUS_OK)
+        return status;
+    if (talk_open(&opened, &config, message) < 0) {
+        fprintf(stderr, "%s\n", message);
+        return STATUS_INPUT;
+    }
+    *talk = &opened;
+    return STATUS_OK;
+}
+
+enum status drive_must_be_off(struct talk *talk, const struct options *options)
+{
+    const int enabled = talk_is_enabled(talk);
+
+    if (enabled == 0 || (enabled == MOTION_E_EMPTY && options->yes))
+        return STATUS_OK;
+    if (enabled == MOTION_E_EMPTY)
+        return drive_complain("it does not say whether it has torque: look for "
+                              "yourself, then add --yes");
+    if (enabled < 0)
+        return drive_failed(talk, "", enabled);
+    fprintf(stderr,
+            "slew drive: %s may have torque: nothing is written while it may "
+            "move\n",
+            talk->label);
+    return STATUS_REFUSED;
+}

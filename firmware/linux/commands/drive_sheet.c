@@ -1,0 +1,78 @@
+/* firmware/linux/commands/drive_sheet.c - slew drive info FILE.eds: will this
+ * drive do? */
+#include <stdio.h>
+
+#include "firmware/linux/base/json.h"
+#include "firmware/linux/base/table.h"
+#include "firmware/linux/commands/drive_verbs.h"
+#include "firmware/linux/rig/eds_need.h"
+
+static void sheet_table(const struct eds *eds)
+{
+    static const char *const head[] = { "<object", "<what for", "<need",
+                                        "<drive" };
+    struct table table;
+
+    table_init(&table, 4, head);
+    for (unsigned i = 0; i < eds_need_count; i++) {
+        const struct eds_need *need = &eds_needs[i];
+        const char *lacks = eds_lacks(eds, need);
+
+        table_cell(&table, "%04X:%u", need->index, need->sub);
+        table_cell(&table, "%s", need->why);
+        table_cell(&table, "%s", need->required ? "must" : "may");
+        table_cell(&table, "%s", lacks == NULL ? "yes" : lacks);
+    }
+    table_print(&table, stdout);
+    table_free(&table);
+}
+
+static void sheet_json(const struct eds *eds, unsigned missing)
+{
+    cJSON *report = cJSON_CreateObject();
+
+    cJSON_AddBoolToObject(report, "ok", missing == 0);
+    cJSON_AddStringToObject(report, "vendor", eds->vendor);
+    cJSON_AddStringToObject(report, "product", eds->product);
+    cJSON *objects = cJSON_AddArrayToObject(report, "objects");
+    for (unsigned i = 0; i < eds_need_count; i++) {
+        const struct eds_need *need = &eds_needs[i];
+        const char *lacks = eds_lacks(eds, need);
+        char name[16];
+        cJSON *object = cJSON_CreateObject();
+
+        snprintf(name, sizeof name, "%04X:%u", need->index, need->sub);
+        cJSON_AddStringToObject(object, "object", name);
+        cJSON_AddBoolToObject(object, "required", need->required);
+        cJSON_AddStringToObject(object, "drive", lacks == NULL ? "yes" : lacks);
+        cJSON_AddItemToArray(objects, object);
+    }
+    json_print(report, stdout);
+}
+
+static void sheet_print(const struct eds *eds, unsigned missing)
+{
+    printf("%s, %s: %u objects\n\n", eds->vendor, eds->product, eds->count);
+    sheet_table(eds);
+    if (missing == 0)
+        puts("\nthis drive will do");
+    else
+        printf("\nthis drive lacks %u of the objects it must have\n", missing);
+}
+
+enum status drive_sheet(const struct options *options)
+{
+    static struct eds eds;
+    char message[EDS_MESSAGE_MAX];
+
+    if (eds_load(options->path[1], &eds, message) < 0) {
+        fprintf(stderr, "%s\n", message);
+        return STATUS_INPUT;
+    }
+    const unsigned missing = eds_missing(&eds);
+    if (options->json)
+        sheet_json(&eds, missing);
+    else
+        sheet_print(&eds, missing);
+    return missing == 0 ? STATUS_OK : STATUS_REFUSED;
+}

@@ -1,0 +1,52 @@
+/* firmware/linux/commands/drive_verbs.h - private to cmd_drive.c and
+ * drive_*.c: the verbs of slew drive. */
+#ifndef FIRMWARE_LINUX_COMMANDS_DRIVE_VERBS_H
+#define FIRMWARE_LINUX_COMMANDS_DRIVE_VERBS_H
+
+#include "firmware/linux/commands/command.h"
+#include "firmware/linux/rig/object.h"
+#include "firmware/linux/tools/talk.h"
+
+/* path[0] is the verb, the rest what it needs. */
+enum status drive_sheet(const struct options *options);
+enum status drive_info(const struct options *options);
+enum status drive_get(const struct options *options);
+enum status drive_set(const struct options *options);
+enum status drive_store(const struct options *options);
+enum status drive_reset(const struct options *options);
+enum status drive_lss(const struct options *options);
+
+/* Open the drive of path[1] and path[2]; with one line on stderr when that
+ * fails.  Static memory: one at a time. */
+enum status drive_open(const struct options *options, struct talk **talk);
+/* --baud, --parity, --timeout. */
+enum status drive_line(const struct options *options, struct bench_line *line);
+/* "slew drive: what", and STATUS_INPUT. */
+enum status drive_complain(const char *what);
+/* The same with the drive's name before it, and the status that fits. */
+enum status drive_failed(const struct talk *talk, const char *what, int err);
+/* Refuses when it may have torque: nothing is written then.  A drive that does
+ * not say is one the user knows about (--yes). */
+enum status drive_must_be_off(struct talk *talk, const struct options *options);
+
+/* ---- drive_value.c ---- */
+
+/* An object or register, read. */
+struct drive_value {
+    char name[OBJECT_NUMBER_MAX + EDS_NAME_MAX + 4]; /* "6064:0 Position ..." */
+    char number[OBJECT_NUMBER_MAX];
+    char type[8], unit[20];
+    bool is_number;
+    int64_t value;
+    char text[OBJECT_TEXT_MAX]; /* in words, or the text itself */
+    char error[TALK_TEXT_MAX];  /* "": it was read */
+};
+void drive_read_object(struct talk *talk, const struct object *object,
+                       struct drive_value *value);
+void drive_read_item(struct talk *talk, const struct modbus_map_item *item,
+                     struct drive_value *value);
+void drive_values_print(const struct drive_value *value, unsigned count);
+struct cJSON *drive_values_json(const struct drive_value *value,
+                                unsigned count);
+
+#endif

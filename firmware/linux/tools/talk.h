@@ -1,0 +1,57 @@
+/* firmware/linux/tools/talk.h - one drive to be asked: an axis of a rig, or a
+ * node of an interface.  Nothing here makes it move. */
+#ifndef FIRMWARE_LINUX_TOOLS_TALK_H
+#define FIRMWARE_LINUX_TOOLS_TALK_H
+
+#include "firmware/linux/rig/eds.h"
+#include "firmware/linux/tools/ask_can.h"
+#include "firmware/linux/tools/ask_modbus.h"
+#include "firmware/linux/tools/bench.h"
+
+#define TALK_LABEL_MAX 96
+
+struct talk_config {
+    const char *target;    /* as bench_name takes it */
+    const char *who;       /* an axis of the rig, or a node or unit number */
+    const char *bus;       /* of a rig with several, when `who` is a number */
+    const char *interface; /* other interfaces than the rig's, or NULL */
+    const char *eds;       /* a data sheet, or NULL: the axis's own */
+    const char *map;       /* a register map, or NULL: the axis's own */
+    bool is_real;          /* a rig's drives, not simulated ones */
+    struct bench_line line;
+};
+
+struct talk {
+    struct rig rig;
+    struct bench bench;
+    const struct rig_axis *axis; /* in bench.rig; NULL: a node only */
+    uint8_t node;
+    bool is_modbus;
+    const struct eds *eds;        /* NULL: none */
+    const struct modbus_map *map; /* NULL: none */
+    struct eds sheet;
+    struct modbus_map own_map;
+    struct ask_can can;
+    struct ask_modbus line;
+    char label[TALK_LABEL_MAX]; /* "dolly (node 1 on can0)" */
+};
+
+/* Opens what is named and the drive's bus.  0, or -1 with a sentence; nothing is
+ * open then. */
+int talk_open(struct talk *talk, const struct talk_config *config,
+              char message[RIG_MESSAGE_MAX]);
+void talk_close(struct talk *talk);
+
+/* Which bus of a rig is meant: the one of that name, or the only one (of CAN
+ * when `can`).  Its number, or -1 with a sentence. */
+int talk_bus(const struct rig *rig, const char *name, bool can,
+             char message[RIG_MESSAGE_MAX]);
+
+/* May it have torque?  1 yes, 0 no, MOTION_E_EMPTY when it does not say, or
+ * another error. */
+int talk_is_enabled(struct talk *talk);
+/* Why a question was not answered, whatever the bus. */
+#define TALK_TEXT_MAX 80
+void talk_text(const struct talk *talk, int err, char text[TALK_TEXT_MAX]);
+
+#endif

@@ -1,0 +1,40 @@
+/* hal/drive_cia402_rows.h - private to drive_cia402*.c: how the rows of a list
+ * of SDO steps are written. */
+#ifndef HAL_DRIVE_CIA402_ROWS_H
+#define HAL_DRIVE_CIA402_ROWS_H
+
+#include "hal/drive_cia402_parts.h"
+
+/* clang-format off */
+#define READ(need, index, sub, check) \
+    { STEP_READ, need, index, sub, 0, 0, VALUE_FIXED, check }
+#define WRITE(need, index, sub, size, value) \
+    { STEP_WRITE, need, index, sub, size, value, VALUE_FIXED, CHECK_NOTHING }
+#define WRITE_OF(need, index, sub, size, value_of) \
+    { STEP_WRITE, need, index, sub, size, 0, value_of, CHECK_NOTHING }
+#define COMPARE(need, index, sub, size, value) \
+    { STEP_COMPARE, need, index, sub, size, value, VALUE_FIXED, CHECK_NOTHING }
+#define COMPARE_OF(need, index, sub, size, value_of) \
+    { STEP_COMPARE, need, index, sub, size, 0, value_of, CHECK_NOTHING }
+#define COB(kind, need, index, value) \
+    { kind, need, index, 1, 4, value, VALUE_COB, CHECK_NOTHING }
+#define NMT(command) \
+    { STEP_NMT, STEP_NEEDED, 0, 0, 0, command, VALUE_FIXED, CHECK_NOTHING }
+#define UNTIL(check) \
+    { STEP_UNTIL, STEP_NEEDED, 0, 0, 0, 0, VALUE_FIXED, check }
+#define OPTION(index) \
+    WRITE_OF(STEP_IF_OPTION, index, 0, 2, VALUE_OPTION), \
+    COMPARE_OF(STEP_IF_OPTION, index, 0, 2, VALUE_OPTION)
+/* The target is where the axis is, the speed 0. */
+#define PRELOAD \
+    READ(STEP_NEEDED, 0x6064, 0, CHECK_ACTUAL), \
+    WRITE_OF(STEP_UNLESS_IP, 0x607A, 0, 4, VALUE_PRELOAD), \
+    READ(STEP_UNLESS_IP, 0x607A, 0, CHECK_PRELOAD), \
+    WRITE_OF(STEP_IF_IP, 0x60C1, 1, 4, VALUE_PRELOAD), \
+    READ(STEP_IF_IP, 0x60C1, 1, CHECK_PRELOAD), \
+    WRITE(STEP_IF_SPEED, 0x60FF, 0, 4, 0)
+#define END \
+    { STEP_END, STEP_NEEDED, 0, 0, 0, 0, VALUE_FIXED, CHECK_NOTHING }
+/* clang-format on */
+
+#endif

@@ -1,0 +1,45 @@
+# tests/fuzz/fuzz.mk - targets for every decoder, see tests/fuzz/fuzz.h.  make
+# check replays the corpus (make check T=fuzz_rig for one of them); corpus.py
+# makes it.
+
+FUZZ_SECONDS ?= 5
+FUZZ_MAIN    ?= $(B)/tests/fuzz/replay.o
+FUZZ_FOUND   := build/fuzz/found
+
+$(B)/libfuzz.a: $(B)/tests/fuzz/fuzz.o $(B)/tests/fuzz/import.o
+$(B)/tests/fuzz/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(FUZZ_MAIN) $(B)/libfuzz.a \
+    $(B)/libslew.a
+	$(call say,link,$@)
+	$(Q)$(CC) $(OPT) $(FUZZ_LINK) $(LDFLAGS) $^ $(LDLIBS) \
+	    $(if $(FUZZ_MAIN),$(CMOCKA)) -o $@
+
+.PHONY: fuzz fuzz-run
+## fuzz every decoder for FUZZ_SECONDS=5 seconds each; F=rig for one
+fuzz:
+	@$(MAKE) --no-print-directory CC=clang VARIANT=fuzz FUZZ_MAIN= \
+	    FUZZ_LINK=-fsanitize=fuzzer OPT="-O1 -fno-omit-frame-pointer \
+	    -fsanitize=fuzzer-no-link,address,undefined \
+	    -fno-sanitize-recover=all" fuzz-run
+
+# What makes one fail is left in $(FUZZ_FOUND), and added to the corpus once it
+# is mended.
+fuzz-run: $(if $(F),$(F:%=$(B)/tests/fuzz/fuzz_%),$(FUZZ))
+	@bad=0; for target in $^; do \
+	    name=$${target##*/fuzz_}; \
+	    mkdir -p $(FUZZ_FOUND) build/fuzz/corpus/$$name; \
+	    $$target -max_total_time=$(FUZZ_SECONDS) -max_len=4096 -timeout=10 \
+	        -rss_limit_mb=2048 -artifact_prefix=$(FUZZ_FOUND)/$$name- \
+	        build/fuzz/corpus/$$name tests/fuzz/corpus/$$name \
+	        >build/fuzz/$$name.log 2>&1 || { bad=1; cat build/fuzz/$$name.log; }; \
+	    printf '  fuzz   %-16s %s\n' $$name "$$(tail -n 1 build/fuzz/$$name.log)"; \
+	done; exit $$bad
+
+# Tests whose number of harmed answers HARMS says; they run some thousand in
+# make check.
+HARM_TESTS := $(patsubst %.c,$(B)/%,$(wildcard tests/test_*_harm.c))
+.PHONY: harm
+## harm HARMS=100000 answers of every protocol; SAN=address,undefined too
+harm: HARMS ?= 100000
+harm: $(HARM_TESTS)
+	@HARMS=$(HARMS) TEST_TIMEOUT=550 tests/run.sh $(B)/log $^
+	@sed -n 's/^/  /; /harmed/p' $(HARM_TESTS:$(B)/tests/%=$(B)/log/%.log)

@@ -1,0 +1,43 @@
+/* tests/fuzz/import.c - see fuzz_import.h. */
+#include <stdio.h>
+
+#include "firmware/linux/exchange/import.h"
+#include "tests/fuzz/fuzz.h"
+#include "tests/fuzz/fuzz_import.h"
+
+static void fuzz_import_taken(const struct imported *imported)
+{
+    static FILE *nowhere;
+    char message[RIG_MESSAGE_MAX] = "";
+
+    if (nowhere == NULL)
+        nowhere = fopen("/dev/null", "wb");
+    fuzz_claim(nowhere != NULL, "there is /dev/null");
+    fuzz_claim(imported->move.axis_count >= 1, "a move has axes");
+    for (uint32_t i = 0; i < imported->move.axis_count; i++)
+        fuzz_claim(imported->move.axis[i].key_count >= 1, "an axis has keys");
+    if (export_move(imported, "fuzz", nowhere, message) < 0)
+        fuzz_claim(message[0] != 0, "an error has a sentence");
+}
+
+int fuzz_import(const char *format, const uint8_t *data, size_t size)
+{
+    static struct rig rig;
+    static struct imported imported;
+    struct import_wish wish = { .rig = &rig,
+                                .fps = { 24, 1 },
+                                .curve = PLAN_CURVE_QUINTIC };
+    char message[RIG_MESSAGE_MAX] = "";
+
+    if (rig.axis_count == 0)
+        fuzz_claim(rig_load("tests/fuzz/rig.yaml", &rig, message) == 0,
+                   "the rig is there");
+    const char *path = fuzz_file(data, size);
+    if (import_format_find(format)->read(path, &wish, &imported, message) < 0) {
+        fuzz_claim_sentence(path, message);
+        return 0;
+    }
+    fuzz_import_taken(&imported);
+    move_free(&imported.move);
+    return 0;
+}
