@@ -130,7 +130,7 @@ uint64_t motion_otg_num_sqrt(uint64_t a)
  * power of two. */
 struct num motion_otg_num_cbrt_above(struct num a)
 {
-    static const int32_t root[3] = { 536870912, 676413963, 852229450 };
+    static const int32_t root[3] = { 536870912, 676414963, 852229450 };
     int32_t e = a.e + 30 + 30000;
     int64_t line = 641582896 + (((int64_t)a.m * 445543677) >> 30); /* Q30 */
     return num_make(line * root[e % 3], e / 3 - 10000 - 59);
