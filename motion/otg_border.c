@@ -11,7 +11,7 @@
 #include <stddef.h>
 
 #define ROOT_BITS                                                              \
-    11 /* a smaller step ends the search: the next error is its
+    13 /* a smaller step ends the search: the next error is its
                         square, and otg_polish.c squares that again */
 #define ROOT_MOST 100
 #define ROOT_LOOK 3 /* the bracket's width matters after a few steps only */

@@ -55,7 +55,7 @@ bool motion_otg_ramp_fits(int64_t acc_q16, int64_t jerk_q16, uint64_t room_q32);
 
 /* Move accelerations at a few corners so that the plan ends at its goal; not
  * those in `fixed`.  MOTION_E_LIMIT when no acceleration can; with `gently`, when
- * a ramp would bend by more than 2^-26 at a corner. */
+ * a ramp would bend by more than 2^-25 at a corner. */
 int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed, bool gently,
                     struct motion_otg_plan *plan);
 
