@@ -294,7 +294,8 @@ static struct num time_of(const struct otg_shape *shape)
 {
     struct num t = num_zero();
     for (int i = 0; i < shape->count; i++)
-        t = num_add(t, shape->phase[i].dt);
+        if (shape->phase[i].dt.m != 0)
+            t = num_add(t, shape->phase[i].dt);
     return t;
 }
 
@@ -340,7 +341,7 @@ int motion_otg_propose(struct otg_problem *q, struct num t,
         return err;
     q->j = q->j2 = jerk;
     q->per_j = q->per_j2 = per_j;
-    motion_otg_shape_scale(shape, 0, jerk, per_j);
+    motion_otg_shape_scale(shape, 0, jerk);
     return err;
 }
 
@@ -467,22 +468,32 @@ int motion_otg_is_valid(const struct motion_otg_move *move,
     return err < 0 ? err : otg_goal_is_possible(move, field);
 }
 
-int motion_otg_least(const struct motion_otg_move *move, int64_t *dur_ns_q12,
-                     enum motion_otg_field *field)
+static int64_t least_of(const struct motion_otg_move *move)
 {
     static const struct otg_draw draw = { OTG_BITS, OTG_BITS, OTG_BITS };
-    const struct motion_otg_move own = without_unlimited(move);
     struct otg_problem q;
     struct otg_shape shape;
     struct num next;
-    int err = motion_otg_is_valid(move, field);
-    if (err < 0)
-        return err;
-    motion_otg_problem_init(&own, draw, &q);
-    (void)otg_shape_of(&own, &q, 0, &shape, &next);
+    motion_otg_problem_init(move, draw, &q);
+    (void)otg_shape_of(move, &q, 0, &shape, &next);
     struct num t = num_mul(time_of(&shape), ticks_per_s);
-    *dur_ns_q12 = motion_real_floor_clamped(num_real(t), 0);
-    return MOTION_OK;
+    return motion_real_floor_clamped(num_real(t), 0);
+}
+
+OTG_OWN_FRAME static int64_t least_unlimited(const struct motion_otg_move *move)
+{
+    const struct motion_otg_move own = without_unlimited(move);
+    return least_of(&own);
+}
+
+int motion_otg_least(const struct motion_otg_move *move, int64_t *dur_ns_q12,
+                     enum motion_otg_field *field)
+{
+    int err = motion_otg_is_valid(move, field);
+    if (err == MOTION_OK)
+        *dur_ns_q12 =
+            move->limit.jerk_q16 ? least_of(move) : least_unlimited(move);
+    return err;
 }
 
 int motion_otg_make(const struct motion_otg_move *move,

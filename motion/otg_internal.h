@@ -87,8 +87,7 @@ void motion_otg_problem_init(const struct motion_otg_move *move,
 /* Count lengths such that the jerk 1 / per_j is 1. */
 void motion_otg_in_jerk(struct otg_problem *q, struct num per_j);
 /* And back: the accelerations of phases [from, count) times jerk. */
-void motion_otg_shape_scale(struct otg_shape *shape, int from, struct num jerk,
-                            struct num per_j);
+void motion_otg_shape_scale(struct otg_shape *shape, int from, struct num jerk);
 
 /* Between otg_solve.c and otg_timed.c, for problems in unit jerk. */
 bool motion_otg_is_reached(const struct otg_problem *q, struct num t,
@@ -140,9 +139,9 @@ struct otg_miss {
     bool is_timed;
 };
 
-/* Move the plan, its phases still those of the shape, by one Newton step. */
+/* Move the plan, its phases still those of `shape`, by one Newton step. */
 void motion_otg_polish(struct motion_otg_plan *plan,
-                       const struct otg_knobs *knobs,
+                       const struct otg_shape *shape,
                        const struct otg_rates *rates,
                        const struct otg_miss *miss);
 

@@ -76,7 +76,7 @@ static void settle_polish(const struct settle *s)
         num_mul(motion_otg_wider_num(way, -43 - plan->acc_bits), per_way_fives);
     miss.is_timed = s->dur_ns_q12 != 0;
     miss.ticks = s->dur_ns_q12 - plan->dur_ns_q12;
-    motion_otg_polish(plan, &s->shape->knobs, &s->rates, &miss);
+    motion_otg_polish(plan, s->shape, &s->rates, &miss);
 }
 
 /* --- nothing to do for some time ------------------------------------------ */

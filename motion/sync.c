@@ -203,7 +203,7 @@ static int line_axis(const struct line *line, int i,
     q.a0 = num_mul(q.a0, r);
     q.j = num_mul(q.j, num_abs(r));
     q.j2 = num_mul(q.j2, num_abs(r));
-    motion_otg_shape_scale(&own, 0, r, num_inv(r));
+    motion_otg_shape_scale(&own, 0, r);
     for (int k = 0; k < 2 && r.m < 0; k++)
         own.knobs.is_peak[k] = !own.knobs.is_peak[k];
     return motion_otg_settle(&line->move[i], &q, &own, dur, plan, field);
