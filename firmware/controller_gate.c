@@ -80,7 +80,8 @@ bool controller_gate_pass(const struct controller *controller, unsigned index,
                           int64_t pos_q32, int64_t *value, int64_t *limit)
 {
     const struct controller_axis *axis = &controller->axis[index];
-    if (!gate_range(&controller->config.axis[index], pos_q32, value, limit))
+    if (controller_range_counts(controller, index) &&
+        !gate_range(&controller->config.axis[index], pos_q32, value, limit))
         return false;
     const int64_t n1 = gate_ticks(axis, 0, controller->ticks);
     if (n1 == 0)

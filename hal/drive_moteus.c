@@ -305,6 +305,8 @@ static void moteus_take_state(struct drive_moteus *self,
     self->voltage = (int8_t)answer->voltage;
     self->temperature = (int8_t)answer->temperature;
     turns->armed = self->mode == MOTEUS_MODE_POSITION;
+    turns->torque =
+        self->mode > MOTEUS_MODE_FAULT && self->mode != MOTEUS_MODE_TIMEOUT;
     turns->alarmed =
         self->mode == MOTEUS_MODE_FAULT || self->mode == MOTEUS_MODE_TIMEOUT;
     if (turns->alarmed && turns->fault_code == 0)

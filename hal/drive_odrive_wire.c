@@ -81,7 +81,9 @@ static void odrive_send_target(struct drive_odrive *self)
         torque_mnm = INT16_MAX;
     if (torque_mnm < INT16_MIN)
         torque_mnm = INT16_MIN;
-    hal_float32_put(data, hal_float32_from_fixed(turns->target_q32, 32));
+    hal_float32_put(data,
+                    hal_float32_from_fixed(
+                        drive_turns_raw_q32(turns, turns->target_q32), 32));
     odrive_put_thousandths(&data[4], turns->target_vel_q32);
     data[6] = (uint8_t)torque_mnm;
     data[7] = (uint8_t)(torque_mnm >> 8);
@@ -120,7 +122,9 @@ static void odrive_send_go(struct drive_odrive *self)
         err = odrive_send_u32(self, ODRIVE_SET_MODE, ODRIVE_CONTROL_POSITION,
                               ODRIVE_TRAPEZOIDAL, 2);
     self->passes = false;
-    hal_float32_put(input, hal_float32_from_fixed(turns->go.pos_q32, 32));
+    hal_float32_put(input,
+                    hal_float32_from_fixed(
+                        drive_turns_raw_q32(turns, turns->go.pos_q32), 32));
     if (err == MOTION_OK)
         err = odrive_send(self, ODRIVE_SET_INPUT_POS, input, sizeof input);
     if (err != MOTION_OK)
@@ -134,7 +138,8 @@ static void drive_odrive_emit(struct can_bus_node *node, int64_t now_ns)
     struct drive_odrive *self = odrive_of(node);
 
     (void)now_ns;
-    if (!drive_turns_next(&self->turns))
+    if (!drive_turns_next(&self->turns) ||
+        self->turns.motion == DRIVE_TURNS_HOME)
         return;
     if (self->turns.motion != DRIVE_TURNS_GO)
         odrive_pass(self);
@@ -253,7 +258,10 @@ static void odrive_take_heartbeat(struct drive_odrive *self,
 {
     self->heartbeat_ns = now_ns;
     self->error = hal_float32_get(data);
+    self->axis_state = data[4];
+    self->result = data[5];
     self->turns.armed = data[4] == ODRIVE_CLOSED_LOOP;
+    self->turns.torque = data[4] > ODRIVE_IDLE;
     odrive_note_parts(self, data);
     if (self->start != DRIVE_ODRIVE_FOUND)
         return;

@@ -93,10 +93,23 @@ bool drive_turns_next(struct drive_turns *self)
            self->phase != DRIVE_TURNS_LOST;
 }
 
+int64_t drive_turns_raw_q32(const struct drive_turns *self, int64_t pos_q32)
+{
+    return pos_q32 - self->origin_q32; /* both within 2^15 turns */
+}
+
+void drive_turns_homed(struct drive_turns *self)
+{
+    self->actual_q32 -= self->origin_q32;
+    self->origin_q32 = self->home.pos_q32;
+    self->actual_q32 += self->origin_q32;
+    self->homing = HAL_DRIVE_HOMING_DONE;
+}
+
 void drive_turns_note(struct drive_turns *self, int64_t pos_q32,
                       int64_t vel_q32, int64_t t_ns)
 {
-    self->actual_q32 = pos_q32;
+    self->actual_q32 = pos_q32 + self->origin_q32;
     self->actual_vel_q32 = vel_q32;
     self->actual_ns = t_ns - self->config.answer_ns;
     self->positioned = true;

@@ -36,9 +36,12 @@ enum hal_modbus_function {
     HAL_MODBUS_WRITE = 0x06,       /* one register, value[0] */
     HAL_MODBUS_WRITE_COILS = 0x0F, /* bit i is bit i % 16 of value[i / 16] */
     HAL_MODBUS_WRITE_MANY = 0x10,
+    HAL_MODBUS_REPORT = 0x11,     /* who are you, as the maker likes; count 0 */
     HAL_MODBUS_MASK = 0x16,       /* register = (it and value[0]) or
                                (value[1] and not value[0]) */
     HAL_MODBUS_WRITE_READ = 0x17, /* writes first */
+    HAL_MODBUS_IDENTIFY = 0x2B,   /* basic device identification (0x0E, 1);
+                                     count 0 */
 };
 
 struct hal_modbus_request {
@@ -46,7 +49,8 @@ struct hal_modbus_request {
                      for what writes */
     uint8_t function; /* enum hal_modbus_function */
     uint16_t address; /* from 0, as in the frame; 0x17: of what is read */
-    uint16_t count;   /* registers read or written, coils; 1 with 05, 06, 16 */
+    uint16_t count;   /* registers read or written, coils; 1 with 05, 06, 16; 0
+                         with 11, 2B */
     uint16_t write_address, write_count; /* 0x17 only */
     uint16_t value[HAL_MODBUS_WRITE_MAX];
 };
@@ -59,6 +63,8 @@ struct hal_modbus_reply {
     int err;
     uint8_t exception; /* Modbus exception code */
     uint16_t count;    /* registers that were read */
+    uint8_t bytes;     /* 11, 2B: so many came after the function; they fill
+                          `value`, each register its upper byte first */
     uint16_t value[HAL_MODBUS_READ_MAX];
     /* On the clock of hal_clock: the request's first bit, when the answer began
      * (values are from just before), when the line was free again. */

@@ -8,6 +8,8 @@
  *   0F 10     address, count, bytes, data
  *   16        address, and, or
  *   17        address, count, write address, write count, bytes, data
+ *   11        nothing
+ *   2B        0E 01 00: the basic objects, from the first on
  *
  * Reads are answered with a byte count and data, everything else with the
  * first registers of its own head. */
@@ -25,6 +27,12 @@ static bool modbus_pdu_reads(uint8_t function)
 {
     return function == HAL_MODBUS_READ || function == HAL_MODBUS_READ_INPUT ||
            function == HAL_MODBUS_WRITE_READ;
+}
+
+/* Answered with whatever the device has to say. */
+static bool modbus_pdu_is_open(uint8_t function)
+{
+    return function == HAL_MODBUS_REPORT || function == HAL_MODBUS_IDENTIFY;
 }
 
 static bool modbus_pdu_in(uint16_t count, unsigned most)
@@ -52,6 +60,9 @@ static bool modbus_pdu_counts_ok(const struct hal_modbus_request *request)
         return modbus_pdu_in(request->count, HAL_MODBUS_BITS_MAX);
     case HAL_MODBUS_WRITE_MANY:
         return modbus_pdu_in(request->count, HAL_MODBUS_WRITE_MAX);
+    case HAL_MODBUS_REPORT:
+    case HAL_MODBUS_IDENTIFY:
+        return request->count == 0;
     case HAL_MODBUS_WRITE_READ:
         return modbus_pdu_in(request->count, HAL_MODBUS_READ_MAX) &&
                modbus_pdu_in(request->write_count, WRITE_READ_MAX) &&
@@ -67,7 +78,8 @@ bool modbus_pdu_is_request(const struct hal_modbus_request *request)
         !modbus_pdu_fits(request->address, request->count))
         return false;
     if (request->unit == HAL_MODBUS_BROADCAST)
-        return !modbus_pdu_reads(request->function);
+        return !modbus_pdu_reads(request->function) &&
+               !modbus_pdu_is_open(request->function);
     return request->unit <= 247 || request->unit == 255;
 }
 
@@ -197,6 +209,17 @@ static bool modbus_pdu_take_head(struct hal_modbus_request *request,
 
 /* ---- requests ---- */
 
+static int modbus_pdu_put_open(uint8_t function, uint8_t *pdu)
+{
+    pdu[0] = function;
+    if (function == HAL_MODBUS_REPORT)
+        return 1;
+    pdu[1] = 0x0E;
+    pdu[2] = 0x01;
+    pdu[3] = 0x00;
+    return 4;
+}
+
 int modbus_pdu_put_request(const struct hal_modbus_request *request,
                            uint8_t pdu[MODBUS_PDU_MAX])
 {
@@ -204,6 +227,8 @@ int modbus_pdu_put_request(const struct hal_modbus_request *request,
 
     if (!modbus_pdu_is_request(request))
         return MOTION_E_ARG;
+    if (modbus_pdu_is_open(request->function))
+        return modbus_pdu_put_open(request->function, pdu);
     length = modbus_pdu_put_head(request,
                                  modbus_pdu_head_count(request->function), pdu);
     data = modbus_pdu_data_length(request);
@@ -252,6 +277,8 @@ static unsigned modbus_pdu_echo_count(uint8_t function)
 
 unsigned modbus_pdu_answer_length(const struct hal_modbus_request *request)
 {
+    if (modbus_pdu_is_open(request->function))
+        return MODBUS_PDU_MAX;
     if (modbus_pdu_reads(request->function))
         return 2 + 2u * request->count;
     return 1 + 2 * modbus_pdu_echo_count(request->function);
@@ -292,6 +319,30 @@ static bool modbus_pdu_is_echo(const struct hal_modbus_request *request,
     return true;
 }
 
+/* 11: a byte count and so many bytes.  2B: what was asked for comes back. */
+static bool modbus_pdu_is_whole(const uint8_t *pdu, unsigned length)
+{
+    if (length < 2 || length - 1 > 2 * HAL_MODBUS_READ_MAX)
+        return false;
+    if (pdu[0] == HAL_MODBUS_REPORT)
+        return pdu[1] == length - 2;
+    return length >= 7 && pdu[1] == 0x0E && pdu[2] == 0x01;
+}
+
+static void modbus_pdu_take_open(const uint8_t *pdu, unsigned length,
+                                 struct hal_modbus_reply *reply)
+{
+    if (!modbus_pdu_is_whole(pdu, length))
+        return;
+    reply->err = MOTION_OK;
+    reply->bytes = (uint8_t)(length - 1);
+    reply->count = (uint16_t)(length >> 1);
+    for (unsigned i = 0; i < reply->count; i++)
+        reply->value[i] = (uint16_t)(pdu[1 + 2 * i] << 8);
+    for (unsigned i = 1; i < reply->bytes; i += 2)
+        reply->value[i >> 1] = (uint16_t)(reply->value[i >> 1] | pdu[1 + i]);
+}
+
 void modbus_pdu_take_answer(const struct hal_modbus_request *request,
                             const uint8_t *pdu, unsigned length,
                             struct hal_modbus_reply *reply)
@@ -302,10 +353,14 @@ void modbus_pdu_take_answer(const struct hal_modbus_request *request,
     reply->err = MOTION_E_PROTOCOL;
     reply->exception = 0;
     reply->count = 0;
+    reply->bytes = 0;
     if (length == 2 && pdu[0] == (request->function | EXCEPTION_BIT) &&
         pdu[1] != 0) {
         reply->err = MOTION_E_REFUSED;
         reply->exception = pdu[1];
+    } else if (modbus_pdu_is_open(request->function)) {
+        if (length > 0 && pdu[0] == request->function)
+            modbus_pdu_take_open(pdu, length, reply);
     } else if (length != want || pdu[0] != request->function) {
         return;
     } else if (!reads) {

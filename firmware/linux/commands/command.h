@@ -36,7 +36,7 @@ struct command {
 
 extern const struct command cmd_check, cmd_plan, cmd_sample, cmd_plot, cmd_run,
     cmd_otg, cmd_gallery, cmd_import, cmd_export, cmd_compile, cmd_sim,
-    cmd_drive, cmd_doctor;
+    cmd_drive, cmd_home, cmd_scan, cmd_doctor;
 
 /* The commands above in the order of the help; NULL at the end. */
 extern const struct command *const command_list[];
