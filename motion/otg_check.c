@@ -152,10 +152,13 @@ static void jerk_init(struct check *c, int up)
     c->jerk[1] = down << by;
 }
 
-static void check_init(struct check *c)
+static void check_init(struct check *c, const struct motion_otg_move *move,
+                       const struct motion_otg_plan *plan)
 {
-    const struct motion_otg_limit *lim = &c->move->limit;
-    int bits = c->plan->acc_bits;
+    const struct motion_otg_limit *lim = &move->limit;
+    int bits = plan->acc_bits;
+    c->plan = plan;
+    c->move = move;
     c->has_acc = lim->acc_max_q16 != 0;
     c->has_jerk = lim->jerk_q16 != 0;
     c->has_vel = c->move->mode == MOTION_OTG_POSITION;
@@ -343,10 +346,11 @@ static int check_phase(struct check *c, int i, const struct stretch *s,
 
 /* --- the whole ------------------------------------------------------------ */
 
-static int check_start(const struct check *c, enum motion_otg_field *field)
+static int check_start(const struct motion_otg_move *move,
+                       const struct motion_otg_plan *plan,
+                       enum motion_otg_field *field)
 {
-    const struct motion_otg_plan *plan = c->plan;
-    const struct motion_state *start = &c->move->start;
+    const struct motion_state *start = &move->start;
     if (plan->start_vel_q32 != start->vel_q32)
         return refuse(field, MOTION_OTG_FIELD_START_VEL);
     if (plan->start_acc != motion_otg_acc_image(start->acc_q16, plan->acc_bits))
@@ -418,14 +422,12 @@ int motion_otg_check(const struct motion_otg_move *move,
 {
     enum motion_otg_field unused;
     struct check c;
-    c.plan = plan;
-    c.move = move;
     if (field == NULL)
         field = &unused;
     *field = MOTION_OTG_FIELD_NONE;
-    int err = check_start(&c, field);
+    int err = check_start(move, plan, field);
     if (err < 0)
         return err;
-    check_init(&c);
+    check_init(&c, move, plan);
     return check_phases(&c, field);
 }

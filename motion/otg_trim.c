@@ -282,11 +282,12 @@ static int trim_take(struct trim *t, uint32_t fixed)
     return MOTION_OK;
 }
 
-static int trim_position(struct trim *t, uint32_t fixed)
+static int trim_position(struct trim *t, struct motion_otg_plan *plan,
+                         uint32_t fixed)
 {
-    struct motion_otg_plan *plan = t->plan;
     int count = plan->count, err = MOTION_OK;
     bool is_done = false;
+    t->plan = plan;
     motion_otg_plan_miss(plan, &t->vel, &t->way);
     if ((t->way.hi | t->way.mid | t->way.lo | t->vel.hi | t->vel.lo) == 0)
         return MOTION_OK;
@@ -327,9 +328,9 @@ static int trim_free_end(struct motion_otg_plan *plan)
                                  plan->start_pos_q32, &plan->goal_pos_q32);
 }
 
-static int trim_velocity(struct trim *t)
+static int trim_velocity(struct trim *t, struct motion_otg_plan *plan)
 {
-    struct motion_otg_plan *plan = t->plan;
+    t->plan = plan;
     motion_otg_plan_miss(plan, &t->vel, &t->way);
     while ((t->vel.hi | t->vel.lo) != 0) {
         trim_groups(t, 0, false);
@@ -351,9 +352,8 @@ int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed, bool gently,
                     struct motion_otg_plan *plan)
 {
     struct trim t;
-    t.plan = plan;
     t.gently = gently;
     plan->trim[0] = plan->trim[1] = 0;
-    return mode == MOTION_OTG_VELOCITY ? trim_velocity(&t)
-                                       : trim_position(&t, fixed);
+    return mode == MOTION_OTG_VELOCITY ? trim_velocity(&t, plan)
+                                       : trim_position(&t, plan, fixed);
 }
