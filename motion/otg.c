@@ -53,8 +53,29 @@ static int otg_limits_are_valid(const struct motion_otg_move *move,
         return refuse(field, MOTION_OTG_FIELD_ACC_MIN, MOTION_E_ARG);
     if (lim->jerk_down_q16 < 0 || (lim->jerk_down_q16 && !lim->jerk_q16))
         return refuse(field, MOTION_OTG_FIELD_JERK_DOWN, MOTION_E_ARG);
-    if (move->dur_ns_q12 < 0)
+    if (move->dur_ns_q12 < 0 || (!vel && move->dur_ns_q12 != 0))
         return refuse(field, MOTION_OTG_FIELD_DURATION, MOTION_E_ARG);
+    return MOTION_OK;
+}
+
+/* What the formats hold, but has no negative, or no place in a track. */
+static int otg_fits_formats(const struct motion_otg_move *move,
+                            enum motion_otg_field *field)
+{
+    const struct motion_otg_limit *lim = &move->limit;
+    const struct motion_state *start = &move->start, *goal = &move->goal;
+    if (lim->vel_min_q32 == INT64_MIN)
+        return refuse(field, MOTION_OTG_FIELD_VEL_MIN, MOTION_E_RANGE);
+    if (lim->acc_min_q16 == INT64_MIN)
+        return refuse(field, MOTION_OTG_FIELD_ACC_MIN, MOTION_E_RANGE);
+    if (start->vel_q32 == INT64_MIN)
+        return refuse(field, MOTION_OTG_FIELD_START_VEL, MOTION_E_RANGE);
+    if (motion_fixed_abs(start->acc_q16) > MOTION_TRACK_ACC_MAX_Q16)
+        return refuse(field, MOTION_OTG_FIELD_START_ACC, MOTION_E_RANGE);
+    if (goal->vel_q32 == INT64_MIN)
+        return refuse(field, MOTION_OTG_FIELD_GOAL_VEL, MOTION_E_RANGE);
+    if (motion_fixed_abs(goal->acc_q16) > MOTION_TRACK_ACC_MAX_Q16)
+        return refuse(field, MOTION_OTG_FIELD_GOAL_ACC, MOTION_E_RANGE);
     return MOTION_OK;
 }
 
@@ -164,6 +185,15 @@ static struct num drawn_in(struct num a, int bits)
     return a;
 }
 
+/* No more than a track can hold. */
+static int64_t capped(int64_t acc_q16)
+{
+    if (acc_q16 > MOTION_TRACK_ACC_MAX_Q16)
+        return MOTION_TRACK_ACC_MAX_Q16;
+    return acc_q16 < -MOTION_TRACK_ACC_MAX_Q16 ? -MOTION_TRACK_ACC_MAX_Q16
+                                               : acc_q16;
+}
+
 /* A limit upwards and the one downwards, which often is the same. */
 static void draw_limits(int64_t up, int64_t down, int scale, int bits,
                         struct num *most, struct num *least)
@@ -195,8 +225,8 @@ void motion_otg_problem_init(const struct motion_otg_move *move,
     q->af = num_make(move->goal.acc_q16, -16);
     draw_limits(lim->vel_max_q32, lim->vel_min_q32, 32, draw.vel, &q->vx,
                 &q->vn);
-    draw_limits(lim->acc_max_q16, lim->acc_min_q16, 16, draw.acc, &q->ax,
-                &q->an);
+    draw_limits(capped(lim->acc_max_q16), capped(lim->acc_min_q16), 16,
+                draw.acc, &q->ax, &q->an);
     q->j = q->j2 = drawn_in(num_make(lim->jerk_q16, -16), draw.jerk);
     q->jerk_bits = draw.jerk;
     if (lim->jerk_down_q16)
@@ -264,7 +294,8 @@ static struct num time_of(const struct otg_shape *shape)
 {
     struct num t = num_zero();
     for (int i = 0; i < shape->count; i++)
-        t = num_add(t, shape->phase[i].dt);
+        if (shape->phase[i].dt.m != 0)
+            t = num_add(t, shape->phase[i].dt);
     return t;
 }
 
@@ -310,7 +341,7 @@ int motion_otg_propose(struct otg_problem *q, struct num t,
         return err;
     q->j = q->j2 = jerk;
     q->per_j = q->per_j2 = per_j;
-    motion_otg_shape_scale(shape, 0, jerk, per_j);
+    motion_otg_shape_scale(shape, 0, jerk);
     return err;
 }
 
@@ -427,30 +458,42 @@ without_unlimited(const struct motion_otg_move *move)
     return m;
 }
 
-static int otg_is_valid(const struct motion_otg_move *move,
+int motion_otg_is_valid(const struct motion_otg_move *move,
                         enum motion_otg_field *field)
 {
     *field = MOTION_OTG_FIELD_NONE;
     int err = otg_limits_are_valid(move, field);
+    if (err == MOTION_OK)
+        err = otg_fits_formats(move, field);
     return err < 0 ? err : otg_goal_is_possible(move, field);
+}
+
+static int64_t least_of(const struct motion_otg_move *move)
+{
+    static const struct otg_draw draw = { OTG_BITS, OTG_BITS, OTG_BITS };
+    struct otg_problem q;
+    struct otg_shape shape;
+    struct num next;
+    motion_otg_problem_init(move, draw, &q);
+    (void)otg_shape_of(move, &q, 0, &shape, &next);
+    struct num t = num_mul(time_of(&shape), ticks_per_s);
+    return motion_real_floor_clamped(num_real(t), 0);
+}
+
+OTG_OWN_FRAME static int64_t least_unlimited(const struct motion_otg_move *move)
+{
+    const struct motion_otg_move own = without_unlimited(move);
+    return least_of(&own);
 }
 
 int motion_otg_least(const struct motion_otg_move *move, int64_t *dur_ns_q12,
                      enum motion_otg_field *field)
 {
-    static const struct otg_draw draw = { OTG_BITS, OTG_BITS, OTG_BITS };
-    const struct motion_otg_move own = without_unlimited(move);
-    struct otg_problem q;
-    struct otg_shape shape;
-    struct num next;
-    int err = otg_is_valid(move, field);
-    if (err < 0)
-        return err;
-    motion_otg_problem_init(&own, draw, &q);
-    (void)otg_shape_of(&own, &q, 0, &shape, &next);
-    struct num t = num_mul(time_of(&shape), ticks_per_s);
-    *dur_ns_q12 = motion_real_floor_clamped(num_real(t), 0);
-    return MOTION_OK;
+    int err = motion_otg_is_valid(move, field);
+    if (err == MOTION_OK)
+        *dur_ns_q12 =
+            move->limit.jerk_q16 ? least_of(move) : least_unlimited(move);
+    return err;
 }
 
 int motion_otg_make(const struct motion_otg_move *move,
@@ -535,12 +578,15 @@ int motion_otg_make_in(const struct motion_otg_move *move, int64_t dur_ns_q12,
                        struct motion_otg_plan *plan,
                        enum motion_otg_field *field)
 {
-    int err = otg_is_valid(move, field);
+    int err = motion_otg_is_valid(move, field);
     if (err == MOTION_OK)
         err = move->limit.jerk_q16
                   ? otg_make_valid(move, dur_ns_q12, plan, field)
                   : otg_make_unlimited(move, dur_ns_q12, plan, field);
     if (err < 0)
         plan->count = 0;
+    if (err < 0 && move->mode == MOTION_OTG_VELOCITY &&
+        *field == MOTION_OTG_FIELD_GOAL_POS)
+        *field = MOTION_OTG_FIELD_GOAL_VEL;
     return err;
 }

@@ -73,7 +73,8 @@ struct motion_otg_move {
     struct motion_state start, goal; /* jerk not used */
     struct motion_otg_limit limit;
     enum motion_otg_mode mode;
-    int64_t dur_ns_q12; /* wanted duration; 0: the shortest */
+    int64_t dur_ns_q12; /* wanted duration; 0: the shortest, which is what a
+                           velocity goal takes */
 };
 
 #define MOTION_OTG_PHASES 24

@@ -11,7 +11,7 @@
 #include <stddef.h>
 
 #define ROOT_BITS                                                              \
-    11 /* a smaller step ends the search: the next error is its
+    13 /* a smaller step ends the search: the next error is its
                         square, and otg_polish.c squares that again */
 #define ROOT_MOST 100
 #define ROOT_LOOK 3 /* the bracket's width matters after a few steps only */
@@ -275,24 +275,8 @@ static void shape_hump(struct otg_shape *shape, int which, bool is_peak)
     shape->knobs.is_peak[which] = is_peak;
 }
 
-/* Half time x of a side longer: its own way gets (vc + base) + 2 a x more; and
- * from there to the goal, or all of the goal's side, runs at another speed. */
-static void shape_knob(const struct otg_end *end, bool is_goal, struct num a,
-                       struct num vc, struct num left, struct otg_knobs *k)
-{
-    bool minus = end->sign < 0;
-    struct num rise = num_twice(a);
-    struct num far =
-        is_goal ? num_sub(end->half, left) : num_add(end->half, left);
-    struct num way = num_add(side_sign(vc, minus), end->side->base);
-    way = num_add(way, num_mul(rise, far));
-    k->d[is_goal] = side_sign(way, minus);
-    k->v[is_goal] = side_sign(rise, minus != is_goal);
-}
-
 void motion_otg_shape_ends(const struct otg_end end[2], bool is_unit,
-                           struct num vc, const struct num *cruise,
-                           struct otg_shape *shape)
+                           const struct num *cruise, struct otg_shape *shape)
 {
     const struct otg_end *s = &end[0], *g = &end[1];
     bool up = s->sign > 0, down = g->sign > 0;
@@ -316,12 +300,6 @@ void motion_otg_shape_ends(const struct otg_end end[2], bool is_unit,
     }
     otg_shape_add(shape, hold_g, a2);
     shape_hump(shape, 1, !down);
-    struct num left = num_sub(num_twice(g->half), g->side->lead_t);
-    shape_knob(g, true, ag, vc, left, &shape->knobs);
-    if (cruise != NULL)
-        left = num_add(left, *cruise);
-    shape_knob(s, false, as, vc, left, &shape->knobs);
-    shape->knobs.speed = vc;
     otg_shape_add(shape, end_time(g, is_unit, num_sub(ag, g->side->a)),
                   side_sign(g->side->a, down));
 }
@@ -335,6 +313,5 @@ void motion_otg_border_shape(const struct otg_border *b,
         end[i] = (struct otg_end){ &b->side[i], b->sign,
                                    b->first == i ? p->x : p->z };
     bool is_split = !b->is_unit || cruise.m > 0;
-    motion_otg_shape_ends(end, b->is_unit, side_sign(p->vc, b->sign < 0),
-                          is_split ? &cruise : NULL, shape);
+    motion_otg_shape_ends(end, b->is_unit, is_split ? &cruise : NULL, shape);
 }

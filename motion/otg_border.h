@@ -69,11 +69,9 @@ struct otg_end {
     struct num half;
 };
 
-/* Append the motion along both, start first, meeting at vc, with a cruise or
- * without. */
+/* Append the motion along both, start first, with a cruise or without. */
 void motion_otg_shape_ends(const struct otg_end end[2], bool is_unit,
-                           struct num vc, const struct num *cruise,
-                           struct otg_shape *shape);
+                           const struct num *cruise, struct otg_shape *shape);
 
 /* Sides, and their order for regimes A and B (`first` -1) or as given. */
 void motion_otg_border_init(const struct otg_problem *q, int sign, int first,

@@ -29,10 +29,12 @@ struct check {
     const struct motion_otg_plan *plan;
     const struct motion_otg_move *move;
     struct wide start, goal, up, down; /* V there, and at its limits */
+    struct wide up_in, down_in;        /* with the room that trimming needs */
     int64_t acc_max, acc_min;
     int64_t trimmed; /* W */
     uint64_t fives;  /* see jerk_is_kept */
-    int jerk_up, step_down;
+    uint64_t jerk[2];
+    int step_down;
     bool has_vel, has_acc, has_jerk;
     bool is_in[2]; /* the velocity has been below its limit, above the lower */
 };
@@ -134,10 +136,29 @@ static int64_t trimmed_ticks(const struct motion_otg_plan *plan)
     return all;
 }
 
-static void check_init(struct check *c)
+/* 5^9 step <= 2^up jerk n: the power where there is room for it. */
+static void jerk_init(struct check *c, int up)
 {
-    const struct motion_otg_limit *lim = &c->move->limit;
-    int bits = c->plan->acc_bits;
+    uint64_t jerk = (uint64_t)c->move->limit.jerk_q16;
+    uint64_t down = (uint64_t)closing_jerk(&c->move->limit);
+    int room = (int)motion_real_clz(jerk | down), by = up < room ? up : room;
+    c->fives = OTG_FIVES;
+    c->step_down = up - by;
+    if (up < 0) {
+        c->fives <<= up < -CHECK_FIVES_ROOM ? CHECK_FIVES_ROOM : -up;
+        by = c->step_down = 0;
+    }
+    c->jerk[0] = jerk << by;
+    c->jerk[1] = down << by;
+}
+
+static void check_init(struct check *c, const struct motion_otg_move *move,
+                       const struct motion_otg_plan *plan)
+{
+    const struct motion_otg_limit *lim = &move->limit;
+    int bits = plan->acc_bits;
+    c->plan = plan;
+    c->move = move;
     c->has_acc = lim->acc_max_q16 != 0;
     c->has_jerk = lim->jerk_q16 != 0;
     c->has_vel = c->move->mode == MOTION_OTG_POSITION;
@@ -145,51 +166,38 @@ static void check_init(struct check *c)
     c->acc_min = limit_acc(lim->acc_min_q16, bits);
     c->start = motion_otg_vel_image(c->plan->start_vel_q32, bits);
     c->goal = motion_otg_vel_image(c->plan->goal_vel_q32, bits);
-    if (c->has_vel) {
-        c->up = limit_vel(lim->vel_max_q32, bits);
-        c->down = limit_vel(lim->vel_min_q32, bits);
-    }
-    int up = bits - 37;
-    int room =
-        (int)motion_real_clz((uint64_t)(lim->jerk_q16 | lim->jerk_down_q16));
-    c->fives = OTG_FIVES;
-    c->jerk_up = up < room ? up : room;
-    c->step_down = up - c->jerk_up;
-    if (up < 0) {
-        c->fives <<= up < -CHECK_FIVES_ROOM ? CHECK_FIVES_ROOM : -up;
-        c->jerk_up = 0;
-        c->step_down = 0;
-    }
+    jerk_init(c, bits - 37);
+    c->is_in[0] = c->is_in[1] = false;
     c->trimmed = trimmed_ticks(c->plan);
+    if (!c->has_vel)
+        return;
+    c->up = limit_vel(lim->vel_max_q32, bits);
+    c->down = limit_vel(lim->vel_min_q32, bits);
+    c->up_in = wide_sub(c->up, wide_from(c->trimmed));
+    c->down_in = wide_add(c->down, wide_from(c->trimmed));
 }
 
 /* --- one phase ------------------------------------------------------------ */
 
-/* From v, a to v1, a1 in n ticks, `rest` ticks before the end; off: what
- * trimming can change of a and a1, and of the difference. */
+/* From a to v1, a1 in n ticks, `rest` ticks before the end; off: what
+ * trimming can change of a and a1, and of the difference; `trim` the groups that
+ * a1 belongs to. */
 struct stretch {
-    struct wide v, v1;
+    struct wide v1;
     int64_t a, a1, n, rest;
-    int off, off1, off_step;
+    int off, off1, off_step, trim;
     bool first, last;
 };
-
-/* Corner i - 1 starts phase i. */
-static int trim_at(const struct motion_otg_plan *plan, int i)
-{
-    if (i < 0)
-        return 0;
-    return (int)((plan->trim[0] >> i & 1) | (plan->trim[1] >> i & 1) << 1);
-}
 
 static void stretch_next(const struct motion_otg_plan *plan, int i,
                          struct stretch *s)
 {
     const struct motion_otg_phase *ph = &plan->phase[i];
-    int before = trim_at(plan, i - 1), after = trim_at(plan, i);
+    int before = s->trim;
+    int after = (int)((plan->trim[0] >> i & 1) | (plan->trim[1] >> i & 1) << 1);
+    s->trim = after;
     s->first = i == 0;
     s->last = i + 1 == plan->count;
-    s->v = s->v1;
     s->a = s->a1;
     s->n = ph->dur_ns_q12;
     s->a1 = ph->acc;
@@ -217,10 +225,9 @@ static void stretch_run(struct stretch *s, struct wider *twice)
     *twice = wider_add(*twice, wider_mul(gain, k));
 }
 
-/* |a1 - a| / n <= jerk:  5^9 |a1 - a| <= 2^(acc_bits - 37) jerk n, the power
- * where there is room for it. */
+/* |a1 - a| / n <= jerk */
 static bool jerk_is_kept(const struct check *c, const struct stretch *s,
-                         int64_t jerk)
+                         uint64_t jerk)
 {
     uint64_t step = motion_fixed_abs(s->a1 - s->a) + (uint64_t)s->off_step;
     if (step == 0)
@@ -228,13 +235,14 @@ static bool jerk_is_kept(const struct check *c, const struct stretch *s,
     struct wide have = wide_mul_u64(step, c->fives);
     if (c->step_down > 0) /* up */
         have = wide_neg(wide_shr(wide_neg(have), (unsigned)c->step_down));
-    return wide_cmp(have, wide_mul_u64((uint64_t)jerk << c->jerk_up,
-                                       (uint64_t)s->n)) <= 0;
+    return wide_cmp(have, wide_mul_u64(jerk, (uint64_t)s->n)) <= 0;
 }
 
 static bool acc_is_kept(const struct check *c, int64_t a, int off)
 {
-    return a <= c->acc_max - off && a >= c->acc_min + off;
+    if (a < c->acc_max && a > c->acc_min)
+        return true;
+    return off == 0 && a <= c->acc_max && a >= c->acc_min;
 }
 
 /* room >= least, least >= 0. */
@@ -276,7 +284,9 @@ static struct wide widened_room(const struct check *c, struct wide v, int sign,
  * the phase's start; in the last phase backwards in time from the goal. */
 static bool turn_is_inside(const struct check *c, const struct stretch *s)
 {
-    struct wide v = s->last ? c->goal : s->v;
+    struct wide v = c->goal;
+    if (!s->last)
+        v = wide_sub(s->v1, wide_mul_i64(s->a + s->a1, s->n));
     int64_t a = s->last ? -s->a1 : s->a, b = s->last ? -s->a : s->a1;
     int off = s->off | s->off1, sign = a > 0 ? 1 : -1;
     struct wide least = wide_from(s->first || s->last ? 0 : c->trimmed);
@@ -306,7 +316,8 @@ static bool vel_is_kept(struct check *c, const struct stretch *s)
     if ((s->a ^ s->a1) < 0 && s->a != 0 && s->a1 != 0 && !turn_is_inside(c, s))
         return false;
     for (int sign = 1; sign >= -1 && !s->last; sign -= 2) {
-        if (has_room(room_at(c, s->v1, sign), c->trimmed))
+        if (sign > 0 ? wide_cmp(s->v1, c->up_in) <= 0
+                     : wide_cmp(s->v1, c->down_in) >= 0)
             c->is_in[sign < 0] = true;
         else if (!is_excused(c, s, sign))
             return false;
@@ -314,11 +325,17 @@ static bool vel_is_kept(struct check *c, const struct stretch *s)
     return true;
 }
 
+/* The one before `brake`, the other from `turn` on, the lower between. */
+static uint64_t phase_jerk(const struct check *c, int i)
+{
+    bool is_late = i >= c->plan->turn || c->jerk[1] < c->jerk[0];
+    return c->jerk[i >= c->plan->brake && is_late];
+}
+
 static int check_phase(struct check *c, int i, const struct stretch *s,
                        enum motion_otg_field *field)
 {
-    if (c->has_jerk &&
-        !jerk_is_kept(c, s, motion_otg_phase_jerk(&c->move->limit, c->plan, i)))
+    if (c->has_jerk && !jerk_is_kept(c, s, phase_jerk(c, i)))
         return refuse(field, MOTION_OTG_FIELD_JERK);
     if (c->has_acc && !acc_is_kept(c, s->a1, s->off1))
         return refuse(field, MOTION_OTG_FIELD_ACC_MAX);
@@ -329,10 +346,11 @@ static int check_phase(struct check *c, int i, const struct stretch *s,
 
 /* --- the whole ------------------------------------------------------------ */
 
-static int check_start(const struct check *c, enum motion_otg_field *field)
+static int check_start(const struct motion_otg_move *move,
+                       const struct motion_otg_plan *plan,
+                       enum motion_otg_field *field)
 {
-    const struct motion_otg_plan *plan = c->plan;
-    const struct motion_state *start = &c->move->start;
+    const struct motion_state *start = &move->start;
     if (plan->start_vel_q32 != start->vel_q32)
         return refuse(field, MOTION_OTG_FIELD_START_VEL);
     if (plan->start_acc != motion_otg_acc_image(start->acc_q16, plan->acc_bits))
@@ -366,7 +384,7 @@ static int check_goal(const struct check *c, const struct stretch *end,
         wide_cmp(miss, wide_from(c->trimmed)) > 0)
         return refuse(field, MOTION_OTG_FIELD_GOAL_VEL);
     if (end->a1 != motion_otg_acc_image(goal->acc_q16, plan->acc_bits) ||
-        trim_at(plan, plan->count - 1) != 0)
+        end->trim != 0)
         return refuse(field, MOTION_OTG_FIELD_GOAL_ACC);
     if (plan->start_pos_q32 != c->move->start.pos_q32 ||
         (c->has_vel && plan->goal_pos_q32 != goal->pos_q32) ||
@@ -379,9 +397,11 @@ static int check_phases(struct check *c, enum motion_otg_field *field)
 {
     const struct motion_otg_plan *plan = c->plan;
     struct wider twice = { 0, 0, 0 };
-    struct stretch s = { .v1 = c->start,
-                         .a1 = plan->start_acc,
-                         .rest = plan->dur_ns_q12 };
+    struct stretch s;
+    s.v1 = c->start;
+    s.a1 = plan->start_acc;
+    s.trim = 0;
+    s.rest = plan->dur_ns_q12;
     for (int i = 0; i < plan->count; i++) {
         stretch_next(plan, i, &s);
         if (s.n <= 0)
@@ -401,13 +421,13 @@ int motion_otg_check(const struct motion_otg_move *move,
                      enum motion_otg_field *field)
 {
     enum motion_otg_field unused;
-    struct check c = { .plan = plan, .move = move };
+    struct check c;
     if (field == NULL)
         field = &unused;
     *field = MOTION_OTG_FIELD_NONE;
-    int err = check_start(&c, field);
+    int err = check_start(move, plan, field);
     if (err < 0)
         return err;
-    check_init(&c);
+    check_init(&c, move, plan);
     return check_phases(&c, field);
 }

@@ -5,6 +5,9 @@
 #include "motion/fixed.h"
 #include "motion/otg_internal.h"
 
+#define EXACT_FIVES_ROOM 42 /* 5^9 has 21 bits, its image a sign */
+#define WAY_FIVES_ROOM   40 /* 3 5^9 has 23 */
+
 int64_t motion_otg_acc_image(int64_t acc_q16, int acc_bits)
 {
     int shift = acc_bits - 16;
@@ -13,10 +16,18 @@ int64_t motion_otg_acc_image(int64_t acc_q16, int acc_bits)
     return (int64_t)((uint64_t)acc_q16 << shift);
 }
 
+/* 5^9 2^(acc_bits - 10) times as much; one product where the power fits in its
+ * factors. */
 struct wide motion_otg_vel_image(int64_t vel_q32, int acc_bits)
 {
+    int shift = acc_bits - 10, up = shift - EXACT_FIVES_ROOM;
+    if (shift >= 0 && up < (int)motion_real_clz(motion_fixed_abs(vel_q32))) {
+        int64_t fives = OTG_FIVES;
+        fives <<= up > 0 ? EXACT_FIVES_ROOM : shift;
+        vel_q32 = (int64_t)((uint64_t)vel_q32 << (up > 0 ? up : 0));
+        return wide_mul_i64(vel_q32, fives);
+    }
     struct wide v = wide_mul_i64(vel_q32, OTG_FIVES);
-    int shift = acc_bits - 10;
     return shift < 0 ? wide_shr(v, (unsigned)-shift)
                      : wide_shl(v, (unsigned)shift);
 }
@@ -96,40 +107,32 @@ void motion_otg_run_phase(struct otg_run *run,
 
 /* --- the end ------------------------------------------------------------- */
 
-/* One corner, or some of the same acceleration. */
-struct corners {
-    int64_t acc, w;
-    struct wide x;
-};
-
-static void corners_add(struct corners *c, int64_t w, int64_t k)
-{
-    c->w += w;
-    wide_add_mul(&c->x, w, k);
-}
-
-/* What they make at the end is the sum of what each makes; times before and
- * after it n and n', r left after it. */
+/* What the corners make at the end is the sum of what each makes, times before
+ * and after it n and n', r left after it: A w to V, A x to P, with w = n + n' and
+ * x = w (3 r + n - n').  Neighbours of one acceleration are summed first. */
 static void exact_gain(const struct motion_otg_plan *plan, struct wide *vel,
                        struct wider *way)
 {
-    struct corners c = { plan->start_acc, 0, { 0, 0 } };
-    int64_t rest = plan->dur_ns_q12, before = 0;
-    for (int i = 0; i <= plan->count; i++) {
-        const struct motion_otg_phase *ph = &plan->phase[i];
-        int64_t next = i < plan->count ? ph->dur_ns_q12 : 0;
-        if (c.acc != 0)
-            corners_add(&c, before + next, 3 * rest + before - next);
+    const struct motion_otg_phase *ph = plan->phase, *end = ph + plan->count;
+    int64_t rest = plan->dur_ns_q12, before = 0, acc = plan->start_acc, w = 0;
+    struct wide x = { 0, 0 };
+    for (;; ph++) {
+        int64_t next = ph < end ? ph->dur_ns_q12 : 0;
+        if (acc != 0) {
+            w += before + next;
+            wide_add_mul(&x, before + next, 3 * rest + before - next);
+        }
+        if (acc != 0 && (ph == end || ph->acc != acc)) {
+            wide_add_mul(vel, acc, w);
+            wider_add_mul(way, acc, &x);
+            w = 0;
+            x.hi = x.lo = 0;
+        }
+        if (ph == end)
+            return;
+        acc = ph->acc;
         rest -= next;
         before = next;
-        if (i < plan->count && ph->acc == c.acc)
-            continue;
-        if (c.acc != 0) {
-            wide_add_mul(vel, c.acc, c.w);
-            wider_add_mul(way, c.acc, &c.x);
-        }
-        if (i < plan->count)
-            c = (struct corners){ ph->acc, 0, { 0, 0 } };
     }
 }
 
@@ -143,10 +146,12 @@ struct wider motion_otg_way_wanted(const struct motion_otg_plan *plan)
     if (minus)
         way = wide_neg(way);
     way = wide_sub(way, wide_mul_i64(plan->start_vel_q32, plan->dur_ns_q12));
-    struct wider p = wider_mul(way, INT64_C(3) * OTG_FIVES);
     int shift = plan->acc_bits - 10;
-    return shift < 0 ? wider_shr(p, (unsigned)-shift)
-                     : wider_shl(p, (unsigned)shift);
+    int up = shift < 0 ? 0 : shift < WAY_FIVES_ROOM ? shift : WAY_FIVES_ROOM;
+    struct wider p = wider_mul(way, INT64_C(3) * OTG_FIVES << up);
+    if (shift < 0)
+        return wider_shr(p, (unsigned)-shift);
+    return shift > up ? wider_shl(p, (unsigned)(shift - up)) : p;
 }
 
 void motion_otg_plan_miss(const struct motion_otg_plan *plan, struct wide *vel,

@@ -55,7 +55,7 @@ bool motion_otg_ramp_fits(int64_t acc_q16, int64_t jerk_q16, uint64_t room_q32);
 
 /* Move accelerations at a few corners so that the plan ends at its goal; not
  * those in `fixed`.  MOTION_E_LIMIT when no acceleration can; with `gently`, when
- * a ramp would bend by more than 2^-26 at a corner. */
+ * a ramp would bend by more than 2^-25 at a corner. */
 int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed, bool gently,
                     struct motion_otg_plan *plan);
 
@@ -87,8 +87,7 @@ void motion_otg_problem_init(const struct motion_otg_move *move,
 /* Count lengths such that the jerk 1 / per_j is 1. */
 void motion_otg_in_jerk(struct otg_problem *q, struct num per_j);
 /* And back: the accelerations of phases [from, count) times jerk. */
-void motion_otg_shape_scale(struct otg_shape *shape, int from, struct num jerk,
-                            struct num per_j);
+void motion_otg_shape_scale(struct otg_shape *shape, int from, struct num jerk);
 
 /* Between otg_solve.c and otg_timed.c, for problems in unit jerk. */
 bool motion_otg_is_reached(const struct otg_problem *q, struct num t,
@@ -140,9 +139,9 @@ struct otg_miss {
     bool is_timed;
 };
 
-/* Move the plan, its phases still those of the shape, by one Newton step. */
+/* Move the plan, its phases still those of `shape`, by one Newton step. */
 void motion_otg_polish(struct motion_otg_plan *plan,
-                       const struct otg_knobs *knobs,
+                       const struct otg_shape *shape,
                        const struct otg_rates *rates,
                        const struct otg_miss *miss);
 
@@ -177,6 +176,10 @@ int motion_otg_settle(const struct motion_otg_move *move,
                       const struct otg_shape *shape, int64_t dur_ns_q12,
                       struct motion_otg_plan *plan,
                       enum motion_otg_field *field);
+
+/* The request itself: MOTION_OK, or as motion_otg_make without trying. */
+int motion_otg_is_valid(const struct motion_otg_move *move,
+                        enum motion_otg_field *field);
 
 /* motion_otg_make in another duration than move->dur_ns_q12 (0: the
  * shortest). */

@@ -11,15 +11,20 @@
 
 /* The part of the whole that is small enough for a Newton step. */
 #define POLISH_BITS 10
+/* A new hump lasts longer than this part. */
+#define HUMP_BITS 20
 
 #define TICKS_MOST ((uint64_t)1 << 60)
 
 struct polish {
     struct motion_otg_plan *plan;
-    const struct otg_knobs *knobs;
+    const struct otg_shape *shape;
     const struct otg_rates *rates;
     struct num per_s;   /* ticks */
-    struct num v, d, t; /* what is missing, in the knobs' unit */
+    struct num v, d, t; /* what is missing */
+    /* Half a second more on either side of a hump changes speed and position
+     * at the end by these, a second more of the cruise the position by `speed`. */
+    struct num hump_v[2], hump_d[2], speed;
 };
 
 static bool is_late(const struct otg_rates *rates, int i)
@@ -70,10 +75,20 @@ static int64_t no_less(bool is_peak, int64_t acc, int64_t end)
     return (acc < end) == is_peak ? end : acc;
 }
 
+/* A hump that rises over no end is not made by a rounding: its ramps would be
+ * too short for what trimming moves. */
+static bool is_no_hump(const struct polish *p,
+                       const struct motion_otg_phase *hold, struct num x)
+{
+    int64_t least = p->plan->dur_ns_q12 >> HUMP_BITS;
+    return (hold[-1].dur_ns_q12 == 0 || hold[1].dur_ns_q12 == 0) &&
+           num_lt(num_abs(x), num_int(least));
+}
+
 /* Half time x, in ticks, more on either side of a hump. */
 static void turn_hump(struct polish *p, int which, struct num x)
 {
-    int i = p->knobs->hump[which];
+    int i = p->shape->knobs.hump[which];
     struct motion_otg_phase *hold = &p->plan->phase[i];
     if (hold->dur_ns_q12 > 0) {
         hold->dur_ns_q12 += whole(num_twice(x));
@@ -81,13 +96,15 @@ static void turn_hump(struct polish *p, int which, struct num x)
             hold->dur_ns_q12 = 0;
         return;
     }
+    if (is_no_hump(p, hold, x))
+        return;
     struct num j = is_late(p->rates, i) ? p->rates->j2 : p->rates->j;
     int64_t by = whole(num_mul(x, j));
-    if (!p->knobs->is_peak[which])
+    if (!p->shape->knobs.is_peak[which])
         by = -by;
     int64_t before = i > 1 ? hold[-2].acc : p->plan->start_acc;
-    hold->acc = no_less(p->knobs->is_peak[which], hold->acc + by, before);
-    hold->acc = no_less(p->knobs->is_peak[which], hold->acc, hold[1].acc);
+    hold->acc = no_less(p->shape->knobs.is_peak[which], hold->acc + by, before);
+    hold->acc = no_less(p->shape->knobs.is_peak[which], hold->acc, hold[1].acc);
     hold[-1].acc = hold->acc;
     hold[-1].dur_ns_q12 =
         motion_otg_ramp_ticks(p->rates, i - 1, hold->acc - before);
@@ -97,7 +114,7 @@ static void turn_hump(struct polish *p, int which, struct num x)
 
 static void turn_cruise(struct polish *p, struct num x)
 {
-    int64_t *n = &p->plan->phase[p->knobs->cruise].dur_ns_q12;
+    int64_t *n = &p->plan->phase[p->shape->knobs.cruise].dur_ns_q12;
     *n += whole(x);
     if (*n < 0)
         *n = 0;
@@ -108,26 +125,24 @@ static void turn_cruise(struct polish *p, struct num x)
  * cruise's limit allows; else the one that changes it more. */
 static int speed_hump(const struct polish *p)
 {
-    const struct otg_knobs *k = p->knobs;
-    if (p->rates->brake > 0 && k->v[0].m)
+    if (p->rates->brake > 0 && p->hump_v[0].m)
         return 0;
-    if (p->rates->lands && k->v[1].m)
+    if (p->rates->lands && p->hump_v[1].m)
         return 1;
-    return num_lt(num_abs(k->v[0]), num_abs(k->v[1]));
+    return num_lt(num_abs(p->hump_v[0]), num_abs(p->hump_v[1]));
 }
 
 /* Speed with a hump, the rest with the cruise. */
 static void polish_cruise(struct polish *p)
 {
-    const struct otg_knobs *k = p->knobs;
     int which = speed_hump(p);
     struct num x = num_zero();
-    if (k->v[which].m)
-        x = num_div(p->v, k->v[which]);
-    struct num c = num_sub(p->d, num_mul(k->d[which], x));
-    c = num_mul(num_div(c, k->speed), p->per_s);
+    if (p->hump_v[which].m)
+        x = num_div(p->v, p->hump_v[which]);
+    struct num c = num_sub(p->d, num_mul(p->hump_d[which], x));
+    c = num_mul(num_div(c, p->speed), p->per_s);
     x = num_mul(x, p->per_s);
-    if (k->speed.m == 0 || is_far(p, x) || is_far(p, c))
+    if (p->speed.m == 0 || is_far(p, x) || is_far(p, c))
         return;
     turn_hump(p, which, x);
     turn_cruise(p, c);
@@ -137,21 +152,21 @@ static void polish_cruise(struct polish *p)
  * duration. */
 static void polish_humps(struct polish *p)
 {
-    const struct otg_knobs *k = p->knobs;
-    bool is_timed = k->cruise >= 0;
-    struct num d0 = k->d[0], d1 = k->d[1], d = p->d;
+    bool is_timed = p->shape->knobs.cruise >= 0;
+    struct num d0 = p->hump_d[0], d1 = p->hump_d[1], d = p->d;
     if (is_timed) {
-        struct num twice = num_twice(k->speed);
+        struct num twice = num_twice(p->speed);
         d0 = num_sub(d0, twice);
         d1 = num_sub(d1, twice);
-        d = num_sub(d, num_mul(k->speed, p->t));
+        d = num_sub(d, num_mul(p->speed, p->t));
     }
-    struct num det = num_sub(num_mul(k->v[0], d1), num_mul(k->v[1], d0));
+    struct num det =
+        num_sub(num_mul(p->hump_v[0], d1), num_mul(p->hump_v[1], d0));
     if (det.m == 0)
         return;
     struct num per = num_mul(num_inv(det), p->per_s);
-    struct num x = num_sub(num_mul(p->v, d1), num_mul(k->v[1], d));
-    struct num y = num_sub(num_mul(k->v[0], d), num_mul(p->v, d0));
+    struct num x = num_sub(num_mul(p->v, d1), num_mul(p->hump_v[1], d));
+    struct num y = num_sub(num_mul(p->hump_v[0], d), num_mul(p->v, d0));
     x = num_mul(x, per);
     y = num_mul(y, per);
     if (is_far(p, x) || is_far(p, y))
@@ -166,22 +181,58 @@ static void polish_humps(struct polish *p)
 
 static void polish_speed(struct polish *p)
 {
-    struct num x = num_mul(num_div(p->v, p->knobs->v[0]), p->per_s);
-    if (p->knobs->v[0].m && !is_far(p, x))
+    struct num x = num_mul(num_div(p->v, p->hump_v[0]), p->per_s);
+    if (p->hump_v[0].m && !is_far(p, x))
         turn_hump(p, 0, x);
 }
 
+/* A hump of acceleration a at the speed v, held 2 x longer: what comes after is
+ * 2 x later and 2 a x faster. */
+static void walk_hump(struct polish *p, int k, struct num v, int64_t left)
+{
+    struct num a = p->shape->phase[p->shape->knobs.hump[k]].a;
+    p->hump_v[k] = num_twice(a);
+    p->hump_d[k] = num_twice(num_add(v, num_mul(a, motion_otg_seconds(left))));
+}
+
+/* The speeds at the knobs. */
+static void polish_walk(struct polish *p)
+{
+    const struct otg_knobs *k = &p->shape->knobs;
+    int last = k->hump[1] < 0 ? k->hump[0] : k->hump[1];
+    struct num v = num_make(p->plan->start_vel_q32, -32);
+    struct num a = num_make(p->plan->start_acc, -p->plan->acc_bits);
+    int64_t left = p->plan->dur_ns_q12;
+    for (int i = 0; i <= last; i++) {
+        const struct otg_phase *to = &p->shape->phase[i];
+        if (to->dt.m != 0) {
+            struct num gain = num_mul(num_add(a, to->a), to->dt);
+            v = num_add(v, num_half(gain));
+        }
+        a = to->a;
+        left -= p->plan->phase[i].dur_ns_q12;
+        if (i == k->hump[0])
+            walk_hump(p, 0, v, left);
+        if (i == k->cruise)
+            p->speed = v;
+    }
+    if (k->hump[1] >= 0)
+        walk_hump(p, 1, v, left);
+}
+
 void motion_otg_polish(struct motion_otg_plan *plan,
-                       const struct otg_knobs *knobs,
+                       const struct otg_shape *shape,
                        const struct otg_rates *rates,
                        const struct otg_miss *miss)
 {
-    struct polish p = { .plan = plan, .knobs = knobs, .rates = rates };
+    const struct otg_knobs *knobs = &shape->knobs;
+    struct polish p = { .plan = plan, .shape = shape, .rates = rates };
     if (knobs->hump[0] < 0 || plan->count == 0)
         return;
     p.per_s = motion_otg_per_second();
-    p.v = num_mul(miss->vel, knobs->per_unit);
-    p.d = num_mul(miss->way, knobs->per_unit);
+    p.v = miss->vel;
+    p.d = miss->way;
+    polish_walk(&p);
     if (knobs->hump[1] < 0) {
         polish_speed(&p);
     } else if (knobs->cruise >= 0 && !miss->is_timed) {

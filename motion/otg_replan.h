@@ -23,8 +23,9 @@ void motion_otg_state_at(const struct motion_otg_plan *plan, int64_t t_ns_q12,
  * is filled in.  The old plan is kept when it leads to the same goal, under
  * `old_move`'s limits, no later than the new one would, or when there is no
  * motion to the new goal.  When nothing is left of the old plan and there is
- * none to the new goal: the stop.  Returns the outcome, or MOTION_E_RANGE;
- * `field` (may be NULL) says why it is not NEW. */
+ * none to the new goal: the stop.  Returns the outcome or, where there is no
+ * stop either, the error of motion_otg_make; `field` (may be NULL) says why it
+ * is not NEW. */
 int motion_otg_replan(const struct motion_otg_move *old_move,
                       const struct motion_otg_plan *old, int64_t t_ns_q12,
                       struct motion_otg_move *move,

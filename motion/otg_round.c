@@ -116,8 +116,10 @@ static int round_phases(const struct otg_shape *shape,
             last ? goal_acc : shifted(ph->a.m, ph->a.e + plan->acc_bits);
         if (!last && (ph->dt.e < -30 - 52 || (i > 0 && is_hold(ph))))
             to = acc;
-        int64_t n = motion_otg_ramp_ticks(rates, i, to - acc);
-        if (to == acc || !is_full) {
+        int64_t n = 0;
+        if (to != acc)
+            n = motion_otg_ramp_ticks(rates, i, to - acc);
+        if ((to == acc || !is_full) && ph->dt.m != 0) {
             int64_t near = ticks_of(ph->dt);
             n = near > n ? near : n;
         }

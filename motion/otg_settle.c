@@ -76,7 +76,7 @@ static void settle_polish(const struct settle *s)
         num_mul(motion_otg_wider_num(way, -43 - plan->acc_bits), per_way_fives);
     miss.is_timed = s->dur_ns_q12 != 0;
     miss.ticks = s->dur_ns_q12 - plan->dur_ns_q12;
-    motion_otg_polish(plan, &s->shape->knobs, &s->rates, &miss);
+    motion_otg_polish(plan, s->shape, &s->rates, &miss);
 }
 
 /* --- nothing to do for some time ------------------------------------------ */
@@ -103,7 +103,7 @@ static int settle_wait(int64_t dur_ns_q12, struct motion_otg_plan *plan)
 
 /* --- all of it ------------------------------------------------------------ */
 
-/* Without polishing no ramp may bend by more than a quarter of its room. */
+/* Without polishing no ramp may bend by more than its room. */
 static int settle_make(struct settle *s, bool polish)
 {
     struct motion_otg_plan *plan = s->plan;
@@ -153,6 +153,7 @@ static int settle_check(const struct settle *s, int err,
     return err < 0 ? err : motion_otg_check(s->move, s->plan, field);
 }
 
+/* Braking leaves more than trimming alone can make good. */
 int motion_otg_settle(const struct motion_otg_move *move,
                       const struct otg_problem *problem,
                       const struct otg_shape *shape, int64_t dur_ns_q12,
@@ -166,7 +167,7 @@ int motion_otg_settle(const struct motion_otg_move *move,
     if (err < 0 || (dur_ns_q12 != 0 && stands_still(move)))
         return settle_check(&s, err < 0 ? err : settle_wait(dur_ns_q12, plan),
                             field);
-    if (shape->knobs.hump[0] >= 0) {
+    if (shape->knobs.hump[0] >= 0 && shape->brake == 0) {
         err = settle_check(&s, settle_make(&s, false), field);
         if (err != MOTION_E_LIMIT)
             return err;

@@ -14,8 +14,13 @@
 struct answer {
     struct otg_border b;
     struct otg_point p;
-    struct num cruise, t;
+    struct num cruise;
 };
+
+static struct num answer_time(const struct answer *at)
+{
+    return num_add(motion_otg_border_time(&at->b, &at->p), at->cruise);
+}
 
 /* About where 2 x^3 + s x reaches `rest`, from above: what is left of the
  * family when no limit of a binds. */
@@ -58,7 +63,6 @@ static void place(struct answer *at, struct num want, struct num lo)
     at->cruise = num_zero();
     if (p->rest.m > 0)
         at->cruise = num_div(p->rest, p->vc);
-    at->t = num_add(motion_otg_border_time(b, p), at->cruise);
 }
 
 /* The border with `sign`: its start; what d is beyond that. */
@@ -79,17 +83,18 @@ static struct num border_start(const struct otg_problem *q, int sign,
 bool motion_otg_is_reached(const struct otg_problem *q, struct num t,
                            struct num miss)
 {
+    if (miss.m == 0)
+        return true;
     struct num way = num_max(num_abs(q->v0), num_abs(q->vf));
     way = num_add(num_abs(q->d), num_mul(way, t));
-    return miss.m == 0 || (way.m != 0 && miss.e < way.e - 24);
+    return way.m != 0 && miss.e < way.e - 24;
 }
 
 static bool is_at_start(const struct otg_problem *q, struct answer *at,
                         struct num rest)
 {
     at->cruise = num_zero();
-    at->t = motion_otg_border_time(&at->b, &at->p);
-    return motion_otg_is_reached(q, at->t, rest);
+    return motion_otg_is_reached(q, answer_time(at), rest);
 }
 
 /* Both borders start with the same motion, the plain speed change. */
@@ -178,8 +183,7 @@ static bool answer_lens(const struct otg_problem *q, struct answer *at)
         at->p.x = num_half(num_add(lo, hi));
         motion_otg_border_root(&at->b, OTG_GOAL_LENS, want, lo, hi, &at->p);
         at->cruise = num_zero();
-        at->t = motion_otg_border_time(&at->b, &at->p);
-        return motion_otg_is_reached(q, at->t, at->p.rest);
+        return motion_otg_is_reached(q, answer_time(at), at->p.rest);
     }
     return false;
 }
@@ -211,14 +215,13 @@ static void answer_best(const struct otg_problem *problem, struct answer *best)
             border_start(problem, sign, &at, &want, &lo).m < 0)
             continue;
         place(&at, want, lo);
-        if (num_lt(at.t, best->t))
+        if (num_lt(answer_time(&at), answer_time(best)))
             *best = at;
     }
 }
 
 /* Most phases hold what is zero or was just multiplied. */
-void motion_otg_shape_scale(struct otg_shape *shape, int from, struct num jerk,
-                            struct num per_j)
+void motion_otg_shape_scale(struct otg_shape *shape, int from, struct num jerk)
 {
     struct num was = num_zero(), is = was;
     for (int i = from; i < shape->count; i++) {
@@ -229,7 +232,6 @@ void motion_otg_shape_scale(struct otg_shape *shape, int from, struct num jerk,
         }
         *a = is;
     }
-    shape->knobs.per_unit = num_mul(shape->knobs.per_unit, per_j);
 }
 
 void motion_otg_solve(const struct otg_problem *q, struct otg_shape *shape)
@@ -239,17 +241,21 @@ void motion_otg_solve(const struct otg_problem *q, struct otg_shape *shape)
     answer_best(q, &at);
     motion_otg_border_shape(&at.b, &at.p, at.cruise, shape);
     if (!q->is_unit && at.b.is_unit)
-        motion_otg_shape_scale(shape, from, num_min(q->j, q->j2),
-                               num_max(q->per_j, q->per_j2));
+        motion_otg_shape_scale(shape, from, num_min(q->j, q->j2));
 }
 
 void motion_otg_in_jerk(struct otg_problem *q, struct num per_j)
 {
-    struct num *const length[] = { &q->d,  &q->v0, &q->a0, &q->vf, &q->af,
-                                   &q->dv, &q->vx, &q->vn, &q->ax, &q->an };
-    for (size_t i = 0; i < sizeof length / sizeof length[0]; i++)
-        if (length[i]->m != 0)
-            *length[i] = num_mul(*length[i], per_j);
+    q->d = num_mul(q->d, per_j);
+    q->v0 = num_mul(q->v0, per_j);
+    q->a0 = num_mul(q->a0, per_j);
+    q->vf = num_mul(q->vf, per_j);
+    q->af = num_mul(q->af, per_j);
+    q->dv = num_mul(q->dv, per_j);
+    q->vx = num_mul(q->vx, per_j);
+    q->vn = num_mul(q->vn, per_j);
+    q->ax = num_mul(q->ax, per_j);
+    q->an = num_mul(q->an, per_j);
     q->j = q->j2 = q->per_j = q->per_j2 = num_one();
     q->is_unit = true;
 }
@@ -276,7 +282,6 @@ void motion_otg_solve_velocity(const struct otg_problem *q,
     otg_shape_add(shape, hold, a);
     shape->knobs.hump[0] = (int16_t)(shape->count - 1);
     shape->knobs.is_peak[0] = up;
-    shape->knobs.v[0] = num_twice(a);
     otg_shape_add(shape, num_mul(num_abs(num_sub(q->af, a)), q->per_j), q->af);
 }
 
@@ -292,5 +297,5 @@ struct num motion_otg_next_time(const struct otg_problem *q, int sign)
         (void)border_start(q, sign, &at, &want, &lo);
         place(&at, want, lo);
     }
-    return at.t;
+    return answer_time(&at);
 }

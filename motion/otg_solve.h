@@ -43,15 +43,10 @@ struct otg_phase {
 /* What may be moved a little so that the shape meets its goal exactly: the two
  * places where the acceleration is highest and lowest, as the phase that holds
  * it (dt zero when it does not) between the two that lead there and away; and
- * the phase that holds the speed.  -1: none.
- *
- * Half a second more on either side of a hump changes speed and position at the
- * end by `v` and `d`, a second more of the cruise the position by `speed`, all
- * counted in a unit of 1 / per_unit. */
+ * the phase that holds the speed.  -1: none. */
 struct otg_knobs {
     int16_t hump[2], cruise;
     bool is_peak[2]; /* acceleration rises to it; else falls */
-    struct num v[2], d[2], speed, per_unit;
 };
 
 struct otg_shape {
@@ -69,7 +64,6 @@ static inline void otg_shape_init(struct otg_shape *shape)
     shape->count = shape->brake = shape->turn = 0;
     shape->land = OTG_SHAPE_MAX;
     shape->knobs.hump[0] = shape->knobs.hump[1] = shape->knobs.cruise = -1;
-    shape->knobs.per_unit = num_one();
 }
 
 static inline void otg_shape_add(struct otg_shape *shape, struct num dt,

@@ -122,6 +122,20 @@ static void settle(const struct through *th, int i)
     choose(th, i, best);
 }
 
+/* Before a velocity is chosen: the limits and the start of every axis. */
+static int are_valid(const struct through *th)
+{
+    for (int k = 0; k < th->axes; k++) {
+        const struct motion_otg_move move = { .start = th->start[k],
+                                              .limit = th->limit[k] };
+        int err = motion_otg_is_valid(&move, &th->fault->field);
+        th->fault->axis = k;
+        if (err < 0)
+            return err;
+    }
+    return MOTION_OK;
+}
+
 int motion_otg_through(const struct motion_state start[],
                        const struct motion_otg_limit limit[], int axes,
                        struct motion_otg_point point[], int points,
@@ -132,8 +146,14 @@ int motion_otg_through(const struct motion_state start[],
     struct through th = {
         start, limit, axes, points, point, plan, fault ? fault : &unused
     };
+    *th.fault = (struct motion_sync_fault){ 0, MOTION_OTG_FIELD_NONE };
+    if (failed)
+        *failed = 0;
     if (axes < 1 || axes > MOTION_SYNC_AXES || points < 1)
         return MOTION_E_ARG;
+    int valid = are_valid(&th);
+    if (valid < 0)
+        return valid;
     for (int i = 0; i < points; i++)
         choose(&th, i, 2);
     for (int sweep = 0; sweep < THROUGH_SWEEPS; sweep++)

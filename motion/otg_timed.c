@@ -88,7 +88,8 @@ static void cruise_finish(struct cruise *c, struct num step)
     for (int i = 0; i < 2; i++) {
         struct otg_hump *h = &c->ramp[i].hump;
         struct num by = num_half(num_mul(step, h->per_a));
-        if (h->z.m == 0 || by.e >= h->z.e - CRUISE_BITS)
+        /* exponents alone may say twice the step's part of w */
+        if (h->z.m == 0 || by.e > h->z.e - CRUISE_BITS + 1)
             continue;
         by = c->ramp[i].is_down ? num_neg(by) : by;
         h->z = num_add(h->z, by);
@@ -130,7 +131,7 @@ OTG_OWN_FRAME static bool solve_cruise(const struct otg_problem *q,
         end[i] =
             (struct otg_end){ ramp_side(&c.ramp[i]), c.ramp[i].is_down ? -1 : 1,
                               c.ramp[i].hump.z };
-    motion_otg_shape_ends(end, true, vc, &c.left, shape);
+    motion_otg_shape_ends(end, true, &c.left, shape);
     return true;
 }
 
@@ -318,7 +319,6 @@ int motion_otg_solve_duration(const struct otg_problem *problem, struct num t,
         return MOTION_E_LIMIT;
     }
     if (!problem->is_unit)
-        motion_otg_shape_scale(shape, from, num_min(problem->j, problem->j2),
-                               per_j);
+        motion_otg_shape_scale(shape, from, num_min(problem->j, problem->j2));
     return MOTION_OK;
 }

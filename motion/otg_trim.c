@@ -22,7 +22,7 @@
 
 #define TRIM_ROUNDS 4
 #define TRIM_SMALL  ((int64_t)1 << 24) /* what is left is less than a unit */
-#define TRIM_GENTLE 26
+#define TRIM_GENTLE 25
 #define TRIM_ZERO   (-1000)
 #define TRIM_CRUISE 10
 
@@ -39,10 +39,11 @@ struct trim {
     bool gently;
     int count;
     struct trim_group group[MOTION_OTG_PHASES];
-    int64_t k, w[2];  /* the centre of group 0; W of groups 0 and 1 */
-    struct wide x[2]; /* their X about k */
-    struct wide vel;  /* missing */
-    struct wider way; /* missing about k */
+    int64_t k, w[2];         /* the centre of group 0; W of groups 0 and 1 */
+    struct wide x[2];        /* their X about k */
+    struct num per_w, per_x; /* 1 / W of group 0, 1 / X of group 1 */
+    struct wide vel;         /* missing */
+    struct wider way;        /* missing about k */
 };
 
 static int power_of(int64_t a)
@@ -208,25 +209,22 @@ static struct num wide_num(struct wide a)
     return motion_otg_wider_num(wider_from(a), 0);
 }
 
-/* Are the ramps about the group, and its acceleration, 2^26 times as much? */
+/* Are the ramps about the group 2^25 times as much? */
 static bool is_gentle(const struct motion_otg_plan *plan,
                       const struct trim_group *g, int64_t by)
 {
     const struct motion_otg_phase *ph = plan->phase;
     int64_t before = g->first ? ph[g->first - 1].acc : plan->start_acc;
     uint64_t size = motion_fixed_abs(by) << TRIM_GENTLE;
-    return size <= motion_fixed_abs(ph[g->first].acc) &&
-           size <= motion_fixed_abs(ph[g->first].acc - before) &&
+    return size <= motion_fixed_abs(ph[g->first].acc - before) &&
            size <= motion_fixed_abs(ph[g->last + 1].acc - ph[g->last].acc);
 }
 
-/* Moves group i by what makes `lack` good at `worth` a unit, to 2^-26 of it. */
-static int trim_by(struct trim *t, int i, struct num lack, struct num worth,
+/* Moves group i by what makes `lack` good at 1 / `per` a unit, to 2^-26 of it. */
+static int trim_by(struct trim *t, int i, struct num lack, struct num per,
                    int64_t *by)
 {
-    if (worth.m == 0)
-        return MOTION_E_LIMIT;
-    int err = trim_rounded(num_div(lack, worth), by);
+    int err = trim_rounded(num_mul(lack, per), by);
     if (err < 0 || (t->gently && !is_gentle(t->plan, &t->group[i], *by)))
         return MOTION_E_LIMIT;
     return group_move(t->plan, &t->group[i], *by);
@@ -241,12 +239,11 @@ static bool is_small(int64_t by)
 static int trim_step(struct trim *t, bool *is_done)
 {
     int64_t by, last;
-    int err =
-        trim_by(t, 1, motion_otg_wider_num(t->way, 0), wide_num(t->x[1]), &by);
+    int err = trim_by(t, 1, motion_otg_wider_num(t->way, 0), t->per_x, &by);
     if (err < 0)
         return err;
     wide_add_mul(&t->vel, -by, t->w[1]);
-    err = trim_by(t, 0, wide_num(t->vel), num_int(t->w[0]), &last);
+    err = trim_by(t, 0, wide_num(t->vel), t->per_w, &last);
     *is_done = is_small(by) && is_small(last);
     if (err < 0 || *is_done)
         return err;
@@ -269,23 +266,28 @@ static int trim_take(struct trim *t, uint32_t fixed)
     trim_choose(t);
     t->k = t->group[0].k;
     t->x[0] = group_worth(t->plan, &t->group[0], t->k, &t->w[0]);
+    t->per_w = num_inv(num_int(t->w[0]));
     if ((t->x[0].hi | t->x[0].lo) != 0) {
-        struct num off = num_div(wide_num(t->x[0]), num_int(t->w[0]));
+        struct num off = num_mul(wide_num(t->x[0]), t->per_w);
         int64_t later = motion_real_floor_clamped(num_real(off), 0);
         wide_add_mul(&t->x[0], -later, t->w[0]);
         t->k += later;
     }
     t->x[1] = group_worth(t->plan, &t->group[1], t->k, &t->w[1]);
+    t->per_x = num_inv(wide_num(t->x[1]));
+    if (t->per_x.e > 0)
+        return MOTION_E_LIMIT; /* both at one moment */
     for (int i = 0; i < 2; i++)
         t->plan->trim[i] = group_mask(&t->group[i]);
     return MOTION_OK;
 }
 
-static int trim_position(struct trim *t, uint32_t fixed)
+static int trim_position(struct trim *t, struct motion_otg_plan *plan,
+                         uint32_t fixed)
 {
-    struct motion_otg_plan *plan = t->plan;
     int count = plan->count, err = MOTION_OK;
     bool is_done = false;
+    t->plan = plan;
     motion_otg_plan_miss(plan, &t->vel, &t->way);
     if ((t->way.hi | t->way.mid | t->way.lo | t->vel.hi | t->vel.lo) == 0)
         return MOTION_OK;
@@ -304,9 +306,10 @@ static int trim_one(struct trim *t)
 {
     int64_t by;
     (void)group_worth(t->plan, &t->group[0], 0, &t->w[0]);
+    t->per_w = num_inv(num_int(t->w[0]));
     t->plan->trim[0] = group_mask(&t->group[0]);
     for (int i = 0; i < TRIM_ROUNDS; i++) {
-        int err = trim_by(t, 0, wide_num(t->vel), num_int(t->w[0]), &by);
+        int err = trim_by(t, 0, wide_num(t->vel), t->per_w, &by);
         if (err < 0 || is_small(by))
             return err;
         wide_add_mul(&t->vel, -by, t->w[0]);
@@ -325,9 +328,9 @@ static int trim_free_end(struct motion_otg_plan *plan)
                                  plan->start_pos_q32, &plan->goal_pos_q32);
 }
 
-static int trim_velocity(struct trim *t)
+static int trim_velocity(struct trim *t, struct motion_otg_plan *plan)
 {
-    struct motion_otg_plan *plan = t->plan;
+    t->plan = plan;
     motion_otg_plan_miss(plan, &t->vel, &t->way);
     while ((t->vel.hi | t->vel.lo) != 0) {
         trim_groups(t, 0, false);
@@ -349,9 +352,8 @@ int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed, bool gently,
                     struct motion_otg_plan *plan)
 {
     struct trim t;
-    t.plan = plan;
     t.gently = gently;
     plan->trim[0] = plan->trim[1] = 0;
-    return mode == MOTION_OTG_VELOCITY ? trim_velocity(&t)
-                                       : trim_position(&t, fixed);
+    return mode == MOTION_OTG_VELOCITY ? trim_velocity(&t, plan)
+                                       : trim_position(&t, plan, fixed);
 }

@@ -203,7 +203,7 @@ static int line_axis(const struct line *line, int i,
     q.a0 = num_mul(q.a0, r);
     q.j = num_mul(q.j, num_abs(r));
     q.j2 = num_mul(q.j2, num_abs(r));
-    motion_otg_shape_scale(&own, 0, r, num_inv(r));
+    motion_otg_shape_scale(&own, 0, r);
     for (int k = 0; k < 2 && r.m < 0; k++)
         own.knobs.is_peak[k] = !own.knobs.is_peak[k];
     return motion_otg_settle(&line->move[i], &q, &own, dur, plan, field);
@@ -277,6 +277,9 @@ OTG_OWN_FRAME static int find_needs(const struct motion_otg_move move[],
     needs->wanted = 0;
     for (int i = 0; i < count; i++) {
         fault->axis = i;
+        fault->field = MOTION_OTG_FIELD_DURATION;
+        if (move[i].mode == MOTION_OTG_VELOCITY)
+            return MOTION_E_ARG;
         int err = motion_otg_least(&move[i], &needs->least[i], &fault->field);
         if (err < 0)
             return err;

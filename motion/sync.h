@@ -31,8 +31,8 @@ struct motion_sync_fault {
     enum motion_otg_field field;
 };
 
-/* Plan `count` axes (1 .. MOTION_SYNC_AXES).  move[i].dur_ns_q12 is a shortest
- * duration for all: the largest counts.  Errors as motion_otg_make, `fault`
+/* Plan `count` axes (1 .. MOTION_SYNC_AXES); velocity goals only with NONE.
+ * move[i].dur_ns_q12 is a shortest duration for all: the largest counts.  Errors as motion_otg_make, `fault`
  * (may be NULL) says where; plans are then undefined.  Every plan has passed
  * motion_otg_check and, synchronised, all have the same dur_ns_q12. */
 int motion_sync_make(const struct motion_otg_move move[], int count,

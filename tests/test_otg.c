@@ -286,46 +286,6 @@ static const struct motion_otg_move usual = {
     .limit = { 10 * ONE, -10 * ONE, 20 * ACC, -20 * ACC, 200 * ACC, 0 },
 };
 
-static void bad_requests_name_the_field(void **state)
-{
-    static const struct {
-        size_t offset;
-        int64_t value;
-        int err;
-        enum motion_otg_field field;
-    } rows[] = {
-#define LIMIT(name) offsetof(struct motion_otg_move, limit.name)
-        { LIMIT(vel_max_q32), 0, MOTION_E_ARG, MOTION_OTG_FIELD_VEL_MAX },
-        { LIMIT(vel_max_q32), -1, MOTION_E_ARG, MOTION_OTG_FIELD_VEL_MAX },
-        { LIMIT(vel_min_q32), 1, MOTION_E_ARG, MOTION_OTG_FIELD_VEL_MIN },
-        { LIMIT(acc_max_q16), 0, MOTION_E_ARG, MOTION_OTG_FIELD_ACC_MAX },
-        { LIMIT(acc_min_q16), 0, MOTION_E_ARG, MOTION_OTG_FIELD_ACC_MIN },
-        { LIMIT(acc_min_q16), 5, MOTION_E_ARG, MOTION_OTG_FIELD_ACC_MIN },
-        { LIMIT(jerk_q16), -1, MOTION_E_ARG, MOTION_OTG_FIELD_JERK },
-        { LIMIT(jerk_down_q16), -1, MOTION_E_ARG, MOTION_OTG_FIELD_JERK_DOWN },
-        { offsetof(struct motion_otg_move, dur_ns_q12), -1, MOTION_E_ARG,
-          MOTION_OTG_FIELD_DURATION },
-        { offsetof(struct motion_otg_move, dur_ns_q12), SECOND, MOTION_E_LIMIT,
-          MOTION_OTG_FIELD_DURATION },
-        { offsetof(struct motion_otg_move, goal.vel_q32), 11 * ONE,
-          MOTION_E_LIMIT, MOTION_OTG_FIELD_GOAL_VEL },
-        { offsetof(struct motion_otg_move, goal.acc_q16), 21 * ACC,
-          MOTION_E_LIMIT, MOTION_OTG_FIELD_GOAL_ACC },
-        { LIMIT(vel_max_q32), 1, MOTION_E_RANGE, MOTION_OTG_FIELD_GOAL_POS },
-    };
-    (void)state;
-    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
-        struct motion_otg_move move = usual;
-        struct motion_otg_plan plan = { .count = -1 };
-        enum motion_otg_field field;
-        memcpy((char *)&move + rows[i].offset, &rows[i].value, 8);
-        int err = motion_otg_make(&move, &plan, &field);
-        if (err != rows[i].err || field != rows[i].field)
-            fail_msg("row %zu: %d %s", i, err, motion_otg_field_text(field));
-        assert_int_equal(plan.count, 0);
-    }
-}
-
 static void goal_that_needs_higher_speed_before_it_is_refused(void **state)
 {
     struct motion_otg_move move = usual;
@@ -537,7 +497,6 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(durations_match_in_any_unit),
         cmocka_unit_test(random_problems_are_always_answered),
-        cmocka_unit_test(bad_requests_name_the_field),
         cmocka_unit_test(goal_that_needs_higher_speed_before_it_is_refused),
         cmocka_unit_test(simple_moves_take_what_the_formula_says),
         cmocka_unit_test(a_wanted_duration_is_met_exactly),
