@@ -90,6 +90,7 @@ int controller_init(struct controller *controller,
     controller->override_max_q30 = MOTION_CLOCK_WARP_MAX_Q30;
     for (unsigned i = 0; i < config->axis_count; i++) {
         controller->axis[i].drive = drive[i];
+        controller->axis[i].homed = !config->axis[i].needs_homing;
         controller_gate_init(controller, i);
     }
     return MOTION_OK;
@@ -133,6 +134,10 @@ bool controller_is_held(const struct controller *controller)
 static void controller_enter_fault(struct controller *controller)
 {
     controller_rest(controller);
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        controller->axis[i].seeking = false;
+        controller->axis[i].by_itself = false;
+    }
     if (controller->reaction != CONTROLLER_REACT_HOLD)
         controller_request(controller, HAL_DRIVE_REQUEST_OFF);
     controller_enter(controller, CONTROLLER_FAULT);
@@ -149,13 +154,16 @@ bool controller_in_motion(const struct controller *controller)
  * drives brake by themselves. */
 static void controller_react(struct controller *controller)
 {
+    const bool by_itself = controller_any_by_itself(controller);
     if (controller->reaction == CONTROLLER_REACT_OFF ||
-        !controller_in_motion(controller)) {
+        !(controller_in_motion(controller) || by_itself)) {
         controller_enter_fault(controller);
         return;
     }
     controller->wanted_q30 = 0;
     controller_enter(controller, CONTROLLER_STOPPING);
+    if (by_itself)
+        controller->reaction = CONTROLLER_REACT_QUICK;
     if (controller->reaction <= CONTROLLER_REACT_STOP &&
         !controller_ramp_stop(controller))
         controller->reaction = CONTROLLER_REACT_QUICK;
@@ -198,7 +206,7 @@ static void controller_send(struct controller *controller, unsigned i)
     int64_t value = axis->target.pos_q32, limit = 0;
     if (!controller_gate_pass(controller, i, axis->target.pos_q32, &value,
                               &limit) ||
-        hal_drive_set_target(axis->drive, &axis->target) < 0) {
+        controller_to_drive(axis, &axis->target) < 0) {
         controller_raise(controller, CONTROLLER_FAULT_GATE, (int)i, value,
                          limit);
         return;
@@ -206,25 +214,30 @@ static void controller_send(struct controller *controller, unsigned i)
     controller_gate_sent(controller, i, axis->target.pos_q32);
 }
 
+/* Without torque, or while the drive moves it, the set point follows the axis,
+ * so that what comes next does not make it jump. */
+static void controller_follow(struct controller_axis *axis)
+{
+    axis->target =
+        (struct hal_drive_target){ .pos_q32 = axis->feedback.pos_q32 };
+    axis->sent_count = 0;
+    axis->following_q32 = 0;
+    (void)controller_to_drive(axis, &axis->target);
+}
+
 static void controller_send_all(struct controller *controller)
 {
     for (unsigned i = 0; i < controller->config.axis_count; i++)
-        if (controller->reaction < CONTROLLER_REACT_QUICK)
+        if (controller->axis[i].by_itself)
+            controller_follow(&controller->axis[i]);
+        else if (controller->reaction < CONTROLLER_REACT_QUICK)
             controller_send(controller, i);
 }
 
-/* Without torque the set point follows the axis, so that enabling it does not
- * make it jump. */
 static void controller_follow_actual(struct controller *controller)
 {
-    for (unsigned i = 0; i < controller->config.axis_count; i++) {
-        struct controller_axis *axis = &controller->axis[i];
-        axis->target =
-            (struct hal_drive_target){ .pos_q32 = axis->feedback.pos_q32 };
-        axis->sent_count = 0;
-        axis->following_q32 = 0;
-        (void)hal_drive_set_target(axis->drive, &axis->target);
-    }
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        controller_follow(&controller->axis[i]);
 }
 
 /* Every track at the same path time; speed and acceleration by the chain rule

@@ -122,6 +122,7 @@ struct controller_axis_config {
     int64_t following_floor_q32;     /* fault above max(floor, |v| * k) */
     int64_t following_k_ns;
     int64_t feedback_max_age_ns; /* of this axis; 0: the controller's */
+    bool needs_homing; /* its position means nothing before it was homed */
 };
 
 struct controller_config {
@@ -142,9 +143,17 @@ struct controller_inputs {
     struct hal_gpio *home[CONTROLLER_AXES_MAX]; /* looked at while homing */
 };
 
-/* What one axis was told and did at the last tick. */
+/* What one axis was told and did at the last tick.  Positions are the axis's:
+ * those of the drive plus the offset that homing found. */
 struct controller_axis {
     struct hal_drive *drive;
+    int64_t offset_q32;
+    bool homed;     /* its position is known; else it moves by jogs alone, and
+                       its range does not count */
+    bool seeking;   /* looks for a switch: its limit switches and its range are
+                       looked after by homing */
+    bool by_itself; /* the drive moves it by a mode of its own: it gets no set
+                       points; a fault is a quick stop of the drives */
     const struct motion_track *track; /* NULL: stands where it is */
     struct motion_cursor cursor;
     int64_t vel_peak_q32; /* of the track at rate 1 */
@@ -205,8 +214,9 @@ int controller_off(struct controller *controller);
 /* READY -> MOVING.  One track per axis (NULL: stands still).  The tracks must
  * outlive the move.  A window (track.h) must be moved on between ticks; where it
  * does not reach as far as a stop may need, that is a fault.
- * MOTION_E_LIMIT when an axis does not stand where its track starts (*axis says which, when not NULL), or when a track is beyond the
- * limits at 100 % (*axis is -1). */
+ * MOTION_E_EMPTY when an axis with a track has not been homed, MOTION_E_LIMIT
+ * when one does not stand where its track starts (*axis says which, when not
+ * NULL), or when a track is beyond the limits at 100 % (*axis is -1). */
 int controller_start(struct controller *controller,
                      const struct motion_track *const track[], int *axis);
 int controller_hold(struct controller *controller);
@@ -224,6 +234,12 @@ int64_t controller_reserve_ns_q12(const struct controller *controller,
 /* FAULT -> OFF once every drive has let go of its fault.  MOTION_E_STATE while
  * the e-stop is active. */
 int controller_reset(struct controller *controller);
+
+/* The place that the axis called from_q32 is to_q32 from now on, and the axis is
+ * homed.  In READY or OFF, else MOTION_E_STATE; MOTION_E_RANGE.  Set points go
+ * on from where it is. */
+int controller_set_position(struct controller *controller, unsigned index,
+                            int64_t from_q32, int64_t to_q32);
 
 /* The tick, at nominal time `now_ns` (a multiple of the period after the last
  * one: more than one period means that ticks were lost).  `bus`: the worst that

@@ -37,8 +37,8 @@ int controller_off(struct controller *controller)
     return MOTION_OK;
 }
 
-static int64_t controller_peak(const struct motion_track *track,
-                               enum motion_quantity quantity)
+int64_t controller_peak(const struct motion_track *track,
+                        enum motion_quantity quantity)
 {
     struct motion_extreme extreme;
     motion_track_extreme(track, quantity, &extreme);
@@ -169,6 +169,12 @@ int controller_start(struct controller *controller,
 {
     if (controller->state != CONTROLLER_READY)
         return MOTION_E_STATE;
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        if (track[i] && !controller->axis[i].homed) {
+            if (axis)
+                *axis = (int)i;
+            return MOTION_E_EMPTY;
+        }
     for (unsigned i = 0; i < controller->config.axis_count; i++)
         if (track[i] && !controller_at_start(&controller->axis[i], track[i])) {
             if (axis)

@@ -23,6 +23,11 @@ void controller_request(struct controller *controller,
                         enum hal_drive_request request);
 void controller_rest(struct controller *controller);
 bool controller_in_motion(const struct controller *controller);
+/* Does the axis have to stay inside its range? */
+bool controller_range_counts(const struct controller *controller,
+                             unsigned index);
+/* Does a drive move its axis by itself? */
+bool controller_any_by_itself(const struct controller *controller);
 /* In FAULT, standing with torque on. */
 bool controller_is_held(const struct controller *controller);
 
@@ -48,6 +53,16 @@ bool controller_gate_pass(const struct controller *controller, unsigned index,
 /* Remember what was sent. */
 void controller_gate_sent(struct controller *controller, unsigned index,
                           int64_t pos_q32);
+
+/* controller_command.c: the largest |value| on a track. */
+int64_t controller_peak(const struct motion_track *track,
+                        enum motion_quantity quantity);
+
+/* controller_home.c: the drive's own positions and the axis's. */
+void controller_from_drive(const struct controller_axis *axis,
+                           struct hal_drive_feedback *feedback);
+int controller_to_drive(struct controller_axis *axis,
+                        const struct hal_drive_target *target);
 
 /* An input that is there, and active or unreadable. */
 bool controller_input(struct hal_gpio *line);

@@ -13,9 +13,14 @@
 
 void controller_watch_read(struct controller *controller)
 {
-    for (unsigned i = 0; i < controller->config.axis_count; i++)
-        hal_drive_feedback(controller->axis[i].drive,
-                           &controller->axis[i].feedback);
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        struct controller_axis *axis = &controller->axis[i];
+        hal_drive_feedback(axis->drive, &axis->feedback);
+        controller_from_drive(axis, &axis->feedback);
+        if (axis->feedback.state == HAL_DRIVE_OFFLINE &&
+            controller->config.axis[i].needs_homing)
+            axis->homed = false; /* nobody knows how it comes back */
+    }
 }
 
 bool controller_input(struct hal_gpio *line)
@@ -97,7 +102,7 @@ static void watch_following(struct controller *controller, unsigned i)
 {
     struct controller_axis *axis = &controller->axis[i];
     int64_t demand_q32;
-    if (!watch_demand(axis, &demand_q32) ||
+    if (axis->by_itself || !watch_demand(axis, &demand_q32) ||
         motion_fixed_sub(demand_q32, axis->feedback.pos_q32,
                          &axis->following_q32) < 0)
         return;
@@ -116,8 +121,10 @@ static void watch_switches(struct controller *controller, unsigned i)
                      controller_input(controller->inputs.limit_negative[i]);
     const bool high = axis->feedback.limit_positive ||
                       controller_input(controller->inputs.limit_positive[i]);
-    if ((low && high) || (low && axis->target.vel_q32 < 0) ||
-        (high && axis->target.vel_q32 > 0))
+    const bool towards =
+        (low && axis->target.vel_q32 < 0) || (high && axis->target.vel_q32 > 0);
+    const bool is_awaited = axis->seeking || axis->by_itself;
+    if ((low && high) || (towards && !is_awaited))
         controller_raise(controller, CONTROLLER_FAULT_LIMIT_SWITCH, (int)i,
                          axis->feedback.pos_q32, 0);
 }

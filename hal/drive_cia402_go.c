@@ -115,7 +115,7 @@ int drive_cia402_go(struct hal_drive *drive, const struct hal_drive_go *go)
     return MOTION_OK;
 }
 
-bool drive_cia402_go_is_busy(const struct drive_cia402 *self)
+static bool go_is_busy(const struct drive_cia402 *self)
 {
     return self->go.step != GO_NONE && self->go.step != GO_ARRIVED;
 }
@@ -152,7 +152,7 @@ void drive_cia402_go_written(struct drive_cia402 *self, int64_t now_ns)
     }
 }
 
-uint16_t drive_cia402_go_word(const struct drive_cia402 *self)
+static uint16_t go_word(const struct drive_cia402 *self)
 {
     const struct drive_cia402_go *go = &self->go;
     uint16_t word = go->halted ? HALT : 0;
@@ -195,7 +195,7 @@ static void go_wait(struct drive_cia402 *self, enum go_step next,
         go_fault(self, "halted, but bit 10 does not say that it stands");
 }
 
-void drive_cia402_go_step(struct drive_cia402 *self, int64_t now_ns)
+static void go_on(struct drive_cia402 *self, int64_t now_ns)
 {
     const struct drive_cia402_go *go = &self->go;
     const bool reached = (self->statusword & REACHED) != 0;
@@ -217,7 +217,14 @@ void drive_cia402_go_step(struct drive_cia402 *self, int64_t now_ns)
         go_wait(self, GO_NONE, now_ns);
 }
 
-void drive_cia402_go_reset(struct drive_cia402 *self)
+static void go_cancel(struct drive_cia402 *self)
 {
     self->go = (struct drive_cia402_go){ .step = GO_NONE };
 }
+
+const struct drive_cia402_mode_ops drive_cia402_go_ops = {
+    .mode_word = go_word,
+    .mode_step = go_on,
+    .mode_cancel = go_cancel,
+    .mode_is_busy = go_is_busy,
+};

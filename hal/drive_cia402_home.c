@@ -90,7 +90,7 @@ int drive_cia402_home(struct hal_drive *drive,
     return MOTION_OK;
 }
 
-bool drive_cia402_home_is_busy(const struct drive_cia402 *self)
+static bool home_is_busy(const struct drive_cia402 *self)
 {
     return self->home.step != HOME_NONE;
 }
@@ -120,7 +120,7 @@ void drive_cia402_home_done(struct drive_cia402 *self, int64_t now_ns)
     self->homing = HAL_DRIVE_HOMING_DONE;
 }
 
-uint16_t drive_cia402_home_word(const struct drive_cia402 *self)
+static uint16_t home_word(const struct drive_cia402 *self)
 {
     if (self->home.step == HOME_STOP)
         return HALT;
@@ -156,7 +156,7 @@ static void home_stopping(struct drive_cia402 *self)
     self->homing = HAL_DRIVE_HOMING_NONE;
 }
 
-void drive_cia402_home_step(struct drive_cia402 *self, int64_t now_ns)
+static void home_on(struct drive_cia402 *self, int64_t now_ns)
 {
     struct drive_cia402_home *home = &self->home;
 
@@ -174,9 +174,16 @@ void drive_cia402_home_step(struct drive_cia402 *self, int64_t now_ns)
     }
 }
 
-void drive_cia402_home_reset(struct drive_cia402 *self)
+static void home_cancel(struct drive_cia402 *self)
 {
     self->home = (struct drive_cia402_home){ .step = HOME_NONE };
     if (self->homing == HAL_DRIVE_HOMING_RUNNING)
         self->homing = HAL_DRIVE_HOMING_FAILED;
 }
+
+const struct drive_cia402_mode_ops drive_cia402_home_ops = {
+    .mode_word = home_word,
+    .mode_step = home_on,
+    .mode_cancel = home_cancel,
+    .mode_is_busy = home_is_busy,
+};

@@ -164,6 +164,30 @@ static int step_other(struct drive_cia402 *self,
     return MOTION_E_TIMEOUT;
 }
 
+/* Each parameter is written, then compared. */
+static int step_parameters(struct drive_cia402 *self, int64_t now_ns)
+{
+    while (self->parameter_at >> 1 < self->config.parameter_count) {
+        const struct drive_cia402_parameter *parameter =
+            &self->config.parameter[self->parameter_at >> 1];
+        const struct drive_cia402_step step = {
+            .kind = (self->parameter_at & 1) == 0 ? STEP_WRITE : STEP_COMPARE,
+            .index = parameter->index,
+            .sub = parameter->sub,
+            .size = parameter->size,
+            .value_of = VALUE_PARAMETER,
+        };
+        const int err = step_transfer(self, &step, now_ns);
+
+        if (err != MOTION_OK)
+            return err;
+        self->parameter_at++;
+        self->list_tries = 0;
+        self->list_since_ns = now_ns;
+    }
+    return MOTION_OK;
+}
+
 /* ---- rows that are left out ---- */
 
 static bool step_if_counted(const struct drive_cia402 *self)
@@ -218,28 +242,19 @@ static bool step_if_speed(const struct drive_cia402 *self)
     return drive_cia402_mode_wanted(self)->uses_speed;
 }
 
-static const struct {
-    unsigned need;
-    bool (*holds)(const struct drive_cia402 *self);
-} step_gates[] = {
-    { STEP_IF_COUNTED, step_if_counted },
-    { STEP_IF_GUARDED, step_if_guarded },
-    { STEP_IF_OPTION, step_if_option },
-    { STEP_IF_TRAVEL, step_if_travel },
-    { STEP_IF_LIMITS, step_if_limits },
-    { STEP_IF_VELOCITY, step_if_velocity },
-    { STEP_IF_TORQUE, step_if_torque },
-    { STEP_IF_IP, step_if_ip },
-    { STEP_UNLESS_IP, step_unless_ip },
-    { STEP_IF_SPEED, step_if_speed },
+/* From STEP_IF_COUNTED on, a bit each. */
+static bool (*const step_gates[])(const struct drive_cia402 *self) = {
+    step_if_counted, step_if_guarded,  step_if_option, step_if_travel,
+    step_if_limits,  step_if_velocity, step_if_torque, step_if_ip,
+    step_unless_ip,  step_if_speed,
 };
 
 static bool step_is_left_out(const struct drive_cia402 *self,
                              const struct drive_cia402_step *step)
 {
     for (unsigned i = 0; i < sizeof step_gates / sizeof step_gates[0]; i++)
-        if ((step->need & step_gates[i].need) != 0 &&
-            !step_gates[i].holds(self))
+        if ((step->need & (unsigned)STEP_IF_COUNTED << i) != 0 &&
+            !step_gates[i](self))
             return true;
     return (step->need & STEP_IF_SET) != 0 && step_value(self, step) == 0;
 }
@@ -247,6 +262,8 @@ static bool step_is_left_out(const struct drive_cia402 *self,
 static int step_do(struct drive_cia402 *self,
                    const struct drive_cia402_step *step, int64_t now_ns)
 {
+    if (step->kind == STEP_PARAMETERS)
+        return step_parameters(self, now_ns);
     if (step_is_left_out(self, step))
         return MOTION_OK;
     if (step->kind == STEP_NMT || step->kind == STEP_UNTIL)
@@ -261,6 +278,7 @@ void drive_cia402_list_begin(struct drive_cia402 *self,
     canopen_sdo_drop(&self->node);
     self->list = list;
     self->list_at = 0;
+    self->parameter_at = 0;
     self->list_tries = 0;
     self->list_since_ns = now_ns;
 }

@@ -26,7 +26,7 @@ static void modes_no_step(struct drive_cia402 *self, int64_t now_ns)
     (void)now_ns;
 }
 
-static void modes_no_reset(struct drive_cia402 *self)
+static void modes_no_cancel(struct drive_cia402 *self)
 {
     (void)self;
 }
@@ -37,26 +37,33 @@ static bool modes_never_busy(const struct drive_cia402 *self)
     return false;
 }
 
-#define STREAMS modes_no_step, modes_no_reset, modes_never_busy
-#define GOES                                                                   \
-    drive_cia402_go_word, drive_cia402_go_step, drive_cia402_go_reset,         \
-        drive_cia402_go_is_busy
+static const struct drive_cia402_mode_ops modes_stream_ops = {
+    .mode_word = modes_no_word,
+    .mode_step = modes_no_step,
+    .mode_cancel = modes_no_cancel,
+    .mode_is_busy = modes_never_busy,
+};
+static const struct drive_cia402_mode_ops modes_ip_ops = {
+    .mode_word = modes_word_ip,
+    .mode_step = modes_no_step,
+    .mode_cancel = modes_no_cancel,
+    .mode_is_busy = modes_never_busy,
+};
 
 /* clang-format off */
 static const struct drive_cia402_mode modes_of_stream[] = {
-    [DRIVE_CIA402_CSP] = { 8, true, true, false, modes_no_word, STREAMS },
-    [DRIVE_CIA402_IP] = { 7, true, true, false, modes_word_ip, STREAMS },
-    [DRIVE_CIA402_CSV] = { 9, true, false, true, modes_no_word, STREAMS },
+    [DRIVE_CIA402_CSP] = { 8, true, true, false, &modes_stream_ops },
+    [DRIVE_CIA402_IP] = { 7, true, true, false, &modes_ip_ops },
+    [DRIVE_CIA402_CSV] = { 9, true, false, true, &modes_stream_ops },
 };
 /* STREAM_POSITION is one of the three above. */
 static const struct drive_cia402_mode modes_of[] = {
-    [HAL_DRIVE_STREAM_VELOCITY] = { 9, true, false, true, modes_no_word,
-                                    STREAMS },
-    [HAL_DRIVE_PROFILE_POSITION] = { 1, false, true, false, GOES },
-    [HAL_DRIVE_PROFILE_VELOCITY] = { 3, false, false, true, GOES },
-    [HAL_DRIVE_HOMING] = { 6, false, false, false, drive_cia402_home_word,
-                           drive_cia402_home_step, drive_cia402_home_reset,
-                           drive_cia402_home_is_busy },
+    [HAL_DRIVE_STREAM_VELOCITY] = { 9, true, false, true, &modes_stream_ops },
+    [HAL_DRIVE_PROFILE_POSITION] = { 1, false, true, false,
+                                     &drive_cia402_go_ops },
+    [HAL_DRIVE_PROFILE_VELOCITY] = { 3, false, false, true,
+                                     &drive_cia402_go_ops },
+    [HAL_DRIVE_HOMING] = { 6, false, false, false, &drive_cia402_home_ops },
 };
 /* clang-format on */
 
@@ -179,13 +186,14 @@ void drive_cia402_modes_change(struct drive_cia402 *self, int64_t now_ns)
 int drive_cia402_set_mode(struct hal_drive *drive, enum hal_drive_mode mode)
 {
     struct drive_cia402 *self = drive_cia402_of(drive);
+    const struct drive_cia402_mode *now = drive_cia402_mode(self);
 
     if ((unsigned)mode >= HAL_DRIVE_MODES)
         return MOTION_E_ARG;
     if (self->phase != DRIVE_CIA402_RUN ||
         (self->state != HAL_DRIVE_OFF && self->state != HAL_DRIVE_ENABLED) ||
         self->job != DRIVE_CIA402_NO_JOB || !drive_cia402_stands(self) ||
-        drive_cia402_mode(self)->is_busy(self))
+        now->ops->mode_is_busy(self))
         return MOTION_E_STATE;
     if (!modes_has(self, mode))
         return MOTION_E_EMPTY;
@@ -198,7 +206,9 @@ int drive_cia402_set_mode(struct hal_drive *drive, enum hal_drive_mode mode)
 
 void drive_cia402_modes_reset(struct drive_cia402 *self)
 {
-    drive_cia402_mode(self)->reset(self);
+    const struct drive_cia402_mode *mode = drive_cia402_mode(self);
+
+    mode->ops->mode_cancel(self);
 }
 
 int drive_cia402_halt(struct hal_drive *drive)

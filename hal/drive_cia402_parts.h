@@ -11,11 +11,12 @@
 
 enum step_kind {
     STEP_END,
-    STEP_READ,    /* give the value to check() */
-    STEP_WRITE,   /* value */
-    STEP_COMPARE, /* read, must be value */
-    STEP_NMT,     /* send the command `value` */
-    STEP_UNTIL,   /* check() says so */
+    STEP_READ,       /* give the value to check() */
+    STEP_WRITE,      /* value */
+    STEP_COMPARE,    /* read, must be value */
+    STEP_NMT,        /* send the command `value` */
+    STEP_UNTIL,      /* check() says so */
+    STEP_PARAMETERS, /* those of the config, written and compared */
 };
 
 /* Bits. */
@@ -25,7 +26,7 @@ enum step_need {
     STEP_IF_SET = 2,   /* left out when the value is 0 */
     STEP_SWITCHES = 4, /* any refusal leaves out all rows of this kind */
     STEP_FOREVER = 8,  /* ask until there is an answer */
-    /* Left out unless: */
+    /* Left out unless; in the order of step_gates[]: */
     STEP_IF_COUNTED = 1 << 4,  /* SYNC has a counter */
     STEP_IF_GUARDED = 1 << 5,  /* node guarding */
     STEP_IF_OPTION = 1 << 6,   /* this option code is given */
@@ -50,6 +51,7 @@ enum drive_cia402_value {
     VALUE_FOLLOWING,
     VALUE_QUICK_STOP,
     VALUE_PRELOAD,
+    VALUE_PARAMETER,
     VALUE_MODE,
     VALUE_SYNC_OVERFLOW,
     VALUE_GUARD_TIME,
@@ -131,17 +133,21 @@ int drive_cia402_check_factors(struct drive_cia402 *self);
 
 /* ---- drive_cia402_modes.c: modes of operation, and jobs ---- */
 
+struct drive_cia402_mode_ops {
+    /* Bits of the controlword beside 0x0F. */
+    uint16_t (*mode_word)(const struct drive_cia402 *self);
+    /* Every cycle while enabled. */
+    void (*mode_step)(struct drive_cia402 *self, int64_t now_ns);
+    /* Its own motion is over, whatever it was. */
+    void (*mode_cancel)(struct drive_cia402 *self);
+    bool (*mode_is_busy)(const struct drive_cia402 *self);
+};
 struct drive_cia402_mode {
     int8_t code;      /* 0x6060 */
     bool streams;     /* takes set points, and says in bit 12 that it follows */
     bool uses_target; /* the target of RPDO1 moves it */
     bool uses_speed;  /* 0x60FF does */
-    /* Bits of the controlword beside 0x0F; what it does every cycle while
-     * enabled; its own motion ends now. */
-    uint16_t (*word)(const struct drive_cia402 *self);
-    void (*step)(struct drive_cia402 *self, int64_t now_ns);
-    void (*reset)(struct drive_cia402 *self);
-    bool (*is_busy)(const struct drive_cia402 *self);
+    const struct drive_cia402_mode_ops *ops;
 };
 /* The one in force. */
 const struct drive_cia402_mode *
@@ -165,10 +171,7 @@ void drive_cia402_job_step(struct drive_cia402 *self, int64_t now_ns);
 
 int drive_cia402_go(struct hal_drive *drive, const struct hal_drive_go *go);
 void drive_cia402_go_written(struct drive_cia402 *self, int64_t now_ns);
-uint16_t drive_cia402_go_word(const struct drive_cia402 *self);
-void drive_cia402_go_step(struct drive_cia402 *self, int64_t now_ns);
-void drive_cia402_go_reset(struct drive_cia402 *self);
-bool drive_cia402_go_is_busy(const struct drive_cia402 *self);
+extern const struct drive_cia402_mode_ops drive_cia402_go_ops;
 bool drive_cia402_go_has_arrived(const struct drive_cia402 *self);
 int drive_cia402_go_halt(struct drive_cia402 *self);
 
@@ -178,10 +181,7 @@ int drive_cia402_home(struct hal_drive *drive,
                       const struct hal_drive_home *home);
 void drive_cia402_home_written(struct drive_cia402 *self, int64_t now_ns);
 void drive_cia402_home_done(struct drive_cia402 *self, int64_t now_ns);
-uint16_t drive_cia402_home_word(const struct drive_cia402 *self);
-void drive_cia402_home_step(struct drive_cia402 *self, int64_t now_ns);
-void drive_cia402_home_reset(struct drive_cia402 *self);
-bool drive_cia402_home_is_busy(const struct drive_cia402 *self);
+extern const struct drive_cia402_mode_ops drive_cia402_home_ops;
 int drive_cia402_home_halt(struct drive_cia402 *self);
 extern const struct drive_cia402_step drive_cia402_limits[];
 

@@ -25,6 +25,8 @@
 #define OPTION(index) \
     WRITE_OF(STEP_IF_OPTION, index, 0, 2, VALUE_OPTION), \
     COMPARE_OF(STEP_IF_OPTION, index, 0, 2, VALUE_OPTION)
+#define PARAMETERS \
+    { STEP_PARAMETERS, STEP_NEEDED, 0, 0, 0, 0, VALUE_FIXED, CHECK_NOTHING }
 /* The target is where the axis is, the speed 0. */
 #define PRELOAD \
     READ(STEP_NEEDED, 0x6064, 0, CHECK_ACTUAL), \

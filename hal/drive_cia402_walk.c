@@ -84,6 +84,7 @@ bool drive_cia402_is_watched(const struct drive_cia402 *self)
 uint16_t drive_cia402_controlword(const struct drive_cia402 *self)
 {
     const enum cia402_state power = drive_cia402_power(self);
+    const struct drive_cia402_mode *mode = drive_cia402_mode(self);
 
     if (self->phase == DRIVE_CIA402_RESET && power == CIA402_FAULT)
         return self->reset_cycles >= RESET_LOW_SYNCS ? RESET_WORD : 0;
@@ -94,7 +95,7 @@ uint16_t drive_cia402_controlword(const struct drive_cia402 *self)
         return 0x07;
     if (power == CIA402_OPERATION_ENABLED && drive_cia402_is_enabled(self))
         return drive_cia402_words[power][self->request] |
-               drive_cia402_mode(self)->word(self);
+               mode->ops->mode_word(self);
     return drive_cia402_words[power][self->request];
 }
 
@@ -236,6 +237,8 @@ enum hal_drive_state drive_cia402_reported(const struct drive_cia402 *self)
 static void drive_cia402_walk_step(struct drive_cia402 *self,
                                    enum cia402_state power, int64_t now_ns)
 {
+    const struct drive_cia402_mode *mode;
+
     if (power != self->walk_state) {
         self->walk_state = power;
         self->walk_since_ns = now_ns;
@@ -255,8 +258,9 @@ static void drive_cia402_walk_step(struct drive_cia402 *self,
         self->state != HAL_DRIVE_ENABLED)
         self->first_target = true;
     self->state = drive_cia402_reported(self);
+    mode = drive_cia402_mode(self);
     if (self->state == HAL_DRIVE_ENABLED)
-        drive_cia402_mode(self)->step(self, now_ns);
+        mode->ops->mode_step(self, now_ns);
     if (self->phase == DRIVE_CIA402_RUN && self->list == NULL)
         drive_cia402_probe_step(self, now_ns);
 }

@@ -22,7 +22,7 @@ static struct drive_odrive *odrive_of(struct drive_turns *turns)
 /* ---- on and off ---- */
 
 /* The input before the state: an old one would be chased. */
-static void odrive_arm(struct drive_turns *turns, bool again)
+void odrive_arm(struct drive_turns *turns, bool again)
 {
     struct drive_odrive *self = odrive_of(turns);
     uint8_t input[8] = { 0 };
@@ -30,7 +30,9 @@ static void odrive_arm(struct drive_turns *turns, bool again)
     if (!again)
         return;
     drive_turns_stand(turns);
-    hal_float32_put(input, hal_float32_from_fixed(turns->target_q32, 32));
+    hal_float32_put(input,
+                    hal_float32_from_fixed(
+                        drive_turns_raw_q32(turns, turns->target_q32), 32));
     (void)odrive_send_u32(self, ODRIVE_SET_MODE, ODRIVE_CONTROL_POSITION,
                           ODRIVE_PASSTHROUGH, 2);
     (void)odrive_send(self, ODRIVE_SET_INPUT_POS, input, sizeof input);
@@ -65,7 +67,8 @@ static void odrive_clear(struct drive_turns *turns, bool again)
 static unsigned odrive_abilities(const struct drive_turns *turns)
 {
     (void)turns;
-    return 1u << HAL_DRIVE_STREAM_POSITION | 1u << HAL_DRIVE_PROFILE_POSITION;
+    return 1u << HAL_DRIVE_STREAM_POSITION | 1u << HAL_DRIVE_PROFILE_POSITION |
+           1u << HAL_DRIVE_HOMING;
 }
 
 static int odrive_depart(struct drive_turns *turns)
@@ -82,6 +85,7 @@ static const struct drive_turns_ops odrive_turns_ops = {
     .clear = odrive_clear,
     .abilities = odrive_abilities,
     .depart = odrive_depart,
+    .seek = odrive_seek,
 };
 
 /* ---- init ---- */

@@ -16,8 +16,12 @@
  * itself is known after one heartbeat period (its config, 100 ms); the
  * controller sees it earlier, by the following error.
  *
- * Modes: streamed position, profile position (the trapezoidal trajectory).  The
- * quick stop and halt are ramps of ours in passthrough.
+ * Modes: streamed position, profile position (the trapezoidal trajectory),
+ * homing (state 11, by the drive's own end stops and speeds; method and speeds
+ * of hal_drive_home do not matter).  The quick stop and the halt of a go are
+ * ramps of ours in passthrough; a homing is broken off by switching off, and
+ * halted by holding where it is.  It ends on the drive's position 0, which is
+ * the home point; the drive goes on counting from there.
  * fault_code is the number of the lowest error bit, plus 1.
  *
  * Source: ODrive firmware 0.5.6 (can_simple.cpp) and its CAN protocol page;
@@ -67,13 +71,14 @@ struct drive_odrive {
     enum drive_odrive_start start;
     enum drive_odrive_family family;
     unsigned parameter, tries; /* being written */
-    bool verifying;
-    int64_t asked_ns; /* 0: not yet */
+    int64_t asked_ns;          /* 0: not yet */
 
     int64_t heartbeat_ns; /* last heard; 0: never */
     uint32_t error, reason;
-    uint8_t
-        parts; /* 0.5: with an error: bit 0 motor, 1 encoder, 2 controller */
+    uint8_t axis_state;
+    uint8_t result; /* 0.6: of the last procedure */
+    uint8_t parts;  /* 0.5: which have an error; 1 motor, 2 encoder,
+                       4 controller */
     bool was_told;  /* a position since the last cycle */
     bool go_unsent; /* a new go */
     bool passes;    /* in passthrough, as far as we have told it */

@@ -26,6 +26,7 @@ enum odrive_command {
 enum odrive_state {
     ODRIVE_IDLE = 1,
     ODRIVE_CLOSED_LOOP = 8,
+    ODRIVE_HOMING = 11,
 };
 
 enum odrive_control { ODRIVE_CONTROL_POSITION = 3 };
@@ -42,6 +43,14 @@ int odrive_send_u32(struct drive_odrive *self, enum odrive_command command,
 
 /* Is there an error by the last heartbeat, and which? */
 void odrive_say(struct drive_odrive *self);
+
+/* ---- drive_odrive_home.c: homing ---- */
+
+int odrive_seek(struct drive_turns *turns);
+
+/* ---- drive_odrive.c ---- */
+
+void odrive_arm(struct drive_turns *turns, bool again);
 
 /* ---- drive_odrive_start.c: from silence to off ---- */
 

@@ -30,7 +30,6 @@ void odrive_start(struct drive_turns *turns)
     self->asked_ns = 0;
     self->tries = 0;
     self->parameter = 0;
-    self->verifying = false;
     self->error = 0;
     self->reason = 0;
     self->family = self->config.family;

@@ -1,4 +1,6 @@
-/* hal/drive_odrive_text.c - words for error bits; see drive_odrive.h. */
+/* hal/drive_odrive_text.c - words for error bits; see drive_odrive.h.
+ * Source: ODrive 0.5.6 Firmware/odrive-interface.yaml; odrive.enums.ODriveError
+ * of the Python package odrive 0.6.11. */
 #include "hal/drive_odrive.h"
 
 #include <stddef.h>
@@ -35,6 +37,7 @@ static const char *const odrive_bits_06[32] = {
     [14] = "inverter over-temperature",
     [15] = "velocity limit",
     [16] = "position limit",
+    [17] = "requested current too high",
     [24] = "watchdog expired",
     [25] = "e-stop requested",
     [26] = "spin-out detected",

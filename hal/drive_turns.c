@@ -253,13 +253,43 @@ static int drive_turns_go(struct hal_drive *drive,
     return self->ops->depart != NULL ? self->ops->depart(self) : MOTION_OK;
 }
 
+static int drive_turns_home(struct hal_drive *drive,
+                            const struct hal_drive_home *home)
+{
+    struct drive_turns *self = drive_turns_of(drive);
+    const int64_t pos_q32 = hal_ratio_scale(&self->to_turns, home->pos_q32);
+
+    if (self->ops->seek == NULL)
+        return MOTION_E_EMPTY;
+    if (self->mode != HAL_DRIVE_HOMING || self->state != HAL_DRIVE_ENABLED ||
+        !is_at_rest(self))
+        return MOTION_E_STATE;
+    if (home->timeout_ns <= 0)
+        return MOTION_E_ARG;
+    if (!is_reachable(pos_q32))
+        return MOTION_E_RANGE;
+    self->home.step = 0;
+    self->home.halted = false;
+    self->home.pos_q32 = pos_q32;
+    self->home.since_ns = self->now_ns;
+    self->retry_ns = self->now_ns;
+    self->home.deadline_ns = self->now_ns + home->timeout_ns;
+    self->homing = HAL_DRIVE_HOMING_RUNNING;
+    self->motion = DRIVE_TURNS_HOME;
+    return MOTION_OK;
+}
+
 static int drive_turns_halt(struct hal_drive *drive)
 {
     struct drive_turns *self = drive_turns_of(drive);
 
-    if (self->state != HAL_DRIVE_ENABLED || self->motion != DRIVE_TURNS_GO)
+    if (self->state != HAL_DRIVE_ENABLED ||
+        (self->motion != DRIVE_TURNS_GO && self->motion != DRIVE_TURNS_HOME))
         return MOTION_E_STATE;
-    drive_turns_brake(self);
+    if (self->motion == DRIVE_TURNS_GO)
+        drive_turns_brake(self);
+    else
+        self->home.halted = true;
     return MOTION_OK;
 }
 
@@ -278,7 +308,9 @@ static void put_demand(const struct drive_turns *self,
     feedback->demand_age_ns = self->actual_ns - past.given_ns;
     if (!self->extrapolates)
         return;
-    /* 1e-9 = 4611686018 / 2^62; at most a few periods: far from any end */
+    if (since_ns > NS_PER_S) /* long since at rest */
+        since_ns = NS_PER_S;
+    /* 1e-9 = 2305843009 / 2^61 */
     if (motion_fixed_mulshift(since_ns * 2305843009, past.vel_q32, 61,
                               &way_q32) != MOTION_OK)
         return;
@@ -321,5 +353,6 @@ const struct hal_drive_ops drive_turns_drive_ops = {
     .modes = drive_turns_modes,
     .set_mode = drive_turns_set_mode,
     .go = drive_turns_go,
+    .home = drive_turns_home,
     .halt = drive_turns_halt,
 };

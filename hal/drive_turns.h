@@ -56,7 +56,6 @@ enum drive_turns_motion {
     DRIVE_TURNS_FOLLOW, /* the set points; without a new one it stands */
     DRIVE_TURNS_RAMP,   /* to standstill, then FOLLOW */
     DRIVE_TURNS_GO,     /* by the drive's profile, to or at go */
-    DRIVE_TURNS_HALT,   /* by the drive's ramp, then FOLLOW */
     DRIVE_TURNS_HOME,   /* by the drive itself */
 };
 
@@ -74,6 +73,10 @@ struct drive_turns_ops {
     void (*disarm)(struct drive_turns *self, bool again);
     void (*clear)(struct drive_turns *self, bool again);
     unsigned (*abilities)(const struct drive_turns *self); /* modes */
+    /* Every cycle of a homing, from self->home.step 0 on, until it is armed
+     * again at its end: MOTION_OK; MOTION_E_AGAIN; MOTION_E_REFUSED: it failed,
+     * but is armed; else fault_text is said.  NULL: it has no homing. */
+    int (*seek)(struct drive_turns *self);
     /* The go in self->go is new.  NULL: the next set point tells it. */
     int (*depart)(struct drive_turns *self);
 };
@@ -105,7 +108,8 @@ struct drive_turns {
 
     /* as the wire part heard it */
     bool armed;      /* follows set points, or moves by its profile */
-    bool alarmed;    /* has a fault; alarm() of its text */
+    bool torque;     /* armed, or doing something else by itself */
+    bool alarmed;    /* has a fault, whose text has been said */
     bool positioned; /* actual_q32 is known */
     bool extrapolates, go_done;
     enum hal_drive_homing homing;
@@ -124,6 +128,14 @@ struct drive_turns {
         int64_t pos_q32, vel_q32, acc_q32, dec_q32; /* acc 0: the drive's */
         int64_t since_ns;
     } go;
+    struct {
+        unsigned step;    /* the wire part's own */
+        int64_t pos_q32;  /* of the home point */
+        int64_t since_ns; /* of the step */
+        int64_t deadline_ns;
+        bool halted;
+    } home;
+    int64_t origin_q32; /* of our positions, where the drive has 0 */
     struct drive_turns_past past[DRIVE_TURNS_HISTORY];
     unsigned past_at, past_count;
     char fault_text[64];
@@ -141,9 +153,14 @@ int drive_turns_init(struct drive_turns *self,
 void drive_turns_step(struct drive_turns *self, int64_t now_ns);
 /* Of end(), before it sends: the set point of this cycle.  False: send none. */
 bool drive_turns_next(struct drive_turns *self);
-/* A position was heard: measured answer_ns before t_ns. */
-void drive_turns_note(struct drive_turns *self, int64_t pos_q32,
+/* The set point as the drive counts. */
+int64_t drive_turns_raw_q32(const struct drive_turns *self, int64_t pos_q32);
+/* A position was heard, as the drive counts: measured answer_ns before t_ns.
+ * False: no motor is there, or so fast; it is not believed. */
+bool drive_turns_note(struct drive_turns *self, int64_t pos_q32,
                       int64_t vel_q32, int64_t t_ns);
+/* The drive has found its zero and stands on it: that is home.pos_q32. */
+void drive_turns_homed(struct drive_turns *self);
 /* It stands where it is: the set point is the actual position. */
 void drive_turns_stand(struct drive_turns *self);
 /* fault_text begins anew; more may be put to what is returned. */

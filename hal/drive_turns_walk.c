@@ -28,10 +28,14 @@ void drive_turns_pursue(struct drive_turns *self)
 {
     self->since_ns = self->now_ns;
     self->retry_ns = self->now_ns;
+    if (self->homing == HAL_DRIVE_HOMING_RUNNING)
+        self->homing = HAL_DRIVE_HOMING_FAILED;
     if (self->request == HAL_DRIVE_REQUEST_ENABLE && !self->armed)
         drive_turns_stand(self);
-    else if (self->request == HAL_DRIVE_REQUEST_QUICK_STOP && self->armed)
+    else if (self->request == HAL_DRIVE_REQUEST_QUICK_STOP)
         drive_turns_brake(self);
+    else if (self->motion == DRIVE_TURNS_HOME)
+        drive_turns_stand(self);
 }
 
 void drive_turns_enter(struct drive_turns *self, enum drive_turns_phase phase)
@@ -48,7 +52,9 @@ void drive_turns_start(struct drive_turns *self)
     self->state = HAL_DRIVE_OFFLINE;
     self->mode = HAL_DRIVE_STREAM_POSITION;
     self->homing = HAL_DRIVE_HOMING_NONE;
+    self->origin_q32 = 0;
     self->armed = false;
+    self->torque = false;
     self->alarmed = false;
     self->positioned = false;
     self->fault_code = 0;
@@ -61,6 +67,8 @@ void drive_turns_latch(struct drive_turns *self)
 {
     self->request = HAL_DRIVE_REQUEST_QUICK_STOP;
     self->state = HAL_DRIVE_FAULT;
+    if (self->homing == HAL_DRIVE_HOMING_RUNNING)
+        self->homing = HAL_DRIVE_HOMING_FAILED;
     if (self->motion != DRIVE_TURNS_RAMP)
         drive_turns_brake(self);
     drive_turns_enter(self, DRIVE_TURNS_LATCHED);
@@ -72,12 +80,12 @@ void drive_turns_lose(struct drive_turns *self)
     self->phase = DRIVE_TURNS_LOST;
     self->state = HAL_DRIVE_OFFLINE;
     self->armed = false;
+    self->torque = false;
 }
 
 static void walk_run(struct drive_turns *self)
 {
     drive_turns_enter(self, DRIVE_TURNS_RUN);
-    self->request = HAL_DRIVE_REQUEST_OFF;
     self->state = HAL_DRIVE_OFF;
     self->mode = HAL_DRIVE_STREAM_POSITION;
     drive_turns_stand(self);
@@ -108,7 +116,7 @@ static bool walk_took_too_long(const struct drive_turns *self)
 
 static void walk_off(struct drive_turns *self)
 {
-    if (!self->armed) {
+    if (!self->torque) {
         self->state = HAL_DRIVE_OFF;
         return;
     }
@@ -121,11 +129,32 @@ static void walk_off(struct drive_turns *self)
     self->ops->disarm(self, walk_again(self));
 }
 
+/* The drive switches itself off and on on the way. */
+static void walk_home(struct drive_turns *self)
+{
+    const int err = self->ops->seek(self);
+
+    if (err == MOTION_E_AGAIN && self->now_ns <= self->home.deadline_ns)
+        return;
+    if (err == MOTION_OK || err == MOTION_E_REFUSED) {
+        if (err == MOTION_E_REFUSED)
+            self->homing = HAL_DRIVE_HOMING_FAILED;
+        drive_turns_stand(self);
+        self->first_target = true;
+        return;
+    }
+    if (err == MOTION_E_AGAIN)
+        drive_turns_say(self, "homing took too long");
+    drive_turns_latch(self);
+}
+
 /* From a quick stop only at standstill, and with a new first set point. */
 static void walk_enable(struct drive_turns *self)
 {
     if (self->state == HAL_DRIVE_ENABLED) {
-        if (!self->armed) {
+        if (self->motion == DRIVE_TURNS_HOME) {
+            walk_home(self);
+        } else if (!self->armed) {
             drive_turns_say(self, "switched itself off");
             drive_turns_latch(self);
         }
@@ -147,9 +176,12 @@ static void walk_enable(struct drive_turns *self)
     self->ops->arm(self, walk_again(self));
 }
 
+/* What it does by itself can only be switched off. */
 static void walk_quick_stop(struct drive_turns *self)
 {
-    self->state = self->armed ? HAL_DRIVE_QUICK_STOP : HAL_DRIVE_OFF;
+    self->state = self->torque ? HAL_DRIVE_QUICK_STOP : HAL_DRIVE_OFF;
+    if (self->torque && !self->armed)
+        self->ops->disarm(self, walk_again(self));
 }
 
 /* ---- one step per phase ---- */
@@ -183,7 +215,8 @@ static void walk_running(struct drive_turns *self)
 /* Torque goes when it is asked to. */
 static void walk_latched(struct drive_turns *self)
 {
-    if (self->armed && self->request == HAL_DRIVE_REQUEST_OFF)
+    if (self->torque &&
+        (!self->armed || self->request == HAL_DRIVE_REQUEST_OFF))
         self->ops->disarm(self, walk_again(self));
 }
 
@@ -197,12 +230,13 @@ static void walk_reset(struct drive_turns *self)
         drive_turns_enter(self, DRIVE_TURNS_LATCHED);
         return;
     }
-    if (self->armed) {
-        if (self->motion != DRIVE_TURNS_RAMP)
+    if (self->torque) {
+        if (!self->armed || self->motion != DRIVE_TURNS_RAMP)
             self->ops->disarm(self, walk_again(self));
     } else if (self->alarmed) {
         self->ops->clear(self, walk_again(self));
     } else {
+        self->request = HAL_DRIVE_REQUEST_OFF;
         walk_run(self);
     }
 }

@@ -288,6 +288,15 @@ static void it_enables_without_a_jump(void **state)
     until(b, HAL_DRIVE_OFF, b->enable_ns);
 }
 
+static void a_request_waits_until_it_is_found(void **state)
+{
+    struct conform_drive *b = bench_of(state);
+
+    cycle(b);
+    ask(b, HAL_DRIVE_REQUEST_ENABLE);
+    until(b, HAL_DRIVE_ENABLED, b->start_ns + b->enable_ns);
+}
+
 static void it_follows_and_says_where_it_is(void **state)
 {
     struct conform_drive *b = bench_of(state);
@@ -631,6 +640,7 @@ int conform_drive(struct conform_drive *bench)
     const struct CMUnitTest claims[] = {
         CLAIM(it_is_found_and_stays_off),
         CLAIM(it_enables_without_a_jump),
+        CLAIM(a_request_waits_until_it_is_found),
         CLAIM(it_follows_and_says_where_it_is),
         CLAIM(a_set_point_that_does_not_fit_is_refused),
         CLAIM(a_first_set_point_far_away_is_a_fault),

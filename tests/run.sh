@@ -2,15 +2,12 @@
 # tests/run.sh LOGDIR TEST... - run every test, then say how many claims held.
 #
 # A TEST is a cmocka program, whose claims are counted from its output, or a
-# script, which is one claim.  All run even when one fails.  What a test says
-# goes to LOGDIR/<name>.log and is shown when it failed (V=1: always).
+# script, which is one claim.  One per processor runs at a time, the longest
+# known first; all run even when one fails.  What a test says goes to
+# LOGDIR/<name>.log and is shown when it failed (V=1: always).
 set -eu
-log=$1
-shift
-mkdir -p "$log"
 export CMOCKA_MESSAGE_OUTPUT=stdout
 export LSAN_OPTIONS=suppressions=tests/lsan.supp:print_suppressions=0
-passed=0 failed=0 skipped=0
 
 # Claims that were started, held, and were skipped.  Between the first and the
 # last line of a group each mark stands once; after it cmocka repeats some.
@@ -24,12 +21,14 @@ claims()
         END { print run + 0, ok + 0, skip + 0 }' "$1"
 }
 
-for test in "$@"; do
-    name=$(basename "$test" .sh)
+# One test; its counts go to <name>.count, what is said of it in one piece.
+one()
+{
+    name=$(basename "$1" .sh)
     out=$log/$name.log
     status=0
-    timeout "${TEST_TIMEOUT:-300}" "$test" >"$out" 2>&1 || status=$?
-    case $test in
+    timeout "${TEST_TIMEOUT:-300}" "$1" >"$out" 2>&1 || status=$?
+    case $1 in
     *.sh) run=1 ok=$((status == 0)) skip=0 ;;
     *)
         read -r run ok skip <<COUNTS
@@ -42,15 +41,32 @@ COUNTS
     if [ "$bad" -le 0 ] && { [ "$status" -ne 0 ] || [ "$run" -eq 0 ]; }; then
         bad=1
     fi
+    said=$(printf '  %-28s %4d passed' "$name" "$ok")
+    [ "$bad" -eq 0 ] || said="$said, $bad FAILED (exit status $status)"
     if [ "$bad" -gt 0 ] || [ -n "${V:-}" ]; then
-        cat "$out"
+        said=$(cat "$out"; echo "$said")
     fi
-    printf '  %-28s %4d passed' "$name" "$ok"
-    [ "$bad" -eq 0 ] || printf ', %d FAILED (exit status %d)' "$bad" "$status"
-    echo
-    passed=$((passed + ok)) failed=$((failed + bad))
-    skipped=$((skipped + skip))
-done
-[ "$skipped" -eq 0 ] || echo "$skipped skipped"
-echo "$passed passed, $failed failed"
-[ "$failed" -eq 0 ]
+    printf '%s\n' "$said"
+    echo "$ok" "$bad" "$skip" >"$log/$name.count"
+}
+
+if [ "$1" = --one ]; then
+    log=$2
+    one "$3"
+    exit 0
+fi
+
+log=$1
+shift
+mkdir -p "$log"
+rm -f "$log"/*.count
+# The long ones first, so that none is left over at the end.
+printf '%s\n' "$@" |
+    awk '/test_(plan_edges|files|speed|arclen|cli)$/ { print; next }
+         { rest[++n] = $0 } END { for (i = 1; i <= n; i++) print rest[i] }' |
+    xargs -P "${PROCESSES:-$(nproc)}" -n 1 "$0" --one "$log"
+awk -v tests=$# '{ passed += $1; failed += $2; skipped += $3 }
+     END { failed += tests - NR    # died without a word
+           if (skipped > 0) print skipped " skipped"
+           print passed + 0 " passed, " failed + 0 " failed"
+           exit failed > 0 }' "$log"/*.count

@@ -185,8 +185,10 @@ static void a_number_that_is_none_is_not_believed(void **state)
     hear("029#0000807F00000000"); /* infinite */
     hear("029#0000A03F0000C0FF");
     hear("029#0000A03F");
+    hear("029#CAF2497100000000"); /* 1e30 turns */
+    hear("029#0000A03FCAF249F1");
     assert_int_equal(seen.pos_q32, ONE + ONE / 4);
-    assert_int_equal(bus.stats.malformed, 4);
+    assert_int_equal(bus.stats.malformed, 6);
 }
 
 static void errors_of_0_6_in_words(void **state)
@@ -350,6 +352,80 @@ static void a_watchdog_that_cannot_be_set_is_a_fault(void **state)
     assert_int_equal(seen.state, HAL_DRIVE_FAULT);
 }
 
+static void homing(void)
+{
+    const struct hal_drive_home home = { .pos_q32 = 3 * ONE,
+                                         .timeout_ns = 5000 * MS };
+
+    enabled(DRIVE_ODRIVE_06);
+    assert_int_equal(hal_drive_set_mode(&drive.turns.drive, HAL_DRIVE_HOMING),
+                     0);
+    assert_int_equal(hal_drive_home(&drive.turns.drive, &home), 0);
+    hear("029#0000A03F00000000");
+    expect("027#0B000000");
+    expect(NULL); /* and no set point */
+    hear("021#000000000B010000");
+    assert_int_equal(seen.homing, HAL_DRIVE_HOMING_RUNNING);
+    assert_int_equal(seen.state, HAL_DRIVE_ENABLED);
+}
+
+/* Then the drive counts from 0, and we from 3. */
+static void homing_ends_armed_at_the_home_point(void **state)
+{
+    (void)state;
+    homing();
+    fake_can_put(&fake, "029#0000000000000000");
+    hear("021#0000000001000000");
+    for (int i = 0; i < 3; i++)
+        hear("029#0000000000000000");
+    fake_can_wipe(&fake);
+    hear("021#0000000008000000");
+    assert_int_equal(seen.homing, HAL_DRIVE_HOMING_DONE);
+    hear("029#0000803F00000000");
+    assert_int_equal(seen.state, HAL_DRIVE_ENABLED);
+    assert_int_equal(seen.pos_q32, 4 * ONE);
+}
+
+static void homing_that_fails_is_a_fault(void **state)
+{
+    (void)state;
+    homing();
+    hear("021#00000000010C0000");
+    assert_int_equal(seen.homing, HAL_DRIVE_HOMING_FAILED);
+    assert_int_equal(seen.state, HAL_DRIVE_FAULT);
+    assert_string_equal(seen.fault_text, "homing failed, procedure result 12");
+    homing();
+    for (int i = 0; i < 5100; i++) {
+        fake_can_wipe(&fake);
+        if (i % 50 == 0)
+            fake_can_put(&fake, "021#000000000B010000");
+        hear("029#0000000000000000");
+    }
+    assert_int_equal(seen.state, HAL_DRIVE_FAULT);
+    assert_string_equal(seen.fault_text, "homing took too long");
+}
+
+/* Off, and a quick stop, take the torque of a homing too. */
+static void a_homing_can_be_broken_off(void **state)
+{
+    static const enum hal_drive_request requests[] = {
+        HAL_DRIVE_REQUEST_OFF, HAL_DRIVE_REQUEST_QUICK_STOP
+    };
+
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(requests); i++) {
+        homing();
+        fake_can_wipe(&fake);
+        hal_drive_request(&drive.turns.drive, requests[i]);
+        hear("029#0000000000000000");
+        assert_int_equal(seen.state, HAL_DRIVE_QUICK_STOP);
+        expect("027#01000000");
+        hear("021#0000000001020000");
+        assert_int_equal(seen.state, HAL_DRIVE_OFF);
+        assert_int_equal(seen.homing, HAL_DRIVE_HOMING_FAILED);
+    }
+}
+
 static void orders_from_somebody_else_are_noticed(void **state)
 {
     static const char *const orders[] = { "02C#0000A03F00000000",
@@ -414,6 +490,9 @@ int main(void)
         cmocka_unit_test(a_go_sends_limits_mode_and_place),
         cmocka_unit_test(the_watchdog_is_set_and_read_back),
         cmocka_unit_test(a_watchdog_that_cannot_be_set_is_a_fault),
+        cmocka_unit_test(homing_ends_armed_at_the_home_point),
+        cmocka_unit_test(homing_that_fails_is_a_fault),
+        cmocka_unit_test(a_homing_can_be_broken_off),
         cmocka_unit_test(orders_from_somebody_else_are_noticed),
         cmocka_unit_test(configs_that_cannot_be),
     };

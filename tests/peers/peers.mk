@@ -12,14 +12,15 @@ $(PEERS)/venv/done: tests/peers/requirements.txt
 	$(Q)$(PEERS)/venv/bin/pip -q --disable-pip-version-check install -r $<
 	$(Q)touch $@
 
-$(PEERS)/master: $(B)/tests/peers/master.o $(B)/libslew.a
+$(PEERS)/master $(PEERS)/moteus: $(PEERS)/%: $(B)/tests/peers/%.o \
+                                 $(B)/libslew.a
 	$(call say,link,$@)
 	$(Q)mkdir -p $(@D)
 	$(Q)$(CC) $(OPT) $(LDFLAGS) $^ $(LDLIBS) -o $@
 
 .PHONY: test-peers
-## python-canopen, pymodbus, mbpoll, tshark against ours, both ways
-test-peers: $(SLEW) $(PEERS)/master $(PEERS)/venv/done
+## python-canopen, moteus, pymodbus, mbpoll, tshark against ours, both ways
+test-peers: $(SLEW) $(PEERS)/master $(PEERS)/moteus $(PEERS)/venv/done
 	@bad=0; for check in $(PEER_CHECKS); do \
 	    echo "$$(basename $$check):"; \
 	    case $$check in \

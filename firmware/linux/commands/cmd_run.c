@@ -1,9 +1,9 @@
 /* firmware/linux/commands/cmd_run.c - slew run: say what will happen, check,
  * move, report. */
-#include <signal.h>
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/linux/base/interrupt.h"
 #include "firmware/linux/base/json.h"
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/base/output.h"
@@ -44,15 +44,6 @@ struct cmd_run {
     struct modbus_record record; /* of the first Modbus bus */
     struct output pcap;
 };
-
-static volatile sig_atomic_t cmd_run_interrupts;
-
-static void cmd_run_on_signal(int number)
-{
-    (void)number;
-    if (cmd_run_interrupts < 2)
-        cmd_run_interrupts = cmd_run_interrupts + 1;
-}
 
 /* --- what will happen --- */
 
@@ -217,7 +208,7 @@ static enum status cmd_run_record(struct cmd_run *self,
     unsigned i = 0;
     if (self->options->modbus_log == NULL)
         return STATUS_OK;
-    while (i < rig->bus_count && rig->bus[i].kind == RIG_CANOPEN)
+    while (i < rig->bus_count && rig_bus_is_can(&rig->bus[i]))
         i++;
     if (i == rig->bus_count) {
         fputs("slew run: --modbus-log: the rig has no Modbus bus\n", stderr);
@@ -306,25 +297,6 @@ static enum status cmd_run_files(struct cmd_run *self)
     return STATUS_OK;
 }
 
-/* The signals that mean stop, and who handled them before. */
-static const int cmd_run_signal[] = { SIGINT, SIGTERM, SIGHUP };
-#define CMD_RUN_SIGNALS (sizeof cmd_run_signal / sizeof cmd_run_signal[0])
-static struct sigaction cmd_run_before[CMD_RUN_SIGNALS];
-
-static void cmd_run_listen(void)
-{
-    struct sigaction action = { .sa_handler = cmd_run_on_signal };
-    sigemptyset(&action.sa_mask);
-    for (size_t i = 0; i < CMD_RUN_SIGNALS; i++)
-        sigaction(cmd_run_signal[i], &action, &cmd_run_before[i]);
-}
-
-static void cmd_run_listen_no_more(void)
-{
-    for (size_t i = 0; i < CMD_RUN_SIGNALS; i++)
-        sigaction(cmd_run_signal[i], &cmd_run_before[i], NULL);
-}
-
 static enum status cmd_run_play(struct cmd_run *self)
 {
     const struct options *options = self->options;
@@ -350,9 +322,8 @@ static enum status cmd_run_play(struct cmd_run *self)
         self->report.shots = &self->shots;
     progress_init(&self->progress, stderr, self->job.end_ns_q12);
     player_init(&self->player, &self->machine, &self->job, &config, &observer);
-    cmd_run_listen();
-    int err = player_run(&self->player, &cmd_run_interrupts);
-    cmd_run_listen_no_more();
+    int err = player_run(&self->player, interrupt_listen());
+    interrupt_listen_no_more();
     progress_end(&self->progress);
     return err < 0 ? STATUS_SYSTEM : STATUS_OK;
 }
@@ -477,7 +448,6 @@ static enum status cmd_run_run(const struct options *options)
 {
     static struct cmd_run self;
     memset(&self, 0, sizeof self);
-    cmd_run_interrupts = 0;
     self.options = options;
     self.rate_q30 = options->override_q30 < 0 ? MOTION_CLOCK_WARP_ONE_Q30
                                               : options->override_q30;

@@ -29,7 +29,7 @@ static void cmd_sim_say_where(const struct sim_server *server, uint32_t b)
 {
     const struct rig_bus *bus = &server->rig->bus[b];
     const struct modbus_host *host = &server->device[b].host;
-    if (bus->kind == RIG_CANOPEN)
+    if (rig_bus_is_can(bus))
         printf("%s on interface %s:", bus->name, bus->interface);
     else if (bus->kind == RIG_MODBUS_RTU)
         printf("%s on terminal %s:", bus->name, host->path);

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "firmware/linux/machine/machine_trigger.h"
+#include "firmware/linux/machine/machine_turns.h"
 #include "firmware/linux/rig/modbus_budget.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
@@ -72,6 +73,8 @@ static int machine_init_servo(struct machine *machine, unsigned i)
         .acc_q16 = axis->stop_acc_q16,
         .cycle_ns = modbus_budget_cycle_ns(rig, axis->bus),
         .latency_ns = modbus_budget_latency_ns(rig, axis->bus),
+        .parameter = axis->item,
+        .parameter_count = axis->parameter_count,
     };
     machine->axis[i] = &machine->servo[i].drive;
     return drive_modbus_init(&machine->servo[i], &machine->modbus[axis->bus],
@@ -90,10 +93,43 @@ static int machine_init_drive(struct machine *machine, unsigned i)
         .heartbeat_period_ns = rig->heartbeat_ns,
         .watchdog_ns = rig->watchdog_ns,
         .quick_stop_counts_s2 = machine_counts_q16(axis, axis->stop_acc_q16),
+        .parameter = axis->object,
+        .parameter_count = axis->parameter_count,
     };
     machine->axis[i] = &machine->drive[i].drive;
     return drive_cia402_init(&machine->drive[i], &machine->bus[axis->bus],
                              &config);
+}
+
+static int machine_init_fieldbus(struct machine *machine, unsigned i)
+{
+    switch (machine->rig->bus[i].kind) {
+    case RIG_CANOPEN:
+        return machine_init_bus(machine, i);
+    case RIG_CAN:
+        can_bus_init(&machine->can[i], machine->ports.can[i]);
+        machine->fieldbus[i] = &machine->can[i].fieldbus;
+        return MOTION_OK;
+    case RIG_MODBUS_RTU:
+    case RIG_MODBUS_TCP:
+        break;
+    }
+    return machine_init_line(machine, i);
+}
+
+static int machine_init_axis(struct machine *machine, unsigned i)
+{
+    switch (machine->rig->axis[i].kind) {
+    case RIG_CIA402:
+        return machine_init_drive(machine, i);
+    case RIG_MODBUS:
+        return machine_init_servo(machine, i);
+    case RIG_ODRIVE:
+        return machine_init_odrive(machine, i);
+    case RIG_MOTEUS:
+        return machine_init_moteus(machine, i);
+    }
+    return MOTION_E_ARG;
 }
 
 static struct controller_axis_config machine_axis(const struct rig *rig,
@@ -110,6 +146,7 @@ static struct controller_axis_config machine_axis(const struct rig *rig,
         .following_k_ns = axis->following_k_ns,
         .feedback_max_age_ns =
             axis->kind == RIG_MODBUS ? modbus_budget_age_ns(rig, axis->bus) : 0,
+        .needs_homing = axis->homing.by != HOMING_NONE,
     };
 }
 
@@ -160,10 +197,16 @@ static int machine_init_controller(struct machine *machine)
     };
     for (unsigned i = 0; i < rig->axis_count; i++)
         config.axis[i] = machine_axis(rig, &rig->axis[i]);
+    struct homing_config homing[RIG_AXES_MAX];
     int err = machine_init_inputs(machine, &inputs);
+    if (err == MOTION_OK)
+        err = controller_init(&machine->controller, &config, machine->axis,
+                              &inputs);
+    for (unsigned i = 0; i < rig->axis_count; i++)
+        homing[i] = rig->axis[i].homing;
     return err < 0 ? err
-                   : controller_init(&machine->controller, &config,
-                                     machine->axis, &inputs);
+                   : homing_init(&machine->homing, &machine->controller,
+                                 &machine->jog, homing);
 }
 
 int machine_init(struct machine *machine, const struct rig *rig,
@@ -174,16 +217,12 @@ int machine_init(struct machine *machine, const struct rig *rig,
     machine->rig = rig;
     machine->ports = *ports;
     for (unsigned i = 0; i < rig->bus_count; i++) {
-        int err = rig->bus[i].kind == RIG_CANOPEN
-                      ? machine_init_bus(machine, i)
-                      : machine_init_line(machine, i);
+        int err = machine_init_fieldbus(machine, i);
         if (err < 0)
             return machine_fail(message, "bus", rig->bus[i].name, err);
     }
     for (unsigned i = 0; i < rig->axis_count; i++) {
-        int err = rig->axis[i].kind == RIG_CIA402
-                      ? machine_init_drive(machine, i)
-                      : machine_init_servo(machine, i);
+        int err = machine_init_axis(machine, i);
         if (err < 0)
             return machine_fail(message, "axis", rig->axis[i].name, err);
     }
@@ -209,7 +248,7 @@ static int machine_badness(int err)
 static enum hal_can_state machine_bus_state(const struct machine *machine,
                                             unsigned bus)
 {
-    if (machine->rig->bus[bus].kind == RIG_CANOPEN)
+    if (rig_bus_is_can(&machine->rig->bus[bus]))
         return (enum hal_can_state)hal_can_state(machine->ports.can[bus]);
     return hal_modbus_is_up(machine->ports.modbus[bus]) != 0 ? HAL_CAN_ACTIVE
                                                              : HAL_CAN_DOWN;
@@ -262,6 +301,8 @@ void machine_tick(struct machine *machine, int64_t now_ns)
         machine->trouble = trouble;
     machine_read_inputs(machine, now_ns);
     controller_step(&machine->controller, now_ns, trouble.err);
+    controller_jog_step(&machine->controller, &machine->jog);
+    homing_step(&machine->homing);
     machine_light(machine);
     machine_trigger_step(machine, now_ns);
     machine_end(machine, now_ns);
@@ -310,7 +351,7 @@ int64_t machine_busy_ns(struct machine *machine, unsigned bus)
 {
     struct hal_can_stats stats;
     struct hal_modbus_stats line;
-    if (machine->rig->bus[bus].kind != RIG_CANOPEN) {
+    if (!rig_bus_is_can(&machine->rig->bus[bus])) {
         hal_modbus_stats(machine->ports.modbus[bus], &line);
         return (int64_t)line.busy_ns;
     }

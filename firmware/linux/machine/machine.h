@@ -10,13 +10,17 @@
 #include <stdint.h>
 
 #include "firmware/controller.h"
+#include "firmware/homing.h"
 #include "firmware/linux/rig/rig.h"
 #include "firmware/trigger.h"
 #include "hal/can.h"
+#include "hal/can_bus.h"
 #include "hal/canopen.h"
 #include "hal/clock.h"
 #include "hal/drive_cia402.h"
 #include "hal/drive_modbus.h"
+#include "hal/drive_moteus.h"
+#include "hal/drive_odrive.h"
 #include "hal/gpio_debounce.h"
 
 struct machine_ports {
@@ -47,8 +51,11 @@ struct machine {
     struct machine_ports ports;
     struct canopen bus[RIG_BUSES_MAX];
     struct modbus_bus modbus[RIG_BUSES_MAX];
+    struct can_bus can[RIG_BUSES_MAX];
     struct drive_cia402 drive[RIG_AXES_MAX];
     struct drive_modbus servo[RIG_AXES_MAX];
+    struct drive_odrive odrive[RIG_AXES_MAX];
+    struct drive_moteus moteus[RIG_AXES_MAX];
     struct hal_fieldbus *fieldbus[RIG_BUSES_MAX]; /* of either kind */
     struct hal_drive *axis[RIG_AXES_MAX];
     struct gpio_debounce input[RIG_LINES_MAX]; /* of lines that are inputs */
@@ -56,6 +63,8 @@ struct machine {
     struct machine_trigger trigger[RIG_TRIGGERS_MAX];
     unsigned trigger_count;
     struct controller controller;
+    struct controller_jog jog;
+    struct homing homing;
     struct machine_trouble trouble;
 };
 

@@ -68,7 +68,7 @@ int machine_modbus_open(struct machine_modbus *modbus, const struct rig *rig,
     memset(modbus, 0, sizeof *modbus);
     modbus->bus_count = rig->bus_count;
     for (unsigned i = 0; i < rig->bus_count; i++) {
-        if (rig->bus[i].kind == RIG_CANOPEN)
+        if (rig_bus_is_can(&rig->bus[i]))
             continue;
         int err = machine_modbus_bus(modbus, rig, i, simulated, message);
         if (err < 0) {

@@ -34,7 +34,8 @@ static int machine_real_bus(struct machine_real *real, const struct rig *rig,
 {
     const struct rig_bus *bus = &rig->bus[i];
     const struct can_socketcan_config config = { .interface = bus->interface,
-                                                 .bit_rate = bus->bit_rate };
+                                                 .bit_rate = bus->bit_rate,
+                                                 .fd = bus->data_bit_rate > 0 };
     char reason[CAN_SOCKETCAN_MESSAGE_MAX];
     int err;
 
@@ -76,7 +77,7 @@ int machine_real_init(struct machine_real *real, const struct rig *rig,
     *ports = (struct machine_ports){ .clock = clock_linux_init(&real->clock) };
     for (unsigned i = 0; i < rig->bus_count; i++) {
         real->bus_count = i + 1;
-        if (rig->bus[i].kind != RIG_CANOPEN)
+        if (!rig_bus_is_can(&rig->bus[i]))
             continue;
         int err = machine_real_bus(real, rig, i, message);
         if (err < 0) {

@@ -67,7 +67,10 @@ int machine_sim_plant(const struct rig_axis *axis,
                       struct sim_plant_config *plant, int32_t *start_counts)
 {
     int64_t start = 0, vel = 0, acc = 0;
-    int err = machine_sim_counts(axis, axis->sim.start_q32, 32, &start);
+    /* an encoder that is to be homed counts from where it is switched on */
+    int err = machine_sim_counts(
+        axis, axis->homing.by != HOMING_NONE ? 0 : axis->sim.start_q32, 32,
+        &start);
     if (err < 0 || start < INT32_MIN || start > INT32_MAX)
         return MOTION_E_RANGE;
     err = machine_sim_counts(axis, axis->sim.vel_max_q32, 32, &vel);
@@ -83,6 +86,22 @@ int machine_sim_plant(const struct rig_axis *axis,
     return err;
 }
 
+/* A drive that homes by itself has its switch on the negative side, up to the
+ * home point. */
+static void machine_sim_rail(const struct rig_axis *axis,
+                             struct sim_cia402_rail *rail)
+{
+    const int64_t apart_q32 = axis->homing.pos_q32 - axis->sim.start_q32;
+    int64_t counts;
+    if (axis->homing.by != HOMING_DRIVE ||
+        machine_sim_counts(axis, apart_q32, 32, &counts) < 0 ||
+        counts <= INT32_MIN || counts >= INT32_MAX)
+        return;
+    rail->has_home = true;
+    rail->home_from = axis->counts_num > 0 ? INT32_MIN : (int32_t)counts;
+    rail->home_to = axis->counts_num > 0 ? (int32_t)counts : INT32_MAX;
+}
+
 static int machine_sim_servo(struct machine_sim *sim,
                              const struct rig_axis *axis, unsigned i)
 {
@@ -93,6 +112,7 @@ static int machine_sim_servo(struct machine_sim *sim,
         .boot_ns = MACHINE_SIM_BOOT_NS,
     };
     int err = machine_sim_plant(axis, &config.plant, &config.start_counts);
+    machine_sim_rail(axis, &config.rail);
     if (err < 0)
         return err;
     return sim_cia402_init(&sim->servo[i], &sim->wire[axis->bus], &config);
@@ -102,6 +122,9 @@ static int machine_sim_wire(struct machine_sim *sim, const struct rig_bus *bus,
                             unsigned i)
 {
     int err = sim_can_bus_init(&sim->wire[i], &sim->world, bus->bit_rate);
+    if (err == MOTION_OK && bus->data_bit_rate > 0)
+        err = sim_can_bus_set_fd(&sim->wire[i],
+                                 bus->data_bit_rate / bus->bit_rate);
     if (err < 0)
         return err;
     return sim_can_port_init(&sim->port[i], &sim->wire[i]);
@@ -135,15 +158,32 @@ static void machine_sim_clock(struct machine_sim *sim, bool realtime,
                                          : MACHINE_SIM_START_NS);
 }
 
+static int machine_sim_drive(struct machine_sim *sim, const struct rig *rig,
+                             unsigned i)
+{
+    switch (rig->axis[i].kind) {
+    case RIG_CIA402:
+        return machine_sim_servo(sim, &rig->axis[i], i);
+    case RIG_MODBUS:
+        return machine_sim_modbus_servo(sim, rig, i);
+    case RIG_ODRIVE:
+        return machine_sim_odrive(sim, rig, i);
+    case RIG_MOTEUS:
+        return machine_sim_moteus(sim, &rig->axis[i], i);
+    }
+    return MOTION_E_ARG;
+}
+
 int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
                      bool realtime, struct machine_ports *ports,
                      char message[RIG_MESSAGE_MAX])
 {
     memset(sim, 0, sizeof *sim);
+    sim->rig = rig;
     *ports = (struct machine_ports){ 0 };
     machine_sim_clock(sim, realtime, ports);
     for (unsigned i = 0; i < rig->bus_count; i++) {
-        const bool can = rig->bus[i].kind == RIG_CANOPEN;
+        const bool can = rig_bus_is_can(&rig->bus[i]);
         int err = can ? machine_sim_wire(sim, &rig->bus[i], i)
                       : machine_sim_modbus_line(sim, rig, i);
         if (err < 0)
@@ -152,13 +192,14 @@ int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
         ports->modbus[i] = can ? NULL : &sim->master[i].modbus;
     }
     for (unsigned i = 0; i < rig->axis_count; i++) {
-        int err = rig->axis[i].kind == RIG_CIA402
-                      ? machine_sim_servo(sim, &rig->axis[i], i)
-                      : machine_sim_modbus_servo(sim, rig, i);
+        int err = machine_sim_drive(sim, rig, i);
         if (err < 0)
             return machine_sim_fail(message, rig->axis[i].name, err);
     }
     for (unsigned i = 0; i < rig->line_count; i++)
         ports->line[i] = machine_sim_line(sim, &rig->line[i], i);
-    return MOTION_OK;
+    for (unsigned i = 0; i < rig->axis_count; i++)
+        if (rig->axis[i].homing.by != HOMING_NONE)
+            sim->zero_q32[i] = rig->axis[i].sim.start_q32;
+    return machine_sim_switches(sim);
 }

@@ -13,6 +13,8 @@
 #include "sim/sim_cia402.h"
 #include "sim/sim_gpio.h"
 #include "sim/sim_modbus_servo.h"
+#include "sim/sim_moteus.h"
+#include "sim/sim_odrive.h"
 #include "sim/world.h"
 
 struct machine_sim {
@@ -20,12 +22,22 @@ struct machine_sim {
     struct sim_can_bus wire[RIG_BUSES_MAX];
     struct sim_can_port port[RIG_BUSES_MAX]; /* of the master */
     struct sim_cia402 servo[RIG_AXES_MAX];
+    struct sim_odrive odrive[RIG_AXES_MAX];
+    struct sim_moteus moteus[RIG_AXES_MAX];
     /* on Modbus */
     struct sim_modbus_line modbus_line[RIG_BUSES_MAX];
     struct sim_modbus_servo modbus_servo[RIG_AXES_MAX];
     struct modbus_master master[RIG_BUSES_MAX];
     struct sim_modbus_seat seat[RIG_BUSES_MAX]; /* of the master */
     struct sim_gpio line[RIG_LINES_MAX];
+    /* switches of the plant, machine_sim_switch.c */
+    const struct rig *rig;
+    struct sim_member switches;
+    int64_t switches_due_ns;
+    bool pressed[RIG_LINES_MAX];
+    /* where an axis really is when its drive says 0: an axis that needs homing
+     * is switched on with an encoder that counts from there */
+    int64_t zero_q32[RIG_AXES_MAX];
     struct hal_clock follower; /* real time: waits, then runs the world */
     struct clock_linux real;
 };
@@ -35,11 +47,21 @@ int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
                      bool realtime, struct machine_ports *ports,
                      char message[RIG_MESSAGE_MAX]);
 
+/* machine_sim_switch.c: what presses lines with `sim`; where the drive of an
+ * axis says that it is. */
+int machine_sim_switches(struct machine_sim *sim);
+int64_t machine_sim_pos_q32(const struct machine_sim *sim, unsigned i);
+
 /* machine_sim_modbus.c: line and master of a bus, and a servo on it. */
 int machine_sim_modbus_line(struct machine_sim *sim, const struct rig *rig,
                             unsigned i);
 int machine_sim_modbus_servo(struct machine_sim *sim, const struct rig *rig,
                              unsigned i);
+/* machine_sim_turns.c: a drive that counts turns. */
+int machine_sim_odrive(struct machine_sim *sim, const struct rig *rig,
+                       unsigned i);
+int machine_sim_moteus(struct machine_sim *sim, const struct rig_axis *axis,
+                       unsigned i);
 /* What the simulated servo of Modbus axis i is like. */
 int machine_sim_servo_config(const struct rig *rig, unsigned i,
                              struct sim_modbus_servo_config *config);

@@ -148,13 +148,39 @@ static void player_finish(struct player *player, enum report_end end)
     player_enter(player, TELEMETRY_STOP);
 }
 
+/* Axes of the move that have to be homed, a bit each. */
+static uint32_t player_unhomed(const struct player *player)
+{
+    uint32_t axes = 0;
+    for (unsigned i = 0; i < player->job->move.axis_count; i++)
+        axes |= (uint32_t)1 << player->job->rig_axis[i];
+    return axes & homing_wanted(&player->machine->homing);
+}
+
 static void player_enable(struct player *player)
 {
     struct controller *controller = &player->machine->controller;
     if (controller->ticks == 1)
         controller_enable(controller);
-    if (controller->state == CONTROLLER_READY)
+    if (controller->state != CONTROLLER_READY)
+        return;
+    player_enter(player, TELEMETRY_HOME);
+    homing_start(&player->machine->homing, player_unhomed(player));
+}
+
+static void player_home(struct player *player)
+{
+    const struct homing *homing = &player->machine->homing;
+    if (homing->state == HOMING_DONE)
         player_enter(player, TELEMETRY_APPROACH);
+    if (homing->state != HOMING_FAILED)
+        return;
+    snprintf(player->observer.report->fault_text,
+             sizeof player->observer.report->fault_text, "homing of %.16s: %s",
+             player->job->rig.axis[homing->axis].name,
+             homing_error_text(homing->error));
+    player_finish(player, homing->error == HOMING_STOPPED ? REPORT_STOPPED
+                                                          : REPORT_FAULT);
 }
 
 /* A track from where the axis stands to its first key. */
@@ -287,11 +313,9 @@ static void player_stop(struct player *player)
 static void player_step(struct player *player)
 {
     static void (*const step[TELEMETRY_PHASES])(struct player *) = {
-        [TELEMETRY_ENABLE] = player_enable,
-        [TELEMETRY_APPROACH] = player_approach,
-        [TELEMETRY_MOVE] = player_move,
-        [TELEMETRY_SETTLE] = player_settle,
-        [TELEMETRY_STOP] = player_stop,
+        [TELEMETRY_ENABLE] = player_enable,     [TELEMETRY_HOME] = player_home,
+        [TELEMETRY_APPROACH] = player_approach, [TELEMETRY_MOVE] = player_move,
+        [TELEMETRY_SETTLE] = player_settle,     [TELEMETRY_STOP] = player_stop,
     };
     step[player->phase](player);
 }
@@ -343,6 +367,10 @@ static void player_interrupt(struct player *player)
     if (player->end != REPORT_DONE || player->phase == TELEMETRY_STOP)
         return;
     player->end = REPORT_STOPPED;
+    if (homing_is_running(&player->machine->homing)) {
+        homing_stop(&player->machine->homing);
+        return;
+    }
     if (controller_stop(controller) == MOTION_OK)
         return;
     controller_off(controller);

@@ -1,11 +1,12 @@
 /* firmware/linux/machine/player.h - runs a planned job on a machine, tick by
  * tick.
  *
- *   ENABLE -> APPROACH -> MOVE -> SETTLE -> STOP -> end
- *      |          |         |        |       ^
- *      '----------'---------'--------'-------'   fault, or the operator
+ *   ENABLE -> HOME -> APPROACH -> MOVE -> SETTLE -> STOP -> end
+ *      |        |        |         |        |       ^
+ *      '--------'--------'---------'--------'-------'   fault, or the operator
  *
  *   ENABLE    drives start up and get torque                  (ready)
+ *   HOME      axes of the move whose position is not known find it out
  *   APPROACH  every axis that is not at its first key goes there, at a quarter
  *             of its limits; then a short rest
  *   MOVE      the tracks

@@ -16,11 +16,12 @@ static int sim_server_bus(struct sim_server *server, unsigned i,
 {
     const struct rig_bus *bus = &server->rig->bus[i];
     const struct can_socketcan_config config = { .interface = bus->interface,
-                                                 .bit_rate = bus->bit_rate };
+                                                 .bit_rate = bus->bit_rate,
+                                                 .fd = bus->data_bit_rate > 0 };
     char reason[CAN_SOCKETCAN_MESSAGE_MAX];
     int err = MOTION_E_ARG;
 
-    if (bus->kind != RIG_CANOPEN) {
+    if (!rig_bus_is_can(bus)) {
         server->is_modbus[i] = true;
         err = modbus_device_start(&server->device[i], server->rig, i, false,
                                   message);

@@ -2,7 +2,7 @@
  * CAN interfaces, in real time; those on Modbus on pseudo-terminals and TCP
  * ports.
  *
- * Whoever speaks CANopen on the interface meets drives: another slew with
+ * Whoever speaks their language on the interface meets drives: another slew with
  * --real, python-canopen, a PLC.  The simulated wire follows the clock; what
  * comes from an interface is put on the wire of its bus, and what the drives say
  * goes out.  A frame so takes its bit time twice, and a little for this program

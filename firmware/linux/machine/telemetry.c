@@ -314,7 +314,7 @@ static int telemetry_read_phase(struct telemetry_reader *reader,
         return 0;
     }
     return telemetry_fail_cell(
-        reader, cell, "a phase: enable, approach, move, settle or stop");
+        reader, cell, "a phase: enable, home, approach, move, settle or stop");
 }
 
 static int telemetry_read_column(struct telemetry_reader *reader,

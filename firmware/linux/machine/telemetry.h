@@ -23,6 +23,7 @@
 /* X(name, spelling in the file, sentence for the progress line) */
 #define TELEMETRY_PHASE_LIST(X)                                                \
     X(TELEMETRY_ENABLE, "enable", "enabling drives")                           \
+    X(TELEMETRY_HOME, "home", "homing")                                        \
     X(TELEMETRY_APPROACH, "approach", "going to the start")                    \
     X(TELEMETRY_MOVE, "move", "moving")                                        \
     X(TELEMETRY_SETTLE, "settle", "settling")                                  \

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "firmware/linux/rig/modbus_budget.h"
+#include "firmware/linux/rig/turns_budget.h"
 #include "motion/fixed.h"
 #include "sim/sim_can.h"
 
@@ -154,13 +155,40 @@ static void budget_of_modbus(struct budget *budget, bool expects)
     budget_sum_up(budget, expects);
 }
 
+/* What is expected is not worked out here: floats of a move stuff as they
+ * like. */
+static void budget_of_turns(struct budget *budget)
+{
+    const struct rig *rig = budget->rig;
+    struct turns_frame frame[TURNS_FRAMES_MAX];
+
+    for (unsigned i = 0; i < rig->axis_count; i++) {
+        if (rig->axis[i].bus != budget->bus)
+            continue;
+        const unsigned count = turns_budget_frames(rig, i, frame);
+
+        for (unsigned k = 0; k < count; k++)
+            budget->item[budget->count++] = (struct budget_item){
+                .what = frame[k].what,
+                .axis = rig->axis[i].name,
+                .period_ns = frame[k].period_ns,
+                .most_bits = (unsigned)ceil(frame[k].bits),
+            };
+    }
+    budget_sum_up(budget, false);
+}
+
 void budget_of(const struct rig *rig, unsigned bus, const struct job *job,
                struct budget *budget)
 {
     const uint8_t operational = BUDGET_OPERATIONAL;
     const uint32_t own = BUDGET_HEARTBEAT + rig->bus[bus].node_id;
     *budget = (struct budget){ .rig = rig, .bus = bus };
-    if (rig->bus[bus].kind != RIG_CANOPEN) {
+    if (rig->bus[bus].kind == RIG_CAN) {
+        budget_of_turns(budget);
+        return;
+    }
+    if (!rig_bus_is_can(&rig->bus[bus])) {
         budget_of_modbus(budget, job != NULL);
         return;
     }
@@ -181,38 +209,43 @@ bool budget_fits(const struct budget *budget)
 
 /* --- what would fit --- */
 
-/* Bits per tick of the bus itself and of one more drive, and bits per second
- * whatever the tick is. */
+/* Bits per tick, and bits per second whatever the tick is: of all, and of the
+ * drives alone. */
 struct budget_sums {
-    double per_tick, per_second, drive_per_tick, drive_per_second;
+    double per_tick, per_second, drives_per_tick, drives_per_second;
     unsigned drives;
 };
 
 static void budget_sum(const struct budget *budget, struct budget_sums *sums)
 {
+    const struct rig *rig = budget->rig;
     memset(sums, 0, sizeof *sums);
     for (unsigned i = 0; i < budget->count; i++) {
         const struct budget_item *item = &budget->item[i];
-        if (item->period_ns == budget->rig->period_ns)
-            sums->per_tick += item->most_bits;
-        else
-            sums->per_second += item->most_bits * 1e9 / (double)item->period_ns;
+        const bool ticks = item->period_ns == rig->period_ns;
+        const double bits =
+            ticks ? item->most_bits
+                  : item->most_bits * 1e9 / (double)item->period_ns;
+        *(ticks ? &sums->per_tick : &sums->per_second) += bits;
+        if (item->axis != NULL)
+            *(ticks ? &sums->drives_per_tick : &sums->drives_per_second) +=
+                bits;
     }
-    sums->drives = (budget->count - 2) / 3;
-    sums->drive_per_tick = 2.0 * budget_most_bits(6);
-    sums->drive_per_second =
-        budget_most_bits(1) * 1e9 / (double)budget->rig->heartbeat_ns;
+    for (unsigned i = 0; i < rig->axis_count; i++)
+        sums->drives += rig->axis[i].bus == budget->bus;
 }
 
+/* As many as are there, in the mean. */
 static unsigned budget_drives(const struct budget *budget,
                               const struct budget_sums *sums)
 {
     const double rate = budget->rig->bus[budget->bus].bit_rate;
     const double ticks = 1e9 / (double)budget->rig->period_ns;
-    double drive = sums->drive_per_tick * ticks + sums->drive_per_second;
-    double others =
-        sums->per_tick * ticks + sums->per_second - drive * sums->drives;
-    return rate < others ? 0 : (unsigned)((rate - others) / drive);
+    const double all = sums->per_tick * ticks + sums->per_second;
+    const double drives =
+        sums->drives_per_tick * ticks + sums->drives_per_second;
+    const double room = rate - (all - drives);
+    return room < 0 ? 0 : (unsigned)(room / drives * sums->drives);
 }
 
 void budget_advice(const struct budget *budget, char text[BUDGET_ADVICE_MAX])
@@ -229,7 +262,8 @@ void budget_advice(const struct budget *budget, char text[BUDGET_ADVICE_MAX])
         length += snprintf(text + length, BUDGET_ADVICE_MAX - (size_t)length,
                            ", a tick of %.2f ms", tick_ms);
     for (unsigned i = 0; i < RIG_BIT_RATES; i++)
-        if (rig_bit_rates[i] > rate &&
+        if (budget->rig->bus[budget->bus].data_bit_rate == 0 &&
+            rig_bit_rates[i] > rate &&
             budget->most * rate <= rig_bit_rates[i]) {
             snprintf(text + length, BUDGET_ADVICE_MAX - (size_t)length,
                      ", or %u kbit/s", rig_bit_rates[i] / 1000);
@@ -266,7 +300,7 @@ void budget_print(const struct budget *budget, FILE *file)
     if (budget->expected > 0)
         fprintf(file, ", %.2f %% expected", 100 * budget->expected);
     fputc('\n', file);
-    if (bus->kind != RIG_CANOPEN)
+    if (!rig_bus_is_can(bus))
         modbus_budget_print(budget->rig, budget->bus, file);
 }
 

@@ -19,7 +19,7 @@
 
 #include "firmware/linux/commands/job.h"
 
-#define BUDGET_ITEMS_MAX (2 + 3 * RIG_AXES_MAX)
+#define BUDGET_ITEMS_MAX (2 + 4 * RIG_AXES_MAX)
 
 struct budget_item {
     const char *what;

@@ -9,15 +9,20 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/homing.h"
+#include "hal/drive_cia402.h"
+#include "hal/drive_modbus.h"
 #include "hal/gpio.h"
 #include "hal/modbus_libmodbus.h"
 #include "hal/modbus_map.h"
 #include "motion/plan/move.h"
 
-#define RIG_BUSES_MAX 8
-#define RIG_AXES_MAX  16
-#define RIG_MAPS_MAX  4 /* register maps */
-#define RIG_LINES_MAX 32
+#define RIG_BUSES_MAX      8
+#define RIG_AXES_MAX       16
+#define RIG_MAPS_MAX       4 /* register maps */
+#define RIG_LINES_MAX      32
+#define RIG_PARAMETERS_MAX 32
+#define RIG_PATH_MAX       256
 
 enum rig_unit { RIG_UNIT_MM, RIG_UNIT_DEG, RIG_UNIT_REV, RIG_UNIT_COUNT };
 const char *rig_unit_text(enum rig_unit unit); /* "mm" ... */
@@ -26,16 +31,23 @@ const char *rig_unit_text(enum rig_unit unit); /* "mm" ... */
 #define RIG_BIT_RATES 8
 extern const uint32_t rig_bit_rates[RIG_BIT_RATES];
 
-enum rig_bus_kind { RIG_CANOPEN, RIG_MODBUS_RTU, RIG_MODBUS_TCP };
-enum rig_drive_kind { RIG_CIA402, RIG_MODBUS };
+enum rig_bus_kind { RIG_CANOPEN, RIG_MODBUS_RTU, RIG_MODBUS_TCP, RIG_CAN };
+enum rig_drive_kind { RIG_CIA402, RIG_MODBUS, RIG_ODRIVE, RIG_MOTEUS };
+#define RIG_TURN_COUNTS   65536
 #define RIG_INTERFACE_MAX 16 /* of Linux, with its 0 */
+
+/* A CAN interface, whatever is spoken on it. */
+struct rig_bus;
+bool rig_bus_is_can(const struct rig_bus *bus);
 
 struct rig_bus {
     enum rig_bus_kind kind;
     char name[PLAN_NAME_MAX];
     char interface[RIG_INTERFACE_MAX]; /* "can0"; "": it has none */
     uint32_t bit_rate;                 /* bit/s, one of CiA 301's */
-    uint8_t node_id;                   /* our own, 1..127; no drive has it */
+    uint32_t data_bit_rate;            /* of CAN FD: 1, 2, 4, 5 or 8 times
+                                          bit_rate; 0: no FD */
+    uint8_t node_id; /* our own, 1..127; no drive has it; CANopen */
     struct modbus_libmodbus_config modbus; /* Modbus: the line */
     struct plan_place place;
 };
@@ -61,15 +73,28 @@ struct rig_axis {
     uint32_t bus; /* index */
     uint8_t node_id;
     /* counts per unit, num != 0 (negative: reversed), den > 0; both position
-     * limits are within +-(2^31 - 1) counts */
+     * limits are within +-(2^31 - 1) counts.  ODrive and moteus count turns:
+     * one is RIG_TURN_COUNTS */
     int64_t counts_num, counts_den;
     enum rig_drive_kind kind;
-    uint32_t map;      /* Modbus: index */
+    uint32_t map; /* Modbus: index */
+    /* ODrive 0.6: where its parameters are that make its watchdog; 0: it is not
+     * looked at */
+    uint16_t enable_watchdog, watchdog_timeout;
     bool unsupervised; /* nothing stops it when the line is dead, and the user
                           says that he knows */
+    struct homing_config homing;
+    char eds[RIG_PATH_MAX]; /* CiA 402: the data sheet; "": none */
+    /* what the drive is set to at start-up, one of both by its kind */
+    struct drive_cia402_parameter object[RIG_PARAMETERS_MAX];
+    struct drive_modbus_parameter item[RIG_PARAMETERS_MAX];
+    unsigned parameter_count;
     struct rig_sim sim;
     struct plan_place place;
 };
+
+/* One unit of a drive that counts turns is *num / *den turns. */
+void rig_axis_turns(const struct rig_axis *axis, int64_t *num, int64_t *den);
 
 enum rig_line_kind {
     RIG_LINE_ESTOP,

@@ -53,6 +53,8 @@ static const struct yaml_field rig_axis_fields[] = {
       rig_read_following, 0 },
     { "drive", YAML_REQUIRED, "a map with kind, bus, node and counts",
       rig_read_drive, 0 },
+    { "homing", YAML_OPTIONAL, "a map with by and what belongs to it",
+      rig_read_homing, offsetof(struct rig_axis, homing) },
     { "sim", YAML_OPTIONAL,
       "a map with bandwidth, damping, start, velocity and acceleration",
       rig_read_sim, offsetof(struct rig_axis, sim) },
@@ -106,6 +108,7 @@ static int rig_read_axis(void *reader, uint32_t key,
     };
     memcpy(axis->name, entry->name, strlen(entry->name) + 1);
     self->axis = axis;
+    self->eds = NULL;
     value.expected = "a map with unit, limits, following_error and drive";
     if (yaml_fields_read(&value, &rig_axis_shape, reader, axis) < 0)
         return -1;

@@ -8,6 +8,7 @@ const char *const rig_bus_kinds[RIG_BUS_KINDS] = {
     [RIG_CANOPEN] = "canopen",
     [RIG_MODBUS_RTU] = "modbus-rtu",
     [RIG_MODBUS_TCP] = "modbus-tcp",
+    [RIG_CAN] = "can",
 };
 
 int rig_read_bus_kind(void *reader, const struct yaml_value *value, void *out)
@@ -24,8 +25,7 @@ const uint32_t rig_bit_rates[RIG_BIT_RATES] = {
     10000, 20000, 50000, 125000, 250000, 500000, 800000, 1000000,
 };
 
-static int rig_read_bit_rate(void *reader, const struct yaml_value *value,
-                             void *out)
+int rig_read_bit_rate(void *reader, const struct yaml_value *value, void *out)
 {
     char quote[YAML_QUOTE_MAX];
     int64_t bit_rate;
@@ -53,8 +53,7 @@ static bool rig_is_interface(const char *name, size_t length)
     return true;
 }
 
-static int rig_read_interface(void *reader, const struct yaml_value *value,
-                              void *out)
+int rig_read_interface(void *reader, const struct yaml_value *value, void *out)
 {
     const char *name = yaml_value_text(value);
     char quote[YAML_QUOTE_MAX];
@@ -69,7 +68,7 @@ static int rig_read_interface(void *reader, const struct yaml_value *value,
 }
 
 static const struct yaml_field rig_bus_fields[] = {
-    { "kind", YAML_REQUIRED, "canopen, modbus-rtu or modbus-tcp",
+    { "kind", YAML_REQUIRED, "canopen, can, modbus-rtu or modbus-tcp",
       rig_read_bus_kind, offsetof(struct rig_bus, kind) },
     { "bit_rate", YAML_REQUIRED,
       "10, 20, 50, 125, 250, 500, 800 or 1000 kbit/s", rig_read_bit_rate,
@@ -94,9 +93,16 @@ static int rig_read_bus(void *reader, uint32_t key,
                              .place = yaml_tree_place(entry->tree, key) };
     memcpy(bus->name, entry->name, strlen(entry->name) + 1);
     value.expected = "a map with kind and bit_rate";
-    if (rig_is_modbus(&value))
+    if (strncmp(rig_kind_of(&value), "modbus", 6) == 0)
         return rig_read_modbus_bus(self, &value, bus);
+    if (strcmp(rig_kind_of(&value), rig_bus_kinds[RIG_CAN]) == 0)
+        return rig_read_can_bus(self, &value, bus);
     return yaml_fields_read(&value, &rig_bus_shape, reader, bus);
+}
+
+bool rig_bus_is_can(const struct rig_bus *bus)
+{
+    return bus->kind == RIG_CANOPEN || bus->kind == RIG_CAN;
 }
 
 int rig_read_buses(void *reader, const struct yaml_value *value, void *out)
@@ -128,7 +134,7 @@ static int rig_set_interface(struct rig *rig, const char *text, size_t length,
 
     if (equals != NULL)
         bus = rig_find_bus(rig, text, (size_t)(equals - text));
-    if (bus == NULL || bus->kind != RIG_CANOPEN ||
+    if (bus == NULL || !rig_bus_is_can(bus) ||
         !rig_is_interface(name, name_length)) {
         snprintf(message, RIG_MESSAGE_MAX,
                  "'%.*s' is no interface for a bus of the rig, expected %s",

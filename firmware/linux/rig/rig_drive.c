@@ -1,6 +1,8 @@
 /* firmware/linux/rig/rig_drive.c - an axis's drive. */
 #include "firmware/linux/rig/rig_parts.h"
 
+#include <string.h>
+
 #include "firmware/linux/yaml/yaml_units.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
@@ -8,6 +10,8 @@
 const char *const rig_drive_kinds[RIG_DRIVE_KINDS] = {
     [RIG_CIA402] = "cia402",
     [RIG_MODBUS] = "modbus",
+    [RIG_ODRIVE] = "odrive",
+    [RIG_MOTEUS] = "moteus",
 };
 
 int rig_read_drive_kind(void *reader, const struct yaml_value *value, void *out)
@@ -18,6 +22,24 @@ int rig_read_drive_kind(void *reader, const struct yaml_value *value, void *out)
         return -1;
     *(enum rig_drive_kind *)out = (enum rig_drive_kind)index;
     return 0;
+}
+
+static const char *rig_bus_rates_text(const struct rig_bus *bus)
+{
+    if (bus->kind != RIG_CAN)
+        return "";
+    return bus->data_bit_rate > 0 ? " with FD frames" : " without FD frames";
+}
+
+static bool rig_drive_is_for(enum rig_drive_kind drive,
+                             const struct rig_bus *bus)
+{
+    if (drive == RIG_CIA402)
+        return bus->kind == RIG_CANOPEN;
+    if (drive == RIG_MODBUS)
+        return !rig_bus_is_can(bus);
+    return bus->kind == RIG_CAN &&
+           (bus->data_bit_rate > 0) == (drive == RIG_MOTEUS);
 }
 
 int rig_read_drive_bus(void *reader, const struct yaml_value *value, void *out)
@@ -31,18 +53,18 @@ int rig_read_drive_bus(void *reader, const struct yaml_value *value, void *out)
     if (yaml_value_choice(value, names, rig->bus_count, &index) < 0)
         return -1;
     *(uint32_t *)out = index;
-    if ((rig->bus[index].kind == RIG_CANOPEN) !=
-        (((struct rig_reader *)reader)->axis->kind == RIG_CIA402))
+    if (!rig_drive_is_for(((struct rig_reader *)reader)->axis->kind,
+                          &rig->bus[index]))
         return yaml_value_refuse(value,
-                                 "%s is a %s bus, not one for this kind "
+                                 "%s is a %s bus%s, not one for this kind "
                                  "of drive",
                                  names[index],
-                                 rig_bus_kinds[rig->bus[index].kind]);
+                                 rig_bus_kinds[rig->bus[index].kind],
+                                 rig_bus_rates_text(&rig->bus[index]));
     return 0;
 }
 
-static int rig_read_drive_node(void *reader, const struct yaml_value *value,
-                               void *out)
+int rig_read_drive_node(void *reader, const struct yaml_value *value, void *out)
 {
     const struct rig_reader *self = reader;
     const struct rig_axis *axis = self->axis;
@@ -50,7 +72,7 @@ static int rig_read_drive_node(void *reader, const struct yaml_value *value,
 
     if (rig_read_node_id(reader, value, out) < 0)
         return -1;
-    if (axis->node_id == bus->node_id)
+    if (bus->kind == RIG_CANOPEN && axis->node_id == bus->node_id)
         return yaml_value_refuse(value, "%u is our own on bus %s",
                                  axis->node_id, bus->name);
     for (const struct rig_axis *other = self->rig->axis; other < axis; other++)
@@ -91,9 +113,8 @@ static const struct yaml_field rig_counts_fields[] = {
 const struct yaml_shape rig_counts_shape = { "counts", rig_counts_fields,
                                              ARRAY_LEN(rig_counts_fields) };
 
-/* Set points go to the drive as 32-bit counts: both ends of the axis must fit,
- * which is when they fit in Q32.32 after the conversion. */
-static bool rig_counts_fit(const struct rig_axis *axis)
+/* They fit when they do in Q32.32 after the conversion. */
+bool rig_counts_fit(const struct rig_axis *axis)
 {
     int64_t counts_q32;
     return motion_fixed_muldiv(axis->limit.pos_min_q32, axis->counts_num,
@@ -102,15 +123,22 @@ static bool rig_counts_fit(const struct rig_axis *axis)
                                axis->counts_den, &counts_q32) == MOTION_OK;
 }
 
-int rig_read_counts(void *reader, const struct yaml_value *value, void *out)
+int rig_read_ratio(struct rig_reader *reader, const struct yaml_value *value,
+                   struct rig_axis *axis)
 {
-    struct rig_axis *axis = out;
     const bool is_map = yaml_value_node(value)->kind == YAML_TREE_MAP;
 
     axis->counts_den = 1;
-    if ((is_map ? yaml_fields_read(value, &rig_counts_shape, reader, axis)
-                : yaml_units_read_counts(value, axis->unit, &axis->counts_num,
-                                         &axis->counts_den)) < 0)
+    return is_map ? yaml_fields_read(value, &rig_counts_shape, reader, axis)
+                  : yaml_units_read_counts(value, axis->unit, &axis->counts_num,
+                                           &axis->counts_den);
+}
+
+int rig_read_counts(void *reader, const struct yaml_value *value, void *out)
+{
+    struct rig_axis *axis = out;
+
+    if (rig_read_ratio(reader, value, axis) < 0)
         return -1;
     if (!rig_counts_fit(axis))
         return yaml_value_refuse(value, "gives more than 2147483647 counts at "
@@ -119,8 +147,8 @@ int rig_read_counts(void *reader, const struct yaml_value *value, void *out)
 }
 
 static const struct yaml_field rig_drive_fields[] = {
-    { "kind", YAML_REQUIRED, "cia402 or modbus", rig_read_drive_kind,
-      offsetof(struct rig_axis, kind) },
+    { "kind", YAML_REQUIRED, "cia402, modbus, odrive or moteus",
+      rig_read_drive_kind, offsetof(struct rig_axis, kind) },
     { "bus", YAML_REQUIRED, "the name of a bus", rig_read_drive_bus,
       offsetof(struct rig_axis, bus) },
     { "node", YAML_REQUIRED, "a node number, 1 .. 127, of its own on the bus",
@@ -129,13 +157,24 @@ static const struct yaml_field rig_drive_fields[] = {
       "counts per unit of the axis, such as '4096 per mm' or "
       "{num: 1048576, den: 360}",
       rig_read_counts, 0 },
+    { "eds", YAML_OPTIONAL,
+      "the maker's EDS or DCF file, a path from the rig's directory",
+      rig_read_eds, offsetof(struct rig_axis, eds) },
+    { "parameters", YAML_OPTIONAL,
+      "a map of objects and their values, such as {6065: 20000}",
+      rig_read_parameters, 0 },
 };
 const struct yaml_shape rig_drive_shape = { "drive", rig_drive_fields,
                                             ARRAY_LEN(rig_drive_fields) };
 
 int rig_read_drive(void *reader, const struct yaml_value *value, void *out)
 {
-    if (rig_is_modbus(value))
+    const char *kind = rig_kind_of(value);
+
+    if (strcmp(kind, rig_drive_kinds[RIG_MODBUS]) == 0)
         return rig_read_modbus_drive(reader, value, out);
+    if (strcmp(kind, rig_drive_kinds[RIG_ODRIVE]) == 0 ||
+        strcmp(kind, rig_drive_kinds[RIG_MOTEUS]) == 0)
+        return rig_read_turns_drive(reader, value, out);
     return yaml_fields_read(value, &rig_drive_shape, reader, out);
 }

@@ -57,6 +57,9 @@ const struct yaml_words rig_words[] = {
     { "axis.unit", rig_unit_words, RIG_UNIT_WORDS },
     { "bus.kind", rig_bus_kinds, RIG_BUS_KINDS },
     { "drive.kind", rig_drive_kinds, RIG_DRIVE_KINDS },
+    { "homing.by", rig_homing_kinds, RIG_HOMING_KINDS },
+    { "homing.input", rig_homing_inputs, RIG_HOMING_INPUTS },
+    { "homing.direction", rig_homing_ways, RIG_HOMING_WAYS },
     { "line.kind", rig_line_kinds, RIG_LINE_KINDS },
     { "line.active", rig_line_levels, RIG_LINE_LEVELS },
     { "line.bias", rig_line_biases, RIG_LINE_BIASES },
@@ -72,9 +75,13 @@ const struct yaml_shape *const rig_shapes[] = {
     &rig_following_shape,
     &rig_drive_shape,
     &rig_counts_shape,
+    &rig_homing_shape,
     &rig_sim_shape,
     &rig_modbus_bus_shape,
     &rig_modbus_drive_shape,
+    &rig_can_bus_shape,
+    &rig_odrive_shape,
+    &rig_moteus_shape,
     &rig_line_shape,
     NULL,
 };
@@ -91,9 +98,11 @@ int rig_load(const char *path, struct rig *rig, char message[RIG_MESSAGE_MAX])
                          .watchdog_ns = 100 * RIG_MS };
     if (yaml_tree_load(&tree, &report) < 0)
         return -1;
-    err = yaml_fields_read(&(struct yaml_value){ &tree, 0, "the rig",
-                                                 "a map with buses and axes" },
-                           &rig_shape, &reader, rig);
+    const struct yaml_value whole = { &tree, 0, "the rig",
+                                      "a map with buses and axes" };
+    err = yaml_fields_read(&whole, &rig_shape, &reader, rig);
+    if (err == 0)
+        err = rig_check_homing(&whole, rig);
     yaml_tree_free(&tree);
     return err;
 }

@@ -10,19 +10,18 @@
 #define RIG_TCP_GAP_NS INT64_C(100000)
 #define RIG_TCP_PORT   502
 
-bool rig_is_modbus(const struct yaml_value *value)
+const char *rig_kind_of(const struct yaml_value *value)
 {
     const struct yaml_tree *tree = value->tree;
 
     if (yaml_value_node(value)->kind != YAML_TREE_MAP)
-        return false;
+        return "";
     for (uint32_t key = yaml_value_node(value)->first; key != 0;
          key = tree->node[tree->node[key].next].next)
         if (strcmp(yaml_tree_text(tree, key), "kind") == 0 &&
             tree->node[tree->node[key].next].kind == YAML_TREE_TEXT)
-            return strncmp(yaml_tree_text(tree, tree->node[key].next), "modbus",
-                           6) == 0;
-    return false;
+            return yaml_tree_text(tree, tree->node[key].next);
+    return "";
 }
 
 /* ---- buses ---- */
@@ -246,8 +245,8 @@ static int rig_read_map(void *reader, const struct yaml_value *value, void *out)
     return rig_load_map(reader, value, path, out);
 }
 
-static int rig_read_unsupervised(void *reader, const struct yaml_value *value,
-                                 void *out)
+int rig_read_unsupervised(void *reader, const struct yaml_value *value,
+                          void *out)
 {
     static const char *const words[] = { "no", "yes" };
     unsigned index;
@@ -260,8 +259,8 @@ static int rig_read_unsupervised(void *reader, const struct yaml_value *value,
 }
 
 static const struct yaml_field rig_modbus_drive_fields[] = {
-    { "kind", YAML_REQUIRED, "cia402 or modbus", rig_read_drive_kind,
-      offsetof(struct rig_axis, kind) },
+    { "kind", YAML_REQUIRED, "cia402, modbus, odrive or moteus",
+      rig_read_drive_kind, offsetof(struct rig_axis, kind) },
     { "bus", YAML_REQUIRED, "the name of a bus", rig_read_drive_bus,
       offsetof(struct rig_axis, bus) },
     { "node", YAML_REQUIRED, "a unit number, 1 .. 247, of its own on the bus",
@@ -278,6 +277,9 @@ static const struct yaml_field rig_modbus_drive_fields[] = {
       "yes: the drive does not stop by itself when the line is dead, and "
       "something else takes its torque off",
       rig_read_unsupervised, offsetof(struct rig_axis, unsupervised) },
+    { "parameters", YAML_OPTIONAL,
+      "a map of the register map's items and their values", rig_read_parameters,
+      0 },
 };
 const struct yaml_shape rig_modbus_drive_shape = {
     "modbus_drive", rig_modbus_drive_fields, ARRAY_LEN(rig_modbus_drive_fields)

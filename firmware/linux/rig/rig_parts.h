@@ -8,14 +8,16 @@
  *   rig_load.c    the top of the file      rig_drive.c  axis: drive
  *   rig_bus.c     buses                    rig_sim.c    axis: sim
  *   rig_axis.c    axes                     rig_values.c  kinds of value
- *   rig_gpio.c    gpio
+ *   rig_gpio.c    gpio                  rig_homing.c axis: homing
  *   rig_limits.c  axis: limits, stop, following_error
  *   rig_modbus.c  buses and drives on Modbus
+ *   rig_turns.c   plain CAN buses, drives that count turns
  *
  * A reader returns 0, or -1 with the sentence written. */
 #ifndef FIRMWARE_LINUX_RIG_RIG_PARTS_H
 #define FIRMWARE_LINUX_RIG_RIG_PARTS_H
 
+#include "firmware/linux/rig/eds.h"
 #include "firmware/linux/rig/rig.h"
 #include "firmware/linux/yaml/yaml_shapes.h"
 #include "firmware/linux/yaml/yaml_units.h"
@@ -28,6 +30,7 @@
 struct rig_reader {
     struct rig *rig;
     struct rig_axis *axis; /* being read */
+    const struct eds *eds; /* its drive's data sheet; NULL: none */
     struct units_context units;
 };
 
@@ -56,42 +59,95 @@ int rig_read_limits(void *reader, const struct yaml_value *value, void *out);
 int rig_read_stop(void *reader, const struct yaml_value *value, void *out);
 int rig_read_following(void *reader, const struct yaml_value *value, void *out);
 int rig_read_drive(void *reader, const struct yaml_value *value, void *out);
+int rig_read_homing(void *reader, const struct yaml_value *value, void *out);
+/* After everything: does each axis have the line that its homing needs? */
+int rig_check_homing(const struct yaml_value *value, const struct rig *rig);
 int rig_read_sim(void *reader, const struct yaml_value *value, void *out);
 int rig_read_axes(void *reader, const struct yaml_value *value, void *out);
 int rig_read_buses(void *reader, const struct yaml_value *value, void *out);
 int rig_read_gpio(void *reader, const struct yaml_value *value, void *out);
 int rig_read_drive_bus(void *reader, const struct yaml_value *value, void *out);
+int rig_read_drive_node(void *reader, const struct yaml_value *value,
+                        void *out);
 int rig_read_drive_kind(void *reader, const struct yaml_value *value,
                         void *out);
 int rig_read_bus_kind(void *reader, const struct yaml_value *value, void *out);
 int rig_read_counts(void *reader, const struct yaml_value *value, void *out);
 
+/* ---- rig_parameters.c ---- */
+
+int rig_read_eds(void *reader, const struct yaml_value *value, void *out);
+int rig_read_parameters(void *reader, const struct yaml_value *value,
+                        void *out);
+
 /* ---- rig_modbus.c ---- */
 
-/* Does the map `value` say kind: modbus...?  Its shape is another one then. */
-bool rig_is_modbus(const struct yaml_value *value);
+/* What the map `value` says after kind:, "" when nothing; its shape depends on
+ * it. */
+const char *rig_kind_of(const struct yaml_value *value);
 int rig_read_modbus_bus(struct rig_reader *reader,
                         const struct yaml_value *value, struct rig_bus *bus);
 int rig_read_modbus_drive(struct rig_reader *reader,
                           const struct yaml_value *value,
                           struct rig_axis *axis);
 
+int rig_read_unsupervised(void *reader, const struct yaml_value *value,
+                          void *out);
+
+/* ---- rig_turns.c ---- */
+
+int rig_read_can_bus(struct rig_reader *reader, const struct yaml_value *value,
+                     struct rig_bus *bus);
+int rig_read_turns_drive(struct rig_reader *reader,
+                         const struct yaml_value *value, struct rig_axis *axis);
+
+/* ---- rig_endpoints.c ---- */
+
+#define RIG_ENDPOINTS_PATH_MAX 512
+
+/* From the rig's directory.  -1: too long. */
+int rig_endpoints_path(char path[RIG_ENDPOINTS_PATH_MAX], const char *name,
+                       const char *rig_path);
+/* Fills in enable_watchdog and watchdog_timeout, 0 where it does not have them.
+ * -1: no such file, or not a list. */
+int rig_endpoints_load(const char *path, struct rig_axis *axis);
+
+/* ---- rig_bus.c ---- */
+
+int rig_read_bit_rate(void *reader, const struct yaml_value *value, void *out);
+int rig_read_interface(void *reader, const struct yaml_value *value, void *out);
+
+/* ---- rig_drive.c ---- */
+
+/* Set points go to the drive as 32-bit counts: both ends of the axis must fit. */
+bool rig_counts_fit(const struct rig_axis *axis);
+/* As {num: ..., den: ...} or `4096 per mm`. */
+int rig_read_ratio(struct rig_reader *reader, const struct yaml_value *value,
+                   struct rig_axis *axis);
+
 extern const struct yaml_shape rig_limit_shape, rig_stop_shape,
     rig_following_shape, rig_drive_shape, rig_counts_shape, rig_sim_shape,
-    rig_axis_shape, rig_bus_shape, rig_line_shape, rig_modbus_bus_shape,
-    rig_modbus_drive_shape;
+    rig_homing_shape, rig_axis_shape, rig_bus_shape, rig_line_shape,
+    rig_modbus_bus_shape, rig_modbus_drive_shape, rig_can_bus_shape,
+    rig_odrive_shape, rig_moteus_shape;
 
 /* ---- words a value may be, in the order of their enums ---- */
 
-#define RIG_UNIT_WORDS  4
-#define RIG_BUS_KINDS   3
-#define RIG_DRIVE_KINDS 2
-#define RIG_LINE_KINDS  6
-#define RIG_LINE_LEVELS 2
-#define RIG_LINE_BIASES 4
+#define RIG_UNIT_WORDS    4
+#define RIG_BUS_KINDS     4
+#define RIG_DRIVE_KINDS   4
+#define RIG_HOMING_KINDS  4
+#define RIG_HOMING_INPUTS 3
+#define RIG_HOMING_WAYS   2
+#define RIG_LINE_KINDS    6
+#define RIG_LINE_LEVELS   2
+#define RIG_LINE_BIASES   4
 extern const char *const rig_unit_words[RIG_UNIT_WORDS];
 extern const char *const rig_bus_kinds[RIG_BUS_KINDS];
 extern const char *const rig_drive_kinds[RIG_DRIVE_KINDS];
+extern const char *const rig_homing_kinds[RIG_HOMING_KINDS];
+extern const char *const rig_homing_inputs[RIG_HOMING_INPUTS];
+extern const char *const rig_homing_ways[RIG_HOMING_WAYS];
 extern const char *const rig_line_kinds[RIG_LINE_KINDS];
 extern const char *const rig_line_levels[RIG_LINE_LEVELS];
 extern const char *const rig_line_biases[RIG_LINE_BIASES];

@@ -162,6 +162,7 @@ int bench_open(struct bench *bench, const struct rig *rig, unsigned bus,
     memset(&bench->ports, 0, sizeof bench->ports);
     bench_reduce(&bench->rig, rig, bus);
     bench->is_real = is_real;
+    bench->has_fd = false;
     return is_real ? machine_real_init(&bench->real, &bench->rig, &bench->ports,
                                        message)
                    : machine_sim_init(&bench->sim, &bench->rig, false,

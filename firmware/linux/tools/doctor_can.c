@@ -146,7 +146,7 @@ static void can_missing(struct doctor *doctor,
         const struct rig_bus *bus = &rig->bus[i];
         unsigned k = 0;
 
-        if (bus->kind != RIG_CANOPEN)
+        if (!rig_bus_is_can(bus))
             continue;
         if (bus->interface[0] == '\0') {
             doctor_say(doctor, DOCTOR_NOTE, "can",

@@ -17,7 +17,7 @@
 static bool kernel_rig_has_can(const struct rig *rig)
 {
     for (unsigned i = 0; rig != NULL && i < rig->bus_count; i++)
-        if (rig->bus[i].kind == RIG_CANOPEN)
+        if (rig_bus_is_can(&rig->bus[i]))
             return true;
     return false;
 }

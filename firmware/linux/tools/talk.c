@@ -97,10 +97,14 @@ static void talk_find_axis(struct talk *talk)
 static int talk_sheet(struct talk *talk, const struct talk_config *config,
                       char message[RIG_MESSAGE_MAX])
 {
+    const char *path = config->eds;
+
     talk->eds = NULL;
-    if (config->eds == NULL)
+    if (path == NULL && talk->axis != NULL && talk->axis->eds[0] != '\0')
+        path = talk->axis->eds;
+    if (path == NULL)
         return 0;
-    if (eds_load(config->eds, &talk->sheet, message) < 0)
+    if (eds_load(path, &talk->sheet, message) < 0)
         return -1;
     talk->eds = &talk->sheet;
     return 0;
@@ -156,6 +160,10 @@ int talk_open(struct talk *talk, const struct talk_config *config,
          rig_set_interfaces(&talk->rig, config->interface, message) < 0) ||
         talk_who(talk, config, is_rig, &bus, message) < 0)
         return -1;
+    if (talk->rig.bus[bus].kind == RIG_CAN)
+        return talk_fail(message, talk->rig.bus[bus].name,
+                         "is a CAN bus without CANopen, whose drives have "
+                         "objects and registers of their own");
     talk->is_modbus = talk->rig.bus[bus].kind != RIG_CANOPEN;
     if (bench_open(&talk->bench, &talk->rig, bus, config->is_real || !is_rig,
                    message) < 0)

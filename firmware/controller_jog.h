@@ -1,0 +1,52 @@
+/* firmware/controller_jog.h - one axis moved by itself: to a position, or until
+ * told to stop; again and again while it moves.
+ *
+ * A jog is a move of one axis, planned by motion/otg from the set point that
+ * was sent last, in the least time inside the axis's limits.  It is played as
+ * every move: gate, following error, switches and faults are the same, and the
+ * group's state is MOVING until it rests.  A new goal takes the place of the
+ * old one at the next tick, from full motion, without a step in acceleration
+ * where the axis has a limit of jerk.
+ *
+ * Whoever jogs by hand gives each goal a time and gives it anew while the key
+ * is held: without a new one the axis stops.  Not on the tick: plans, so
+ * divides. */
+#ifndef FIRMWARE_CONTROLLER_JOG_H
+#define FIRMWARE_CONTROLLER_JOG_H
+
+#include "firmware/controller.h"
+#include "motion/otg.h"
+
+/* The caller's, as long as the controller may play it. */
+struct controller_jog {
+    struct motion_segment room[2][MOTION_OTG_PHASES];
+    struct motion_track track[2];
+    unsigned which; /* in use */
+    unsigned axis;
+    int64_t until_ns; /* stops then, unless kept alive; 0: never */
+};
+
+struct controller_jog_goal {
+    unsigned axis;
+    int64_t pos_q32;
+    int64_t vel_q32;  /* at most so fast, > 0; the axis's limit counts too */
+    int64_t until_ns; /* on the time of the ticks; 0: until it is there */
+};
+
+/* In READY, or while a jog of the same axis is played at full rate; else
+ * MOTION_E_STATE.  MOTION_E_LIMIT when the axis knows where it is and would
+ * leave its range, MOTION_E_ARG, or what motion_otg_make says; the motion that
+ * is under way goes on then. */
+int controller_jog(struct controller *controller, struct controller_jog *jog,
+                   const struct controller_jog_goal *goal);
+
+/* To rest, by the axis's limits or (`hard`) its stop limits.  MOTION_OK also
+ * when nothing moves; MOTION_E_STATE while the group brakes already. */
+int controller_jog_stop(struct controller *controller,
+                        struct controller_jog *jog, bool hard);
+
+/* Between ticks: stop a jog whose time is over. */
+void controller_jog_step(struct controller *controller,
+                         struct controller_jog *jog);
+
+#endif

@@ -1,0 +1,568 @@
+/* firmware/homing.c - see homing.h. */
+#include "firmware/homing.h"
+
+#include <stddef.h>
+
+#include "firmware/controller_parts.h"
+#include "motion/err.h"
+#include "motion/fixed.h"
+
+const char *homing_error_text(enum homing_error error)
+{
+    static const char *const text[] = {
+#define HOMING_ERROR_TEXT(name, text) text,
+        HOMING_ERROR_LIST(HOMING_ERROR_TEXT)
+#undef HOMING_ERROR_TEXT
+    };
+    return (unsigned)error < sizeof text / sizeof text[0] ? text[error]
+                                                          : "unknown";
+}
+
+const char *homing_state_text(enum homing_state state)
+{
+    static const char *const text[] = {
+#define HOMING_STATE_TEXT(name, text) text,
+        HOMING_STATE_LIST(HOMING_STATE_TEXT)
+#undef HOMING_STATE_TEXT
+    };
+    return (unsigned)state < HOMING_STATES ? text[state] : "unknown";
+}
+
+/* --- shorthands --- */
+
+static const struct homing_config *homing_of(const struct homing *homing)
+{
+    return &homing->config[homing->axis];
+}
+
+static struct controller_axis *homing_axis(const struct homing *homing)
+{
+    return &homing->controller->axis[homing->axis];
+}
+
+static bool homing_at_rest(const struct homing *homing)
+{
+    return homing->controller->state == CONTROLLER_READY;
+}
+
+static bool homing_limit(const struct homing *homing, int direction)
+{
+    const struct controller_axis *axis = homing_axis(homing);
+    const struct controller_inputs *inputs = &homing->controller->inputs;
+    return direction < 0
+               ? axis->feedback.limit_negative ||
+                     controller_input(inputs->limit_negative[homing->axis])
+               : axis->feedback.limit_positive ||
+                     controller_input(inputs->limit_positive[homing->axis]);
+}
+
+static struct hal_gpio *homing_line(const struct homing *homing)
+{
+    const struct controller_inputs *inputs = &homing->controller->inputs;
+    switch (homing_of(homing)->input) {
+    case HOMING_INPUT_LIMIT_NEGATIVE:
+        return inputs->limit_negative[homing->axis];
+    case HOMING_INPUT_LIMIT_POSITIVE:
+        return inputs->limit_positive[homing->axis];
+    case HOMING_INPUT_HOME:
+        break;
+    }
+    return inputs->home[homing->axis];
+}
+
+static bool homing_switch(const struct homing *homing)
+{
+    switch (homing_of(homing)->input) {
+    case HOMING_INPUT_LIMIT_NEGATIVE:
+        return homing_limit(homing, -1);
+    case HOMING_INPUT_LIMIT_POSITIVE:
+        return homing_limit(homing, 1);
+    case HOMING_INPUT_HOME:
+        break;
+    }
+    return homing_axis(homing)->feedback.home_switch ||
+           controller_input(homing_line(homing));
+}
+
+/* The limit switch in a direction, unless it is what we look for. */
+static bool homing_bad_limit(const struct homing *homing, int direction)
+{
+    const enum homing_input own = direction < 0 ? HOMING_INPUT_LIMIT_NEGATIVE
+                                                : HOMING_INPUT_LIMIT_POSITIVE;
+    return homing_of(homing)->input != own && homing_limit(homing, direction);
+}
+
+/* --- ends --- */
+
+#define HOMING_BRAKE_NS INT64_C(5000000000)
+
+static void homing_release(struct homing *homing)
+{
+    homing_axis(homing)->seeking = false;
+    homing_axis(homing)->by_itself = false;
+}
+
+static void homing_fail(struct homing *homing, enum homing_error error)
+{
+    if (homing->error == HOMING_OK)
+        homing->error = error;
+    if (homing_axis(homing)->by_itself)
+        (void)hal_drive_halt(homing_axis(homing)->drive);
+    else
+        (void)controller_jog_stop(homing->controller, homing->jog, true);
+    homing->brake_ns = homing->controller->now_ns;
+    homing->state = HOMING_BRAKE;
+}
+
+/* Back to set points; where the drive does not come back to them in time, it
+ * gets none any more. */
+static bool homing_comes_back(const struct homing *homing)
+{
+    const struct controller_axis *axis = homing_axis(homing);
+    if (!axis->by_itself || axis->feedback.mode == HAL_DRIVE_STREAM_POSITION)
+        return true;
+    if (axis->feedback.homing != HAL_DRIVE_HOMING_RUNNING)
+        (void)hal_drive_set_mode(axis->drive, HAL_DRIVE_STREAM_POSITION);
+    return false;
+}
+
+static void homing_brake(struct homing *homing)
+{
+    const int64_t since_ns = homing->controller->now_ns - homing->brake_ns;
+    if (!homing_at_rest(homing))
+        return;
+    if (homing_comes_back(homing))
+        homing_release(homing);
+    else if (since_ns < HOMING_BRAKE_NS)
+        return;
+    homing->state = HOMING_FAILED;
+}
+
+/* --- jogs --- */
+
+/* `distance` from here, in `direction`. */
+static void homing_run(struct homing *homing, enum homing_state state,
+                       int direction, int64_t vel_q32, int64_t distance_q32)
+{
+    const struct controller_axis *axis = homing_axis(homing);
+    struct controller_jog_goal goal = { .axis = homing->axis,
+                                        .vel_q32 = vel_q32 };
+    int err = direction < 0 ? motion_fixed_sub(axis->target.pos_q32,
+                                               distance_q32, &goal.pos_q32)
+                            : motion_fixed_add(axis->target.pos_q32,
+                                               distance_q32, &goal.pos_q32);
+    if (err == MOTION_OK)
+        err = controller_jog(homing->controller, homing->jog, &goal);
+    if (err < 0) {
+        homing_fail(homing, HOMING_JOG);
+        return;
+    }
+    homing->state = state;
+}
+
+static void homing_rest(struct homing *homing, enum homing_state state)
+{
+    if (controller_jog_stop(homing->controller, homing->jog, true) < 0) {
+        homing_fail(homing, HOMING_JOG);
+        return;
+    }
+    homing->state = state;
+}
+
+/* --- by a switch --- */
+
+static void homing_leave(struct homing *homing)
+{
+    const struct homing_config *config = homing_of(homing);
+    const int64_t vel_q32 = config->slow_q32 < config->fast_q32 / 4
+                                ? 4 * config->slow_q32
+                                : config->fast_q32;
+    homing_run(homing, HOMING_LEAVE, -config->direction, vel_q32,
+               config->distance_q32);
+}
+
+static void homing_begin_switch(struct homing *homing)
+{
+    const struct homing_config *config = homing_of(homing);
+    homing_axis(homing)->seeking = true;
+    if (homing_switch(homing))
+        homing_leave(homing);
+    else if (homing_bad_limit(homing, config->direction))
+        homing_run(homing, HOMING_RETURN, -config->direction, config->fast_q32,
+                   config->distance_q32);
+    else
+        homing_run(homing, HOMING_SEARCH, config->direction, config->fast_q32,
+                   config->distance_q32);
+}
+
+static void homing_search(struct homing *homing)
+{
+    if (homing_switch(homing))
+        homing_rest(homing, HOMING_SLOW_DOWN);
+    else if (homing_bad_limit(homing, homing_of(homing)->direction))
+        homing_rest(homing, HOMING_REVERSE);
+    else if (homing_at_rest(homing))
+        homing_fail(homing, HOMING_NOT_FOUND);
+}
+
+static void homing_slow_down(struct homing *homing)
+{
+    if (homing_at_rest(homing))
+        homing_leave(homing);
+}
+
+static void homing_reverse(struct homing *homing)
+{
+    const struct homing_config *config = homing_of(homing);
+    if (!homing_at_rest(homing))
+        return;
+    homing_run(homing, HOMING_RETURN, -config->direction, config->fast_q32,
+               config->distance_q32);
+}
+
+static void homing_return(struct homing *homing)
+{
+    if (homing_switch(homing))
+        homing_leave(homing);
+    else if (homing_bad_limit(homing, -homing_of(homing)->direction))
+        homing_fail(homing, HOMING_WRONG_LIMIT);
+    else if (homing_at_rest(homing))
+        homing_fail(homing, HOMING_NOT_FOUND);
+}
+
+static void homing_step_leave(struct homing *homing)
+{
+    if (!homing_switch(homing))
+        homing_rest(homing, HOMING_TURN);
+    else if (homing_bad_limit(homing, -homing_of(homing)->direction))
+        homing_fail(homing, HOMING_WRONG_LIMIT);
+    else if (homing_at_rest(homing))
+        homing_fail(homing, HOMING_STUCK);
+}
+
+/* Edges of before are of no interest. */
+static void homing_forget_edges(const struct homing *homing)
+{
+    struct hal_gpio_event event;
+    struct hal_gpio *line = homing_line(homing);
+    for (unsigned i = 0; line != NULL && i < 16; i++)
+        if (hal_gpio_event(line, &event) != 1)
+            return;
+}
+
+static void homing_turn(struct homing *homing)
+{
+    const struct homing_config *config = homing_of(homing);
+    if (!homing_at_rest(homing))
+        return;
+    homing_forget_edges(homing);
+    homing_run(homing, HOMING_APPROACH, config->direction, config->slow_q32,
+               config->distance_q32);
+}
+
+/* From when the position was measured to when the edge was, at the speed there
+ * is; what is further apart than a tenth of a second is no edge of ours. */
+#define HOMING_EDGE_NS INT64_C(100000000)
+static void homing_take_edge(struct homing *homing)
+{
+    const struct hal_drive_feedback *feedback = &homing_axis(homing)->feedback;
+    struct hal_gpio *line = homing_line(homing);
+    struct hal_gpio_event event;
+    int64_t way_q32 = 0;
+    homing->edge_q32 = feedback->pos_q32;
+    homing->edge_ns = feedback->t_ns;
+    if (line == NULL || hal_gpio_event(line, &event) != 1 || !event.active)
+        return;
+    const int64_t since_ns = event.t_ns - feedback->t_ns;
+    if (since_ns < -HOMING_EDGE_NS || since_ns > HOMING_EDGE_NS ||
+        motion_fixed_muldiv(feedback->vel_q32, since_ns, INT64_C(1000000000),
+                            &way_q32) < 0)
+        return;
+    homing->edge_q32 += way_q32;
+    homing->edge_ns = event.t_ns;
+}
+
+static void homing_approach(struct homing *homing)
+{
+    if (homing_switch(homing)) {
+        homing_take_edge(homing);
+        homing_rest(homing, HOMING_SETTLE);
+    } else if (homing_bad_limit(homing, homing_of(homing)->direction)) {
+        homing_fail(homing, HOMING_WRONG_LIMIT);
+    } else if (homing_at_rest(homing)) {
+        homing_fail(homing, HOMING_NOT_FOUND);
+    }
+}
+
+/* --- afterwards --- */
+
+/* Where its range does not reach to, an axis must not stay. */
+static int64_t homing_place_q32(const struct homing *homing)
+{
+    const struct homing_config *config = homing_of(homing);
+    const struct controller_axis_config *range =
+        &homing->controller->config.axis[homing->axis];
+    const int64_t pos_q32 = homing_axis(homing)->target.pos_q32;
+    const int64_t place_q32 = config->goes ? config->go_q32 : pos_q32;
+    if (place_q32 < range->pos_min_q32)
+        return range->pos_min_q32;
+    return place_q32 > range->pos_max_q32 ? range->pos_max_q32 : place_q32;
+}
+
+static void homing_go(struct homing *homing)
+{
+    const struct controller_jog_goal goal = {
+        .axis = homing->axis,
+        .pos_q32 = homing_place_q32(homing),
+        .vel_q32 = homing_of(homing)->fast_q32,
+    };
+    homing_axis(homing)->seeking = true;
+    homing_axis(homing)->by_itself = false;
+    homing->go_q32 = goal.pos_q32;
+    if (controller_jog(homing->controller, homing->jog, &goal) < 0)
+        homing_fail(homing, HOMING_JOG);
+    else
+        homing->state = HOMING_GO;
+}
+
+static void homing_settle(struct homing *homing)
+{
+    if (!homing_at_rest(homing))
+        return;
+    if (controller_set_position(homing->controller, homing->axis,
+                                homing->edge_q32,
+                                homing_of(homing)->pos_q32) < 0)
+        homing_fail(homing, HOMING_JOG);
+    else
+        homing_go(homing);
+}
+
+static void homing_next(struct homing *homing);
+
+/* The switch under it is where it comes from; others are not. */
+static void homing_step_go(struct homing *homing)
+{
+    const struct controller_axis *axis = homing_axis(homing);
+    const int direction = axis->target.vel_q32 < 0 ? -1 : 1;
+    if (axis->target.vel_q32 != 0 && homing_bad_limit(homing, direction)) {
+        homing_fail(homing, HOMING_WRONG_LIMIT);
+        return;
+    }
+    if (!homing_at_rest(homing))
+        return;
+    if (axis->target.pos_q32 != homing->go_q32) {
+        homing_fail(homing, HOMING_STOPPED);
+        return;
+    }
+    homing_release(homing);
+    homing_next(homing);
+}
+
+/* --- by the drive --- */
+
+static void homing_begin_drive(struct homing *homing)
+{
+    struct hal_drive *drive = homing_axis(homing)->drive;
+    if (hal_drive_set_mode(drive, HAL_DRIVE_HOMING) < 0) {
+        homing_fail(homing, HOMING_NO_DRIVE);
+        return;
+    }
+    homing_axis(homing)->by_itself = true;
+    homing->state = HOMING_MODE;
+}
+
+static void homing_mode(struct homing *homing)
+{
+    const struct homing_config *config = homing_of(homing);
+    struct controller_axis *axis = homing_axis(homing);
+    const struct hal_drive_home home = {
+        .method = config->method,
+        .fast_q32 = config->fast_q32,
+        .slow_q32 = config->slow_q32,
+        .pos_q32 = config->pos_q32,
+        .timeout_ns = config->timeout_ns,
+    };
+    if (axis->feedback.mode != HAL_DRIVE_HOMING)
+        return;
+    int err = hal_drive_home(axis->drive, &home);
+    if (err == MOTION_E_STATE || err == MOTION_E_AGAIN)
+        return; /* not standing yet; the time-out ends it */
+    if (err < 0) {
+        homing_fail(homing, HOMING_NO_DRIVE);
+        return;
+    }
+    axis->homed = false;
+    homing->state = HOMING_RUN;
+}
+
+static void homing_step_run(struct homing *homing)
+{
+    struct controller_axis *axis = homing_axis(homing);
+    if (axis->feedback.homing == HAL_DRIVE_HOMING_FAILED) {
+        homing_fail(homing, HOMING_DRIVE_FAILED);
+        return;
+    }
+    if (axis->feedback.homing != HAL_DRIVE_HOMING_DONE)
+        return;
+    int err = hal_drive_set_mode(axis->drive, HAL_DRIVE_STREAM_POSITION);
+    if (err == MOTION_OK)
+        homing->state = HOMING_UNMODE;
+    else if (err != MOTION_E_STATE)
+        homing_fail(homing, HOMING_DRIVE_FAILED);
+}
+
+/* From here on the drive counts from its zero: our offset is none. */
+static void homing_unmode(struct homing *homing)
+{
+    struct controller_axis *axis = homing_axis(homing);
+    if (axis->feedback.mode != HAL_DRIVE_STREAM_POSITION)
+        return;
+    if (controller_set_position(homing->controller, homing->axis,
+                                axis->offset_q32, 0) < 0)
+        homing_fail(homing, HOMING_JOG);
+    else
+        homing_go(homing);
+}
+
+/* --- one axis after the other --- */
+
+static int homing_pick(const struct homing *homing)
+{
+    int found = -1;
+    for (unsigned i = 0; i < homing->controller->config.axis_count; i++)
+        if ((homing->left >> i & 1) != 0 &&
+            (found < 0 ||
+             homing->config[i].order < homing->config[found].order))
+            found = (int)i;
+    return found;
+}
+
+static void homing_begin_here(struct homing *homing)
+{
+    struct controller_axis *axis = homing_axis(homing);
+    if (controller_set_position(homing->controller, homing->axis,
+                                axis->target.pos_q32,
+                                homing_of(homing)->pos_q32) < 0)
+        homing_fail(homing, HOMING_JOG);
+    else
+        homing_go(homing);
+}
+
+static void homing_next(struct homing *homing)
+{
+    const int axis = homing_pick(homing);
+    if (axis < 0) {
+        homing->state = HOMING_DONE;
+        return;
+    }
+    homing->axis = (unsigned)axis;
+    homing->left &= ~((uint32_t)1 << axis);
+    homing->since_ns = homing->controller->now_ns;
+    if (homing_of(homing)->by == HOMING_SWITCH)
+        homing_begin_switch(homing);
+    else if (homing_of(homing)->by == HOMING_DRIVE)
+        homing_begin_drive(homing);
+    else
+        homing_begin_here(homing);
+}
+
+static bool homing_config_ok(const struct homing_config *config)
+{
+    if (config->by == HOMING_NONE)
+        return true;
+    if (config->fast_q32 <= 0 || config->timeout_ns <= 0)
+        return false;
+    if (config->by != HOMING_SWITCH)
+        return true;
+    return config->slow_q32 > 0 && config->slow_q32 <= config->fast_q32 &&
+           config->distance_q32 > 0 &&
+           (config->direction == 1 || config->direction == -1);
+}
+
+int homing_init(struct homing *homing, struct controller *controller,
+                struct controller_jog *jog, const struct homing_config config[])
+{
+    *homing = (struct homing){ .controller = controller, .jog = jog };
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        if (!homing_config_ok(&config[i]))
+            return MOTION_E_ARG;
+        homing->config[i] = config[i];
+    }
+    return MOTION_OK;
+}
+
+uint32_t homing_wanted(const struct homing *homing)
+{
+    uint32_t axes = 0;
+    for (unsigned i = 0; i < homing->controller->config.axis_count; i++)
+        if (homing->config[i].by != HOMING_NONE &&
+            !homing->controller->axis[i].homed)
+            axes |= (uint32_t)1 << i;
+    return axes;
+}
+
+int homing_start(struct homing *homing, uint32_t axes)
+{
+    if (!homing_at_rest(homing) || homing_is_running(homing))
+        return MOTION_E_STATE;
+    homing->left = 0;
+    homing->error = HOMING_OK;
+    for (unsigned i = 0; i < homing->controller->config.axis_count; i++)
+        if (homing->config[i].by != HOMING_NONE)
+            homing->left |= axes & (uint32_t)1 << i;
+    homing_next(homing);
+    return MOTION_OK;
+}
+
+bool homing_is_running(const struct homing *homing)
+{
+    return homing->state != HOMING_IDLE && homing->state != HOMING_DONE &&
+           homing->state != HOMING_FAILED;
+}
+
+void homing_stop(struct homing *homing)
+{
+    if (homing_is_running(homing) && homing->state != HOMING_BRAKE)
+        homing_fail(homing, HOMING_STOPPED);
+}
+
+/* What ends a homing in every state.  True: it has. */
+static bool homing_is_cut_short(struct homing *homing)
+{
+    const struct controller *controller = homing->controller;
+    if (controller->fault.fault != CONTROLLER_FAULT_NONE ||
+        controller->state == CONTROLLER_OFF) {
+        const bool both = homing_limit(homing, -1) && homing_limit(homing, 1);
+        if (homing->error == HOMING_OK)
+            homing->error = both ? HOMING_BOTH_LIMITS : HOMING_FAULT;
+        homing_release(homing);
+        homing->state = HOMING_FAILED;
+        return true;
+    }
+    if (homing->state != HOMING_BRAKE &&
+        controller->now_ns - homing->since_ns > homing_of(homing)->timeout_ns)
+        homing_fail(homing, HOMING_TIMEOUT);
+    return false;
+}
+
+void homing_step(struct homing *homing)
+{
+    static void (*const walk[HOMING_STATES])(struct homing *) = {
+        [HOMING_SEARCH] = homing_search,
+        [HOMING_SLOW_DOWN] = homing_slow_down,
+        [HOMING_REVERSE] = homing_reverse,
+        [HOMING_RETURN] = homing_return,
+        [HOMING_LEAVE] = homing_step_leave,
+        [HOMING_TURN] = homing_turn,
+        [HOMING_APPROACH] = homing_approach,
+        [HOMING_SETTLE] = homing_settle,
+        [HOMING_MODE] = homing_mode,
+        [HOMING_RUN] = homing_step_run,
+        [HOMING_UNMODE] = homing_unmode,
+        [HOMING_GO] = homing_step_go,
+        [HOMING_BRAKE] = homing_brake,
+    };
+    if (!homing_is_running(homing) || homing_is_cut_short(homing))
+        return;
+    walk[homing->state](homing);
+}

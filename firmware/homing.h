@@ -1,0 +1,141 @@
+/* firmware/homing.h - finds out where the axes are.
+ *
+ * One axis after the other, in the order of the configuration; the others
+ * stand.  The controller is READY and moves the axis by jogs, so its gate,
+ * following error and faults are in force; homing itself looks at switches and
+ * keeps the bounds: how far, how long.
+ *
+ *   by a switch (home, or one of the limit switches):
+ *
+ *     SEARCH --switch--> SLOW_DOWN --rest--> LEAVE --let go--> TURN --rest-->
+ *       |   ^ (on it                           ^               APPROACH
+ *       |    already: LEAVE)                   | switch           | switch:
+ *       '--limit--> REVERSE --rest--> RETURN --'                  | the edge
+ *                                                                 v
+ *                          DONE <--rest-- GO <--rest-- SETTLE (offset set)
+ *
+ *   by the drive:  MODE --in force--> RUN --done--> UNMODE --in force--> GO
+ *   here:          the present position is taken; GO
+ *
+ * SEARCH runs at `fast` in `direction` until the switch is met; when the limit
+ * switch of that direction comes first, the home switch is behind: RETURN looks
+ * for it the other way.  LEAVE backs off until the switch has let go, APPROACH
+ * meets it again at `slow`.  The position of the edge is that of the tick that
+ * saw it, drawn back to the edge's own time stamp where there is one.
+ *
+ * Anything else is a failure: a switch that does not come within `distance`, a
+ * wait longer than `timeout`, an unexpected limit switch, a fault, a stop.  The
+ * axis brakes by its stop limits then; before the edge was met it is as unhomed
+ * as before, after that its position is known although it did not GO.
+ *
+ * Called between ticks; plans, so divides.  No heap, no clock. */
+#ifndef FIRMWARE_HOMING_H
+#define FIRMWARE_HOMING_H
+
+#include "firmware/controller_jog.h"
+
+enum homing_by { HOMING_NONE, HOMING_SWITCH, HOMING_DRIVE, HOMING_HERE };
+
+enum homing_input {
+    HOMING_INPUT_HOME,
+    HOMING_INPUT_LIMIT_NEGATIVE,
+    HOMING_INPUT_LIMIT_POSITIVE,
+};
+
+struct homing_config {
+    enum homing_by by;
+    unsigned order;          /* lower ones first; equal ones by their index */
+    enum homing_input input; /* SWITCH */
+    int direction;           /* SWITCH: -1 or 1; with a limit switch its own */
+    int64_t fast_q32, slow_q32; /* > 0 */
+    int64_t distance_q32;       /* SWITCH: of the search, at most, > 0 */
+    int64_t pos_q32;            /* of the edge, of the drive's zero, of here */
+    bool goes;                  /* to go_q32 afterwards */
+    int64_t go_q32;
+    int64_t timeout_ns; /* of the axis, > 0 */
+    int method;         /* DRIVE */
+};
+
+/* X(name, sentence) */
+#define HOMING_ERROR_LIST(X)                                                   \
+    X(HOMING_OK, "homed")                                                      \
+    X(HOMING_NOT_FOUND, "the switch was not met within the search distance")   \
+    X(HOMING_STUCK, "the switch did not let go within the search distance")    \
+    X(HOMING_WRONG_LIMIT, "a limit switch came that was not expected")         \
+    X(HOMING_BOTH_LIMITS, "both limit switches are active")                    \
+    X(HOMING_TIMEOUT, "it took too long")                                      \
+    X(HOMING_FAULT, "a fault stopped it")                                      \
+    X(HOMING_STOPPED, "stopped by the operator")                               \
+    X(HOMING_NO_DRIVE, "the drive cannot home by itself")                      \
+    X(HOMING_DRIVE_FAILED, "the drive's own homing failed")                    \
+    X(HOMING_JOG, "the axis could not be moved")
+
+enum homing_error {
+#define HOMING_ERROR_ENUM(name, text) name,
+    HOMING_ERROR_LIST(HOMING_ERROR_ENUM)
+#undef HOMING_ERROR_ENUM
+};
+const char *homing_error_text(enum homing_error error);
+
+/* X(name, word for people) */
+#define HOMING_STATE_LIST(X)                                                   \
+    X(HOMING_IDLE, "idle")                                                     \
+    X(HOMING_SEARCH, "searching")                                              \
+    X(HOMING_SLOW_DOWN, "slowing down")                                        \
+    X(HOMING_REVERSE, "turning at the limit")                                  \
+    X(HOMING_RETURN, "searching backwards")                                    \
+    X(HOMING_LEAVE, "leaving the switch")                                      \
+    X(HOMING_TURN, "turning")                                                  \
+    X(HOMING_APPROACH, "approaching slowly")                                   \
+    X(HOMING_SETTLE, "coming to rest")                                         \
+    X(HOMING_MODE, "changing the drive's mode")                                \
+    X(HOMING_RUN, "the drive homes")                                           \
+    X(HOMING_UNMODE, "changing the drive's mode back")                         \
+    X(HOMING_GO, "going to its place")                                         \
+    X(HOMING_BRAKE, "stopping")                                                \
+    X(HOMING_DONE, "homed")                                                    \
+    X(HOMING_FAILED, "failed")
+
+enum homing_state {
+#define HOMING_STATE_ENUM(name, text) name,
+    HOMING_STATE_LIST(HOMING_STATE_ENUM)
+#undef HOMING_STATE_ENUM
+        HOMING_STATES
+};
+const char *homing_state_text(enum homing_state state);
+
+struct homing {
+    struct controller *controller;
+    struct controller_jog *jog;
+    struct homing_config config[CONTROLLER_AXES_MAX];
+    enum homing_state state; /* DONE, FAILED: of all */
+    enum homing_error error;
+    unsigned axis;    /* in its turn, or that failed */
+    uint32_t left;    /* bit per axis */
+    int64_t since_ns; /* the axis's turn began */
+    int64_t brake_ns; /* BRAKE: since when */
+    int64_t edge_q32; /* where the switch was met, before the offset */
+    int64_t edge_ns;  /* and when */
+    int64_t go_q32;   /* GO: where to */
+};
+
+/* MOTION_E_ARG for a value out of its range.  `jog` is the caller's. */
+int homing_init(struct homing *homing, struct controller *controller,
+                struct controller_jog *jog,
+                const struct homing_config config[]);
+
+/* Home these axes (a bit each; those of kind NONE are left out).  The controller
+ * must be READY: MOTION_E_STATE. */
+int homing_start(struct homing *homing, uint32_t axes);
+
+/* After every tick, until it is over. */
+void homing_step(struct homing *homing);
+bool homing_is_running(const struct homing *homing);
+
+/* Axes that must be homed before a move: not homed yet. */
+uint32_t homing_wanted(const struct homing *homing);
+
+/* The operator's stop: brakes, then FAILED. */
+void homing_stop(struct homing *homing);
+
+#endif

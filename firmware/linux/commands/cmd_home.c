@@ -1,0 +1,304 @@
+/* firmware/linux/commands/cmd_home.c - slew home: find out where the axes are.
+ */
+#include <stdio.h>
+#include <string.h>
+
+#include "firmware/linux/base/interrupt.h"
+#include "firmware/linux/base/json.h"
+#include "firmware/linux/base/number.h"
+#include "firmware/linux/base/table.h"
+#include "firmware/linux/commands/command.h"
+#include "firmware/linux/machine/live.h"
+#include "motion/err.h"
+
+struct cmd_home {
+    const struct options *options;
+    struct live live;
+    uint32_t axes; /* to be homed, a bit each */
+    int64_t dur_ns;
+};
+
+static const char *const cmd_home_by[] = {
+    [HOMING_NONE] = "its position is known",
+    [HOMING_SWITCH] = "switch",
+    [HOMING_DRIVE] = "the drive",
+    [HOMING_HERE] = "where it stands",
+};
+
+static bool cmd_home_has(const struct cmd_home *self, unsigned axis)
+{
+    return (self->axes >> axis & 1) != 0;
+}
+
+/* --- what will happen --- */
+
+static const char *cmd_home_how(const struct homing_config *homing)
+{
+    if (homing->by != HOMING_SWITCH)
+        return cmd_home_by[homing->by];
+    if (homing->input == HOMING_INPUT_LIMIT_NEGATIVE)
+        return "limit-negative";
+    return homing->input == HOMING_INPUT_HOME ? "home switch"
+                                              : "limit-positive";
+}
+
+static void cmd_home_row(struct table *table, const struct rig_axis *axis)
+{
+    const struct homing_config *homing = &axis->homing;
+    const bool searches = homing->by == HOMING_SWITCH;
+    char text[NUMBER_MAX];
+    table_cell(table, "%u", homing->order);
+    table_cell(table, "%s", axis->name);
+    table_cell(table, "%s", cmd_home_how(homing));
+    table_cell(table, "%s",
+               !searches               ? "-"
+               : homing->direction < 0 ? "negative"
+                                       : "positive");
+    number_short(text, homing->fast_q32, 32);
+    table_cell(table, "%s", homing->by == HOMING_HERE ? "-" : text);
+    number_short(text, homing->slow_q32, 32);
+    table_cell(table, "%s", homing->by == HOMING_HERE ? "-" : text);
+    number_short(text, homing->distance_q32, 32);
+    table_cell(table, "%s", searches ? text : "-");
+    number_short(text, homing->pos_q32, 32);
+    table_cell(table, "%s", text);
+    number_short(text, homing->go_q32, 32);
+    table_cell(table, "%s", homing->goes ? text : "-");
+    table_cell(table, "%s", rig_unit_text(axis->unit));
+}
+
+static void cmd_home_intent(const struct cmd_home *self)
+{
+    static const char *const head[] = {
+        ">order",   "<axis",    "<by",      "<direction", ">speed /s",
+        ">slow /s", ">at most", ">home is", ">then to",   "<unit",
+    };
+    struct table table;
+    table_init(&table, 10, head);
+    for (unsigned order = 1; order <= 16; order++)
+        for (unsigned i = 0; i < self->live.rig.axis_count; i++)
+            if (cmd_home_has(self, i) &&
+                self->live.rig.axis[i].homing.order == order)
+                cmd_home_row(&table, &self->live.rig.axis[i]);
+    table_print(&table, stdout);
+    table_free(&table);
+    printf("%s drives\n", self->options->real ? "REAL" : "simulated");
+    fflush(stdout);
+}
+
+/* --- doing it --- */
+
+static void cmd_home_progress(const struct cmd_home *self,
+                              enum homing_state *shown)
+{
+    const struct homing *homing = &self->live.machine.homing;
+    if (homing->state == *shown || !homing_is_running(homing))
+        return;
+    *shown = homing->state;
+    fprintf(stderr, "%s: %s\n", self->live.rig.axis[homing->axis].name,
+            homing_state_text(homing->state));
+}
+
+static enum status cmd_home_live(struct cmd_home *self)
+{
+    const volatile sig_atomic_t *interrupts = interrupt_listen();
+    struct live *live = &self->live;
+    struct homing *homing = &live->machine.homing;
+    enum homing_state shown = HOMING_IDLE;
+    const bool enabled = live_enable(live, interrupts);
+    const int64_t start_ns = live->now_ns;
+    if (enabled)
+        homing_start(homing, self->axes);
+    while (homing_is_running(homing) && *interrupts < 2) {
+        if (*interrupts == 1)
+            homing_stop(homing);
+        live_tick(live);
+        cmd_home_progress(self, &shown);
+    }
+    self->dur_ns = live->now_ns - start_ns;
+    if (*interrupts >= 2)
+        live_quick_stop(live);
+    const bool interrupted = *interrupts > 0;
+    interrupt_listen_no_more();
+    if (interrupted)
+        return STATUS_INTERRUPTED;
+    return homing->state == HOMING_DONE ? STATUS_OK : STATUS_REFUSED;
+}
+
+/* --- what came of it --- */
+
+static const char *cmd_home_result(const struct cmd_home *self, unsigned i)
+{
+    const struct homing *homing = &self->live.machine.homing;
+    if (self->live.machine.controller.axis[i].homed)
+        return "homed";
+    if (homing->state == HOMING_FAILED && homing->axis == i)
+        return homing_error_text(homing->error);
+    return "not homed";
+}
+
+static void cmd_home_report_row(struct table *table,
+                                const struct cmd_home *self, unsigned i)
+{
+    const struct controller_axis *axis = &self->live.machine.controller.axis[i];
+    char text[NUMBER_MAX];
+    table_cell(table, "%s", self->live.rig.axis[i].name);
+    number_short(text, axis->feedback.pos_q32, 32);
+    table_cell(table, "%s", axis->homed ? text : "-");
+    number_short(text, axis->offset_q32, 32);
+    table_cell(table, "%s", axis->homed ? text : "-");
+    table_cell(table, "%s", rig_unit_text(self->live.rig.axis[i].unit));
+    table_cell(table, "%s", cmd_home_result(self, i));
+}
+
+static void cmd_home_report(const struct cmd_home *self)
+{
+    static const char *const head[] = { "<axis", ">stands at",
+                                        ">the drive's 0 is", "<unit",
+                                        "<result" };
+    char fault[LIVE_FAULT_MAX];
+    struct table table;
+    table_init(&table, 5, head);
+    for (unsigned i = 0; i < self->live.rig.axis_count; i++)
+        if (cmd_home_has(self, i))
+            cmd_home_report_row(&table, self, i);
+    putchar('\n');
+    table_print(&table, stdout);
+    table_free(&table);
+    live_fault_text(&self->live, fault);
+    if (fault[0] != 0)
+        printf("fault: %s\n", fault);
+    printf("after %.3f s\n", (double)self->dur_ns / 1e9);
+}
+
+static void cmd_home_json(const struct cmd_home *self, enum status status)
+{
+    cJSON *report = cJSON_CreateObject();
+    char fault[LIVE_FAULT_MAX];
+    cJSON_AddBoolToObject(report, "ok", status == STATUS_OK);
+    cJSON *list = cJSON_AddArrayToObject(report, "axes");
+    for (unsigned i = 0; i < self->live.rig.axis_count; i++) {
+        const struct controller_axis *axis =
+            &self->live.machine.controller.axis[i];
+        if (!cmd_home_has(self, i))
+            continue;
+        cJSON *item = cJSON_CreateObject();
+        cJSON_AddItemToArray(list, item);
+        cJSON_AddStringToObject(item, "name", self->live.rig.axis[i].name);
+        cJSON_AddStringToObject(item, "unit",
+                                rig_unit_text(self->live.rig.axis[i].unit));
+        cJSON_AddBoolToObject(item, "homed", axis->homed);
+        cJSON_AddStringToObject(item, "result", cmd_home_result(self, i));
+        json_add_fixed(item, "position", axis->feedback.pos_q32, 32);
+        json_add_fixed(item, "offset", axis->offset_q32, 32);
+    }
+    live_fault_text(&self->live, fault);
+    if (fault[0] != 0)
+        cJSON_AddStringToObject(report, "fault", fault);
+    cJSON_AddNumberToObject(report, "duration_s", (double)self->dur_ns / 1e9);
+    json_print(report, stdout);
+}
+
+/* --- the command --- */
+
+/* All that can be homed, or those that were named. */
+static enum status cmd_home_choose(struct cmd_home *self)
+{
+    const struct rig *rig = &self->live.rig;
+    for (int i = 1; i < self->options->path_count; i++) {
+        const int axis = live_axis(&self->live, "home", self->options->path[i]);
+        if (axis < 0)
+            return STATUS_INPUT;
+        if (rig->axis[axis].homing.by == HOMING_NONE) {
+            fprintf(stderr,
+                    "slew home: axis %s has no homing in the rig, expected "
+                    "one with\n",
+                    rig->axis[axis].name);
+            return STATUS_INPUT;
+        }
+        self->axes |= (uint32_t)1 << axis;
+    }
+    for (unsigned i = 0; self->options->path_count == 1 && i < rig->axis_count;
+         i++)
+        if (rig->axis[i].homing.by != HOMING_NONE)
+            self->axes |= (uint32_t)1 << i;
+    if (self->axes != 0)
+        return STATUS_OK;
+    fputs("slew home: no axis of the rig has homing, expected one with\n",
+          stderr);
+    return STATUS_INPUT;
+}
+
+static enum status cmd_home_rig(struct cmd_home *self)
+{
+    const struct options *options = self->options;
+    enum status status = live_read(&self->live, options);
+    if (status == STATUS_OK)
+        status = cmd_home_choose(self);
+    if (status != STATUS_OK)
+        return status;
+    if (!options->json || options->dry_run)
+        cmd_home_intent(self);
+    if (options->dry_run)
+        return STATUS_OK;
+    if (!live_confirm(options, "home"))
+        return STATUS_INPUT;
+    status = live_open(&self->live, options, false);
+    if (status != STATUS_OK)
+        return status;
+    status = cmd_home_live(self);
+    if (options->json)
+        cmd_home_json(self, status);
+    else
+        cmd_home_report(self);
+    live_disable(&self->live);
+    return status;
+}
+
+static enum status cmd_home_run(const struct options *options)
+{
+    static struct cmd_home self;
+    memset(&self, 0, sizeof self);
+    self.options = options;
+    enum status status = cmd_home_rig(&self);
+    live_close(&self.live);
+    return status;
+}
+
+static const struct option_row cmd_home_option[] = {
+    { "dry-run", NULL, OPTION_FLAG, offsetof(struct options, dry_run),
+      "say what would happen and stop there" },
+    { "real", NULL, OPTION_FLAG, offsetof(struct options, real),
+      "home the real drives, on the interfaces of the rig" },
+    { "yes", NULL, OPTION_FLAG, offsetof(struct options, yes),
+      "do not ask before real drives move" },
+    { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
+      "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
+    { "pty", NULL, OPTION_FLAG, offsetof(struct options, pty),
+      "in real time, simulated Modbus drives behind real pseudo-terminals" },
+    { "realtime", NULL, OPTION_FLAG, offsetof(struct options, realtime),
+      "run on the clock, not in virtual time" },
+    OPTIONS_COMMON,
+};
+
+const struct command cmd_home = {
+    .name = "home",
+    .arguments = "RIG [AXIS...]",
+    .summary = "find out where axes are: switches, the drive's own, or here",
+    .text =
+        "Homes the axes that are named, or all that have `homing` in the rig,\n"
+        "one after the other in the rig's order: to a switch, by the drive's\n"
+        "own homing, or by taking the present position.  Says first what it\n"
+        "will do.  Torque goes off at the end.\n\n"
+        "slew run homes by itself what a move needs; where a drive forgets "
+        "its\n"
+        "zero without torque or power, this only tries it out.\n\n"
+        "Drives are simulated unless --real is given.  One interrupt (Ctrl-C)\n"
+        "stops within the limits, a second one stops every drive at once.\n",
+    .examples = "  slew home --dry-run rig.yaml\n"
+                "  slew home rig.yaml dolly\n"
+                "  slew home --real --yes rig.yaml\n",
+    .path_max = 17,
+    COMMAND_OPTIONS(cmd_home_option),
+    .run = cmd_home_run,
+};

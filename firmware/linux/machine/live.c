@@ -1,0 +1,175 @@
+/* firmware/linux/machine/live.c - see live.h. */
+#include "firmware/linux/machine/live.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "firmware/linux/commands/job.h"
+#include "motion/err.h"
+
+#define LIVE_STOP_NS  INT64_C(300000000)
+#define LIVE_QUICK_NS INT64_C(3000000000)
+
+enum status live_read(struct live *live, const struct options *options)
+{
+    char message[RIG_MESSAGE_MAX];
+    memset(live, 0, sizeof *live);
+    enum status status = job_read_rig(options->path[0], &live->rig);
+    if (status != STATUS_OK || options->interface == NULL)
+        return status;
+    if (rig_set_interfaces(&live->rig, options->interface, message) == 0)
+        return STATUS_OK;
+    fprintf(stderr, "--interface: %s\n", message);
+    return STATUS_INPUT;
+}
+
+enum status live_open(struct live *live, const struct options *options,
+                      bool paced)
+{
+    struct machine_ports ports;
+    char message[RIG_MESSAGE_MAX];
+    if (options->real && options->pty) {
+        fputs("--pty is for simulated drives, --real is not\n", stderr);
+        return STATUS_INPUT;
+    }
+    live->on_clock = options->real || options->realtime || options->pty;
+    live->is_paced = paced && !live->on_clock;
+    clock_linux_init(&live->pace);
+    int err = options->real
+                  ? machine_real_init(&live->real, &live->rig, &ports, message)
+                  : machine_sim_init(&live->sim, &live->rig, live->on_clock,
+                                     &ports, message);
+    if (err == MOTION_OK && options->pty)
+        err =
+            machine_modbus_open(&live->pty, &live->rig, true, &ports, message);
+    if (err == MOTION_OK)
+        err = machine_init(&live->machine, &live->rig, &ports, message);
+    if (err < 0)
+        return job_fail(options->path[0], message);
+    live->start_ns = hal_clock_now_ns(ports.clock);
+    live->now_ns = live->start_ns;
+    return STATUS_OK;
+}
+
+void live_close(struct live *live)
+{
+    machine_modbus_close(&live->pty);
+    machine_real_close(&live->real);
+}
+
+/* Behind by more than this, virtual time does not catch up. */
+#define LIVE_BEHIND_NS INT64_C(50000000)
+static void live_pace(struct live *live)
+{
+    struct hal_clock *clock = &live->pace.clock;
+    const int64_t behind_ns =
+        hal_clock_now_ns(clock) - live->pace_ns - live->now_ns;
+    if (live->pace_ns == 0 || behind_ns > LIVE_BEHIND_NS)
+        live->pace_ns = hal_clock_now_ns(clock) - live->now_ns;
+    while (hal_clock_wait_until(clock, live->pace_ns + live->now_ns) < 0)
+        ; /* a signal woke us; it has been counted */
+}
+
+static void live_wait(struct live *live)
+{
+    struct hal_clock *clock = live->machine.ports.clock;
+    const int64_t period_ns = live->rig.period_ns;
+    live->now_ns += period_ns;
+    if (live->is_paced)
+        live_pace(live);
+    if (live->on_clock) {
+        const int64_t late_ns = hal_clock_now_ns(clock) - live->now_ns;
+        if (late_ns >= period_ns)
+            live->now_ns += late_ns / period_ns * period_ns;
+    }
+    while (hal_clock_wait_until(clock, live->now_ns) < 0)
+        ; /* a signal woke us; it has been counted */
+}
+
+void live_tick(struct live *live)
+{
+    live_wait(live);
+    machine_tick(&live->machine, live->now_ns);
+}
+
+void live_tick_quick_stop(struct live *live)
+{
+    live_wait(live);
+    machine_tick_quick_stop(&live->machine, live->now_ns);
+}
+
+bool live_enable(struct live *live, const volatile sig_atomic_t *interrupts)
+{
+    const struct controller *controller = &live->machine.controller;
+    live_tick(live);
+    if (controller_enable(&live->machine.controller) < 0)
+        return false;
+    while (controller->state == CONTROLLER_OFF && *interrupts == 0)
+        live_tick(live);
+    return controller->state == CONTROLLER_READY;
+}
+
+void live_disable(struct live *live)
+{
+    const int64_t until_ns = live->now_ns + LIVE_STOP_NS;
+    (void)controller_off(&live->machine.controller);
+    while (live->now_ns < until_ns)
+        live_tick(live);
+}
+
+void live_quick_stop(struct live *live)
+{
+    const int64_t until_ns = live->now_ns + LIVE_QUICK_NS;
+    do
+        live_tick_quick_stop(live);
+    while (!machine_is_at_rest(&live->machine) && live->now_ns < until_ns);
+}
+
+void live_fault_text(const struct live *live, char text[LIVE_FAULT_MAX])
+{
+    const struct controller *controller = &live->machine.controller;
+    const struct controller_fault_record *fault = &controller->fault;
+    char trouble[MACHINE_TROUBLE_MAX];
+    const char *words = trouble;
+    text[0] = '\0';
+    if (fault->fault == CONTROLLER_FAULT_NONE)
+        return;
+    machine_trouble_text(&live->machine, trouble);
+    if (fault->axis >= 0)
+        words = controller->axis[fault->axis].feedback.fault_text;
+    snprintf(text, LIVE_FAULT_MAX, "%s: %s%s%s",
+             fault->axis < 0 ? "all axes" : live->rig.axis[fault->axis].name,
+             controller_fault_text(fault->fault), words[0] != 0 ? ", " : "",
+             words);
+}
+
+int live_axis(const struct live *live, const char *command, const char *name)
+{
+    const int axis = rig_axis_index(&live->rig, name);
+    if (axis < 0)
+        fprintf(stderr, "slew %s: no axis \"%s\" in the rig, expected one of",
+                command, name);
+    for (uint32_t i = 0; axis < 0 && i < live->rig.axis_count; i++)
+        fprintf(stderr, "%s %s", i > 0 ? "," : "", live->rig.axis[i].name);
+    if (axis < 0)
+        fputc('\n', stderr);
+    return axis;
+}
+
+bool live_confirm(const struct options *options, const char *command)
+{
+    char line[16] = "";
+    if (!options->real || options->yes)
+        return true;
+    if (!isatty(STDIN_FILENO)) {
+        fprintf(stderr,
+                "slew %s: REAL drives would move, expected --yes, or a "
+                "terminal to ask on\n",
+                command);
+        return false;
+    }
+    fputs("REAL drives will move. Go on? [y/N] ", stderr);
+    return fgets(line, sizeof line, stdin) != NULL &&
+           (line[0] == 'y' || line[0] == 'Y');
+}

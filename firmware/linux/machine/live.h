@@ -1,0 +1,65 @@
+/* firmware/linux/machine/live.h - a machine that an operator looks at or moves
+ * by hand: a rig on simulated or real ports, and its tick.
+ *
+ * For commands without a move: home, jog, monitor.  Simulated in virtual time,
+ * as fast as it goes or as fast as the clock; simulated on the clock; or real. */
+#ifndef FIRMWARE_LINUX_MACHINE_LIVE_H
+#define FIRMWARE_LINUX_MACHINE_LIVE_H
+
+#include <signal.h>
+
+#include "firmware/linux/commands/command.h"
+#include "firmware/linux/machine/machine_real.h"
+#include "firmware/linux/machine/machine_sim.h"
+
+struct live {
+    struct rig rig;
+    struct machine machine;
+    struct machine_sim sim;
+    struct machine_real real;
+    struct machine_modbus pty; /* with --pty */
+    bool on_clock;             /* time passes by itself */
+    bool is_paced;             /* virtual time, no faster than the clock */
+    struct clock_linux pace;
+    int64_t pace_ns;          /* clock minus virtual time */
+    int64_t start_ns, now_ns; /* nominal time of the last tick */
+};
+
+/* Read the rig, options->path[0], and --interface.  STATUS_OK, or STATUS_INPUT
+ * with a line on stderr.  Nothing is opened. */
+enum status live_read(struct live *live, const struct options *options);
+/* Open the ports that the options ask for (real, pty, realtime) and build the
+ * machine on them.  Statuses as above; live_close in either case.  `paced`: for
+ * a person who looks on, virtual time is slowed down to the clock's; a simulated
+ * machine loses no ticks when this one is busy. */
+enum status live_open(struct live *live, const struct options *options,
+                      bool paced);
+void live_close(struct live *live);
+
+/* Wait for the next tick and do it.  When time is past the one after it, whole
+ * periods are left out. */
+void live_tick(struct live *live);
+/* The same, but every drive brakes by its own quick stop. */
+void live_tick_quick_stop(struct live *live);
+
+/* Torque for all axes: ticks until the controller is READY or in FAULT, or
+ * *interrupts is above 0.  True: READY. */
+bool live_enable(struct live *live, const volatile sig_atomic_t *interrupts);
+/* Torque off, and some ticks until it is. */
+void live_disable(struct live *live);
+/* Ticks until the drives stand after a second interrupt, at most 3 s. */
+void live_quick_stop(struct live *live);
+
+/* "slide: the axis does not follow its set points, DRIVE'S WORDS"; "" when
+ * there is no fault. */
+#define LIVE_FAULT_MAX 200
+void live_fault_text(const struct live *live, char text[LIVE_FAULT_MAX]);
+
+/* Index of an axis by name; -1 with a line on stderr. */
+int live_axis(const struct live *live, const char *command, const char *name);
+
+/* With --real: says that things will move and asks on a terminal; elsewhere
+ * --yes is needed.  False: the operator does not want it. */
+bool live_confirm(const struct options *options, const char *command);
+
+#endif

@@ -1,0 +1,19 @@
+/* tests/conform_clock.h - what every clock keeps to (hal/clock.h). */
+#ifndef TESTS_CONFORM_CLOCK_H
+#define TESTS_CONFORM_CLOCK_H
+
+#include "tests/check.h"
+
+#include "hal/clock.h"
+
+struct conform_clock {
+    const char *name;
+    struct hal_clock *clock;
+    /* It wakes no later than this, however busy the machine; 0: never late */
+    int64_t late_ns;
+};
+
+/* Runs all claims; returns how many failed, as cmocka does. */
+int conform_clock(struct conform_clock *bench);
+
+#endif
