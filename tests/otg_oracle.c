@@ -198,10 +198,29 @@ static bool exceeds(const struct big *a, const struct big *b)
     return big_cmp(&by, &size) > 0;
 }
 
+/* And from there the velocity goes to the goal's without a peak. */
+static bool goes_to_goal(struct oracle *g, const struct big *from)
+{
+    int late[2] = { oracle_late(g->plan, -1), oracle_late(g->plan, 1) };
+    struct big lo, hi;
+    big_copy(&lo, from);
+    big_copy(&hi, from);
+    big_mul_int(&hi, &g->unit[ORACLE_VEL], g->plan->goal_vel_q32);
+    widen(&lo, &hi, &hi);
+    widen(&lo, &hi, from);
+    while (g->i < late[0] && g->i < late[1]) {
+        if (exceeds(&g->vel, &hi) || exceeds(&lo, &g->vel))
+            return false;
+        oracle_phase(g);
+        oracle_step(g);
+    }
+    return true;
+}
+
 static bool turn_is_behind_the_peak(struct oracle *g)
 {
     struct big at, lo, hi;
-    bool inside = false;
+    bool inside = g->plan->brake == 0 && !g->outside[0] && !g->outside[1];
     big_set(&lo, 0);
     big_set(&hi, 0);
     while (g->i < g->plan->turn) {
@@ -223,7 +242,8 @@ static bool turn_is_behind_the_peak(struct oracle *g)
     oracle_phase(g);
     oracle_step(g);
     return !(exceeds(&g->vel, &hi) && exceeds(&at, &lo)) &&
-           !(exceeds(&lo, &g->vel) && exceeds(&hi, &at));
+           !(exceeds(&lo, &g->vel) && exceeds(&hi, &at)) &&
+           goes_to_goal(g, &at);
 }
 
 /* Which jerk counts where is for the plan to say, but not as it likes. */

@@ -10,10 +10,8 @@
  *
  *   a start outside its limits   acceleration: until the braking phases end;
  *   velocity: until then, and until the acceleration has let go
- *   a start that must touch      v0 + a0^2 / 2 jerk at or above the limit: no
- *   whole number of ticks does exactly that.  That peak, 2^-18 of the ramp
- *   (or 2^19 of the smallest ticks there are, in a short move) and 2^-27 of
- *   the speed more, until the acceleration has let go
+ *   a start that must touch      v0 + a0^2 / 2 jerk at or above the limit: as
+ *   high as when letting go takes a whole number of ticks, until it has let go
  *   a goal that must have touched     the same backwards in time */
 #ifndef TESTS_OTG_ORACLE_H
 #define TESTS_OTG_ORACLE_H

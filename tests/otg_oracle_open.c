@@ -2,7 +2,7 @@
  * otg_oracle.h. */
 #include "tests/otg_oracle_parts.h"
 
-#define TIE_BITS 52 /* of numbers with 60 */
+#define NS_PER_S INT64_C(1000000000)
 
 /* v + a^2 / 2 j in 2^-32 unit/s is v + a^2 2^15 / j. */
 static void natural(struct oracle_bound *b, int64_t v, int64_t a, int64_t j)
@@ -19,37 +19,25 @@ static void natural(struct oracle_bound *b, int64_t v, int64_t a, int64_t j)
     big_add(&b->num, &b->num, &ramp);
 }
 
-/* The peak, and what no ticks resolve: 2^-18 of the ramp or 2^19 ticks' part,
- * 2^-27 of the speed. */
-static void peak_of(struct oracle_bound *b, int64_t v, int64_t a, int64_t j,
-                    int64_t ticks)
+/* The peak when letting go of a lasts a tick longer, to be a whole number of
+ * them: |a| / 2 times 2^-12 ns more. */
+static void peak_of(struct oracle_bound *b, int64_t v, int64_t a, int64_t j)
 {
-    struct big size, more;
+    struct big more;
     natural(b, v, a, j);
-    big_set(&size, v);
-    big_mul(&size, &size, &b->den);
-    big_sub(&more, &b->num, &size); /* the ramp */
-    size.sign = size.sign != 0;
-    bool is_short = ticks < (int64_t)1 << 37;
-    big_mul_int(&size, &size, is_short ? ticks : 1);
-    big_shl(&more, &more, is_short ? 19 + 27 : 27 - 18);
-    big_add(&more, &more, &size); /* times 2^27 (and ticks) */
-    big_mul_int(&b->num, &b->num, is_short ? ticks : 1);
-    big_mul_int(&b->den, &b->den, is_short ? ticks : 1);
-    big_shl(&b->num, &b->num, 27);
-    big_shl(&b->den, &b->den, 27);
+    big_set(&more, a > 0 ? a : 0);
+    big_mul(&more, &more, &b->den);
+    big_shl(&more, &more, 16 - 13);
+    big_mul_int(&b->num, &b->num, NS_PER_S);
+    big_mul_int(&b->den, &b->den, NS_PER_S);
     big_add(&b->num, &b->num, &more);
 }
 
-/* Does the peak, or what lies TIE_BITS of it above, reach the limit? */
 static bool must_touch(const struct oracle_bound *b, int64_t limit)
 {
-    struct big other, more;
+    struct big other;
     big_mul_int(&other, &b->den, limit);
-    big_shl(&other, &other, TIE_BITS);
-    big_shl(&more, &b->num, TIE_BITS);
-    big_add(&more, &more, &b->num);
-    return big_cmp(&more, &other) >= 0;
+    return big_cmp(&b->num, &other) >= 0;
 }
 
 static bool is_less(const struct oracle_bound *a, const struct oracle_bound *b)
@@ -95,7 +83,6 @@ static void open_velocity(struct oracle *g, int up)
     int64_t v0 = sign * m->start.vel_q32, a0 = sign * m->start.acc_q16;
     int64_t vf = sign * m->goal.vel_q32, af = -sign * m->goal.acc_q16;
     int64_t j = l->jerk_q16, j2 = oracle_closing_jerk(l);
-    int64_t ticks = g->plan->dur_ns_q12 + 1;
     struct oracle_bound at;
     g->outside[up] = false;
     g->let_go[up] = 0;
@@ -105,12 +92,12 @@ static void open_velocity(struct oracle *g, int up)
     if (must_touch(&at, limit) && (v0 > limit || a0 > 0)) {
         g->outside[up] = true;
         g->let_go[up] = phases_until_let_go(g->plan, sign);
-        peak_of(&g->peak[up], v0, a0, j, ticks);
+        peak_of(&g->peak[up], v0, a0, j);
     }
     natural(&at, vf, af, j2);
     if (must_touch(&at, limit) && af > 0) {
         g->late[up] = oracle_late(g->plan, sign);
-        peak_of(&at, vf, af, j2, ticks);
+        peak_of(&at, vf, af, j2);
         if (is_less(&g->peak[up], &at))
             g->peak[up] = at;
     }

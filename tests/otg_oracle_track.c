@@ -85,7 +85,7 @@ static bool is_joined(const struct big *end, const struct motion_segment *s)
     return big_cmp(&gap, &most) < 0;
 }
 
-/* |track - plan| <= four units and what the plan may leave, all along the segment; the plan's unit is 2^-32 /
+/* |track - plan| <= two units and what the plan may leave, all along the segment; the plan's unit is 2^-32 /
  * unit[POS], so both times that and 2^36. */
 static bool is_on_plan(const struct oracle *g, const struct motion_track *made)
 {
@@ -96,7 +96,7 @@ static bool is_on_plan(const struct oracle *g, const struct motion_track *made)
     big_set(&start, g->plan->start_pos_q32);
     big_shl(&start, &start, UNIT_BITS);
     big_sub(&track.c[0], &track.c[0], &start);
-    big_shl(&room, &g->unit[ORACLE_POS], 2 + coarse_bits(made));
+    big_shl(&room, &g->unit[ORACLE_POS], 1 + coarse_bits(made));
     oracle_trim(g, &rest);
     big_mul_int(&rest, &rest, 3);
     big_mul_int(&rest, &rest, g->plan->dur_ns_q12);
@@ -121,11 +121,9 @@ static bool is_on_plan(const struct oracle *g, const struct motion_track *made)
 }
 
 /* v = f' 2^-68 / dur, dur in 2^-12 / 10^9 s: f' 10^9 <= v_q32 dur 2^24, both
- * times the bound's denominator; rounding may add 3 units of 2^-32 unit/s,
- * 2^-50 of the bound, and what a unit in every coefficient (the last takes the
- * residue of all) makes of the slope, 12: all that a short segment can show. */
-#define VEL_BITS 50
-
+ * times the bound's denominator.  Half a unit in every coefficient, and the
+ * last that takes the residue of all, make six of the slope: all that a
+ * segment can show. */
 static bool is_in_limits(const struct oracle *g, const struct motion_segment *s)
 {
     struct big_poly pos, f;
@@ -134,20 +132,15 @@ static bool is_in_limits(const struct oracle *g, const struct motion_segment *s)
     segment_poly(s, &pos);
     for (int up = 0; up < 2; up++) {
         oracle_vel_bound(g, up, &bound);
-        big_mul_int(&room, &bound.den, up ? 3 : -3);
-        big_add(&room, &room, &bound.num);
-        big_shl(&most, &room, VEL_BITS);
-        big_add(&most, &most, &bound.num);
-        big_mul_int(&most, &most, s->dur_ns_q12);
+        big_mul_int(&most, &bound.num, s->dur_ns_q12);
         big_shl(&most, &most, 24);
-        big_mul_int(&room, &bound.den, (up ? 12 : -12) * NS_PER_S);
-        big_shl(&room, &room, VEL_BITS + (unsigned)(UNIT_BITS - s->frac));
+        big_mul_int(&room, &bound.den, (up ? 6 : -6) * NS_PER_S);
+        big_shl(&room, &room, (unsigned)(UNIT_BITS - s->frac));
         big_add(&most, &most, &room);
         f.degree = 4;
         for (int k = 0; k <= 4; k++) {
             big_mul_int(&f.c[k], &pos.c[k + 1], -(k + 1) * NS_PER_S);
             big_mul(&f.c[k], &f.c[k], &bound.den);
-            big_shl(&f.c[k], &f.c[k], VEL_BITS);
         }
         big_add(&f.c[0], &f.c[0], &most);
         for (int k = 0; up == 0 && k <= 4; k++)

@@ -151,6 +151,28 @@ static void only_the_start_may_be_outside(void **state)
     expect(&m, &plan, "acceleration");
 }
 
+/* A plan cannot claim the higher jerk of slowing down from its start on: from
+ * rest to rest, or to go on faster. */
+static void the_highest_speed_is_before_the_turn(void **state)
+{
+    const int64_t start_vel[] = { 0, 10 * ONE };
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(start_vel); i++) {
+        struct motion_otg_move m = {
+            .start.vel_q32 = start_vel[i],
+            .goal.pos_q32 = 500 * ONE,
+            .limit = { 90 * ONE, -90 * ONE, 50 * ACC, -50 * ACC, 80 * ACC, 0 },
+        };
+        struct motion_otg_plan plan;
+        assert_int_equal(motion_otg_make(&m, &plan, NULL), MOTION_OK);
+        m.limit.jerk_down_q16 = 80 * ACC;
+        m.limit.jerk_q16 = 20 * ACC;
+        expect(&m, &plan, "jerk");
+        plan.brake = plan.turn = 0;
+        expect(&m, &plan, "turn");
+    }
+}
+
 /* --- good plans, spoilt --------------------------------------------------- */
 
 static void spoilt(const struct motion_otg_move *m,
@@ -251,6 +273,7 @@ int main(void)
         cmocka_unit_test(one_unit_less_of_any_limit_is_broken),
         cmocka_unit_test(the_jerk_of_slowing_down_is_that_of_its_phases),
         cmocka_unit_test(only_the_start_may_be_outside),
+        cmocka_unit_test(the_highest_speed_is_before_the_turn),
         cmocka_unit_test(one_unit_off_is_seen),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
