@@ -126,10 +126,12 @@ uint64_t motion_otg_num_sqrt(uint64_t a)
     return motion_otg_num_mul(a, motion_otg_num_rsqrt(a));
 }
 
-/* a < 2^(30 + e): the exponent rounded up to a third in three steps. */
+/* a = y 2^(30 + e), y in 1/2 .. 1: a tangent of the root of y, times that of the
+ * power of two. */
 struct num motion_otg_num_cbrt_above(struct num a)
 {
-    static const int32_t root[3] = { 536870912, 676413963, 852229450 };
+    static const int32_t root[3] = { 536870912, 676414963, 852229450 };
     int32_t e = a.e + 30 + 30000;
-    return (struct num){ root[e % 3] + 1, e / 3 - 10000 - 29 };
+    int64_t line = 641582896 + (((int64_t)a.m * 445543677) >> 30); /* Q30 */
+    return num_make(line * root[e % 3], e / 3 - 10000 - 59);
 }

@@ -166,7 +166,7 @@ NUM_INLINE struct num num_sqrt(struct num a)
     return num_unpack(motion_otg_num_sqrt(num_pack(a)));
 }
 
-/* A cube root of a > 0, not below it and at most 2^(1/3) too large. */
+/* A cube root of a > 0, not below it and at most 1.5 % too large. */
 struct num motion_otg_num_cbrt_above(struct num a);
 
 static inline struct motion_real num_real(struct num a)

@@ -246,11 +246,16 @@ void motion_otg_solve(const struct otg_problem *q, struct otg_shape *shape)
 
 void motion_otg_in_jerk(struct otg_problem *q, struct num per_j)
 {
-    struct num *const length[] = { &q->d,  &q->v0, &q->a0, &q->vf, &q->af,
-                                   &q->dv, &q->vx, &q->vn, &q->ax, &q->an };
-    for (size_t i = 0; i < sizeof length / sizeof length[0]; i++)
-        if (length[i]->m != 0)
-            *length[i] = num_mul(*length[i], per_j);
+    q->d = num_mul(q->d, per_j);
+    q->v0 = num_mul(q->v0, per_j);
+    q->a0 = num_mul(q->a0, per_j);
+    q->vf = num_mul(q->vf, per_j);
+    q->af = num_mul(q->af, per_j);
+    q->dv = num_mul(q->dv, per_j);
+    q->vx = num_mul(q->vx, per_j);
+    q->vn = num_mul(q->vn, per_j);
+    q->ax = num_mul(q->ax, per_j);
+    q->an = num_mul(q->an, per_j);
     q->j = q->j2 = q->per_j = q->per_j2 = num_one();
     q->is_unit = true;
 }

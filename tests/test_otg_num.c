@@ -99,6 +99,8 @@ static void inverses_and_roots_are_near(void **state)
         x = value(a);
         assert_near(num_rsqrt(a), 1 / sqrtl(x), 1 / sqrtl(x), 28);
         assert_near(num_sqrt(a), sqrtl(x), sqrtl(x), 27);
+        long double root = value(motion_otg_num_cbrt_above(a)) / cbrtl(x);
+        assert_true(root > 1 - 1e-8L && root < 1.015L);
     }
 }
 
