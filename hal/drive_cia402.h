@@ -51,6 +51,13 @@ enum cia402_state {
 enum cia402_state cia402_state_of(uint16_t statusword);
 const char *cia402_state_text(enum cia402_state state);
 
+/* An object that is written when the drive starts, and read back. */
+struct drive_cia402_parameter {
+    uint16_t index;
+    uint8_t sub, size; /* 1..4 bytes */
+    uint32_t value;
+};
+
 /* How STREAM_POSITION goes out. */
 enum drive_cia402_stream {
     DRIVE_CIA402_CSP, /* mode 8 */
@@ -110,6 +117,8 @@ struct drive_cia402_config {
     /* Node guarding instead of heartbeats, for a drive that has none: asked so
      * often, whole ms, at most half of watchdog_ns; 0: heartbeats */
     int64_t guard_period_ns;
+    const struct drive_cia402_parameter *parameter; /* outlive the drive */
+    unsigned parameter_count;
 };
 
 enum drive_cia402_phase {
@@ -192,6 +201,7 @@ struct drive_cia402 {
     /* the list of SDO steps being run: start-up or preload */
     const struct drive_cia402_step *list;
     unsigned list_at, list_tries; /* list NULL: none */
+    unsigned parameter_at;        /* twice: written, then read back */
     int64_t list_since_ns;        /* of the present step */
 
     /* modes; see drive_cia402_modes.c */

@@ -164,6 +164,30 @@ static int step_other(struct drive_cia402 *self,
     return MOTION_E_TIMEOUT;
 }
 
+/* Each parameter is written, then compared. */
+static int step_parameters(struct drive_cia402 *self, int64_t now_ns)
+{
+    while (self->parameter_at >> 1 < self->config.parameter_count) {
+        const struct drive_cia402_parameter *parameter =
+            &self->config.parameter[self->parameter_at >> 1];
+        const struct drive_cia402_step step = {
+            .kind = (self->parameter_at & 1) == 0 ? STEP_WRITE : STEP_COMPARE,
+            .index = parameter->index,
+            .sub = parameter->sub,
+            .size = parameter->size,
+            .value_of = VALUE_PARAMETER,
+        };
+        const int err = step_transfer(self, &step, now_ns);
+
+        if (err != MOTION_OK)
+            return err;
+        self->parameter_at++;
+        self->list_tries = 0;
+        self->list_since_ns = now_ns;
+    }
+    return MOTION_OK;
+}
+
 /* ---- rows that are left out ---- */
 
 static bool step_if_counted(const struct drive_cia402 *self)
@@ -238,6 +262,8 @@ static bool step_is_left_out(const struct drive_cia402 *self,
 static int step_do(struct drive_cia402 *self,
                    const struct drive_cia402_step *step, int64_t now_ns)
 {
+    if (step->kind == STEP_PARAMETERS)
+        return step_parameters(self, now_ns);
     if (step_is_left_out(self, step))
         return MOTION_OK;
     if (step->kind == STEP_NMT || step->kind == STEP_UNTIL)
@@ -252,6 +278,7 @@ void drive_cia402_list_begin(struct drive_cia402 *self,
     canopen_sdo_drop(&self->node);
     self->list = list;
     self->list_at = 0;
+    self->parameter_at = 0;
     self->list_tries = 0;
     self->list_since_ns = now_ns;
 }

@@ -11,11 +11,12 @@
 
 enum step_kind {
     STEP_END,
-    STEP_READ,    /* give the value to check() */
-    STEP_WRITE,   /* value */
-    STEP_COMPARE, /* read, must be value */
-    STEP_NMT,     /* send the command `value` */
-    STEP_UNTIL,   /* check() says so */
+    STEP_READ,       /* give the value to check() */
+    STEP_WRITE,      /* value */
+    STEP_COMPARE,    /* read, must be value */
+    STEP_NMT,        /* send the command `value` */
+    STEP_UNTIL,      /* check() says so */
+    STEP_PARAMETERS, /* those of the config, written and compared */
 };
 
 /* Bits. */
@@ -50,6 +51,7 @@ enum drive_cia402_value {
     VALUE_FOLLOWING,
     VALUE_QUICK_STOP,
     VALUE_PRELOAD,
+    VALUE_PARAMETER,
     VALUE_MODE,
     VALUE_SYNC_OVERFLOW,
     VALUE_GUARD_TIME,

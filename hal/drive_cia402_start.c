@@ -49,6 +49,8 @@ const struct drive_cia402_step drive_cia402_start_up[] = {
     WRITE_OF(STEP_IF_THERE, 0x60C2, 2, 1, VALUE_INTERPOLATION_EXPONENT),
     COMPARE_OF(STEP_IF_THERE, 0x60C2, 1, 1, VALUE_INTERPOLATION_COUNT),
     COMPARE_OF(STEP_IF_THERE, 0x60C2, 2, 1, VALUE_INTERPOLATION_EXPONENT),
+    /* What the user sets; units and limits below are as it leaves them. */
+    PARAMETERS,
     /* Its units, where they can be contradicted. */
     READ(STEP_IF_TRAVEL | STEP_IF_THERE, 0x608F, 1, CHECK_FACTOR),
     READ(STEP_IF_TRAVEL | STEP_IF_THERE, 0x608F, 2, CHECK_FACTOR),

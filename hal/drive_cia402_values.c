@@ -54,6 +54,11 @@ static uint32_t value_preload(const struct drive_cia402 *self)
     return (uint32_t)self->preload_counts;
 }
 
+static uint32_t value_parameter(const struct drive_cia402 *self)
+{
+    return self->config.parameter[self->parameter_at >> 1].value;
+}
+
 static uint32_t value_mode(const struct drive_cia402 *self)
 {
     return (uint8_t)drive_cia402_mode_wanted(self)->code;
@@ -347,6 +352,7 @@ uint32_t (*const drive_cia402_values[])(const struct drive_cia402 *self) = {
     [VALUE_FOLLOWING] = value_following,
     [VALUE_QUICK_STOP] = value_quick_stop,
     [VALUE_PRELOAD] = value_preload,
+    [VALUE_PARAMETER] = value_parameter,
     [VALUE_MODE] = value_mode,
     [VALUE_SYNC_OVERFLOW] = value_sync_overflow,
     [VALUE_GUARD_TIME] = value_guard_time,

@@ -5,7 +5,6 @@
 #include "hal/drive_modbus_parts.h"
 
 #define STEP_TRIES   3
-#define STATUS_FRESH 2   /* cycles before a status may be believed */
 #define RESET_CYCLES 100 /* for a fault to be gone */
 
 /* What START goes through, after the identification. */
@@ -23,11 +22,17 @@ struct hal_text drive_modbus_say(struct drive_modbus *self, const char *words)
     return text;
 }
 
-static const char *walk_reply_text(const struct hal_modbus_reply *reply)
+const char *drive_modbus_reply_text(const struct hal_modbus_reply *reply)
 {
     if (reply->err == MOTION_E_REFUSED)
         return hal_modbus_exception_text(reply->exception);
     return motion_err_text(reply->err);
+}
+
+bool drive_modbus_is_passing(const struct hal_modbus_reply *reply)
+{
+    return reply->err != MOTION_E_REFUSED || reply->exception == 5 ||
+           reply->exception == 6;
 }
 
 /* Says nothing while no alarm is known. */
@@ -60,7 +65,7 @@ void drive_modbus_latch(struct drive_modbus *self)
     self->phase = DRIVE_MODBUS_LATCHED;
     self->state = HAL_DRIVE_FAULT;
     self->target_ns = 0;
-    self->move = DRIVE_MODBUS_NO_MOVE;
+    drive_modbus_go_drop(self);
     self->run.sequence = NULL;
     if (had_torque)
         drive_modbus_run_begin(self, MODBUS_SEQUENCE_stop);
@@ -71,7 +76,7 @@ void drive_modbus_lose(struct drive_modbus *self, enum hal_drive_state state)
     self->phase = DRIVE_MODBUS_LOST;
     self->state = state;
     self->target_ns = 0;
-    self->move = DRIVE_MODBUS_NO_MOVE;
+    drive_modbus_go_drop(self);
     self->run.sequence = NULL;
 }
 
@@ -135,8 +140,6 @@ static void walk_next_step(struct drive_modbus *self)
 void drive_modbus_run_reply(struct drive_modbus *self,
                             const struct hal_modbus_reply *reply)
 {
-    const bool busy = reply->err == MOTION_E_REFUSED &&
-                      (reply->exception == 5 || reply->exception == 6);
     struct hal_text text;
 
     if (!self->run.asked || self->run.sequence == NULL)
@@ -144,10 +147,10 @@ void drive_modbus_run_reply(struct drive_modbus *self,
     self->run.asked = false;
     if (reply->err == MOTION_OK) {
         walk_next_step(self);
-    } else if ((reply->err == MOTION_E_REFUSED && !busy) ||
+    } else if (!drive_modbus_is_passing(reply) ||
                ++self->run.tries == STEP_TRIES) {
         text = drive_modbus_say(self, "a register was not written: ");
-        hal_text_put(&text, walk_reply_text(reply));
+        hal_text_put(&text, drive_modbus_reply_text(reply));
         drive_modbus_latch(self);
         self->run.sequence = NULL;
     }
@@ -169,7 +172,7 @@ static int walk_until(struct drive_modbus *self,
 {
     struct hal_text text;
 
-    if (self->cycles >= STATUS_FRESH &&
+    if (self->cycles >= DRIVE_MODBUS_FRESH &&
         drive_modbus_status(self, step->status, false) == (step->value != 0)) {
         walk_next_step(self);
         return MOTION_E_AGAIN;
@@ -211,9 +214,15 @@ void drive_modbus_start(struct drive_modbus *self)
     self->phase = DRIVE_MODBUS_START;
     self->state = HAL_DRIVE_OFFLINE;
     self->run.sequence = NULL;
+    self->mode = drive_modbus_first_mode(self->config.map);
+    self->homing = HAL_DRIVE_HOMING_NONE;
+    self->zero_q32 = 0;
     self->start_at = 0;
     self->identified = self->config.map->identify.item == MODBUS_MAP_NO_ITEM;
     self->identify_asked = false;
+    self->parameter_at = 0;
+    self->parameter_tries = 0;
+    self->parameter_asked = false;
     self->fresh = 0;
     self->failures = 0;
     self->actual_ns = 0;
@@ -238,7 +247,7 @@ void drive_modbus_pursue(struct drive_modbus *self)
 
     self->is_reached = false;
     self->target_ns = 0;
-    self->move = DRIVE_MODBUS_NO_MOVE;
+    drive_modbus_go_drop(self);
     self->state = rows[self->request].state;
     drive_modbus_run_begin(self, rows[self->request].sequence);
 }
@@ -272,7 +281,8 @@ static void walk_start_step(struct drive_modbus *self)
         }
     } else if (self->start_at < sizeof walk_start) {
         drive_modbus_run_begin(self, walk_start[self->start_at]);
-    } else if (self->fresh == all && self->actual_ns != 0) {
+    } else if (drive_modbus_parameters_done(self) && self->fresh == all &&
+               self->actual_ns != 0) {
         walk_off(self);
         if (self->request != HAL_DRIVE_REQUEST_OFF)
             drive_modbus_pursue(self);
@@ -321,8 +331,10 @@ static void walk_enabled_step(struct drive_modbus *self)
     if (self->run.sequence == NULL)
         return;
     err = walk_run(self);
-    if (err == MOTION_OK && self->move == DRIVE_MODBUS_MOVE_SENT)
+    if (err == MOTION_OK && self->move == DRIVE_MODBUS_MOVE_SENT) {
         self->move = DRIVE_MODBUS_MOVE_RUNNING;
+        self->moved_ns = self->now_ns;
+    }
     if (err == MOTION_OK) {
         self->run.sequence = NULL;
         self->begun = self->begun || self->begin_asked;
@@ -330,15 +342,6 @@ static void walk_enabled_step(struct drive_modbus *self)
     } else if (err != MOTION_E_AGAIN) {
         drive_modbus_latch(self);
     }
-}
-
-static void walk_move_step(struct drive_modbus *self)
-{
-    if (self->move != DRIVE_MODBUS_MOVE_RUNNING || self->cycles < STATUS_FRESH)
-        return;
-    if (!drive_modbus_status(self, MODBUS_STATUS_moving, false) &&
-        drive_modbus_status(self, MODBUS_STATUS_in_position, true))
-        self->move = DRIVE_MODBUS_NO_MOVE;
 }
 
 static void walk_run_step(struct drive_modbus *self)
@@ -352,7 +355,7 @@ static void walk_run_step(struct drive_modbus *self)
         walk_request_step(self);
     } else if (self->state == HAL_DRIVE_ENABLED) {
         walk_enabled_step(self);
-        walk_move_step(self);
+        drive_modbus_go_step(self);
     }
 }
 
@@ -373,7 +376,7 @@ static void walk_reset_step(struct drive_modbus *self)
         self->run.sequence ==
             &self->config.map->sequence[MODBUS_SEQUENCE_reset]) {
         drive_modbus_run_begin(self, MODBUS_SEQUENCE_disable);
-    } else if (err == MOTION_OK && self->cycles >= STATUS_FRESH &&
+    } else if (err == MOTION_OK && self->cycles >= DRIVE_MODBUS_FRESH &&
                !drive_modbus_status(self, MODBUS_STATUS_fault, false)) {
         self->request = HAL_DRIVE_REQUEST_OFF;
         walk_off(self);

@@ -180,13 +180,55 @@ static int modbus_libmodbus_send_tcp(struct modbus_libmodbus *self,
     return send(fd, frame, (size_t)length, MSG_NOSIGNAL) == length ? 0 : -1;
 }
 
+/* libmodbus does not know how long answers to 2B are: RTU ends with silence,
+ * which adapters that gather bytes stretch; TCP says its length. */
+#define OPEN_SILENT_MS 30
+
+static bool modbus_libmodbus_is_more(const struct modbus_libmodbus *self,
+                                     const uint8_t *frame, unsigned length)
+{
+    const unsigned whole = modbus_libmodbus_is_rtu(self)
+                               ? MODBUS_RTU_FRAME_MAX
+                               : modbus_tcp_whole(frame, length);
+
+    return length < MODBUS_RTU_FRAME_MAX && (whole == 0 || length < whole);
+}
+
+static int modbus_libmodbus_receive_open(struct modbus_libmodbus *self,
+                                         uint8_t *frame)
+{
+    struct pollfd wait = { .fd = modbus_get_socket(self->context),
+                           .events = POLLIN };
+    int wait_ms = (int)(self->config.timeout_ns / MS) + 1;
+    unsigned length = 0;
+
+    if (modbus_libmodbus_is_rtu(self))
+        wait_ms += (int)(modbus_rtu_chars_ns(&self->time, 16) / MS);
+    while (modbus_libmodbus_is_more(self, frame, length) &&
+           poll(&wait, 1, wait_ms) > 0) {
+        const ssize_t got =
+            read(wait.fd, frame + length, MODBUS_RTU_FRAME_MAX - length);
+
+        if (got <= 0) {
+            errno = EIO;
+            return -1;
+        }
+        length += (unsigned)got;
+        wait_ms = OPEN_SILENT_MS;
+    }
+    errno = ETIMEDOUT;
+    return length == 0 ? -1 : (int)length;
+}
+
 /* libmodbus says 0 for a frame of another unit. */
 static void modbus_libmodbus_receive(struct modbus_libmodbus *self,
                                      const struct hal_modbus_request *request,
                                      struct hal_modbus_reply *reply)
 {
     uint8_t frame[MODBUS_TCP_MAX_ADU_LENGTH];
-    const int got = modbus_receive_confirmation(self->context, frame);
+    const int got = request->function == HAL_MODBUS_IDENTIFY
+                        ? modbus_libmodbus_receive_open(self, frame)
+                        : modbus_receive_confirmation(self->context, frame);
 
     if (got <= 0)
         reply->err = got < 0 ? modbus_libmodbus_err(errno) : MOTION_E_PROTOCOL;

@@ -10,7 +10,7 @@
 #define CONTAINER_OF_CONST(pointer, type, field)                               \
     ((const type *)(const void *)((const char *)(pointer)-offsetof(type,       \
                                                                    field)))
-#define ARRAY_LEN(array) (sizeof(array) / sizeof((array)[0]))
+#define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
 
 /* The simulation runs on a PC, where the compiler has 128 bits. */
 __extension__ typedef __int128 sim_i128;

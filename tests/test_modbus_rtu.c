@@ -277,6 +277,59 @@ static void touched_tcp_frames_are_no_answers(void **state)
     assert_true(accepted > 10000); /* in the registers: TCP's own checksum */
 }
 
+/* What a device says of itself: as long as it likes, but whole. */
+static void answers_of_any_length_are_taken_whole_or_not(void **state)
+{
+    /* the specification's examples, 6.13 and 6.21 */
+    static const struct {
+        struct hal_modbus_request request;
+        const char *frame, *answer;
+    } row[] = {
+        { { .unit = 0x11, .function = 0x11 }, "11 11 CD EC", "11 02 2A FF" },
+        { { .unit = 1, .function = 0x2B },
+          "01 2B 0E 01 00 70 77",
+          "2B 0E 01 01 00 00 01 00 03 61 62 63" },
+    };
+    uint8_t frame[MODBUS_RTU_FRAME_MAX], pdu[MODBUS_RTU_FRAME_MAX];
+    struct hal_modbus_reply reply = { 0 };
+
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(row); i++) {
+        const unsigned want = bytes_of(row[i].frame, pdu);
+        const int got = modbus_rtu_put_request(&row[i].request, frame);
+
+        assert_int_equal(got, (int)want);
+        assert_memory_equal(frame, pdu, want);
+        const unsigned length = bytes_of(row[i].answer, pdu);
+        for (unsigned n = 0; n <= length + 1; n++) {
+            modbus_pdu_take_answer(&row[i].request, pdu, n, &reply);
+            /* 2B says of its objects how long they are: its reader looks */
+            if (n == length || (row[i].request.function == 0x2B && n >= 7))
+                assert_int_equal(reply.err, MOTION_OK);
+            else
+                assert_int_equal(reply.err, MOTION_E_PROTOCOL);
+        }
+        modbus_pdu_take_answer(&row[i].request, pdu, length, &reply);
+        assert_int_equal(reply.bytes, length - 1);
+        for (unsigned k = 0; k < reply.bytes; k++)
+            assert_int_equal(
+                (uint8_t)(reply.value[k / 2] >> (k % 2 == 0 ? 8 : 0)),
+                pdu[1 + k]);
+        pdu[0] |= 0x80;
+        pdu[1] = 1;
+        modbus_pdu_take_answer(&row[i].request, pdu, 2, &reply);
+        assert_int_equal(reply.err, MOTION_E_REFUSED);
+        pdu[0] = 3;
+        modbus_pdu_take_answer(&row[i].request, pdu, length, &reply);
+        assert_int_equal(reply.err, MOTION_E_PROTOCOL);
+    }
+    memset(pdu, 0, sizeof pdu);
+    pdu[0] = 0x11;
+    pdu[1] = 250; /* more than a reply has room for */
+    modbus_pdu_take_answer(&row[0].request, pdu, 252, &reply);
+    assert_int_equal(reply.err, MOTION_E_PROTOCOL);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -287,6 +340,7 @@ int main(void)
         cmocka_unit_test(a_cut_or_longer_request_is_refused),
         cmocka_unit_test(any_bytes_are_answered_by_a_slave),
         cmocka_unit_test(touched_tcp_frames_are_no_answers),
+        cmocka_unit_test(answers_of_any_length_are_taken_whole_or_not),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

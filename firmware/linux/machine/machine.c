@@ -74,6 +74,8 @@ static int machine_init_servo(struct machine *machine, unsigned i)
         .acc_q16 = axis->stop_acc_q16,
         .cycle_ns = modbus_budget_cycle_ns(rig, axis->bus),
         .latency_ns = modbus_budget_latency_ns(rig, axis->bus),
+        .parameter = axis->item,
+        .parameter_count = axis->parameter_count,
     };
     machine->axis[i] = &machine->servo[i].drive;
     return drive_modbus_init(&machine->servo[i], &machine->modbus[axis->bus],
@@ -143,6 +145,8 @@ static int machine_init_drive(struct machine *machine, unsigned i)
         .heartbeat_period_ns = rig->heartbeat_ns,
         .watchdog_ns = rig->watchdog_ns,
         .quick_stop_counts_s2 = machine_counts_q16(axis, axis->stop_acc_q16),
+        .parameter = axis->object,
+        .parameter_count = axis->parameter_count,
         .following_error_counts = machine_following_counts(axis),
         .following_error_ms = machine_following_ms(rig),
     };

@@ -11,15 +11,18 @@
 
 #include "firmware/homing.h"
 #include "hal/drive_cia402.h"
+#include "hal/drive_modbus.h"
 #include "hal/gpio.h"
 #include "hal/modbus_libmodbus.h"
 #include "hal/modbus_map.h"
 #include "motion/plan/move.h"
 
-#define RIG_BUSES_MAX 8
-#define RIG_AXES_MAX  16
-#define RIG_MAPS_MAX  4 /* register maps */
-#define RIG_LINES_MAX 32
+#define RIG_BUSES_MAX      8
+#define RIG_AXES_MAX       16
+#define RIG_MAPS_MAX       4 /* register maps */
+#define RIG_LINES_MAX      32
+#define RIG_PARAMETERS_MAX 32
+#define RIG_PATH_MAX       256
 
 enum rig_unit { RIG_UNIT_MM, RIG_UNIT_DEG, RIG_UNIT_REV, RIG_UNIT_COUNT };
 const char *rig_unit_text(enum rig_unit unit); /* "mm" ... */
@@ -112,6 +115,11 @@ struct rig_axis {
     bool unsupervised; /* nothing stops it when the line is dead, and the user
                           says that he knows */
     struct homing_config homing;
+    char eds[RIG_PATH_MAX]; /* CiA 402: the data sheet; "": none */
+    /* what the drive is set to at start-up, one of both by its kind */
+    struct drive_cia402_parameter object[RIG_PARAMETERS_MAX];
+    struct drive_modbus_parameter item[RIG_PARAMETERS_MAX];
+    unsigned parameter_count;
     struct rig_sim sim;
     struct plan_place place;
 };

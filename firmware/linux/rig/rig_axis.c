@@ -108,6 +108,7 @@ static int rig_read_axis(void *reader, uint32_t key,
     };
     memcpy(axis->name, entry->name, strlen(entry->name) + 1);
     self->axis = axis;
+    self->eds = NULL;
     value.expected = "a map with unit, limits, following_error and drive";
     if (yaml_fields_read(&value, &rig_axis_shape, reader, axis) < 0)
         return -1;

@@ -157,6 +157,12 @@ static const struct yaml_field rig_drive_fields[] = {
       "counts per unit of the axis, such as '4096 per mm' or "
       "{num: 1048576, den: 360}",
       rig_read_counts, 0 },
+    { "eds", YAML_OPTIONAL,
+      "the maker's EDS or DCF file, a path from the rig's directory",
+      rig_read_eds, offsetof(struct rig_axis, eds) },
+    { "parameters", YAML_OPTIONAL,
+      "a map of objects and their values, such as {6065: 20000}",
+      rig_read_parameters, 0 },
     { "mode", YAML_OPTIONAL, "csp, ip or csv", rig_read_cia402_mode,
       offsetof(struct rig_axis, cia402.stream) },
     { "bandwidth", YAML_OPTIONAL, "0.1 Hz .. 50 Hz", rig_read_cia402_bandwidth,

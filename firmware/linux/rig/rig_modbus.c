@@ -277,6 +277,9 @@ static const struct yaml_field rig_modbus_drive_fields[] = {
       "yes: the drive does not stop by itself when the line is dead, and "
       "something else takes its torque off",
       rig_read_unsupervised, offsetof(struct rig_axis, unsupervised) },
+    { "parameters", YAML_OPTIONAL,
+      "a map of the register map's items and their values", rig_read_parameters,
+      0 },
 };
 const struct yaml_shape rig_modbus_drive_shape = {
     "modbus_drive", rig_modbus_drive_fields, ARRAY_LEN(rig_modbus_drive_fields)

@@ -18,6 +18,7 @@
 #ifndef FIRMWARE_LINUX_RIG_RIG_PARTS_H
 #define FIRMWARE_LINUX_RIG_RIG_PARTS_H
 
+#include "firmware/linux/rig/eds.h"
 #include "firmware/linux/rig/rig.h"
 #include "firmware/linux/yaml/yaml_shapes.h"
 #include "firmware/linux/yaml/yaml_units.h"
@@ -30,6 +31,7 @@
 struct rig_reader {
     struct rig *rig;
     struct rig_axis *axis; /* being read */
+    const struct eds *eds; /* its drive's data sheet; NULL: none */
     struct units_context units;
 };
 
@@ -72,6 +74,12 @@ int rig_read_drive_kind(void *reader, const struct yaml_value *value,
                         void *out);
 int rig_read_bus_kind(void *reader, const struct yaml_value *value, void *out);
 int rig_read_counts(void *reader, const struct yaml_value *value, void *out);
+
+/* ---- rig_parameters.c ---- */
+
+int rig_read_eds(void *reader, const struct yaml_value *value, void *out);
+int rig_read_parameters(void *reader, const struct yaml_value *value,
+                        void *out);
 
 /* ---- rig_cia402.c ---- */
 

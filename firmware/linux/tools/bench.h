@@ -31,6 +31,7 @@ struct bench {
     struct rig rig; /* bus 0 only, and the axes on it */
     bool is_real;
     struct machine_ports ports; /* of bus 0 */
+    bool has_fd;                /* its CAN port takes FD frames */
     struct machine_sim sim;
     struct machine_real real;
 };

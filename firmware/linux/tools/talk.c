@@ -97,10 +97,14 @@ static void talk_find_axis(struct talk *talk)
 static int talk_sheet(struct talk *talk, const struct talk_config *config,
                       char message[RIG_MESSAGE_MAX])
 {
+    const char *path = config->eds;
+
     talk->eds = NULL;
-    if (config->eds == NULL)
+    if (path == NULL && talk->axis != NULL && talk->axis->eds[0] != '\0')
+        path = talk->axis->eds;
+    if (path == NULL)
         return 0;
-    if (eds_load(config->eds, &talk->sheet, message) < 0)
+    if (eds_load(path, &talk->sheet, message) < 0)
         return -1;
     talk->eds = &talk->sheet;
     return 0;

@@ -1,0 +1,207 @@
+/* firmware/linux/rig/rig_parameters.c - an axis's drive: its data sheet, and
+ * what it is set to at start-up. */
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "firmware/linux/rig/eds_need.h"
+#include "firmware/linux/rig/object.h"
+#include "firmware/linux/rig/rig_parts.h"
+
+/* ---- the data sheet ---- */
+
+/* Relative paths count from the rig's directory. */
+static int rig_beside(const struct yaml_value *value, const char *name,
+                      char path[RIG_PATH_MAX])
+{
+    const char *rig = value->tree->report.path;
+    const char *slash = name[0] == '/' ? NULL : strrchr(rig, '/');
+    const int length =
+        snprintf(path, RIG_PATH_MAX, "%.*s%s",
+                 slash == NULL ? 0 : (int)(slash - rig) + 1, rig, name);
+
+    return length >= RIG_PATH_MAX
+               ? yaml_value_refuse(value, "has too long a path")
+               : 0;
+}
+
+static int rig_judge_eds(const struct yaml_value *value, const struct eds *eds)
+{
+    for (unsigned i = 0; i < eds_need_count; i++) {
+        const struct eds_need *need = &eds_needs[i];
+        const char *lacks = eds_lacks(eds, need);
+
+        if (need->required && lacks != NULL)
+            return yaml_value_refuse(
+                value, "is of a drive that will not do: %04X:%X %s (%s)",
+                need->index, need->sub, lacks, need->why);
+    }
+    return 0;
+}
+
+int rig_read_eds(void *reader, const struct yaml_value *value, void *out)
+{
+    static struct eds sheet;
+    struct rig_reader *self = reader;
+    const char *name = yaml_value_text(value);
+    char message[EDS_MESSAGE_MAX];
+
+    if (name == NULL || rig_beside(value, name, out) < 0)
+        return -1;
+    if (eds_load(out, &sheet, message) < 0)
+        return yaml_value_refuse(value, "cannot be read (%s)", message);
+    self->eds = &sheet;
+    return rig_judge_eds(value, &sheet);
+}
+
+/* ---- parameters ---- */
+
+/* What slew sets at start-up itself; the rig says it elsewhere or not at all. */
+static bool rig_is_own(const struct object *object)
+{
+    static const uint16_t own[] = { 0x1006, 0x1010, 0x1011, 0x1016, 0x1017,
+                                    0x6007, 0x6040, 0x6060, 0x607A, 0x6085,
+                                    0x60C2, 0x60FF, 0x6071 };
+
+    for (size_t i = 0; i < ARRAY_LEN(own); i++)
+        if (object->index == own[i])
+            return true;
+    return object->index >= 0x1400 && object->index < 0x1C00;
+}
+
+/* "5" or "5 u16": the type where nobody else knows it. */
+static int rig_take_type(const struct yaml_value *value, struct object *object,
+                         char number[YAML_QUOTE_MAX])
+{
+    const char *text = yaml_value_text(value);
+    const char *blank;
+    size_t length;
+
+    if (text == NULL)
+        return -1;
+    blank = strchr(text, ' ');
+    length = blank == NULL ? strlen(text) : (size_t)(blank - text);
+    if (length >= YAML_QUOTE_MAX)
+        return yaml_value_refuse(value, "is too long");
+    memcpy(number, text, length);
+    number[length] = '\0';
+    if (blank == NULL && object->type != OBJECT_UNKNOWN)
+        return 0;
+    if (blank == NULL)
+        return yaml_value_refuse(value, "has a type that nobody knows");
+    uint8_t type = OBJECT_UNKNOWN;
+    if (!object_type_of(blank + 1, &type))
+        return yaml_value_refuse(value, "has no such type");
+    if (object->type != OBJECT_UNKNOWN && object->type != type)
+        return yaml_value_refuse(value, "is %s, not %s",
+                                 object_type_text(object->type), blank + 1);
+    object->type = type;
+    return 0;
+}
+
+/* "what is wrong, expected what": both halves of the sentence. */
+static int rig_refuse_message(const struct yaml_value *value, char *message)
+{
+    static const char between[] = ", expected ";
+    struct yaml_value refused = *value;
+    char *expected = strstr(message, between);
+
+    refused.expected = "one that can be written";
+    if (expected != NULL) {
+        *expected = '\0';
+        refused.expected = expected + sizeof between - 1;
+    }
+    return yaml_value_refuse(&refused, "%s", message);
+}
+
+static int rig_object(struct rig_reader *self, const struct yaml_value *key,
+                      const struct yaml_value *value)
+{
+    struct rig_axis *axis = self->axis;
+    char message[OBJECT_MESSAGE_MAX], number[YAML_QUOTE_MAX];
+    struct object object;
+    int64_t wanted = 0;
+
+    if (object_find(yaml_tree_text(key->tree, key->node), self->eds, &object,
+                    message) < 0 ||
+        (self->eds != NULL && !object.in_eds))
+        return yaml_value_refuse(key, "is no object of this drive%s",
+                                 self->eds == NULL ? ""
+                                                   : ", says its data sheet");
+    if (rig_is_own(&object))
+        return yaml_value_refuse(key, "is set by slew itself");
+    if (object.in_eds && !object.readable)
+        return yaml_value_refuse(key, "cannot be read back");
+    if (rig_take_type(value, &object, number) < 0)
+        return -1;
+    if (object_parse(&object, number, &wanted, message) < 0)
+        return rig_refuse_message(value, message);
+    for (unsigned i = 0; i < axis->parameter_count; i++)
+        if (axis->object[i].index == object.index &&
+            axis->object[i].sub == object.sub)
+            return yaml_value_refuse(key, "is there already");
+    axis->object[axis->parameter_count++] = (struct drive_cia402_parameter){
+        .index = object.index,
+        .sub = object.sub,
+        .size = (uint8_t)object_type_size(object.type),
+        .value = (uint32_t)wanted,
+    };
+    return 0;
+}
+
+static int rig_item(struct rig_reader *self, const struct yaml_value *key,
+                    const struct yaml_value *value)
+{
+    struct rig_axis *axis = self->axis;
+    const struct modbus_map *map = &self->rig->map[axis->map];
+    const char *names[MODBUS_MAP_ITEMS_MAX];
+    int64_t min, max, wanted = 0;
+    unsigned item;
+
+    for (unsigned i = 0; i < map->item_count; i++)
+        names[i] = map->item[i].name;
+    const struct yaml_value choice = { key->tree, key->node, "register",
+                                       key->expected };
+    if (yaml_value_choice(&choice, names, map->item_count, &item) < 0)
+        return -1;
+    if (item == map->position || item == map->alarm)
+        return yaml_value_refuse(key, "is what the drive says");
+    modbus_map_range(map->item[item].type, &min, &max);
+    if (yaml_value_integer(value, min, max, &wanted) < 0)
+        return -1;
+    axis->item[axis->parameter_count++] =
+        (struct drive_modbus_parameter){ .item = (uint8_t)item,
+                                         .value = wanted };
+    return 0;
+}
+
+int rig_read_parameters(void *reader, const struct yaml_value *value, void *out)
+{
+    struct rig_reader *self = reader;
+    const struct yaml_tree *tree = value->tree;
+
+    (void)out;
+    if (yaml_value_need(value, YAML_TREE_MAP) < 0)
+        return -1;
+    for (uint32_t key = yaml_value_node(value)->first; key != 0;
+         key = tree->node[tree->node[key].next].next) {
+        const struct yaml_value name = {
+            tree, key, yaml_tree_text(tree, key),
+            "an object such as 6065 or 607D:1, or its name"
+        };
+        const struct yaml_value number = {
+            tree, tree->node[key].next, yaml_tree_text(tree, key),
+            "a whole number, such as 20000 or 0x1F u16"
+        };
+
+        if (self->axis->parameter_count == RIG_PARAMETERS_MAX)
+            return yaml_value_refuse(&name, "is one of more than %d",
+                                     RIG_PARAMETERS_MAX);
+        if ((self->axis->kind == RIG_MODBUS
+                 ? rig_item(self, &name, &number)
+                 : rig_object(self, &name, &number)) < 0)
+            return -1;
+    }
+    return 0;
+}

@@ -1,0 +1,338 @@
+/* firmware/linux/tools/scan_can.c - who is on a CAN bus; see scan.h. */
+#include <stdio.h>
+#include <string.h>
+
+#include "firmware/linux/rig/eds_need.h"
+#include "firmware/linux/tools/lss.h"
+#include "firmware/linux/tools/scan.h"
+#include "hal/drive_cia402.h"
+#include "hal/moteus_frame.h"
+#include "motion/err.h"
+
+#define SCAN_STEP_NS     INT64_C(1000000)
+#define SCAN_PER_STEP    4 /* questions: a quarter of 250 kbit/s */
+#define SCAN_ANSWER_NS   INT64_C(150000000)
+#define SCAN_DETAIL_NS   INT64_C(100000000) /* per answer */
+#define SCAN_PROFILE     402u
+#define SCAN_ODRIVE_BEAT 0x01u /* command, bits 4-0 of the identifier */
+
+/* What was heard. */
+struct scan_ear {
+    bool heard[128];    /* a heartbeat, a boot-up or an answer */
+    uint8_t state[128]; /* NMT */
+    bool has_state[128];
+    unsigned odrive_beats[64];
+    uint8_t axis_state[64];
+    bool moteus[128];
+    bool master; /* SYNC or NMT, not ours */
+};
+
+/* ---- hearing ---- */
+
+static void ear_canopen(struct scan_ear *ear, const struct hal_can_frame *frame)
+{
+    const unsigned function = frame->id >> 7, node = frame->id & 0x7F;
+
+    if (node == 0) {
+        ear->master = ear->master || function == 0 || function == 1;
+        return;
+    }
+    if (function == 0xE && frame->len == 1) {
+        ear->heard[node] = true;
+        ear->has_state[node] = true;
+        ear->state[node] = frame->data[0] & 0x7F;
+    } else if (function == 0xB && frame->len == 8 && frame->data[1] == 0x00 &&
+               frame->data[2] == 0x10) {
+        ear->heard[node] = true; /* about 0x1000, whatever it says */
+    }
+}
+
+/* Error, state 1..14, result, done, 0: no CANopen frame of these identifiers
+ * looks like that twice. */
+static bool ear_is_odrive(const struct hal_can_frame *frame)
+{
+    return (frame->id & 0x1F) == SCAN_ODRIVE_BEAT && frame->len == 8 &&
+           frame->data[4] >= 1 && frame->data[4] <= 14 && frame->data[6] <= 1 &&
+           frame->data[7] == 0 && frame->id >> 7 != 0xB;
+}
+
+/* Both use all 11 bits; a heartbeat of CANopen has one byte, of ODrive eight. */
+static void ear_take(struct scan_ear *ear, const struct hal_can_frame *frame)
+{
+    const unsigned node = frame->id >> 5 & 0x3F;
+    uint8_t id, mode;
+
+    if (moteus_frame_is_hello(frame, &id, &mode) && id < 128) {
+        ear->moteus[id] = true;
+    } else if (frame->extended || frame->remote || frame->fd) {
+        return;
+    } else if (ear_is_odrive(frame)) {
+        ear->odrive_beats[node]++;
+        ear->axis_state[node] = frame->data[4];
+    } else {
+        ear_canopen(ear, frame);
+    }
+}
+
+/* An ODrive beats ten times a second; its identifier may be that of a PDO of a
+ * node that has been heard. */
+static bool ear_has_odrive(const struct scan_ear *ear, unsigned node)
+{
+    const unsigned canopen = (node << 5 | SCAN_ODRIVE_BEAT) & 0x7F;
+
+    return ear->odrive_beats[node] >= 2 && !ear->heard[canopen];
+}
+
+static bool ear_has_odrives(const struct scan_ear *ear)
+{
+    for (unsigned node = 0; node < 64; node++)
+        if (ear_has_odrive(ear, node))
+            return true;
+    return false;
+}
+
+static int ear_listen(struct scan_ear *ear, struct bench *bench, int64_t dur_ns)
+{
+    struct hal_clock *clock = bench->ports.clock;
+    const int64_t end_ns = hal_clock_now_ns(clock) + dur_ns;
+    struct hal_can_frame frame;
+    int got;
+
+    do {
+        while ((got = hal_can_recv(bench->ports.can[0], &frame)) == 1)
+            ear_take(ear, &frame);
+        if (got < 0)
+            return MOTION_E_IO;
+        (void)hal_clock_wait_until(clock,
+                                   hal_clock_now_ns(clock) + SCAN_STEP_NS);
+    } while (hal_clock_now_ns(clock) < end_ns);
+    return MOTION_OK;
+}
+
+/* ---- asking everybody ---- */
+
+static void ask_canopen(uint8_t id, struct hal_can_frame *frame)
+{
+    /* initiate SDO upload of 0x1000:0 */
+    *frame = (struct hal_can_frame){ .id = 0x600u + id,
+                                     .len = 8,
+                                     .data = { 0x40, 0x00, 0x10 } };
+}
+
+static void ask_moteus(uint8_t id, struct hal_can_frame *frame)
+{
+    moteus_frame_hello(frame, id);
+}
+
+static int ask_everybody(struct scan *scan, struct scan_ear *ear,
+                         struct bench *bench,
+                         void (*ask)(uint8_t id, struct hal_can_frame *frame))
+{
+    int err = MOTION_OK;
+
+    for (unsigned id = 1; id < 128 && err == MOTION_OK; id++) {
+        struct hal_can_frame frame;
+
+        ask((uint8_t)id, &frame);
+        (void)hal_can_send(bench->ports.can[0], &frame);
+        if (id % SCAN_PER_STEP != 0 && id != 127)
+            continue;
+        if (scan->progress != NULL)
+            scan->progress("node", id, 127);
+        (void)hal_can_flush(bench->ports.can[0]);
+        err = ear_listen(ear, bench, SCAN_STEP_NS);
+    }
+    return err == MOTION_OK ? ear_listen(ear, bench, SCAN_ANSWER_NS) : err;
+}
+
+/* ---- one node ---- */
+
+static const char *nmt_text(uint8_t state)
+{
+    switch (state) {
+    case CANOPEN_NMT_STOPPED:
+        return "stopped";
+    case CANOPEN_NMT_OPERATIONAL:
+        return "operational";
+    case CANOPEN_NMT_BOOT_UP: /* which it has left by now */
+    case CANOPEN_NMT_PRE_OPERATIONAL_STATE:
+        return "pre-operational";
+    default:
+        return "";
+    }
+}
+
+static void node_name(struct ask_can *ask, struct scan_found *found)
+{
+    uint8_t text[SCAN_TEXT_MAX] = { 0 };
+    uint32_t length = 0;
+
+    if (ask_can_read(ask, 0x1008, 0, text, sizeof text - 1, &length) < 0)
+        return;
+    for (uint32_t i = 0; i < length && text[i] != 0; i++)
+        found->name[i] = text[i] >= ' ' && text[i] < 0x7F ? (char)text[i] : '?';
+}
+
+static void node_identity(struct ask_can *ask, struct scan_found *found)
+{
+    uint32_t *part[] = { &found->identity.vendor, &found->identity.product,
+                         &found->identity.revision, &found->identity.serial };
+
+    for (uint8_t i = 0; i < 4; i++)
+        if (ask_can_read_number(ask, 0x1018, (uint8_t)(i + 1), part[i], NULL) <
+            0)
+            *part[i] = 0;
+}
+
+static void node_drive(struct ask_can *ask, struct scan_found *found)
+{
+    uint32_t modes = EDS_MODE_CSP, word = 0;
+    const size_t used = strlen(found->state);
+
+    (void)ask_can_read_number(ask, 0x6502, 0, &modes, NULL);
+    snprintf(found->fits, sizeof found->fits, "%s",
+             (modes & EDS_MODE_CSP) != 0 ? "kind: cia402"
+                                         : "kind: cia402, but it has no CSP");
+    if (ask_can_read_number(ask, 0x6041, 0, &word, NULL) == MOTION_OK)
+        snprintf(found->state + used, sizeof found->state - used, "%s%s",
+                 used > 0 ? ", " : "",
+                 cia402_state_text(cia402_state_of((uint16_t)word)));
+}
+
+static void node_look(struct scan *scan, struct ask_can *ask,
+                      const struct scan_ear *ear, uint8_t id, const char *bus)
+{
+    struct scan_found *found = scan_add(scan, SCAN_CANOPEN, id, bus);
+    uint32_t device = 0;
+    int err;
+
+    if (found == NULL)
+        return;
+    if (ear->has_state[id])
+        snprintf(found->state, sizeof found->state, "%s",
+                 nmt_text(ear->state[id]));
+    (void)ask_can_node(ask, id);
+    err = ask_can_read_number(ask, 0x1000, 0, &device, NULL);
+    if (err == MOTION_E_TIMEOUT) {
+        snprintf(found->fits, sizeof found->fits,
+                 "nothing: no answer, only a heartbeat");
+        return;
+    }
+    node_name(ask, found);
+    node_identity(ask, found);
+    if (err == MOTION_OK && (device & 0xFFFF) == SCAN_PROFILE)
+        node_drive(ask, found);
+    else
+        snprintf(found->fits, sizeof found->fits,
+                 "nothing: no drive (profile %u)", (unsigned)(device & 0xFFFF));
+}
+
+/* Only one can be seen at a time. */
+static void look_for_numberless(struct scan *scan, struct ask_can *ask,
+                                const char *bus)
+{
+    struct canopen_identity identity = { 0 };
+    struct scan_found *found;
+
+    if (lss_select(ask, NULL, &identity) == MOTION_OK) {
+        found = scan_add(scan, SCAN_NO_NUMBER, 0, bus);
+        if (found != NULL) {
+            found->identity = identity;
+            snprintf(found->state, sizeof found->state, "waits for a number");
+            snprintf(found->fits, sizeof found->fits,
+                     "slew drive lss %.20s node N", bus);
+        }
+    }
+    lss_release(ask);
+}
+
+/* ---- all ---- */
+
+static void add_others(struct scan *scan, const struct scan_ear *ear,
+                       const char *bus)
+{
+    for (unsigned id = 0; id < 64; id++) {
+        struct scan_found *found = ear_has_odrive(ear, id)
+                                       ? scan_add(scan, SCAN_ODRIVE, id, bus)
+                                       : NULL;
+
+        if (found == NULL)
+            continue;
+        snprintf(found->state, sizeof found->state, "axis state %u",
+                 ear->axis_state[id]);
+        snprintf(found->fits, sizeof found->fits, "kind: odrive");
+    }
+    for (unsigned id = 0; id < 128; id++) {
+        struct scan_found *found =
+            ear->moteus[id] ? scan_add(scan, SCAN_MOTEUS, id, bus) : NULL;
+
+        if (found != NULL)
+            snprintf(found->fits, sizeof found->fits, "kind: moteus");
+    }
+}
+
+static int scan_canopen(struct scan *scan, struct scan_ear *ear,
+                        struct bench *bench, const char *bus)
+{
+    struct ask_can ask;
+    const int err = ask_everybody(scan, ear, bench, ask_canopen);
+
+    if (err < 0)
+        return err;
+    ask_can_init(&ask, bench->ports.can[0], bench->ports.clock, SCAN_DETAIL_NS);
+    for (unsigned id = 1; id < 128; id++)
+        if (ear->heard[id])
+            node_look(scan, &ask, ear, (uint8_t)id, bus);
+    look_for_numberless(scan, &ask, bus);
+    return MOTION_OK;
+}
+
+/* Somebody else's questions and ours would get mixed up: what was heard is
+ * all. */
+static void only_heard(struct scan *scan, const struct scan_ear *ear,
+                       const char *bus)
+{
+    scan_note(scan,
+              ear->master ? "%s: another master is on the bus: only listened, "
+                            "nothing was asked"
+                          : "%s: ODrives are on the bus: only listened, "
+                            "CANopen questions could be orders to them",
+              bus);
+    for (unsigned id = 1; id < 128; id++) {
+        struct scan_found *found =
+            ear->heard[id] ? scan_add(scan, SCAN_CANOPEN, id, bus) : NULL;
+
+        if (found != NULL && ear->has_state[id])
+            snprintf(found->state, sizeof found->state, "%s",
+                     nmt_text(ear->state[id]));
+    }
+}
+
+/* Classic nodes take an FD frame for an error: asked only where none is. */
+static bool may_ask_moteus(const struct scan *scan, const struct scan_ear *ear,
+                           const struct bench *bench, unsigned before)
+{
+    return bench->has_fd && !ear->master && !ear_has_odrives(ear) &&
+           scan->count == before;
+}
+
+int scan_can(struct scan *scan, struct bench *bench,
+             const struct scan_config *config)
+{
+    static struct scan_ear ear;
+    const char *bus = bench->rig.bus[0].name;
+    const unsigned before = scan->count;
+    int err;
+
+    ear = (struct scan_ear){ .master = false };
+    err = ear_listen(&ear, bench, config->listen_ns);
+    const bool canopen = bench->rig.bus[0].kind == RIG_CANOPEN;
+    if (err == MOTION_OK && (ear.master || (canopen && ear_has_odrives(&ear))))
+        only_heard(scan, &ear, bus);
+    else if (err == MOTION_OK && canopen)
+        err = scan_canopen(scan, &ear, bench, bus);
+    if (err == MOTION_OK && may_ask_moteus(scan, &ear, bench, before))
+        err = ask_everybody(scan, &ear, bench, ask_moteus);
+    add_others(scan, &ear, bus);
+    return err;
+}
