@@ -255,9 +255,11 @@ static void cia402_home_look(struct sim_cia402 *self)
 {
     const struct cia402_home_method *method =
         cia402_home_find(cia402_home_code(self));
-    const bool active =
-        method != NULL && (cia402_inputs(self) & method->input) != 0;
+    bool active;
 
+    if (method == NULL) /* here: nothing to look for */
+        return;
+    active = (cia402_inputs(self) & method->input) != 0;
     if (self->homing.phase == CIA402_HOME_SEEK)
         cia402_home_seek(self, method, active);
     else if (self->homing.phase == CIA402_HOME_LEAVE ||
