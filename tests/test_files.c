@@ -746,7 +746,7 @@ static const struct {
     { "rig_homing_method_missing.yaml", 12, 13,
       "homing by drive has no 'method'" },
     { "rig_homing_no_line.yaml", 4, 3,
-      "dolly is homed by its home switch, expected a gpio line" },
+      "pan is homed by its home switch, expected a gpio line" },
     { "rig_homing_slow_above.yaml", 12, 48,
       "slow '51 mm/s' is above the speed of the search" },
     { "rig_homing_unused.yaml", 12, 34, "distance is not for homing by here" },
