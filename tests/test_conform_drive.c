@@ -329,8 +329,8 @@ static void modbus_tock(struct conform_drive *b)
 static int64_t modbus_ruler_q32(struct conform_drive *b)
 {
     (void)b;
-    return units_of(sim_modbus_servo_counts(&modbus.servo) << 24, BENCH_COUNTS,
-                    1);
+    return units_of(sim_modbus_servo_counts(&modbus.servo) * (1 << 24),
+                    BENCH_COUNTS, 1);
 }
 
 static void modbus_trouble(struct conform_drive *b,
