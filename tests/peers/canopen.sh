@@ -54,6 +54,7 @@ sim=$!
 sleep 1
 "$python" tests/peers/canopen_master.py vcan0 5 "$dir/servo.eds" ||
     fail "canopen_master.py"
+"$slew" scan --listen 0.3s vcan0 | grep "kind: cia402" || fail "slew scan"
 kill $sim
 wait $sim
 
@@ -68,6 +69,29 @@ until grep -q ready "$dir/servo.out" || [ $tries -gt 2000 ]; do
     sleep 1
     tries=$((tries + 1))
 done
+echo "slew scan and slew drive, python-canopen's LocalNode:"
+tool() # tool TEXT WORD...: slew WORD... says it
+{
+    want=$1
+    shift
+    "$slew" "$@" >"$dir/tool.out" 2>&1
+    if grep -q -- "$want" "$dir/tool.out"; then
+        echo "  slew $1 $2: $want"
+    else
+        cat "$dir/tool.out"
+        fail "slew $*: no \"$want\""
+    fi
+}
+tool "CANopen  *0/192/10000/" scan --listen 0.3s vcan0
+tool "kind: cia402" scan --listen 0.3s vcan0
+tool "switch on disabled" drive get vcan0 5 statusword
+tool "65536 *counts" drive get vcan0 5 6065 --eds "$dir/servo.eds"
+tool "4321 *counts" drive set vcan0 5 6065 4321
+tool "4321 *counts" drive get vcan0 5 "Following error window"
+tool "expected 0 .. 240" drive set vcan0 5 1019 241 --eds "$dir/servo.eds"
+tool "no such object" drive get vcan0 5 2F00
+tool "node 9 does not answer" drive get vcan0 9 1000
+tool "is up (vcan)" doctor --for 0
 if "$slew" run --real --can-log "$dir/frames.log" "$dir" >"$dir/run.out" 2>&1
 then
     grep -E "^axis +4|done after" "$dir/run.out"
