@@ -163,9 +163,9 @@ unsigned modbus_map_blocks(const struct modbus_map *map,
 {
     unsigned count = 0;
 
-    for (uint8_t read = HAL_MODBUS_READ_COILS; read <= HAL_MODBUS_READ_INPUT;
+    for (unsigned read = HAL_MODBUS_READ_COILS; read <= HAL_MODBUS_READ_INPUT;
          read++)
-        count = modbus_map_blocks_of(map, poll, read, count, block);
+        count = modbus_map_blocks_of(map, poll, (uint8_t)read, count, block);
     return count;
 }
 
