@@ -56,13 +56,20 @@ static bool gate_judge(int64_t value, int64_t limit, int64_t factor,
     return motion_fixed_abs(value) <= (uint64_t)most + (uint64_t)rounding;
 }
 
+/* Inside the range; or, where the axis stands outside (homing found it there),
+ * no further out than the set point before. */
 static bool gate_range(const struct controller_axis_config *config,
-                       int64_t pos_q32, int64_t *bad, int64_t *allowed)
+                       const struct controller_axis *axis, int64_t pos_q32,
+                       int64_t *bad, int64_t *allowed)
 {
+    int64_t low_q32 = config->pos_min_q32, high_q32 = config->pos_max_q32;
+    if (axis->sent_count > 0 && axis->sent_q32[0] < low_q32)
+        low_q32 = axis->sent_q32[0];
+    if (axis->sent_count > 0 && axis->sent_q32[0] > high_q32)
+        high_q32 = axis->sent_q32[0];
     *bad = pos_q32;
-    *allowed = pos_q32 < config->pos_min_q32 ? config->pos_min_q32
-                                             : config->pos_max_q32;
-    return pos_q32 >= config->pos_min_q32 && pos_q32 <= config->pos_max_q32;
+    *allowed = pos_q32 < low_q32 ? low_q32 : high_q32;
+    return pos_q32 >= low_q32 && pos_q32 <= high_q32;
 }
 
 /* Ticks since the set point `age` places back, 0 when that is no base for a
@@ -81,7 +88,8 @@ bool controller_gate_pass(const struct controller *controller, unsigned index,
 {
     const struct controller_axis *axis = &controller->axis[index];
     if (controller_range_counts(controller, index) &&
-        !gate_range(&controller->config.axis[index], pos_q32, value, limit))
+        !gate_range(&controller->config.axis[index], axis, pos_q32, value,
+                    limit))
         return false;
     const int64_t n1 = gate_ticks(axis, 0, controller->ticks);
     if (n1 == 0)

@@ -43,6 +43,7 @@ static bool jog_is_playing(const struct controller *controller,
            controller->warp.rate1_q30 == MOTION_CLOCK_WARP_ONE_Q30;
 }
 
+/* From outside it may come in. */
 static bool jog_in_range(const struct controller *controller, unsigned axis,
                          const struct motion_track *track)
 {
@@ -52,7 +53,9 @@ static bool jog_in_range(const struct controller *controller, unsigned axis,
     if (!controller_range_counts(controller, axis))
         return true;
     motion_track_extreme(track, MOTION_POS, &pos);
-    return pos.min >= config->pos_min_q32 && pos.max <= config->pos_max_q32;
+    const int64_t from_q32 = controller->axis[axis].target.pos_q32;
+    return (pos.min >= config->pos_min_q32 || pos.min >= from_q32) &&
+           (pos.max <= config->pos_max_q32 || pos.max <= from_q32);
 }
 
 /* A curve that ends on the border may round to beyond it on its way: goals on

@@ -80,7 +80,8 @@ static bool homing_switch(const struct homing *homing)
     case HOMING_INPUT_HOME:
         break;
     }
-    return controller_input(homing_line(homing));
+    return homing_axis(homing)->feedback.home_switch ||
+           controller_input(homing_line(homing));
 }
 
 /* The limit switch in a direction, unless it is what we look for. */
@@ -317,6 +318,7 @@ static void homing_go(struct homing *homing)
     };
     homing_axis(homing)->seeking = true;
     homing_axis(homing)->by_itself = false;
+    homing->go_q32 = goal.pos_q32;
     if (controller_jog(homing->controller, homing->jog, &goal) < 0)
         homing_fail(homing, HOMING_JOG);
     else
@@ -348,6 +350,10 @@ static void homing_step_go(struct homing *homing)
     }
     if (!homing_at_rest(homing))
         return;
+    if (axis->target.pos_q32 != homing->go_q32) {
+        homing_fail(homing, HOMING_STOPPED);
+        return;
+    }
     homing_release(homing);
     homing_next(homing);
 }

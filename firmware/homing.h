@@ -116,6 +116,7 @@ struct homing {
     int64_t brake_ns; /* BRAKE: since when */
     int64_t edge_q32; /* where the switch was met, before the offset */
     int64_t edge_ns;  /* and when */
+    int64_t go_q32;   /* GO: where to */
 };
 
 /* MOTION_E_ARG for a value out of its range.  `jog` is the caller's. */

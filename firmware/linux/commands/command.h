@@ -25,6 +25,7 @@ struct command {
     const char *text;      /* paragraphs */
     const char *examples;  /* lines, indented */
     int path_max;          /* arguments; 0: 2 */
+    bool negative;         /* arguments may be values below zero */
     bool path_optional;    /* none will do, too */
     const struct option_row *option;
     size_t option_count;
@@ -36,7 +37,7 @@ struct command {
 
 extern const struct command cmd_check, cmd_plan, cmd_sample, cmd_plot, cmd_run,
     cmd_otg, cmd_gallery, cmd_import, cmd_export, cmd_compile, cmd_sim,
-    cmd_drive, cmd_home, cmd_scan, cmd_doctor;
+    cmd_drive, cmd_home, cmd_jog, cmd_monitor, cmd_scan, cmd_doctor;
 
 /* The commands above in the order of the help; NULL at the end. */
 extern const struct command *const command_list[];

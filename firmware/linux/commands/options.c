@@ -190,6 +190,20 @@ static int options_paths(const struct command *command, int argc, char *argv[],
     return 0;
 }
 
+/* -10mm is a value, not ten options: it is handed on with a blank in front. */
+static void options_negative(int argc, char *argv[])
+{
+    static char text[OPTIONS_PATHS_MAX][64];
+    int used = 0;
+    for (int i = 1; i < argc && used < OPTIONS_PATHS_MAX; i++) {
+        if (argv[i][0] != '-' || strchr(".0123456789", argv[i][1]) == NULL ||
+            argv[i][1] == 0 || strlen(argv[i]) + 2 > sizeof text[0])
+            continue;
+        snprintf(text[used], sizeof text[0], " %s", argv[i]);
+        argv[i] = text[used++];
+    }
+}
+
 int options_parse(const struct command *command, int argc, char *argv[],
                   struct options *options)
 {
@@ -201,11 +215,15 @@ int options_parse(const struct command *command, int argc, char *argv[],
         .to_ns = -1,
         .hold_at_ns = -1,
         .resume_after_ns = -1,
+        .dead_man_ns = -1,
+        .key_every_ns = -1,
         .override_q30 = -1,
         .row = -1,
     };
     for (int i = 0; i < OTG_VALUES; i++)
         options->motion[i] = (double)NAN;
+    if (command->negative)
+        options_negative(argc, argv);
     optind = 0; /* glibc: start anew */
     for (;;) {
         int code = getopt_long(argc, argv, ":h", list, NULL);

@@ -46,9 +46,12 @@ struct options {
     const char *bus, *sheet, *map, *type, *parity; /* drive, scan */
     const char *identity, *units, *bauds;
     bool store, yes;
+    bool home, once;                     /* jog, monitor */
     int64_t baud, timeout_ns, listen_ns; /* 0 when not given */
     int64_t rate_uhz;
     int64_t from_ns, to_ns, hold_at_ns, resume_after_ns;
+    const char *speed, *keys;          /* jog */
+    int64_t dead_man_ns, key_every_ns; /* jog */
     int64_t override_q30;
     int64_t row;               /* -1 when not given */
     double motion[OTG_VALUES]; /* NAN when not given */

@@ -33,9 +33,9 @@ enum status live_open(struct live *live, const struct options *options,
         fputs("--pty is for simulated drives, --real is not\n", stderr);
         return STATUS_INPUT;
     }
-    live->is_real = options->real;
-    live->on_clock =
-        options->real || options->realtime || options->pty || paced;
+    live->on_clock = options->real || options->realtime || options->pty;
+    live->is_paced = paced && !live->on_clock;
+    clock_linux_init(&live->pace);
     int err = options->real
                   ? machine_real_init(&live->real, &live->rig, &ports, message)
                   : machine_sim_init(&live->sim, &live->rig, live->on_clock,
@@ -58,11 +58,26 @@ void live_close(struct live *live)
     machine_real_close(&live->real);
 }
 
+/* Behind by more than this, virtual time does not catch up. */
+#define LIVE_BEHIND_NS INT64_C(50000000)
+static void live_pace(struct live *live)
+{
+    struct hal_clock *clock = &live->pace.clock;
+    const int64_t behind_ns =
+        hal_clock_now_ns(clock) - live->pace_ns - live->now_ns;
+    if (live->pace_ns == 0 || behind_ns > LIVE_BEHIND_NS)
+        live->pace_ns = hal_clock_now_ns(clock) - live->now_ns;
+    while (hal_clock_wait_until(clock, live->pace_ns + live->now_ns) < 0)
+        ; /* a signal woke us; it has been counted */
+}
+
 static void live_wait(struct live *live)
 {
     struct hal_clock *clock = live->machine.ports.clock;
     const int64_t period_ns = live->rig.period_ns;
     live->now_ns += period_ns;
+    if (live->is_paced)
+        live_pace(live);
     if (live->on_clock) {
         const int64_t late_ns = hal_clock_now_ns(clock) - live->now_ns;
         if (late_ns >= period_ns)

@@ -1,8 +1,8 @@
 /* firmware/linux/machine/live.h - a machine that an operator looks at or moves
  * by hand: a rig on simulated or real ports, and its tick.
  *
- * For commands without a move: home, jog, monitor.  Simulated in virtual time
- * (as fast as it goes), simulated on the clock, or real. */
+ * For commands without a move: home, jog, monitor.  Simulated in virtual time,
+ * as fast as it goes or as fast as the clock; simulated on the clock; or real. */
 #ifndef FIRMWARE_LINUX_MACHINE_LIVE_H
 #define FIRMWARE_LINUX_MACHINE_LIVE_H
 
@@ -19,7 +19,9 @@ struct live {
     struct machine_real real;
     struct machine_modbus pty; /* with --pty */
     bool on_clock;             /* time passes by itself */
-    bool is_real;
+    bool is_paced;             /* virtual time, no faster than the clock */
+    struct clock_linux pace;
+    int64_t pace_ns;          /* clock minus virtual time */
     int64_t start_ns, now_ns; /* nominal time of the last tick */
 };
 
@@ -27,8 +29,9 @@ struct live {
  * with a line on stderr.  Nothing is opened. */
 enum status live_read(struct live *live, const struct options *options);
 /* Open the ports that the options ask for (real, pty, realtime) and build the
- * machine on them.  Statuses as above; live_close in either case.  `paced`: on
- * the clock also when simulated, for a person who looks on. */
+ * machine on them.  Statuses as above; live_close in either case.  `paced`: for
+ * a person who looks on, virtual time is slowed down to the clock's; a simulated
+ * machine loses no ticks when this one is busy. */
 enum status live_open(struct live *live, const struct options *options,
                       bool paced);
 void live_close(struct live *live);

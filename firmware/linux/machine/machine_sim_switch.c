@@ -6,17 +6,27 @@
 
 #define SWITCH_LOOK_NS INT64_C(250000)
 
-/* In the axis's unit, from 2^-24 counts. */
+static int64_t machine_sim_counts_q24(const struct machine_sim *sim, unsigned i)
+{
+    switch (sim->rig->axis[i].kind) {
+    case RIG_CIA402:
+        return sim_cia402_pos_q24(&sim->servo[i]);
+    case RIG_ODRIVE:
+        return sim_odrive_pos_q24(&sim->odrive[i]);
+    case RIG_MOTEUS:
+        return sim_moteus_pos_q24(&sim->moteus[i]);
+    case RIG_MODBUS:
+        break;
+    }
+    return sim_modbus_servo_counts(&sim->modbus_servo[i]) * (1 << 24);
+}
+
 int64_t machine_sim_pos_q32(const struct machine_sim *sim, unsigned i)
 {
     const struct rig_axis *axis = &sim->rig->axis[i];
-    int64_t counts_q24, pos_q32;
-    if (axis->kind == RIG_CIA402)
-        counts_q24 = sim_cia402_pos_q24(&sim->servo[i]);
-    else
-        counts_q24 = sim_modbus_servo_counts(&sim->modbus_servo[i])
-                     << 24; /* 32-bit counts */
-    if (motion_fixed_muldiv(counts_q24, axis->counts_den << 8, axis->counts_num,
+    int64_t pos_q32;
+    if (motion_fixed_muldiv(machine_sim_counts_q24(sim, i),
+                            axis->counts_den << 8, axis->counts_num,
                             &pos_q32) < 0)
         return 0;
     return pos_q32;

@@ -1,0 +1,469 @@
+/* firmware/linux/commands/cmd_jog.c - slew jog: move one axis by hand. */
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "firmware/linux/base/interrupt.h"
+#include "firmware/linux/base/json.h"
+#include "firmware/linux/base/number.h"
+#include "firmware/linux/base/units.h"
+#include "firmware/linux/commands/command.h"
+#include "firmware/linux/commands/jog_keys.h"
+#include "firmware/linux/machine/live.h"
+#include "motion/err.h"
+#include "motion/fixed.h"
+#include "motion/otg.h"
+
+#define CMD_JOG_DEAD_MAN_NS INT64_C(250000000)
+#define CMD_JOG_EVERY_NS    INT64_C(2000000000)
+
+/* What the words after the axis say. */
+enum cmd_jog_kind { JOG_BY_KEYS, JOG_BY, JOG_TO, JOG_AT };
+
+struct cmd_jog {
+    const struct options *options;
+    struct live live;
+    struct jog_keys keys;
+    unsigned axis;
+    enum cmd_jog_kind kind;
+    int64_t pos_q32;   /* BY: distance, TO: where */
+    int64_t speed_q32; /* highest, > 0 */
+    int direction;     /* AT */
+    int64_t for_ns;    /* AT */
+    int64_t from_q32, dur_ns;
+};
+
+static const struct rig_axis *cmd_jog_axis(const struct cmd_jog *self)
+{
+    return &self->live.rig.axis[self->axis];
+}
+
+/* --- the words --- */
+
+/* All words from `first` up to `end`, parted by blanks: units may stand apart. */
+static void cmd_jog_join(const struct cmd_jog *self, int first, int end,
+                         char *text, size_t room)
+{
+    size_t at = 0;
+    text[0] = 0;
+    for (int i = first; i < end && at < room; i++)
+        at += (size_t)snprintf(text + at, room - at, "%s%s",
+                               i > first ? " " : "", self->options->path[i]);
+}
+
+static int cmd_jog_value(const struct cmd_jog *self, int first, int end,
+                         enum units_quantity quantity, int64_t *out)
+{
+    const struct units_context units = { .unit = cmd_jog_axis(self)->unit };
+    char text[128], sentence[UNITS_SENTENCE_MAX];
+    cmd_jog_join(self, first, end, text, sizeof text);
+    if (units_parse(text, quantity, &units, out, sentence) == 0)
+        return 0;
+    fprintf(stderr, "slew jog: %s\n", sentence);
+    return -1;
+}
+
+static int cmd_jog_fail(void)
+{
+    fputs("slew jog: expected +10mm, -10mm, to 45deg, or at 5mm/s for 2s\n",
+          stderr);
+    return -1;
+}
+
+static int cmd_jog_find(const struct cmd_jog *self, const char *word)
+{
+    for (int i = 2; i < self->options->path_count; i++)
+        if (strcmp(self->options->path[i], word) == 0)
+            return i;
+    return -1;
+}
+
+static int cmd_jog_read_at(struct cmd_jog *self)
+{
+    const int count = self->options->path_count;
+    const int split = cmd_jog_find(self, "for");
+    int64_t for_ns_q12;
+    if (split < 4 || split + 1 >= count)
+        return cmd_jog_fail();
+    if (cmd_jog_value(self, 3, split, UNITS_VELOCITY, &self->speed_q32) < 0 ||
+        cmd_jog_value(self, split + 1, count, UNITS_TIME, &for_ns_q12) < 0)
+        return -1;
+    self->kind = JOG_AT;
+    self->direction = self->speed_q32 < 0 ? -1 : 1;
+    if (self->speed_q32 < 0)
+        self->speed_q32 = -self->speed_q32;
+    self->for_ns = for_ns_q12 / MOTION_FIXED_NS_Q12;
+    return self->speed_q32 == 0 || self->for_ns <= 0 ? cmd_jog_fail() : 0;
+}
+
+static int cmd_jog_read(struct cmd_jog *self)
+{
+    const struct options *options = self->options;
+    const char *word = options->path_count > 2 ? options->path[2] : NULL;
+    if (word == NULL)
+        return 0;
+    if (strcmp(word, "at") == 0)
+        return cmd_jog_read_at(self);
+    self->kind = strcmp(word, "to") == 0 ? JOG_TO : JOG_BY;
+    if (self->kind == JOG_BY && strchr("+- ", word[0]) == NULL)
+        return cmd_jog_fail();
+    const int first = self->kind == JOG_TO ? 3 : 2;
+    if (first >= options->path_count)
+        return cmd_jog_fail();
+    return cmd_jog_value(self, first, options->path_count, UNITS_POSITION,
+                         &self->pos_q32);
+}
+
+/* --speed, or a quarter of the limit. */
+static int cmd_jog_speed(struct cmd_jog *self)
+{
+    const struct rig_axis *axis = cmd_jog_axis(self);
+    const struct units_context units = { .unit = axis->unit };
+    char sentence[UNITS_SENTENCE_MAX];
+    if (self->kind == JOG_AT)
+        return 0;
+    if (self->options->speed == NULL) {
+        self->speed_q32 =
+            self->kind == JOG_BY_KEYS ? 0 : axis->limit.vel_q32 / 4 + 1;
+        return 0;
+    }
+    if (units_parse(self->options->speed, UNITS_VELOCITY, &units,
+                    &self->speed_q32, sentence) < 0) {
+        fprintf(stderr, "slew jog: --speed: %s\n", sentence);
+        return -1;
+    }
+    if (self->speed_q32 > 0)
+        return 0;
+    fputs("slew jog: --speed is not above zero, expected a speed such as "
+          "5mm/s\n",
+          stderr);
+    return -1;
+}
+
+static enum status cmd_jog_limits(const struct cmd_jog *self)
+{
+    const struct rig_axis *axis = cmd_jog_axis(self);
+    char speed[NUMBER_MAX], limit[NUMBER_MAX];
+    if (self->speed_q32 > axis->limit.vel_q32) {
+        number_short(speed, self->speed_q32, 32);
+        number_short(limit, axis->limit.vel_q32, 32);
+        fprintf(stderr,
+                "slew jog: %s %s/s is above the limit of %s, expected at most "
+                "%s %s/s\n",
+                speed, rig_unit_text(axis->unit), axis->name, limit,
+                rig_unit_text(axis->unit));
+        return STATUS_REFUSED;
+    }
+    if (self->kind != JOG_TO || (self->pos_q32 >= axis->limit.pos_min_q32 &&
+                                 self->pos_q32 <= axis->limit.pos_max_q32))
+        return STATUS_OK;
+    fprintf(stderr, "slew jog: that is outside the limits of %s\n", axis->name);
+    return STATUS_REFUSED;
+}
+
+/* --- what will happen --- */
+
+/* How long a way takes from rest to rest; -1: it cannot be planned. */
+static double cmd_jog_duration_s(const struct cmd_jog *self, int64_t way_q32)
+{
+    const struct plan_limit *limit = &cmd_jog_axis(self)->limit;
+    struct motion_otg_plan plan;
+    const struct motion_otg_move move = {
+        .goal = { .pos_q32 = way_q32 },
+        .limit = { .vel_max_q32 = self->speed_q32,
+                   .vel_min_q32 = -self->speed_q32,
+                   .acc_max_q16 = limit->acc_q16,
+                   .acc_min_q16 = -limit->acc_q16,
+                   .jerk_q16 = limit->jerk_q16 },
+    };
+    if (motion_otg_make(&move, &plan, NULL) < 0)
+        return -1;
+    return number_double(plan.dur_ns_q12, 12) / 1e9;
+}
+
+static void cmd_jog_intent(const struct cmd_jog *self)
+{
+    const struct rig_axis *axis = cmd_jog_axis(self);
+    const char *unit = rig_unit_text(axis->unit);
+    char pos[NUMBER_MAX], speed[NUMBER_MAX], acc[NUMBER_MAX];
+    number_short(pos, self->pos_q32, 32);
+    number_short(speed, self->speed_q32, 32);
+    number_short(acc, axis->limit.acc_q16, 16);
+    printf("%s drives, %s: ", self->options->real ? "REAL" : "simulated",
+           axis->name);
+    if (self->kind == JOG_AT)
+        printf("%s %s/s in the %s direction for %.3f s, then to rest", speed,
+               unit, self->direction < 0 ? "negative" : "positive",
+               (double)self->for_ns / 1e9);
+    else if (self->kind == JOG_BY)
+        printf("%s %s from where it is, %.3f s", pos, unit,
+               cmd_jog_duration_s(self, self->pos_q32));
+    else if (self->kind == JOG_TO)
+        printf("to %s %s", pos, unit);
+    else
+        printf("by keys");
+    if (self->kind == JOG_BY || self->kind == JOG_TO)
+        printf(", at most %s %s/s", speed, unit);
+    printf(", at most %s %s/s2\n", acc, unit);
+    fflush(stdout);
+}
+
+/* --- doing it --- */
+
+static int cmd_jog_start(struct cmd_jog *self)
+{
+    struct controller *controller = &self->live.machine.controller;
+    struct controller_jog_goal goal = { .axis = self->axis,
+                                        .pos_q32 = self->pos_q32,
+                                        .vel_q32 = self->speed_q32 };
+    int err = MOTION_OK;
+    self->from_q32 = controller->axis[self->axis].target.pos_q32;
+    if (self->kind == JOG_BY)
+        err = motion_fixed_add(self->from_q32, self->pos_q32, &goal.pos_q32);
+    if (self->kind == JOG_AT) {
+        goal.pos_q32 = jog_far_q32(&self->live, self->axis, self->direction,
+                                   self->speed_q32);
+        goal.until_ns = self->live.now_ns + self->for_ns;
+    }
+    return err < 0 ? err
+                   : controller_jog(controller, &self->live.machine.jog, &goal);
+}
+
+static enum status cmd_jog_once(struct cmd_jog *self,
+                                const volatile sig_atomic_t *interrupts)
+{
+    struct live *live = &self->live;
+    const struct controller *controller = &live->machine.controller;
+    const int64_t start_ns = live->now_ns;
+    int err = cmd_jog_start(self);
+    if (err < 0) {
+        fprintf(stderr, "slew jog: %s: %s\n", cmd_jog_axis(self)->name,
+                err == MOTION_E_LIMIT ? "that is outside its limits"
+                                      : motion_err_text(err));
+        return STATUS_REFUSED;
+    }
+    bool stopped = false;
+    while ((controller->state == CONTROLLER_MOVING ||
+            controller->state == CONTROLLER_STOPPING) &&
+           *interrupts < 2) {
+        if (*interrupts == 1 && !stopped)
+            stopped = controller_jog_stop(&live->machine.controller,
+                                          &live->machine.jog, false) >= 0;
+        live_tick(live);
+    }
+    self->dur_ns = live->now_ns - start_ns;
+    for (int i = 0; i < 100 && controller->state == CONTROLLER_READY; i++)
+        live_tick(live); /* the servo settles */
+    if (*interrupts >= 2)
+        live_quick_stop(live);
+    if (*interrupts > 0)
+        return STATUS_INTERRUPTED;
+    return controller->fault.fault == CONTROLLER_FAULT_NONE ? STATUS_OK
+                                                            : STATUS_REFUSED;
+}
+
+/* Is the axis homed, or does it not matter? */
+static enum status cmd_jog_home(struct cmd_jog *self,
+                                const volatile sig_atomic_t *interrupts)
+{
+    struct machine *machine = &self->live.machine;
+    const bool homed = machine->controller.axis[self->axis].homed;
+    if (homed || (self->kind != JOG_TO && !self->options->home))
+        return STATUS_OK;
+    if (!self->options->home) {
+        fprintf(stderr,
+                "slew jog: %s is not homed, so it cannot go to a position, "
+                "expected --home to home it first\n",
+                cmd_jog_axis(self)->name);
+        return STATUS_REFUSED;
+    }
+    homing_start(&machine->homing, (uint32_t)1 << self->axis);
+    while (homing_is_running(&machine->homing) && *interrupts < 2) {
+        if (*interrupts == 1)
+            homing_stop(&machine->homing);
+        live_tick(&self->live);
+    }
+    if (machine->homing.state == HOMING_DONE)
+        return STATUS_OK;
+    fprintf(stderr, "slew jog: homing of %s: %s\n", cmd_jog_axis(self)->name,
+            homing_error_text(machine->homing.error));
+    return *interrupts > 0 ? STATUS_INTERRUPTED : STATUS_REFUSED;
+}
+
+static enum status cmd_jog_keys(struct cmd_jog *self,
+                                const volatile sig_atomic_t *interrupts)
+{
+    const struct options *options = self->options;
+    const struct jog_keys_config config = {
+        .axis = self->axis,
+        .speed_q32 = self->speed_q32,
+        .dead_man_ns = options->dead_man_ns < 0 ? CMD_JOG_DEAD_MAN_NS
+                                                : options->dead_man_ns,
+    };
+    enum status status =
+        jog_keys_run(&self->keys, &self->live, &config, interrupts);
+    if (status != STATUS_OK || options->keys == NULL || self->keys.keys == 0)
+        return status;
+    return jog_keys_save(&self->keys, options->keys,
+                         options->key_every_ns < 0 ? CMD_JOG_EVERY_NS
+                                                   : options->key_every_ns) < 0
+               ? STATUS_SYSTEM
+               : STATUS_OK;
+}
+
+static enum status cmd_jog_live(struct cmd_jog *self)
+{
+    const volatile sig_atomic_t *interrupts = interrupt_listen();
+    enum status status = STATUS_REFUSED;
+    if (live_enable(&self->live, interrupts))
+        status = cmd_jog_home(self, interrupts);
+    if (status == STATUS_OK && self->kind == JOG_BY_KEYS)
+        status = cmd_jog_keys(self, interrupts);
+    else if (status == STATUS_OK)
+        status = cmd_jog_once(self, interrupts);
+    interrupt_listen_no_more();
+    return status;
+}
+
+/* --- what came of it --- */
+
+static void cmd_jog_report(const struct cmd_jog *self, enum status status)
+{
+    const struct rig_axis *axis = cmd_jog_axis(self);
+    const struct controller_axis *at =
+        &self->live.machine.controller.axis[self->axis];
+    char from[NUMBER_MAX], pos[NUMBER_MAX], fault[LIVE_FAULT_MAX];
+    live_fault_text(&self->live, fault);
+    if (self->options->json) {
+        cJSON *report = cJSON_CreateObject();
+        cJSON_AddBoolToObject(report, "ok", status == STATUS_OK);
+        cJSON_AddStringToObject(report, "axis", axis->name);
+        cJSON_AddStringToObject(report, "unit", rig_unit_text(axis->unit));
+        json_add_fixed(report, "from", self->from_q32, 32);
+        json_add_fixed(report, "position", at->feedback.pos_q32, 32);
+        cJSON_AddBoolToObject(report, "homed", at->homed);
+        cJSON_AddNumberToObject(report, "duration_s",
+                                (double)self->dur_ns / 1e9);
+        if (fault[0] != 0)
+            cJSON_AddStringToObject(report, "fault", fault);
+        json_print(report, stdout);
+        return;
+    }
+    number_fixed(from, self->from_q32, 32, 4);
+    number_fixed(pos, at->feedback.pos_q32, 32, 4);
+    if (self->kind != JOG_BY_KEYS && self->dur_ns > 0)
+        printf("%s: from %s to %s %s%s in %.3f s\n", axis->name, from, pos,
+               rig_unit_text(axis->unit), at->homed ? "" : " (unhomed)",
+               (double)self->dur_ns / 1e9);
+    if (fault[0] != 0)
+        printf("fault: %s\n", fault);
+}
+
+/* --- the command --- */
+
+static enum status cmd_jog_words(struct cmd_jog *self)
+{
+    const struct options *options = self->options;
+    if (options->path_count < 2) {
+        fputs("slew jog: which axis? expected RIG AXIS\n", stderr);
+        return STATUS_INPUT;
+    }
+    const int axis = live_axis(&self->live, "jog", options->path[1]);
+    if (axis < 0)
+        return STATUS_INPUT;
+    self->axis = (unsigned)axis;
+    if (cmd_jog_read(self) < 0 || cmd_jog_speed(self) < 0)
+        return STATUS_INPUT;
+    if (options->keys != NULL && access(options->keys, F_OK) == 0) {
+        fprintf(stderr,
+                "%s: is there already, expected a new file for the keys\n",
+                options->keys);
+        return STATUS_INPUT;
+    }
+    return cmd_jog_limits(self);
+}
+
+static enum status cmd_jog_rig(struct cmd_jog *self)
+{
+    const struct options *options = self->options;
+    enum status status = live_read(&self->live, options);
+    if (status == STATUS_OK)
+        status = cmd_jog_words(self);
+    if (status != STATUS_OK)
+        return status;
+    if (!options->json || options->dry_run)
+        cmd_jog_intent(self);
+    if (options->dry_run)
+        return STATUS_OK;
+    if (!live_confirm(options, "jog"))
+        return STATUS_INPUT;
+    status = live_open(&self->live, options, self->kind == JOG_BY_KEYS);
+    if (status != STATUS_OK)
+        return status;
+    status = cmd_jog_live(self);
+    cmd_jog_report(self, status);
+    live_disable(&self->live);
+    return status;
+}
+
+static enum status cmd_jog_run(const struct options *options)
+{
+    static struct cmd_jog self;
+    memset(&self, 0, sizeof self);
+    self.options = options;
+    enum status status = cmd_jog_rig(&self);
+    live_close(&self.live);
+    return status;
+}
+
+static const struct option_row cmd_jog_option[] = {
+    { "speed", "SPEED", OPTION_TEXT, offsetof(struct options, speed),
+      "at most so fast (a quarter of the limit; by keys a tenth)" },
+    { "home", NULL, OPTION_FLAG, offsetof(struct options, home),
+      "home the axis first when its position is not known" },
+    { "keys", "FILE", OPTION_TEXT, offsetof(struct options, keys),
+      "by keys: write the positions that s has set as a move" },
+    { "key-every", "TIME", OPTION_TIME, offsetof(struct options, key_every_ns),
+      "time between two of them (2 s)" },
+    { "dead-man", "TIME", OPTION_TIME, offsetof(struct options, dead_man_ns),
+      "by keys: stop when no key has come for so long (250ms)" },
+    { "dry-run", NULL, OPTION_FLAG, offsetof(struct options, dry_run),
+      "say what would happen and stop there" },
+    { "real", NULL, OPTION_FLAG, offsetof(struct options, real),
+      "move the real drive, on the interfaces of the rig" },
+    { "yes", NULL, OPTION_FLAG, offsetof(struct options, yes),
+      "do not ask before a real drive moves" },
+    { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
+      "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
+    { "pty", NULL, OPTION_FLAG, offsetof(struct options, pty),
+      "in real time, simulated Modbus drives behind real pseudo-terminals" },
+    { "realtime", NULL, OPTION_FLAG, offsetof(struct options, realtime),
+      "run on the clock, not in virtual time" },
+    OPTIONS_COMMON,
+};
+
+const struct command cmd_jog = {
+    .name = "jog",
+    .arguments = "RIG AXIS [+WAY | -WAY | to POSITION | at SPEED for TIME]",
+    .summary = "move one axis by hand: a way, to a place, or by keys",
+    .text =
+        "Moves one axis in the least time inside its limits, and stops; the\n"
+        "others stand with torque.  Without a motion the keys of the terminal\n"
+        "move it: left and right while held, with shift faster, up and down\n"
+        "another axis, space stops, h homes, s sets a key of a move, r resets\n"
+        "after a fault, q leaves.  The axis stops when no key comes any more,\n"
+        "also when the terminal is gone.\n\n"
+        "An axis that is not homed can be moved, but not to a position.\n"
+        "A limit switch, the e-stop and every fault stop a jog as a move.\n\n"
+        "Drives are simulated unless --real is given.  One interrupt (Ctrl-C)\n"
+        "stops within the limits, a second one stops every drive at once.\n",
+    .examples = "  slew jog rig.yaml dolly +10mm\n"
+                "  slew jog --speed 5mm/s rig.yaml dolly -2.5 mm\n"
+                "  slew jog rig.yaml pan to 45deg\n"
+                "  slew jog rig.yaml pan at -5deg/s for 2s\n"
+                "  slew jog --keys move.yaml rig.yaml dolly\n",
+    .path_max = 8,
+    .negative = true,
+    COMMAND_OPTIONS(cmd_jog_option),
+    .run = cmd_jog_run,
+};
