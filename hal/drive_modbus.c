@@ -178,6 +178,14 @@ static void take_item(struct drive_modbus *self, unsigned index,
         drive_modbus_note_position(self, self->value[index], t_ns);
 }
 
+static void take_bit(struct drive_modbus *self, unsigned index, uint16_t bit,
+                     const struct hal_modbus_reply *reply)
+{
+    const uint16_t value = (uint16_t)(reply->value[bit >> 4] >> (bit & 15) & 1);
+
+    take_item(self, index, &value, reply->answer_ns);
+}
+
 static void take_block(struct drive_modbus *self,
                        const struct modbus_map_block *block,
                        const struct hal_modbus_reply *reply)
@@ -188,8 +196,12 @@ static void take_block(struct drive_modbus *self,
         const struct modbus_map_item *item = &map->item[i];
         const uint32_t end = item->at + modbus_map_registers(item->type);
 
-        if (item->read == block->read && item->at >= block->at &&
-            end <= (uint32_t)block->at + reply->count)
+        if (item->read != block->read || item->at < block->at ||
+            end > (uint32_t)block->at + reply->count)
+            continue;
+        if (item->type == MODBUS_BIT)
+            take_bit(self, i, (uint16_t)(item->at - block->at), reply);
+        else
             take_item(self, i, &reply->value[item->at - block->at],
                       reply->answer_ns);
     }

@@ -3,7 +3,8 @@
 
 #include <stddef.h>
 
-#define BLOCK_GAP_MAX 4 /* registers read for nothing */
+#define BLOCK_GAP_MAX 4   /* registers read for nothing */
+#define WORD          16u /* bits cost a sixteenth */
 
 void modbus_map_range(enum modbus_map_type type, int64_t *min, int64_t *max)
 {
@@ -12,6 +13,7 @@ void modbus_map_range(enum modbus_map_type type, int64_t *min, int64_t *max)
         [MODBUS_I16] = { INT16_MIN, INT16_MAX },
         [MODBUS_U32] = { 0, UINT32_MAX },
         [MODBUS_I32] = { INT32_MIN, INT32_MAX },
+        [MODBUS_BIT] = { 0, 1 },
     };
 
     *min = range[type][0];
@@ -31,6 +33,8 @@ int64_t modbus_map_get(enum modbus_map_type type, enum modbus_map_order order,
     uint16_t high, low;
     uint32_t value;
 
+    if (type == MODBUS_BIT)
+        return reg[0] & 1;
     if (modbus_map_registers(type) == 1)
         return type == MODBUS_I16 ? (int16_t)reg[0] : reg[0];
     high = low_first ? reg[1] : reg[0];
@@ -95,17 +99,17 @@ void modbus_map_put_write(const struct modbus_map_item *item, int64_t value,
 
 /* ---- blocks ---- */
 
-/* The item of this class that stands lowest at or above `from`. */
+/* The item of this class and function that stands lowest at or above `from`. */
 static const struct modbus_map_item *
 modbus_map_next(const struct modbus_map *map, enum modbus_map_poll poll,
-                uint32_t from)
+                uint8_t read, uint32_t from)
 {
     const struct modbus_map_item *next = NULL;
 
     for (unsigned i = 0; i < map->item_count; i++) {
         const struct modbus_map_item *item = &map->item[i];
 
-        if (item->poll == poll && item->at >= from &&
+        if (item->poll == poll && item->read == read && item->at >= from &&
             (next == NULL || item->at < next->at))
             next = item;
     }
@@ -118,22 +122,25 @@ static bool modbus_map_joins(const struct modbus_map *map,
 {
     const uint32_t block_end = (uint32_t)block->at + block->count;
     const uint32_t item_end = item->at + modbus_map_registers(item->type);
+    const uint32_t unit = item->type == MODBUS_BIT ? WORD : 1;
 
-    return item->read == block->read && item->at <= block_end + BLOCK_GAP_MAX &&
-           item_end - block->at <= map->registers_max;
+    return item->at <= block_end + unit * BLOCK_GAP_MAX &&
+           item_end - block->at <= unit * map->registers_max;
 }
 
-unsigned modbus_map_blocks(const struct modbus_map *map,
-                           enum modbus_map_poll poll,
-                           struct modbus_map_block block[MODBUS_MAP_BLOCKS_MAX])
+/* Those of one function, after the `count` that are there; how many then. */
+static unsigned
+modbus_map_blocks_of(const struct modbus_map *map, enum modbus_map_poll poll,
+                     uint8_t read, unsigned count,
+                     struct modbus_map_block block[MODBUS_MAP_BLOCKS_MAX])
 {
-    const struct modbus_map_item *item = modbus_map_next(map, poll, 0);
-    unsigned count = 0;
+    const struct modbus_map_item *item = modbus_map_next(map, poll, read, 0);
+    const unsigned before = count;
 
     while (item != NULL) {
         const uint32_t end = item->at + modbus_map_registers(item->type);
 
-        if (count > 0 && modbus_map_joins(map, &block[count - 1], item)) {
+        if (count > before && modbus_map_joins(map, &block[count - 1], item)) {
             struct modbus_map_block *last = &block[count - 1];
 
             if (end > (uint32_t)last->at + last->count)
@@ -145,8 +152,20 @@ unsigned modbus_map_blocks(const struct modbus_map *map,
         } else {
             return count;
         }
-        item = modbus_map_next(map, poll, (uint32_t)item->at + 1);
+        item = modbus_map_next(map, poll, read, (uint32_t)item->at + 1);
     }
+    return count;
+}
+
+unsigned modbus_map_blocks(const struct modbus_map *map,
+                           enum modbus_map_poll poll,
+                           struct modbus_map_block block[MODBUS_MAP_BLOCKS_MAX])
+{
+    unsigned count = 0;
+
+    for (unsigned read = HAL_MODBUS_READ_COILS; read <= HAL_MODBUS_READ_INPUT;
+         read++)
+        count = modbus_map_blocks_of(map, poll, (uint8_t)read, count, block);
     return count;
 }
 

@@ -20,7 +20,14 @@
 #define MODBUS_MAP_ALARMS_MAX 48
 #define MODBUS_MAP_NO_ITEM    255
 
-enum modbus_map_type { MODBUS_U16, MODBUS_I16, MODBUS_U32, MODBUS_I32 };
+/* A BIT is a coil or a discrete input; its addresses are those of bits. */
+enum modbus_map_type {
+    MODBUS_U16,
+    MODBUS_I16,
+    MODBUS_U32,
+    MODBUS_I32,
+    MODBUS_BIT,
+};
 
 /* Of the four bytes of a 32-bit value, A the uppermost, as they come. */
 enum modbus_map_order { MODBUS_ABCD, MODBUS_CDAB, MODBUS_BADC, MODBUS_DCBA };
@@ -36,8 +43,8 @@ struct modbus_map_item {
     uint16_t at; /* as in the frame, from 0 */
     enum modbus_map_type type;
     enum modbus_map_order order;
-    uint8_t read;  /* function: 3 or 4 */
-    uint8_t write; /* function: 5, 6 or 16 */
+    uint8_t read;  /* function: 3 or 4; of a bit 1 or 2 */
+    uint8_t write; /* function: 5, 6 or 16; of a bit 5 or 15 */
     enum modbus_map_poll poll;
 };
 
@@ -194,11 +201,11 @@ void modbus_map_put_write(const struct modbus_map_item *item, int64_t value,
 /* Items polled together, one request each block. */
 #define MODBUS_MAP_BLOCKS_MAX 6
 struct modbus_map_block {
-    uint16_t at, count;
+    uint16_t at, count; /* bits with function 1 and 2 */
     uint8_t read;
 };
-/* Blocks of all items of one poll class: neighbours up to four registers apart
- * are read in one request.  How many; the rest beyond the maximum is left out
+/* Blocks of all items of one poll class, by function and address: neighbours up
+ * to four registers, or 64 bits, apart are read in one request.  How many; the rest beyond the maximum is left out
  * (the loader refuses such a map). */
 unsigned
 modbus_map_blocks(const struct modbus_map *map, enum modbus_map_poll poll,

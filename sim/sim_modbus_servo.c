@@ -40,7 +40,9 @@ static int64_t servo_get(const struct sim_modbus_servo *self, unsigned index)
 {
     const struct modbus_map_item *item = &self->config.map->item[index];
 
-    return modbus_map_get(item->type, item->order, &self->reg[item->at]);
+    return modbus_map_get(item->type, item->order,
+                          item->type == MODBUS_BIT ? &self->bit[item->at]
+                                                   : &self->reg[item->at]);
 }
 
 static void servo_put(struct sim_modbus_servo *self, unsigned index,
@@ -48,7 +50,9 @@ static void servo_put(struct sim_modbus_servo *self, unsigned index,
 {
     const struct modbus_map_item *item = &self->config.map->item[index];
 
-    modbus_map_set(item->type, item->order, value, &self->reg[item->at]);
+    modbus_map_set(item->type, item->order, value,
+                   item->type == MODBUS_BIT ? &self->bit[item->at]
+                                            : &self->reg[item->at]);
 }
 
 /* ---- what it says ---- */
@@ -196,26 +200,31 @@ servo_write_of(const struct modbus_map_sequence *sequence, unsigned n)
 }
 
 static bool servo_is_step(const struct sim_modbus_servo *self,
-                          const struct modbus_map_step *step, uint16_t at)
+                          const struct modbus_map_step *step, uint16_t at,
+                          bool coil)
 {
-    return step != NULL && self->config.map->item[step->item].at == at;
+    const struct modbus_map_item *item =
+        step == NULL ? NULL : &self->config.map->item[step->item];
+
+    return item != NULL && item->at == at &&
+           coil == (item->type == MODBUS_BIT || item->write == 5);
 }
 
 /* Where the sequence is now that the item at `at` has its value. */
 static void servo_follow(struct sim_modbus_servo *self, unsigned name,
-                         uint16_t at)
+                         uint16_t at, bool coil)
 {
     const struct modbus_map_sequence *sequence =
         &self->config.map->sequence[name];
     const struct modbus_map_step *step =
         servo_write_of(sequence, self->progress[name]);
 
-    if (!servo_is_step(self, step, at))
+    if (!servo_is_step(self, step, at, coil))
         return;
     if (servo_get(self, step->item) != step->value) {
         self->progress[name] = 0;
         step = servo_write_of(sequence, 0);
-        if (!servo_is_step(self, step, at) ||
+        if (!servo_is_step(self, step, at, coil) ||
             servo_get(self, step->item) != step->value)
             return;
     }
@@ -330,13 +339,32 @@ static uint8_t servo_on_get(struct modbus_slave *slave, enum modbus_space space,
 {
     struct sim_modbus_servo *self = servo_of(slave);
 
-    if (space == MODBUS_COILS || space == MODBUS_DISCRETE ||
-        !servo_knows(self, address, count))
+    const bool bits = space == MODBUS_COILS || space == MODBUS_DISCRETE;
+
+    if (!servo_knows(self, address, count))
         return ILLEGAL_ADDRESS;
     servo_say_all(self);
-    memcpy(value, &self->reg[address], count * sizeof *value);
+    if (bits)
+        memset(value, 0, (count + 15u) / 16 * sizeof *value);
+    else
+        memcpy(value, &self->reg[address], count * sizeof *value);
+    for (unsigned i = 0; bits && i < count; i++)
+        value[i / 16] =
+            (uint16_t)(value[i / 16] | (self->bit[address + i] & 1u) << i % 16);
     self->heard_ns = self->world->now_ns;
     return 0;
+}
+
+/* An item of one register that is written as a coil is. */
+static bool servo_is_word(const struct sim_modbus_servo *self, uint32_t at)
+{
+    const struct modbus_map *map = self->config.map;
+
+    for (unsigned i = 0; i < map->item_count; i++)
+        if (map->item[i].at == at && map->item[i].write == 5 &&
+            map->item[i].type != MODBUS_BIT)
+            return true;
+    return false;
 }
 
 static uint8_t servo_on_set(struct modbus_slave *slave, enum modbus_space space,
@@ -346,20 +374,23 @@ static uint8_t servo_on_set(struct modbus_slave *slave, enum modbus_space space,
     struct sim_modbus_servo *self = servo_of(slave);
     const uint32_t end = (uint32_t)address + count;
 
-    if (space == MODBUS_COILS) { /* one register each */
-        if (count != 1 || !servo_knows(self, address, 1))
-            return ILLEGAL_ADDRESS;
-        self->reg[address] = value[0];
-    } else {
-        if (!servo_knows(self, address, count))
-            return ILLEGAL_ADDRESS;
+    const bool coil = space == MODBUS_COILS;
+
+    if (!servo_knows(self, address, count))
+        return ILLEGAL_ADDRESS;
+    if (!coil)
         memcpy(&self->reg[address], value, count * sizeof *value);
+    for (unsigned i = 0; coil && i < count; i++) {
+        self->bit[address + i] = value[i / 16] >> i % 16 & 1;
+        if (servo_is_word(self, address + i)) /* a register that 05 writes */
+            self->reg[address + i] = self->bit[address + i];
     }
     self->heard_ns = self->world->now_ns;
-    servo_groups(self, address, count);
+    if (!coil)
+        servo_groups(self, address, count);
     for (uint32_t at = address; at < end; at++)
         for (unsigned name = 0; name < MODBUS_SEQUENCE_COUNT; name++)
-            servo_follow(self, name, (uint16_t)at);
+            servo_follow(self, name, (uint16_t)at, coil);
     return 0;
 }
 

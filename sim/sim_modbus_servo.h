@@ -45,6 +45,7 @@ struct sim_modbus_servo {
 
     /* Private from here on. */
     uint16_t reg[65536];
+    uint16_t bit[65536]; /* coils and inputs, one each */
     uint8_t known[65536 / 8];
     uint8_t progress[MODBUS_SEQUENCE_COUNT]; /* writes seen, in order */
     int64_t due_ns;

@@ -39,7 +39,8 @@ static inline void modbus_bench_load(struct modbus_bench *bench,
     char path[128], message[RIG_MESSAGE_MAX];
 
     memset(bench, 0, sizeof *bench);
-    snprintf(path, sizeof path, "hal/maps/%s.yaml", name);
+    snprintf(path, sizeof path, "%s/%s.yaml",
+             strchr(name, '/') == NULL ? "hal/maps" : "tests/data", name);
     if (modbus_map_load(path, &bench->map, message) < 0)
         fail_msg("%s", message);
 }

@@ -208,6 +208,31 @@ static void a_homing_that_takes_too_long_is_a_fault(void **state)
     assert_int_equal(bench.feedback.homing, HAL_DRIVE_HOMING_FAILED);
 }
 
+/* Coils and discrete inputs; addresses of bits are not those of registers. */
+static void a_servo_may_have_its_switches_in_bits(void **state)
+{
+    const struct hal_drive_go there = { .pos_q32 = 8 * UNIT_Q32,
+                                        .vel_q32 = 4 * UNIT_Q32,
+                                        .acc_q16 = 20 << 16,
+                                        .dec_q16 = 20 << 16 };
+
+    (void)state;
+    going_bench("maps/coils", &there);
+    assert_int_equal(bench.drive.fast_count, 2); /* inputs, registers */
+    assert_int_equal(bench.drive.fast[0].count, 41);
+    assert_false(bench.feedback.arrived);
+    modbus_bench_run(&bench, 4000 * MS);
+    assert_true(bench.feedback.arrived);
+    assert_true(fabs(units(bench.feedback.pos_q32) - 8) < 0.001);
+    sim_modbus_servo_inject(&bench.servo, SIM_MODBUS_SERVO_ALARM);
+    modbus_bench_until(&bench, HAL_DRIVE_FAULT);
+    modbus_bench_run(&bench, 500 * MS);
+    assert_string_equal(bench.feedback.fault_text,
+                        "alarm 0x0007, motor too hot");
+    hal_drive_request(&bench.drive.drive, HAL_DRIVE_REQUEST_RESET);
+    modbus_bench_until(&bench, HAL_DRIVE_OFF);
+}
+
 /* ---- faults ---- */
 
 static void moving_bench(const char *name)
@@ -381,6 +406,7 @@ int main(void)
         cmocka_unit_test(every_map_goes_point_to_point),
         cmocka_unit_test(a_halt_ends_a_go_and_the_next_one_starts),
         cmocka_unit_test(every_map_that_can_goes_home),
+        cmocka_unit_test(a_servo_may_have_its_switches_in_bits),
         cmocka_unit_test(a_homing_that_takes_too_long_is_a_fault),
         cmocka_unit_test(an_alarm_is_told_in_words_and_reset),
         cmocka_unit_test(a_mute_drive_is_lost_and_found),

@@ -121,7 +121,8 @@ warp:
 for name, text in MOVES.items():
     put("move", name, text)
 
-copy("map", "hal/maps/oriental-az.yaml", "hal/maps/lexium-32.yaml")
+copy("map", "hal/maps/oriental-az.yaml", "hal/maps/lexium-32.yaml",
+     "tests/data/maps/coils.yaml")
 
 put("eds", "small", """\
 [DeviceInfo]

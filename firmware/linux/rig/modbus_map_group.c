@@ -105,6 +105,8 @@ static int map_complete_field(const struct yaml_value *value,
     int64_t min, max;
 
     modbus_map_range(field->type, &min, &max);
+    if (field->type == MODBUS_BIT)
+        return yaml_value_refuse(value, "is a bit, groups have registers");
     if (field->quantity == MODBUS_CONST && field->constant == MAP_NOT_GIVEN)
         return yaml_value_refuse(value, "has neither value nor const");
     if (field->min == MAP_NOT_GIVEN)

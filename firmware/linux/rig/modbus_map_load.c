@@ -62,7 +62,7 @@ int map_read_item(const struct map_reader *reader,
 }
 
 static const char *const map_orders[] = { "ABCD", "CDAB", "BADC", "DCBA" };
-static const char *const map_types[] = { "u16", "i16", "u32", "i32" };
+static const char *const map_types[] = { "u16", "i16", "u32", "i32", "bit" };
 static const char *const map_polls[] = { "never", "fast", "slow" };
 static const char *const map_formats[] = { "8N1", "8N2", "8E1",
                                            "8E2", "8O1", "8O2" };
@@ -76,7 +76,7 @@ int map_read_type(void *reader, const struct yaml_value *value, void *out)
     unsigned index;
 
     (void)reader;
-    if (yaml_value_choice(value, map_types, 4, &index) < 0)
+    if (yaml_value_choice(value, map_types, MAP_LEN(map_types), &index) < 0)
         return -1;
     *(enum modbus_map_type *)out = (enum modbus_map_type)index;
     return 0;
@@ -206,7 +206,7 @@ static int map_read_read(void *reader, const struct yaml_value *value,
     int64_t number = 0;
 
     (void)reader;
-    if (map_read_number(value, 3, 4, &number) < 0)
+    if (map_read_number(value, 1, 4, &number) < 0)
         return -1;
     *(uint8_t *)out = (uint8_t)number;
     return 0;
@@ -215,12 +215,12 @@ static int map_read_read(void *reader, const struct yaml_value *value,
 static int map_read_write(void *reader, const struct yaml_value *value,
                           void *out)
 {
-    static const char *const functions[] = { "5", "6", "16" };
-    static const uint8_t code[] = { 5, 6, 16 };
+    static const char *const functions[] = { "5", "6", "16", "15" };
+    static const uint8_t code[] = { 5, 6, 16, 15 };
     const struct map_reader *self = reader;
     unsigned index;
 
-    if (yaml_value_choice(value, functions, 3, &index) < 0)
+    if (yaml_value_choice(value, functions, 4, &index) < 0)
         return -1;
     if (code[index] != 16 && modbus_map_registers(self->item->type) == 2)
         return yaml_value_refuse(value,
@@ -246,19 +246,47 @@ static int map_read_poll(void *reader, const struct yaml_value *value,
 static const struct yaml_field map_item_fields[] = {
     { "at", YAML_REQUIRED, "an address 0 .. 0xFFFF as in the frame",
       map_read_address, offsetof(struct modbus_map_item, at) },
-    { "type", YAML_REQUIRED, "u16, i16, u32 or i32", map_read_type,
+    { "type", YAML_REQUIRED, "u16, i16, u32, i32 or bit", map_read_type,
       offsetof(struct modbus_map_item, type) },
     { "order", YAML_OPTIONAL, "ABCD, CDAB, BADC or DCBA", map_read_order,
       offsetof(struct modbus_map_item, order) },
-    { "read", YAML_OPTIONAL, "function 3 or 4", map_read_read,
+    { "read", YAML_OPTIONAL, "function 3 or 4; of a bit 1 or 2", map_read_read,
       offsetof(struct modbus_map_item, read) },
-    { "write", YAML_OPTIONAL, "function 5, 6 or 16", map_read_write,
-      offsetof(struct modbus_map_item, write) },
+    { "write", YAML_OPTIONAL, "function 5, 6 or 16; of a bit 5 or 15",
+      map_read_write, offsetof(struct modbus_map_item, write) },
     { "poll", YAML_OPTIONAL, "never, fast or slow", map_read_poll,
       offsetof(struct modbus_map_item, poll) },
 };
 static const struct yaml_shape map_item_shape = { "item", map_item_fields,
                                                   MAP_LEN(map_item_fields) };
+
+/* Functions that were not given, and those that do not go together. */
+static int map_complete_item(const struct yaml_value *value,
+                             struct modbus_map_item *item)
+{
+    const bool bit = item->type == MODBUS_BIT;
+
+    if (item->read == 0)
+        item->read = bit ? HAL_MODBUS_READ_COILS : HAL_MODBUS_READ;
+    if (item->write == 0)
+        item->write = bit ? HAL_MODBUS_WRITE_COIL
+                      : modbus_map_registers(item->type) == 2
+                          ? HAL_MODBUS_WRITE_MANY
+                          : HAL_MODBUS_WRITE;
+    if (bit != (item->read < HAL_MODBUS_READ))
+        return yaml_value_refuse(value,
+                                 "is read by function %u, which is for "
+                                 "%s",
+                                 item->read, bit ? "registers" : "bits");
+    if (bit ? item->write != HAL_MODBUS_WRITE_COIL &&
+                  item->write != HAL_MODBUS_WRITE_COILS
+            : item->write == HAL_MODBUS_WRITE_COILS)
+        return yaml_value_refuse(value,
+                                 "is written by function %u, which is "
+                                 "for %s",
+                                 item->write, bit ? "registers" : "bits");
+    return 0;
+}
 
 static int map_read_one_item(void *reader, uint32_t key,
                              const struct yaml_value *entry)
@@ -269,14 +297,14 @@ static int map_read_one_item(void *reader, uint32_t key,
     struct yaml_value value = *entry;
 
     (void)key;
-    *item = (struct modbus_map_item){ .order = self->order, .read = 3 };
+    *item = (struct modbus_map_item){ .order = self->order };
     memcpy(item->name, entry->name, strlen(entry->name) + 1);
     self->item = item;
     value.expected = "a map with at and type";
     if (yaml_fields_read(&value, &map_item_shape, reader, item) < 0)
         return -1;
-    if (item->write == 0)
-        item->write = modbus_map_registers(item->type) == 2 ? 16 : 6;
+    if (map_complete_item(&value, item) < 0)
+        return -1;
     if (item->at + modbus_map_registers(item->type) > 65536)
         return yaml_value_refuse(&value, "ends beyond address 0xFFFF");
     map->item_count++;
