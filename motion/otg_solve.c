@@ -41,6 +41,23 @@ static struct num guess(struct num rest, struct num s)
     return num_div(up, num_add(s, num_add(x2, num_twice(x2))));
 }
 
+/* In regime B the border may rise before it falls: while 2 x + z/2 + x^2/2z is
+ * below zero its slope (3) gets less, as in the lens.  What it reaches there comes
+ * first. */
+static bool is_placed_early(struct answer *at, struct num want, struct num lo)
+{
+    struct otg_point p = at->p;
+    if (p.slope.m <= 0 || !num_lt(p.got, want))
+        return false;
+    p.x = num_half(lo);
+    motion_otg_border_root(&at->b, OTG_GOAL_LENS, want, lo, num_zero(), &p);
+    if (p.rest.m > 0)
+        return false;
+    at->p = p;
+    at->cruise = num_zero();
+    return true;
+}
+
 /* Displacement `want` on the last rising branch, from p at lo on. */
 static void place(struct answer *at, struct num want, struct num lo)
 {
@@ -107,7 +124,8 @@ static void answer_main(const struct otg_problem *q, struct answer *at)
         return;
     if (rest.m < 0)
         (void)border_start(q, -sign, at, &want, &lo);
-    place(at, want, lo);
+    if (lo.m >= 0 || !is_placed_early(at, want, lo))
+        place(at, want, lo);
 }
 
 /* --- the lens ------------------------------------------------------------- */

@@ -338,6 +338,22 @@ static void simple_moves_take_what_the_formula_says(void **state)
     assert_true(plan.dur_ns_q12 == 0 && plan.count == 0);
 }
 
+/* With accelerations of one sign at both ends a border may rise before it
+ * falls: what it reaches there comes first. */
+static void what_is_reached_early_is_not_missed(void **state)
+{
+    const struct motion_otg_move move = {
+        .start = { 0, -329268279576, 24330364, 0 },
+        .goal = { 93528883558, 508856482962, 10669474, 0 },
+        .limit = { 1466066132957, -1466066132957, 31730515, -31730515, 32337379,
+                   0 },
+    };
+    struct motion_otg_plan plan;
+    (void)state;
+    assert_int_equal(motion_otg_make(&move, &plan, NULL), MOTION_OK);
+    assert_seconds(&plan, 0.63324642519);
+}
+
 static void a_wanted_duration_is_met_exactly(void **state)
 {
     (void)state;
@@ -499,6 +515,7 @@ int main(void)
         cmocka_unit_test(random_problems_are_always_answered),
         cmocka_unit_test(goal_that_needs_higher_speed_before_it_is_refused),
         cmocka_unit_test(simple_moves_take_what_the_formula_says),
+        cmocka_unit_test(what_is_reached_early_is_not_missed),
         cmocka_unit_test(a_wanted_duration_is_met_exactly),
         cmocka_unit_test(replanning_does_not_come_late),
         cmocka_unit_test(there_is_an_answer_while_moving),
