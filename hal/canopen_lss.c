@@ -135,6 +135,7 @@ int canopen_lss_take(struct canopen_lss *lss)
     if (state == CANOPEN_LSS_IDLE)
         return MOTION_E_STATE;
     lss->state = CANOPEN_LSS_IDLE;
+    lss->scan_checks = false;
     if (state == CANOPEN_LSS_REFUSED)
         return MOTION_E_REFUSED;
     return state == CANOPEN_LSS_TIMEOUT ? MOTION_E_TIMEOUT : MOTION_OK;
@@ -171,6 +172,7 @@ int canopen_lss_scan(struct canopen_lss *lss, int64_t now_ns)
     if (lss_is_busy(lss))
         return MOTION_E_STATE;
     lss->found = (struct canopen_identity){ 0 };
+    lss->scan_checks = false;
     lss->scan_part = 0;
     lss->scan_bit = LSS_ANYONE;
     err = lss_scan_ask(lss, now_ns, LSS_ANYONE, 0);
@@ -189,12 +191,30 @@ static void lss_scan_confirm(struct canopen_lss *lss, int64_t now_ns)
     (void)lss_scan_ask(lss, now_ns, 0, next);
 }
 
+static void lss_scan_check(struct canopen_lss *lss, int64_t now_ns)
+{
+    lss->state = CANOPEN_LSS_IDLE;
+    lss->scan_checks = true;
+    if (canopen_lss_ask_identity(lss, now_ns, lss->scan_part) != MOTION_OK)
+        lss->state = CANOPEN_LSS_TIMEOUT;
+}
+
+static void lss_scan_checked(struct canopen_lss *lss, int64_t now_ns)
+{
+    lss->scan_checks = false;
+    if (lss->value != *lss_part(lss, lss->scan_part))
+        lss->state = CANOPEN_LSS_TIMEOUT;
+    else if (++lss->scan_part < LSS_PARTS)
+        lss_scan_check(lss, now_ns);
+}
+
 static void lss_scan_next_part(struct canopen_lss *lss, int64_t now_ns)
 {
     if (!lss->scan_heard) {
         lss->state = CANOPEN_LSS_TIMEOUT;
     } else if (++lss->scan_part == LSS_PARTS) {
-        lss->state = CANOPEN_LSS_DONE;
+        lss->scan_part = 0;
+        lss_scan_check(lss, now_ns);
     } else {
         lss->scan_bit = 31;
         (void)lss_scan_ask(lss, now_ns, 31, lss->scan_part);
@@ -233,7 +253,6 @@ static bool lss_has_error(uint8_t command)
 void canopen_lss_receive(struct canopen_lss *lss,
                          const struct hal_can_frame *frame, int64_t now_ns)
 {
-    (void)now_ns;
     if (frame->len != 8) {
         lss->master->stats.malformed++;
     } else if (lss->state == CANOPEN_LSS_SCAN &&
@@ -250,6 +269,8 @@ void canopen_lss_receive(struct canopen_lss *lss,
                          ? frame->data[1]
                          : canopen_sdo_get_u32(&frame->data[1]);
         lss->state = CANOPEN_LSS_DONE;
+        if (lss->scan_checks)
+            lss_scan_checked(lss, now_ns);
     }
 }
 

@@ -45,7 +45,7 @@ struct canopen_lss {
     int64_t deadline_ns;
     struct canopen_identity found; /* by a scan, so far */
     uint8_t scan_part, scan_bit;
-    bool scan_heard;
+    bool scan_heard, scan_checks; /* what was found is asked who it is */
 };
 
 /* lss stays linked to the master. */
@@ -70,7 +70,9 @@ int canopen_lss_ask_node(struct canopen_lss *lss, int64_t now_ns);
 int canopen_lss_ask_identity(struct canopen_lss *lss, int64_t now_ns,
                              unsigned part);
 /* Find one device without node number; it is in its configuration state then,
- * and lss->found its identity.  Takes some 133 questions of 10 ms. */
+ * and lss->found its identity.  Takes some 133 questions of 10 ms.  An answer
+ * that comes late answers the wrong question, so the device is asked for its
+ * identity at the end. */
 int canopen_lss_scan(struct canopen_lss *lss, int64_t now_ns);
 
 /* MOTION_E_AGAIN running; MOTION_OK (lss->value); MOTION_E_REFUSED

@@ -397,17 +397,20 @@ static int drive_modbus_set_target(struct hal_drive *drive,
                                    const struct hal_drive_target *target)
 {
     struct drive_modbus *self = drive_modbus_of(drive);
-    const int64_t counts = hal_ratio_scale(&self->to_counts, target->pos_q32);
+    const int64_t pos_q32 = target->pos_q32 - self->zero_q32;
+    const int64_t counts = hal_ratio_scale(&self->to_counts, pos_q32);
     int err;
 
     if (counts < INT32_MIN || counts > INT32_MAX)
         return MOTION_E_RANGE;
-    if (self->state != HAL_DRIVE_ENABLED || self->move != DRIVE_MODBUS_NO_MOVE)
+    if (self->state != HAL_DRIVE_ENABLED ||
+        self->mode != HAL_DRIVE_STREAM_POSITION)
         return MOTION_OK;
     err = check_first(self, counts);
     if (err != MOTION_OK)
         return err;
     self->target = *target;
+    self->target.pos_q32 = pos_q32;
     self->target_ns = self->now_ns;
     drive_modbus_note_target(self);
     return MOTION_OK;
@@ -433,14 +436,19 @@ static void drive_modbus_feedback(struct hal_drive *drive,
 
     *feedback = (struct hal_drive_feedback){
         .state = self->state,
-        .pos_q32 = hal_ratio_scale(&self->to_pos, self->actual_counts),
+        .pos_q32 = hal_ratio_scale(&self->to_pos, self->actual_counts) +
+                   self->zero_q32,
         .vel_q32 = self->actual_vel_q32,
         .t_ns = self->actual_ns,
         .following = self->state == HAL_DRIVE_ENABLED,
+        .mode = self->mode,
+        .arrived = self->went && self->move == DRIVE_MODBUS_NO_MOVE,
+        .homing = self->homing,
         .fault_code = self->fault_code,
     };
     feedback->demand_known =
         drive_modbus_demand(self, self->actual_ns, &feedback->demand_q32);
+    feedback->demand_q32 += self->zero_q32;
     put_limits(self, feedback);
     for (unsigned i = 0; i < sizeof feedback->fault_text; i++)
         feedback->fault_text[i] = self->fault_text[i];
@@ -450,28 +458,9 @@ const struct hal_drive_ops drive_modbus_ops = {
     .request = drive_modbus_request,
     .set_target = drive_modbus_set_target,
     .feedback = drive_modbus_feedback,
+    .modes = drive_modbus_modes,
+    .set_mode = drive_modbus_set_mode,
+    .go = drive_modbus_go,
+    .home = drive_modbus_home,
+    .halt = drive_modbus_halt,
 };
-
-/* ---- point to point ---- */
-
-int drive_modbus_go(struct drive_modbus *self, int64_t pos_q32, int64_t vel_q32)
-{
-    const int64_t counts = hal_ratio_scale(&self->to_counts, pos_q32);
-
-    if (self->config.map->move.count == 0)
-        return MOTION_E_EMPTY;
-    if (self->state != HAL_DRIVE_ENABLED || self->target_ns != 0 ||
-        self->move != DRIVE_MODBUS_NO_MOVE)
-        return MOTION_E_STATE;
-    if (counts < INT32_MIN || counts > INT32_MAX)
-        return MOTION_E_RANGE;
-    self->move_pos_q32 = pos_q32;
-    self->move_vel_q32 = vel_q32;
-    self->move = DRIVE_MODBUS_MOVE_WANTED;
-    return MOTION_OK;
-}
-
-bool drive_modbus_is_going(const struct drive_modbus *self)
-{
-    return self->move != DRIVE_MODBUS_NO_MOVE;
-}

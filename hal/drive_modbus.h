@@ -20,8 +20,9 @@
  * T of it only when its ramps are steep: they are the steeper of the axis's own
  * stop and full speed in T.
  *
- * Point to point, one group says where to and how fast, and the drive's own
- * profile does the rest.
+ * Point to point (drive_modbus_go.c), one group says where to and how fast, and
+ * the drive's own profile does the rest.  Homing is the map's sequence `home`;
+ * the drive then counts from 0, and from what is asked for we.
  *
  * Motion writes that fail are never repeated as they were: the next one has a
  * new target.  No answer is believed that a motor cannot have run to: one such
@@ -78,10 +79,18 @@ enum drive_modbus_move {
     DRIVE_MODBUS_MOVE_WANTED,
     DRIVE_MODBUS_MOVE_SENT,    /* the group; then its sequence */
     DRIVE_MODBUS_MOVE_RUNNING, /* on its way */
+    DRIVE_MODBUS_MOVE_HALTING, /* by the map's sequence */
 };
 
 struct drive_modbus_past {
     int64_t t_ns, pos_q32;
+};
+
+/* A field for ramps, and how counts/s2 get into it; field NULL: none. */
+struct drive_modbus_ramp {
+    const struct modbus_map_field *field;
+    struct hal_ratio to_field; /* where `over` is 0 */
+    int64_t over;              /* the field is this over counts/s2 */
 };
 
 /* Visible so that it can be static; use the functions. */
@@ -137,8 +146,16 @@ struct drive_modbus {
     struct drive_modbus_past past[DRIVE_MODBUS_HISTORY];
     unsigned past_at, past_count;
 
+    enum hal_drive_mode mode;
     enum drive_modbus_move move;
-    int64_t move_pos_q32, move_vel_q32;
+    struct drive_modbus_ramp move_scale[2];
+    bool went, again; /* a go since enabled; another one meanwhile */
+    int64_t move_pos_q32, move_vel_q32, move_ramp[2];
+    int64_t moved_ns; /* was seen to move last */
+
+    enum hal_drive_homing homing;
+    int64_t home_end_ns, home_q32;
+    int64_t zero_q32; /* where the axis is when the drive counts 0 */
 
     uint16_t fault_code;
     char fault_text[64];
@@ -150,13 +167,5 @@ struct drive_modbus {
  * &self->drive. */
 int drive_modbus_init(struct drive_modbus *self, struct modbus_bus *bus,
                       const struct drive_modbus_config *config);
-
-/* Point to point by the drive's own profile, while it is enabled and no set
- * points are streamed: MOTION_E_STATE otherwise or while a move is under way,
- * MOTION_E_EMPTY when the map cannot, MOTION_E_RANGE. */
-int drive_modbus_go(struct drive_modbus *self, int64_t pos_q32,
-                    int64_t vel_q32);
-/* A move is under way. */
-bool drive_modbus_is_going(const struct drive_modbus *self);
 
 #endif

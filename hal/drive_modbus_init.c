@@ -71,6 +71,40 @@ static int64_t init_ramp(const struct modbus_map *map,
     return init_clamp(field, value);
 }
 
+/* For ramps that are told with a motion; drive_modbus_go.c has no division. */
+static int init_ramp_scale(struct drive_modbus_ramp *ramp,
+                           const struct modbus_map *map,
+                           const struct modbus_map_field *field)
+{
+    int64_t num = field->num, den = field->den;
+
+    ramp->field = field;
+    if (field->unit == MODBUS_MS_PER_1000_RPM)
+        return motion_fixed_muldiv(map->resolution, num * INT64_C(1000000),
+                                   den * 60, &ramp->over);
+    if (field->unit == MODBUS_RPM) {
+        num *= 60;
+        den *= map->resolution;
+    }
+    return hal_ratio_init(&ramp->to_field, num, den, 0);
+}
+
+static int init_ramp_scales(struct drive_modbus *self)
+{
+    const struct modbus_map *map = self->config.map;
+    int err = MOTION_OK;
+
+    for (unsigned i = 0; i < map->move.count && err == MOTION_OK; i++) {
+        const struct modbus_map_field *field = &map->move.field[i];
+
+        if (field->quantity == MODBUS_ACCELERATION)
+            err = init_ramp_scale(&self->move_scale[0], map, field);
+        else if (field->quantity == MODBUS_DECELERATION)
+            err = init_ramp_scale(&self->move_scale[1], map, field);
+    }
+    return err;
+}
+
 static int init_group(struct drive_modbus *self,
                       const struct modbus_map_group *group)
 {
@@ -180,10 +214,13 @@ int drive_modbus_init(struct drive_modbus *self, struct modbus_bus *bus,
     if (err == MOTION_OK && map->stream.count > 0)
         err = init_group(self, &map->stream);
     if (err == MOTION_OK)
+        err = init_ramp_scales(self);
+    if (err == MOTION_OK)
         err = init_bounds(self);
     if (err != MOTION_OK)
         return err;
     init_times(self);
+    self->mode = drive_modbus_first_mode(map);
     self->fast_count =
         (uint8_t)modbus_map_blocks(map, MODBUS_POLL_FAST, self->fast);
     self->slow_count =

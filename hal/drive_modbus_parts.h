@@ -5,6 +5,8 @@
 
 #include "hal/drive_modbus.h"
 
+#define DRIVE_MODBUS_FRESH 2 /* cycles before a status may be believed */
+
 extern const struct hal_drive_ops drive_modbus_ops;
 extern const struct modbus_node_ops drive_modbus_node_ops;
 
@@ -46,6 +48,21 @@ bool drive_modbus_parameter_ask(struct drive_modbus *self,
                                 struct hal_modbus_request *request);
 void drive_modbus_parameter_reply(struct drive_modbus *self,
                                   const struct hal_modbus_reply *reply);
+
+/* ---- drive_modbus_go.c: the optional calls of hal/drive.h ---- */
+
+unsigned drive_modbus_modes(struct hal_drive *drive);
+int drive_modbus_set_mode(struct hal_drive *drive, enum hal_drive_mode mode);
+int drive_modbus_go(struct hal_drive *drive, const struct hal_drive_go *go);
+int drive_modbus_home(struct hal_drive *drive,
+                      const struct hal_drive_home *home);
+int drive_modbus_halt(struct hal_drive *drive);
+/* The mode that a map has when nothing was asked. */
+enum hal_drive_mode drive_modbus_first_mode(const struct modbus_map *map);
+/* One step per tick while enabled: has it arrived, is it home? */
+void drive_modbus_go_step(struct drive_modbus *self);
+/* Everything under way ends without a word to the drive. */
+void drive_modbus_go_drop(struct drive_modbus *self);
 
 /* ---- drive_modbus_stream.c ---- */
 

@@ -95,7 +95,8 @@ static int64_t stream_speed_q32(const struct drive_modbus *self)
 
 static int64_t stream_field(const struct drive_modbus *self,
                             const struct modbus_map_field *field,
-                            int64_t pos_q32, int64_t speed_q32)
+                            const int64_t ramp[2], int64_t pos_q32,
+                            int64_t speed_q32)
 {
     int64_t value = field->constant;
 
@@ -111,10 +112,10 @@ static int64_t stream_field(const struct drive_modbus *self,
         value = hal_ratio_scale(&self->to_field, value);
         break;
     case MODBUS_ACCELERATION:
-        value = self->ramp[0];
+        value = ramp[0];
         break;
     case MODBUS_DECELERATION:
-        value = self->ramp[1];
+        value = ramp[1];
         break;
     }
     if (value < field->min)
@@ -123,7 +124,8 @@ static int64_t stream_field(const struct drive_modbus *self,
 }
 
 static void stream_put(const struct drive_modbus *self,
-                       const struct modbus_map_group *group, int64_t pos_q32,
+                       const struct modbus_map_group *group,
+                       const int64_t ramp[2], int64_t pos_q32,
                        int64_t speed_q32, struct hal_modbus_request *request)
 {
     unsigned at = 0;
@@ -135,7 +137,7 @@ static void stream_put(const struct drive_modbus *self,
         const struct modbus_map_field *field = &group->field[i];
 
         modbus_map_set(field->type, field->order,
-                       stream_field(self, field, pos_q32, speed_q32),
+                       stream_field(self, field, ramp, pos_q32, speed_q32),
                        &request->value[at]);
         at += modbus_map_registers(field->type);
     }
@@ -144,15 +146,15 @@ static void stream_put(const struct drive_modbus *self,
 void drive_modbus_put_stream(struct drive_modbus *self,
                              struct hal_modbus_request *request)
 {
-    stream_put(self, &self->config.map->stream, stream_ahead_q32(self),
-               stream_speed_q32(self), request);
+    stream_put(self, &self->config.map->stream, self->ramp,
+               stream_ahead_q32(self), stream_speed_q32(self), request);
 }
 
 void drive_modbus_put_move(struct drive_modbus *self,
                            struct hal_modbus_request *request)
 {
-    stream_put(self, &self->config.map->move, self->move_pos_q32,
-               self->move_vel_q32, request);
+    stream_put(self, &self->config.map->move, self->move_ramp,
+               self->move_pos_q32, self->move_vel_q32, request);
 }
 
 /* ---- positions ---- */
@@ -202,6 +204,10 @@ void drive_modbus_note_position(struct drive_modbus *self, int64_t counts,
 
     if (self->actual_ns == 0) {
         self->actual_counts = counts;
+        self->actual_vel_q32 = 0;
+    } else if (self->homing == HAL_DRIVE_HOMING_RUNNING) {
+        self->actual_counts =
+            counts; /* counts from somewhere else at its end */
         self->actual_vel_q32 = 0;
     } else if (!stream_can_have(self, delta, dt_ns)) {
         if (self->jumped) {

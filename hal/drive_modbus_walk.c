@@ -5,7 +5,6 @@
 #include "hal/drive_modbus_parts.h"
 
 #define STEP_TRIES   3
-#define STATUS_FRESH 2   /* cycles before a status may be believed */
 #define RESET_CYCLES 100 /* for a fault to be gone */
 
 /* What START goes through, after the identification. */
@@ -66,7 +65,7 @@ void drive_modbus_latch(struct drive_modbus *self)
     self->phase = DRIVE_MODBUS_LATCHED;
     self->state = HAL_DRIVE_FAULT;
     self->target_ns = 0;
-    self->move = DRIVE_MODBUS_NO_MOVE;
+    drive_modbus_go_drop(self);
     self->run.sequence = NULL;
     if (had_torque)
         drive_modbus_run_begin(self, MODBUS_SEQUENCE_stop);
@@ -77,7 +76,7 @@ void drive_modbus_lose(struct drive_modbus *self, enum hal_drive_state state)
     self->phase = DRIVE_MODBUS_LOST;
     self->state = state;
     self->target_ns = 0;
-    self->move = DRIVE_MODBUS_NO_MOVE;
+    drive_modbus_go_drop(self);
     self->run.sequence = NULL;
 }
 
@@ -173,7 +172,7 @@ static int walk_until(struct drive_modbus *self,
 {
     struct hal_text text;
 
-    if (self->cycles >= STATUS_FRESH &&
+    if (self->cycles >= DRIVE_MODBUS_FRESH &&
         drive_modbus_status(self, step->status, false) == (step->value != 0)) {
         walk_next_step(self);
         return MOTION_E_AGAIN;
@@ -215,6 +214,9 @@ void drive_modbus_start(struct drive_modbus *self)
     self->phase = DRIVE_MODBUS_START;
     self->state = HAL_DRIVE_OFFLINE;
     self->run.sequence = NULL;
+    self->mode = drive_modbus_first_mode(self->config.map);
+    self->homing = HAL_DRIVE_HOMING_NONE;
+    self->zero_q32 = 0;
     self->start_at = 0;
     self->identified = self->config.map->identify.item == MODBUS_MAP_NO_ITEM;
     self->identify_asked = false;
@@ -245,7 +247,7 @@ void drive_modbus_pursue(struct drive_modbus *self)
 
     self->is_reached = false;
     self->target_ns = 0;
-    self->move = DRIVE_MODBUS_NO_MOVE;
+    drive_modbus_go_drop(self);
     self->state = rows[self->request].state;
     drive_modbus_run_begin(self, rows[self->request].sequence);
 }
@@ -329,8 +331,10 @@ static void walk_enabled_step(struct drive_modbus *self)
     if (self->run.sequence == NULL)
         return;
     err = walk_run(self);
-    if (err == MOTION_OK && self->move == DRIVE_MODBUS_MOVE_SENT)
+    if (err == MOTION_OK && self->move == DRIVE_MODBUS_MOVE_SENT) {
         self->move = DRIVE_MODBUS_MOVE_RUNNING;
+        self->moved_ns = self->now_ns;
+    }
     if (err == MOTION_OK) {
         self->run.sequence = NULL;
         self->begun = self->begun || self->begin_asked;
@@ -338,15 +342,6 @@ static void walk_enabled_step(struct drive_modbus *self)
     } else if (err != MOTION_E_AGAIN) {
         drive_modbus_latch(self);
     }
-}
-
-static void walk_move_step(struct drive_modbus *self)
-{
-    if (self->move != DRIVE_MODBUS_MOVE_RUNNING || self->cycles < STATUS_FRESH)
-        return;
-    if (!drive_modbus_status(self, MODBUS_STATUS_moving, false) &&
-        drive_modbus_status(self, MODBUS_STATUS_in_position, true))
-        self->move = DRIVE_MODBUS_NO_MOVE;
 }
 
 static void walk_run_step(struct drive_modbus *self)
@@ -360,7 +355,7 @@ static void walk_run_step(struct drive_modbus *self)
         walk_request_step(self);
     } else if (self->state == HAL_DRIVE_ENABLED) {
         walk_enabled_step(self);
-        walk_move_step(self);
+        drive_modbus_go_step(self);
     }
 }
 
@@ -381,7 +376,7 @@ static void walk_reset_step(struct drive_modbus *self)
         self->run.sequence ==
             &self->config.map->sequence[MODBUS_SEQUENCE_reset]) {
         drive_modbus_run_begin(self, MODBUS_SEQUENCE_disable);
-    } else if (err == MOTION_OK && self->cycles >= STATUS_FRESH &&
+    } else if (err == MOTION_OK && self->cycles >= DRIVE_MODBUS_FRESH &&
                !drive_modbus_status(self, MODBUS_STATUS_fault, false)) {
         self->request = HAL_DRIVE_REQUEST_OFF;
         walk_off(self);

@@ -117,6 +117,7 @@ struct modbus_map_step {
     X(enable)                                                                  \
     X(disable)                                                                 \
     X(stop)                                                                    \
+    X(halt) /* a motion ends by its ramp; the next one may come */             \
     X(home)                                                                    \
     X(reset)        /* clear an alarm */                                       \
     X(move_go)      /* after the group move */                                 \

@@ -143,9 +143,14 @@ static void servo_go(struct sim_modbus_servo *self)
     self->targets++;
 }
 
+/* Its home is where it stands: it counts from 0 there. */
 static void servo_home(struct sim_modbus_servo *self)
 {
     self->homed = self->enabled;
+    if (!self->enabled)
+        return;
+    self->plant.pos_q24 = 0;
+    servo_stand(self);
 }
 
 static void servo_reset(struct sim_modbus_servo *self)
@@ -170,6 +175,7 @@ static void (*const servo_do[MODBUS_SEQUENCE_COUNT])(
     [MODBUS_SEQUENCE_enable] = servo_enable,
     [MODBUS_SEQUENCE_disable] = servo_torque_off,
     [MODBUS_SEQUENCE_stop] = servo_stop,
+    [MODBUS_SEQUENCE_halt] = servo_stop,
     [MODBUS_SEQUENCE_home] = servo_home,
     [MODBUS_SEQUENCE_reset] = servo_reset,
     [MODBUS_SEQUENCE_move_go] = servo_go,

@@ -36,7 +36,9 @@ static void can_harm_noise(struct can_harm *self)
 
     for (unsigned i = 0; i < frame.len; i++)
         frame.data[i] = (uint8_t)check_random(&self->seed);
-    if ((frame.id & FUNCTION) == TPDO1)
+    if (self->has_values != NULL && self->has_values(frame.id))
+        frame.id ^= 0x400;
+    if (self->has_values == NULL && (frame.id & FUNCTION) == TPDO1)
         frame.len %= 6;
     if (can_harm_is_sdo(&frame))
         frame.data[3] = 0xEE; /* of no object */

@@ -33,7 +33,9 @@ struct can_harm {
     unsigned one_in;  /* so many frames for one that is harmed; 0: none is */
     unsigned harm_at; /* or: the frame with this number, from 1, is */
     enum can_harm_kind harm_kind;
-    unsigned taken;  /* frames so far */
+    unsigned taken; /* frames so far */
+    /* NULL, or ids of frames that have values: noise has others. */
+    bool (*has_values)(uint32_t id);
     int64_t late_ns; /* a delay is at most so long */
     struct hal_can_frame held[CAN_HARM_HELD];
     unsigned head, count;

@@ -96,25 +96,116 @@ static void every_map_follows_a_streamed_move(void **state)
 
 static void every_map_goes_point_to_point(void **state)
 {
+    const struct hal_drive_go go = { .pos_q32 = 5 * UNIT_Q32,
+                                     .vel_q32 = 4 * UNIT_Q32 };
+
     (void)state;
     for (unsigned i = 0; i < ARRAY_LEN(maps); i++) {
+        unsigned ticks = 0;
+
         modbus_bench_load(&bench, maps[i]);
         modbus_bench_init(&bench);
         modbus_bench_enable(&bench);
-        bench.streams = false;
+        assert_int_equal(hal_drive_go(&bench.drive.drive, &go), MOTION_E_STATE);
         assert_int_equal(
-            drive_modbus_go(&bench.drive, 5 * UNIT_Q32, 4 * UNIT_Q32), 0);
-        assert_int_equal(drive_modbus_go(&bench.drive, 0, UNIT_Q32),
-                         MOTION_E_STATE);
-        for (unsigned n = 0; n < 10000 && drive_modbus_is_going(&bench.drive);
-             n++)
+            hal_drive_set_mode(&bench.drive.drive, HAL_DRIVE_PROFILE_POSITION),
+            MOTION_OK);
+        assert_int_equal(hal_drive_go(&bench.drive.drive, &go), MOTION_OK);
+        do
             modbus_bench_tick(&bench);
-        if (drive_modbus_is_going(&bench.drive) ||
+        while (!bench.feedback.arrived && ++ticks < 10000);
+        if (!bench.feedback.arrived ||
             llabs(sim_modbus_servo_counts(&bench.servo) - 50000) > 8)
             fail_msg("%s: at %" PRId64, maps[i],
                      sim_modbus_servo_counts(&bench.servo));
         assert_int_equal(bench.servo.targets, 1);
     }
+}
+
+static void going_bench(const char *name, const struct hal_drive_go *go)
+{
+    modbus_bench_load(&bench, name);
+    modbus_bench_init(&bench);
+    modbus_bench_enable(&bench);
+    assert_int_equal(
+        hal_drive_set_mode(&bench.drive.drive, HAL_DRIVE_PROFILE_POSITION),
+        MOTION_OK);
+    assert_int_equal(hal_drive_go(&bench.drive.drive, go), MOTION_OK);
+    modbus_bench_run(&bench, 600 * MS);
+}
+
+/* 8 units at 2 units/s: on its way after 0.6 s. */
+static void a_halt_ends_a_go_and_the_next_one_starts(void **state)
+{
+    const struct hal_drive_go there = { .pos_q32 = 8 * UNIT_Q32,
+                                        .vel_q32 = 2 * UNIT_Q32,
+                                        .acc_q16 = 20 << 16,
+                                        .dec_q16 = 20 << 16 };
+
+    (void)state;
+    for (unsigned i = 0; i < ARRAY_LEN(maps); i++) {
+        going_bench(maps[i], &there);
+        if (bench.map.sequence[MODBUS_SEQUENCE_halt].count == 0) {
+            assert_string_equal(maps[i], "lexium-32");
+            assert_int_equal(hal_drive_halt(&bench.drive.drive),
+                             MOTION_E_EMPTY);
+            continue;
+        }
+        if (bench.feedback.arrived) { /* no speed in its registers */
+            assert_string_equal(maps[i], "delta-asda");
+            continue;
+        }
+        assert_int_equal(hal_drive_halt(&bench.drive.drive), MOTION_OK);
+        modbus_bench_run(&bench, 1000 * MS);
+        assert_int_equal(bench.feedback.state, HAL_DRIVE_ENABLED);
+        assert_int_equal(bench.feedback.vel_q32, 0);
+        assert_false(bench.feedback.arrived);
+        assert_true(units(bench.feedback.pos_q32) < 6);
+        assert_int_equal(hal_drive_go(&bench.drive.drive, &there), MOTION_OK);
+        modbus_bench_run(&bench, 7000 * MS);
+        assert_true(bench.feedback.arrived);
+        assert_true(fabs(units(bench.feedback.pos_q32) - 8) < 0.001);
+    }
+}
+
+static void every_map_that_can_goes_home(void **state)
+{
+    const struct hal_drive_home home = { .pos_q32 = 3 * UNIT_Q32,
+                                         .timeout_ns = 5000 * MS };
+
+    (void)state;
+    for (unsigned i = 0; i < ARRAY_LEN(maps); i++) {
+        modbus_bench_load(&bench, maps[i]);
+        modbus_bench_init(&bench);
+        modbus_bench_enable(&bench);
+        if (bench.map.sequence[MODBUS_SEQUENCE_home].count == 0)
+            continue;
+        assert_int_equal(
+            hal_drive_set_mode(&bench.drive.drive, HAL_DRIVE_HOMING),
+            MOTION_OK);
+        assert_int_equal(hal_drive_home(&bench.drive.drive, &home), MOTION_OK);
+        modbus_bench_run(&bench, 2000 * MS);
+        assert_int_equal(bench.feedback.homing, HAL_DRIVE_HOMING_DONE);
+        assert_int_equal(bench.feedback.pos_q32, home.pos_q32);
+        assert_int_equal(sim_modbus_servo_counts(&bench.servo), 0);
+    }
+}
+
+/* No drive is home within a millisecond. */
+static void a_homing_that_takes_too_long_is_a_fault(void **state)
+{
+    const struct hal_drive_home home = { .timeout_ns = MS };
+
+    (void)state;
+    modbus_bench_load(&bench, "leadshine-el7");
+    modbus_bench_init(&bench);
+    modbus_bench_enable(&bench);
+    assert_int_equal(hal_drive_set_mode(&bench.drive.drive, HAL_DRIVE_HOMING),
+                     MOTION_OK);
+    assert_int_equal(hal_drive_home(&bench.drive.drive, &home), MOTION_OK);
+    modbus_bench_until(&bench, HAL_DRIVE_FAULT);
+    assert_string_equal(bench.feedback.fault_text, "not at home in time");
+    assert_int_equal(bench.feedback.homing, HAL_DRIVE_HOMING_FAILED);
 }
 
 /* ---- faults ---- */
@@ -288,6 +379,9 @@ int main(void)
         cmocka_unit_test(every_map_starts_enables_and_lets_go),
         cmocka_unit_test(every_map_follows_a_streamed_move),
         cmocka_unit_test(every_map_goes_point_to_point),
+        cmocka_unit_test(a_halt_ends_a_go_and_the_next_one_starts),
+        cmocka_unit_test(every_map_that_can_goes_home),
+        cmocka_unit_test(a_homing_that_takes_too_long_is_a_fault),
         cmocka_unit_test(an_alarm_is_told_in_words_and_reset),
         cmocka_unit_test(a_mute_drive_is_lost_and_found),
         cmocka_unit_test(a_drive_that_comes_later_is_found),

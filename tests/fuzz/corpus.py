@@ -233,6 +233,25 @@ put("canopen", "lss", ask(4) + b"".join(
 put("canopen", "guard", bytes([0, 0]) + bytes([1]) + frame(0x706, b"\x7f")
     + bytes([7]) + bytes([255]) + bytes([1]) + frame(0x706, b"\xff"))
 
+# ODrive 3: heartbeat, position and speed, error; then enable.  Every frame is
+# followed by a byte that says whether it is an FD one.
+ODRIVE = 3 << 5
+put("can_bus", "odrive", b"".join(
+    bytes([2]) + frame(ODRIVE | 1, struct.pack("<IBBBB", 0, 1, 0, 0, 0)) + b"\0"
+    + frame(ODRIVE | 9, struct.pack("<ff", 1.5, -0.25)) + b"\0"
+    + (ask(8) if i == 4 else b"") for i in range(8)))
+put("can_bus", "odrive-fault", bytes([1]) + frame(
+    ODRIVE | 3, struct.pack("<II", 0x200, 0)) + b"\0"
+    + bytes([1]) + frame(ODRIVE | 1, struct.pack("<IBBBB", 0x200, 1, 0, 0, 0))
+    + b"\0" + ask(24))
+# moteus 5: mode, position, velocity, torque as floats; voltage, fault.
+REPLY = (bytes([0x24, 0x00]) + struct.pack("<HH", 10, 0)[:2] + b"\x2d\x01"
+         + struct.pack("<ff", 0.5, 0.1))
+put("can_bus", "moteus", b"".join(
+    bytes([1]) + struct.pack("<HB", 0x500, 0) + bytes([8 | 3])
+    + REPLY.ljust(20, b"\x50") + (ask(9) if i == 3 else b"")
+    for i in range(6)))
+
 WRITE = [(0x1017, 0, 2, 100), (0x6060, 0, 1, 8), (0x6040, 0, 2, 6),
          (0x6040, 0, 2, 7), (0x6040, 0, 2, 15)]
 put("sdo_server", "enable", b"".join(

@@ -6,7 +6,7 @@ FUZZ_SECONDS ?= 5
 FUZZ_MAIN    ?= $(B)/tests/fuzz/replay.o
 FUZZ_FOUND   := build/fuzz/found
 
-$(B)/libfuzz.a: $(B)/tests/fuzz/fuzz.o $(B)/tests/fuzz/import.o
+$(B)/libfuzz.a: $(patsubst %,$(B)/tests/fuzz/%.o,fuzz import port)
 $(B)/tests/fuzz/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(FUZZ_MAIN) $(B)/libfuzz.a \
     $(B)/libslew.a
 	$(call say,link,$@)

@@ -3,63 +3,11 @@
 #include <string.h>
 
 #include "hal/canopen_lss.h"
-#include "hal/container_of.h"
 #include "hal/drive_cia402.h"
 #include "tests/fuzz/fuzz.h"
+#include "tests/fuzz/fuzz_port.h"
 
 #define MS INT64_C(1000000)
-
-/* A port that takes everything and hears the input. */
-struct fuzz_port {
-    struct hal_can can;
-    struct fuzz_bytes bytes;
-    unsigned turn; /* frames until the next cycle */
-};
-
-static int fuzz_port_send(struct hal_can *can,
-                          const struct hal_can_frame *frame)
-{
-    (void)can;
-    fuzz_claim(hal_can_is_legal(frame, false), "what is sent is a frame");
-    return MOTION_OK;
-}
-
-static int fuzz_port_flush(struct hal_can *can)
-{
-    (void)can;
-    return MOTION_OK;
-}
-
-static int fuzz_port_recv(struct hal_can *can, struct hal_can_frame *frame)
-{
-    struct fuzz_port *port = CONTAINER_OF(can, struct fuzz_port, can);
-
-    if (port->turn == 0 || port->bytes.left == 0)
-        return 0;
-    port->turn--;
-    *frame = fuzz_frame(&port->bytes);
-    return 1;
-}
-
-static int fuzz_port_state(struct hal_can *can)
-{
-    (void)can;
-    return HAL_CAN_ACTIVE;
-}
-
-static void fuzz_port_stats(struct hal_can *can, struct hal_can_stats *stats)
-{
-    (void)can;
-    memset(stats, 0, sizeof *stats);
-}
-
-static const struct hal_can_ops fuzz_port_ops = {
-    .send = fuzz_port_send,
-    .flush = fuzz_port_flush,
-    .recv = fuzz_port_recv,
-    .state = fuzz_port_state,
-    .stats = fuzz_port_stats,
-};
 
 struct fuzz_canopen {
     struct fuzz_port port;
@@ -83,7 +31,7 @@ static void fuzz_canopen_init(struct fuzz_canopen *self)
     };
 
     memset(self, 0, sizeof *self);
-    self->port.can.ops = &fuzz_port_ops;
+    fuzz_port_init(&self->port);
     self->now_ns = 1000 * MS;
     fuzz_claim(canopen_init(&self->master, &self->port.can, &config) == 0 &&
                    drive_cia402_init(&self->drive, &self->master, &drive) == 0,
