@@ -58,7 +58,7 @@ SLEW     := $(B)/slew
 TESTS    := $(TEST_SRC:%.c=$(B)/%)
 FUZZ     := $(patsubst %.c,$(B)/%,$(wildcard tests/fuzz/fuzz_*.c))
 VECTORS  := $(B)/tests/vectors
-SCRIPTS  := $(wildcard tests/demo.sh)
+SCRIPTS  := $(wildcard tests/demo.sh tests/real_modbus.sh)
 
 Q        := $(if $(V),,@)
 ALL_CPUS  = $(if $(findstring jobserver,$(MAKEFLAGS)),,-j"$$(nproc)")

@@ -240,6 +240,16 @@ static void controller_follow_actual(struct controller *controller)
         controller_follow(&controller->axis[i]);
 }
 
+/* What the acceleration takes, as far as 32 bits go. */
+static int32_t controller_torque(int64_t torque_q32, int64_t acc_q16)
+{
+    int64_t permille;
+    if (motion_fixed_mulshift(acc_q16, torque_q32, 48, &permille) < 0 ||
+        permille > INT32_MAX || permille < INT32_MIN)
+        return 0;
+    return (int32_t)permille;
+}
+
 /* Every track at the same path time; speed and acceleration by the chain rule
  * p' = f' r, p'' = f'' r^2 + f' r'. */
 static void controller_sample(struct controller *controller)
@@ -258,6 +268,8 @@ static void controller_sample(struct controller *controller)
         axis->target = (struct hal_drive_target){ .pos_q32 = warped.pos_q32,
                                                   .vel_q32 = warped.vel_q32,
                                                   .acc_q16 = warped.acc_q16 };
+        axis->target.torque_permille = controller_torque(
+            controller->config.axis[i].torque_q32, warped.acc_q16);
     }
 }
 

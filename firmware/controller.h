@@ -121,6 +121,8 @@ struct controller_axis_config {
     struct motion_clock_limit stop;  /* for stopping after a fault, >= limit */
     int64_t following_floor_q32;     /* fault above max(floor, |v| * k) */
     int64_t following_k_ns;
+    /* feed-forward: permille of the rated torque per unit/s2; 0: none */
+    int64_t torque_q32;
     int64_t feedback_max_age_ns; /* of this axis; 0: the controller's */
     bool needs_homing; /* its position means nothing before it was homed */
 };

@@ -106,7 +106,8 @@ struct drive_cia402_config {
      * group (0x608F, 0x6091, 0x6092) must say the same; 0: not checked */
     int64_t travel_q32;
     uint32_t modes_also; /* bits of 0x6502 that it has and does not tell */
-    /* software limits, 0x607D, where the drive has them; both 0: leave */
+    /* software limits, 0x607D, where the drive has them; off for an axis that
+     * already stands outside them; both 0: leave */
     int64_t pos_min_q32, pos_max_q32;
     bool limits_when_homed; /* not before its own homing is done */
     struct {
@@ -214,6 +215,7 @@ struct drive_cia402 {
     struct drive_cia402_probe probe;
     uint32_t factor[4][2]; /* 0x608F, 0x6091, 0x6092, 0x6096; 0: not there */
     bool speeds_fit;       /* 0x6096 is what the config says */
+    bool limits_in_force;  /* 0x607D has been written, and is there */
     bool torque_out, torque_in; /* 0x60B2 and 0x6077 are in the PDOs */
 
     /* the walk through the power states */

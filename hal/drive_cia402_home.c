@@ -31,10 +31,7 @@ static const struct drive_cia402_step home_write[] = {
     END,
 };
 const struct drive_cia402_step drive_cia402_limits[] = {
-    WRITE_OF(STEP_IF_LIMITS | STEP_IF_THERE, 0x607D, 1, 4, VALUE_LIMIT),
-    WRITE_OF(STEP_IF_LIMITS | STEP_IF_THERE, 0x607D, 2, 4, VALUE_LIMIT),
-    COMPARE_OF(STEP_IF_LIMITS | STEP_IF_THERE, 0x607D, 1, 4, VALUE_LIMIT),
-    COMPARE_OF(STEP_IF_LIMITS | STEP_IF_THERE, 0x607D, 2, 4, VALUE_LIMIT),
+    LIMITS,
     END,
 };
 /* clang-format on */

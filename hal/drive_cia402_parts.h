@@ -93,6 +93,7 @@ enum drive_cia402_check {
     CHECK_FACTOR,
     CHECK_FACTORS,
     CHECK_PROBE,
+    CHECK_LIMITS,
     CHECK_TORQUE_OUT,
     CHECK_TORQUE_IN,
 };
@@ -241,6 +242,14 @@ extern const struct hal_drive_ops drive_cia402_ops;
 static inline struct drive_cia402 *drive_cia402_of(struct hal_drive *drive)
 {
     return CONTAINER_OF(drive, struct drive_cia402, drive);
+}
+
+/* Where it was read last, and its software limits.  Enabled there, many drives
+ * go to the limit by themselves, so there are none then. */
+static inline bool drive_cia402_is_outside(const struct drive_cia402 *self)
+{
+    return self->preload_counts < self->limit_counts[0] ||
+           self->preload_counts > self->limit_counts[1];
 }
 
 #define DRIVE_CIA402_STANDING_COUNTS 2 /* per period */

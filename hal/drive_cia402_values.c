@@ -92,10 +92,17 @@ static uint32_t value_following_time(const struct drive_cia402 *self)
     return self->config.following_error_ms;
 }
 
+static bool limits_wait(const struct drive_cia402 *self)
+{
+    return drive_cia402_is_outside(self) ||
+           (self->config.limits_when_homed &&
+            self->job != DRIVE_CIA402_JOB_LIMITS);
+}
+
 /* 0x607D:1 and :2; both 0: off. */
 static uint32_t value_limit(const struct drive_cia402 *self)
 {
-    if (self->config.limits_when_homed && self->job != DRIVE_CIA402_JOB_LIMITS)
+    if (limits_wait(self))
         return 0;
     return (uint32_t)self->limit_counts[self->list[self->list_at].sub - 1];
 }
@@ -308,6 +315,14 @@ static int check_torque_in(struct drive_cia402 *self, uint32_t value)
     return MOTION_OK;
 }
 
+/* It has them. */
+static int check_limits(struct drive_cia402 *self, uint32_t value)
+{
+    (void)value;
+    self->limits_in_force = !limits_wait(self);
+    return MOTION_OK;
+}
+
 /* From here on TPDO1 is what we mapped. */
 static int check_pdo_ours(struct drive_cia402 *self, uint32_t value)
 {
@@ -377,6 +392,7 @@ int (*const drive_cia402_checks[])(struct drive_cia402 *self,
     [CHECK_FACTOR] = check_factor,
     [CHECK_FACTORS] = check_factors,
     [CHECK_PROBE] = check_probe,
+    [CHECK_LIMITS] = check_limits,
     [CHECK_TORQUE_OUT] = check_torque_out,
     [CHECK_TORQUE_IN] = check_torque_in,
 };

@@ -117,6 +117,7 @@ static void drive_cia402_forget_modes(struct drive_cia402 *self)
     self->probe = (struct drive_cia402_probe){ .there = false };
     self->speeds_fit = true;
     self->torque_in = self->torque_out = false;
+    self->limits_in_force = false;
     for (unsigned i = 0; i < 8; i++)
         self->factor[i / 2][i % 2] = 0;
 }
@@ -181,6 +182,11 @@ static void drive_cia402_preload_step(struct drive_cia402 *self, int64_t now_ns)
         drive_cia402_apart(self->preload_counts, self->actual_counts) >
             self->first_step_counts) {
         drive_cia402_say(self, "axis moves while it is being enabled");
+        err = MOTION_E_LIMIT;
+    }
+    if (err == MOTION_OK && self->limits_in_force &&
+        drive_cia402_is_outside(self)) {
+        drive_cia402_say(self, "stands outside its software limits (0x607D)");
         err = MOTION_E_LIMIT;
     }
     if (err != MOTION_OK) {

@@ -325,17 +325,18 @@ static void moteus_take_complete(struct drive_moteus *self,
         turns->go_done = answer->complete != 0;
 }
 
-static void moteus_take(struct drive_moteus *self,
+static bool moteus_take(struct drive_moteus *self,
                         const struct moteus_answer *answer, int64_t t_ns,
                         int64_t now_ns)
 {
     struct drive_turns *turns = &self->turns;
     int64_t torque_mnm = 0;
 
+    if (!drive_turns_note(turns, hal_float32_to_fixed(answer->pos, 32),
+                          hal_float32_to_fixed(answer->vel, 32), t_ns))
+        return false;
     self->heard = true;
     self->heard_ns = now_ns;
-    drive_turns_note(turns, hal_float32_to_fixed(answer->pos, 32),
-                     hal_float32_to_fixed(answer->vel, 32), t_ns);
     turns->torque_known =
         hal_float32_is_finite(answer->torque) &&
         motion_fixed_mulshift(hal_float32_to_fixed(answer->torque, 16), 1000,
@@ -344,6 +345,7 @@ static void moteus_take(struct drive_moteus *self,
     turns->torque_mnm = turns->torque_known ? (int32_t)torque_mnm : 0;
     moteus_take_state(self, answer);
     moteus_take_complete(self, answer, now_ns);
+    return true;
 }
 
 /* Somebody else's: writes (their head is below 0x10) are orders. */
@@ -366,9 +368,10 @@ static enum can_bus_take drive_moteus_receive(struct can_bus_node *node,
         return moteus_overhear(frame);
     if (frame->id != (uint32_t)self->config.id << 8)
         return CAN_BUS_NOT_MINE;
-    if (!moteus_read(frame, &answer))
+    if (!moteus_read(frame, &answer) ||
+        !moteus_take(self, &answer, frame->t_ns != 0 ? frame->t_ns : now_ns,
+                     now_ns))
         return CAN_BUS_MALFORMED;
-    moteus_take(self, &answer, frame->t_ns != 0 ? frame->t_ns : now_ns, now_ns);
     return CAN_BUS_TAKEN;
 }
 

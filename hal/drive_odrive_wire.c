@@ -56,37 +56,31 @@ int odrive_send_u32(struct drive_odrive *self, enum odrive_command command,
     return odrive_send(self, command, data, 4 * count);
 }
 
-/* Q32 to 0.001 in 16 bits, held at their ends: a cast would change the sign. */
-static void odrive_put_thousandths(uint8_t at[2], int64_t value_q32)
+/* In 16 bits, held at their ends: a cast would change the sign. */
+static void odrive_put_i16(uint8_t at[2], int64_t value)
 {
-    int64_t value = 0;
+    uint16_t word = (uint16_t)value;
 
-    if (motion_fixed_mulshift(value_q32, 1000, 32, &value) != MOTION_OK)
-        value = value_q32 < 0 ? INT16_MIN : INT16_MAX;
     if (value > INT16_MAX)
-        value = INT16_MAX;
-    if (value < INT16_MIN)
-        value = INT16_MIN;
-    at[0] = (uint8_t)value;
-    at[1] = (uint8_t)(value >> 8);
+        word = INT16_MAX;
+    else if (value < INT16_MIN)
+        word = (uint16_t)INT16_MIN;
+    at[0] = (uint8_t)word;
+    at[1] = (uint8_t)(word >> 8);
 }
 
 static void odrive_send_target(struct drive_odrive *self)
 {
     const struct drive_turns *turns = &self->turns;
-    int32_t torque_mnm = turns->target_torque_mnm;
+    const int64_t raw_q32 = drive_turns_raw_q32(turns, turns->target_q32);
+    int64_t vel = 0; /* 0.001 turns/s */
     uint8_t data[8];
 
-    if (torque_mnm > INT16_MAX)
-        torque_mnm = INT16_MAX;
-    if (torque_mnm < INT16_MIN)
-        torque_mnm = INT16_MIN;
-    hal_float32_put(data,
-                    hal_float32_from_fixed(
-                        drive_turns_raw_q32(turns, turns->target_q32), 32));
-    odrive_put_thousandths(&data[4], turns->target_vel_q32);
-    data[6] = (uint8_t)torque_mnm;
-    data[7] = (uint8_t)(torque_mnm >> 8);
+    /* 1000 / 2^32 makes it smaller: it always fits */
+    (void)motion_fixed_mulshift(turns->target_vel_q32, 1000, 32, &vel);
+    hal_float32_put(data, hal_float32_from_fixed(raw_q32, 32));
+    odrive_put_i16(&data[4], vel);
+    odrive_put_i16(&data[6], turns->target_torque_mnm);
     (void)odrive_send(self, ODRIVE_SET_INPUT_POS, data, sizeof data);
 }
 
@@ -276,11 +270,11 @@ static bool odrive_take_estimates(struct drive_odrive *self,
     const uint32_t pos = hal_float32_get(frame->data);
     const uint32_t vel = hal_float32_get(&frame->data[4]);
 
-    if (!hal_float32_is_finite(pos) || !hal_float32_is_finite(vel))
+    if (!hal_float32_is_finite(pos) || !hal_float32_is_finite(vel) ||
+        !drive_turns_note(&self->turns, hal_float32_to_fixed(pos, 32),
+                          hal_float32_to_fixed(vel, 32),
+                          frame->t_ns != 0 ? frame->t_ns : now_ns))
         return false;
-    drive_turns_note(&self->turns, hal_float32_to_fixed(pos, 32),
-                     hal_float32_to_fixed(vel, 32),
-                     frame->t_ns != 0 ? frame->t_ns : now_ns);
     self->was_told = true;
     return true;
 }

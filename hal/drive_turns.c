@@ -308,7 +308,9 @@ static void put_demand(const struct drive_turns *self,
     feedback->demand_age_ns = self->actual_ns - past.given_ns;
     if (!self->extrapolates)
         return;
-    /* 1e-9 = 4611686018 / 2^62; at most a few periods: far from any end */
+    if (since_ns > NS_PER_S) /* long since at rest */
+        since_ns = NS_PER_S;
+    /* 1e-9 = 2305843009 / 2^61 */
     if (motion_fixed_mulshift(since_ns * 2305843009, past.vel_q32, 61,
                               &way_q32) != MOTION_OK)
         return;

@@ -56,7 +56,6 @@ enum drive_turns_motion {
     DRIVE_TURNS_FOLLOW, /* the set points; without a new one it stands */
     DRIVE_TURNS_RAMP,   /* to standstill, then FOLLOW */
     DRIVE_TURNS_GO,     /* by the drive's profile, to or at go */
-    DRIVE_TURNS_HALT,   /* by the drive's ramp, then FOLLOW */
     DRIVE_TURNS_HOME,   /* by the drive itself */
 };
 
@@ -110,7 +109,7 @@ struct drive_turns {
     /* as the wire part heard it */
     bool armed;      /* follows set points, or moves by its profile */
     bool torque;     /* armed, or doing something else by itself */
-    bool alarmed;    /* has a fault; alarm() of its text */
+    bool alarmed;    /* has a fault, whose text has been said */
     bool positioned; /* actual_q32 is known */
     bool extrapolates, go_done;
     enum hal_drive_homing homing;
@@ -156,8 +155,9 @@ void drive_turns_step(struct drive_turns *self, int64_t now_ns);
 bool drive_turns_next(struct drive_turns *self);
 /* The set point as the drive counts. */
 int64_t drive_turns_raw_q32(const struct drive_turns *self, int64_t pos_q32);
-/* A position was heard, as the drive counts: measured answer_ns before t_ns. */
-void drive_turns_note(struct drive_turns *self, int64_t pos_q32,
+/* A position was heard, as the drive counts: measured answer_ns before t_ns.
+ * False: no motor is there, or so fast; it is not believed. */
+bool drive_turns_note(struct drive_turns *self, int64_t pos_q32,
                       int64_t vel_q32, int64_t t_ns);
 /* The drive has found its zero and stands on it: that is home.pos_q32. */
 void drive_turns_homed(struct drive_turns *self);

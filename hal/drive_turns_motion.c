@@ -6,6 +6,8 @@
 
 /* Slower is standing: 1/64 turn/s, above the noise of a velocity estimate. */
 #define STANDING_Q32 (MOTION_FIXED_ONE_Q32 / 64)
+/* Turns, and turns/s: more is no motor. */
+#define REAL_MAX_Q32 (8 * ((int64_t)DRIVE_TURNS_MAX << 32))
 
 void drive_turns_stand(struct drive_turns *self)
 {
@@ -75,8 +77,12 @@ static void motion_follow(struct drive_turns *self)
         self->given = false;
         return;
     }
-    self->target_vel_q32 = 0;
     self->target_torque_mnm = 0;
+    if (self->target_vel_q32 == 0)
+        return;
+    self->target_vel_q32 = 0;
+    if (self->extrapolates && self->past_count > 0)
+        motion_remember(self); /* it goes on no farther */
 }
 
 bool drive_turns_next(struct drive_turns *self)
@@ -106,13 +112,21 @@ void drive_turns_homed(struct drive_turns *self)
     self->homing = HAL_DRIVE_HOMING_DONE;
 }
 
-void drive_turns_note(struct drive_turns *self, int64_t pos_q32,
+static bool motion_is_real(int64_t value_q32)
+{
+    return value_q32 <= REAL_MAX_Q32 && value_q32 >= -REAL_MAX_Q32;
+}
+
+bool drive_turns_note(struct drive_turns *self, int64_t pos_q32,
                       int64_t vel_q32, int64_t t_ns)
 {
+    if (!motion_is_real(pos_q32) || !motion_is_real(vel_q32))
+        return false;
     self->actual_q32 = pos_q32 + self->origin_q32;
     self->actual_vel_q32 = vel_q32;
     self->actual_ns = t_ns - self->config.answer_ns;
     self->positioned = true;
+    return true;
 }
 
 bool drive_turns_in_force(const struct drive_turns *self, int64_t t_ns,

@@ -22,7 +22,8 @@
 
 #define HAL_MODBUS_READ_MAX  125  /* registers in one reply */
 #define HAL_MODBUS_WRITE_MAX 123  /* registers in one request; 121 with 0x17 */
-#define HAL_MODBUS_BITS_MAX  1968 /* coils in one request */
+#define HAL_MODBUS_BITS_MAX  1968 /* coils written in one request */
+#define HAL_MODBUS_BITS_READ 2000 /* coils or inputs in one reply */
 
 #define HAL_MODBUS_BROADCAST 0 /* unit: all hear it, nobody answers */
 
@@ -30,11 +31,13 @@
 #define HAL_MODBUS_MAILBOX 8
 
 enum hal_modbus_function {
-    HAL_MODBUS_READ = 0x03,        /* holding registers */
-    HAL_MODBUS_READ_INPUT = 0x04,  /* input registers */
-    HAL_MODBUS_WRITE_COIL = 0x05,  /* value[0]: 0 or not */
-    HAL_MODBUS_WRITE = 0x06,       /* one register, value[0] */
-    HAL_MODBUS_WRITE_COILS = 0x0F, /* bit i is bit i % 16 of value[i / 16] */
+    HAL_MODBUS_READ_COILS = 0x01,    /* bits, as WRITE_COILS has them */
+    HAL_MODBUS_READ_DISCRETE = 0x02, /* the same of discrete inputs */
+    HAL_MODBUS_READ = 0x03,          /* holding registers */
+    HAL_MODBUS_READ_INPUT = 0x04,    /* input registers */
+    HAL_MODBUS_WRITE_COIL = 0x05,    /* value[0]: 0 or not */
+    HAL_MODBUS_WRITE = 0x06,         /* one register, value[0] */
+    HAL_MODBUS_WRITE_COILS = 0x0F,   /* bit i is bit i % 16 of value[i / 16] */
     HAL_MODBUS_WRITE_MANY = 0x10,
     HAL_MODBUS_REPORT = 0x11,     /* who are you, as the maker likes; count 0 */
     HAL_MODBUS_MASK = 0x16,       /* register = (it and value[0]) or
@@ -62,7 +65,7 @@ struct hal_modbus_reply {
      * MOTION_E_IO: port or connection gone. */
     int err;
     uint8_t exception; /* Modbus exception code */
-    uint16_t count;    /* registers that were read */
+    uint16_t count;    /* registers, or bits, that were read */
     uint8_t bytes;     /* 11, 2B: so many came after the function; they fill
                           `value`, each register its upper byte first */
     uint16_t value[HAL_MODBUS_READ_MAX];

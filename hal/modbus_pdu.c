@@ -3,6 +3,7 @@
  * A request is a function code, its head of whole registers, and for the ones
  * that write several a byte count and data:
  *
+ *   01 02     address, count: bits
  *   03 04     address, count
  *   05 06     address, value
  *   0F 10     address, count, bytes, data
@@ -23,9 +24,16 @@
 #define COIL_ON          0xFF00
 #define WRITE_READ_MAX   121
 
+static bool modbus_pdu_reads_bits(uint8_t function)
+{
+    return function == HAL_MODBUS_READ_COILS ||
+           function == HAL_MODBUS_READ_DISCRETE;
+}
+
 static bool modbus_pdu_reads(uint8_t function)
 {
-    return function == HAL_MODBUS_READ || function == HAL_MODBUS_READ_INPUT ||
+    return modbus_pdu_reads_bits(function) || function == HAL_MODBUS_READ ||
+           function == HAL_MODBUS_READ_INPUT ||
            function == HAL_MODBUS_WRITE_READ;
 }
 
@@ -49,6 +57,9 @@ static bool modbus_pdu_fits(uint16_t address, uint16_t count)
 static bool modbus_pdu_counts_ok(const struct hal_modbus_request *request)
 {
     switch (request->function) {
+    case HAL_MODBUS_READ_COILS:
+    case HAL_MODBUS_READ_DISCRETE:
+        return modbus_pdu_in(request->count, HAL_MODBUS_BITS_READ);
     case HAL_MODBUS_READ:
     case HAL_MODBUS_READ_INPUT:
         return modbus_pdu_in(request->count, HAL_MODBUS_READ_MAX);
@@ -137,6 +148,8 @@ static void modbus_pdu_take_data(struct hal_modbus_request *request,
 static unsigned modbus_pdu_head_count(uint8_t function)
 {
     switch (function) {
+    case HAL_MODBUS_READ_COILS:
+    case HAL_MODBUS_READ_DISCRETE:
     case HAL_MODBUS_READ:
     case HAL_MODBUS_READ_INPUT:
     case HAL_MODBUS_WRITE_COIL:
@@ -275,13 +288,43 @@ static unsigned modbus_pdu_echo_count(uint8_t function)
     return function == HAL_MODBUS_MASK ? 3 : 2;
 }
 
+/* Bytes of what is read. */
+static unsigned modbus_pdu_read_length(const struct hal_modbus_request *request)
+{
+    if (modbus_pdu_reads_bits(request->function))
+        return (request->count + 7u) >> 3;
+    return 2u * request->count;
+}
+
 unsigned modbus_pdu_answer_length(const struct hal_modbus_request *request)
 {
     if (modbus_pdu_is_open(request->function))
         return MODBUS_PDU_MAX;
     if (modbus_pdu_reads(request->function))
-        return 2 + 2u * request->count;
+        return 2 + modbus_pdu_read_length(request);
     return 1 + 2 * modbus_pdu_echo_count(request->function);
+}
+
+/* The lowest first; those of the last byte that were not asked for are 0. */
+static void modbus_pdu_put_bits(const uint16_t *value, unsigned count,
+                                uint8_t *at)
+{
+    for (unsigned i = 0; 8 * i < count; i++)
+        at[i] = (uint8_t)(value[i >> 1] >> 8 * (i & 1));
+    if ((count & 7) != 0)
+        at[count >> 3] &= (uint8_t)((1u << (count & 7)) - 1);
+}
+
+static void modbus_pdu_take_bits(const uint8_t *at, unsigned count,
+                                 uint16_t *value)
+{
+    for (unsigned i = 0; i < count; i++) {
+        const uint16_t bit = (uint16_t)(at[i >> 3] >> (i & 7) & 1);
+
+        if ((i & 15) == 0)
+            value[i >> 4] = 0;
+        value[i >> 4] = (uint16_t)(value[i >> 4] | bit << (i & 15));
+    }
 }
 
 unsigned modbus_pdu_put_answer(const struct hal_modbus_request *request,
@@ -292,9 +335,12 @@ unsigned modbus_pdu_put_answer(const struct hal_modbus_request *request,
         return modbus_pdu_put_head(
             request, modbus_pdu_echo_count(request->function), pdu);
     pdu[0] = request->function;
-    pdu[1] = (uint8_t)(2 * request->count);
-    for (size_t i = 0; i < request->count; i++)
-        modbus_pdu_set(pdu + 2 + 2 * i, value[i]);
+    pdu[1] = (uint8_t)modbus_pdu_read_length(request);
+    if (modbus_pdu_reads_bits(request->function))
+        modbus_pdu_put_bits(value, request->count, pdu + 2);
+    else
+        for (size_t i = 0; i < request->count; i++)
+            modbus_pdu_set(pdu + 2 + 2 * i, value[i]);
     return modbus_pdu_answer_length(request);
 }
 
@@ -369,7 +415,10 @@ void modbus_pdu_take_answer(const struct hal_modbus_request *request,
     } else if (pdu[1] == want - 2) {
         reply->err = MOTION_OK;
         reply->count = request->count;
-        for (size_t i = 0; i < request->count; i++)
-            reply->value[i] = modbus_pdu_get(pdu + 2 + 2 * i);
+        if (modbus_pdu_reads_bits(request->function))
+            modbus_pdu_take_bits(pdu + 2, request->count, reply->value);
+        else
+            for (size_t i = 0; i < request->count; i++)
+                reply->value[i] = modbus_pdu_get(pdu + 2 + 2 * i);
     }
 }

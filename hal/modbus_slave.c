@@ -5,10 +5,14 @@ static uint8_t modbus_slave_read(struct modbus_slave *slave,
                                  const struct hal_modbus_request *request,
                                  uint16_t *value)
 {
-    const enum modbus_space space = request->function == HAL_MODBUS_READ_INPUT
-                                        ? MODBUS_INPUT
-                                        : MODBUS_HOLDING;
+    enum modbus_space space = MODBUS_HOLDING;
 
+    if (request->function == HAL_MODBUS_READ_INPUT)
+        space = MODBUS_INPUT;
+    else if (request->function == HAL_MODBUS_READ_COILS)
+        space = MODBUS_COILS;
+    else if (request->function == HAL_MODBUS_READ_DISCRETE)
+        space = MODBUS_DISCRETE;
     return slave->ops->get(slave, space, request->address, request->count,
                            value);
 }
@@ -55,6 +59,8 @@ static uint8_t modbus_slave_do(struct modbus_slave *slave,
                                uint16_t *value)
 {
     switch (request->function) {
+    case HAL_MODBUS_READ_COILS:
+    case HAL_MODBUS_READ_DISCRETE:
     case HAL_MODBUS_READ:
     case HAL_MODBUS_READ_INPUT:
         return modbus_slave_read(slave, request, value);

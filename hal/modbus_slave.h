@@ -11,7 +11,8 @@
 enum modbus_space {
     MODBUS_HOLDING,
     MODBUS_INPUT,
-    MODBUS_COILS, /* bit i is bit i % 16 of value[i / 16] */
+    MODBUS_COILS,    /* bit i is bit i % 16 of value[i / 16] */
+    MODBUS_DISCRETE, /* the same; only read */
 };
 
 struct modbus_slave;

@@ -330,7 +330,8 @@ static uint8_t servo_on_get(struct modbus_slave *slave, enum modbus_space space,
 {
     struct sim_modbus_servo *self = servo_of(slave);
 
-    if (space == MODBUS_COILS || !servo_knows(self, address, count))
+    if (space == MODBUS_COILS || space == MODBUS_DISCRETE ||
+        !servo_knows(self, address, count))
         return ILLEGAL_ADDRESS;
     servo_say_all(self);
     memcpy(value, &self->reg[address], count * sizeof *value);

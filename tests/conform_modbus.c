@@ -118,11 +118,35 @@ static void expect_write_read(struct conform_modbus *conform)
     assert_int_equal(reply.value[2], 0x0304);
 }
 
+/* After what expect_coils has written: any start, any count. */
+static void expect_bits(struct conform_modbus *conform, uint8_t function,
+                        bool inverse, uint16_t at, uint16_t count)
+{
+    const struct hal_modbus_request ask = request(function, at, count);
+    struct hal_modbus_reply reply;
+
+    expect_ok(conform, &ask, &reply);
+    assert_int_equal(reply.count, count);
+    for (unsigned i = 0; i < count; i++) {
+        const unsigned coil = at + i;
+        const bool want =
+            (conform->bank->coil[coil / 16] >> coil % 16 & 1) != inverse;
+        const bool got = (reply.value[i / 16] >> i % 16 & 1) != 0;
+
+        if (got != want)
+            fail_msg("function %02X, bit %u of %u", function, i, count);
+    }
+}
+
 void conform_modbus_every_function(struct conform_modbus *conform)
 {
     expect_read(conform, HAL_MODBUS_READ, 0);
     expect_read(conform, HAL_MODBUS_READ_INPUT, 0xFFFF);
     expect_coils(conform);
+    for (uint16_t count = 1; count < 40; count = (uint16_t)(count + 6)) {
+        expect_bits(conform, HAL_MODBUS_READ_COILS, false, 2, count);
+        expect_bits(conform, HAL_MODBUS_READ_DISCRETE, true, 3, count);
+    }
     expect_writes(conform);
     expect_write_read(conform);
 }

@@ -16,14 +16,30 @@ struct modbus_bank {
     unsigned reads, writes;
 };
 
+/* Discrete inputs are the inverse of the coils. */
+static inline void modbus_bank_get_bits(const struct modbus_bank *bank,
+                                        bool inverse, unsigned at,
+                                        unsigned count, uint16_t *value)
+{
+    memset(value, 0, (count + 15u) / 16 * sizeof *value);
+    for (unsigned i = 0; i < count; i++)
+        if ((bank->coil[(at + i) / 16] >> (at + i) % 16 & 1) != inverse)
+            value[i / 16] = (uint16_t)(value[i / 16] | 1u << i % 16);
+}
+
 static inline uint8_t modbus_bank_get(struct modbus_slave *slave,
                                       enum modbus_space space, uint16_t address,
                                       uint16_t count, uint16_t *value)
 {
     struct modbus_bank *bank = (struct modbus_bank *)(void *)slave;
 
-    if (address + count > BANK_SIZE || space == MODBUS_COILS)
+    if (address + count > BANK_SIZE)
         return 2;
+    if (space == MODBUS_COILS || space == MODBUS_DISCRETE) {
+        modbus_bank_get_bits(bank, space == MODBUS_DISCRETE, address, count,
+                             value);
+        return 0;
+    }
     for (unsigned i = 0; i < count; i++)
         value[i] = space == MODBUS_INPUT ? (uint16_t)~bank->reg[address + i]
                                          : bank->reg[address + i];

@@ -244,6 +244,16 @@ static void every_state_of_an_interface_has_its_command(void **state)
         examine(&rig);
         expect_line(row[i].verdict, row[i].what, row[i].advice);
     }
+    fake_link = up;
+    rig.bus[0].kind = RIG_CAN;
+    rig.bus[0].data_bit_rate = 5000000;
+    examine(&rig);
+    expect_line(DOCTOR_BAD, "can0 takes no FD frames",
+                "dbitrate 5000000 fd on");
+    fake_link.fd = true;
+    examine(&rig);
+    expect_line(DOCTOR_OK, "can0 is up, 1000000 bit/s, FD", "");
+    rig.bus[0].kind = RIG_CANOPEN;
     fake_err = MOTION_E_IO;
     examine(&rig);
     expect_line(DOCTOR_NOTE, "the kernel was not asked", "");

@@ -889,6 +889,43 @@ static void limits_can_wait_for_homing(void **state)
     into(b, HAL_DRIVE_STREAM_POSITION);
 }
 
+/* Moved by hand, out of them: enabled there the drive would leap back. */
+static void moved_out_of_its_limits_it_is_not_enabled(void **state)
+{
+    struct drive_cia402_config config = drive_config;
+    struct bench *b;
+
+    (void)state;
+    config.pos_min_q32 = -20 * ONE;
+    config.pos_max_q32 = 15 * ONE;
+    b = bench_of(&config, &master_config, &servo_config);
+    until(b, HAL_DRIVE_OFF, 2000);
+    b->servo.plant.pos_q24 = INT64_C(15010) << 24;
+    hal_drive_request(&b->drive.drive, HAL_DRIVE_REQUEST_ENABLE);
+    until(b, HAL_DRIVE_FAULT, 500);
+    assert_text(b, "stands outside its software limits");
+    assert_int_equal(servo_counts(b), 15010);
+}
+
+/* Found there, it has none: it can be brought back. */
+static void found_outside_its_limits_it_has_none(void **state)
+{
+    struct drive_cia402_config config = drive_config;
+    struct bench *b;
+    int64_t at = START;
+
+    (void)state;
+    config.pos_min_q32 = -20 * ONE;
+    config.pos_max_q32 = 5 * ONE;
+    b = bench_of(&config, &master_config, &servo_config);
+    enable(b);
+    assert_int_equal(object(b, 0x607D, 1), 0);
+    assert_int_equal(object(b, 0x607D, 2), 0);
+    stream(b, 50, &at);
+    rest(b, 50, at);
+    assert_near(servo_counts(b), at, 2);
+}
+
 /* 10000 counts per turn there, 1000 per unit here. */
 static void the_factor_group_must_agree(void **state)
 {
@@ -1028,6 +1065,8 @@ int main(void)
         cmocka_unit_test(torque_is_turned_with_a_reversed_axis),
         cmocka_unit_test(the_options_of_the_config_are_written),
         cmocka_unit_test(limits_can_wait_for_homing),
+        cmocka_unit_test(moved_out_of_its_limits_it_is_not_enabled),
+        cmocka_unit_test(found_outside_its_limits_it_has_none),
         cmocka_unit_test(the_factor_group_must_agree),
         cmocka_unit_test(sync_with_a_counter),
         cmocka_unit_test(a_drive_without_heartbeat_is_guarded),

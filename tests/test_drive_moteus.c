@@ -127,6 +127,33 @@ static void set_points_are_as_mjbots_builds_them(void **state)
            "07276400FFFFFFFF" QUESTIONS "50");
 }
 
+/* What the drive has been told to be at, dated by itself: on at the velocity of
+ * the set point, and no farther when no more come. */
+static void the_demand_goes_on_at_its_velocity(void **state)
+{
+    const struct hal_drive_target target = { .pos_q32 = ONE + ONE / 4,
+                                             .vel_q32 = 2 * ONE };
+
+    (void)state;
+    enabled();
+    fake_can_put(&fake, ANSWER("0A", "00"));
+    begin();
+    assert_int_equal(hal_drive_set_target(&drive.turns.drive, &target), 0);
+    end();
+    fake_can_put_at(&fake, ANSWER("0A", "00"), now_ns - 100000);
+    cycle();
+    /* measured 0.9 ms after the tick, in force 0.5 ms after it */
+    assert_true(seen.demand_known);
+    assert_in_range(seen.demand_q32 - target.pos_q32, 2 * ONE * 4 / 10000 - 9,
+                    2 * ONE * 4 / 10000 + 9);
+    for (int i = 0; i < 5000; i++) {
+        fake_can_wipe(&fake);
+        hear(ANSWER("0A", "00"));
+    }
+    assert_true(seen.demand_known);
+    assert_int_equal(seen.demand_q32, target.pos_q32);
+}
+
 static void off_is_mode_0_until_it_says_so(void **state)
 {
     (void)state;
@@ -221,6 +248,10 @@ static void answers_that_are_none_are_not_believed(void **state)
         "100#210000505050505050505050",   /* half of it */
         "100#2100002F010000A03F000000BF", /* cut off (FD: 16) */
         "100#0100002F010000A03F000000BFCDCCCC3D230D301F005050", /* a write */
+        /* 1e30 turns; 1e30 turns/s */
+        "100#2100002F01CAF24971000000BFCDCCCC3D230D301F005050",
+        "100#2100002F010000A03FCAF24971CDCCCC3D230D301F005050",
+        "100#210000230D301F00", /* not where it is */
         "100#2F8180808080",
         "100#31010121000050505050505050505050", /* an error */
         "100#20FF0050505050505050505050505050", /* 255 values */
@@ -277,6 +308,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(it_asks_until_it_is_answered),
         cmocka_unit_test(set_points_are_as_mjbots_builds_them),
+        cmocka_unit_test(the_demand_goes_on_at_its_velocity),
         cmocka_unit_test(off_is_mode_0_until_it_says_so),
         cmocka_unit_test(a_go_has_limits),
         cmocka_unit_test(faults_in_words),

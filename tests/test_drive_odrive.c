@@ -185,8 +185,10 @@ static void a_number_that_is_none_is_not_believed(void **state)
     hear("029#0000807F00000000"); /* infinite */
     hear("029#0000A03F0000C0FF");
     hear("029#0000A03F");
+    hear("029#CAF2497100000000"); /* 1e30 turns */
+    hear("029#0000A03FCAF249F1");
     assert_int_equal(seen.pos_q32, ONE + ONE / 4);
-    assert_int_equal(bus.stats.malformed, 4);
+    assert_int_equal(bus.stats.malformed, 6);
 }
 
 static void errors_of_0_6_in_words(void **state)

@@ -192,6 +192,9 @@ static void the_budget_of_an_odrive(void **state)
     assert_int_equal(turns_budget_frames(&rig, SLIDER, frame), 4);
     assert_int_equal((int)frame[0].bits, 135);
     assert_int_equal((int)frame[1].bits, 55);
+    /* behind its own question and answer, with the set point's own time */
+    assert_int_equal(turns_budget_latency_ns(&rig, SLIDER), 325000);
+    assert_int_equal(turns_budget_answer_ns(&rig, SLIDER), 135000);
     budget_of(&rig, 0, NULL, &budget);
     assert_true(budget_fits(&budget));
     assert_in_range((int)(budget.most * 10000), 3316, 3318);

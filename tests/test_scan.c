@@ -332,6 +332,11 @@ static void the_command_finds_the_drives_of_a_rig(void **state)
         cJSON_GetObjectItem(cJSON_GetArrayItem(found, 3), "kind")->valuestring,
         "Modbus");
     cJSON_Delete(report);
+    run("scan", "examples/odrive");
+    run_expect(STATUS_OK);
+    run_says("kind: odrive");
+    run_says("kind: moteus");
+    run_says("2 found");
     run("scan", "--bus", "can1", "examples/modbus");
     run_expect(STATUS_OK);
     run_says("1 found");

@@ -12,7 +12,7 @@ $(PEERS)/venv/done: tests/peers/requirements.txt
 	$(Q)$(PEERS)/venv/bin/pip -q --disable-pip-version-check install -r $<
 	$(Q)touch $@
 
-$(PEERS)/master $(PEERS)/moteus: $(PEERS)/%: $(B)/tests/peers/%.o \
+$(PEERS)/master $(PEERS)/moteus $(PEERS)/tools: $(PEERS)/%: $(B)/tests/peers/%.o \
                                  $(B)/libslew.a
 	$(call say,link,$@)
 	$(Q)mkdir -p $(@D)
@@ -20,7 +20,8 @@ $(PEERS)/master $(PEERS)/moteus: $(PEERS)/%: $(B)/tests/peers/%.o \
 
 .PHONY: test-peers
 ## python-canopen, moteus, pymodbus, mbpoll, tshark against ours, both ways
-test-peers: $(SLEW) $(PEERS)/master $(PEERS)/moteus $(PEERS)/venv/done
+test-peers: $(SLEW) $(PEERS)/master $(PEERS)/moteus $(PEERS)/tools \
+    $(PEERS)/venv/done
 	@bad=0; for check in $(PEER_CHECKS); do \
 	    echo "$$(basename $$check):"; \
 	    case $$check in \

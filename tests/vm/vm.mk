@@ -2,7 +2,7 @@
 
 # Scripts of tests/vm that run in there, one after the other, and what of ours
 # they need.
-VM_CHECKS := can gpio
+VM_CHECKS := can gpio turns
 VM_NEED   := $(SLEW) $(B)/tests/test_conform_can $(B)/tests/test_can_socketcan \
              $(B)/tests/test_conform_gpio $(B)/gpiod2/test_conform_gpio
 

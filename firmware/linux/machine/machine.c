@@ -26,6 +26,7 @@ static int machine_init_bus(struct machine *machine, unsigned i)
         .node_id = rig->bus[i].node_id,
         .sync_period_ns = rig->period_ns,
         .heartbeat_period_ns = rig->watchdog_ns / 3,
+        .sync_overflow = rig->bus[i].sync_counter,
     };
     machine->fieldbus[i] = &machine->bus[i].fieldbus;
     return canopen_init(&machine->bus[i], machine->ports.can[i], &config);
@@ -81,11 +82,62 @@ static int machine_init_servo(struct machine *machine, unsigned i)
                              &config);
 }
 
+/* The drive watches beside us and knows no other axis: it gets twice the room
+ * that we leave at full speed, so that our own watch, which brings all axes to
+ * rest together, comes first.  0, leave, when it does not fit. */
+static uint32_t machine_following_counts(const struct rig_axis *axis)
+{
+    int64_t room_q32;
+    if (motion_fixed_muldiv(axis->limit.vel_q32, axis->following_k_ns,
+                            INT64_C(1000000000), &room_q32) < 0)
+        return 0;
+    if (room_q32 < axis->following_floor_q32)
+        room_q32 = axis->following_floor_q32;
+    if (room_q32 > INT64_MAX / 2)
+        return 0;
+    return machine_counts_q16(axis, (2 * room_q32) >> 16);
+}
+
+/* Two ticks, in whole ms. */
+static uint16_t machine_following_ms(const struct rig *rig)
+{
+    return (uint16_t)((2 * rig->period_ns + 999999) / 1000000);
+}
+
+/* In the drive's own count, which is the axis's unless slew homes it. */
+static void machine_put_limits(struct drive_cia402_config *config,
+                               const struct rig_axis *axis)
+{
+    config->limits_when_homed = axis->homing.by == HOMING_DRIVE;
+    if (axis->homing.by != HOMING_NONE && axis->homing.by != HOMING_DRIVE)
+        return;
+    config->pos_min_q32 = axis->limit.pos_min_q32;
+    config->pos_max_q32 = axis->limit.pos_max_q32;
+}
+
+static void machine_put_cia402(struct drive_cia402_config *config,
+                               const struct rig_cia402 *cia402)
+{
+    config->stream = cia402->stream;
+    config->gain_q16 = cia402->gain_q16;
+    config->torque = cia402->torque;
+    config->vel_num = cia402->velocity.num;
+    config->vel_den = cia402->velocity.den;
+    config->acc_num = cia402->acceleration.num;
+    config->acc_den = cia402->acceleration.den;
+    config->travel_q32 = cia402->travel_q32;
+    config->guard_period_ns = cia402->guard_period_ns;
+    for (unsigned i = 0; i < DRIVE_CIA402_OPTIONS; i++) {
+        config->option[i].given = cia402->option[i].given;
+        config->option[i].value = cia402->option[i].value;
+    }
+}
+
 static int machine_init_drive(struct machine *machine, unsigned i)
 {
     const struct rig *rig = machine->rig;
     const struct rig_axis *axis = &rig->axis[i];
-    const struct drive_cia402_config config = {
+    struct drive_cia402_config config = {
         .node_id = axis->node_id,
         .counts_num = axis->counts_num,
         .counts_den = axis->counts_den,
@@ -95,7 +147,11 @@ static int machine_init_drive(struct machine *machine, unsigned i)
         .quick_stop_counts_s2 = machine_counts_q16(axis, axis->stop_acc_q16),
         .parameter = axis->object,
         .parameter_count = axis->parameter_count,
+        .following_error_counts = machine_following_counts(axis),
+        .following_error_ms = machine_following_ms(rig),
     };
+    machine_put_limits(&config, axis);
+    machine_put_cia402(&config, &axis->cia402);
     machine->axis[i] = &machine->drive[i].drive;
     return drive_cia402_init(&machine->drive[i], &machine->bus[axis->bus],
                              &config);
@@ -144,6 +200,7 @@ static struct controller_axis_config machine_axis(const struct rig *rig,
                   axis->stop_jerk_q16 },
         .following_floor_q32 = axis->following_floor_q32,
         .following_k_ns = axis->following_k_ns,
+        .torque_q32 = axis->torque_q32,
         .feedback_max_age_ns =
             axis->kind == RIG_MODBUS ? modbus_budget_age_ns(rig, axis->bus) : 0,
         .needs_homing = axis->homing.by != HOMING_NONE,

@@ -86,20 +86,66 @@ int machine_sim_plant(const struct rig_axis *axis,
     return err;
 }
 
-/* A drive that homes by itself has its switch on the negative side, up to the
- * home point. */
-static void machine_sim_rail(const struct rig_axis *axis,
-                             struct sim_cia402_rail *rail)
+/* A place along the axis in the counts that the drive has when it is switched
+ * on: see machine_sim_plant. */
+static int machine_sim_place(const struct rig_axis *axis, int64_t pos_q32,
+                             int32_t *counts)
 {
-    const int64_t apart_q32 = axis->homing.pos_q32 - axis->sim.start_q32;
-    int64_t counts;
+    const bool homed = axis->homing.by != HOMING_NONE;
+    int64_t wide;
+    int err = machine_sim_counts(
+        axis, pos_q32 - (homed ? axis->sim.start_q32 : 0), 32, &wide);
+    if (err < 0 || wide <= INT32_MIN || wide >= INT32_MAX)
+        return MOTION_E_RANGE;
+    *counts = (int32_t)wide;
+    return MOTION_OK;
+}
+
+/* Lower and upper as counts, which fall where the axis is reversed. */
+static int machine_sim_pair(const struct rig_axis *axis, const int64_t q32[2],
+                            int32_t *low, int32_t *high)
+{
+    const bool reversed = axis->counts_num < 0;
+    int err = machine_sim_place(axis, q32[reversed], low);
+    return err < 0 ? err : machine_sim_place(axis, q32[!reversed], high);
+}
+
+/* Where nothing is said, a drive that homes by itself has its switch on the
+ * negative side, up to the home point. */
+static int machine_sim_home_switch(const struct rig_axis *axis,
+                                   struct sim_cia402_rail *rail)
+{
+    int32_t counts;
+    if (axis->sim.has_home) {
+        rail->has_home = true;
+        return machine_sim_pair(axis, axis->sim.home_q32, &rail->home_from,
+                                &rail->home_to);
+    }
     if (axis->homing.by != HOMING_DRIVE ||
-        machine_sim_counts(axis, apart_q32, 32, &counts) < 0 ||
-        counts <= INT32_MIN || counts >= INT32_MAX)
-        return;
+        machine_sim_place(axis, axis->homing.pos_q32, &counts) < 0)
+        return MOTION_OK;
     rail->has_home = true;
-    rail->home_from = axis->counts_num > 0 ? INT32_MIN : (int32_t)counts;
-    rail->home_to = axis->counts_num > 0 ? (int32_t)counts : INT32_MAX;
+    rail->home_from = axis->counts_num > 0 ? INT32_MIN : counts;
+    rail->home_to = axis->counts_num > 0 ? counts : INT32_MAX;
+    return MOTION_OK;
+}
+
+static int machine_sim_rail(const struct rig_axis *axis,
+                            struct sim_cia402_rail *rail)
+{
+    int64_t index = 0;
+    int err = machine_sim_counts(axis, axis->sim.index_q32, 32, &index);
+    if (err == MOTION_OK && axis->sim.has_limits)
+        err = machine_sim_pair(axis, axis->sim.limit_q32, &rail->limit_negative,
+                               &rail->limit_positive);
+    if (err == MOTION_OK)
+        err = machine_sim_home_switch(axis, rail);
+    index = machine_sim_magnitude(index);
+    if (err == MOTION_OK && index > INT32_MAX)
+        err = MOTION_E_RANGE;
+    rail->has_limits = axis->sim.has_limits;
+    rail->index_every = (int32_t)index;
+    return err;
 }
 
 static int machine_sim_servo(struct machine_sim *sim,
@@ -112,7 +158,8 @@ static int machine_sim_servo(struct machine_sim *sim,
         .boot_ns = MACHINE_SIM_BOOT_NS,
     };
     int err = machine_sim_plant(axis, &config.plant, &config.start_counts);
-    machine_sim_rail(axis, &config.rail);
+    if (err == MOTION_OK)
+        err = machine_sim_rail(axis, &config.rail);
     if (err < 0)
         return err;
     return sim_cia402_init(&sim->servo[i], &sim->wire[axis->bus], &config);

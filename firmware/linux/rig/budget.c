@@ -76,14 +76,21 @@ static uint32_t budget_counts(const struct rig_axis *axis, int64_t pos_q32)
     return (uint32_t)counts;
 }
 
-static unsigned budget_pdo_bits(uint32_t id, unsigned word, uint32_t counts)
+static unsigned budget_pdo_bits(uint32_t id, unsigned word, uint32_t counts,
+                                unsigned bytes)
 {
-    const uint8_t data[6] = {
+    const uint8_t data[8] = {
         (uint8_t)word,           (uint8_t)(word >> 8),
         (uint8_t)counts,         (uint8_t)(counts >> 8),
         (uint8_t)(counts >> 16), (uint8_t)(counts >> 24),
     };
-    return budget_bits(id, data, sizeof data);
+    return budget_bits(id, data, bytes);
+}
+
+/* With torque, 2 more; taken for 0 where bits are expected. */
+static unsigned budget_pdo_bytes(const struct rig_axis *axis)
+{
+    return axis->cia402.torque ? 8 : 6;
 }
 
 /* Mean bits of an axis's PDO over the move. */
@@ -97,7 +104,8 @@ static double budget_pdo_expected(const struct job *job, unsigned axis,
         int64_t t = job->end_ns_q12 / BUDGET_SAMPLES * i;
         int64_t pos_q32 = budget_pos_q32(job, axis, t);
         sum += budget_pdo_bits(id, word,
-                               budget_counts(&job->rig.axis[axis], pos_q32));
+                               budget_counts(&job->rig.axis[axis], pos_q32),
+                               budget_pdo_bytes(&job->rig.axis[axis]));
     }
     return (double)sum / BUDGET_SAMPLES;
 }
@@ -109,14 +117,25 @@ static void budget_add_axis(struct budget *budget, const struct job *job,
     const struct rig_axis *axis = &rig->axis[i];
     const uint8_t operational = BUDGET_OPERATIONAL;
     const uint32_t node = axis->node_id;
+    const unsigned bytes = budget_pdo_bytes(axis);
     budget_add(
-        budget, "set point", axis->name, rig->period_ns, 6,
+        budget, "set point", axis->name, rig->period_ns, bytes,
         budget_pdo_expected(job, i, BUDGET_RPDO1 + node, BUDGET_CONTROLWORD));
     budget_add(
-        budget, "feedback", axis->name, rig->period_ns, 6,
+        budget, "feedback", axis->name, rig->period_ns, bytes,
         budget_pdo_expected(job, i, BUDGET_TPDO1 + node, BUDGET_STATUSWORD));
-    budget_add(budget, "heartbeat", axis->name, rig->heartbeat_ns, 1,
-               budget_bits(BUDGET_HEARTBEAT + node, &operational, 1));
+    if (axis->cia402.stream == DRIVE_CIA402_CSV)
+        budget_add(budget, "speed", axis->name, rig->period_ns, 4,
+                   budget_most_bits(4));
+    if (axis->cia402.guard_period_ns > 0)
+        budget_add(budget, "guard", axis->name, axis->cia402.guard_period_ns, 0,
+                   budget_most_bits(0));
+    budget_add(budget,
+               axis->cia402.guard_period_ns > 0 ? "answer" : "heartbeat",
+               axis->name,
+               axis->cia402.guard_period_ns > 0 ? axis->cia402.guard_period_ns
+                                                : rig->heartbeat_ns,
+               1, budget_bits(BUDGET_HEARTBEAT + node, &operational, 1));
 }
 
 /* Of a Modbus axis: set point and polls once per cycle of the line. */
@@ -183,6 +202,7 @@ void budget_of(const struct rig *rig, unsigned bus, const struct job *job,
 {
     const uint8_t operational = BUDGET_OPERATIONAL;
     const uint32_t own = BUDGET_HEARTBEAT + rig->bus[bus].node_id;
+    const unsigned counted = rig->bus[bus].sync_counter > 0 ? 1 : 0;
     *budget = (struct budget){ .rig = rig, .bus = bus };
     if (rig->bus[bus].kind == RIG_CAN) {
         budget_of_turns(budget);
@@ -192,8 +212,8 @@ void budget_of(const struct rig *rig, unsigned bus, const struct job *job,
         budget_of_modbus(budget, job != NULL);
         return;
     }
-    budget_add(budget, "SYNC", NULL, rig->period_ns, 0,
-               budget_bits(BUDGET_SYNC, &operational, 0));
+    budget_add(budget, "SYNC", NULL, rig->period_ns, counted,
+               budget_bits(BUDGET_SYNC, &operational, counted));
     budget_add(budget, "heartbeat", NULL, rig->watchdog_ns / 3, 1,
                budget_bits(own, &operational, 1));
     for (unsigned i = 0; i < rig->axis_count; i++)

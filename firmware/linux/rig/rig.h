@@ -47,7 +47,8 @@ struct rig_bus {
     uint32_t bit_rate;                 /* bit/s, one of CiA 301's */
     uint32_t data_bit_rate;            /* of CAN FD: 1, 2, 4, 5 or 8 times
                                           bit_rate; 0: no FD */
-    uint8_t node_id; /* our own, 1..127; no drive has it; CANopen */
+    uint8_t node_id;      /* our own, 1..127; no drive has it; CANopen */
+    uint8_t sync_counter; /* SYNC counts 1 .. this, 2..240; 0: it does not */
     struct modbus_libmodbus_config modbus; /* Modbus: the line */
     struct plan_place place;
 };
@@ -60,6 +61,33 @@ struct rig_sim {
     int64_t start_q32;      /* 0, or the nearest position the axis can have */
     int64_t vel_max_q32;    /* of the motor; 1.5 x the axis's limit */
     int64_t acc_max_q16;    /* of the motor; 2 x the stop acceleration */
+    /* of a CiA 402 drive, in its 0x60FD; as positions are at power-on */
+    bool has_limits, has_home;
+    int64_t limit_q32[2]; /* switches there and beyond */
+    int64_t home_q32[2];  /* switch from .. to */
+    int64_t index_q32;    /* an index pulse at 0 and every so far; 0: none */
+};
+
+/* The drive's units of velocity or acceleration per counts/s or counts/s2; num
+ * 0: the same. */
+struct rig_scale {
+    int64_t num, den;
+};
+
+struct rig_option {
+    bool given;
+    int8_t value;
+};
+
+/* What only a CiA 402 drive has; 0: as hal/drive_cia402.h has it. */
+struct rig_cia402 {
+    enum drive_cia402_stream stream;
+    int64_t gain_q16; /* CSV: 1/s */
+    bool torque;
+    struct rig_scale velocity, acceleration;
+    int64_t travel_q32; /* in one revolution of its shaft */
+    struct rig_option option[DRIVE_CIA402_OPTIONS];
+    int64_t guard_period_ns;
 };
 
 struct rig_axis {
@@ -77,7 +105,10 @@ struct rig_axis {
      * one is RIG_TURN_COUNTS */
     int64_t counts_num, counts_den;
     enum rig_drive_kind kind;
-    uint32_t map; /* Modbus: index */
+    struct rig_cia402 cia402;
+    int64_t torque_q32; /* feed-forward: permille of the rated torque per
+                           unit/s2; 0: none */
+    uint32_t map;       /* Modbus: index */
     /* ODrive 0.6: where its parameters are that make its watchdog; 0: it is not
      * looked at */
     uint16_t enable_watchdog, watchdog_timeout;

@@ -67,6 +67,17 @@ int rig_read_interface(void *reader, const struct yaml_value *value, void *out)
     return 0;
 }
 
+static int rig_read_sync_counter(void *reader, const struct yaml_value *value,
+                                 void *out)
+{
+    int64_t last;
+    (void)reader;
+    if (yaml_value_integer(value, 2, 240, &last) < 0)
+        return -1;
+    *(uint8_t *)out = (uint8_t)last;
+    return 0;
+}
+
 static const struct yaml_field rig_bus_fields[] = {
     { "kind", YAML_REQUIRED, "canopen, can, modbus-rtu or modbus-tcp",
       rig_read_bus_kind, offsetof(struct rig_bus, kind) },
@@ -78,6 +89,8 @@ static const struct yaml_field rig_bus_fields[] = {
       rig_read_interface, offsetof(struct rig_bus, interface) },
     { "node", YAML_OPTIONAL, "our own node number, 1 .. 127", rig_read_node_id,
       offsetof(struct rig_bus, node_id) },
+    { "sync_counter", YAML_OPTIONAL, "a whole number, 2 .. 240",
+      rig_read_sync_counter, offsetof(struct rig_bus, sync_counter) },
 };
 const struct yaml_shape rig_bus_shape = { "bus", rig_bus_fields,
                                           ARRAY_LEN(rig_bus_fields) };

@@ -163,6 +163,31 @@ static const struct yaml_field rig_drive_fields[] = {
     { "parameters", YAML_OPTIONAL,
       "a map of objects and their values, such as {6065: 20000}",
       rig_read_parameters, 0 },
+    { "mode", YAML_OPTIONAL, "csp, ip or csv", rig_read_cia402_mode,
+      offsetof(struct rig_axis, cia402.stream) },
+    { "bandwidth", YAML_OPTIONAL, "0.1 Hz .. 50 Hz", rig_read_cia402_bandwidth,
+      offsetof(struct rig_axis, cia402.gain_q16) },
+    { "torque", YAML_OPTIONAL,
+      "a share of the rated torque, 0 .. 3, that the highest acceleration "
+      "takes",
+      rig_read_cia402_torque, offsetof(struct rig_axis, torque_q32) },
+    { "velocity_units", YAML_OPTIONAL,
+      "the drive's units per count/s, such as {num: 10, den: 1}",
+      rig_read_scale, offsetof(struct rig_axis, cia402.velocity) },
+    { "acceleration_units", YAML_OPTIONAL,
+      "the drive's units per count/s2, such as {num: 1, den: 1000}",
+      rig_read_scale, offsetof(struct rig_axis, cia402.acceleration) },
+    { "revolution", YAML_OPTIONAL,
+      "the travel in one revolution of the drive's shaft, such as 10 mm",
+      rig_read_cia402_revolution,
+      offsetof(struct rig_axis, cia402.travel_q32) },
+    { "options", YAML_OPTIONAL,
+      "a map with quick_stop, shutdown, disable, halt and fault",
+      rig_read_options, offsetof(struct rig_axis, cia402.option) },
+    { "guarding", YAML_OPTIONAL,
+      "a time of whole ms, at most half of the watchdog",
+      rig_read_cia402_guarding,
+      offsetof(struct rig_axis, cia402.guard_period_ns) },
 };
 const struct yaml_shape rig_drive_shape = { "drive", rig_drive_fields,
                                             ARRAY_LEN(rig_drive_fields) };
@@ -176,5 +201,7 @@ int rig_read_drive(void *reader, const struct yaml_value *value, void *out)
     if (strcmp(kind, rig_drive_kinds[RIG_ODRIVE]) == 0 ||
         strcmp(kind, rig_drive_kinds[RIG_MOTEUS]) == 0)
         return rig_read_turns_drive(reader, value, out);
-    return yaml_fields_read(value, &rig_drive_shape, reader, out);
+    if (yaml_fields_read(value, &rig_drive_shape, reader, out) < 0)
+        return -1;
+    return rig_check_cia402(value, out);
 }

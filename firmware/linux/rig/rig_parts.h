@@ -11,6 +11,7 @@
  *   rig_gpio.c    gpio                  rig_homing.c axis: homing
  *   rig_limits.c  axis: limits, stop, following_error
  *   rig_modbus.c  buses and drives on Modbus
+ *   rig_cia402.c  what only a CiA 402 drive has
  *   rig_turns.c   plain CAN buses, drives that count turns
  *
  * A reader returns 0, or -1 with the sentence written. */
@@ -80,6 +81,29 @@ int rig_read_eds(void *reader, const struct yaml_value *value, void *out);
 int rig_read_parameters(void *reader, const struct yaml_value *value,
                         void *out);
 
+/* ---- rig_cia402.c ---- */
+
+int rig_read_cia402_mode(void *reader, const struct yaml_value *value,
+                         void *out);
+int rig_read_cia402_bandwidth(void *reader, const struct yaml_value *value,
+                              void *out);
+int rig_read_cia402_torque(void *reader, const struct yaml_value *value,
+                           void *out);
+int rig_read_cia402_revolution(void *reader, const struct yaml_value *value,
+                               void *out);
+int rig_read_cia402_guarding(void *reader, const struct yaml_value *value,
+                             void *out);
+int rig_read_scale(void *reader, const struct yaml_value *value, void *out);
+int rig_read_options(void *reader, const struct yaml_value *value, void *out);
+/* What can only be judged when all of the drive is read. */
+int rig_check_cia402(const struct yaml_value *value,
+                     const struct rig_axis *axis);
+int rig_read_limit_switches(void *reader, const struct yaml_value *value,
+                            void *out);
+int rig_read_home_switch(void *reader, const struct yaml_value *value,
+                         void *out);
+int rig_read_index(void *reader, const struct yaml_value *value, void *out);
+
 /* ---- rig_modbus.c ---- */
 
 /* What the map `value` says after kind:, "" when nothing; its shape depends on
@@ -129,13 +153,14 @@ extern const struct yaml_shape rig_limit_shape, rig_stop_shape,
     rig_following_shape, rig_drive_shape, rig_counts_shape, rig_sim_shape,
     rig_homing_shape, rig_axis_shape, rig_bus_shape, rig_line_shape,
     rig_modbus_bus_shape, rig_modbus_drive_shape, rig_can_bus_shape,
-    rig_odrive_shape, rig_moteus_shape;
+    rig_odrive_shape, rig_moteus_shape, rig_scale_shape, rig_option_shape;
 
 /* ---- words a value may be, in the order of their enums ---- */
 
 #define RIG_UNIT_WORDS    4
 #define RIG_BUS_KINDS     4
 #define RIG_DRIVE_KINDS   4
+#define RIG_CIA402_MODES  3
 #define RIG_HOMING_KINDS  4
 #define RIG_HOMING_INPUTS 3
 #define RIG_HOMING_WAYS   2
@@ -145,6 +170,7 @@ extern const struct yaml_shape rig_limit_shape, rig_stop_shape,
 extern const char *const rig_unit_words[RIG_UNIT_WORDS];
 extern const char *const rig_bus_kinds[RIG_BUS_KINDS];
 extern const char *const rig_drive_kinds[RIG_DRIVE_KINDS];
+extern const char *const rig_cia402_modes[RIG_CIA402_MODES];
 extern const char *const rig_homing_kinds[RIG_HOMING_KINDS];
 extern const char *const rig_homing_inputs[RIG_HOMING_INPUTS];
 extern const char *const rig_homing_ways[RIG_HOMING_WAYS];

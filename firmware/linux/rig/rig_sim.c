@@ -62,6 +62,12 @@ static const struct yaml_field rig_sim_fields[] = {
       rig_read_velocity, offsetof(struct rig_sim, vel_max_q32) },
     { "acceleration", YAML_OPTIONAL, "the highest acceleration of the motor",
       rig_read_acceleration, offsetof(struct rig_sim, acc_max_q16) },
+    { "limit_switches", YAML_OPTIONAL, "where they are, as [lower, upper]",
+      rig_read_limit_switches, 0 },
+    { "home_switch", YAML_OPTIONAL, "where it is active, as [from, to]",
+      rig_read_home_switch, 0 },
+    { "index", YAML_OPTIONAL, "the travel from one index pulse to the next",
+      rig_read_index, offsetof(struct rig_sim, index_q32) },
 };
 const struct yaml_shape rig_sim_shape = { "sim", rig_sim_fields,
                                           ARRAY_LEN(rig_sim_fields) };

@@ -114,6 +114,8 @@ static int bench_interface(const char *text, struct rig *rig,
     bus->kind = RIG_CANOPEN;
     bus->node_id = 127;
     bus->bit_rate = link.bit_rate; /* vcan: 0, whatever it has */
+    if (link.fd)
+        bus->data_bit_rate = link.data_bit_rate > 0 ? link.data_bit_rate : 1;
     snprintf(bus->interface, sizeof bus->interface, "%.15s", text);
     return 0;
 }
@@ -162,7 +164,7 @@ int bench_open(struct bench *bench, const struct rig *rig, unsigned bus,
     memset(&bench->ports, 0, sizeof bench->ports);
     bench_reduce(&bench->rig, rig, bus);
     bench->is_real = is_real;
-    bench->has_fd = false;
+    bench->has_fd = bench->rig.bus[0].data_bit_rate > 0;
     return is_real ? machine_real_init(&bench->real, &bench->rig, &bench->ports,
                                        message)
                    : machine_sim_init(&bench->sim, &bench->rig, false,

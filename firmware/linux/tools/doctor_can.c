@@ -97,10 +97,26 @@ static bool can_configured(struct doctor *doctor, const char *name,
     return false;
 }
 
+static bool can_takes_fd(struct doctor *doctor, const char *name,
+                         const struct can_link *link, const struct rig_bus *bus)
+{
+    if (bus == NULL || bus->data_bit_rate == 0 || link->fd)
+        return true;
+    doctor_say(doctor, DOCTOR_BAD, "can",
+               "%s takes no FD frames, bus %s of the rig has them", name,
+               bus->name);
+    doctor_advise(doctor,
+                  "sudo ip link set %s down; sudo ip link set %s up mtu 72 "
+                  "type can bitrate %u dbitrate %u fd on",
+                  name, name, bus->bit_rate, bus->data_bit_rate);
+    return false;
+}
+
 static void can_judge(struct doctor *doctor, const char *name,
                       const struct can_link *link, const struct rig_bus *bus)
 {
-    if (!can_configured(doctor, name, link, bus))
+    if (!can_configured(doctor, name, link, bus) ||
+        !can_takes_fd(doctor, name, link, bus))
         return;
     if (link->tx_queue < CAN_QUEUE) {
         doctor_say(doctor, bus == NULL ? DOCTOR_ADVICE : DOCTOR_BAD, "can",

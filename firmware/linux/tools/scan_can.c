@@ -292,6 +292,12 @@ static int scan_canopen(struct scan *scan, struct scan_ear *ear,
 static void only_heard(struct scan *scan, const struct scan_ear *ear,
                        const char *bus)
 {
+    scan_note(scan,
+              ear->master ? "%s: another master is on the bus: only listened, "
+                            "nothing was asked"
+                          : "%s: ODrives are on the bus: only listened, "
+                            "CANopen questions could be orders to them",
+              bus);
     for (unsigned id = 1; id < 128; id++) {
         struct scan_found *found =
             ear->heard[id] ? scan_add(scan, SCAN_CANOPEN, id, bus) : NULL;
@@ -302,27 +308,30 @@ static void only_heard(struct scan *scan, const struct scan_ear *ear,
     }
 }
 
+/* Classic nodes take an FD frame for an error: asked only where none is. */
+static bool may_ask_moteus(const struct scan *scan, const struct scan_ear *ear,
+                           const struct bench *bench, unsigned before)
+{
+    return bench->has_fd && !ear->master && !ear_has_odrives(ear) &&
+           scan->count == before;
+}
+
 int scan_can(struct scan *scan, struct bench *bench,
              const struct scan_config *config)
 {
     static struct scan_ear ear;
     const char *bus = bench->rig.bus[0].name;
+    const unsigned before = scan->count;
     int err;
 
     ear = (struct scan_ear){ .master = false };
     err = ear_listen(&ear, bench, config->listen_ns);
-    if (err == MOTION_OK && !ear.master && !ear_has_odrives(&ear)) {
-        err = scan_canopen(scan, &ear, bench, bus);
-    } else if (err == MOTION_OK) {
-        scan_note(scan,
-                  ear.master ? "%s: another master is on the bus: only "
-                               "listened, nothing was asked"
-                             : "%s: ODrives are on the bus: only listened, "
-                               "CANopen questions could be orders to them",
-                  bus);
+    const bool canopen = bench->rig.bus[0].kind == RIG_CANOPEN;
+    if (err == MOTION_OK && (ear.master || (canopen && ear_has_odrives(&ear))))
         only_heard(scan, &ear, bus);
-    }
-    if (err == MOTION_OK && !ear.master && bench->has_fd)
+    else if (err == MOTION_OK && canopen)
+        err = scan_canopen(scan, &ear, bench, bus);
+    if (err == MOTION_OK && may_ask_moteus(scan, &ear, bench, before))
         err = ask_everybody(scan, &ear, bench, ask_moteus);
     add_others(scan, &ear, bus);
     return err;

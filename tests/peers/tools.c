@@ -1,0 +1,114 @@
+/* tests/peers/tools.c - what slew scan and slew drive do on CAN, over frames
+ * that a peer carries: FD is a datagram socket, a frame each as Linux lays
+ * it out (struct can_frame).  For machines whose kernel has no CAN.
+ *
+ *   tools NODE FD     prints what was found, read and written, a line each */
+#include <errno.h>
+#include <inttypes.h>
+#include <linux/can.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+
+#include "firmware/linux/rig/object.h"
+#include "firmware/linux/tools/ask_can.h"
+#include "firmware/linux/tools/scan.h"
+#include "hal/can_frame_socketcan.h"
+#include "hal/clock_linux.h"
+#include "motion/err.h"
+
+static int tools_socket;
+
+static int tools_send(struct hal_can *can, const struct hal_can_frame *frame)
+{
+    struct canfd_frame raw;
+    const size_t bytes = can_frame_encode(frame, &raw);
+
+    (void)can;
+    return send(tools_socket, &raw, bytes, 0) == (ssize_t)bytes ? MOTION_OK
+                                                                : MOTION_E_FULL;
+}
+
+static int tools_flush(struct hal_can *can)
+{
+    (void)can;
+    return MOTION_OK;
+}
+
+static int tools_recv(struct hal_can *can, struct hal_can_frame *frame)
+{
+    struct can_frame raw;
+
+    (void)can;
+    if (recv(tools_socket, &raw, sizeof raw, MSG_DONTWAIT) != sizeof raw)
+        return 0;
+    *frame = (struct hal_can_frame){ .id = raw.can_id & CAN_SFF_MASK,
+                                     .len = raw.can_dlc };
+    memcpy(frame->data, raw.data, sizeof raw.data);
+    return 1;
+}
+
+static int tools_state(struct hal_can *can)
+{
+    (void)can;
+    return HAL_CAN_ACTIVE;
+}
+
+static const struct hal_can_ops tools_ops = { .send = tools_send,
+                                              .flush = tools_flush,
+                                              .recv = tools_recv,
+                                              .state = tools_state };
+
+static void tools_read(struct ask_can *ask, const char *name)
+{
+    char message[OBJECT_MESSAGE_MAX], why[ASK_CAN_TEXT_MAX];
+    struct object object;
+    uint32_t raw = 0;
+    uint8_t size = 0;
+
+    if (object_find(name, NULL, &object, message) < 0) {
+        puts(message);
+        return;
+    }
+    const int err =
+        ask_can_read_number(ask, object.index, object.sub, &raw, &size);
+    ask_can_text(ask, err, why);
+    if (err < 0)
+        printf("%s: %s\n", name, why);
+    else
+        printf("%s: %" PRId64 "\n", name, object_value(object.type, size, raw));
+}
+
+int main(int argc, char *argv[])
+{
+    static struct bench bench;
+    static struct scan scan;
+    static struct ask_can ask;
+    struct hal_can can = { .ops = &tools_ops };
+    struct clock_linux clock;
+    const struct scan_config config = { .listen_ns = INT64_C(500000000) };
+
+    if (argc != 3)
+        return 2;
+    tools_socket = atoi(argv[2]);
+    bench.ports.can[0] = &can;
+    bench.ports.clock = clock_linux_init(&clock);
+    bench.rig.bus[0] = (struct rig_bus){ .kind = RIG_CANOPEN, .name = "peer" };
+    if (scan_can(&scan, &bench, &config) < 0)
+        return 1;
+    for (unsigned i = 0; i < scan.count; i++)
+        printf("found %u: %s, %" PRIu32 ", %s\n", scan.found[i].id,
+               scan.found[i].state, scan.found[i].identity.product,
+               scan.found[i].fits);
+    ask_can_init(&ask, &can, bench.ports.clock, 0);
+    (void)ask_can_node(&ask, (uint8_t)atoi(argv[1]));
+    tools_read(&ask, "statusword");
+    tools_read(&ask, "6065");
+    printf("set: %d\n", ask_can_write_number(&ask, 0x6065, 0, 4, 4321));
+    tools_read(&ask, "Following error window");
+    tools_read(&ask, "2F00");
+    (void)ask_can_node(&ask, 99);
+    tools_read(&ask, "1000");
+    return 0;
+}
