@@ -49,8 +49,6 @@ const struct drive_cia402_step drive_cia402_start_up[] = {
     WRITE_OF(STEP_IF_THERE, 0x60C2, 2, 1, VALUE_INTERPOLATION_EXPONENT),
     COMPARE_OF(STEP_IF_THERE, 0x60C2, 1, 1, VALUE_INTERPOLATION_COUNT),
     COMPARE_OF(STEP_IF_THERE, 0x60C2, 2, 1, VALUE_INTERPOLATION_EXPONENT),
-    /* What the user sets; units and limits below are as it leaves them. */
-    PARAMETERS,
     /* Its units, where they can be contradicted. */
     READ(STEP_IF_TRAVEL | STEP_IF_THERE, 0x608F, 1, CHECK_FACTOR),
     READ(STEP_IF_TRAVEL | STEP_IF_THERE, 0x608F, 2, CHECK_FACTOR),
@@ -75,6 +73,8 @@ const struct drive_cia402_step drive_cia402_start_up[] = {
     OPTION(0x605C),
     OPTION(0x605D),
     OPTION(0x605E),
+    /* What the user sets: has the last word. */
+    PARAMETERS,
     READ(STEP_IF_TORQUE | STEP_IF_THERE, 0x60B2, 0, CHECK_TORQUE_OUT),
     READ(STEP_IF_TORQUE | STEP_IF_THERE, 0x6077, 0, CHECK_TORQUE_IN),
     /* RPDO1: controlword, target position, torque. */
