@@ -48,6 +48,8 @@ static bool controller_limit_ok(const struct motion_clock_limit *limit)
 static bool controller_axis_ok(const struct controller_axis_config *axis)
 {
     return axis->pos_min_q32 < axis->pos_max_q32 &&
+           axis->pos_min_q32 >= INT64_MIN + MOTION_TRACK_POS_ROUNDING &&
+           axis->pos_max_q32 <= INT64_MAX - MOTION_TRACK_POS_ROUNDING &&
            controller_limit_ok(&axis->limit) &&
            controller_limit_ok(&axis->stop) && axis->following_floor_q32 > 0 &&
            axis->following_k_ns >= 0;

@@ -116,6 +116,8 @@ struct controller_fault_record {
 };
 
 struct controller_axis_config {
+    /* its range; a set point may be MOTION_TRACK_POS_ROUNDING beyond.  Not the
+     * last values of int64 */
     int64_t pos_min_q32, pos_max_q32;
     struct motion_clock_limit limit; /* of the move */
     struct motion_clock_limit stop;  /* for stopping after a fault, >= limit */

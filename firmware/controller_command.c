@@ -105,7 +105,8 @@ static bool controller_in_range(const struct motion_track *track,
 {
     struct motion_extreme pos;
     motion_track_extreme(track, MOTION_POS, &pos);
-    return pos.min >= config->pos_min_q32 && pos.max <= config->pos_max_q32;
+    return pos.min >= config->pos_min_q32 - MOTION_TRACK_POS_ROUNDING &&
+           pos.max <= config->pos_max_q32 + MOTION_TRACK_POS_ROUNDING;
 }
 
 int64_t controller_reserve_ns_q12(const struct controller *controller,

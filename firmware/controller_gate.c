@@ -62,7 +62,8 @@ static bool gate_range(const struct controller_axis_config *config,
                        const struct controller_axis *axis, int64_t pos_q32,
                        int64_t *bad, int64_t *allowed)
 {
-    int64_t low_q32 = config->pos_min_q32, high_q32 = config->pos_max_q32;
+    int64_t low_q32 = config->pos_min_q32 - MOTION_TRACK_POS_ROUNDING;
+    int64_t high_q32 = config->pos_max_q32 + MOTION_TRACK_POS_ROUNDING;
     if (axis->sent_count > 0 && axis->sent_q32[0] < low_q32)
         low_q32 = axis->sent_q32[0];
     if (axis->sent_count > 0 && axis->sent_q32[0] > high_q32)

@@ -360,15 +360,20 @@ static void homing_step_go(struct homing *homing)
 
 /* --- by the drive --- */
 
+static void homing_ask_mode(struct homing *homing)
+{
+    struct controller_axis *axis = homing_axis(homing);
+    const int err = hal_drive_set_mode(axis->drive, HAL_DRIVE_HOMING);
+    if (err == MOTION_OK)
+        axis->by_itself = true;
+    else if (err != MOTION_E_STATE) /* not standing yet: the time-out ends it */
+        homing_fail(homing, HOMING_NO_DRIVE);
+}
+
 static void homing_begin_drive(struct homing *homing)
 {
-    struct hal_drive *drive = homing_axis(homing)->drive;
-    if (hal_drive_set_mode(drive, HAL_DRIVE_HOMING) < 0) {
-        homing_fail(homing, HOMING_NO_DRIVE);
-        return;
-    }
-    homing_axis(homing)->by_itself = true;
     homing->state = HOMING_MODE;
+    homing_ask_mode(homing);
 }
 
 static void homing_mode(struct homing *homing)
@@ -382,6 +387,8 @@ static void homing_mode(struct homing *homing)
         .pos_q32 = config->pos_q32,
         .timeout_ns = config->timeout_ns,
     };
+    if (!axis->by_itself)
+        homing_ask_mode(homing);
     if (axis->feedback.mode != HAL_DRIVE_HOMING)
         return;
     int err = hal_drive_home(axis->drive, &home);

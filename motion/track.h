@@ -182,6 +182,10 @@ void motion_track_sample(const struct motion_track *track,
                          struct motion_cursor *cursor, int64_t t_ns_q12,
                          struct motion_sample *sample);
 
+/* How far a sample's position may be from the polynomial: a track that ends on
+ * the border of a range may come out so far beyond it on its way. */
+#define MOTION_TRACK_POS_ROUNDING 2
+
 /* All of p, v, a, j, rounded from the polynomial evaluated with 128 bits (pos
  * as motion_track_sample gives it); within 1 unit and 2^-92 unit / dur^order,
  * or 2^-58 of the segment's largest.  Saturates.  At a segment border the later

@@ -816,6 +816,27 @@ static void a_move_beyond_the_limits_is_not_started(void **state)
     assert_int_equal(bench.drive[1].given[0].pos_q32, 0);
 }
 
+/* A sample may be rounded to beyond the polynomial's end. */
+static void a_move_may_touch_the_border_of_its_range(void **state)
+{
+    (void)state;
+    struct bench bench;
+    struct motion_extreme pos;
+    bench_ready(&bench, 120);
+    motion_track_extreme(&bench.track[1], MOTION_POS, &pos);
+    int64_t *const border = &bench.controller.config.axis[1].pos_max_q32;
+    *border = pos.max - MOTION_TRACK_POS_ROUNDING - 1;
+    assert_int_equal(controller_start(&bench.controller, bench.tracks, NULL),
+                     MOTION_E_LIMIT);
+    *border = pos.max - MOTION_TRACK_POS_ROUNDING;
+    assert_int_equal(controller_start(&bench.controller, bench.tracks, NULL),
+                     MOTION_OK);
+    bench_ticks(&bench,
+                (int)((bench.controller.move_end_ns_q12 >> 12) / MS) + 100);
+    assert_int_equal(bench.controller.fault.fault, CONTROLLER_FAULT_NONE);
+    assert_int_equal(bench.controller.state, CONTROLLER_READY);
+}
+
 static void lost_ticks_are_skipped_and_too_many_stop(void **state)
 {
     (void)state;
@@ -840,7 +861,7 @@ static void bad_configurations_are_refused(void **state)
                                        &bench.drive[1].drive,
                                        &bench.drive[2].drive };
     const struct controller_config good = bench.controller.config;
-    struct controller_config bad[6];
+    struct controller_config bad[8];
     for (size_t i = 0; i < ARRAY_LEN(bad); i++)
         bad[i] = good;
     bad[0].period_ns = 0;
@@ -849,6 +870,8 @@ static void bad_configurations_are_refused(void **state)
     bad[3].axis[1].limit.vel_q32 = 0;
     bad[4].axis[2].pos_min_q32 = bad[4].axis[2].pos_max_q32;
     bad[5].axis[0].stop.acc_q16 = -1;
+    bad[6].axis[0].pos_min_q32 = INT64_MIN + MOTION_TRACK_POS_ROUNDING - 1;
+    bad[7].axis[0].pos_max_q32 = INT64_MAX - MOTION_TRACK_POS_ROUNDING + 1;
     for (size_t i = 0; i < ARRAY_LEN(bad); i++)
         assert_int_equal(
             controller_init(&bench.controller, &bad[i], drives, NULL),
@@ -881,6 +904,7 @@ int main(void)
         cmocka_unit_test(a_drive_that_does_not_enable_is_a_fault_with_its_name),
         cmocka_unit_test(the_gate_stops_what_planning_should_have),
         cmocka_unit_test(a_move_beyond_the_limits_is_not_started),
+        cmocka_unit_test(a_move_may_touch_the_border_of_its_range),
         cmocka_unit_test(lost_ticks_are_skipped_and_too_many_stop),
         cmocka_unit_test(bad_configurations_are_refused),
     };

@@ -19,10 +19,9 @@
 
 #include "motion/fixed.h"
 
-#define CHECK_KINDS        (PLAN_ACC_STEP + 1)
-#define CHECK_POS_ROUNDING 2  /* motion_track_sample */
-#define CHECK_VEL_QUANTA   22 /* 2 * 9 + 4 */
-#define CHECK_ACC_QUANTA   80 /* 2 * 32 + 16 */
+#define CHECK_KINDS      (PLAN_ACC_STEP + 1)
+#define CHECK_VEL_QUANTA 22 /* 2 * 9 + 4 */
+#define CHECK_ACC_QUANTA 80 /* 2 * 32 + 16 */
 
 struct check {
     const struct plan_limit *limit;
@@ -88,7 +87,7 @@ static void check_step(struct check *check, enum plan_violation_kind kind,
 /* a > b by more than sampling may round. */
 static bool check_is_above(int64_t a, int64_t b)
 {
-    return a > b && (uint64_t)a - (uint64_t)b > CHECK_POS_ROUNDING;
+    return a > b && (uint64_t)a - (uint64_t)b > MOTION_TRACK_POS_ROUNDING;
 }
 
 static void check_pos(struct check *check, const struct motion_extreme *pos)
