@@ -249,7 +249,9 @@ static int trim_step(struct trim *t, bool *is_done)
         return err;
     wide_add_mul(&t->vel, -last, t->w[0]);
     wider_add_mul(&t->way, -by, &t->x[1]);
-    wider_add_mul(&t->way, -last, &t->x[0]);
+    if ((t->x[0].hi | t->x[0].lo) != 0)
+        wider_add_mul(&t->way, -last, &t->x[0]);
+    t->gently = false; /* what is left is 2^-26 of what was found gentle */
     return MOTION_OK;
 }
 
