@@ -362,8 +362,10 @@ static struct num velocity_peak(struct otg_problem *q)
 }
 
 /* One jerk from there on: that of slowing down where the speed falls. */
-static void otg_solve_velocity(struct otg_problem q, struct otg_shape *shape)
+OTG_OWN_FRAME static void otg_solve_velocity(const struct otg_problem *problem,
+                                             struct otg_shape *shape)
 {
+    struct otg_problem q = *problem;
     struct end end;
     struct num peak = velocity_peak(&q);
     bool slows = num_lt(num_abs(q.vf), num_abs(q.v0));
@@ -405,7 +407,7 @@ static int otg_shape_of(const struct motion_otg_move *move,
     if (move->mode == MOTION_OTG_POSITION)
         return motion_otg_propose(q, motion_otg_seconds(dur_ns_q12), shape,
                                   next);
-    otg_solve_velocity(*q, shape);
+    otg_solve_velocity(q, shape);
     return MOTION_OK;
 }
 

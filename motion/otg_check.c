@@ -172,7 +172,9 @@ static void check_init(struct check *c, const struct motion_otg_move *move,
     if (!c->has_vel)
         return;
     c->up = limit_vel(lim->vel_max_q32, bits);
-    c->down = limit_vel(lim->vel_min_q32, bits);
+    c->down = (uint64_t)lim->vel_max_q32 + (uint64_t)lim->vel_min_q32 == 0
+                  ? wide_neg(c->up)
+                  : limit_vel(lim->vel_min_q32, bits);
     c->up_in = wide_sub(c->up, wide_from(c->trimmed));
     c->down_in = wide_add(c->down, wide_from(c->trimmed));
 }

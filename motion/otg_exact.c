@@ -21,6 +21,8 @@ int64_t motion_otg_acc_image(int64_t acc_q16, int acc_bits)
 struct wide motion_otg_vel_image(int64_t vel_q32, int acc_bits)
 {
     int shift = acc_bits - 10, up = shift - EXACT_FIVES_ROOM;
+    if (vel_q32 == 0)
+        return (struct wide){ 0, 0 };
     if (shift >= 0 && up < (int)motion_real_clz(motion_fixed_abs(vel_q32))) {
         int64_t fives = OTG_FIVES;
         fives <<= up > 0 ? EXACT_FIVES_ROOM : shift;
@@ -38,11 +40,13 @@ struct num motion_otg_wider_num(struct wider a, int e)
     bool minus = wider_is_negative(a);
     if (minus)
         a = wider_neg(a);
-    for (int i = 0; i < 2 && a.hi == 0; i++, e -= 64)
-        a = (struct wider){ a.mid, a.lo, 0 };
-    uint64_t top = a.hi;
+    uint64_t top = a.hi, next = a.mid;
+    for (int i = 0; i < 2 && top == 0; i++, e -= 64) {
+        top = next;
+        next = i == 0 ? a.lo : 0;
+    }
     if (top >> 31 == 0) {
-        top = top << 32 | a.mid >> 32;
+        top = top << 32 | next >> 32;
         e -= 32;
     }
     struct num n = num_make((int64_t)(top >> 1), e + 129);
@@ -145,7 +149,9 @@ struct wider motion_otg_way_wanted(const struct motion_otg_plan *plan)
     way = wide_mul_u64(wide_abs(way).lo, (uint64_t)OTG_FIVES << 21);
     if (minus)
         way = wide_neg(way);
-    way = wide_sub(way, wide_mul_i64(plan->start_vel_q32, plan->dur_ns_q12));
+    if (plan->start_vel_q32 != 0)
+        way =
+            wide_sub(way, wide_mul_i64(plan->start_vel_q32, plan->dur_ns_q12));
     int shift = plan->acc_bits - 10;
     int up = shift < 0 ? 0 : shift < WAY_FIVES_ROOM ? shift : WAY_FIVES_ROOM;
     struct wider p = wider_mul(way, INT64_C(3) * OTG_FIVES << up);

@@ -160,9 +160,12 @@ int motion_otg_settle(const struct motion_otg_move *move,
                       struct motion_otg_plan *plan,
                       enum motion_otg_field *field)
 {
-    struct settle s = {
-        .move = move, .shape = shape, .plan = plan, .dur_ns_q12 = dur_ns_q12
-    };
+    struct settle s;
+    s.move = move;
+    s.shape = shape;
+    s.plan = plan;
+    s.dur_ns_q12 = dur_ns_q12;
+    s.fixed = 0;
     int err = motion_otg_round_start(move, problem, shape, &s.rates, plan);
     if (err < 0 || (dur_ns_q12 != 0 && stands_still(move)))
         return settle_check(&s, err < 0 ? err : settle_wait(dur_ns_q12, plan),

@@ -179,8 +179,9 @@ static struct walk walk_start(const struct edge *edge, struct num a0)
 
 /* Append lambda x + (1 - lambda) y: limits are convex, so what both keep the
  * mixture keeps, and its displacement is the same mixture of theirs. */
-static void blend(const struct edge *x, const struct edge *y, struct num a0,
-                  struct num lambda, struct otg_shape *shape)
+OTG_OWN_FRAME static void blend(const struct edge *x, const struct edge *y,
+                                struct num a0, struct num lambda,
+                                struct otg_shape *shape)
 {
     struct walk wx = walk_start(x, a0), wy = walk_start(y, a0);
     while (wx.i < x->count && wy.i < y->count) {
@@ -251,8 +252,10 @@ static bool border_in(struct otg_border *b, struct num t, struct num lo,
     return true;
 }
 
-static bool duration_in_lens(const struct otg_problem *q, struct num t,
-                             struct otg_shape *shape, struct slice *s)
+OTG_OWN_FRAME static bool duration_in_lens(const struct otg_problem *q,
+                                           struct num t,
+                                           struct otg_shape *shape,
+                                           struct slice *s)
 {
     struct otg_lens lens = motion_otg_lens_of(q);
     struct otg_border b;

@@ -244,12 +244,16 @@ static int trim_step(struct trim *t, bool *is_done)
         return err;
     wide_add_mul(&t->vel, -by, t->w[1]);
     err = trim_by(t, 0, wide_num(t->vel), t->per_w, &last);
-    *is_done = is_small(by) && is_small(last);
-    if (err < 0 || *is_done)
+    if (err < 0)
         return err;
+    *is_done = is_small(by) && is_small(last);
+    if (*is_done)
+        return MOTION_OK;
     wide_add_mul(&t->vel, -last, t->w[0]);
     wider_add_mul(&t->way, -by, &t->x[1]);
-    wider_add_mul(&t->way, -last, &t->x[0]);
+    if ((t->x[0].hi | t->x[0].lo) != 0)
+        wider_add_mul(&t->way, -last, &t->x[0]);
+    t->gently = false; /* what is left is 2^-26 of what was found gentle */
     return MOTION_OK;
 }
 

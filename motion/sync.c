@@ -134,7 +134,8 @@ static bool is_parallel(const struct line *line, int i, int64_t a, int64_t lead)
 }
 
 /* Whether all states lie on the line. */
-static bool line_holds(const struct line *line, struct motion_sync_fault *fault)
+OTG_OWN_FRAME static bool line_holds(const struct line *line,
+                                     struct motion_sync_fault *fault)
 {
     const struct motion_otg_move *lead = &line->move[line->leader];
     for (int i = 0; i < line->count; i++) {
@@ -169,8 +170,9 @@ static void narrow(struct num per_r, struct num low, struct num high,
     *lead_high = num_min(*lead_high, num_max(a, b));
 }
 
-static void line_problem(const struct line *line, struct otg_draw draw,
-                         struct otg_problem *q)
+OTG_OWN_FRAME static void line_problem(const struct line *line,
+                                       struct otg_draw draw,
+                                       struct otg_problem *q)
 {
     motion_otg_problem_init(&line->move[line->leader], draw, q);
     for (int i = 0; i < line->count; i++) {
