@@ -9,9 +9,9 @@
 
 #define MAP_RATIO_MAX INT64_C(1000000000)
 
-static const char *const map_quantities[] = { "const", "position", "velocity",
-                                              "acceleration", "deceleration" };
-static const char *const map_units[] = { "counts", "rpm", "ms_per_1000rpm" };
+const char *const map_quantities[] = { "const", "position", "velocity",
+                                       "acceleration", "deceleration" };
+const char *const map_units[] = { "counts", "rpm", "ms_per_1000rpm" };
 
 /* ---- fields ---- */
 
@@ -94,8 +94,8 @@ static const struct yaml_field map_field_fields[] = {
     { "max", YAML_OPTIONAL, "the most the register may be", map_read_bound,
       offsetof(struct modbus_map_field, max) },
 };
-static const struct yaml_shape map_field_shape = { "field", map_field_fields,
-                                                   MAP_LEN(map_field_fields) };
+const struct yaml_shape map_field_shape = { "field", map_field_fields,
+                                            MAP_LEN(map_field_fields) };
 
 #define MAP_NOT_GIVEN INT64_MAX
 
@@ -187,8 +187,8 @@ static const struct yaml_field map_group_fields[] = {
       "a list of {type, value or const, unit, num, den, min, max}",
       map_read_fields, 0 },
 };
-static const struct yaml_shape map_group_shape = { "group", map_group_fields,
-                                                   MAP_LEN(map_group_fields) };
+const struct yaml_shape map_group_shape = { "group", map_group_fields,
+                                            MAP_LEN(map_group_fields) };
 
 int map_read_group(void *reader, const struct yaml_value *value, void *out)
 {
