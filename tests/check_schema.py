@@ -22,6 +22,7 @@ import yaml
 # Malformed in ways that need more than a schema: order, sums, other values.
 BEYOND = {
     "map_bounds_reversed",
+    "map_condition_float",
     "map_group_too_long",
     "map_never",
     "map_status_not_polled",

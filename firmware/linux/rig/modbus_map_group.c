@@ -75,7 +75,7 @@ static int map_read_bound(void *reader, const struct yaml_value *value,
 }
 
 static const struct yaml_field map_field_fields[] = {
-    { "type", YAML_REQUIRED, "u16, i16, u32 or i32", map_read_type,
+    { "type", YAML_REQUIRED, "u16, i16, u32, i32 or f32", map_read_type,
       offsetof(struct modbus_map_field, type) },
     { "order", YAML_OPTIONAL, "ABCD, CDAB, BADC or DCBA", map_read_order,
       offsetof(struct modbus_map_field, order) },
@@ -109,6 +109,10 @@ static int map_complete_field(const struct yaml_value *value,
         return yaml_value_refuse(value, "is a bit, groups have registers");
     if (field->quantity == MODBUS_CONST && field->constant == MAP_NOT_GIVEN)
         return yaml_value_refuse(value, "has neither value nor const");
+    if (field->type == MODBUS_F32) { /* beyond 2^24 in steps */
+        min = INT32_MIN;
+        max = INT32_MAX;
+    }
     if (field->min == MAP_NOT_GIVEN)
         field->min = field->quantity == MODBUS_POSITION ? min : 0;
     if (field->max == MAP_NOT_GIVEN)

@@ -63,7 +63,7 @@ int map_read_item(const struct map_reader *reader,
 }
 
 static const char *const map_orders[] = { "ABCD", "CDAB", "BADC", "DCBA" };
-const char *const map_types[] = { "u16", "i16", "u32", "i32", "bit" };
+const char *const map_types[] = { "u16", "i16", "u32", "i32", "f32", "bit" };
 static const char *const map_polls[] = { "never", "fast", "slow" };
 static const char *const map_formats[] = { "8N1", "8N2", "8E1",
                                            "8E2", "8O1", "8O2" };
@@ -247,7 +247,7 @@ static int map_read_poll(void *reader, const struct yaml_value *value,
 static const struct yaml_field map_item_fields[] = {
     { "at", YAML_REQUIRED, "an address 0 .. 0xFFFF as in the frame",
       map_read_address, offsetof(struct modbus_map_item, at) },
-    { "type", YAML_REQUIRED, "u16, i16, u32, i32 or bit", map_read_type,
+    { "type", YAML_REQUIRED, "u16, i16, u32, i32, f32 or bit", map_read_type,
       offsetof(struct modbus_map_item, type) },
     { "order", YAML_OPTIONAL, "ABCD, CDAB, BADC or DCBA", map_read_order,
       offsetof(struct modbus_map_item, order) },
@@ -327,6 +327,9 @@ static int map_read_items(void *reader, const struct yaml_value *value,
         if (strcmp(map->item[i].name, "alarm") == 0)
             map->alarm = i;
     }
+    if (map->alarm != MODBUS_MAP_NO_ITEM &&
+        map->item[map->alarm].type == MODBUS_F32)
+        return yaml_value_refuse(value, "has an alarm in f32");
     if (map->position == MODBUS_MAP_NO_ITEM ||
         map->item[map->position].poll != MODBUS_POLL_FAST)
         return yaml_value_refuse(value, "has no position with poll: fast");
@@ -338,7 +341,14 @@ static int map_read_items(void *reader, const struct yaml_value *value,
 static int map_read_condition_item(void *reader, const struct yaml_value *value,
                                    void *out)
 {
-    return map_read_item(reader, value, out);
+    const struct map_reader *self = reader;
+    uint8_t *item = out;
+
+    if (map_read_item(reader, value, item) < 0)
+        return -1;
+    if (self->map->item[*item].type == MODBUS_F32)
+        return yaml_value_refuse(value, "is an f32, which has no bits");
+    return 0;
 }
 
 static int map_read_mask(void *reader, const struct yaml_value *value,
@@ -445,8 +455,8 @@ static int map_read_else(void *reader, const struct yaml_value *value,
 static int map_read_identify_item(void *reader, const struct yaml_value *value,
                                   void *out)
 {
-    return map_read_item(reader, value,
-                         &((struct modbus_map *)out)->identify.item);
+    return map_read_condition_item(reader, value,
+                                   &((struct modbus_map *)out)->identify.item);
 }
 
 static int map_read_identify_equals(void *reader,
