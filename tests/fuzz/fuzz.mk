@@ -3,6 +3,7 @@
 # makes it.
 
 FUZZ_SECONDS ?= 5
+FUZZ_SEED    ?= 1
 FUZZ_MAIN    ?= $(B)/tests/fuzz/replay.o
 FUZZ_FOUND   := build/fuzz/found
 
@@ -14,7 +15,7 @@ $(B)/tests/fuzz/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(FUZZ_MAIN) $(B)/libfuzz.a \
 	    $(if $(FUZZ_MAIN),$(CMOCKA)) -o $@
 
 .PHONY: fuzz fuzz-run
-## fuzz every decoder for FUZZ_SECONDS=5 seconds each; F=rig for one
+## fuzz every decoder for FUZZ_SECONDS=5 each; F=rig for one, FUZZ_SEED=0: anew
 fuzz:
 	@$(MAKE) --no-print-directory CC=clang VARIANT=fuzz FUZZ_MAIN= \
 	    FUZZ_LINK=-fsanitize=fuzzer OPT="-O1 -fno-omit-frame-pointer \
@@ -27,7 +28,7 @@ fuzz-run: $(if $(F),$(F:%=$(B)/tests/fuzz/fuzz_%),$(FUZZ))
 	@bad=0; for target in $^; do \
 	    name=$${target##*/fuzz_}; \
 	    mkdir -p $(FUZZ_FOUND) build/fuzz/corpus/$$name; \
-	    $$target -max_total_time=$(FUZZ_SECONDS) -max_len=4096 -timeout=10 \
+	    $$target -seed=$(FUZZ_SEED) -max_total_time=$(FUZZ_SECONDS) -max_len=4096 -timeout=10 \
 	        -rss_limit_mb=2048 -artifact_prefix=$(FUZZ_FOUND)/$$name- \
 	        build/fuzz/corpus/$$name tests/fuzz/corpus/$$name \
 	        >build/fuzz/$$name.log 2>&1 || { bad=1; cat build/fuzz/$$name.log; }; \

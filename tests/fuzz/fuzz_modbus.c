@@ -27,11 +27,23 @@ static struct hal_modbus_request fuzz_modbus_asked(struct fuzz_bytes *bytes)
     return request;
 }
 
+/* Answered with as much as the device has to say. */
+static bool fuzz_modbus_is_open(const struct hal_modbus_request *request)
+{
+    return request->function == HAL_MODBUS_REPORT ||
+           request->function == HAL_MODBUS_IDENTIFY;
+}
+
 static void fuzz_modbus_claim(const struct hal_modbus_request *request,
                               const struct hal_modbus_reply *reply)
 {
     fuzz_claim(reply->count <= HAL_MODBUS_READ_MAX, "a reply has its room");
-    if (reply->err == MOTION_OK)
+    if (reply->err != MOTION_OK)
+        return;
+    if (fuzz_modbus_is_open(request))
+        fuzz_claim(reply->count == (reply->bytes + 1) / 2,
+                   "an open answer has all of its bytes");
+    else
         fuzz_claim(reply->count == 0 || reply->count == request->count,
                    "an answer has what was asked for");
 }
@@ -46,7 +58,9 @@ static void fuzz_modbus_answers(const struct hal_modbus_request *request,
     modbus_pdu_take_answer(request, frame, length, &reply);
     fuzz_modbus_claim(request, &reply);
     if (reply.err == MOTION_OK)
-        fuzz_claim(length == modbus_pdu_answer_length(request),
+        fuzz_claim(fuzz_modbus_is_open(request)
+                       ? length == reply.bytes + 1u
+                       : length == modbus_pdu_answer_length(request),
                    "an answer has its length");
     reply = (struct hal_modbus_reply){ 0 };
     modbus_rtu_take_answer(request, frame, length, &reply);
