@@ -240,7 +240,7 @@ picture: demo
 	cp $(B)/demo/dolly.png docs/dolly.png
 
 .PHONY: schema
-## the example files against docs/schema
+## the examples and register maps against docs/schema
 schema:
 	@$(PYTHON) tests/check_schema.py
 

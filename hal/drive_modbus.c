@@ -173,6 +173,11 @@ static void take_item(struct drive_modbus *self, unsigned index,
     const struct modbus_map *map = self->config.map;
     const struct modbus_map_item *item = &map->item[index];
 
+    if (!modbus_map_is_number(item->type, item->order, reg)) {
+        if (index == map->position)
+            drive_modbus_doubt_position(self, "its position is no number");
+        return;
+    }
     self->value[index] = modbus_map_get(item->type, item->order, reg);
     if (index == map->position)
         drive_modbus_note_position(self, self->value[index], t_ns);

@@ -80,6 +80,14 @@ static void parameter_next(struct drive_modbus *self,
         &self->config.map->item[parameter_of(self)->item];
     const int64_t value = modbus_map_get(item->type, item->order, reply->value);
 
+    if (parameter_is_read(self) &&
+        !modbus_map_is_number(item->type, item->order, reply->value)) {
+        struct hal_text text = drive_modbus_say(self, item->name);
+
+        hal_text_put(&text, " reads back no number");
+        drive_modbus_latch(self);
+        return;
+    }
     if (parameter_is_read(self) && value != parameter_of(self)->value) {
         parameter_differs(self, value);
         return;

@@ -71,6 +71,8 @@ void drive_modbus_put_stream(struct drive_modbus *self,
                              struct hal_modbus_request *request);
 void drive_modbus_put_move(struct drive_modbus *self,
                            struct hal_modbus_request *request);
+/* A position was read that cannot be: the second in a row is a fault. */
+void drive_modbus_doubt_position(struct drive_modbus *self, const char *why);
 /* A position was read, measured at t_ns. */
 void drive_modbus_note_position(struct drive_modbus *self, int64_t counts,
                                 int64_t t_ns);

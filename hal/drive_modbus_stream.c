@@ -195,6 +195,15 @@ static bool stream_can_have(const struct drive_modbus *self, int64_t delta,
     return stream_abs(delta) <= most + self->first_step_counts;
 }
 
+void drive_modbus_doubt_position(struct drive_modbus *self, const char *why)
+{
+    if (self->jumped) {
+        drive_modbus_say(self, why);
+        drive_modbus_lose(self, HAL_DRIVE_FAULT);
+    }
+    self->jumped = true;
+}
+
 void drive_modbus_note_position(struct drive_modbus *self, int64_t counts,
                                 int64_t t_ns)
 {
@@ -210,11 +219,7 @@ void drive_modbus_note_position(struct drive_modbus *self, int64_t counts,
             counts; /* counts from somewhere else at its end */
         self->actual_vel_q32 = 0;
     } else if (!stream_can_have(self, delta, dt_ns)) {
-        if (self->jumped) {
-            drive_modbus_say(self, "its position jumps");
-            drive_modbus_lose(self, HAL_DRIVE_FAULT);
-        }
-        self->jumped = true;
+        drive_modbus_doubt_position(self, "its position jumps");
         return;
     } else {
         stream_note_speed(self, delta, dt_ns);

@@ -3,8 +3,11 @@
 
 #include <stddef.h>
 
-#define BLOCK_GAP_MAX 4   /* registers read for nothing */
-#define WORD          16u /* bits cost a sixteenth */
+#include "hal/float32.h"
+
+#define F32_WHOLE     (INT64_C(1) << 24) /* every whole number up to it */
+#define BLOCK_GAP_MAX 4                  /* registers read for nothing */
+#define WORD          16u                /* bits cost a sixteenth */
 
 void modbus_map_range(enum modbus_map_type type, int64_t *min, int64_t *max)
 {
@@ -13,6 +16,7 @@ void modbus_map_range(enum modbus_map_type type, int64_t *min, int64_t *max)
         [MODBUS_I16] = { INT16_MIN, INT16_MAX },
         [MODBUS_U32] = { 0, UINT32_MAX },
         [MODBUS_I32] = { INT32_MIN, INT32_MAX },
+        [MODBUS_F32] = { -F32_WHOLE, F32_WHOLE },
         [MODBUS_BIT] = { 0, 1 },
     };
 
@@ -25,25 +29,45 @@ static uint16_t modbus_map_swap(uint16_t value)
     return (uint16_t)(value >> 8 | value << 8);
 }
 
+/* The 32 bits of a pair. */
+static uint32_t modbus_map_join(enum modbus_map_order order,
+                                const uint16_t *reg)
+{
+    const bool low_first = order == MODBUS_CDAB || order == MODBUS_DCBA;
+    uint16_t high = low_first ? reg[1] : reg[0];
+    uint16_t low = low_first ? reg[0] : reg[1];
+
+    if (order == MODBUS_BADC || order == MODBUS_DCBA) {
+        high = modbus_map_swap(high);
+        low = modbus_map_swap(low);
+    }
+    return (uint32_t)high << 16 | low;
+}
+
+bool modbus_map_is_number(enum modbus_map_type type,
+                          enum modbus_map_order order, const uint16_t *reg)
+{
+    int64_t value;
+
+    if (type != MODBUS_F32)
+        return true;
+    value = modbus_map_get(type, order, reg);
+    return hal_float32_is_finite(modbus_map_join(order, reg)) &&
+           value >= INT32_MIN && value <= INT32_MAX;
+}
+
 int64_t modbus_map_get(enum modbus_map_type type, enum modbus_map_order order,
                        const uint16_t *reg)
 {
-    const bool low_first = order == MODBUS_CDAB || order == MODBUS_DCBA;
-    const bool swapped = order == MODBUS_BADC || order == MODBUS_DCBA;
-    uint16_t high, low;
     uint32_t value;
 
     if (type == MODBUS_BIT)
         return reg[0] & 1;
     if (modbus_map_registers(type) == 1)
         return type == MODBUS_I16 ? (int16_t)reg[0] : reg[0];
-    high = low_first ? reg[1] : reg[0];
-    low = low_first ? reg[0] : reg[1];
-    if (swapped) {
-        high = modbus_map_swap(high);
-        low = modbus_map_swap(low);
-    }
-    value = (uint32_t)high << 16 | low;
+    value = modbus_map_join(order, reg);
+    if (type == MODBUS_F32)
+        return hal_float32_to_fixed(value, 0);
     return type == MODBUS_I32 ? (int32_t)value : (int64_t)value;
 }
 
@@ -52,7 +76,9 @@ void modbus_map_set(enum modbus_map_type type, enum modbus_map_order order,
 {
     const bool low_first = order == MODBUS_CDAB || order == MODBUS_DCBA;
     const bool swapped = order == MODBUS_BADC || order == MODBUS_DCBA;
-    uint16_t high = (uint16_t)((uint64_t)value >> 16), low = (uint16_t)value;
+    const uint32_t bits =
+        type == MODBUS_F32 ? hal_float32_from_fixed(value, 0) : (uint32_t)value;
+    uint16_t high = (uint16_t)(bits >> 16), low = (uint16_t)bits;
 
     if (modbus_map_registers(type) == 1) {
         reg[0] = low;

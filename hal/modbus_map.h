@@ -20,12 +20,14 @@
 #define MODBUS_MAP_ALARMS_MAX 48
 #define MODBUS_MAP_NO_ITEM    255
 
-/* A BIT is a coil or a discrete input; its addresses are those of bits. */
+/* F32: IEEE 754 single, of which slew takes and writes whole numbers.  A BIT is
+ * a coil or a discrete input; its addresses are those of bits. */
 enum modbus_map_type {
     MODBUS_U16,
     MODBUS_I16,
     MODBUS_U32,
     MODBUS_I32,
+    MODBUS_F32,
     MODBUS_BIT,
 };
 
@@ -173,17 +175,24 @@ struct modbus_map {
 
 static inline unsigned modbus_map_registers(enum modbus_map_type type)
 {
-    return type == MODBUS_U32 || type == MODBUS_I32 ? 2 : 1;
+    return type >= MODBUS_U32 && type <= MODBUS_F32 ? 2 : 1;
 }
 
-/* The least and the most a register of the type can say. */
+/* The least and the most a register of the type can say; F32: between them it
+ * says every whole number. */
 void modbus_map_range(enum modbus_map_type type, int64_t *min, int64_t *max);
 
-/* One or two registers from and to a value (two's complement for I16, I32). */
+/* One or two registers from and to a value (two's complement for I16, I32; F32
+ * to the nearest whole number, ties away from zero, 0 when it is none). */
 int64_t modbus_map_get(enum modbus_map_type type, enum modbus_map_order order,
                        const uint16_t *reg);
 void modbus_map_set(enum modbus_map_type type, enum modbus_map_order order,
                     int64_t value, uint16_t *reg);
+
+/* False for an F32 that is NaN, infinite, or beyond what an I32 can say: nothing
+ * that a drive has counted. */
+bool modbus_map_is_number(enum modbus_map_type type,
+                          enum modbus_map_order order, const uint16_t *reg);
 
 /* Does the raw value of its item meet it? */
 bool modbus_map_meets(const struct modbus_map_condition *condition,

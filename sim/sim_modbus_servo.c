@@ -10,6 +10,7 @@
 #define LOOPS_PER_S     2000
 #define STEEP           100 /* full speed in 10 ms */
 #define ILLEGAL_ADDRESS 0x02
+#define ILLEGAL_VALUE   0x03
 #define STANDING_Q24    (INT64_C(20) << 24) /* counts/s */
 #define ARRIVED_Q24     (INT64_C(8) << 24)  /* counts */
 
@@ -367,6 +368,43 @@ static bool servo_is_word(const struct sim_modbus_servo *self, uint32_t at)
     return false;
 }
 
+static bool servo_is_group_number(const struct sim_modbus_servo *self,
+                                  const struct modbus_map_group *group,
+                                  uint16_t at, uint16_t count)
+{
+    unsigned offset = at;
+
+    if (!servo_is_group(self, group, at, count))
+        return true;
+    for (unsigned i = 0; i < group->count; i++) {
+        const struct modbus_map_field *field = &group->field[i];
+
+        if (!modbus_map_is_number(field->type, field->order,
+                                  &self->reg[offset]))
+            return false;
+        offset += modbus_map_registers(field->type);
+    }
+    return true;
+}
+
+/* No NaN and no infinity has been written into the registers. */
+static bool servo_is_number(const struct sim_modbus_servo *self, uint16_t at,
+                            uint16_t count)
+{
+    const struct modbus_map *map = self->config.map;
+
+    for (unsigned i = 0; i < map->item_count; i++) {
+        const struct modbus_map_item *item = &map->item[i];
+
+        if (item->at >= at && item->at < at + count &&
+            !modbus_map_is_number(item->type, item->order,
+                                  &self->reg[item->at]))
+            return false;
+    }
+    return servo_is_group_number(self, &map->stream, at, count) &&
+           servo_is_group_number(self, &map->move, at, count);
+}
+
 static uint8_t servo_on_set(struct modbus_slave *slave, enum modbus_space space,
                             uint16_t address, uint16_t count,
                             const uint16_t *value)
@@ -378,8 +416,16 @@ static uint8_t servo_on_set(struct modbus_slave *slave, enum modbus_space space,
 
     if (!servo_knows(self, address, count))
         return ILLEGAL_ADDRESS;
-    if (!coil)
+    if (!coil) {
+        uint16_t before[HAL_MODBUS_WRITE_MAX];
+
+        memcpy(before, &self->reg[address], count * sizeof *value);
         memcpy(&self->reg[address], value, count * sizeof *value);
+        if (!servo_is_number(self, address, count)) {
+            memcpy(&self->reg[address], before, count * sizeof *value);
+            return ILLEGAL_VALUE;
+        }
+    }
     for (unsigned i = 0; coil && i < count; i++) {
         self->bit[address + i] = value[i / 16] >> i % 16 & 1;
         if (servo_is_word(self, address + i)) /* a register that 05 writes */

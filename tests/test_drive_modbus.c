@@ -7,7 +7,8 @@
 #include <stdlib.h>
 
 static const char *const maps[] = { "leadshine-el7", "leadshine-cs2rs",
-                                    "oriental-az", "delta-asda", "lexium-32" };
+                                    "oriental-az",   "delta-asda",
+                                    "lexium-32",     "maps/floats" };
 
 static struct modbus_bench bench;
 
@@ -357,6 +358,77 @@ static void a_position_that_cannot_be_is_left_out(void **state)
     assert_int_equal(bench.feedback.state, HAL_DRIVE_FAULT);
 }
 
+/* The drive hears this position. */
+static void say_position(uint16_t high, uint16_t low)
+{
+    const struct modbus_map_item *item = &bench.map.item[bench.map.position];
+    struct modbus_node *node = &bench.drive.node;
+
+    for (unsigned i = 0; i < bench.drive.fast_count; i++) {
+        const struct modbus_map_block *block = &bench.drive.fast[i];
+        struct hal_modbus_reply lie = { .err = MOTION_OK,
+                                        .count = block->count,
+                                        .answer_ns = bench.world.now_ns };
+
+        if (block->read != item->read)
+            continue;
+        lie.value[item->at - block->at] = low; /* CDAB */
+        lie.value[item->at - block->at + 1] = high;
+        node->ops->reply(node, (uint16_t)(6 + i), &lie); /* JOB_FAST */
+    }
+    hal_drive_feedback(&bench.drive.drive, &bench.feedback);
+}
+
+static void a_position_that_is_no_number_is_not_believed(void **state)
+{
+    static const struct {
+        uint16_t high, low;
+    } rows[] = {
+        { 0x7FC0, 0 },      { 0xFFC0, 0 }, /* NaN */
+        { 0x7F80, 1 },                     /* a signalling one */
+        { 0x7F80, 0 },      { 0xFF80, 0 }, /* infinite */
+        { 0x4F00, 0 },      { 0xCF00, 1 }, /* 2^31, below -2^31 */
+        { 0x7F7F, 0xFFFF },
+    };
+
+    (void)state;
+    for (unsigned i = 0; i < ARRAY_LEN(rows); i++) {
+        moving_bench("maps/floats");
+        const int64_t before_q32 = bench.feedback.pos_q32;
+
+        assert_true(llabs(before_q32 - bench.target.pos_q32) < UNIT_Q32);
+        say_position(rows[i].high, rows[i].low);
+        assert_int_equal(bench.feedback.pos_q32, before_q32);
+        assert_int_equal(bench.feedback.state, HAL_DRIVE_ENABLED);
+        say_position(rows[i].high, rows[i].low);
+        assert_int_equal(bench.feedback.state, HAL_DRIVE_FAULT);
+        assert_string_equal(bench.feedback.fault_text,
+                            "its position is no number");
+    }
+}
+
+/* A NaN is not the 0 that was written. */
+static void a_parameter_that_is_no_number_is_refused(void **state)
+{
+    static struct drive_modbus_parameter parameter;
+
+    (void)state;
+    modbus_bench_load(&bench, "maps/floats");
+    modbus_bench_init(&bench);
+    while (strcmp(bench.map.item[parameter.item].name, "current") != 0)
+        parameter.item++;
+    bench.drive.config.parameter = &parameter;
+    bench.drive.config.parameter_count = 1;
+    for (unsigned tick = 0; tick < 2000; tick++) {
+        bench.servo.reg[0x22] = 0; /* CDAB */
+        bench.servo.reg[0x23] = 0x7FC0;
+        modbus_bench_tick(&bench);
+    }
+    assert_int_equal(bench.feedback.state, HAL_DRIVE_FAULT);
+    assert_string_equal(bench.feedback.fault_text,
+                        "current reads back no number");
+}
+
 static void the_first_set_point_must_be_where_the_axis_is(void **state)
 {
     (void)state;
@@ -414,6 +486,8 @@ int main(void)
         cmocka_unit_test(the_wrong_drive_is_refused),
         cmocka_unit_test(single_bad_answers_do_not_stop_a_move),
         cmocka_unit_test(a_position_that_cannot_be_is_left_out),
+        cmocka_unit_test(a_position_that_is_no_number_is_not_believed),
+        cmocka_unit_test(a_parameter_that_is_no_number_is_refused),
         cmocka_unit_test(the_first_set_point_must_be_where_the_axis_is),
         cmocka_unit_test(a_quick_stop_is_the_drives_own),
         cmocka_unit_test(the_drives_own_watchdog_stops_it),

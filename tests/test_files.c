@@ -1093,8 +1093,10 @@ static int print_fields(void)
 {
     print_shapes("rig", rig_shapes);
     print_shapes("move", move_shapes);
+    print_shapes("map", map_shapes);
     print_words("rig", rig_words);
     print_words("move", move_words);
+    print_words("map", map_words);
     return 0;
 }
 

@@ -253,6 +253,57 @@ static const struct {
       "is no unit of a velocity" },
 };
 
+/* tests/check_schema.py has them too. */
+static const struct {
+    const char *name, *want;
+} bad_map_files[] = {
+    { "address", ":5:15: at '0x10000' is out of range" },
+    { "bit_function", "is read by function 3, which is for registers" },
+    { "bounds_reversed", "has a min or max that its type cannot say" },
+    { "condition_empty", ":6:18: moving has neither mask nor equals" },
+    { "condition_float", ":6:25: item is an f32, which has no bits" },
+    { "const_and_value", "const stands beside value" },
+    { "const_float", "const '16777217' is out of range" },
+    { "const_range", "const '65536' is out of range" },
+    { "field_bit", "is a bit, groups have registers" },
+    { "field_empty", "has neither value nor const" },
+    { "field_unit", "ms_per_1000rpm is no unit of a velocity" },
+    { "group_too_long", "has 18 registers, more than one request may have" },
+    { "key", ":12:1: unknown key 'alarm'" },
+    { "never", "can never be: equals has bits outside the mask" },
+    { "no_enable", "lacks one of the sequences enable, disable and stop" },
+    { "no_group", "has neither move nor stream" },
+    { "no_position", "has no position with poll: fast" },
+    { "no_target", "has no field with value: position" },
+    { "order_word", "unknown order 'BACD'" },
+    { "pair_beyond", "ends beyond address 0xFFFF" },
+    { "position_slow", "has no position with poll: fast" },
+    { "status_not_polled", "moving looks at an item without poll: fast" },
+    { "step_two", "is not one of write, until and delay" },
+    { "step_value", "value belongs to a write" },
+    { "step_value_range", "value '65536' is out of range" },
+    { "stream_go_waits", "stream_go waits, it may only write" },
+    { "unknown_item", "did you mean 'state'" },
+    { "until_unknown", "is not among the status of this map" },
+    { "write_of_two", "6 writes one register, the item has two" },
+};
+
+static void what_is_wrong_in_a_map_file_is_told(void **state)
+{
+    static struct modbus_map map;
+    char path[96], message[RIG_MESSAGE_MAX];
+
+    (void)state;
+    for (unsigned i = 0; i < ARRAY_LEN(bad_map_files); i++) {
+        snprintf(path, sizeof path, "tests/data/bad/map_%s.yaml",
+                 bad_map_files[i].name);
+        if (modbus_map_load(path, &map, message) == 0)
+            fail_msg("%s was taken", path);
+        if (strstr(message, bad_map_files[i].want) == NULL)
+            fail_msg("%s", message);
+    }
+}
+
 static void what_is_wrong_in_a_file_is_told(void **state)
 {
     (void)state;
@@ -272,6 +323,7 @@ int main(void)
         cmocka_unit_test(one_bad_answer_is_no_fault),
         cmocka_unit_test(too_few_set_points_are_refused),
         cmocka_unit_test(what_is_wrong_in_a_file_is_told),
+        cmocka_unit_test(what_is_wrong_in_a_map_file_is_told),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -122,7 +122,7 @@ for name, text in MOVES.items():
     put("move", name, text)
 
 copy("map", "hal/maps/oriental-az.yaml", "hal/maps/lexium-32.yaml",
-     "tests/data/maps/coils.yaml")
+     "tests/data/maps/coils.yaml", "tests/data/maps/floats.yaml")
 
 put("eds", "small", """\
 [DeviceInfo]

@@ -59,7 +59,7 @@ static const struct option_row cmd_drive_option[] = {
     { "map", "NAME", OPTION_TEXT, offsetof(struct options, map),
       "the drive's register map, on Modbus" },
     { "type", "TYPE", OPTION_TEXT, offsetof(struct options, type),
-      "u8, i8, u16, i16, u32 or i32, where nobody knows it" },
+      "u8, i8, u16, i16, u32, i32, on Modbus f32; where unknown" },
     { "baud", "RATE", OPTION_COUNT, offsetof(struct options, baud),
       "of a serial port that no rig describes (115200)" },
     { "parity", "WORD", OPTION_TEXT, offsetof(struct options, parity),

@@ -46,7 +46,8 @@ static bool access_address(const char *text, const struct options *options,
     } types[] = { { "u16", MODBUS_U16 },
                   { "i16", MODBUS_I16 },
                   { "u32", MODBUS_U32 },
-                  { "i32", MODBUS_I32 } };
+                  { "i32", MODBUS_I32 },
+                  { "f32", MODBUS_F32 } };
     char *end;
     const unsigned long at = strtoul(text, &end, 0);
 

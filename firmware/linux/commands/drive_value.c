@@ -102,11 +102,10 @@ void drive_read_object(struct talk *talk, const struct object *object,
 
 /* ---- Modbus ---- */
 
-static const char *const value_item_type[] = { [MODBUS_U16] = "u16",
-                                               [MODBUS_I16] = "i16",
-                                               [MODBUS_U32] = "u32",
-                                               [MODBUS_I32] = "i32",
-                                               [MODBUS_BIT] = "bit" };
+static const char *const value_item_type[] = {
+    [MODBUS_U16] = "u16", [MODBUS_I16] = "i16", [MODBUS_U32] = "u32",
+    [MODBUS_I32] = "i32", [MODBUS_F32] = "f32", [MODBUS_BIT] = "bit"
+};
 
 /* What of the map's conditions on this register is met. */
 static void value_conditions(const struct modbus_map *map, uint8_t item,

@@ -9,9 +9,9 @@
 
 #define MAP_RATIO_MAX INT64_C(1000000000)
 
-static const char *const map_quantities[] = { "const", "position", "velocity",
-                                              "acceleration", "deceleration" };
-static const char *const map_units[] = { "counts", "rpm", "ms_per_1000rpm" };
+const char *const map_quantities[] = { "const", "position", "velocity",
+                                       "acceleration", "deceleration" };
+const char *const map_units[] = { "counts", "rpm", "ms_per_1000rpm" };
 
 /* ---- fields ---- */
 
@@ -75,7 +75,7 @@ static int map_read_bound(void *reader, const struct yaml_value *value,
 }
 
 static const struct yaml_field map_field_fields[] = {
-    { "type", YAML_REQUIRED, "u16, i16, u32 or i32", map_read_type,
+    { "type", YAML_REQUIRED, "u16, i16, u32, i32 or f32", map_read_type,
       offsetof(struct modbus_map_field, type) },
     { "order", YAML_OPTIONAL, "ABCD, CDAB, BADC or DCBA", map_read_order,
       offsetof(struct modbus_map_field, order) },
@@ -94,8 +94,8 @@ static const struct yaml_field map_field_fields[] = {
     { "max", YAML_OPTIONAL, "the most the register may be", map_read_bound,
       offsetof(struct modbus_map_field, max) },
 };
-static const struct yaml_shape map_field_shape = { "field", map_field_fields,
-                                                   MAP_LEN(map_field_fields) };
+const struct yaml_shape map_field_shape = { "field", map_field_fields,
+                                            MAP_LEN(map_field_fields) };
 
 #define MAP_NOT_GIVEN INT64_MAX
 
@@ -109,6 +109,10 @@ static int map_complete_field(const struct yaml_value *value,
         return yaml_value_refuse(value, "is a bit, groups have registers");
     if (field->quantity == MODBUS_CONST && field->constant == MAP_NOT_GIVEN)
         return yaml_value_refuse(value, "has neither value nor const");
+    if (field->type == MODBUS_F32) { /* beyond 2^24 in steps */
+        min = INT32_MIN;
+        max = INT32_MAX;
+    }
     if (field->min == MAP_NOT_GIVEN)
         field->min = field->quantity == MODBUS_POSITION ? min : 0;
     if (field->max == MAP_NOT_GIVEN)
@@ -187,8 +191,8 @@ static const struct yaml_field map_group_fields[] = {
       "a list of {type, value or const, unit, num, den, min, max}",
       map_read_fields, 0 },
 };
-static const struct yaml_shape map_group_shape = { "group", map_group_fields,
-                                                   MAP_LEN(map_group_fields) };
+const struct yaml_shape map_group_shape = { "group", map_group_fields,
+                                            MAP_LEN(map_group_fields) };
 
 int map_read_group(void *reader, const struct yaml_value *value, void *out)
 {

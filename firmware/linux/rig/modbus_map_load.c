@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "firmware/linux/rig/modbus_map_parts.h"
+#include "firmware/linux/yaml/yaml_shapes.h"
 
 /* ---- kinds of value ---- */
 
@@ -62,7 +63,7 @@ int map_read_item(const struct map_reader *reader,
 }
 
 static const char *const map_orders[] = { "ABCD", "CDAB", "BADC", "DCBA" };
-static const char *const map_types[] = { "u16", "i16", "u32", "i32", "bit" };
+const char *const map_types[] = { "u16", "i16", "u32", "i32", "f32", "bit" };
 static const char *const map_polls[] = { "never", "fast", "slow" };
 static const char *const map_formats[] = { "8N1", "8N2", "8E1",
                                            "8E2", "8O1", "8O2" };
@@ -246,7 +247,7 @@ static int map_read_poll(void *reader, const struct yaml_value *value,
 static const struct yaml_field map_item_fields[] = {
     { "at", YAML_REQUIRED, "an address 0 .. 0xFFFF as in the frame",
       map_read_address, offsetof(struct modbus_map_item, at) },
-    { "type", YAML_REQUIRED, "u16, i16, u32, i32 or bit", map_read_type,
+    { "type", YAML_REQUIRED, "u16, i16, u32, i32, f32 or bit", map_read_type,
       offsetof(struct modbus_map_item, type) },
     { "order", YAML_OPTIONAL, "ABCD, CDAB, BADC or DCBA", map_read_order,
       offsetof(struct modbus_map_item, order) },
@@ -326,6 +327,9 @@ static int map_read_items(void *reader, const struct yaml_value *value,
         if (strcmp(map->item[i].name, "alarm") == 0)
             map->alarm = i;
     }
+    if (map->alarm != MODBUS_MAP_NO_ITEM &&
+        map->item[map->alarm].type == MODBUS_F32)
+        return yaml_value_refuse(value, "has an alarm in f32");
     if (map->position == MODBUS_MAP_NO_ITEM ||
         map->item[map->position].poll != MODBUS_POLL_FAST)
         return yaml_value_refuse(value, "has no position with poll: fast");
@@ -337,7 +341,14 @@ static int map_read_items(void *reader, const struct yaml_value *value,
 static int map_read_condition_item(void *reader, const struct yaml_value *value,
                                    void *out)
 {
-    return map_read_item(reader, value, out);
+    const struct map_reader *self = reader;
+    uint8_t *item = out;
+
+    if (map_read_item(reader, value, item) < 0)
+        return -1;
+    if (self->map->item[*item].type == MODBUS_F32)
+        return yaml_value_refuse(value, "is an f32, which has no bits");
+    return 0;
 }
 
 static int map_read_mask(void *reader, const struct yaml_value *value,
@@ -444,8 +455,8 @@ static int map_read_else(void *reader, const struct yaml_value *value,
 static int map_read_identify_item(void *reader, const struct yaml_value *value,
                                   void *out)
 {
-    return map_read_item(reader, value,
-                         &((struct modbus_map *)out)->identify.item);
+    return map_read_condition_item(reader, value,
+                                   &((struct modbus_map *)out)->identify.item);
 }
 
 static int map_read_identify_equals(void *reader,
@@ -711,6 +722,28 @@ static const struct yaml_field map_fields[] = {
 };
 static const struct yaml_shape map_shape = { "map", map_fields,
                                              MAP_LEN(map_fields) };
+
+const struct yaml_shape *const map_shapes[] = {
+    &map_shape,        &map_line_shape,      &map_item_shape,
+    &map_status_shape, &map_condition_shape, &map_identify_shape,
+    &map_group_shape,  &map_field_shape,     &map_sequence_shape,
+    &map_step_shape,   &map_alarm_shape,     NULL,
+};
+
+/* A field has every type but the last, bit; a value is no constant. */
+const struct yaml_words map_words[] = {
+    { "map.order", map_orders, MAP_LEN(map_orders) },
+    { "line.format", map_formats, MAP_LEN(map_formats) },
+    { "item.type", map_types, MAP_LEN(map_types) },
+    { "item.order", map_orders, MAP_LEN(map_orders) },
+    { "item.poll", map_polls, MAP_LEN(map_polls) },
+    { "field.type", map_types, MODBUS_BIT },
+    { "field.order", map_orders, MAP_LEN(map_orders) },
+    { "field.value", map_quantities + 1, MODBUS_DECELERATION },
+    { "field.unit", map_units, MODBUS_MS_PER_1000_RPM + 1 },
+    { "step.until", map_statuses, MAP_LEN(map_statuses) },
+    { NULL, NULL, 0 },
+};
 
 static int map_judge(const struct yaml_value *value,
                      const struct modbus_map *map)

@@ -33,4 +33,9 @@ int map_read_order(void *reader, const struct yaml_value *value, void *out);
 int map_read_address(void *reader, const struct yaml_value *value, void *out);
 int map_read_group(void *reader, const struct yaml_value *value, void *out);
 
+extern const struct yaml_shape map_group_shape, map_field_shape;
+extern const char *const map_types[MODBUS_BIT + 1]; /* the bit is the last */
+extern const char *const map_quantities[MODBUS_DECELERATION + 1];
+extern const char *const map_units[MODBUS_MS_PER_1000_RPM + 1];
+
 #endif

@@ -70,6 +70,9 @@ int ask_modbus_read_item(struct ask_modbus *ask,
     modbus_map_put_read(item, &request);
     request.unit = ask->unit;
     err = ask_modbus_again(ask, &request);
+    if (err == MOTION_OK &&
+        !modbus_map_is_number(item->type, item->order, ask->reply.value))
+        err = MOTION_E_RANGE;
     if (err == MOTION_OK)
         *value = modbus_map_get(item->type, item->order, ask->reply.value);
     return err;

@@ -1,5 +1,5 @@
-/* firmware/linux/yaml/yaml_shapes.h - the maps of rig.yaml and move.yaml, as
- * tables.
+/* firmware/linux/yaml/yaml_shapes.h - the maps of rig.yaml, move.yaml and the
+ * register maps, as tables.
  *
  * For the readers themselves, and for whatever must agree with them:
  * tests/check_schema.py compares them with docs/schema. */
@@ -11,6 +11,7 @@
 /* Ends with NULL. */
 extern const struct yaml_shape *const rig_shapes[];
 extern const struct yaml_shape *const move_shapes[];
+extern const struct yaml_shape *const map_shapes[];
 
 /* A value that is one of a few words. */
 struct yaml_words {
@@ -22,5 +23,6 @@ struct yaml_words {
 /* Ends with a name of NULL. */
 extern const struct yaml_words rig_words[];
 extern const struct yaml_words move_words[];
+extern const struct yaml_words map_words[];
 
 #endif
