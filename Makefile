@@ -153,10 +153,14 @@ compilers:
 .PHONY: tidy clang-tidy cppcheck
 ## clang-tidy and cppcheck, nothing let through
 tidy: clang-tidy cppcheck
+# The analyzer follows so many states through a function; its own default of
+# 225000 takes three times as long.
+TIDY_STATES ?= 75000
 clang-tidy:
 	@mkdir -p build
 	@printf '%s\n' $(SOURCES) | xargs -r -P "$$(nproc)" -I {} \
 	    clang-tidy --quiet {} -- $(STD) $(WARN) -I. $(PKG_INC) \
+	    -Xclang -analyzer-config -Xclang max-nodes=$(TIDY_STATES) \
 	    2>build/tidy.log || { cat build/tidy.log; exit 1; }
 # Style is clang-tidy's.  Right shifts of negative numbers are arithmetic with
 # every compiler we use; version 2.10 overlooks compound literals and sees
