@@ -323,7 +323,7 @@ static int telemetry_read_column(struct telemetry_reader *reader,
                                  struct telemetry_row *row)
 {
     struct telemetry_axis *axis = &row->axis[column->axis];
-    int64_t value;
+    int64_t value = 0;
     if (column->field >= TELEMETRY_FIELDS) {
         if (telemetry_read_number(reader, cell, 0, &value) < 0)
             return -1;
