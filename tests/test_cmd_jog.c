@@ -349,8 +349,8 @@ static void h_homes_and_s_sets_keys_of_a_move(void **state)
     const char *const argv[] = { "slew",   "jog",   "--speed",     "50mm/s",
                                  "--keys", path,    "--key-every", "3s",
                                  RIG,      "slide", NULL };
-    const char *const check[] = { "slew", "check", RIG "/rig.yaml", path,
-                                  NULL };
+    static const char rig[] = RIG "/rig.yaml";
+    const char *const check[] = { "slew", "check", rig, path, NULL };
     (void)state;
     forget();
     start(argv, true);
