@@ -9,10 +9,13 @@
 #include "motion/err.h"
 #include "motion/otg_internal.h"
 
-#define OTG_BITS       25 /* limits are drawn in by 2^-25 */
-#define OTG_MOST_PER_S 32 /* the shortest ramp: 2^-32 s, 954 ticks */
-#define OTG_LATER      16 /* durations tried when the shortest has no plan */
-#define OTG_WAIT       4  /* the first is 2^4 ticks more */
+#define OTG_BITS        25 /* limits are drawn in by 2^-25 */
+#define OTG_MOST_PER_S  32 /* the shortest ramp: 2^-32 s, 954 ticks */
+#define OTG_HURRY       20 /* at first no more than 2^-20 longer, and a ns */
+#define OTG_HURRY_TICKS 4096
+#define OTG_LATER       16 /* durations tried when the shortest has no plan */
+#define OTG_SOON        6  /* of these before all draws are tried */
+#define OTG_WAIT        4  /* the first is 2^4 ticks more */
 
 const char *motion_otg_field_text(enum motion_otg_field field)
 {
@@ -411,9 +414,11 @@ static int otg_shape_of(const struct motion_otg_move *move,
     return MOTION_OK;
 }
 
+/* The plan's duration is the proposal's where the answer is MOTION_E_LIMIT; one
+ * above `most` is not made good. */
 static int otg_try(const struct motion_otg_move *move, int64_t dur_ns_q12,
-                   struct otg_draw draw, struct motion_otg_plan *plan,
-                   enum motion_otg_field *field)
+                   struct otg_draw draw, int64_t most,
+                   struct motion_otg_plan *plan, enum motion_otg_field *field)
 {
     struct otg_problem q;
     struct otg_shape shape;
@@ -424,7 +429,12 @@ static int otg_try(const struct motion_otg_move *move, int64_t dur_ns_q12,
         plan->dur_ns_q12 = in_ns_q12(next);
         return refuse(field, MOTION_OTG_FIELD_DURATION, err);
     }
-    return motion_otg_settle(move, &q, &shape, dur_ns_q12, plan, field);
+    err = MOTION_E_LIMIT;
+    if (most == INT64_MAX || in_ns_q12(time_of(&shape)) <= most)
+        err = motion_otg_settle(move, &q, &shape, dur_ns_q12, plan, field);
+    if (err == MOTION_E_LIMIT)
+        plan->dur_ns_q12 = in_ns_q12(time_of(&shape));
+    return err;
 }
 
 /* Further in by steps of 2^2: velocity and acceleration, the jerk, all, and all
@@ -439,7 +449,7 @@ struct otg_draw motion_otg_draw(int wanted, int i)
     case 1:
         return (struct otg_draw){ bits, bits, wanted };
     case 2:
-        return (struct otg_draw){ wanted, wanted, bits };
+        return (struct otg_draw){ OTG_BITS, OTG_BITS, bits };
     case 3:
         return (struct otg_draw){ near, bits + 2, bits + 2 };
     default:
@@ -507,15 +517,18 @@ int motion_otg_make(const struct motion_otg_move *move,
 }
 
 /* One after the other with limits drawn in further; *first is the duration of
- * the first. */
+ * the first.  Lower limits can close a way that was just open, so what takes
+ * longer for them waits until nothing else is left. */
 static int otg_make_drawn(const struct motion_otg_move *move,
-                          int64_t dur_ns_q12, struct motion_otg_plan *plan,
-                          int64_t *first, enum motion_otg_field *field)
+                          int64_t dur_ns_q12, bool hurry,
+                          struct motion_otg_plan *plan, int64_t *first,
+                          enum motion_otg_field *field)
 {
     struct otg_draw draw = { OTG_BITS, OTG_BITS, OTG_BITS };
+    int64_t most = INT64_MAX;
     int wanted = OTG_BITS;
     for (int i = 0; i < OTG_TRIES; i++) {
-        int err = otg_try(move, dur_ns_q12, draw, plan, field);
+        int err = otg_try(move, dur_ns_q12, draw, most, plan, field);
         if (err == MOTION_OK || err == MOTION_E_RANGE)
             return err;
         if (i == 0) {
@@ -523,6 +536,8 @@ static int otg_make_drawn(const struct motion_otg_move *move,
                 return err;
             *first = plan->dur_ns_q12;
             wanted = motion_otg_wanted_bits(*first);
+            if (hurry)
+                most = *first + (*first >> OTG_HURRY) + OTG_HURRY_TICKS;
         }
         draw = motion_otg_draw(wanted, i + (wanted == OTG_BITS));
     }
@@ -534,18 +549,19 @@ static int otg_make_drawn(const struct motion_otg_move *move,
  * that lie between two.  So wait: for a little longer, or for the next time at
  * which there is a motion. */
 static int otg_make_later(const struct motion_otg_move *move, int64_t least,
-                          struct motion_otg_plan *plan,
+                          int tries, struct motion_otg_plan *plan,
                           enum motion_otg_field *field)
 {
     int64_t dur = least, first;
-    for (int i = 0; i < OTG_LATER; i++) {
-        if (*field == MOTION_OTG_FIELD_DURATION && plan->dur_ns_q12 > dur)
+    for (int i = 0; i < tries; i++) {
+        if (tries > OTG_SOON && *field == MOTION_OTG_FIELD_DURATION &&
+            plan->dur_ns_q12 > dur)
             least = plan->dur_ns_q12;
         dur =
             least + (least >> (OTG_BITS - i)) + ((int64_t)1 << (OTG_WAIT + i));
         if (dur >= MOTION_TRACK_SEGMENT_MAX_NS_Q12)
             return MOTION_E_RANGE;
-        int err = otg_make_drawn(move, dur, plan, &first, field);
+        int err = otg_make_drawn(move, dur, false, plan, &first, field);
         if (err == MOTION_OK || err == MOTION_E_RANGE)
             return err;
     }
@@ -557,11 +573,17 @@ static int otg_make_valid(const struct motion_otg_move *move,
                           enum motion_otg_field *field)
 {
     int64_t least = 0;
-    int err = otg_make_drawn(move, dur_ns_q12, plan, &least, field);
+    bool hurry = move->mode == MOTION_OTG_POSITION && dur_ns_q12 == 0;
+    int err = otg_make_drawn(move, dur_ns_q12, hurry, plan, &least, field);
+    if (err == MOTION_E_LIMIT && hurry &&
+        otg_make_later(move, least, OTG_SOON, plan, field) == MOTION_OK)
+        return MOTION_OK;
+    if (err == MOTION_E_LIMIT && hurry)
+        err = otg_make_drawn(move, dur_ns_q12, false, plan, &least, field);
     if (err != MOTION_E_LIMIT || move->mode != MOTION_OTG_POSITION)
         return err;
     if (dur_ns_q12 == 0)
-        return otg_make_later(move, least, plan, field);
+        return otg_make_later(move, least, OTG_LATER, plan, field);
     if (*field != MOTION_OTG_FIELD_DURATION)
         plan->dur_ns_q12 = dur_ns_q12 + (dur_ns_q12 >> OTG_BITS) + 1;
     return refuse(field, MOTION_OTG_FIELD_DURATION, err);

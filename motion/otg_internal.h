@@ -163,6 +163,8 @@ int motion_otg_round(const struct motion_otg_move *move,
                      const struct otg_shape *shape,
                      const struct otg_rates *rates,
                      struct motion_otg_plan *plan, uint32_t *ends);
+/* Phases of hardly any ticks next to the start and goal last none. */
+void motion_otg_round_ends(struct motion_otg_plan *plan);
 /* Leave out phases of no or hardly any ticks; returns the corners that must
  * stay for the ends that swing. */
 uint32_t motion_otg_round_join(const struct otg_shape *shape, uint32_t ends,

@@ -120,14 +120,20 @@ static void turn_cruise(struct polish *p, struct num x)
         *n = 0;
 }
 
-/* The hump that is to make the speed good: the one next to an end that brakes,
- * whose speed is known to 2^-28 of what braking took and may be all that the
- * cruise's limit allows; else the one that changes it more. */
+/* Whether a hump's acceleration is 2^-8 of the other's. */
+static bool is_slight(struct num one, struct num other)
+{
+    return one.m == 0 || num_lt(num_abs(num_scale(one, 8)), num_abs(other));
+}
+
+/* The hump that is to make the speed good: the one next to an end that brakes
+ * by much, whose speed is known to 2^-28 of what braking took and may be all
+ * that the cruise's limit allows; else the one that changes it more. */
 static int speed_hump(const struct polish *p)
 {
-    if (p->rates->brake > 0 && p->hump_v[0].m)
+    if (p->rates->brake > 0 && !is_slight(p->hump_v[0], p->hump_v[1]))
         return 0;
-    if (p->rates->lands && p->hump_v[1].m)
+    if (p->rates->lands && !is_slight(p->hump_v[1], p->hump_v[0]))
         return 1;
     return num_lt(num_abs(p->hump_v[0]), num_abs(p->hump_v[1]));
 }
@@ -190,7 +196,8 @@ static void polish_speed(struct polish *p)
  * 2 x later and 2 a x faster. */
 static void walk_hump(struct polish *p, int k, struct num v, int64_t left)
 {
-    struct num a = p->shape->phase[p->shape->knobs.hump[k]].a;
+    int64_t acc = p->plan->phase[p->shape->knobs.hump[k]].acc;
+    struct num a = num_make(acc, -p->plan->acc_bits);
     p->hump_v[k] = num_twice(a);
     p->hump_d[k] = num_twice(num_add(v, num_mul(a, motion_otg_seconds(left))));
 }
@@ -242,4 +249,7 @@ void motion_otg_polish(struct motion_otg_plan *plan,
             p.t = num_div(num_make(miss->ticks, 0), p.per_s);
         polish_humps(&p);
     }
+    plan->dur_ns_q12 = 0;
+    for (int i = 0; i < plan->count; i++)
+        plan->dur_ns_q12 += plan->phase[i].dur_ns_q12;
 }

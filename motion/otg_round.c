@@ -253,6 +253,44 @@ static bool is_sliver(const struct motion_otg_plan *plan, int64_t n,
            motion_fixed_abs(to - from) <= size >> 16;
 }
 
+/* The first phase from i on, in steps of `way`, that has ticks; or the end. */
+static int next_lasting(const struct motion_otg_plan *plan, int i, int way)
+{
+    while (i > 0 && i + 1 < plan->count && plan->phase[i].dur_ns_q12 == 0)
+        i += way;
+    return i;
+}
+
+/* Phase i, next to the start or goal, gives its time to the one `way` of it. */
+static void round_end(struct motion_otg_plan *plan, int i, int way)
+{
+    struct motion_otg_phase *ph = plan->phase;
+    if (ph[i].dur_ns_q12 == 0)
+        i = next_lasting(plan, i + way, way);
+    int64_t from = i > 0 ? ph[i - 1].acc : plan->start_acc;
+    int64_t acc = way > 0 ? from : ph[i].acc;
+    int to = i + way;
+    if (to < 0 || to >= plan->count ||
+        !is_sliver(plan, ph[i].dur_ns_q12, from, ph[i].acc))
+        return;
+    to = next_lasting(plan, to, way);
+    ph[to].dur_ns_q12 += ph[i].dur_ns_q12;
+    ph[i].dur_ns_q12 = 0;
+    for (; i != to; i += way)
+        ph[i].acc = acc;
+    if (way < 0)
+        ph[to].acc = acc;
+}
+
+/* With all phases still there; giving their time away moves the plan's end. */
+void motion_otg_round_ends(struct motion_otg_plan *plan)
+{
+    if (plan->count < 2)
+        return;
+    round_end(plan, 0, 1);
+    round_end(plan, plan->count - 1, -1);
+}
+
 /* Phase i gives its time to the one after it. */
 static void merge_on(struct motion_otg_plan *plan, int i)
 {

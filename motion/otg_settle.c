@@ -14,12 +14,16 @@
 #include "motion/otg_internal.h"
 
 #define SETTLE_REPAIRS 4
+#define SETTLE_STEPS   4
+#define SETTLE_LONGER  21 /* 2^-21 more than proposed, and a ns */
+#define SETTLE_TICKS   4096
 
 struct settle {
     const struct motion_otg_move *move;
     const struct otg_shape *shape;
     struct motion_otg_plan *plan;
     int64_t dur_ns_q12; /* wanted, or 0 */
+    int64_t rounded;    /* that of the proposal */
     struct otg_rates rates;
     uint32_t fixed; /* corners that may not move */
 };
@@ -103,21 +107,24 @@ static int settle_wait(int64_t dur_ns_q12, struct motion_otg_plan *plan)
 
 /* --- all of it ------------------------------------------------------------ */
 
-/* Without polishing no ramp may bend by more than its room. */
-static int settle_make(struct settle *s, bool polish)
+/* After so many steps of polishing; without any, no ramp may bend by more than
+ * its room. */
+static int settle_make(struct settle *s, int steps)
 {
     struct motion_otg_plan *plan = s->plan;
     uint32_t ends;
     int err = motion_otg_round(s->move, s->shape, &s->rates, plan, &ends);
     if (err < 0)
         return err;
-    bool has_knobs = s->shape->knobs.hump[0] >= 0;
-    if (polish && has_knobs)
+    s->rounded = plan->dur_ns_q12;
+    if (steps > 0)
+        motion_otg_round_ends(plan);
+    for (int i = 0; i < steps && s->shape->knobs.hump[0] >= 0; i++)
         settle_polish(s);
     s->fixed = motion_otg_round_join(s->shape, ends, plan);
     err = settle_total(plan, s->fixed, s->dur_ns_q12);
     return err < 0 ? err
-                   : motion_otg_trim(s->move->mode, s->fixed, !polish, plan);
+                   : motion_otg_trim(s->move->mode, s->fixed, steps == 0, plan);
 }
 
 /* Trimming made some ramps steeper than they may be: give them time.  With a
@@ -146,11 +153,25 @@ static int settle_repair(struct settle *s)
                    : motion_otg_trim(s->move->mode, s->fixed, false, plan);
 }
 
+/* Made good at the price of a longer time. */
+static bool is_longer(const struct settle *s)
+{
+    return s->dur_ns_q12 == 0 &&
+           s->plan->dur_ns_q12 >
+               s->rounded + (s->rounded >> SETTLE_LONGER) + SETTLE_TICKS;
+}
+
 static int settle_check(const struct settle *s, int err,
                         enum motion_otg_field *field)
 {
     *field = MOTION_OTG_FIELD_GOAL_POS;
-    return err < 0 ? err : motion_otg_check(s->move, s->plan, field);
+    if (err == MOTION_OK)
+        err = motion_otg_check(s->move, s->plan, field);
+    if (err == MOTION_OK && is_longer(s)) {
+        *field = MOTION_OTG_FIELD_GOAL_POS;
+        err = MOTION_E_LIMIT;
+    }
+    return err;
 }
 
 /* Braking leaves more than trimming alone can make good. */
@@ -170,12 +191,12 @@ int motion_otg_settle(const struct motion_otg_move *move,
     if (err < 0 || (dur_ns_q12 != 0 && stands_still(move)))
         return settle_check(&s, err < 0 ? err : settle_wait(dur_ns_q12, plan),
                             field);
-    if (shape->knobs.hump[0] >= 0 && shape->brake == 0) {
-        err = settle_check(&s, settle_make(&s, false), field);
-        if (err != MOTION_E_LIMIT)
-            return err;
-    }
-    err = settle_check(&s, settle_make(&s, true), field);
+    bool has_knobs = shape->knobs.hump[0] >= 0;
+    int steps = has_knobs && shape->brake == 0 ? 0 : 1;
+    err = MOTION_E_LIMIT;
+    for (; err == MOTION_E_LIMIT && steps <= (has_knobs ? SETTLE_STEPS : 1);
+         steps++)
+        err = settle_check(&s, settle_make(&s, steps), field);
     for (int k = 0; k < SETTLE_REPAIRS && err == MOTION_E_LIMIT &&
                     *field == MOTION_OTG_FIELD_JERK;
          k++)

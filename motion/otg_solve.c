@@ -41,13 +41,21 @@ static struct num guess(struct num rest, struct num s)
     return num_div(up, num_add(s, num_add(x2, num_twice(x2))));
 }
 
+/* dD/dT = v(c) + w^2/2 with c the middle, w half the width of '-'. */
+static struct num early_rate(const struct otg_border *b,
+                             const struct otg_point *p)
+{
+    struct num a2 = num_min(p->z, b->side[!b->first].limit);
+    return num_add(p->vc, num_half(num_mul(p->x, a2)));
+}
+
 /* In regime B the border may rise before it falls: while 2 x + z/2 + x^2/2z is
  * below zero its slope (3) gets less, as in the lens.  What it reaches there comes
  * first. */
 static bool is_placed_early(struct answer *at, struct num want, struct num lo)
 {
     struct otg_point p = at->p;
-    if (p.slope.m <= 0 || !num_lt(p.got, want))
+    if (early_rate(&at->b, &p).m <= 0 || !num_lt(p.got, want))
         return false;
     p.x = num_half(lo);
     motion_otg_border_root(&at->b, OTG_GOAL_LENS, want, lo, num_zero(), &p);
@@ -120,7 +128,7 @@ static void answer_main(const struct otg_problem *q, struct answer *at)
     struct num want, lo;
     int sign = q->d.m < 0 ? -1 : 1;
     struct num rest = border_start(q, sign, at, &want, &lo);
-    if ((rest.m <= 0 || at->p.slope.m < 0) && is_at_start(q, at, rest))
+    if ((rest.m <= 0 || at->p.slope.m <= 0) && is_at_start(q, at, rest))
         return;
     if (rest.m < 0)
         (void)border_start(q, -sign, at, &want, &lo);
@@ -157,14 +165,6 @@ struct num motion_otg_lens_border(const struct otg_problem *q, int sign,
     return b->side[b->first].a;
 }
 
-/* dD/dT = v(c) + w^2/2 with c the middle, w half the width of '-'. */
-static struct num lens_rate(const struct otg_border *b,
-                            const struct otg_point *p)
-{
-    struct num a2 = num_min(p->z, b->side[!b->first].limit);
-    return num_add(p->vc, num_half(num_mul(p->x, a2)));
-}
-
 /* Whether `want` is reached along the border.  It is concave: it must rise at
  * its start, and when it ends short of that, fall at its end, or its highest
  * value is at the end.  Nor is it higher than its tangents. */
@@ -173,7 +173,7 @@ static bool lens_may_reach(struct otg_border *b, struct num want,
 {
     struct otg_point last;
     motion_otg_border_at(b, OTG_GOAL_LENS, hi, &last);
-    struct num up = lens_rate(b, first), down = lens_rate(b, &last);
+    struct num up = early_rate(b, first), down = early_rate(b, &last);
     bool is_short = num_lt(last.got, want);
     if (up.m <= 0 || (is_short && down.m > 0))
         return false;
