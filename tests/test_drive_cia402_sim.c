@@ -163,7 +163,7 @@ static int64_t counts_of(int64_t pos_q32)
 
 static int64_t servo_counts(const struct bench *b, unsigned i)
 {
-    return sim_cia402_pos_q24(&b->servo[i]) >> 24;
+    return sim_servo_pos_q24(&b->servo[i].base) >> 24;
 }
 
 #define assert_text(b, want)                                                   \
