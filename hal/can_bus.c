@@ -63,26 +63,23 @@ static void can_bus_drain(struct can_bus *bus, int64_t now_ns)
     }
 }
 
-static bool can_bus_is_gone(const struct can_bus *bus, int state)
-{
-    return state == HAL_CAN_BUS_OFF || state == HAL_CAN_DOWN || bus->lost ||
-           bus->refused_cycles >= CAN_BUS_REFUSED_MAX;
-}
-
 /* What begin() says of the bus, and the marks it is made from wiped. */
 static int can_bus_verdict(struct can_bus *bus)
 {
     const int state = hal_can_state(bus->can);
     const bool foreign = bus->foreign;
-    const bool gone = can_bus_is_gone(bus, state);
+    const bool gone =
+        bus->lost || state == HAL_CAN_BUS_OFF || state == HAL_CAN_DOWN;
 
     bus->lost = false;
     bus->foreign = false;
     if (gone)
         return MOTION_E_IO;
-    if (state == HAL_CAN_PASSIVE)
-        return MOTION_E_LIMIT;
-    return foreign ? MOTION_E_PROTOCOL : MOTION_OK;
+    if (foreign)
+        return MOTION_E_PROTOCOL;
+    if (bus->refused_cycles >= CAN_BUS_REFUSED_MAX)
+        return MOTION_E_FULL;
+    return state == HAL_CAN_PASSIVE ? MOTION_E_LIMIT : MOTION_OK;
 }
 
 static int can_bus_begin(struct hal_fieldbus *fieldbus, int64_t now_ns)

@@ -19,7 +19,7 @@
 #include "hal/fieldbus.h"
 
 #define CAN_BUS_NODES_MAX 32
-/* As canopen.h: taken in by one begin(); in a row until the bus is gone. */
+/* As canopen.h: taken in by one begin(); refused in a row are a fault. */
 #define CAN_BUS_DRAIN_MAX   128
 #define CAN_BUS_REFUSED_MAX 3
 
