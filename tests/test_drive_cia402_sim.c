@@ -192,7 +192,7 @@ static void power_up_ends_enabled_without_a_jump(void **state)
     assert_int_equal(b->master.stats.malformed, 0);
     assert_int_equal(b->master.stats.unexpected, 0);
     assert_int_equal(b->master.stats.foreign_master, 0);
-    assert_int_equal(b->master.stats.send_refused, 0);
+    assert_int_equal(b->master.cycle.send_refused, 0);
 }
 
 /* Set points of an S with 1 unit/ms in its middle; following error from the
