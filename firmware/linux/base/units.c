@@ -245,20 +245,32 @@ static const struct {
     [UNITS_RATIO] = { 32, { 1, 1, 0 }, "2147483647" },
 };
 
-static enum units_family units_axis_family(enum rig_unit unit)
+const char *const units_axis_words[UNITS_AXIS_WORDS] = {
+    [UNITS_AXIS_MM] = "mm",
+    [UNITS_AXIS_DEG] = "deg",
+    [UNITS_AXIS_REV] = "rev",
+    [UNITS_AXIS_COUNT] = "count",
+};
+
+const char *units_axis_text(enum units_axis unit)
+{
+    return units_axis_words[unit];
+}
+
+static enum units_family units_axis_family(enum units_axis unit)
 {
     static const enum units_family family[] = {
-        [RIG_UNIT_MM] = UNITS_LENGTH,
-        [RIG_UNIT_DEG] = UNITS_ANGLE,
-        [RIG_UNIT_REV] = UNITS_ANGLE,
-        [RIG_UNIT_COUNT] = UNITS_COUNTS,
+        [UNITS_AXIS_MM] = UNITS_LENGTH,
+        [UNITS_AXIS_DEG] = UNITS_ANGLE,
+        [UNITS_AXIS_REV] = UNITS_ANGLE,
+        [UNITS_AXIS_COUNT] = UNITS_COUNTS,
     };
     return family[unit];
 }
 
 /* The unit a quantity is wanted in: `ratio` is that of a number alone. */
 static struct units_unit units_wanted(enum units_quantity quantity,
-                                      enum rig_unit unit)
+                                      enum units_axis unit)
 {
     struct units_unit wanted = { "", UNITS_NUMBER, 0, { 1, 1, 0 } };
 
@@ -269,7 +281,7 @@ static struct units_unit units_wanted(enum units_quantity quantity,
     case UNITS_JERK:
         wanted.family = units_axis_family(unit);
         wanted.per_s = (unsigned)(quantity - UNITS_POSITION);
-        wanted.ratio.num = unit == RIG_UNIT_REV ? 360 : 1;
+        wanted.ratio.num = unit == UNITS_AXIS_REV ? 360 : 1;
         break;
     case UNITS_TIME:
         wanted.family = UNITS_DURATION;
@@ -710,7 +722,7 @@ static bool units_counts_over(const struct units_number *number,
     return units_fits(num, ratio->den);
 }
 
-int units_parse_counts(const char *text, enum rig_unit unit, int64_t *num,
+int units_parse_counts(const char *text, enum units_axis unit, int64_t *num,
                        int64_t *den, char sentence[UNITS_SENTENCE_MAX])
 {
     const struct units_context context = { .unit = unit };

@@ -85,7 +85,7 @@ struct anim_read {
     struct import_word end; /* of the file's range, empty: not said */
     /* of the curve that is being read */
     struct import_anim_curve curve;
-    enum rig_unit axis_unit;
+    enum units_axis axis_unit;
     const char *unit; /* of its values, "" for the axis's own */
     unsigned automatic, longer, unplayed; /* what is lost */
 };

@@ -26,7 +26,7 @@ int map_read_number(const struct yaml_value *value, int64_t min, int64_t max,
 
 int map_read_time(const struct yaml_value *value, int64_t max_ns, int64_t *out)
 {
-    const struct units_context none = { RIG_UNIT_COUNT, { 0, 0 } };
+    const struct units_context none = { UNITS_AXIS_COUNT, { 0, 0 } };
     char quote[YAML_QUOTE_MAX];
     int64_t ns_q12;
 
