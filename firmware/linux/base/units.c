@@ -143,7 +143,7 @@ static int units_scale(const struct units_number *number,
     return MOTION_OK;
 }
 
-static uint64_t units_gcd(uint64_t a, uint64_t b)
+uint64_t units_gcd(uint64_t a, uint64_t b)
 {
     while (b != 0) {
         const uint64_t rest = a % b;
