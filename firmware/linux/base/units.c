@@ -10,7 +10,7 @@
 #include <string.h>
 #include <strings.h>
 
-#include "firmware/linux/yaml/yaml_report.h"
+#include "firmware/linux/base/quote.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
 
@@ -318,7 +318,7 @@ static const char *units_expected(const struct units_text *self,
     static const char *const power[] = { "s", "s", "s2", "s3" };
     const struct units_unit *wanted = &self->wanted;
     const char *spelling[ARRAY_LEN(units_table)];
-    char list[YAML_LIST_MAX];
+    char list[QUOTE_LIST_MAX];
     unsigned count = 0;
 
     if (self->expected != NULL)
@@ -331,7 +331,7 @@ static const char *units_expected(const struct units_text *self,
             spelling[count++] = units_table[i].spelling;
     snprintf(expected, UNITS_EXPECTED_MAX, "%s in %.80s",
              units_meaning[wanted->family][wanted->per_s],
-             yaml_list(list, spelling, count));
+             quote_list(list, spelling, count));
     if (wanted->per_s > 0)
         snprintf(expected + strlen(expected),
                  UNITS_EXPECTED_MAX - strlen(expected), " per %s (%s/%s)",
@@ -345,14 +345,14 @@ static int units_refuse(const struct units_text *self, const char *format, ...)
 
 static int units_refuse(const struct units_text *self, const char *format, ...)
 {
-    char quote[YAML_QUOTE_MAX], what[96], expected[UNITS_EXPECTED_MAX];
+    char quote[QUOTE_MAX], what[96], expected[UNITS_EXPECTED_MAX];
     va_list arguments;
 
     va_start(arguments, format);
     vsnprintf(what, sizeof(what), format, arguments);
     va_end(arguments);
     snprintf(self->sentence, UNITS_SENTENCE_MAX, "%s %s, expected %s",
-             yaml_quote(quote, self->text, strlen(self->text)), what,
+             quote_text(quote, self->text, strlen(self->text)), what,
              units_expected(self, expected));
     return -1;
 }
@@ -509,7 +509,7 @@ static int units_find_any(const char *word, size_t length,
 /* The rest of the text as a unit; nothing left: the wanted one. */
 static int units_read_unit(struct units_text *self, struct units_unit *unit)
 {
-    char quote[YAML_QUOTE_MAX];
+    char quote[QUOTE_MAX];
     size_t length;
 
     while (self->end > self->at && self->end[-1] == ' ')
@@ -521,7 +521,7 @@ static int units_read_unit(struct units_text *self, struct units_unit *unit)
     if (units_find_any(self->at, length, unit) < 0)
         return units_refuse(
             self, "has the unknown unit %s",
-            yaml_quote(quote, self->at,
+            quote_text(quote, self->at,
                        length < UNITS_WORD_MAX ? length : UNITS_WORD_MAX));
     if (unit->family != self->wanted.family ||
         unit->per_s != self->wanted.per_s)

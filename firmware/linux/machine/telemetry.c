@@ -9,7 +9,7 @@
 
 #include "firmware/controller.h"
 #include "firmware/linux/base/number.h"
-#include "firmware/linux/yaml/yaml_report.h"
+#include "firmware/linux/base/quote.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
 
@@ -186,10 +186,10 @@ static int telemetry_fail(struct telemetry_reader *reader, const char *what,
 static int telemetry_fail_cell(struct telemetry_reader *reader,
                                const char *cell, const char *expected)
 {
-    char quote[YAML_QUOTE_MAX];
+    char quote[QUOTE_MAX];
     return telemetry_fail(reader,
                           cell == NULL ? "the line ends"
-                                       : yaml_quote(quote, cell, strlen(cell)),
+                                       : quote_text(quote, cell, strlen(cell)),
                           expected);
 }
 
