@@ -8,7 +8,7 @@
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/base/table.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/machine/live.h"
+#include "firmware/linux/commands/live.h"
 #include "motion/err.h"
 
 struct cmd_home {

@@ -9,7 +9,7 @@
 #include "firmware/linux/base/units.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/jog_keys.h"
-#include "firmware/linux/machine/live.h"
+#include "firmware/linux/commands/live.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
 #include "motion/otg.h"

@@ -11,7 +11,7 @@
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/base/table.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/machine/live.h"
+#include "firmware/linux/commands/live.h"
 
 #define MONITOR_RATE_UHZ INT64_C(5000000)
 #define MONITOR_WAIT_NS  INT64_C(5000000000) /* for drives, with --once */

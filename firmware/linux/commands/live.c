@@ -1,5 +1,5 @@
-/* firmware/linux/machine/live.c - see live.h. */
-#include "firmware/linux/machine/live.h"
+/* firmware/linux/commands/live.c - see live.h. */
+#include "firmware/linux/commands/live.h"
 
 #include <stdio.h>
 #include <string.h>
