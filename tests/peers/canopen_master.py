@@ -4,7 +4,8 @@
     canopen_master.py INTERFACE NODE EDS
 
 Reads the dictionary, long objects by segments and by blocks, takes the drive
-through the CiA 402 states, moves it in CSP, provokes a fault and clears it.
+through the CiA 402 states, moves it in CSP, provokes a fault and clears it, then
+goes to a position, runs at speeds, homes it and stores a position.
 """
 import logging
 import sys
@@ -143,6 +144,77 @@ def faults(node):
     claim("EMCY says all clear", heard[-1] == 0)
 
 
+def until(node, mask, value, seconds=10):
+    """Wait for bits of the statusword; False when they do not come."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if node.tpdo[1][0x6041].raw & mask == value:
+            return True
+        time.sleep(0.01)
+    return False
+
+
+def profile_position(node):
+    node.op_mode = "PROFILED POSITION"
+    for index, value in ((0x6081, 3000), (0x6083, 20000), (0x6084, 20000)):
+        node.sdo[index].raw = value
+    start = node.sdo[0x6064].raw
+    for way in (1500, -700):
+        target = start + way
+        node.rpdo[1][0x607A].raw = target
+        node.controlword = 0x1F
+        claim("PP: set point acknowledged", until(node, 0x1000, 0x1000))
+        node.controlword = 0x0F
+        claim("PP: buffer free", until(node, 0x1000, 0))
+        claim("PP: target reached", until(node, 0x400, 0x400))
+        time.sleep(0.5)
+        actual = node.sdo[0x6064].raw
+        claim(f"PP: at {actual - start} of {way}", abs(actual - target) <= 2)
+
+
+def speeds(node):
+    for mode, target in (("PROFILED VELOCITY", 1200),
+                         ("CYCLIC SYNCHRONOUS VELOCITY", -800)):
+        node.op_mode = mode
+        node.sdo[0x60FF].raw = target
+        time.sleep(1)
+        actual = node.sdo[0x606C].raw
+        claim(f"{mode.lower()}: {actual} of {target} counts/s",
+              abs(actual - target) <= 20)
+        node.sdo[0x60FF].raw = 0
+        time.sleep(0.5)
+        claim(f"{mode.lower()}: stands", abs(node.sdo[0x606C].raw) <= 2)
+
+
+def homing(node):
+    for index, sub, value in ((0x6099, 1, 4000), (0x6099, 2, 400),
+                              (0x609A, 0, 20000)):
+        entry = node.sdo[index][sub] if sub else node.sdo[index]
+        entry.raw = value
+    node.sdo[0x607C].raw = -250
+    node.sdo[0x6098].raw = 20  # the lower edge of the home switch, at 20 mm
+    claim("HM: python-canopen says it is homed",
+          node.homing(timeout=30) is True)
+    time.sleep(0.5)
+    node.op_mode = "PROFILED POSITION"
+    node.rpdo[1][0x607A].raw = -250
+    node.controlword = 0x1F
+    until(node, 0x1000, 0x1000)
+    node.controlword = 0x0F
+    claim("HM: back to the home point", until(node, 0x1400, 0x400))
+    claim("a homing method it has not aborts",
+          aborts(lambda: node.sdo.download(0x6098, 0, b"\x0F")) == 0x06090030)
+
+
+def modes(node):
+    node.rpdo[1][0x607A].raw = node.sdo[0x6064].raw
+    for state in ("READY TO SWITCH ON", "SWITCHED ON", "OPERATION ENABLED"):
+        node.state = state
+    profile_position(node)
+    speeds(node)
+    homing(node)
+
+
 def main():
     interface, number, eds = sys.argv[1:]
     network = canopen.Network()
@@ -153,6 +225,7 @@ def main():
     network_services(network, node)
     states(network, node)
     faults(node)
+    modes(node)
     node.rpdo[1].stop()
     network.sync.stop()
     node.nmt.state = "PRE-OPERATIONAL"
