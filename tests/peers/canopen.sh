@@ -65,7 +65,8 @@ sim=$!
 sleep 1
 "$python" tests/peers/canopen_master.py vcan0 5 "$dir/servo.eds" ||
     fail "canopen_master.py"
-"$slew" scan --listen 0.3s vcan0 | grep "kind: cia402" || fail "slew scan"
+"$slew" scan --listen 0.3s vcan0 2>"$dir/scan.log" | grep "kind: cia402" ||
+    fail "slew scan"
 kill $sim
 wait $sim
 
