@@ -73,10 +73,7 @@ static void set_points_are_as_mjbots_builds_them(void **state)
 
     (void)state;
     enabled();
-    fake_can_put(&fake, ANSWER("0A", "00"));
-    begin();
-    assert_int_equal(hal_drive_set_target(&drive.turns.drive, &target), 0);
-    end();
+    aim(ANSWER("0A", "00"), &target);
     /* watchdog 100 ms, no limits, as 16 bits */
     expect("8001#01000A0F200000A03F000000BFCDCCCC3D"
            "07276400FFFFFFFF" QUESTIONS "50");
@@ -95,10 +92,7 @@ static void the_demand_goes_on_at_its_velocity(void **state)
 
     (void)state;
     enabled();
-    fake_can_put(&fake, ANSWER("0A", "00"));
-    begin();
-    assert_int_equal(hal_drive_set_target(&drive.turns.drive, &target), 0);
-    end();
+    aim(ANSWER("0A", "00"), &target);
     fake_can_put_at(&fake, ANSWER("0A", "00"), now_ns - 100000);
     cycle();
     /* measured 0.9 ms after the tick, in force 0.5 ms after it */

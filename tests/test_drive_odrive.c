@@ -98,10 +98,7 @@ static void expect_target(int64_t pos_q32, int64_t vel_q32, int32_t permille,
                                              .vel_q32 = vel_q32,
                                              .torque_permille = permille };
 
-    fake_can_put(&fake, "029#0000A03F00000000");
-    begin();
-    assert_int_equal(hal_drive_set_target(&drive.turns.drive, &target), 0);
-    end();
+    aim("029#0000A03F00000000", &target);
     expect(want);
 }
 

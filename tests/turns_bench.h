@@ -59,6 +59,15 @@ static inline void hear(const char *text)
     cycle();
 }
 
+/* A cycle: what it says, then where it is to be. */
+static inline void aim(const char *text, const struct hal_drive_target *target)
+{
+    fake_can_put(&fake, text);
+    begin();
+    assert_int_equal(hal_drive_set_target(subject, target), 0);
+    end();
+}
+
 #define expect(want) fake_can_expect(&fake, want)
 
 #endif
