@@ -6,10 +6,10 @@
 #include "firmware/linux/base/json.h"
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/commands/job.h"
-#include "firmware/linux/commands/path_report.h"
-#include "firmware/linux/commands/shots.h"
-#include "firmware/linux/rig/budget.h"
+#include "firmware/linux/machine/shots.h"
+#include "firmware/linux/move/budget.h"
+#include "firmware/linux/move/job.h"
+#include "firmware/linux/move/path_report.h"
 #include "motion/clock_warp.h"
 
 static void cmd_check_json(const struct job *job, bool fits)
@@ -60,7 +60,7 @@ static void cmd_check_text(const struct job *job)
 
 static enum status cmd_check_job(struct job *job, const struct options *options)
 {
-    enum status status = job_open_any(job, options);
+    enum status status = job_open_any(job, options->path, options->path_count);
     if (status != STATUS_OK)
         return status;
     const int64_t rate_q30 = options->override_q30 > 0

@@ -4,7 +4,7 @@
 
 #include "firmware/linux/base/json.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/commands/job.h"
+#include "firmware/linux/move/job.h"
 #include "firmware/linux/tools/doctor.h"
 
 #define CMD_DOCTOR_MEASURE_NS INT64_C(2000000000)

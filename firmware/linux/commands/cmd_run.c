@@ -9,15 +9,15 @@
 #include "firmware/linux/base/output.h"
 #include "firmware/linux/base/table.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/commands/job.h"
 #include "firmware/linux/machine/machine.h"
 #include "firmware/linux/machine/machine_real.h"
 #include "firmware/linux/machine/machine_sim.h"
 #include "firmware/linux/machine/modbus_record.h"
 #include "firmware/linux/machine/player.h"
+#include "firmware/linux/move/budget.h"
 #include "firmware/linux/move/compiled.h"
+#include "firmware/linux/move/job.h"
 #include "firmware/linux/plot/plot.h"
-#include "firmware/linux/rig/budget.h"
 #include "motion/clock_warp.h"
 #include "motion/fixed.h"
 
@@ -408,7 +408,8 @@ static enum status cmd_run_interfaces(struct cmd_run *self)
 static enum status cmd_run_job(struct cmd_run *self)
 {
     const struct options *options = self->options;
-    enum status status = job_open_any(&self->job, options);
+    enum status status =
+        job_open_any(&self->job, options->path, options->path_count);
     if (status != STATUS_OK)
         return status;
     status = cmd_run_interfaces(self);

@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/commands/job.h"
 #include "firmware/linux/machine/sim_server.h"
+#include "firmware/linux/move/job.h"
 
 static volatile sig_atomic_t cmd_sim_ended;
 

@@ -5,7 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "firmware/linux/commands/job.h"
+#include "firmware/linux/move/job.h"
 #include "motion/err.h"
 
 #define LIVE_STOP_NS  INT64_C(300000000)
