@@ -450,8 +450,7 @@ static enum status cmd_run_run(const struct options *options)
     static struct cmd_run self;
     memset(&self, 0, sizeof self);
     self.options = options;
-    self.rate_q30 = options->override_q30 < 0 ? MOTION_CLOCK_WARP_ONE_Q30
-                                              : options->override_q30;
+    self.rate_q30 = options->override_q30;
     enum status status = cmd_run_job(&self);
     output_abandon(&self.csv);
     output_abandon(&self.frames);

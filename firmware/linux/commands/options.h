@@ -52,9 +52,9 @@ struct options {
     int64_t from_ns, to_ns, hold_at_ns, resume_after_ns;
     const char *speed, *keys;          /* jog */
     int64_t dead_man_ns, key_every_ns; /* jog */
-    int64_t override_q30;
-    int64_t row;               /* -1 when not given */
-    double motion[OTG_VALUES]; /* NAN when not given */
+    int64_t override_q30;              /* 100 % when not given */
+    int64_t row;                       /* -1 when not given */
+    double motion[OTG_VALUES];         /* NAN when not given */
     const char *path[OPTIONS_PATHS_MAX];
     int path_count;
 };

@@ -375,6 +375,8 @@ static void job_check_axis(struct job *job, unsigned i, int64_t rate_q30)
 
 void job_check(struct job *job, int64_t rate_q30)
 {
+    if (rate_q30 < MOTION_CLOCK_WARP_ONE_Q30)
+        rate_q30 = MOTION_CLOCK_WARP_ONE_Q30;
     job->violation_count = 0;
     for (unsigned i = 0; i < job->move.axis_count; i++)
         job_check_axis(job, i, rate_q30);

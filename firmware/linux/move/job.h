@@ -77,8 +77,9 @@ enum status job_read_rig(const char *path, struct rig *rig);
 enum status job_fail(const char *path, const char *what);
 
 /* Judge the tracks as played at `rate_q30` of their speed: at rate r velocity
- * may reach limit / r, acceleration limit / r^2, jerk limit / r^3.  Fills
- * violation, in the order of axes and time. */
+ * may reach limit / r, acceleration limit / r^2, jerk limit / r^3.  Below
+ * 100 % as at 100 %: the controller starts no move that could not be played at
+ * its own speed.  Fills violation, in the order of axes and time. */
 void job_check(struct job *job, int64_t rate_q30);
 
 /* The violations as a table with a heading, or as the member "violations" of
