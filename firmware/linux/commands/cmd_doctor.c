@@ -102,8 +102,7 @@ static enum status cmd_doctor_run(const struct options *options)
 static const struct option_row cmd_doctor_option[] = {
     { "for", "TIME", OPTION_TIME, offsetof(struct options, to_ns),
       "measure wake-ups for so long (2 s); 0: not at all" },
-    { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
-      "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
+    OPTIONS_INTERFACE,
     { "root", "DIRECTORY", OPTION_TEXT, offsetof(struct options, root),
       "look at the /sys, /proc and /dev below it" },
     OPTIONS_COMMON,

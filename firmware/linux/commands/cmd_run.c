@@ -464,17 +464,9 @@ static enum status cmd_run_run(const struct options *options)
 }
 
 static const struct option_row cmd_run_option[] = {
-    { "dry-run", NULL, OPTION_FLAG, offsetof(struct options, dry_run),
-      "say what would happen, check it, and stop there" },
-    { "real", NULL, OPTION_FLAG, offsetof(struct options, real),
-      "move the real drives, on the interfaces of the rig" },
-    { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
-      "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
-    { "pty", NULL, OPTION_FLAG, offsetof(struct options, pty),
-      "in real time, simulated Modbus drives behind real pseudo-terminals and "
-      "sockets" },
-    { "realtime", NULL, OPTION_FLAG, offsetof(struct options, realtime),
-      "run on the clock, not in virtual time" },
+    OPTIONS_DRY_RUN("say what would happen, check it, and stop there"),
+    OPTIONS_REAL("move the real drives, on the interfaces of the rig"),
+    OPTIONS_PORTS,
     { "telemetry", "FILE", OPTION_TEXT, offsetof(struct options, telemetry),
       "write what happened at every tick as CSV" },
     { "can-log", "FILE", OPTION_TEXT, offsetof(struct options, can_log),

@@ -67,6 +67,35 @@ struct options {
         "help", NULL, OPTION_FLAG, offsetof(struct options, help), "this text" \
     }
 
+/* Rows that several commands have: what a machine is opened on, and what is
+ * said before anything on it moves. */
+#define OPTIONS_DRY_RUN(help)                                                  \
+    {                                                                          \
+        "dry-run", NULL, OPTION_FLAG, offsetof(struct options, dry_run), help  \
+    }
+#define OPTIONS_REAL(help)                                                     \
+    {                                                                          \
+        "real", NULL, OPTION_FLAG, offsetof(struct options, real), help        \
+    }
+#define OPTIONS_YES(help)                                                      \
+    {                                                                          \
+        "yes", NULL, OPTION_FLAG, offsetof(struct options, yes), help          \
+    }
+#define OPTIONS_INTERFACE                                                      \
+    {                                                                          \
+        "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface), \
+            "other interfaces than the rig's: can1, or BUS=can1,BUS=can2"      \
+    }
+#define OPTIONS_PORTS                                                          \
+    OPTIONS_INTERFACE,                                                         \
+        { "pty", NULL, OPTION_FLAG, offsetof(struct options, pty),             \
+          "in real time, simulated Modbus drives behind real "                 \
+          "pseudo-terminals and sockets" },                                    \
+    {                                                                          \
+        "realtime", NULL, OPTION_FLAG, offsetof(struct options, realtime),     \
+            "run on the clock, not in virtual time"                            \
+    }
+
 struct command;
 
 /* argv[0] is the command's name.  0, or -1 with one line on stderr. */
