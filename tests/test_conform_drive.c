@@ -58,6 +58,13 @@ static const struct drive_turns_config turns_config = {
     .stop_acc_q16 = 200 << 16,
 };
 
+static const enum sim_servo_fault turns_fault[] = {
+    [CONFORM_DRIVE_TRIP] = SIM_SERVO_TRIP,
+    [CONFORM_DRIVE_LASTING_TRIP] = SIM_SERVO_ENCODER,
+    [CONFORM_DRIVE_SILENT] = SIM_SERVO_SILENT,
+    [CONFORM_DRIVE_HEAL] = SIM_SERVO_CLEAR,
+};
+
 /* ---- ODrive ------------------------------------------------------------- */
 
 static struct sim_odrive odrive_device;
@@ -104,22 +111,15 @@ static void can_bus_tock(struct conform_drive *b)
 static int64_t odrive_ruler_q32(struct conform_drive *b)
 {
     (void)b;
-    return units_of(sim_odrive_pos_q24(&odrive_device), SIM_ODRIVE_COUNTS,
+    return units_of(sim_servo_pos_q24(&odrive_device.base), SIM_ODRIVE_COUNTS,
                     TURNS_DEN / TURNS_NUM);
 }
 
 static void odrive_trouble(struct conform_drive *b,
                            enum conform_drive_trouble trouble)
 {
-    static const enum sim_odrive_fault fault[] = {
-        [CONFORM_DRIVE_TRIP] = SIM_ODRIVE_OVERCURRENT,
-        [CONFORM_DRIVE_LASTING_TRIP] = SIM_ODRIVE_ENCODER,
-        [CONFORM_DRIVE_SILENT] = SIM_ODRIVE_SILENT,
-        [CONFORM_DRIVE_HEAL] = SIM_ODRIVE_CLEAR,
-    };
-
     (void)b;
-    sim_odrive_inject(&odrive_device, fault[trouble]);
+    sim_servo_inject(&odrive_device.base, turns_fault[trouble]);
 }
 
 static struct conform_drive odrive_bench = {
@@ -178,22 +178,15 @@ static struct hal_drive *moteus_setup(struct conform_drive *b)
 static int64_t moteus_ruler_q32(struct conform_drive *b)
 {
     (void)b;
-    return units_of(sim_moteus_pos_q24(&moteus_device), SIM_MOTEUS_COUNTS,
+    return units_of(sim_servo_pos_q24(&moteus_device.base), SIM_MOTEUS_COUNTS,
                     TURNS_DEN / TURNS_NUM);
 }
 
 static void moteus_trouble(struct conform_drive *b,
                            enum conform_drive_trouble trouble)
 {
-    static const enum sim_moteus_fault fault[] = {
-        [CONFORM_DRIVE_TRIP] = SIM_MOTEUS_DRIVER,
-        [CONFORM_DRIVE_LASTING_TRIP] = SIM_MOTEUS_ENCODER,
-        [CONFORM_DRIVE_SILENT] = SIM_MOTEUS_SILENT,
-        [CONFORM_DRIVE_HEAL] = SIM_MOTEUS_CLEAR,
-    };
-
     (void)b;
-    sim_moteus_inject(&moteus_device, fault[trouble]);
+    sim_servo_inject(&moteus_device.base, turns_fault[trouble]);
 }
 
 static struct conform_drive moteus_bench = {
@@ -268,7 +261,7 @@ static void canopen_tock(struct conform_drive *b)
 static int64_t cia402_ruler_q32(struct conform_drive *b)
 {
     (void)b;
-    return units_of(sim_cia402_pos_q24(&cia402_device), COUNTS, 1);
+    return units_of(sim_servo_pos_q24(&cia402_device.base), COUNTS, 1);
 }
 
 static void cia402_trouble(struct conform_drive *b,

@@ -169,7 +169,7 @@ static int64_t counts(int64_t pos_q32)
 
 static int64_t servo_counts(const struct bench *b)
 {
-    return sim_cia402_pos_q24(&b->servo) >> 24;
+    return sim_servo_pos_q24(&b->servo.base) >> 24;
 }
 
 static int set(struct bench *b, int64_t pos_q32, int64_t vel_q32)
@@ -815,7 +815,7 @@ static void torque_is_turned_with_a_reversed_axis(void **state)
     end(b);
     begin(b);
     end(b);
-    assert_true(b->servo.plant.push_q8 < 0);
+    assert_true(b->servo.base.plant.push_q8 < 0);
 }
 
 /* ---- start-up ---------------------------------------------------------- */
@@ -900,7 +900,7 @@ static void moved_out_of_its_limits_it_is_not_enabled(void **state)
     config.pos_max_q32 = 15 * ONE;
     b = bench_of(&config, &master_config, &servo_config);
     until(b, HAL_DRIVE_OFF, 2000);
-    b->servo.plant.pos_q24 = INT64_C(15010) << 24;
+    b->servo.base.plant.pos_q24 = INT64_C(15010) << 24;
     hal_drive_request(&b->drive.drive, HAL_DRIVE_REQUEST_ENABLE);
     until(b, HAL_DRIVE_FAULT, 500);
     assert_text(b, "stands outside its software limits");

@@ -163,7 +163,7 @@ static int64_t counts_of(int64_t pos_q32)
 
 static int64_t servo_counts(const struct bench *b, unsigned i)
 {
-    return sim_cia402_pos_q24(&b->servo[i]) >> 24;
+    return sim_servo_pos_q24(&b->servo[i].base) >> 24;
 }
 
 #define assert_text(b, want)                                                   \
@@ -192,7 +192,7 @@ static void power_up_ends_enabled_without_a_jump(void **state)
     assert_int_equal(b->master.stats.malformed, 0);
     assert_int_equal(b->master.stats.unexpected, 0);
     assert_int_equal(b->master.stats.foreign_master, 0);
-    assert_int_equal(b->master.stats.send_refused, 0);
+    assert_int_equal(b->master.cycle.send_refused, 0);
 }
 
 /* Set points of an S with 1 unit/ms in its middle; following error from the

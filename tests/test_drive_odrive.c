@@ -446,6 +446,31 @@ static void orders_from_somebody_else_are_noticed(void **state)
     assert_int_equal(bus_err, MOTION_OK);
 }
 
+/* As hal/fieldbus.h has it: error-passive is less than either. */
+static void the_worst_of_the_bus_is_said(void **state)
+{
+    (void)state;
+    found(DRIVE_ODRIVE_06);
+    fake.state = HAL_CAN_PASSIVE;
+    cycle();
+    assert_int_equal(bus_err, MOTION_E_LIMIT);
+    hear("022#");
+    assert_int_equal(bus_err, MOTION_E_PROTOCOL);
+    fake.refuse = 4;
+    for (int i = 0; i < 3; i++) {
+        cycle();
+        assert_int_equal(bus_err, MOTION_E_LIMIT);
+    }
+    cycle();
+    assert_int_equal(bus_err, MOTION_E_FULL);
+    fake.state = HAL_CAN_DOWN;
+    cycle();
+    assert_int_equal(bus_err, MOTION_E_IO);
+    fake.state = HAL_CAN_ACTIVE;
+    cycle();
+    assert_int_equal(bus_err, MOTION_OK);
+}
+
 static void configs_that_cannot_be(void **state)
 {
     static const struct {
@@ -494,6 +519,7 @@ int main(void)
         cmocka_unit_test(homing_that_fails_is_a_fault),
         cmocka_unit_test(a_homing_can_be_broken_off),
         cmocka_unit_test(orders_from_somebody_else_are_noticed),
+        cmocka_unit_test(the_worst_of_the_bus_is_said),
         cmocka_unit_test(configs_that_cannot_be),
     };
 

@@ -76,7 +76,7 @@ static void get_ready(void)
 static int64_t off_by(unsigned i, int64_t pos_q32)
 {
     const int64_t at =
-        (sim_cia402_pos_q24(&sim.servo[i]) >> 24) * (i == IP ? -1 : 1);
+        (sim_servo_pos_q24(&sim.servo[i].base) >> 24) * (i == IP ? -1 : 1);
     int64_t want = 0;
     motion_fixed_muldiv(pos_q32, 1000, MOTION_FIXED_ONE_Q32, &want);
     return at > want ? at - want : want - at;
@@ -102,8 +102,8 @@ static void every_mode_follows_the_move(void **state)
                 fail_msg("axis %u is off", i);
         if (machine.controller.axis[CSP].target.acc_q16 > acc_q16)
             acc_q16 = machine.controller.axis[CSP].target.acc_q16;
-        if (sim.servo[CSP].plant.push_q8 > pushed)
-            pushed = sim.servo[CSP].plant.push_q8;
+        if (sim.servo[CSP].base.plant.push_q8 > pushed)
+            pushed = sim.servo[CSP].base.plant.push_q8;
     }
     for (unsigned i = 0; i < 500; i++)
         tick();
