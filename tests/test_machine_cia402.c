@@ -2,9 +2,9 @@
  * reaches the drive. */
 #include <string.h>
 
-#include "firmware/linux/commands/job.h"
 #include "firmware/linux/machine/machine_sim.h"
-#include "firmware/linux/rig/budget.h"
+#include "firmware/linux/move/budget.h"
+#include "firmware/linux/move/job.h"
 #include "motion/fixed.h"
 #include "tests/check.h"
 
@@ -18,10 +18,9 @@ static struct machine machine;
 static int open_job(void **state)
 {
     (void)state;
-    const struct options options = { .path = { "tests/data/cia402" },
-                                     .path_count = 1 };
+    const char *const path[] = { "tests/data/cia402" };
     memset(&job, 0, sizeof job);
-    return job_open(&job, &options) == STATUS_OK ? 0 : -1;
+    return job_open(&job, path, 1) == STATUS_OK ? 0 : -1;
 }
 
 static int close_job(void **state)

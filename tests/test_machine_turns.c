@@ -5,7 +5,7 @@
 
 #include "firmware/linux/machine/machine.h"
 #include "firmware/linux/machine/machine_sim.h"
-#include "firmware/linux/rig/budget.h"
+#include "firmware/linux/move/budget.h"
 #include "firmware/linux/rig/turns_budget.h"
 #include "motion/fixed.h"
 #include "tests/check.h"
