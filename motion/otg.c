@@ -15,7 +15,7 @@
 #define OTG_HURRY_TICKS 4096
 #define OTG_LATER       16 /* durations tried when the shortest has no plan */
 #define OTG_SOON        6  /* of these before all draws are tried */
-#define OTG_WAIT        4  /* the first is 2^4 ticks more */
+#define OTG_WAIT        4  /* the second is 2^4 ticks more */
 
 const char *motion_otg_field_text(enum motion_otg_field field)
 {
@@ -516,9 +516,10 @@ int motion_otg_make(const struct motion_otg_move *move,
                               field ? field : &unused);
 }
 
-/* One after the other with limits drawn in further; *first is the duration of
- * the first.  Lower limits can close a way that was just open, so what takes
- * longer for them waits until nothing else is left. */
+/* One after the other with limits drawn in further; *first becomes the duration
+ * of the first.  Where there is no motion of the duration it stays, and the
+ * plan's duration is the next one.  In a `hurry` what takes longer waits: lower
+ * limits can close a way that was just open. */
 static int otg_make_drawn(const struct motion_otg_move *move,
                           int64_t dur_ns_q12, bool hurry,
                           struct motion_otg_plan *plan, int64_t *first,
@@ -544,26 +545,26 @@ static int otg_make_drawn(const struct motion_otg_move *move,
     return MOTION_E_LIMIT;
 }
 
-/* The fastest motion may exist for no whole number of ticks: at a given speed a
- * way is covered in a part of one, or within what the jerk allows only in times
- * that lie between two.  So wait: for a little longer, or for the next time at
- * which there is a motion. */
+/* The first duration from `least` on that has a plan.  The fastest motion may
+ * exist for no whole number of ticks: at a given speed a way is covered in a part
+ * of one, or within what the jerk allows only in times that lie between two.  So
+ * wait: for a little longer, or for the next time at which there is a motion. */
 static int otg_make_later(const struct motion_otg_move *move, int64_t least,
                           int tries, struct motion_otg_plan *plan,
                           enum motion_otg_field *field)
 {
-    int64_t dur = least, first;
-    for (int i = 0; i < tries; i++) {
-        if (tries > OTG_SOON && *field == MOTION_OTG_FIELD_DURATION &&
-            plan->dur_ns_q12 > dur)
-            least = plan->dur_ns_q12;
-        dur =
-            least + (least >> (OTG_BITS - i)) + ((int64_t)1 << (OTG_WAIT + i));
+    int64_t dur = least;
+    for (int i = 0; i <= tries; i++) {
+        int64_t first = 0;
         if (dur >= MOTION_TRACK_SEGMENT_MAX_NS_Q12)
-            return MOTION_E_RANGE;
+            return refuse(field, MOTION_OTG_FIELD_GOAL_POS, MOTION_E_RANGE);
         int err = otg_make_drawn(move, dur, false, plan, &first, field);
         if (err == MOTION_OK || err == MOTION_E_RANGE)
             return err;
+        if (tries > OTG_SOON && first == 0 && plan->dur_ns_q12 > dur)
+            least = plan->dur_ns_q12;
+        dur =
+            least + (least >> (OTG_BITS - i)) + ((int64_t)1 << (OTG_WAIT + i));
     }
     return refuse(field, MOTION_OTG_FIELD_GOAL_POS, MOTION_E_LIMIT);
 }
@@ -572,21 +573,24 @@ static int otg_make_valid(const struct motion_otg_move *move,
                           int64_t dur_ns_q12, struct motion_otg_plan *plan,
                           enum motion_otg_field *field)
 {
-    int64_t least = 0;
+    int64_t first = 0;
     bool hurry = move->mode == MOTION_OTG_POSITION && dur_ns_q12 == 0;
-    int err = otg_make_drawn(move, dur_ns_q12, hurry, plan, &least, field);
+    int err = otg_make_drawn(move, dur_ns_q12, hurry, plan, &first, field);
     if (err == MOTION_E_LIMIT && hurry &&
-        otg_make_later(move, least, OTG_SOON, plan, field) == MOTION_OK)
+        otg_make_later(move, first, OTG_SOON, plan, field) == MOTION_OK)
         return MOTION_OK;
     if (err == MOTION_E_LIMIT && hurry)
-        err = otg_make_drawn(move, dur_ns_q12, false, plan, &least, field);
+        err = otg_make_drawn(move, dur_ns_q12, false, plan, &first, field);
     if (err != MOTION_E_LIMIT || move->mode != MOTION_OTG_POSITION)
         return err;
     if (dur_ns_q12 == 0)
-        return otg_make_later(move, least, OTG_LATER, plan, field);
-    if (*field != MOTION_OTG_FIELD_DURATION)
-        plan->dur_ns_q12 = dur_ns_q12 + (dur_ns_q12 >> OTG_BITS) + 1;
-    return refuse(field, MOTION_OTG_FIELD_DURATION, err);
+        return otg_make_later(move, first, OTG_LATER, plan, field);
+    int64_t least = dur_ns_q12 + (dur_ns_q12 >> OTG_BITS) + 1;
+    if (first == 0 && plan->dur_ns_q12 > dur_ns_q12)
+        least = plan->dur_ns_q12;
+    err = otg_make_later(move, least, OTG_LATER, plan, field);
+    return refuse(field, MOTION_OTG_FIELD_DURATION,
+                  err == MOTION_E_RANGE ? err : MOTION_E_LIMIT);
 }
 
 OTG_OWN_FRAME static int otg_make_unlimited(const struct motion_otg_move *move,

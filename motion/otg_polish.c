@@ -10,7 +10,7 @@
 #include "motion/otg_internal.h"
 
 /* The part of the whole that is small enough for a Newton step. */
-#define POLISH_BITS 10
+#define POLISH_BITS 6
 /* A new hump lasts longer than this part. */
 #define HUMP_BITS 20
 

@@ -39,11 +39,12 @@ int64_t motion_otg_phase_jerk(const struct motion_otg_limit *lim,
 }
 
 /* The longest phase whose corners may move takes what is missing from the
- * wanted total. */
+ * wanted total; with `rates` the one with the most time to spare. */
 static int settle_total(struct motion_otg_plan *plan, uint32_t fixed,
-                        int64_t dur_ns_q12)
+                        int64_t dur_ns_q12, const struct otg_rates *rates)
 {
     int longest = -1;
+    int64_t from = plan->start_acc;
     int64_t most = 0, missing = dur_ns_q12 - plan->dur_ns_q12;
     if (dur_ns_q12 == 0 || missing == 0)
         return MOTION_OK;
@@ -52,20 +53,26 @@ static int settle_total(struct motion_otg_plan *plan, uint32_t fixed,
     for (int i = 0; i < plan->count; i++) {
         bool ends = (i == 0 && (fixed & 1)) ||
                     (i > 0 && i + 1 == plan->count && (fixed >> (i - 1) & 1));
-        if (!ends && plan->phase[i].dur_ns_q12 > most) {
-            most = plan->phase[i].dur_ns_q12;
+        int64_t spare = plan->phase[i].dur_ns_q12, acc = plan->phase[i].acc;
+        if (rates)
+            spare -= motion_otg_ramp_ticks(rates, i, acc - from);
+        from = acc;
+        if (!ends && spare > most) {
+            most = spare;
             longest = i;
         }
     }
     if (most + missing <= 0 || longest < 0)
-        return MOTION_E_RANGE;
+        return MOTION_E_LIMIT;
     plan->phase[longest].dur_ns_q12 += missing;
     plan->dur_ns_q12 = dur_ns_q12;
     return MOTION_OK;
 }
 
-/* One step on the shape's own knobs; what it misses is known exactly. */
-static void settle_polish(const struct settle *s)
+/* One step on the shape's own knobs; what it misses is known exactly.  The first
+ * one finds the duration where it is free, the others keep that: a part of a
+ * tick at the cruise's speed may be more than the humps can bear. */
+static void settle_polish(const struct settle *s, bool is_first)
 {
     static const struct num per_fives = { 576460752, -50 };     /* 5^-9 */
     static const struct num per_way_fives = { 825293360, -73 }; /* 5^-18 / 3 */
@@ -78,8 +85,8 @@ static void settle_polish(const struct settle *s)
         motion_otg_wider_num(wider_from(vel), -22 - plan->acc_bits), per_fives);
     miss.way =
         num_mul(motion_otg_wider_num(way, -43 - plan->acc_bits), per_way_fives);
-    miss.is_timed = s->dur_ns_q12 != 0;
-    miss.ticks = s->dur_ns_q12 - plan->dur_ns_q12;
+    miss.is_timed = s->dur_ns_q12 != 0 || !is_first;
+    miss.ticks = s->dur_ns_q12 ? s->dur_ns_q12 - plan->dur_ns_q12 : 0;
     motion_otg_polish(plan, s->shape, &s->rates, &miss);
 }
 
@@ -107,6 +114,11 @@ static int settle_wait(int64_t dur_ns_q12, struct motion_otg_plan *plan)
 
 /* --- all of it ------------------------------------------------------------ */
 
+static enum otg_trim settle_trim(const struct settle *s)
+{
+    return s->dur_ns_q12 ? OTG_TRIM_FREELY : OTG_TRIM_USUAL;
+}
+
 /* After so many steps of polishing; without any, no ramp may bend by more than
  * its room. */
 static int settle_make(struct settle *s, int steps)
@@ -120,15 +132,17 @@ static int settle_make(struct settle *s, int steps)
     if (steps > 0)
         motion_otg_round_ends(plan);
     for (int i = 0; i < steps && s->shape->knobs.hump[0] >= 0; i++)
-        settle_polish(s);
+        settle_polish(s, i == 0);
     s->fixed = motion_otg_round_join(s->shape, ends, plan);
-    err = settle_total(plan, s->fixed, s->dur_ns_q12);
+    err = settle_total(plan, s->fixed, s->dur_ns_q12, NULL);
     return err < 0 ? err
-                   : motion_otg_trim(s->move->mode, s->fixed, steps == 0, plan);
+                   : motion_otg_trim(s->move->mode, s->fixed,
+                                     steps ? settle_trim(s) : OTG_TRIM_GENTLY,
+                                     plan);
 }
 
 /* Trimming made some ramps steeper than they may be: give them time.  With a
- * wanted duration the longest phase gives it. */
+ * wanted duration the phase that can spare most gives it. */
 static int settle_repair(struct settle *s)
 {
     struct motion_otg_plan *plan = s->plan;
@@ -148,9 +162,10 @@ static int settle_repair(struct settle *s)
         }
         acc = ph->acc;
     }
-    int err = settle_total(plan, s->fixed, s->dur_ns_q12);
-    return err < 0 ? err
-                   : motion_otg_trim(s->move->mode, s->fixed, false, plan);
+    int err = settle_total(plan, s->fixed, s->dur_ns_q12, &s->rates);
+    return err < 0
+               ? err
+               : motion_otg_trim(s->move->mode, s->fixed, settle_trim(s), plan);
 }
 
 /* Made good at the price of a longer time. */
@@ -174,6 +189,12 @@ static int settle_check(const struct settle *s, int err,
     return err;
 }
 
+/* By more steps of polishing: not a cruise that is too fast, which they keep. */
+static bool is_curable(enum motion_otg_field field)
+{
+    return field == MOTION_OTG_FIELD_GOAL_POS || field == MOTION_OTG_FIELD_JERK;
+}
+
 /* Braking leaves more than trimming alone can make good. */
 int motion_otg_settle(const struct motion_otg_move *move,
                       const struct otg_problem *problem,
@@ -193,10 +214,10 @@ int motion_otg_settle(const struct motion_otg_move *move,
                             field);
     bool has_knobs = shape->knobs.hump[0] >= 0;
     int steps = has_knobs && shape->brake == 0 ? 0 : 1;
-    err = MOTION_E_LIMIT;
-    for (; err == MOTION_E_LIMIT && steps <= (has_knobs ? SETTLE_STEPS : 1);
-         steps++)
-        err = settle_check(&s, settle_make(&s, steps), field);
+    do
+        err = settle_check(&s, settle_make(&s, steps++), field);
+    while (err == MOTION_E_LIMIT && steps <= (has_knobs ? SETTLE_STEPS : 1) &&
+           (steps == 1 || is_curable(*field)));
     for (int k = 0; k < SETTLE_REPAIRS && err == MOTION_E_LIMIT &&
                     *field == MOTION_OTG_FIELD_JERK;
          k++)
@@ -207,8 +228,8 @@ int motion_otg_settle(const struct motion_otg_move *move,
 int motion_otg_stretch(const struct motion_otg_move *move, int64_t dur_ns_q12,
                        struct motion_otg_plan *plan)
 {
-    int err = settle_total(plan, 0, dur_ns_q12);
+    int err = settle_total(plan, 0, dur_ns_q12, NULL);
     if (err == MOTION_OK)
-        err = motion_otg_trim(move->mode, 0, false, plan);
+        err = motion_otg_trim(move->mode, 0, OTG_TRIM_FREELY, plan);
     return err < 0 ? err : motion_otg_check(move, plan, NULL);
 }

@@ -41,12 +41,16 @@ static struct num guess(struct num rest, struct num s)
     return num_div(up, num_add(s, num_add(x2, num_twice(x2))));
 }
 
-/* dD/dT = v(c) + w^2/2 with c the middle, w half the width of '-'. */
-static struct num early_rate(const struct otg_border *b,
-                             const struct otg_point *p)
+/* The same with two jerks: j (1 + sqrt(j / j2)) x^3 + s x, j on the side whose
+ * x it is. */
+OTG_OWN_FRAME static struct num guess_two(const struct otg_border *b,
+                                          struct num rest, struct num s)
 {
-    struct num a2 = num_min(p->z, b->side[!b->first].limit);
-    return num_add(p->vc, num_half(num_mul(p->x, a2)));
+    const struct otg_side *f = &b->side[b->first], *o = &b->side[!b->first];
+    struct num r = num_sqrt(num_mul(f->j, o->per_j));
+    struct num by = num_inv(num_half(num_add(num_one(), r)));
+    by = num_mul(by, f->per_j);
+    return guess(num_mul(rest, by), num_mul(s, by));
 }
 
 /* In regime B the border may rise before it falls: while 2 x + z/2 + x^2/2z is
@@ -55,7 +59,7 @@ static struct num early_rate(const struct otg_border *b,
 static bool is_placed_early(struct answer *at, struct num want, struct num lo)
 {
     struct otg_point p = at->p;
-    if (early_rate(&at->b, &p).m <= 0 || !num_lt(p.got, want))
+    if (motion_otg_border_rate(&at->b, &p).m <= 0 || !num_lt(p.got, want))
         return false;
     p.x = num_half(lo);
     motion_otg_border_root(&at->b, OTG_GOAL_LENS, want, lo, num_zero(), &p);
@@ -82,8 +86,11 @@ static void place(struct answer *at, struct num want, struct num lo)
         }
     }
     hi = num_max(lo, hi);
-    if (lo.m >= 0)
-        p->x = num_add(lo, guess(num_sub(want, p->got), p->slope));
+    if (lo.m >= 0) {
+        struct num rest = num_sub(want, p->got);
+        p->x = num_add(lo, b->is_unit ? guess(rest, p->slope)
+                                      : guess_two(b, rest, p->slope));
+    }
     motion_otg_border_root(b, OTG_GOAL_D, want, lo, hi, p);
     at->cruise = num_zero();
     if (p->rest.m > 0)
@@ -173,7 +180,8 @@ static bool lens_may_reach(struct otg_border *b, struct num want,
 {
     struct otg_point last;
     motion_otg_border_at(b, OTG_GOAL_LENS, hi, &last);
-    struct num up = early_rate(b, first), down = early_rate(b, &last);
+    struct num up = motion_otg_border_rate(b, first),
+               down = motion_otg_border_rate(b, &last);
     bool is_short = num_lt(last.got, want);
     if (up.m <= 0 || (is_short && down.m > 0))
         return false;
