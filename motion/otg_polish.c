@@ -9,8 +9,10 @@
 
 #include "motion/otg_internal.h"
 
-/* The part of the whole that is small enough for a Newton step. */
-#define POLISH_BITS 6
+/* The part of the whole that is small enough for a Newton step, and where two
+ * jerks lie between which the cruise's speed chooses. */
+#define POLISH_BITS     6
+#define POLISH_TWO_BITS 10
 /* A new hump lasts longer than this part. */
 #define HUMP_BITS 20
 
@@ -64,7 +66,10 @@ static int64_t whole(struct num x)
 /* Too far for a Newton step; x in ticks. */
 static bool is_far(const struct polish *p, struct num x)
 {
-    int64_t most = p->plan->dur_ns_q12 >> POLISH_BITS;
+    const struct otg_rates *r = p->rates;
+    bool is_one = r->j.m == r->j2.m && r->j.e == r->j2.e;
+    int64_t most =
+        p->plan->dur_ns_q12 >> (is_one ? POLISH_BITS : POLISH_TWO_BITS);
     return num_lt(num_make(most, 0), num_abs(x));
 }
 

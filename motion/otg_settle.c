@@ -16,6 +16,7 @@
 #define SETTLE_REPAIRS 4
 #define SETTLE_STEPS   4
 #define SETTLE_LONGER  21 /* 2^-21 more than proposed, and a ns */
+#define SETTLE_TWO     10 /* with two jerks 2^-10 */
 #define SETTLE_TICKS   4096
 
 struct settle {
@@ -168,12 +169,20 @@ static int settle_repair(struct settle *s)
                : motion_otg_trim(s->move->mode, s->fixed, settle_trim(s), plan);
 }
 
+/* With two jerks the cruise's speed says which counts where, so what moves it
+ * may not go far. */
+static bool has_two_jerks(const struct settle *s)
+{
+    return s->move->limit.jerk_down_q16 != 0;
+}
+
 /* Made good at the price of a longer time. */
 static bool is_longer(const struct settle *s)
 {
+    int bits = has_two_jerks(s) ? SETTLE_TWO : SETTLE_LONGER;
     return s->dur_ns_q12 == 0 &&
            s->plan->dur_ns_q12 >
-               s->rounded + (s->rounded >> SETTLE_LONGER) + SETTLE_TICKS;
+               s->rounded + (s->rounded >> bits) + SETTLE_TICKS;
 }
 
 static int settle_check(const struct settle *s, int err,
@@ -214,9 +223,10 @@ int motion_otg_settle(const struct motion_otg_move *move,
                             field);
     bool has_knobs = shape->knobs.hump[0] >= 0;
     int steps = has_knobs && shape->brake == 0 ? 0 : 1;
+    int most = has_knobs && !has_two_jerks(&s) ? SETTLE_STEPS : 1;
     do
         err = settle_check(&s, settle_make(&s, steps++), field);
-    while (err == MOTION_E_LIMIT && steps <= (has_knobs ? SETTLE_STEPS : 1) &&
+    while (err == MOTION_E_LIMIT && steps <= most &&
            (steps == 1 || is_curable(*field)));
     for (int k = 0; k < SETTLE_REPAIRS && err == MOTION_E_LIMIT &&
                     *field == MOTION_OTG_FIELD_JERK;
