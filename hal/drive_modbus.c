@@ -262,7 +262,8 @@ static void take_good(struct drive_modbus *self, uint16_t job,
 {
     if (job == JOB_STREAM) {
         take_stream(self);
-    } else if (job == JOB_MOVE) {
+    } else if (job == JOB_MOVE && self->move == DRIVE_MODBUS_MOVE_SENT) {
+        /* unless it was halted meanwhile */
         drive_modbus_run_begin(self, MODBUS_SEQUENCE_move_go);
     } else if (job >= JOB_SLOW) {
         take_block(self, &self->slow[job - JOB_SLOW], reply);

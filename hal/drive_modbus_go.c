@@ -34,10 +34,11 @@ static unsigned go_modes(const struct modbus_map *map)
     return modes;
 }
 
-enum hal_drive_mode drive_modbus_first_mode(const struct modbus_map *map)
+enum hal_drive_mode
+drive_modbus_first_mode(const struct drive_modbus_config *config)
 {
-    return map->stream.count > 0 ? HAL_DRIVE_STREAM_POSITION
-                                 : HAL_DRIVE_PROFILE_POSITION;
+    return config->map->stream.count > 0 ? config->mode
+                                         : HAL_DRIVE_PROFILE_POSITION;
 }
 
 unsigned drive_modbus_modes(struct hal_drive *drive)

@@ -189,7 +189,9 @@ static bool init_is_sound(const struct drive_modbus_config *config)
            config->vel_max_q32 <= INT64_MAX / JUMP_FACTOR &&
            config->acc_q16 > 0 && config->cycle_ns >= 100000 &&
            config->cycle_ns <= 2 * NS_PER_S && config->latency_ns >= 0 &&
-           config->latency_ns <= NS_PER_S && config->first_step_max_q32 >= 0;
+           config->latency_ns <= NS_PER_S && config->first_step_max_q32 >= 0 &&
+           (config->mode == HAL_DRIVE_STREAM_POSITION ||
+            config->mode == HAL_DRIVE_PROFILE_POSITION);
 }
 
 int drive_modbus_init(struct drive_modbus *self, struct modbus_bus *bus,
@@ -202,7 +204,8 @@ int drive_modbus_init(struct drive_modbus *self, struct modbus_bus *bus,
     self->config = *config;
     if (!init_is_sound(config))
         return MOTION_E_ARG;
-    if (map->move.count == 0 && map->stream.count == 0)
+    if (map->move.count == 0 &&
+        (map->stream.count == 0 || config->mode != HAL_DRIVE_STREAM_POSITION))
         return MOTION_E_EMPTY;
     if (self->config.latency_ns == 0)
         self->config.latency_ns = config->cycle_ns / 2;
@@ -220,7 +223,7 @@ int drive_modbus_init(struct drive_modbus *self, struct modbus_bus *bus,
     if (err != MOTION_OK)
         return err;
     init_times(self);
-    self->mode = drive_modbus_first_mode(map);
+    self->mode = drive_modbus_first_mode(config);
     self->fast_count =
         (uint8_t)modbus_map_blocks(map, MODBUS_POLL_FAST, self->fast);
     self->slow_count =

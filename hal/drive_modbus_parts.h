@@ -57,8 +57,9 @@ int drive_modbus_go(struct hal_drive *drive, const struct hal_drive_go *go);
 int drive_modbus_home(struct hal_drive *drive,
                       const struct hal_drive_home *home);
 int drive_modbus_halt(struct hal_drive *drive);
-/* The mode that a map has when nothing was asked. */
-enum hal_drive_mode drive_modbus_first_mode(const struct modbus_map *map);
+/* The mode when nothing was asked. */
+enum hal_drive_mode
+drive_modbus_first_mode(const struct drive_modbus_config *config);
 /* One step per tick while enabled: has it arrived, is it home? */
 void drive_modbus_go_step(struct drive_modbus *self);
 /* Everything under way ends without a word to the drive. */
