@@ -57,17 +57,16 @@ static const struct sim_member_ops sim_cia402_ops = {
 
 /* ---- frames in --------------------------------------------------------- */
 
-/* RPDOs that came since the last SYNC come into force, then the target is
- * latched, then inputs are sent; the inner loop starts anew from here. */
+/* A turn of the inner loop, which starts anew from here: one that is as long as
+ * SYNC's period has no other.  RPDOs that came since the last SYNC come into
+ * force, then the target is latched, then inputs are sent. */
 static void sim_cia402_sync(struct sim_cia402 *self)
 {
-    cia402_motion_advance(self);
+    sim_cia402_loop(self);
     cia402_stream_sync(self);
     cia402_pdo_sync_in(self);
     cia402_mode_latch(self);
     cia402_pdo_sync_out(self);
-    cia402_timer_set(self, SIM_CIA402_LOOP,
-                     cia402_now_ns(self) + self->config.loop_ns);
 }
 
 /* Its length says whether it counts, which must be what 0x1019 says. */

@@ -102,7 +102,7 @@ static void arrivals_row(struct table *table, const struct arrivals *arrivals,
     number_short(text, seen->off_q32, 32);
     table_cell(table, "%s", text);
     table_cell(table, "%s",
-               rig_unit_text(job_rig_axis(arrivals->job, i)->unit));
+               units_axis_text(job_rig_axis(arrivals->job, i)->unit));
 }
 
 static void arrivals_table(const struct arrivals *arrivals, unsigned i,
