@@ -419,7 +419,7 @@ static int drive_modbus_set_target(struct hal_drive *drive,
     const int64_t counts = hal_ratio_scale(&self->to_counts, pos_q32);
     int err;
 
-    if (counts < INT32_MIN || counts > INT32_MAX)
+    if (!drive_modbus_fits(self, counts))
         return MOTION_E_RANGE;
     if (self->state != HAL_DRIVE_ENABLED ||
         self->mode != HAL_DRIVE_STREAM_POSITION)

@@ -107,6 +107,7 @@ struct drive_modbus {
     struct hal_ratio to_speed;          /* vel_q32 to counts/s, 16 more bits */
     struct hal_ratio to_field;          /* that to the field `velocity` */
     struct hal_ratio to_register;       /* counts to the field `position` */
+    int64_t pos_min, pos_max;           /* of the fields `position` */
     int64_t ramp[2];                    /* registers: acceleration, dec. */
     int64_t lead_q32, latency_q32, feed_q32; /* s: l + 2T, l, l + T */
     int64_t half_lead2_q32;                  /* s^2: lead^2 / 2 */

@@ -105,6 +105,17 @@ static int init_ramp_scales(struct drive_modbus *self)
     return err;
 }
 
+/* What all of them can say. */
+static int init_position(struct drive_modbus *self,
+                         const struct modbus_map_field *field)
+{
+    if (field->min > self->pos_min)
+        self->pos_min = field->min;
+    if (field->max < self->pos_max)
+        self->pos_max = field->max;
+    return hal_ratio_init(&self->to_register, field->num, field->den, 0);
+}
+
 static int init_group(struct drive_modbus *self,
                       const struct modbus_map_group *group)
 {
@@ -118,7 +129,7 @@ static int init_group(struct drive_modbus *self,
         if (field->quantity == MODBUS_VELOCITY)
             err = init_velocity(&self->to_field, map, field);
         else if (field->quantity == MODBUS_POSITION)
-            err = hal_ratio_init(&self->to_register, field->num, field->den, 0);
+            err = init_position(self, field);
         else if (field->quantity == MODBUS_ACCELERATION)
             self->ramp[0] = init_ramp(map, field, ramp);
         else if (field->quantity == MODBUS_DECELERATION)
@@ -211,6 +222,8 @@ int drive_modbus_init(struct drive_modbus *self, struct modbus_bus *bus,
         self->config.latency_ns = config->cycle_ns / 2;
     if (self->config.first_step_max_q32 == 0)
         self->config.first_step_max_q32 = MOTION_FIXED_ONE_Q32;
+    self->pos_min = INT32_MIN;
+    self->pos_max = UINT32_MAX;
     err = init_scale(self);
     if (err == MOTION_OK)
         err = init_group(self, &map->move);

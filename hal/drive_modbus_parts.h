@@ -72,6 +72,9 @@ void drive_modbus_put_stream(struct drive_modbus *self,
                              struct hal_modbus_request *request);
 void drive_modbus_put_move(struct drive_modbus *self,
                            struct hal_modbus_request *request);
+/* Can the drive be sent there?  A position beyond its field is refused; only
+ * what a set point says of a place ahead of it is clamped. */
+bool drive_modbus_fits(const struct drive_modbus *self, int64_t counts);
 /* A position was read that cannot be: the second in a row is a fault. */
 void drive_modbus_doubt_position(struct drive_modbus *self, const char *why);
 /* A position was read, measured at t_ns. */

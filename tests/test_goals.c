@@ -415,10 +415,7 @@ static void plan_check_and_run_say_whose_the_path_is(void **state)
     "    following_error: {floor: 1}\n"                                        \
     "    drive: {kind: modbus, bus: l, node: 1, map: " map                     \
     ", counts: 1000, unsupervised: yes" rest "}\n"
-#define MAP                                                                    \
-    "title: a\nresolution: 1000\n"                                             \
-    "items:\n"                                                                 \
-    "  position: {at: 1, type: i32, poll: fast}\n"                             \
+#define MAP_REST                                                               \
     "  state: {at: 3, type: u16, poll: fast}\n"                                \
     "  go: {at: 4, type: u16}\n"                                               \
     "status: {moving: {item: state, mask: 1}}\n"                               \
@@ -430,6 +427,15 @@ static void plan_check_and_run_say_whose_the_path_is(void **state)
     name ": {at: 16, fields: [{type: i32, value: position},"                   \
          " {type: u32, value: velocity, unit: counts},"                        \
          " {type: u32, value: acceleration, unit: counts}]}\n"
+#define MAP                                                                    \
+    "title: a\nresolution: 1000\n"                                             \
+    "items:\n"                                                                 \
+    "  position: {at: 1, type: i32, poll: fast}\n" MAP_REST
+#define SHORT "move: {at: 16, fields: [{type: i16, value: position}]}\n"
+#define READS                                                                  \
+    "title: a\nresolution: 1000\n"                                             \
+    "items:\n"                                                                 \
+    "  position: {at: 1, type: i16, poll: fast}\n"
 #define MOVE "axes: {a: {curve: parabolic, keys: [[0 s, 0], [2 s, 10]]}}\n"
 #define P2P  ", mode: point-to-point"
 
@@ -460,6 +466,18 @@ static const struct {
       "axes: {a: {curve: parabolic, keys: [[0 s, 0], [100 ms, 0.1]]}}\n",
       "key 2 of axis a: comes 0.100 s after the one before it, of which its "
       "drive needs 0.1" },
+    { "a range beyond the field", RIG_HEAD RIG_AXIS("a", "", "short.yaml", P2P),
+      MOVE,
+      "rig.yaml:5:5: a needs -90000 .. 90000 for its range in the group move "
+      "of its drive, which takes -32768 .. 32767, expected a smaller range or "
+      "fewer counts" },
+    { "a length beyond the field",
+      RIG_HEAD RIG_AXIS("a", "", "short.yaml", P2P) "    homing: {by: here}\n",
+      MOVE, "a needs -90000 .. 90000 for its range in the group move" },
+    { "a range beyond what is read",
+      RIG_HEAD RIG_AXIS("a", "", "reads.yaml", P2P), MOVE,
+      "a needs -90000 .. 90000 for its range in the position that is read of "
+      "its drive, which takes -32768 .. 32767" },
     { "a warp", RIG_HEAD RIG_AXIS("a", "", "moves.yaml", P2P),
       MOVE "warp: {curve: linear, keys: [[0 s, 0 s], [4 s, 2 s]]}\n",
       "axis a is moved by warp, expected keys alone" },
@@ -470,6 +488,8 @@ static void what_cannot_be_is_told(void **state)
     (void)state;
     run_put("moves.yaml", MAP GROUP("move"));
     run_put("streams.yaml", MAP GROUP("stream"));
+    run_put("short.yaml", MAP SHORT);
+    run_put("reads.yaml", READS MAP_REST GROUP("move"));
     for (unsigned i = 0; i < ARRAY_LEN(bad); i++) {
         run_put("rig.yaml", bad[i].rig);
         run_put("move.yaml", bad[i].move);
