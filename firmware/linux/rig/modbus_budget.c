@@ -26,14 +26,18 @@ static int64_t budget_share_ns(const struct rig *rig, unsigned axis,
 {
     const struct modbus_rtu_line line =
         modbus_budget_line(rig, rig->axis[axis].bus);
+    const int64_t rts_ns =
+        2 * rig->bus[rig->axis[axis].bus].modbus.rts_delay_ns;
     struct modbus_rtu_time time = { 0 };
+    int64_t share_ns;
 
     *transactions = 0;
     if (modbus_rtu_time_init(&time, &line) < 0)
         return 0;
-    return modbus_map_cycle_ns(&rig->map[rig->axis[axis].map], &time,
-                               streamed || !rig->axis[axis].point_to_point,
-                               transactions);
+    share_ns = modbus_map_cycle_ns(&rig->map[rig->axis[axis].map], &time,
+                                   streamed || !rig->axis[axis].point_to_point,
+                                   transactions);
+    return share_ns + *transactions * rts_ns;
 }
 
 int64_t modbus_budget_share_ns(const struct rig *rig, unsigned axis,

@@ -101,6 +101,12 @@ static int rig_read_rs485(void *reader, const struct yaml_value *value,
     return 0;
 }
 
+static int rig_read_rts_delay(void *reader, const struct yaml_value *value,
+                              void *out)
+{
+    return rig_read_time(reader, value, RIG_US, 100 * RIG_MS, RIG_US, out);
+}
+
 static int rig_read_port(void *reader, const struct yaml_value *value,
                          void *out)
 {
@@ -131,6 +137,8 @@ static const struct yaml_field rig_modbus_bus_fields[] = {
       MODBUS(line.gap_ns) },
     { "rs485", YAML_OPTIONAL, "automatic, kernel, rts-up or rts-down",
       rig_read_rs485, MODBUS(rs485) },
+    { "rts_delay", YAML_OPTIONAL, "1 us .. 100 ms in whole us",
+      rig_read_rts_delay, MODBUS(rts_delay_ns) },
     { "host", YAML_OPTIONAL, "a name or an address", rig_read_device,
       MODBUS(host) },
     { "port", YAML_OPTIONAL, "a TCP port, 1 .. 65535", rig_read_port,
@@ -152,6 +160,13 @@ static int rig_judge_rtu(const struct yaml_value *value,
                                         "host nor port");
     if (modbus->device[0] == '\0' || modbus->line.baud == 0)
         return yaml_value_refuse(value, "lacks device or baud");
+    if (modbus->rts_delay_ns != 0 && modbus->rs485 == RS485_AUTOMATIC)
+        return yaml_value_refuse(value, "has rts_delay, but the adapter "
+                                        "switches the direction (rs485: "
+                                        "automatic)");
+    if (modbus->rs485 == RS485_KERNEL && modbus->rts_delay_ns % RIG_MS != 0)
+        return yaml_value_refuse(value, "has rts_delay, which for rs485: "
+                                        "kernel is in whole ms");
     return 0;
 }
 
@@ -160,9 +175,10 @@ static int rig_judge_tcp(const struct yaml_value *value, struct rig_bus *bus)
     struct modbus_libmodbus_config *modbus = &bus->modbus;
 
     if (modbus->device[0] != '\0' || modbus->line.baud != 0 ||
-        modbus->line.gap_ns != 0 || modbus->rs485 != RS485_AUTOMATIC)
+        modbus->line.gap_ns != 0 || modbus->rs485 != RS485_AUTOMATIC ||
+        modbus->rts_delay_ns != 0)
         return yaml_value_refuse(value, "is TCP, which has no device, baud, "
-                                        "gap or rs485");
+                                        "gap, rs485 or rts_delay");
     if (modbus->host[0] == '\0')
         return yaml_value_refuse(value, "lacks host");
     if (modbus->port == 0)
