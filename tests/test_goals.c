@@ -8,9 +8,9 @@
 #include <math.h>
 
 #include "firmware/controller_jog.h"
-#include "firmware/linux/commands/job.h"
 #include "firmware/linux/machine/machine.h"
 #include "firmware/linux/machine/machine_sim.h"
+#include "firmware/linux/move/job.h"
 #include "motion/clock_warp.h"
 #include "motion/fixed.h"
 #include "motion/plan/check.h"
@@ -143,12 +143,12 @@ static double table_is_at(void)
 
 static int setup(void **state)
 {
-    struct options options = { .path = { EXAMPLE }, .path_count = 1 };
+    static const char *const path[] = { EXAMPLE };
     struct machine_ports ports;
     char message[RIG_MESSAGE_MAX];
 
     (void)state;
-    assert_int_equal(job_open(&job, &options), STATUS_OK);
+    assert_int_equal(job_open(&job, path, 1), STATUS_OK);
     if (machine_sim_init(&sim, &job.rig, false, &ports, message) < 0 ||
         machine_init(&machine, &job.rig, &ports, message) < 0)
         fail_msg("%s", message);

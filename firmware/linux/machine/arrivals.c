@@ -1,5 +1,5 @@
-/* firmware/linux/commands/arrivals.c - see arrivals.h. */
-#include "firmware/linux/commands/arrivals.h"
+/* firmware/linux/machine/arrivals.c - see arrivals.h. */
+#include "firmware/linux/machine/arrivals.h"
 
 #include <string.h>
 
@@ -7,7 +7,7 @@
 #include "firmware/linux/base/memory.h"
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/base/table.h"
-#include "firmware/linux/commands/job_goals.h"
+#include "firmware/linux/move/job_goals.h"
 #include "motion/clock_warp.h"
 #include "motion/fixed.h"
 

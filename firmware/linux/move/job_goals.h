@@ -1,9 +1,9 @@
-/* firmware/linux/commands/job_goals.h - the axes of a job whose drives go from
+/* firmware/linux/move/job_goals.h - the axes of a job whose drives go from
  * key to key by a profile of their own (mode: point-to-point). */
-#ifndef FIRMWARE_LINUX_COMMANDS_JOB_GOALS_H
-#define FIRMWARE_LINUX_COMMANDS_JOB_GOALS_H
+#ifndef FIRMWARE_LINUX_MOVE_JOB_GOALS_H
+#define FIRMWARE_LINUX_MOVE_JOB_GOALS_H
 
-#include "firmware/linux/commands/job.h"
+#include "firmware/linux/move/job.h"
 
 /* Before planning, once the axes are found: their profiles are those that the
  * limits of the rig allow.  STATUS_INPUT with a sentence for a move that gives

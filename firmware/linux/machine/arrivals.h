@@ -1,14 +1,14 @@
-/* firmware/linux/commands/arrivals.h - when the axes whose drives go from key to
+/* firmware/linux/machine/arrivals.h - when the axes whose drives go from key to
  * key by themselves were really there. */
-#ifndef FIRMWARE_LINUX_COMMANDS_ARRIVALS_H
-#define FIRMWARE_LINUX_COMMANDS_ARRIVALS_H
+#ifndef FIRMWARE_LINUX_MACHINE_ARRIVALS_H
+#define FIRMWARE_LINUX_MACHINE_ARRIVALS_H
 
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 
-#include "firmware/linux/commands/job.h"
 #include "firmware/linux/machine/telemetry.h"
+#include "firmware/linux/move/job.h"
 
 struct cJSON;
 

@@ -1,5 +1,5 @@
-/* firmware/linux/commands/job_goals.c - see job_goals.h. */
-#include "firmware/linux/commands/job_goals.h"
+/* firmware/linux/move/job_goals.c - see job_goals.h. */
+#include "firmware/linux/move/job_goals.h"
 
 #include <stdio.h>
 
