@@ -110,6 +110,11 @@ struct rig_axis {
     /* ODrive 0.6: where its parameters are that make its watchdog; 0: it is not
      * looked at */
     uint16_t enable_watchdog, watchdog_timeout;
+    /* Modbus: the drive goes from key to key by its own profile, which is over
+     * settle_ns (0: modbus_budget.h has it) before the next one is due, and may
+     * be so much late */
+    bool point_to_point;
+    int64_t settle_ns, late_ns;
     bool unsupervised; /* nothing stops it when the line is dead, and the user
                           says that he knows */
     struct homing_config homing;
