@@ -95,5 +95,7 @@ int drive_odrive_init(struct drive_odrive *self, struct can_bus *bus,
  * Never NULL. */
 const char *drive_odrive_error_text(enum drive_odrive_family family,
                                     uint32_t error);
+/* Words for the result of a procedure (0.6), "unknown result"; never NULL. */
+const char *drive_odrive_result_text(unsigned result);
 
 #endif

@@ -94,7 +94,7 @@ static void odrive_estimates(struct sim_odrive *self)
     uint8_t data[8];
 
     odrive_motion_advance(self);
-    pos = (float)((double)self->plant.pos_q24 / turn);
+    pos = (float)((double)(self->plant.pos_q24 - self->zero_q24) / turn);
     vel = (float)((double)self->plant.vel_q24 / turn);
     if (self->nan)
         pos = NAN;
@@ -176,6 +176,7 @@ static void odrive_set_state(struct sim_odrive *self, uint32_t state)
 void odrive_motion_homed(struct sim_odrive *self)
 {
     self->result = 0;
+    self->zero_q24 = (int64_t)self->config.home_counts << 24;
     self->axis_state = SIM_ODRIVE_IDLE;
 }
 
@@ -232,7 +233,8 @@ static int64_t odrive_q24(double turns)
 static void odrive_input_pos(struct sim_odrive *self, const uint8_t *data)
 {
     odrive_motion_advance(self);
-    self->input_q24 = odrive_q24((double)odrive_get_float(data));
+    self->input_q24 =
+        odrive_q24((double)odrive_get_float(data)) + self->zero_q24;
     self->input_vel_q24 = odrive_q24(odrive_get_i16(&data[4]) * 0.001);
     self->torque = (float)odrive_get_i16(&data[6]) * 0.001f;
     self->traj_new = true;
@@ -380,6 +382,7 @@ static void odrive_power_on(struct sim_odrive *self, int64_t boot_ns)
     self->boot_ns = from_ns;
     self->axis_state = SIM_ODRIVE_IDLE;
     self->error = self->reason = 0;
+    self->zero_q24 = 0;
     self->parts = self->encoder_lost ? 2 : 0;
     self->control_mode = SIM_ODRIVE_CONTROL_POSITION;
     self->input_mode = SIM_ODRIVE_PASSTHROUGH;
