@@ -114,6 +114,23 @@ static void faults_latch_as_on_can(void **state)
     }
 }
 
+/* A servo thinks before it answers: the wire is not busy meanwhile. */
+static void a_wire_is_busy_with_its_frames_only(void **state)
+{
+    struct hal_modbus_stats stats;
+
+    (void)state;
+    build_ready();
+    const int64_t before_ns = now_ns, busy_ns = machine_busy_ns(&machine, 2);
+    for (int n = 0; n < 1000; n++)
+        tick();
+    hal_modbus_stats(machine.ports.modbus[2], &stats);
+    assert_int_equal(machine_busy_ns(&machine, 2), stats.ideal_ns);
+    assert_true(stats.busy_ns > stats.ideal_ns);
+    assert_in_range(machine_busy_ns(&machine, 2) - busy_ns, 1,
+                    now_ns - before_ns);
+}
+
 static void one_bad_answer_is_no_fault(void **state)
 {
     (void)state;
@@ -320,6 +337,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_example_is_read_as_written),
         cmocka_unit_test(faults_latch_as_on_can),
+        cmocka_unit_test(a_wire_is_busy_with_its_frames_only),
         cmocka_unit_test(one_bad_answer_is_no_fault),
         cmocka_unit_test(too_few_set_points_are_refused),
         cmocka_unit_test(what_is_wrong_in_a_file_is_told),

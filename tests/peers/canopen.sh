@@ -20,7 +20,8 @@ title: One axis
 tick: 20 ms
 watchdog: 100 ms
 buses:
-  can0: {kind: canopen, bit_rate: 1 Mbit/s, interface: vcan0}
+  can0:
+    {kind: canopen, bit_rate: 1 Mbit/s, interface: vcan0, sync_counter: 50}
 axes:
   axis:
     unit: mm
@@ -29,7 +30,17 @@ axes:
       velocity: 100 mm/s
       acceleration: 200 mm/s2
     following_error: {floor: 5 mm, time: 100 ms}
-    drive: {kind: cia402, bus: can0, node: 5, counts: 100 per mm}
+    drive:
+      kind: cia402
+      bus: can0
+      node: 5
+      counts: 100 per mm
+      revolution: 100 mm
+      options: {quick_stop: 6, halt: 2}
+    sim:
+      home_switch: [20 mm, 30 mm]
+      limit_switches: [-60 mm, 200 mm]
+      index: 5 mm
 RIG
 cat >"$dir/move.yaml" <<'MOVE'
 title: There and back
@@ -54,7 +65,8 @@ sim=$!
 sleep 1
 "$python" tests/peers/canopen_master.py vcan0 5 "$dir/servo.eds" ||
     fail "canopen_master.py"
-"$slew" scan --listen 0.3s vcan0 | grep "kind: cia402" || fail "slew scan"
+"$slew" scan --listen 0.3s vcan0 2>"$dir/scan.log" | grep "kind: cia402" ||
+    fail "slew scan"
 kill $sim
 wait $sim
 
@@ -101,7 +113,9 @@ else
 fi
 exec 3>&-
 wait $servo
-tail -n 1 "$dir/servo.out"
+tail -n 2 "$dir/servo.out"
+grep -q "limits -100001 .. 100001, following error 2000 for 40 ms, options 6 2, \
+SYNC counts to 50" "$dir/servo.out" || fail "it was told something else"
 grep -q "at 0$" "$dir/servo.out" || { cat "$dir/servo.out"; fail "not at 0"; }
 
 echo "can-utils and python-can, our recording:"

@@ -4,7 +4,8 @@
     canopen_master.py INTERFACE NODE EDS
 
 Reads the dictionary, long objects by segments and by blocks, takes the drive
-through the CiA 402 states, moves it in CSP, provokes a fault and clears it.
+through the CiA 402 states, moves it in CSP, provokes a fault and clears it, then
+goes to a position (PP), runs at speeds (PV, CSV) and homes it (HM).
 """
 import logging
 import sys
@@ -31,6 +32,16 @@ def aborts(call):
     except canopen.SdoAbortedError as error:
         return error.code
     return None
+
+
+def comes(holds, seconds=10):
+    """Whether it comes to hold: waits for it, since either side may be late."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if holds():
+            return True
+        time.sleep(0.01)
+    return False
 
 
 def sdo(node):
@@ -104,10 +115,8 @@ def move(node):
         target = start + 20 * step
         node.rpdo[1][0x607A].raw = target
         time.sleep(0.02)
-    time.sleep(0.5)
-    actual = node.sdo[0x6064].raw
-    claim(f"it follows: {actual - start} of {target - start}",
-          abs(actual - target) <= 5 and target != start)
+    claim(f"it follows to {target - start}",
+          comes(lambda: abs(node.sdo[0x6064].raw - target) <= 5))
 
 
 def states(network, node):
@@ -117,8 +126,8 @@ def states(network, node):
     node.setup_402_state_machine(False)
     network.sync.start(0.02)
     node.nmt.state = "OPERATIONAL"
-    time.sleep(0.3)
-    claim("starts disabled", node.state == "SWITCH ON DISABLED")
+    claim("starts disabled",
+          comes(lambda: node.state == "SWITCH ON DISABLED"))
     node.op_mode = "CYCLIC SYNCHRONOUS POSITION"
     claim("CSP is the mode",
           node.op_mode == "CYCLIC SYNCHRONOUS POSITION")
@@ -134,13 +143,80 @@ def faults(node):
     heard = []
     node.emcy.add_callback(lambda error: heard.append(error.code))
     node.sdo.download(0x2000, 0, b"\x01")  # an over-current
-    time.sleep(1)
-    claim("EMCY tells of it", 0x2310 in heard)
-    claim("fault", node.state == "FAULT")
+    claim("EMCY tells of it", comes(lambda: 0x2310 in heard))
+    claim("fault", comes(lambda: node.state == "FAULT"))
     claim("error code", node.sdo[0x603F].raw == 0x2310)
     node.state = "SWITCH ON DISABLED"  # resets
     claim("reset", node.state == "SWITCH ON DISABLED")
-    claim("EMCY says all clear", heard[-1] == 0)
+    claim("EMCY says all clear", comes(lambda: heard[-1] == 0))
+
+
+def status_comes(node, mask, value):
+    return comes(lambda: node.tpdo[1][0x6041].raw & mask == value)
+
+
+def speed_comes(node, wanted):
+    node.sdo[0x60FF].raw = wanted
+    return comes(lambda: abs(node.sdo[0x606C].raw - wanted) <= 2)
+
+
+def go_to(node, target):
+    # homing leaves bit 4 set, and bit 12 means something else there: the edge
+    # counts, so the drive must have seen it low
+    node.controlword = 0x0F
+    claim("PP: nothing is asked for",
+          comes(lambda: node.sdo[0x6040].raw == 0x0F)
+          and status_comes(node, 0x1000, 0))
+    node.rpdo[1][0x607A].raw = target
+    node.controlword = 0x1F
+    claim("PP: set point acknowledged", status_comes(node, 0x1000, 0x1000))
+    node.controlword = 0x0F
+    claim("PP: buffer free", status_comes(node, 0x1000, 0))
+    claim("PP: target reached", status_comes(node, 0x400, 0x400))
+
+
+def profile_position(node):
+    node.op_mode = "PROFILED POSITION"
+    for index, value in ((0x6081, 3000), (0x6083, 20000), (0x6084, 20000)):
+        node.sdo[index].raw = value
+    start = node.sdo[0x6064].raw
+    for way in (1500, -700):
+        go_to(node, start + way)
+        claim(f"PP: at {way}",
+              comes(lambda: abs(node.sdo[0x6064].raw - start - way) <= 2))
+
+
+def speeds(node):
+    for mode, wanted in (("PROFILED VELOCITY", 1200),
+                         ("CYCLIC SYNCHRONOUS VELOCITY", -800)):
+        node.op_mode = mode
+        claim(f"{mode.lower()}: {wanted} counts/s", speed_comes(node, wanted))
+        claim(f"{mode.lower()}: stands", speed_comes(node, 0))
+
+
+def homing(node):
+    node.sdo[0x6099][1].raw = 4000
+    node.sdo[0x6099][2].raw = 400
+    node.sdo[0x609A].raw = 20000
+    node.sdo[0x607C].raw = -250
+    node.sdo[0x6098].raw = 20  # the lower edge of the home switch, at 20 mm
+    claim("HM: python-canopen says it is homed",
+          node.homing(timeout=30) is True)
+    node.op_mode = "PROFILED POSITION"
+    go_to(node, -250)
+    claim("HM: back at the home point, which the offset calls -250",
+          comes(lambda: abs(node.sdo[0x6064].raw + 250) <= 2))
+    claim("a homing method it has not aborts",
+          aborts(lambda: node.sdo.download(0x6098, 0, b"\x0F")) == 0x06090030)
+
+
+def modes(node):
+    node.rpdo[1][0x607A].raw = node.sdo[0x6064].raw
+    for state in ("READY TO SWITCH ON", "SWITCHED ON", "OPERATION ENABLED"):
+        node.state = state
+    profile_position(node)
+    speeds(node)
+    homing(node)
 
 
 def main():
@@ -153,6 +229,7 @@ def main():
     network_services(network, node)
     states(network, node)
     faults(node)
+    modes(node)
     node.rpdo[1].stop()
     network.sync.stop()
     node.nmt.state = "PRE-OPERATIONAL"

@@ -93,6 +93,11 @@ def main():
     servo = Servo(interface, int(number), eds)
     print("ready", flush=True)
     sys.stdin.read()
+    sdo = servo.node.sdo
+    print(f"told: limits {sdo[0x607D][1].raw} .. {sdo[0x607D][2].raw}, "
+          f"following error {sdo[0x6065].raw} for {sdo[0x6066].raw} ms, "
+          f"options {sdo[0x605A].raw} {sdo[0x605D].raw}, "
+          f"SYNC counts to {sdo[0x1019].raw}", flush=True)
     print(f"{servo.syncs} SYNCs, {servo.answered} answered, "
           f"at {servo.actual}", flush=True)
     servo.network.disconnect()

@@ -17,7 +17,7 @@ static void cmd_compile_describe(const struct job *job, struct track_file *file)
         struct track_file_axis *axis = &file->axis[i];
         memcpy(axis->name, job->move.axis[i].name, sizeof axis->name);
         snprintf(axis->unit, sizeof axis->unit, "%s",
-                 rig_unit_text(job_rig_axis(job, i)->unit));
+                 units_axis_text(job_rig_axis(job, i)->unit));
         axis->keys = job->move.axis[i].key_count;
     }
 }

@@ -8,7 +8,7 @@
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/base/table.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/machine/live.h"
+#include "firmware/linux/commands/live.h"
 #include "motion/err.h"
 
 struct cmd_home {
@@ -65,7 +65,7 @@ static void cmd_home_row(struct table *table, const struct rig_axis *axis)
     table_cell(table, "%s", text);
     number_short(text, homing->go_q32, 32);
     table_cell(table, "%s", homing->goes ? text : "-");
-    table_cell(table, "%s", rig_unit_text(axis->unit));
+    table_cell(table, "%s", units_axis_text(axis->unit));
 }
 
 static void cmd_home_intent(const struct cmd_home *self)
@@ -148,7 +148,7 @@ static void cmd_home_report_row(struct table *table,
     table_cell(table, "%s", axis->homed ? text : "-");
     number_short(text, axis->offset_q32, 32);
     table_cell(table, "%s", axis->homed ? text : "-");
-    table_cell(table, "%s", rig_unit_text(self->live.rig.axis[i].unit));
+    table_cell(table, "%s", units_axis_text(self->live.rig.axis[i].unit));
     table_cell(table, "%s", cmd_home_result(self, i));
 }
 
@@ -187,7 +187,7 @@ static void cmd_home_json(const struct cmd_home *self, enum status status)
         cJSON_AddItemToArray(list, item);
         cJSON_AddStringToObject(item, "name", self->live.rig.axis[i].name);
         cJSON_AddStringToObject(item, "unit",
-                                rig_unit_text(self->live.rig.axis[i].unit));
+                                units_axis_text(self->live.rig.axis[i].unit));
         cJSON_AddBoolToObject(item, "homed", axis->homed);
         cJSON_AddStringToObject(item, "result", cmd_home_result(self, i));
         json_add_fixed(item, "position", axis->feedback.pos_q32, 32);

@@ -9,7 +9,7 @@
 #include "firmware/linux/base/units.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/jog_keys.h"
-#include "firmware/linux/machine/live.h"
+#include "firmware/linux/commands/live.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
 #include "motion/otg.h"
@@ -150,8 +150,8 @@ static enum status cmd_jog_limits(const struct cmd_jog *self)
         fprintf(stderr,
                 "slew jog: %s %s/s is above the limit of %s, expected at most "
                 "%s %s/s\n",
-                speed, rig_unit_text(axis->unit), axis->name, limit,
-                rig_unit_text(axis->unit));
+                speed, units_axis_text(axis->unit), axis->name, limit,
+                units_axis_text(axis->unit));
         return STATUS_REFUSED;
     }
     if (self->kind != JOG_TO || (self->pos_q32 >= axis->limit.pos_min_q32 &&
@@ -184,7 +184,7 @@ static double cmd_jog_duration_s(const struct cmd_jog *self, int64_t way_q32)
 static void cmd_jog_intent(const struct cmd_jog *self)
 {
     const struct rig_axis *axis = cmd_jog_axis(self);
-    const char *unit = rig_unit_text(axis->unit);
+    const char *unit = units_axis_text(axis->unit);
     char pos[NUMBER_MAX], speed[NUMBER_MAX], acc[NUMBER_MAX];
     number_short(pos, self->pos_q32, 32);
     number_short(speed, self->speed_q32, 32);
@@ -338,7 +338,7 @@ static void cmd_jog_report(const struct cmd_jog *self, enum status status)
         cJSON *report = cJSON_CreateObject();
         cJSON_AddBoolToObject(report, "ok", status == STATUS_OK);
         cJSON_AddStringToObject(report, "axis", axis->name);
-        cJSON_AddStringToObject(report, "unit", rig_unit_text(axis->unit));
+        cJSON_AddStringToObject(report, "unit", units_axis_text(axis->unit));
         json_add_fixed(report, "from", self->from_q32, 32);
         json_add_fixed(report, "position", at->feedback.pos_q32, 32);
         cJSON_AddBoolToObject(report, "homed", at->homed);
@@ -353,7 +353,7 @@ static void cmd_jog_report(const struct cmd_jog *self, enum status status)
     number_fixed(pos, at->feedback.pos_q32, 32, 4);
     if (self->kind != JOG_BY_KEYS && self->dur_ns > 0)
         printf("%s: from %s to %s %s%s in %.3f s\n", axis->name, from, pos,
-               rig_unit_text(axis->unit), at->homed ? "" : " (unhomed)",
+               units_axis_text(axis->unit), at->homed ? "" : " (unhomed)",
                (double)self->dur_ns / 1e9);
     if (fault[0] != 0)
         printf("fault: %s\n", fault);

@@ -75,7 +75,7 @@ static void cmd_run_intent_row(struct table *table, const struct cmd_run *self,
     table_cell(table, "%s", text);
     number_short(text, track->end.pos_q32, 32);
     table_cell(table, "%s", text);
-    table_cell(table, "%s", rig_unit_text(rig->unit));
+    table_cell(table, "%s", units_axis_text(rig->unit));
     const struct plan_axis *axis = &self->job.move.axis[i];
     if (self->job.compiled != NULL)
         table_cell(table, "%u", self->job.compiled->file.axis[i].keys);

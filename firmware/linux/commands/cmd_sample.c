@@ -131,7 +131,8 @@ static void cmd_sample_head(const struct cmd_sample *self)
             if (self->options->raw)
                 printf("%s", raw[order]);
             else
-                printf("%s%s", rig_unit_text(job_rig_axis(self->job, i)->unit),
+                printf("%s%s",
+                       units_axis_text(job_rig_axis(self->job, i)->unit),
                        slash[order]);
             printf("%s", quote);
         }

@@ -196,7 +196,7 @@ static enum status job_take_axis(struct job *job, unsigned i)
                  axis->name);
         return job_fail(job->move_path, what);
     }
-    const char *unit = rig_unit_text(job->rig.axis[found].unit);
+    const char *unit = units_axis_text(job->rig.axis[found].unit);
     if (strcmp(unit, axis->unit) != 0) {
         snprintf(what, sizeof what,
                  "axis %s is in %s, expected %s as in the rig", axis->name,

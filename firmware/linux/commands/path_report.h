@@ -18,6 +18,6 @@ void path_report_json(const struct job *job, struct cJSON *object);
 void path_report_rules(const struct job *job, FILE *file);
 
 /* The unit of the path's axes. */
-enum rig_unit path_report_unit(const struct job *job);
+enum units_axis path_report_unit(const struct job *job);
 
 #endif

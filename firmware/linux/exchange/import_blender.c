@@ -353,11 +353,11 @@ static void blender_axis_name(const struct blender_read *self,
         snprintf(name, BLENDER_CURVE_NAME, "%s", from + 1);
 }
 
-static bool blender_unit_fits(const char *word, enum rig_unit unit)
+static bool blender_unit_fits(const char *word, enum units_axis unit)
 {
     const bool length = strcmp(word, "mm") == 0 || strcmp(word, "m") == 0;
 
-    return word[0] == 0 || length == (unit == RIG_UNIT_MM);
+    return word[0] == 0 || length == (unit == UNITS_AXIS_MM);
 }
 
 static int blender_read_unit(void *reader, const struct yaml_value *value,
@@ -374,7 +374,7 @@ static int blender_read_unit(void *reader, const struct yaml_value *value,
     if (!blender_unit_fits(self->unit, self->units.unit))
         return yaml_value_refuse(
             value, "'%s' does not fit axis %s, whose unit is %s", self->unit,
-            self->axis->name, rig_unit_text(self->units.unit));
+            self->axis->name, units_axis_text(self->units.unit));
     return 0;
 }
 

@@ -410,7 +410,7 @@ int64_t machine_busy_ns(struct machine *machine, unsigned bus)
     struct hal_modbus_stats line;
     if (!rig_bus_is_can(&machine->rig->bus[bus])) {
         hal_modbus_stats(machine->ports.modbus[bus], &line);
-        return (int64_t)line.busy_ns;
+        return (int64_t)(line.ideal_ns > 0 ? line.ideal_ns : line.busy_ns);
     }
     hal_can_stats(machine->ports.can[bus], &stats);
     return (int64_t)stats.busy_ns;

@@ -89,7 +89,9 @@ void machine_trouble_text(const struct machine *machine,
 /* No drive moves or follows set points any more. */
 bool machine_is_at_rest(const struct machine *machine);
 
-/* The wire's time in use so far, ns; 0: unknown. */
+/* The wire's time in use so far, ns; 0: unknown.  Of a serial line what its
+ * frames and silences need, whatever waiting came on top; of TCP, which has no
+ * rate, how long answers were waited for. */
 int64_t machine_busy_ns(struct machine *machine, unsigned bus);
 
 #endif

@@ -104,10 +104,9 @@ static void machine_modbus_print_bus(struct hal_modbus *line, const char *name,
             stats.exceptions, stats.reconnects);
     if (stats.ideal_ns > 0)
         fprintf(file,
-                "; %.1f s of bus time, %.1f s by baud rate and silences "
-                "(%.0f %%)",
-                (double)stats.busy_ns / 1e9, (double)stats.ideal_ns / 1e9,
-                100 * (double)stats.busy_ns / (double)stats.ideal_ns);
+                "; frames and silences need %.1f s of the wire, answers took "
+                "%.1f s",
+                (double)stats.ideal_ns / 1e9, (double)stats.busy_ns / 1e9);
     fputc('\n', file);
 }
 

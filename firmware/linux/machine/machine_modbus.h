@@ -24,8 +24,8 @@ int machine_modbus_open(struct machine_modbus *modbus, const struct rig *rig,
                         char message[RIG_MESSAGE_MAX]);
 void machine_modbus_close(struct machine_modbus *modbus);
 
-/* Of each bus that is open: transactions, failures, and the bus time they took
- * against what the baud rate allows. */
+/* Of each bus that is open: transactions, failures; of a serial line the time
+ * that they need on the wire, and how long they took. */
 void machine_modbus_print(struct machine_modbus *modbus, const struct rig *rig,
                           FILE *file);
 

@@ -599,7 +599,7 @@ int move_find_axis(const struct move_reader *reader,
 }
 
 int move_read_keyed(struct move_reader *reader, const struct yaml_value *value,
-                    enum units_quantity quantity, enum rig_unit unit,
+                    enum units_quantity quantity, enum units_axis unit,
                     struct plan_axis *axis)
 {
     const struct move_reader outer = *reader;

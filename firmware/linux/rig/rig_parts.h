@@ -157,7 +157,6 @@ extern const struct yaml_shape rig_limit_shape, rig_stop_shape,
 
 /* ---- words a value may be, in the order of their enums ---- */
 
-#define RIG_UNIT_WORDS    4
 #define RIG_BUS_KINDS     4
 #define RIG_DRIVE_KINDS   4
 #define RIG_CIA402_MODES  3
@@ -167,7 +166,6 @@ extern const struct yaml_shape rig_limit_shape, rig_stop_shape,
 #define RIG_LINE_KINDS    6
 #define RIG_LINE_LEVELS   2
 #define RIG_LINE_BIASES   4
-extern const char *const rig_unit_words[RIG_UNIT_WORDS];
 extern const char *const rig_bus_kinds[RIG_BUS_KINDS];
 extern const char *const rig_drive_kinds[RIG_DRIVE_KINDS];
 extern const char *const rig_cia402_modes[RIG_CIA402_MODES];

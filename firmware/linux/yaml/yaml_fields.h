@@ -13,6 +13,7 @@
 
 #include <stdbool.h>
 
+#include "firmware/linux/base/quote.h"
 #include "firmware/linux/yaml/yaml_tree.h"
 
 /* A node and what sentences about it say. */
@@ -88,6 +89,7 @@ yaml_value_node(const struct yaml_value *value)
 }
 
 /* The value as the file has it, for sentences; empty for a list or map. */
+#define YAML_QUOTE_MAX QUOTE_MAX
 const char *yaml_value_quote(char quote[YAML_QUOTE_MAX],
                              const struct yaml_value *value);
 

@@ -1,11 +1,12 @@
-/* firmware/linux/machine/live.c - see live.h. */
-#include "firmware/linux/machine/live.h"
+/* firmware/linux/commands/live.c - see live.h. */
+#include "firmware/linux/commands/live.h"
 
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "firmware/linux/commands/job.h"
+#include "firmware/linux/machine/pace.h"
 #include "motion/err.h"
 
 #define LIVE_STOP_NS  INT64_C(300000000)
@@ -73,18 +74,13 @@ static void live_pace(struct live *live)
 
 static void live_wait(struct live *live)
 {
-    struct hal_clock *clock = live->machine.ports.clock;
     const int64_t period_ns = live->rig.period_ns;
+    int64_t late_ns;
     live->now_ns += period_ns;
     if (live->is_paced)
         live_pace(live);
-    if (live->on_clock) {
-        const int64_t late_ns = hal_clock_now_ns(clock) - live->now_ns;
-        if (late_ns >= period_ns)
-            live->now_ns += late_ns / period_ns * period_ns;
-    }
-    while (hal_clock_wait_until(clock, live->now_ns) < 0)
-        ; /* a signal woke us; it has been counted */
+    live->now_ns =
+        pace_wait(live->machine.ports.clock, live->now_ns, period_ns, &late_ns);
 }
 
 void live_tick(struct live *live)

@@ -1,10 +1,10 @@
-/* firmware/linux/machine/live.h - a machine that an operator looks at or moves
+/* firmware/linux/commands/live.h - a machine that an operator looks at or moves
  * by hand: a rig on simulated or real ports, and its tick.
  *
  * For commands without a move: home, jog, monitor.  Simulated in virtual time,
  * as fast as it goes or as fast as the clock; simulated on the clock; or real. */
-#ifndef FIRMWARE_LINUX_MACHINE_LIVE_H
-#define FIRMWARE_LINUX_MACHINE_LIVE_H
+#ifndef FIRMWARE_LINUX_COMMANDS_LIVE_H
+#define FIRMWARE_LINUX_COMMANDS_LIVE_H
 
 #include <signal.h>
 
