@@ -90,6 +90,10 @@ struct drive_odrive {
 int drive_odrive_init(struct drive_odrive *self, struct can_bus *bus,
                       const struct drive_odrive_config *config);
 
+/* Set_Input_Pos. */
+void drive_odrive_put_point(struct hal_can_frame *frame, uint8_t node,
+                            const struct drive_turns_point *point);
+
 /* Words for the lowest bit of an error, "unknown error"; "no error" for 0.
  * Never NULL. */
 const char *drive_odrive_error_text(enum drive_odrive_family family,
