@@ -57,5 +57,7 @@ void drive_moteus_put_questions(struct hal_can_frame *frame);
 
 /* Words for a fault code, "unknown fault"; never NULL. */
 const char *drive_moteus_fault_text(unsigned fault);
+/* Words for a mode, "unknown mode"; never NULL. */
+const char *drive_moteus_mode_text(unsigned mode);
 
 #endif

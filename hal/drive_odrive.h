@@ -98,6 +98,8 @@ void drive_odrive_put_point(struct hal_can_frame *frame, uint8_t node,
  * Never NULL. */
 const char *drive_odrive_error_text(enum drive_odrive_family family,
                                     uint32_t error);
+/* Words for an axis state, "unknown state"; never NULL. */
+const char *drive_odrive_state_text(unsigned state);
 /* Words for the result of a procedure (0.6), "unknown result"; never NULL. */
 const char *drive_odrive_result_text(unsigned result);
 

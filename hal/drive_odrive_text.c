@@ -1,4 +1,4 @@
-/* hal/drive_odrive_text.c - words for error bits and results; see
+/* hal/drive_odrive_text.c - words for error bits, states and results; see
  * drive_odrive.h.
  * Source: ODrive 0.5.6 Firmware/odrive-interface.yaml; odrive.enums.ODriveError
  * and ProcedureResult of the Python package odrive 0.6.11. */
@@ -59,6 +59,30 @@ const char *drive_odrive_error_text(enum drive_odrive_family family,
         if ((error >> i & 1) != 0 && bits[i] != NULL)
             return bits[i];
     return "unknown error";
+}
+
+const char *drive_odrive_state_text(unsigned state)
+{
+    static const char *const words[] = {
+        [0] = "undefined",
+        [1] = "idle",
+        [2] = "start-up sequence",
+        [3] = "full calibration",
+        [4] = "motor calibration",
+        [5] = "sensorless control",
+        [6] = "encoder index search",
+        [7] = "encoder offset calibration",
+        [8] = "closed loop control",
+        [9] = "lock-in spin",
+        [10] = "encoder direction find",
+        [11] = "homing",
+        [12] = "Hall polarity calibration",
+        [13] = "Hall phase calibration",
+        [14] = "anti-cogging calibration",
+    };
+
+    return state < sizeof words / sizeof words[0] ? words[state]
+                                                  : "unknown state";
 }
 
 const char *drive_odrive_result_text(unsigned result)

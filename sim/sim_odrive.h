@@ -9,6 +9,8 @@
  *
  * One turn is SIM_ODRIVE_COUNTS of the plant's counts.
  *
+ * Of the supply, temperatures and powers it says what never changes.
+ *
  * What this one chose: it knows the states idle, closed loop and homing; any
  * other is refused with "invalid state".  Homing goes to its end stop at a
  * sixteenth of its top speed, and is there at position 0. */

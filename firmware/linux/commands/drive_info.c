@@ -29,6 +29,7 @@ struct info {
     unsigned count, errors; /* the last `errors` are the history */
     const struct eds_need *missing[INFO_VALUES_MAX];
     unsigned missing_count;
+    char fault[ASK_TURNS_REASON_MAX]; /* ODrive, moteus; "": none */
 };
 
 /* Aborted because it is not there, which says nothing worth a line. */
@@ -102,6 +103,18 @@ static void info_items(struct talk *talk, struct info *info)
         drive_read_item(talk, &talk->map->item[i], &info->value[info->count++]);
 }
 
+static int info_turns(struct talk *talk, struct info *info)
+{
+    struct ask_turns_state state;
+    int err = drive_read_all(talk, info->value, INFO_VALUES_MAX, &info->count);
+
+    if (err == MOTION_OK)
+        err = ask_turns_state(&talk->turns, &state);
+    if (err == MOTION_OK && state.is_fault)
+        ask_turns_reason(&talk->turns, &state, info->fault);
+    return err;
+}
+
 static void info_json(const struct talk *talk, const struct info *info, bool ok)
 {
     cJSON *report = cJSON_CreateObject();
@@ -123,6 +136,8 @@ static void info_json(const struct talk *talk, const struct info *info, bool ok)
                  info->missing[i]->sub);
         cJSON_AddItemToArray(missing, cJSON_CreateString(number));
     }
+    if (info->fault[0] != '\0')
+        cJSON_AddStringToObject(report, "fault", info->fault);
     json_print(report, stdout);
 }
 
@@ -139,7 +154,9 @@ static void info_print(const struct talk *talk, const struct info *info,
     for (unsigned i = 0; i < info->missing_count; i++)
         printf("\nit lacks %04X:%X: %s", info->missing[i]->index,
                info->missing[i]->sub, info->missing[i]->why);
-    if (!talk->is_modbus)
+    if (info->fault[0] != '\0')
+        printf("\nit is in fault: %s\n", info->fault);
+    if (talk->kind == TALK_CANOPEN)
         puts(ok ? "\nit has what slew needs"
                 : "\nit does not have what slew needs");
 }
@@ -152,7 +169,11 @@ static enum status info_run(struct talk *talk, const struct options *options)
     int err;
 
     info = (struct info){ .count = 0 };
-    if (talk->is_modbus) {
+    if (talk_is_turns(talk)) {
+        err = info_turns(talk, &info);
+        if (err < 0)
+            return drive_failed(talk, "", err);
+    } else if (talk->kind == TALK_MODBUS) {
         if (talk->map == NULL)
             return drive_complain("expected --map: without one a Modbus drive "
                                   "says nothing about itself");

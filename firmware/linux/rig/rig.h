@@ -110,6 +110,7 @@ struct rig_axis {
     /* ODrive 0.6: where its parameters are that make its watchdog; 0: it is not
      * looked at */
     uint16_t enable_watchdog, watchdog_timeout;
+    char endpoints[RIG_PATH_MAX]; /* the list; "": none */
     bool unsupervised; /* nothing stops it when the line is dead, and the user
                           says that he knows */
     struct homing_config homing;

@@ -127,10 +127,8 @@ int rig_read_turns_drive(struct rig_reader *reader,
 
 /* ---- rig_endpoints.c ---- */
 
-#define RIG_ENDPOINTS_PATH_MAX 512
-
 /* From the rig's directory.  -1: too long. */
-int rig_endpoints_path(char path[RIG_ENDPOINTS_PATH_MAX], const char *name,
+int rig_endpoints_path(char path[RIG_PATH_MAX], const char *name,
                        const char *rig_path);
 /* Fills in enable_watchdog and watchdog_timeout, 0 where it does not have them.
  * -1: no such file, or not a list. */
