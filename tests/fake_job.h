@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "firmware/linux/commands/job.h"
+#include "firmware/linux/move/job.h"
 #include "motion/fixed.h"
 
 struct fake_key {

@@ -145,7 +145,7 @@ static void firmware_05_is_asked_for_what_it_has(void **state)
     assert_true(talk->turns.is_05);
     (void)quantity_of_odrive(true, &count);
     assert_true(count > 0);
-    sim_odrive_inject(&talk->bench.sim.odrive[0], SIM_ODRIVE_OVERCURRENT);
+    sim_servo_inject(&talk->bench.sim.odrive[0].base, SIM_SERVO_TRIP);
     assert_int_equal(ask_turns_state(&talk->turns, &seen), MOTION_OK);
     assert_int_equal(seen.error, 0);
     assert_true(seen.is_fault);
@@ -322,7 +322,7 @@ static void faults_are_said_and_cleared(void **state)
     struct reset reset;
 
     (void)state;
-    sim_odrive_inject(&talk->bench.sim.odrive[0], SIM_ODRIVE_OVERCURRENT);
+    sim_servo_inject(&talk->bench.sim.odrive[0].base, SIM_SERVO_TRIP);
     assert_int_equal(reset_drive(talk, &reset), MOTION_OK);
     assert_true(reset.was_fault);
     assert_false(reset.is_fault);
@@ -331,7 +331,7 @@ static void faults_are_said_and_cleared(void **state)
     talk_close(talk);
 
     talk = opened("pan");
-    sim_moteus_inject(&talk->bench.sim.moteus[0], SIM_MOTEUS_DRIVER);
+    sim_servo_inject(&talk->bench.sim.moteus[0].base, SIM_SERVO_TRIP);
     assert_int_equal(reset_drive(talk, &reset), MOTION_OK);
     assert_true(reset.was_fault);
     assert_false(reset.is_fault);
@@ -347,14 +347,14 @@ static void a_fault_that_lasts_is_said_to_last(void **state)
     struct reset reset;
 
     (void)state;
-    sim_odrive_inject(&talk->bench.sim.odrive[0], SIM_ODRIVE_ENCODER);
+    sim_servo_inject(&talk->bench.sim.odrive[0].base, SIM_SERVO_ENCODER);
     assert_int_equal(reset_drive(talk, &reset), MOTION_OK);
     assert_true(reset.was_fault && reset.is_fault);
     assert_string_equal(reset.reason, "error 0x00000008: missing estimate");
     talk_close(talk);
 
     talk = opened_05();
-    sim_odrive_inject(&talk->bench.sim.odrive[0], SIM_ODRIVE_ENCODER);
+    sim_servo_inject(&talk->bench.sim.odrive[0].base, SIM_SERVO_ENCODER);
     assert_int_equal(reset_drive(talk, &reset), MOTION_OK);
     assert_true(reset.was_fault && reset.is_fault);
     assert_string_equal(
@@ -362,7 +362,7 @@ static void a_fault_that_lasts_is_said_to_last(void **state)
     talk_close(talk);
 
     talk = opened("pan");
-    sim_moteus_inject(&talk->bench.sim.moteus[0], SIM_MOTEUS_ENCODER);
+    sim_servo_inject(&talk->bench.sim.moteus[0].base, SIM_SERVO_ENCODER);
     assert_int_equal(reset_drive(talk, &reset), MOTION_OK);
     assert_true(reset.was_fault && reset.is_fault);
     talk_close(talk);
@@ -374,7 +374,7 @@ static void a_drive_that_is_silent_is_said_to_be(void **state)
     struct reset reset;
 
     (void)state;
-    sim_moteus_inject(&talk->bench.sim.moteus[0], SIM_MOTEUS_DEAF);
+    sim_servo_inject(&talk->bench.sim.moteus[0].base, SIM_SERVO_DEAF);
     assert_int_equal(reset_drive(talk, &reset), MOTION_E_TIMEOUT);
     talk_close(talk);
     run("drive", "info", RIG, "5", "--bus", "can0");

@@ -6,7 +6,7 @@
 
 #include "firmware/linux/machine/machine_sim.h"
 #include "firmware/linux/machine/player.h"
-#include "firmware/linux/rig/budget.h"
+#include "firmware/linux/move/budget.h"
 #include "motion/fixed.h"
 #include "tests/check.h"
 
@@ -88,10 +88,9 @@ static int bench_open(void **state)
     (void)state;
     char message[RIG_MESSAGE_MAX] = "";
     struct machine_ports ports;
-    const struct options options = { .path = { "examples/dolly" },
-                                     .path_count = 1 };
+    const char *const path[] = { "examples/dolly" };
     memset(&bench, 0, sizeof bench);
-    if (job_open(&bench.job, &options) != STATUS_OK ||
+    if (job_open(&bench.job, path, 1) != STATUS_OK ||
         machine_sim_init(&bench.sim, &bench.job.rig, false, &ports, message) <
             0)
         return -1;

@@ -156,7 +156,7 @@ static void beside_an_odrive_nothing_is_asked(void **state)
     assert_int_equal(scan.count, 2);
     assert_int_equal(scan.found[0].kind, SCAN_ODRIVE);
     assert_int_equal(scan.found[0].id, 1);
-    assert_string_equal(scan.found[0].state, "axis state 8");
+    assert_string_equal(scan.found[0].state, "closed loop control");
     assert_int_equal(scan.found[1].id, 48);
     assert_non_null(strstr(scan.note[0], "ODrives"));
 }

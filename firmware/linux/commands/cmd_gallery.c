@@ -15,7 +15,7 @@
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/base/output.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/commands/job.h"
+#include "firmware/linux/move/job.h"
 #include "firmware/linux/plot/compare.h"
 #include "firmware/linux/plot/plot.h"
 #include "motion/err.h"
@@ -323,7 +323,7 @@ static enum status cmd_gallery_run(const struct options *options)
     if (options->out == NULL)
         return cmd_gallery_fail("where to? expected --out FILE.md", "");
     self = (struct cmd_gallery){ .job = &job };
-    enum status status = job_open(&job, options);
+    enum status status = job_open(&job, options->path, options->path_count);
     if (status == STATUS_OK && job.move.axis_count != 1)
         status =
             cmd_gallery_fail("expected a move of one axis: ", job.move_path);

@@ -242,9 +242,7 @@ static enum status cmd_home_rig(struct cmd_home *self)
         cmd_home_intent(self);
     if (options->dry_run)
         return STATUS_OK;
-    if (!live_confirm(options, "home"))
-        return STATUS_INPUT;
-    status = live_open(&self->live, options, false);
+    status = live_begin(&self->live, options, "home", false);
     if (status != STATUS_OK)
         return status;
     status = cmd_home_live(self);
@@ -267,18 +265,10 @@ static enum status cmd_home_run(const struct options *options)
 }
 
 static const struct option_row cmd_home_option[] = {
-    { "dry-run", NULL, OPTION_FLAG, offsetof(struct options, dry_run),
-      "say what would happen and stop there" },
-    { "real", NULL, OPTION_FLAG, offsetof(struct options, real),
-      "home the real drives, on the interfaces of the rig" },
-    { "yes", NULL, OPTION_FLAG, offsetof(struct options, yes),
-      "do not ask before real drives move" },
-    { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
-      "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
-    { "pty", NULL, OPTION_FLAG, offsetof(struct options, pty),
-      "in real time, simulated Modbus drives behind real pseudo-terminals" },
-    { "realtime", NULL, OPTION_FLAG, offsetof(struct options, realtime),
-      "run on the clock, not in virtual time" },
+    OPTIONS_DRY_RUN("say what would happen and stop there"),
+    OPTIONS_REAL("home the real drives, on the interfaces of the rig"),
+    OPTIONS_YES("do not ask before real drives move"),
+    OPTIONS_PORTS,
     OPTIONS_COMMON,
 };
 

@@ -395,9 +395,7 @@ static enum status cmd_jog_rig(struct cmd_jog *self)
         cmd_jog_intent(self);
     if (options->dry_run)
         return STATUS_OK;
-    if (!live_confirm(options, "jog"))
-        return STATUS_INPUT;
-    status = live_open(&self->live, options, self->kind == JOG_BY_KEYS);
+    status = live_begin(&self->live, options, "jog", self->kind == JOG_BY_KEYS);
     if (status != STATUS_OK)
         return status;
     status = cmd_jog_live(self);
@@ -427,18 +425,10 @@ static const struct option_row cmd_jog_option[] = {
       "time between two of them (2 s)" },
     { "dead-man", "TIME", OPTION_TIME, offsetof(struct options, dead_man_ns),
       "by keys: stop when no key has come for so long (250ms)" },
-    { "dry-run", NULL, OPTION_FLAG, offsetof(struct options, dry_run),
-      "say what would happen and stop there" },
-    { "real", NULL, OPTION_FLAG, offsetof(struct options, real),
-      "move the real drive, on the interfaces of the rig" },
-    { "yes", NULL, OPTION_FLAG, offsetof(struct options, yes),
-      "do not ask before a real drive moves" },
-    { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
-      "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
-    { "pty", NULL, OPTION_FLAG, offsetof(struct options, pty),
-      "in real time, simulated Modbus drives behind real pseudo-terminals" },
-    { "realtime", NULL, OPTION_FLAG, offsetof(struct options, realtime),
-      "run on the clock, not in virtual time" },
+    OPTIONS_DRY_RUN("say what would happen and stop there"),
+    OPTIONS_REAL("move the real drive, on the interfaces of the rig"),
+    OPTIONS_YES("do not ask before a real drive moves"),
+    OPTIONS_PORTS,
     OPTIONS_COMMON,
 };
 

@@ -371,14 +371,8 @@ static const struct option_row cmd_monitor_option[] = {
       "how often to look (5)" },
     { "for", "TIME", OPTION_TIME, offsetof(struct options, to_ns),
       "end after so long (until Ctrl-C)" },
-    { "real", NULL, OPTION_FLAG, offsetof(struct options, real),
-      "look at the real drives, on the interfaces of the rig" },
-    { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
-      "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
-    { "pty", NULL, OPTION_FLAG, offsetof(struct options, pty),
-      "in real time, simulated Modbus drives behind real pseudo-terminals" },
-    { "realtime", NULL, OPTION_FLAG, offsetof(struct options, realtime),
-      "run on the clock, not in virtual time" },
+    OPTIONS_REAL("look at the real drives, on the interfaces of the rig"),
+    OPTIONS_PORTS,
     OPTIONS_COMMON,
 };
 

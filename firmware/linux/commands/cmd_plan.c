@@ -8,8 +8,8 @@
 #include "firmware/linux/base/output.h"
 #include "firmware/linux/base/table.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/commands/job.h"
-#include "firmware/linux/commands/path_report.h"
+#include "firmware/linux/move/job.h"
+#include "firmware/linux/move/path_report.h"
 
 static const char *const cmd_plan_curve[] = {
 #define CMD_PLAN_CURVE(name, spelling, text) spelling,
@@ -217,7 +217,7 @@ static enum status cmd_plan_save(const struct job *job, const char *path)
 
 static enum status cmd_plan_job(struct job *job, const struct options *options)
 {
-    enum status status = job_open(job, options);
+    enum status status = job_open(job, options->path, options->path_count);
     if (status != STATUS_OK)
         return status;
     if (options->out != NULL)

@@ -5,8 +5,8 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "firmware/linux/commands/job.h"
 #include "firmware/linux/machine/pace.h"
+#include "firmware/linux/move/job.h"
 #include "motion/err.h"
 
 #define LIVE_STOP_NS  INT64_C(300000000)
@@ -153,7 +153,9 @@ int live_axis(const struct live *live, const char *command, const char *name)
     return axis;
 }
 
-bool live_confirm(const struct options *options, const char *command)
+/* With --real: says that things will move and asks on a terminal; elsewhere
+ * --yes is needed.  False: the operator does not want it. */
+static bool live_confirm(const struct options *options, const char *command)
 {
     char line[16] = "";
     if (!options->real || options->yes)
@@ -168,4 +170,12 @@ bool live_confirm(const struct options *options, const char *command)
     fputs("REAL drives will move. Go on? [y/N] ", stderr);
     return fgets(line, sizeof line, stdin) != NULL &&
            (line[0] == 'y' || line[0] == 'Y');
+}
+
+enum status live_begin(struct live *live, const struct options *options,
+                       const char *command, bool paced)
+{
+    if (!live_confirm(options, command))
+        return STATUS_INPUT;
+    return live_open(live, options, paced);
 }

@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "firmware/linux/base/number.h"
-#include "firmware/linux/commands/path_report.h"
 #include "firmware/linux/move/compiled.h"
+#include "firmware/linux/move/path_report.h"
 #include "firmware/linux/plot/chart.h"
 #include "firmware/linux/plot/plot_style.h"
 #include "motion/fixed.h"

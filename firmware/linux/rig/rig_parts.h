@@ -56,6 +56,9 @@ int rig_read_node_id(void *reader, const struct yaml_value *value, void *out);
 
 /* ---- sections ---- */
 
+/* [lowest, highest], a range of positions that is not empty. */
+int rig_read_ends(struct rig_reader *reader, const struct yaml_value *value,
+                  int64_t *low_q32, int64_t *high_q32);
 int rig_read_limits(void *reader, const struct yaml_value *value, void *out);
 int rig_read_stop(void *reader, const struct yaml_value *value, void *out);
 int rig_read_following(void *reader, const struct yaml_value *value, void *out);

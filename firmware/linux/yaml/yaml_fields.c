@@ -293,6 +293,18 @@ int yaml_value_choice(const struct yaml_value *value,
                           count);
 }
 
+int yaml_value_word(const struct yaml_value *value,
+                    const char *const spelling[], unsigned count,
+                    uint8_t *index)
+{
+    unsigned which;
+
+    if (yaml_value_choice(value, spelling, count, &which) < 0)
+        return -1;
+    *index = (uint8_t)which;
+    return 0;
+}
+
 int yaml_value_integer(const struct yaml_value *value, int64_t min, int64_t max,
                        int64_t *out)
 {
@@ -314,6 +326,17 @@ int yaml_value_integer(const struct yaml_value *value, int64_t min, int64_t max,
     return 0;
 }
 
+int yaml_read_u32(void *reader, const struct yaml_value *value, void *out)
+{
+    int64_t number;
+
+    (void)reader;
+    if (yaml_value_integer(value, 0, UINT32_MAX, &number) < 0)
+        return -1;
+    *(uint32_t *)out = (uint32_t)number;
+    return 0;
+}
+
 int yaml_value_list(const struct yaml_value *value, uint32_t min, uint32_t max,
                     uint32_t *count)
 {
@@ -324,4 +347,15 @@ int yaml_value_list(const struct yaml_value *value, uint32_t min, uint32_t max,
         return 0;
     return yaml_value_refuse(value, "has %lu item%s", (unsigned long)*count,
                              *count == 1 ? "" : "s");
+}
+
+int yaml_value_pair(const struct yaml_value *value, struct yaml_value item[2])
+{
+    uint32_t count;
+
+    if (yaml_value_list(value, 2, 2, &count) < 0)
+        return -1;
+    item[0] = yaml_value_at(value, yaml_value_node(value)->first);
+    item[1] = yaml_value_at(value, yaml_value_node(&item[0])->next);
+    return 0;
 }

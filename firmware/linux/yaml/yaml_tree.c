@@ -291,8 +291,11 @@ static int tree_check_decoration(const struct yaml_tree *tree,
 }
 
 static int tree_open(struct tree_builder *builder, struct plan_place place,
-                     enum yaml_tree_kind kind)
+                     enum yaml_tree_kind kind, const yaml_char_t *anchor,
+                     const yaml_char_t *tag)
 {
+    if (tree_check_decoration(builder->tree, place, anchor, tag) < 0)
+        return -1;
     if (builder->depth == YAML_TREE_DEPTH_MAX)
         return yaml_report_at(&builder->tree->report, place,
                               "maps and lists are nested more than %d deep, "
@@ -352,21 +355,17 @@ static int tree_on_scalar(struct tree_builder *builder,
 static int tree_on_map(struct tree_builder *builder, const yaml_event_t *event,
                        struct plan_place place)
 {
-    if (tree_check_decoration(builder->tree, place,
-                              event->data.mapping_start.anchor,
-                              event->data.mapping_start.tag) < 0)
-        return -1;
-    return tree_open(builder, place, YAML_TREE_MAP);
+    return tree_open(builder, place, YAML_TREE_MAP,
+                     event->data.mapping_start.anchor,
+                     event->data.mapping_start.tag);
 }
 
 static int tree_on_list(struct tree_builder *builder, const yaml_event_t *event,
                         struct plan_place place)
 {
-    if (tree_check_decoration(builder->tree, place,
-                              event->data.sequence_start.anchor,
-                              event->data.sequence_start.tag) < 0)
-        return -1;
-    return tree_open(builder, place, YAML_TREE_LIST);
+    return tree_open(builder, place, YAML_TREE_LIST,
+                     event->data.sequence_start.anchor,
+                     event->data.sequence_start.tag);
 }
 
 static int tree_on_close(struct tree_builder *builder,

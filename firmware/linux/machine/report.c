@@ -1,5 +1,5 @@
-/* firmware/linux/commands/report.c - see report.h. */
-#include "firmware/linux/commands/report.h"
+/* firmware/linux/machine/report.c - see report.h. */
+#include "firmware/linux/machine/report.h"
 
 #include <inttypes.h>
 #include <string.h>
@@ -7,7 +7,7 @@
 #include "firmware/linux/base/json.h"
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/base/table.h"
-#include "firmware/linux/commands/shots.h"
+#include "firmware/linux/machine/shots.h"
 #include "motion/fixed.h"
 
 void report_init(struct report *report, const struct job *job)

@@ -1,5 +1,5 @@
-/* firmware/linux/commands/path_report.c - see path_report.h. */
-#include "firmware/linux/commands/path_report.h"
+/* firmware/linux/move/path_report.c - see path_report.h. */
+#include "firmware/linux/move/path_report.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>
