@@ -76,17 +76,26 @@ static void info_errors(struct talk *talk, struct info *info)
 /* Is it there at all?  Access and mapping only a data sheet knows. */
 static void info_needs(struct talk *talk, struct info *info)
 {
+    const unsigned uses = talk->axis == NULL
+                              ? EDS_PLAIN
+                              : rig_eds_uses(&talk->bench.rig, talk->axis);
+
     for (unsigned i = 0; i < eds_need_count; i++) {
         const struct eds_need *need = &eds_needs[i];
         uint8_t bytes[8];
         uint32_t length;
 
-        if (need->required &&
+        if (eds_is_needed(need, uses) &&
             ask_can_read(&talk->can, need->index, need->sub, bytes,
                          sizeof bytes, &length) == MOTION_E_REFUSED &&
             info_is_absent(talk))
             info->missing[info->missing_count++] = need;
     }
+}
+
+static bool info_wants_csp(const struct talk *talk)
+{
+    return talk->axis == NULL || talk->axis->cia402.stream == DRIVE_CIA402_CSP;
 }
 
 static bool info_has_csp(const struct info *info)
@@ -186,7 +195,8 @@ static enum status info_run(struct talk *talk, const struct options *options)
         info_objects(talk, &info);
         info_errors(talk, &info);
         info_needs(talk, &info);
-        ok = info.missing_count == 0 && info_has_csp(&info);
+        ok = info.missing_count == 0 &&
+             (!info_wants_csp(talk) || info_has_csp(&info));
     }
     if (options->json)
         info_json(talk, &info, ok);

@@ -190,6 +190,9 @@ int move_load(const char *path, const struct rig *rig, struct plan_move *move,
               char message[RIG_MESSAGE_MAX]);
 void move_free(struct plan_move *move);
 
+/* What a CiA 402 axis uses of its drive: enum eds_use. */
+unsigned rig_eds_uses(const struct rig *rig, const struct rig_axis *axis);
+
 /* Other interfaces than the file's, from a command line: "can1" for a rig with
  * one bus, or "BUS=INTERFACE,...".  On an error returns -1 and writes one
  * sentence. */
