@@ -8,23 +8,11 @@
 int can_bus_send(struct can_bus_node *node, const struct hal_can_frame *frame)
 {
     struct can_bus *bus = node->bus;
-    const int err = hal_can_send(bus->can, frame);
+    const int err = can_cycle_send(&bus->cycle, frame);
 
-    if (err == MOTION_OK) {
+    if (err == MOTION_OK)
         bus->stats.sent++;
-    } else {
-        bus->refused = true;
-        bus->stats.send_refused++;
-    }
     return err;
-}
-
-static void can_bus_flush(struct can_bus *bus)
-{
-    if (hal_can_flush(bus->can) == MOTION_OK)
-        return;
-    bus->refused = true;
-    bus->stats.send_refused++;
 }
 
 static void can_bus_receive(struct can_bus *bus,
@@ -40,7 +28,7 @@ static void can_bus_receive(struct can_bus *bus,
             return;
         case CAN_BUS_FOREIGN:
             bus->stats.foreign++;
-            bus->foreign = true;
+            bus->cycle.foreign = true;
             return;
         case CAN_BUS_NOT_MINE:
             break;
@@ -49,65 +37,27 @@ static void can_bus_receive(struct can_bus *bus,
     bus->stats.unexpected++;
 }
 
-static void can_bus_drain(struct can_bus *bus, int64_t now_ns)
-{
-    struct hal_can_frame frame;
-
-    for (unsigned i = 0; i < CAN_BUS_DRAIN_MAX; i++) {
-        const int got = hal_can_recv(bus->can, &frame);
-
-        bus->lost = bus->lost || got < 0;
-        if (got <= 0)
-            return;
-        can_bus_receive(bus, &frame, now_ns);
-    }
-}
-
-static bool can_bus_is_gone(const struct can_bus *bus, int state)
-{
-    return state == HAL_CAN_BUS_OFF || state == HAL_CAN_DOWN || bus->lost ||
-           bus->refused_cycles >= CAN_BUS_REFUSED_MAX;
-}
-
-/* What begin() says of the bus, and the marks it is made from wiped. */
-static int can_bus_verdict(struct can_bus *bus)
-{
-    const int state = hal_can_state(bus->can);
-    const bool foreign = bus->foreign;
-    const bool gone = can_bus_is_gone(bus, state);
-
-    bus->lost = false;
-    bus->foreign = false;
-    if (gone)
-        return MOTION_E_IO;
-    if (state == HAL_CAN_PASSIVE)
-        return MOTION_E_LIMIT;
-    return foreign ? MOTION_E_PROTOCOL : MOTION_OK;
-}
-
 static int can_bus_begin(struct hal_fieldbus *fieldbus, int64_t now_ns)
 {
     struct can_bus *bus = CONTAINER_OF(fieldbus, struct can_bus, fieldbus);
+    struct hal_can_frame frame;
 
-    bus->refused_cycles = bus->refused ? bus->refused_cycles + 1 : 0;
-    bus->refused = false;
-    can_bus_drain(bus, now_ns);
+    can_cycle_begin(&bus->cycle);
+    while (can_cycle_recv(&bus->cycle, &frame))
+        can_bus_receive(bus, &frame, now_ns);
     for (unsigned i = 0; i < bus->node_count; i++)
         bus->node[i]->ops->step(bus->node[i], now_ns);
-    can_bus_flush(bus);
-    return can_bus_verdict(bus);
+    (void)can_cycle_flush(&bus->cycle);
+    return can_cycle_verdict(&bus->cycle);
 }
 
 static int can_bus_end(struct hal_fieldbus *fieldbus, int64_t now_ns)
 {
     struct can_bus *bus = CONTAINER_OF(fieldbus, struct can_bus, fieldbus);
-    const int state = hal_can_state(bus->can);
 
     for (unsigned i = 0; i < bus->node_count; i++)
         bus->node[i]->ops->emit(bus->node[i], now_ns);
-    can_bus_flush(bus);
-    return state == HAL_CAN_BUS_OFF || state == HAL_CAN_DOWN ? MOTION_E_IO
-                                                             : MOTION_OK;
+    return can_cycle_end(&bus->cycle);
 }
 
 static const struct hal_fieldbus_ops can_bus_ops = {
@@ -119,7 +69,7 @@ void can_bus_init(struct can_bus *bus, struct hal_can *can)
 {
     memset(bus, 0, sizeof *bus);
     bus->fieldbus.ops = &can_bus_ops;
-    bus->can = can;
+    can_cycle_init(&bus->cycle, can);
 }
 
 int can_bus_add(struct can_bus *bus, struct can_bus_node *node)

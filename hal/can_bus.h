@@ -15,13 +15,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "hal/can.h"
+#include "hal/can_cycle.h"
 #include "hal/fieldbus.h"
 
 #define CAN_BUS_NODES_MAX 32
-/* As canopen.h: taken in by one begin(); in a row until the bus is gone. */
-#define CAN_BUS_DRAIN_MAX   128
-#define CAN_BUS_REFUSED_MAX 3
 
 enum can_bus_take {
     CAN_BUS_NOT_MINE,
@@ -50,18 +47,15 @@ struct can_bus_node {
 
 struct can_bus_stats {
     uint64_t sent, received; /* frames, of our nodes */
-    uint64_t send_refused;   /* not taken by the port */
     uint64_t unexpected;     /* for nobody */
     uint64_t malformed, foreign;
 };
 
 struct can_bus {
     struct hal_fieldbus fieldbus;
-    struct hal_can *can;
+    struct can_cycle cycle; /* of the port */
     struct can_bus_node *node[CAN_BUS_NODES_MAX];
     unsigned node_count;
-    bool refused, foreign, lost; /* seen since begin() last gave its answer */
-    unsigned refused_cycles;     /* in a row */
     struct can_bus_stats stats;
 };
 

@@ -18,28 +18,6 @@
 #define CANOPEN_PDO_NUMBERS    4u
 #define CANOPEN_PDO_BYTES      8u
 
-int canopen_send(struct canopen *master, const struct hal_can_frame *frame)
-{
-    const int err = hal_can_send(master->can, frame);
-
-    if (err != MOTION_OK) {
-        master->refused = true;
-        master->stats.send_refused++;
-    }
-    return err;
-}
-
-int canopen_flush(struct canopen *master)
-{
-    const int err = hal_can_flush(master->can);
-
-    if (err != MOTION_OK) {
-        master->refused = true;
-        master->stats.send_refused++;
-    }
-    return err;
-}
-
 int canopen_nmt(struct canopen *master, enum canopen_nmt_command command,
                 uint8_t node_id)
 {
@@ -49,7 +27,7 @@ int canopen_nmt(struct canopen *master, enum canopen_nmt_command command,
 
     if (node_id > 127)
         return MOTION_E_ARG;
-    return canopen_send(master, &frame);
+    return can_cycle_send(&master->cycle, &frame);
 }
 
 int canopen_time(struct canopen *master, uint32_t ms, uint16_t days)
@@ -63,7 +41,7 @@ int canopen_time(struct canopen *master, uint32_t ms, uint16_t days)
 
     if (ms >= 86400000)
         return MOTION_E_ARG;
-    return canopen_send(master, &frame);
+    return can_cycle_send(&master->cycle, &frame);
 }
 
 static struct canopen_node *canopen_find(struct canopen *master, uint32_t id)
@@ -75,7 +53,7 @@ static struct canopen_node *canopen_find(struct canopen *master, uint32_t id)
 
 static void canopen_foreign(struct canopen *master)
 {
-    master->foreign = true;
+    master->cycle.foreign = true;
     master->stats.foreign_master++;
 }
 
@@ -204,14 +182,8 @@ static void canopen_drain(struct canopen *master, int64_t now_ns)
 {
     struct hal_can_frame frame;
 
-    for (unsigned i = 0; i < CANOPEN_DRAIN_MAX; i++) {
-        const int got = hal_can_recv(master->can, &frame);
-
-        master->lost = master->lost || got < 0;
-        if (got <= 0)
-            return;
+    while (can_cycle_recv(&master->cycle, &frame))
         canopen_receive(master, &frame, now_ns);
-    }
 }
 
 static void canopen_watch(struct canopen_node *node, int64_t now_ns)
@@ -238,8 +210,8 @@ static void canopen_sync(struct canopen *master, int64_t now_ns)
                             ? (uint8_t)(master->sync_counter + 1)
                             : 1;
     }
-    if (canopen_send(master, &frame) != MOTION_OK ||
-        canopen_flush(master) != MOTION_OK)
+    if (can_cycle_send(&master->cycle, &frame) != MOTION_OK ||
+        can_cycle_flush(&master->cycle) != MOTION_OK)
         return;
     master->sync_counter = frame.data[0];
     master->sync_previous_ns = master->sync_ns;
@@ -258,38 +230,18 @@ static void canopen_beat(struct canopen *master, int64_t now_ns)
     };
 
     if (period_ns == 0 || now_ns < master->heartbeat_due_ns ||
-        canopen_send(master, &frame) != MOTION_OK)
+        can_cycle_send(&master->cycle, &frame) != MOTION_OK)
         return;
     master->heartbeat_due_ns += period_ns;
     if (master->heartbeat_due_ns <= now_ns)
         master->heartbeat_due_ns = now_ns + period_ns;
 }
 
-/* What begin() says of the bus, and the marks it is made from wiped. */
-static int canopen_verdict(struct canopen *master)
-{
-    const int state = hal_can_state(master->can);
-    const bool foreign = master->foreign;
-    const bool gone =
-        master->lost || state == HAL_CAN_BUS_OFF || state == HAL_CAN_DOWN;
-
-    master->lost = false;
-    master->foreign = false;
-    if (gone)
-        return MOTION_E_IO;
-    if (foreign)
-        return MOTION_E_PROTOCOL;
-    if (master->refused_cycles >= CANOPEN_REFUSED_MAX)
-        return MOTION_E_FULL;
-    return state == HAL_CAN_PASSIVE ? MOTION_E_LIMIT : MOTION_OK;
-}
-
 static int canopen_begin(struct hal_fieldbus *bus, int64_t now_ns)
 {
     struct canopen *master = CONTAINER_OF(bus, struct canopen, fieldbus);
 
-    master->refused_cycles = master->refused ? master->refused_cycles + 1 : 0;
-    master->refused = false;
+    can_cycle_begin(&master->cycle);
     canopen_drain(master, now_ns);
     if (master->lss != NULL)
         canopen_lss_expire(master->lss, now_ns);
@@ -305,8 +257,8 @@ static int canopen_begin(struct hal_fieldbus *bus, int64_t now_ns)
     for (unsigned i = 0; i < master->node_count; i++)
         if (master->node[i]->ops->step != NULL)
             master->node[i]->ops->step(master->node[i], now_ns);
-    (void)canopen_flush(master);
-    return canopen_verdict(master);
+    (void)can_cycle_flush(&master->cycle);
+    return can_cycle_verdict(&master->cycle);
 }
 
 static void canopen_rpdo(struct canopen *master, struct canopen_node *node,
@@ -319,23 +271,20 @@ static void canopen_rpdo(struct canopen *master, struct canopen_node *node,
     if (len == 0 || len > CANOPEN_PDO_BYTES)
         return;
     frame.len = (uint8_t)len;
-    if (canopen_send(master, &frame) == MOTION_OK)
+    if (can_cycle_send(&master->cycle, &frame) == MOTION_OK)
         master->stats.rpdo_sent++;
 }
 
 static int canopen_end(struct hal_fieldbus *bus, int64_t now_ns)
 {
     struct canopen *master = CONTAINER_OF(bus, struct canopen, fieldbus);
-    const int state = hal_can_state(master->can);
 
     (void)now_ns;
     for (unsigned i = 0; i < master->node_count; i++)
         for (unsigned number = 1; number <= CANOPEN_PDO_NUMBERS; number++)
             if (master->node[i]->ops->rpdo != NULL)
                 canopen_rpdo(master, master->node[i], number);
-    (void)canopen_flush(master);
-    return state == HAL_CAN_BUS_OFF || state == HAL_CAN_DOWN ? MOTION_E_IO
-                                                             : MOTION_OK;
+    return can_cycle_end(&master->cycle);
 }
 
 static const struct hal_fieldbus_ops canopen_ops = {
@@ -363,7 +312,7 @@ int canopen_init(struct canopen *master, struct hal_can *can,
         return MOTION_E_ARG;
     memset(master, 0, sizeof *master);
     master->fieldbus.ops = &canopen_ops;
-    master->can = can;
+    can_cycle_init(&master->cycle, can);
     master->config = *config;
     master->heartbeat_due_ns = INT64_MIN / 2;
     master->sdo_started_ns = INT64_MIN / 2;

@@ -20,15 +20,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "hal/can.h"
+#include "hal/can_cycle.h"
 #include "hal/fieldbus.h"
 
 #define CANOPEN_NODES_MAX 32
-/* Frames taken in by one begin(): more than a full 1 Mbit/s bus carries in
- * 5 ms; the rest waits in the port. */
-#define CANOPEN_DRAIN_MAX 128
-/* Cycles in a row with a refused send that are a fault. */
-#define CANOPEN_REFUSED_MAX 3
 
 enum canopen_nmt_command {
     CANOPEN_NMT_START = 0x01,
@@ -158,9 +153,8 @@ struct canopen_config {
 struct canopen_stats {
     uint64_t sync_sent, rpdo_sent, tpdo_received, emcy_received;
     uint64_t sdo_done, sdo_aborted, sdo_timeouts;
-    uint64_t send_refused; /* frames the port did not take */
-    uint64_t unexpected;   /* frames for nobody, late SDO answers */
-    uint64_t malformed;    /* PDO, SDO, EMCY, heartbeat of the wrong length */
+    uint64_t unexpected; /* frames for nobody, late SDO answers */
+    uint64_t malformed;  /* PDO, SDO, EMCY, heartbeat of the wrong length */
     /* SYNC, NMT, our own heartbeat id, or a PDO or SDO request for one of our
      * nodes, from outside */
     uint64_t foreign_master;
@@ -168,7 +162,7 @@ struct canopen_stats {
 
 struct canopen {
     struct hal_fieldbus fieldbus;
-    struct hal_can *can;
+    struct can_cycle cycle; /* of the port */
     struct canopen_config config;
     struct canopen_node *node[CANOPEN_NODES_MAX];
     unsigned node_count;
@@ -178,9 +172,7 @@ struct canopen {
     uint8_t sync_counter;
     struct canopen_lss *lss; /* NULL: nobody listens; see canopen_lss.h */
     int64_t heartbeat_due_ns;
-    int64_t sdo_started_ns;      /* last request of a transfer, any node */
-    bool refused, foreign, lost; /* seen since begin() last gave its answer */
-    unsigned refused_cycles;     /* in a row */
+    int64_t sdo_started_ns; /* last request of a transfer, any node */
     struct canopen_stats stats;
 };
 

@@ -14,7 +14,7 @@ void canopen_guard_ask(struct canopen_node *node, int64_t now_ns)
     };
 
     if (node->guard_period_ns == 0 || now_ns < node->guard_due_ns ||
-        canopen_send(node->master, &frame) != MOTION_OK)
+        can_cycle_send(&node->master->cycle, &frame) != MOTION_OK)
         return;
     node->guard_due_ns += node->guard_period_ns;
     if (node->guard_due_ns <= now_ns)

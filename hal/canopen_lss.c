@@ -41,7 +41,7 @@ static int lss_send(struct canopen_lss *lss, uint8_t command, uint32_t value,
         frame.data[1 + i] = (uint8_t)(value >> 8 * i);
     for (unsigned i = 0; i < 3; i++)
         frame.data[5 + i] = (uint8_t)(more >> 8 * i);
-    return canopen_send(lss->master, &frame);
+    return can_cycle_send(&lss->master->cycle, &frame);
 }
 
 static bool lss_is_busy(const struct canopen_lss *lss)

@@ -31,7 +31,7 @@ int canopen_sdo_send(struct canopen_node *node, const uint8_t data[8])
 
     for (unsigned i = 0; i < 8; i++)
         frame.data[i] = data[i];
-    return canopen_send(node->master, &frame);
+    return can_cycle_send(&node->master->cycle, &frame);
 }
 
 int canopen_sdo_request(struct canopen_node *node, uint8_t command,

@@ -17,9 +17,6 @@ enum canopen_cob {
     CANOPEN_COB_LSS_REQUEST = 0x7E5,
 };
 
-/* Send and count; every frame of the master goes through here. */
-int canopen_send(struct canopen *master, const struct hal_can_frame *frame);
-int canopen_flush(struct canopen *master);
 /* A frame with id 0x580 + node. */
 void canopen_sdo_receive(struct canopen_node *node,
                          const struct hal_can_frame *frame, int64_t now_ns);

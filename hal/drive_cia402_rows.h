@@ -16,6 +16,13 @@
     { STEP_COMPARE, need, index, sub, size, value, VALUE_FIXED, CHECK_NOTHING }
 #define COMPARE_OF(need, index, sub, size, value_of) \
     { STEP_COMPARE, need, index, sub, size, 0, value_of, CHECK_NOTHING }
+/* Written and read back: some drives take a value and keep another. */
+#define SET(need, index, sub, size, value) \
+    WRITE(need, index, sub, size, value), \
+    COMPARE(need, index, sub, size, value)
+#define SET_OF(need, index, sub, size, value_of) \
+    WRITE_OF(need, index, sub, size, value_of), \
+    COMPARE_OF(need, index, sub, size, value_of)
 #define COB(kind, need, index, value) \
     { kind, need, index, 1, 4, value, VALUE_COB, CHECK_NOTHING }
 #define NMT(command) \
@@ -23,8 +30,7 @@
 #define UNTIL(check) \
     { STEP_UNTIL, STEP_NEEDED, 0, 0, 0, 0, VALUE_FIXED, check }
 #define OPTION(index) \
-    WRITE_OF(STEP_IF_OPTION, index, 0, 2, VALUE_OPTION), \
-    COMPARE_OF(STEP_IF_OPTION, index, 0, 2, VALUE_OPTION)
+    SET_OF(STEP_IF_OPTION, index, 0, 2, VALUE_OPTION)
 #define PARAMETERS \
     { STEP_PARAMETERS, STEP_NEEDED, 0, 0, 0, 0, VALUE_FIXED, CHECK_NOTHING }
 #define LIMITS \

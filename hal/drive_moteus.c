@@ -58,27 +58,15 @@ static void moteus_stop(struct drive_turns *turns, bool again)
     moteus_of(turns)->stopping = true;
 }
 
-static unsigned moteus_abilities(const struct drive_turns *turns)
-{
-    (void)turns;
-    return 1u << HAL_DRIVE_STREAM_POSITION | 1u << HAL_DRIVE_PROFILE_POSITION |
-           1u << HAL_DRIVE_PROFILE_VELOCITY;
-}
-
-static int moteus_depart(struct drive_turns *turns)
-{
-    moteus_of(turns)->go_ns = 0;
-    return MOTION_OK;
-}
-
 static const struct drive_turns_ops moteus_turns_ops = {
+    .modes = 1u << HAL_DRIVE_STREAM_POSITION |
+             1u << HAL_DRIVE_PROFILE_POSITION |
+             1u << HAL_DRIVE_PROFILE_VELOCITY,
     .start = moteus_start,
     .start_step = moteus_start_step,
     .arm = moteus_arm,
     .disarm = moteus_stop,
     .clear = moteus_stop,
-    .abilities = moteus_abilities,
-    .depart = moteus_depart,
 };
 
 /* ---- out ---- */
@@ -166,8 +154,8 @@ static void moteus_put_order(struct drive_moteus *self,
         return;
     } else if (self->turns.motion == DRIVE_TURNS_GO) {
         moteus_put_go(self, frame);
-        if (self->go_ns == 0)
-            self->go_ns = self->turns.now_ns;
+        if (self->turns.go.sent_ns == 0)
+            self->turns.go.sent_ns = self->turns.now_ns;
     } else {
         moteus_put_target(self, frame);
     }
@@ -321,7 +309,8 @@ static void moteus_take_complete(struct drive_moteus *self,
     struct drive_turns *turns = &self->turns;
 
     if (answer->has_complete && turns->motion == DRIVE_TURNS_GO &&
-        self->go_ns != 0 && now_ns - self->go_ns > 2 * turns->config.period_ns)
+        turns->go.sent_ns != 0 &&
+        now_ns - turns->go.sent_ns > 2 * turns->config.period_ns)
         turns->go_done = answer->complete != 0;
 }
 

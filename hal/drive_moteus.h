@@ -42,7 +42,6 @@ struct drive_moteus {
     bool heard, stopping; /* stopping: mode 0 is to be written */
     uint8_t mode;         /* enum moteus_mode and others, as answered */
     int64_t heard_ns;
-    int64_t go_ns;               /* the go was first sent; 0: not yet */
     int8_t voltage, temperature; /* 0.5 V, degrees Celsius */
 };
 

@@ -1,4 +1,4 @@
-/* hal/drive_odrive.c - arming, disarming, going; see drive_odrive.h. */
+/* hal/drive_odrive.c - arming and disarming; see drive_odrive.h. */
 #include "hal/drive_odrive_parts.h"
 
 #include <string.h>
@@ -62,29 +62,14 @@ static void odrive_clear(struct drive_turns *turns, bool again)
         (void)odrive_send(self, ODRIVE_CLEAR_ERRORS, &no_light, is_06 ? 1 : 0);
 }
 
-/* ---- going ---- */
-
-static unsigned odrive_abilities(const struct drive_turns *turns)
-{
-    (void)turns;
-    return 1u << HAL_DRIVE_STREAM_POSITION | 1u << HAL_DRIVE_PROFILE_POSITION |
-           1u << HAL_DRIVE_HOMING;
-}
-
-static int odrive_depart(struct drive_turns *turns)
-{
-    odrive_of(turns)->go_unsent = true;
-    return MOTION_OK;
-}
-
 static const struct drive_turns_ops odrive_turns_ops = {
+    .modes = 1u << HAL_DRIVE_STREAM_POSITION |
+             1u << HAL_DRIVE_PROFILE_POSITION | 1u << HAL_DRIVE_HOMING,
     .start = odrive_start,
     .start_step = odrive_start_step,
     .arm = odrive_arm,
     .disarm = odrive_disarm,
     .clear = odrive_clear,
-    .abilities = odrive_abilities,
-    .depart = odrive_depart,
     .seek = odrive_seek,
 };
 

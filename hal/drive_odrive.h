@@ -80,7 +80,6 @@ struct drive_odrive {
     uint8_t parts;  /* 0.5: which have an error; 1 motor, 2 encoder,
                        4 controller */
     bool was_told;  /* a position since the last cycle */
-    bool go_unsent; /* a new go */
     bool passes;    /* in passthrough, as far as we have told it */
     bool reason_asked;
     uint8_t version[8]; /* 0.6: as Get_Version has it */

@@ -121,10 +121,8 @@ static void odrive_send_go(struct drive_odrive *self)
                         drive_turns_raw_q32(turns, turns->go.pos_q32), 32));
     if (err == MOTION_OK)
         err = odrive_send(self, ODRIVE_SET_INPUT_POS, input, sizeof input);
-    if (err != MOTION_OK)
-        return;
-    self->go_unsent = false;
-    self->turns.go.since_ns = turns->now_ns;
+    if (err == MOTION_OK)
+        self->turns.go.sent_ns = turns->now_ns;
 }
 
 static void drive_odrive_emit(struct can_bus_node *node, int64_t now_ns)
@@ -137,7 +135,7 @@ static void drive_odrive_emit(struct can_bus_node *node, int64_t now_ns)
         return;
     if (self->turns.motion != DRIVE_TURNS_GO)
         odrive_pass(self);
-    else if (self->go_unsent)
+    else if (self->turns.go.sent_ns == 0)
         odrive_send_go(self);
 }
 
@@ -241,8 +239,8 @@ static void odrive_note_done(struct drive_odrive *self, const uint8_t data[8],
     const bool done = self->family == DRIVE_ODRIVE_06 ? (data[6] & 1) != 0
                                                       : (data[7] & 0x80) != 0;
 
-    if (turns->motion == DRIVE_TURNS_GO && !self->go_unsent &&
-        now_ns - turns->go.since_ns > turns->config.period_ns + GO_TAKEN_NS)
+    if (turns->motion == DRIVE_TURNS_GO && turns->go.sent_ns != 0 &&
+        now_ns - turns->go.sent_ns > turns->config.period_ns + GO_TAKEN_NS)
         turns->go_done = done;
 }
 

@@ -188,7 +188,7 @@ static unsigned drive_turns_modes(struct hal_drive *drive)
 
     return self->phase == DRIVE_TURNS_START || self->phase == DRIVE_TURNS_LOST
                ? 0
-               : self->ops->abilities(self);
+               : self->ops->modes;
 }
 
 static bool is_at_rest(const struct drive_turns *self)
@@ -205,7 +205,7 @@ static int drive_turns_set_mode(struct hal_drive *drive,
     struct drive_turns *self = drive_turns_of(drive);
 
     if ((unsigned)mode >= HAL_DRIVE_MODES ||
-        (self->ops->abilities(self) & 1u << mode) == 0)
+        (self->ops->modes & 1u << mode) == 0)
         return MOTION_E_EMPTY;
     if (!is_at_rest(self))
         return MOTION_E_STATE;
@@ -248,9 +248,9 @@ static int drive_turns_go(struct hal_drive *drive,
     if (err != MOTION_OK)
         return err;
     self->motion = DRIVE_TURNS_GO;
-    self->go.since_ns = self->now_ns;
+    self->go.sent_ns = 0;
     self->go_done = false;
-    return self->ops->depart != NULL ? self->ops->depart(self) : MOTION_OK;
+    return MOTION_OK;
 }
 
 static int drive_turns_home(struct hal_drive *drive,

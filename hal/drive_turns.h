@@ -61,9 +61,9 @@ enum drive_turns_motion {
 
 struct drive_turns;
 
-/* What the wire part does.  The first five are needed; `abilities` are the
- * modes that it has. */
+/* What the wire part does.  The first six are needed. */
 struct drive_turns_ops {
+    unsigned modes; /* 1 << enum hal_drive_mode: those it has */
     void (*start)(struct drive_turns *self); /* look for it anew */
     /* Every cycle until MOTION_OK; MOTION_E_AGAIN; else fault_text is said. */
     int (*start_step)(struct drive_turns *self);
@@ -72,13 +72,10 @@ struct drive_turns_ops {
     void (*arm)(struct drive_turns *self, bool again);
     void (*disarm)(struct drive_turns *self, bool again);
     void (*clear)(struct drive_turns *self, bool again);
-    unsigned (*abilities)(const struct drive_turns *self); /* modes */
     /* Every cycle of a homing, from self->home.step 0 on, until it is armed
      * again at its end: MOTION_OK; MOTION_E_AGAIN; MOTION_E_REFUSED: it failed,
      * but is armed; else fault_text is said.  NULL: it has no homing. */
     int (*seek)(struct drive_turns *self);
-    /* The go in self->go is new.  NULL: the next set point tells it. */
-    int (*depart)(struct drive_turns *self);
 };
 
 struct drive_turns_past {
@@ -126,7 +123,7 @@ struct drive_turns {
     bool first_target;
     struct {
         int64_t pos_q32, vel_q32, acc_q32, dec_q32; /* acc 0: the drive's */
-        int64_t since_ns;
+        int64_t sent_ns; /* by the wire part; 0: not yet */
     } go;
     struct {
         unsigned step;    /* the wire part's own */

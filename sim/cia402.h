@@ -86,7 +86,7 @@ enum cia402_emcy {
 
 static inline int64_t cia402_now_ns(const struct sim_cia402 *self)
 {
-    return self->world->now_ns;
+    return self->base.world->now_ns;
 }
 
 /* ---- cia402_od.c ------------------------------------------------------- */
@@ -228,8 +228,8 @@ uint16_t cia402_power_statusword(const struct sim_cia402 *self);
 
 /* ---- cia402_motion.c --------------------------------------------------- */
 
-/* Bring the plant up to now. */
-void cia402_motion_advance(struct sim_cia402 *self);
+/* One step of the inner loop. */
+void cia402_motion_step(struct sim_servo *base, int64_t dt_ns);
 void cia402_motion_off(struct sim_cia402 *self);
 /* Torque on, standing where the axis is. */
 void cia402_motion_stand(struct sim_cia402 *self);

@@ -15,7 +15,7 @@ void cia402_com_send(struct sim_cia402 *self, uint32_t id, const uint8_t *data,
 
     memcpy(frame.data, data, len);
     /* A full queue loses the frame; the port counts it. */
-    (void)hal_can_send(&self->port.can, &frame);
+    (void)hal_can_send(&self->base.port.can, &frame);
 }
 
 /* ---- NMT --------------------------------------------------------------- */

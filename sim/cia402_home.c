@@ -160,10 +160,10 @@ static void cia402_home_start(struct sim_cia402 *self)
     const struct cia402_home_method *method = cia402_home_find(code);
 
     self->homing = (struct sim_cia402_homing){
-        .last_q24 = self->plant.pos_q24,
+        .last_q24 = self->base.plant.pos_q24,
     };
     if (cia402_home_is_here(code))
-        cia402_home_attain(self, self->plant.pos_q24);
+        cia402_home_attain(self, self->base.plant.pos_q24);
     else if (method == NULL)
         cia402_home_fail(self);
     else
@@ -187,7 +187,7 @@ static bool cia402_home_crosses(struct sim_cia402 *self, bool active,
 {
     struct sim_cia402_homing *homing = &self->homing;
 
-    if ((self->plant.vel_q24 > 0) != (homing->way > 0))
+    if ((self->base.plant.vel_q24 > 0) != (homing->way > 0))
         return false;
     if (active == level)
         homing->seen = true;
@@ -234,7 +234,7 @@ static void cia402_home_edge(struct sim_cia402 *self,
     } else if (cia402_home_uses_index(self)) {
         cia402_home_index(self, method->final);
     } else {
-        cia402_home_attain(self, self->plant.pos_q24);
+        cia402_home_attain(self, self->base.plant.pos_q24);
     }
 }
 
@@ -243,7 +243,7 @@ static void cia402_home_pulse(struct sim_cia402 *self)
 {
     const int64_t every_q24 = (int64_t)self->config.rail.index_every << 24;
     const int64_t before = cia402_inputs_index(self, self->homing.last_q24);
-    const int64_t now = cia402_inputs_index(self, self->plant.pos_q24);
+    const int64_t now = cia402_inputs_index(self, self->base.plant.pos_q24);
 
     if (now != before && (now > before) == (self->homing.way > 0))
         cia402_home_attain(self, (now > before ? now : before) * every_q24);
@@ -267,7 +267,7 @@ static void cia402_home_look(struct sim_cia402 *self)
         cia402_home_edge(self, method, active);
     else if (self->homing.phase == CIA402_HOME_INDEX)
         cia402_home_pulse(self);
-    self->homing.last_q24 = self->plant.pos_q24;
+    self->homing.last_q24 = self->base.plant.pos_q24;
 }
 
 void cia402_home_step(struct sim_cia402 *self, int64_t dt_ns)

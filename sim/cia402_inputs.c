@@ -14,7 +14,7 @@
 uint32_t cia402_inputs(const struct sim_cia402 *self)
 {
     const struct sim_cia402_rail *rail = &self->config.rail;
-    const int64_t at = cia402_motion_counts(self->plant.pos_q24);
+    const int64_t at = cia402_motion_counts(self->base.plant.pos_q24);
     uint32_t inputs = self->inputs;
 
     if (rail->has_limits && at <= rail->limit_negative)
@@ -36,7 +36,7 @@ int64_t cia402_inputs_index(const struct sim_cia402 *self, int64_t pos_q24)
 
 void cia402_inputs_probe(struct sim_cia402 *self)
 {
-    cia402_motion_advance(self);
+    sim_servo_advance(&self->base);
     self->value[CIA402_PROBE_STATUS] =
         self->value[CIA402_PROBE_FUNCTION] & CIA402_PROBE_ON
             ? CIA402_PROBE_SW_ON
@@ -76,7 +76,7 @@ static void cia402_inputs_probe_edges(struct sim_cia402 *self, uint32_t changed,
 void cia402_inputs_watch(struct sim_cia402 *self)
 {
     const uint32_t inputs = cia402_inputs(self);
-    const int64_t index = cia402_inputs_index(self, self->plant.pos_q24);
+    const int64_t index = cia402_inputs_index(self, self->base.plant.pos_q24);
 
     cia402_inputs_probe_edges(self, inputs ^ self->inputs_seen,
                               index != self->index_seen);

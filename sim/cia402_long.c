@@ -210,7 +210,7 @@ void cia402_long_poll(struct sim_cia402 *self)
     struct sim_cia402_transfer *transfer = &self->transfer;
 
     while (transfer->phase == CIA402_LONG_BLOCK_UPLOAD &&
-           self->port.tx.count < CIA402_BLOCK_AT_ONCE) {
+           self->base.port.tx.count < CIA402_BLOCK_AT_ONCE) {
         cia402_long_send_segment(self);
         if (transfer->last || transfer->sequence == transfer->block_size)
             transfer->phase = CIA402_LONG_BLOCK_WAIT;

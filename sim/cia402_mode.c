@@ -3,6 +3,7 @@
  * statusword.  Source: CiA 402-2 8. */
 #include "sim/cia402.h"
 
+/* NULL: there is nothing to do. */
 struct cia402_mode {
     int8_t code;          /* 0x6060 */
     bool cyclic, watched; /* by SYNC; for its following error */
@@ -14,53 +15,44 @@ struct cia402_mode {
     unsigned (*status)(const struct sim_cia402 *self);
 };
 
-static void cia402_mode_nothing(struct sim_cia402 *self)
-{
-    (void)self;
-}
-
-static void cia402_mode_no_step(struct sim_cia402 *self, int64_t dt_ns)
-{
-    (void)self;
-    (void)dt_ns;
-}
-
-static unsigned cia402_mode_no_bits(const struct sim_cia402 *self)
-{
-    (void)self;
-    return 0;
-}
-
-static void cia402_mode_stand(struct sim_cia402 *self)
-{
-    cia402_motion_stand(self);
-}
-
-/* clang-format off */
 static const struct cia402_mode cia402_modes[] = {
-    { 0, false, true, cia402_mode_stand, cia402_mode_nothing,
-      cia402_mode_nothing, cia402_mode_no_step, cia402_mode_no_step,
-      cia402_mode_no_bits },
-    { 1, false, true, cia402_profile_begin, cia402_profile_control_pp,
-      cia402_mode_nothing, cia402_profile_step_pp, cia402_profile_watch_pp,
-      cia402_profile_status_pp },
-    { 3, false, false, cia402_profile_begin, cia402_mode_nothing,
-      cia402_mode_nothing, cia402_profile_step_pv, cia402_profile_watch_pv,
-      cia402_profile_status_pv },
-    { 6, false, true, cia402_home_begin, cia402_home_control,
-      cia402_mode_nothing, cia402_home_step, cia402_mode_no_step,
-      cia402_home_status },
-    { 7, true, true, cia402_mode_nothing, cia402_mode_nothing,
-      cia402_stream_latch_ip, cia402_stream_step, cia402_mode_no_step,
-      cia402_stream_status_ip },
-    { 8, true, true, cia402_mode_nothing, cia402_mode_nothing,
-      cia402_stream_latch_csp, cia402_stream_step, cia402_mode_no_step,
-      cia402_stream_status },
-    { 9, true, false, cia402_mode_nothing, cia402_mode_nothing,
-      cia402_stream_latch_csv, cia402_stream_step_velocity,
-      cia402_mode_no_step, cia402_stream_status },
+    { .code = 0, .watched = true, .begin = cia402_motion_stand },
+    { .code = 1,
+      .watched = true,
+      .begin = cia402_profile_begin,
+      .control = cia402_profile_control_pp,
+      .step = cia402_profile_step_pp,
+      .watch = cia402_profile_watch_pp,
+      .status = cia402_profile_status_pp },
+    { .code = 3,
+      .begin = cia402_profile_begin,
+      .step = cia402_profile_step_pv,
+      .watch = cia402_profile_watch_pv,
+      .status = cia402_profile_status_pv },
+    { .code = 6,
+      .watched = true,
+      .begin = cia402_home_begin,
+      .control = cia402_home_control,
+      .step = cia402_home_step,
+      .status = cia402_home_status },
+    { .code = 7,
+      .cyclic = true,
+      .watched = true,
+      .latch = cia402_stream_latch_ip,
+      .step = cia402_stream_step,
+      .status = cia402_stream_status_ip },
+    { .code = 8,
+      .cyclic = true,
+      .watched = true,
+      .latch = cia402_stream_latch_csp,
+      .step = cia402_stream_step,
+      .status = cia402_stream_status },
+    { .code = 9,
+      .cyclic = true,
+      .latch = cia402_stream_latch_csv,
+      .step = cia402_stream_step_velocity,
+      .status = cia402_stream_status },
 };
-/* clang-format on */
 
 static const struct cia402_mode *cia402_mode_find(int8_t code)
 {
@@ -104,35 +96,52 @@ void cia402_mode_update(struct sim_cia402 *self)
     self->value[CIA402_MODE_DISPLAY] = (uint8_t)self->mode;
 }
 
+static void cia402_mode_act(struct sim_cia402 *self,
+                            void (*act)(struct sim_cia402 *self))
+{
+    if (act != NULL)
+        act(self);
+}
+
 void cia402_mode_begin(struct sim_cia402 *self)
 {
-    cia402_mode_of(self)->begin(self);
+    cia402_mode_act(self, cia402_mode_of(self)->begin);
 }
 
 void cia402_mode_control(struct sim_cia402 *self)
 {
-    cia402_mode_of(self)->control(self);
+    cia402_mode_act(self, cia402_mode_of(self)->control);
 }
 
 void cia402_mode_latch(struct sim_cia402 *self)
 {
     if (self->motion == CIA402_MOTION_FOLLOW)
-        cia402_mode_of(self)->latch(self);
+        cia402_mode_act(self, cia402_mode_of(self)->latch);
+}
+
+static void cia402_mode_go_on(struct sim_cia402 *self, int64_t dt_ns,
+                              void (*go_on)(struct sim_cia402 *self,
+                                            int64_t dt_ns))
+{
+    if (go_on != NULL)
+        go_on(self, dt_ns);
 }
 
 void cia402_mode_step(struct sim_cia402 *self, int64_t dt_ns)
 {
-    cia402_mode_of(self)->step(self, dt_ns);
+    cia402_mode_go_on(self, dt_ns, cia402_mode_of(self)->step);
 }
 
 void cia402_mode_watch(struct sim_cia402 *self, int64_t dt_ns)
 {
-    cia402_mode_of(self)->watch(self, dt_ns);
+    cia402_mode_go_on(self, dt_ns, cia402_mode_of(self)->watch);
 }
 
 unsigned cia402_mode_status(const struct sim_cia402 *self)
 {
-    return cia402_mode_of(self)->status(self);
+    const struct cia402_mode *mode = cia402_mode_of(self);
+
+    return mode->status != NULL ? mode->status(self) : 0;
 }
 
 bool cia402_mode_watches(const struct sim_cia402 *self)

@@ -32,17 +32,17 @@ int64_t cia402_motion_gain_q24(struct sim_cia402 *self, int64_t acc_q8,
                                int64_t dt_ns)
 {
     /* Q8 to Q24 below 2^60 by 12 bits, the other 4 after dt */
-    return sim_plant_travel_q24(&self->plant, acc_q8 * 4096, dt_ns) * 16;
+    return sim_plant_travel_q24(&self->base.plant, acc_q8 * 4096, dt_ns) * 16;
 }
 
 /* ---- what the motor does ----------------------------------------------- */
 
 void cia402_motion_demand_actual(struct sim_cia402 *self)
 {
-    self->demand_q24 = self->plant.pos_q24;
+    self->demand_q24 = self->base.plant.pos_q24;
     self->demand_vel_q24 = 0;
     self->target_q24 = self->demand_q24;
-    self->target_end_ns = self->plant_ns;
+    self->target_end_ns = self->base.plant_ns;
 }
 
 void cia402_motion_stop_watching(struct sim_cia402 *self)
@@ -56,7 +56,7 @@ void cia402_motion_stop_watching(struct sim_cia402 *self)
 
 void cia402_motion_off(struct sim_cia402 *self)
 {
-    cia402_motion_advance(self);
+    sim_servo_advance(&self->base);
     cia402_motion_stop_watching(self);
     cia402_motion_demand_actual(self);
     self->motion = CIA402_MOTION_OFF;
@@ -64,7 +64,7 @@ void cia402_motion_off(struct sim_cia402 *self)
 
 void cia402_motion_stand(struct sim_cia402 *self)
 {
-    cia402_motion_advance(self);
+    sim_servo_advance(&self->base);
     cia402_motion_demand_actual(self);
     self->motion = CIA402_MOTION_STAND;
 }
@@ -73,13 +73,13 @@ void cia402_motion_stand(struct sim_cia402 *self)
  * SYNC on. */
 void cia402_motion_follow(struct sim_cia402 *self)
 {
-    cia402_motion_advance(self);
+    sim_servo_advance(&self->base);
     if (self->motion == CIA402_MOTION_OFF)
         cia402_motion_demand_actual(self);
     if (cia402_mode_is_cyclic(self))
         self->demand_vel_q24 = 0;
     self->target_q24 = self->demand_q24;
-    self->target_end_ns = self->plant_ns;
+    self->target_end_ns = self->base.plant_ns;
     self->motion = CIA402_MOTION_FOLLOW;
 }
 
@@ -87,10 +87,10 @@ void cia402_motion_follow(struct sim_cia402 *self)
  * be one that the axis never had. */
 void cia402_motion_ramp(struct sim_cia402 *self, int64_t acc_counts_s2)
 {
-    cia402_motion_advance(self);
+    sim_servo_advance(&self->base);
     cia402_motion_stop_watching(self);
     cia402_motion_demand_actual(self);
-    self->demand_vel_q24 = self->plant.vel_q24;
+    self->demand_vel_q24 = self->base.plant.vel_q24;
     self->ramp_acc_q8 = acc_counts_s2 * 256;
     self->motion = CIA402_MOTION_RAMP;
 }
@@ -108,7 +108,7 @@ static void cia402_motion_step_ramp(struct sim_cia402 *self, int64_t dt_ns)
     else
         self->demand_vel_q24 -= before_q24 > 0 ? loss_q24 : -loss_q24;
     self->demand_q24 += sim_plant_travel_q24(
-        &self->plant, (before_q24 + self->demand_vel_q24) / 2, dt_ns);
+        &self->base.plant, (before_q24 + self->demand_vel_q24) / 2, dt_ns);
 }
 
 bool cia402_motion_is_resting(const struct sim_cia402 *self)
@@ -117,7 +117,7 @@ bool cia402_motion_is_resting(const struct sim_cia402 *self)
         (self->config.plant.vel_max_counts_s << 24) >> CIA402_REST_SHIFT;
 
     return self->demand_vel_q24 == 0 &&
-           cia402_motion_abs(self->plant.vel_q24) <= slow_q24;
+           cia402_motion_abs(self->base.plant.vel_q24) <= slow_q24;
 }
 
 static void cia402_motion_end_ramp(struct sim_cia402 *self)
@@ -133,7 +133,7 @@ static void cia402_motion_check_following(struct sim_cia402 *self,
 {
     uint32_t window = self->value[CIA402_FOLLOWING_WINDOW];
     int64_t error_q24 =
-        cia402_motion_abs(self->demand_q24 - self->plant.pos_q24);
+        cia402_motion_abs(self->demand_q24 - self->base.plant.pos_q24);
 
     if (self->power == CIA402_POWER_REACTION || /* bit 13 says what it was */
         !cia402_mode_watches(self))
@@ -150,17 +150,6 @@ static void cia402_motion_check_following(struct sim_cia402 *self,
         cia402_power_fault(self, CIA402_EMCY_FOLLOWING, CIA402_ERROR_PROFILE);
 }
 
-static void cia402_motion_step_plant(struct sim_cia402 *self, int64_t dt_ns)
-{
-    if (self->blocked)
-        sim_plant_block(&self->plant);
-    else if (self->motion == CIA402_MOTION_OFF)
-        sim_plant_coast(&self->plant, dt_ns);
-    else
-        sim_plant_step(&self->plant, self->demand_q24, self->demand_vel_q24,
-                       dt_ns);
-}
-
 /* 0x60B2, 0.1 % of the torque at the current limit. */
 static void cia402_motion_push(struct sim_cia402 *self)
 {
@@ -170,41 +159,29 @@ static void cia402_motion_push(struct sim_cia402 *self)
             : 0;
 
     /* < 2^15 x 2^40 x 2^8 / 2^9 */
-    self->plant.push_q8 =
+    self->base.plant.push_q8 =
         permille * (self->config.plant.acc_max_counts_s2 * 256 / 1000);
 }
 
-static void cia402_motion_step(struct sim_cia402 *self, int64_t dt_ns)
+void cia402_motion_step(struct sim_servo *base, int64_t dt_ns)
 {
+    struct sim_cia402 *self = CONTAINER_OF(base, struct sim_cia402, base);
+
     if (self->motion == CIA402_MOTION_FOLLOW)
         cia402_mode_step(self, dt_ns);
     else if (self->motion == CIA402_MOTION_RAMP)
         cia402_motion_step_ramp(self, dt_ns);
     cia402_motion_push(self);
-    cia402_motion_step_plant(self, dt_ns);
-    /* Before anything may look at the state again. */
-    self->plant_ns += dt_ns;
+    sim_servo_turn(base, self->motion != CIA402_MOTION_OFF, self->demand_q24,
+                   self->demand_vel_q24, dt_ns);
     cia402_inputs_watch(self);
     if (self->motion == CIA402_MOTION_OFF) {
-        self->demand_q24 = self->plant.pos_q24;
+        self->demand_q24 = self->base.plant.pos_q24;
         return;
     }
     cia402_motion_check_following(self, dt_ns);
     cia402_motion_end_ramp(self);
     cia402_mode_watch(self, dt_ns);
-}
-
-void cia402_motion_advance(struct sim_cia402 *self)
-{
-    int64_t now_ns = cia402_now_ns(self);
-
-    while (self->plant_ns < now_ns) {
-        int64_t dt_ns = now_ns - self->plant_ns;
-
-        if (dt_ns > self->config.loop_ns)
-            dt_ns = self->config.loop_ns;
-        cia402_motion_step(self, dt_ns);
-    }
 }
 
 /* ---- what can be read -------------------------------------------------- */
@@ -216,14 +193,14 @@ uint32_t cia402_motion_seen(const struct sim_cia402 *self, int64_t q24)
 
 int64_t cia402_motion_actual_q24(const struct sim_cia402 *self)
 {
-    return self->frozen ? self->frozen_pos_q24 : self->plant.pos_q24;
+    return self->frozen ? self->frozen_pos_q24 : self->base.plant.pos_q24;
 }
 
 /* 0.1 % of the torque at the current limit. */
 static uint32_t cia402_motion_torque(const struct sim_cia402 *self)
 {
     int64_t permille =
-        self->plant.acc_q8 * 1000 /
+        self->base.plant.acc_q8 * 1000 /
         (self->config.plant.acc_max_counts_s2 << 8); /* 2^48 x 2^10 */
 
     return (uint16_t)permille;
@@ -241,7 +218,8 @@ void cia402_motion_refresh(struct sim_cia402 *self)
     value[CIA402_FOLLOWING_ERROR] =
         (uint32_t)cia402_motion_counts(self->demand_q24 - actual_q24);
     value[CIA402_VELOCITY] =
-        self->frozen ? 0 : (uint32_t)cia402_motion_counts(self->plant.vel_q24);
+        self->frozen ? 0
+                     : (uint32_t)cia402_motion_counts(self->base.plant.vel_q24);
     value[CIA402_VELOCITY_DEMAND] =
         (uint32_t)cia402_motion_counts(self->demand_vel_q24);
     value[CIA402_TORQUE] = cia402_motion_torque(self);

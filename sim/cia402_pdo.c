@@ -404,6 +404,6 @@ void cia402_pdo_received(struct sim_cia402 *self,
     }
     for (int i = 0; i < SIM_CIA402_PDOS; i++)
         if (self->rpdo[i].active && self->rpdo[i].cob_id == frame->id &&
-            !self->deaf)
+            !self->loses_rpdos)
             cia402_pdo_receive(self, i, frame);
 }

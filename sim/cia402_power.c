@@ -240,7 +240,7 @@ void cia402_power_control(struct sim_cia402 *self)
     uint16_t controlword = (uint16_t)self->value[CIA402_CONTROLWORD];
     uint16_t rising = controlword & (uint16_t)~self->controlword;
 
-    cia402_motion_advance(self);
+    sim_servo_advance(&self->base);
     self->controlword_before = self->controlword;
     self->controlword = controlword;
     if (self->power == CIA402_POWER_FAULT && (rising & CIA402_CW_FAULT_RESET))
@@ -289,7 +289,7 @@ void cia402_power_connection_lost(struct sim_cia402 *self)
 {
     if (self->power != CIA402_POWER_ENABLED)
         return;
-    cia402_motion_advance(self);
+    sim_servo_advance(&self->base);
     switch (cia402_od_signed(self, CIA402_ABORT_OPTION)) {
     case 1:
         cia402_power_trip(self);

@@ -55,7 +55,7 @@ void cia402_profile_run(struct sim_cia402 *self, int64_t vel_q24, int64_t dt_ns)
     self->demand_vel_q24 =
         cia402_profile_towards(self, before_q24, vel_q24, dt_ns);
     self->demand_q24 += sim_plant_travel_q24(
-        &self->plant, (before_q24 + self->demand_vel_q24) / 2, dt_ns);
+        &self->base.plant, (before_q24 + self->demand_vel_q24) / 2, dt_ns);
 }
 
 /* ---- profile position -------------------------------------------------- */
@@ -120,7 +120,7 @@ static bool cia402_profile_is_last(struct sim_cia402 *self, int64_t way_q24,
 {
     const int64_t step =
         cia402_motion_gain_q24(self, self->profile.dec_q8, dt_ns);
-    const int64_t reach = sim_plant_travel_q24(&self->plant, step, dt_ns);
+    const int64_t reach = sim_plant_travel_q24(&self->base.plant, step, dt_ns);
 
     return cia402_motion_abs(way_q24) <= reach &&
            cia402_motion_abs(self->demand_vel_q24) <= 2 * step;
@@ -130,9 +130,10 @@ static int64_t cia402_profile_speed(struct sim_cia402 *self, int64_t way_q24,
                                     int64_t dt_ns)
 {
     const struct sim_cia402_profile *profile = &self->profile;
-    const int64_t left_q24 = cia402_motion_abs(way_q24) -
-                             cia402_motion_abs(sim_plant_travel_q24(
-                                 &self->plant, self->demand_vel_q24, dt_ns));
+    const int64_t left_q24 =
+        cia402_motion_abs(way_q24) -
+        cia402_motion_abs(sim_plant_travel_q24(&self->base.plant,
+                                               self->demand_vel_q24, dt_ns));
     /* v^2 in Q48: 2 dec d = dec (Q8) x d (Q24) x 2^17, below 2^40 2^57 2^17 */
     int64_t vel_q24 =
         left_q24 <= 0
@@ -165,7 +166,7 @@ void cia402_profile_step_pp(struct sim_cia402 *self, int64_t dt_ns)
 void cia402_profile_watch_pp(struct sim_cia402 *self, int64_t dt_ns)
 {
     const int64_t off_q24 =
-        cia402_motion_abs(self->profile.target_q24 - self->plant.pos_q24);
+        cia402_motion_abs(self->profile.target_q24 - self->base.plant.pos_q24);
 
     if (off_q24 <= (int64_t)self->value[CIA402_POSITION_WINDOW] << 24)
         self->profile.reached_ns += dt_ns;
@@ -214,7 +215,7 @@ void cia402_profile_step_pv(struct sim_cia402 *self, int64_t dt_ns)
 void cia402_profile_watch_pv(struct sim_cia402 *self, int64_t dt_ns)
 {
     struct sim_cia402_profile *profile = &self->profile;
-    const int64_t vel_q24 = self->plant.vel_q24;
+    const int64_t vel_q24 = self->base.plant.vel_q24;
     const int64_t off_q24 = cia402_motion_abs(
         vel_q24 -
         cia402_od_signed(self, CIA402_TARGET_VELOCITY) * (INT64_C(1) << 24));

@@ -25,21 +25,21 @@
 /* Along the line to the target, exactly on it at its end. */
 void cia402_stream_step(struct sim_cia402 *self, int64_t dt_ns)
 {
-    if (self->plant_ns >= self->target_end_ns)
+    if (self->base.plant_ns >= self->target_end_ns)
         self->demand_vel_q24 = 0;
-    if (self->plant_ns + dt_ns >= self->target_end_ns)
+    if (self->base.plant_ns + dt_ns >= self->target_end_ns)
         self->demand_q24 = self->target_q24;
     else
-        self->demand_q24 +=
-            sim_plant_travel_q24(&self->plant, self->demand_vel_q24, dt_ns);
+        self->demand_q24 += sim_plant_travel_q24(&self->base.plant,
+                                                 self->demand_vel_q24, dt_ns);
 }
 
 /* The plant closes a loop around the speed alone. */
 void cia402_stream_step_velocity(struct sim_cia402 *self, int64_t dt_ns)
 {
     self->demand_q24 =
-        self->plant.pos_q24 +
-        sim_plant_travel_q24(&self->plant, self->demand_vel_q24, dt_ns);
+        self->base.plant.pos_q24 +
+        sim_plant_travel_q24(&self->base.plant, self->demand_vel_q24, dt_ns);
 }
 
 /* ---- SYNC -------------------------------------------------------------- */

@@ -26,7 +26,8 @@ enum {
 
 /* ---- moteus_subframes.c: the sub-frames ---- */
 
-void sim_moteus_on_frame(void *context, const struct hal_can_frame *frame);
+void sim_moteus_on_frame(struct sim_servo *base,
+                         const struct hal_can_frame *frame);
 
 /* ---- sim_moteus.c: registers ---- */
 

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "sim/moteus_parts.h"
+#include "sim/util.h"
 
 enum { MOTEUS_I8, MOTEUS_I16, MOTEUS_I32, MOTEUS_F32 };
 
@@ -194,15 +195,17 @@ static void moteus_pad(struct hal_can_frame *frame)
         frame->data[frame->len++] = 0x50;
 }
 
-void sim_moteus_on_frame(void *context, const struct hal_can_frame *frame)
+void sim_moteus_on_frame(struct sim_servo *base,
+                         const struct hal_can_frame *frame)
 {
-    struct sim_moteus *self = context;
+    struct sim_moteus *self = CONTAINER_OF(base, struct sim_moteus, base);
     struct moteus_cursor in = { frame->data, 0, frame->len };
     struct hal_can_frame answer = { .fd = true, .switched = frame->switched };
     bool commanded = false;
 
-    if (frame->remote || self->deaf || self->world->now_ns < self->boot_ns ||
-        frame->id > 0xFFFF || (frame->id & 0xFF) != self->config.id)
+    if (frame->remote || self->base.deaf ||
+        self->base.world->now_ns < self->base.boot_ns || frame->id > 0xFFFF ||
+        (frame->id & 0xFF) != self->config.id)
         return;
     answer.id = (uint32_t)self->config.id << 8 | (frame->id >> 8 & 0x7F);
     answer.extended = answer.id > 0x7FF;
@@ -214,5 +217,5 @@ void sim_moteus_on_frame(void *context, const struct hal_can_frame *frame)
     if ((frame->id & 0x8000) == 0 || answer.len == 0)
         return;
     moteus_pad(&answer);
-    (void)hal_can_send(&self->port.can, &answer);
+    (void)hal_can_send(&self->base.port.can, &answer);
 }

@@ -16,9 +16,9 @@ static int64_t odrive_q24(double turns)
 
 void odrive_motion_begin(struct sim_odrive *self)
 {
-    odrive_motion_advance(self);
-    self->demand_q24 = self->plant.pos_q24;
-    self->demand_vel_q24 = self->plant.vel_q24;
+    sim_servo_advance(&self->base);
+    self->demand_q24 = self->base.plant.pos_q24;
+    self->demand_vel_q24 = self->base.plant.vel_q24;
     self->traj_done = true;
 }
 
@@ -43,7 +43,8 @@ static void odrive_motion_home(struct sim_odrive *self, int64_t dt_ns)
 {
     const int64_t vel_q24 = self->config.plant.vel_max_counts_s
                             << 20; /* a sixteenth */
-    const int64_t way_q24 = sim_plant_travel_q24(&self->plant, vel_q24, dt_ns);
+    const int64_t way_q24 =
+        sim_plant_travel_q24(&self->base.plant, vel_q24, dt_ns);
 
     if (self->demand_q24 > way_q24) {
         self->demand_q24 -= way_q24;
@@ -54,7 +55,8 @@ static void odrive_motion_home(struct sim_odrive *self, int64_t dt_ns)
     } else {
         self->demand_q24 = 0;
         self->demand_vel_q24 = 0;
-        if (self->plant.vel_q24 < vel_q24 && self->plant.vel_q24 > -vel_q24)
+        if (self->base.plant.vel_q24 < vel_q24 &&
+            self->base.plant.vel_q24 > -vel_q24)
             odrive_motion_homed(self);
     }
 }
@@ -68,7 +70,7 @@ static void odrive_motion_demand(struct sim_odrive *self, int64_t dt_ns)
     } else if (self->control_mode == SIM_ODRIVE_CONTROL_VELOCITY) {
         self->demand_vel_q24 = self->input_vel_q24;
         self->demand_q24 +=
-            sim_plant_travel_q24(&self->plant, self->input_vel_q24, dt_ns);
+            sim_plant_travel_q24(&self->base.plant, self->input_vel_q24, dt_ns);
     } else if (self->input_mode == SIM_ODRIVE_TRAPEZOIDAL) {
         if (self->traj_new)
             self->traj_done = false;
@@ -81,30 +83,13 @@ static void odrive_motion_demand(struct sim_odrive *self, int64_t dt_ns)
     }
 }
 
-static void odrive_motion_step(struct sim_odrive *self, int64_t dt_ns)
+void odrive_motion_step(struct sim_servo *base, int64_t dt_ns)
 {
+    struct sim_odrive *self = CONTAINER_OF(base, struct sim_odrive, base);
     const bool torque = self->axis_state == SIM_ODRIVE_CLOSED_LOOP ||
                         self->axis_state == SIM_ODRIVE_HOMING;
 
     if (torque)
         odrive_motion_demand(self, dt_ns);
-    if (self->blocked)
-        sim_plant_block(&self->plant);
-    else if (torque)
-        sim_plant_step(&self->plant, self->demand_q24, self->demand_vel_q24,
-                       dt_ns);
-    else
-        sim_plant_coast(&self->plant, dt_ns);
-    self->plant_ns += dt_ns;
-}
-
-void odrive_motion_advance(struct sim_odrive *self)
-{
-    while (self->plant_ns < self->world->now_ns) {
-        int64_t dt_ns = self->world->now_ns - self->plant_ns;
-
-        if (dt_ns > self->config.loop_ns)
-            dt_ns = self->config.loop_ns;
-        odrive_motion_step(self, dt_ns);
-    }
+    sim_servo_turn(base, torque, self->demand_q24, self->demand_vel_q24, dt_ns);
 }

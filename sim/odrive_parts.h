@@ -17,8 +17,8 @@ enum {
     SIM_ODRIVE_TRAPEZOIDAL = 5,
 };
 
-/* Integrate the plant up to the world's now. */
-void odrive_motion_advance(struct sim_odrive *self);
+/* One step of the inner loop. */
+void odrive_motion_step(struct sim_servo *base, int64_t dt_ns);
 /* Torque on: from where it stands. */
 void odrive_motion_begin(struct sim_odrive *self);
 /* Homing has ended. */

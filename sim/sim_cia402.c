@@ -16,8 +16,8 @@ static void sim_cia402_schedule(struct sim_cia402 *self)
 static void sim_cia402_loop(struct sim_cia402 *self)
 {
     cia402_timer_set(self, SIM_CIA402_LOOP,
-                     cia402_now_ns(self) + self->config.loop_ns);
-    cia402_motion_advance(self);
+                     cia402_now_ns(self) + self->base.loop_ns);
+    sim_servo_advance(&self->base);
     cia402_mode_update(self);
     cia402_pdo_poll(self);
     cia402_long_poll(self);
@@ -25,7 +25,7 @@ static void sim_cia402_loop(struct sim_cia402 *self)
 
 static int64_t sim_cia402_due_ns(const struct sim_member *member)
 {
-    return CONTAINER_OF_CONST(member, struct sim_cia402, member)->due_ns;
+    return CONTAINER_OF_CONST(member, struct sim_cia402, base.member)->due_ns;
 }
 
 static void sim_cia402_run(struct sim_member *member, int64_t now_ns)
@@ -39,7 +39,8 @@ static void sim_cia402_run(struct sim_member *member, int64_t now_ns)
         [SIM_CIA402_TARGET] = cia402_stream_targets_late,
         [SIM_CIA402_GUARD] = cia402_com_master_lost,
     };
-    struct sim_cia402 *self = CONTAINER_OF(member, struct sim_cia402, member);
+    struct sim_cia402 *self =
+        CONTAINER_OF(member, struct sim_cia402, base.member);
 
     for (unsigned i = 0; i < SIM_CIA402_TIMERS; i++) {
         if (self->timer_ns[i] > now_ns)
@@ -50,24 +51,18 @@ static void sim_cia402_run(struct sim_member *member, int64_t now_ns)
     sim_cia402_schedule(self);
 }
 
-static const struct sim_member_ops sim_cia402_ops = {
-    .due_ns = sim_cia402_due_ns,
-    .run = sim_cia402_run,
-};
-
 /* ---- frames in --------------------------------------------------------- */
 
-/* RPDOs that came since the last SYNC come into force, then the target is
- * latched, then inputs are sent; the inner loop starts anew from here. */
+/* A turn of the inner loop, which starts anew from here: one that is as long as
+ * SYNC's period has no other.  RPDOs that came since the last SYNC come into
+ * force, then the target is latched, then inputs are sent. */
 static void sim_cia402_sync(struct sim_cia402 *self)
 {
-    cia402_motion_advance(self);
+    sim_cia402_loop(self);
     cia402_stream_sync(self);
     cia402_pdo_sync_in(self);
     cia402_mode_latch(self);
     cia402_pdo_sync_out(self);
-    cia402_timer_set(self, SIM_CIA402_LOOP,
-                     cia402_now_ns(self) + self->config.loop_ns);
 }
 
 /* Its length says whether it counts, which must be what 0x1019 says. */
@@ -110,11 +105,10 @@ static void sim_cia402_dispatch(struct sim_cia402 *self,
         cia402_pdo_received(self, frame);
 }
 
-static void sim_cia402_on_frame(void *context,
+static void sim_cia402_on_frame(struct sim_servo *base,
                                 const struct hal_can_frame *frame)
 {
-    struct sim_cia402 *self = context;
-
+    struct sim_cia402 *self = CONTAINER_OF(base, struct sim_cia402, base);
     bool booting = self->nmt_state == CIA402_NMT_BOOTING;
     bool nameless = self->config.node_id == CIA402_NO_NODE;
 
@@ -136,23 +130,20 @@ static void sim_cia402_overcurrent(struct sim_cia402 *self)
 
 static void sim_cia402_silent(struct sim_cia402 *self)
 {
-    self->silent = true;
-    sim_can_port_set_off(&self->port, true);
+    sim_servo_inject(&self->base, SIM_SERVO_SILENT);
 }
 
 static void sim_cia402_blocked(struct sim_cia402 *self)
 {
-    self->blocked = true;
+    sim_servo_inject(&self->base, SIM_SERVO_BLOCKED);
 }
 
 static void sim_cia402_clear(struct sim_cia402 *self)
 {
-    self->silent = false;
-    self->blocked = false;
+    sim_servo_inject(&self->base, SIM_SERVO_CLEAR);
     self->frozen = false;
     self->no_power = false;
-    self->deaf = false;
-    sim_can_port_set_off(&self->port, false);
+    self->loses_rpdos = false;
 }
 
 static void sim_cia402_frozen(struct sim_cia402 *self)
@@ -169,7 +160,7 @@ static void sim_cia402_no_power(struct sim_cia402 *self)
 
 static void sim_cia402_deaf(struct sim_cia402 *self)
 {
-    self->deaf = true;
+    self->loses_rpdos = true;
 }
 
 void sim_cia402_inject(struct sim_cia402 *self, enum sim_cia402_fault fault)
@@ -187,21 +178,16 @@ void sim_cia402_inject(struct sim_cia402 *self, enum sim_cia402_fault fault)
 
     if (fault >= SIM_CIA402_FAULTS)
         return;
-    cia402_motion_advance(self);
+    sim_servo_advance(&self->base);
     inject[fault](self);
     sim_cia402_schedule(self);
 }
 
 void sim_cia402_set_inputs(struct sim_cia402 *self, uint32_t inputs)
 {
-    cia402_motion_advance(self);
+    sim_servo_advance(&self->base);
     self->inputs = inputs;
     cia402_inputs_watch(self);
-}
-
-int64_t sim_cia402_pos_q24(const struct sim_cia402 *self)
-{
-    return self->plant.pos_q24;
 }
 
 /* ---- init -------------------------------------------------------------- */
@@ -210,37 +196,33 @@ static bool sim_cia402_is_legal(const struct sim_cia402_config *config)
 {
     return config->node_id >= 1 &&
            (config->node_id <= 127 || config->node_id == CIA402_NO_NODE) &&
-           config->loop_ns >= 62500 && config->loop_ns <= 1000000 &&
            config->brake_release_ns >= 0 && config->boot_ns >= 0 &&
            config->rail.index_every >= 0;
 }
 
+static const struct sim_servo_ops sim_cia402_ops = {
+    .member = { .due_ns = sim_cia402_due_ns, .run = sim_cia402_run },
+    .on_frame = sim_cia402_on_frame,
+    .step = cia402_motion_step,
+};
+
 int sim_cia402_init(struct sim_cia402 *self, struct sim_can_bus *bus,
                     const struct sim_cia402_config *config)
 {
-    struct sim_world *world = bus->world;
     int err;
 
-    *self = (struct sim_cia402){ .member.ops = &sim_cia402_ops,
-                                 .world = world,
-                                 .config = *config,
-                                 .plant_ns = world->now_ns };
+    *self = (struct sim_cia402){ .config = *config };
     if (!sim_cia402_is_legal(config))
         return MOTION_E_ARG;
-    err = sim_plant_init(&self->plant, &config->plant, config->start_counts);
+    err = sim_servo_init(&self->base, bus, &sim_cia402_ops, &config->plant,
+                         config->start_counts, config->loop_ns);
     if (err < 0)
         return err;
-    if (world->member_count == SIM_WORLD_MEMBERS_MAX)
-        return MOTION_E_FULL;
-    err = sim_can_port_init(&self->port, bus);
-    if (err < 0)
-        return err;
-    self->port.on_frame = sim_cia402_on_frame;
-    self->port.context = self;
     for (unsigned i = 0; i < SIM_CIA402_TIMERS; i++)
         cia402_timer_stop(self, (enum sim_cia402_timer)i);
-    cia402_timer_set(self, SIM_CIA402_LOOP, world->now_ns + config->loop_ns);
+    cia402_timer_set(self, SIM_CIA402_LOOP,
+                     cia402_now_ns(self) + self->base.loop_ns);
     cia402_com_restart(self);
     sim_cia402_schedule(self);
-    return sim_world_add(world, &self->member);
+    return MOTION_OK;
 }

@@ -51,8 +51,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "sim/plant.h"
-#include "sim/sim_can.h"
+#include "sim/sim_servo.h"
 
 /* What stands along the axis, in counts as they are at power-on. */
 struct sim_cia402_rail {
@@ -67,7 +66,7 @@ struct sim_cia402_config {
     uint32_t serial; /* 0x1018:4; 0: the node number */
     struct sim_plant_config plant;
     int32_t start_counts;     /* where it stands at power-on */
-    int64_t loop_ns;          /* inner loop, 62500 .. 1000000 */
+    int64_t loop_ns;          /* inner loop, as sim_servo.h */
     int64_t brake_release_ns; /* Switched on -> Operation enabled takes this */
     int64_t boot_ns;          /* power-on to boot-up message */
     struct sim_cia402_rail rail;
@@ -158,11 +157,8 @@ enum sim_cia402_timer {
 };
 
 struct sim_cia402 {
-    struct sim_member member;
-    struct sim_can_port port;
-    struct sim_world *world;
+    struct sim_servo base;
     struct sim_cia402_config config;
-    struct sim_plant plant;
 
     /* Private from here on. */
     uint32_t value[SIM_CIA402_OBJECTS_MAX];  /* by row of the dictionary */
@@ -182,7 +178,7 @@ struct sim_cia402 {
     uint16_t time_days;
 
     /* lasting injections, and inputs */
-    bool silent, blocked, frozen, no_power, deaf;
+    bool frozen, no_power, loses_rpdos;
     int64_t frozen_pos_q24;
     uint32_t inputs;
 
@@ -201,7 +197,6 @@ struct sim_cia402 {
     uint32_t inputs_seen; /* at the last inner step */
     int64_t index_seen;   /* index pulses below the axis, then */
     bool wrong_sync;      /* the last SYNC had the wrong length */
-    int64_t plant_ns;     /* up to where the plant has been integrated */
     int64_t demand_q24, demand_vel_q24;
     int64_t target_q24, target_end_ns; /* of the interpolation */
     int64_t ramp_acc_q8;
@@ -222,8 +217,6 @@ void sim_cia402_inject(struct sim_cia402 *self, enum sim_cia402_fault fault);
 /* Digital inputs as 0x60FD shows them, beside the rail's: bit 0 negative limit,
  * 1 positive limit, 2 home, 16-31 maker; 16 is the touch probe. */
 void sim_cia402_set_inputs(struct sim_cia402 *self, uint32_t inputs);
-/* What an outside measuring device would see, at the last inner step. */
-int64_t sim_cia402_pos_q24(const struct sim_cia402 *self);
 
 /* The dictionary as an EDS file, the same for every such drive. */
 void sim_cia402_write_eds(FILE *file);

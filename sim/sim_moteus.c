@@ -8,12 +8,16 @@
 #include "sim/trapezoid.h"
 #include "sim/util.h"
 
-#define MOTEUS_LOOP_NS   INT64_C(125000)
 #define MOTEUS_REBOOT_NS INT64_C(300000000)
 #define MOTEUS_S         1e9
 #define MOTEUS_TURN_Q24  (SIM_MOTEUS_COUNTS * 16777216.0)
 /* As delivered: servo.default_timeout_s. */
 #define MOTEUS_TIMEOUT_S 0.1f
+
+static struct sim_moteus *moteus_of(struct sim_servo *base)
+{
+    return CONTAINER_OF(base, struct sim_moteus, base);
+}
 
 static double moteus_turns(int64_t pos_q24)
 {
@@ -27,8 +31,6 @@ static int64_t moteus_q24(double turns)
 }
 
 /* ---- motion ---- */
-
-static void moteus_advance(struct sim_moteus *self);
 
 /* 0: as it is configured, which is not at all; also below 0. */
 static double moteus_limit(float limit)
@@ -66,57 +68,44 @@ static void moteus_step_demand(struct sim_moteus *self, double dt_s)
 
 static void moteus_enter(struct sim_moteus *self, unsigned mode)
 {
-    moteus_advance(self);
+    sim_servo_advance(&self->base);
     if (mode == SIM_MOTEUS_POSITION && self->mode != SIM_MOTEUS_POSITION) {
-        self->demand = moteus_turns(self->plant.pos_q24);
-        self->demand_vel = moteus_turns(self->plant.vel_q24);
+        self->demand = moteus_turns(self->base.plant.pos_q24);
+        self->demand_vel = moteus_turns(self->base.plant.vel_q24);
     }
     self->mode = (uint8_t)mode;
 }
 
-static void moteus_trip(struct sim_moteus *self, unsigned fault)
+static void moteus_fail(struct sim_moteus *self, unsigned fault)
 {
     moteus_enter(self, SIM_MOTEUS_FAULT);
     self->fault = (uint8_t)fault;
 }
 
-static void moteus_step(struct sim_moteus *self, int64_t dt_ns)
+static void moteus_step(struct sim_servo *base, int64_t dt_ns)
 {
-    if (self->mode == SIM_MOTEUS_POSITION)
+    struct sim_moteus *self = moteus_of(base);
+    const bool torque = self->mode == SIM_MOTEUS_POSITION;
+
+    if (torque)
         moteus_step_demand(self, (double)dt_ns / MOTEUS_S);
-    if (self->blocked)
-        sim_plant_block(&self->plant);
-    else if (self->mode == SIM_MOTEUS_POSITION)
-        sim_plant_step(&self->plant, moteus_q24(self->demand),
-                       moteus_q24(self->demand_vel), dt_ns);
-    else
-        sim_plant_coast(&self->plant, dt_ns);
-    self->plant_ns += dt_ns;
-}
-
-static void moteus_advance(struct sim_moteus *self)
-{
-    while (self->plant_ns < self->world->now_ns) {
-        int64_t dt_ns = self->world->now_ns - self->plant_ns;
-
-        if (dt_ns > self->config.loop_ns)
-            dt_ns = self->config.loop_ns;
-        moteus_step(self, dt_ns);
-    }
+    sim_servo_turn(base, torque, moteus_q24(self->demand),
+                   moteus_q24(self->demand_vel), dt_ns);
 }
 
 /* ---- registers ---- */
 
 static double moteus_position(struct sim_moteus *self)
 {
-    moteus_advance(self);
-    return self->nan ? (double)NAN : moteus_turns(self->plant.pos_q24);
+    sim_servo_advance(&self->base);
+    return self->base.nan ? (double)NAN
+                          : moteus_turns(self->base.plant.pos_q24);
 }
 
 static double moteus_velocity(struct sim_moteus *self)
 {
-    moteus_advance(self);
-    return moteus_turns(self->plant.vel_q24);
+    sim_servo_advance(&self->base);
+    return moteus_turns(self->base.plant.vel_q24);
 }
 
 bool sim_moteus_read(struct sim_moteus *self, unsigned reg, double *value)
@@ -163,10 +152,10 @@ static void moteus_set_mode(struct sim_moteus *self, unsigned mode)
         self->mode == SIM_MOTEUS_FAULT || self->mode == SIM_MOTEUS_TIMEOUT;
 
     moteus_fresh_command(self);
-    if (self->stubborn || (mode != SIM_MOTEUS_STOPPED && stuck))
+    if (self->base.stubborn || (mode != SIM_MOTEUS_STOPPED && stuck))
         return;
-    if (mode == SIM_MOTEUS_STOPPED && self->encoder_lost) {
-        moteus_trip(self, SIM_MOTEUS_FAULT_ENCODER);
+    if (mode == SIM_MOTEUS_STOPPED && self->base.encoder_lost) {
+        moteus_fail(self, SIM_MOTEUS_FAULT_ENCODER);
     } else if (mode == SIM_MOTEUS_STOPPED || mode == SIM_MOTEUS_POSITION) {
         self->fault = 0;
         moteus_enter(self, mode);
@@ -175,7 +164,7 @@ static void moteus_set_mode(struct sim_moteus *self, unsigned mode)
 
 bool sim_moteus_write(struct sim_moteus *self, unsigned reg, double value)
 {
-    moteus_advance(self);
+    sim_servo_advance(&self->base);
     if (reg == 0x000)
         moteus_set_mode(self, value >= 0 && value < 16 ? (unsigned)value : 0);
     else if (reg >= 0x020 && reg < 0x020 + SIM_MOTEUS_COMMANDS)
@@ -191,7 +180,7 @@ void sim_moteus_commanded(struct sim_moteus *self)
     const float pos = self->command[SIM_MOTEUS_COMMAND_POSITION];
     const float vel = self->command[SIM_MOTEUS_COMMAND_VELOCITY];
 
-    self->heard_ns = self->world->now_ns;
+    self->heard_ns = self->base.world->now_ns;
     self->commands++;
     self->complete = false;
     if (moteus_has_ramps(self))
@@ -211,118 +200,76 @@ static void moteus_watch(struct sim_moteus *self)
     if (timeout_s == 0)
         timeout_s = MOTEUS_TIMEOUT_S;
     if (self->mode == SIM_MOTEUS_POSITION &&
-        (double)(self->world->now_ns - self->heard_ns) >
+        (double)(self->base.world->now_ns - self->heard_ns) >
             (double)timeout_s * MOTEUS_S)
         moteus_enter(self, SIM_MOTEUS_TIMEOUT);
 }
 
 static int64_t moteus_due_ns(const struct sim_member *member)
 {
-    return CONTAINER_OF_CONST(member, struct sim_moteus, member)->due_ns;
+    return CONTAINER_OF_CONST(member, struct sim_moteus, base.member)->due_ns;
 }
 
 static void moteus_run(struct sim_member *member, int64_t now_ns)
 {
-    struct sim_moteus *self = CONTAINER_OF(member, struct sim_moteus, member);
+    struct sim_moteus *self =
+        CONTAINER_OF(member, struct sim_moteus, base.member);
 
-    self->due_ns = now_ns + self->config.loop_ns;
-    moteus_advance(self);
+    self->due_ns = now_ns + self->base.loop_ns;
+    sim_servo_advance(&self->base);
     moteus_watch(self);
 }
 
-static const struct sim_member_ops moteus_member_ops = {
-    .due_ns = moteus_due_ns,
-    .run = moteus_run,
-};
-
-/* ---- injections ---- */
+/* ---- what may happen to it ---- */
 
 static void moteus_power_on(struct sim_moteus *self, int64_t boot_ns)
 {
-    moteus_advance(self);
-    self->boot_ns = self->world->now_ns + boot_ns;
+    sim_servo_boot(&self->base, boot_ns);
     self->mode = SIM_MOTEUS_STOPPED;
     self->fault = 0;
     moteus_fresh_command(self);
 }
 
-static void moteus_end_faults(struct sim_moteus *self)
+static void moteus_reboot(struct sim_servo *base)
 {
-    self->deaf = self->stubborn = self->nan = self->blocked = false;
-    self->encoder_lost = false;
-    sim_can_port_set_off(&self->port, false);
+    moteus_power_on(moteus_of(base), MOTEUS_REBOOT_NS);
 }
 
-void sim_moteus_inject(struct sim_moteus *self, enum sim_moteus_fault fault)
+static void moteus_lose_encoder(struct sim_servo *base)
 {
-    switch (fault) {
-    case SIM_MOTEUS_ENCODER:
-        self->encoder_lost = true;
-        moteus_trip(self, SIM_MOTEUS_FAULT_ENCODER);
-        break;
-    case SIM_MOTEUS_DRIVER:
-        moteus_trip(self, SIM_MOTEUS_FAULT_DRIVER);
-        break;
-    case SIM_MOTEUS_REBOOT:
-        moteus_power_on(self, MOTEUS_REBOOT_NS);
-        break;
-    case SIM_MOTEUS_SILENT:
-        sim_can_port_set_off(&self->port, true);
-        break;
-    case SIM_MOTEUS_DEAF:
-        self->deaf = true;
-        break;
-    case SIM_MOTEUS_STUBBORN:
-        self->stubborn = true;
-        break;
-    case SIM_MOTEUS_NOT_A_NUMBER:
-        self->nan = true;
-        break;
-    case SIM_MOTEUS_BLOCKED:
-        self->blocked = true;
-        break;
-    case SIM_MOTEUS_CLEAR:
-        moteus_end_faults(self);
-        break;
-    case SIM_MOTEUS_FAULTS:
-        break;
-    }
+    moteus_fail(moteus_of(base), SIM_MOTEUS_FAULT_ENCODER);
 }
 
-int64_t sim_moteus_pos_q24(const struct sim_moteus *self)
+static void moteus_trip(struct sim_servo *base)
 {
-    return self->plant.pos_q24;
+    moteus_fail(moteus_of(base), SIM_MOTEUS_FAULT_DRIVER);
 }
+
+static const struct sim_servo_ops moteus_ops = {
+    .member = { .due_ns = moteus_due_ns, .run = moteus_run },
+    .on_frame = sim_moteus_on_frame,
+    .step = moteus_step,
+    .lose_encoder = moteus_lose_encoder,
+    .trip = moteus_trip,
+    .reboot = moteus_reboot,
+};
 
 /* ---- init ---- */
 
 int sim_moteus_init(struct sim_moteus *self, struct sim_can_bus *bus,
                     const struct sim_moteus_config *config)
 {
-    struct sim_world *world = bus->world;
     int err;
 
-    *self = (struct sim_moteus){ .member.ops = &moteus_member_ops,
-                                 .world = world,
-                                 .config = *config,
-                                 .plant_ns = world->now_ns };
-    if (config->loop_ns == 0)
-        self->config.loop_ns = MOTEUS_LOOP_NS;
+    *self = (struct sim_moteus){ .config = *config };
     if (config->id < 1 || config->id > 127 || config->boot_ns < 0 ||
-        self->config.loop_ns < 62500 || self->config.loop_ns > 1000000 ||
         bus->fd_factor == 0)
         return MOTION_E_ARG;
-    err = sim_plant_init(&self->plant, &config->plant, config->start_counts);
+    err = sim_servo_init(&self->base, bus, &moteus_ops, &config->plant,
+                         config->start_counts, config->loop_ns);
     if (err < 0)
         return err;
-    if (world->member_count == SIM_WORLD_MEMBERS_MAX)
-        return MOTION_E_FULL;
-    err = sim_can_port_init(&self->port, bus);
-    if (err < 0)
-        return err;
-    self->port.on_frame = sim_moteus_on_frame;
-    self->port.context = self;
-    self->due_ns = world->now_ns + self->config.loop_ns;
-    moteus_power_on(self, self->config.boot_ns);
-    return sim_world_add(world, &self->member);
+    self->due_ns = self->base.world->now_ns + self->base.loop_ns;
+    moteus_power_on(self, config->boot_ns);
+    return MOTION_OK;
 }

@@ -9,7 +9,6 @@
 
 #define ODRIVE_MS        INT64_C(1000000)
 #define ODRIVE_S         1e9
-#define ODRIVE_LOOP_NS   INT64_C(125000)
 #define ODRIVE_ONE_Q24   16777216.0
 #define ODRIVE_REBOOT_NS (400 * ODRIVE_MS)
 
@@ -23,6 +22,11 @@ static const struct odrive_error odrive_watchdog = { 0x800, 0x1000000 };
 static const struct odrive_error odrive_estop = { 0x4000, 0x2000000 };
 static const struct odrive_error odrive_encoder = { 0x100, 0x8 };
 static const struct odrive_error odrive_current = { 0, 0x1000 };
+
+static struct sim_odrive *odrive_of(struct sim_servo *base)
+{
+    return CONTAINER_OF(base, struct sim_odrive, base);
+}
 
 /* ---- numbers on the wire ---- */
 
@@ -64,7 +68,7 @@ static void odrive_transmit(struct sim_odrive *self, unsigned command,
     };
 
     memcpy(frame.data, data, 8);
-    (void)hal_can_send(&self->port.can, &frame);
+    (void)hal_can_send(&self->base.port.can, &frame);
 }
 
 /* ---- what it says ---- */
@@ -93,10 +97,10 @@ static void odrive_estimates(struct sim_odrive *self)
     float pos, vel;
     uint8_t data[8];
 
-    odrive_motion_advance(self);
-    pos = (float)((double)self->plant.pos_q24 / turn);
-    vel = (float)((double)self->plant.vel_q24 / turn);
-    if (self->nan)
+    sim_servo_advance(&self->base);
+    pos = (float)((double)self->base.plant.pos_q24 / turn);
+    vel = (float)((double)self->base.plant.vel_q24 / turn);
+    if (self->base.nan)
         pos = NAN;
     odrive_put(data, &pos);
     odrive_put(&data[4], &vel);
@@ -152,12 +156,12 @@ static void odrive_disarm(struct sim_odrive *self,
 
 static bool odrive_fails(const struct sim_odrive *self)
 {
-    return self->error != 0 || self->parts != 0 || self->encoder_lost;
+    return self->error != 0 || self->parts != 0 || self->base.encoder_lost;
 }
 
 static void odrive_set_state(struct sim_odrive *self, uint32_t state)
 {
-    if (self->stubborn)
+    if (self->base.stubborn)
         return;
     if (state == SIM_ODRIVE_IDLE) {
         self->result = self->axis_state == SIM_ODRIVE_IDLE ? 0 : 2;
@@ -183,8 +187,8 @@ static void odrive_clear(struct sim_odrive *self)
 {
     self->error = 0;
     self->reason = 0;
-    self->parts = self->encoder_lost ? 2 : 0;
-    if (self->encoder_lost)
+    self->parts = self->base.encoder_lost ? 2 : 0;
+    if (self->base.encoder_lost)
         self->error =
             self->config.is_05 ? odrive_encoder.of_05 : odrive_encoder.of_06;
 }
@@ -231,7 +235,7 @@ static int64_t odrive_q24(double turns)
 
 static void odrive_input_pos(struct sim_odrive *self, const uint8_t *data)
 {
-    odrive_motion_advance(self);
+    sim_servo_advance(&self->base);
     self->input_q24 = odrive_q24((double)odrive_get_float(data));
     self->input_vel_q24 = odrive_q24(odrive_get_i16(&data[4]) * 0.001);
     self->torque = (float)odrive_get_i16(&data[6]) * 0.001f;
@@ -240,14 +244,14 @@ static void odrive_input_pos(struct sim_odrive *self, const uint8_t *data)
 
 static void odrive_input_vel(struct sim_odrive *self, const uint8_t *data)
 {
-    odrive_motion_advance(self);
+    sim_servo_advance(&self->base);
     self->input_vel_q24 = odrive_q24((double)odrive_get_float(data));
     self->torque = odrive_get_float(&data[4]);
 }
 
 static void odrive_mode(struct sim_odrive *self, const uint8_t *data)
 {
-    odrive_motion_advance(self);
+    sim_servo_advance(&self->base);
     self->control_mode = odrive_get_u32(data);
     self->input_mode = odrive_get_u32(&data[4]);
 }
@@ -298,15 +302,15 @@ static const struct {
     [0x18] = { 0, odrive_clear_order },
 };
 
-static void odrive_on_frame(void *context, const struct hal_can_frame *frame)
+static void odrive_on_frame(struct sim_servo *base,
+                            const struct hal_can_frame *frame)
 {
-    struct sim_odrive *self = context;
+    struct sim_odrive *self = odrive_of(base);
     const unsigned command = frame->id & 31;
 
-    if (frame->extended || frame->fd || frame->id >> 5 != self->config.node ||
-        self->deaf || self->world->now_ns < self->boot_ns)
+    if (frame->extended || frame->fd || frame->id >> 5 != self->config.node)
         return;
-    self->fed_ns = self->world->now_ns;
+    self->fed_ns = self->base.world->now_ns;
     if (frame->remote) {
         odrive_asked(self, command);
     } else if (odrive_orders[command].run != NULL &&
@@ -323,7 +327,7 @@ static void odrive_watch(struct sim_odrive *self)
     const bool is_armed = self->axis_state != SIM_ODRIVE_IDLE;
 
     if (self->watchdog_on && is_armed &&
-        (double)(self->world->now_ns - self->fed_ns) >
+        (double)(self->base.world->now_ns - self->fed_ns) >
             (double)self->watchdog_s * ODRIVE_S)
         odrive_disarm(self, &odrive_watchdog);
 }
@@ -342,7 +346,7 @@ static bool odrive_is_due(int64_t *due_ns, int64_t period_ns, int64_t now_ns)
 static int64_t odrive_due_ns(const struct sim_member *member)
 {
     const struct sim_odrive *self =
-        CONTAINER_OF_CONST(member, struct sim_odrive, member);
+        CONTAINER_OF_CONST(member, struct sim_odrive, base.member);
     int64_t due_ns = self->loop_due_ns;
 
     if (self->heartbeat_due_ns < due_ns)
@@ -352,10 +356,11 @@ static int64_t odrive_due_ns(const struct sim_member *member)
 
 static void odrive_run(struct sim_member *member, int64_t now_ns)
 {
-    struct sim_odrive *self = CONTAINER_OF(member, struct sim_odrive, member);
+    struct sim_odrive *self =
+        CONTAINER_OF(member, struct sim_odrive, base.member);
 
-    odrive_motion_advance(self);
-    if (odrive_is_due(&self->loop_due_ns, self->config.loop_ns, now_ns))
+    sim_servo_advance(&self->base);
+    if (odrive_is_due(&self->loop_due_ns, self->base.loop_ns, now_ns))
         odrive_watch(self);
     if (odrive_is_due(&self->heartbeat_due_ns, self->config.heartbeat_ns,
                       now_ns))
@@ -365,22 +370,16 @@ static void odrive_run(struct sim_member *member, int64_t now_ns)
         odrive_estimates(self);
 }
 
-static const struct sim_member_ops odrive_member_ops = {
-    .due_ns = odrive_due_ns,
-    .run = odrive_run,
-};
-
 /* ---- power ---- */
 
 static void odrive_power_on(struct sim_odrive *self, int64_t boot_ns)
 {
-    const int64_t from_ns = self->world->now_ns + boot_ns;
+    const int64_t from_ns = self->base.world->now_ns + boot_ns;
 
-    odrive_motion_advance(self);
-    self->boot_ns = from_ns;
+    sim_servo_boot(&self->base, boot_ns);
     self->axis_state = SIM_ODRIVE_IDLE;
     self->error = self->reason = 0;
-    self->parts = self->encoder_lost ? 2 : 0;
+    self->parts = self->base.encoder_lost ? 2 : 0;
     self->control_mode = SIM_ODRIVE_CONTROL_POSITION;
     self->input_mode = SIM_ODRIVE_PASSTHROUGH;
     self->traj_vel = 2;
@@ -393,69 +392,38 @@ static void odrive_power_on(struct sim_odrive *self, int64_t boot_ns)
         self->config.estimates_ns > 0 ? from_ns : SIM_WORLD_NEVER;
 }
 
-/* ---- injections ---- */
+/* ---- what may happen to it ---- */
 
-static void odrive_overcurrent(struct sim_odrive *self)
+static void odrive_overcurrent(struct sim_servo *base)
 {
+    struct sim_odrive *self = odrive_of(base);
+
     odrive_disarm(self, &odrive_current);
     if (self->config.is_05)
         self->parts |= 1;
 }
 
-static void odrive_lose_encoder(struct sim_odrive *self)
+static void odrive_lose_encoder(struct sim_servo *base)
 {
-    self->encoder_lost = true;
+    struct sim_odrive *self = odrive_of(base);
+
     self->parts |= 2;
     odrive_disarm(self, &odrive_encoder);
 }
 
-static void odrive_end_faults(struct sim_odrive *self)
+static void odrive_reboot(struct sim_servo *base)
 {
-    self->deaf = self->stubborn = self->nan = self->blocked = false;
-    self->encoder_lost = false;
-    sim_can_port_set_off(&self->port, false);
+    odrive_power_on(odrive_of(base), ODRIVE_REBOOT_NS);
 }
 
-void sim_odrive_inject(struct sim_odrive *self, enum sim_odrive_fault fault)
-{
-    odrive_motion_advance(self);
-    switch (fault) {
-    case SIM_ODRIVE_ENCODER:
-        odrive_lose_encoder(self);
-        break;
-    case SIM_ODRIVE_OVERCURRENT:
-        odrive_overcurrent(self);
-        break;
-    case SIM_ODRIVE_REBOOT:
-        odrive_power_on(self, ODRIVE_REBOOT_NS);
-        break;
-    case SIM_ODRIVE_SILENT:
-        sim_can_port_set_off(&self->port, true);
-        break;
-    case SIM_ODRIVE_DEAF:
-        self->deaf = true;
-        break;
-    case SIM_ODRIVE_STUBBORN:
-        self->stubborn = true;
-        break;
-    case SIM_ODRIVE_NOT_A_NUMBER:
-        self->nan = true;
-        break;
-    case SIM_ODRIVE_BLOCKED:
-        self->blocked = true;
-        break;
-    case SIM_ODRIVE_CLEAR:
-        odrive_end_faults(self);
-        break;
-    case SIM_ODRIVE_FAULTS:
-        break;
-    }
-}
-
-int64_t sim_odrive_pos_q24(const struct sim_odrive *self)
-{
-    return self->plant.pos_q24;
-}
+static const struct sim_servo_ops odrive_ops = {
+    .member = { .due_ns = odrive_due_ns, .run = odrive_run },
+    .on_frame = odrive_on_frame,
+    .step = odrive_motion_step,
+    .lose_encoder = odrive_lose_encoder,
+    .trip = odrive_overcurrent,
+    .reboot = odrive_reboot,
+};
 
 /* ---- init ---- */
 
@@ -465,41 +433,28 @@ static void odrive_defaults(struct sim_odrive_config *config)
         config->heartbeat_ns = 100 * ODRIVE_MS;
     if (config->estimates_ns == 0)
         config->estimates_ns = 10 * ODRIVE_MS;
-    if (config->loop_ns == 0)
-        config->loop_ns = ODRIVE_LOOP_NS;
 }
 
 static bool odrive_is_legal(const struct sim_odrive_config *config)
 {
     return config->node <= 62 && config->boot_ns >= 0 &&
-           config->loop_ns >= 62500 && config->loop_ns <= 1000000 &&
            config->heartbeat_ns > 0;
 }
 
 int sim_odrive_init(struct sim_odrive *self, struct sim_can_bus *bus,
                     const struct sim_odrive_config *config)
 {
-    struct sim_world *world = bus->world;
     int err;
 
-    *self = (struct sim_odrive){ .member.ops = &odrive_member_ops,
-                                 .world = world,
-                                 .config = *config,
-                                 .plant_ns = world->now_ns };
+    *self = (struct sim_odrive){ .config = *config };
     odrive_defaults(&self->config);
     if (!odrive_is_legal(&self->config))
         return MOTION_E_ARG;
-    err = sim_plant_init(&self->plant, &config->plant, config->start_counts);
+    err = sim_servo_init(&self->base, bus, &odrive_ops, &config->plant,
+                         config->start_counts, config->loop_ns);
     if (err < 0)
         return err;
-    if (world->member_count == SIM_WORLD_MEMBERS_MAX)
-        return MOTION_E_FULL;
-    err = sim_can_port_init(&self->port, bus);
-    if (err < 0)
-        return err;
-    self->port.on_frame = odrive_on_frame;
-    self->port.context = self;
-    self->loop_due_ns = world->now_ns + self->config.loop_ns;
+    self->loop_due_ns = self->base.world->now_ns + self->base.loop_ns;
     odrive_power_on(self, self->config.boot_ns);
-    return sim_world_add(world, &self->member);
+    return MOTION_OK;
 }

@@ -18,8 +18,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "sim/plant.h"
-#include "sim/sim_can.h"
+#include "sim/sim_servo.h"
 
 #define SIM_ODRIVE_COUNTS 65536
 
@@ -28,7 +27,7 @@ struct sim_odrive_config {
     bool is_05;   /* firmware 0.5.6; else 0.6 */
     struct sim_plant_config plant;
     int32_t start_counts;
-    int64_t loop_ns;      /* 62500 .. 1000000 */
+    int64_t loop_ns;      /* as sim_servo.h */
     int64_t heartbeat_ns; /* 0: 100 ms */
     int64_t estimates_ns; /* 0: 10 ms; below 0: only when asked */
     int64_t boot_ns;      /* power-on to the first heartbeat */
@@ -36,31 +35,12 @@ struct sim_odrive_config {
     uint16_t enable_watchdog, watchdog_timeout;
 };
 
-enum sim_odrive_fault {
-    SIM_ODRIVE_ENCODER,     /* loses its encoder */
-    SIM_ODRIVE_OVERCURRENT, /* 0.5: the motor's error, the axis's stays 0 */
-    SIM_ODRIVE_REBOOT,   /* errors, modes, watchdog gone; silent, then idle */
-    SIM_ODRIVE_SILENT,   /* off the bus */
-    SIM_ODRIVE_DEAF,     /* loses every frame; its watchdog may expire */
-    SIM_ODRIVE_STUBBORN, /* takes no order to change its state */
-    SIM_ODRIVE_NOT_A_NUMBER, /* its estimates are NaN */
-    SIM_ODRIVE_BLOCKED,      /* the rotor does not move */
-    SIM_ODRIVE_CLEAR,        /* every lasting one ends */
-    SIM_ODRIVE_FAULTS,
-};
-
 struct sim_odrive {
-    struct sim_member member;
-    struct sim_can_port port;
-    struct sim_world *world;
+    struct sim_servo base;
     struct sim_odrive_config config;
-    struct sim_plant plant;
 
     /* Private from here on. */
     int64_t loop_due_ns, heartbeat_due_ns, estimates_due_ns;
-    int64_t boot_ns;  /* hears nothing before */
-    int64_t plant_ns; /* up to where the plant has been integrated */
-    bool deaf, stubborn, nan, blocked, encoder_lost;
 
     uint8_t axis_state, result;
     uint32_t error, reason;
@@ -83,7 +63,5 @@ struct sim_odrive {
 /* Adds the drive to the bus and the world.  MOTION_E_ARG, MOTION_E_FULL. */
 int sim_odrive_init(struct sim_odrive *self, struct sim_can_bus *bus,
                     const struct sim_odrive_config *config);
-void sim_odrive_inject(struct sim_odrive *self, enum sim_odrive_fault fault);
-int64_t sim_odrive_pos_q24(const struct sim_odrive *self);
 
 #endif

@@ -9,7 +9,8 @@
 struct conform_clock {
     const char *name;
     struct hal_clock *clock;
-    /* It wakes no later than this, however busy the machine; 0: never late */
+    /* It wakes no later than this, but for pauses of the machine; 0: it is never
+     * late at all */
     int64_t late_ns;
 };
 

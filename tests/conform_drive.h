@@ -6,6 +6,8 @@
 #include "tests/check.h"
 
 #include "hal/drive.h"
+#include "hal/fieldbus.h"
+#include "sim/world.h"
 
 /* What the suite does to the device. */
 enum conform_drive_trouble {
@@ -19,12 +21,10 @@ enum conform_drive_trouble {
  * either way from where it starts, at 20 units/s and 100 units/s2. */
 struct conform_drive {
     const char *name;
-    /* Device, bus and drive, new, at power-on. */
+    /* Device, bus and drive, new, at power-on; also tells where they are. */
     struct hal_drive *(*setup)(struct conform_drive *bench);
-    /* The bus's begin and end of a cycle at now_ns; begin brings the simulated
-     * world up to it. */
-    void (*begin)(struct conform_drive *bench);
-    void (*end)(struct conform_drive *bench);
+    struct sim_world *world;
+    struct hal_fieldbus *fieldbus;
     /* What a ruler beside the axis says, at now_ns. */
     int64_t (*ruler_q32)(struct conform_drive *bench);
     void (*trouble)(struct conform_drive *bench,

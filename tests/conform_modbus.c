@@ -3,7 +3,7 @@
 
 #include "tests/check.h"
 
-#define PATIENCE 5000 /* passes */
+#define PATIENCE 30000 /* passes */
 
 static struct hal_modbus_reply collect(struct conform_modbus *conform)
 {

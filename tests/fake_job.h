@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "firmware/linux/commands/job.h"
+#include "firmware/linux/move/job.h"
 #include "motion/fixed.h"
 
 struct fake_key {
@@ -137,8 +137,8 @@ static inline void fake_dolly(struct job *job)
     fake_axis(job, "focus", focus, 5, true,
               (const double[]){ 0, 1, 4, 20, 100 });
     for (unsigned a = 1; a < 3; a++)
-        job->rig.axis[a].unit = RIG_UNIT_DEG;
-    job->rig.axis[3].unit = RIG_UNIT_REV;
+        job->rig.axis[a].unit = UNITS_AXIS_DEG;
+    job->rig.axis[3].unit = UNITS_AXIS_REV;
 }
 
 #endif

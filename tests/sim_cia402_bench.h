@@ -274,7 +274,7 @@ static inline int32_t tpdo_position(struct bench *b)
 
 static inline int32_t here(const struct bench *b)
 {
-    return (int32_t)(sim_cia402_pos_q24(&b->drive) >> 24);
+    return (int32_t)(sim_servo_pos_q24(&b->drive.base) >> 24);
 }
 
 static inline void enable(struct bench *b)

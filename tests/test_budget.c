@@ -4,7 +4,7 @@
 
 #include "firmware/linux/machine/machine_sim.h"
 #include "firmware/linux/machine/player.h"
-#include "firmware/linux/rig/budget.h"
+#include "firmware/linux/move/budget.h"
 #include "tests/check.h"
 
 static struct job job;
@@ -17,10 +17,9 @@ static struct trace trace;
 static int open_eight_axes(void **state)
 {
     (void)state;
-    const struct options options = { .path = { "tests/data/eight_axes" },
-                                     .path_count = 1 };
+    const char *const path[] = { "tests/data/eight_axes" };
     memset(&job, 0, sizeof job);
-    return job_open(&job, &options) == STATUS_OK ? 0 : -1;
+    return job_open(&job, path, 1) == STATUS_OK ? 0 : -1;
 }
 
 static int close_eight_axes(void **state)

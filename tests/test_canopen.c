@@ -562,7 +562,7 @@ static void three_refused_cycles_in_a_row_are_a_fault(void **state)
     b->fake.state = HAL_CAN_PASSIVE; /* which would be less */
     assert_int_equal(begin(b, 4 * MS), MOTION_E_FULL);
     b->fake.state = HAL_CAN_ACTIVE;
-    assert_int_equal(b->master.stats.send_refused, 6);
+    assert_int_equal(b->master.cycle.send_refused, 6);
     begin(b, 5 * MS);
     assert_int_equal(begin(b, 6 * MS), MOTION_OK);
 }
@@ -592,12 +592,12 @@ static void a_babbling_node_cannot_hold_a_cycle(void **state)
 {
     struct bench *b = *state;
 
-    for (unsigned i = 0; i < CANOPEN_DRAIN_MAX + 10; i++)
+    for (unsigned i = 0; i < CAN_CYCLE_DRAIN_MAX + 10; i++)
         fake_can_put(&b->fake, "181#371210270000");
     begin(b, 1 * MS);
-    assert_int_equal(b->node.tpdos, CANOPEN_DRAIN_MAX);
+    assert_int_equal(b->node.tpdos, CAN_CYCLE_DRAIN_MAX);
     begin(b, 2 * MS);
-    assert_int_equal(b->node.tpdos, CANOPEN_DRAIN_MAX + 10);
+    assert_int_equal(b->node.tpdos, CAN_CYCLE_DRAIN_MAX + 10);
 }
 
 static void bad_configurations_are_refused(void **state)

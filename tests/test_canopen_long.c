@@ -8,14 +8,12 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "tests/check.h"
+#include "tests/canopen_bench.h"
 
 #include "hal/canopen.h"
 #include "hal/container_of.h"
 #include "sim/sim_cia402.h"
-#include "sim/world.h"
 
-#define MS    INT64_C(1000000)
 #define NODE  5
 #define NOTES 0x2002
 #define HELD  256
@@ -156,18 +154,13 @@ static int bench_setup(void **state)
     static const struct canopen_node_ops none = { .step = NULL };
     const struct sim_cia402_config servo = {
         .node_id = NODE,
-        .plant = { .omega_mrad_s = 200000,
-                   .zeta_permille = 1000,
-                   .vel_max_counts_s = 2000000,
-                   .acc_max_counts_s2 = 20000000 },
+        .plant = CANOPEN_BENCH_PLANT,
         .loop_ns = 250000,
     };
     const struct canopen_config config = { .node_id = 127, .sdo_gap_ns = 1 };
 
     memset(&b, 0, sizeof b);
-    sim_world_init(&b.world, 1000 * MS);
-    assert_int_equal(sim_can_bus_init(&b.bus, &b.world, 1000000), 0);
-    assert_int_equal(sim_can_port_init(&b.port, &b.bus), 0);
+    canopen_bench_wire(&b.world, &b.bus, &b.port);
     assert_int_equal(sim_cia402_init(&b.servo, &b.bus, &servo), 0);
     b.line =
         (struct line){ .can.ops = &line_ops, .inner = &b.port.can, .seed = 77 };
@@ -180,10 +173,8 @@ static int bench_setup(void **state)
 
 static void cycle(struct bench *b)
 {
-    sim_world_run(&b->world, b->world.now_ns + MS);
-    b->line.now_ns = b->world.now_ns;
-    (void)hal_fieldbus_begin(&b->master.fieldbus, b->world.now_ns);
-    (void)hal_fieldbus_end(&b->master.fieldbus, b->world.now_ns);
+    b->line.now_ns = b->world.now_ns + MS;
+    canopen_bench_cycle(&b->world, &b->master);
 }
 
 static int outcome(struct bench *b)

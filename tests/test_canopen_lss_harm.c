@@ -10,9 +10,8 @@
 #include "sim/sim_cia402.h"
 
 #include "tests/can_harm.h"
-#include "tests/check.h"
+#include "tests/canopen_bench.h"
 
-#define MS      INT64_C(1000000)
 #define DEVICES 2
 #define NO_NODE 255
 
@@ -31,17 +30,12 @@ static void bench_of(struct bench *b, const struct can_harm *before)
     const struct canopen_config master = { .node_id = 127 };
     struct sim_cia402_config device = {
         .node_id = NO_NODE,
-        .plant = { .omega_mrad_s = 200000,
-                   .zeta_permille = 1000,
-                   .vel_max_counts_s = 2000000,
-                   .acc_max_counts_s2 = 20000000 },
+        .plant = CANOPEN_BENCH_PLANT,
         .loop_ns = 1000000,
     };
 
     memset(b, 0, sizeof *b);
-    sim_world_init(&b->world, 1000 * MS);
-    assert_int_equal(sim_can_bus_init(&b->bus, &b->world, 1000000), 0);
-    assert_int_equal(sim_can_port_init(&b->port, &b->bus), 0);
+    canopen_bench_wire(&b->world, &b->bus, &b->port);
     can_harm_init(&b->harm, &b->port.can, before->seed);
     memcpy(b->harm.done, before->done, sizeof before->done);
     b->harm.late_ns = 25 * MS;
@@ -56,10 +50,8 @@ static void bench_of(struct bench *b, const struct can_harm *before)
 
 static void cycle(struct bench *b)
 {
-    sim_world_run(&b->world, b->world.now_ns + MS);
-    b->harm.now_ns = b->world.now_ns;
-    (void)hal_fieldbus_begin(&b->master.fieldbus, b->world.now_ns);
-    (void)hal_fieldbus_end(&b->master.fieldbus, b->world.now_ns);
+    b->harm.now_ns = b->world.now_ns + MS;
+    canopen_bench_cycle(&b->world, &b->master);
 }
 
 static int outcome(struct bench *b)

@@ -2,13 +2,11 @@
  * the master against simulated devices, written apart from it. */
 #include <string.h>
 
-#include "tests/check.h"
+#include "tests/canopen_bench.h"
 
 #include "hal/canopen_lss.h"
 #include "sim/sim_cia402.h"
-#include "sim/world.h"
 
-#define MS      INT64_C(1000000)
 #define DEVICES 4
 #define NO_NODE 255
 
@@ -49,9 +47,7 @@ static struct bench *fresh(const struct canopen_config *more)
 
     memset(&bench, 0, sizeof bench);
     config.node_id = 127;
-    sim_world_init(&bench.world, 1000 * MS);
-    assert_int_equal(sim_can_bus_init(&bench.bus, &bench.world, 1000000), 0);
-    assert_int_equal(sim_can_port_init(&bench.port, &bench.bus), 0);
+    canopen_bench_wire(&bench.world, &bench.bus, &bench.port);
     assert_int_equal(sim_can_port_init(&bench.tap, &bench.bus), 0);
     assert_int_equal(canopen_init(&bench.master, &bench.port.can, &config), 0);
     canopen_lss_init(&bench.lss, &bench.master);
@@ -63,10 +59,7 @@ static void plug(struct bench *b, uint8_t node, uint32_t serial)
     const struct sim_cia402_config config = {
         .node_id = node,
         .serial = serial,
-        .plant = { .omega_mrad_s = 200000,
-                   .zeta_permille = 1000,
-                   .vel_max_counts_s = 2000000,
-                   .acc_max_counts_s2 = 20000000 },
+        .plant = CANOPEN_BENCH_PLANT,
         .loop_ns = 1000000,
     };
 
@@ -82,11 +75,8 @@ static void watch(struct bench *b, uint8_t id)
 
 static void cycle(struct bench *b, unsigned count)
 {
-    while (count-- > 0) {
-        sim_world_run(&b->world, b->world.now_ns + MS);
-        (void)hal_fieldbus_begin(&b->master.fieldbus, b->world.now_ns);
-        (void)hal_fieldbus_end(&b->master.fieldbus, b->world.now_ns);
-    }
+    while (count-- > 0)
+        canopen_bench_cycle(&b->world, &b->master);
 }
 
 static int outcome(struct bench *b)

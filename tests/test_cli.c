@@ -325,6 +325,12 @@ static void override_scales_the_limits(void **state)
     assert_null(strstr(out, " velocity"));
     expect(slew("check", "--override", "177.8", directory), STATUS_REFUSED);
     assert_non_null(strstr(out, " velocity"));
+    /* a slow one, too, must be within them at 100 % */
+    write_move("s-curve", "[0 s, 0 mm], [1 s, 300 mm]");
+    expect(slew("check", "--override", "50", directory), STATUS_REFUSED);
+    expect(slew("run", "--override", "50", directory), STATUS_REFUSED);
+    assert_non_null(strstr(out, "acceleration"));
+    assert_non_null(strstr(err, "nothing was moved"));
 }
 
 static void a_move_over_its_limits_is_not_run(void **state)

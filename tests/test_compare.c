@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "firmware/linux/commands/command.h"
 #include "firmware/linux/plot/compare.h"
 #include "motion/err.h"
 #include "tests/check.h"

@@ -107,9 +107,7 @@ static int bench_open(void **state)
 {
     char message[RIG_MESSAGE_MAX] = "";
     struct machine_ports ports;
-    const struct options options = {
-        .path = { "examples/dolly/rig.yaml", path }, .path_count = 2
-    };
+    const char *const files[] = { "examples/dolly/rig.yaml", path };
 
     (void)state;
     strcpy(path, "/tmp/slew-compiled-XXXXXX");
@@ -119,7 +117,7 @@ static int bench_open(void **state)
     plan_wave();
     save_wave();
     memset(&bench, 0, sizeof bench);
-    if (job_open_any(&bench.job, &options) != STATUS_OK ||
+    if (job_open_any(&bench.job, files, 2) != STATUS_OK ||
         machine_sim_init(&bench.sim, &bench.job.rig, false, &ports, message) <
             0)
         return -1;

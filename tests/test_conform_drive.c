@@ -17,15 +17,17 @@
 #define ONE MOTION_FIXED_ONE_Q32
 
 /* One unit is a tenth of a turn: 20 units/s are 2 turns/s. */
-#define TURNS_NUM 1
-#define TURNS_DEN 10
+#define TURNS_NUM    1
+#define TURNS_DEN    10
+#define TURNS_COUNTS 65536 /* of the plant */
 
 static struct sim_world world;
 static struct sim_can_bus wire;
 static struct sim_can_port port, witness; /* somebody who acknowledges */
 
-static void wire_up(const struct conform_drive *b, uint32_t bit_rate)
+static void wire_up(struct conform_drive *b, uint32_t bit_rate)
 {
+    b->world = &world;
     sim_world_init(&world, b->now_ns);
     assert_int_equal(sim_can_bus_init(&wire, &world, bit_rate), 0);
     assert_int_equal(sim_can_port_init(&port, &wire), 0);
@@ -45,8 +47,8 @@ static int64_t units_of(int64_t pos_q24, int64_t counts, int64_t units)
 static const struct sim_plant_config turns_plant = {
     .omega_mrad_s = 400000,
     .zeta_permille = 1000,
-    .vel_max_counts_s = 10 * 65536,
-    .acc_max_counts_s2 = 1000 * 65536,
+    .vel_max_counts_s = 10 * TURNS_COUNTS,
+    .acc_max_counts_s2 = 1000 * TURNS_COUNTS,
 };
 
 static const struct drive_turns_config turns_config = {
@@ -58,11 +60,46 @@ static const struct drive_turns_config turns_config = {
     .stop_acc_q16 = 200 << 16,
 };
 
+_Static_assert(SIM_ODRIVE_COUNTS == TURNS_COUNTS &&
+                   SIM_MOTEUS_COUNTS == TURNS_COUNTS,
+               "one ruler for both");
+
+static struct can_bus can_bus;
+static struct sim_servo *turns_device;
+
+static void turns_wire_up(struct conform_drive *b, struct sim_servo *device)
+{
+    wire_up(b, 1000000);
+    can_bus_init(&can_bus, &port.can);
+    b->fieldbus = &can_bus.fieldbus;
+    turns_device = device;
+}
+
+static int64_t turns_ruler_q32(struct conform_drive *b)
+{
+    (void)b;
+    return units_of(sim_servo_pos_q24(turns_device), TURNS_COUNTS,
+                    TURNS_DEN / TURNS_NUM);
+}
+
+static void turns_trouble(struct conform_drive *b,
+                          enum conform_drive_trouble trouble)
+{
+    static const enum sim_servo_fault fault[] = {
+        [CONFORM_DRIVE_TRIP] = SIM_SERVO_TRIP,
+        [CONFORM_DRIVE_LASTING_TRIP] = SIM_SERVO_ENCODER,
+        [CONFORM_DRIVE_SILENT] = SIM_SERVO_SILENT,
+        [CONFORM_DRIVE_HEAL] = SIM_SERVO_CLEAR,
+    };
+
+    (void)b;
+    sim_servo_inject(turns_device, fault[trouble]);
+}
+
 /* ---- ODrive ------------------------------------------------------------- */
 
 static struct sim_odrive odrive_device;
 static struct drive_odrive odrive;
-static struct can_bus can_bus;
 static bool odrive_is_05;
 
 static struct hal_drive *odrive_setup(struct conform_drive *b)
@@ -83,51 +120,16 @@ static struct hal_drive *odrive_setup(struct conform_drive *b)
         config.watchdog_timeout = 191;
         config.watchdog_ns = 100 * MS;
     }
-    wire_up(b, 1000000);
+    turns_wire_up(b, &odrive_device.base);
     assert_int_equal(sim_odrive_init(&odrive_device, &wire, &device), 0);
-    can_bus_init(&can_bus, &port.can);
     assert_int_equal(drive_odrive_init(&odrive, &can_bus, &config), 0);
     return &odrive.turns.drive;
 }
 
-static void can_bus_tick(struct conform_drive *b)
-{
-    sim_world_run(&world, b->now_ns);
-    assert_int_equal(hal_fieldbus_begin(&can_bus.fieldbus, b->now_ns), 0);
-}
-
-static void can_bus_tock(struct conform_drive *b)
-{
-    assert_int_equal(hal_fieldbus_end(&can_bus.fieldbus, b->now_ns), 0);
-}
-
-static int64_t odrive_ruler_q32(struct conform_drive *b)
-{
-    (void)b;
-    return units_of(sim_odrive_pos_q24(&odrive_device), SIM_ODRIVE_COUNTS,
-                    TURNS_DEN / TURNS_NUM);
-}
-
-static void odrive_trouble(struct conform_drive *b,
-                           enum conform_drive_trouble trouble)
-{
-    static const enum sim_odrive_fault fault[] = {
-        [CONFORM_DRIVE_TRIP] = SIM_ODRIVE_OVERCURRENT,
-        [CONFORM_DRIVE_LASTING_TRIP] = SIM_ODRIVE_ENCODER,
-        [CONFORM_DRIVE_SILENT] = SIM_ODRIVE_SILENT,
-        [CONFORM_DRIVE_HEAL] = SIM_ODRIVE_CLEAR,
-    };
-
-    (void)b;
-    sim_odrive_inject(&odrive_device, fault[trouble]);
-}
-
 static struct conform_drive odrive_bench = {
     .setup = odrive_setup,
-    .begin = can_bus_tick,
-    .end = can_bus_tock,
-    .ruler_q32 = odrive_ruler_q32,
-    .trouble = odrive_trouble,
+    .ruler_q32 = turns_ruler_q32,
+    .trouble = turns_trouble,
     .tick_ns = 1 * MS,
     .start_ns = 1 * S,
     .enable_ns = 300 * MS,
@@ -167,42 +169,18 @@ static struct hal_drive *moteus_setup(struct conform_drive *b)
                                                 .switched = true,
                                                 .turns = turns_config };
 
-    wire_up(b, 1000000);
+    turns_wire_up(b, &moteus_device.base);
     assert_int_equal(sim_can_bus_set_fd(&wire, 5), 0);
     assert_int_equal(sim_moteus_init(&moteus_device, &wire, &device), 0);
-    can_bus_init(&can_bus, &port.can);
     assert_int_equal(drive_moteus_init(&moteus, &can_bus, &config), 0);
     return &moteus.turns.drive;
-}
-
-static int64_t moteus_ruler_q32(struct conform_drive *b)
-{
-    (void)b;
-    return units_of(sim_moteus_pos_q24(&moteus_device), SIM_MOTEUS_COUNTS,
-                    TURNS_DEN / TURNS_NUM);
-}
-
-static void moteus_trouble(struct conform_drive *b,
-                           enum conform_drive_trouble trouble)
-{
-    static const enum sim_moteus_fault fault[] = {
-        [CONFORM_DRIVE_TRIP] = SIM_MOTEUS_DRIVER,
-        [CONFORM_DRIVE_LASTING_TRIP] = SIM_MOTEUS_ENCODER,
-        [CONFORM_DRIVE_SILENT] = SIM_MOTEUS_SILENT,
-        [CONFORM_DRIVE_HEAL] = SIM_MOTEUS_CLEAR,
-    };
-
-    (void)b;
-    sim_moteus_inject(&moteus_device, fault[trouble]);
 }
 
 static struct conform_drive moteus_bench = {
     .name = "drive_moteus",
     .setup = moteus_setup,
-    .begin = can_bus_tick,
-    .end = can_bus_tock,
-    .ruler_q32 = moteus_ruler_q32,
-    .trouble = moteus_trouble,
+    .ruler_q32 = turns_ruler_q32,
+    .trouble = turns_trouble,
     .tick_ns = 1 * MS,
     .start_ns = 1 * S,
     .enable_ns = 20 * MS,
@@ -249,26 +227,16 @@ static struct hal_drive *cia402_setup(struct conform_drive *b)
 
     wire_up(b, 1000000);
     assert_int_equal(canopen_init(&canopen, &port.can, &master), 0);
+    b->fieldbus = &canopen.fieldbus;
     assert_int_equal(sim_cia402_init(&cia402_device, &wire, &device), 0);
     assert_int_equal(drive_cia402_init(&cia402, &canopen, &config), 0);
     return &cia402.drive;
 }
 
-static void canopen_tick(struct conform_drive *b)
-{
-    sim_world_run(&world, b->now_ns);
-    assert_int_equal(hal_fieldbus_begin(&canopen.fieldbus, b->now_ns), 0);
-}
-
-static void canopen_tock(struct conform_drive *b)
-{
-    assert_int_equal(hal_fieldbus_end(&canopen.fieldbus, b->now_ns), 0);
-}
-
 static int64_t cia402_ruler_q32(struct conform_drive *b)
 {
     (void)b;
-    return units_of(sim_cia402_pos_q24(&cia402_device), COUNTS, 1);
+    return units_of(sim_servo_pos_q24(&cia402_device.base), COUNTS, 1);
 }
 
 static void cia402_trouble(struct conform_drive *b,
@@ -287,8 +255,6 @@ static void cia402_trouble(struct conform_drive *b,
 static struct conform_drive cia402_bench = {
     .name = "drive_cia402",
     .setup = cia402_setup,
-    .begin = canopen_tick,
-    .end = canopen_tock,
     .ruler_q32 = cia402_ruler_q32,
     .trouble = cia402_trouble,
     .tick_ns = 1 * MS,
@@ -311,19 +277,10 @@ static struct hal_drive *modbus_setup(struct conform_drive *b)
 {
     modbus_bench_load(&modbus, "leadshine-el7");
     modbus_bench_init(&modbus);
+    b->world = &modbus.world;
+    b->fieldbus = &modbus.bus.fieldbus;
     b->now_ns = modbus.world.now_ns;
     return &modbus.drive.drive;
-}
-
-static void modbus_tick(struct conform_drive *b)
-{
-    sim_world_run(&modbus.world, b->now_ns);
-    assert_int_equal(hal_fieldbus_begin(&modbus.bus.fieldbus, b->now_ns), 0);
-}
-
-static void modbus_tock(struct conform_drive *b)
-{
-    assert_int_equal(hal_fieldbus_end(&modbus.bus.fieldbus, b->now_ns), 0);
 }
 
 static int64_t modbus_ruler_q32(struct conform_drive *b)
@@ -349,8 +306,6 @@ static void modbus_trouble(struct conform_drive *b,
 static struct conform_drive modbus_servo_bench = {
     .name = "drive_modbus",
     .setup = modbus_setup,
-    .begin = modbus_tick,
-    .end = modbus_tock,
     .ruler_q32 = modbus_ruler_q32,
     .trouble = modbus_trouble,
     .tick_ns = 1 * MS,

@@ -12,6 +12,10 @@
 
 #define MS INT64_C(1000000)
 
+/* No pause of the machine makes an answer late that is there. */
+#define TIMEOUT_NS (2000 * MS)
+#define DRAIN_NS   (200 * MS)
+
 static const struct modbus_rtu_line line = { .baud = 115200,
                                              .parity = MODBUS_PARITY_EVEN,
                                              .stop_bits = 1 };
@@ -82,7 +86,7 @@ static void libmodbus_begin(const struct modbus_libmodbus_config *config)
     assert_int_equal(modbus_libmodbus_open(&rig.libmodbus, config), 0);
     rig.conform.line = &rig.libmodbus.modbus;
     rig.conform.pass = pass_real;
-    for (int i = 0; i < 2000 && !hal_modbus_is_up(rig.conform.line); i++)
+    for (int i = 0; i < 20000 && !hal_modbus_is_up(rig.conform.line); i++)
         pass_real(&rig.conform);
     assert_int_equal(hal_modbus_is_up(rig.conform.line), 1);
 }
@@ -99,7 +103,8 @@ static void host_begin(void)
 static int pty_begin(void **state)
 {
     struct modbus_libmodbus_config config = { .line = line,
-                                              .timeout_ns = 200 * MS };
+                                              .timeout_ns = TIMEOUT_NS,
+                                              .drain_ns = DRAIN_NS };
 
     (void)state;
     host_begin();
@@ -113,7 +118,8 @@ static int pty_begin(void **state)
 static int tcp_begin(void **state)
 {
     struct modbus_libmodbus_config config = { .host = "127.0.0.1",
-                                              .timeout_ns = 200 * MS };
+                                              .timeout_ns = TIMEOUT_NS,
+                                              .drain_ns = DRAIN_NS };
 
     (void)state;
     host_begin();

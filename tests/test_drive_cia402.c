@@ -3,6 +3,7 @@
  * The miniature knows just enough: a flat object table, the power states, and
  * a motor that is exactly where the interpolator is.  The drive that behaves
  * like a real one is sim/sim_cia402.h. */
+#include "tests/canopen_bench.h"
 #include "tests/fake_can.h"
 
 #include <inttypes.h>
@@ -11,7 +12,6 @@
 #include "hal/drive_cia402.h"
 #include "motion/fixed.h"
 
-#define MS   INT64_C(1000000)
 #define NODE 5
 #define ONE  MOTION_FIXED_ONE_Q32
 
@@ -316,11 +316,7 @@ struct bench {
     int bus;
 };
 
-static const struct canopen_config master_config = {
-    .node_id = 127,
-    .sync_period_ns = 1 * MS,
-    .heartbeat_period_ns = 20 * MS,
-};
+static const struct canopen_config master_config = CANOPEN_BENCH_MASTER;
 
 static const struct drive_cia402_config drive_config = {
     .node_id = NODE,

@@ -11,9 +11,8 @@
 #include "sim/sim_cia402.h"
 
 #include "tests/can_harm.h"
-#include "tests/check.h"
+#include "tests/canopen_bench.h"
 
-#define MS    INT64_C(1000000)
 #define ONE   MOTION_FIXED_ONE_Q32
 #define NODE  5
 #define START 654321
@@ -47,9 +46,7 @@ static void heard(void *context, const struct hal_can_frame *frame)
 
 static void bench_of(struct bench *b, uint64_t seed)
 {
-    static const struct canopen_config master = {
-        .node_id = 127, .sync_period_ns = MS, .heartbeat_period_ns = 20 * MS
-    };
+    static const struct canopen_config master = CANOPEN_BENCH_MASTER;
     static const struct drive_cia402_config drive = {
         .node_id = NODE,
         .counts_num = 1000,
@@ -60,10 +57,7 @@ static void bench_of(struct bench *b, uint64_t seed)
     };
     static const struct sim_cia402_config servo = {
         .node_id = NODE,
-        .plant = { .omega_mrad_s = 200000,
-                   .zeta_permille = 1000,
-                   .vel_max_counts_s = 2000000,
-                   .acc_max_counts_s2 = 20000000 },
+        .plant = CANOPEN_BENCH_PLANT,
         .start_counts = START,
         .loop_ns = 250000,
         .brake_release_ns = 5 * MS,
@@ -72,9 +66,7 @@ static void bench_of(struct bench *b, uint64_t seed)
 
     memset(b, 0, sizeof *b);
     b->now_ns = 1000 * MS;
-    sim_world_init(&b->world, b->now_ns);
-    assert_int_equal(sim_can_bus_init(&b->bus, &b->world, 1000000), 0);
-    assert_int_equal(sim_can_port_init(&b->port, &b->bus), 0);
+    canopen_bench_wire(&b->world, &b->bus, &b->port);
     can_harm_init(&b->harm, &b->port.can, seed);
     b->harm.heard = heard;
     b->harm.context = b;

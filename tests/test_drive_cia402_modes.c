@@ -4,14 +4,12 @@
 #include <inttypes.h>
 #include <string.h>
 
-#include "tests/check.h"
+#include "tests/canopen_bench.h"
 
 #include "hal/drive_cia402.h"
 #include "motion/fixed.h"
 #include "sim/sim_cia402.h"
-#include "sim/world.h"
 
-#define MS    INT64_C(1000000)
 #define S     (1000 * MS)
 #define ONE   MOTION_FIXED_ONE_Q32
 #define NODE  7
@@ -29,11 +27,7 @@ struct bench {
     unsigned orders; /* RPDO2 heard */
 };
 
-static const struct canopen_config master_config = {
-    .node_id = 127,
-    .sync_period_ns = 1 * MS,
-    .heartbeat_period_ns = 20 * MS,
-};
+static const struct canopen_config master_config = CANOPEN_BENCH_MASTER;
 
 static const struct drive_cia402_config drive_config = {
     .node_id = NODE,
@@ -44,10 +38,7 @@ static const struct drive_cia402_config drive_config = {
 
 static const struct sim_cia402_config servo_config = {
     .node_id = NODE,
-    .plant = { .omega_mrad_s = 200000,
-               .zeta_permille = 1000,
-               .vel_max_counts_s = 2000000,
-               .acc_max_counts_s2 = 20000000 },
+    .plant = CANOPEN_BENCH_PLANT,
     .start_counts = START,
     .loop_ns = 250000,
     .boot_ns = 10 * MS,
@@ -69,9 +60,7 @@ static struct bench *bench_of(const struct drive_cia402_config *drive,
 
     memset(b, 0, sizeof *b);
     b->now_ns = 1 * S;
-    sim_world_init(&b->world, b->now_ns);
-    assert_int_equal(sim_can_bus_init(&b->bus, &b->world, 1000000), 0);
-    assert_int_equal(sim_can_port_init(&b->port, &b->bus), 0);
+    canopen_bench_wire(&b->world, &b->bus, &b->port);
     assert_int_equal(sim_can_port_init(&b->hand, &b->bus), 0);
     assert_int_equal(canopen_init(&b->master, &b->port.can, master), 0);
     assert_int_equal(sim_cia402_init(&b->servo, &b->bus, servo), 0);
@@ -169,7 +158,7 @@ static int64_t counts(int64_t pos_q32)
 
 static int64_t servo_counts(const struct bench *b)
 {
-    return sim_cia402_pos_q24(&b->servo) >> 24;
+    return sim_servo_pos_q24(&b->servo.base) >> 24;
 }
 
 static int set(struct bench *b, int64_t pos_q32, int64_t vel_q32)
@@ -276,17 +265,24 @@ static void no_mode_changes_while_the_axis_moves(void **state)
     assert_int_equal(b->seen.mode, HAL_DRIVE_STREAM_POSITION);
 }
 
+/* Enabled, and `after` ticks into a change to homing. */
+static struct bench *changing(unsigned after)
+{
+    struct bench *b = bench();
+
+    enable(b);
+    assert_int_equal(hal_drive_set_mode(&b->drive.drive, HAL_DRIVE_HOMING), 0);
+    ticks(b, after);
+    return b;
+}
+
 /* Switched off while it changes, the change is brought to its end. */
 static void off_in_the_middle_of_a_change(void **state)
 {
     (void)state;
     for (unsigned after = 0; after < 12; after++) {
-        struct bench *b = bench();
+        struct bench *b = changing(after);
 
-        enable(b);
-        assert_int_equal(hal_drive_set_mode(&b->drive.drive, HAL_DRIVE_HOMING),
-                         0);
-        ticks(b, after);
         hal_drive_request(&b->drive.drive, HAL_DRIVE_REQUEST_OFF);
         until(b, HAL_DRIVE_OFF, 500);
         ticks(b, 100);
@@ -301,12 +297,8 @@ static void a_fault_in_the_middle_of_a_change(void **state)
 {
     (void)state;
     for (unsigned after = 0; after < 12; after++) {
-        struct bench *b = bench();
+        struct bench *b = changing(after);
 
-        enable(b);
-        assert_int_equal(hal_drive_set_mode(&b->drive.drive, HAL_DRIVE_HOMING),
-                         0);
-        ticks(b, after);
         sim_cia402_inject(&b->servo, SIM_CIA402_OVERCURRENT);
         until(b, HAL_DRIVE_FAULT, 100);
         ticks(b, 200);
@@ -815,7 +807,7 @@ static void torque_is_turned_with_a_reversed_axis(void **state)
     end(b);
     begin(b);
     end(b);
-    assert_true(b->servo.plant.push_q8 < 0);
+    assert_true(b->servo.base.plant.push_q8 < 0);
 }
 
 /* ---- start-up ---------------------------------------------------------- */
@@ -900,7 +892,7 @@ static void moved_out_of_its_limits_it_is_not_enabled(void **state)
     config.pos_max_q32 = 15 * ONE;
     b = bench_of(&config, &master_config, &servo_config);
     until(b, HAL_DRIVE_OFF, 2000);
-    b->servo.plant.pos_q24 = INT64_C(15010) << 24;
+    b->servo.base.plant.pos_q24 = INT64_C(15010) << 24;
     hal_drive_request(&b->drive.drive, HAL_DRIVE_REQUEST_ENABLE);
     until(b, HAL_DRIVE_FAULT, 500);
     assert_text(b, "stands outside its software limits");

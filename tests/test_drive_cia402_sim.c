@@ -5,14 +5,12 @@
 #include <inttypes.h>
 #include <string.h>
 
-#include "tests/check.h"
+#include "tests/canopen_bench.h"
 
 #include "hal/drive_cia402.h"
 #include "motion/fixed.h"
 #include "sim/sim_cia402.h"
-#include "sim/world.h"
 
-#define MS    INT64_C(1000000)
 #define ONE   MOTION_FIXED_ONE_Q32
 #define AXES  4
 #define START 654321
@@ -30,11 +28,7 @@ struct bench {
     int bus_err;
 };
 
-static const struct canopen_config master_config = {
-    .node_id = 127,
-    .sync_period_ns = 1 * MS,
-    .heartbeat_period_ns = 20 * MS,
-};
+static const struct canopen_config master_config = CANOPEN_BENCH_MASTER;
 
 static const struct drive_cia402_config drive_config = {
     .counts_num = 1000,
@@ -45,10 +39,7 @@ static const struct drive_cia402_config drive_config = {
 };
 
 static const struct sim_cia402_config servo_config = {
-    .plant = { .omega_mrad_s = 200000,
-               .zeta_permille = 1000,
-               .vel_max_counts_s = 2000000,
-               .acc_max_counts_s2 = 20000000 },
+    .plant = CANOPEN_BENCH_PLANT,
     .start_counts = START,
     .loop_ns = 250000,
     .brake_release_ns = 80 * MS,
@@ -60,9 +51,7 @@ static void bench_of(struct bench *b, unsigned axes)
     memset(b, 0, sizeof *b);
     b->axes = axes;
     b->now_ns = 1000 * MS;
-    sim_world_init(&b->world, b->now_ns);
-    assert_int_equal(sim_can_bus_init(&b->bus, &b->world, 1000000), 0);
-    assert_int_equal(sim_can_port_init(&b->port, &b->bus), 0);
+    canopen_bench_wire(&b->world, &b->bus, &b->port);
     assert_int_equal(canopen_init(&b->master, &b->port.can, &master_config), 0);
     for (unsigned i = 0; i < axes; i++) {
         struct sim_cia402_config servo = servo_config;
@@ -163,7 +152,7 @@ static int64_t counts_of(int64_t pos_q32)
 
 static int64_t servo_counts(const struct bench *b, unsigned i)
 {
-    return sim_cia402_pos_q24(&b->servo[i]) >> 24;
+    return sim_servo_pos_q24(&b->servo[i].base) >> 24;
 }
 
 #define assert_text(b, want)                                                   \
@@ -192,7 +181,7 @@ static void power_up_ends_enabled_without_a_jump(void **state)
     assert_int_equal(b->master.stats.malformed, 0);
     assert_int_equal(b->master.stats.unexpected, 0);
     assert_int_equal(b->master.stats.foreign_master, 0);
-    assert_int_equal(b->master.stats.send_refused, 0);
+    assert_int_equal(b->master.cycle.send_refused, 0);
 }
 
 /* Set points of an S with 1 unit/ms in its middle; following error from the

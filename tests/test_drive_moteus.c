@@ -1,64 +1,23 @@
 /* tests/test_drive_moteus.c - what drive_moteus sends and how it takes what it
  * hears, frame by frame.  What is expected was built with mjbots' own Python
  * package (Controller.make_position and others) and is theirs on the wire. */
-#include "tests/fake_can.h"
+#include "tests/turns_bench.h"
 
 #include "hal/drive_moteus.h"
 #include "hal/float32.h"
-#include "motion/fixed.h"
 
-#define MS  INT64_C(1000000)
-#define ONE MOTION_FIXED_ONE_Q32
-
-static struct fake_can fake;
-static struct can_bus bus;
 static struct drive_moteus drive;
-static struct hal_drive_feedback seen;
-static int64_t now_ns;
-static int bus_err;
 
 static const struct drive_moteus_config base = {
     .id = 1,
-    .turns = { .turns_num = 1,
-               .turns_den = 1,
-               .period_ns = 1 * MS,
-               .stop_acc_q16 = 100 << 16,
-               .rated_torque_mnm = 1000 },
+    .turns = TURNS_BENCH_CONFIG,
 };
 
 static void bench_of(const struct drive_moteus_config *config)
 {
-    fake_can_init(&fake);
-    can_bus_init(&bus, &fake.can);
+    turns_bench_init(&drive.turns.drive);
     assert_int_equal(drive_moteus_init(&drive, &bus, config), 0);
-    now_ns = 1000 * MS;
 }
-
-static void begin(void)
-{
-    bus_err = hal_fieldbus_begin(&bus.fieldbus, now_ns);
-    hal_drive_feedback(&drive.turns.drive, &seen);
-}
-
-static void end(void)
-{
-    hal_fieldbus_end(&bus.fieldbus, now_ns);
-    now_ns += 1 * MS;
-}
-
-static void cycle(void)
-{
-    begin();
-    end();
-}
-
-static void hear(const char *text)
-{
-    fake_can_put(&fake, text);
-    cycle();
-}
-
-#define expect(want) fake_can_expect(&fake, want)
 
 /* Mode; position 1.25, velocity -0.5, torque 0.1; 24 V, 31 C, fault. */
 #define ANSWER(mode, fault)                                                    \
@@ -114,10 +73,7 @@ static void set_points_are_as_mjbots_builds_them(void **state)
 
     (void)state;
     enabled();
-    fake_can_put(&fake, ANSWER("0A", "00"));
-    begin();
-    assert_int_equal(hal_drive_set_target(&drive.turns.drive, &target), 0);
-    end();
+    aim(ANSWER("0A", "00"), &target);
     /* watchdog 100 ms, no limits, as 16 bits */
     expect("8001#01000A0F200000A03F000000BFCDCCCC3D"
            "07276400FFFFFFFF" QUESTIONS "50");
@@ -136,10 +92,7 @@ static void the_demand_goes_on_at_its_velocity(void **state)
 
     (void)state;
     enabled();
-    fake_can_put(&fake, ANSWER("0A", "00"));
-    begin();
-    assert_int_equal(hal_drive_set_target(&drive.turns.drive, &target), 0);
-    end();
+    aim(ANSWER("0A", "00"), &target);
     fake_can_put_at(&fake, ANSWER("0A", "00"), now_ns - 100000);
     cycle();
     /* measured 0.9 ms after the tick, in force 0.5 ms after it */

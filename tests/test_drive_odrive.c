@@ -1,64 +1,23 @@
 /* tests/test_drive_odrive.c - what drive_odrive sends and how it takes what it
  * hears, frame by frame.  The frames were built with Python's struct from
  * ODrive's tables and read back with ODrive's DBC. */
-#include "tests/fake_can.h"
+#include "tests/turns_bench.h"
 
 #include "hal/drive_odrive.h"
 #include "hal/float32.h"
-#include "motion/fixed.h"
 
-#define MS  INT64_C(1000000)
-#define ONE MOTION_FIXED_ONE_Q32
-
-static struct fake_can fake;
-static struct can_bus bus;
 static struct drive_odrive drive;
-static struct hal_drive_feedback seen;
-static int64_t now_ns;
-static int bus_err;
 
 static const struct drive_odrive_config base = {
     .node = 1,
-    .turns = { .turns_num = 1,
-               .turns_den = 1,
-               .period_ns = 1 * MS,
-               .stop_acc_q16 = 100 << 16,
-               .rated_torque_mnm = 1000 },
+    .turns = TURNS_BENCH_CONFIG,
 };
 
 static void bench_of(const struct drive_odrive_config *config)
 {
-    fake_can_init(&fake);
-    can_bus_init(&bus, &fake.can);
+    turns_bench_init(&drive.turns.drive);
     assert_int_equal(drive_odrive_init(&drive, &bus, config), 0);
-    now_ns = 1000 * MS;
 }
-
-static void begin(void)
-{
-    bus_err = hal_fieldbus_begin(&bus.fieldbus, now_ns);
-    hal_drive_feedback(&drive.turns.drive, &seen);
-}
-
-static void end(void)
-{
-    hal_fieldbus_end(&bus.fieldbus, now_ns);
-    now_ns += 1 * MS;
-}
-
-static void cycle(void)
-{
-    begin();
-    end();
-}
-
-static void hear(const char *text)
-{
-    fake_can_put(&fake, text);
-    cycle();
-}
-
-#define expect(want) fake_can_expect(&fake, want)
 
 /* Nothing of the family is asked: config says it. */
 static void found(enum drive_odrive_family family)
@@ -139,10 +98,7 @@ static void expect_target(int64_t pos_q32, int64_t vel_q32, int32_t permille,
                                              .vel_q32 = vel_q32,
                                              .torque_permille = permille };
 
-    fake_can_put(&fake, "029#0000A03F00000000");
-    begin();
-    assert_int_equal(hal_drive_set_target(&drive.turns.drive, &target), 0);
-    end();
+    aim("029#0000A03F00000000", &target);
     expect(want);
 }
 
@@ -446,6 +402,31 @@ static void orders_from_somebody_else_are_noticed(void **state)
     assert_int_equal(bus_err, MOTION_OK);
 }
 
+/* As hal/fieldbus.h has it: error-passive is less than either. */
+static void the_worst_of_the_bus_is_said(void **state)
+{
+    (void)state;
+    found(DRIVE_ODRIVE_06);
+    fake.state = HAL_CAN_PASSIVE;
+    cycle();
+    assert_int_equal(bus_err, MOTION_E_LIMIT);
+    hear("022#");
+    assert_int_equal(bus_err, MOTION_E_PROTOCOL);
+    fake.refuse = 4;
+    for (int i = 0; i < 3; i++) {
+        cycle();
+        assert_int_equal(bus_err, MOTION_E_LIMIT);
+    }
+    cycle();
+    assert_int_equal(bus_err, MOTION_E_FULL);
+    fake.state = HAL_CAN_DOWN;
+    cycle();
+    assert_int_equal(bus_err, MOTION_E_IO);
+    fake.state = HAL_CAN_ACTIVE;
+    cycle();
+    assert_int_equal(bus_err, MOTION_OK);
+}
+
 static void configs_that_cannot_be(void **state)
 {
     static const struct {
@@ -494,6 +475,7 @@ int main(void)
         cmocka_unit_test(homing_that_fails_is_a_fault),
         cmocka_unit_test(a_homing_can_be_broken_off),
         cmocka_unit_test(orders_from_somebody_else_are_noticed),
+        cmocka_unit_test(the_worst_of_the_bus_is_said),
         cmocka_unit_test(configs_that_cannot_be),
     };
 

@@ -88,12 +88,12 @@ static bool odrive_has_values(uint32_t id)
 
 static int64_t odrive_ruler_q32(void)
 {
-    return units_of(sim_odrive_pos_q24(&odrive_device), SIM_ODRIVE_COUNTS);
+    return units_of(sim_servo_pos_q24(&odrive_device.base), SIM_ODRIVE_COUNTS);
 }
 
 static void odrive_trip(void)
 {
-    sim_odrive_inject(&odrive_device, SIM_ODRIVE_OVERCURRENT);
+    sim_servo_inject(&odrive_device.base, SIM_SERVO_TRIP);
 }
 
 static void odrive_setup(struct bench *b)
@@ -128,12 +128,12 @@ static bool moteus_has_values(uint32_t id)
 
 static int64_t moteus_ruler_q32(void)
 {
-    return units_of(sim_moteus_pos_q24(&moteus_device), SIM_MOTEUS_COUNTS);
+    return units_of(sim_servo_pos_q24(&moteus_device.base), SIM_MOTEUS_COUNTS);
 }
 
 static void moteus_trip(void)
 {
-    sim_moteus_inject(&moteus_device, SIM_MOTEUS_DRIVER);
+    sim_servo_inject(&moteus_device.base, SIM_SERVO_TRIP);
 }
 
 static void moteus_setup(struct bench *b)

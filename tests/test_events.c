@@ -90,11 +90,10 @@ static void open_rig(const char *directory)
 {
     char message[RIG_MESSAGE_MAX] = "";
     struct machine_ports ports;
-    const struct options options = { .path = { directory }, .path_count = 1 };
     memset(&bench, 0, sizeof bench);
     for (unsigned i = 0; i < RIG_LINES_MAX; i++)
         bench.shortest_ns[i] = INT64_MAX;
-    assert_int_equal(job_open(&bench.job, &options), STATUS_OK);
+    assert_int_equal(job_open(&bench.job, &directory, 1), STATUS_OK);
     assert_int_equal(
         machine_sim_init(&bench.sim, &bench.job.rig, false, &ports, message),
         MOTION_OK);

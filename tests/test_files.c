@@ -158,7 +158,7 @@ static void the_example_rig_is_read_as_written(void **state)
     assert_int_equal(rig.axis_count, 4);
     assert_int_equal(rig_axis_index(&rig, "tilt"), 3);
     assert_int_equal(rig_axis_index(&rig, "til"), -1);
-    assert_string_equal(rig_unit_text(dolly->unit), "mm");
+    assert_string_equal(units_axis_text(dolly->unit), "mm");
     assert_int_equal(dolly->limit.pos_max_q32, Q32(2400));
     assert_int_equal(dolly->limit.vel_q32, Q32(300));
     assert_int_equal(dolly->limit.acc_q16, Q16(100));

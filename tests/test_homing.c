@@ -2,8 +2,8 @@
  * axes press, from every place, with a fault in every state. */
 #include <string.h>
 
-#include "firmware/linux/commands/job.h"
 #include "firmware/linux/machine/machine_sim.h"
+#include "firmware/linux/move/job.h"
 #include "motion/fixed.h"
 #include "tests/check.h"
 

@@ -11,9 +11,9 @@
 
 static void opened(struct job *job, const char *move)
 {
-    struct options options = { .path = { DATA "rig.yaml", move },
-                               .path_count = 2 };
-    assert_int_equal(job_open(job, &options), STATUS_OK);
+    const char *const path[] = { DATA "rig.yaml", move };
+
+    assert_int_equal(job_open(job, path, 2), STATUS_OK);
 }
 
 static struct imported there_and_back(const struct job *job, const char *format,

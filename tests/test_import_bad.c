@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "firmware/linux/commands/command.h"
 #include "motion/err.h"
 #include "tests/import_bench.h"
 

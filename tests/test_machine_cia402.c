@@ -2,9 +2,9 @@
  * reaches the drive. */
 #include <string.h>
 
-#include "firmware/linux/commands/job.h"
 #include "firmware/linux/machine/machine_sim.h"
-#include "firmware/linux/rig/budget.h"
+#include "firmware/linux/move/budget.h"
+#include "firmware/linux/move/job.h"
 #include "motion/fixed.h"
 #include "tests/check.h"
 
@@ -18,10 +18,9 @@ static struct machine machine;
 static int open_job(void **state)
 {
     (void)state;
-    const struct options options = { .path = { "tests/data/cia402" },
-                                     .path_count = 1 };
+    const char *const path[] = { "tests/data/cia402" };
     memset(&job, 0, sizeof job);
-    return job_open(&job, &options) == STATUS_OK ? 0 : -1;
+    return job_open(&job, path, 1) == STATUS_OK ? 0 : -1;
 }
 
 static int close_job(void **state)
@@ -77,7 +76,7 @@ static void get_ready(void)
 static int64_t off_by(unsigned i, int64_t pos_q32)
 {
     const int64_t at =
-        (sim_cia402_pos_q24(&sim.servo[i]) >> 24) * (i == IP ? -1 : 1);
+        (sim_servo_pos_q24(&sim.servo[i].base) >> 24) * (i == IP ? -1 : 1);
     int64_t want = 0;
     motion_fixed_muldiv(pos_q32, 1000, MOTION_FIXED_ONE_Q32, &want);
     return at > want ? at - want : want - at;
@@ -103,8 +102,8 @@ static void every_mode_follows_the_move(void **state)
                 fail_msg("axis %u is off", i);
         if (machine.controller.axis[CSP].target.acc_q16 > acc_q16)
             acc_q16 = machine.controller.axis[CSP].target.acc_q16;
-        if (sim.servo[CSP].plant.push_q8 > pushed)
-            pushed = sim.servo[CSP].plant.push_q8;
+        if (sim.servo[CSP].base.plant.push_q8 > pushed)
+            pushed = sim.servo[CSP].base.plant.push_q8;
     }
     for (unsigned i = 0; i < 500; i++)
         tick();

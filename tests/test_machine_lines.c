@@ -2,8 +2,8 @@
  * the wire to what the axes do. */
 #include <string.h>
 
-#include "firmware/linux/commands/job.h"
 #include "firmware/linux/machine/machine_sim.h"
+#include "firmware/linux/move/job.h"
 #include "tests/check.h"
 
 #define MS INT64_C(1000000)
@@ -18,10 +18,9 @@ static struct machine machine;
 static int open_job(void **state)
 {
     (void)state;
-    const struct options options = { .path = { "tests/data/lines" },
-                                     .path_count = 1 };
+    const char *const path[] = { "tests/data/lines" };
     memset(&job, 0, sizeof job);
-    return job_open(&job, &options) == STATUS_OK ? 0 : -1;
+    return job_open(&job, path, 1) == STATUS_OK ? 0 : -1;
 }
 
 static int close_job(void **state)

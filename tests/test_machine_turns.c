@@ -5,7 +5,7 @@
 
 #include "firmware/linux/machine/machine.h"
 #include "firmware/linux/machine/machine_sim.h"
-#include "firmware/linux/rig/budget.h"
+#include "firmware/linux/move/budget.h"
 #include "firmware/linux/rig/turns_budget.h"
 #include "motion/fixed.h"
 #include "tests/check.h"
@@ -106,34 +106,34 @@ static void they_stop_when_nobody_speaks(void **state)
 }
 
 static const struct {
-    int axis, device;
+    int axis;
+    enum sim_servo_fault device;
     enum controller_fault fault;
     int64_t most_ms;
     const char *text;
 } failures[] = {
-    { SLIDER, SIM_ODRIVE_ENCODER, CONTROLLER_FAULT_DRIVE, 25,
+    { SLIDER, SIM_SERVO_ENCODER, CONTROLLER_FAULT_DRIVE, 25,
       "ODrive error 0x00000008: missing estimate" },
-    { SLIDER, SIM_ODRIVE_OVERCURRENT, CONTROLLER_FAULT_DRIVE, 25,
+    { SLIDER, SIM_SERVO_TRIP, CONTROLLER_FAULT_DRIVE, 25,
       "ODrive error 0x00001000: current limit" },
     /* alone on its bus: nobody acknowledges what slew sends */
-    { SLIDER, SIM_ODRIVE_SILENT, CONTROLLER_FAULT_BUS_PASSIVE, 10, "" },
-    { SLIDER, SIM_ODRIVE_NOT_A_NUMBER, CONTROLLER_FAULT_STALE, 10, "" },
-    { SLIDER, SIM_ODRIVE_DEAF, CONTROLLER_FAULT_STALE, 20, "" },
-    { PAN, SIM_MOTEUS_ENCODER, CONTROLLER_FAULT_DRIVE, 3,
+    { SLIDER, SIM_SERVO_SILENT, CONTROLLER_FAULT_BUS_PASSIVE, 10, "" },
+    { SLIDER, SIM_SERVO_NOT_A_NUMBER, CONTROLLER_FAULT_STALE, 10, "" },
+    { SLIDER, SIM_SERVO_DEAF, CONTROLLER_FAULT_STALE, 20, "" },
+    { PAN, SIM_SERVO_ENCODER, CONTROLLER_FAULT_DRIVE, 3,
       "moteus fault 35: encoder" },
-    { PAN, SIM_MOTEUS_DRIVER, CONTROLLER_FAULT_DRIVE, 3,
+    { PAN, SIM_SERVO_TRIP, CONTROLLER_FAULT_DRIVE, 3,
       "moteus fault 33: motor driver, perhaps under-voltage" },
-    { PAN, SIM_MOTEUS_SILENT, CONTROLLER_FAULT_BUS_PASSIVE, 10, "" },
-    { PAN, SIM_MOTEUS_DEAF, CONTROLLER_FAULT_STALE, 10, "" },
-    { PAN, SIM_MOTEUS_NOT_A_NUMBER, CONTROLLER_FAULT_STALE, 10, "" },
+    { PAN, SIM_SERVO_SILENT, CONTROLLER_FAULT_BUS_PASSIVE, 10, "" },
+    { PAN, SIM_SERVO_DEAF, CONTROLLER_FAULT_STALE, 10, "" },
+    { PAN, SIM_SERVO_NOT_A_NUMBER, CONTROLLER_FAULT_STALE, 10, "" },
 };
 
-static void inject(int axis, int fault)
+static void inject(int axis, enum sim_servo_fault fault)
 {
-    if (axis == SLIDER)
-        sim_odrive_inject(&sim.odrive[SLIDER], (enum sim_odrive_fault)fault);
-    else
-        sim_moteus_inject(&sim.moteus[PAN], (enum sim_moteus_fault)fault);
+    sim_servo_inject(axis == SLIDER ? &sim.odrive[SLIDER].base
+                                    : &sim.moteus[PAN].base,
+                     fault);
 }
 
 /* Latched, the group off, nothing by itself. */
@@ -169,8 +169,8 @@ static void after_a_fault_it_starts_again(void **state)
 {
     (void)state;
     build_ready();
-    inject(SLIDER, SIM_ODRIVE_OVERCURRENT);
-    inject(PAN, SIM_MOTEUS_DRIVER);
+    inject(SLIDER, SIM_SERVO_TRIP);
+    inject(PAN, SIM_SERVO_TRIP);
     until(CONTROLLER_FAULT);
     for (int n = 0; n < 300; n++)
         tick();

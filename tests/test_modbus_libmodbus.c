@@ -1,10 +1,15 @@
 /* tests/test_modbus_libmodbus.c - libmodbus on a real pseudo-terminal whose
- * other end answers badly, and on TCP whose server goes away. */
+ * other end answers badly, and on TCP whose server goes away.
+ *
+ * What is judged is what was answered and how often, not how soon: the machine
+ * may pause all of this at any time. */
+#define _GNU_SOURCE /* RUSAGE_THREAD, sched_setaffinity */
 #include "hal/modbus_libmodbus.h"
 
 #include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/resource.h>
 
 #include "firmware/linux/machine/modbus_host.h"
 #include "hal/clock_linux.h"
@@ -12,9 +17,13 @@
 #include "sim/sim_modbus.h"
 #include "tests/check.h"
 #include "tests/modbus_bank.h"
+#include "tests/one_processor.h"
 
 #define MS   INT64_C(1000000)
 #define UNIT 9
+
+#define PATIENCE 30000 /* looks, 1 ms each: for ever, for what is asked here */
+#define PAUSES   20    /* good answers that the machine may make late */
 
 static const struct modbus_rtu_line line = { .baud = 115200,
                                              .parity = MODBUS_PARITY_NONE,
@@ -30,7 +39,6 @@ static struct bench {
     struct modbus_host host;
     struct modbus_libmodbus libmodbus;
     struct clock_linux clock;
-    int64_t worst_ns; /* submit or collect */
 } bench;
 
 static int64_t now_ns(void)
@@ -79,29 +87,16 @@ static void end(void)
     modbus_host_stop(&bench.host);
 }
 
-static void note(int64_t since_ns)
-{
-    const int64_t took_ns = now_ns() - since_ns;
-
-    if (took_ns > bench.worst_ns)
-        bench.worst_ns = took_ns;
-}
-
 static struct hal_modbus_reply read_at(uint16_t address)
 {
     const struct hal_modbus_request ask = {
         .unit = UNIT, .function = 3, .address = address, .count = 1
     };
     struct hal_modbus_reply reply;
-    int64_t since_ns = now_ns();
 
     assert_int_equal(hal_modbus_submit(&bench.libmodbus.modbus, &ask, 0), 0);
-    note(since_ns);
-    for (unsigned i = 0; i < 3000; i++) {
-        since_ns = now_ns();
-        const int got = hal_modbus_collect(&bench.libmodbus.modbus, &reply);
-        note(since_ns);
-        if (got == 1)
+    for (unsigned i = 0; i < PATIENCE; i++) {
+        if (hal_modbus_collect(&bench.libmodbus.modbus, &reply) == 1)
             return reply;
         pass();
     }
@@ -109,36 +104,61 @@ static struct hal_modbus_reply read_at(uint16_t address)
     return reply;
 }
 
-/* Every kind of bad answer, several times; between them good ones.  Registers
+/* Good answers to register `address` are right, the first at once: but where a
+ * pause of the machine made one late, the next. */
+static void expect_recovered(uint16_t address, unsigned *pauses)
+{
+    struct hal_modbus_reply reply;
+
+    bench.faulty.fault = SIM_MODBUS_GOOD;
+    for (;;) {
+        reply = read_at(address);
+        if (reply.err != MOTION_E_TIMEOUT)
+            break;
+        if (++*pauses > PAUSES)
+            fail_msg("read %u: not recovered, %s, as %u before", address,
+                     motion_err_text(reply.err), PAUSES);
+    }
+    if (reply.err != MOTION_OK || reply.value[0] != bench.bank.reg[address])
+        fail_msg("read %u: %s, register %04X", address,
+                 motion_err_text(reply.err), reply.value[0]);
+}
+
+/* Every kind of bad answer, several times; after each a good one.  Registers
  * all differ, so an answer to another request is seen.  The device's thread
  * reads `fault` when it answers, that is after the request was submitted. */
 static void no_bad_answer_is_believed_on_a_terminal(void **state)
 {
-    unsigned right = 0, wrong = 0;
+    unsigned right = 0, wrong = 0, pauses = 0;
 
     (void)state;
     pty_begin();
-    for (uint16_t i = 0; i < 120; i++) {
-        const bool spoil = i % 2 == 0;
-
+    for (uint16_t i = 0; i < 120; i = (uint16_t)(i + 2)) {
         bench.faulty.late_ns = (25 + i % 40) * MS;
-        bench.faulty.fault =
-            spoil ? (enum sim_modbus_fault)(SIM_MODBUS_LATE +
-                                            i / 2 % (SIM_MODBUS_FAULTS - 1))
-                  : SIM_MODBUS_GOOD;
+        bench.faulty.fault = (enum sim_modbus_fault)(
+            SIM_MODBUS_LATE + i / 2 % (SIM_MODBUS_FAULTS - 1));
         const struct hal_modbus_reply reply = read_at(i);
 
         if (reply.err == MOTION_OK && reply.value[0] != bench.bank.reg[i])
             fail_msg("read %u, kind %d: a wrong value", i, bench.faulty.fault);
         right += reply.err == MOTION_OK;
         wrong += reply.err != MOTION_OK;
-        if (!spoil && reply.err != MOTION_OK)
-            fail_msg("read %u: not recovered, %s", i,
-                     motion_err_text(reply.err));
+        expect_recovered((uint16_t)(i + 1), &pauses);
     }
     end();
-    printf("%u right, %u refused\n", right, wrong);
+    printf("%u of 60 right, %u refused; %u good ones late\n", right, wrong,
+           pauses);
     assert_true(wrong >= 45); /* a frame twice begins with a good one */
+}
+
+/* How often this thread went to sleep by itself: not how often, nor for how
+ * long, it was not run. */
+static long sleeps(void)
+{
+    struct rusage usage;
+
+    assert_int_equal(getrusage(RUSAGE_THREAD, &usage), 0);
+    return usage.ru_nvcsw;
 }
 
 /* The line is stuck in time-outs and drains all the while. */
@@ -148,37 +168,35 @@ static void the_tick_is_never_blocked(void **state)
         .unit = UNIT, .function = 3, .address = 0, .count = 1
     };
     struct hal_modbus_reply reply;
-    unsigned refused = 0, timeouts = 0;
+    unsigned refused = 0, timeouts = 0, blocked = 0;
 
     (void)state;
     pty_begin();
     bench.faulty.fault = SIM_MODBUS_MUTE;
     for (unsigned tick = 0; tick < 1500; tick++) {
-        const int64_t since_ns = now_ns();
+        const long before = sleeps();
 
         while (hal_modbus_collect(&bench.libmodbus.modbus, &reply) == 1)
             timeouts += reply.err == MOTION_E_TIMEOUT;
         while (hal_modbus_submit(&bench.libmodbus.modbus, &ask, 0) == MOTION_OK)
             ;
         refused++;
-        note(since_ns);
+        blocked += sleeps() != before;
         pass();
     }
     end();
-    printf("1500 ticks on a dead line, %u time-outs: worst tick %" PRId64
-           " us\n",
-           timeouts, bench.worst_ns / 1000);
+    printf("1500 ticks on a dead line, %u time-outs: %u ticks slept\n",
+           timeouts, blocked);
     assert_true(timeouts > 5 && refused == 1500);
-    /* a time-out is 20 ms and more, the drain 60 ms: nothing of it is seen
-     * here; what is left is the operating system's doing */
-    assert_true(bench.worst_ns < 15 * MS);
+    /* one that is stopped by a signal counts as asleep */
+    assert_true(blocked <= 3);
 }
 
 /* The server hangs up; the driver connects anew and goes on. */
 static void a_server_that_went_away_is_found_again(void **state)
 {
     struct modbus_libmodbus_config config = { .host = "127.0.0.1",
-                                              .timeout_ns = 100 * MS };
+                                              .timeout_ns = 2000 * MS };
     struct hal_modbus_stats stats;
     unsigned tries = 0;
 
@@ -198,7 +216,7 @@ static void a_server_that_went_away_is_found_again(void **state)
     bench.host.slave[UNIT] = &bench.bank.slave;
     assert_int_equal(modbus_host_start(&bench.host), 0);
     while (read_at(5).err != MOTION_OK) {
-        assert_true(++tries < 1000);
+        assert_true(++tries < PATIENCE);
         pass();
     }
     hal_modbus_stats(&bench.libmodbus.modbus, &stats);
@@ -232,5 +250,6 @@ int main(void)
         cmocka_unit_test(a_server_that_went_away_is_found_again),
         cmocka_unit_test(what_cannot_be_opened_says_so),
     };
+    one_processor();
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,5 @@
 /* tests/test_number.c - fixed point to text and back, judged by __int128. */
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

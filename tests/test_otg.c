@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "firmware/linux/commands/otg_rows.h"
+#include "firmware/linux/exchange/otg_rows.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
 #include "motion/otg.h"

@@ -6,7 +6,7 @@
 
 #include "firmware/linux/machine/machine_sim.h"
 #include "firmware/linux/machine/player.h"
-#include "firmware/linux/rig/budget.h"
+#include "firmware/linux/move/budget.h"
 #include "motion/fixed.h"
 #include "tests/check.h"
 
@@ -28,6 +28,7 @@ struct bench {
     int64_t fault_ns;
     enum sim_cia402_fault fault;
     unsigned faulty;
+    int64_t pause_at_ns, pause_ns; /* the machine does not run us; 0: never */
     int64_t approach_vel_q32[RIG_AXES_MAX]; /* fastest set point of it */
 };
 
@@ -64,6 +65,10 @@ static int bench_wait_until(struct hal_clock *clock, int64_t t_ns)
         sim_cia402_inject(&bench.sim.servo[bench.faulty], bench.fault);
         bench.fault_ns = 0;
     }
+    if (bench.pause_at_ns > 0 && run_ns >= bench.pause_at_ns) {
+        bench.pause_at_ns = 0;
+        t_ns += bench.pause_ns;
+    }
     return hal_clock_wait_until(&bench.sim.world.clock, t_ns);
 }
 
@@ -83,10 +88,9 @@ static int bench_open(void **state)
     (void)state;
     char message[RIG_MESSAGE_MAX] = "";
     struct machine_ports ports;
-    const struct options options = { .path = { "examples/dolly" },
-                                     .path_count = 1 };
+    const char *const path[] = { "examples/dolly" };
     memset(&bench, 0, sizeof bench);
-    if (job_open(&bench.job, &options) != STATUS_OK ||
+    if (job_open(&bench.job, path, 1) != STATUS_OK ||
         machine_sim_init(&bench.sim, &bench.job.rig, false, &ports, message) <
             0)
         return -1;
@@ -249,6 +253,41 @@ static void an_interrupt_at_any_time_stops_along_the_path(void **state)
     }
 }
 
+/* Not what the drives did about it, nor how far they were left behind. */
+static void a_long_pause_is_named_as_what_it_was(void **state)
+{
+    static const int64_t pause_ns[] = { SECOND / 80, SECOND / 10, SECOND / 2,
+                                        3 * SECOND };
+    for (size_t i = 0; i < ARRAY_LEN(pause_ns); i++) {
+        if (i > 0) {
+            bench_close(state);
+            assert_int_equal(bench_open(state), 0);
+        }
+        bench.pause_at_ns = 20 * SECOND;
+        bench.pause_ns = pause_ns[i];
+        bench_run(&plain);
+        assert_int_equal(bench.report.end, REPORT_FAULT);
+        if (bench.report.fault.fault != CONTROLLER_FAULT_OVERRUN)
+            fail_msg("row %zu: %s", i,
+                     controller_fault_text(bench.report.fault.fault));
+        assert_true(bench.report.late_ns >= pause_ns[i]);
+        assert_torque_is_off();
+    }
+}
+
+/* 4.6 ticks: four are left out, and the fifth comes when it is due. */
+static void a_short_pause_leaves_its_ticks_out(void **state)
+{
+    (void)state;
+    bench.pause_at_ns = 20 * SECOND;
+    bench.pause_ns = 46 * bench.job.rig.period_ns / 10;
+    bench_run(&plain);
+    assert_int_equal(bench.report.end, REPORT_DONE);
+    assert_int_equal(bench.report.ticks_lost, 4);
+    assert_int_equal(bench.report.late_ns, bench.pause_ns);
+    assert_axes_at_their_last_keys();
+}
+
 static void two_interrupts_stop_every_drive_at_once(void **state)
 {
     (void)state;
@@ -321,6 +360,8 @@ int main(void)
         RUN(half_speed_takes_twice_as_long),
         RUN(a_hold_only_makes_it_later),
         RUN(an_interrupt_at_any_time_stops_along_the_path),
+        RUN(a_long_pause_is_named_as_what_it_was),
+        RUN(a_short_pause_leaves_its_ticks_out),
         RUN(two_interrupts_stop_every_drive_at_once),
         RUN(a_drive_fault_stops_the_group_and_is_named),
         RUN(a_dead_drive_is_found_before_anything_moves),

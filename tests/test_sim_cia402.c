@@ -598,8 +598,8 @@ static void sync_latches_the_position_of_that_instant(void **state)
 
         say(b, "080#");
         sim_world_run(&b->world, b->world.now_ns + 48000); /* its 48 bits */
-        at = (int32_t)((sim_cia402_pos_q24(&b->drive) + (1 << 23)) >> 24);
-        assert_int_equal(b->drive.plant_ns, b->world.now_ns);
+        at = (int32_t)((sim_servo_pos_q24(&b->drive.base) + (1 << 23)) >> 24);
+        assert_int_equal(b->drive.base.plant_ns, b->world.now_ns);
         sim_world_run(&b->world, b->world.now_ns + wait_ns);
         listen(b);
         assert_int_equal(tpdo_position(b), at);
@@ -646,12 +646,12 @@ static void between_syncs_the_demand_is_a_straight_line(void **state)
         say(b, "080#");
         sim_world_run(&b->world, b->world.now_ns + 48000);
         say(b, text);
-        before_q24 = sim_cia402_pos_q24(&b->drive);
+        before_q24 = sim_servo_pos_q24(&b->drive.base);
         for (int j = 1; j < 4; j++) {
             int64_t pos_q24;
 
             sim_world_run(&b->world, b->world.now_ns + 250000);
-            pos_q24 = sim_cia402_pos_q24(&b->drive);
+            pos_q24 = sim_servo_pos_q24(&b->drive.base);
             assert_in_range(pos_q24 - before_q24, (25 << 24) - (1 << 14),
                             (25 << 24) + (1 << 14));
             before_q24 = pos_q24;
@@ -681,7 +681,7 @@ static void any_sync_period_is_measured_unless_60c2_says_one(void **state)
                 int64_t vel_q24;
 
                 sim_world_run(&b->world, b->world.now_ns + 125000);
-                vel_q24 = b->drive.plant.vel_q24;
+                vel_q24 = b->drive.base.plant.vel_q24;
                 if (j < 100)
                     continue;
                 min_q24 = vel_q24 < min_q24 ? vel_q24 : min_q24;
@@ -1131,7 +1131,7 @@ static void silence_is_mutual_and_the_drive_stops_by_itself(void **state)
     assert_int_equal(b->heard_count, 0);
     pass(b, 200 * MS);
     assert_int_equal(hal_can_state(&b->master.can), HAL_CAN_PASSIVE);
-    assert_int_equal(b->drive.plant.vel_q24, 0);
+    assert_int_equal(b->drive.base.plant.vel_q24, 0);
     sim_cia402_inject(&b->drive, SIM_CIA402_CLEAR);
     pass(b, 10 * MS);
     expect_state(b, "disabled");
@@ -1263,9 +1263,9 @@ static void no_sequence_of_frames_breaks_it(void **state)
     forget(b);
     configure(b);
     cycles(b, 2, 0x00, here(b));
-    for (int i = 0; i < 10000 && b->drive.plant.vel_q24 != 0; i++)
+    for (int i = 0; i < 10000 && b->drive.base.plant.vel_q24 != 0; i++)
         cycles(b, 1, 0x00, 0);
-    if (b->drive.plant.vel_q24 != 0)
+    if (b->drive.base.plant.vel_q24 != 0)
         fail_msg("seed %" PRIu64 ": still moving", first);
     enable(b);
     free(b);
@@ -1283,7 +1283,7 @@ static uint64_t fingerprint(void)
         cycle(b, 0x0F, target += i % 90);
         if (i == 400)
             sim_cia402_inject(&b->drive, SIM_CIA402_OVERCURRENT);
-        hash = (hash ^ (uint64_t)sim_cia402_pos_q24(&b->drive)) *
+        hash = (hash ^ (uint64_t)sim_servo_pos_q24(&b->drive.base)) *
                UINT64_C(1099511628211);
         for (size_t j = 0; j < b->heard_count; j++)
             for (unsigned k = 0; k < 8; k++)

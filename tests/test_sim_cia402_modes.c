@@ -82,6 +82,32 @@ static void another_mode_waits_until_the_axis_stands(void **state)
     free(b);
 }
 
+/* A cycle whose other frame comes behind SYNC, so that SYNC is not late. */
+static void cycle_with(struct bench *b, const char *frame)
+{
+    const int64_t end_ns = b->world.now_ns + PERIOD_NS;
+
+    say(b, "080#");
+    say(b, frame);
+    sim_world_run(&b->world, end_ns);
+}
+
+/* SYNC locks the inner loop: one as long as SYNC's period turns with SYNC. */
+static void a_loop_as_slow_as_sync_changes_modes_too(void **state)
+{
+    struct sim_cia402_config slow = drive_config;
+    struct bench *b;
+
+    (void)state;
+    slow.loop_ns = PERIOD_NS;
+    b = enabled_of(&slow);
+    cycle_with(b, "601#2F60600001000000");
+    cycles(b, 3, 0x0F, here(b));
+    cycle_with(b, "601#4061600000000000");
+    expect_last(b, "581#4F61600001000000");
+    free(b);
+}
+
 /* ---- PP ---------------------------------------------------------------- */
 
 /* 100000 counts/s, 1e6 counts/s2: 0.1 s up, 5000 counts each ramp; 20000 counts
@@ -550,6 +576,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(it_has_the_modes_that_6502_says),
         cmocka_unit_test(another_mode_waits_until_the_axis_stands),
+        cmocka_unit_test(a_loop_as_slow_as_sync_changes_modes_too),
         cmocka_unit_test(a_profile_takes_the_time_of_its_trapezoid),
         cmocka_unit_test(
             the_profile_never_exceeds_its_speed_or_passes_its_target),

@@ -34,8 +34,8 @@ static int remove_directory(void **state)
 }
 
 static const struct rig rig = {
-    .axis = { { .name = "dolly", .unit = RIG_UNIT_MM },
-              { .name = "pan", .unit = RIG_UNIT_DEG } },
+    .axis = { { .name = "dolly", .unit = UNITS_AXIS_MM },
+              { .name = "pan", .unit = UNITS_AXIS_DEG } },
     .axis_count = 2,
     .line = { { .name = "stop", .kind = RIG_LINE_ESTOP },
               { .name = "camera", .kind = RIG_LINE_TRIGGER },

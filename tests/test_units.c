@@ -19,17 +19,17 @@
 #define NS(a)  ((int64_t)(a)*4096)
 #define S(a)   NS((a)*INT64_C(1000000000))
 
-#define MM    RIG_UNIT_MM
-#define DEG   RIG_UNIT_DEG
-#define REV   RIG_UNIT_REV
-#define COUNT RIG_UNIT_COUNT
+#define MM    UNITS_AXIS_MM
+#define DEG   UNITS_AXIS_DEG
+#define REV   UNITS_AXIS_REV
+#define COUNT UNITS_AXIS_COUNT
 
 /* ---- values by hand ---- */
 
 static const struct {
     const char *text;
     enum units_quantity quantity;
-    enum rig_unit unit;
+    enum units_axis unit;
     int64_t want;
 } good[] = {
     { "800 mm", UNITS_POSITION, MM, Q32(800) },
@@ -140,7 +140,7 @@ static void values_are_converted_exactly(void **state)
 static const struct {
     const char *text;
     enum units_quantity quantity;
-    enum rig_unit unit;
+    enum units_axis unit;
     const char *sentence; /* its beginning */
 } bad[] = {
     { "800 kg", UNITS_POSITION, MM,
@@ -294,7 +294,7 @@ static void counts_are_rational(void **state)
 {
     static const struct {
         const char *text;
-        enum rig_unit unit;
+        enum units_axis unit;
         int64_t num, den; /* 0: refused */
         const char *sentence;
     } rows[] = {
@@ -375,7 +375,7 @@ static void random_decimals_match_a_128_bit_oracle(void **state)
     static const struct {
         const char *unit;
         enum units_quantity quantity;
-        enum rig_unit axis;
+        enum units_axis axis;
         int64_t num, den;
         unsigned frac;
     } rows[] = {

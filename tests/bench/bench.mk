@@ -61,7 +61,7 @@ RUCKIG     ?= ruckig==0.19.4
 RUCKIG_DIR := $(BENCH)/ruckig
 BENCH_CXX  := g++ -std=c++20 -O2
 BENCH_SIDE := $(foreach c,otg_beside otg_random,$(BENCH)/pc/tests/bench/$(c).o) \
-              $(BENCH)/pc/firmware/linux/commands/otg_rows.o \
+              $(BENCH)/pc/firmware/linux/exchange/otg_rows.o \
               $(MOTION:%.c=$(BENCH)/pc/%.o)
 
 $(BENCH)/pc/%.o: %.c Makefile tests/bench/bench.mk

@@ -13,7 +13,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "firmware/linux/commands/otg_rows.h"
+#include "firmware/linux/exchange/otg_rows.h"
 #include "motion/err.h"
 #include "motion/sync.h"
 #include "tests/bench/otg_random.h"

@@ -1,5 +1,5 @@
 /* tests/fuzz/fuzz_rig.c - rig.yaml, and what is computed from it alone. */
-#include "firmware/linux/rig/budget.h"
+#include "firmware/linux/move/budget.h"
 #include "firmware/linux/rig/rig.h"
 #include "tests/fuzz/fuzz.h"
 

@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "firmware/linux/commands/command.h"
+#include "firmware/linux/base/status.h"
 
 void memory_fail(void)
 {

@@ -240,11 +240,12 @@ double number_double(int64_t value, unsigned bits)
     return ldexp((double)value, -(int)bits);
 }
 
-const char *number_unit(char text[NUMBER_UNIT_MAX], enum rig_unit unit,
+const char *number_unit(char text[NUMBER_UNIT_MAX], enum units_axis unit,
                         unsigned order)
 {
     static const char *const suffix[] = { "", "/s", "/s2", "/s3" };
-    snprintf(text, NUMBER_UNIT_MAX, "%s%s", rig_unit_text(unit), suffix[order]);
+    snprintf(text, NUMBER_UNIT_MAX, "%s%s", units_axis_text(unit),
+             suffix[order]);
     return text;
 }
 

@@ -9,7 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "firmware/linux/rig/rig.h"
+#include "firmware/linux/base/units.h"
 
 /* "-" 19 digits "." 32 digits and the 0, rounded up. */
 #define NUMBER_MAX 56
@@ -45,7 +45,7 @@ double number_double(int64_t value, unsigned bits);
 
 /* "mm", "mm/s", "mm/s2", "mm/s3" for order 0..3. */
 #define NUMBER_UNIT_MAX 16
-const char *number_unit(char text[NUMBER_UNIT_MAX], enum rig_unit unit,
+const char *number_unit(char text[NUMBER_UNIT_MAX], enum units_axis unit,
                         unsigned order);
 
 /* value / limit in percent, rounded up (so that 100 means "at the limit or

@@ -10,7 +10,7 @@
 #include <string.h>
 #include <strings.h>
 
-#include "firmware/linux/yaml/yaml_report.h"
+#include "firmware/linux/base/quote.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
 
@@ -143,7 +143,7 @@ static int units_scale(const struct units_number *number,
     return MOTION_OK;
 }
 
-static uint64_t units_gcd(uint64_t a, uint64_t b)
+uint64_t units_gcd(uint64_t a, uint64_t b)
 {
     while (b != 0) {
         const uint64_t rest = a % b;
@@ -245,20 +245,32 @@ static const struct {
     [UNITS_RATIO] = { 32, { 1, 1, 0 }, "2147483647" },
 };
 
-static enum units_family units_axis_family(enum rig_unit unit)
+const char *const units_axis_words[UNITS_AXIS_WORDS] = {
+    [UNITS_AXIS_MM] = "mm",
+    [UNITS_AXIS_DEG] = "deg",
+    [UNITS_AXIS_REV] = "rev",
+    [UNITS_AXIS_COUNT] = "count",
+};
+
+const char *units_axis_text(enum units_axis unit)
+{
+    return units_axis_words[unit];
+}
+
+static enum units_family units_axis_family(enum units_axis unit)
 {
     static const enum units_family family[] = {
-        [RIG_UNIT_MM] = UNITS_LENGTH,
-        [RIG_UNIT_DEG] = UNITS_ANGLE,
-        [RIG_UNIT_REV] = UNITS_ANGLE,
-        [RIG_UNIT_COUNT] = UNITS_COUNTS,
+        [UNITS_AXIS_MM] = UNITS_LENGTH,
+        [UNITS_AXIS_DEG] = UNITS_ANGLE,
+        [UNITS_AXIS_REV] = UNITS_ANGLE,
+        [UNITS_AXIS_COUNT] = UNITS_COUNTS,
     };
     return family[unit];
 }
 
 /* The unit a quantity is wanted in: `ratio` is that of a number alone. */
 static struct units_unit units_wanted(enum units_quantity quantity,
-                                      enum rig_unit unit)
+                                      enum units_axis unit)
 {
     struct units_unit wanted = { "", UNITS_NUMBER, 0, { 1, 1, 0 } };
 
@@ -269,7 +281,7 @@ static struct units_unit units_wanted(enum units_quantity quantity,
     case UNITS_JERK:
         wanted.family = units_axis_family(unit);
         wanted.per_s = (unsigned)(quantity - UNITS_POSITION);
-        wanted.ratio.num = unit == RIG_UNIT_REV ? 360 : 1;
+        wanted.ratio.num = unit == UNITS_AXIS_REV ? 360 : 1;
         break;
     case UNITS_TIME:
         wanted.family = UNITS_DURATION;
@@ -306,7 +318,7 @@ static const char *units_expected(const struct units_text *self,
     static const char *const power[] = { "s", "s", "s2", "s3" };
     const struct units_unit *wanted = &self->wanted;
     const char *spelling[ARRAY_LEN(units_table)];
-    char list[YAML_LIST_MAX];
+    char list[QUOTE_LIST_MAX];
     unsigned count = 0;
 
     if (self->expected != NULL)
@@ -319,7 +331,7 @@ static const char *units_expected(const struct units_text *self,
             spelling[count++] = units_table[i].spelling;
     snprintf(expected, UNITS_EXPECTED_MAX, "%s in %.80s",
              units_meaning[wanted->family][wanted->per_s],
-             yaml_list(list, spelling, count));
+             quote_list(list, spelling, count));
     if (wanted->per_s > 0)
         snprintf(expected + strlen(expected),
                  UNITS_EXPECTED_MAX - strlen(expected), " per %s (%s/%s)",
@@ -333,14 +345,14 @@ static int units_refuse(const struct units_text *self, const char *format, ...)
 
 static int units_refuse(const struct units_text *self, const char *format, ...)
 {
-    char quote[YAML_QUOTE_MAX], what[96], expected[UNITS_EXPECTED_MAX];
+    char quote[QUOTE_MAX], what[96], expected[UNITS_EXPECTED_MAX];
     va_list arguments;
 
     va_start(arguments, format);
     vsnprintf(what, sizeof(what), format, arguments);
     va_end(arguments);
     snprintf(self->sentence, UNITS_SENTENCE_MAX, "%s %s, expected %s",
-             yaml_quote(quote, self->text, strlen(self->text)), what,
+             quote_text(quote, self->text, strlen(self->text)), what,
              units_expected(self, expected));
     return -1;
 }
@@ -497,7 +509,7 @@ static int units_find_any(const char *word, size_t length,
 /* The rest of the text as a unit; nothing left: the wanted one. */
 static int units_read_unit(struct units_text *self, struct units_unit *unit)
 {
-    char quote[YAML_QUOTE_MAX];
+    char quote[QUOTE_MAX];
     size_t length;
 
     while (self->end > self->at && self->end[-1] == ' ')
@@ -509,7 +521,7 @@ static int units_read_unit(struct units_text *self, struct units_unit *unit)
     if (units_find_any(self->at, length, unit) < 0)
         return units_refuse(
             self, "has the unknown unit %s",
-            yaml_quote(quote, self->at,
+            quote_text(quote, self->at,
                        length < UNITS_WORD_MAX ? length : UNITS_WORD_MAX));
     if (unit->family != self->wanted.family ||
         unit->per_s != self->wanted.per_s)
@@ -710,7 +722,7 @@ static bool units_counts_over(const struct units_number *number,
     return units_fits(num, ratio->den);
 }
 
-int units_parse_counts(const char *text, enum rig_unit unit, int64_t *num,
+int units_parse_counts(const char *text, enum units_axis unit, int64_t *num,
                        int64_t *den, char sentence[UNITS_SENTENCE_MAX])
 {
     const struct units_context context = { .unit = unit };

@@ -17,7 +17,16 @@
 
 #include <stdint.h>
 
-#include "firmware/linux/rig/rig.h"
+/* An axis's own unit. */
+enum units_axis {
+    UNITS_AXIS_MM,
+    UNITS_AXIS_DEG,
+    UNITS_AXIS_REV,
+    UNITS_AXIS_COUNT
+};
+#define UNITS_AXIS_WORDS (UNITS_AXIS_COUNT + 1)
+extern const char *const units_axis_words[UNITS_AXIS_WORDS]; /* "mm" ... */
+const char *units_axis_text(enum units_axis unit);
 
 /* What a value is, which units it may have, and the format it is read into. */
 enum units_quantity {
@@ -37,7 +46,7 @@ struct units_fps {
 };
 
 struct units_context {
-    enum rig_unit unit;   /* of the axis */
+    enum units_axis unit;
     struct units_fps fps; /* for frames without a rate of their own */
 };
 
@@ -53,7 +62,10 @@ int units_parse_fps(const char *text, struct units_fps *fps,
 
 /* Counts per unit of the axis as num / den, reduced; num is not 0, negative for
  * a reversed axis; den > 0. */
-int units_parse_counts(const char *text, enum rig_unit unit, int64_t *num,
+int units_parse_counts(const char *text, enum units_axis unit, int64_t *num,
                        int64_t *den, char sentence[UNITS_SENTENCE_MAX]);
+
+/* The greatest common divisor, to reduce a quotient. */
+uint64_t units_gcd(uint64_t a, uint64_t b);
 
 #endif

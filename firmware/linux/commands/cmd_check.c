@@ -6,11 +6,10 @@
 #include "firmware/linux/base/json.h"
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/commands/job.h"
-#include "firmware/linux/commands/path_report.h"
-#include "firmware/linux/commands/shots.h"
-#include "firmware/linux/rig/budget.h"
-#include "motion/clock_warp.h"
+#include "firmware/linux/machine/shots.h"
+#include "firmware/linux/move/budget.h"
+#include "firmware/linux/move/job.h"
+#include "firmware/linux/move/path_report.h"
 
 static void cmd_check_json(const struct job *job, bool fits)
 {
@@ -60,12 +59,10 @@ static void cmd_check_text(const struct job *job)
 
 static enum status cmd_check_job(struct job *job, const struct options *options)
 {
-    enum status status = job_open_any(job, options);
+    enum status status = job_open_any(job, options->path, options->path_count);
     if (status != STATUS_OK)
         return status;
-    const int64_t rate_q30 = options->override_q30 > 0
-                                 ? options->override_q30
-                                 : MOTION_CLOCK_WARP_ONE_Q30;
+    const int64_t rate_q30 = options->override_q30;
     job_check(job, rate_q30);
     const bool carried = budget_check(job);
     const bool fits = shots_check(job, rate_q30) && carried;
@@ -87,7 +84,8 @@ static enum status cmd_check_run(const struct options *options)
 static const struct option_row cmd_check_option[] = {
     { "override", "PERCENT", OPTION_PERCENT,
       offsetof(struct options, override_q30),
-      "judge the move as played at this speed (100)" },
+      "judge the move as played at this speed (100), or at 100 when it is "
+      "less" },
     OPTIONS_COMMON,
 };
 

@@ -5,7 +5,7 @@
 
 #include "firmware/linux/base/output.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/commands/job.h"
+#include "firmware/linux/move/job.h"
 #include "firmware/linux/move/track_file.h"
 
 static void cmd_compile_describe(const struct job *job, struct track_file *file)
@@ -17,7 +17,7 @@ static void cmd_compile_describe(const struct job *job, struct track_file *file)
         struct track_file_axis *axis = &file->axis[i];
         memcpy(axis->name, job->move.axis[i].name, sizeof axis->name);
         snprintf(axis->unit, sizeof axis->unit, "%s",
-                 rig_unit_text(job_rig_axis(job, i)->unit));
+                 units_axis_text(job_rig_axis(job, i)->unit));
         axis->keys = job->move.axis[i].key_count;
     }
 }
@@ -40,7 +40,7 @@ static enum status cmd_compile_run(const struct options *options)
         fputs("slew compile: where to? expected --out FILE\n", stderr);
         return STATUS_INPUT;
     }
-    enum status status = job_open(&job, options);
+    enum status status = job_open(&job, options->path, options->path_count);
     if (status == STATUS_OK && job.move.events > 0)
         status =
             job_fail(job.move_path, "has events, which a compiled move "

@@ -4,7 +4,7 @@
 
 #include "firmware/linux/base/json.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/commands/job.h"
+#include "firmware/linux/move/job.h"
 #include "firmware/linux/tools/doctor.h"
 
 #define CMD_DOCTOR_MEASURE_NS INT64_C(2000000000)
@@ -102,8 +102,7 @@ static enum status cmd_doctor_run(const struct options *options)
 static const struct option_row cmd_doctor_option[] = {
     { "for", "TIME", OPTION_TIME, offsetof(struct options, to_ns),
       "measure wake-ups for so long (2 s); 0: not at all" },
-    { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
-      "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
+    OPTIONS_INTERFACE,
     { "root", "DIRECTORY", OPTION_TEXT, offsetof(struct options, root),
       "look at the /sys, /proc and /dev below it" },
     OPTIONS_COMMON,

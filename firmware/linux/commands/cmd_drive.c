@@ -48,10 +48,8 @@ static enum status cmd_drive_run(const struct options *options)
 }
 
 static const struct option_row cmd_drive_option[] = {
-    { "real", NULL, OPTION_FLAG, offsetof(struct options, real),
-      "a rig's drives on its interfaces, not simulated ones" },
-    { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
-      "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
+    OPTIONS_REAL("a rig's drives on its interfaces, not simulated ones"),
+    OPTIONS_INTERFACE,
     { "bus", "NAME", OPTION_TEXT, offsetof(struct options, bus),
       "which bus of the rig, when a node is given and not an axis" },
     { "eds", "FILE", OPTION_TEXT, offsetof(struct options, sheet),
@@ -70,8 +68,8 @@ static const struct option_row cmd_drive_option[] = {
       "lss: only the device VENDOR,PRODUCT,REVISION,SERIAL" },
     { "store", NULL, OPTION_FLAG, offsetof(struct options, store),
       "set, lss: keep it over power-off" },
-    { "yes", NULL, OPTION_FLAG, offsetof(struct options, yes),
-      "write also to a drive that does not say whether it is enabled" },
+    OPTIONS_YES(
+        "write also to a drive that does not say whether it is enabled"),
     OPTIONS_COMMON,
 };
 

@@ -1,7 +1,6 @@
 /* firmware/linux/commands/cmd_export.c - slew export: a move for another
  * program. */
 #include <stdio.h>
-#include <string.h>
 
 #include "firmware/linux/base/json.h"
 #include "firmware/linux/base/output.h"
@@ -47,14 +46,11 @@ static enum status cmd_export_job(const struct import_format *format,
     static struct job job;
     char sentence[UNITS_SENTENCE_MAX];
     struct units_fps fps = { 0, 0 };
-    struct options files = *options;
     if (options->fps != NULL &&
         units_parse_fps(options->fps, &fps, sentence) < 0)
         return cmd_export_fail("--fps: ", sentence);
-    files.path_count--;
-    memmove(files.path, files.path + 1,
-            (size_t)files.path_count * sizeof files.path[0]);
-    enum status status = job_open(&job, &files);
+    enum status status =
+        job_open(&job, options->path + 1, options->path_count - 1);
     if (status == STATUS_OK)
         status = cmd_export_write(&job, format, &fps, options->out);
     if (status == STATUS_OK)

@@ -15,7 +15,7 @@
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/base/output.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/commands/job.h"
+#include "firmware/linux/move/job.h"
 #include "firmware/linux/plot/compare.h"
 #include "firmware/linux/plot/plot.h"
 #include "motion/err.h"
@@ -190,7 +190,7 @@ static void cmd_gallery_table_row(const struct cmd_gallery *self, unsigned i)
 static void cmd_gallery_head(const struct cmd_gallery *self)
 {
     const struct plan_axis *axis = &self->job->move.axis[0];
-    const char *unit = rig_unit_text(job_rig_axis(self->job, 0)->unit);
+    const char *unit = units_axis_text(job_rig_axis(self->job, 0)->unit);
     char t[NUMBER_MAX], pos[NUMBER_MAX];
     fputs("# Gallery of curves\n\n"
           "<!-- Made by make gallery; edits are lost. -->\n\n"
@@ -221,7 +221,7 @@ static void cmd_gallery_head(const struct cmd_gallery *self)
 static void cmd_gallery_steps_line(const struct cmd_gallery *self,
                                    const struct cmd_gallery_row *row)
 {
-    const char *unit = rig_unit_text(job_rig_axis(self->job, 0)->unit);
+    const char *unit = units_axis_text(job_rig_axis(self->job, 0)->unit);
     char text[NUMBER_MAX];
     if (row->refused[0] != 0)
         fputc('\n', self->page);
@@ -323,7 +323,7 @@ static enum status cmd_gallery_run(const struct options *options)
     if (options->out == NULL)
         return cmd_gallery_fail("where to? expected --out FILE.md", "");
     self = (struct cmd_gallery){ .job = &job };
-    enum status status = job_open(&job, options);
+    enum status status = job_open(&job, options->path, options->path_count);
     if (status == STATUS_OK && job.move.axis_count != 1)
         status =
             cmd_gallery_fail("expected a move of one axis: ", job.move_path);

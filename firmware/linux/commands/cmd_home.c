@@ -8,7 +8,7 @@
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/base/table.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/machine/live.h"
+#include "firmware/linux/commands/live.h"
 #include "motion/err.h"
 
 struct cmd_home {
@@ -64,7 +64,7 @@ static void cmd_home_row(struct table *table, const struct rig_axis *axis)
     table_cell(table, "%s", text);
     number_short(text, homing->go_q32, 32);
     table_cell(table, "%s", homing->goes ? text : "-");
-    table_cell(table, "%s", rig_unit_text(axis->unit));
+    table_cell(table, "%s", units_axis_text(axis->unit));
 }
 
 static void cmd_home_intent(const struct cmd_home *self)
@@ -147,7 +147,7 @@ static void cmd_home_report_row(struct table *table,
     table_cell(table, "%s", axis->homed ? text : "-");
     number_short(text, axis->offset_q32, 32);
     table_cell(table, "%s", axis->homed ? text : "-");
-    table_cell(table, "%s", rig_unit_text(self->live.rig.axis[i].unit));
+    table_cell(table, "%s", units_axis_text(self->live.rig.axis[i].unit));
     table_cell(table, "%s", cmd_home_result(self, i));
 }
 
@@ -186,7 +186,7 @@ static void cmd_home_json(const struct cmd_home *self, enum status status)
         cJSON_AddItemToArray(list, item);
         cJSON_AddStringToObject(item, "name", self->live.rig.axis[i].name);
         cJSON_AddStringToObject(item, "unit",
-                                rig_unit_text(self->live.rig.axis[i].unit));
+                                units_axis_text(self->live.rig.axis[i].unit));
         cJSON_AddBoolToObject(item, "homed", axis->homed);
         cJSON_AddStringToObject(item, "result", cmd_home_result(self, i));
         json_add_fixed(item, "position", axis->feedback.pos_q32, 32);
@@ -241,9 +241,7 @@ static enum status cmd_home_rig(struct cmd_home *self)
         cmd_home_intent(self);
     if (options->dry_run)
         return STATUS_OK;
-    if (!live_confirm(options, "home"))
-        return STATUS_INPUT;
-    status = live_open(&self->live, options, false);
+    status = live_begin(&self->live, options, "home", false);
     if (status != STATUS_OK)
         return status;
     status = cmd_home_live(self);
@@ -266,18 +264,10 @@ static enum status cmd_home_run(const struct options *options)
 }
 
 static const struct option_row cmd_home_option[] = {
-    { "dry-run", NULL, OPTION_FLAG, offsetof(struct options, dry_run),
-      "say what would happen and stop there" },
-    { "real", NULL, OPTION_FLAG, offsetof(struct options, real),
-      "home the real drives, on the interfaces of the rig" },
-    { "yes", NULL, OPTION_FLAG, offsetof(struct options, yes),
-      "do not ask before real drives move" },
-    { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
-      "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
-    { "pty", NULL, OPTION_FLAG, offsetof(struct options, pty),
-      "in real time, simulated Modbus drives behind real pseudo-terminals" },
-    { "realtime", NULL, OPTION_FLAG, offsetof(struct options, realtime),
-      "run on the clock, not in virtual time" },
+    OPTIONS_DRY_RUN("say what would happen and stop there"),
+    OPTIONS_REAL("home the real drives, on the interfaces of the rig"),
+    OPTIONS_YES("do not ask before real drives move"),
+    OPTIONS_PORTS,
     OPTIONS_COMMON,
 };
 

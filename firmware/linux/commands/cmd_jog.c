@@ -9,7 +9,7 @@
 #include "firmware/linux/base/units.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/jog_keys.h"
-#include "firmware/linux/machine/live.h"
+#include "firmware/linux/commands/live.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
 #include "motion/otg.h"
@@ -150,8 +150,8 @@ static enum status cmd_jog_limits(const struct cmd_jog *self)
         fprintf(stderr,
                 "slew jog: %s %s/s is above the limit of %s, expected at most "
                 "%s %s/s\n",
-                speed, rig_unit_text(axis->unit), axis->name, limit,
-                rig_unit_text(axis->unit));
+                speed, units_axis_text(axis->unit), axis->name, limit,
+                units_axis_text(axis->unit));
         return STATUS_REFUSED;
     }
     if (self->kind != JOG_TO || (self->pos_q32 >= axis->limit.pos_min_q32 &&
@@ -184,7 +184,7 @@ static double cmd_jog_duration_s(const struct cmd_jog *self, int64_t way_q32)
 static void cmd_jog_intent(const struct cmd_jog *self)
 {
     const struct rig_axis *axis = cmd_jog_axis(self);
-    const char *unit = rig_unit_text(axis->unit);
+    const char *unit = units_axis_text(axis->unit);
     char pos[NUMBER_MAX], speed[NUMBER_MAX], acc[NUMBER_MAX];
     number_short(pos, self->pos_q32, 32);
     number_short(speed, self->speed_q32, 32);
@@ -338,7 +338,7 @@ static void cmd_jog_report(const struct cmd_jog *self, enum status status)
         cJSON *report = cJSON_CreateObject();
         cJSON_AddBoolToObject(report, "ok", status == STATUS_OK);
         cJSON_AddStringToObject(report, "axis", axis->name);
-        cJSON_AddStringToObject(report, "unit", rig_unit_text(axis->unit));
+        cJSON_AddStringToObject(report, "unit", units_axis_text(axis->unit));
         json_add_fixed(report, "from", self->from_q32, 32);
         json_add_fixed(report, "position", at->feedback.pos_q32, 32);
         cJSON_AddBoolToObject(report, "homed", at->homed);
@@ -353,7 +353,7 @@ static void cmd_jog_report(const struct cmd_jog *self, enum status status)
     number_fixed(pos, at->feedback.pos_q32, 32, 4);
     if (self->kind != JOG_BY_KEYS && self->dur_ns > 0)
         printf("%s: from %s to %s %s%s in %.3f s\n", axis->name, from, pos,
-               rig_unit_text(axis->unit), at->homed ? "" : " (unhomed)",
+               units_axis_text(axis->unit), at->homed ? "" : " (unhomed)",
                (double)self->dur_ns / 1e9);
     if (fault[0] != 0)
         printf("fault: %s\n", fault);
@@ -395,9 +395,7 @@ static enum status cmd_jog_rig(struct cmd_jog *self)
         cmd_jog_intent(self);
     if (options->dry_run)
         return STATUS_OK;
-    if (!live_confirm(options, "jog"))
-        return STATUS_INPUT;
-    status = live_open(&self->live, options, self->kind == JOG_BY_KEYS);
+    status = live_begin(&self->live, options, "jog", self->kind == JOG_BY_KEYS);
     if (status != STATUS_OK)
         return status;
     status = cmd_jog_live(self);
@@ -427,18 +425,10 @@ static const struct option_row cmd_jog_option[] = {
       "time between two of them (2 s)" },
     { "dead-man", "TIME", OPTION_TIME, offsetof(struct options, dead_man_ns),
       "by keys: stop when no key has come for so long (250ms)" },
-    { "dry-run", NULL, OPTION_FLAG, offsetof(struct options, dry_run),
-      "say what would happen and stop there" },
-    { "real", NULL, OPTION_FLAG, offsetof(struct options, real),
-      "move the real drive, on the interfaces of the rig" },
-    { "yes", NULL, OPTION_FLAG, offsetof(struct options, yes),
-      "do not ask before a real drive moves" },
-    { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
-      "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
-    { "pty", NULL, OPTION_FLAG, offsetof(struct options, pty),
-      "in real time, simulated Modbus drives behind real pseudo-terminals" },
-    { "realtime", NULL, OPTION_FLAG, offsetof(struct options, realtime),
-      "run on the clock, not in virtual time" },
+    OPTIONS_DRY_RUN("say what would happen and stop there"),
+    OPTIONS_REAL("move the real drive, on the interfaces of the rig"),
+    OPTIONS_YES("do not ask before a real drive moves"),
+    OPTIONS_PORTS,
     OPTIONS_COMMON,
 };
 

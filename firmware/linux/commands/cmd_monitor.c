@@ -11,7 +11,7 @@
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/base/table.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/machine/live.h"
+#include "firmware/linux/commands/live.h"
 
 #define MONITOR_RATE_UHZ INT64_C(5000000)
 #define MONITOR_WAIT_NS  INT64_C(5000000000) /* for drives, with --once */
@@ -104,7 +104,7 @@ static void monitor_row(struct table *table, const struct cmd_monitor *self,
     table_cell(table, "%s", known ? text : "-");
     number_fixed(text, axis->following_q32, 32, 4);
     table_cell(table, "%s", known ? text : "-");
-    table_cell(table, "%s", rig_unit_text(self->live.rig.axis[i].unit));
+    table_cell(table, "%s", units_axis_text(self->live.rig.axis[i].unit));
     if (feedback->torque_known)
         table_cell(table, "%.1f %%", feedback->torque_permille / 10.0);
     else
@@ -211,7 +211,7 @@ static cJSON *monitor_json_axis(const struct cmd_monitor *self, unsigned i)
     cJSON *item = cJSON_CreateObject();
     cJSON_AddStringToObject(item, "name", self->live.rig.axis[i].name);
     cJSON_AddStringToObject(item, "unit",
-                            rig_unit_text(self->live.rig.axis[i].unit));
+                            units_axis_text(self->live.rig.axis[i].unit));
     cJSON_AddStringToObject(item, "drive",
                             hal_drive_state_text(feedback->state));
     cJSON_AddBoolToObject(item, "homed", axis->homed);
@@ -371,14 +371,8 @@ static const struct option_row cmd_monitor_option[] = {
       "how often to look (5)" },
     { "for", "TIME", OPTION_TIME, offsetof(struct options, to_ns),
       "end after so long (until Ctrl-C)" },
-    { "real", NULL, OPTION_FLAG, offsetof(struct options, real),
-      "look at the real drives, on the interfaces of the rig" },
-    { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
-      "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
-    { "pty", NULL, OPTION_FLAG, offsetof(struct options, pty),
-      "in real time, simulated Modbus drives behind real pseudo-terminals" },
-    { "realtime", NULL, OPTION_FLAG, offsetof(struct options, realtime),
-      "run on the clock, not in virtual time" },
+    OPTIONS_REAL("look at the real drives, on the interfaces of the rig"),
+    OPTIONS_PORTS,
     OPTIONS_COMMON,
 };
 

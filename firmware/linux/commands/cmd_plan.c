@@ -8,8 +8,8 @@
 #include "firmware/linux/base/output.h"
 #include "firmware/linux/base/table.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/commands/job.h"
-#include "firmware/linux/commands/path_report.h"
+#include "firmware/linux/move/job.h"
+#include "firmware/linux/move/path_report.h"
 
 static const char *const cmd_plan_curve[] = {
 #define CMD_PLAN_CURVE(name, spelling, text) spelling,
@@ -61,7 +61,7 @@ static void cmd_plan_row(struct table *table, const struct job *job,
     table_cell(table, "%u", track->count);
     table_cell(table, "%s s", t);
     table_cell(table, "%s .. %s", low, high);
-    table_cell(table, "%s", rig_unit_text(job_rig_axis(job, axis)->unit));
+    table_cell(table, "%s", units_axis_text(job_rig_axis(job, axis)->unit));
     cmd_plan_peak(table, job, axis, MOTION_VEL);
     cmd_plan_peak(table, job, axis, MOTION_ACC);
     cmd_plan_peak(table, job, axis, MOTION_JERK);
@@ -111,7 +111,7 @@ static void cmd_plan_segments(const struct job *job, unsigned axis)
         table_cell(&table, "%d", segment->frac);
     }
     printf("\n%s, %s\n", job->move.axis[axis].name,
-           rig_unit_text(job_rig_axis(job, axis)->unit));
+           units_axis_text(job_rig_axis(job, axis)->unit));
     table_print(&table, stdout);
     table_free(&table);
 }
@@ -145,7 +145,7 @@ static void cmd_plan_json(const struct job *job)
         cJSON_AddItemToArray(axes, item);
         cJSON_AddStringToObject(item, "name", axis->name);
         cJSON_AddStringToObject(item, "unit",
-                                rig_unit_text(job_rig_axis(job, i)->unit));
+                                units_axis_text(job_rig_axis(job, i)->unit));
         cJSON_AddStringToObject(item, "curve", cmd_plan_curve_of(axis));
         cJSON_AddNumberToObject(item, "keys", axis->key_count);
         cJSON_AddNumberToObject(item, "segments", job->track[i].count);
@@ -186,7 +186,7 @@ static void cmd_plan_save_axis(const struct job *job, unsigned axis, FILE *file)
     cmd_plan_save_text(file, "name", job->move.axis[axis].name);
     fputs(", ", file);
     cmd_plan_save_text(file, "unit",
-                       rig_unit_text(job_rig_axis(job, axis)->unit));
+                       units_axis_text(job_rig_axis(job, axis)->unit));
     fprintf(file,
             ",\n  \"end_ns_q12\": %" PRId64 ", \"end_pos_q32\": %" PRId64
             ",\n  \"segments\": [",
@@ -217,7 +217,7 @@ static enum status cmd_plan_save(const struct job *job, const char *path)
 
 static enum status cmd_plan_job(struct job *job, const struct options *options)
 {
-    enum status status = job_open(job, options);
+    enum status status = job_open(job, options->path, options->path_count);
     if (status != STATUS_OK)
         return status;
     if (options->out != NULL)

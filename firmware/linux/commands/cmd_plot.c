@@ -4,9 +4,9 @@
 
 #include "firmware/linux/base/json.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/commands/job.h"
 #include "firmware/linux/machine/telemetry.h"
 #include "firmware/linux/machine/trace.h"
+#include "firmware/linux/move/job.h"
 #include "firmware/linux/plot/compare.h"
 #include "firmware/linux/plot/plot.h"
 
@@ -43,8 +43,10 @@ static void cmd_plot_report(const char *path, bool json)
 static enum status cmd_plot_job(struct job *job, struct trace *trace,
                                 const struct options *options)
 {
-    enum status status = options->compare != NULL ? job_open(job, options)
-                                                  : job_open_any(job, options);
+    enum status status =
+        options->compare != NULL
+            ? job_open(job, options->path, options->path_count)
+            : job_open_any(job, options->path, options->path_count);
     if (status == STATUS_OK && options->compare != NULL)
         status = compare_job(job, options->compare, options->axis);
     if (status != STATUS_OK)

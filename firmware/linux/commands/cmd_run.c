@@ -9,15 +9,15 @@
 #include "firmware/linux/base/output.h"
 #include "firmware/linux/base/table.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/commands/job.h"
 #include "firmware/linux/machine/machine.h"
 #include "firmware/linux/machine/machine_real.h"
 #include "firmware/linux/machine/machine_sim.h"
 #include "firmware/linux/machine/modbus_record.h"
 #include "firmware/linux/machine/player.h"
+#include "firmware/linux/move/budget.h"
 #include "firmware/linux/move/compiled.h"
+#include "firmware/linux/move/job.h"
 #include "firmware/linux/plot/plot.h"
-#include "firmware/linux/rig/budget.h"
 #include "motion/clock_warp.h"
 #include "motion/fixed.h"
 
@@ -75,7 +75,7 @@ static void cmd_run_intent_row(struct table *table, const struct cmd_run *self,
     table_cell(table, "%s", text);
     number_short(text, track->end.pos_q32, 32);
     table_cell(table, "%s", text);
-    table_cell(table, "%s", rig_unit_text(rig->unit));
+    table_cell(table, "%s", units_axis_text(rig->unit));
     const struct plan_axis *axis = &self->job.move.axis[i];
     if (self->job.compiled != NULL)
         table_cell(table, "%u", self->job.compiled->file.axis[i].keys);
@@ -408,7 +408,8 @@ static enum status cmd_run_interfaces(struct cmd_run *self)
 static enum status cmd_run_job(struct cmd_run *self)
 {
     const struct options *options = self->options;
-    enum status status = job_open_any(&self->job, options);
+    enum status status =
+        job_open_any(&self->job, options->path, options->path_count);
     if (status != STATUS_OK)
         return status;
     status = cmd_run_interfaces(self);
@@ -449,8 +450,7 @@ static enum status cmd_run_run(const struct options *options)
     static struct cmd_run self;
     memset(&self, 0, sizeof self);
     self.options = options;
-    self.rate_q30 = options->override_q30 < 0 ? MOTION_CLOCK_WARP_ONE_Q30
-                                              : options->override_q30;
+    self.rate_q30 = options->override_q30;
     enum status status = cmd_run_job(&self);
     output_abandon(&self.csv);
     output_abandon(&self.frames);
@@ -464,17 +464,9 @@ static enum status cmd_run_run(const struct options *options)
 }
 
 static const struct option_row cmd_run_option[] = {
-    { "dry-run", NULL, OPTION_FLAG, offsetof(struct options, dry_run),
-      "say what would happen, check it, and stop there" },
-    { "real", NULL, OPTION_FLAG, offsetof(struct options, real),
-      "move the real drives, on the interfaces of the rig" },
-    { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
-      "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
-    { "pty", NULL, OPTION_FLAG, offsetof(struct options, pty),
-      "in real time, simulated Modbus drives behind real pseudo-terminals and "
-      "sockets" },
-    { "realtime", NULL, OPTION_FLAG, offsetof(struct options, realtime),
-      "run on the clock, not in virtual time" },
+    OPTIONS_DRY_RUN("say what would happen, check it, and stop there"),
+    OPTIONS_REAL("move the real drives, on the interfaces of the rig"),
+    OPTIONS_PORTS,
     { "telemetry", "FILE", OPTION_TEXT, offsetof(struct options, telemetry),
       "write what happened at every tick as CSV" },
     { "can-log", "FILE", OPTION_TEXT, offsetof(struct options, can_log),

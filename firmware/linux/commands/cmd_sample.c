@@ -10,8 +10,8 @@
 #include "firmware/linux/base/json.h"
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/commands/job.h"
 #include "firmware/linux/move/compiled.h"
+#include "firmware/linux/move/job.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
 #include "motion/plan/plan_camera.h"
@@ -131,7 +131,8 @@ static void cmd_sample_head(const struct cmd_sample *self)
             if (self->options->raw)
                 printf("%s", raw[order]);
             else
-                printf("%s%s", rig_unit_text(job_rig_axis(self->job, i)->unit),
+                printf("%s%s",
+                       units_axis_text(job_rig_axis(self->job, i)->unit),
                        slash[order]);
             printf("%s", quote);
         }
@@ -211,7 +212,7 @@ static enum status cmd_sample_job(struct job *job,
     struct cmd_sample self = { .job = job, .options = options };
     if (options->rate_uhz < 0)
         return cmd_sample_fail("how often? expected --rate HZ", "");
-    enum status status = job_open_any(job, options);
+    enum status status = job_open_any(job, options->path, options->path_count);
     if (status == STATUS_OK)
         status = cmd_sample_axes(&self);
     if (status == STATUS_OK)

@@ -316,10 +316,8 @@ static enum status cmd_scan_run(const struct options *options)
 }
 
 static const struct option_row cmd_scan_option[] = {
-    { "real", NULL, OPTION_FLAG, offsetof(struct options, real),
-      "a rig's buses on its interfaces, not simulated ones" },
-    { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
-      "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
+    OPTIONS_REAL("a rig's buses on its interfaces, not simulated ones"),
+    OPTIONS_INTERFACE,
     { "bus", "NAME", OPTION_TEXT, offsetof(struct options, bus),
       "only this bus of the rig" },
     { "listen", "TIME", OPTION_TIME, offsetof(struct options, listen_ns),

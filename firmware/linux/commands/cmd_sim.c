@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/commands/job.h"
 #include "firmware/linux/machine/sim_server.h"
+#include "firmware/linux/move/job.h"
 
 static volatile sig_atomic_t cmd_sim_ended;
 
@@ -98,8 +98,7 @@ static enum status cmd_sim_run(const struct options *options)
 }
 
 static const struct option_row cmd_sim_option[] = {
-    { "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface),
-      "other interfaces than the rig's: can1, or BUS=can1,BUS=can2" },
+    OPTIONS_INTERFACE,
     { "eds", NULL, OPTION_FLAG, offsetof(struct options, eds),
       "print the data sheet (EDS) of a simulated CANopen drive, and end" },
     { "for", "TIME", OPTION_TIME, offsetof(struct options, to_ns),

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "firmware/linux/base/json.h"
+#include "firmware/linux/base/quote.h"
 #include "firmware/linux/commands/drive_verbs.h"
 #include "firmware/linux/yaml/yaml_fields.h"
 #include "motion/err.h"
@@ -28,12 +29,12 @@ static const char *access_item_list(const struct modbus_map *map,
                                     const char *text, const char **near)
 {
     static const char *name[MODBUS_MAP_ITEMS_MAX];
-    static char list[YAML_LIST_MAX];
+    static char list[QUOTE_LIST_MAX];
 
     for (unsigned i = 0; i < map->item_count; i++)
         name[i] = map->item[i].name;
     *near = yaml_nearest(text, name, map->item_count);
-    return yaml_list(list, name, map->item_count);
+    return quote_list(list, name, map->item_count);
 }
 
 /* An address, read and written as one register or two. */

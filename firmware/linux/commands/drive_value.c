@@ -27,7 +27,7 @@ static void value_in_units(const struct talk *talk, struct drive_value *value)
              used > 0 ? ", " : "",
              (double)value->value * (double)axis->counts_den /
                  (double)axis->counts_num,
-             rig_unit_text(axis->unit), value->unit + strlen("counts"));
+             units_axis_text(axis->unit), value->unit + strlen("counts"));
 }
 
 static void value_take_text(struct drive_value *value, const uint8_t *bytes,

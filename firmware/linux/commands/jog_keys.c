@@ -190,7 +190,7 @@ static void jog_show(struct jog_keys *self)
     const struct controller_axis *axis =
         &jog_controller(self)->axis[self->axis];
     const struct homing *homing = &self->live->machine.homing;
-    const char *unit = rig_unit_text(jog_rig(self)->unit);
+    const char *unit = units_axis_text(jog_rig(self)->unit);
     char pos[NUMBER_MAX], vel[NUMBER_MAX], fault[LIVE_FAULT_MAX], line[512];
     if (self->live->now_ns - self->shown_ns < JOG_SHOW_NS)
         return;
@@ -279,7 +279,7 @@ static void jog_save_axis(const struct jog_keys *self, unsigned axis,
         number_fixed(t, (int64_t)k * every_ns, 0, 0);
         number_fixed(pos, self->key_q32[k][axis], 32, 9);
         fprintf(file, "      - [%s ns, %s %s]\n", t, pos,
-                rig_unit_text(rig->unit));
+                units_axis_text(rig->unit));
     }
 }
 

@@ -12,7 +12,7 @@
 #define FIRMWARE_LINUX_COMMANDS_JOG_KEYS_H
 
 #include "firmware/linux/base/terminal.h"
-#include "firmware/linux/machine/live.h"
+#include "firmware/linux/commands/live.h"
 
 #define JOG_KEYS_MAX 1000 /* keys of a move that can be set */
 

@@ -217,7 +217,7 @@ int options_parse(const struct command *command, int argc, char *argv[],
         .resume_after_ns = -1,
         .dead_man_ns = -1,
         .key_every_ns = -1,
-        .override_q30 = -1,
+        .override_q30 = MOTION_CLOCK_WARP_ONE_Q30,
         .row = -1,
     };
     for (int i = 0; i < OTG_VALUES; i++)

@@ -10,7 +10,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "firmware/linux/commands/otg_rows.h"
+#include "firmware/linux/exchange/otg_rows.h"
 
 #define OPTIONS_PATHS_MAX 20
 
@@ -52,9 +52,9 @@ struct options {
     int64_t from_ns, to_ns, hold_at_ns, resume_after_ns;
     const char *speed, *keys;          /* jog */
     int64_t dead_man_ns, key_every_ns; /* jog */
-    int64_t override_q30;
-    int64_t row;               /* -1 when not given */
-    double motion[OTG_VALUES]; /* NAN when not given */
+    int64_t override_q30;              /* 100 % when not given */
+    int64_t row;                       /* -1 when not given */
+    double motion[OTG_VALUES];         /* NAN when not given */
     const char *path[OPTIONS_PATHS_MAX];
     int path_count;
 };
@@ -65,6 +65,35 @@ struct options {
       "write JSON to standard output" },                                       \
     {                                                                          \
         "help", NULL, OPTION_FLAG, offsetof(struct options, help), "this text" \
+    }
+
+/* Rows that several commands have: what a machine is opened on, and what is
+ * said before anything on it moves. */
+#define OPTIONS_DRY_RUN(help)                                                  \
+    {                                                                          \
+        "dry-run", NULL, OPTION_FLAG, offsetof(struct options, dry_run), help  \
+    }
+#define OPTIONS_REAL(help)                                                     \
+    {                                                                          \
+        "real", NULL, OPTION_FLAG, offsetof(struct options, real), help        \
+    }
+#define OPTIONS_YES(help)                                                      \
+    {                                                                          \
+        "yes", NULL, OPTION_FLAG, offsetof(struct options, yes), help          \
+    }
+#define OPTIONS_INTERFACE                                                      \
+    {                                                                          \
+        "interface", "NAME", OPTION_TEXT, offsetof(struct options, interface), \
+            "other interfaces than the rig's: can1, or BUS=can1,BUS=can2"      \
+    }
+#define OPTIONS_PORTS                                                          \
+    OPTIONS_INTERFACE,                                                         \
+        { "pty", NULL, OPTION_FLAG, offsetof(struct options, pty),             \
+          "in real time, simulated Modbus drives behind real "                 \
+          "pseudo-terminals and sockets" },                                    \
+    {                                                                          \
+        "realtime", NULL, OPTION_FLAG, offsetof(struct options, realtime),     \
+            "run on the clock, not in virtual time"                            \
     }
 
 struct command;

@@ -6,7 +6,7 @@
 #include <cjson/cJSON.h>
 #include <stdio.h>
 
-#include "firmware/linux/commands/otg_rows.h"
+#include "firmware/linux/exchange/otg_rows.h"
 
 /* A problem and what came of it. */
 struct otg_answer {

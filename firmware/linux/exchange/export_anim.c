@@ -233,12 +233,12 @@ static void export_anim_curve(const struct export_anim *self, unsigned i)
     static const struct {
         const char *attribute, *output;
     } of_unit[] = {
-        [RIG_UNIT_MM] = { "translate.translateX translateX", "linear" },
-        [RIG_UNIT_DEG] = { "rotate.rotateY rotateY", "angular" },
-        [RIG_UNIT_REV] = { "revolutions revolutions", "unitless" },
-        [RIG_UNIT_COUNT] = { "counts counts", "unitless" },
+        [UNITS_AXIS_MM] = { "translate.translateX translateX", "linear" },
+        [UNITS_AXIS_DEG] = { "rotate.rotateY rotateY", "angular" },
+        [UNITS_AXIS_REV] = { "revolutions revolutions", "unitless" },
+        [UNITS_AXIS_COUNT] = { "counts counts", "unitless" },
     };
-    enum rig_unit unit = job_rig_axis(self->job, i)->unit;
+    enum units_axis unit = job_rig_axis(self->job, i)->unit;
     const struct plan_axis *axis = &self->job->move.axis[i];
     struct motion_fcurve curve = { .key = NULL };
     const bool bezier = export_anim_bezier(self, axis, &curve);

@@ -187,17 +187,18 @@ static void export_blender_track(const struct export_blender *self,
 /* --- curves --------------------------------------------------------------- */
 
 /* Metres and radians where that is what handles are measured in: Blender's. */
-static void export_blender_unit(struct export_blender *self, enum rig_unit unit)
+static void export_blender_unit(struct export_blender *self,
+                                enum units_axis unit)
 {
     const int64_t value_q32 = self->axis->bezier.value_q32;
     const long double degrees = 180 / 3.14159265358979323846264L;
 
-    self->unit = unit == RIG_UNIT_COUNT ? "own" : rig_unit_text(unit);
+    self->unit = unit == UNITS_AXIS_COUNT ? "own" : units_axis_text(unit);
     self->per_value = (long double)MOTION_FIXED_ONE_Q32;
-    if (unit == RIG_UNIT_MM && value_q32 == 1000 * MOTION_FIXED_ONE_Q32) {
+    if (unit == UNITS_AXIS_MM && value_q32 == 1000 * MOTION_FIXED_ONE_Q32) {
         self->unit = "m";
         self->per_value *= 1000;
-    } else if (unit == RIG_UNIT_DEG &&
+    } else if (unit == UNITS_AXIS_DEG &&
                value_q32 ==
                    (int64_t)(degrees * (long double)MOTION_FIXED_ONE_Q32 +
                              0.5L)) {

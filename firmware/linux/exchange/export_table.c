@@ -120,7 +120,7 @@ static void export_csv_head(const struct job *job, FILE *file)
     fputs("frame", file);
     for (unsigned i = 0; i < job->move.axis_count; i++) {
         const char *name = job->move.axis[i].name;
-        const char *unit = rig_unit_text(job_rig_axis(job, i)->unit);
+        const char *unit = units_axis_text(job_rig_axis(job, i)->unit);
         fprintf(file, ",%s_%s,%s_%s_s,%s_%s_s2", name, unit, name, unit, name,
                 unit);
     }

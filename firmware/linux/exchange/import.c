@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "firmware/linux/base/quote.h"
 #include "firmware/linux/yaml/yaml_fields.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
@@ -71,14 +72,14 @@ static void import_no_axis(const struct import_text *text,
                            const char *name)
 {
     const char *names[RIG_AXES_MAX];
-    char quote[YAML_QUOTE_MAX], list[YAML_LIST_MAX];
+    char quote[QUOTE_MAX], list[QUOTE_LIST_MAX];
     for (unsigned i = 0; i < rig->axis_count; i++)
         names[i] = rig->axis[i].name;
     yaml_report_at(&text->report, place,
                    "%s is no axis of the rig, expected %s; --columns says what "
                    "a column is",
-                   yaml_quote(quote, name, strlen(name)),
-                   yaml_list(list, names, rig->axis_count));
+                   quote_text(quote, name, strlen(name)),
+                   quote_list(list, names, rig->axis_count));
 }
 
 struct plan_axis *import_add_axis(const struct import_text *text,

@@ -9,8 +9,8 @@
 #include <stdio.h>
 
 #include "firmware/linux/base/units.h"
-#include "firmware/linux/commands/job.h"
 #include "firmware/linux/exchange/import_text.h"
+#include "firmware/linux/move/job.h"
 #include "firmware/linux/rig/rig.h"
 
 #define IMPORT_COLUMNS_MAX 64

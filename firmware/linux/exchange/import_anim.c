@@ -10,6 +10,7 @@
 
 #include "firmware/linux/base/memory.h"
 #include "firmware/linux/base/number.h"
+#include "firmware/linux/base/quote.h"
 #include "firmware/linux/exchange/import.h"
 #include "firmware/linux/exchange/import_anim.h"
 #include "motion/err.h"
@@ -85,7 +86,7 @@ struct anim_read {
     struct import_word end; /* of the file's range, empty: not said */
     /* of the curve that is being read */
     struct import_anim_curve curve;
-    enum rig_unit axis_unit;
+    enum units_axis axis_unit;
     const char *unit; /* of its values, "" for the axis's own */
     unsigned automatic, longer, unplayed; /* what is lost */
 };
@@ -93,9 +94,9 @@ struct anim_read {
 static int anim_refuse(const struct anim_read *self, struct plan_place place,
                        const char *word, const char *expected)
 {
-    char quote[YAML_QUOTE_MAX];
+    char quote[QUOTE_MAX];
     return yaml_report_at(&self->text.report, place, "%s is not expected, %s",
-                          yaml_quote(quote, word, strlen(word)), expected);
+                          quote_text(quote, word, strlen(word)), expected);
 }
 
 static int anim_fail(const struct anim_read *self, const char *what)

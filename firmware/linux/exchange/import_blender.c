@@ -143,24 +143,13 @@ static const char *const blender_extrapolations[] = { "CONSTANT", "LINEAR" };
 static const char *const blender_cycles[] = { "NONE", "REPEAT", "REPEAT_OFFSET",
                                               "MIRROR" };
 
-static int blender_word(const struct yaml_value *value,
-                        const char *const word[], unsigned count, void *out)
-{
-    unsigned index;
-
-    if (yaml_value_choice(value, word, count, &index) < 0)
-        return -1;
-    *(uint8_t *)out = (uint8_t)index;
-    return 0;
-}
-
 #define BLENDER_WORD(what)                                                     \
     static int blender_read_##what(void *reader,                               \
                                    const struct yaml_value *value, void *out)  \
     {                                                                          \
         (void)reader;                                                          \
-        return blender_word(value, blender_##what##s,                          \
-                            ARRAY_LEN(blender_##what##s), out);                \
+        return yaml_value_word(value, blender_##what##s,                       \
+                               ARRAY_LEN(blender_##what##s), out);             \
     }
 BLENDER_WORD(handle)
 BLENDER_WORD(interpolation)
@@ -284,26 +273,14 @@ static int blender_read_keys(void *reader, const struct yaml_value *value,
 
 /* --- curves --------------------------------------------------------------- */
 
-static int blender_read_count(void *reader, const struct yaml_value *value,
-                              void *out)
-{
-    int64_t count;
-
-    (void)reader;
-    if (yaml_value_integer(value, 0, UINT32_MAX, &count) < 0)
-        return -1;
-    *(uint32_t *)out = (uint32_t)count;
-    return 0;
-}
-
 static const struct yaml_field blender_cycles_fields[] = {
     { "mode_before", YAML_REQUIRED, "NONE, REPEAT, REPEAT_OFFSET or MIRROR",
       blender_read_cycle, offsetof(struct plan_bezier, before.mode) },
     { "mode_after", YAML_REQUIRED, "NONE, REPEAT, REPEAT_OFFSET or MIRROR",
       blender_read_cycle, offsetof(struct plan_bezier, after.mode) },
-    { "count_before", YAML_REQUIRED, "how many times", blender_read_count,
+    { "count_before", YAML_REQUIRED, "how many times", yaml_read_u32,
       offsetof(struct plan_bezier, before.count) },
-    { "count_after", YAML_REQUIRED, "how many times", blender_read_count,
+    { "count_after", YAML_REQUIRED, "how many times", yaml_read_u32,
       offsetof(struct plan_bezier, after.count) },
 };
 static const struct yaml_shape blender_cycles_shape = {
@@ -353,11 +330,11 @@ static void blender_axis_name(const struct blender_read *self,
         snprintf(name, BLENDER_CURVE_NAME, "%s", from + 1);
 }
 
-static bool blender_unit_fits(const char *word, enum rig_unit unit)
+static bool blender_unit_fits(const char *word, enum units_axis unit)
 {
     const bool length = strcmp(word, "mm") == 0 || strcmp(word, "m") == 0;
 
-    return word[0] == 0 || length == (unit == RIG_UNIT_MM);
+    return word[0] == 0 || length == (unit == UNITS_AXIS_MM);
 }
 
 static int blender_read_unit(void *reader, const struct yaml_value *value,
@@ -374,7 +351,7 @@ static int blender_read_unit(void *reader, const struct yaml_value *value,
     if (!blender_unit_fits(self->unit, self->units.unit))
         return yaml_value_refuse(
             value, "'%s' does not fit axis %s, whose unit is %s", self->unit,
-            self->axis->name, rig_unit_text(self->units.unit));
+            self->axis->name, units_axis_text(self->units.unit));
     return 0;
 }
 

@@ -26,7 +26,7 @@ enum table_kind {
 struct table_column {
     enum table_kind kind;
     struct plan_axis *axis; /* of POS, VEL, ACC */
-    enum rig_unit unit;
+    enum units_axis unit;
 };
 
 struct table_read {
@@ -123,7 +123,7 @@ static int table_add_csv(struct table_read *self, struct import_word *word)
         const struct rig_axis *rig = &self->wish->rig->axis[i];
         char stem[2 * PLAN_NAME_MAX];
         int n = snprintf(stem, sizeof stem, "%s_%s", rig->name,
-                         rig_unit_text(rig->unit));
+                         units_axis_text(rig->unit));
         if (strncmp(word->text, stem, (size_t)n) != 0)
             continue;
         const char *rest = word->text + n;

@@ -8,6 +8,7 @@
 #include <strings.h>
 
 #include "firmware/linux/base/number.h"
+#include "firmware/linux/base/quote.h"
 #include "motion/err.h"
 
 #define IMPORT_CTRL_Z 0x1A
@@ -56,7 +57,7 @@ static int import_text_check(struct import_text *text)
     struct plan_place place = { 1, 1 };
     uint32_t character;
     for (size_t i = 0; i < text->length;) {
-        unsigned n = yaml_utf8_decode(data + i, text->length - i, &character);
+        unsigned n = quote_utf8_decode(data + i, text->length - i, &character);
         if (data[i] == IMPORT_CTRL_Z) {
             text->length = i;
             text->data[i] = 0;
@@ -154,11 +155,11 @@ static int import_text_copy(const struct import_text *text, size_t length,
 {
     word->place = import_text_place(text);
     if (length >= sizeof word->text) {
-        char quote[YAML_QUOTE_MAX];
+        char quote[QUOTE_MAX];
         return yaml_report_at(
             &text->report, word->place,
             "%s has more than %d characters, expected a name or a number",
-            yaml_quote(quote, text->data + text->at, length),
+            quote_text(quote, text->data + text->at, length),
             IMPORT_WORD_MAX - 1);
     }
     memcpy(word->text, text->data + text->at, length);
@@ -234,10 +235,10 @@ int import_text_number(const struct import_text *text,
     const char *end;
     unsigned bits = quantity == UNITS_ACCELERATION ? 16 : 32;
     if (!import_text_is_number(word->text)) {
-        char quote[YAML_QUOTE_MAX];
+        char quote[QUOTE_MAX];
         return yaml_report_at(
             &text->report, word->place, "%s is not a number, expected one",
-            yaml_quote(quote, word->text, strlen(word->text)));
+            quote_text(quote, word->text, strlen(word->text)));
     }
     /* as it is, with all the digits it has */
     if (before[0] == 0 && after[0] == 0 &&

@@ -10,11 +10,11 @@ static int64_t machine_sim_counts_q24(const struct machine_sim *sim, unsigned i)
 {
     switch (sim->rig->axis[i].kind) {
     case RIG_CIA402:
-        return sim_cia402_pos_q24(&sim->servo[i]);
+        return sim_servo_pos_q24(&sim->servo[i].base);
     case RIG_ODRIVE:
-        return sim_odrive_pos_q24(&sim->odrive[i]);
+        return sim_servo_pos_q24(&sim->odrive[i].base);
     case RIG_MOTEUS:
-        return sim_moteus_pos_q24(&sim->moteus[i]);
+        return sim_servo_pos_q24(&sim->moteus[i].base);
     case RIG_MODBUS:
         break;
     }

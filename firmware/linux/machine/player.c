@@ -7,6 +7,7 @@
 #include <time.h>
 
 #include "firmware/linux/machine/machine_trigger.h"
+#include "firmware/linux/machine/pace.h"
 #include "firmware/linux/move/compiled.h"
 #include "motion/ease.h"
 #include "motion/err.h"
@@ -447,21 +448,12 @@ static void player_normal(struct player *player, int interrupts)
 
 /* --- the loop --- */
 
-/* Nominal time of the next tick.  When real time is past the one after it,
- * whole periods are left out: never a burst. */
 static void player_next(struct player *player)
 {
-    struct hal_clock *clock = player->machine->ports.clock;
     const int64_t period_ns = player->job->rig.period_ns;
-    player->now_ns += period_ns;
-    if (player->config.realtime) {
-        int64_t late_ns = hal_clock_now_ns(clock) - player->now_ns;
-        if (late_ns >= period_ns)
-            player->now_ns += late_ns / period_ns * period_ns;
-    }
-    while (hal_clock_wait_until(clock, player->now_ns) < 0)
-        ; /* a signal woke us; it has been counted */
-    int64_t late_ns = hal_clock_now_ns(clock) - player->now_ns;
+    int64_t late_ns;
+    player->now_ns = pace_wait(player->machine->ports.clock,
+                               player->now_ns + period_ns, period_ns, &late_ns);
     if (late_ns > player->late_ns)
         player->late_ns = late_ns;
 }

@@ -24,15 +24,15 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "firmware/linux/base/progress.h"
-#include "firmware/linux/commands/job.h"
-#include "firmware/linux/commands/report.h"
-#include "firmware/linux/commands/shots.h"
 #include "firmware/linux/machine/can_log.h"
 #include "firmware/linux/machine/machine.h"
+#include "firmware/linux/machine/progress.h"
 #include "firmware/linux/machine/recorder.h"
+#include "firmware/linux/machine/report.h"
+#include "firmware/linux/machine/shots.h"
 #include "firmware/linux/machine/telemetry.h"
 #include "firmware/linux/machine/trace.h"
+#include "firmware/linux/move/job.h"
 
 #define PLAYER_APPROACH_SEGMENTS 8
 

@@ -9,7 +9,7 @@
 
 #include "firmware/controller.h"
 #include "firmware/linux/base/number.h"
-#include "firmware/linux/yaml/yaml_report.h"
+#include "firmware/linux/base/quote.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
 
@@ -64,7 +64,7 @@ static void telemetry_heading(const struct telemetry *telemetry)
         const struct rig_axis *axis = &telemetry->rig->axis[a];
         for (size_t f = 0; f < TELEMETRY_FIELDS; f++)
             fprintf(file, ",%s.%s_%s%s", axis->name, telemetry_field[f].name,
-                    rig_unit_text(axis->unit), telemetry_field[f].per);
+                    units_axis_text(axis->unit), telemetry_field[f].per);
         fprintf(file, ",%s.statusword", axis->name);
     }
     for (uint32_t i = 0; i < telemetry->rig->line_count; i++) {
@@ -186,10 +186,10 @@ static int telemetry_fail(struct telemetry_reader *reader, const char *what,
 static int telemetry_fail_cell(struct telemetry_reader *reader,
                                const char *cell, const char *expected)
 {
-    char quote[YAML_QUOTE_MAX];
+    char quote[QUOTE_MAX];
     return telemetry_fail(reader,
                           cell == NULL ? "the line ends"
-                                       : yaml_quote(quote, cell, strlen(cell)),
+                                       : quote_text(quote, cell, strlen(cell)),
                           expected);
 }
 
@@ -225,7 +225,7 @@ static bool telemetry_is_field(const struct rig_axis *axis, size_t field,
     char expected[64] = "statusword";
     if (field < TELEMETRY_FIELDS)
         snprintf(expected, sizeof expected, "%s_%s%s",
-                 telemetry_field[field].name, rig_unit_text(axis->unit),
+                 telemetry_field[field].name, units_axis_text(axis->unit),
                  telemetry_field[field].per);
     return strcmp(name, expected) == 0;
 }

@@ -109,18 +109,15 @@ int move_read_ease_list(const struct move_reader *reader,
                         const struct yaml_value *value, int64_t *k1_q32,
                         int64_t *k2_q32)
 {
-    struct yaml_value k1, k2;
-    uint32_t count;
+    struct yaml_value k[2];
 
-    if (yaml_value_list(value, 2, 2, &count) < 0)
-        return -1;
-    k1 = yaml_value_at(value, yaml_value_node(value)->first);
-    k2 = yaml_value_at(value, yaml_value_node(&k1)->next);
-    if (move_read_ratio(reader, &k1, MOTION_FIXED_ONE_Q32, k1_q32) < 0 ||
-        move_read_ratio(reader, &k2, MOTION_FIXED_ONE_Q32, k2_q32) < 0)
+    if (yaml_value_pair(value, k) < 0 ||
+        move_read_ratio(reader, &k[0], MOTION_FIXED_ONE_Q32, k1_q32) < 0 ||
+        move_read_ratio(reader, &k[1], MOTION_FIXED_ONE_Q32, k2_q32) < 0)
         return -1;
     if (*k2_q32 < *k1_q32)
-        return yaml_value_refuse(&k2, "has its second number below the first");
+        return yaml_value_refuse(&k[1],
+                                 "has its second number below the first");
     return 0;
 }
 
@@ -599,7 +596,7 @@ int move_find_axis(const struct move_reader *reader,
 }
 
 int move_read_keyed(struct move_reader *reader, const struct yaml_value *value,
-                    enum units_quantity quantity, enum rig_unit unit,
+                    enum units_quantity quantity, enum units_axis unit,
                     struct plan_axis *axis)
 {
     const struct move_reader outer = *reader;

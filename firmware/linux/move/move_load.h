@@ -60,7 +60,7 @@ int move_drive_axis(struct move_reader *reader, const struct yaml_value *name,
 /* A map with curve and keys, of whatever quantity, into *axis, whose keys belong
  * to the caller, also after a refusal. */
 int move_read_keyed(struct move_reader *reader, const struct yaml_value *value,
-                    enum units_quantity quantity, enum rig_unit unit,
+                    enum units_quantity quantity, enum units_axis unit,
                     struct plan_axis *axis);
 
 /* A kind of curve into enum plan_curve; a ratio from 0 to max. */

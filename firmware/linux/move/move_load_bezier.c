@@ -37,51 +37,33 @@ const char *const move_cycle_word[MOVE_CYCLES] = {
     "mirror",
 };
 
-static int bezier_word(const struct yaml_value *value, const char *const word[],
-                       unsigned count, uint8_t *out)
-{
-    unsigned index;
-
-    if (yaml_value_choice(value, word, count, &index) < 0)
-        return -1;
-    *out = (uint8_t)index;
-    return 0;
-}
-
 /* [time, position] */
 static int bezier_pair(const struct move_reader *self,
                        const struct yaml_value *value, int64_t *dt_ns_q12,
                        int64_t *dp_q32)
 {
-    struct yaml_value dt, dp;
-    uint32_t count;
+    struct yaml_value item[2];
 
-    if (yaml_value_list(value, 2, 2, &count) < 0)
+    if (yaml_value_pair(value, item) < 0 ||
+        yaml_units_read(&item[0], UNITS_TIME, &self->units, dt_ns_q12) < 0)
         return -1;
-    dt = yaml_value_at(value, yaml_value_node(value)->first);
-    dp = yaml_value_at(value, yaml_value_node(&dt)->next);
-    if (yaml_units_read(&dt, UNITS_TIME, &self->units, dt_ns_q12) < 0)
-        return -1;
-    return yaml_units_read(&dp, self->quantity, &self->units, dp_q32);
+    return yaml_units_read(&item[1], self->quantity, &self->units, dp_q32);
 }
 
 /* One word for both handles, or [left, right]. */
 static int bezier_kinds(const struct yaml_value *value,
                         struct plan_bezier_key *key)
 {
-    struct yaml_value left = *value, right = *value;
-    uint32_t count;
+    struct yaml_value side[2] = { *value, *value };
 
-    if (yaml_value_node(value)->kind == YAML_TREE_LIST) {
-        if (yaml_value_list(value, 2, 2, &count) < 0)
-            return -1;
-        left = yaml_value_at(value, yaml_value_node(value)->first);
-        right = yaml_value_at(value, yaml_value_node(&left)->next);
-    }
-    if (bezier_word(&left, move_handle_word, MOVE_HANDLES, &key->left.kind) < 0)
+    if (yaml_value_node(value)->kind == YAML_TREE_LIST &&
+        yaml_value_pair(value, side) < 0)
         return -1;
-    return bezier_word(&right, move_handle_word, MOVE_HANDLES,
-                       &key->right.kind);
+    if (yaml_value_word(&side[0], move_handle_word, MOVE_HANDLES,
+                        &key->left.kind) < 0)
+        return -1;
+    return yaml_value_word(&side[1], move_handle_word, MOVE_HANDLES,
+                           &key->right.kind);
 }
 
 /* --- of an axis ----------------------------------------------------------- */
@@ -104,16 +86,25 @@ int move_read_handles(void *reader, const struct yaml_value *value, void *out)
     return bezier_kinds(value, &self->handles);
 }
 
+/* A word of those, where the axis's curve has handles. */
+static int bezier_axis_word(const struct move_reader *self,
+                            const struct yaml_value *value,
+                            const char *const word[], unsigned count,
+                            uint8_t *out)
+{
+    if (bezier_check_axis(self, value) < 0)
+        return -1;
+    return yaml_value_word(value, word, count, out);
+}
+
 int move_read_interpolation(void *reader, const struct yaml_value *value,
                             void *out)
 {
     struct move_reader *self = reader;
 
     (void)out;
-    if (bezier_check_axis(self, value) < 0)
-        return -1;
-    return bezier_word(value, move_interpolation_word, MOVE_INTERPOLATIONS,
-                       &self->handles.interpolation);
+    return bezier_axis_word(self, value, move_interpolation_word,
+                            MOVE_INTERPOLATIONS, &self->handles.interpolation);
 }
 
 int move_read_easing(void *reader, const struct yaml_value *value, void *out)
@@ -121,20 +112,16 @@ int move_read_easing(void *reader, const struct yaml_value *value, void *out)
     struct move_reader *self = reader;
 
     (void)out;
-    if (bezier_check_axis(self, value) < 0)
-        return -1;
-    return bezier_word(value, move_easing_word, MOVE_EASINGS,
-                       &self->handles.easing);
+    return bezier_axis_word(self, value, move_easing_word, MOVE_EASINGS,
+                            &self->handles.easing);
 }
 
 int move_read_smoothing(void *reader, const struct yaml_value *value, void *out)
 {
     struct plan_axis *axis = out;
 
-    if (bezier_check_axis(reader, value) < 0)
-        return -1;
-    return bezier_word(value, move_smoothing_word, MOVE_SMOOTHINGS,
-                       &axis->bezier.smoothing);
+    return bezier_axis_word(reader, value, move_smoothing_word, MOVE_SMOOTHINGS,
+                            &axis->bezier.smoothing);
 }
 
 int move_read_extrapolation(void *reader, const struct yaml_value *value,
@@ -142,40 +129,26 @@ int move_read_extrapolation(void *reader, const struct yaml_value *value,
 {
     struct plan_axis *axis = out;
 
-    if (bezier_check_axis(reader, value) < 0)
-        return -1;
-    return bezier_word(value, move_extrapolation_word, MOVE_EXTRAPOLATIONS,
-                       &axis->bezier.extrapolation);
+    return bezier_axis_word(reader, value, move_extrapolation_word,
+                            MOVE_EXTRAPOLATIONS, &axis->bezier.extrapolation);
 }
 
 static int bezier_read_cycle(void *reader, const struct yaml_value *value,
                              void *out)
 {
     (void)reader;
-    return bezier_word(value, move_cycle_word, MOVE_CYCLES, out);
-}
-
-static int bezier_read_count(void *reader, const struct yaml_value *value,
-                             void *out)
-{
-    int64_t count;
-
-    (void)reader;
-    if (yaml_value_integer(value, 0, UINT32_MAX, &count) < 0)
-        return -1;
-    *(uint32_t *)out = (uint32_t)count;
-    return 0;
+    return yaml_value_word(value, move_cycle_word, MOVE_CYCLES, out);
 }
 
 static const struct yaml_field bezier_cycles_fields[] = {
     { "before", YAML_OPTIONAL, "none, repeat, repeat-offset or mirror",
       bezier_read_cycle, offsetof(struct plan_bezier, before.mode) },
     { "before_count", YAML_OPTIONAL, "how many times, 0 for ever",
-      bezier_read_count, offsetof(struct plan_bezier, before.count) },
+      yaml_read_u32, offsetof(struct plan_bezier, before.count) },
     { "after", YAML_OPTIONAL, "none, repeat, repeat-offset or mirror",
       bezier_read_cycle, offsetof(struct plan_bezier, after.mode) },
-    { "after_count", YAML_OPTIONAL, "how many times, 0 for ever",
-      bezier_read_count, offsetof(struct plan_bezier, after.count) },
+    { "after_count", YAML_OPTIONAL, "how many times, 0 for ever", yaml_read_u32,
+      offsetof(struct plan_bezier, after.count) },
 };
 const struct yaml_shape move_cycles_shape = { "cycles", bezier_cycles_fields,
                                               ARRAY_LEN(bezier_cycles_fields) };
@@ -331,8 +304,8 @@ int move_read_key_interpolation(void *reader, const struct yaml_value *value,
     (void)out;
     if (bezier_check_key(self, value) < 0)
         return -1;
-    return bezier_word(value, move_interpolation_word, MOVE_INTERPOLATIONS,
-                       &bezier_key(self)->interpolation);
+    return yaml_value_word(value, move_interpolation_word, MOVE_INTERPOLATIONS,
+                           &bezier_key(self)->interpolation);
 }
 
 /* Refuse what the key's interpolation does not use. */
@@ -360,8 +333,8 @@ int move_read_key_easing(void *reader, const struct yaml_value *value,
     if (bezier_check_interpolation(self, value, MOTION_FCURVE_SINE,
                                    MOTION_FCURVE_ELASTIC) < 0)
         return -1;
-    return bezier_word(value, move_easing_word, MOVE_EASINGS,
-                       &bezier_key(self)->easing);
+    return yaml_value_word(value, move_easing_word, MOVE_EASINGS,
+                           &bezier_key(self)->easing);
 }
 
 int move_read_key_back(void *reader, const struct yaml_value *value, void *out)

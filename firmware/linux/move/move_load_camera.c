@@ -34,10 +34,10 @@ static int move_read_head_axis(struct move_reader *self,
 
     if (found < 0)
         return -1;
-    if (self->rig->axis[found].unit != RIG_UNIT_DEG)
+    if (self->rig->axis[found].unit != UNITS_AXIS_DEG)
         return yaml_value_refuse(value, "has the axis '%s' in %s",
                                  self->rig->axis[found].name,
-                                 rig_unit_text(self->rig->axis[found].unit));
+                                 units_axis_text(self->rig->axis[found].unit));
     return 0;
 }
 
@@ -302,7 +302,7 @@ static int move_read_roll_keys(void *reader, const struct yaml_value *value,
     camera->roll = calloc(1, sizeof *camera->roll);
     if (camera->roll == NULL)
         return yaml_value_refuse(value, "is too much for the memory");
-    return move_read_keyed(reader, value, UNITS_POSITION, RIG_UNIT_DEG,
+    return move_read_keyed(reader, value, UNITS_POSITION, UNITS_AXIS_DEG,
                            camera->roll);
 }
 
@@ -311,7 +311,7 @@ static int move_read_camera_tolerance(void *reader,
 {
     struct move_reader self = *(const struct move_reader *)reader;
 
-    self.units.unit = RIG_UNIT_DEG;
+    self.units.unit = UNITS_AXIS_DEG;
     return move_read_positive(&self, value, UNITS_POSITION, out);
 }
 
@@ -343,9 +343,9 @@ int move_read_camera(void *reader, const struct yaml_value *value, void *out)
     (void)out;
     if (self->move->path == NULL)
         return yaml_value_refuse(value, "has no path to go on");
-    if (self->units.unit != RIG_UNIT_MM)
+    if (self->units.unit != UNITS_AXIS_MM)
         return yaml_value_refuse(value, "is on a path in %s, not in a length",
-                                 rig_unit_text(self->units.unit));
+                                 units_axis_text(self->units.unit));
     camera = calloc(1, sizeof *camera);
     if (camera == NULL)
         return yaml_value_refuse(value, "is too much for the memory");

@@ -178,23 +178,21 @@ static int move_read_law_point(const struct move_reader *self,
 {
     const bool is_acc = self->part->law == PLAN_LAW_ACCELERATION;
     struct motion_speed_point *point = &self->part->point[i];
-    struct yaml_value item = *value;
-    uint32_t count;
+    struct yaml_value item[2];
     int64_t number = 0;
 
-    if (yaml_value_list(value, 2, 2, &count) < 0)
-        return -1;
-    item.node = yaml_value_node(value)->first;
-    if (yaml_units_read(&item, UNITS_TIME, &self->units, &point->t_ns_q12) < 0)
+    if (yaml_value_pair(value, item) < 0 ||
+        yaml_units_read(&item[0], UNITS_TIME, &self->units, &point->t_ns_q12) <
+            0)
         return -1;
     if (i == 0 ? point->t_ns_q12 != 0
                : point->t_ns_q12 < point[-1].t_ns_q12 ||
                      (!is_acc && point->t_ns_q12 == point[-1].t_ns_q12))
-        return yaml_value_refuse(&item, i == 0 ? "does not begin at 0 s"
+        return yaml_value_refuse(&item[0], i == 0
+                                               ? "does not begin at 0 s"
                                                : "is not later than the point "
                                                  "before it");
-    item.node = yaml_value_node(&item)->next;
-    if (yaml_units_read(&item, is_acc ? UNITS_ACCELERATION : UNITS_VELOCITY,
+    if (yaml_units_read(&item[1], is_acc ? UNITS_ACCELERATION : UNITS_VELOCITY,
                         &self->units, &number) < 0)
         return -1;
     point->value = motion_real_from_q(number, is_acc ? 16 : 32);

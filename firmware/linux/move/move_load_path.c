@@ -164,11 +164,11 @@ static int move_read_path_axes(void *reader, const struct yaml_value *value,
         if (found < 0)
             return -1;
         if (i > 0 && self->rig->axis[found].unit != self->units.unit)
-            return yaml_value_refuse(&item,
-                                     "has the axis '%s' in %s beside one in %s",
-                                     self->rig->axis[found].name,
-                                     rig_unit_text(self->rig->axis[found].unit),
-                                     rig_unit_text(self->units.unit));
+            return yaml_value_refuse(
+                &item, "has the axis '%s' in %s beside one in %s",
+                self->rig->axis[found].name,
+                units_axis_text(self->rig->axis[found].unit),
+                units_axis_text(self->units.unit));
         self->units.unit = self->rig->axis[found].unit;
         item.node = yaml_value_node(&item)->next;
     }
@@ -270,10 +270,10 @@ const struct yaml_shape move_path_shape = { "path", move_path_fields,
 
 /* What nobody sees and what costs few segments. */
 static const int64_t move_tolerance_q32[] = {
-    [RIG_UNIT_MM] = MOTION_FIXED_ONE_Q32 / 1000000,
-    [RIG_UNIT_DEG] = MOTION_FIXED_ONE_Q32 / 1000000,
-    [RIG_UNIT_REV] = MOTION_FIXED_ONE_Q32 / 100000000,
-    [RIG_UNIT_COUNT] = MOTION_FIXED_ONE_Q32 / 1000,
+    [UNITS_AXIS_MM] = MOTION_FIXED_ONE_Q32 / 1000000,
+    [UNITS_AXIS_DEG] = MOTION_FIXED_ONE_Q32 / 1000000,
+    [UNITS_AXIS_REV] = MOTION_FIXED_ONE_Q32 / 100000000,
+    [UNITS_AXIS_COUNT] = MOTION_FIXED_ONE_Q32 / 1000,
 };
 
 int move_read_path(void *reader, const struct yaml_value *value, void *out)

@@ -135,14 +135,21 @@ static void chart_rule(const struct chart *chart, double x0, double y0,
     cairo_stroke(chart->cairo);
 }
 
+/* The ticks k * step from low to high: the first k, and how many.  Counting from
+ * the first keeps 0.1 + 0.2 from adding up. */
+static int chart_ticks(double low, double high, double step, double *first)
+{
+    *first = ceil(low / step - 1e-9);
+    return (int)(floor(high / step + 1e-9) - *first) + 1;
+}
+
 void chart_grid_values(const struct chart *chart, const struct chart_font *font,
                        double scale)
 {
     const struct chart_box *box = &chart->box;
     double step = chart_step((chart->high - chart->low) / scale, 5) * scale;
-    /* counting ticks from the first keeps 0.1 + 0.2 from adding up */
-    double first = ceil(chart->low / step - 1e-9);
-    int count = (int)(floor(chart->high / step + 1e-9) - first) + 1;
+    double first;
+    int count = chart_ticks(chart->low, chart->high, step, &first);
     for (int i = 0; i < count; i++) {
         double k = first + i;
         char label[CHART_LABEL_MAX];
@@ -161,8 +168,8 @@ void chart_grid_times(const struct chart *chart, const struct chart_font *font,
     const struct chart_box *box = &chart->box;
     double step =
         chart_step(chart->t1 - chart->t0, (unsigned)fmax(2, box->width / 55));
-    double first = ceil(chart->t0 / step - 1e-9);
-    int count = (int)(floor(chart->t1 / step + 1e-9) - first) + 1;
+    double first;
+    int count = chart_ticks(chart->t0, chart->t1, step, &first);
     for (int i = 0; i < count; i++) {
         double k = first + i;
         char label[CHART_LABEL_MAX];

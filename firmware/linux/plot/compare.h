@@ -5,7 +5,7 @@
 #ifndef FIRMWARE_LINUX_PLOT_COMPARE_H
 #define FIRMWARE_LINUX_PLOT_COMPARE_H
 
-#include "firmware/linux/commands/job.h"
+#include "firmware/linux/move/job.h"
 
 /* Spellings of enum plan_curve, in its order. */
 extern const char *const compare_spelling[];

@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "firmware/linux/base/number.h"
-#include "firmware/linux/commands/path_report.h"
 #include "firmware/linux/move/compiled.h"
+#include "firmware/linux/move/path_report.h"
 #include "firmware/linux/plot/chart.h"
 #include "firmware/linux/plot/plot_style.h"
 #include "motion/fixed.h"
@@ -78,9 +78,9 @@ static const struct motion_track *plot_track_of(const struct plot_panel *panel)
 static const char *plot_unit(const struct plot_panel *panel)
 {
     const struct job *job = panel->plot->job;
-    return rig_unit_text(plot_is_path(panel)
-                             ? path_report_unit(job)
-                             : job_rig_axis(job, panel->axis)->unit);
+    return units_axis_text(plot_is_path(panel)
+                               ? path_report_unit(job)
+                               : job_rig_axis(job, panel->axis)->unit);
 }
 
 /* --- layout --- */

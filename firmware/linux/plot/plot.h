@@ -9,8 +9,8 @@
 
 #include <stdio.h>
 
-#include "firmware/linux/commands/job.h"
 #include "firmware/linux/machine/trace.h"
+#include "firmware/linux/move/job.h"
 #include "firmware/linux/plot/plot_page.h"
 
 /* `trace` NULL: the plan alone.  0, or -1 with a line on stderr. */

@@ -8,7 +8,7 @@
 
 #include <stdbool.h>
 
-#include "firmware/linux/commands/otg_rows.h"
+#include "firmware/linux/exchange/otg_rows.h"
 
 /* Phases of constant jerk: point i is the start of phase i, the last one the
  * end of the move. */

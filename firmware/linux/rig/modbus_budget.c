@@ -116,7 +116,7 @@ static bool budget_axis_ok(const struct rig *rig, const struct rig_axis *axis,
             "%.3g, or a faster line would fit\n",
             path, axis->place.line, axis->place.column, axis->name,
             1e3 * cycle_s, rig->bus[axis->bus].name, vel * cycle_s / 2,
-            rig_unit_text(axis->unit), allowed, 500 * cycle_s + 1,
+            units_axis_text(axis->unit), allowed, 500 * cycle_s + 1,
             2 * allowed / cycle_s);
     return false;
 }

@@ -9,6 +9,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "firmware/linux/base/quote.h"
 #include "firmware/linux/yaml/yaml_fields.h"
 
 #define OBJECT_NAMES_MAX (EDS_OBJECTS_MAX + 256)
@@ -199,7 +200,7 @@ static int object_unknown(const char *text, const struct eds *eds,
                           char message[OBJECT_MESSAGE_MAX])
 {
     static const char *name[OBJECT_NAMES_MAX];
-    char quote[YAML_QUOTE_MAX];
+    char quote[QUOTE_MAX];
     const char *near;
     unsigned count = 0;
 
@@ -211,7 +212,7 @@ static int object_unknown(const char *text, const struct eds *eds,
     return object_fail(message,
                        "%s is no object of this drive, expected a number such "
                        "as 6041 or 607D:1, or a name%s%s%s",
-                       yaml_quote(quote, text, strlen(text)),
+                       quote_text(quote, text, strlen(text)),
                        near == NULL ? "" : " (did you mean '",
                        near == NULL ? "" : near, near == NULL ? "" : "'?)");
 }
@@ -221,7 +222,7 @@ int object_find(const char *text, const struct eds *eds, struct object *object,
 {
     const struct eds_object *named = NULL;
     const struct object_row *row;
-    char quote[YAML_QUOTE_MAX];
+    char quote[QUOTE_MAX];
     uint16_t index;
     uint8_t sub;
 
@@ -234,7 +235,7 @@ int object_find(const char *text, const struct eds *eds, struct object *object,
         return object_fail(message,
                            "%s is the name of %u objects, expected a number "
                            "such as %04X:%X",
-                           yaml_quote(quote, text, strlen(text)), count,
+                           quote_text(quote, text, strlen(text)), count,
                            named->index, named->sub);
     if (count == 1) {
         object_of(named->index, named->sub, eds, object);
@@ -297,7 +298,7 @@ int object_judge(const struct object *object, int64_t value,
 int object_parse(const struct object *object, const char *text, int64_t *value,
                  char message[OBJECT_MESSAGE_MAX])
 {
-    char quote[YAML_QUOTE_MAX], *end;
+    char quote[QUOTE_MAX], *end;
 
     errno = 0;
     *value = strtoll(text, &end, 0);
@@ -306,6 +307,6 @@ int object_parse(const struct object *object, const char *text, int64_t *value,
         return object_fail(message,
                            "%s is no value, expected a whole number such as "
                            "1200 or 0x1F",
-                           yaml_quote(quote, text, strlen(text)));
+                           quote_text(quote, text, strlen(text)));
     return object_judge(object, *value, message);
 }

@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "firmware/homing.h"
+#include "firmware/linux/base/units.h"
 #include "hal/drive_cia402.h"
 #include "hal/drive_modbus.h"
 #include "hal/gpio.h"
@@ -23,9 +24,6 @@
 #define RIG_LINES_MAX      32
 #define RIG_PARAMETERS_MAX 32
 #define RIG_PATH_MAX       256
-
-enum rig_unit { RIG_UNIT_MM, RIG_UNIT_DEG, RIG_UNIT_REV, RIG_UNIT_COUNT };
-const char *rig_unit_text(enum rig_unit unit); /* "mm" ... */
 
 /* CiA 301, table 1; bit/s, rising. */
 #define RIG_BIT_RATES 8
@@ -92,7 +90,7 @@ struct rig_cia402 {
 
 struct rig_axis {
     char name[PLAN_NAME_MAX];
-    enum rig_unit unit;
+    enum units_axis unit;
     struct plan_limit limit;
     /* for stopping after a fault: at least the limits; jerk 0: not limited */
     int64_t stop_acc_q16, stop_jerk_q16;

@@ -9,18 +9,6 @@
 /* No position in a file can be this: units are read as +-(2^63 - 1). */
 #define RIG_NOT_GIVEN INT64_MIN
 
-const char *const rig_unit_words[RIG_UNIT_WORDS] = {
-    [RIG_UNIT_MM] = "mm",
-    [RIG_UNIT_DEG] = "deg",
-    [RIG_UNIT_REV] = "rev",
-    [RIG_UNIT_COUNT] = "count",
-};
-
-const char *rig_unit_text(enum rig_unit unit)
-{
-    return rig_unit_words[unit];
-}
-
 int rig_axis_index(const struct rig *rig, const char *name)
 {
     for (uint32_t i = 0; i < rig->axis_count; i++)
@@ -34,10 +22,11 @@ static int rig_read_unit(void *reader, const struct yaml_value *value,
     struct rig_reader *self = reader;
     unsigned index;
 
-    if (yaml_value_choice(value, rig_unit_words, RIG_UNIT_WORDS, &index) < 0)
+    if (yaml_value_choice(value, units_axis_words, UNITS_AXIS_WORDS, &index) <
+        0)
         return -1;
-    *(enum rig_unit *)out = (enum rig_unit)index;
-    self->units.unit = (enum rig_unit)index;
+    *(enum units_axis *)out = (enum units_axis)index;
+    self->units.unit = (enum units_axis)index;
     return 0;
 }
 

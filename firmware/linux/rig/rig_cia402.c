@@ -151,21 +151,9 @@ int rig_check_cia402(const struct yaml_value *value,
 static int rig_read_pair(struct rig_reader *self,
                          const struct yaml_value *value, int64_t pair_q32[2])
 {
-    struct yaml_value low, high;
-    uint32_t count;
-
     if (self->axis->kind != RIG_CIA402)
         return yaml_value_refuse(value, "is only for a cia402 drive");
-    if (yaml_value_list(value, 2, 2, &count) < 0)
-        return -1;
-    low = yaml_value_at(value, yaml_value_node(value)->first);
-    high = yaml_value_at(value, yaml_value_node(&low)->next);
-    if (rig_read_quantity(self, &low, UNITS_POSITION, &pair_q32[0]) < 0 ||
-        rig_read_quantity(self, &high, UNITS_POSITION, &pair_q32[1]) < 0)
-        return -1;
-    if (pair_q32[0] >= pair_q32[1])
-        return yaml_value_refuse(&high, "ends where it begins or before");
-    return 0;
+    return rig_read_ends(self, value, &pair_q32[0], &pair_q32[1]);
 }
 
 int rig_read_limit_switches(void *reader, const struct yaml_value *value,

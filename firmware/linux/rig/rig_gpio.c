@@ -164,22 +164,18 @@ static int rig_read_line_sim(void *reader, const struct yaml_value *value,
 {
     struct rig_reader *self = reader;
     struct rig_line *line = rig_line_of(self);
-    int64_t *const end[] = { &line->sim_low_q32, &line->sim_high_q32 };
-    uint32_t count;
+    struct yaml_value end[2];
 
     (void)out;
     if (!rig_line_has_axis(line) || line->axis < 0)
         return yaml_value_refuse(value, "is for a switch of an axis");
-    if (yaml_value_list(value, 2, 2, &count) < 0)
-        return -1;
     self->units.unit = self->rig->axis[line->axis].unit;
-    uint32_t node = yaml_value_node(value)->first;
-    for (unsigned i = 0; i < 2; i++) {
-        const struct yaml_value item = yaml_value_at(value, node);
-        if (rig_read_quantity(self, &item, UNITS_POSITION, end[i]) < 0)
-            return -1;
-        node = yaml_value_node(&item)->next;
-    }
+    if (yaml_value_pair(value, end) < 0 ||
+        rig_read_quantity(self, &end[0], UNITS_POSITION, &line->sim_low_q32) <
+            0 ||
+        rig_read_quantity(self, &end[1], UNITS_POSITION, &line->sim_high_q32) <
+            0)
+        return -1;
     if (line->sim_low_q32 > line->sim_high_q32)
         return yaml_value_refuse(value, "ends before it begins");
     line->has_sim = true;

@@ -2,26 +2,27 @@
  */
 #include "firmware/linux/rig/rig_parts.h"
 
-/* [min, max] */
+int rig_read_ends(struct rig_reader *reader, const struct yaml_value *value,
+                  int64_t *low_q32, int64_t *high_q32)
+{
+    struct yaml_value end[2];
+
+    if (yaml_value_pair(value, end) < 0 ||
+        rig_read_quantity(reader, &end[0], UNITS_POSITION, low_q32) < 0 ||
+        rig_read_quantity(reader, &end[1], UNITS_POSITION, high_q32) < 0)
+        return -1;
+    if (*low_q32 >= *high_q32)
+        return yaml_value_refuse(&end[1], "ends where it begins or before");
+    return 0;
+}
+
 static int rig_read_range(void *reader, const struct yaml_value *value,
                           void *out)
 {
     struct plan_limit *limit = out;
-    struct yaml_value low, high;
-    uint32_t count;
 
-    if (yaml_value_list(value, 2, 2, &count) < 0)
-        return -1;
-    low = yaml_value_at(value, yaml_value_node(value)->first);
-    high = yaml_value_at(value, yaml_value_node(&low)->next);
-    if (rig_read_quantity(reader, &low, UNITS_POSITION, &limit->pos_min_q32) <
-            0 ||
-        rig_read_quantity(reader, &high, UNITS_POSITION, &limit->pos_max_q32) <
-            0)
-        return -1;
-    if (limit->pos_min_q32 >= limit->pos_max_q32)
-        return yaml_value_refuse(&high, "ends where it begins or before");
-    return 0;
+    return rig_read_ends(reader, value, &limit->pos_min_q32,
+                         &limit->pos_max_q32);
 }
 
 static const struct yaml_field rig_limit_fields[] = {

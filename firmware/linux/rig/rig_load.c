@@ -54,7 +54,7 @@ static const struct yaml_shape rig_shape = { "rig", rig_fields,
                                              ARRAY_LEN(rig_fields) };
 
 const struct yaml_words rig_words[] = {
-    { "axis.unit", rig_unit_words, RIG_UNIT_WORDS },
+    { "axis.unit", units_axis_words, UNITS_AXIS_WORDS },
     { "bus.kind", rig_bus_kinds, RIG_BUS_KINDS },
     { "drive.kind", rig_drive_kinds, RIG_DRIVE_KINDS },
     { "drive.mode", rig_cia402_modes, RIG_CIA402_MODES },

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "firmware/linux/base/quote.h"
 #include "firmware/linux/rig/eds_need.h"
 #include "firmware/linux/rig/object.h"
 #include "firmware/linux/rig/rig_parts.h"
@@ -72,7 +73,7 @@ static bool rig_is_own(const struct object *object)
 
 /* "5" or "5 u16": the type where nobody else knows it. */
 static int rig_take_type(const struct yaml_value *value, struct object *object,
-                         char number[YAML_QUOTE_MAX])
+                         char number[QUOTE_MAX])
 {
     const char *text = yaml_value_text(value);
     const char *blank;
@@ -82,7 +83,7 @@ static int rig_take_type(const struct yaml_value *value, struct object *object,
         return -1;
     blank = strchr(text, ' ');
     length = blank == NULL ? strlen(text) : (size_t)(blank - text);
-    if (length >= YAML_QUOTE_MAX)
+    if (length >= QUOTE_MAX)
         return yaml_value_refuse(value, "is too long");
     memcpy(number, text, length);
     number[length] = '\0';
@@ -119,7 +120,7 @@ static int rig_object(struct rig_reader *self, const struct yaml_value *key,
                       const struct yaml_value *value)
 {
     struct rig_axis *axis = self->axis;
-    char message[OBJECT_MESSAGE_MAX], number[YAML_QUOTE_MAX];
+    char message[OBJECT_MESSAGE_MAX], number[QUOTE_MAX];
     struct object object;
     int64_t wanted = 0;
 

@@ -56,6 +56,9 @@ int rig_read_node_id(void *reader, const struct yaml_value *value, void *out);
 
 /* ---- sections ---- */
 
+/* [lowest, highest], a range of positions that is not empty. */
+int rig_read_ends(struct rig_reader *reader, const struct yaml_value *value,
+                  int64_t *low_q32, int64_t *high_q32);
 int rig_read_limits(void *reader, const struct yaml_value *value, void *out);
 int rig_read_stop(void *reader, const struct yaml_value *value, void *out);
 int rig_read_following(void *reader, const struct yaml_value *value, void *out);
@@ -157,7 +160,6 @@ extern const struct yaml_shape rig_limit_shape, rig_stop_shape,
 
 /* ---- words a value may be, in the order of their enums ---- */
 
-#define RIG_UNIT_WORDS    4
 #define RIG_BUS_KINDS     4
 #define RIG_DRIVE_KINDS   4
 #define RIG_CIA402_MODES  3
@@ -167,7 +169,6 @@ extern const struct yaml_shape rig_limit_shape, rig_stop_shape,
 #define RIG_LINE_KINDS    6
 #define RIG_LINE_LEVELS   2
 #define RIG_LINE_BIASES   4
-extern const char *const rig_unit_words[RIG_UNIT_WORDS];
 extern const char *const rig_bus_kinds[RIG_BUS_KINDS];
 extern const char *const rig_drive_kinds[RIG_DRIVE_KINDS];
 extern const char *const rig_cia402_modes[RIG_CIA402_MODES];

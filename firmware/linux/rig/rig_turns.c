@@ -59,17 +59,6 @@ int rig_read_can_bus(struct rig_reader *reader, const struct yaml_value *value,
 
 /* ---- turns ---- */
 
-static int64_t rig_gcd(int64_t a, int64_t b)
-{
-    while (b != 0) {
-        const int64_t rest = a % b;
-
-        a = b;
-        b = rest;
-    }
-    return a;
-}
-
 /* To counts, reduced so that nothing gets lost. */
 static int rig_read_turns(void *reader, const struct yaml_value *value,
                           void *out)
@@ -79,7 +68,7 @@ static int rig_read_turns(void *reader, const struct yaml_value *value,
 
     if (rig_read_ratio(reader, value, axis) < 0)
         return -1;
-    same = rig_gcd(RIG_TURN_COUNTS, axis->counts_den);
+    same = (int64_t)units_gcd(RIG_TURN_COUNTS, (uint64_t)axis->counts_den);
     axis->counts_den /= same;
     if (axis->counts_den > INT64_MAX / RIG_TURN_COUNTS ||
         axis->counts_num > INT64_MAX / RIG_TURN_COUNTS ||

@@ -51,8 +51,8 @@ const char *yaml_value_quote(char quote[YAML_QUOTE_MAX],
     const struct yaml_tree_node *node = yaml_value_node(value);
 
     if (node->kind != YAML_TREE_TEXT)
-        return yaml_quote(quote, "", 0);
-    return yaml_quote(quote, yaml_tree_text(value->tree, value->node),
+        return quote_text(quote, "", 0);
+    return quote_text(quote, yaml_tree_text(value->tree, value->node),
                       node->length);
 }
 
@@ -111,7 +111,7 @@ static int fields_unknown(const struct yaml_tree *tree, uint32_t node,
                           const char *what, const char *const spelling[],
                           unsigned count)
 {
-    char quote[YAML_QUOTE_MAX], list[YAML_LIST_MAX], mean[64] = "";
+    char quote[QUOTE_MAX], list[QUOTE_LIST_MAX], mean[64] = "";
     const char *text = yaml_tree_text(tree, node);
     const char *nearest = yaml_nearest(text, spelling, count);
 
@@ -119,8 +119,8 @@ static int fields_unknown(const struct yaml_tree *tree, uint32_t node,
         snprintf(mean, sizeof(mean), " (did you mean '%.32s'?)", nearest);
     return yaml_report_at(&tree->report, yaml_tree_place(tree, node),
                           "unknown %s %s, expected %s%s", what,
-                          yaml_quote(quote, text, tree->node[node].length),
-                          yaml_list(list, spelling, count), mean);
+                          quote_text(quote, text, tree->node[node].length),
+                          quote_list(list, spelling, count), mean);
 }
 
 /* ---- shapes ---- */
@@ -218,11 +218,11 @@ static bool fields_is_name(const char *text)
 
 static int fields_bad_name(const struct yaml_value *map, uint32_t key)
 {
-    char quote[YAML_QUOTE_MAX];
+    char quote[QUOTE_MAX];
     return yaml_report_at(&map->tree->report, yaml_tree_place(map->tree, key),
                           "%s is not a name, expected at most %d letters, "
                           "digits, - or _, beginning with a letter",
-                          yaml_quote(quote, yaml_tree_text(map->tree, key),
+                          quote_text(quote, yaml_tree_text(map->tree, key),
                                      map->tree->node[key].length),
                           PLAN_NAME_MAX - 1);
 }
@@ -293,6 +293,18 @@ int yaml_value_choice(const struct yaml_value *value,
                           count);
 }
 
+int yaml_value_word(const struct yaml_value *value,
+                    const char *const spelling[], unsigned count,
+                    uint8_t *index)
+{
+    unsigned which;
+
+    if (yaml_value_choice(value, spelling, count, &which) < 0)
+        return -1;
+    *index = (uint8_t)which;
+    return 0;
+}
+
 int yaml_value_integer(const struct yaml_value *value, int64_t min, int64_t max,
                        int64_t *out)
 {
@@ -314,6 +326,17 @@ int yaml_value_integer(const struct yaml_value *value, int64_t min, int64_t max,
     return 0;
 }
 
+int yaml_read_u32(void *reader, const struct yaml_value *value, void *out)
+{
+    int64_t number;
+
+    (void)reader;
+    if (yaml_value_integer(value, 0, UINT32_MAX, &number) < 0)
+        return -1;
+    *(uint32_t *)out = (uint32_t)number;
+    return 0;
+}
+
 int yaml_value_list(const struct yaml_value *value, uint32_t min, uint32_t max,
                     uint32_t *count)
 {
@@ -324,4 +347,15 @@ int yaml_value_list(const struct yaml_value *value, uint32_t min, uint32_t max,
         return 0;
     return yaml_value_refuse(value, "has %lu item%s", (unsigned long)*count,
                              *count == 1 ? "" : "s");
+}
+
+int yaml_value_pair(const struct yaml_value *value, struct yaml_value item[2])
+{
+    uint32_t count;
+
+    if (yaml_value_list(value, 2, 2, &count) < 0)
+        return -1;
+    item[0] = yaml_value_at(value, yaml_value_node(value)->first);
+    item[1] = yaml_value_at(value, yaml_value_node(&item[0])->next);
+    return 0;
 }

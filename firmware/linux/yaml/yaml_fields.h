@@ -13,6 +13,7 @@
 
 #include <stdbool.h>
 
+#include "firmware/linux/base/quote.h"
 #include "firmware/linux/yaml/yaml_tree.h"
 
 /* A node and what sentences about it say. */
@@ -72,14 +73,23 @@ int yaml_value_copy(const struct yaml_value *value, char *out, size_t room);
 int yaml_value_choice(const struct yaml_value *value,
                       const char *const spelling[], unsigned count,
                       unsigned *index);
+/* The same into a byte. */
+int yaml_value_word(const struct yaml_value *value,
+                    const char *const spelling[], unsigned count,
+                    uint8_t *index);
 
 /* A whole number, decimal, min .. max. */
 int yaml_value_integer(const struct yaml_value *value, int64_t min, int64_t max,
                        int64_t *out);
 
+/* A row of a shape reads 0 .. 2^32 - 1 into a uint32_t by it. */
+int yaml_read_u32(void *reader, const struct yaml_value *value, void *out);
+
 /* Refuse unless the value is a list of min .. max items; *count is how many. */
 int yaml_value_list(const struct yaml_value *value, uint32_t min, uint32_t max,
                     uint32_t *count);
+/* A list of just two. */
+int yaml_value_pair(const struct yaml_value *value, struct yaml_value item[2]);
 
 static inline const struct yaml_tree_node *
 yaml_value_node(const struct yaml_value *value)
@@ -88,6 +98,7 @@ yaml_value_node(const struct yaml_value *value)
 }
 
 /* The value as the file has it, for sentences; empty for a list or map. */
+#define YAML_QUOTE_MAX QUOTE_MAX
 const char *yaml_value_quote(char quote[YAML_QUOTE_MAX],
                              const struct yaml_value *value);
 

@@ -1,6 +1,8 @@
 /* firmware/linux/yaml/yaml_scan.c - see yaml_scan.h. */
 #include "firmware/linux/yaml/yaml_scan.h"
 
+#include "firmware/linux/base/quote.h"
+
 struct scan {
     const struct yaml_report *report;
     struct plan_place at;
@@ -36,7 +38,7 @@ static int scan_character(struct scan *scan, uint32_t character)
     if (character == '\t' && scan->indenting)
         return yaml_report_at(scan->report, scan->at,
                               "tab in the indentation, expected spaces");
-    if (character != '\t' && !yaml_is_printable(character))
+    if (character != '\t' && !quote_is_printable(character))
         return yaml_report_at(scan->report, scan->at,
                               "character U+%04lX is not printable, expected a "
                               "YAML file, which is text",
@@ -62,7 +64,7 @@ int yaml_scan(const struct yaml_report *report, const char *text, size_t length)
     while (i < length) {
         uint32_t character;
         const unsigned count =
-            yaml_utf8_decode(bytes + i, length - i, &character);
+            quote_utf8_decode(bytes + i, length - i, &character);
         if (count == 0)
             return scan_not_utf8(&scan, bytes[i]);
         i += count;

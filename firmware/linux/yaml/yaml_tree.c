@@ -12,6 +12,7 @@
 #include <string.h>
 #include <yaml.h>
 
+#include "firmware/linux/base/quote.h"
 #include "firmware/linux/yaml/yaml_scan.h"
 
 #define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
@@ -209,7 +210,7 @@ static bool tree_same_text(const struct yaml_tree *tree, uint32_t a, uint32_t b)
 static int tree_check_twice(const struct yaml_tree *tree, uint32_t map,
                             uint32_t key)
 {
-    char quote[YAML_QUOTE_MAX];
+    char quote[QUOTE_MAX];
 
     for (uint32_t other = tree->node[map].first; other != key;
          other = tree->node[tree->node[other].next].next)
@@ -217,7 +218,7 @@ static int tree_check_twice(const struct yaml_tree *tree, uint32_t map,
             return yaml_report_at(
                 &tree->report, yaml_tree_place(tree, key),
                 "key %s is already there in line %lu, expected it once",
-                yaml_quote(quote, yaml_tree_text(tree, key),
+                quote_text(quote, yaml_tree_text(tree, key),
                            tree->node[key].length),
                 (unsigned long)tree->node[other].line);
     return 0;
@@ -268,11 +269,11 @@ static int tree_refuse_anchor(const struct yaml_tree *tree,
                               struct plan_place place, const char *what,
                               const yaml_char_t *name)
 {
-    char quote[YAML_QUOTE_MAX];
+    char quote[QUOTE_MAX];
     return yaml_report_at(
         &tree->report, place, "%s %s is not read, expected the value itself",
         what,
-        yaml_quote(quote, (const char *)name, strlen((const char *)name)));
+        quote_text(quote, (const char *)name, strlen((const char *)name)));
 }
 
 static int tree_check_decoration(const struct yaml_tree *tree,
@@ -290,8 +291,11 @@ static int tree_check_decoration(const struct yaml_tree *tree,
 }
 
 static int tree_open(struct tree_builder *builder, struct plan_place place,
-                     enum yaml_tree_kind kind)
+                     enum yaml_tree_kind kind, const yaml_char_t *anchor,
+                     const yaml_char_t *tag)
 {
+    if (tree_check_decoration(builder->tree, place, anchor, tag) < 0)
+        return -1;
     if (builder->depth == YAML_TREE_DEPTH_MAX)
         return yaml_report_at(&builder->tree->report, place,
                               "maps and lists are nested more than %d deep, "
@@ -315,9 +319,9 @@ static int tree_check_text(const struct yaml_tree *tree,
     uint32_t character = 0;
 
     for (size_t i = 0; i < length;) {
-        const unsigned count = yaml_utf8_decode((const unsigned char *)text + i,
-                                                length - i, &character);
-        if (count == 0 || !yaml_is_printable(character))
+        const unsigned count = quote_utf8_decode(
+            (const unsigned char *)text + i, length - i, &character);
+        if (count == 0 || !quote_is_printable(character))
             return yaml_report_at(&tree->report, place,
                                   "the value holds the character U+%04lX, "
                                   "expected printable text on one line",
@@ -351,21 +355,17 @@ static int tree_on_scalar(struct tree_builder *builder,
 static int tree_on_map(struct tree_builder *builder, const yaml_event_t *event,
                        struct plan_place place)
 {
-    if (tree_check_decoration(builder->tree, place,
-                              event->data.mapping_start.anchor,
-                              event->data.mapping_start.tag) < 0)
-        return -1;
-    return tree_open(builder, place, YAML_TREE_MAP);
+    return tree_open(builder, place, YAML_TREE_MAP,
+                     event->data.mapping_start.anchor,
+                     event->data.mapping_start.tag);
 }
 
 static int tree_on_list(struct tree_builder *builder, const yaml_event_t *event,
                         struct plan_place place)
 {
-    if (tree_check_decoration(builder->tree, place,
-                              event->data.sequence_start.anchor,
-                              event->data.sequence_start.tag) < 0)
-        return -1;
-    return tree_open(builder, place, YAML_TREE_LIST);
+    return tree_open(builder, place, YAML_TREE_LIST,
+                     event->data.sequence_start.anchor,
+                     event->data.sequence_start.tag);
 }
 
 static int tree_on_close(struct tree_builder *builder,

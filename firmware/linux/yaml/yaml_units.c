@@ -35,7 +35,7 @@ int yaml_units_read_fps(const struct yaml_value *value, struct units_fps *fps)
     return 0;
 }
 
-int yaml_units_read_counts(const struct yaml_value *value, enum rig_unit unit,
+int yaml_units_read_counts(const struct yaml_value *value, enum units_axis unit,
                            int64_t *num, int64_t *den)
 {
     char sentence[UNITS_SENTENCE_MAX];

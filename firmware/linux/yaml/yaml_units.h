@@ -10,7 +10,7 @@ int yaml_units_read(const struct yaml_value *value,
                     enum units_quantity quantity,
                     const struct units_context *context, int64_t *out);
 int yaml_units_read_fps(const struct yaml_value *value, struct units_fps *fps);
-int yaml_units_read_counts(const struct yaml_value *value, enum rig_unit unit,
+int yaml_units_read_counts(const struct yaml_value *value, enum units_axis unit,
                            int64_t *num, int64_t *den);
 
 #endif

@@ -1,18 +1,18 @@
-/* firmware/linux/commands/report.h - how a run went, in numbers.
+/* firmware/linux/machine/report.h - how a run went, in numbers.
  *
  * Fed with every row; keeps the worst of each.  Demand is what was sent:
  * velocity, acceleration and jerk with the override and the ramps of hold and
  * stop in them. */
-#ifndef FIRMWARE_LINUX_COMMANDS_REPORT_H
-#define FIRMWARE_LINUX_COMMANDS_REPORT_H
+#ifndef FIRMWARE_LINUX_MACHINE_REPORT_H
+#define FIRMWARE_LINUX_MACHINE_REPORT_H
 
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 
 #include "firmware/controller.h"
-#include "firmware/linux/commands/job.h"
 #include "firmware/linux/machine/telemetry.h"
+#include "firmware/linux/move/job.h"
 
 struct shots;
 

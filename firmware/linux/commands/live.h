@@ -1,10 +1,10 @@
-/* firmware/linux/machine/live.h - a machine that an operator looks at or moves
+/* firmware/linux/commands/live.h - a machine that an operator looks at or moves
  * by hand: a rig on simulated or real ports, and its tick.
  *
  * For commands without a move: home, jog, monitor.  Simulated in virtual time,
  * as fast as it goes or as fast as the clock; simulated on the clock; or real. */
-#ifndef FIRMWARE_LINUX_MACHINE_LIVE_H
-#define FIRMWARE_LINUX_MACHINE_LIVE_H
+#ifndef FIRMWARE_LINUX_COMMANDS_LIVE_H
+#define FIRMWARE_LINUX_COMMANDS_LIVE_H
 
 #include <signal.h>
 
@@ -34,6 +34,10 @@ enum status live_read(struct live *live, const struct options *options);
  * machine loses no ticks when this one is busy. */
 enum status live_open(struct live *live, const struct options *options,
                       bool paced);
+/* The same for what will move: with --real says so first and asks on a terminal;
+ * elsewhere --yes is needed.  STATUS_INPUT: the operator does not want it. */
+enum status live_begin(struct live *live, const struct options *options,
+                       const char *command, bool paced);
 void live_close(struct live *live);
 
 /* Wait for the next tick and do it.  When time is past the one after it, whole
@@ -57,9 +61,5 @@ void live_fault_text(const struct live *live, char text[LIVE_FAULT_MAX]);
 
 /* Index of an axis by name; -1 with a line on stderr. */
 int live_axis(const struct live *live, const char *command, const char *name);
-
-/* With --real: says that things will move and asks on a terminal; elsewhere
- * --yes is needed.  False: the operator does not want it. */
-bool live_confirm(const struct options *options, const char *command);
 
 #endif

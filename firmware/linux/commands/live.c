@@ -1,11 +1,12 @@
-/* firmware/linux/machine/live.c - see live.h. */
-#include "firmware/linux/machine/live.h"
+/* firmware/linux/commands/live.c - see live.h. */
+#include "firmware/linux/commands/live.h"
 
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
 
-#include "firmware/linux/commands/job.h"
+#include "firmware/linux/machine/pace.h"
+#include "firmware/linux/move/job.h"
 #include "motion/err.h"
 
 #define LIVE_STOP_NS  INT64_C(300000000)
@@ -73,18 +74,13 @@ static void live_pace(struct live *live)
 
 static void live_wait(struct live *live)
 {
-    struct hal_clock *clock = live->machine.ports.clock;
     const int64_t period_ns = live->rig.period_ns;
+    int64_t late_ns;
     live->now_ns += period_ns;
     if (live->is_paced)
         live_pace(live);
-    if (live->on_clock) {
-        const int64_t late_ns = hal_clock_now_ns(clock) - live->now_ns;
-        if (late_ns >= period_ns)
-            live->now_ns += late_ns / period_ns * period_ns;
-    }
-    while (hal_clock_wait_until(clock, live->now_ns) < 0)
-        ; /* a signal woke us; it has been counted */
+    live->now_ns =
+        pace_wait(live->machine.ports.clock, live->now_ns, period_ns, &late_ns);
 }
 
 void live_tick(struct live *live)
@@ -157,7 +153,9 @@ int live_axis(const struct live *live, const char *command, const char *name)
     return axis;
 }
 
-bool live_confirm(const struct options *options, const char *command)
+/* With --real: says that things will move and asks on a terminal; elsewhere
+ * --yes is needed.  False: the operator does not want it. */
+static bool live_confirm(const struct options *options, const char *command)
 {
     char line[16] = "";
     if (!options->real || options->yes)
@@ -172,4 +170,12 @@ bool live_confirm(const struct options *options, const char *command)
     fputs("REAL drives will move. Go on? [y/N] ", stderr);
     return fgets(line, sizeof line, stdin) != NULL &&
            (line[0] == 'y' || line[0] == 'Y');
+}
+
+enum status live_begin(struct live *live, const struct options *options,
+                       const char *command, bool paced)
+{
+    if (!live_confirm(options, command))
+        return STATUS_INPUT;
+    return live_open(live, options, paced);
 }

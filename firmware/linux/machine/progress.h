@@ -1,9 +1,9 @@
-/* firmware/linux/base/progress.h - how far a run has come, for whoever waits.
+/* firmware/linux/machine/progress.h - how far a run has come, for whoever waits.
  *
  * On a terminal one line, redrawn in place ten times a second of real time;
  * elsewhere a few plain lines, one per phase and per quarter of the move. */
-#ifndef FIRMWARE_LINUX_BASE_PROGRESS_H
-#define FIRMWARE_LINUX_BASE_PROGRESS_H
+#ifndef FIRMWARE_LINUX_MACHINE_PROGRESS_H
+#define FIRMWARE_LINUX_MACHINE_PROGRESS_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,5 +1,5 @@
-/* firmware/linux/commands/report.c - see report.h. */
-#include "firmware/linux/commands/report.h"
+/* firmware/linux/machine/report.c - see report.h. */
+#include "firmware/linux/machine/report.h"
 
 #include <inttypes.h>
 #include <string.h>
@@ -7,7 +7,7 @@
 #include "firmware/linux/base/json.h"
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/base/table.h"
-#include "firmware/linux/commands/shots.h"
+#include "firmware/linux/machine/shots.h"
 #include "motion/fixed.h"
 
 void report_init(struct report *report, const struct job *job)
@@ -96,7 +96,7 @@ static void report_row(struct table *table, const struct report *report,
     table_cell(table, "%s", rig->name);
     number_seconds(text, axis->dur_ns * MOTION_FIXED_NS_Q12);
     table_cell(table, "%s s", text);
-    table_cell(table, "%s", rig_unit_text(rig->unit));
+    table_cell(table, "%s", units_axis_text(rig->unit));
     for (unsigned order = 1; order <= 3; order++)
         report_peak(table, report, i, order);
     number_short(text, axis->following_q32, 32);
@@ -156,7 +156,7 @@ static void report_fault_value(const struct report *report, char *text,
         number_short(limit, fault->limit, 32);
         unit = fault->axis < 0
                    ? ""
-                   : rig_unit_text(report->job->rig.axis[fault->axis].unit);
+                   : units_axis_text(report->job->rig.axis[fault->axis].unit);
         break;
     default:
         return;
@@ -256,8 +256,8 @@ static cJSON *report_json_axis(const struct report *report, unsigned i)
     const struct report_axis *axis = &report->axis[i];
     cJSON *item = cJSON_CreateObject();
     cJSON_AddStringToObject(item, "name", report->job->move.axis[i].name);
-    cJSON_AddStringToObject(item, "unit",
-                            rig_unit_text(job_rig_axis(report->job, i)->unit));
+    cJSON_AddStringToObject(
+        item, "unit", units_axis_text(job_rig_axis(report->job, i)->unit));
     cJSON_AddNumberToObject(item, "duration_s", (double)axis->dur_ns / 1e9);
     report_json_peak(item, "velocity", report, i, 1);
     report_json_peak(item, "acceleration", report, i, 2);

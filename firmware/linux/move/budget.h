@@ -1,4 +1,4 @@
-/* firmware/linux/rig/budget.h - do the buses of a rig carry what is sent on
+/* firmware/linux/move/budget.h - do the buses of a rig carry what is sent on
  * them?
  *
  * Per bus a list of what is sent how often, and how many bits long it is on the
@@ -11,13 +11,13 @@
  * SDO transfers, emergencies and what a drive sends when a switch changes come
  * now and then and wait for a gap; they are not in it.  Source: ISO 11898-1
  * 10.4; K. Tindell, A. Burns, Guaranteeing message latencies on CAN (1994). */
-#ifndef FIRMWARE_LINUX_RIG_BUDGET_H
-#define FIRMWARE_LINUX_RIG_BUDGET_H
+#ifndef FIRMWARE_LINUX_MOVE_BUDGET_H
+#define FIRMWARE_LINUX_MOVE_BUDGET_H
 
 #include <stdbool.h>
 #include <stdio.h>
 
-#include "firmware/linux/commands/job.h"
+#include "firmware/linux/move/job.h"
 
 #define BUDGET_ITEMS_MAX (2 + 4 * RIG_AXES_MAX)
 

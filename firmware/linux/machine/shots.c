@@ -1,5 +1,5 @@
-/* firmware/linux/commands/shots.c - see shots.h. */
-#include "firmware/linux/commands/shots.h"
+/* firmware/linux/machine/shots.c - see shots.h. */
+#include "firmware/linux/machine/shots.h"
 
 #include <inttypes.h>
 #include <string.h>

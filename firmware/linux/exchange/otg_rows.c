@@ -1,5 +1,5 @@
-/* firmware/linux/commands/otg_rows.c - see otg_rows.h. */
-#include "firmware/linux/commands/otg_rows.h"
+/* firmware/linux/exchange/otg_rows.c - see otg_rows.h. */
+#include "firmware/linux/exchange/otg_rows.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,4 +1,4 @@
-/* firmware/linux/commands/otg_rows.h - planning problems from CSV, in any
+/* firmware/linux/exchange/otg_rows.h - planning problems from CSV, in any
  * units.
  *
  * One problem per line, columns by name: p0 v0 a0 pf vf af vmax vmin amax amin
@@ -9,8 +9,8 @@
  * A row is measured in its own scale: lengths and times are multiplied by
  * powers of two so that its numbers fill the planner's formats, whatever unit
  * they came in.  The factors are 2^-length and 2^-time. */
-#ifndef FIRMWARE_LINUX_COMMANDS_OTG_ROWS_H
-#define FIRMWARE_LINUX_COMMANDS_OTG_ROWS_H
+#ifndef FIRMWARE_LINUX_EXCHANGE_OTG_ROWS_H
+#define FIRMWARE_LINUX_EXCHANGE_OTG_ROWS_H
 
 #include <stdbool.h>
 #include <stdio.h>

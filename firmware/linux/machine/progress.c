@@ -1,5 +1,5 @@
-/* firmware/linux/base/progress.c - see progress.h. */
-#include "firmware/linux/base/progress.h"
+/* firmware/linux/machine/progress.c - see progress.h. */
+#include "firmware/linux/machine/progress.h"
 
 #include <inttypes.h>
 #include <string.h>

@@ -1,5 +1,5 @@
-/* firmware/linux/commands/job.c - see job.h. */
-#include "firmware/linux/commands/job.h"
+/* firmware/linux/move/job.c - see job.h. */
+#include "firmware/linux/move/job.h"
 
 #include <cjson/cJSON.h>
 #include <errno.h>
@@ -89,18 +89,19 @@ enum status job_fail(const char *path, const char *what)
     return STATUS_INPUT;
 }
 
-static enum status job_paths(struct job *job, const struct options *options)
+static enum status job_paths(struct job *job, const char *const path[],
+                             int count)
 {
-    const char *first = options->path[0];
+    const char *first = path[0];
     bool directory = job_is_directory(first);
-    if (options->path_count == 2 && directory)
+    if (count == 2 && directory)
         return job_fail(first, "is a directory, expected a rig file");
     if (access(first, F_OK) < 0)
         return job_fail(first, strerror(errno));
-    if (options->path_count == 1 && !directory)
+    if (count == 1 && !directory)
         return job_fail(first, "expected a rig and a move file, or one "
                                "directory with rig.yaml and move.yaml");
-    const char *second = directory ? first : options->path[1];
+    const char *second = directory ? first : path[1];
     int rig = snprintf(job->rig_path, sizeof job->rig_path, "%s%s", first,
                        directory ? "/rig.yaml" : "");
     int move = snprintf(job->move_path, sizeof job->move_path, "%s%s", second,
@@ -196,7 +197,7 @@ static enum status job_take_axis(struct job *job, unsigned i)
                  axis->name);
         return job_fail(job->move_path, what);
     }
-    const char *unit = rig_unit_text(job->rig.axis[found].unit);
+    const char *unit = units_axis_text(job->rig.axis[found].unit);
     if (strcmp(unit, axis->unit) != 0) {
         snprintf(what, sizeof what,
                  "axis %s is in %s, expected %s as in the rig", axis->name,
@@ -234,11 +235,11 @@ static enum status job_open_move(struct job *job)
     return job_plan(job);
 }
 
-enum status job_open_any(struct job *job, const struct options *options)
+enum status job_open_any(struct job *job, const char *const path[], int count)
 {
     char message[RIG_MESSAGE_MAX];
     memset(job, 0, sizeof *job);
-    enum status status = job_paths(job, options);
+    enum status status = job_paths(job, path, count);
     if (status != STATUS_OK)
         return status;
     if (rig_load(job->rig_path, &job->rig, message) < 0) {
@@ -249,9 +250,9 @@ enum status job_open_any(struct job *job, const struct options *options)
                                          : job_open_move(job);
 }
 
-enum status job_open(struct job *job, const struct options *options)
+enum status job_open(struct job *job, const char *const path[], int count)
 {
-    enum status status = job_open_any(job, options);
+    enum status status = job_open_any(job, path, count);
     if (status == STATUS_OK && job->compiled != NULL)
         return job_fail(job->move_path, "is a compiled move, expected the move "
                                         "file itself (compiled ones are for "
@@ -374,6 +375,8 @@ static void job_check_axis(struct job *job, unsigned i, int64_t rate_q30)
 
 void job_check(struct job *job, int64_t rate_q30)
 {
+    if (rate_q30 < MOTION_CLOCK_WARP_ONE_Q30)
+        rate_q30 = MOTION_CLOCK_WARP_ONE_Q30;
     job->violation_count = 0;
     for (unsigned i = 0; i < job->move.axis_count; i++)
         job_check_axis(job, i, rate_q30);

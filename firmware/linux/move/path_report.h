@@ -1,14 +1,14 @@
-/* firmware/linux/commands/path_report.h - what there is to say about a move's
+/* firmware/linux/move/path_report.h - what there is to say about a move's
  * path.
  *
  * Length, the rule it was measured with, path speed, how far the axes are from
  * what was asked.  Nothing where the move has no path. */
-#ifndef FIRMWARE_LINUX_COMMANDS_PATH_REPORT_H
-#define FIRMWARE_LINUX_COMMANDS_PATH_REPORT_H
+#ifndef FIRMWARE_LINUX_MOVE_PATH_REPORT_H
+#define FIRMWARE_LINUX_MOVE_PATH_REPORT_H
 
 #include <stdio.h>
 
-#include "firmware/linux/commands/job.h"
+#include "firmware/linux/move/job.h"
 
 /* Two lines and a blank one before them. */
 void path_report_text(const struct job *job, FILE *file);
@@ -18,6 +18,6 @@ void path_report_json(const struct job *job, struct cJSON *object);
 void path_report_rules(const struct job *job, FILE *file);
 
 /* The unit of the path's axes. */
-enum rig_unit path_report_unit(const struct job *job);
+enum units_axis path_report_unit(const struct job *job);
 
 #endif

@@ -1,14 +1,14 @@
-/* firmware/linux/commands/shots.h - the events of a move: whether its lines can
+/* firmware/linux/machine/shots.h - the events of a move: whether its lines can
  * keep up, and when each shot was really fired. */
-#ifndef FIRMWARE_LINUX_COMMANDS_SHOTS_H
-#define FIRMWARE_LINUX_COMMANDS_SHOTS_H
+#ifndef FIRMWARE_LINUX_MACHINE_SHOTS_H
+#define FIRMWARE_LINUX_MACHINE_SHOTS_H
 
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 
-#include "firmware/linux/commands/job.h"
 #include "firmware/linux/machine/telemetry.h"
+#include "firmware/linux/move/job.h"
 
 struct cJSON;
 

@@ -1,5 +1,5 @@
-/* firmware/linux/commands/path_report.c - see path_report.h. */
-#include "firmware/linux/commands/path_report.h"
+/* firmware/linux/move/path_report.c - see path_report.h. */
+#include "firmware/linux/move/path_report.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>
@@ -21,7 +21,7 @@ static const struct plan_path *path_of(const struct job *job)
     return job->outcome.has_path ? job->move.path : NULL;
 }
 
-enum rig_unit path_report_unit(const struct job *job)
+enum units_axis path_report_unit(const struct job *job)
 {
     return job_rig_axis(job, job->move.path->axis[0])->unit;
 }
@@ -72,7 +72,7 @@ void path_report_text(const struct job *job, FILE *file)
         path_warp_text(job, file);
         return;
     }
-    const char *unit = rig_unit_text(path_report_unit(job));
+    const char *unit = units_axis_text(path_report_unit(job));
     int64_t t_ns_q12;
     int64_t peak = job_peak(&job->outcome.distance, MOTION_VEL, &t_ns_q12);
     number_fixed(length, drive->space.length_q32, 32, 6);
@@ -99,7 +99,8 @@ void path_report_json(const struct job *job, struct cJSON *object)
         return;
     int64_t peak = job_peak(&job->outcome.distance, MOTION_VEL, &t_ns_q12);
     cJSON *item = cJSON_AddObjectToObject(object, "path");
-    cJSON_AddStringToObject(item, "unit", rig_unit_text(path_report_unit(job)));
+    cJSON_AddStringToObject(item, "unit",
+                            units_axis_text(path_report_unit(job)));
     cJSON_AddNumberToObject(item, "length",
                             path_double(drive->space.table.length));
     cJSON_AddNumberToObject(item, "length_error",
@@ -145,7 +146,7 @@ void path_report_rules(const struct job *job, FILE *file)
         table_cell(&table, "%.1e", fabs(path_double(measure.length) - best));
     }
     fprintf(file, "\nlength of the path, %s; %d panels per piece\n",
-            rig_unit_text(path_report_unit(job)), PATH_PANELS);
+            units_axis_text(path_report_unit(job)), PATH_PANELS);
     table_print(&table, file);
     table_free(&table);
 }

@@ -1,14 +1,14 @@
-/* firmware/linux/commands/job.h - a rig and a move, read, planned and judged.
+/* firmware/linux/move/job.h - a rig and a move, read, planned and judged.
  *
  * What every command starts from.  Nothing here touches a bus. */
-#ifndef FIRMWARE_LINUX_COMMANDS_JOB_H
-#define FIRMWARE_LINUX_COMMANDS_JOB_H
+#ifndef FIRMWARE_LINUX_MOVE_JOB_H
+#define FIRMWARE_LINUX_MOVE_JOB_H
 
 #include <stdbool.h>
 #include <stdint.h>
+#include <stdio.h>
 
-#include "firmware/linux/commands/command.h"
-#include "firmware/linux/commands/options.h"
+#include "firmware/linux/base/status.h"
 #include "firmware/linux/rig/rig.h"
 #include "motion/plan/check.h"
 #include "motion/plan/compose.h"
@@ -64,11 +64,11 @@ struct job {
     uint32_t violation_count;
 };
 
-/* Read both files and plan every axis.  STATUS_OK, or STATUS_INPUT with one
+/* Read both files, RIG MOVE or one directory, and plan every axis.  STATUS_OK, or STATUS_INPUT with one
  * line on stderr.  job_free in either case.  job_open_any also takes a compiled
  * move in the place of MOVE and reads all of it once. */
-enum status job_open(struct job *job, const struct options *options);
-enum status job_open_any(struct job *job, const struct options *options);
+enum status job_open(struct job *job, const char *const path[], int count);
+enum status job_open_any(struct job *job, const char *const path[], int count);
 void job_free(struct job *job);
 
 /* A rig alone: a file, or a directory with rig.yaml.  Statuses as above. */
@@ -77,8 +77,9 @@ enum status job_read_rig(const char *path, struct rig *rig);
 enum status job_fail(const char *path, const char *what);
 
 /* Judge the tracks as played at `rate_q30` of their speed: at rate r velocity
- * may reach limit / r, acceleration limit / r^2, jerk limit / r^3.  Fills
- * violation, in the order of axes and time. */
+ * may reach limit / r, acceleration limit / r^2, jerk limit / r^3.  Below
+ * 100 % as at 100 %: the controller starts no move that could not be played at
+ * its own speed.  Fills violation, in the order of axes and time. */
 void job_check(struct job *job, int64_t rate_q30);
 
 /* The violations as a table with a heading, or as the member "violations" of

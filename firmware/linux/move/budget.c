@@ -1,5 +1,5 @@
-/* firmware/linux/rig/budget.c - see budget.h. */
-#include "firmware/linux/rig/budget.h"
+/* firmware/linux/move/budget.c - see budget.h. */
+#include "firmware/linux/move/budget.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>
