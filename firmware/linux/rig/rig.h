@@ -155,6 +155,7 @@ struct rig_line {
     int64_t release_ns; /* an input lets go after being quiet for so long */
     int64_t width_ns;   /* of a trigger's pulse */
     int64_t rest_ns;    /* between two pulses, at least */
+    int64_t lead_ns;    /* a pulse is so much before its event */
     /* simulated: a switch is pressed where its axis is from low to high */
     bool has_sim;
     int64_t sim_low_q32, sim_high_q32;
