@@ -164,10 +164,7 @@ static void build_homing(bool is_05)
     if (is_05)
         rig.axis[SLIDER].enable_watchdog = rig.axis[SLIDER].watchdog_timeout =
             0;
-    build();
-    tick();
-    assert_int_equal(controller_enable(&machine.controller), 0);
-    until(CONTROLLER_READY);
+    bench_build_ready(&rig);
     assert_int_equal(homing_start(&machine.homing, 1u << SLIDER), MOTION_OK);
 }
 
