@@ -12,7 +12,7 @@
 #define OTG_BITS       25 /* limits are drawn in by 2^-25 */
 #define OTG_MOST_PER_S 32 /* the shortest ramp: 2^-32 s, 954 ticks */
 #define OTG_LATER      16 /* durations tried when the shortest has no plan */
-#define OTG_WAIT       4  /* the first is 2^4 ticks more */
+#define OTG_WAIT       4  /* the second is 2^4 ticks more */
 
 const char *motion_otg_field_text(enum motion_otg_field field)
 {
@@ -506,8 +506,9 @@ int motion_otg_make(const struct motion_otg_move *move,
                               field ? field : &unused);
 }
 
-/* One after the other with limits drawn in further; *first is the duration of
- * the first. */
+/* One after the other with limits drawn in further; *first becomes the duration
+ * of the first.  Where there is no motion of the duration it stays, and the
+ * plan's duration is the next one. */
 static int otg_make_drawn(const struct motion_otg_move *move,
                           int64_t dur_ns_q12, struct motion_otg_plan *plan,
                           int64_t *first, enum motion_otg_field *field)
@@ -529,25 +530,26 @@ static int otg_make_drawn(const struct motion_otg_move *move,
     return MOTION_E_LIMIT;
 }
 
-/* The fastest motion may exist for no whole number of ticks: at a given speed a
- * way is covered in a part of one, or within what the jerk allows only in times
- * that lie between two.  So wait: for a little longer, or for the next time at
- * which there is a motion. */
+/* The first duration from `least` on that has a plan.  The fastest motion may
+ * exist for no whole number of ticks: at a given speed a way is covered in a part
+ * of one, or within what the jerk allows only in times that lie between two.  So
+ * wait: for a little longer, or for the next time at which there is a motion. */
 static int otg_make_later(const struct motion_otg_move *move, int64_t least,
                           struct motion_otg_plan *plan,
                           enum motion_otg_field *field)
 {
-    int64_t dur = least, first;
-    for (int i = 0; i < OTG_LATER; i++) {
-        if (*field == MOTION_OTG_FIELD_DURATION && plan->dur_ns_q12 > dur)
-            least = plan->dur_ns_q12;
-        dur =
-            least + (least >> (OTG_BITS - i)) + ((int64_t)1 << (OTG_WAIT + i));
+    int64_t dur = least;
+    for (int i = 0; i <= OTG_LATER; i++) {
+        int64_t first = 0;
         if (dur >= MOTION_TRACK_SEGMENT_MAX_NS_Q12)
-            return MOTION_E_RANGE;
+            return refuse(field, MOTION_OTG_FIELD_GOAL_POS, MOTION_E_RANGE);
         int err = otg_make_drawn(move, dur, plan, &first, field);
         if (err == MOTION_OK || err == MOTION_E_RANGE)
             return err;
+        if (first == 0 && plan->dur_ns_q12 > dur)
+            least = plan->dur_ns_q12;
+        dur =
+            least + (least >> (OTG_BITS - i)) + ((int64_t)1 << (OTG_WAIT + i));
     }
     return refuse(field, MOTION_OTG_FIELD_GOAL_POS, MOTION_E_LIMIT);
 }
@@ -556,15 +558,18 @@ static int otg_make_valid(const struct motion_otg_move *move,
                           int64_t dur_ns_q12, struct motion_otg_plan *plan,
                           enum motion_otg_field *field)
 {
-    int64_t least = 0;
-    int err = otg_make_drawn(move, dur_ns_q12, plan, &least, field);
+    int64_t first = 0;
+    int err = otg_make_drawn(move, dur_ns_q12, plan, &first, field);
     if (err != MOTION_E_LIMIT || move->mode != MOTION_OTG_POSITION)
         return err;
     if (dur_ns_q12 == 0)
-        return otg_make_later(move, least, plan, field);
-    if (*field != MOTION_OTG_FIELD_DURATION)
-        plan->dur_ns_q12 = dur_ns_q12 + (dur_ns_q12 >> OTG_BITS) + 1;
-    return refuse(field, MOTION_OTG_FIELD_DURATION, err);
+        return otg_make_later(move, first, plan, field);
+    int64_t least = dur_ns_q12 + (dur_ns_q12 >> OTG_BITS) + 1;
+    if (first == 0 && plan->dur_ns_q12 > dur_ns_q12)
+        least = plan->dur_ns_q12;
+    err = otg_make_later(move, least, plan, field);
+    return refuse(field, MOTION_OTG_FIELD_DURATION,
+                  err == MOTION_E_RANGE ? err : MOTION_E_LIMIT);
 }
 
 OTG_OWN_FRAME static int otg_make_unlimited(const struct motion_otg_move *move,

@@ -112,8 +112,9 @@ struct motion_otg_plan {
 /* Make the plan of `move`.  Returns MOTION_OK, or with *field the culprit:
  * MOTION_E_ARG for a limit that is zero, of the wrong sign or missing,
  * MOTION_E_LIMIT for a goal that no motion within the limits can end in or a
- * duration that cannot be met (the next one that can is in plan->dur_ns_q12),
- * MOTION_E_RANGE when the move would take over 3 days or leave the formats.
+ * duration that cannot be met (the next one for which a plan was made is in
+ * plan->dur_ns_q12), MOTION_E_RANGE when the move, or the next duration, would
+ * take over 2^60 ticks (3.2 days) or leave the formats.
  * With an error *plan has no phases.  `field` may be NULL.
  * A start outside the limits is first brought inside: full jerk until the
  * acceleration is inside, then full deceleration until the velocity is. */

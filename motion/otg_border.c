@@ -186,13 +186,27 @@ static bool is_small(struct num a, struct num b, int bits)
     return a.m == 0 || (b.m != 0 && a.e < b.e - bits);
 }
 
-/* The lens's borders are concave over the duration, which changes by
- * 2 (1 + bend) with x: no higher than the tangent, at most 2 wide for x. */
-static bool is_hopeless(const struct otg_point *p, struct num lo, struct num hi)
+/* dD/dT by (3), where the first side's acceleration is x: in regime B. */
+struct num motion_otg_border_rate(const struct otg_border *b,
+                                  const struct otg_point *p)
 {
-    struct num far = p->slope.m > 0 ? num_sub(hi, p->x) : num_sub(p->x, lo);
-    struct num room = num_mul(num_abs(p->slope), far);
-    return num_lt(room, num_mul(p->rest, num_add(num_one(), p->bend)));
+    struct num a2 = num_min(p->z, b->side[!b->first].limit);
+    return num_add(p->vc, num_half(num_mul(p->x, a2)));
+}
+
+/* The lens's borders are concave over the duration: no higher than the tangent.
+ * The duration changes by less than 2 with x. */
+static bool is_hopeless(const struct otg_border *b, const struct otg_point *p,
+                        struct num lo, struct num hi)
+{
+    struct num rate = motion_otg_border_rate(b, p);
+    struct num far = rate.m > 0 ? num_sub(hi, p->x) : num_sub(p->x, lo);
+    return num_lt(num_twice(num_mul(num_abs(rate), far)), p->rest);
+}
+
+static bool is_same(struct num a, struct num b)
+{
+    return a.m == b.m && a.e == b.e;
 }
 
 /* Newton in a bracket, the bracket halved at least every other step. */
@@ -208,13 +222,13 @@ void motion_otg_border_root(struct otg_border *b, enum otg_goal goal,
     for (i = 1; i < ROOT_MOST; i++) {
         motion_otg_border_at(b, goal, x, p);
         p->rest = num_sub(want, p->got);
-        if (goal == OTG_GOAL_LENS && p->rest.m > 0 && is_hopeless(p, lo, hi))
+        if (goal == OTG_GOAL_LENS && p->rest.m > 0 && is_hopeless(b, p, lo, hi))
             break;
         bool is_right = is_right_of(goal, p->rest, p->slope);
         if (is_right) {
             hi = x;
             is_bounded = true;
-        } else if (x.m == top.m && x.e == top.e) {
+        } else if (is_same(x, top)) {
             break;
         } else {
             lo = x;
@@ -241,6 +255,8 @@ void motion_otg_border_root(struct otg_border *b, enum otg_goal goal,
             x = to;
         else
             x = is_bounded ? num_half(num_add(lo, hi)) : hi;
+        if (is_bounded && (is_same(x, lo) || is_same(x, hi)))
+            break; /* nothing is between */
     }
     if (i > motion_otg_solve_most)
         motion_otg_solve_most = i;

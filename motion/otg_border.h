@@ -85,6 +85,9 @@ void motion_otg_border_at(struct otg_border *b, enum otg_goal goal,
 /* Duration of the motion, without a cruise. */
 struct num motion_otg_border_time(const struct otg_border *b,
                                   const struct otg_point *p);
+/* In regime B and the lens: how fast the displacement grows with it. */
+struct num motion_otg_border_rate(const struct otg_border *b,
+                                  const struct otg_point *p);
 
 /* Where between lo and hi `got` rises to what is wanted, from a first guess
  * p->x; the point there.  p->rest above zero: beyond hi. */

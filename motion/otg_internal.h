@@ -53,11 +53,20 @@ void motion_otg_plan_miss(const struct motion_otg_plan *plan, struct wide *vel,
 /* a^2 / 2j <= room: does a ramp from |a| to zero fit?  Exactly.  j > 0. */
 bool motion_otg_ramp_fits(int64_t acc_q16, int64_t jerk_q16, uint64_t room_q32);
 
+/* How far an acceleration may be moved: so little that no ramp bends by more
+ * than 2^-25; an eighth of the largest one at most, which makes ramps steeper
+ * and the plan longer when they are given time; as far as it takes, where the
+ * duration is given and ramps of few ticks are far from what they were to be. */
+enum otg_trim {
+    OTG_TRIM_GENTLY,
+    OTG_TRIM_USUAL,
+    OTG_TRIM_FREELY,
+};
+
 /* Move accelerations at a few corners so that the plan ends at its goal; not
- * those in `fixed`.  MOTION_E_LIMIT when no acceleration can; with `gently`, when
- * a ramp would bend by more than 2^-25 at a corner. */
-int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed, bool gently,
-                    struct motion_otg_plan *plan);
+ * those in `fixed`.  MOTION_E_LIMIT when no acceleration can. */
+int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed,
+                    enum otg_trim how, struct motion_otg_plan *plan);
 
 /* Bring the start (a, then v) inside the limits; adds 0..2 phases to `shape`
  * and moves v0, a0 and d on. */

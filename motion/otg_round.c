@@ -161,10 +161,10 @@ static void set_ticks(struct motion_otg_plan *plan, int i, int64_t n)
 
 /* Between corner i (of a swing from the start 0, to the goal the last but one)
  * and its end's acceleration; other corners of a hold follow, and the ramp
- * behind them. */
+ * behind them, which takes all the jerk there is where `is_full`. */
 static bool round_swing(struct motion_otg_plan *plan,
-                        const struct otg_rates *rates, int i, int64_t end,
-                        struct num dt, int64_t jerk_q16)
+                        const struct otg_rates *rates, bool is_full, int i,
+                        int64_t end, struct num dt, int64_t jerk_q16)
 {
     struct motion_otg_phase *ph = plan->phase;
     int64_t was = ph[i].acc, n = ticks_of(dt);
@@ -179,8 +179,9 @@ static bool round_swing(struct motion_otg_plan *plan,
         ph[i].acc = to;
     int ramp = way > 0 ? i : i + 1;
     int64_t next = i < 0 ? plan->start_acc : ph[i].acc;
-    if (ph[ramp].dur_ns_q12 > 0)
-        set_ticks(plan, ramp, motion_otg_ramp_ticks(rates, ramp, next - to));
+    int64_t least = motion_otg_ramp_ticks(rates, ramp, next - to);
+    if (ph[ramp].dur_ns_q12 > 0 && (is_full || ph[ramp].dur_ns_q12 < least))
+        set_ticks(plan, ramp, least);
     return true;
 }
 
@@ -206,18 +207,19 @@ static uint32_t round_swings(const struct motion_otg_move *move,
     const struct motion_otg_limit *lim = &move->limit;
     int64_t down = lim->jerk_down_q16 ? lim->jerk_down_q16 : lim->jerk_q16;
     int last = plan->count - 1;
+    bool is_full = shape->knobs.hump[0] >= 0;
     uint32_t ends = 0;
     if (move->mode != MOTION_OTG_POSITION || lim->jerk_q16 == 0 || last < 1)
         return 0;
     if (shape->brake > 0 &&
         swings_out(move->start.vel_q32, move->start.acc_q16, lim->jerk_q16,
                    lim) &&
-        round_swing(plan, rates, 0, plan->start_acc, shape->phase[0].dt,
-                    lim->jerk_q16))
+        round_swing(plan, rates, is_full, 0, plan->start_acc,
+                    shape->phase[0].dt, lim->jerk_q16))
         ends |= OTG_END_START;
     if (shape->land <= last &&
         swings_out(move->goal.vel_q32, -move->goal.acc_q16, down, lim) &&
-        round_swing(plan, rates, last - 1, plan->phase[last].acc,
+        round_swing(plan, rates, is_full, last - 1, plan->phase[last].acc,
                     shape->phase[last].dt, down))
         ends |= OTG_END_GOAL;
     return ends;

@@ -35,11 +35,12 @@ int64_t motion_otg_phase_jerk(const struct motion_otg_limit *lim,
 }
 
 /* The longest phase whose corners may move takes what is missing from the
- * wanted total. */
+ * wanted total; with `rates` the one with the most time to spare. */
 static int settle_total(struct motion_otg_plan *plan, uint32_t fixed,
-                        int64_t dur_ns_q12)
+                        int64_t dur_ns_q12, const struct otg_rates *rates)
 {
     int longest = -1;
+    int64_t from = plan->start_acc;
     int64_t most = 0, missing = dur_ns_q12 - plan->dur_ns_q12;
     if (dur_ns_q12 == 0 || missing == 0)
         return MOTION_OK;
@@ -48,13 +49,17 @@ static int settle_total(struct motion_otg_plan *plan, uint32_t fixed,
     for (int i = 0; i < plan->count; i++) {
         bool ends = (i == 0 && (fixed & 1)) ||
                     (i > 0 && i + 1 == plan->count && (fixed >> (i - 1) & 1));
-        if (!ends && plan->phase[i].dur_ns_q12 > most) {
-            most = plan->phase[i].dur_ns_q12;
+        int64_t spare = plan->phase[i].dur_ns_q12, acc = plan->phase[i].acc;
+        if (rates)
+            spare -= motion_otg_ramp_ticks(rates, i, acc - from);
+        from = acc;
+        if (!ends && spare > most) {
+            most = spare;
             longest = i;
         }
     }
     if (most + missing <= 0 || longest < 0)
-        return MOTION_E_RANGE;
+        return MOTION_E_LIMIT;
     plan->phase[longest].dur_ns_q12 += missing;
     plan->dur_ns_q12 = dur_ns_q12;
     return MOTION_OK;
@@ -103,6 +108,11 @@ static int settle_wait(int64_t dur_ns_q12, struct motion_otg_plan *plan)
 
 /* --- all of it ------------------------------------------------------------ */
 
+static enum otg_trim settle_trim(const struct settle *s)
+{
+    return s->dur_ns_q12 ? OTG_TRIM_FREELY : OTG_TRIM_USUAL;
+}
+
 /* Without polishing no ramp may bend by more than its room. */
 static int settle_make(struct settle *s, bool polish)
 {
@@ -115,13 +125,15 @@ static int settle_make(struct settle *s, bool polish)
     if (polish && has_knobs)
         settle_polish(s);
     s->fixed = motion_otg_round_join(s->shape, ends, plan);
-    err = settle_total(plan, s->fixed, s->dur_ns_q12);
+    err = settle_total(plan, s->fixed, s->dur_ns_q12, NULL);
     return err < 0 ? err
-                   : motion_otg_trim(s->move->mode, s->fixed, !polish, plan);
+                   : motion_otg_trim(s->move->mode, s->fixed,
+                                     polish ? settle_trim(s) : OTG_TRIM_GENTLY,
+                                     plan);
 }
 
 /* Trimming made some ramps steeper than they may be: give them time.  With a
- * wanted duration the longest phase gives it. */
+ * wanted duration the phase that can spare most gives it. */
 static int settle_repair(struct settle *s)
 {
     struct motion_otg_plan *plan = s->plan;
@@ -141,9 +153,10 @@ static int settle_repair(struct settle *s)
         }
         acc = ph->acc;
     }
-    int err = settle_total(plan, s->fixed, s->dur_ns_q12);
-    return err < 0 ? err
-                   : motion_otg_trim(s->move->mode, s->fixed, false, plan);
+    int err = settle_total(plan, s->fixed, s->dur_ns_q12, &s->rates);
+    return err < 0
+               ? err
+               : motion_otg_trim(s->move->mode, s->fixed, settle_trim(s), plan);
 }
 
 static int settle_check(const struct settle *s, int err,
@@ -186,8 +199,8 @@ int motion_otg_settle(const struct motion_otg_move *move,
 int motion_otg_stretch(const struct motion_otg_move *move, int64_t dur_ns_q12,
                        struct motion_otg_plan *plan)
 {
-    int err = settle_total(plan, 0, dur_ns_q12);
+    int err = settle_total(plan, 0, dur_ns_q12, NULL);
     if (err == MOTION_OK)
-        err = motion_otg_trim(move->mode, 0, false, plan);
+        err = motion_otg_trim(move->mode, 0, OTG_TRIM_FREELY, plan);
     return err < 0 ? err : motion_otg_check(move, plan, NULL);
 }

@@ -41,6 +41,18 @@ static struct num guess(struct num rest, struct num s)
     return num_div(up, num_add(s, num_add(x2, num_twice(x2))));
 }
 
+/* The same with two jerks: j (1 + sqrt(j / j2)) x^3 + s x, j on the side whose
+ * x it is. */
+OTG_OWN_FRAME static struct num guess_two(const struct otg_border *b,
+                                          struct num rest, struct num s)
+{
+    const struct otg_side *f = &b->side[b->first], *o = &b->side[!b->first];
+    struct num r = num_sqrt(num_mul(f->j, o->per_j));
+    struct num by = num_inv(num_half(num_add(num_one(), r)));
+    by = num_mul(by, f->per_j);
+    return guess(num_mul(rest, by), num_mul(s, by));
+}
+
 /* In regime B the border may rise before it falls: while 2 x + z/2 + x^2/2z is
  * below zero its slope (3) gets less, as in the lens.  What it reaches there comes
  * first. */
@@ -74,8 +86,11 @@ static void place(struct answer *at, struct num want, struct num lo)
         }
     }
     hi = num_max(lo, hi);
-    if (lo.m >= 0)
-        p->x = num_add(lo, guess(num_sub(want, p->got), p->slope));
+    if (lo.m >= 0) {
+        struct num rest = num_sub(want, p->got);
+        p->x = num_add(lo, b->is_unit ? guess(rest, p->slope)
+                                      : guess_two(b, rest, p->slope));
+    }
     motion_otg_border_root(b, OTG_GOAL_D, want, lo, hi, p);
     at->cruise = num_zero();
     if (p->rest.m > 0)
@@ -157,14 +172,6 @@ struct num motion_otg_lens_border(const struct otg_problem *q, int sign,
     return b->side[b->first].a;
 }
 
-/* dD/dT = v(c) + w^2/2 with c the middle, w half the width of '-'. */
-static struct num lens_rate(const struct otg_border *b,
-                            const struct otg_point *p)
-{
-    struct num a2 = num_min(p->z, b->side[!b->first].limit);
-    return num_add(p->vc, num_half(num_mul(p->x, a2)));
-}
-
 /* Whether `want` is reached along the border.  It is concave: it must rise at
  * its start, and when it ends short of that, fall at its end, or its highest
  * value is at the end.  Nor is it higher than its tangents. */
@@ -173,7 +180,8 @@ static bool lens_may_reach(struct otg_border *b, struct num want,
 {
     struct otg_point last;
     motion_otg_border_at(b, OTG_GOAL_LENS, hi, &last);
-    struct num up = lens_rate(b, first), down = lens_rate(b, &last);
+    struct num up = motion_otg_border_rate(b, first),
+               down = motion_otg_border_rate(b, &last);
     bool is_short = num_lt(last.got, want);
     if (up.m <= 0 || (is_short && down.m > 0))
         return false;

@@ -23,6 +23,8 @@
 #define TRIM_ROUNDS 4
 #define TRIM_SMALL  ((int64_t)1 << 24) /* what is left is less than a unit */
 #define TRIM_GENTLE 25
+#define TRIM_MOST   58
+#define TRIM_FREE   61
 #define TRIM_ZERO   (-1000)
 #define TRIM_CRUISE 10
 
@@ -37,6 +39,7 @@ struct trim_group {
 struct trim {
     struct motion_otg_plan *plan;
     bool gently;
+    int most; /* no acceleration moves by more than 2^most */
     int count;
     struct trim_group group[MOTION_OTG_PHASES];
     int64_t k, w[2];         /* the centre of group 0; W of groups 0 and 1 */
@@ -175,7 +178,7 @@ static struct wide group_worth(const struct motion_otg_plan *plan,
     return x;
 }
 
-/* MOTION_E_LIMIT beyond what a plan can hold; by < 2^58. */
+/* MOTION_E_LIMIT beyond what a plan can hold; by < 2^61. */
 static int group_move(struct motion_otg_plan *plan, const struct trim_group *g,
                       int64_t by)
 {
@@ -193,9 +196,9 @@ static uint32_t group_mask(const struct trim_group *g)
 }
 
 /* d to nearest; MOTION_E_LIMIT when no acceleration could move so far. */
-static int trim_rounded(struct num d, int64_t *by)
+static int trim_rounded(struct num d, int most, int64_t *by)
 {
-    if (d.m != 0 && d.e > 58 - 30)
+    if (d.m != 0 && d.e > most - 30)
         return MOTION_E_LIMIT;
     int down = -d.e - 1;
     int64_t twice = down <= 0 ? (int64_t)((uint64_t)(int64_t)d.m << -down)
@@ -224,7 +227,7 @@ static bool is_gentle(const struct motion_otg_plan *plan,
 static int trim_by(struct trim *t, int i, struct num lack, struct num per,
                    int64_t *by)
 {
-    int err = trim_rounded(num_mul(lack, per), by);
+    int err = trim_rounded(num_mul(lack, per), t->most, by);
     if (err < 0 || (t->gently && !is_gentle(t->plan, &t->group[i], *by)))
         return MOTION_E_LIMIT;
     return group_move(t->plan, &t->group[i], *by);
@@ -352,11 +355,13 @@ static int trim_velocity(struct trim *t, struct motion_otg_plan *plan)
     return trim_free_end(plan);
 }
 
-int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed, bool gently,
-                    struct motion_otg_plan *plan)
+int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed,
+                    enum otg_trim how, struct motion_otg_plan *plan)
 {
     struct trim t;
-    t.gently = gently;
+    t.gently = how == OTG_TRIM_GENTLY;
+    t.most = how == OTG_TRIM_FREELY || mode == MOTION_OTG_VELOCITY ? TRIM_FREE
+                                                                   : TRIM_MOST;
     plan->trim[0] = plan->trim[1] = 0;
     return mode == MOTION_OTG_VELOCITY ? trim_velocity(&t, plan)
                                        : trim_position(&t, plan, fixed);

@@ -76,8 +76,12 @@ void many_draw(uint64_t seed, uint64_t number, struct many_problem *problem);
 enum many_verdict many_run(const struct many_problem *problem,
                            char text[MANY_TEXT]);
 
-/* Does every motion take more than 2^60 ticks, or the change of speed end beyond
- * the format of position?  True is proven, up to rounding. */
+/* Does every motion (of move->dur_ns_q12 or longer) take more than 2^60 ticks, or
+ * the change of speed end beyond the format of position?  True is proven, up to
+ * rounding. */
 bool many_is_far(const struct motion_otg_move *move);
+/* All moves in one time; the line of move[0], from rest to rest. */
+bool many_are_far(const struct motion_otg_move move[], int axes);
+bool many_is_line_far(const struct motion_otg_move move[], int axes);
 
 #endif

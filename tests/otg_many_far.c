@@ -5,7 +5,9 @@
  * other one.  So is what both ends together allow: up with the limits of one,
  * down with those of the other.  A goal above the lowest of these in all times
  * up to three days is too far; it may have been below in the beginning, when it
- * is passed too early for the change of speed and acceleration. */
+ * is passed too early for the change of speed and acceleration, before a wanted
+ * duration, or between two ticks: looked at both ways, a move that has no time to
+ * slow down passes its goal in a window that need not hold a whole one. */
 #include <math.h>
 #include <stdbool.h>
 
@@ -16,12 +18,15 @@
 #define ALL_S       0x1p60L
 #define FIRST_S     1e-16L
 #define STEP        1.02L
+#define HALVINGS    70
+#define MARGIN      0x1p-50L      /* of a time that was found */
 #define FORMAT_MOST 2147483646.0L /* units */
 
 /* An end, turned so that up is where is looked. */
 struct far_end {
     long double v, a, top, up, down; /* limits; down > 0 */
     long double jerk, brake, let;    /* when it rises, brakes, lets go */
+    bool is_fine;                    /* look closely */
 };
 
 static long double q32(int64_t value)
@@ -88,6 +93,7 @@ static void walk_rise(const struct far_end *e, struct far_walk *w)
         walk(w, (e->top - w->v) / w->a, 0);
         return;
     }
+    walk(w, (w->a - e->up) / e->brake, -e->brake); /* beyond its limit */
     long double rise = e->top - w->v + w->a * w->a / (2 * e->jerk);
     long double ramps = (1 / e->jerk + 1 / e->let) / 2;
     long double most = larger(e->up, w->a), peak = most;
@@ -152,6 +158,44 @@ static long double covers(const struct far_end end[2], long double t)
     return s * (end[0].v + us * s / 2) + g * (end[1].v + ug * g / 2);
 }
 
+/* The speed in which an end comes to rest of its acceleration. */
+static long double natural(const struct far_end *e)
+{
+    if (e->a <= 0)
+        return e->v - e->a * e->a / (2 * e->jerk);
+    long double in = smaller(e->a, e->up);
+    return e->v + in * in / (2 * e->let) +
+           (e->a * e->a - in * in) / (2 * e->brake);
+}
+
+/* Up to the speed in which both ends meet after t, and no further: what is most
+ * up where neither comes to the top.  Nothing, where they do not meet so. */
+static long double meets(const struct far_end end[2], long double t)
+{
+    struct far_end s = end[0], g = end[1];
+    struct far_walk ws, wg;
+    if (s.jerk <= 0 || is_above(&s) || is_above(&g))
+        return HUGE_VALL;
+    long double low = larger(natural(&s), natural(&g)), high = s.top;
+    s.top = g.top = low;
+    if (low >= high || walked(&s, t).left + walked(&g, t).left < t)
+        return HUGE_VALL;
+    for (int i = 0; i < HALVINGS; i++) {
+        s.top = g.top = (low + high) / 2;
+        ws = walked(&s, t);
+        wg = walked(&g, t);
+        if (ws.left + wg.left > t)
+            low = s.top;
+        else
+            high = s.top;
+    }
+    s.top = g.top = low;
+    ws = walked(&s, t);
+    wg = walked(&g, t);
+    long double sum = ws.p + wg.p + high * (ws.left + wg.left - t);
+    return sum + MARGIN * (fabsl(ws.p) + fabsl(wg.p));
+}
+
 /* No motion from one end to the other is further up after t. */
 static long double most_up(const struct far_end end[2], long double t)
 {
@@ -162,6 +206,8 @@ static long double most_up(const struct far_end end[2], long double t)
     most = smaller(s.p, g.p);
     if (s.left + g.left > t) /* both are at the top in between */
         most = smaller(most, s.p + g.p - top * t);
+    else if (end[0].is_fine)
+        most = smaller(most, meets(end, t));
     if (end[0].up > 0)
         most = smaller(most, covers(end, t));
     return most;
@@ -169,31 +215,89 @@ static long double most_up(const struct far_end end[2], long double t)
 
 /* No change of speed or acceleration from one end to the other in t or less:
  * what is there is less than limits allow, or no motion comes up to the other's
- * speed, as the fastest one first falls, then rises. */
+ * speed, as the fastest one first falls, then rises: from the moment at which the
+ * acceleration can be the other's until t it is below. */
 static bool is_too_early(const struct far_end *e, const struct far_end *other,
                          long double t)
 {
     long double change = fabsl(other->v - e->v);
     if (e->up > 0 && change > larger(e->up, e->down) * t)
         return true;
-    if (e->let > 0 && fabsl(e->a + other->a) > e->let * t)
-        return true;
-    return e->let > 0 && e->a < 0 && e->v <= other->v &&
-           walked(e, t).v < other->v;
+    if (e->let <= 0)
+        return false;
+    long double first = (-other->a - e->a) / e->let;
+    return fabsl(e->a + other->a) > e->let * t ||
+           (walked(e, larger(first, 0)).v < other->v &&
+            walked(e, t).v < other->v);
 }
 
-static bool is_late(const struct motion_otg_move *m, int up)
+/* When the goal may be reached, in s: not before `from` nor after `to`. */
+struct window {
+    long double from, to;
+};
+
+/* No whole tick is in it. */
+static bool window_is_empty(const struct window *w)
 {
-    const struct far_end end[2] = { end_of(m, false, up), end_of(m, true, up) };
+    return w->to < w->from ||
+           floorl(w->to * TICKS_PER_S) < ceill(w->from * TICKS_PER_S);
+}
+
+static bool is_above_goal(const struct far_end end[2], long double way,
+                          long double t)
+{
+    return most_up(end, t) >= way;
+}
+
+/* Between t and t STEP, where the one changes into the other. */
+static long double edge(const struct far_end end[2], long double way,
+                        long double t)
+{
+    long double low = t, high = t * STEP;
+    bool at_low = is_above_goal(end, way, t);
+    for (int i = 0; i < HALVINGS; i++) {
+        long double middle = (low + high) / 2;
+        if (is_above_goal(end, way, middle) == at_low)
+            low = middle;
+        else
+            high = middle;
+    }
+    return at_low ? high * (1 + MARGIN) : low * (1 - MARGIN);
+}
+
+static void window_narrow(const struct motion_otg_move *m, int up, bool is_fine,
+                          struct window *w)
+{
+    struct far_end end[2] = { end_of(m, false, up), end_of(m, true, up) };
     long double way = up * (q32(m->goal.pos_q32) - q32(m->start.pos_q32));
-    long double passed = 0;
-    if (most_up(end, MOST_S) >= way)
-        return false;
-    for (long double t = FIRST_S; t < MOST_S; t *= STEP)
-        if (most_up(end, t) >= way)
-            passed = t * STEP;
-    return passed == 0 || is_too_early(&end[0], &end[1], passed) ||
-           is_too_early(&end[1], &end[0], passed);
+    long double from = larger(w->from, FIRST_S), to = w->to;
+    long double first = -1, last = -1;
+    end[0].is_fine = end[1].is_fine = is_fine;
+    for (long double t = from; t < to; t *= STEP)
+        if (is_above_goal(end, way, t)) {
+            first = first < 0 ? t : first;
+            last = t;
+        }
+    bool is_late = !is_above_goal(end, way, to);
+    if (first > from)
+        w->from = edge(end, way, first / STEP);
+    else if (first < 0 && !is_late)
+        w->from = edge(end, way, to / STEP);
+    if (is_late && last > 0)
+        w->to = smaller(to, edge(end, way, last));
+    if (is_late && (last < 0 || is_too_early(&end[0], &end[1], last * STEP) ||
+                    is_too_early(&end[1], &end[0], last * STEP)))
+        w->to = -1;
+}
+
+static struct window window_of(const struct motion_otg_move *m)
+{
+    struct window w = { (long double)m->dur_ns_q12 / TICKS_PER_S, MOST_S };
+    for (int fine = 0; fine < 2; fine++)
+        for (int up = 1; up >= -1; up -= 2)
+            if (!window_is_empty(&w))
+                window_narrow(m, up, fine, &w);
+    return w;
 }
 
 /* --- where a change of speed ends ----------------------------------------- */
@@ -261,10 +365,69 @@ bool many_is_far(const struct motion_otg_move *move)
     bool to_velocity = move->mode == MOTION_OTG_VELOCITY;
     if (move->dur_ns_q12 >> 60 != 0)
         return true;
-    if (!to_velocity && is_there(move))
-        return false;
-    for (int up = -1; up <= 1; up += 2)
-        if (to_velocity ? is_velocity_far(move, up) : is_late(move, up))
-            return true;
-    return false;
+    if (to_velocity)
+        return is_velocity_far(move, 1) || is_velocity_far(move, -1);
+    struct window w = window_of(move);
+    return !is_there(move) && window_is_empty(&w);
+}
+
+bool many_are_far(const struct motion_otg_move move[], int axes)
+{
+    struct window all = { 0, MOST_S };
+    for (int i = 0; i < axes; i++) {
+        struct window w = window_of(&move[i]);
+        all.from = larger(all.from, w.from);
+        all.to = smaller(all.to, w.to);
+    }
+    return window_is_empty(&all);
+}
+
+/* --- on a line ------------------------------------------------------------ */
+
+/* value / r, further from zero. */
+static int64_t over(int64_t value, long double r)
+{
+    long double most = (long double)value / r * (1 + MARGIN);
+    most = most < 0 ? floorl(most) : ceill(most);
+    return fabsl(most) < 0x1p62L ? (int64_t)most
+           : most < 0            ? -((int64_t)1 << 62)
+                                 : (int64_t)1 << 62;
+}
+
+static int64_t lower(int64_t a, int64_t b)
+{
+    return a < b ? a : b;
+}
+
+/* Upwards the lower of both. */
+static void narrow(int64_t *most, int64_t *least, int64_t up, int64_t down,
+                   long double r)
+{
+    *most = lower(*most, over(r > 0 ? up : down, r));
+    *least = -lower(-*least, -over(r > 0 ? down : up, r));
+}
+
+bool many_is_line_far(const struct motion_otg_move move[], int axes)
+{
+    struct motion_otg_move lead = move[0];
+    for (int i = 1; i < axes; i++) {
+        const struct motion_otg_limit *l = &move[i].limit;
+        long double way = q32(move[i].goal.pos_q32 - move[i].start.pos_q32);
+        long double r = way / q32(lead.goal.pos_q32 - lead.start.pos_q32);
+        if (way == 0)
+            continue;
+        narrow(&lead.limit.vel_max_q32, &lead.limit.vel_min_q32, l->vel_max_q32,
+               l->vel_min_q32, r);
+        narrow(&lead.limit.acc_max_q16, &lead.limit.acc_min_q16, l->acc_max_q16,
+               l->acc_min_q16, r);
+        /* the higher of two jerks bounds both */
+        int64_t own =
+            l->jerk_q16 > l->jerk_down_q16 ? l->jerk_q16 : l->jerk_down_q16;
+        int64_t lead_jerk = lead.limit.jerk_q16 > lead.limit.jerk_down_q16
+                                ? lead.limit.jerk_q16
+                                : lead.limit.jerk_down_q16;
+        lead.limit.jerk_q16 = lower(lead_jerk, over(own, fabsl(r)));
+        lead.limit.jerk_down_q16 = 0;
+    }
+    return many_is_far(&lead);
 }

@@ -70,14 +70,24 @@ static enum many_verdict bad(const struct motion_otg_move *m, const char *what,
     return MANY_BAD;
 }
 
+static bool is_far(const struct motion_otg_move m[], int axes, bool on_line)
+{
+    for (int i = 0; i < axes; i++)
+        if (many_is_far(&m[i]))
+            return true;
+    if (on_line)
+        return many_is_line_far(m, axes);
+    return axes > 1 && many_are_far(m, axes);
+}
+
 /* Of several axes that are one motion any may be the reason. */
 static enum many_verdict refused(const struct motion_otg_move m[], int axes,
-                                 int axis, int err, enum motion_otg_field field,
+                                 bool on_line, int axis, int err,
+                                 enum motion_otg_field field,
                                  char text[MANY_TEXT])
 {
-    for (int i = 0; err == MOTION_E_RANGE && i < axes; i++)
-        if (many_is_far(&m[i]))
-            return MANY_RANGE;
+    if (err == MOTION_E_RANGE && is_far(m, axes, on_line))
+        return MANY_RANGE;
     if (err == MOTION_E_LIMIT && field == MOTION_OTG_FIELD_GOAL_ACC &&
         goal_is_out_of_reach(&m[axis]))
         return MANY_REFUSED;
@@ -101,7 +111,8 @@ static enum many_verdict run_one(const struct motion_otg_move *m,
 {
     enum motion_otg_field field;
     int err = motion_otg_make(m, plan, &field);
-    return err < 0 ? refused(m, 1, 0, err, field, text) : judged(m, plan, text);
+    return err < 0 ? refused(m, 1, false, 0, err, field, text)
+                   : judged(m, plan, text);
 }
 
 /* --- kinds that are more than one call ------------------------------------ */
@@ -127,7 +138,7 @@ static enum many_verdict run_duration(const struct many_problem *p,
         err = motion_otg_make(&m, &plan, &field);
     }
     if (err < 0)
-        return refused(&m, 1, 0, err, field, text);
+        return refused(&m, 1, false, 0, err, field, text);
     if (plan.dur_ns_q12 != m.dur_ns_q12 && m.dur_ns_q12 > 0)
         return bad(&m, "another duration", "", text);
     return judged(&m, &plan, text);
@@ -141,7 +152,8 @@ static enum many_verdict run_axes(const struct many_problem *p,
     struct motion_sync_fault fault = { 0, MOTION_OTG_FIELD_NONE };
     int err = motion_sync_make(p->move, p->axes, kind, plan, &fault);
     if (err < 0)
-        return refused(p->move, p->axes, fault.axis, err, fault.field, text);
+        return refused(p->move, p->axes, kind == MOTION_SYNC_STRAIGHT,
+                       fault.axis, err, fault.field, text);
     for (int i = 0; i < p->axes; i++) {
         if (plan[i].dur_ns_q12 != plan[0].dur_ns_q12)
             return bad(&p->move[i], "axes take different times", "", text);
@@ -203,7 +215,7 @@ static enum many_verdict run_through(const struct many_problem *p,
                                  &failed, &fault);
     if (err < 0) {
         move_to_point(p, point, failed, m);
-        return refused(m, p->axes, fault.axis, err, fault.field, text);
+        return refused(m, p->axes, false, fault.axis, err, fault.field, text);
     }
     for (int k = 0; k < POINTS; k++) {
         move_to_point(p, point, k, m);
@@ -241,7 +253,7 @@ static enum many_verdict run_replan(const struct many_problem *p,
         later.goal = (struct motion_state){ 0 };
         return judged(&later, &next, text);
     default:
-        return refused(&later, 1, 0, outcome, field, text);
+        return refused(&later, 1, false, 0, outcome, field, text);
     }
 }
 
@@ -254,7 +266,7 @@ static enum many_verdict run_stop(const struct many_problem *p,
     m.mode = MOTION_OTG_VELOCITY;
     m.goal = (struct motion_state){ 0 };
     if (err < 0)
-        return refused(&m, 1, 0, err, MOTION_OTG_FIELD_NONE, text);
+        return refused(&m, 1, false, 0, err, MOTION_OTG_FIELD_NONE, text);
     return judged(&m, &plan, text);
 }
 

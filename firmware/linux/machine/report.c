@@ -7,6 +7,7 @@
 #include "firmware/linux/base/json.h"
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/base/table.h"
+#include "firmware/linux/machine/arrivals.h"
 #include "firmware/linux/machine/shots.h"
 #include "motion/fixed.h"
 
@@ -99,8 +100,12 @@ static void report_row(struct table *table, const struct report *report,
     table_cell(table, "%s", units_axis_text(rig->unit));
     for (unsigned order = 1; order <= 3; order++)
         report_peak(table, report, i, order);
-    number_short(text, axis->following_q32, 32);
-    table_cell(table, "%s", text);
+    if (job_goes_by_itself(report->job, i)) {
+        table_cell(table, "-");
+    } else {
+        number_short(text, axis->following_q32, 32);
+        table_cell(table, "%s", text);
+    }
     number_short(text, report_end_error(report, i), 32);
     table_cell(table, "%s", text);
 }
@@ -152,6 +157,7 @@ static void report_fault_value(const struct report *report, char *text,
         break;
     case CONTROLLER_FAULT_FOLLOWING:
     case CONTROLLER_FAULT_GATE:
+    case CONTROLLER_FAULT_ARRIVAL:
         number_short(value, fault->value, 32);
         number_short(limit, fault->limit, 32);
         unit = fault->axis < 0
@@ -222,6 +228,8 @@ void report_print(const struct report *report, FILE *file)
         report_buses(report, file);
         if (report->shots != NULL)
             shots_print(report->shots, file);
+        if (report->arrivals != NULL)
+            arrivals_print(report->arrivals, file);
     } else {
         fprintf(file, "%s before the move began\n",
                 report_end_text(report->end));
@@ -266,7 +274,10 @@ static cJSON *report_json_axis(const struct report *report, unsigned i)
     report_json_peak(item, "velocity", report, i, 1);
     report_json_peak(item, "acceleration", report, i, 2);
     report_json_peak(item, "jerk", report, i, 3);
-    json_add_fixed(item, "following_error", axis->following_q32, 32);
+    if (!job_goes_by_itself(report->job, i))
+        json_add_fixed(item, "following_error", axis->following_q32, 32);
+    if (report->arrivals != NULL)
+        arrivals_json(report->arrivals, i, item);
     json_add_fixed(item, "end_error", report_end_error(report, i), 32);
     return item;
 }
