@@ -336,6 +336,16 @@ static void controller_clock(struct controller *controller)
         controller->rate.s_ns_q12 = controller->move_end_ns_q12;
 }
 
+void controller_ahead(const struct controller *controller, int64_t ahead_ns,
+                      struct motion_clock_rate *then)
+{
+    *then = controller->rate;
+    if (controller_in_motion(controller) &&
+        controller->reaction < CONTROLLER_REACT_QUICK)
+        motion_clock_warp_at(&controller->warp, controller->now_ns + ahead_ns,
+                             then);
+}
+
 static bool controller_at_end(const struct controller *controller)
 {
     return controller->rate.s_ns_q12 >= controller->move_end_ns_q12;

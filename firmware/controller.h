@@ -269,6 +269,12 @@ int controller_set_position(struct controller *controller, unsigned index,
  * MOTION_E_LIMIT (error-passive), or another error (it is gone). */
 void controller_step(struct controller *controller, int64_t now_ns, int bus);
 
+/* Path time and rate `ahead_ns` after the last tick, 0 .. 10 s, if nothing else
+ * is asked for until then; where no move's clock runs (ready, a quick stop)
+ * those of the last tick.  May be beyond the end of the move.  On the tick. */
+void controller_ahead(const struct controller *controller, int64_t ahead_ns,
+                      struct motion_clock_rate *then);
+
 /* Share of the move that has been played, 0 .. 2^30, and time left at the
  * operator's override, in ns (INT64_MAX at 0 %).  Not for the tick. */
 int64_t controller_progress_q30(const struct controller *controller);

@@ -177,6 +177,9 @@ static enum controller_fault watch_bus_fault(int bus)
 void controller_watch_judge(struct controller *controller, int bus)
 {
     watch_estop(controller);
+    if (controller->enabling)
+        watch_ticks(
+            controller); /* drives give up meanwhile, and do not say why */
     if (controller->state == CONTROLLER_OFF ||
         (controller->state == CONTROLLER_FAULT &&
          !controller_is_held(controller)))

@@ -107,7 +107,8 @@ static void player_record_shots(const struct player *player,
             row->shot[i] =
                 (struct telemetry_shot){ machine->trigger[i].shot,
                                          machine->trigger[i].shot_ns -
-                                             player->start_ns };
+                                             player->start_ns,
+                                         machine->trigger[i].aim };
 }
 
 static void player_record(struct player *player)
@@ -149,6 +150,7 @@ static int64_t player_in_phase_ns(const struct player *player)
 static void player_finish(struct player *player, enum report_end end)
 {
     player->end = end;
+    machine_trigger_disarm(player->machine);
     player_enter(player, TELEMETRY_STOP);
 }
 
@@ -252,12 +254,31 @@ static int player_start_move(struct player *player)
     int err = controller_start(controller, track, NULL);
     if (err < 0)
         return err;
-    machine_trigger_arm(player->machine, player->job->shots);
+    machine_trigger_go(player->machine);
     player->move_ns = player->now_ns;
     for (unsigned i = 0; i < player->job->rig.bus_count; i++)
         player->busy_ns[i] = machine_busy_ns(player->machine, i);
     player_enter(player, TELEMETRY_MOVE);
     return MOTION_OK;
+}
+
+/* Whole ticks, and time enough for what leads the first event. */
+static int64_t player_rest_ns(const struct player *player)
+{
+    const int64_t period_ns = player->job->rig.period_ns;
+    const int64_t lead_ns =
+        machine_trigger_lead_ns(player->machine) + 2 * period_ns;
+    const int64_t rest_ns = lead_ns > PLAYER_REST_NS ? lead_ns : PLAYER_REST_NS;
+    return (rest_ns + period_ns - 1) / period_ns * period_ns;
+}
+
+static int player_rest(struct player *player)
+{
+    const int64_t start_ns = player->phase_ns + player_rest_ns(player);
+    if (!player->machine->running_up)
+        machine_trigger_arm(player->machine, player->job->shots, start_ns,
+                            player->config.override_q30);
+    return player->now_ns >= start_ns ? player_start_move(player) : MOTION_OK;
 }
 
 static void player_approach(struct player *player)
@@ -268,9 +289,8 @@ static void player_approach(struct player *player)
         err = player_start_approach(player);
     else if (controller->state == CONTROLLER_MOVING)
         player->phase_ns = player->now_ns; /* the rest begins after it */
-    else if (controller->state == CONTROLLER_READY &&
-             player_in_phase_ns(player) >= PLAYER_REST_NS)
-        err = player_start_move(player);
+    else if (controller->state == CONTROLLER_READY)
+        err = player_rest(player);
     if (err == MOTION_OK)
         return;
     snprintf(player->observer.report->fault_text,

@@ -211,6 +211,10 @@ static void report_clock(const struct report *report, FILE *file)
             "clock: %" PRIu64 " ticks, %" PRIu64
             " lost; latest wake-up %.2f ms after its time\n",
             report->ticks, report->ticks_lost, (double)report->late_ns / 1e6);
+    if (report->fault.fault == CONTROLLER_FAULT_OVERRUN)
+        fputs("this computer did something else meanwhile: slew doctor says "
+              "what helps, and a rig with a longer tick bears more\n",
+              file);
 }
 
 void report_print(const struct report *report, FILE *file)

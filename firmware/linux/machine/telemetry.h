@@ -49,6 +49,7 @@ struct telemetry_axis {
 struct telemetry_shot {
     uint32_t number; /* 0: none */
     int64_t t_ns;
+    struct motion_clock_rate aim; /* the path the line's lead after the tick */
 };
 
 struct telemetry_row {
