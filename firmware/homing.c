@@ -390,8 +390,8 @@ static void homing_mode(struct homing *homing)
     struct controller_axis *axis = homing_axis(homing);
     const struct hal_drive_home home = {
         .method = config->method,
-        .fast_q32 = config->fast_q32,
-        .slow_q32 = config->slow_q32,
+        .fast_q32 = config->method == 0 ? 0 : config->fast_q32,
+        .slow_q32 = config->method == 0 ? 0 : config->slow_q32,
         .pos_q32 = config->pos_q32,
         .timeout_ns = config->timeout_ns,
     };

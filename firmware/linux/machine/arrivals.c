@@ -148,20 +148,21 @@ void arrivals_print(const struct arrivals *arrivals, FILE *file)
     }
 }
 
-void arrivals_json(const struct arrivals *arrivals, unsigned i, cJSON *object)
+void arrivals_json(const struct arrivals *arrivals, unsigned index,
+                   cJSON *object)
 {
-    const struct arrivals_axis *axis = &arrivals->axis[i];
+    const struct arrivals_axis *axis = &arrivals->axis[index];
     if (axis->seen == NULL)
         return;
     cJSON *list = cJSON_AddArrayToObject(object, "keys");
-    for (unsigned k = 0; k < arrivals->job->goal_count[i]; k++) {
+    for (unsigned k = 0; k < arrivals->job->goal_count[index]; k++) {
         cJSON *item = cJSON_CreateObject();
         cJSON_AddItemToArray(list, item);
         cJSON_AddNumberToObject(item, "key",
-                                job_goals_key(arrivals->job, i, k) + 1);
+                                job_goals_key(arrivals->job, index, k) + 1);
         cJSON_AddNumberToObject(
             item, "time_s",
-            number_double(arrivals_key_ns_q12(arrivals, i, k), 12) / 1e9);
+            number_double(arrivals_key_ns_q12(arrivals, index, k), 12) / 1e9);
         cJSON_AddBoolToObject(item, "reached", k < axis->count);
         if (k >= axis->count)
             continue;

@@ -39,7 +39,7 @@ void arrivals_take(struct arrivals *arrivals, const struct telemetry_row *row);
  * per axis; nothing where no drive goes by itself. */
 void arrivals_print(const struct arrivals *arrivals, FILE *file);
 /* The member "keys" of the object of an axis of the move. */
-void arrivals_json(const struct arrivals *arrivals, unsigned axis,
+void arrivals_json(const struct arrivals *arrivals, unsigned index,
                    struct cJSON *object);
 
 #endif

@@ -225,6 +225,24 @@ static const struct yaml_field rig_homing_fields[] = {
 const struct yaml_shape rig_homing_shape = { "homing", rig_homing_fields,
                                              ARRAY_LEN(rig_homing_fields) };
 
+/* The register map says how: what the drive was set to, at its own speeds. */
+static int rig_judge_map_homing(const struct yaml_value *value,
+                                const struct rig *rig,
+                                const struct rig_axis *axis,
+                                const struct homing_config *homing)
+{
+    const struct modbus_map *map = &rig->map[axis->map];
+
+    if (homing->method != 0 || homing->slow_q32 != 0)
+        return yaml_value_refuse(value, "by drive has a 'method' or a 'slow', "
+                                        "but a drive with a register map homes "
+                                        "as it was set up");
+    if (map->sequence[MODBUS_SEQUENCE_home].count == 0)
+        return yaml_value_refuse(value, "is by drive, but the map of the drive "
+                                        "has no sequence home");
+    return 0;
+}
+
 /* What was left out: a quarter of the speed limit, a tenth of that at the
  * switch, and as far as the range is long. */
 int rig_read_homing(void *reader, const struct yaml_value *value, void *out)
@@ -243,6 +261,9 @@ int rig_read_homing(void *reader, const struct yaml_value *value, void *out)
         homing->distance_q32 = INT64_MAX / 4;
     if (yaml_fields_read(value, &rig_homing_shape, reader, out) < 0)
         return -1;
+    if (homing->by == HOMING_DRIVE && axis->kind == RIG_MODBUS)
+        return rig_judge_map_homing(value, ((struct rig_reader *)reader)->rig,
+                                    axis, homing);
     if (homing->by == HOMING_DRIVE && axis->kind == RIG_ODRIVE)
         return 0;
     if (homing->by == HOMING_DRIVE && homing->method == 0)
