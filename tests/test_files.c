@@ -769,6 +769,7 @@ static const struct {
       "slow '51 mm/s' is above the speed of the search" },
     { "rig_homing_unused.yaml", 12, 34, "distance is not for homing by here" },
     { "rig_line_width.yaml", 14, 43, "width '0 ms' is out of range" },
+    { "rig_line_lead.yaml", 14, 42, "lead '2001 ms' is out of range" },
     { "rig_line_rest_unused.yaml", 14, 40,
       "rest is not for a line of kind lamp" },
     { "rig_line_sim_reversed.yaml", 14, 52, "sim ends before it begins" },

@@ -3,63 +3,26 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/linux/machine/machine.h"
-#include "firmware/linux/machine/machine_sim.h"
 #include "firmware/linux/move/budget.h"
 #include "firmware/linux/rig/turns_budget.h"
 #include "motion/fixed.h"
-#include "tests/check.h"
+#include "tests/machine_bench.h"
 
 #define MS INT64_C(1000000)
 
 enum { SLIDER, PAN };
 
 static struct rig rig;
-static struct machine machine;
-static struct machine_sim sim;
-static int64_t now_ns;
 
 static void load(void)
 {
-    char message[RIG_MESSAGE_MAX];
-
-    if (rig_load("examples/odrive/rig.yaml", &rig, message) < 0)
-        fail_msg("%s", message);
-}
-
-static void build(void)
-{
-    struct machine_ports ports;
-    char message[RIG_MESSAGE_MAX];
-
-    if (machine_sim_init(&sim, &rig, false, &ports, message) < 0 ||
-        machine_init(&machine, &rig, &ports, message) < 0)
-        fail_msg("%s", message);
-    now_ns = hal_clock_now_ns(ports.clock);
-}
-
-static void tick(void)
-{
-    now_ns += rig.period_ns;
-    (void)hal_clock_wait_until(machine.ports.clock, now_ns);
-    machine_tick(&machine, now_ns);
-}
-
-static void until(enum controller_state state)
-{
-    for (int i = 0; i < 8000 && machine.controller.state != state; i++)
-        tick();
-    if (machine.controller.state != state)
-        fail_msg("%s", controller_state_text(machine.controller.state));
+    bench_load("examples/odrive/rig.yaml", &rig);
 }
 
 static void build_ready(void)
 {
     load();
-    build();
-    tick();
-    assert_int_equal(controller_enable(&machine.controller), 0);
-    until(CONTROLLER_READY);
+    bench_build_ready(&rig);
 }
 
 static void the_example_is_read_as_written(void **state)
@@ -201,10 +164,7 @@ static void build_homing(bool is_05)
     if (is_05)
         rig.axis[SLIDER].enable_watchdog = rig.axis[SLIDER].watchdog_timeout =
             0;
-    build();
-    tick();
-    assert_int_equal(controller_enable(&machine.controller), 0);
-    until(CONTROLLER_READY);
+    bench_build_ready(&rig);
     assert_int_equal(homing_start(&machine.homing, 1u << SLIDER), MOTION_OK);
 }
 

@@ -1,30 +1,12 @@
 /* tests/test_parameters.c - what a rig sets its drives to: judged by the data
  * sheet, written at start-up, read back. */
 #define _XOPEN_SOURCE 700 /* mkdtemp, nftw */
-#include "tests/run_slew.h"
+#include "tests/two_drives.h"
 
 #include "firmware/linux/machine/machine.h"
 #include "firmware/linux/machine/machine_sim.h"
 #include "motion/err.h"
 #include "sim/cia402.h"
-
-static const char *const rig_head =
-    "buses:\n"
-    "  can0: {kind: canopen, bit_rate: 1 Mbit/s}\n"
-    "  line: {kind: modbus-rtu, device: /dev/none, baud: 115200}\n"
-    "axes:\n"
-    "  slide:\n"
-    "    unit: mm\n"
-    "    limits: {position: [-5 mm, 600 mm], velocity: 400, acceleration: "
-    "800}\n"
-    "    following_error: {floor: 2 mm, time: 20 ms}\n"
-    "    drive: {kind: cia402, bus: can0, node: 3, counts: 4096 per mm%s}\n"
-    "  turn:\n"
-    "    unit: deg\n"
-    "    limits: {position: [-90, 90], velocity: 10, acceleration: 20}\n"
-    "    following_error: {floor: 2, time: 200 ms}\n"
-    "    drive: {kind: modbus, bus: line, node: 7, map: leadshine-el7,\n"
-    "            unsupervised: yes, counts: {num: 10000, den: 360}%s}\n";
 
 static struct rig rig;
 static struct machine machine;
@@ -33,27 +15,17 @@ static char message[RIG_MESSAGE_MAX];
 
 static int load(const char *of_slide, const char *of_turn)
 {
-    char text[2048], path[96];
+    char path[96];
 
-    snprintf(text, sizeof text, rig_head, of_slide, of_turn);
-    run_put("rig.yaml", text);
+    two_drives_put(of_slide, 0, of_turn);
     snprintf(path, sizeof path, "%s", run_path("rig.yaml"));
     return rig_load(path, &rig, message);
 }
 
 static int bench(void **state)
 {
-    char path[96];
-    FILE *file;
-
-    if (run_open(state) < 0)
+    if (run_open(state) < 0 || two_drives_put_sheet() < 0)
         return -1;
-    snprintf(path, sizeof path, "%s", run_path("servo.eds"));
-    file = fopen(path, "wb");
-    if (file == NULL)
-        return -1;
-    sim_cia402_write_eds(file);
-    fclose(file);
     run_put("poor.eds", "[1000]\nDataType=7\nAccessType=ro\n");
     return 0;
 }

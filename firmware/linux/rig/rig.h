@@ -111,6 +111,11 @@ struct rig_axis {
      * looked at */
     uint16_t enable_watchdog, watchdog_timeout;
     char endpoints[RIG_PATH_MAX]; /* the list; "": none */
+    /* Modbus: the drive goes from key to key by its own profile, which is over
+     * settle_ns (0: modbus_budget.h has it) before the next one is due, and may
+     * be so much late */
+    bool point_to_point;
+    int64_t settle_ns, late_ns;
     bool unsupervised; /* nothing stops it when the line is dead, and the user
                           says that he knows */
     struct homing_config homing;
@@ -150,6 +155,7 @@ struct rig_line {
     int64_t release_ns; /* an input lets go after being quiet for so long */
     int64_t width_ns;   /* of a trigger's pulse */
     int64_t rest_ns;    /* between two pulses, at least */
+    int64_t lead_ns;    /* a pulse is so much before its event */
     /* simulated: a switch is pressed where its axis is from low to high */
     bool has_sim;
     int64_t sim_low_q32, sim_high_q32;

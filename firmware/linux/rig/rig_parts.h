@@ -121,6 +121,11 @@ int rig_read_modbus_drive(struct rig_reader *reader,
                           const struct yaml_value *value,
                           struct rig_axis *axis);
 
+/* rig_modbus_range.c: of a whole axis, to be called once its homing is known. */
+int rig_check_modbus_range(const struct yaml_value *value,
+                           const struct modbus_map *map,
+                           const struct rig_axis *axis);
+
 int rig_read_unsupervised(void *reader, const struct yaml_value *value,
                           void *out);
 
