@@ -46,7 +46,7 @@ static void odrive_motion_trapezoid(struct sim_odrive *self, int64_t dt_ns)
 /* To its end stop, slowly, until the rotor is there. */
 static void odrive_motion_home(struct sim_odrive *self, int64_t dt_ns)
 {
-    const int64_t home_q24 = (int64_t)self->config.home_counts << 24;
+    const int64_t home_q24 = self->config.home_counts * ODRIVE_ONE_Q24;
     const int64_t vel_q24 = self->config.plant.vel_max_counts_s
                             << 20; /* a sixteenth */
     const int64_t way_q24 =

@@ -108,13 +108,26 @@ static double moteus_velocity(struct sim_moteus *self)
     return moteus_turns(self->base.plant.vel_q24);
 }
 
-/* Model, firmware 0.3.4, version of the registers; serial number. */
-static double moteus_identity(unsigned reg)
+/* Model, firmware 0.3.4, version of the registers, id; serial number. */
+static bool moteus_identity(const struct sim_moteus *self, unsigned reg,
+                            double *value)
 {
-    static const uint32_t model[] = { 0x42, 0x000304, 5 };
-    static const uint32_t serial[] = { 0x12345678, 0x9ABC, 0x0DEF };
+    const struct {
+        unsigned reg;
+        double value;
+    } row[] = {
+        { 0x100, 66 },         { 0x101, 0x000304 },
+        { 0x102, 5 },          { 0x110, self->config.id },
+        { 0x120, 0x12345678 }, { 0x121, 0x9ABC },
+        { 0x122, 0x0DEF },
+    };
 
-    return reg < 0x110 ? model[reg - 0x100] : serial[reg - 0x120];
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++)
+        if (row[i].reg == reg) {
+            *value = row[i].value;
+            return true;
+        }
+    return false;
 }
 
 bool sim_moteus_read(struct sim_moteus *self, unsigned reg, double *value)
@@ -139,12 +152,8 @@ bool sim_moteus_read(struct sim_moteus *self, unsigned reg, double *value)
         *value = (double)self->command[reg - 0x020];
     else if (reg < 0x010)
         *value = 0;
-    else if (reg == 0x110)
-        *value = self->config.id;
-    else if ((reg >= 0x100 && reg < 0x103) || (reg >= 0x120 && reg < 0x123))
-        *value = moteus_identity(reg);
     else
-        return false;
+        return moteus_identity(self, reg, value);
     return true;
 }
 

@@ -248,7 +248,7 @@ static void odrive_set_state(struct sim_odrive *self, uint32_t state)
 void odrive_motion_homed(struct sim_odrive *self)
 {
     self->result = 0;
-    self->zero_q24 = (int64_t)self->config.home_counts << 24;
+    self->zero_q24 = (int64_t)self->config.home_counts * (1 << 24);
     self->axis_state = SIM_ODRIVE_IDLE;
 }
 

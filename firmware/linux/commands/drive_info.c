@@ -114,7 +114,7 @@ static void info_items(struct talk *talk, struct info *info)
 
 static int info_turns(struct talk *talk, struct info *info)
 {
-    struct ask_turns_state state;
+    struct ask_turns_state state = { .is_fault = false };
     int err = drive_read_all(talk, info->value, INFO_VALUES_MAX, &info->count);
 
     if (err == MOTION_OK)

@@ -146,7 +146,7 @@ static int reset_wait_turns(struct talk *talk, struct ask_turns_state *state)
 
 static int reset_turns(struct talk *talk, struct reset *reset)
 {
-    struct ask_turns_state state;
+    struct ask_turns_state state = { .is_fault = false };
     int err = ask_turns_hello(&talk->turns);
 
     if (err == MOTION_OK)
