@@ -5,6 +5,7 @@
 
 #define RELEASE_MAX_NS INT64_C(10000000000)
 #define EVENTS_MAX     16 /* looked at per step */
+#define NEAR_NS        INT64_C(1000000000)
 
 static int gpio_debounce_get(struct hal_gpio *gpio)
 {
@@ -50,19 +51,26 @@ int gpio_debounce_init(struct gpio_debounce *self, struct hal_gpio *line,
     return MOTION_OK;
 }
 
-/* When the line was last active, as far as its edges tell: the first instant at
- * which it became so since the last look, or -1. */
-static int64_t gpio_debounce_pulse(struct gpio_debounce *self)
+/* Did it become active since the last look, as far as its edges tell, and when
+ * first?  Edges may be lost, come twice or out of order. */
+static bool gpio_debounce_pulse(struct gpio_debounce *self, int64_t now_ns,
+                                int64_t *since_ns)
 {
     struct hal_gpio_event event;
-    int64_t since_ns = -1;
+    bool pulse = false;
+    *since_ns = now_ns;
     for (unsigned i = 0; i < EVENTS_MAX; i++) {
         if (hal_gpio_event(self->line, &event) != 1)
             break;
-        if (event.active && since_ns < 0)
-            since_ns = event.t_ns;
+        if (!event.active)
+            continue;
+        if (event.t_ns < now_ns - NEAR_NS || event.t_ns > now_ns + NEAR_NS)
+            event.t_ns = now_ns;
+        if (!pulse || event.t_ns < *since_ns)
+            *since_ns = event.t_ns;
+        pulse = true;
     }
-    return since_ns;
+    return pulse;
 }
 
 static void gpio_debounce_become(struct gpio_debounce *self, int level,
@@ -77,14 +85,14 @@ static void gpio_debounce_become(struct gpio_debounce *self, int level,
 
 void gpio_debounce_step(struct gpio_debounce *self, int64_t now_ns)
 {
-    const int64_t pulse_ns = gpio_debounce_pulse(self);
+    int64_t since_ns;
+    const bool pulse = gpio_debounce_pulse(self, now_ns, &since_ns);
     const int level = hal_gpio_get(self->line);
     const bool first = !self->looked;
     self->looked = true;
-    if (level != 0 || (pulse_ns >= 0 && !first)) {
+    if (level != 0 || (pulse && !first)) {
         self->active_ns = now_ns;
-        gpio_debounce_become(self, level < 0 ? level : 1,
-                             pulse_ns >= 0 ? pulse_ns : now_ns);
+        gpio_debounce_become(self, level < 0 ? level : 1, since_ns);
     } else if (first || now_ns - self->active_ns >= self->release_ns) {
         gpio_debounce_become(self, 0, now_ns);
         self->changed = self->changed && !first;

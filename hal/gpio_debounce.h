@@ -3,7 +3,9 @@
  * Active at once: by its level, or by an edge since the last look, however
  * short the pulse was.  Not active again before it has been quiet for
  * release_ns.  A line that cannot be read gives its error, which whoever
- * stops a machine takes for active. */
+ * stops a machine takes for active.  The time of a change is that of the
+ * earliest edge, or of the step where there was none or where it is further
+ * from the step than a second: such a stamp is not of our clock. */
 #ifndef HAL_GPIO_DEBOUNCE_H
 #define HAL_GPIO_DEBOUNCE_H
 

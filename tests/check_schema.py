@@ -106,6 +106,7 @@ BEYOND = {
     "rig_line_axis_unknown",
     "rig_line_axis_unused",
     "rig_line_lamp_bias",
+    "rig_line_lead",
     "rig_line_nine_triggers",
     "rig_line_release",
     "rig_line_rest_unused",

@@ -20,6 +20,7 @@ ROOTS = {
     "motion_track_sample": "motion",
     "motion_clock_warp_at": "motion",
     "controller_step": "firmware",
+    "controller_ahead": "firmware",
     "trigger_step": "firmware",
 }
 

@@ -8,7 +8,8 @@
 #include "motion/fixed.h"
 #include "tests/check.h"
 
-#define MS INT64_C(1000000)
+#define MS    INT64_C(1000000)
+#define SHOTS 100
 
 struct bench {
     struct hal_clock clock; /* passes on to the world's, and looks */
@@ -23,6 +24,9 @@ struct bench {
     bool active[RIG_LINES_MAX];
     unsigned pulses[RIG_LINES_MAX];
     int64_t rise_ns[RIG_LINES_MAX], shortest_ns[RIG_LINES_MAX];
+    /* of every shot: its pulse, and the first tick whose path time has it */
+    int64_t fired_ns[RIG_LINES_MAX][SHOTS], reached_ns[RIG_LINES_MAX][SHOTS];
+    uint32_t reached[RIG_LINES_MAX];
 };
 
 static struct bench bench;
@@ -36,11 +40,24 @@ static void look_at_line(unsigned i)
     if (active == bench.active[i] || line->level == SIM_GPIO_DEAD)
         return;
     bench.active[i] = active;
+    if (active && bench.pulses[i] < SHOTS)
+        bench.fired_ns[i][bench.pulses[i]] = now_ns;
     bench.pulses[i] += active;
     if (active)
         bench.rise_ns[i] = now_ns;
     else if (now_ns - bench.rise_ns[i] < bench.shortest_ns[i])
         bench.shortest_ns[i] = now_ns - bench.rise_ns[i];
+}
+
+static void look_at_path(unsigned i)
+{
+    const struct plan_shots *shots = &bench.job.shots[i];
+    uint32_t *reached = &bench.reached[i];
+    if (bench.player.phase < TELEMETRY_MOVE)
+        return;
+    while (*reached < shots->count && *reached < SHOTS &&
+           shots->t_ns_q12[*reached] <= bench.machine.controller.rate.s_ns_q12)
+        bench.reached_ns[i][(*reached)++] = bench.sim.world.now_ns;
 }
 
 static int64_t bench_now_ns(struct hal_clock *clock)
@@ -53,8 +70,10 @@ static int bench_wait_until(struct hal_clock *clock, int64_t t_ns)
 {
     (void)clock;
     const int64_t run_ns = t_ns - bench.player.start_ns;
-    for (unsigned i = 0; i < bench.job.rig.line_count; i++)
+    for (unsigned i = 0; i < bench.job.rig.line_count; i++) {
         look_at_line(i);
+        look_at_path(i);
+    }
     if (bench.stop_ns > 0 && run_ns >= bench.stop_ns)
         bench.interrupts = 1;
     if (bench.dead_ns > 0 && run_ns >= bench.dead_ns)
@@ -166,6 +185,87 @@ static void a_stop_leaves_the_rest_out(void **state)
     assert_false(bench.active[0]);
 }
 
+/* Of tests/data/triggers; whole ticks. */
+#define CAMERA       0
+#define FLASH        2
+#define CAMERA_LEAD  (12 * MS)
+#define FLASH_LEAD   (250 * MS) /* longer than the rest before a move */
+#define CAMERA_SHOTS 82
+#define FLASH_SHOTS  2
+
+static void open_rig_with_leads(void)
+{
+    open_rig("tests/data/triggers");
+    bench.job.rig.line[CAMERA].lead_ns = CAMERA_LEAD;
+    bench.job.rig.line[FLASH].lead_ns = FLASH_LEAD;
+}
+
+/* The first one, at 1 ms, before the move. */
+static void a_lead_is_time_on_the_clock_at_any_rate(void **state)
+{
+    static const int percent[] = { 100, 70, 130 };
+    (void)state;
+    for (size_t n = 0; n < ARRAY_LEN(percent); n++) {
+        open_rig_with_leads();
+        run(percent[n], -1, MS);
+        expect_all();
+        assert_int_equal(bench.reached[CAMERA], CAMERA_SHOTS);
+        assert_int_equal(bench.reached[FLASH], FLASH_SHOTS);
+        for (uint32_t k = 0; k < CAMERA_SHOTS; k++)
+            assert_int_equal(bench.reached_ns[CAMERA][k] -
+                                 bench.fired_ns[CAMERA][k],
+                             CAMERA_LEAD);
+        for (uint32_t k = 0; k < FLASH_SHOTS; k++)
+            assert_int_equal(bench.reached_ns[FLASH][k] -
+                                 bench.fired_ns[FLASH][k],
+                             FLASH_LEAD);
+        assert_true(bench.fired_ns[CAMERA][0] < bench.player.move_ns);
+        if (n + 1 < ARRAY_LEN(percent))
+            close_rig(NULL);
+    }
+}
+
+/* What has been fired when the hold comes stays fired; what is closer than the
+ * lead when it goes on is fired at once. */
+static void a_lead_under_holds_loses_and_repeats_none(void **state)
+{
+    (void)state;
+    seed_from("lead");
+    for (int i = 0; i < 12; i++) {
+        open_rig_with_leads();
+        run(i % 2 ? 100 : 70, (int64_t)(draw() % 2900) * MS,
+            (int64_t)(draw() % 300) * MS);
+        assert_int_equal(bench.report.end, REPORT_DONE);
+        assert_int_equal(bench.pulses[CAMERA], CAMERA_SHOTS);
+        assert_int_equal(bench.pulses[FLASH], FLASH_SHOTS);
+        for (uint32_t k = 0; k < CAMERA_SHOTS; k++)
+            assert_true(bench.fired_ns[CAMERA][k] <=
+                        bench.reached_ns[CAMERA][k]);
+        for (uint32_t k = 0; k < FLASH_SHOTS; k++)
+            assert_true(bench.fired_ns[FLASH][k] <= bench.reached_ns[FLASH][k]);
+        assert_in_range(bench.shots.line[0].late_ns, 0, CAMERA_LEAD + MS);
+        if (i < 11)
+            close_rig(NULL);
+    }
+}
+
+/* The run-up has fired one; then it is called off. */
+static void a_stop_in_the_run_up_ends_it(void **state)
+{
+    (void)state;
+    open_rig_with_leads();
+    run(100, -1, MS);
+    const int64_t first_ns = bench.fired_ns[CAMERA][0] - bench.player.start_ns;
+    close_rig(NULL);
+    open_rig_with_leads();
+    bench.stop_ns = first_ns + 2 * MS;
+    run(100, -1, MS);
+    assert_int_equal(bench.report.end, REPORT_STOPPED);
+    assert_int_equal(bench.pulses[CAMERA], 1);
+    assert_int_equal(bench.reached[CAMERA], 0);
+    assert_false(bench.active[CAMERA]);
+}
+
 static void a_dead_line_stops_nothing_and_is_told(void **state)
 {
     (void)state;
@@ -193,7 +293,7 @@ static void stopmotion_shoots_at_rest(void **state)
             motion_track_state(&bench.job.track[i],
                                bench.job.shots[line->line].t_ns_q12[k], &at);
             assert_int_equal(at.vel_q32, 0);
-            assert_int_equal(line->seen[k].t_ns,
+            assert_int_equal(line->seen[k].t_ns - bench.shots.start_ns,
                              600 * MS + (int64_t)k * 2000 * MS);
         }
 }
@@ -222,6 +322,9 @@ int main(void)
         RUN(all_shots_of_a_move_are_fired_in_time),
         RUN(a_hold_delays_them_and_loses_none),
         RUN(a_stop_leaves_the_rest_out),
+        RUN(a_lead_is_time_on_the_clock_at_any_rate),
+        RUN(a_lead_under_holds_loses_and_repeats_none),
+        RUN(a_stop_in_the_run_up_ends_it),
         RUN(a_dead_line_stops_nothing_and_is_told),
         RUN(stopmotion_shoots_at_rest),
         RUN(what_a_line_cannot_do_is_refused),

@@ -280,6 +280,35 @@ put("sdo_server", "services", frame(0x705, b"", 0x10) + frame(0x100, bytes(6))
     + frame(0, b"\x81\5") + frame(0x1F5, bytes(8), 0x20))
 
 
+def gpio(release_ms, *steps):
+    """Steps: level (0, 1, 3: an error), half ms since the last, edges: active,
+    50 us from the step, or all 64 bits of a time."""
+    out = struct.pack("<BH", release_ms, 100)
+    for level, halves, *edges in steps:
+        out += bytes([level | halves << 2])
+        for active, when in edges:
+            near = -0x8000 <= when < 0x8000
+            out += bytes([4 | active | near << 1])
+            out += struct.pack("<h", when) if near else b"".join(
+                struct.pack("<H", when >> shift & 0xFFFF)
+                for shift in (48, 32, 16, 0))
+        out += b"\0"
+    return out
+
+
+put("gpio", "press", gpio(20, (0, 2), (1, 2, (1, -10)), (1, 2), (0, 2, (0, -5)),
+                          *[(0, 8)] * 6))
+put("gpio", "bounce", gpio(10, (0, 2), (0, 2, (1, -20), (0, -18), (1, -15), (0, -9)),
+                           (1, 2, (1, -3)), (0, 2, (0, -1), (1, -8), (1, -8)),
+                           *[(0, 8)] * 4))
+put("gpio", "storm", gpio(5, (0, 2), (0, 2, *[(n & 1, -n) for n in range(40)]),
+                          (0, 20), (0, 20)))
+put("gpio", "times", gpio(50, (0, 2), (0, 2, (1, 1 << 63)), (0, 60), (0, 60),
+                          (0, 2, (1, (1 << 63) - 1)), (0, 60), (0, 60),
+                          (0, 2, (1, 1 << 40), (1, -30))))
+put("gpio", "dead", gpio(20, (3, 2), (3, 2, (1, -3)), (0, 2), (0, 60), (1, 2)))
+
+
 def crc16(data):
     crc = 0xFFFF
     for byte in data:

@@ -44,6 +44,7 @@ struct machine_trigger {
     struct trigger trigger;
     uint32_t shot;   /* its number, from 1; 0: none */
     int64_t shot_ns; /* when the line had been set, on the ports' clock */
+    struct motion_clock_rate aim; /* the path `lead` after that tick */
 };
 
 struct machine {
@@ -62,6 +63,8 @@ struct machine {
     bool lit;                                  /* the lamps */
     struct machine_trigger trigger[RIG_TRIGGERS_MAX];
     unsigned trigger_count;
+    bool running_up; /* triggers are armed, the move starts later: */
+    struct motion_clock_warp start;
     struct controller controller;
     struct controller_jog jog;
     struct homing homing;

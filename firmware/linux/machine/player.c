@@ -92,6 +92,8 @@ static void player_observe(void *context, struct telemetry_row *row)
         report_take(observer->report, row);
     if (observer->shots != NULL)
         shots_take(observer->shots, row);
+    if (observer->arrivals != NULL)
+        arrivals_take(observer->arrivals, row);
     if (observer->progress != NULL)
         progress_take(observer->progress, row);
 }
@@ -105,7 +107,8 @@ static void player_record_shots(const struct player *player,
             row->shot[i] =
                 (struct telemetry_shot){ machine->trigger[i].shot,
                                          machine->trigger[i].shot_ns -
-                                             player->start_ns };
+                                             player->start_ns,
+                                         machine->trigger[i].aim };
 }
 
 static void player_record(struct player *player)
@@ -124,6 +127,7 @@ static void player_record(struct player *player)
             .actual_vel_q32 = axis->feedback.vel_q32,
             .following_q32 = axis->following_q32,
             .statusword = player->machine->drive[i].statusword,
+            .goals = axis->leg.at,
         };
     }
     player_record_shots(player, &row);
@@ -146,6 +150,7 @@ static int64_t player_in_phase_ns(const struct player *player)
 static void player_finish(struct player *player, enum report_end end)
 {
     player->end = end;
+    machine_trigger_disarm(player->machine);
     player_enter(player, TELEMETRY_STOP);
 }
 
@@ -208,15 +213,27 @@ static bool player_approach_axis(struct player *player, unsigned i)
     return player->approaches[axis];
 }
 
+/* One way, from rest to rest. */
+static void player_approach_goal(struct player *player, unsigned axis)
+{
+    if (controller_goals_of(&player->approach[axis],
+                            &player->approach_goal[axis], 1) > 0)
+        (void)controller_set_goals(&player->machine->controller, axis,
+                                   &player->approach_goal[axis], 1);
+}
+
 static int player_start_approach(struct player *player)
 {
     const struct motion_track *track[CONTROLLER_AXES_MAX] = { NULL };
     bool any = false;
     for (unsigned i = 0; i < player->job->move.axis_count; i++)
         any |= player_approach_axis(player, i);
-    for (unsigned a = 0; a < player->job->rig.axis_count; a++)
-        if (player->approaches[a])
-            track[a] = &player->approach[a];
+    for (unsigned a = 0; a < player->job->rig.axis_count; a++) {
+        if (!player->approaches[a])
+            continue;
+        track[a] = &player->approach[a];
+        player_approach_goal(player, a);
+    }
     player->approaching = true;
     return any ? controller_start(&player->machine->controller, track, NULL)
                : MOTION_OK;
@@ -226,18 +243,42 @@ static int player_start_move(struct player *player)
 {
     struct controller *controller = &player->machine->controller;
     const struct motion_track *track[CONTROLLER_AXES_MAX] = { NULL };
-    for (unsigned i = 0; i < player->job->move.axis_count; i++)
-        track[player->job->rig_axis[i]] = &player->job->track[i];
+    for (unsigned i = 0; i < player->job->move.axis_count; i++) {
+        const unsigned axis = player->job->rig_axis[i];
+        track[axis] = &player->job->track[i];
+        if (player->job->goal[i] != NULL)
+            (void)controller_set_goals(controller, axis, player->job->goal[i],
+                                       player->job->goal_count[i]);
+    }
     controller_override(controller, player->config.override_q30);
     int err = controller_start(controller, track, NULL);
     if (err < 0)
         return err;
-    machine_trigger_arm(player->machine, player->job->shots);
+    machine_trigger_go(player->machine);
     player->move_ns = player->now_ns;
     for (unsigned i = 0; i < player->job->rig.bus_count; i++)
         player->busy_ns[i] = machine_busy_ns(player->machine, i);
     player_enter(player, TELEMETRY_MOVE);
     return MOTION_OK;
+}
+
+/* Whole ticks, and time enough for what leads the first event. */
+static int64_t player_rest_ns(const struct player *player)
+{
+    const int64_t period_ns = player->job->rig.period_ns;
+    const int64_t lead_ns =
+        machine_trigger_lead_ns(player->machine) + 2 * period_ns;
+    const int64_t rest_ns = lead_ns > PLAYER_REST_NS ? lead_ns : PLAYER_REST_NS;
+    return (rest_ns + period_ns - 1) / period_ns * period_ns;
+}
+
+static int player_rest(struct player *player)
+{
+    const int64_t start_ns = player->phase_ns + player_rest_ns(player);
+    if (!player->machine->running_up)
+        machine_trigger_arm(player->machine, player->job->shots, start_ns,
+                            player->config.override_q30);
+    return player->now_ns >= start_ns ? player_start_move(player) : MOTION_OK;
 }
 
 static void player_approach(struct player *player)
@@ -248,9 +289,8 @@ static void player_approach(struct player *player)
         err = player_start_approach(player);
     else if (controller->state == CONTROLLER_MOVING)
         player->phase_ns = player->now_ns; /* the rest begins after it */
-    else if (controller->state == CONTROLLER_READY &&
-             player_in_phase_ns(player) >= PLAYER_REST_NS)
-        err = player_start_move(player);
+    else if (controller->state == CONTROLLER_READY)
+        err = player_rest(player);
     if (err == MOTION_OK)
         return;
     snprintf(player->observer.report->fault_text,

@@ -96,8 +96,12 @@ void shots_plan_print(const struct job *job, FILE *file)
         shots_closest(shots, MOTION_CLOCK_WARP_ONE_Q30, &apart_ns);
         if (shots->count > 1)
             fprintf(file, ", %.3f ms apart or more", (double)apart_ns / 1e6);
-        fprintf(file, ", %.0f ms wide\n",
+        fprintf(file, ", %.0f ms wide",
                 (double)job->rig.line[i].width_ns / 1e6);
+        if (job->rig.line[i].lead_ns > 0)
+            fprintf(file, ", %.0f ms ahead",
+                    (double)job->rig.line[i].lead_ns / 1e6);
+        fputc('\n', file);
     }
 }
 
@@ -142,15 +146,16 @@ void shots_free(struct shots *shots)
     *shots = (struct shots){ .job = NULL };
 }
 
-/* How long before the tick's nominal time the path's time was that of the
- * shot. */
-static int64_t shots_since_ns(const struct telemetry_row *row, int64_t t_ns_q12)
+/* How long before the tick's nominal time, and the line's lead, the path's time
+ * was that of the shot. */
+static int64_t shots_since_ns(const struct motion_clock_rate *aim,
+                              int64_t t_ns_q12)
 {
-    const int64_t beyond_ns_q12 = row->rate.s_ns_q12 - t_ns_q12;
+    const int64_t beyond_ns_q12 = aim->s_ns_q12 - t_ns_q12;
     int64_t ns_q12 = beyond_ns_q12;
-    if (row->rate.rate_q30 > 0 &&
+    if (aim->rate_q30 > 0 &&
         motion_fixed_muldiv(beyond_ns_q12, MOTION_CLOCK_WARP_ONE_Q30,
-                            row->rate.rate_q30, &ns_q12) < 0)
+                            aim->rate_q30, &ns_q12) < 0)
         ns_q12 = beyond_ns_q12;
     return ns_q12 / MOTION_FIXED_NS_Q12;
 }
@@ -165,9 +170,8 @@ static void shots_take_line(struct shots *shots, unsigned i,
         return;
     const int64_t late_ns =
         shot->t_ns - row->t_ns +
-        shots_since_ns(row, planned->t_ns_q12[shot->number - 1]);
-    line->seen[shot->number - 1] =
-        (struct shots_seen){ shot->t_ns - shots->start_ns, late_ns };
+        shots_since_ns(&shot->aim, planned->t_ns_q12[shot->number - 1]);
+    line->seen[shot->number - 1] = (struct shots_seen){ shot->t_ns, late_ns };
     line->fired++;
     if (late_ns > line->late_ns)
         line->late_ns = late_ns;
@@ -207,7 +211,8 @@ static cJSON *shots_json_seen(const struct shots *shots,
     cJSON *item = cJSON_CreateObject();
     cJSON_AddNumberToObject(item, "path_s",
                             number_double(planned->t_ns_q12[i], 12) / 1e9);
-    cJSON_AddNumberToObject(item, "t_s", (double)line->seen[i].t_ns / 1e9);
+    cJSON_AddNumberToObject(
+        item, "t_s", (double)(line->seen[i].t_ns - shots->start_ns) / 1e9);
     cJSON_AddNumberToObject(item, "late_ms",
                             (double)line->seen[i].late_ns / 1e6);
     return item;

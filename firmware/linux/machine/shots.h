@@ -22,8 +22,8 @@ void shots_plan_json(const struct job *job, struct cJSON *object);
 
 /* A shot that was fired. */
 struct shots_seen {
-    int64_t t_ns;    /* from the start of the move */
-    int64_t late_ns; /* after the path's time came to it */
+    int64_t t_ns;    /* from the start of the run */
+    int64_t late_ns; /* after the line's lead before the path came to it */
 };
 
 struct shots_line {
@@ -38,7 +38,7 @@ struct shots {
     const struct job *job;
     struct shots_line line[RIG_TRIGGERS_MAX]; /* as in telemetry */
     unsigned count;
-    int64_t start_ns;
+    int64_t start_ns; /* of the move */
 };
 
 void shots_init(struct shots *shots, const struct job *job);

@@ -43,11 +43,13 @@ struct telemetry_axis {
     int64_t actual_q32, actual_vel_q32;
     int64_t following_q32;
     uint16_t statusword;
+    unsigned goals; /* reached since the start; not in the file */
 };
 
 struct telemetry_shot {
     uint32_t number; /* 0: none */
     int64_t t_ns;
+    struct motion_clock_rate aim; /* the path the line's lead after the tick */
 };
 
 struct telemetry_row {

@@ -6,6 +6,7 @@
 #define RIG_RELEASE_MAX (10000 * RIG_MS)
 #define RIG_WIDTH_MAX   (10000 * RIG_MS)
 #define RIG_REST_MAX    (60000 * RIG_MS)
+#define RIG_LEAD_MAX    (2000 * RIG_MS)
 
 const char *const rig_line_kinds[RIG_LINE_KINDS] = {
     [RIG_LINE_ESTOP] = "e-stop",
@@ -151,6 +152,12 @@ static int rig_read_line_rest(void *reader, const struct yaml_value *value,
     return rig_read_line_pulse(reader, value, 0, RIG_REST_MAX, out);
 }
 
+static int rig_read_line_lead(void *reader, const struct yaml_value *value,
+                              void *out)
+{
+    return rig_read_line_pulse(reader, value, 0, RIG_LEAD_MAX, out);
+}
+
 /* [low, high], positions of the axis. */
 static int rig_read_line_sim(void *reader, const struct yaml_value *value,
                              void *out)
@@ -195,6 +202,8 @@ static const struct yaml_field rig_line_fields[] = {
       offsetof(struct rig_line, width_ns) },
     { "rest", YAML_OPTIONAL, "0 .. 60 s in whole ms", rig_read_line_rest,
       offsetof(struct rig_line, rest_ns) },
+    { "lead", YAML_OPTIONAL, "0 .. 2 s in whole ms", rig_read_line_lead,
+      offsetof(struct rig_line, lead_ns) },
     { "sim", YAML_OPTIONAL, "[low, high], two positions of the axis",
       rig_read_line_sim, 0 },
 };
