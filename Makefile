@@ -84,7 +84,8 @@ demo:
 	        --plot $(B)/demo/dolly.png
 	@echo; echo "The opening of the same move, in real time: the pan axis is a" \
 	    "Modbus RTU servo behind a real pseudo-terminal."
-	$(SLEW) run --pty examples/modbus --telemetry $(B)/demo/modbus.csv
+	tests/again.sh $(SLEW) run --pty examples/modbus \
+	        --telemetry $(B)/demo/modbus.csv
 
 .PHONY: test
 ## install what is missing, build, run all tests; SAN=address,undefined too

@@ -1,7 +1,7 @@
 /* firmware/controller.c - see controller.h for the picture.
  *
  * Order within a tick: count time, read feedback, judge, then the state's own
- * step, which ends in set points for every drive. */
+ * step, which ends in set points for every drive, and goals that are due. */
 #include "firmware/controller.h"
 
 #include <stddef.h>
@@ -124,6 +124,7 @@ void controller_rest(struct controller *controller)
         controller->axis[i].track = NULL;
         controller->axis[i].target.vel_q32 = 0;
         controller->axis[i].target.acc_q16 = 0;
+        controller_goal_drop(&controller->axis[i]);
     }
 }
 
@@ -355,7 +356,7 @@ static void controller_step_moving(struct controller *controller)
     controller_clock(controller);
     controller_sample(controller);
     controller_send_all(controller);
-    if (controller_at_end(controller) &&
+    if (controller_at_end(controller) && controller_goals_reached(controller) &&
         controller->reaction == CONTROLLER_REACT_NONE) {
         controller_rest(controller);
         controller_enter(controller, CONTROLLER_READY);
@@ -364,6 +365,8 @@ static void controller_step_moving(struct controller *controller)
 
 static bool controller_standing(const struct controller *controller)
 {
+    if (controller_goal_under_way(controller))
+        return false;
     if (controller_at_end(controller))
         return true;
     return controller->rate.rate_q30 == 0 && controller->wanted_q30 == 0 &&
@@ -439,4 +442,5 @@ void controller_step(struct controller *controller, int64_t now_ns, int bus)
     controller_watch_read(controller);
     controller_watch_judge(controller, bus);
     step[controller->state](controller);
+    controller_goal_step(controller);
 }

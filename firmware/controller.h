@@ -26,6 +26,10 @@
  * does.  A stop for a fault uses the stop limits, starts at once and falls back
  * on the drives' own quick stop.
  *
+ * An axis whose drive goes by its own profile has the same track, as a
+ * prediction, and gets the ends of its ways as goals instead of set points
+ * (controller_goal.h).
+ *
  * Faults latch; all but those that only ask to hold end without torque.  A
  * fault on one axis stops the group; nothing starts again
  * without reset, enable and start. */
@@ -35,6 +39,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/controller_goal.h"
 #include "hal/drive.h"
 #include "hal/gpio.h"
 #include "motion/clock_warp.h"
@@ -97,7 +102,9 @@ enum controller_reaction {
       "the bus has too many errors (error-passive)")                           \
     X(CONTROLLER_FAULT_BUS, CONTROLLER_REACT_OFF, "the bus is down")           \
     X(CONTROLLER_FAULT_TRACK, CONTROLLER_REACT_STOP,                           \
-      "the move was not read in time")
+      "the move was not read in time")                                         \
+    X(CONTROLLER_FAULT_ARRIVAL, CONTROLLER_REACT_STOP,                         \
+      "the axis was not where it was sent in time")
 
 enum controller_fault {
 #define CONTROLLER_FAULT_ENUM(name, reaction, text) name,
@@ -126,6 +133,9 @@ struct controller_axis_config {
     /* feed-forward: permille of the rated torque per unit/s2; 0: none */
     int64_t torque_q32;
     int64_t feedback_max_age_ns; /* of this axis; 0: the controller's */
+    /* its drive goes to goals by its own profile, and may be so much late */
+    bool by_goals;
+    int64_t late_ns;
     bool needs_homing; /* its position means nothing before it was homed */
 };
 
@@ -160,7 +170,8 @@ struct controller_axis {
                        points; a fault is a quick stop of the drives */
     const struct motion_track *track; /* NULL: stands where it is */
     struct motion_cursor cursor;
-    int64_t vel_peak_q32; /* of the track at rate 1 */
+    struct controller_leg leg; /* by_goals */
+    int64_t vel_peak_q32;      /* of the track at rate 1 */
     struct hal_drive_target target;
     struct hal_drive_feedback feedback;
     int64_t following_q32;                /* demand in force minus actual */
@@ -215,9 +226,16 @@ int controller_init(struct controller *controller,
 int controller_enable(struct controller *controller); /* OFF, READY follows */
 /* READY -> OFF; also ends the torque that a fault has left on (HOLD). */
 int controller_off(struct controller *controller);
+/* What an axis is to reach while it has a track, in the order of time; before
+ * the start, in READY, and for one start.  The goals (controller_goals_of) must
+ * outlive the move.  MOTION_E_STATE; MOTION_E_ARG for an axis that gets set
+ * points. */
+int controller_set_goals(struct controller *controller, unsigned index,
+                         const struct controller_goal goal[], unsigned count);
 /* READY -> MOVING.  One track per axis (NULL: stands still).  The tracks must
  * outlive the move.  A window (track.h) must be moved on between ticks; where it
  * does not reach as far as a stop may need, that is a fault.
+ * MOTION_E_ARG when an axis that goes to goals has a track and no goals,
  * MOTION_E_EMPTY when an axis with a track has not been homed, MOTION_E_LIMIT
  * when one does not stand where its track starts (*axis says which, when not
  * NULL), or when a track is beyond the limits at 100 % (*axis is -1). */

@@ -171,6 +171,13 @@ int controller_start(struct controller *controller,
     if (controller->state != CONTROLLER_READY)
         return MOTION_E_STATE;
     for (unsigned i = 0; i < controller->config.axis_count; i++)
+        if (track[i] && controller->config.axis[i].by_goals &&
+            controller->axis[i].leg.goal == NULL) {
+            if (axis)
+                *axis = (int)i;
+            return MOTION_E_ARG;
+        }
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
         if (track[i] && !controller->axis[i].homed) {
             if (axis)
                 *axis = (int)i;

@@ -3,7 +3,7 @@
  * A drive counts from wherever it was switched on, or from its own zero.  The
  * axis's position is that plus an offset, which is 0 until homing finds
  * another.  Everything of the controller is in the axis's coordinates; only the
- * two functions at the drive's door know of the offset. */
+ * three functions at the drive's door know of the offset. */
 #include "firmware/controller_parts.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
@@ -33,6 +33,14 @@ int controller_to_drive(struct controller_axis *axis,
     return err < 0 ? err : hal_drive_set_target(axis->drive, &own);
 }
 
+int controller_go_to_drive(struct controller_axis *axis,
+                           const struct hal_drive_go *go)
+{
+    struct hal_drive_go own = *go;
+    int err = motion_fixed_sub(go->pos_q32, axis->offset_q32, &own.pos_q32);
+    return err < 0 ? err : hal_drive_go(axis->drive, &own);
+}
+
 bool controller_range_counts(const struct controller *controller,
                              unsigned index)
 {
@@ -45,7 +53,7 @@ bool controller_any_by_itself(const struct controller *controller)
     for (unsigned i = 0; i < controller->config.axis_count; i++)
         if (controller->axis[i].by_itself)
             return true;
-    return false;
+    return controller_goal_under_way(controller);
 }
 
 int controller_set_position(struct controller *controller, unsigned index,

@@ -77,6 +77,28 @@ static int64_t jog_goal_q32(const struct controller *controller,
                : goal->pos_q32;
 }
 
+/* The drive's profile takes no longer than the plan, which has the same limits
+ * and is as long or, with a limit of jerk, longer. */
+static void jog_give_goal(struct controller *controller,
+                          struct controller_jog *jog,
+                          const struct controller_jog_goal *goal)
+{
+    const struct controller_axis_config *config =
+        &controller->config.axis[goal->axis];
+    struct controller_goal *own = &jog->goal[jog->which];
+    const struct motion_track *track = &jog->track[jog->which];
+    if (!config->by_goals)
+        return;
+    *own = (struct controller_goal){
+        .end_ns_q12 = track->end_ns_q12,
+        .pos_q32 = track->end.pos_q32,
+        .vel_q32 = jog_limit(&config->limit, goal->vel_q32).vel_max_q32,
+        .acc_q16 = config->limit.acc_q16,
+    };
+    controller_goal_set(&controller->axis[goal->axis], own,
+                        track->count > 0 ? 1 : 0);
+}
+
 /* The spare track becomes the one that is played, from path time 0. */
 static int jog_play(struct controller *controller, struct controller_jog *jog,
                     unsigned index, const struct motion_otg_plan *plan)
@@ -127,9 +149,11 @@ int controller_jog(struct controller *controller, struct controller_jog *jog,
     int err = motion_otg_make(&move, &plan, NULL);
     if (err == MOTION_OK)
         err = jog_play(controller, jog, goal->axis, &plan);
-    if (err == MOTION_OK)
-        jog->until_ns = goal->until_ns;
-    return err;
+    if (err < 0)
+        return err;
+    jog_give_goal(controller, jog, goal);
+    jog->until_ns = goal->until_ns;
+    return MOTION_OK;
 }
 
 int controller_jog_stop(struct controller *controller,
@@ -147,7 +171,11 @@ int controller_jog_stop(struct controller *controller,
         jog_limit(hard ? &config->stop : &config->limit, config->limit.vel_q32);
     int err = motion_otg_stop(&start, &limit, &plan);
     jog->until_ns = 0;
-    return err < 0 ? err : jog_play(controller, jog, jog->axis, &plan);
+    if (err == MOTION_OK)
+        err = jog_play(controller, jog, jog->axis, &plan);
+    if (err == MOTION_OK)
+        controller->axis[jog->axis].leg.stops = true;
+    return err;
 }
 
 void controller_jog_step(struct controller *controller,

@@ -8,6 +8,9 @@
  * old one at the next tick, from full motion, without a step in acceleration
  * where the axis has a limit of jerk.
  *
+ * An axis whose drive goes by its own profile gets the goal; to stop it is
+ * halted, and a drive that cannot be halted runs on to its goal.
+ *
  * Whoever jogs by hand gives each goal a time and gives it anew while the key
  * is held: without a new one the axis stops.  Not on the tick: plans, so
  * divides. */
@@ -21,7 +24,8 @@
 struct controller_jog {
     struct motion_segment room[2][MOTION_OTG_PHASES];
     struct motion_track track[2];
-    unsigned which; /* in use */
+    struct controller_goal goal[2]; /* of an axis that goes to goals */
+    unsigned which;                 /* in use */
     unsigned axis;
     int64_t until_ns; /* stops then, unless kept alive; 0: never */
 };

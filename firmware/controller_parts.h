@@ -26,7 +26,7 @@ bool controller_in_motion(const struct controller *controller);
 /* Does the axis have to stay inside its range? */
 bool controller_range_counts(const struct controller *controller,
                              unsigned index);
-/* Does a drive move its axis by itself? */
+/* Does a drive move its axis by itself, homing or to a goal? */
 bool controller_any_by_itself(const struct controller *controller);
 /* In FAULT, standing with torque on. */
 bool controller_is_held(const struct controller *controller);
@@ -63,6 +63,22 @@ void controller_from_drive(const struct controller_axis *axis,
                            struct hal_drive_feedback *feedback);
 int controller_to_drive(struct controller_axis *axis,
                         const struct hal_drive_target *target);
+
+int controller_go_to_drive(struct controller_axis *axis,
+                           const struct hal_drive_go *go);
+
+/* controller_goal.c.  Step: after a tick's set points, sends what is due and
+ * watches what is on its way.  Set: what comes next, also while the drive is
+ * under way.  Drop: forget the goals; an axis that has not reached all of them
+ * goes on from where it stands. */
+void controller_goal_step(struct controller *controller);
+void controller_goal_set(struct controller_axis *axis,
+                         const struct controller_goal goal[], unsigned count);
+void controller_goal_drop(struct controller_axis *axis);
+/* Is a drive on its way to a goal?  Has every axis been at all of its goals, or
+ * been stopped, and stands? */
+bool controller_goal_under_way(const struct controller *controller);
+bool controller_goals_reached(const struct controller *controller);
 
 /* An input that is there, and active or unreadable. */
 bool controller_input(struct hal_gpio *line);

@@ -102,7 +102,8 @@ static void watch_following(struct controller *controller, unsigned i)
 {
     struct controller_axis *axis = &controller->axis[i];
     int64_t demand_q32;
-    if (axis->by_itself || !watch_demand(axis, &demand_q32) ||
+    if (axis->by_itself || controller->config.axis[i].by_goals ||
+        !watch_demand(axis, &demand_q32) ||
         motion_fixed_sub(demand_q32, axis->feedback.pos_q32,
                          &axis->following_q32) < 0)
         return;
@@ -113,6 +114,13 @@ static void watch_following(struct controller *controller, unsigned i)
                          axis->following_q32, most_q32);
 }
 
+/* Which way it runs: what it was told, or, on its way to a goal, what it does. */
+static int64_t watch_vel_q32(const struct controller_axis *axis)
+{
+    return axis->leg.state == CONTROLLER_LEG_RUNNING ? axis->feedback.vel_q32
+                                                     : axis->target.vel_q32;
+}
+
 /* A switch is a fault only for motion towards it. */
 static void watch_switches(struct controller *controller, unsigned i)
 {
@@ -121,8 +129,8 @@ static void watch_switches(struct controller *controller, unsigned i)
                      controller_input(controller->inputs.limit_negative[i]);
     const bool high = axis->feedback.limit_positive ||
                       controller_input(controller->inputs.limit_positive[i]);
-    const bool towards =
-        (low && axis->target.vel_q32 < 0) || (high && axis->target.vel_q32 > 0);
+    const int64_t vel_q32 = watch_vel_q32(axis);
+    const bool towards = (low && vel_q32 < 0) || (high && vel_q32 > 0);
     const bool is_awaited = axis->seeking || axis->by_itself;
     if ((low && high) || (towards && !is_awaited))
         controller_raise(controller, CONTROLLER_FAULT_LIMIT_SWITCH, (int)i,
@@ -169,6 +177,9 @@ static enum controller_fault watch_bus_fault(int bus)
 void controller_watch_judge(struct controller *controller, int bus)
 {
     watch_estop(controller);
+    if (controller->enabling)
+        watch_ticks(
+            controller); /* drives give up meanwhile, and do not say why */
     if (controller->state == CONTROLLER_OFF ||
         (controller->state == CONTROLLER_FAULT &&
          !controller_is_held(controller)))

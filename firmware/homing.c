@@ -40,6 +40,14 @@ static struct controller_axis *homing_axis(const struct homing *homing)
     return &homing->controller->axis[homing->axis];
 }
 
+/* In which the axis follows what the controller tells it. */
+static enum hal_drive_mode homing_usual_mode(const struct homing *homing)
+{
+    return homing->controller->config.axis[homing->axis].by_goals
+               ? HAL_DRIVE_PROFILE_POSITION
+               : HAL_DRIVE_STREAM_POSITION;
+}
+
 static bool homing_at_rest(const struct homing *homing)
 {
     return homing->controller->state == CONTROLLER_READY;
@@ -114,15 +122,15 @@ static void homing_fail(struct homing *homing, enum homing_error error)
     homing->state = HOMING_BRAKE;
 }
 
-/* Back to set points; where the drive does not come back to them in time, it
- * gets none any more. */
+/* Back to set points, or goals; where the drive does not come back to them in
+ * time, it gets none any more. */
 static bool homing_comes_back(const struct homing *homing)
 {
     const struct controller_axis *axis = homing_axis(homing);
-    if (!axis->by_itself || axis->feedback.mode == HAL_DRIVE_STREAM_POSITION)
+    if (!axis->by_itself || axis->feedback.mode == homing_usual_mode(homing))
         return true;
     if (axis->feedback.homing != HAL_DRIVE_HOMING_RUNNING)
-        (void)hal_drive_set_mode(axis->drive, HAL_DRIVE_STREAM_POSITION);
+        (void)hal_drive_set_mode(axis->drive, homing_usual_mode(homing));
     return false;
 }
 
@@ -382,8 +390,8 @@ static void homing_mode(struct homing *homing)
     struct controller_axis *axis = homing_axis(homing);
     const struct hal_drive_home home = {
         .method = config->method,
-        .fast_q32 = config->fast_q32,
-        .slow_q32 = config->slow_q32,
+        .fast_q32 = config->method == 0 ? 0 : config->fast_q32,
+        .slow_q32 = config->method == 0 ? 0 : config->slow_q32,
         .pos_q32 = config->pos_q32,
         .timeout_ns = config->timeout_ns,
     };
@@ -411,7 +419,7 @@ static void homing_step_run(struct homing *homing)
     }
     if (axis->feedback.homing != HAL_DRIVE_HOMING_DONE)
         return;
-    int err = hal_drive_set_mode(axis->drive, HAL_DRIVE_STREAM_POSITION);
+    int err = hal_drive_set_mode(axis->drive, homing_usual_mode(homing));
     if (err == MOTION_OK)
         homing->state = HOMING_UNMODE;
     else if (err != MOTION_E_STATE)
@@ -422,7 +430,7 @@ static void homing_step_run(struct homing *homing)
 static void homing_unmode(struct homing *homing)
 {
     struct controller_axis *axis = homing_axis(homing);
-    if (axis->feedback.mode != HAL_DRIVE_STREAM_POSITION)
+    if (axis->feedback.mode != homing_usual_mode(homing))
         return;
     if (controller_set_position(homing->controller, homing->axis,
                                 axis->offset_q32, 0) < 0)

@@ -53,7 +53,8 @@ struct homing_config {
     bool goes;                  /* to go_q32 afterwards */
     int64_t go_q32;
     int64_t timeout_ns; /* of the axis, > 0 */
-    int method;         /* DRIVE */
+    int method; /* DRIVE; 0: it has one way of its own, at speeds of its own,
+                   and fast_q32 is for GO alone */
 };
 
 /* X(name, sentence) */

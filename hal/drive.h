@@ -75,7 +75,8 @@ struct hal_drive_go {
 };
 
 struct hal_drive_home {
-    int method; /* the drive's own number: for CiA 402 that of 0x6098 */
+    int method; /* the drive's own number: for CiA 402 that of 0x6098; 0 for a
+                   drive that knows one way, at its own speeds and ramps */
     int64_t fast_q32, slow_q32; /* speed to the switch, and to the zero after
                                    it, > 0; 0: as the drive has them */
     int64_t acc_q16;            /* > 0; 0: as the drive has it */

@@ -262,7 +262,8 @@ static void take_good(struct drive_modbus *self, uint16_t job,
 {
     if (job == JOB_STREAM) {
         take_stream(self);
-    } else if (job == JOB_MOVE) {
+    } else if (job == JOB_MOVE && self->move == DRIVE_MODBUS_MOVE_SENT) {
+        /* unless it was halted meanwhile */
         drive_modbus_run_begin(self, MODBUS_SEQUENCE_move_go);
     } else if (job >= JOB_SLOW) {
         take_block(self, &self->slow[job - JOB_SLOW], reply);
@@ -418,7 +419,7 @@ static int drive_modbus_set_target(struct hal_drive *drive,
     const int64_t counts = hal_ratio_scale(&self->to_counts, pos_q32);
     int err;
 
-    if (counts < INT32_MIN || counts > INT32_MAX)
+    if (!drive_modbus_fits(self, counts))
         return MOTION_E_RANGE;
     if (self->state != HAL_DRIVE_ENABLED ||
         self->mode != HAL_DRIVE_STREAM_POSITION)

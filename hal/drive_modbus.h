@@ -54,6 +54,9 @@ struct drive_modbus_config {
     int64_t cycle_ns;   /* from one set point to the next, 100 us .. 2 s */
     int64_t latency_ns; /* from the tick until the drive has it; 0: cycle / 2 */
     int64_t first_step_max_q32; /* as drive_cia402.h; 0: 1 unit */
+    /* which it begins in; STREAM_POSITION: the other where the map has no
+     * stream */
+    enum hal_drive_mode mode;
     const struct drive_modbus_parameter *parameter; /* outlive the drive */
     unsigned parameter_count;
 };
@@ -104,6 +107,7 @@ struct drive_modbus {
     struct hal_ratio to_speed;          /* vel_q32 to counts/s, 16 more bits */
     struct hal_ratio to_field;          /* that to the field `velocity` */
     struct hal_ratio to_register;       /* counts to the field `position` */
+    int64_t pos_min, pos_max;           /* of the fields `position` */
     int64_t ramp[2];                    /* registers: acceleration, dec. */
     int64_t lead_q32, latency_q32, feed_q32; /* s: l + 2T, l, l + T */
     int64_t half_lead2_q32;                  /* s^2: lead^2 / 2 */
@@ -163,7 +167,8 @@ struct drive_modbus {
 
 /* Adds the node to the line.  Errors as modbus_bus_add; MOTION_E_ARG for a value
  * outside what the config says; MOTION_E_RANGE for a scale that does not
- * fit; MOTION_E_EMPTY when the map can neither move nor stream.  The drive is
+ * fit; MOTION_E_EMPTY when the map can neither move nor stream, or
+ * lacks the mode.  The drive is
  * &self->drive. */
 int drive_modbus_init(struct drive_modbus *self, struct modbus_bus *bus,
                       const struct drive_modbus_config *config);

@@ -34,10 +34,11 @@ static unsigned go_modes(const struct modbus_map *map)
     return modes;
 }
 
-enum hal_drive_mode drive_modbus_first_mode(const struct modbus_map *map)
+enum hal_drive_mode
+drive_modbus_first_mode(const struct drive_modbus_config *config)
 {
-    return map->stream.count > 0 ? HAL_DRIVE_STREAM_POSITION
-                                 : HAL_DRIVE_PROFILE_POSITION;
+    return config->map->stream.count > 0 ? config->mode
+                                         : HAL_DRIVE_PROFILE_POSITION;
 }
 
 unsigned drive_modbus_modes(struct hal_drive *drive)
@@ -136,7 +137,7 @@ int drive_modbus_go(struct hal_drive *drive, const struct hal_drive_go *go)
         return MOTION_E_STATE;
     if (go->vel_q32 <= 0 || go->acc_q16 < 0 || go->dec_q16 < 0)
         return MOTION_E_ARG;
-    if (counts < INT32_MIN || counts > INT32_MAX)
+    if (!drive_modbus_fits(self, counts))
         return MOTION_E_RANGE;
     self->move_pos_q32 = pos_q32;
     self->move_vel_q32 = go->vel_q32;

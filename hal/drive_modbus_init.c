@@ -105,6 +105,17 @@ static int init_ramp_scales(struct drive_modbus *self)
     return err;
 }
 
+/* What all of them can say. */
+static int init_position(struct drive_modbus *self,
+                         const struct modbus_map_field *field)
+{
+    if (field->min > self->pos_min)
+        self->pos_min = field->min;
+    if (field->max < self->pos_max)
+        self->pos_max = field->max;
+    return hal_ratio_init(&self->to_register, field->num, field->den, 0);
+}
+
 static int init_group(struct drive_modbus *self,
                       const struct modbus_map_group *group)
 {
@@ -118,7 +129,7 @@ static int init_group(struct drive_modbus *self,
         if (field->quantity == MODBUS_VELOCITY)
             err = init_velocity(&self->to_field, map, field);
         else if (field->quantity == MODBUS_POSITION)
-            err = hal_ratio_init(&self->to_register, field->num, field->den, 0);
+            err = init_position(self, field);
         else if (field->quantity == MODBUS_ACCELERATION)
             self->ramp[0] = init_ramp(map, field, ramp);
         else if (field->quantity == MODBUS_DECELERATION)
@@ -189,7 +200,9 @@ static bool init_is_sound(const struct drive_modbus_config *config)
            config->vel_max_q32 <= INT64_MAX / JUMP_FACTOR &&
            config->acc_q16 > 0 && config->cycle_ns >= 100000 &&
            config->cycle_ns <= 2 * NS_PER_S && config->latency_ns >= 0 &&
-           config->latency_ns <= NS_PER_S && config->first_step_max_q32 >= 0;
+           config->latency_ns <= NS_PER_S && config->first_step_max_q32 >= 0 &&
+           (config->mode == HAL_DRIVE_STREAM_POSITION ||
+            config->mode == HAL_DRIVE_PROFILE_POSITION);
 }
 
 int drive_modbus_init(struct drive_modbus *self, struct modbus_bus *bus,
@@ -202,12 +215,15 @@ int drive_modbus_init(struct drive_modbus *self, struct modbus_bus *bus,
     self->config = *config;
     if (!init_is_sound(config))
         return MOTION_E_ARG;
-    if (map->move.count == 0 && map->stream.count == 0)
+    if (map->move.count == 0 &&
+        (map->stream.count == 0 || config->mode != HAL_DRIVE_STREAM_POSITION))
         return MOTION_E_EMPTY;
     if (self->config.latency_ns == 0)
         self->config.latency_ns = config->cycle_ns / 2;
     if (self->config.first_step_max_q32 == 0)
         self->config.first_step_max_q32 = MOTION_FIXED_ONE_Q32;
+    self->pos_min = INT32_MIN;
+    self->pos_max = UINT32_MAX;
     err = init_scale(self);
     if (err == MOTION_OK)
         err = init_group(self, &map->move);
@@ -220,7 +236,7 @@ int drive_modbus_init(struct drive_modbus *self, struct modbus_bus *bus,
     if (err != MOTION_OK)
         return err;
     init_times(self);
-    self->mode = drive_modbus_first_mode(map);
+    self->mode = drive_modbus_first_mode(config);
     self->fast_count =
         (uint8_t)modbus_map_blocks(map, MODBUS_POLL_FAST, self->fast);
     self->slow_count =

@@ -57,8 +57,9 @@ int drive_modbus_go(struct hal_drive *drive, const struct hal_drive_go *go);
 int drive_modbus_home(struct hal_drive *drive,
                       const struct hal_drive_home *home);
 int drive_modbus_halt(struct hal_drive *drive);
-/* The mode that a map has when nothing was asked. */
-enum hal_drive_mode drive_modbus_first_mode(const struct modbus_map *map);
+/* The mode when nothing was asked. */
+enum hal_drive_mode
+drive_modbus_first_mode(const struct drive_modbus_config *config);
 /* One step per tick while enabled: has it arrived, is it home? */
 void drive_modbus_go_step(struct drive_modbus *self);
 /* Everything under way ends without a word to the drive. */
@@ -71,6 +72,9 @@ void drive_modbus_put_stream(struct drive_modbus *self,
                              struct hal_modbus_request *request);
 void drive_modbus_put_move(struct drive_modbus *self,
                            struct hal_modbus_request *request);
+/* Can the drive be sent there?  A position beyond its field is refused; only
+ * what a set point says of a place ahead of it is clamped. */
+bool drive_modbus_fits(const struct drive_modbus *self, int64_t counts);
 /* A position was read that cannot be: the second in a row is a fault. */
 void drive_modbus_doubt_position(struct drive_modbus *self, const char *why);
 /* A position was read, measured at t_ns. */

@@ -143,6 +143,16 @@ static void stream_put(const struct drive_modbus *self,
     }
 }
 
+bool drive_modbus_fits(const struct drive_modbus *self, int64_t counts)
+{
+    int64_t value;
+
+    if (counts < INT32_MIN || counts > INT32_MAX)
+        return false;
+    value = hal_ratio_scale(&self->to_register, counts);
+    return value >= self->pos_min && value <= self->pos_max;
+}
+
 void drive_modbus_put_stream(struct drive_modbus *self,
                              struct hal_modbus_request *request)
 {

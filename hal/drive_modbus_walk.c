@@ -214,7 +214,7 @@ void drive_modbus_start(struct drive_modbus *self)
     self->phase = DRIVE_MODBUS_START;
     self->state = HAL_DRIVE_OFFLINE;
     self->run.sequence = NULL;
-    self->mode = drive_modbus_first_mode(self->config.map);
+    self->mode = drive_modbus_first_mode(&self->config);
     self->homing = HAL_DRIVE_HOMING_NONE;
     self->zero_q32 = 0;
     self->start_at = 0;

@@ -94,14 +94,13 @@ static void moteus_put_mode(struct hal_can_frame *frame, enum moteus_mode mode)
 }
 
 /* A set point is to be reached as it is: no limits of its own (negative). */
-static void moteus_put_target(const struct drive_moteus *self,
-                              struct hal_can_frame *frame)
+void drive_moteus_put_point(struct hal_can_frame *frame, uint16_t watchdog_ms,
+                            const struct drive_turns_point *point)
 {
-    const struct drive_turns *turns = &self->turns;
-    const uint32_t target[3] = { moteus_float(turns->target_q32),
-                                 moteus_float(turns->target_vel_q32),
-                                 moteus_torque(turns->target_torque_mnm) };
-    const uint32_t limits[3] = { self->watchdog_ms, UINT32_MAX, UINT32_MAX };
+    const uint32_t target[3] = { moteus_float(point->pos_q32),
+                                 moteus_float(point->vel_q32),
+                                 moteus_torque(point->torque_mnm) };
+    const uint32_t limits[3] = { watchdog_ms, UINT32_MAX, UINT32_MAX };
 
     moteus_put_mode(frame, MOTEUS_MODE_POSITION);
     moteus_frame_write(frame, MOTEUS_FLOAT, MOTEUS_COMMAND_POSITION, target, 3);
@@ -147,6 +146,8 @@ static bool moteus_takes_targets(const struct drive_moteus *self)
 static void moteus_put_order(struct drive_moteus *self,
                              struct hal_can_frame *frame, bool wanted)
 {
+    const struct drive_turns_point point = drive_turns_point(&self->turns);
+
     if (self->stopping) {
         moteus_put_mode(frame, MOTEUS_MODE_STOPPED);
         self->stopping = false;
@@ -157,18 +158,15 @@ static void moteus_put_order(struct drive_moteus *self,
         if (self->turns.go.sent_ns == 0)
             self->turns.go.sent_ns = self->turns.now_ns;
     } else {
-        moteus_put_target(self, frame);
+        drive_moteus_put_point(frame, self->watchdog_ms, &point);
     }
 }
 
-static void moteus_put_questions(const struct drive_moteus *self,
-                                 struct hal_can_frame *frame)
+void drive_moteus_put_questions(struct hal_can_frame *frame)
 {
     moteus_frame_read(frame, MOTEUS_INT8, MOTEUS_MODE, 1);
     moteus_frame_read(frame, MOTEUS_FLOAT, MOTEUS_POSITION, 3);
     moteus_frame_read(frame, MOTEUS_INT8, MOTEUS_VOLTAGE, 3);
-    if (self->turns.motion == DRIVE_TURNS_GO)
-        moteus_frame_read(frame, MOTEUS_INT8, MOTEUS_TRAJECTORY_COMPLETE, 1);
 }
 
 /* Whoever has not been found is asked now and then; who was lost is not. */
@@ -194,7 +192,9 @@ static void drive_moteus_emit(struct can_bus_node *node, int64_t now_ns)
         return;
     moteus_frame_begin(&frame, self->config.id, self->config.switched);
     moteus_put_order(self, &frame, wanted);
-    moteus_put_questions(self, &frame);
+    drive_moteus_put_questions(&frame);
+    if (self->turns.motion == DRIVE_TURNS_GO)
+        moteus_frame_read(&frame, MOTEUS_INT8, MOTEUS_TRAJECTORY_COMPLETE, 1);
     moteus_frame_end(&frame);
     (void)can_bus_send(node, &frame);
 }

@@ -50,7 +50,14 @@ struct drive_moteus {
 int drive_moteus_init(struct drive_moteus *self, struct can_bus *bus,
                       const struct drive_moteus_config *config);
 
+/* The sub-frames of a set point, and the questions that stand behind it. */
+void drive_moteus_put_point(struct hal_can_frame *frame, uint16_t watchdog_ms,
+                            const struct drive_turns_point *point);
+void drive_moteus_put_questions(struct hal_can_frame *frame);
+
 /* Words for a fault code, "unknown fault"; never NULL. */
 const char *drive_moteus_fault_text(unsigned fault);
+/* Words for a mode, "unknown mode"; never NULL. */
+const char *drive_moteus_mode_text(unsigned mode);
 
 #endif

@@ -1,4 +1,4 @@
-/* hal/drive_moteus_text.c - words for fault codes; see drive_moteus.h. */
+/* hal/drive_moteus_text.c - words for fault codes and modes; see drive_moteus.h. */
 #include "hal/drive_moteus.h"
 
 #define FIRST 32u
@@ -30,4 +30,28 @@ const char *drive_moteus_fault_text(unsigned fault)
     return fault >= FIRST && fault - FIRST < known
                ? moteus_faults[fault - FIRST]
                : "unknown fault";
+}
+
+const char *drive_moteus_mode_text(unsigned mode)
+{
+    static const char *const words[] = {
+        [0] = "stopped",
+        [1] = "fault",
+        [2] = "preparing",
+        [3] = "preparing",
+        [4] = "preparing",
+        [5] = "PWM",
+        [6] = "voltage",
+        [7] = "voltage FOC",
+        [8] = "voltage DQ",
+        [9] = "current",
+        [10] = "position",
+        [11] = "watchdog time-out",
+        [12] = "zero velocity",
+        [13] = "stay within",
+        [14] = "measuring inductance",
+        [15] = "brake",
+    };
+
+    return mode < sizeof words / sizeof words[0] ? words[mode] : "unknown mode";
 }

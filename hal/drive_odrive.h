@@ -90,9 +90,17 @@ struct drive_odrive {
 int drive_odrive_init(struct drive_odrive *self, struct can_bus *bus,
                       const struct drive_odrive_config *config);
 
+/* Set_Input_Pos. */
+void drive_odrive_put_point(struct hal_can_frame *frame, uint8_t node,
+                            const struct drive_turns_point *point);
+
 /* Words for the lowest bit of an error, "unknown error"; "no error" for 0.
  * Never NULL. */
 const char *drive_odrive_error_text(enum drive_odrive_family family,
                                     uint32_t error);
+/* Words for an axis state, "unknown state"; never NULL. */
+const char *drive_odrive_state_text(unsigned state);
+/* Words for the result of a procedure (0.6), "unknown result"; never NULL. */
+const char *drive_odrive_result_text(unsigned result);
 
 #endif

@@ -56,10 +56,12 @@ static int seek_ask(struct drive_odrive *self)
 
 static int seek_fail(struct drive_odrive *self)
 {
-    struct hal_text text =
-        drive_turns_say(&self->turns, "homing failed, procedure result ");
+    struct hal_text text = drive_turns_say(&self->turns, "homing failed: ");
 
+    hal_text_put(&text, drive_odrive_result_text(self->result));
+    hal_text_put(&text, " (");
     hal_text_dec(&text, self->result);
+    hal_text_put(&text, ")");
     return MOTION_E_PROTOCOL;
 }
 

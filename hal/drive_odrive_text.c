@@ -1,6 +1,7 @@
-/* hal/drive_odrive_text.c - words for error bits; see drive_odrive.h.
+/* hal/drive_odrive_text.c - words for error bits, states and results; see
+ * drive_odrive.h.
  * Source: ODrive 0.5.6 Firmware/odrive-interface.yaml; odrive.enums.ODriveError
- * of the Python package odrive 0.6.11. */
+ * and ProcedureResult of the Python package odrive 0.6.11. */
 #include "hal/drive_odrive.h"
 
 #include <stddef.h>
@@ -58,4 +59,53 @@ const char *drive_odrive_error_text(enum drive_odrive_family family,
         if ((error >> i & 1) != 0 && bits[i] != NULL)
             return bits[i];
     return "unknown error";
+}
+
+const char *drive_odrive_state_text(unsigned state)
+{
+    static const char *const words[] = {
+        [0] = "undefined",
+        [1] = "idle",
+        [2] = "start-up sequence",
+        [3] = "full calibration",
+        [4] = "motor calibration",
+        [5] = "sensorless control",
+        [6] = "encoder index search",
+        [7] = "encoder offset calibration",
+        [8] = "closed loop control",
+        [9] = "lock-in spin",
+        [10] = "encoder direction find",
+        [11] = "homing",
+        [12] = "Hall polarity calibration",
+        [13] = "Hall phase calibration",
+        [14] = "anti-cogging calibration",
+    };
+
+    return state < sizeof words / sizeof words[0] ? words[state]
+                                                  : "unknown state";
+}
+
+const char *drive_odrive_result_text(unsigned result)
+{
+    static const char *const words[] = {
+        [0] = "success",
+        [1] = "busy",
+        [2] = "cancelled",
+        [3] = "disarmed",
+        [4] = "no response",
+        [5] = "pole pairs and encoder do not match",
+        [6] = "phase resistance out of range",
+        [7] = "phase inductance out of range",
+        [8] = "unbalanced phases",
+        [9] = "invalid motor type",
+        [10] = "illegal Hall state",
+        [11] = "took too long",
+        [12] = "homing without end stop",
+        [13] = "invalid state",
+        [14] = "not calibrated",
+        [15] = "does not converge",
+    };
+
+    return result < sizeof words / sizeof words[0] ? words[result]
+                                                   : "unknown result";
 }

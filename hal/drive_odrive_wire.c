@@ -19,12 +19,18 @@ static struct drive_odrive *odrive_of(struct can_bus_node *node)
 
 /* ---- out ---- */
 
+static struct hal_can_frame odrive_frame_to(uint8_t node,
+                                            enum odrive_command command)
+{
+    return (struct hal_can_frame){
+        .id = (uint32_t)node << NODE_SHIFT | (uint32_t)command,
+    };
+}
+
 static struct hal_can_frame odrive_frame(const struct drive_odrive *self,
                                          enum odrive_command command)
 {
-    return (struct hal_can_frame){
-        .id = (uint32_t)self->config.node << NODE_SHIFT | (uint32_t)command,
-    };
+    return odrive_frame_to(self->config.node, command);
 }
 
 void odrive_ask(struct drive_odrive *self, enum odrive_command command)
@@ -69,19 +75,27 @@ static void odrive_put_i16(uint8_t at[2], int64_t value)
     at[1] = (uint8_t)(word >> 8);
 }
 
-static void odrive_send_target(struct drive_odrive *self)
+void drive_odrive_put_point(struct hal_can_frame *frame, uint8_t node,
+                            const struct drive_turns_point *point)
 {
-    const struct drive_turns *turns = &self->turns;
-    const int64_t raw_q32 = drive_turns_raw_q32(turns, turns->target_q32);
     int64_t vel = 0; /* 0.001 turns/s */
-    uint8_t data[8];
 
     /* 1000 / 2^32 makes it smaller: it always fits */
-    (void)motion_fixed_mulshift(turns->target_vel_q32, 1000, 32, &vel);
-    hal_float32_put(data, hal_float32_from_fixed(raw_q32, 32));
-    odrive_put_i16(&data[4], vel);
-    odrive_put_i16(&data[6], turns->target_torque_mnm);
-    (void)odrive_send(self, ODRIVE_SET_INPUT_POS, data, sizeof data);
+    (void)motion_fixed_mulshift(point->vel_q32, 1000, 32, &vel);
+    *frame = odrive_frame_to(node, ODRIVE_SET_INPUT_POS);
+    frame->len = 8;
+    hal_float32_put(frame->data, hal_float32_from_fixed(point->pos_q32, 32));
+    odrive_put_i16(&frame->data[4], vel);
+    odrive_put_i16(&frame->data[6], point->torque_mnm);
+}
+
+static void odrive_send_target(struct drive_odrive *self)
+{
+    const struct drive_turns_point point = drive_turns_point(&self->turns);
+    struct hal_can_frame frame;
+
+    drive_odrive_put_point(&frame, self->config.node, &point);
+    (void)can_bus_send(&self->node, &frame);
 }
 
 /* After a go, back to our own set points: the mode first. */

@@ -78,6 +78,12 @@ struct drive_turns_ops {
     int (*seek)(struct drive_turns *self);
 };
 
+/* A set point as it is written on the wire: in turns, as the drive counts. */
+struct drive_turns_point {
+    int64_t pos_q32, vel_q32;
+    int32_t torque_mnm;
+};
+
 struct drive_turns_past {
     int64_t given_ns, pos_q32, vel_q32; /* turns */
 };
@@ -150,8 +156,10 @@ int drive_turns_init(struct drive_turns *self,
 void drive_turns_step(struct drive_turns *self, int64_t now_ns);
 /* Of end(), before it sends: the set point of this cycle.  False: send none. */
 bool drive_turns_next(struct drive_turns *self);
-/* The set point as the drive counts. */
+/* A position as the drive counts. */
 int64_t drive_turns_raw_q32(const struct drive_turns *self, int64_t pos_q32);
+/* The set point of this cycle. */
+struct drive_turns_point drive_turns_point(const struct drive_turns *self);
 /* A position was heard, as the drive counts: measured answer_ns before t_ns.
  * False: no motor is there, or so fast; it is not believed. */
 bool drive_turns_note(struct drive_turns *self, int64_t pos_q32,

@@ -104,6 +104,15 @@ int64_t drive_turns_raw_q32(const struct drive_turns *self, int64_t pos_q32)
     return pos_q32 - self->origin_q32; /* both within 2^15 turns */
 }
 
+struct drive_turns_point drive_turns_point(const struct drive_turns *self)
+{
+    return (struct drive_turns_point){
+        .pos_q32 = drive_turns_raw_q32(self, self->target_q32),
+        .vel_q32 = self->target_vel_q32,
+        .torque_mnm = self->target_torque_mnm,
+    };
+}
+
 void drive_turns_homed(struct drive_turns *self)
 {
     self->actual_q32 -= self->origin_q32;

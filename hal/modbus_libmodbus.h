@@ -36,6 +36,11 @@ struct modbus_libmodbus_config {
     char device[MODBUS_LIBMODBUS_TEXT_MAX]; /* RTU; empty: TCP */
     struct modbus_rtu_line line;
     enum modbus_libmodbus_rs485 rs485;
+    int64_t rts_delay_ns; /* from switching the direction to the first
+                             character, and from the last one to switching back;
+                             0: one character's time, for the kernel what the
+                             driver has; whole us, for the kernel whole ms; at
+                             most 100 ms */
     char host[MODBUS_LIBMODBUS_TEXT_MAX]; /* name or address */
     uint16_t port;
     int64_t timeout_ns;   /* end of request to whole answer, beyond its time on

@@ -218,7 +218,8 @@ static int64_t modbus_map_writes_ns(const struct modbus_map *map,
 }
 
 int64_t modbus_map_cycle_ns(const struct modbus_map *map,
-                            const struct modbus_rtu_time *time, unsigned *n)
+                            const struct modbus_rtu_time *time, bool streamed,
+                            unsigned *n)
 {
     struct hal_modbus_request request = { .unit = 1,
                                           .function = HAL_MODBUS_WRITE_MANY,
@@ -229,12 +230,12 @@ int64_t modbus_map_cycle_ns(const struct modbus_map *map,
     int64_t dur_ns = 0;
 
     *n = blocks;
-    if (map->stream.count > 0) {
+    if (streamed && map->stream.count > 0) {
         dur_ns += modbus_rtu_transaction_ns(time, &request);
         ++*n;
+        dur_ns += modbus_map_writes_ns(
+            map, &map->sequence[MODBUS_SEQUENCE_stream_go], time, n);
     }
-    dur_ns += modbus_map_writes_ns(
-        map, &map->sequence[MODBUS_SEQUENCE_stream_go], time, n);
     for (unsigned i = 0; i < blocks; i++) {
         request.function = block[i].read;
         request.address = block[i].at;

@@ -220,10 +220,11 @@ unsigned
 modbus_map_blocks(const struct modbus_map *map, enum modbus_map_poll poll,
                   struct modbus_map_block block[MODBUS_MAP_BLOCKS_MAX]);
 
-/* How long one cycle of one streamed drive keeps the line busy: the group
- * stream, what goes after it, and every fast block; turn-around included.  `n`
- * is how many transactions that is. */
+/* How long one cycle of one drive keeps the line busy: when it is streamed the
+ * group stream and what goes after it, and every fast block; turn-around
+ * included.  `n` is how many transactions that is. */
 int64_t modbus_map_cycle_ns(const struct modbus_map *map,
-                            const struct modbus_rtu_time *time, unsigned *n);
+                            const struct modbus_rtu_time *time, bool streamed,
+                            unsigned *n);
 
 #endif

@@ -13,6 +13,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "hal/modbus_rs485_libmodbus.h"
 #include "hal/modbus_tcp.h"
 
 #define MS          INT64_C(1000000)
@@ -57,22 +58,6 @@ static modbus_t *modbus_libmodbus_new(const struct modbus_libmodbus *self)
                               parity[line->parity], 8, line->stop_bits);
     snprintf(service, sizeof service, "%u", self->config.port);
     return modbus_new_tcp_pi(self->config.host, service);
-}
-
-static int modbus_libmodbus_direction(const struct modbus_libmodbus *self,
-                                      modbus_t *context)
-{
-    switch (self->config.rs485) {
-    case RS485_KERNEL:
-        return modbus_rtu_set_serial_mode(context, MODBUS_RTU_RS485);
-    case RS485_RTS_UP:
-        return modbus_rtu_set_rts(context, MODBUS_RTU_RTS_UP);
-    case RS485_RTS_DOWN:
-        return modbus_rtu_set_rts(context, MODBUS_RTU_RTS_DOWN);
-    case RS485_AUTOMATIC:
-        break;
-    }
-    return 0;
 }
 
 void modbus_libmodbus_down(struct modbus_libmodbus *self)
@@ -132,7 +117,7 @@ void modbus_libmodbus_up(struct modbus_libmodbus *self)
     modbus_set_response_timeout(self->context, (uint32_t)(timeout_us / 1000000),
                                 (uint32_t)(timeout_us % 1000000));
     if (modbus_connect(self->context) == 0 &&
-        modbus_libmodbus_direction(self, self->context) == 0)
+        modbus_rs485_apply(self->context, &self->config) == 0)
         modbus_libmodbus_connected(self);
     else
         modbus_libmodbus_down(self);

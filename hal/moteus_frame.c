@@ -33,7 +33,9 @@ static void frame_head(struct hal_can_frame *frame, unsigned what,
                        enum moteus_type type, unsigned first, unsigned count)
 {
     frame_put(frame, what | (unsigned)type << 2 | count);
-    frame_put(frame, first); /* below 0x80: one byte says it */
+    if (first > 0x7F)
+        frame_put(frame, 0x80 | (first & 0x7F));
+    frame_put(frame, first > 0x7F ? first >> 7 & 0x7F : first);
 }
 
 void moteus_frame_write(struct hal_can_frame *frame, enum moteus_type type,

@@ -43,7 +43,7 @@ enum moteus_type {
 
 /* An FD frame from 0 to `id` (1..127) that asks for an answer. */
 void moteus_frame_begin(struct hal_can_frame *frame, uint8_t id, bool switched);
-/* 1..3 registers from `first`, each the lower bytes of its value. */
+/* 1..3 registers from `first` (up to 0x3FFF), each the lower bytes of its value. */
 void moteus_frame_write(struct hal_can_frame *frame, enum moteus_type type,
                         unsigned first, const uint32_t *value, unsigned count);
 void moteus_frame_read(struct hal_can_frame *frame, enum moteus_type type,

@@ -100,18 +100,30 @@ static void moteus_append(struct hal_can_frame *frame, const uint8_t *bytes,
     frame->len = (uint8_t)(frame->len + count);
 }
 
+/* In seven bits a byte, the lower ones first; returns the next free byte. */
+static unsigned moteus_put_number(uint8_t *bytes, unsigned at, unsigned number)
+{
+    for (; number > 0x7F; number >>= 7)
+        bytes[at++] = (uint8_t)(0x80 | number);
+    bytes[at++] = (uint8_t)number;
+    return at;
+}
+
 static void moteus_complain(struct hal_can_frame *answer, bool write,
                             unsigned reg)
 {
-    const uint8_t bytes[3] = { write ? 0x30 : 0x31, (uint8_t)reg, 1 };
+    uint8_t bytes[8] = { write ? 0x30 : 0x31 };
+    unsigned length = moteus_put_number(bytes, 1, reg);
 
-    moteus_append(answer, bytes, sizeof bytes);
+    bytes[length++] = 1;
+    moteus_append(answer, bytes, length);
 }
 
 static void moteus_answer(struct sim_moteus *self, struct hal_can_frame *answer,
                           unsigned type, unsigned reg, unsigned count)
 {
-    uint8_t bytes[3 + HAL_CAN_FD_DATA_MAX] = { (uint8_t)(0x20 | type << 2) };
+    uint8_t bytes[8 + HAL_CAN_FD_DATA_MAX * 2] = { (uint8_t)(0x20 | type
+                                                                        << 2) };
     unsigned length = 1;
     double value;
 
@@ -119,7 +131,7 @@ static void moteus_answer(struct sim_moteus *self, struct hal_can_frame *answer,
         bytes[0] = (uint8_t)(bytes[0] | count);
     else
         bytes[length++] = (uint8_t)count;
-    bytes[length++] = (uint8_t)reg;
+    length = moteus_put_number(bytes, length, reg);
     for (unsigned i = 0; i < count; i++) {
         if (!sim_moteus_read(self, reg + i, &value)) {
             moteus_complain(answer, false, reg + i);

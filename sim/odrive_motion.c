@@ -2,6 +2,8 @@
  * simulated ODrive. */
 #include "sim/odrive_parts.h"
 
+#include <stdlib.h>
+
 #include "sim/trapezoid.h"
 #include "sim/util.h"
 
@@ -38,25 +40,30 @@ static void odrive_motion_trapezoid(struct sim_odrive *self, int64_t dt_ns)
     self->demand_vel_q24 = odrive_q24(vel);
 }
 
-/* To count 0, slowly. */
+/* Less than a thousandth of a turn away. */
+#define ODRIVE_THERE_Q24 (ODRIVE_ONE_Q24 * SIM_ODRIVE_COUNTS / 1000)
+
+/* To its end stop, slowly, until the rotor is there. */
 static void odrive_motion_home(struct sim_odrive *self, int64_t dt_ns)
 {
+    const int64_t home_q24 = self->config.home_counts * ODRIVE_ONE_Q24;
     const int64_t vel_q24 = self->config.plant.vel_max_counts_s
                             << 20; /* a sixteenth */
     const int64_t way_q24 =
         sim_plant_travel_q24(&self->base.plant, vel_q24, dt_ns);
+    const int64_t left_q24 = home_q24 - self->demand_q24;
 
-    if (self->demand_q24 > way_q24) {
+    if (left_q24 < -way_q24) {
         self->demand_q24 -= way_q24;
         self->demand_vel_q24 = -vel_q24;
-    } else if (self->demand_q24 < -way_q24) {
+    } else if (left_q24 > way_q24) {
         self->demand_q24 += way_q24;
         self->demand_vel_q24 = vel_q24;
     } else {
-        self->demand_q24 = 0;
+        self->demand_q24 = home_q24;
         self->demand_vel_q24 = 0;
-        if (self->base.plant.vel_q24 < vel_q24 &&
-            self->base.plant.vel_q24 > -vel_q24)
+        if (llabs(self->base.plant.pos_q24 - home_q24) < ODRIVE_THERE_Q24 &&
+            llabs(self->base.plant.vel_q24) < vel_q24)
             odrive_motion_homed(self);
     }
 }

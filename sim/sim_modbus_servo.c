@@ -148,6 +148,31 @@ static void servo_go(struct sim_modbus_servo *self)
     self->targets++;
 }
 
+static bool servo_has(const struct modbus_map_group *group,
+                      enum modbus_map_quantity quantity)
+{
+    for (unsigned i = 0; i < group->count; i++)
+        if (group->field[i].quantity == quantity)
+            return true;
+    return false;
+}
+
+/* Point to point with what the group does not say as somebody has set it up who
+ * knows the motor: it can follow. */
+static void servo_move(struct sim_modbus_servo *self)
+{
+    const struct modbus_map_group *group = &self->config.map->move;
+    const struct sim_plant_config *motor = &self->config.plant;
+
+    if (!servo_has(group, MODBUS_VELOCITY))
+        self->speed_q16 = motor->vel_max_counts_s * 65536 / 3 * 2;
+    if (!servo_has(group, MODBUS_ACCELERATION))
+        self->acc = motor->acc_max_counts_s2 / 2 + 1;
+    if (!servo_has(group, MODBUS_DECELERATION))
+        self->dec = motor->acc_max_counts_s2 / 2 + 1;
+    servo_go(self);
+}
+
 /* Its home is where it stands: it counts from 0 there. */
 static void servo_home(struct sim_modbus_servo *self)
 {
@@ -183,20 +208,27 @@ static void (*const servo_do[MODBUS_SEQUENCE_COUNT])(
     [MODBUS_SEQUENCE_halt] = servo_stop,
     [MODBUS_SEQUENCE_home] = servo_home,
     [MODBUS_SEQUENCE_reset] = servo_reset,
-    [MODBUS_SEQUENCE_move_go] = servo_go,
+    [MODBUS_SEQUENCE_move_go] = servo_move,
     [MODBUS_SEQUENCE_stream_begin] = servo_begin,
     [MODBUS_SEQUENCE_stream_go] = servo_go,
 };
 
 /* ---- sequences, seen from the other side ---- */
 
-/* The n-th write of a sequence, NULL: it has fewer. */
+/* The n-th write of a sequence, NULL: it has fewer.  What comes after the wait
+ * for its home is not needed to find it. */
 static const struct modbus_map_step *
 servo_write_of(const struct modbus_map_sequence *sequence, unsigned n)
 {
-    for (unsigned i = 0; i < sequence->count; i++)
-        if (sequence->step[i].kind == MODBUS_STEP_WRITE && n-- == 0)
-            return &sequence->step[i];
+    for (unsigned i = 0; i < sequence->count; i++) {
+        const struct modbus_map_step *step = &sequence->step[i];
+
+        if (step->kind == MODBUS_STEP_UNTIL &&
+            step->status == MODBUS_STATUS_homed)
+            return NULL;
+        if (step->kind == MODBUS_STEP_WRITE && n-- == 0)
+            return step;
+    }
     return NULL;
 }
 

@@ -6,7 +6,9 @@
  * register that the map does not name is an illegal address.
  *
  * Inside: a trapezoid from where it is to the target it was given last, at the
- * speed and ramps that came with it, and the plant of plant.h behind it.  A new
+ * speed and ramps that came with it (or as it was set up: steeper than its motor,
+ * which is what streaming wants, until a sequence move_go asks for a motion by
+ * its own), and the plant of plant.h behind it.  A new
  * target takes over at once. */
 #ifndef SIM_SIM_MODBUS_SERVO_H
 #define SIM_SIM_MODBUS_SERVO_H

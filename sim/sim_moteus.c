@@ -53,7 +53,7 @@ static void moteus_step_demand(struct sim_moteus *self, double dt_s)
         .acc = acc,
         .dec = acc,
     };
-    const double to = (double)command[SIM_MOTEUS_COMMAND_POSITION];
+    const double to = (double)command[SIM_MOTEUS_COMMAND_POSITION] + self->zero;
     const double vel = (double)command[SIM_MOTEUS_COMMAND_VELOCITY];
 
     if (!moteus_has_ramps(self))
@@ -99,13 +99,35 @@ static double moteus_position(struct sim_moteus *self)
 {
     sim_servo_advance(&self->base);
     return self->base.nan ? (double)NAN
-                          : moteus_turns(self->base.plant.pos_q24);
+                          : moteus_turns(self->base.plant.pos_q24) - self->zero;
 }
 
 static double moteus_velocity(struct sim_moteus *self)
 {
     sim_servo_advance(&self->base);
     return moteus_turns(self->base.plant.vel_q24);
+}
+
+/* Model, firmware 0.3.4, version of the registers, id; serial number. */
+static bool moteus_identity(const struct sim_moteus *self, unsigned reg,
+                            double *value)
+{
+    const struct {
+        unsigned reg;
+        double value;
+    } row[] = {
+        { 0x100, 66 },         { 0x101, 0x000304 },
+        { 0x102, 5 },          { 0x110, self->config.id },
+        { 0x120, 0x12345678 }, { 0x121, 0x9ABC },
+        { 0x122, 0x0DEF },
+    };
+
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++)
+        if (row[i].reg == reg) {
+            *value = row[i].value;
+            return true;
+        }
+    return false;
 }
 
 bool sim_moteus_read(struct sim_moteus *self, unsigned reg, double *value)
@@ -131,7 +153,7 @@ bool sim_moteus_read(struct sim_moteus *self, unsigned reg, double *value)
     else if (reg < 0x010)
         *value = 0;
     else
-        return false;
+        return moteus_identity(self, reg, value);
     return true;
 }
 
@@ -169,6 +191,8 @@ bool sim_moteus_write(struct sim_moteus *self, unsigned reg, double value)
         moteus_set_mode(self, value >= 0 && value < 16 ? (unsigned)value : 0);
     else if (reg >= 0x020 && reg < 0x020 + SIM_MOTEUS_COMMANDS)
         self->command[reg - 0x020] = (float)value;
+    else if (reg == 0x131)
+        self->zero = moteus_turns(self->base.plant.pos_q24) - value;
     else
         return false;
     return true;
@@ -186,7 +210,7 @@ void sim_moteus_commanded(struct sim_moteus *self)
     if (moteus_has_ramps(self))
         return;
     if (!isnan(pos))
-        self->demand = (double)pos;
+        self->demand = (double)pos + self->zero;
     self->demand_vel = isnan(vel) ? 0 : (double)vel;
     self->complete = true;
 }

@@ -3,7 +3,7 @@
  * Register sub-frames in all four types, several per frame: modes stopped,
  * fault, position, timeout; position, velocity and torque commands, watchdog,
  * limits of velocity and acceleration, trajectory complete, voltage,
- * temperature, fault code; errors for what it does not know.  Written from
+ * temperature, fault code, identity, set output exact; errors for what it does not know.  Written from
  * mjbots' protocol pages, independently of hal/; floats are the compiler's.
  *
  * One turn is SIM_MOTEUS_COUNTS of the plant's counts. */
@@ -34,7 +34,8 @@ struct sim_moteus {
     int64_t due_ns;
     uint8_t mode, fault;
     float command[SIM_MOTEUS_COMMANDS];
-    double demand, demand_vel; /* turns */
+    double demand, demand_vel; /* turns, from where it was switched on */
+    double zero;               /* its position 0 */
     bool complete;
     int64_t heard_ns; /* the last command */
     uint64_t commands;

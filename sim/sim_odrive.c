@@ -12,6 +12,8 @@
 #define ODRIVE_ONE_Q24   16777216.0
 #define ODRIVE_REBOOT_NS (400 * ODRIVE_MS)
 
+#define ODRIVE_A_PER_NM 2.5f
+
 #define ODRIVE_ERROR_INVALID_STATE UINT32_C(0x1)
 
 /* The same trouble in the two firmwares. */
@@ -98,7 +100,7 @@ static void odrive_estimates(struct sim_odrive *self)
     uint8_t data[8];
 
     sim_servo_advance(&self->base);
-    pos = (float)((double)self->base.plant.pos_q24 / turn);
+    pos = (float)((double)(self->base.plant.pos_q24 - self->zero_q24) / turn);
     vel = (float)((double)self->base.plant.vel_q24 / turn);
     if (self->base.nan)
         pos = NAN;
@@ -125,14 +127,80 @@ static void odrive_errors(struct sim_odrive *self)
     odrive_transmit(self, 0x03, data);
 }
 
+static void odrive_pair(struct sim_odrive *self, unsigned command, float first,
+                        float second)
+{
+    uint8_t data[8];
+
+    odrive_put(data, &first);
+    odrive_put(&data[4], &second);
+    odrive_transmit(self, command, data);
+}
+
+static void odrive_currents(struct sim_odrive *self)
+{
+    odrive_pair(self, 0x14, self->torque * ODRIVE_A_PER_NM,
+                self->torque * ODRIVE_A_PER_NM);
+}
+
+static void odrive_temperatures(struct sim_odrive *self)
+{
+    odrive_pair(self, 0x15, 31.5f, 27.25f);
+}
+
+static void odrive_supply(struct sim_odrive *self)
+{
+    odrive_pair(self, 0x17, 24.0f, 0.5f);
+}
+
+static void odrive_torques(struct sim_odrive *self)
+{
+    odrive_pair(self, 0x1C, self->torque, self->torque);
+}
+
+static void odrive_powers(struct sim_odrive *self)
+{
+    odrive_pair(self, 0x1D, 12.0f, 0.0f);
+}
+
+/* A bit for the part, as it has none of its own. */
+static void odrive_part_error(struct sim_odrive *self, unsigned command,
+                              unsigned part)
+{
+    const uint32_t error = self->parts >> part & 1;
+    uint8_t data[8] = { 0 };
+
+    odrive_put(data, &error);
+    odrive_transmit(self, command, data);
+}
+
+static void odrive_encoder_error(struct sim_odrive *self)
+{
+    odrive_part_error(self, 0x04, 1);
+}
+
+static void odrive_controller_error(struct sim_odrive *self)
+{
+    odrive_part_error(self, 0x1D, 2);
+}
+
+/* By command: who answers a remote frame in firmware 0.5 and in 0.6. */
+static void (*const odrive_answers[32][2])(struct sim_odrive *self) = {
+    [0x00] = { NULL, odrive_version },
+    [0x03] = { odrive_errors, odrive_errors },
+    [0x04] = { odrive_encoder_error, NULL },
+    [0x09] = { odrive_estimates, odrive_estimates },
+    [0x14] = { odrive_currents, odrive_currents },
+    [0x15] = { NULL, odrive_temperatures },
+    [0x17] = { odrive_supply, odrive_supply },
+    [0x1C] = { NULL, odrive_torques },
+    [0x1D] = { odrive_controller_error, odrive_powers },
+};
+
 static void odrive_asked(struct sim_odrive *self, unsigned command)
 {
-    if (command == 0x09)
-        odrive_estimates(self);
-    else if (command == 0x03)
-        odrive_errors(self);
-    else if (command == 0x00 && !self->config.is_05)
-        odrive_version(self);
+    if (odrive_answers[command][!self->config.is_05] != NULL)
+        odrive_answers[command][!self->config.is_05](self);
 }
 
 /* ---- states and errors ---- */
@@ -180,6 +248,7 @@ static void odrive_set_state(struct sim_odrive *self, uint32_t state)
 void odrive_motion_homed(struct sim_odrive *self)
 {
     self->result = 0;
+    self->zero_q24 = (int64_t)self->config.home_counts * (1 << 24);
     self->axis_state = SIM_ODRIVE_IDLE;
 }
 
@@ -236,7 +305,8 @@ static int64_t odrive_q24(double turns)
 static void odrive_input_pos(struct sim_odrive *self, const uint8_t *data)
 {
     sim_servo_advance(&self->base);
-    self->input_q24 = odrive_q24((double)odrive_get_float(data));
+    self->input_q24 =
+        odrive_q24((double)odrive_get_float(data)) + self->zero_q24;
     self->input_vel_q24 = odrive_q24(odrive_get_i16(&data[4]) * 0.001);
     self->torque = (float)odrive_get_i16(&data[6]) * 0.001f;
     self->traj_new = true;
@@ -379,6 +449,7 @@ static void odrive_power_on(struct sim_odrive *self, int64_t boot_ns)
     sim_servo_boot(&self->base, boot_ns);
     self->axis_state = SIM_ODRIVE_IDLE;
     self->error = self->reason = 0;
+    self->zero_q24 = 0;
     self->parts = self->base.encoder_lost ? 2 : 0;
     self->control_mode = SIM_ODRIVE_CONTROL_POSITION;
     self->input_mode = SIM_ODRIVE_PASSTHROUGH;

@@ -9,9 +9,11 @@
  *
  * One turn is SIM_ODRIVE_COUNTS of the plant's counts.
  *
+ * Of the supply, temperatures and powers it says what never changes.
+ *
  * What this one chose: it knows the states idle, closed loop and homing; any
- * other is refused with "invalid state".  Homing goes to count 0 at a sixteenth
- * of its top speed. */
+ * other is refused with "invalid state".  Homing goes to its end stop at a
+ * sixteenth of its top speed, and is there at position 0. */
 #ifndef SIM_SIM_ODRIVE_H
 #define SIM_SIM_ODRIVE_H
 
@@ -26,7 +28,8 @@ struct sim_odrive_config {
     uint8_t node; /* 0..62 */
     bool is_05;   /* firmware 0.5.6; else 0.6 */
     struct sim_plant_config plant;
-    int32_t start_counts;
+    int32_t start_counts; /* its position when it is switched on, */
+    int32_t home_counts;  /* and of its end stop, counted so */
     int64_t loop_ns;      /* as sim_servo.h */
     int64_t heartbeat_ns; /* 0: 100 ms */
     int64_t estimates_ns; /* 0: 10 ms; below 0: only when asked */
@@ -47,7 +50,8 @@ struct sim_odrive {
     uint8_t parts; /* 0.5: bit 0 motor, 1 encoder, 2 controller */
     uint32_t control_mode, input_mode;
 
-    /* counts, 24 fraction bits */
+    /* counts, 24 fraction bits, from where it was switched on */
+    int64_t zero_q24; /* its position 0 */
     int64_t input_q24, input_vel_q24;
     int64_t demand_q24, demand_vel_q24; /* of the trajectory */
     float torque;

@@ -91,7 +91,8 @@ static inline void modbus_bench_init(struct modbus_bench *bench)
                                           &bench->master.station),
                      0);
     assert_int_equal(modbus_bus_init(&bench->bus, &bench->master.modbus, 2), 0);
-    bench->cycle_ns = modbus_map_cycle_ns(&bench->map, &bench->master.time, &n);
+    bench->cycle_ns =
+        modbus_map_cycle_ns(&bench->map, &bench->master.time, true, &n);
     config.cycle_ns = bench->cycle_ns;
     assert_int_equal(drive_modbus_init(&bench->drive, &bench->bus, &config), 0);
 }

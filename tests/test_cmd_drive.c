@@ -1,7 +1,7 @@
 /* tests/test_cmd_drive.c - slew drive: what it says of a drive, what it writes
  * and what it refuses to write, how a fault is cleared. */
 #define _XOPEN_SOURCE 700 /* mkdtemp, nftw */
-#include "tests/run_slew.h"
+#include "tests/two_drives.h"
 
 #include <cjson/cJSON.h>
 
@@ -9,43 +9,17 @@
 #include "firmware/linux/tools/lss.h"
 #include "firmware/linux/tools/reset.h"
 #include "motion/err.h"
-#include "sim/sim_cia402.h"
-
-static const char *const rig_text =
-    "buses:\n"
-    "  can0: {kind: canopen, bit_rate: 1 Mbit/s}\n"
-    "  line: {kind: modbus-rtu, device: /dev/none, baud: 115200}\n"
-    "axes:\n"
-    "  slide:\n"
-    "    unit: mm\n"
-    "    limits: {position: [-5 mm, 600 mm], velocity: 400, acceleration: "
-    "800}\n"
-    "    following_error: {floor: 2 mm, time: 20 ms}\n"
-    "    drive: {kind: cia402, bus: can0, node: 3, counts: 4096 per mm}\n"
-    "    sim: {start: 10 mm}\n"
-    "  turn:\n"
-    "    unit: deg\n"
-    "    limits: {position: [-90, 90], velocity: 10, acceleration: 20}\n"
-    "    following_error: {floor: 2, time: 200 ms}\n"
-    "    drive: {kind: modbus, bus: line, node: 7, map: leadshine-el7,\n"
-    "            unsupervised: yes, counts: {num: 10000, den: 360}}\n";
 
 static char rig[96], eds[96];
 
 static int bench(void **state)
 {
-    FILE *file;
-
-    if (run_open(state) < 0)
+    if (run_open(state) < 0 || two_drives_put_sheet() < 0)
         return -1;
-    run_put("rig.yaml", rig_text);
+    two_drives_put("", 10, "");
     snprintf(rig, sizeof rig, "%s", run_path("rig.yaml"));
     snprintf(eds, sizeof eds, "%s", run_path("servo.eds"));
-    file = fopen(eds, "wb");
-    if (file == NULL)
-        return -1;
-    sim_cia402_write_eds(file);
-    return fclose(file);
+    return 0;
 }
 
 static struct talk *opened(const char *axis)

@@ -1,7 +1,12 @@
 /* tests/test_cmd_jog.c - slew jog, home and monitor as a person uses them:
- * words, and the keys of a real pseudo-terminal. */
+ * words, and the keys of a real pseudo-terminal.
+ *
+ * The program and this one may be paused by the machine at any time, together or
+ * alone: what is awaited is what the program says, and how far the axis goes is
+ * judged by what it said before. */
 #define _XOPEN_SOURCE 700 /* posix_openpt */
 #include <fcntl.h>
+#include <math.h>
 #include <poll.h>
 #include <signal.h>
 #include <stdio.h>
@@ -22,6 +27,9 @@
 #define RIGHT "\033[C"
 #define FAST  "\033[1;2C"
 #define DOWN  "\033[B"
+#define CLEAR "\033[K" /* before every status line, ten in its own second */
+
+#define FOR_EVER_S 60.0 /* no pause of the machine is as long */
 
 static char directory[] = "/tmp/slew-jog-XXXXXX";
 static char path[64];
@@ -110,27 +118,37 @@ static bool hear(double seconds)
     return true;
 }
 
-static void listen_for(double seconds)
+static void forget(void)
 {
-    const double end_s = now_s() + seconds;
-    while (now_s() < end_s)
-        hear(0.01);
+    heard_count = 0;
+    heard[0] = 0;
 }
 
-static void expect(const char *text, double seconds)
+/* Hear so many of them from now on. */
+static void expect_times(const char *text, unsigned times)
 {
-    const double end_s = now_s() + seconds;
-    while (strstr(heard, text) == NULL) {
+    const double end_s = now_s() + FOR_EVER_S;
+    for (;;) {
+        unsigned count = 0;
+        for (const char *at = heard; (at = strstr(at, text)) != NULL; at++)
+            count++;
+        if (count >= times)
+            return;
         if (now_s() > end_s)
-            fail_msg("no '%s' in:\n%s", text, heard);
+            fail_msg("no %u '%s' in:\n%s", times, text, heard);
         hear(0.02);
     }
+}
+
+static void expect(const char *text)
+{
+    expect_times(text, 1);
 }
 
 static int finish(void)
 {
     int status = -1;
-    while (hear(20.0) && heard_count < ROOM - 1)
+    while (hear(FOR_EVER_S) && heard_count < ROOM - 1)
         if (waitpid(child, &status, WNOHANG) == child)
             break;
     if (status == -1)
@@ -146,32 +164,85 @@ static void press(const char *key)
     assert_int_equal(write(line, key, strlen(key)), (ssize_t)strlen(key));
 }
 
-/* As a terminal repeats a key that is held, faster than a dead-man waits. */
-static void hold(const char *key, double seconds)
+/* What a status line says. */
+struct status_line {
+    char axis[16];
+    double pos, vel;
+};
+
+static bool read_line(const char *text, struct status_line *to)
 {
-    const double end_s = now_s() + seconds;
-    while (now_s() < end_s) {
+    char unit[16];
+    const char *vel = strstr(text, "  ");
+    return vel != NULL &&
+           sscanf(text, "%15s %lf %15s", to->axis, &to->pos, unit) == 3 &&
+           sscanf(vel, " %lf %15[^/]/s ", &to->vel, unit) == 2;
+}
+
+/* The last whole one. */
+static bool last_line(struct status_line *to)
+{
+    bool any = false;
+    for (const char *at = heard; (at = strstr(at, CLEAR)) != NULL; at++) {
+        struct status_line next;
+        if (strstr(at, "/s") != NULL && read_line(at + strlen(CLEAR), &next)) {
+            *to = next;
+            any = true;
+        }
+    }
+    return any;
+}
+
+static struct status_line shown(void)
+{
+    struct status_line last;
+    const double end_s = now_s() + FOR_EVER_S;
+    while (!last_line(&last)) {
+        if (now_s() > end_s)
+            fail_msg("no status line in:\n%s", heard);
+        hear(0.02);
+    }
+    return last;
+}
+
+static bool near(double got, double want, double by)
+{
+    return got >= want - by && got <= want + by;
+}
+
+/* As a terminal repeats a key that is held, until the axis has the speed and has
+ * gone so far; what was shown then, and before the last key. */
+static struct status_line before_last;
+static struct status_line hold(const char *key, double speed, double way)
+{
+    const struct status_line from = shown();
+    struct status_line at = from;
+    const double end_s = now_s() + FOR_EVER_S;
+    while (!near(at.vel, speed, 0.5) || near(at.pos, from.pos, way)) {
+        if (now_s() > end_s)
+            fail_msg("not %.1f at %.1f mm/s from %.1f mm on:\n%s", way, speed,
+                     from.pos, heard);
+        before_last = at;
         press(key);
         hear(0.03);
+        at = shown();
     }
+    return at;
 }
 
-/* The last position that the status line has shown. */
-static double shown(void)
+/* Where it stands: the same on ten lines. */
+static struct status_line standing(void)
 {
-    const char *at = heard, *next;
-    double value = 0;
-    while ((next = strstr(at, "slide ")) != NULL) {
-        at = next + 1;
-        (void)sscanf(next, "slide %lf", &value);
+    struct status_line before = shown(), now;
+    for (int i = 0; i < 100; i++, before = now) {
+        forget();
+        expect_times(CLEAR, 11);
+        now = shown();
+        if (near(now.pos, before.pos, 0.0005) && near(now.vel, 0, 0.005))
+            return now;
     }
-    return value;
-}
-
-static void forget(void)
-{
-    heard_count = 0;
-    heard[0] = 0;
+    fail_msg("it goes on:\n%s", heard);
+    return before;
 }
 
 static int run(const char *const argv[])
@@ -291,11 +362,10 @@ static void monitor_is_live_on_a_terminal(void **state)
     (void)state;
     forget();
     start(argv, true);
-    expect("switch on disabled", 10);
+    expect("switch on disabled");
     forget();
-    expect("\033[H", 2);
-    expect("lines: stop (e-stop)", 2);
-    listen_for(2); /* all drives have been found */
+    expect("lines: stop (e-stop)");
+    expect_times("\033[H", 40); /* two seconds: all drives have been found */
     press("\003");
     assert_int_equal(finish(), 0);
 }
@@ -315,33 +385,74 @@ static void a_program_reads_the_result(void **state)
 
 /* --- keys ------------------------------------------------------------------ */
 
-static const char *const by_keys[] = { "slew",  "jog",     "--dead-man",
-                                       "150ms", "--speed", "20mm/s",
-                                       RIG,     "slide",   NULL };
+static const char *const by_keys[] = { "slew", "jog",     "--dead-man",
+                                       "1s",   "--speed", "20mm/s",
+                                       RIG,    "slide",   NULL };
 
+/* A second at the speed, from the key that was the last one: more than that from
+ * what was shown before it, less from what was shown after it.  Lines are 2 mm or
+ * 10 mm apart. */
 static void an_arrow_jogs_while_it_is_held(void **state)
 {
+    static const struct {
+        const char *key;
+        double vel, way, least, most;
+    } rows[] = {
+        { RIGHT, 20, 20, 18, 28 },
+        { FAST, 100, 0, 90, 140 }, /* five times */
+        { LEFT, -20, 20, 18, 28 },
+    };
     (void)state;
     forget();
     start(by_keys, true);
-    expect("ready", 10);
-    hold(RIGHT, 1.0);
-    listen_for(0.6); /* nothing comes any more: it stops */
-    const double at_mm = shown();
-    if (at_mm < 14 || at_mm > 30)
-        fail_msg("at %.3f mm after a second at 20 mm/s:\n%s", at_mm, heard);
-    forget();
-    listen_for(0.5);
-    if (shown() < at_mm - 0.01 || shown() > at_mm + 0.01)
-        fail_msg("went on from %.3f mm to %.3f mm", at_mm, shown());
-    hold(FAST, 1.0); /* five times */
-    listen_for(0.6);
-    assert_true(shown() > at_mm + 60 && shown() < at_mm + 150);
-    hold(LEFT, 0.5);
-    press(" "); /* at once */
-    listen_for(0.5);
+    expect("ready");
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        const double after = hold(rows[i].key, rows[i].vel, rows[i].way).pos;
+        const double at = standing().pos;
+        const double whole = fabs(at - before_last.pos),
+                     rest = fabs(at - after);
+        if (whole < rows[i].least || rest > rows[i].most)
+            fail_msg("row %zu: %.3f mm and %.3f mm with the last key", i, whole,
+                     rest);
+    }
     press("q");
     assert_int_equal(finish(), 0);
+}
+
+/* Long before the last key is over: 200 mm from there. */
+static void space_stops_at_once(void **state)
+{
+    const char *const argv[] = { "slew", "jog",     "--dead-man",
+                                 "10s",  "--speed", "20mm/s",
+                                 RIG,    "slide",   NULL };
+    (void)state;
+    forget();
+    start(argv, true);
+    expect("ready");
+    const double from = hold(LEFT, -20, 0).pos;
+    press(" ");
+    const double way = standing().pos - from;
+    if (way > 0 || way < -100)
+        fail_msg("%.3f mm after space", way);
+    press("q");
+    assert_int_equal(finish(), 0);
+}
+
+/* `h`, until it stands where it is to go. */
+static void home(void)
+{
+    forget();
+    press("h");
+    expect("going to its place");
+    (void)standing();
+}
+
+static void choose_next(const char *axis)
+{
+    forget();
+    press(DOWN);
+    expect(axis);
+    (void)standing();
 }
 
 static void h_homes_and_s_sets_keys_of_a_move(void **state)
@@ -354,33 +465,28 @@ static void h_homes_and_s_sets_keys_of_a_move(void **state)
     (void)state;
     forget();
     start(argv, true);
-    expect("ready", 10);
-    expect("(unhomed)", 2);
+    expect("ready");
+    expect("(unhomed)");
     press("s");
-    expect("not while an axis is unhomed", 2);
+    expect("not while an axis is unhomed");
     press("h");
-    expect("searching", 2);
-    expect("going to its place", 20);
-    press(DOWN); /* refused while it moves: stops first */
-    listen_for(1.5);
-    forget();
+    expect("searching");
     press(DOWN);
-    expect("lift", 2);
+    expect("it is being homed");
+    expect("going to its place");
+    assert_string_equal(standing().axis, "slide");
+    choose_next("lift");
+    home();
+    choose_next("pan");
     press("h");
-    expect("going to its place", 30);
-    listen_for(2);
-    press(DOWN);
-    expect("pan", 2);
-    press("h");
-    listen_for(0.5);
-    press(DOWN);
-    expect("slide ", 2);
+    (void)standing();
+    choose_next("slide ");
     press("s");
-    expect("key 1 set", 2);
-    hold(RIGHT, 1.0);
-    listen_for(1.0);
+    expect("key 1 set");
+    (void)hold(RIGHT, 50, 30);
+    (void)standing();
     press("s");
-    expect("key 2 set", 2);
+    expect("key 2 set");
     press("q");
     assert_int_equal(finish(), 0);
     assert_int_equal(run(check), 0);
@@ -394,10 +500,10 @@ static void a_terminal_that_is_gone_stops_the_axis(void **state)
     (void)state;
     forget();
     start(by_keys, true);
-    expect("ready", 10);
-    hold(RIGHT, 0.5);
+    expect("ready");
+    (void)hold(RIGHT, 20, 5);
     close(line);
-    for (int i = 0; i < 100 && waitpid(child, &status, WNOHANG) == 0; i++)
+    for (int i = 0; i < 1200 && waitpid(child, &status, WNOHANG) == 0; i++)
         nanosleep(&(struct timespec){ .tv_nsec = 50000000 }, NULL);
     assert_true(WIFEXITED(status));
     assert_int_equal(WEXITSTATUS(status), 0);
@@ -422,7 +528,7 @@ static void the_terminal_is_as_it_was(void **state)
         exit((int)command_main(4, argv));
     }
     line = master;
-    expect("ready", 10);
+    expect("ready");
     tcgetattr(slave, &after);
     assert_true((after.c_lflag & ICANON) == 0);
     press("q");
@@ -444,6 +550,7 @@ int main(void)
         cmocka_unit_test(monitor_is_live_on_a_terminal),
         cmocka_unit_test(a_program_reads_the_result),
         cmocka_unit_test(an_arrow_jogs_while_it_is_held),
+        cmocka_unit_test(space_stops_at_once),
         cmocka_unit_test(h_homes_and_s_sets_keys_of_a_move),
         cmocka_unit_test(a_terminal_that_is_gone_stops_the_axis),
         cmocka_unit_test(the_terminal_is_as_it_was),

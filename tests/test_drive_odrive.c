@@ -349,7 +349,8 @@ static void homing_that_fails_is_a_fault(void **state)
     hear("021#00000000010C0000");
     assert_int_equal(seen.homing, HAL_DRIVE_HOMING_FAILED);
     assert_int_equal(seen.state, HAL_DRIVE_FAULT);
-    assert_string_equal(seen.fault_text, "homing failed, procedure result 12");
+    assert_string_equal(seen.fault_text,
+                        "homing failed: homing without end stop (12)");
     homing();
     for (int i = 0; i < 5100; i++) {
         fake_can_wipe(&fake);

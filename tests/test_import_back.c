@@ -234,46 +234,56 @@ static struct units_fps random_rate(uint64_t *seed)
     return rates[check_random_in(seed, 0, ARRAY_LEN(rates) - 1)];
 }
 
-static void random_moves_come_back_from_tables_to_the_bit(void **state)
+/* `check` for each of them. */
+static void for_random_jobs(void (*check)(const struct job *job,
+                                          uint64_t *seed))
 {
-    static const char *const formats[] = { "kuper", "flair", "raw", "csv" };
     static struct job job;
     uint64_t seed = SEED;
-    (void)state;
     printf("seed %#llx\n", (unsigned long long)SEED);
     for (int move = 0; move < MOVES; move++) {
         random_job(&seed, &job);
-        for (size_t f = 0; f < ARRAY_LEN(formats); f++) {
-            struct imported got =
-                there_and_back(&job, formats[f], random_rate(&seed));
-            check_samples(&job, &got);
-            move_free(&got.move);
-        }
+        check(&job, &seed);
         job_free(&job);
     }
 }
 
+static void tables_give_it_back(const struct job *job, uint64_t *seed)
+{
+    static const char *const formats[] = { "kuper", "flair", "raw", "csv" };
+    for (size_t f = 0; f < ARRAY_LEN(formats); f++) {
+        struct imported got =
+            there_and_back(job, formats[f], random_rate(seed));
+        check_samples(job, &got);
+        move_free(&got.move);
+    }
+}
+
+static void random_moves_come_back_from_tables_to_the_bit(void **state)
+{
+    (void)state;
+    for_random_jobs(tables_give_it_back);
+}
+
+static void anim_gives_it_back(const struct job *job, uint64_t *seed)
+{
+    struct imported got = there_and_back(job, "maya", random_rate(seed));
+    check_curves(job, &got);
+    for (unsigned i = 0; i < job->move.axis_count; i++) {
+        if (job->move.axis[i].curve != PLAN_CURVE_BEZIER)
+            continue;
+        assert_int_equal(got.move.axis[i].curve, PLAN_CURVE_BEZIER);
+        assert_int_equal(got.move.axis[i].key_count,
+                         job->move.axis[i].key_count);
+    }
+    assert_string_equal(got.note, "");
+    move_free(&got.move);
+}
+
 static void random_moves_come_back_from_anim_as_the_same_curve(void **state)
 {
-    static struct job job;
-    uint64_t seed = SEED;
     (void)state;
-    printf("seed %#llx\n", (unsigned long long)SEED);
-    for (int move = 0; move < MOVES; move++) {
-        random_job(&seed, &job);
-        struct imported got = there_and_back(&job, "maya", random_rate(&seed));
-        check_curves(&job, &got);
-        for (unsigned i = 0; i < job.move.axis_count; i++) {
-            if (job.move.axis[i].curve != PLAN_CURVE_BEZIER)
-                continue;
-            assert_int_equal(got.move.axis[i].curve, PLAN_CURVE_BEZIER);
-            assert_int_equal(got.move.axis[i].key_count,
-                             job.move.axis[i].key_count);
-        }
-        assert_string_equal(got.note, "");
-        move_free(&got.move);
-        job_free(&job);
-    }
+    for_random_jobs(anim_gives_it_back);
 }
 
 /* ALIGNED ones are computed for other frames than the move's, 1/24 s. */

@@ -2,56 +2,17 @@
  * reaches the drive. */
 #include <string.h>
 
-#include "firmware/linux/machine/machine_sim.h"
 #include "firmware/linux/move/budget.h"
-#include "firmware/linux/move/job.h"
 #include "motion/fixed.h"
-#include "tests/check.h"
+#include "tests/machine_bench.h"
 
 /* Of tests/data/cia402, in the order of the file. */
 enum { CSP, IP, CSV, AXES };
 
-static struct job job;
-static struct machine_sim sim;
-static struct machine machine;
-
 static int open_job(void **state)
 {
     (void)state;
-    const char *const path[] = { "tests/data/cia402" };
-    memset(&job, 0, sizeof job);
-    return job_open(&job, path, 1) == STATUS_OK ? 0 : -1;
-}
-
-static int close_job(void **state)
-{
-    (void)state;
-    job_free(&job);
-    return 0;
-}
-
-static int begin(void **state)
-{
-    (void)state;
-    char message[RIG_MESSAGE_MAX];
-    struct machine_ports ports;
-    int err = machine_sim_init(&sim, &job.rig, false, &ports, message);
-    return err < 0 ? err : machine_init(&machine, &job.rig, &ports, message);
-}
-
-static void tick(void)
-{
-    int64_t now_ns = sim.world.now_ns + job.rig.period_ns;
-    sim_world_run(&sim.world, now_ns);
-    machine_tick(&machine, now_ns);
-}
-
-static void until(enum controller_state state)
-{
-    for (unsigned i = 0; machine.controller.state != state; i++) {
-        assert_true(i < 10000);
-        tick();
-    }
+    return job_setup("tests/data/cia402");
 }
 
 static bool all_off(void)
@@ -123,7 +84,7 @@ static uint32_t object(unsigned axis, uint16_t index, uint8_t sub)
     for (unsigned i = 0; i < 100; i++) {
         if (canopen_sdo_take(node, &value, NULL) == MOTION_OK)
             return value;
-        (void)canopen_sdo_read(node, sim.world.now_ns, index, sub);
+        (void)canopen_sdo_read(node, now_ns, index, sub);
         tick();
     }
     fail_msg("0x%04X:%u is not answered", index, sub);
@@ -159,7 +120,7 @@ static void a_revolution_that_is_not_the_drives_is_refused(void **state)
 {
     (void)state;
     job.rig.axis[CSP].cia402.travel_q32 /= 2;
-    assert_int_equal(begin(NULL), 0);
+    bench_build(&job.rig);
     for (unsigned i = 0; i < 2000; i++)
         tick();
     assert_int_equal(machine.controller.axis[CSP].feedback.state,
@@ -205,5 +166,5 @@ int main(void)
                                begin),
         cmocka_unit_test_setup(the_budget_counts_what_they_need, begin),
     };
-    return cmocka_run_group_tests(tests, open_job, close_job);
+    return cmocka_run_group_tests(tests, open_job, job_teardown);
 }

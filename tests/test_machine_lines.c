@@ -1,59 +1,16 @@
 /* tests/test_machine_lines.c - switches and lamps of a rig, from the level on
  * the wire to what the axes do. */
-#include <string.h>
-
-#include "firmware/linux/machine/machine_sim.h"
-#include "firmware/linux/move/job.h"
-#include "tests/check.h"
+#include "tests/machine_bench.h"
 
 #define MS INT64_C(1000000)
 
 /* Of tests/data/lines, in the order of the file. */
 enum { STOP, LOW, HIGH, LAMP };
 
-static struct job job;
-static struct machine_sim sim;
-static struct machine machine;
-
 static int open_job(void **state)
 {
     (void)state;
-    const char *const path[] = { "tests/data/lines" };
-    memset(&job, 0, sizeof job);
-    return job_open(&job, path, 1) == STATUS_OK ? 0 : -1;
-}
-
-static int close_job(void **state)
-{
-    (void)state;
-    job_free(&job);
-    return 0;
-}
-
-static int begin(void **state)
-{
-    (void)state;
-    char message[RIG_MESSAGE_MAX];
-    struct machine_ports ports;
-    int err = machine_sim_init(&sim, &job.rig, false, &ports, message);
-    return err < 0 ? err : machine_init(&machine, &job.rig, &ports, message);
-}
-
-static void ticks(unsigned count)
-{
-    while (count-- > 0) {
-        int64_t now_ns = sim.world.now_ns + job.rig.period_ns;
-        sim_world_run(&sim.world, now_ns);
-        machine_tick(&machine, now_ns);
-    }
-}
-
-static void until(enum controller_state state)
-{
-    for (unsigned i = 0; machine.controller.state != state; i++) {
-        assert_true(i < 10000);
-        ticks(1);
-    }
+    return job_setup("tests/data/lines");
 }
 
 static bool lamp_is_lit(void)
@@ -186,5 +143,5 @@ int main(void)
         RUN(but_not_motion_away_from_it),
     };
     return cmocka_run_group_tests_name("machine_lines", tests, open_job,
-                                       close_job);
+                                       job_teardown);
 }

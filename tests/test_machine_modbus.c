@@ -4,61 +4,24 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "firmware/linux/machine/machine.h"
-#include "firmware/linux/machine/machine_sim.h"
 #include "firmware/linux/rig/modbus_budget.h"
 #include "firmware/linux/rig/modbus_map_load.h"
-#include "tests/check.h"
+#include "tests/machine_bench.h"
 
 #define MS  INT64_C(1000000)
 #define PAN 2 /* the axis on Modbus */
 
 static struct rig rig;
-static struct machine machine;
-static struct machine_sim sim;
-static int64_t now_ns;
 
 static void load(void)
 {
-    char message[RIG_MESSAGE_MAX];
-
-    if (rig_load("examples/modbus/rig.yaml", &rig, message) < 0)
-        fail_msg("%s", message);
-}
-
-static void build(void)
-{
-    struct machine_ports ports;
-    char message[RIG_MESSAGE_MAX];
-
-    load();
-    if (machine_sim_init(&sim, &rig, false, &ports, message) < 0 ||
-        machine_init(&machine, &rig, &ports, message) < 0)
-        fail_msg("%s", message);
-    now_ns = hal_clock_now_ns(ports.clock);
-}
-
-static void tick(void)
-{
-    now_ns += rig.period_ns;
-    (void)hal_clock_wait_until(machine.ports.clock, now_ns);
-    machine_tick(&machine, now_ns);
-}
-
-static void until(enum controller_state state)
-{
-    for (int i = 0; i < 8000 && machine.controller.state != state; i++)
-        tick();
-    if (machine.controller.state != state)
-        fail_msg("%s", controller_state_text(machine.controller.state));
+    bench_load("examples/modbus/rig.yaml", &rig);
 }
 
 static void build_ready(void)
 {
-    build();
-    tick();
-    assert_int_equal(controller_enable(&machine.controller), 0);
-    until(CONTROLLER_READY);
+    load();
+    bench_build_ready(&rig);
 }
 
 static void the_example_is_read_as_written(void **state)

@@ -3,63 +3,26 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/linux/machine/machine.h"
-#include "firmware/linux/machine/machine_sim.h"
 #include "firmware/linux/move/budget.h"
 #include "firmware/linux/rig/turns_budget.h"
 #include "motion/fixed.h"
-#include "tests/check.h"
+#include "tests/machine_bench.h"
 
 #define MS INT64_C(1000000)
 
 enum { SLIDER, PAN };
 
 static struct rig rig;
-static struct machine machine;
-static struct machine_sim sim;
-static int64_t now_ns;
 
 static void load(void)
 {
-    char message[RIG_MESSAGE_MAX];
-
-    if (rig_load("examples/odrive/rig.yaml", &rig, message) < 0)
-        fail_msg("%s", message);
-}
-
-static void build(void)
-{
-    struct machine_ports ports;
-    char message[RIG_MESSAGE_MAX];
-
-    if (machine_sim_init(&sim, &rig, false, &ports, message) < 0 ||
-        machine_init(&machine, &rig, &ports, message) < 0)
-        fail_msg("%s", message);
-    now_ns = hal_clock_now_ns(ports.clock);
-}
-
-static void tick(void)
-{
-    now_ns += rig.period_ns;
-    (void)hal_clock_wait_until(machine.ports.clock, now_ns);
-    machine_tick(&machine, now_ns);
-}
-
-static void until(enum controller_state state)
-{
-    for (int i = 0; i < 8000 && machine.controller.state != state; i++)
-        tick();
-    if (machine.controller.state != state)
-        fail_msg("%s", controller_state_text(machine.controller.state));
+    bench_load("examples/odrive/rig.yaml", &rig);
 }
 
 static void build_ready(void)
 {
     load();
-    build();
-    tick();
-    assert_int_equal(controller_enable(&machine.controller), 0);
-    until(CONTROLLER_READY);
+    bench_build_ready(&rig);
 }
 
 static void the_example_is_read_as_written(void **state)
@@ -180,6 +143,93 @@ static void after_a_fault_it_starts_again(void **state)
     until(CONTROLLER_READY);
 }
 
+/* ---- homing by the ODrive ---- */
+
+/* Its end stop is at -20 mm; it wakes up at 100 mm, and says 0 there. */
+static void build_homing(bool is_05)
+{
+    struct homing_config *homing = &rig.axis[SLIDER].homing;
+
+    load();
+    *homing = (struct homing_config){
+        .by = HOMING_DRIVE,
+        .direction = -1,
+        .order = 1,
+        .fast_q32 = 50 * MOTION_FIXED_ONE_Q32,
+        .pos_q32 = -20 * MOTION_FIXED_ONE_Q32,
+        .go_q32 = 5 * MOTION_FIXED_ONE_Q32,
+        .goes = true,
+        .timeout_ns = 7000 * MS,
+    };
+    if (is_05)
+        rig.axis[SLIDER].enable_watchdog = rig.axis[SLIDER].watchdog_timeout =
+            0;
+    bench_build_ready(&rig);
+    assert_int_equal(homing_start(&machine.homing, 1u << SLIDER), MOTION_OK);
+}
+
+static void until_homed(enum homing_state end)
+{
+    for (int i = 0; i < 8000 && homing_is_running(&machine.homing); i++)
+        tick();
+    if (machine.homing.state != end)
+        fail_msg("%s: %s", homing_state_text(machine.homing.state),
+                 homing_error_text(machine.homing.error));
+}
+
+/* Where the motor is; 0.125 turns per mm. */
+static double slider_mm(void)
+{
+    return (double)sim_servo_pos_q24(&sim.odrive[SLIDER].base) /
+               (16777216.0 * SIM_ODRIVE_COUNTS * 0.125) +
+           100;
+}
+
+static void an_odrive_homes_by_itself(void **state)
+{
+    (void)state;
+    for (int is_05 = 0; is_05 < 2; is_05++) {
+        const struct controller_axis *axis = &machine.controller.axis[SLIDER];
+
+        build_homing(is_05 != 0);
+        assert_false(axis->homed);
+        until_homed(HOMING_DONE);
+        assert_true(axis->homed);
+        assert_int_equal(machine.controller.state, CONTROLLER_READY);
+        for (int i = 0; i < 500; i++)
+            tick();
+        assert_true(slider_mm() > 4.99 && slider_mm() < 5.01);
+        assert_in_range(axis->feedback.pos_q32, 4.99 * MOTION_FIXED_ONE_Q32,
+                        5.01 * MOTION_FIXED_ONE_Q32);
+    }
+}
+
+static void a_homing_that_does_not_arrive_is_a_failure(void **state)
+{
+    (void)state;
+    build_homing(false);
+    for (int i = 0; i < 100; i++)
+        tick();
+    inject(SLIDER, SIM_SERVO_BLOCKED);
+    until_homed(HOMING_FAILED);
+    assert_int_equal(machine.homing.error, HOMING_TIMEOUT);
+    assert_false(machine.controller.axis[SLIDER].homed);
+}
+
+static void a_homing_that_disarms_is_a_fault(void **state)
+{
+    (void)state;
+    build_homing(false);
+    for (int i = 0; i < 100; i++)
+        tick();
+    inject(SLIDER, SIM_SERVO_ENCODER);
+    until_homed(HOMING_FAILED);
+    assert_false(machine.controller.axis[SLIDER].homed);
+    until(CONTROLLER_FAULT);
+    assert_string_equal(machine.controller.axis[SLIDER].feedback.fault_text,
+                        "ODrive error 0x00000008: missing estimate");
+}
+
 /* By hand: 47 + 8 * 8 + (34 + 64 - 1) / 4 = 135, and 47 + 33 / 4 = 55. */
 static void the_budget_of_an_odrive(void **state)
 {
@@ -243,6 +293,9 @@ int main(void)
         cmocka_unit_test(they_stop_when_nobody_speaks),
         cmocka_unit_test(faults_stop_the_group),
         cmocka_unit_test(after_a_fault_it_starts_again),
+        cmocka_unit_test(an_odrive_homes_by_itself),
+        cmocka_unit_test(a_homing_that_does_not_arrive_is_a_failure),
+        cmocka_unit_test(a_homing_that_disarms_is_a_fault),
         cmocka_unit_test(the_budget_of_an_odrive),
         cmocka_unit_test(no_frame_is_longer_than_its_budget),
     };

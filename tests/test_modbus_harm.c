@@ -35,7 +35,9 @@
 /* A terminal waits for the time-out and the longest frame, 45 ms, and after a
  * failure for silence.  An answer that comes later than that is taken for the
  * next one's, for RTU has no numbers: it is to be late by design, not because
- * this machine has other things to do. */
+ * this machine has other things to do.  Where it has, the device sees it, and a
+ * few wrong values are its own: those that took it longer than half the silence,
+ * and those to a request that is not the last one any more. */
 #define TIMEOUT_NS (20 * MS)
 #define DRAIN_NS   (400 * MS)
 
@@ -65,7 +67,8 @@ struct line {
     uint64_t seed;
     _Atomic int harm;
     _Atomic bool stop, stalled;
-    uint16_t address, tries;
+    _Atomic uint16_t address; /* asked for last */
+    uint16_t tries;
     unsigned pause;
     enum harm asked;
 };
@@ -243,7 +246,9 @@ static void serve(struct line *self, int fd)
         have = 0;
         const int64_t since_ns = now_ns();
         const bool goes_on = answer(self, fd, request);
-        if (now_ns() - since_ns > DRAIN_NS / 2)
+        if (now_ns() - since_ns > DRAIN_NS / 2 ||
+            modbus_pdu_get(request + (self->tcp ? 8 : 2)) !=
+                atomic_load(&self->address))
             atomic_store(&self->stalled, true);
         if (!goes_on && self->tcp)
             return;
@@ -337,16 +342,17 @@ static int close_lines(void **state)
 /* Seven of eight answers are harmed; then a good one, again until it is right. */
 static void ask(struct line *self, uint64_t *seed)
 {
-    struct hal_modbus_request request = {
-        .unit = UNIT, .function = 3, .address = ++self->address, .count = 1
+    const uint16_t address = ++self->address;
+    const struct hal_modbus_request request = {
+        .unit = UNIT, .function = 3, .address = address, .count = 1
     };
 
-    self->asked = self->tries > 0 || self->address % 8 == 0
+    self->asked = self->tries > 0 || address % 8 == 0
                       ? HARM_NONE
                       : (enum harm)check_random_in(seed, 1, HARMS - 1);
     atomic_store(&self->harm, self->asked);
     assert_int_equal(
-        hal_modbus_submit(&self->libmodbus.modbus, &request, self->address), 0);
+        hal_modbus_submit(&self->libmodbus.modbus, &request, address), 0);
     self->waits = true;
 }
 
@@ -357,7 +363,7 @@ static void judge(struct line *self, const struct hal_modbus_reply *reply,
     const bool wrong =
         reply->err == MOTION_OK &&
         (reply->count != 1 || reply->value[0] != value_at(self->address));
-    if (wrong && atomic_exchange(&self->stalled, false))
+    if (wrong && !self->tcp && atomic_exchange(&self->stalled, false))
         tally->stalls++; /* this machine kept the answer, not the line */
     else if (wrong)
         fail_msg("a wrong value after %u, kind %d", tally->harmed,
@@ -399,7 +405,7 @@ static void run(bool tcp)
                   tally.harmed, tally.right, tally.refused);
     for (unsigned i = 1; i < HARMS; i++)
         assert_true(tally.kind[i] > wanted / (2 * HARMS));
-    assert_true(tally.stalls <= wanted / 1000);
+    assert_true(tally.stalls <= 1 + wanted / 100);
     assert_true(tally.refused > wanted / 2);
     assert_true(tally.right > wanted / (2 * HARMS)); /* those in pieces */
 }

@@ -1,30 +1,12 @@
 /* tests/test_parameters.c - what a rig sets its drives to: judged by the data
  * sheet, written at start-up, read back. */
 #define _XOPEN_SOURCE 700 /* mkdtemp, nftw */
-#include "tests/run_slew.h"
+#include "tests/two_drives.h"
 
 #include "firmware/linux/machine/machine.h"
 #include "firmware/linux/machine/machine_sim.h"
 #include "motion/err.h"
 #include "sim/cia402.h"
-
-static const char *const rig_head =
-    "buses:\n"
-    "  can0: {kind: canopen, bit_rate: 1 Mbit/s}\n"
-    "  line: {kind: modbus-rtu, device: /dev/none, baud: 115200}\n"
-    "axes:\n"
-    "  slide:\n"
-    "    unit: mm\n"
-    "    limits: {position: [-5 mm, 600 mm], velocity: 400, acceleration: "
-    "800}\n"
-    "    following_error: {floor: 2 mm, time: 20 ms}\n"
-    "    drive: {kind: cia402, bus: can0, node: 3, counts: 4096 per mm%s}\n"
-    "  turn:\n"
-    "    unit: deg\n"
-    "    limits: {position: [-90, 90], velocity: 10, acceleration: 20}\n"
-    "    following_error: {floor: 2, time: 200 ms}\n"
-    "    drive: {kind: modbus, bus: line, node: 7, map: leadshine-el7,\n"
-    "            unsupervised: yes, counts: {num: 10000, den: 360}%s}\n";
 
 static struct rig rig;
 static struct machine machine;
@@ -33,29 +15,95 @@ static char message[RIG_MESSAGE_MAX];
 
 static int load(const char *of_slide, const char *of_turn)
 {
-    char text[2048], path[96];
+    char path[96];
 
-    snprintf(text, sizeof text, rig_head, of_slide, of_turn);
-    run_put("rig.yaml", text);
+    two_drives_put(of_slide, 0, of_turn);
     snprintf(path, sizeof path, "%s", run_path("rig.yaml"));
     return rig_load(path, &rig, message);
 }
 
 static int bench(void **state)
 {
-    char path[96];
-    FILE *file;
-
-    if (run_open(state) < 0)
+    if (run_open(state) < 0 || two_drives_put_sheet() < 0)
         return -1;
-    snprintf(path, sizeof path, "%s", run_path("servo.eds"));
-    file = fopen(path, "wb");
-    if (file == NULL)
-        return -1;
-    sim_cia402_write_eds(file);
-    fclose(file);
     run_put("poor.eds", "[1000]\nDataType=7\nAccessType=ro\n");
     return 0;
+}
+
+/* ---- the data sheet ---- */
+
+/* That of the simulated servo without one section. */
+static void put_eds_without(const char *section)
+{
+    static char text[1 << 18];
+    char path[96], head[32];
+    char *from, *to;
+    FILE *file;
+
+    snprintf(path, sizeof path, "%s", run_path("servo.eds"));
+    file = fopen(path, "rb");
+    assert_non_null(file);
+    text[fread(text, 1, sizeof text - 1, file)] = '\0';
+    fclose(file);
+    snprintf(head, sizeof head, "\n[%s]", section);
+    from = strstr(text, head);
+    if (from == NULL)
+        fail_msg("no section %s", section);
+    to = from == NULL ? NULL : strstr(from + 2, "\n[");
+    assert_non_null(to);
+    memmove(from, to, strlen(to) + 1);
+    run_put("less.eds", text);
+}
+
+/* Each is missed by who uses it, and by nobody else. */
+static void what_is_used_of_a_drive_must_be_there(void **state)
+{
+    static const struct {
+        const char *section, *use, *want;
+    } row[] = {
+        { "60C1sub1", ", mode: ip",
+          "60C1:1 not there (target position of IP)" },
+        { "60FF", ", mode: csv, bandwidth: 5 Hz",
+          "60FF:0 not there (target velocity)" },
+        { "1401sub1", ", mode: csv, bandwidth: 5 Hz",
+          "1401:1 not there (speeds in a second PDO)" },
+        { "100C", ", guarding: 20 ms",
+          "100C:0 not there (how often it is asked for its state)" },
+        { "605D", ", options: {halt: 1}",
+          "605D:0 not there (what a halt does)" },
+        { "6098", "}\n    homing: {by: drive, method: 17",
+          "6098:0 not there (homing method)" },
+        { "6099sub2", "}\n    homing: {by: drive, method: 17",
+          "6099:2 not there (speed at the switch)" },
+    };
+    static const char *const always[] = { "6065", "6085", "6064", "1016sub1" };
+    static const char *const never[] = { "60B8", "607Dsub1", "60FD", "6091sub1",
+                                         "60B2" };
+    char of_slide[160];
+
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(row); i++) {
+        put_eds_without(row[i].section);
+        if (load(", eds: less.eds", "") < 0)
+            fail_msg("%s", message);
+        snprintf(of_slide, sizeof of_slide, ", eds: less.eds%s", row[i].use);
+        assert_int_equal(load(of_slide, ""), -1);
+        if (strstr(message, row[i].want) == NULL ||
+            strstr(message, "rig.yaml:9:73: eds") == NULL)
+            fail_msg("%s", message);
+        snprintf(of_slide, sizeof of_slide, ", eds: servo.eds%s", row[i].use);
+        if (load(of_slide, "") < 0)
+            fail_msg("%s", message);
+    }
+    for (size_t i = 0; i < ARRAY_LEN(always); i++) {
+        put_eds_without(always[i]);
+        assert_int_equal(load(", eds: less.eds", ""), -1);
+    }
+    for (size_t i = 0; i < ARRAY_LEN(never); i++) {
+        put_eds_without(never[i]);
+        if (load(", eds: less.eds", "") < 0)
+            fail_msg("%s", message);
+    }
 }
 
 /* ---- the file ---- */
@@ -259,6 +307,7 @@ static void what_the_drive_refuses_is_a_fault_that_says_why(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        parameter_test(what_is_used_of_a_drive_must_be_there),
         parameter_test(parameters_are_read_with_their_sizes),
         parameter_test(what_cannot_be_set_is_refused_with_its_place),
         parameter_test(more_parameters_than_there_is_room_for_are_refused),

@@ -256,21 +256,26 @@ static void an_interrupt_at_any_time_stops_along_the_path(void **state)
 /* Not what the drives did about it, nor how far they were left behind. */
 static void a_long_pause_is_named_as_what_it_was(void **state)
 {
-    static const int64_t pause_ns[] = { SECOND / 80, SECOND / 10, SECOND / 2,
-                                        3 * SECOND };
-    for (size_t i = 0; i < ARRAY_LEN(pause_ns); i++) {
+    static const struct {
+        int64_t at_ns, pause_ns;
+    } rows[] = {
+        { 20 * SECOND, SECOND / 80 }, { 20 * SECOND, SECOND / 10 },
+        { 20 * SECOND, SECOND / 2 },  { 20 * SECOND, 3 * SECOND },
+        { SECOND / 50, SECOND / 2 }, /* enabling */
+    };
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
         if (i > 0) {
             bench_close(state);
             assert_int_equal(bench_open(state), 0);
         }
-        bench.pause_at_ns = 20 * SECOND;
-        bench.pause_ns = pause_ns[i];
+        bench.pause_at_ns = rows[i].at_ns;
+        bench.pause_ns = rows[i].pause_ns;
         bench_run(&plain);
         assert_int_equal(bench.report.end, REPORT_FAULT);
         if (bench.report.fault.fault != CONTROLLER_FAULT_OVERRUN)
             fail_msg("row %zu: %s", i,
                      controller_fault_text(bench.report.fault.fault));
-        assert_true(bench.report.late_ns >= pause_ns[i]);
+        assert_true(bench.report.late_ns >= rows[i].pause_ns);
         assert_torque_is_off();
     }
 }

@@ -156,7 +156,7 @@ static void beside_an_odrive_nothing_is_asked(void **state)
     assert_int_equal(scan.count, 2);
     assert_int_equal(scan.found[0].kind, SCAN_ODRIVE);
     assert_int_equal(scan.found[0].id, 1);
-    assert_string_equal(scan.found[0].state, "axis state 8");
+    assert_string_equal(scan.found[0].state, "closed loop control");
     assert_int_equal(scan.found[1].id, 48);
     assert_non_null(strstr(scan.note[0], "ODrives"));
 }
@@ -335,6 +335,8 @@ static void the_command_finds_the_drives_of_a_rig(void **state)
     run("scan", "examples/odrive");
     run_expect(STATUS_OK);
     run_says("kind: odrive");
+    run_says("idle");
+    run_says("stopped");
     run_says("kind: moteus");
     run_says("2 found");
     run("scan", "--bus", "can1", "examples/modbus");

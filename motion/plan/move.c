@@ -389,11 +389,14 @@ static int move_check_key(const struct move *move, uint32_t i)
 
 static int move_check(const struct move *move)
 {
+    const bool profile = move_has_profile(move->axis);
     int rc = move_check_axis(move);
 
     for (uint32_t i = 0; rc == MOTION_OK && i < move->axis->key_count; i++)
-        rc = move_check_key(move, i);
-    return rc ? rc : move_check_ends(move);
+        rc = profile ? move_check_time(move, i) : move_check_key(move, i);
+    if (rc != MOTION_OK)
+        return rc;
+    return profile ? move_profile_check(move) : move_check_ends(move);
 }
 
 /* --- filling in ----------------------------------------------------------- */
@@ -818,20 +821,23 @@ static int move_append(struct move *move)
 {
     const uint32_t last = move->axis->key_count - 1;
     const int64_t wait = move->key[0].t_ns_q12;
+    const bool profile = move_has_profile(move->axis);
     struct move_run run = { .count = 1 };
     int rc = MOTION_OK;
 
-    if (move_has_bezier(move->axis))
+    if (!profile && move_has_bezier(move->axis))
         rc = move_bezier_handles(move);
     if (rc == MOTION_OK && move->is_bezier)
         return move_bezier_append_all(move);
-    for (uint32_t i = 1; rc == MOTION_OK && i < last; i++)
+    for (uint32_t i = 1; rc == MOTION_OK && i < last && !profile; i++)
         if (!move_goes_on(move->axis, i))
             rc = move_pin(move, i);
     if (rc == MOTION_OK && wait > 0)
         rc = move_grow(move, 1);
     if (rc == MOTION_OK && wait > 0)
         rc = motion_track_append_dwell(move->track, wait);
+    if (rc == MOTION_OK && profile)
+        return move_profile_append(move);
     for (uint32_t i = 0; rc == MOTION_OK && i < last; i += run.count - 1) {
         run = move_run(move->axis, i);
         rc = move_append_run(move, &run);
@@ -843,7 +849,8 @@ int plan_axis_track(const struct plan_axis *axis, struct motion_track *track,
                     struct plan_error *error)
 {
     struct move move = { .axis = axis,
-                         .is_bezier = move_is_bezier(axis),
+                         .is_bezier =
+                             move_is_bezier(axis) && !move_has_profile(axis),
                          .track = track,
                          .error = error };
     int rc;

@@ -132,6 +132,15 @@ struct plan_limit {
     int64_t jerk_q16; /* 0: not limited */
 };
 
+/* The axis goes from key to key by its drive's own profile, which is constant
+ * acceleration, constant speed, constant deceleration, and stands at every key:
+ * a third of the time each, or as the limits want it.  It is to stand
+ * `settle_ns_q12` before the next key. */
+struct plan_profile {
+    int64_t vel_q32, acc_q16; /* at most, > 0; vel 0: there is none */
+    int64_t settle_ns_q12;    /* >= 0 */
+};
+
 /* What drives an axis; all but keys leave its curve and keys empty.
  * X(name, word). */
 #define PLAN_DRIVER_LIST(X)                                                    \
@@ -161,6 +170,7 @@ struct plan_axis {
     uint32_t key_count;
     struct plan_place place;
     enum plan_driver driver;
+    struct plan_profile profile; /* what the curve says then does not count */
 };
 
 /* Pointers: NULL where the move has none; on the heap, and freed with
@@ -221,6 +231,9 @@ struct plan_error {
  * MOTION_E_LIMIT.  Keys may be before the start of the move where all spans are
  * bezier.
  * What may be given and is not is filled in (motion/spline.h).
+ * With a profile, keys give no velocity but zero; where its limits do not allow
+ * what the keys ask for it breaks them, which check.h tells, and keys no further
+ * apart than it takes to settle are MOTION_E_ORDER.
  *
  * On success the track's segments are on the heap and belong to the caller:
  * plan_track_free.  On an error returns the code and fills *error; nothing is

@@ -40,6 +40,12 @@ double move_units(int64_t a_q32);
  * linear one steps by its nature. */
 int move_tell(struct move *move, uint32_t i, bool left, struct motion_real vel);
 
+/* --- profile.c: by the drive's own profile ----------------------------------- */
+
+bool move_has_profile(const struct plan_axis *axis);
+int move_profile_check(const struct move *move);
+int move_profile_append(const struct move *move);
+
 /* --- bezier.c ------------------------------------------------------------- */
 
 bool move_is_bezier(const struct plan_axis *axis);

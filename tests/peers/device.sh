@@ -4,7 +4,7 @@ dir=$(mktemp -d)
 "$SLEW" sim tests/peers/rig.yaml >"$dir/out" 2>&1 &
 device=$!
 trap 'kill $device 2>/dev/null; rm -rf "$dir"' EXIT
-for i in $(seq 50); do
+for i in $(seq 300); do
     grep -q "interrupt" "$dir/out" && break
     sleep 0.1
 done

@@ -52,7 +52,7 @@ def on_rtu(client):
     time.sleep(0.3)  # the brake
     go = [0x0001, 0, 60000, 600, 50, 50, 0, 0x10]
     expect("go", client.write_registers(0x6200, go, **unit).isError(), False)
-    for _ in range(40):
+    for _ in range(400):
         state = registers(client.read_holding_registers(0x0B05, 1, **unit))[0]
         if state & 0x12 == 0x10:  # in position, not moving
             break
@@ -87,11 +87,11 @@ def main():
     try:
         # a pseudo-terminal has no parity, and pyserial insists
         client = ModbusSerialClient(port=rtu, baudrate=115200, parity="N",
-                                    timeout=2)
+                                    timeout=10)
         client.connect()
         on_rtu(client)
         client.close()
-        client = ModbusTcpClient("127.0.0.1", port=tcp, timeout=2)
+        client = ModbusTcpClient("127.0.0.1", port=tcp, timeout=10)
         client.connect()
         on_tcp(client)
         client.close()

@@ -29,7 +29,7 @@ def context():
 def serve(target, **arguments):
     thread = threading.Thread(target=target, kwargs=arguments, daemon=True)
     thread.start()
-    time.sleep(1)
+    time.sleep(3)
 
 
 def bridge(a, b):

@@ -33,7 +33,7 @@ def serve(target, **arguments):
     thread = threading.Thread(target=target, daemon=True,
                               kwargs={"identity": identity, **arguments})
     thread.start()
-    time.sleep(1)
+    time.sleep(3)
 
 
 def terminals():
@@ -67,26 +67,26 @@ def claim(name, good, seen):
 
 def tools(where, store):
     code, out, err = slew("scan", where, "--units", "15-19", "--json",
-                          "--timeout", "100ms")
+                          "--timeout", "1s")
     found = json.loads(out)["found"] if code == 0 else []
     claim(f"scan {where} finds unit {UNIT} by its name",
           [(f["id"], f["name"]) for f in found] == [(UNIT, "Peer P17 3.6")],
           (out, err))
     code, out, err = slew("drive", "get", where, str(UNIT), "0x10", "--json",
-                          "--timeout", "300ms")
+                          "--timeout", "5s")
     claim("get reads a register",
           code == 0 and json.loads(out)["values"][0]["value"] == 0x1030,
           (out, err))
     code, out, err = slew("drive", "set", where, str(UNIT), "0x20", "70000",
-                          "--type", "u32", "--yes", "--timeout", "300ms")
+                          "--type", "u32", "--yes", "--timeout", "5s")
     claim("set writes two registers and reads them back", code == 0 and
           store[UNIT].getValues(3, 0x20, 2) == [1, 70000 - 65536], (out, err))
     code, out, err = slew("drive", "set", where, str(UNIT), "0x20", "1",
-                          "--timeout", "300ms")
+                          "--timeout", "5s")
     claim("nothing is written to a drive that does not say whether it is on",
           code == 2 and "--yes" in err, (out, err))
     code, out, err = slew("drive", "get", where, str(UNIT), "0x7000",
-                          "--timeout", "300ms")
+                          "--timeout", "5s")
     claim("an exception is told in words",
           code == 1 and "illegal data address" in out, (out, err))
 

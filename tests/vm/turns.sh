@@ -19,8 +19,8 @@ move() # move NAME INTERFACES-OF-THE-DRIVES INTERFACES-OF-THE-MASTER
 {
     "$slew" sim --interface "$2" "$dir/rig" >"$dir/sim.out" 2>&1 &
     sim=$!
-    sleep 1
-    "$slew" run --real --interface "$3" --telemetry "$dir/run.csv" \
+    until grep -q interrupt "$dir/sim.out" || ! kill -0 $sim; do sleep 0.1; done
+    tests/again.sh "$slew" run --real --interface "$3" --telemetry "$dir/run.csv" \
         "$dir/rig" >"$dir/run.out" 2>&1
     status=$?
     kill $sim

@@ -56,6 +56,10 @@ static const struct option_row cmd_drive_option[] = {
       "the drive's data sheet, for names, types and ranges" },
     { "map", "NAME", OPTION_TEXT, offsetof(struct options, map),
       "the drive's register map, on Modbus" },
+    { "kind", "WORD", OPTION_TEXT, offsetof(struct options, kind),
+      "of a node of a CAN interface: canopen (else), odrive or moteus" },
+    { "endpoints", "FILE", OPTION_TEXT, offsetof(struct options, endpoints),
+      "an ODrive's flat_endpoints.json, for names and types" },
     { "type", "TYPE", OPTION_TEXT, offsetof(struct options, type),
       "u8, i8, u16, i16, u32, i32, on Modbus f32; where unknown" },
     { "baud", "RATE", OPTION_COUNT, offsetof(struct options, baud),
@@ -96,15 +100,21 @@ const struct command cmd_drive = {
         "a unit, or HOST:PORT and a unit.  WHAT is an object, 6041 or 607D:1,\n"
         "or its name in the data sheet; on Modbus a register of the map, or "
         "an\n"
-        "address such as 0x6002.  Nothing moves: while the drive may have "
-        "torque\n"
-        "nothing is written.\n",
+        "address such as 0x6002; of an ODrive what info shows, or an endpoint "
+        "such\n"
+        "as axis0.config.watchdog_timeout; of a moteus a register, or its "
+        "name.\n"
+        "Nothing moves: while the drive may have torque nothing is written.\n",
     .examples = "  slew drive info servo.eds\n"
                 "  slew drive info --real rig.yaml dolly\n"
                 "  slew drive get can0 5 statusword 6064 --eds servo.eds\n"
                 "  slew drive set --real rig.yaml dolly 6065 20000 --store\n"
                 "  slew drive get /dev/ttyUSB0 1 position --map "
                 "leadshine-el7\n"
+                "  slew drive info can0 0 --kind odrive\n"
+                "  slew drive set --real rig.yaml slider "
+                "axis0.config.watchdog_timeout 0.2\n"
+                "  slew drive get can1 1 mode 0x00F voltage --kind moteus\n"
                 "  slew drive lss can0 node 5 --store\n",
     .path_max = CMD_DRIVE_PATHS,
     COMMAND_OPTIONS(cmd_drive_option),

@@ -56,8 +56,9 @@ static void cmd_home_row(struct table *table, const struct rig_axis *axis)
                                        : "positive");
     number_short(text, homing->fast_q32, 32);
     table_cell(table, "%s", homing->by == HOMING_HERE ? "-" : text);
-    number_short(text, homing->slow_q32, 32);
-    table_cell(table, "%s", homing->by == HOMING_HERE ? "-" : text);
+    number_short(text, homing->slow_q32, 32); /* 0: the drive's own */
+    table_cell(table, "%s",
+               homing->by == HOMING_HERE || homing->slow_q32 == 0 ? "-" : text);
     number_short(text, homing->distance_q32, 32);
     table_cell(table, "%s", searches ? text : "-");
     number_short(text, homing->pos_q32, 32);

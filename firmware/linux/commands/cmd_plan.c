@@ -10,6 +10,7 @@
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/move/job.h"
 #include "firmware/linux/move/path_report.h"
+#include "firmware/linux/rig/modbus_budget.h"
 
 static const char *const cmd_plan_curve[] = {
 #define CMD_PLAN_CURVE(name, spelling, text) spelling,
@@ -19,6 +20,8 @@ static const char *const cmd_plan_curve[] = {
 
 static const char *cmd_plan_curve_of(const struct plan_axis *axis)
 {
+    if (axis->profile.vel_q32 > 0)
+        return "the drive's own";
     return axis->driver == PLAN_BY_KEYS ? cmd_plan_curve[axis->curve]
                                         : plan_driver_name(axis->driver);
 }
@@ -81,6 +84,9 @@ static void cmd_plan_text(const struct job *job)
         printf("%s\n\n", job->move.title);
     table_print(&table, stdout);
     table_free(&table);
+    for (unsigned i = 0; i < job->rig.bus_count; i++)
+        if (!rig_bus_is_can(&job->rig.bus[i]))
+            modbus_budget_print(&job->rig, i, stdout);
     path_report_text(job, stdout);
 }
 

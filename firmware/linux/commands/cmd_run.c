@@ -18,6 +18,7 @@
 #include "firmware/linux/move/compiled.h"
 #include "firmware/linux/move/job.h"
 #include "firmware/linux/plot/plot.h"
+#include "firmware/linux/rig/modbus_budget.h"
 #include "motion/clock_warp.h"
 #include "motion/fixed.h"
 
@@ -38,6 +39,7 @@ struct cmd_run {
     struct trace trace;
     struct report report;
     struct shots shots;
+    struct arrivals arrivals;
     struct progress progress;
     struct output csv, frames;
     struct can_log can_log;
@@ -135,6 +137,8 @@ static void cmd_run_bus(const struct cmd_run *self, unsigned i)
         printf(", interface %s",
                bus->interface[0] != 0 ? bus->interface : "not given");
     putchar('\n');
+    if (!rig_bus_is_can(bus))
+        modbus_budget_print(&self->job.rig, i, stdout);
 }
 
 static void cmd_run_intent(const struct cmd_run *self)
@@ -314,10 +318,13 @@ static enum status cmd_run_play(struct cmd_run *self)
         .trace = options->plot != NULL ? &self->trace : NULL,
         .report = &self->report,
         .shots = &self->shots,
+        .arrivals = &self->arrivals,
         .progress = &self->progress,
     };
     report_init(&self->report, &self->job);
     shots_init(&self->shots, &self->job);
+    arrivals_init(&self->arrivals, &self->job);
+    self->report.arrivals = &self->arrivals;
     if (self->shots.count > 0)
         self->report.shots = &self->shots;
     progress_init(&self->progress, stderr, self->job.end_ns_q12);
@@ -457,6 +464,7 @@ static enum status cmd_run_run(const struct options *options)
     output_abandon(&self.pcap);
     trace_free(&self.trace);
     shots_free(&self.shots);
+    arrivals_free(&self.arrivals);
     machine_modbus_close(&self.pty);
     machine_real_close(&self.real);
     job_free(&self.job);

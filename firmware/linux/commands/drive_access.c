@@ -8,6 +8,7 @@
 #include "firmware/linux/base/quote.h"
 #include "firmware/linux/commands/drive_verbs.h"
 #include "firmware/linux/yaml/yaml_fields.h"
+#include "hal/moteus_frame.h"
 #include "motion/err.h"
 
 #define ACCESS_VALUES   OPTIONS_PATHS_MAX
@@ -16,9 +17,10 @@
 #define ACCESS_STORE_NS INT64_C(5000000000)
 #define ACCESS_CONTROL  0x6040
 
-/* One of both, by the bus. */
+/* One of them, by the kind of drive. */
 struct access_what {
     struct object object;
+    struct quantity quantity;
     const struct modbus_map_item *item;
     struct modbus_map_item raw;
 };
@@ -96,29 +98,38 @@ static int access_register(const struct talk *talk, const char *text,
     return -1;
 }
 
-static int access_find(const struct talk *talk, const char *text,
-                       const struct options *options, struct access_what *what)
+static enum status access_object(const struct talk *talk, const char *text,
+                                 const struct options *options,
+                                 struct access_what *what)
 {
     char message[OBJECT_MESSAGE_MAX];
 
-    if (talk->is_modbus)
-        return access_register(talk, text, options, what);
-    if (object_find(text, talk->eds, &what->object, message) < 0) {
-        fprintf(stderr, "slew drive: %s\n", message);
-        return -1;
-    }
+    if (object_find(text, talk->eds, &what->object, message) < 0)
+        return drive_complain(message);
     if (what->object.type == OBJECT_UNKNOWN && options->type != NULL &&
-        !object_type_of(options->type, &what->object.type)) {
-        (void)drive_complain("--type: expected u8, i8, u16, i16, u32 or i32");
-        return -1;
-    }
-    return 0;
+        !object_type_of(options->type, &what->object.type))
+        return drive_complain("--type: expected u8, i8, u16, i16, u32 or i32");
+    return STATUS_OK;
+}
+
+static enum status access_find(struct talk *talk, const char *text,
+                               const struct options *options,
+                               struct access_what *what)
+{
+    if (talk_is_turns(talk))
+        return drive_find_quantity(talk, text, options, &what->quantity);
+    if (talk->kind == TALK_CANOPEN)
+        return access_object(talk, text, options, what);
+    return access_register(talk, text, options, what) < 0 ? STATUS_INPUT
+                                                          : STATUS_OK;
 }
 
 static void access_read(struct talk *talk, const struct access_what *what,
                         struct drive_value *value)
 {
-    if (talk->is_modbus)
+    if (talk_is_turns(talk))
+        drive_read_quantity(talk, &what->quantity, value);
+    else if (talk->kind == TALK_MODBUS)
         drive_read_item(talk, what->item, value);
     else
         drive_read_object(talk, &what->object, value);
@@ -156,16 +167,14 @@ enum status drive_get(const struct options *options)
     struct talk *talk;
     enum status status = drive_open(options, &talk);
 
-    for (unsigned i = 0; i < count && status == STATUS_OK; i++)
-        if (access_find(talk, options->path[3 + i], options, &what[i]) < 0) {
-            talk_close(talk);
-            status = STATUS_INPUT;
-        }
     if (status != STATUS_OK)
         return status;
-    for (unsigned i = 0; i < count; i++)
+    for (unsigned i = 0; i < count && status == STATUS_OK; i++)
+        status = access_find(talk, options->path[3 + i], options, &what[i]);
+    for (unsigned i = 0; i < count && status == STATUS_OK; i++)
         access_read(talk, &what[i], &value[i]);
-    status = access_show(options, talk, value, count);
+    if (status == STATUS_OK)
+        status = access_show(options, talk, value, count);
     talk_close(talk);
     return status;
 }
@@ -187,6 +196,18 @@ static void access_guess(struct talk *talk, struct object *object)
         object->type = type[size];
 }
 
+static enum status access_parse_quantity(const struct quantity *quantity,
+                                         const char *text, int64_t *value)
+{
+    char message[QUANTITY_MESSAGE_MAX];
+    uint32_t raw = 0;
+
+    if (quantity_parse(quantity, text, &raw, message) < 0)
+        return drive_complain(message);
+    *value = quantity_value(quantity->type, raw);
+    return STATUS_OK;
+}
+
 static enum status access_parse(struct talk *talk, const char *text,
                                 struct access_what *what, int64_t *value)
 {
@@ -194,12 +215,13 @@ static enum status access_parse(struct talk *talk, const char *text,
     int64_t min, max;
     char *end;
 
-    if (!talk->is_modbus) {
+    if (talk_is_turns(talk))
+        return access_parse_quantity(&what->quantity, text, value);
+    if (talk->kind == TALK_CANOPEN) {
         access_guess(talk, &what->object);
-        if (object_parse(&what->object, text, value, message) == 0)
-            return STATUS_OK;
-        fprintf(stderr, "slew drive: %s\n", message);
-        return STATUS_INPUT;
+        return object_parse(&what->object, text, value, message) == 0
+                   ? STATUS_OK
+                   : drive_complain(message);
     }
     *value = strtoll(text, &end, 0);
     modbus_map_range(what->item->type, &min, &max);
@@ -215,7 +237,9 @@ static enum status access_parse(struct talk *talk, const char *text,
 static int access_write(struct talk *talk, const struct access_what *what,
                         int64_t value)
 {
-    if (talk->is_modbus)
+    if (talk_is_turns(talk))
+        return ask_turns_write(&talk->turns, &what->quantity, (uint32_t)value);
+    if (talk->kind == TALK_MODBUS)
         return ask_modbus_write_item(&talk->line, what->item, value);
     return ask_can_write_number(
         &talk->can, what->object.index, what->object.sub,
@@ -226,7 +250,10 @@ static int access_write(struct talk *talk, const struct access_what *what,
 static bool access_is_silent(const struct talk *talk,
                              const struct access_what *what)
 {
-    return !talk->is_modbus && what->object.in_eds && !what->object.readable;
+    if (talk_is_turns(talk))
+        return !what->quantity.readable;
+    return talk->kind == TALK_CANOPEN && what->object.in_eds &&
+           !what->object.readable;
 }
 
 static enum status access_verify(struct talk *talk,
@@ -255,9 +282,12 @@ static enum status access_store(struct talk *talk)
 {
     int err;
 
-    if (talk->is_modbus)
+    if (talk->kind == TALK_MODBUS)
         return drive_complain("a Modbus drive stores by a register of its own: "
                               "see its manual, and slew drive set");
+    if (talk_is_turns(talk))
+        return drive_complain("it is stored by its maker's program: odrivetool "
+                              "save_configuration, moteus_tool conf write");
     talk->can.timeout_ns = ACCESS_STORE_NS;
     (void)ask_can_node(&talk->can, talk->node);
     err = ask_can_write_number(&talk->can, ACCESS_STORE, 1, 4, ACCESS_SAVE);
@@ -280,6 +310,15 @@ static const char *access_words(const struct options *options, char *name,
     return equals == NULL ? options->path[4] : equals + 1;
 }
 
+/* The controlword, the mode of a moteus. */
+static bool access_moves(const struct talk *talk,
+                         const struct access_what *what)
+{
+    return talk->kind == TALK_CANOPEN
+               ? what->object.index == ACCESS_CONTROL
+               : talk->kind == TALK_MOTEUS && what->quantity.at == MOTEUS_MODE;
+}
+
 static enum status access_set(struct talk *talk, const struct options *options)
 {
     static struct access_what what;
@@ -292,11 +331,14 @@ static enum status access_set(struct talk *talk, const struct options *options)
     if (text == NULL)
         return drive_complain("set: expected an object or register and its "
                               "value, such as 6065 20000 or 607D:1=-2000");
-    if (access_find(talk, name, options, &what) < 0)
-        return STATUS_INPUT;
-    if (!talk->is_modbus && what.object.index == ACCESS_CONTROL)
-        return drive_complain("6040 moves drives: slew run and slew drive "
+    status = access_find(talk, name, options, &what);
+    if (status != STATUS_OK)
+        return status;
+    if (access_moves(talk, &what))
+        return drive_complain("that moves drives: slew run and slew drive "
                               "reset write it");
+    if (talk_is_turns(talk) && !what.quantity.writable)
+        return drive_complain("that is for reading only");
     status = drive_must_be_off(talk, options);
     if (status == STATUS_OK)
         status = access_parse(talk, text, &what, &value);

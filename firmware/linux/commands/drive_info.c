@@ -29,6 +29,7 @@ struct info {
     unsigned count, errors; /* the last `errors` are the history */
     const struct eds_need *missing[INFO_VALUES_MAX];
     unsigned missing_count;
+    char fault[ASK_TURNS_REASON_MAX]; /* ODrive, moteus; "": none */
 };
 
 /* Aborted because it is not there, which says nothing worth a line. */
@@ -75,17 +76,26 @@ static void info_errors(struct talk *talk, struct info *info)
 /* Is it there at all?  Access and mapping only a data sheet knows. */
 static void info_needs(struct talk *talk, struct info *info)
 {
+    const unsigned uses = talk->axis == NULL
+                              ? EDS_PLAIN
+                              : rig_eds_uses(&talk->bench.rig, talk->axis);
+
     for (unsigned i = 0; i < eds_need_count; i++) {
         const struct eds_need *need = &eds_needs[i];
         uint8_t bytes[8];
         uint32_t length;
 
-        if (need->required &&
+        if (eds_is_needed(need, uses) &&
             ask_can_read(&talk->can, need->index, need->sub, bytes,
                          sizeof bytes, &length) == MOTION_E_REFUSED &&
             info_is_absent(talk))
             info->missing[info->missing_count++] = need;
     }
+}
+
+static bool info_wants_csp(const struct talk *talk)
+{
+    return talk->axis == NULL || talk->axis->cia402.stream == DRIVE_CIA402_CSP;
 }
 
 static bool info_has_csp(const struct info *info)
@@ -100,6 +110,18 @@ static void info_items(struct talk *talk, struct info *info)
 {
     for (unsigned i = 0; i < talk->map->item_count; i++)
         drive_read_item(talk, &talk->map->item[i], &info->value[info->count++]);
+}
+
+static int info_turns(struct talk *talk, struct info *info)
+{
+    struct ask_turns_state state = { .is_fault = false };
+    int err = drive_read_all(talk, info->value, INFO_VALUES_MAX, &info->count);
+
+    if (err == MOTION_OK)
+        err = ask_turns_state(&talk->turns, &state);
+    if (err == MOTION_OK && state.is_fault)
+        ask_turns_reason(&talk->turns, &state, info->fault);
+    return err;
 }
 
 static void info_json(const struct talk *talk, const struct info *info, bool ok)
@@ -123,6 +145,8 @@ static void info_json(const struct talk *talk, const struct info *info, bool ok)
                  info->missing[i]->sub);
         cJSON_AddItemToArray(missing, cJSON_CreateString(number));
     }
+    if (info->fault[0] != '\0')
+        cJSON_AddStringToObject(report, "fault", info->fault);
     json_print(report, stdout);
 }
 
@@ -139,7 +163,9 @@ static void info_print(const struct talk *talk, const struct info *info,
     for (unsigned i = 0; i < info->missing_count; i++)
         printf("\nit lacks %04X:%X: %s", info->missing[i]->index,
                info->missing[i]->sub, info->missing[i]->why);
-    if (!talk->is_modbus)
+    if (info->fault[0] != '\0')
+        printf("\nit is in fault: %s\n", info->fault);
+    if (talk->kind == TALK_CANOPEN)
         puts(ok ? "\nit has what slew needs"
                 : "\nit does not have what slew needs");
 }
@@ -152,7 +178,11 @@ static enum status info_run(struct talk *talk, const struct options *options)
     int err;
 
     info = (struct info){ .count = 0 };
-    if (talk->is_modbus) {
+    if (talk_is_turns(talk)) {
+        err = info_turns(talk, &info);
+        if (err < 0)
+            return drive_failed(talk, "", err);
+    } else if (talk->kind == TALK_MODBUS) {
         if (talk->map == NULL)
             return drive_complain("expected --map: without one a Modbus drive "
                                   "says nothing about itself");
@@ -165,7 +195,8 @@ static enum status info_run(struct talk *talk, const struct options *options)
         info_objects(talk, &info);
         info_errors(talk, &info);
         info_needs(talk, &info);
-        ok = info.missing_count == 0 && info_has_csp(&info);
+        ok = info.missing_count == 0 &&
+             (!info_wants_csp(talk) || info_has_csp(&info));
     }
     if (options->json)
         info_json(talk, &info, ok);

@@ -62,6 +62,8 @@ enum status drive_open(const struct options *options, struct talk **talk)
         .interface = options->interface,
         .eds = options->sheet,
         .map = options->map,
+        .endpoints = options->endpoints,
+        .kind = options->kind,
         .is_real = options->real,
     };
     const enum status status = drive_line(options, &config.line);

@@ -37,7 +37,7 @@ static enum status reset_run(struct talk *talk, const struct options *options)
     struct reset reset;
     int err;
 
-    if (talk->is_modbus && talk->map == NULL)
+    if (talk->kind == TALK_MODBUS && talk->map == NULL)
         return drive_complain("expected --map: it says how the drive is reset");
     err = reset_drive(talk, &reset);
     if (err == MOTION_E_EMPTY)

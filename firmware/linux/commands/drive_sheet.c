@@ -20,7 +20,7 @@ static void sheet_table(const struct eds *eds)
 
         table_cell(&table, "%04X:%u", need->index, need->sub);
         table_cell(&table, "%s", need->why);
-        table_cell(&table, "%s", need->required ? "must" : "may");
+        table_cell(&table, "%s", eds_need_text(need));
         table_cell(&table, "%s", lacks == NULL ? "yes" : lacks);
     }
     table_print(&table, stdout);
@@ -43,7 +43,9 @@ static void sheet_json(const struct eds *eds, unsigned missing)
 
         snprintf(name, sizeof name, "%04X:%u", need->index, need->sub);
         cJSON_AddStringToObject(object, "object", name);
-        cJSON_AddBoolToObject(object, "required", need->required);
+        cJSON_AddBoolToObject(object, "required",
+                              eds_is_needed(need, EDS_PLAIN));
+        cJSON_AddStringToObject(object, "need", eds_need_text(need));
         cJSON_AddStringToObject(object, "drive", lacks == NULL ? "yes" : lacks);
         cJSON_AddItemToArray(objects, object);
     }
@@ -69,7 +71,7 @@ enum status drive_sheet(const struct options *options)
         fprintf(stderr, "%s\n", message);
         return STATUS_INPUT;
     }
-    const unsigned missing = eds_missing(&eds);
+    const unsigned missing = eds_missing(&eds, EDS_PLAIN);
     if (options->json)
         sheet_json(&eds, missing);
     else

@@ -164,6 +164,51 @@ void drive_read_item(struct talk *talk, const struct modbus_map_item *item,
         value_item_words(talk, item, value);
 }
 
+/* ---- ODrive, moteus ---- */
+
+/* "= 12.5 mm" for turns, of an axis whose gear is known. */
+static void value_turns_in_units(const struct talk *talk,
+                                 struct drive_value *value)
+{
+    int64_t num, den;
+
+    if (talk->axis == NULL || strncmp(value->unit, "turns", 5) != 0)
+        return;
+    rig_axis_turns(talk->axis, &num, &den);
+    snprintf(value->text, sizeof value->text, "%.6g %s%s",
+             value->real * (double)den / (double)num,
+             units_axis_text(talk->axis->unit), value->unit + strlen("turns"));
+}
+
+void drive_read_quantity(struct talk *talk, const struct quantity *quantity,
+                         struct drive_value *value)
+{
+    uint32_t raw = 0;
+    float real;
+    int err;
+
+    *value = (struct drive_value){ .is_number = true,
+                                   .is_real = quantity->type == QUANTITY_F32 };
+    quantity_number(quantity, value->number);
+    snprintf(value->name, sizeof value->name, "%s", quantity->name);
+    snprintf(value->type, sizeof value->type, "%s",
+             quantity_type_text(quantity->type));
+    snprintf(value->unit, sizeof value->unit, "%s", quantity->unit);
+    err = ask_turns_read(&talk->turns, quantity, &raw);
+    if (err < 0) {
+        talk_text(talk, err, value->error);
+        return;
+    }
+    value->value = quantity_value(quantity->type, raw);
+    memcpy(&real, &raw, sizeof real);
+    value->real = value->is_real ? (double)real : 0;
+    if (quantity->words != NULL)
+        snprintf(value->text, sizeof value->text, "%s",
+                 quantity->words((unsigned)value->value));
+    if (value->is_real)
+        value_turns_in_units(talk, value);
+}
+
 /* ---- showing them ---- */
 
 void drive_values_print(const struct drive_value *value, unsigned count)
@@ -179,7 +224,9 @@ void drive_values_print(const struct drive_value *value, unsigned count)
         table_cell(&table, "%s", row->number);
         table_cell(&table, "%.40s", row->name);
         table_cell(&table, "%s", row->type);
-        if (row->error[0] == '\0' && row->is_number)
+        if (row->error[0] == '\0' && row->is_real)
+            table_cell(&table, "%.7g", row->real);
+        else if (row->error[0] == '\0' && row->is_number)
             table_cell(&table, "%" PRId64, row->value);
         else
             table_cell(&table, "-");
@@ -205,7 +252,9 @@ cJSON *drive_values_json(const struct drive_value *value, unsigned count)
             cJSON_AddStringToObject(object, "error", row->error);
         } else {
             cJSON_AddStringToObject(object, "type", row->type);
-            if (row->is_number)
+            if (row->is_real)
+                cJSON_AddNumberToObject(object, "value", row->real);
+            else if (row->is_number)
                 json_add_integer(object, "value", row->value);
             cJSON_AddStringToObject(object, "unit", row->unit);
             cJSON_AddStringToObject(object, "text", row->text);

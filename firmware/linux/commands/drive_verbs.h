@@ -29,15 +29,30 @@ enum status drive_failed(const struct talk *talk, const char *what, int err);
  * not say is one the user knows about (--yes). */
 enum status drive_must_be_off(struct talk *talk, const struct options *options);
 
+/* ---- drive_turns.c: ODrive and moteus ---- */
+
+/* What is meant; STATUS_INPUT, or when the drive has to be asked something and
+ * does not answer STATUS_REFUSED, with a sentence. */
+enum status drive_find_quantity(struct talk *talk, const char *text,
+                                const struct options *options,
+                                struct quantity *quantity);
+/* All it has, the values that it does not say left out; what it is comes
+ * first. */
+struct drive_value;
+int drive_read_all(struct talk *talk, struct drive_value *value, unsigned room,
+                   unsigned *count);
+
 /* ---- drive_value.c ---- */
 
 /* An object or register, read. */
 struct drive_value {
-    char name[OBJECT_NUMBER_MAX + EDS_NAME_MAX + 4]; /* "6064:0 Position ..." */
+    char name[QUANTITY_NAME_MAX]; /* "Position actual value" ... */
     char number[OBJECT_NUMBER_MAX];
     char type[8], unit[20];
     bool is_number;
+    bool is_real; /* the value is `real`, and `value` its bits */
     int64_t value;
+    double real;
     char text[OBJECT_TEXT_MAX]; /* in words, or the text itself */
     char error[TALK_TEXT_MAX];  /* "": it was read */
 };
@@ -45,6 +60,8 @@ void drive_read_object(struct talk *talk, const struct object *object,
                        struct drive_value *value);
 void drive_read_item(struct talk *talk, const struct modbus_map_item *item,
                      struct drive_value *value);
+void drive_read_quantity(struct talk *talk, const struct quantity *quantity,
+                         struct drive_value *value);
 void drive_values_print(const struct drive_value *value, unsigned count);
 struct cJSON *drive_values_json(const struct drive_value *value,
                                 unsigned count);

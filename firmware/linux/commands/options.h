@@ -44,6 +44,7 @@ struct options {
     const char *rig, *fps, *columns, *curve, *interface;
     const char *root;                              /* doctor */
     const char *bus, *sheet, *map, *type, *parity; /* drive, scan */
+    const char *endpoints, *kind;
     const char *identity, *units, *bauds;
     bool store, yes;
     bool home, once;                     /* jog, monitor */

@@ -74,6 +74,8 @@ static int machine_init_servo(struct machine *machine, unsigned i)
         .acc_q16 = axis->stop_acc_q16,
         .cycle_ns = modbus_budget_cycle_ns(rig, axis->bus),
         .latency_ns = modbus_budget_latency_ns(rig, axis->bus),
+        .mode = axis->point_to_point ? HAL_DRIVE_PROFILE_POSITION
+                                     : HAL_DRIVE_STREAM_POSITION,
         .parameter = axis->item,
         .parameter_count = axis->parameter_count,
     };
@@ -203,6 +205,8 @@ static struct controller_axis_config machine_axis(const struct rig *rig,
         .torque_q32 = axis->torque_q32,
         .feedback_max_age_ns =
             axis->kind == RIG_MODBUS ? modbus_budget_age_ns(rig, axis->bus) : 0,
+        .by_goals = axis->point_to_point,
+        .late_ns = axis->late_ns,
         .needs_homing = axis->homing.by != HOMING_NONE,
     };
 }

@@ -2,12 +2,38 @@
 #include "firmware/linux/machine/machine_modbus.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "firmware/linux/rig/modbus_budget.h"
+#include "hal/modbus_rs485_libmodbus.h"
+
+/* Does the port have what switches the direction? */
+static int machine_modbus_rs485(const struct rig_bus *bus,
+                                char message[RIG_MESSAGE_MAX])
+{
+    const struct modbus_libmodbus_config *config = &bus->modbus;
+    const int fd = open(config->device, O_RDWR | O_NOCTTY | O_NONBLOCK);
+    const int err = fd < 0 ? -1 : modbus_rs485_look(fd, config->rs485);
+    const char *why = strerror(errno);
+
+    if (fd >= 0)
+        close(fd);
+    if (err == 0)
+        return MOTION_OK;
+    snprintf(message, RIG_MESSAGE_MAX, "bus %s: %s: %s (%s)%s", bus->name,
+             config->device,
+             fd < 0                          ? "cannot be opened"
+             : config->rs485 == RS485_KERNEL ? "its driver does not switch the "
+                                               "direction of RS-485"
+                                             : "has no RTS to switch the "
+                                               "direction of RS-485 with",
+             why, fd < 0 ? "" : ", expected another rs485 for it");
+    return MOTION_E_IO;
+}
 
 /* A thread tries to open the port for ever; what will never do is said now. */
 static int machine_modbus_look(const struct rig_bus *bus,
@@ -15,8 +41,12 @@ static int machine_modbus_look(const struct rig_bus *bus,
 {
     const char *device = bus->modbus.device;
 
-    if (device[0] == '\0' || access(device, R_OK | W_OK) == 0)
+    if (device[0] == '\0')
         return MOTION_OK;
+    if (access(device, R_OK | W_OK) == 0)
+        return bus->modbus.rs485 == RS485_AUTOMATIC
+                   ? MOTION_OK
+                   : machine_modbus_rs485(bus, message);
     snprintf(message, RIG_MESSAGE_MAX, "bus %s: %s: %s", bus->name, device,
              strerror(errno));
     return MOTION_E_IO;
@@ -34,6 +64,7 @@ static int machine_modbus_device(struct machine_modbus *modbus,
         return err;
     modbus->has_device[i] = true;
     config->rs485 = RS485_AUTOMATIC;
+    config->rts_delay_ns = 0;
     memcpy(config->device, host->path, sizeof host->path);
     snprintf(config->host, sizeof config->host, "127.0.0.1");
     config->port = host->port;

@@ -86,10 +86,8 @@ int machine_sim_plant(const struct rig_axis *axis,
     return err;
 }
 
-/* A place along the axis in the counts that the drive has when it is switched
- * on: see machine_sim_plant. */
-static int machine_sim_place(const struct rig_axis *axis, int64_t pos_q32,
-                             int32_t *counts)
+int machine_sim_place(const struct rig_axis *axis, int64_t pos_q32,
+                      int32_t *counts)
 {
     const bool homed = axis->homing.by != HOMING_NONE;
     int64_t wide;

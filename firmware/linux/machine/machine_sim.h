@@ -68,5 +68,9 @@ int machine_sim_servo_config(const struct rig *rig, unsigned i,
 /* What the simulated plant of an axis is like, and where it stands. */
 int machine_sim_plant(const struct rig_axis *axis,
                       struct sim_plant_config *plant, int32_t *start_counts);
+/* A place along the axis in the counts that the drive has when it is switched
+ * on. */
+int machine_sim_place(const struct rig_axis *axis, int64_t pos_q32,
+                      int32_t *counts);
 
 #endif

@@ -2,6 +2,8 @@
  * turns; see machine_sim.h. */
 #include "firmware/linux/machine/machine_sim.h"
 
+#include "motion/err.h"
+
 #define MACHINE_SIM_BOOT_NS INT64_C(150000000)
 
 _Static_assert(SIM_ODRIVE_COUNTS == RIG_TURN_COUNTS &&
@@ -23,6 +25,9 @@ int machine_sim_odrive(struct machine_sim *sim, const struct rig *rig,
     };
     int err = machine_sim_plant(axis, &config.plant, &config.start_counts);
 
+    if (err == MOTION_OK && axis->homing.by == HOMING_DRIVE)
+        err =
+            machine_sim_place(axis, axis->homing.pos_q32, &config.home_counts);
     if (err < 0)
         return err;
     return sim_odrive_init(&sim->odrive[i], &sim->wire[axis->bus], &config);

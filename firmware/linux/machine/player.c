@@ -92,6 +92,8 @@ static void player_observe(void *context, struct telemetry_row *row)
         report_take(observer->report, row);
     if (observer->shots != NULL)
         shots_take(observer->shots, row);
+    if (observer->arrivals != NULL)
+        arrivals_take(observer->arrivals, row);
     if (observer->progress != NULL)
         progress_take(observer->progress, row);
 }
@@ -125,6 +127,7 @@ static void player_record(struct player *player)
             .actual_vel_q32 = axis->feedback.vel_q32,
             .following_q32 = axis->following_q32,
             .statusword = player->machine->drive[i].statusword,
+            .goals = axis->leg.at,
         };
     }
     player_record_shots(player, &row);
@@ -210,15 +213,27 @@ static bool player_approach_axis(struct player *player, unsigned i)
     return player->approaches[axis];
 }
 
+/* One way, from rest to rest. */
+static void player_approach_goal(struct player *player, unsigned axis)
+{
+    if (controller_goals_of(&player->approach[axis],
+                            &player->approach_goal[axis], 1) > 0)
+        (void)controller_set_goals(&player->machine->controller, axis,
+                                   &player->approach_goal[axis], 1);
+}
+
 static int player_start_approach(struct player *player)
 {
     const struct motion_track *track[CONTROLLER_AXES_MAX] = { NULL };
     bool any = false;
     for (unsigned i = 0; i < player->job->move.axis_count; i++)
         any |= player_approach_axis(player, i);
-    for (unsigned a = 0; a < player->job->rig.axis_count; a++)
-        if (player->approaches[a])
-            track[a] = &player->approach[a];
+    for (unsigned a = 0; a < player->job->rig.axis_count; a++) {
+        if (!player->approaches[a])
+            continue;
+        track[a] = &player->approach[a];
+        player_approach_goal(player, a);
+    }
     player->approaching = true;
     return any ? controller_start(&player->machine->controller, track, NULL)
                : MOTION_OK;
@@ -228,8 +243,13 @@ static int player_start_move(struct player *player)
 {
     struct controller *controller = &player->machine->controller;
     const struct motion_track *track[CONTROLLER_AXES_MAX] = { NULL };
-    for (unsigned i = 0; i < player->job->move.axis_count; i++)
-        track[player->job->rig_axis[i]] = &player->job->track[i];
+    for (unsigned i = 0; i < player->job->move.axis_count; i++) {
+        const unsigned axis = player->job->rig_axis[i];
+        track[axis] = &player->job->track[i];
+        if (player->job->goal[i] != NULL)
+            (void)controller_set_goals(controller, axis, player->job->goal[i],
+                                       player->job->goal_count[i]);
+    }
     controller_override(controller, player->config.override_q30);
     int err = controller_start(controller, track, NULL);
     if (err < 0)

@@ -24,6 +24,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/linux/machine/arrivals.h"
 #include "firmware/linux/machine/can_log.h"
 #include "firmware/linux/machine/machine.h"
 #include "firmware/linux/machine/progress.h"
@@ -43,6 +44,7 @@ struct player_observer {
     struct trace *trace;
     struct report *report;
     struct shots *shots;
+    struct arrivals *arrivals;
     struct progress *progress;
 };
 
@@ -73,6 +75,7 @@ struct player {
     struct motion_segment approach_room[RIG_AXES_MAX][PLAYER_APPROACH_SEGMENTS];
     struct motion_track approach[RIG_AXES_MAX];
     bool approaches[RIG_AXES_MAX];
+    struct controller_goal approach_goal[RIG_AXES_MAX];
 };
 
 void player_init(struct player *player, struct machine *machine,

@@ -7,6 +7,7 @@
 #include "firmware/linux/base/json.h"
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/base/table.h"
+#include "firmware/linux/machine/arrivals.h"
 #include "firmware/linux/machine/shots.h"
 #include "motion/fixed.h"
 
@@ -99,8 +100,12 @@ static void report_row(struct table *table, const struct report *report,
     table_cell(table, "%s", units_axis_text(rig->unit));
     for (unsigned order = 1; order <= 3; order++)
         report_peak(table, report, i, order);
-    number_short(text, axis->following_q32, 32);
-    table_cell(table, "%s", text);
+    if (job_goes_by_itself(report->job, i)) {
+        table_cell(table, "-");
+    } else {
+        number_short(text, axis->following_q32, 32);
+        table_cell(table, "%s", text);
+    }
     number_short(text, report_end_error(report, i), 32);
     table_cell(table, "%s", text);
 }
@@ -152,6 +157,7 @@ static void report_fault_value(const struct report *report, char *text,
         break;
     case CONTROLLER_FAULT_FOLLOWING:
     case CONTROLLER_FAULT_GATE:
+    case CONTROLLER_FAULT_ARRIVAL:
         number_short(value, fault->value, 32);
         number_short(limit, fault->limit, 32);
         unit = fault->axis < 0
@@ -205,6 +211,10 @@ static void report_clock(const struct report *report, FILE *file)
             "clock: %" PRIu64 " ticks, %" PRIu64
             " lost; latest wake-up %.2f ms after its time\n",
             report->ticks, report->ticks_lost, (double)report->late_ns / 1e6);
+    if (report->fault.fault == CONTROLLER_FAULT_OVERRUN)
+        fputs("this computer did something else meanwhile: slew doctor says "
+              "what helps, and a rig with a longer tick bears more\n",
+              file);
 }
 
 void report_print(const struct report *report, FILE *file)
@@ -218,6 +228,8 @@ void report_print(const struct report *report, FILE *file)
         report_buses(report, file);
         if (report->shots != NULL)
             shots_print(report->shots, file);
+        if (report->arrivals != NULL)
+            arrivals_print(report->arrivals, file);
     } else {
         fprintf(file, "%s before the move began\n",
                 report_end_text(report->end));
@@ -262,7 +274,10 @@ static cJSON *report_json_axis(const struct report *report, unsigned i)
     report_json_peak(item, "velocity", report, i, 1);
     report_json_peak(item, "acceleration", report, i, 2);
     report_json_peak(item, "jerk", report, i, 3);
-    json_add_fixed(item, "following_error", axis->following_q32, 32);
+    if (!job_goes_by_itself(report->job, i))
+        json_add_fixed(item, "following_error", axis->following_q32, 32);
+    if (report->arrivals != NULL)
+        arrivals_json(report->arrivals, i, item);
     json_add_fixed(item, "end_error", report_end_error(report, i), 32);
     return item;
 }

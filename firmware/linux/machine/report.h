@@ -14,6 +14,7 @@
 #include "firmware/linux/machine/telemetry.h"
 #include "firmware/linux/move/job.h"
 
+struct arrivals;
 struct shots;
 
 /* Of one axis of the move. */
@@ -45,7 +46,8 @@ struct report {
     uint64_t ticks, ticks_lost, rows_dropped, frames_dropped;
     bool realtime;
     const struct shots *shots; /* NULL: none */
-    int64_t late_ns;           /* worst wake-up after its time */
+    const struct arrivals *arrivals;
+    int64_t late_ns; /* worst wake-up after its time */
     const char *telemetry_path, *can_log_path, *plot_path; /* NULL: none */
 };
 

@@ -43,6 +43,7 @@ struct telemetry_axis {
     int64_t actual_q32, actual_vel_q32;
     int64_t following_q32;
     uint16_t statusword;
+    unsigned goals; /* reached since the start; not in the file */
 };
 
 struct telemetry_shot {

@@ -55,16 +55,15 @@ static void budget_add(struct budget *budget, const char *what,
 /* --- the frames of a move --- */
 
 /* Where an axis of the rig is at `t`: on its track, or where it stands. */
-static int64_t budget_pos_q32(const struct job *job, unsigned axis, int64_t t)
+static struct motion_state budget_state(const struct job *job, unsigned axis,
+                                        int64_t t)
 {
-    struct motion_state state;
-    for (unsigned i = 0; i < job->move.axis_count; i++) {
-        if (job->rig_axis[i] != axis)
-            continue;
-        motion_track_state(&job->track[i], t, &state);
-        return state.pos_q32;
-    }
-    return job->rig.axis[axis].sim.start_q32;
+    struct motion_state state = { .pos_q32 =
+                                      job->rig.axis[axis].sim.start_q32 };
+    for (unsigned i = 0; i < job->move.axis_count; i++)
+        if (job->rig_axis[i] == axis)
+            motion_track_state(&job->track[i], t, &state);
+    return state;
 }
 
 static uint32_t budget_counts(const struct rig_axis *axis, int64_t pos_q32)
@@ -102,7 +101,7 @@ static double budget_pdo_expected(const struct job *job, unsigned axis,
     uint64_t sum = 0;
     for (int64_t i = 0; i < BUDGET_SAMPLES; i++) {
         int64_t t = job->end_ns_q12 / BUDGET_SAMPLES * i;
-        int64_t pos_q32 = budget_pos_q32(job, axis, t);
+        int64_t pos_q32 = budget_state(job, axis, t).pos_q32;
         sum += budget_pdo_bits(id, word,
                                budget_counts(&job->rig.axis[axis], pos_q32),
                                budget_pdo_bytes(&job->rig.axis[axis]));
@@ -174,27 +173,44 @@ static void budget_of_modbus(struct budget *budget, bool expects)
     budget_sum_up(budget, expects);
 }
 
-/* What is expected is not worked out here: floats of a move stuff as they
- * like. */
-static void budget_of_turns(struct budget *budget)
+/* Mean bits of the frames of an axis that counts turns. */
+static void budget_expect_turns(const struct job *job, unsigned axis,
+                                double mean[TURNS_FRAMES_MAX])
+{
+    double bits[TURNS_FRAMES_MAX] = { 0 };
+    for (int64_t i = 0; job != NULL && i < BUDGET_SAMPLES; i++) {
+        const struct motion_state state =
+            budget_state(job, axis, job->end_ns_q12 / BUDGET_SAMPLES * i);
+        turns_budget_expect(&job->rig, axis, &state, bits);
+        for (unsigned k = 0; k < TURNS_FRAMES_MAX; k++)
+            mean[k] += bits[k] / BUDGET_SAMPLES;
+    }
+}
+
+static void budget_add_turns(struct budget *budget, const struct job *job,
+                             unsigned i)
 {
     const struct rig *rig = budget->rig;
     struct turns_frame frame[TURNS_FRAMES_MAX];
+    double expected[TURNS_FRAMES_MAX] = { 0 };
+    const unsigned count = turns_budget_frames(rig, i, frame);
+    budget_expect_turns(job, i, expected);
+    for (unsigned k = 0; k < count; k++)
+        budget->item[budget->count++] = (struct budget_item){
+            .what = frame[k].what,
+            .axis = rig->axis[i].name,
+            .period_ns = frame[k].period_ns,
+            .most_bits = (unsigned)ceil(frame[k].bits),
+            .expected_bits = expected[k],
+        };
+}
 
-    for (unsigned i = 0; i < rig->axis_count; i++) {
-        if (rig->axis[i].bus != budget->bus)
-            continue;
-        const unsigned count = turns_budget_frames(rig, i, frame);
-
-        for (unsigned k = 0; k < count; k++)
-            budget->item[budget->count++] = (struct budget_item){
-                .what = frame[k].what,
-                .axis = rig->axis[i].name,
-                .period_ns = frame[k].period_ns,
-                .most_bits = (unsigned)ceil(frame[k].bits),
-            };
-    }
-    budget_sum_up(budget, false);
+static void budget_of_turns(struct budget *budget, const struct job *job)
+{
+    for (unsigned i = 0; i < budget->rig->axis_count; i++)
+        if (budget->rig->axis[i].bus == budget->bus)
+            budget_add_turns(budget, job, i);
+    budget_sum_up(budget, job != NULL);
 }
 
 void budget_of(const struct rig *rig, unsigned bus, const struct job *job,
@@ -205,7 +221,7 @@ void budget_of(const struct rig *rig, unsigned bus, const struct job *job,
     const unsigned counted = rig->bus[bus].sync_counter > 0 ? 1 : 0;
     *budget = (struct budget){ .rig = rig, .bus = bus };
     if (rig->bus[bus].kind == RIG_CAN) {
-        budget_of_turns(budget);
+        budget_of_turns(budget, job);
         return;
     }
     if (!rig_bus_is_can(&rig->bus[bus])) {

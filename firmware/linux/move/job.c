@@ -12,6 +12,7 @@
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/base/table.h"
 #include "firmware/linux/move/compiled.h"
+#include "firmware/linux/move/job_goals.h"
 #include "motion/clock_warp.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
@@ -50,6 +51,11 @@ int64_t job_limit_of(const struct plan_limit *limit, unsigned order)
 const struct rig_axis *job_rig_axis(const struct job *job, unsigned axis)
 {
     return &job->rig.axis[job->rig_axis[axis]];
+}
+
+bool job_goes_by_itself(const struct job *job, unsigned axis)
+{
+    return job_rig_axis(job, axis)->point_to_point;
 }
 
 uint32_t job_line(const struct plan_axis *axis, uint32_t key)
@@ -173,6 +179,8 @@ static enum status job_plan(struct job *job)
 {
     struct plan_error error = { .code = MOTION_OK };
     enum status status = job_find_axes(job);
+    if (status == STATUS_OK)
+        status = job_goals_ask(job);
     if (status != STATUS_OK)
         return status;
     if (plan_compose(&job->move, job->track, &job->outcome, &error) < 0)
@@ -183,6 +191,7 @@ static enum status job_plan(struct job *job)
         if (job->track[i].end_ns_q12 > job->end_ns_q12)
             job->end_ns_q12 = job->track[i].end_ns_q12;
     }
+    job_goals_make(job);
     return job_plan_events(job);
 }
 
@@ -194,6 +203,13 @@ static enum status job_take_axis(struct job *job, unsigned i)
     char what[128];
     if (found < 0) {
         snprintf(what, sizeof what, "moves axis %s, which the rig lacks",
+                 axis->name);
+        return job_fail(job->move_path, what);
+    }
+    if (job->rig.axis[found].point_to_point) {
+        snprintf(what, sizeof what,
+                 "moves axis %s, whose drive goes from key to key by itself, "
+                 "expected the move file, which has keys",
                  axis->name);
         return job_fail(job->move_path, what);
     }
@@ -264,6 +280,8 @@ void job_free(struct job *job)
 {
     for (unsigned i = 0; i < job->planned; i++)
         plan_track_free(&job->track[i]);
+    for (unsigned i = 0; i < PLAN_AXES_MAX; i++)
+        memory_free(job->goal[i]);
     plan_outcome_free(&job->outcome);
     for (unsigned i = 0; i < RIG_LINES_MAX; i++)
         plan_shots_free(&job->shots[i]);

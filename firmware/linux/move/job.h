@@ -8,6 +8,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "firmware/controller_goal.h"
 #include "firmware/linux/base/status.h"
 #include "firmware/linux/rig/rig.h"
 #include "motion/plan/check.h"
@@ -57,6 +58,9 @@ struct job {
     struct plan_outcome outcome;              /* points into itself */
     struct compiled *compiled; /* NULL, or the move comes from a compiled file:
                                   tracks are windows, axes have no keys */
+    /* of each axis of the move whose drive goes from key to key by itself */
+    struct controller_goal *goal[PLAN_AXES_MAX];
+    unsigned goal_count[PLAN_AXES_MAX];
     bool compared; /* the axes are one axis under several curves (compare.h) */
     int64_t end_ns_q12;                     /* of the longest track */
     struct plan_shots shots[RIG_LINES_MAX]; /* by line of the rig */
@@ -93,6 +97,8 @@ void job_limit_at(const struct plan_limit *limit, int64_t rate_q30,
                   struct plan_limit *scaled);
 
 const struct rig_axis *job_rig_axis(const struct job *job, unsigned axis);
+/* Does its drive go from key to key by its own profile? */
+bool job_goes_by_itself(const struct job *job, unsigned axis);
 /* Line in the move's file of a key, or of what drives an axis without keys. */
 uint32_t job_line(const struct plan_axis *axis, uint32_t key);
 /* Of the move, by name; -1. */

@@ -119,6 +119,7 @@ static void compare_copy(struct plan_axis *to, const struct plan_axis *from,
 {
     *to = *from;
     to->curve = curve;
+    to->profile = (struct plan_profile){ .vel_q32 = 0 };
     to->key = compare_duplicate(from->key, from->key_count * sizeof *from->key);
     to->bezier = (struct plan_bezier){ .key = NULL };
     if (curve == PLAN_CURVE_BEZIER) {

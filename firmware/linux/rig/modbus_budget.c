@@ -20,18 +20,30 @@ struct modbus_rtu_line modbus_budget_line(const struct rig *rig, unsigned bus)
     return line;
 }
 
-int64_t modbus_budget_share_ns(const struct rig *rig, unsigned axis,
-                               unsigned *transactions)
+/* `streamed`: as if it were. */
+static int64_t budget_share_ns(const struct rig *rig, unsigned axis,
+                               bool streamed, unsigned *transactions)
 {
     const struct modbus_rtu_line line =
         modbus_budget_line(rig, rig->axis[axis].bus);
+    const int64_t rts_ns =
+        2 * rig->bus[rig->axis[axis].bus].modbus.rts_delay_ns;
     struct modbus_rtu_time time = { 0 };
+    int64_t share_ns;
 
     *transactions = 0;
     if (modbus_rtu_time_init(&time, &line) < 0)
         return 0;
-    return modbus_map_cycle_ns(&rig->map[rig->axis[axis].map], &time,
-                               transactions);
+    share_ns = modbus_map_cycle_ns(&rig->map[rig->axis[axis].map], &time,
+                                   streamed || !rig->axis[axis].point_to_point,
+                                   transactions);
+    return share_ns + *transactions * rts_ns;
+}
+
+int64_t modbus_budget_share_ns(const struct rig *rig, unsigned axis,
+                               unsigned *transactions)
+{
+    return budget_share_ns(rig, axis, false, transactions);
 }
 
 static int64_t budget_sum_ns(const struct rig *rig, unsigned bus, unsigned *n)
@@ -86,14 +98,65 @@ int64_t modbus_budget_age_ns(const struct rig *rig, unsigned bus)
            INT64_C(6) * modbus_budget_timeout_ns(rig, bus);
 }
 
+int64_t modbus_budget_streamed_ns(const struct rig *rig, unsigned axis)
+{
+    const unsigned bus = rig->axis[axis].bus;
+    unsigned n;
+
+    if (rig->map[rig->axis[axis].map].stream.count == 0)
+        return 0;
+    return modbus_budget_cycle_ns(rig, bus) -
+           budget_share_ns(rig, axis, false, &n) +
+           budget_share_ns(rig, axis, true, &n);
+}
+
+/* The goal waits for its turn, and that the axis stands is believed after two
+ * whole cycles. */
+#define BUDGET_SETTLE_CYCLES 4
+#define BUDGET_SETTLE_NS     INT64_C(100000000)
+int64_t modbus_budget_settle_ns(const struct rig *rig, unsigned axis)
+{
+    const int64_t given_ns = rig->axis[axis].settle_ns;
+
+    return given_ns > 0
+               ? given_ns
+               : BUDGET_SETTLE_NS +
+                     BUDGET_SETTLE_CYCLES *
+                         modbus_budget_cycle_ns(rig, rig->axis[axis].bus);
+}
+
+static void budget_print_profile(const struct rig *rig, unsigned axis,
+                                 double cycle_ms, FILE *file)
+{
+    const double streamed_ms =
+        (double)modbus_budget_streamed_ns(rig, axis) / 1e6;
+
+    fprintf(file,
+            "  %s: between keys the path is its drive's own; a position every "
+            "%.1f ms; ",
+            rig->axis[axis].name, cycle_ms);
+    if (streamed_ms > 0)
+        fprintf(file,
+                "streamed it would get a set point every %.1f ms (%.1f per "
+                "s)\n",
+                streamed_ms, 1e3 / streamed_ms);
+    else
+        fputs("its map cannot stream\n", file);
+}
+
 void modbus_budget_print(const struct rig *rig, unsigned bus, FILE *file)
 {
     const double cycle_ms = (double)modbus_budget_cycle_ns(rig, bus) / 1e6;
 
-    for (unsigned i = 0; i < rig->axis_count; i++)
-        if (rig->axis[i].bus == bus)
+    for (unsigned i = 0; i < rig->axis_count; i++) {
+        if (rig->axis[i].bus != bus)
+            continue;
+        if (rig->axis[i].point_to_point)
+            budget_print_profile(rig, i, cycle_ms, file);
+        else
             fprintf(file, "  %s: a set point every %.1f ms (%.1f per s)\n",
                     rig->axis[i].name, cycle_ms, 1e3 / cycle_ms);
+    }
 }
 
 /* Between two set points the drive is on its own: what it runs at full speed in
@@ -126,7 +189,7 @@ bool modbus_budget_check(const struct rig *rig, const char *path)
     bool fits = true;
 
     for (unsigned i = 0; i < rig->axis_count; i++)
-        if (rig->axis[i].kind == RIG_MODBUS &&
+        if (rig->axis[i].kind == RIG_MODBUS && !rig->axis[i].point_to_point &&
             !budget_axis_ok(rig, &rig->axis[i], path))
             fits = false;
     return fits;

@@ -110,6 +110,12 @@ struct rig_axis {
     /* ODrive 0.6: where its parameters are that make its watchdog; 0: it is not
      * looked at */
     uint16_t enable_watchdog, watchdog_timeout;
+    char endpoints[RIG_PATH_MAX]; /* the list; "": none */
+    /* Modbus: the drive goes from key to key by its own profile, which is over
+     * settle_ns (0: modbus_budget.h has it) before the next one is due, and may
+     * be so much late */
+    bool point_to_point;
+    int64_t settle_ns, late_ns;
     bool unsupervised; /* nothing stops it when the line is dead, and the user
                           says that he knows */
     struct homing_config homing;
@@ -189,6 +195,9 @@ int rig_load(const char *path, struct rig *rig, char message[RIG_MESSAGE_MAX]);
 int move_load(const char *path, const struct rig *rig, struct plan_move *move,
               char message[RIG_MESSAGE_MAX]);
 void move_free(struct plan_move *move);
+
+/* What a CiA 402 axis uses of its drive: enum eds_use. */
+unsigned rig_eds_uses(const struct rig *rig, const struct rig_axis *axis);
 
 /* Other interfaces than the file's, from a command line: "can1" for a rig with
  * one bus, or "BUS=INTERFACE,...".  On an error returns -1 and writes one

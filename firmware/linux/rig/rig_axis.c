@@ -99,7 +99,12 @@ static int rig_read_axis(void *reader, uint32_t key,
     self->axis = axis;
     self->eds = NULL;
     value.expected = "a map with unit, limits, following_error and drive";
-    if (yaml_fields_read(&value, &rig_axis_shape, reader, axis) < 0)
+    if (yaml_fields_read(&value, &rig_axis_shape, reader, axis) < 0 ||
+        rig_judge_eds(self) < 0)
+        return -1;
+    value.expected = "a smaller range or fewer counts";
+    if (axis->kind == RIG_MODBUS &&
+        rig_check_modbus_range(&value, &self->rig->map[axis->map], axis) < 0)
         return -1;
     rig_complete_axis(axis);
     self->rig->axis_count++;

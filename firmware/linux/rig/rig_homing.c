@@ -42,14 +42,31 @@ static int rig_homing_any(const struct yaml_value *value, void *reader)
                : yaml_value_refuse(value, "is not for homing by none");
 }
 
+static enum rig_drive_kind rig_homing_drive(void *reader)
+{
+    return ((struct rig_reader *)reader)->axis->kind;
+}
+
+/* An ODrive homes by its own end stops at its own speeds. */
+static int rig_homing_told(const struct yaml_value *value, void *reader)
+{
+    return rig_homing_of(reader)->by == HOMING_DRIVE &&
+                   rig_homing_drive(reader) == RIG_ODRIVE
+               ? yaml_value_refuse(value, "is not for an odrive, which is set "
+                                          "up for homing by odrivetool")
+               : 0;
+}
+
 static int rig_read_homing_by(void *reader, const struct yaml_value *value,
                               void *out)
 {
     unsigned index;
-    (void)reader;
     if (yaml_value_choice(value, rig_homing_kinds, RIG_HOMING_KINDS, &index) <
         0)
         return -1;
+    if (index == HOMING_DRIVE && rig_homing_drive(reader) == RIG_MOTEUS)
+        return yaml_value_refuse(value, "drive is not for a moteus, which has "
+                                        "no homing of its own");
     *(enum homing_by *)out = (enum homing_by)index;
     return 0;
 }
@@ -105,7 +122,8 @@ static int rig_read_homing_slow(void *reader, const struct yaml_value *value,
 {
     const struct homing_config *homing = rig_homing_of(reader);
     char quote[YAML_QUOTE_MAX];
-    if (rig_read_homing_speed(reader, value, out) < 0)
+    if (rig_read_homing_speed(reader, value, out) < 0 ||
+        rig_homing_told(value, reader) < 0)
         return -1;
     if (homing->by == HOMING_HERE)
         return yaml_value_refuse(value, "is not for homing by here");
@@ -170,8 +188,12 @@ static int rig_read_homing_method(void *reader, const struct yaml_value *value,
 {
     int64_t method;
     if (rig_homing_only(value, reader, HOMING_DRIVE) < 0 ||
+        rig_homing_told(value, reader) < 0 ||
         yaml_value_integer(value, -128, 127, &method) < 0)
         return -1;
+    /* CiA 402-2, 0x6098: no homing method assigned */
+    if (method == 0 && rig_homing_drive(reader) == RIG_CIA402)
+        return yaml_value_refuse(value, "0 is no homing (by: none)");
     *(int *)out = (int)method;
     return 0;
 }
@@ -203,6 +225,24 @@ static const struct yaml_field rig_homing_fields[] = {
 const struct yaml_shape rig_homing_shape = { "homing", rig_homing_fields,
                                              ARRAY_LEN(rig_homing_fields) };
 
+/* The register map says how: what the drive was set to, at its own speeds. */
+static int rig_judge_map_homing(const struct yaml_value *value,
+                                const struct rig *rig,
+                                const struct rig_axis *axis,
+                                const struct homing_config *homing)
+{
+    const struct modbus_map *map = &rig->map[axis->map];
+
+    if (homing->method != 0 || homing->slow_q32 != 0)
+        return yaml_value_refuse(value, "by drive has a 'method' or a 'slow', "
+                                        "but a drive with a register map homes "
+                                        "as it was set up");
+    if (map->sequence[MODBUS_SEQUENCE_home].count == 0)
+        return yaml_value_refuse(value, "is by drive, but the map of the drive "
+                                        "has no sequence home");
+    return 0;
+}
+
 /* What was left out: a quarter of the speed limit, a tenth of that at the
  * switch, and as far as the range is long. */
 int rig_read_homing(void *reader, const struct yaml_value *value, void *out)
@@ -221,6 +261,11 @@ int rig_read_homing(void *reader, const struct yaml_value *value, void *out)
         homing->distance_q32 = INT64_MAX / 4;
     if (yaml_fields_read(value, &rig_homing_shape, reader, out) < 0)
         return -1;
+    if (homing->by == HOMING_DRIVE && axis->kind == RIG_MODBUS)
+        return rig_judge_map_homing(value, ((struct rig_reader *)reader)->rig,
+                                    axis, homing);
+    if (homing->by == HOMING_DRIVE && axis->kind == RIG_ODRIVE)
+        return 0;
     if (homing->by == HOMING_DRIVE && homing->method == 0)
         return yaml_value_refuse(value, "by drive has no 'method'");
     if (homing->slow_q32 == 0)

@@ -10,6 +10,8 @@
 #define RIG_TCP_GAP_NS INT64_C(100000)
 #define RIG_TCP_PORT   502
 
+#define RIG_LATE_NS (1000 * RIG_MS) /* point to point */
+
 const char *rig_kind_of(const struct yaml_value *value)
 {
     const struct yaml_tree *tree = value->tree;
@@ -99,6 +101,12 @@ static int rig_read_rs485(void *reader, const struct yaml_value *value,
     return 0;
 }
 
+static int rig_read_rts_delay(void *reader, const struct yaml_value *value,
+                              void *out)
+{
+    return rig_read_time(reader, value, RIG_US, 100 * RIG_MS, RIG_US, out);
+}
+
 static int rig_read_port(void *reader, const struct yaml_value *value,
                          void *out)
 {
@@ -129,6 +137,8 @@ static const struct yaml_field rig_modbus_bus_fields[] = {
       MODBUS(line.gap_ns) },
     { "rs485", YAML_OPTIONAL, "automatic, kernel, rts-up or rts-down",
       rig_read_rs485, MODBUS(rs485) },
+    { "rts_delay", YAML_OPTIONAL, "1 us .. 100 ms in whole us",
+      rig_read_rts_delay, MODBUS(rts_delay_ns) },
     { "host", YAML_OPTIONAL, "a name or an address", rig_read_device,
       MODBUS(host) },
     { "port", YAML_OPTIONAL, "a TCP port, 1 .. 65535", rig_read_port,
@@ -150,6 +160,13 @@ static int rig_judge_rtu(const struct yaml_value *value,
                                         "host nor port");
     if (modbus->device[0] == '\0' || modbus->line.baud == 0)
         return yaml_value_refuse(value, "lacks device or baud");
+    if (modbus->rts_delay_ns != 0 && modbus->rs485 == RS485_AUTOMATIC)
+        return yaml_value_refuse(value, "has rts_delay, but the adapter "
+                                        "switches the direction (rs485: "
+                                        "automatic)");
+    if (modbus->rs485 == RS485_KERNEL && modbus->rts_delay_ns % RIG_MS != 0)
+        return yaml_value_refuse(value, "has rts_delay, which for rs485: "
+                                        "kernel is in whole ms");
     return 0;
 }
 
@@ -158,9 +175,10 @@ static int rig_judge_tcp(const struct yaml_value *value, struct rig_bus *bus)
     struct modbus_libmodbus_config *modbus = &bus->modbus;
 
     if (modbus->device[0] != '\0' || modbus->line.baud != 0 ||
-        modbus->line.gap_ns != 0 || modbus->rs485 != RS485_AUTOMATIC)
+        modbus->line.gap_ns != 0 || modbus->rs485 != RS485_AUTOMATIC ||
+        modbus->rts_delay_ns != 0)
         return yaml_value_refuse(value, "is TCP, which has no device, baud, "
-                                        "gap or rs485");
+                                        "gap, rs485 or rts_delay");
     if (modbus->host[0] == '\0')
         return yaml_value_refuse(value, "lacks host");
     if (modbus->port == 0)
@@ -258,6 +276,25 @@ int rig_read_unsupervised(void *reader, const struct yaml_value *value,
     return 0;
 }
 
+static int rig_read_modbus_mode(void *reader, const struct yaml_value *value,
+                                void *out)
+{
+    static const char *const words[] = { "streamed", "point-to-point" };
+    unsigned index;
+
+    (void)reader;
+    if (yaml_value_choice(value, words, 2, &index) < 0)
+        return -1;
+    *(bool *)out = index == 1;
+    return 0;
+}
+
+static int rig_read_settle(void *reader, const struct yaml_value *value,
+                           void *out)
+{
+    return rig_read_time(reader, value, RIG_MS, 60000 * RIG_MS, RIG_MS, out);
+}
+
 static const struct yaml_field rig_modbus_drive_fields[] = {
     { "kind", YAML_REQUIRED, "cia402, modbus, odrive or moteus",
       rig_read_drive_kind, offsetof(struct rig_axis, kind) },
@@ -273,6 +310,12 @@ static const struct yaml_field rig_modbus_drive_fields[] = {
       "counts per unit of the axis, such as '10000 per rev' or "
       "{num: 1048576, den: 360}",
       rig_read_counts, 0 },
+    { "mode", YAML_OPTIONAL, "streamed or point-to-point", rig_read_modbus_mode,
+      offsetof(struct rig_axis, point_to_point) },
+    { "settle", YAML_OPTIONAL, "1 ms .. 60 s in whole ms", rig_read_settle,
+      offsetof(struct rig_axis, settle_ns) },
+    { "late", YAML_OPTIONAL, "1 ms .. 60 s in whole ms", rig_read_settle,
+      offsetof(struct rig_axis, late_ns) },
     { "unsupervised", YAML_OPTIONAL,
       "yes: the drive does not stop by itself when the line is dead, and "
       "something else takes its torque off",
@@ -285,6 +328,33 @@ const struct yaml_shape rig_modbus_drive_shape = {
     "modbus_drive", rig_modbus_drive_fields, ARRAY_LEN(rig_modbus_drive_fields)
 };
 
+/* What the mode needs: of the map, and of the axis, whose limits were read
+ * before. */
+static int rig_judge_mode(const struct yaml_value *value,
+                          const struct modbus_map *map, struct rig_axis *axis)
+{
+    if (!axis->point_to_point && map->stream.count == 0)
+        return yaml_value_refuse(value, "has a map without stream, which "
+                                        "cannot follow set points: say mode: "
+                                        "point-to-point");
+    if (!axis->point_to_point && (axis->settle_ns != 0 || axis->late_ns != 0))
+        return yaml_value_refuse(value, "is streamed: settle and late are for "
+                                        "mode: point-to-point");
+    if (!axis->point_to_point)
+        return 0;
+    if (map->move.count == 0)
+        return yaml_value_refuse(value, "has a map without move, whose drive "
+                                        "has no profile of its own: leave out "
+                                        "mode: point-to-point");
+    if (axis->limit.jerk_q16 != 0)
+        return yaml_value_refuse(value, "is point-to-point, and the drive's "
+                                        "own ramps have no limit of jerk: "
+                                        "leave out jerk among the limits");
+    if (axis->late_ns == 0)
+        axis->late_ns = RIG_LATE_NS;
+    return 0;
+}
+
 int rig_read_modbus_drive(struct rig_reader *reader,
                           const struct yaml_value *value, struct rig_axis *axis)
 {
@@ -293,9 +363,8 @@ int rig_read_modbus_drive(struct rig_reader *reader,
     if (yaml_fields_read(value, &rig_modbus_drive_shape, reader, axis) < 0)
         return -1;
     map = &reader->rig->map[axis->map];
-    if (map->stream.count == 0)
-        return yaml_value_refuse(value, "has a map without stream, which "
-                                        "cannot follow a move");
+    if (rig_judge_mode(value, map, axis) < 0)
+        return -1;
     if (map->watchdog_ns == 0 && !axis->unsupervised)
         return yaml_value_refuse(
             value, "does not stop by itself when the line is dead: say "

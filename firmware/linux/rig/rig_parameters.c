@@ -27,16 +27,40 @@ static int rig_beside(const struct yaml_value *value, const char *name,
                : 0;
 }
 
-static int rig_judge_eds(const struct yaml_value *value, const struct eds *eds)
+unsigned rig_eds_uses(const struct rig *rig, const struct rig_axis *axis)
 {
-    for (unsigned i = 0; i < eds_need_count; i++) {
-        const struct eds_need *need = &eds_needs[i];
-        const char *lacks = eds_lacks(eds, need);
+    static const unsigned stream[] = { [DRIVE_CIA402_CSP] = EDS_CSP,
+                                       [DRIVE_CIA402_IP] = EDS_IP,
+                                       [DRIVE_CIA402_CSV] = EDS_CSV };
+    static const unsigned option[DRIVE_CIA402_OPTIONS] = {
+        [DRIVE_CIA402_QUICK_STOP] = EDS_QUICK_STOP,
+        [DRIVE_CIA402_SHUTDOWN] = EDS_SHUTDOWN,
+        [DRIVE_CIA402_DISABLE] = EDS_DISABLE,
+        [DRIVE_CIA402_HALT] = EDS_HALT,
+        [DRIVE_CIA402_FAULT] = EDS_FAULT,
+    };
+    unsigned uses = EDS_ALWAYS | stream[axis->cia402.stream];
 
-        if (need->required && lacks != NULL)
+    uses |= axis->cia402.guard_period_ns > 0 ? EDS_GUARDING : EDS_HEARTBEAT;
+    uses |= axis->homing.by == HOMING_DRIVE ? EDS_HOMING : 0;
+    uses |= rig->bus[axis->bus].sync_counter > 0 ? EDS_COUNTER : 0;
+    for (unsigned i = 0; i < DRIVE_CIA402_OPTIONS; i++)
+        uses |= axis->cia402.option[i].given ? option[i] : 0;
+    return uses;
+}
+
+int rig_judge_eds(const struct rig_reader *reader)
+{
+    for (unsigned i = 0; reader->eds != NULL && i < eds_need_count; i++) {
+        const struct eds_need *need = &eds_needs[i];
+        const char *lacks = eds_lacks(reader->eds, need);
+
+        if (lacks != NULL &&
+            eds_is_needed(need, rig_eds_uses(reader->rig, reader->axis)))
             return yaml_value_refuse(
-                value, "is of a drive that will not do: %04X:%X %s (%s)",
-                need->index, need->sub, lacks, need->why);
+                &reader->eds_value,
+                "is of a drive that will not do: %04X:%X %s (%s)", need->index,
+                need->sub, lacks, need->why);
     }
     return 0;
 }
@@ -53,7 +77,8 @@ int rig_read_eds(void *reader, const struct yaml_value *value, void *out)
     if (eds_load(out, &sheet, message) < 0)
         return yaml_value_refuse(value, "cannot be read (%s)", message);
     self->eds = &sheet;
-    return rig_judge_eds(value, &sheet);
+    self->eds_value = *value;
+    return 0;
 }
 
 /* ---- parameters ---- */

@@ -30,8 +30,9 @@
 
 struct rig_reader {
     struct rig *rig;
-    struct rig_axis *axis; /* being read */
-    const struct eds *eds; /* its drive's data sheet; NULL: none */
+    struct rig_axis *axis;       /* being read */
+    const struct eds *eds;       /* its drive's data sheet; NULL: none */
+    struct yaml_value eds_value; /* which the rig has there */
     struct units_context units;
 };
 
@@ -81,6 +82,8 @@ int rig_read_counts(void *reader, const struct yaml_value *value, void *out);
 /* ---- rig_parameters.c ---- */
 
 int rig_read_eds(void *reader, const struct yaml_value *value, void *out);
+/* When all of the axis is read: has the drive what is used of it? */
+int rig_judge_eds(const struct rig_reader *reader);
 int rig_read_parameters(void *reader, const struct yaml_value *value,
                         void *out);
 
@@ -118,6 +121,11 @@ int rig_read_modbus_drive(struct rig_reader *reader,
                           const struct yaml_value *value,
                           struct rig_axis *axis);
 
+/* rig_modbus_range.c: of a whole axis, to be called once its homing is known. */
+int rig_check_modbus_range(const struct yaml_value *value,
+                           const struct modbus_map *map,
+                           const struct rig_axis *axis);
+
 int rig_read_unsupervised(void *reader, const struct yaml_value *value,
                           void *out);
 
@@ -130,10 +138,8 @@ int rig_read_turns_drive(struct rig_reader *reader,
 
 /* ---- rig_endpoints.c ---- */
 
-#define RIG_ENDPOINTS_PATH_MAX 512
-
 /* From the rig's directory.  -1: too long. */
-int rig_endpoints_path(char path[RIG_ENDPOINTS_PATH_MAX], const char *name,
+int rig_endpoints_path(char path[RIG_PATH_MAX], const char *name,
                        const char *rig_path);
 /* Fills in enable_watchdog and watchdog_timeout, 0 where it does not have them.
  * -1: no such file, or not a list. */

@@ -15,9 +15,18 @@ struct turns_frame {
 
 #define TURNS_FRAMES_MAX 4
 
+struct motion_state;
+
 /* Of axis i; returns how many. */
 unsigned turns_budget_frames(const struct rig *rig, unsigned i,
                              struct turns_frame frame[TURNS_FRAMES_MAX]);
+
+/* What they have while the axis is in that state, in the mean: feedback is taken
+ * to be the set point, and an ODrive to say its position by itself every 10 ms,
+ * as it is delivered. */
+void turns_budget_expect(const struct rig *rig, unsigned i,
+                         const struct motion_state *state,
+                         double bits[TURNS_FRAMES_MAX]);
 
 /* From a tick until the drive has its set point: behind those of the axes
  * before it on the bus, and behind the questions of this tick. */

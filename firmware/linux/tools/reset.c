@@ -127,10 +127,51 @@ static int reset_modbus(struct talk *talk, struct reset *reset)
     return err;
 }
 
+/* ---- ODrive, moteus ---- */
+
+/* Until the drive says that it has none, or the time is over. */
+static int reset_wait_turns(struct talk *talk, struct ask_turns_state *state)
+{
+    int err = MOTION_OK;
+
+    for (int64_t waited_ns = 0; waited_ns < RESET_WAIT_NS;
+         waited_ns += RESET_STEP_NS) {
+        err = ask_turns_state(&talk->turns, state);
+        if (err < 0 || !state->is_fault)
+            break;
+        ask_turns_wait(&talk->turns, RESET_STEP_NS);
+    }
+    return err;
+}
+
+static int reset_turns(struct talk *talk, struct reset *reset)
+{
+    struct ask_turns_state state = { .is_fault = false };
+    int err = ask_turns_hello(&talk->turns);
+
+    if (err == MOTION_OK)
+        err = ask_turns_state(&talk->turns, &state);
+    if (err < 0)
+        return err;
+    reset->was_fault = state.is_fault;
+    if (state.is_fault) {
+        ask_turns_reason(&talk->turns, &state, reset->reason);
+        err = ask_turns_clear(&talk->turns);
+        if (err == MOTION_OK)
+            err = reset_wait_turns(talk, &state);
+    }
+    reset->is_fault = state.is_fault;
+    snprintf(reset->state, sizeof reset->state, "%s",
+             ask_turns_state_text(&talk->turns, state.state));
+    return err;
+}
+
 int reset_drive(struct talk *talk, struct reset *reset)
 {
     *reset = (struct reset){ .was_fault = false };
-    if (!talk->is_modbus)
+    if (talk_is_turns(talk))
+        return reset_turns(talk, reset);
+    if (talk->kind == TALK_CANOPEN)
         return reset_cia402(talk, reset);
     return talk->map == NULL ? MOTION_E_EMPTY : reset_modbus(talk, reset);
 }

@@ -5,7 +5,7 @@
 
 #include "firmware/linux/tools/talk.h"
 
-#define RESET_TEXT_MAX 160
+#define RESET_TEXT_MAX ASK_TURNS_REASON_MAX
 
 struct reset {
     bool was_fault, is_fault;

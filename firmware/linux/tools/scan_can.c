@@ -6,6 +6,8 @@
 #include "firmware/linux/tools/lss.h"
 #include "firmware/linux/tools/scan.h"
 #include "hal/drive_cia402.h"
+#include "hal/drive_moteus.h"
+#include "hal/drive_odrive.h"
 #include "hal/moteus_frame.h"
 #include "motion/err.h"
 
@@ -24,6 +26,7 @@ struct scan_ear {
     unsigned odrive_beats[64];
     uint8_t axis_state[64];
     bool moteus[128];
+    uint8_t moteus_mode[128];
     bool master; /* SYNC or NMT, not ours */
 };
 
@@ -64,6 +67,7 @@ static void ear_take(struct scan_ear *ear, const struct hal_can_frame *frame)
 
     if (moteus_frame_is_hello(frame, &id, &mode) && id < 128) {
         ear->moteus[id] = true;
+        ear->moteus_mode[id] = mode;
     } else if (frame->extended || frame->remote || frame->fd) {
         return;
     } else if (ear_is_odrive(frame)) {
@@ -258,16 +262,19 @@ static void add_others(struct scan *scan, const struct scan_ear *ear,
 
         if (found == NULL)
             continue;
-        snprintf(found->state, sizeof found->state, "axis state %u",
-                 ear->axis_state[id]);
+        snprintf(found->state, sizeof found->state, "%s",
+                 drive_odrive_state_text(ear->axis_state[id]));
         snprintf(found->fits, sizeof found->fits, "kind: odrive");
     }
     for (unsigned id = 0; id < 128; id++) {
         struct scan_found *found =
             ear->moteus[id] ? scan_add(scan, SCAN_MOTEUS, id, bus) : NULL;
 
-        if (found != NULL)
-            snprintf(found->fits, sizeof found->fits, "kind: moteus");
+        if (found == NULL)
+            continue;
+        snprintf(found->state, sizeof found->state, "%s",
+                 drive_moteus_mode_text(ear->moteus_mode[id]));
+        snprintf(found->fits, sizeof found->fits, "kind: moteus");
     }
 }
 

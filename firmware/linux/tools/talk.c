@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "firmware/linux/rig/endpoints.h"
 #include "firmware/linux/rig/modbus_map_load.h"
 #include "hal/drive_cia402.h"
 #include "motion/err.h"
@@ -40,30 +41,78 @@ int talk_bus(const struct rig *rig, const char *name, bool can,
     return only;
 }
 
-/* A node or unit number; 0: none. */
-static uint8_t talk_number(const char *text, unsigned most)
+/* A node or unit number, -1: none. */
+static int talk_number(const char *text)
 {
     char *end;
     const unsigned long number = strtoul(text, &end, 10);
 
-    if (end == text || *end != '\0' || number < 1 || number > most)
+    return end == text || *end != '\0' || number > UINT8_MAX ? -1 : (int)number;
+}
+
+static const struct {
+    const char *word; /* of --kind; NULL: not of a CAN interface */
+    uint8_t first, last;
+    const char *expected;
+} talk_kinds[] = {
+    [TALK_CANOPEN] = { "canopen", 1, 127, "is no node, expected 1 .. 127" },
+    [TALK_MODBUS] = { NULL, 1, 247, "is no unit, expected 1 .. 247" },
+    [TALK_ODRIVE] = { "odrive", 0, 62, "is no ODrive, expected 0 .. 62" },
+    [TALK_MOTEUS] = { "moteus", 1, 127, "is no moteus, expected 1 .. 127" },
+};
+#define TALK_KINDS (sizeof talk_kinds / sizeof talk_kinds[0])
+
+/* Of the drives on a bus there is one kind only. */
+static enum talk_kind talk_kind_of(const struct rig_bus *bus)
+{
+    if (bus->kind == RIG_CANOPEN)
+        return TALK_CANOPEN;
+    if (bus->kind != RIG_CAN)
+        return TALK_MODBUS;
+    return bus->data_bit_rate > 0 ? TALK_MOTEUS : TALK_ODRIVE;
+}
+
+/* What an interface that no rig describes is taken for. */
+static int talk_take_kind(struct talk *talk, const struct talk_config *config,
+                          bool is_rig, char message[RIG_MESSAGE_MAX])
+{
+    struct rig_bus *bus = &talk->rig.bus[0];
+
+    for (unsigned i = 0; i < TALK_KINDS && config->kind != NULL; i++) {
+        if (talk_kinds[i].word == NULL ||
+            strcmp(config->kind, talk_kinds[i].word) != 0)
+            continue;
+        if (is_rig || !rig_bus_is_can(bus))
+            return talk_fail(message, config->kind,
+                             "is for a CAN interface that no rig describes");
+        if (i == TALK_MOTEUS && bus->data_bit_rate == 0)
+            return talk_fail(message, bus->name,
+                             "takes no FD frames, which a moteus speaks");
+        if (i == TALK_ODRIVE)
+            bus->data_bit_rate = 0;
+        bus->kind = i == TALK_CANOPEN ? RIG_CANOPEN : RIG_CAN;
         return 0;
-    return (uint8_t)number;
+    }
+    return config->kind == NULL
+               ? 0
+               : talk_fail(message, config->kind,
+                           "is no kind, expected canopen, odrive or moteus");
 }
 
 static int talk_who(struct talk *talk, const struct talk_config *config,
                     bool is_rig, unsigned *bus, char message[RIG_MESSAGE_MAX])
 {
     const int axis = is_rig ? rig_axis_index(&talk->rig, config->who) : -1;
+    const int number = talk_number(config->who);
     int found;
 
     if (axis >= 0) {
         *bus = talk->rig.axis[axis].bus;
+        talk->kind = talk_kind_of(&talk->rig.bus[*bus]);
         talk->node = talk->rig.axis[axis].node_id;
         return 0;
     }
-    talk->node = talk_number(config->who, 255);
-    if (talk->node == 0)
+    if (number < 0)
         return talk_fail(message, config->who,
                          is_rig ? "is no axis of the rig and no number"
                                 : "is no number of a node, expected 1 .. 127, "
@@ -72,10 +121,11 @@ static int talk_who(struct talk *talk, const struct talk_config *config,
     if (found < 0)
         return -1;
     *bus = (unsigned)found;
-    if (talk->rig.bus[found].kind == RIG_CANOPEN ? talk->node > 127
-                                                 : talk->node > 247)
-        return talk_fail(message, config->who,
-                         "is no node, expected 1 .. 127, on Modbus 1 .. 247");
+    talk->kind = talk_kind_of(&talk->rig.bus[found]);
+    talk->node = (uint8_t)number;
+    if (number < talk_kinds[talk->kind].first ||
+        number > talk_kinds[talk->kind].last)
+        return talk_fail(message, config->who, talk_kinds[talk->kind].expected);
     return 0;
 }
 
@@ -87,9 +137,9 @@ static void talk_find_axis(struct talk *talk)
             talk->axis = &talk->bench.rig.axis[i];
     snprintf(talk->label, sizeof talk->label, "%s%s%s %u on %.40s%s",
              talk->axis == NULL ? "" : talk->axis->name,
-             talk->axis == NULL ? "" : " (", talk->is_modbus ? "unit" : "node",
-             talk->node, talk->bench.rig.bus[0].name,
-             talk->axis == NULL ? "" : ")");
+             talk->axis == NULL ? "" : " (",
+             talk->kind == TALK_MODBUS ? "unit" : "node", talk->node,
+             talk->bench.rig.bus[0].name, talk->axis == NULL ? "" : ")");
 }
 
 /* ---- what is known about it ---- */
@@ -129,13 +179,45 @@ static int talk_map(struct talk *talk, const struct talk_config *config,
     return 0;
 }
 
+static int talk_endpoints(struct talk *talk, const struct talk_config *config,
+                          char message[RIG_MESSAGE_MAX])
+{
+    const char *path = config->endpoints;
+
+    if (path == NULL && talk->axis != NULL && talk->axis->endpoints[0] != '\0')
+        path = talk->axis->endpoints;
+    if (path == NULL)
+        return 0;
+    talk->endpoints = endpoints_open(path);
+    return talk->endpoints != NULL
+               ? 0
+               : talk_fail(message, path, "is no JSON file that can be read");
+}
+
 /* ---- open and close ---- */
+
+static void talk_know_turns(struct talk *talk, const struct talk_config *config)
+{
+    const struct rig_bus *bus = &talk->bench.rig.bus[0];
+
+    ask_turns_init(&talk->turns, talk->bench.ports.can[0],
+                   talk->bench.ports.clock, config->line.timeout_ns);
+    talk->turns.node = talk->node;
+    talk->turns.is_moteus = talk->kind == TALK_MOTEUS;
+    talk->turns.switched = bus->data_bit_rate > bus->bit_rate;
+    if (!talk->bench.is_real)
+        ask_turns_wait(&talk->turns, BENCH_BOOT_NS);
+}
 
 static int talk_know(struct talk *talk, const struct talk_config *config,
                      char message[RIG_MESSAGE_MAX])
 {
     talk_find_axis(talk);
-    if (talk->is_modbus) {
+    if (talk_is_turns(talk)) {
+        talk_know_turns(talk, config);
+        return talk_endpoints(talk, config, message);
+    }
+    if (talk->kind == TALK_MODBUS) {
         ask_modbus_init(&talk->line, talk->bench.ports.modbus[0],
                         talk->bench.ports.clock, talk->node);
         return talk_map(talk, config, message);
@@ -154,17 +236,14 @@ int talk_open(struct talk *talk, const struct talk_config *config,
     unsigned bus = 0;
     bool is_rig;
 
+    talk->endpoints = NULL;
     if (bench_name(config->target, &config->line, &talk->rig, &is_rig,
                    message) < 0 ||
         (is_rig && config->interface != NULL &&
          rig_set_interfaces(&talk->rig, config->interface, message) < 0) ||
+        talk_take_kind(talk, config, is_rig, message) < 0 ||
         talk_who(talk, config, is_rig, &bus, message) < 0)
         return -1;
-    if (talk->rig.bus[bus].kind == RIG_CAN)
-        return talk_fail(message, talk->rig.bus[bus].name,
-                         "is a CAN bus without CANopen, whose drives have "
-                         "objects and registers of their own");
-    talk->is_modbus = talk->rig.bus[bus].kind != RIG_CANOPEN;
     if (bench_open(&talk->bench, &talk->rig, bus, config->is_real || !is_rig,
                    message) < 0)
         return -1;
@@ -177,6 +256,8 @@ int talk_open(struct talk *talk, const struct talk_config *config,
 void talk_close(struct talk *talk)
 {
     bench_close(&talk->bench);
+    endpoints_close(talk->endpoints);
+    talk->endpoints = NULL;
 }
 
 /* ---- questions ---- */
@@ -193,12 +274,22 @@ static int talk_cia402_enabled(struct talk *talk)
            state == CIA402_QUICK_STOP_ACTIVE || state == CIA402_FAULT_REACTION;
 }
 
+static int talk_turns_enabled(struct talk *talk)
+{
+    struct ask_turns_state state;
+    const int err = ask_turns_state(&talk->turns, &state);
+
+    return err < 0 ? err : state.has_torque;
+}
+
 int talk_is_enabled(struct talk *talk)
 {
     bool met = false;
     int err;
 
-    if (!talk->is_modbus)
+    if (talk_is_turns(talk))
+        return talk_turns_enabled(talk);
+    if (talk->kind == TALK_CANOPEN)
         return talk_cia402_enabled(talk);
     if (talk->map == NULL)
         return MOTION_E_EMPTY;
@@ -209,7 +300,9 @@ int talk_is_enabled(struct talk *talk)
 
 void talk_text(const struct talk *talk, int err, char text[TALK_TEXT_MAX])
 {
-    if (talk->is_modbus)
+    if (talk_is_turns(talk))
+        ask_turns_text(&talk->turns, err, text);
+    else if (talk->kind == TALK_MODBUS)
         ask_modbus_text(&talk->line, err, text);
     else
         ask_can_text(&talk->can, err, text);

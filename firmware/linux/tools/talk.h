@@ -1,14 +1,17 @@
 /* firmware/linux/tools/talk.h - one drive to be asked: an axis of a rig, or a
- * node of an interface.  Nothing here makes it move. */
+ * node of an interface, whatever it speaks.  Nothing here makes it move. */
 #ifndef FIRMWARE_LINUX_TOOLS_TALK_H
 #define FIRMWARE_LINUX_TOOLS_TALK_H
 
 #include "firmware/linux/rig/eds.h"
 #include "firmware/linux/tools/ask_can.h"
 #include "firmware/linux/tools/ask_modbus.h"
+#include "firmware/linux/tools/ask_turns.h"
 #include "firmware/linux/tools/bench.h"
 
 #define TALK_LABEL_MAX 96
+
+enum talk_kind { TALK_CANOPEN, TALK_MODBUS, TALK_ODRIVE, TALK_MOTEUS };
 
 struct talk_config {
     const char *target;    /* as bench_name takes it */
@@ -17,7 +20,10 @@ struct talk_config {
     const char *interface; /* other interfaces than the rig's, or NULL */
     const char *eds;       /* a data sheet, or NULL: the axis's own */
     const char *map;       /* a register map, or NULL: the axis's own */
-    bool is_real;          /* a rig's drives, not simulated ones */
+    const char *endpoints; /* an ODrive's list, or NULL: the axis's own */
+    const char *kind; /* of a node of a CAN interface: canopen, odrive, moteus;
+                         NULL: canopen */
+    bool is_real;     /* a rig's drives, not simulated ones */
     struct bench_line line;
 };
 
@@ -26,15 +32,22 @@ struct talk {
     struct bench bench;
     const struct rig_axis *axis; /* in bench.rig; NULL: a node only */
     uint8_t node;
-    bool is_modbus;
+    enum talk_kind kind;
     const struct eds *eds;        /* NULL: none */
     const struct modbus_map *map; /* NULL: none */
+    struct cJSON *endpoints;      /* NULL: none */
     struct eds sheet;
     struct modbus_map own_map;
     struct ask_can can;
     struct ask_modbus line;
+    struct ask_turns turns;
     char label[TALK_LABEL_MAX]; /* "dolly (node 1 on can0)" */
 };
+
+static inline bool talk_is_turns(const struct talk *talk)
+{
+    return talk->kind == TALK_ODRIVE || talk->kind == TALK_MOTEUS;
+}
 
 /* Opens what is named and the drive's bus.  0, or -1 with a sentence; nothing is
  * open then. */

@@ -328,7 +328,7 @@ int yaml_value_integer(const struct yaml_value *value, int64_t min, int64_t max,
 
 int yaml_read_u32(void *reader, const struct yaml_value *value, void *out)
 {
-    int64_t number;
+    int64_t number = 0;
 
     (void)reader;
     if (yaml_value_integer(value, 0, UINT32_MAX, &number) < 0)

@@ -1,0 +1,132 @@
+/* firmware/linux/tools/ask_moteus.c - registers; see ask_turns.h. */
+#include <stdio.h>
+
+#include "firmware/linux/tools/ask_turns_parts.h"
+#include "hal/drive_moteus.h"
+#include "motion/err.h"
+
+#define REFUSES_WRITE 0x30u
+#define REFUSES_READ  0x31u
+
+/* 11 bits say it when they can. */
+static bool moteus_says(const struct ask_turns *ask,
+                        const struct hal_can_frame *frame, const void *what)
+{
+    (void)what;
+    return frame->fd && !frame->remote && frame->len > 0 &&
+           frame->id == (uint32_t)ask->node << 8;
+}
+
+/* Signs of what the tool has in mind do not matter on the wire. */
+static enum moteus_type moteus_type_of(enum quantity_type type)
+{
+    static const enum moteus_type by_bytes[] = {
+        [1] = MOTEUS_INT8, [2] = MOTEUS_INT16, [4] = MOTEUS_INT32
+    };
+
+    return type == QUANTITY_F32 ? MOTEUS_FLOAT
+                                : by_bytes[quantity_type_size(type)];
+}
+
+static int moteus_exchange(struct ask_turns *ask, struct hal_can_frame *frame,
+                           struct hal_can_frame *answer)
+{
+    int err;
+
+    moteus_frame_end(frame);
+    err =
+        ask_turns_frame(ask, frame, moteus_says, NULL, ask->timeout_ns, answer);
+    if (err == MOTION_OK &&
+        (answer->data[0] == REFUSES_WRITE || answer->data[0] == REFUSES_READ))
+        return MOTION_E_REFUSED;
+    return err;
+}
+
+static int moteus_read(struct ask_turns *ask, const struct quantity *quantity,
+                       uint32_t *raw)
+{
+    struct hal_can_frame frame, answer;
+    struct moteus_reader reader;
+    struct moteus_value value;
+    int err;
+
+    moteus_frame_begin(&frame, ask->node, ask->switched);
+    moteus_frame_read(&frame, moteus_type_of(quantity->type), quantity->at, 1);
+    err = moteus_exchange(ask, &frame, &answer);
+    if (err < 0)
+        return err;
+    moteus_reader_begin(&reader, &answer);
+    if (moteus_reader_next(&reader, &value) != 1 || value.reg != quantity->at)
+        return MOTION_E_PROTOCOL;
+    *raw = (uint32_t)value.raw;
+    return MOTION_OK;
+}
+
+/* A write alone is not answered: the mode is asked for with it. */
+static int moteus_write(struct ask_turns *ask, const struct quantity *quantity,
+                        uint32_t raw)
+{
+    struct hal_can_frame frame, answer;
+
+    moteus_frame_begin(&frame, ask->node, ask->switched);
+    moteus_frame_write(&frame, moteus_type_of(quantity->type), quantity->at,
+                       &raw, 1);
+    moteus_frame_read(&frame, MOTEUS_INT8, MOTEUS_MODE, 1);
+    return moteus_exchange(ask, &frame, &answer);
+}
+
+static const struct quantity moteus_mode = { .kind = QUANTITY_REGISTER,
+                                             .type = QUANTITY_I8,
+                                             .at = MOTEUS_MODE };
+static const struct quantity moteus_fault = { .kind = QUANTITY_REGISTER,
+                                              .type = QUANTITY_I8,
+                                              .at = MOTEUS_FAULT };
+
+static int moteus_hello(struct ask_turns *ask)
+{
+    uint32_t mode;
+
+    return moteus_read(ask, &moteus_mode, &mode);
+}
+
+static int moteus_state(struct ask_turns *ask, struct ask_turns_state *state)
+{
+    uint32_t mode = 0;
+    int err = moteus_read(ask, &moteus_mode, &mode);
+
+    if (err == MOTION_OK)
+        err = moteus_read(ask, &moteus_fault, &state->error);
+    if (err < 0)
+        return err;
+    state->state = mode;
+    state->is_fault = mode == MOTEUS_MODE_FAULT || mode == MOTEUS_MODE_TIMEOUT;
+    state->has_torque = mode != MOTEUS_MODE_STOPPED && !state->is_fault;
+    return MOTION_OK;
+}
+
+static int moteus_clear(struct ask_turns *ask)
+{
+    return moteus_write(ask, &moteus_mode, MOTEUS_MODE_STOPPED);
+}
+
+static void moteus_reason(const struct ask_turns *ask,
+                          const struct ask_turns_state *state,
+                          char text[ASK_TURNS_REASON_MAX])
+{
+    (void)ask;
+    if (state->state == MOTEUS_MODE_TIMEOUT)
+        snprintf(text, ASK_TURNS_REASON_MAX, "its watchdog ran out (mode 11)");
+    else
+        snprintf(text, ASK_TURNS_REASON_MAX, "fault %u: %s",
+                 (unsigned)state->error, drive_moteus_fault_text(state->error));
+}
+
+const struct ask_turns_family ask_moteus = {
+    .hello = moteus_hello,
+    .read = moteus_read,
+    .write = moteus_write,
+    .state = moteus_state,
+    .clear = moteus_clear,
+    .state_text = drive_moteus_mode_text,
+    .reason = moteus_reason,
+};

@@ -1,0 +1,213 @@
+/* firmware/linux/tools/ask_odrive.c - CANSimple; see ask_turns.h. */
+#include <stdio.h>
+#include <string.h>
+
+#include "firmware/linux/tools/ask_turns_parts.h"
+#include "hal/drive_odrive.h"
+#include "motion/err.h"
+
+#define NODE_SHIFT   5u
+#define VERSION      0x00u
+#define HEARTBEAT    0x01u
+#define RX_SDO       0x04u
+#define TX_SDO       0x05u
+#define CLEAR_ERRORS 0x18u
+#define SDO_READ     0u
+#define SDO_WRITE    1u
+#define IDLE         1u
+/* A heartbeat comes every 100 ms as delivered. */
+#define BEAT_NS  INT64_C(2000000000)
+#define WRITE_NS INT64_C(20000000)
+
+static struct hal_can_frame odrive_frame(const struct ask_turns *ask,
+                                         unsigned command)
+{
+    return (struct hal_can_frame){ .id = (uint32_t)ask->node << NODE_SHIFT |
+                                         command };
+}
+
+/* `what`: the command. */
+static bool odrive_says(const struct ask_turns *ask,
+                        const struct hal_can_frame *frame, const void *what)
+{
+    const unsigned command = *(const unsigned *)what;
+
+    return !frame->extended && !frame->remote && !frame->fd &&
+           frame->len == 8 && frame->id == odrive_frame(ask, command).id;
+}
+
+static int odrive_ask(struct ask_turns *ask, unsigned command,
+                      struct hal_can_frame *answer)
+{
+    struct hal_can_frame question = odrive_frame(ask, command);
+
+    question.remote = true;
+    return ask_turns_frame(ask, &question, odrive_says, &command,
+                           ask->timeout_ns, answer);
+}
+
+/* It says that by itself. */
+static int odrive_beat(struct ask_turns *ask, struct hal_can_frame *beat)
+{
+    const unsigned command = HEARTBEAT;
+
+    return ask_turns_frame(ask, NULL, odrive_says, &command, BEAT_NS, beat);
+}
+
+/* Firmware 0.5 does not answer. */
+static int odrive_hello(struct ask_turns *ask)
+{
+    struct hal_can_frame frame;
+    int err = odrive_beat(ask, &frame);
+
+    if (err < 0)
+        return err;
+    err = odrive_ask(ask, VERSION, &frame);
+    ask->is_05 = err == MOTION_E_TIMEOUT;
+    if (err == MOTION_OK)
+        memcpy(ask->version, frame.data, sizeof ask->version);
+    return ask->is_05 ? MOTION_OK : err;
+}
+
+/* ---- values ---- */
+
+static uint32_t odrive_raw(const uint8_t *at, unsigned bytes)
+{
+    uint32_t raw = 0;
+
+    for (unsigned i = 0; i < bytes; i++)
+        raw |= (uint32_t)at[i] << 8 * i;
+    return raw;
+}
+
+static bool odrive_answers_sdo(const struct ask_turns *ask,
+                               const struct hal_can_frame *frame,
+                               const void *what)
+{
+    const struct quantity *quantity = what;
+    const unsigned command = TX_SDO;
+
+    return odrive_says(ask, frame, &command) &&
+           odrive_raw(&frame->data[1], 2) == quantity->at;
+}
+
+static struct hal_can_frame odrive_sdo(const struct ask_turns *ask,
+                                       const struct quantity *quantity,
+                                       unsigned what, uint32_t raw)
+{
+    struct hal_can_frame frame = odrive_frame(ask, RX_SDO);
+
+    frame.len = 8;
+    frame.data[0] = (uint8_t)what;
+    frame.data[1] = (uint8_t)quantity->at;
+    frame.data[2] = (uint8_t)(quantity->at >> 8);
+    for (unsigned i = 0; i < 4; i++)
+        frame.data[4 + i] = (uint8_t)(raw >> 8 * i);
+    return frame;
+}
+
+static int odrive_read(struct ask_turns *ask, const struct quantity *quantity,
+                       uint32_t *raw)
+{
+    const unsigned bytes = quantity_type_size(quantity->type);
+    struct hal_can_frame question, answer;
+    unsigned at = quantity->offset;
+    int err;
+
+    if (quantity->kind == QUANTITY_ENDPOINT) {
+        question = odrive_sdo(ask, quantity, SDO_READ, 0);
+        err = ask_turns_frame(ask, &question, odrive_answers_sdo, quantity,
+                              ask->timeout_ns, &answer);
+        at = 4;
+    } else if (quantity->at == HEARTBEAT) {
+        err = odrive_beat(ask, &answer);
+    } else {
+        err = odrive_ask(ask, quantity->at, &answer);
+    }
+    if (err == MOTION_OK)
+        *raw = odrive_raw(&answer.data[at], bytes);
+    return err;
+}
+
+/* Newer firmware confirms it, older does not: it is read back. */
+static int odrive_write(struct ask_turns *ask, const struct quantity *quantity,
+                        uint32_t raw)
+{
+    const struct hal_can_frame frame =
+        odrive_sdo(ask, quantity, SDO_WRITE, raw);
+    const int err = ask_turns_send(ask, &frame);
+
+    ask_turns_wait(ask, WRITE_NS);
+    return err;
+}
+
+/* ---- state ---- */
+
+static int odrive_state(struct ask_turns *ask, struct ask_turns_state *state)
+{
+    struct hal_can_frame beat;
+    const int err = odrive_beat(ask, &beat);
+
+    if (err < 0)
+        return err;
+    state->error = odrive_raw(beat.data, 4);
+    state->state = beat.data[4];
+    if (ask->is_05)
+        state->parts = (uint8_t)((beat.data[5] & 1) | (beat.data[6] & 1) << 1 |
+                                 (beat.data[7] & 1) << 2);
+    state->is_fault = state->error != 0 || state->parts != 0;
+    state->has_torque = state->state > IDLE;
+    return MOTION_OK;
+}
+
+static int odrive_clear(struct ask_turns *ask)
+{
+    struct hal_can_frame frame = odrive_frame(ask, CLEAR_ERRORS);
+    int err;
+
+    frame.len = ask->is_05 ? 0 : 1;
+    err = ask_turns_send(ask, &frame);
+    ask_turns_wait(ask, WRITE_NS);
+    return err;
+}
+
+/* Every bit has words of its own. */
+static void odrive_reason(const struct ask_turns *ask,
+                          const struct ask_turns_state *state,
+                          char text[ASK_TURNS_REASON_MAX])
+{
+    static const char *const part[] = { "motor", "encoder", "controller" };
+    int length = snprintf(text, ASK_TURNS_REASON_MAX, "error 0x%08X",
+                          (unsigned)state->error);
+    const char *between = ": ";
+
+    for (unsigned i = 0; i < 32 && length < ASK_TURNS_REASON_MAX; i++) {
+        if ((state->error >> i & 1) == 0)
+            continue;
+        length +=
+            snprintf(text + length, (size_t)(ASK_TURNS_REASON_MAX - length),
+                     "%s%s", between,
+                     drive_odrive_error_text(ask->is_05 ? DRIVE_ODRIVE_05
+                                                        : DRIVE_ODRIVE_06,
+                                             UINT32_C(1) << i));
+        between = ", ";
+    }
+    for (unsigned i = 0; i < 3 && length < ASK_TURNS_REASON_MAX; i++) {
+        if ((state->parts >> i & 1) == 0)
+            continue;
+        length +=
+            snprintf(text + length, (size_t)(ASK_TURNS_REASON_MAX - length),
+                     "%serror of its %s", between, part[i]);
+        between = ", ";
+    }
+}
+
+const struct ask_turns_family ask_odrive = {
+    .hello = odrive_hello,
+    .read = odrive_read,
+    .write = odrive_write,
+    .state = odrive_state,
+    .clear = odrive_clear,
+    .state_text = drive_odrive_state_text,
+    .reason = odrive_reason,
+};
