@@ -20,7 +20,7 @@
 # ticks late, and a minute may be over in seconds; its times say nothing about
 # real time.
 #
-# VM_CACHE    where the kernel is kept (build/vm); VM_TIMEOUT  seconds (500)
+# VM_CACHE    where the kernel is kept (build/vm); VM_TIMEOUT  seconds (1000)
 set -eu
 cache=${VM_CACHE:-build/vm}
 modules='virtio_pci 9p 9pnet_virtio overlay can can-raw can-bcm can-dev vcan kvaser_pci slcan
@@ -136,15 +136,15 @@ INIT
 chmod +x "$root/init"
 (cd "$root" && find . | cpio -o -H newc --quiet | gzip -1) >"$work/initrd"
 
-nice timeout "${VM_TIMEOUT:-500}" qemu-system-x86_64 -accel tcg -icount shift=2,sleep=off -m 768 \
+nice timeout "${VM_TIMEOUT:-1000}" qemu-system-x86_64 -accel tcg -icount shift=2,sleep=off -m 768 \
     -nographic -no-reboot -nodefaults -serial stdio \
     -object can-bus,id=bus -device kvaser_pci,canbus=bus \
     -device kvaser_pci,canbus=bus \
     -virtfs local,path=/,mount_tag=root,security_model=none,readonly=on,multidevs=remap \
     -kernel "$base/root/boot/vmlinuz-$kernel" -initrd "$work/initrd" \
     -append 'console=ttyS0 quiet loglevel=3 panic=-1' </dev/null |
-    tr -d '\r' | tee "$work/out" |
-    awk '/vm: begin/ { on = 1; next } /vm: exit/ { on = 0 }
+    awk -v out="$work/out" '{ gsub("\r", ""); print >out }
+        /vm: begin/ { on = 1; next } /vm: exit/ { on = 0 }
         on { print; fflush() }' || true
 grep -q 'vm: begin' "$work/out" || { cat "$work/out" >&2; die "did not boot"; }
 status=$(sed -n 's/.*vm: exit //p' "$work/out" | tail -n 1)

@@ -26,12 +26,14 @@ $(GPIOD2_DIR)/%.o: %.c $(GPIOD2_DIR)/unpacked Makefile
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_CFLAGS) -isystem $(GPIOD2_DIR)/include -c $< -o $@
 
-$(GPIOD2_DIR)/test_conform_gpio: $(B)/tests/test_conform_gpio.o \
-    $(GPIOD2_OWN:%.c=$(GPIOD2_DIR)/%.o) $(GPIOD2_DIR)/libgpiod.a \
-    $(B)/libtests.a $(B)/libslew.a
+$(GPIOD2_DIR)/slew: $(MAIN:%.c=$(B)/%.o)
+$(GPIOD2_DIR)/test_conform_gpio: $(B)/tests/test_conform_gpio.o $(B)/libtests.a
+$(GPIOD2_DIR)/slew $(GPIOD2_DIR)/test_conform_gpio: \
+    $(GPIOD2_OWN:%.c=$(GPIOD2_DIR)/%.o) $(B)/libslew.a $(GPIOD2_DIR)/libgpiod.a
 	$(call say,link,$@)
-	$(Q)$(CC) $(OPT) $(LDFLAGS) $^ $(filter-out -lgpiod,$(LDLIBS)) $(CMOCKA) \
-	    -o $@
+	$(Q)$(CC) $(OPT) $(LDFLAGS) $(filter %.o,$^) -Wl,--start-group \
+	    $(filter %.a,$^) -Wl,--end-group $(filter-out -lgpiod,$(LDLIBS)) \
+	    $(CMOCKA) -o $@
 
 .PHONY: test-gpiod2
 # compile and run what needs no chip

@@ -2,12 +2,13 @@
 
 # Scripts of tests/vm that run in there, one after the other, and what of ours
 # they need.
-VM_CHECKS := can gpio turns
+VM_CHECKS := can gpio lines turns
 VM_NEED   := $(SLEW) $(B)/tests/test_conform_can $(B)/tests/test_can_socketcan \
-             $(B)/tests/test_conform_gpio $(B)/gpiod2/test_conform_gpio
+             $(B)/tests/test_conform_gpio $(B)/gpiod2/test_conform_gpio \
+             $(B)/gpiod2/slew
 
 .PHONY: test-vm
-## CAN and GPIO as they really are: a kernel in QEMU, drives on can0 (2 min)
+## CAN and GPIO as they really are: a kernel in QEMU, drives on can0 (4 min)
 test-vm: $(VM_NEED)
 	@tests/vm/boot.sh 'bad=0; \
 	    for check in $(VM_CHECKS); do \

@@ -187,6 +187,8 @@ static void report_fault(const struct report *report, FILE *file)
                 controller_fault_text(report->fault.fault), value);
     if (report->fault_text[0] != 0)
         fprintf(file, "reason: %s\n", report->fault_text);
+    if (report->fault.drive_code != 0)
+        fputs("slew drive reset clears it, once its cause is gone\n", file);
 }
 
 static void report_buses(const struct report *report, FILE *file)
