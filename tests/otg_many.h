@@ -62,6 +62,7 @@ enum many_verdict {
     MANY_GOOD,
     MANY_REFUSED, /* rightly: there is no such motion */
     MANY_RANGE,   /* rightly: over three days, or beyond the formats */
+    MANY_LATE,    /* answered, but over 1e-6 longer than the search says */
     MANY_DOUBT,   /* as that, but not proven */
     MANY_MISSED,  /* refused although there is a motion */
     MANY_BAD,     /* an answer that is wrong */
@@ -71,8 +72,8 @@ enum many_verdict {
 #define MANY_TEXT 800
 
 void many_draw(uint64_t seed, uint64_t number, struct many_problem *problem);
-/* Plan it and judge the answer by the oracle; when it is missed or bad, `text`
- * says what and gives the move. */
+/* Plan it and judge the answer by the oracle; when it is late, missed or bad,
+ * `text` says what and gives the move. */
 enum many_verdict many_run(const struct many_problem *problem,
                            char text[MANY_TEXT]);
 

@@ -5,6 +5,7 @@
 #include <stdio.h>
 
 #include "motion/err.h"
+#include "motion/otg_internal.h"
 #include "motion/otg_replan.h"
 #include "motion/otg_through.h"
 #include "tests/otg_many.h"
@@ -103,6 +104,20 @@ static enum many_verdict judged(const struct motion_otg_move *m,
     if (wrong == NULL)
         wrong = otg_oracle_judge_track(m, plan);
     return wrong == NULL ? MANY_GOOD : bad(m, wrong, "", text);
+}
+
+/* A plan in the least time, that is good otherwise. */
+static enum many_verdict timed(const struct motion_otg_move *m,
+                               const struct motion_otg_plan *plan,
+                               char text[MANY_TEXT])
+{
+    enum motion_otg_field field;
+    int64_t least;
+    if (motion_otg_least(m, &least, &field) != MOTION_OK ||
+        plan->dur_ns_q12 <= least + least / 1000000 + 4096)
+        return MANY_GOOD;
+    bad(m, "longer than the least", "", text);
+    return MANY_LATE;
 }
 
 static enum many_verdict run_one(const struct motion_otg_move *m,
@@ -286,7 +301,9 @@ enum many_verdict many_run(const struct many_problem *p, char text[MANY_TEXT])
         return run_replan(p, text);
     case MANY_STOP:
         return run_stop(p, text);
-    default:
-        return run_one(&p->move[0], &plan, text);
+    default: {
+        enum many_verdict verdict = run_one(&p->move[0], &plan, text);
+        return verdict == MANY_GOOD ? timed(&p->move[0], &plan, text) : verdict;
+    }
     }
 }

@@ -104,6 +104,7 @@ FIRST     ?= 0
 PROCESSES ?= 1
 MISSED    ?= 0
 BAD       ?= 0
+LONG      ?= 0
 
 $(B)/otg-many: $(MANY_SRC:%.c=$(B)/%.o) $(B)/libslew.a
 	$(call say,link,$@)
@@ -113,7 +114,7 @@ $(B)/otg-many: $(MANY_SRC:%.c=$(B)/%.o) $(B)/libslew.a
 ## N=10000000 random problems planned and judged exactly; SEED, PROCESSES, SAN
 otg-many: $(B)/otg-many
 	@$< -n $(N) -s $(SEED) -f $(FIRST) -j $(PROCESSES) \
-	    -m $(MISSED) -b $(BAD)
+	    -m $(MISSED) -b $(BAD) -l $(LONG)
 
 #---- beside SciPy, from PyPI
 

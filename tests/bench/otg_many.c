@@ -1,12 +1,12 @@
 /* tests/bench/otg_many.c - the planner against a great many problems.
  *
  *   otg_many [-n COUNT] [-s SEED] [-f FIRST] [-j PROCESSES] [-m MISSED]
- *            [-b BAD]
+ *            [-b BAD] [-l LONG]
  *
  * Problems FIRST .. FIRST + COUNT - 1 of tests/otg_many.h, every answer judged
  * by the oracle.  Each that is missed or bad is printed with the command that
  * repeats it alone; progress goes to standard error.  Status 1 when more than
- * MISSED (0) are missed or in doubt, more than BAD (0) are bad, or a process
+ * MISSED (0) are missed or in doubt, more than BAD (0) are bad, more than LONG (0) longer than the least, or a process
  * died. */
 #include <inttypes.h>
 #include <stdbool.h>
@@ -33,7 +33,7 @@ struct tally {
 };
 
 struct run {
-    uint64_t count, seed, first, missed, bad;
+    uint64_t count, seed, first, missed, bad, late;
     int processes;
     struct tally *tally;
 };
@@ -64,10 +64,12 @@ static void work(const struct run *run, int process)
             tally->worst_ns = took;
             tally->worst_at = tally->at;
         }
-        if (verdict >= MANY_DOUBT && shown++ < SHOWN)
+        if ((verdict >= MANY_DOUBT && shown++ < SHOWN) ||
+            (verdict == MANY_LATE && run->count == 1))
             printf("%s: %s: %s\n  again: otg_many -s %" PRIu64 " -f %" PRIu64
                    " -n 1\n",
                    verdict == MANY_BAD     ? "bad"
+                   : verdict == MANY_LATE ? "long"
                    : verdict == MANY_DOUBT ? "in doubt"
                                            : "missed",
                    many_kind_text(problem.kind), text, run->seed, tally->at);
@@ -119,8 +121,8 @@ static bool report(const struct run *run, double seconds)
     double worst = 0;
     uint64_t worst_at = 0;
     int evaluations = 0;
-    printf("  %-28s %10s %10s %10s %9s %7s %5s\n", "", "answered", "no motion",
-           "too far", "in doubt", "missed", "bad");
+    printf("  %-28s %10s %10s %10s %5s %9s %7s %5s\n", "", "answered",
+           "no motion", "too far", "long", "in doubt", "missed", "bad");
     for (int k = 0; k < MANY_KINDS; k++) {
         uint64_t sum[MANY_VERDICTS] = { 0 };
         for (int v = 0; v < MANY_VERDICTS; v++)
@@ -131,7 +133,8 @@ static bool report(const struct run *run, double seconds)
         printf("  %-28s", many_kind_text((enum many_kind)k));
         for (int v = 0; v < MANY_VERDICTS; v++)
             printf(" %*" PRIu64,
-                   v < MANY_DOUBT    ? 10
+                   v < MANY_LATE     ? 10
+                   : v == MANY_LATE  ? 5
                    : v < MANY_MISSED ? 9
                    : v < MANY_BAD    ? 7
                                      : 5,
@@ -148,20 +151,20 @@ static bool report(const struct run *run, double seconds)
     printf("otg-many: %" PRIu64 " problems of seed %" PRIu64
            " in %.0f s; %" PRIu64 " answered, %" PRIu64
            " have no motion, %" PRIu64 " too far, %" PRIu64
-           " in doubt, %" PRIu64 " missed, %" PRIu64 " bad\n",
+           " long, %" PRIu64 " in doubt, %" PRIu64 " missed, %" PRIu64 " bad\n",
            run->count, run->seed, seconds, all[MANY_GOOD], all[MANY_REFUSED],
-           all[MANY_RANGE], all[MANY_DOUBT], all[MANY_MISSED], all[MANY_BAD]);
+           all[MANY_RANGE], all[MANY_LATE], all[MANY_DOUBT], all[MANY_MISSED], all[MANY_BAD]);
     printf("otg-many: at most %d evaluations per search; longest, with its "
            "judge, %.2f ms (problem %" PRIu64 ")\n",
            evaluations, worst / 1e6, worst_at);
-    return all[MANY_BAD] <= run->bad &&
+    return all[MANY_BAD] <= run->bad && all[MANY_LATE] <= run->late &&
            all[MANY_DOUBT] + all[MANY_MISSED] <= run->missed;
 }
 
 static int usage(void)
 {
     fputs("usage: otg_many [-n COUNT] [-s SEED] [-f FIRST] [-j PROCESSES]"
-          " [-m MISSED] [-b BAD]\n",
+          " [-m MISSED] [-b BAD] [-l LONG]\n",
           stderr);
     return 2;
 }
@@ -169,7 +172,7 @@ static int usage(void)
 static bool run_parse(int argc, char **argv, struct run *run)
 {
     int option;
-    while ((option = getopt(argc, argv, "n:s:f:j:m:b:")) != -1) {
+    while ((option = getopt(argc, argv, "n:s:f:j:m:b:l:")) != -1) {
         char *end;
         uint64_t value = option == '?' ? 0 : strtoull(optarg, &end, 0);
         if (option == '?' || *end != 0)
@@ -184,6 +187,8 @@ static bool run_parse(int argc, char **argv, struct run *run)
             run->missed = value;
         else if (option == 'b')
             run->bad = value;
+        else if (option == 'l')
+            run->late = value;
         else
             run->processes = (int)(value > PROCESSES ? PROCESSES : value);
     }
