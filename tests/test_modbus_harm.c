@@ -36,8 +36,9 @@
  * failure for silence.  An answer that comes later than that is taken for the
  * next one's, for RTU has no numbers: it is to be late by design, not because
  * this machine has other things to do.  Where it has, the device sees it, and a
- * few wrong values are its own: those that took it longer than half the silence,
- * and those to a request that is not the last one any more. */
+ * few wrong values are its own: those that went out later than half the silence
+ * after they were asked for, and those to a request that is not the last one any
+ * more. */
 #define TIMEOUT_NS (20 * MS)
 #define DRAIN_NS   (400 * MS)
 
@@ -68,6 +69,8 @@ struct line {
     _Atomic int harm;
     _Atomic bool stop, stalled;
     _Atomic uint16_t address; /* asked for last */
+    _Atomic int64_t asked_ns; /* when */
+    uint16_t answering;       /* the device's: the address it was asked for */
     uint16_t tries;
     unsigned pause;
     enum harm asked;
@@ -93,14 +96,31 @@ static void rest_ns(int64_t dur_ns)
 
 /* ---- the device: answers to reads of one register ---- */
 
-/* What is not taken was for somebody who has left. */
-static void put(const struct line *self, int fd, const uint8_t *bytes,
-                size_t length)
+static int64_t now_ns(void)
 {
+    struct timespec time;
+
+    (void)clock_gettime(CLOCK_MONOTONIC, &time);
+    return (int64_t)time.tv_sec * 1000000000 + time.tv_nsec;
+}
+
+static void note_stall(struct line *self)
+{
+    if (now_ns() - atomic_load(&self->asked_ns) > DRAIN_NS / 2 ||
+        self->answering != atomic_load(&self->address))
+        atomic_store(&self->stalled, true);
+}
+
+/* What is not taken was for somebody who has left.  A stall is noted before
+ * anybody can have read what it made late, and once more for one in between. */
+static void put(struct line *self, int fd, const uint8_t *bytes, size_t length)
+{
+    note_stall(self);
     if (self->tcp)
         (void)send(fd, bytes, length, MSG_NOSIGNAL);
     else
         (void)!write(fd, bytes, length);
+    note_stall(self);
 }
 
 static unsigned answer_rtu(const uint8_t *request, uint8_t *frame)
@@ -188,14 +208,6 @@ static unsigned spoil_tcp(struct line *self, enum harm harm, uint8_t *frame,
     }
 }
 
-static int64_t now_ns(void)
-{
-    struct timespec time;
-
-    (void)clock_gettime(CLOCK_MONOTONIC, &time);
-    return (int64_t)time.tv_sec * 1000000000 + time.tv_nsec;
-}
-
 /* False: this connection is to be closed. */
 static bool answer(struct line *self, int fd, const uint8_t *request)
 {
@@ -244,12 +256,8 @@ static void serve(struct line *self, int fd)
         if (have < whole)
             continue;
         have = 0;
-        const int64_t since_ns = now_ns();
+        self->answering = modbus_pdu_get(request + (self->tcp ? 8 : 2));
         const bool goes_on = answer(self, fd, request);
-        if (now_ns() - since_ns > DRAIN_NS / 2 ||
-            modbus_pdu_get(request + (self->tcp ? 8 : 2)) !=
-                atomic_load(&self->address))
-            atomic_store(&self->stalled, true);
         if (!goes_on && self->tcp)
             return;
     }
@@ -351,6 +359,7 @@ static void ask(struct line *self, uint64_t *seed)
                       ? HARM_NONE
                       : (enum harm)check_random_in(seed, 1, HARMS - 1);
     atomic_store(&self->harm, self->asked);
+    atomic_store(&self->asked_ns, now_ns());
     assert_int_equal(
         hal_modbus_submit(&self->libmodbus.modbus, &request, address), 0);
     self->waits = true;

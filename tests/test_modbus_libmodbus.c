@@ -109,10 +109,12 @@ static struct pause_watch watch;
 
 /* A pause makes answers late that are not late by design; the device is paused
  * too, so that they come when the silence is over, and are the next one's.  Only
- * one that was seen to be there, since there were `before`, excuses that. */
-static bool is_paused(unsigned before, unsigned *excused)
+ * one that was seen to be there, since there were `before`, excuses a wrong value.
+ * A good answer that came too late is asked for again; not more often in all. */
+static bool is_excused(bool wrong, unsigned before, unsigned *excused)
 {
-    return pause_watch_count(&watch) != before && ++*excused <= PAUSES;
+    return (!wrong || pause_watch_count(&watch) != before) &&
+           ++*excused <= PAUSES;
 }
 
 /* False: not right, for a pause. */
@@ -126,7 +128,7 @@ static bool read_right(uint16_t address, bool spoilt, unsigned before,
     *refused = reply.err != MOTION_OK;
     if (!wrong && (spoilt || !*refused))
         return true;
-    if (!is_paused(before, excused))
+    if (!is_excused(wrong, before, excused))
         fail_msg("read %u, kind %d: %s, register %04X", address,
                  bench.faulty.fault, motion_err_text(reply.err),
                  reply.value[0]);
