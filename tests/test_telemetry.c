@@ -66,8 +66,9 @@ static struct telemetry_row any_row(uint64_t *seed, int i)
         .phase = (enum telemetry_phase)(i % TELEMETRY_PHASES),
         .state = i % 6,
         .axis = { any_axis(seed), any_axis(seed) },
-        .shot = { { (uint32_t)check_random(seed), INT64_C(999999) * i },
-                  { (uint32_t)i, i } },
+        .shot = { { .number = (uint32_t)check_random(seed),
+                    .t_ns = INT64_C(999999) * i },
+                  { .number = (uint32_t)i, .t_ns = i } },
     };
 }
 
