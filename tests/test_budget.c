@@ -1,7 +1,5 @@
 /* tests/test_budget.c - what the arithmetic says of a bus, and what the
  * simulated wire then carries. */
-#include <stdio.h>
-
 #include <string.h>
 
 #include "firmware/linux/machine/machine_sim.h"
