@@ -55,7 +55,6 @@ HEADERS  := $(wildcard $(foreach d,motion motion/plan hal sim firmware \
               firmware/linux/* tests tests/fuzz,$(d)/*.h))
 
 SLEW     := $(B)/slew
-PATIENT  := $(B)/patient/slew
 TESTS    := $(TEST_SRC:%.c=$(B)/%)
 FUZZ     := $(patsubst %.c,$(B)/%,$(wildcard tests/fuzz/fuzz_*.c))
 VECTORS  := $(B)/tests/vectors
@@ -109,13 +108,13 @@ vectors: $(VECTORS)
 .PHONY: check
 ## run the tests, installing nothing; make check T=track for one
 check: $(if $(T),$(foreach t,$(T),$(B)/tests/$(if \
-    $(filter fuzz_%,$t),fuzz/$t,test_$t)),$(TESTS) $(FUZZ) $(SCRIPTS:%=$(SLEW) $(PATIENT)))
-	@SLEW=$(SLEW) PATIENT=$(PATIENT) tests/run.sh $(B)/log $(filter $(B)/tests/%,$^) \
+    $(filter fuzz_%,$t),fuzz/$t,test_$t)),$(TESTS) $(FUZZ) $(SCRIPTS:%=$(SLEW)))
+	@SLEW=$(SLEW) tests/run.sh $(B)/log $(filter $(B)/tests/%,$^) \
 	      $(if $(T),,$(SCRIPTS))
 
 .PHONY: all
 # everything that is compiled with CC
-all: $(SLEW) $(PATIENT) $(TESTS) $(FUZZ) $(VECTORS)
+all: $(SLEW) $(TESTS) $(FUZZ) $(VECTORS)
 
 .PHONY: clean
 ## remove everything that was built
@@ -127,13 +126,6 @@ clean:
 $(SLEW): $(MAIN:%.c=$(B)/%.o) $(B)/libslew.a
 	$(call say,link,$@)
 	$(Q)$(CC) $(OPT) $(LDFLAGS) $^ $(LDLIBS) -o $@
-
-# The program on a clock that leaves pauses of the machine out, for tests.
-$(PATIENT): $(MAIN:%.c=$(B)/%.o) $(B)/tests/patient_clock.o $(B)/libslew.a
-	$(call say,link,$@)
-	@mkdir -p $(@D)
-	$(Q)$(CC) $(OPT) $(LDFLAGS) -Wl,--wrap=clock_gettime \
-	    -Wl,--wrap=clock_nanosleep $^ $(LDLIBS) -o $@
 
 $(B)/tests/%: $(B)/tests/%.o $(B)/libtests.a $(B)/libslew.a
 	$(call say,link,$@)
