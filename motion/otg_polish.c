@@ -7,6 +7,7 @@
  * held or, where they are not, how high they are; and the cruise. */
 #include <stddef.h>
 
+#include "motion/fixed.h"
 #include "motion/otg_internal.h"
 
 /* The part of the whole that is small enough for a Newton step, and where two
@@ -17,6 +18,7 @@
 #define HUMP_BITS 20
 
 #define TICKS_MOST ((uint64_t)1 << 60)
+#define ACC_END    ((uint64_t)1 << 62) /* accelerations have 62 bits */
 
 struct polish {
     struct motion_otg_plan *plan;
@@ -108,8 +110,12 @@ static void turn_hump(struct polish *p, int which, struct num x)
     if (!p->shape->knobs.is_peak[which])
         by = -by;
     int64_t before = i > 1 ? hold[-2].acc : p->plan->start_acc;
-    hold->acc = no_less(p->shape->knobs.is_peak[which], hold->acc + by, before);
-    hold->acc = no_less(p->shape->knobs.is_peak[which], hold->acc, hold[1].acc);
+    int64_t acc;
+    if (motion_fixed_add(hold->acc, by, &acc) < 0 ||
+        motion_fixed_abs(acc) >= ACC_END)
+        return; /* no limit is as high */
+    acc = no_less(p->shape->knobs.is_peak[which], acc, before);
+    hold->acc = no_less(p->shape->knobs.is_peak[which], acc, hold[1].acc);
     hold[-1].acc = hold->acc;
     hold[-1].dur_ns_q12 =
         motion_otg_ramp_ticks(p->rates, i - 1, hold->acc - before);

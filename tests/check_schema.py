@@ -98,7 +98,10 @@ BEYOND = {
     "rig_homing_away",
     "rig_homing_go_outside",
     "rig_homing_method_missing",
+    "rig_homing_moteus",
     "rig_homing_no_line",
+    "rig_homing_odrive_method",
+    "rig_homing_odrive_slow",
     "rig_homing_slow_above",
     "rig_homing_unused",
     "rig_infinite",  # a number to YAML
