@@ -205,8 +205,12 @@ $(eval $(call rt_target,m4,$(CROSS)gcc -mcpu=cortex-m4 -mthumb))
 
 .PHONY: rt
 ## prove the tick's objects: no division, float, heap, recursion; worst stack
-rt: $(RT)
+rt:
+	@$(MAKE) --no-print-directory $(ALL_CPUS) rt-objects
 	@CROSS=$(CROSS) $(PYTHON) tests/rt.py $(PORTABLE)
+
+.PHONY: rt-objects
+rt-objects: $(RT)
 
 .PHONY: cover
 ## line coverage of the tests, room by room
