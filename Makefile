@@ -53,6 +53,9 @@ SOURCES  := $(ROOMS) $(wildcard $(MAIN)) $(TEST_SRC) $(TEST_LIB) \
             $(wildcard tests/peers/*.c tests/fuzz/*.c)
 HEADERS  := $(wildcard $(foreach d,motion motion/plan hal sim firmware \
               firmware/linux/* tests tests/fuzz,$(d)/*.h))
+# What is compiled for a bare machine or beside a peer is laid out like the rest.
+LAID_OUT := $(SOURCES) $(HEADERS) $(wildcard tests/qemu/*.[ch] \
+              tests/bench/*.[ch])
 
 SLEW     := $(B)/slew
 TESTS    := $(TEST_SRC:%.c=$(B)/%)
@@ -176,12 +179,12 @@ cppcheck:
 .PHONY: format
 ## reformat the sources
 format:
-	clang-format -i $(SOURCES) $(HEADERS)
+	@clang-format -i $(LAID_OUT)
 
 .PHONY: format-check
 ## fail where make format would change something
 format-check:
-	@clang-format --dry-run --Werror $(SOURCES) $(HEADERS)
+	@clang-format --dry-run --Werror $(LAID_OUT)
 
 .PHONY: arch
 ## who includes whom: only the arrows of docs/ARCHITECTURE.md
