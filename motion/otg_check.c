@@ -222,10 +222,11 @@ static void stretch_run(struct stretch *s, struct wider *twice)
         k += s->n;
     else if (s->a1 == 0)
         k += 2 * s->n;
-    else if (s->a != 0)
-        *twice =
-            wider_add(*twice, wider_mul(wide_mul_i64(2 * s->a, s->n), s->n));
-    *twice = wider_add(*twice, wider_mul(gain, k));
+    else if (s->a != 0) {
+        struct motion_u128 more = wide_mul_i64(2 * s->a, s->n);
+        wider_add_mul(twice, s->n, &more);
+    }
+    wider_add_mul(twice, k, &gain);
 }
 
 /* |a1 - a| / n <= jerk */

@@ -98,7 +98,7 @@ void motion_otg_run_phase(struct otg_run *run,
     int64_t n = phase->dur_ns_q12, a = run->a, to = phase->acc;
     struct motion_u128 sum = wide_add(run->v, wide_add(run->v, run->v));
     if (a != 0 || to != 0) {
-        struct motion_u128 gain = wide_mul_i64_inline(a + to, n);
+        struct motion_u128 gain = wide_mul_i64(a + to, n);
         sum = wide_add(sum, gain);
         run->v = wide_add(run->v, gain);
         if (to == 0)
@@ -107,7 +107,7 @@ void motion_otg_run_phase(struct otg_run *run,
             sum = wide_add(sum, wide_mul_i64(a, n));
         run->a = to;
     }
-    run->p = wider_add(run->p, wider_mul_inline(sum, n));
+    wider_add_mul(&run->p, n, &sum);
 }
 
 /* --- the end ------------------------------------------------------------- */
