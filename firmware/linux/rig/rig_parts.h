@@ -152,6 +152,10 @@ int rig_read_interface(void *reader, const struct yaml_value *value, void *out);
 
 /* ---- rig_drive.c ---- */
 
+/* Refuses the drive's number, read already, that an axis before has on its bus.
+ */
+int rig_refuse_taken(const struct rig_reader *reader,
+                     const struct yaml_value *value);
 /* Set points go to the drive as 32-bit counts: both ends of the axis must fit. */
 bool rig_counts_fit(const struct rig_axis *axis);
 /* As {num: ..., den: ...} or `4096 per mm`. */
