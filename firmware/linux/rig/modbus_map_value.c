@@ -60,7 +60,7 @@ int map_read_type(void *reader, const struct yaml_value *value, void *out)
     unsigned index;
 
     (void)reader;
-    if (yaml_value_choice(value, map_types, MAP_LEN(map_types), &index) < 0)
+    if (yaml_value_choice(value, map_types, ARRAY_LEN(map_types), &index) < 0)
         return -1;
     *(enum modbus_map_type *)out = (enum modbus_map_type)index;
     return 0;

@@ -18,12 +18,11 @@
 #ifndef FIRMWARE_LINUX_RIG_RIG_PARTS_H
 #define FIRMWARE_LINUX_RIG_RIG_PARTS_H
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/rig/eds.h"
 #include "firmware/linux/rig/rig.h"
 #include "firmware/linux/yaml/yaml_shapes.h"
 #include "firmware/linux/yaml/yaml_units.h"
-
-#define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
 
 #define RIG_US INT64_C(1000)
 #define RIG_MS INT64_C(1000000)
