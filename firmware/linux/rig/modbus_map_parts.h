@@ -3,9 +3,6 @@
 #ifndef FIRMWARE_LINUX_RIG_MODBUS_MAP_PARTS_H
 #define FIRMWARE_LINUX_RIG_MODBUS_MAP_PARTS_H
 
-#include <errno.h>
-#include <stdlib.h>
-
 #include "firmware/linux/base/array.h"
 #include "firmware/linux/yaml/yaml_fields.h"
 #include "firmware/linux/yaml/yaml_units.h"
