@@ -46,6 +46,11 @@ void motion_otg_run_phase(struct otg_run *run,
 /* P of a plan's way, less what its start's velocity makes of it: 3 V0 T. */
 struct wider motion_otg_way_wanted(const struct motion_otg_plan *plan);
 
+/* The phase that takes what is left over in a track: the longest, but not the
+ * first or the last, where the motion may touch its limits, unless all others
+ * are short.  0 in a plan without phases. */
+int motion_otg_carrier(const struct motion_otg_plan *plan);
+
 /* What a plan's phases miss of its goal, in its units. */
 void motion_otg_plan_miss(const struct motion_otg_plan *plan,
                           struct motion_u128 *vel, struct wider *way);

@@ -118,9 +118,7 @@ static int longest_of(const struct motion_otg_plan *plan, int i, int end)
     return longest;
 }
 
-/* Not the first or the last, where the motion may touch its limits, unless all
- * others are short. */
-static int longest_inside(const struct motion_otg_plan *plan)
+int motion_otg_carrier(const struct motion_otg_plan *plan)
 {
     int longest = longest_of(plan, 0, plan->count);
     if (plan->count < 3)
@@ -136,7 +134,7 @@ static void append_init(struct append *a)
 {
     const struct motion_otg_plan *plan = a->plan;
     motion_divisor_init(&a->fives, (uint64_t)OTG_WAY_FIVES);
-    a->longest = longest_inside(plan);
+    a->longest = motion_otg_carrier(plan);
     a->left = plan->dur_ns_q12;
     a->run = motion_otg_run_start(plan);
     for (int i = 0; i < plan->count; i++)

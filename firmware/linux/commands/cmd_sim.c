@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/machine/sim_server.h"
 #include "firmware/linux/move/job.h"
@@ -21,7 +22,7 @@ static void cmd_sim_listen(void)
     static const int number[] = { SIGINT, SIGTERM, SIGHUP };
     struct sigaction action = { .sa_handler = cmd_sim_on_signal };
     sigemptyset(&action.sa_mask);
-    for (size_t i = 0; i < sizeof number / sizeof number[0]; i++)
+    for (size_t i = 0; i < ARRAY_LEN(number); i++)
         sigaction(number[i], &action, NULL);
 }
 
