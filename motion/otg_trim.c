@@ -207,11 +207,6 @@ static int trim_rounded(struct num d, int most, int64_t *by)
     return MOTION_OK;
 }
 
-static struct num wide_num(struct motion_u128 a)
-{
-    return motion_otg_wider_num(wider_from(a), 0);
-}
-
 /* Are the ramps about the group 2^25 times as much? */
 static bool is_gentle(const struct motion_otg_plan *plan,
                       const struct trim_group *g, int64_t by)
@@ -242,11 +237,11 @@ static bool is_small(int64_t by)
 static int trim_step(struct trim *t, bool *is_done)
 {
     int64_t by, last;
-    int err = trim_by(t, 1, motion_otg_wider_num(t->way, 0), t->per_x, &by);
+    int err = trim_by(t, 1, motion_otg_wider_num(&t->way, 0), t->per_x, &by);
     if (err < 0)
         return err;
     wide_add_mul(&t->vel, -by, t->w[1]);
-    err = trim_by(t, 0, wide_num(t->vel), t->per_w, &last);
+    err = trim_by(t, 0, motion_otg_wide_num(&t->vel, 0), t->per_w, &last);
     if (err < 0)
         return err;
     *is_done = is_small(by) && is_small(last);
@@ -275,13 +270,13 @@ static int trim_take(struct trim *t, uint32_t fixed)
     t->x[0] = group_worth(t->plan, &t->group[0], t->k, &t->w[0]);
     t->per_w = num_inv(num_int(t->w[0]));
     if ((t->x[0].hi | t->x[0].lo) != 0) {
-        struct num off = num_mul(wide_num(t->x[0]), t->per_w);
+        struct num off = num_mul(motion_otg_wide_num(&t->x[0], 0), t->per_w);
         int64_t later = motion_real_floor_clamped(num_real(off), 0);
         wide_add_mul(&t->x[0], -later, t->w[0]);
         t->k += later;
     }
     t->x[1] = group_worth(t->plan, &t->group[1], t->k, &t->w[1]);
-    t->per_x = num_inv(wide_num(t->x[1]));
+    t->per_x = num_inv(motion_otg_wide_num(&t->x[1], 0));
     if (t->per_x.e > 0)
         return MOTION_E_LIMIT; /* both at one moment */
     for (int i = 0; i < 2; i++)
@@ -316,7 +311,7 @@ static int trim_one(struct trim *t)
     t->per_w = num_inv(num_int(t->w[0]));
     t->plan->trim[0] = group_mask(&t->group[0]);
     for (int i = 0; i < TRIM_ROUNDS; i++) {
-        int err = trim_by(t, 0, wide_num(t->vel), t->per_w, &by);
+        int err = trim_by(t, 0, motion_otg_wide_num(&t->vel, 0), t->per_w, &by);
         if (err < 0 || is_small(by))
             return err;
         wide_add_mul(&t->vel, -by, t->w[0]);

@@ -104,7 +104,10 @@ WIDE_INLINE struct wider wider_sub(struct wider a, struct wider b)
 
 static inline struct wider wider_neg(struct wider a)
 {
-    return wider_sub((struct wider){ 0, 0, 0 }, a);
+    uint64_t minus = a.lo != 0 ? UINT64_MAX : 0; /* the borrow */
+    struct motion_u128 high = wide_sub((struct motion_u128){ minus, minus },
+                                       (struct motion_u128){ a.hi, a.mid });
+    return (struct wider){ high.hi, high.lo, 0 - a.lo };
 }
 
 WIDE_INLINE bool wider_is_negative(struct wider a)
