@@ -19,7 +19,7 @@ $(PEERS)/master $(PEERS)/moteus $(PEERS)/tools: $(PEERS)/%: $(B)/tests/peers/%.o
 	$(Q)$(CC) $(OPT) $(LDFLAGS) $^ $(LDLIBS) -o $@
 
 .PHONY: test-peers
-## python-canopen, moteus, pymodbus, mbpoll, tshark against ours, both ways
+## python-canopen, moteus, pymodbus, mbpoll, tshark, Ruckig against ours
 test-peers: $(SLEW) $(PEERS)/master $(PEERS)/moteus $(PEERS)/tools \
     $(PEERS)/venv/done
 	@bad=0; for check in $(PEER_CHECKS); do \
