@@ -172,12 +172,7 @@ static void cmd_run_intent_json(const struct cmd_run *self)
     cJSON_AddNumberToObject(report, "duration_s",
                             number_double(cmd_run_duration(self), 12) / 1e9);
     job_json_violations(job, report);
-    cJSON *buses = cJSON_AddArrayToObject(report, "buses");
-    for (unsigned i = 0; i < job->rig.bus_count; i++) {
-        struct budget budget;
-        budget_of(&job->rig, i, NULL, &budget);
-        cJSON_AddItemToArray(buses, budget_json(&budget));
-    }
+    budget_json(&job->rig, NULL, report);
     json_print(report, stdout);
 }
 

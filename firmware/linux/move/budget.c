@@ -340,7 +340,7 @@ void budget_print(const struct budget *budget, FILE *file)
         modbus_budget_print(budget->rig, budget->bus, file);
 }
 
-struct cJSON *budget_json(const struct budget *budget)
+static cJSON *budget_json_bus(const struct budget *budget)
 {
     cJSON *object = cJSON_CreateObject();
     cJSON_AddStringToObject(object, "name", budget->rig->bus[budget->bus].name);
@@ -362,6 +362,18 @@ struct cJSON *budget_json(const struct budget *budget)
         cJSON_AddItemToArray(items, row);
     }
     return object;
+}
+
+void budget_json(const struct rig *rig, const struct job *job, cJSON *report)
+{
+    cJSON *buses = cJSON_AddArrayToObject(report, "buses");
+
+    for (unsigned i = 0; i < rig->bus_count; i++) {
+        struct budget budget;
+
+        budget_of(rig, i, job, &budget);
+        cJSON_AddItemToArray(buses, budget_json_bus(&budget));
+    }
 }
 
 bool budget_check(const struct job *job)
