@@ -18,20 +18,20 @@ int64_t motion_otg_acc_image(int64_t acc_q16, int acc_bits)
 
 /* 5^9 2^(acc_bits - 10) times as much; one product where the power fits in its
  * factors. */
-struct wide motion_otg_vel_image(int64_t vel_q32, int acc_bits)
+struct motion_u128 motion_otg_vel_image(int64_t vel_q32, int acc_bits)
 {
     int shift = acc_bits - 10, up = shift - EXACT_FIVES_ROOM;
     if (vel_q32 == 0)
-        return (struct wide){ 0, 0 };
+        return (struct motion_u128){ 0, 0 };
     if (shift >= 0 && up < (int)motion_real_clz(motion_fixed_abs(vel_q32))) {
         int64_t fives = OTG_FIVES;
         fives <<= up > 0 ? EXACT_FIVES_ROOM : shift;
         vel_q32 = (int64_t)((uint64_t)vel_q32 << (up > 0 ? up : 0));
         return wide_mul_i64(vel_q32, fives);
     }
-    struct wide v = wide_mul_i64(vel_q32, OTG_FIVES);
+    struct motion_u128 v = wide_mul_i64(vel_q32, OTG_FIVES);
     return shift < 0 ? wide_shr(v, (unsigned)-shift)
-                     : wide_shl(v, (unsigned)shift);
+                     : motion_fixed_shl_u128(v, (unsigned)shift);
 }
 
 /* Of the first word that is not zero and the next at least 32 bits. */
@@ -85,7 +85,8 @@ int motion_otg_way_public(struct wider p, int acc_bits, int64_t start_q32,
 
 struct otg_run motion_otg_run_start(const struct motion_otg_plan *plan)
 {
-    struct wide v = motion_otg_vel_image(plan->start_vel_q32, plan->acc_bits);
+    struct motion_u128 v =
+        motion_otg_vel_image(plan->start_vel_q32, plan->acc_bits);
     return (struct otg_run){ { 0, 0, 0 }, v, plan->start_acc };
 }
 
@@ -95,9 +96,9 @@ void motion_otg_run_phase(struct otg_run *run,
                           const struct motion_otg_phase *phase)
 {
     int64_t n = phase->dur_ns_q12, a = run->a, to = phase->acc;
-    struct wide sum = wide_add(run->v, wide_add(run->v, run->v));
+    struct motion_u128 sum = wide_add(run->v, wide_add(run->v, run->v));
     if (a != 0 || to != 0) {
-        struct wide gain = wide_mul_i64_inline(a + to, n);
+        struct motion_u128 gain = wide_mul_i64_inline(a + to, n);
         sum = wide_add(sum, gain);
         run->v = wide_add(run->v, gain);
         if (to == 0)
@@ -114,12 +115,12 @@ void motion_otg_run_phase(struct otg_run *run,
 /* What the corners make at the end is the sum of what each makes, times before
  * and after it n and n', r left after it: A w to V, A x to P, with w = n + n' and
  * x = w (3 r + n - n').  Neighbours of one acceleration are summed first. */
-static void exact_gain(const struct motion_otg_plan *plan, struct wide *vel,
-                       struct wider *way)
+static void exact_gain(const struct motion_otg_plan *plan,
+                       struct motion_u128 *vel, struct wider *way)
 {
     const struct motion_otg_phase *ph = plan->phase, *end = ph + plan->count;
     int64_t rest = plan->dur_ns_q12, before = 0, acc = plan->start_acc, w = 0;
-    struct wide x = { 0, 0 };
+    struct motion_u128 x = { 0, 0 };
     for (;; ph++) {
         int64_t next = ph < end ? ph->dur_ns_q12 : 0;
         if (acc != 0) {
@@ -143,7 +144,7 @@ static void exact_gain(const struct motion_otg_plan *plan, struct wide *vel,
 /* Both have the factor 3 5^9 2^(acc_bits - 10). */
 struct wider motion_otg_way_wanted(const struct motion_otg_plan *plan)
 {
-    struct wide way =
+    struct motion_u128 way =
         wide_sub(wide_from(plan->goal_pos_q32), wide_from(plan->start_pos_q32));
     bool minus = wide_is_negative(way);
     way = wide_mul_u64(wide_abs(way).lo, (uint64_t)OTG_FIVES << 21);
@@ -160,12 +161,12 @@ struct wider motion_otg_way_wanted(const struct motion_otg_plan *plan)
     return shift > up ? wider_shl(p, (unsigned)(shift - up)) : p;
 }
 
-void motion_otg_plan_miss(const struct motion_otg_plan *plan, struct wide *vel,
-                          struct wider *way)
+void motion_otg_plan_miss(const struct motion_otg_plan *plan,
+                          struct motion_u128 *vel, struct wider *way)
 {
-    struct wide start =
+    struct motion_u128 start =
         motion_otg_vel_image(plan->start_vel_q32, plan->acc_bits);
-    struct wide v = { 0, 0 };
+    struct motion_u128 v = { 0, 0 };
     struct wider p = { 0, 0, 0 };
     exact_gain(plan, &v, &p);
     *vel = motion_otg_vel_image(plan->goal_vel_q32, plan->acc_bits);
@@ -177,9 +178,9 @@ void motion_otg_plan_miss(const struct motion_otg_plan *plan, struct wide *vel,
 bool motion_otg_ramp_fits(int64_t acc_q16, int64_t jerk_q16, uint64_t room_q32)
 {
     uint64_t a = motion_fixed_abs(acc_q16);
-    struct wide square = wide_mul_u64(a, a);
-    struct wide most = wide_mul_u64((uint64_t)jerk_q16, room_q32);
-    most = (struct wide){ most.hi >> 15, most.hi << 49 | most.lo >> 15 };
+    struct motion_u128 square = wide_mul_u64(a, a);
+    struct motion_u128 most = wide_mul_u64((uint64_t)jerk_q16, room_q32);
+    most = (struct motion_u128){ most.hi >> 15, most.hi << 49 | most.lo >> 15 };
     return square.hi < most.hi ||
            (square.hi == most.hi && square.lo <= most.lo);
 }

@@ -80,7 +80,7 @@ static void settle_polish(const struct settle *s, bool is_first)
     struct motion_otg_plan *plan = s->plan;
     struct otg_miss miss;
     struct wider way;
-    struct wide vel;
+    struct motion_u128 vel;
     motion_otg_plan_miss(plan, &vel, &way);
     miss.vel = num_mul(
         motion_otg_wider_num(wider_from(vel), -22 - plan->acc_bits), per_fives);

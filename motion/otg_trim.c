@@ -43,9 +43,9 @@ struct trim {
     int count;
     struct trim_group group[MOTION_OTG_PHASES];
     int64_t k, w[2];         /* the centre of group 0; W of groups 0 and 1 */
-    struct wide x[2];        /* their X about k */
+    struct motion_u128 x[2]; /* their X about k */
     struct num per_w, per_x; /* 1 / W of group 0, 1 / X of group 1 */
-    struct wide vel;         /* missing */
+    struct motion_u128 vel;  /* missing */
     struct wider way;        /* missing about k */
 };
 
@@ -160,11 +160,11 @@ static int trim_split(struct motion_otg_plan *plan)
 }
 
 /* W, and X about the moment k. */
-static struct wide group_worth(const struct motion_otg_plan *plan,
-                               const struct trim_group *g, int64_t k,
-                               int64_t *all)
+static struct motion_u128 group_worth(const struct motion_otg_plan *plan,
+                                      const struct trim_group *g, int64_t k,
+                                      int64_t *all)
 {
-    struct wide x = { 0, 0 };
+    struct motion_u128 x = { 0, 0 };
     const struct motion_otg_phase *ph = &plan->phase[g->first];
     int64_t own = g->k - k;
     *all = 0;
@@ -207,7 +207,7 @@ static int trim_rounded(struct num d, int most, int64_t *by)
     return MOTION_OK;
 }
 
-static struct num wide_num(struct wide a)
+static struct num wide_num(struct motion_u128 a)
 {
     return motion_otg_wider_num(wider_from(a), 0);
 }
@@ -327,7 +327,7 @@ static int trim_one(struct trim *t)
 /* A velocity goal ends wherever it ends. */
 static int trim_free_end(struct motion_otg_plan *plan)
 {
-    struct wide vel;
+    struct motion_u128 vel;
     struct wider way;
     plan->goal_pos_q32 = plan->start_pos_q32;
     motion_otg_plan_miss(plan, &vel, &way);

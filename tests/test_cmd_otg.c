@@ -117,6 +117,32 @@ static void one_motion_needs_no_file(void **state)
     cJSON_Delete(report);
 }
 
+/* An acceleration that has to be let go first runs on to a speed, and a place,
+ * far beyond what the row speaks of.  By hand: a change of speed by a^2/2 at an
+ * acceleration of 1; 1.1e8 of way in about five ramps, back at a speed of 1. */
+static void ends_that_run_far_away_are_planned(void **state)
+{
+    static const struct {
+        const char *table;
+        double duration;
+    } rows[] = {
+        { "v0,a0,vf,af,amax,amin,jmax\n0,-1000,0,0,1,-2000,1\n", 501001 },
+        { "v0,a0,vf,af,amax,amin,jmax\n0,0,0,1000,2000,-1,1\n", 501001 },
+        { HEADER "0,0,-300,0,0,0,1,-1,10,-300,1\n", 110479806 },
+    };
+    char *end;
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        write_table(rows[i].table, strlen(rows[i].table));
+        if (slew("TABLE") != 0)
+            fail_msg("row %zu: %s%s", i, out, err);
+        const char *answer = strstr(out, "\n0,ok,");
+        assert_non_null(answer);
+        double duration = strtod(answer + strlen("\n0,ok,"), &end);
+        assert_true(fabs(duration / rows[i].duration - 1) < 1e-6);
+    }
+}
+
 static void limits_on_one_side_may_be_left_out(void **state)
 {
     (void)state;
@@ -317,6 +343,7 @@ int main(void)
         cmocka_unit_test(columns_come_in_any_order_and_with_others),
         cmocka_unit_test(one_motion_needs_no_file),
         cmocka_unit_test(limits_on_one_side_may_be_left_out),
+        cmocka_unit_test(ends_that_run_far_away_are_planned),
         cmocka_unit_test(a_bad_table_is_refused_with_its_place),
         cmocka_unit_test(binary_and_endless_lines_are_refused),
         cmocka_unit_test(a_row_without_a_motion_says_which_number),

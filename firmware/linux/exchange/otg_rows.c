@@ -222,40 +222,58 @@ static double larger(double a, double b)
     return a > b ? a : b;
 }
 
-static double smaller(double a, double b)
+/* The speed gained while the acceleration a is let go; 0 without a limit of
+ * jerk. */
+static double speed_of(double a, double jerk)
 {
-    return a < b ? a : b;
+    return jerk > 0 ? a * fabs(a) / (2 * jerk) : 0;
 }
 
-/* About the time the move takes, within a few powers of two; rather too long,
- * by the lower limits. */
+/* About the time a change of speed takes; 0 where a limit is missing. */
+static double change_time(const double *v, double change)
+{
+    double acc = change > 0 ? v[OTG_AMAX] : -v[OTG_AMIN];
+    double t = acc > 0 ? fabs(change) / acc : 0;
+    return v[OTG_JMAX] > 0 ? larger(t, sqrt(fabs(change) / v[OTG_JMAX])) : t;
+}
+
+/* About the time a way takes from rest to rest. */
+static double way_time(const double *v, double way)
+{
+    double vel = way > 0 ? v[OTG_VMAX] : -v[OTG_VMIN];
+    double acc = larger(v[OTG_AMAX], -v[OTG_AMIN]);
+    double t = vel > 0 ? fabs(way) / vel : 0;
+    if (acc > 0)
+        t = larger(t, sqrt(fabs(way) / acc));
+    return v[OTG_JMAX] > 0 ? larger(t, cbrt(fabs(way) / v[OTG_JMAX])) : t;
+}
+
+/* About the time the move takes, within a few powers of two: ends with an
+ * acceleration let go of it, stop and start again, and what they run too far
+ * on the way is made good. */
 static double row_time(const double *v, bool velocity)
 {
-    double way = velocity ? 0 : fabs(v[OTG_PF] - v[OTG_P0]);
-    double dv = velocity ? fabs(v[OTG_VF] - v[OTG_V0])
-                         : larger(fabs(v[OTG_V0]), fabs(v[OTG_VF]));
-    double a0 = larger(fabs(v[OTG_A0]), fabs(v[OTG_AF]));
-    double acc = smaller(v[OTG_AMAX], -v[OTG_AMIN]);
-    double vel = smaller(v[OTG_VMAX], -v[OTG_VMIN]);
-    double t = 0;
-    if (v[OTG_JMAX] > 0)
-        t = larger(larger(a0 / v[OTG_JMAX], sqrt(dv / v[OTG_JMAX])),
-                   cbrt(way / v[OTG_JMAX]));
-    if (acc > 0)
-        t = larger(larger(t, dv / acc), sqrt(way / acc));
-    if (vel > 0 && !velocity)
-        t = larger(t, way / vel);
-    return t;
+    double from = v[OTG_V0] + speed_of(v[OTG_A0], v[OTG_JMAX]);
+    double to = v[OTG_VF] - speed_of(v[OTG_AF], v[OTG_JMAX]);
+    double a = larger(fabs(v[OTG_A0]), fabs(v[OTG_AF]));
+    double ramp = v[OTG_JMAX] > 0 ? a / v[OTG_JMAX] : 0;
+    if (velocity)
+        return larger(ramp, change_time(v, to - from));
+    double stop = larger(ramp, change_time(v, -from));
+    double start = larger(ramp, change_time(v, to));
+    double way = v[OTG_PF] - v[OTG_P0] - from * stop - to * start;
+    return larger(larger(stop, start), way_time(v, way));
 }
 
-/* The fastest the row speaks of. */
+/* The fastest the row speaks of, or comes to where its accelerations are let
+ * go. */
 static double row_speed(const double *v, bool velocity)
 {
-    double speed = larger(fabs(v[OTG_V0]), fabs(v[OTG_VF]));
+    double speed = larger(fabs(v[OTG_V0]), fabs(v[OTG_VF])) +
+                   fabs(speed_of(v[OTG_A0], v[OTG_JMAX])) +
+                   fabs(speed_of(v[OTG_AF], v[OTG_JMAX]));
     if (!velocity)
-        return larger(speed, larger(v[OTG_VMAX], -v[OTG_VMIN]));
-    if (v[OTG_JMAX] > 0)
-        speed += (v[OTG_A0] * v[OTG_A0] + v[OTG_AF] * v[OTG_AF]) / v[OTG_JMAX];
+        speed = larger(speed, larger(v[OTG_VMAX], -v[OTG_VMIN]));
     return speed;
 }
 
