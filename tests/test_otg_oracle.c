@@ -191,8 +191,7 @@ static void the_highest_speed_is_before_the_turn(void **state)
 
 static int64_t about(int bits)
 {
-    return (int64_t)((draw() | (uint64_t)1 << 63) >>
-                     (63 - bits));
+    return (int64_t)((draw() | (uint64_t)1 << 63) >> (63 - bits));
 }
 
 /* An hour at the limit of velocity, after accelerations that cover its length in

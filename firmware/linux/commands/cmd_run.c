@@ -501,9 +501,8 @@ const struct command cmd_run = {
         "nothing is sent to the bus.  MOVE may be a compiled one: it is read\n"
         "as it is played (slew compile).\n\n"
         "Drives are simulated unless --real is given: then the buses are the\n"
-        "CAN interfaces that the rig names, and things move.  --dry-run says "
-        "what\n"
-        "would happen.\n\n"
+        "CAN interfaces, serial devices and hosts that the rig names, and\n"
+        "things move.  --dry-run says what would happen.\n\n"
         "One interrupt (Ctrl-C) stops along the path, a second one stops "
         "every\n"
         "drive at once.\n",
