@@ -342,8 +342,7 @@ static void trim_lengthen(const struct trim *t)
 {
     struct motion_otg_plan *plan = t->plan;
     int64_t acc = plan->start_acc + plan->phase[0].acc;
-    if (plan->count != 1 || acc == 0 ||
-        wide_is_negative(t->vel) != (acc < 0))
+    if (plan->count != 1 || acc == 0 || wide_is_negative(t->vel) != (acc < 0))
         return;
     struct num more = num_div(wide_num(t->vel), num_int(acc));
     more = num_min(more, num_int(plan->dur_ns_q12 >> TRIM_LONGER));
