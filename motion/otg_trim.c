@@ -339,7 +339,7 @@ static void trim_lengthen(const struct trim *t)
     int64_t acc = plan->start_acc + plan->phase[0].acc;
     if (plan->count != 1 || acc == 0 || wide_is_negative(t->vel) != (acc < 0))
         return;
-    struct num more = num_div(wide_num(t->vel), num_int(acc));
+    struct num more = num_div(motion_otg_wide_num(&t->vel, 0), num_int(acc));
     more = num_min(more, num_int(plan->dur_ns_q12 >> TRIM_LONGER));
     int64_t n = 2 + motion_real_floor_clamped(num_real(more), 0);
     plan->phase[0].dur_ns_q12 += n;
