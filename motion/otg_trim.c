@@ -27,6 +27,7 @@
 #define TRIM_FREE   61
 #define TRIM_ZERO   (-1000)
 #define TRIM_CRUISE 10
+#define TRIM_LONGER 22 /* 2^-22 of the time */
 
 /* Corners first .. last; `weight` the power of two of the velocity they are
  * worth. */
@@ -330,6 +331,21 @@ static int trim_free_end(struct motion_otg_plan *plan)
                                  plan->start_pos_q32, &plan->goal_pos_q32);
 }
 
+/* A single phase, whose acceleration may be a limit: so much longer that its
+ * middle has to give way towards zero. */
+static void trim_lengthen(const struct trim *t)
+{
+    struct motion_otg_plan *plan = t->plan;
+    int64_t acc = plan->start_acc + plan->phase[0].acc;
+    if (plan->count != 1 || acc == 0 || wide_is_negative(t->vel) != (acc < 0))
+        return;
+    struct num more = num_div(motion_otg_wide_num(&t->vel, 0), num_int(acc));
+    more = num_min(more, num_int(plan->dur_ns_q12 >> TRIM_LONGER));
+    int64_t n = 2 + motion_real_floor_clamped(num_real(more), 0);
+    plan->phase[0].dur_ns_q12 += n;
+    plan->dur_ns_q12 += n;
+}
+
 static int trim_velocity(struct trim *t, struct motion_otg_plan *plan)
 {
     t->plan = plan;
@@ -343,6 +359,7 @@ static int trim_velocity(struct trim *t, struct motion_otg_plan *plan)
                 return err;
             break;
         }
+        trim_lengthen(t);
         if (trim_split(plan) < 0)
             return MOTION_E_LIMIT;
         motion_otg_plan_miss(plan, &t->vel, &t->way);

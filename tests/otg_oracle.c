@@ -260,14 +260,17 @@ static bool turn_is_behind_the_peak(struct oracle *g)
     return false;
 }
 
-/* Which jerk counts where is for the plan to say, but not as it likes. */
+/* Which jerk counts where is for the plan to say, but not as it likes.  The lower
+ * of both needs no reason. */
 static const char *judge_turn(struct oracle *g)
 {
+    const struct motion_otg_limit *limit = &g->move->limit;
     const struct motion_otg_plan *plan = g->plan;
     if (plan->brake < 0 || plan->brake > plan->turn || plan->turn > plan->count)
         return "turn";
-    if (g->move->mode == MOTION_OTG_POSITION && g->move->limit.jerk_down_q16 &&
-        plan->turn < plan->count && !turn_is_behind_the_peak(g))
+    if (g->move->mode == MOTION_OTG_POSITION &&
+        limit->jerk_down_q16 > limit->jerk_q16 && plan->turn < plan->count &&
+        !turn_is_behind_the_peak(g))
         return "turn";
     return NULL;
 }

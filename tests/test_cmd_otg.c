@@ -143,6 +143,54 @@ static void ends_that_run_far_away_are_planned(void **state)
     }
 }
 
+/* A limit that the move cannot come near costs neither time nor digits. */
+static void limits_out_of_reach_are_as_good_as_none(void **state)
+{
+    static const struct {
+        const char *row;
+        double duration;
+    } rows[] = {
+        { "0,0,0,1,0,0,1e30,-1e30,1,-1,1", 3.1748021039363992 }, /* 32^1/3 */
+        { "0,0,0,1,0,0,1,-1,1e30,-1e30,1", 3.1748021039363992 },
+        { "0,0,0,1,0,0,1e30,-1e30,1e30,-1e30,1", 3.1748021039363992 },
+        { "0,0,0,1,0,0,1,-1,1,-1,1e30", 2 },
+        { "0,0,0,1,0,0,1e-30,-1e-30,1,-1,1", 1e30 },
+        { "0,0,0,0,0,0,1e30,-1e-30,1e9,-1,1e50", 0 },
+    };
+    char text[256], *end;
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        int length = snprintf(text, sizeof text, HEADER "%s\n", rows[i].row);
+        write_table(text, (size_t)length);
+        if (slew("TABLE") != 0)
+            fail_msg("row %zu: %s%s", i, out, err);
+        double duration = strtod(strstr(out, "\n0,ok,") + 6, &end);
+        if (!(fabs(duration - rows[i].duration) <= 1e-6 * rows[i].duration))
+            fail_msg("row %zu: %s", i, out);
+    }
+}
+
+static void comments_and_every_end_of_line_are_read(void **state)
+{
+    static const char old[] = "p0,v0,a0,pf,vf,af,vmax,vmin,amax,amin,jmax\r"
+                              "0,0,0,100,0,0,10,-10,20,-20,200\r";
+    static const char *const texts[] = {
+        "# moves\n" HEADER " # one\n" GOOD,
+        "\r\n# moves\r\n" HEADER "\r\n" GOOD "\r\n",
+        old,
+    };
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(texts); i++) {
+        write_table(texts[i], strlen(texts[i]));
+        assert_int_equal(slew("TABLE"), 0);
+        expect(out, "row,status,duration\n0,ok,10.6000");
+    }
+    static const char bad[] = HEADER "\r\n# one\r\n0,0\r\n";
+    write_table(bad, sizeof bad - 1);
+    assert_int_equal(slew("TABLE"), 2);
+    expect_complaint("moves.csv:4:4: the row ends here");
+}
+
 static void limits_on_one_side_may_be_left_out(void **state)
 {
     (void)state;
@@ -181,6 +229,7 @@ static void a_bad_table_is_refused_with_its_place(void **state)
           "moves.csv:2:13: vmax: expected a finite number" },
         { HEADER "0,0,0,1,0,0,inf,-10,20,-20,200\n", "2:13: vmax: expected" },
         { HEADER "0,0,0,1,0,0,1e70,-10,20,-20,200\n", "2:13: vmax: expected" },
+        { HEADER "0,0,0,1e-400,0,0,1,-1,1,-1,1\n", "2:7: pf: expected" },
         { HEADER "0,0,,1,0,0,10,-10,20,-20,200\n", "2:5: a0: expected" },
         { HEADER "0,0,0x,1,0,0,10,-10,20,-20,200\n", "2:5: a0: expected" },
         { HEADER GOOD "0,0,0\n", "moves.csv:3:6: the row ends here" },
@@ -224,6 +273,8 @@ static void binary_and_endless_lines_are_refused(void **state)
     }
     assert_int_equal(slew("no-such-file.csv"), 2);
     expect_complaint("no-such-file.csv: No such file");
+    assert_int_equal(slew("/"), 2);
+    expect_complaint("/: Is a directory");
 }
 
 /* What cannot be planned is an answer of its row: the others go on. */
@@ -242,6 +293,8 @@ static void a_row_without_a_motion_says_which_number(void **state)
         { "0,0,0,1,2,0,1,-1,1,-1,1", "vf: no motion inside the limits" },
         { "0,0,0,1,0,2,1,-1,1,-1,1", "af: no motion inside the limits" },
         { "0,0,0,1,1,-1,1,-1,1,-1,1", "af: no motion inside the limits" },
+        { "0,1,0,1e-20,1,0,2,-2,1,-1,1", "pf: the numbers of the row lie" },
+        { "0,0,0,1e59,0,0,1e-59,-1,1,-1,1", "vmax: the numbers of the row" },
     };
     char text[512], want[128];
     (void)state;
@@ -344,6 +397,8 @@ int main(void)
         cmocka_unit_test(one_motion_needs_no_file),
         cmocka_unit_test(limits_on_one_side_may_be_left_out),
         cmocka_unit_test(ends_that_run_far_away_are_planned),
+        cmocka_unit_test(limits_out_of_reach_are_as_good_as_none),
+        cmocka_unit_test(comments_and_every_end_of_line_are_read),
         cmocka_unit_test(a_bad_table_is_refused_with_its_place),
         cmocka_unit_test(binary_and_endless_lines_are_refused),
         cmocka_unit_test(a_row_without_a_motion_says_which_number),

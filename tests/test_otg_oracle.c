@@ -127,6 +127,9 @@ static void a_turn_may_be_claimed_late(void **state)
         expect(&m, &plan, NULL);
     plan.turn = 0;
     expect(&m, &plan, "turn");
+    m.limit.jerk_down_q16 = 60 * ACC;
+    m.limit.jerk_q16 = 61 * ACC;
+    expect(&m, &plan, NULL);
 }
 
 /* v0 = 50 at a0 = 60 can only peak at 80; from then on 60 is the limit. */
