@@ -1,51 +1,40 @@
 /* tests/test_cmd_otg.c - slew otg as a user meets it: good input, bad input of
  * every kind, pictures. */
-#define _XOPEN_SOURCE 700 /* mkdtemp */
+#define _XOPEN_SOURCE 700 /* mkdtemp, nftw */
+#include "tests/run_slew.h"
+
 #include <cjson/cJSON.h>
-#include <fcntl.h>
 #include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include "firmware/linux/commands/command.h"
-#include "tests/check.h"
-
-#define WORDS_MAX 24
 
 #define HEADER "p0,v0,a0,pf,vf,af,vmax,vmin,amax,amin,jmax\n"
 #define GOOD   "0,0,0,100,0,0,10,-10,20,-20,200\n"
 
-static char directory[64], table[96], picture[96];
-static char out_path[96], err_path[96];
-static char out[1 << 16], err[1 << 12];
+static char table[256], picture[256];
+static char *out, *err;
 
 /* --- the bench ------------------------------------------------------------ */
 
 static int make_directory(void **state)
 {
-    (void)state;
-    snprintf(directory, sizeof directory, "/tmp/slew-test-XXXXXX");
-    if (mkdtemp(directory) == NULL)
+    if (run_open(state) < 0)
         return -1;
-    snprintf(table, sizeof table, "%s/moves.csv", directory);
-    snprintf(picture, sizeof picture, "%s/move.png", directory);
-    snprintf(out_path, sizeof out_path, "%s/out", directory);
-    snprintf(err_path, sizeof err_path, "%s/err", directory);
+    snprintf(table, sizeof table, "%s", run_path("moves.csv"));
+    snprintf(picture, sizeof picture, "%s", run_path("move.png"));
+    out = run_slew()->out;
+    err = run_slew()->err;
     return 0;
 }
 
 static int remove_directory(void **state)
 {
+    const struct run_slew *run = run_slew();
+
     (void)state;
     unlink(table);
     unlink(picture);
-    unlink(out_path);
-    unlink(err_path);
-    return rmdir(directory); /* nothing else may be left */
+    unlink(run->out_path);
+    unlink(run->err_path);
+    return rmdir(run->directory); /* nothing else may be left */
 }
 
 static void write_table(const char *text, size_t length)
@@ -56,50 +45,22 @@ static void write_table(const char *text, size_t length)
     assert_int_equal(fclose(file), 0);
 }
 
-static void read_back(const char *path, char *text, size_t size)
-{
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    text[fread(text, 1, size - 1, file)] = 0;
-    fclose(file);
-}
-
-static void redirect(int descriptor, const char *path)
-{
-    int file = open(path, O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    if (file < 0 || dup2(file, descriptor) < 0)
-        abort();
-    close(file);
-}
-
 /* `words` apart by blanks, TABLE and PICTURE standing for the paths; the
  * status, with what was written in out and err. */
 static int slew(const char *words)
 {
     static char line[512];
-    char *argv[WORDS_MAX] = { "slew", "otg" };
-    int argc = 2, status;
+    const char *argv[RUN_WORDS_MAX] = { "otg" };
+    int argc = 1;
+
     snprintf(line, sizeof line, "%s", words);
     for (char *word = strtok(line, " "); word; word = strtok(NULL, " ")) {
-        assert_true(argc + 1 < WORDS_MAX);
+        assert_true(argc + 2 < RUN_WORDS_MAX);
         argv[argc++] = strcmp(word, "TABLE") == 0     ? table
                        : strcmp(word, "PICTURE") == 0 ? picture
                                                       : word;
     }
-    fflush(NULL);
-    pid_t child = fork();
-    if (child == 0) {
-        redirect(STDOUT_FILENO, out_path);
-        redirect(STDERR_FILENO, err_path);
-        int code = (int)command_main(argc, argv);
-        fflush(NULL);
-        _exit(code);
-    }
-    assert_true(waitpid(child, &status, 0) == child);
-    assert_true(WIFEXITED(status));
-    read_back(out_path, out, sizeof out);
-    read_back(err_path, err, sizeof err);
-    return WEXITSTATUS(status);
+    return run_words(argv);
 }
 
 static void expect(const char *text, const char *want)

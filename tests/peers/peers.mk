@@ -28,5 +28,6 @@ test-peers: $(SLEW) $(PEERS)/master $(PEERS)/moteus $(PEERS)/tools \
 	    *.py) run=$(PEERS)/venv/bin/python ;; \
 	    *) run=sh ;; \
 	    esac; \
-	    SLEW=$(SLEW) PEERS=$(PEERS) timeout 400 $$run $$check || bad=1; \
+	    SLEW=$(SLEW) PEERS=$(PEERS) PYTHONDONTWRITEBYTECODE=1 \
+	        timeout 400 $$run $$check || bad=1; \
 	done; exit $$bad

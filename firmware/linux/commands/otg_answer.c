@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/plot/plot_otg.h"
 #include "motion/err.h"
 
@@ -67,8 +68,7 @@ static const char *otg_sentence(const struct otg_answer *answer)
 {
     int err = answer->err;
     enum motion_otg_field field = answer->fault.field;
-    if (err == MOTION_E_ARG &&
-        (size_t)field < sizeof otg_field / sizeof *otg_field &&
+    if (err == MOTION_E_ARG && (size_t)field < ARRAY_LEN(otg_field) &&
         otg_field[field].argument != NULL)
         return otg_field[field].argument;
     if (err == MOTION_E_LIMIT && (field == MOTION_OTG_FIELD_GOAL_VEL ||
@@ -91,7 +91,7 @@ const char *otg_answer_status(const struct otg_answer *answer,
     char axis[16] = "";
     if (answer->err >= 0)
         return "ok";
-    if ((size_t)field < sizeof otg_field / sizeof *otg_field)
+    if ((size_t)field < ARRAY_LEN(otg_field))
         column = otg_field[field].column;
     if (answer->header->axes > 1)
         snprintf(axis, sizeof axis, "_%d", answer->fault.axis + 1);
