@@ -585,9 +585,11 @@ static int otg_make_valid(const struct motion_otg_move *move,
     if (err == MOTION_E_LIMIT && hurry &&
         otg_make_later(move, first, OTG_SOON, plan, field) == MOTION_OK)
         return MOTION_OK;
-    for (int how = DRAW_STRICT; hurry && how <= DRAW_ALL; how++)
-        if (err == MOTION_E_LIMIT)
-            err = otg_make_drawn(move, dur_ns_q12, how, plan, &first, field);
+    if (err == MOTION_E_LIMIT && hurry)
+        err =
+            otg_make_drawn(move, dur_ns_q12, DRAW_STRICT, plan, &first, field);
+    if (err == MOTION_E_LIMIT && hurry)
+        err = otg_make_drawn(move, dur_ns_q12, DRAW_ALL, plan, &first, field);
     if (err != MOTION_E_LIMIT || move->mode != MOTION_OTG_POSITION)
         return err;
     if (dur_ns_q12 == 0)
