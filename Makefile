@@ -53,6 +53,9 @@ SOURCES  := $(ROOMS) $(wildcard $(MAIN)) $(TEST_SRC) $(TEST_LIB) \
             $(wildcard tests/peers/*.c tests/fuzz/*.c)
 HEADERS  := $(wildcard $(foreach d,motion motion/plan hal sim firmware \
               firmware/linux/* tests tests/fuzz,$(d)/*.h))
+# What is compiled for a bare machine or beside a peer is laid out like the rest.
+LAID_OUT := $(SOURCES) $(HEADERS) $(wildcard tests/qemu/*.[ch] \
+              tests/bench/*.[ch])
 
 SLEW     := $(B)/slew
 TESTS    := $(TEST_SRC:%.c=$(B)/%)
@@ -176,12 +179,12 @@ cppcheck:
 .PHONY: format
 ## reformat the sources
 format:
-	clang-format -i $(SOURCES) $(HEADERS)
+	@clang-format -i $(LAID_OUT)
 
 .PHONY: format-check
 ## fail where make format would change something
 format-check:
-	@clang-format --dry-run --Werror $(SOURCES) $(HEADERS)
+	@clang-format --dry-run --Werror $(LAID_OUT)
 
 .PHONY: arch
 ## who includes whom: only the arrows of docs/ARCHITECTURE.md
@@ -205,8 +208,12 @@ $(eval $(call rt_target,m4,$(CROSS)gcc -mcpu=cortex-m4 -mthumb))
 
 .PHONY: rt
 ## prove the tick's objects: no division, float, heap, recursion; worst stack
-rt: $(RT)
+rt:
+	@$(MAKE) --no-print-directory $(ALL_CPUS) rt-objects
 	@CROSS=$(CROSS) $(PYTHON) tests/rt.py $(PORTABLE)
+
+.PHONY: rt-objects
+rt-objects: $(RT)
 
 .PHONY: cover
 ## line coverage of the tests, room by room

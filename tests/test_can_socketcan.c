@@ -483,7 +483,7 @@ static void a_stuck_card_refuses_and_does_not_block(void **state)
     assert_int_equal(stats.sent, taken);
     assert_int_equal(stats.refused, full);
     assert_true(full > 500);
-    assert_true(t1.tv_sec - t0.tv_sec < 60);
+    assert_true(t1.tv_sec - t0.tv_sec < 5);
     card_end(&card);
 }
 

@@ -6,8 +6,8 @@
  * Problems FIRST .. FIRST + COUNT - 1 of tests/otg_many.h, every answer judged
  * by the oracle.  Each that is missed or bad is printed with the command that
  * repeats it alone; progress goes to standard error.  Status 1 when more than
- * MISSED (0) are missed or in doubt, more than BAD (0) are bad, more than LONG (0) longer than the least, or a process
- * died. */
+ * MISSED (0) are missed or in doubt, more than BAD (0) are bad, more than
+ * LONG (0) longer than the least, or a process died. */
 #include <inttypes.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -69,7 +69,7 @@ static void work(const struct run *run, int process)
             printf("%s: %s: %s\n  again: otg_many -s %" PRIu64 " -f %" PRIu64
                    " -n 1\n",
                    verdict == MANY_BAD     ? "bad"
-                   : verdict == MANY_LATE ? "long"
+                   : verdict == MANY_LATE  ? "long"
                    : verdict == MANY_DOUBT ? "in doubt"
                                            : "missed",
                    many_kind_text(problem.kind), text, run->seed, tally->at);
@@ -150,10 +150,11 @@ static bool report(const struct run *run, double seconds)
     }
     printf("otg-many: %" PRIu64 " problems of seed %" PRIu64
            " in %.0f s; %" PRIu64 " answered, %" PRIu64
-           " have no motion, %" PRIu64 " too far, %" PRIu64
-           " long, %" PRIu64 " in doubt, %" PRIu64 " missed, %" PRIu64 " bad\n",
+           " have no motion, %" PRIu64 " too far, %" PRIu64 " long, %" PRIu64
+           " in doubt, %" PRIu64 " missed, %" PRIu64 " bad\n",
            run->count, run->seed, seconds, all[MANY_GOOD], all[MANY_REFUSED],
-           all[MANY_RANGE], all[MANY_LATE], all[MANY_DOUBT], all[MANY_MISSED], all[MANY_BAD]);
+           all[MANY_RANGE], all[MANY_LATE], all[MANY_DOUBT], all[MANY_MISSED],
+           all[MANY_BAD]);
     printf("otg-many: at most %d evaluations per search; longest, with its "
            "judge, %.2f ms (problem %" PRIu64 ")\n",
            evaluations, worst / 1e6, worst_at);
