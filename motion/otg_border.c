@@ -214,7 +214,7 @@ static void root_end(enum otg_goal goal, struct num to, struct num step,
                      struct num top, struct otg_point *p)
 {
     p->rest = num_zero();
-    if (goal == OTG_GOAL_D && num_lt(top, to)) {
+    if (goal == OTG_GOAL_D && top.m > 0 && num_lt(top, to)) {
         struct num over = num_sub(to, top);
         p->rest = num_mul(over, p->slope);
         step = num_sub(step, over);
@@ -271,6 +271,8 @@ void motion_otg_border_root(struct otg_border *b, enum otg_goal goal,
         if (is_bounded && (is_same(x, lo) || is_same(x, hi)))
             break; /* nothing is between */
     }
+    if (goal == OTG_GOAL_D && !is_same(p->x, top))
+        p->rest = num_zero(); /* by rounding; no cruise makes it good */
     if (i > motion_otg_solve_most)
         motion_otg_solve_most = i;
 }

@@ -91,9 +91,11 @@ bool motion_otg_is_goal_inside(const struct otg_problem *q);
 /* The same for an acceleration alone. */
 void motion_otg_brake_acc(struct otg_problem *q, struct otg_shape *shape);
 
-/* By how much limits are drawn in: 2^-vel, 2^-acc, 2^-jerk. */
+/* By how much limits are drawn in: 2^-vel, 2^-acc, 2^-jerk; `is_strict` as in
+ * struct otg_problem. */
 struct otg_draw {
     int vel, acc, jerk;
+    bool is_strict;
 };
 
 #define OTG_TRIES 48

@@ -30,6 +30,8 @@ struct otg_problem {
     struct num per_j, per_j2; /* 1/j, 1/j2 */
     int jerk_bits;            /* both are drawn in by 2^-jerk_bits */
     bool is_unit;
+    bool is_strict; /* a way that the plain speed change covers but for 2^-24 is
+                       not taken for one that it covers */
 };
 
 /* The acceleration as a polyline: in each phase it runs straight to `a`. */
