@@ -119,7 +119,8 @@ struct motion_divisor {
     uint8_t up;
 };
 void motion_divisor_init(struct motion_divisor *by, uint64_t d);
-/* floor(n / d) and the rest, which may be NULL; n.hi < d. */
+/* floor(n / d) and the rest, which may be NULL; n.hi < d.  n is given, and the
+ * rest returned, times 2^up: who shifts n anyway does it once. */
 uint64_t motion_divisor_apply(const struct motion_divisor *by,
                               struct motion_u128 n, uint64_t *rest);
 
