@@ -9,28 +9,17 @@
 
 struct motion_u128 motion_fixed_mul_u64(uint64_t a, uint64_t b)
 {
-    uint64_t al = (uint32_t)a, ah = a >> 32;
-    uint64_t bl = (uint32_t)b, bh = b >> 32;
-    uint64_t low = al * bl;
-    /* each sum <= (2^32-1)^2 + 2 (2^32-1) = 2^64 - 1 */
-    uint64_t mid = ah * bl + (low >> 32);
-    uint64_t cross = al * bh + (uint32_t)mid;
-    return (struct motion_u128){
-        .hi = ah * bh + (mid >> 32) + (cross >> 32),
-        .lo = cross << 32 | (uint32_t)low,
-    };
+    return FIXED_BY(mul)(a, b);
 }
 
 uint64_t motion_fixed_mulhi_u64(uint64_t a, uint64_t b)
 {
-    return motion_fixed_mul_u64(a, b).hi;
+    return FIXED_BY(mul)(a, b).hi;
 }
 
 int motion_fixed_cmp_u128(struct motion_u128 a, struct motion_u128 b)
 {
-    if (a.hi != b.hi)
-        return a.hi < b.hi ? -1 : 1;
-    return a.lo < b.lo ? -1 : a.lo > b.lo;
+    return FIXED_BY(is_less)(b, a) - FIXED_BY(is_less)(a, b);
 }
 
 struct motion_u128 motion_fixed_shl_u128(struct motion_u128 a, unsigned bits)
@@ -113,13 +102,12 @@ void motion_divisor_init(struct motion_divisor *by, uint64_t d)
 uint64_t motion_divisor_apply(const struct motion_divisor *by,
                               struct motion_u128 n, uint64_t *rest)
 {
-    n = motion_fixed_shl_u128(n, by->up);
     uint64_t r = n.hi;
     uint64_t high = fixed_digit(by, &r, (uint32_t)(n.lo >> 32));
     uint32_t low = fixed_digit(by, &r, (uint32_t)n.lo);
 
     if (rest != NULL)
-        *rest = r >> by->up;
+        *rest = r;
     return high << 32 | low;
 }
 
@@ -131,7 +119,10 @@ int motion_fixed_div_u128(struct motion_u128 n, uint64_t d, uint64_t *quotient,
     if (d == 0 || n.hi >= d)
         return MOTION_E_RANGE;
     motion_divisor_init(&by, d);
-    *quotient = motion_divisor_apply(&by, n, rest);
+    *quotient =
+        motion_divisor_apply(&by, motion_fixed_shl_u128(n, by.up), rest);
+    if (rest != NULL)
+        *rest >>= by.up;
     return MOTION_OK;
 }
 

@@ -248,6 +248,7 @@ void motion_otg_problem_init(const struct motion_otg_move *move,
     if (lim->jerk_down_q16)
         q->j2 = drawn_in(num_make(lim->jerk_down_q16, -16), draw.jerk);
     q->is_unit = false;
+    q->is_strict = draw.is_strict;
     q->exact = move;
     q->is_no_lens = false;
     limit_the_rest(move, q);
@@ -517,13 +518,13 @@ struct otg_draw motion_otg_draw(int wanted, int i)
     bits = bits < 2 ? 2 : bits;
     switch (i % 4) {
     case 1:
-        return (struct otg_draw){ bits, bits, wanted };
+        return (struct otg_draw){ bits, bits, wanted, false };
     case 2:
-        return (struct otg_draw){ OTG_BITS, OTG_BITS, bits };
+        return (struct otg_draw){ OTG_BITS, OTG_BITS, bits, false };
     case 3:
-        return (struct otg_draw){ near, bits + 2, bits + 2 };
+        return (struct otg_draw){ near, bits + 2, bits + 2, false };
     default:
-        return (struct otg_draw){ bits, bits, bits };
+        return (struct otg_draw){ bits, bits, bits, false };
     }
 }
 
@@ -552,7 +553,7 @@ int motion_otg_is_valid(const struct motion_otg_move *move,
 
 static int64_t least_of(const struct motion_otg_move *move)
 {
-    static const struct otg_draw draw = { OTG_BITS, OTG_BITS, OTG_BITS };
+    static const struct otg_draw draw = { OTG_BITS, OTG_BITS, OTG_BITS, false };
     struct otg_problem q;
     struct otg_shape shape;
     struct num next;
@@ -586,16 +587,19 @@ int motion_otg_make(const struct motion_otg_move *move,
                               field ? field : &unused);
 }
 
+/* In a hurry what takes longer waits: lower limits can close a way that was just
+ * open.  Then strictly, and then as they are. */
+enum draws { DRAW_HURRY, DRAW_STRICT, DRAW_ALL };
+
 /* One after the other with limits drawn in further; *first becomes the duration
  * of the first.  Where there is no motion of the duration it stays, and the
- * plan's duration is the next one.  In a `hurry` what takes longer waits: lower
- * limits can close a way that was just open. */
+ * plan's duration is the next one. */
 static int otg_make_drawn(const struct motion_otg_move *move,
-                          int64_t dur_ns_q12, bool hurry,
+                          int64_t dur_ns_q12, enum draws how,
                           struct motion_otg_plan *plan, int64_t *first,
                           enum motion_otg_field *field)
 {
-    struct otg_draw draw = { OTG_BITS, OTG_BITS, OTG_BITS };
+    struct otg_draw draw = { OTG_BITS, OTG_BITS, OTG_BITS, how == DRAW_STRICT };
     int64_t most = INT64_MAX;
     int wanted = OTG_BITS;
     for (int i = 0; i < OTG_TRIES; i++) {
@@ -607,10 +611,11 @@ static int otg_make_drawn(const struct motion_otg_move *move,
                 return err;
             *first = plan->dur_ns_q12;
             wanted = motion_otg_wanted_bits(*first);
-            if (hurry)
+            if (how == DRAW_HURRY)
                 most = *first + (*first >> OTG_HURRY) + OTG_HURRY_TICKS;
         }
         draw = motion_otg_draw(wanted, i + (wanted == OTG_BITS));
+        draw.is_strict = how == DRAW_STRICT;
     }
     return MOTION_E_LIMIT;
 }
@@ -628,7 +633,7 @@ static int otg_make_later(const struct motion_otg_move *move, int64_t least,
         int64_t first = 0;
         if (dur >= MOTION_TRACK_SEGMENT_MAX_NS_Q12)
             return refuse(field, MOTION_OTG_FIELD_GOAL_POS, MOTION_E_RANGE);
-        int err = otg_make_drawn(move, dur, false, plan, &first, field);
+        int err = otg_make_drawn(move, dur, DRAW_ALL, plan, &first, field);
         if (err == MOTION_OK || err == MOTION_E_RANGE)
             return err;
         if (tries > OTG_SOON && first == 0 && plan->dur_ns_q12 > dur)
@@ -645,12 +650,16 @@ static int otg_make_valid(const struct motion_otg_move *move,
 {
     int64_t first = 0;
     bool hurry = move->mode == MOTION_OTG_POSITION && dur_ns_q12 == 0;
-    int err = otg_make_drawn(move, dur_ns_q12, hurry, plan, &first, field);
+    int err = otg_make_drawn(move, dur_ns_q12, hurry ? DRAW_HURRY : DRAW_ALL,
+                             plan, &first, field);
     if (err == MOTION_E_LIMIT && hurry &&
         otg_make_later(move, first, OTG_SOON, plan, field) == MOTION_OK)
         return MOTION_OK;
     if (err == MOTION_E_LIMIT && hurry)
-        err = otg_make_drawn(move, dur_ns_q12, false, plan, &first, field);
+        err =
+            otg_make_drawn(move, dur_ns_q12, DRAW_STRICT, plan, &first, field);
+    if (err == MOTION_E_LIMIT && hurry)
+        err = otg_make_drawn(move, dur_ns_q12, DRAW_ALL, plan, &first, field);
     if (err != MOTION_E_LIMIT || move->mode != MOTION_OTG_POSITION)
         return err;
     if (dur_ns_q12 == 0)

@@ -142,11 +142,11 @@ static int round_phases(const struct otg_shape *shape,
 /* Largest step of the acceleration in n ticks. */
 static int64_t step_at_jerk(int64_t n, int64_t jerk_q16, int acc_bits)
 {
-    struct wide most = wide_mul_u64((uint64_t)jerk_q16, (uint64_t)n);
+    struct motion_u128 most = wide_mul_u64((uint64_t)jerk_q16, (uint64_t)n);
     uint64_t step;
     int shift = 37 - acc_bits;
     most = shift >= 0 ? wide_shr(most, (unsigned)shift)
-                      : wide_shl(most, (unsigned)-shift);
+                      : motion_fixed_shl_u128(most, (unsigned)-shift);
     if (motion_fixed_div_u128((struct motion_u128){ most.hi, most.lo },
                               OTG_FIVES, &step, NULL) < 0)
         return INT64_MAX / 4;

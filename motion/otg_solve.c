@@ -138,7 +138,8 @@ static void answer_main(const struct otg_problem *q, struct answer *at)
     struct num want, lo;
     int sign = q->d.m < 0 ? -1 : 1;
     struct num rest = border_start(q, sign, at, &want, &lo);
-    if ((rest.m <= 0 || at->p.slope.m <= 0) && is_at_start(q, at, rest))
+    if ((at->p.slope.m <= 0 || (rest.m <= 0 && !q->is_strict)) &&
+        is_at_start(q, at, rest))
         return;
     if (rest.m < 0)
         (void)border_start(q, -sign, at, &want, &lo);

@@ -32,6 +32,8 @@ struct otg_problem {
     struct num per_j, per_j2; /* 1/j, 1/j2 */
     int jerk_bits;            /* both are drawn in by 2^-jerk_bits */
     bool is_unit;
+    bool is_strict; /* a way that the plain speed change covers but for 2^-24 is
+                       not taken for one that it covers */
     bool is_no_lens; /* there was nothing in it */
     const struct motion_otg_move *exact; /* the same, with limits that are not
                                             drawn in; NULL for several axes */

@@ -21,6 +21,7 @@ struct cmd_otg {
     struct otg_header header;
     struct otg_row row;
     struct otg_answer answer;
+    enum motion_sync_kind kind;
     char line[CMD_OTG_LINE_MAX];
     int number;        /* of the line, from 1 */
     const char *wrong; /* with the line itself */
@@ -43,15 +44,28 @@ static enum status cmd_otg_wrong(const struct cmd_otg *self, int column,
 
 /* --- lines ---------------------------------------------------------------- */
 
+/* The next byte; what ends a line (\n, \r\n or, as on old machines, \r) is
+ * \n. */
+static int cmd_otg_byte(struct cmd_otg *self)
+{
+    int c = getc(self->file);
+    if (c != '\r')
+        return c;
+    int next = getc(self->file);
+    if (next != '\n' && next != EOF)
+        ungetc(next, self->file);
+    return '\n';
+}
+
 /* Any line, without its end; false at the end of the file. */
 static bool cmd_otg_any_line(struct cmd_otg *self)
 {
     size_t length = 0;
-    int c = getc(self->file);
+    int c = cmd_otg_byte(self);
     if (c == EOF)
         return false;
     self->number++;
-    for (; c != EOF && c != '\n'; c = getc(self->file)) {
+    for (; c != EOF && c != '\n'; c = cmd_otg_byte(self)) {
         if (c == 0)
             self->wrong = "a zero byte: expected text";
         if (length + 1 < sizeof self->line)
@@ -63,15 +77,20 @@ static bool cmd_otg_any_line(struct cmd_otg *self)
     return true;
 }
 
-/* The next one that is not empty. */
+static bool cmd_otg_is_empty(const char *line)
+{
+    line += strspn(line, " \t");
+    return *line == '\0' || *line == '#';
+}
+
+/* The next one that is neither empty nor a comment. */
 static bool cmd_otg_line(struct cmd_otg *self)
 {
     self->wrong = NULL;
     do {
         if (!cmd_otg_any_line(self))
             return false;
-    } while (self->wrong == NULL &&
-             self->line[strspn(self->line, " \t\r")] == '\0');
+    } while (self->wrong == NULL && cmd_otg_is_empty(self->line));
     return true;
 }
 
@@ -97,7 +116,9 @@ static void cmd_otg_report(struct cmd_otg *self)
 
 static void cmd_otg_solve(struct cmd_otg *self, long number)
 {
-    otg_answer_make(&self->answer, number, &self->header, &self->row);
+    self->row.wanted_s = self->options->wanted_s;
+    otg_answer_make(&self->answer, number, &self->header, &self->row,
+                    self->kind);
     self->answered++;
     self->refused += self->answer.err < 0;
     cmd_otg_report(self);
@@ -105,9 +126,18 @@ static void cmd_otg_solve(struct cmd_otg *self, long number)
 
 /* --- a file --------------------------------------------------------------- */
 
+static enum status cmd_otg_unreadable(const struct cmd_otg *self)
+{
+    fprintf(stderr, "%s: %s\n", self->path, strerror(errno));
+    return STATUS_INPUT;
+}
+
 static enum status cmd_otg_header(struct cmd_otg *self)
 {
-    if (!cmd_otg_line(self)) {
+    bool is_line = cmd_otg_line(self);
+    if (ferror(self->file))
+        return cmd_otg_unreadable(self);
+    if (!is_line) {
         self->number = 1;
         return cmd_otg_wrong(self, 1, "no header line");
     }
@@ -161,15 +191,11 @@ static enum status cmd_otg_file(struct cmd_otg *self, const char *path)
     bool standard = strcmp(path, "-") == 0;
     self->path = standard ? "standard input" : path;
     self->file = standard ? stdin : fopen(path, "r");
-    if (self->file == NULL) {
-        fprintf(stderr, "%s: %s\n", self->path, strerror(errno));
-        return STATUS_INPUT;
-    }
+    if (self->file == NULL)
+        return cmd_otg_unreadable(self);
     enum status status = cmd_otg_rows(self);
-    if (status == STATUS_OK && ferror(self->file)) {
-        fprintf(stderr, "%s: %s\n", self->path, strerror(errno));
-        status = STATUS_INPUT;
-    }
+    if (status == STATUS_OK && ferror(self->file))
+        status = cmd_otg_unreadable(self);
     if (!standard)
         fclose(self->file);
     return status;
@@ -259,6 +285,27 @@ static enum status cmd_otg_finish(struct cmd_otg *self)
     return status == STATUS_OK && self->refused > 0 ? STATUS_REFUSED : status;
 }
 
+/* The names of --together. */
+static const char *const cmd_otg_kind[] = {
+    [MOTION_SYNC_NONE] = "none",
+    [MOTION_SYNC_TIME] = "time",
+    [MOTION_SYNC_PHASE] = "phase",
+    [MOTION_SYNC_STRAIGHT] = "straight",
+};
+
+static bool cmd_otg_together(const char *how, enum motion_sync_kind *kind)
+{
+    *kind = MOTION_SYNC_TIME;
+    if (how == NULL)
+        return true;
+    for (int i = MOTION_SYNC_NONE; i <= MOTION_SYNC_STRAIGHT; i++)
+        if (strcmp(how, cmd_otg_kind[i]) == 0) {
+            *kind = (enum motion_sync_kind)i;
+            return true;
+        }
+    return false;
+}
+
 static enum status cmd_otg_run(const struct options *options)
 {
     static struct cmd_otg self;
@@ -270,6 +317,14 @@ static enum status cmd_otg_run(const struct options *options)
     if (options->plot != NULL && plot_format_of(options->plot) < 0)
         return cmd_otg_fail("--plot: expected FILE.svg or FILE.png");
     self = (struct cmd_otg){ .options = options };
+    if (!cmd_otg_together(options->together, &self.kind))
+        return cmd_otg_fail("--together: expected time, phase (on a line where "
+                            "the states allow), straight or none");
+    if (options->wanted_s < 0)
+        return cmd_otg_fail("--duration: expected seconds, 0 or above");
+    if (options->wanted_s > 0 && self.kind == MOTION_SYNC_NONE)
+        return cmd_otg_fail("--duration: not with --together none, by which "
+                            "each axis takes the least");
     self.rows = options->json ? cJSON_CreateArray() : NULL;
     enum status status = options->path_count == 1
                              ? cmd_otg_file(&self, options->path[0])
@@ -304,6 +359,11 @@ static const struct option_row cmd_otg_option[] = {
     CMD_OTG_NUMBER("amax", "A", OTG_AMAX, "limit of the acceleration"),
     CMD_OTG_NUMBER("amin", "A", OTG_AMIN, "below zero (-amax)"),
     CMD_OTG_NUMBER("jmax", "J", OTG_JMAX, "limit of the jerk; 0: none"),
+    CMD_OTG_NUMBER("jdown", "J", OTG_JDOWN, "that of slowing down (jmax)"),
+    { "duration", "S", OPTION_NUMBER, offsetof(struct options, wanted_s),
+      "take so long, or the least that is more" },
+    { "together", "HOW", OPTION_TEXT, offsetof(struct options, together),
+      "axes of a row: time, phase, straight, none" },
     OPTIONS_COMMON,
 };
 
@@ -312,10 +372,11 @@ const struct command cmd_otg = {
     .arguments = "FILE | - | --to P --vmax V --amax A --jmax J",
     .summary = "plan the fastest motion between states, row by row",
     .text =
-        "Reads CSV with a header.  Position goals: p0,v0,a0,pf,vf,af,vmax,\n"
-        "vmin,amax,amin,jmax; several axes that arrive together: the same\n"
-        "names with _1, _2 ...; velocity goals: v0,a0,vf,af,amax,amin,jmax.\n"
-        "Other columns are left alone.  Lengths and times may have any unit.\n"
+        "Reads CSV with a header, # begins a comment.  Position goals: p0,v0,\n"
+        "a0,pf,vf,af,vmax,vmin,amax,amin,jmax and, when it is there, jdown;\n"
+        "several axes: the same names with _1, _2 ...; velocity goals: v0,a0,\n"
+        "vf,af,amax,amin,jmax.  Other columns are left alone, a column\n"
+        "duration too.  Lengths and times may have any unit.\n"
         "Writes row,status,duration: rows from 0, status \"ok\" or what is\n"
         "wrong, seconds with 17 digits.  With --segments the start of every\n"
         "phase of constant jerk and the end of the move instead.\n"
@@ -326,6 +387,7 @@ const struct command cmd_otg = {
                 "  slew otg --row 12 --plot row12.png moves.csv\n"
                 "  slew otg --to 100 --vmax 10 --amax 20 --jmax 200 --plot "
                 "move.png\n"
+                "  slew otg --together straight --segments robot.csv\n"
                 "  slew otg --v0 5 --vf -2 --amax 20 --jmax 200 --json\n",
     .path_optional = true,
     COMMAND_OPTIONS(cmd_otg_option),

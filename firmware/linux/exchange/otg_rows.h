@@ -4,7 +4,7 @@
  * One problem per line, columns by name: p0 v0 a0 pf vf af vmax vmin amax amin
  * jmax (position goal), the same with _1, _2 ... for several axes that arrive
  * together, or v0 a0 vf af amax amin jmax (velocity goal).  Other columns are
- * left alone.
+ * left alone; jdown, the jerk of slowing down, may be there.
  *
  * A row is measured in its own scale: lengths and times are multiplied by
  * powers of two so that its numbers fill the planner's formats, whatever unit
@@ -30,6 +30,7 @@ enum otg_value {
     OTG_AMAX,
     OTG_AMIN,
     OTG_JMAX,
+    OTG_JDOWN, /* may be missing, or 0: as jmax */
     OTG_VALUES,
 };
 
@@ -58,12 +59,15 @@ bool otg_number(const char *text, size_t length, double *number);
 struct otg_row {
     double value[MOTION_SYNC_AXES][OTG_VALUES];
     double duration; /* NAN when there is no such column */
+    double wanted_s; /* not from the file; 0: as short as can be */
     char category[32];
 };
 
 struct otg_scaled {
     struct motion_otg_move move[MOTION_SYNC_AXES];
     int length[MOTION_SYNC_AXES], time; /* exponents */
+    int lost, lost_axis; /* the value of which the formats keep nothing;
+                            OTG_VALUES: there is none */
 };
 
 /* NULL, or what is wrong with the header; it names the column. */
@@ -81,6 +85,8 @@ struct otg_point {
 };
 struct otg_point otg_plan_point(const struct motion_otg_plan *plan, int i,
                                 int length, int time);
+
+#define OTG_TICKS_PER_SECOND 4096e9L
 
 double otg_plan_seconds(const struct motion_otg_plan *plan, int time);
 
