@@ -194,8 +194,26 @@ struct num motion_otg_border_rate(const struct otg_border *b,
     return num_add(p->vc, num_half(num_mul(p->x, a2)));
 }
 
-/* The lens's borders are concave over the duration: no higher than the tangent.
- * The duration changes by less than 2 with x. */
+/* It changes by 2 x + z/2 + x^2/2z: nothing where x = -(2 - sqrt 3) z, so where
+ * x^2 = gap / (6 + 4 sqrt 3); where the other side's limit binds, later, by
+ * 2 x + limit/2. */
+struct num motion_otg_border_turn(const struct otg_border *b, struct num hi)
+{
+    static const struct num part = { 664433753, -33 }; /* 1 / (6 + 4 sqrt 3) */
+    static const struct num per_s = { 1001814760, -28 }; /* 2 + sqrt 3 */
+    struct num limit = b->side[!b->first].limit;
+    struct num x = num_mul(b->gap, part);
+    if (!num_lt(num_sqr(hi), x))
+        return hi;
+    x = num_sqrt(x);
+    if (num_lt(limit, num_mul(x, per_s)))
+        x = num_max(num_sqrt(num_sub(num_sqr(limit), b->gap)),
+                    num_scale(limit, -2));
+    return num_min(num_neg(x), hi);
+}
+
+/* As long as that rate falls, the border is concave over the duration: no higher
+ * than the tangent.  The duration changes by less than 2 with x. */
 static bool is_hopeless(const struct otg_border *b, const struct otg_point *p,
                         struct num lo, struct num hi)
 {
