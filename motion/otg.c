@@ -415,9 +415,9 @@ static int otg_shape_of(const struct motion_otg_move *move,
 }
 
 /* The plan's duration is the proposal's where the answer is MOTION_E_LIMIT; one
- * above `most` is not made good. */
+ * above `most` is not made good, nor one that is on an edge when that is asked. */
 static int otg_try(const struct motion_otg_move *move, int64_t dur_ns_q12,
-                   struct otg_draw draw, int64_t most,
+                   struct otg_draw draw, int64_t most, bool *is_edge,
                    struct motion_otg_plan *plan, enum motion_otg_field *field)
 {
     struct otg_problem q;
@@ -430,7 +430,11 @@ static int otg_try(const struct motion_otg_move *move, int64_t dur_ns_q12,
         return refuse(field, MOTION_OTG_FIELD_DURATION, err);
     }
     err = MOTION_E_LIMIT;
-    if (most == INT64_MAX || in_ns_q12(time_of(&shape)) <= most)
+    if (is_edge)
+        *is_edge = shape.is_edge;
+    if (is_edge && *is_edge)
+        *field = MOTION_OTG_FIELD_GOAL_POS;
+    else if (most == INT64_MAX || in_ns_q12(time_of(&shape)) <= most)
         err = motion_otg_settle(move, &q, &shape, dur_ns_q12, plan, field);
     if (err == MOTION_E_LIMIT)
         plan->dur_ns_q12 = in_ns_q12(time_of(&shape));
@@ -516,6 +520,20 @@ int motion_otg_make(const struct motion_otg_move *move,
                               field ? field : &unused);
 }
 
+/* Where the way is next to what the plain change of speed covers, drawing limits in
+ * costs the root of it: that is made exactly, or what is next to it, or else what
+ * the search proposes. */
+static int otg_make_edge(const struct motion_otg_move *move,
+                         struct otg_draw draw, struct motion_otg_plan *plan,
+                         enum motion_otg_field *field)
+{
+    int64_t dur = plan->dur_ns_q12;
+    if (motion_otg_plain(move, plan, field) == MOTION_OK ||
+        motion_otg_edge(move, dur, plan, field) == MOTION_OK)
+        return MOTION_OK;
+    return otg_try(move, 0, draw, INT64_MAX, NULL, plan, field);
+}
+
 /* One after the other with limits drawn in further; *first becomes the duration
  * of the first.  Where there is no motion of the duration it stays, and the
  * plan's duration is the next one.  In a `hurry` what takes longer waits: lower
@@ -529,7 +547,11 @@ static int otg_make_drawn(const struct motion_otg_move *move,
     int64_t most = INT64_MAX;
     int wanted = OTG_BITS;
     for (int i = 0; i < OTG_TRIES; i++) {
-        int err = otg_try(move, dur_ns_q12, draw, most, plan, field);
+        bool is_edge = false;
+        int err = otg_try(move, dur_ns_q12, draw, most,
+                          i == 0 && hurry ? &is_edge : NULL, plan, field);
+        if (is_edge)
+            err = otg_make_edge(move, draw, plan, field);
         if (err == MOTION_OK || err == MOTION_E_RANGE)
             return err;
         if (i == 0) {
@@ -575,6 +597,9 @@ static int otg_make_valid(const struct motion_otg_move *move,
 {
     int64_t first = 0;
     bool hurry = move->mode == MOTION_OTG_POSITION && dur_ns_q12 == 0;
+    if (move->mode == MOTION_OTG_VELOCITY &&
+        motion_otg_plain(move, plan, field) == MOTION_OK)
+        return MOTION_OK;
     int err = otg_make_drawn(move, dur_ns_q12, hurry, plan, &first, field);
     if (err == MOTION_E_LIMIT && hurry &&
         otg_make_later(move, first, OTG_SOON, plan, field) == MOTION_OK)
