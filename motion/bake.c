@@ -494,6 +494,22 @@ static int bake_check_start(struct bake *bake)
     return err;
 }
 
+int motion_bake_check_borders(const int64_t border_ns_q12[], uint32_t borders,
+                              int64_t shortest_ns_q12)
+{
+    for (uint32_t i = 1; i < borders; i++) {
+        int64_t dur;
+
+        if (border_ns_q12[i] <= border_ns_q12[i - 1])
+            return MOTION_E_ORDER;
+        if (motion_fixed_sub(border_ns_q12[i], border_ns_q12[i - 1], &dur) <
+                0 ||
+            dur < shortest_ns_q12 || dur > MOTION_TRACK_MAX_NS_Q12)
+            return MOTION_E_RANGE;
+    }
+    return MOTION_OK;
+}
+
 static int bake_check(const struct motion_bake *job)
 {
     if (job->axes < 1 || job->axes > MOTION_BAKE_AXES || job->borders < 2 ||
@@ -501,16 +517,7 @@ static int bake_check(const struct motion_bake *job)
         motion_real_sign(job->acc) < 0 || job->longest_ns_q12 < 0 ||
         job->shortest_ns_q12 < 0)
         return MOTION_E_ARG;
-    for (uint32_t i = 1; i < job->borders; i++) {
-        int64_t dur;
-        if (job->border_ns_q12[i] <= job->border_ns_q12[i - 1])
-            return MOTION_E_ORDER;
-        if (motion_fixed_sub(job->border_ns_q12[i], job->border_ns_q12[i - 1],
-                             &dur) < 0 ||
-            dur > MOTION_TRACK_MAX_NS_Q12)
-            return MOTION_E_RANGE;
-    }
-    return MOTION_OK;
+    return motion_bake_check_borders(job->border_ns_q12, job->borders, 1);
 }
 
 static void bake_clear(struct motion_bake_report *report, uint32_t axes)

@@ -9,28 +9,17 @@
 
 struct motion_u128 motion_fixed_mul_u64(uint64_t a, uint64_t b)
 {
-    uint64_t al = (uint32_t)a, ah = a >> 32;
-    uint64_t bl = (uint32_t)b, bh = b >> 32;
-    uint64_t low = al * bl;
-    /* each sum <= (2^32-1)^2 + 2 (2^32-1) = 2^64 - 1 */
-    uint64_t mid = ah * bl + (low >> 32);
-    uint64_t cross = al * bh + (uint32_t)mid;
-    return (struct motion_u128){
-        .hi = ah * bh + (mid >> 32) + (cross >> 32),
-        .lo = cross << 32 | (uint32_t)low,
-    };
+    return FIXED_BY(mul)(a, b);
 }
 
 uint64_t motion_fixed_mulhi_u64(uint64_t a, uint64_t b)
 {
-    return motion_fixed_mul_u64(a, b).hi;
+    return FIXED_BY(mul)(a, b).hi;
 }
 
 int motion_fixed_cmp_u128(struct motion_u128 a, struct motion_u128 b)
 {
-    if (a.hi != b.hi)
-        return a.hi < b.hi ? -1 : 1;
-    return a.lo < b.lo ? -1 : a.lo > b.lo;
+    return FIXED_BY(is_less)(b, a) - FIXED_BY(is_less)(a, b);
 }
 
 struct motion_u128 motion_fixed_shl_u128(struct motion_u128 a, unsigned bits)

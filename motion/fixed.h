@@ -9,8 +9,9 @@
  *               +-26 days, step 0.24 ps.  A whole nanosecond is exact.
  *   *_ns        int64 nanoseconds, at the edges
  *
- * 32-bit ARM has no __int128, so the 128-bit products and quotients are made
- * here from 32-bit halves.  Rounding is "nearest, ties away from zero" unless
+ * 32-bit ARM has no __int128, so 128-bit numbers are made here from 32-bit
+ * halves, and from a machine's own instructions where those do better
+ * (fixed_halves.h).  Rounding is "nearest, ties away from zero" unless
  * a name says floor.  Functions marked plan-time divide; the others may be
  * called on the tick. */
 #ifndef MOTION_FIXED_H
@@ -28,28 +29,43 @@ struct motion_u128 {
     uint64_t hi, lo;
 };
 
+/* Also when optimising for size: on a 32-bit machine a call moves more than
+ * these add. */
+#define FIXED_INLINE static inline __attribute__((always_inline))
+
+/* FIXED_BY(mul)(a, b) is the product by the machine's own instructions: inline,
+ * for what is made of these; FIXED_IS_SHORT where they are only a few. */
+#include "motion/fixed_halves.h"
+#if defined(__SIZEOF_INT128__)
+#include "motion/fixed_int128.h"
+#define FIXED_BY(name) fixed_int128_##name
+#define FIXED_IS_SHORT 1
+#elif defined(__thumb2__) && defined(__ARM_FEATURE_DSP)
+#include "motion/fixed_thumb.h"
+#define FIXED_BY(name) fixed_thumb_##name
+#define FIXED_IS_SHORT 1
+#else
+#define FIXED_BY(name) fixed_halves_##name
+#define FIXED_IS_SHORT 0
+#endif
+
 /* a * b, all 128 bits. */
 struct motion_u128 motion_fixed_mul_u64(uint64_t a, uint64_t b);
 
 /* The upper 64 bits of a * b. */
 uint64_t motion_fixed_mulhi_u64(uint64_t a, uint64_t b);
 
-/* Also when optimising for size: on a 32-bit machine a call moves more than
- * these add. */
-#define FIXED_INLINE static inline __attribute__((always_inline))
-
 /* a + b, a - b, modulo 2^128. */
 FIXED_INLINE struct motion_u128 motion_fixed_add_u128(struct motion_u128 a,
                                                       struct motion_u128 b)
 {
-    uint64_t lo = a.lo + b.lo;
-    return (struct motion_u128){ a.hi + b.hi + (lo < a.lo), lo };
+    return FIXED_BY(add)(a, b);
 }
 
 FIXED_INLINE struct motion_u128 motion_fixed_sub_u128(struct motion_u128 a,
                                                       struct motion_u128 b)
 {
-    return (struct motion_u128){ a.hi - b.hi - (a.lo < b.lo), a.lo - b.lo };
+    return FIXED_BY(sub)(a, b);
 }
 
 /* -1, 0, 1 as a is below, equal to, above b. */
@@ -69,14 +85,14 @@ static inline bool motion_fixed_is_neg_i128(struct motion_u128 a)
 }
 FIXED_INLINE struct motion_u128 motion_fixed_neg_i128(struct motion_u128 a)
 {
-    return (struct motion_u128){ ~a.hi + (a.lo == 0), 0 - a.lo };
+    return FIXED_BY(sub)((struct motion_u128){ 0, 0 }, a);
 }
 /* -a where `minus` is all ones, a where it is zero. */
 FIXED_INLINE struct motion_u128 motion_fixed_sign_i128(struct motion_u128 a,
                                                        uint64_t minus)
 {
-    uint64_t lo = (a.lo ^ minus) - minus;
-    return (struct motion_u128){ (a.hi ^ minus) + (minus & (lo == 0)), lo };
+    return FIXED_BY(sub)((struct motion_u128){ a.hi ^ minus, a.lo ^ minus },
+                         (struct motion_u128){ minus, minus });
 }
 FIXED_INLINE struct motion_u128 motion_fixed_abs_i128(struct motion_u128 a)
 {

@@ -202,16 +202,8 @@ static int head_bake_check(const struct motion_head_bake *job)
 {
     if (job->borders < 2 || job->tolerance_q32 < 1 || job->stencil_ns_q12 < 0)
         return MOTION_E_ARG;
-    for (uint32_t i = 1; i < job->borders; i++) {
-        int64_t dur;
-        if (job->border_ns_q12[i] <= job->border_ns_q12[i - 1])
-            return MOTION_E_ORDER;
-        if (motion_fixed_sub(job->border_ns_q12[i], job->border_ns_q12[i - 1],
-                             &dur) < 0 ||
-            dur < 16 * MOTION_FIXED_NS_Q12)
-            return MOTION_E_RANGE;
-    }
-    return MOTION_OK;
+    return motion_bake_check_borders(job->border_ns_q12, job->borders,
+                                     16 * MOTION_FIXED_NS_Q12);
 }
 
 int motion_head_bake(const struct motion_head_bake *job,

@@ -523,9 +523,10 @@ int motion_otg_make(const struct motion_otg_move *move,
 /* Where the way is next to what the plain change of speed covers, drawing limits in
  * costs the root of it: that is made exactly, or what is next to it, or else what
  * the search proposes. */
-static int otg_make_edge(const struct motion_otg_move *move,
-                         struct otg_draw draw, struct motion_otg_plan *plan,
-                         enum motion_otg_field *field)
+OTG_OWN_FRAME static int otg_make_edge(const struct motion_otg_move *move,
+                                       struct otg_draw draw,
+                                       struct motion_otg_plan *plan,
+                                       enum motion_otg_field *field)
 {
     int64_t dur = plan->dur_ns_q12;
     if (motion_otg_plain(move, plan, field) == MOTION_OK ||

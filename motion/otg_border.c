@@ -209,6 +209,21 @@ static bool is_same(struct num a, struct num b)
     return a.m == b.m && a.e == b.e;
 }
 
+/* The last step, to `to`; what of it is beyond the cruise's limit is left. */
+static void root_end(enum otg_goal goal, struct num to, struct num step,
+                     struct num top, struct otg_point *p)
+{
+    p->rest = num_zero();
+    if (goal == OTG_GOAL_D && num_lt(top, to)) {
+        struct num over = num_sub(to, top);
+        p->rest = num_mul(over, p->slope);
+        step = num_sub(step, over);
+        to = top;
+    }
+    p->x = to;
+    p->z = num_add(p->z, num_mul(p->bend, step));
+}
+
 /* Newton in a bracket, the bracket halved at least every other step. */
 void motion_otg_border_root(struct otg_border *b, enum otg_goal goal,
                             struct num want, struct num lo, struct num hi,
@@ -242,9 +257,7 @@ void motion_otg_border_root(struct otg_border *b, enum otg_goal goal,
             struct num step = num_div(p->rest, p->slope);
             to = num_add(x, step);
             if (is_small(step, x, ROOT_BITS) || is_small(step, all, 24)) {
-                p->x = to;
-                p->z = num_add(p->z, num_mul(p->bend, step));
-                p->rest = num_zero();
+                root_end(goal, to, step, top, p);
                 break;
             }
         }

@@ -14,6 +14,12 @@
  * Start and goal are exact, and so is what follows from them alone: the first
  * phase counts from the start, the last one back from the goal.
  *
+ * A track lays what is missing at the end on one phase, the carrier (otg_track.c),
+ * as d u^3 over its n ticks, n of T in all: 3 d / n more velocity.  With d at most
+ * 2 W T that is less than 2^9 W where n > T / 2^6, and such is the room that
+ * velocities keep.  Where it is too much to ask, or the carrier is shorter or the
+ * first phase or the last, d itself tells.
+ *
  * A start that is outside a velocity limit, or bound to leave it, may go where
  * full jerk leads it, v + a^2 / 2j, to the last unit of its acceleration; so may
  * a goal, backwards in time. */
@@ -24,18 +30,23 @@
 #include "motion/real.h"
 
 #define CHECK_FIVES_ROOM 42 /* 5^9 has 21 bits */
+#define CHECK_SLACK      9
+#define CHECK_CARRIER    6
+#define CHECK_LEAST      36 /* 2^9 W is little: 2^-27 of the limits */
+#define CHECK_MOST       54 /* of W, to hold 2^9 W */
+#define CHECK_COEF_BITS  60 /* of a segment, all but one */
 
 struct check {
     const struct motion_otg_plan *plan;
     const struct motion_otg_move *move;
-    struct wide start, goal, up, down; /* V there, and at its limits */
-    struct wide up_in, down_in;        /* with the room that trimming needs */
+    struct motion_u128 start, goal, up, down; /* V there, and at its limits */
+    struct motion_u128 up_in, down_in; /* with the room that trimming needs */
     int64_t acc_max, acc_min;
-    int64_t trimmed; /* W */
-    uint64_t fives;  /* see jerk_is_kept */
+    int64_t trimmed, slack; /* W; that room, 2^9 W or where that is_coarse W */
+    uint64_t fives;         /* see jerk_is_kept */
     uint64_t jerk[2];
     int step_down;
-    bool has_vel, has_acc, has_jerk;
+    bool has_vel, has_acc, has_jerk, is_coarse;
     bool is_in[2]; /* the velocity has been below its limit, above the lower */
 };
 
@@ -63,18 +74,19 @@ static int64_t limit_acc(int64_t limit_q16, int acc_bits)
 
 #define CHECK_VEL_BITS 111 /* of a velocity and acc_bits: below 2^123 */
 
-static struct wide limit_vel(int64_t limit_q32, int acc_bits)
+static struct motion_u128 limit_vel(int64_t limit_q32, int acc_bits)
 {
     if (64 - (int)motion_real_clz(motion_fixed_abs(limit_q32)) + acc_bits <=
         CHECK_VEL_BITS)
         return motion_otg_vel_image(limit_q32, acc_bits);
-    struct wide most = { (uint64_t)1 << 60, 0 };
+    struct motion_u128 most = { (uint64_t)1 << 60, 0 };
     return limit_q32 < 0 ? wide_neg(most) : most;
 }
 
 /* a^2 / 2j in units of velocity, and what one unit of acceleration makes of it:
  * the jerk of a phase is the limit as nearly as its corners can tell. */
-static struct wide ramp_of(int64_t acc_q16, int64_t jerk_q16, int acc_bits)
+static struct motion_u128 ramp_of(int64_t acc_q16, int64_t jerk_q16,
+                                  int acc_bits)
 {
     struct motion_real a = motion_real_from_q(acc_q16, 16);
     struct motion_real j = motion_real_from_q(jerk_q16, 16);
@@ -85,9 +97,9 @@ static struct wide ramp_of(int64_t acc_q16, int64_t jerk_q16, int acc_bits)
     per_a = motion_real_add(motion_real_twice(per_a),
                             motion_real_scale(motion_real_int(1), -54));
     a = motion_real_add(a, motion_real_mul(a, per_a));
-    struct wide ramp = wide_from(a.m);
+    struct motion_u128 ramp = wide_from(a.m);
     ramp = a.e < 0 ? wide_shr(ramp, a.e < -127 ? 127 : (unsigned)-a.e)
-                   : wide_shl(ramp, a.e > 62 ? 62 : (unsigned)a.e);
+                   : motion_fixed_shl_u128(ramp, a.e > 62 ? 62 : (unsigned)a.e);
     return wide_add(ramp, wide_from(1));
 }
 
@@ -108,7 +120,7 @@ enum end { END_START, END_GOAL };
 
 /* What the velocity may rise to (fall to, upside down, with sign -1): the limit,
  * or what the start or the goal makes necessary. */
-static struct wide widened(const struct check *c, int sign, enum end end)
+static struct motion_u128 widened(const struct check *c, int sign, enum end end)
 {
     const struct motion_otg_limit *lim = &c->move->limit;
     bool is_goal = end == END_GOAL;
@@ -117,13 +129,13 @@ static struct wide widened(const struct check *c, int sign, enum end end)
     int64_t vel = sign * at->vel_q32;
     int64_t acc = (is_goal ? -sign : sign) * at->acc_q16;
     int64_t jerk = is_goal ? closing_jerk(lim) : lim->jerk_q16;
-    struct wide limit = sign > 0 ? c->up : wide_neg(c->down);
+    struct motion_u128 limit = sign > 0 ? c->up : wide_neg(c->down);
     if (swing_is_inside(vel, acc, jerk, most))
         return limit;
-    struct wide v = motion_otg_vel_image(vel, c->plan->acc_bits);
+    struct motion_u128 v = motion_otg_vel_image(vel, c->plan->acc_bits);
     if (acc > 0 && jerk > 0)
         v = wide_add(v, ramp_of(acc, jerk, c->plan->acc_bits));
-    return wide_cmp(limit, v) < 0 ? v : limit;
+    return wide_is_less(limit, v) ? v : limit;
 }
 
 static int64_t trimmed_ticks(const struct motion_otg_plan *plan)
@@ -152,6 +164,14 @@ static void jerk_init(struct check *c, int up)
     c->jerk[1] = down << by;
 }
 
+/* W < V 2^-36, the upper half of V being V 2^-64. */
+static bool is_coarse(const struct check *c)
+{
+    int64_t w = c->trimmed >> (64 - CHECK_LEAST);
+    return w >= (int64_t)c->up.hi || w >= (int64_t)~c->down.hi ||
+           c->trimmed >> CHECK_MOST != 0;
+}
+
 static void check_init(struct check *c, const struct motion_otg_move *move,
                        const struct motion_otg_plan *plan)
 {
@@ -175,8 +195,10 @@ static void check_init(struct check *c, const struct motion_otg_move *move,
     c->down = (uint64_t)lim->vel_max_q32 + (uint64_t)lim->vel_min_q32 == 0
                   ? wide_neg(c->up)
                   : limit_vel(lim->vel_min_q32, bits);
-    c->up_in = wide_sub(c->up, wide_from(c->trimmed));
-    c->down_in = wide_add(c->down, wide_from(c->trimmed));
+    c->is_coarse = is_coarse(c);
+    c->slack = c->is_coarse ? c->trimmed : c->trimmed << CHECK_SLACK;
+    c->up_in = wide_sub(c->up, wide_from(c->slack));
+    c->down_in = wide_add(c->down, wide_from(c->slack));
 }
 
 /* --- one phase ------------------------------------------------------------ */
@@ -185,7 +207,7 @@ static void check_init(struct check *c, const struct motion_otg_move *move,
  * trimming can change of a and a1, and of the difference; `trim` the groups that
  * a1 belongs to. */
 struct stretch {
-    struct wide v1;
+    struct motion_u128 v1;
     int64_t a, a1, n, rest;
     int off, off1, off_step, trim;
     bool first, last;
@@ -215,16 +237,17 @@ static void stretch_run(struct stretch *s, struct wider *twice)
     int64_t k = 2 * (3 * s->rest + s->n);
     if ((s->a | s->a1) == 0)
         return;
-    struct wide gain = wide_mul_i64(s->a + s->a1, s->n);
+    struct motion_u128 gain = wide_mul_i64(s->a + s->a1, s->n);
     s->v1 = wide_add(s->v1, gain);
     if (s->a == s->a1)
         k += s->n;
     else if (s->a1 == 0)
         k += 2 * s->n;
-    else if (s->a != 0)
-        *twice =
-            wider_add(*twice, wider_mul(wide_mul_i64(2 * s->a, s->n), s->n));
-    *twice = wider_add(*twice, wider_mul(gain, k));
+    else if (s->a != 0) {
+        struct motion_u128 more = wide_mul_i64(2 * s->a, s->n);
+        wider_add_mul(twice, s->n, &more);
+    }
+    wider_add_mul(twice, k, &gain);
 }
 
 /* |a1 - a| / n <= jerk */
@@ -234,10 +257,10 @@ static bool jerk_is_kept(const struct check *c, const struct stretch *s,
     uint64_t step = motion_fixed_abs(s->a1 - s->a) + (uint64_t)s->off_step;
     if (step == 0)
         return true;
-    struct wide have = wide_mul_u64(step, c->fives);
+    struct motion_u128 have = wide_mul_u64(step, c->fives);
     if (c->step_down > 0) /* up */
         have = wide_neg(wide_shr(wide_neg(have), (unsigned)c->step_down));
-    return wide_cmp(have, wide_mul_u64(jerk, (uint64_t)s->n)) <= 0;
+    return !wide_is_less(wide_mul_u64(jerk, (uint64_t)s->n), have);
 }
 
 static bool acc_is_kept(const struct check *c, int64_t a, int off)
@@ -248,37 +271,39 @@ static bool acc_is_kept(const struct check *c, int64_t a, int off)
 }
 
 /* room >= least, least >= 0. */
-static bool has_room(struct wide room, int64_t least)
+static bool has_room(struct motion_u128 room, int64_t least)
 {
     return room.hi == 0 ? room.lo >= (uint64_t)least : !wide_is_negative(room);
 }
 
 /* The velocity rises (falls) from where it is v while |a| goes to zero on the
  * way to b on the other side: by a^2 n / (|a| + |b|), at most |a| n. */
-static bool crest_is_inside(struct wide room, int64_t a, int64_t b, int64_t n,
-                            int off)
+static bool crest_is_inside(struct motion_u128 room, int64_t a, int64_t b,
+                            int64_t n, int off)
 {
     uint64_t from = motion_fixed_abs(a) + (uint64_t)off;
     uint64_t to = motion_fixed_abs(b);
     to = to > (uint64_t)off ? to - (uint64_t)off : 0;
     if (wide_is_negative(room))
         return false;
-    if (wide_cmp(wide_mul_u64(from, (uint64_t)n), room) <= 0)
+    if (!wide_is_less(room, wide_mul_u64(from, (uint64_t)n)))
         return true;
     struct wider rise = wider_mul(wide_mul_u64(from, from), n);
-    return wider_cmp(rise, wider_mul(room, (int64_t)(from + to))) <= 0;
+    return !wider_is_less(wider_mul(room, (int64_t)(from + to)), rise);
 }
 
 /* Room above v (below it with sign -1). */
-static struct wide room_at(const struct check *c, struct wide v, int sign)
+static struct motion_u128 room_at(const struct check *c, struct motion_u128 v,
+                                  int sign)
 {
     return sign > 0 ? wide_sub(c->up, v) : wide_sub(v, c->down);
 }
 
-static struct wide widened_room(const struct check *c, struct wide v, int sign,
-                                enum end end)
+static struct motion_u128 widened_room(const struct check *c,
+                                       struct motion_u128 v, int sign,
+                                       enum end end)
 {
-    struct wide most = widened(c, sign, end);
+    struct motion_u128 most = widened(c, sign, end);
     return sign > 0 ? wide_sub(most, v) : wide_add(most, v);
 }
 
@@ -286,13 +311,13 @@ static struct wide widened_room(const struct check *c, struct wide v, int sign,
  * the phase's start; in the last phase backwards in time from the goal. */
 static bool turn_is_inside(const struct check *c, const struct stretch *s)
 {
-    struct wide v = c->goal;
+    struct motion_u128 v = c->goal;
     if (!s->last)
         v = wide_sub(s->v1, wide_mul_i64(s->a + s->a1, s->n));
     int64_t a = s->last ? -s->a1 : s->a, b = s->last ? -s->a : s->a1;
     int off = s->off | s->off1, sign = a > 0 ? 1 : -1;
-    struct wide least = wide_from(s->first || s->last ? 0 : c->trimmed);
-    struct wide room = wide_sub(room_at(c, v, sign), least);
+    struct motion_u128 least = wide_from(s->first || s->last ? 0 : c->slack);
+    struct motion_u128 room = wide_sub(room_at(c, v, sign), least);
     if (crest_is_inside(room, a, b, s->n, off))
         return true;
     if (!s->last && c->is_in[sign < 0])
@@ -309,7 +334,7 @@ static bool is_excused(const struct check *c, const struct stretch *s, int sign)
     if (c->is_in[sign < 0] ||
         (sign > 0 ? s->a1 > c->acc_min >> 20 : s->a1 < c->acc_max >> 20))
         return false;
-    return has_room(widened_room(c, s->v1, sign, END_START), c->trimmed);
+    return has_room(widened_room(c, s->v1, sign, END_START), c->slack);
 }
 
 /* The end of the last phase is the goal, which has been judged. */
@@ -318,8 +343,8 @@ static bool vel_is_kept(struct check *c, const struct stretch *s)
     if ((s->a ^ s->a1) < 0 && s->a != 0 && s->a1 != 0 && !turn_is_inside(c, s))
         return false;
     for (int sign = 1; sign >= -1 && !s->last; sign -= 2) {
-        if (sign > 0 ? wide_cmp(s->v1, c->up_in) <= 0
-                     : wide_cmp(s->v1, c->down_in) >= 0)
+        if (sign > 0 ? !wide_is_less(c->up_in, s->v1)
+                     : !wide_is_less(s->v1, c->down_in))
             c->is_in[sign < 0] = true;
         else if (!is_excused(c, s, sign))
             return false;
@@ -365,33 +390,113 @@ static int check_start(const struct motion_otg_move *move,
 static bool way_is_met(const struct check *c, struct wider twice)
 {
     const struct motion_otg_plan *plan = c->plan;
-    struct wider wanted = motion_otg_way_wanted(plan);
-    struct wider miss = wider_sub(wider_add(wanted, wanted), twice);
-    struct wide unit =
+    struct motion_u128 unit =
         wide_mul_u64((uint64_t)c->trimmed, (uint64_t)plan->dur_ns_q12);
     struct wider room = wider_mul(unit, 6);
     if (!c->has_vel)
         room = wider_shl((struct wider){ 0, 0, (uint64_t)OTG_WAY_FIVES },
                          (unsigned)(plan->acc_bits + 12));
-    return wider_cmp(wider_abs(miss), room) <= 0;
+    return !wider_is_less(room, wider_abs(twice));
+}
+
+/* --- what a track's carrier takes ----------------------------------------- */
+
+/* The carrier, and where it begins. */
+struct carrier {
+    int64_t a, a1, n;
+    struct motion_u128 v, v1;
+    bool last;
+};
+
+static struct carrier carrier_of(const struct check *c, int at)
+{
+    const struct motion_otg_plan *plan = c->plan;
+    struct carrier k = { .a1 = plan->start_acc, .v1 = c->start };
+    for (int i = 0; i <= at; i++) {
+        k.v = k.v1;
+        k.a = k.a1;
+        k.n = plan->phase[i].dur_ns_q12;
+        k.a1 = plan->phase[i].acc;
+        k.v1 = wide_add(k.v, wide_mul_i64(k.a + k.a1, k.n));
+    }
+    k.last = at + 1 == plan->count;
+    return k;
+}
+
+/* 2 d of it, in units of P: what is missing at the end, less what the velocity
+ * missing there makes of the time behind the carrier. */
+static struct wider carried(const struct check *c, int at,
+                            struct motion_u128 vel, struct wider twice)
+{
+    const struct motion_otg_plan *plan = c->plan;
+    int64_t left = 0;
+    for (int i = at + 1; i < plan->count; i++)
+        left += plan->phase[i].dur_ns_q12;
+    return wider_sub(twice, wider_mul(vel, 6 * left));
+}
+
+/* Above v, or below; what is outside for good reasons has none to keep. */
+static bool end_is_carried(const struct check *c, struct motion_u128 v,
+                           int sign, struct motion_u128 need)
+{
+    struct motion_u128 room = room_at(c, v, sign);
+    return wide_is_negative(room) || !wide_is_less(room, need);
+}
+
+static bool crest_is_carried(const struct check *c, const struct carrier *k,
+                             int sign, struct motion_u128 need)
+{
+    if ((k->a ^ k->a1) >= 0 || (k->a < 0) != (sign < 0))
+        return true;
+    struct motion_u128 room = wide_sub(room_at(c, k->v, sign), need);
+    return crest_is_inside(room, k->a, k->a1, k->n, 1);
+}
+
+/* Is there room for it, rounded up to a power of two, or is it no more than the
+ * coefficients of its segment leave open?  In V it is 2 d / 2 n. */
+OTG_OWN_FRAME static bool is_carried(const struct check *c,
+                                     struct motion_u128 vel, struct wider twice)
+{
+    int at = motion_otg_carrier(c->plan);
+    struct wider by = carried(c, at, vel, twice);
+    int sign = wider_is_negative(by) ? -1 : 1;
+    struct carrier k = carrier_of(c, at);
+    by = wider_shr(wider_abs(by), 64 - motion_real_clz((uint64_t)k.n));
+    struct motion_u128 need =
+        wide_add((struct motion_u128){ by.mid, by.lo }, wide_from(1));
+    struct motion_u128 most = wide_abs(sign > 0 ? c->up : c->down);
+    if (!wide_is_less(wide_shr(most, CHECK_COEF_BITS), need))
+        return true;
+    if (k.last && wide_is_negative(room_at(c, k.v1, sign)))
+        return false;
+    return crest_is_carried(c, &k, sign, need) &&
+           end_is_carried(c, k.v, sign, need) &&
+           end_is_carried(c, k.v1, sign, need);
 }
 
 static int check_goal(const struct check *c, const struct stretch *end,
-                      struct wider twice, enum motion_otg_field *field)
+                      struct wider twice, int64_t longest,
+                      enum motion_otg_field *field)
 {
     const struct motion_otg_plan *plan = c->plan;
     const struct motion_state *goal = &c->move->goal;
-    struct wide miss = wide_abs(wide_sub(c->goal, end->v1));
+    struct motion_u128 miss = wide_sub(c->goal, end->v1);
     if (plan->goal_vel_q32 != goal->vel_q32 ||
-        wide_cmp(miss, wide_from(c->trimmed)) > 0)
+        wide_is_less(wide_from(c->trimmed), wide_abs(miss)))
         return refuse(field, MOTION_OTG_FIELD_GOAL_VEL);
     if (end->a1 != motion_otg_acc_image(goal->acc_q16, plan->acc_bits) ||
         end->trim != 0)
         return refuse(field, MOTION_OTG_FIELD_GOAL_ACC);
+    struct wider wanted = motion_otg_way_wanted(plan);
+    twice = wider_sub(wider_add(wanted, wanted), twice);
     if (plan->start_pos_q32 != c->move->start.pos_q32 ||
         (c->has_vel && plan->goal_pos_q32 != goal->pos_q32) ||
         !way_is_met(c, twice))
         return refuse(field, MOTION_OTG_FIELD_GOAL_POS);
+    if (c->has_vel && c->trimmed != 0 &&
+        (c->is_coarse || longest < plan->dur_ns_q12 >> CHECK_CARRIER) &&
+        !is_carried(c, miss, twice))
+        return refuse(field, MOTION_OTG_FIELD_VEL_MAX);
     return MOTION_OK;
 }
 
@@ -404,18 +509,21 @@ static int check_phases(struct check *c, enum motion_otg_field *field)
     s.a1 = plan->start_acc;
     s.trim = 0;
     s.rest = plan->dur_ns_q12;
+    int64_t longest = 0; /* between the first and the last */
     for (int i = 0; i < plan->count; i++) {
         stretch_next(plan, i, &s);
         if (s.n <= 0)
             return refuse(field, MOTION_OTG_FIELD_DURATION);
         stretch_run(&s, &twice);
+        if (s.n > longest && !s.first && !s.last)
+            longest = s.n;
         int err = check_phase(c, i, &s, field);
         if (err < 0)
             return err;
     }
     if (s.rest != 0)
         return refuse(field, MOTION_OTG_FIELD_DURATION);
-    return check_goal(c, &s, twice, field);
+    return check_goal(c, &s, twice, longest, field);
 }
 
 int motion_otg_check(const struct motion_otg_move *move,

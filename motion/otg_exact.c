@@ -18,52 +18,55 @@ int64_t motion_otg_acc_image(int64_t acc_q16, int acc_bits)
 
 /* 5^9 2^(acc_bits - 10) times as much; one product where the power fits in its
  * factors. */
-struct wide motion_otg_vel_image(int64_t vel_q32, int acc_bits)
+struct motion_u128 motion_otg_vel_image(int64_t vel_q32, int acc_bits)
 {
     int shift = acc_bits - 10, up = shift - EXACT_FIVES_ROOM;
     if (vel_q32 == 0)
-        return (struct wide){ 0, 0 };
+        return (struct motion_u128){ 0, 0 };
     if (shift >= 0 && up < (int)motion_real_clz(motion_fixed_abs(vel_q32))) {
         int64_t fives = OTG_FIVES;
         fives <<= up > 0 ? EXACT_FIVES_ROOM : shift;
         vel_q32 = (int64_t)((uint64_t)vel_q32 << (up > 0 ? up : 0));
         return wide_mul_i64(vel_q32, fives);
     }
-    struct wide v = wide_mul_i64(vel_q32, OTG_FIVES);
+    struct motion_u128 v = wide_mul_i64(vel_q32, OTG_FIVES);
     return shift < 0 ? wide_shr(v, (unsigned)-shift)
-                     : wide_shl(v, (unsigned)shift);
+                     : motion_fixed_shl_u128(v, (unsigned)shift);
 }
 
-/* Of the first word that is not zero and the next at least 32 bits. */
-struct num motion_otg_wider_num(struct wider a, int e)
+/* 30 bits of (top 2^32 + next) 2^e, of a top whose upper half may be zero. */
+static uint64_t top_word(uint64_t top, uint32_t next, int e)
 {
-    bool minus = wider_is_negative(a);
-    if (minus)
-        a = wider_neg(a);
-    uint64_t top = a.hi, next = a.mid;
-    for (int i = 0; i < 2 && top == 0; i++, e -= 64) {
-        top = next;
-        next = i == 0 ? a.lo : 0;
-    }
     if (top >> 31 == 0) {
-        top = top << 32 | next >> 32;
+        top = top << 32 | next;
         e -= 32;
     }
-    struct num n = num_make((int64_t)(top >> 1), e + 129);
-    return minus ? num_neg(n) : n;
+    return num_pack(num_make((int64_t)(top >> 1), e + 33));
 }
 
-struct motion_real motion_otg_wider_real(struct wider a)
+static uint64_t word_signed(uint64_t word, bool minus)
 {
-    bool negative = wider_is_negative(a);
-    a = wider_abs(a);
-    unsigned lead = wider_clz(a);
-    if (lead >= 192)
-        return motion_real_zero();
-    a = wider_shl(a, lead);
-    struct motion_real r =
-        motion_real_make((int64_t)(a.hi >> 2), 130 - (int)lead);
-    return negative ? motion_real_neg(r) : r;
+    return minus ? num_pack(num_neg(num_unpack(word))) : word;
+}
+
+static uint64_t low_word(struct motion_u128 m, int e)
+{
+    return m.hi != 0 ? top_word(m.hi, (uint32_t)(m.lo >> 32), e + 32)
+                     : top_word(m.lo, 0, e - 32);
+}
+
+uint64_t motion_otg_wide_word(const struct motion_u128 *a, int e)
+{
+    return word_signed(low_word(wide_abs(*a), e), wide_is_negative(*a));
+}
+
+uint64_t motion_otg_wider_word(const struct wider *a, int e)
+{
+    bool minus = wider_is_negative(*a);
+    struct wider m = minus ? wider_neg(*a) : *a;
+    uint64_t word = m.hi != 0 ? top_word(m.hi, (uint32_t)(m.mid >> 32), e + 96)
+                              : low_word(wider_low(m), e);
+    return word_signed(word, minus);
 }
 
 int motion_otg_way_public(struct wider p, int acc_bits, int64_t start_q32,
@@ -85,7 +88,8 @@ int motion_otg_way_public(struct wider p, int acc_bits, int64_t start_q32,
 
 struct otg_run motion_otg_run_start(const struct motion_otg_plan *plan)
 {
-    struct wide v = motion_otg_vel_image(plan->start_vel_q32, plan->acc_bits);
+    struct motion_u128 v =
+        motion_otg_vel_image(plan->start_vel_q32, plan->acc_bits);
     return (struct otg_run){ { 0, 0, 0 }, v, plan->start_acc };
 }
 
@@ -95,9 +99,9 @@ void motion_otg_run_phase(struct otg_run *run,
                           const struct motion_otg_phase *phase)
 {
     int64_t n = phase->dur_ns_q12, a = run->a, to = phase->acc;
-    struct wide sum = wide_add(run->v, wide_add(run->v, run->v));
+    struct motion_u128 sum = wide_add(run->v, wide_add(run->v, run->v));
     if (a != 0 || to != 0) {
-        struct wide gain = wide_mul_i64_inline(a + to, n);
+        struct motion_u128 gain = wide_mul_i64(a + to, n);
         sum = wide_add(sum, gain);
         run->v = wide_add(run->v, gain);
         if (to == 0)
@@ -106,20 +110,21 @@ void motion_otg_run_phase(struct otg_run *run,
             sum = wide_add(sum, wide_mul_i64(a, n));
         run->a = to;
     }
-    run->p = wider_add(run->p, wider_mul_inline(sum, n));
+    wider_add_mul(&run->p, n, &sum);
 }
 
 /* --- the end ------------------------------------------------------------- */
 
 /* What the corners make at the end is the sum of what each makes, times before
  * and after it n and n', r left after it: A w to V, A x to P, with w = n + n' and
- * x = w (3 r + n - n').  Neighbours of one acceleration are summed first. */
-static void exact_gain(const struct motion_otg_plan *plan, struct wide *vel,
-                       struct wider *way)
+ * x = w (3 r + n - n').  Neighbours of one acceleration are summed first.  It is
+ * taken off. */
+static void exact_take(const struct motion_otg_plan *plan,
+                       struct motion_u128 *vel, struct wider *way)
 {
     const struct motion_otg_phase *ph = plan->phase, *end = ph + plan->count;
     int64_t rest = plan->dur_ns_q12, before = 0, acc = plan->start_acc, w = 0;
-    struct wide x = { 0, 0 };
+    struct motion_u128 x = { 0, 0 };
     for (;; ph++) {
         int64_t next = ph < end ? ph->dur_ns_q12 : 0;
         if (acc != 0) {
@@ -127,8 +132,8 @@ static void exact_gain(const struct motion_otg_plan *plan, struct wide *vel,
             wide_add_mul(&x, before + next, 3 * rest + before - next);
         }
         if (acc != 0 && (ph == end || ph->acc != acc)) {
-            wide_add_mul(vel, acc, w);
-            wider_add_mul(way, acc, &x);
+            wide_add_mul(vel, -acc, w);
+            wider_add_mul(way, -acc, &x);
             w = 0;
             x.hi = x.lo = 0;
         }
@@ -143,7 +148,7 @@ static void exact_gain(const struct motion_otg_plan *plan, struct wide *vel,
 /* Both have the factor 3 5^9 2^(acc_bits - 10). */
 struct wider motion_otg_way_wanted(const struct motion_otg_plan *plan)
 {
-    struct wide way =
+    struct motion_u128 way =
         wide_sub(wide_from(plan->goal_pos_q32), wide_from(plan->start_pos_q32));
     bool minus = wide_is_negative(way);
     way = wide_mul_u64(wide_abs(way).lo, (uint64_t)OTG_FIVES << 21);
@@ -160,26 +165,22 @@ struct wider motion_otg_way_wanted(const struct motion_otg_plan *plan)
     return shift > up ? wider_shl(p, (unsigned)(shift - up)) : p;
 }
 
-void motion_otg_plan_miss(const struct motion_otg_plan *plan, struct wide *vel,
-                          struct wider *way)
+void motion_otg_plan_miss(const struct motion_otg_plan *plan,
+                          struct motion_u128 *vel, struct wider *way)
 {
-    struct wide start =
-        motion_otg_vel_image(plan->start_vel_q32, plan->acc_bits);
-    struct wide v = { 0, 0 };
-    struct wider p = { 0, 0, 0 };
-    exact_gain(plan, &v, &p);
-    *vel = motion_otg_vel_image(plan->goal_vel_q32, plan->acc_bits);
-    *vel = wide_sub(wide_sub(*vel, start), v);
-    *way = wider_sub(motion_otg_way_wanted(plan), p);
+    *vel = wide_sub(motion_otg_vel_image(plan->goal_vel_q32, plan->acc_bits),
+                    motion_otg_vel_image(plan->start_vel_q32, plan->acc_bits));
+    *way = motion_otg_way_wanted(plan);
+    exact_take(plan, vel, way);
 }
 
 /* In raw numbers a^2 2^-32 / (2 j 2^-16) <= room 2^-32. */
 bool motion_otg_ramp_fits(int64_t acc_q16, int64_t jerk_q16, uint64_t room_q32)
 {
     uint64_t a = motion_fixed_abs(acc_q16);
-    struct wide square = wide_mul_u64(a, a);
-    struct wide most = wide_mul_u64((uint64_t)jerk_q16, room_q32);
-    most = (struct wide){ most.hi >> 15, most.hi << 49 | most.lo >> 15 };
+    struct motion_u128 square = wide_mul_u64(a, a);
+    struct motion_u128 most = wide_mul_u64((uint64_t)jerk_q16, room_q32);
+    most = (struct motion_u128){ most.hi >> 15, most.hi << 49 | most.lo >> 15 };
     return square.hi < most.hi ||
            (square.hi == most.hi && square.lo <= most.lo);
 }

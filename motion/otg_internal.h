@@ -23,11 +23,19 @@
  * acceleration where acc_bits < 16 and a velocity where acc_bits < 10, which
  * are rounded down. */
 int64_t motion_otg_acc_image(int64_t acc_q16, int acc_bits);
-struct wide motion_otg_vel_image(int64_t vel_q32, int acc_bits);
+struct motion_u128 motion_otg_vel_image(int64_t vel_q32, int acc_bits);
 
-/* The upper 30 bits of a 2^e; the upper 62 of a. */
-struct num motion_otg_wider_num(struct wider a, int e);
-struct motion_real motion_otg_wider_real(struct wider a);
+/* The upper 30 bits of a 2^e. */
+uint64_t motion_otg_wide_word(const struct motion_u128 *a, int e);
+uint64_t motion_otg_wider_word(const struct wider *a, int e);
+static inline struct num motion_otg_wide_num(const struct motion_u128 *a, int e)
+{
+    return num_unpack(motion_otg_wide_word(a, e));
+}
+static inline struct num motion_otg_wider_num(const struct wider *a, int e)
+{
+    return num_unpack(motion_otg_wider_word(a, e));
+}
 
 /* start + p as a public position, to nearest; MOTION_E_RANGE beyond. */
 int motion_otg_way_public(struct wider p, int acc_bits, int64_t start_q32,
@@ -36,7 +44,7 @@ int motion_otg_way_public(struct wider p, int acc_bits, int64_t start_q32,
 /* One phase on, from zero position. */
 struct otg_run {
     struct wider p;
-    struct wide v;
+    struct motion_u128 v;
     int64_t a;
 };
 struct otg_run motion_otg_run_start(const struct motion_otg_plan *plan);
@@ -46,9 +54,14 @@ void motion_otg_run_phase(struct otg_run *run,
 /* P of a plan's way, less what its start's velocity makes of it: 3 V0 T. */
 struct wider motion_otg_way_wanted(const struct motion_otg_plan *plan);
 
+/* The phase that takes what is left over in a track: the longest, but not the
+ * first or the last, where the motion may touch its limits, unless all others
+ * are short.  0 in a plan without phases. */
+int motion_otg_carrier(const struct motion_otg_plan *plan);
+
 /* What a plan's phases miss of its goal, in its units. */
-void motion_otg_plan_miss(const struct motion_otg_plan *plan, struct wide *vel,
-                          struct wider *way);
+void motion_otg_plan_miss(const struct motion_otg_plan *plan,
+                          struct motion_u128 *vel, struct wider *way);
 
 /* a^2 / 2j <= room: does a ramp from |a| to zero fit?  Exactly.  j > 0. */
 bool motion_otg_ramp_fits(int64_t acc_q16, int64_t jerk_q16, uint64_t room_q32);
@@ -115,8 +128,6 @@ struct num motion_otg_next_time(const struct otg_problem *q, int sign);
 
 /* Ticks per second. */
 struct num motion_otg_per_second(void);
-/* a * 2^e, to 2^-28. */
-struct num motion_otg_wide_num(struct wide a, int32_t e);
 /* A duration in seconds. */
 struct num motion_otg_seconds(int64_t dur_ns_q12);
 

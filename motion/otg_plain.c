@@ -16,7 +16,7 @@
 #include "motion/fixed.h"
 #include "motion/otg_internal.h"
 
-#define PLAIN_MORE  5 /* tries with more and more ticks to spare */
+#define PLAIN_MORE  6 /* tries with more and more ticks to spare */
 #define PLAIN_EARLY 2
 #define TICKS_MOST  ((int64_t)1 << 60)
 
@@ -40,9 +40,23 @@ void motion_otg_plan_add(struct motion_otg_plan *plan, int64_t dur_ns_q12,
     plan->brake = plan->turn = plan->count;
 }
 
+/* a in reals of 62 bits. */
+static struct motion_real wider_real(struct wider a)
+{
+    bool minus = wider_is_negative(a);
+    struct wider m = wider_abs(a);
+    unsigned lead = wider_clz(m);
+    if (lead >= 192)
+        return motion_real_zero();
+    m = wider_shl(m, lead);
+    struct motion_real r =
+        motion_real_make((int64_t)(m.hi >> 2), 130 - (int)lead);
+    return minus ? motion_real_neg(r) : r;
+}
+
 /* --- the peak ------------------------------------------------------------- */
 
-static struct wide square_q32(int64_t acc_q16)
+static struct motion_u128 square_q32(int64_t acc_q16)
 {
     uint64_t size = motion_fixed_abs(acc_q16);
     return wide_mul_u64(size, size);
@@ -52,15 +66,15 @@ static struct wide square_q32(int64_t acc_q16)
 static struct motion_real plain_excess(const struct motion_otg_move *move)
 {
     const struct motion_state *start = &move->start, *goal = &move->goal;
-    struct wide dv =
+    struct motion_u128 dv =
         wide_sub(wide_from(goal->vel_q32), wide_from(start->vel_q32));
-    struct wide ramp =
+    struct motion_u128 ramp =
         wide_sub(square_q32(goal->acc_q16), square_q32(start->acc_q16));
     if (goal->acc_q16 > start->acc_q16)
         ramp = wide_neg(ramp);
     struct wider all = wider_mul(dv, move->limit.jerk_q16);
     all = wider_add(wider_add(all, all), wider_shl(wider_from(ramp), 16));
-    return motion_real_scale(motion_otg_wider_real(all), -49);
+    return motion_real_scale(wider_real(all), -49);
 }
 
 static struct plain plain_view(const struct plain *p, int sign)
@@ -76,6 +90,11 @@ static struct plain plain_view(const struct plain *p, int sign)
     return v;
 }
 
+static struct motion_real plain_limit(const struct plain *p)
+{
+    return motion_real_from_q(p->limit_q16, 16);
+}
+
 /* --- its plan ------------------------------------------------------------- */
 
 /* Ticks to hold the limit `acc` for what ramps leave of the speed. */
@@ -85,11 +104,12 @@ static int64_t plain_hold(const struct plain *p, int64_t acc, int64_t n0,
     const struct motion_otg_plan *plan = p->plan;
     int bits = plan->acc_bits;
     int64_t af = motion_otg_acc_image(p->move->goal.acc_q16, bits);
-    struct wide v = wide_sub(motion_otg_vel_image(plan->goal_vel_q32, bits),
-                             motion_otg_vel_image(plan->start_vel_q32, bits));
+    struct motion_u128 v =
+        wide_sub(motion_otg_vel_image(plan->goal_vel_q32, bits),
+                 motion_otg_vel_image(plan->start_vel_q32, bits));
     wide_add_mul(&v, -(plan->start_acc + acc), n0);
     wide_add_mul(&v, -(acc + af), n1);
-    struct motion_real n = motion_otg_wider_real(wider_from(v));
+    struct motion_real n = wider_real(wider_from(v));
     n = motion_real_div(n, motion_real_from_q(acc, -1));
     /* a 2^-10 of a tick is rounding */
     n = motion_real_sub(n, motion_real_scale(motion_real_int(1), -10));
@@ -108,7 +128,7 @@ static uint32_t plain_close(const struct plain *p, int64_t acc,
     bool is_second = n[0] < n[1];
     int64_t end = is_second ? af : a0, other = is_second ? a0 : af;
     int64_t ramp = n[is_second] - PLAIN_EARLY;
-    int64_t rest = n[!is_second] + PLAIN_EARLY + 2 * more, half = rest / 2;
+    int64_t rest = n[!is_second] + PLAIN_EARLY + 2 * more - 2, half = rest / 2;
     int64_t step =
         motion_otg_full_step(ramp, p->move->limit.jerk_q16, plan->acc_bits);
     int64_t corner = end + (acc < end ? -step : step);
@@ -126,10 +146,7 @@ static int plain_phases(const struct plain *p, struct motion_real peak,
                         int more, uint32_t *fixed)
 {
     struct motion_otg_plan *plan = p->plan;
-    struct motion_real limit = motion_real_from_q(p->limit_q16, 16);
-    bool is_held = !motion_real_lt(peak, limit);
-    if (is_held)
-        peak = limit;
+    bool is_held = !motion_real_lt(peak, plain_limit(p));
     int power = motion_real_is_zero(peak) ? -1000 : peak.e + 62;
     int err = motion_otg_round_units(p->move, power, plan);
     if (err < 0)
@@ -147,7 +164,7 @@ static int plain_phases(const struct plain *p, struct motion_real peak,
     plan->dur_ns_q12 = 0;
     if (n[0] >= TICKS_MOST || n[1] >= TICKS_MOST || hold >= TICKS_MOST)
         return MOTION_E_RANGE;
-    if (more > 0 && hold == 0 && n[n[0] < n[1]] > PLAIN_EARLY) {
+    if (more > 1 && hold == 0 && n[n[0] < n[1]] > PLAIN_EARLY) {
         *fixed = plain_close(p, acc, n, more);
         return MOTION_OK;
     }
@@ -157,7 +174,7 @@ static int plain_phases(const struct plain *p, struct motion_real peak,
     motion_otg_plan_add(plan, n[1], af);
     if (plan->count > 0)
         plan->phase[plan->count - 1].acc = af;
-    return plan->count > 0 ? MOTION_OK : MOTION_E_LIMIT;
+    return MOTION_OK;
 }
 
 static int plain_make(const struct plain *p, struct motion_real peak, int more)
@@ -182,7 +199,11 @@ static struct motion_real plain_peak(const struct plain *p)
     struct motion_real h = motion_real_max(p->a0, p->af);
     if (motion_real_sign(p->excess) <= 0)
         return h;
-    return motion_real_sqrt(motion_real_add(motion_real_sqr(h), p->excess));
+    struct motion_real limit = plain_limit(p);
+    struct motion_real square = motion_real_add(motion_real_sqr(h), p->excess);
+    return motion_real_lt(square, motion_real_sqr(limit))
+               ? motion_real_sqrt(square)
+               : limit;
 }
 
 /* Where ticks leave too much, a hump the other way takes it off: of a tick or
@@ -191,8 +212,9 @@ static int plain_velocity(const struct plain *p, int sign)
 {
     int err = MOTION_E_LIMIT;
     for (int i = 0; i < 2 * PLAIN_MORE && err == MOTION_E_LIMIT; i++) {
-        struct plain v = plain_view(p, i & 1 ? -sign : sign);
-        err = plain_make(&v, plain_peak(&v), i / 2);
+        bool turns = i < 4 ? i >= 2 : i & 1; /* one more tick comes first */
+        struct plain v = plain_view(p, turns ? -sign : sign);
+        err = plain_make(&v, plain_peak(&v), i < 4 ? i & 1 : i / 2);
     }
     return err;
 }

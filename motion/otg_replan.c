@@ -17,12 +17,12 @@ static int64_t fraction(int64_t n, int64_t d)
 }
 
 /* V in 2^-32 unit/s, to nearest. */
-static int64_t vel_public(struct wide v, int acc_bits)
+static int64_t vel_public(struct motion_u128 v, int acc_bits)
 {
-    struct wide m = wide_abs(v);
+    struct motion_u128 m = wide_abs(v);
     int shift = acc_bits - 10;
     uint64_t vel;
-    m = shift < 0 ? wide_shl(m, (unsigned)(1 - shift))
+    m = shift < 0 ? motion_fixed_shl_u128(m, (unsigned)(1 - shift))
                   : wide_shr(m, (unsigned)shift - 1);
     if (motion_fixed_div_u128((struct motion_u128){ m.hi, m.lo }, OTG_FIVES,
                               &vel, NULL) < 0 ||

@@ -153,13 +153,12 @@ static int round_phases(const struct otg_shape *shape,
 
 int64_t motion_otg_full_step(int64_t n, int64_t jerk_q16, int acc_bits)
 {
-    struct wide most = wide_mul_u64((uint64_t)jerk_q16, (uint64_t)n);
+    struct motion_u128 most = wide_mul_u64((uint64_t)jerk_q16, (uint64_t)n);
     uint64_t step;
     int shift = 37 - acc_bits;
     most = shift >= 0 ? wide_shr(most, (unsigned)shift)
-                      : wide_shl(most, (unsigned)-shift);
-    if (motion_fixed_div_u128((struct motion_u128){ most.hi, most.lo },
-                              OTG_FIVES, &step, NULL) < 0)
+                      : motion_fixed_shl_u128(most, (unsigned)-shift);
+    if (motion_fixed_div_u128(most, OTG_FIVES, &step, NULL) < 0)
         return INT64_MAX / 4;
     return (int64_t)step;
 }
@@ -169,16 +168,15 @@ int64_t motion_otg_full_ticks(int64_t step, int64_t jerk_q16, int acc_bits)
     uint64_t size = motion_fixed_abs(step), ticks;
     int shift = 37 - acc_bits;
     size -= size >> ROUND_CLOSE;
-    struct wide need = wide_mul_u64(size, OTG_FIVES);
+    struct motion_u128 need = wide_mul_u64(size, OTG_FIVES);
     if (shift > 40)
         return ROUND_TICKS;
     if (shift >= 0)
-        need = wide_shl(need, (unsigned)shift);
+        need = motion_fixed_shl_u128(need, (unsigned)shift);
     else /* up */
         need = wide_neg(wide_shr(wide_neg(need), (unsigned)-shift));
     need = wide_add(need, wide_from(jerk_q16 - 1));
-    if (motion_fixed_div_u128((struct motion_u128){ need.hi, need.lo },
-                              (uint64_t)jerk_q16, &ticks, NULL) < 0 ||
+    if (motion_fixed_div_u128(need, (uint64_t)jerk_q16, &ticks, NULL) < 0 ||
         ticks > (uint64_t)ROUND_TICKS)
         return ROUND_TICKS;
     return (int64_t)ticks;

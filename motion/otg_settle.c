@@ -80,12 +80,12 @@ static void settle_polish(const struct settle *s, bool is_first)
     struct motion_otg_plan *plan = s->plan;
     struct otg_miss miss;
     struct wider way;
-    struct wide vel;
+    struct motion_u128 vel;
     motion_otg_plan_miss(plan, &vel, &way);
-    miss.vel = num_mul(
-        motion_otg_wider_num(wider_from(vel), -22 - plan->acc_bits), per_fives);
-    miss.way =
-        num_mul(motion_otg_wider_num(way, -43 - plan->acc_bits), per_way_fives);
+    miss.vel =
+        num_mul(motion_otg_wide_num(&vel, -22 - plan->acc_bits), per_fives);
+    miss.way = num_mul(motion_otg_wider_num(&way, -43 - plan->acc_bits),
+                       per_way_fives);
     miss.is_timed = s->dur_ns_q12 != 0 || !is_first;
     miss.ticks = s->dur_ns_q12 ? s->dur_ns_q12 - plan->dur_ns_q12 : 0;
     motion_otg_polish(plan, s->shape, &s->rates, &miss);

@@ -204,8 +204,8 @@ static bool lens_may_reach(struct otg_border *b, struct num want,
 }
 
 /* Both borders of the lens begin and end with the same motions. */
-static bool is_lens_tip(const struct otg_problem *q, struct answer *at,
-                        struct num hi)
+OTG_OWN_FRAME static bool is_lens_tip(const struct otg_problem *q,
+                                      struct answer *at, struct num hi)
 {
     struct num lo = motion_otg_lens_border(q, 1, &at->b);
     struct num want = num_add(q->d, at->b.lead_d);
@@ -216,7 +216,8 @@ static bool is_lens_tip(const struct otg_problem *q, struct answer *at,
     return is_slight(num_sub(want, at->p.got), q->d, at->b.lead_d);
 }
 
-static bool answer_lens(const struct otg_problem *q, struct answer *at)
+OTG_OWN_FRAME static bool answer_lens(const struct otg_problem *q,
+                                      struct answer *at)
 {
     struct otg_lens lens = motion_otg_lens_of(q);
     if (!lens.exists)
@@ -243,7 +244,7 @@ static bool answer_lens(const struct otg_problem *q, struct answer *at)
 
 /* One ramp from end to end makes the speed, or one to zero and one away from it,
  * or nearly: drawing limits in costs a hump there, or shuts the lens. */
-static bool is_tie(const struct otg_problem *q)
+OTG_OWN_FRAME static bool is_tie(const struct otg_problem *q)
 {
     if ((q->a0.m | q->af.m) == 0)
         return false;

@@ -45,13 +45,13 @@ static int64_t coefficient(struct wider a, const struct motion_divisor *fives,
 
 /* The phase from v, a: 3 V n, 3 A n^2, (A' - A) n^2 as fixed point, the finest
  * that the largest allows. */
-static int cubic_of(struct wide v, int64_t a,
+static int cubic_of(struct motion_u128 v, int64_t a,
                     const struct motion_otg_phase *phase,
                     const struct motion_divisor *fives, int acc_bits,
                     struct cubic *cubic)
 {
     int64_t n = phase->dur_ns_q12;
-    struct wide an = wide_mul_i64(a, n);
+    struct motion_u128 an = wide_mul_i64(a, n);
     const struct wider c[3] = {
         wider_mul(wide_add(v, wide_add(v, v)), n),
         wider_mul(wide_add(an, wide_add(an, an)), n),
@@ -85,7 +85,7 @@ static int place_at(int64_t from_q32, struct wider way,
     uint64_t rest;
     struct wider m = wider_abs(way);
     m = down < 0 ? wider_shl(m, (unsigned)-down) : wider_shr(m, (unsigned)down);
-    struct wide q;
+    struct motion_u128 q;
     if (m.hi >= (uint64_t)OTG_WAY_FIVES / 2)
         return MOTION_E_RANGE;
     q.hi =
@@ -103,9 +103,9 @@ struct append {
     struct motion_track *track;
     struct motion_divisor fives; /* OTG_WAY_FIVES */
     struct otg_run run;
-    struct wider way; /* of all phases */
-    struct wide rest; /* of the velocity at the goal */
-    int64_t left;     /* ticks from the end of the phase on */
+    struct wider way;        /* of all phases */
+    struct motion_u128 rest; /* of the velocity at the goal */
+    int64_t left;            /* ticks from the end of the phase on */
     int longest;
 };
 
@@ -118,9 +118,7 @@ static int longest_of(const struct motion_otg_plan *plan, int i, int end)
     return longest;
 }
 
-/* Not the first or the last, where the motion may touch its limits, unless all
- * others are short. */
-static int longest_inside(const struct motion_otg_plan *plan)
+int motion_otg_carrier(const struct motion_otg_plan *plan)
 {
     int longest = longest_of(plan, 0, plan->count);
     if (plan->count < 3)
@@ -136,7 +134,7 @@ static void append_init(struct append *a)
 {
     const struct motion_otg_plan *plan = a->plan;
     motion_divisor_init(&a->fives, (uint64_t)OTG_WAY_FIVES);
-    a->longest = longest_inside(plan);
+    a->longest = motion_otg_carrier(plan);
     a->left = plan->dur_ns_q12;
     a->run = motion_otg_run_start(plan);
     for (int i = 0; i < plan->count; i++)
@@ -154,7 +152,7 @@ static int phase_end(const struct append *a, int i, struct place *end)
     if (i < a->longest)
         return place_at(plan->start_pos_q32, a->run.p, &a->fives,
                         plan->acc_bits, end);
-    struct wide rest = wide_add(a->rest, wide_add(a->rest, a->rest));
+    struct motion_u128 rest = wide_add(a->rest, wide_add(a->rest, a->rest));
     struct wider way = wider_add(a->way, wider_mul(rest, a->left));
     return place_at(plan->goal_pos_q32, wider_sub(a->run.p, way), &a->fives,
                     plan->acc_bits, end);
@@ -166,7 +164,7 @@ static int append_phase(struct append *a, int i)
     const struct motion_otg_phase *phase = &plan->phase[i];
     struct place end;
     struct cubic cubic;
-    struct wide v = a->run.v;
+    struct motion_u128 v = a->run.v;
     if (i > a->longest)
         v = wide_add(v, a->rest);
     int err = cubic_of(v, a->run.a, phase, &a->fives, plan->acc_bits, &cubic);

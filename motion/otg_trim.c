@@ -27,6 +27,7 @@
 #define TRIM_FREE   61
 #define TRIM_ZERO   (-1000)
 #define TRIM_CRUISE 10
+#define TRIM_LONGER 22 /* 2^-22 of the time */
 
 /* Corners first .. last; `weight` the power of two of the velocity they are
  * worth. */
@@ -43,9 +44,9 @@ struct trim {
     int count;
     struct trim_group group[MOTION_OTG_PHASES];
     int64_t k, w[2];         /* the centre of group 0; W of groups 0 and 1 */
-    struct wide x[2];        /* their X about k */
+    struct motion_u128 x[2]; /* their X about k */
     struct num per_w, per_x; /* 1 / W of group 0, 1 / X of group 1 */
-    struct wide vel;         /* missing */
+    struct motion_u128 vel;  /* missing */
     struct wider way;        /* missing about k */
 };
 
@@ -160,11 +161,11 @@ static int trim_split(struct motion_otg_plan *plan)
 }
 
 /* W, and X about the moment k. */
-static struct wide group_worth(const struct motion_otg_plan *plan,
-                               const struct trim_group *g, int64_t k,
-                               int64_t *all)
+static struct motion_u128 group_worth(const struct motion_otg_plan *plan,
+                                      const struct trim_group *g, int64_t k,
+                                      int64_t *all)
 {
-    struct wide x = { 0, 0 };
+    struct motion_u128 x = { 0, 0 };
     const struct motion_otg_phase *ph = &plan->phase[g->first];
     int64_t own = g->k - k;
     *all = 0;
@@ -207,11 +208,6 @@ static int trim_rounded(struct num d, int most, int64_t *by)
     return MOTION_OK;
 }
 
-static struct num wide_num(struct wide a)
-{
-    return motion_otg_wider_num(wider_from(a), 0);
-}
-
 /* Are the ramps about the group 2^25 times as much? */
 static bool is_gentle(const struct motion_otg_plan *plan,
                       const struct trim_group *g, int64_t by)
@@ -242,11 +238,11 @@ static bool is_small(int64_t by)
 static int trim_step(struct trim *t, bool *is_done)
 {
     int64_t by, last;
-    int err = trim_by(t, 1, motion_otg_wider_num(t->way, 0), t->per_x, &by);
+    int err = trim_by(t, 1, motion_otg_wider_num(&t->way, 0), t->per_x, &by);
     if (err < 0)
         return err;
     wide_add_mul(&t->vel, -by, t->w[1]);
-    err = trim_by(t, 0, wide_num(t->vel), t->per_w, &last);
+    err = trim_by(t, 0, motion_otg_wide_num(&t->vel, 0), t->per_w, &last);
     if (err < 0)
         return err;
     *is_done = is_small(by) && is_small(last);
@@ -275,13 +271,13 @@ static int trim_take(struct trim *t, uint32_t fixed)
     t->x[0] = group_worth(t->plan, &t->group[0], t->k, &t->w[0]);
     t->per_w = num_inv(num_int(t->w[0]));
     if ((t->x[0].hi | t->x[0].lo) != 0) {
-        struct num off = num_mul(wide_num(t->x[0]), t->per_w);
+        struct num off = num_mul(motion_otg_wide_num(&t->x[0], 0), t->per_w);
         int64_t later = motion_real_floor_clamped(num_real(off), 0);
         wide_add_mul(&t->x[0], -later, t->w[0]);
         t->k += later;
     }
     t->x[1] = group_worth(t->plan, &t->group[1], t->k, &t->w[1]);
-    t->per_x = num_inv(wide_num(t->x[1]));
+    t->per_x = num_inv(motion_otg_wide_num(&t->x[1], 0));
     if (t->per_x.e > 0)
         return MOTION_E_LIMIT; /* both at one moment */
     for (int i = 0; i < 2; i++)
@@ -316,7 +312,7 @@ static int trim_one(struct trim *t)
     t->per_w = num_inv(num_int(t->w[0]));
     t->plan->trim[0] = group_mask(&t->group[0]);
     for (int i = 0; i < TRIM_ROUNDS; i++) {
-        int err = trim_by(t, 0, wide_num(t->vel), t->per_w, &by);
+        int err = trim_by(t, 0, motion_otg_wide_num(&t->vel, 0), t->per_w, &by);
         if (err < 0 || is_small(by))
             return err;
         wide_add_mul(&t->vel, -by, t->w[0]);
@@ -327,12 +323,27 @@ static int trim_one(struct trim *t)
 /* A velocity goal ends wherever it ends. */
 static int trim_free_end(struct motion_otg_plan *plan)
 {
-    struct wide vel;
+    struct motion_u128 vel;
     struct wider way;
     plan->goal_pos_q32 = plan->start_pos_q32;
     motion_otg_plan_miss(plan, &vel, &way);
     return motion_otg_way_public(wider_neg(way), plan->acc_bits,
                                  plan->start_pos_q32, &plan->goal_pos_q32);
+}
+
+/* A single phase, whose acceleration may be a limit: so much longer that its
+ * middle has to give way towards zero. */
+static void trim_lengthen(const struct trim *t)
+{
+    struct motion_otg_plan *plan = t->plan;
+    int64_t acc = plan->start_acc + plan->phase[0].acc;
+    if (plan->count != 1 || acc == 0 || wide_is_negative(t->vel) != (acc < 0))
+        return;
+    struct num more = num_div(motion_otg_wide_num(&t->vel, 0), num_int(acc));
+    more = num_min(more, num_int(plan->dur_ns_q12 >> TRIM_LONGER));
+    int64_t n = 2 + motion_real_floor_clamped(num_real(more), 0);
+    plan->phase[0].dur_ns_q12 += n;
+    plan->dur_ns_q12 += n;
 }
 
 static int trim_velocity(struct trim *t, struct motion_otg_plan *plan,
@@ -349,6 +360,7 @@ static int trim_velocity(struct trim *t, struct motion_otg_plan *plan,
                 return err;
             break;
         }
+        trim_lengthen(t);
         if (trim_split(plan) < 0)
             return MOTION_E_LIMIT;
         motion_otg_plan_miss(plan, &t->vel, &t->way);

@@ -1,70 +1,51 @@
 /* motion/otg_wide.c - see otg_wide.h. */
 #include "motion/otg_wide.h"
 
-#include "motion/fixed.h"
-
-struct wide wide_mul_u64(uint64_t a, uint64_t b)
+#if !FIXED_IS_SHORT
+struct motion_u128 wide_mul_u64(uint64_t a, uint64_t b)
 {
     return wide_mul_inline(a, b);
 }
 
-struct wide wide_mul_i64(int64_t a, int64_t n)
+struct motion_u128 wide_mul_i64(int64_t a, int64_t n)
 {
     return wide_mul_i64_inline(a, n);
 }
+#endif
 
-struct wider wider_mul(struct wide a, int64_t n)
+struct wider wider_mul(struct motion_u128 a, int64_t n)
 {
     return wider_mul_inline(a, n);
 }
 
-void wide_add_mul(struct wide *sum, int64_t a, int64_t n)
+void wide_add_mul(struct motion_u128 *sum, int64_t a, int64_t n)
 {
-    *sum = wide_add(*sum, wide_mul_i64_inline(a, n));
+    struct motion_u128 low =
+        FIXED_BY(mul_add)((uint64_t)a, (uint64_t)n, sum->lo, 0);
+    sum->lo = low.lo;
+    sum->hi += low.hi - ((uint64_t)(a >> 63) & (uint64_t)n);
 }
 
-/* Both as what they are modulo 2^64, 2^128; what is too much is taken off. */
-void wider_add_mul(struct wider *sum, int64_t a, const struct wide *x)
+/* As if neither had a sign; what is too much is taken off. */
+void wider_add_mul(struct wider *sum, int64_t a, const struct motion_u128 *x)
 {
-    struct wide low = wide_mul_inline((uint64_t)a, x->lo);
-    struct wide high = wide_mul_inline((uint64_t)a, x->hi);
-    low.lo += sum->lo;
-    low.hi += low.lo < sum->lo; /* a product has room for it */
-    high = wide_add(high, (struct wide){ 0, low.hi });
-    high = wide_add(high, (struct wide){ sum->hi, sum->mid });
+    uint64_t k = (uint64_t)a, hi = sum->hi;
+    struct motion_u128 low = FIXED_BY(mul_add)(k, x->lo, sum->lo, 0);
+    struct motion_u128 high = FIXED_BY(mul_add)(k, x->hi, sum->mid, low.hi);
+    sum->lo = low.lo;
+    high.hi += hi - ((uint64_t)((int64_t)x->hi >> 63) & k);
     if (a < 0)
         high = wide_sub(high, *x);
-    if (wide_is_negative(*x))
-        high.hi -= (uint64_t)a;
-    *sum = (struct wider){ high.hi, high.lo, low.lo };
+    sum->mid = high.lo;
+    sum->hi = high.hi;
 }
 
-struct wide wide_mul(struct wide a, int64_t n)
+struct motion_u128 wide_shr(struct motion_u128 a, unsigned bits)
 {
-    struct wide p = wide_mul_u64(a.lo, (uint64_t)n);
-    p.hi += a.hi * (uint64_t)n;
-    return p;
-}
-
-struct wide wide_shl(struct wide a, unsigned bits)
-{
-    if (bits >= 64)
-        return (struct wide){ bits < 128 ? a.lo << (bits - 64) : 0, 0 };
-    if (bits == 0)
-        return a;
-    return (struct wide){ a.hi << bits | a.lo >> (64 - bits), a.lo << bits };
-}
-
-struct wide wide_shr(struct wide a, unsigned bits)
-{
-    int64_t hi = (int64_t)a.hi;
-    if (bits >= 64)
-        return (struct wide){ (uint64_t)(hi >> 63),
-                              (uint64_t)(hi >> (bits < 127 ? bits - 64 : 63)) };
-    if (bits == 0)
-        return a;
-    return (struct wide){ (uint64_t)(hi >> bits),
-                          a.hi << (64 - bits) | a.lo >> bits };
+    uint64_t minus = (uint64_t)((int64_t)a.hi >> 63);
+    a = motion_fixed_shr_u128(
+        (struct motion_u128){ a.hi ^ minus, a.lo ^ minus }, bits);
+    return (struct motion_u128){ a.hi ^ minus, a.lo ^ minus };
 }
 
 struct wider wider_shl(struct wider a, unsigned bits)

@@ -7,14 +7,7 @@
 #include "sim/trapezoid.h"
 #include "sim/util.h"
 
-#define ODRIVE_S        INT64_C(1000000000)
-#define ODRIVE_ONE_Q24  (INT64_C(1) << 24)
-#define ODRIVE_TURN_Q24 ((double)SIM_ODRIVE_COUNTS * (double)ODRIVE_ONE_Q24)
-
-static int64_t odrive_q24(double turns)
-{
-    return (int64_t)(turns * ODRIVE_TURN_Q24);
-}
+#define ODRIVE_S INT64_C(1000000000)
 
 void odrive_motion_begin(struct sim_odrive *self)
 {

@@ -17,6 +17,19 @@ enum {
     SIM_ODRIVE_TRAPEZOIDAL = 5,
 };
 
+#define ODRIVE_ONE_Q24  (INT64_C(1) << 24)
+#define ODRIVE_TURN_Q24 ((double)SIM_ODRIVE_COUNTS * (double)ODRIVE_ONE_Q24)
+
+/* Counts in Q24; 0 for what a plant of 32-bit counts cannot be told. */
+static inline int64_t odrive_q24(double turns)
+{
+    const double counts = turns * SIM_ODRIVE_COUNTS;
+
+    if (!(counts < 4e9 && counts > -4e9)) /* NaN too */
+        return 0;
+    return (int64_t)(counts * (double)ODRIVE_ONE_Q24);
+}
+
 /* One step of the inner loop. */
 void odrive_motion_step(struct sim_servo *base, int64_t dt_ns);
 /* Torque on: from where it stands. */

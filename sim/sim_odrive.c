@@ -9,7 +9,6 @@
 
 #define ODRIVE_MS        INT64_C(1000000)
 #define ODRIVE_S         1e9
-#define ODRIVE_ONE_Q24   16777216.0
 #define ODRIVE_REBOOT_NS (400 * ODRIVE_MS)
 
 #define ODRIVE_A_PER_NM 2.5f
@@ -95,13 +94,13 @@ static void odrive_heartbeat(struct sim_odrive *self)
 
 static void odrive_estimates(struct sim_odrive *self)
 {
-    const double turn = SIM_ODRIVE_COUNTS * ODRIVE_ONE_Q24;
     float pos, vel;
     uint8_t data[8];
 
     sim_servo_advance(&self->base);
-    pos = (float)((double)(self->base.plant.pos_q24 - self->zero_q24) / turn);
-    vel = (float)((double)self->base.plant.vel_q24 / turn);
+    pos = (float)((double)(self->base.plant.pos_q24 - self->zero_q24) /
+                  ODRIVE_TURN_Q24);
+    vel = (float)((double)self->base.plant.vel_q24 / ODRIVE_TURN_Q24);
     if (self->base.nan)
         pos = NAN;
     odrive_put(data, &pos);
@@ -292,15 +291,6 @@ static void odrive_parameter(struct sim_odrive *self, const uint8_t *request)
 }
 
 /* ---- orders ---- */
-
-static int64_t odrive_q24(double turns)
-{
-    const double counts = turns * SIM_ODRIVE_COUNTS;
-
-    if (!(counts < 4e9 && counts > -4e9)) /* NaN too */
-        return 0;
-    return (int64_t)(counts * ODRIVE_ONE_Q24);
-}
 
 static void odrive_input_pos(struct sim_odrive *self, const uint8_t *data)
 {

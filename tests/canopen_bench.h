@@ -6,6 +6,7 @@
 #include "tests/check.h"
 
 #include "hal/canopen.h"
+#include "hal/canopen_lss.h"
 #include "sim/sim_can.h"
 #include "sim/world.h"
 
@@ -25,6 +26,10 @@
         .vel_max_counts_s = 2000000, .acc_max_counts_s2 = 20000000,            \
     }
 
+/* What every CiA 402 drive's config begins with: 1000 counts a unit. */
+#define CANOPEN_BENCH_COUNTS                                                   \
+    .counts_num = 1000, .counts_den = 1, .sync_period_ns = 1 * MS
+
 /* 1 Mbit/s, and the master's port on it, at 1 s. */
 static inline void canopen_bench_wire(struct sim_world *world,
                                       struct sim_can_bus *bus,
@@ -42,6 +47,23 @@ static inline void canopen_bench_cycle(struct sim_world *world,
     sim_world_run(world, world->now_ns + MS);
     (void)hal_fieldbus_begin(&master->fieldbus, world->now_ns);
     (void)hal_fieldbus_end(&master->fieldbus, world->now_ns);
+}
+
+struct bench; /* a test's own */
+
+/* What became of what LSS was asked; `cycle` is the bench's own. */
+static inline int canopen_bench_outcome(struct bench *bench,
+                                        void (*cycle)(struct bench *bench),
+                                        struct canopen_lss *lss)
+{
+    int err = MOTION_E_AGAIN;
+
+    for (unsigned i = 0; err == MOTION_E_AGAIN; i++) {
+        assert_true(i < 5000);
+        cycle(bench);
+        err = canopen_lss_take(lss);
+    }
+    return err;
 }
 
 #endif

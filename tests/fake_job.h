@@ -30,36 +30,34 @@ static inline int64_t fake_ns_q12(double t_s)
     return llround(t_s * 1e9) * 4096;
 }
 
-/* Slope of the parabola through three keys; 0 at the ends. */
-static inline double fake_slope(const struct fake_key *key, unsigned count,
-                                unsigned i)
-{
-    if (i == 0 || i + 1 == count)
-        return 0;
-    double h0 = key[i].t_s - key[i - 1].t_s, h1 = key[i + 1].t_s - key[i].t_s;
-    double d0 = (key[i].pos - key[i - 1].pos) / h0;
-    double d1 = (key[i + 1].pos - key[i].pos) / h1;
-    return (h1 * d0 + h0 * d1) / (h0 + h1);
-}
+/* Of the parabola through three keys, in the middle; 0 at the ends. */
+struct fake_parabola {
+    double slope, bend;
+};
 
-static inline double fake_bend(const struct fake_key *key, unsigned count,
-                               unsigned i)
+static inline struct fake_parabola fake_parabola(const struct fake_key *key,
+                                                 unsigned count, unsigned i)
 {
     if (i == 0 || i + 1 == count)
-        return 0;
-    double h0 = key[i].t_s - key[i - 1].t_s, h1 = key[i + 1].t_s - key[i].t_s;
-    double d0 = (key[i].pos - key[i - 1].pos) / h0;
-    double d1 = (key[i + 1].pos - key[i].pos) / h1;
-    return 2 * (d1 - d0) / (h0 + h1);
+        return (struct fake_parabola){ 0, 0 };
+    const double h0 = key[i].t_s - key[i - 1].t_s;
+    const double h1 = key[i + 1].t_s - key[i].t_s;
+    const double d0 = (key[i].pos - key[i - 1].pos) / h0;
+    const double d1 = (key[i + 1].pos - key[i].pos) / h1;
+
+    return (struct fake_parabola){ .slope = (h1 * d0 + h0 * d1) / (h0 + h1),
+                                   .bend = 2 * (d1 - d0) / (h0 + h1) };
 }
 
 static inline struct motion_state fake_state(const struct fake_key *key,
                                              unsigned count, unsigned i)
 {
+    const struct fake_parabola at = fake_parabola(key, count, i);
+
     return (struct motion_state){
         .pos_q32 = fake_q32(key[i].pos),
-        .vel_q32 = fake_q32(fake_slope(key, count, i)),
-        .acc_q16 = fake_q16(fake_bend(key, count, i)),
+        .vel_q32 = fake_q32(at.slope),
+        .acc_q16 = fake_q16(at.bend),
     };
 }
 

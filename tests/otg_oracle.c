@@ -217,13 +217,13 @@ static bool goes_to_goal(struct oracle *g, const struct big *from)
     return true;
 }
 
-static bool turn_is_behind_the_peak(struct oracle *g)
+static bool is_behind_the_peak(struct oracle *g, int turn)
 {
     struct big at, lo, hi;
     bool inside = g->plan->brake == 0 && !g->outside[0] && !g->outside[1];
     big_set(&lo, 0);
     big_set(&hi, 0);
-    while (g->i < g->plan->turn) {
+    while (g->i < turn) {
         oracle_phase(g);
         if (!inside) {
             big_copy(&lo, &g->vel);
@@ -234,8 +234,9 @@ static bool turn_is_behind_the_peak(struct oracle *g)
                  (g->i >= g->plan->brake && !g->outside[0] && !g->outside[1]);
         oracle_step(g);
     }
-    if (!inside || g->i >= oracle_late(g->plan, 1) ||
-        g->i >= oracle_late(g->plan, -1))
+    if (!inside)
+        return turn == g->plan->turn;
+    if (g->i >= oracle_late(g->plan, 1) || g->i >= oracle_late(g->plan, -1))
         return true;
     big_copy(&at, &g->vel);
     widen(&lo, &hi, &at);
@@ -246,14 +247,30 @@ static bool turn_is_behind_the_peak(struct oracle *g)
            goes_to_goal(g, &at);
 }
 
-/* Which jerk counts where is for the plan to say, but not as it likes. */
+/* Before `turn` the lower jerk counts already, which the other one allows too: so
+ * the peak may be anywhere there. */
+static bool turn_is_behind_the_peak(struct oracle *g)
+{
+    const struct motion_otg_plan *plan = g->plan;
+    for (int turn = plan->turn; turn >= plan->brake; turn--) {
+        oracle_init(g, g->move, plan);
+        if (is_behind_the_peak(g, turn))
+            return true;
+    }
+    return false;
+}
+
+/* Which jerk counts where is for the plan to say, but not as it likes.  The lower
+ * of both needs no reason. */
 static const char *judge_turn(struct oracle *g)
 {
+    const struct motion_otg_limit *limit = &g->move->limit;
     const struct motion_otg_plan *plan = g->plan;
     if (plan->brake < 0 || plan->brake > plan->turn || plan->turn > plan->count)
         return "turn";
-    if (g->move->mode == MOTION_OTG_POSITION && g->move->limit.jerk_down_q16 &&
-        plan->turn < plan->count && !turn_is_behind_the_peak(g))
+    if (g->move->mode == MOTION_OTG_POSITION &&
+        limit->jerk_down_q16 > limit->jerk_q16 && plan->turn < plan->count &&
+        !turn_is_behind_the_peak(g))
         return "turn";
     return NULL;
 }

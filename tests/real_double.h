@@ -1,4 +1,5 @@
-/* tests/real_double.h - motion_real to and from long double, for oracles. */
+/* tests/real_double.h - motion_real and Q62 to and from long double, for
+ * oracles. */
 #ifndef TESTS_REAL_DOUBLE_H
 #define TESTS_REAL_DOUBLE_H
 
@@ -16,6 +17,11 @@ static inline struct motion_real real_of(long double a)
 static inline long double real_value(struct motion_real a)
 {
     return ldexpl((long double)a.m, a.e);
+}
+
+static inline long double q62(int64_t a)
+{
+    return ldexpl((long double)a, -62);
 }
 
 #endif

@@ -18,10 +18,11 @@
 
 #define RUN_WORDS_MAX 24
 #define RUN_WORD_MAX  160
+#define RUN_OUT_MAX   (1 << 22)
 
 struct run_slew {
     char directory[64], out_path[96], err_path[96];
-    char out[1 << 18], err[1 << 14];
+    char out[RUN_OUT_MAX], err[1 << 16];
     int status;
 };
 
@@ -43,6 +44,15 @@ static inline const char *run_path(const char *name)
     return path[next];
 }
 
+static inline void run_write(const char *path, const char *text)
+{
+    FILE *file = fopen(path, "wb");
+
+    assert_non_null(file);
+    fputs(text, file);
+    assert_int_equal(fclose(file), 0);
+}
+
 /* Write a file below it, with the directories on the way. */
 static inline void run_put(const char *name, const char *text)
 {
@@ -55,10 +65,7 @@ static inline void run_put(const char *name, const char *text)
         (void)mkdir(path, 0700);
         *slash = '/';
     }
-    FILE *file = fopen(path, "wb");
-    assert_non_null(file);
-    fputs(text, file);
-    assert_int_equal(fclose(file), 0);
+    run_write(path, text);
 }
 
 static inline int run_open(void **state)
@@ -111,8 +118,8 @@ static inline void run_read(const char *path, char *text, size_t size)
     fclose(file);
 }
 
-/* slew WORD...; its status, with what it wrote in run_slew(). */
-static inline int run_words(const char *const *words)
+/* slew WORD... with stdout there; its status, with its stderr in run_slew(). */
+static inline int run_to(const char *out_path, const char *const *words)
 {
     static char word[RUN_WORDS_MAX][RUN_WORD_MAX];
     struct run_slew *run = run_slew();
@@ -127,15 +134,24 @@ static inline int run_words(const char *const *words)
     const pid_t child = fork();
     assert_true(child >= 0);
     if (child == 0) {
-        run_redirect(STDOUT_FILENO, run->out_path);
+        run_redirect(STDOUT_FILENO, out_path);
         run_redirect(STDERR_FILENO, run->err_path);
         exit((int)command_main(argc, argv));
     }
     assert_int_equal(waitpid(child, &status, 0), child);
-    run_read(run->out_path, run->out, sizeof run->out);
     run_read(run->err_path, run->err, sizeof run->err);
     assert_true(WIFEXITED(status));
     run->status = WEXITSTATUS(status);
+    return run->status;
+}
+
+/* The same with its stdout there, too. */
+static inline int run_words(const char *const *words)
+{
+    struct run_slew *run = run_slew();
+
+    (void)run_to(run->out_path, words);
+    run_read(run->out_path, run->out, sizeof run->out);
     return run->status;
 }
 

@@ -51,27 +51,35 @@ static void lines_are_those_of_candump(void **state)
     assert_int_equal(line[strlen(line) - 1], '\n');
 }
 
-static void what_goes_by_is_written_and_goes_by_unchanged(void **state)
+static struct rig rig = { .bus_count = 1, .bus = { { .name = "bus" } } };
+static struct can_log logged;
+static struct sim_can_port a, b; /* a is logged */
+static struct sim_world world;
+static struct sim_can_bus bus;
+static struct machine_ports ports;
+
+static FILE *log_to_file(int64_t start_ns)
 {
-    static struct rig rig = { .bus_count = 1, .bus = { { .name = "bus" } } };
-    static struct can_log log;
-    static struct sim_can_port a, b;
-    struct sim_world world;
-    struct sim_can_bus bus;
-    struct machine_ports ports = { 0 };
-    struct hal_can_frame frame = { .id = 0x201, .len = 1, .data = { 9 } };
-    char text[256] = "";
     FILE *file = tmpfile();
 
-    (void)state;
     assert_non_null(file);
-    sim_world_init(&world, 1000 * MS);
+    sim_world_init(&world, start_ns);
     assert_int_equal(sim_can_bus_init(&bus, &world, 1000000), 0);
     assert_int_equal(sim_can_port_init(&a, &bus), 0);
     assert_int_equal(sim_can_port_init(&b, &bus), 0);
     ports.clock = &world.clock;
     ports.can[0] = &a.can;
-    can_log_init(&log, file, &rig, false, &ports);
+    can_log_init(&logged, file, &rig, false, &ports);
+    return file;
+}
+
+static void what_goes_by_is_written_and_goes_by_unchanged(void **state)
+{
+    struct hal_can_frame frame = { .id = 0x201, .len = 1, .data = { 9 } };
+    char text[256] = "";
+    FILE *file = log_to_file(1000 * MS);
+
+    (void)state;
     assert_ptr_not_equal(ports.can[0], &a.can);
     assert_int_equal(hal_can_send(ports.can[0], &frame), MOTION_OK);
     frame.id = 0x800; /* refused: not on the wire, not in the file */
@@ -85,8 +93,8 @@ static void what_goes_by_is_written_and_goes_by_unchanged(void **state)
     assert_int_equal(hal_can_recv(ports.can[0], &frame), 0);
     assert_int_equal(hal_can_recv(&b.can, &frame), 1);
     assert_int_equal(frame.id, 0x201);
-    assert_int_equal(can_log_waiting(&log), 2);
-    can_log_drain(&log);
+    assert_int_equal(can_log_waiting(&logged), 2);
+    can_log_drain(&logged);
     rewind(file);
     assert_true(fread(text, 1, sizeof text - 1, file) > 0);
     fclose(file);
@@ -97,32 +105,19 @@ static void what_goes_by_is_written_and_goes_by_unchanged(void **state)
 
 static void a_full_ring_counts_what_it_loses(void **state)
 {
-    static struct rig rig = { .bus_count = 1, .bus = { { .name = "bus" } } };
-    static struct can_log log;
-    static struct sim_can_port a, b;
-    struct sim_world world;
-    struct sim_can_bus bus;
-    struct machine_ports ports = { 0 };
     const struct hal_can_frame frame = { .id = 1 };
-    FILE *file = tmpfile();
+    FILE *file = log_to_file(0);
 
     (void)state;
-    sim_world_init(&world, 0);
-    assert_int_equal(sim_can_bus_init(&bus, &world, 1000000), 0);
-    assert_int_equal(sim_can_port_init(&a, &bus), 0);
-    assert_int_equal(sim_can_port_init(&b, &bus), 0);
-    ports.clock = &world.clock;
-    ports.can[0] = &a.can;
-    can_log_init(&log, file, &rig, false, &ports);
     for (unsigned i = 0; i < CAN_LOG_FRAMES + 7; i++) {
         assert_int_equal(hal_can_send(ports.can[0], &frame), MOTION_OK);
         sim_world_run(&world, world.now_ns + MS);
     }
-    assert_int_equal(log.dropped, 7);
-    can_log_drain(&log);
-    assert_int_equal(can_log_waiting(&log), 0);
+    assert_int_equal(logged.dropped, 7);
+    can_log_drain(&logged);
+    assert_int_equal(can_log_waiting(&logged), 0);
     assert_int_equal(hal_can_send(ports.can[0], &frame), MOTION_OK);
-    assert_int_equal(log.dropped, 7);
+    assert_int_equal(logged.dropped, 7);
     fclose(file);
 }
 

@@ -56,14 +56,7 @@ static void cycle(struct bench *b)
 
 static int outcome(struct bench *b)
 {
-    int err = MOTION_E_AGAIN;
-
-    for (unsigned i = 0; err == MOTION_E_AGAIN; i++) {
-        assert_true(i < 5000);
-        cycle(b);
-        err = canopen_lss_take(&b->lss);
-    }
-    return err;
+    return canopen_bench_outcome(b, cycle, &b->lss);
 }
 
 #define NOW (b->world.now_ns)

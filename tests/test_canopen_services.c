@@ -73,22 +73,20 @@ static void watch(struct bench *b, uint8_t id)
     assert_int_equal(canopen_add(&b->master, &b->node), 0);
 }
 
-static void cycle(struct bench *b, unsigned count)
+static void cycle(struct bench *b)
+{
+    canopen_bench_cycle(&b->world, &b->master);
+}
+
+static void cycles(struct bench *b, unsigned count)
 {
     while (count-- > 0)
-        canopen_bench_cycle(&b->world, &b->master);
+        cycle(b);
 }
 
 static int outcome(struct bench *b)
 {
-    int err = MOTION_E_AGAIN;
-
-    for (unsigned i = 0; err == MOTION_E_AGAIN; i++) {
-        assert_true(i < 5000);
-        cycle(b, 1);
-        err = canopen_lss_take(&b->lss);
-    }
-    return err;
+    return canopen_bench_outcome(b, cycle, &b->lss);
 }
 
 #define OK(call)                                                               \
@@ -110,7 +108,7 @@ static void devices_without_a_number_are_found_and_numbered(void **state)
     for (unsigned i = 0; i < 3; i++)
         plug(b, NO_NODE, serial[i]);
     plug(b, 9, 9); /* one that has a number keeps out of it */
-    cycle(b, 5);
+    cycles(b, 5);
     for (uint8_t id = 11; id < 14; id++) {
         OK(canopen_lss_scan(&b->lss, NOW));
         assert_int_equal(b->lss.found.vendor, 0);
@@ -124,7 +122,7 @@ static void devices_without_a_number_are_found_and_numbered(void **state)
         OK(canopen_lss_set_node(&b->lss, NOW, id));
         OK(canopen_lss_store(&b->lss, NOW));
         assert_int_equal(canopen_lss_switch_all(&b->lss, false), MOTION_OK);
-        cycle(b, 10);
+        cycles(b, 10);
     }
     assert_int_equal(seen, 7);
     assert_int_equal(canopen_lss_scan(&b->lss, NOW), MOTION_OK);
@@ -145,7 +143,7 @@ static void one_device_is_renumbered_by_its_identity(void **state)
     plug(b, 5, 77);
     plug(b, 6, 78);
     watch(b, 21);
-    cycle(b, 5);
+    cycles(b, 5);
     OK(canopen_lss_switch(&b->lss, NOW, &identity));
     OK(canopen_lss_ask_node(&b->lss, NOW));
     assert_int_equal(b->lss.value, 6);
@@ -154,7 +152,7 @@ static void one_device_is_renumbered_by_its_identity(void **state)
     assert_int_equal(canopen_lss_switch_all(&b->lss, false), MOTION_OK);
     assert_int_equal(
         canopen_nmt(&b->master, CANOPEN_NMT_RESET_COMMUNICATION, 6), MOTION_OK);
-    cycle(b, 10);
+    cycles(b, 10);
     assert_int_equal(b->device[1].config.node_id, 21);
     assert_int_equal(b->boots, 1);
     assert_int_equal(b->device[0].config.node_id, 5);
@@ -170,7 +168,7 @@ static void refusals_and_wrong_questions_are_told_apart(void **state)
 
     (void)state;
     plug(b, 5, 77);
-    cycle(b, 5);
+    cycles(b, 5);
     assert_int_equal(canopen_lss_take(&b->lss), MOTION_E_STATE);
     assert_int_equal(canopen_lss_set_node(&b->lss, NOW, 0), MOTION_E_ARG);
     assert_int_equal(canopen_lss_set_node(&b->lss, NOW, 128), MOTION_E_ARG);
@@ -192,7 +190,7 @@ static void put_u16(struct bench *b, uint16_t index, uint8_t size,
 {
     assert_int_equal(canopen_sdo_write(&b->node, NOW, index, 0, size, value),
                      MOTION_OK);
-    cycle(b, 5);
+    cycles(b, 5);
     assert_int_equal(canopen_sdo_take(&b->node, NULL, NULL), MOTION_OK);
 }
 
@@ -203,33 +201,33 @@ static void a_node_is_guarded_and_guards_its_life(void **state)
     (void)state;
     plug(b, 5, 77);
     watch(b, 5);
-    cycle(b, 5);
+    cycles(b, 5);
     put_u16(b, 0x100C, 2, 10);
     put_u16(b, 0x100D, 1, 3);
     b->node.guard_period_ns = 10 * MS;
-    cycle(b, 15); /* an answer, before silence can be too long */
+    cycles(b, 15); /* an answer, before silence can be too long */
     b->node.heartbeat_timeout_ns = 30 * MS;
-    cycle(b, 500);
+    cycles(b, 500);
     assert_int_equal(b->node.nmt_state, CANOPEN_NMT_PRE_OPERATIONAL_STATE);
     assert_int_equal(b->lost, 0);
     assert_int_equal(b->master.stats.malformed, 0);
     assert_int_equal(canopen_nmt(&b->master, CANOPEN_NMT_START, 5), MOTION_OK);
-    cycle(b, 20);
+    cycles(b, 20);
     assert_int_equal(b->node.nmt_state, CANOPEN_NMT_OPERATIONAL);
     /* silent: noticed after the life time, once */
     sim_cia402_inject(&b->device[0], SIM_CIA402_SILENT);
-    cycle(b, 25);
+    cycles(b, 25);
     assert_int_equal(b->lost, 0);
-    cycle(b, 100);
+    cycles(b, 100);
     assert_int_equal(b->lost, 1);
     sim_cia402_inject(&b->device[0], SIM_CIA402_CLEAR);
-    cycle(b, 100);
+    cycles(b, 100);
     assert_true(b->node.heartbeat_heard);
     /* we are silent: the node notices, 0x8130 */
     const uint64_t before = b->master.stats.emcy_received;
     b->node.guard_period_ns = 0;
     b->node.heartbeat_timeout_ns = 0;
-    cycle(b, 100);
+    cycles(b, 100);
     assert_int_equal(b->master.stats.emcy_received, before + 1);
 }
 
@@ -246,7 +244,7 @@ static void an_answer_that_does_not_toggle_does_not_count(void **state)
     b->node.heartbeat_timeout_ns = 30 * MS;
     for (unsigned i = 0; i < 10; i++) { /* a stuck device */
         assert_int_equal(hal_can_send(&b->tap.can, &frame), MOTION_OK);
-        cycle(b, 10);
+        cycles(b, 10);
     }
     assert_true(b->lost >= 1);
     assert_true(b->master.stats.malformed >= 4);
@@ -260,9 +258,9 @@ static void time_goes_out_and_is_taken(void **state)
 
     (void)state;
     plug(b, 5, 77);
-    cycle(b, 5);
+    cycles(b, 5);
     assert_int_equal(canopen_time(&b->master, 86399999, 15300), MOTION_OK);
-    cycle(b, 5);
+    cycles(b, 5);
     assert_int_equal(b->device[0].time_ms, 86399999);
     assert_int_equal(b->device[0].time_days, 15300);
     assert_int_equal(canopen_time(&b->master, 86400000, 0), MOTION_E_ARG);
@@ -277,7 +275,7 @@ static void sync_counts_from_one_to_the_overflow(void **state)
     unsigned syncs = 0;
 
     (void)state;
-    cycle(b, 10);
+    cycles(b, 10);
     while (hal_can_recv(&b->tap.can, &frame) == 1)
         if (frame.id == 0x80) {
             assert_int_equal(frame.len, 1);
@@ -302,7 +300,7 @@ static void a_sync_of_the_wrong_length_is_reported(void **state)
     (void)state;
     plug(b, 5, 77);
     watch(b, 5);
-    cycle(b, 20);
+    cycles(b, 20);
     assert_true(b->master.stats.emcy_received > 0); /* 0x1019 is 0 there */
 }
 

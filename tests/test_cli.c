@@ -1,96 +1,20 @@
 /* tests/test_cli.c - the commands of slew, as a user meets them: what they
  * print, what they leave behind, how they end. */
-#define _XOPEN_SOURCE 700 /* mkdtemp */
+#define _XOPEN_SOURCE 700 /* mkdtemp, nftw */
+#include "tests/run_slew.h"
+
 #include <cjson/cJSON.h>
 #include <dirent.h>
-#include <fcntl.h>
 #include <math.h>
 #include <signal.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include "firmware/linux/base/output.h"
-#include "firmware/linux/commands/command.h"
-#include "tests/check.h"
 
-#define WORDS_MAX 16
-
-static char directory[64], rig[96], move[96];
-static char out_path[64], err_path[64]; /* outside of it */
-static char out[1 << 22], err[1 << 16];
+static const char *directory;
+static char rig[256], move[256];
+static char *out, *err;
 
 /* --- the bench --- */
-
-static const char *in_directory(const char *name)
-{
-    static char path[8][512];
-    static unsigned next;
-    next = (next + 1) % 8;
-    snprintf(path[next], sizeof path[next], "%s/%s", directory, name);
-    return path[next];
-}
-
-static void write_file(const char *path, const char *text)
-{
-    FILE *file = fopen(path, "wb");
-    assert_non_null(file);
-    fputs(text, file);
-    assert_int_equal(fclose(file), 0);
-}
-
-static void read_back(const char *path, char *text, size_t size)
-{
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    text[fread(text, 1, size - 1, file)] = 0;
-    fclose(file);
-}
-
-static void redirect(int descriptor, const char *path)
-{
-    int file = open(path, O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    if (file < 0 || dup2(file, descriptor) < 0)
-        abort();
-    close(file);
-}
-
-/* Run `slew WORD...` in a child; its status, with what it wrote in out and
- * err. */
-static int slew_to(const char *stdout_path, const char *const *words)
-{
-    static char word[WORDS_MAX][160];
-    char *argv[WORDS_MAX + 1] = { NULL };
-    int argc = 0, status;
-    for (const char *next = "slew"; next != NULL; next = words[argc++]) {
-        snprintf(word[argc], sizeof word[argc], "%s", next);
-        argv[argc] = word[argc];
-    }
-    fflush(NULL);
-    pid_t child = fork();
-    assert_true(child >= 0);
-    if (child == 0) {
-        redirect(STDOUT_FILENO, stdout_path);
-        redirect(STDERR_FILENO, err_path);
-        exit((int)command_main(argc, argv));
-    }
-    assert_int_equal(waitpid(child, &status, 0), child);
-    read_back(err_path, err, sizeof err);
-    assert_true(WIFEXITED(status));
-    return WEXITSTATUS(status);
-}
-
-static int slew_words(const char *const *words)
-{
-    int status = slew_to(out_path, words);
-    read_back(out_path, out, sizeof out);
-    return status;
-}
-
-#define slew(...) slew_words((const char *const[]){ __VA_ARGS__, NULL })
 
 static int lines_of(const char *text)
 {
@@ -147,37 +71,21 @@ static void write_move(const char *curve, const char *keys)
     snprintf(text, sizeof text,
              "title: Bench\naxes:\n  slide:\n    curve: %s\n    keys: [%s]\n",
              curve, keys);
-    write_file(move, text);
+    run_write(move, text);
 }
 
 static int open_bench(void **state)
 {
-    (void)state;
-    snprintf(directory, sizeof directory, "/tmp/slew-test-XXXXXX");
-    if (mkdtemp(directory) == NULL)
+    if (run_open(state) < 0)
         return -1;
-    snprintf(out_path, sizeof out_path, "%.40s.out", directory);
-    snprintf(err_path, sizeof err_path, "%.40s.err", directory);
-    snprintf(rig, sizeof rig, "%s/rig.yaml", directory);
-    snprintf(move, sizeof move, "%s/move.yaml", directory);
-    write_file(rig, small_rig);
+    directory = run_slew()->directory;
+    out = run_slew()->out;
+    err = run_slew()->err;
+    snprintf(rig, sizeof rig, "%s", run_path("rig.yaml"));
+    snprintf(move, sizeof move, "%s", run_path("move.yaml"));
+    run_write(rig, small_rig);
     write_move("s-curve", "[0 s, 10 mm], [2 s, 300 mm], [3.125 s, 250.1 mm]");
     return 0;
-}
-
-static int close_bench(void **state)
-{
-    (void)state;
-    unlink(out_path);
-    unlink(err_path);
-    DIR *handle = opendir(directory);
-    if (handle == NULL)
-        return -1;
-    for (struct dirent *entry; (entry = readdir(handle)) != NULL;)
-        if (entry->d_name[0] != '.')
-            remove(in_directory(entry->d_name));
-    closedir(handle);
-    return rmdir(directory);
 }
 
 /* --- help and arguments --- */
@@ -185,11 +93,11 @@ static int close_bench(void **state)
 static void help_shows_every_option_and_parses_it(void **state)
 {
     (void)state;
-    assert_int_equal(slew("--help"), STATUS_OK);
+    assert_int_equal(run("--help"), STATUS_OK);
     for (size_t i = 0; command_list[i] != NULL; i++) {
         const struct command *command = command_list[i];
         assert_non_null(strstr(out, command->summary));
-        assert_int_equal(slew(command->name, "--help"), STATUS_OK);
+        assert_int_equal(run(command->name, "--help"), STATUS_OK);
         assert_non_null(strstr(out, "examples:"));
         assert_non_null(strstr(out, "exit status:"));
         for (size_t k = 0; k < command->option_count; k++) {
@@ -197,7 +105,7 @@ static void help_shows_every_option_and_parses_it(void **state)
             snprintf(name, sizeof name, "  --%s", command->option[k].name);
             assert_non_null(strstr(out, name));
         }
-        assert_int_equal(slew("--help"), STATUS_OK);
+        assert_int_equal(run("--help"), STATUS_OK);
     }
 }
 
@@ -226,23 +134,23 @@ static void bad_arguments_get_one_line_and_status_2(void **state)
     };
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(rows); i++)
-        expect_bad_input(slew_words(rows[i].words), rows[i].want);
+        expect_bad_input(run_words(rows[i].words), rows[i].want);
     expect_bad_input(
-        slew("sample", "--rate", "100", "--axis", "crane", "examples/dolly"),
+        run("sample", "--rate", "100", "--axis", "crane", "examples/dolly"),
         "no axis crane");
-    expect_bad_input(slew("run", "--plot", "x.gif", "--json", directory),
+    expect_bad_input(run("run", "--plot", "x.gif", "--json", directory),
                      "ends in .svg or .png");
 }
 
 static void a_bad_file_is_named_with_its_place(void **state)
 {
     (void)state;
-    char want[160];
+    char want[300];
     write_move("s-curve", "[0 s, 10 mm], [2 s, 300 kg]");
     snprintf(want, sizeof want, "%s:5:", move);
     int before = entries();
-    expect_bad_input(slew("run", "--telemetry", in_directory("t.csv"), "--plot",
-                          in_directory("p.png"), directory),
+    expect_bad_input(run("run", "--telemetry", run_path("t.csv"), "--plot",
+                         run_path("p.png"), directory),
                      want);
     assert_int_equal(entries(), before);
 }
@@ -252,10 +160,10 @@ static void a_bad_file_is_named_with_its_place(void **state)
 static void a_good_move_passes(void **state)
 {
     (void)state;
-    expect(slew("check", rig, move), STATUS_OK);
+    expect(run("check", rig, move), STATUS_OK);
     assert_non_null(strstr(out, "together at most 28.76 %"));
     assert_non_null(strstr(out, "1 axes, 3.125 s: within all limits\n"));
-    expect(slew("check", "--json", directory), STATUS_OK);
+    expect(run("check", "--json", directory), STATUS_OK);
     cJSON *report = cJSON_Parse(out);
     assert_true(cJSON_IsTrue(cJSON_GetObjectItem(report, "ok")));
     cJSON_Delete(report);
@@ -284,7 +192,7 @@ static void every_violation_has_axis_time_value_limit(void **state)
     (void)state;
     /* straight lines: 500 mm/s for 1 s, then 101 mm beyond the range */
     write_move("linear", "[0 s, 10 mm], [1 s, 510 mm], [2 s, 701 mm]");
-    expect(slew("check", "--json", directory), STATUS_REFUSED);
+    expect(run("check", "--json", directory), STATUS_REFUSED);
     cJSON *report = cJSON_Parse(out);
     assert_true(cJSON_IsFalse(cJSON_GetObjectItem(report, "ok")));
     const cJSON *item = violation(report, "velocity");
@@ -307,7 +215,7 @@ static void every_violation_has_axis_time_value_limit(void **state)
     assert_true(number(item, "time_s") == 2);
     assert_true(number(item, "value") == 191);
     cJSON_Delete(report);
-    expect(slew("check", directory), STATUS_REFUSED);
+    expect(run("check", directory), STATUS_REFUSED);
     assert_non_null(strstr(out, "position above the highest"));
 }
 
@@ -316,19 +224,19 @@ static void override_scales_the_limits(void **state)
     (void)state;
     /* 675 mm/s2 at full speed; 675 r^2 <= 800 up to r = 1.0886 */
     write_move("s-curve", "[0 s, 0 mm], [2 s, 300 mm]");
-    expect(slew("check", directory), STATUS_OK);
-    expect(slew("check", "--override", "108.8 %", directory), STATUS_OK);
-    expect(slew("check", "--override", "108.9 %", directory), STATUS_REFUSED);
-    expect(slew("run", "--override", "108.9 %", directory), STATUS_REFUSED);
+    expect(run("check", directory), STATUS_OK);
+    expect(run("check", "--override", "108.8 %", directory), STATUS_OK);
+    expect(run("check", "--override", "108.9 %", directory), STATUS_REFUSED);
+    expect(run("run", "--override", "108.9 %", directory), STATUS_REFUSED);
     /* 225 mm/s; 225 r <= 400 up to r = 1.7777 */
-    expect(slew("check", "--override", "177.7", directory), STATUS_REFUSED);
+    expect(run("check", "--override", "177.7", directory), STATUS_REFUSED);
     assert_null(strstr(out, " velocity"));
-    expect(slew("check", "--override", "177.8", directory), STATUS_REFUSED);
+    expect(run("check", "--override", "177.8", directory), STATUS_REFUSED);
     assert_non_null(strstr(out, " velocity"));
     /* a slow one, too, must be within them at 100 % */
     write_move("s-curve", "[0 s, 0 mm], [1 s, 300 mm]");
-    expect(slew("check", "--override", "50", directory), STATUS_REFUSED);
-    expect(slew("run", "--override", "50", directory), STATUS_REFUSED);
+    expect(run("check", "--override", "50", directory), STATUS_REFUSED);
+    expect(run("run", "--override", "50", directory), STATUS_REFUSED);
     assert_non_null(strstr(out, "acceleration"));
     assert_non_null(strstr(err, "nothing was moved"));
 }
@@ -338,8 +246,8 @@ static void a_move_over_its_limits_is_not_run(void **state)
     (void)state;
     write_move("linear", "[0 s, 10 mm], [1 s, 510 mm]");
     int before = entries();
-    expect(slew("run", "--telemetry", in_directory("t.csv"), "--plot",
-                in_directory("p.png"), directory),
+    expect(run("run", "--telemetry", run_path("t.csv"), "--plot",
+               run_path("p.png"), directory),
            STATUS_REFUSED);
     assert_non_null(strstr(err, "nothing was moved"));
     assert_int_equal(entries(), before);
@@ -363,13 +271,13 @@ static const char *row_at(const char *text, const char *t_ns)
 static void a_key_time_gives_the_key_to_the_bit(void **state)
 {
     (void)state;
-    expect(slew("sample", "--rate", "1000", "--raw", directory), STATUS_OK);
+    expect(run("sample", "--rate", "1000", "--raw", directory), STATUS_OK);
     /* 250.1 mm is 1074171320729.6 / 2^32 */
     assert_string_equal(row_at(out, "3125000000"),
                         "3125000000,1074171320730,0,0");
     assert_string_equal(row_at(out, "2000000000"),
                         "2000000000,1288490188800,0,0");
-    expect(slew("sample", "--rate", "1000", directory), STATUS_OK);
+    expect(run("sample", "--rate", "1000", directory), STATUS_OK);
     assert_string_equal(row_at(out, "3125000000"),
                         "3125000000,250.1000000000931322574615478515625,0,0");
 }
@@ -379,17 +287,17 @@ static void rates_agree_at_common_times_to_the_bit(void **state)
     (void)state;
     static char slow[1 << 20], fast[1 << 22];
     static const char *const rates[] = { "1000", "8000" };
-    expect(slew("sample", "--rate", "100", directory), STATUS_OK);
+    expect(run("sample", "--rate", "100", directory), STATUS_OK);
     memcpy(slow, out, sizeof slow);
     for (size_t r = 0; r < ARRAY_LEN(rates); r++) {
-        expect(slew("sample", "--rate", rates[r], directory), STATUS_OK);
+        expect(run("sample", "--rate", rates[r], directory), STATUS_OK);
         memcpy(fast, out, sizeof fast);
         int compared = 0;
         for (char *line = strtok(slow, "\n"); line != NULL;
              line = strtok(NULL, "\n"), compared++)
             assert_non_null(strstr(fast, line));
         assert_int_equal(compared, 314); /* heading and 313 samples */
-        expect(slew("sample", "--rate", "100", directory), STATUS_OK);
+        expect(run("sample", "--rate", "100", directory), STATUS_OK);
         memcpy(slow, out, sizeof slow);
     }
 }
@@ -398,8 +306,8 @@ static void six_hours_drift_by_nothing(void **state)
 {
     (void)state;
     write_move("s-curve", "[0 s, 10 mm], [21600 s, 300.3 mm]");
-    expect(slew("sample", "--rate", "1000", "--raw", "--from", "21599.999s",
-                directory),
+    expect(run("sample", "--rate", "1000", "--raw", "--from", "21599.999s",
+               directory),
            STATUS_OK);
     assert_int_equal(lines_of(out), 3);
     assert_string_equal(row_at(out, "21600000000000"),
@@ -409,7 +317,7 @@ static void six_hours_drift_by_nothing(void **state)
 static void uneven_rates_are_rounded_once_per_sample(void **state)
 {
     (void)state;
-    expect(slew("sample", "--rate", "23.976", "--to", "1 s", directory),
+    expect(run("sample", "--rate", "23.976", "--to", "1 s", directory),
            STATUS_OK);
     /* k / 23.976: 41.708375 ms, 83.416750 ms, ... 959.292626 ms */
     row_at(out, "41708375");
@@ -421,8 +329,8 @@ static void uneven_rates_are_rounded_once_per_sample(void **state)
 static void samples_are_json_too(void **state)
 {
     (void)state;
-    expect(slew("sample", "--rate", "10", "--json", "--axis", "pan",
-                "examples/dolly"),
+    expect(run("sample", "--rate", "10", "--json", "--axis", "pan",
+               "examples/dolly"),
            STATUS_OK);
     cJSON *report = cJSON_Parse(out);
     assert_non_null(report);
@@ -438,9 +346,9 @@ static void samples_are_json_too(void **state)
 static void the_saved_tracks_are_whole_json_with_integers(void **state)
 {
     (void)state;
-    const char *path = in_directory("tracks.json");
-    expect(slew("plan", "--out", path, directory), STATUS_OK);
-    read_back(path, out, sizeof out);
+    const char *path = run_path("tracks.json");
+    expect(run("plan", "--out", path, directory), STATUS_OK);
+    run_read(path, out, RUN_OUT_MAX);
     cJSON *report = cJSON_Parse(out);
     assert_non_null(report);
     const cJSON *axis =
@@ -460,14 +368,13 @@ static void a_file_that_cannot_be_written_leaves_nothing_behind(void **state)
 {
     (void)state;
     int before = entries();
-    expect(slew("plan", "--out", in_directory("no/such/place.json"), directory),
+    expect(run("plan", "--out", run_path("no/such/place.json"), directory),
            STATUS_SYSTEM);
     assert_int_equal(lines_of(err), 1);
-    mkdir(in_directory("sub"), 0700);
-    expect(slew("plan", "--out", in_directory("sub"), directory),
-           STATUS_SYSTEM);
+    mkdir(run_path("sub"), 0700);
+    expect(run("plan", "--out", run_path("sub"), directory), STATUS_SYSTEM);
     assert_int_equal(entries(), before + 1);
-    expect(slew("plan", "--out", "/dev/full", directory), STATUS_SYSTEM);
+    expect(run("plan", "--out", "/dev/full", directory), STATUS_SYSTEM);
     assert_non_null(strstr(err, "/dev/full: cannot write"));
 }
 
@@ -476,7 +383,7 @@ static void an_abandoned_file_leaves_nothing_behind(void **state)
     (void)state;
     struct output output;
     int before = entries();
-    assert_int_equal(output_open(&output, in_directory("half")), 0);
+    assert_int_equal(output_open(&output, run_path("half")), 0);
     assert_int_equal(entries(), before + 1);
     output_abandon(&output);
     assert_int_equal(entries(), before);
@@ -491,7 +398,7 @@ static void an_interrupt_while_writing_leaves_nothing_behind(void **state)
     assert_true(child >= 0);
     if (child == 0) {
         struct output output;
-        if (output_open(&output, in_directory("half")) == 0 &&
+        if (output_open(&output, run_path("half")) == 0 &&
             entries() == before + 1)
             raise(SIGINT);
         _exit(0);
@@ -506,7 +413,7 @@ static void a_full_disk_under_stdout_is_status_3(void **state)
 {
     (void)state;
     assert_int_equal(
-        slew_to("/dev/full", (const char *const[]){ "plan", rig, move, NULL }),
+        run_to("/dev/full", (const char *const[]){ "plan", rig, move, NULL }),
         STATUS_SYSTEM);
     assert_non_null(strstr(err, "standard output"));
 }
@@ -515,23 +422,23 @@ static void a_link_stays_a_link(void **state)
 {
     (void)state;
     struct stat status;
-    const char *target = in_directory("target.json");
-    const char *link = in_directory("link.json");
-    write_file(target, "old");
+    const char *target = run_path("target.json");
+    const char *link = run_path("link.json");
+    run_write(target, "old");
     assert_int_equal(symlink(target, link), 0);
-    expect(slew("plan", "--out", link, directory), STATUS_OK);
+    expect(run("plan", "--out", link, directory), STATUS_OK);
     assert_int_equal(lstat(link, &status), 0);
     assert_true(S_ISLNK(status.st_mode));
-    read_back(target, out, sizeof out);
+    run_read(target, out, RUN_OUT_MAX);
     assert_non_null(strstr(out, "slew-tracks"));
 }
 
 static void plan_prints_the_segments_when_asked(void **state)
 {
     (void)state;
-    expect(slew("plan", "--segments", directory), STATUS_OK);
+    expect(run("plan", "--segments", directory), STATUS_OK);
     assert_non_null(strstr(out, "2000000000.000"));
-    expect(slew("plan", "--json", directory), STATUS_OK);
+    expect(run("plan", "--json", directory), STATUS_OK);
     cJSON *report = cJSON_Parse(out);
     assert_non_null(report);
     assert_true(number(report, "duration_s") == 3.125);
@@ -544,8 +451,7 @@ static void a_dry_run_writes_nothing(void **state)
 {
     (void)state;
     int before = entries();
-    expect(slew("run", "--dry-run", "--telemetry", in_directory("t.csv"),
-                directory),
+    expect(run("run", "--dry-run", "--telemetry", run_path("t.csv"), directory),
            STATUS_OK);
     assert_non_null(strstr(out, "3.125 s at 100 % speed"));
     assert_int_equal(entries(), before);
@@ -555,12 +461,12 @@ static void two_runs_write_the_same_telemetry(void **state)
 {
     (void)state;
     static char first[1 << 21];
-    const char *path = in_directory("t.csv");
+    const char *path = run_path("t.csv");
     for (int i = 0; i < 2; i++) {
-        expect(slew("run", "--telemetry", path, "--hold-at", "1s",
-                    "--resume-after", "250ms", directory),
+        expect(run("run", "--telemetry", path, "--hold-at", "1s",
+                   "--resume-after", "250ms", directory),
                STATUS_OK);
-        read_back(path, i == 0 ? first : out, sizeof first);
+        run_read(path, i == 0 ? first : out, sizeof first);
     }
     assert_true(strlen(first) > 100000);
     assert_string_equal(first, out);
@@ -569,9 +475,9 @@ static void two_runs_write_the_same_telemetry(void **state)
 static void a_run_reports_and_its_telemetry_can_be_drawn(void **state)
 {
     (void)state;
-    const char *csv = in_directory("t.csv"), *png = in_directory("p.png"),
-               *svg = in_directory("p.svg");
-    expect(slew("run", "--json", "--telemetry", csv, "--plot", png, directory),
+    const char *csv = run_path("t.csv"), *png = run_path("p.png"),
+               *svg = run_path("p.svg");
+    expect(run("run", "--json", "--telemetry", csv, "--plot", png, directory),
            STATUS_OK);
     cJSON *report = cJSON_Parse(out);
     assert_non_null(report);
@@ -582,12 +488,11 @@ static void a_run_reports_and_its_telemetry_can_be_drawn(void **state)
                         png);
     cJSON_Delete(report);
     assert_int_equal(access(png, R_OK), 0);
-    expect(slew("plot", "--telemetry", csv, "--out", svg, directory),
-           STATUS_OK);
-    read_back(svg, out, sizeof out);
+    expect(run("plot", "--telemetry", csv, "--out", svg, directory), STATUS_OK);
+    run_read(svg, out, RUN_OUT_MAX);
     assert_non_null(strstr(out, "</svg>"));
-    write_file(csv, "t_ns,phase,state,path_ns\n1,move,moving,x\n");
-    expect_bad_input(slew("plot", "--telemetry", csv, "--out", svg, directory),
+    run_write(csv, "t_ns,phase,state,path_ns\n1,move,moving,x\n");
+    expect_bad_input(run("plot", "--telemetry", csv, "--out", svg, directory),
                      "t.csv:2: 'x', expected a number");
 }
 
@@ -595,7 +500,7 @@ static void a_run_reports_and_its_telemetry_can_be_drawn(void **state)
 static void a_compiled_move_draws_as_the_move_itself(void **state)
 {
     static char keys[8192], plain[1 << 22];
-    const char *slt = in_directory("m.slt"), *svg = in_directory("p.svg");
+    const char *slt = run_path("m.slt"), *svg = run_path("p.svg");
     size_t used = 0;
     (void)state;
     for (int i = 0; i < 240; i++)
@@ -603,16 +508,16 @@ static void a_compiled_move_draws_as_the_move_itself(void **state)
             (size_t)snprintf(keys + used, sizeof keys - used, "%s[%d s, %d mm]",
                              i > 0 ? ", " : "", i, 10 + i * 7 % 13);
     write_move("s-curve", keys);
-    expect(slew("plot", "--out", svg, directory), STATUS_OK);
-    read_back(svg, plain, sizeof plain);
-    expect(slew("compile", "--out", slt, directory), STATUS_OK);
-    expect(slew("plot", "--out", svg, rig, slt), STATUS_OK);
-    read_back(svg, out, sizeof out);
+    expect(run("plot", "--out", svg, directory), STATUS_OK);
+    run_read(svg, plain, sizeof plain);
+    expect(run("compile", "--out", slt, directory), STATUS_OK);
+    expect(run("plot", "--out", svg, rig, slt), STATUS_OK);
+    run_read(svg, out, RUN_OUT_MAX);
     assert_string_equal(out, plain);
-    expect_bad_input(slew("plot", "--out", svg, "--compare", "all", rig, slt),
+    expect_bad_input(run("plot", "--out", svg, "--compare", "all", rig, slt),
                      "is a compiled move");
-    expect(slew("run", "--plot", svg, rig, slt), STATUS_OK);
-    read_back(svg, out, sizeof out);
+    expect(run("run", "--plot", svg, rig, slt), STATUS_OK);
+    run_read(svg, out, RUN_OUT_MAX);
     assert_non_null(strstr(out, "</svg>"));
     assert_true(strlen(out) > strlen(plain)); /* what the servo did, too */
 }
@@ -622,7 +527,7 @@ static void a_key_that_cannot_be_planned_is_named_once(void **state)
     (void)state;
     write_move("bezier", "{t: 0 s, p: 10 mm, interpolation: constant}, "
                          "[1 s, 20 mm]");
-    expect_bad_input(slew("check", directory),
+    expect_bad_input(run("check", directory),
                      "move.yaml:5:57: key 2 of axis slide: constant keeps 10 ");
 }
 
@@ -632,11 +537,11 @@ static void a_path_and_a_blend_go_all_the_way(void **state)
                                             "examples/poses" };
     (void)state;
     for (size_t i = 0; i < 2; i++) {
-        const char *svg = in_directory("p.svg");
-        expect(slew("check", examples[i]), STATUS_OK);
-        expect(slew("sample", "--rate", "10", examples[i]), STATUS_OK);
-        expect(slew("plot", "--out", svg, examples[i]), STATUS_OK);
-        expect(slew("run", "--json", examples[i]), STATUS_OK);
+        const char *svg = run_path("p.svg");
+        expect(run("check", examples[i]), STATUS_OK);
+        expect(run("sample", "--rate", "10", examples[i]), STATUS_OK);
+        expect(run("plot", "--out", svg, examples[i]), STATUS_OK);
+        expect(run("run", "--json", examples[i]), STATUS_OK);
         cJSON *report = cJSON_Parse(out);
         assert_non_null(report);
         assert_string_equal(cJSON_GetObjectItem(report, "end")->valuestring,
@@ -649,14 +554,14 @@ static void a_path_and_a_blend_go_all_the_way(void **state)
 static void a_camera_is_sampled_as_a_quaternion(void **state)
 {
     (void)state;
-    write_file(move, "path:\n  axes: [x, y, z]\n"
-                     "  points: [[0, 0, 900], [1000, 0, 900]]\n"
-                     "  speed: {law: quintic, time: 4 s}\n"
-                     "camera:\n  axes: {pan: pan, tilt: tilt, roll: roll}\n"
-                     "  look: {at: [2000, 0, 900]}\n"
-                     "  roll: {keys: [[0 s, 0], [2 s, 60 deg]]}\n");
-    expect(slew("sample", "--json", "--quaternion", "--rate", "0.25",
-                "examples/flyby/rig.yaml", move),
+    run_write(move, "path:\n  axes: [x, y, z]\n"
+                    "  points: [[0, 0, 900], [1000, 0, 900]]\n"
+                    "  speed: {law: quintic, time: 4 s}\n"
+                    "camera:\n  axes: {pan: pan, tilt: tilt, roll: roll}\n"
+                    "  look: {at: [2000, 0, 900]}\n"
+                    "  roll: {keys: [[0 s, 0], [2 s, 60 deg]]}\n");
+    expect(run("sample", "--json", "--quaternion", "--rate", "0.25",
+               "examples/flyby/rig.yaml", move),
            STATUS_OK);
     cJSON *report = cJSON_Parse(out);
     assert_non_null(report);
@@ -680,14 +585,14 @@ static void a_camera_is_sampled_as_a_quaternion(void **state)
     }
     cJSON_Delete(report);
     expect_bad_input(
-        slew("sample", "--quaternion", "--rate", "1", "examples/dolly"),
+        run("sample", "--quaternion", "--rate", "1", "examples/dolly"),
         "the move has no camera");
 }
 
 static void plan_says_how_long_and_how_fast_a_path_is(void **state)
 {
     (void)state;
-    expect(slew("plan", "--json", "examples/flyby"), STATUS_OK);
+    expect(run("plan", "--json", "examples/flyby"), STATUS_OK);
     cJSON *report = cJSON_Parse(out);
     const cJSON *path = cJSON_GetObjectItem(report, "path");
     assert_non_null(path);
@@ -695,22 +600,22 @@ static void plan_says_how_long_and_how_fast_a_path_is(void **state)
     assert_true(number(path, "length_error") < 1e-9);
     assert_true(number(path, "bound") <= 2e-6);
     cJSON_Delete(report);
-    expect(slew("plan", "--rules", "examples/flyby"), STATUS_OK);
+    expect(run("plan", "--rules", "examples/flyby"), STATUS_OK);
     assert_non_null(strstr(out, "380.000000 mm/s along it"));
     assert_non_null(strstr(out, "simpson"));
-    expect(slew("check", "examples/flyby"), STATUS_OK);
+    expect(run("check", "examples/flyby"), STATUS_OK);
     assert_non_null(strstr(out, "380.000000 mm/s along it"));
 }
 
 static void a_path_that_cannot_be_planned_names_its_place(void **state)
 {
     (void)state;
-    write_file(move, "path:\n  axes: [x, y]\n  points: [[0, 0], [9, 9]]\n"
-                     "  speed: {law: constant, from: 1, time: 1 s}\n");
-    expect_bad_input(slew("check", "examples/flyby/rig.yaml", move),
+    run_write(move, "path:\n  axes: [x, y]\n  points: [[0, 0], [9, 9]]\n"
+                    "  speed: {law: constant, from: 1, time: 1 s}\n");
+    expect_bad_input(run("check", "examples/flyby/rig.yaml", move),
                      "move.yaml:4:10: the speed law covers 1 of the path's");
-    expect_bad_input(slew("plot", "--out", "p.svg", "--compare", "linear",
-                          "--axis", "x", "examples/flyby"),
+    expect_bad_input(run("plot", "--out", "p.svg", "--compare", "linear",
+                         "--axis", "x", "examples/flyby"),
                      "no keys drive the axis x");
 }
 
@@ -723,32 +628,32 @@ static void too_many_drives_for_the_bus_are_refused(void **state)
     memmove(strstr(text, "125 kbit") + 10, strstr(text, "125 kbit") + 8,
             strlen(strstr(text, "125 kbit") + 8) + 1);
     memcpy(strstr(text, "125 kbit") + 8, "/s", 2);
-    write_file(rig, text);
+    run_write(rig, text);
     const char *const sentence =
         "rig.yaml:3:3: bus can0 would need 230.1 % of its time, expected at "
         "most 100 %: 0 drives on this bus, a tick of 2.33 ms, or 500 kbit/s "
         "would fit\n";
-    expect(slew("check", directory), STATUS_REFUSED);
+    expect(run("check", directory), STATUS_REFUSED);
     assert_non_null(strstr(err, sentence));
-    expect(slew("run", directory), STATUS_REFUSED);
+    expect(run("run", directory), STATUS_REFUSED);
     assert_non_null(strstr(err, sentence));
 }
 
 static void real_drives_are_asked_for_and_need_an_interface(void **state)
 {
     (void)state;
-    expect_bad_input(slew("run", "--json", "--real", directory),
+    expect_bad_input(run("run", "--json", "--real", directory),
                      "bus can0 has no interface");
     expect_bad_input(
-        slew("run", "--json", "--real", "--interface", "nocan7", directory),
+        run("run", "--json", "--real", "--interface", "nocan7", directory),
         "there is no interface nocan7");
     expect_bad_input(
-        slew("run", "--json", "--real", "--interface", "lo", directory),
+        run("run", "--json", "--real", "--interface", "lo", directory),
         "lo is not a CAN interface");
-    expect_bad_input(slew("run", "--interface", "can1=can7", directory),
+    expect_bad_input(run("run", "--interface", "can1=can7", directory),
                      "'can1=can7' is no interface for a bus of the rig");
-    expect(slew("run", "--dry-run", "--real", "--interface", "can0=nocan7",
-                directory),
+    expect(run("run", "--dry-run", "--real", "--interface", "can0=nocan7",
+               directory),
            STATUS_OK);
     assert_non_null(strstr(out, "REAL drives"));
     assert_non_null(strstr(out, "interface nocan7"));
@@ -757,33 +662,33 @@ static void real_drives_are_asked_for_and_need_an_interface(void **state)
 static void simulated_drives_need_an_interface_to_be_seen_on(void **state)
 {
     (void)state;
-    expect_bad_input(slew("sim", directory), "bus can0 has no interface");
-    expect_bad_input(slew("sim", "--interface", "nocan7", directory),
+    expect_bad_input(run("sim", directory), "bus can0 has no interface");
+    expect_bad_input(run("sim", "--interface", "nocan7", directory),
                      "there is no interface nocan7");
-    expect_bad_input(slew("sim", "--interface", "", rig), "--interface");
-    expect_bad_input(slew("sim", in_directory("none.yaml")), "none.yaml");
+    expect_bad_input(run("sim", "--interface", "", rig), "--interface");
+    expect_bad_input(run("sim", run_path("none.yaml")), "none.yaml");
 }
 
 static void a_drive_is_judged_by_its_data_sheet(void **state)
 {
     (void)state;
-    const char *sheet = in_directory("servo.eds");
-    expect(slew("sim", "--eds", directory), STATUS_OK);
-    write_file(sheet, out);
-    expect(slew("drive", "info", sheet), STATUS_OK);
+    const char *sheet = run_path("servo.eds");
+    expect(run("sim", "--eds", directory), STATUS_OK);
+    run_write(sheet, out);
+    expect(run("drive", "info", sheet), STATUS_OK);
     assert_non_null(strstr(out, "this drive will do"));
-    expect(slew("drive", "--json", "info", sheet), STATUS_OK);
+    expect(run("drive", "--json", "info", sheet), STATUS_OK);
     assert_non_null(strstr(out, "\"ok\""));
-    write_file(sheet, "[1000]\nDataType=7\nAccessType=ro\n[6502]\nDataType=7\n"
-                      "AccessType=ro\nDefaultValue=0x25\n");
-    expect(slew("drive", "info", sheet), STATUS_REFUSED);
+    run_write(sheet, "[1000]\nDataType=7\nAccessType=ro\n[6502]\nDataType=7\n"
+                     "AccessType=ro\nDefaultValue=0x25\n");
+    expect(run("drive", "info", sheet), STATUS_REFUSED);
     assert_non_null(strstr(out, "has no CSP"));
     assert_non_null(strstr(out, "lacks 17 of the objects"));
-    expect_bad_input(slew("drive", "info", rig), "rig.yaml:");
-    expect_bad_input(slew("drive", "look", sheet), "expected info");
+    expect_bad_input(run("drive", "info", rig), "rig.yaml:");
+    expect_bad_input(run("drive", "look", sheet), "expected info");
 }
 
-#define RUN(test) cmocka_unit_test_setup_teardown(test, open_bench, close_bench)
+#define RUN(test) cmocka_unit_test_setup_teardown(test, open_bench, run_close)
 
 int main(void)
 {

@@ -1,51 +1,40 @@
 /* tests/test_cmd_otg.c - slew otg as a user meets it: good input, bad input of
  * every kind, pictures. */
-#define _XOPEN_SOURCE 700 /* mkdtemp */
+#define _XOPEN_SOURCE 700 /* mkdtemp, nftw */
+#include "tests/run_slew.h"
+
 #include <cjson/cJSON.h>
-#include <fcntl.h>
 #include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include "firmware/linux/commands/command.h"
-#include "tests/check.h"
-
-#define WORDS_MAX 24
 
 #define HEADER "p0,v0,a0,pf,vf,af,vmax,vmin,amax,amin,jmax\n"
 #define GOOD   "0,0,0,100,0,0,10,-10,20,-20,200\n"
 
-static char directory[64], table[96], picture[96];
-static char out_path[96], err_path[96];
-static char out[1 << 16], err[1 << 12];
+static char table[256], picture[256];
+static char *out, *err;
 
 /* --- the bench ------------------------------------------------------------ */
 
 static int make_directory(void **state)
 {
-    (void)state;
-    snprintf(directory, sizeof directory, "/tmp/slew-test-XXXXXX");
-    if (mkdtemp(directory) == NULL)
+    if (run_open(state) < 0)
         return -1;
-    snprintf(table, sizeof table, "%s/moves.csv", directory);
-    snprintf(picture, sizeof picture, "%s/move.png", directory);
-    snprintf(out_path, sizeof out_path, "%s/out", directory);
-    snprintf(err_path, sizeof err_path, "%s/err", directory);
+    snprintf(table, sizeof table, "%s", run_path("moves.csv"));
+    snprintf(picture, sizeof picture, "%s", run_path("move.png"));
+    out = run_slew()->out;
+    err = run_slew()->err;
     return 0;
 }
 
 static int remove_directory(void **state)
 {
+    const struct run_slew *run = run_slew();
+
     (void)state;
     unlink(table);
     unlink(picture);
-    unlink(out_path);
-    unlink(err_path);
-    return rmdir(directory); /* nothing else may be left */
+    unlink(run->out_path);
+    unlink(run->err_path);
+    return rmdir(run->directory); /* nothing else may be left */
 }
 
 static void write_table(const char *text, size_t length)
@@ -56,50 +45,22 @@ static void write_table(const char *text, size_t length)
     assert_int_equal(fclose(file), 0);
 }
 
-static void read_back(const char *path, char *text, size_t size)
-{
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    text[fread(text, 1, size - 1, file)] = 0;
-    fclose(file);
-}
-
-static void redirect(int descriptor, const char *path)
-{
-    int file = open(path, O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    if (file < 0 || dup2(file, descriptor) < 0)
-        abort();
-    close(file);
-}
-
 /* `words` apart by blanks, TABLE and PICTURE standing for the paths; the
  * status, with what was written in out and err. */
 static int slew(const char *words)
 {
     static char line[512];
-    char *argv[WORDS_MAX] = { "slew", "otg" };
-    int argc = 2, status;
+    const char *argv[RUN_WORDS_MAX] = { "otg" };
+    int argc = 1;
+
     snprintf(line, sizeof line, "%s", words);
     for (char *word = strtok(line, " "); word; word = strtok(NULL, " ")) {
-        assert_true(argc + 1 < WORDS_MAX);
+        assert_true(argc + 2 < RUN_WORDS_MAX);
         argv[argc++] = strcmp(word, "TABLE") == 0     ? table
                        : strcmp(word, "PICTURE") == 0 ? picture
                                                       : word;
     }
-    fflush(NULL);
-    pid_t child = fork();
-    if (child == 0) {
-        redirect(STDOUT_FILENO, out_path);
-        redirect(STDERR_FILENO, err_path);
-        int code = (int)command_main(argc, argv);
-        fflush(NULL);
-        _exit(code);
-    }
-    assert_true(waitpid(child, &status, 0) == child);
-    assert_true(WIFEXITED(status));
-    read_back(out_path, out, sizeof out);
-    read_back(err_path, err, sizeof err);
-    return WEXITSTATUS(status);
+    return run_words(argv);
 }
 
 static void expect(const char *text, const char *want)
@@ -156,6 +117,80 @@ static void one_motion_needs_no_file(void **state)
     cJSON_Delete(report);
 }
 
+/* An acceleration that has to be let go first runs on to a speed, and a place,
+ * far beyond what the row speaks of.  By hand: a change of speed by a^2/2 at an
+ * acceleration of 1; 1.1e8 of way in about five ramps, back at a speed of 1. */
+static void ends_that_run_far_away_are_planned(void **state)
+{
+    static const struct {
+        const char *table;
+        double duration;
+    } rows[] = {
+        { "v0,a0,vf,af,amax,amin,jmax\n0,-1000,0,0,1,-2000,1\n", 501001 },
+        { "v0,a0,vf,af,amax,amin,jmax\n0,0,0,1000,2000,-1,1\n", 501001 },
+        { HEADER "0,0,-300,0,0,0,1,-1,10,-300,1\n", 110479806 },
+    };
+    char *end;
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        write_table(rows[i].table, strlen(rows[i].table));
+        if (slew("TABLE") != 0)
+            fail_msg("row %zu: %s%s", i, out, err);
+        const char *answer = strstr(out, "\n0,ok,");
+        assert_non_null(answer);
+        double duration = strtod(answer + strlen("\n0,ok,"), &end);
+        assert_true(fabs(duration / rows[i].duration - 1) < 1e-6);
+    }
+}
+
+/* A limit that the move cannot come near costs neither time nor digits. */
+static void limits_out_of_reach_are_as_good_as_none(void **state)
+{
+    static const struct {
+        const char *row;
+        double duration;
+    } rows[] = {
+        { "0,0,0,1,0,0,1e30,-1e30,1,-1,1", 3.1748021039363992 }, /* 32^1/3 */
+        { "0,0,0,1,0,0,1,-1,1e30,-1e30,1", 3.1748021039363992 },
+        { "0,0,0,1,0,0,1e30,-1e30,1e30,-1e30,1", 3.1748021039363992 },
+        { "0,0,0,1,0,0,1,-1,1,-1,1e30", 2 },
+        { "0,0,0,1,0,0,1e-30,-1e-30,1,-1,1", 1e30 },
+        { "0,0,0,0,0,0,1e30,-1e-30,1e9,-1,1e50", 0 },
+    };
+    char text[256], *end;
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        int length = snprintf(text, sizeof text, HEADER "%s\n", rows[i].row);
+        write_table(text, (size_t)length);
+        if (slew("TABLE") != 0)
+            fail_msg("row %zu: %s%s", i, out, err);
+        double duration = strtod(strstr(out, "\n0,ok,") + 6, &end);
+        if (!(fabs(duration - rows[i].duration) <= 1e-6 * rows[i].duration))
+            fail_msg("row %zu: %s", i, out);
+    }
+}
+
+static void comments_and_every_end_of_line_are_read(void **state)
+{
+    static const char old[] = "p0,v0,a0,pf,vf,af,vmax,vmin,amax,amin,jmax\r"
+                              "0,0,0,100,0,0,10,-10,20,-20,200\r";
+    static const char *const texts[] = {
+        "# moves\n" HEADER " # one\n" GOOD,
+        "\r\n# moves\r\n" HEADER "\r\n" GOOD "\r\n",
+        old,
+    };
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(texts); i++) {
+        write_table(texts[i], strlen(texts[i]));
+        assert_int_equal(slew("TABLE"), 0);
+        expect(out, "row,status,duration\n0,ok,10.6000");
+    }
+    static const char bad[] = HEADER "\r\n# one\r\n0,0\r\n";
+    write_table(bad, sizeof bad - 1);
+    assert_int_equal(slew("TABLE"), 2);
+    expect_complaint("moves.csv:4:4: the row ends here");
+}
+
 static void limits_on_one_side_may_be_left_out(void **state)
 {
     (void)state;
@@ -194,6 +229,7 @@ static void a_bad_table_is_refused_with_its_place(void **state)
           "moves.csv:2:13: vmax: expected a finite number" },
         { HEADER "0,0,0,1,0,0,inf,-10,20,-20,200\n", "2:13: vmax: expected" },
         { HEADER "0,0,0,1,0,0,1e70,-10,20,-20,200\n", "2:13: vmax: expected" },
+        { HEADER "0,0,0,1e-400,0,0,1,-1,1,-1,1\n", "2:7: pf: expected" },
         { HEADER "0,0,,1,0,0,10,-10,20,-20,200\n", "2:5: a0: expected" },
         { HEADER "0,0,0x,1,0,0,10,-10,20,-20,200\n", "2:5: a0: expected" },
         { HEADER GOOD "0,0,0\n", "moves.csv:3:6: the row ends here" },
@@ -237,6 +273,8 @@ static void binary_and_endless_lines_are_refused(void **state)
     }
     assert_int_equal(slew("no-such-file.csv"), 2);
     expect_complaint("no-such-file.csv: No such file");
+    assert_int_equal(slew("/"), 2);
+    expect_complaint("/: Is a directory");
 }
 
 /* What cannot be planned is an answer of its row: the others go on. */
@@ -255,6 +293,8 @@ static void a_row_without_a_motion_says_which_number(void **state)
         { "0,0,0,1,2,0,1,-1,1,-1,1", "vf: no motion inside the limits" },
         { "0,0,0,1,0,2,1,-1,1,-1,1", "af: no motion inside the limits" },
         { "0,0,0,1,1,-1,1,-1,1,-1,1", "af: no motion inside the limits" },
+        { "0,1,0,1e-20,1,0,2,-2,1,-1,1", "pf: the numbers of the row lie" },
+        { "0,0,0,1e59,0,0,1e-59,-1,1,-1,1", "vmax: the numbers of the row" },
     };
     char text[512], want[128];
     (void)state;
@@ -356,6 +396,9 @@ int main(void)
         cmocka_unit_test(columns_come_in_any_order_and_with_others),
         cmocka_unit_test(one_motion_needs_no_file),
         cmocka_unit_test(limits_on_one_side_may_be_left_out),
+        cmocka_unit_test(ends_that_run_far_away_are_planned),
+        cmocka_unit_test(limits_out_of_reach_are_as_good_as_none),
+        cmocka_unit_test(comments_and_every_end_of_line_are_read),
         cmocka_unit_test(a_bad_table_is_refused_with_its_place),
         cmocka_unit_test(binary_and_endless_lines_are_refused),
         cmocka_unit_test(a_row_without_a_motion_says_which_number),

@@ -96,6 +96,13 @@ static void turns_trouble(struct conform_drive *b,
     sim_servo_inject(turns_device, fault[trouble]);
 }
 
+/* What both benches say. */
+#define TURNS_BENCH                                                            \
+    .ruler_q32 = turns_ruler_q32, .trouble = turns_trouble, .tick_ns = 1 * MS, \
+    .start_ns = 1 * S, .silent_ns = 60 * MS, .follow_q32 = ONE / 20,           \
+    .report_q32 = ONE / 200, .stand_q32 = ONE / 1000,                          \
+    .beyond_q32 = INT64_C(400000) * ONE, .lasts = true
+
 /* ---- ODrive ------------------------------------------------------------- */
 
 static struct sim_odrive odrive_device;
@@ -128,18 +135,9 @@ static struct hal_drive *odrive_setup(struct conform_drive *b)
 
 static struct conform_drive odrive_bench = {
     .setup = odrive_setup,
-    .ruler_q32 = turns_ruler_q32,
-    .trouble = turns_trouble,
-    .tick_ns = 1 * MS,
-    .start_ns = 1 * S,
+    TURNS_BENCH,
     .enable_ns = 300 * MS,
     .trip_ns = 110 * MS,
-    .silent_ns = 60 * MS,
-    .follow_q32 = ONE / 20,
-    .report_q32 = ONE / 200,
-    .stand_q32 = ONE / 1000,
-    .beyond_q32 = INT64_C(400000) * ONE,
-    .lasts = true,
 };
 
 static int all_odrives(void)
@@ -179,18 +177,9 @@ static struct hal_drive *moteus_setup(struct conform_drive *b)
 static struct conform_drive moteus_bench = {
     .name = "drive_moteus",
     .setup = moteus_setup,
-    .ruler_q32 = turns_ruler_q32,
-    .trouble = turns_trouble,
-    .tick_ns = 1 * MS,
-    .start_ns = 1 * S,
+    TURNS_BENCH,
     .enable_ns = 20 * MS,
     .trip_ns = 3 * MS,
-    .silent_ns = 60 * MS,
-    .follow_q32 = ONE / 20,
-    .report_q32 = ONE / 200,
-    .stand_q32 = ONE / 1000,
-    .beyond_q32 = INT64_C(400000) * ONE,
-    .lasts = true,
 };
 
 /* ---- CiA 402 ------------------------------------------------------------ */

@@ -320,9 +320,7 @@ static const struct canopen_config master_config = CANOPEN_BENCH_MASTER;
 
 static const struct drive_cia402_config drive_config = {
     .node_id = NODE,
-    .counts_num = 1000,
-    .counts_den = 1,
-    .sync_period_ns = 1 * MS,
+    CANOPEN_BENCH_COUNTS,
     .heartbeat_period_ns = 20 * MS,
     .watchdog_ns = 50 * MS,
     .following_error_counts = 500,

@@ -49,9 +49,7 @@ static void bench_of(struct bench *b, uint64_t seed)
     static const struct canopen_config master = CANOPEN_BENCH_MASTER;
     static const struct drive_cia402_config drive = {
         .node_id = NODE,
-        .counts_num = 1000,
-        .counts_den = 1,
-        .sync_period_ns = MS,
+        CANOPEN_BENCH_COUNTS,
         .following_error_counts = 5000,
         .quick_stop_counts_s2 = 2000000,
     };

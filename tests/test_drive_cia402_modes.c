@@ -31,9 +31,7 @@ static const struct canopen_config master_config = CANOPEN_BENCH_MASTER;
 
 static const struct drive_cia402_config drive_config = {
     .node_id = NODE,
-    .counts_num = 1000,
-    .counts_den = 1,
-    .sync_period_ns = 1 * MS,
+    CANOPEN_BENCH_COUNTS,
 };
 
 static const struct sim_cia402_config servo_config = {

@@ -31,9 +31,7 @@ struct bench {
 static const struct canopen_config master_config = CANOPEN_BENCH_MASTER;
 
 static const struct drive_cia402_config drive_config = {
-    .counts_num = 1000,
-    .counts_den = 1,
-    .sync_period_ns = 1 * MS,
+    CANOPEN_BENCH_COUNTS,
     .following_error_counts = 5000,
     .quick_stop_counts_s2 = 2000000,
 };

@@ -259,16 +259,22 @@ static void a_go_sends_limits_mode_and_place(void **state)
     assert_true(seen.arrived);
 }
 
-static void the_watchdog_is_set_and_read_back(void **state)
+/* Its endpoints are 0x0123 and 0x0124. */
+static void watched(enum drive_odrive_family family, int64_t watchdog_ns)
 {
     struct drive_odrive_config config = base;
 
-    (void)state;
-    config.family = DRIVE_ODRIVE_06;
+    config.family = family;
     config.enable_watchdog = 0x0123;
     config.watchdog_timeout = 0x0124;
-    config.watchdog_ns = 500 * MS;
+    config.watchdog_ns = watchdog_ns;
     bench_of(&config);
+}
+
+static void the_watchdog_is_set_and_read_back(void **state)
+{
+    (void)state;
+    watched(DRIVE_ODRIVE_06, 500 * MS);
     hear("021#0000000001000000");
     cycle();
     fake_can_wipe(&fake);
@@ -289,20 +295,13 @@ static void the_watchdog_is_set_and_read_back(void **state)
 
 static void a_watchdog_that_cannot_be_set_is_a_fault(void **state)
 {
-    struct drive_odrive_config config = base;
-
     (void)state;
-    config.family = DRIVE_ODRIVE_06;
-    config.enable_watchdog = 1;
-    config.watchdog_timeout = 2;
-    config.watchdog_ns = 100 * MS;
-    bench_of(&config);
+    watched(DRIVE_ODRIVE_06, 100 * MS);
     for (int i = 0; i < 500; i++)
         hear("021#0000000001000000");
     assert_int_equal(seen.state, HAL_DRIVE_FAULT);
     assert_string_equal(seen.fault_text, "its watchdog could not be set");
-    config.family = DRIVE_ODRIVE_05;
-    bench_of(&config);
+    watched(DRIVE_ODRIVE_05, 100 * MS);
     for (int i = 0; i < 5; i++)
         hear("021#0000000001000000");
     assert_int_equal(seen.state, HAL_DRIVE_FAULT);

@@ -2,22 +2,13 @@
  * and where the refusal points.
  *
  * test_files --fields prints the readers' tables, for tests/check_schema.py. */
-#include <inttypes.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "firmware/linux/rig/rig.h"
 #include "firmware/linux/yaml/yaml_shapes.h"
-
-#define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
+#include "tests/check.h"
 
 #define GOOD_RIG  "examples/dolly/rig.yaml"
 #define GOOD_MOVE "examples/dolly/move.yaml"

@@ -114,6 +114,31 @@ static void sums_differences_and_order_carry(void **state)
     }
 }
 
+/* What every machine can do, beside what this one does. */
+static void halves_are_as_good_as_the_machine(void **state)
+{
+    struct source from = { SEED, 0 };
+    uint64_t a, b;
+    (void)state;
+    while (next_pair(&from, &a, &b)) {
+        uint64_t c = any(&from), d = from.round % 3 ? any(&from) : ~c;
+        u128 x = (u128)a << 64 | c, y = (u128)b << 64 | d;
+        struct motion_u128 p = split(x), q = split(y);
+        assert_same(fixed_halves_mul(a, b), (u128)a * b, "mul", a, b);
+        assert_same(fixed_halves_mul_add(a, b, c, d), (u128)a * b + c + d,
+                    "mul_add", a, b);
+        assert_same(FIXED_BY(mul_add)(a, b, c, d), (u128)a * b + c + d,
+                    "the machine's mul_add", a, b);
+        assert_same(fixed_halves_add(p, q), x + y, "add", a, b);
+        assert_same(fixed_halves_sub(p, q), x - y, "sub", a, b);
+        assert_int_equal(fixed_halves_is_less(p, q), x < y);
+        assert_int_equal(fixed_halves_is_less_i128(p, q), (i128)x < (i128)y);
+        assert_int_equal(FIXED_BY(is_less_i128)(p, q), (i128)x < (i128)y);
+        assert_int_equal(fixed_halves_is_less(p, p), false);
+        assert_int_equal(FIXED_BY(is_less_i128)(p, p), false);
+    }
+}
+
 static void shifts_reach_every_distance(void **state)
 {
     struct source from = { SEED, 0 };
@@ -347,6 +372,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_product_has_all_its_bits),
         cmocka_unit_test(sums_differences_and_order_carry),
+        cmocka_unit_test(halves_are_as_good_as_the_machine),
         cmocka_unit_test(shifts_reach_every_distance),
         cmocka_unit_test(division_leaves_the_rest_below_the_divisor),
         cmocka_unit_test(muldiv_rounds_to_nearest_or_refuses),

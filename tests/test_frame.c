@@ -8,20 +8,11 @@
 #include "motion/polycurve.h"
 #include "motion/trig.h"
 #include "tests/check.h"
+#include "tests/real_double.h"
 
 #define SEED UINT64_C(20250313)
 #define ONE  ((int64_t)1 << 62)
 #define PI   3.141592653589793238462643383279502884L
-
-static long double real(struct motion_real a)
-{
-    return ldexpl((long double)a.m, a.e);
-}
-
-static long double q62(int64_t a)
-{
-    return ldexpl((long double)a, -62);
-}
 
 static struct motion_real whole(int64_t a)
 {
@@ -99,8 +90,9 @@ static void a_helix_has_constant_curvature_and_torsion(void **state)
 
             (void)curve.at(curve.context, HELIX_TURN / 16 * k, 3, &point);
             assert_int_equal(motion_frame_frenet(&point, &f), MOTION_FRENET_OK);
-            assert_true(fabsl(real(f.curvature) * c * c / a - 1) < 1e-15L);
-            assert_true(fabsl(real(f.torsion) - b / (c * c)) < 1e-15L);
+            assert_true(fabsl(real_value(f.curvature) * c * c / a - 1) <
+                        1e-15L);
+            assert_true(fabsl(real_value(f.torsion) - b / (c * c)) < 1e-15L);
             if (apart(f.t, t) > 1e-15L || apart(f.n, n) > 1e-15L ||
                 apart(f.b, side) > 1e-15L)
                 fail_msg("helix %zu at %d/16", i, k);
@@ -333,16 +325,16 @@ static void a_polynomials_derivatives_are_its_own(void **state)
     assert_int_equal(curve.first, -1000);
     assert_int_equal(curve.last, 5000);
     assert_int_equal(curve.at(curve.context, 500, 3, &p), MOTION_OK);
-    assert_true(fabsl(real(p.pos.x[2]) - 0.421875L) < 1e-18L);
-    assert_true(fabsl(real(p.d1.x[2]) - 1.6875L) < 1e-18L);
-    assert_true(fabsl(real(p.d2.x[2]) - 4.5L) < 1e-18L);
-    assert_true(fabsl(real(p.d3.x[2]) - 6) < 1e-18L);
-    assert_true(fabsl(real(p.d2.x[1]) - 2) < 1e-18L);
+    assert_true(fabsl(real_value(p.pos.x[2]) - 0.421875L) < 1e-18L);
+    assert_true(fabsl(real_value(p.d1.x[2]) - 1.6875L) < 1e-18L);
+    assert_true(fabsl(real_value(p.d2.x[2]) - 4.5L) < 1e-18L);
+    assert_true(fabsl(real_value(p.d3.x[2]) - 6) < 1e-18L);
+    assert_true(fabsl(real_value(p.d2.x[1]) - 2) < 1e-18L);
     /* a border is the later piece's, the last one the end */
     assert_int_equal(curve.at(curve.context, 1000, 1, &p), MOTION_OK);
-    assert_true(real(p.d1.x[0]) == -1);
+    assert_true(real_value(p.d1.x[0]) == -1);
     assert_int_equal(curve.at(curve.context, 5000, 1, &p), MOTION_OK);
-    assert_true(fabsl(real(p.pos.x[0])) < 1e-18L);
+    assert_true(fabsl(real_value(p.pos.x[0])) < 1e-18L);
     assert_int_equal(curve.at(curve.context, 5001, 1, &p), MOTION_E_ARG);
     assert_int_equal(curve.at(curve.context, -1001, 1, &p), MOTION_E_ARG);
 }

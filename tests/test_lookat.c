@@ -9,6 +9,7 @@
 #include "motion/lookat_time.h"
 #include "motion/trig.h"
 #include "tests/check.h"
+#include "tests/real_double.h"
 
 #define SEED  UINT64_C(20250314)
 #define ONE   ((int64_t)1 << 62)
@@ -19,16 +20,6 @@ static const struct motion_lookat y_up = {
     .up = { { 0, ONE, 0 } },
     .ahead = { { 0, 0, -ONE } },
 };
-
-static long double q62(int64_t a)
-{
-    return ldexpl((long double)a, -62);
-}
-
-static long double real(struct motion_real a)
-{
-    return ldexpl((long double)a.m, a.e);
-}
 
 static struct motion_vec point(long double x, long double y, long double z)
 {
@@ -260,7 +251,7 @@ static long double target_x(const struct motion_target *target,
     assert_int_equal(
         motion_target_at(target, &line, llrintl(ldexpl(distance, 32)), &coi),
         MOTION_OK);
-    return real(coi.x[0]);
+    return real_value(coi.x[0]);
 }
 
 static void looking_ahead_has_the_end_one_picks(void **state)
@@ -294,7 +285,7 @@ static void a_path_of_targets_is_followed_by_fraction(void **state)
     (void)state;
     assert_true(target_x(&other, 6) == 3);
     assert_int_equal(motion_target_at(&other, &line, 0, &coi), MOTION_OK);
-    assert_true(real(coi.x[1]) == 5);
+    assert_true(real_value(coi.x[1]) == 5);
 }
 
 static void rests_are_rests_and_between_them_it_eases(void **state)

@@ -194,7 +194,7 @@ static const struct {
     { "no position", MAP_HEAD "items: {a: {at: 1, type: u16}}\n" MAP_STATUS,
       ":3:8: items has no position" },
     { "address", MAP_HEAD "items: {a: {at: 0x10000, type: u16}}\n",
-      "at '0x10000' is out of range" },
+      "at '0x10000' is not in 0 .. 65535" },
     { "address word", MAP_HEAD "items: {a: {at: 4x, type: u16}}\n",
       "at '4x' is not a whole number" },
     { "write of two", MAP_HEAD "items: {a: {at: 1, type: i32, write: 6}}\n",
@@ -221,11 +221,11 @@ static const struct {
     { "value too large",
       MAP_HEAD MAP_ITEMS MAP_STATUS MAP_MOVE
       "sequences: {stop: [{write: state, value: 65536}]}\n",
-      "value '65536' is out of range" },
+      "value '65536' is not in 0 .. 65535" },
     { "const too large",
       MAP_HEAD MAP_ITEMS MAP_STATUS
       "move: {at: 1, fields: [{type: u16, const: -1}]}\n",
-      "const '-1' is out of range" },
+      "const '-1' is not in 0 .. 65535" },
     { "a unit",
       MAP_HEAD MAP_ITEMS MAP_STATUS
       "move: {at: 1, fields: [{type: u16, value: velocity, unit: "
@@ -237,14 +237,14 @@ static const struct {
 static const struct {
     const char *name, *want;
 } bad_map_files[] = {
-    { "address", ":5:15: at '0x10000' is out of range" },
+    { "address", ":5:15: at '0x10000' is not in 0 .. 65535" },
     { "bit_function", "is read by function 3, which is for registers" },
     { "bounds_reversed", "has a min or max that its type cannot say" },
     { "condition_empty", ":6:18: moving has neither mask nor equals" },
     { "condition_float", ":6:25: item is an f32, which has no bits" },
     { "const_and_value", "const stands beside value" },
-    { "const_float", "const '16777217' is out of range" },
-    { "const_range", "const '65536' is out of range" },
+    { "const_float", "const '16777217' is not in -16777216 .. 16777216" },
+    { "const_range", "const '65536' is not in 0 .. 65535" },
     { "field_bit", "is a bit, groups have registers" },
     { "field_empty", "has neither value nor const" },
     { "field_unit", "ms_per_1000rpm is no unit of a velocity" },
@@ -261,7 +261,7 @@ static const struct {
     { "status_not_polled", "moving looks at an item without poll: fast" },
     { "step_two", "is not one of write, until and delay" },
     { "step_value", "value belongs to a write" },
-    { "step_value_range", "value '65536' is out of range" },
+    { "step_value_range", "value '65536' is not in 0 .. 65535" },
     { "stream_go_waits", "stream_go waits, it may only write" },
     { "unknown_item", "did you mean 'state'" },
     { "until_unknown", "is not among the status of this map" },

@@ -4,109 +4,36 @@
  * What is judged is what was answered and how often, not how soon: the machine
  * may pause all of this at any time. */
 #define _GNU_SOURCE /* RUSAGE_THREAD, sched_setaffinity */
-#include "hal/modbus_libmodbus.h"
+#include "tests/libmodbus_bench.h"
 
 #include <inttypes.h>
 #include <stdio.h>
-#include <string.h>
 #include <sys/resource.h>
 
-#include "firmware/linux/machine/modbus_host.h"
-#include "hal/clock_linux.h"
-#include "hal/modbus_rtu_slave.h"
-#include "sim/sim_modbus.h"
-#include "tests/check.h"
-#include "tests/modbus_bank.h"
 #include "tests/one_processor.h"
 #include "tests/pause_watch.h"
-
-#define MS   INT64_C(1000000)
-#define UNIT 9
 
 /* Long beside what is no pause, and what is late is so within the silence. */
 #define TIMEOUT_NS (100 * MS)
 #define DRAIN_NS   (60 * MS)
 
-#define PATIENCE 30000 /* looks, 1 ms each: for ever, for what is asked here */
-#define PAUSES   40    /* of the machine, at most, that spoil an answer */
+#define PAUSES 40 /* of the machine, at most, that spoil an answer */
+
+#define RESPONSE_NS 100000 /* of the device */
 
 static const struct modbus_rtu_line line = { .baud = 115200,
                                              .parity = MODBUS_PARITY_NONE,
                                              .stop_bits = 1 };
 
-static struct bench {
-    struct sim_world world;
-    struct sim_modbus_line wire;
-    struct sim_modbus_seat seat;
-    struct modbus_bank bank;
-    struct modbus_rtu_slave slave;
-    struct sim_modbus_faulty faulty;
-    struct modbus_host host;
-    struct modbus_libmodbus libmodbus;
-    struct clock_linux clock;
-} bench;
-
-static int64_t now_ns(void)
-{
-    return hal_clock_now_ns(&bench.clock.clock);
-}
-
-static void pass(void)
-{
-    (void)hal_clock_wait_until(&bench.clock.clock, now_ns() + MS);
-}
-
-static void device_begin(void)
-{
-    memset(&bench, 0, sizeof bench);
-    (void)clock_linux_init(&bench.clock);
-    modbus_bank_init(&bench.bank);
-    sim_world_init(&bench.world, now_ns());
-    modbus_host_init(&bench.host, &bench.world);
-    assert_int_equal(sim_modbus_line_init(&bench.wire, &bench.world, &line), 0);
-    assert_int_equal(modbus_rtu_slave_init(&bench.slave, &bench.bank.slave,
-                                           UNIT, &line, 100000),
-                     0);
-    sim_modbus_faulty_init(&bench.faulty, &bench.slave.station, 4711);
-    assert_int_equal(
-        sim_modbus_seat_init(&bench.seat, &bench.wire, &bench.faulty.station),
-        0);
-}
+static struct libmodbus_bench bench;
 
 static void pty_begin(void)
 {
-    struct modbus_libmodbus_config config = { .line = line,
-                                              .timeout_ns = TIMEOUT_NS,
-                                              .drain_ns = DRAIN_NS };
+    const struct modbus_libmodbus_config config = { .line = line,
+                                                    .timeout_ns = TIMEOUT_NS,
+                                                    .drain_ns = DRAIN_NS };
 
-    device_begin();
-    assert_int_equal(modbus_host_pty(&bench.host, &bench.wire), 0);
-    memcpy(config.device, bench.host.path, sizeof bench.host.path);
-    assert_int_equal(modbus_host_start(&bench.host), 0);
-    assert_int_equal(modbus_libmodbus_open(&bench.libmodbus, &config), 0);
-}
-
-static void end(void)
-{
-    modbus_libmodbus_close(&bench.libmodbus);
-    modbus_host_stop(&bench.host);
-}
-
-static struct hal_modbus_reply read_at(uint16_t address)
-{
-    const struct hal_modbus_request ask = {
-        .unit = UNIT, .function = 3, .address = address, .count = 1
-    };
-    struct hal_modbus_reply reply;
-
-    assert_int_equal(hal_modbus_submit(&bench.libmodbus.modbus, &ask, 0), 0);
-    for (unsigned i = 0; i < PATIENCE; i++) {
-        if (hal_modbus_collect(&bench.libmodbus.modbus, &reply) == 1)
-            return reply;
-        pass();
-    }
-    fail_msg("no reply");
-    return reply;
+    libmodbus_bench_pty(&bench, config, RESPONSE_NS);
 }
 
 static struct pause_watch watch;
@@ -123,7 +50,7 @@ static bool is_paused(unsigned before, unsigned *excused)
 static bool read_right(uint16_t address, bool spoilt, unsigned before,
                        unsigned *excused, bool *refused)
 {
-    const struct hal_modbus_reply reply = read_at(address);
+    const struct hal_modbus_reply reply = libmodbus_bench_read(&bench, address);
     const bool wrong =
         reply.err == MOTION_OK && reply.value[0] != bench.bank.reg[address];
 
@@ -162,7 +89,7 @@ static void no_bad_answer_is_believed_on_a_terminal(void **state)
             ;
     }
     pause_watch_end(&watch);
-    end();
+    libmodbus_bench_end(&bench);
     printf("%u of 60 refused, %u spoilt by a pause\n", wrong, excused);
     assert_true(wrong >= 45); /* a frame twice begins with a good one */
 }
@@ -192,21 +119,21 @@ static void the_tick_is_never_blocked(void **state)
     bench.faulty.fault = SIM_MODBUS_MUTE;
     for (unsigned tick = 0; tick < 1500; tick++) {
         const long before = sleeps();
-        const int64_t since_ns = now_ns();
+        const int64_t since_ns = libmodbus_bench_now_ns(&bench);
 
         while (hal_modbus_collect(&bench.libmodbus.modbus, &reply) == 1)
             timeouts += reply.err == MOTION_E_TIMEOUT;
         while (hal_modbus_submit(&bench.libmodbus.modbus, &ask, 0) == MOTION_OK)
             ;
         refused++;
-        const int64_t took_ns = now_ns() - since_ns;
+        const int64_t took_ns = libmodbus_bench_now_ns(&bench) - since_ns;
 
         if (took_ns > worst_ns)
             worst_ns = took_ns;
         blocked += sleeps() != before;
-        pass();
+        libmodbus_bench_pass(&bench);
     }
-    end();
+    libmodbus_bench_end(&bench);
     printf("1500 ticks on a dead line, %u time-outs: worst tick %" PRId64
            " us, %u ticks slept\n",
            timeouts, worst_ns / 1000, blocked);
@@ -224,27 +151,27 @@ static void a_server_that_went_away_is_found_again(void **state)
     unsigned tries = 0;
 
     (void)state;
-    device_begin();
+    libmodbus_bench_device(&bench, &line, RESPONSE_NS);
     assert_int_equal(modbus_host_tcp(&bench.host, 0), 0);
     config.port = bench.host.port;
     bench.host.slave[UNIT] = &bench.bank.slave;
     assert_int_equal(modbus_host_start(&bench.host), 0);
     assert_int_equal(modbus_libmodbus_open(&bench.libmodbus, &config), 0);
-    assert_int_equal(read_at(3).err, MOTION_OK);
+    assert_int_equal(libmodbus_bench_read(&bench, 3).err, MOTION_OK);
     modbus_host_stop(&bench.host);
-    assert_int_not_equal(read_at(4).err, MOTION_OK);
+    assert_int_not_equal(libmodbus_bench_read(&bench, 4).err, MOTION_OK);
     assert_int_equal(hal_modbus_is_up(&bench.libmodbus.modbus), 0);
     modbus_host_init(&bench.host, &bench.world);
     assert_int_equal(modbus_host_tcp(&bench.host, config.port), 0);
     bench.host.slave[UNIT] = &bench.bank.slave;
     assert_int_equal(modbus_host_start(&bench.host), 0);
-    while (read_at(5).err != MOTION_OK) {
+    while (libmodbus_bench_read(&bench, 5).err != MOTION_OK) {
         assert_true(++tries < PATIENCE);
-        pass();
+        libmodbus_bench_pass(&bench);
     }
     hal_modbus_stats(&bench.libmodbus.modbus, &stats);
     assert_true(stats.reconnects >= 1);
-    end();
+    libmodbus_bench_end(&bench);
 }
 
 static void what_cannot_be_opened_says_so(void **state)
@@ -254,13 +181,12 @@ static void what_cannot_be_opened_says_so(void **state)
     struct modbus_libmodbus_config bad = config;
 
     (void)state;
-    memset(&bench, 0, sizeof bench);
-    (void)clock_linux_init(&bench.clock);
+    libmodbus_bench_clear(&bench);
     bad.line.baud = 250000; /* libmodbus would take 9600 */
     assert_int_equal(modbus_libmodbus_open(&bench.libmodbus, &bad),
                      MOTION_E_ARG);
     assert_int_equal(modbus_libmodbus_open(&bench.libmodbus, &config), 0);
-    assert_int_equal(read_at(0).err, MOTION_E_IO);
+    assert_int_equal(libmodbus_bench_read(&bench, 0).err, MOTION_E_IO);
     assert_int_equal(hal_modbus_is_up(&bench.libmodbus.modbus), 0);
     modbus_libmodbus_close(&bench.libmodbus);
 }

@@ -160,18 +160,20 @@ static void straight_above_the_target_does_not_flip(void **state)
     move_file_close(&file);
 }
 
+/* Once around (2000, 0). */
+#define ROUND                                                                  \
+    "path:\n  axes: [x, y]\n  curve: c2\n  closed: true\n"                     \
+    "  points: [[3000, 0], [2000, 1000], [1000, 0], [2000, -1000]]\n"          \
+    "  speed: {law: quintic, time: 20 s}\n"
+
 /* Around the target and once more: pan counts on. */
 static void pan_runs_on_over_half_turns(void **state)
 {
     static struct move_file file;
     (void)state;
     move_file_need(&file, RIG,
-                   "path:\n  axes: [x, y]\n  curve: c2\n  closed: true\n"
-                   "  points: [[3000, 0], [2000, 1000], [1000, 0], [2000, "
-                   "-1000]]\n"
-                   "  speed: {law: quintic, time: 20 s}\n"
-                   "camera:\n  axes: {pan: pan, tilt: tilt}\n"
-                   "  look: {at: [2000, 0, 0]}\n");
+                   ROUND "camera:\n  axes: {pan: pan, tilt: tilt}\n"
+                         "  look: {at: [2000, 0, 0]}\n");
     assert_true(fabs(move_file_pos(&file, "pan", 20) -
                      move_file_pos(&file, "pan", 0) - 360) < 1e-6);
     move_file_close(&file);
@@ -354,12 +356,8 @@ static void a_frenet_frame_that_exists_is_taken(void **state)
     static struct move_file file;
     (void)state;
     move_file_need(&file, RIG,
-                   "path:\n  axes: [x, y]\n  curve: c2\n  closed: true\n"
-                   "  points: [[3000, 0], [2000, 1000], [1000, 0], [2000, "
-                   "-1000]]\n"
-                   "  speed: {law: quintic, time: 20 s}\n"
-                   "camera:\n  axes: {pan: pan, tilt: tilt}\n"
-                   "  look: {along: frenet}\n");
+                   ROUND "camera:\n  axes: {pan: pan, tilt: tilt}\n"
+                         "  look: {along: frenet}\n");
     assert_true(fabs(move_file_pos(&file, "pan", 20) -
                      move_file_pos(&file, "pan", 0) - 360) < 1e-6);
     move_file_close(&file);

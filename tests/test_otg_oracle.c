@@ -115,6 +115,23 @@ static void the_jerk_of_slowing_down_is_that_of_its_phases(void **state)
     expect(&m, &plan, "turn");
 }
 
+/* The velocity peaks in phase 1 and goes to the goal from there, beyond where it
+ * has been; between brake and turn the lower jerk keeps both limits. */
+static void a_turn_may_be_claimed_late(void **state)
+{
+    struct motion_otg_move m = third;
+    struct motion_otg_plan plan = third_plan;
+    (void)state;
+    m.limit.jerk_down_q16 = 61 * ACC;
+    for (plan.turn = 1; plan.turn <= 3; plan.turn++)
+        expect(&m, &plan, NULL);
+    plan.turn = 0;
+    expect(&m, &plan, "turn");
+    m.limit.jerk_down_q16 = 60 * ACC;
+    m.limit.jerk_q16 = 61 * ACC;
+    expect(&m, &plan, NULL);
+}
+
 /* v0 = 50 at a0 = 60 can only peak at 80; from then on 60 is the limit. */
 static void only_the_start_may_be_outside(void **state)
 {
@@ -170,6 +187,37 @@ static void the_highest_speed_is_before_the_turn(void **state)
         expect(&m, &plan, "jerk");
         plan.brake = plan.turn = 0;
         expect(&m, &plan, "turn");
+    }
+}
+
+/* --- what a track lays on one phase ---------------------------------------- */
+
+static int64_t about(int bits)
+{
+    return (int64_t)((draw() | (uint64_t)1 << 63) >> (63 - bits));
+}
+
+/* An hour at the limit of velocity, after accelerations that cover its length in
+ * microseconds: their last unit is a part of the limit that counts, and the goal
+ * leaves no room for it. */
+static void a_track_keeps_its_limits_to_a_goal_on_them(void **state)
+{
+    (void)state;
+    seed_from("goals on their limit");
+    for (int i = 0; i < 1000; i++) {
+        struct motion_otg_move m = { 0 };
+        struct motion_otg_plan plan;
+        m.limit.vel_max_q32 = about(38);
+        m.limit.vel_min_q32 = -about(36);
+        m.limit.acc_max_q16 = about(51);
+        m.limit.acc_min_q16 = -about(51);
+        m.limit.jerk_q16 = about(59);
+        m.start.acc_q16 = m.limit.acc_min_q16 + about(49);
+        m.goal.vel_q32 = m.limit.vel_max_q32;
+        assert_int_equal(motion_otg_make(&m, &plan, NULL), MOTION_OK);
+        const char *wrong = otg_oracle_judge_track(&m, &plan);
+        if (wrong != NULL)
+            fail_msg("move %d: %s", i, wrong);
     }
 }
 
@@ -273,7 +321,9 @@ int main(void)
         cmocka_unit_test(one_unit_less_of_any_limit_is_broken),
         cmocka_unit_test(the_jerk_of_slowing_down_is_that_of_its_phases),
         cmocka_unit_test(only_the_start_may_be_outside),
+        cmocka_unit_test(a_turn_may_be_claimed_late),
         cmocka_unit_test(the_highest_speed_is_before_the_turn),
+        cmocka_unit_test(a_track_keeps_its_limits_to_a_goal_on_them),
         cmocka_unit_test(one_unit_off_is_seen),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

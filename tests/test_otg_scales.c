@@ -215,11 +215,77 @@ static void a_plan_takes_what_the_search_says(void **state)
     assert_true(hair <= MOVES / 10000);
 }
 
+/* --- times that are known without a search -------------------------------- */
+
+static void takes(const struct motion_otg_move *m, long double seconds, int i)
+{
+    struct motion_otg_plan plan;
+    long double least = seconds * 4096e9L;
+    assert_int_equal(motion_otg_make(m, &plan, NULL), MOTION_OK);
+    if ((long double)plan.dur_ns_q12 > least * (1 + 0x1p-20L) + 8192)
+        fail_msg("move %d: %" PRId64 " ticks, the least is %.0Lf", i,
+                 plan.dur_ns_q12, least);
+}
+
+/* Rest to rest with a cruise of 2^-20 to 2^-12 of the whole, next to ramps that
+ * just hold: T = d/v + v/a + a/j. */
+static void a_cruise_may_be_as_short_as_it_likes(void **state)
+{
+    (void)state;
+    seed_from("short cruises");
+    for (int i = 0; i < 2000; i++) {
+        const int64_t one = MOTION_FIXED_ONE_Q32;
+        struct motion_otg_move m = { 0 };
+        long double v = ldexpl(1 + draw_unit(), (int)(draw() % 16));
+        long double t = ldexpl(1 + draw_unit(), (int)(draw() % 8) - 4);
+        long double hold = ldexpl(draw_unit(), -(int)(draw() % 8));
+        long double a = v / (t * (1 + hold)), j = a / t;
+        long double ramps = v * (v / a + a / j);
+        long double d = ramps * (1 + ldexpl(draw_unit(), -12 - i % 8));
+        m.goal.pos_q32 = (int64_t)ldexpl(i & 1 ? d : -d, 32);
+        m.limit.vel_max_q32 = (int64_t)(v * (long double)one);
+        m.limit.acc_max_q16 = (int64_t)ldexpl(a, 16);
+        m.limit.jerk_q16 = (int64_t)ldexpl(j, 16);
+        if (m.limit.jerk_q16 >> 24 == 0)
+            continue; /* the format would round it too much */
+        m.limit.vel_min_q32 = -m.limit.vel_max_q32;
+        m.limit.acc_min_q16 = -m.limit.acc_max_q16;
+        takes(&m, d / v + v / a + a / j, i);
+    }
+}
+
+/* A velocity changed at a limit of acceleration from its start to its end. */
+static void a_limit_of_acceleration_may_be_held(void **state)
+{
+    (void)state;
+    seed_from("held limits");
+    for (int i = 0; i < 2000; i++) {
+        struct motion_otg_move m = { .mode = MOTION_OTG_VELOCITY };
+        int64_t a = check_random_in(check_stream(), 1 << 24, 1 << 30);
+        m.limit.acc_max_q16 = a;
+        m.limit.acc_min_q16 = i & 1 ? -a : -a / 7;
+        m.limit.jerk_q16 = a << check_random_in(check_stream(), 0, 10);
+        if (i & 2) {
+            m.limit.acc_max_q16 = -m.limit.acc_min_q16;
+            m.limit.acc_min_q16 = -a;
+            a = -a;
+        }
+        m.start.acc_q16 = m.goal.acc_q16 = a;
+        m.start.vel_q32 = (int64_t)(draw() >> 20);
+        long double t = ldexpl(1 + draw_unit(), (int)(draw() % 8) - 4);
+        m.goal.vel_q32 =
+            m.start.vel_q32 + (int64_t)ldexpl(t * (long double)a, 16);
+        takes(&m, t, i);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(other_units_take_the_same_time),
         cmocka_unit_test(a_plan_takes_what_the_search_says),
+        cmocka_unit_test(a_cruise_may_be_as_short_as_it_likes),
+        cmocka_unit_test(a_limit_of_acceleration_may_be_held),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -12,15 +12,7 @@
 #include <sys/syscall.h>
 #include <time.h>
 
-#include "firmware/linux/machine/modbus_host.h"
-#include "hal/clock_linux.h"
-#include "hal/modbus_libmodbus.h"
-#include "hal/modbus_rtu_slave.h"
-#include "sim/sim_modbus.h"
-#include "tests/modbus_bank.h"
-
-#define MS   INT64_C(1000000)
-#define UNIT 9
+#include "tests/libmodbus_bench.h"
 
 /* ---- the port's modem lines ---- */
 
@@ -102,75 +94,33 @@ static const struct modbus_rtu_line line = { .baud = 19200,
                                              .parity = MODBUS_PARITY_NONE,
                                              .stop_bits = 2 };
 
-static struct bench {
-    struct sim_world world;
-    struct sim_modbus_line wire;
-    struct sim_modbus_seat seat;
-    struct modbus_bank bank;
-    struct modbus_rtu_slave slave;
-    struct modbus_host host;
-    struct modbus_libmodbus libmodbus;
-} bench;
+static struct libmodbus_bench bench;
 
 static void begin(bool with_lines, enum modbus_libmodbus_rs485 rs485,
                   int64_t delay_ns)
 {
-    struct modbus_libmodbus_config config = { .line = line,
-                                              .timeout_ns = 2000 * MS,
-                                              .rs485 = rs485,
-                                              .rts_delay_ns = delay_ns };
+    const struct modbus_libmodbus_config config = { .line = line,
+                                                    .timeout_ns = 2000 * MS,
+                                                    .rs485 = rs485,
+                                                    .rts_delay_ns = delay_ns };
 
-    memset(&bench, 0, sizeof bench);
     (void)clock_linux_init(&clock_now);
     atomic_store(&events, 0);
     atomic_store(&lines, TIOCM_DTR | TIOCM_RTS);
     atomic_store(&has_lines, with_lines);
     kernel = (struct serial_rs485){ .flags = SER_RS485_RTS_ON_SEND };
-    modbus_bank_init(&bench.bank);
-    sim_world_init(&bench.world, hal_clock_now_ns(&clock_now.clock));
-    modbus_host_init(&bench.host, &bench.world);
-    assert_int_equal(sim_modbus_line_init(&bench.wire, &bench.world, &line), 0);
-    assert_int_equal(modbus_rtu_slave_init(&bench.slave, &bench.bank.slave,
-                                           UNIT, &line, 20 * MS),
-                     0);
-    assert_int_equal(
-        sim_modbus_seat_init(&bench.seat, &bench.wire, &bench.slave.station),
-        0);
-    assert_int_equal(modbus_host_pty(&bench.host, &bench.wire), 0);
-    memcpy(config.device, bench.host.path, sizeof bench.host.path);
-    assert_int_equal(modbus_host_start(&bench.host), 0);
-    assert_int_equal(modbus_libmodbus_open(&bench.libmodbus, &config), 0);
+    libmodbus_bench_pty(&bench, config, 20 * MS);
 }
 
 static void end(void)
 {
-    modbus_libmodbus_close(&bench.libmodbus);
-    modbus_host_stop(&bench.host);
+    libmodbus_bench_end(&bench);
     atomic_store(&has_lines, false);
-}
-
-static void pass(void)
-{
-    const int64_t t_ns = hal_clock_now_ns(&clock_now.clock) + MS;
-
-    (void)hal_clock_wait_until(&clock_now.clock, t_ns);
 }
 
 static struct hal_modbus_reply read_at(uint16_t address)
 {
-    const struct hal_modbus_request ask = {
-        .unit = UNIT, .function = 3, .address = address, .count = 1
-    };
-    struct hal_modbus_reply reply = { .err = MOTION_E_AGAIN };
-
-    assert_int_equal(hal_modbus_submit(&bench.libmodbus.modbus, &ask, 0), 0);
-    for (unsigned i = 0; i < 20000; i++) {
-        if (hal_modbus_collect(&bench.libmodbus.modbus, &reply) == 1)
-            return reply;
-        pass();
-    }
-    fail_msg("no reply");
-    return reply;
+    return libmodbus_bench_read(&bench, address);
 }
 
 /* ---- claims ---- */

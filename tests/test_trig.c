@@ -7,21 +7,12 @@
 #include "motion/trig.h"
 #include "motion/vec.h"
 #include "tests/check.h"
+#include "tests/real_double.h"
 
 #define SEED   UINT64_C(20250311)
 #define ROUNDS 20000
 #define ONE    ((int64_t)1 << 62)
 #define PI     3.141592653589793238462643383279502884L
-
-static long double real(struct motion_real a)
-{
-    return ldexpl((long double)a.m, a.e);
-}
-
-static long double q62(int64_t a)
-{
-    return ldexpl((long double)a, -62);
-}
 
 /* In radian, -pi .. pi. */
 static long double angle(int64_t turn)
@@ -179,7 +170,7 @@ static void numbers_of_any_size_have_an_angle(void **state)
     (void)state;
     for (int i = 0; i < ROUNDS; i++) {
         const struct motion_real y = any_real(&seed), x = any_real(&seed);
-        const long double want = atan2l(real(y), real(x));
+        const long double want = atan2l(real_value(y), real_value(x));
         const long double got = angle(motion_trig_atan2_real(y, x));
 
         if (fabsl(remainderl(got - want, 2 * PI)) > 0x1p-59L)
@@ -258,7 +249,7 @@ static void radians_and_turns_are_each_others_inverse(void **state)
         const int64_t turn = (int64_t)check_random(&seed);
         const struct motion_real rad = motion_trig_rad(turn);
 
-        if (fabsl(real(rad) - angle(turn)) > 0x1p-60L ||
+        if (fabsl(real_value(rad) - angle(turn)) > 0x1p-60L ||
             motion_fixed_abs(
                 motion_trig_diff(motion_trig_from_rad(rad), turn)) > 2)
             fail_msg("seed %" PRIu64 " round %d", SEED, i);

@@ -1,18 +1,10 @@
 /* tests/test_units.c - numbers with units become the formats, exactly. */
-#include <inttypes.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "firmware/linux/base/units.h"
-
-#define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
+#include "tests/check.h"
 
 #define Q32(a) ((int64_t)((a)*4294967296.0))
 #define Q16(a) ((int64_t)((a)*65536.0))

@@ -62,6 +62,7 @@ RUCKIG_DIR := $(BENCH)/ruckig
 BENCH_CXX  := g++ -std=c++20 -O2
 BENCH_SIDE := $(foreach c,otg_beside otg_random,$(BENCH)/pc/tests/bench/$(c).o) \
               $(BENCH)/pc/firmware/linux/exchange/otg_rows.o \
+              $(BENCH)/pc/firmware/linux/exchange/otg_scale.o \
               $(MOTION:%.c=$(BENCH)/pc/%.o)
 
 $(BENCH)/pc/%.o: %.c Makefile tests/bench/bench.mk

@@ -5,17 +5,17 @@ and against the report."""
 import json
 import math
 import os
-import pty
 import subprocess
 import sys
 import tempfile
 import threading
 import time
-import tty
 
 from pymodbus.datastore import ModbusServerContext, ModbusSlaveContext
 from pymodbus.server import StartSerialServer, StartTcpServer
 from pymodbus.transaction import ModbusRtuFramer
+
+from terminals import terminals
 
 UNIT = 3
 PORT = 15022
@@ -118,21 +118,6 @@ class Servo(ModbusSlaveContext):
                 self.take_path()
 
 
-def terminal():
-    ours, theirs = pty.openpty()
-    tty.setraw(theirs)
-    return ours, os.ttyname(theirs)
-
-
-def bridge(a, b):
-    """Two pseudo-terminals, what is written to one comes out of the other."""
-    def carry(source, sink):
-        while True:
-            os.write(sink, os.read(source, 4096))
-    for pair in ((a, b), (b, a)):
-        threading.Thread(target=carry, args=pair, daemon=True).start()
-
-
 class Line:
     """A pymodbus server; its servo is another one for every run."""
 
@@ -222,16 +207,14 @@ def one(line, bus, mode, what):
 
 
 def main():
-    left, left_path = terminal()
-    right, right_path = terminal()
-    bridge(left, right)
-    rtu = Line(StartSerialServer, port=left_path, baudrate=115200,
+    left, right = terminals()
+    rtu = Line(StartSerialServer, port=left, baudrate=115200,
                framer=ModbusRtuFramer)
     tcp = Line(StartTcpServer, address=("127.0.0.1", PORT))
     time.sleep(1)
     bad = 0
     for mode in MODES:
-        bad += one(rtu, RTU % right_path, mode, "RTU")
+        bad += one(rtu, RTU % right, mode, "RTU")
         bad += one(tcp, TCP, mode, "TCP")
     sys.stdout.flush()
     os._exit(bad != 0)

@@ -2,18 +2,18 @@
 and TCP: who is there by functions 3, 11 and 2B, registers read and written."""
 import json
 import os
-import pty
 import subprocess
 import sys
 import threading
 import time
-import tty
 
 from pymodbus.datastore import (ModbusSequentialDataBlock,
                                 ModbusServerContext, ModbusSlaveContext)
 from pymodbus.device import ModbusDeviceIdentification
 from pymodbus.server import StartSerialServer, StartTcpServer
 from pymodbus.transaction import ModbusRtuFramer
+
+from terminals import terminals
 
 UNIT = 17
 PORT = 15022
@@ -34,23 +34,6 @@ def serve(target, **arguments):
                               kwargs={"identity": identity, **arguments})
     thread.start()
     time.sleep(3)
-
-
-def terminals():
-    """Two of them, what is written to one comes out of the other."""
-    ends = []
-    for _ in range(2):
-        ours, theirs = pty.openpty()
-        tty.setraw(theirs)
-        ends.append((ours, os.ttyname(theirs)))
-
-    def carry(source, sink):
-        while True:
-            os.write(sink, os.read(source, 4096))
-    for a, b in ((0, 1), (1, 0)):
-        threading.Thread(target=carry, args=(ends[a][0], ends[b][0]),
-                         daemon=True).start()
-    return ends[0][1], ends[1][1]
 
 
 def slew(*words):

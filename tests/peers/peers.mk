@@ -19,7 +19,7 @@ $(PEERS)/master $(PEERS)/moteus $(PEERS)/tools: $(PEERS)/%: $(B)/tests/peers/%.o
 	$(Q)$(CC) $(OPT) $(LDFLAGS) $^ $(LDLIBS) -o $@
 
 .PHONY: test-peers
-## python-canopen, moteus, pymodbus, mbpoll, tshark against ours, both ways
+## python-canopen, moteus, pymodbus, mbpoll, tshark, Ruckig against ours
 test-peers: $(SLEW) $(PEERS)/master $(PEERS)/moteus $(PEERS)/tools \
     $(PEERS)/venv/done
 	@bad=0; for check in $(PEER_CHECKS); do \
@@ -28,5 +28,6 @@ test-peers: $(SLEW) $(PEERS)/master $(PEERS)/moteus $(PEERS)/tools \
 	    *.py) run=$(PEERS)/venv/bin/python ;; \
 	    *) run=sh ;; \
 	    esac; \
-	    SLEW=$(SLEW) PEERS=$(PEERS) timeout 400 $$run $$check || bad=1; \
+	    SLEW=$(SLEW) PEERS=$(PEERS) PYTHONDONTWRITEBYTECODE=1 \
+	        timeout 400 $$run $$check || bad=1; \
 	done; exit $$bad

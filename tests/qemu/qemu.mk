@@ -29,14 +29,15 @@ QEMU_rv64    := qemu-system-riscv64 -M virt -bios none
 QEMU_CPUS    := m0 m4 rv32 rv64
 
 # What an image is made of beside the motion library and the start-up.
-QEMU_IMAGES     := bench golden orient curves fcurve cost
+QEMU_IMAGES     := bench golden orient curves fcurve wide cost
 QEMU_SRC_bench  := tests/qemu/bench_tick.c
 QEMU_SRC_golden := tests/qemu/golden.c tests/bench/otg_random.c
 QEMU_SRC_orient := tests/qemu/golden_orient.c
 QEMU_SRC_cost   := tests/bench/curves_image.c
 QEMU_SRC_curves := tests/qemu/golden_curves.c
 QEMU_SRC_fcurve := tests/qemu/golden_fcurve.c
-GOLDEN_IMAGES   := golden orient curves fcurve
+QEMU_SRC_wide   := tests/qemu/golden_wide.c
+GOLDEN_IMAGES   := golden orient curves fcurve wide
 GOLDEN_TOOLS    := tests/qemu/golden_tools.c
 $(foreach i,$(GOLDEN_IMAGES),$(eval QEMU_SRC_$(i) += $(GOLDEN_TOOLS)))
 $(QEMU_DIR)/m4/tests/qemu/bench_tick.o: QEMU_BARE += -DLIMIT=150

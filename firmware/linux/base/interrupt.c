@@ -3,6 +3,8 @@
 
 #include <stddef.h>
 
+#include "firmware/linux/base/array.h"
+
 static volatile sig_atomic_t interrupt_count;
 
 static void interrupt_on_signal(int number)
@@ -14,7 +16,7 @@ static void interrupt_on_signal(int number)
 
 /* The signals that mean stop, and who handled them before. */
 static const int interrupt_signal[] = { SIGINT, SIGTERM, SIGHUP };
-#define INTERRUPT_SIGNALS (sizeof interrupt_signal / sizeof interrupt_signal[0])
+#define INTERRUPT_SIGNALS ARRAY_LEN(interrupt_signal)
 static struct sigaction interrupt_before[INTERRUPT_SIGNALS];
 
 const volatile sig_atomic_t *interrupt_listen(void)

@@ -11,6 +11,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "firmware/linux/base/array.h"
+
 static int output_fail(const char *path, const char *what)
 {
     fprintf(stderr, "slew: %s: cannot %s: %s\n", path, what, strerror(errno));
@@ -36,7 +38,7 @@ static void output_on_signal(int number)
 static void output_listen(void)
 {
     static const int ending[] = { SIGINT, SIGTERM, SIGHUP };
-    for (size_t i = 0; i < sizeof ending / sizeof ending[0]; i++) {
+    for (size_t i = 0; i < ARRAY_LEN(ending); i++) {
         struct sigaction present;
         if (sigaction(ending[i], NULL, &present) == 0 &&
             present.sa_handler == SIG_DFL)

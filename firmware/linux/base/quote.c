@@ -4,10 +4,10 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
+
 /* Characters that are shown before a text is cut. */
 #define QUOTE_SHOWN_MAX 40
-
-#define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
 
 /* Invisible or line-breaking: C0, DEL and C1, soft hyphen, zero-width and
  * direction marks, separators, byte order mark, non-characters. */

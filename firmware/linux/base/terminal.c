@@ -6,6 +6,8 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "firmware/linux/base/array.h"
+
 #define TERMINAL_ESCAPE 27
 
 int terminal_open(struct terminal *terminal)
@@ -60,8 +62,7 @@ static const struct {
 /* An escape sequence at the front: its key, or 0; *length is how long. */
 static int terminal_sequence(const struct terminal *terminal, size_t *length)
 {
-    for (size_t i = 0; i < sizeof terminal_keys / sizeof terminal_keys[0];
-         i++) {
+    for (size_t i = 0; i < ARRAY_LEN(terminal_keys); i++) {
         *length = strlen(terminal_keys[i].text) + 1;
         if (terminal->length >= *length &&
             memcmp(terminal->text + 1, terminal_keys[i].text, *length - 1) == 0)

@@ -10,11 +10,10 @@
 #include <string.h>
 #include <strings.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/base/quote.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
-
-#define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
 
 /* 10^18 < 2^60 */
 #define UNITS_DIGITS_MAX 18

@@ -21,12 +21,7 @@ static void cmd_check_json(const struct job *job, bool fits)
                             number_double(job->end_ns_q12, 12) / 1e9);
     path_report_json(job, report);
     job_json_violations(job, report);
-    cJSON *buses = cJSON_AddArrayToObject(report, "buses");
-    for (unsigned i = 0; i < job->rig.bus_count; i++) {
-        struct budget budget;
-        budget_of(&job->rig, i, job, &budget);
-        cJSON_AddItemToArray(buses, budget_json(&budget));
-    }
+    budget_json(&job->rig, job, report);
     shots_plan_json(job, report);
     json_print(report, stdout);
 }

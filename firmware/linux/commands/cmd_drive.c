@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/commands/drive_verbs.h"
 
 #define CMD_DRIVE_PATHS 12
@@ -23,7 +24,7 @@ static const struct {
     { "lss", 2, 3, drive_lss,
       "RIG or BUS, then scan, node NUMBER, rate BIT/S or store" },
 };
-#define CMD_DRIVE_VERBS (sizeof cmd_drive_verb / sizeof cmd_drive_verb[0])
+#define CMD_DRIVE_VERBS ARRAY_LEN(cmd_drive_verb)
 
 static enum status cmd_drive_run(const struct options *options)
 {

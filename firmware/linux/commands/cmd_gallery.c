@@ -11,6 +11,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/base/json.h"
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/base/output.h"
@@ -242,8 +243,7 @@ static void cmd_gallery_curve(const struct cmd_gallery *self, unsigned i)
     const struct cmd_gallery_row *row = &self->row[i];
     fprintf(self->page, "\n## %s\n\n%s.\n", compare_spelling[i],
             cmd_gallery_text[i]);
-    if (i < sizeof cmd_gallery_use / sizeof cmd_gallery_use[0] &&
-        cmd_gallery_use[i] != NULL)
+    if (i < ARRAY_LEN(cmd_gallery_use) && cmd_gallery_use[i] != NULL)
         fprintf(self->page, "%s.\n", cmd_gallery_use[i]);
     cmd_gallery_steps_line(self, row);
     if (row->refused[0] != 0)

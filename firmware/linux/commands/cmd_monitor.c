@@ -6,6 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/base/interrupt.h"
 #include "firmware/linux/base/json.h"
 #include "firmware/linux/base/number.h"
@@ -44,7 +45,7 @@ static const struct {
 
 static const char *monitor_power_text(uint16_t statusword)
 {
-    for (size_t i = 0; i < sizeof monitor_power / sizeof monitor_power[0]; i++)
+    for (size_t i = 0; i < ARRAY_LEN(monitor_power); i++)
         if ((statusword & monitor_power[i].mask) == monitor_power[i].value)
             return monitor_power[i].text;
     return "no state of CiA 402";

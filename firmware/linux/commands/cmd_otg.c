@@ -43,15 +43,28 @@ static enum status cmd_otg_wrong(const struct cmd_otg *self, int column,
 
 /* --- lines ---------------------------------------------------------------- */
 
+/* The next byte; what ends a line (\n, \r\n or, as on old machines, \r) is
+ * \n. */
+static int cmd_otg_byte(struct cmd_otg *self)
+{
+    int c = getc(self->file);
+    if (c != '\r')
+        return c;
+    int next = getc(self->file);
+    if (next != '\n' && next != EOF)
+        ungetc(next, self->file);
+    return '\n';
+}
+
 /* Any line, without its end; false at the end of the file. */
 static bool cmd_otg_any_line(struct cmd_otg *self)
 {
     size_t length = 0;
-    int c = getc(self->file);
+    int c = cmd_otg_byte(self);
     if (c == EOF)
         return false;
     self->number++;
-    for (; c != EOF && c != '\n'; c = getc(self->file)) {
+    for (; c != EOF && c != '\n'; c = cmd_otg_byte(self)) {
         if (c == 0)
             self->wrong = "a zero byte: expected text";
         if (length + 1 < sizeof self->line)
@@ -63,15 +76,20 @@ static bool cmd_otg_any_line(struct cmd_otg *self)
     return true;
 }
 
-/* The next one that is not empty. */
+static bool cmd_otg_is_empty(const char *line)
+{
+    line += strspn(line, " \t");
+    return *line == '\0' || *line == '#';
+}
+
+/* The next one that is neither empty nor a comment. */
 static bool cmd_otg_line(struct cmd_otg *self)
 {
     self->wrong = NULL;
     do {
         if (!cmd_otg_any_line(self))
             return false;
-    } while (self->wrong == NULL &&
-             self->line[strspn(self->line, " \t\r")] == '\0');
+    } while (self->wrong == NULL && cmd_otg_is_empty(self->line));
     return true;
 }
 
@@ -105,9 +123,18 @@ static void cmd_otg_solve(struct cmd_otg *self, long number)
 
 /* --- a file --------------------------------------------------------------- */
 
+static enum status cmd_otg_unreadable(const struct cmd_otg *self)
+{
+    fprintf(stderr, "%s: %s\n", self->path, strerror(errno));
+    return STATUS_INPUT;
+}
+
 static enum status cmd_otg_header(struct cmd_otg *self)
 {
-    if (!cmd_otg_line(self)) {
+    bool is_line = cmd_otg_line(self);
+    if (ferror(self->file))
+        return cmd_otg_unreadable(self);
+    if (!is_line) {
         self->number = 1;
         return cmd_otg_wrong(self, 1, "no header line");
     }
@@ -161,15 +188,11 @@ static enum status cmd_otg_file(struct cmd_otg *self, const char *path)
     bool standard = strcmp(path, "-") == 0;
     self->path = standard ? "standard input" : path;
     self->file = standard ? stdin : fopen(path, "r");
-    if (self->file == NULL) {
-        fprintf(stderr, "%s: %s\n", self->path, strerror(errno));
-        return STATUS_INPUT;
-    }
+    if (self->file == NULL)
+        return cmd_otg_unreadable(self);
     enum status status = cmd_otg_rows(self);
-    if (status == STATUS_OK && ferror(self->file)) {
-        fprintf(stderr, "%s: %s\n", self->path, strerror(errno));
-        status = STATUS_INPUT;
-    }
+    if (status == STATUS_OK && ferror(self->file))
+        status = cmd_otg_unreadable(self);
     if (!standard)
         fclose(self->file);
     return status;
@@ -312,13 +335,14 @@ const struct command cmd_otg = {
     .arguments = "FILE | - | --to P --vmax V --amax A --jmax J",
     .summary = "plan the fastest motion between states, row by row",
     .text =
-        "Reads CSV with a header.  Position goals: p0,v0,a0,pf,vf,af,vmax,\n"
-        "vmin,amax,amin,jmax; several axes that arrive together: the same\n"
-        "names with _1, _2 ...; velocity goals: v0,a0,vf,af,amax,amin,jmax.\n"
-        "Other columns are left alone.  Lengths and times may have any unit.\n"
-        "Writes row,status,duration: rows from 0, status \"ok\" or what is\n"
-        "wrong, seconds with 17 digits.  With --segments the start of every\n"
-        "phase of constant jerk and the end of the move instead.\n"
+        "Reads CSV with a header, # begins a comment.  Position goals: p0,v0,\n"
+        "a0,pf,vf,af,vmax,vmin,amax,amin,jmax; several axes that arrive\n"
+        "together: the same names with _1, _2 ...; velocity goals: v0,a0,vf,\n"
+        "af,amax,amin,jmax.  Other columns are left alone.  Lengths and times\n"
+        "may have any unit.  Writes row,status,duration: rows from 0, status\n"
+        "\"ok\" or what is wrong, seconds with 17 digits.  With --segments "
+        "the\n"
+        "start of every phase of constant jerk and the end of the move.\n"
         "Without FILE one motion from the options: to a position, or with\n"
         "--vf alone to a velocity.\n",
     .examples = "  slew otg moves.csv\n"

@@ -172,12 +172,7 @@ static void cmd_run_intent_json(const struct cmd_run *self)
     cJSON_AddNumberToObject(report, "duration_s",
                             number_double(cmd_run_duration(self), 12) / 1e9);
     job_json_violations(job, report);
-    cJSON *buses = cJSON_AddArrayToObject(report, "buses");
-    for (unsigned i = 0; i < job->rig.bus_count; i++) {
-        struct budget budget;
-        budget_of(&job->rig, i, NULL, &budget);
-        cJSON_AddItemToArray(buses, budget_json(&budget));
-    }
+    budget_json(&job->rig, NULL, report);
     json_print(report, stdout);
 }
 
@@ -506,9 +501,8 @@ const struct command cmd_run = {
         "nothing is sent to the bus.  MOVE may be a compiled one: it is read\n"
         "as it is played (slew compile).\n\n"
         "Drives are simulated unless --real is given: then the buses are the\n"
-        "CAN interfaces that the rig names, and things move.  --dry-run says "
-        "what\n"
-        "would happen.\n\n"
+        "CAN interfaces, serial devices and hosts that the rig names, and\n"
+        "things move.  --dry-run says what would happen.\n\n"
         "One interrupt (Ctrl-C) stops along the path, a second one stops "
         "every\n"
         "drive at once.\n",

@@ -5,6 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/base/json.h"
 #include "firmware/linux/base/table.h"
 #include "firmware/linux/commands/command.h"
@@ -208,7 +209,7 @@ static void cmd_scan_text(const struct scan *scan)
     };
     struct table table;
 
-    table_init(&table, sizeof head / sizeof head[0], head);
+    table_init(&table, ARRAY_LEN(head), head);
     for (unsigned i = 0; i < scan->count; i++) {
         const struct scan_found *found = &scan->found[i];
 

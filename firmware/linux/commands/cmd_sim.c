@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/machine/sim_server.h"
 #include "firmware/linux/move/job.h"
@@ -21,7 +22,7 @@ static void cmd_sim_listen(void)
     static const int number[] = { SIGINT, SIGTERM, SIGHUP };
     struct sigaction action = { .sa_handler = cmd_sim_on_signal };
     sigemptyset(&action.sa_mask);
-    for (size_t i = 0; i < sizeof number / sizeof number[0]; i++)
+    for (size_t i = 0; i < ARRAY_LEN(number); i++)
         sigaction(number[i], &action, NULL);
 }
 
@@ -111,10 +112,11 @@ const struct command cmd_sim = {
     .arguments = "RIG | DIRECTORY",
     .summary = "show a rig's drives, simulated, on real interfaces",
     .text =
-        "Every drive of the rig answers on the CAN interface of its bus, in\n"
-        "real time, as a CANopen servo does: for another slew with --real, "
-        "or\n"
-        "for any other CANopen master.  A virtual interface will do:\n\n"
+        "Every drive of the rig on CAN answers on the interface of its bus, "
+        "in\n"
+        "real time, as a servo of its kind does: for another slew with "
+        "--real,\n"
+        "or for any other master.  A virtual interface will do:\n\n"
         "  ip link add dev vcan0 type vcan; ip link set vcan0 up\n\n"
         "Drives on Modbus RTU stand behind a pseudo-terminal, which is named;\n"
         "those on TCP answer on the port of the rig at 127.0.0.1.\n",

@@ -2,6 +2,7 @@
 #ifndef FIRMWARE_LINUX_COMMANDS_COMMAND_H
 #define FIRMWARE_LINUX_COMMANDS_COMMAND_H
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/base/status.h"
 #include "firmware/linux/commands/options.h"
 
@@ -19,8 +20,7 @@ struct command {
     enum status (*run)(const struct options *options);
 };
 
-#define COMMAND_OPTIONS(rows)                                                  \
-    .option = (rows), .option_count = sizeof(rows) / sizeof((rows)[0])
+#define COMMAND_OPTIONS(rows) .option = (rows), .option_count = ARRAY_LEN(rows)
 
 extern const struct command cmd_check, cmd_plan, cmd_sample, cmd_plot, cmd_run,
     cmd_otg, cmd_gallery, cmd_import, cmd_export, cmd_compile, cmd_sim,

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/base/json.h"
 #include "firmware/linux/base/quote.h"
 #include "firmware/linux/commands/drive_verbs.h"
@@ -59,7 +60,7 @@ static bool access_address(const char *text, const struct options *options,
     what->raw = (struct modbus_map_item){ .at = (uint16_t)at,
                                           .read = HAL_MODBUS_READ,
                                           .type = MODBUS_U16 };
-    for (size_t i = 0; i < sizeof types / sizeof types[0]; i++)
+    for (size_t i = 0; i < ARRAY_LEN(types); i++)
         if (options->type != NULL && strcmp(options->type, types[i].word) == 0)
             what->raw.type = types[i].type;
     what->raw.write = modbus_map_registers(what->raw.type) == 1

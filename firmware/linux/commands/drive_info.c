@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/base/json.h"
 #include "firmware/linux/commands/drive_verbs.h"
 #include "firmware/linux/rig/eds_need.h"
@@ -41,7 +42,7 @@ static bool info_is_absent(const struct talk *talk)
 
 static void info_objects(struct talk *talk, struct info *info)
 {
-    for (size_t i = 0; i < sizeof info_object / sizeof info_object[0]; i++) {
+    for (size_t i = 0; i < ARRAY_LEN(info_object); i++) {
         struct drive_value *value = &info->value[info->count];
         struct object object;
 

@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/commands/drive_verbs.h"
 #include "hal/modbus_libmodbus.h"
 #include "motion/err.h"
@@ -28,7 +29,7 @@ static bool drive_parity(const char *word, enum modbus_parity *parity)
     static const char *const words[] = { [MODBUS_PARITY_EVEN] = "even",
                                          [MODBUS_PARITY_ODD] = "odd",
                                          [MODBUS_PARITY_NONE] = "none" };
-    for (unsigned i = 0; i < sizeof words / sizeof words[0]; i++)
+    for (unsigned i = 0; i < ARRAY_LEN(words); i++)
         if (strcmp(word, words[i]) == 0) {
             *parity = (enum modbus_parity)i;
             return true;

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/base/json.h"
 #include "firmware/linux/base/table.h"
 #include "firmware/linux/commands/drive_verbs.h"
@@ -217,7 +218,7 @@ void drive_values_print(const struct drive_value *value, unsigned count)
                                         ">value",  "<unit", "<" };
     struct table table;
 
-    table_init(&table, sizeof head / sizeof head[0], head);
+    table_init(&table, ARRAY_LEN(head), head);
     for (unsigned i = 0; i < count; i++) {
         const struct drive_value *row = &value[i];
 

@@ -29,7 +29,7 @@ enum status drive_failed(const struct talk *talk, const char *what, int err);
  * not say is one the user knows about (--yes). */
 enum status drive_must_be_off(struct talk *talk, const struct options *options);
 
-/* ---- drive_turns.c: ODrive and moteus ---- */
+/* ---- drive_quantity.c: ODrive and moteus ---- */
 
 /* What is meant; STATUS_INPUT, or when the drive has to be asked something and
  * does not answer STATUS_REFUSED, with a sentence. */

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/commands/command.h"
 #include "motion/clock_warp.h"
@@ -36,8 +37,7 @@ static int options_time(const char *text, int64_t *ns)
         return err;
     while (*unit == ' ')
         unit++;
-    for (size_t i = 0; i < sizeof options_time_unit / sizeof *options_time_unit;
-         i++) {
+    for (size_t i = 0; i < ARRAY_LEN(options_time_unit); i++) {
         if (strcmp(unit, options_time_unit[i].name) != 0)
             continue;
         err = number_parse_decimal(text, options_time_unit[i].digits, ns, NULL);

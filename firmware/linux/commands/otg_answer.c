@@ -4,8 +4,25 @@
 #include <math.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/plot/plot_otg.h"
 #include "motion/err.h"
+
+/* What would be planned is not what the row says. */
+static void otg_answer_lost(struct otg_answer *answer)
+{
+    static const enum motion_otg_field field[OTG_VALUES] = {
+        [OTG_PF] = MOTION_OTG_FIELD_GOAL_POS,
+        [OTG_VMAX] = MOTION_OTG_FIELD_VEL_MAX,
+        [OTG_VMIN] = MOTION_OTG_FIELD_VEL_MIN,
+        [OTG_AMAX] = MOTION_OTG_FIELD_ACC_MAX,
+        [OTG_AMIN] = MOTION_OTG_FIELD_ACC_MIN,
+        [OTG_JMAX] = MOTION_OTG_FIELD_JERK,
+    };
+    answer->err = MOTION_E_RANGE;
+    answer->fault.axis = answer->scaled.lost_axis;
+    answer->fault.field = field[answer->scaled.lost];
+}
 
 void otg_answer_make(struct otg_answer *answer, long number,
                      const struct otg_header *header, const struct otg_row *row)
@@ -18,6 +35,8 @@ void otg_answer_make(struct otg_answer *answer, long number,
         motion_sync_make(answer->scaled.move, header->axes,
                          header->axes > 1 ? MOTION_SYNC_TIME : MOTION_SYNC_NONE,
                          answer->plan, &answer->fault);
+    if (answer->scaled.lost < OTG_VALUES)
+        otg_answer_lost(answer);
 }
 
 /* --- what is wrong -------------------------------------------------------- */
@@ -39,8 +58,7 @@ static const struct {
 
 static const char *otg_sentence(int err, enum motion_otg_field field)
 {
-    if (err == MOTION_E_ARG &&
-        (size_t)field < sizeof otg_field / sizeof *otg_field &&
+    if (err == MOTION_E_ARG && (size_t)field < ARRAY_LEN(otg_field) &&
         otg_field[field].argument != NULL)
         return otg_field[field].argument;
     if (err == MOTION_E_LIMIT && (field == MOTION_OTG_FIELD_GOAL_VEL ||
@@ -61,7 +79,7 @@ const char *otg_answer_status(const struct otg_answer *answer,
     char axis[16] = "";
     if (answer->err >= 0)
         return "ok";
-    if ((size_t)field < sizeof otg_field / sizeof *otg_field)
+    if ((size_t)field < ARRAY_LEN(otg_field))
         column = otg_field[field].column;
     if (answer->header->axes > 1)
         snprintf(axis, sizeof axis, "_%d", answer->fault.axis + 1);

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/base/memory.h"
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/exchange/export_keys.h"
@@ -56,7 +57,7 @@ static int export_anim_time_unit(const struct export_anim *self)
     };
     char rate[NUMBER_MAX];
 
-    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
+    for (size_t i = 0; i < ARRAY_LEN(names); i++)
         if (self->fps->num == names[i].fps.num &&
             self->fps->den == names[i].fps.den) {
             fprintf(self->file, "timeUnit %s;\n", names[i].name);

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/base/memory.h"
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/base/quote.h"
@@ -63,8 +64,6 @@ static const struct {
     { "foot", "ft" },       { "deg", "deg" },       { "degree", "deg" },
     { "rad", "rad" },       { "radian", "rad" },
 };
-
-#define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
 
 static const char *const anim_infinity[] = {
     [IMPORT_ANIM_CONSTANT] = "constant",

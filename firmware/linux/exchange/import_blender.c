@@ -8,12 +8,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/base/memory.h"
 #include "firmware/linux/exchange/import.h"
 #include "firmware/linux/yaml/yaml_units.h"
 #include "motion/fixed.h"
 
-#define ARRAY_LEN(a)       (sizeof(a) / sizeof(a)[0])
 #define BLENDER_FORMAT     "slew-blender-1"
 #define BLENDER_NUMBER_MAX 64
 #define BLENDER_CURVE_NAME 128

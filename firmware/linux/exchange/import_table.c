@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/base/memory.h"
 #include "firmware/linux/exchange/import.h"
 #include "motion/err.h"
@@ -101,7 +102,7 @@ static const struct {
 static int table_add_named(struct table_read *self,
                            const struct import_word *word)
 {
-    for (size_t i = 0; i < sizeof table_time / sizeof table_time[0]; i++) {
+    for (size_t i = 0; i < ARRAY_LEN(table_time); i++) {
         if (!import_text_same(word->text, table_time[i].name))
             continue;
         if (self->timed)

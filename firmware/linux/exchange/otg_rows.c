@@ -1,6 +1,7 @@
 /* firmware/linux/exchange/otg_rows.c - see otg_rows.h. */
 #include "firmware/linux/exchange/otg_rows.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -8,14 +9,6 @@
 
 static const char *const otg_names[OTG_VALUES] = {
     "p0", "v0", "a0", "pf", "vf", "af", "vmax", "vmin", "amax", "amin", "jmax",
-};
-
-/* Powers of length and time in each value's unit. */
-static const struct {
-    int length, time;
-} otg_unit[OTG_VALUES] = {
-    { 1, 0 },  { 1, -1 }, { 1, -2 }, { 1, 0 },  { 1, -1 }, { 1, -2 },
-    { 1, -1 }, { 1, -1 }, { 1, -2 }, { 1, -2 }, { 1, -3 },
 };
 
 /* --- header --------------------------------------------------------------- */
@@ -152,9 +145,11 @@ bool otg_number(const char *text, size_t length, double *number)
     char *end;
     while (length > 0 && text[length - 1] == ' ')
         length--;
+    errno = 0;
     *number = strtod(text, &end);
     return length > 0 && end == text + length && isfinite(*number) &&
-           (*number == 0 || (fabs(*number) > 1e-60 && fabs(*number) < 1e60));
+           ((*number == 0 && errno == 0) ||
+            (fabs(*number) > 1e-60 && fabs(*number) < 1e60));
 }
 
 static bool row_field(const struct otg_header *header, int i, const char *field,
@@ -206,138 +201,6 @@ const char *otg_row_parse(struct otg_header *header, const char *line,
     }
     return *field == ',' ? "another field: expected as many as the header has"
                          : NULL;
-}
-
-/* --- scale ---------------------------------------------------------------- */
-
-static int power_of(double x)
-{
-    int e;
-    frexp(x, &e);
-    return x == 0 ? -4000 : e; /* |x| < 2^e */
-}
-
-static double larger(double a, double b)
-{
-    return a > b ? a : b;
-}
-
-static double smaller(double a, double b)
-{
-    return a < b ? a : b;
-}
-
-/* About the time the move takes, within a few powers of two; rather too long,
- * by the lower limits. */
-static double row_time(const double *v, bool velocity)
-{
-    double way = velocity ? 0 : fabs(v[OTG_PF] - v[OTG_P0]);
-    double dv = velocity ? fabs(v[OTG_VF] - v[OTG_V0])
-                         : larger(fabs(v[OTG_V0]), fabs(v[OTG_VF]));
-    double a0 = larger(fabs(v[OTG_A0]), fabs(v[OTG_AF]));
-    double acc = smaller(v[OTG_AMAX], -v[OTG_AMIN]);
-    double vel = smaller(v[OTG_VMAX], -v[OTG_VMIN]);
-    double t = 0;
-    if (v[OTG_JMAX] > 0)
-        t = larger(larger(a0 / v[OTG_JMAX], sqrt(dv / v[OTG_JMAX])),
-                   cbrt(way / v[OTG_JMAX]));
-    if (acc > 0)
-        t = larger(larger(t, dv / acc), sqrt(way / acc));
-    if (vel > 0 && !velocity)
-        t = larger(t, way / vel);
-    return t;
-}
-
-/* The fastest the row speaks of. */
-static double row_speed(const double *v, bool velocity)
-{
-    double speed = larger(fabs(v[OTG_V0]), fabs(v[OTG_VF]));
-    if (!velocity)
-        return larger(speed, larger(v[OTG_VMAX], -v[OTG_VMIN]));
-    if (v[OTG_JMAX] > 0)
-        speed += (v[OTG_A0] * v[OTG_A0] + v[OTG_AF] * v[OTG_AF]) / v[OTG_JMAX];
-    return speed;
-}
-
-/* The time exponent with which velocity and jerk fill their formats alike, and
- * so acceleration its own: the ramps, sqrt(v / j), last 2^-8 then.  The whole
- * must last from 1/2 to 2^14. */
-static int row_ramp_time(const double *v, bool velocity, int whole)
-{
-    int time = whole;
-    double speed = row_speed(v, velocity);
-    if (v[OTG_JMAX] > 0 && speed > 0) {
-        int ramp = power_of(speed) - power_of(v[OTG_JMAX]) + 16;
-        ramp = ramp >= 0 ? ramp / 2 : -((1 - ramp) / 2);
-        time = ramp < time ? ramp : time;
-    }
-    return time > whole - 14 ? time : whole - 14;
-}
-
-/* Smallest length exponent with which every value fits: 2^29 where 32 bits
- * are fraction, 2^45 where 16 are.  Positions are counted from p0; a velocity
- * goal ends where it does, within speed times time. */
-static int row_length(const double *v, bool velocity, int whole, int time)
-{
-    int length = power_of(row_speed(v, velocity)) + whole + 1 - 29;
-    if (!velocity)
-        length = -3000;
-    for (int i = 0; i < OTG_VALUES; i++) {
-        int room = otg_unit[i].time >= -1 ? 29 : 45;
-        int need = power_of(v[i]) - otg_unit[i].time * time - room;
-        if (need > length)
-            length = need;
-    }
-    return length;
-}
-
-/* A way to nearest; everything else towards zero, so that no limit grows and
- * what is on a limit stays on it. */
-static int64_t fixed(double x, int value, int length, int time)
-{
-    int bits = otg_unit[value].time >= -1 ? 32 : 16;
-    int shift = bits - length - otg_unit[value].time * time;
-    double scaled = ldexp(x, shift);
-    return otg_unit[value].time == 0 ? (int64_t)llround(scaled)
-                                     : (int64_t)trunc(scaled);
-}
-
-void otg_row_scale(const struct otg_header *header, const struct otg_row *row,
-                   struct otg_scaled *scaled)
-{
-    double t = 0;
-    memset(scaled, 0, sizeof *scaled);
-    for (int i = 0; i < header->axes; i++)
-        t = larger(t, row_time(row->value[i], header->velocity));
-    int whole = t > 0 ? power_of(t) : 0;
-    int time = whole;
-    for (int i = 0; i < header->axes; i++) {
-        int own = row_ramp_time(row->value[i], header->velocity, whole);
-        time = own < time ? own : time;
-    }
-    scaled->time = time;
-    for (int i = 0; i < header->axes; i++) {
-        double v[OTG_VALUES];
-        memcpy(v, row->value[i], sizeof v);
-        v[OTG_PF] -= v[OTG_P0];
-        v[OTG_P0] = 0;
-        int length = row_length(v, header->velocity, whole, time);
-        int64_t x[OTG_VALUES];
-        for (int k = 0; k < OTG_VALUES; k++)
-            x[k] = fixed(v[k], k, length, time);
-        scaled->length[i] = length;
-        scaled->move[i] = (struct motion_otg_move){
-            .start = { x[OTG_P0], x[OTG_V0], x[OTG_A0], 0 },
-            .goal = { x[OTG_PF], x[OTG_VF], x[OTG_AF], 0 },
-            .limit = { .vel_max_q32 = x[OTG_VMAX],
-                       .vel_min_q32 = x[OTG_VMIN],
-                       .acc_max_q16 = x[OTG_AMAX],
-                       .acc_min_q16 = x[OTG_AMIN],
-                       .jerk_q16 = x[OTG_JMAX] },
-            .mode =
-                header->velocity ? MOTION_OTG_VELOCITY : MOTION_OTG_POSITION,
-        };
-    }
 }
 
 /* --- answers -------------------------------------------------------------- */

@@ -64,6 +64,8 @@ struct otg_row {
 struct otg_scaled {
     struct motion_otg_move move[MOTION_SYNC_AXES];
     int length[MOTION_SYNC_AXES], time; /* exponents */
+    int lost, lost_axis; /* the value of which the formats keep nothing;
+                            OTG_VALUES: there is none */
 };
 
 /* NULL, or what is wrong with the header; it names the column. */

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/machine/machine_trigger.h"
 #include "firmware/linux/machine/machine_turns.h"
 #include "firmware/linux/rig/modbus_budget.h"
@@ -299,7 +300,7 @@ static int machine_badness(int err)
 {
     static const int order[] = { MOTION_OK, MOTION_E_LIMIT, MOTION_E_FULL,
                                  MOTION_E_PROTOCOL };
-    const int worst = (int)(sizeof order / sizeof order[0]);
+    const int worst = (int)ARRAY_LEN(order);
     int badness = 0;
     while (badness < worst && order[badness] != err)
         badness++;

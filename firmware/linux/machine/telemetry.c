@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "firmware/controller.h"
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/base/number.h"
 #include "firmware/linux/base/quote.h"
 #include "motion/err.h"
@@ -54,7 +55,7 @@ static const struct {
     { "following", "", TELEMETRY_FIELD(following_q32), 32, 7 },
 #undef TELEMETRY_FIELD
 };
-#define TELEMETRY_FIELDS (sizeof telemetry_field / sizeof telemetry_field[0])
+#define TELEMETRY_FIELDS ARRAY_LEN(telemetry_field)
 
 static void telemetry_heading(const struct telemetry *telemetry)
 {

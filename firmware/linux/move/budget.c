@@ -137,7 +137,8 @@ static void budget_add_axis(struct budget *budget, const struct job *job,
                1, budget_bits(BUDGET_HEARTBEAT + node, &operational, 1));
 }
 
-/* Of a Modbus axis: set point and polls once per cycle of the line. */
+/* Of a Modbus axis: set point and polls once per cycle of the line, always of
+ * the same length. */
 static void budget_add_modbus(struct budget *budget, unsigned i)
 {
     const struct rig *rig = budget->rig;
@@ -150,7 +151,6 @@ static void budget_add_modbus(struct budget *budget, unsigned i)
         .axis = rig->axis[i].name,
         .period_ns = modbus_budget_cycle_ns(rig, budget->bus),
         .most_bits = (unsigned)bits,
-        .expected_bits = bits,
     };
 }
 
@@ -165,12 +165,12 @@ static void budget_sum_up(struct budget *budget, bool expects)
     }
 }
 
-static void budget_of_modbus(struct budget *budget, bool expects)
+static void budget_of_modbus(struct budget *budget)
 {
     for (unsigned i = 0; i < budget->rig->axis_count; i++)
         if (budget->rig->axis[i].bus == budget->bus)
             budget_add_modbus(budget, i);
-    budget_sum_up(budget, expects);
+    budget_sum_up(budget, false);
 }
 
 /* Mean bits of the frames of an axis that counts turns. */
@@ -225,7 +225,7 @@ void budget_of(const struct rig *rig, unsigned bus, const struct job *job,
         return;
     }
     if (!rig_bus_is_can(&rig->bus[bus])) {
-        budget_of_modbus(budget, job != NULL);
+        budget_of_modbus(budget);
         return;
     }
     budget_add(budget, "SYNC", NULL, rig->period_ns, counted,
@@ -340,7 +340,7 @@ void budget_print(const struct budget *budget, FILE *file)
         modbus_budget_print(budget->rig, budget->bus, file);
 }
 
-struct cJSON *budget_json(const struct budget *budget)
+static cJSON *budget_json_bus(const struct budget *budget)
 {
     cJSON *object = cJSON_CreateObject();
     cJSON_AddStringToObject(object, "name", budget->rig->bus[budget->bus].name);
@@ -362,6 +362,18 @@ struct cJSON *budget_json(const struct budget *budget)
         cJSON_AddItemToArray(items, row);
     }
     return object;
+}
+
+void budget_json(const struct rig *rig, const struct job *job, cJSON *report)
+{
+    cJSON *buses = cJSON_AddArrayToObject(report, "buses");
+
+    for (unsigned i = 0; i < rig->bus_count; i++) {
+        struct budget budget;
+
+        budget_of(rig, i, job, &budget);
+        cJSON_AddItemToArray(buses, budget_json_bus(&budget));
+    }
 }
 
 bool budget_check(const struct job *job)

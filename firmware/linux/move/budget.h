@@ -51,8 +51,10 @@ void budget_advice(const struct budget *budget, char text[BUDGET_ADVICE_MAX]);
 void budget_print(const struct budget *budget, FILE *file);
 
 struct cJSON;
-/* As an object: name, most, expected, items. */
-struct cJSON *budget_json(const struct budget *budget);
+/* "buses" of a report, an object each: name, most, expected, items; `job` as
+ * budget_of wants it. */
+void budget_json(const struct rig *rig, const struct job *job,
+                 struct cJSON *report);
 
 /* All buses; false with one line on stderr for each that does not fit. */
 bool budget_check(const struct job *job);

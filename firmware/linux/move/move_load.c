@@ -9,11 +9,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/yaml/yaml_shapes.h"
 #include "motion/fixed.h"
 #include "motion/plan/compose.h"
-
-#define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
 
 static const char *const move_curves[] = {
 #define MOVE_CURVE_SPELLING(name, spelling, text) [name] = spelling,

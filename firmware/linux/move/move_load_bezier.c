@@ -4,10 +4,9 @@
 
 #include <stdlib.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/yaml/yaml_units.h"
 #include "motion/fixed.h"
-
-#define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
 
 const char *const move_handle_word[MOVE_HANDLES] = {
     "free", "aligned", "vector", "auto", "auto-clamped",

@@ -3,11 +3,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/move/move_load.h"
 #include "motion/fixed.h"
 #include "motion/plan/plan_camera.h"
-
-#define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
 
 /* In the order of enum plan_look from PLAN_LOOK_LEVEL on. */
 const char *const move_alongs[MOVE_ALONGS] = { "level", "rotation-minimising",

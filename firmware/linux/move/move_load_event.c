@@ -3,10 +3,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/move/move_load.h"
 #include "motion/plan/plan_event.h"
-
-#define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
 
 /* One event while it is read. */
 struct move_event {

@@ -4,11 +4,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/move/move_load.h"
 #include "motion/plan/compose.h"
 #include "motion/plan/plan_blend.h"
-
-#define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
 
 /* ---- another move ---- */
 

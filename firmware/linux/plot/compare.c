@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/base/memory.h"
 #include "firmware/linux/yaml/yaml_fields.h"
 #include "motion/err.h"
@@ -14,11 +15,9 @@ const char *const compare_spelling[] = {
     PLAN_CURVE_LIST(COMPARE_SPELLING)
 #undef COMPARE_SPELLING
 };
-const unsigned compare_spellings =
-    sizeof compare_spelling / sizeof compare_spelling[0];
+const unsigned compare_spellings = ARRAY_LEN(compare_spelling);
 
-_Static_assert(sizeof compare_spelling / sizeof compare_spelling[0] <=
-                   PLAN_AXES_MAX,
+_Static_assert(ARRAY_LEN(compare_spelling) <= PLAN_AXES_MAX,
                "all curves fit one job");
 
 static enum status compare_fail(const char *what, const char *which)

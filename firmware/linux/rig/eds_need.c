@@ -3,6 +3,8 @@
 
 #include <stddef.h>
 
+#include "firmware/linux/base/array.h"
+
 #define RW     (NEED_READ | NEED_WRITE)
 #define ALWAYS EDS_ALWAYS
 
@@ -61,7 +63,7 @@ const struct eds_need eds_needs[] = {
     { 0x60C2, 1, RW, 0, "interpolation period" },
     { 0x60FD, 0, NEED_READ | NEED_MAP, 0, "limit switches" },
 };
-const unsigned eds_need_count = sizeof eds_needs / sizeof eds_needs[0];
+const unsigned eds_need_count = ARRAY_LEN(eds_needs);
 
 const char *eds_need_text(const struct eds_need *need)
 {
@@ -76,7 +78,7 @@ const char *eds_need_text(const struct eds_need *need)
 
     if (eds_is_needed(need, EDS_PLAIN))
         return "must";
-    for (size_t i = 0; i < sizeof uses / sizeof uses[0]; i++)
+    for (size_t i = 0; i < ARRAY_LEN(uses); i++)
         if (eds_is_needed(need, uses[i].use))
             return uses[i].words;
     return "may";
@@ -94,7 +96,7 @@ static const char *eds_lacks_mode(const struct eds_object *object,
                   { EDS_CSV, 8, "has no CSV" },
                   { EDS_HOMING, 5, "has no homing" } };
 
-    for (size_t i = 0; i < sizeof modes / sizeof modes[0]; i++)
+    for (size_t i = 0; i < ARRAY_LEN(modes); i++)
         if (object->index == 0x6502 && object->has_value &&
             eds_is_needed(need, modes[i].use) &&
             (object->value >> modes[i].bit & 1) == 0)

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/base/memory.h"
 #include "firmware/linux/yaml/yaml_fields.h"
 
@@ -93,7 +94,7 @@ static bool endpoints_type(const cJSON *entry, enum quantity_type *type)
     const char *word =
         cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(entry, "type"));
 
-    for (size_t i = 0; word != NULL && i < sizeof types / sizeof types[0]; i++)
+    for (size_t i = 0; word != NULL && i < ARRAY_LEN(types); i++)
         if (strcmp(word, types[i].word) == 0) {
             *type = types[i].type;
             return true;

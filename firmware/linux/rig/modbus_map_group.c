@@ -95,7 +95,7 @@ static const struct yaml_field map_field_fields[] = {
       offsetof(struct modbus_map_field, max) },
 };
 const struct yaml_shape map_field_shape = { "field", map_field_fields,
-                                            MAP_LEN(map_field_fields) };
+                                            ARRAY_LEN(map_field_fields) };
 
 #define MAP_NOT_GIVEN INT64_MAX
 
@@ -192,7 +192,7 @@ static const struct yaml_field map_group_fields[] = {
       map_read_fields, 0 },
 };
 const struct yaml_shape map_group_shape = { "group", map_group_fields,
-                                            MAP_LEN(map_group_fields) };
+                                            ARRAY_LEN(map_group_fields) };
 
 int map_read_group(void *reader, const struct yaml_value *value, void *out)
 {

@@ -64,7 +64,7 @@ static const struct yaml_field map_item_fields[] = {
       offsetof(struct modbus_map_item, poll) },
 };
 const struct yaml_shape map_item_shape = { "item", map_item_fields,
-                                           MAP_LEN(map_item_fields) };
+                                           ARRAY_LEN(map_item_fields) };
 
 /* Functions that were not given, and those that do not go together. */
 static int map_complete_item(const struct yaml_value *value,

@@ -92,7 +92,7 @@ static const struct yaml_field map_line_fields[] = {
       map_read_registers, offsetof(struct modbus_map, registers_max) },
 };
 static const struct yaml_shape map_line_shape = { "line", map_line_fields,
-                                                  MAP_LEN(map_line_fields) };
+                                                  ARRAY_LEN(map_line_fields) };
 
 static int map_read_line(void *reader, const struct yaml_value *value,
                          void *out)
@@ -116,8 +116,9 @@ static const struct yaml_field map_alarm_fields[] = {
     { "text", YAML_REQUIRED, "what it means, at most 47 bytes",
       map_read_alarm_text, offsetof(struct modbus_map_alarm, text) },
 };
-static const struct yaml_shape map_alarm_shape = { "alarm", map_alarm_fields,
-                                                   MAP_LEN(map_alarm_fields) };
+static const struct yaml_shape map_alarm_shape = {
+    "alarm", map_alarm_fields, ARRAY_LEN(map_alarm_fields)
+};
 
 static int map_read_alarms(void *reader, const struct yaml_value *value,
                            void *out)
@@ -191,7 +192,7 @@ static const struct yaml_field map_fields[] = {
     { "alarms", YAML_OPTIONAL, "a list of {code, text}", map_read_alarms, 0 },
 };
 static const struct yaml_shape map_shape = { "map", map_fields,
-                                             MAP_LEN(map_fields) };
+                                             ARRAY_LEN(map_fields) };
 
 const struct yaml_shape *const map_shapes[] = {
     &map_shape,        &map_line_shape,      &map_item_shape,
@@ -202,16 +203,16 @@ const struct yaml_shape *const map_shapes[] = {
 
 /* A field has every type but the last, bit; a value is no constant. */
 const struct yaml_words map_words[] = {
-    { "map.order", map_orders, MAP_LEN(map_orders) },
-    { "line.format", map_formats, MAP_LEN(map_formats) },
-    { "item.type", map_types, MAP_LEN(map_types) },
-    { "item.order", map_orders, MAP_LEN(map_orders) },
-    { "item.poll", map_polls, MAP_LEN(map_polls) },
+    { "map.order", map_orders, ARRAY_LEN(map_orders) },
+    { "line.format", map_formats, ARRAY_LEN(map_formats) },
+    { "item.type", map_types, ARRAY_LEN(map_types) },
+    { "item.order", map_orders, ARRAY_LEN(map_orders) },
+    { "item.poll", map_polls, ARRAY_LEN(map_polls) },
     { "field.type", map_types, MODBUS_BIT },
-    { "field.order", map_orders, MAP_LEN(map_orders) },
+    { "field.order", map_orders, ARRAY_LEN(map_orders) },
     { "field.value", map_quantities + 1, MODBUS_DECELERATION },
     { "field.unit", map_units, MODBUS_MS_PER_1000_RPM + 1 },
-    { "step.until", map_statuses, MAP_LEN(map_statuses) },
+    { "step.until", map_statuses, ARRAY_LEN(map_statuses) },
     { NULL, NULL, 0 },
 };
 

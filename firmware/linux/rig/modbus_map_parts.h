@@ -3,15 +3,12 @@
 #ifndef FIRMWARE_LINUX_RIG_MODBUS_MAP_PARTS_H
 #define FIRMWARE_LINUX_RIG_MODBUS_MAP_PARTS_H
 
-#include <errno.h>
-#include <stdlib.h>
-
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/yaml/yaml_fields.h"
 #include "firmware/linux/yaml/yaml_units.h"
 #include "hal/modbus_map.h"
 
-#define MAP_LEN(a) (sizeof(a) / sizeof(a)[0])
-#define MAP_MS     INT64_C(1000000)
+#define MAP_MS INT64_C(1000000)
 
 struct map_reader {
     struct modbus_map *map;

@@ -32,9 +32,9 @@ static const struct yaml_field map_condition_fields[] = {
     { "equals", YAML_OPTIONAL, "what they must be (the mask)", map_read_mask,
       offsetof(struct modbus_map_condition, equals) },
 };
-const struct yaml_shape map_condition_shape = { "condition",
-                                                map_condition_fields,
-                                                MAP_LEN(map_condition_fields) };
+const struct yaml_shape map_condition_shape = {
+    "condition", map_condition_fields, ARRAY_LEN(map_condition_fields)
+};
 
 static bool map_has_key(const struct yaml_value *value, const char *name)
 {
@@ -79,7 +79,7 @@ static const struct yaml_field map_status_fields[] = {
     MODBUS_MAP_STATUS_LIST(MAP_STATUS_FIELD)
 };
 const struct yaml_shape map_status_shape = { "status", map_status_fields,
-                                             MAP_LEN(map_status_fields) };
+                                             ARRAY_LEN(map_status_fields) };
 
 static bool map_is_polled(const struct modbus_map *map,
                           const struct modbus_map_condition *condition)
@@ -137,7 +137,7 @@ static const struct yaml_field map_identify_fields[] = {
       0 },
 };
 const struct yaml_shape map_identify_shape = { "identify", map_identify_fields,
-                                               MAP_LEN(map_identify_fields) };
+                                               ARRAY_LEN(map_identify_fields) };
 
 int map_read_identify(void *reader, const struct yaml_value *value, void *out)
 {

@@ -86,7 +86,7 @@ static const struct yaml_field map_step_fields[] = {
     { "within", YAML_OPTIONAL, "a time up to 10 min", map_read_step_within, 0 },
 };
 const struct yaml_shape map_step_shape = { "step", map_step_fields,
-                                           MAP_LEN(map_step_fields) };
+                                           ARRAY_LEN(map_step_fields) };
 
 static int map_read_sequence(void *reader, const struct yaml_value *value,
                              void *out)
@@ -123,7 +123,7 @@ static const struct yaml_field map_sequence_fields[] = {
     MODBUS_MAP_SEQUENCE_LIST(MAP_SEQUENCE_FIELD)
 };
 const struct yaml_shape map_sequence_shape = { "sequences", map_sequence_fields,
-                                               MAP_LEN(map_sequence_fields) };
+                                               ARRAY_LEN(map_sequence_fields) };
 
 /* What goes with every set point must not wait. */
 int map_read_sequences(void *reader, const struct yaml_value *value, void *out)

@@ -2,26 +2,15 @@
  * see modbus_map_parts.h. */
 #include "firmware/linux/rig/modbus_map_parts.h"
 
+#include <strings.h>
+
 int map_read_number(const struct yaml_value *value, int64_t min, int64_t max,
                     int64_t *out)
 {
-    char quote[YAML_QUOTE_MAX], *end;
     const char *text = yaml_value_text(value);
-    long long number;
-    bool hex;
+    const bool hex = text != NULL && strncasecmp(text, "0x", 2) == 0;
 
-    if (text == NULL)
-        return -1;
-    hex = text[0] == '0' && (text[1] == 'x' || text[1] == 'X');
-    errno = 0;
-    number = strtoll(text, &end, hex ? 16 : 10);
-    yaml_value_quote(quote, value);
-    if (end == text || *end != '\0')
-        return yaml_value_refuse(value, "%s is not a whole number", quote);
-    if (errno == ERANGE || number < min || number > max)
-        return yaml_value_refuse(value, "%s is out of range", quote);
-    *out = number;
-    return 0;
+    return yaml_value_digits(value, hex ? 16 : 10, min, max, out);
 }
 
 int map_read_time(const struct yaml_value *value, int64_t max_ns, int64_t *out)
@@ -60,7 +49,7 @@ int map_read_type(void *reader, const struct yaml_value *value, void *out)
     unsigned index;
 
     (void)reader;
-    if (yaml_value_choice(value, map_types, MAP_LEN(map_types), &index) < 0)
+    if (yaml_value_choice(value, map_types, ARRAY_LEN(map_types), &index) < 0)
         return -1;
     *(enum modbus_map_type *)out = (enum modbus_map_type)index;
     return 0;

@@ -9,6 +9,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/base/quote.h"
 #include "firmware/linux/yaml/yaml_fields.h"
 
@@ -45,7 +46,7 @@ static const struct {
     [8] = { "f32", 0, 0, 0 },
     [OBJECT_TEXT] = { "text", 0, 0, 0 },
 };
-#define OBJECT_TYPES (sizeof object_types / sizeof object_types[0])
+#define OBJECT_TYPES ARRAY_LEN(object_types)
 
 const char *object_type_text(uint8_t type)
 {

@@ -1,5 +1,6 @@
 /* firmware/linux/rig/object_list.c - objects that many drives have: CiA 301
  * 7.5 and CiA 402-2; see object.h. */
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/rig/object.h"
 
 #define COUNTS    "counts"
@@ -99,4 +100,4 @@ const struct object_row object_list[] = {
     { 0x6502, 0, OBJECT_U32, "Supported drive modes", "" },
 };
 /* clang-format on */
-const unsigned object_list_count = sizeof object_list / sizeof object_list[0];
+const unsigned object_list_count = ARRAY_LEN(object_list);

@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "hal/canopen.h"
 #include "hal/drive_cia402.h"
 
@@ -30,7 +31,7 @@ static void words_status(int64_t value, char text[OBJECT_TEXT_MAX])
         [10] = "target reached", [11] = "internal limit",
     };
     words_put(text, cia402_state_text(cia402_state_of((uint16_t)value)));
-    words_bits(text, value, bit, sizeof bit / sizeof bit[0]);
+    words_bits(text, value, bit, ARRAY_LEN(bit));
 }
 
 static void words_mode(int64_t value, char text[OBJECT_TEXT_MAX])
@@ -47,8 +48,7 @@ static void words_mode(int64_t value, char text[OBJECT_TEXT_MAX])
         [9] = "cyclic synchronous velocity",
         [10] = "cyclic synchronous torque",
     };
-    if (value >= 0 && value < (int64_t)(sizeof mode / sizeof mode[0]) &&
-        mode[value] != NULL)
+    if (value >= 0 && value < (int64_t)ARRAY_LEN(mode) && mode[value] != NULL)
         words_put(text, mode[value]);
     else
         words_put(text, value < 0 ? "the maker's own" : "");
@@ -60,14 +60,14 @@ static void words_modes(int64_t value, char text[OBJECT_TEXT_MAX])
         [0] = "PP", [1] = "VL",  [2] = "PV",  [3] = "TQ",  [5] = "HM",
         [6] = "IP", [7] = "CSP", [8] = "CSV", [9] = "CST",
     };
-    words_bits(text, value, bit, sizeof bit / sizeof bit[0]);
+    words_bits(text, value, bit, ARRAY_LEN(bit));
 }
 
 static void words_inputs(int64_t value, char text[OBJECT_TEXT_MAX])
 {
     static const char *const bit[] = { "negative limit switch",
                                        "positive limit switch", "home switch" };
-    words_bits(text, value, bit, sizeof bit / sizeof bit[0]);
+    words_bits(text, value, bit, ARRAY_LEN(bit));
 }
 
 static void words_register(int64_t value, char text[OBJECT_TEXT_MAX])
@@ -76,7 +76,7 @@ static void words_register(int64_t value, char text[OBJECT_TEXT_MAX])
         "generic",       "current", "voltage", "temperature",
         "communication", "profile", NULL,      "maker's own"
     };
-    words_bits(text, value, bit, sizeof bit / sizeof bit[0]);
+    words_bits(text, value, bit, ARRAY_LEN(bit));
 }
 
 static void words_error(int64_t value, char text[OBJECT_TEXT_MAX])
@@ -123,7 +123,7 @@ void object_words(const struct object *object, int64_t value,
         words_error(value, text);
         return;
     }
-    for (size_t i = 0; i < sizeof words_row / sizeof words_row[0]; i++)
+    for (size_t i = 0; i < ARRAY_LEN(words_row); i++)
         if (words_row[i].index == object->index &&
             (object->sub == 0 || object->index == 0x1016))
             words_row[i].say(value, text);

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/yaml/yaml_fields.h"
 
 /* ---- types ---- */
@@ -27,7 +28,7 @@ static const struct {
     [QUANTITY_I32] = { "i32", 4, INT32_MIN, INT32_MAX },
     [QUANTITY_F32] = { "f32", 4, 0, 0 },
 };
-#define QUANTITY_TYPES (sizeof quantity_types / sizeof quantity_types[0])
+#define QUANTITY_TYPES ARRAY_LEN(quantity_types)
 
 const char *quantity_type_text(enum quantity_type type)
 {

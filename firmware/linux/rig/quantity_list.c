@@ -1,11 +1,10 @@
 /* firmware/linux/rig/quantity_list.c - the names; see quantity.h. */
 #include <stddef.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/rig/quantity.h"
 #include "hal/drive_moteus.h"
 #include "hal/drive_odrive.h"
-
-#define COUNT_OF(list) (unsigned)(sizeof(list) / sizeof(list)[0])
 
 /* ---- ODrive ---- */
 
@@ -61,7 +60,7 @@ static const struct quantity odrive_05[] = {
 
 const struct quantity *quantity_of_odrive(bool is_05, unsigned *count)
 {
-    *count = is_05 ? COUNT_OF(odrive_05) : COUNT_OF(odrive_06);
+    *count = is_05 ? ARRAY_LEN(odrive_05) : ARRAY_LEN(odrive_06);
     return is_05 ? odrive_05 : odrive_06;
 }
 
@@ -77,7 +76,7 @@ static const char *moteus_home(unsigned value)
 {
     static const char *const words[] = { "relative only", "rotor", "output" };
 
-    return value < COUNT_OF(words) ? words[value] : "unknown";
+    return value < ARRAY_LEN(words) ? words[value] : "unknown";
 }
 
 #define REGISTER(at, type, name, unit, words)                                  \
@@ -128,6 +127,6 @@ static const struct quantity moteus[] = {
 
 const struct quantity *quantity_of_moteus(unsigned *count)
 {
-    *count = COUNT_OF(moteus);
+    *count = ARRAY_LEN(moteus);
     return moteus;
 }

@@ -64,6 +64,20 @@ int rig_read_drive_bus(void *reader, const struct yaml_value *value, void *out)
     return 0;
 }
 
+int rig_refuse_taken(const struct rig_reader *reader,
+                     const struct yaml_value *value)
+{
+    const struct rig *rig = reader->rig;
+    const struct rig_axis *axis = reader->axis;
+
+    for (const struct rig_axis *other = rig->axis; other < axis; other++)
+        if (other->bus == axis->bus && other->node_id == axis->node_id)
+            return yaml_value_refuse(value, "%u on bus %s is axis %s already",
+                                     axis->node_id, rig->bus[axis->bus].name,
+                                     other->name);
+    return 0;
+}
+
 int rig_read_drive_node(void *reader, const struct yaml_value *value, void *out)
 {
     const struct rig_reader *self = reader;
@@ -75,11 +89,7 @@ int rig_read_drive_node(void *reader, const struct yaml_value *value, void *out)
     if (bus->kind == RIG_CANOPEN && axis->node_id == bus->node_id)
         return yaml_value_refuse(value, "%u is our own on bus %s",
                                  axis->node_id, bus->name);
-    for (const struct rig_axis *other = self->rig->axis; other < axis; other++)
-        if (other->bus == axis->bus && other->node_id == axis->node_id)
-            return yaml_value_refuse(value, "%u on bus %s is axis %s already",
-                                     axis->node_id, bus->name, other->name);
-    return 0;
+    return rig_refuse_taken(self, value);
 }
 
 static int rig_read_counts_num(void *reader, const struct yaml_value *value,

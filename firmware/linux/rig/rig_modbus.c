@@ -213,19 +213,12 @@ int rig_read_modbus_bus(struct rig_reader *reader,
 static int rig_read_unit_number(void *reader, const struct yaml_value *value,
                                 void *out)
 {
-    const struct rig_reader *self = reader;
-    const struct rig_axis *axis = self->axis;
     int64_t number = 0;
 
     if (yaml_value_integer(value, 1, 247, &number) < 0)
         return -1;
     *(uint8_t *)out = (uint8_t)number;
-    for (const struct rig_axis *other = self->rig->axis; other < axis; other++)
-        if (other->bus == axis->bus && other->node_id == number)
-            return yaml_value_refuse(
-                value, "%u on bus %s is axis %s already", (unsigned)number,
-                self->rig->bus[axis->bus].name, other->name);
-    return 0;
+    return rig_refuse_taken(reader, value);
 }
 
 /* Every file once. */

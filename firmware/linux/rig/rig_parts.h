@@ -18,12 +18,11 @@
 #ifndef FIRMWARE_LINUX_RIG_RIG_PARTS_H
 #define FIRMWARE_LINUX_RIG_RIG_PARTS_H
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/rig/eds.h"
 #include "firmware/linux/rig/rig.h"
 #include "firmware/linux/yaml/yaml_shapes.h"
 #include "firmware/linux/yaml/yaml_units.h"
-
-#define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
 
 #define RIG_US INT64_C(1000)
 #define RIG_MS INT64_C(1000000)
@@ -152,6 +151,10 @@ int rig_read_interface(void *reader, const struct yaml_value *value, void *out);
 
 /* ---- rig_drive.c ---- */
 
+/* Refuses the drive's number, read already, that an axis before has on its bus.
+ */
+int rig_refuse_taken(const struct rig_reader *reader,
+                     const struct yaml_value *value);
 /* Set points go to the drive as 32-bit counts: both ends of the axis must fit. */
 bool rig_counts_fit(const struct rig_axis *axis);
 /* As {num: ..., den: ...} or `4096 per mm`. */

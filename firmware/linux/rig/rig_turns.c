@@ -88,19 +88,12 @@ static int rig_read_turns(void *reader, const struct yaml_value *value,
 static int rig_read_odrive_node(void *reader, const struct yaml_value *value,
                                 void *out)
 {
-    const struct rig_reader *self = reader;
-    const struct rig_axis *axis = self->axis;
     int64_t node = 0;
 
     if (yaml_value_integer(value, 0, DRIVE_ODRIVE_NODE_MAX, &node) < 0)
         return -1;
     *(uint8_t *)out = (uint8_t)node;
-    for (const struct rig_axis *other = self->rig->axis; other < axis; other++)
-        if (other->bus == axis->bus && other->node_id == node)
-            return yaml_value_refuse(
-                value, "%u on bus %s is axis %s already", (unsigned)node,
-                self->rig->bus[axis->bus].name, other->name);
-    return 0;
+    return rig_refuse_taken(reader, value);
 }
 
 static int rig_read_endpoints(void *reader, const struct yaml_value *value,

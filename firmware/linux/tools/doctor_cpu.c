@@ -1,4 +1,5 @@
 /* firmware/linux/tools/doctor_cpu.c - processor and scheduler; see doctor.h. */
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/tools/doctor_parts.h"
 
 #include <inttypes.h>
@@ -112,7 +113,7 @@ static void cpu_clock(struct doctor *doctor)
 
     if (!doctor_read(doctor, text, sizeof text, "%s/current_clocksource", base))
         return;
-    for (size_t i = 0; i < sizeof slow / sizeof slow[0]; i++) {
+    for (size_t i = 0; i < ARRAY_LEN(slow); i++) {
         if (strcmp(text, slow[i]) != 0)
             continue;
         if (!doctor_read(doctor, others, sizeof others,

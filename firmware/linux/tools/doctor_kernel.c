@@ -10,6 +10,7 @@
 #include <yaml.h>
 #include <zlib.h>
 
+#include "firmware/linux/base/array.h"
 #include "hal/gpio_libgpiod.h"
 
 #define KERNEL_CONFIG_MAX (1 << 19)
@@ -72,7 +73,7 @@ static void kernel_lacks(struct doctor *doctor, size_t i)
 static void kernel_config(struct doctor *doctor, const char *config)
 {
     unsigned there = 0;
-    const unsigned rows = sizeof kernel_row / sizeof kernel_row[0];
+    const unsigned rows = ARRAY_LEN(kernel_row);
 
     for (size_t i = 0; i < rows; i++) {
         const char how = kernel_option(config, kernel_row[i].name);

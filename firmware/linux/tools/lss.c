@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 
+#include "firmware/linux/base/array.h"
 #include "motion/err.h"
 
 #define LSS_SETTLE_NS INT64_C(20000000) /* to switch over; nobody answers */
@@ -80,7 +81,7 @@ int lss_bit_rate(struct ask_can *ask, uint32_t bit_rate)
         { 20000, CANOPEN_LSS_20K },     { 10000, CANOPEN_LSS_10K },
     };
 
-    for (size_t i = 0; i < sizeof table / sizeof table[0]; i++) {
+    for (size_t i = 0; i < ARRAY_LEN(table); i++) {
         int err;
 
         if (table[i].bit_rate != bit_rate)

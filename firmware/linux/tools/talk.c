@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/rig/endpoints.h"
 #include "firmware/linux/rig/modbus_map_load.h"
 #include "hal/drive_cia402.h"
@@ -60,7 +61,7 @@ static const struct {
     [TALK_ODRIVE] = { "odrive", 0, 62, "is no ODrive, expected 0 .. 62" },
     [TALK_MOTEUS] = { "moteus", 1, 127, "is no moteus, expected 1 .. 127" },
 };
-#define TALK_KINDS (sizeof talk_kinds / sizeof talk_kinds[0])
+#define TALK_KINDS ARRAY_LEN(talk_kinds)
 
 /* Of the drives on a bus there is one kind only. */
 static enum talk_kind talk_kind_of(const struct rig_bus *bus)

@@ -305,8 +305,8 @@ int yaml_value_word(const struct yaml_value *value,
     return 0;
 }
 
-int yaml_value_integer(const struct yaml_value *value, int64_t min, int64_t max,
-                       int64_t *out)
+int yaml_value_digits(const struct yaml_value *value, int base, int64_t min,
+                      int64_t max, int64_t *out)
 {
     char quote[YAML_QUOTE_MAX], *end;
     const char *text = yaml_value_text(value);
@@ -316,7 +316,7 @@ int yaml_value_integer(const struct yaml_value *value, int64_t min, int64_t max,
         return -1;
     yaml_value_quote(quote, value);
     errno = 0;
-    number = strtoll(text, &end, 10);
+    number = strtoll(text, &end, base);
     if (end == text || *end != 0)
         return yaml_value_refuse(value, "%s is not a whole number", quote);
     if (errno == ERANGE || number < min || number > max)
@@ -324,6 +324,12 @@ int yaml_value_integer(const struct yaml_value *value, int64_t min, int64_t max,
                                  quote, min, max);
     *out = number;
     return 0;
+}
+
+int yaml_value_integer(const struct yaml_value *value, int64_t min, int64_t max,
+                       int64_t *out)
+{
+    return yaml_value_digits(value, 10, min, max, out);
 }
 
 int yaml_read_u32(void *reader, const struct yaml_value *value, void *out)

@@ -12,10 +12,9 @@
 #include <string.h>
 #include <yaml.h>
 
+#include "firmware/linux/base/array.h"
 #include "firmware/linux/base/quote.h"
 #include "firmware/linux/yaml/yaml_scan.h"
-
-#define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
 
 /* Bytes read at a time. */
 #define TREE_PIECE ((size_t)16 * 1024)

@@ -1,4 +1,4 @@
-/* firmware/linux/commands/drive_turns.c - what an ODrive or a moteus is asked
+/* firmware/linux/commands/drive_quantity.c - what an ODrive or a moteus is asked
  * for; see drive_verbs.h. */
 #include <stdio.h>
 #include <stdlib.h>
