@@ -9,7 +9,8 @@
  * E is a whole number in the public formats.  Limits are not drawn in: ramps go
  * up to whole ticks, which leaves the room that trimming takes, and trimming the
  * peak makes the speed good.  So a motion whose corners are whole ticks is met
- * to the unit.  docs/OTG.md, section 5. */
+ * to the unit.  For starts and goals inside their limits of acceleration, and one
+ * jerk.  docs/OTG.md, section 5. */
 #include <stddef.h>
 
 #include "motion/err.h"
@@ -17,7 +18,7 @@
 #include "motion/otg_internal.h"
 
 #define PLAIN_MORE  6 /* tries with more and more ticks to spare */
-#define PLAIN_EARLY 2
+#define PLAIN_EARLY 2 /* ticks before the peak that full jerk ends */
 #define TICKS_MOST  ((int64_t)1 << 60)
 
 /* Upside down where the peak would be a valley. */
@@ -128,7 +129,8 @@ static uint32_t plain_close(const struct plain *p, int64_t acc,
     bool is_second = n[0] < n[1];
     int64_t end = is_second ? af : a0, other = is_second ? a0 : af;
     int64_t ramp = n[is_second] - PLAIN_EARLY;
-    int64_t rest = n[!is_second] + PLAIN_EARLY + 2 * more - 2, half = rest / 2;
+    int64_t rest = n[!is_second] + PLAIN_EARLY + (int64_t)2 * (more - 1);
+    int64_t half = rest / 2;
     int64_t step =
         motion_otg_full_step(ramp, p->move->limit.jerk_q16, plan->acc_bits);
     int64_t corner = end + (acc < end ? -step : step);
