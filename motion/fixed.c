@@ -102,13 +102,12 @@ void motion_divisor_init(struct motion_divisor *by, uint64_t d)
 uint64_t motion_divisor_apply(const struct motion_divisor *by,
                               struct motion_u128 n, uint64_t *rest)
 {
-    n = motion_fixed_shl_u128(n, by->up);
     uint64_t r = n.hi;
     uint64_t high = fixed_digit(by, &r, (uint32_t)(n.lo >> 32));
     uint32_t low = fixed_digit(by, &r, (uint32_t)n.lo);
 
     if (rest != NULL)
-        *rest = r >> by->up;
+        *rest = r;
     return high << 32 | low;
 }
 
@@ -120,7 +119,10 @@ int motion_fixed_div_u128(struct motion_u128 n, uint64_t d, uint64_t *quotient,
     if (d == 0 || n.hi >= d)
         return MOTION_E_RANGE;
     motion_divisor_init(&by, d);
-    *quotient = motion_divisor_apply(&by, n, rest);
+    *quotient =
+        motion_divisor_apply(&by, motion_fixed_shl_u128(n, by.up), rest);
+    if (rest != NULL)
+        *rest >>= by.up;
     return MOTION_OK;
 }
 

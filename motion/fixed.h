@@ -40,7 +40,8 @@ struct motion_u128 {
 #include "motion/fixed_int128.h"
 #define FIXED_BY(name) fixed_int128_##name
 #define FIXED_IS_SHORT 1
-#elif defined(__thumb2__) && defined(__ARM_FEATURE_DSP)
+#elif defined(__thumb2__) && defined(__ARM_FEATURE_DSP) &&                     \
+    defined(__GCC_ASM_FLAG_OUTPUTS__)
 #include "motion/fixed_thumb.h"
 #define FIXED_BY(name) fixed_thumb_##name
 #define FIXED_IS_SHORT 1
@@ -119,7 +120,8 @@ struct motion_divisor {
     uint8_t up;
 };
 void motion_divisor_init(struct motion_divisor *by, uint64_t d);
-/* floor(n / d) and the rest, which may be NULL; n.hi < d. */
+/* floor(n / d) and the rest, which may be NULL; n.hi < d.  n is given, and the
+ * rest returned, times 2^up: who shifts n anyway does it once. */
 uint64_t motion_divisor_apply(const struct motion_divisor *by,
                               struct motion_u128 n, uint64_t *rest);
 

@@ -89,7 +89,7 @@ static int64_t closing_jerk(const struct motion_otg_limit *lim)
 
 /* The ramp down from `acc` fits below `limit`, or is too long by no more than
  * 2^-40 of the velocities and a unit: numbers that come rounded from elsewhere may tie. */
-static bool otg_goal_fits(int64_t vel_q32, int64_t acc_q16, int64_t jerk_q16,
+static bool otg_ramp_fits(int64_t vel_q32, int64_t acc_q16, int64_t jerk_q16,
                           int64_t limit_q32)
 {
     uint64_t room = (uint64_t)limit_q32 - (uint64_t)vel_q32;
@@ -112,12 +112,24 @@ static int otg_goal_is_possible(const struct motion_otg_move *move,
         return MOTION_OK;
     if (goal->vel_q32 > lim->vel_max_q32 || goal->vel_q32 < lim->vel_min_q32)
         return refuse(field, MOTION_OTG_FIELD_GOAL_VEL, MOTION_E_LIMIT);
-    if ((goal->acc_q16 < 0 && !otg_goal_fits(goal->vel_q32, goal->acc_q16, jerk,
+    if ((goal->acc_q16 < 0 && !otg_ramp_fits(goal->vel_q32, goal->acc_q16, jerk,
                                              lim->vel_max_q32)) ||
-        (goal->acc_q16 > 0 && !otg_goal_fits(-goal->vel_q32, goal->acc_q16,
+        (goal->acc_q16 > 0 && !otg_ramp_fits(-goal->vel_q32, goal->acc_q16,
                                              jerk, -lim->vel_min_q32)))
         return refuse(field, MOTION_OTG_FIELD_GOAL_ACC, MOTION_E_LIMIT);
     return MOTION_OK;
+}
+
+/* Whether the start can stay inside the limits as they are. */
+static bool otg_start_fits(const struct motion_otg_move *move)
+{
+    const struct motion_otg_limit *lim = &move->limit;
+    const struct motion_state *start = &move->start;
+    int64_t vel = start->vel_q32, acc = start->acc_q16;
+    if (vel > lim->vel_max_q32 || vel < lim->vel_min_q32)
+        return false;
+    return acc > 0 ? otg_ramp_fits(vel, acc, lim->jerk_q16, lim->vel_max_q32)
+                   : otg_ramp_fits(-vel, acc, lim->jerk_q16, -lim->vel_min_q32);
 }
 
 /* Limits are drawn in by 2^-25, or for a move of few ticks by what 2^11 ticks
@@ -235,6 +247,9 @@ void motion_otg_problem_init(const struct motion_otg_move *move,
     if (lim->jerk_down_q16)
         q->j2 = drawn_in(num_make(lim->jerk_down_q16, -16), draw.jerk);
     q->is_unit = false;
+    q->is_strict = draw.is_strict;
+    q->exact = move;
+    q->is_no_lens = false;
     limit_the_rest(move, q);
     q->per_j = q->per_j2 = num_inv(q->j);
     if (lim->jerk_down_q16)
@@ -293,6 +308,14 @@ static void end_append(const struct end *end, struct otg_shape *shape)
                       i ? num_neg(end->phase[i - 1].a) : end->af);
 }
 
+static struct num end_time(const struct end *end)
+{
+    struct num t = num_zero();
+    for (int i = 0; i < end->count; i++)
+        t = num_add(t, end->phase[i].dt);
+    return t;
+}
+
 static struct num time_of(const struct otg_shape *shape)
 {
     struct num t = num_zero();
@@ -300,6 +323,37 @@ static struct num time_of(const struct otg_shape *shape)
         if (shape->phase[i].dt.m != 0)
             t = num_add(t, shape->phase[i].dt);
     return t;
+}
+
+/* An end that is outside only because limits are drawn in has no time to brake
+ * where the acceleration stays on its side of zero: velocities between those of
+ * start and goal are inside. */
+OTG_OWN_FRAME static bool propose_lens(const struct otg_problem *problem,
+                                       struct num t, struct otg_shape *shape)
+{
+    struct otg_problem q = *problem;
+    struct num jerk = num_min(q.j, q.j2);
+    struct end end;
+    if (!q.is_unit)
+        motion_otg_in_jerk(&q, num_max(q.per_j, q.per_j2));
+    end.count = 0;
+    if (num_lt(q.ax, q.af) || num_lt(q.af, q.an))
+        end_brake(&q, shape, true, &end);
+    motion_otg_brake_acc(&q, shape);
+    shape->brake = shape->count;
+    if (t.m != 0)
+        t = num_sub(t, num_add(time_of(shape), end_time(&end)));
+    if (!motion_otg_solve_lens(&q, t, shape)) {
+        bool is_edge = shape->is_edge;
+        otg_shape_init(shape);
+        shape->is_edge = is_edge;
+        return false;
+    }
+    shape->turn = shape->count;
+    end_append(&end, shape);
+    if (!problem->is_unit)
+        motion_otg_shape_scale(shape, 0, jerk);
+    return true;
 }
 
 static int propose_middle(const struct otg_problem *q, struct num t,
@@ -315,31 +369,49 @@ static int propose_middle(const struct otg_problem *q, struct num t,
     return err;
 }
 
-int motion_otg_propose(struct otg_problem *q, struct num t,
+static bool may_keep_side(const struct otg_problem *q)
+{
+    return q->a0.m != 0 && q->af.m != 0 && (q->a0.m < 0) == (q->af.m < 0) &&
+           q->exact != NULL && motion_otg_lens_is_near(q, num_zero()) &&
+           otg_start_fits(q->exact);
+}
+
+static int propose_all(struct otg_problem *q, struct num t,
                        struct otg_shape *shape, struct num *next)
 {
     struct end end;
+    bool starts = motion_otg_is_start_inside(q);
+    bool ends = motion_otg_is_goal_inside(q);
+    if (!(starts && ends) && may_keep_side(q)) {
+        if (propose_lens(q, t, shape))
+            return MOTION_OK;
+        q->is_no_lens = true;
+    }
+    end.count = 0;
+    if (!ends)
+        end_brake(q, shape, false, &end);
+    if (!starts)
+        motion_otg_brake(q, shape);
+    shape->brake = shape->count;
+    shape->turn = -1;
+    struct num outside = num_zero();
+    if (t.m != 0)
+        outside = num_add(time_of(shape), end_time(&end));
+    int err = propose_middle(q, t, outside, shape, next);
+    if (shape->turn < 0)
+        shape->turn = shape->count;
+    end_append(&end, shape);
+    return err;
+}
+
+int motion_otg_propose(struct otg_problem *q, struct num t,
+                       struct otg_shape *shape, struct num *next)
+{
     struct num jerk = q->j, per_j = q->per_j;
     bool is_one = jerk.m == q->j2.m && jerk.e == q->j2.e;
     if (is_one)
         motion_otg_in_jerk(q, per_j);
-    struct num ends = num_zero();
-    end.count = 0;
-    if (!motion_otg_is_goal_inside(q)) {
-        end_brake(q, shape, false, &end);
-        for (int i = 0; i < end.count; i++)
-            ends = num_add(ends, end.phase[i].dt);
-    }
-    if (!motion_otg_is_start_inside(q)) {
-        motion_otg_brake(q, shape);
-        ends = num_add(ends, time_of(shape));
-    }
-    shape->brake = shape->count;
-    shape->turn = -1;
-    int err = propose_middle(q, t, ends, shape, next);
-    if (shape->turn < 0)
-        shape->turn = shape->count;
-    end_append(&end, shape);
+    int err = propose_all(q, t, shape, next);
     if (!is_one)
         return err;
     q->j = q->j2 = jerk;
@@ -395,8 +467,9 @@ static int64_t in_ns_q12(struct num t)
 static bool is_there(const struct motion_otg_move *move)
 {
     const struct motion_state *start = &move->start, *goal = &move->goal;
-    return start->pos_q32 == goal->pos_q32 && start->vel_q32 == goal->vel_q32 &&
-           start->acc_q16 == goal->acc_q16;
+    return (move->mode == MOTION_OTG_VELOCITY ||
+            start->pos_q32 == goal->pos_q32) &&
+           start->vel_q32 == goal->vel_q32 && start->acc_q16 == goal->acc_q16;
 }
 
 /* The shape of the motion, for a position or a velocity. */
@@ -451,13 +524,13 @@ struct otg_draw motion_otg_draw(int wanted, int i)
     bits = bits < 2 ? 2 : bits;
     switch (i % 4) {
     case 1:
-        return (struct otg_draw){ bits, bits, wanted };
+        return (struct otg_draw){ bits, bits, wanted, false };
     case 2:
-        return (struct otg_draw){ OTG_BITS, OTG_BITS, bits };
+        return (struct otg_draw){ OTG_BITS, OTG_BITS, bits, false };
     case 3:
-        return (struct otg_draw){ near, bits + 2, bits + 2 };
+        return (struct otg_draw){ near, bits + 2, bits + 2, false };
     default:
-        return (struct otg_draw){ bits, bits, bits };
+        return (struct otg_draw){ bits, bits, bits, false };
     }
 }
 
@@ -486,7 +559,7 @@ int motion_otg_is_valid(const struct motion_otg_move *move,
 
 static int64_t least_of(const struct motion_otg_move *move)
 {
-    static const struct otg_draw draw = { OTG_BITS, OTG_BITS, OTG_BITS };
+    static const struct otg_draw draw = { OTG_BITS, OTG_BITS, OTG_BITS, false };
     struct otg_problem q;
     struct otg_shape shape;
     struct num next;
@@ -535,22 +608,26 @@ OTG_OWN_FRAME static int otg_make_edge(const struct motion_otg_move *move,
     return otg_try(move, 0, draw, INT64_MAX, NULL, plan, field);
 }
 
+/* In a hurry what takes longer waits: lower limits can close a way that was just
+ * open.  Then strictly, and then as they are. */
+enum draws { DRAW_HURRY, DRAW_STRICT, DRAW_ALL };
+
 /* One after the other with limits drawn in further; *first becomes the duration
  * of the first.  Where there is no motion of the duration it stays, and the
- * plan's duration is the next one.  In a `hurry` what takes longer waits: lower
- * limits can close a way that was just open. */
+ * plan's duration is the next one. */
 static int otg_make_drawn(const struct motion_otg_move *move,
-                          int64_t dur_ns_q12, bool hurry,
+                          int64_t dur_ns_q12, enum draws how,
                           struct motion_otg_plan *plan, int64_t *first,
                           enum motion_otg_field *field)
 {
-    struct otg_draw draw = { OTG_BITS, OTG_BITS, OTG_BITS };
+    struct otg_draw draw = { OTG_BITS, OTG_BITS, OTG_BITS, how == DRAW_STRICT };
     int64_t most = INT64_MAX;
     int wanted = OTG_BITS;
     for (int i = 0; i < OTG_TRIES; i++) {
         bool is_edge = false;
-        int err = otg_try(move, dur_ns_q12, draw, most,
-                          i == 0 && hurry ? &is_edge : NULL, plan, field);
+        int err =
+            otg_try(move, dur_ns_q12, draw, most,
+                    i == 0 && how == DRAW_HURRY ? &is_edge : NULL, plan, field);
         if (is_edge)
             err = otg_make_edge(move, draw, plan, field);
         if (err == MOTION_OK || err == MOTION_E_RANGE)
@@ -560,10 +637,11 @@ static int otg_make_drawn(const struct motion_otg_move *move,
                 return err;
             *first = plan->dur_ns_q12;
             wanted = motion_otg_wanted_bits(*first);
-            if (hurry)
+            if (how == DRAW_HURRY)
                 most = *first + (*first >> OTG_HURRY) + OTG_HURRY_TICKS;
         }
         draw = motion_otg_draw(wanted, i + (wanted == OTG_BITS));
+        draw.is_strict = how == DRAW_STRICT;
     }
     return MOTION_E_LIMIT;
 }
@@ -581,7 +659,7 @@ static int otg_make_later(const struct motion_otg_move *move, int64_t least,
         int64_t first = 0;
         if (dur >= MOTION_TRACK_SEGMENT_MAX_NS_Q12)
             return refuse(field, MOTION_OTG_FIELD_GOAL_POS, MOTION_E_RANGE);
-        int err = otg_make_drawn(move, dur, false, plan, &first, field);
+        int err = otg_make_drawn(move, dur, DRAW_ALL, plan, &first, field);
         if (err == MOTION_OK || err == MOTION_E_RANGE)
             return err;
         if (tries > OTG_SOON && first == 0 && plan->dur_ns_q12 > dur)
@@ -601,12 +679,16 @@ static int otg_make_valid(const struct motion_otg_move *move,
     if (move->mode == MOTION_OTG_VELOCITY &&
         motion_otg_plain(move, plan, field) == MOTION_OK)
         return MOTION_OK;
-    int err = otg_make_drawn(move, dur_ns_q12, hurry, plan, &first, field);
+    int err = otg_make_drawn(move, dur_ns_q12, hurry ? DRAW_HURRY : DRAW_ALL,
+                             plan, &first, field);
     if (err == MOTION_E_LIMIT && hurry &&
         otg_make_later(move, first, OTG_SOON, plan, field) == MOTION_OK)
         return MOTION_OK;
     if (err == MOTION_E_LIMIT && hurry)
-        err = otg_make_drawn(move, dur_ns_q12, false, plan, &first, field);
+        err =
+            otg_make_drawn(move, dur_ns_q12, DRAW_STRICT, plan, &first, field);
+    if (err == MOTION_E_LIMIT && hurry)
+        err = otg_make_drawn(move, dur_ns_q12, DRAW_ALL, plan, &first, field);
     if (err != MOTION_E_LIMIT || move->mode != MOTION_OTG_POSITION)
         return err;
     if (dur_ns_q12 == 0)

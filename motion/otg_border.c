@@ -194,8 +194,26 @@ struct num motion_otg_border_rate(const struct otg_border *b,
     return num_add(p->vc, num_half(num_mul(p->x, a2)));
 }
 
-/* The lens's borders are concave over the duration: no higher than the tangent.
- * The duration changes by less than 2 with x. */
+/* It changes by 2 x + z/2 + x^2/2z: nothing where x = -(2 - sqrt 3) z, so where
+ * x^2 = gap / (6 + 4 sqrt 3); where the other side's limit binds, later, by
+ * 2 x + limit/2. */
+struct num motion_otg_border_turn(const struct otg_border *b, struct num hi)
+{
+    static const struct num part = { 664433753, -33 }; /* 1 / (6 + 4 sqrt 3) */
+    static const struct num per_s = { 1001814760, -28 }; /* 2 + sqrt 3 */
+    struct num limit = b->side[!b->first].limit;
+    struct num x = num_mul(b->gap, part);
+    if (!num_lt(num_sqr(hi), x))
+        return hi;
+    x = num_sqrt(x);
+    if (num_lt(limit, num_mul(x, per_s)))
+        x = num_max(num_sqrt(num_sub(num_sqr(limit), b->gap)),
+                    num_scale(limit, -2));
+    return num_min(num_neg(x), hi);
+}
+
+/* As long as that rate falls, the border is concave over the duration: no higher
+ * than the tangent.  The duration changes by less than 2 with x. */
 static bool is_hopeless(const struct otg_border *b, const struct otg_point *p,
                         struct num lo, struct num hi)
 {
@@ -214,7 +232,7 @@ static void root_end(enum otg_goal goal, struct num to, struct num step,
                      struct num top, struct otg_point *p)
 {
     p->rest = num_zero();
-    if (goal == OTG_GOAL_D && num_lt(top, to)) {
+    if (goal == OTG_GOAL_D && top.m > 0 && num_lt(top, to)) {
         struct num over = num_sub(to, top);
         p->rest = num_mul(over, p->slope);
         step = num_sub(step, over);
@@ -271,6 +289,8 @@ void motion_otg_border_root(struct otg_border *b, enum otg_goal goal,
         if (is_bounded && (is_same(x, lo) || is_same(x, hi)))
             break; /* nothing is between */
     }
+    if (goal == OTG_GOAL_D && !is_same(p->x, top))
+        p->rest = num_zero(); /* by rounding; no cruise makes it good */
     if (i > motion_otg_solve_most)
         motion_otg_solve_most = i;
 }

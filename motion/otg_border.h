@@ -89,6 +89,10 @@ struct num motion_otg_border_time(const struct otg_border *b,
 struct num motion_otg_border_rate(const struct otg_border *b,
                                   const struct otg_point *p);
 
+/* In regime B and the lens that rate is convex over x: where it is least up to hi
+ * <= 0.  Unit jerk. */
+struct num motion_otg_border_turn(const struct otg_border *b, struct num hi);
+
 /* Where between lo and hi `got` rises to what is wanted, from a first guess
  * p->x; the point there.  p->rest above zero: beyond hi. */
 void motion_otg_border_root(struct otg_border *b, enum otg_goal goal,

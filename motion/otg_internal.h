@@ -91,9 +91,11 @@ bool motion_otg_is_goal_inside(const struct otg_problem *q);
 /* The same for an acceleration alone. */
 void motion_otg_brake_acc(struct otg_problem *q, struct otg_shape *shape);
 
-/* By how much limits are drawn in: 2^-vel, 2^-acc, 2^-jerk. */
+/* By how much limits are drawn in: 2^-vel, 2^-acc, 2^-jerk; `is_strict` as in
+ * struct otg_problem. */
 struct otg_draw {
     int vel, acc, jerk;
+    bool is_strict;
 };
 
 #define OTG_TRIES 48
@@ -114,11 +116,17 @@ void motion_otg_shape_scale(struct otg_shape *shape, int from, struct num jerk);
 /* Between otg_solve.c and otg_timed.c, for problems in unit jerk. */
 bool motion_otg_is_reached(const struct otg_problem *q, struct num t,
                            struct num miss);
+/* A motion of the lens that takes t. */
+bool motion_otg_lens_in(const struct otg_problem *q, struct num t,
+                        struct otg_shape *shape);
 struct otg_lens {
     bool exists;
     struct num valley; /* x is -valley at its late end */
 };
 struct otg_lens motion_otg_lens_of(const struct otg_problem *q);
+/* Whether velocities between v0 and vf can cover d in the time of the last of its
+ * motions. */
+bool motion_otg_lens_is_near(const struct otg_problem *q, struct num valley);
 /* A border of the lens; returns x at its start. */
 struct num motion_otg_lens_border(const struct otg_problem *q, int sign,
                                   struct otg_border *b);

@@ -273,15 +273,29 @@ static void round_compact(const struct otg_shape *shape,
     }
 }
 
-/* A start or goal on its limit of acceleration has a phase at it that leads to
- * the drawn-in limit: 2^-25 of it in as short a time, which no trimming could
- * move by its share.  Its neighbour does that, too. */
-static bool is_sliver(const struct motion_otg_plan *plan, int64_t n,
-                      int64_t from, int64_t to)
+static bool is_flat(int64_t from, int64_t to)
 {
     uint64_t size = motion_fixed_abs(from) | motion_fixed_abs(to);
+    return motion_fixed_abs(to - from) <= size >> 16;
+}
+
+static int64_t phase_start(const struct motion_otg_plan *plan, int i)
+{
+    return i > 0 ? plan->phase[i - 1].acc : plan->start_acc;
+}
+
+/* A start or goal on its limit of acceleration has a phase i at it that leads to
+ * the drawn-in limit: 2^-25 of it in as short a time, which no trimming could
+ * move by its share.  Its neighbour does that, too: one that holds the limit, or
+ * a ramp, which must not be bent by what it takes in. */
+static bool is_sliver(const struct motion_otg_plan *plan, int i, int beside)
+{
+    const struct motion_otg_phase *ph = plan->phase;
+    int64_t n = ph[i].dur_ns_q12;
     return n < plan->dur_ns_q12 >> 14 &&
-           motion_fixed_abs(to - from) <= size >> 16;
+           is_flat(phase_start(plan, i), ph[i].acc) &&
+           (n < ph[beside].dur_ns_q12 >> 14 ||
+            is_flat(phase_start(plan, beside), ph[beside].acc));
 }
 
 /* The first phase from i on, in steps of `way`, that has ticks; or the end. */
@@ -298,13 +312,13 @@ static void round_end(struct motion_otg_plan *plan, int i, int way)
     struct motion_otg_phase *ph = plan->phase;
     if (ph[i].dur_ns_q12 == 0)
         i = next_lasting(plan, i + way, way);
-    int64_t from = i > 0 ? ph[i - 1].acc : plan->start_acc;
-    int64_t acc = way > 0 ? from : ph[i].acc;
+    int64_t acc = way > 0 ? phase_start(plan, i) : ph[i].acc;
     int to = i + way;
-    if (to < 0 || to >= plan->count ||
-        !is_sliver(plan, ph[i].dur_ns_q12, from, ph[i].acc))
+    if (to < 0 || to >= plan->count)
         return;
     to = next_lasting(plan, to, way);
+    if (!is_sliver(plan, i, to))
+        return;
     ph[to].dur_ns_q12 += ph[i].dur_ns_q12;
     ph[i].dur_ns_q12 = 0;
     for (; i != to; i += way)
@@ -337,19 +351,16 @@ static void round_merge(struct motion_otg_plan *plan)
 {
     struct motion_otg_phase *ph = plan->phase;
     int last = plan->count - 1;
-    for (; last >= 1 &&
-           is_sliver(plan, ph[last].dur_ns_q12, ph[last - 1].acc, ph[last].acc);
-         last--) {
+    for (; last >= 1 && is_sliver(plan, last, last - 1); last--) {
         ph[last - 1].dur_ns_q12 += ph[last].dur_ns_q12;
         ph[last - 1].acc = ph[last].acc;
     }
     plan->count = last + 1;
-    while (plan->count > 1 &&
-           is_sliver(plan, ph[0].dur_ns_q12, plan->start_acc, ph[0].acc))
+    while (plan->count > 1 && is_sliver(plan, 0, 1))
         merge_on(plan, 0);
     for (int i = 1; i + 1 < plan->count; i++)
         if (ph[i].dur_ns_q12 <= ph[i + 1].dur_ns_q12 >> 26 &&
-            is_sliver(plan, ph[i].dur_ns_q12, ph[i - 1].acc, ph[i].acc))
+            is_sliver(plan, i, i + 1))
             merge_on(plan, i--);
     plan->brake = smaller(plan->brake, plan->count);
     plan->turn = smaller(plan->turn, plan->count);

@@ -16,8 +16,10 @@
 #define SETTLE_REPAIRS 4
 #define SETTLE_STEPS   4
 #define SETTLE_LONGER  21 /* 2^-21 more than proposed, and a ns */
-#define SETTLE_TWO     10 /* with two jerks 2^-10 */
-#define SETTLE_TICKS   4096
+#define SETTLE_FREELY                                                          \
+    10 /* with two jerks, or where time grows with the root
+                             of what a way is off, 2^-10 */
+#define SETTLE_TICKS 4096
 
 struct settle {
     const struct motion_otg_move *move;
@@ -27,6 +29,7 @@ struct settle {
     int64_t rounded;    /* that of the proposal */
     struct otg_rates rates;
     uint32_t fixed; /* corners that may not move */
+    bool is_strict;
 };
 
 int64_t motion_otg_phase_jerk(const struct motion_otg_limit *lim,
@@ -179,7 +182,7 @@ static bool has_two_jerks(const struct settle *s)
 /* Made good at the price of a longer time. */
 static bool is_longer(const struct settle *s)
 {
-    int bits = has_two_jerks(s) ? SETTLE_TWO : SETTLE_LONGER;
+    int bits = has_two_jerks(s) || s->is_strict ? SETTLE_FREELY : SETTLE_LONGER;
     return s->dur_ns_q12 == 0 &&
            s->plan->dur_ns_q12 >
                s->rounded + (s->rounded >> bits) + SETTLE_TICKS;
@@ -217,6 +220,7 @@ int motion_otg_settle(const struct motion_otg_move *move,
     s.plan = plan;
     s.dur_ns_q12 = dur_ns_q12;
     s.fixed = 0;
+    s.is_strict = problem->is_strict;
     int err = motion_otg_round_start(move, problem, shape, &s.rates, plan);
     if (err < 0 || (dur_ns_q12 != 0 && stands_still(move)))
         return settle_check(&s, err < 0 ? err : settle_wait(dur_ns_q12, plan),

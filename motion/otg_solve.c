@@ -9,6 +9,7 @@
 #include "motion/otg_internal.h"
 
 #define EDGE_BITS 14
+#define LENS_BITS 24 /* what rounding makes of its time is less */
 
 /* --- the main region ------------------------------------------------------ */
 
@@ -56,16 +57,17 @@ OTG_OWN_FRAME static struct num guess_two(const struct otg_border *b,
     return guess(num_mul(rest, by), num_mul(s, by));
 }
 
-/* In regime B the border may rise before it falls: while 2 x + z/2 + x^2/2z is
- * below zero its slope (3) gets less, as in the lens.  What it reaches there comes
- * first. */
+/* In regime B the border may rise before it falls: as far as its rate gets less,
+ * as in the lens.  What it reaches there comes first. */
 static bool is_placed_early(struct answer *at, struct num want, struct num lo)
 {
     struct otg_point p = at->p;
-    if (motion_otg_border_rate(&at->b, &p).m <= 0 || !num_lt(p.got, want))
+    struct num hi = motion_otg_border_turn(&at->b, num_zero());
+    if (!num_lt(lo, hi) || motion_otg_border_rate(&at->b, &p).m <= 0 ||
+        !num_lt(p.got, want))
         return false;
-    p.x = num_half(lo);
-    motion_otg_border_root(&at->b, OTG_GOAL_LENS, want, lo, num_zero(), &p);
+    p.x = num_half(num_add(lo, hi));
+    motion_otg_border_root(&at->b, OTG_GOAL_LENS, want, lo, hi, &p);
     if (p.rest.m > 0)
         return false;
     at->p = p;
@@ -146,7 +148,8 @@ static void answer_main(const struct otg_problem *q, struct answer *at)
     int sign = q->d.m < 0 ? -1 : 1;
     struct num rest = border_start(q, sign, at, &want, &lo);
     at->is_edge |= is_slight(rest, q->d, at->b.lead_d);
-    if ((rest.m <= 0 || at->p.slope.m <= 0) && is_at_start(q, at, rest))
+    if ((at->p.slope.m <= 0 || (rest.m <= 0 && !q->is_strict)) &&
+        is_at_start(q, at, rest))
         return;
     if (rest.m < 0)
         (void)border_start(q, -sign, at, &want, &lo);
@@ -162,7 +165,8 @@ static void answer_main(const struct otg_problem *q, struct answer *at)
 struct otg_lens motion_otg_lens_of(const struct otg_problem *q)
 {
     struct otg_lens lens = { .exists = false };
-    if (q->a0.m == 0 || q->af.m == 0 || (q->a0.m < 0) != (q->af.m < 0))
+    if (q->is_no_lens || q->a0.m == 0 || q->af.m == 0 ||
+        (q->a0.m < 0) != (q->af.m < 0))
         return lens;
     struct num dv = q->dv;
     struct num e0 = num_half(num_sqr(q->a0)), ef = num_half(num_sqr(q->af));
@@ -183,18 +187,20 @@ struct num motion_otg_lens_border(const struct otg_problem *q, int sign,
     return b->side[b->first].a;
 }
 
-/* Whether `want` is reached along the border.  It is concave: it must rise at
+/* Whether `want` is reached while the border is concave, up to hi: it must rise at
  * its start, and when it ends short of that, fall at its end, or its highest
  * value is at the end.  Nor is it higher than its tangents. */
 static bool lens_may_reach(struct otg_border *b, struct num want,
                            const struct otg_point *first, struct num hi)
 {
     struct otg_point last;
+    struct num up = motion_otg_border_rate(b, first);
+    if (up.m <= 0)
+        return false;
     motion_otg_border_at(b, OTG_GOAL_LENS, hi, &last);
-    struct num up = motion_otg_border_rate(b, first),
-               down = motion_otg_border_rate(b, &last);
+    struct num down = motion_otg_border_rate(b, &last);
     bool is_short = num_lt(last.got, want);
-    if (up.m <= 0 || (is_short && down.m > 0))
+    if (is_short && down.m > 0)
         return false;
     struct num span = num_sub(motion_otg_border_time(b, &last),
                               motion_otg_border_time(b, first));
@@ -216,28 +222,73 @@ OTG_OWN_FRAME static bool is_lens_tip(const struct otg_problem *q,
     return is_slight(num_sub(want, at->p.got), q->d, at->b.lead_d);
 }
 
+static bool lens_reaches(const struct otg_problem *q, enum otg_goal goal,
+                         struct num want, struct num lo, struct num hi,
+                         struct answer *at)
+{
+    at->p.x = num_half(num_add(lo, hi));
+    motion_otg_border_root(&at->b, goal, want, lo, hi, &at->p);
+    return motion_otg_is_reached(q, answer_time(at), at->p.rest);
+}
+
+/* A border rises first while it is concave, and once more at its end, where what
+ * it comes to is the most of that. */
+static bool answer_lens_border(const struct otg_problem *q, struct num want,
+                               struct num lo, struct num hi, struct answer *at)
+{
+    struct num concave = num_max(lo, motion_otg_border_turn(&at->b, hi));
+    if (num_lt(lo, concave) && lens_may_reach(&at->b, want, &at->p, concave) &&
+        lens_reaches(q, OTG_GOAL_LENS, want, lo, concave, at))
+        return true;
+    if (!num_lt(concave, hi))
+        return false;
+    motion_otg_border_at(&at->b, OTG_GOAL_D, hi, &at->p);
+    return !num_lt(at->p.got, want) &&
+           lens_reaches(q, OTG_GOAL_D, want, concave, hi, at);
+}
+
+bool motion_otg_lens_is_near(const struct otg_problem *q, struct num valley)
+{
+    struct num v =
+        q->d.m < 0 ? num_neg(num_min(q->v0, q->vf)) : num_max(q->v0, q->vf);
+    struct num t = otg_over(q, num_add(num_abs(q->a0), num_abs(q->af)),
+                            num_max(q->per_j, q->per_j2));
+    struct num rounding = num_scale(t, -LENS_BITS);
+    t = num_add(num_sub(t, num_twice(valley)), rounding);
+    return !num_lt(num_mul(v, t), num_abs(q->d));
+}
+
 OTG_OWN_FRAME static bool answer_lens(const struct otg_problem *q,
                                       struct answer *at)
 {
     struct otg_lens lens = motion_otg_lens_of(q);
-    if (!lens.exists)
+    if (!lens.exists || !motion_otg_lens_is_near(q, lens.valley))
         return false;
-    struct num want, hi = num_neg(lens.valley);
-    at->is_edge |= is_lens_tip(q, at, hi);
+    at->is_edge |= is_lens_tip(q, at, num_neg(lens.valley));
+    at->cruise = num_zero();
     for (int sign = 1; sign >= -1; sign -= 2) {
         struct num lo = motion_otg_lens_border(q, sign, &at->b);
-        want = num_add(sign < 0 ? num_neg(q->d) : q->d, at->b.lead_d);
+        struct num want = sign < 0 ? num_neg(q->d) : q->d;
+        want = num_add(want, at->b.lead_d);
         motion_otg_border_at(&at->b, OTG_GOAL_LENS, lo, &at->p);
-        if (num_lt(want, at->p.got))
-            continue;
-        if (!lens_may_reach(&at->b, want, &at->p, hi))
-            return false;
-        at->p.x = num_half(num_add(lo, hi));
-        motion_otg_border_root(&at->b, OTG_GOAL_LENS, want, lo, hi, &at->p);
-        at->cruise = num_zero();
-        return motion_otg_is_reached(q, answer_time(at), at->p.rest);
+        if (!num_lt(want, at->p.got))
+            return answer_lens_border(q, want, lo, num_neg(lens.valley), at);
     }
     return false;
+}
+
+bool motion_otg_solve_lens(const struct otg_problem *q, struct num t,
+                           struct otg_shape *shape)
+{
+    struct answer at;
+    if (t.m != 0)
+        return motion_otg_lens_in(q, t, shape);
+    at.is_edge = false;
+    bool is_reached = answer_lens(q, &at);
+    shape->is_edge |= at.is_edge;
+    if (is_reached)
+        motion_otg_border_shape(&at.b, &at.p, at.cruise, shape);
+    return is_reached;
 }
 
 /* --- solutions ------------------------------------------------------------ */
@@ -305,7 +356,7 @@ void motion_otg_solve(const struct otg_problem *q, struct otg_shape *shape)
     struct answer at;
     int from = shape->count;
     answer_best(q, &at);
-    shape->is_edge = at.is_edge;
+    shape->is_edge |= at.is_edge;
     motion_otg_border_shape(&at.b, &at.p, at.cruise, shape);
     if (!q->is_unit && at.b.is_unit)
         motion_otg_shape_scale(shape, from, num_min(q->j, q->j2));

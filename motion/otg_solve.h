@@ -18,6 +18,8 @@
 
 #include "motion/otg_num.h"
 
+struct motion_otg_move;
+
 /* Displacement d from (v0, a0) to (vf, af); vn <= v <= vx, an <= a <= ax,
  * an < 0 < ax; jerk within +-j before the cruise and +-j2 after it.  Both ends
  * must be inside (otg_brake.c brings them there).  `is_unit`: lengths are
@@ -30,6 +32,11 @@ struct otg_problem {
     struct num per_j, per_j2; /* 1/j, 1/j2 */
     int jerk_bits;            /* both are drawn in by 2^-jerk_bits */
     bool is_unit;
+    bool is_strict; /* a way that the plain speed change covers but for 2^-24 is
+                       not taken for one that it covers */
+    bool is_no_lens;                     /* there was nothing in it */
+    const struct motion_otg_move *exact; /* the same, with limits that are not
+                                            drawn in; NULL for several axes */
 };
 
 /* The acceleration as a polyline: in each phase it runs straight to `a`. */
@@ -84,6 +91,12 @@ static inline struct num otg_over(const struct otg_problem *q, struct num a,
 /* Append the fastest motion.  Always finds one for a problem as above.  Where
  * it uses both jerks, brake and turn are set to where the second begins. */
 void motion_otg_solve(const struct otg_problem *q, struct otg_shape *shape);
+
+/* Append a motion whose acceleration stays on one side of zero, the fastest for
+ * t zero, else one of that duration; false when there is none of the lens.
+ * Its velocities are between v0 and vf: vx, vn are not looked at.  Unit jerk. */
+bool motion_otg_solve_lens(const struct otg_problem *q, struct num t,
+                           struct otg_shape *shape);
 
 /* Append the fastest motion from (v0, a0) to (vf, af) whatever it covers;
  * vx, vn, d are not looked at. */

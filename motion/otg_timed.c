@@ -298,6 +298,16 @@ static bool duration_in_main(const struct otg_problem *q, struct num t,
     return *side == 0;
 }
 
+bool motion_otg_lens_in(const struct otg_problem *q, struct num t,
+                        struct otg_shape *shape)
+{
+    struct slice s;
+    if (!duration_in_lens(q, t, shape, &s))
+        return false;
+    blend(&s.upper, &s.lower, q->a0, s.lambda, shape);
+    return true;
+}
+
 OTG_OWN_FRAME static bool solve_blend(const struct otg_problem *q, struct num t,
                                       struct otg_shape *shape, int *side)
 {

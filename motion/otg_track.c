@@ -35,7 +35,7 @@ static int64_t coefficient(struct wider a, const struct motion_divisor *fives,
                            int acc_bits, int frac)
 {
     struct wider m = wider_abs(a);
-    int down = 10 + acc_bits - frac;
+    int down = 10 + acc_bits - frac - fives->up;
     m = down < 0 ? wider_shl(m, (unsigned)-down) : wider_shr(m, (unsigned)down);
     uint64_t twice =
         motion_divisor_apply(fives, (struct motion_u128){ m.mid, m.lo }, NULL);
@@ -88,6 +88,7 @@ static int place_at(int64_t from_q32, struct wider way,
     struct motion_u128 q;
     if (m.hi >= (uint64_t)OTG_WAY_FIVES / 2)
         return MOTION_E_RANGE;
+    m = wider_shl(m, fives->up);
     q.hi =
         motion_divisor_apply(fives, (struct motion_u128){ m.hi, m.mid }, &rest);
     q.lo =

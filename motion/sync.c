@@ -175,6 +175,7 @@ OTG_OWN_FRAME static void line_problem(const struct line *line,
                                        struct otg_problem *q)
 {
     motion_otg_problem_init(&line->move[line->leader], draw, q);
+    q->exact = NULL;
     for (int i = 0; i < line->count; i++) {
         struct otg_problem axis;
         if (line->way[i] == 0 || i == line->leader)

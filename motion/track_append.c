@@ -116,12 +116,14 @@ static struct motion_u128 append_solve(const struct append_goal *goal,
                                        struct motion_u128 travel, int k,
                                        int open)
 {
-    struct motion_u128 q0 = travel, q1 = goal->vel, q2 = goal->half_acc;
+    struct motion_u128 q0 = travel, q1, q2;
 
     for (int i = 1; i < k; i++)
         q0 = append_sub(q0, goal->a[i]);
-    if (open == 1)
+    if (open == 1) /* without tangents */
         return q0;
+    q1 = goal->vel;
+    q2 = goal->half_acc;
     for (int i = 1; i < k; i++) {
         q1 = append_take(q1, goal->a[i], i);
         q2 = append_take(q2, goal->a[i], i * (i - 1) / 2);
@@ -144,7 +146,6 @@ static void append_sizes(const struct append_goal *goal,
 {
     struct motion_u128 m[APPEND_DEGREE + 1], all = { 0, 0 };
 
-    *sizes = (struct append_sizes){ .down = 0 };
     for (int k = 1; k <= goal->degree; k++) {
         m[k] = motion_fixed_abs_i128(goal->a[k]);
         all.hi |= m[k].hi;
@@ -200,24 +201,38 @@ static int append_frac(const struct append_goal *goal,
     return frac < APPEND_MAX ? frac : APPEND_MAX;
 }
 
+/* b - a, from 32 bits below the unit to q72. */
+static struct motion_u128 append_way(int64_t a_q32, int64_t b_q32)
+{
+    struct motion_u128 d =
+        append_sub(motion_fixed_from_i64(b_q32), motion_fixed_from_i64(a_q32));
+    return (struct motion_u128){ d.hi << 40 | d.lo >> 24, d.lo << 40 };
+}
+
 /* Travel from the segment's start to its end, in q72 and as the segment can
  * hold it: in steps of 2^-(32+frac). */
 static struct motion_u128 append_travel(const struct append_goal *goal,
                                         const struct motion_segment *segment)
 {
-    struct motion_u128 d = append_sub(motion_fixed_from_i64(goal->end_pos_q32),
-                                      motion_fixed_from_i64(segment->pos_q32));
+    struct motion_u128 d = append_way(segment->pos_q32, goal->end_pos_q32);
 
     if (segment->frac < 0) {
-        uint64_t steps = UINT64_C(1) << -segment->frac;
-        d.lo &= ~(steps - 1);
-        return motion_fixed_shl_u128(d, 40);
+        d.lo &= ~((UINT64_C(1) << (40 - segment->frac)) - 1);
+        return d;
     }
     unsigned unit = 40 - (unsigned)segment->frac;
     uint64_t below = (goal->end_frac >> 33) >> (31 - segment->frac);
-    d = motion_fixed_shl_u128(d, 40);
     return motion_fixed_add_u128(
         d, track_shifted((int64_t)below - segment->coef[0], unit));
+}
+
+/* a / 2^bits to nearest, 2 <= bits <= 63, |result| < 2^62. */
+static int64_t append_rounded(struct motion_u128 a, unsigned bits)
+{
+    const uint64_t minus = (uint64_t)((int64_t)a.hi >> 63);
+    const struct motion_u128 m = motion_fixed_sign_i128(a, minus);
+    const uint64_t twice = m.hi << (65 - bits) | m.lo >> (bits - 1);
+    return (int64_t)((((twice + 1) >> 1) ^ minus) - minus);
 }
 
 /* All a[k]: exact (segment NULL: travel as given), or each rounded to what
@@ -232,10 +247,9 @@ static void append_settle(struct append_goal *goal, struct motion_u128 travel,
             goal->a[k] = append_solve(goal, travel, k, goal->degree + 1 - k);
         if (segment != NULL) {
             unsigned unit = (unsigned)(40 - segment->frac - k);
-            struct motion_u128 c = motion_fixed_round_i128(goal->a[k], unit);
-            segment->coef[k] = (int64_t)c.lo; /* |c| < 2^62 */
+            segment->coef[k] = append_rounded(goal->a[k], unit);
             goal->a[k] = track_shifted(segment->coef[k], unit);
-            if (c.lo != 0)
+            if (segment->coef[k] != 0)
                 segment->degree = (uint8_t)k;
         }
     }
@@ -433,10 +447,8 @@ static int append_open(const struct motion_track *track, int64_t dur_ns_q12)
 static int append_fit(const struct motion_track *track,
                       struct append_goal *goal, struct motion_segment *segment)
 {
-    struct motion_u128 exact = motion_fixed_shl_u128(
-        append_sub(motion_fixed_from_i64(goal->end_pos_q32),
-                   motion_fixed_from_i64(track->end.pos_q32)),
-        40);
+    struct motion_u128 exact =
+        append_way(track->end.pos_q32, goal->end_pos_q32);
 
     *segment = (struct motion_segment){ .pos_q32 = track->end.pos_q32 };
     append_time(segment, track->end_ns_q12, goal->dur_ns_q12);
@@ -529,19 +541,17 @@ int motion_track_append_poly(struct motion_track *track, int64_t dur_ns_q12,
                              int degree, const int64_t coef[], unsigned frac,
                              int64_t end_pos_q32, uint64_t end_frac)
 {
-    struct append_goal goal = {
-        .dur_ns_q12 = dur_ns_q12,
-        .degree = degree,
-        .given = degree,
-        .end_pos_q32 = end_pos_q32,
-        .end_frac = end_frac,
-    };
+    struct append_goal goal; /* without tangents, and a[] by itself */
     int err = append_open(track, dur_ns_q12);
 
     if (degree < 1 || degree > APPEND_DEGREE || frac > APPEND_MAX)
         return MOTION_E_ARG;
     if (err < 0)
         return err;
+    goal.dur_ns_q12 = dur_ns_q12;
+    goal.degree = goal.given = degree;
+    goal.end_pos_q32 = end_pos_q32;
+    goal.end_frac = end_frac;
     for (int k = 1; k < degree; k++) /* < 2^63 * 2^40 */
         goal.a[k] = track_shifted(coef[k - 1], 40 - frac);
     return append_commit(track, &goal);

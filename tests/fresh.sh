@@ -20,9 +20,12 @@ rm "$root.log"
 cp /etc/resolv.conf "$root/etc/resolv.conf"
 git clone -q . "$root/slew"
 
-# Its own mounts and processes: /proc is gone when the last of them is.
+# Its own mounts and processes: /proc and the pseudo-terminals are gone when the
+# last of them is.
 for target in "$@"; do
     unshare --mount --pid --fork --mount-proc="$root/proc" \
-        env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root \
-        chroot "$root" make --no-print-directory -C /slew "$target"
+        sh -c 'mount -t devpts -o newinstance,ptmxmode=666 devpts "$0/dev/pts"
+               exec env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root \
+                   chroot "$0" make --no-print-directory -C /slew "$1"' \
+        "$root" "$target"
 done

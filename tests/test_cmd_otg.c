@@ -117,59 +117,6 @@ static void one_motion_needs_no_file(void **state)
     cJSON_Delete(report);
 }
 
-/* An acceleration that has to be let go first runs on to a speed, and a place,
- * far beyond what the row speaks of.  By hand: a change of speed by a^2/2 at an
- * acceleration of 1; 1.1e8 of way in about five ramps, back at a speed of 1. */
-static void ends_that_run_far_away_are_planned(void **state)
-{
-    static const struct {
-        const char *table;
-        double duration;
-    } rows[] = {
-        { "v0,a0,vf,af,amax,amin,jmax\n0,-1000,0,0,1,-2000,1\n", 501001 },
-        { "v0,a0,vf,af,amax,amin,jmax\n0,0,0,1000,2000,-1,1\n", 501001 },
-        { HEADER "0,0,-300,0,0,0,1,-1,10,-300,1\n", 110479806 },
-    };
-    char *end;
-    (void)state;
-    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
-        write_table(rows[i].table, strlen(rows[i].table));
-        if (slew("TABLE") != 0)
-            fail_msg("row %zu: %s%s", i, out, err);
-        const char *answer = strstr(out, "\n0,ok,");
-        assert_non_null(answer);
-        double duration = strtod(answer + strlen("\n0,ok,"), &end);
-        assert_true(fabs(duration / rows[i].duration - 1) < 1e-6);
-    }
-}
-
-/* A limit that the move cannot come near costs neither time nor digits. */
-static void limits_out_of_reach_are_as_good_as_none(void **state)
-{
-    static const struct {
-        const char *row;
-        double duration;
-    } rows[] = {
-        { "0,0,0,1,0,0,1e30,-1e30,1,-1,1", 3.1748021039363992 }, /* 32^1/3 */
-        { "0,0,0,1,0,0,1,-1,1e30,-1e30,1", 3.1748021039363992 },
-        { "0,0,0,1,0,0,1e30,-1e30,1e30,-1e30,1", 3.1748021039363992 },
-        { "0,0,0,1,0,0,1,-1,1,-1,1e30", 2 },
-        { "0,0,0,1,0,0,1e-30,-1e-30,1,-1,1", 1e30 },
-        { "0,0,0,0,0,0,1e30,-1e-30,1e9,-1,1e50", 0 },
-    };
-    char text[256], *end;
-    (void)state;
-    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
-        int length = snprintf(text, sizeof text, HEADER "%s\n", rows[i].row);
-        write_table(text, (size_t)length);
-        if (slew("TABLE") != 0)
-            fail_msg("row %zu: %s%s", i, out, err);
-        double duration = strtod(strstr(out, "\n0,ok,") + 6, &end);
-        if (!(fabs(duration - rows[i].duration) <= 1e-6 * rows[i].duration))
-            fail_msg("row %zu: %s", i, out);
-    }
-}
-
 static void comments_and_every_end_of_line_are_read(void **state)
 {
     static const char old[] = "p0,v0,a0,pf,vf,af,vmax,vmin,amax,amin,jmax\r"
@@ -333,6 +280,9 @@ static void bad_options_are_refused(void **state)
         { "--to 3x", "slew otg: --to 3x: expected a number" },
         { "--to nan", "slew otg: --to nan: expected a number" },
         { "--row -1 TABLE", "slew otg: --row -1: expected a whole number" },
+        { "--together us TABLE", "slew otg: --together: expected time, phase" },
+        { "--duration -1 --to 3", "slew otg: --duration: expected seconds" },
+        { "--duration 1 --together none TABLE", "slew otg: --duration: not" },
         { "--row 1 --to 3", "slew otg: --row: expected with FILE" },
         { "--row 5 TABLE", "no row 5: there are 2, counted from 0" },
         { "--to 3 TABLE", "slew otg: a FILE or the numbers of one motion" },
@@ -396,8 +346,6 @@ int main(void)
         cmocka_unit_test(columns_come_in_any_order_and_with_others),
         cmocka_unit_test(one_motion_needs_no_file),
         cmocka_unit_test(limits_on_one_side_may_be_left_out),
-        cmocka_unit_test(ends_that_run_far_away_are_planned),
-        cmocka_unit_test(limits_out_of_reach_are_as_good_as_none),
         cmocka_unit_test(comments_and_every_end_of_line_are_read),
         cmocka_unit_test(a_bad_table_is_refused_with_its_place),
         cmocka_unit_test(binary_and_endless_lines_are_refused),

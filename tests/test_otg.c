@@ -71,7 +71,9 @@ static void score_row(struct score *score, const struct otg_row *row,
 /* The row in another unit of length and of time. */
 static void row_in(struct otg_row *row, int axes, double length, double time)
 {
-    static const int per_time[OTG_VALUES] = { 0, 1, 2, 0, 1, 2, 1, 1, 2, 2, 3 };
+    static const int per_time[OTG_VALUES] = {
+        0, 1, 2, 0, 1, 2, 1, 1, 2, 2, 3, 3
+    };
     for (int i = 0; i < axes; i++)
         for (int k = 0; k < OTG_VALUES; k++)
             row->value[i][k] *= length / pow(time, per_time[k]);

@@ -217,14 +217,20 @@ static void a_plan_takes_what_the_search_says(void **state)
 
 /* --- times that are known without a search -------------------------------- */
 
-static void takes(const struct motion_otg_move *m, long double seconds, int i)
+static void takes_about(const struct motion_otg_move *m, long double seconds,
+                        long double more, int i)
 {
     struct motion_otg_plan plan;
     long double least = seconds * 4096e9L;
     assert_int_equal(motion_otg_make(m, &plan, NULL), MOTION_OK);
-    if ((long double)plan.dur_ns_q12 > least * (1 + 0x1p-20L) + 8192)
+    if ((long double)plan.dur_ns_q12 > least * (1 + more) + 8192)
         fail_msg("move %d: %" PRId64 " ticks, the least is %.0Lf", i,
                  plan.dur_ns_q12, least);
+}
+
+static void takes(const struct motion_otg_move *m, long double seconds, int i)
+{
+    takes_about(m, seconds, 0x1p-20L, i);
 }
 
 /* Rest to rest with a cruise of 2^-20 to 2^-12 of the whole, next to ramps that
@@ -279,6 +285,30 @@ static void a_limit_of_acceleration_may_be_held(void **state)
     }
 }
 
+/* The way of the plain speed change, v = j t^2 from or to rest in d = j t^3: what
+ * limits are drawn in by costs its root. */
+static void a_way_may_be_just_that_of_the_speed_change(void **state)
+{
+    (void)state;
+    seed_from("plain speed changes");
+    for (int i = 0; i < 1000; i++) {
+        struct motion_otg_move m = { 0 };
+        int64_t t = check_random_in(check_stream(), 1, 20);
+        int64_t j = check_random_in(check_stream(), 1, 1 << 16);
+        bool up = i & 2;
+        struct motion_state *end = i & 1 ? &m.start : &m.goal;
+        int64_t v = j * t * t;
+        m.goal.pos_q32 = ((up ? 1 : -1) * j * t * t * t) << 16;
+        end->vel_q32 = (up ? v : -v) << 16;
+        m.limit.vel_max_q32 = (v + (i & 4 ? 0 : v / 3)) << 16;
+        m.limit.acc_max_q16 = j * (2 * t + (int64_t)(draw() >> 62));
+        m.limit.jerk_q16 = j;
+        m.limit.vel_min_q32 = -m.limit.vel_max_q32;
+        m.limit.acc_min_q16 = -m.limit.acc_max_q16;
+        takes_about(&m, 2 * (long double)t, 0x1p-10L, i);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -286,6 +316,7 @@ int main(void)
         cmocka_unit_test(a_plan_takes_what_the_search_says),
         cmocka_unit_test(a_cruise_may_be_as_short_as_it_likes),
         cmocka_unit_test(a_limit_of_acceleration_may_be_held),
+        cmocka_unit_test(a_way_may_be_just_that_of_the_speed_change),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

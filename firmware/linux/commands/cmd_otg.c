@@ -21,6 +21,7 @@ struct cmd_otg {
     struct otg_header header;
     struct otg_row row;
     struct otg_answer answer;
+    enum motion_sync_kind kind;
     char line[CMD_OTG_LINE_MAX];
     int number;        /* of the line, from 1 */
     const char *wrong; /* with the line itself */
@@ -115,7 +116,9 @@ static void cmd_otg_report(struct cmd_otg *self)
 
 static void cmd_otg_solve(struct cmd_otg *self, long number)
 {
-    otg_answer_make(&self->answer, number, &self->header, &self->row);
+    self->row.wanted_s = self->options->wanted_s;
+    otg_answer_make(&self->answer, number, &self->header, &self->row,
+                    self->kind);
     self->answered++;
     self->refused += self->answer.err < 0;
     cmd_otg_report(self);
@@ -282,6 +285,27 @@ static enum status cmd_otg_finish(struct cmd_otg *self)
     return status == STATUS_OK && self->refused > 0 ? STATUS_REFUSED : status;
 }
 
+/* The names of --together. */
+static const char *const cmd_otg_kind[] = {
+    [MOTION_SYNC_NONE] = "none",
+    [MOTION_SYNC_TIME] = "time",
+    [MOTION_SYNC_PHASE] = "phase",
+    [MOTION_SYNC_STRAIGHT] = "straight",
+};
+
+static bool cmd_otg_together(const char *how, enum motion_sync_kind *kind)
+{
+    *kind = MOTION_SYNC_TIME;
+    if (how == NULL)
+        return true;
+    for (int i = MOTION_SYNC_NONE; i <= MOTION_SYNC_STRAIGHT; i++)
+        if (strcmp(how, cmd_otg_kind[i]) == 0) {
+            *kind = (enum motion_sync_kind)i;
+            return true;
+        }
+    return false;
+}
+
 static enum status cmd_otg_run(const struct options *options)
 {
     static struct cmd_otg self;
@@ -293,6 +317,14 @@ static enum status cmd_otg_run(const struct options *options)
     if (options->plot != NULL && plot_format_of(options->plot) < 0)
         return cmd_otg_fail("--plot: expected FILE.svg or FILE.png");
     self = (struct cmd_otg){ .options = options };
+    if (!cmd_otg_together(options->together, &self.kind))
+        return cmd_otg_fail("--together: expected time, phase (on a line where "
+                            "the states allow), straight or none");
+    if (options->wanted_s < 0)
+        return cmd_otg_fail("--duration: expected seconds, 0 or above");
+    if (options->wanted_s > 0 && self.kind == MOTION_SYNC_NONE)
+        return cmd_otg_fail("--duration: not with --together none, by which "
+                            "each axis takes the least");
     self.rows = options->json ? cJSON_CreateArray() : NULL;
     enum status status = options->path_count == 1
                              ? cmd_otg_file(&self, options->path[0])
@@ -327,6 +359,11 @@ static const struct option_row cmd_otg_option[] = {
     CMD_OTG_NUMBER("amax", "A", OTG_AMAX, "limit of the acceleration"),
     CMD_OTG_NUMBER("amin", "A", OTG_AMIN, "below zero (-amax)"),
     CMD_OTG_NUMBER("jmax", "J", OTG_JMAX, "limit of the jerk; 0: none"),
+    CMD_OTG_NUMBER("jdown", "J", OTG_JDOWN, "that of slowing down (jmax)"),
+    { "duration", "S", OPTION_NUMBER, offsetof(struct options, wanted_s),
+      "take so long, or the least that is more" },
+    { "together", "HOW", OPTION_TEXT, offsetof(struct options, together),
+      "axes of a row: time, phase, straight, none" },
     OPTIONS_COMMON,
 };
 
@@ -336,13 +373,13 @@ const struct command cmd_otg = {
     .summary = "plan the fastest motion between states, row by row",
     .text =
         "Reads CSV with a header, # begins a comment.  Position goals: p0,v0,\n"
-        "a0,pf,vf,af,vmax,vmin,amax,amin,jmax; several axes that arrive\n"
-        "together: the same names with _1, _2 ...; velocity goals: v0,a0,vf,\n"
-        "af,amax,amin,jmax.  Other columns are left alone.  Lengths and times\n"
-        "may have any unit.  Writes row,status,duration: rows from 0, status\n"
-        "\"ok\" or what is wrong, seconds with 17 digits.  With --segments "
-        "the\n"
-        "start of every phase of constant jerk and the end of the move.\n"
+        "a0,pf,vf,af,vmax,vmin,amax,amin,jmax and, when it is there, jdown;\n"
+        "several axes: the same names with _1, _2 ...; velocity goals: v0,a0,\n"
+        "vf,af,amax,amin,jmax.  Other columns are left alone, a column\n"
+        "duration too.  Lengths and times may have any unit.\n"
+        "Writes row,status,duration: rows from 0, status \"ok\" or what is\n"
+        "wrong, seconds with 17 digits.  With --segments the start of every\n"
+        "phase of constant jerk and the end of the move instead.\n"
         "Without FILE one motion from the options: to a position, or with\n"
         "--vf alone to a velocity.\n",
     .examples = "  slew otg moves.csv\n"
@@ -350,6 +387,7 @@ const struct command cmd_otg = {
                 "  slew otg --row 12 --plot row12.png moves.csv\n"
                 "  slew otg --to 100 --vmax 10 --amax 20 --jmax 200 --plot "
                 "move.png\n"
+                "  slew otg --together straight --segments robot.csv\n"
                 "  slew otg --v0 5 --vf -2 --amax 20 --jmax 200 --json\n",
     .path_optional = true,
     COMMAND_OPTIONS(cmd_otg_option),

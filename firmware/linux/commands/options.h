@@ -56,6 +56,8 @@ struct options {
     int64_t override_q30;              /* 100 % when not given */
     int64_t row;                       /* -1 when not given */
     double motion[OTG_VALUES];         /* NAN when not given */
+    double wanted_s;                   /* otg; 0 when not given */
+    const char *together;              /* otg */
     const char *path[OPTIONS_PATHS_MAX];
     int path_count;
 };

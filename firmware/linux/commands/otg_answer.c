@@ -18,6 +18,7 @@ static void otg_answer_lost(struct otg_answer *answer)
         [OTG_AMAX] = MOTION_OTG_FIELD_ACC_MAX,
         [OTG_AMIN] = MOTION_OTG_FIELD_ACC_MIN,
         [OTG_JMAX] = MOTION_OTG_FIELD_JERK,
+        [OTG_JDOWN] = MOTION_OTG_FIELD_JERK_DOWN,
     };
     answer->err = MOTION_E_RANGE;
     answer->fault.axis = answer->scaled.lost_axis;
@@ -25,16 +26,18 @@ static void otg_answer_lost(struct otg_answer *answer)
 }
 
 void otg_answer_make(struct otg_answer *answer, long number,
-                     const struct otg_header *header, const struct otg_row *row)
+                     const struct otg_header *header, const struct otg_row *row,
+                     enum motion_sync_kind kind)
 {
     answer->number = number;
     answer->header = header;
     answer->row = row;
     otg_row_scale(header, row, &answer->scaled);
-    answer->err =
-        motion_sync_make(answer->scaled.move, header->axes,
-                         header->axes > 1 ? MOTION_SYNC_TIME : MOTION_SYNC_NONE,
-                         answer->plan, &answer->fault);
+    answer->kind = header->axes > 1 ? kind : MOTION_SYNC_NONE;
+    if (header->axes == 1 && row->wanted_s > 0)
+        answer->kind = MOTION_SYNC_TIME; /* none is as fast as it can be */
+    answer->err = motion_sync_make(answer->scaled.move, header->axes,
+                                   answer->kind, answer->plan, &answer->fault);
     if (answer->scaled.lost < OTG_VALUES)
         otg_answer_lost(answer);
 }
@@ -49,6 +52,11 @@ static const struct {
     [MOTION_OTG_FIELD_ACC_MAX] = { "amax", "has to be above 0" },
     [MOTION_OTG_FIELD_ACC_MIN] = { "amin", "has to be below 0" },
     [MOTION_OTG_FIELD_JERK] = { "jmax", "has to be 0 (no limit) or above" },
+    [MOTION_OTG_FIELD_JERK_DOWN] = { "jdown",
+                                     "has to be 0 (as jmax) or above and needs "
+                                     "jmax" },
+    [MOTION_OTG_FIELD_DURATION] = { "duration",
+                                    "a velocity goal takes the least" },
     [MOTION_OTG_FIELD_START_VEL] = { "v0", NULL },
     [MOTION_OTG_FIELD_START_ACC] = { "a0", NULL },
     [MOTION_OTG_FIELD_GOAL_POS] = { "pf", NULL },
@@ -56,14 +64,18 @@ static const struct {
     [MOTION_OTG_FIELD_GOAL_ACC] = { "af", NULL },
 };
 
-static const char *otg_sentence(int err, enum motion_otg_field field)
+static const char *otg_sentence(const struct otg_answer *answer)
 {
+    int err = answer->err;
+    enum motion_otg_field field = answer->fault.field;
     if (err == MOTION_E_ARG && (size_t)field < ARRAY_LEN(otg_field) &&
         otg_field[field].argument != NULL)
         return otg_field[field].argument;
     if (err == MOTION_E_LIMIT && (field == MOTION_OTG_FIELD_GOAL_VEL ||
                                   field == MOTION_OTG_FIELD_GOAL_ACC))
         return "no motion inside the limits ends with it";
+    if (err == MOTION_E_LIMIT && answer->kind == MOTION_SYNC_STRAIGHT)
+        return "no straight line leads there inside the limits";
     if (err == MOTION_E_LIMIT)
         return "no motion inside the limits was found";
     if (err == MOTION_E_RANGE)
@@ -85,7 +97,7 @@ const char *otg_answer_status(const struct otg_answer *answer,
         snprintf(axis, sizeof axis, "_%d", answer->fault.axis + 1);
     snprintf(text, OTG_ANSWER_TEXT, "%s%s: %s",
              column ? column : motion_otg_field_text(field), axis,
-             otg_sentence(answer->err, field));
+             otg_sentence(answer));
     return text;
 }
 
@@ -101,6 +113,10 @@ static struct otg_point otg_answer_point(const struct otg_answer *answer,
     struct otg_point at = otg_plan_point(plan, i, answer->scaled.length[axis],
                                          answer->scaled.time);
     at.p += value[OTG_P0];
+    if (answer->header->velocity) {
+        at.p += value[OTG_V0] * at.t;
+        at.v += value[OTG_V0];
+    }
     if (i == plan->count) {
         at.v = value[OTG_VF];
         at.a = value[OTG_AF];
@@ -113,9 +129,14 @@ static struct otg_point otg_answer_point(const struct otg_answer *answer,
     return at;
 }
 
+/* Until the last axis is there. */
 static double otg_answer_seconds(const struct otg_answer *answer)
 {
-    return otg_plan_seconds(&answer->plan[0], answer->scaled.time);
+    double last = 0;
+    for (int axis = 0; axis < answer->header->axes; axis++)
+        last = fmax(last,
+                    otg_plan_seconds(&answer->plan[axis], answer->scaled.time));
+    return last;
 }
 
 /* --- tables --------------------------------------------------------------- */

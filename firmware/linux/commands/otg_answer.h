@@ -15,14 +15,15 @@ struct otg_answer {
     const struct otg_row *row;
     struct otg_scaled scaled;
     struct motion_otg_plan plan[MOTION_SYNC_AXES];
+    enum motion_sync_kind kind;
     int err; /* MOTION_OK, or below zero with the fault */
     struct motion_sync_fault fault;
 };
 
-/* Plan the row. */
+/* Plan the row, several axes as `kind` says. */
 void otg_answer_make(struct otg_answer *answer, long number,
-                     const struct otg_header *header,
-                     const struct otg_row *row);
+                     const struct otg_header *header, const struct otg_row *row,
+                     enum motion_sync_kind kind);
 
 /* "ok", or "vmax_2: has to be above 0": the column and one sentence, without a
  * comma. */

@@ -8,7 +8,8 @@
 #include <string.h>
 
 static const char *const otg_names[OTG_VALUES] = {
-    "p0", "v0", "a0", "pf", "vf", "af", "vmax", "vmin", "amax", "amin", "jmax",
+    "p0",   "v0",   "a0",   "pf",   "vf",   "af",
+    "vmax", "vmin", "amax", "amin", "jmax", "jdown",
 };
 
 /* --- header --------------------------------------------------------------- */
@@ -88,7 +89,7 @@ static const char *header_missing(struct otg_header *header,
     for (int i = 0; i < header->axes; i++)
         for (int k = 0; k < OTG_VALUES; k++) {
             bool needed = !header->velocity || !((position | limits) & 1u << k);
-            if (needed && !(has[i] & 1u << k))
+            if (needed && k != OTG_JDOWN && !(has[i] & 1u << k))
                 return header_wrong(header, "is missing", i, k);
         }
     return NULL;
@@ -204,8 +205,6 @@ const char *otg_row_parse(struct otg_header *header, const char *line,
 }
 
 /* --- answers -------------------------------------------------------------- */
-
-#define OTG_TICKS_PER_SECOND 4096e9L
 
 double otg_plan_seconds(const struct motion_otg_plan *plan, int time)
 {

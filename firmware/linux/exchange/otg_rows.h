@@ -4,11 +4,13 @@
  * One problem per line, columns by name: p0 v0 a0 pf vf af vmax vmin amax amin
  * jmax (position goal), the same with _1, _2 ... for several axes that arrive
  * together, or v0 a0 vf af amax amin jmax (velocity goal).  Other columns are
- * left alone.
+ * left alone; jdown, the jerk of slowing down, may be there.
  *
  * A row is measured in its own scale: lengths and times are multiplied by
  * powers of two so that its numbers fill the planner's formats, whatever unit
- * they came in.  The factors are 2^-length and 2^-time. */
+ * they came in.  The factors are 2^-length and 2^-time.
+ * Positions are counted from p0; a velocity goal's velocities from v0, and its
+ * positions by who moves so fast: a change may be small against either. */
 #ifndef FIRMWARE_LINUX_EXCHANGE_OTG_ROWS_H
 #define FIRMWARE_LINUX_EXCHANGE_OTG_ROWS_H
 
@@ -30,6 +32,7 @@ enum otg_value {
     OTG_AMAX,
     OTG_AMIN,
     OTG_JMAX,
+    OTG_JDOWN, /* may be missing, or 0: as jmax */
     OTG_VALUES,
 };
 
@@ -58,6 +61,7 @@ bool otg_number(const char *text, size_t length, double *number);
 struct otg_row {
     double value[MOTION_SYNC_AXES][OTG_VALUES];
     double duration; /* NAN when there is no such column */
+    double wanted_s; /* not from the file; 0: as short as can be */
     char category[32];
 };
 
@@ -77,12 +81,14 @@ void otg_row_scale(const struct otg_header *header, const struct otg_row *row,
                    struct otg_scaled *scaled);
 
 /* State of a plan at the start of phase i, or at its end for i = count, in the
- * row's units, p from p0; j is the phase's mean. */
+ * row's units, p and v counted like that; j is the phase's mean. */
 struct otg_point {
     double t, p, v, a, j;
 };
 struct otg_point otg_plan_point(const struct motion_otg_plan *plan, int i,
                                 int length, int time);
+
+#define OTG_TICKS_PER_SECOND 4096e9L
 
 double otg_plan_seconds(const struct motion_otg_plan *plan, int time);
 

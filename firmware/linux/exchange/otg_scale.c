@@ -10,7 +10,7 @@ static const struct {
     int length, time;
 } otg_unit[OTG_VALUES] = {
     { 1, 0 },  { 1, -1 }, { 1, -2 }, { 1, 0 },  { 1, -1 }, { 1, -2 },
-    { 1, -1 }, { 1, -1 }, { 1, -2 }, { 1, -2 }, { 1, -3 },
+    { 1, -1 }, { 1, -1 }, { 1, -2 }, { 1, -2 }, { 1, -3 }, { 1, -3 },
 };
 
 static int power_of(double x)
@@ -30,6 +30,12 @@ static double smaller(double a, double b)
     return a < b ? a : b;
 }
 
+/* The lower of both. */
+static double jerk_of(const double *v)
+{
+    return v[OTG_JDOWN] > 0 ? smaller(v[OTG_JMAX], v[OTG_JDOWN]) : v[OTG_JMAX];
+}
+
 /* The speed gained while the acceleration a is let go; 0 without a limit of
  * jerk. */
 static double speed_of(double a, double jerk)
@@ -42,7 +48,7 @@ static double change_time(const double *v, double change)
 {
     double acc = change > 0 ? v[OTG_AMAX] : -v[OTG_AMIN];
     double t = acc > 0 ? fabs(change) / acc : 0;
-    return v[OTG_JMAX] > 0 ? larger(t, sqrt(fabs(change) / v[OTG_JMAX])) : t;
+    return jerk_of(v) > 0 ? larger(t, sqrt(fabs(change) / jerk_of(v))) : t;
 }
 
 /* About the time a way takes from rest to rest. */
@@ -53,7 +59,7 @@ static double way_time(const double *v, double way)
     double t = vel > 0 ? fabs(way) / vel : 0;
     if (acc > 0)
         t = larger(t, sqrt(fabs(way) / acc));
-    return v[OTG_JMAX] > 0 ? larger(t, cbrt(fabs(way) / v[OTG_JMAX])) : t;
+    return jerk_of(v) > 0 ? larger(t, cbrt(fabs(way) / jerk_of(v))) : t;
 }
 
 /* About the time the move takes, within a few powers of two: ends with an
@@ -61,10 +67,10 @@ static double way_time(const double *v, double way)
  * on the way is made good. */
 static double row_time(const double *v, bool velocity)
 {
-    double from = v[OTG_V0] + speed_of(v[OTG_A0], v[OTG_JMAX]);
-    double to = v[OTG_VF] - speed_of(v[OTG_AF], v[OTG_JMAX]);
+    double from = v[OTG_V0] + speed_of(v[OTG_A0], jerk_of(v));
+    double to = v[OTG_VF] - speed_of(v[OTG_AF], jerk_of(v));
     double a = larger(fabs(v[OTG_A0]), fabs(v[OTG_AF]));
-    double ramp = v[OTG_JMAX] > 0 ? a / v[OTG_JMAX] : 0;
+    double ramp = jerk_of(v) > 0 ? a / jerk_of(v) : 0;
     if (velocity)
         return larger(ramp, change_time(v, to - from));
     double stop = larger(ramp, change_time(v, -from));
@@ -76,8 +82,8 @@ static double row_time(const double *v, bool velocity)
 /* The speed that start, goal and mean speed need; 0: the axis stands. */
 static double row_need(const double *v, bool velocity, double t)
 {
-    double speed = fabs(speed_of(v[OTG_A0], v[OTG_JMAX])) +
-                   fabs(speed_of(v[OTG_AF], v[OTG_JMAX]));
+    double speed = fabs(speed_of(v[OTG_A0], jerk_of(v))) +
+                   fabs(speed_of(v[OTG_AF], jerk_of(v)));
     if (velocity)
         return speed + fabs(v[OTG_VF] - v[OTG_V0]);
     if (t > 0)
@@ -112,6 +118,7 @@ static void row_cap(double *v, bool velocity)
     v[OTG_AMAX] = smaller(v[OTG_AMAX], larger(acc, ends));
     v[OTG_AMIN] = larger(v[OTG_AMIN], -larger(acc, ends));
     v[OTG_JMAX] = smaller(v[OTG_JMAX], jerk);
+    v[OTG_JDOWN] = smaller(v[OTG_JDOWN], jerk);
 }
 
 /* The fastest the row speaks of, or comes to where its accelerations are let
@@ -119,8 +126,8 @@ static void row_cap(double *v, bool velocity)
 static double row_speed(const double *v, bool velocity)
 {
     double speed = larger(fabs(v[OTG_V0]), fabs(v[OTG_VF])) +
-                   fabs(speed_of(v[OTG_A0], v[OTG_JMAX])) +
-                   fabs(speed_of(v[OTG_AF], v[OTG_JMAX]));
+                   fabs(speed_of(v[OTG_A0], jerk_of(v))) +
+                   fabs(speed_of(v[OTG_AF], jerk_of(v)));
     if (!velocity)
         speed = larger(speed, larger(v[OTG_VMAX], -v[OTG_VMIN]));
     return speed;
@@ -182,21 +189,26 @@ static int value_lost(const double v[OTG_VALUES], const int64_t x[OTG_VALUES],
     return OTG_VALUES;
 }
 
-/* The row's axis in its own place and with limits that matter. */
+/* The row's axis in its own place and with limits that matter; a change of
+ * velocity as what it is seen by who moves along. */
 static void row_axis(const struct otg_row *row, int axis, bool velocity,
                      double v[OTG_VALUES])
 {
     memcpy(v, row->value[axis], OTG_VALUES * sizeof *v);
     v[OTG_PF] -= v[OTG_P0];
     v[OTG_P0] = 0;
+    if (velocity) {
+        v[OTG_VF] -= v[OTG_V0];
+        v[OTG_V0] = 0;
+    }
     row_cap(v, velocity);
 }
 
 /* The exponent of time, for all axes. */
 static int row_exponent(double v[][OTG_VALUES], int axes, bool velocity,
-                        int *whole)
+                        double wanted_s, int *whole)
 {
-    double t = 0;
+    double t = wanted_s;
     for (int i = 0; i < axes; i++)
         t = larger(t, row_time(v[i], velocity));
     *whole = t > 0 ? power_of(t) : 0;
@@ -218,7 +230,8 @@ static struct motion_otg_move move_of(const int64_t x[OTG_VALUES],
                    .vel_min_q32 = x[OTG_VMIN],
                    .acc_max_q16 = x[OTG_AMAX],
                    .acc_min_q16 = x[OTG_AMIN],
-                   .jerk_q16 = x[OTG_JMAX] },
+                   .jerk_q16 = x[OTG_JMAX],
+                   .jerk_down_q16 = x[OTG_JDOWN] },
         .mode = velocity ? MOTION_OTG_VELOCITY : MOTION_OTG_POSITION,
     };
 }
@@ -233,7 +246,8 @@ void otg_row_scale(const struct otg_header *header, const struct otg_row *row,
     scaled->lost = OTG_VALUES;
     for (int i = 0; i < header->axes; i++)
         row_axis(row, i, velocity, v[i]);
-    scaled->time = row_exponent(v, header->axes, velocity, &whole);
+    scaled->time =
+        row_exponent(v, header->axes, velocity, row->wanted_s, &whole);
     for (int i = 0; i < header->axes; i++) {
         int length = row_length(v[i], velocity, whole, scaled->time);
         int64_t x[OTG_VALUES];
@@ -241,6 +255,8 @@ void otg_row_scale(const struct otg_header *header, const struct otg_row *row,
             x[k] = fixed(v[i][k], k, length, scaled->time);
         scaled->length[i] = length;
         scaled->move[i] = move_of(x, velocity);
+        scaled->move[i].dur_ns_q12 = llroundl(
+            ldexpl(row->wanted_s, -scaled->time) * OTG_TICKS_PER_SECOND);
         if (scaled->lost == OTG_VALUES) {
             scaled->lost = value_lost(v[i], x, velocity);
             scaled->lost_axis = i;
