@@ -594,18 +594,14 @@ int motion_otg_make(const struct motion_otg_move *move,
 }
 
 /* Where the way is next to what the plain change of speed covers, drawing limits in
- * costs the root of it: that is made exactly, or what is next to it, or else what
- * the search proposes. */
+ * costs the root of it: that is made exactly, or what is next to it. */
 OTG_OWN_FRAME static int otg_make_edge(const struct motion_otg_move *move,
-                                       struct otg_draw draw,
                                        struct motion_otg_plan *plan,
                                        enum motion_otg_field *field)
 {
     int64_t dur = plan->dur_ns_q12;
-    if (motion_otg_plain(move, plan, field) == MOTION_OK ||
-        motion_otg_edge(move, dur, plan, field) == MOTION_OK)
-        return MOTION_OK;
-    return otg_try(move, 0, draw, INT64_MAX, NULL, plan, field);
+    int err = motion_otg_plain(move, plan, field);
+    return err < 0 ? motion_otg_edge(move, dur, plan, field) : err;
 }
 
 /* In a hurry what takes longer waits: lower limits can close a way that was just
@@ -628,8 +624,10 @@ static int otg_make_drawn(const struct motion_otg_move *move,
         int err =
             otg_try(move, dur_ns_q12, draw, most,
                     i == 0 && how == DRAW_HURRY ? &is_edge : NULL, plan, field);
+        if (is_edge && otg_make_edge(move, plan, field) == MOTION_OK)
+            return MOTION_OK;
         if (is_edge)
-            err = otg_make_edge(move, draw, plan, field);
+            err = otg_try(move, dur_ns_q12, draw, most, NULL, plan, field);
         if (err == MOTION_OK || err == MOTION_E_RANGE)
             return err;
         if (i == 0) {

@@ -277,18 +277,22 @@ OTG_OWN_FRAME static bool answer_lens(const struct otg_problem *q,
     return false;
 }
 
-bool motion_otg_solve_lens(const struct otg_problem *q, struct num t,
-                           struct otg_shape *shape)
+OTG_OWN_FRAME static bool solve_lens(const struct otg_problem *q,
+                                     struct otg_shape *shape)
 {
     struct answer at;
-    if (t.m != 0)
-        return motion_otg_lens_in(q, t, shape);
     at.is_edge = false;
     bool is_reached = answer_lens(q, &at);
     shape->is_edge |= at.is_edge;
     if (is_reached)
         motion_otg_border_shape(&at.b, &at.p, at.cruise, shape);
     return is_reached;
+}
+
+bool motion_otg_solve_lens(const struct otg_problem *q, struct num t,
+                           struct otg_shape *shape)
+{
+    return t.m != 0 ? motion_otg_lens_in(q, t, shape) : solve_lens(q, shape);
 }
 
 /* --- solutions ------------------------------------------------------------ */
