@@ -252,16 +252,21 @@ static bool answer_lens(const struct otg_problem *q, struct answer *at)
     return false;
 }
 
-bool motion_otg_solve_lens(const struct otg_problem *q, struct num t,
-                           struct otg_shape *shape)
+OTG_OWN_FRAME static bool solve_lens_least(const struct otg_problem *q,
+                                           struct otg_shape *shape)
 {
     struct answer at;
-    if (t.m != 0)
-        return motion_otg_lens_in(q, t, shape);
     if (!answer_lens(q, &at))
         return false;
     motion_otg_border_shape(&at.b, &at.p, at.cruise, shape);
     return true;
+}
+
+bool motion_otg_solve_lens(const struct otg_problem *q, struct num t,
+                           struct otg_shape *shape)
+{
+    return t.m != 0 ? motion_otg_lens_in(q, t, shape)
+                    : solve_lens_least(q, shape);
 }
 
 /* --- solutions ------------------------------------------------------------ */
