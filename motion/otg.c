@@ -128,9 +128,8 @@ static bool otg_start_fits(const struct motion_otg_move *move)
     int64_t vel = start->vel_q32, acc = start->acc_q16;
     if (vel > lim->vel_max_q32 || vel < lim->vel_min_q32)
         return false;
-    return acc > 0
-               ? otg_ramp_fits(vel, acc, lim->jerk_q16, lim->vel_max_q32)
-               : otg_ramp_fits(-vel, acc, lim->jerk_q16, -lim->vel_min_q32);
+    return acc > 0 ? otg_ramp_fits(vel, acc, lim->jerk_q16, lim->vel_max_q32)
+                   : otg_ramp_fits(-vel, acc, lim->jerk_q16, -lim->vel_min_q32);
 }
 
 /* Limits are drawn in by 2^-25, or for a move of few ticks by what 2^11 ticks

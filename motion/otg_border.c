@@ -199,7 +199,7 @@ struct num motion_otg_border_rate(const struct otg_border *b,
  * 2 x + limit/2. */
 struct num motion_otg_border_turn(const struct otg_border *b, struct num hi)
 {
-    static const struct num part = { 664433753, -33 };   /* 1 / (6 + 4 sqrt 3) */
+    static const struct num part = { 664433753, -33 }; /* 1 / (6 + 4 sqrt 3) */
     static const struct num per_s = { 1001814760, -28 }; /* 2 + sqrt 3 */
     struct num limit = b->side[!b->first].limit;
     struct num x = num_mul(b->gap, part);

@@ -214,8 +214,7 @@ static bool answer_lens_border(const struct otg_problem *q, struct num want,
                                struct num lo, struct num hi, struct answer *at)
 {
     struct num concave = num_max(lo, motion_otg_border_turn(&at->b, hi));
-    if (num_lt(lo, concave) &&
-        lens_may_reach(&at->b, want, &at->p, concave) &&
+    if (num_lt(lo, concave) && lens_may_reach(&at->b, want, &at->p, concave) &&
         lens_reaches(q, OTG_GOAL_LENS, want, lo, concave, at))
         return true;
     if (!num_lt(concave, hi))
@@ -227,8 +226,8 @@ static bool answer_lens_border(const struct otg_problem *q, struct num want,
 
 bool motion_otg_lens_is_near(const struct otg_problem *q, struct num valley)
 {
-    struct num v = q->d.m < 0 ? num_neg(num_min(q->v0, q->vf))
-                              : num_max(q->v0, q->vf);
+    struct num v =
+        q->d.m < 0 ? num_neg(num_min(q->v0, q->vf)) : num_max(q->v0, q->vf);
     struct num t = otg_over(q, num_add(num_abs(q->a0), num_abs(q->af)),
                             num_max(q->per_j, q->per_j2));
     struct num rounding = num_scale(t, -LENS_BITS);

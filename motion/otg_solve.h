@@ -34,7 +34,7 @@ struct otg_problem {
     bool is_unit;
     bool is_strict; /* a way that the plain speed change covers but for 2^-24 is
                        not taken for one that it covers */
-    bool is_no_lens; /* there was nothing in it */
+    bool is_no_lens;                     /* there was nothing in it */
     const struct motion_otg_move *exact; /* the same, with limits that are not
                                             drawn in; NULL for several axes */
 };
