@@ -40,7 +40,8 @@ struct motion_u128 {
 #include "motion/fixed_int128.h"
 #define FIXED_BY(name) fixed_int128_##name
 #define FIXED_IS_SHORT 1
-#elif defined(__thumb2__) && defined(__ARM_FEATURE_DSP)
+#elif defined(__thumb2__) && defined(__ARM_FEATURE_DSP) &&                     \
+    defined(__GCC_ASM_FLAG_OUTPUTS__)
 #include "motion/fixed_thumb.h"
 #define FIXED_BY(name) fixed_thumb_##name
 #define FIXED_IS_SHORT 1

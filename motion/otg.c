@@ -465,8 +465,9 @@ static int64_t in_ns_q12(struct num t)
 static bool is_there(const struct motion_otg_move *move)
 {
     const struct motion_state *start = &move->start, *goal = &move->goal;
-    return start->pos_q32 == goal->pos_q32 && start->vel_q32 == goal->vel_q32 &&
-           start->acc_q16 == goal->acc_q16;
+    return (move->mode == MOTION_OTG_VELOCITY ||
+            start->pos_q32 == goal->pos_q32) &&
+           start->vel_q32 == goal->vel_q32 && start->acc_q16 == goal->acc_q16;
 }
 
 /* The shape of the motion, for a position or a velocity. */

@@ -59,7 +59,8 @@ uint64_t motion_otg_num_add(uint64_t a, uint64_t b)
 uint64_t motion_otg_num_mul(uint64_t a, uint64_t b)
 {
     struct num x = num_unpack(a), y = num_unpack(b);
-    int64_t product = (int64_t)(x.m * 2) * (y.m * 2);
+    const int32_t m = x.m * 2, n = y.m * 2;
+    int64_t product = (int64_t)m * n;
     x.e += y.e + 30;
     x.m = (int32_t)(product >> 32);
     if (x.m == 0)

@@ -146,6 +146,7 @@ static void append_sizes(const struct append_goal *goal,
 {
     struct motion_u128 m[APPEND_DEGREE + 1], all = { 0, 0 };
 
+    *sizes = (struct append_sizes){ .down = 0 };
     for (int k = 1; k <= goal->degree; k++) {
         m[k] = motion_fixed_abs_i128(goal->a[k]);
         all.hi |= m[k].hi;

@@ -102,6 +102,25 @@ static void limits_out_of_reach_are_as_good_as_none(void **state)
     }
 }
 
+/* Planned as by who moves along, told as from where the row stands.  By hand:
+ * a to h and down to -h sqrt(2) at a jerk of 1, the speed as before. */
+static void a_small_change_of_a_high_speed_keeps_its_digits(void **state)
+{
+    static const double h = 1e-6;
+    (void)state;
+    write_table("v0,a0,vf,af,amax,amin,jmax\n"
+                "1000,0,1000,-1.4142135623730951e-6,1,-1,1\n");
+    assert_int_equal(slew("TABLE"), 0);
+    double want = h * (2 + sqrt(2));
+    assert_true(fabs(number_after("\n0,ok,") / want - 1) < 1e-6);
+    assert_int_equal(slew("--v0 5 --vf -2 --amax 20 --jmax 200 --segments"), 0);
+    expect("\n0,0,0,0,5,0,-");
+    const char *end = strstr(run_slew()->out, "\n0,0,0.45");
+    assert_non_null(end);
+    double place = strtod(strchr(end + strlen("\n0,0,"), ',') + 1, NULL);
+    assert_true(fabs(place - 0.45 * (5 - 2) / 2) < 1e-7);
+}
+
 /* --- by options ------------------------------------------------------------ */
 
 static void a_jerk_of_its_own_slows_down(void **state)
@@ -164,6 +183,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(ends_that_run_far_away_are_planned),
         cmocka_unit_test(limits_out_of_reach_are_as_good_as_none),
+        cmocka_unit_test(a_small_change_of_a_high_speed_keeps_its_digits),
         cmocka_unit_test(a_jerk_of_its_own_slows_down),
         cmocka_unit_test(a_motion_takes_as_long_as_is_wanted),
         cmocka_unit_test(axes_come_together_as_they_are_told),

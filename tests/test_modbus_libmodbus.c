@@ -40,10 +40,14 @@ static struct pause_watch watch;
 
 /* A pause makes answers late that are not late by design; the device is paused
  * too, so that they come when the silence is over, and are the next one's.  Only
- * one that was seen to be there, since there were `before`, excuses that. */
-static bool is_paused(unsigned before, unsigned *excused)
+ * one that was seen to be there, since there were `before`, excuses a wrong value.
+ * A good answer that the machine was too busy to give in time is asked for again:
+ * were it lost for another reason it would be so after every bad one, and these
+ * are more than may be excused. */
+static bool is_excused(int err, unsigned before, unsigned *excused)
 {
-    return pause_watch_count(&watch) != before && ++*excused <= PAUSES;
+    return (err == MOTION_E_TIMEOUT || pause_watch_count(&watch) != before) &&
+           ++*excused <= PAUSES;
 }
 
 /* False: not right, for a pause. */
@@ -57,7 +61,7 @@ static bool read_right(uint16_t address, bool spoilt, unsigned before,
     *refused = reply.err != MOTION_OK;
     if (!wrong && (spoilt || !*refused))
         return true;
-    if (!is_paused(before, excused))
+    if (!is_excused(reply.err, before, excused))
         fail_msg("read %u, kind %d: %s, register %04X", address,
                  bench.faulty.fault, motion_err_text(reply.err),
                  reply.value[0]);

@@ -185,6 +185,21 @@ static void an_axis_with_nowhere_to_go_waits(void **state)
     assert_true(at.pos_q32 == 0 && at.vel_q32 == 0 && at.acc_q16 == 0);
 }
 
+/* Wherever that is. */
+static void a_velocity_that_is_there_takes_no_time(void **state)
+{
+    (void)state;
+    struct motion_otg_move move = { .mode = MOTION_OTG_VELOCITY };
+    move.start = (struct motion_state){ 1785, 0, 4, 0 };
+    move.goal = (struct motion_state){ -14898152897423, 0, 4, 0 };
+    move.limit.acc_max_q16 = 16;
+    move.limit.acc_min_q16 = -16;
+    move.limit.jerk_q16 = 19;
+    struct motion_otg_plan plan = plan_of(&move);
+    assert_true(plan.count == 0 && plan.dur_ns_q12 == 0);
+    assert_true(plan.goal_pos_q32 == move.start.pos_q32);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -193,6 +208,7 @@ int main(void)
         cmocka_unit_test(the_check_sees_the_smallest_change),
         cmocka_unit_test(a_cruise_outside_the_limits_is_refused),
         cmocka_unit_test(an_axis_with_nowhere_to_go_waits),
+        cmocka_unit_test(a_velocity_that_is_there_takes_no_time),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

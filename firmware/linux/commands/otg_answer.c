@@ -113,6 +113,10 @@ static struct otg_point otg_answer_point(const struct otg_answer *answer,
     struct otg_point at = otg_plan_point(plan, i, answer->scaled.length[axis],
                                          answer->scaled.time);
     at.p += value[OTG_P0];
+    if (answer->header->velocity) {
+        at.p += value[OTG_V0] * at.t;
+        at.v += value[OTG_V0];
+    }
     if (i == plan->count) {
         at.v = value[OTG_VF];
         at.a = value[OTG_AF];

@@ -8,7 +8,9 @@
  *
  * A row is measured in its own scale: lengths and times are multiplied by
  * powers of two so that its numbers fill the planner's formats, whatever unit
- * they came in.  The factors are 2^-length and 2^-time. */
+ * they came in.  The factors are 2^-length and 2^-time.
+ * Positions are counted from p0; a velocity goal's velocities from v0, and its
+ * positions by who moves so fast: a change may be small against either. */
 #ifndef FIRMWARE_LINUX_EXCHANGE_OTG_ROWS_H
 #define FIRMWARE_LINUX_EXCHANGE_OTG_ROWS_H
 
@@ -79,7 +81,7 @@ void otg_row_scale(const struct otg_header *header, const struct otg_row *row,
                    struct otg_scaled *scaled);
 
 /* State of a plan at the start of phase i, or at its end for i = count, in the
- * row's units, p from p0; j is the phase's mean. */
+ * row's units, p and v counted like that; j is the phase's mean. */
 struct otg_point {
     double t, p, v, a, j;
 };

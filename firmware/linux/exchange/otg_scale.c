@@ -189,13 +189,18 @@ static int value_lost(const double v[OTG_VALUES], const int64_t x[OTG_VALUES],
     return OTG_VALUES;
 }
 
-/* The row's axis in its own place and with limits that matter. */
+/* The row's axis in its own place and with limits that matter; a change of
+ * velocity as what it is seen by who moves along. */
 static void row_axis(const struct otg_row *row, int axis, bool velocity,
                      double v[OTG_VALUES])
 {
     memcpy(v, row->value[axis], OTG_VALUES * sizeof *v);
     v[OTG_PF] -= v[OTG_P0];
     v[OTG_P0] = 0;
+    if (velocity) {
+        v[OTG_VF] -= v[OTG_V0];
+        v[OTG_V0] = 0;
+    }
     row_cap(v, velocity);
 }
 
