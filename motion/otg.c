@@ -327,33 +327,35 @@ static struct num time_of(const struct otg_shape *shape)
 
 /* An end that is outside only because limits are drawn in has no time to brake
  * where the acceleration stays on its side of zero: velocities between those of
- * start and goal are inside. */
-OTG_OWN_FRAME static bool propose_lens(const struct otg_problem *problem,
-                                       struct num t, struct otg_shape *shape)
+ * start and goal are inside.  Without such a motion all is as before. */
+OTG_OWN_FRAME static bool propose_lens(struct otg_problem *q, struct num t,
+                                       struct end *end, struct otg_shape *shape)
 {
-    struct otg_problem q = *problem;
-    struct num jerk = num_min(q.j, q.j2);
-    struct end end;
-    if (!q.is_unit)
-        motion_otg_in_jerk(&q, num_max(q.per_j, q.per_j2));
-    end.count = 0;
-    if (num_lt(q.ax, q.af) || num_lt(q.af, q.an))
-        end_brake(&q, shape, true, &end);
-    motion_otg_brake_acc(&q, shape);
+    const struct num d = q->d, v0 = q->v0, a0 = q->a0, vf = q->vf, af = q->af;
+    const struct num dv = q->dv;
+    end->count = 0;
+    if (num_lt(q->ax, q->af) || num_lt(q->af, q->an))
+        end_brake(q, shape, true, end);
+    motion_otg_brake_acc(q, shape);
     shape->brake = shape->count;
     if (t.m != 0)
-        t = num_sub(t, num_add(time_of(shape), end_time(&end)));
-    if (!motion_otg_solve_lens(&q, t, shape)) {
-        bool is_edge = shape->is_edge;
-        otg_shape_init(shape);
-        shape->is_edge = is_edge;
-        return false;
+        t = num_sub(t, num_add(time_of(shape), end_time(end)));
+    if (motion_otg_solve_lens(q, t, shape)) {
+        shape->turn = shape->count;
+        end_append(end, shape);
+        return true;
     }
-    shape->turn = shape->count;
-    end_append(&end, shape);
-    if (!problem->is_unit)
-        motion_otg_shape_scale(shape, 0, jerk);
-    return true;
+    bool is_edge = shape->is_edge;
+    otg_shape_init(shape);
+    shape->is_edge = is_edge;
+    q->d = d;
+    q->v0 = v0;
+    q->a0 = a0;
+    q->vf = vf;
+    q->af = af;
+    q->dv = dv;
+    q->is_no_lens = true;
+    return false;
 }
 
 static int propose_middle(const struct otg_problem *q, struct num t,
@@ -369,11 +371,12 @@ static int propose_middle(const struct otg_problem *q, struct num t,
     return err;
 }
 
+/* With one jerk: two are not worth the room that another problem takes. */
 static bool may_keep_side(const struct otg_problem *q)
 {
-    return q->a0.m != 0 && q->af.m != 0 && (q->a0.m < 0) == (q->af.m < 0) &&
-           q->exact != NULL && motion_otg_lens_is_near(q, num_zero()) &&
-           otg_start_fits(q->exact);
+    return q->is_unit && q->a0.m != 0 && q->af.m != 0 &&
+           (q->a0.m < 0) == (q->af.m < 0) && q->exact != NULL &&
+           motion_otg_lens_is_near(q, num_zero()) && otg_start_fits(q->exact);
 }
 
 static int propose_all(struct otg_problem *q, struct num t,
@@ -382,11 +385,9 @@ static int propose_all(struct otg_problem *q, struct num t,
     struct end end;
     bool starts = motion_otg_is_start_inside(q);
     bool ends = motion_otg_is_goal_inside(q);
-    if (!(starts && ends) && may_keep_side(q)) {
-        if (propose_lens(q, t, shape))
-            return MOTION_OK;
-        q->is_no_lens = true;
-    }
+    if (!(starts && ends) && may_keep_side(q) &&
+        propose_lens(q, t, &end, shape))
+        return MOTION_OK;
     end.count = 0;
     if (!ends)
         end_brake(q, shape, false, &end);
