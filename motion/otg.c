@@ -13,6 +13,7 @@
 #define OTG_MOST_PER_S  32 /* the shortest ramp: 2^-32 s, 954 ticks */
 #define OTG_HURRY       20 /* at first no more than 2^-20 longer, and a ns */
 #define OTG_HURRY_TICKS 4096
+#define OTG_ROOT        10 /* what a search next to an edge may be off */
 #define OTG_LATER       16 /* durations tried when the shortest has no plan */
 #define OTG_SOON        6  /* of these before all draws are tried */
 #define OTG_WAIT        4  /* the second is 2^4 ticks more */
@@ -595,14 +596,19 @@ int motion_otg_make(const struct motion_otg_move *move,
 }
 
 /* Where the way is next to what the plain change of speed covers, drawing limits in
- * costs the root of it: that is made exactly, or what is next to it. */
+ * costs the root of it: that is made exactly, or what is next to it, unless the
+ * search has a shorter way, with the acceleration on one side of zero. */
 OTG_OWN_FRAME static int otg_make_edge(const struct motion_otg_move *move,
                                        struct motion_otg_plan *plan,
                                        enum motion_otg_field *field)
 {
     int64_t dur = plan->dur_ns_q12;
     int err = motion_otg_plain(move, plan, field);
-    return err < 0 ? motion_otg_edge(move, dur, plan, field) : err;
+    if (err < 0)
+        err = motion_otg_edge(move, dur, plan, field);
+    if (err == MOTION_OK && plan->dur_ns_q12 > dur + (dur >> OTG_ROOT))
+        err = MOTION_E_LIMIT;
+    return err;
 }
 
 /* In a hurry what takes longer waits: lower limits can close a way that was just
