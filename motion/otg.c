@@ -13,6 +13,7 @@
 #define OTG_MOST_PER_S  32 /* the shortest ramp: 2^-32 s, 954 ticks */
 #define OTG_HURRY       20 /* at first no more than 2^-20 longer, and a ns */
 #define OTG_HURRY_TICKS 4096
+#define OTG_ROOT        8  /* of what drawing in takes: 2^-8 of the time */
 #define OTG_LATER       16 /* durations tried when the shortest has no plan */
 #define OTG_SOON        6  /* of these before all draws are tried */
 #define OTG_WAIT        4  /* the second is 2^4 ticks more */
@@ -345,7 +346,9 @@ OTG_OWN_FRAME static bool propose_lens(struct otg_problem *q, struct num t,
         end_append(end, shape);
         return true;
     }
+    bool is_edge = shape->is_edge;
     otg_shape_init(shape);
+    shape->is_edge = is_edge;
     q->d = d;
     q->v0 = v0;
     q->a0 = a0;
@@ -487,9 +490,9 @@ static int otg_shape_of(const struct motion_otg_move *move,
 }
 
 /* The plan's duration is the proposal's where the answer is MOTION_E_LIMIT; one
- * above `most` is not made good. */
+ * above `most` is not made good, nor one that is on an edge when that is asked. */
 static int otg_try(const struct motion_otg_move *move, int64_t dur_ns_q12,
-                   struct otg_draw draw, int64_t most,
+                   struct otg_draw draw, int64_t most, bool *is_edge,
                    struct motion_otg_plan *plan, enum motion_otg_field *field)
 {
     struct otg_problem q;
@@ -502,7 +505,11 @@ static int otg_try(const struct motion_otg_move *move, int64_t dur_ns_q12,
         return refuse(field, MOTION_OTG_FIELD_DURATION, err);
     }
     err = MOTION_E_LIMIT;
-    if (most == INT64_MAX || in_ns_q12(time_of(&shape)) <= most)
+    if (is_edge)
+        *is_edge = shape.is_edge;
+    if (is_edge && *is_edge)
+        *field = MOTION_OTG_FIELD_GOAL_POS;
+    else if (most == INT64_MAX || in_ns_q12(time_of(&shape)) <= most)
         err = motion_otg_settle(move, &q, &shape, dur_ns_q12, plan, field);
     if (err == MOTION_E_LIMIT)
         plan->dur_ns_q12 = in_ns_q12(time_of(&shape));
@@ -588,6 +595,21 @@ int motion_otg_make(const struct motion_otg_move *move,
                               field ? field : &unused);
 }
 
+/* Where the way is next to what the plain change of speed covers, drawing limits in
+ * costs the root of it: that is made exactly, or what is next to it, if that does not
+ * take longer by more than such a root. */
+OTG_OWN_FRAME static int otg_make_edge(const struct motion_otg_move *move,
+                                       struct motion_otg_plan *plan,
+                                       enum motion_otg_field *field)
+{
+    int64_t dur = plan->dur_ns_q12;
+    int err = motion_otg_plain(move, plan, field);
+    if (err < 0)
+        err = motion_otg_edge(move, dur, plan, field);
+    bool is_longer = plan->dur_ns_q12 > dur + (dur >> OTG_ROOT);
+    return err == MOTION_OK && is_longer ? MOTION_E_LIMIT : err;
+}
+
 /* In a hurry what takes longer waits: lower limits can close a way that was just
  * open.  Then strictly, and then as they are. */
 enum draws { DRAW_HURRY, DRAW_STRICT, DRAW_ALL };
@@ -604,7 +626,14 @@ static int otg_make_drawn(const struct motion_otg_move *move,
     int64_t most = INT64_MAX;
     int wanted = OTG_BITS;
     for (int i = 0; i < OTG_TRIES; i++) {
-        int err = otg_try(move, dur_ns_q12, draw, most, plan, field);
+        bool is_edge = false;
+        int err =
+            otg_try(move, dur_ns_q12, draw, most,
+                    i == 0 && how == DRAW_HURRY ? &is_edge : NULL, plan, field);
+        if (is_edge && otg_make_edge(move, plan, field) == MOTION_OK)
+            return MOTION_OK;
+        if (is_edge)
+            err = otg_try(move, dur_ns_q12, draw, most, NULL, plan, field);
         if (err == MOTION_OK || err == MOTION_E_RANGE)
             return err;
         if (i == 0) {
@@ -651,6 +680,9 @@ static int otg_make_valid(const struct motion_otg_move *move,
 {
     int64_t first = 0;
     bool hurry = move->mode == MOTION_OTG_POSITION && dur_ns_q12 == 0;
+    if (move->mode == MOTION_OTG_VELOCITY &&
+        motion_otg_plain(move, plan, field) == MOTION_OK)
+        return MOTION_OK;
     int err = otg_make_drawn(move, dur_ns_q12, hurry ? DRAW_HURRY : DRAW_ALL,
                              plan, &first, field);
     if (err == MOTION_E_LIMIT && hurry &&

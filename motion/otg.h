@@ -12,8 +12,9 @@
  *
  * A returned plan has passed the check.  Its duration exceeds the optimum by at
  * most 2^-21 of it or 2 ns, the larger: the search runs with limits drawn in
- * by 2^-25, and that room takes up the rounding to whole ticks.  Where the
- * optimum is possible in no whole number of ticks (a way that a given speed
+ * by 2^-25, and that room takes up the rounding to whole ticks.  (A plain
+ * change of speed is made without; next to it the root of a tick is lost, 2^-20
+ * of a second's move.)  Where the optimum is possible in no whole number of ticks (a way that a given speed
  * covers in part of one), it is the next duration that is.
  *
  * Method and equations: docs/OTG.md.  Compare: Berscheid & Kroeger, "Jerk-

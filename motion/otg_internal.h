@@ -177,8 +177,11 @@ void motion_otg_polish(struct motion_otg_plan *plan,
 int64_t motion_otg_phase_jerk(const struct motion_otg_limit *lim,
                               const struct motion_otg_plan *plan, int i);
 
-/* Units for `plan`, its ends, and the jerks in these units.  MOTION_E_RANGE
- * when it does not fit. */
+/* Units for `plan`, whose accelerations are below 2^acc unit/s2, and its ends.
+ * MOTION_E_RANGE when it does not fit. */
+int motion_otg_round_units(const struct motion_otg_move *move, int acc,
+                           struct motion_otg_plan *plan);
+/* The same for a shape's accelerations, and the jerks in these units. */
 int motion_otg_round_start(const struct motion_otg_move *move,
                            const struct otg_problem *q,
                            const struct otg_shape *shape,
@@ -206,6 +209,26 @@ int motion_otg_settle(const struct motion_otg_move *move,
                       const struct otg_shape *shape, int64_t dur_ns_q12,
                       struct motion_otg_plan *plan,
                       enum motion_otg_field *field);
+
+/* The plain change of speed with all that the limits allow, as exactly as ticks
+ * do: a velocity goal's answer, and that of a position goal whose way is just
+ * what the change covers (otg_plain.c).  MOTION_E_LIMIT where it cannot be had. */
+int motion_otg_plain(const struct motion_otg_move *move,
+                     struct motion_otg_plan *plan,
+                     enum motion_otg_field *field);
+/* The fastest motion over a way that is next to the plain change's, which takes
+ * about dur_ns_q12 (otg_edge.c). */
+int motion_otg_edge(const struct motion_otg_move *move, int64_t dur_ns_q12,
+                    struct motion_otg_plan *plan, enum motion_otg_field *field);
+
+/* Ticks that full jerk takes for `step` units, up; what is 2^-52 of it less is
+ * what rounding made of a step.  At most 2^60. */
+int64_t motion_otg_full_ticks(int64_t step, int64_t jerk_q16, int acc_bits);
+/* The largest step of the acceleration in n ticks. */
+int64_t motion_otg_full_step(int64_t n, int64_t jerk_q16, int acc_bits);
+/* Append a phase, unless it lasts no time. */
+void motion_otg_plan_add(struct motion_otg_plan *plan, int64_t dur_ns_q12,
+                         int64_t acc);
 
 /* The request itself: MOTION_OK, or as motion_otg_make without trying. */
 int motion_otg_is_valid(const struct motion_otg_move *move,

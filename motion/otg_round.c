@@ -9,10 +9,13 @@
 #include "motion/otg_internal.h"
 
 /* Bits that keep V below 2^124 and P below 2^190; one is left for trimming. */
-#define ROUND_ACC_BITS 61
-#define ROUND_VEL_BITS 111 /* of a public velocity and acc_bits */
-#define ROUND_MOST     70
-#define ROUND_LEAST    (-11)
+#define ROUND_ACC_BITS    61
+#define ROUND_VEL_BITS    111 /* of a public velocity and acc_bits */
+#define ROUND_MOST        70
+#define ROUND_LEAST       (-11)
+#define ROUND_CLOSE       52 /* what is 2^-52 of a ramp is rounding */
+#define ROUND_TICKS       ((int64_t)1 << 60)
+#define ROUND_LEAST_POWER (-1000)
 
 static int bits_of(int64_t a, int64_t b)
 {
@@ -29,29 +32,22 @@ static int smaller(int a, int b)
     return a < b ? a : b;
 }
 
-/* The finest unit with which accelerations and velocities fit; a way of 2^65
- * does with every one of them. */
-static int round_scale(const struct motion_otg_move *move,
-                       const struct otg_shape *shape)
+/* The finest unit with which accelerations below 2^acc and velocities fit; a way
+ * of 2^65 does with every one of them. */
+static int round_scale(const struct motion_otg_move *move, int acc)
 {
-    int acc = bits_of(move->start.acc_q16, move->goal.acc_q16) - 16;
     int vel = bits_of(move->start.vel_q32, move->goal.vel_q32);
-    for (int i = 0; i < shape->count; i++)
-        if (shape->phase[i].a.m != 0)
-            acc = larger(acc, shape->phase[i].a.e + 30);
+    acc = larger(acc, bits_of(move->start.acc_q16, move->goal.acc_q16) - 16);
     /* all but the last bit, unless that would cut a public acceleration */
     int bits = acc == 46 ? 16 : ROUND_ACC_BITS - acc;
     bits = smaller(bits, ROUND_VEL_BITS - vel);
     return smaller(bits, ROUND_MOST);
 }
 
-int motion_otg_round_start(const struct motion_otg_move *move,
-                           const struct otg_problem *q,
-                           const struct otg_shape *shape,
-                           struct otg_rates *rates,
+int motion_otg_round_units(const struct motion_otg_move *move, int acc,
                            struct motion_otg_plan *plan)
 {
-    int bits = round_scale(move, shape);
+    int bits = round_scale(move, acc);
     if (bits < ROUND_LEAST ||
         (bits < 16 && (move->start.acc_q16 | move->goal.acc_q16) != 0))
         return MOTION_E_RANGE;
@@ -61,7 +57,23 @@ int motion_otg_round_start(const struct motion_otg_move *move,
     plan->goal_pos_q32 = move->goal.pos_q32;
     plan->goal_vel_q32 = move->goal.vel_q32;
     plan->start_acc = motion_otg_acc_image(move->start.acc_q16, bits);
-    struct num tick = num_scale(motion_otg_seconds(1), bits);
+    return MOTION_OK;
+}
+
+int motion_otg_round_start(const struct motion_otg_move *move,
+                           const struct otg_problem *q,
+                           const struct otg_shape *shape,
+                           struct otg_rates *rates,
+                           struct motion_otg_plan *plan)
+{
+    int acc = ROUND_LEAST_POWER;
+    for (int i = 0; i < shape->count; i++)
+        if (shape->phase[i].a.m != 0)
+            acc = larger(acc, shape->phase[i].a.e + 30);
+    int err = motion_otg_round_units(move, acc, plan);
+    if (err < 0)
+        return err;
+    struct num tick = num_scale(motion_otg_seconds(1), plan->acc_bits);
     rates->j = rates->j2 = num_mul(q->j, tick);
     rates->per_j = rates->per_j2 = num_inv(rates->j);
     if (q->j2.m != q->j.m || q->j2.e != q->j.e) {
@@ -139,18 +151,35 @@ static int round_phases(const struct otg_shape *shape,
  * zero, and the shape has it; so has a goal, backwards.  That phase gets the
  * nearest ticks and all that jerk allows in them. */
 
-/* Largest step of the acceleration in n ticks. */
-static int64_t step_at_jerk(int64_t n, int64_t jerk_q16, int acc_bits)
+int64_t motion_otg_full_step(int64_t n, int64_t jerk_q16, int acc_bits)
 {
     struct motion_u128 most = wide_mul_u64((uint64_t)jerk_q16, (uint64_t)n);
     uint64_t step;
     int shift = 37 - acc_bits;
     most = shift >= 0 ? wide_shr(most, (unsigned)shift)
                       : motion_fixed_shl_u128(most, (unsigned)-shift);
-    if (motion_fixed_div_u128((struct motion_u128){ most.hi, most.lo },
-                              OTG_FIVES, &step, NULL) < 0)
+    if (motion_fixed_div_u128(most, OTG_FIVES, &step, NULL) < 0)
         return INT64_MAX / 4;
     return (int64_t)step;
+}
+
+int64_t motion_otg_full_ticks(int64_t step, int64_t jerk_q16, int acc_bits)
+{
+    uint64_t size = motion_fixed_abs(step), ticks;
+    int shift = 37 - acc_bits;
+    size -= size >> ROUND_CLOSE;
+    struct motion_u128 need = wide_mul_u64(size, OTG_FIVES);
+    if (shift > 40)
+        return ROUND_TICKS;
+    if (shift >= 0)
+        need = motion_fixed_shl_u128(need, (unsigned)shift);
+    else /* up */
+        need = wide_neg(wide_shr(wide_neg(need), (unsigned)-shift));
+    need = wide_add(need, wide_from(jerk_q16 - 1));
+    if (motion_fixed_div_u128(need, (uint64_t)jerk_q16, &ticks, NULL) < 0 ||
+        ticks > (uint64_t)ROUND_TICKS)
+        return ROUND_TICKS;
+    return (int64_t)ticks;
 }
 
 static void set_ticks(struct motion_otg_plan *plan, int i, int64_t n)
@@ -168,7 +197,7 @@ static bool round_swing(struct motion_otg_plan *plan,
 {
     struct motion_otg_phase *ph = plan->phase;
     int64_t was = ph[i].acc, n = ticks_of(dt);
-    int64_t step = step_at_jerk(n, jerk_q16, plan->acc_bits);
+    int64_t step = motion_otg_full_step(n, jerk_q16, plan->acc_bits);
     int64_t to = was < end ? end - step : end + step;
     int way = i == 0 ? 1 : -1, last = plan->count - 2;
     if (n <= 0 || (was ^ end) >= 0 || was == 0 ||

@@ -8,6 +8,7 @@
 #include "motion/otg_border.h"
 #include "motion/otg_internal.h"
 
+#define EDGE_BITS 14
 #define LENS_BITS 24 /* what rounding makes of its time is less */
 
 /* --- the main region ------------------------------------------------------ */
@@ -17,6 +18,7 @@ struct answer {
     struct otg_border b;
     struct otg_point p;
     struct num cruise;
+    bool is_edge; /* see otg_shape */
 };
 
 static struct num answer_time(const struct answer *at)
@@ -125,6 +127,13 @@ bool motion_otg_is_reached(const struct otg_problem *q, struct num t,
     return way.m != 0 && miss.e < way.e - 24;
 }
 
+/* No more than drawing limits in may make of `size` or `other`. */
+static bool is_slight(struct num rest, struct num size, struct num other)
+{
+    int32_t e = size.e > other.e ? size.e : other.e;
+    return rest.m == 0 || rest.e < e - EDGE_BITS;
+}
+
 static bool is_at_start(const struct otg_problem *q, struct answer *at,
                         struct num rest)
 {
@@ -138,6 +147,7 @@ static void answer_main(const struct otg_problem *q, struct answer *at)
     struct num want, lo;
     int sign = q->d.m < 0 ? -1 : 1;
     struct num rest = border_start(q, sign, at, &want, &lo);
+    at->is_edge |= is_slight(rest, q->d, at->b.lead_d);
     if ((at->p.slope.m <= 0 || (rest.m <= 0 && !q->is_strict)) &&
         is_at_start(q, at, rest))
         return;
@@ -199,6 +209,19 @@ static bool lens_may_reach(struct otg_border *b, struct num want,
     return down.m > 0 || !num_lt(num_sub(last.got, num_mul(down, span)), want);
 }
 
+/* Both borders of the lens begin and end with the same motions. */
+OTG_OWN_FRAME static bool is_lens_tip(const struct otg_problem *q,
+                                      struct answer *at, struct num hi)
+{
+    struct num lo = motion_otg_lens_border(q, 1, &at->b);
+    struct num want = num_add(q->d, at->b.lead_d);
+    motion_otg_border_at(&at->b, OTG_GOAL_LENS, lo, &at->p);
+    if (is_slight(num_sub(want, at->p.got), q->d, at->b.lead_d))
+        return true;
+    motion_otg_border_at(&at->b, OTG_GOAL_LENS, hi, &at->p);
+    return is_slight(num_sub(want, at->p.got), q->d, at->b.lead_d);
+}
+
 static bool lens_reaches(const struct otg_problem *q, enum otg_goal goal,
                          struct num want, struct num lo, struct num hi,
                          struct answer *at)
@@ -235,11 +258,13 @@ bool motion_otg_lens_is_near(const struct otg_problem *q, struct num valley)
     return !num_lt(num_mul(v, t), num_abs(q->d));
 }
 
-static bool answer_lens(const struct otg_problem *q, struct answer *at)
+OTG_OWN_FRAME static bool answer_lens(const struct otg_problem *q,
+                                      struct answer *at)
 {
     struct otg_lens lens = motion_otg_lens_of(q);
     if (!lens.exists || !motion_otg_lens_is_near(q, lens.valley))
         return false;
+    at->is_edge |= is_lens_tip(q, at, num_neg(lens.valley));
     at->cruise = num_zero();
     for (int sign = 1; sign >= -1; sign -= 2) {
         struct num lo = motion_otg_lens_border(q, sign, &at->b);
@@ -252,22 +277,41 @@ static bool answer_lens(const struct otg_problem *q, struct answer *at)
     return false;
 }
 
+OTG_OWN_FRAME static bool solve_lens(const struct otg_problem *q,
+                                     struct otg_shape *shape)
+{
+    struct answer at;
+    at.is_edge = false;
+    bool is_reached = answer_lens(q, &at);
+    shape->is_edge |= at.is_edge;
+    if (is_reached)
+        motion_otg_border_shape(&at.b, &at.p, at.cruise, shape);
+    return is_reached;
+}
+
 bool motion_otg_solve_lens(const struct otg_problem *q, struct num t,
                            struct otg_shape *shape)
 {
-    struct answer at;
-    if (t.m != 0)
-        return motion_otg_lens_in(q, t, shape);
-    if (!answer_lens(q, &at))
-        return false;
-    motion_otg_border_shape(&at.b, &at.p, at.cruise, shape);
-    return true;
+    return t.m != 0 ? motion_otg_lens_in(q, t, shape) : solve_lens(q, shape);
 }
 
 /* --- solutions ------------------------------------------------------------ */
 
+/* One ramp from end to end makes the speed, or one to zero and one away from it,
+ * or nearly: drawing limits in costs a hump there, or shuts the lens. */
+OTG_OWN_FRAME static bool is_tie(const struct otg_problem *q)
+{
+    if ((q->a0.m | q->af.m) == 0)
+        return false;
+    struct num e0 = num_half(num_sqr(q->a0)), ef = num_half(num_sqr(q->af));
+    struct num dv = num_abs(q->dv);
+    return is_slight(num_sub(dv, num_abs(num_sub(ef, e0))), e0, ef) ||
+           is_slight(num_sub(dv, num_add(ef, e0)), e0, ef);
+}
+
 static void answer_unit(const struct otg_problem *q, struct answer *at)
 {
+    at->is_edge = is_tie(q);
     if (!answer_lens(q, at))
         answer_main(q, at);
 }
@@ -287,6 +331,7 @@ static void answer_best(const struct otg_problem *problem, struct answer *best)
     for (int sign = 1; sign >= -1; sign -= 2) {
         struct answer at;
         struct num want, lo;
+        at.is_edge = false;
         if (num_sub(problem->j, problem->j2).m == 0 ||
             border_start(problem, sign, &at, &want, &lo).m < 0)
             continue;
@@ -315,6 +360,7 @@ void motion_otg_solve(const struct otg_problem *q, struct otg_shape *shape)
     struct answer at;
     int from = shape->count;
     answer_best(q, &at);
+    shape->is_edge |= at.is_edge;
     motion_otg_border_shape(&at.b, &at.p, at.cruise, shape);
     if (!q->is_unit && at.b.is_unit)
         motion_otg_shape_scale(shape, from, num_min(q->j, q->j2));
@@ -367,6 +413,7 @@ struct num motion_otg_next_time(const struct otg_problem *q, int sign)
 {
     struct answer at;
     struct num want, lo;
+    at.is_edge = false;
     if (sign == 0)
         answer_main(q, &at);
     else {

@@ -62,6 +62,7 @@ struct otg_shape {
     int brake, turn; /* j limits the phases before `brake`, j2 those from
                         `turn` on, the lower those between */
     int land;        /* where the goal's braking begins */
+    bool is_edge;    /* the way is next to that of the plain speed change */
     struct otg_knobs knobs;
 };
 
@@ -69,6 +70,7 @@ struct otg_shape {
 static inline void otg_shape_init(struct otg_shape *shape)
 {
     shape->count = shape->brake = shape->turn = 0;
+    shape->is_edge = false;
     shape->land = OTG_SHAPE_MAX;
     shape->knobs.hump[0] = shape->knobs.hump[1] = shape->knobs.cruise = -1;
 }

@@ -346,12 +346,13 @@ static void trim_lengthen(const struct trim *t)
     plan->dur_ns_q12 += n;
 }
 
-static int trim_velocity(struct trim *t, struct motion_otg_plan *plan)
+static int trim_velocity(struct trim *t, struct motion_otg_plan *plan,
+                         uint32_t fixed)
 {
     t->plan = plan;
     motion_otg_plan_miss(plan, &t->vel, &t->way);
     while ((t->vel.hi | t->vel.lo) != 0) {
-        trim_groups(t, 0, false);
+        trim_groups(t, fixed, false);
         if (t->count > 0) {
             trim_choose_one(t);
             int err = trim_one(t);
@@ -375,6 +376,6 @@ int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed,
     t.most = how == OTG_TRIM_FREELY || mode == MOTION_OTG_VELOCITY ? TRIM_FREE
                                                                    : TRIM_MOST;
     plan->trim[0] = plan->trim[1] = 0;
-    return mode == MOTION_OTG_VELOCITY ? trim_velocity(&t, plan)
+    return mode == MOTION_OTG_VELOCITY ? trim_velocity(&t, plan, fixed)
                                        : trim_position(&t, plan, fixed);
 }
