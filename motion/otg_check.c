@@ -14,191 +14,20 @@
  * Start and goal are exact, and so is what follows from them alone: the first
  * phase counts from the start, the last one back from the goal.
  *
- * A track lays what is missing at the end on one phase, the carrier (otg_track.c),
- * as d u^3 over its n ticks, n of T in all: 3 d / n more velocity.  With d at most
- * 2 W T that is less than 2^9 W where n > T / 2^6, and such is the room that
- * velocities keep.  Where it is too much to ask, or the carrier is shorter or the
- * first phase or the last, d itself tells.
- *
  * A start that is outside a velocity limit, or bound to leave it, may go where
  * full jerk leads it, v + a^2 / 2j, to the last unit of its acceleration; so may
  * a goal, backwards in time. */
 #include <stddef.h>
 
 #include "motion/err.h"
-#include "motion/otg_internal.h"
-#include "motion/real.h"
+#include "motion/otg_check_internal.h"
 
-#define CHECK_FIVES_ROOM 42 /* 5^9 has 21 bits */
-#define CHECK_SLACK      9
-#define CHECK_CARRIER    6
-#define CHECK_LEAST      36 /* 2^9 W is little: 2^-27 of the limits */
-#define CHECK_MOST       54 /* of W, to hold 2^9 W */
-#define CHECK_COEF_BITS  60 /* of a segment, all but one */
-
-struct check {
-    const struct motion_otg_plan *plan;
-    const struct motion_otg_move *move;
-    struct motion_u128 start, goal, up, down; /* V there, and at its limits */
-    struct motion_u128 up_in, down_in; /* with the room that trimming needs */
-    int64_t acc_max, acc_min;
-    int64_t trimmed, slack; /* W; that room, 2^9 W or where that is_coarse W */
-    uint64_t fives;         /* see jerk_is_kept */
-    uint64_t jerk[2];
-    int step_down;
-    bool has_vel, has_acc, has_jerk, is_coarse;
-    bool is_in[2]; /* the velocity has been below its limit, above the lower */
-};
+#define CHECK_CARRIER 6
 
 static int refuse(enum motion_otg_field *field, enum motion_otg_field which)
 {
     *field = which;
     return MOTION_E_LIMIT;
-}
-
-/* --- limits in the plan's units ------------------------------------------- */
-
-static int64_t closing_jerk(const struct motion_otg_limit *lim)
-{
-    return lim->jerk_down_q16 ? lim->jerk_down_q16 : lim->jerk_q16;
-}
-
-/* A limit that does not fit cannot be broken by what does. */
-static int64_t limit_acc(int64_t limit_q16, int acc_bits)
-{
-    int room = acc_bits - 16;
-    if (room > 0 && motion_fixed_abs(limit_q16) >> (62 - room) != 0)
-        return limit_q16 < 0 ? -INT64_MAX : INT64_MAX;
-    return motion_otg_acc_image(limit_q16, acc_bits);
-}
-
-#define CHECK_VEL_BITS 111 /* of a velocity and acc_bits: below 2^123 */
-
-static struct motion_u128 limit_vel(int64_t limit_q32, int acc_bits)
-{
-    if (64 - (int)motion_real_clz(motion_fixed_abs(limit_q32)) + acc_bits <=
-        CHECK_VEL_BITS)
-        return motion_otg_vel_image(limit_q32, acc_bits);
-    struct motion_u128 most = { (uint64_t)1 << 60, 0 };
-    return limit_q32 < 0 ? wide_neg(most) : most;
-}
-
-/* a^2 / 2j in units of velocity, and what one unit of acceleration makes of it:
- * the jerk of a phase is the limit as nearly as its corners can tell. */
-static struct motion_u128 ramp_of(int64_t acc_q16, int64_t jerk_q16,
-                                  int acc_bits)
-{
-    struct motion_real a = motion_real_from_q(acc_q16, 16);
-    struct motion_real j = motion_real_from_q(jerk_q16, 16);
-    struct motion_real per_a = motion_real_inv(motion_real_scale(a, acc_bits));
-    a = motion_real_half(motion_real_div(motion_real_sqr(a), j));
-    a = motion_real_mul(motion_real_scale(a, 22 + acc_bits),
-                        motion_real_int(OTG_FIVES));
-    per_a = motion_real_add(motion_real_twice(per_a),
-                            motion_real_scale(motion_real_int(1), -54));
-    a = motion_real_add(a, motion_real_mul(a, per_a));
-    struct motion_u128 ramp = wide_from(a.m);
-    ramp = a.e < 0 ? wide_shr(ramp, a.e < -127 ? 127 : (unsigned)-a.e)
-                   : motion_fixed_shl_u128(ramp, a.e > 62 ? 62 : (unsigned)a.e);
-    return wide_add(ramp, wide_from(1));
-}
-
-/* Does a state with velocity v stay below `limit` for certain, when its
- * acceleration a > 0 is let off with jerk j (0: at once)?  The room below the
- * limit is limit - v, at most 2^64. */
-static bool swing_is_inside(int64_t vel, int64_t acc, int64_t jerk,
-                            int64_t limit)
-{
-    uint64_t room = (uint64_t)limit - (uint64_t)vel;
-    if (vel > limit)
-        return false;
-    return acc <= 0 || jerk == 0 ||
-           motion_otg_ramp_fits(acc, jerk, room - (room >> 40) - (room != 0));
-}
-
-enum end { END_START, END_GOAL };
-
-/* What the velocity may rise to (fall to, upside down, with sign -1): the limit,
- * or what the start or the goal makes necessary. */
-static struct motion_u128 widened(const struct check *c, int sign, enum end end)
-{
-    const struct motion_otg_limit *lim = &c->move->limit;
-    bool is_goal = end == END_GOAL;
-    const struct motion_state *at = is_goal ? &c->move->goal : &c->move->start;
-    int64_t most = sign > 0 ? lim->vel_max_q32 : -lim->vel_min_q32;
-    int64_t vel = sign * at->vel_q32;
-    int64_t acc = (is_goal ? -sign : sign) * at->acc_q16;
-    int64_t jerk = is_goal ? closing_jerk(lim) : lim->jerk_q16;
-    struct motion_u128 limit = sign > 0 ? c->up : wide_neg(c->down);
-    if (swing_is_inside(vel, acc, jerk, most))
-        return limit;
-    struct motion_u128 v = motion_otg_vel_image(vel, c->plan->acc_bits);
-    if (acc > 0 && jerk > 0)
-        v = wide_add(v, ramp_of(acc, jerk, c->plan->acc_bits));
-    return wide_is_less(limit, v) ? v : limit;
-}
-
-static int64_t trimmed_ticks(const struct motion_otg_plan *plan)
-{
-    const struct motion_otg_phase *ph = plan->phase;
-    int64_t all = 0;
-    for (uint32_t both = plan->trim[0] | plan->trim[1]; both; both >>= 1, ph++)
-        if (both & 1)
-            all += ph[0].dur_ns_q12 + ph[1].dur_ns_q12;
-    return all;
-}
-
-/* 5^9 step <= 2^up jerk n: the power where there is room for it. */
-static void jerk_init(struct check *c, int up)
-{
-    uint64_t jerk = (uint64_t)c->move->limit.jerk_q16;
-    uint64_t down = (uint64_t)closing_jerk(&c->move->limit);
-    int room = (int)motion_real_clz(jerk | down), by = up < room ? up : room;
-    c->fives = OTG_FIVES;
-    c->step_down = up - by;
-    if (up < 0) {
-        c->fives <<= up < -CHECK_FIVES_ROOM ? CHECK_FIVES_ROOM : -up;
-        by = c->step_down = 0;
-    }
-    c->jerk[0] = jerk << by;
-    c->jerk[1] = down << by;
-}
-
-/* W < V 2^-36, the upper half of V being V 2^-64. */
-static bool is_coarse(const struct check *c)
-{
-    int64_t w = c->trimmed >> (64 - CHECK_LEAST);
-    return w >= (int64_t)c->up.hi || w >= (int64_t)~c->down.hi ||
-           c->trimmed >> CHECK_MOST != 0;
-}
-
-static void check_init(struct check *c, const struct motion_otg_move *move,
-                       const struct motion_otg_plan *plan)
-{
-    const struct motion_otg_limit *lim = &move->limit;
-    int bits = plan->acc_bits;
-    c->plan = plan;
-    c->move = move;
-    c->has_acc = lim->acc_max_q16 != 0;
-    c->has_jerk = lim->jerk_q16 != 0;
-    c->has_vel = c->move->mode == MOTION_OTG_POSITION;
-    c->acc_max = limit_acc(lim->acc_max_q16, bits);
-    c->acc_min = limit_acc(lim->acc_min_q16, bits);
-    c->start = motion_otg_vel_image(c->plan->start_vel_q32, bits);
-    c->goal = motion_otg_vel_image(c->plan->goal_vel_q32, bits);
-    jerk_init(c, bits - 37);
-    c->is_in[0] = c->is_in[1] = false;
-    c->trimmed = trimmed_ticks(c->plan);
-    if (!c->has_vel)
-        return;
-    c->up = limit_vel(lim->vel_max_q32, bits);
-    c->down = (uint64_t)lim->vel_max_q32 + (uint64_t)lim->vel_min_q32 == 0
-                  ? wide_neg(c->up)
-                  : limit_vel(lim->vel_min_q32, bits);
-    c->is_coarse = is_coarse(c);
-    c->slack = c->is_coarse ? c->trimmed : c->trimmed << CHECK_SLACK;
-    c->up_in = wide_sub(c->up, wide_from(c->slack));
-    c->down_in = wide_add(c->down, wide_from(c->slack));
 }
 
 /* --- one phase ------------------------------------------------------------ */
@@ -251,7 +80,7 @@ static void stretch_run(struct stretch *s, struct wider *twice)
 }
 
 /* |a1 - a| / n <= jerk */
-static bool jerk_is_kept(const struct check *c, const struct stretch *s,
+static bool jerk_is_kept(const struct otg_check *c, const struct stretch *s,
                          uint64_t jerk)
 {
     uint64_t step = motion_fixed_abs(s->a1 - s->a) + (uint64_t)s->off_step;
@@ -263,7 +92,7 @@ static bool jerk_is_kept(const struct check *c, const struct stretch *s,
     return !wide_is_less(wide_mul_u64(jerk, (uint64_t)s->n), have);
 }
 
-static bool acc_is_kept(const struct check *c, int64_t a, int off)
+static bool acc_is_kept(const struct otg_check *c, int64_t a, int off)
 {
     if (a < c->acc_max && a > c->acc_min)
         return true;
@@ -276,9 +105,7 @@ static bool has_room(struct motion_u128 room, int64_t least)
     return room.hi == 0 ? room.lo >= (uint64_t)least : !wide_is_negative(room);
 }
 
-/* The velocity rises (falls) from where it is v while |a| goes to zero on the
- * way to b on the other side: by a^2 n / (|a| + |b|), at most |a| n. */
-static bool crest_is_inside(struct motion_u128 room, int64_t a, int64_t b,
+bool motion_otg_check_crest(struct motion_u128 room, int64_t a, int64_t b,
                             int64_t n, int off)
 {
     uint64_t from = motion_fixed_abs(a) + (uint64_t)off;
@@ -292,24 +119,17 @@ static bool crest_is_inside(struct motion_u128 room, int64_t a, int64_t b,
     return !wider_is_less(wider_mul(room, (int64_t)(from + to)), rise);
 }
 
-/* Room above v (below it with sign -1). */
-static struct motion_u128 room_at(const struct check *c, struct motion_u128 v,
-                                  int sign)
-{
-    return sign > 0 ? wide_sub(c->up, v) : wide_sub(v, c->down);
-}
-
-static struct motion_u128 widened_room(const struct check *c,
+static struct motion_u128 widened_room(const struct otg_check *c,
                                        struct motion_u128 v, int sign,
-                                       enum end end)
+                                       enum otg_check_end end)
 {
-    struct motion_u128 most = widened(c, sign, end);
+    struct motion_u128 most = motion_otg_check_widened(c, sign, end);
     return sign > 0 ? wide_sub(most, v) : wide_add(most, v);
 }
 
 /* Where the acceleration changes its sign, the velocity turns.  Counted from
  * the phase's start; in the last phase backwards in time from the goal. */
-static bool turn_is_inside(const struct check *c, const struct stretch *s)
+static bool turn_is_inside(const struct otg_check *c, const struct stretch *s)
 {
     struct motion_u128 v = c->goal;
     if (!s->last)
@@ -317,28 +137,29 @@ static bool turn_is_inside(const struct check *c, const struct stretch *s)
     int64_t a = s->last ? -s->a1 : s->a, b = s->last ? -s->a : s->a1;
     int off = s->off | s->off1, sign = a > 0 ? 1 : -1;
     struct motion_u128 least = wide_from(s->first || s->last ? 0 : c->slack);
-    struct motion_u128 room = wide_sub(room_at(c, v, sign), least);
-    if (crest_is_inside(room, a, b, s->n, off))
+    struct motion_u128 room = wide_sub(otg_check_room(c, v, sign), least);
+    if (motion_otg_check_crest(room, a, b, s->n, off))
         return true;
     if (!s->last && c->is_in[sign < 0])
         return false;
-    room = widened_room(c, v, sign, s->last ? END_GOAL : END_START);
-    return crest_is_inside(wide_sub(room, least), a, b, s->n, off);
+    room = widened_room(c, v, sign, s->last ? OTG_CHECK_GOAL : OTG_CHECK_START);
+    return motion_otg_check_crest(wide_sub(room, least), a, b, s->n, off);
 }
 
 /* Outside since the start, where that makes it necessary; and the corner goes
  * on to bring the velocity back: by 2^-20 of what may be, so that no cruise
  * counts as that. */
-static bool is_excused(const struct check *c, const struct stretch *s, int sign)
+static bool is_excused(const struct otg_check *c, const struct stretch *s,
+                       int sign)
 {
     if (c->is_in[sign < 0] ||
         (sign > 0 ? s->a1 > c->acc_min >> 20 : s->a1 < c->acc_max >> 20))
         return false;
-    return has_room(widened_room(c, s->v1, sign, END_START), c->slack);
+    return has_room(widened_room(c, s->v1, sign, OTG_CHECK_START), c->slack);
 }
 
 /* The end of the last phase is the goal, which has been judged. */
-static bool vel_is_kept(struct check *c, const struct stretch *s)
+static bool vel_is_kept(struct otg_check *c, const struct stretch *s)
 {
     if ((s->a ^ s->a1) < 0 && s->a != 0 && s->a1 != 0 && !turn_is_inside(c, s))
         return false;
@@ -353,13 +174,13 @@ static bool vel_is_kept(struct check *c, const struct stretch *s)
 }
 
 /* The one before `brake`, the other from `turn` on, the lower between. */
-static uint64_t phase_jerk(const struct check *c, int i)
+static uint64_t phase_jerk(const struct otg_check *c, int i)
 {
     bool is_late = i >= c->plan->turn || c->jerk[1] < c->jerk[0];
     return c->jerk[i >= c->plan->brake && is_late];
 }
 
-static int check_phase(struct check *c, int i, const struct stretch *s,
+static int check_phase(struct otg_check *c, int i, const struct stretch *s,
                        enum motion_otg_field *field)
 {
     if (c->has_jerk && !jerk_is_kept(c, s, phase_jerk(c, i)))
@@ -387,7 +208,7 @@ static int check_start(const struct motion_otg_move *move,
 
 /* What is missing at the end is what the trimmed corners' last unit makes; of
  * a free end the rounding to its format, too. */
-static bool way_is_met(const struct check *c, struct wider twice)
+static bool way_is_met(const struct otg_check *c, struct wider twice)
 {
     const struct motion_otg_plan *plan = c->plan;
     struct motion_u128 unit =
@@ -399,82 +220,7 @@ static bool way_is_met(const struct check *c, struct wider twice)
     return !wider_is_less(room, wider_abs(twice));
 }
 
-/* --- what a track's carrier takes ----------------------------------------- */
-
-/* The carrier, and where it begins. */
-struct carrier {
-    int64_t a, a1, n;
-    struct motion_u128 v, v1;
-    bool last;
-};
-
-static struct carrier carrier_of(const struct check *c, int at)
-{
-    const struct motion_otg_plan *plan = c->plan;
-    struct carrier k = { .a1 = plan->start_acc, .v1 = c->start };
-    for (int i = 0; i <= at; i++) {
-        k.v = k.v1;
-        k.a = k.a1;
-        k.n = plan->phase[i].dur_ns_q12;
-        k.a1 = plan->phase[i].acc;
-        k.v1 = wide_add(k.v, wide_mul_i64(k.a + k.a1, k.n));
-    }
-    k.last = at + 1 == plan->count;
-    return k;
-}
-
-/* 2 d of it, in units of P: what is missing at the end, less what the velocity
- * missing there makes of the time behind the carrier. */
-static struct wider carried(const struct check *c, int at,
-                            struct motion_u128 vel, struct wider twice)
-{
-    const struct motion_otg_plan *plan = c->plan;
-    int64_t left = 0;
-    for (int i = at + 1; i < plan->count; i++)
-        left += plan->phase[i].dur_ns_q12;
-    return wider_sub(twice, wider_mul(vel, 6 * left));
-}
-
-/* Above v, or below; what is outside for good reasons has none to keep. */
-static bool end_is_carried(const struct check *c, struct motion_u128 v,
-                           int sign, struct motion_u128 need)
-{
-    struct motion_u128 room = room_at(c, v, sign);
-    return wide_is_negative(room) || !wide_is_less(room, need);
-}
-
-static bool crest_is_carried(const struct check *c, const struct carrier *k,
-                             int sign, struct motion_u128 need)
-{
-    if ((k->a ^ k->a1) >= 0 || (k->a < 0) != (sign < 0))
-        return true;
-    struct motion_u128 room = wide_sub(room_at(c, k->v, sign), need);
-    return crest_is_inside(room, k->a, k->a1, k->n, 1);
-}
-
-/* Is there room for it, rounded up to a power of two, or is it no more than the
- * coefficients of its segment leave open?  In V it is 2 d / 2 n. */
-OTG_OWN_FRAME static bool is_carried(const struct check *c,
-                                     struct motion_u128 vel, struct wider twice)
-{
-    int at = motion_otg_carrier(c->plan);
-    struct wider by = carried(c, at, vel, twice);
-    int sign = wider_is_negative(by) ? -1 : 1;
-    struct carrier k = carrier_of(c, at);
-    by = wider_shr(wider_abs(by), 64 - motion_real_clz((uint64_t)k.n));
-    struct motion_u128 need =
-        wide_add((struct motion_u128){ by.mid, by.lo }, wide_from(1));
-    struct motion_u128 most = wide_abs(sign > 0 ? c->up : c->down);
-    if (!wide_is_less(wide_shr(most, CHECK_COEF_BITS), need))
-        return true;
-    if (k.last && wide_is_negative(room_at(c, k.v1, sign)))
-        return false;
-    return crest_is_carried(c, &k, sign, need) &&
-           end_is_carried(c, k.v, sign, need) &&
-           end_is_carried(c, k.v1, sign, need);
-}
-
-static int check_goal(const struct check *c, const struct stretch *end,
+static int check_goal(const struct otg_check *c, const struct stretch *end,
                       struct wider twice, int64_t longest,
                       enum motion_otg_field *field)
 {
@@ -495,12 +241,12 @@ static int check_goal(const struct check *c, const struct stretch *end,
         return refuse(field, MOTION_OTG_FIELD_GOAL_POS);
     if (c->has_vel && c->trimmed != 0 &&
         (c->is_coarse || longest < plan->dur_ns_q12 >> CHECK_CARRIER) &&
-        !is_carried(c, miss, twice))
+        !motion_otg_check_carried(c, miss, twice))
         return refuse(field, MOTION_OTG_FIELD_VEL_MAX);
     return MOTION_OK;
 }
 
-static int check_phases(struct check *c, enum motion_otg_field *field)
+static int check_phases(struct otg_check *c, enum motion_otg_field *field)
 {
     const struct motion_otg_plan *plan = c->plan;
     struct wider twice = { 0, 0, 0 };
@@ -531,13 +277,13 @@ int motion_otg_check(const struct motion_otg_move *move,
                      enum motion_otg_field *field)
 {
     enum motion_otg_field unused;
-    struct check c;
+    struct otg_check c;
     if (field == NULL)
         field = &unused;
     *field = MOTION_OTG_FIELD_NONE;
     int err = check_start(move, plan, field);
     if (err < 0)
         return err;
-    check_init(&c, move, plan);
+    motion_otg_check_init(&c, move, plan);
     return check_phases(&c, field);
 }

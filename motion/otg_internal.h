@@ -98,6 +98,7 @@ struct otg_draw {
     bool is_strict;
 };
 
+#define OTG_BITS  25 /* limits are drawn in by 2^-25 at first */
 #define OTG_TRIES 48
 
 /* The i-th try, counted from 0; `wanted` from motion_otg_wanted_bits. */
@@ -139,11 +140,18 @@ struct num motion_otg_per_second(void);
 /* A duration in seconds. */
 struct num motion_otg_seconds(int64_t dur_ns_q12);
 
+/* How long a shape takes. */
+struct num motion_otg_shape_time(const struct otg_shape *shape);
+
 /* Position goal: brake both ends inside, solve the middle; t zero for the
  * fastest, else exactly t seconds or MOTION_E_LIMIT and *next.  Uses `q` up; its
  * jerks stay. */
 int motion_otg_propose(struct otg_problem *q, struct num t,
                        struct otg_shape *shape, struct num *next);
+
+/* Velocity goal: the same in the least time. */
+void motion_otg_propose_velocity(const struct otg_problem *problem,
+                                 struct otg_shape *shape);
 
 /* Backwards in time. */
 void motion_otg_reverse(struct otg_problem *q);
@@ -229,6 +237,22 @@ int64_t motion_otg_full_step(int64_t n, int64_t jerk_q16, int acc_bits);
 /* Append a phase, unless it lasts no time. */
 void motion_otg_plan_add(struct motion_otg_plan *plan, int64_t dur_ns_q12,
                          int64_t acc);
+
+static inline int otg_refuse(enum motion_otg_field *field,
+                             enum motion_otg_field which, int err)
+{
+    *field = which;
+    return err;
+}
+
+/* The jerk of slowing down. */
+static inline int64_t otg_closing_jerk(const struct motion_otg_limit *lim)
+{
+    return lim->jerk_down_q16 ? lim->jerk_down_q16 : lim->jerk_q16;
+}
+
+/* Whether the start can stay inside the limits as they are. */
+bool motion_otg_start_fits(const struct motion_otg_move *move);
 
 /* The request itself: MOTION_OK, or as motion_otg_make without trying. */
 int motion_otg_is_valid(const struct motion_otg_move *move,

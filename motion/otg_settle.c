@@ -36,7 +36,7 @@ int64_t motion_otg_phase_jerk(const struct motion_otg_limit *lim,
                               const struct motion_otg_plan *plan, int i)
 {
     int64_t jerk = lim->jerk_q16;
-    int64_t down = lim->jerk_down_q16 ? lim->jerk_down_q16 : jerk;
+    int64_t down = otg_closing_jerk(lim);
     if (i < plan->brake)
         return jerk;
     return i >= plan->turn || down < jerk ? down : jerk;
