@@ -213,6 +213,8 @@ rt:
 	@CROSS=$(CROSS) $(PYTHON) tests/rt.py $(PORTABLE)
 
 .PHONY: rt-objects
+# ccache keeps no call graphs.
+rt-objects: export CCACHE_DISABLE := 1
 rt-objects: $(RT)
 
 .PHONY: cover

@@ -4,6 +4,8 @@
 
 BENCH      := build/bench
 BENCH_OPT  ?= -Os
+# Bytes that the planner may have on a Cortex-M4.
+CODE       ?= 24576
 BENCH_IMAGE := tests/bench/plan_image.c tests/bench/otg_random.c
 # A nanosecond per instruction where the counter counts those.
 BENCH_ICOUNT_m4 := -icount shift=6,sleep=off
@@ -33,9 +35,11 @@ endef
 $(foreach p,m4 m0 rv32,$(eval $(call bench_image,$(p))))
 
 .PHONY: bench-plan
-## instructions, code, stack of a plan on Cortex-M4, M0, RV32, and limits
+# ccache keeps no call graphs.
+bench-plan: export CCACHE_DISABLE := 1
+## instructions, code, stack of a plan on Cortex-M4, M0, RV32, and limits (CODE=)
 bench-plan: $(foreach p,m4 m0 rv32,$(BENCH)/plan-$(p).txt)
-	@CROSS=$(CROSS) RV=$(RV) $(PYTHON) tests/bench/plan.py $(BENCH) $(MOTION)
+	@CODE=$(CODE) CROSS=$(CROSS) RV=$(RV) $(PYTHON) tests/bench/plan.py $(BENCH) $(MOTION)
 
 #---- what curves cost; the image is one of tests/qemu/qemu.mk
 
