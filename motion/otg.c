@@ -12,7 +12,7 @@
 #define OTG_HURRY       20 /* at first no more than 2^-20 longer, and a ns */
 #define OTG_HURRY_TICKS 4096
 #define OTG_ROOT        10 /* what a search next to an edge may be off */
-#define OTG_LATER       16 /* durations tried when the shortest has no plan */
+#define OTG_LATER       24 /* durations tried when the shortest has no plan */
 #define OTG_SOON        6  /* of these before all draws are tried */
 #define OTG_WAIT        4  /* the second is 2^4 ticks more */
 

@@ -172,6 +172,33 @@ static void duration_that_is_too_short_says_the_next(void **state)
     assert_int_equal(motion_otg_make(&move, &plan, &field), MOTION_OK);
 }
 
+/* Two jerks, and a gap whose end has no plan for a thousandth of the time. */
+static void the_next_duration_may_be_far(void **state)
+{
+    struct motion_otg_move move = {
+        .start = { 0, 0, 14013500, 0 },
+        .goal = { 1143, -163653940898, 0, 0 },
+        .limit = { .vel_max_q32 = 228148629165,
+                   .vel_min_q32 = -228148629165,
+                   .acc_max_q16 = 65632773,
+                   .acc_min_q16 = -65632773,
+                   .jerk_q16 = 60512069,
+                   .jerk_down_q16 = 13119699 },
+        .mode = MOTION_OTG_POSITION,
+        .dur_ns_q12 = 6282340532225,
+    };
+    struct motion_otg_plan plan;
+    enum motion_otg_field field;
+    (void)state;
+    assert_int_equal(motion_otg_make(&move, &plan, &field), MOTION_E_LIMIT);
+    assert_int_equal(field, MOTION_OTG_FIELD_DURATION);
+    assert_true(plan.dur_ns_q12 > move.dur_ns_q12);
+    assert_true(plan.dur_ns_q12 < move.dur_ns_q12 / 4 * 5);
+    move.dur_ns_q12 = plan.dur_ns_q12;
+    assert_int_equal(motion_otg_make(&move, &plan, &field), MOTION_OK);
+    assert_null(otg_oracle_judge(&move, &plan));
+}
+
 static void velocity_goals_take_no_duration(void **state)
 {
     struct motion_otg_move move = usual;
@@ -291,6 +318,7 @@ int main(void)
         cmocka_unit_test(bad_fields_are_named),
         cmocka_unit_test(largest_numbers_are_planned),
         cmocka_unit_test(duration_that_is_too_short_says_the_next),
+        cmocka_unit_test(the_next_duration_may_be_far),
         cmocka_unit_test(velocity_goals_take_no_duration),
         cmocka_unit_test(numbers_of_axes_and_points_are_bounded),
         cmocka_unit_test(points_name_axis_and_field),
