@@ -285,8 +285,8 @@ static void a_limit_of_acceleration_may_be_held(void **state)
     }
 }
 
-/* The way of the plain speed change, v = j t^2 from or to rest in d = j t^3: what
- * limits are drawn in by costs its root. */
+/* The way of the plain speed change, v = j t^2 from or to rest in d = j t^3: limits
+ * that are drawn in would cost the root of it. */
 static void a_way_may_be_just_that_of_the_speed_change(void **state)
 {
     (void)state;
@@ -298,14 +298,14 @@ static void a_way_may_be_just_that_of_the_speed_change(void **state)
         bool up = i & 2;
         struct motion_state *end = i & 1 ? &m.start : &m.goal;
         int64_t v = j * t * t;
-        m.goal.pos_q32 = ((up ? 1 : -1) * j * t * t * t) << 16;
-        end->vel_q32 = (up ? v : -v) << 16;
+        m.goal.pos_q32 = (up ? 1 : -1) * j * t * t * t * (1 << 16);
+        end->vel_q32 = (up ? v : -v) * (1 << 16);
         m.limit.vel_max_q32 = (v + (i & 4 ? 0 : v / 3)) << 16;
         m.limit.acc_max_q16 = j * (2 * t + (int64_t)(draw() >> 62));
         m.limit.jerk_q16 = j;
         m.limit.vel_min_q32 = -m.limit.vel_max_q32;
         m.limit.acc_min_q16 = -m.limit.acc_max_q16;
-        takes_about(&m, 2 * (long double)t, 0x1p-10L, i);
+        takes_about(&m, 2 * (long double)t, 0x1p-30L, i);
     }
 }
 
