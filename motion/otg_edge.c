@@ -21,7 +21,6 @@
 #define EDGE_DRAWN   60 /* not drawn in */
 #define EDGE_DRAWS   8
 #define EDGE_REPAIRS 4
-#define TICKS_MOST   ((int64_t)1 << 60)
 
 /* One end: as struct otg_side, in full length. */
 struct edge_side {
@@ -191,14 +190,13 @@ static int64_t edge_ticks(const struct edge *e, int64_t step, int bits)
 static int64_t edge_hold(const struct edge *e, const struct edge_point *p,
                          int i)
 {
-    static const struct motion_real per_s = { INT64_C(4294967296000000000),
-                                              -20 };
     struct motion_real ramp = motion_real_div(e->side[i].limit, e->j);
     struct motion_real hold = motion_real_sub(p->x[i], ramp);
     if (motion_real_lt(p->peak[i], e->side[i].limit) ||
         motion_real_sign(hold) <= 0)
         return 0;
-    return motion_real_floor_clamped(motion_real_mul(hold, per_s), 1);
+    return motion_real_floor_clamped(
+        motion_real_mul(hold, num_real(motion_otg_per_second())), 1);
 }
 
 static int edge_phases(const struct edge *e, const struct edge_point *p,
@@ -222,7 +220,7 @@ static int edge_phases(const struct edge *e, const struct edge_point *p,
     plan->count = 0;
     plan->dur_ns_q12 = 0;
     for (int i = 0; i < 5; i++)
-        if ((i & 1 ? hold[i / 2] : n[i / 2]) >= TICKS_MOST / 8)
+        if ((i & 1 ? hold[i / 2] : n[i / 2]) >= OTG_TICKS_MOST / 8)
             return MOTION_E_RANGE;
     motion_otg_plan_add(plan, n[0], a[0]);
     motion_otg_plan_add(plan, hold[0], a[0]);

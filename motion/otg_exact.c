@@ -181,6 +181,5 @@ bool motion_otg_ramp_fits(int64_t acc_q16, int64_t jerk_q16, uint64_t room_q32)
     struct motion_u128 square = wide_mul_u64(a, a);
     struct motion_u128 most = wide_mul_u64((uint64_t)jerk_q16, room_q32);
     most = (struct motion_u128){ most.hi >> 15, most.hi << 49 | most.lo >> 15 };
-    return square.hi < most.hi ||
-           (square.hi == most.hi && square.lo <= most.lo);
+    return !wide_is_less(most, square);
 }

@@ -229,8 +229,10 @@ int motion_otg_plain(const struct motion_otg_move *move,
 int motion_otg_edge(const struct motion_otg_move *move, int64_t dur_ns_q12,
                     struct motion_otg_plan *plan, enum motion_otg_field *field);
 
+#define OTG_TICKS_MOST ((int64_t)1 << 60)
+
 /* Ticks that full jerk takes for `step` units, up; what is 2^-52 of it less is
- * what rounding made of a step.  At most 2^60. */
+ * what rounding made of a step.  At most OTG_TICKS_MOST. */
 int64_t motion_otg_full_ticks(int64_t step, int64_t jerk_q16, int acc_bits);
 /* The largest step of the acceleration in n ticks. */
 int64_t motion_otg_full_step(int64_t n, int64_t jerk_q16, int acc_bits);

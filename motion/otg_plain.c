@@ -19,7 +19,6 @@
 
 #define PLAIN_MORE  6 /* tries with more and more ticks to spare */
 #define PLAIN_EARLY 2 /* ticks before the peak that full jerk ends */
-#define TICKS_MOST  ((int64_t)1 << 60)
 
 /* Upside down where the peak would be a valley. */
 struct plain {
@@ -164,7 +163,8 @@ static int plain_phases(const struct plain *p, struct motion_real peak,
     int64_t hold = is_held ? plain_hold(p, acc, n[0], n[1]) : 0;
     plan->count = 0;
     plan->dur_ns_q12 = 0;
-    if (n[0] >= TICKS_MOST || n[1] >= TICKS_MOST || hold >= TICKS_MOST)
+    if (n[0] >= OTG_TICKS_MOST || n[1] >= OTG_TICKS_MOST ||
+        hold >= OTG_TICKS_MOST)
         return MOTION_E_RANGE;
     if (more > 1 && hold == 0 && n[n[0] < n[1]] > PLAIN_EARLY) {
         *fixed = plain_close(p, acc, n, more);

@@ -14,7 +14,6 @@
 #define ROUND_MOST        70
 #define ROUND_LEAST       (-11)
 #define ROUND_CLOSE       52 /* what is 2^-52 of a ramp is rounding */
-#define ROUND_TICKS       ((int64_t)1 << 60)
 #define ROUND_LEAST_POWER (-1000)
 
 static int bits_of(int64_t a, int64_t b)
@@ -170,15 +169,15 @@ int64_t motion_otg_full_ticks(int64_t step, int64_t jerk_q16, int acc_bits)
     size -= size >> ROUND_CLOSE;
     struct motion_u128 need = wide_mul_u64(size, OTG_FIVES);
     if (shift > 40)
-        return ROUND_TICKS;
+        return OTG_TICKS_MOST;
     if (shift >= 0)
         need = motion_fixed_shl_u128(need, (unsigned)shift);
     else /* up */
         need = wide_neg(wide_shr(wide_neg(need), (unsigned)-shift));
     need = wide_add(need, wide_from(jerk_q16 - 1));
     if (motion_fixed_div_u128(need, (uint64_t)jerk_q16, &ticks, NULL) < 0 ||
-        ticks > (uint64_t)ROUND_TICKS)
-        return ROUND_TICKS;
+        ticks > (uint64_t)OTG_TICKS_MOST)
+        return OTG_TICKS_MOST;
     return (int64_t)ticks;
 }
 

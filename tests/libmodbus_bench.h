@@ -17,7 +17,7 @@
 #define MS   INT64_C(1000000)
 #define UNIT 9
 
-#define PATIENCE 30000 /* looks, 1 ms each: for ever, for what is asked here */
+#define PATIENCE 20000 /* looks, 1 ms each: for ever, for what is asked here */
 
 struct libmodbus_bench {
     struct sim_world world;
