@@ -157,6 +157,31 @@ static inline int run_words(const char *const *words)
 
 #define run(...) run_words((const char *const[]){ __VA_ARGS__, NULL })
 
+/* A word that stands for a path. */
+struct run_name {
+    const char *word, *path;
+};
+
+/* slew COMMAND and `words`, apart by blanks, the paths in the place of their names. */
+static inline int run_line(const char *command, const char *words,
+                           const struct run_name names[], size_t count)
+{
+    char line[512];
+    const char *argv[RUN_WORDS_MAX] = { command };
+    int argc = 1;
+
+    snprintf(line, sizeof line, "%s", words);
+    for (char *word = strtok(line, " "); word; word = strtok(NULL, " ")) {
+        assert_true(argc + 1 < RUN_WORDS_MAX);
+        argv[argc] = word;
+        for (size_t i = 0; i < count; i++)
+            if (strcmp(word, names[i].word) == 0)
+                argv[argc] = names[i].path;
+        argc++;
+    }
+    return run_words(argv);
+}
+
 static inline void run_expect(int want)
 {
     const struct run_slew *run = run_slew();

@@ -49,18 +49,10 @@ static void write_table(const char *text, size_t length)
  * status, with what was written in out and err. */
 static int slew(const char *words)
 {
-    static char line[512];
-    const char *argv[RUN_WORDS_MAX] = { "otg" };
-    int argc = 1;
+    const struct run_name names[] = { { "TABLE", table },
+                                      { "PICTURE", picture } };
 
-    snprintf(line, sizeof line, "%s", words);
-    for (char *word = strtok(line, " "); word; word = strtok(NULL, " ")) {
-        assert_true(argc + 2 < RUN_WORDS_MAX);
-        argv[argc++] = strcmp(word, "TABLE") == 0     ? table
-                       : strcmp(word, "PICTURE") == 0 ? picture
-                                                      : word;
-    }
-    return run_words(argv);
+    return run_line("otg", words, names, ARRAY_LEN(names));
 }
 
 static void expect(const char *text, const char *want)

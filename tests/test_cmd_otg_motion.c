@@ -12,17 +12,9 @@
 /* `words` apart by blanks, TABLE standing for the file. */
 static int slew(const char *words)
 {
-    static char line[512];
-    const char *word[RUN_WORDS_MAX] = { "otg" };
-    int count = 1;
-    snprintf(line, sizeof line, "%s", words);
-    for (char *next = strtok(line, " "); next; next = strtok(NULL, " ")) {
-        assert_true(count + 1 < RUN_WORDS_MAX);
-        word[count++] =
-            strcmp(next, "TABLE") == 0 ? run_path("moves.csv") : next;
-    }
-    word[count] = NULL;
-    return run_words(word);
+    const struct run_name names[] = { { "TABLE", run_path("moves.csv") } };
+
+    return run_line("otg", words, names, ARRAY_LEN(names));
 }
 
 static void write_table(const char *text)
