@@ -330,7 +330,7 @@ static void controller_clock(struct controller *controller)
 {
     if (controller->warp.rate1_q30 != controller->wanted_q30)
         controller_ramp_seek(controller);
-    motion_clock_warp_at(&controller->warp, controller->now_ns,
+    motion_clock_warp_at(&controller->warp, controller->clock_ns,
                          &controller->rate);
     if (controller->rate.s_ns_q12 > controller->move_end_ns_q12)
         controller->rate.s_ns_q12 = controller->move_end_ns_q12;
@@ -342,7 +342,7 @@ void controller_ahead(const struct controller *controller, int64_t ahead_ns,
     *then = controller->rate;
     if (controller_in_motion(controller) &&
         controller->reaction < CONTROLLER_REACT_QUICK)
-        motion_clock_warp_at(&controller->warp, controller->now_ns + ahead_ns,
+        motion_clock_warp_at(&controller->warp, controller->clock_ns + ahead_ns,
                              then);
 }
 

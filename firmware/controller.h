@@ -177,7 +177,6 @@ struct controller_axis {
     int64_t following_q32;                /* demand in force minus actual */
     int64_t sent_q32[CONTROLLER_HISTORY]; /* set points, newest first */
     int64_t sent_ns[CONTROLLER_HISTORY];
-    uint64_t sent_tick[CONTROLLER_HISTORY];
     unsigned sent_count;
     /* limits of the gate per tick, from config */
     int64_t gate_vel_q32, gate_acc_q32;
@@ -210,6 +209,9 @@ struct controller {
     bool enabling, resetting;
     int64_t since_ns; /* entry into the state, or the request */
     int64_t now_ns;
+    /* The clock that the warp runs on: one period per tick, whatever was lost,
+     * so that no set point is further from the one before than a period. */
+    int64_t clock_ns;
     uint64_t ticks, ticks_lost; /* nominal ticks, lost ones included */
     unsigned lost_score;        /* leaky: +10 per lost tick, -1 per good one */
 };

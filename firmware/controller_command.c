@@ -201,7 +201,7 @@ int controller_start(struct controller *controller,
                                           controller->override_max_q30);
     controller->wanted_q30 = rate;
     controller->rate.s_ns_q12 = 0;
-    motion_clock_warp_init(&controller->warp, controller->now_ns, 0, rate);
+    motion_clock_warp_init(&controller->warp, controller->clock_ns, 0, rate);
     controller_enter(controller, CONTROLLER_MOVING);
     return MOTION_OK;
 }

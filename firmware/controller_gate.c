@@ -4,17 +4,19 @@
  * position range and the step from the set points sent before stays inside
  * speed and acceleration.  A violation is a fault, never a silent clamp.
  *
- * With the last three set points n2 and n1 ticks apart and d2, d1 the steps,
- *     |d1| <= v T n1          |d1 n2 - d2 n1| <= a T^2 n1 n2 (n1 + n2) / 2
- * which hold for every curve inside the limits: the second divided difference
- * of a curve is half its acceleration at some point between. */
+ * With d2 and d1 the steps between the last three set points,
+ *     |d1| <= v T          |d1 - d2| <= a T^2
+ * which hold for every curve inside the limits: the second difference of a
+ * curve is T^2 times its acceleration at some point between.  T is one period
+ * also where ticks were lost: a drive that stood still meanwhile cannot be
+ * asked for the distance of all of them in one (the clock of the move stands
+ * meanwhile, see clock_ns). */
 #include <stddef.h>
 
 #include "firmware/controller_parts.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
 
-#define GATE_TICKS_MAX 1024 /* longer gaps start anew */
 /* Each set point is rounded to within 2 units of 2^-32; three of them, with
  * weights up to 2, and the rounding of the limits. */
 #define GATE_ROUNDING 16
@@ -43,17 +45,12 @@ void controller_gate_init(struct controller *controller, unsigned index)
         axis->gate_acc_q32 = step_q32 + 1;
 }
 
-/* |value| <= limit * factor / 2^shift, with room for rounding. */
-static bool gate_judge(int64_t value, int64_t limit, int64_t factor,
-                       unsigned shift, int64_t rounding, int64_t *bad,
+static bool gate_judge(int64_t value, int64_t most, int64_t *bad,
                        int64_t *allowed)
 {
-    int64_t most;
-    if (motion_fixed_mulshift(limit, factor, shift, &most) < 0)
-        return true; /* beyond the format, so beyond any value */
     *bad = value;
     *allowed = most;
-    return motion_fixed_abs(value) <= (uint64_t)most + (uint64_t)rounding;
+    return motion_fixed_abs(value) <= (uint64_t)most + GATE_ROUNDING;
 }
 
 /* Inside the range; or, where the axis stands outside (homing found it there),
@@ -73,17 +70,6 @@ static bool gate_range(const struct controller_axis_config *config,
     return pos_q32 >= low_q32 && pos_q32 <= high_q32;
 }
 
-/* Ticks since the set point `age` places back, 0 when that is no base for a
- * slope any more. */
-static int64_t gate_ticks(const struct controller_axis *axis, unsigned age,
-                          uint64_t tick)
-{
-    if (axis->sent_count <= age)
-        return 0;
-    const uint64_t ticks = tick - axis->sent_tick[age];
-    return ticks <= GATE_TICKS_MAX ? (int64_t)ticks : 0;
-}
-
 bool controller_gate_pass(const struct controller *controller, unsigned index,
                           int64_t pos_q32, int64_t *value, int64_t *limit)
 {
@@ -92,21 +78,17 @@ bool controller_gate_pass(const struct controller *controller, unsigned index,
         !gate_range(&controller->config.axis[index], axis, pos_q32, value,
                     limit))
         return false;
-    const int64_t n1 = gate_ticks(axis, 0, controller->ticks);
-    if (n1 == 0)
+    if (axis->sent_count == 0)
         return true;
     int64_t d1;
     if (motion_fixed_sub(pos_q32, axis->sent_q32[0], &d1) < 0 ||
-        !gate_judge(d1, axis->gate_vel_q32, n1, 0, GATE_ROUNDING, value, limit))
+        !gate_judge(d1, axis->gate_vel_q32, value, limit))
         return false;
-    const int64_t n2 = gate_ticks(axis, 1, axis->sent_tick[0]);
-    if (n2 == 0)
+    if (axis->sent_count == 1)
         return true;
-    /* |d| < 2^52 for any speed limit below 2^20 unit per tick; n <= 2^10 */
+    /* both are at most INT64_MAX / 4 + GATE_ROUNDING */
     const int64_t d2 = axis->sent_q32[0] - axis->sent_q32[1];
-    return gate_judge(d1 * n2 - d2 * n1, axis->gate_acc_q32,
-                      n1 * n2 * (n1 + n2), 1, GATE_ROUNDING * (n1 + n2), value,
-                      limit);
+    return gate_judge(d1 - d2, axis->gate_acc_q32, value, limit);
 }
 
 void controller_gate_sent(struct controller *controller, unsigned index,
@@ -116,11 +98,9 @@ void controller_gate_sent(struct controller *controller, unsigned index,
     for (unsigned i = CONTROLLER_HISTORY - 1; i > 0; i--) {
         axis->sent_q32[i] = axis->sent_q32[i - 1];
         axis->sent_ns[i] = axis->sent_ns[i - 1];
-        axis->sent_tick[i] = axis->sent_tick[i - 1];
     }
     axis->sent_q32[0] = pos_q32;
     axis->sent_ns[0] = controller->now_ns;
-    axis->sent_tick[0] = controller->ticks;
     if (axis->sent_count < CONTROLLER_HISTORY)
         axis->sent_count++;
 }

@@ -123,7 +123,7 @@ static int jog_play(struct controller *controller, struct controller_jog *jog,
     controller->reserve_ns_q12 = 0;
     controller->wanted_q30 = MOTION_CLOCK_WARP_ONE_Q30;
     controller->rate.s_ns_q12 = 0;
-    motion_clock_warp_init(&controller->warp, controller->now_ns, 0,
+    motion_clock_warp_init(&controller->warp, controller->clock_ns, 0,
                            MOTION_CLOCK_WARP_ONE_Q30);
     controller_enter(controller, CONTROLLER_MOVING);
     return MOTION_OK;

@@ -140,7 +140,7 @@ bool controller_ramp_stop(struct controller *controller)
     for (unsigned which = 0; which < RAMP_LENGTHS; which++) {
         const int64_t ticks = ramp_ticks(controller, yardstick_ns, which);
         struct motion_clock_warp warp;
-        if (ramp_make(controller, controller->now_ns, ticks, &warp) &&
+        if (ramp_make(controller, controller->clock_ns, ticks, &warp) &&
             ramp_fits_coarsely(controller, &warp, true)) {
             controller->warp = warp;
             return true;
@@ -180,7 +180,7 @@ static void ramp_propose(struct controller *controller)
     const int64_t looks = (ticks + 1) * controller->config.axis_count;
     const int64_t wait = looks / RAMP_LOOKS_PER_TICK + 1;
     const int64_t t0_ns =
-        controller->now_ns + wait * controller->config.period_ns;
+        controller->clock_ns + wait * controller->config.period_ns;
     seek->axis = 0;
     seek->judged_ns = 0;
     seek->active = ramp_make(controller, t0_ns, ticks, &seek->warp) &&
@@ -222,7 +222,7 @@ void controller_ramp_seek(struct controller *controller)
            seek->axis < controller->config.axis_count)
         looks -= ramp_judge(controller, looks);
     if (seek->active && seek->axis == controller->config.axis_count &&
-        controller->now_ns >= seek->warp.t0_ns) {
+        controller->clock_ns >= seek->warp.t0_ns) {
         controller->warp = seek->warp;
         controller_ramp_reset(controller);
     }

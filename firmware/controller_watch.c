@@ -203,6 +203,7 @@ void controller_watch_tick(struct controller *controller, int64_t now_ns)
     controller->now_ns = now_ns;
     if (controller->ticks++ == 0)
         return;
+    controller->clock_ns += period_ns;
     if (controller->lost_score > 0)
         controller->lost_score--;
     for (unsigned n = 0; gap_ns > period_ns + period_ns / 2 && n < LOST_MAX;

@@ -842,10 +842,13 @@ static void lost_ticks_are_skipped_and_too_many_stop(void **state)
     (void)state;
     struct bench bench;
     bench_moving(&bench, 120, 1000);
+    const int64_t s_ns_q12 = bench.controller.rate.s_ns_q12;
     fake_now_ns += 2 * MS; /* two lost, no burst, no gate trip */
     bench_tick(&bench);
     assert_int_equal(bench.controller.ticks_lost, 2);
     assert_int_equal(bench.controller.fault.fault, CONTROLLER_FAULT_NONE);
+    /* the path goes on from where it was left */
+    assert_int_equal(bench.controller.rate.s_ns_q12 - s_ns_q12, MS << 12);
     judge_path(&bench);
     fake_now_ns += 11 * MS;
     bench_tick(&bench);
