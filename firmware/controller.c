@@ -105,6 +105,8 @@ void controller_enter(struct controller *controller,
 {
     controller->state = state;
     controller->since_ns = controller->now_ns;
+    if (state != CONTROLLER_STOPPING)
+        controller->is_brake = false;
     controller_ramp_reset(controller);
 }
 
@@ -124,6 +126,7 @@ void controller_rest(struct controller *controller)
         controller->axis[i].track = NULL;
         controller->axis[i].target.vel_q32 = 0;
         controller->axis[i].target.acc_q16 = 0;
+        controller->axis[i].target.torque_permille = 0;
         controller_goal_drop(&controller->axis[i]);
     }
 }
@@ -140,6 +143,8 @@ static void controller_enter_fault(struct controller *controller)
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
         controller->axis[i].seeking = false;
         controller->axis[i].by_itself = false;
+        if (controller->reaction >= CONTROLLER_REACT_QUICK)
+            controller->axis[i].sent_count = 0; /* it has left its set point */
     }
     if (controller->reaction != CONTROLLER_REACT_HOLD)
         controller_request(controller, HAL_DRIVE_REQUEST_OFF);
@@ -153,6 +158,58 @@ bool controller_in_motion(const struct controller *controller)
            controller->state == CONTROLLER_STOPPING;
 }
 
+bool controller_clock_stands(const struct controller *controller)
+{
+    if (controller->rate.s_ns_q12 >= controller->move_end_ns_q12)
+        return true;
+    return controller->rate.rate_q30 == 0 && controller->wanted_q30 == 0 &&
+           controller->warp.rate1_q30 == 0;
+}
+
+static bool controller_at_rest(const struct controller *controller)
+{
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        if (controller->axis[i].target.vel_q32 != 0 ||
+            controller->axis[i].target.acc_q16 != 0)
+            return false;
+    return true;
+}
+
+bool controller_freeze(struct controller *controller)
+{
+    if (!controller_at_rest(controller))
+        return false;
+    motion_clock_warp_init(&controller->warp, controller->clock_ns,
+                           controller->rate.s_ns_q12, 0);
+    motion_clock_warp_at(&controller->warp, controller->clock_ns,
+                         &controller->rate);
+    return true;
+}
+
+/* Is the path's clock, or the track itself, on its way to rest already? */
+static bool controller_brakes(const struct controller *controller)
+{
+    return controller->is_brake ||
+           (controller->wanted_q30 == 0 && controller->warp.rate1_q30 == 0);
+}
+
+/* Along the path within the stop limits, at once; where no ramp from here fits,
+ * the one that is under way. */
+static bool controller_stop_along(struct controller *controller)
+{
+    const int64_t rest_by_ns = controller->rest_by_ns;
+    const bool brakes = controller_brakes(controller);
+    const int64_t wanted_q30 = controller->wanted_q30;
+    controller->wanted_q30 = 0;
+    controller->rest_by_ns =
+        controller->clock_ns + controller_ramp_bound_ns(controller, true);
+    if (controller_freeze(controller) || controller_ramp_stop(controller))
+        return true;
+    controller->wanted_q30 = wanted_q30;
+    controller->rest_by_ns = rest_by_ns;
+    return brakes;
+}
+
 /* Stop along the path if there is a ramp within the stop limits, else let the
  * drives brake by themselves. */
 static void controller_react(struct controller *controller)
@@ -163,15 +220,14 @@ static void controller_react(struct controller *controller)
         controller_enter_fault(controller);
         return;
     }
-    controller->wanted_q30 = 0;
     controller_enter(controller, CONTROLLER_STOPPING);
-    if (by_itself)
+    if (by_itself || (controller->reaction <= CONTROLLER_REACT_STOP &&
+                      !controller_stop_along(controller)))
         controller->reaction = CONTROLLER_REACT_QUICK;
-    if (controller->reaction <= CONTROLLER_REACT_STOP &&
-        !controller_ramp_stop(controller))
-        controller->reaction = CONTROLLER_REACT_QUICK;
-    if (controller->reaction == CONTROLLER_REACT_QUICK)
-        controller_request(controller, HAL_DRIVE_REQUEST_QUICK_STOP);
+    if (controller->reaction != CONTROLLER_REACT_QUICK)
+        return;
+    controller->rest_by_ns = 0;
+    controller_request(controller, HAL_DRIVE_REQUEST_QUICK_STOP);
 }
 
 void controller_raise(struct controller *controller,
@@ -237,10 +293,21 @@ static void controller_send_all(struct controller *controller)
             controller_send(controller, i);
 }
 
-static void controller_follow_actual(struct controller *controller)
+/* Outside of motion.  An axis with torque keeps the place where it stood when
+ * its drive first reported torque: were it given its actual position, whatever
+ * it droops by would be added to the set point in every tick. */
+static void controller_keep_place(struct controller *controller)
 {
-    for (unsigned i = 0; i < controller->config.axis_count; i++)
-        controller_follow(&controller->axis[i]);
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        struct controller_axis *axis = &controller->axis[i];
+        if (axis->feedback.state != HAL_DRIVE_ENABLED || axis->by_itself) {
+            controller_follow(axis);
+            continue;
+        }
+        if (axis->sent_count == 0)
+            axis->target.pos_q32 = axis->feedback.pos_q32;
+        controller_send(controller, i);
+    }
 }
 
 /* What the acceleration takes, as far as 32 bits go. */
@@ -304,14 +371,13 @@ static bool controller_waited(const struct controller *controller,
 
 static void controller_step_off(struct controller *controller)
 {
-    controller_follow_actual(controller);
+    controller_keep_place(controller);
     if (!controller->enabling)
         return;
     if (controller_all(controller, HAL_DRIVE_ENABLED)) {
         controller->enabling = false;
         controller_rest(controller);
         controller_enter(controller, CONTROLLER_READY);
-        controller_send_all(controller);
     } else if (controller_waited(controller,
                                  controller->config.enable_timeout_ns)) {
         controller_raise(controller, CONTROLLER_FAULT_ENABLE,
@@ -334,6 +400,8 @@ static void controller_clock(struct controller *controller)
                          &controller->rate);
     if (controller->rate.s_ns_q12 > controller->move_end_ns_q12)
         controller->rate.s_ns_q12 = controller->move_end_ns_q12;
+    if (controller_clock_stands(controller))
+        controller->rest_by_ns = 0;
 }
 
 void controller_ahead(const struct controller *controller, int64_t ahead_ns,
@@ -365,12 +433,8 @@ static void controller_step_moving(struct controller *controller)
 
 static bool controller_standing(const struct controller *controller)
 {
-    if (controller_goal_under_way(controller))
-        return false;
-    if (controller_at_end(controller))
-        return true;
-    return controller->rate.rate_q30 == 0 && controller->wanted_q30 == 0 &&
-           controller->warp.rate1_q30 == 0;
+    return !controller_goal_under_way(controller) &&
+           controller_clock_stands(controller);
 }
 
 static bool controller_quick_stop_done(const struct controller *controller)
@@ -413,7 +477,7 @@ static void controller_step_fault(struct controller *controller)
         controller_send_all(controller);
         return;
     }
-    controller_follow_actual(controller);
+    controller_keep_place(controller);
     if (!controller->resetting)
         return;
     if (controller_all(controller, HAL_DRIVE_OFF)) {

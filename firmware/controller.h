@@ -5,12 +5,12 @@
  *      ^               | ^               |   ^
  *      |               | |          hold |   | resume
  *      |<---- off -----' |               v   |
- *      |                 |<-- stop --- HOLDING     slows to rate 0, torque on
- *      |                 |
- *      |                 '--- at rest --- STOPPING <-- stop --- MOVING
- *      |                                     |
- *      |                                     | a fault asked for the stop
- *      '------ reset ------- FAULT <---------'
+ *      |                 |             HOLDING     slows to rate 0, torque on
+ *      |                 |               |
+ *      |                 '-- at rest -- STOPPING <-- stop -- MOVING, HOLDING
+ *      |                                 |
+ *      |                                 | a fault caused the stop
+ *      '------ reset ------- FAULT <-----'
  *
  * One call of controller_step per tick does everything: looks at drives and
  * inputs (controller_watch.c), moves the clock of the move on
@@ -25,6 +25,14 @@
  * fits (an axis is already braking at its limit) the search goes on until one
  * does.  A stop for a fault uses the stop limits, starts at once and falls back
  * on the drives' own quick stop.
+ *
+ * A stop cannot fail: it is accepted in every state and every tick, also the
+ * one in which a motion was started, and watched until the axes are at rest.
+ * The time that takes has a bound (rest_by_ns) at which the drives' quick stop
+ * takes over.
+ *
+ * An axis with torque is supervised from the first tick on that its drive
+ * reports torque: while others still enable it is held where it stood then.
  *
  * An axis whose drive goes by its own profile has the same track, as a
  * prediction, and gets the ends of its ways as goals instead of set points
@@ -101,6 +109,8 @@ enum controller_reaction {
     X(CONTROLLER_FAULT_BUS_PASSIVE, CONTROLLER_REACT_HOLD,                     \
       "the bus has too many errors (error-passive)")                           \
     X(CONTROLLER_FAULT_BUS, CONTROLLER_REACT_OFF, "the bus is down")           \
+    X(CONTROLLER_FAULT_REST, CONTROLLER_REACT_QUICK,                           \
+      "the axes were not at rest in time")                                     \
     X(CONTROLLER_FAULT_TRACK, CONTROLLER_REACT_STOP,                           \
       "the move was not read in time")                                         \
     X(CONTROLLER_FAULT_ARRIVAL, CONTROLLER_REACT_STOP,                         \
@@ -164,8 +174,8 @@ struct controller_axis {
     int64_t offset_q32;
     bool homed;     /* its position is known; else it moves by jogs alone, and
                        its range does not count */
-    bool seeking;   /* looks for a switch: its limit switches and its range are
-                       looked after by homing */
+    bool seeking;   /* looks for a switch: homing judges its limit switches, and
+                       its range does not count */
     bool by_itself; /* the drive moves it by a mode of its own: it gets no set
                        points; a fault is a quick stop of the drives */
     const struct motion_track *track; /* NULL: stands where it is */
@@ -174,7 +184,10 @@ struct controller_axis {
     int64_t vel_peak_q32;      /* of the track at rate 1 */
     struct hal_drive_target target;
     struct hal_drive_feedback feedback;
-    int64_t following_q32;                /* demand in force minus actual */
+    int64_t following_q32; /* demand in force minus actual */
+    /* the largest and the smallest set point since its range counts: an axis
+     * that stands outside may not go further out than where it has been */
+    int64_t highest_q32, lowest_q32;
     int64_t sent_q32[CONTROLLER_HISTORY]; /* set points, newest first */
     int64_t sent_ns[CONTROLLER_HISTORY];
     unsigned sent_count;
@@ -206,6 +219,13 @@ struct controller {
     int64_t override_max_q30; /* what the move's limits allow */
     int64_t wanted_q30;       /* where the clock should go to */
     struct controller_seek seek;
+    int64_t rest_by_ns; /* HOLDING, STOPPING: on clock_ns, when the axes are at
+                           rest at the latest, else it is a fault; 0: they
+                           are, or the drives brake */
+    unsigned stops;     /* times that controller_stop was called */
+    bool is_jog;        /* what is played is a jog, at rate 1: no override */
+    bool is_brake;      /* what is played is itself a stop */
+    bool homing;        /* homing moves the axes: nobody else starts a motion */
     bool enabling, resetting;
     int64_t since_ns; /* entry into the state, or the request */
     int64_t now_ns;
@@ -245,10 +265,13 @@ int controller_start(struct controller *controller,
                      const struct motion_track *const track[], int *axis);
 int controller_hold(struct controller *controller);
 int controller_resume(struct controller *controller);
-int controller_stop(struct controller *controller);
-/* 0 .. 200 %; by a ramp, also while moving; kept for the next move.
- * MOTION_E_ARG outside, MOTION_E_LIMIT above override_max_q30 of the move that
- * is running. */
+/* To rest within the limits, then READY.  Cannot fail: in READY, STOPPING and
+ * FAULT there is nothing more to stop, an enabling under way ends in OFF, and
+ * homing that runs is over (homing.h). */
+void controller_stop(struct controller *controller);
+/* 0 .. 200 %; by a ramp, also while moving; kept for the next move.  A jog has a
+ * speed of its own and is left alone.  MOTION_E_ARG outside, MOTION_E_LIMIT
+ * above override_max_q30 of the move that is running. */
 int controller_override(struct controller *controller, int64_t rate_q30);
 /* How far ahead windows of the tracks must reach, in path time, so that the
  * group can stop along the path when played at this rate. */

@@ -100,13 +100,12 @@ static bool controller_at_start(const struct controller_axis *axis,
            motion_fixed_abs(apart) <= START_WINDOW_Q32;
 }
 
-static bool controller_in_range(const struct motion_track *track,
-                                const struct controller_axis_config *config)
+bool controller_in_range(const struct controller *controller, unsigned index,
+                         const struct motion_track *track)
 {
     struct motion_extreme pos;
     motion_track_extreme(track, MOTION_POS, &pos);
-    return pos.min >= config->pos_min_q32 - MOTION_TRACK_POS_ROUNDING &&
-           pos.max <= config->pos_max_q32 + MOTION_TRACK_POS_ROUNDING;
+    return controller_gate_range(controller, index, pos.min, pos.max);
 }
 
 int64_t controller_reserve_ns_q12(const struct controller *controller,
@@ -123,6 +122,14 @@ int64_t controller_reserve_ns_q12(const struct controller *controller,
             reserve_ns_q12 = ns_q12;
     }
     return reserve_ns_q12;
+}
+
+/* Of the clock once it is up to speed. */
+static int64_t controller_rate(const struct controller *controller)
+{
+    return controller->is_jog ? MOTION_CLOCK_WARP_ONE_Q30
+                              : controller_least(controller->override_q30,
+                                                 controller->override_max_q30);
 }
 
 /* Only windows run out; for others it would be work for nothing. */
@@ -158,7 +165,7 @@ static bool controller_load(struct controller *controller,
             controller_least(controller->override_max_q30,
                              controller_axis_rate_most(
                                  track[i], &controller->config.axis[i].limit));
-        if (!controller_in_range(track[i], &controller->config.axis[i]))
+        if (!controller_in_range(controller, i, track[i]))
             controller->override_max_q30 = 0;
     }
     controller_set_reserve(controller);
@@ -168,7 +175,7 @@ static bool controller_load(struct controller *controller,
 int controller_start(struct controller *controller,
                      const struct motion_track *const track[], int *axis)
 {
-    if (controller->state != CONTROLLER_READY)
+    if (controller->state != CONTROLLER_READY || controller->homing)
         return MOTION_E_STATE;
     for (unsigned i = 0; i < controller->config.axis_count; i++)
         if (track[i] && controller->config.axis[i].by_goals &&
@@ -197,21 +204,37 @@ int controller_start(struct controller *controller,
     }
     /* The first set point of the move, one tick from now, is path time one
      * period: a track that starts from rest may be read at full rate. */
-    const int64_t rate = controller_least(controller->override_q30,
-                                          controller->override_max_q30);
-    controller->wanted_q30 = rate;
-    controller->rate.s_ns_q12 = 0;
-    motion_clock_warp_init(&controller->warp, controller->clock_ns, 0, rate);
-    controller_enter(controller, CONTROLLER_MOVING);
+    controller->is_jog = false;
+    controller_play(controller, controller_rate(controller));
     return MOTION_OK;
+}
+
+void controller_play(struct controller *controller, int64_t rate_q30)
+{
+    controller->wanted_q30 = rate_q30;
+    motion_clock_warp_init(&controller->warp, controller->clock_ns, 0,
+                           rate_q30);
+    motion_clock_warp_at(&controller->warp, controller->clock_ns,
+                         &controller->rate);
+    controller_enter(controller, CONTROLLER_MOVING);
+}
+
+/* The clock is to stand, and by when it does. */
+static void controller_slow_down(struct controller *controller,
+                                 enum controller_state state)
+{
+    controller->wanted_q30 = 0;
+    controller_enter(controller, state);
+    controller->rest_by_ns =
+        controller->clock_ns + controller_ramp_bound_ns(controller, false);
+    (void)controller_freeze(controller);
 }
 
 int controller_hold(struct controller *controller)
 {
     if (controller->state != CONTROLLER_MOVING)
         return MOTION_E_STATE;
-    controller->wanted_q30 = 0;
-    controller_enter(controller, CONTROLLER_HOLDING);
+    controller_slow_down(controller, CONTROLLER_HOLDING);
     return MOTION_OK;
 }
 
@@ -219,32 +242,36 @@ int controller_resume(struct controller *controller)
 {
     if (controller->state != CONTROLLER_HOLDING)
         return MOTION_E_STATE;
-    controller->wanted_q30 = controller_least(controller->override_q30,
-                                              controller->override_max_q30);
+    controller->wanted_q30 = controller_rate(controller);
     controller_enter(controller, CONTROLLER_MOVING);
     return MOTION_OK;
 }
 
-int controller_stop(struct controller *controller)
+void controller_halt(struct controller *controller)
 {
-    if (controller->state != CONTROLLER_MOVING &&
-        controller->state != CONTROLLER_HOLDING)
-        return MOTION_E_STATE;
-    controller->wanted_q30 = 0;
-    controller_enter(controller, CONTROLLER_STOPPING);
-    return MOTION_OK;
+    if (controller->state == CONTROLLER_MOVING ||
+        controller->state == CONTROLLER_HOLDING)
+        controller_slow_down(controller, CONTROLLER_STOPPING);
+    else if (controller->enabling)
+        (void)controller_off(controller);
+}
+
+void controller_stop(struct controller *controller)
+{
+    controller->stops++;
+    controller_halt(controller);
 }
 
 int controller_override(struct controller *controller, int64_t rate_q30)
 {
     if (rate_q30 < 0 || rate_q30 > MOTION_CLOCK_WARP_MAX_Q30)
         return MOTION_E_ARG;
-    if (controller_in_motion(controller) &&
+    if (controller_in_motion(controller) && !controller->is_jog &&
         rate_q30 > controller->override_max_q30)
         return MOTION_E_LIMIT;
     controller->override_q30 = rate_q30;
     controller_set_reserve(controller);
-    if (controller->state == CONTROLLER_MOVING) {
+    if (controller->state == CONTROLLER_MOVING && !controller->is_jog) {
         controller->wanted_q30 = rate_q30;
         controller_ramp_reset(controller);
     }

@@ -2,7 +2,10 @@
  *
  * Whatever went wrong before it, a set point leaves only when it is inside the
  * position range and the step from the set points sent before stays inside
- * speed and acceleration.  A violation is a fault, never a silent clamp.
+ * speed and acceleration.  A violation is a fault, never a silent clamp.  An
+ * axis may stand outside its range (it was pushed, or homing found it there):
+ * then it may come in, and each set point that is further in is the border for
+ * the next, so that it never goes out again, not by rounding either.
  *
  * With d2 and d1 the steps between the last three set points,
  *     |d1| <= v T          |d1 - d2| <= a T^2
@@ -53,31 +56,67 @@ static bool gate_judge(int64_t value, int64_t most, int64_t *bad,
     return motion_fixed_abs(value) <= (uint64_t)most + GATE_ROUNDING;
 }
 
-/* Inside the range; or, where the axis stands outside (homing found it there),
- * no further out than the set point before. */
-static bool gate_range(const struct controller_axis_config *config,
-                       const struct controller_axis *axis, int64_t pos_q32,
-                       int64_t *bad, int64_t *allowed)
+static int64_t gate_least(int64_t a, int64_t b)
 {
-    int64_t low_q32 = config->pos_min_q32 - MOTION_TRACK_POS_ROUNDING;
-    int64_t high_q32 = config->pos_max_q32 + MOTION_TRACK_POS_ROUNDING;
-    if (axis->sent_count > 0 && axis->sent_q32[0] < low_q32)
-        low_q32 = axis->sent_q32[0];
-    if (axis->sent_count > 0 && axis->sent_q32[0] > high_q32)
-        high_q32 = axis->sent_q32[0];
-    *bad = pos_q32;
-    *allowed = pos_q32 < low_q32 ? low_q32 : high_q32;
-    return pos_q32 >= low_q32 && pos_q32 <= high_q32;
+    return a < b ? a : b;
+}
+
+static int64_t gate_most(int64_t a, int64_t b)
+{
+    return a > b ? a : b;
+}
+
+void controller_gate_mark(struct controller *controller, unsigned index,
+                          int64_t pos_q32)
+{
+    struct controller_axis *axis = &controller->axis[index];
+    const bool is_new =
+        axis->sent_count == 0 || !controller_range_counts(controller, index);
+    axis->highest_q32 =
+        is_new ? pos_q32 : gate_most(axis->highest_q32, pos_q32);
+    axis->lowest_q32 = is_new ? pos_q32 : gate_least(axis->lowest_q32, pos_q32);
+}
+
+/* The first set point is where the axis stands, inside its range or not, but
+ * for what it moved since it was measured. */
+bool controller_gate_range(const struct controller *controller, unsigned index,
+                           int64_t low_q32, int64_t high_q32)
+{
+    const struct controller_axis_config *config =
+        &controller->config.axis[index];
+    const struct controller_axis *axis = &controller->axis[index];
+    int64_t from_low_q32 = axis->highest_q32, from_high_q32 = axis->lowest_q32;
+    int64_t slack_q32 = MOTION_TRACK_POS_ROUNDING;
+    if (!controller_range_counts(controller, index))
+        return true;
+    if (axis->sent_count == 0) {
+        from_low_q32 = from_high_q32 = axis->feedback.pos_q32;
+        slack_q32 = config->following_floor_q32;
+    }
+    if (low_q32 >= config->pos_min_q32 - MOTION_TRACK_POS_ROUNDING)
+        from_low_q32 = low_q32;
+    if (high_q32 <= config->pos_max_q32 + MOTION_TRACK_POS_ROUNDING)
+        from_high_q32 = high_q32;
+    return (low_q32 >= from_low_q32 ||
+            (uint64_t)from_low_q32 - (uint64_t)low_q32 <=
+                (uint64_t)slack_q32) &&
+           (high_q32 <= from_high_q32 ||
+            (uint64_t)high_q32 - (uint64_t)from_high_q32 <=
+                (uint64_t)slack_q32);
 }
 
 bool controller_gate_pass(const struct controller *controller, unsigned index,
                           int64_t pos_q32, int64_t *value, int64_t *limit)
 {
     const struct controller_axis *axis = &controller->axis[index];
-    if (controller_range_counts(controller, index) &&
-        !gate_range(&controller->config.axis[index], axis, pos_q32, value,
-                    limit))
+    if (!controller_gate_range(controller, index, pos_q32, pos_q32)) {
+        const struct controller_axis_config *config =
+            &controller->config.axis[index];
+        *value = pos_q32;
+        *limit = pos_q32 < config->pos_min_q32 ? config->pos_min_q32
+                                               : config->pos_max_q32;
         return false;
+    }
     if (axis->sent_count == 0)
         return true;
     int64_t d1;
@@ -95,6 +134,7 @@ void controller_gate_sent(struct controller *controller, unsigned index,
                           int64_t pos_q32)
 {
     struct controller_axis *axis = &controller->axis[index];
+    controller_gate_mark(controller, index, pos_q32);
     for (unsigned i = CONTROLLER_HISTORY - 1; i > 0; i--) {
         axis->sent_q32[i] = axis->sent_q32[i - 1];
         axis->sent_ns[i] = axis->sent_ns[i - 1];

@@ -73,5 +73,7 @@ int controller_set_position(struct controller *controller, unsigned index,
     axis->feedback.pos_q32 = home_sum(axis->feedback.pos_q32, shift_q32);
     for (unsigned i = 0; i < axis->sent_count; i++)
         axis->sent_q32[i] = home_sum(axis->sent_q32[i], shift_q32);
+    axis->highest_q32 = axis->target.pos_q32;
+    axis->lowest_q32 = axis->target.pos_q32;
     return MOTION_OK;
 }

@@ -33,48 +33,13 @@ static struct motion_state jog_start(const struct controller *controller,
     };
 }
 
-/* The clock runs at full rate, and only this axis has a track, of a jog. */
+/* What is played is this jog. */
 static bool jog_is_playing(const struct controller *controller,
                            const struct controller_jog *jog)
 {
-    return controller->state == CONTROLLER_MOVING &&
-           controller->axis[jog->axis].track == &jog->track[jog->which] &&
-           controller->rate.rate_q30 == MOTION_CLOCK_WARP_ONE_Q30 &&
-           controller->warp.rate1_q30 == MOTION_CLOCK_WARP_ONE_Q30;
-}
-
-/* From outside it may come in. */
-static bool jog_in_range(const struct controller *controller, unsigned axis,
-                         const struct motion_track *track)
-{
-    const struct controller_axis_config *config =
-        &controller->config.axis[axis];
-    struct motion_extreme pos;
-    if (!controller_range_counts(controller, axis))
-        return true;
-    motion_track_extreme(track, MOTION_POS, &pos);
-    const int64_t from_q32 = controller->axis[axis].target.pos_q32;
-    return (pos.min >= config->pos_min_q32 || pos.min >= from_q32) &&
-           (pos.max <= config->pos_max_q32 || pos.max <= from_q32);
-}
-
-/* A curve that ends on the border may round to beyond it on its way: goals on
- * the border itself are 2^-28 inside. */
-#define JOG_BORDER_Q32 ((int64_t)16)
-static int64_t jog_goal_q32(const struct controller *controller,
-                            const struct controller_jog_goal *goal)
-{
-    const struct controller_axis_config *config =
-        &controller->config.axis[goal->axis];
-    const int64_t low_q32 = config->pos_min_q32 + JOG_BORDER_Q32;
-    const int64_t high_q32 = config->pos_max_q32 - JOG_BORDER_Q32;
-    if (!controller_range_counts(controller, goal->axis) || low_q32 > high_q32)
-        return goal->pos_q32;
-    if (goal->pos_q32 < low_q32 && goal->pos_q32 >= config->pos_min_q32)
-        return low_q32;
-    return goal->pos_q32 > high_q32 && goal->pos_q32 <= config->pos_max_q32
-               ? high_q32
-               : goal->pos_q32;
+    return controller_in_motion(controller) &&
+           controller->reaction == CONTROLLER_REACT_NONE &&
+           controller->axis[jog->axis].track == &jog->track[jog->which];
 }
 
 /* The drive's profile takes no longer than the plan, which has the same limits
@@ -111,7 +76,7 @@ static int jog_play(struct controller *controller, struct controller_jog *jog,
     int err = motion_otg_append(plan, track);
     if (err < 0)
         return err;
-    if (!jog_in_range(controller, index, track))
+    if (!controller_in_range(controller, index, track))
         return MOTION_E_LIMIT;
     jog->which = next;
     jog->axis = index;
@@ -121,28 +86,33 @@ static int jog_play(struct controller *controller, struct controller_jog *jog,
     controller->move_end_ns_q12 = track->end_ns_q12;
     controller->override_max_q30 = MOTION_CLOCK_WARP_ONE_Q30;
     controller->reserve_ns_q12 = 0;
-    controller->wanted_q30 = MOTION_CLOCK_WARP_ONE_Q30;
-    controller->rate.s_ns_q12 = 0;
-    motion_clock_warp_init(&controller->warp, controller->clock_ns, 0,
-                           MOTION_CLOCK_WARP_ONE_Q30);
-    controller_enter(controller, CONTROLLER_MOVING);
+    controller->is_jog = true;
+    controller_play(controller, MOTION_CLOCK_WARP_ONE_Q30);
     return MOTION_OK;
 }
 
-int controller_jog(struct controller *controller, struct controller_jog *jog,
-                   const struct controller_jog_goal *goal)
+static bool jog_may_start(const struct controller *controller,
+                          const struct controller_jog *jog, unsigned axis)
+{
+    if (controller->axis[axis].by_itself)
+        return false;
+    return controller->state == CONTROLLER_READY ||
+           (controller->state == CONTROLLER_MOVING &&
+            jog_is_playing(controller, jog) && jog->axis == axis);
+}
+
+int controller_jog_run(struct controller *controller,
+                       struct controller_jog *jog,
+                       const struct controller_jog_goal *goal)
 {
     struct motion_otg_plan plan;
     if (goal->axis >= controller->config.axis_count || goal->vel_q32 <= 0)
         return MOTION_E_ARG;
-    if (controller->state != CONTROLLER_READY &&
-        !(jog_is_playing(controller, jog) && jog->axis == goal->axis))
-        return MOTION_E_STATE;
-    if (controller->axis[goal->axis].by_itself)
+    if (!jog_may_start(controller, jog, goal->axis))
         return MOTION_E_STATE;
     const struct motion_otg_move move = {
         .start = jog_start(controller, goal->axis),
-        .goal = { .pos_q32 = jog_goal_q32(controller, goal) },
+        .goal = { .pos_q32 = goal->pos_q32 },
         .limit = jog_limit(&controller->config.axis[goal->axis].limit,
                            goal->vel_q32),
     };
@@ -156,21 +126,25 @@ int controller_jog(struct controller *controller, struct controller_jog *jog,
     return MOTION_OK;
 }
 
-int controller_jog_stop(struct controller *controller,
-                        struct controller_jog *jog, bool hard)
+int controller_jog(struct controller *controller, struct controller_jog *jog,
+                   const struct controller_jog_goal *goal)
+{
+    return controller->homing ? MOTION_E_STATE
+                              : controller_jog_run(controller, jog, goal);
+}
+
+/* A motion of its own to rest, from the set point that was sent last: sooner
+ * there than by a ramp of the clock. */
+static int jog_brake(struct controller *controller, struct controller_jog *jog,
+                     bool hard)
 {
     const struct controller_axis_config *config =
         &controller->config.axis[jog->axis];
-    struct motion_otg_plan plan;
-    if (controller->state == CONTROLLER_READY)
-        return MOTION_OK;
-    if (!jog_is_playing(controller, jog))
-        return MOTION_E_STATE;
     const struct motion_state start = jog_start(controller, jog->axis);
     const struct motion_otg_limit limit =
         jog_limit(hard ? &config->stop : &config->limit, config->limit.vel_q32);
+    struct motion_otg_plan plan;
     int err = motion_otg_stop(&start, &limit, &plan);
-    jog->until_ns = 0;
     if (err == MOTION_OK)
         err = jog_play(controller, jog, jog->axis, &plan);
     if (err == MOTION_OK)
@@ -178,12 +152,43 @@ int controller_jog_stop(struct controller *controller,
     return err;
 }
 
+/* The track ends at rest, so it is its own bound. */
+static void jog_brake_hard(struct controller *controller)
+{
+    controller_enter(controller, CONTROLLER_STOPPING);
+    controller->is_brake = true;
+    controller->rest_by_ns = controller->clock_ns +
+                             controller->move_end_ns_q12 / MOTION_FIXED_NS_Q12 +
+                             2 * controller->config.period_ns;
+}
+
+void controller_jog_brake(struct controller *controller,
+                          struct controller_jog *jog, bool hard)
+{
+    const bool is_stopping = controller->state == CONTROLLER_STOPPING;
+    jog->until_ns = 0;
+    if (controller->is_brake || (is_stopping && !hard))
+        return;
+    if (!jog_is_playing(controller, jog) ||
+        jog_brake(controller, jog, hard) < 0)
+        controller_halt(controller);
+    else if (hard)
+        jog_brake_hard(controller);
+}
+
+void controller_jog_stop(struct controller *controller,
+                         struct controller_jog *jog, bool hard)
+{
+    controller->stops++;
+    controller_jog_brake(controller, jog, hard);
+}
+
 void controller_jog_step(struct controller *controller,
                          struct controller_jog *jog)
 {
     if (jog->until_ns == 0 || controller->now_ns < jog->until_ns)
         return;
-    jog->until_ns = 0;
     if (jog_is_playing(controller, jog))
-        (void)controller_jog_stop(controller, jog, false);
+        controller_jog_brake(controller, jog, false);
+    jog->until_ns = 0;
 }

@@ -4,7 +4,8 @@
  * A jog is a move of one axis, planned by motion/otg from the set point that
  * was sent last, in the least time inside the axis's limits.  It is played as
  * every move: gate, following error, switches and faults are the same, and the
- * group's state is MOVING until it rests.  A new goal takes the place of the
+ * group's state is MOVING until it rests.  It can be held and resumed; the
+ * override is for moves, a jog has a speed of its own.  A new goal takes the place of the
  * old one at the next tick, from full motion, without a step in acceleration
  * where the axis has a limit of jerk.
  *
@@ -37,17 +38,19 @@ struct controller_jog_goal {
     int64_t until_ns; /* on the time of the ticks; 0: until it is there */
 };
 
-/* In READY, or while a jog of the same axis is played at full rate; else
- * MOTION_E_STATE.  MOTION_E_LIMIT when the axis knows where it is and would
+/* In READY, or MOVING by a jog of the same axis; else, and while an axis is
+ * homed, MOTION_E_STATE.  MOTION_E_LIMIT when the axis knows where it is and would
  * leave its range, MOTION_E_ARG, or what motion_otg_make says; the motion that
  * is under way goes on then. */
 int controller_jog(struct controller *controller, struct controller_jog *jog,
                    const struct controller_jog_goal *goal);
 
-/* To rest, by the axis's limits or (`hard`) its stop limits.  MOTION_OK also
- * when nothing moves; MOTION_E_STATE while the group brakes already. */
-int controller_jog_stop(struct controller *controller,
-                        struct controller_jog *jog, bool hard);
+/* To rest, whatever the clock does and whatever moves: by the axis's limits,
+ * and a new goal may take over on the way; or (`hard`) by its stop limits, in
+ * STOPPING.  Cannot fail: where no motion to rest can be planned, or it is no
+ * jog that is played, it is controller_stop. */
+void controller_jog_stop(struct controller *controller,
+                         struct controller_jog *jog, bool hard);
 
 /* Between ticks: stop a jog whose time is over. */
 void controller_jog_step(struct controller *controller,

@@ -23,6 +23,11 @@ void controller_request(struct controller *controller,
                         enum hal_drive_request request);
 void controller_rest(struct controller *controller);
 bool controller_in_motion(const struct controller *controller);
+/* The path's clock is at rate 0 for good, or at the end of the tracks. */
+bool controller_clock_stands(const struct controller *controller);
+/* True, and the clock stands from now on, when by the last set points every
+ * axis is at rest: nothing has to slow down. */
+bool controller_freeze(struct controller *controller);
 /* Does the axis have to stay inside its range? */
 bool controller_range_counts(const struct controller *controller,
                              unsigned index);
@@ -39,6 +44,10 @@ bool controller_is_held(const struct controller *controller);
 void controller_ramp_seek(struct controller *controller);
 void controller_ramp_reset(struct controller *controller);
 bool controller_ramp_stop(struct controller *controller);
+/* From now until the clock stands, at most: for a ramp within the limits or
+ * (`stop`) the stop limits. */
+int64_t controller_ramp_bound_ns(const struct controller *controller,
+                                 bool stop);
 /* Path time that a stop within the stop limits takes at most, as a rule, from
  * the rate and a speed on one axis. */
 int64_t controller_ramp_reserve(const struct controller *controller,
@@ -50,13 +59,24 @@ int64_t controller_ramp_reserve(const struct controller *controller,
 void controller_gate_init(struct controller *controller, unsigned index);
 bool controller_gate_pass(const struct controller *controller, unsigned index,
                           int64_t pos_q32, int64_t *value, int64_t *limit);
+/* May the axis be anywhere from low to high?  Its range, or, from outside of it,
+ * no further out than it has been.  Mark: it has been there. */
+bool controller_gate_range(const struct controller *controller, unsigned index,
+                           int64_t low_q32, int64_t high_q32);
+void controller_gate_mark(struct controller *controller, unsigned index,
+                          int64_t pos_q32);
 /* Remember what was sent. */
 void controller_gate_sent(struct controller *controller, unsigned index,
                           int64_t pos_q32);
 
-/* controller_command.c: the largest |value| on a track. */
+/* controller_command.c: the largest |value| on a track; whether it keeps to the
+ * range of the axis, or comes in from where that stands outside; from path time
+ * 0 at this rate. */
 int64_t controller_peak(const struct motion_track *track,
                         enum motion_quantity quantity);
+bool controller_in_range(const struct controller *controller, unsigned index,
+                         const struct motion_track *track);
+void controller_play(struct controller *controller, int64_t rate_q30);
 
 /* controller_home.c: the drive's own positions and the axis's. */
 void controller_from_drive(const struct controller_axis *axis,
@@ -66,6 +86,17 @@ int controller_to_drive(struct controller_axis *axis,
 
 int controller_go_to_drive(struct controller_axis *axis,
                            const struct hal_drive_go *go);
+
+/* As controller_stop, controller_jog and controller_jog_stop, but for homing's
+ * and the dead-man time's own use: they are not the operator's. */
+void controller_halt(struct controller *controller);
+struct controller_jog;
+struct controller_jog_goal;
+int controller_jog_run(struct controller *controller,
+                       struct controller_jog *jog,
+                       const struct controller_jog_goal *goal);
+void controller_jog_brake(struct controller *controller,
+                          struct controller_jog *jog, bool hard);
 
 /* controller_goal.c.  Step: after a tick's set points, sends what is due and
  * watches what is on its way.  Set: what comes next, also while the drive is

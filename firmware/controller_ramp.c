@@ -164,6 +164,12 @@ int64_t controller_ramp_reserve(const struct controller *controller,
                        MOTION_CLOCK_WARP_ONE_Q30);
 }
 
+int64_t controller_ramp_bound_ns(const struct controller *controller, bool stop)
+{
+    return controller->config.stop_timeout_ns +
+           32 * ramp_yardstick_group(controller, stop);
+}
+
 /* -- the search, some looks per tick -------------------------------------- */
 
 void controller_ramp_reset(struct controller *controller)

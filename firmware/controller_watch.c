@@ -103,7 +103,7 @@ static void watch_following(struct controller *controller, unsigned i)
     struct controller_axis *axis = &controller->axis[i];
     int64_t demand_q32;
     if (axis->by_itself || controller->config.axis[i].by_goals ||
-        !watch_demand(axis, &demand_q32) ||
+        axis->sent_count == 0 || !watch_demand(axis, &demand_q32) ||
         motion_fixed_sub(demand_q32, axis->feedback.pos_q32,
                          &axis->following_q32) < 0)
         return;
@@ -158,6 +158,16 @@ static void watch_ticks(struct controller *controller)
                          (int64_t)controller->ticks_lost, 0);
 }
 
+/* The stop that was asked for has come to its bound. */
+static void watch_rest(struct controller *controller)
+{
+    const bool is_stopping = controller->state == CONTROLLER_HOLDING ||
+                             controller->state == CONTROLLER_STOPPING;
+    const int64_t late_ns = controller->clock_ns - controller->rest_by_ns;
+    if (is_stopping && controller->rest_by_ns != 0 && late_ns > 0)
+        controller_raise(controller, CONTROLLER_FAULT_REST, -1, late_ns, 0);
+}
+
 static void watch_estop(struct controller *controller)
 {
     if (controller_input(controller->inputs.estop))
@@ -174,12 +184,34 @@ static enum controller_fault watch_bus_fault(int bus)
                                  : CONTROLLER_FAULT_BUS;
 }
 
+static void watch_axis(struct controller *controller, unsigned i)
+{
+    watch_drive(controller, i);
+    watch_age(controller, i);
+    watch_following(controller, i);
+    watch_switches(controller, i);
+    watch_track(controller, i);
+}
+
+/* Those that are up while others still enable; a bus is judged once it holds
+ * one of them. */
+static void watch_enabling(struct controller *controller, int bus)
+{
+    watch_ticks(controller); /* drives give up meanwhile, and do not say why */
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        if (controller->axis[i].sent_count == 0)
+            continue;
+        if (bus < 0)
+            controller_raise(controller, watch_bus_fault(bus), -1, bus, 0);
+        watch_axis(controller, i);
+    }
+}
+
 void controller_watch_judge(struct controller *controller, int bus)
 {
     watch_estop(controller);
     if (controller->enabling)
-        watch_ticks(
-            controller); /* drives give up meanwhile, and do not say why */
+        watch_enabling(controller, bus);
     if (controller->state == CONTROLLER_OFF ||
         (controller->state == CONTROLLER_FAULT &&
          !controller_is_held(controller)))
@@ -187,13 +219,9 @@ void controller_watch_judge(struct controller *controller, int bus)
     if (bus < 0)
         controller_raise(controller, watch_bus_fault(bus), -1, bus, 0);
     watch_ticks(controller);
-    for (unsigned i = 0; i < controller->config.axis_count; i++) {
-        watch_drive(controller, i);
-        watch_age(controller, i);
-        watch_following(controller, i);
-        watch_switches(controller, i);
-        watch_track(controller, i);
-    }
+    watch_rest(controller);
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        watch_axis(controller, i);
 }
 
 void controller_watch_tick(struct controller *controller, int64_t now_ns)

@@ -114,16 +114,25 @@ static void homing_fail(struct homing *homing, enum homing_error error)
 {
     if (homing->error == HOMING_OK)
         homing->error = error;
+    if (homing->state == HOMING_BRAKE)
+        return;
     if (homing_axis(homing)->by_itself)
         (void)hal_drive_halt(homing_axis(homing)->drive);
     else
-        (void)controller_jog_stop(homing->controller, homing->jog, true);
+        controller_jog_brake(homing->controller, homing->jog, true);
     homing->brake_ns = homing->controller->now_ns;
     homing->state = HOMING_BRAKE;
 }
 
-/* Back to set points, or goals; where the drive does not come back to them in
- * time, it gets none any more. */
+static void homing_end(struct homing *homing, enum homing_state state)
+{
+    homing_release(homing);
+    homing->controller->homing = false;
+    homing->state = state;
+}
+
+/* Back to set points, or goals; a drive that does not come back to them in time
+ * is braked by its quick stop. */
 static bool homing_comes_back(const struct homing *homing)
 {
     const struct controller_axis *axis = homing_axis(homing);
@@ -140,10 +149,10 @@ static void homing_brake(struct homing *homing)
     if (!homing_at_rest(homing))
         return;
     if (homing_comes_back(homing))
-        homing_release(homing);
-    else if (since_ns < HOMING_BRAKE_NS)
-        return;
-    homing->state = HOMING_FAILED;
+        homing_end(homing, HOMING_FAILED);
+    else if (since_ns > HOMING_BRAKE_NS)
+        controller_raise(homing->controller, CONTROLLER_FAULT_REST,
+                         (int)homing->axis, since_ns, HOMING_BRAKE_NS);
 }
 
 /* --- jogs --- */
@@ -160,7 +169,7 @@ static void homing_run(struct homing *homing, enum homing_state state,
                             : motion_fixed_add(axis->target.pos_q32,
                                                distance_q32, &goal.pos_q32);
     if (err == MOTION_OK)
-        err = controller_jog(homing->controller, homing->jog, &goal);
+        err = controller_jog_run(homing->controller, homing->jog, &goal);
     if (err < 0) {
         homing_fail(homing, HOMING_JOG);
         return;
@@ -170,10 +179,7 @@ static void homing_run(struct homing *homing, enum homing_state state,
 
 static void homing_rest(struct homing *homing, enum homing_state state)
 {
-    if (controller_jog_stop(homing->controller, homing->jog, true) < 0) {
-        homing_fail(homing, HOMING_JOG);
-        return;
-    }
+    controller_jog_brake(homing->controller, homing->jog, true);
     homing->state = state;
 }
 
@@ -261,6 +267,10 @@ static void homing_forget_edges(const struct homing *homing)
 static void homing_turn(struct homing *homing)
 {
     const struct homing_config *config = homing_of(homing);
+    if (homing_bad_limit(homing, -config->direction)) {
+        homing_fail(homing, HOMING_WRONG_LIMIT);
+        return;
+    }
     if (!homing_at_rest(homing))
         return;
     homing_forget_edges(homing);
@@ -324,10 +334,9 @@ static void homing_go(struct homing *homing)
         .pos_q32 = homing_place_q32(homing),
         .vel_q32 = homing_of(homing)->fast_q32,
     };
-    homing_axis(homing)->seeking = true;
-    homing_axis(homing)->by_itself = false;
+    homing_release(homing);
     homing->go_q32 = goal.pos_q32;
-    if (controller_jog(homing->controller, homing->jog, &goal) < 0)
+    if (controller_jog_run(homing->controller, homing->jog, &goal) < 0)
         homing_fail(homing, HOMING_JOG);
     else
         homing->state = HOMING_GO;
@@ -335,6 +344,10 @@ static void homing_go(struct homing *homing)
 
 static void homing_settle(struct homing *homing)
 {
+    if (homing_bad_limit(homing, homing_of(homing)->direction)) {
+        homing_fail(homing, HOMING_WRONG_LIMIT);
+        return;
+    }
     if (!homing_at_rest(homing))
         return;
     if (controller_set_position(homing->controller, homing->axis,
@@ -347,23 +360,15 @@ static void homing_settle(struct homing *homing)
 
 static void homing_next(struct homing *homing);
 
-/* The switch under it is where it comes from; others are not. */
+/* Its position is known again: range and switches are the controller's. */
 static void homing_step_go(struct homing *homing)
 {
-    const struct controller_axis *axis = homing_axis(homing);
-    const int direction = axis->target.vel_q32 < 0 ? -1 : 1;
-    if (axis->target.vel_q32 != 0 && homing_bad_limit(homing, direction)) {
-        homing_fail(homing, HOMING_WRONG_LIMIT);
-        return;
-    }
     if (!homing_at_rest(homing))
         return;
-    if (axis->target.pos_q32 != homing->go_q32) {
+    if (homing_axis(homing)->target.pos_q32 != homing->go_q32)
         homing_fail(homing, HOMING_STOPPED);
-        return;
-    }
-    homing_release(homing);
-    homing_next(homing);
+    else
+        homing_next(homing);
 }
 
 /* --- by the drive --- */
@@ -467,7 +472,7 @@ static void homing_next(struct homing *homing)
 {
     const int axis = homing_pick(homing);
     if (axis < 0) {
-        homing->state = HOMING_DONE;
+        homing_end(homing, HOMING_DONE);
         return;
     }
     homing->axis = (unsigned)axis;
@@ -522,6 +527,8 @@ int homing_start(struct homing *homing, uint32_t axes)
         return MOTION_E_STATE;
     homing->left = 0;
     homing->error = HOMING_OK;
+    homing->stops = homing->controller->stops;
+    homing->controller->homing = true;
     for (unsigned i = 0; i < homing->controller->config.axis_count; i++)
         if (homing->config[i].by != HOMING_NONE)
             homing->left |= axes & (uint32_t)1 << i;
@@ -535,12 +542,6 @@ bool homing_is_running(const struct homing *homing)
            homing->state != HOMING_FAILED;
 }
 
-void homing_stop(struct homing *homing)
-{
-    if (homing_is_running(homing) && homing->state != HOMING_BRAKE)
-        homing_fail(homing, HOMING_STOPPED);
-}
-
 /* What ends a homing in every state.  True: it has. */
 static bool homing_is_cut_short(struct homing *homing)
 {
@@ -550,12 +551,12 @@ static bool homing_is_cut_short(struct homing *homing)
         const bool both = homing_limit(homing, -1) && homing_limit(homing, 1);
         if (homing->error == HOMING_OK)
             homing->error = both ? HOMING_BOTH_LIMITS : HOMING_FAULT;
-        homing_release(homing);
-        homing->state = HOMING_FAILED;
+        homing_end(homing, HOMING_FAILED);
         return true;
     }
-    if (homing->state != HOMING_BRAKE &&
-        controller->now_ns - homing->since_ns > homing_of(homing)->timeout_ns)
+    if (controller->stops != homing->stops)
+        homing_fail(homing, HOMING_STOPPED);
+    if (controller->now_ns - homing->since_ns > homing_of(homing)->timeout_ns)
         homing_fail(homing, HOMING_TIMEOUT);
     return false;
 }

@@ -24,9 +24,11 @@
  * saw it, drawn back to the edge's own time stamp where there is one.
  *
  * Anything else is a failure: a switch that does not come within `distance`, a
- * wait longer than `timeout`, an unexpected limit switch, a fault, a stop.  The
- * axis brakes by its stop limits then; before the edge was met it is as unhomed
- * as before, after that its position is known although it did not GO.
+ * wait longer than `timeout`, an unexpected limit switch (while it brakes too), a
+ * fault, the operator's stop (controller_stop, controller_jog_stop), in whatever
+ * tick it comes.  The axis brakes by its stop limits then; before the edge was
+ * met it is as unhomed as before, after that its position is known although it
+ * did not GO.  On GO range and switches are the controller's again.
  *
  * Called between ticks; plans, so divides.  No heap, no clock. */
 #ifndef FIRMWARE_HOMING_H
@@ -115,6 +117,7 @@ struct homing {
     uint32_t left;    /* bit per axis */
     int64_t since_ns; /* the axis's turn began */
     int64_t brake_ns; /* BRAKE: since when */
+    unsigned stops;   /* of the controller, when it began */
     int64_t edge_q32; /* where the switch was met, before the offset */
     int64_t edge_ns;  /* and when */
     int64_t go_q32;   /* GO: where to */
@@ -135,8 +138,5 @@ bool homing_is_running(const struct homing *homing);
 
 /* Axes that must be homed before a move: not homed yet. */
 uint32_t homing_wanted(const struct homing *homing);
-
-/* The operator's stop: brakes, then FAILED. */
-void homing_stop(struct homing *homing);
 
 #endif

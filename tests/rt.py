@@ -31,6 +31,8 @@ MAY_DIVIDE = {
                             " stop; bounded by RAMP_LOOKS_PER_TICK",
     "controller_ramp_stop": "looks for the ramp that stops, once per fault;"
                             " bounded by RAMP_LENGTHS and RAMP_COARSE",
+    "controller_ramp_bound_ns": "says by when a stop is at rest, once per"
+                                " request",
 }
 
 # Library functions that a compiler calls by itself or that do nothing but move

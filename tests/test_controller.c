@@ -414,7 +414,7 @@ static void stop_ends_ready_on_the_path_and_keeps_torque(void **state)
     struct bench bench;
     struct judge judge = { 0 };
     bench_moving(&bench, 120, 1200);
-    assert_int_equal(controller_stop(&bench.controller), MOTION_OK);
+    controller_stop(&bench.controller);
     for (int n = 0; bench.controller.state == CONTROLLER_STOPPING; n++) {
         assert_true(n < 3000);
         bench_tick(&bench);
@@ -441,11 +441,14 @@ static void commands_out_of_place_are_refused_and_change_nothing(void **state)
     assert_int_equal(controller_start(c, bench.tracks, NULL), MOTION_E_STATE);
     assert_int_equal(controller_hold(c), MOTION_E_STATE);
     assert_int_equal(controller_resume(c), MOTION_E_STATE);
-    assert_int_equal(controller_stop(c), MOTION_E_STATE);
     assert_int_equal(controller_reset(c), MOTION_E_STATE);
     assert_int_equal(c->state, CONTROLLER_OFF);
     controller_enable(c);
     assert_int_equal(controller_enable(c), MOTION_E_STATE);
+    controller_stop(c); /* nothing is to come up any more */
+    bench_ticks(&bench, 40);
+    assert_int_equal(c->state, CONTROLLER_OFF);
+    controller_enable(c);
     bench_ticks(&bench, 40);
     assert_int_equal(controller_enable(c), MOTION_E_STATE);
     assert_int_equal(controller_off(c), MOTION_OK);

@@ -305,7 +305,7 @@ static void break_it(int way)
         sim_cia402_inject(&sim.servo[SLIDE], SIM_CIA402_BLOCKED);
         break;
     default:
-        homing_stop(&machine.homing);
+        controller_stop(&machine.controller);
         break;
     }
 }
@@ -321,9 +321,6 @@ static unsigned homing_after(enum homing_state in, int way, int start_mm)
             fail_msg("never %s", homing_state_text(in));
         tick();
     }
-    if (in != HOMING_SLOW_DOWN && in != HOMING_REVERSE && in != HOMING_TURN &&
-        in != HOMING_SETTLE)
-        ticks(5);
     break_it(way);
     for (; homing_is_running(&machine.homing); count++) {
         assert_true(count < 20000);
@@ -446,7 +443,7 @@ static void a_fault_while_the_drive_homes(void **state)
         else if (way == 1)
             sim_cia402_inject(&sim.servo[PAN], SIM_CIA402_OVERCURRENT);
         else
-            homing_stop(&machine.homing);
+            controller_stop(&machine.controller);
         for (int i = 0; homing_is_running(&machine.homing); i++) {
             assert_true(i < 6000);
             tick();

@@ -112,7 +112,7 @@ static enum status cmd_home_live(struct cmd_home *self)
         homing_start(homing, self->axes);
     while (homing_is_running(homing) && *interrupts < 2) {
         if (*interrupts == 1)
-            homing_stop(homing);
+            controller_stop(&live->machine.controller);
         live_tick(live);
         cmd_home_progress(self, &shown);
     }

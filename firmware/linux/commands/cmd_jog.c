@@ -242,13 +242,12 @@ static enum status cmd_jog_once(struct cmd_jog *self,
                                       : motion_err_text(err));
         return STATUS_REFUSED;
     }
-    bool stopped = false;
     while ((controller->state == CONTROLLER_MOVING ||
             controller->state == CONTROLLER_STOPPING) &&
            *interrupts < 2) {
-        if (*interrupts == 1 && !stopped)
-            stopped = controller_jog_stop(&live->machine.controller,
-                                          &live->machine.jog, false) >= 0;
+        if (*interrupts == 1)
+            controller_jog_stop(&live->machine.controller, &live->machine.jog,
+                                true);
         live_tick(live);
     }
     self->dur_ns = live->now_ns - start_ns;
@@ -280,7 +279,7 @@ static enum status cmd_jog_home(struct cmd_jog *self,
     homing_start(&machine->homing, (uint32_t)1 << self->axis);
     while (homing_is_running(&machine->homing) && *interrupts < 2) {
         if (*interrupts == 1)
-            homing_stop(&machine->homing);
+            controller_stop(&machine->controller);
         live_tick(&self->live);
     }
     if (machine->homing.state == HOMING_DONE)

@@ -84,8 +84,8 @@ static void jog_choose(struct jog_keys *self, unsigned step)
         return;
     }
     if (jog_controller(self)->state != CONTROLLER_READY) {
-        (void)controller_jog_stop(jog_controller(self),
-                                  &self->live->machine.jog, false);
+        controller_jog_stop(jog_controller(self), &self->live->machine.jog,
+                            false);
         jog_say(self, "stopping first");
         return;
     }
@@ -133,9 +133,7 @@ static void jog_reset(struct jog_keys *self)
 
 static void jog_stop(struct jog_keys *self, bool hard)
 {
-    homing_stop(&self->live->machine.homing);
-    (void)controller_jog_stop(jog_controller(self), &self->live->machine.jog,
-                              hard);
+    controller_jog_stop(jog_controller(self), &self->live->machine.jog, hard);
 }
 
 static void jog_key(struct jog_keys *self, int key)

@@ -408,11 +408,11 @@ static void player_interrupt(struct player *player)
     if (player->end != REPORT_DONE || player->phase == TELEMETRY_STOP)
         return;
     player->end = REPORT_STOPPED;
-    if (homing_is_running(&player->machine->homing)) {
-        homing_stop(&player->machine->homing);
-        return;
-    }
-    if (controller_stop(controller) == MOTION_OK)
+    const bool is_moving = homing_is_running(&player->machine->homing) ||
+                           (controller->state != CONTROLLER_READY &&
+                            controller->state != CONTROLLER_OFF);
+    controller_stop(controller);
+    if (is_moving)
         return;
     controller_off(controller);
     player_finish(player, REPORT_STOPPED);
