@@ -129,6 +129,7 @@ void controller_rest(struct controller *controller)
         controller->axis[i].target.torque_permille = 0;
         controller_goal_drop(&controller->axis[i]);
     }
+    controller->jog = NULL;
 }
 
 bool controller_is_held(const struct controller *controller)

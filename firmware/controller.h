@@ -223,9 +223,9 @@ struct controller {
                            rest at the latest, else it is a fault; 0: they
                            are, or the drives brake */
     unsigned stops;     /* times that controller_stop was called */
-    bool is_jog;        /* what is played is a jog, at rate 1: no override */
-    bool is_brake;      /* what is played is itself a stop */
-    bool homing;        /* homing moves the axes: nobody else starts a motion */
+    struct controller_jog *jog; /* what is played, at rate 1; NULL: a move */
+    bool is_brake;              /* what is played is itself a stop */
+    bool homing; /* homing moves the axes: nobody else starts a motion */
     bool enabling, resetting;
     int64_t since_ns; /* entry into the state, or the request */
     int64_t now_ns;
@@ -265,9 +265,10 @@ int controller_start(struct controller *controller,
                      const struct motion_track *const track[], int *axis);
 int controller_hold(struct controller *controller);
 int controller_resume(struct controller *controller);
-/* To rest within the limits, then READY.  Cannot fail: in READY, STOPPING and
- * FAULT there is nothing more to stop, an enabling under way ends in OFF, and
- * homing that runs is over (homing.h). */
+/* To rest, then READY: a move along its path within the limits, a jog by the
+ * axis's stop limits.  Cannot fail: in READY and FAULT there is nothing more to
+ * stop, an enabling under way ends in OFF, and homing that runs is over
+ * (homing.h). */
 void controller_stop(struct controller *controller);
 /* 0 .. 200 %; by a ramp, also while moving; kept for the next move.  A jog has a
  * speed of its own and is left alone.  MOTION_E_ARG outside, MOTION_E_LIMIT

@@ -127,9 +127,10 @@ int64_t controller_reserve_ns_q12(const struct controller *controller,
 /* Of the clock once it is up to speed. */
 static int64_t controller_rate(const struct controller *controller)
 {
-    return controller->is_jog ? MOTION_CLOCK_WARP_ONE_Q30
-                              : controller_least(controller->override_q30,
-                                                 controller->override_max_q30);
+    return controller->jog != NULL
+               ? MOTION_CLOCK_WARP_ONE_Q30
+               : controller_least(controller->override_q30,
+                                  controller->override_max_q30);
 }
 
 /* Only windows run out; for others it would be work for nothing. */
@@ -204,7 +205,7 @@ int controller_start(struct controller *controller,
     }
     /* The first set point of the move, one tick from now, is path time one
      * period: a track that starts from rest may be read at full rate. */
-    controller->is_jog = false;
+    controller->jog = NULL;
     controller_play(controller, controller_rate(controller));
     return MOTION_OK;
 }
@@ -219,9 +220,8 @@ void controller_play(struct controller *controller, int64_t rate_q30)
     controller_enter(controller, CONTROLLER_MOVING);
 }
 
-/* The clock is to stand, and by when it does. */
-static void controller_slow_down(struct controller *controller,
-                                 enum controller_state state)
+void controller_slow_down(struct controller *controller,
+                          enum controller_state state)
 {
     controller->wanted_q30 = 0;
     controller_enter(controller, state);
@@ -249,8 +249,10 @@ int controller_resume(struct controller *controller)
 
 void controller_halt(struct controller *controller)
 {
-    if (controller->state == CONTROLLER_MOVING ||
-        controller->state == CONTROLLER_HOLDING)
+    if (controller->jog != NULL)
+        controller_jog_brake(controller, true);
+    else if (controller->state == CONTROLLER_MOVING ||
+             controller->state == CONTROLLER_HOLDING)
         controller_slow_down(controller, CONTROLLER_STOPPING);
     else if (controller->enabling)
         (void)controller_off(controller);
@@ -266,12 +268,12 @@ int controller_override(struct controller *controller, int64_t rate_q30)
 {
     if (rate_q30 < 0 || rate_q30 > MOTION_CLOCK_WARP_MAX_Q30)
         return MOTION_E_ARG;
-    if (controller_in_motion(controller) && !controller->is_jog &&
+    if (controller_in_motion(controller) && controller->jog == NULL &&
         rate_q30 > controller->override_max_q30)
         return MOTION_E_LIMIT;
     controller->override_q30 = rate_q30;
     controller_set_reserve(controller);
-    if (controller->state == CONTROLLER_MOVING && !controller->is_jog) {
+    if (controller->state == CONTROLLER_MOVING && controller->jog == NULL) {
         controller->wanted_q30 = rate_q30;
         controller_ramp_reset(controller);
     }

@@ -33,15 +33,6 @@ static struct motion_state jog_start(const struct controller *controller,
     };
 }
 
-/* What is played is this jog. */
-static bool jog_is_playing(const struct controller *controller,
-                           const struct controller_jog *jog)
-{
-    return controller_in_motion(controller) &&
-           controller->reaction == CONTROLLER_REACT_NONE &&
-           controller->axis[jog->axis].track == &jog->track[jog->which];
-}
-
 /* The drive's profile takes no longer than the plan, which has the same limits
  * and is as long or, with a limit of jerk, longer. */
 static void jog_give_goal(struct controller *controller,
@@ -86,7 +77,7 @@ static int jog_play(struct controller *controller, struct controller_jog *jog,
     controller->move_end_ns_q12 = track->end_ns_q12;
     controller->override_max_q30 = MOTION_CLOCK_WARP_ONE_Q30;
     controller->reserve_ns_q12 = 0;
-    controller->is_jog = true;
+    controller->jog = jog;
     controller_play(controller, MOTION_CLOCK_WARP_ONE_Q30);
     return MOTION_OK;
 }
@@ -97,8 +88,8 @@ static bool jog_may_start(const struct controller *controller,
     if (controller->axis[axis].by_itself)
         return false;
     return controller->state == CONTROLLER_READY ||
-           (controller->state == CONTROLLER_MOVING &&
-            jog_is_playing(controller, jog) && jog->axis == axis);
+           (controller->state == CONTROLLER_MOVING && controller->jog == jog &&
+            jog->axis == axis);
 }
 
 int controller_jog_run(struct controller *controller,
@@ -135,9 +126,9 @@ int controller_jog(struct controller *controller, struct controller_jog *jog,
 
 /* A motion of its own to rest, from the set point that was sent last: sooner
  * there than by a ramp of the clock. */
-static int jog_brake(struct controller *controller, struct controller_jog *jog,
-                     bool hard)
+static int jog_brake(struct controller *controller, bool hard)
 {
+    struct controller_jog *jog = controller->jog;
     const struct controller_axis_config *config =
         &controller->config.axis[jog->axis];
     const struct motion_state start = jog_start(controller, jog->axis);
@@ -162,25 +153,29 @@ static void jog_brake_hard(struct controller *controller)
                              2 * controller->config.period_ns;
 }
 
-void controller_jog_brake(struct controller *controller,
-                          struct controller_jog *jog, bool hard)
+void controller_jog_brake(struct controller *controller, bool hard)
 {
     const bool is_stopping = controller->state == CONTROLLER_STOPPING;
-    jog->until_ns = 0;
-    if (controller->is_brake || (is_stopping && !hard))
+    controller->jog->until_ns = 0;
+    if (controller->reaction != CONTROLLER_REACT_NONE || controller->is_brake ||
+        (is_stopping && !hard))
         return;
-    if (!jog_is_playing(controller, jog) ||
-        jog_brake(controller, jog, hard) < 0)
-        controller_halt(controller);
-    else if (hard)
-        jog_brake_hard(controller);
+    if (jog_brake(controller, hard) == MOTION_OK) {
+        if (hard)
+            jog_brake_hard(controller);
+    } else if (!is_stopping) {
+        controller_slow_down(controller, CONTROLLER_STOPPING);
+    }
 }
 
 void controller_jog_stop(struct controller *controller,
                          struct controller_jog *jog, bool hard)
 {
     controller->stops++;
-    controller_jog_brake(controller, jog, hard);
+    if (controller->jog == jog && jog != NULL)
+        controller_jog_brake(controller, hard);
+    else
+        controller_halt(controller);
 }
 
 void controller_jog_step(struct controller *controller,
@@ -188,7 +183,7 @@ void controller_jog_step(struct controller *controller,
 {
     if (jog->until_ns == 0 || controller->now_ns < jog->until_ns)
         return;
-    if (jog_is_playing(controller, jog))
-        controller_jog_brake(controller, jog, false);
     jog->until_ns = 0;
+    if (controller->jog == jog)
+        controller_jog_brake(controller, false);
 }

@@ -45,10 +45,10 @@ struct controller_jog_goal {
 int controller_jog(struct controller *controller, struct controller_jog *jog,
                    const struct controller_jog_goal *goal);
 
-/* To rest, whatever the clock does and whatever moves: by the axis's limits,
- * and a new goal may take over on the way; or (`hard`) by its stop limits, in
- * STOPPING.  Cannot fail: where no motion to rest can be planned, or it is no
- * jog that is played, it is controller_stop. */
+/* To rest, whatever the clock does: by the axis's limits, and a new goal may
+ * take over on the way; or (`hard`) as controller_stop, by its stop limits.
+ * Cannot fail: where no motion to rest can be planned the clock slows down, and
+ * where it is not this jog that is played it is controller_stop. */
 void controller_jog_stop(struct controller *controller,
                          struct controller_jog *jog, bool hard);
 

@@ -77,6 +77,9 @@ int64_t controller_peak(const struct motion_track *track,
 bool controller_in_range(const struct controller *controller, unsigned index,
                          const struct motion_track *track);
 void controller_play(struct controller *controller, int64_t rate_q30);
+/* controller_command.c: the clock is to stand, and by when it does. */
+void controller_slow_down(struct controller *controller,
+                          enum controller_state state);
 
 /* controller_home.c: the drive's own positions and the axis's. */
 void controller_from_drive(const struct controller_axis *axis,
@@ -90,13 +93,11 @@ int controller_go_to_drive(struct controller_axis *axis,
 /* As controller_stop, controller_jog and controller_jog_stop, but for homing's
  * and the dead-man time's own use: they are not the operator's. */
 void controller_halt(struct controller *controller);
-struct controller_jog;
 struct controller_jog_goal;
 int controller_jog_run(struct controller *controller,
                        struct controller_jog *jog,
                        const struct controller_jog_goal *goal);
-void controller_jog_brake(struct controller *controller,
-                          struct controller_jog *jog, bool hard);
+void controller_jog_brake(struct controller *controller, bool hard);
 
 /* controller_goal.c.  Step: after a tick's set points, sends what is due and
  * watches what is on its way.  Set: what comes next, also while the drive is

@@ -119,7 +119,7 @@ static void homing_fail(struct homing *homing, enum homing_error error)
     if (homing_axis(homing)->by_itself)
         (void)hal_drive_halt(homing_axis(homing)->drive);
     else
-        controller_jog_brake(homing->controller, homing->jog, true);
+        controller_halt(homing->controller);
     homing->brake_ns = homing->controller->now_ns;
     homing->state = HOMING_BRAKE;
 }
@@ -179,7 +179,7 @@ static void homing_run(struct homing *homing, enum homing_state state,
 
 static void homing_rest(struct homing *homing, enum homing_state state)
 {
-    controller_jog_brake(homing->controller, homing->jog, true);
+    controller_halt(homing->controller);
     homing->state = state;
 }
 
