@@ -144,7 +144,7 @@ static void controller_enter_fault(struct controller *controller)
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
         controller->axis[i].seeking = false;
         controller->axis[i].by_itself = false;
-        if (controller->reaction >= CONTROLLER_REACT_QUICK)
+        if (controller->reaction == CONTROLLER_REACT_QUICK)
             controller->axis[i].sent_count = 0; /* it has left its set point */
     }
     if (controller->reaction != CONTROLLER_REACT_HOLD)
@@ -176,14 +176,19 @@ static bool controller_at_rest(const struct controller *controller)
     return true;
 }
 
-bool controller_freeze(struct controller *controller)
+static void controller_stand(struct controller *controller)
 {
-    if (!controller_at_rest(controller))
-        return false;
     motion_clock_warp_init(&controller->warp, controller->clock_ns,
                            controller->rate.s_ns_q12, 0);
     motion_clock_warp_at(&controller->warp, controller->clock_ns,
                          &controller->rate);
+}
+
+bool controller_freeze(struct controller *controller)
+{
+    if (!controller_at_rest(controller))
+        return false;
+    controller_stand(controller);
     return true;
 }
 
@@ -425,11 +430,16 @@ static void controller_step_moving(struct controller *controller)
     controller_clock(controller);
     controller_sample(controller);
     controller_send_all(controller);
-    if (controller_at_end(controller) && controller_goals_reached(controller) &&
-        controller->reaction == CONTROLLER_REACT_NONE) {
-        controller_rest(controller);
-        controller_enter(controller, CONTROLLER_READY);
+    if (!controller_at_end(controller) ||
+        !controller_goals_reached(controller) ||
+        controller->reaction != CONTROLLER_REACT_NONE)
+        return;
+    if (controller->state == CONTROLLER_HOLDING) {
+        controller_stand(controller); /* until it is resumed */
+        return;
     }
+    controller_rest(controller);
+    controller_enter(controller, CONTROLLER_READY);
 }
 
 static bool controller_standing(const struct controller *controller)

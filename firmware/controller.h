@@ -185,8 +185,8 @@ struct controller_axis {
     struct hal_drive_target target;
     struct hal_drive_feedback feedback;
     int64_t following_q32; /* demand in force minus actual */
-    /* the largest and the smallest set point since its range counts: an axis
-     * that stands outside may not go further out than where it has been */
+    /* the largest and the smallest place where its motions began since its
+     * range counts: an axis that stands outside may not go further out */
     int64_t highest_q32, lowest_q32;
     int64_t sent_q32[CONTROLLER_HISTORY]; /* set points, newest first */
     int64_t sent_ns[CONTROLLER_HISTORY];

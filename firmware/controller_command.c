@@ -100,12 +100,20 @@ static bool controller_at_start(const struct controller_axis *axis,
            motion_fixed_abs(apart) <= START_WINDOW_Q32;
 }
 
-bool controller_in_range(const struct controller *controller, unsigned index,
-                         const struct motion_track *track)
+bool controller_admit(struct controller *controller, unsigned index,
+                      const struct motion_track *track)
 {
+    struct controller_axis *axis = &controller->axis[index];
+    const int64_t highest_q32 = axis->highest_q32;
+    const int64_t lowest_q32 = axis->lowest_q32;
     struct motion_extreme pos;
     motion_track_extreme(track, MOTION_POS, &pos);
-    return controller_gate_range(controller, index, pos.min, pos.max);
+    controller_gate_mark(controller, index, axis->target.pos_q32);
+    if (controller_gate_range(controller, index, pos.min, pos.max))
+        return true;
+    axis->highest_q32 = highest_q32;
+    axis->lowest_q32 = lowest_q32;
+    return false;
 }
 
 int64_t controller_reserve_ns_q12(const struct controller *controller,
@@ -166,7 +174,7 @@ static bool controller_load(struct controller *controller,
             controller_least(controller->override_max_q30,
                              controller_axis_rate_most(
                                  track[i], &controller->config.axis[i].limit));
-        if (!controller_in_range(controller, i, track[i]))
+        if (!controller_admit(controller, i, track[i]))
             controller->override_max_q30 = 0;
     }
     controller_set_reserve(controller);

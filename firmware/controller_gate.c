@@ -4,8 +4,9 @@
  * position range and the step from the set points sent before stays inside
  * speed and acceleration.  A violation is a fault, never a silent clamp.  An
  * axis may stand outside its range (it was pushed, or homing found it there):
- * then it may come in, and each set point that is further in is the border for
- * the next, so that it never goes out again, not by rounding either.
+ * then it may come in.  The place where a motion of it begins is the border for
+ * that motion and all later ones, so that it never goes further out, not by
+ * rounding either.
  *
  * With d2 and d1 the steps between the last three set points,
  *     |d1| <= v T          |d1 - d2| <= a T^2
@@ -134,7 +135,8 @@ void controller_gate_sent(struct controller *controller, unsigned index,
                           int64_t pos_q32)
 {
     struct controller_axis *axis = &controller->axis[index];
-    controller_gate_mark(controller, index, pos_q32);
+    if (axis->sent_count == 0 || !controller_range_counts(controller, index))
+        controller_gate_mark(controller, index, pos_q32);
     for (unsigned i = CONTROLLER_HISTORY - 1; i > 0; i--) {
         axis->sent_q32[i] = axis->sent_q32[i - 1];
         axis->sent_ns[i] = axis->sent_ns[i - 1];

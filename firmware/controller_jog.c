@@ -67,7 +67,7 @@ static int jog_play(struct controller *controller, struct controller_jog *jog,
     int err = motion_otg_append(plan, track);
     if (err < 0)
         return err;
-    if (!controller_in_range(controller, index, track))
+    if (!controller_admit(controller, index, track))
         return MOTION_E_LIMIT;
     jog->which = next;
     jog->axis = index;

@@ -60,7 +60,7 @@ void controller_gate_init(struct controller *controller, unsigned index);
 bool controller_gate_pass(const struct controller *controller, unsigned index,
                           int64_t pos_q32, int64_t *value, int64_t *limit);
 /* May the axis be anywhere from low to high?  Its range, or, from outside of it,
- * no further out than it has been.  Mark: it has been there. */
+ * no further out than marked.  Mark: a motion of it begins there. */
 bool controller_gate_range(const struct controller *controller, unsigned index,
                            int64_t low_q32, int64_t high_q32);
 void controller_gate_mark(struct controller *controller, unsigned index,
@@ -70,12 +70,12 @@ void controller_gate_sent(struct controller *controller, unsigned index,
                           int64_t pos_q32);
 
 /* controller_command.c: the largest |value| on a track; whether it keeps to the
- * range of the axis, or comes in from where that stands outside; from path time
- * 0 at this rate. */
+ * range of the axis, or comes in from where that stands outside, which then is
+ * marked; from path time 0 at this rate. */
 int64_t controller_peak(const struct motion_track *track,
                         enum motion_quantity quantity);
-bool controller_in_range(const struct controller *controller, unsigned index,
-                         const struct motion_track *track);
+bool controller_admit(struct controller *controller, unsigned index,
+                      const struct motion_track *track);
 void controller_play(struct controller *controller, int64_t rate_q30);
 /* controller_command.c: the clock is to stand, and by when it does. */
 void controller_slow_down(struct controller *controller,
