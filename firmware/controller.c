@@ -143,7 +143,6 @@ static void controller_enter_fault(struct controller *controller)
     controller_rest(controller);
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
         controller->axis[i].seeking = false;
-        controller->axis[i].by_itself = false;
         if (controller->reaction == CONTROLLER_REACT_QUICK)
             controller->axis[i].sent_count = 0; /* it has left its set point */
     }
@@ -290,13 +289,23 @@ static void controller_follow(struct controller_axis *axis)
     (void)controller_to_drive(axis, &axis->target);
 }
 
+/* An axis without a set point, new to us or back from a mode of its drive's own,
+ * begins where it is. */
+static void controller_begin(struct controller_axis *axis)
+{
+    if (axis->sent_count == 0 && axis->track == NULL)
+        axis->target.pos_q32 = axis->feedback.pos_q32;
+}
+
 static void controller_send_all(struct controller *controller)
 {
-    for (unsigned i = 0; i < controller->config.axis_count; i++)
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        controller_begin(&controller->axis[i]);
         if (controller->axis[i].by_itself)
             controller_follow(&controller->axis[i]);
         else if (controller->reaction < CONTROLLER_REACT_QUICK)
             controller_send(controller, i);
+    }
 }
 
 /* Outside of motion.  An axis with torque keeps the place where it stood when
@@ -310,10 +319,24 @@ static void controller_keep_place(struct controller *controller)
             controller_follow(axis);
             continue;
         }
-        if (axis->sent_count == 0)
-            axis->target.pos_q32 = axis->feedback.pos_q32;
+        controller_begin(axis);
         controller_send(controller, i);
     }
+}
+
+/* A drive may have been left in a mode of its own, by homing that was cut short.
+ * True: every one takes set points, or goals. */
+static bool controller_usual_modes(struct controller *controller)
+{
+    bool all = true;
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        const enum hal_drive_mode usual = controller_usual_mode(controller, i);
+        if (controller->axis[i].feedback.mode == usual)
+            continue;
+        (void)hal_drive_set_mode(controller->axis[i].drive, usual);
+        all = false;
+    }
+    return all;
 }
 
 /* What the acceleration takes, as far as 32 bits go. */
@@ -380,7 +403,8 @@ static void controller_step_off(struct controller *controller)
     controller_keep_place(controller);
     if (!controller->enabling)
         return;
-    if (controller_all(controller, HAL_DRIVE_ENABLED)) {
+    if (controller_all(controller, HAL_DRIVE_ENABLED) &&
+        controller_usual_modes(controller)) {
         controller->enabling = false;
         controller_rest(controller);
         controller_enter(controller, CONTROLLER_READY);
@@ -395,6 +419,8 @@ static void controller_step_off(struct controller *controller)
 
 static void controller_step_ready(struct controller *controller)
 {
+    if (!controller->homing)
+        (void)controller_usual_modes(controller);
     controller_send_all(controller);
 }
 

@@ -176,7 +176,7 @@ struct controller_axis {
                        its range does not count */
     bool seeking;   /* looks for a switch: homing judges its limit switches, and
                        its range does not count */
-    bool by_itself; /* the drive moves it by a mode of its own: it gets no set
+    bool by_itself; /* the drive is in a mode of its own: the axis gets no set
                        points; a fault is a quick stop of the drives */
     const struct motion_track *track; /* NULL: stands where it is */
     struct motion_cursor cursor;

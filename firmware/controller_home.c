@@ -48,6 +48,13 @@ bool controller_range_counts(const struct controller *controller,
     return axis->homed && !axis->seeking;
 }
 
+enum hal_drive_mode controller_usual_mode(const struct controller *controller,
+                                          unsigned index)
+{
+    return controller->config.axis[index].by_goals ? HAL_DRIVE_PROFILE_POSITION
+                                                   : HAL_DRIVE_STREAM_POSITION;
+}
+
 bool controller_any_by_itself(const struct controller *controller)
 {
     for (unsigned i = 0; i < controller->config.axis_count; i++)

@@ -31,6 +31,9 @@ bool controller_freeze(struct controller *controller);
 /* Does the axis have to stay inside its range? */
 bool controller_range_counts(const struct controller *controller,
                              unsigned index);
+/* In which its drive follows what the controller tells it. */
+enum hal_drive_mode controller_usual_mode(const struct controller *controller,
+                                          unsigned index);
 /* Does a drive move its axis by itself, homing or to a goal? */
 bool controller_any_by_itself(const struct controller *controller);
 /* In FAULT, standing with torque on. */

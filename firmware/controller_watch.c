@@ -17,6 +17,9 @@ void controller_watch_read(struct controller *controller)
         struct controller_axis *axis = &controller->axis[i];
         hal_drive_feedback(axis->drive, &axis->feedback);
         controller_from_drive(axis, &axis->feedback);
+        axis->by_itself =
+            axis->feedback.state == HAL_DRIVE_ENABLED &&
+            axis->feedback.mode != controller_usual_mode(controller, i);
         if (axis->feedback.state == HAL_DRIVE_OFFLINE &&
             controller->config.axis[i].needs_homing)
             axis->homed = false; /* nobody knows how it comes back */

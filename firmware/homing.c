@@ -40,12 +40,9 @@ static struct controller_axis *homing_axis(const struct homing *homing)
     return &homing->controller->axis[homing->axis];
 }
 
-/* In which the axis follows what the controller tells it. */
 static enum hal_drive_mode homing_usual_mode(const struct homing *homing)
 {
-    return homing->controller->config.axis[homing->axis].by_goals
-               ? HAL_DRIVE_PROFILE_POSITION
-               : HAL_DRIVE_STREAM_POSITION;
+    return controller_usual_mode(homing->controller, homing->axis);
 }
 
 static bool homing_at_rest(const struct homing *homing)
@@ -107,7 +104,6 @@ static bool homing_bad_limit(const struct homing *homing, int direction)
 static void homing_release(struct homing *homing)
 {
     homing_axis(homing)->seeking = false;
-    homing_axis(homing)->by_itself = false;
 }
 
 static void homing_fail(struct homing *homing, enum homing_error error)
@@ -136,7 +132,7 @@ static void homing_end(struct homing *homing, enum homing_state state)
 static bool homing_comes_back(const struct homing *homing)
 {
     const struct controller_axis *axis = homing_axis(homing);
-    if (!axis->by_itself || axis->feedback.mode == homing_usual_mode(homing))
+    if (axis->feedback.mode == homing_usual_mode(homing))
         return true;
     if (axis->feedback.homing != HAL_DRIVE_HOMING_RUNNING)
         (void)hal_drive_set_mode(axis->drive, homing_usual_mode(homing));
@@ -377,9 +373,8 @@ static void homing_ask_mode(struct homing *homing)
 {
     struct controller_axis *axis = homing_axis(homing);
     const int err = hal_drive_set_mode(axis->drive, HAL_DRIVE_HOMING);
-    if (err == MOTION_OK)
-        axis->by_itself = true;
-    else if (err != MOTION_E_STATE) /* not standing yet: the time-out ends it */
+    if (err < 0 &&
+        err != MOTION_E_STATE) /* not standing yet: the time-out ends it */
         homing_fail(homing, HOMING_NO_DRIVE);
 }
 
