@@ -100,9 +100,11 @@ enum hal_drive_probe {
 
 struct hal_drive_feedback {
     enum hal_drive_state state;
-    int64_t pos_q32;       /* actual */
-    int64_t vel_q32;       /* actual; from position when the drive has none */
-    int64_t t_ns;          /* when pos was measured (SYNC that latched it);
+    bool torque_off; /* the drive says so itself, and still speaks.  False where
+                        it is not known; in OFF always true */
+    int64_t pos_q32; /* actual */
+    int64_t vel_q32; /* actual; from position when the drive has none */
+    int64_t t_ns;    /* when pos was measured (SYNC that latched it);
                               0: never yet */
     int64_t demand_age_ns; /* how long before t_ns the set point that was in
                               force at t_ns had been given to set_target, both

@@ -138,6 +138,21 @@ static void drive_cia402_put_own(const struct drive_cia402 *self,
                             : 0;
 }
 
+/* By the standard's power states: torque in three of them.  Of a drive whose
+ * last word is old, nothing is known. */
+static bool drive_cia402_torque_off(const struct drive_cia402 *self)
+{
+    const enum cia402_state power = drive_cia402_power(self);
+
+    if (self->state == HAL_DRIVE_OFF)
+        return true;
+    return drive_cia402_is_watched(self) && self->is_live &&
+           self->now_ns - self->actual_ns <= 4 * self->config.sync_period_ns &&
+           power != CIA402_OPERATION_ENABLED &&
+           power != CIA402_QUICK_STOP_ACTIVE &&
+           power != CIA402_FAULT_REACTION && power != CIA402_UNKNOWN;
+}
+
 static void drive_cia402_feedback(struct hal_drive *drive,
                                   struct hal_drive_feedback *feedback)
 {
@@ -145,6 +160,7 @@ static void drive_cia402_feedback(struct hal_drive *drive,
 
     *feedback = (struct hal_drive_feedback){
         .state = self->state,
+        .torque_off = drive_cia402_torque_off(self),
         .pos_q32 = hal_ratio_scale(&self->to_pos, self->actual_counts),
         .vel_q32 = self->actual_vel_q32,
         .t_ns = self->actual_ns,

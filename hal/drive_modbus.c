@@ -447,6 +447,17 @@ static void put_limits(const struct drive_modbus *self,
     feedback->limit_positive = reversed ? low : high;
 }
 
+/* Latched: the stop or the disable that was begun has run its course, and what
+ * has been polled since says that it did. */
+static bool torque_is_off(const struct drive_modbus *self)
+{
+    if (self->state == HAL_DRIVE_OFF)
+        return true;
+    return self->phase == DRIVE_MODBUS_LATCHED && self->run.sequence == NULL &&
+           self->cycles >= DRIVE_MODBUS_FRESH &&
+           !drive_modbus_status(self, MODBUS_STATUS_enabled, true);
+}
+
 static void drive_modbus_feedback(struct hal_drive *drive,
                                   struct hal_drive_feedback *feedback)
 {
@@ -454,6 +465,7 @@ static void drive_modbus_feedback(struct hal_drive *drive,
 
     *feedback = (struct hal_drive_feedback){
         .state = self->state,
+        .torque_off = torque_is_off(self),
         .pos_q32 = hal_ratio_scale(&self->to_pos, self->actual_counts) +
                    self->zero_q32,
         .vel_q32 = self->actual_vel_q32,

@@ -326,6 +326,7 @@ static void drive_turns_feedback(struct hal_drive *drive,
 
     *feedback = (struct hal_drive_feedback){
         .state = self->state,
+        .torque_off = drive_turns_is_watched(self) && !self->torque,
         .pos_q32 = hal_ratio_scale(&self->to_unit, self->actual_q32),
         .vel_q32 = hal_ratio_scale(&self->to_unit, self->actual_vel_q32),
         .t_ns = self->actual_ns,

@@ -2,35 +2,77 @@
 #include "firmware/linux/base/interrupt.h"
 
 #include <stddef.h>
+#include <time.h>
 
 #include "firmware/linux/base/array.h"
 
 static volatile sig_atomic_t interrupt_count;
+static int64_t interrupt_first_ns; /* the handler's; signals wait for another */
 
-static void interrupt_on_signal(int number)
+static int64_t interrupt_now_ns(void)
+{
+    struct timespec now = { 0 };
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    return now.tv_sec * INT64_C(1000000000) + now.tv_nsec;
+}
+
+/* From the first one on, not from the last: whoever hammers at the keys must
+ * come to the second. */
+static void interrupt_on_press(int number)
+{
+    const int64_t now_ns = interrupt_now_ns();
+    (void)number;
+    if (interrupt_count == 0) {
+        interrupt_first_ns = now_ns;
+        interrupt_count = 1;
+    } else if (now_ns - interrupt_first_ns >= INTERRUPT_BOUNCE_NS) {
+        interrupt_count = 2;
+    }
+}
+
+static void interrupt_on_end(int number)
 {
     (void)number;
-    if (interrupt_count < 2)
-        interrupt_count = interrupt_count + 1;
+    if (interrupt_count == 0) {
+        interrupt_first_ns = interrupt_now_ns();
+        interrupt_count = 1;
+    }
+}
+
+static void interrupt_on_quit(int number)
+{
+    (void)number;
+    interrupt_count = 2;
 }
 
 /* The signals that mean stop, and who handled them before. */
-static const int interrupt_signal[] = { SIGINT, SIGTERM, SIGHUP };
+static const struct {
+    int number;
+    void (*handler)(int number);
+} interrupt_signal[] = {
+    { SIGINT, interrupt_on_press }, { SIGTSTP, interrupt_on_press },
+    { SIGTERM, interrupt_on_end },  { SIGHUP, interrupt_on_end },
+    { SIGQUIT, interrupt_on_quit },
+};
 #define INTERRUPT_SIGNALS ARRAY_LEN(interrupt_signal)
 static struct sigaction interrupt_before[INTERRUPT_SIGNALS];
 
 const volatile sig_atomic_t *interrupt_listen(void)
 {
-    struct sigaction action = { .sa_handler = interrupt_on_signal };
+    struct sigaction action = { .sa_flags = 0 };
     interrupt_count = 0;
     sigemptyset(&action.sa_mask);
     for (size_t i = 0; i < INTERRUPT_SIGNALS; i++)
-        sigaction(interrupt_signal[i], &action, &interrupt_before[i]);
+        sigaddset(&action.sa_mask, interrupt_signal[i].number);
+    for (size_t i = 0; i < INTERRUPT_SIGNALS; i++) {
+        action.sa_handler = interrupt_signal[i].handler;
+        sigaction(interrupt_signal[i].number, &action, &interrupt_before[i]);
+    }
     return &interrupt_count;
 }
 
 void interrupt_listen_no_more(void)
 {
     for (size_t i = 0; i < INTERRUPT_SIGNALS; i++)
-        sigaction(interrupt_signal[i], &interrupt_before[i], NULL);
+        sigaction(interrupt_signal[i].number, &interrupt_before[i], NULL);
 }

@@ -1,11 +1,22 @@
 /* firmware/linux/base/interrupt.h - the operator's Ctrl-C, counted.
  *
- * Signals that mean stop (SIGINT, SIGTERM, SIGHUP) only count, up to two; the
- * loop looks at every tick: one stops within the limits, two at once. */
+ * Signals that mean stop only count; the loop looks at every tick: one stops
+ * within the limits, two at once.
+ *
+ *   SIGINT, SIGTSTP     Ctrl-C, Ctrl-Z: one more.  What follows the first
+ *                       within INTERRUPT_BOUNCE_NS is the same press
+ *   SIGTERM, SIGHUP     one, however often: the system goes down, the terminal
+ *                       was closed
+ *   SIGQUIT             Ctrl-\: two at once
+ *
+ * Nothing else ends a program that listens, but SIGKILL and its own faults. */
 #ifndef FIRMWARE_LINUX_BASE_INTERRUPT_H
 #define FIRMWARE_LINUX_BASE_INTERRUPT_H
 
 #include <signal.h>
+#include <stdint.h>
+
+#define INTERRUPT_BOUNCE_NS INT64_C(250000000)
 
 /* From 0.  What is returned is the count. */
 const volatile sig_atomic_t *interrupt_listen(void);

@@ -117,10 +117,11 @@ static enum status cmd_home_live(struct cmd_home *self)
         cmd_home_progress(self, &shown);
     }
     self->dur_ns = live->now_ns - start_ns;
-    if (*interrupts >= 2)
-        live_quick_stop(live);
+    const bool off = live_off(live, interrupts);
     const bool interrupted = *interrupts > 0;
     interrupt_listen_no_more();
+    if (!off)
+        return STATUS_REFUSED;
     if (interrupted)
         return STATUS_INTERRUPTED;
     return homing->state == HOMING_DONE ? STATUS_OK : STATUS_REFUSED;
@@ -250,7 +251,6 @@ static enum status cmd_home_rig(struct cmd_home *self)
         cmd_home_json(self, status);
     else
         cmd_home_report(self);
-    live_disable(&self->live);
     return status;
 }
 

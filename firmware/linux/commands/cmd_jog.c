@@ -253,8 +253,6 @@ static enum status cmd_jog_once(struct cmd_jog *self,
     self->dur_ns = live->now_ns - start_ns;
     for (int i = 0; i < 100 && controller->state == CONTROLLER_READY; i++)
         live_tick(live); /* the servo settles */
-    if (*interrupts >= 2)
-        live_quick_stop(live);
     if (*interrupts > 0)
         return STATUS_INTERRUPTED;
     return controller->fault.fault == CONTROLLER_FAULT_NONE ? STATUS_OK
@@ -299,10 +297,14 @@ static enum status cmd_jog_keys(struct cmd_jog *self,
         .dead_man_ns = options->dead_man_ns < 0 ? CMD_JOG_DEAD_MAN_NS
                                                 : options->dead_man_ns,
     };
-    enum status status =
-        jog_keys_run(&self->keys, &self->live, &config, interrupts);
-    if (status != STATUS_OK || options->keys == NULL || self->keys.keys == 0)
-        return status;
+    return jog_keys_run(&self->keys, &self->live, &config, interrupts);
+}
+
+static enum status cmd_jog_save(const struct cmd_jog *self)
+{
+    const struct options *options = self->options;
+    if (options->keys == NULL || self->keys.keys == 0)
+        return STATUS_OK;
     return jog_keys_save(&self->keys, options->keys,
                          options->key_every_ns < 0 ? CMD_JOG_EVERY_NS
                                                    : options->key_every_ns) < 0
@@ -320,8 +322,11 @@ static enum status cmd_jog_live(struct cmd_jog *self)
         status = cmd_jog_keys(self, interrupts);
     else if (status == STATUS_OK)
         status = cmd_jog_once(self, interrupts);
+    const bool off = live_off(&self->live, interrupts);
     interrupt_listen_no_more();
-    return status;
+    if (!off)
+        return STATUS_REFUSED;
+    return status == STATUS_OK ? cmd_jog_save(self) : status;
 }
 
 /* --- what came of it --- */
@@ -399,7 +404,6 @@ static enum status cmd_jog_rig(struct cmd_jog *self)
         return status;
     status = cmd_jog_live(self);
     cmd_jog_report(self, status);
-    live_disable(&self->live);
     return status;
 }
 

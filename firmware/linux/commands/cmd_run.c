@@ -301,6 +301,7 @@ static enum status cmd_run_play(struct cmd_run *self)
     const struct options *options = self->options;
     const struct player_config config = {
         .realtime = options->realtime || options->real || options->pty,
+        .patient = options->real,
         .override_q30 = self->rate_q30,
         .hold_at_ns = options->hold_at_ns,
         .resume_after_ns = options->resume_after_ns < 0
@@ -362,6 +363,8 @@ static enum status cmd_run_save(struct cmd_run *self)
 
 static enum status cmd_run_end(const struct report *report)
 {
+    if (report->torque_left)
+        return STATUS_REFUSED;
     switch (report->end) {
     case REPORT_DONE:
         return STATUS_OK;
@@ -376,6 +379,7 @@ static enum status cmd_run_end(const struct report *report)
 
 static void cmd_run_report(struct cmd_run *self)
 {
+    report_torque(&self->report, stderr);
     if (self->options->json) {
         report_json(&self->report, stdout);
         return;

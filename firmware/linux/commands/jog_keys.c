@@ -258,8 +258,6 @@ enum status jog_keys_run(struct jog_keys *self, struct live *live,
             jog_key(self, 'q');
         jog_tick(self);
     }
-    if (*interrupts >= 2)
-        live_quick_stop(live);
     terminal_write(&self->terminal, "\r\n");
     terminal_close(&self->terminal);
     return STATUS_OK;

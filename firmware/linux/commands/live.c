@@ -34,6 +34,7 @@ enum status live_open(struct live *live, const struct options *options,
         fputs("--pty is for simulated drives, --real is not\n", stderr);
         return STATUS_INPUT;
     }
+    live->is_real = options->real;
     live->on_clock = options->real || options->realtime || options->pty;
     live->is_paced = paced && !live->on_clock;
     clock_linux_init(&live->pace);
@@ -89,7 +90,7 @@ void live_tick(struct live *live)
     machine_tick(&live->machine, live->now_ns);
 }
 
-void live_tick_quick_stop(struct live *live)
+static void live_tick_quick_stop(struct live *live)
 {
     live_wait(live);
     machine_tick_quick_stop(&live->machine, live->now_ns);
@@ -106,20 +107,65 @@ bool live_enable(struct live *live, const volatile sig_atomic_t *interrupts)
     return controller->state == CONTROLLER_READY;
 }
 
-void live_disable(struct live *live)
-{
-    const int64_t until_ns = live->now_ns + LIVE_STOP_NS;
-    (void)controller_off(&live->machine.controller);
-    while (live->now_ns < until_ns)
-        live_tick(live);
-}
-
-void live_quick_stop(struct live *live)
+static void live_quick_stop(struct live *live)
 {
     const int64_t until_ns = live->now_ns + LIVE_QUICK_NS;
     do
         live_tick_quick_stop(live);
     while (!machine_is_at_rest(&live->machine) && live->now_ns < until_ns);
+}
+
+/* To rest first, as it was asked for last; by the drives' own quick stop at a
+ * second interrupt. */
+static void live_rest(struct live *live,
+                      const volatile sig_atomic_t *interrupts)
+{
+    struct machine *machine = &live->machine;
+    const struct controller *controller = &machine->controller;
+    while ((homing_is_running(&machine->homing) ||
+            controller->state == CONTROLLER_MOVING ||
+            controller->state == CONTROLLER_HOLDING ||
+            controller->state == CONTROLLER_STOPPING) &&
+           *interrupts < 2) {
+        controller_stop(&machine->controller);
+        live_tick(live);
+    }
+    if (*interrupts >= 2)
+        live_quick_stop(live);
+}
+
+static bool live_say_torque(const struct live *live, const char *after)
+{
+    char text[MACHINE_TORQUE_MAX];
+    for (unsigned i = 0; i < live->rig.axis_count; i++) {
+        machine_torque_text(&live->machine, i, text);
+        if (text[0] != 0)
+            fprintf(stderr, "%s: %s%s\n", live->rig.axis[i].name, text, after);
+    }
+    return machine_is_off(&live->machine);
+}
+
+static void live_tick_off(struct live *live)
+{
+    live_wait(live);
+    machine_tick_off(&live->machine, live->now_ns);
+}
+
+bool live_off(struct live *live, const volatile sig_atomic_t *interrupts)
+{
+    struct machine *machine = &live->machine;
+    live_rest(live, interrupts);
+    const int64_t start_ns = live->now_ns;
+    while (
+        live->now_ns < start_ns + LIVE_STOP_NS ||
+        (!machine_is_off(machine) && live->now_ns < start_ns + MACHINE_OFF_NS))
+        live_tick_off(live);
+    if (live->is_real && machine_is_torque_lost(machine) && *interrupts == 0)
+        (void)live_say_torque(
+            live, "; it is tried until the drive answers; Ctrl-C ends that");
+    while (live->is_real && machine_is_torque_lost(machine) && *interrupts == 0)
+        live_tick_off(live);
+    return live_say_torque(live, "");
 }
 
 void live_fault_text(const struct live *live, char text[LIVE_FAULT_MAX])

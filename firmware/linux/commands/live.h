@@ -18,8 +18,9 @@ struct live {
     struct machine_sim sim;
     struct machine_real real;
     struct machine_modbus pty; /* with --pty */
-    bool on_clock;             /* time passes by itself */
-    bool is_paced;             /* virtual time, no faster than the clock */
+    bool is_real;
+    bool on_clock; /* time passes by itself */
+    bool is_paced; /* virtual time, no faster than the clock */
     struct clock_linux pace;
     int64_t pace_ns;          /* clock minus virtual time */
     int64_t start_ns, now_ns; /* nominal time of the last tick */
@@ -43,16 +44,16 @@ void live_close(struct live *live);
 /* Wait for the next tick and do it.  When time is past the one after it, whole
  * periods are left out. */
 void live_tick(struct live *live);
-/* The same, but every drive brakes by its own quick stop. */
-void live_tick_quick_stop(struct live *live);
 
 /* Torque for all axes: ticks until the controller is READY or in FAULT, or
  * *interrupts is above 0.  True: READY. */
 bool live_enable(struct live *live, const volatile sig_atomic_t *interrupts);
-/* Torque off, and some ticks until it is. */
-void live_disable(struct live *live);
-/* Ticks until the drives stand after a second interrupt, at most 3 s. */
-void live_quick_stop(struct live *live);
+/* The one way out: to rest, by a quick stop (at most 3 s) at a second interrupt;
+ * then torque off, until every drive has said so, at most MACHINE_OFF_NS, which no
+ * interrupt cuts short.  A real drive that is lost is tried on until it answers,
+ * or the operator interrupts.  False, with a line on stderr for each: a drive has
+ * not said so. */
+bool live_off(struct live *live, const volatile sig_atomic_t *interrupts);
 
 /* "slide: the axis does not follow its set points, DRIVE'S WORDS"; "" when
  * there is no fault. */

@@ -11,6 +11,8 @@
 #include "motion/err.h"
 #include "motion/fixed.h"
 
+#define MACHINE_RETRY_NS INT64_C(1000000000)
+
 static int machine_fail(char message[RIG_MESSAGE_MAX], const char *kind,
                         const char *name, int err)
 {
@@ -344,10 +346,27 @@ static void machine_read_inputs(struct machine *machine, int64_t now_ns)
             gpio_debounce_step(&machine->input[i], now_ns);
 }
 
+/* A drive that is lost, or in fault and says nothing of it, keeps what it had. */
+static void machine_note_torque(struct machine *machine)
+{
+    for (unsigned i = 0; i < machine->rig->axis_count; i++) {
+        const struct hal_drive_feedback *feedback =
+            &machine->controller.axis[i].feedback;
+        const uint32_t bit = (uint32_t)1 << i;
+        if (feedback->state == HAL_DRIVE_ENABLING ||
+            feedback->state == HAL_DRIVE_ENABLED ||
+            feedback->state == HAL_DRIVE_QUICK_STOP)
+            machine->powered |= bit;
+        else if (feedback->torque_off)
+            machine->powered &= ~bit;
+    }
+}
+
 /* Lit while an axis may have torque; a lamp that cannot be set is no fault. */
 static void machine_light(struct machine *machine)
 {
-    const bool lit = !machine_is_at_rest(machine);
+    machine_note_torque(machine);
+    const bool lit = machine->powered != 0;
     if (lit == machine->lit)
         return;
     machine->lit = lit;
@@ -370,16 +389,89 @@ void machine_tick(struct machine *machine, int64_t now_ns)
     machine_end(machine, now_ns);
 }
 
+/* What the drives say, on the axes' positions. */
+static void machine_look(struct machine *machine)
+{
+    for (unsigned i = 0; i < machine->rig->axis_count; i++) {
+        struct controller_axis *axis = &machine->controller.axis[i];
+        int64_t pos_q32;
+        hal_drive_feedback(machine->axis[i], &axis->feedback);
+        if (motion_fixed_add(axis->feedback.pos_q32, axis->offset_q32,
+                             &pos_q32) == MOTION_OK)
+            axis->feedback.pos_q32 = pos_q32;
+    }
+}
+
 void machine_tick_quick_stop(struct machine *machine, int64_t now_ns)
 {
     (void)machine_begin(machine, now_ns);
-    for (unsigned i = 0; i < machine->rig->axis_count; i++) {
-        struct hal_drive *drive = machine->axis[i];
-        hal_drive_request(drive, HAL_DRIVE_REQUEST_QUICK_STOP);
-        hal_drive_feedback(drive, &machine->controller.axis[i].feedback);
-    }
+    for (unsigned i = 0; i < machine->rig->axis_count; i++)
+        hal_drive_request(machine->axis[i], HAL_DRIVE_REQUEST_QUICK_STOP);
+    machine_look(machine);
     machine_light(machine);
     machine_end(machine, now_ns);
+}
+
+/* A drive that is lost hears nothing until it is looked for anew, which begins
+ * with its stop and ends with it off. */
+static void machine_request_off(struct machine *machine, int64_t now_ns)
+{
+    const bool anew = now_ns >= machine->retry_ns;
+    if (anew)
+        machine->retry_ns = now_ns + MACHINE_RETRY_NS;
+    for (unsigned i = 0; i < machine->rig->axis_count; i++) {
+        struct hal_drive *drive = machine->axis[i];
+        hal_drive_request(drive, HAL_DRIVE_REQUEST_OFF);
+        if (anew && (machine->powered >> i & 1) != 0 &&
+            machine->controller.axis[i].feedback.state == HAL_DRIVE_OFFLINE)
+            hal_drive_request(drive, HAL_DRIVE_REQUEST_RESET);
+    }
+}
+
+/* The controller looks and follows where it has nothing to move any more. */
+void machine_tick_off(struct machine *machine, int64_t now_ns)
+{
+    struct controller *controller = &machine->controller;
+    const struct machine_trouble trouble = machine_begin(machine, now_ns);
+    (void)controller_off(controller);
+    if (controller->state == CONTROLLER_OFF ||
+        controller->state == CONTROLLER_FAULT)
+        controller_step(controller, now_ns, trouble.err);
+    else
+        machine_look(machine);
+    machine_request_off(machine, now_ns);
+    machine_light(machine);
+    machine_trigger_step(machine, now_ns); /* pulses end */
+    machine_end(machine, now_ns);
+}
+
+bool machine_is_off(const struct machine *machine)
+{
+    return machine->powered == 0;
+}
+
+bool machine_is_torque_lost(const struct machine *machine)
+{
+    for (unsigned i = 0; i < machine->rig->axis_count; i++)
+        if ((machine->powered >> i & 1) != 0 &&
+            machine->controller.axis[i].feedback.state == HAL_DRIVE_OFFLINE)
+            return true;
+    return false;
+}
+
+void machine_torque_text(const struct machine *machine, unsigned axis,
+                         char text[MACHINE_TORQUE_MAX])
+{
+    const struct hal_drive_feedback *feedback =
+        &machine->controller.axis[axis].feedback;
+    text[0] = '\0';
+    if ((machine->powered >> axis & 1) == 0)
+        return;
+    snprintf(text, MACHINE_TORQUE_MAX, "torque is not confirmed off: %s%s%s",
+             feedback->state == HAL_DRIVE_OFFLINE
+                 ? "the drive does not answer"
+                 : hal_drive_state_text(feedback->state),
+             feedback->fault_text[0] != 0 ? ", " : "", feedback->fault_text);
 }
 
 void machine_trouble_text(const struct machine *machine,

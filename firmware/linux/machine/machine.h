@@ -61,6 +61,10 @@ struct machine {
     struct hal_drive *axis[RIG_AXES_MAX];
     struct gpio_debounce input[RIG_LINES_MAX]; /* of lines that are inputs */
     bool lit;                                  /* the lamps */
+    uint32_t powered; /* a bit per axis that may have torque: it has had it, or
+                         was on its way to it, and has not said since that it
+                         is off */
+    int64_t retry_ns; /* machine_tick_off: a lost drive is looked for anew */
     struct machine_trigger trigger[RIG_TRIGGERS_MAX];
     unsigned trigger_count;
     bool running_up; /* triggers are armed, the move starts later: */
@@ -84,6 +88,21 @@ void machine_tick(struct machine *machine, int64_t now_ns);
 /* The same without the controller: every drive brakes by its own quick stop.
  * For an operator who cannot wait. */
 void machine_tick_quick_stop(struct machine *machine, int64_t now_ns);
+/* The same, but every drive is asked to be off, whatever the controller is about;
+ * one that was lost is looked for, again and again.  What comes last on every way
+ * out of the program: until machine_is_off(), or as long as there is hope. */
+#define MACHINE_OFF_NS INT64_C(5000000000) /* is long enough for that */
+void machine_tick_off(struct machine *machine, int64_t now_ns);
+/* Every drive that had torque has said itself that it is off. */
+bool machine_is_off(const struct machine *machine);
+/* One of those that have not is lost: it may come back. */
+bool machine_is_torque_lost(const struct machine *machine);
+/* "torque is not confirmed off: DRIVE'S WORDS" of an axis that may have torque;
+ * "" of any other. */
+#define MACHINE_TORQUE_MAX 160
+void machine_torque_text(const struct machine *machine, unsigned axis,
+                         char text[MACHINE_TORQUE_MAX]);
+
 /* "bus can0: interface down": what was behind a fault of a bus; "" when there
  * was none. */
 #define MACHINE_TROUBLE_MAX 64

@@ -18,7 +18,7 @@
 #define PLAYER_REST_NS       (200 * PLAYER_MS) /* after the approach */
 #define PLAYER_SETTLE_NS     (500 * PLAYER_MS)
 #define PLAYER_SHOTS_NS      (20000 * PLAYER_MS) /* pulses end, at most */
-#define PLAYER_STOP_NS       (300 * PLAYER_MS)   /* until torque is off */
+#define PLAYER_STOP_NS       (300 * PLAYER_MS)   /* torque off, at least */
 #define PLAYER_QUICK_STOP_NS (3000 * PLAYER_MS)  /* at most */
 #define PLAYER_OBSERVE_NS    (20 * PLAYER_MS)
 #define PLAYER_PRIORITY      40
@@ -337,18 +337,44 @@ static void player_move(struct player *player)
 
 static void player_settle(struct player *player)
 {
-    const bool idle = machine_trigger_is_idle(player->machine) ||
+    const bool idle = player->end == REPORT_STOPPED ||
+                      machine_trigger_is_idle(player->machine) ||
                       player_in_phase_ns(player) >= PLAYER_SHOTS_NS;
     if (player_in_phase_ns(player) >= PLAYER_SETTLE_NS && idle)
         player_finish(player, player->end);
 }
 
+/* For who looks on, once. */
+static void player_wait(struct player *player)
+{
+    char text[MACHINE_TORQUE_MAX];
+    size_t at = 0;
+    if (atomic_load(&player->waits) || player->ended)
+        return;
+    for (unsigned i = 0; i < player->job->rig.axis_count; i++) {
+        machine_torque_text(player->machine, i, text);
+        if (text[0] != 0 && at < sizeof player->waiting)
+            at += (size_t)snprintf(player->waiting + at,
+                                   sizeof player->waiting - at, "%s: %s\n",
+                                   player->job->rig.axis[i].name, text);
+    }
+    atomic_store(&player->waits, true);
+}
+
+/* The last of every walk.  A lost drive may come back as long as nobody says
+ * that it is enough. */
 static void player_stop(struct player *player)
 {
-    struct controller *controller = &player->machine->controller;
-    if (player_in_phase_ns(player) == player->job->rig.period_ns)
-        controller_off(controller);
-    player->ended = player_in_phase_ns(player) >= PLAYER_STOP_NS;
+    const int64_t in_phase_ns = player_in_phase_ns(player);
+    if (in_phase_ns < PLAYER_STOP_NS)
+        return;
+    if (machine_is_off(player->machine)) {
+        player->ended = true;
+    } else if (in_phase_ns >= MACHINE_OFF_NS) {
+        player->ended = !player->config.patient || player->enough ||
+                        !machine_is_torque_lost(player->machine);
+        player_wait(player);
+    }
 }
 
 static void player_step(struct player *player)
@@ -404,25 +430,19 @@ static void player_watch(struct player *player)
  * Without motion there is nothing to wait for. */
 static void player_interrupt(struct player *player)
 {
-    struct controller *controller = &player->machine->controller;
-    if (player->end != REPORT_DONE || player->phase == TELEMETRY_STOP)
-        return;
-    player->end = REPORT_STOPPED;
-    const bool is_moving = homing_is_running(&player->machine->homing) ||
-                           (controller->state != CONTROLLER_READY &&
-                            controller->state != CONTROLLER_OFF);
-    controller_stop(controller);
-    if (is_moving)
-        return;
-    controller_off(controller);
-    player_finish(player, REPORT_STOPPED);
+    if (player->end == REPORT_DONE)
+        player->end = REPORT_STOPPED;
+    controller_stop(&player->machine->controller);
 }
 
-/* An approach that was interrupted must not go on to the move. */
+/* What was interrupted goes on to nothing else; of a move it is measured first
+ * where it has come to rest. */
 static void player_interrupted(struct player *player)
 {
-    if (player->end == REPORT_STOPPED && player->phase == TELEMETRY_APPROACH &&
-        player->machine->controller.state == CONTROLLER_READY)
+    const enum controller_state state = player->machine->controller.state;
+    if (player->end == REPORT_STOPPED && player->phase < TELEMETRY_MOVE &&
+        !homing_is_running(&player->machine->homing) &&
+        (state == CONTROLLER_READY || state == CONTROLLER_OFF))
         player_finish(player, REPORT_STOPPED);
 }
 
@@ -441,8 +461,10 @@ static void player_quick_stop(struct player *player)
     if (!player->quick)
         player_quick_begin(player);
     machine_tick_quick_stop(player->machine, player->now_ns);
-    player->ended = machine_is_at_rest(player->machine) ||
-                    player_in_phase_ns(player) >= PLAYER_QUICK_STOP_NS;
+    player_note_fault(player);
+    if (machine_is_at_rest(player->machine) ||
+        player_in_phase_ns(player) >= PLAYER_QUICK_STOP_NS)
+        player_finish(player, REPORT_QUICK_STOPPED);
 }
 
 /* Between ticks: windows of a compiled move go on with it. */
@@ -481,12 +503,15 @@ static void player_next(struct player *player)
 static void player_tick(struct player *player, int interrupts)
 {
     player_next(player);
-    if (interrupts >= 2)
+    if (player->phase == TELEMETRY_STOP)
+        machine_tick_off(player->machine, player->now_ns);
+    else if (interrupts >= 2)
         player_quick_stop(player);
     else
         player_normal(player, interrupts);
+    player->enough = interrupts > 0;
     player_record(player);
-    if (!player->quick)
+    if (!player->quick || player->phase == TELEMETRY_STOP)
         player_step(player);
 }
 
@@ -510,6 +535,16 @@ struct player_thread {
     _Atomic bool end;
 };
 
+static void player_say_waiting(struct player *player)
+{
+    if (player->said || !atomic_load(&player->waits))
+        return;
+    player->said = true;
+    fprintf(stderr,
+            "\n%sit is tried until the drive answers; Ctrl-C ends that\n",
+            player->waiting);
+}
+
 static void *player_look_on(void *context)
 {
     struct player_thread *thread = context;
@@ -518,6 +553,7 @@ static void *player_look_on(void *context)
         if (thread->player->job->compiled != NULL)
             compiled_fill(thread->player->job->compiled);
         player_drain(thread->player);
+        player_say_waiting(thread->player);
         nanosleep(&pause, NULL);
     }
     return NULL;
@@ -572,6 +608,14 @@ static void player_note_failures(struct player *player)
         shots->line[i].failures = player->machine->trigger[i].trigger.failures;
 }
 
+static void player_note_torque(struct player *player)
+{
+    struct report *report = player->observer.report;
+    for (unsigned i = 0; i < player->job->rig.axis_count; i++)
+        machine_torque_text(player->machine, i, report->torque[i]);
+    report->torque_left = !machine_is_off(player->machine);
+}
+
 int player_run(struct player *player, const volatile sig_atomic_t *interrupts)
 {
     struct report *report = player->observer.report;
@@ -584,6 +628,7 @@ int player_run(struct player *player, const volatile sig_atomic_t *interrupts)
     player_drain(player);
     machine_trigger_end(player->machine);
     player_note_failures(player);
+    player_note_torque(player);
     report->end = player->end;
     report->ticks = player->machine->controller.ticks;
     report->ticks_lost = player->machine->controller.ticks_lost;

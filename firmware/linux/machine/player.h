@@ -11,7 +11,9 @@
  *             of its limits; then a short rest
  *   MOVE      the tracks
  *   SETTLE    the axes come to rest; the end errors are measured
- *   STOP      torque off
+ *   STOP      torque off, until every drive says so, at most MACHINE_OFF_NS; no
+ *             interrupt cuts it short.  A real drive that is lost is tried on
+ *             until it answers, or the operator interrupts
  *
  * The loop only puts rows into a recorder.  What they mean to people (CSV,
  * report, trace, progress) is done by `take` in player_observe: by another
@@ -21,6 +23,7 @@
 #define FIRMWARE_LINUX_MACHINE_PLAYER_H
 
 #include <signal.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -50,6 +53,8 @@ struct player_observer {
 
 struct player_config {
     bool realtime;
+    bool patient; /* a drive that is lost with torque is tried until it answers
+                     or the operator interrupts */
     int64_t override_q30;    /* 1 % .. 200 % */
     int64_t hold_at_ns;      /* of the move's time; -1: never */
     int64_t resume_after_ns; /* standing */
@@ -69,6 +74,10 @@ struct player {
     enum telemetry_phase phase;
     enum report_end end;
     bool ended, approaching, held, quick;
+    bool enough;        /* the operator has interrupted */
+    _Atomic bool waits; /* for a lost drive, and for nothing else */
+    bool said;          /* that it does, by who looks on */
+    char waiting[RIG_AXES_MAX * MACHINE_TORQUE_MAX]; /* for which, in words */
     int64_t late_ns;
     int64_t busy_ns[RIG_BUSES_MAX]; /* at the start of the move */
 

@@ -219,6 +219,14 @@ static void report_clock(const struct report *report, FILE *file)
               file);
 }
 
+void report_torque(const struct report *report, FILE *file)
+{
+    for (uint32_t i = 0; i < report->job->rig.axis_count; i++)
+        if (report->torque[i][0] != 0)
+            fprintf(file, "%s: %s\n", report->job->rig.axis[i].name,
+                    report->torque[i]);
+}
+
 void report_print(const struct report *report, FILE *file)
 {
     char played[NUMBER_MAX];
@@ -237,6 +245,7 @@ void report_print(const struct report *report, FILE *file)
                 report_end_text(report->end));
     }
     report_fault(report, file);
+    report_torque(report, file);
     report_clock(report, file);
     if (report->rows_dropped > 0)
         fprintf(file, "telemetry: %" PRIu64 " rows were lost\n",
@@ -294,6 +303,19 @@ static void report_json_fault(const struct report *report, cJSON *object)
     cJSON_AddNumberToObject(fault, "drive_code", report->fault.drive_code);
 }
 
+static void report_json_torque(const struct report *report, cJSON *object)
+{
+    cJSON *list = cJSON_AddArrayToObject(object, "torque_not_confirmed_off");
+    for (uint32_t i = 0; i < report->job->rig.axis_count; i++) {
+        if (report->torque[i][0] == 0)
+            continue;
+        cJSON *item = cJSON_CreateObject();
+        cJSON_AddItemToArray(list, item);
+        cJSON_AddStringToObject(item, "axis", report->job->rig.axis[i].name);
+        cJSON_AddStringToObject(item, "what", report->torque[i]);
+    }
+}
+
 void report_json(const struct report *report, FILE *file)
 {
     const struct rig *rig = &report->job->rig;
@@ -316,6 +338,7 @@ void report_json(const struct report *report, FILE *file)
         shots_json(report->shots, object);
     if (report->end == REPORT_FAULT)
         report_json_fault(report, object);
+    report_json_torque(report, object);
     cJSON_AddNumberToObject(object, "ticks", (double)report->ticks);
     cJSON_AddNumberToObject(object, "ticks_lost", (double)report->ticks_lost);
     cJSON_AddNumberToObject(object, "rows_lost", (double)report->rows_dropped);

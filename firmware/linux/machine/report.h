@@ -11,6 +11,7 @@
 #include <stdio.h>
 
 #include "firmware/controller.h"
+#include "firmware/linux/machine/machine.h"
 #include "firmware/linux/machine/telemetry.h"
 #include "firmware/linux/move/job.h"
 
@@ -43,6 +44,8 @@ struct report {
     double load[RIG_BUSES_MAX]; /* share of the wire's time during the move */
     struct controller_fault_record fault;
     char fault_text[64]; /* the drive's own words */
+    bool torque_left;    /* a drive did not say at the end that it is off: */
+    char torque[RIG_AXES_MAX][MACHINE_TORQUE_MAX]; /* "", or why, in words */
     uint64_t ticks, ticks_lost, rows_dropped, frames_dropped;
     bool realtime;
     const struct shots *shots; /* NULL: none */
@@ -53,6 +56,8 @@ struct report {
 
 void report_init(struct report *report, const struct job *job);
 void report_take(struct report *report, const struct telemetry_row *row);
+/* "pan: torque is not confirmed off: ..." of each; nothing when all are off. */
+void report_torque(const struct report *report, FILE *file);
 void report_print(const struct report *report, FILE *file);
 void report_json(const struct report *report, FILE *file);
 
