@@ -100,8 +100,8 @@ enum hal_drive_probe {
 
 struct hal_drive_feedback {
     enum hal_drive_state state;
-    bool torque_off; /* the drive says so itself, and still speaks.  False where
-                        it is not known; in OFF always true */
+    bool torque_off; /* the drive says so itself, and still speaks; false where
+                        it is not known */
     int64_t pos_q32; /* actual */
     int64_t vel_q32; /* actual; from position when the drive has none */
     int64_t t_ns;    /* when pos was measured (SYNC that latched it);

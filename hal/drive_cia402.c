@@ -144,8 +144,6 @@ static bool drive_cia402_torque_off(const struct drive_cia402 *self)
 {
     const enum cia402_state power = drive_cia402_power(self);
 
-    if (self->state == HAL_DRIVE_OFF)
-        return true;
     return drive_cia402_is_watched(self) && self->is_live &&
            self->now_ns - self->actual_ns <= 4 * self->config.sync_period_ns &&
            power != CIA402_OPERATION_ENABLED &&

@@ -447,12 +447,12 @@ static void put_limits(const struct drive_modbus *self,
     feedback->limit_positive = reversed ? low : high;
 }
 
-/* Latched: the stop or the disable that was begun has run its course, and what
- * has been polled since says that it did. */
+/* The disable, or what the latching began, has run its course; where the map has a
+ * status for it, what was polled since says so too. */
 static bool torque_is_off(const struct drive_modbus *self)
 {
     if (self->state == HAL_DRIVE_OFF)
-        return true;
+        return !drive_modbus_status(self, MODBUS_STATUS_enabled, false);
     return self->phase == DRIVE_MODBUS_LATCHED && self->run.sequence == NULL &&
            self->cycles >= DRIVE_MODBUS_FRESH &&
            !drive_modbus_status(self, MODBUS_STATUS_enabled, true);

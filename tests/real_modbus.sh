@@ -69,7 +69,7 @@ hide()
 move()
 {
     rig "$1" "$2" "$3" >"$dir/rig.yaml"
-    tests/again.sh "$SLEW" run --real --json "$dir/rig.yaml" \
+    tests/again.sh "$SLEW" run --real --yes --json "$dir/rig.yaml" \
         "$dir/move.yaml" >"$dir/report" 2>"$dir/progress" || fail "not done"
     grep -q '"end":[[:space:]]*"done"' "$dir/report" || fail "not done"
 }
@@ -110,7 +110,7 @@ echo "TCP, port $port: done"
 rig "{kind: modbus-tcp, host: 127.0.0.1, port: $port}" lexium.yaml 16384 \
     >"$dir/rig.yaml"
 status=0
-tests/again.sh "$SLEW" run --real --json "$dir/rig.yaml" "$dir/move.yaml" \
+tests/again.sh "$SLEW" run --real --yes --json "$dir/rig.yaml" "$dir/move.yaml" \
     >"$dir/report" 2>"$dir/progress" || status=$?
 [ "$status" -eq 1 ] || fail "status $status with nobody there"
 grep -q '"what":[[:space:]]*"the drive did not enable in time"' "$dir/report" ||

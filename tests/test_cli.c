@@ -643,20 +643,24 @@ static void real_drives_are_asked_for_and_need_an_interface(void **state)
 {
     (void)state;
     expect_bad_input(run("run", "--json", "--real", directory),
+                     "slew run: REAL drives would move, expected --yes");
+    expect_bad_input(run("run", "--json", "--real", "--yes", directory),
                      "bus can0 has no interface");
+    expect_bad_input(run("run", "--json", "--real", "--yes", "--interface",
+                         "nocan7", directory),
+                     "there is no interface nocan7");
     expect_bad_input(
-        run("run", "--json", "--real", "--interface", "nocan7", directory),
-        "there is no interface nocan7");
-    expect_bad_input(
-        run("run", "--json", "--real", "--interface", "lo", directory),
+        run("run", "--json", "--real", "--yes", "--interface", "lo", directory),
         "lo is not a CAN interface");
     expect_bad_input(run("run", "--interface", "can1=can7", directory),
                      "'can1=can7' is no interface for a bus of the rig");
+    /* what a dry run can find out, it does, and ends as the real one would */
     expect(run("run", "--dry-run", "--real", "--interface", "can0=nocan7",
                directory),
-           STATUS_OK);
+           STATUS_INPUT);
     assert_non_null(strstr(out, "REAL drives"));
     assert_non_null(strstr(out, "interface nocan7"));
+    assert_non_null(strstr(err, "there is no interface nocan7"));
 }
 
 static void simulated_drives_need_an_interface_to_be_seen_on(void **state)

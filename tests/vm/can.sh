@@ -35,7 +35,7 @@ set_can0()
 
 demo()
 {
-    "$slew" run --real --telemetry "$dir/demo.csv" "$rig" \
+    "$slew" run --real --yes --telemetry "$dir/demo.csv" "$rig" \
         >"$dir/demo.out" 2>&1 || { cat "$dir/demo.out"; return 1; }
     grep clock "$dir/demo.out"
     say "done after" "$dir/demo.out" && at_rest
@@ -79,7 +79,7 @@ killed()
 second_master()
 {
     start "$rig" || return 1
-    "$slew" run --real "$rig" >"$dir/second.out" 2>&1
+    "$slew" run --real --yes "$rig" >"$dir/second.out" 2>&1
     status=$?
     kill -INT $run
     wait $run

@@ -81,7 +81,7 @@ unserve()
 start() # start ARGUMENT...
 {
     : >"$dir/run.out"
-    "$slew" run --real --telemetry "$dir/run.csv" "$@" >"$dir/run.out" 2>&1 &
+    "$slew" run --real --yes --telemetry "$dir/run.csv" "$@" >"$dir/run.out" 2>&1 &
     run=$!
     comes grep moving "$dir/run.out" || { cat "$dir/run.out"; return 1; }
 }

@@ -59,7 +59,7 @@ lamp_went_off()
 triggers()
 {
     forget
-    "$slew" run --real --json "$dir/plain" >"$dir/run.json" \
+    "$slew" run --real --yes --json "$dir/plain" >"$dir/run.json" \
         2>"$dir/run.out" || { cat "$dir/run.out"; return 1; }
     levels >"$dir/levels"
     /usr/bin/python3 tests/vm/lines.py "$dir/levels" "$dir/run.json" \
@@ -102,7 +102,7 @@ no_torque_while_pressed()
 {
     forget
     set_line $STOP pull-up
-    "$slew" run --real "$dir/plain" >"$dir/run.out" 2>&1
+    "$slew" run --real --yes "$dir/plain" >"$dir/run.out" 2>&1
     status=$?
     set_line $STOP pull-down
     levels
@@ -135,7 +135,7 @@ taken()
 {
     start "$dir/plain" || return 1
     sed "s/vcan0/vcan1/" "$dir/plain/rig.yaml" >"$dir/other.yaml"
-    "$slew" run --real "$dir/other.yaml" "$dir/plain/move.yaml" \
+    "$slew" run --real --yes "$dir/other.yaml" "$dir/plain/move.yaml" \
         >"$dir/other.out" 2>&1
     status=$?
     kill -INT $run

@@ -77,10 +77,10 @@ static void cmd_home_intent(const struct cmd_home *self)
     struct table table;
     table_init(&table, 10, head);
     for (unsigned order = 1; order <= 16; order++)
-        for (unsigned i = 0; i < self->live.rig.axis_count; i++)
+        for (unsigned i = 0; i < self->live.rig->axis_count; i++)
             if (cmd_home_has(self, i) &&
-                self->live.rig.axis[i].homing.order == order)
-                cmd_home_row(&table, &self->live.rig.axis[i]);
+                self->live.rig->axis[i].homing.order == order)
+                cmd_home_row(&table, &self->live.rig->axis[i]);
     table_print(&table, stdout);
     table_free(&table);
     printf("%s drives\n", self->options->real ? "REAL" : "simulated");
@@ -96,7 +96,7 @@ static void cmd_home_progress(const struct cmd_home *self,
     if (homing->state == *shown || !homing_is_running(homing))
         return;
     *shown = homing->state;
-    fprintf(stderr, "%s: %s\n", self->live.rig.axis[homing->axis].name,
+    fprintf(stderr, "%s: %s\n", self->live.rig->axis[homing->axis].name,
             homing_state_text(homing->state));
 }
 
@@ -144,12 +144,12 @@ static void cmd_home_report_row(struct table *table,
 {
     const struct controller_axis *axis = &self->live.machine.controller.axis[i];
     char text[NUMBER_MAX];
-    table_cell(table, "%s", self->live.rig.axis[i].name);
+    table_cell(table, "%s", self->live.rig->axis[i].name);
     number_short(text, axis->feedback.pos_q32, 32);
     table_cell(table, "%s", axis->homed ? text : "-");
     number_short(text, axis->offset_q32, 32);
     table_cell(table, "%s", axis->homed ? text : "-");
-    table_cell(table, "%s", units_axis_text(self->live.rig.axis[i].unit));
+    table_cell(table, "%s", units_axis_text(self->live.rig->axis[i].unit));
     table_cell(table, "%s", cmd_home_result(self, i));
 }
 
@@ -161,7 +161,7 @@ static void cmd_home_report(const struct cmd_home *self)
     char fault[LIVE_FAULT_MAX];
     struct table table;
     table_init(&table, 5, head);
-    for (unsigned i = 0; i < self->live.rig.axis_count; i++)
+    for (unsigned i = 0; i < self->live.rig->axis_count; i++)
         if (cmd_home_has(self, i))
             cmd_home_report_row(&table, self, i);
     putchar('\n');
@@ -179,16 +179,16 @@ static void cmd_home_json(const struct cmd_home *self, enum status status)
     char fault[LIVE_FAULT_MAX];
     cJSON_AddBoolToObject(report, "ok", status == STATUS_OK);
     cJSON *list = cJSON_AddArrayToObject(report, "axes");
-    for (unsigned i = 0; i < self->live.rig.axis_count; i++) {
+    for (unsigned i = 0; i < self->live.rig->axis_count; i++) {
         const struct controller_axis *axis =
             &self->live.machine.controller.axis[i];
         if (!cmd_home_has(self, i))
             continue;
         cJSON *item = cJSON_CreateObject();
         cJSON_AddItemToArray(list, item);
-        cJSON_AddStringToObject(item, "name", self->live.rig.axis[i].name);
+        cJSON_AddStringToObject(item, "name", self->live.rig->axis[i].name);
         cJSON_AddStringToObject(item, "unit",
-                                units_axis_text(self->live.rig.axis[i].unit));
+                                units_axis_text(self->live.rig->axis[i].unit));
         cJSON_AddBoolToObject(item, "homed", axis->homed);
         cJSON_AddStringToObject(item, "result", cmd_home_result(self, i));
         json_add_fixed(item, "position", axis->feedback.pos_q32, 32);
@@ -206,7 +206,7 @@ static void cmd_home_json(const struct cmd_home *self, enum status status)
 /* All that can be homed, or those that were named. */
 static enum status cmd_home_choose(struct cmd_home *self)
 {
-    const struct rig *rig = &self->live.rig;
+    const struct rig *rig = self->live.rig;
     for (int i = 1; i < self->options->path_count; i++) {
         const int axis = live_axis(&self->live, "home", self->options->path[i]);
         if (axis < 0)
@@ -242,7 +242,7 @@ static enum status cmd_home_rig(struct cmd_home *self)
     if (!options->json || options->dry_run)
         cmd_home_intent(self);
     if (options->dry_run)
-        return STATUS_OK;
+        return live_dry_run(&self->live, options);
     status = live_begin(&self->live, options, "home", false);
     if (status != STATUS_OK)
         return status;

@@ -35,7 +35,7 @@ struct cmd_jog {
 
 static const struct rig_axis *cmd_jog_axis(const struct cmd_jog *self)
 {
-    return &self->live.rig.axis[self->axis];
+    return &self->live.rig->axis[self->axis];
 }
 
 /* --- the words --- */
@@ -398,7 +398,7 @@ static enum status cmd_jog_rig(struct cmd_jog *self)
     if (!options->json || options->dry_run)
         cmd_jog_intent(self);
     if (options->dry_run)
-        return STATUS_OK;
+        return live_dry_run(&self->live, options);
     status = live_begin(&self->live, options, "jog", self->kind == JOG_BY_KEYS);
     if (status != STATUS_OK)
         return status;

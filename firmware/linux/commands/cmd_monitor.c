@@ -57,7 +57,7 @@ static void monitor_statusword(const struct cmd_monitor *self, unsigned i,
 {
     const uint16_t word = self->live.machine.drive[i].statusword;
     text[0] = 0;
-    if (self->live.rig.axis[i].kind == RIG_CIA402)
+    if (self->live.rig->axis[i].kind == RIG_CIA402)
         snprintf(text, TABLE_CELL_MAX, "0x%04X %s%s%s%s", word,
                  monitor_power_text(word),
                  (word & 0x10) == 0 ? ", no power" : "",
@@ -96,7 +96,7 @@ static void monitor_row(struct table *table, const struct cmd_monitor *self,
     const struct hal_drive_feedback *feedback = &axis->feedback;
     const bool known = feedback->t_ns != 0;
     char text[NUMBER_MAX], cell[TABLE_CELL_MAX];
-    table_cell(table, "%s", self->live.rig.axis[i].name);
+    table_cell(table, "%s", self->live.rig->axis[i].name);
     table_cell(table, "%s", hal_drive_state_text(feedback->state));
     number_fixed(text, feedback->pos_q32, 32, 4);
     table_cell(table, "%s%s", known ? text : "-",
@@ -105,7 +105,7 @@ static void monitor_row(struct table *table, const struct cmd_monitor *self,
     table_cell(table, "%s", known ? text : "-");
     number_fixed(text, axis->following_q32, 32, 4);
     table_cell(table, "%s", known ? text : "-");
-    table_cell(table, "%s", units_axis_text(self->live.rig.axis[i].unit));
+    table_cell(table, "%s", units_axis_text(self->live.rig->axis[i].unit));
     if (feedback->torque_known)
         table_cell(table, "%.1f %%", feedback->torque_permille / 10.0);
     else
@@ -126,7 +126,7 @@ static void monitor_axes(const struct cmd_monitor *self)
     };
     struct table table;
     table_init(&table, 10, head);
-    for (unsigned i = 0; i < self->live.rig.axis_count; i++)
+    for (unsigned i = 0; i < self->live.rig->axis_count; i++)
         monitor_row(&table, self, i);
     table_print(&table, stdout);
     table_free(&table);
@@ -148,7 +148,7 @@ static uint64_t monitor_errors(const struct cmd_monitor *self, unsigned bus)
 
 static void monitor_print_bus(const struct cmd_monitor *self, unsigned bus)
 {
-    printf("%s: ", self->live.rig.bus[bus].name);
+    printf("%s: ", self->live.rig->bus[bus].name);
     if (self->live.machine.ports.can[bus] != NULL)
         printf("%s, ", hal_can_state_text((enum hal_can_state)hal_can_state(
                            self->live.machine.ports.can[bus])));
@@ -161,7 +161,7 @@ static void monitor_print_bus(const struct cmd_monitor *self, unsigned bus)
 static int monitor_line(struct cmd_monitor *self, unsigned i)
 {
     struct machine *machine = &self->live.machine;
-    return rig_line_is_output(&self->live.rig.line[i])
+    return rig_line_is_output(&self->live.rig->line[i])
                ? hal_gpio_get(machine->ports.line[i])
                : hal_gpio_get(&machine->input[i].gpio);
 }
@@ -175,12 +175,12 @@ static const char *monitor_line_text(int level)
 
 static void monitor_lines(struct cmd_monitor *self)
 {
-    for (unsigned i = 0; i < self->live.rig.line_count; i++)
+    for (unsigned i = 0; i < self->live.rig->line_count; i++)
         printf("%s%s (%s): %s",
-               i > 0 ? ", " : "lines: ", self->live.rig.line[i].name,
-               rig_line_kind_text(self->live.rig.line[i].kind),
+               i > 0 ? ", " : "lines: ", self->live.rig->line[i].name,
+               rig_line_kind_text(self->live.rig->line[i].kind),
                monitor_line_text(monitor_line(self, i)));
-    if (self->live.rig.line_count > 0)
+    if (self->live.rig->line_count > 0)
         putchar('\n');
 }
 
@@ -189,12 +189,12 @@ static void monitor_print(struct cmd_monitor *self)
     char fault[LIVE_FAULT_MAX];
     if (self->screen)
         fputs("\033[H\033[J", stdout);
-    printf("%s%s%.1f s, %s drives\n", self->live.rig.title,
-           self->live.rig.title[0] != 0 ? ", " : "",
+    printf("%s%s%.1f s, %s drives\n", self->live.rig->title,
+           self->live.rig->title[0] != 0 ? ", " : "",
            (double)(self->live.now_ns - self->live.start_ns) / 1e9,
            self->options->real ? "real" : "simulated");
     monitor_axes(self);
-    for (unsigned i = 0; i < self->live.rig.bus_count; i++)
+    for (unsigned i = 0; i < self->live.rig->bus_count; i++)
         monitor_print_bus(self, i);
     monitor_lines(self);
     live_fault_text(&self->live, fault);
@@ -210,9 +210,9 @@ static cJSON *monitor_json_axis(const struct cmd_monitor *self, unsigned i)
     const struct hal_drive_feedback *feedback = &axis->feedback;
     char text[TABLE_CELL_MAX];
     cJSON *item = cJSON_CreateObject();
-    cJSON_AddStringToObject(item, "name", self->live.rig.axis[i].name);
+    cJSON_AddStringToObject(item, "name", self->live.rig->axis[i].name);
     cJSON_AddStringToObject(item, "unit",
-                            units_axis_text(self->live.rig.axis[i].unit));
+                            units_axis_text(self->live.rig->axis[i].unit));
     cJSON_AddStringToObject(item, "drive",
                             hal_drive_state_text(feedback->state));
     cJSON_AddBoolToObject(item, "homed", axis->homed);
@@ -244,24 +244,24 @@ static void monitor_json(struct cmd_monitor *self)
     cJSON_AddNumberToObject(
         report, "t_s", (double)(self->live.now_ns - self->live.start_ns) / 1e9);
     cJSON *axes = cJSON_AddArrayToObject(report, "axes");
-    for (unsigned i = 0; i < self->live.rig.axis_count; i++)
+    for (unsigned i = 0; i < self->live.rig->axis_count; i++)
         cJSON_AddItemToArray(axes, monitor_json_axis(self, i));
     cJSON *buses = cJSON_AddArrayToObject(report, "buses");
-    for (unsigned i = 0; i < self->live.rig.bus_count; i++) {
+    for (unsigned i = 0; i < self->live.rig->bus_count; i++) {
         cJSON *bus = cJSON_CreateObject();
         cJSON_AddItemToArray(buses, bus);
-        cJSON_AddStringToObject(bus, "name", self->live.rig.bus[i].name);
+        cJSON_AddStringToObject(bus, "name", self->live.rig->bus[i].name);
         cJSON_AddNumberToObject(bus, "load", self->load[i]);
         json_add_integer(bus, "errors", (int64_t)monitor_errors(self, i));
     }
     cJSON *lines = cJSON_AddArrayToObject(report, "lines");
-    for (unsigned i = 0; i < self->live.rig.line_count; i++) {
+    for (unsigned i = 0; i < self->live.rig->line_count; i++) {
         const int level = monitor_line(self, i);
         cJSON *line = cJSON_CreateObject();
         cJSON_AddItemToArray(lines, line);
-        cJSON_AddStringToObject(line, "name", self->live.rig.line[i].name);
+        cJSON_AddStringToObject(line, "name", self->live.rig->line[i].name);
         cJSON_AddStringToObject(
-            line, "kind", rig_line_kind_text(self->live.rig.line[i].kind));
+            line, "kind", rig_line_kind_text(self->live.rig->line[i].kind));
         if (level >= 0)
             cJSON_AddBoolToObject(line, "active", level != 0);
         else
@@ -276,7 +276,7 @@ static void monitor_json(struct cmd_monitor *self)
 static void monitor_measure(struct cmd_monitor *self)
 {
     const int64_t dur_ns = self->live.now_ns - self->shown_ns;
-    for (unsigned i = 0; i < self->live.rig.bus_count && dur_ns > 0; i++) {
+    for (unsigned i = 0; i < self->live.rig->bus_count && dur_ns > 0; i++) {
         const int64_t busy_ns = machine_busy_ns(&self->live.machine, i);
         /* what began before the last look counts when it ends */
         self->load[i] =
@@ -298,7 +298,7 @@ static void monitor_show(struct cmd_monitor *self)
 
 static bool monitor_all_there(const struct cmd_monitor *self)
 {
-    for (unsigned i = 0; i < self->live.rig.axis_count; i++)
+    for (unsigned i = 0; i < self->live.rig->axis_count; i++)
         if (monitor_axis(self, i)->feedback.state == HAL_DRIVE_OFFLINE)
             return false;
     return true;

@@ -9,9 +9,7 @@
 #include "firmware/linux/base/output.h"
 #include "firmware/linux/base/table.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/machine/machine.h"
-#include "firmware/linux/machine/machine_real.h"
-#include "firmware/linux/machine/machine_sim.h"
+#include "firmware/linux/commands/live.h"
 #include "firmware/linux/machine/modbus_record.h"
 #include "firmware/linux/machine/player.h"
 #include "firmware/linux/move/budget.h"
@@ -30,10 +28,7 @@ struct cmd_run {
     const struct options *options;
     int64_t rate_q30;
     struct job job;
-    struct machine machine;
-    struct machine_sim sim;
-    struct machine_real real;
-    struct machine_modbus pty; /* with --pty */
+    struct live live;
     struct player player;
     struct telemetry telemetry;
     struct trace trace;
@@ -163,11 +158,11 @@ static void cmd_run_intent(const struct cmd_run *self)
     fflush(stdout);
 }
 
-static void cmd_run_intent_json(const struct cmd_run *self)
+static void cmd_run_intent_json(const struct cmd_run *self, enum status status)
 {
     const struct job *job = &self->job;
     cJSON *report = cJSON_CreateObject();
-    cJSON_AddBoolToObject(report, "ok", job->violation_count == 0);
+    cJSON_AddBoolToObject(report, "ok", status == STATUS_OK);
     cJSON_AddStringToObject(report, "title", job->move.title);
     cJSON_AddNumberToObject(report, "duration_s",
                             number_double(cmd_run_duration(self), 12) / 1e9);
@@ -183,7 +178,7 @@ static enum status cmd_run_check(struct cmd_run *self)
     job_check(&self->job, self->rate_q30);
     if (self->job.violation_count > 0) {
         if (self->options->json)
-            cmd_run_intent_json(self);
+            cmd_run_intent_json(self, STATUS_REFUSED);
         else
             job_print_violations(&self->job, stdout);
         fflush(stdout);
@@ -224,32 +219,15 @@ static enum status cmd_run_record(struct cmd_run *self,
 static enum status cmd_run_build(struct cmd_run *self)
 {
     struct machine_ports ports;
-    char message[RIG_MESSAGE_MAX];
-    const struct rig *rig = &self->job.rig;
-    int err =
-        self->options->real
-            ? machine_real_init(&self->real, rig, &ports, message)
-            : machine_sim_init(&self->sim, rig,
-                               self->options->realtime || self->options->pty,
-                               &ports, message);
-    if (err == MOTION_OK && self->options->pty)
-        err = machine_modbus_open(&self->pty, rig, true, &ports, message);
-    if (err == MOTION_OK && self->frames.file != NULL)
-        can_log_init(&self->can_log, self->frames.file, rig,
-                     self->options->realtime || self->options->real ||
-                         self->options->pty,
-                     &ports);
-    enum status status = STATUS_OK;
-    if (err == MOTION_OK)
+    enum status status = live_ports(&self->live, self->options, &ports);
+    if (status == STATUS_OK && self->frames.file != NULL)
+        can_log_init(&self->can_log, self->frames.file, &self->job.rig,
+                     self->live.on_clock, &ports);
+    if (status == STATUS_OK)
         status = cmd_run_record(self, &ports);
-    if (status != STATUS_OK)
-        return status;
-    if (err < 0 ||
-        machine_init(&self->machine, &self->job.rig, &ports, message) < 0) {
-        fprintf(stderr, "%s: %s\n", self->job.rig_path, message);
-        return STATUS_INPUT;
-    }
-    return STATUS_OK;
+    if (status == STATUS_OK)
+        status = live_build(&self->live, self->options, &ports);
+    return status;
 }
 
 /* A window must always reach as far as a stop may need, and twice that so that
@@ -264,7 +242,7 @@ static enum status cmd_run_window(const struct cmd_run *self)
     for (unsigned i = 0; i < job->move.axis_count; i++)
         track[job->rig_axis[i]] = &job->track[i];
     const int64_t need_ns_q12 =
-        2 * controller_reserve_ns_q12(&self->machine.controller, track,
+        2 * controller_reserve_ns_q12(&self->live.machine.controller, track,
                                       self->rate_q30);
     if (job->compiled->least_ns_q12 >= need_ns_q12)
         return STATUS_OK;
@@ -324,7 +302,8 @@ static enum status cmd_run_play(struct cmd_run *self)
     if (self->shots.count > 0)
         self->report.shots = &self->shots;
     progress_init(&self->progress, stderr, self->job.end_ns_q12);
-    player_init(&self->player, &self->machine, &self->job, &config, &observer);
+    player_init(&self->player, &self->live.machine, &self->job, &config,
+                &observer);
     int err = player_run(&self->player, interrupt_listen());
     interrupt_listen_no_more();
     progress_end(&self->progress);
@@ -386,8 +365,8 @@ static void cmd_run_report(struct cmd_run *self)
     }
     putchar('\n');
     report_print(&self->report, stdout);
-    machine_modbus_print(&self->pty, &self->job.rig, stdout);
-    machine_modbus_print(&self->real.modbus, &self->job.rig, stdout);
+    machine_modbus_print(&self->live.pty, &self->job.rig, stdout);
+    machine_modbus_print(&self->live.real.modbus, &self->job.rig, stdout);
 }
 
 static enum status cmd_run_live(struct cmd_run *self)
@@ -400,15 +379,15 @@ static enum status cmd_run_live(struct cmd_run *self)
     return status == STATUS_OK ? cmd_run_end(&self->report) : status;
 }
 
-static enum status cmd_run_interfaces(struct cmd_run *self)
+/* What it would do, and what can be known of how it would end. */
+static enum status cmd_run_dry(struct cmd_run *self)
 {
-    char message[RIG_MESSAGE_MAX];
-    if (self->options->interface == NULL ||
-        rig_set_interfaces(&self->job.rig, self->options->interface, message) ==
-            0)
-        return STATUS_OK;
-    fprintf(stderr, "slew run: --interface: %s\n", message);
-    return STATUS_INPUT;
+    enum status status = live_dry_run(&self->live, self->options);
+    if (status == STATUS_OK && self->options->real)
+        status = cmd_run_window(self);
+    if (self->options->json)
+        cmd_run_intent_json(self, status);
+    return status;
 }
 
 static enum status cmd_run_job(struct cmd_run *self)
@@ -418,24 +397,19 @@ static enum status cmd_run_job(struct cmd_run *self)
         job_open_any(&self->job, options->path, options->path_count);
     if (status != STATUS_OK)
         return status;
-    status = cmd_run_interfaces(self);
+    status = live_use(&self->live, options, &self->job.rig);
     if (status != STATUS_OK)
         return status;
     if (!options->json)
         cmd_run_intent(self);
-    if (options->pty && options->real) {
-        fputs("slew run: --pty is for simulated drives, --real is not\n",
-              stderr);
-        return STATUS_INPUT;
-    }
     status = cmd_run_check(self);
     if (status != STATUS_OK)
         return status;
-    if (options->dry_run) {
-        if (options->json)
-            cmd_run_intent_json(self);
-        return STATUS_OK;
-    }
+    if (options->dry_run)
+        return cmd_run_dry(self);
+    status = live_confirm(&self->live, options, "run");
+    if (status != STATUS_OK)
+        return status;
     if (options->can_log != NULL &&
         output_open(&self->frames, options->can_log) < 0)
         return STATUS_SYSTEM;
@@ -464,8 +438,7 @@ static enum status cmd_run_run(const struct options *options)
     trace_free(&self.trace);
     shots_free(&self.shots);
     arrivals_free(&self.arrivals);
-    machine_modbus_close(&self.pty);
-    machine_real_close(&self.real);
+    live_close(&self.live);
     job_free(&self.job);
     return status;
 }
@@ -473,6 +446,7 @@ static enum status cmd_run_run(const struct options *options)
 static const struct option_row cmd_run_option[] = {
     OPTIONS_DRY_RUN("say what would happen, check it, and stop there"),
     OPTIONS_REAL("move the real drives, on the interfaces of the rig"),
+    OPTIONS_YES("do not ask before real drives move"),
     OPTIONS_PORTS,
     { "telemetry", "FILE", OPTION_TEXT, offsetof(struct options, telemetry),
       "write what happened at every tick as CSV" },

@@ -15,7 +15,7 @@
 
 static const struct rig_axis *jog_rig(const struct jog_keys *self)
 {
-    return &self->live->rig.axis[self->axis];
+    return &self->live->rig->axis[self->axis];
 }
 
 static struct controller *jog_controller(const struct jog_keys *self)
@@ -27,7 +27,7 @@ int64_t jog_far_q32(const struct live *live, unsigned axis, int direction,
                     int64_t speed_q32)
 {
     const struct controller_axis *at = &live->machine.controller.axis[axis];
-    const struct plan_limit *limit = &live->rig.axis[axis].limit;
+    const struct plan_limit *limit = &live->rig->axis[axis].limit;
     const int64_t most_q32 = speed_q32 < INT64_MAX / JOG_FAR_S / 4
                                  ? speed_q32 * JOG_FAR_S
                                  : INT64_MAX / 4;
@@ -89,7 +89,7 @@ static void jog_choose(struct jog_keys *self, unsigned step)
         jog_say(self, "stopping first");
         return;
     }
-    self->axis = (self->axis + step) % self->live->rig.axis_count;
+    self->axis = (self->axis + step) % self->live->rig->axis_count;
     jog_say(self, "");
 }
 
@@ -108,7 +108,7 @@ static void jog_home(struct jog_keys *self)
 static void jog_set_key(struct jog_keys *self)
 {
     const struct controller *controller = jog_controller(self);
-    for (unsigned i = 0; i < self->live->rig.axis_count; i++)
+    for (unsigned i = 0; i < self->live->rig->axis_count; i++)
         if (!controller->axis[i].homed) {
             jog_say(self, "not while an axis is unhomed");
             return;
@@ -117,7 +117,7 @@ static void jog_set_key(struct jog_keys *self)
         jog_say(self, "no room for another key");
         return;
     }
-    for (unsigned i = 0; i < self->live->rig.axis_count; i++)
+    for (unsigned i = 0; i < self->live->rig->axis_count; i++)
         self->key_q32[self->keys][i] = controller->axis[i].target.pos_q32;
     self->keys++;
     snprintf(self->said, sizeof self->said, "key %u set", self->keys);
@@ -148,7 +148,7 @@ static void jog_key(struct jog_keys *self, int key)
         jog_move(self, 1, key == TERMINAL_FAST_RIGHT);
         break;
     case TERMINAL_UP:
-        jog_choose(self, self->live->rig.axis_count - 1);
+        jog_choose(self, self->live->rig->axis_count - 1);
         break;
     case TERMINAL_DOWN:
         jog_choose(self, 1);
@@ -268,7 +268,7 @@ enum status jog_keys_run(struct jog_keys *self, struct live *live,
 static void jog_save_axis(const struct jog_keys *self, unsigned axis,
                           int64_t every_ns, FILE *file)
 {
-    const struct rig_axis *rig = &self->live->rig.axis[axis];
+    const struct rig_axis *rig = &self->live->rig->axis[axis];
     char t[NUMBER_MAX], pos[NUMBER_MAX];
     fprintf(file, "  %s:\n    curve: quintic\n    keys:\n", rig->name);
     for (unsigned k = 0; k < self->keys; k++) {
@@ -286,7 +286,7 @@ int jog_keys_save(const struct jog_keys *self, const char *path,
     if (output_open(&output, path) < 0)
         return -1;
     fputs("axes:\n", output.file);
-    for (unsigned i = 0; i < self->live->rig.axis_count; i++)
+    for (unsigned i = 0; i < self->live->rig->axis_count; i++)
         jog_save_axis(self, i, every_ns, output.file);
     return output_commit(&output);
 }

@@ -11,53 +11,84 @@
 
 #define LIVE_STOP_NS  INT64_C(300000000)
 #define LIVE_QUICK_NS INT64_C(3000000000)
+#define LIVE_LOOK_NS  INT64_C(5000000000) /* as long as enabling may take */
 
-enum status live_read(struct live *live, const struct options *options)
+enum status live_use(struct live *live, const struct options *options,
+                     struct rig *rig)
 {
     char message[RIG_MESSAGE_MAX];
-    memset(live, 0, sizeof *live);
-    enum status status = job_read_rig(options->path[0], &live->rig);
-    if (status != STATUS_OK || options->interface == NULL)
-        return status;
-    if (rig_set_interfaces(&live->rig, options->interface, message) == 0)
+    live->rig = rig;
+    if (options->real && options->pty) {
+        fputs("--pty is for simulated drives, --real is not\n", stderr);
+        return STATUS_INPUT;
+    }
+    if (options->interface == NULL ||
+        rig_set_interfaces(rig, options->interface, message) == 0)
         return STATUS_OK;
     fprintf(stderr, "--interface: %s\n", message);
     return STATUS_INPUT;
+}
+
+enum status live_read(struct live *live, const struct options *options)
+{
+    memset(live, 0, sizeof *live);
+    live->rig = &live->own;
+    enum status status = job_read_rig(options->path[0], &live->own);
+    return status == STATUS_OK ? live_use(live, options, &live->own) : status;
+}
+
+enum status live_ports(struct live *live, const struct options *options,
+                       struct machine_ports *ports)
+{
+    char message[RIG_MESSAGE_MAX];
+    live->is_real = options->real;
+    live->on_clock = options->real || options->realtime || options->pty;
+    int err = options->real
+                  ? machine_real_init(&live->real, live->rig, ports, message)
+                  : machine_sim_init(&live->sim, live->rig, live->on_clock,
+                                     ports, message);
+    if (err == MOTION_OK && options->pty)
+        err = machine_modbus_open(&live->pty, live->rig, true, ports, message);
+    ports->guardian = live->guardian.page;
+    return err < 0 ? job_fail(options->path[0], message) : STATUS_OK;
+}
+
+enum status live_build(struct live *live, const struct options *options,
+                       const struct machine_ports *ports)
+{
+    char message[RIG_MESSAGE_MAX];
+    if (machine_init(&live->machine, live->rig, ports, message) < 0)
+        return job_fail(options->path[0], message);
+    live->start_ns = hal_clock_now_ns(ports->clock);
+    live->now_ns = live->start_ns;
+    return STATUS_OK;
 }
 
 enum status live_open(struct live *live, const struct options *options,
                       bool paced)
 {
     struct machine_ports ports;
-    char message[RIG_MESSAGE_MAX];
-    if (options->real && options->pty) {
-        fputs("--pty is for simulated drives, --real is not\n", stderr);
-        return STATUS_INPUT;
-    }
-    live->is_real = options->real;
-    live->on_clock = options->real || options->realtime || options->pty;
+    enum status status = live_ports(live, options, &ports);
     live->is_paced = paced && !live->on_clock;
     clock_linux_init(&live->pace);
-    int err = options->real
-                  ? machine_real_init(&live->real, &live->rig, &ports, message)
-                  : machine_sim_init(&live->sim, &live->rig, live->on_clock,
-                                     &ports, message);
-    if (err == MOTION_OK && options->pty)
-        err =
-            machine_modbus_open(&live->pty, &live->rig, true, &ports, message);
-    if (err == MOTION_OK)
-        err = machine_init(&live->machine, &live->rig, &ports, message);
-    if (err < 0)
-        return job_fail(options->path[0], message);
-    live->start_ns = hal_clock_now_ns(ports.clock);
-    live->now_ns = live->start_ns;
-    return STATUS_OK;
+    return status == STATUS_OK ? live_build(live, options, &ports) : status;
+}
+
+/* A lamp goes out with the torque, and not without it. */
+static void live_leave_lamps(struct live *live)
+{
+    for (unsigned i = 0; i < live->real.gpio.count; i++)
+        if (live->rig->line[i].kind == RIG_LINE_LAMP)
+            machine_gpio_leave(&live->real.gpio, i);
 }
 
 void live_close(struct live *live)
 {
+    if (!machine_is_off(&live->machine))
+        live_leave_lamps(live);
     machine_modbus_close(&live->pty);
     machine_real_close(&live->real);
+    guardian_end(&live->guardian);
 }
 
 /* Behind by more than this, virtual time does not catch up. */
@@ -75,7 +106,7 @@ static void live_pace(struct live *live)
 
 static void live_wait(struct live *live)
 {
-    const int64_t period_ns = live->rig.period_ns;
+    const int64_t period_ns = live->rig->period_ns;
     int64_t late_ns;
     live->now_ns += period_ns;
     if (live->is_paced)
@@ -137,10 +168,10 @@ static void live_rest(struct live *live,
 static bool live_say_torque(const struct live *live, const char *after)
 {
     char text[MACHINE_TORQUE_MAX];
-    for (unsigned i = 0; i < live->rig.axis_count; i++) {
+    for (unsigned i = 0; i < live->rig->axis_count; i++) {
         machine_torque_text(&live->machine, i, text);
         if (text[0] != 0)
-            fprintf(stderr, "%s: %s%s\n", live->rig.axis[i].name, text, after);
+            fprintf(stderr, "%s: %s%s\n", live->rig->axis[i].name, text, after);
     }
     return machine_is_off(&live->machine);
 }
@@ -165,6 +196,7 @@ bool live_off(struct live *live, const volatile sig_atomic_t *interrupts)
             live, "; it is tried until the drive answers; Ctrl-C ends that");
     while (live->is_real && machine_is_torque_lost(machine) && *interrupts == 0)
         live_tick_off(live);
+    guardian_done(live->machine.ports.guardian);
     return live_say_torque(live, "");
 }
 
@@ -181,19 +213,19 @@ void live_fault_text(const struct live *live, char text[LIVE_FAULT_MAX])
     if (fault->axis >= 0)
         words = controller->axis[fault->axis].feedback.fault_text;
     snprintf(text, LIVE_FAULT_MAX, "%s: %s%s%s",
-             fault->axis < 0 ? "all axes" : live->rig.axis[fault->axis].name,
+             fault->axis < 0 ? "all axes" : live->rig->axis[fault->axis].name,
              controller_fault_text(fault->fault), words[0] != 0 ? ", " : "",
              words);
 }
 
 int live_axis(const struct live *live, const char *command, const char *name)
 {
-    const int axis = rig_axis_index(&live->rig, name);
+    const int axis = rig_axis_index(live->rig, name);
     if (axis < 0)
         fprintf(stderr, "slew %s: no axis \"%s\" in the rig, expected one of",
                 command, name);
-    for (uint32_t i = 0; axis < 0 && i < live->rig.axis_count; i++)
-        fprintf(stderr, "%s %s", i > 0 ? "," : "", live->rig.axis[i].name);
+    for (uint32_t i = 0; axis < 0 && i < live->rig->axis_count; i++)
+        fprintf(stderr, "%s %s", i > 0 ? "," : "", live->rig->axis[i].name);
     if (axis < 0)
         fputc('\n', stderr);
     return axis;
@@ -201,7 +233,7 @@ int live_axis(const struct live *live, const char *command, const char *name)
 
 /* With --real: says that things will move and asks on a terminal; elsewhere
  * --yes is needed.  False: the operator does not want it. */
-static bool live_confirm(const struct options *options, const char *command)
+static bool live_ask(const struct options *options, const char *command)
 {
     char line[16] = "";
     if (!options->real || options->yes)
@@ -218,10 +250,71 @@ static bool live_confirm(const struct options *options, const char *command)
            (line[0] == 'y' || line[0] == 'Y');
 }
 
+enum status live_confirm(struct live *live, const struct options *options,
+                         const char *command)
+{
+    if (!live_ask(options, command))
+        return STATUS_INPUT;
+    if (options->real && guardian_start(&live->guardian, live->rig) < 0)
+        return STATUS_SYSTEM;
+    return STATUS_OK;
+}
+
 enum status live_begin(struct live *live, const struct options *options,
                        const char *command, bool paced)
 {
-    if (!live_confirm(options, command))
-        return STATUS_INPUT;
-    return live_open(live, options, paced);
+    enum status status = live_confirm(live, options, command);
+    return status == STATUS_OK ? live_open(live, options, paced) : status;
+}
+
+/* --- what can be known before anything moves --- */
+
+static bool live_all_there(const struct live *live)
+{
+    for (unsigned i = 0; i < live->rig->axis_count; i++)
+        if (live->machine.controller.axis[i].feedback.state ==
+            HAL_DRIVE_OFFLINE)
+            return false;
+    return true;
+}
+
+static bool live_look_axis(const struct live *live, unsigned i, FILE *file)
+{
+    const struct hal_drive_feedback *feedback =
+        &live->machine.controller.axis[i].feedback;
+    const bool ok = feedback->state == HAL_DRIVE_OFF;
+    if (file != NULL || !ok)
+        fprintf(ok ? file : stderr, "%s: %s%s%s\n", live->rig->axis[i].name,
+                ok ? "the drive is there, and off"
+                   : hal_drive_state_text(feedback->state),
+                feedback->fault_text[0] != 0 ? ", " : "", feedback->fault_text);
+    return ok;
+}
+
+enum status live_look(struct live *live, FILE *file)
+{
+    const int64_t start_ns = live->now_ns;
+    char text[LIVE_FAULT_MAX];
+    bool ok = true;
+    while (live->now_ns - start_ns < LIVE_STOP_NS ||
+           (!live_all_there(live) && live->now_ns - start_ns < LIVE_LOOK_NS))
+        live_tick(live);
+    for (unsigned i = 0; i < live->rig->axis_count; i++)
+        ok &= live_look_axis(live, i, file);
+    live_fault_text(live, text); /* the e-stop */
+    if (text[0] == 0)
+        machine_trouble_text(&live->machine, text);
+    if (text[0] == 0)
+        return ok ? STATUS_OK : STATUS_REFUSED;
+    fprintf(stderr, "%s\n", text);
+    return STATUS_REFUSED;
+}
+
+enum status live_dry_run(struct live *live, const struct options *options)
+{
+    if (!options->real)
+        return STATUS_OK;
+    enum status status = live_open(live, options, false);
+    return status == STATUS_OK ? live_look(live, options->json ? NULL : stdout)
+                               : status;
 }

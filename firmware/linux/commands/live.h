@@ -7,17 +7,20 @@
 #define FIRMWARE_LINUX_COMMANDS_LIVE_H
 
 #include <signal.h>
+#include <stdio.h>
 
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/machine/machine_real.h"
 #include "firmware/linux/machine/machine_sim.h"
 
 struct live {
-    struct rig rig;
+    struct rig *rig;
+    struct rig own; /* where live_read reads it to */
     struct machine machine;
     struct machine_sim sim;
     struct machine_real real;
     struct machine_modbus pty; /* with --pty */
+    struct guardian guardian;  /* with --real, for what may have torque */
     bool is_real;
     bool on_clock; /* time passes by itself */
     bool is_paced; /* virtual time, no faster than the clock */
@@ -29,16 +32,36 @@ struct live {
 /* Read the rig, options->path[0], and --interface.  STATUS_OK, or STATUS_INPUT
  * with a line on stderr.  Nothing is opened. */
 enum status live_read(struct live *live, const struct options *options);
-/* Open the ports that the options ask for (real, pty, realtime) and build the
- * machine on them.  Statuses as above; live_close in either case.  `paced`: for
- * a person who looks on, virtual time is slowed down to the clock's; a simulated
- * machine loses no ticks when this one is busy. */
+/* The same for a rig that has been read: --interface, into it. */
+enum status live_use(struct live *live, const struct options *options,
+                     struct rig *rig);
+
+/* Open the ports that the options ask for (real, pty, realtime).  Statuses as
+ * above; live_close in either case. */
+enum status live_ports(struct live *live, const struct options *options,
+                       struct machine_ports *ports);
+/* Build the machine on them. */
+enum status live_build(struct live *live, const struct options *options,
+                       const struct machine_ports *ports);
+/* Both.  `paced`: for a person who looks on, virtual time is slowed down to the
+ * clock's; a simulated machine loses no ticks when this one is busy. */
 enum status live_open(struct live *live, const struct options *options,
                       bool paced);
-/* The same for what will move: with --real says so first and asks on a terminal;
- * elsewhere --yes is needed.  STATUS_INPUT: the operator does not want it. */
+/* Before anything is opened that will move.  With --real: says so and asks on a
+ * terminal, elsewhere --yes is needed, and calls for a guardian.  STATUS_INPUT:
+ * the operator does not want it. */
+enum status live_confirm(struct live *live, const struct options *options,
+                         const char *command);
+/* That, and live_open. */
 enum status live_begin(struct live *live, const struct options *options,
                        const char *command, bool paced);
+/* --dry-run, on what is open: are the drives there, each off and without fault,
+ * and nothing in the way?  Nothing is enabled.  A line for each on `file` (NULL:
+ * none).  STATUS_OK, or STATUS_REFUSED: the real run would end so, too. */
+enum status live_look(struct live *live, FILE *file);
+/* What --dry-run says of a real machine: live_open and live_look; of a simulated
+ * one nothing. */
+enum status live_dry_run(struct live *live, const struct options *options);
 void live_close(struct live *live);
 
 /* Wait for the next tick and do it.  When time is past the one after it, whole

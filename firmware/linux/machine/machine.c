@@ -335,6 +335,7 @@ static struct machine_trouble machine_begin(struct machine *machine,
 /* What end() could not send, begin() of the next tick reports. */
 static void machine_end(struct machine *machine, int64_t now_ns)
 {
+    guardian_tick(machine->ports.guardian, ++machine->ticks);
     for (unsigned i = 0; i < machine->rig->bus_count; i++)
         (void)hal_fieldbus_end(machine->fieldbus[i], now_ns);
 }

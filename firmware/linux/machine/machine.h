@@ -11,6 +11,7 @@
 
 #include "firmware/controller.h"
 #include "firmware/homing.h"
+#include "firmware/linux/machine/guardian.h"
 #include "firmware/linux/rig/rig.h"
 #include "firmware/trigger.h"
 #include "hal/can.h"
@@ -29,6 +30,7 @@ struct machine_ports {
     struct hal_can *can[RIG_BUSES_MAX];
     struct hal_modbus *modbus[RIG_BUSES_MAX];
     struct hal_gpio *line[RIG_LINES_MAX]; /* one per line of the rig */
+    struct guardian_page *guardian; /* counts the ticks; NULL: nobody does */
 };
 
 /* What a bus said when the controller took it for a fault. */
@@ -64,6 +66,7 @@ struct machine {
     uint32_t powered; /* a bit per axis that may have torque: it has had it, or
                          was on its way to it, and has not said since that it
                          is off */
+    uint64_t ticks;   /* of every kind, for the guardian */
     int64_t retry_ns; /* machine_tick_off: a lost drive is looked for anew */
     struct machine_trigger trigger[RIG_TRIGGERS_MAX];
     unsigned trigger_count;

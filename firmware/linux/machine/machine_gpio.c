@@ -40,6 +40,11 @@ int machine_gpio_open(struct machine_gpio *gpio, const struct rig *rig,
     return MOTION_OK;
 }
 
+void machine_gpio_leave(struct machine_gpio *gpio, unsigned line)
+{
+    gpio->line[line].output = false;
+}
+
 void machine_gpio_close(struct machine_gpio *gpio)
 {
     while (gpio->count > 0)

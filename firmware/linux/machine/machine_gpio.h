@@ -17,7 +17,8 @@ int machine_gpio_open(struct machine_gpio *gpio, const struct rig *rig,
                       struct machine_ports *ports,
                       char message[RIG_MESSAGE_MAX]);
 
-/* Outputs are inactive afterwards. */
+/* Outputs are inactive afterwards, but those that are to be left as they are. */
 void machine_gpio_close(struct machine_gpio *gpio);
+void machine_gpio_leave(struct machine_gpio *gpio, unsigned line);
 
 #endif

@@ -594,6 +594,7 @@ static int player_loop_real(struct player *player,
     player_come_first();
     while (!player->ended)
         player_tick(player, *interrupts);
+    guardian_done(player->machine->ports.guardian);
     player_go_back();
     atomic_store(&thread.end, true);
     pthread_join(id, NULL);

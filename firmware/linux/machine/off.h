@@ -1,0 +1,38 @@
+/* firmware/linux/machine/off.h - torque off every drive of a rig, and who says so.
+ *
+ * Each bus is a machine of its own: one that cannot be opened, and a drive that
+ * does not answer, keep no other waiting.  Only OFF is ever asked for.  Each
+ * driver looks for its drive as ever, which stops one that is enabled, and
+ * switches it off: CiA 402 quick stop and Disable voltage, Modbus the map's
+ * `disable`, ODrive and moteus idle.  Inputs are not looked at: nothing may be in
+ * the way of this. */
+#ifndef FIRMWARE_LINUX_MACHINE_OFF_H
+#define FIRMWARE_LINUX_MACHINE_OFF_H
+
+#include <signal.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/linux/machine/machine.h"
+
+struct off_config {
+    bool real;          /* else the rig's drives, simulated */
+    int64_t open_ns;    /* ports that are taken are tried so long */
+    int64_t timeout_ns; /* from there */
+};
+
+#define OFF_TEXT_MAX RIG_MESSAGE_MAX
+
+struct off_axis {
+    bool is_off; /* and the drive has said so */
+    enum hal_drive_state state;
+    char text[OFF_TEXT_MAX]; /* "torque is off", or why that is not known */
+};
+
+/* Until all are off, in vain for so long, or *interrupts (NULL: none) counts.
+ * True: all are. */
+bool off_all(const struct rig *rig, const struct off_config *config,
+             struct off_axis axis[RIG_AXES_MAX],
+             const volatile sig_atomic_t *interrupts);
+
+#endif
