@@ -61,7 +61,7 @@ SLEW     := $(B)/slew
 TESTS    := $(TEST_SRC:%.c=$(B)/%)
 FUZZ     := $(patsubst %.c,$(B)/%,$(wildcard tests/fuzz/fuzz_*.c))
 VECTORS  := $(B)/tests/vectors
-SCRIPTS  := $(wildcard tests/demo.sh tests/real_modbus.sh)
+SCRIPTS  := $(wildcard tests/demo.sh tests/real_modbus.sh tests/real_stop.sh)
 
 Q        := $(if $(V),,@)
 ALL_CPUS  = $(if $(findstring jobserver,$(MAKEFLAGS)),,-j"$$(nproc)")
