@@ -284,8 +284,7 @@ const struct command cmd_home = {
         "slew run homes by itself what a move needs; where a drive forgets "
         "its\n"
         "zero without torque or power, this only tries it out.\n\n"
-        "Drives are simulated unless --real is given.  One interrupt (Ctrl-C)\n"
-        "stops within the limits, a second one stops every drive at once.\n",
+        "Drives are simulated unless --real is given.\n\n" LIVE_HELP_STOP,
     .examples = "  slew home --dry-run rig.yaml\n"
                 "  slew home rig.yaml dolly\n"
                 "  slew home --real --yes rig.yaml\n",

@@ -448,8 +448,7 @@ const struct command cmd_jog = {
         "also when the terminal is gone.\n\n"
         "An axis that is not homed can be moved, but not to a position.\n"
         "A limit switch, the e-stop and every fault stop a jog as a move.\n\n"
-        "Drives are simulated unless --real is given.  One interrupt (Ctrl-C)\n"
-        "stops within the limits, a second one stops every drive at once.\n",
+        "Drives are simulated unless --real is given.\n\n" LIVE_HELP_STOP,
     .examples = "  slew jog rig.yaml dolly +10mm\n"
                 "  slew jog --speed 5mm/s rig.yaml dolly -2.5 mm\n"
                 "  slew jog rig.yaml pan to 45deg\n"

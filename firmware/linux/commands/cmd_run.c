@@ -444,7 +444,8 @@ static enum status cmd_run_run(const struct options *options)
 }
 
 static const struct option_row cmd_run_option[] = {
-    OPTIONS_DRY_RUN("say what would happen, check it, and stop there"),
+    OPTIONS_DRY_RUN("say what would happen, check it (with --real also whether "
+                    "drives answer), and stop there"),
     OPTIONS_REAL("move the real drives, on the interfaces of the rig"),
     OPTIONS_YES("do not ask before real drives move"),
     OPTIONS_PORTS,
@@ -480,10 +481,8 @@ const struct command cmd_run = {
         "as it is played (slew compile).\n\n"
         "Drives are simulated unless --real is given: then the buses are the\n"
         "CAN interfaces, serial devices and hosts that the rig names, and\n"
-        "things move.  --dry-run says what would happen.\n\n"
-        "One interrupt (Ctrl-C) stops along the path, a second one stops "
-        "every\n"
-        "drive at once.\n",
+        "things move.  --dry-run says what would happen, with --real also\n"
+        "whether the drives are there.\n\n" LIVE_HELP_STOP,
     .examples = "  slew run examples/dolly\n"
                 "  slew run --telemetry run.csv --plot run.png examples/dolly\n"
                 "  slew run --realtime --override 50 rig.yaml move.yaml\n"

@@ -13,6 +13,14 @@
 #include "firmware/linux/machine/machine_real.h"
 #include "firmware/linux/machine/machine_sim.h"
 
+/* For --help of what moves. */
+#define LIVE_HELP_STOP                                                         \
+    "Ctrl-C once stops within the limits, twice by the drives' own quick\n"    \
+    "stop; SIGTERM and SIGHUP are Ctrl-C once.  The last thing is always\n"    \
+    "torque off: a drive that has not confirmed it is named, status 1.  "      \
+    "With\n"                                                                   \
+    "--real a guardian does the same when slew hangs or is killed.\n"
+
 struct live {
     struct rig *rig;
     struct rig own; /* where live_read reads it to */
