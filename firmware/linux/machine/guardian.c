@@ -19,6 +19,7 @@
 #include "firmware/linux/machine/off.h"
 
 #define GUARDIAN_LOOK_MS  20
+#define GUARDIAN_MOST_NS  INT64_C(40000000) /* that a look counts for */
 #define GUARDIAN_GONE_MS  2000 /* a process that was killed is gone by then */
 #define GUARDIAN_PRIORITY 41   /* above the loop's: it may be what hangs */
 #define GUARDIAN_OPEN_NS  INT64_C(3000000000)
@@ -67,8 +68,8 @@ static const char *guardian_watch(const struct guardian_page *page, int alive,
         int64_t passed_ns;
         look_ns = guardian_now_ns();
         passed_ns = look_ns - last_ns;
-        if (passed_ns > 2 * GUARDIAN_LOOK_MS * INT64_C(1000000))
-            passed_ns = 2 * GUARDIAN_LOOK_MS * INT64_C(1000000);
+        if (passed_ns > GUARDIAN_MOST_NS) /* we were not run either */
+            passed_ns = GUARDIAN_MOST_NS;
         still_ns = now_ticks == ticks ? still_ns + passed_ns : 0;
         ticks = now_ticks;
         if (ticks == 0 || atomic_load(&page->done))
