@@ -32,3 +32,15 @@ const char *hal_drive_mode_text(enum hal_drive_mode mode)
 
     return (unsigned)mode < HAL_DRIVE_MODES ? text[mode] : "unknown";
 }
+
+const char *hal_drive_event_text(enum hal_drive_event event)
+{
+    static const char *const text[] = {
+        [HAL_DRIVE_EVENT_WARNING] = "warning",
+        [HAL_DRIVE_EVENT_LIMIT] = "internal limit",
+        [HAL_DRIVE_EVENT_NOT_FOLLOWING] = "set points left out",
+        [HAL_DRIVE_EVENT_EMERGENCY] = "emergency message",
+    };
+
+    return (unsigned)event < HAL_DRIVE_EVENTS ? text[event] : "unknown";
+}

@@ -98,6 +98,21 @@ enum hal_drive_probe {
     HAL_DRIVE_PROBE_FALLING,
 };
 
+/* What a drive says without being in fault. */
+enum hal_drive_event {
+    HAL_DRIVE_EVENT_WARNING,
+    HAL_DRIVE_EVENT_LIMIT, /* one of its own limits held the axis back */
+    HAL_DRIVE_EVENT_NOT_FOLLOWING, /* it left set points out */
+    HAL_DRIVE_EVENT_EMERGENCY,     /* an emergency message */
+    HAL_DRIVE_EVENTS,              /* how many */
+};
+const char *hal_drive_event_text(enum hal_drive_event event);
+
+struct hal_drive_events {
+    uint32_t count[HAL_DRIVE_EVENTS]; /* since the drive was added */
+    uint16_t emergency_code;          /* of the last one */
+};
+
 struct hal_drive_feedback {
     enum hal_drive_state state;
     bool torque_off; /* the drive says so itself, and still speaks; false where
@@ -125,6 +140,7 @@ struct hal_drive_feedback {
     int32_t torque_permille; /* actual, of the rated torque */
     bool probe_latched;      /* since probe() was called last */
     int64_t probe_pos_q32;
+    struct hal_drive_events events;
     uint16_t fault_code; /* maker's or profile's code, 0: none */
     char fault_text[64]; /* why it is in FAULT or OFFLINE, for a person */
 };

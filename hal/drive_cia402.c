@@ -10,12 +10,11 @@ static void drive_cia402_request_reset(struct drive_cia402 *self)
 {
     if (self->phase == DRIVE_CIA402_LOST) {
         self->request = HAL_DRIVE_REQUEST_OFF;
+        self->reset_by_nmt = false;
         drive_cia402_start_anew(self, self->now_ns);
     } else if (self->phase == DRIVE_CIA402_LATCHED) {
-        drive_cia402_drop_list(self);
-        self->phase = DRIVE_CIA402_RESET;
-        self->reset_cycles = 0;
-        self->walk_since_ns = self->now_ns;
+        self->reset_by_nmt = false;
+        drive_cia402_reset_begin(self);
     }
 }
 
@@ -134,8 +133,10 @@ static void drive_cia402_put_own(const struct drive_cia402 *self,
                                     : self->actual_torque;
     feedback->probe_latched = self->probe.latched;
     feedback->probe_pos_q32 =
-        self->probe.latched ? hal_ratio_scale(&self->to_pos, self->probe.counts)
-                            : 0;
+        self->probe.latched
+            ? hal_ratio_scale(&self->to_pos, drive_cia402_axis_counts(
+                                                 self, self->probe.counts))
+            : 0;
 }
 
 /* By the standard's power states: torque in three of them.  Of a drive whose
@@ -159,7 +160,8 @@ static void drive_cia402_feedback(struct hal_drive *drive,
     *feedback = (struct hal_drive_feedback){
         .state = self->state,
         .torque_off = drive_cia402_torque_off(self),
-        .pos_q32 = hal_ratio_scale(&self->to_pos, self->actual_counts),
+        .pos_q32 = hal_ratio_scale(
+            &self->to_pos, drive_cia402_axis_counts(self, self->actual_counts)),
         .vel_q32 = self->actual_vel_q32,
         .t_ns = self->actual_ns,
         .demand_age_ns =
@@ -168,6 +170,7 @@ static void drive_cia402_feedback(struct hal_drive *drive,
                      drive_cia402_power(self) == CIA402_OPERATION_ENABLED &&
                      (self->statusword & FOLLOWS) != 0 &&
                      (self->statusword & LIMIT_ACTIVE) == 0,
+        .events = self->events,
         .fault_code = self->fault_code,
     };
     drive_cia402_put_limits(self, feedback);

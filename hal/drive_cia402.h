@@ -132,10 +132,10 @@ enum drive_cia402_phase {
 /* A list of SDO steps that is run while the drive is off or enabled. */
 enum drive_cia402_job {
     DRIVE_CIA402_NO_JOB,
-    DRIVE_CIA402_JOB_MODE,   /* to another mode */
-    DRIVE_CIA402_JOB_GO,     /* what a profile needs */
-    DRIVE_CIA402_JOB_HOME,   /* what homing needs */
-    DRIVE_CIA402_JOB_LIMITS, /* after it */
+    DRIVE_CIA402_JOB_MODE,  /* to another mode */
+    DRIVE_CIA402_JOB_GO,    /* what a profile needs */
+    DRIVE_CIA402_JOB_HOME,  /* what homing needs */
+    DRIVE_CIA402_JOB_HOMED, /* where it stands after it; limits */
 };
 
 /* A motion by the drive's own profile; see drive_cia402_go.c. */
@@ -153,8 +153,9 @@ struct drive_cia402_home {
     uint8_t step;
     int8_t method;
     uint32_t fast, slow, acc; /* the drive's units; 0: leave */
-    int32_t offset_counts;
-    int64_t since_ns, timeout_ns;
+    int32_t zero_counts;      /* of the home point */
+    int64_t off_max_counts;   /* 0x6064 afterwards, at most */
+    int64_t since_ns, timeout_ns, step_ns;
     unsigned syncs;
 };
 
@@ -216,6 +217,10 @@ struct drive_cia402 {
     uint32_t factor[4][2]; /* 0x608F, 0x6091, 0x6092, 0x6096; 0: not there */
     bool speeds_fit;       /* 0x6096 is what the config says */
     bool limits_in_force;  /* 0x607D has been written, and is there */
+    bool has_offset;       /* its own 0x607C is not 0 */
+    uint32_t cob;          /* of the PDO that is being set up */
+    int32_t option;        /* code read last */
+    int32_t zero_counts;   /* of the drive's zero, since its own homing */
     bool torque_out, torque_in; /* 0x60B2 and 0x6077 are in the PDOs */
 
     /* the walk through the power states */
@@ -224,6 +229,10 @@ struct drive_cia402 {
     bool preloaded;        /* target = actual written and read back */
     bool first_target;     /* no set point since enabled */
     unsigned reset_cycles; /* SYNCs since the reset began */
+    bool reset_by_nmt;     /* it needed a reset of the communication first */
+    uint16_t lost_word;    /* controlword it has acknowledged since it was lost;
+                              all bits: none */
+    int64_t lost_ns, lost_due_ns;
 
     /* on the wire */
     bool pdo_ok;  /* the PDO map is ours */
@@ -245,6 +254,10 @@ struct drive_cia402 {
     int32_t sent_counts, latched_counts[3], demand_counts; /* likewise */
     int64_t target_speed_q16; /* counts/s: feed-forward, or the target */
     int16_t target_torque, actual_torque; /* permille, in the drive's sense */
+
+    struct hal_drive_events events;
+    bool has_followed;  /* bit 12 has been up since it is enabled */
+    unsigned lag_syncs; /* it has been low since */
 
     uint16_t emcy_code;  /* last heard, 0 after "all clear" */
     uint16_t fault_code; /* latched */

@@ -30,6 +30,8 @@ void drive_cia402_lose(struct drive_cia402 *self, enum hal_drive_state state)
     drive_cia402_latch(self);
     self->phase = DRIVE_CIA402_LOST;
     self->state = state;
+    self->lost_word = UINT16_MAX;
+    self->lost_ns = self->lost_due_ns = self->now_ns;
 }
 
 void drive_cia402_say_fault(struct drive_cia402 *self, uint16_t code)
@@ -53,6 +55,13 @@ void drive_cia402_latch_fault(struct drive_cia402 *self)
     drive_cia402_say_fault(self, self->emcy_code);
 }
 
+static void fault_put_status(const struct drive_cia402 *self,
+                             struct hal_text *text)
+{
+    hal_text_put(text, ", 0x6041=");
+    hal_text_hex(text, self->statusword, 4);
+}
+
 /* Why it does not get on, best reason first. */
 void drive_cia402_latch_stuck(struct drive_cia402 *self)
 {
@@ -66,8 +75,7 @@ void drive_cia402_latch_stuck(struct drive_cia402 *self)
         text = drive_cia402_say(self, "stays in ");
     }
     hal_text_put(&text, cia402_state_text(drive_cia402_power(self)));
-    hal_text_put(&text, ", 6041=");
-    hal_text_hex(&text, self->statusword, 4);
+    fault_put_status(self, &text);
     drive_cia402_latch(self);
 }
 
@@ -78,5 +86,6 @@ void drive_cia402_latch_left(struct drive_cia402 *self)
     hal_text_put(&text, cia402_state_text(drive_cia402_power(self)));
     if ((self->statusword & VOLTAGE) == 0)
         hal_text_put(&text, ", no power");
+    fault_put_status(self, &text);
     drive_cia402_latch(self);
 }

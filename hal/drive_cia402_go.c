@@ -195,10 +195,18 @@ static void go_wait(struct drive_cia402 *self, enum go_step next,
         go_fault(self, "halted, but bit 10 does not say that it stands");
 }
 
+/* Bit 10 may still be that of the motion before. */
+static void go_arrive(struct drive_cia402 *self, int64_t now_ns)
+{
+    if (self->go.syncs < SYNCS_BEHIND)
+        self->go.syncs++;
+    else if ((self->statusword & REACHED) != 0)
+        go_enter(self, GO_ARRIVED, now_ns);
+}
+
 static void go_on(struct drive_cia402 *self, int64_t now_ns)
 {
     const struct drive_cia402_go *go = &self->go;
-    const bool reached = (self->statusword & REACHED) != 0;
 
     if (go->timeout_ns > 0 && go->step < GO_ARRIVED && go->step != GO_NONE &&
         now_ns - go->begun_ns > go->timeout_ns)
@@ -211,8 +219,8 @@ static void go_on(struct drive_cia402 *self, int64_t now_ns)
         go_shake(self, false, GO_MOVING, now_ns);
     else if (go->step == GO_SETTLE)
         go_wait(self, GO_MOVING, now_ns);
-    else if (go->step == GO_MOVING && reached)
-        go_enter(self, GO_ARRIVED, now_ns);
+    else if (go->step == GO_MOVING)
+        go_arrive(self, now_ns);
     else if (go->step == GO_HALTING)
         go_wait(self, GO_NONE, now_ns);
 }

@@ -55,12 +55,17 @@ static int init_scale(struct drive_cia402 *self)
                             : err;
 }
 
-/* 0x60C2: period = count x 10^exponent s, count 1..255, the coarsest unit. */
+/* 0x60C2: period = count x 10^exponent s, count 1..255, in ms where it can be:
+ * some drives take no other unit. */
 static int init_interpolation(struct drive_cia402 *self)
 {
-    int64_t unit_ns = 100 * NS_PER_MS;
-    int8_t exponent = -1;
+    int64_t unit_ns = NS_PER_MS;
+    int8_t exponent = -3;
 
+    while (self->config.sync_period_ns > 255 * unit_ns && exponent < -1) {
+        unit_ns *= 10;
+        exponent++;
+    }
     while (exponent >= -6) {
         if (self->config.sync_period_ns % unit_ns == 0 &&
             self->config.sync_period_ns / unit_ns <= 255) {

@@ -5,8 +5,7 @@
 #include "hal/drive_cia402_parts.h"
 
 #define STEP_TRIES   3
-#define STEP_WAIT_NS INT64_C(5000000000)  /* for a value to become the wanted */
-#define COB_NO_RTR   UINT32_C(0x40000000) /* some drives insist on it */
+#define STEP_WAIT_NS INT64_C(5000000000) /* for a value to become the wanted */
 
 /* "0x6007:00 " and what is the matter with it. */
 static struct hal_text step_say(struct drive_cia402 *self,
@@ -33,9 +32,7 @@ static int step_compare(struct drive_cia402 *self,
                         const struct drive_cia402_step *step, uint32_t value)
 {
     const uint32_t want = step_value(self, step);
-    const uint32_t care = step->value_of == VALUE_COB
-                              ? ~COB_NO_RTR
-                              : UINT32_MAX >> 8 * (4u - step->size);
+    const uint32_t care = UINT32_MAX >> 8 * (4u - step->size);
     struct hal_text text;
 
     if (((value ^ want) & care) == 0)
@@ -79,6 +76,8 @@ static int step_refused(struct drive_cia402 *self,
     struct hal_text text;
 
     if ((step->need & STEP_IF_THERE) != 0 && abort_is_missing(code))
+        return drive_cia402_missing(self, step->check);
+    if ((step->need & STEP_OR_LEAVE) != 0)
         return MOTION_OK;
     if ((step->need & STEP_SWITCHES) != 0) {
         while ((self->list[self->list_at + 1].need & STEP_SWITCHES) != 0)
@@ -242,11 +241,21 @@ static bool step_if_speed(const struct drive_cia402 *self)
     return drive_cia402_mode_wanted(self)->uses_speed;
 }
 
+static bool step_if_valid(const struct drive_cia402 *self)
+{
+    return (self->cob & DRIVE_CIA402_COB_OFF) == 0;
+}
+
+static bool step_if_unsafe(const struct drive_cia402 *self)
+{
+    return drive_cia402_option_is_unsafe(self);
+}
+
 /* From STEP_IF_COUNTED on, a bit each. */
 static bool (*const step_gates[])(const struct drive_cia402 *self) = {
     step_if_counted, step_if_guarded,  step_if_option, step_if_travel,
     step_if_limits,  step_if_velocity, step_if_torque, step_if_ip,
-    step_unless_ip,  step_if_speed,
+    step_unless_ip,  step_if_speed,    step_if_valid,  step_if_unsafe,
 };
 
 static bool step_is_left_out(const struct drive_cia402 *self,

@@ -150,7 +150,7 @@ void drive_cia402_job_step(struct drive_cia402 *self, int64_t now_ns)
         [DRIVE_CIA402_JOB_MODE] = modes_changed,
         [DRIVE_CIA402_JOB_GO] = drive_cia402_go_written,
         [DRIVE_CIA402_JOB_HOME] = drive_cia402_home_written,
-        [DRIVE_CIA402_JOB_LIMITS] = drive_cia402_home_done,
+        [DRIVE_CIA402_JOB_HOMED] = drive_cia402_home_done,
     };
     const enum drive_cia402_job job = self->job;
     const int err = drive_cia402_list_step(self, now_ns);

@@ -36,13 +36,18 @@ enum step_need {
     STEP_IF_TORQUE = 1 << 10,
     STEP_IF_IP = 1 << 11,
     STEP_UNLESS_IP = 1 << 12,
-    STEP_IF_SPEED = 1 << 13, /* the mode to come runs at 0x60FF */
+    STEP_IF_SPEED = 1 << 13,  /* the mode to come runs at 0x60FF */
+    STEP_IF_VALID = 1 << 14,  /* the PDO read before is not off */
+    STEP_IF_UNSAFE = 1 << 15, /* the option code read before does not brake */
+
+    STEP_OR_LEAVE = 1 << 16, /* refused: what it has is judged later */
 };
 
 /* What to write or compare with: index of drive_cia402_values[]. */
 enum drive_cia402_value {
-    VALUE_FIXED, /* the row's value */
-    VALUE_COB,   /* the row's value plus the node id */
+    VALUE_FIXED,   /* the row's value */
+    VALUE_COB,     /* the row's value plus the node id */
+    VALUE_COB_OFF, /* what was read, with bit 31 */
     VALUE_HEARTBEAT,
     VALUE_CONSUMER,
     VALUE_SYNC_US,
@@ -73,7 +78,6 @@ enum drive_cia402_value {
     VALUE_HOME_FAST,
     VALUE_HOME_SLOW,
     VALUE_HOME_ACCELERATION,
-    VALUE_HOME_OFFSET,
 };
 
 /* What to do with a value read, or what to wait for: index of
@@ -96,6 +100,12 @@ enum drive_cia402_check {
     CHECK_LIMITS,
     CHECK_TORQUE_OUT,
     CHECK_TORQUE_IN,
+    CHECK_COB,
+    CHECK_INHIBIT,
+    CHECK_OPTION,
+    CHECK_BRAKES,
+    CHECK_OFFSET,
+    CHECK_HOME,
 };
 
 struct drive_cia402_step {
@@ -121,6 +131,13 @@ extern uint32_t (*const drive_cia402_values[])(const struct drive_cia402 *self);
 /* MOTION_OK; MOTION_E_AGAIN: ask again; else refused with fault_text. */
 extern int (*const drive_cia402_checks[])(struct drive_cia402 *self,
                                           uint32_t value);
+
+/* What a row's check leaves when there is no such object; MOTION_OK. */
+int drive_cia402_missing(struct drive_cia402 *self,
+                         enum drive_cia402_check check);
+#define DRIVE_CIA402_COB_OFF UINT32_C(0x80000000)
+/* The option code that was read and is not the rig's is to be another. */
+bool drive_cia402_option_is_unsafe(const struct drive_cia402 *self);
 
 /* ---- drive_cia402_start.c: the lists for finding and for enabling it ---- */
 
@@ -184,7 +201,6 @@ void drive_cia402_home_written(struct drive_cia402 *self, int64_t now_ns);
 void drive_cia402_home_done(struct drive_cia402 *self, int64_t now_ns);
 extern const struct drive_cia402_mode_ops drive_cia402_home_ops;
 int drive_cia402_home_halt(struct drive_cia402 *self);
-extern const struct drive_cia402_step drive_cia402_limits[];
 
 /* ---- drive_cia402_probe.c: touch probe 1 ---- */
 
@@ -197,6 +213,9 @@ void drive_cia402_probe_step(struct drive_cia402 *self, int64_t now_ns);
 /* MOTION_E_RANGE. */
 int drive_cia402_counts(const struct drive_cia402 *self, int64_t pos_q32,
                         int32_t *counts);
+/* The same, from the axis's own zero. */
+int drive_cia402_counts_of(const struct drive_cia402 *self, int64_t pos_q32,
+                           int32_t *counts);
 int drive_cia402_speed(const struct drive_cia402 *self, int64_t speed_q16,
                        int32_t *speed);
 /* Signless, at least 1; 0 stays 0: leave what the drive has. */
@@ -215,6 +234,7 @@ enum hal_drive_state drive_cia402_reported(const struct drive_cia402 *self);
 bool drive_cia402_is_enabled(const struct drive_cia402 *self);
 /* Configured, so that silence is a fault. */
 bool drive_cia402_is_watched(const struct drive_cia402 *self);
+void drive_cia402_reset_begin(struct drive_cia402 *self);
 void drive_cia402_start_anew(struct drive_cia402 *self, int64_t now_ns);
 void drive_cia402_drop_list(struct drive_cia402 *self);
 
@@ -244,12 +264,21 @@ static inline struct drive_cia402 *drive_cia402_of(struct hal_drive *drive)
     return CONTAINER_OF(drive, struct drive_cia402, drive);
 }
 
+/* The axis's counts of a reading of the drive: it counts from its home point,
+ * with no offset of its own, whose sign is not the same with all makers. */
+static inline int64_t drive_cia402_axis_counts(const struct drive_cia402 *self,
+                                               int64_t counts)
+{
+    return counts + self->zero_counts;
+}
+
 /* Where it was read last, and its software limits.  Enabled there, many drives
  * go to the limit by themselves, so there are none then. */
 static inline bool drive_cia402_is_outside(const struct drive_cia402 *self)
 {
-    return self->preload_counts < self->limit_counts[0] ||
-           self->preload_counts > self->limit_counts[1];
+    const int64_t counts = drive_cia402_axis_counts(self, self->preload_counts);
+
+    return counts < self->limit_counts[0] || counts > self->limit_counts[1];
 }
 
 #define DRIVE_CIA402_STANDING_COUNTS 2 /* per period */

@@ -25,12 +25,25 @@
     COMPARE_OF(need, index, sub, size, value_of)
 #define COB(kind, need, index, value) \
     { kind, need, index, 1, 4, value, VALUE_COB, CHECK_NOTHING }
+/* Off, with the identifier and bit 30 as they are: neither may change while the
+ * PDO exists, and some drives do not let bit 30 change at all. */
+#define COB_OFF(need, write, index) \
+    READ(need, index, 1, CHECK_COB), \
+    WRITE_OF((write) | STEP_IF_VALID, index, 1, 4, VALUE_COB_OFF)
+/* Nobody else's frame moves the axis. */
+#define RPDO_OFF(index) \
+    COB_OFF(STEP_IF_THERE, STEP_NEEDED, index), \
+    COMPARE_OF(STEP_IF_VALID, index, 1, 4, VALUE_COB_OFF)
 #define NMT(command) \
     { STEP_NMT, STEP_NEEDED, 0, 0, 0, command, VALUE_FIXED, CHECK_NOTHING }
 #define UNTIL(check) \
     { STEP_UNTIL, STEP_NEEDED, 0, 0, 0, 0, VALUE_FIXED, check }
 #define OPTION(index) \
     SET_OF(STEP_IF_OPTION, index, 0, 2, VALUE_OPTION)
+/* One that slew relies on. */
+#define BRAKES(index, value) \
+    READ(STEP_IF_THERE, index, 0, CHECK_OPTION), \
+    WRITE(STEP_IF_UNSAFE | STEP_OR_LEAVE, index, 0, 2, value)
 #define PARAMETERS \
     { STEP_PARAMETERS, STEP_NEEDED, 0, 0, 0, 0, VALUE_FIXED, CHECK_NOTHING }
 #define LIMITS \

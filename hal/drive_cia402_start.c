@@ -7,13 +7,10 @@
  * Source: CiA 301 7.3.1, 7.5.2; CiA 402-2 8. */
 #include "hal/drive_cia402_rows.h"
 
-#define COB_OFF    UINT32_C(0x80000000)
 #define COB_RPDO1  UINT32_C(0x200)
 #define COB_RPDO2  UINT32_C(0x300)
 #define COB_TPDO1  UINT32_C(0x180)
 #define COB_TPDO2  UINT32_C(0x280)
-#define COB_TPDO3  UINT32_C(0x380)
-#define COB_TPDO4  UINT32_C(0x480)
 #define EVERY_SYNC 1
 #define ON_CHANGE  255
 
@@ -60,7 +57,12 @@ const struct drive_cia402_step drive_cia402_start_up[] = {
     SET_OF(STEP_IF_SET, 0x6065, 0, 4, VALUE_FOLLOWING),
     SET_OF(STEP_IF_SET, 0x6085, 0, 4, VALUE_QUICK_STOP),
     SET_OF(STEP_IF_SET, 0x6066, 0, 2, VALUE_FOLLOWING_TIME),
+    READ(STEP_IF_LIMITS | STEP_IF_THERE, 0x607C, 0, CHECK_OFFSET),
     LIMITS,
+    /* A quick stop, asked for or because nobody is heard, and a halt brake; a
+     * quick stop ends without torque. */
+    BRAKES(0x605A, 2),
+    BRAKES(0x605D, 1),
     OPTION(0x605A),
     OPTION(0x605B),
     OPTION(0x605C),
@@ -68,10 +70,18 @@ const struct drive_cia402_step drive_cia402_start_up[] = {
     OPTION(0x605E),
     /* What the user sets: has the last word. */
     PARAMETERS,
+    READ(STEP_NEEDED, 0x605A, 0, CHECK_BRAKES),
+    READ(STEP_IF_THERE, 0x605D, 0, CHECK_BRAKES),
+    COMPARE(STEP_NEEDED, 0x6007, 0, 2, 3),
+    COMPARE_OF(STEP_IF_SET, 0x1016, 1, 4, VALUE_CONSUMER),
     READ(STEP_IF_TORQUE | STEP_IF_THERE, 0x60B2, 0, CHECK_TORQUE_OUT),
     READ(STEP_IF_TORQUE | STEP_IF_THERE, 0x6077, 0, CHECK_TORQUE_IN),
+    /* Many are valid as shipped. */
+    RPDO_OFF(0x1401),
+    RPDO_OFF(0x1402),
+    RPDO_OFF(0x1403),
     /* RPDO1: controlword, target position, torque. */
-    COB(STEP_WRITE, STEP_NEEDED, 0x1400, COB_OFF | COB_RPDO1),
+    COB_OFF(STEP_NEEDED, STEP_NEEDED, 0x1400),
     WRITE(STEP_NEEDED, 0x1600, 0, 1, 0),
     WRITE(STEP_NEEDED, 0x1600, 1, 4, 0x60400010),
     WRITE_OF(STEP_NEEDED, 0x1600, 2, 4, VALUE_TARGET_ENTRY),
@@ -86,7 +96,7 @@ const struct drive_cia402_step drive_cia402_start_up[] = {
     COMPARE(STEP_NEEDED, 0x1400, 2, 1, EVERY_SYNC),
     COB(STEP_COMPARE, STEP_NEEDED, 0x1400, COB_RPDO1),
     /* RPDO2: target velocity. */
-    COB(STEP_WRITE, STEP_IF_VELOCITY, 0x1401, COB_OFF | COB_RPDO2),
+    COB_OFF(STEP_IF_VELOCITY, STEP_IF_VELOCITY, 0x1401),
     WRITE(STEP_IF_VELOCITY, 0x1601, 0, 1, 0),
     WRITE(STEP_IF_VELOCITY, 0x1601, 1, 4, 0x60FF0020),
     WRITE(STEP_IF_VELOCITY, 0x1601, 0, 1, 1),
@@ -97,7 +107,7 @@ const struct drive_cia402_step drive_cia402_start_up[] = {
     COMPARE(STEP_IF_VELOCITY, 0x1401, 2, 1, EVERY_SYNC),
     COB(STEP_COMPARE, STEP_IF_VELOCITY, 0x1401, COB_RPDO2),
     /* TPDO1: statusword, actual position, torque. */
-    COB(STEP_WRITE, STEP_NEEDED, 0x1800, COB_OFF | COB_TPDO1),
+    COB_OFF(STEP_NEEDED, STEP_NEEDED, 0x1800),
     WRITE(STEP_NEEDED, 0x1A00, 0, 1, 0),
     WRITE(STEP_NEEDED, 0x1A00, 1, 4, 0x60410010),
     WRITE(STEP_NEEDED, 0x1A00, 2, 4, 0x60640020),
@@ -112,9 +122,10 @@ const struct drive_cia402_step drive_cia402_start_up[] = {
     COMPARE(STEP_NEEDED, 0x1A00, 2, 4, 0x60640020),
     COMPARE_OF(STEP_IF_SET, 0x1A00, 3, 4, VALUE_TORQUE_IN_ENTRY),
     COMPARE(STEP_NEEDED, 0x1800, 2, 1, EVERY_SYNC),
+    READ(STEP_IF_THERE, 0x1800, 3, CHECK_INHIBIT),
     COB(STEP_COMPARE, STEP_NEEDED, 0x1800, COB_TPDO1),
     /* TPDO2: switches, when one changes, at most every 5 ms. */
-    COB(STEP_WRITE, STEP_SWITCHES, 0x1801, COB_OFF | COB_TPDO2),
+    COB_OFF(STEP_SWITCHES, STEP_SWITCHES, 0x1801),
     WRITE(STEP_SWITCHES, 0x1A01, 0, 1, 0),
     WRITE(STEP_SWITCHES, 0x1A01, 1, 4, 0x60FD0020),
     WRITE(STEP_SWITCHES, 0x1A01, 0, 1, 1),
@@ -122,8 +133,8 @@ const struct drive_cia402_step drive_cia402_start_up[] = {
     WRITE(STEP_SWITCHES, 0x1801, 3, 2, 50),
     COB(STEP_WRITE, STEP_SWITCHES, 0x1801, COB_TPDO2),
     /* The rest of its default chatter is off. */
-    COB(STEP_WRITE, STEP_IF_THERE, 0x1802, COB_OFF | COB_TPDO3),
-    COB(STEP_WRITE, STEP_IF_THERE, 0x1803, COB_OFF | COB_TPDO4),
+    COB_OFF(STEP_IF_THERE, STEP_IF_THERE, 0x1802),
+    COB_OFF(STEP_IF_THERE, STEP_IF_THERE, 0x1803),
     READ(STEP_IF_THERE, 0x603F, 0, CHECK_ERROR_CODE),
     READ(STEP_IF_THERE, 0x60FD, 0, CHECK_INPUTS),
     WRITE_OF(STEP_NEEDED, 0x6060, 0, 1, VALUE_MODE),

@@ -3,17 +3,30 @@
 
 #include "motion/fixed.h"
 
-int drive_cia402_counts(const struct drive_cia402 *self, int64_t pos_q32,
-                        int32_t *counts)
+static int units_counts(const struct drive_cia402 *self, int64_t pos_q32,
+                        int64_t zero_counts, int32_t *counts)
 {
     int64_t wide;
 
     if (motion_fixed_mulshift(pos_q32, self->to_counts.mantissa,
                               self->to_counts.shift, &wide) != MOTION_OK ||
+        motion_fixed_sub(wide, zero_counts, &wide) != MOTION_OK ||
         wide < INT32_MIN || wide > INT32_MAX)
         return MOTION_E_RANGE;
     *counts = (int32_t)wide;
     return MOTION_OK;
+}
+
+int drive_cia402_counts(const struct drive_cia402 *self, int64_t pos_q32,
+                        int32_t *counts)
+{
+    return units_counts(self, pos_q32, self->zero_counts, counts);
+}
+
+int drive_cia402_counts_of(const struct drive_cia402 *self, int64_t pos_q32,
+                           int32_t *counts)
+{
+    return units_counts(self, pos_q32, 0, counts);
 }
 
 int drive_cia402_speed(const struct drive_cia402 *self, int64_t speed_q16,

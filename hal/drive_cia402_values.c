@@ -3,6 +3,9 @@
 #include "hal/drive_cia402_parts.h"
 
 #define DEVICE_PROFILE 402
+#define COB_NO_RTR     UINT32_C(0x40000000)
+#define INHIBIT_NS     100000 /* unit of 0x1800:3 */
+#define QUICK_STOP     0x605A
 
 /* ---- values ---- */
 
@@ -95,16 +98,25 @@ static uint32_t value_following_time(const struct drive_cia402 *self)
 static bool limits_wait(const struct drive_cia402 *self)
 {
     return drive_cia402_is_outside(self) ||
-           (self->config.limits_when_homed &&
-            self->job != DRIVE_CIA402_JOB_LIMITS);
+           (self->job != DRIVE_CIA402_JOB_HOMED &&
+            (self->config.limits_when_homed || self->has_offset));
 }
 
-/* 0x607D:1 and :2; both 0: off. */
+/* 0x607D:1 and :2; both 0: off.  Some makers count them from 0x607C: with an
+ * offset of the drive's own there are none. */
 static uint32_t value_limit(const struct drive_cia402 *self)
 {
+    int64_t counts;
+
     if (limits_wait(self))
         return 0;
-    return (uint32_t)self->limit_counts[self->list[self->list_at].sub - 1];
+    counts = (int64_t)self->limit_counts[self->list[self->list_at].sub - 1] -
+             self->zero_counts;
+    if (counts > INT32_MAX)
+        counts = INT32_MAX;
+    if (counts < INT32_MIN)
+        counts = INT32_MIN;
+    return (uint32_t)(int32_t)counts;
 }
 
 static uint32_t value_target_entry(const struct drive_cia402 *self)
@@ -177,15 +189,16 @@ static uint32_t value_home_acceleration(const struct drive_cia402 *self)
     return self->home.acc;
 }
 
-static uint32_t value_home_offset(const struct drive_cia402 *self)
-{
-    return (uint32_t)self->home.offset_counts;
-}
-
-/* A PDO's COB-ID is the row's value plus the node id. */
+/* A PDO's COB-ID is the row's value plus the node id, bit 30 as it was. */
 static uint32_t value_cob(const struct drive_cia402 *self)
 {
-    return self->list[self->list_at].value + self->config.node_id;
+    return (self->list[self->list_at].value + self->config.node_id) |
+           (self->cob & COB_NO_RTR);
+}
+
+static uint32_t value_cob_off(const struct drive_cia402 *self)
+{
+    return self->cob | DRIVE_CIA402_COB_OFF;
 }
 
 /* ---- checks ---- */
@@ -340,10 +353,110 @@ static int check_live(struct drive_cia402 *self, uint32_t value)
                : MOTION_E_AGAIN;
 }
 
+static int check_cob(struct drive_cia402 *self, uint32_t value)
+{
+    self->cob = value;
+    return MOTION_OK;
+}
+
+/* "0x605A:00 is 0x00000007" and what that does. */
+static int check_refuse(struct drive_cia402 *self, uint32_t value,
+                        const char *words)
+{
+    const struct drive_cia402_step *step = &self->list[self->list_at];
+    struct hal_text text = drive_cia402_say(self, "0x");
+
+    hal_text_hex(&text, step->index, 4);
+    hal_text_put(&text, ":");
+    hal_text_hex(&text, step->sub, 2);
+    hal_text_put(&text, " is 0x");
+    hal_text_hex(&text, value, 8);
+    hal_text_put(&text, words);
+    return MOTION_E_REFUSED;
+}
+
+/* TPDO1 answers every SYNC. */
+static int check_inhibit(struct drive_cia402 *self, uint32_t value)
+{
+    if ((int64_t)(value & 0xFFFF) * INHIBIT_NS < self->config.sync_period_ns)
+        return MOTION_OK;
+    return check_refuse(self, value, ", TPDO1 would leave out SYNCs");
+}
+
+static int check_option(struct drive_cia402 *self, uint32_t value)
+{
+    self->option = (int16_t)(uint16_t)value;
+    return MOTION_OK;
+}
+
+static bool option_is_given(const struct drive_cia402 *self)
+{
+    return self->config.option[self->list[self->list_at].index - 0x605Au].given;
+}
+
+/* 2 brakes by 0x6085, then switches off; what the rig says is its own. */
+bool drive_cia402_option_is_unsafe(const struct drive_cia402 *self)
+{
+    if (option_is_given(self))
+        return false;
+    return self->list[self->list_at].index == QUICK_STOP ? self->option != 2
+                                                         : self->option == 0;
+}
+
+/* 1 to 4 brake and switch off; 5 to 8 hold, also when nobody is there to switch
+ * off: if the rig says so. */
+static int check_brakes(struct drive_cia402 *self, uint32_t value)
+{
+    const int32_t option = (int16_t)(uint16_t)value;
+    const bool quick = self->list[self->list_at].index == QUICK_STOP;
+
+    if (option == 0)
+        return check_refuse(self, value,
+                            quick ? ", a quick stop would coast"
+                                  : ", a halt would coast");
+    if (quick && (option > 4 || option < 0) && !option_is_given(self))
+        return check_refuse(self, value,
+                            ", torque would stay after a quick stop");
+    return MOTION_OK;
+}
+
+static int check_offset(struct drive_cia402 *self, uint32_t value)
+{
+    self->has_offset = value != 0;
+    return MOTION_OK;
+}
+
+/* After its homing: by the home point, which is its zero. */
+static int check_home(struct drive_cia402 *self, uint32_t value)
+{
+    const int32_t counts = (int32_t)value;
+
+    if (counts > self->home.off_max_counts ||
+        counts < -self->home.off_max_counts)
+        return check_refuse(self, value, " after homing, not near 0");
+    self->preload_counts = counts;
+    self->zero_counts = self->home.zero_counts;
+    self->has_offset = false;
+    return MOTION_OK;
+}
+
+int drive_cia402_missing(struct drive_cia402 *self,
+                         enum drive_cia402_check check)
+{
+    if (check == CHECK_COB)
+        self->cob = DRIVE_CIA402_COB_OFF;
+    if (check == CHECK_OPTION)
+        self->option = 2;
+    if (check == CHECK_OFFSET)
+        self->has_offset = false;
+    return MOTION_OK;
+}
+
 /* Called by drive_cia402_list.c. */
 uint32_t (*const drive_cia402_values[])(const struct drive_cia402 *self) = {
     [VALUE_FIXED] = value_fixed,
     [VALUE_COB] = value_cob,
+    [VALUE_COB_OFF] = value_cob_off,
     [VALUE_HEARTBEAT] = value_heartbeat,
     [VALUE_CONSUMER] = value_consumer,
     [VALUE_SYNC_US] = value_sync_us,
@@ -374,7 +487,6 @@ uint32_t (*const drive_cia402_values[])(const struct drive_cia402 *self) = {
     [VALUE_HOME_FAST] = value_home_fast,
     [VALUE_HOME_SLOW] = value_home_slow,
     [VALUE_HOME_ACCELERATION] = value_home_acceleration,
-    [VALUE_HOME_OFFSET] = value_home_offset,
 };
 int (*const drive_cia402_checks[])(struct drive_cia402 *self,
                                    uint32_t value) = {
@@ -395,4 +507,10 @@ int (*const drive_cia402_checks[])(struct drive_cia402 *self,
     [CHECK_LIMITS] = check_limits,
     [CHECK_TORQUE_OUT] = check_torque_out,
     [CHECK_TORQUE_IN] = check_torque_in,
+    [CHECK_COB] = check_cob,
+    [CHECK_INHIBIT] = check_inhibit,
+    [CHECK_OPTION] = check_option,
+    [CHECK_BRAKES] = check_brakes,
+    [CHECK_OFFSET] = check_offset,
+    [CHECK_HOME] = check_home,
 };

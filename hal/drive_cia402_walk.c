@@ -23,6 +23,9 @@
 #define RESET_LOW_SYNCS 2 /* bit 7 low before it rises */
 #define RESET_WORD      0x0080
 #define REMOTE          0x0200
+#define VOLTAGE         0x0010
+#define FAULT_OF_BUS    0x81 /* 0x8110, 0x8120, 0x8130 */
+#define LOST_AGAIN_NS   INT64_C(100000000)
 
 static const struct {
     uint16_t mask, value;
@@ -81,11 +84,19 @@ bool drive_cia402_is_watched(const struct drive_cia402 *self)
            self->phase == DRIVE_CIA402_LATCHED;
 }
 
+/* Nothing is known of its state: words that every state obeys. */
+static uint16_t drive_cia402_lost_word(const struct drive_cia402 *self)
+{
+    return self->request == HAL_DRIVE_REQUEST_OFF ? 0x00 : 0x02;
+}
+
 uint16_t drive_cia402_controlword(const struct drive_cia402 *self)
 {
     const enum cia402_state power = drive_cia402_power(self);
     const struct drive_cia402_mode *mode = drive_cia402_mode(self);
 
+    if (self->phase == DRIVE_CIA402_LOST)
+        return drive_cia402_lost_word(self);
     if (self->phase == DRIVE_CIA402_RESET && power == CIA402_FAULT)
         return self->reset_cycles >= RESET_LOW_SYNCS ? RESET_WORD : 0;
     /* Also when it is still enabled from an earlier request: the statusword may
@@ -117,6 +128,8 @@ static void drive_cia402_forget_modes(struct drive_cia402 *self)
     self->probe = (struct drive_cia402_probe){ .there = false };
     self->speeds_fit = true;
     self->torque_in = self->torque_out = false;
+    self->zero_counts = 0;
+    self->has_offset = false;
     self->limits_in_force = false;
     for (unsigned i = 0; i < 8; i++)
         self->factor[i / 2][i % 2] = 0;
@@ -149,12 +162,22 @@ static void drive_cia402_run(struct drive_cia402 *self, int64_t now_ns)
         drive_cia402_modes_change(self, now_ns);
 }
 
+void drive_cia402_reset_begin(struct drive_cia402 *self)
+{
+    drive_cia402_drop_list(self);
+    self->phase = DRIVE_CIA402_RESET;
+    self->reset_cycles = 0;
+    self->walk_since_ns = self->now_ns;
+}
+
 static void drive_cia402_start_up_step(struct drive_cia402 *self,
                                        int64_t now_ns)
 {
     const int err = drive_cia402_list_step(self, now_ns);
 
-    if (err == MOTION_OK)
+    if (err == MOTION_OK && self->reset_by_nmt)
+        drive_cia402_reset_begin(self);
+    else if (err == MOTION_OK)
         drive_cia402_run(self, now_ns);
     else if (err != MOTION_E_AGAIN)
         drive_cia402_lose(self, err == MOTION_E_REFUSED ? HAL_DRIVE_FAULT
@@ -220,7 +243,8 @@ static int64_t drive_cia402_patience_ns(const struct drive_cia402 *self,
 
     if ((self->statusword & REMOTE) == 0)
         return step_ns >> 2;
-    if (power == CIA402_SWITCHED_ON || power == CIA402_OPERATION_ENABLED)
+    if (power == CIA402_SWITCHED_ON || power == CIA402_OPERATION_ENABLED ||
+        (self->statusword & VOLTAGE) == 0)
         return BRAKE_FACTOR * step_ns;
     return step_ns;
 }
@@ -283,6 +307,20 @@ static void drive_cia402_run_step(struct drive_cia402 *self, int64_t now_ns)
         drive_cia402_walk_step(self, power, now_ns);
 }
 
+/* After a lost heartbeat or an error of the bus some drives keep their fault
+ * until the communication is reset; then they boot and are set up anew. */
+static bool drive_cia402_reset_by_nmt(struct drive_cia402 *self, int64_t now_ns)
+{
+    if (self->reset_by_nmt || drive_cia402_power(self) != CIA402_FAULT ||
+        self->fault_code >> 8 != FAULT_OF_BUS ||
+        canopen_nmt(self->node.master, CANOPEN_NMT_RESET_COMMUNICATION,
+                    self->config.node_id) != MOTION_OK)
+        return false;
+    self->reset_by_nmt = true;
+    drive_cia402_start_anew(self, now_ns);
+    return true;
+}
+
 /* Bit 7 has to rise while the drive is in Fault; anything else that was latched
  * is over once the axis stands without torque. */
 static void drive_cia402_reset_step(struct drive_cia402 *self, int64_t now_ns)
@@ -291,6 +329,8 @@ static void drive_cia402_reset_step(struct drive_cia402 *self, int64_t now_ns)
     struct hal_text text;
 
     if (now_ns - self->walk_since_ns > self->config.state_timeout_ns) {
+        if (drive_cia402_reset_by_nmt(self, now_ns))
+            return;
         text = drive_cia402_say(self, "not reset, still ");
         hal_text_put(&text, cia402_state_text(power));
         if (self->fault_code != 0) {
@@ -304,7 +344,7 @@ static void drive_cia402_reset_step(struct drive_cia402 *self, int64_t now_ns)
         self->request = HAL_DRIVE_REQUEST_OFF;
     } else if (power != CIA402_FAULT_REACTION &&
                power != CIA402_OPERATION_ENABLED &&
-               power != CIA402_QUICK_STOP_ACTIVE) {
+               power != CIA402_QUICK_STOP_ACTIVE && drive_cia402_stands(self)) {
         self->emcy_code = 0;
         self->request = HAL_DRIVE_REQUEST_OFF;
         drive_cia402_run(self, now_ns);
@@ -317,12 +357,33 @@ static void drive_cia402_latched_step(struct drive_cia402 *self, int64_t now_ns)
     uint32_t code = 0;
     const bool in_fault = drive_cia402_power(self) == CIA402_FAULT;
 
+    if (drive_cia402_power(self) == CIA402_QUICK_STOP_ACTIVE &&
+        drive_cia402_stands(self))
+        self->request = HAL_DRIVE_REQUEST_OFF; /* 0x605A = 5 to 8: it holds */
     if (self->fault_code == 0 && in_fault && !self->fault_code_asked)
         self->fault_code_asked =
             canopen_sdo_read(&self->node, now_ns, 0x603F, 0) == MOTION_OK;
     else if (canopen_sdo_take(&self->node, &code, NULL) == MOTION_OK &&
              self->fault_code == 0 && code != 0)
         drive_cia402_say_fault(self, (uint16_t)code);
+}
+
+/* It waits for a reset.  It may be enabled all the same: where it takes no PDO
+ * (pre-operational, its map not ours) it takes SDOs, so it is told until it has
+ * answered: quick stop, and off when that must be over. */
+static void drive_cia402_lost_step(struct drive_cia402 *self, int64_t now_ns)
+{
+    const uint16_t word = drive_cia402_lost_word(self);
+    const int err = canopen_sdo_take(&self->node, NULL, NULL);
+
+    if (err == MOTION_OK || err == MOTION_E_REFUSED)
+        self->lost_word = (uint16_t)self->node.sdo.value;
+    if (now_ns - self->lost_ns > BRAKE_FACTOR * self->config.state_timeout_ns)
+        self->request = HAL_DRIVE_REQUEST_OFF;
+    if (word == self->lost_word || now_ns < self->lost_due_ns ||
+        canopen_sdo_write(&self->node, now_ns, 0x6040, 0, 2, word) != MOTION_OK)
+        return;
+    self->lost_due_ns = now_ns + LOST_AGAIN_NS;
 }
 
 void drive_cia402_walk(struct drive_cia402 *self, int64_t now_ns)
@@ -341,6 +402,7 @@ void drive_cia402_walk(struct drive_cia402 *self, int64_t now_ns)
         drive_cia402_latched_step(self, now_ns);
         break;
     case DRIVE_CIA402_LOST:
-        break; /* waits for a reset */
+        drive_cia402_lost_step(self, now_ns);
+        break;
     }
 }

@@ -3,8 +3,12 @@
 
 #include "motion/fixed.h"
 
+#define WARNING        0x0080
+#define LIMIT_ACTIVE   0x0800
+#define FOLLOWS        0x1000
 #define HOMED          0x1000
-#define UNANSWERED_MAX 3 /* SYNCs without TPDO1 beyond the one under way */
+#define LAG_SYNCS      20 /* it may take to follow once it is enabled */
+#define UNANSWERED_MAX 3  /* SYNCs without TPDO1 beyond the one under way */
 
 static struct drive_cia402 *drive_cia402_of_node(struct canopen_node *node)
 {
@@ -144,6 +148,37 @@ static void drive_cia402_note_actual(struct drive_cia402 *self, uint32_t counts,
     self->demand_ns = demand_ns;
 }
 
+/* ---- what it says without being in fault ---- */
+
+/* Bit 12 falling; or, since it is enabled, not risen. */
+static void drive_cia402_note_following(struct drive_cia402 *self)
+{
+    if (!drive_cia402_is_enabled(self) || !drive_cia402_mode(self)->streams ||
+        self->job != DRIVE_CIA402_NO_JOB) {
+        self->has_followed = false;
+        self->lag_syncs = 0;
+    } else if ((self->statusword & FOLLOWS) != 0) {
+        self->has_followed = true;
+        self->lag_syncs = 0;
+    } else if (self->lag_syncs < LAG_SYNCS) {
+        self->lag_syncs++;
+        if (self->lag_syncs == (self->has_followed ? 1 : LAG_SYNCS))
+            self->events.count[HAL_DRIVE_EVENT_NOT_FOLLOWING]++;
+    }
+}
+
+static void drive_cia402_note_events(struct drive_cia402 *self,
+                                     uint16_t word_before)
+{
+    const uint16_t rose = (uint16_t)(self->statusword & ~word_before);
+
+    if ((rose & WARNING) != 0)
+        self->events.count[HAL_DRIVE_EVENT_WARNING]++;
+    if ((rose & LIMIT_ACTIVE) != 0)
+        self->events.count[HAL_DRIVE_EVENT_LIMIT]++;
+    drive_cia402_note_following(self);
+}
+
 /* TPDO1 answers the last SYNC, or the one before it when it was on the wire
  * before the last was sent. */
 static void drive_cia402_tpdo1(struct drive_cia402 *self,
@@ -158,6 +193,7 @@ static void drive_cia402_tpdo1(struct drive_cia402 *self,
     if (!self->pdo_ok || sync_ns == 0)
         return;
     self->statusword = drive_cia402_get_u16(frame->data);
+    drive_cia402_note_events(self, word_before);
     drive_cia402_note_actual(self, counts, sync_ns,
                              self->latched_ns[late ? 2 : 1]);
     self->demand_counts = self->latched_counts[late ? 2 : 1];
@@ -194,6 +230,10 @@ static void drive_cia402_emcy(struct canopen_node *node, uint16_t code,
     (void)reg;
     (void)maker;
     self->emcy_code = code;
+    if (code != 0) {
+        self->events.count[HAL_DRIVE_EVENT_EMERGENCY]++;
+        self->events.emergency_code = code;
+    }
     if (self->phase == DRIVE_CIA402_LATCHED && self->fault_code == 0 &&
         code != 0 && drive_cia402_power(self) >= CIA402_FAULT_REACTION)
         drive_cia402_say_fault(self, code);

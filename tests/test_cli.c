@@ -687,7 +687,7 @@ static void a_drive_is_judged_by_its_data_sheet(void **state)
                      "AccessType=ro\nDefaultValue=0x25\n");
     expect(run("drive", "info", sheet), STATUS_REFUSED);
     assert_non_null(strstr(out, "has no CSP"));
-    assert_non_null(strstr(out, "lacks 17 of the objects"));
+    assert_non_null(strstr(out, "lacks 18 of the objects"));
     expect_bad_input(run("drive", "info", rig), "rig.yaml:");
     expect_bad_input(run("drive", "look", sheet), "expected info");
 }

@@ -103,6 +103,7 @@ static void mini_init(struct mini *mini)
         { .index = 0x6007, .size = 2, .value = 1 },
         { .index = 0x603F, .size = 2 },
         { .index = 0x6040, .size = 2 },
+        { .index = 0x605A, .size = 2, .value = 2 },
         { .index = 0x6060, .size = 1 },
         { .index = 0x6061, .size = 1 },
         { .index = 0x6064, .size = 4 },
@@ -494,12 +495,12 @@ static void start_up_ends_off_with_everything_written(void **state)
         { 0x6065, 0, 500 },        { 0x6085, 0, 90000 },
         { 0x1400, 1, 0x205 },      { 0x1400, 2, 1 },
         { 0x1600, 0, 2 },          { 0x1600, 1, 0x60400010 },
-        { 0x1600, 2, 0x607A0020 }, { 0x1800, 1, 0x185 },
+        { 0x1600, 2, 0x607A0020 }, { 0x1800, 1, 0x40000185 },
         { 0x1800, 2, 1 },          { 0x1800, 3, 0 },
         { 0x1800, 5, 0 },          { 0x1A00, 0, 2 },
         { 0x1A00, 1, 0x60410010 }, { 0x1A00, 2, 0x60640020 },
-        { 0x1801, 1, 0x285 },      { 0x1A01, 1, 0x60FD0020 },
-        { 0x1802, 1, 0x80000385 }, { 0x1803, 1, 0x80000485 },
+        { 0x1801, 1, 0x40000285 }, { 0x1A01, 1, 0x60FD0020 },
+        { 0x1802, 1, 0xC0000385 }, { 0x1803, 1, 0xC0000485 },
         { 0x6060, 0, 8 },          { 0x607A, 0, (uint32_t)-123456 },
     };
     struct bench *b = *state;
@@ -584,7 +585,7 @@ static void switches_that_cannot_be_mapped_are_left_off(void **state)
 
     mini_at(&b->mini, 0x1A01, 1)->write_abort = 0x06040041;
     enable(b);
-    assert_int_equal(mini_at(&b->mini, 0x1801, 1)->value, 0x80000285);
+    assert_int_equal(mini_at(&b->mini, 0x1801, 1)->value, 0xC0000285);
 }
 
 static void a_cob_id_may_read_back_with_the_no_rtr_bit(void **state)
@@ -979,12 +980,12 @@ static const struct {
     unsigned most, least; /* ticks */
     const char *text;
 } stuck[] = {
-    { true, false, false, 1100, 1000,
-      "no power (STO or mains): ready to switch on, 6041=0221" },
+    { true, false, false, 3100, 3000, /* it may charge */
+      "no power (STO or mains): ready to switch on, 0x6041=0221" },
     { false, true, false, 300, 250,
-      "not in remote mode: switch on disabled, 6041=0050" },
+      "not in remote mode: switch on disabled, 0x6041=0050" },
     { false, false, true, 1100, 1000,
-      "stays in switch on disabled, 6041=0250" },
+      "stays in switch on disabled, 0x6041=0250" },
 };
 
 static void a_drive_that_does_not_get_on_says_why(void **state)
@@ -1266,9 +1267,8 @@ static void a_reset_waits_for_a_quick_stop_to_end(void **state)
         b->mini.quick_stop_stays = true;
         enable(b);
         assert_int_equal(set_pos(b, 0), MOTION_E_LIMIT); /* latches */
-        ticks(b, 5);
         b->mini.drift = drifts[i]; /* still ramping down */
-        ticks(b, 5);
+        ticks(b, 10);
         assert_int_equal(b->mini.state, CIA402_QUICK_STOP_ACTIVE);
         request(b, HAL_DRIVE_REQUEST_RESET);
         ticks(b, 100);
@@ -1725,8 +1725,8 @@ static const struct {
 } periods[] = {
     { 1 * MS, MOTION_OK, 1, -3 },       { 2 * MS, MOTION_OK, 2, -3 },
     { 500000, MOTION_OK, 5, -4 },       { 250000, MOTION_OK, 25, -5 },
-    { 125000, MOTION_OK, 125, -6 },     { 10 * MS, MOTION_OK, 1, -2 },
-    { 100 * MS, MOTION_OK, 1, -1 },     { 4 * MS, MOTION_OK, 4, -3 },
+    { 125000, MOTION_OK, 125, -6 },     { 10 * MS, MOTION_OK, 10, -3 },
+    { 100 * MS, MOTION_OK, 100, -3 },   { 4 * MS, MOTION_OK, 4, -3 },
     { 1 * MS + 1, MOTION_E_ARG, 0, 0 }, { 333000, MOTION_E_ARG, 0, 0 },
     { 0, MOTION_E_ARG, 0, 0 },
 };

@@ -407,7 +407,7 @@ static void safe_torque_off_is_told_as_such(void **state)
     sim_cia402_inject(&b->servo[0], SIM_CIA402_NO_POWER);
     until(b, HAL_DRIVE_OFF, 500);
     request(b, HAL_DRIVE_REQUEST_ENABLE);
-    until(b, HAL_DRIVE_FAULT, 1200);
+    until(b, HAL_DRIVE_FAULT, 3200);
     assert_text(b, "no power (STO or mains)");
     sim_cia402_inject(&b->servo[0], SIM_CIA402_CLEAR);
     request(b, HAL_DRIVE_REQUEST_RESET);
