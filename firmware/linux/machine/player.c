@@ -128,6 +128,7 @@ static void player_record(struct player *player)
             .following_q32 = axis->following_q32,
             .statusword = player->machine->drive[i].statusword,
             .goals = axis->leg.at,
+            .events = axis->feedback.events,
         };
     }
     player_record_shots(player, &row);

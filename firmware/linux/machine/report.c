@@ -43,6 +43,8 @@ static void report_take_axis(struct report *report, unsigned i,
 void report_take(struct report *report, const struct telemetry_row *row)
 {
     report->started |= row->phase == TELEMETRY_MOVE;
+    for (unsigned i = 0; i < report->job->move.axis_count; i++)
+        report->axis[i].events = row->axis[report->job->rig_axis[i]].events;
     if (!report->started)
         report->start_ns = row->t_ns; /* started right after this tick */
     if (!report->started || row->phase == TELEMETRY_STOP)
@@ -191,6 +193,35 @@ static void report_fault(const struct report *report, FILE *file)
         fputs("slew drive reset clears it, once its cause is gone\n", file);
 }
 
+static bool report_has_events(const struct report_axis *axis)
+{
+    uint32_t any = 0;
+    for (unsigned i = 0; i < HAL_DRIVE_EVENTS; i++)
+        any |= axis->events.count[i];
+    return any != 0;
+}
+
+/* "events: pan: warning 2, emergency message 1 (0x8130)": what the drives said
+ * without being in fault. */
+static void report_events(const struct report *report, unsigned i, FILE *file)
+{
+    const struct report_axis *axis = &report->axis[i];
+    const char *comma = "";
+    if (!report_has_events(axis))
+        return;
+    fprintf(file, "events: %s: ", job_rig_axis(report->job, i)->name);
+    for (unsigned e = 0; e < HAL_DRIVE_EVENTS; e++)
+        if (axis->events.count[e] > 0) {
+            fprintf(file, "%s%s %" PRIu32, comma,
+                    hal_drive_event_text((enum hal_drive_event)e),
+                    axis->events.count[e]);
+            comma = ", ";
+        }
+    if (axis->events.count[HAL_DRIVE_EVENT_EMERGENCY] > 0)
+        fprintf(file, " (0x%04X)", axis->events.emergency_code);
+    fputc('\n', file);
+}
+
 static void report_buses(const struct report *report, FILE *file)
 {
     bool known = false;
@@ -246,6 +277,8 @@ void report_print(const struct report *report, FILE *file)
     }
     report_fault(report, file);
     report_torque(report, file);
+    for (unsigned i = 0; i < report->job->move.axis_count; i++)
+        report_events(report, i, file);
     report_clock(report, file);
     if (report->rows_dropped > 0)
         fprintf(file, "telemetry: %" PRIu64 " rows were lost\n",
@@ -274,6 +307,20 @@ static void report_json_peak(cJSON *item, const char *name,
         json_add_fixed(object, "limit", limit, job_bits_of(order));
 }
 
+static void report_json_events(cJSON *item, const struct report_axis *axis)
+{
+    cJSON *object;
+    if (!report_has_events(axis))
+        return;
+    object = cJSON_AddObjectToObject(item, "events");
+    for (unsigned e = 0; e < HAL_DRIVE_EVENTS; e++)
+        cJSON_AddNumberToObject(object,
+                                hal_drive_event_text((enum hal_drive_event)e),
+                                axis->events.count[e]);
+    cJSON_AddNumberToObject(object, "emergency_code",
+                            axis->events.emergency_code);
+}
+
 static cJSON *report_json_axis(const struct report *report, unsigned i)
 {
     const struct report_axis *axis = &report->axis[i];
@@ -290,6 +337,7 @@ static cJSON *report_json_axis(const struct report *report, unsigned i)
     if (report->arrivals != NULL)
         arrivals_json(report->arrivals, i, item);
     json_add_fixed(item, "end_error", report_end_error(report, i), 32);
+    report_json_events(item, axis);
     return item;
 }
 

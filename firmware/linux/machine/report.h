@@ -25,6 +25,7 @@ struct report_axis {
     int64_t end_q32; /* actual position at the end */
     int64_t dur_ns;  /* from the start until the axis was at its end */
     bool arrived;
+    struct hal_drive_events events;
 };
 
 enum report_end {

@@ -44,6 +44,7 @@ struct telemetry_axis {
     int64_t following_q32;
     uint16_t statusword;
     unsigned goals; /* reached since the start; not in the file */
+    struct hal_drive_events events; /* so far; not in the file */
 };
 
 struct telemetry_shot {

@@ -118,17 +118,32 @@ static int rig_read_option(void *reader, const struct yaml_value *value,
     return 0;
 }
 
-#define OPTION(name, which, meaning)                                           \
+/* Those that slew relies on brake. */
+static int rig_read_braking(void *reader, const struct yaml_value *value,
+                            void *out)
+{
+    if (rig_read_option(reader, value, out) < 0)
+        return -1;
+    if (((struct rig_option *)out)->value == 0)
+        return yaml_value_refuse(value, "is 0, the axis would coast: expected "
+                                        "a code that brakes, such as 2");
+    return 0;
+}
+
+#define OPTION(name, which, meaning, read)                                     \
     {                                                                          \
-        name, YAML_OPTIONAL, meaning, rig_read_option,                         \
+        name, YAML_OPTIONAL, meaning, read,                                    \
             (which) * sizeof(struct rig_option)                                \
     }
 static const struct yaml_field rig_option_fields[] = {
-    OPTION("quick_stop", DRIVE_CIA402_QUICK_STOP, "the code of 0x605A"),
-    OPTION("shutdown", DRIVE_CIA402_SHUTDOWN, "the code of 0x605B"),
-    OPTION("disable", DRIVE_CIA402_DISABLE, "the code of 0x605C"),
-    OPTION("halt", DRIVE_CIA402_HALT, "the code of 0x605D"),
-    OPTION("fault", DRIVE_CIA402_FAULT, "the code of 0x605E"),
+    OPTION("quick_stop", DRIVE_CIA402_QUICK_STOP, "the code of 0x605A",
+           rig_read_braking),
+    OPTION("shutdown", DRIVE_CIA402_SHUTDOWN, "the code of 0x605B",
+           rig_read_option),
+    OPTION("disable", DRIVE_CIA402_DISABLE, "the code of 0x605C",
+           rig_read_option),
+    OPTION("halt", DRIVE_CIA402_HALT, "the code of 0x605D", rig_read_braking),
+    OPTION("fault", DRIVE_CIA402_FAULT, "the code of 0x605E", rig_read_option),
 };
 const struct yaml_shape rig_option_shape = { "options", rig_option_fields,
                                              ARRAY_LEN(rig_option_fields) };
