@@ -4,8 +4,8 @@
  *
  * Start-up (see drive_cia402_start.c for the list): probe 0x1000, check 0x6502
  * for CSP, pre-operational, heartbeat both ways and what the drive does when
- * ours stops (0x1016, 0x6007 = 3), SYNC period, limits, PDO map, all with
- * reading back, mode 8, preload 0x607A = 0x6064, NMT start, first TPDO
+ * ours stops (0x1016, 0x6007 = 3), that a quick stop brakes and ends without
+ * torque (0x605A), SYNC period, limits, PDO map, all with reading back, mode 8, preload 0x607A = 0x6064, NMT start, first TPDO
  * -> HAL_DRIVE_OFF.
  * Enable: 0x06, 0x07, preload again, 0x0F, one state at a time.
  *

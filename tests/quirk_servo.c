@@ -472,7 +472,8 @@ static void quirk_hear(void *context, const struct hal_can_frame *frame)
         quirk_nmt(servo, frame->data);
     } else if (frame->id == 0x80) {
         quirk_sync(servo);
-    } else if (frame->id == 0x600u + servo->id && servo->nmt != 4) {
+    } else if (frame->id == 0x600u + servo->id && servo->nmt != 4 &&
+               !servo->deaf) {
         quirk_sdo(servo, frame);
     } else if (frame->id == 0x700u + (consumer >> 16 & 0x7F)) {
         servo->heard_ns = servo->now_ns;
@@ -507,8 +508,9 @@ static void quirk_happen(struct quirk_servo *servo)
         quirk_restart(servo, true);
     else if (kind->event == QUIRK_NMT_DROP)
         servo->nmt = 0x7F;
-    else if (kind->event == QUIRK_MUTE)
+    else if (kind->event == QUIRK_MUTE || kind->event == QUIRK_DEAF)
         servo->muted = true;
+    servo->deaf = kind->event == QUIRK_DEAF;
 }
 
 static void quirk_run(struct sim_member *member, int64_t now_ns)

@@ -32,6 +32,7 @@ enum quirk_event {
     QUIRK_REBOOTS,  /* loses its power for 50 ms */
     QUIRK_NMT_DROP, /* to pre-operational, stage on */
     QUIRK_MUTE,     /* no TPDO any more */
+    QUIRK_DEAF,     /* nor does it take SDOs */
 };
 
 /* All zero: a servo by the book. */
@@ -62,9 +63,10 @@ struct quirk_kind {
     enum quirk_offset offset;
     bool limits_minus_offset; /* 0x607D is counted from 0x607C */
     bool old_bits; /* bits 10 and 12 of the last homing stay until its end */
-    int64_t old_bits_ns; /* or so long */
-    bool ignores_start;  /* bit 4 does nothing */
-    int32_t home_wrong;  /* 6064 is so far off afterwards */
+    int64_t old_bits_ns;    /* or so long */
+    int64_t old_reached_ns; /* bit 10 of the last profile stays so long */
+    bool ignores_start;     /* bit 4 does nothing */
+    int32_t home_wrong;     /* 6064 is so far off afterwards */
 };
 
 enum quirk_state {
@@ -104,7 +106,7 @@ struct quirk_servo {
     unsigned answers;
     struct hal_can_frame rpdo[4]; /* waits for SYNC */
     bool rpdo_waits[4];
-    bool muted;
+    bool muted, deaf;
 
     /* CiA 402 */
     enum quirk_state state;
@@ -124,7 +126,7 @@ struct quirk_servo {
     bool jumps;     /* the set point, further than it can follow */
     bool moving;    /* by its profile */
     bool homing, homed;
-    int64_t homing_ns;
+    int64_t homing_ns, moving_ns;
     double home_place;
 
     /* what it saw */

@@ -148,6 +148,7 @@ static void quirk_start(struct quirk_servo *servo, uint16_t before)
         return;
     if (servo->mode == 1) {
         servo->moving = true;
+        servo->moving_ns = servo->now_ns;
         servo->moves++;
         servo->target = (int32_t)quirk_get(servo, QUIRK_KEY(0x607A, 0));
     } else if (servo->mode == 6 && !servo->kind->ignores_start) {
@@ -381,13 +382,17 @@ static uint16_t quirk_mode_bits(struct quirk_servo *servo)
 {
     const bool stands = servo->vel == 0;
     const bool halted = (servo->word & HALT) != 0;
+    const bool old =
+        servo->now_ns - servo->moving_ns < servo->kind->old_reached_ns;
 
     if (servo->state != QUIRK_OPERATION)
         return servo->mode == 6 && servo->homed ? BIT_12 : 0;
     switch (servo->mode) {
     case 1:
         return (uint16_t)((servo->word & 0x10 ? BIT_12 : 0) |
-                          (stands && (!servo->moving || halted) ? REACHED : 0));
+                          (old || (stands && (!servo->moving || halted))
+                               ? REACHED
+                               : 0));
     case 3:
         return (
             uint16_t)((stands ? BIT_12 : 0) |

@@ -1255,6 +1255,19 @@ static void a_quick_stop_that_holds_ends_by_off(void **state)
 }
 
 /* Reset takes the power away only when the axis stands. */
+/* 0x605A = 5 to 8. */
+static void a_latched_drive_that_holds_is_switched_off(void **state)
+{
+    struct bench *b = *state;
+
+    b->mini.quick_stop_stays = true;
+    enable(b);
+    assert_int_equal(set_pos(b, 0), MOTION_E_LIMIT); /* latches */
+    ticks(b, 10);
+    assert_int_equal(b->seen.state, HAL_DRIVE_FAULT);
+    assert_int_equal(b->mini.state, CIA402_SWITCH_ON_DISABLED);
+}
+
 static void a_reset_waits_for_a_quick_stop_to_end(void **state)
 {
     static const int32_t drifts[] = { 50, -50 };
@@ -1830,6 +1843,7 @@ int main(void)
         BENCH(a_target_beyond_i32_is_refused_and_not_sent),
         BENCH(quick_stop_is_out_in_the_same_cycle),
         BENCH(a_quick_stop_that_holds_ends_by_off),
+        BENCH(a_latched_drive_that_holds_is_switched_off),
         BENCH(a_reset_waits_for_a_quick_stop_to_end),
         BENCH(after_enabling_again_no_old_set_point_is_in_force),
         BENCH(off_goes_down_by_disable_and_shutdown),

@@ -30,7 +30,11 @@ struct row {
     bool limits;
     bool guarded;
     int64_t boot_ms;
+    const struct drive_cia402_parameter *parameter; /* of the rig */
 };
+
+static const struct drive_cia402_parameter no_abort = { 0x6007, 0, 2, 0 };
+static const struct drive_cia402_parameter coasts = { 0x605A, 0, 2, 0 };
 
 #define MISSING(...)   .missing = { __VA_ARGS__ }
 #define READ_ONLY(...) .read_only = { __VA_ARGS__ }
@@ -90,6 +94,12 @@ static const struct row rows[] = {
     { .name = "6007 = 1 and read-only: fault",
       .kind = { INITIAL({ KEY(0x6007, 0), 1 }), READ_ONLY(KEY(0x6007, 0)) },
       .says = "0x6007" },
+    { .name = "6007 = 0 by the rig's parameters",
+      .says = "0x6007",
+      .parameter = &no_abort },
+    { .name = "605A = 0 by the rig's parameters",
+      .says = "0x605A",
+      .parameter = &coasts },
     { .name = "6007 absent, Inovance, Schunk",
       .kind = { MISSING(KEY(0x6007, 0)) },
       .says = "0x6007" },
@@ -193,6 +203,10 @@ static const struct row rows[] = {
     { .name = "no TPDO any more, stage on",
       .kind = { .event = QUIRK_MUTE, .event_ns = 300 * MS },
       .says = "TPDO1" },
+    { .name = "no TPDO, no SDO, holds after a quick stop",
+      .kind = { .event = QUIRK_DEAF, .event_ns = 300 * MS },
+      .says = "TPDO1",
+      .quick_stop = 6 },
     /* ---- state machine ---- */
     { .name = "leaves operation, no fault, Elmo Gold (fastcat PR 161)",
       .kind = { .event = QUIRK_LEAVES, .event_ns = 300 * MS },
@@ -234,6 +248,9 @@ static const struct row rows[] = {
     { .name = "bits 10, 12, 13 seven SYNCs old",
       .kind = { .linger = 7 },
       .method = TO_SWITCH,
+      .profile = true },
+    { .name = "bit 10 of the last profile for 6 ms",
+      .kind = { .old_reached_ns = 6 * MS },
       .profile = true },
     { .name = "bits of the last homing for 40 ms",
       .kind = { .old_bits_ns = 40 * MS },
@@ -350,6 +367,8 @@ static void bench_drive(struct bench *b)
         .pos_min_q32 = row->limits ? -300 * ONE : 0,
         .pos_max_q32 = row->limits ? 300 * ONE : 0,
         .limits_when_homed = row->limits && row->method != 0,
+        .parameter = row->parameter,
+        .parameter_count = row->parameter != NULL,
         .option[DRIVE_CIA402_QUICK_STOP] = { row->quick_stop != 0,
                                              row->quick_stop },
     };
