@@ -320,6 +320,10 @@ static void a_drive_fault_stops_the_group_and_is_named(void **state)
     assert_int_equal(bench.report.fault.fault, CONTROLLER_FAULT_DRIVE);
     assert_int_equal(bench.report.fault.drive_code, 0x2310);
     assert_true(strlen(bench.report.fault_text) > 0);
+    for (unsigned i = 0; i < bench.job.move.axis_count; i++)
+        assert_int_equal(
+            bench.report.axis[i].events.count[HAL_DRIVE_EVENT_EMERGENCY],
+            bench.job.rig_axis[i] == (unsigned)pan);
     assert_torque_is_off();
 }
 
@@ -339,11 +343,18 @@ static void reports_are_text_and_json(void **state)
 {
     (void)state;
     char text[8192];
+    struct telemetry_row row = { .phase = TELEMETRY_STOP };
     FILE *file = tmpfile();
     assert_non_null(file);
     bench.fault_ns = 18 * SECOND;
     bench.fault = SIM_CIA402_BLOCKED;
     bench_run(&plain);
+    row.axis[bench.job.rig_axis[0]].events = (struct hal_drive_events){
+        .count = { [HAL_DRIVE_EVENT_WARNING] = 2,
+                   [HAL_DRIVE_EVENT_EMERGENCY] = 1 },
+        .emergency_code = 0x8130,
+    };
+    report_take(&bench.report, &row);
     report_print(&bench.report, file);
     report_json(&bench.report, file);
     rewind(file);
@@ -351,6 +362,9 @@ static void reports_are_text_and_json(void **state)
     fclose(file);
     assert_non_null(strstr(text, "stopped by a fault after"));
     assert_non_null(strstr(text, "fault: dolly: the axis does not follow"));
+    assert_non_null(strstr(
+        text, "events: dolly: warning 2, emergency message 1 (0x8130)\n"));
+    assert_non_null(strstr(text, "\"emergency message\":\t1"));
     assert_non_null(strstr(text, "\"fault\":"));
     assert_non_null(strstr(text, "\"axis\":\t\"dolly\""));
 }
