@@ -11,6 +11,12 @@
 #define RETRY_NS     INT64_C(1000000000)
 #define SLOW_CYCLES  16 /* one slow block every so many cycles */
 
+#define OFF_PAUSE_NS INT64_C(200000000) /* after a failure while LOST */
+
+/* A cookie is a job, and above it the serial of a sequence's step. */
+#define JOB_MASK    0xFFu
+#define STEP_SERIAL 8
+
 /* What a request was; fast and slow blocks follow their number. */
 enum drive_modbus_job {
     JOB_IDENTIFY,
@@ -127,7 +133,7 @@ static bool ask_once(struct drive_modbus *self,
     const struct modbus_map *map = self->config.map;
 
     if (drive_modbus_run_ask(self, request)) {
-        *job = JOB_STEP;
+        *job = (uint16_t)(JOB_STEP | self->run.serial << STEP_SERIAL);
         return true;
     }
     if (drive_modbus_parameter_ask(self, request)) {
@@ -157,7 +163,8 @@ static bool drive_modbus_ask(struct modbus_node *node, int64_t now_ns,
     struct drive_modbus *self = drive_modbus_of_node(node);
 
     self->now_ns = now_ns;
-    if (self->phase == DRIVE_MODBUS_LOST || now_ns < self->retry_ns)
+    if (now_ns < self->retry_ns || (self->phase == DRIVE_MODBUS_LOST &&
+                                    self->off == DRIVE_MODBUS_OFF_DONE))
         return false;
     if (!self->identified)
         return ask_identify(self, request, cookie);
@@ -232,6 +239,9 @@ static void take_identity(struct drive_modbus *self,
     }
     drive_modbus_say(self, map->identify_else);
     drive_modbus_lose(self, HAL_DRIVE_FAULT);
+    self->off =
+        DRIVE_MODBUS_OFF_DONE; /* nobody knows what a write does to it */
+    self->run.sequence = NULL;
 }
 
 static void take_alarm(struct drive_modbus *self,
@@ -296,22 +306,39 @@ static void take_refusal(struct drive_modbus *self, uint16_t job,
 static void take_failure(struct drive_modbus *self,
                          const struct hal_modbus_reply *reply)
 {
-    struct hal_text text;
-
     if (self->move == DRIVE_MODBUS_MOVE_SENT && self->run.sequence == NULL) {
         /* it may have been heard: never twice */
         self->move = DRIVE_MODBUS_MOVE_RUNNING;
         self->cycles = 0;
     }
-    if (++self->failures < FAILURES_MAX || self->phase == DRIVE_MODBUS_LOST)
+    if (self->failures < FAILURES_MAX)
+        self->failures++;
+    if (self->phase == DRIVE_MODBUS_LOST)
+        self->retry_ns = self->now_ns + OFF_PAUSE_NS;
+    if (self->failures < FAILURES_MAX || self->phase == DRIVE_MODBUS_LOST)
         return;
     if (self->phase == DRIVE_MODBUS_START) {
         drive_modbus_start(self);
         self->retry_ns = self->now_ns + RETRY_NS;
         return;
     }
-    text = drive_modbus_say(self, "three transactions in a row failed: ");
-    hal_text_put(&text, motion_err_text(reply->err));
+    if (self->phase != DRIVE_MODBUS_LATCHED)
+        drive_modbus_say(self, reply->err == MOTION_E_PROTOCOL
+                                   ? "its answers are broken"
+                                   : motion_err_text(reply->err));
+    drive_modbus_lose(self, HAL_DRIVE_OFFLINE);
+}
+
+/* Whoever is at the other end of a connection that broke may have been off
+ * meanwhile. */
+static void drive_modbus_down(struct modbus_node *node)
+{
+    struct drive_modbus *self = drive_modbus_of_node(node);
+
+    if (self->phase == DRIVE_MODBUS_START || self->phase == DRIVE_MODBUS_LOST)
+        return;
+    if (self->phase != DRIVE_MODBUS_LATCHED)
+        drive_modbus_say(self, "the connection broke");
     drive_modbus_lose(self, HAL_DRIVE_OFFLINE);
 }
 
@@ -319,25 +346,29 @@ static void drive_modbus_reply(struct modbus_node *node, uint16_t cookie,
                                const struct hal_modbus_reply *reply)
 {
     struct drive_modbus *self = drive_modbus_of_node(node);
+    const uint16_t job = cookie & JOB_MASK;
     const bool answered =
         reply->err == MOTION_OK || reply->err == MOTION_E_REFUSED;
+    const bool again = answered && self->failures > 0;
 
-    if (cookie == JOB_IDENTIFY) {
+    if (job == JOB_IDENTIFY) {
         take_identity(self, reply);
         return;
     }
     if (answered)
         self->failures = 0;
-    if (cookie == JOB_STEP)
+    if (job == JOB_STEP && cookie >> STEP_SERIAL == self->run.serial)
         drive_modbus_run_reply(self, reply);
-    else if (cookie == JOB_ALARM)
+    else if (job == JOB_ALARM)
         take_alarm(self, reply);
-    else if (cookie == JOB_PARAMETER)
+    else if (job == JOB_PARAMETER)
         drive_modbus_parameter_reply(self, reply);
     else if (reply->err == MOTION_OK)
-        take_good(self, cookie, reply);
+        take_good(self, job, reply);
     else if (reply->err == MOTION_E_REFUSED)
-        take_refusal(self, cookie, reply);
+        take_refusal(self, job, reply);
+    if (again && job != JOB_STEP)
+        drive_modbus_off_heard(self);
     if (!answered)
         take_failure(self, reply);
 }
@@ -354,6 +385,7 @@ const struct modbus_node_ops drive_modbus_node_ops = {
     .step = drive_modbus_step,
     .ask = drive_modbus_ask,
     .reply = drive_modbus_reply,
+    .down = drive_modbus_down,
 };
 
 /* ---- what the controller asks ---- */
@@ -365,8 +397,7 @@ static void drive_modbus_request_reset(struct drive_modbus *self)
         drive_modbus_start(self);
         self->retry_ns = self->now_ns;
     } else if (self->phase == DRIVE_MODBUS_LATCHED) {
-        self->phase = DRIVE_MODBUS_RESET;
-        drive_modbus_run_begin(self, MODBUS_SEQUENCE_reset);
+        self->reset_asked = true;
     }
 }
 
@@ -378,11 +409,6 @@ static void drive_modbus_request(struct hal_drive *drive,
     if (request == HAL_DRIVE_REQUEST_RESET) {
         drive_modbus_request_reset(self);
         return;
-    }
-    if (self->phase == DRIVE_MODBUS_LATCHED &&
-        request == HAL_DRIVE_REQUEST_OFF && self->request != request) {
-        self->request = request;
-        drive_modbus_run_begin(self, MODBUS_SEQUENCE_disable);
     }
     if (request == self->request)
         return;
@@ -447,15 +473,30 @@ static void put_limits(const struct drive_modbus *self,
     feedback->limit_positive = reversed ? low : high;
 }
 
-/* The disable, or what the latching began, has run its course; where the map has a
- * status for it, what was polled since says so too. */
+/* The disable has run its course; where the map has a status for it, what was
+ * polled since says so too. */
 static bool torque_is_off(const struct drive_modbus *self)
 {
     if (self->state == HAL_DRIVE_OFF)
-        return !drive_modbus_status(self, MODBUS_STATUS_enabled, false);
-    return self->phase == DRIVE_MODBUS_LATCHED && self->run.sequence == NULL &&
-           self->cycles >= DRIVE_MODBUS_FRESH &&
-           !drive_modbus_status(self, MODBUS_STATUS_enabled, true);
+        return !drive_modbus_has_torque(self, false);
+    return self->identified && drive_modbus_is_down(self) &&
+           self->off == DRIVE_MODBUS_OFF_DONE;
+}
+
+/* What is done about its torque, then why. */
+static void put_text(const struct drive_modbus *self,
+                     struct hal_drive_feedback *feedback)
+{
+    const bool done = self->off == DRIVE_MODBUS_OFF_DONE;
+    struct hal_text text;
+
+    hal_text_init(&text, feedback->fault_text, sizeof feedback->fault_text);
+    if (self->phase == DRIVE_MODBUS_LOST && self->identified)
+        hal_text_put(&text, done ? "lost, then switched off: "
+                                 : "lost; trying to switch it off: ");
+    else if (self->phase == DRIVE_MODBUS_LATCHED && !done && self->off_failed)
+        hal_text_put(&text, "not off: ");
+    hal_text_put(&text, self->fault_text);
 }
 
 static void drive_modbus_feedback(struct hal_drive *drive,
@@ -480,8 +521,7 @@ static void drive_modbus_feedback(struct hal_drive *drive,
         drive_modbus_demand(self, self->actual_ns, &feedback->demand_q32);
     feedback->demand_q32 += self->zero_q32;
     put_limits(self, feedback);
-    for (unsigned i = 0; i < sizeof feedback->fault_text; i++)
-        feedback->fault_text[i] = self->fault_text[i];
+    put_text(self, feedback);
 }
 
 const struct hal_drive_ops drive_modbus_ops = {

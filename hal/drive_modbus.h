@@ -2,9 +2,33 @@
  *
  *   START   look for it (once a second), identify, init, disable, first polls
  *   RUN     walks to what is requested by the map's sequences, polls, streams
- *   LATCHED a fault; waits for a reset
+ *   LATCHED a fault; its torque is taken off, then waits for a reset
  *   RESET   the map's reset sequence
- *   LOST    three failures in a row, or the wrong drive; a reset starts anew
+ *   LOST    three failures in a row, a broken connection, a position that jumps:
+ *           its torque is taken off too, whether it answers or not; a reset
+ *           starts anew.  The wrong drive is LOST at once: nothing is sent to
+ *           it
+ *
+ * How torque is taken off (drive_modbus_off.c), until the drive says that it is:
+ *
+ *          stands, or out of time      written
+ *   STOP -------------------------> DISABLE --> CONFIRM --> DONE
+ *    ^  ^                              |           |   torque reads 0
+ *    |  '------ heard again -----------+-----------|
+ *    '------------- not confirmed: another round --'
+ *
+ * It goes by `torque`, or `enabled`, of the map; of a drive that has neither, the
+ * writes that it confirmed must do.  A drive that says it has none is not
+ * stopped, only disabled.  Nothing is believed of a drive that does
+ * not answer, but it may hear: every write of the round is sent to it once,
+ * 200 ms after the last one that failed, so that it costs others on the line
+ * little; the wait for standstill then is that of a stop from full speed.  A
+ * drive that is heard again without having confirmed its stop is stopped again,
+ * before it is disabled.
+ *
+ * Request OFF takes torque off at once (stop category 0), but for an axis that
+ * moves by the drive's own profile, or brakes by its quick stop: that comes to
+ * rest first, within the map's time.
  *
  * A Modbus servo has ramps of its own and no common clock, so a set point
  * cannot say "be here now".  Streamed, it says "go to where the axis will be a
@@ -73,8 +97,17 @@ enum drive_modbus_phase {
 struct drive_modbus_run {
     const struct modbus_map_sequence *sequence; /* NULL: none */
     unsigned at, tries;
-    bool asked; /* the write is under way */
+    bool asked;     /* the write is under way */
+    uint8_t serial; /* of what was asked last: an older reply is none of ours */
     int64_t since_ns;
+};
+
+/* Taking torque off, in LATCHED and LOST. */
+enum drive_modbus_off {
+    DRIVE_MODBUS_OFF_DONE, /* or never begun */
+    DRIVE_MODBUS_OFF_STOP,
+    DRIVE_MODBUS_OFF_DISABLE,
+    DRIVE_MODBUS_OFF_CONFIRM,
 };
 
 enum drive_modbus_move {
@@ -123,8 +156,15 @@ struct drive_modbus {
     enum hal_drive_state state;
     int64_t now_ns, retry_ns;
     struct drive_modbus_run run;
-    uint8_t start_at; /* identify, init, disable, polls */
-    bool is_reached;  /* what is requested */
+    uint8_t start_at; /* init, stop if it was lost with torque, disable */
+    enum drive_modbus_off off;
+    bool off_heard;  /* every write of this sequence was confirmed */
+    bool stop_heard; /* none of the writes of `stop` went unanswered */
+    bool off_failed; /* one round was not enough */
+    bool reset_asked;
+    int64_t off_since_ns; /* of the round, of CONFIRM */
+    int64_t stop_ns;      /* from full speed to rest, and a margin */
+    bool is_reached;      /* what is requested */
     bool identified, identify_asked;
     unsigned parameter_at; /* twice: written, then read back */
     unsigned parameter_tries;

@@ -55,10 +55,18 @@ static bool go_is_busy(const struct drive_modbus *self)
            self->run.sequence != NULL;
 }
 
-static bool go_stands(const struct drive_modbus *self)
+bool drive_modbus_stands(const struct drive_modbus *self)
 {
     return !drive_modbus_status(self, MODBUS_STATUS_moving,
                                 self->actual_vel_q32 != 0);
+}
+
+bool drive_modbus_goes(const struct drive_modbus *self)
+{
+    return self->move != DRIVE_MODBUS_NO_MOVE ||
+           self->homing == HAL_DRIVE_HOMING_RUNNING ||
+           (self->mode != HAL_DRIVE_STREAM_POSITION &&
+            !drive_modbus_stands(self));
 }
 
 int drive_modbus_set_mode(struct hal_drive *drive, enum hal_drive_mode mode)
@@ -68,8 +76,9 @@ int drive_modbus_set_mode(struct hal_drive *drive, enum hal_drive_mode mode)
     if ((unsigned)mode >= HAL_DRIVE_MODES ||
         (go_modes(self->config.map) & 1u << mode) == 0)
         return MOTION_E_EMPTY;
-    if (self->state != HAL_DRIVE_OFF && (self->state != HAL_DRIVE_ENABLED ||
-                                         go_is_busy(self) || !go_stands(self)))
+    if (self->state != HAL_DRIVE_OFF &&
+        (self->state != HAL_DRIVE_ENABLED || go_is_busy(self) ||
+         !drive_modbus_stands(self)))
         return MOTION_E_STATE;
     if (self->mode == mode)
         return MOTION_OK;
@@ -178,7 +187,7 @@ static void go_move_step(struct drive_modbus *self)
 {
     if (self->run.sequence != NULL || self->cycles < DRIVE_MODBUS_FRESH)
         return;
-    if (!go_stands(self)) {
+    if (!drive_modbus_stands(self)) {
         self->moved_ns = self->now_ns;
         return;
     }
@@ -200,7 +209,7 @@ int drive_modbus_home(struct hal_drive *drive,
     if (!go_has(self->config.map, MODBUS_SEQUENCE_home))
         return MOTION_E_EMPTY;
     if (self->state != HAL_DRIVE_ENABLED || self->mode != HAL_DRIVE_HOMING ||
-        go_is_busy(self) || !go_stands(self))
+        go_is_busy(self) || !drive_modbus_stands(self))
         return MOTION_E_STATE;
     if (home->timeout_ns <= 0 || home->method != 0 || home->fast_q32 != 0 ||
         home->slow_q32 != 0 || home->acc_q16 != 0)
@@ -217,7 +226,8 @@ static void go_home_step(struct drive_modbus *self)
     if (self->now_ns > self->home_end_ns) {
         go_fail(self, "not at home in time");
     } else if (self->run.sequence == NULL &&
-               self->cycles >= DRIVE_MODBUS_FRESH && go_stands(self) &&
+               self->cycles >= DRIVE_MODBUS_FRESH &&
+               drive_modbus_stands(self) &&
                drive_modbus_status(self, MODBUS_STATUS_homed, true)) {
         self->homing = HAL_DRIVE_HOMING_DONE;
         self->zero_q32 = self->home_q32;

@@ -10,6 +10,9 @@
 #define PAST_PER_STEP 16 /* set points remembered per cycle */
 #define JUMP_FACTOR   2  /* of the axis's highest speed */
 
+#define STOP_MARGIN_NS (NS_PER_S / 2) /* until it begins */
+#define STOP_MAX_NS    (10 * NS_PER_S)
+
 static int64_t init_clamp(const struct modbus_map_field *field, int64_t value)
 {
     if (value < field->min)
@@ -160,6 +163,18 @@ static int64_t init_seconds_q32(int64_t dur_ns)
     return q32;
 }
 
+/* From full speed by the stop's acceleration, and half as long again. */
+static int64_t init_stop_ns(const struct drive_modbus_config *config)
+{
+    int64_t dur_ns;
+
+    if (motion_fixed_muldiv(config->vel_max_q32 >> 16, 3 * NS_PER_S / 2,
+                            config->acc_q16, &dur_ns) < 0 ||
+        dur_ns > STOP_MAX_NS)
+        return STOP_MAX_NS;
+    return dur_ns + STOP_MARGIN_NS;
+}
+
 static void init_times(struct drive_modbus *self)
 {
     const int64_t cycle_ns = self->config.cycle_ns;
@@ -171,6 +186,7 @@ static void init_times(struct drive_modbus *self)
     self->lead_q32 = lead_q32 = init_seconds_q32(latency_ns + 2 * cycle_ns);
     (void)motion_fixed_mulshift(lead_q32, lead_q32, 33, &self->half_lead2_q32);
     self->gain_q16 = NS_PER_S * 65536 / (4 * cycle_ns);
+    self->stop_ns = init_stop_ns(&self->config);
     self->past_step_ns = cycle_ns / PAST_PER_STEP;
 }
 

@@ -29,7 +29,7 @@ bool drive_modbus_parameter_ask(struct drive_modbus *self,
     const struct modbus_map_item *item;
 
     if (self->phase != DRIVE_MODBUS_START || self->parameter_asked ||
-        self->run.sequence != NULL || self->start_at < 2 ||
+        self->run.sequence != NULL || self->start_at < DRIVE_MODBUS_STARTS ||
         drive_modbus_parameters_done(self))
         return false;
     item = &self->config.map->item[parameter_of(self)->item];

@@ -5,7 +5,9 @@
 
 #include "hal/drive_modbus.h"
 
-#define DRIVE_MODBUS_FRESH 2 /* cycles before a status may be believed */
+#define DRIVE_MODBUS_FRESH      2 /* cycles before a status may be believed */
+#define DRIVE_MODBUS_STEP_TRIES 3 /* of a write */
+#define DRIVE_MODBUS_STARTS     3 /* sequences before the parameters */
 
 extern const struct hal_drive_ops drive_modbus_ops;
 extern const struct modbus_node_ops drive_modbus_node_ops;
@@ -21,6 +23,13 @@ bool drive_modbus_run_ask(struct drive_modbus *self,
                           struct hal_modbus_request *request);
 void drive_modbus_run_reply(struct drive_modbus *self,
                             const struct hal_modbus_reply *reply);
+/* Of a step that checks: is this the value?  true of one that does not. */
+bool drive_modbus_run_checks(const struct drive_modbus *self,
+                             const struct hal_modbus_reply *reply);
+/* Its step, NULL at its end; on to the next. */
+const struct modbus_map_step *
+drive_modbus_run_at(const struct drive_modbus *self);
+void drive_modbus_run_next(struct drive_modbus *self);
 /* Begin what leads to what is requested. */
 void drive_modbus_pursue(struct drive_modbus *self);
 /* Look for the drive from the beginning. */
@@ -29,9 +38,11 @@ void drive_modbus_start(struct drive_modbus *self);
 struct hal_text drive_modbus_say(struct drive_modbus *self, const char *words);
 /* The alarm as polled, if there is one. */
 void drive_modbus_say_alarm(struct drive_modbus *self);
-/* A fault, the drive still there; gone. */
+/* A fault, the drive still there; gone.  What was said first stays. */
 void drive_modbus_latch(struct drive_modbus *self);
 void drive_modbus_lose(struct drive_modbus *self, enum hal_drive_state state);
+/* It was lost, or has a fault: what it says of itself starts nothing more. */
+bool drive_modbus_is_down(const struct drive_modbus *self);
 /* Does the drive say so?  `unknown` when it cannot. */
 bool drive_modbus_status(const struct drive_modbus *self,
                          enum modbus_map_status status, bool unknown);
@@ -40,6 +51,20 @@ bool drive_modbus_status(const struct drive_modbus *self,
 const char *drive_modbus_reply_text(const struct hal_modbus_reply *reply);
 /* Busy, lost or broken: may be tried again. */
 bool drive_modbus_is_passing(const struct hal_modbus_reply *reply);
+
+/* ---- drive_modbus_off.c: torque off, in LATCHED and LOST ---- */
+
+void drive_modbus_off_begin(struct drive_modbus *self);
+/* It was stopped already, in vain or not: only disabled. */
+void drive_modbus_off_disable(struct drive_modbus *self);
+/* One step per tick. */
+void drive_modbus_off_step(struct drive_modbus *self);
+/* Of a write; heard: of anything else, after it did not answer. */
+void drive_modbus_off_reply(struct drive_modbus *self,
+                            const struct hal_modbus_reply *reply);
+void drive_modbus_off_heard(struct drive_modbus *self);
+/* Does the drive say that it has torque?  `unknown` when it cannot. */
+bool drive_modbus_has_torque(const struct drive_modbus *self, bool unknown);
 
 /* ---- drive_modbus_parameter.c: written at start-up, and read back ---- */
 
@@ -60,6 +85,10 @@ int drive_modbus_halt(struct hal_drive *drive);
 /* The mode when nothing was asked. */
 enum hal_drive_mode
 drive_modbus_first_mode(const struct drive_modbus_config *config);
+/* As the drive says, or its position. */
+bool drive_modbus_stands(const struct drive_modbus *self);
+/* It moves by itself, or may: by its profile, or to its home. */
+bool drive_modbus_goes(const struct drive_modbus *self);
 /* One step per tick while enabled: has it arrived, is it home? */
 void drive_modbus_go_step(struct drive_modbus *self);
 /* Everything under way ends without a word to the drive. */

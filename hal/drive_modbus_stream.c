@@ -207,7 +207,7 @@ static bool stream_can_have(const struct drive_modbus *self, int64_t delta,
 
 void drive_modbus_doubt_position(struct drive_modbus *self, const char *why)
 {
-    if (self->jumped) {
+    if (self->jumped && !drive_modbus_is_down(self)) {
         drive_modbus_say(self, why);
         drive_modbus_lose(self, HAL_DRIVE_FAULT);
     }

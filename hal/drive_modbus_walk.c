@@ -4,12 +4,14 @@
 
 #include "hal/drive_modbus_parts.h"
 
-#define STEP_TRIES   3
 #define RESET_CYCLES 100 /* for a fault to be gone */
 
 /* What START goes through, after the identification. */
-static const uint8_t walk_start[] = { MODBUS_SEQUENCE_init,
-                                      MODBUS_SEQUENCE_disable };
+static const uint8_t walk_start[DRIVE_MODBUS_STARTS] = {
+    MODBUS_SEQUENCE_init,
+    MODBUS_SEQUENCE_stop, /* only of a drive that was lost with torque */
+    MODBUS_SEQUENCE_disable,
+};
 
 /* ---- words ---- */
 
@@ -56,28 +58,38 @@ void drive_modbus_say_alarm(struct drive_modbus *self)
     }
 }
 
+bool drive_modbus_is_down(const struct drive_modbus *self)
+{
+    return self->phase == DRIVE_MODBUS_LATCHED ||
+           self->phase == DRIVE_MODBUS_LOST;
+}
+
+static void walk_down(struct drive_modbus *self, enum drive_modbus_phase phase,
+                      enum hal_drive_state state)
+{
+    const bool idle =
+        self->phase == DRIVE_MODBUS_START && self->off == DRIVE_MODBUS_OFF_DONE;
+
+    self->phase = phase;
+    self->state = state;
+    self->target_ns = 0;
+    self->reset_asked = false;
+    drive_modbus_go_drop(self);
+    drive_modbus_off_begin(self);
+    if (idle) /* we never had it moving */
+        drive_modbus_off_disable(self);
+}
+
 void drive_modbus_latch(struct drive_modbus *self)
 {
-    const bool had_torque = self->state == HAL_DRIVE_ENABLED ||
-                            self->state == HAL_DRIVE_ENABLING ||
-                            self->state == HAL_DRIVE_QUICK_STOP;
-
-    self->phase = DRIVE_MODBUS_LATCHED;
-    self->state = HAL_DRIVE_FAULT;
-    self->target_ns = 0;
-    drive_modbus_go_drop(self);
-    self->run.sequence = NULL;
-    if (had_torque)
-        drive_modbus_run_begin(self, MODBUS_SEQUENCE_stop);
+    if (!drive_modbus_is_down(self))
+        walk_down(self, DRIVE_MODBUS_LATCHED, HAL_DRIVE_FAULT);
 }
 
 void drive_modbus_lose(struct drive_modbus *self, enum hal_drive_state state)
 {
-    self->phase = DRIVE_MODBUS_LOST;
-    self->state = state;
-    self->target_ns = 0;
-    drive_modbus_go_drop(self);
-    self->run.sequence = NULL;
+    if (self->phase != DRIVE_MODBUS_LOST)
+        walk_down(self, DRIVE_MODBUS_LOST, state);
 }
 
 bool drive_modbus_status(const struct drive_modbus *self,
@@ -98,13 +110,20 @@ void drive_modbus_run_begin(struct drive_modbus *self,
 {
     self->run = (struct drive_modbus_run){
         .sequence = &self->config.map->sequence[name],
+        .serial = self->run.serial,
         .since_ns = self->now_ns,
     };
     self->cycles = 0;
 }
 
-static const struct modbus_map_step *
-walk_step_of(const struct drive_modbus *self)
+static bool walk_runs(const struct drive_modbus *self,
+                      enum modbus_map_sequence_name name)
+{
+    return self->run.sequence == &self->config.map->sequence[name];
+}
+
+const struct modbus_map_step *
+drive_modbus_run_at(const struct drive_modbus *self)
 {
     const struct drive_modbus_run *run = &self->run;
 
@@ -116,23 +135,54 @@ walk_step_of(const struct drive_modbus *self)
 bool drive_modbus_run_ask(struct drive_modbus *self,
                           struct hal_modbus_request *request)
 {
-    const struct modbus_map_step *step = walk_step_of(self);
+    const struct modbus_map_step *step = drive_modbus_run_at(self);
 
-    if (step == NULL || step->kind != MODBUS_STEP_WRITE || self->run.asked)
+    if (step == NULL || self->run.asked)
         return false;
-    modbus_map_put_write(&self->config.map->item[step->item], step->value,
-                         request);
+    if (step->kind == MODBUS_STEP_WRITE)
+        modbus_map_put_write(&self->config.map->item[step->item], step->value,
+                             request);
+    else if (step->kind == MODBUS_STEP_CHECK)
+        modbus_map_put_read(&self->config.map->item[step->item], request);
+    else
+        return false;
     self->run.asked = true;
+    self->run.serial++;
     return true;
 }
 
-static void walk_next_step(struct drive_modbus *self)
+void drive_modbus_run_next(struct drive_modbus *self)
 {
     self->run.at++;
     self->run.tries = 0;
     self->run.asked = false;
     self->run.since_ns = self->now_ns;
     self->cycles = 0;
+}
+
+bool drive_modbus_run_checks(const struct drive_modbus *self,
+                             const struct hal_modbus_reply *reply)
+{
+    const struct modbus_map_step *step = drive_modbus_run_at(self);
+    const struct modbus_map_item *item = &self->config.map->item[step->item];
+
+    return step->kind != MODBUS_STEP_CHECK ||
+           modbus_map_get(item->type, item->order, reply->value) == step->value;
+}
+
+static void walk_differs(struct drive_modbus *self,
+                         const struct hal_modbus_reply *reply)
+{
+    const struct modbus_map_step *step = drive_modbus_run_at(self);
+    const struct modbus_map_item *item = &self->config.map->item[step->item];
+    const int64_t value = modbus_map_get(item->type, item->order, reply->value);
+    struct hal_text text = drive_modbus_say(self, item->name);
+
+    hal_text_put(&text, " reads 0x");
+    hal_text_hex(&text, (uint32_t)value, value > UINT16_MAX ? 8 : 4);
+    hal_text_put(&text, ", expected 0x");
+    hal_text_hex(&text, (uint32_t)step->value, 4);
+    drive_modbus_latch(self);
 }
 
 /* "Busy" and what was lost on its way may be tried again: steps write values,
@@ -142,17 +192,22 @@ void drive_modbus_run_reply(struct drive_modbus *self,
 {
     struct hal_text text;
 
-    if (!self->run.asked || self->run.sequence == NULL)
+    if (!self->run.asked || drive_modbus_run_at(self) == NULL)
         return; /* of a sequence that was broken off */
+    if (drive_modbus_is_down(self)) {
+        drive_modbus_off_reply(self, reply);
+        return;
+    }
     self->run.asked = false;
-    if (reply->err == MOTION_OK) {
-        walk_next_step(self);
+    if (reply->err == MOTION_OK && drive_modbus_run_checks(self, reply)) {
+        drive_modbus_run_next(self);
+    } else if (reply->err == MOTION_OK) {
+        walk_differs(self, reply);
     } else if (!drive_modbus_is_passing(reply) ||
-               ++self->run.tries == STEP_TRIES) {
+               ++self->run.tries == DRIVE_MODBUS_STEP_TRIES) {
         text = drive_modbus_say(self, "a register was not written: ");
         hal_text_put(&text, drive_modbus_reply_text(reply));
         drive_modbus_latch(self);
-        self->run.sequence = NULL;
     }
 }
 
@@ -174,7 +229,7 @@ static int walk_until(struct drive_modbus *self,
 
     if (self->cycles >= DRIVE_MODBUS_FRESH &&
         drive_modbus_status(self, step->status, false) == (step->value != 0)) {
-        walk_next_step(self);
+        drive_modbus_run_next(self);
         return MOTION_E_AGAIN;
     }
     if (self->now_ns - self->run.since_ns <= step->dur_ns)
@@ -190,18 +245,19 @@ static int walk_until(struct drive_modbus *self,
 /* MOTION_OK when the sequence is done, MOTION_E_AGAIN while it runs. */
 static int walk_run(struct drive_modbus *self)
 {
-    const struct modbus_map_step *step = walk_step_of(self);
+    const struct modbus_map_step *step = drive_modbus_run_at(self);
 
     if (step == NULL)
         return MOTION_OK;
     switch (step->kind) {
     case MODBUS_STEP_WRITE:
+    case MODBUS_STEP_CHECK:
         break; /* moved on by its reply */
     case MODBUS_STEP_UNTIL:
         return walk_until(self, step);
     case MODBUS_STEP_DELAY:
         if (self->now_ns - self->run.since_ns >= step->dur_ns)
-            walk_next_step(self);
+            drive_modbus_run_next(self);
         break;
     }
     return MOTION_E_AGAIN;
@@ -245,11 +301,17 @@ void drive_modbus_pursue(struct drive_modbus *self)
                                            HAL_DRIVE_QUICK_STOP },
     };
 
+    const bool off = self->request == HAL_DRIVE_REQUEST_OFF;
+    const bool brakes = off && walk_runs(self, MODBUS_SEQUENCE_stop);
+    const bool goes = off && drive_modbus_goes(self);
+
     self->is_reached = false;
     self->target_ns = 0;
     drive_modbus_go_drop(self);
     self->state = rows[self->request].state;
-    drive_modbus_run_begin(self, rows[self->request].sequence);
+    if (!brakes) /* its stop goes on to its end */
+        drive_modbus_run_begin(self, goes ? MODBUS_SEQUENCE_stop
+                                          : rows[self->request].sequence);
 }
 
 /* Torque is off, and nothing is wrong. */
@@ -259,9 +321,20 @@ static void walk_off(struct drive_modbus *self)
     self->state = HAL_DRIVE_OFF;
     self->is_reached = true;
     self->run.sequence = NULL;
+    self->off = DRIVE_MODBUS_OFF_DONE;
     self->alarm_asked = false;
     self->fault_code = 0;
     self->fault_text[0] = '\0';
+}
+
+static void walk_start_begin(struct drive_modbus *self)
+{
+    const uint8_t name = walk_start[self->start_at];
+
+    if (name == MODBUS_SEQUENCE_stop && self->off == DRIVE_MODBUS_OFF_DONE)
+        self->start_at++;
+    else
+        drive_modbus_run_begin(self, name);
 }
 
 static void walk_start_step(struct drive_modbus *self)
@@ -273,14 +346,15 @@ static void walk_start_step(struct drive_modbus *self)
     if (self->run.sequence != NULL) {
         const int err = walk_run(self);
 
-        if (err == MOTION_OK) {
+        if (err == MOTION_OK ||
+            (err != MOTION_E_AGAIN && walk_runs(self, MODBUS_SEQUENCE_stop))) {
             self->run.sequence = NULL;
             self->start_at++;
         } else if (err != MOTION_E_AGAIN) {
             drive_modbus_latch(self);
         }
-    } else if (self->start_at < sizeof walk_start) {
-        drive_modbus_run_begin(self, walk_start[self->start_at]);
+    } else if (self->start_at < DRIVE_MODBUS_STARTS) {
+        walk_start_begin(self);
     } else if (drive_modbus_parameters_done(self) && self->fresh == all &&
                self->actual_ns != 0) {
         walk_off(self);
@@ -300,6 +374,11 @@ static void walk_enabled(struct drive_modbus *self)
 
 static void walk_reached(struct drive_modbus *self)
 {
+    if (self->request == HAL_DRIVE_REQUEST_OFF &&
+        walk_runs(self, MODBUS_SEQUENCE_stop)) {
+        drive_modbus_run_begin(self, MODBUS_SEQUENCE_disable);
+        return;
+    }
     self->is_reached = true;
     self->run.sequence = NULL;
     if (self->request == HAL_DRIVE_REQUEST_ENABLE)
@@ -310,12 +389,16 @@ static void walk_reached(struct drive_modbus *self)
 
 static void walk_request_step(struct drive_modbus *self)
 {
+    const bool brakes = walk_runs(self, MODBUS_SEQUENCE_stop);
     const int err = walk_run(self);
 
-    if (err == MOTION_OK)
+    if (err == MOTION_OK) {
         walk_reached(self);
-    else if (err != MOTION_E_AGAIN)
+    } else if (err != MOTION_E_AGAIN) {
         drive_modbus_latch(self);
+        if (brakes) /* it has had its time */
+            drive_modbus_off_disable(self);
+    }
 }
 
 /* What runs while enabled: stream_begin once, move_go. */
@@ -350,7 +433,6 @@ static void walk_run_step(struct drive_modbus *self)
         drive_modbus_say(self, "the drive reports an alarm");
         drive_modbus_say_alarm(self);
         drive_modbus_latch(self);
-        self->run.sequence = NULL;
     } else if (!self->is_reached) {
         walk_request_step(self);
     } else if (self->state == HAL_DRIVE_ENABLED) {
@@ -359,11 +441,20 @@ static void walk_run_step(struct drive_modbus *self)
     }
 }
 
-/* The stop that the latching began; what comes of it does not matter. */
+/* A reset waits until torque is off, or one round has shown that it does not
+ * go.  Torque that comes back is taken off again. */
 static void walk_latched_step(struct drive_modbus *self)
 {
-    if (self->run.sequence != NULL && walk_run(self) != MOTION_E_AGAIN)
-        self->run.sequence = NULL;
+    const bool done = self->off == DRIVE_MODBUS_OFF_DONE;
+
+    if (self->reset_asked && (done || self->off_failed)) {
+        self->phase = DRIVE_MODBUS_RESET;
+        drive_modbus_run_begin(self, MODBUS_SEQUENCE_reset);
+    } else if (done && drive_modbus_has_torque(self, false)) {
+        drive_modbus_off_begin(self);
+    } else {
+        drive_modbus_off_step(self);
+    }
 }
 
 static void walk_reset_step(struct drive_modbus *self)
@@ -381,8 +472,7 @@ static void walk_reset_step(struct drive_modbus *self)
         self->request = HAL_DRIVE_REQUEST_OFF;
         walk_off(self);
     } else if (err != MOTION_OK || self->cycles >= RESET_CYCLES) {
-        self->phase = DRIVE_MODBUS_LATCHED;
-        self->run.sequence = NULL;
+        drive_modbus_latch(self);
     }
 }
 
@@ -402,6 +492,7 @@ void drive_modbus_walk(struct drive_modbus *self)
         walk_reset_step(self);
         break;
     case DRIVE_MODBUS_LOST:
-        break; /* waits for a reset */
+        drive_modbus_off_step(self);
+        break; /* and waits for a reset */
     }
 }

@@ -15,7 +15,14 @@ static void modbus_bus_take(struct modbus_bus *bus,
     struct modbus_node *node = bus->node[bus->flight[slot].node];
 
     bus->returned++;
+    bus->broke = bus->broke || reply->err == MOTION_E_IO;
     node->ops->reply(node, bus->flight[slot].cookie, reply);
+}
+
+static void modbus_bus_tell(struct modbus_bus *bus)
+{
+    for (unsigned i = 0; i < bus->node_count; i++)
+        bus->node[i]->ops->down(bus->node[i]);
 }
 
 static int modbus_bus_begin(struct hal_fieldbus *fieldbus, int64_t now_ns)
@@ -23,13 +30,16 @@ static int modbus_bus_begin(struct hal_fieldbus *fieldbus, int64_t now_ns)
     struct modbus_bus *bus = modbus_bus_of(fieldbus);
     struct hal_modbus_reply reply;
 
+    bus->broke = hal_modbus_is_up(bus->line) == 0;
     for (unsigned i = 0;
          i < HAL_MODBUS_MAILBOX && hal_modbus_collect(bus->line, &reply) == 1;
          i++)
         modbus_bus_take(bus, &reply);
+    if (bus->broke)
+        modbus_bus_tell(bus);
     for (unsigned i = 0; i < bus->node_count; i++)
         bus->node[i]->ops->step(bus->node[i], now_ns);
-    return hal_modbus_is_up(bus->line) != 0 ? MOTION_OK : MOTION_E_IO;
+    return bus->broke ? MOTION_E_IO : MOTION_OK;
 }
 
 /* true: one more is under way. */

@@ -3,7 +3,10 @@
  * Every tick takes the replies in (begin) and fills the line's mailbox again
  * (end), asking one node after the other.  At most `depth` requests are under way:
  * enough that the line need not wait for a tick, not so many that set points
- * grow old in the mailbox. */
+ * grow old in the mailbox.
+ *
+ * begin() says MOTION_E_IO while the line is down, and once for a connection
+ * that broke and came back between two ticks, of which a reply tells. */
 #ifndef HAL_MODBUS_BUS_H
 #define HAL_MODBUS_BUS_H
 
@@ -25,6 +28,8 @@ struct modbus_node_ops {
                 struct hal_modbus_request *request, uint16_t *cookie);
     void (*reply)(struct modbus_node *node, uint16_t cookie,
                   const struct hal_modbus_reply *reply);
+    /* Port or connection broke, also when it is there again already. */
+    void (*down)(struct modbus_node *node);
 };
 
 struct modbus_node {
@@ -43,6 +48,7 @@ struct modbus_bus {
         uint16_t cookie;
     } flight[HAL_MODBUS_MAILBOX]; /* by tag */
     uint32_t sent, returned;      /* tags */
+    bool broke;                   /* since the last tick */
 };
 
 /* depth 2 .. HAL_MODBUS_MAILBOX, else MOTION_E_ARG. */

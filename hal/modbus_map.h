@@ -87,6 +87,7 @@ struct modbus_map_group {
 #define MODBUS_MAP_STATUS_LIST(X)                                              \
     X(ready)                                                                   \
     X(enabled)                                                                 \
+    X(torque) /* also while it stops by itself; not said: as enabled */        \
     X(moving)                                                                  \
     X(in_position)                                                             \
     X(homed)                                                                   \
@@ -110,6 +111,7 @@ enum modbus_map_step_kind {
     MODBUS_STEP_WRITE, /* value into item */
     MODBUS_STEP_UNTIL, /* status is value, for at most dur_ns */
     MODBUS_STEP_DELAY, /* dur_ns */
+    MODBUS_STEP_CHECK, /* item reads back as value, or it is a fault */
 };
 
 struct modbus_map_step {

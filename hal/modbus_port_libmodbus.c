@@ -60,14 +60,28 @@ static modbus_t *modbus_libmodbus_new(const struct modbus_libmodbus *self)
     return modbus_new_tcp_pi(self->config.host, service);
 }
 
-void modbus_libmodbus_down(struct modbus_libmodbus *self)
+static void modbus_libmodbus_drop(struct modbus_libmodbus *self)
 {
     if (self->context == NULL)
         return;
     modbus_close(self->context);
     modbus_free(self->context);
     self->context = NULL;
+}
+
+void modbus_libmodbus_down(struct modbus_libmodbus *self)
+{
+    modbus_libmodbus_drop(self);
     atomic_store(&self->up, false);
+}
+
+/* We break it off, to be sure of the next answer: the line stays up unless it
+ * cannot be had again. */
+static void modbus_libmodbus_anew(struct modbus_libmodbus *self)
+{
+    modbus_libmodbus_drop(self);
+    self->retry_ns = 0;
+    modbus_libmodbus_up(self);
 }
 
 /* Read away what is there until nothing has come for `silent_ns`. */
@@ -111,8 +125,10 @@ void modbus_libmodbus_up(struct modbus_libmodbus *self)
         return;
     self->retry_ns = now_ns + MODBUS_LIBMODBUS_RETRY_NS;
     self->context = modbus_libmodbus_new(self);
-    if (self->context == NULL)
+    if (self->context == NULL) {
+        modbus_libmodbus_down(self);
         return;
+    }
     modbus_set_error_recovery(self->context, MODBUS_ERROR_RECOVERY_NONE);
     modbus_set_response_timeout(self->context, (uint32_t)(timeout_us / 1000000),
                                 (uint32_t)(timeout_us % 1000000));
@@ -289,9 +305,7 @@ static void modbus_libmodbus_clear(struct modbus_libmodbus *self)
         return;
     }
     atomic_fetch_add(&self->stray, (uint64_t)waiting);
-    modbus_libmodbus_down(self);
-    self->retry_ns = 0;
-    modbus_libmodbus_up(self);
+    modbus_libmodbus_anew(self);
 }
 
 /* A reply that is neither an answer nor a refusal leaves doubt about what is
@@ -304,9 +318,10 @@ void modbus_libmodbus_recover(struct modbus_libmodbus *self, int err)
         modbus_libmodbus_drain(self, self->config.drain_ns);
         return;
     }
-    modbus_libmodbus_down(self);
-    if (err != MOTION_E_IO)
-        self->retry_ns = 0;
+    if (err == MOTION_E_IO)
+        modbus_libmodbus_down(self);
+    else
+        modbus_libmodbus_anew(self);
 }
 
 void modbus_libmodbus_transact(struct modbus_libmodbus *self,

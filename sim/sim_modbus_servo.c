@@ -94,6 +94,7 @@ static void servo_say_all(struct sim_modbus_servo *self)
 
     servo_say(self, MODBUS_STATUS_ready, !self->fault);
     servo_say(self, MODBUS_STATUS_enabled, self->enabled);
+    servo_say(self, MODBUS_STATUS_torque, self->enabled);
     servo_say(self, MODBUS_STATUS_moving, servo_moves(self));
     servo_say(self, MODBUS_STATUS_in_position, servo_arrived(self));
     servo_say(self, MODBUS_STATUS_homed, self->homed);
@@ -597,6 +598,17 @@ void sim_modbus_servo_inject(struct sim_modbus_servo *self,
 
 /* ---- set-up ---- */
 
+/* It is set up as init wants it. */
+static void servo_know_checks(struct sim_modbus_servo *self)
+{
+    const struct modbus_map_sequence *init =
+        &self->config.map->sequence[MODBUS_SEQUENCE_init];
+
+    for (unsigned i = 0; i < init->count; i++)
+        if (init->step[i].kind == MODBUS_STEP_CHECK)
+            servo_put(self, init->step[i].item, init->step[i].value);
+}
+
 static void servo_know_map(struct sim_modbus_servo *self)
 {
     const struct modbus_map *map = self->config.map;
@@ -616,6 +628,7 @@ static void servo_know_map(struct sim_modbus_servo *self)
     servo_know(self, map->stream.at, map->stream.registers);
     if (map->identify.item != MODBUS_MAP_NO_ITEM)
         servo_put(self, map->identify.item, map->identify.equals);
+    servo_know_checks(self);
 }
 
 static int servo_sit(struct sim_modbus_servo *self,

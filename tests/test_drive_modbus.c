@@ -278,12 +278,13 @@ static void a_mute_drive_is_lost_and_found(void **state)
     modbus_bench_until(&bench, HAL_DRIVE_OFFLINE);
     /* three time-outs and the silence after each */
     assert_true(bench.world.now_ns - since_ns < 600 * MS);
-    assert_string_equal(
-        bench.feedback.fault_text,
-        "three transactions in a row failed: no answer in time");
+    assert_string_equal(bench.feedback.fault_text,
+                        "lost; trying to switch it off: no answer in time");
     sim_modbus_servo_inject(&bench.servo, SIM_MODBUS_SERVO_CLEAR);
     modbus_bench_run(&bench, 2000 * MS);
     assert_int_equal(bench.feedback.state, HAL_DRIVE_OFFLINE);
+    assert_string_equal(bench.feedback.fault_text,
+                        "lost, then switched off: no answer in time");
     hal_drive_request(&bench.drive.drive, HAL_DRIVE_REQUEST_RESET);
     modbus_bench_until(&bench, HAL_DRIVE_OFF);
 }
@@ -403,6 +404,7 @@ static void a_position_that_is_no_number_is_not_believed(void **state)
         say_position(rows[i].high, rows[i].low);
         assert_int_equal(bench.feedback.state, HAL_DRIVE_FAULT);
         assert_string_equal(bench.feedback.fault_text,
+                            "lost; trying to switch it off: "
                             "its position is no number");
     }
 }

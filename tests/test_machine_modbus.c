@@ -217,7 +217,7 @@ static const struct {
     { "two in a step",
       MAP_HEAD MAP_ITEMS MAP_STATUS MAP_MOVE
       "sequences: {stop: [{write: state, delay: 1 ms}]}\n",
-      "is not one of write, until and delay" },
+      "is not one of write, check, until and delay" },
     { "value too large",
       MAP_HEAD MAP_ITEMS MAP_STATUS MAP_MOVE
       "sequences: {stop: [{write: state, value: 65536}]}\n",
@@ -259,8 +259,8 @@ static const struct {
     { "pair_beyond", "ends beyond address 0xFFFF" },
     { "position_slow", "has no position with poll: fast" },
     { "status_not_polled", "moving looks at an item without poll: fast" },
-    { "step_two", "is not one of write, until and delay" },
-    { "step_value", "value belongs to a write" },
+    { "step_two", "is not one of write, check, until and delay" },
+    { "step_value", "value belongs to a write or a check" },
     { "step_value_range", "value '65536' is not in 0 .. 65535" },
     { "stream_go_waits", "stream_go waits, it may only write" },
     { "unknown_item", "did you mean 'state'" },

@@ -12,6 +12,16 @@ static int map_read_step_write(void *reader, const struct yaml_value *value,
     return map_read_item(reader, value, &step->item);
 }
 
+static int map_read_step_check(void *reader, const struct yaml_value *value,
+                               void *out)
+{
+    struct modbus_map_step *step = out;
+
+    step->kind = MODBUS_STEP_CHECK;
+    ((struct map_reader *)reader)->step_kinds++;
+    return map_read_item(reader, value, &step->item);
+}
+
 static int map_read_step_until(void *reader, const struct yaml_value *value,
                                void *out)
 {
@@ -48,8 +58,9 @@ static int map_read_step_value(void *reader, const struct yaml_value *value,
     struct modbus_map_step *step = out;
     int64_t min, max;
 
-    if (step->kind != MODBUS_STEP_WRITE || self->step_kinds != 1)
-        return yaml_value_refuse(value, "belongs to a write");
+    if ((step->kind != MODBUS_STEP_WRITE && step->kind != MODBUS_STEP_CHECK) ||
+        self->step_kinds != 1)
+        return yaml_value_refuse(value, "belongs to a write or a check");
     modbus_map_range(self->map->item[step->item].type, &min, &max);
     return map_read_number(value, min, max, &step->value);
 }
@@ -78,6 +89,7 @@ static int map_read_step_within(void *reader, const struct yaml_value *value,
 
 static const struct yaml_field map_step_fields[] = {
     { "write", YAML_OPTIONAL, "the name of an item", map_read_step_write, 0 },
+    { "check", YAML_OPTIONAL, "the name of an item", map_read_step_check, 0 },
     { "until", YAML_OPTIONAL, "a status of this map", map_read_step_until, 0 },
     { "delay", YAML_OPTIONAL, "a time up to 60 s", map_read_step_delay, 0 },
     { "value", YAML_OPTIONAL, "a number that fits the item",
@@ -107,8 +119,8 @@ static int map_read_sequence(void *reader, const struct yaml_value *value,
                              &sequence->step[sequence->count]) < 0)
             return -1;
         if (self->step_kinds != 1)
-            return yaml_value_refuse(&item,
-                                     "is not one of write, until and delay");
+            return yaml_value_refuse(
+                &item, "is not one of write, check, until and delay");
         sequence->count++;
     }
     return 0;
@@ -117,7 +129,8 @@ static int map_read_sequence(void *reader, const struct yaml_value *value,
 static const struct yaml_field map_sequence_fields[] = {
 #define MAP_SEQUENCE_FIELD(name)                                               \
     { #name, YAML_OPTIONAL,                                                    \
-      "a list of {write, value}, {until, is, within} and {delay}",             \
+      "a list of {write, value}, {check, value}, {until, is, within} and "     \
+      "{delay}",                                                               \
       map_read_sequence,                                                       \
       offsetof(struct modbus_map, sequence[MODBUS_SEQUENCE_##name]) },
     MODBUS_MAP_SEQUENCE_LIST(MAP_SEQUENCE_FIELD)
