@@ -23,8 +23,9 @@
  * not answer, but it may hear: every write of the round is sent to it once,
  * 200 ms after the last one that failed, so that it costs others on the line
  * little; the wait for standstill then is that of a stop from full speed.  A
- * drive that is heard again without having confirmed its stop is stopped again,
- * before it is disabled.
+ * drive that is heard again without having confirmed its stop is polled, and
+ * stopped again if it has torque, before it is disabled.  Where `stop` writes
+ * what `disable` writes, it is not sent again to one that is not heard.
  *
  * Request OFF takes torque off at once (stop category 0), but for an axis that
  * moves by the drive's own profile, or brakes by its quick stop: that comes to
@@ -161,6 +162,7 @@ struct drive_modbus {
     bool off_heard;  /* every write of this sequence was confirmed */
     bool stop_heard; /* none of the writes of `stop` went unanswered */
     bool off_failed; /* one round was not enough */
+    bool off_waits;  /* for fresh polls of a drive that was heard again */
     bool reset_asked;
     int64_t off_since_ns; /* of the round, of CONFIRM */
     int64_t stop_ns;      /* from full speed to rest, and a margin */

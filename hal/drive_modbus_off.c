@@ -33,12 +33,36 @@ static bool off_is_idle(const struct drive_modbus *self)
            !drive_modbus_has_torque(self, true);
 }
 
+/* Where both write the same item. */
+static bool off_is_undone_by_stop(const struct modbus_map *map)
+{
+    const struct modbus_map_sequence *stop =
+        &map->sequence[MODBUS_SEQUENCE_stop];
+    const struct modbus_map_sequence *disable =
+        &map->sequence[MODBUS_SEQUENCE_disable];
+
+    for (unsigned i = 0; i < stop->count; i++)
+        for (unsigned j = 0; j < disable->count; j++)
+            if (stop->step[i].kind == MODBUS_STEP_WRITE &&
+                disable->step[j].kind == MODBUS_STEP_WRITE &&
+                stop->step[i].item == disable->step[j].item)
+                return true;
+    return false;
+}
+
+/* One that does not answer may have heard the `disable` of the last round: that
+ * is not undone, and not before the drive has been heard is it stopped again. */
 static void off_round(struct drive_modbus *self)
 {
+    const bool idle = off_is_idle(self);
+    const bool blind = self->off_failed && self->failures > 0 &&
+                       off_is_undone_by_stop(self->config.map);
+
     self->off_since_ns = self->now_ns;
-    self->stop_heard = true;
-    off_enter(self, off_is_idle(self) ? DRIVE_MODBUS_OFF_DISABLE
-                                      : DRIVE_MODBUS_OFF_STOP);
+    self->off_waits = false;
+    self->stop_heard = idle || !blind;
+    off_enter(self,
+              idle || blind ? DRIVE_MODBUS_OFF_DISABLE : DRIVE_MODBUS_OFF_STOP);
 }
 
 void drive_modbus_off_begin(struct drive_modbus *self)
@@ -100,21 +124,41 @@ void drive_modbus_off_reply(struct drive_modbus *self,
     drive_modbus_run_next(self);
 }
 
+/* It says how it is before it is sent anything. */
 void drive_modbus_off_heard(struct drive_modbus *self)
 {
     if (drive_modbus_is_down(self) && self->off != DRIVE_MODBUS_OFF_DONE &&
-        !self->stop_heard)
+        !self->stop_heard) {
+        self->off_waits = true;
+        self->cycles = 0;
+    }
+}
+
+static void off_wait(struct drive_modbus *self)
+{
+    if (self->failures > 0)
+        self->off_waits = false;
+    else if (self->cycles >= DRIVE_MODBUS_FRESH)
         off_round(self);
 }
 
 /* ---- one step per tick ---- */
+
+/* Confirmed writes and no torque; or twice no torque, of a drive that refuses
+ * them, as it has been off meanwhile. */
+static bool off_is_confirmed(const struct drive_modbus *self)
+{
+    return self->off_heard
+               ? !drive_modbus_has_torque(self, false)
+               : self->off_failed && !drive_modbus_has_torque(self, true);
+}
 
 static void off_confirm(struct drive_modbus *self)
 {
     const bool fresh = self->cycles >= DRIVE_MODBUS_FRESH;
     const int64_t waited_ns = self->now_ns - self->run.since_ns;
 
-    if (fresh && self->off_heard && !drive_modbus_has_torque(self, false)) {
+    if (fresh && off_is_confirmed(self)) {
         self->off = DRIVE_MODBUS_OFF_DONE;
     } else if ((fresh || waited_ns > CONFIRM_NS) &&
                self->now_ns - self->off_since_ns >= ROUND_NS) {
@@ -129,7 +173,9 @@ void drive_modbus_off_step(struct drive_modbus *self)
 
     if (self->off == DRIVE_MODBUS_OFF_DONE)
         return;
-    if (step != NULL) {
+    if (self->off_waits) {
+        off_wait(self);
+    } else if (step != NULL) {
         if (off_is_over(self, step))
             drive_modbus_run_next(self);
     } else if (self->off == DRIVE_MODBUS_OFF_STOP) {

@@ -137,7 +137,7 @@ bool drive_modbus_run_ask(struct drive_modbus *self,
 {
     const struct modbus_map_step *step = drive_modbus_run_at(self);
 
-    if (step == NULL || self->run.asked)
+    if (step == NULL || self->run.asked || self->off_waits)
         return false;
     if (step->kind == MODBUS_STEP_WRITE)
         modbus_map_put_write(&self->config.map->item[step->item], step->value,
@@ -281,6 +281,7 @@ void drive_modbus_start(struct drive_modbus *self)
     self->parameter_asked = false;
     self->fresh = 0;
     self->failures = 0;
+    self->off_waits = false;
     self->actual_ns = 0;
     self->jumped = false;
     self->fault_code = 0;
@@ -449,6 +450,7 @@ static void walk_latched_step(struct drive_modbus *self)
 
     if (self->reset_asked && (done || self->off_failed)) {
         self->phase = DRIVE_MODBUS_RESET;
+        self->off_waits = false;
         drive_modbus_run_begin(self, MODBUS_SEQUENCE_reset);
     } else if (done && drive_modbus_has_torque(self, false)) {
         drive_modbus_off_begin(self);
