@@ -113,11 +113,13 @@ void drive_moteus_put_questions(struct hal_can_frame *frame)
     moteus_frame_read(frame, MOTEUS_INT8, MOTEUS_VOLTAGE, 3);
 }
 
-/* Whoever has not been found is asked now and then; who was lost is not. */
-static bool moteus_is_asked(struct drive_moteus *self, int64_t now_ns)
+/* Whoever has not been found is asked now and then; who was lost only with what
+ * takes its torque. */
+static bool moteus_is_asked(struct drive_moteus *self, bool wanted,
+                            int64_t now_ns)
 {
     if (self->turns.phase == DRIVE_TURNS_LOST)
-        return false;
+        return wanted || self->stopping;
     if (self->turns.phase != DRIVE_TURNS_START || self->heard)
         return true;
     if (now_ns < self->ask_ns)
@@ -132,7 +134,7 @@ static void drive_moteus_emit(struct can_bus_node *node, int64_t now_ns)
     const bool wanted = drive_turns_next(&self->turns);
     struct hal_can_frame frame;
 
-    if (!moteus_is_asked(self, now_ns))
+    if (!moteus_is_asked(self, wanted, now_ns))
         return;
     moteus_frame_begin(&frame, self->config.id, self->config.switched);
     moteus_put_order(self, &frame, wanted);
@@ -237,11 +239,12 @@ static void moteus_take_state(struct drive_moteus *self,
     self->voltage = (int8_t)answer->voltage;
     self->temperature = (int8_t)answer->temperature;
     turns->armed = self->mode == MOTEUS_MODE_POSITION;
-    turns->torque =
-        self->mode > MOTEUS_MODE_FAULT && self->mode != MOTEUS_MODE_TIMEOUT;
+    /* also after its watchdog, which may brake or hold */
+    turns->torque = self->mode > MOTEUS_MODE_FAULT;
     turns->alarmed =
         self->mode == MOTEUS_MODE_FAULT || self->mode == MOTEUS_MODE_TIMEOUT;
-    if (turns->alarmed && turns->fault_code == 0)
+    if (turns->alarmed && turns->fault_code == 0 &&
+        turns->phase != DRIVE_TURNS_LOST)
         moteus_say(self, answer->fault);
 }
 

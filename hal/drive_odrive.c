@@ -44,11 +44,14 @@ void odrive_arm(struct drive_turns *turns, bool again)
 static void odrive_disarm(struct drive_turns *turns, bool again)
 {
     struct drive_odrive *self = odrive_of(turns);
+    /* one that is not there would need two resets for it later */
+    const bool heard =
+        drive_turns_is_watched(turns) || self->heartbeat_ns > turns->since_ns;
 
     if (!again)
         return;
     (void)odrive_send_u32(self, ODRIVE_SET_AXIS_STATE, ODRIVE_IDLE, 0, 1);
-    if (turns->now_ns - turns->since_ns > ESTOP_AFTER_NS)
+    if (heard && turns->now_ns - turns->since_ns > ESTOP_AFTER_NS)
         (void)odrive_send(self, ODRIVE_ESTOP, NULL, 0);
 }
 

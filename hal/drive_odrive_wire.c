@@ -238,7 +238,7 @@ void odrive_say(struct drive_odrive *self)
     const bool parts = self->family == DRIVE_ODRIVE_05 && self->parts != 0;
 
     self->turns.alarmed = self->error != 0 || parts;
-    if (self->turns.fault_code != 0)
+    if (self->turns.fault_code != 0 || self->turns.phase == DRIVE_TURNS_LOST)
         return;
     if (self->error != 0)
         odrive_say_error(self, self->error);

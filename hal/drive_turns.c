@@ -319,6 +319,19 @@ static void put_demand(const struct drive_turns *self,
         hal_ratio_scale(&self->to_unit, past.pos_q32 + way_q32);
 }
 
+/* What is done about its torque, then why. */
+static void put_text(const struct drive_turns *self,
+                     struct hal_drive_feedback *feedback)
+{
+    struct hal_text text;
+
+    hal_text_init(&text, feedback->fault_text, sizeof feedback->fault_text);
+    if (self->phase == DRIVE_TURNS_LOST && self->left)
+        hal_text_put(&text, self->torque ? "lost; trying to switch it off: "
+                                         : "lost, then switched off: ");
+    hal_text_put(&text, self->fault_text);
+}
+
 static void drive_turns_feedback(struct hal_drive *drive,
                                  struct hal_drive_feedback *feedback)
 {
@@ -343,8 +356,7 @@ static void drive_turns_feedback(struct hal_drive *drive,
             clamp_i32(hal_ratio_scale(&self->to_permille, self->torque_mnm));
     }
     put_demand(self, feedback);
-    for (unsigned i = 0; i < sizeof feedback->fault_text; i++)
-        feedback->fault_text[i] = self->fault_text[i];
+    put_text(self, feedback);
 }
 
 const struct hal_drive_ops drive_turns_drive_ops = {

@@ -9,6 +9,12 @@
  *        nothing heard, no position     alarm, disarmed by itself, a wait that
  *                                       took too long
  *
+ * A drive that was LOST may hear all the same.  One that followed set points is
+ * ramped down by them, from the last one on; then, and at once where it moved by
+ * its own profile, of which nobody knows how far it is, it is disarmed every
+ * 150 ms until it says that it has no torque.  A reset meanwhile looks for it
+ * anew and goes on disarming it until it is found.
+ *
  * The wire part says what it hears (armed, alarmed, where it is) and has five
  * calls that send; this part is everything else.  A quick stop is a ramp of our
  * own: these drives know none that is both braked and asked for in one frame.
@@ -113,6 +119,8 @@ struct drive_turns {
     bool armed;      /* follows set points, or moves by its profile */
     bool torque;     /* armed, or doing something else by itself */
     bool alarmed;    /* has a fault, whose text has been said */
+    bool left;       /* with torque, when it was lost: `torque` is what is
+                        known of it since */
     bool positioned; /* actual_q32 is known */
     bool extrapolates, go_done;
     enum hal_drive_homing homing;

@@ -87,16 +87,17 @@ static void motion_follow(struct drive_turns *self)
 
 bool drive_turns_next(struct drive_turns *self)
 {
+    const bool lost = self->phase == DRIVE_TURNS_LOST;
     const bool wanted =
-        self->armed || (self->phase == DRIVE_TURNS_RUN &&
-                        self->request == HAL_DRIVE_REQUEST_ENABLE);
+        lost ? self->motion == DRIVE_TURNS_RAMP
+             : self->armed || (self->phase == DRIVE_TURNS_RUN &&
+                               self->request == HAL_DRIVE_REQUEST_ENABLE);
 
     if (self->motion == DRIVE_TURNS_FOLLOW)
         motion_follow(self);
     else if (self->motion == DRIVE_TURNS_RAMP)
         motion_ramp(self);
-    return wanted && self->phase != DRIVE_TURNS_START &&
-           self->phase != DRIVE_TURNS_LOST;
+    return wanted && self->phase != DRIVE_TURNS_START;
 }
 
 int64_t drive_turns_raw_q32(const struct drive_turns *self, int64_t pos_q32)

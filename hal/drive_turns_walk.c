@@ -54,7 +54,8 @@ void drive_turns_start(struct drive_turns *self)
     self->homing = HAL_DRIVE_HOMING_NONE;
     self->origin_q32 = 0;
     self->armed = false;
-    self->torque = false;
+    self->left = self->left && self->torque;
+    self->torque = self->left;
     self->alarmed = false;
     self->positioned = false;
     self->fault_code = 0;
@@ -76,16 +77,23 @@ void drive_turns_latch(struct drive_turns *self)
 
 void drive_turns_lose(struct drive_turns *self)
 {
+    const bool follows = self->armed && self->motion != DRIVE_TURNS_GO &&
+                         self->motion != DRIVE_TURNS_HOME;
+
+    self->left = drive_turns_is_watched(self);
     drive_turns_latch(self);
+    if (!follows)
+        drive_turns_stand(self); /* no ramp */
     self->phase = DRIVE_TURNS_LOST;
     self->state = HAL_DRIVE_OFFLINE;
     self->armed = false;
-    self->torque = false;
+    self->torque = self->torque || self->left; /* until it says otherwise */
 }
 
 static void walk_run(struct drive_turns *self)
 {
     drive_turns_enter(self, DRIVE_TURNS_RUN);
+    self->left = false;
     self->state = HAL_DRIVE_OFF;
     self->mode = HAL_DRIVE_STREAM_POSITION;
     drive_turns_stand(self);
@@ -190,6 +198,8 @@ static void walk_starting(struct drive_turns *self)
 {
     const int err = self->ops->start_step(self);
 
+    if (self->left && self->torque && walk_again(self))
+        self->ops->disarm(self, true);
     if (err == MOTION_OK) {
         walk_run(self);
     } else if (err != MOTION_E_AGAIN) { /* only a new start helps */
@@ -218,6 +228,13 @@ static void walk_latched(struct drive_turns *self)
     if (self->torque &&
         (!self->armed || self->request == HAL_DRIVE_REQUEST_OFF))
         self->ops->disarm(self, walk_again(self));
+}
+
+/* What it says of its torque counts, be it late. */
+static void walk_lost(struct drive_turns *self)
+{
+    if (self->torque && self->motion != DRIVE_TURNS_RAMP && walk_again(self))
+        self->ops->disarm(self, true);
 }
 
 static void walk_reset(struct drive_turns *self)
@@ -258,6 +275,7 @@ void drive_turns_step(struct drive_turns *self, int64_t now_ns)
         walk_reset(self);
         break;
     case DRIVE_TURNS_LOST:
-        break; /* waits for a reset */
+        walk_lost(self);
+        break; /* and waits for a reset */
     }
 }
