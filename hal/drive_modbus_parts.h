@@ -16,20 +16,6 @@ extern const struct modbus_node_ops drive_modbus_node_ops;
 
 /* One step per tick. */
 void drive_modbus_walk(struct drive_modbus *self);
-/* Begin a sequence; write its next value, if that is its step. */
-void drive_modbus_run_begin(struct drive_modbus *self,
-                            enum modbus_map_sequence_name name);
-bool drive_modbus_run_ask(struct drive_modbus *self,
-                          struct hal_modbus_request *request);
-void drive_modbus_run_reply(struct drive_modbus *self,
-                            const struct hal_modbus_reply *reply);
-/* Of a step that checks: is this the value?  true of one that does not. */
-bool drive_modbus_run_checks(const struct drive_modbus *self,
-                             const struct hal_modbus_reply *reply);
-/* Its step, NULL at its end; on to the next. */
-const struct modbus_map_step *
-drive_modbus_run_at(const struct drive_modbus *self);
-void drive_modbus_run_next(struct drive_modbus *self);
 /* Begin what leads to what is requested. */
 void drive_modbus_pursue(struct drive_modbus *self);
 /* Look for the drive from the beginning. */
@@ -51,6 +37,28 @@ bool drive_modbus_status(const struct drive_modbus *self,
 const char *drive_modbus_reply_text(const struct hal_modbus_reply *reply);
 /* Busy, lost or broken: may be tried again. */
 bool drive_modbus_is_passing(const struct hal_modbus_reply *reply);
+
+/* ---- drive_modbus_run.c: sequences ---- */
+
+/* Begin a sequence; write its next value, if that is its step. */
+void drive_modbus_run_begin(struct drive_modbus *self,
+                            enum modbus_map_sequence_name name);
+bool drive_modbus_run_ask(struct drive_modbus *self,
+                          struct hal_modbus_request *request);
+void drive_modbus_run_reply(struct drive_modbus *self,
+                            const struct hal_modbus_reply *reply);
+/* Of a step that checks: is this the value?  true of one that does not. */
+bool drive_modbus_run_checks(const struct drive_modbus *self,
+                             const struct hal_modbus_reply *reply);
+/* Its step, NULL at its end; on to the next. */
+const struct modbus_map_step *
+drive_modbus_run_at(const struct drive_modbus *self);
+void drive_modbus_run_next(struct drive_modbus *self);
+/* Is it this one?  One step per tick: MOTION_OK when it is done, MOTION_E_AGAIN
+ * while it runs; else what was waited for did not come, and has been said. */
+bool drive_modbus_runs(const struct drive_modbus *self,
+                       enum modbus_map_sequence_name name);
+int drive_modbus_run_step(struct drive_modbus *self);
 
 /* ---- drive_modbus_off.c: torque off, in LATCHED and LOST ---- */
 

@@ -1,5 +1,4 @@
-/* hal/drive_modbus_walk.c - phases and sequences; see drive_modbus.h for the
- * picture. */
+/* hal/drive_modbus_walk.c - phases; see drive_modbus.h for the picture. */
 #include <stddef.h>
 
 #include "hal/drive_modbus_parts.h"
@@ -103,166 +102,6 @@ bool drive_modbus_status(const struct drive_modbus *self,
     return modbus_map_meets(condition, self->value[condition->item]);
 }
 
-/* ---- sequences ---- */
-
-void drive_modbus_run_begin(struct drive_modbus *self,
-                            enum modbus_map_sequence_name name)
-{
-    self->run = (struct drive_modbus_run){
-        .sequence = &self->config.map->sequence[name],
-        .serial = self->run.serial,
-        .since_ns = self->now_ns,
-    };
-    self->cycles = 0;
-}
-
-static bool walk_runs(const struct drive_modbus *self,
-                      enum modbus_map_sequence_name name)
-{
-    return self->run.sequence == &self->config.map->sequence[name];
-}
-
-const struct modbus_map_step *
-drive_modbus_run_at(const struct drive_modbus *self)
-{
-    const struct drive_modbus_run *run = &self->run;
-
-    if (run->sequence == NULL || run->at >= run->sequence->count)
-        return NULL;
-    return &run->sequence->step[run->at];
-}
-
-bool drive_modbus_run_ask(struct drive_modbus *self,
-                          struct hal_modbus_request *request)
-{
-    const struct modbus_map_step *step = drive_modbus_run_at(self);
-
-    if (step == NULL || self->run.asked || self->off_waits)
-        return false;
-    if (step->kind == MODBUS_STEP_WRITE)
-        modbus_map_put_write(&self->config.map->item[step->item], step->value,
-                             request);
-    else if (step->kind == MODBUS_STEP_CHECK)
-        modbus_map_put_read(&self->config.map->item[step->item], request);
-    else
-        return false;
-    self->run.asked = true;
-    self->run.serial++;
-    return true;
-}
-
-void drive_modbus_run_next(struct drive_modbus *self)
-{
-    self->run.at++;
-    self->run.tries = 0;
-    self->run.asked = false;
-    self->run.since_ns = self->now_ns;
-    self->cycles = 0;
-}
-
-bool drive_modbus_run_checks(const struct drive_modbus *self,
-                             const struct hal_modbus_reply *reply)
-{
-    const struct modbus_map_step *step = drive_modbus_run_at(self);
-    const struct modbus_map_item *item = &self->config.map->item[step->item];
-
-    return step->kind != MODBUS_STEP_CHECK ||
-           modbus_map_get(item->type, item->order, reply->value) == step->value;
-}
-
-static void walk_differs(struct drive_modbus *self,
-                         const struct hal_modbus_reply *reply)
-{
-    const struct modbus_map_step *step = drive_modbus_run_at(self);
-    const struct modbus_map_item *item = &self->config.map->item[step->item];
-    const int64_t value = modbus_map_get(item->type, item->order, reply->value);
-    struct hal_text text = drive_modbus_say(self, item->name);
-
-    hal_text_put(&text, " reads 0x");
-    hal_text_hex(&text, (uint32_t)value, value > UINT16_MAX ? 8 : 4);
-    hal_text_put(&text, ", expected 0x");
-    hal_text_hex(&text, (uint32_t)step->value, 4);
-    drive_modbus_latch(self);
-}
-
-/* "Busy" and what was lost on its way may be tried again: steps write values,
- * they start nothing that adds up. */
-void drive_modbus_run_reply(struct drive_modbus *self,
-                            const struct hal_modbus_reply *reply)
-{
-    struct hal_text text;
-
-    if (!self->run.asked || drive_modbus_run_at(self) == NULL)
-        return; /* of a sequence that was broken off */
-    if (drive_modbus_is_down(self)) {
-        drive_modbus_off_reply(self, reply);
-        return;
-    }
-    self->run.asked = false;
-    if (reply->err == MOTION_OK && drive_modbus_run_checks(self, reply)) {
-        drive_modbus_run_next(self);
-    } else if (reply->err == MOTION_OK) {
-        walk_differs(self, reply);
-    } else if (!drive_modbus_is_passing(reply) ||
-               ++self->run.tries == DRIVE_MODBUS_STEP_TRIES) {
-        text = drive_modbus_say(self, "a register was not written: ");
-        hal_text_put(&text, drive_modbus_reply_text(reply));
-        drive_modbus_latch(self);
-    }
-}
-
-static const char *walk_status_text(enum modbus_map_status status)
-{
-    static const char *const text[] = {
-#define WALK_STATUS_TEXT(name) #name,
-        MODBUS_MAP_STATUS_LIST(WALK_STATUS_TEXT)
-#undef WALK_STATUS_TEXT
-    };
-
-    return text[status];
-}
-
-static int walk_until(struct drive_modbus *self,
-                      const struct modbus_map_step *step)
-{
-    struct hal_text text;
-
-    if (self->cycles >= DRIVE_MODBUS_FRESH &&
-        drive_modbus_status(self, step->status, false) == (step->value != 0)) {
-        drive_modbus_run_next(self);
-        return MOTION_E_AGAIN;
-    }
-    if (self->now_ns - self->run.since_ns <= step->dur_ns)
-        return MOTION_E_AGAIN;
-    text = drive_modbus_say(self, "not ");
-    if (step->value == 0)
-        hal_text_put(&text, "without ");
-    hal_text_put(&text, walk_status_text(step->status));
-    hal_text_put(&text, " in time");
-    return MOTION_E_TIMEOUT;
-}
-
-/* MOTION_OK when the sequence is done, MOTION_E_AGAIN while it runs. */
-static int walk_run(struct drive_modbus *self)
-{
-    const struct modbus_map_step *step = drive_modbus_run_at(self);
-
-    if (step == NULL)
-        return MOTION_OK;
-    switch (step->kind) {
-    case MODBUS_STEP_WRITE:
-    case MODBUS_STEP_CHECK:
-        break; /* moved on by its reply */
-    case MODBUS_STEP_UNTIL:
-        return walk_until(self, step);
-    case MODBUS_STEP_DELAY:
-        if (self->now_ns - self->run.since_ns >= step->dur_ns)
-            drive_modbus_run_next(self);
-        break;
-    }
-    return MOTION_E_AGAIN;
-}
-
 /* ---- phases ---- */
 
 void drive_modbus_start(struct drive_modbus *self)
@@ -303,7 +142,7 @@ void drive_modbus_pursue(struct drive_modbus *self)
     };
 
     const bool off = self->request == HAL_DRIVE_REQUEST_OFF;
-    const bool brakes = off && walk_runs(self, MODBUS_SEQUENCE_stop);
+    const bool brakes = off && drive_modbus_runs(self, MODBUS_SEQUENCE_stop);
     const bool goes = off && drive_modbus_goes(self);
 
     self->is_reached = false;
@@ -345,10 +184,11 @@ static void walk_start_step(struct drive_modbus *self)
     if (!self->identified)
         return; /* the reply goes on */
     if (self->run.sequence != NULL) {
-        const int err = walk_run(self);
+        const int err = drive_modbus_run_step(self);
 
         if (err == MOTION_OK ||
-            (err != MOTION_E_AGAIN && walk_runs(self, MODBUS_SEQUENCE_stop))) {
+            (err != MOTION_E_AGAIN &&
+             drive_modbus_runs(self, MODBUS_SEQUENCE_stop))) {
             self->run.sequence = NULL;
             self->start_at++;
         } else if (err != MOTION_E_AGAIN) {
@@ -376,7 +216,7 @@ static void walk_enabled(struct drive_modbus *self)
 static void walk_reached(struct drive_modbus *self)
 {
     if (self->request == HAL_DRIVE_REQUEST_OFF &&
-        walk_runs(self, MODBUS_SEQUENCE_stop)) {
+        drive_modbus_runs(self, MODBUS_SEQUENCE_stop)) {
         drive_modbus_run_begin(self, MODBUS_SEQUENCE_disable);
         return;
     }
@@ -390,8 +230,8 @@ static void walk_reached(struct drive_modbus *self)
 
 static void walk_request_step(struct drive_modbus *self)
 {
-    const bool brakes = walk_runs(self, MODBUS_SEQUENCE_stop);
-    const int err = walk_run(self);
+    const bool brakes = drive_modbus_runs(self, MODBUS_SEQUENCE_stop);
+    const int err = drive_modbus_run_step(self);
 
     if (err == MOTION_OK) {
         walk_reached(self);
@@ -414,7 +254,7 @@ static void walk_enabled_step(struct drive_modbus *self)
     }
     if (self->run.sequence == NULL)
         return;
-    err = walk_run(self);
+    err = drive_modbus_run_step(self);
     if (err == MOTION_OK && self->move == DRIVE_MODBUS_MOVE_SENT) {
         self->move = DRIVE_MODBUS_MOVE_RUNNING;
         self->moved_ns = self->now_ns;
@@ -461,7 +301,7 @@ static void walk_latched_step(struct drive_modbus *self)
 
 static void walk_reset_step(struct drive_modbus *self)
 {
-    const int err = walk_run(self);
+    const int err = drive_modbus_run_step(self);
 
     if (err == MOTION_E_AGAIN)
         return;
