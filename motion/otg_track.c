@@ -8,6 +8,7 @@
 #include "motion/err.h"
 #include "motion/fixed.h"
 #include "motion/otg_internal.h"
+#include "motion/otg_replan.h"
 
 #define TRACK_COEF_BITS 61 /* of the largest coefficient given */
 #define TRACK_SHORT     10 /* 2^-10 of the longest phase */
@@ -77,7 +78,7 @@ static int cubic_of(struct motion_u128 v, int64_t a,
 }
 
 /* from + way, P's units, cut to 2^-96 unit. */
-static int place_at(int64_t from_q32, struct wider way,
+static int place_at(const struct place *from, struct wider way,
                     const struct motion_divisor *fives, int acc_bits,
                     struct place *place)
 {
@@ -95,13 +96,16 @@ static int place_at(int64_t from_q32, struct wider way,
         motion_divisor_apply(fives, (struct motion_u128){ rest, m.lo }, NULL);
     if (wider_is_negative(way))
         q = wide_neg(q);
-    place->frac = q.lo;
-    return motion_fixed_add(from_q32, (int64_t)q.hi, &place->pos_q32);
+    place->frac = from->frac + q.lo;
+    q.hi += place->frac < q.lo;
+    return motion_fixed_add(from->pos_q32, (int64_t)q.hi, &place->pos_q32);
 }
 
 struct append {
     const struct motion_otg_plan *plan;
     struct motion_track *track;
+    struct place start, goal;
+    int acc_bits;                /* of the unit of P in public ones */
     struct motion_divisor fives; /* OTG_WAY_FIVES */
     struct otg_run run;
     struct wider way;        /* of all phases */
@@ -134,6 +138,9 @@ int motion_otg_carrier(const struct motion_otg_plan *plan)
 static void append_init(struct append *a)
 {
     const struct motion_otg_plan *plan = a->plan;
+    a->start = (struct place){ plan->start_pos_q32, 0 };
+    a->goal = (struct place){ plan->goal_pos_q32, 0 };
+    a->acc_bits = plan->acc_bits;
     motion_divisor_init(&a->fives, (uint64_t)OTG_WAY_FIVES);
     a->longest = motion_otg_carrier(plan);
     a->left = plan->dur_ns_q12;
@@ -149,26 +156,23 @@ static void append_init(struct append *a)
 /* Where phase i ends; the run is there. */
 static int phase_end(const struct append *a, int i, struct place *end)
 {
-    const struct motion_otg_plan *plan = a->plan;
     if (i < a->longest)
-        return place_at(plan->start_pos_q32, a->run.p, &a->fives,
-                        plan->acc_bits, end);
+        return place_at(&a->start, a->run.p, &a->fives, a->acc_bits, end);
     struct motion_u128 rest = wide_add(a->rest, wide_add(a->rest, a->rest));
     struct wider way = wider_add(a->way, wider_mul(rest, a->left));
-    return place_at(plan->goal_pos_q32, wider_sub(a->run.p, way), &a->fives,
-                    plan->acc_bits, end);
+    return place_at(&a->goal, wider_sub(a->run.p, way), &a->fives, a->acc_bits,
+                    end);
 }
 
 static int append_phase(struct append *a, int i)
 {
-    const struct motion_otg_plan *plan = a->plan;
-    const struct motion_otg_phase *phase = &plan->phase[i];
+    const struct motion_otg_phase *phase = &a->plan->phase[i];
     struct place end;
     struct cubic cubic;
     struct motion_u128 v = a->run.v;
     if (i > a->longest)
         v = wide_add(v, a->rest);
-    int err = cubic_of(v, a->run.a, phase, &a->fives, plan->acc_bits, &cubic);
+    int err = cubic_of(v, a->run.a, phase, &a->fives, a->acc_bits, &cubic);
     if (err < 0)
         return err;
     motion_otg_run_phase(&a->run, phase);
@@ -181,18 +185,48 @@ static int append_phase(struct append *a, int i)
                                     end.pos_q32, end.frac);
 }
 
+static int append_phases(struct append *a)
+{
+    struct motion_track before = *a->track;
+    int err = MOTION_OK;
+    for (int i = 0; i < a->plan->count && err == MOTION_OK; i++)
+        err = append_phase(a, i);
+    if (err < 0)
+        *a->track = before;
+    return err;
+}
+
 int motion_otg_append(const struct motion_otg_plan *plan,
                       struct motion_track *track)
 {
-    struct motion_track before = *track;
     struct append a;
-    int err = MOTION_OK;
     a.plan = plan;
     a.track = track;
     append_init(&a);
-    for (int i = 0; i < plan->count && err == MOTION_OK; i++)
-        err = append_phase(&a, i);
-    if (err < 0)
-        *track = before;
-    return err;
+    return append_phases(&a);
+}
+
+/* In 2^-(32 + bits) from an origin, 0 <= bits < 64. */
+static struct place place_of(const struct motion_otg_trajectory *trajectory,
+                             int64_t pos)
+{
+    const unsigned bits = (unsigned)trajectory->fine_bits;
+    return (struct place){ trajectory->origin_q32 + (pos >> bits),
+                           bits ? (uint64_t)pos << (64 - bits) : 0 };
+}
+
+int motion_otg_track(const struct motion_otg_trajectory *trajectory,
+                     struct motion_segment *segment, uint32_t capacity,
+                     struct motion_track *track)
+{
+    struct append a;
+    a.plan = &trajectory->plan;
+    a.track = track;
+    append_init(&a);
+    a.start = place_of(trajectory, a.plan->start_pos_q32);
+    a.goal = place_of(trajectory, a.plan->goal_pos_q32);
+    a.acc_bits = a.plan->acc_bits + trajectory->fine_bits;
+    motion_track_init(track, segment, capacity, a.start.pos_q32);
+    track->end_frac = a.start.frac;
+    return append_phases(&a);
 }

@@ -248,25 +248,23 @@ static enum many_verdict run_replan(const struct many_problem *p,
                                     char text[MANY_TEXT])
 {
     struct motion_otg_move later = p->later;
-    struct motion_otg_plan plan, next;
+    struct motion_otg_trajectory old = { .move = p->move[0] }, next;
     enum motion_otg_field field;
-    enum many_verdict verdict = run_one(&p->move[0], &plan, text);
+    enum many_verdict verdict = run_one(&p->move[0], &old.plan, text);
     if (verdict != MANY_GOOD)
         return verdict;
     int64_t t = (int64_t)ldexpl(
-        (long double)plan.dur_ns_q12 * (long double)p->share_q32, -32);
-    int outcome =
-        motion_otg_replan(&p->move[0], &plan, t, &later, &next, &field);
+        (long double)old.plan.dur_ns_q12 * (long double)p->share_q32, -32);
+    int outcome = motion_otg_replan(&old, t, &later, &next, &field);
+    motion_otg_trajectory_state(&old, t, &later.start);
     switch (outcome) {
     case MOTION_OTG_NEW:
-        return judged(&later, &next, text);
-    case MOTION_OTG_KEPT:
-        return t < plan.dur_ns_q12 ? MANY_GOOD
-                                   : bad(&later, "kept what is over", "", text);
     case MOTION_OTG_STOP:
-        later.mode = MOTION_OTG_VELOCITY;
-        later.goal = (struct motion_state){ 0 };
-        return judged(&later, &next, text);
+        return judged(&next.move, &next.plan, text);
+    case MOTION_OTG_KEPT:
+        return t < old.plan.dur_ns_q12
+                   ? MANY_GOOD
+                   : bad(&later, "kept what is over", "", text);
     default:
         return refused(&later, 1, false, 0, outcome, field, text);
     }

@@ -375,34 +375,31 @@ static void replanning_does_not_come_late(void **state)
     int kept = 0, fresh = 0;
     (void)state;
     for (int n = 0; n < 100; n++) {
-        struct motion_otg_move first = random_move(&seed), move;
-        struct motion_otg_plan plan, next;
-        if (motion_otg_make(&first, &plan, NULL) < 0 ||
-            plan.dur_ns_q12 < 1000 * 4096)
+        const struct motion_otg_move first = random_move(&seed);
+        struct motion_otg_trajectory old, next;
+        if (motion_otg_begin(&first, &old, NULL) < 0 ||
+            old.plan.dur_ns_q12 < 1000 * 4096)
             continue; /* over three days, or below 1 us */
-        int64_t dur = plan.dur_ns_q12, since = 0;
-        struct motion_otg_move old = first;
+        int64_t dur = old.plan.dur_ns_q12, since = 0;
         for (int i = 1; i < 100; i++) {
             int64_t now = dur / 100 * i;
-            if (now - since >= plan.dur_ns_q12)
+            if (now - since >= old.plan.dur_ns_q12)
                 break; /* arrived early */
-            move = first;
             int outcome =
-                motion_otg_replan(&old, &plan, now - since, &move, &next, NULL);
+                motion_otg_replan(&old, now - since, &first, &next, NULL);
             assert_true(outcome != MOTION_OTG_STOP && outcome >= 0);
             if (outcome == MOTION_OTG_KEPT) {
                 kept++;
                 continue;
             }
             fresh++;
-            const char *wrong = otg_oracle_judge(&move, &next);
+            const char *wrong = otg_oracle_judge(&next.move, &next.plan);
             if (wrong)
-                fail_move(wrong, &move);
-            plan = next;
-            old = move;
+                fail_move(wrong, &next.move);
+            old = next;
             since = now;
             /* a tick, 1 ms / 4096, per replan */
-            if (since + plan.dur_ns_q12 > dur)
+            if (since + old.plan.dur_ns_q12 > dur)
                 fail_move("late", &first);
         }
     }
@@ -411,22 +408,21 @@ static void replanning_does_not_come_late(void **state)
 
 static void there_is_an_answer_while_moving(void **state)
 {
-    struct motion_otg_move first = usual, move = usual;
-    struct motion_otg_plan plan = plan_of(&first), next;
+    struct motion_otg_move wish = usual;
+    struct motion_otg_trajectory old, next;
     (void)state;
-    move.goal.vel_q32 = 100 * ONE; /* impossible */
+    assert_int_equal(motion_otg_begin(&usual, &old, NULL), MOTION_OK);
+    wish.goal.vel_q32 = 100 * ONE; /* impossible */
+    assert_int_equal(motion_otg_replan(&old, SECOND, &wish, &next, NULL),
+                     MOTION_OTG_KEPT);
     assert_int_equal(
-        motion_otg_replan(&first, &plan, SECOND, &move, &next, NULL),
-        MOTION_OTG_KEPT);
-    assert_int_equal(
-        motion_otg_replan(&first, &plan, plan.dur_ns_q12, &move, &next, NULL),
+        motion_otg_replan(&old, old.plan.dur_ns_q12, &wish, &next, NULL),
         MOTION_OTG_STOP);
-    move = usual;
-    move.goal.pos_q32 = -5 * ONE;
-    assert_int_equal(
-        motion_otg_replan(&first, &plan, SECOND, &move, &next, NULL),
-        MOTION_OTG_NEW);
-    assert_null(otg_oracle_judge(&move, &next));
+    wish = usual;
+    wish.goal.pos_q32 = -5 * ONE;
+    assert_int_equal(motion_otg_replan(&old, SECOND, &wish, &next, NULL),
+                     MOTION_OTG_NEW);
+    assert_null(otg_oracle_judge(&next.move, &next.plan));
 }
 
 static void a_stop_ends_at_rest(void **state)

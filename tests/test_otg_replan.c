@@ -4,7 +4,7 @@
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
+#include <stdlib.h>
 
 #include "motion/err.h"
 #include "motion/fixed.h"
@@ -78,31 +78,29 @@ struct tally {
  * late, not by a tick, at any of the replans. */
 static void replan_by_the_planner(uint64_t n,
                                   const struct motion_otg_move *first,
-                                  struct motion_otg_plan plan,
+                                  const struct motion_otg_plan *plan,
                                   struct tally *tally)
 {
-    int64_t arrival = plan.dur_ns_q12, since = 0;
+    int64_t arrival = plan->dur_ns_q12, since = 0;
     int64_t tick = arrival / (REPLANS + 1);
-    struct motion_otg_move old = *first;
-    for (int i = 1; i <= REPLANS && i * tick - since < plan.dur_ns_q12; i++) {
-        struct motion_otg_move move = *first;
-        struct motion_otg_plan next;
-        int outcome = motion_otg_replan(&old, &plan, i * tick - since, &move,
-                                        &next, NULL);
+    struct motion_otg_trajectory old = { .move = *first, .plan = *plan }, next;
+    for (int i = 1; i <= REPLANS && i * tick - since < old.plan.dur_ns_q12;
+         i++) {
+        int outcome =
+            motion_otg_replan(&old, i * tick - since, first, &next, NULL);
         if (outcome != MOTION_OTG_NEW && outcome != MOTION_OTG_KEPT)
             fail_msg("problem %" PRIu64 ", replan %d: %d", n, i, outcome);
         tally->kept += outcome == MOTION_OTG_KEPT;
         if (outcome == MOTION_OTG_KEPT)
             continue;
         tally->replanned++;
-        judged(&move, &next, n);
+        judged(&next.move, &next.plan, n);
         since = i * tick;
-        plan = next;
-        old = move;
-        if (since + plan.dur_ns_q12 > arrival)
+        old = next;
+        if (since + old.plan.dur_ns_q12 > arrival)
             fail_msg("problem %" PRIu64 ", replan %d: late by %" PRId64
                      " of 2^-12 ns",
-                     n, i, since + plan.dur_ns_q12 - arrival);
+                     n, i, since + old.plan.dur_ns_q12 - arrival);
     }
 }
 
@@ -155,7 +153,7 @@ static void replanning_along_the_optimum_is_never_late(void **state)
         if (!problem(n % 3 ? MANY_FULL : MANY_ASYMMETRIC, n, &p, &plan))
             continue;
         problems++;
-        replan_by_the_planner(n, &p.move[0], plan, &own);
+        replan_by_the_planner(n, &p.move[0], &plan, &own);
         replan_by_samples(n, &p.move[0], plan, true, &sampled);
         replan_by_samples(n, &p.move[0], plan, false, &bare);
     }
@@ -170,14 +168,18 @@ static void replanning_along_the_optimum_is_never_late(void **state)
 /* --- another goal, other limits ------------------------------------------- */
 
 /* From where the old plan is, to the last bit of the formats. */
-static void starts_there(const struct motion_otg_plan *old, int64_t t,
-                         const struct motion_otg_plan *next, uint64_t n)
+static void starts_there(const struct motion_otg_trajectory *old, int64_t t,
+                         const struct motion_otg_trajectory *next, uint64_t n)
 {
     struct motion_state was, is;
-    motion_otg_state_at(old, t, &was);
-    motion_otg_state_at(next, 0, &is);
-    if (was.pos_q32 != is.pos_q32)
+    motion_otg_trajectory_state(old, t, &was);
+    motion_otg_trajectory_state(next, 0, &is);
+    if (llabs(was.pos_q32 - is.pos_q32) > 1)
         fail_msg("problem %" PRIu64 ": position steps", n);
+    if (old->move.limit.acc_max_q16 && llabs(was.vel_q32 - is.vel_q32) > 1)
+        fail_msg("problem %" PRIu64 ": velocity steps", n);
+    if (old->move.limit.jerk_q16 && llabs(was.acc_q16 - is.acc_q16) > 1)
+        fail_msg("problem %" PRIu64 ": acceleration steps", n);
 }
 
 static void every_wish_gets_an_answer_that_says_what_it_is(void **state)
@@ -186,17 +188,18 @@ static void every_wish_gets_an_answer_that_says_what_it_is(void **state)
     (void)state;
     for (uint64_t n = 0; n < 1500; n++) {
         struct many_problem p;
-        struct motion_otg_plan plan, next = { .count = -1 };
+        struct motion_otg_trajectory old, next = { .plan.count = -1 };
         enum motion_otg_field field;
-        if (!problem(MANY_REPLAN, n, &p, &plan))
+        if (!problem(MANY_REPLAN, n, &p, &old.plan))
             continue;
+        assert_int_equal(motion_otg_begin(&p.move[0], &old, NULL), MOTION_OK);
         struct motion_otg_move later = p.later;
+        int64_t dur = old.plan.dur_ns_q12;
         int64_t t = (int64_t)(p.share_q32 >> 2) *
-                    (plan.dur_ns_q12 / ((int64_t)1 << 29)); /* 0 .. 2 dur */
+                    (dur / ((int64_t)1 << 29)); /* 0 .. 2 dur */
         if (n % 5 == 0)
             later.goal.vel_q32 = later.limit.vel_max_q32 + 1; /* impossible */
-        int outcome =
-            motion_otg_replan(&p.move[0], &plan, t, &later, &next, &field);
+        int outcome = motion_otg_replan(&old, t, &later, &next, &field);
         if (outcome == MOTION_E_RANGE) {
             range++;
             continue;
@@ -207,20 +210,16 @@ static void every_wish_gets_an_answer_that_says_what_it_is(void **state)
             return;
         }
         count[outcome]++;
-        if (n % 5 == 0 && outcome != (t < plan.dur_ns_q12 ? MOTION_OTG_KEPT
-                                                          : MOTION_OTG_STOP))
+        if (n % 5 == 0 &&
+            outcome != (t < dur ? MOTION_OTG_KEPT : MOTION_OTG_STOP))
             fail_msg("problem %" PRIu64 ": %d for an impossible goal", n,
                      outcome);
         if (outcome == MOTION_OTG_KEPT) {
-            assert_true(t < plan.dur_ns_q12 && next.count == -1);
+            assert_true(t < dur && next.plan.count == -1);
             continue;
         }
-        if (outcome == MOTION_OTG_STOP) {
-            later.mode = MOTION_OTG_VELOCITY;
-            memset(&later.goal, 0, sizeof later.goal);
-        }
-        judged(&later, &next, n);
-        starts_there(&plan, t, &next, n);
+        judged(&next.move, &next.plan, n);
+        starts_there(&old, t, &next, n);
     }
     printf("%d new, %d kept, %d stops, %d too far\n", count[MOTION_OTG_NEW],
            count[MOTION_OTG_KEPT], count[MOTION_OTG_STOP], range);
@@ -235,24 +234,26 @@ static void lower_limits_are_obeyed_from_then_on(void **state)
     (void)state;
     for (uint64_t n = 0; n < 300; n++) {
         struct many_problem p;
-        struct motion_otg_plan plan, next;
-        if (!problem(MANY_REST, n, &p, &plan))
+        struct motion_otg_trajectory old, next;
+        if (!problem(MANY_REST, n, &p, &old.plan))
             continue;
+        assert_int_equal(motion_otg_begin(&p.move[0], &old, NULL), MOTION_OK);
         struct motion_otg_move move = p.move[0];
         struct motion_otg_limit *l = &move.limit;
         l->vel_max_q32 /= 2;
         l->vel_min_q32 /= 2;
         l->acc_max_q16 /= 2;
         l->acc_min_q16 /= 2;
-        int outcome = motion_otg_replan(
-            &p.move[0], &plan, plan.dur_ns_q12 / 5 * 2, &move, &next, NULL);
+        int outcome = motion_otg_replan(&old, old.plan.dur_ns_q12 / 5 * 2,
+                                        &move, &next, NULL);
         if (outcome == MOTION_E_RANGE || outcome == MOTION_OTG_KEPT)
             continue;
         if (outcome != MOTION_OTG_NEW)
             fail_msg("problem %" PRIu64 ": %d", n, outcome);
-        judged(&move, &next, n);
-        braked += move.start.vel_q32 > l->vel_max_q32 ||
-                  move.start.vel_q32 < l->vel_min_q32;
+        judged(&next.move, &next.plan, n);
+        l = &next.move.limit;
+        braked += next.move.start.vel_q32 > l->vel_max_q32 ||
+                  next.move.start.vel_q32 < l->vel_min_q32;
     }
     printf("braked %d times\n", braked);
     assert_true(braked > 30);

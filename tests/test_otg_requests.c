@@ -293,10 +293,10 @@ static void points_name_axis_and_field(void **state)
 /* The old plan runs on; when nothing is left of it the error comes back. */
 static void bad_goals_on_the_way_keep_the_plan(void **state)
 {
-    struct motion_otg_plan plan, next;
+    struct motion_otg_trajectory old, next;
     enum motion_otg_field field;
     (void)state;
-    assert_int_equal(motion_otg_make(&usual, &plan, NULL), MOTION_OK);
+    assert_int_equal(motion_otg_begin(&usual, &old, NULL), MOTION_OK);
     for (size_t i = 0; i < ARRAY_LEN(at_goal) + ARRAY_LEN(at_start); i++) {
         const struct request *row = i < ARRAY_LEN(at_goal)
                                         ? &at_goal[i]
@@ -305,8 +305,8 @@ static void bad_goals_on_the_way_keep_the_plan(void **state)
         if (row->field == MOTION_OTG_FIELD_START_VEL ||
             row->field == MOTION_OTG_FIELD_START_ACC)
             continue; /* the plan's state is the start */
-        int outcome = motion_otg_replan(&usual, &plan, plan.dur_ns_q12 / 2,
-                                        &move, &next, &field);
+        int outcome = motion_otg_replan(&old, old.plan.dur_ns_q12 / 2, &move,
+                                        &next, &field);
         expect_field(row, row->err, field, "on the way");
         assert_int_equal(outcome, MOTION_OTG_KEPT);
     }
