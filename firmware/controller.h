@@ -21,10 +21,11 @@
  *
  * Hold, resume, stop and override are ramps of the clock that reads the move:
  * the path stays the same to the bit.  The shortest ramp that keeps every axis
- * within its limits at every tick is searched, some looks per tick; where none
- * fits (an axis is already braking at its limit) the search goes on until one
- * does.  A stop for a fault uses the stop limits, starts at once and falls back
- * on the drives' own quick stop.
+ * within its limits is searched, some looks per tick; where none fits (an axis
+ * is already braking at its limit) the search goes on until one does.  Rest is
+ * due within a time that is computed at the request: in good time before it the
+ * search goes over to the stop limits.  A stop for a fault uses the stop limits,
+ * starts at once and falls back on the drives' own quick stop.
  *
  * A stop cannot fail: it is accepted in every state and every tick, also the
  * one in which a motion was started, and watched until the axes are at rest.
@@ -196,12 +197,16 @@ struct controller_axis {
 };
 
 /* The search for a ramp of the clock; see controller_ramp.c. */
+#define CONTROLLER_RAMP_ACCELS 17
+#define CONTROLLER_RAMP_JERKS  9
+#define CONTROLLER_RAMP_CANDIDATES                                             \
+    (CONTROLLER_RAMP_ACCELS * CONTROLLER_RAMP_JERKS)
 struct controller_seek {
-    bool active;       /* `warp` is being judged, or waits for its time */
-    unsigned which;    /* next length to try */
-    unsigned axis;     /* all before this one have said yes, */
-    int64_t judged_ns; /* and this one up to here */
-    struct motion_clock_warp warp;
+    bool stop;                      /* within the stop limits */
+    struct motion_clock_bound most; /* the largest of the grid, */
+    unsigned accel_span, jerk_span; /* down from there, 1/8 octaves */
+    unsigned which, count;          /* next to try, of so many */
+    uint8_t order[CONTROLLER_RAMP_CANDIDATES];
 };
 
 struct controller {

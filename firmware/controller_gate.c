@@ -57,6 +57,15 @@ static bool gate_judge(int64_t value, int64_t most, int64_t *bad,
     return motion_fixed_abs(value) <= (uint64_t)most + GATE_ROUNDING;
 }
 
+bool controller_gate_steps(const struct controller_axis *axis, int64_t step,
+                           int64_t before)
+{
+    int64_t bad, allowed;
+    return gate_judge(step, axis->gate_vel_q32, &bad, &allowed) &&
+           gate_judge(before, axis->gate_vel_q32, &bad, &allowed) &&
+           gate_judge(step - before, axis->gate_acc_q32, &bad, &allowed);
+}
+
 static int64_t gate_least(int64_t a, int64_t b)
 {
     return a < b ? a : b;

@@ -39,16 +39,30 @@ bool controller_any_by_itself(const struct controller *controller);
 /* In FAULT, standing with torque on. */
 bool controller_is_held(const struct controller *controller);
 
-/* controller_ramp.c.  Seek: go on looking for a ramp to wanted_q30 within the
- * limits, a bounded number of looks per call, and put it into force when it
- * has been found and its time has come; reset: forget what was being looked at.
- * Stop: a ramp to rate 0 within the stop limits, from now; false: there is
- * none.  Both divide. */
+/* controller_ramp.c.  Seek: look for a ramp to wanted_q30 within the limits, a
+ * bounded number of looks per call, and put the first that fits, which is the
+ * shortest, into force.  Of a hold or stop, whose rest is due by rest_by_ns,
+ * none is taken that ends later, and in good time before it the stop limits
+ * count.  Reset: forget what was being looked at.  Stop: a ramp to rate 0 within
+ * the stop limits, from now; false: there is none.  Seek and stop divide. */
 void controller_ramp_seek(struct controller *controller);
 void controller_ramp_reset(struct controller *controller);
 bool controller_ramp_stop(struct controller *controller);
-/* From now until the clock stands, at most: for a ramp within the limits or
- * (`stop`) the stop limits. */
+/* How long it takes at most from now until the rate is 0, in ns of clock_ns, in
+ * a move that is being played.  With D(l, k) the duration of the ramp from the
+ * present (r, r') to rest within A / k and J / k, where A and J are what the
+ * limits l leave at the peak speeds of the tracks (controller_ramp.c):
+ *     stop   D(stop limits, 4) + T
+ *     else   D(limits, 1) + D(limits, 4) + D(stop limits, 4) + T
+ * T is the tick in which the request is seen.  A J that would raise the rate by
+ * over a quarter, because r' is steep, counts as r'^2 2.
+ * The first is kept because a longer ramp is no candidate of
+ * controller_ramp_stop.  In the second, D(limits, 1) is for waiting: an axis
+ * that brakes at its limits by its own track, where no ramp fits, has braked
+ * from its peak by then; D(limits, 4) for a ramp that shares the limits with the
+ * track.  From D(stop limits, 4) before the end on the stop limits count; where
+ * these leave no ramp either, the bound is where the drives' quick stop takes
+ * over (rest_by_ns).  Divides. */
 int64_t controller_ramp_bound_ns(const struct controller *controller,
                                  bool stop);
 /* Path time that a stop within the stop limits takes at most, as a rule, from
@@ -58,10 +72,13 @@ int64_t controller_ramp_reserve(const struct controller *controller,
                                 int64_t rate_q30);
 
 /* controller_gate.c: may this set point go to the drive now?  When not, the
- * value that was too large and what was allowed. */
+ * value that was too large and what was allowed.  Steps: would the gate let two
+ * steps pass that follow each other, `before` and then `step`? */
 void controller_gate_init(struct controller *controller, unsigned index);
 bool controller_gate_pass(const struct controller *controller, unsigned index,
                           int64_t pos_q32, int64_t *value, int64_t *limit);
+bool controller_gate_steps(const struct controller_axis *axis, int64_t step,
+                           int64_t before);
 /* May the axis be anywhere from low to high?  Its range, or, from outside of it,
  * no further out than marked.  Mark: a motion of it begins there. */
 bool controller_gate_range(const struct controller *controller, unsigned index,

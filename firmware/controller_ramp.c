@@ -1,57 +1,60 @@
 /* firmware/controller_ramp.c - the shortest change of rate that fits.
  *
- * A cubic change of rate by dr over D needs, on an axis that runs at path
- * speed V,
- *     acceleration  V * 1.5 |dr| / D        jerk  V * 6 |dr| / D^2
- * beside what the track itself asks for.  The D where these alone use the
- * whole limit is the yardstick; lengths from a third of it upwards are tried
- * until motion_clock_warp_fits says yes for every axis.
- *
- * Looking ahead takes time, so a candidate starts some ticks from now and is
- * judged until then, at every tick that it will have, a bounded number of looks
- * per tick; the present warp goes on meanwhile.  A stop for a fault cannot
- * wait: it starts now, judged by fewer looks against the wider stop limits. */
+ * On an axis that runs at path speed v and path acceleration a, a ramp within
+ * |r'| <= A, |r''| <= J takes, beside what the track takes itself,
+ *     acceleration  v A        jerk  v J + 3 a r A
+ * so A = acc / v (and jerk / 3 a r) and J = jerk / v are where it alone would
+ * use the whole limit.  Candidates are a grid of A and J around these, from
+ * four times as much (a track that speeds up leaves that for slowing down) to a
+ * quarter of what is right at the highest speed of the tracks.  They are tried
+ * in the order of their durations: at a few looks first, then at the very set
+ * points that would be sent, by the formulas of the gate, and by p', p'', p'''
+ * at every tick; of a long ramp at RAMP_LOOKS of its ticks, with what can come
+ * between.  A candidate starts in the tick in which it is judged, so it is
+ * judged as it will be. */
+#include <stddef.h>
+
 #include "firmware/controller_parts.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
 
-/* Tries in units of 1/16 of the yardstick. */
-static const uint16_t ramp_sixteenths[] = { 5,   7,   10,  13,  16,  20,  25,
-                                            32,  40,  50,  64,  80,  102, 128,
-                                            160, 208, 256, 320, 416, 512 };
-#define RAMP_LENGTHS   (sizeof ramp_sixteenths / sizeof ramp_sixteenths[0])
-#define RAMP_TICKS_MIN 4
-#define RAMP_TICKS_MAX 32768
+#define SECOND_NS INT64_C(1000000000)
 
-#define RAMP_COARSE             32 /* looks per axis, for a first impression */
-#define RAMP_PROPOSALS_PER_TICK 4
-#define RAMP_LOOKS_PER_TICK     512 /* all axes together */
+/* Looks: per axis at first, and at most at ticks; what one candidate may take
+ * per axis, dense tracks included; after which no other is tried. */
+#define RAMP_LOOKS_FIRST 24
+#define RAMP_LOOKS       128
+#define RAMP_LOOKS_AXIS  4096
+#define RAMP_LOOKS_SEEK  512
+#define RAMP_LOOKS_STOP  8192
+/* What making a candidate and laying out the grid count as. */
+#define RAMP_LOOKS_MAKE  8
+#define RAMP_LOOKS_SWEEP 256
 
-/* a * b / c, saturated. */
+/* r' takes at least so many ticks to its peak, and r so many from 1 to 0. */
+#define RAMP_TICKS_MIN 2
+
+/* a * b / c, saturated; c > 0, the others >= 0. */
 static int64_t ramp_muldiv(int64_t a, int64_t b, int64_t c)
 {
     int64_t result;
     return motion_fixed_muldiv(a, b, c, &result) < 0 ? INT64_MAX : result;
 }
 
-/* Yardstick of one axis in ns. */
-static int64_t ramp_yardstick(int64_t vel_q32, int64_t change_q30,
-                              const struct motion_clock_limit *limit)
+static int64_t ramp_least(int64_t a, int64_t b)
 {
-    const int64_t dv_q32 =
-        ramp_muldiv(vel_q32, change_q30, MOTION_CLOCK_WARP_ONE_Q30);
-    const int64_t dv_q16 = dv_q32 >> 16;
-    int64_t ns = ramp_muldiv(dv_q16, INT64_C(1500000000), limit->acc_q16);
-    if (limit->jerk_q16 > 0) {
-        /* D^2 [ns^2] = 6 dv / j [s^2] * 1e18; in us^2, then root * 1000. */
-        const int64_t us2 =
-            ramp_muldiv(dv_q16, INT64_C(6000000000000), limit->jerk_q16);
-        const int64_t jerk_ns =
-            (int64_t)motion_fixed_isqrt_u64((uint64_t)us2) * 1000;
-        if (jerk_ns > ns)
-            ns = jerk_ns;
-    }
-    return ns;
+    return a < b ? a : b;
+}
+
+static int64_t ramp_most(int64_t a, int64_t b)
+{
+    return a > b ? a : b;
+}
+
+static int64_t ramp_size(int64_t value)
+{
+    const uint64_t size = motion_fixed_abs(value);
+    return size > INT64_MAX ? INT64_MAX : (int64_t)size;
 }
 
 static const struct motion_clock_limit *
@@ -62,86 +65,438 @@ ramp_limit(const struct controller *controller, unsigned axis, bool stop)
     return stop ? &config->stop : &config->limit;
 }
 
-/* Slowing down starts from the speed there is; speeding up leads to speeds that
- * are not known yet, so the track's peak stands for them. */
-static int64_t ramp_speed(const struct controller *controller,
-                          const struct controller_axis *axis, bool slower)
+/* The state of the clock from which a ramp would start now. */
+static struct motion_clock_rate ramp_now(const struct controller *controller)
 {
-    if (!slower)
-        return axis->vel_peak_q32;
+    struct motion_clock_rate now;
+    motion_clock_warp_at(&controller->warp, controller->clock_ns, &now);
+    now.s_ns_q12 = ramp_least(now.s_ns_q12, controller->move_end_ns_q12);
+    return now;
+}
+
+/* -- what A and J are right ------------------------------------------------ */
+
+/* How fast and how steep an axis is, on its path. */
+struct ramp_speed {
+    int64_t vel_q32, acc_q16;
+};
+
+/* At `now`.  An axis that is slow but speeds up will not stay slow: it counts
+ * with what it gains while the acceleration can be taken back, at most with its
+ * track's peak. */
+static struct ramp_speed ramp_speed_at(const struct controller *controller,
+                                       unsigned index,
+                                       const struct motion_clock_rate *now,
+                                       const struct motion_clock_limit *limit)
+{
+    const struct controller_axis *axis = &controller->axis[index];
     struct motion_state state;
-    motion_track_state(axis->track, controller->rate.s_ns_q12, &state);
-    return (int64_t)(motion_fixed_abs(state.vel_q32) & INT64_MAX);
+    motion_track_state(axis->track, now->s_ns_q12, &state);
+    const int64_t acc_q16 = ramp_size(state.acc_q16);
+    const int64_t gain_q16 =
+        limit->jerk_q16 > 0
+            ? ramp_muldiv(acc_q16, limit->acc_q16, limit->jerk_q16)
+            : ramp_muldiv(acc_q16, 4 * controller->config.period_ns, SECOND_NS);
+    const int64_t gain_q32 =
+        ramp_least(ramp_muldiv(gain_q16, 65536, 1), axis->vel_peak_q32);
+    return (struct ramp_speed){ ramp_most(ramp_size(state.vel_q32), gain_q32),
+                                acc_q16 };
 }
 
-static int64_t ramp_yardstick_group(const struct controller *controller,
-                                    bool stop)
+/* At its fastest; the steepest that a speed is reached with inside the limits
+ * is the lesser of acc and sqrt(v jerk). */
+static struct ramp_speed ramp_speed_peak(int64_t vel_q32,
+                                         const struct motion_clock_limit *limit)
 {
-    const int64_t change = controller->wanted_q30 - controller->rate.rate_q30;
-    int64_t longest = 0;
+    const uint64_t root = motion_fixed_isqrt_u128(motion_fixed_mul_u64(
+        (uint64_t)vel_q32 >> 16, (uint64_t)limit->jerk_q16));
+    return (struct ramp_speed){ vel_q32,
+                                ramp_least(limit->acc_q16, (int64_t)root) };
+}
+
+/* Narrow A and J down to what one axis leaves. */
+static void ramp_narrow(struct motion_clock_bound *bound,
+                        const struct motion_clock_limit *limit,
+                        const struct ramp_speed *speed, int64_t rate_q30)
+{
+    if (speed->vel_q32 > 0)
+        bound->accel_q30 = ramp_least(
+            bound->accel_q30,
+            ramp_muldiv(limit->acc_q16, (int64_t)1 << 46, speed->vel_q32));
+    if (limit->jerk_q16 == 0)
+        return;
+    if (speed->vel_q32 > 0)
+        bound->jerk_q30 = ramp_least(
+            bound->jerk_q30,
+            ramp_muldiv(limit->jerk_q16, (int64_t)1 << 46, speed->vel_q32));
+    if (speed->acc_q16 > 0 && rate_q30 > 0)
+        bound->accel_q30 = ramp_least(
+            bound->accel_q30,
+            ramp_muldiv(ramp_muldiv(limit->jerk_q16, (int64_t)1 << 30,
+                                    ramp_muldiv(3, speed->acc_q16, 1)),
+                        (int64_t)1 << 30, rate_q30));
+}
+
+/* Without a limit of the axes: what whole ticks leave. */
+static struct motion_clock_bound
+ramp_widest(const struct controller *controller)
+{
+    return (struct motion_clock_bound){
+        ramp_muldiv(MOTION_CLOCK_WARP_ONE_Q30, SECOND_NS,
+                    RAMP_TICKS_MIN * controller->config.period_ns),
+        INT64_MAX,
+    };
+}
+
+static struct motion_clock_bound
+ramp_finish(const struct controller *controller,
+            struct motion_clock_bound bound, unsigned divisor)
+{
+    bound.accel_q30 = ramp_most(bound.accel_q30 / divisor, 1);
+    const int64_t jerk_q30 =
+        ramp_muldiv(bound.accel_q30, SECOND_NS,
+                    RAMP_TICKS_MIN * controller->config.period_ns);
+    bound.jerk_q30 = ramp_least(ramp_most(bound.jerk_q30 / divisor, 1),
+                                ramp_most(jerk_q30, 1));
+    return bound;
+}
+
+/* What is right now; what the axes' peaks leave, by `divisor`. */
+static struct motion_clock_bound
+ramp_bound_now(const struct controller *controller,
+               const struct motion_clock_rate *now, bool stop)
+{
+    struct motion_clock_bound bound = ramp_widest(controller);
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
-        const struct controller_axis *axis = &controller->axis[i];
-        if (!axis->track)
+        if (!controller->axis[i].track)
             continue;
-        const int64_t ns = ramp_yardstick(
-            ramp_speed(controller, axis, change < 0),
-            (int64_t)motion_fixed_abs(change), ramp_limit(controller, i, stop));
-        if (ns > longest)
-            longest = ns;
+        const struct motion_clock_limit *limit =
+            ramp_limit(controller, i, stop);
+        const struct ramp_speed speed =
+            ramp_speed_at(controller, i, now, limit);
+        ramp_narrow(&bound, limit, &speed,
+                    ramp_most(now->rate_q30, controller->wanted_q30));
     }
-    return longest;
+    return ramp_finish(controller, bound, 1);
 }
 
-/* -- candidates ---------------------------------------------------------- */
-
-static int64_t ramp_clip(int64_t ns, int64_t low, int64_t high)
+static struct motion_clock_bound
+ramp_bound_peak(const struct controller *controller,
+                const struct motion_clock_rate *now, bool stop,
+                unsigned divisor)
 {
-    return ns < low ? low : ns > high ? high : ns;
+    struct motion_clock_bound bound = ramp_widest(controller);
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        if (!controller->axis[i].track)
+            continue;
+        const struct motion_clock_limit *limit =
+            ramp_limit(controller, i, stop);
+        const struct ramp_speed speed =
+            ramp_speed_peak(controller->axis[i].vel_peak_q32, limit);
+        ramp_narrow(&bound, limit, &speed,
+                    ramp_most(now->rate_q30, controller->wanted_q30));
+    }
+    return ramp_finish(controller, bound, divisor);
 }
 
-/* Length number `which`, in whole ticks: every tick is a look, and one sees the
- * end of the ramp. */
-static int64_t ramp_ticks(const struct controller *controller,
-                          int64_t yardstick_ns, unsigned which)
+/* -- how long it takes ----------------------------------------------------- */
+
+/* How long a ramp to `rate_q30` takes, in ns. */
+static int64_t ramp_duration(const struct controller *controller,
+                             const struct motion_clock_rate *now,
+                             int64_t rate_q30,
+                             const struct motion_clock_bound *bound)
+{
+    int64_t n[MOTION_CLOCK_WARP_PIECES];
+    if (motion_clock_warp_ticks(now, rate_q30, bound,
+                                controller->config.period_ns, n) < 0)
+        return MOTION_CLOCK_WARP_RAMP_MAX_NS;
+    return (n[0] + n[1] + n[2]) * controller->config.period_ns;
+}
+
+/* An r' that was reached at a low speed may be too steep for the J of the peak:
+ * bringing it to 0 may raise the rate by a quarter, r'^2 / 2J = 1/4. */
+static void ramp_steepen(struct motion_clock_bound *bound,
+                         const struct motion_clock_rate *now)
+{
+    const int64_t accel = ramp_size(now->accel_q30);
+    const int64_t jerk = ramp_muldiv(accel, accel, (int64_t)1 << 29);
+    bound->jerk_q30 = ramp_most(bound->jerk_q30, jerk);
+}
+
+static int64_t ramp_rest(const struct controller *controller,
+                         const struct motion_clock_rate *now, bool stop,
+                         unsigned divisor)
+{
+    struct motion_clock_bound bound =
+        ramp_bound_peak(controller, now, stop, divisor);
+    ramp_steepen(&bound, now);
+    return ramp_duration(controller, now, 0, &bound);
+}
+
+int64_t controller_ramp_bound_ns(const struct controller *controller, bool stop)
+{
+    const struct motion_clock_rate now = ramp_now(controller);
+    const int64_t within_stop_ns =
+        ramp_rest(controller, &now, true, 4) + controller->config.period_ns;
+    return stop ? within_stop_ns
+                : within_stop_ns + ramp_rest(controller, &now, false, 4) +
+                      ramp_rest(controller, &now, false, 1);
+}
+
+/* A ramp of the slowest kind from rate r to 0 goes r D / 2 of path time, on an
+ * axis that does r times the track's speed. */
+int64_t controller_ramp_reserve(const struct controller *controller,
+                                unsigned index, int64_t vel_q32,
+                                int64_t rate_q30)
+{
+    const struct motion_clock_limit *limit =
+        ramp_limit(controller, index, true);
+    const struct ramp_speed speed = ramp_speed_peak(vel_q32, limit);
+    const struct motion_clock_rate now = { .rate_q30 = rate_q30 };
+    struct motion_clock_bound bound = ramp_widest(controller);
+    ramp_narrow(&bound, limit, &speed, rate_q30);
+    bound = ramp_finish(controller, bound, 4);
+    const int64_t ns = ramp_duration(controller, &now, 0, &bound);
+    return ramp_muldiv(ns * (MOTION_FIXED_NS_Q12 / 2), rate_q30,
+                       MOTION_CLOCK_WARP_ONE_Q30);
+}
+
+/* -- candidates ------------------------------------------------------------ */
+
+/* value / 2^(eighths / 8), at least 1 */
+static int64_t ramp_rung(int64_t value, unsigned eighths)
+{
+    static const uint32_t root_q30[8] = { 0x40000000, 0x3AB031BA, 0x35D13F33,
+                                          0x31590D81, 0x2D413CCD, 0x2981CEDC,
+                                          0x260DFC14, 0x22DE3FD1 };
+    const int64_t part =
+        ramp_muldiv(value, root_q30[eighths % 8], (int64_t)1 << 30);
+    return ramp_most(part >> (eighths / 8), 1);
+}
+
+/* From `high` down to `low`, in eighths of an octave; at least two octaves. */
+static unsigned ramp_span(int64_t high, int64_t low)
+{
+    const unsigned high_bits = motion_fixed_clz_u64((uint64_t)high);
+    const unsigned low_bits = motion_fixed_clz_u64((uint64_t)low);
+    return 8 * (low_bits > high_bits + 1 ? low_bits - high_bits + 1 : 2);
+}
+
+static struct motion_clock_bound
+ramp_candidate(const struct controller_seek *seek, unsigned which)
+{
+    const unsigned accel = which / CONTROLLER_RAMP_JERKS;
+    const unsigned jerk = which % CONTROLLER_RAMP_JERKS;
+    return (struct motion_clock_bound){
+        ramp_rung(seek->most.accel_q30,
+                  accel * seek->accel_span / (CONTROLLER_RAMP_ACCELS - 1)),
+        ramp_rung(seek->most.jerk_q30,
+                  jerk * seek->jerk_span / (CONTROLLER_RAMP_JERKS - 1)),
+    };
+}
+
+/* In between those that are shorter and those that are longer; the same ticks
+ * as another's make the same ramp. */
+static void ramp_insert(struct controller_seek *seek, uint64_t *key,
+                        unsigned which, uint64_t ticks)
+{
+    unsigned at = seek->count;
+    while (at > 0 && key[at - 1] > ticks)
+        at--;
+    if (at > 0 && key[at - 1] == ticks)
+        return;
+    for (unsigned i = seek->count; i > at; i--) {
+        key[i] = key[i - 1];
+        seek->order[i] = seek->order[i - 1];
+    }
+    key[at] = ticks;
+    seek->order[at] = (uint8_t)which;
+    seek->count++;
+}
+
+/* Lay out the grid for the state there is, the shortest first. */
+static void ramp_sweep(struct controller *controller,
+                       const struct motion_clock_rate *now, bool stop)
+{
+    struct controller_seek *seek = &controller->seek;
+    uint64_t key[CONTROLLER_RAMP_CANDIDATES];
+    const struct motion_clock_bound least =
+        ramp_bound_peak(controller, now, stop, 4);
+    seek->most = ramp_bound_now(controller, now, stop);
+    seek->most.accel_q30 = ramp_muldiv(seek->most.accel_q30, 4, 1);
+    seek->most.jerk_q30 = ramp_muldiv(seek->most.jerk_q30, 4, 1);
+    seek->accel_span = ramp_span(seek->most.accel_q30, least.accel_q30);
+    seek->jerk_span = ramp_span(seek->most.jerk_q30, least.jerk_q30);
+    seek->stop = stop;
+    seek->which = 0;
+    seek->count = 0;
+    for (unsigned i = 0; i < CONTROLLER_RAMP_CANDIDATES; i++) {
+        const struct motion_clock_bound bound = ramp_candidate(seek, i);
+        int64_t n[MOTION_CLOCK_WARP_PIECES];
+        if (motion_clock_warp_ticks(now, controller->wanted_q30, &bound,
+                                    controller->config.period_ns,
+                                    n) == MOTION_OK)
+            ramp_insert(seek, key, i,
+                        (uint64_t)(n[0] + n[1] + n[2]) << 32 | (uint64_t)n[0]);
+    }
+}
+
+/* -- judging --------------------------------------------------------------- */
+
+/* The set point of an axis at a time of the clock. */
+static int64_t ramp_set_point(const struct controller *controller,
+                              const struct motion_clock_warp *warp,
+                              unsigned index, struct motion_cursor *cursor,
+                              int64_t t_ns)
+{
+    struct motion_clock_rate rate;
+    struct motion_sample sample;
+    motion_clock_warp_at(warp, t_ns, &rate);
+    motion_track_sample(controller->axis[index].track, cursor,
+                        ramp_least(rate.s_ns_q12, controller->move_end_ns_q12),
+                        &sample);
+    return sample.pos_q32;
+}
+
+/* The set points before, at and after every `step` ticks, up to the first that
+ * is all after the ramp; the one before the ramp is the present warp's. */
+static bool ramp_passes_gate(const struct controller *controller,
+                             const struct motion_clock_warp *warp,
+                             unsigned index, int64_t step, int64_t *looks)
 {
     const int64_t period_ns = controller->config.period_ns;
-    const int64_t ns = ramp_clip(
-        ramp_muldiv(yardstick_ns, ramp_sixteenths[which % RAMP_LENGTHS], 16),
-        RAMP_TICKS_MIN * period_ns, RAMP_TICKS_MAX * period_ns);
-    return (ns + period_ns - 1) / period_ns;
-}
-
-static bool ramp_make(const struct controller *controller, int64_t t0_ns,
-                      int64_t ticks, struct motion_clock_warp *warp)
-{
-    return motion_clock_warp_ramp(
-               &controller->warp, t0_ns, controller->wanted_q30,
-               ticks * controller->config.period_ns, warp) == MOTION_OK;
-}
-
-/* The whole ramp, RAMP_COARSE looks per axis: rules out most candidates. */
-static bool ramp_fits_coarsely(const struct controller *controller,
-                               const struct motion_clock_warp *warp, bool stop)
-{
-    const int64_t step_ns = warp->dur_ns / RAMP_COARSE;
-    for (unsigned i = 0; i < controller->config.axis_count; i++) {
-        const struct motion_track *track = controller->axis[i].track;
-        if (track && !motion_clock_warp_fits(
-                         warp, track, ramp_limit(controller, i, stop), 0,
-                         warp->dur_ns, step_ns > 0 ? step_ns : 1))
+    struct motion_cursor cursor = controller->axis[index].cursor;
+    for (int64_t dt = 0; dt <= warp->dur_ns + step * period_ns;
+         dt += step * period_ns) {
+        const int64_t t_ns = warp->t0_ns + dt;
+        const int64_t before =
+            ramp_set_point(controller, dt == 0 ? &controller->warp : warp,
+                           index, &cursor, t_ns - period_ns);
+        const int64_t here =
+            ramp_set_point(controller, warp, index, &cursor, t_ns);
+        const int64_t after =
+            ramp_set_point(controller, warp, index, &cursor, t_ns + period_ns);
+        if (--*looks < 0 || !controller_gate_steps(&controller->axis[index],
+                                                   after - here, here - before))
             return false;
     }
     return true;
 }
 
-bool controller_ramp_stop(struct controller *controller)
+/* At a few looks: rules out most candidates. */
+static bool ramp_seems_to_fit(const struct controller *controller,
+                              const struct motion_clock_warp *warp, bool stop,
+                              int64_t *looks)
 {
-    const int64_t yardstick_ns = ramp_yardstick_group(controller, true);
-    for (unsigned which = 0; which < RAMP_LENGTHS; which++) {
-        const int64_t ticks = ramp_ticks(controller, yardstick_ns, which);
+    const int64_t step_ns = ramp_most(warp->dur_ns / RAMP_LOOKS_FIRST,
+                                      controller->config.period_ns);
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        if (controller->axis[i].track &&
+            !motion_clock_warp_fits(warp, controller->axis[i].track,
+                                    ramp_limit(controller, i, stop), step_ns,
+                                    false, looks))
+            return false;
+    return true;
+}
+
+static bool ramp_fits(const struct controller *controller,
+                      const struct motion_clock_warp *warp, bool stop,
+                      int64_t *looks)
+{
+    const int64_t period_ns = controller->config.period_ns;
+    const int64_t step = warp->dur_ns / period_ns / RAMP_LOOKS + 1;
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        if (controller->axis[i].track &&
+            (!ramp_passes_gate(controller, warp, i, step, looks) ||
+             !motion_clock_warp_fits(warp, controller->axis[i].track,
+                                     ramp_limit(controller, i, stop),
+                                     step * period_ns, step > 1, looks)))
+            return false;
+    return true;
+}
+
+/* Judge one ramp; *looks is reduced by what that took. */
+static bool ramp_judge(const struct controller *controller,
+                       const struct motion_clock_warp *warp, bool stop,
+                       int64_t *looks)
+{
+    const int64_t most = RAMP_LOOKS_AXIS * controller->config.axis_count;
+    int64_t left = most;
+    const bool fits = ramp_seems_to_fit(controller, warp, stop, &left) &&
+                      ramp_fits(controller, warp, stop, &left);
+    *looks -= most - left;
+    return fits;
+}
+
+/* -- the search ------------------------------------------------------------ */
+
+void controller_ramp_reset(struct controller *controller)
+{
+    controller->seek = (struct controller_seek){ 0 };
+}
+
+/* By when rest is due; INT64_MAX: at no time. */
+static int64_t ramp_due_ns(const struct controller *controller)
+{
+    const bool slows = controller->state == CONTROLLER_HOLDING ||
+                       controller->state == CONTROLLER_STOPPING;
+    return slows && controller->wanted_q30 == 0 && controller->rest_by_ns != 0
+               ? controller->rest_by_ns
+               : INT64_MAX;
+}
+
+/* Where r' > 0 and no ramp fits that slows down: at least do not go on speeding
+ * up.  The search goes on from there.  Any rate that the move may have can be
+ * kept. */
+static void ramp_level(struct controller *controller,
+                       const struct motion_clock_rate *now)
+{
+    const struct controller_seek *seek = &controller->seek;
+    if (now->accel_q30 <= 0 || controller->wanted_q30 >= now->rate_q30)
+        return;
+    int64_t looks = RAMP_LOOKS_SEEK;
+    for (unsigned i = 0; i < CONTROLLER_RAMP_JERKS && looks > 0; i++) {
+        const struct motion_clock_bound bound = ramp_candidate(seek, i);
+        const int64_t rate_q30 =
+            now->rate_q30 + ramp_muldiv(now->accel_q30, now->accel_q30,
+                                        ramp_muldiv(2, bound.jerk_q30, 1));
         struct motion_clock_warp warp;
-        if (ramp_make(controller, controller->clock_ns, ticks, &warp) &&
-            ramp_fits_coarsely(controller, &warp, true)) {
+        if (rate_q30 <= controller->override_max_q30 &&
+            rate_q30 < controller->warp.rate1_q30 &&
+            motion_clock_warp_ramp(
+                &controller->warp, controller->clock_ns, rate_q30, &bound,
+                controller->config.period_ns, &warp) == MOTION_OK &&
+            ramp_judge(controller, &warp, seek->stop, &looks)) {
+            controller->warp = warp;
+            return;
+        }
+    }
+}
+
+/* The next candidates, at most `looks` and what the last one takes.  Those that
+ * would end too late are none. */
+static bool ramp_search(struct controller *controller,
+                        const struct motion_clock_rate *now, bool stop,
+                        int64_t looks)
+{
+    struct controller_seek *seek = &controller->seek;
+    if (seek->which >= seek->count || seek->stop != stop) {
+        ramp_sweep(controller, now, stop);
+        looks -= RAMP_LOOKS_SWEEP;
+    }
+    while (seek->which < seek->count && looks > 0) {
+        const struct motion_clock_bound bound =
+            ramp_candidate(seek, seek->order[seek->which++]);
+        struct motion_clock_warp warp;
+        looks -= RAMP_LOOKS_MAKE;
+        if (motion_clock_warp_ramp(&controller->warp, controller->clock_ns,
+                                   controller->wanted_q30, &bound,
+                                   controller->config.period_ns, &warp) < 0)
+            continue;
+        if (warp.t0_ns + warp.dur_ns > ramp_due_ns(controller))
+            seek->which = seek->count;
+        else if (ramp_judge(controller, &warp, stop, &looks)) {
             controller->warp = warp;
             return true;
         }
@@ -149,87 +504,19 @@ bool controller_ramp_stop(struct controller *controller)
     return false;
 }
 
-/* A ramp of four yardsticks from rate r to 0 goes r D / 2 of path time, on an
- * axis that does r times the track's speed. */
-int64_t controller_ramp_reserve(const struct controller *controller,
-                                unsigned index, int64_t vel_q32,
-                                int64_t rate_q30)
+bool controller_ramp_stop(struct controller *controller)
 {
-    const int64_t yardstick_ns =
-        ramp_yardstick(vel_q32, rate_q30, ramp_limit(controller, index, true));
-    const int64_t least_ns = RAMP_TICKS_MIN * controller->config.period_ns;
-    const int64_t ns =
-        ramp_clip(yardstick_ns, least_ns, MOTION_CLOCK_WARP_RAMP_MAX_NS);
-    return ramp_muldiv(2 * ns * MOTION_FIXED_NS_Q12, rate_q30,
-                       MOTION_CLOCK_WARP_ONE_Q30);
-}
-
-int64_t controller_ramp_bound_ns(const struct controller *controller, bool stop)
-{
-    return controller->config.stop_timeout_ns +
-           32 * ramp_yardstick_group(controller, stop);
-}
-
-/* -- the search, some looks per tick -------------------------------------- */
-
-void controller_ramp_reset(struct controller *controller)
-{
-    controller->seek = (struct controller_seek){ 0 };
-}
-
-/* Next candidate: it starts when judging it tick by tick will be over. */
-static void ramp_propose(struct controller *controller)
-{
-    struct controller_seek *seek = &controller->seek;
-    const int64_t ticks = ramp_ticks(
-        controller, ramp_yardstick_group(controller, false), seek->which++);
-    const int64_t looks = (ticks + 1) * controller->config.axis_count;
-    const int64_t wait = looks / RAMP_LOOKS_PER_TICK + 1;
-    const int64_t t0_ns =
-        controller->clock_ns + wait * controller->config.period_ns;
-    seek->axis = 0;
-    seek->judged_ns = 0;
-    seek->active = ramp_make(controller, t0_ns, ticks, &seek->warp) &&
-                   ramp_fits_coarsely(controller, &seek->warp, false);
-}
-
-/* One stretch of one axis; returns the looks it took. */
-static int64_t ramp_judge(struct controller *controller, int64_t looks)
-{
-    struct controller_seek *seek = &controller->seek;
-    const struct motion_track *track = controller->axis[seek->axis].track;
-    const int64_t period_ns = controller->config.period_ns;
-    int64_t to_ns = seek->judged_ns + looks * period_ns;
-    if (to_ns > seek->warp.dur_ns)
-        to_ns = seek->warp.dur_ns;
-    if (track &&
-        !motion_clock_warp_fits(&seek->warp, track,
-                                ramp_limit(controller, seek->axis, false),
-                                seek->judged_ns, to_ns, period_ns)) {
-        seek->active = false;
-        return looks;
-    }
-    looks = (to_ns - seek->judged_ns) / period_ns;
-    seek->judged_ns = to_ns;
-    if (to_ns == seek->warp.dur_ns) {
-        seek->judged_ns = 0;
-        seek->axis++;
-    }
-    return looks;
+    const struct motion_clock_rate now = ramp_now(controller);
+    controller_ramp_reset(controller);
+    return ramp_search(controller, &now, true, RAMP_LOOKS_STOP);
 }
 
 void controller_ramp_seek(struct controller *controller)
 {
-    struct controller_seek *seek = &controller->seek;
-    int64_t looks = RAMP_LOOKS_PER_TICK;
-    for (unsigned n = 0; !seek->active && n < RAMP_PROPOSALS_PER_TICK; n++)
-        ramp_propose(controller);
-    while (seek->active && looks > 0 &&
-           seek->axis < controller->config.axis_count)
-        looks -= ramp_judge(controller, looks);
-    if (seek->active && seek->axis == controller->config.axis_count &&
-        controller->clock_ns >= seek->warp.t0_ns) {
-        controller->warp = seek->warp;
-        controller_ramp_reset(controller);
-    }
+    const struct motion_clock_rate now = ramp_now(controller);
+    const int64_t left_ns = ramp_due_ns(controller) - controller->clock_ns;
+    const bool stop = left_ns <= ramp_rest(controller, &now, true, 4);
+    if (!ramp_search(controller, &now, stop, RAMP_LOOKS_SEEK) &&
+        controller->seek.which >= controller->seek.count)
+        ramp_level(controller, &now);
 }

@@ -1,11 +1,16 @@
 /* motion/clock_warp.c - see clock_warp.h.
  *
- * With x = (t - t0) / dur the rate is the cubic Hermite polynomial
- *     r = r0 + c1 x + c2 x^2 + c3 x^3,   c1 = r0' dur,
- *     c2 = 3 (r1 - r0) - 2 c1,           c3 = 2 (r0 - r1) + c1
- * and s its integral, k = (r0, c1/2, c2/3, c3/4).  Bounds: rates are at most 2;
- * |c1| is kept below 8, so |c2| <= 22, |c3| <= 12 and every |k|, and every
- * partial sum of derivatives below, stays under 2^7: Q56 leaves room. */
+ * Ramps are planned per tick of T: a = r' T and j = r'' T^2 in Q56.  With pieces
+ * of n[0], n[1], n[2] ticks and the peak a1,
+ *     r1 - r0 = (a0 + a1) n[0] / 2 + a1 n[1] + a1 n[2] / 2
+ * which gives a1 from whole n.  In a piece of n ticks from (r, a) to a', with x
+ * in 0..1, r = r + a n x + (a' - a) n x^2 / 2, and s is its integral: k = (r,
+ * a n / 2, (a' - a) n / 6).
+ *
+ * Bounds: a ramp whose rate stays in 0 .. 2 has (|a| + |a'|) n <= 16 (a piece
+ * in which r' changes its sign goes a^2 n / 2 (|a| + |a'|) to one side and
+ * a'^2 n / 2 (|a| + |a'|) to the other, both at most 2).  So |k| <= 8, and every
+ * partial sum of derivatives below stays under 2^6: Q56 leaves room. */
 #include "motion/clock_warp.h"
 
 #include <stddef.h>
@@ -13,7 +18,8 @@
 #include "motion/err.h"
 #include "motion/fixed.h"
 
-#define C1_MAX_Q56 ((int64_t)8 << 56)
+#define SECOND_NS INT64_C(1000000000)
+#define UNIT_Q56  ((int64_t)1 << 56)
 
 static int64_t clock_warp_saturate(int negative)
 {
@@ -37,6 +43,15 @@ static int64_t clock_warp_add(int64_t a, int64_t b)
     return result;
 }
 
+/* a * b / c, saturated; c > 0. */
+static int64_t clock_warp_muldiv(int64_t a, int64_t b, int64_t c)
+{
+    int64_t result;
+    if (motion_fixed_muldiv(a, b, c, &result) < 0)
+        return clock_warp_saturate((a < 0) != (b < 0));
+    return result;
+}
+
 void motion_clock_warp_init(struct motion_clock_warp *warp, int64_t t_ns,
                             int64_t s0_ns_q12, int64_t rate_q30)
 {
@@ -48,52 +63,288 @@ void motion_clock_warp_init(struct motion_clock_warp *warp, int64_t t_ns,
     };
 }
 
-static void clock_warp_derive(struct motion_clock_warp *warp)
+/* -- planning ------------------------------------------------------------ */
+
+/* A ramp per tick: from (r0, a0), both Q56, by `change` to rest. */
+struct clock_ramp {
+    int64_t change, a0, accel, jerk;
+};
+
+static int64_t clock_ramp_clip(int64_t value)
 {
-    uint64_t dur = (uint64_t)warp->dur_ns;
-    warp->normalise = (uint8_t)motion_fixed_clz_u64(dur);
-    dur <<= warp->normalise;
+    return value < 1 ? 1 : value > UNIT_Q56 ? UNIT_Q56 : value;
+}
+
+static int clock_ramp_init(struct clock_ramp *ramp,
+                           const struct motion_clock_rate *now,
+                           int64_t rate_q30,
+                           const struct motion_clock_bound *bound,
+                           int64_t tick_ns)
+{
+    if (rate_q30 < 0 || rate_q30 > MOTION_CLOCK_WARP_MAX_Q30 ||
+        bound->accel_q30 <= 0 || bound->jerk_q30 <= 0 ||
+        tick_ns < MOTION_CLOCK_WARP_TICK_MIN_NS ||
+        tick_ns > MOTION_CLOCK_WARP_TICK_MAX_NS)
+        return MOTION_E_ARG;
+    const int64_t tick = tick_ns * ((int64_t)1 << 26);
+    const int64_t half = tick_ns * ((int64_t)1 << 13);
+    ramp->change = (rate_q30 - now->rate_q30) * ((int64_t)1 << 26);
+    ramp->a0 = clock_warp_muldiv(now->accel_q30, tick, SECOND_NS);
+    ramp->accel =
+        clock_ramp_clip(clock_warp_muldiv(bound->accel_q30, tick, SECOND_NS));
+    const int64_t jerk = clock_warp_muldiv(bound->jerk_q30, half, SECOND_NS);
+    ramp->jerk = clock_ramp_clip(clock_warp_muldiv(jerk, half, SECOND_NS));
+    return motion_fixed_abs(ramp->a0) <= 2 * (uint64_t)UNIT_Q56
+               ? MOTION_OK
+               : MOTION_E_RANGE;
+}
+
+/* |r1 - r0| J + a0^2 / 2, or the difference: the peak's square, Q112. */
+static struct motion_u128 clock_ramp_square(const struct clock_ramp *ramp,
+                                            bool same)
+{
+    const uint64_t a0 = motion_fixed_abs(ramp->a0);
+    const struct motion_u128 way = motion_fixed_mul_u64(
+        motion_fixed_abs(ramp->change), (uint64_t)ramp->jerk);
+    const struct motion_u128 half =
+        motion_fixed_shr_u128(motion_fixed_mul_u64(a0, a0), 1);
+    return same ? motion_fixed_add_u128(half, way)
+                : motion_fixed_sub_u128(half, way);
+}
+
+/* The root to 31 bits, for lengths that will be rounded to ticks. */
+static uint64_t clock_ramp_root(struct motion_u128 square)
+{
+    unsigned shift = 64 - motion_fixed_clz_u64(square.hi);
+    shift += shift % 2;
+    const struct motion_u128 top = motion_fixed_shr_u128(square, shift);
+    return (uint64_t)motion_fixed_isqrt_u64(top.lo) << (shift / 2);
+}
+
+/* The peak of r' where whole ticks do not matter, with its sign.  Where r0'
+ * points to r1 and is too steep to end there (change < a0^2 / 2J), the peak is
+ * on the other side. */
+static int64_t clock_ramp_peak(const struct clock_ramp *ramp)
+{
+    const bool towards = (ramp->change < 0) == (ramp->a0 < 0);
+    const bool beyond =
+        towards && motion_fixed_is_neg_i128(
+                       motion_fixed_neg_i128(clock_ramp_square(ramp, false)));
+    const uint64_t root = clock_ramp_root(clock_ramp_square(ramp, !beyond));
+    const int64_t peak =
+        root < (uint64_t)ramp->accel ? (int64_t)root : ramp->accel;
+    return (ramp->change < 0) != beyond ? -peak : peak;
+}
+
+/* ceil(a / b) for a >= 0, b > 0 */
+static int64_t clock_ramp_ceil(uint64_t a, int64_t b)
+{
+    return (int64_t)((a + (uint64_t)b - 1) / (uint64_t)b);
+}
+
+/* a n, or MOTION_E_RANGE where it goes over 16: no rate in 0 .. 2 does. */
+static int clock_ramp_times(int64_t a, int64_t n, int64_t *product)
+{
+    return motion_fixed_mulshift(a, n, 0, product) == MOTION_OK &&
+                   motion_fixed_abs(*product) <= 16 * (uint64_t)UNIT_Q56
+               ? MOTION_OK
+               : MOTION_E_RANGE;
+}
+
+/* The peak that follows from whole ticks; a0 n[0] is within 16. */
+static int64_t clock_ramp_whole(const struct clock_ramp *ramp,
+                                const int64_t n[MOTION_CLOCK_WARP_PIECES])
+{
+    const int64_t ticks = n[0] + 2 * n[1] + n[2];
+    return clock_warp_muldiv(2 * ramp->change - ramp->a0 * n[0], 1, ticks);
+}
+
+/* Rounding moves the peak; where a piece would then need more than J, a tick
+ * more takes that back, or, where the peak came out too far from a steeper r0',
+ * a tick less at the peak. */
+static void clock_ramp_settle(const struct clock_ramp *ramp,
+                              int64_t n[MOTION_CLOCK_WARP_PIECES])
+{
+    for (int i = 0; i < 8 && n[0] + n[2] > 0; i++) {
+        const int64_t peak = clock_ramp_whole(ramp, n);
+        const uint64_t first = motion_fixed_abs(peak - ramp->a0);
+        const uint64_t last = motion_fixed_abs(peak);
+        const bool first_fits = first <= (uint64_t)ramp->jerk * (uint64_t)n[0];
+        if (first_fits && last <= (uint64_t)ramp->jerk * (uint64_t)n[2])
+            return;
+        if (first_fits)
+            n[2]++;
+        else if (n[1] > 0)
+            n[1]--;
+        else
+            n[0]++;
+    }
+}
+
+static int clock_ramp_ticks(const struct clock_ramp *ramp, int64_t most,
+                            int64_t n[MOTION_CLOCK_WARP_PIECES])
+{
+    const int64_t peak = clock_ramp_peak(ramp);
+    n[0] = clock_ramp_ceil(motion_fixed_abs(peak - ramp->a0), ramp->jerk);
+    n[1] = 0;
+    n[2] = clock_ramp_ceil(motion_fixed_abs(peak), ramp->jerk);
+    if (n[2] == 0 && n[0] > 0)
+        n[2] = 1; /* the rounded peak is not 0 */
+    if (n[0] > most || n[2] > most)
+        return MOTION_E_RANGE;
+    int64_t first, last;
+    if (clock_ramp_times(ramp->a0, n[0], &first) < 0 ||
+        clock_ramp_times(ramp->a0 + peak, n[0], &first) < 0 ||
+        clock_ramp_times(peak, n[2], &last) < 0)
+        return MOTION_E_RANGE;
+    /* only a peak that is cut is kept: another follows from n[0] and n[2] */
+    const int64_t left = ramp->change - (first + last) / 2;
+    const int64_t size = (int64_t)motion_fixed_abs(peak);
+    if (size == ramp->accel && (left < 0) == (peak < 0))
+        n[1] = clock_ramp_ceil(motion_fixed_abs(left), size);
+    if (n[1] > most || n[0] + n[1] + n[2] > most)
+        return MOTION_E_RANGE;
+    clock_ramp_settle(ramp, n);
+    return MOTION_OK;
+}
+
+int motion_clock_warp_ticks(const struct motion_clock_rate *now,
+                            int64_t rate_q30,
+                            const struct motion_clock_bound *bound,
+                            int64_t tick_ns,
+                            int64_t ticks[MOTION_CLOCK_WARP_PIECES])
+{
+    struct clock_ramp ramp;
+    const int err = clock_ramp_init(&ramp, now, rate_q30, bound, tick_ns);
+    if (err < 0)
+        return err;
+    return clock_ramp_ticks(&ramp, MOTION_CLOCK_WARP_RAMP_MAX_NS / tick_ns,
+                            ticks);
+}
+
+static bool clock_ramp_in_range(int64_t rate)
+{
+    return rate >= 0 && rate <= 2 * UNIT_Q56;
+}
+
+/* Where r' goes through 0 within the first piece, the rate turns at r0 + a0^2
+ * n / 2 (a0 - a1); else its extremes are those of the borders. */
+static bool clock_ramp_turns_in_range(int64_t r0, int64_t a0, int64_t a1,
+                                      int64_t n)
+{
+    int64_t rise;
+    if (n == 0 || a0 == 0 || (a0 < 0) == (a1 < 0))
+        return true;
+    return clock_ramp_times(a0, n, &rise) == MOTION_OK &&
+           clock_ramp_in_range(
+               r0 + clock_warp_muldiv(rise / 2, (int64_t)motion_fixed_abs(a0),
+                                      (int64_t)motion_fixed_abs(a0 - a1)));
+}
+
+static void clock_piece_derive(struct motion_clock_piece *piece)
+{
+    uint64_t dur = (uint64_t)piece->dur_ns;
+    piece->normalise = (uint8_t)motion_fixed_clz_u64(dur);
+    dur <<= piece->normalise;
     /* dur is in [2^63, 2^64), so the quotient is in (2^62, 2^63]; at 2^63
      * exactly it is one less, which keeps x below 1. */
     motion_fixed_div_u128((struct motion_u128){ (uint64_t)1 << 62, 0 }, dur,
-                          &warp->inverse, NULL);
-    motion_fixed_muldiv(INT64_C(1000000000), (int64_t)1 << 30, warp->dur_ns,
-                        &warp->per_s_q30);
+                          &piece->inverse, NULL);
+    piece->per_s_q30 =
+        clock_warp_muldiv(SECOND_NS, (int64_t)1 << 30, piece->dur_ns);
+    piece->jerk_q30 = clock_warp_mul(
+        clock_warp_mul(6 * piece->k_q56[2], piece->per_s_q30, 56),
+        piece->per_s_q30, 30);
+}
+
+/* The next piece, from rate r and slope a to slope b (`an`, `bn`: times its
+ * ticks). */
+static void clock_warp_append(struct motion_clock_warp *warp, int64_t dur_ns,
+                              int64_t r, int64_t an, int64_t bn)
+{
+    if (dur_ns == 0)
+        return;
+    struct motion_clock_piece *piece = &warp->piece[warp->count++];
+    *piece = (struct motion_clock_piece){
+        .dur_ns = dur_ns,
+        .s0_ns_q12 = warp->s1_ns_q12,
+        .k_q56 = { r, an / 2, (bn - an) / 6 },
+    };
+    clock_piece_derive(piece);
+    const int64_t *k = piece->k_q56;
+    warp->dur_ns += dur_ns;
+    warp->s1_ns_q12 = clock_warp_add(
+        warp->s1_ns_q12,
+        clock_warp_mul(dur_ns * MOTION_FIXED_NS_Q12, k[0] + k[1] + k[2], 56));
+}
+
+/* Has the rounding to ticks left the bounds kept, but for 2^-10? */
+static bool clock_ramp_keeps(const struct clock_ramp *ramp,
+                             const int64_t n[MOTION_CLOCK_WARP_PIECES],
+                             int64_t a1)
+{
+    const uint64_t jerk = (uint64_t)(ramp->jerk + (ramp->jerk >> 10) + 1);
+    const uint64_t accel = (uint64_t)(ramp->accel + (ramp->accel >> 10) + 1);
+    const uint64_t peak = motion_fixed_abs(a1);
+    return motion_fixed_abs(a1 - ramp->a0) <= jerk * (uint64_t)n[0] &&
+           peak <= jerk * (uint64_t)n[2] &&
+           (peak <= accel || peak <= motion_fixed_abs(ramp->a0));
+}
+
+/* The peak from whole ticks, then piece by piece; the last is laid out from its
+ * end, which is exact. */
+static int clock_warp_pieces(struct motion_clock_warp *warp,
+                             const struct clock_ramp *ramp, int64_t r0,
+                             const int64_t n[MOTION_CLOCK_WARP_PIECES],
+                             int64_t tick_ns)
+{
+    int64_t a0n, an[MOTION_CLOCK_WARP_PIECES];
+    if (n[0] + n[1] + n[2] == 0)
+        return MOTION_OK;
+    if (clock_ramp_times(ramp->a0, n[0], &a0n) < 0)
+        return MOTION_E_RANGE;
+    const int64_t a1 = clock_ramp_whole(ramp, n);
+    if (!clock_ramp_keeps(ramp, n, a1))
+        return MOTION_E_RANGE;
+    for (int i = 0; i < MOTION_CLOCK_WARP_PIECES; i++)
+        if (clock_ramp_times(a1, n[i], &an[i]) < 0)
+            return MOTION_E_RANGE;
+    const int64_t first = r0 + (a0n + an[0]) / 2;
+    const int64_t last = r0 + ramp->change - an[2] / 2;
+    if (!clock_ramp_in_range(first) || !clock_ramp_in_range(last) ||
+        !clock_ramp_turns_in_range(r0, ramp->a0, a1, n[0]))
+        return MOTION_E_RANGE;
+    clock_warp_append(warp, n[0] * tick_ns, r0, a0n, an[0]);
+    clock_warp_append(warp, n[1] * tick_ns, first, an[1], an[1]);
+    clock_warp_append(warp, n[2] * tick_ns, last, an[2], 0);
+    return MOTION_OK;
 }
 
 int motion_clock_warp_ramp(const struct motion_clock_warp *from, int64_t t_ns,
-                           int64_t rate_q30, int64_t dur_ns,
-                           struct motion_clock_warp *to)
+                           int64_t rate_q30,
+                           const struct motion_clock_bound *bound,
+                           int64_t tick_ns, struct motion_clock_warp *to)
 {
-    if (rate_q30 < 0 || rate_q30 > MOTION_CLOCK_WARP_MAX_Q30 ||
-        dur_ns < MOTION_CLOCK_WARP_RAMP_MIN_NS ||
-        dur_ns > MOTION_CLOCK_WARP_RAMP_MAX_NS)
-        return MOTION_E_ARG;
     struct motion_clock_rate now;
+    struct clock_ramp ramp;
+    int64_t n[MOTION_CLOCK_WARP_PIECES];
     motion_clock_warp_at(from, t_ns, &now);
-    int64_t c1; /* accel [1/s] * dur [ns] / 1e9, Q30 to Q56 */
-    int64_t per_ns = now.accel_q30;
-    if (motion_fixed_muldiv(per_ns, dur_ns, INT64_C(1000000000), &c1) < 0 ||
-        c1 > C1_MAX_Q56 >> 26 || c1 < -(C1_MAX_Q56 >> 26))
-        return MOTION_E_RANGE;
-    c1 *= (int64_t)1 << 26;
-    const int64_t r0 = now.rate_q30 * ((int64_t)1 << 26);
-    const int64_t r1 = rate_q30 * ((int64_t)1 << 26);
-    struct motion_clock_warp ramp = {
-        .t0_ns = t_ns,
-        .dur_ns = dur_ns,
-        .s0_ns_q12 = now.s_ns_q12,
-        .rate1_q30 = rate_q30,
-        .k_q56 = { r0, c1 / 2, (r1 - r0) - 2 * c1 / 3, (r0 - r1) / 2 + c1 / 4 },
-    };
-    clock_warp_derive(&ramp);
-    const int64_t sum =
-        ramp.k_q56[0] + ramp.k_q56[1] + ramp.k_q56[2] + ramp.k_q56[3];
-    ramp.s1_ns_q12 = clock_warp_add(
-        ramp.s0_ns_q12, clock_warp_mul(dur_ns * MOTION_FIXED_NS_Q12, sum, 56));
-    *to = ramp;
-    return MOTION_OK;
+    int err = clock_ramp_init(&ramp, &now, rate_q30, bound, tick_ns);
+    if (err == MOTION_OK)
+        err =
+            clock_ramp_ticks(&ramp, MOTION_CLOCK_WARP_RAMP_MAX_NS / tick_ns, n);
+    if (err < 0)
+        return err;
+    struct motion_clock_warp warp;
+    motion_clock_warp_init(&warp, t_ns, now.s_ns_q12, rate_q30);
+    err = clock_warp_pieces(&warp, &ramp, now.rate_q30 * ((int64_t)1 << 26), n,
+                            tick_ns);
+    if (err == MOTION_OK)
+        *to = warp;
+    return err;
 }
+
+/* -- evaluation, on the tick ---------------------------------------------- */
 
 static void clock_warp_constant(const struct motion_clock_warp *warp,
                                 int64_t past_ns, struct motion_clock_rate *now)
@@ -105,41 +356,39 @@ static void clock_warp_constant(const struct motion_clock_warp *warp,
     };
 }
 
-/* Horner in Q56; x is Q62 below 1. */
-static int64_t clock_warp_horner(const int64_t *c, unsigned degree, int64_t x)
+/* `dt` from 0 to below the piece's end. */
+static void clock_piece_at(const struct motion_clock_piece *piece, int64_t dt,
+                           struct motion_clock_rate *now)
 {
-    int64_t sum = c[degree];
-    while (degree-- > 0)
-        sum = clock_warp_mul(sum, x, 62) + c[degree];
-    return sum;
+    /* scaled < 2^64, inverse <= 2^63: the upper half is x in Q62. */
+    const uint64_t scaled = (uint64_t)dt << piece->normalise;
+    const int64_t x = (int64_t)motion_fixed_mulhi_u64(scaled, piece->inverse);
+    const int64_t *k = piece->k_q56;
+    const int64_t k2x = clock_warp_mul(k[2], x, 62);
+    const int64_t k1x = clock_warp_mul(k[1] + k2x, x, 62);
+    const int64_t share = clock_warp_mul(k[0] + k1x, x, 62);
+    const int64_t rate = k[0] + clock_warp_mul(2 * k[1] + 3 * k2x, x, 62);
+    now->s_ns_q12 = clock_warp_add(
+        piece->s0_ns_q12,
+        clock_warp_mul(piece->dur_ns * MOTION_FIXED_NS_Q12, share, 56));
+    now->rate_q30 = (rate + (1 << 25)) >> 26;
+    now->accel_q30 = clock_warp_mul(2 * k[1] + 6 * k2x, piece->per_s_q30, 56);
+    now->jerk_q30 = piece->jerk_q30;
 }
 
 void motion_clock_warp_at(const struct motion_clock_warp *warp, int64_t t_ns,
                           struct motion_clock_rate *now)
 {
-    const int64_t dt = t_ns - warp->t0_ns;
-    if (dt >= warp->dur_ns) {
-        clock_warp_constant(warp, dt - warp->dur_ns, now);
-        return;
+    int64_t dt = t_ns > warp->t0_ns ? t_ns - warp->t0_ns : 0;
+    for (unsigned i = 0; i < warp->count; i++) {
+        const struct motion_clock_piece *piece = &warp->piece[i];
+        if (dt < piece->dur_ns) {
+            clock_piece_at(piece, dt, now);
+            return;
+        }
+        dt -= piece->dur_ns;
     }
-    const uint64_t scaled = (uint64_t)(dt > 0 ? dt : 0) << warp->normalise;
-    /* scaled < 2^64, inverse <= 2^63: the upper half is x in Q62. */
-    const int64_t x = (int64_t)motion_fixed_mulhi_u64(scaled, warp->inverse);
-    const int64_t *k = warp->k_q56;
-    const int64_t rate[] = { k[0], 2 * k[1], 3 * k[2], 4 * k[3] };
-    const int64_t accel[] = { 2 * k[1], 6 * k[2], 12 * k[3] };
-    const int64_t jerk[] = { 6 * k[2], 24 * k[3] };
-    const int64_t share = clock_warp_mul(clock_warp_horner(k, 3, x), x, 62);
-    const int64_t accel_q30 =
-        clock_warp_mul(clock_warp_horner(accel, 2, x), warp->per_s_q30, 56);
-    const int64_t jerk_q30 =
-        clock_warp_mul(clock_warp_horner(jerk, 1, x), warp->per_s_q30, 56);
-    now->s_ns_q12 = clock_warp_add(
-        warp->s0_ns_q12,
-        clock_warp_mul(warp->dur_ns * MOTION_FIXED_NS_Q12, share, 56));
-    now->rate_q30 = (clock_warp_horner(rate, 3, x) + (1 << 25)) >> 26;
-    now->accel_q30 = accel_q30;
-    now->jerk_q30 = clock_warp_mul(jerk_q30, warp->per_s_q30, 30);
+    clock_warp_constant(warp, dt, now);
 }
 
 void motion_clock_warp_chain(const struct motion_clock_rate *now,
@@ -163,21 +412,54 @@ void motion_clock_warp_chain(const struct motion_clock_rate *now,
     };
 }
 
-static bool clock_warp_within(int64_t value, int64_t limit)
+/* -- judging --------------------------------------------------------------- */
+
+static bool clock_warp_within(int64_t value, int64_t more, int64_t limit)
 {
-    return motion_fixed_abs(value) <= (uint64_t)limit;
+    const uint64_t most = (uint64_t)limit + (uint64_t)(limit >> 28) + 4;
+    const uint64_t size = motion_fixed_abs(value);
+    return size <= most && (uint64_t)more <= most - size;
 }
 
-static bool clock_warp_keeps(const struct motion_clock_rate *now,
-                             const struct motion_state *track,
-                             const struct motion_clock_limit *limit)
+/* What is looked for along a ramp. */
+struct clock_look {
+    const struct motion_clock_limit *limit;
+    int64_t half_s_q30; /* half a step, where between looks counts too */
+};
+
+static int64_t clock_warp_size(int64_t value)
 {
+    return value < -INT64_MAX ? INT64_MAX : value < 0 ? -value : value;
+}
+
+/* What |p'| may gain, Q32, before it falls again within the step: where p'' has
+ * changed its sign by the next look, at most |p''| step / 2.  Where p'' is too
+ * large for that, the next look sees the most.  4 units of p'' are rounding. */
+static int64_t clock_warp_vel_more(const struct clock_look *look,
+                                   const struct motion_state *axis,
+                                   int64_t acc_more)
+{
+    const int64_t acc = clock_warp_size(axis->acc_q16);
+    if ((axis->vel_q32 < 0) != (axis->acc_q16 < 0) || acc <= 4 ||
+        acc / 4 > acc_more)
+        return 0;
+    return clock_warp_mul(acc, look->half_s_q30, 14);
+}
+
+static bool clock_warp_keeps(const struct clock_look *look,
+                             const struct motion_clock_rate *now,
+                             const struct motion_state *track)
+{
+    const struct motion_clock_limit *limit = look->limit;
     struct motion_state axis;
     motion_clock_warp_chain(now, track, &axis);
-    return clock_warp_within(axis.vel_q32, limit->vel_q32) &&
-           clock_warp_within(axis.acc_q16, limit->acc_q16) &&
+    const int64_t acc_more =
+        clock_warp_mul(clock_warp_size(axis.jerk_q16), look->half_s_q30, 30);
+    const int64_t vel_more = clock_warp_vel_more(look, &axis, acc_more);
+    return clock_warp_within(axis.vel_q32, vel_more, limit->vel_q32) &&
+           clock_warp_within(axis.acc_q16, acc_more, limit->acc_q16) &&
            (limit->jerk_q16 == 0 ||
-            clock_warp_within(axis.jerk_q16, limit->jerk_q16));
+            clock_warp_within(axis.jerk_q16, 0, limit->jerk_q16));
 }
 
 /* Index of the segment that holds path time s; count at and after the end. */
@@ -197,11 +479,11 @@ static uint32_t clock_warp_segment(const struct motion_track *track, int64_t s)
 
 /* Both sides of every border that lies between two looks.  The rate there is
  * between the rates at the two looks: judged with both. */
-static bool clock_warp_borders(const struct motion_track *track, uint32_t from,
+static bool clock_warp_borders(const struct clock_look *look,
+                               const struct motion_track *track, uint32_t from,
                                uint32_t to,
                                const struct motion_clock_rate *before,
-                               const struct motion_clock_rate *after,
-                               const struct motion_clock_limit *limit)
+                               const struct motion_clock_rate *after)
 {
     for (uint32_t i = from; i < to; i++) {
         const struct motion_segment *segment = &track->segment[i];
@@ -209,40 +491,69 @@ static bool clock_warp_borders(const struct motion_track *track, uint32_t from,
         motion_segment_state(segment, segment->dur_ns_q12, &left);
         motion_track_state(track, segment->start_ns_q12 + segment->dur_ns_q12,
                            &right);
-        if (!clock_warp_keeps(before, &left, limit) ||
-            !clock_warp_keeps(after, &right, limit))
+        if (!clock_warp_keeps(look, before, &left) ||
+            !clock_warp_keeps(look, after, &right))
             return false;
     }
     return true;
 }
 
+/* The next look after dt: a step on, or where a piece ends. */
+static int64_t clock_warp_next(const struct motion_clock_warp *warp, int64_t dt,
+                               int64_t step_ns)
+{
+    int64_t end = 0;
+    for (unsigned i = 0; i < warp->count; i++) {
+        end += warp->piece[i].dur_ns;
+        if (dt < end)
+            return end - dt > step_ns ? dt + step_ns : end;
+    }
+    return dt + step_ns;
+}
+
+/* At one time, and just before it where r'' jumps there. */
+static bool clock_warp_looks(const struct clock_look *look,
+                             const struct motion_track *track,
+                             const struct motion_clock_rate *last,
+                             const struct motion_clock_rate *now)
+{
+    struct motion_state state;
+    if (motion_track_ahead(track, now->s_ns_q12) <= 0)
+        return false;
+    motion_track_state(track, now->s_ns_q12, &state);
+    struct motion_clock_rate left = *now;
+    left.jerk_q30 = last->jerk_q30;
+    return clock_warp_keeps(look, now, &state) &&
+           (left.jerk_q30 == now->jerk_q30 ||
+            clock_warp_keeps(look, &left, &state));
+}
+
 bool motion_clock_warp_fits(const struct motion_clock_warp *warp,
                             const struct motion_track *track,
                             const struct motion_clock_limit *limit,
-                            int64_t from_ns, int64_t to_ns, int64_t step_ns)
+                            int64_t step_ns, bool between, int64_t *looks)
 {
-    struct motion_clock_rate last = { 0 };
+    /* 2^30 / 1e9 in Q30, rounded up */
+    const struct clock_look look = {
+        limit,
+        between ? clock_warp_mul(step_ns / 2, INT64_C(1152921505), 30) : 0
+    };
+    struct motion_clock_rate now, last = { 0 };
     uint32_t index = 0;
-    for (int64_t dt = from_ns;; dt += step_ns) {
-        if (dt > to_ns)
-            dt = to_ns;
-        struct motion_clock_rate now;
+    for (int64_t dt = 0; dt <= warp->dur_ns;
+         dt = clock_warp_next(warp, dt, step_ns)) {
         motion_clock_warp_at(warp, warp->t0_ns + dt, &now);
-        if (now.rate_q30 < 0 || now.rate_q30 > MOTION_CLOCK_WARP_MAX_Q30)
-            return false;
-        struct motion_state state;
-        if (motion_track_ahead(track, now.s_ns_q12) <= 0)
-            return false;
-        motion_track_state(track, now.s_ns_q12, &state);
-        if (!clock_warp_keeps(&now, &state, limit))
-            return false;
+        if (dt == 0)
+            last = now;
         const uint32_t here = clock_warp_segment(track, now.s_ns_q12);
-        if (dt > from_ns &&
-            !clock_warp_borders(track, index, here, &last, &now, limit))
+        if (dt == 0)
+            index = here;
+        *looks -= 1 + 2 * (int64_t)(here - index);
+        if (*looks < 0 || !clock_warp_looks(&look, track, &last, &now) ||
+            !clock_warp_borders(&look, track, index, here, &last, &now))
             return false;
-        if (dt == to_ns)
-            return true;
         index = here;
         last = now;
     }
+    return true;
 }

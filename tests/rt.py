@@ -28,9 +28,9 @@ ROOTS = {
 # forbidden stays forbidden below them.
 MAY_DIVIDE = {
     "controller_ramp_seek": "looks for a ramp after a request to hold, resume or"
-                            " stop; bounded by RAMP_LOOKS_PER_TICK",
+                            " stop; bounded by RAMP_LOOKS_SEEK per tick",
     "controller_ramp_stop": "looks for the ramp that stops, once per fault;"
-                            " bounded by RAMP_LENGTHS and RAMP_COARSE",
+                            " bounded by RAMP_LOOKS_STOP",
     "controller_ramp_bound_ns": "says by when a stop is at rest, once per"
                                 " request",
 }

@@ -27,7 +27,41 @@ static void full_rate_is_the_clock_itself_for_days(void **state)
     }
 }
 
-static void ramp_meets_rate_and_slope_at_both_ends(void **state)
+static struct motion_clock_bound bound_of(int64_t accel_q30, int64_t jerk_q30)
+{
+    return (struct motion_clock_bound){ accel_q30, jerk_q30 };
+}
+
+static struct motion_clock_bound any_bound(uint64_t *seed)
+{
+    const int64_t accel = check_random_in(seed, ONE / 50, 20 * ONE);
+    return bound_of(accel, accel * check_random_in(seed, 1, 50));
+}
+
+/* The state just before t, and at t. */
+static void both_sides(const struct motion_clock_warp *warp, int64_t t_ns,
+                       struct motion_clock_rate *left,
+                       struct motion_clock_rate *right)
+{
+    motion_clock_warp_at(warp, t_ns - 1, left);
+    motion_clock_warp_at(warp, t_ns, right);
+}
+
+static void check_joined(const struct motion_clock_rate *left,
+                         const struct motion_clock_rate *right)
+{
+    const int64_t ds = right->s_ns_q12 - left->s_ns_q12;
+    const int64_t dr = right->rate_q30 - left->rate_q30;
+    const int64_t da = right->accel_q30 - left->accel_q30;
+    const int64_t slope = llabs(left->accel_q30) / SECOND;
+    const int64_t jerk =
+        (llabs(left->jerk_q30) + llabs(right->jerk_q30)) / SECOND;
+    assert_true(llabs(ds - (right->rate_q30 >> 18)) <= 3 + slope / 1000);
+    assert_true(llabs(dr) <= 4 + slope);
+    assert_true(llabs(da) <= 8 + jerk);
+}
+
+static void ramp_joins_rate_and_slope_everywhere(void **state)
 {
     (void)state;
     uint64_t seed = 11;
@@ -35,28 +69,88 @@ static void ramp_meets_rate_and_slope_at_both_ends(void **state)
         struct motion_clock_warp warp, first;
         const int64_t r0 = check_random_in(&seed, 0, 2 * ONE);
         const int64_t r1 = check_random_in(&seed, 0, 2 * ONE);
-        const int64_t dur = check_random_in(&seed, MS, 20 * SECOND);
+        const struct motion_clock_bound bound = any_bound(&seed);
         motion_clock_warp_init(&first, 0, 0, r0);
-        assert_int_equal(motion_clock_warp_ramp(&first, MS, r1, dur, &warp),
-                         MOTION_OK);
+        assert_int_equal(
+            motion_clock_warp_ramp(&first, MS, r1, &bound, MS, &warp),
+            MOTION_OK);
         struct motion_clock_rate a, b;
         motion_clock_warp_at(&first, MS, &a);
         motion_clock_warp_at(&warp, MS, &b);
         assert_int_equal(a.s_ns_q12, b.s_ns_q12);
         assert_int_equal(b.rate_q30, r0);
-        assert_true(llabs(b.accel_q30) <= 1);
-        motion_clock_warp_at(&warp, MS + dur - 1, &a);
-        motion_clock_warp_at(&warp, MS + dur, &b);
-        assert_true(llabs(a.rate_q30 - b.rate_q30) <= 4);
+        assert_int_equal(b.accel_q30, 0);
+        int64_t t = MS;
+        for (unsigned i = 0; i < warp.count; i++) {
+            t += warp.piece[i].dur_ns;
+            assert_int_equal(warp.piece[i].dur_ns % MS, 0);
+            both_sides(&warp, t, &a, &b);
+            check_joined(&a, &b);
+        }
+        assert_int_equal(t, MS + warp.dur_ns);
         assert_int_equal(b.rate_q30, r1);
-        const int64_t ds = b.s_ns_q12 - a.s_ns_q12;
-        assert_true(llabs(ds - (r1 >> 18)) <= 3);
-        /* a symmetric cubic covers the mean of its rates */
-        const long double want =
-            (long double)dur * 4096.0L * (long double)(r0 + r1) / 2 / ONE;
-        assert_true(
-            fabsl((long double)(warp.s1_ns_q12 - warp.s0_ns_q12) - want) <= 2);
+        assert_int_equal(b.accel_q30, 0);
+        /* from rest to rest it is symmetrical: the mean of the rates */
+        const long double want = (long double)warp.dur_ns * 4096.0L *
+                                 (long double)(r0 + r1) / 2 / ONE;
+        /* the peak is rounded to 2^-57 per tick */
+        const long double ticks = (long double)warp.dur_ns / MS;
+        const long double rounding = ldexpl(ticks * ticks * MS * 4096, -57);
+        assert_true(fabsl((long double)(warp.s1_ns_q12 - warp.s0_ns_q12) -
+                          want) <= 4 + rounding);
     }
+}
+
+/* Again from anywhere in a ramp: within the bounds, in the least time but for
+ * whole ticks, and above where it started by r0'^2 / 2J at most. */
+static void ramp_from_a_ramp_rises_by_what_cannot_be_avoided(void **state)
+{
+    (void)state;
+    uint64_t seed = 14;
+    int made = 0;
+    long double most = 0;
+    for (int n = 0; n < 20000; n++) {
+        struct motion_clock_warp warp;
+        struct motion_clock_rate from, now;
+        struct motion_clock_bound bound = any_bound(&seed);
+        motion_clock_warp_init(&warp, 0, 0, check_random_in(&seed, 0, 2 * ONE));
+        motion_clock_warp_ramp(&warp, 0, check_random_in(&seed, 0, 2 * ONE),
+                               &bound, MS, &warp);
+        const int64_t t = check_random_in(&seed, 0, warp.dur_ns / MS) * MS;
+        const int64_t r1 = check_random_in(&seed, 0, 2 * ONE);
+        motion_clock_warp_at(&warp, t, &from);
+        bound = any_bound(&seed);
+        if (motion_clock_warp_ramp(&warp, t, r1, &bound, MS, &warp) < 0)
+            continue;
+        made++;
+        const long double a0 = (long double)from.accel_q30 / ONE;
+        const long double r0 = (long double)from.rate_q30 / ONE;
+        const long double jerk = (long double)bound.jerk_q30 / ONE;
+        const long double accel = (long double)bound.accel_q30 / ONE;
+        /* whole ticks lengthen the first piece: r' stays for one more at most */
+        const long double over = a0 * fabsl(a0) / (2 * jerk) + a0 * 1e-3L;
+        const long double end = (long double)r1 / ONE;
+        const long double high = fmaxl(fmaxl(r0, end), r0 + fmaxl(over, 0));
+        const long double low = fminl(fminl(r0, end), r0 + fminl(over, 0));
+        for (int64_t dt = 0; dt <= warp.dur_ns; dt += MS) {
+            motion_clock_warp_at(&warp, t + dt, &now);
+            const long double r = (long double)now.rate_q30 / ONE;
+            if (!(r <= high + 1e-8L && r >= low - 1e-8L))
+                fail_msg("%d: r %Lf not in %Lf .. %Lf: r0 %Lf a0 %Lf r1 %Lf A "
+                         "%Lf J %Lf",
+                         n, r, low, high, r0, a0, end, accel, jerk);
+            most = fmaxl(most, fabsl((long double)now.jerk_q30 / ONE) / jerk);
+            assert_true(now.rate_q30 >= 0 && now.rate_q30 <= 2 * ONE);
+            assert_true(fabsl((long double)now.accel_q30 / ONE) <=
+                        fmaxl(accel, fabsl(a0)) * 1.001L + 1e-8L);
+            assert_true(fabsl((long double)now.jerk_q30 / ONE) <=
+                        jerk * 1.001L + 1e-8L);
+        }
+        assert_int_equal(now.rate_q30, r1);
+        assert_int_equal(now.accel_q30, 0);
+    }
+    print_message("%d ramps from ramps, r'' at most %.6Lf J\n", made, most);
+    assert_true(made > 10000);
 }
 
 static void derivatives_are_those_of_path_time(void **state)
@@ -66,18 +160,22 @@ static void derivatives_are_those_of_path_time(void **state)
     const long double h = 1e-4L;
     for (int n = 0; n < 500; n++) {
         struct motion_clock_warp warp;
-        const int64_t dur = check_random_in(&seed, SECOND / 2, 4 * SECOND);
+        const struct motion_clock_bound bound = bound_of(ONE, 4 * ONE);
         motion_clock_warp_init(&warp, 0, 0, ONE);
         motion_clock_warp_ramp(&warp, 0, check_random_in(&seed, 0, 2 * ONE),
-                               dur, &warp);
+                               &bound, MS, &warp);
         /* from a slope, too */
-        motion_clock_warp_ramp(&warp, dur / 3,
-                               check_random_in(&seed, 0, 2 * ONE), dur, &warp);
-        const int64_t t = dur / 3 + check_random_in(&seed, dur / 8, dur / 2);
+        motion_clock_warp_ramp(&warp, warp.dur_ns / 3,
+                               check_random_in(&seed, ONE / 2, 3 * ONE / 2),
+                               &bound, MS, &warp);
         struct motion_clock_rate m, o, p;
+        const int64_t t =
+            warp.t0_ns + check_random_in(&seed, MS, warp.dur_ns - MS);
         motion_clock_warp_at(&warp, t - 100000, &m);
         motion_clock_warp_at(&warp, t, &o);
         motion_clock_warp_at(&warp, t + 100000, &p);
+        if (m.jerk_q30 != p.jerk_q30)
+            continue; /* over the border of two pieces */
         const long double rate =
             (long double)(p.s_ns_q12 - m.s_ns_q12) / (2 * h * 1e9L * 4096);
         const long double accel =
@@ -141,24 +239,49 @@ static void unusable_ramps_are_refused(void **state)
     struct motion_clock_warp warp, out;
     motion_clock_warp_init(&warp, 0, 0, ONE);
     static const struct {
-        int64_t rate, dur;
+        int64_t rate, accel, jerk, tick;
+        int err;
     } rows[] = {
-        { -1, SECOND },
-        { 2 * ONE + 1, SECOND },
-        { 0, 0 },
-        { 0, MOTION_CLOCK_WARP_RAMP_MIN_NS - 1 },
-        { 0, MOTION_CLOCK_WARP_RAMP_MAX_NS + 1 },
+        { -1, ONE, ONE, MS, MOTION_E_ARG },
+        { 2 * ONE + 1, ONE, ONE, MS, MOTION_E_ARG },
+        { 0, 0, ONE, MS, MOTION_E_ARG },
+        { 0, ONE, 0, MS, MOTION_E_ARG },
+        { 0, ONE, ONE, MOTION_CLOCK_WARP_TICK_MIN_NS - 1, MOTION_E_ARG },
+        { 0, ONE, ONE, MOTION_CLOCK_WARP_TICK_MAX_NS + 1, MOTION_E_ARG },
+        { 0, 1, ONE, MS, MOTION_E_RANGE }, /* over an hour */
+        { 0, ONE, 1, MS, MOTION_E_RANGE },
     };
-    for (size_t i = 0; i < ARRAY_LEN(rows); i++)
-        assert_int_equal(
-            motion_clock_warp_ramp(&warp, 0, rows[i].rate, rows[i].dur, &out),
-            MOTION_E_ARG);
-    /* braking hard, then asked to go on braking for an hour */
-    motion_clock_warp_ramp(&warp, 0, 0, 20 * MS, &warp);
-    assert_int_equal(motion_clock_warp_ramp(&warp, 10 * MS, 0,
-                                            MOTION_CLOCK_WARP_RAMP_MAX_NS,
-                                            &out),
-                     MOTION_E_RANGE);
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        const struct motion_clock_bound bound =
+            bound_of(rows[i].accel, rows[i].jerk);
+        assert_int_equal(motion_clock_warp_ramp(&warp, 0, rows[i].rate, &bound,
+                                                rows[i].tick, &out),
+                         rows[i].err);
+    }
+    /* braking hard, then asked to ease off: the rate would go below 0 */
+    struct motion_clock_bound bound = bound_of(100 * ONE, 10000 * ONE);
+    motion_clock_warp_ramp(&warp, 0, 0, &bound, MS, &warp);
+    bound = bound_of(ONE, ONE);
+    assert_int_equal(
+        motion_clock_warp_ramp(&warp, 10 * MS, 0, &bound, MS, &out),
+        MOTION_E_RANGE);
+    /* speeding up steeply to 200 %: it would go over that */
+    bound = bound_of(100 * ONE, 10000 * ONE);
+    motion_clock_warp_init(&warp, 0, 0, ONE);
+    motion_clock_warp_ramp(&warp, 0, 2 * ONE, &bound, MS, &warp);
+    bound = bound_of(ONE, ONE);
+    assert_int_equal(
+        motion_clock_warp_ramp(&warp, 10 * MS, 0, &bound, MS, &out),
+        MOTION_E_RANGE);
+}
+
+static bool fits(const struct motion_clock_warp *warp,
+                 const struct motion_track *track,
+                 const struct motion_clock_limit *limit, int64_t step_ns,
+                 bool between)
+{
+    int64_t looks = 100000;
+    return motion_clock_warp_fits(warp, track, limit, step_ns, between, &looks);
 }
 
 static void a_ramp_that_breaks_a_limit_does_not_fit(void **state)
@@ -171,27 +294,74 @@ static void a_ramp_that_breaks_a_limit_does_not_fit(void **state)
     assert_int_equal(
         motion_track_append_line(&track, 10 * MOTION_FIXED_S_Q12, 1000 * UNIT),
         MOTION_OK);
-    /* 1 -> 0 over D: acceleration 150 / D, jerk 600 / D^2 */
+    /* 1 -> 0 with A = 1, J = 4: acceleration 100, jerk 400 */
     static const struct {
-        int64_t dur_ns, acc, jerk, vel;
+        int64_t acc, jerk, vel;
         bool fits;
     } rows[] = {
-        { SECOND, 151, 601, 100, true },    { SECOND, 149, 0, 100, false },
-        { SECOND, 151, 599, 100, false },   { SECOND, 151, 0, 100, true },
-        { 2 * SECOND, 76, 151, 100, true }, { 2 * SECOND, 74, 151, 100, false },
-        { SECOND, 151, 601, 99, false },
+        { 101, 401, 100, true },  { 99, 0, 100, false },
+        { 101, 399, 100, false }, { 101, 0, 100, true },
+        { 101, 401, 99, false },
     };
+    const struct motion_clock_bound bound = bound_of(ONE, 4 * ONE);
+    struct motion_clock_warp warp;
+    motion_clock_warp_init(&warp, 0, MOTION_FIXED_S_Q12, ONE);
+    motion_clock_warp_ramp(&warp, 0, 0, &bound, MS, &warp);
     for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
         const struct motion_clock_limit limit = { rows[i].vel * UNIT,
                                                   rows[i].acc * ACC,
                                                   rows[i].jerk * ACC };
-        struct motion_clock_warp warp;
-        motion_clock_warp_init(&warp, 0, MOTION_FIXED_S_Q12, ONE);
-        motion_clock_warp_ramp(&warp, 0, 0, rows[i].dur_ns, &warp);
-        if (motion_clock_warp_fits(&warp, &track, &limit, 0, warp.dur_ns, MS) !=
-            rows[i].fits)
+        if (fits(&warp, &track, &limit, MS, false) != rows[i].fits)
             fail_msg("row %zu", i);
     }
+}
+
+/* A peak of r' between two looks: only what can come between shows it. */
+static void what_comes_between_two_looks_counts(void **state)
+{
+    (void)state;
+    struct motion_segment room[4];
+    struct motion_track track;
+    motion_track_init(&track, room, ARRAY_LEN(room), 0);
+    struct motion_state slow = { 0, 10 * UNIT, 0, 0 };
+    /* from 10 to 110 unit/s and back: acceleration 150 in the middle of 2 s */
+    struct motion_state fast = { 120 * UNIT, 110 * UNIT, 0, 0 };
+    motion_track_append_quintic(&track, 2 * MOTION_FIXED_S_Q12, &slow, &fast);
+    const struct motion_clock_bound bound = bound_of(ONE / 100, ONE);
+    struct motion_clock_warp warp;
+    struct motion_extreme acc;
+    motion_track_extreme(&track, MOTION_ACC, &acc);
+    const struct motion_clock_limit limit = { 1000 * UNIT, acc.max / 100 * 95,
+                                              0 };
+    motion_clock_warp_init(&warp, 0, 0, ONE);
+    motion_clock_warp_ramp(&warp, 0, ONE - ONE / 100, &bound, MS, &warp);
+    assert_true(warp.dur_ns >= SECOND);
+    assert_false(fits(&warp, &track, &limit, MS, false));
+    assert_false(fits(&warp, &track, &limit, SECOND, true));
+    assert_true(
+        fits(&warp, &track,
+             &(struct motion_clock_limit){ 1000 * UNIT, acc.max * 4, 0 },
+             10 * MS, true));
+}
+
+static void looks_that_do_not_suffice_are_a_no(void **state)
+{
+    (void)state;
+    struct motion_segment room[1];
+    struct motion_track track;
+    struct motion_clock_warp warp;
+    motion_track_init(&track, room, 1, 0);
+    motion_track_append_line(&track, 10 * MOTION_FIXED_S_Q12, 10 * UNIT);
+    const struct motion_clock_limit limit = { 10 * UNIT, 1000 * ACC, 0 };
+    const struct motion_clock_bound bound = bound_of(10 * ONE, 1000 * ONE);
+    motion_clock_warp_init(&warp, 0, 0, ONE);
+    motion_clock_warp_ramp(&warp, 0, 0, &bound, MS, &warp);
+    int64_t looks = 1000;
+    assert_true(
+        motion_clock_warp_fits(&warp, &track, &limit, MS, true, &looks));
+    looks = 1000 - looks - 1;
+    assert_false(
+        motion_clock_warp_fits(&warp, &track, &limit, MS, true, &looks));
 }
 
 static void a_step_between_two_looks_is_seen(void **state)
@@ -207,23 +377,26 @@ static void a_step_between_two_looks_is_seen(void **state)
                              100 * UNIT + UNIT * 6 / 100);
     motion_track_append_line(&track, MOTION_FIXED_S_Q12, 200 * UNIT);
     const struct motion_clock_limit limit = { 150 * UNIT, 100000 * ACC, 0 };
+    const struct motion_clock_bound bound = bound_of(ONE, 4 * ONE);
     struct motion_clock_warp warp;
     motion_clock_warp_init(&warp, 0, MOTION_FIXED_S_Q12 / 2, ONE);
-    motion_clock_warp_ramp(&warp, 0, ONE / 2, SECOND, &warp);
-    assert_false(
-        motion_clock_warp_fits(&warp, &track, &limit, 0, warp.dur_ns, MS));
+    motion_clock_warp_ramp(&warp, 0, ONE / 2, &bound, MS, &warp);
+    assert_false(fits(&warp, &track, &limit, MS, false));
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(full_rate_is_the_clock_itself_for_days),
-        cmocka_unit_test(ramp_meets_rate_and_slope_at_both_ends),
+        cmocka_unit_test(ramp_joins_rate_and_slope_everywhere),
+        cmocka_unit_test(ramp_from_a_ramp_rises_by_what_cannot_be_avoided),
         cmocka_unit_test(derivatives_are_those_of_path_time),
         cmocka_unit_test(chain_rule_matches_long_double),
         cmocka_unit_test(chain_rule_saturates_and_never_wraps),
         cmocka_unit_test(unusable_ramps_are_refused),
         cmocka_unit_test(a_ramp_that_breaks_a_limit_does_not_fit),
+        cmocka_unit_test(what_comes_between_two_looks_counts),
+        cmocka_unit_test(looks_that_do_not_suffice_are_a_no),
         cmocka_unit_test(a_step_between_two_looks_is_seen),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
