@@ -515,7 +515,8 @@ static void servo_profile(struct sim_modbus_servo *self)
         change = -step;
     self->vel_q16 += change;
     step = self->vel_q16 / LOOPS_PER_S;
-    if (far_q16 <= (step < 0 ? -step : step) + 65536 &&
+    if (far_q16 <= (step < 0 ? -step : step) +
+                       servo_min(down / LOOPS_PER_S + 1, 65536) &&
         self->vel_q16 <= 2 * down && self->vel_q16 >= -2 * down) {
         self->demand_q16 = self->target_q16;
         self->vel_q16 = 0;
