@@ -32,18 +32,53 @@
  * rest first, within the map's time.
  *
  * A Modbus servo has ramps of its own and no common clock, so a set point
- * cannot say "be here now".  Streamed, it says "go to where the axis will be a
- * little later, at the speed that takes you there": with the set point p, v, a
- * of the controller, the time l until the drive has it, and the time T from
- * one set point to the next,
+ * cannot say "be here now".  Streamed, it says "be on your way to rest there, at
+ * this speed at most".  With the set point p, v, a of the controller, the latency
+ * l until the drive has it, the cycle T from one set point to the next, and the
+ * drive's deceleration D,
  *
- *   target   = p(t + l + 2 T)      p(t + x) = p + v x + a x^2 / 2
- *   velocity = |v + a (l + T) + e / 4 T|      e: the following error, as polled
+ *   target   = p(t + x) + v(t + x)^2 / 2 D      p(t + x) = p + v x + a x^2 / 2
+ *   velocity = |v + a (l + T) + c|, rounded up to the register's step q
+ *   c        = e / 4 tau, |c| <= 2 a_s tau      e: following error, as polled
+ *   tau      = max(T, q / a_s, sqrt(r / 4 a_s))
  *
- * so that the drive is still under way when the next one comes, and what it is
- * off is taken back over four of them.  It slows down towards a target within
- * T of it only when its ramps are steep: they are the steeper of the axis's own
- * stop and full speed in T.
+ * with r one count and a_s the axis's stop acceleration, which its motor must be
+ * able to do.  The target is where the drive would come to rest if it began to
+ * brake at x; so it need not begin before, and where no set point follows, it
+ * stops by the ramp D.  D is 1.5 a_s, as its register rounds it: less than the
+ * axis's limit would not follow, much more no motor would.  What is left of D
+ * while the axis accelerates at its limit takes back what it was late by.  A stop
+ * of a legal move lies inside the range, for D is at least its limit.
+ *
+ * Why tau.  The speed can change by at most a_s, so the loop of e and c is a
+ * double integrator with saturation.  It follows the line c = e / 4 tau without
+ * overshoot while that asks for no more than a_s, |dc/dt| = |c| / 4 tau <= a_s,
+ * |c| <= 4 a_s tau: half of that is allowed, the rest is the move's.  A step of the
+ * quantiser, q, takes the motor q / a_s and q^2 / 2 a_s of distance, which times
+ * 1 / 4 tau must stay below q, or one step calls for the next (a limit cycle that
+ * grows): tau >= q / 8 a_s, eight times that is taken.  A count read more or less
+ * is such a step of r / 4 tau: tau >= sqrt(r / 32 a_s), almost three times that is
+ * taken.
+ *
+ * Why two places x.  What the quantiser leaves is a limit cycle of e up to
+ * 4 q tau.  Where a step is small, q <= D T, x = l + 2 T, and the drive never
+ * brakes between two set points: the speed does the work.  Where it is large, or
+ * the map has no speed, x = l + T / 2: the drive, never slower than asked because
+ * q is rounded up, comes to its braking curve in each cycle and goes along it, so
+ * that e is v T / 2 at most whatever q is, and no error of the speed adds up: the
+ * position does the work.
+ *
+ * Hard ramps.  A map without fields for ramps leaves them to the drive, which are
+ * taken for steep, full speed in T; and a register may say only steep ones
+ * (1000 rpm in 32.8 s is 183 deg/s2 on a motor without a gear).  Above 3 a_s a
+ * motor cannot be relied on to follow them, and its own loop takes in the steps
+ * of q: x is l + 2 T then, to have as few of them as can be.  With a speed loop of
+ * lambda = omega / 2 zeta and the acceleration a_m, a step leaves q^2 / 2 a_m, of
+ * which each swing takes off 2 q / lambda: it settles in one where
+ * q / a_m <= 4 / lambda.
+ *
+ * What cannot work is refused when the rig is loaded (firmware/linux/rig/
+ * modbus_stream.h).
  *
  * Point to point (drive_modbus_go.c), one group says where to and how fast, and
  * the drive's own profile does the rest.  Homing is the map's sequence `home`;
@@ -62,6 +97,25 @@
 #include "hal/text.h"
 
 #define DRIVE_MODBUS_HISTORY 64 /* set points kept to judge following */
+
+/* What the fields of the group stream can say, in the axis's unit. */
+struct drive_modbus_fields {
+    int64_t count_q32;        /* one count */
+    int64_t step_q32;         /* one step of the velocity; 0: it has none */
+    int64_t vel_max_q32;      /* the fastest it can say; INT64_MAX */
+    int64_t acc_q16, dec_q16; /* the ramps that are written, as rounded */
+    bool own_ramps; /* not both: what the drive has is taken for so steep */
+};
+
+/* How a stream is made; see above. */
+struct drive_modbus_law {
+    bool is_near;            /* x is l + T / 2 */
+    bool is_hard;            /* D > 3 a_s */
+    int64_t gain_q16;        /* 1/s: 1 / 4 tau */
+    int64_t correct_max_q32; /* 2 a_s tau */
+    int64_t round_up_q32;    /* added to a speed: just below q / 2 */
+    struct hal_ratio brake;  /* vel_q32 to s: 1 / 2 D */
+};
 
 /* A register that is written when the drive starts, and read back. */
 struct drive_modbus_parameter {
@@ -143,10 +197,10 @@ struct drive_modbus {
     struct hal_ratio to_register;       /* counts to the field `position` */
     int64_t pos_min, pos_max;           /* of the fields `position` */
     int64_t ramp[2];                    /* registers: acceleration, dec. */
-    int64_t lead_q32, latency_q32, feed_q32; /* s: l + 2T, l, l + T */
-    int64_t half_lead2_q32;                  /* s^2: lead^2 / 2 */
-    int64_t gain_q16;                        /* 1/s: 1 / 4T */
-    int64_t first_step_counts, jump_q16;     /* jump: counts per ns, 2^-48 */
+    int64_t lead_q32, feed_q32;         /* s: x, l + T */
+    int64_t half_lead2_q32;             /* s^2: lead^2 / 2 */
+    struct drive_modbus_law law;
+    int64_t first_step_counts, jump_q16; /* jump: counts per ns, 2^-48 */
     int64_t past_step_ns;
     struct modbus_map_block fast[MODBUS_MAP_BLOCKS_MAX];
     struct modbus_map_block slow[MODBUS_MAP_BLOCKS_MAX];
@@ -206,6 +260,14 @@ struct drive_modbus {
     uint16_t fault_code;
     char fault_text[64];
 };
+
+/* Of a sound config; values saturate at INT64_MAX.  Divides. */
+void drive_modbus_fields(const struct drive_modbus_config *config,
+                         struct drive_modbus_fields *fields);
+
+/* MOTION_E_RANGE for a scale that does not fit. */
+int drive_modbus_law(const struct drive_modbus_config *config,
+                     struct drive_modbus_law *law);
 
 /* Adds the node to the line.  Errors as modbus_bus_add; MOTION_E_ARG for a value
  * outside what the config says; MOTION_E_RANGE for a scale that does not

@@ -13,13 +13,6 @@
 #define STOP_MARGIN_NS (NS_PER_S / 2) /* until it begins */
 #define STOP_MAX_NS    (10 * NS_PER_S)
 
-static int64_t init_clamp(const struct modbus_map_field *field, int64_t value)
-{
-    if (value < field->min)
-        return field->min;
-    return value > field->max ? field->max : value;
-}
-
 /* A velocity in counts/s (Q16) to the field's unit. */
 static int init_velocity(struct hal_ratio *ratio, const struct modbus_map *map,
                          const struct modbus_map_field *field)
@@ -31,47 +24,6 @@ static int init_velocity(struct hal_ratio *ratio, const struct modbus_map *map,
         den *= map->resolution;
     }
     return hal_ratio_init(ratio, num, den, -16);
-}
-
-/* The steeper of the axis's stop and full speed in one cycle, counts/s2. */
-static int64_t init_ramp_counts(const struct drive_modbus_config *config)
-{
-    int64_t acc = 0, vel = 0, quick = 0;
-
-    if (motion_fixed_muldiv(config->acc_q16, config->counts_num,
-                            config->counts_den, &acc) < 0)
-        acc = INT64_MAX;
-    if (motion_fixed_muldiv(config->vel_max_q32, config->counts_num,
-                            config->counts_den, &vel) < 0 ||
-        motion_fixed_muldiv(vel >> 32, NS_PER_S, config->cycle_ns, &quick) < 0)
-        quick = INT32_MAX;
-    acc = (int64_t)(motion_fixed_abs(acc) >> 16);
-    quick = (int64_t)(motion_fixed_abs(quick) & INT64_MAX);
-    return (acc > quick ? acc : quick) + 1;
-}
-
-static int64_t init_ramp(const struct modbus_map *map,
-                         const struct modbus_map_field *field,
-                         int64_t counts_s2)
-{
-    int64_t value = counts_s2, num = field->num, den = field->den;
-
-    if (field->unit == MODBUS_MS_PER_1000_RPM) {
-        /* 1000 rpm are 1000 / 60 revolutions per s */
-        num *= INT64_C(1000000);
-        den *= 60;
-        if (motion_fixed_muldiv(map->resolution, num, den, &num) < 0)
-            return field->max;
-        value = num / counts_s2;
-    } else {
-        if (field->unit == MODBUS_RPM) {
-            num *= 60;
-            den *= map->resolution;
-        }
-        if (motion_fixed_muldiv(counts_s2, num, den, &value) < 0)
-            value = field->max;
-    }
-    return init_clamp(field, value);
 }
 
 /* For ramps that are told with a motion; drive_modbus_go.c has no division. */
@@ -123,7 +75,6 @@ static int init_group(struct drive_modbus *self,
                       const struct modbus_map_group *group)
 {
     const struct modbus_map *map = self->config.map;
-    const int64_t ramp = init_ramp_counts(&self->config);
     int err = MOTION_OK;
 
     for (unsigned i = 0; i < group->count && err == MOTION_OK; i++) {
@@ -134,9 +85,9 @@ static int init_group(struct drive_modbus *self,
         else if (field->quantity == MODBUS_POSITION)
             err = init_position(self, field);
         else if (field->quantity == MODBUS_ACCELERATION)
-            self->ramp[0] = init_ramp(map, field, ramp);
+            self->ramp[0] = drive_modbus_ramp(&self->config, field);
         else if (field->quantity == MODBUS_DECELERATION)
-            self->ramp[1] = init_ramp(map, field, ramp);
+            self->ramp[1] = drive_modbus_ramp(&self->config, field);
     }
     return err;
 }
@@ -181,11 +132,10 @@ static void init_times(struct drive_modbus *self)
     const int64_t latency_ns = self->config.latency_ns;
     int64_t lead_q32;
 
-    self->latency_q32 = init_seconds_q32(latency_ns);
     self->feed_q32 = init_seconds_q32(latency_ns + cycle_ns);
-    self->lead_q32 = lead_q32 = init_seconds_q32(latency_ns + 2 * cycle_ns);
+    self->lead_q32 = lead_q32 = init_seconds_q32(
+        latency_ns + (self->law.is_near ? cycle_ns / 2 : 2 * cycle_ns));
     (void)motion_fixed_mulshift(lead_q32, lead_q32, 33, &self->half_lead2_q32);
-    self->gain_q16 = NS_PER_S * 65536 / (4 * cycle_ns);
     self->stop_ns = init_stop_ns(&self->config);
     self->past_step_ns = cycle_ns / PAST_PER_STEP;
 }
@@ -249,6 +199,8 @@ int drive_modbus_init(struct drive_modbus *self, struct modbus_bus *bus,
         err = init_ramp_scales(self);
     if (err == MOTION_OK)
         err = init_bounds(self);
+    if (err == MOTION_OK)
+        err = drive_modbus_law(&self->config, &self->law);
     if (err != MOTION_OK)
         return err;
     init_times(self);

@@ -102,6 +102,12 @@ void drive_modbus_go_step(struct drive_modbus *self);
 /* Everything under way ends without a word to the drive. */
 void drive_modbus_go_drop(struct drive_modbus *self);
 
+/* ---- drive_modbus_fields.c ---- */
+
+/* What goes into a field for ramps where nothing else is asked for. */
+int64_t drive_modbus_ramp(const struct drive_modbus_config *config,
+                          const struct modbus_map_field *field);
+
 /* ---- drive_modbus_stream.c ---- */
 
 /* Fill in the group for the set point in force now. */

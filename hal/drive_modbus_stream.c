@@ -54,8 +54,18 @@ bool drive_modbus_demand(const struct drive_modbus *self, int64_t t_ns,
 
 /* ---- groups ---- */
 
-/* Where the axis will be, `lead` from now.  Slowing down it does not turn back:
- * where it would, v lead / 2 is where it stands, or a little beyond. */
+/* v^2 / 2 dec: where the drive comes to rest from there. */
+static int64_t stream_stop_q32(const struct drive_modbus *self, int64_t vel_q32)
+{
+    const int64_t half_q32 =
+        hal_ratio_scale(&self->law.brake, stream_abs(vel_q32));
+
+    return stream_mul(vel_q32, half_q32, 32);
+}
+
+/* Where the drive would stop if it began to where the axis will be, `lead` from
+ * now.  Slowing down it does not turn back: where it would, v lead / 2 is where it
+ * stands, or a little beyond. */
 static int64_t stream_ahead_q32(const struct drive_modbus *self)
 {
     const struct hal_drive_target *target = &self->target;
@@ -63,14 +73,34 @@ static int64_t stream_ahead_q32(const struct drive_modbus *self)
     const int64_t gained = stream_mul(target->acc_q16, self->lead_q32, 16);
     const int64_t by_acc =
         stream_mul(target->acc_q16, self->half_lead2_q32, 16);
-    int64_t pos_q32;
+    int64_t by_q32, pos_q32;
 
     if ((target->vel_q32 < 0) != (target->acc_q16 < 0) &&
         motion_fixed_abs(gained) > motion_fixed_abs(target->vel_q32))
-        pos_q32 = target->pos_q32 + (by_vel >> 1);
-    else if (motion_fixed_add(target->pos_q32, by_vel + by_acc, &pos_q32) < 0)
-        pos_q32 = target->pos_q32;
-    return pos_q32;
+        by_q32 = by_vel >> 1;
+    else
+        by_q32 =
+            by_vel + by_acc + stream_stop_q32(self, target->vel_q32 + gained);
+    return motion_fixed_add(target->pos_q32, by_q32, &pos_q32) < 0
+               ? target->pos_q32
+               : pos_q32;
+}
+
+/* The following error as a speed, no more than the motor can take back. */
+static int64_t stream_correction_q32(const struct drive_modbus *self)
+{
+    const struct drive_modbus_law *law = &self->law;
+    const int64_t actual_q32 =
+        hal_ratio_scale(&self->to_pos, self->actual_counts);
+    int64_t demand_q32, off_q32;
+
+    if (!drive_modbus_demand(self, self->actual_ns, &demand_q32) ||
+        motion_fixed_sub(demand_q32, actual_q32, &off_q32) < 0)
+        return 0;
+    off_q32 = stream_mul(off_q32, law->gain_q16, 16);
+    if (off_q32 > law->correct_max_q32)
+        return law->correct_max_q32;
+    return off_q32 < -law->correct_max_q32 ? -law->correct_max_q32 : off_q32;
 }
 
 /* As fast as leads there, and takes back what it is off. */
@@ -78,16 +108,13 @@ static int64_t stream_speed_q32(const struct drive_modbus *self)
 {
     const struct hal_drive_target *target = &self->target;
     const int64_t gained = stream_mul(target->acc_q16, self->feed_q32, 16);
-    int64_t actual_q32 = hal_ratio_scale(&self->to_pos, self->actual_counts);
-    int64_t demand_q32, off_q32 = 0, speed_q32 = target->vel_q32 + gained;
+    const int64_t off_q32 = stream_correction_q32(self);
+    int64_t speed_q32 = target->vel_q32 + gained;
 
     if ((target->vel_q32 < 0) != (speed_q32 < 0))
         speed_q32 = 0;
-    if (drive_modbus_demand(self, self->actual_ns, &demand_q32) &&
-        motion_fixed_sub(demand_q32, actual_q32, &off_q32) == MOTION_OK)
-        off_q32 = stream_mul(off_q32, self->gain_q16, 16);
     if (speed_q32 == 0)
-        return stream_abs(off_q32);
+        return self->law.correct_max_q32; /* it is to stand at the target */
     return (speed_q32 < 0) == (speed_q32 + off_q32 < 0)
                ? stream_abs(speed_q32 + off_q32)
                : 0;
@@ -157,7 +184,8 @@ void drive_modbus_put_stream(struct drive_modbus *self,
                              struct hal_modbus_request *request)
 {
     stream_put(self, &self->config.map->stream, self->ramp,
-               stream_ahead_q32(self), stream_speed_q32(self), request);
+               stream_ahead_q32(self),
+               stream_speed_q32(self) + self->law.round_up_q32, request);
 }
 
 void drive_modbus_put_move(struct drive_modbus *self,

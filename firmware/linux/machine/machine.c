@@ -8,6 +8,7 @@
 #include "firmware/linux/machine/machine_trigger.h"
 #include "firmware/linux/machine/machine_turns.h"
 #include "firmware/linux/rig/modbus_budget.h"
+#include "firmware/linux/rig/modbus_stream.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
 
@@ -67,23 +68,12 @@ static uint32_t machine_counts_q16(const struct rig_axis *axis, int64_t value)
 static int machine_init_servo(struct machine *machine, unsigned i)
 {
     const struct rig *rig = machine->rig;
-    const struct rig_axis *axis = &rig->axis[i];
-    const struct drive_modbus_config config = {
-        .map = &rig->map[axis->map],
-        .unit = axis->node_id,
-        .counts_num = axis->counts_num,
-        .counts_den = axis->counts_den,
-        .vel_max_q32 = axis->limit.vel_q32,
-        .acc_q16 = axis->stop_acc_q16,
-        .cycle_ns = modbus_budget_cycle_ns(rig, axis->bus),
-        .latency_ns = modbus_budget_latency_ns(rig, axis->bus),
-        .mode = axis->point_to_point ? HAL_DRIVE_PROFILE_POSITION
-                                     : HAL_DRIVE_STREAM_POSITION,
-        .parameter = axis->item,
-        .parameter_count = axis->parameter_count,
-    };
+    const unsigned bus = rig->axis[i].bus;
+    struct drive_modbus_config config;
+
+    modbus_stream_config(rig, i, &config);
     machine->axis[i] = &machine->servo[i].drive;
-    return drive_modbus_init(&machine->servo[i], &machine->modbus[axis->bus],
+    return drive_modbus_init(&machine->servo[i], &machine->modbus[bus],
                              &config);
 }
 

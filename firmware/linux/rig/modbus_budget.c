@@ -1,6 +1,8 @@
 /* firmware/linux/rig/modbus_budget.c - see modbus_budget.h. */
 #include "firmware/linux/rig/modbus_budget.h"
 
+#include "firmware/linux/rig/modbus_stream.h"
+
 struct modbus_rtu_line modbus_budget_line(const struct rig *rig, unsigned bus)
 {
     struct modbus_rtu_line line = rig->bus[bus].modbus.line;
@@ -151,37 +153,14 @@ void modbus_budget_print(const struct rig *rig, unsigned bus, FILE *file)
     for (unsigned i = 0; i < rig->axis_count; i++) {
         if (rig->axis[i].bus != bus)
             continue;
-        if (rig->axis[i].point_to_point)
+        if (rig->axis[i].point_to_point) {
             budget_print_profile(rig, i, cycle_ms, file);
-        else
-            fprintf(file, "  %s: a set point every %.1f ms (%.1f per s)\n",
-                    rig->axis[i].name, cycle_ms, 1e3 / cycle_ms);
+            continue;
+        }
+        fprintf(file, "  %s: a set point every %.1f ms (%.1f per s)\n",
+                rig->axis[i].name, cycle_ms, 1e3 / cycle_ms);
+        modbus_stream_print(rig, i, file);
     }
-}
-
-/* Between two set points the drive is on its own: what it runs at full speed in
- * half a cycle must be an allowed following error. */
-static bool budget_axis_ok(const struct rig *rig, const struct rig_axis *axis,
-                           const char *path)
-{
-    const double cycle_s = (double)modbus_budget_cycle_ns(rig, axis->bus) / 1e9;
-    const double vel = (double)axis->limit.vel_q32 / 4294967296.0;
-    const double floor = (double)axis->following_floor_q32 / 4294967296.0;
-    const double by_speed = vel * (double)axis->following_k_ns / 1e9;
-    const double allowed = floor > by_speed ? floor : by_speed;
-
-    if (vel * cycle_s / 2 <= allowed)
-        return true;
-    fprintf(stderr,
-            "%s:%u:%u: axis %s gets a set point every %.1f ms on bus %s and "
-            "runs %.3g %s in half of that, expected at most its following "
-            "error of %.3g: a following_error time of %.0f ms, a velocity of "
-            "%.3g, or a faster line would fit\n",
-            path, axis->place.line, axis->place.column, axis->name,
-            1e3 * cycle_s, rig->bus[axis->bus].name, vel * cycle_s / 2,
-            units_axis_text(axis->unit), allowed, 500 * cycle_s + 1,
-            2 * allowed / cycle_s);
-    return false;
 }
 
 bool modbus_budget_check(const struct rig *rig, const char *path)
@@ -190,7 +169,7 @@ bool modbus_budget_check(const struct rig *rig, const char *path)
 
     for (unsigned i = 0; i < rig->axis_count; i++)
         if (rig->axis[i].kind == RIG_MODBUS && !rig->axis[i].point_to_point &&
-            !budget_axis_ok(rig, &rig->axis[i], path))
+            !modbus_stream_check(rig, i, path))
             fits = false;
     return fits;
 }
