@@ -88,6 +88,7 @@ BEYOND = {
     "rig_cia402_guarding",
     "rig_cia402_no_bandwidth",
     "rig_cia402_revolution",
+    "rig_cia402_torque_stop",
     "rig_control_escape",
     "rig_counts_overflow",
     "rig_counts_unit",

@@ -707,6 +707,11 @@ static const struct {
       "revolution '-10 mm' is not above zero" },
     { "rig_cia402_scale.yaml", 17, 29, "num '0' is not in 1 .. 4294967295" },
     { "rig_cia402_torque.yaml", 17, 15, "torque '4' is out of range" },
+    /* 3 x 1100 / 100 */
+    { "rig_cia402_torque_stop.yaml", 5, 5,
+      "dolly takes more torque at its stop acceleration than the 16 bits of its "
+      "drive's torque feed-forward (0x60B2) can say, 32.767 times the rated "
+      "one" },
     { "rig_colon.yaml", 8, 20, "':' where no key can be" },
     { "rig_comment_only.yaml", 1, 1, "the file is empty" },
     { "rig_control_escape.yaml", 1, 8, "the value holds the character U+001B" },

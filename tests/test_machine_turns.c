@@ -285,6 +285,51 @@ static void no_frame_is_longer_than_its_budget(void **state)
     }
 }
 
+/* ---- what the wire can say ---- */
+
+static const struct {
+    const char *kind, *bus, *turns, *want;
+} speeds[] = {
+    /* 250 mm/s: 32.75 and 32.775 turns/s */
+    { "odrive", "bit_rate: 1 Mbit/s", "-0.131", NULL },
+    { "odrive", "bit_rate: 1 Mbit/s", "-0.1311",
+      "build/test_machine_turns.yaml:9:12: drive runs faster than "
+      "the 16 bits of ODrive's velocity feed-forward can say, expected a "
+      "velocity in the axis's limits or turns for at most 32.767 turns/s" },
+    /* floats */
+    { "moteus", "bit_rate: 1 Mbit/s, data_bit_rate: 5 Mbit/s", "0.1311", NULL },
+};
+
+static void a_speed_that_does_not_fit_the_frame_is_refused(void **state)
+{
+    static const char path[] = "build/test_machine_turns.yaml";
+    static struct rig read;
+
+    (void)state;
+    for (unsigned i = 0; i < ARRAY_LEN(speeds); i++) {
+        char message[RIG_MESSAGE_MAX] = "";
+        FILE *file = fopen(path, "w");
+
+        assert_non_null(file);
+        fprintf(file,
+                "buses:\n  can0: {kind: can, %s}\n"
+                "axes:\n  slider:\n    unit: mm\n"
+                "    limits: {position: [0 mm, 900 mm], velocity: 250 mm/s,\n"
+                "             acceleration: 400 mm/s2}\n"
+                "    following_error: {floor: 2 mm}\n"
+                "    drive: {kind: %s, bus: can0, node: 1, turns: %s per mm%s}"
+                "\n",
+                speeds[i].bus, speeds[i].kind, speeds[i].turns,
+                i < 2 ? ", unsupervised: yes" : "");
+        fclose(file);
+        const int err = rig_load(path, &read, message);
+        (void)remove(path);
+        if ((err == 0) != (speeds[i].want == NULL) ||
+            (err < 0 && strcmp(message, speeds[i].want) != 0))
+            fail_msg("row %u: %s", i, message);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -297,6 +342,7 @@ int main(void)
         cmocka_unit_test(a_homing_that_does_not_arrive_is_a_failure),
         cmocka_unit_test(a_homing_that_disarms_is_a_fault),
         cmocka_unit_test(the_budget_of_an_odrive),
+        cmocka_unit_test(a_speed_that_does_not_fit_the_frame_is_refused),
         cmocka_unit_test(no_frame_is_longer_than_its_budget),
     };
 

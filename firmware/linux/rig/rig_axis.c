@@ -107,6 +107,9 @@ static int rig_read_axis(void *reader, uint32_t key,
         rig_check_modbus_range(&value, &self->rig->map[axis->map], axis) < 0)
         return -1;
     rig_complete_axis(axis);
+    value.expected = "a lower stop acceleration or torque";
+    if (rig_check_cia402_torque(&value, axis) < 0)
+        return -1;
     self->rig->axis_count++;
     return 0;
 }

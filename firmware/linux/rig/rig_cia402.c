@@ -61,6 +61,23 @@ int rig_read_cia402_torque(void *reader, const struct yaml_value *value,
     return 0;
 }
 
+/* 0x60B2 has 16 bits of permille, and a stop takes more than the limits do. */
+int rig_check_cia402_torque(const struct yaml_value *value,
+                            const struct rig_axis *axis)
+{
+    int64_t permille;
+
+    if (axis->torque_q32 == 0 ||
+        (motion_fixed_mulshift(axis->stop_acc_q16, axis->torque_q32, 48,
+                               &permille) == MOTION_OK &&
+         permille <= INT16_MAX))
+        return 0;
+    return yaml_value_refuse(value, "takes more torque at its stop "
+                                    "acceleration than the 16 bits of its "
+                                    "drive's torque feed-forward (0x60B2) can "
+                                    "say, 32.767 times the rated one");
+}
+
 int rig_read_cia402_revolution(void *reader, const struct yaml_value *value,
                                void *out)
 {

@@ -94,6 +94,9 @@ int rig_read_cia402_bandwidth(void *reader, const struct yaml_value *value,
                               void *out);
 int rig_read_cia402_torque(void *reader, const struct yaml_value *value,
                            void *out);
+/* Of a whole axis, its stop filled in. */
+int rig_check_cia402_torque(const struct yaml_value *value,
+                            const struct rig_axis *axis);
 int rig_read_cia402_revolution(void *reader, const struct yaml_value *value,
                                void *out);
 int rig_read_cia402_guarding(void *reader, const struct yaml_value *value,

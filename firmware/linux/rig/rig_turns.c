@@ -4,6 +4,8 @@
 
 #include "firmware/linux/rig/rig_parts.h"
 #include "hal/drive_odrive.h"
+#include "motion/err.h"
+#include "motion/fixed.h"
 
 void rig_axis_turns(const struct rig_axis *axis, int64_t *num, int64_t *den)
 {
@@ -158,6 +160,31 @@ static const struct yaml_field rig_moteus_fields[] = {
 const struct yaml_shape rig_moteus_shape = { "moteus_drive", rig_moteus_fields,
                                              ARRAY_LEN(rig_moteus_fields) };
 
+/* ---- what the wire can say ---- */
+
+/* Set_Input_Pos has 16 bits of 0.001 turns/s for the speed and of 0.001 Nm for
+ * the torque, of which slew sends none; moteus takes floats. */
+#define ODRIVE_VEL_MAX_Q32 (INT64_C(32767) * MOTION_FIXED_ONE_Q32 / 1000)
+
+static int rig_judge_odrive_speed(const struct yaml_value *value,
+                                  const struct rig_axis *axis)
+{
+    const struct yaml_value slower = {
+        value->tree, value->node, value->name,
+        "a velocity in the axis's limits or turns for at most 32.767 turns/s"
+    };
+    int64_t num, den, vel_q32;
+
+    rig_axis_turns(axis, &num, &den);
+    if (motion_fixed_muldiv(axis->limit.vel_q32, (int64_t)motion_fixed_abs(num),
+                            den, &vel_q32) == MOTION_OK &&
+        vel_q32 <= ODRIVE_VEL_MAX_Q32)
+        return 0;
+    return yaml_value_refuse(&slower,
+                             "runs faster than the 16 bits of ODrive's "
+                             "velocity feed-forward can say");
+}
+
 /* ---- either ---- */
 
 int rig_read_turns_drive(struct rig_reader *reader,
@@ -178,5 +205,5 @@ int rig_read_turns_drive(struct rig_reader *reader,
     if (is_odrive && axis->watchdog_timeout == 0 && !axis->unsupervised)
         return yaml_value_refuse(&unwatched,
                                  "has a watchdog that slew does not set");
-    return 0;
+    return is_odrive ? rig_judge_odrive_speed(value, axis) : 0;
 }
