@@ -709,7 +709,8 @@ static const struct {
     { "rig_cia402_torque.yaml", 17, 15, "torque '4' is out of range" },
     /* 3 x 1100 / 100 */
     { "rig_cia402_torque_stop.yaml", 5, 5,
-      "dolly takes more torque at its stop acceleration than the 16 bits of its "
+      "dolly takes more torque at its stop acceleration than the 16 bits of "
+      "its "
       "drive's torque feed-forward (0x60B2) can say, 32.767 times the rated "
       "one" },
     { "rig_colon.yaml", 8, 20, "':' where no key can be" },
