@@ -271,6 +271,8 @@ fresh:
 -include tests/bench/bench.mk
 # Also: test-peers.
 -include tests/peers/peers.mk
+# Also: stateful, soak.
+-include tests/stateful.mk
 # Also: fuzz.
 -include tests/fuzz/fuzz.mk
 
