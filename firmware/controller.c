@@ -324,8 +324,8 @@ static void controller_keep_place(struct controller *controller)
     }
 }
 
-/* A drive may have been left in a mode of its own, by homing that was cut short.
- * True: every one takes set points, or goals. */
+/* A drive may have been left in a mode of its own, by homing that was cut short
+ * above all.  True: every one takes set points, or goals. */
 static bool controller_usual_modes(struct controller *controller)
 {
     bool all = true;
@@ -419,8 +419,11 @@ static void controller_step_off(struct controller *controller)
 
 static void controller_step_ready(struct controller *controller)
 {
-    if (!controller->homing)
-        (void)controller_usual_modes(controller);
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        if (controller->axis[i].feedback.mode == HAL_DRIVE_HOMING &&
+            !controller->homing)
+            (void)hal_drive_set_mode(controller->axis[i].drive,
+                                     controller_usual_mode(controller, i));
     controller_send_all(controller);
 }
 
