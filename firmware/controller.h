@@ -194,6 +194,7 @@ struct controller_axis {
     unsigned sent_count;
     /* limits of the gate per tick, from config */
     int64_t gate_vel_q32, gate_acc_q32;
+    int64_t limit_acc_q32; /* without the stop limit */
 };
 
 /* The search for a ramp of the clock; see controller_ramp.c. */
@@ -202,7 +203,9 @@ struct controller_axis {
 #define CONTROLLER_RAMP_CANDIDATES                                             \
     (CONTROLLER_RAMP_ACCELS * CONTROLLER_RAMP_JERKS)
 struct controller_seek {
-    bool stop;                      /* within the stop limits */
+    bool stop;     /* within the stop limits */
+    bool is_level; /* no ramp may take the rate above */
+    int64_t level_q30;
     struct motion_clock_bound most; /* the largest of the grid, */
     unsigned accel_span, jerk_span; /* down from there, 1/8 octaves */
     unsigned which, count;          /* next to try, of so many */

@@ -235,7 +235,8 @@ void controller_slow_down(struct controller *controller,
     controller_enter(controller, state);
     controller->rest_by_ns =
         controller->clock_ns + controller_ramp_bound_ns(controller, false);
-    (void)controller_freeze(controller);
+    if (!controller_freeze(controller))
+        controller_ramp_begin(controller);
 }
 
 int controller_hold(struct controller *controller)

@@ -25,28 +25,39 @@
  * weights up to 2, and the rounding of the limits. */
 #define GATE_ROUNDING 16
 
-/* Limits per tick: v T and a T^2, rounded up, Q32.32.  Plan-time. */
+/* v T, rounded up; beyond the format there is no limit. */
+static int64_t gate_step(int64_t vel_q32, int64_t period_ns)
+{
+    int64_t step_q32;
+    if (motion_fixed_muldiv(vel_q32, period_ns, INT64_C(1000000000),
+                            &step_q32) < 0 ||
+        step_q32 >= INT64_MAX / 4)
+        return INT64_MAX / 4;
+    return step_q32 + 1;
+}
+
+/* a T^2 */
+static int64_t gate_acc(int64_t acc_q16, int64_t period_ns)
+{
+    int64_t dv_q32;
+    if (motion_fixed_muldiv(acc_q16, period_ns * 65536, INT64_C(1000000000),
+                            &dv_q32) < 0)
+        return INT64_MAX / 4;
+    return gate_step(dv_q32, period_ns);
+}
+
 void controller_gate_init(struct controller *controller, unsigned index)
 {
     const struct controller_axis_config *config =
         &controller->config.axis[index];
     struct controller_axis *axis = &controller->axis[index];
     const int64_t period_ns = controller->config.period_ns;
-    const int64_t second_ns = INT64_C(1000000000);
-    const int64_t acc_q16 = config->stop.acc_q16 > config->limit.acc_q16
-                                ? config->stop.acc_q16
-                                : config->limit.acc_q16;
-    int64_t step_q32, dv_q32;
-    axis->gate_vel_q32 = INT64_MAX / 4;
-    axis->gate_acc_q32 = INT64_MAX / 4;
-    if (motion_fixed_muldiv(config->limit.vel_q32, period_ns, second_ns,
-                            &step_q32) == MOTION_OK)
-        axis->gate_vel_q32 = step_q32 + 1;
-    if (motion_fixed_muldiv(acc_q16, period_ns * 65536, second_ns, &dv_q32) ==
-            MOTION_OK &&
-        motion_fixed_muldiv(dv_q32, period_ns, second_ns, &step_q32) ==
-            MOTION_OK)
-        axis->gate_acc_q32 = step_q32 + 1;
+    axis->gate_vel_q32 = gate_step(config->limit.vel_q32, period_ns);
+    axis->limit_acc_q32 = gate_acc(config->limit.acc_q16, period_ns);
+    axis->gate_acc_q32 = gate_acc(config->stop.acc_q16 > config->limit.acc_q16
+                                      ? config->stop.acc_q16
+                                      : config->limit.acc_q16,
+                                  period_ns);
 }
 
 static bool gate_judge(int64_t value, int64_t most, int64_t *bad,
@@ -57,13 +68,13 @@ static bool gate_judge(int64_t value, int64_t most, int64_t *bad,
     return motion_fixed_abs(value) <= (uint64_t)most + GATE_ROUNDING;
 }
 
-bool controller_gate_steps(const struct controller_axis *axis, int64_t step,
-                           int64_t before)
+bool controller_gate_steps(const struct controller_axis *axis, int64_t acc_q32,
+                           int64_t step, int64_t before)
 {
     int64_t bad, allowed;
     return gate_judge(step, axis->gate_vel_q32, &bad, &allowed) &&
            gate_judge(before, axis->gate_vel_q32, &bad, &allowed) &&
-           gate_judge(step - before, axis->gate_acc_q32, &bad, &allowed);
+           gate_judge(step - before, acc_q32, &bad, &allowed);
 }
 
 static int64_t gate_least(int64_t a, int64_t b)

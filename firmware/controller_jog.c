@@ -6,7 +6,6 @@
 #include "firmware/controller_parts.h"
 #include "motion/err.h"
 #include "motion/fixed.h"
-#include "motion/otg_replan.h"
 
 static struct motion_otg_limit jog_limit(const struct motion_clock_limit *limit,
                                          int64_t vel_q32)
@@ -21,7 +20,7 @@ static struct motion_otg_limit jog_limit(const struct motion_clock_limit *limit,
     };
 }
 
-/* Where the motion goes on from: the set point that was sent last. */
+/* The set point that was sent last. */
 static struct motion_state jog_start(const struct controller *controller,
                                      unsigned axis)
 {
@@ -31,6 +30,17 @@ static struct motion_state jog_start(const struct controller *controller,
         .vel_q32 = target->vel_q32,
         .acc_q16 = target->acc_q16,
     };
+}
+
+/* Set points are the jog's own plan at the path's time; else the clock is on a
+ * ramp, or held. */
+static bool jog_is_on_plan(const struct controller *controller,
+                           const struct controller_jog *jog)
+{
+    return controller->jog == jog &&
+           controller->rate.rate_q30 == MOTION_CLOCK_WARP_ONE_Q30 &&
+           controller->rate.accel_q30 == 0 &&
+           controller->warp.rate1_q30 == MOTION_CLOCK_WARP_ONE_Q30;
 }
 
 /* The drive's profile takes no longer than the plan, which has the same limits
@@ -55,16 +65,15 @@ static void jog_give_goal(struct controller *controller,
                         track->count > 0 ? 1 : 0);
 }
 
-/* The spare track becomes the one that is played, from path time 0. */
+/* The spare trajectory becomes the one that is played, from path time 0. */
 static int jog_play(struct controller *controller, struct controller_jog *jog,
-                    unsigned index, const struct motion_otg_plan *plan)
+                    unsigned index)
 {
     const unsigned next = 1 - jog->which;
     struct motion_track *track = &jog->track[next];
     struct controller_axis *axis = &controller->axis[index];
-    motion_track_init(track, jog->room[next], MOTION_OTG_PHASES,
-                      plan->start_pos_q32);
-    int err = motion_otg_append(plan, track);
+    int err = motion_otg_track(&jog->trajectory[next], jog->room[next],
+                               MOTION_OTG_PHASES, track);
     if (err < 0)
         return err;
     if (!controller_admit(controller, index, track))
@@ -92,27 +101,49 @@ static bool jog_may_start(const struct controller *controller,
             jog->axis == axis);
 }
 
+/* Plan into the spare trajectory: from the plan that is played, to which nothing
+ * is lost by rounding, or from the set point.  1: the old plan is as good. */
+static int jog_plan(const struct controller *controller,
+                    struct controller_jog *jog, unsigned index,
+                    struct motion_otg_move *move)
+{
+    struct motion_otg_trajectory *next = &jog->trajectory[1 - jog->which];
+    enum motion_otg_field field = MOTION_OTG_FIELD_NONE;
+    if (!jog_is_on_plan(controller, jog)) {
+        move->start = jog_start(controller, index);
+        return motion_otg_begin(move, next, &field);
+    }
+    switch (motion_otg_replan(&jog->trajectory[jog->which],
+                              controller->rate.s_ns_q12, move, next, &field)) {
+    case MOTION_OTG_NEW:
+        return MOTION_OK;
+    case MOTION_OTG_KEPT:
+        return field == MOTION_OTG_FIELD_NONE ? 1 : MOTION_E_RANGE;
+    default:
+        return MOTION_E_RANGE;
+    }
+}
+
 int controller_jog_run(struct controller *controller,
                        struct controller_jog *jog,
                        const struct controller_jog_goal *goal)
 {
-    struct motion_otg_plan plan;
     if (goal->axis >= controller->config.axis_count || goal->vel_q32 <= 0)
         return MOTION_E_ARG;
     if (!jog_may_start(controller, jog, goal->axis))
         return MOTION_E_STATE;
-    const struct motion_otg_move move = {
-        .start = jog_start(controller, goal->axis),
+    struct motion_otg_move move = {
         .goal = { .pos_q32 = goal->pos_q32 },
         .limit = jog_limit(&controller->config.axis[goal->axis].limit,
                            goal->vel_q32),
     };
-    int err = motion_otg_make(&move, &plan, NULL);
+    int err = jog_plan(controller, jog, goal->axis, &move);
     if (err == MOTION_OK)
-        err = jog_play(controller, jog, goal->axis, &plan);
+        err = jog_play(controller, jog, goal->axis);
     if (err < 0)
         return err;
-    jog_give_goal(controller, jog, goal);
+    if (err == MOTION_OK)
+        jog_give_goal(controller, jog, goal);
     jog->until_ns = goal->until_ns;
     return MOTION_OK;
 }
@@ -124,21 +155,27 @@ int controller_jog(struct controller *controller, struct controller_jog *jog,
                               : controller_jog_run(controller, jog, goal);
 }
 
-/* A motion of its own to rest, from the set point that was sent last: sooner
- * there than by a ramp of the clock. */
+/* A motion of its own to rest: sooner there than by a ramp of the clock. */
 static int jog_brake(struct controller *controller, bool hard)
 {
     struct controller_jog *jog = controller->jog;
     const struct controller_axis_config *config =
         &controller->config.axis[jog->axis];
-    const struct motion_state start = jog_start(controller, jog->axis);
-    const struct motion_otg_limit limit =
-        jog_limit(hard ? &config->stop : &config->limit, config->limit.vel_q32);
-    struct motion_otg_plan plan;
-    int err = motion_otg_stop(&start, &limit, &plan);
-    if (err == MOTION_OK)
-        err = jog_play(controller, jog, jog->axis, &plan);
-    if (err == MOTION_OK)
+    struct motion_otg_trajectory *next = &jog->trajectory[1 - jog->which];
+    const struct motion_otg_move stop = {
+        .start = jog_start(controller, jog->axis),
+        .limit = jog_limit(hard ? &config->stop : &config->limit,
+                           config->limit.vel_q32),
+        .mode = MOTION_OTG_VELOCITY,
+    };
+    int err =
+        jog_is_on_plan(controller, jog)
+            ? motion_otg_stop_from(&jog->trajectory[jog->which],
+                                   controller->rate.s_ns_q12, &stop.limit, next)
+            : motion_otg_begin(&stop, next, NULL);
+    if (err >= 0 && err != MOTION_OTG_KEPT)
+        err = jog_play(controller, jog, jog->axis);
+    if (err >= 0)
         controller->axis[jog->axis].leg.stops = true;
     return err;
 }
@@ -148,9 +185,11 @@ static void jog_brake_hard(struct controller *controller)
 {
     controller_enter(controller, CONTROLLER_STOPPING);
     controller->is_brake = true;
-    controller->rest_by_ns = controller->clock_ns +
-                             controller->move_end_ns_q12 / MOTION_FIXED_NS_Q12 +
-                             2 * controller->config.period_ns;
+    controller->rest_by_ns =
+        controller->clock_ns +
+        (controller->move_end_ns_q12 - controller->rate.s_ns_q12) /
+            MOTION_FIXED_NS_Q12 +
+        2 * controller->config.period_ns;
 }
 
 void controller_jog_brake(struct controller *controller, bool hard)
@@ -160,7 +199,7 @@ void controller_jog_brake(struct controller *controller, bool hard)
     if (controller->reaction != CONTROLLER_REACT_NONE || controller->is_brake ||
         (is_stopping && !hard))
         return;
-    if (jog_brake(controller, hard) == MOTION_OK) {
+    if (jog_brake(controller, hard) >= 0) {
         if (hard)
             jog_brake_hard(controller);
     } else if (!is_stopping) {

@@ -1,8 +1,9 @@
 /* firmware/controller_jog.h - one axis moved by itself: to a position, or until
  * told to stop; again and again while it moves.
  *
- * A jog is a move of one axis, planned by motion/otg from the set point that
- * was sent last, in the least time inside the axis's limits.  It is played as
+ * A jog is a move of one axis, planned by motion/otg from where its last plan is,
+ * or from the set point that was sent last, in the least time inside the axis's
+ * limits.  It is played as
  * every move: gate, following error, switches and faults are the same, and the
  * group's state is MOVING until it rests.  It can be held and resumed; the
  * override is for moves, a jog has a speed of its own.  A new goal takes the place of the
@@ -19,12 +20,13 @@
 #define FIRMWARE_CONTROLLER_JOG_H
 
 #include "firmware/controller.h"
-#include "motion/otg.h"
+#include "motion/otg_replan.h"
 
 /* The caller's, as long as the controller may play it. */
 struct controller_jog {
     struct motion_segment room[2][MOTION_OTG_PHASES];
     struct motion_track track[2];
+    struct motion_otg_trajectory trajectory[2]; /* of which they are made */
     struct controller_goal goal[2]; /* of an axis that goes to goals */
     unsigned which;                 /* in use */
     unsigned axis;

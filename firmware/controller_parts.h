@@ -46,6 +46,7 @@ bool controller_is_held(const struct controller *controller);
  * count.  Reset: forget what was being looked at.  Stop: a ramp to rate 0 within
  * the stop limits, from now; false: there is none.  Seek and stop divide. */
 void controller_ramp_seek(struct controller *controller);
+void controller_ramp_begin(struct controller *controller);
 void controller_ramp_reset(struct controller *controller);
 bool controller_ramp_stop(struct controller *controller);
 /* How long it takes at most from now until the rate is 0, in ns of clock_ns, in
@@ -77,8 +78,8 @@ int64_t controller_ramp_reserve(const struct controller *controller,
 void controller_gate_init(struct controller *controller, unsigned index);
 bool controller_gate_pass(const struct controller *controller, unsigned index,
                           int64_t pos_q32, int64_t *value, int64_t *limit);
-bool controller_gate_steps(const struct controller_axis *axis, int64_t step,
-                           int64_t before);
+bool controller_gate_steps(const struct controller_axis *axis, int64_t acc_q32,
+                           int64_t step, int64_t before);
 /* May the axis be anywhere from low to high?  Its range, or, from outside of it,
  * no further out than marked.  Mark: a motion of it begins there. */
 bool controller_gate_range(const struct controller *controller, unsigned index,

@@ -362,11 +362,13 @@ static int64_t ramp_set_point(const struct controller *controller,
 /* The set points before, at and after every `step` ticks, up to the first that
  * is all after the ramp; the one before the ramp is the present warp's. */
 static bool ramp_passes_gate(const struct controller *controller,
-                             const struct motion_clock_warp *warp,
+                             const struct motion_clock_warp *warp, bool stop,
                              unsigned index, int64_t step, int64_t *looks)
 {
+    const struct controller_axis *axis = &controller->axis[index];
     const int64_t period_ns = controller->config.period_ns;
-    struct motion_cursor cursor = controller->axis[index].cursor;
+    const int64_t acc_q32 = stop ? axis->gate_acc_q32 : axis->limit_acc_q32;
+    struct motion_cursor cursor = axis->cursor;
     for (int64_t dt = 0; dt <= warp->dur_ns + step * period_ns;
          dt += step * period_ns) {
         const int64_t t_ns = warp->t0_ns + dt;
@@ -377,8 +379,8 @@ static bool ramp_passes_gate(const struct controller *controller,
             ramp_set_point(controller, warp, index, &cursor, t_ns);
         const int64_t after =
             ramp_set_point(controller, warp, index, &cursor, t_ns + period_ns);
-        if (--*looks < 0 || !controller_gate_steps(&controller->axis[index],
-                                                   after - here, here - before))
+        if (--*looks < 0 ||
+            !controller_gate_steps(axis, acc_q32, after - here, here - before))
             return false;
     }
     return true;
@@ -408,7 +410,7 @@ static bool ramp_fits(const struct controller *controller,
     const int64_t step = warp->dur_ns / period_ns / RAMP_LOOKS + 1;
     for (unsigned i = 0; i < controller->config.axis_count; i++)
         if (controller->axis[i].track &&
-            (!ramp_passes_gate(controller, warp, i, step, looks) ||
+            (!ramp_passes_gate(controller, warp, stop, i, step, looks) ||
              !motion_clock_warp_fits(warp, controller->axis[i].track,
                                      ramp_limit(controller, i, stop),
                                      step * period_ns, step > 1, looks)))
@@ -446,31 +448,49 @@ static int64_t ramp_due_ns(const struct controller *controller)
                : INT64_MAX;
 }
 
-/* Where r' > 0 and no ramp fits that slows down: at least do not go on speeding
- * up.  The search goes on from there.  Any rate that the move may have can be
- * kept. */
+/* Up to where a ramp within `bound` takes the rate: r' > 0 has to come to 0
+ * first, in whole ticks. */
+static int64_t ramp_top(const struct controller *controller,
+                        const struct motion_clock_rate *now,
+                        const struct motion_clock_bound *bound)
+{
+    if (now->accel_q30 <= 0)
+        return now->rate_q30;
+    return now->rate_q30 +
+           ramp_muldiv(now->accel_q30, now->accel_q30,
+                       ramp_muldiv(2, bound->jerk_q30, 1)) +
+           ramp_muldiv(now->accel_q30, controller->config.period_ns, SECOND_NS);
+}
+
+/* What slows down does not speed up first: whatever ramp will fit, r' > 0 is
+ * brought to 0 from now on, as fast as the limits allow, and no later ramp may
+ * take the rate higher than this one. */
 static void ramp_level(struct controller *controller,
                        const struct motion_clock_rate *now)
 {
-    const struct controller_seek *seek = &controller->seek;
-    if (now->accel_q30 <= 0 || controller->wanted_q30 >= now->rate_q30)
+    struct controller_seek *seek = &controller->seek;
+    int64_t looks = RAMP_LOOKS_STOP;
+    if (seek->is_level || now->accel_q30 <= 0 ||
+        controller->wanted_q30 >= now->rate_q30)
         return;
-    int64_t looks = RAMP_LOOKS_SEEK;
-    for (unsigned i = 0; i < CONTROLLER_RAMP_JERKS && looks > 0; i++) {
-        const struct motion_clock_bound bound = ramp_candidate(seek, i);
+    for (unsigned i = 0; i <= seek->jerk_span && looks > 0; i += 2) {
+        const struct motion_clock_bound bound = {
+            seek->most.accel_q30,
+            ramp_rung(seek->most.jerk_q30, i),
+        };
         const int64_t rate_q30 =
             now->rate_q30 + ramp_muldiv(now->accel_q30, now->accel_q30,
                                         ramp_muldiv(2, bound.jerk_q30, 1));
         struct motion_clock_warp warp;
-        if (rate_q30 <= controller->override_max_q30 &&
-            rate_q30 < controller->warp.rate1_q30 &&
-            motion_clock_warp_ramp(
-                &controller->warp, controller->clock_ns, rate_q30, &bound,
-                controller->config.period_ns, &warp) == MOTION_OK &&
-            ramp_judge(controller, &warp, seek->stop, &looks)) {
-            controller->warp = warp;
-            return;
-        }
+        if (motion_clock_warp_ramp(&controller->warp, controller->clock_ns,
+                                   rate_q30, &bound,
+                                   controller->config.period_ns, &warp) < 0 ||
+            !ramp_judge(controller, &warp, seek->stop, &looks))
+            continue;
+        controller->warp = warp;
+        seek->is_level = true;
+        seek->level_q30 = ramp_top(controller, now, &bound);
+        return;
     }
 }
 
@@ -485,11 +505,15 @@ static bool ramp_search(struct controller *controller,
         ramp_sweep(controller, now, stop);
         looks -= RAMP_LOOKS_SWEEP;
     }
+    ramp_level(controller, now);
     while (seek->which < seek->count && looks > 0) {
         const struct motion_clock_bound bound =
             ramp_candidate(seek, seek->order[seek->which++]);
         struct motion_clock_warp warp;
         looks -= RAMP_LOOKS_MAKE;
+        if (seek->is_level &&
+            ramp_top(controller, now, &bound) > seek->level_q30)
+            continue;
         if (motion_clock_warp_ramp(&controller->warp, controller->clock_ns,
                                    controller->wanted_q30, &bound,
                                    controller->config.period_ns, &warp) < 0)
@@ -506,9 +530,24 @@ static bool ramp_search(struct controller *controller,
 
 bool controller_ramp_stop(struct controller *controller)
 {
+    const struct motion_clock_warp before = controller->warp;
     const struct motion_clock_rate now = ramp_now(controller);
     controller_ramp_reset(controller);
+    if (ramp_search(controller, &now, true, RAMP_LOOKS_STOP))
+        return true;
+    controller->warp = before;
+    if (!controller->seek.is_level)
+        return false;
+    /* rather along the path, a little faster at first, than off it */
+    controller->seek.level_q30 = INT64_MAX;
+    controller->seek.which = 0;
     return ramp_search(controller, &now, true, RAMP_LOOKS_STOP);
+}
+
+void controller_ramp_begin(struct controller *controller)
+{
+    const struct motion_clock_rate now = ramp_now(controller);
+    (void)ramp_search(controller, &now, false, RAMP_LOOKS_STOP);
 }
 
 void controller_ramp_seek(struct controller *controller)
@@ -516,7 +555,5 @@ void controller_ramp_seek(struct controller *controller)
     const struct motion_clock_rate now = ramp_now(controller);
     const int64_t left_ns = ramp_due_ns(controller) - controller->clock_ns;
     const bool stop = left_ns <= ramp_rest(controller, &now, true, 4);
-    if (!ramp_search(controller, &now, stop, RAMP_LOOKS_SEEK) &&
-        controller->seek.which >= controller->seek.count)
-        ramp_level(controller, &now);
+    (void)ramp_search(controller, &now, stop, RAMP_LOOKS_SEEK);
 }

@@ -233,7 +233,7 @@ static void homing_reverse(struct homing *homing)
 static void homing_return(struct homing *homing)
 {
     if (homing_switch(homing))
-        homing_leave(homing);
+        homing_rest(homing, HOMING_SLOW_DOWN);
     else if (homing_bad_limit(homing, -homing_of(homing)->direction))
         homing_fail(homing, HOMING_WRONG_LIMIT);
     else if (homing_at_rest(homing))

@@ -149,13 +149,13 @@ static struct motion_clock_rate rate_before(const struct stateful *bench)
     return now;
 }
 
-/* A jog, and homing, may be braked by a motion of its own, whose clock runs at
- * full rate: then the speed counts. */
+/* A jog, and a leg of homing, is braked by a motion of its own, whose clock runs
+ * at full rate: then the speed counts. */
 static bool is_by_clock(const struct stateful *bench,
                         enum stateful_stop_kind kind)
 {
     return bench->judge.motion == STATEFUL_MOVE || kind == STATEFUL_HOLD ||
-           kind == STATEFUL_STOP || kind == STATEFUL_FAULT_STOP;
+           kind == STATEFUL_FAULT_STOP;
 }
 
 /* What an earlier stop has to keep is not forgotten for a later one; but a fault
@@ -214,7 +214,7 @@ void stateful_stop_asked(struct stateful *bench, enum stateful_stop_kind kind)
     };
     bench->tally.stop[kind]++;
     stop->by_rate = is_by_clock(bench, kind) ||
-                    (kind == STATEFUL_JOG_STOP && before.by_rate);
+                    (before.kind == STATEFUL_FAULT_STOP && before.by_rate);
     if (before.kind != STATEFUL_GOES)
         keep_stricter(stop, &before);
     if (kind == STATEFUL_HOLD && before.kind == STATEFUL_DEAD)
@@ -306,6 +306,7 @@ void stateful_judge_stop(struct stateful *bench)
 {
     struct stateful_judge *judge = &bench->judge;
     const enum controller_state state = bench->controller.state;
+    judge_dead_man(bench);
     if (judge->stop.kind != STATEFUL_GOES) {
         judge_by_drives(bench);
         judge_faster(bench);
@@ -318,5 +319,4 @@ void stateful_judge_stop(struct stateful *bench)
         judge->motion = STATEFUL_REST;
         judge->dead_ns = 0;
     }
-    judge_dead_man(bench);
 }
