@@ -463,15 +463,14 @@ static int64_t ramp_top(const struct controller *controller,
 }
 
 /* What slows down does not speed up first: whatever ramp will fit, r' > 0 is
- * brought to 0 from now on, as fast as the limits allow, and no later ramp may
- * take the rate higher than this one. */
+ * brought to 0 from now on, as fast as the limits allow, faster where they come
+ * to allow more, and no later ramp may take the rate higher. */
 static void ramp_level(struct controller *controller,
                        const struct motion_clock_rate *now)
 {
     struct controller_seek *seek = &controller->seek;
-    int64_t looks = RAMP_LOOKS_STOP;
-    if (seek->is_level || now->accel_q30 <= 0 ||
-        controller->wanted_q30 >= now->rate_q30)
+    int64_t looks = seek->is_level ? RAMP_LOOKS_SEEK : RAMP_LOOKS_STOP;
+    if (now->accel_q30 <= 0 || controller->wanted_q30 >= now->rate_q30)
         return;
     for (unsigned i = 0; i <= seek->jerk_span && looks > 0; i += 2) {
         const struct motion_clock_bound bound = {
@@ -482,6 +481,8 @@ static void ramp_level(struct controller *controller,
             now->rate_q30 + ramp_muldiv(now->accel_q30, now->accel_q30,
                                         ramp_muldiv(2, bound.jerk_q30, 1));
         struct motion_clock_warp warp;
+        if (seek->is_level && rate_q30 >= controller->warp.rate1_q30)
+            return; /* the one under way is as good */
         if (motion_clock_warp_ramp(&controller->warp, controller->clock_ns,
                                    rate_q30, &bound,
                                    controller->config.period_ns, &warp) < 0 ||

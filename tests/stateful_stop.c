@@ -214,9 +214,13 @@ void stateful_stop_asked(struct stateful *bench, enum stateful_stop_kind kind)
     };
     bench->tally.stop[kind]++;
     stop->by_rate = is_by_clock(bench, kind) ||
-                    (before.kind == STATEFUL_FAULT_STOP && before.by_rate);
+                    (bench->controller.reaction != CONTROLLER_REACT_NONE &&
+                     before.by_rate);
     if (before.kind != STATEFUL_GOES)
         keep_stricter(stop, &before);
+    /* also from rest READY takes a tick */
+    if (stop->by_ns < bench->clock_ns + 2 * bench->period_ns)
+        stop->by_ns = bench->clock_ns + 2 * bench->period_ns;
     if (kind == STATEFUL_HOLD && before.kind == STATEFUL_DEAD)
         stop->kind = STATEFUL_DEAD;
     bench->judge.dead_ns = kind == STATEFUL_HOLD ? bench->judge.dead_ns : 0;
