@@ -470,7 +470,8 @@ static void ramp_level(struct controller *controller,
 {
     struct controller_seek *seek = &controller->seek;
     int64_t looks = seek->is_level ? RAMP_LOOKS_SEEK : RAMP_LOOKS_STOP;
-    if (now->accel_q30 <= 0 || controller->wanted_q30 >= now->rate_q30)
+    if (now->accel_q30 <= 0 || controller->wanted_q30 >= now->rate_q30 ||
+        seek->level_q30 == INT64_MAX)
         return;
     for (unsigned i = 0; i <= seek->jerk_span && looks > 0; i += 2) {
         const struct motion_clock_bound bound = {

@@ -66,46 +66,82 @@ static double stop_yardstick(const struct stateful *bench,
     return longest;
 }
 
-/* The most negative r'' that one axis takes at this place, by
- *     p''' = f''' r^3 + 3 f'' r r' + f' r''
- * and half of what that is, because the least of every moment is not always the
- * least of all. */
-static double steepest(const struct motion_track *track, double jerk,
-                       int64_t s_ns_q12, double r, double accel)
+/* How fast r' may fall at one place: the largest J of
+ *     p''' = f''' r^3 + 3 f'' r r' - f' J
+ * that the limit of jerk of every axis leaves, and half of that, because ramps
+ * are whole ticks and their J are rungs of a ladder. */
+static double steepest(const struct stateful *bench,
+                       enum stateful_stop_kind kind, double s_ns_q12, double r,
+                       double accel)
 {
-    struct motion_state f;
-    motion_track_state(track, s_ns_q12, &f);
-    const double vel = stateful_unit(f.vel_q32);
-    const double sign = vel < 0 ? -1 : 1;
-    const double own = limit_q16(f.jerk_q16) * r * r * r +
-                       3 * limit_q16(f.acc_q16) * r * accel;
-    return fmin(0, -(jerk + sign * own) / (2 * fabs(vel) + 1e-9));
+    double jerk = accel / ((double)bench->period_ns / 1e9);
+    for (unsigned i = 0; i < bench->axes; i++) {
+        const struct motion_track *track = bench->controller.axis[i].track;
+        const int64_t most = stop_limit(bench, i, kind)->jerk_q16;
+        struct motion_state f;
+        if (track == NULL || most == 0)
+            continue;
+        motion_track_state(track, (int64_t)s_ns_q12, &f);
+        const double vel = stateful_unit(f.vel_q32);
+        const double own = limit_q16(f.jerk_q16) * r * r * r +
+                           3 * limit_q16(f.acc_q16) * r * accel;
+        jerk = fmin(jerk, (limit_q16(most) + (vel < 0 ? -own : own)) /
+                              (2 * fabs(vel) + 1e-9));
+    }
+    return jerk;
 }
 
-/* How far the rate rises while r' > 0 is brought to zero as fast as the limits
- * of jerk let it, from there on, tick by tick. */
+struct rise {
+    double s_ns_q12, r, accel;
+};
+
+static void rise_tick(const struct stateful *bench, struct rise *at,
+                      double jerk)
+{
+    const double t = (double)bench->period_ns / 1e9;
+    at->r += at->accel * t;
+    at->s_ns_q12 += at->r * t * (double)MOTION_FIXED_S_Q12;
+    at->accel -= jerk * t;
+}
+
+/* The J that every place leaves while it brings r' to 0 from `at` on; 0: none. */
+static double steepest_all_along(const struct stateful *bench,
+                                 enum stateful_stop_kind kind,
+                                 const struct rise *at)
+{
+    double jerk = steepest(bench, kind, at->s_ns_q12, at->r, at->accel);
+    for (bool fits = false; !fits && jerk > 0;) {
+        struct rise then = *at;
+        fits = true;
+        for (int n = 0; n < RISE_TICKS && then.accel > 0 && fits; n++) {
+            const double here =
+                steepest(bench, kind, then.s_ns_q12, then.r, then.accel);
+            const double end = then.accel / ((double)bench->period_ns / 1e9);
+            fits = here >= fmin(jerk, end) * (1 - 1e-9);
+            if (!fits)
+                jerk = fmin(here, jerk * 0.9);
+            rise_tick(bench, &then, jerk);
+        }
+    }
+    return fmax(jerk, 0);
+}
+
+/* How far the rate rises while r' > 0 is brought to zero by one J, as soon as
+ * the limits of jerk leave one. */
 static double unavoidable(const struct stateful *bench,
                           enum stateful_stop_kind kind,
                           const struct motion_clock_rate *from)
 {
-    const double t = (double)bench->period_ns / 1e9;
-    const double from_r = (double)from->rate_q30 * 0x1p-30;
-    double s_ns_q12 = (double)from->s_ns_q12, r = from_r;
-    double accel = (double)from->accel_q30 * 0x1p-30;
-    for (int n = 0; n < RISE_TICKS && accel > 0; n++) {
-        double jerk = -accel / t;
-        for (unsigned i = 0; i < bench->axes; i++) {
-            const struct motion_track *track = bench->controller.axis[i].track;
-            const int64_t most = stop_limit(bench, i, kind)->jerk_q16;
-            if (track != NULL && most > 0)
-                jerk = fmax(jerk, steepest(track, limit_q16(most),
-                                           (int64_t)s_ns_q12, r, accel));
-        }
-        r += accel * t;
-        s_ns_q12 += r * t * (double)MOTION_FIXED_S_Q12;
-        accel += jerk * t;
+    struct rise at = { (double)from->s_ns_q12, (double)from->rate_q30 * 0x1p-30,
+                       (double)from->accel_q30 * 0x1p-30 };
+    const double from_r = at.r;
+    for (int n = 0; n < RISE_TICKS && at.accel > 0; n++) {
+        const double jerk = steepest_all_along(bench, kind, &at);
+        if (jerk > 0)
+            return at.r - from_r + at.accel * at.accel / (2 * jerk);
+        rise_tick(bench, &at, 0);
     }
-    return r - from_r;
+    return at.r - from_r;
 }
 
 static double rate_allowance(const struct stateful *bench,
@@ -213,9 +249,9 @@ void stateful_stop_asked(struct stateful *bench, enum stateful_stop_kind kind)
         .vel = fabs(stateful_vel(bench, axis)) + vel_allowance(bench, axis),
     };
     bench->tally.stop[kind]++;
-    stop->by_rate = is_by_clock(bench, kind) ||
-                    (bench->controller.reaction != CONTROLLER_REACT_NONE &&
-                     before.by_rate);
+    stop->by_rate =
+        is_by_clock(bench, kind) ||
+        (bench->controller.reaction != CONTROLLER_REACT_NONE && before.by_rate);
     if (before.kind != STATEFUL_GOES)
         keep_stricter(stop, &before);
     /* also from rest READY takes a tick */
