@@ -423,7 +423,8 @@ static bool ramp_judge(const struct controller *controller,
                        const struct motion_clock_warp *warp, bool stop,
                        int64_t *looks)
 {
-    const int64_t most = RAMP_LOOKS_AXIS * controller->config.axis_count;
+    const int64_t most =
+        (int64_t)RAMP_LOOKS_AXIS * controller->config.axis_count;
     int64_t left = most;
     const bool fits = ramp_seems_to_fit(controller, warp, stop, &left) &&
                       ramp_fits(controller, warp, stop, &left);

@@ -145,7 +145,7 @@ guardian()
 {
     guarded STOP 137 "its loop hung"
     guarded KILL 137 "it ended without"
-    guarded SEGV 139 "it ended without"
+    guarded ABRT 134 "it ended without"
 }
 
 by_hand()

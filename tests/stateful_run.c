@@ -137,7 +137,7 @@ static void begin_lines(struct stateful *bench,
             line[which] =
                 (struct stateful_line){ .gpio.ops = &stateful_line_ops,
                                         .axis = &bench->axis[i],
-                                        .which = which };
+                                        .which = (enum stateful_switch)which };
             if (zone[which].there && !zone[which].by_drive)
                 *input[which] = &line[which].gpio;
         }

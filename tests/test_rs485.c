@@ -259,7 +259,7 @@ static void the_program_says_so_in_a_sentence(void **state)
             "leadshine-el7, counts: 1000, unsupervised: yes}\n",
             bench.host.path, rows[i].rs485);
         run_put("rig.yaml", rig);
-        run("run", "--real", run_slew()->directory);
+        run("run", "--real", "--yes", run_slew()->directory);
         run_expect(STATUS_INPUT);
         run_complains("bus l: ");
         run_complains(rows[i].want);

@@ -26,13 +26,13 @@ static void print_tally(const struct stateful_tally *tally)
 {
     for (int k = 0; k <= CONTROLLER_FAULT; k++)
         printf("  %8" PRIu64 " ticks %s\n", tally->state[k],
-               controller_state_text(k));
+               controller_state_text((enum controller_state)k));
     for (int k = 0; k < HOMING_STATES; k++)
         printf("  %8" PRIu64 " times homing %s\n", tally->homing[k],
-               homing_state_text(k));
+               homing_state_text((enum homing_state)k));
     for (int k = 1; k <= CONTROLLER_FAULT_ARRIVAL; k++)
         printf("  %8" PRIu64 " times: %s\n", tally->fault[k],
-               controller_fault_text(k));
+               controller_fault_text((enum controller_fault)k));
     printf("  %8" PRIu64 " fault stops by the drives themselves\n",
            tally->by_drives);
 }
@@ -75,7 +75,8 @@ static void nothing_happens_that_must_not(void **state)
            seed ? seed : first, seed ? seed : first + episodes - 1);
     for (int k = 1; k < STATEFUL_VIOLATIONS; k++)
         if (bad[k] > 0)
-            printf("%6u episodes: %s\n", bad[k], stateful_violation_text(k));
+            printf("%6u episodes: %s\n", bad[k],
+                   stateful_violation_text((enum stateful_violation)k));
     if (seed == 0)
         print_tally(&bench.tally);
     if (all > 0)
