@@ -233,7 +233,8 @@ struct controller {
     unsigned stops;     /* times that controller_stop was called */
     struct controller_jog *jog; /* what is played, at rate 1; NULL: a move */
     bool is_brake;              /* what is played is itself a stop */
-    bool homing; /* homing moves the axes: nobody else starts a motion */
+    bool homing;  /* homing moves the axes: nobody else starts a motion */
+    bool is_held; /* not resumed yet, also where a leg of homing has ended */
     bool enabling, resetting;
     int64_t since_ns; /* entry into the state, or the request */
     int64_t now_ns;
@@ -271,6 +272,7 @@ int controller_set_goals(struct controller *controller, unsigned index,
  * NULL), or when a track is beyond the limits at 100 % (*axis is -1). */
 int controller_start(struct controller *controller,
                      const struct motion_track *const track[], int *axis);
+/* Homing that is held begins no other leg before it is resumed. */
 int controller_hold(struct controller *controller);
 int controller_resume(struct controller *controller);
 /* To rest, then READY: a move along its path within the limits, a jog by the

@@ -243,14 +243,20 @@ int controller_hold(struct controller *controller)
 {
     if (controller->state != CONTROLLER_MOVING)
         return MOTION_E_STATE;
+    controller->is_held = true;
     controller_slow_down(controller, CONTROLLER_HOLDING);
     return MOTION_OK;
 }
 
 int controller_resume(struct controller *controller)
 {
-    if (controller->state != CONTROLLER_HOLDING)
+    const bool is_between = controller->state == CONTROLLER_READY &&
+                            controller->homing && controller->is_held;
+    if (controller->state != CONTROLLER_HOLDING && !is_between)
         return MOTION_E_STATE;
+    controller->is_held = false;
+    if (is_between)
+        return MOTION_OK;
     controller->wanted_q30 = controller_rate(controller);
     controller_enter(controller, CONTROLLER_MOVING);
     return MOTION_OK;

@@ -524,6 +524,7 @@ int homing_start(struct homing *homing, uint32_t axes)
     homing->error = HOMING_OK;
     homing->stops = homing->controller->stops;
     homing->controller->homing = true;
+    homing->controller->is_held = false;
     for (unsigned i = 0; i < homing->controller->config.axis_count; i++)
         if (homing->config[i].by != HOMING_NONE)
             homing->left |= axes & (uint32_t)1 << i;
@@ -575,5 +576,8 @@ void homing_step(struct homing *homing)
     };
     if (!homing_is_running(homing) || homing_is_cut_short(homing))
         return;
+    if (homing->controller->is_held && homing_at_rest(homing) &&
+        homing->state != HOMING_BRAKE)
+        return; /* until it is resumed, stopped, or takes too long */
     walk[homing->state](homing);
 }

@@ -8,9 +8,9 @@
  *   by a switch (home, or one of the limit switches):
  *
  *     SEARCH --switch--> SLOW_DOWN --rest--> LEAVE --let go--> TURN --rest-->
- *       |   ^ (on it                           ^               APPROACH
- *       |    already: LEAVE)                   | switch           | switch:
- *       '--limit--> REVERSE --rest--> RETURN --'                  | the edge
+ *       |   (on it already:  ^                                  APPROACH
+ *       |    LEAVE)          '--- switch ---.                     | switch:
+ *       '--limit--> REVERSE --rest--> RETURN                      | the edge
  *                                                                 v
  *                          DONE <--rest-- GO <--rest-- SETTLE (offset set)
  *
@@ -28,7 +28,8 @@
  * fault, the operator's stop (controller_stop, controller_jog_stop), in whatever
  * tick it comes.  The axis brakes by its stop limits then; before the edge was
  * met it is as unhomed as before, after that its position is known although it
- * did not GO.  On GO range and switches are the controller's again.
+ * did not GO.  On GO range and switches are the controller's again.  A hold keeps
+ * the next leg from beginning until it is resumed.
  *
  * Called between ticks; plans, so divides.  No heap, no clock. */
 #ifndef FIRMWARE_HOMING_H
