@@ -100,6 +100,27 @@ static bool controller_at_start(const struct controller_axis *axis,
            motion_fixed_abs(apart) <= START_WINDOW_Q32;
 }
 
+/* Rounding leaves an end of a ramp at less than 2^-20 unit/s. */
+#define INWARD_STANDS_Q32 ((int64_t)1 << 12)
+
+/* Outside the range it moves inward alone. */
+static bool controller_only_comes_in(const struct controller_axis_config *range,
+                                     const struct motion_track *track)
+{
+    for (uint32_t i = 0; i < track->count; i++) {
+        struct motion_extreme extreme[MOTION_JERK + 1];
+        motion_segment_extremes(&track->segment[i], extreme);
+        const struct motion_extreme *pos = &extreme[MOTION_POS];
+        const struct motion_extreme *vel = &extreme[MOTION_VEL];
+        if ((pos->min < range->pos_min_q32 - MOTION_TRACK_POS_ROUNDING &&
+             vel->min < -INWARD_STANDS_Q32) ||
+            (pos->max > range->pos_max_q32 + MOTION_TRACK_POS_ROUNDING &&
+             vel->max > INWARD_STANDS_Q32))
+            return false;
+    }
+    return true;
+}
+
 bool controller_admit(struct controller *controller, unsigned index,
                       const struct motion_track *track)
 {
@@ -109,7 +130,9 @@ bool controller_admit(struct controller *controller, unsigned index,
     struct motion_extreme pos;
     motion_track_extreme(track, MOTION_POS, &pos);
     controller_gate_mark(controller, index, axis->target.pos_q32);
-    if (controller_gate_range(controller, index, pos.min, pos.max))
+    if (!controller_range_counts(controller, index) ||
+        (controller_gate_range(controller, index, pos.min, pos.max) &&
+         controller_only_comes_in(&controller->config.axis[index], track)))
         return true;
     axis->highest_q32 = highest_q32;
     axis->lowest_q32 = lowest_q32;
