@@ -63,7 +63,7 @@ rm -f "$log"/*.count
 # Tests that read the real clock run at the end, alone, so that they take no longer
 # than they have to.  Of the others the long ones first, so that none is left over.
 by_clock='(clock_linux|conform_clock|cmd_jog|conform_modbus|modbus_harm'
-by_clock="$by_clock|modbus_libmodbus|rs485|real_(modbus|stop).sh)\$"
+by_clock="$by_clock|modbus_libmodbus|lost_lines|rs485|real_(modbus|stop).sh)\$"
 long='test_(plan_edges|files|speed|arclen|cli)$'
 printf '%s\n' "$@" | grep -vE "$by_clock" |
     awk -v long="$long" '$0 ~ long { print; next }
