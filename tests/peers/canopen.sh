@@ -104,7 +104,7 @@ tool "expected 0 .. 240" drive set vcan0 5 1019 241 --eds "$dir/servo.eds"
 tool "no such object" drive get vcan0 5 2F00
 tool "node 9 does not answer" drive get vcan0 9 1000
 tool "is up (vcan)" doctor --for 0
-if "$slew" run --real --can-log "$dir/frames.log" "$dir" >"$dir/run.out" 2>&1
+if "$slew" run --real --yes --can-log "$dir/frames.log" "$dir" >"$dir/run.out" 2>&1
 then
     grep -E "^axis +4|done after" "$dir/run.out"
 else

@@ -191,7 +191,7 @@ def one(line, bus, mode, what):
     with tempfile.TemporaryDirectory() as where:
         write_files(where, bus, mode)
         done = subprocess.run(
-            [os.environ["SLEW"], "run", "--real", "--json", where],
+            [os.environ["SLEW"], "run", "--real", "--yes", "--json", where],
             capture_output=True, text=True, timeout=90)
     try:
         report = json.loads(done.stdout)
