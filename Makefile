@@ -35,33 +35,38 @@ CFLAGS   ?= -g
 ALL_CFLAGS = $(STD) $(WARN) $(OPT) $(CFLAGS) -I. -MMD -MP
 LDLIBS    = $(PKG_LIB) -lm -lpthread
 
-# Rooms, from whatever .c files stand there.  HOSTED: drivers that need an
-# operating system; the rest of hal/ also runs on a microcontroller.
+# Rooms, from whatever .c files stand there.  PORTABLE also runs on a
+# microcontroller: all of hal/ but hal/linux, all of motion/ but motion/plan.
+sources   = $(sort $(shell find $(1) -name '*.c'))
 MAIN     := firmware/linux/main.c
-HOSTED   := $(wildcard $(foreach on,linux socketcan libmodbus libgpiod,\
-              hal/*_$(on).[ch]))
-MOTION   := $(wildcard motion/*.c)
-HAL      := $(wildcard hal/*.c)
-FIRMWARE := $(wildcard firmware/*.c)
-LINUX    := $(wildcard firmware/linux/*/*.c)
-ROOMS    := $(MOTION) $(wildcard motion/plan/*.c) $(HAL) $(wildcard sim/*.c) \
-            $(FIRMWARE) $(LINUX)
-PORTABLE := $(MOTION) $(filter-out $(HOSTED),$(HAL)) $(FIRMWARE)
-TEST_SRC := $(wildcard tests/test_*.c)
-TEST_LIB := $(filter-out $(TEST_SRC),$(wildcard tests/*.c))
-SOURCES  := $(ROOMS) $(wildcard $(MAIN)) $(TEST_SRC) $(TEST_LIB) \
-            $(wildcard tests/peers/*.c tests/fuzz/*.c)
-HEADERS  := $(wildcard $(foreach d,motion motion/plan hal sim firmware \
-              firmware/linux/* tests tests/fuzz,$(d)/*.h))
+MOTION   := $(filter-out motion/plan/%,$(call sources,motion))
+PORTABLE := $(MOTION) $(filter-out hal/linux/%,$(call sources,hal)) \
+            $(call sources,firmware/control)
+ROOMS    := $(filter-out $(MAIN),$(call sources,motion hal sim firmware))
+# libslew: what another program may link; the rest of slew is the program's.
+LIBRARY  := $(PORTABLE) $(call sources,motion/plan)
+PROGRAM  := $(filter-out $(LIBRARY),$(ROOMS))
+# Programs of their own: images, peers, fuzz targets, what is run beside a peer.
+TEST_OWN := $(call sources,tests/bench tests/fuzz tests/peers tests/qemu)
+TEST_ALL := $(filter-out $(TEST_OWN),$(call sources,tests))
+TEST_SRC := $(foreach t,$(TEST_ALL),$(if $(filter test_%,$(notdir $t)),$t))
+TEST_LIB := $(filter-out $(TEST_SRC),$(TEST_ALL))
+SOURCES  := $(ROOMS) $(MAIN) $(TEST_ALL) \
+            $(call sources,tests/peers tests/fuzz)
 # What is compiled for a bare machine or beside a peer is laid out like the rest.
-LAID_OUT := $(SOURCES) $(HEADERS) $(wildcard tests/qemu/*.[ch] \
-              tests/bench/*.[ch])
+LAID_OUT := $(sort $(shell find motion hal sim firmware tests examples \
+              -name '*.[ch]'))
+
+# named NAME: the program of a test by the last part of its name.
+named     = $(or $(filter %/test_$(1) %/$(1),$(TESTS) $(FUZZ)),\
+              $(error there is no test $(1)))
 
 SLEW     := $(B)/slew
+LIBS     := $(B)/libprogram.a $(B)/libslew.a
 TESTS    := $(TEST_SRC:%.c=$(B)/%)
 FUZZ     := $(patsubst %.c,$(B)/%,$(wildcard tests/fuzz/fuzz_*.c))
 VECTORS  := $(B)/tests/vectors
-SCRIPTS  := $(wildcard tests/demo.sh tests/real_modbus.sh tests/real_stop.sh)
+SCRIPTS  := $(wildcard tests/firmware/linux/*.sh)
 
 Q        := $(if $(V),,@)
 ALL_CPUS  = $(if $(findstring jobserver,$(MAKEFLAGS)),,-j"$$(nproc)")
@@ -86,7 +91,7 @@ demo:
 	        --plot $(B)/demo/dolly.png
 	@echo; echo "The opening of the same move, in real time: the pan axis is a" \
 	    "Modbus RTU servo behind a real pseudo-terminal."
-	tests/again.sh $(SLEW) run --pty examples/modbus \
+	tests/support/again.sh $(SLEW) run --pty examples/modbus \
 	        --telemetry $(B)/demo/modbus.csv
 
 .PHONY: test
@@ -110,10 +115,17 @@ vectors: $(VECTORS)
 
 .PHONY: check
 ## run the tests, installing nothing; make check T=track for one
-check: $(if $(T),$(foreach t,$(T),$(B)/tests/$(if \
-    $(filter fuzz_%,$t),fuzz/$t,test_$t)),$(TESTS) $(FUZZ) $(SCRIPTS:%=$(SLEW)))
-	@SLEW=$(SLEW) tests/run.sh $(B)/log $(filter $(B)/tests/%,$^) \
+check: $(if $(T),$(foreach t,$(T),$(call named,$t)),\
+    $(TESTS) $(FUZZ) $(SCRIPTS:%=$(SLEW)))
+	@SLEW=$(SLEW) tests/support/run.sh $(B)/log $(filter $(B)/tests/%,$^) \
 	      $(if $(T),,$(SCRIPTS))
+
+.PHONY: wrong
+## where the answers to wrong input are not those of tests/wrong, as a diff
+wrong: $(call named,wrong)
+	@mkdir -p $(B)/wrong
+	@WRONG_TO=$(abspath $(B)/wrong) $< >$(B)/wrong.log 2>&1 || true
+	@diff -ru --exclude=base tests/wrong $(B)/wrong
 
 .PHONY: all
 # everything that is compiled with CC
@@ -126,25 +138,32 @@ clean:
 
 #---- how things are built
 
-$(SLEW): $(MAIN:%.c=$(B)/%.o) $(B)/libslew.a
+$(SLEW): $(MAIN:%.c=$(B)/%.o) $(LIBS)
 	$(call say,link,$@)
 	$(Q)$(CC) $(OPT) $(LDFLAGS) $^ $(LDLIBS) -o $@
 
-$(B)/tests/%: $(B)/tests/%.o $(B)/libtests.a $(B)/libslew.a
+$(B)/tests/%: $(B)/tests/%.o $(B)/libtests.a $(LIBS)
 	$(call say,link,$@)
 	$(Q)$(CC) $(OPT) $(LDFLAGS) $^ $(LDLIBS) $(CMOCKA) -o $@
 
-$(B)/libslew.a: $(ROOMS:%.c=$(B)/%.o)
+$(VECTORS): $(B)/tests/motion/vectors.o $(B)/libtests.a $(LIBS)
+	$(call say,link,$@)
+	$(Q)$(CC) $(OPT) $(LDFLAGS) $^ $(LDLIBS) $(CMOCKA) -o $@
+
+$(B)/libslew.a: $(LIBRARY:%.c=$(B)/%.o)
+$(B)/libprogram.a: $(PROGRAM:%.c=$(B)/%.o)
 $(B)/libtests.a: $(TEST_LIB:%.c=$(B)/%.o)
 $(B)/lib%.a:
-	$(Q)rm -f $@; mkdir -p $(@D); $(AR) rcs $@ $^
+	$(Q)rm -f $@; mkdir -p $(@D); $(AR) qcs $@ $^
 
-$(B)/firmware/linux/%.o $(B)/tests/%.o $(B)/hal/%_libmodbus.o: \
-    ALL_CFLAGS += $(PKG_INC)
+$(B)/firmware/host/%.o $(B)/firmware/linux/%.o $(B)/hal/linux/%.o \
+    $(B)/tests/%.o: ALL_CFLAGS += $(PKG_INC)
+# Position-independent, so that one set of objects serves the program and
+# libslew.so.
 $(B)/%.o: %.c Makefile
 	$(call say,cc,$<)
 	@mkdir -p $(@D)
-	$(Q)$(CC) $(ALL_CFLAGS) -c $< -o $@
+	$(Q)$(CC) $(ALL_CFLAGS) -fPIC -c $< -o $@
 
 #---- checks; .ci/run runs them all
 
@@ -189,7 +208,7 @@ format-check:
 .PHONY: arch
 ## who includes whom: only the arrows of docs/ARCHITECTURE.md
 arch:
-	@HOSTED="$(HOSTED)" tests/arch.sh
+	@tests/proofs/arch.sh
 
 # What may run on the tick, compiled for a PC without floating-point registers
 # and for two microcontrollers, where every division, float operation and
@@ -202,7 +221,7 @@ build/rt/$(1)/%.o: %.c Makefile
 	$$(Q)$(2) $(STD) $(WARN) -O2 -I. -MMD -MP -ffreestanding \
 	    -fcallgraph-info=su -c $$< -o $$@
 endef
-$(eval $(call rt_target,pc,gcc -mgeneral-regs-only))
+$(eval $(call rt_target,pc,gcc -mgeneral-regs-only -fno-pie))
 $(eval $(call rt_target,m0,$(CROSS)gcc -mcpu=cortex-m0 -mthumb))
 $(eval $(call rt_target,m4,$(CROSS)gcc -mcpu=cortex-m4 -mthumb))
 
@@ -210,7 +229,7 @@ $(eval $(call rt_target,m4,$(CROSS)gcc -mcpu=cortex-m4 -mthumb))
 ## prove the tick's objects: no division, float, heap, recursion; worst stack
 rt:
 	@$(MAKE) --no-print-directory $(ALL_CPUS) rt-objects
-	@CROSS=$(CROSS) $(PYTHON) tests/rt.py $(PORTABLE)
+	@CROSS=$(CROSS) $(PYTHON) tests/proofs/rt.py $(PORTABLE)
 
 .PHONY: rt-objects
 # ccache keeps no call graphs.
@@ -237,7 +256,24 @@ HOLDS    ?= 40
 .PHONY: hold
 ## hold and resume the demo at HOLDS random times: same path, inside limits
 hold: $(SLEW)
-	@$(PYTHON) tests/hold.py $(SLEW) examples/dolly $(HOLDS)
+	@$(PYTHON) tests/firmware/linux/hold.py $(SLEW) examples/dolly $(HOLDS)
+
+.PHONY: random-moves
+## N=500 random moves: slew check and every format against a judge of its own
+random-moves: $(SLEW)
+	@$(PYTHON) tests/firmware/linux/random_moves.py $(SLEW) $(or $(N),500)
+
+.PHONY: nightly
+## what takes too long for every change: the same checks with larger numbers
+nightly:
+	@$(MAKE) harm CC=clang SAN=address,undefined HARMS=100000
+	@$(MAKE) hold HOLDS=400
+	@$(MAKE) random-moves N=5000
+	@$(MAKE) ramps
+	@$(MAKE) otg-many N=2000000 MISSED=60 BAD=0 LONG=9600 \
+	    PROCESSES="$$(nproc)"
+	@$(MAKE) fuzz FUZZ_SECONDS=120 FUZZ_SEED=0
+	@$(MAKE) soak
 
 PEERS    := build/peers
 .PHONY: peers-blender
@@ -246,7 +282,7 @@ peers-blender: $(SLEW)
 	@test -x $(PEERS)/blender/bin/python || \
 	    $(PYTHON) -m venv $(PEERS)/blender
 	@$(PEERS)/blender/bin/pip install --quiet bpy==5.0.1
-	@$(PEERS)/blender/bin/python tests/peers_blender.py $(SLEW)
+	@$(PEERS)/blender/bin/python tests/peers/fcurve_blender.py $(SLEW)
 
 .PHONY: picture
 # draw the picture of the README anew
@@ -256,13 +292,15 @@ picture: demo
 .PHONY: schema
 ## the examples and register maps against docs/schema
 schema:
-	@$(PYTHON) tests/check_schema.py
+	@$(PYTHON) tests/proofs/check_schema.py
 
 .PHONY: fresh
 ## as root: make demo and make test in a Debian 12 with only git and make
 fresh:
 	tests/fresh.sh
 
+# Also: library, symbols, install, uninstall.
+-include firmware/library/library.mk
 # Also: bench-tick, golden (tests/qemu/qemu.mk).
 -include tests/qemu/qemu.mk
 # Also: test-vm, test-gpiod2.
@@ -272,7 +310,7 @@ fresh:
 # Also: test-peers.
 -include tests/peers/peers.mk
 # Also: stateful, soak.
--include tests/stateful.mk
+-include tests/firmware/control/stateful.mk
 # Also: fuzz.
 -include tests/fuzz/fuzz.mk
 

@@ -8,18 +8,18 @@
  * cycle costs one call of the system; nothing may be relied on to go out before
  * that.  After bus-off or an interface that was down a port comes back when the
  * world outside brings it back; whoever must not go on as if nothing had
- * happened latches the error (firmware/controller.h does).
+ * happened latches the error (firmware/control/controller.h does).
  *
- * Implementations: hal/can_socketcan.c (Linux), sim/sim_can.c (simulated bus);
- * tests/conform_can.c is what both keep to.  A port is not shared between
- * threads.  Source: ISO 11898-1. */
+ * Implementations: hal/linux/socketcan.c (Linux), sim/bus/can.c (simulated
+ * bus); tests/conform/conform_can.c is what both keep to.  A port is not shared
+ * between threads.  Source: ISO 11898-1. */
 #ifndef HAL_CAN_H
 #define HAL_CAN_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/err.h"
+#include "motion/core/err.h"
 
 #define HAL_CAN_DATA_MAX    8
 #define HAL_CAN_FD_DATA_MAX 64

@@ -1,13 +1,13 @@
 /* hal/clock.h - monotonic time and waiting for it.
  *
- * Implementations: hal/clock_linux.c (CLOCK_MONOTONIC, absolute sleeps) and
+ * Implementations: hal/linux/clock.c (CLOCK_MONOTONIC, absolute sleeps) and
  * sim/world.c (virtual: waiting runs the simulated world up to then). */
 #ifndef HAL_CLOCK_H
 #define HAL_CLOCK_H
 
 #include <stdint.h>
 
-#include "motion/err.h"
+#include "motion/core/err.h"
 
 struct hal_clock;
 

@@ -12,9 +12,9 @@
  *   - after a fault, and after the drive was lost, torque is off, nothing
  *     moves and nothing is resumed: enable, set the mode and go again;
  *   - every wait has a time-out that ends in FAULT with a sentence.
- * Implementations: hal/drive_cia402.c, hal/drive_modbus.c, hal/drive_odrive.c,
- * hal/drive_moteus.c;
- * tests/conform_drive.c is what all keep to. */
+ * Implementations: hal/drive/cia402/drive.c, hal/drive/modbus/drive.c,
+ * hal/drive/turn/odrive.c, hal/drive/turn/moteus.c;
+ * tests/conform/conform_drive.c is what all keep to. */
 #ifndef HAL_DRIVE_H
 #define HAL_DRIVE_H
 
@@ -22,7 +22,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "motion/err.h"
+#include "motion/core/err.h"
 
 enum hal_drive_state {
     HAL_DRIVE_OFFLINE, /* not found, not configured, or lost */
@@ -59,8 +59,8 @@ const char *hal_drive_mode_text(enum hal_drive_mode mode);
 struct hal_drive_target {
     int64_t pos_q32; /* unit */
     int64_t vel_q32; /* unit/s, feed-forward; in STREAM_VELOCITY the target */
-    int64_t acc_q16; /* unit/s2, feed-forward */
-    int32_t torque_permille; /* of the rated torque, positive where acc_q16 is;
+    int64_t acc_q32; /* unit/s2, feed-forward */
+    int32_t torque_permille; /* of the rated torque, positive where acc_q32 is;
                                 feed-forward, left out by a drive that has
                                 none */
 };
@@ -70,7 +70,7 @@ struct hal_drive_go {
     int64_t pos_q32;          /* PROFILE_POSITION: where to */
     int64_t vel_q32;          /* PROFILE_POSITION: how fast at most, > 0;
                         PROFILE_VELOCITY: signed, 0 stops by the ramp */
-    int64_t acc_q16, dec_q16; /* ramps, > 0; 0: as the drive has them */
+    int64_t acc_q32, dec_q32; /* ramps, > 0; 0: as the drive has them */
     int64_t timeout_ns;       /* a fault when it takes longer; 0: not watched */
 };
 
@@ -79,7 +79,7 @@ struct hal_drive_home {
                    drive that knows one way, at its own speeds and ramps */
     int64_t fast_q32, slow_q32; /* speed to the switch, and to the zero after
                                    it, > 0; 0: as the drive has them */
-    int64_t acc_q16;            /* > 0; 0: as the drive has it */
+    int64_t acc_q32;            /* > 0; 0: as the drive has it */
     int64_t pos_q32;            /* of the home point, from then on */
     int64_t timeout_ns;         /* > 0: a fault when it takes longer */
 };
@@ -141,6 +141,9 @@ struct hal_drive_feedback {
     bool probe_latched;      /* since probe() was called last */
     int64_t probe_pos_q32;
     struct hal_drive_events events;
+    uint32_t steps; /* counts on while it is being found or enabled, so that a
+                       slow drive can be told from one that does not go on; 0:
+                       it does not tell */
     uint16_t fault_code; /* maker's or profile's code, 0: none */
     char fault_text[64]; /* why it is in FAULT or OFFLINE, for a person */
 };

@@ -1,14 +1,14 @@
 /* hal/fieldbus.h - one cycle of one bus.
  *
  * The loop calls, per tick:  begin (take in what came, SYNC)  ->  controller
- * ->  end (send the set points).  Implementations: hal/canopen.c, hal/can_bus.c,
- * hal/modbus_bus.c. */
+ * ->  end (send the set points).  Implementations: hal/canopen/canopen.c, hal/can/bus.c,
+ * hal/modbus/bus.c. */
 #ifndef HAL_FIELDBUS_H
 #define HAL_FIELDBUS_H
 
 #include <stdint.h>
 
-#include "motion/err.h"
+#include "motion/core/err.h"
 
 struct hal_fieldbus;
 

@@ -4,16 +4,16 @@
  * to the line's configuration.  The level decides; events only tell of pulses
  * between two looks, and when they were.  Nothing here waits.
  *
- * Implementations: hal/gpio_libgpiod.c (Linux), sim/sim_gpio.c (simulated);
- * tests/conform_gpio.c is what both keep to.  hal/gpio_debounce.c stands
- * between a switch that bounces and whoever reads it. */
+ * Implementations: hal/linux/libgpiod.c (Linux), sim/bus/gpio.c (simulated);
+ * tests/conform/conform_gpio.c is what both keep to.  hal/gpio/debounce.c
+ * stands between a switch that bounces and whoever reads it. */
 #ifndef HAL_GPIO_H
 #define HAL_GPIO_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/err.h"
+#include "motion/core/err.h"
 
 /* An edge of an input. */
 struct hal_gpio_event {

@@ -7,8 +7,8 @@
  * that no late answer can be taken for the next one.  Nothing is repeated: only
  * the caller knows what may be done twice.
  *
- * Implementations: hal/modbus_master.c (RTU, by bytes: simulated lines and
- * microcontrollers), hal/modbus_libmodbus.c (serial and TCP).  A line is not
+ * Implementations: hal/modbus/master.c (RTU, by bytes: simulated lines and
+ * microcontrollers), hal/linux/libmodbus.c (serial and TCP).  A line is not
  * shared between threads.
  *
  * Source: MODBUS Application Protocol Specification V1.1b3; MODBUS over Serial
@@ -18,7 +18,7 @@
 
 #include <stdint.h>
 
-#include "motion/err.h"
+#include "motion/core/err.h"
 
 #define HAL_MODBUS_READ_MAX  125  /* registers in one reply */
 #define HAL_MODBUS_WRITE_MAX 123  /* registers in one request; 121 with 0x17 */

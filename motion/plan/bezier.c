@@ -1,13 +1,13 @@
 /* motion/plan/bezier.c - keys with handles, on their way to a track.  See
  * move_internal.h.
  *
- * All keys of the axis are one curve of motion/fcurve.h, whatever the curves of
- * its spans, so that an automatic handle sees its neighbours; of that curve the
- * bezier spans are appended. */
+ * All keys of the axis are one curve of motion/curve/fcurve.h, whatever the
+ * curves of its spans, so that an automatic handle sees its neighbours; of that
+ * curve the bezier spans are appended. */
 #include <stdlib.h>
 
-#include "motion/err.h"
-#include "motion/fixed.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
 #include "motion/plan/move_internal.h"
 
 /* Positions are baked to 2^-34 of the range, or 2^-28 unit where that is more:
@@ -77,13 +77,6 @@ int plan_bezier_copy(struct plan_bezier *bezier, uint32_t count,
 
 /* --- judging -------------------------------------------------------------- */
 
-static bool bezier_is_plain(const struct plan_bezier *bezier)
-{
-    return bezier->extrapolation == MOTION_FCURVE_HOLD &&
-           bezier->before.mode == MOTION_FCURVE_ONCE &&
-           bezier->after.mode == MOTION_FCURVE_ONCE && !bezier->has_end;
-}
-
 int move_bezier_check(const struct move *move)
 {
     const struct plan_bezier *bezier = &move->axis->bezier;
@@ -95,22 +88,10 @@ int move_bezier_check(const struct move *move)
         return move_fail_axis(move, MOTION_E_ARG,
                               "there is no such smoothing, extrapolation or "
                               "cycle");
-    if (!move->is_bezier)
-        return bezier_is_plain(bezier)
-                   ? MOTION_OK
-                   : move_fail_axis(move, MOTION_E_ARG,
-                                    "extrapolation, cycles and until need "
-                                    "curve bezier on all spans");
-    if (bezier->after.mode != MOTION_FCURVE_ONCE && bezier->after.count == 0 &&
-        !bezier->has_end)
+    if (!move->is_bezier && bezier->extrapolation != MOTION_FCURVE_HOLD)
         return move_fail_axis(move, MOTION_E_ARG,
-                              "its cycles never end, expected until or how "
-                              "many");
-    if (bezier->has_end && bezier->end_ns_q12 <= 0)
-        return move_fail_axis(move, MOTION_E_ORDER,
-                              "until is %.9g s, which is not after the start",
-                              move_seconds(bezier->end_ns_q12));
-    return MOTION_OK;
+                              "extrapolation needs curve bezier on all spans");
+    return move_has_cycles(move->axis) ? move_cycles_check(move) : MOTION_OK;
 }
 
 /* --- handles -------------------------------------------------------------- */

@@ -7,21 +7,35 @@
  * segment of duration T the derivatives miss the polynomial that was meant by
  *     velocity      (1/4 + 2/8 + 3/16 + ... + 1.5 n) q/T        < 9 q/T
  *     acceleration  (2/8 + 6/16 + ... + 1.5 n (n-1)) q/T^2      < 32 q/T^2
+ *     jerk          (6/16 + 24/32 + 1.5 n (n-1) (n-2)) q/T^3    < 92 q/T^3
  * for n = 5.  Planners that round states to their own integers (ease) stay
  * within twice that.  Reading a state rounds by one unit of its format or 2^-60
- * of the largest value, which is below 4 q/T and 16 q/T^2, as coefficients have
- * 62 bits.  A step is the difference of two sides. */
+ * of the largest value, which is below 4 q/T, 16 q/T^2 and 64 q/T^3, as
+ * coefficients have 62 bits.  A step is the difference of two sides.  An
+ * acceleration and a jerk that are planned at their limit may come out so far
+ * above it, and 2^-28 of it (as for ramps, clock_warp.h): a sixth of a time in
+ * 2^-32 makes 2.1e-9 of a jerk.
+ *
+ * What digits may leave there, where set points have a period P.  Keys and
+ * handles are multiples of s = 2^-32 unit; one of them s/2 off turns the cubic
+ * beside it by 3 s/2T in velocity and 12 s/2T^2 in acceleration at most, and a
+ * span has two.  T counts as P where it is shorter: no set point sees less.
+ *
+ * What sampling may leave: a drive sees a step of acceleration as a jerk of
+ * step / P for one period, one of velocity as an acceleration of step / P and a
+ * jerk of step / P^2.  A hundredth of the limit is allowed for that. */
 #include "motion/plan/check.h"
 
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
 
-#include "motion/fixed.h"
+#include "motion/core/fixed.h"
 
 #define CHECK_KINDS      (PLAN_ACC_STEP + 1)
-#define CHECK_VEL_QUANTA 22 /* 2 * 9 + 4 */
-#define CHECK_ACC_QUANTA 80 /* 2 * 32 + 16 */
+#define CHECK_VEL_DIGITS 3
+#define CHECK_ACC_DIGITS 12
+#define CHECK_SAMPLING   0.01
 
 struct check {
     const struct plan_limit *limit;
@@ -31,6 +45,7 @@ struct check {
      * worst value, kept here as the entry may be beyond the room. */
     uint32_t open[CHECK_KINDS];
     int64_t worst[CHECK_KINDS];
+    double vel_sampling, acc_sampling; /* in the units of their formats */
 };
 
 static void check_write(struct check *check, uint32_t index,
@@ -102,16 +117,22 @@ static void check_pos(struct check *check, const struct motion_extreme *pos)
                   pos->max, limit->pos_max_q32);
 }
 
-/* A limit on the magnitude. */
+/* A limit on the magnitude, and what rounding leaves. */
 static void check_magnitude(struct check *check, enum plan_violation_kind kind,
-                            const struct motion_extreme *extreme, int64_t limit)
+                            const struct motion_extreme *extreme, int64_t limit,
+                            int64_t rounding)
 {
     const uint64_t min = motion_fixed_abs(extreme->min);
     const uint64_t max = motion_fixed_abs(extreme->max);
     const bool low =
         min > max || (min == max && extreme->min_ns_q12 < extreme->max_ns_q12);
 
-    check_stretch(check, kind, extreme->min < -limit || extreme->max > limit,
+    const uint64_t most = low ? min : max;
+    const uint64_t allowed =
+        (uint64_t)limit +
+        (rounding > 0 ? (uint64_t)rounding + (uint64_t)(limit >> 28) : 0);
+
+    check_stretch(check, kind, most > allowed,
                   low ? extreme->min_ns_q12 : extreme->max_ns_q12,
                   low ? extreme->min : extreme->max, limit);
 }
@@ -124,34 +145,55 @@ static void check_segment(struct check *check,
 
     motion_segment_extremes(segment, extreme);
     check_pos(check, &extreme[MOTION_POS]);
-    check_magnitude(check, PLAN_VEL, &extreme[MOTION_VEL], limit->vel_q32);
-    check_magnitude(check, PLAN_ACC, &extreme[MOTION_ACC], limit->acc_q16);
-    if (limit->jerk_q16 != 0)
+    check_magnitude(check, PLAN_VEL, &extreme[MOTION_VEL], limit->vel_q32, 0);
+    check_magnitude(check, PLAN_ACC, &extreme[MOTION_ACC], limit->acc_q32,
+                    motion_segment_rounding(segment, MOTION_ACC));
+    if (limit->jerk_q32 != 0)
         check_magnitude(check, PLAN_JERK, &extreme[MOTION_JERK],
-                        limit->jerk_q16);
+                        limit->jerk_q32,
+                        motion_segment_rounding(segment, MOTION_JERK));
 }
 
 /* One side of a border: its derivatives and what rounding may have done to
  * them, in the units of their formats. */
 struct check_side {
     struct motion_state state;
-    double vel_quantum, acc_quantum;
+    double vel_rounding, acc_rounding;
 };
 
 static const struct check_side check_rest; /* all zero */
 
-static struct check_side check_side(const struct motion_segment *segment,
+static struct check_side check_side(const struct check *check,
+                                    const struct motion_segment *segment,
                                     int64_t t_ns_q12)
 {
     const double rate =
         (double)MOTION_FIXED_S_Q12 / (double)segment->dur_ns_q12;
+    const double period_rate =
+        check->limit->period_ns > 0 ? 1e9 / (double)check->limit->period_ns : 0;
+    const double seen = rate < period_rate ? rate : period_rate;
     struct check_side side;
 
     motion_segment_state(segment, t_ns_q12, &side.state);
-    side.vel_quantum = 1 + ldexp(CHECK_VEL_QUANTA * rate, -segment->frac);
-    side.acc_quantum =
-        1 + ldexp(CHECK_ACC_QUANTA * rate * rate, -segment->frac - 16);
+    side.vel_rounding = (double)motion_segment_rounding(segment, MOTION_VEL) +
+                        CHECK_VEL_DIGITS * seen;
+    side.acc_rounding = (double)motion_segment_rounding(segment, MOTION_ACC) +
+                        CHECK_ACC_DIGITS * seen * seen;
     return side;
+}
+
+/* What is let pass of a limit of acceleration and one of jerk. */
+static void check_sampling(struct check *check)
+{
+    const struct plan_limit *limit = check->limit;
+    const double period = (double)limit->period_ns * 1e-9;
+    const double by_acc = (double)limit->acc_q32 * period;
+    const double by_jerk = (double)limit->jerk_q32 * period * period;
+
+    check->acc_sampling = CHECK_SAMPLING * (double)limit->jerk_q32 * period;
+    check->vel_sampling =
+        CHECK_SAMPLING *
+        (limit->jerk_q32 != 0 && by_jerk < by_acc ? by_jerk : by_acc);
 }
 
 static void check_border(struct check *check, int64_t t_ns_q12,
@@ -159,11 +201,13 @@ static void check_border(struct check *check, int64_t t_ns_q12,
                          const struct check_side *right)
 {
     check_step(check, PLAN_VEL_STEP, t_ns_q12, left->state.vel_q32,
-               right->state.vel_q32, left->vel_quantum + right->vel_quantum);
-    if (check->limit->jerk_q16 != 0)
-        check_step(check, PLAN_ACC_STEP, t_ns_q12, left->state.acc_q16,
-                   right->state.acc_q16,
-                   left->acc_quantum + right->acc_quantum);
+               right->state.vel_q32,
+               left->vel_rounding + right->vel_rounding + check->vel_sampling);
+    if (check->limit->jerk_q32 != 0)
+        check_step(check, PLAN_ACC_STEP, t_ns_q12, left->state.acc_q32,
+                   right->state.acc_q32,
+                   left->acc_rounding + right->acc_rounding +
+                       check->acc_sampling);
 }
 
 static int check_by_time(const void *a, const void *b)
@@ -186,16 +230,17 @@ uint32_t plan_check_source(const struct motion_track *track,
     struct check_side left = check_rest;
     const struct motion_segment *segment = source->next(source->context);
 
+    check_sampling(&check);
     if (segment == NULL) {
         const struct motion_extreme pos = { .min = track->end.pos_q32,
                                             .max = track->end.pos_q32 };
         check_pos(&check, &pos);
     }
     for (; segment != NULL; segment = source->next(source->context)) {
-        const struct check_side right = check_side(segment, 0);
+        const struct check_side right = check_side(&check, segment, 0);
         check_border(&check, segment->start_ns_q12, &left, &right);
         check_segment(&check, segment);
-        left = check_side(segment, segment->dur_ns_q12);
+        left = check_side(&check, segment, segment->dur_ns_q12);
     }
     check_border(&check, track->end_ns_q12, &left, &check_rest);
     if (room != 0)

@@ -31,7 +31,9 @@ struct plan_violation {
  * limit are one entry with the worst value; every step is an entry, with its
  * size (always positive), at its border, the steps from rest at 0 and to rest
  * at the end included.  A step counts only above what rounding to the
- * segments' own integers can leave (derived in check.c).  Limits of
+ * segments' own integers can leave and, where set points have a period, the
+ * digits of keys and a hundredth of what the limits let happen in one period
+ * (both derived in check.c).  Limits of
  * velocity, acceleration and jerk are judged to the last bit; position may be 2
  * units of 2^-32 beyond, which is what sampling rounds: a key on the limit is
  * inside.  An empty track is judged by where it stands.

@@ -3,7 +3,7 @@
 
 #include <stdlib.h>
 
-#include "motion/err.h"
+#include "motion/core/err.h"
 #include "motion/plan/plan_blend.h"
 #include "motion/plan/plan_camera.h"
 #include "motion/plan/plan_error.h"
@@ -24,6 +24,7 @@ struct compose {
     const struct plan_move *move;
     struct motion_track *track;
     struct plan_outcome *outcome;
+    const struct plan_progress *progress;
     struct plan_error *error;
 };
 
@@ -35,6 +36,7 @@ static int compose_keys(const struct compose *self)
         const struct plan_axis *axis = &self->move->axis[i];
         if (axis->driver != PLAN_BY_KEYS)
             continue;
+        plan_progress_tell(self->progress, axis->name, 0, 0);
         err = plan_axis_track(axis, &self->track[i], self->error);
         self->error->axis = i;
     }
@@ -50,6 +52,7 @@ static int compose_path(const struct compose *self)
 
     if (self->move->path == NULL)
         return MOTION_OK;
+    plan_progress_tell(self->progress, "path", 0, 0);
     err = plan_path_tracks(self->move->path, &outcome->drive, self->track,
                            self->error);
     if (err < 0)
@@ -82,7 +85,8 @@ static int compose_camera(const struct compose *self)
                               "the camera has no path");
     outcome->has_camera = true;
     return plan_camera_tracks(camera, &outcome->drive, self->track,
-                              outcome->camera_bound_q32, self->error);
+                              outcome->camera_bound_q32, self->progress,
+                              self->error);
 }
 
 static int compose_blend(const struct compose *self)
@@ -151,7 +155,7 @@ compose_other(const struct compose *self, const struct plan_other *other,
         return plan_error_set(self->error, MOTION_E_FULL, other->place,
                               "no memory for another move");
     const struct compose inner = { other->move, guest->track, &guest->outcome,
-                                   &guest->error };
+                                   self->progress, &guest->error };
     err = compose_base(&inner);
     if (err == MOTION_OK)
         err = mix(other, guest->track, self->track, self->error);
@@ -185,9 +189,11 @@ static int compose_warp(const struct compose *self)
         return MOTION_OK;
     outcome->is_bent = true;
     err = plan_warp_track(axis, &outcome->warp, self->error);
-    for (uint32_t i = 0; i < self->move->axis_count && err == MOTION_OK; i++)
+    for (uint32_t i = 0; i < self->move->axis_count && err == MOTION_OK; i++) {
+        plan_progress_tell(self->progress, "warp", i, self->move->axis_count);
         err = plan_warp_apply(&outcome->warp, axis, &self->track[i],
                               &outcome->warp_bound, self->error);
+    }
     if (err == MOTION_OK && outcome->has_path)
         err = plan_warp_apply(&outcome->warp, axis, &outcome->distance,
                               &outcome->warp_bound, self->error);
@@ -195,15 +201,17 @@ static int compose_warp(const struct compose *self)
 }
 
 int plan_compose(const struct plan_move *move, struct motion_track track[],
-                 struct plan_outcome *outcome, struct plan_error *error)
+                 struct plan_outcome *outcome,
+                 const struct plan_progress *progress, struct plan_error *error)
 {
-    const struct compose self = { move, track, outcome, error };
+    const struct compose self = { move, track, outcome, progress, error };
     int err = compose_base(&self);
 
     if (err == MOTION_OK)
         err = compose_others(&self);
     if (err == MOTION_OK)
         err = compose_warp(&self);
+    plan_progress_tell(progress, NULL, 0, 0);
     if (err < 0)
         compose_drop(&self);
     return err;

@@ -9,9 +9,10 @@
 #ifndef MOTION_PLAN_COMPOSE_H
 #define MOTION_PLAN_COMPOSE_H
 
+#include "motion/number/real.h"
 #include "motion/plan/move.h"
 #include "motion/plan/plan_path.h"
-#include "motion/real.h"
+#include "motion/plan/plan_progress.h"
 
 /* What came out beside the tracks. */
 struct plan_outcome {
@@ -31,9 +32,11 @@ struct plan_outcome {
  * initialised and are to be freed with plan_track_free.  *outcome is to be
  * freed with plan_outcome_free and points into itself.  On an error the code,
  * *error with a sentence (and the axis, where it is about one), all tracks and
- * the outcome empty. */
+ * the outcome empty.  `progress` is told how far it is, and may be NULL. */
 int plan_compose(const struct plan_move *move, struct motion_track track[],
-                 struct plan_outcome *outcome, struct plan_error *error);
+                 struct plan_outcome *outcome,
+                 const struct plan_progress *progress,
+                 struct plan_error *error);
 void plan_outcome_free(struct plan_outcome *outcome);
 
 /* The time as the move was written, at a time as it is played; 2^-12 ns. */

@@ -10,9 +10,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "motion/bake_poly.h"
-#include "motion/err.h"
-#include "motion/fixed.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+#include "motion/curve/bake_poly.h"
 #include "motion/plan/move_internal.h"
 
 #define MOVE_END(rule) (1u << MOTION_SPLINE_##rule)
@@ -68,20 +68,27 @@ double move_units(int64_t a_q32)
     return (double)a_q32 / (double)MOTION_FIXED_ONE_Q32;
 }
 
+/* As the user counts, from 0. */
+static uint32_t move_number(const struct move *move, uint32_t key)
+{
+    return move->number != NULL ? move->number[key] : key;
+}
+
 int move_fail_key(const struct move *move, int code, uint32_t key,
                   const char *format, ...)
 {
     struct plan_error *error = move->error;
     const struct plan_axis *axis = move->axis;
+    const uint32_t number = move_number(move, key);
     va_list args;
     int used;
 
     *error = (struct plan_error){ .code = code,
-                                  .key = key,
+                                  .key = number,
                                   .place = axis->key[key].place };
     used = snprintf(error->text, sizeof error->text,
-                    "key %u of axis %.*s: ", (unsigned)key + 1, PLAN_NAME_MAX,
-                    axis->name);
+                    "key %u of axis %.*s: ", (unsigned)number + 1,
+                    PLAN_NAME_MAX, axis->name);
     va_start(args, format);
     vsnprintf(error->text + used, sizeof error->text - (size_t)used, format,
               args);
@@ -200,8 +207,7 @@ static union plan_shape move_axis_shape(const struct plan_axis *axis,
     return (union plan_shape){ .ease = { axis->k1_q32, axis->k2_q32 } };
 }
 
-/* The parameters of the span that starts at key i, whose curve exists. */
-static union plan_shape move_shape_at(const struct plan_axis *axis, uint32_t i)
+union plan_shape move_shape_at(const struct plan_axis *axis, uint32_t i)
 {
     return axis->key[i].has_shape
                ? axis->key[i].shape
@@ -396,7 +402,12 @@ static int move_check(const struct move *move)
         rc = profile ? move_check_time(move, i) : move_check_key(move, i);
     if (rc != MOTION_OK)
         return rc;
-    return profile ? move_profile_check(move) : move_check_ends(move);
+    if (!profile)
+        return move_check_ends(move);
+    rc = move_profile_check(move);
+    return rc == MOTION_OK && move_has_cycles(move->axis)
+               ? move_cycles_check(move)
+               : rc;
 }
 
 /* --- filling in ----------------------------------------------------------- */
@@ -476,10 +487,9 @@ static bool move_differs(struct motion_real a, struct motion_real b)
 
 static double move_double(struct motion_real a)
 {
-    int64_t q16;
+    int64_t q32;
 
-    return motion_real_round(a, 16, &q16) == MOTION_OK ? (double)q16 / 65536
-                                                       : 0;
+    return motion_real_round(a, 32, &q32) == MOTION_OK ? move_units(q32) : 0;
 }
 
 /* Curves that have a velocity of their own at their ends. */
@@ -530,8 +540,8 @@ static int move_pin_lagrange(struct move *move, uint32_t i, bool left)
     return move_tell(move, i, left, left ? last : first);
 }
 
-/* The velocity that a resting or rounding curve has at key i, where it begins or
- * ends (`left`); false for others. */
+/* The velocity that a resting or rounding curve has at key i, where it begins
+ * or ends (`left`); false for others. */
 static bool move_own(const struct move *move, uint32_t i, bool left,
                      struct motion_real *vel)
 {
@@ -714,7 +724,7 @@ static int move_fail_span(const struct move *move, int code, uint32_t span)
     return move_fail_key(move, code, span + 1,
                          "the way from key %u at %.9g s is beyond the range of "
                          "position, velocity or acceleration",
-                         (unsigned)span + 1,
+                         (unsigned)move_number(move, span) + 1,
                          move_seconds(move->key[span].t_ns_q12));
 }
 
@@ -845,6 +855,39 @@ static int move_append(struct move *move)
     return rc;
 }
 
+static int move_make(struct move *move)
+{
+    int rc = move_copy(move);
+
+    if (rc == MOTION_OK) {
+        motion_track_init(move->track, NULL, 0, move->key[0].pos_q32);
+        rc = move_append(move);
+    }
+    free(move->key);
+    free(move->work);
+    free(move->handles.key);
+    return rc;
+}
+
+/* With every lap of its cycles written out. */
+static int move_make_cycles(const struct move *move)
+{
+    struct plan_axis laps = { .key = NULL };
+    struct move written = *move;
+    uint32_t *number = NULL;
+    int rc = move_cycles_write(move, &laps, &number);
+
+    written.axis = &laps;
+    written.number = number;
+    if (rc == MOTION_OK)
+        rc = move_check(&written);
+    if (rc == MOTION_OK)
+        rc = move_make(&written);
+    free(laps.key);
+    free(number);
+    return rc;
+}
+
 int plan_axis_track(const struct plan_axis *axis, struct motion_track *track,
                     struct plan_error *error)
 {
@@ -858,14 +901,8 @@ int plan_axis_track(const struct plan_axis *axis, struct motion_track *track,
     motion_track_init(track, NULL, 0, 0);
     rc = move_check(&move);
     if (rc == MOTION_OK)
-        rc = move_copy(&move);
-    if (rc == MOTION_OK) {
-        motion_track_init(track, NULL, 0, move.key[0].pos_q32);
-        rc = move_append(&move);
-    }
-    free(move.key);
-    free(move.work);
-    free(move.handles.key);
+        rc = move_has_cycles(axis) && !move.is_bezier ? move_make_cycles(&move)
+                                                      : move_make(&move);
     if (rc == MOTION_OK)
         move_trim(track);
     else

@@ -10,10 +10,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "motion/ease.h"
-#include "motion/fcurve.h"
-#include "motion/spline.h"
-#include "motion/track.h"
+#include "motion/core/track.h"
+#include "motion/curve/ease.h"
+#include "motion/curve/fcurve.h"
+#include "motion/curve/spline.h"
 
 #define PLAN_NAME_MAX 32      /* bytes with the 0 */
 #define PLAN_KEYS_MAX 1000000 /* per axis */
@@ -113,8 +113,8 @@ struct plan_bezier_key {
     int64_t back_q32, amplitude_q32, period_ns_q12;
 };
 
-/* The bezier part of an axis; as motion_fcurve.  Extrapolation, cycles and an
- * end of its own only where all spans are bezier. */
+/* The bezier part of an axis; as motion_fcurve.  Extrapolation only where all
+ * spans are bezier; cycles and an end of its own where all are, or none. */
 struct plan_bezier {
     struct plan_bezier_key *key; /* one per key of the axis; NULL: all
                                     CLAMPED and BEZIER */
@@ -128,8 +128,9 @@ struct plan_bezier {
 struct plan_limit {
     int64_t pos_min_q32, pos_max_q32;
     int64_t vel_q32;
-    int64_t acc_q16;
-    int64_t jerk_q16; /* 0: not limited */
+    int64_t acc_q32;
+    int64_t jerk_q32;  /* 0: not limited */
+    int64_t period_ns; /* between set points; 0: steps are judged exactly */
 };
 
 /* The axis goes from key to key by its drive's own profile, which is constant
@@ -137,7 +138,7 @@ struct plan_limit {
  * a third of the time each, or as the limits want it.  It is to stand
  * `settle_ns_q12` before the next key. */
 struct plan_profile {
-    int64_t vel_q32, acc_q16; /* at most, > 0; vel 0: there is none */
+    int64_t vel_q32, acc_q32; /* at most, > 0; vel 0: there is none */
     int64_t settle_ns_q12;    /* >= 0 */
 };
 
@@ -177,6 +178,7 @@ struct plan_axis {
  * plan_move_free (compose.h). */
 struct plan_move {
     char title[128];
+    uint64_t fps_num, fps_den; /* frames per second; 0 / 0 when not given */
     struct plan_axis axis[PLAN_AXES_MAX];
     uint32_t axis_count;
     struct plan_path *path;
@@ -218,22 +220,24 @@ struct plan_error {
  *   bezier                       no                no
  *
  * Where neighbouring spans have different curves, or parameters, each run of
- * equal ones is planned by itself; at the key between them the curve has the velocity that
- * the key gives, or else that of a straight or resting neighbour, or else that
- * of the parabola through three keys (and, for quintic and c4, its acceleration;
- * zero beside straight and resting ones).  lagrange has a velocity of its own
- * there, which its neighbour takes; beside one that rests or rounds corners it
- * is MOTION_E_ARG.  Only linear steps beside another curve.
- * A bezier handle of the kinds AUTO and CLAMPED turns to that velocity; any
- * other says it, and its acceleration, and what rests, or rounds corners, beside
- * another velocity is MOTION_E_ARG.
- * A bezier span whose curve steps, or has no finite velocity, is
- * MOTION_E_LIMIT.  Keys may be before the start of the move where all spans are
- * bezier.
- * What may be given and is not is filled in (motion/spline.h).
+ * equal ones is planned by itself; at the key between them the curve has the
+ * velocity that the key gives, or else that of a straight or resting neighbour,
+ * or else that of the parabola through three keys (and, for quintic and c4, its
+ * acceleration; zero beside straight and resting ones).  lagrange has a
+ * velocity of its own there, which its neighbour takes; beside one that rests
+ * or rounds corners it is MOTION_E_ARG.  Only linear steps beside another
+ * curve.  A bezier handle of the kinds AUTO and CLAMPED turns to that velocity;
+ * any other says it, and its acceleration, and what rests, or rounds corners,
+ * beside another velocity is MOTION_E_ARG.  A bezier span whose curve steps, or
+ * has no finite velocity, is MOTION_E_LIMIT.  Keys may be before the start of
+ * the move where all spans are bezier.  Cycles of other curves than bezier are
+ * keys that are repeated, and the curve goes through all of them, with its end
+ * rules at the very first and last one; their end, and the start of the move
+ * within those before the first key, must be a key (MOTION_E_ARG).  lagrange
+ * has none.  What may be given and is not is filled in (motion/curve/spline.h).
  * With a profile, keys give no velocity but zero; where its limits do not allow
- * what the keys ask for it breaks them, which check.h tells, and keys no further
- * apart than it takes to settle are MOTION_E_ORDER.
+ * what the keys ask for it breaks them, which check.h tells, and keys no
+ * further apart than it takes to settle are MOTION_E_ORDER.
  *
  * On success the track's segments are on the heap and belong to the caller:
  * plan_track_free.  On an error returns the code and fills *error; nothing is
@@ -246,8 +250,8 @@ int plan_axis_track(const struct plan_axis *axis, struct motion_track *track,
 void plan_track_free(struct motion_track *track);
 
 /* Replace the handles, which belong to another, by a copy of its own whose
- * values are multiplied, as those of the keys are: MOTION_E_FULL without memory,
- * MOTION_E_RANGE; nothing is allocated then. */
+ * values are multiplied, as those of the keys are: MOTION_E_FULL without
+ * memory, MOTION_E_RANGE; nothing is allocated then. */
 int plan_bezier_copy(struct plan_bezier *bezier, uint32_t count,
                      struct motion_real by);
 

@@ -14,6 +14,8 @@ struct move {
     struct motion_fcurve handles; /* of all keys; none without a bezier span */
     struct motion_track *track;
     struct plan_error *error;
+    const uint32_t *number; /* which key of the user's each is, from 0; NULL:
+                               the same */
 };
 
 /* Fill in the error about a key, or about the axis; they return the code. */
@@ -26,6 +28,8 @@ move_fail_axis(const struct move *move, int code, const char *format, ...);
 
 /* The curve of the span that starts at key i. */
 enum plan_curve move_curve_at(const struct plan_axis *axis, uint32_t i);
+/* The parameters of the span that starts at key i, whose curve exists. */
+union plan_shape move_shape_at(const struct plan_axis *axis, uint32_t i);
 bool move_is_rest(enum plan_curve curve);
 bool move_is_straight(enum plan_curve curve);
 
@@ -45,6 +49,16 @@ int move_tell(struct move *move, uint32_t i, bool left, struct motion_real vel);
 bool move_has_profile(const struct plan_axis *axis);
 int move_profile_check(const struct move *move);
 int move_profile_append(const struct move *move);
+
+/* --- cycles.c: of axes that are not bezier throughout ------------------------ */
+
+/* Cycles, or an end of its own. */
+bool move_has_cycles(const struct plan_axis *axis);
+int move_cycles_check(const struct move *move);
+/* The axis with its keys written out, and which key of the axis each is; both
+ * on the heap, for free(), also after an error. */
+int move_cycles_write(const struct move *move, struct plan_axis *out,
+                      uint32_t **number);
 
 /* --- bezier.c ------------------------------------------------------------- */
 

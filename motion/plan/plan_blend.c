@@ -3,7 +3,7 @@
 
 #include <stdlib.h>
 
-#include "motion/err.h"
+#include "motion/core/err.h"
 #include "motion/plan/plan_error.h"
 #include "motion/plan/plan_room.h"
 

@@ -1,5 +1,5 @@
 /* motion/plan/plan_blend.h - poses that are blended, moves on top of moves, and
- * cross-fades (motion/pose.h).
+ * cross-fades (motion/curve/pose.h).
  *
  *     blend   base + sum w_i(t) (pose_i - base)
  *     layer   the axes of another move are added
@@ -7,8 +7,8 @@
 #ifndef MOTION_PLAN_PLAN_BLEND_H
 #define MOTION_PLAN_PLAN_BLEND_H
 
+#include "motion/curve/pose.h"
 #include "motion/plan/move.h"
-#include "motion/pose.h"
 
 #define PLAN_WEIGHTS_MAX MOTION_POSE_TERMS
 #define PLAN_LAYERS_MAX  16
@@ -28,8 +28,8 @@ struct plan_blend {
     struct plan_place place;
 };
 
-/* The blend's axes into track[blend->axis[..]], which must be empty; they belong
- * to the caller.  On an error the code, *error, and empty tracks. */
+/* The blend's axes into track[blend->axis[..]], which must be empty; they
+ * belong to the caller.  On an error the code, *error, and empty tracks. */
 int plan_blend_tracks(const struct plan_blend *blend,
                       struct motion_track track[], struct plan_error *error);
 void plan_blend_free(struct plan_blend *blend);

@@ -9,21 +9,42 @@
  * derivatives have no step.  The keyed roll is about the view, the last of the
  * three turns, and is added to the roll.
  *
- * The baker is told where derivatives step: at the borders of the drive, where a
- * dwell begins or ends, where what is looked at comes to a point of its own
- * curve, and at the keys of the roll. */
+ * The baker is told where derivatives step: at the borders of the law, where
+ * the view has its own (plan_view.h), and at the keys of the roll.  At a break
+ * of the view both sides are planned as they are, with the step of speed
+ * between them, which plan_check_track finds; a step of the angles themselves
+ * is refused. */
 #include "motion/plan/plan_camera.h"
 
+#include <math.h>
 #include <stdlib.h>
 
-#include "motion/err.h"
-#include "motion/fixed.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+#include "motion/path/path.h"
 #include "motion/plan/plan_error.h"
 #include "motion/plan/plan_room.h"
 #include "motion/plan/plan_view.h"
 
-/* Segments, about 1 ms: what turns faster than that has no head. */
-#define CAMERA_SHORTEST (MOTION_FIXED_S_Q12 >> 10)
+/* Segments, about 60 us: below a tick, so that the ramp which the stencil makes
+ * of a step of acceleration is followed at any speed, and left to the check. */
+#define CAMERA_SHORTEST (MOTION_FIXED_S_Q12 >> 14)
+/* From so near to so far on either side is looked to say why not. */
+#define CAMERA_NEAR  (MOTION_FIXED_S_Q12 >> 16)
+#define CAMERA_NEEDS (128 * MOTION_FIXED_S_Q12)
+/* Looks of the baker, at most: so many, and per border. */
+#define CAMERA_LOOKS        20000
+#define CAMERA_BORDER_LOOKS 24
+/* Segments from one border to the next for which there is room at once. */
+#define CAMERA_ROOM 4
+
+/* What the baker saw last. */
+struct camera_last {
+    int64_t t_ns_q12;
+    enum motion_bake_side side;
+    struct motion_bake_point point[MOTION_HEAD_AXES];
+    bool is_jump; /* and why it was ended */
+};
 
 struct camera {
     const struct plan_camera *camera;
@@ -33,6 +54,10 @@ struct camera {
     struct motion_track roll;
     int64_t *border_ns_q12;
     uint32_t borders;
+    int64_t *break_ns_q12; /* when the law comes to view.break_q32 */
+    struct camera_last last;
+    const struct plan_progress *progress;
+    int64_t told_ns_q12; /* the furthest: baking may begin anew */
 };
 
 static int camera_roll(struct camera *self)
@@ -80,24 +105,38 @@ camera_roll_at(const struct camera *self, int64_t t, enum motion_bake_side side)
     return (struct motion_bake_point){ motion_bake_end(roll), zero, zero };
 }
 
-/* A source for motion_bake. */
-static int camera_at(void *context, int64_t t, enum motion_bake_side side,
-                     struct motion_bake_point point[])
+/* From one break of the view to the next: which, at a time seen from one
+ * side. */
+static uint32_t camera_stretch(const struct camera *self, int64_t t,
+                               enum motion_bake_side side)
 {
-    const struct motion_real zero = motion_real_zero();
-    const struct camera *self = context;
+    uint32_t low = 0, high = self->view.breaks - 1;
+
+    while (high - low > 1) {
+        const uint32_t middle = low + (high - low) / 2;
+        const int64_t at = self->break_ns_q12[middle];
+        if (at < t || (at == t && side == MOTION_BAKE_RIGHT))
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+/* The view by time: chain rule, and a Taylor step from where it was looked. */
+static int camera_view_at(const struct camera *self, int64_t t,
+                          enum motion_bake_side side,
+                          struct motion_bake_point point[])
+{
     const struct motion_bake_point s =
         camera_track_at(&self->drive->law, t, side);
-    const struct motion_bake_point roll = camera_roll_at(self, t, side);
-    struct motion_bake_point jet[MOTION_HEAD_AXES] = { { zero, zero, zero } };
+    struct motion_bake_point jet[MOTION_HEAD_AXES] = { 0 };
     int64_t distance = 0;
     int err = motion_real_round(s.pos, 32, &distance);
 
-    distance = distance < 0 ? 0 : distance;
-    if (distance > self->drive->space.length_q32)
-        distance = self->drive->space.length_q32;
     if (err == MOTION_OK)
-        err = plan_view_jet(&self->view, distance, jet);
+        err = plan_view_jet(&self->view, camera_stretch(self, t, side),
+                            &distance, jet);
     if (err < 0)
         return err;
     const struct motion_real off =
@@ -110,58 +149,85 @@ static int camera_at(void *context, int64_t t, enum motion_bake_side side,
             motion_real_add(motion_real_mul(jet[i].acc, motion_real_sqr(s.vel)),
                             motion_real_mul(jet[i].vel, s.acc));
     }
-    point[MOTION_HEAD_ROLL].pos =
-        motion_real_add(point[MOTION_HEAD_ROLL].pos, roll.pos);
-    point[MOTION_HEAD_ROLL].vel =
-        motion_real_add(point[MOTION_HEAD_ROLL].vel, roll.vel);
-    point[MOTION_HEAD_ROLL].acc =
-        motion_real_add(point[MOTION_HEAD_ROLL].acc, roll.acc);
     return MOTION_OK;
 }
 
+static void camera_join(struct motion_real *right, struct motion_real left,
+                        struct motion_real rounding)
+{
+    const struct motion_real step =
+        motion_real_abs(motion_real_sub(*right, left));
+
+    if (motion_real_lt(step, rounding))
+        *right = left;
+}
+
+/* The second side of a border: where it steps by less in a second than a 16th
+ * of the tolerance, that is rounding of the stencil, and the sides are one. */
+static bool camera_cross(struct camera *self, struct motion_bake_point right[])
+{
+    const struct motion_real most =
+        motion_real_from_q(self->camera->tolerance_q32, 32);
+    const struct motion_real rounding = motion_real_scale(most, -4);
+    bool is_jump = false;
+
+    for (int i = 0; i < MOTION_HEAD_AXES; i++) {
+        const struct motion_bake_point *left = &self->last.point[i];
+        is_jump |= motion_real_lt(
+            most, motion_real_abs(motion_real_sub(right[i].pos, left->pos)));
+        camera_join(&right[i].vel, left->vel, rounding);
+        camera_join(&right[i].acc, left->acc, rounding);
+    }
+    return is_jump;
+}
+
+/* MOTION_E_LIMIT when the other side of a border was somewhere else. */
+static int camera_see(struct camera *self, int64_t t,
+                      enum motion_bake_side side,
+                      struct motion_bake_point point[])
+{
+    struct camera_last *last = &self->last;
+
+    if (last->t_ns_q12 == t && last->side == MOTION_BAKE_LEFT &&
+        side == MOTION_BAKE_RIGHT)
+        last->is_jump = camera_cross(self, point);
+    for (int i = 0; i < MOTION_HEAD_AXES; i++)
+        last->point[i] = point[i];
+    last->t_ns_q12 = t;
+    last->side = side;
+    return last->is_jump ? MOTION_E_LIMIT : MOTION_OK;
+}
+
+static void camera_tell(struct camera *self, int64_t t)
+{
+    const int64_t first = self->border_ns_q12[0];
+    const int64_t last = self->border_ns_q12[self->borders - 1];
+
+    if (t - first > self->told_ns_q12)
+        self->told_ns_q12 = t - first;
+    plan_progress_tell(self->progress, "camera", self->told_ns_q12,
+                       last - first);
+}
+
+/* A source for motion_bake. */
+static int camera_at(void *context, int64_t t, enum motion_bake_side side,
+                     struct motion_bake_point point[])
+{
+    struct camera *self = context;
+    const struct motion_bake_point roll = camera_roll_at(self, t, side);
+    struct motion_bake_point *const sum = &point[MOTION_HEAD_ROLL];
+    int err = camera_view_at(self, t, side, point);
+
+    camera_tell(self, t);
+    if (err < 0)
+        return err;
+    sum->pos = motion_real_add(sum->pos, roll.pos);
+    sum->vel = motion_real_add(sum->vel, roll.vel);
+    sum->acc = motion_real_add(sum->acc, roll.acc);
+    return camera_see(self, t, side, point);
+}
+
 /* --- borders -------------------------------------------------------------- */
-
-/* The first time at which the law has come to a distance. */
-static int64_t camera_when(const struct camera *self, int64_t distance_q32)
-{
-    const struct motion_track *law = &self->drive->law;
-    int64_t low = 0, high = law->end_ns_q12;
-
-    while (high - low > 1) {
-        const int64_t middle = low + (high - low) / 2;
-        struct motion_state at;
-        motion_track_state(law, middle, &at);
-        if (at.pos_q32 < distance_q32)
-            low = middle;
-        else
-            high = middle;
-    }
-    return high;
-}
-
-static void camera_border_at(struct camera *self, int64_t distance_q32)
-{
-    if (distance_q32 > 0 && distance_q32 < self->drive->space.length_q32)
-        self->border_ns_q12[self->borders++] = camera_when(self, distance_q32);
-}
-
-/* Where the camera is when what it looks at comes to a point of its curve:
- * `shift` less than that, at `num / den` of it. */
-static void camera_border_knots(struct camera *self,
-                                const struct plan_space *space, int64_t shift)
-{
-    const int64_t length = self->drive->space.length_q32;
-
-    for (uint32_t i = 0; i <= space->curve.pieces; i++) {
-        int64_t at = 0;
-        if (motion_real_round(motion_arclen_border(&space->table, i), 32,
-                              &at) == MOTION_OK &&
-            (space == &self->drive->space ||
-             motion_fixed_muldiv(at, length, space->length_q32, &at) ==
-                 MOTION_OK))
-            camera_border_at(self, at - shift);
-    }
-}
 
 static int camera_compare(const void *a, const void *b)
 {
@@ -183,33 +249,37 @@ static void camera_border_sort(struct camera *self)
     self->borders = kept;
 }
 
+static void camera_border_at(struct camera *self, int64_t t_ns_q12)
+{
+    if (t_ns_q12 < self->drive->law.end_ns_q12)
+        self->border_ns_q12[self->borders++] = t_ns_q12;
+}
+
 static int camera_borders(struct camera *self)
 {
     const struct plan_camera *camera = self->camera;
-    const struct plan_drive *drive = self->drive;
+    const struct plan_view *view = &self->view;
+    const struct motion_track *law = &self->drive->law;
     const uint32_t keys = camera->roll != NULL ? camera->roll->key_count : 0;
-    const size_t room = (size_t)drive->borders + drive->space.curve.pieces +
-                        self->view.other_space.curve.pieces +
-                        2 * (size_t)camera->dwells + keys + 4;
+    const size_t room = (size_t)law->count + view->borders + keys + 1;
 
     self->border_ns_q12 = malloc(room * sizeof *self->border_ns_q12);
-    if (self->border_ns_q12 == NULL)
-        return plan_view_no_memory(&self->view);
-    for (uint32_t i = 0; i < drive->borders; i++)
-        self->border_ns_q12[self->borders++] = drive->border_ns_q12[i];
-    if (camera->look == PLAN_LOOK_AHEAD)
-        camera_border_knots(self, &drive->space, camera->ahead_q32);
-    if (camera->look == PLAN_LOOK_PATH)
-        camera_border_knots(self, &self->view.other_space, 0);
-    for (uint32_t i = 0; i < camera->dwells && self->view.dwell != NULL; i++) {
-        camera_border_at(self, self->view.dwell[i].from_q32);
-        camera_border_at(self, self->view.dwell[i].to_q32);
-    }
+    self->break_ns_q12 = malloc(view->breaks * sizeof *self->break_ns_q12);
+    if (self->border_ns_q12 == NULL || self->break_ns_q12 == NULL)
+        return plan_view_no_memory(view);
+    for (uint32_t i = 0; i < law->count; i++)
+        camera_border_at(self, law->segment[i].start_ns_q12);
+    for (uint32_t i = 1; i + 1 < view->borders; i++)
+        camera_border_at(
+            self,
+            motion_path_when(law, motion_real_from_q(view->border_q32[i], 32)));
     for (uint32_t i = 0; i < keys; i++)
-        if (camera->roll->key[i].key.t_ns_q12 < drive->law.end_ns_q12)
-            self->border_ns_q12[self->borders++] =
-                camera->roll->key[i].key.t_ns_q12;
+        camera_border_at(self, camera->roll->key[i].key.t_ns_q12);
+    self->border_ns_q12[self->borders++] = law->end_ns_q12;
     camera_border_sort(self);
+    for (uint32_t i = 0; i < view->breaks; i++)
+        self->break_ns_q12[i] =
+            motion_path_when(law, motion_real_from_q(view->break_q32[i], 32));
     return MOTION_OK;
 }
 
@@ -225,6 +295,7 @@ static int camera_begin(struct camera *self, struct motion_track *list[])
         int64_t pos_q32 = 0;
         err = motion_real_round(point[i].pos, 32, &pos_q32);
         plan_room_init(list[i], pos_q32);
+        plan_room_reserve(list[i], CAMERA_ROOM * (size_t)self->borders);
     }
     return err;
 }
@@ -235,6 +306,157 @@ static int camera_grow(struct motion_track *list[])
         if (plan_room_grow(list[i]) < 0)
             return MOTION_E_FULL;
     return MOTION_OK;
+}
+
+static const char *const camera_axis_word[MOTION_HEAD_AXES] = { "pan", "tilt",
+                                                                "roll" };
+
+static double camera_s(int64_t t_ns_q12)
+{
+    return (double)t_ns_q12 / (double)MOTION_FIXED_S_Q12;
+}
+
+static double camera_real(struct motion_real a)
+{
+    return ldexp((double)a.m, a.e);
+}
+
+/* The angles themselves step at last.t. */
+static int camera_refuse_jump(const struct camera *self)
+{
+    const struct plan_camera *camera = self->camera;
+    struct motion_bake_point left[MOTION_HEAD_AXES], right[MOTION_HEAD_AXES];
+    const int64_t t = self->last.t_ns_q12;
+    double most = 0;
+    int worst = 0;
+
+    if (camera_view_at(self, t, MOTION_BAKE_LEFT, left) < 0 ||
+        camera_view_at(self, t, MOTION_BAKE_RIGHT, right) < 0)
+        return plan_view_refuse(&self->view, MOTION_E_LIMIT);
+    for (int i = 0; i < MOTION_HEAD_AXES; i++) {
+        const double jump =
+            camera_real(motion_real_sub(right[i].pos, left[i].pos));
+        worst = fabs(jump) > fabs(most) ? i : worst;
+        most = fabs(jump) > fabs(most) ? jump : most;
+    }
+    return plan_error_set(
+        self->error, MOTION_E_LIMIT, camera->look_place,
+        "at %.3f s the camera would have to %s by %.3g deg at once, where "
+        "the path %s",
+        camera_s(t), camera_axis_word[worst], most,
+        camera->look == PLAN_LOOK_FRENET && self->view.space->smooth > 0
+            ? "bends another way from one point on: look along it "
+              "rotation-minimising or level, or give it another curve, such "
+              "as c2"
+            : "has a corner: give it another curve, such as rounded or c2");
+}
+
+/* What an axis would have to do at most, and how often its limit that is. */
+struct camera_need {
+    int axis;
+    bool is_acc;
+    int64_t t_ns_q12;
+    double value, limit, ratio;
+};
+
+static void camera_need_more(struct camera_need *need, int axis, bool is_acc,
+                             int64_t t, double value, double limit)
+{
+    const double ratio = fabs(value) / (limit > 0 ? limit : 1);
+
+    if (ratio > need->ratio)
+        *need =
+            (struct camera_need){ axis, is_acc, t, fabs(value), limit, ratio };
+}
+
+static void camera_needs_of(const struct camera *self, bool acc, int64_t t,
+                            int axis, double value, struct camera_need *need)
+{
+    const struct plan_limit *limit = &self->camera->limit[axis];
+
+    camera_need_more(need, axis, acc, t, value,
+                     acc ? ldexp((double)limit->acc_q32, -32)
+                         : ldexp((double)limit->vel_q32, -32));
+}
+
+/* From one time to another: the mean speed, which is at most the largest, and
+ * the acceleration there. */
+static void camera_needs_between(const struct camera *self, int64_t from,
+                                 int64_t to, bool acc, struct camera_need *need)
+{
+    const double dur_s = camera_s(to - from);
+    struct motion_bake_point a[MOTION_HEAD_AXES], b[MOTION_HEAD_AXES];
+
+    if (from < 0 || to > self->drive->law.end_ns_q12 ||
+        camera_view_at(self, from, MOTION_BAKE_LEFT, a) < 0 ||
+        camera_view_at(self, to, MOTION_BAKE_LEFT, b) < 0)
+        return;
+    for (int i = 0; i < MOTION_HEAD_AXES; i++)
+        camera_needs_of(self, acc, from, i,
+                        acc ? camera_real(b[i].acc)
+                            : camera_real(motion_real_sub(b[i].pos, a[i].pos)) /
+                                  dur_s,
+                        need);
+}
+
+/* Around the place where the baker gave up, first closely. */
+static struct camera_need camera_needs(const struct camera *self, bool acc)
+{
+    const int64_t t = self->last.t_ns_q12;
+    struct camera_need need = { .ratio = 0 };
+
+    camera_needs_between(self, t - CAMERA_NEAR, t + CAMERA_NEAR, acc, &need);
+    for (int64_t off = CAMERA_NEAR; off < CAMERA_NEEDS; off += off / 8) {
+        camera_needs_between(self, t + off, t + off + off / 8, acc, &need);
+        camera_needs_between(self, t - off - off / 8, t - off, acc, &need);
+    }
+    return need;
+}
+
+/* No segment of a millisecond follows it. */
+static int camera_refuse_fast(const struct camera *self)
+{
+    const struct plan_place place = self->camera->look_place;
+    struct camera_need need = camera_needs(self, false);
+
+    if (need.ratio <= 1)
+        need = camera_needs(self, true);
+    if (need.ratio <= 1)
+        return plan_error_set(
+            self->error, MOTION_E_LIMIT, self->camera->place,
+            "at %.3f s the camera cannot be kept within its tolerance of "
+            "%.3g deg: give a larger one",
+            camera_s(self->last.t_ns_q12),
+            ldexp((double)self->camera->tolerance_q32, -32));
+    return plan_error_set(
+        self->error, MOTION_E_LIMIT, place,
+        "at %.3f s the camera would have to %s at %.4g deg/%s, and the limit "
+        "of that axis is %.4g deg/%s: pass farther from what it looks at, or "
+        "slower",
+        camera_s(need.t_ns_q12), camera_axis_word[need.axis], need.value,
+        need.is_acc ? "s2" : "s", need.limit, need.is_acc ? "s2" : "s");
+}
+
+static int camera_refuse(const struct camera *self, int err)
+{
+    if (err == MOTION_E_WORK)
+        return plan_error_set(
+            self->error, err, self->camera->place,
+            "the camera takes too much work to plan: it came to %.3f s in the "
+            "%u looks along its path that it has, so give it a larger "
+            "tolerance than %.3g deg or a simpler path",
+            camera_s(self->last.t_ns_q12),
+            CAMERA_LOOKS + CAMERA_BORDER_LOOKS * self->borders,
+            ldexp((double)self->camera->tolerance_q32, -32));
+    if (err == MOTION_E_RANGE)
+        return plan_error_set(self->error, err, self->camera->look_place,
+                              "at %.3f s the camera comes to the point that it "
+                              "looks at",
+                              camera_s(self->last.t_ns_q12));
+    if (err != MOTION_E_LIMIT)
+        return plan_view_refuse(&self->view, err);
+    return self->last.is_jump ? camera_refuse_jump(self)
+                              : camera_refuse_fast(self);
 }
 
 static int camera_bake(struct camera *self, struct motion_track *list[],
@@ -249,22 +471,19 @@ static int camera_bake(struct camera *self, struct motion_track *list[],
         .vel = motion_real_zero(),
         .acc = motion_real_zero(),
         .shortest_ns_q12 = CAMERA_SHORTEST,
+        .evaluations = CAMERA_LOOKS + CAMERA_BORDER_LOOKS * self->borders,
     };
     struct motion_bake_report report;
     int err = camera_begin(self, list);
 
     if (err < 0)
         return plan_view_refuse(&self->view, err);
-    do
+    do {
+        self->last = (struct camera_last){ .t_ns_q12 = -1 };
         err = motion_bake(&job, list, &report);
-    while (err == MOTION_E_FULL && camera_grow(list) == MOTION_OK);
-    if (err == MOTION_E_LIMIT)
-        return plan_view_fail(
-            &self->view, err, self->camera->look_place,
-            "would have to turn at once somewhere: it passes too "
-            "close to what it looks at");
+    } while (err == MOTION_E_FULL && camera_grow(list) == MOTION_OK);
     if (err < 0)
-        return plan_view_refuse(&self->view, err);
+        return camera_refuse(self, err);
     /* at most the tolerance, so it fits */
     for (int i = 0; i < MOTION_HEAD_AXES; i++)
         (void)motion_real_ceil(report.bound[i].pos, 32, &bound_q32[i]);
@@ -296,18 +515,21 @@ static void camera_close(struct camera *self)
     plan_view_free(&self->view);
     plan_track_free(&self->roll);
     free(self->border_ns_q12);
+    free(self->break_ns_q12);
 }
 
 int plan_camera_tracks(const struct plan_camera *camera,
                        const struct plan_drive *drive,
                        struct motion_track track[],
                        int64_t bound_q32[MOTION_HEAD_AXES],
+                       const struct plan_progress *progress,
                        struct plan_error *error)
 {
     struct camera self = {
         .camera = camera,
         .drive = drive,
         .error = error,
+        .progress = progress,
     };
     struct motion_track spare;
     struct motion_track *list[MOTION_HEAD_AXES] = {

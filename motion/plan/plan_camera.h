@@ -1,16 +1,17 @@
 /* motion/plan/plan_camera.h - a camera head on a path: which way it looks.
  *
- * The space of the path is right-handed (x, y, z; a path of two axes has z = 0).
- * The head stands on a mount: with pan, tilt and roll 0 it looks `forward` with
- * `up` on top; pan is positive to the left, tilt upwards, roll clockwise as the
- * camera sees it (motion/head.h).  What it looks at and how its horizon lies is
- * motion/lookat.h and frame.h. */
+ * The space of the path is right-handed (x, y, z; a path of two axes has z =
+ * 0).  The head stands on a mount: with pan, tilt and roll 0 it looks `forward`
+ * with `up` on top; pan is positive to the left, tilt upwards, roll clockwise
+ * as the camera sees it (motion/path/head.h).  What it looks at and how its
+ * horizon lies is motion/path/lookat.h and frame.h. */
 #ifndef MOTION_PLAN_PLAN_CAMERA_H
 #define MOTION_PLAN_PLAN_CAMERA_H
 
-#include "motion/head.h"
-#include "motion/lookat.h"
+#include "motion/path/head.h"
+#include "motion/path/lookat.h"
 #include "motion/plan/plan_path.h"
+#include "motion/plan/plan_progress.h"
 
 #define PLAN_CAMERA_DWELLS_MAX 1000
 
@@ -32,6 +33,8 @@ struct plan_dwell {
 
 struct plan_camera {
     uint32_t axis[MOTION_HEAD_AXES]; /* of the move */
+    struct plan_limit
+        limit[MOTION_HEAD_AXES]; /* for sentences; zero: unknown */
     bool has_roll;
     enum plan_look look;
     int64_t point_q32[PLAN_SPACE_AXES]; /* AT */
@@ -55,12 +58,13 @@ int plan_camera_tracks(const struct plan_camera *camera,
                        const struct plan_drive *drive,
                        struct motion_track track[],
                        int64_t bound_q32[MOTION_HEAD_AXES],
+                       const struct plan_progress *progress,
                        struct plan_error *error);
 
 /* The rotation of the head's base: its x, y, z axes are right, up and backwards
  * in the space of the path.  The camera's own is mount times that of its angles
- * (motion_head_quat).  MOTION_E_RANGE or MOTION_E_ARG when forward and up are in
- * one line. */
+ * (motion_head_quat).  MOTION_E_RANGE or MOTION_E_ARG when forward and up are
+ * in one line. */
 int plan_camera_mount(const struct plan_camera *camera,
                       struct motion_quat *mount);
 

@@ -11,8 +11,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "motion/err.h"
-#include "motion/fixed.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
 #include "motion/plan/plan_error.h"
 
 #define EVENT_TURNS_MAX MOTION_TRACK_DEGREE

@@ -1,16 +1,16 @@
 /* motion/plan/plan_frames.c - see plan_frames.h.
  *
  * Rotation-minimising frames are carried along the path once, by steps that are
- * as long as one and two halves of it agree; they are kept.  A frame between two
- * is one step from the one before it, so that it is the same however often it is
- * asked for, and costs one look at the curve. */
+ * as long as one and two halves of it agree; they are kept.  A frame between
+ * two is one step from the one before it, so that it is the same however often
+ * it is asked for, and costs one look at the curve. */
 #include "motion/plan/plan_frames.h"
 
 #include <stdlib.h>
 
-#include "motion/err.h"
-#include "motion/fixed.h"
-#include "motion/trig.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+#include "motion/number/trig.h"
 
 #define FRAMES_CHECKS    1024 /* of a Frenet frame along the path */
 #define FRAMES_STEPS     256  /* at least */

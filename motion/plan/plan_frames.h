@@ -1,11 +1,11 @@
 /* motion/plan/plan_frames.h - a camera that looks along its path, with the
- * horizon of the path's own frame (motion/frame.h). */
+ * horizon of the path's own frame (motion/path/frame.h). */
 #ifndef MOTION_PLAN_PLAN_FRAMES_H
 #define MOTION_PLAN_PLAN_FRAMES_H
 
-#include "motion/frame.h"
+#include "motion/number/quat.h"
+#include "motion/path/frame.h"
 #include "motion/plan/plan_space.h"
-#include "motion/quat.h"
 
 /* A frame, and where it is. */
 struct plan_frames_row {
@@ -24,8 +24,9 @@ struct plan_frames {
     int64_t twist_turn; /* of the last frame, when closed; spread evenly */
 };
 
-/* MOTION_E_STATE for a Frenet frame that does not exist somewhere; MOTION_E_LIMIT
- * where the path bends too sharply for a frame to be carried on; MOTION_E_FULL. */
+/* MOTION_E_STATE for a Frenet frame that does not exist somewhere;
+ * MOTION_E_LIMIT where the path bends too sharply for a frame to be carried on;
+ * MOTION_E_FULL. */
 int plan_frames_init(struct plan_frames *self);
 void plan_frames_free(struct plan_frames *self);
 

@@ -7,8 +7,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "motion/err.h"
-#include "motion/fixed.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
 #include "motion/plan/plan_error.h"
 #include "motion/plan/plan_room.h"
 
@@ -28,6 +28,11 @@ struct law {
 static double law_double(struct motion_real a)
 {
     return ldexp((double)a.m, a.e);
+}
+
+static double law_seconds(int64_t t_ns_q12)
+{
+    return (double)t_ns_q12 / (double)MOTION_FIXED_S_Q12;
 }
 
 struct motion_real plan_law_distance(const struct plan_distance *distance,
@@ -187,6 +192,13 @@ static int law_refuse(const struct law *self, uint32_t i, int err,
                               law_double(before));
     if (err == MOTION_E_ORDER)
         return law_fail(self, i, err, "goes back somewhere");
+    if (self->part[i].dur_ns_q12 > MOTION_TRACK_SEGMENT_MAX_NS_Q12)
+        return plan_error_set(self->error, err, self->part[i].place,
+                              "part %u of the speed law takes %.6g s, expected "
+                              "at most %.6g s: put it together from several",
+                              (unsigned)i + 1,
+                              law_seconds(self->part[i].dur_ns_q12),
+                              law_seconds(MOTION_TRACK_SEGMENT_MAX_NS_Q12));
     return law_fail(self, i, err, motion_err_text(err));
 }
 

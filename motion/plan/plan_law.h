@@ -1,14 +1,14 @@
 /* motion/plan/plan_law.h - the speed law of a path, as a user writes it.
  *
- * A list of parts (motion/speed.h), one after the other.  One of them may take
- * what the others leave of the path's length; speeds are matched where two
- * join. */
+ * A list of parts (motion/path/speed_law.h), one after the other.  One of them
+ * may take what the others leave of the path's length; speeds are matched where
+ * two join. */
 #ifndef MOTION_PLAN_PLAN_LAW_H
 #define MOTION_PLAN_PLAN_LAW_H
 
+#include "motion/number/real.h"
+#include "motion/path/speed_law.h"
 #include "motion/plan/move.h"
-#include "motion/real.h"
-#include "motion/speed.h"
 
 #define PLAN_LAW_PARTS_MAX  64
 #define PLAN_LAW_POINTS_MAX 10000
@@ -37,7 +37,7 @@ enum plan_law {
 #undef PLAN_LAW_ENUM
 };
 
-/* Shape of a ramp; X(name, spelling, kind in speed.h). */
+/* Shape of a ramp; X(name, spelling, kind in motion/path/speed_law.h). */
 #define PLAN_RAMP_LIST(X)                                                      \
     X(PLAN_RAMP_LINEAR, "linear", MOTION_SPEED_RAMP_LINE)                      \
     X(PLAN_RAMP_SINE, "sine", MOTION_SPEED_RAMP_SINE)                          \

@@ -3,10 +3,16 @@
 
 #include <stdlib.h>
 
-#include "motion/err.h"
-#include "motion/path.h"
+#include "motion/core/err.h"
+#include "motion/path/path.h"
 #include "motion/plan/plan_error.h"
 #include "motion/plan/plan_room.h"
+
+/* Segments from one border to the next for which there is room at once. */
+#define PATH_ROOM 8
+/* Looks of the baker, at most: so many, and per border. */
+#define PATH_LOOKS        100000
+#define PATH_BORDER_LOOKS 64
 
 /* Largest speed of the law, halved 25 times. */
 static struct motion_real path_vel_tolerance(const struct motion_track *law)
@@ -35,6 +41,12 @@ static int path_refuse(const struct plan_path *path, int code,
         return plan_error_set(error, code, path->points.place,
                               "the path turns on the spot where the speed law "
                               "does not rest");
+    if (code == MOTION_E_WORK)
+        return plan_error_set(error, code, path->place,
+                              "the path takes too much work to plan: more than "
+                              "%u looks and %u for every point: give it a "
+                              "larger tolerance, or a curve that bends less",
+                              PATH_LOOKS, PATH_BORDER_LOOKS);
     return plan_error_set(error, code, path->place,
                           "the path cannot be driven like this (%s)",
                           motion_err_text(code));
@@ -56,6 +68,7 @@ static int path_bake(const struct plan_path *path, struct plan_drive *drive,
     for (uint32_t i = 0; i < path->points.axes; i++) {
         list[i] = &track[path->axis[i]];
         plan_room_init(list[i], plan_space_start_q32(&drive->space, i));
+        plan_room_reserve(list[i], PATH_ROOM * (size_t)way->borders);
     }
     do
         err = motion_path_bake(way, &tolerance, list, &report);
@@ -90,6 +103,7 @@ static int path_drive(const struct plan_path *path, struct plan_drive *drive,
                                drive->border_ns_q12);
     if (err == MOTION_OK) {
         way.law_error = law_error;
+        way.evaluations = PATH_LOOKS + PATH_BORDER_LOOKS * way.borders;
         drive->borders = way.borders;
         err = path_bake(path, drive, &way, track, error);
     } else {

@@ -1,5 +1,5 @@
 /* motion/plan/plan_path.h - axes that are driven together along a curve in
- * space, at the speed of a law: P(U(S(t))), motion/path.h. */
+ * space, at the speed of a law: P(U(S(t))), motion/path/path.h. */
 #ifndef MOTION_PLAN_PLAN_PATH_H
 #define MOTION_PLAN_PLAN_PATH_H
 

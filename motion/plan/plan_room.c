@@ -3,7 +3,7 @@
 
 #include <stdlib.h>
 
-#include "motion/err.h"
+#include "motion/core/err.h"
 
 #define ROOM_FIRST 64
 
@@ -31,6 +31,14 @@ int plan_room_grow(struct motion_track *track)
 
     return capacity > PLAN_ROOM_MAX ? MOTION_E_FULL
                                     : room_resize(track, capacity);
+}
+
+void plan_room_reserve(struct motion_track *track, size_t segments)
+{
+    if (segments > PLAN_ROOM_MAX)
+        segments = PLAN_ROOM_MAX;
+    if (segments > track->capacity)
+        (void)room_resize(track, segments);
 }
 
 /* A block that cannot be made smaller stays as it is. */

@@ -10,7 +10,7 @@
 #ifndef MOTION_PLAN_PLAN_ROOM_H
 #define MOTION_PLAN_PLAN_ROOM_H
 
-#include "motion/track.h"
+#include "motion/core/track.h"
 
 /* Most segments of one track. */
 #define PLAN_ROOM_MAX 4000000
@@ -20,6 +20,9 @@ void plan_room_init(struct motion_track *track, int64_t pos_q32);
 /* Twice the room; MOTION_E_FULL when there is no memory, or above
  * PLAN_ROOM_MAX; the track is unchanged then. */
 int plan_room_grow(struct motion_track *track);
+/* Room for so many segments, as far as there is memory: what begins anew when
+ * it is full begins less often. */
+void plan_room_reserve(struct motion_track *track, size_t segments);
 /* Give back what is not used. */
 void plan_room_trim(struct motion_track *track);
 /* Stand still until `end_ns_q12`, if that is later.  MOTION_E_FULL,

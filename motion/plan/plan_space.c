@@ -7,8 +7,8 @@
 
 #include <stdlib.h>
 
-#include "motion/err.h"
-#include "motion/path.h"
+#include "motion/core/err.h"
+#include "motion/path/path.h"
 #include "motion/plan/plan_error.h"
 
 #define SPACE_WRAP     3
@@ -20,13 +20,13 @@ struct plan_space_rules plan_space_rules(enum plan_curve curve)
     static const struct plan_space_rules none = { .is = false };
     static const struct plan_space_rules rules[] = {
         [PLAN_CURVE_LINEAR] = { .is = true },
-        [PLAN_CURVE_ROUNDED] = { .is = true, .corner = true },
-        [PLAN_CURVE_SMOOTHED] = { .is = true, .corner = true },
-        [PLAN_CURVE_CATMULL_ROM] = { .is = true, .closed = true },
-        [PLAN_CURVE_AKIMA] = { .is = true, .closed = true },
-        [PLAN_CURVE_C2] = { .is = true, .closed = true },
-        [PLAN_CURVE_QUINTIC] = { .is = true, .closed = true },
-        [PLAN_CURVE_BSPLINE] = { .is = true },
+        [PLAN_CURVE_ROUNDED] = { .is = true, .corner = true, .smooth = 1 },
+        [PLAN_CURVE_SMOOTHED] = { .is = true, .corner = true, .smooth = 2 },
+        [PLAN_CURVE_CATMULL_ROM] = { .is = true, .closed = true, .smooth = 1 },
+        [PLAN_CURVE_AKIMA] = { .is = true, .closed = true, .smooth = 1 },
+        [PLAN_CURVE_C2] = { .is = true, .closed = true, .smooth = 2 },
+        [PLAN_CURVE_QUINTIC] = { .is = true, .closed = true, .smooth = 2 },
+        [PLAN_CURVE_BSPLINE] = { .is = true, .smooth = 2 },
     };
     return (size_t)curve < sizeof rules / sizeof rules[0] ? rules[curve] : none;
 }
@@ -225,13 +225,16 @@ static int space_curve(const struct space *self, struct plan_space *space)
 {
     int err;
 
-    space->tracks = malloc(sizeof *space->tracks);
+    space->tracks = calloc(1, sizeof *space->tracks);
+    space->coef = malloc((size_t)space->part[0].count * self->points->axes *
+                         (MOTION_TRACK_DEGREE + 1) * sizeof *space->coef);
     space->border =
         malloc(((size_t)space->part[0].count + 1) * sizeof *space->border);
-    if (space->tracks == NULL || space->border == NULL)
+    if (space->tracks == NULL || space->border == NULL || space->coef == NULL)
         return space_no_memory(self);
-    *space->tracks =
-        (struct motion_path_tracks){ space->list, self->points->axes };
+    *space->tracks = (struct motion_path_tracks){ .track = space->list,
+                                                  .axes = self->points->axes,
+                                                  .coef = space->coef };
     err = motion_path_from_tracks(&space->curve, space->tracks, space->border);
     if (err < 0)
         return plan_error_set(self->error, err, self->points->place,
@@ -253,7 +256,10 @@ int plan_space_init(struct plan_space *space, const struct plan_points *points,
     struct space self = { .points = points, .error = error };
     int err = space_check(&self);
 
-    *space = (struct plan_space){ .closed = points->closed };
+    *space = (struct plan_space){
+        .closed = points->closed,
+        .smooth = plan_space_rules(points->curve).smooth,
+    };
     if (err == MOTION_OK)
         err = space_copy(&self);
     if (err == MOTION_OK)
@@ -274,6 +280,7 @@ void plan_space_free(struct plan_space *space)
         plan_track_free(&space->track[i]);
     free(space->tracks);
     free(space->border);
+    free(space->coef);
     free(space->row);
     *space = (struct plan_space){ .length_q32 = 0 };
 }

@@ -1,15 +1,15 @@
 /* motion/plan/plan_space.h - a curve through points in space, measured.
  *
- * The points get a parameter by their distances (motion/spline.h), each
+ * The points get a parameter by their distances (motion/curve/spline.h), each
  * coordinate a curve of move.h over that parameter, and the whole its table of
- * arc lengths (motion/arclen.h).  What follows asks by length alone.  Off-line:
- * uses the heap. */
+ * arc lengths (motion/path/arclen.h).  What follows asks by length alone.
+ * Off-line: uses the heap. */
 #ifndef MOTION_PLAN_PLAN_SPACE_H
 #define MOTION_PLAN_PLAN_SPACE_H
 
-#include "motion/arclen.h"
+#include "motion/number/vec.h"
+#include "motion/path/arclen.h"
 #include "motion/plan/move.h"
-#include "motion/vec.h"
 
 #define PLAN_SPACE_AXES       3
 #define PLAN_SPACE_POINTS_MAX 10000
@@ -33,6 +33,8 @@ struct plan_points {
 /* Curves that go through space, and what they take. */
 struct plan_space_rules {
     bool is, closed, corner;
+    int smooth; /* continuous at points: 0 the way alone, 1 its direction, too, 2
+                   its curvature, too */
 };
 struct plan_space_rules plan_space_rules(enum plan_curve curve);
 
@@ -42,24 +44,25 @@ struct plan_space {
     struct motion_track part[PLAN_SPACE_AXES];  /* of them, what counts */
     const struct motion_track *list[PLAN_SPACE_AXES];
     struct motion_path_tracks *tracks;
-    struct motion_real *border;
+    struct motion_real *border, *coef;
     struct motion_arclen_row *row;
     struct motion_arclen_curve curve;
     struct motion_arclen_table table;
     int64_t length_q32;
     bool closed;
+    int smooth; /* as its curve is */
 };
 
-/* MOTION_E_EMPTY below two points (closed: three), MOTION_E_ARG for a curve that
- * is none in space or cannot be closed, MOTION_E_ORDER where two neighbours are
- * the same, MOTION_E_RANGE beyond the formats, MOTION_E_FULL; *error says it and
- * nothing is left allocated. */
+/* MOTION_E_EMPTY below two points (closed: three), MOTION_E_ARG for a curve
+ * that is none in space or cannot be closed, MOTION_E_ORDER where two
+ * neighbours are the same, MOTION_E_RANGE beyond the formats, MOTION_E_FULL;
+ * *error says it and nothing is left allocated. */
 int plan_space_init(struct plan_space *space, const struct plan_points *points,
                     struct plan_error *error);
 void plan_space_free(struct plan_space *space);
 
-/* Point and unit tangent (may be NULL) at a distance from the start; the context
- * is a struct plan_space.  Fits struct motion_lookat_path. */
+/* Point and unit tangent (may be NULL) at a distance from the start; the
+ * context is a struct plan_space.  Fits struct motion_lookat_path. */
 int plan_space_at(const void *context, int64_t distance_q32,
                   struct motion_vec *pos, struct motion_dir *tangent);
 

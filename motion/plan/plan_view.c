@@ -10,6 +10,9 @@
  *               180 h2 f'' = 812 f0 - 3132 f1 + 5265 f2 - 5080 f3 + 2970 f4
  *                          - 972 f5 + 137 f6
  *
+ * They stay between two breaks (plan_view_border.c), so that the two sides of
+ * one are told apart.
+ *
  * The head's way over the vertical and past half turns depends on how it came
  * there: it is walked once, in even steps along the path, and a place between
  * two goes on from the one before it. */
@@ -17,21 +20,22 @@
 
 #include <stdlib.h>
 
-#include "motion/err.h"
-#include "motion/fixed.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+#include "motion/number/trig.h"
 #include "motion/plan/plan_error.h"
-#include "motion/trig.h"
 
-/* Steps of the walk along the path, at least, and per piece of its curve: a view
- * may turn a quarter turn in each.  So many places of a derivative are in one of
- * them: the stencil is short beside a piece, as third derivatives may step where
- * two join. */
+/* Steps of the walk along the path, at least, and per piece of its curve: a
+ * view may turn a quarter turn in each.  So many places of a derivative are in
+ * one of them: the stencil is short beside a piece, as third derivatives may
+ * step where two join. */
 #define VIEW_ROWS       2048
 #define VIEW_PIECE_ROWS 8
 #define VIEW_ROW_STEPS  32
 #define VIEW_NODES      7
-
-enum view_side { VIEW_FORWARD, VIEW_CENTRAL, VIEW_BACKWARD };
+/* And so many at least from one break to the next, where a target goes over to
+ * another, say. */
+#define VIEW_STRETCH_STEPS 64
 
 static const int64_t view_first[2][VIEW_NODES] = {
     { -147, 360, -450, 400, -225, 72, -10 },
@@ -275,6 +279,8 @@ int plan_view_init(struct plan_view *self, const struct plan_camera *camera,
     } else if (err == MOTION_OK) {
         err = view_target(self);
     }
+    if (err == MOTION_OK)
+        err = plan_view_borders(self);
     return err < 0 ? err : view_walk(self);
 }
 
@@ -284,6 +290,8 @@ void plan_view_free(struct plan_view *self)
     plan_frames_free(&self->frames);
     free(self->dwell);
     free(self->row);
+    free(self->border_q32);
+    free(self->break_q32);
     *self = (struct plan_view){ .row = NULL };
 }
 
@@ -308,14 +316,32 @@ static int view_head(const struct plan_view *self, int64_t distance_q32,
     return err < 0 ? err : motion_head_follow(head, q);
 }
 
-static enum view_side view_side_at(const struct plan_view *self,
-                                   int64_t distance_q32)
+/* Where the places of a derivative are, and how far apart. */
+struct view_stencil {
+    int central;
+    int64_t from_q32, step_q32;
+};
+
+static struct view_stencil view_stencil_at(const struct plan_view *self,
+                                           uint32_t stretch,
+                                           int64_t *distance_q32)
 {
-    if (distance_q32 < 3 * self->step_q32)
-        return VIEW_FORWARD;
-    return self->path.length_q32 - distance_q32 < 3 * self->step_q32
-               ? VIEW_BACKWARD
-               : VIEW_CENTRAL;
+    const int64_t low =
+        self->break_q32[stretch] + (stretch > 0 ? self->margin_q32 : 0);
+    const int64_t high = self->break_q32[stretch + 1] -
+                         (stretch + 2 < self->breaks ? self->margin_q32 : 0);
+    const int64_t widest = (high - low) / VIEW_STRETCH_STEPS;
+    const int64_t step = widest < self->step_q32 ? widest : self->step_q32;
+    const int64_t at = *distance_q32 < low    ? low
+                       : *distance_q32 > high ? high
+                                              : *distance_q32;
+
+    *distance_q32 = at;
+    if (at - low < 3 * step)
+        return (struct view_stencil){ 0, at, step };
+    if (high - at < 3 * step)
+        return (struct view_stencil){ 0, at, -step };
+    return (struct view_stencil){ 1, at - 3 * step, step };
 }
 
 static struct motion_real view_deg(struct motion_real turns)
@@ -336,33 +362,54 @@ static struct motion_real view_sum(const int64_t weight[], const int64_t turn[],
     return motion_real_div(view_deg(sum), motion_real_int(divisor));
 }
 
-/* P, P', P'' of each axis at a distance.  Backward is forward in a mirror. */
-int plan_view_jet(const struct plan_view *self, int64_t distance_q32,
-                  struct motion_bake_point jet[MOTION_HEAD_AXES])
+/* P', P'' of each axis at a distance.  Backward is forward in a mirror. */
+static int view_differences(const struct plan_view *self,
+                            const struct view_stencil *stencil,
+                            int64_t distance_q32,
+                            const struct motion_head *head,
+                            struct motion_bake_point jet[])
 {
-    const enum view_side side = view_side_at(self, distance_q32);
-    const int64_t step =
-        side == VIEW_BACKWARD ? -self->step_q32 : self->step_q32;
-    const int64_t from =
-        side == VIEW_CENTRAL ? distance_q32 - 3 * step : distance_q32;
-    const struct motion_real h = motion_real_from_q(step, 32);
-    const int row = side == VIEW_CENTRAL;
+    const struct motion_real h = motion_real_from_q(stencil->step_q32, 32);
+    const int row = stencil->central;
     int64_t turn[MOTION_HEAD_AXES][VIEW_NODES];
-    struct motion_head head, node;
-    int err = view_head(self, distance_q32, &head);
+    int err = MOTION_OK;
 
     for (int i = 0; i < VIEW_NODES && err == MOTION_OK; i++) {
-        err = view_head(self, from + i * step, &node);
+        const int64_t at = stencil->from_q32 + i * stencil->step_q32;
+        struct motion_head node = *head;
+        if (at != distance_q32)
+            err = view_head(self, at, &node);
         for (int axis = 0; axis < MOTION_HEAD_AXES && err == MOTION_OK; axis++)
-            turn[axis][i] = motion_trig_diff(node.turn[axis], head.turn[axis]);
+            turn[axis][i] = motion_trig_diff(node.turn[axis], head->turn[axis]);
     }
-    for (int axis = 0; axis < MOTION_HEAD_AXES && err == MOTION_OK; axis++)
-        jet[axis] = (struct motion_bake_point){
+    for (int axis = 0; axis < MOTION_HEAD_AXES && err == MOTION_OK; axis++) {
+        jet[axis].vel =
+            motion_real_div(view_sum(view_first[row], turn[axis], 60), h);
+        jet[axis].acc = motion_real_div(
+            view_sum(view_second[row], turn[axis], 180), motion_real_sqr(h));
+    }
+    return err;
+}
+
+int plan_view_jet(const struct plan_view *self, uint32_t stretch,
+                  int64_t *distance_q32,
+                  struct motion_bake_point jet[MOTION_HEAD_AXES])
+{
+    const struct view_stencil stencil =
+        view_stencil_at(self, stretch, distance_q32);
+    struct motion_head head;
+    int err = view_head(self, *distance_q32, &head);
+
+    if (err < 0)
+        return err;
+    const int64_t tilt = head.turn[MOTION_HEAD_TILT];
+    const bool is_over =
+        tilt > MOTION_TRIG_QUARTER_TURN || tilt < -MOTION_TRIG_QUARTER_TURN;
+    if (!plan_view_rates(self, *distance_q32, is_over, jet))
+        err = view_differences(self, &stencil, *distance_q32, &head, jet);
+    for (int axis = 0; axis < MOTION_HEAD_AXES; axis++)
+        jet[axis].pos =
             view_deg(motion_real_add(motion_real_int(head.whole[axis]),
-                                     motion_real_from_q(head.turn[axis], 64))),
-            motion_real_div(view_sum(view_first[row], turn[axis], 60), h),
-            motion_real_div(view_sum(view_second[row], turn[axis], 180),
-                            motion_real_sqr(h)),
-        };
+                                     motion_real_from_q(head.turn[axis], 64)));
     return err;
 }

@@ -3,11 +3,11 @@
 
 #include <stdlib.h>
 
-#include "motion/err.h"
-#include "motion/fixed.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+#include "motion/curve/time_warp.h"
 #include "motion/plan/plan_error.h"
 #include "motion/plan/plan_room.h"
-#include "motion/time_warp.h"
 
 #define WARP_RATE ((int64_t)1000 << 32) /* ms/s: one second a second */
 /* What sampling rounds; a warp that rests may show so much. */
@@ -95,7 +95,7 @@ static bool warp_is_plain(const struct motion_segment *segment)
         if (at.pos_q32 !=
                 motion_time_warp_ms(segment->start_ns_q12 +
                                     (end ? segment->dur_ns_q12 : 0)) ||
-            at.vel_q32 != WARP_RATE || at.acc_q16 != 0 || at.jerk_q16 != 0)
+            at.vel_q32 != WARP_RATE || at.acc_q32 != 0 || at.jerk_q32 != 0)
             return false;
     }
     return true;

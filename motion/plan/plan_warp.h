@@ -1,12 +1,12 @@
 /* motion/plan/plan_warp.h - a move played through a warped time, f(w(t)), so
- * that limits are checked on what is played (motion/time_warp.h).
+ * that limits are checked on what is played (motion/curve/time_warp.h).
  *
  * After its end a move stands still, and so it does where w is there. */
 #ifndef MOTION_PLAN_PLAN_WARP_H
 #define MOTION_PLAN_PLAN_WARP_H
 
+#include "motion/number/real.h"
 #include "motion/plan/move.h"
-#include "motion/real.h"
 
 /* w as a track: milliseconds of the move over time.  Positions of the keys of
  * `axis` are times in 2^-12 ns, velocities s/s.  MOTION_E_ORDER when it goes

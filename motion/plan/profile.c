@@ -3,13 +3,13 @@
  *
  * A way d in a time T by ramps of the time t at speed v takes
  *     T = d / v + t,   a = v / t
- * The calmest ramps at a low speed are those of a third of the time: v = 3 d / 2
- * T.  Where that is too fast, v is the limit; where then, or at once, the ramps
- * are too steep, there is no speed between them: v = 2 d / T, and no profile is
- * less steep. */
+ * The calmest ramps at a low speed are those of a third of the time: v = 3 d /
+ * 2 T.  Where that is too fast, v is the limit; where then, or at once, the
+ * ramps are too steep, there is no speed between them: v = 2 d / T, and no
+ * profile is less steep. */
 #include <math.h>
 
-#include "motion/err.h"
+#include "motion/core/err.h"
 #include "motion/plan/move_internal.h"
 
 /* The speed limit less what rounding times to 2^-12 ns may add. */
@@ -42,7 +42,7 @@ static double profile_ramp_s(const struct plan_profile *profile, double way,
                              double dur_s)
 {
     const double most = move_units(profile->vel_q32) * PROFILE_BELOW;
-    const double acc = ldexp((double)profile->acc_q16, -16);
+    const double acc = move_units(profile->acc_q32);
     const double triangle = 2 * way / dur_s;
     double vel = 1.5 * way / dur_s;
 

@@ -65,8 +65,8 @@ RUCKIG     ?= ruckig==0.19.4
 RUCKIG_DIR := $(BENCH)/ruckig
 BENCH_CXX  := g++ -std=c++20 -O2
 BENCH_SIDE := $(foreach c,otg_beside otg_random,$(BENCH)/pc/tests/bench/$(c).o) \
-              $(BENCH)/pc/firmware/linux/exchange/otg_rows.o \
-              $(BENCH)/pc/firmware/linux/exchange/otg_scale.o \
+              $(BENCH)/pc/firmware/host/exchange/otg_rows.o \
+              $(BENCH)/pc/firmware/host/exchange/otg_scale.o \
               $(MOTION:%.c=$(BENCH)/pc/%.o)
 
 $(BENCH)/pc/%.o: %.c Makefile tests/bench/bench.mk
@@ -102,7 +102,7 @@ bench-otg: $(BENCH)/otg-beside
 
 #---- a great many problems, judged
 
-MANY_SRC  := tests/bench/otg_many.c $(filter tests/big% tests/otg_%,$(TEST_LIB))
+MANY_SRC  := tests/bench/otg_many.c $(filter %/big.c %/big_poly.c $(wildcard tests/motion/otg/otg_*.c),$(TEST_LIB))
 N         ?= 200000
 SEED      ?= 1
 FIRST     ?= 0
@@ -137,11 +137,11 @@ $(PEERS)/installed: tests/bench/bench.mk
 .PHONY: peers-curves
 ## random splines, rotations, arc lengths beside SciPy (from PyPI); PEER_CASES=N
 peers-curves: $(VECTORS) $(PEERS)/installed
-	@PYTHONPATH=$(PEERS)/site $(PYTHON) tests/peer_curves.py $(VECTORS) \
+	@PYTHONPATH=$(PEERS)/site $(PYTHON) tests/peers/curves_scipy.py $(VECTORS) \
 	    $(PEERS)/cases $(PEER_CASES)
 
 .PHONY: bake-bounds
 ## what baking promises against what is seen, at a million times each
-bake-bounds: $(B)/tests/test_bake_bounds $(B)/tests/test_speed
-	@SLEW_SAMPLES=1000000 $(B)/tests/test_bake_bounds
-	@$(B)/tests/test_speed
+bake-bounds: $(call named,bake_bounds) $(call named,speed)
+	@SLEW_SAMPLES=1000000 $<
+	@$(call named,speed)

@@ -5,10 +5,10 @@
  * "play HOW SEGMENTS MEAN WORST". */
 #include <stddef.h>
 
-#include "motion/ease.h"
-#include "motion/err.h"
-#include "motion/fixed.h"
-#include "motion/spline.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+#include "motion/curve/ease.h"
+#include "motion/curve/spline.h"
 #include "tests/bench/counter.h"
 #include "tests/qemu/start.h"
 

@@ -13,9 +13,9 @@
 #include <string.h>
 #include <time.h>
 
-#include "firmware/linux/exchange/otg_rows.h"
-#include "motion/err.h"
-#include "motion/sync.h"
+#include "firmware/host/exchange/otg_rows.h"
+#include "motion/core/err.h"
+#include "motion/otg/sync.h"
 #include "tests/bench/otg_random.h"
 #include "tests/bench/ruckig_side.h"
 
@@ -40,26 +40,21 @@ static double q32(int64_t value)
     return ldexp((double)value, -32 - OTG_RANDOM_LENGTH_BITS);
 }
 
-static double q16(int64_t value)
-{
-    return ldexp((double)value, -16 - OTG_RANDOM_LENGTH_BITS);
-}
-
 static struct ruckig_axis axis_of(const struct motion_otg_move *move)
 {
     const struct motion_otg_limit *limit = &move->limit;
     return (struct ruckig_axis){
         .p0 = q32(move->start.pos_q32),
         .v0 = q32(move->start.vel_q32),
-        .a0 = q16(move->start.acc_q16),
+        .a0 = q32(move->start.acc_q32),
         .pf = q32(move->goal.pos_q32),
         .vf = q32(move->goal.vel_q32),
-        .af = q16(move->goal.acc_q16),
+        .af = q32(move->goal.acc_q32),
         .vmax = q32(limit->vel_max_q32),
         .vmin = q32(limit->vel_min_q32),
-        .amax = q16(limit->acc_max_q16),
-        .amin = q16(limit->acc_min_q16),
-        .jmax = q16(limit->jerk_q16),
+        .amax = q32(limit->acc_max_q32),
+        .amin = q32(limit->acc_min_q32),
+        .jmax = q32(limit->jerk_q32),
     };
 }
 

@@ -3,11 +3,10 @@
 
 #include <stdbool.h>
 
-#include "motion/fixed.h"
+#include "motion/core/fixed.h"
 
-/* Of a length of 1, and of 1/s, 1/s2, 1/s3 times that. */
+/* Of a length of 1, and 1/s, 1/s2, 1/s3 times that. */
 #define LENGTH_Q32 (32 + OTG_RANDOM_LENGTH_BITS)
-#define LENGTH_Q16 (16 + OTG_RANDOM_LENGTH_BITS)
 
 #define SPREAD 49 /* has no factor in common with OTG_RANDOM_CYCLE */
 
@@ -77,14 +76,14 @@ static void random_limits(uint64_t *seed, bool symmetric,
                           struct motion_otg_limit *limit)
 {
     limit->vel_max_q32 = random_size(seed, -3, 4, LENGTH_Q32);
-    limit->acc_max_q16 = random_size(seed, -3, 4, LENGTH_Q16);
-    limit->jerk_q16 = random_size(seed, -3, 4, LENGTH_Q16);
+    limit->acc_max_q32 = random_size(seed, -3, 4, LENGTH_Q32);
+    limit->jerk_q32 = random_size(seed, -3, 4, LENGTH_Q32);
     limit->vel_min_q32 = -limit->vel_max_q32;
-    limit->acc_min_q16 = -limit->acc_max_q16;
+    limit->acc_min_q32 = -limit->acc_max_q32;
     if (symmetric)
         return;
     limit->vel_min_q32 = -random_size(seed, -3, 4, LENGTH_Q32);
-    limit->acc_min_q16 = -random_size(seed, -3, 4, LENGTH_Q16);
+    limit->acc_min_q32 = -random_size(seed, -3, 4, LENGTH_Q32);
 }
 
 /* Velocity : acceleration : jerk over four decades each. */
@@ -94,21 +93,19 @@ static void random_ratios(uint64_t *seed, struct motion_otg_limit *limit)
     int acc = vel + (int)random_between(seed, -6, 6);
     int jerk = acc + (int)random_between(seed, -6, 6);
     limit->vel_max_q32 = random_size(seed, vel, vel + 1, LENGTH_Q32);
-    limit->acc_max_q16 = random_size(seed, acc, acc + 1, LENGTH_Q16);
-    limit->jerk_q16 = random_size(seed, jerk, jerk + 1, LENGTH_Q16);
+    limit->acc_max_q32 = random_size(seed, acc, acc + 1, LENGTH_Q32);
+    limit->jerk_q32 = random_size(seed, jerk, jerk + 1, LENGTH_Q32);
     limit->vel_min_q32 = -limit->vel_max_q32;
-    limit->acc_min_q16 = -limit->acc_max_q16;
+    limit->acc_min_q32 = -limit->acc_max_q32;
 }
 
 /* --- states --------------------------------------------------------------- */
 
 /* a^2 / 2j, up: the speed that ramping a to zero takes. */
-static int64_t ramp_q32(int64_t acc_q16, int64_t jerk_q16)
+static int64_t ramp_q32(int64_t acc_q32, int64_t jerk_q32)
 {
     int64_t ramp = 0;
-    /* (a 2^8)^2 / (j 2): Q(24 + 24 - 16); a is below 2^45 */
-    int err =
-        motion_fixed_muldiv(acc_q16 * 256, acc_q16 * 256, jerk_q16 * 2, &ramp);
+    int err = motion_fixed_muldiv(acc_q32, acc_q32, jerk_q32 * 2, &ramp);
     return err < 0 ? INT64_MAX : ramp + 2;
 }
 
@@ -118,20 +115,20 @@ static void random_state(uint64_t *seed, const struct motion_otg_limit *limit,
                          int way, struct motion_state *state)
 {
     int64_t acc =
-        random_between(seed, limit->acc_min_q16 + 1, limit->acc_max_q16 - 1);
+        random_between(seed, limit->acc_min_q32 + 1, limit->acc_max_q32 - 1);
     int64_t lo = limit->vel_min_q32, hi = limit->vel_max_q32;
     if (random_is(seed, 28))
         acc = 0;
-    int64_t ramp = ramp_q32(acc, limit->jerk_q16);
+    int64_t ramp = ramp_q32(acc, limit->jerk_q32);
     while (acc != 0 && ramp >= hi - lo) {
         acc /= 2;
-        ramp = ramp_q32(acc, limit->jerk_q16);
+        ramp = ramp_q32(acc, limit->jerk_q32);
     }
     if (acc * way > 0)
         hi -= ramp;
     else if (acc != 0)
         lo += ramp;
-    state->acc_q16 = acc;
+    state->acc_q32 = acc;
     state->vel_q32 = random_between(seed, lo, hi);
     if (random_is(seed, 12) && lo < 0 && hi > 0)
         state->vel_q32 = 0;
@@ -144,8 +141,8 @@ static void random_violating(uint64_t *seed,
 {
     state->vel_q32 =
         random_between(seed, 2 * limit->vel_min_q32, 2 * limit->vel_max_q32);
-    state->acc_q16 =
-        random_between(seed, 2 * limit->acc_min_q16, 2 * limit->acc_max_q16);
+    state->acc_q32 =
+        random_between(seed, 2 * limit->acc_min_q32, 2 * limit->acc_max_q32);
 }
 
 static void random_way(uint64_t *seed, int lo, int hi,
@@ -163,23 +160,23 @@ static void random_round(uint64_t *seed, struct motion_otg_move *move)
 {
     struct motion_otg_limit *limit = &move->limit;
     int64_t one_q32 = (int64_t)1 << LENGTH_Q32;
-    int64_t one_q16 = (int64_t)1 << LENGTH_Q16;
     limit->vel_max_q32 = one_q32 * random_between(seed, 2, 8);
     limit->vel_min_q32 = -limit->vel_max_q32;
-    limit->acc_max_q16 = one_q16 * random_between(seed, 1, 8);
-    limit->acc_min_q16 = -limit->acc_max_q16;
-    limit->jerk_q16 = one_q16 * random_between(seed, 1, 8);
+    limit->acc_max_q32 = one_q32 * random_between(seed, 1, 8);
+    limit->acc_min_q32 = -limit->acc_max_q32;
+    limit->jerk_q32 = one_q32 * random_between(seed, 1, 8);
     move->goal.pos_q32 = one_q32 * random_between(seed, -20, 20);
     if (random_is(seed, 40))
         return;
     move->start.vel_q32 = one_q32 * random_between(seed, -1, 1);
     move->goal.vel_q32 = one_q32 * random_between(seed, -1, 1);
-    if (limit->jerk_q16 >= one_q16 && random_is(seed, 50))
-        move->start.acc_q16 = one_q16 * random_between(seed, -1, 1);
+    if (limit->jerk_q32 >= one_q32 && random_is(seed, 50))
+        move->start.acc_q32 = one_q32 * random_between(seed, -1, 1);
 }
 
-/* From rest to rest with ramps of r seconds, a hold of h and hardly a cruise:
- * v = a (r + h), d = v (2 r + h).  The limit that is not touched is twice that. */
+/* From rest to rest with ramps of r seconds, a hold of h and hardly a cruise: v
+ * = a (r + h), d = v (2 r + h).  The limit that is not touched is twice
+ * that. */
 static void random_boundary(uint64_t *seed, struct motion_otg_move *move)
 {
     struct motion_otg_limit *limit = &move->limit;
@@ -191,9 +188,9 @@ static void random_boundary(uint64_t *seed, struct motion_otg_move *move)
     int64_t way = (vel * (2 * ramp + hold)) << LENGTH_Q32;
     if (touched == 3 && random_is(seed, 30))
         way += way >> 12;
-    limit->jerk_q16 = jerk << LENGTH_Q16;
-    limit->acc_max_q16 = acc << (LENGTH_Q16 + !(touched & 1));
-    limit->acc_min_q16 = -limit->acc_max_q16;
+    limit->jerk_q32 = jerk << LENGTH_Q32;
+    limit->acc_max_q32 = acc << (LENGTH_Q32 + !(touched & 1));
+    limit->acc_min_q32 = -limit->acc_max_q32;
     limit->vel_max_q32 = vel << (LENGTH_Q32 + !(touched & 2));
     limit->vel_min_q32 = -limit->vel_max_q32;
     move->goal.pos_q32 = random_sign(seed, way);
@@ -224,7 +221,7 @@ void otg_random_move(uint64_t *seed, enum otg_random_kind kind,
     if (kind == OTG_RANDOM_RATIO)
         random_ratios(seed, &move->limit);
     if (kind == OTG_RANDOM_START_VIOLATES)
-        move->limit.jerk_q16 = random_size(seed, 1, 5, LENGTH_Q16);
+        move->limit.jerk_q32 = random_size(seed, 1, 5, LENGTH_Q32);
     if (kind == OTG_RANDOM_START_VIOLATES && both)
         random_state(seed, &move->limit, -1, &move->goal);
     if (kind == OTG_RANDOM_START_VIOLATES)

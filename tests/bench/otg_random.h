@@ -10,7 +10,7 @@
 
 #include <stdint.h>
 
-#include "motion/otg.h"
+#include "motion/otg/otg.h"
 
 #define OTG_RANDOM_LENGTH_BITS 10
 

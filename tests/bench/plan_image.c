@@ -4,7 +4,7 @@
  * Prints lines of a name and a number, which plan.py judges. */
 #include <stddef.h>
 
-#include "motion/sync.h"
+#include "motion/otg/sync.h"
 #include "tests/bench/counter.h"
 #include "tests/bench/otg_random.h"
 #include "tests/qemu/start.h"

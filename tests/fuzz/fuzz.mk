@@ -9,7 +9,7 @@ FUZZ_FOUND   := build/fuzz/found
 
 $(B)/libfuzz.a: $(patsubst %,$(B)/tests/fuzz/%.o,fuzz import port)
 $(B)/tests/fuzz/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(FUZZ_MAIN) $(B)/libfuzz.a \
-    $(B)/libslew.a
+    $(LIBS)
 	$(call say,link,$@)
 	$(Q)$(CC) $(OPT) $(FUZZ_LINK) $(LDFLAGS) $^ $(LDLIBS) \
 	    $(if $(FUZZ_MAIN),$(CMOCKA)) -o $@
@@ -25,22 +25,22 @@ fuzz:
 # What makes one fail is left in $(FUZZ_FOUND), and added to the corpus once it
 # is mended.
 fuzz-run: $(if $(F),$(F:%=$(B)/tests/fuzz/fuzz_%),$(FUZZ))
-	@bad=0; for target in $^; do \
-	    name=$${target##*/fuzz_}; \
+	@printf '%s\n' $^ | xargs -P "$$(nproc)" -I {} sh -c ' \
+	    target={} name=$${target##*/fuzz_} bad=0; \
 	    mkdir -p $(FUZZ_FOUND) build/fuzz/corpus/$$name; \
 	    $$target -seed=$(FUZZ_SEED) -max_total_time=$(FUZZ_SECONDS) -max_len=4096 -timeout=10 \
 	        -rss_limit_mb=2048 -artifact_prefix=$(FUZZ_FOUND)/$$name- \
 	        build/fuzz/corpus/$$name tests/fuzz/corpus/$$name \
 	        >build/fuzz/$$name.log 2>&1 || { bad=1; cat build/fuzz/$$name.log; }; \
-	    printf '  fuzz   %-16s %s\n' $$name "$$(tail -n 1 build/fuzz/$$name.log)"; \
-	done; exit $$bad
+	    printf "  fuzz   %-16s %s\n" $$name "$$(tail -n 1 build/fuzz/$$name.log)"; \
+	    exit $$bad'
 
 # Tests whose number of harmed answers HARMS says; they run some thousand in
 # make check.
-HARM_TESTS := $(patsubst %.c,$(B)/%,$(wildcard tests/test_*_harm.c))
+HARM_TESTS := $(filter %_harm,$(TESTS))
 .PHONY: harm
 ## harm HARMS=100000 answers of every protocol; SAN=address,undefined too
 harm: HARMS ?= 100000
 harm: $(HARM_TESTS)
-	@HARMS=$(HARMS) TEST_TIMEOUT=550 tests/run.sh $(B)/log $^
-	@sed -n 's/^/  /; /harmed/p' $(HARM_TESTS:$(B)/tests/%=$(B)/log/%.log)
+	@HARMS=$(HARMS) TEST_TIMEOUT=550 tests/support/run.sh $(B)/log $^
+	@sed -n 's/^/  /; /harmed/p' $(patsubst %,$(B)/log/%.log,$(notdir $(HARM_TESTS)))

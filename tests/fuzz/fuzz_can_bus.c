@@ -2,8 +2,8 @@
  * other end but the input: frames, FD too, and pauses. */
 #include <string.h>
 
-#include "hal/drive_moteus.h"
-#include "hal/drive_odrive.h"
+#include "hal/drive/turn/moteus.h"
+#include "hal/drive/turn/odrive.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/fuzz_port.h"
 
@@ -26,7 +26,7 @@ static void fuzz_can_bus_init(struct fuzz_can_bus *self)
                                                      .period_ns = MS,
                                                      .latency_ns = 200000,
                                                      .answer_ns = 130000,
-                                                     .stop_acc_q16 = 200
+                                                     .stop_acc_q32 = 200
                                                                      << 16 };
     const struct drive_odrive_config odrive = { .node = 3, .turns = turns };
     const struct drive_moteus_config moteus = { .id = 5,

@@ -1,7 +1,7 @@
 /* tests/fuzz/fuzz_can_frame.c - what the kernel hands over as a CAN frame. */
 #include <string.h>
 
-#include "hal/can_frame_socketcan.h"
+#include "hal/linux/socketcan_frame.h"
 #include "tests/fuzz/fuzz.h"
 
 static bool fuzz_is_same(const struct hal_can_frame *a,

@@ -2,8 +2,8 @@
  * and nobody at the other end but the input: frames and pauses. */
 #include <string.h>
 
-#include "hal/canopen_lss.h"
-#include "hal/drive_cia402.h"
+#include "hal/canopen/lss.h"
+#include "hal/drive/cia402/drive.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/fuzz_port.h"
 

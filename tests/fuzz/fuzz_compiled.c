@@ -1,11 +1,12 @@
-/* tests/fuzz/fuzz_compiled.c - compiled moves.  Every block ends in a CRC, which
- * no mutation meets; so the CRCs are put right first when the input asks. */
+/* tests/fuzz/fuzz_compiled.c - compiled moves.  Every block ends in a CRC,
+ * which no mutation meets; so the CRCs are put right first when the input
+ * asks. */
 #include <stdlib.h>
 #include <string.h>
 
-#include "firmware/linux/base/crc32.h"
-#include "firmware/linux/move/compiled.h"
-#include "firmware/linux/move/track_file_bytes.h"
+#include "firmware/host/base/crc32.h"
+#include "firmware/host/move/compiled.h"
+#include "firmware/host/move/track_file_bytes.h"
 #include "tests/fuzz/fuzz.h"
 
 static void fuzz_compiled_seal(uint8_t *at, size_t size)

@@ -1,5 +1,5 @@
 /* tests/fuzz/fuzz_eds.c - EDS and DCF files. */
-#include "firmware/linux/rig/eds.h"
+#include "firmware/host/device/eds.h"
 #include "tests/fuzz/fuzz.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

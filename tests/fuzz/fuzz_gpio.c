@@ -1,7 +1,7 @@
 /* tests/fuzz/fuzz_gpio.c - what a chip may tell of an input: levels and errors,
  * edges lost, repeated, out of order, without end, with any time. */
-#include "hal/container_of.h"
-#include "hal/gpio_debounce.h"
+#include "hal/gpio/debounce.h"
+#include "hal/support/container_of.h"
 #include "tests/fuzz/fuzz.h"
 
 #define MS          INT64_C(1000000)

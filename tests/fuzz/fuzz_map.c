@@ -1,7 +1,7 @@
 /* tests/fuzz/fuzz_map.c - register maps; one that is taken can be driven. */
-#include "firmware/linux/rig/modbus_map_load.h"
-#include "hal/drive_modbus.h"
-#include "hal/modbus_master.h"
+#include "firmware/host/device/modbus_map_load.h"
+#include "hal/drive/modbus/drive.h"
+#include "hal/modbus/master.h"
 #include "tests/fuzz/fuzz.h"
 
 static void fuzz_map_drive(const struct modbus_map *map)
@@ -15,7 +15,7 @@ static void fuzz_map_drive(const struct modbus_map *map)
                                                .counts_num = 1000,
                                                .counts_den = 1,
                                                .vel_max_q32 = INT64_C(1) << 32,
-                                               .acc_q16 = 65536,
+                                               .acc_q32 = INT64_C(1) << 32,
                                                .cycle_ns = 20000000 };
 
     fuzz_claim(modbus_master_init(&line, &config) == 0, "a map's line exists");
@@ -31,7 +31,7 @@ static void fuzz_map_drive(const struct modbus_map *map)
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     static struct modbus_map map;
-    char message[RIG_MESSAGE_MAX] = "";
+    char message[YAML_MESSAGE_MAX] = "";
     const char *path = fuzz_file(data, size);
 
     if (modbus_map_load(path, &map, message) < 0) {

@@ -5,11 +5,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "hal/modbus_rtu.h"
-#include "hal/modbus_rtu_slave.h"
-#include "hal/modbus_tcp.h"
+#include "hal/modbus/rtu.h"
+#include "hal/modbus/rtu_slave.h"
+#include "hal/modbus/tcp.h"
 #include "tests/fuzz/fuzz.h"
-#include "tests/modbus_bank.h"
+#include "tests/hal/linux/modbus_bank.h"
 
 #define FRAME_MAX 300
 

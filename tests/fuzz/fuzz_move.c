@@ -1,12 +1,12 @@
 /* tests/fuzz/fuzz_move.c - move.yaml for a rig with every unit. */
-#include "firmware/linux/rig/rig.h"
+#include "firmware/host/rig/rig.h"
 #include "motion/plan/compose.h"
 #include "tests/fuzz/fuzz.h"
 
 static const struct rig *fuzz_move_rig(void)
 {
     static struct rig rig;
-    char message[RIG_MESSAGE_MAX];
+    char message[YAML_MESSAGE_MAX];
 
     if (rig.axis_count == 0)
         fuzz_claim(rig_load("tests/fuzz/rig.yaml", &rig, message) == 0,
@@ -17,7 +17,7 @@ static const struct rig *fuzz_move_rig(void)
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     static struct plan_move move;
-    char message[RIG_MESSAGE_MAX] = "";
+    char message[YAML_MESSAGE_MAX] = "";
     const char *path = fuzz_file(data, size);
 
     if (move_load(path, fuzz_move_rig(), &move, message) < 0) {

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "firmware/linux/exchange/otg_rows.h"
+#include "firmware/host/exchange/otg_rows.h"
 #include "tests/fuzz/fuzz.h"
 
 static void fuzz_otg_row(struct otg_header *header, const char *line)

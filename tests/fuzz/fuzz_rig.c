@@ -1,12 +1,12 @@
 /* tests/fuzz/fuzz_rig.c - rig.yaml, and what is computed from it alone. */
-#include "firmware/linux/move/budget.h"
-#include "firmware/linux/rig/rig.h"
+#include "firmware/host/move/budget.h"
+#include "firmware/host/rig/rig.h"
 #include "tests/fuzz/fuzz.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     static struct rig rig;
-    char message[RIG_MESSAGE_MAX] = "";
+    char message[YAML_MESSAGE_MAX] = "";
     const char *path = fuzz_file(data, size);
 
     if (rig_load(path, &rig, message) < 0) {

@@ -3,8 +3,8 @@
  * afterwards it still answers, unless LSS has given it another number. */
 #include <string.h>
 
-#include "hal/canopen.h"
-#include "sim/sim_cia402.h"
+#include "hal/canopen/canopen.h"
+#include "sim/device/cia402/servo.h"
 #include "tests/fuzz/fuzz.h"
 
 #define MS   INT64_C(1000000)

@@ -1,5 +1,5 @@
 /* tests/fuzz/fuzz_telemetry.c - rows of a run, as they are read back. */
-#include "firmware/linux/machine/telemetry.h"
+#include "firmware/host/recording/telemetry.h"
 #include "tests/fuzz/fuzz.h"
 
 static void fuzz_telemetry_take(void *context, const struct telemetry_row *row)
@@ -13,7 +13,7 @@ static void fuzz_telemetry_take(void *context, const struct telemetry_row *row)
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     static struct rig rig;
-    char message[RIG_MESSAGE_MAX] = "";
+    char message[YAML_MESSAGE_MAX] = "";
     unsigned rows = 0;
 
     if (rig.axis_count == 0)

@@ -1,14 +1,14 @@
 /* tests/fuzz/import.c - see fuzz_import.h. */
 #include <stdio.h>
 
-#include "firmware/linux/exchange/import.h"
+#include "firmware/host/exchange/import.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/fuzz_import.h"
 
 static void fuzz_import_taken(const struct imported *imported)
 {
     static FILE *nowhere;
-    char message[RIG_MESSAGE_MAX] = "";
+    char message[YAML_MESSAGE_MAX] = "";
 
     if (nowhere == NULL)
         nowhere = fopen("/dev/null", "wb");
@@ -27,7 +27,7 @@ int fuzz_import(const char *format, const uint8_t *data, size_t size)
     struct import_wish wish = { .rig = &rig,
                                 .fps = { 24, 1 },
                                 .curve = PLAN_CURVE_QUINTIC };
-    char message[RIG_MESSAGE_MAX] = "";
+    char message[YAML_MESSAGE_MAX] = "";
 
     if (rig.axis_count == 0)
         fuzz_claim(rig_load("tests/fuzz/rig.yaml", &rig, message) == 0,

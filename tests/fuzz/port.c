@@ -1,7 +1,7 @@
 /* tests/fuzz/port.c - see fuzz_port.h. */
 #include <string.h>
 
-#include "hal/container_of.h"
+#include "hal/support/container_of.h"
 #include "tests/fuzz/fuzz_port.h"
 
 static int fuzz_port_send(struct hal_can *can,

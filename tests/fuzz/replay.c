@@ -1,14 +1,14 @@
-/* tests/fuzz/replay.c - a fuzz target without a fuzzer: every file of its corpus
- * as it is, then spoilt ROUNDS times (FUZZ_ROUNDS of the environment) with
- * numbers that are the same everywhere. */
+/* tests/fuzz/replay.c - a fuzz target without a fuzzer: every file of its
+ * corpus as it is, then spoilt ROUNDS times (FUZZ_ROUNDS of the environment)
+ * with numbers that are the same everywhere. */
 #define _XOPEN_SOURCE 700 /* scandir */
 #include <dirent.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "tests/check.h"
 #include "tests/fuzz/fuzz.h"
+#include "tests/support/check.h"
 
 #define ROUNDS    200
 #define BYTES_MAX ((size_t)1 << 16)

@@ -60,6 +60,9 @@ class Servo:
             self.node.sdo[0x6061].raw = struct.unpack("b", data)[0]
         elif index == 0x607A and self.state != ENABLED:
             self.target = struct.unpack("<i", data)[0]
+        elif index == 0x6040:
+            self.state = next_state(self.state, struct.unpack("<H", data)[0])
+            self.node.sdo[0x6041].raw = self.statusword()
         elif index == 0x1017:
             self.node.nmt.start_heartbeat(struct.unpack("<H", data)[0])
 

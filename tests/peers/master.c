@@ -2,14 +2,14 @@
  *
  *   master rtu DEVICE | tcp PORT
  *
- * Unit 17 has 256 holding registers 0x1000 + 3 i, input registers that are their
- * inverse, and coils. */
+ * Unit 17 has 256 holding registers 0x1000 + 3 i, input registers that are
+ * their inverse, and coils. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "hal/clock_linux.h"
-#include "hal/modbus_libmodbus.h"
+#include "hal/linux/clock.h"
+#include "hal/linux/libmodbus.h"
 
 #define MS   INT64_C(1000000)
 #define UNIT 17

@@ -1,5 +1,5 @@
-/* tests/peers/moteus.c - our moteus driver and our simulated moteus, for somebody
- * else's program to talk to.
+/* tests/peers/moteus.c - our moteus driver and our simulated moteus, for
+ * somebody else's program to talk to.
  *
  *   moteus drive   a line "POS VEL TORQUE" (turns, turns/s, 0.001 Nm, decimal) is
  *                  a set point; answers the frame that goes to the drive
@@ -11,10 +11,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "hal/container_of.h"
-#include "hal/drive_moteus.h"
-#include "motion/fixed.h"
-#include "sim/sim_moteus.h"
+#include "hal/drive/turn/moteus.h"
+#include "hal/support/container_of.h"
+#include "motion/core/fixed.h"
+#include "sim/device/turn/moteus.h"
 #include "sim/world.h"
 
 #define MS INT64_C(1000000)
@@ -112,7 +112,7 @@ static int play_drive(void)
         .turns = { .turns_num = 1,
                    .turns_den = 1,
                    .period_ns = MS,
-                   .stop_acc_q16 = 1 << 16,
+                   .stop_acc_q32 = INT64_C(1) << 32,
                    .rated_torque_mnm = 1000,
                    .first_step_max_q32 = INT64_MAX },
     };

@@ -1,5 +1,5 @@
 """pymodbus as server for our driver, RTU over a pseudo-terminal and TCP: every
-function of ours, asked by build/peers/master through hal/modbus_libmodbus."""
+function of ours, asked by build/peers/master through hal/linux/libmodbus.c."""
 import os
 import subprocess
 import sys

@@ -13,7 +13,7 @@ $(PEERS)/venv/done: tests/peers/requirements.txt
 	$(Q)touch $@
 
 $(PEERS)/master $(PEERS)/moteus $(PEERS)/tools: $(PEERS)/%: $(B)/tests/peers/%.o \
-                                 $(B)/libslew.a
+                                 $(LIBS)
 	$(call say,link,$@)
 	$(Q)mkdir -p $(@D)
 	$(Q)$(CC) $(OPT) $(LDFLAGS) $^ $(LDLIBS) -o $@

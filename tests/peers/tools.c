@@ -11,12 +11,12 @@
 #include <string.h>
 #include <sys/socket.h>
 
-#include "firmware/linux/rig/object.h"
+#include "firmware/host/device/object.h"
 #include "firmware/linux/tools/ask_can.h"
 #include "firmware/linux/tools/scan.h"
-#include "hal/can_frame_socketcan.h"
-#include "hal/clock_linux.h"
-#include "motion/err.h"
+#include "hal/linux/clock.h"
+#include "hal/linux/socketcan_frame.h"
+#include "motion/core/err.h"
 
 static int tools_socket;
 

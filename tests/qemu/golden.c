@@ -7,15 +7,15 @@
  * at the end. */
 #include <stddef.h>
 
-#include "motion/bake_poly.h"
-#include "motion/ease.h"
-#include "motion/err.h"
-#include "motion/fixed.h"
-#include "motion/otg.h"
-#include "motion/otg_through.h"
-#include "motion/spline.h"
-#include "motion/sync.h"
-#include "motion/track.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+#include "motion/core/track.h"
+#include "motion/curve/bake_poly.h"
+#include "motion/curve/ease.h"
+#include "motion/curve/spline.h"
+#include "motion/otg/otg.h"
+#include "motion/otg/sync.h"
+#include "motion/otg/through.h"
 #include "tests/bench/otg_random.h"
 #include "tests/qemu/golden_tools.h"
 
@@ -47,7 +47,7 @@ static struct motion_state golden_state(unsigned pos_bits, unsigned vel_bits,
 
     state.pos_q32 = golden_signed(pos_bits);
     state.vel_q32 = golden_signed(vel_bits);
-    state.acc_q16 = golden_signed(acc_bits);
+    state.acc_q32 = golden_signed(acc_bits);
     return state;
 }
 
@@ -69,7 +69,7 @@ static void golden_add_samples(const struct motion_track *track)
         motion_track_sample(track, &cursor, t, &sample);
         golden_add(sample.pos_q32);
         golden_add(sample.vel_q32);
-        golden_add(sample.acc_q16);
+        golden_add(sample.acc_q32);
     }
 }
 
@@ -99,7 +99,7 @@ static void golden_add_extremes(const struct motion_track *track)
     }
     motion_track_continuity(track, &worst);
     golden_add((int64_t)worst.vel_step_q32);
-    golden_add((int64_t)worst.acc_step_q16);
+    golden_add((int64_t)worst.acc_step_q32);
 }
 
 /* --- producers: each appends to a track until it says no ------------------ */
@@ -196,10 +196,10 @@ static int golden_limited(struct motion_track *track)
     struct motion_ease_limit limit;
 
     limit.vel_q32 = 1 + golden_below(500 * UNIT);
-    limit.acc_q16 = MOTION_FIXED_ONE_Q16 + golden_below(INT64_C(1) << 28);
-    limit.jerk_q16 = golden_below(INT64_C(1) << 32);
+    limit.acc_q32 = MOTION_FIXED_ONE_Q32 + golden_below(INT64_C(1) << 44);
+    limit.jerk_q32 = golden_below(INT64_C(1) << 48);
     if (track->count % 2 == 0)
-        limit.jerk_q16 = 0;
+        limit.jerk_q32 = 0;
     return motion_ease_append_limited(track, golden_signed(42), &limit);
 }
 
@@ -376,8 +376,8 @@ static void golden_otg_wishes(uint64_t *seed)
 {
     for (uint32_t row = 0; row < OTG_WISHES; row++) {
         otg_random_move(seed, otg_random_kind(row), &golden_move[0]);
-        golden_move[0].limit.jerk_down_q16 =
-            row % 3 ? 0 : golden_move[0].limit.jerk_q16 / 2 + 1;
+        golden_move[0].limit.jerk_down_q32 =
+            row % 3 ? 0 : golden_move[0].limit.jerk_q32 / 2 + 1;
         golden_move[0].mode =
             row % 2 ? MOTION_OTG_VELOCITY : MOTION_OTG_POSITION;
         golden_add(motion_otg_make(&golden_move[0], &golden_plan[0], NULL));

@@ -2,13 +2,13 @@
  * warped time and baking: the same bits on every machine.  See golden.c. */
 #include <stddef.h>
 
-#include "motion/arclen.h"
-#include "motion/elementary.h"
-#include "motion/err.h"
-#include "motion/path.h"
-#include "motion/pose.h"
-#include "motion/speed.h"
-#include "motion/time_warp.h"
+#include "motion/core/err.h"
+#include "motion/curve/pose.h"
+#include "motion/curve/time_warp.h"
+#include "motion/number/elementary.h"
+#include "motion/path/arclen.h"
+#include "motion/path/path.h"
+#include "motion/path/speed_law.h"
 #include "tests/qemu/golden_tools.h"
 
 #define UNIT    MOTION_FIXED_ONE_Q32

@@ -1,9 +1,9 @@
-/* tests/qemu/golden_fcurve.c - Blender's curves: the same bits on every machine.
- * See golden.c. */
+/* tests/qemu/golden_fcurve.c - Blender's curves: the same bits on every
+ * machine.  See golden.c. */
 #include <stddef.h>
 
-#include "motion/err.h"
-#include "motion/fcurve.h"
+#include "motion/core/err.h"
+#include "motion/curve/fcurve.h"
 #include "tests/qemu/golden_tools.h"
 
 #define UNIT   MOTION_FIXED_ONE_Q32

@@ -4,12 +4,12 @@
  * PC and on every processor in QEMU. */
 #include <stddef.h>
 
-#include "motion/err.h"
-#include "motion/head.h"
-#include "motion/lookat.h"
-#include "motion/polycurve.h"
-#include "motion/rotspline.h"
-#include "motion/trig.h"
+#include "motion/core/err.h"
+#include "motion/number/trig.h"
+#include "motion/path/head.h"
+#include "motion/path/lookat.h"
+#include "motion/path/polycurve.h"
+#include "motion/path/rotspline.h"
 #include "tests/qemu/golden_tools.h"
 
 #define ONE    ((int64_t)1 << 62)

@@ -77,8 +77,8 @@ void golden_add_state(const struct motion_state *state)
 {
     golden_add(state->pos_q32);
     golden_add(state->vel_q32);
-    golden_add(state->acc_q16);
-    golden_add(state->jerk_q16);
+    golden_add(state->acc_q32);
+    golden_add(state->jerk_q32);
 }
 
 void golden_add_segments(const struct motion_track *track)
@@ -105,6 +105,6 @@ void golden_add_random_samples(const struct motion_track *track, uint32_t count)
                             &sample);
         golden_add(sample.pos_q32);
         golden_add(sample.vel_q32);
-        golden_add(sample.acc_q16);
+        golden_add(sample.acc_q32);
     }
 }

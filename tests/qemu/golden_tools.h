@@ -1,14 +1,14 @@
-/* tests/qemu/golden_tools.h - what every golden image needs: a seeded
- * generator (xorshift), a hash (FNV-1a, by words) of everything a producer gives
- * out, and the line that reports it. */
+/* tests/qemu/golden_tools.h - what every golden image needs: a seeded generator
+ * (xorshift), a hash (FNV-1a, by words) of everything a producer gives out, and
+ * the line that reports it. */
 #ifndef QEMU_GOLDEN_TOOLS_H
 #define QEMU_GOLDEN_TOOLS_H
 
 #include <stdint.h>
 
-#include "motion/bake.h"
-#include "motion/real.h"
-#include "motion/track.h"
+#include "motion/core/track.h"
+#include "motion/curve/bake.h"
+#include "motion/number/real.h"
 
 /* A new producer: seeds the generator and clears the hash. */
 void golden_start(uint64_t seed);

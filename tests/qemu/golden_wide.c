@@ -1,13 +1,13 @@
 /* tests/qemu/golden_wide.c - 128 and 192 bits: the same on every machine,
  * whichever instructions it makes them of.
  *
- * Like golden.c.  And on the machine itself what motion/fixed.h chooses is
+ * Like golden.c.  And on the machine itself what motion/core/fixed.h chooses is
  * compared with fixed_halves.h, which every machine has; the status is 1 where
  * the two differ. */
 #include <stddef.h>
 
-#include "motion/fixed.h"
-#include "motion/otg_wide.h"
+#include "motion/core/fixed.h"
+#include "motion/number/wide.h"
 #include "tests/qemu/golden_tools.h"
 
 #define ROUNDS 20000

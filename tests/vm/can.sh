@@ -3,7 +3,8 @@
 #
 # The claims every port keeps to, on virtual and on emulated interfaces; the
 # demo move over can0 to simulated drives that listen on can1; what happens when
-# the interface goes down in mid-move, or the program is killed.
+# the interface goes down in mid-move, or the program is killed; and who takes
+# torque off when nobody moves the drives any more.
 set -u
 build=${1:-build}
 slew=$build/slew
@@ -11,12 +12,12 @@ slew=$build/slew
 bus=can0 node=1
 rig=$dir/rig
 
-claim "ports on vcan0, FD" "$build/tests/test_conform_can" vcan0 vcan0
+claim "ports on vcan0, FD" "$build/tests/conform/test_conform_can" vcan0 vcan0
 claim "ports on can0 and can1, Kvaser" \
-    "$build/tests/test_conform_can" can0 can1 remote-empty
+    "$build/tests/conform/test_conform_can" can0 can1 remote-empty
 claim "ports on can1 and can0, Kvaser" \
-    "$build/tests/test_conform_can" can1 can0 remote-empty
-claim "errors, time stamps, queues" "$build/tests/test_can_socketcan" vm
+    "$build/tests/conform/test_conform_can" can1 can0 remote-empty
+claim "errors, time stamps, queues" "$build/tests/hal/linux/test_can_socketcan" vm
 
 #---- drives on can1, their master on can0
 
@@ -42,17 +43,17 @@ demo()
 }
 
 # A quarter of the way: the dolly goes fast.
-in_mid_move()
+in_mid_move() # in_mid_move OPTION...
 {
-    start "$rig" && comes grep " 25 %" "$dir/run.out" && runs
+    start "$@" "$rig" && comes grep " 25 %" "$dir/run.out" && runs
 }
 
 # A drive that was left alone may be in fault, and nothing enables it then but
 # its reset.
-reset_drives()
+reset_drives() # reset_drives OPTION...
 {
     for axis in dolly pan tilt focus; do
-        "$slew" drive reset --real "$rig/rig.yaml" $axis || return 1
+        "$slew" drive reset --real "$@" "$rig/rig.yaml" $axis || return 1
     done
 }
 
@@ -94,5 +95,61 @@ claim "can0 down for 2 s in mid-move, and up" down_and_up 2
 claim "killed in mid-move: the drives stop by themselves" killed
 claim "a second master on this host is refused" second_master
 claim "the demo again" demo
+unserve
+
+#---- nobody at the drives: drives and masters on vcan0
+
+# The guardian is another process, whose standard error is that of the run.
+guarded()
+{
+    in_mid_move --interface vcan0 || return 1
+    kill -9 $run
+    wait $run
+    say_off "$dir/run.out" && at_rest && reset_drives --interface vcan0
+}
+
+say_off() # say_off FILE: the guardian, of each axis
+{
+    for axis in dolly pan tilt focus; do
+        comes grep "^$axis: torque is off" "$1" || { cat "$1"; return 1; }
+    done
+    say "it ended without switching its drives off; taking torque off" "$1"
+}
+
+write() # write INDEX VALUE: one word, by another program
+{
+    cansend vcan0 "$(printf %X $((0x600 + node)))#2B${1#??}${1%??}00${2#??}${2%??}0000"
+    sleep 0.2
+}
+
+has_torque()
+{
+    status=$(ask 6041)
+    echo "6041 $status"
+    [ $((0x${status%??????} & 0x6F)) -eq $((0x27)) ]
+}
+
+# A drive that nobody watches over, as one is left that has no watchdog.
+switch_on()
+{
+    write 6040 0080 && write 6040 0006 && write 6040 0007 && write 6040 000F
+    has_torque
+}
+
+off()
+{
+    for node in 1 2 3 4; do
+        switch_on || return 1
+    done
+    "$slew" off --real --interface vcan0 "$rig" || return 1
+    for node in 1 2 3 4; do
+        at_rest || return 1
+    done
+}
+
+bus=vcan0 node=1
+serve --interface vcan0 "$rig"
+claim "vcan0: killed in mid-move: the guardian takes torque off" guarded
+claim "vcan0: slew off takes it off drives that others left on" off
 unserve
 claims_end

@@ -8,7 +8,7 @@ build=${1:-build}
 files=$(ls -d /sys/devices/platform/gpio-sim.*/gpiochip*)
 failed=0
 
-for program in "$build/tests/test_conform_gpio" "$build/gpiod2/test_conform_gpio"; do
+for program in "$build/tests/conform/test_conform_gpio" "$build/gpiod2/test_conform_gpio"; do
     [ -x "$program" ] || continue
     ldd "$program" | grep -o 'libgpiod[^ ]*' | head -n 1 | grep . || echo "libgpiod 2, linked in"
     "$program" rig0 "$files/sim_gpio0" >/tmp/gpio.log 2>&1 || {

@@ -5,7 +5,7 @@
 
 GPIOD2     ?= gpiod==2.5.0
 GPIOD2_DIR := $(B)/gpiod2
-GPIOD2_OWN := $(wildcard hal/gpio*_libgpiod.c)
+GPIOD2_OWN := $(wildcard hal/linux/libgpiod*.c)
 
 $(GPIOD2_DIR)/unpacked: tests/vm/gpiod2.mk
 	$(call say,pip,$(GPIOD2))
@@ -27,9 +27,9 @@ $(GPIOD2_DIR)/%.o: %.c $(GPIOD2_DIR)/unpacked Makefile
 	$(Q)$(CC) $(ALL_CFLAGS) -isystem $(GPIOD2_DIR)/include -c $< -o $@
 
 $(GPIOD2_DIR)/slew: $(MAIN:%.c=$(B)/%.o)
-$(GPIOD2_DIR)/test_conform_gpio: $(B)/tests/test_conform_gpio.o $(B)/libtests.a
+$(GPIOD2_DIR)/test_conform_gpio: $(B)/tests/conform/test_conform_gpio.o $(B)/libtests.a
 $(GPIOD2_DIR)/slew $(GPIOD2_DIR)/test_conform_gpio: \
-    $(GPIOD2_OWN:%.c=$(GPIOD2_DIR)/%.o) $(B)/libslew.a $(GPIOD2_DIR)/libgpiod.a
+    $(GPIOD2_OWN:%.c=$(GPIOD2_DIR)/%.o) $(LIBS) $(GPIOD2_DIR)/libgpiod.a
 	$(call say,link,$@)
 	$(Q)$(CC) $(OPT) $(LDFLAGS) $(filter %.o,$^) -Wl,--start-group \
 	    $(filter %.a,$^) -Wl,--end-group $(filter-out -lgpiod,$(LDLIBS)) \

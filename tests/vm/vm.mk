@@ -3,8 +3,8 @@
 # Scripts of tests/vm that run in there, one after the other, and what of ours
 # they need.
 VM_CHECKS := can gpio lines turns
-VM_NEED   := $(SLEW) $(B)/tests/test_conform_can $(B)/tests/test_can_socketcan \
-             $(B)/tests/test_conform_gpio $(B)/gpiod2/test_conform_gpio \
+VM_NEED   := $(SLEW) $(call named,conform_can) $(call named,can_socketcan) \
+             $(call named,conform_gpio) $(B)/gpiod2/test_conform_gpio \
              $(B)/gpiod2/slew
 
 .PHONY: test-vm

@@ -4,7 +4,7 @@
 #include <stddef.h>
 #include <time.h>
 
-#include "firmware/linux/base/array.h"
+#include "firmware/host/base/array.h"
 
 static volatile sig_atomic_t interrupt_count;
 static int64_t interrupt_first_ns; /* the handler's; signals wait for another */

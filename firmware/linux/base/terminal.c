@@ -6,7 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "firmware/linux/base/array.h"
+#include "firmware/host/base/array.h"
 
 #define TERMINAL_ESCAPE 27
 

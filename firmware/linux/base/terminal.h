@@ -1,5 +1,5 @@
-/* firmware/linux/base/terminal.h - keys from a terminal as they are pressed, and
- * text on it that is thrown away rather than waited for.
+/* firmware/linux/base/terminal.h - keys from a terminal as they are pressed,
+ * and text on it that is thrown away rather than waited for.
  *
  * A terminal sends a key again and again while it is held, and nothing when it
  * is let go.  Ctrl-C stays what it is. */

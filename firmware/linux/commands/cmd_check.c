@@ -3,13 +3,16 @@
 #include <cjson/cJSON.h>
 #include <stdio.h>
 
-#include "firmware/linux/base/json.h"
-#include "firmware/linux/base/number.h"
+#include "firmware/host/base/json.h"
+#include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
+#include "firmware/host/move/budget.h"
+#include "firmware/host/move/job.h"
+#include "firmware/host/move/path_report.h"
 #include "firmware/linux/commands/command.h"
+#include "firmware/linux/commands/planning.h"
 #include "firmware/linux/machine/shots.h"
-#include "firmware/linux/move/budget.h"
-#include "firmware/linux/move/job.h"
-#include "firmware/linux/move/path_report.h"
+#include "motion/core/clock_warp.h"
 
 static void cmd_check_json(const struct job *job, bool fits)
 {
@@ -35,44 +38,66 @@ static void cmd_check_buses(const struct job *job)
     }
 }
 
-static void cmd_check_text(const struct job *job)
+/* The verdict stands first. */
+static void cmd_check_verdict(const struct job *job, int64_t rate_q30,
+                              const char *refused)
 {
-    char duration[NUMBER_MAX];
-    cmd_check_buses(job);
-    if (job->violation_count > 0) {
-        job_print_violations(job, stdout);
-        printf("%u violation%s\n", job->violation_count,
-               job->violation_count == 1 ? "" : "s");
-    } else {
-        number_seconds(duration, job->end_ns_q12);
-        printf("%u axes, %s s: within all limits\n", job->move.axis_count,
-               duration);
+    char duration[NUMBER_MAX], percent[NUMBER_MAX];
+    number_seconds(duration, job->end_ns_q12);
+    printf("%u %s, %s s", job->move.axis_count,
+           number_word(job->move.axis_count, "axis", "axes"), duration);
+    if (rate_q30 > MOTION_CLOCK_WARP_ONE_Q30) {
+        number_short(percent, 100 * rate_q30, 30);
+        printf(", at %s %% speed", percent);
     }
+    fputs(": ", stdout);
+    if (job->violation_count > 0)
+        printf("%u limit %s\n", job->violation_count,
+               number_word(job->violation_count, "violation", "violations"));
+    else if (refused != NULL)
+        printf("refused, %s\n", refused);
+    else
+        puts("within all limits");
+}
+
+static void cmd_check_text(const struct job *job, int64_t rate_q30,
+                           const char *refused)
+{
+    cmd_check_verdict(job, rate_q30, refused);
+    if (job->violation_count > 0)
+        job_print_violations(job, stdout);
+    cmd_check_buses(job);
     path_report_text(job, stdout);
     shots_plan_print(job, stdout);
 }
 
 static enum status cmd_check_job(struct job *job, const struct options *options)
 {
-    enum status status = job_open_any(job, options->path, options->path_count);
+    enum status status =
+        planning_open(job, options->path, options->path_count, true);
     if (status != STATUS_OK)
         return status;
     const int64_t rate_q30 = options->override_q30;
     job_check(job, rate_q30);
     const bool carried = budget_check(job);
-    const bool fits = shots_check(job, rate_q30) && carried;
+    const bool shot = shots_check(job, rate_q30);
+    const bool fits = shot && carried;
     if (options->json)
         cmd_check_json(job, fits);
     else
-        cmd_check_text(job);
+        cmd_check_text(job, rate_q30,
+                       !carried ? "a bus cannot carry it"
+                       : !shot  ? "shots come too close to each other"
+                                : NULL);
     return job->violation_count == 0 && fits ? STATUS_OK : STATUS_REFUSED;
 }
 
 static enum status cmd_check_run(const struct options *options)
 {
-    static struct job job;
-    enum status status = cmd_check_job(&job, options);
-    job_free(&job);
+    struct job *job = memory_new(1, sizeof *job);
+    enum status status = cmd_check_job(job, options);
+    job_free(job);
+    memory_free(job);
     return status;
 }
 
@@ -92,7 +117,8 @@ const struct command cmd_check = {
         "Plans every axis and judges the result by the extremes of position,\n"
         "velocity, acceleration and jerk, found in closed form, not by\n"
         "sampling; by the steps between segments; and by whether every axis\n"
-        "starts and ends at rest.  Each violation is one line: axis, time,\n"
+        "starts and ends at rest.  Each violation is one line: axis, move "
+        "time,\n"
         "value, limit, the key before it and that key's line in the file.\n"
         "\n"
         "Then, for each bus, what is sent on it how often, how long it is on\n"

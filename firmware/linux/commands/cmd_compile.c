@@ -3,10 +3,13 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/linux/base/output.h"
+#include "firmware/host/base/error.h"
+#include "firmware/host/base/memory.h"
+#include "firmware/host/base/output.h"
+#include "firmware/host/move/job.h"
+#include "firmware/host/move/track_file.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/move/job.h"
-#include "firmware/linux/move/track_file.h"
+#include "firmware/linux/commands/planning.h"
 
 static void cmd_compile_describe(const struct job *job, struct track_file *file)
 {
@@ -35,19 +38,21 @@ static enum status cmd_compile_save(const struct job *job, const char *path)
 
 static enum status cmd_compile_run(const struct options *options)
 {
-    static struct job job;
     if (options->out == NULL) {
-        fputs("slew compile: where to? expected --out FILE\n", stderr);
+        error_say("slew compile: where to? expected --out FILE");
         return STATUS_INPUT;
     }
-    enum status status = job_open(&job, options->path, options->path_count);
-    if (status == STATUS_OK && job.move.events > 0)
+    struct job *job = memory_new(1, sizeof *job);
+    enum status status =
+        planning_open(job, options->path, options->path_count, false);
+    if (status == STATUS_OK && job->move.events > 0)
         status =
-            job_fail(job.move_path, "has events, which a compiled move "
-                                    "cannot hold, expected a move without");
+            job_fail(job->move_path, "has events, which a compiled move "
+                                     "cannot hold, expected a move without");
     if (status == STATUS_OK)
-        status = cmd_compile_save(&job, options->out);
-    job_free(&job);
+        status = cmd_compile_save(job, options->out);
+    job_free(job);
+    memory_free(job);
     return status;
 }
 

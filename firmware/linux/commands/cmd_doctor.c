@@ -1,10 +1,14 @@
 /* firmware/linux/commands/cmd_doctor.c - slew doctor: is this machine fit, and
  * what is to be done? */
+#include <errno.h>
 #include <stdio.h>
+#include <string.h>
+#include <unistd.h>
 
-#include "firmware/linux/base/json.h"
+#include "firmware/host/base/error.h"
+#include "firmware/host/base/json.h"
+#include "firmware/host/move/job.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/move/job.h"
 #include "firmware/linux/tools/doctor.h"
 
 #define CMD_DOCTOR_MEASURE_NS INT64_C(2000000000)
@@ -58,17 +62,24 @@ static void cmd_doctor_text(const struct doctor *doctor)
 static enum status cmd_doctor_rig(const struct options *options,
                                   struct rig *rig)
 {
-    char message[RIG_MESSAGE_MAX];
+    char message[YAML_MESSAGE_MAX];
     const enum status status = job_read_rig(options->path[0], rig);
 
     if (status != STATUS_OK)
         return status;
     if (options->interface != NULL &&
         rig_set_interfaces(rig, options->interface, message) < 0) {
-        fprintf(stderr, "slew doctor: --interface: %s\n", message);
+        error_say("slew doctor: --interface: %s", message);
         return STATUS_INPUT;
     }
     return STATUS_OK;
+}
+
+static bool cmd_doctor_is_folder(const char *path)
+{
+    char inside[4096];
+    return snprintf(inside, sizeof inside, "%s/.", path) < (int)sizeof inside &&
+           access(inside, F_OK) == 0;
 }
 
 static enum status cmd_doctor_run(const struct options *options)
@@ -83,6 +94,18 @@ static enum status cmd_doctor_run(const struct options *options)
         .period_ns = CMD_DOCTOR_PERIOD_NS,
     };
 
+    if (options->root != NULL && !cmd_doctor_is_folder(options->root)) {
+        error_say("slew doctor: --root %s: %s, expected a directory with sys, "
+                  "proc and dev",
+                  options->root, strerror(errno));
+        return STATUS_INPUT;
+    }
+    if (options->interface != NULL && options->path_count == 0) {
+        error_say(
+            "slew doctor: --interface is for the buses of a rig, expected "
+            "RIG with it");
+        return STATUS_INPUT;
+    }
     if (options->path_count > 0) {
         const enum status status = cmd_doctor_rig(options, &rig);
 

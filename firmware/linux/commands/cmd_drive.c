@@ -3,8 +3,9 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/linux/base/array.h"
-#include "firmware/linux/commands/drive_verbs.h"
+#include "firmware/host/base/array.h"
+#include "firmware/host/base/error.h"
+#include "firmware/linux/commands/drive/verbs.h"
 
 #define CMD_DRIVE_PATHS 12
 
@@ -37,14 +38,13 @@ static enum status cmd_drive_run(const struct options *options)
             continue;
         if (count >= cmd_drive_verb[i].least && count <= cmd_drive_verb[i].most)
             return cmd_drive_verb[i].run(options);
-        fprintf(stderr, "slew drive %s: expected %s; see slew drive --help\n",
-                cmd_drive_verb[i].name, cmd_drive_verb[i].expected);
+        error_say("slew drive %s: expected %s; see slew drive --help",
+                  cmd_drive_verb[i].name, cmd_drive_verb[i].expected);
         return STATUS_INPUT;
     }
-    fprintf(stderr,
-            "slew drive: no verb '%.40s', expected info, get, set, "
-            "store, reset or lss\n",
-            options->path[0]);
+    error_say("slew drive: no verb '%.40s', expected info, get, set, "
+              "store, reset or lss",
+              options->path[0]);
     return STATUS_INPUT;
 }
 

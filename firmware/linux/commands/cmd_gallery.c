@@ -11,15 +11,18 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "firmware/linux/base/array.h"
-#include "firmware/linux/base/json.h"
-#include "firmware/linux/base/number.h"
-#include "firmware/linux/base/output.h"
+#include "firmware/host/base/array.h"
+#include "firmware/host/base/error.h"
+#include "firmware/host/base/json.h"
+#include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
+#include "firmware/host/base/output.h"
+#include "firmware/host/move/job.h"
+#include "firmware/host/plot/compare.h"
+#include "firmware/host/plot/plot.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/move/job.h"
-#include "firmware/linux/plot/compare.h"
-#include "firmware/linux/plot/plot.h"
-#include "motion/err.h"
+#include "firmware/linux/commands/planning.h"
+#include "motion/core/err.h"
 
 static const char *const cmd_gallery_text[] = {
 #define CMD_GALLERY_TEXT(name, spelling, text) [name] = text,
@@ -29,7 +32,7 @@ static const char *const cmd_gallery_text[] = {
 
 /* When to take it: one sentence each. */
 static const char *const cmd_gallery_use[] = {
-    [PLAN_CURVE_LINEAR] = "For very slow moves, and to see what keys say; a "
+    [PLAN_CURVE_LINEAR] = "To see what keys say: no machine follows it; a "
                           "servo overshoots at every key",
     [PLAN_CURVE_ROUNDED] = "For steady speed on straight stretches, when the "
                            "inner keys may be missed by a little",
@@ -81,7 +84,7 @@ struct cmd_gallery {
 
 static enum status cmd_gallery_fail(const char *what, const char *which)
 {
-    fprintf(stderr, "slew gallery: %s%s\n", what, which);
+    error_say("slew gallery: %s%s", what, which);
     return STATUS_INPUT;
 }
 
@@ -113,13 +116,13 @@ static void cmd_gallery_measure(struct cmd_gallery_row *row,
 }
 
 /* What rounding leaves is far below this; a step that is meant, far above. */
-#define CMD_GALLERY_SMALL(bits) ((uint64_t)1 << ((bits)-10))
+#define CMD_GALLERY_SMALL_Q32 ((uint64_t)1 << 22)
 
 static bool cmd_gallery_steps(const struct cmd_gallery_row *row, int order)
 {
     if (order == 1)
-        return row->step.vel_step_q32 > CMD_GALLERY_SMALL(32);
-    return row->step.acc_step_q16 > CMD_GALLERY_SMALL(16);
+        return row->step.vel_step_q32 > CMD_GALLERY_SMALL_Q32;
+    return row->step.acc_step_q32 > CMD_GALLERY_SMALL_Q32;
 }
 
 /* --- pictures --- */
@@ -127,27 +130,30 @@ static bool cmd_gallery_steps(const struct cmd_gallery_row *row, int order)
 static enum status cmd_gallery_picture(struct cmd_gallery *self,
                                        enum plan_curve curve)
 {
-    static struct job one;
     char path[OUTPUT_PATH_MAX + PLAN_NAME_MAX + 8];
     const struct plan_axis *axis = &self->job->move.axis[0];
     struct cmd_gallery_row *row = &self->row[curve];
     struct plan_error error;
-    one = (struct job){ .rig = self->job->rig, .compared = true };
+    struct job *one = memory_new(1, sizeof *one);
+    one->rig = self->job->rig;
+    one->compared = true;
     int err =
-        compare_plan(axis, curve, &one.move.axis[0], &one.track[0], &error);
+        compare_plan(axis, curve, &one->move.axis[0], &one->track[0], &error);
     if (err < 0) {
         snprintf(row->refused, sizeof row->refused, "%s", error.text);
+        memory_free(one);
         return STATUS_OK;
     }
-    one.rig_axis[0] = self->job->rig_axis[0];
-    one.move.axis_count = one.planned = 1;
-    one.end_ns_q12 = one.track[0].end_ns_q12;
-    snprintf(one.move.title, sizeof one.move.title, "%s", axis->name);
-    cmd_gallery_measure(row, &one.move.axis[0], &one.track[0]);
+    one->rig_axis[0] = self->job->rig_axis[0];
+    one->move.axis_count = one->planned = 1;
+    one->end_ns_q12 = one->track[0].end_ns_q12;
+    snprintf(one->move.title, sizeof one->move.title, "%s", axis->name);
+    cmd_gallery_measure(row, &one->move.axis[0], &one->track[0]);
     snprintf(path, sizeof path, "%s/%s.svg", self->folder,
              compare_spelling[curve]);
-    err = plot_save(&one, NULL, path);
-    job_free(&one);
+    err = plot_save(one, NULL, path);
+    job_free(one);
+    memory_free(one);
     return err < 0 ? STATUS_SYSTEM : STATUS_OK;
 }
 
@@ -179,11 +185,11 @@ static void cmd_gallery_table_row(const struct cmd_gallery *self, unsigned i)
     if (cmd_gallery_steps(row, 1))
         fputs(" infinite |", self->page);
     else
-        cmd_gallery_cell(self, row->peak[2], 16);
+        cmd_gallery_cell(self, row->peak[2], 32);
     if (cmd_gallery_steps(row, 1) || cmd_gallery_steps(row, 2))
         fputs(" infinite |\n", self->page);
     else {
-        cmd_gallery_cell(self, row->peak[3], 16);
+        cmd_gallery_cell(self, row->peak[3], 32);
         fputc('\n', self->page);
     }
 }
@@ -231,7 +237,7 @@ static void cmd_gallery_steps_line(const struct cmd_gallery *self,
         fprintf(self->page, "Here velocity steps by up to %s %s/s.\n\n", text,
                 unit);
     } else if (cmd_gallery_steps(row, 2)) {
-        number_short(text, (int64_t)row->step.acc_step_q16, 16);
+        number_short(text, (int64_t)row->step.acc_step_q32, 32);
         fprintf(self->page, "Here acceleration steps by up to %s %s/s².\n\n",
                 text, unit);
     } else
@@ -282,8 +288,7 @@ static enum status cmd_gallery_folder(struct cmd_gallery *self,
     snprintf(self->folder, sizeof self->folder, "%.*s%s", length, path,
              self->folder_name);
     if (mkdir(self->folder, 0777) < 0 && errno != EEXIST) {
-        fprintf(stderr, "slew: %s: cannot create: %s\n", self->folder,
-                strerror(errno));
+        error_say("slew: %s: cannot create: %s", self->folder, strerror(errno));
         return STATUS_SYSTEM;
     }
     return STATUS_OK;
@@ -318,20 +323,23 @@ static void cmd_gallery_report(const char *path, bool json)
 
 static enum status cmd_gallery_run(const struct options *options)
 {
-    static struct job job;
     static struct cmd_gallery self;
-    if (options->out == NULL)
+    const size_t length = options->out != NULL ? strlen(options->out) : 0;
+    if (length < 4 || strcmp(options->out + length - 3, ".md") != 0)
         return cmd_gallery_fail("where to? expected --out FILE.md", "");
-    self = (struct cmd_gallery){ .job = &job };
-    enum status status = job_open(&job, options->path, options->path_count);
-    if (status == STATUS_OK && job.move.axis_count != 1)
-        status =
-            cmd_gallery_fail("expected a move of one axis: ", job.move_path);
+    struct job *job = memory_new(1, sizeof *job);
+    self = (struct cmd_gallery){ .job = job };
+    enum status status =
+        planning_open(job, options->path, options->path_count, false);
+    if (status == STATUS_OK && job->move.axis_count != 1)
+        status = job_fail(job->move_path,
+                          "moves several axes, expected a move of one");
     if (status == STATUS_OK)
         status = cmd_gallery_write(&self, options->out);
     if (status == STATUS_OK)
         cmd_gallery_report(options->out, options->json);
-    job_free(&job);
+    job_free(job);
+    memory_free(job);
     return status;
 }
 

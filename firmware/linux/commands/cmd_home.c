@@ -3,13 +3,15 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/host/base/error.h"
+#include "firmware/host/base/json.h"
+#include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
+#include "firmware/host/base/table.h"
 #include "firmware/linux/base/interrupt.h"
-#include "firmware/linux/base/json.h"
-#include "firmware/linux/base/number.h"
-#include "firmware/linux/base/table.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/live.h"
-#include "motion/err.h"
+#include "motion/core/err.h"
 
 struct cmd_home {
     const struct options *options;
@@ -96,8 +98,8 @@ static void cmd_home_progress(const struct cmd_home *self,
     if (homing->state == *shown || !homing_is_running(homing))
         return;
     *shown = homing->state;
-    fprintf(stderr, "%s: %s\n", self->live.rig->axis[homing->axis].name,
-            homing_state_text(homing->state));
+    error_say("%s: %s", self->live.rig->axis[homing->axis].name,
+              homing_state_text(homing->state));
 }
 
 static enum status cmd_home_live(struct cmd_home *self)
@@ -129,13 +131,14 @@ static enum status cmd_home_live(struct cmd_home *self)
 
 /* --- what came of it --- */
 
-static const char *cmd_home_result(const struct cmd_home *self, unsigned i)
+static const char *cmd_home_result(const struct cmd_home *self, unsigned i,
+                                   char text[HOMING_TEXT_MAX])
 {
     const struct homing *homing = &self->live.machine.homing;
     if (self->live.machine.controller.axis[i].homed)
         return "homed";
     if (homing->state == HOMING_FAILED && homing->axis == i)
-        return homing_error_text(homing->error);
+        return homing_failure(homing, text);
     return "not homed";
 }
 
@@ -143,14 +146,14 @@ static void cmd_home_report_row(struct table *table,
                                 const struct cmd_home *self, unsigned i)
 {
     const struct controller_axis *axis = &self->live.machine.controller.axis[i];
-    char text[NUMBER_MAX];
+    char text[NUMBER_MAX], why[HOMING_TEXT_MAX];
     table_cell(table, "%s", self->live.rig->axis[i].name);
     number_short(text, axis->feedback.pos_q32, 32);
     table_cell(table, "%s", axis->homed ? text : "-");
     number_short(text, axis->offset_q32, 32);
     table_cell(table, "%s", axis->homed ? text : "-");
     table_cell(table, "%s", units_axis_text(self->live.rig->axis[i].unit));
-    table_cell(table, "%s", cmd_home_result(self, i));
+    table_cell(table, "%s", cmd_home_result(self, i, why));
 }
 
 static void cmd_home_report(const struct cmd_home *self)
@@ -176,7 +179,7 @@ static void cmd_home_report(const struct cmd_home *self)
 static void cmd_home_json(const struct cmd_home *self, enum status status)
 {
     cJSON *report = cJSON_CreateObject();
-    char fault[LIVE_FAULT_MAX];
+    char fault[LIVE_FAULT_MAX], why[HOMING_TEXT_MAX];
     cJSON_AddBoolToObject(report, "ok", status == STATUS_OK);
     cJSON *list = cJSON_AddArrayToObject(report, "axes");
     for (unsigned i = 0; i < self->live.rig->axis_count; i++) {
@@ -190,7 +193,7 @@ static void cmd_home_json(const struct cmd_home *self, enum status status)
         cJSON_AddStringToObject(item, "unit",
                                 units_axis_text(self->live.rig->axis[i].unit));
         cJSON_AddBoolToObject(item, "homed", axis->homed);
-        cJSON_AddStringToObject(item, "result", cmd_home_result(self, i));
+        cJSON_AddStringToObject(item, "result", cmd_home_result(self, i, why));
         json_add_fixed(item, "position", axis->feedback.pos_q32, 32);
         json_add_fixed(item, "offset", axis->offset_q32, 32);
     }
@@ -212,10 +215,9 @@ static enum status cmd_home_choose(struct cmd_home *self)
         if (axis < 0)
             return STATUS_INPUT;
         if (rig->axis[axis].homing.by == HOMING_NONE) {
-            fprintf(stderr,
-                    "slew home: axis %s has no homing in the rig, expected "
-                    "one with\n",
-                    rig->axis[axis].name);
+            error_say("slew home: axis %s has no homing in the rig, expected a "
+                      "section such as homing: {by: switch}",
+                      rig->axis[axis].name);
             return STATUS_INPUT;
         }
         self->axes |= (uint32_t)1 << axis;
@@ -226,8 +228,8 @@ static enum status cmd_home_choose(struct cmd_home *self)
             self->axes |= (uint32_t)1 << i;
     if (self->axes != 0)
         return STATUS_OK;
-    fputs("slew home: no axis of the rig has homing, expected one with\n",
-          stderr);
+    error_say("slew home: no axis of the rig has homing, expected one with a "
+              "section such as homing: {by: switch}");
     return STATUS_INPUT;
 }
 
@@ -239,10 +241,10 @@ static enum status cmd_home_rig(struct cmd_home *self)
         status = cmd_home_choose(self);
     if (status != STATUS_OK)
         return status;
-    if (!options->json || options->dry_run)
+    if (!options->json)
         cmd_home_intent(self);
     if (options->dry_run)
-        return live_dry_run(&self->live, options);
+        return live_dry_run_alone(&self->live, options);
     status = live_begin(&self->live, options, "home", false);
     if (status != STATUS_OK)
         return status;
@@ -256,11 +258,11 @@ static enum status cmd_home_rig(struct cmd_home *self)
 
 static enum status cmd_home_run(const struct options *options)
 {
-    static struct cmd_home self;
-    memset(&self, 0, sizeof self);
-    self.options = options;
-    enum status status = cmd_home_rig(&self);
-    live_close(&self.live);
+    struct cmd_home *self = memory_new(1, sizeof *self);
+    self->options = options;
+    enum status status = cmd_home_rig(self);
+    live_close(&self->live);
+    memory_free(self);
     return status;
 }
 

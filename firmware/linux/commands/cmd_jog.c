@@ -3,16 +3,18 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "firmware/host/base/error.h"
+#include "firmware/host/base/json.h"
+#include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
+#include "firmware/host/base/units.h"
 #include "firmware/linux/base/interrupt.h"
-#include "firmware/linux/base/json.h"
-#include "firmware/linux/base/number.h"
-#include "firmware/linux/base/units.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/jog_keys.h"
 #include "firmware/linux/commands/live.h"
-#include "motion/err.h"
-#include "motion/fixed.h"
-#include "motion/otg.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+#include "motion/otg/otg.h"
 
 #define CMD_JOG_DEAD_MAN_NS INT64_C(250000000)
 #define CMD_JOG_EVERY_NS    INT64_C(2000000000)
@@ -40,7 +42,8 @@ static const struct rig_axis *cmd_jog_axis(const struct cmd_jog *self)
 
 /* --- the words --- */
 
-/* All words from `first` up to `end`, parted by blanks: units may stand apart. */
+/* All words from `first` up to `end`, parted by blanks: units may stand
+ * apart. */
 static void cmd_jog_join(const struct cmd_jog *self, int first, int end,
                          char *text, size_t room)
 {
@@ -59,14 +62,13 @@ static int cmd_jog_value(const struct cmd_jog *self, int first, int end,
     cmd_jog_join(self, first, end, text, sizeof text);
     if (units_parse(text, quantity, &units, out, sentence) == 0)
         return 0;
-    fprintf(stderr, "slew jog: %s\n", sentence);
+    error_say("slew jog: %s", sentence);
     return -1;
 }
 
 static int cmd_jog_fail(void)
 {
-    fputs("slew jog: expected +10mm, -10mm, to 45deg, or at 5mm/s for 2s\n",
-          stderr);
+    error_say("slew jog: expected +10mm, -10mm, to 45deg, or at 5mm/s for 2s");
     return -1;
 }
 
@@ -129,15 +131,31 @@ static int cmd_jog_speed(struct cmd_jog *self)
     }
     if (units_parse(self->options->speed, UNITS_VELOCITY, &units,
                     &self->speed_q32, sentence) < 0) {
-        fprintf(stderr, "slew jog: --speed: %s\n", sentence);
+        error_say("slew jog: --speed: %s", sentence);
         return -1;
     }
     if (self->speed_q32 > 0)
         return 0;
-    fputs("slew jog: --speed is not above zero, expected a speed such as "
-          "5mm/s\n",
-          stderr);
+    error_say("slew jog: --speed is not above zero, expected a speed such as "
+              "5mm/s");
     return -1;
+}
+
+/* Which end it would leave. */
+static enum status cmd_jog_outside(const struct cmd_jog *self, int64_t pos_q32)
+{
+    const struct rig_axis *axis = cmd_jog_axis(self);
+    const bool below = pos_q32 < axis->limit.pos_min_q32;
+    const char *unit = units_axis_text(axis->unit);
+    char pos[NUMBER_MAX], min[NUMBER_MAX], max[NUMBER_MAX];
+    number_short(pos, pos_q32, 32);
+    number_short(min, axis->limit.pos_min_q32, 32);
+    number_short(max, axis->limit.pos_max_q32, 32);
+    error_say("slew jog: %s %s is %s the %s limit of %s, expected a position "
+              "from %s to %s %s",
+              pos, unit, below ? "below" : "above", below ? "lower" : "upper",
+              axis->name, min, max, unit);
+    return STATUS_REFUSED;
 }
 
 static enum status cmd_jog_limits(const struct cmd_jog *self)
@@ -147,18 +165,17 @@ static enum status cmd_jog_limits(const struct cmd_jog *self)
     if (self->speed_q32 > axis->limit.vel_q32) {
         number_short(speed, self->speed_q32, 32);
         number_short(limit, axis->limit.vel_q32, 32);
-        fprintf(stderr,
-                "slew jog: %s %s/s is above the limit of %s, expected at most "
-                "%s %s/s\n",
-                speed, units_axis_text(axis->unit), axis->name, limit,
-                units_axis_text(axis->unit));
+        error_say(
+            "slew jog: %s %s/s is above the limit of %s, expected at most "
+            "%s %s/s",
+            speed, units_axis_text(axis->unit), axis->name, limit,
+            units_axis_text(axis->unit));
         return STATUS_REFUSED;
     }
     if (self->kind != JOG_TO || (self->pos_q32 >= axis->limit.pos_min_q32 &&
                                  self->pos_q32 <= axis->limit.pos_max_q32))
         return STATUS_OK;
-    fprintf(stderr, "slew jog: that is outside the limits of %s\n", axis->name);
-    return STATUS_REFUSED;
+    return cmd_jog_outside(self, self->pos_q32);
 }
 
 /* --- what will happen --- */
@@ -172,9 +189,9 @@ static double cmd_jog_duration_s(const struct cmd_jog *self, int64_t way_q32)
         .goal = { .pos_q32 = way_q32 },
         .limit = { .vel_max_q32 = self->speed_q32,
                    .vel_min_q32 = -self->speed_q32,
-                   .acc_max_q16 = limit->acc_q16,
-                   .acc_min_q16 = -limit->acc_q16,
-                   .jerk_q16 = limit->jerk_q16 },
+                   .acc_max_q32 = limit->acc_q32,
+                   .acc_min_q32 = -limit->acc_q32,
+                   .jerk_q32 = limit->jerk_q32 },
     };
     if (motion_otg_make(&move, &plan, NULL) < 0)
         return -1;
@@ -188,7 +205,7 @@ static void cmd_jog_intent(const struct cmd_jog *self)
     char pos[NUMBER_MAX], speed[NUMBER_MAX], acc[NUMBER_MAX];
     number_short(pos, self->pos_q32, 32);
     number_short(speed, self->speed_q32, 32);
-    number_short(acc, axis->limit.acc_q16, 16);
+    number_short(acc, axis->limit.acc_q32, 32);
     printf("%s drives, %s: ", self->options->real ? "REAL" : "simulated",
            axis->name);
     if (self->kind == JOG_AT)
@@ -235,11 +252,17 @@ static enum status cmd_jog_once(struct cmd_jog *self,
     struct live *live = &self->live;
     const struct controller *controller = &live->machine.controller;
     const int64_t start_ns = live->now_ns;
+    int64_t pos_q32;
     int err = cmd_jog_start(self);
+    if (err == MOTION_E_LIMIT && self->kind != JOG_AT &&
+        motion_fixed_add(self->kind == JOG_BY ? self->from_q32 : 0,
+                         self->pos_q32, &pos_q32) == MOTION_OK &&
+        (pos_q32 < cmd_jog_axis(self)->limit.pos_min_q32 ||
+         pos_q32 > cmd_jog_axis(self)->limit.pos_max_q32))
+        return cmd_jog_outside(self, pos_q32);
     if (err < 0) {
-        fprintf(stderr, "slew jog: %s: %s\n", cmd_jog_axis(self)->name,
-                err == MOTION_E_LIMIT ? "that is outside its limits"
-                                      : motion_err_text(err));
+        error_say("slew jog: %s: %s", cmd_jog_axis(self)->name,
+                  motion_err_text(err));
         return STATUS_REFUSED;
     }
     while ((controller->state == CONTROLLER_MOVING ||
@@ -265,13 +288,13 @@ static enum status cmd_jog_home(struct cmd_jog *self,
 {
     struct machine *machine = &self->live.machine;
     const bool homed = machine->controller.axis[self->axis].homed;
+    char why[HOMING_TEXT_MAX];
     if (homed || (self->kind != JOG_TO && !self->options->home))
         return STATUS_OK;
     if (!self->options->home) {
-        fprintf(stderr,
-                "slew jog: %s is not homed, so it cannot go to a position, "
-                "expected --home to home it first\n",
-                cmd_jog_axis(self)->name);
+        error_say("slew jog: %s is not homed, so it cannot go to a position, "
+                  "expected --home to home it first",
+                  cmd_jog_axis(self)->name);
         return STATUS_REFUSED;
     }
     homing_start(&machine->homing, (uint32_t)1 << self->axis);
@@ -282,8 +305,8 @@ static enum status cmd_jog_home(struct cmd_jog *self,
     }
     if (machine->homing.state == HOMING_DONE)
         return STATUS_OK;
-    fprintf(stderr, "slew jog: homing of %s: %s\n", cmd_jog_axis(self)->name,
-            homing_error_text(machine->homing.error));
+    error_say("slew jog: homing of %s: %s", cmd_jog_axis(self)->name,
+              homing_failure(&machine->homing, why));
     return *interrupts > 0 ? STATUS_INTERRUPTED : STATUS_REFUSED;
 }
 
@@ -369,7 +392,7 @@ static enum status cmd_jog_words(struct cmd_jog *self)
 {
     const struct options *options = self->options;
     if (options->path_count < 2) {
-        fputs("slew jog: which axis? expected RIG AXIS\n", stderr);
+        error_say("slew jog: which axis? expected RIG AXIS");
         return STATUS_INPUT;
     }
     const int axis = live_axis(&self->live, "jog", options->path[1]);
@@ -379,9 +402,8 @@ static enum status cmd_jog_words(struct cmd_jog *self)
     if (cmd_jog_read(self) < 0 || cmd_jog_speed(self) < 0)
         return STATUS_INPUT;
     if (options->keys != NULL && access(options->keys, F_OK) == 0) {
-        fprintf(stderr,
-                "%s: is there already, expected a new file for the keys\n",
-                options->keys);
+        error_say("%s: is there already, expected a new file for the keys",
+                  options->keys);
         return STATUS_INPUT;
     }
     return cmd_jog_limits(self);
@@ -395,10 +417,10 @@ static enum status cmd_jog_rig(struct cmd_jog *self)
         status = cmd_jog_words(self);
     if (status != STATUS_OK)
         return status;
-    if (!options->json || options->dry_run)
+    if (!options->json)
         cmd_jog_intent(self);
     if (options->dry_run)
-        return live_dry_run(&self->live, options);
+        return live_dry_run_alone(&self->live, options);
     status = live_begin(&self->live, options, "jog", self->kind == JOG_BY_KEYS);
     if (status != STATUS_OK)
         return status;
@@ -409,11 +431,11 @@ static enum status cmd_jog_rig(struct cmd_jog *self)
 
 static enum status cmd_jog_run(const struct options *options)
 {
-    static struct cmd_jog self;
-    memset(&self, 0, sizeof self);
-    self.options = options;
-    enum status status = cmd_jog_rig(&self);
-    live_close(&self.live);
+    struct cmd_jog *self = memory_new(1, sizeof *self);
+    self->options = options;
+    enum status status = cmd_jog_rig(self);
+    live_close(&self->live);
+    memory_free(self);
     return status;
 }
 

@@ -6,11 +6,12 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "firmware/linux/base/array.h"
+#include "firmware/host/base/array.h"
+#include "firmware/host/base/json.h"
+#include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
+#include "firmware/host/base/table.h"
 #include "firmware/linux/base/interrupt.h"
-#include "firmware/linux/base/json.h"
-#include "firmware/linux/base/number.h"
-#include "firmware/linux/base/table.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/live.h"
 
@@ -353,15 +354,15 @@ static enum status cmd_monitor_rig(struct cmd_monitor *self)
 
 static enum status cmd_monitor_run(const struct options *options)
 {
-    static struct cmd_monitor self;
     const int64_t rate_uhz =
         options->rate_uhz < 0 ? MONITOR_RATE_UHZ : options->rate_uhz;
-    memset(&self, 0, sizeof self);
-    self.options = options;
-    self.every_ns = INT64_C(1000000000000000) / rate_uhz;
-    self.screen = isatty(STDOUT_FILENO) && !options->once && !options->json;
-    enum status status = cmd_monitor_rig(&self);
-    live_close(&self.live);
+    struct cmd_monitor *self = memory_new(1, sizeof *self);
+    self->options = options;
+    self->every_ns = INT64_C(1000000000000000) / rate_uhz;
+    self->screen = isatty(STDOUT_FILENO) && !options->once && !options->json;
+    enum status status = cmd_monitor_rig(self);
+    live_close(&self->live);
+    memory_free(self);
     return status;
 }
 

@@ -2,9 +2,11 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/host/base/error.h"
+#include "firmware/host/base/json.h"
+#include "firmware/host/base/memory.h"
+#include "firmware/host/base/table.h"
 #include "firmware/linux/base/interrupt.h"
-#include "firmware/linux/base/json.h"
-#include "firmware/linux/base/table.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/live.h"
 #include "firmware/linux/machine/off.h"
@@ -23,7 +25,7 @@ static void cmd_off_table(const struct rig *rig, const struct off_axis axis[])
     table_free(&table);
     for (unsigned i = 0; i < rig->axis_count; i++)
         if (!axis[i].is_off)
-            fprintf(stderr, "%s: %s\n", rig->axis[i].name, axis[i].text);
+            error_say("%s: %s", rig->axis[i].name, axis[i].text);
 }
 
 static void cmd_off_json(const struct rig *rig, const struct off_axis axis[],
@@ -44,29 +46,36 @@ static void cmd_off_json(const struct rig *rig, const struct off_axis axis[],
     json_print(report, stdout);
 }
 
-static enum status cmd_off_run(const struct options *options)
+static enum status cmd_off_rig(const struct rig *rig,
+                               const struct options *options)
 {
-    static struct live live;
     static struct off_axis axis[RIG_AXES_MAX];
     const struct off_config config = {
         .real = options->real,
         .timeout_ns =
             options->timeout_ns > 0 ? options->timeout_ns : MACHINE_OFF_NS,
     };
-    enum status status = live_read(&live, options);
-    if (status != STATUS_OK)
-        return status;
     const volatile sig_atomic_t *interrupts = interrupt_listen();
-    const bool all = off_all(live.rig, &config, axis, interrupts);
+    const bool all = off_all(rig, &config, axis, interrupts);
     const bool interrupted = *interrupts > 0;
     interrupt_listen_no_more();
     if (options->json)
-        cmd_off_json(live.rig, axis, all);
+        cmd_off_json(rig, axis, all);
     else
-        cmd_off_table(live.rig, axis);
+        cmd_off_table(rig, axis);
     if (all)
         return STATUS_OK;
     return interrupted ? STATUS_INTERRUPTED : STATUS_REFUSED;
+}
+
+static enum status cmd_off_run(const struct options *options)
+{
+    struct live *live = memory_new(1, sizeof *live);
+    enum status status = live_read(live, options);
+    if (status == STATUS_OK)
+        status = cmd_off_rig(live->rig, options);
+    memory_free(live);
+    return status;
 }
 
 static const struct option_row cmd_off_option[] = {

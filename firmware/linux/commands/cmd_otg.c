@@ -6,10 +6,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "firmware/linux/base/json.h"
+#include "firmware/host/base/array.h"
+#include "firmware/host/base/error.h"
+#include "firmware/host/base/json.h"
+#include "firmware/host/base/number.h"
+#include "firmware/host/base/quote.h"
+#include "firmware/host/plot/plot_page.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/otg_answer.h"
-#include "firmware/linux/plot/plot_page.h"
 
 #define CMD_OTG_LINE_MAX 16384
 #define CMD_OTG_NO_ROW   (-1)
@@ -27,18 +31,19 @@ struct cmd_otg {
     const char *wrong; /* with the line itself */
     cJSON *rows;       /* with --json */
     unsigned answered, refused;
+    unsigned bent; /* --together phase, and on no straight line */
 };
 
 static enum status cmd_otg_fail(const char *what)
 {
-    fprintf(stderr, "slew otg: %s\n", what);
+    error_say("slew otg: %s", what);
     return STATUS_INPUT;
 }
 
 static enum status cmd_otg_wrong(const struct cmd_otg *self, int column,
                                  const char *what)
 {
-    fprintf(stderr, "%s:%d:%d: %s\n", self->path, self->number, column, what);
+    error_say("%s:%d:%d: %s", self->path, self->number, column, what);
     return STATUS_INPUT;
 }
 
@@ -67,7 +72,7 @@ static bool cmd_otg_any_line(struct cmd_otg *self)
     self->number++;
     for (; c != EOF && c != '\n'; c = cmd_otg_byte(self)) {
         if (c == 0)
-            self->wrong = "a zero byte: expected text";
+            self->wrong = "a zero byte, expected text";
         if (length + 1 < sizeof self->line)
             self->line[length++] = (char)c;
         else
@@ -109,9 +114,11 @@ static void cmd_otg_report(struct cmd_otg *self)
         otg_answer_text(answer, stdout);
     else
         otg_answer_line(answer, stdout);
+    if (self->rows == NULL)
+        otg_answer_residuals(answer, stderr);
     if (self->options->segments && self->rows == NULL && answer->err < 0)
-        fprintf(stderr, "row %ld: %s\n", answer->number,
-                otg_answer_status(answer, text));
+        error_say("row %ld: %s", answer->number,
+                  otg_answer_status(answer, text));
 }
 
 static void cmd_otg_solve(struct cmd_otg *self, long number)
@@ -121,6 +128,7 @@ static void cmd_otg_solve(struct cmd_otg *self, long number)
                     self->kind);
     self->answered++;
     self->refused += self->answer.err < 0;
+    self->bent += self->answer.bent;
     cmd_otg_report(self);
 }
 
@@ -128,7 +136,7 @@ static void cmd_otg_solve(struct cmd_otg *self, long number)
 
 static enum status cmd_otg_unreadable(const struct cmd_otg *self)
 {
-    fprintf(stderr, "%s: %s\n", self->path, strerror(errno));
+    error_say("%s: %s", self->path, strerror(errno));
     return STATUS_INPUT;
 }
 
@@ -139,7 +147,8 @@ static enum status cmd_otg_header(struct cmd_otg *self)
         return cmd_otg_unreadable(self);
     if (!is_line) {
         self->number = 1;
-        return cmd_otg_wrong(self, 1, "no header line");
+        return cmd_otg_wrong(
+            self, 1, "no header line, expected columns such as p0,v0,a0,pf");
     }
     const char *wrong = self->wrong;
     if (wrong == NULL)
@@ -158,7 +167,7 @@ static enum status cmd_otg_row(struct cmd_otg *self, long number)
         return cmd_otg_wrong(self, column, wrong);
     if (self->options->plot != NULL && only < 0 && number > 0)
         return cmd_otg_wrong(self, 1,
-                             "another row, and --plot draws one: "
+                             "--plot draws one row, and here is another, "
                              "expected --row N (from 0)");
     if (only < 0 || only == number)
         cmd_otg_solve(self, number);
@@ -179,8 +188,8 @@ static enum status cmd_otg_rows(struct cmd_otg *self)
            cmd_otg_line(self))
         status = cmd_otg_row(self, number++);
     if (status == STATUS_OK && only >= 0 && self->answered == 0) {
-        fprintf(stderr, "%s: no row %ld: there are %ld, counted from 0\n",
-                self->path, (long)only, number);
+        error_say("%s: no row %ld, expected one of %ld, counted from 0",
+                  self->path, (long)only, number);
         return STATUS_INPUT;
     }
     return status;
@@ -225,6 +234,24 @@ static double cmd_otg_value(const struct cmd_otg *self, int i)
     }
 }
 
+/* Every limit that is missing, at once. */
+static bool cmd_otg_lacks(const struct cmd_otg *self)
+{
+    static const int limit[] = { OTG_VMAX, OTG_AMAX, OTG_JMAX };
+    static const char *const name[] = { "--vmax", "--amax", "--jmax" };
+    const char *missing[ARRAY_LEN(limit)];
+    char list[QUOTE_LIST_MAX];
+    unsigned count = 0;
+    for (size_t i = 0; i < ARRAY_LEN(limit); i++)
+        if (isnan(self->row.value[0][limit[i]]))
+            missing[count++] = name[i];
+    if (count > 0)
+        error_say("slew otg: no %s, expected every limit (--jmax 0: no "
+                  "limit of the jerk)",
+                  quote_list(list, missing, count));
+    return count > 0;
+}
+
 static enum status cmd_otg_one(struct cmd_otg *self)
 {
     const double *given = self->options->motion;
@@ -235,14 +262,10 @@ static enum status cmd_otg_one(struct cmd_otg *self)
         return cmd_otg_fail("--row: expected with FILE");
     self->header.axes = 1;
     self->header.velocity = isnan(given[OTG_PF]);
-    for (int i = 0; i < OTG_VALUES; i++) {
-        double value = cmd_otg_value(self, i);
-        if (isnan(value) && i != OTG_VMIN && i != OTG_AMIN) {
-            fprintf(stderr, "slew otg: --%s is missing\n", otg_name(i));
-            return STATUS_INPUT;
-        }
-        self->row.value[0][i] = value;
-    }
+    for (int i = 0; i < OTG_VALUES; i++)
+        self->row.value[0][i] = cmd_otg_value(self, i);
+    if (cmd_otg_lacks(self))
+        return STATUS_INPUT;
     bool csv = self->options->segments && !self->options->json;
     if (csv)
         puts("row,axis,t,p,v,a,j");
@@ -279,9 +302,18 @@ static enum status cmd_otg_finish(struct cmd_otg *self)
     cJSON *report = self->rows != NULL ? cJSON_CreateObject() : NULL;
     enum status status = cmd_otg_plot(self, report);
     if (report != NULL) {
+        cJSON_AddBoolToObject(report, "ok",
+                              status == STATUS_OK && self->refused == 0);
         cJSON_AddItemToObject(report, "rows", self->rows);
         json_print(report, stdout);
     }
+    if (self->bent > 0)
+        fprintf(stderr,
+                "slew otg: note: %u of %u %s on no straight line, for which "
+                "start and goal do not allow (--together straight refuses "
+                "them)\n",
+                self->bent, self->answered,
+                number_word(self->bent, "row is", "rows are"));
     return status == STATUS_OK && self->refused > 0 ? STATUS_REFUSED : status;
 }
 
@@ -313,7 +345,8 @@ static enum status cmd_otg_run(const struct options *options)
     if (options->path_count > 1)
         return cmd_otg_fail("expected one FILE, or - for standard input");
     if (options->path_count == 1 && numbers)
-        return cmd_otg_fail("a FILE or the numbers of one motion, not both");
+        return cmd_otg_fail("expected a FILE or the numbers of one motion, "
+                            "not both");
     if (options->plot != NULL && plot_format_of(options->plot) < 0)
         return cmd_otg_fail("--plot: expected FILE.svg or FILE.png");
     self = (struct cmd_otg){ .options = options };
@@ -358,7 +391,8 @@ static const struct option_row cmd_otg_option[] = {
     CMD_OTG_NUMBER("vmin", "V", OTG_VMIN, "below zero (-vmax)"),
     CMD_OTG_NUMBER("amax", "A", OTG_AMAX, "limit of the acceleration"),
     CMD_OTG_NUMBER("amin", "A", OTG_AMIN, "below zero (-amax)"),
-    CMD_OTG_NUMBER("jmax", "J", OTG_JMAX, "limit of the jerk; 0: none"),
+    CMD_OTG_NUMBER("jmax", "J", OTG_JMAX,
+                   "limit of the jerk; 0: none, the acceleration steps"),
     CMD_OTG_NUMBER("jdown", "J", OTG_JDOWN, "that of slowing down (jmax)"),
     { "duration", "S", OPTION_NUMBER, offsetof(struct options, wanted_s),
       "take so long, or the least that is more" },
@@ -379,7 +413,14 @@ const struct command cmd_otg = {
         "duration too.  Lengths and times may have any unit.\n"
         "Writes row,status,duration: rows from 0, status \"ok\" or what is\n"
         "wrong, seconds with 17 digits.  With --segments the start of every\n"
-        "phase of constant jerk and the end of the move instead.\n"
+        "phase of constant jerk and the end of the move instead.  A goal that\n"
+        "no motion meets in whole ticks but a much longer one is missed by "
+        "part\n"
+        "of a tick: that residual is said on stderr, and per axis in JSON.\n"
+        "With jmax 0 the acceleration steps and the duration is that motion's; "
+        "in\n"
+        "the phases steep ramps stand for the steps, so that they end a few\n"
+        "millionths of it later.\n"
         "Without FILE one motion from the options: to a position, or with\n"
         "--vf alone to a velocity.\n",
     .examples = "  slew otg moves.csv\n"

@@ -3,14 +3,16 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-#include "firmware/linux/base/json.h"
-#include "firmware/linux/base/number.h"
-#include "firmware/linux/base/output.h"
-#include "firmware/linux/base/table.h"
+#include "firmware/host/base/json.h"
+#include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
+#include "firmware/host/base/output.h"
+#include "firmware/host/base/table.h"
+#include "firmware/host/move/job.h"
+#include "firmware/host/move/path_report.h"
+#include "firmware/host/rig/modbus_budget.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/move/job.h"
-#include "firmware/linux/move/path_report.h"
-#include "firmware/linux/rig/modbus_budget.h"
+#include "firmware/linux/commands/planning.h"
 
 static const char *const cmd_plan_curve[] = {
 #define CMD_PLAN_CURVE(name, spelling, text) spelling,
@@ -31,12 +33,11 @@ static void cmd_plan_peak(struct table *table, const struct job *job,
                           unsigned axis, enum motion_quantity quantity)
 {
     const struct rig_axis *rig = job_rig_axis(job, axis);
-    unsigned bits = job_bits_of(quantity);
     int64_t limit = job_limit_of(&rig->limit, quantity);
     int64_t peak = job_peak(&job->track[axis], quantity, NULL);
     char peak_text[NUMBER_MAX], limit_text[NUMBER_MAX];
-    number_short(peak_text, peak, bits);
-    number_short(limit_text, limit, bits);
+    number_short(peak_text, peak, 32);
+    number_short(limit_text, limit, 32);
     if (limit == 0)
         table_cell(table, "%s", peak_text);
     else
@@ -126,16 +127,15 @@ static void cmd_plan_json_peak(cJSON *item, const char *name,
                                const struct job *job, unsigned axis,
                                enum motion_quantity quantity)
 {
-    unsigned bits = job_bits_of(quantity);
     int64_t t_ns_q12;
     int64_t peak = job_peak(&job->track[axis], quantity, &t_ns_q12);
     int64_t limit = job_limit_of(&job_rig_axis(job, axis)->limit, quantity);
     cJSON *object = cJSON_AddObjectToObject(item, name);
-    json_add_fixed(object, "peak", peak, bits);
+    json_add_fixed(object, "peak", peak, 32);
     cJSON_AddNumberToObject(object, "time_s",
                             number_double(t_ns_q12, 12) / 1e9);
     if (limit != 0)
-        json_add_fixed(object, "limit", limit, bits);
+        json_add_fixed(object, "limit", limit, 32);
 }
 
 static void cmd_plan_json(const struct job *job)
@@ -223,7 +223,8 @@ static enum status cmd_plan_save(const struct job *job, const char *path)
 
 static enum status cmd_plan_job(struct job *job, const struct options *options)
 {
-    enum status status = job_open(job, options->path, options->path_count);
+    enum status status =
+        planning_open(job, options->path, options->path_count, false);
     if (status != STATUS_OK)
         return status;
     if (options->out != NULL)
@@ -244,9 +245,10 @@ static enum status cmd_plan_job(struct job *job, const struct options *options)
 
 static enum status cmd_plan_run(const struct options *options)
 {
-    static struct job job;
-    enum status status = cmd_plan_job(&job, options);
-    job_free(&job);
+    struct job *job = memory_new(1, sizeof *job);
+    enum status status = cmd_plan_job(job, options);
+    job_free(job);
+    memory_free(job);
     return status;
 }
 
@@ -264,17 +266,17 @@ const struct command cmd_plan = {
     .name = "plan",
     .arguments = "RIG MOVE | DIRECTORY",
     .summary = "plan a move and say what came out",
-    .text =
-        "Plans every axis and prints how long it takes, where it goes, and "
-        "its\n"
-        "peaks against the limits.  Does not refuse a move that breaks a\n"
-        "limit: slew check does.  For a path also its length, the largest "
-        "speed "
-        "along\nit, and how far at most the axes are from it.\n\n"
-        "The saved file holds, per segment, the integers of motion/track.h:\n"
-        "p(t) = pos + (c0 + c1 w + ... + c5 w^5) / 2^(32 + frac), with\n"
-        "w = (t - start) / (2 dur).  They need 64 bits: read them as "
-        "integers.\n",
+    .text = "Plans every axis and prints how long it takes, where it goes, and "
+            "its\n"
+            "peaks against the limits.  Does not refuse a move that breaks a\n"
+            "limit: slew check does.  For a path also its length, the largest "
+            "speed "
+            "along\nit, and how far at most the axes are from it.\n\n"
+            "The saved file holds, per segment, the integers of "
+            "motion/core/track.h:\n"
+            "p(t) = pos + (c0 + c1 w + ... + c5 w^5) / 2^(32 + frac), with\n"
+            "w = (t - start) / (2 dur).  They need 64 bits: read them as "
+            "integers.\n",
     .examples = "  slew plan examples/dolly\n"
                 "  slew plan --segments rig.yaml move.yaml\n"
                 "  slew plan --out tracks.json examples/dolly\n",

@@ -2,31 +2,83 @@
  * picture. */
 #include <stdio.h>
 
-#include "firmware/linux/base/json.h"
+#include "firmware/host/base/error.h"
+#include "firmware/host/base/json.h"
+#include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
+#include "firmware/host/move/job.h"
+#include "firmware/host/plot/compare.h"
+#include "firmware/host/plot/plot.h"
+#include "firmware/host/recording/telemetry.h"
+#include "firmware/host/recording/trace.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/machine/telemetry.h"
-#include "firmware/linux/machine/trace.h"
-#include "firmware/linux/move/job.h"
-#include "firmware/linux/plot/compare.h"
-#include "firmware/linux/plot/plot.h"
+#include "firmware/linux/commands/planning.h"
+#include "motion/core/fixed.h"
 
 static enum status cmd_plot_fail(const char *what)
 {
-    fprintf(stderr, "slew plot: %s\n", what);
+    error_say("slew plot: %s", what);
     return STATUS_INPUT;
+}
+
+/* Telemetry on its way into a trace, held against the move. */
+struct cmd_plot_reader {
+    const struct job *job;
+    struct trace *trace;
+    struct motion_cursor cursor[PLAN_AXES_MAX];
+    int other; /* the axis that another move played, -1: none */
+    int64_t at_ns_q12;
+};
+
+/* During a move every demand is the track at the path time of the row. */
+static bool cmd_plot_is_other(struct cmd_plot_reader *self, unsigned i,
+                              const struct telemetry_row *row)
+{
+    const struct job *job = self->job;
+    const struct rig_axis *axis = job_rig_axis(job, i);
+    struct motion_sample sample;
+    uint64_t off;
+    if (job->compiled != NULL || axis->point_to_point)
+        return false;
+    motion_track_sample(&job->track[i], &self->cursor[i], row->rate.s_ns_q12,
+                        &sample);
+    off = motion_fixed_abs(row->axis[job->rig_axis[i]].demand.pos_q32 -
+                           sample.pos_q32);
+    return off > (uint64_t)axis->following_floor_q32;
+}
+
+static void cmd_plot_take(void *context, const struct telemetry_row *row)
+{
+    struct cmd_plot_reader *self = context;
+    for (unsigned i = 0; self->other < 0 && i < self->job->move.axis_count &&
+                         row->phase == TELEMETRY_MOVE;
+         i++)
+        if (cmd_plot_is_other(self, i, row)) {
+            self->other = (int)i;
+            self->at_ns_q12 = row->rate.s_ns_q12;
+        }
+    trace_take(self->trace, row);
 }
 
 static enum status cmd_plot_trace(const struct job *job, const char *path,
                                   struct trace *trace)
 {
-    char message[RIG_MESSAGE_MAX];
-    if (telemetry_read(path, &job->rig, trace_take, trace, message) < 0) {
-        fprintf(stderr, "%s\n", message);
+    struct cmd_plot_reader self = { .job = job, .trace = trace, .other = -1 };
+    char message[YAML_MESSAGE_MAX], at[NUMBER_MAX];
+    if (telemetry_read(path, &job->rig, cmd_plot_take, &self, message) < 0) {
+        error_say("%s", message);
         return STATUS_INPUT;
     }
     if (trace->count == 0)
-        return cmd_plot_fail("the telemetry holds no move");
-    return STATUS_OK;
+        return job_fail(path, "holds no move, expected telemetry of slew run");
+    if (self.other < 0)
+        return STATUS_OK;
+    number_seconds(at, self.at_ns_q12);
+    snprintf(message, sizeof message,
+             "axis %s is not where this move has it at %s s, expected the "
+             "telemetry of a run of %.300s",
+             job->move.axis[self.other].name, at, job->move_path);
+    return job_fail(path, message);
 }
 
 static void cmd_plot_report(const char *path, bool json)
@@ -43,10 +95,8 @@ static void cmd_plot_report(const char *path, bool json)
 static enum status cmd_plot_job(struct job *job, struct trace *trace,
                                 const struct options *options)
 {
-    enum status status =
-        options->compare != NULL
-            ? job_open(job, options->path, options->path_count)
-            : job_open_any(job, options->path, options->path_count);
+    enum status status = planning_open(job, options->path, options->path_count,
+                                       options->compare == NULL);
     if (status == STATUS_OK && options->compare != NULL)
         status = compare_job(job, options->compare, options->axis);
     if (status != STATUS_OK)
@@ -66,18 +116,21 @@ static enum status cmd_plot_job(struct job *job, struct trace *trace,
 
 static enum status cmd_plot_run(const struct options *options)
 {
-    static struct job job;
-    static struct trace trace;
     if (options->out == NULL || plot_format_of(options->out) < 0)
         return cmd_plot_fail("where to? expected --out FILE.svg or FILE.png");
     if (options->compare != NULL && options->telemetry != NULL)
-        return cmd_plot_fail("--compare: a run has one curve, expected no "
-                             "--telemetry");
+        return cmd_plot_fail(
+            "--compare: not with --telemetry, as a run has one "
+            "curve");
     if (options->axis != NULL && options->compare == NULL)
         return cmd_plot_fail("--axis: expected with --compare");
-    enum status status = cmd_plot_job(&job, &trace, options);
-    trace_free(&trace);
-    job_free(&job);
+    struct job *job = memory_new(1, sizeof *job);
+    struct trace *trace = memory_new(1, sizeof *trace);
+    enum status status = cmd_plot_job(job, trace, options);
+    trace_free(trace);
+    job_free(job);
+    memory_free(trace);
+    memory_free(job);
     return status;
 }
 

@@ -3,30 +3,34 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/host/base/error.h"
+#include "firmware/host/base/json.h"
+#include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
+#include "firmware/host/base/output.h"
+#include "firmware/host/base/table.h"
+#include "firmware/host/move/budget.h"
+#include "firmware/host/move/compiled.h"
+#include "firmware/host/move/job.h"
+#include "firmware/host/plot/plot.h"
+#include "firmware/host/rig/modbus_budget.h"
 #include "firmware/linux/base/interrupt.h"
-#include "firmware/linux/base/json.h"
-#include "firmware/linux/base/number.h"
-#include "firmware/linux/base/output.h"
-#include "firmware/linux/base/table.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/live.h"
+#include "firmware/linux/commands/planning.h"
 #include "firmware/linux/machine/modbus_record.h"
 #include "firmware/linux/machine/player.h"
-#include "firmware/linux/move/budget.h"
-#include "firmware/linux/move/compiled.h"
-#include "firmware/linux/move/job.h"
-#include "firmware/linux/plot/plot.h"
-#include "firmware/linux/rig/modbus_budget.h"
-#include "motion/clock_warp.h"
-#include "motion/fixed.h"
+#include "motion/core/clock_warp.h"
+#include "motion/core/fixed.h"
 
 #define CMD_RUN_RESUME_NS INT64_C(1000000000) /* when not given */
 
-/* Everything a run needs, static: nothing is allocated while the bus is live.
- */
+/* Everything a run needs, in one piece: nothing is allocated while the bus is
+ * live. */
 struct cmd_run {
     const struct options *options;
     int64_t rate_q30;
+    int64_t hold_at_ns; /* -1: never */
     struct job job;
     struct live live;
     struct player player;
@@ -121,6 +125,17 @@ static const char *cmd_run_drives(const struct cmd_run *self)
                                    : "simulated drives in virtual time";
 }
 
+static void cmd_run_port(const struct rig_bus *bus)
+{
+    if (bus->kind == RIG_MODBUS_TCP)
+        printf(", %s port %u", bus->modbus.host, bus->modbus.port);
+    else if (bus->kind == RIG_MODBUS_RTU)
+        printf(", %s", bus->modbus.device);
+    else
+        printf(", interface %s",
+               bus->interface[0] != 0 ? bus->interface : "not given");
+}
+
 static void cmd_run_bus(const struct cmd_run *self, unsigned i)
 {
     const struct rig_bus *bus = &self->job.rig.bus[i];
@@ -129,8 +144,7 @@ static void cmd_run_bus(const struct cmd_run *self, unsigned i)
     printf("%s: %u kbit/s, at most %.1f %% in use", bus->name,
            bus->bit_rate / 1000, 100 * budget.most);
     if (self->options->real)
-        printf(", interface %s",
-               bus->interface[0] != 0 ? bus->interface : "not given");
+        cmd_run_port(bus);
     putchar('\n');
     if (!rig_bus_is_can(bus))
         modbus_budget_print(&self->job.rig, i, stdout);
@@ -145,9 +159,10 @@ static void cmd_run_intent(const struct cmd_run *self)
     number_short(period, job->rig.period_ns * 4096 / 1000000, 12);
     printf("%s%s%s\n", job->move.title, job->move.title[0] ? " - " : "",
            job->rig.title);
-    printf("%u axes, %s s at %s %% speed, a set point every %s ms, %s\n\n",
-           job->move.axis_count, duration, percent, period,
-           cmd_run_drives(self));
+    printf("%u %s, %s s at %s %% speed, a set point every %s ms, %s\n\n",
+           job->move.axis_count,
+           number_word(job->move.axis_count, "axis", "axes"), duration, percent,
+           period, cmd_run_drives(self));
     cmd_run_intent_table(self);
     fputs("\nlimits: how much of each the move uses at its peak\n", stdout);
     for (unsigned i = 0; i < job->rig.bus_count; i++)
@@ -182,9 +197,9 @@ static enum status cmd_run_check(struct cmd_run *self)
         else
             job_print_violations(&self->job, stdout);
         fflush(stdout);
-        fprintf(stderr, "slew run: %u limit violation%s, nothing was moved\n",
-                self->job.violation_count,
-                self->job.violation_count == 1 ? "" : "s");
+        error_say("slew run: %u limit violation%s, nothing was moved",
+                  self->job.violation_count,
+                  number_word(self->job.violation_count, "", "s"));
         return STATUS_REFUSED;
     }
     if (!shots_check(&self->job, self->rate_q30))
@@ -205,7 +220,9 @@ static enum status cmd_run_record(struct cmd_run *self,
     while (i < rig->bus_count && rig_bus_is_can(&rig->bus[i]))
         i++;
     if (i == rig->bus_count) {
-        fputs("slew run: --modbus-log: the rig has no Modbus bus\n", stderr);
+        error_say(
+            "slew run: --modbus-log: the rig has no Modbus bus, expected a rig "
+            "with one");
         return STATUS_INPUT;
     }
     modbus_record_init(&self->record, ports->modbus[i],
@@ -228,6 +245,40 @@ static enum status cmd_run_build(struct cmd_run *self)
     if (status == STATUS_OK)
         status = live_build(&self->live, self->options, &ports);
     return status;
+}
+
+/* Of the move, in seconds or frames of it; nowhere else is there anything to
+ * hold. */
+static enum status cmd_run_hold(struct cmd_run *self)
+{
+    const struct options *options = self->options;
+    const struct units_context units = {
+        .fps = { self->job.move.fps_num, self->job.move.fps_den },
+    };
+    char sentence[UNITS_SENTENCE_MAX], end[NUMBER_MAX];
+    int64_t t_ns_q12;
+    self->hold_at_ns = -1;
+    if (options->hold_at == NULL && options->resume_after_ns < 0)
+        return STATUS_OK;
+    if (options->hold_at == NULL) {
+        error_say("slew run: --resume-after is for a hold, expected --hold-at "
+                  "TIME with it");
+        return STATUS_INPUT;
+    }
+    if (units_parse(options->hold_at, UNITS_TIME, &units, &t_ns_q12, sentence) <
+        0) {
+        error_say("slew run: --hold-at: %s", sentence);
+        return STATUS_INPUT;
+    }
+    if (t_ns_q12 >= 0 && t_ns_q12 < self->job.end_ns_q12) {
+        self->hold_at_ns = t_ns_q12 / MOTION_FIXED_NS_Q12;
+        return STATUS_OK;
+    }
+    number_seconds(end, self->job.end_ns_q12);
+    error_say("slew run: --hold-at: '%s' is not within the move, expected a "
+              "move time from 0 s to before its end at %s s",
+              options->hold_at, end);
+    return STATUS_INPUT;
 }
 
 /* A window must always reach as far as a stop may need, and twice that so that
@@ -256,21 +307,37 @@ static enum status cmd_run_window(const struct cmd_run *self)
     return STATUS_REFUSED;
 }
 
+/* What a run wrote is worth having, however it ends. */
+static void cmd_run_say_partial(const struct cmd_run *self,
+                                struct output *output, const char *what)
+{
+    output->keep = true;
+    if (!self->options->json && output->partial[0] != 0)
+        printf("%s: %s until the end\n", what, output->partial);
+    fflush(stdout);
+}
+
 static enum status cmd_run_files(struct cmd_run *self)
 {
     const struct options *options = self->options;
     if (options->plot != NULL && plot_format_of(options->plot) < 0) {
-        fprintf(stderr,
-                "slew run: --plot %s: expected a name that ends in "
-                ".svg or .png\n",
-                options->plot);
+        error_say("slew run: --plot %s: expected a name that ends in "
+                  ".svg or .png",
+                  options->plot);
         return STATUS_INPUT;
+    }
+    /* What could not be written is said before anything moves. */
+    if (options->plot != NULL) {
+        if (output_open(&self->csv, options->plot) < 0)
+            return STATUS_SYSTEM;
+        output_abandon(&self->csv);
     }
     if (options->telemetry == NULL)
         return STATUS_OK;
     if (output_open(&self->csv, options->telemetry) < 0)
         return STATUS_SYSTEM;
     telemetry_init(&self->telemetry, self->csv.file, &self->job.rig);
+    cmd_run_say_partial(self, &self->csv, "telemetry");
     return STATUS_OK;
 }
 
@@ -281,7 +348,7 @@ static enum status cmd_run_play(struct cmd_run *self)
         .realtime = options->realtime || options->real || options->pty,
         .patient = options->real,
         .override_q30 = self->rate_q30,
-        .hold_at_ns = options->hold_at_ns,
+        .hold_at_ns = self->hold_at_ns,
         .resume_after_ns = options->resume_after_ns < 0
                                ? CMD_RUN_RESUME_NS
                                : options->resume_after_ns,
@@ -327,10 +394,11 @@ static enum status cmd_run_save(struct cmd_run *self)
             self->report.can_log_path = options->can_log;
         self->report.frames_dropped = self->can_log.dropped;
     }
-    if (options->modbus_log != NULL &&
-        (modbus_record_write(&self->record, self->pcap.file) < 0 ||
-         output_commit(&self->pcap) < 0))
-        status = STATUS_SYSTEM;
+    if (options->modbus_log != NULL) {
+        modbus_record_write(&self->record, self->pcap.file);
+        if (output_commit(&self->pcap) < 0)
+            status = STATUS_SYSTEM;
+    }
     if (options->plot != NULL && self->report.started) {
         if (plot_save(&self->job, &self->trace, options->plot) < 0)
             status = STATUS_SYSTEM;
@@ -394,10 +462,13 @@ static enum status cmd_run_job(struct cmd_run *self)
 {
     const struct options *options = self->options;
     enum status status =
-        job_open_any(&self->job, options->path, options->path_count);
+        planning_open(&self->job, options->path, options->path_count, true);
     if (status != STATUS_OK)
         return status;
     status = live_use(&self->live, options, &self->job.rig);
+    if (status != STATUS_OK)
+        return status;
+    status = cmd_run_hold(self);
     if (status != STATUS_OK)
         return status;
     if (!options->json)
@@ -410,9 +481,11 @@ static enum status cmd_run_job(struct cmd_run *self)
     status = live_confirm(&self->live, options, "run");
     if (status != STATUS_OK)
         return status;
-    if (options->can_log != NULL &&
-        output_open(&self->frames, options->can_log) < 0)
-        return STATUS_SYSTEM;
+    if (options->can_log != NULL) {
+        if (output_open(&self->frames, options->can_log) < 0)
+            return STATUS_SYSTEM;
+        cmd_run_say_partial(self, &self->frames, "frames");
+    }
     status = cmd_run_build(self);
     if (status == STATUS_OK)
         status = cmd_run_window(self);
@@ -427,19 +500,19 @@ static enum status cmd_run_job(struct cmd_run *self)
 
 static enum status cmd_run_run(const struct options *options)
 {
-    static struct cmd_run self;
-    memset(&self, 0, sizeof self);
-    self.options = options;
-    self.rate_q30 = options->override_q30;
-    enum status status = cmd_run_job(&self);
-    output_abandon(&self.csv);
-    output_abandon(&self.frames);
-    output_abandon(&self.pcap);
-    trace_free(&self.trace);
-    shots_free(&self.shots);
-    arrivals_free(&self.arrivals);
-    live_close(&self.live);
-    job_free(&self.job);
+    struct cmd_run *self = memory_new(1, sizeof *self);
+    self->options = options;
+    self->rate_q30 = options->override_q30;
+    enum status status = cmd_run_job(self);
+    output_abandon(&self->csv);
+    output_abandon(&self->frames);
+    output_abandon(&self->pcap);
+    trace_free(&self->trace);
+    shots_free(&self->shots);
+    arrivals_free(&self->arrivals);
+    live_close(&self->live);
+    job_free(&self->job);
+    memory_free(self);
     return status;
 }
 
@@ -459,8 +532,8 @@ static const struct option_row cmd_run_option[] = {
       "draw plan and run as .svg or .png" },
     { "override", "PERCENT", OPTION_PERCENT,
       offsetof(struct options, override_q30), "speed, 1 to 200 (100)" },
-    { "hold-at", "TIME", OPTION_TIME, offsetof(struct options, hold_at_ns),
-      "feed hold at this time of the move" },
+    { "hold-at", "TIME", OPTION_TEXT, offsetof(struct options, hold_at),
+      "feed hold at this move time, such as 2.5, 250ms or f48" },
     { "resume-after", "TIME", OPTION_TIME,
       offsetof(struct options, resume_after_ns),
       "go on after standing for this long (1 s)" },
@@ -482,7 +555,12 @@ const struct command cmd_run = {
         "Drives are simulated unless --real is given: then the buses are the\n"
         "CAN interfaces, serial devices and hosts that the rig names, and\n"
         "things move.  --dry-run says what would happen, with --real also\n"
-        "whether the drives are there.\n\n" LIVE_HELP_STOP,
+        "whether the drives are there.\n\n"
+        "Telemetry and frames are written to FILE.partial, whole rows once a\n"
+        "second, and get their name at the end.  After a kill or on a full "
+        "disk\n"
+        "the partial file stays; the next run to FILE takes its "
+        "place.\n\n" LIVE_HELP_STOP,
     .examples = "  slew run examples/dolly\n"
                 "  slew run --telemetry run.csv --plot run.png examples/dolly\n"
                 "  slew run --realtime --override 50 rig.yaml move.yaml\n"

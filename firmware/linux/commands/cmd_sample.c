@@ -7,15 +7,19 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "firmware/linux/base/json.h"
-#include "firmware/linux/base/number.h"
+#include "firmware/host/base/error.h"
+#include "firmware/host/base/json.h"
+#include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
+#include "firmware/host/base/quote.h"
+#include "firmware/host/move/compiled.h"
+#include "firmware/host/move/job.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/move/compiled.h"
-#include "firmware/linux/move/job.h"
-#include "motion/err.h"
-#include "motion/fixed.h"
+#include "firmware/linux/commands/planning.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+#include "motion/number/trig.h"
 #include "motion/plan/plan_camera.h"
-#include "motion/trig.h"
 
 #define CMD_SAMPLE_NS_UHZ INT64_C(1000000000000000) /* ns of a micro-hertz */
 
@@ -113,7 +117,7 @@ static void cmd_sample_row(struct cmd_sample *self, int64_t t_ns)
                             &sample);
         cmd_sample_value(self, sample.pos_q32, 32);
         cmd_sample_value(self, sample.vel_q32, 32);
-        cmd_sample_value(self, sample.acc_q16, 16);
+        cmd_sample_value(self, sample.acc_q32, 32);
     }
     if (self->options->quaternion)
         cmd_sample_quaternion(self, t_ns * MOTION_FIXED_NS_Q12);
@@ -121,7 +125,7 @@ static void cmd_sample_row(struct cmd_sample *self, int64_t t_ns)
 
 static void cmd_sample_head(const struct cmd_sample *self)
 {
-    static const char *const raw[] = { "pos_q32", "vel_q32", "acc_q16" };
+    static const char *const raw[] = { "pos_q32", "vel_q32", "acc_q32" };
     static const char *const slash[] = { "", "_s", "_s2" };
     const char *quote = self->options->json ? "\"" : "";
     printf("%st_ns%s", quote, quote);
@@ -176,7 +180,19 @@ static void cmd_sample_json(struct cmd_sample *self, int64_t k, int64_t to_ns)
 
 static enum status cmd_sample_fail(const char *what, const char *which)
 {
-    fprintf(stderr, "slew sample: %s%s\n", what, which);
+    error_say("slew sample: %s%s", what, which);
+    return STATUS_INPUT;
+}
+
+static enum status cmd_sample_no_axis(const struct cmd_sample *self,
+                                      const char *name)
+{
+    const char *names[PLAN_AXES_MAX];
+    char list[QUOTE_LIST_MAX];
+    for (unsigned i = 0; i < self->job->move.axis_count; i++)
+        names[i] = self->job->move.axis[i].name;
+    error_say("slew sample: the move has no axis \"%s\", expected %s", name,
+              quote_list(list, names, self->job->move.axis_count));
     return STATUS_INPUT;
 }
 
@@ -188,7 +204,7 @@ static enum status cmd_sample_axes(struct cmd_sample *self)
         return STATUS_OK;
     int axis = job_axis_index(self->job, name);
     if (axis < 0)
-        return cmd_sample_fail("the move has no axis ", name);
+        return cmd_sample_no_axis(self, name);
     self->first = (unsigned)axis;
     self->end = self->first + 1;
     return STATUS_OK;
@@ -202,7 +218,8 @@ static enum status cmd_sample_camera(struct cmd_sample *self)
     self->last = MOTION_QUAT_ONE;
     if (camera == NULL || self->job->compiled != NULL ||
         plan_camera_mount(camera, &self->mount) < 0)
-        return cmd_sample_fail("--quaternion: the move has no camera", "");
+        return cmd_sample_fail("--quaternion: the move has no camera",
+                               ", expected one with");
     return STATUS_OK;
 }
 
@@ -212,7 +229,8 @@ static enum status cmd_sample_job(struct job *job,
     struct cmd_sample self = { .job = job, .options = options };
     if (options->rate_uhz < 0)
         return cmd_sample_fail("how often? expected --rate HZ", "");
-    enum status status = job_open_any(job, options->path, options->path_count);
+    enum status status =
+        planning_open(job, options->path, options->path_count, true);
     if (status == STATUS_OK)
         status = cmd_sample_axes(&self);
     if (status == STATUS_OK)
@@ -222,6 +240,11 @@ static enum status cmd_sample_job(struct job *job,
     int64_t from_ns = options->from_ns < 0 ? 0 : options->from_ns;
     int64_t to_ns = options->to_ns < 0 ? job->end_ns_q12 / MOTION_FIXED_NS_Q12
                                        : options->to_ns;
+    if (from_ns > to_ns)
+        return cmd_sample_fail(options->to_ns < 0
+                                   ? "--from is after the end of the move"
+                                   : "--from is after --to",
+                               ", expected an earlier time");
     int64_t k = cmd_sample_first(from_ns, options->rate_uhz);
     if (options->json)
         cmd_sample_json(&self, k, to_ns);
@@ -233,9 +256,10 @@ static enum status cmd_sample_job(struct job *job,
 
 static enum status cmd_sample_run(const struct options *options)
 {
-    static struct job job;
-    enum status status = cmd_sample_job(&job, options);
-    job_free(&job);
+    struct job *job = memory_new(1, sizeof *job);
+    enum status status = cmd_sample_job(job, options);
+    job_free(job);
+    memory_free(job);
     return status;
 }
 
@@ -251,7 +275,7 @@ static const struct option_row cmd_sample_option[] = {
     { "quaternion", NULL, OPTION_FLAG, offsetof(struct options, quaternion),
       "the camera's rotation, too, in the space of its path: w, x, y, z" },
     { "raw", NULL, OPTION_FLAG, offsetof(struct options, raw),
-      "integers: Q32.32 position and velocity, Q16 acceleration" },
+      "integers: Q32.32 position, velocity and acceleration" },
     OPTIONS_COMMON,
 };
 

@@ -5,13 +5,15 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "firmware/linux/base/array.h"
-#include "firmware/linux/base/json.h"
-#include "firmware/linux/base/table.h"
+#include "firmware/host/base/array.h"
+#include "firmware/host/base/error.h"
+#include "firmware/host/base/json.h"
+#include "firmware/host/base/memory.h"
+#include "firmware/host/base/table.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/tools/scan.h"
 #include "firmware/linux/tools/talk.h"
-#include "motion/err.h"
+#include "motion/core/err.h"
 
 #define CMD_SCAN_LISTEN_NS  INT64_C(1200000000)
 #define CMD_SCAN_TIMEOUT_NS INT64_C(20000000)
@@ -35,7 +37,7 @@ struct cmd_scan {
 
 static enum status cmd_scan_complain(const char *what)
 {
-    fprintf(stderr, "slew scan: %s\n", what);
+    error_say("slew scan: %s", what);
     return STATUS_INPUT;
 }
 
@@ -125,22 +127,22 @@ static void cmd_scan_progress(const char *what, unsigned at, unsigned of)
 static enum status cmd_scan_bus(struct cmd_scan *self, const struct rig *rig,
                                 unsigned bus)
 {
-    static struct bench bench;
-    char message[RIG_MESSAGE_MAX];
+    struct bench *bench = memory_new(1, sizeof *bench);
+    char message[YAML_MESSAGE_MAX];
     int err;
 
-    if (bench_open(&bench, rig, bus, self->is_real, message) < 0) {
-        fprintf(stderr, "%s\n", message);
+    if (bench_open(bench, rig, bus, self->is_real, message) < 0) {
+        error_say("%s", message);
+        memory_free(bench);
         return STATUS_INPUT;
     }
-    err = bench_is_can(&bench)
-              ? scan_can(&self->scan, &bench, &self->config)
-              : scan_modbus(&self->scan, &bench, &self->config);
-    bench_close(&bench);
+    err = bench_is_can(bench) ? scan_can(&self->scan, bench, &self->config)
+                              : scan_modbus(&self->scan, bench, &self->config);
+    bench_close(bench);
+    memory_free(bench);
     if (err == MOTION_OK)
         return STATUS_OK;
-    fprintf(stderr, "slew scan: %s: %s\n", rig->bus[bus].name,
-            motion_err_text(err));
+    error_say("slew scan: %s: %s", rig->bus[bus].name, motion_err_text(err));
     return STATUS_SYSTEM;
 }
 
@@ -149,25 +151,26 @@ static enum status cmd_scan_bus(struct cmd_scan *self, const struct rig *rig,
 /* Baud rates and parities only make sense for a real serial port. */
 static enum status cmd_scan_line(struct cmd_scan *self, unsigned bus)
 {
-    static struct rig rig;
+    struct rig_bus *const at = &self->rig.bus[bus];
+    struct modbus_rtu_line *const line = &at->modbus.line;
+    const struct rig_bus written = *at;
     enum status status = STATUS_OK;
     const struct cmd_scan_lines *lines = &self->lines;
     const unsigned bauds = lines->bauds > 0 ? lines->bauds : 1;
     const unsigned parities = lines->parities > 0 ? lines->parities : 1;
 
     for (unsigned i = 0; i < bauds * parities && status == STATUS_OK; i++) {
-        struct modbus_rtu_line *line = &rig.bus[bus].modbus.line;
-
-        rig = self->rig;
+        *at = written;
         if (lines->bauds > 0)
             line->baud = lines->baud[i / parities];
         if (lines->parities > 0) {
             line->parity = lines->parity[i % parities];
             line->stop_bits = line->parity == MODBUS_PARITY_NONE ? 2 : 1;
         }
-        rig.bus[bus].bit_rate = line->baud;
-        status = cmd_scan_bus(self, &rig, bus);
+        at->bit_rate = line->baud;
+        status = cmd_scan_bus(self, &self->rig, bus);
     }
+    *at = written;
     return status;
 }
 
@@ -270,7 +273,7 @@ static void cmd_scan_json(const struct scan *scan)
 /* ---- the command ---- */
 
 static int cmd_scan_name(const struct options *options, struct cmd_scan *self,
-                         char message[RIG_MESSAGE_MAX])
+                         char message[YAML_MESSAGE_MAX])
 {
     const struct bench_line line = {
         .baud = self->lines.bauds > 0 ? self->lines.baud[0] : 0,
@@ -292,7 +295,7 @@ static int cmd_scan_name(const struct options *options, struct cmd_scan *self,
 static enum status cmd_scan_run(const struct options *options)
 {
     static struct cmd_scan self;
-    char message[RIG_MESSAGE_MAX];
+    char message[YAML_MESSAGE_MAX];
     int only = -1;
     enum status status;
 
@@ -303,7 +306,7 @@ static enum status cmd_scan_run(const struct options *options)
     if (cmd_scan_name(options, &self, message) < 0 ||
         (options->bus != NULL &&
          (only = talk_bus(&self.rig, options->bus, false, message)) < 0)) {
-        fprintf(stderr, "%s\n", message);
+        error_say("%s", message);
         return STATUS_INPUT;
     }
     status = cmd_scan_all(&self, only);

@@ -4,10 +4,12 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/linux/base/array.h"
+#include "firmware/host/base/array.h"
+#include "firmware/host/base/error.h"
+#include "firmware/host/base/memory.h"
+#include "firmware/host/move/job.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/machine/sim_server.h"
-#include "firmware/linux/move/job.h"
 
 static volatile sig_atomic_t cmd_sim_ended;
 
@@ -59,43 +61,53 @@ static int64_t cmd_sim_now_ns(struct sim_server *server)
 }
 
 static enum status cmd_sim_serve(const struct options *options,
-                                 const struct rig *rig)
+                                 const struct rig *rig,
+                                 struct sim_server *server)
 {
-    static struct sim_server server;
-    char message[RIG_MESSAGE_MAX];
-    if (sim_server_open(&server, rig, message) < 0) {
-        fprintf(stderr, "slew sim: %s\n", message);
+    char message[YAML_MESSAGE_MAX];
+    if (sim_server_open(server, rig, message) < 0) {
+        error_say("slew sim: %s", message);
         return STATUS_INPUT;
     }
     cmd_sim_ended = 0;
     cmd_sim_listen();
-    cmd_sim_say(&server);
-    const int64_t start_ns = cmd_sim_now_ns(&server);
+    cmd_sim_say(server);
+    const int64_t start_ns = cmd_sim_now_ns(server);
     while (!cmd_sim_ended &&
            (options->to_ns < 0 ||
-            cmd_sim_now_ns(&server) - start_ns < options->to_ns))
-        sim_server_step(&server);
-    sim_server_close(&server);
+            cmd_sim_now_ns(server) - start_ns < options->to_ns))
+        sim_server_step(server);
+    sim_server_close(server);
     return STATUS_OK;
+}
+
+static enum status cmd_sim_rig(const struct options *options, struct rig *rig)
+{
+    char message[YAML_MESSAGE_MAX];
+    enum status status = job_read_rig(options->path[0], rig);
+    if (status != STATUS_OK)
+        return status;
+    if (options->interface != NULL &&
+        rig_set_interfaces(rig, options->interface, message) < 0) {
+        error_say("slew sim: --interface: %s", message);
+        return STATUS_INPUT;
+    }
+    struct sim_server *server = memory_new(1, sizeof *server);
+    status = cmd_sim_serve(options, rig, server);
+    memory_free(server);
+    return status;
 }
 
 static enum status cmd_sim_run(const struct options *options)
 {
-    static struct rig rig;
-    char message[RIG_MESSAGE_MAX];
     if (options->eds) {
         sim_cia402_write_eds(stdout);
         return STATUS_OK;
     }
-    enum status status = job_read_rig(options->path[0], &rig);
-    if (status != STATUS_OK)
-        return status;
-    if (options->interface != NULL &&
-        rig_set_interfaces(&rig, options->interface, message) < 0) {
-        fprintf(stderr, "slew sim: --interface: %s\n", message);
-        return STATUS_INPUT;
-    }
-    return cmd_sim_serve(options, &rig);
+    struct rig *rig = memory_new(1, sizeof *rig);
+    enum status status = cmd_sim_rig(options, rig);
+    memory_free(rig);
+    return status;
 }
 
 static const struct option_row cmd_sim_option[] = {

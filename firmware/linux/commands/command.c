@@ -3,8 +3,15 @@
 #include "firmware/linux/commands/command.h"
 
 #include <errno.h>
+#include <poll.h>
+#include <signal.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
+
+#include "firmware/host/base/error.h"
+#include "firmware/host/base/json.h"
+#include "firmware/library/version.h"
 
 const struct command *const command_list[] = {
     &cmd_check,   &cmd_plan,    &cmd_sample, &cmd_plot,   &cmd_run,
@@ -32,16 +39,53 @@ static void command_help(FILE *file)
     for (size_t i = 0; command_list[i] != NULL; i++)
         fprintf(file, "  %-8s %s\n", command_list[i]->name,
                 command_list[i]->summary);
-    fputs("\nslew COMMAND --help says more.\n", file);
+    fputs("\nslew COMMAND --help says more; slew --version says which it is.\n",
+          file);
+}
+
+/* Why stdout failed some time ago, which stdio does not keep; 0: unknown. */
+static int command_stdout_error(void)
+{
+    struct pollfd reader = { .fd = STDOUT_FILENO, .events = POLLOUT };
+    const bool closed =
+        poll(&reader, 1, 0) == 1 && (reader.revents & POLLERR) != 0;
+    return closed ? EPIPE : 0;
+}
+
+static bool command_wants_json(int argc, char *argv[])
+{
+    for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; i++)
+        if (strcmp(argv[i], "--json") == 0)
+            return true;
+    return false;
+}
+
+/* With --json there is an object whatever happens: where a command ended before
+ * it had a report, this one. */
+static enum status command_json(enum status status)
+{
+    if (status == STATUS_OK || json_is_printed())
+        return status;
+    cJSON *report = cJSON_CreateObject();
+    cJSON_AddBoolToObject(report, "ok", false);
+    cJSON_AddNumberToObject(report, "status", status);
+    cJSON_AddStringToObject(report, "error", error_said());
+    json_print(report, stdout);
+    return status;
 }
 
 /* A full disk or a closed pipe shows only here. */
 static enum status command_flush(enum status status)
 {
-    if (fflush(stdout) == 0 && !ferror(stdout))
+    int error = fflush(stdout) == 0 ? 0 : errno;
+    if (error == 0 && !ferror(stdout))
         return status;
-    if (errno != EPIPE)
-        fprintf(stderr, "slew: standard output: %s\n", strerror(errno));
+    if (error == 0)
+        error = command_stdout_error();
+    if (error != EPIPE)
+        error_say("slew: standard output: %s",
+                  error == 0 ? "not all of it could be written"
+                             : strerror(error));
     return STATUS_SYSTEM;
 }
 
@@ -66,6 +110,8 @@ static bool command_is_help(const char *word)
 
 enum status command_main(int argc, char *argv[])
 {
+    signal(SIGPIPE, SIG_IGN); /* write errors are seen where they happen */
+    signal(SIGXFSZ, SIG_IGN);
     if (argc < 2) {
         command_help(stderr);
         return STATUS_INPUT;
@@ -74,10 +120,17 @@ enum status command_main(int argc, char *argv[])
         command_help(stdout);
         return command_flush(STATUS_OK);
     }
-    const struct command *command = command_find(argv[1]);
-    if (command == NULL) {
-        fprintf(stderr, "slew: no command \"%s\"; see slew --help\n", argv[1]);
-        return STATUS_INPUT;
+    if (strcmp(argv[1], "--version") == 0) {
+        puts("slew " SLEW_VERSION);
+        return command_flush(STATUS_OK);
     }
-    return command_flush(command_run(command, argc - 1, argv + 1));
+    const struct command *command = command_find(argv[1]);
+    if (command == NULL)
+        error_say("slew: no command \"%s\"; see slew --help", argv[1]);
+    enum status status = command == NULL
+                             ? STATUS_INPUT
+                             : command_run(command, argc - 1, argv + 1);
+    if (command_wants_json(argc, argv))
+        status = command_json(status);
+    return command_flush(status);
 }

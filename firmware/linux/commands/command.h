@@ -2,8 +2,8 @@
 #ifndef FIRMWARE_LINUX_COMMANDS_COMMAND_H
 #define FIRMWARE_LINUX_COMMANDS_COMMAND_H
 
-#include "firmware/linux/base/array.h"
-#include "firmware/linux/base/status.h"
+#include "firmware/host/base/array.h"
+#include "firmware/host/base/status.h"
 #include "firmware/linux/commands/options.h"
 
 struct command {

@@ -4,10 +4,11 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/linux/base/number.h"
-#include "firmware/linux/base/output.h"
-#include "motion/err.h"
-#include "motion/fixed.h"
+#include "firmware/host/base/error.h"
+#include "firmware/host/base/number.h"
+#include "firmware/host/base/output.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
 
 #define JOG_SHOW_NS INT64_C(100000000)
 #define JOG_FASTER  5
@@ -190,6 +191,7 @@ static void jog_show(struct jog_keys *self)
     const struct homing *homing = &self->live->machine.homing;
     const char *unit = units_axis_text(jog_rig(self)->unit);
     char pos[NUMBER_MAX], vel[NUMBER_MAX], fault[LIVE_FAULT_MAX], line[512];
+    char why[HOMING_TEXT_MAX];
     if (self->live->now_ns - self->shown_ns < JOG_SHOW_NS)
         return;
     self->shown_ns = self->live->now_ns;
@@ -198,7 +200,7 @@ static void jog_show(struct jog_keys *self)
     live_fault_text(self->live, fault);
     if (fault[0] == 0 && homing->state == HOMING_FAILED)
         snprintf(fault, sizeof fault, "homing: %s",
-                 homing_error_text(homing->error));
+                 homing_failure(homing, why));
     snprintf(line, sizeof line, "\r\033[K%s %s %s%s  %s %s/s  %s  %s%s%s",
              jog_rig(self)->name, pos, unit, axis->homed ? "" : " (unhomed)",
              vel, unit, jog_state(self), fault, fault[0] != 0 ? "  " : "",
@@ -245,9 +247,9 @@ enum status jog_keys_run(struct jog_keys *self, struct live *live,
     self->config = *config;
     self->axis = config->axis;
     if (terminal_open(&self->terminal) < 0) {
-        fputs("slew jog: standard input is no terminal, expected a motion such "
-              "as +10mm\n",
-              stderr);
+        error_say("slew jog: standard input is not a terminal, expected a "
+                  "motion such "
+                  "as +10mm");
         return STATUS_INPUT;
     }
     terminal_write(&self->terminal,

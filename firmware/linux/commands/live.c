@@ -5,33 +5,35 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "firmware/host/base/error.h"
+#include "firmware/host/base/json.h"
+#include "firmware/host/move/job.h"
 #include "firmware/linux/machine/pace.h"
-#include "firmware/linux/move/job.h"
-#include "motion/err.h"
+#include "motion/core/err.h"
 
 #define LIVE_STOP_NS  INT64_C(300000000)
 #define LIVE_QUICK_NS INT64_C(3000000000)
-#define LIVE_LOOK_NS  INT64_C(5000000000) /* as long as enabling may take */
+#define LIVE_LOOKS    12 /* times machine_enable_ns(), for drives that go on */
 
 enum status live_use(struct live *live, const struct options *options,
                      struct rig *rig)
 {
-    char message[RIG_MESSAGE_MAX];
+    char message[YAML_MESSAGE_MAX];
     live->rig = rig;
     if (options->real && options->pty) {
-        fputs("--pty is for simulated drives, --real is not\n", stderr);
+        error_say(
+            "slew: --pty is for simulated drives, expected it without --real");
         return STATUS_INPUT;
     }
     if (options->interface == NULL ||
         rig_set_interfaces(rig, options->interface, message) == 0)
         return STATUS_OK;
-    fprintf(stderr, "--interface: %s\n", message);
+    error_say("slew: --interface: %s", message);
     return STATUS_INPUT;
 }
 
 enum status live_read(struct live *live, const struct options *options)
 {
-    memset(live, 0, sizeof *live);
     live->rig = &live->own;
     enum status status = job_read_rig(options->path[0], &live->own);
     return status == STATUS_OK ? live_use(live, options, &live->own) : status;
@@ -40,9 +42,13 @@ enum status live_read(struct live *live, const struct options *options)
 enum status live_ports(struct live *live, const struct options *options,
                        struct machine_ports *ports)
 {
-    char message[RIG_MESSAGE_MAX];
+    char message[YAML_MESSAGE_MAX];
     live->is_real = options->real;
     live->on_clock = options->real || options->realtime || options->pty;
+    if (options->real && machine_modbus_reach(live->rig, message) < 0) {
+        (void)job_fail(options->path[0], message);
+        return STATUS_REFUSED; /* the file may be right */
+    }
     int err = options->real
                   ? machine_real_init(&live->real, live->rig, ports, message)
                   : machine_sim_init(&live->sim, live->rig, live->on_clock,
@@ -56,7 +62,7 @@ enum status live_ports(struct live *live, const struct options *options,
 enum status live_build(struct live *live, const struct options *options,
                        const struct machine_ports *ports)
 {
-    char message[RIG_MESSAGE_MAX];
+    char message[YAML_MESSAGE_MAX];
     if (machine_init(&live->machine, live->rig, ports, message) < 0)
         return job_fail(options->path[0], message);
     live->start_ns = hal_clock_now_ns(ports->clock);
@@ -171,7 +177,7 @@ static bool live_say_torque(const struct live *live, const char *after)
     for (unsigned i = 0; i < live->rig->axis_count; i++) {
         machine_torque_text(&live->machine, i, text);
         if (text[0] != 0)
-            fprintf(stderr, "%s: %s%s\n", live->rig->axis[i].name, text, after);
+            error_say("%s: %s%s", live->rig->axis[i].name, text, after);
     }
     return machine_is_off(&live->machine);
 }
@@ -220,14 +226,11 @@ void live_fault_text(const struct live *live, char text[LIVE_FAULT_MAX])
 
 int live_axis(const struct live *live, const char *command, const char *name)
 {
+    char list[QUOTE_LIST_MAX];
     const int axis = rig_axis_index(live->rig, name);
     if (axis < 0)
-        fprintf(stderr, "slew %s: no axis \"%s\" in the rig, expected one of",
-                command, name);
-    for (uint32_t i = 0; axis < 0 && i < live->rig->axis_count; i++)
-        fprintf(stderr, "%s %s", i > 0 ? "," : "", live->rig->axis[i].name);
-    if (axis < 0)
-        fputc('\n', stderr);
+        error_say("slew %s: no axis \"%s\" in the rig, expected %s", command,
+                  name, rig_axis_list(live->rig, list));
     return axis;
 }
 
@@ -239,10 +242,9 @@ static bool live_ask(const struct options *options, const char *command)
     if (!options->real || options->yes)
         return true;
     if (!isatty(STDIN_FILENO)) {
-        fprintf(stderr,
-                "slew %s: REAL drives would move, expected --yes, or a "
-                "terminal to ask on\n",
-                command);
+        error_say("slew %s: REAL drives would move, expected --yes, or a "
+                  "terminal to ask on",
+                  command);
         return false;
     }
     fputs("REAL drives will move. Go on? [y/N] ", stderr);
@@ -283,22 +285,34 @@ static bool live_look_axis(const struct live *live, unsigned i, FILE *file)
     const struct hal_drive_feedback *feedback =
         &live->machine.controller.axis[i].feedback;
     const bool ok = feedback->state == HAL_DRIVE_OFF;
-    if (file != NULL || !ok)
-        fprintf(ok ? file : stderr, "%s: %s%s%s\n", live->rig->axis[i].name,
-                ok ? "the drive is there, and off"
-                   : hal_drive_state_text(feedback->state),
-                feedback->fault_text[0] != 0 ? ", " : "", feedback->fault_text);
+    if (!ok)
+        error_say("%s: %s%s%s", live->rig->axis[i].name,
+                  hal_drive_state_text(feedback->state),
+                  feedback->fault_text[0] != 0 ? ", " : "",
+                  feedback->fault_text);
+    else if (file != NULL)
+        fprintf(file, "%s: the drive is there, and off\n",
+                live->rig->axis[i].name);
     return ok;
 }
 
 enum status live_look(struct live *live, FILE *file)
 {
-    const int64_t start_ns = live->now_ns;
+    const int64_t start_ns = live->now_ns,
+                  most_ns = machine_enable_ns(live->rig);
+    int64_t step_ns = start_ns;
+    uint32_t steps = 0;
     char text[LIVE_FAULT_MAX];
     bool ok = true;
     while (live->now_ns - start_ns < LIVE_STOP_NS ||
-           (!live_all_there(live) && live->now_ns - start_ns < LIVE_LOOK_NS))
+           (!live_all_there(live) && live->now_ns - step_ns < most_ns &&
+            live->now_ns - start_ns < LIVE_LOOKS * most_ns)) {
         live_tick(live);
+        if (machine_steps(&live->machine) != steps) {
+            steps = machine_steps(&live->machine);
+            step_ns = live->now_ns;
+        }
+    }
     for (unsigned i = 0; i < live->rig->axis_count; i++)
         ok &= live_look_axis(live, i, file);
     live_fault_text(live, text); /* the e-stop */
@@ -306,7 +320,7 @@ enum status live_look(struct live *live, FILE *file)
         machine_trouble_text(&live->machine, text);
     if (text[0] == 0)
         return ok ? STATUS_OK : STATUS_REFUSED;
-    fprintf(stderr, "%s\n", text);
+    error_say("%s", text);
     return STATUS_REFUSED;
 }
 
@@ -317,4 +331,16 @@ enum status live_dry_run(struct live *live, const struct options *options)
     enum status status = live_open(live, options, false);
     return status == STATUS_OK ? live_look(live, options->json ? NULL : stdout)
                                : status;
+}
+
+enum status live_dry_run_alone(struct live *live, const struct options *options)
+{
+    const enum status status = live_dry_run(live, options);
+    if (status == STATUS_OK && options->json) {
+        cJSON *report = cJSON_CreateObject();
+        cJSON_AddBoolToObject(report, "ok", true);
+        cJSON_AddBoolToObject(report, "dry_run", true);
+        json_print(report, stdout);
+    }
+    return status;
 }

@@ -2,7 +2,8 @@
  * by hand: a rig on simulated or real ports, and its tick.
  *
  * For commands without a move: home, jog, monitor.  Simulated in virtual time,
- * as fast as it goes or as fast as the clock; simulated on the clock; or real. */
+ * as fast as it goes or as fast as the clock; simulated on the clock; or
+ * real. */
 #ifndef FIRMWARE_LINUX_COMMANDS_LIVE_H
 #define FIRMWARE_LINUX_COMMANDS_LIVE_H
 
@@ -37,8 +38,9 @@ struct live {
     int64_t start_ns, now_ns; /* nominal time of the last tick */
 };
 
-/* Read the rig, options->path[0], and --interface.  STATUS_OK, or STATUS_INPUT
- * with a line on stderr.  Nothing is opened. */
+/* Read the rig, options->path[0], and --interface, into a live that is all
+ * zero.  STATUS_OK, or STATUS_INPUT with a line on stderr.  Nothing is
+ * opened. */
 enum status live_read(struct live *live, const struct options *options);
 /* The same for a rig that has been read: --interface, into it. */
 enum status live_use(struct live *live, const struct options *options,
@@ -64,12 +66,17 @@ enum status live_confirm(struct live *live, const struct options *options,
 enum status live_begin(struct live *live, const struct options *options,
                        const char *command, bool paced);
 /* --dry-run, on what is open: are the drives there, each off and without fault,
- * and nothing in the way?  Nothing is enabled.  A line for each on `file` (NULL:
- * none).  STATUS_OK, or STATUS_REFUSED: the real run would end so, too. */
+ * and nothing in the way?  Nothing is enabled.  A line for each on `file`
+ * (NULL: none).  STATUS_OK, or STATUS_REFUSED: the real run would end so,
+ * too. */
 enum status live_look(struct live *live, FILE *file);
-/* What --dry-run says of a real machine: live_open and live_look; of a simulated
- * one nothing. */
+/* What --dry-run says of a real machine: live_open and live_look; of a
+ * simulated one nothing. */
 enum status live_dry_run(struct live *live, const struct options *options);
+/* The same, and with --json an object that says so: for commands that have no
+ * report of what they would do. */
+enum status live_dry_run_alone(struct live *live,
+                               const struct options *options);
 void live_close(struct live *live);
 
 /* Wait for the next tick and do it.  When time is past the one after it, whole
@@ -79,11 +86,11 @@ void live_tick(struct live *live);
 /* Torque for all axes: ticks until the controller is READY or in FAULT, or
  * *interrupts is above 0.  True: READY. */
 bool live_enable(struct live *live, const volatile sig_atomic_t *interrupts);
-/* The one way out: to rest, by a quick stop (at most 3 s) at a second interrupt;
- * then torque off, until every drive has said so, at most MACHINE_OFF_NS, which no
- * interrupt cuts short.  A real drive that is lost is tried on until it answers,
- * or the operator interrupts.  False, with a line on stderr for each: a drive has
- * not said so. */
+/* The one way out: to rest, by a quick stop (at most 3 s) at a second
+ * interrupt; then torque off, until every drive has said so, at most
+ * MACHINE_OFF_NS, which no interrupt cuts short.  A real drive that is lost is
+ * tried on until it answers, or the operator interrupts.  False, with a line on
+ * stderr for each: a drive has not said so. */
 bool live_off(struct live *live, const volatile sig_atomic_t *interrupts);
 
 /* "slide: the axis does not follow its set points, DRIVE'S WORDS"; "" when

@@ -5,12 +5,13 @@
 #include <math.h>
 #include <string.h>
 
-#include "firmware/linux/base/array.h"
-#include "firmware/linux/base/number.h"
+#include "firmware/host/base/array.h"
+#include "firmware/host/base/error.h"
+#include "firmware/host/base/number.h"
 #include "firmware/linux/commands/command.h"
-#include "motion/clock_warp.h"
-#include "motion/err.h"
-#include "motion/fixed.h"
+#include "motion/core/clock_warp.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
 
 #define OPTIONS_MAX     32
 #define OPTIONS_FIRST   256 /* getopt's value of the first row */
@@ -138,8 +139,8 @@ static int options_store(const struct option_row *row, const char *text,
 static int options_fail(const struct command *command, const char *what,
                         const char *which)
 {
-    fprintf(stderr, "slew %s: %s%s; see slew %s --help\n", command->name, what,
-            which, command->name);
+    error_say("slew %s: %s%s; see slew %s --help", command->name, what, which,
+              command->name);
     return -1;
 }
 
@@ -168,8 +169,8 @@ static int options_take(const struct command *command, int code,
         return options_fail(command, "unknown option ", word);
     const struct option_row *row = &command->option[code - OPTIONS_FIRST];
     if (options_store(row, optarg, options) < 0) {
-        fprintf(stderr, "slew %s: --%s %s: expected %s\n", command->name,
-                row->name, optarg, options_expected(row->kind));
+        error_say("slew %s: --%s %s: expected %s", command->name, row->name,
+                  optarg[0] != 0 ? optarg : "''", options_expected(row->kind));
         return -1;
     }
     return 0;
@@ -182,6 +183,9 @@ static int options_paths(const struct command *command, int argc, char *argv[],
     for (int i = optind; i < argc; i++) {
         if (options->path_count == most)
             return options_fail(command, "one argument too many: ", argv[i]);
+        if (argv[i][0] == 0)
+            return options_fail(command, "an empty argument, expected ",
+                                command->arguments);
         options->path[options->path_count++] = argv[i];
     }
     if (options->path_count == 0 && !options->help && !command->path_optional)
@@ -213,7 +217,6 @@ int options_parse(const struct command *command, int argc, char *argv[],
         .rate_uhz = -1,
         .from_ns = -1,
         .to_ns = -1,
-        .hold_at_ns = -1,
         .resume_after_ns = -1,
         .dead_man_ns = -1,
         .key_every_ns = -1,

@@ -10,7 +10,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "firmware/linux/exchange/otg_rows.h"
+#include "firmware/host/exchange/otg_rows.h"
 
 #define OPTIONS_PATHS_MAX 20
 
@@ -40,7 +40,7 @@ struct options {
     bool realtime, real, pty; /* run, sim */
     bool eds;                 /* sim */
     const char *out, *axis, *plot, *compare;
-    const char *telemetry, *can_log, *modbus_log; /* run */
+    const char *telemetry, *can_log, *modbus_log, *hold_at; /* run */
     const char *rig, *fps, *columns, *curve, *interface;
     const char *root;                              /* doctor */
     const char *bus, *sheet, *map, *type, *parity; /* drive, scan */
@@ -50,7 +50,7 @@ struct options {
     bool home, once;                     /* jog, monitor */
     int64_t baud, timeout_ns, listen_ns; /* 0 when not given */
     int64_t rate_uhz;
-    int64_t from_ns, to_ns, hold_at_ns, resume_after_ns;
+    int64_t from_ns, to_ns, resume_after_ns;
     const char *speed, *keys;          /* jog */
     int64_t dead_man_ns, key_every_ns; /* jog */
     int64_t override_q30;              /* 100 % when not given */

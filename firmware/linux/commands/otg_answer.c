@@ -4,9 +4,10 @@
 #include <math.h>
 #include <string.h>
 
-#include "firmware/linux/base/array.h"
-#include "firmware/linux/plot/plot_otg.h"
-#include "motion/err.h"
+#include "firmware/host/base/array.h"
+#include "firmware/host/base/number.h"
+#include "firmware/host/plot/plot_otg.h"
+#include "motion/core/err.h"
 
 /* What would be planned is not what the row says. */
 static void otg_answer_lost(struct otg_answer *answer)
@@ -25,6 +26,14 @@ static void otg_answer_lost(struct otg_answer *answer)
     answer->fault.field = field[answer->scaled.lost];
 }
 
+static bool otg_answer_is_bent(const struct otg_answer *answer)
+{
+    static struct motion_otg_plan plan[MOTION_SYNC_AXES]; /* large */
+    return answer->kind == MOTION_SYNC_PHASE && answer->err >= 0 &&
+           motion_sync_make(answer->scaled.move, answer->header->axes,
+                            MOTION_SYNC_STRAIGHT, plan, NULL) < 0;
+}
+
 void otg_answer_make(struct otg_answer *answer, long number,
                      const struct otg_header *header, const struct otg_row *row,
                      enum motion_sync_kind kind)
@@ -40,6 +49,7 @@ void otg_answer_make(struct otg_answer *answer, long number,
                                    answer->kind, answer->plan, &answer->fault);
     if (answer->scaled.lost < OTG_VALUES)
         otg_answer_lost(answer);
+    answer->bent = otg_answer_is_bent(answer);
 }
 
 /* --- what is wrong -------------------------------------------------------- */
@@ -103,6 +113,23 @@ const char *otg_answer_status(const struct otg_answer *answer,
 
 /* --- points --------------------------------------------------------------- */
 
+/* What the nearest whole tick leaves of the goal (motion/otg/otg.h), in the
+ * row's units. */
+struct otg_residual {
+    double position, velocity;
+};
+
+static struct otg_residual otg_answer_residual(const struct otg_answer *answer,
+                                               int axis)
+{
+    const struct motion_otg_plan *plan = &answer->plan[axis];
+    const int bits = answer->scaled.length[axis] - 32;
+    return (struct otg_residual){
+        ldexp((double)plan->residual_pos_q32, bits),
+        ldexp((double)plan->residual_vel_q32, bits - answer->scaled.time),
+    };
+}
+
 /* Start and goal are the row's own numbers, not sums that should come to
  * them. */
 static struct otg_point otg_answer_point(const struct otg_answer *answer,
@@ -118,10 +145,11 @@ static struct otg_point otg_answer_point(const struct otg_answer *answer,
         at.v += value[OTG_V0];
     }
     if (i == plan->count) {
-        at.v = value[OTG_VF];
+        struct otg_residual left = otg_answer_residual(answer, axis);
+        at.v = value[OTG_VF] - left.velocity;
         at.a = value[OTG_AF];
         if (!answer->header->velocity)
-            at.p = value[OTG_PF];
+            at.p = value[OTG_PF] - left.position;
     } else if (i == 0) {
         at.v = value[OTG_V0];
         at.a = value[OTG_A0];
@@ -139,6 +167,26 @@ static double otg_answer_seconds(const struct otg_answer *answer)
     return last;
 }
 
+/* What the ramps that stand for steps of acceleration may add: each takes about
+ * 2^-22 of the motion, or a few ticks. */
+#define OTG_RAMPS_SHARE 1e-5
+#define OTG_RAMPS_S     1e-8
+
+/* How long the motion takes; with jmax 0 when its acceleration steps, which the
+ * plan's ramps only come close to. */
+static double otg_answer_duration(const struct otg_answer *answer)
+{
+    const double planned = otg_answer_seconds(answer);
+    const double steps = answer->row->wanted_s > 0 ||
+                                 answer->kind == MOTION_SYNC_PHASE ||
+                                 answer->kind == MOTION_SYNC_STRAIGHT
+                             ? (double)NAN
+                             : otg_steps_seconds(answer->header, answer->row);
+
+    return planned - steps <= OTG_RAMPS_SHARE * planned + OTG_RAMPS_S ? steps
+                                                                      : planned;
+}
+
 /* --- tables --------------------------------------------------------------- */
 
 void otg_answer_line(const struct otg_answer *answer, FILE *file)
@@ -146,7 +194,7 @@ void otg_answer_line(const struct otg_answer *answer, FILE *file)
     char text[OTG_ANSWER_TEXT];
     fprintf(file, "%ld,%s,", answer->number, otg_answer_status(answer, text));
     if (answer->err >= 0)
-        fprintf(file, "%.17g", otg_answer_seconds(answer));
+        fprintf(file, "%.17g", otg_answer_duration(answer));
     fputc('\n', file);
 }
 
@@ -173,9 +221,16 @@ void otg_answer_text(const struct otg_answer *answer, FILE *file)
         fprintf(file, "%s\n", otg_answer_status(answer, text));
         return;
     }
-    fprintf(file, "duration %.9g s\n\n%12s %14s %14s %14s %14s\n",
-            otg_answer_seconds(answer), "time", "position", "velocity",
-            "acceleration", "jerk");
+    const double duration = otg_answer_duration(answer);
+    const double ramps = otg_answer_seconds(answer) - duration;
+    fprintf(file, "duration %.9g s\n", duration);
+    if (ramps > 0)
+        fprintf(file,
+                "jmax 0: the acceleration steps; in the table steep ramps "
+                "stand for its steps, by\nwhich it ends %.2g s later\n",
+                ramps);
+    fprintf(file, "\n%12s %14s %14s %14s %14s\n", "time", "position",
+            "velocity", "acceleration", "jerk");
     for (int axis = 0; axis < answer->header->axes; axis++)
         for (int i = 0; i <= answer->plan[axis].count; i++) {
             const double *most = answer->row->value[axis];
@@ -184,6 +239,22 @@ void otg_answer_text(const struct otg_answer *answer, FILE *file)
                     at.v, otg_shown(at.a, most[OTG_AMAX]),
                     otg_shown(at.j, most[OTG_JMAX]));
         }
+}
+
+void otg_answer_residuals(const struct otg_answer *answer, FILE *file)
+{
+    for (int axis = 0; axis < answer->header->axes && answer->err >= 0;
+         axis++) {
+        struct otg_residual left = otg_answer_residual(answer, axis);
+        if (left.position == 0 && left.velocity == 0)
+            continue;
+        if (answer->number >= 0)
+            fprintf(file, "row %ld: ", answer->number);
+        fprintf(file,
+                "axis %d ends in the nearest whole tick: residual position "
+                "%.6g, velocity %.6g\n",
+                axis + 1, left.position, left.velocity);
+    }
 }
 
 static cJSON *otg_point_json(const struct otg_point *at)
@@ -211,6 +282,19 @@ static cJSON *otg_axes_json(const struct otg_answer *answer)
     return axes;
 }
 
+static cJSON *otg_residual_json(const struct otg_answer *answer)
+{
+    cJSON *axes = cJSON_CreateArray();
+    for (int axis = 0; axis < answer->header->axes; axis++) {
+        struct otg_residual left = otg_answer_residual(answer, axis);
+        cJSON *one = cJSON_CreateObject();
+        cJSON_AddNumberToObject(one, "p", left.position);
+        cJSON_AddNumberToObject(one, "v", left.velocity);
+        cJSON_AddItemToArray(axes, one);
+    }
+    return axes;
+}
+
 cJSON *otg_answer_json(const struct otg_answer *answer, bool segments)
 {
     char text[OTG_ANSWER_TEXT];
@@ -220,7 +304,10 @@ cJSON *otg_answer_json(const struct otg_answer *answer, bool segments)
     cJSON_AddStringToObject(row, "status", otg_answer_status(answer, text));
     if (answer->err < 0)
         return row;
-    cJSON_AddNumberToObject(row, "duration", otg_answer_seconds(answer));
+    cJSON_AddNumberToObject(row, "duration", otg_answer_duration(answer));
+    if (answer->kind == MOTION_SYNC_PHASE)
+        cJSON_AddBoolToObject(row, "straight", !answer->bent);
+    cJSON_AddItemToObject(row, "residual", otg_residual_json(answer));
     if (segments)
         cJSON_AddItemToObject(row, "axes", otg_axes_json(answer));
     return row;
@@ -249,7 +336,7 @@ int otg_answer_plot(const struct otg_answer *answer, const char *path)
         snprintf(number, sizeof number, "row %ld  \u00b7  ", answer->number);
     snprintf(subtitle, sizeof subtitle, "%s%s%s%d %s  \u00b7  %.9g s", number,
              category, category[0] ? "  \u00b7  " : "", answer->header->axes,
-             answer->header->axes == 1 ? "axis" : "axes",
+             number_word((uint64_t)answer->header->axes, "axis", "axes"),
              otg_answer_seconds(answer));
     move.title = answer->header->velocity ? "Fastest change of velocity"
                                           : "Fastest motion";

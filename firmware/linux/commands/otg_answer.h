@@ -6,7 +6,7 @@
 #include <cjson/cJSON.h>
 #include <stdio.h>
 
-#include "firmware/linux/exchange/otg_rows.h"
+#include "firmware/host/exchange/otg_rows.h"
 
 /* A problem and what came of it. */
 struct otg_answer {
@@ -16,7 +16,8 @@ struct otg_answer {
     struct otg_scaled scaled;
     struct motion_otg_plan plan[MOTION_SYNC_AXES];
     enum motion_sync_kind kind;
-    int err; /* MOTION_OK, or below zero with the fault */
+    int err;   /* MOTION_OK, or below zero with the fault */
+    bool bent; /* PHASE, but the states allow no straight line: as TIME */
     struct motion_sync_fault fault;
 };
 
@@ -37,6 +38,8 @@ void otg_answer_line(const struct otg_answer *answer, FILE *file);
 void otg_answer_segments(const struct otg_answer *answer, FILE *file);
 /* For people: how long, and a table of the phases. */
 void otg_answer_text(const struct otg_answer *answer, FILE *file);
+/* A line per axis that misses its goal by a residual (motion/otg/otg.h). */
+void otg_answer_residuals(const struct otg_answer *answer, FILE *file);
 cJSON *otg_answer_json(const struct otg_answer *answer, bool segments);
 /* 0, or -1 with a line on stderr. */
 int otg_answer_plot(const struct otg_answer *answer, const char *path);

@@ -3,13 +3,13 @@
 
 #include <string.h>
 
-#include "firmware/linux/base/json.h"
-#include "firmware/linux/base/memory.h"
-#include "firmware/linux/base/number.h"
-#include "firmware/linux/base/table.h"
-#include "firmware/linux/move/job_goals.h"
-#include "motion/clock_warp.h"
-#include "motion/fixed.h"
+#include "firmware/host/base/json.h"
+#include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
+#include "firmware/host/base/table.h"
+#include "firmware/host/move/job_goals.h"
+#include "motion/core/clock_warp.h"
+#include "motion/core/fixed.h"
 
 #define ARRIVALS_ROWS 40 /* of the table */
 

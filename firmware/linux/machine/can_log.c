@@ -5,7 +5,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "hal/container_of.h"
+#include "hal/support/container_of.h"
 
 #define NS_PER_S INT64_C(1000000000)
 
@@ -90,7 +90,7 @@ void can_log_init(struct can_log *log, FILE *file, const struct rig *rig,
     memset(log, 0, sizeof *log);
     atomic_init(&log->put, 0);
     atomic_init(&log->taken, 0);
-    log->file = file;
+    output_rows_init(&log->rows, file);
     log->rig = rig;
     log->clock = ports->clock;
     clock_gettime(CLOCK_REALTIME, &wall); /* cannot fail for this clock */
@@ -160,7 +160,7 @@ void can_log_drain(struct can_log *log)
         can_log_line(line, row->frame.t_ns + log->epoch_ns,
                      bus->interface[0] != '\0' ? bus->interface : bus->name,
                      &row->frame);
-        fputs(line, log->file);
+        output_row(&log->rows, line, strlen(line), row->frame.t_ns);
         atomic_store_explicit(&log->taken, taken + 1, memory_order_release);
     }
 }

@@ -5,15 +5,16 @@
  *
  * A hand between the master and its ports: what is sent is noted when it is
  * handed over, what is received with its time stamp.  The loop only puts frames
- * into a ring; drain writes them, on another thread or between ticks.  Times are
- * of the wall clock; of virtual time where that runs.
- * Read by candump's own tools (log2asc, canplayer), tshark, python-can. */
+ * into a ring; drain writes them, on another thread or between ticks.  Times
+ * are of the wall clock; of virtual time where that runs.  Read by candump's
+ * own tools (log2asc, canplayer), tshark, python-can. */
 #ifndef FIRMWARE_LINUX_MACHINE_CAN_LOG_H
 #define FIRMWARE_LINUX_MACHINE_CAN_LOG_H
 
 #include <stdatomic.h>
 #include <stdio.h>
 
+#include "firmware/host/base/output.h"
 #include "firmware/linux/machine/machine.h"
 
 #define CAN_LOG_FRAMES 8192 /* a second of a full 1 Mbit/s bus */
@@ -32,7 +33,7 @@ struct can_log_port {
 };
 
 struct can_log {
-    FILE *file;
+    struct output_rows rows;
     const struct rig *rig;
     struct hal_clock *clock;
     int64_t epoch_ns; /* from the clock to what is written */

@@ -15,7 +15,8 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "firmware/linux/base/array.h"
+#include "firmware/host/base/array.h"
+#include "firmware/host/base/error.h"
 #include "firmware/linux/machine/off.h"
 
 #define GUARDIAN_LOOK_MS  20
@@ -116,8 +117,8 @@ static void guardian_main(const struct guardian_page *page,
 
 static int guardian_fail(struct guardian *guardian, const char *what)
 {
-    fprintf(stderr, "slew: no guardian, so nothing moves: %s: %s\n", what,
-            strerror(errno));
+    error_say("slew: no guardian, so nothing moves: %s: %s", what,
+              strerror(errno));
     if (guardian->page != NULL)
         (void)munmap(guardian->page, sizeof *guardian->page);
     guardian->page = NULL;

@@ -8,11 +8,12 @@
  *                  SIGKILL, its ports are free; torque off every drive of the
  *                  rig (off.h), said on standard error; the end
  *
- * It is forked before ports are opened and threads are made, holds no port and no
- * lock, and shares one page with the loop, which counts its ticks there: one atomic
- * store a tick.  It is a session of its own and ignores what a terminal sends; it
- * sees the end of the process, however it came, by a pipe.  A pause of the whole
- * computer is no hang: what counts is time in which it ran itself. */
+ * It is forked before ports are opened and threads are made, holds no port and
+ * no lock, and shares one page with the loop, which counts its ticks there: one
+ * atomic store a tick.  It is a session of its own and ignores what a terminal
+ * sends; it sees the end of the process, however it came, by a pipe.  A pause
+ * of the whole computer is no hang: what counts is time in which it ran
+ * itself. */
 #ifndef FIRMWARE_LINUX_MACHINE_GUARDIAN_H
 #define FIRMWARE_LINUX_MACHINE_GUARDIAN_H
 
@@ -21,7 +22,7 @@
 #include <stdint.h>
 #include <sys/types.h>
 
-#include "firmware/linux/rig/rig.h"
+#include "firmware/host/rig/rig.h"
 
 /* Or GUARDIAN_HUNG_TICKS, whichever is longer: by then lost ticks have been a
  * fault, if there is still a loop to see them. */
@@ -42,8 +43,8 @@ struct guardian {
     pid_t pid;
 };
 
-/* `rig` as it is now.  0, or -1 with a line on standard error: nothing is to move
- * then. */
+/* `rig` as it is now.  0, or -1 with a line on standard error: nothing is to
+ * move then. */
 int guardian_start(struct guardian *guardian, const struct rig *rig);
 /* Every drive has said that it is off, or it was said who has not: from now on
  * ticks may stay away.  Does nothing without a page. */

@@ -4,20 +4,22 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/linux/base/array.h"
+#include "firmware/host/base/array.h"
+#include "firmware/host/rig/modbus_budget.h"
+#include "firmware/host/rig/modbus_stream.h"
 #include "firmware/linux/machine/machine_trigger.h"
 #include "firmware/linux/machine/machine_turns.h"
-#include "firmware/linux/rig/modbus_budget.h"
-#include "firmware/linux/rig/modbus_stream.h"
-#include "motion/err.h"
-#include "motion/fixed.h"
+#include "hal/support/ratio.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
 
 #define MACHINE_RETRY_NS INT64_C(1000000000)
+#define MACHINE_BOOT_NS  INT64_C(5000000000)
 
-static int machine_fail(char message[RIG_MESSAGE_MAX], const char *kind,
+static int machine_fail(char message[YAML_MESSAGE_MAX], const char *kind,
                         const char *name, int err)
 {
-    snprintf(message, RIG_MESSAGE_MAX, "%s %s: %s", kind, name,
+    snprintf(message, YAML_MESSAGE_MAX, "%s %s: %s", kind, name,
              motion_err_text(err));
     return err;
 }
@@ -53,15 +55,14 @@ static int machine_init_line(struct machine *machine, unsigned i)
                            depth);
 }
 
-/* Counts from Q16 units, magnitude; 0 (leave the drive's own) beyond u32. */
-static uint32_t machine_counts_q16(const struct rig_axis *axis, int64_t value)
+/* Whole counts, magnitude; 0 (leave the drive's own) beyond u32. */
+static uint32_t machine_counts(const struct rig_axis *axis, int64_t value_q32)
 {
-    int64_t counts;
-    if (axis->counts_den > INT64_MAX >> 16 ||
-        motion_fixed_muldiv(value, axis->counts_num, axis->counts_den << 16,
-                            &counts) < 0)
+    struct hal_ratio to_counts;
+    if (hal_ratio_init(&to_counts, axis->counts_num, axis->counts_den, -32) < 0)
         return 0;
-    uint64_t magnitude = motion_fixed_abs(counts);
+    uint64_t magnitude =
+        motion_fixed_abs(hal_ratio_scale(&to_counts, value_q32));
     return magnitude > UINT32_MAX ? 0 : (uint32_t)magnitude;
 }
 
@@ -90,7 +91,7 @@ static uint32_t machine_following_counts(const struct rig_axis *axis)
         room_q32 = axis->following_floor_q32;
     if (room_q32 > INT64_MAX / 2)
         return 0;
-    return machine_counts_q16(axis, (2 * room_q32) >> 16);
+    return machine_counts(axis, 2 * room_q32);
 }
 
 /* Two ticks, in whole ms. */
@@ -114,7 +115,10 @@ static void machine_put_cia402(struct drive_cia402_config *config,
                                const struct rig_cia402 *cia402)
 {
     config->stream = cia402->stream;
+    config->stream_given = cia402->stream_given;
     config->gain_q16 = cia402->gain_q16;
+    config->axis = cia402->axis;
+    config->pdo = cia402->pdo;
     config->torque = cia402->torque;
     config->vel_num = cia402->velocity.num;
     config->vel_den = cia402->velocity.den;
@@ -122,10 +126,20 @@ static void machine_put_cia402(struct drive_cia402_config *config,
     config->acc_den = cia402->acceleration.den;
     config->travel_q32 = cia402->travel_q32;
     config->guard_period_ns = cia402->guard_period_ns;
-    for (unsigned i = 0; i < DRIVE_CIA402_OPTIONS; i++) {
-        config->option[i].given = cia402->option[i].given;
-        config->option[i].value = cia402->option[i].value;
-    }
+    config->sdo_timeout_ns = cia402->time.sdo_ns;
+    config->state_timeout_ns = cia402->time.state_ns;
+    config->brake_timeout_ns = cia402->time.brake_ns;
+    config->precharge_timeout_ns = cia402->time.precharge_ns;
+    for (unsigned i = 0; i < DRIVE_CIA402_OPTIONS; i++)
+        config->option[i] = cia402->option[i];
+}
+
+static void machine_put_quirks(struct drive_cia402_config *config,
+                               const struct rig *rig,
+                               const struct rig_cia402 *cia402)
+{
+    config->quirk_is_given = cia402->quirk_given;
+    config->quirk = rig_quirks(rig, cia402, &config->quirk_count);
 }
 
 static int machine_init_drive(struct machine *machine, unsigned i)
@@ -139,14 +153,17 @@ static int machine_init_drive(struct machine *machine, unsigned i)
         .sync_period_ns = rig->period_ns,
         .heartbeat_period_ns = rig->heartbeat_ns,
         .watchdog_ns = rig->watchdog_ns,
-        .quick_stop_counts_s2 = machine_counts_q16(axis, axis->stop_acc_q16),
+        .quick_stop_counts_s2 = machine_counts(axis, axis->stop_acc_q32),
         .parameter = axis->object,
         .parameter_count = axis->parameter_count,
         .following_error_counts = machine_following_counts(axis),
         .following_error_ms = machine_following_ms(rig),
+        .inputs = rig_homes_by_drive_input(rig, i),
+        .unsupervised = axis->unsupervised,
     };
     machine_put_limits(&config, axis);
     machine_put_cia402(&config, &axis->cia402);
+    machine_put_quirks(&config, rig, &axis->cia402);
     machine->axis[i] = &machine->drive[i].drive;
     return drive_cia402_init(&machine->drive[i], &machine->bus[axis->bus],
                              &config);
@@ -189,10 +206,10 @@ static struct controller_axis_config machine_axis(const struct rig *rig,
     return (struct controller_axis_config){
         .pos_min_q32 = axis->limit.pos_min_q32,
         .pos_max_q32 = axis->limit.pos_max_q32,
-        .limit = { axis->limit.vel_q32, axis->limit.acc_q16,
-                   axis->limit.jerk_q16 },
-        .stop = { axis->limit.vel_q32, axis->stop_acc_q16,
-                  axis->stop_jerk_q16 },
+        .limit = { axis->limit.vel_q32, axis->limit.acc_q32,
+                   axis->limit.jerk_q32 },
+        .stop = { axis->limit.vel_q32, axis->stop_acc_q32,
+                  axis->stop_jerk_q32 },
         .following_floor_q32 = axis->following_floor_q32,
         .following_k_ns = axis->following_k_ns,
         .torque_q32 = axis->torque_q32,
@@ -241,6 +258,53 @@ static int machine_init_inputs(struct machine *machine,
     return MOTION_OK;
 }
 
+/* Three tries of an SDO, five states for a mode. */
+static int64_t machine_wait_ns(const struct rig_times *time)
+{
+    const int64_t wait_ns[] = { time->boot_ns, time->brake_ns,
+                                time->precharge_ns, 3 * time->sdo_ns,
+                                5 * time->state_ns };
+    int64_t most_ns = MACHINE_BOOT_NS;
+    for (size_t i = 0; i < ARRAY_LEN(wait_ns); i++)
+        if (wait_ns[i] > most_ns)
+            most_ns = wait_ns[i];
+    return most_ns;
+}
+
+/* The longest wait of a drive for one thing, so that the drive itself is the
+ * one to say what did not come; whose quirks it has is not known yet. */
+static int64_t machine_patience_ns(const struct rig *rig,
+                                   const struct rig_axis *axis)
+{
+    unsigned count;
+    const struct drive_cia402_quirk *quirk =
+        rig_quirks(rig, &axis->cia402, &count);
+    int64_t most_ns = machine_wait_ns(&axis->cia402.time);
+    for (unsigned i = 0; i < count; i++) {
+        const struct rig_times time = {
+            .sdo_ns = quirk[i].sdo_timeout_ns,
+            .state_ns = quirk[i].state_timeout_ns,
+            .brake_ns = quirk[i].brake_timeout_ns,
+            .precharge_ns = quirk[i].precharge_timeout_ns,
+        };
+        const int64_t wait_ns = machine_wait_ns(&time);
+        if (wait_ns > most_ns)
+            most_ns = wait_ns;
+    }
+    return most_ns > MACHINE_BOOT_NS ? most_ns + MACHINE_RETRY_NS : most_ns;
+}
+
+int64_t machine_enable_ns(const struct rig *rig)
+{
+    int64_t most_ns = MACHINE_BOOT_NS;
+    for (unsigned i = 0; i < rig->axis_count; i++) {
+        const int64_t wait_ns = machine_patience_ns(rig, &rig->axis[i]);
+        if (wait_ns > most_ns)
+            most_ns = wait_ns;
+    }
+    return most_ns;
+}
+
 static int machine_init_controller(struct machine *machine)
 {
     struct controller_inputs inputs = { 0 };
@@ -248,6 +312,7 @@ static int machine_init_controller(struct machine *machine)
     struct controller_config config = {
         .period_ns = rig->period_ns,
         .axis_count = rig->axis_count,
+        .enable_timeout_ns = machine_enable_ns(rig),
     };
     for (unsigned i = 0; i < rig->axis_count; i++)
         config.axis[i] = machine_axis(rig, &rig->axis[i]);
@@ -265,7 +330,7 @@ static int machine_init_controller(struct machine *machine)
 
 int machine_init(struct machine *machine, const struct rig *rig,
                  const struct machine_ports *ports,
-                 char message[RIG_MESSAGE_MAX])
+                 char message[YAML_MESSAGE_MAX])
 {
     memset(machine, 0, sizeof *machine);
     machine->rig = rig;
@@ -337,7 +402,8 @@ static void machine_read_inputs(struct machine *machine, int64_t now_ns)
             gpio_debounce_step(&machine->input[i], now_ns);
 }
 
-/* A drive that is lost, or in fault and says nothing of it, keeps what it had. */
+/* A drive that is lost, or in fault and says nothing of it, keeps what it
+ * had. */
 static void machine_note_torque(struct machine *machine)
 {
     for (unsigned i = 0; i < machine->rig->axis_count; i++) {
@@ -434,6 +500,14 @@ void machine_tick_off(struct machine *machine, int64_t now_ns)
     machine_light(machine);
     machine_trigger_step(machine, now_ns); /* pulses end */
     machine_end(machine, now_ns);
+}
+
+uint32_t machine_steps(const struct machine *machine)
+{
+    uint32_t steps = 0;
+    for (unsigned i = 0; i < machine->rig->axis_count; i++)
+        steps += machine->controller.axis[i].feedback.steps;
+    return steps;
 }
 
 bool machine_is_off(const struct machine *machine)

@@ -9,20 +9,20 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "firmware/controller.h"
-#include "firmware/homing.h"
+#include "firmware/control/controller.h"
+#include "firmware/control/homing.h"
+#include "firmware/control/trigger.h"
+#include "firmware/host/rig/rig.h"
 #include "firmware/linux/machine/guardian.h"
-#include "firmware/linux/rig/rig.h"
-#include "firmware/trigger.h"
 #include "hal/can.h"
-#include "hal/can_bus.h"
-#include "hal/canopen.h"
+#include "hal/can/bus.h"
+#include "hal/canopen/canopen.h"
 #include "hal/clock.h"
-#include "hal/drive_cia402.h"
-#include "hal/drive_modbus.h"
-#include "hal/drive_moteus.h"
-#include "hal/drive_odrive.h"
-#include "hal/gpio_debounce.h"
+#include "hal/drive/cia402/drive.h"
+#include "hal/drive/modbus/drive.h"
+#include "hal/drive/turn/moteus.h"
+#include "hal/drive/turn/odrive.h"
+#include "hal/gpio/debounce.h"
 
 struct machine_ports {
     struct hal_clock *clock;
@@ -82,7 +82,12 @@ struct machine {
  * and writes a sentence. */
 int machine_init(struct machine *machine, const struct rig *rig,
                  const struct machine_ports *ports,
-                 char message[RIG_MESSAGE_MAX]);
+                 char message[YAML_MESSAGE_MAX]);
+
+/* So long a drive may make no step on its way to being found and enabled. */
+int64_t machine_enable_ns(const struct rig *rig);
+/* Counts the steps of all drives on that way. */
+uint32_t machine_steps(const struct machine *machine);
 
 /* One tick at nominal time `now_ns`: take in what came and send SYNC; step the
  * controller; send the set points. */
@@ -91,9 +96,10 @@ void machine_tick(struct machine *machine, int64_t now_ns);
 /* The same without the controller: every drive brakes by its own quick stop.
  * For an operator who cannot wait. */
 void machine_tick_quick_stop(struct machine *machine, int64_t now_ns);
-/* The same, but every drive is asked to be off, whatever the controller is about;
- * one that was lost is looked for, again and again.  What comes last on every way
- * out of the program: until machine_is_off(), or as long as there is hope. */
+/* The same, but every drive is asked to be off, whatever the controller is
+ * about; one that was lost is looked for, again and again.  What comes last on
+ * every way out of the program: until machine_is_off(), or as long as there is
+ * hope. */
 #define MACHINE_OFF_NS INT64_C(5000000000) /* is long enough for that */
 void machine_tick_off(struct machine *machine, int64_t now_ns);
 /* Every drive that had torque has said itself that it is off. */

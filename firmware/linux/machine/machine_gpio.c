@@ -5,7 +5,7 @@
 
 static int machine_gpio_take(struct machine_gpio *gpio,
                              const struct rig_line *line,
-                             char message[RIG_MESSAGE_MAX])
+                             char message[YAML_MESSAGE_MAX])
 {
     char why[GPIO_LIBGPIOD_MESSAGE_MAX];
     const struct gpio_libgpiod_config config = {
@@ -18,7 +18,7 @@ static int machine_gpio_take(struct machine_gpio *gpio,
     };
     int err = gpio_libgpiod_open(&gpio->line[gpio->count], &config, why);
     if (err < 0)
-        snprintf(message, RIG_MESSAGE_MAX, "line %s: %s", line->name, why);
+        snprintf(message, YAML_MESSAGE_MAX, "line %s: %s", line->name, why);
     else
         gpio->count++;
     return err;
@@ -26,7 +26,7 @@ static int machine_gpio_take(struct machine_gpio *gpio,
 
 int machine_gpio_open(struct machine_gpio *gpio, const struct rig *rig,
                       struct machine_ports *ports,
-                      char message[RIG_MESSAGE_MAX])
+                      char message[YAML_MESSAGE_MAX])
 {
     *gpio = (struct machine_gpio){ 0 };
     for (uint32_t i = 0; i < rig->line_count; i++) {

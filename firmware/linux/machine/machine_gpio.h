@@ -4,7 +4,7 @@
 #define FIRMWARE_LINUX_MACHINE_MACHINE_GPIO_H
 
 #include "firmware/linux/machine/machine.h"
-#include "hal/gpio_libgpiod.h"
+#include "hal/linux/libgpiod.h"
 
 struct machine_gpio {
     struct gpio_libgpiod line[RIG_LINES_MAX];
@@ -15,9 +15,10 @@ struct machine_gpio {
  * its code, writes "line estop: ..." and holds nothing. */
 int machine_gpio_open(struct machine_gpio *gpio, const struct rig *rig,
                       struct machine_ports *ports,
-                      char message[RIG_MESSAGE_MAX]);
+                      char message[YAML_MESSAGE_MAX]);
 
-/* Outputs are inactive afterwards, but those that are to be left as they are. */
+/* Outputs are inactive afterwards, but those that are to be left as they
+ * are. */
 void machine_gpio_close(struct machine_gpio *gpio);
 void machine_gpio_leave(struct machine_gpio *gpio, unsigned line);
 

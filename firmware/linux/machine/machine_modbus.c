@@ -4,16 +4,21 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <inttypes.h>
+#include <netdb.h>
+#include <poll.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
-#include "firmware/linux/rig/modbus_budget.h"
-#include "hal/modbus_rs485_libmodbus.h"
+#include "firmware/host/rig/modbus_budget.h"
+#include "hal/linux/libmodbus_rs485.h"
+
+#define MACHINE_MODBUS_CONNECT_MS 2000
 
 /* Does the port have what switches the direction? */
 static int machine_modbus_rs485(const struct rig_bus *bus,
-                                char message[RIG_MESSAGE_MAX])
+                                char message[YAML_MESSAGE_MAX])
 {
     const struct modbus_libmodbus_config *config = &bus->modbus;
     const int fd = open(config->device, O_RDWR | O_NOCTTY | O_NONBLOCK);
@@ -24,7 +29,7 @@ static int machine_modbus_rs485(const struct rig_bus *bus,
         close(fd);
     if (err == 0)
         return MOTION_OK;
-    snprintf(message, RIG_MESSAGE_MAX, "bus %s: %s: %s (%s)%s", bus->name,
+    snprintf(message, YAML_MESSAGE_MAX, "bus %s: %s: %s (%s)%s", bus->name,
              config->device,
              fd < 0                          ? "cannot be opened"
              : config->rs485 == RS485_KERNEL ? "its driver does not switch the "
@@ -35,27 +40,107 @@ static int machine_modbus_rs485(const struct rig_bus *bus,
     return MOTION_E_IO;
 }
 
+static bool machine_modbus_is_port(const char *device)
+{
+    const int fd = open(device, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    const bool is_port = fd < 0 || isatty(fd) == 1;
+
+    if (fd >= 0)
+        close(fd);
+    return is_port;
+}
+
+static int machine_modbus_connect(const struct addrinfo *at)
+{
+    struct pollfd wait = { .events = POLLOUT };
+    socklen_t length = sizeof errno;
+    int err = 0;
+
+    wait.fd = socket(at->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (wait.fd < 0)
+        return errno;
+    (void)fcntl(wait.fd, F_SETFL, O_NONBLOCK);
+    if (connect(wait.fd, at->ai_addr, at->ai_addrlen) < 0) {
+        err = errno;
+        if (err == EINPROGRESS &&
+            poll(&wait, 1, MACHINE_MODBUS_CONNECT_MS) == 0)
+            err = ETIMEDOUT;
+        else if (err == EINPROGRESS &&
+                 getsockopt(wait.fd, SOL_SOCKET, SO_ERROR, &err, &length) < 0)
+            err = errno;
+    }
+    close(wait.fd);
+    return err;
+}
+
+static int machine_modbus_reach_bus(const struct rig_bus *bus,
+                                    char message[YAML_MESSAGE_MAX])
+{
+    const struct addrinfo want = { .ai_socktype = SOCK_STREAM };
+    struct addrinfo *at;
+    char port[8];
+
+    snprintf(port, sizeof port, "%u", bus->modbus.port);
+    if (getaddrinfo(bus->modbus.host, port, &want, &at) != 0) {
+        snprintf(message, YAML_MESSAGE_MAX,
+                 "bus %s: the host %s is unknown, expected a name or an "
+                 "address that this machine can find",
+                 bus->name, bus->modbus.host);
+        return MOTION_E_IO;
+    }
+    const int err = machine_modbus_connect(at);
+    freeaddrinfo(at);
+    if (err == 0)
+        return MOTION_OK;
+    snprintf(
+        message, YAML_MESSAGE_MAX,
+        "bus %s: %s port %s: %s, expected a Modbus TCP server that listens "
+        "there",
+        bus->name, bus->modbus.host, port, strerror(err));
+    return MOTION_E_IO;
+}
+
+int machine_modbus_reach(const struct rig *rig, char message[YAML_MESSAGE_MAX])
+{
+    for (uint32_t i = 0; i < rig->bus_count; i++)
+        if (rig->bus[i].kind == RIG_MODBUS_TCP &&
+            machine_modbus_reach_bus(&rig->bus[i], message) < 0)
+            return MOTION_E_IO;
+    return MOTION_OK;
+}
+
 /* A thread tries to open the port for ever; what will never do is said now. */
 static int machine_modbus_look(const struct rig_bus *bus,
-                               char message[RIG_MESSAGE_MAX])
+                               char message[YAML_MESSAGE_MAX])
 {
     const char *device = bus->modbus.device;
 
     if (device[0] == '\0')
         return MOTION_OK;
+    if (access(device, R_OK | W_OK) == 0 && !machine_modbus_is_port(device)) {
+        snprintf(message, YAML_MESSAGE_MAX,
+                 "bus %s: %s is no serial port, expected one such as "
+                 "/dev/ttyUSB0",
+                 bus->name, device);
+        return MOTION_E_IO;
+    }
     if (access(device, R_OK | W_OK) == 0)
         return bus->modbus.rs485 == RS485_AUTOMATIC
                    ? MOTION_OK
                    : machine_modbus_rs485(bus, message);
-    snprintf(message, RIG_MESSAGE_MAX, "bus %s: %s: %s", bus->name, device,
-             strerror(errno));
+    snprintf(message, YAML_MESSAGE_MAX, "bus %s: serial port %s: %s%s",
+             bus->name, device, strerror(errno),
+             errno == EACCES
+                 ? ", expected a user with access to it, such as one in the "
+                   "group dialout"
+                 : "");
     return MOTION_E_IO;
 }
 
 static int machine_modbus_device(struct machine_modbus *modbus,
                                  const struct rig *rig, unsigned i,
                                  struct modbus_libmodbus_config *config,
-                                 char message[RIG_MESSAGE_MAX])
+                                 char message[YAML_MESSAGE_MAX])
 {
     struct modbus_host *host = &modbus->device[i].host;
     int err = modbus_device_start(&modbus->device[i], rig, i, true, message);
@@ -73,7 +158,7 @@ static int machine_modbus_device(struct machine_modbus *modbus,
 
 static int machine_modbus_bus(struct machine_modbus *modbus,
                               const struct rig *rig, unsigned i, bool simulated,
-                              char message[RIG_MESSAGE_MAX])
+                              char message[YAML_MESSAGE_MAX])
 {
     struct modbus_libmodbus_config config = rig->bus[i].modbus;
     int err;
@@ -86,7 +171,7 @@ static int machine_modbus_bus(struct machine_modbus *modbus,
         return err;
     err = modbus_libmodbus_open(&modbus->line[i], &config);
     if (err < 0)
-        snprintf(message, RIG_MESSAGE_MAX, "bus %s: %s", rig->bus[i].name,
+        snprintf(message, YAML_MESSAGE_MAX, "bus %s: %s", rig->bus[i].name,
                  motion_err_text(err));
     modbus->is_open[i] = err == MOTION_OK;
     return err;
@@ -94,7 +179,7 @@ static int machine_modbus_bus(struct machine_modbus *modbus,
 
 int machine_modbus_open(struct machine_modbus *modbus, const struct rig *rig,
                         bool simulated, struct machine_ports *ports,
-                        char message[RIG_MESSAGE_MAX])
+                        char message[YAML_MESSAGE_MAX])
 {
     memset(modbus, 0, sizeof *modbus);
     modbus->bus_count = rig->bus_count;

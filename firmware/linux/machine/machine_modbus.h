@@ -8,7 +8,7 @@
 
 #include "firmware/linux/machine/machine.h"
 #include "firmware/linux/machine/modbus_device.h"
-#include "hal/modbus_libmodbus.h"
+#include "hal/linux/libmodbus.h"
 
 struct machine_modbus {
     unsigned bus_count; /* looked at so far */
@@ -19,9 +19,13 @@ struct machine_modbus {
 
 /* Fills in ports->modbus of every Modbus bus.  On an error returns its code and
  * writes a sentence; nothing is left open then. */
+/* Is every TCP server of the rig there now?  What will never do is said before
+ * anything is enabled; waits 2 s at most for each.  Not for slew off, which
+ * goes on trying. */
+int machine_modbus_reach(const struct rig *rig, char message[YAML_MESSAGE_MAX]);
 int machine_modbus_open(struct machine_modbus *modbus, const struct rig *rig,
                         bool simulated, struct machine_ports *ports,
-                        char message[RIG_MESSAGE_MAX]);
+                        char message[YAML_MESSAGE_MAX]);
 void machine_modbus_close(struct machine_modbus *modbus);
 
 /* Of each bus that is open: transactions, failures; of a serial line the time

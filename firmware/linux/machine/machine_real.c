@@ -8,7 +8,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "motion/err.h"
+#include "motion/core/err.h"
 
 /* A name without a file: it is free again when the process is gone, however it
  * went. */
@@ -30,7 +30,7 @@ static int machine_real_lock(const char *interface)
 }
 
 static int machine_real_bus(struct machine_real *real, const struct rig *rig,
-                            unsigned i, char message[RIG_MESSAGE_MAX])
+                            unsigned i, char message[YAML_MESSAGE_MAX])
 {
     const struct rig_bus *bus = &rig->bus[i];
     const struct can_socketcan_config config = { .interface = bus->interface,
@@ -40,7 +40,7 @@ static int machine_real_bus(struct machine_real *real, const struct rig *rig,
     int err;
 
     if (bus->interface[0] == '\0') {
-        snprintf(message, RIG_MESSAGE_MAX,
+        snprintf(message, YAML_MESSAGE_MAX,
                  "bus %s has no interface, expected a line such as interface: "
                  "can0, or --interface",
                  bus->name);
@@ -49,21 +49,21 @@ static int machine_real_bus(struct machine_real *real, const struct rig *rig,
     for (unsigned other = 0; other < i; other++)
         if (real->is_open[other] &&
             strcmp(real->port[other].interface, bus->interface) == 0) {
-            snprintf(message, RIG_MESSAGE_MAX,
+            snprintf(message, YAML_MESSAGE_MAX,
                      "bus %s: interface %s is another bus's already", bus->name,
                      bus->interface);
             return MOTION_E_ARG;
         }
     err = can_socketcan_open(&real->port[i], &config, reason);
     if (err < 0) {
-        snprintf(message, RIG_MESSAGE_MAX, "bus %s: %s", bus->name, reason);
+        snprintf(message, YAML_MESSAGE_MAX, "bus %s: %s", bus->name, reason);
         return err;
     }
     real->lock[i] = machine_real_lock(bus->interface);
     real->is_open[i] = true;
     if (real->lock[i] >= 0)
         return MOTION_OK;
-    snprintf(message, RIG_MESSAGE_MAX,
+    snprintf(message, YAML_MESSAGE_MAX,
              "bus %s: another slew moves drives on interface %s", bus->name,
              bus->interface);
     return MOTION_E_STATE;
@@ -71,7 +71,7 @@ static int machine_real_bus(struct machine_real *real, const struct rig *rig,
 
 int machine_real_init(struct machine_real *real, const struct rig *rig,
                       struct machine_ports *ports,
-                      char message[RIG_MESSAGE_MAX])
+                      char message[YAML_MESSAGE_MAX])
 {
     memset(real, 0, sizeof *real);
     *ports = (struct machine_ports){ .clock = clock_linux_init(&real->clock) };

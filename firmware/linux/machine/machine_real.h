@@ -1,16 +1,16 @@
 /* firmware/linux/machine/machine_real.h - the interfaces and lines that a rig
  * names, as ports of a machine.
  *
- * Each is taken for ourselves on this host: two programs that send set points to
- * the same drives are worse than one that does not start. */
+ * Each is taken for ourselves on this host: two programs that send set points
+ * to the same drives are worse than one that does not start. */
 #ifndef FIRMWARE_LINUX_MACHINE_MACHINE_REAL_H
 #define FIRMWARE_LINUX_MACHINE_MACHINE_REAL_H
 
 #include "firmware/linux/machine/machine.h"
 #include "firmware/linux/machine/machine_gpio.h"
 #include "firmware/linux/machine/machine_modbus.h"
-#include "hal/can_socketcan.h"
-#include "hal/clock_linux.h"
+#include "hal/linux/clock.h"
+#include "hal/linux/socketcan.h"
 
 struct machine_real {
     unsigned bus_count; /* looked at so far */
@@ -26,7 +26,7 @@ struct machine_real {
  * is left open then.  Nothing has been sent yet. */
 int machine_real_init(struct machine_real *real, const struct rig *rig,
                       struct machine_ports *ports,
-                      char message[RIG_MESSAGE_MAX]);
+                      char message[YAML_MESSAGE_MAX]);
 void machine_real_close(struct machine_real *real);
 
 #endif

@@ -5,8 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "motion/err.h"
-#include "motion/fixed.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
 
 /* Virtual time starts here: 0 means "never" in many places. */
 #define MACHINE_SIM_START_NS INT64_C(1000000000)
@@ -40,22 +40,22 @@ static const struct hal_clock_ops machine_sim_follower_ops = {
     .wait_until = machine_sim_wait_until,
 };
 
-static int machine_sim_fail(char message[RIG_MESSAGE_MAX], const char *name,
+static int machine_sim_fail(char message[YAML_MESSAGE_MAX], const char *name,
                             int err)
 {
-    snprintf(message, RIG_MESSAGE_MAX, "simulated %s: %s", name,
+    snprintf(message, YAML_MESSAGE_MAX, "simulated %s: %s", name,
              motion_err_text(err));
     return err;
 }
 
-/* |value| of Q`bits` units in counts. */
-static int machine_sim_counts(const struct rig_axis *axis, int64_t value,
-                              unsigned bits, int64_t *counts)
+/* In whole counts. */
+static int machine_sim_counts(const struct rig_axis *axis, int64_t value_q32,
+                              int64_t *counts)
 {
-    if (axis->counts_den > INT64_MAX >> bits)
+    if (axis->counts_den > INT64_MAX >> 32)
         return MOTION_E_RANGE;
-    return motion_fixed_muldiv(value, axis->counts_num,
-                               axis->counts_den << bits, counts);
+    return motion_fixed_muldiv(value_q32, axis->counts_num,
+                               axis->counts_den << 32, counts);
 }
 
 static int64_t machine_sim_magnitude(int64_t value)
@@ -69,13 +69,12 @@ int machine_sim_plant(const struct rig_axis *axis,
     int64_t start = 0, vel = 0, acc = 0;
     /* an encoder that is to be homed counts from where it is switched on */
     int err = machine_sim_counts(
-        axis, axis->homing.by != HOMING_NONE ? 0 : axis->sim.start_q32, 32,
-        &start);
+        axis, axis->homing.by != HOMING_NONE ? 0 : axis->sim.start_q32, &start);
     if (err < 0 || start < INT32_MIN || start > INT32_MAX)
         return MOTION_E_RANGE;
-    err = machine_sim_counts(axis, axis->sim.vel_max_q32, 32, &vel);
+    err = machine_sim_counts(axis, axis->sim.vel_max_q32, &vel);
     if (err == MOTION_OK)
-        err = machine_sim_counts(axis, axis->sim.acc_max_q16, 16, &acc);
+        err = machine_sim_counts(axis, axis->sim.acc_max_q32, &acc);
     *plant = (struct sim_plant_config){
         .omega_mrad_s = axis->sim.omega_mrad_s,
         .zeta_permille = axis->sim.zeta_permille,
@@ -92,7 +91,7 @@ int machine_sim_place(const struct rig_axis *axis, int64_t pos_q32,
     const bool homed = axis->homing.by != HOMING_NONE;
     int64_t wide;
     int err = machine_sim_counts(
-        axis, pos_q32 - (homed ? axis->sim.start_q32 : 0), 32, &wide);
+        axis, pos_q32 - (homed ? axis->sim.start_q32 : 0), &wide);
     if (err < 0 || wide <= INT32_MIN || wide >= INT32_MAX)
         return MOTION_E_RANGE;
     *counts = (int32_t)wide;
@@ -108,36 +107,42 @@ static int machine_sim_pair(const struct rig_axis *axis, const int64_t q32[2],
     return err < 0 ? err : machine_sim_place(axis, q32[!reversed], high);
 }
 
-/* Where nothing is said, a drive that homes by itself has its switch on the
- * negative side, up to the home point. */
-static int machine_sim_home_switch(const struct rig_axis *axis,
+/* Where nothing is said, a drive whose home switch is needed has it on the side
+ * where it is looked for, up to the home point. */
+static int machine_sim_home_switch(const struct rig *rig, unsigned i,
                                    struct sim_cia402_rail *rail)
 {
+    const struct rig_axis *axis = &rig->axis[i];
+    const bool negative =
+        (axis->homing.by == HOMING_DRIVE || axis->homing.direction < 0) ==
+        (axis->counts_num > 0);
     int32_t counts;
     if (axis->sim.has_home) {
         rail->has_home = true;
         return machine_sim_pair(axis, axis->sim.home_q32, &rail->home_from,
                                 &rail->home_to);
     }
-    if (axis->homing.by != HOMING_DRIVE ||
+    if ((axis->homing.by != HOMING_DRIVE &&
+         !rig_homes_by_drive_input(rig, i)) ||
         machine_sim_place(axis, axis->homing.pos_q32, &counts) < 0)
         return MOTION_OK;
     rail->has_home = true;
-    rail->home_from = axis->counts_num > 0 ? INT32_MIN : counts;
-    rail->home_to = axis->counts_num > 0 ? counts : INT32_MAX;
+    rail->home_from = negative ? INT32_MIN : counts;
+    rail->home_to = negative ? counts : INT32_MAX;
     return MOTION_OK;
 }
 
-static int machine_sim_rail(const struct rig_axis *axis,
+static int machine_sim_rail(const struct rig *rig, unsigned i,
                             struct sim_cia402_rail *rail)
 {
+    const struct rig_axis *axis = &rig->axis[i];
     int64_t index = 0;
-    int err = machine_sim_counts(axis, axis->sim.index_q32, 32, &index);
+    int err = machine_sim_counts(axis, axis->sim.index_q32, &index);
     if (err == MOTION_OK && axis->sim.has_limits)
         err = machine_sim_pair(axis, axis->sim.limit_q32, &rail->limit_negative,
                                &rail->limit_positive);
     if (err == MOTION_OK)
-        err = machine_sim_home_switch(axis, rail);
+        err = machine_sim_home_switch(rig, i, rail);
     index = machine_sim_magnitude(index);
     if (err == MOTION_OK && index > INT32_MAX)
         err = MOTION_E_RANGE;
@@ -146,18 +151,38 @@ static int machine_sim_rail(const struct rig_axis *axis,
     return err;
 }
 
-static int machine_sim_servo(struct machine_sim *sim,
-                             const struct rig_axis *axis, unsigned i)
+/* The axis before it that has its node; NULL: none. */
+static struct sim_cia402 *machine_sim_first(struct machine_sim *sim,
+                                            const struct rig *rig,
+                                            const struct rig_axis *axis)
 {
+    unsigned i = 0;
+
+    while (rig->axis[i].bus != axis->bus ||
+           rig->axis[i].node_id != axis->node_id)
+        i++;
+    return &rig->axis[i] == axis ? NULL : &sim->servo[i];
+}
+
+static int machine_sim_servo(struct machine_sim *sim, const struct rig *rig,
+                             unsigned i)
+{
+    const struct rig_axis *axis = &rig->axis[i];
     struct sim_cia402_config config = {
         .node_id = axis->node_id,
+        .axis = axis->cia402.axis,
+        .with = machine_sim_first(sim, rig, axis),
         .loop_ns = MACHINE_SIM_LOOP_NS,
         .brake_release_ns = MACHINE_SIM_BRAKE_NS,
         .boot_ns = MACHINE_SIM_BOOT_NS,
     };
+    if (axis->cia402.quirk_given) {
+        config.vendor = rig->quirk[axis->cia402.quirk].vendor;
+        config.product = rig->quirk[axis->cia402.quirk].product[0];
+    }
     int err = machine_sim_plant(axis, &config.plant, &config.start_counts);
     if (err == MOTION_OK)
-        err = machine_sim_rail(axis, &config.rail);
+        err = machine_sim_rail(rig, i, &config.rail);
     if (err < 0)
         return err;
     return sim_cia402_init(&sim->servo[i], &sim->wire[axis->bus], &config);
@@ -208,7 +233,7 @@ static int machine_sim_drive(struct machine_sim *sim, const struct rig *rig,
 {
     switch (rig->axis[i].kind) {
     case RIG_CIA402:
-        return machine_sim_servo(sim, &rig->axis[i], i);
+        return machine_sim_servo(sim, rig, i);
     case RIG_MODBUS:
         return machine_sim_modbus_servo(sim, rig, i);
     case RIG_ODRIVE:
@@ -221,7 +246,7 @@ static int machine_sim_drive(struct machine_sim *sim, const struct rig *rig,
 
 int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
                      bool realtime, struct machine_ports *ports,
-                     char message[RIG_MESSAGE_MAX])
+                     char message[YAML_MESSAGE_MAX])
 {
     memset(sim, 0, sizeof *sim);
     sim->rig = rig;

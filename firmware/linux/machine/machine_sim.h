@@ -7,14 +7,14 @@
 #define FIRMWARE_LINUX_MACHINE_MACHINE_SIM_H
 
 #include "firmware/linux/machine/machine.h"
-#include "hal/clock_linux.h"
-#include "hal/modbus_master.h"
-#include "sim/sim_can.h"
-#include "sim/sim_cia402.h"
-#include "sim/sim_gpio.h"
-#include "sim/sim_modbus_servo.h"
-#include "sim/sim_moteus.h"
-#include "sim/sim_odrive.h"
+#include "hal/linux/clock.h"
+#include "hal/modbus/master.h"
+#include "sim/bus/can.h"
+#include "sim/bus/gpio.h"
+#include "sim/device/cia402/servo.h"
+#include "sim/device/modbus/servo.h"
+#include "sim/device/turn/moteus.h"
+#include "sim/device/turn/odrive.h"
 #include "sim/world.h"
 
 struct machine_sim {
@@ -45,7 +45,7 @@ struct machine_sim {
 /* Fills in *ports.  On an error returns its code and writes a sentence. */
 int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
                      bool realtime, struct machine_ports *ports,
-                     char message[RIG_MESSAGE_MAX]);
+                     char message[YAML_MESSAGE_MAX]);
 
 /* machine_sim_switch.c: what presses lines with `sim`; where the drive of an
  * axis says that it is. */

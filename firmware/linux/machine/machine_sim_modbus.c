@@ -1,7 +1,7 @@
 /* firmware/linux/machine/machine_sim_modbus.c - simulated Modbus lines and
  * servos for a rig; see machine_sim.h. */
+#include "firmware/host/rig/modbus_budget.h"
 #include "firmware/linux/machine/machine_sim.h"
-#include "firmware/linux/rig/modbus_budget.h"
 
 #define MACHINE_SIM_ENABLE_NS INT64_C(80000000) /* its brake lets go */
 

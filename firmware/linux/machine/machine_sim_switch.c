@@ -1,7 +1,7 @@
 /* firmware/linux/machine/machine_sim_switch.c - simulated switches: pressed
  * where their axis stands. */
 #include "firmware/linux/machine/machine_sim.h"
-#include "motion/fixed.h"
+#include "motion/core/fixed.h"
 #include "sim/util.h"
 
 #define SWITCH_LOOK_NS INT64_C(250000)

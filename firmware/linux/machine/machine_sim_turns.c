@@ -2,7 +2,7 @@
  * turns; see machine_sim.h. */
 #include "firmware/linux/machine/machine_sim.h"
 
-#include "motion/err.h"
+#include "motion/core/err.h"
 
 #define MACHINE_SIM_BOOT_NS INT64_C(150000000)
 

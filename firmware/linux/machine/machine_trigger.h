@@ -10,7 +10,8 @@ int machine_trigger_init(struct machine *machine);
 /* The most that a line is ahead of its events, ns. */
 int64_t machine_trigger_lead_ns(const struct machine *machine);
 /* Before a move: its shots, by line of the rig.  The run-up begins: the move is
- * to start at start_ns, at that rate, and what leads the way is fired before. */
+ * to start at start_ns, at that rate, and what leads the way is fired
+ * before. */
 void machine_trigger_arm(struct machine *machine,
                          const struct plan_shots shots[], int64_t start_ns,
                          int64_t rate_q30);

@@ -1,7 +1,7 @@
 /* firmware/linux/machine/machine_turns.c - see machine_turns.h. */
 #include "firmware/linux/machine/machine_turns.h"
 
-#include "firmware/linux/rig/turns_budget.h"
+#include "firmware/host/rig/turns_budget.h"
 
 static struct drive_turns_config machine_turns(const struct machine *machine,
                                                unsigned i)
@@ -12,7 +12,7 @@ static struct drive_turns_config machine_turns(const struct machine *machine,
         .period_ns = rig->period_ns,
         .latency_ns = turns_budget_latency_ns(rig, i),
         .answer_ns = turns_budget_answer_ns(rig, i),
-        .stop_acc_q16 = axis->stop_acc_q16,
+        .stop_acc_q32 = axis->stop_acc_q32,
     };
 
     rig_axis_turns(axis, &config.turns_num, &config.turns_den);

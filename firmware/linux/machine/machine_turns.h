@@ -1,5 +1,5 @@
-/* firmware/linux/machine/machine_turns.h - drives of a machine that count turns.
- */
+/* firmware/linux/machine/machine_turns.h - drives of a machine that count
+ * turns. */
 #ifndef FIRMWARE_LINUX_MACHINE_MACHINE_TURNS_H
 #define FIRMWARE_LINUX_MACHINE_MACHINE_TURNS_H
 

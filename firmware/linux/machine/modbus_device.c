@@ -1,12 +1,14 @@
 /* firmware/linux/machine/modbus_device.c - see modbus_device.h. */
 #include "firmware/linux/machine/modbus_device.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/host/base/memory.h"
+#include "firmware/host/rig/modbus_budget.h"
 #include "firmware/linux/machine/machine_sim.h"
-#include "firmware/linux/rig/modbus_budget.h"
-#include "hal/clock_linux.h"
+#include "hal/linux/clock.h"
 
 static int modbus_device_servo(struct modbus_device *device,
                                const struct rig *rig, unsigned i)
@@ -30,6 +32,7 @@ static int modbus_device_build(struct modbus_device *device,
     struct clock_linux clock;
     int err;
 
+    device->servo = memory_new(rig->axis_count, sizeof *device->servo);
     sim_world_init(&device->world, hal_clock_now_ns(clock_linux_init(&clock)));
     modbus_host_init(&device->host, &device->world);
     err = sim_modbus_line_init(&device->line, &device->world, &line);
@@ -52,19 +55,44 @@ static int modbus_device_show(struct modbus_device *device,
     return MOTION_OK;
 }
 
+/* Why it cannot be shown: of a port on TCP, `error` says it. */
+static void modbus_device_say(const struct rig_bus *bus, int error,
+                              const char *reason,
+                              char message[YAML_MESSAGE_MAX])
+{
+    const unsigned port = bus->modbus.port;
+
+    if (error == EADDRINUSE)
+        snprintf(message, YAML_MESSAGE_MAX,
+                 "bus %s: TCP port %u of 127.0.0.1 is in use by another "
+                 "program, expected one that is free",
+                 bus->name, port);
+    else if (error == EACCES)
+        snprintf(message, YAML_MESSAGE_MAX,
+                 "bus %s: no permission for TCP port %u, expected one above "
+                 "1023",
+                 bus->name, port);
+    else
+        snprintf(message, YAML_MESSAGE_MAX,
+                 "bus %s: its drives cannot be shown (%s)", bus->name,
+                 error != 0 ? strerror(error) : reason);
+}
+
 int modbus_device_start(struct modbus_device *device, const struct rig *rig,
                         unsigned bus, bool any_port,
-                        char message[RIG_MESSAGE_MAX])
+                        char message[YAML_MESSAGE_MAX])
 {
-    int err;
+    int err, error = 0;
 
     memset(device, 0, sizeof *device);
     err = modbus_device_build(device, rig, bus);
-    if (err == MOTION_OK)
+    if (err == MOTION_OK) {
+        errno = 0;
         err = modbus_device_show(device, &rig->bus[bus], any_port);
+        error = errno;
+    }
     if (err < 0) {
-        snprintf(message, RIG_MESSAGE_MAX, "bus %s: cannot show its drives: %s",
-                 rig->bus[bus].name, motion_err_text(err));
+        modbus_device_say(&rig->bus[bus], error, motion_err_text(err), message);
         modbus_device_stop(device);
     }
     return err;
@@ -73,4 +101,6 @@ int modbus_device_start(struct modbus_device *device, const struct rig *rig,
 void modbus_device_stop(struct modbus_device *device)
 {
     modbus_host_stop(&device->host);
+    memory_free(device->servo);
+    device->servo = NULL;
 }

@@ -6,14 +6,14 @@
 #ifndef FIRMWARE_LINUX_MACHINE_MODBUS_DEVICE_H
 #define FIRMWARE_LINUX_MACHINE_MODBUS_DEVICE_H
 
+#include "firmware/host/rig/rig.h"
 #include "firmware/linux/machine/modbus_host.h"
-#include "firmware/linux/rig/rig.h"
-#include "sim/sim_modbus_servo.h"
+#include "sim/device/modbus/servo.h"
 
 struct modbus_device {
     struct sim_world world;
     struct sim_modbus_line line;
-    struct sim_modbus_servo servo[RIG_AXES_MAX];
+    struct sim_modbus_servo *servo; /* one per axis of the rig */
     struct modbus_host host;
 };
 
@@ -21,7 +21,7 @@ struct modbus_device {
  * `any_port`).  On an error returns its code and writes a sentence. */
 int modbus_device_start(struct modbus_device *device, const struct rig *rig,
                         unsigned bus, bool any_port,
-                        char message[RIG_MESSAGE_MAX]);
+                        char message[YAML_MESSAGE_MAX]);
 void modbus_device_stop(struct modbus_device *device);
 
 #endif

@@ -14,9 +14,9 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "hal/clock_linux.h"
-#include "hal/container_of.h"
-#include "hal/modbus_tcp.h"
+#include "hal/linux/clock.h"
+#include "hal/modbus/tcp.h"
+#include "hal/support/container_of.h"
 
 #define NS_PER_S      INT64_C(1000000000)
 #define HOST_SLEEP_NS INT64_C(2000000) /* longest, so that stop is seen */

@@ -11,9 +11,9 @@
 #include <pthread.h>
 #include <stdatomic.h>
 
-#include "hal/modbus_slave.h"
-#include "hal/modbus_tcp.h"
-#include "sim/sim_modbus.h"
+#include "hal/modbus/slave.h"
+#include "hal/modbus/tcp.h"
+#include "sim/bus/modbus.h"
 
 #define MODBUS_HOST_UNITS   248
 #define MODBUS_HOST_CLIENTS 8

@@ -3,9 +3,9 @@
 
 #include <string.h>
 
-#include "hal/container_of.h"
-#include "hal/modbus_rtu.h"
-#include "hal/modbus_tcp.h"
+#include "hal/modbus/rtu.h"
+#include "hal/modbus/tcp.h"
+#include "hal/support/container_of.h"
 
 /* Source: the pcap file format, draft-ietf-opsawg-pcap. */
 #define PCAP_MAGIC_NS UINT32_C(0xA1B23C4D)
@@ -172,7 +172,7 @@ void modbus_record_init(struct modbus_record *record, struct hal_modbus *line,
     record->tcp = tcp;
 }
 
-int modbus_record_write(const struct modbus_record *record, FILE *file)
+void modbus_record_write(const struct modbus_record *record, FILE *file)
 {
     uint8_t head[PCAP_HEAD] = { 0 };
     const uint16_t version[2] = { 2, 4 };
@@ -181,8 +181,6 @@ int modbus_record_write(const struct modbus_record *record, FILE *file)
     memcpy(head + 4, version, sizeof version);
     record_u32(head + 16, PCAP_LONGEST);
     record_u32(head + 20, record->tcp ? PCAP_RAW_IP : PCAP_USER0);
-    if (fwrite(head, 1, sizeof head, file) != sizeof head ||
-        fwrite(record->bytes, 1, record->length, file) != record->length)
-        return -1;
-    return 0;
+    fwrite(head, 1, sizeof head, file);
+    fwrite(record->bytes, 1, record->length, file);
 }

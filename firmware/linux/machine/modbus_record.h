@@ -33,7 +33,7 @@ struct modbus_record {
 /* &record->modbus takes the place of the line. */
 void modbus_record_init(struct modbus_record *record, struct hal_modbus *line,
                         bool tcp);
-/* 0, or -1 as stdio says. */
-int modbus_record_write(const struct modbus_record *record, FILE *file);
+/* Errors stay in the file's error flag. */
+void modbus_record_write(const struct modbus_record *record, FILE *file);
 
 #endif

@@ -5,11 +5,11 @@
 #include <string.h>
 #include <time.h>
 
-#include "firmware/linux/base/memory.h"
+#include "firmware/host/base/memory.h"
 #include "firmware/linux/machine/machine_real.h"
 #include "firmware/linux/machine/machine_sim.h"
 #include "firmware/linux/machine/pace.h"
-#include "motion/err.h"
+#include "motion/core/err.h"
 
 #define OFF_LEAST_NS INT64_C(100000000) /* the last words get there */
 #define OFF_PAUSE_NS INT64_C(20000000)  /* between tries to open */
@@ -24,7 +24,7 @@ struct off_bus {
     struct machine_sim sim;
     struct machine_real real;
     int64_t start_ns, now_ns;
-    char message[RIG_MESSAGE_MAX]; /* why it is not open */
+    char message[YAML_MESSAGE_MAX]; /* why it is not open */
 };
 
 static void off_part(struct off_bus *bus, const struct rig *rig, unsigned which)
@@ -82,7 +82,7 @@ static void off_answer(const struct off_bus *bus, struct off_axis axis[])
         *to = (struct off_axis){ .state = HAL_DRIVE_OFFLINE };
         if (bus->message[0] != '\0') {
             snprintf(to->text, sizeof to->text,
-                     "torque is not confirmed off: %.*s", RIG_MESSAGE_MAX - 40,
+                     "torque is not confirmed off: %.*s", YAML_MESSAGE_MAX - 40,
                      bus->message);
             continue;
         }
@@ -100,7 +100,7 @@ static void off_light(const struct rig *rig, bool lit)
     static struct rig lamps;
     static struct machine_gpio gpio;
     struct machine_ports ports = { .clock = NULL };
-    char message[RIG_MESSAGE_MAX];
+    char message[YAML_MESSAGE_MAX];
     lamps.line_count = 0;
     for (unsigned i = 0; i < rig->line_count; i++)
         if (rig->line[i].kind == RIG_LINE_LAMP)

@@ -1,11 +1,12 @@
-/* firmware/linux/machine/off.h - torque off every drive of a rig, and who says so.
+/* firmware/linux/machine/off.h - torque off every drive of a rig, and who says
+ * so.
  *
  * Each bus is a machine of its own: one that cannot be opened, and a drive that
  * does not answer, keep no other waiting.  Only OFF is ever asked for.  Each
  * driver looks for its drive as ever, which stops one that is enabled, and
  * switches it off: CiA 402 quick stop and Disable voltage, Modbus the map's
- * `disable`, ODrive and moteus idle.  Inputs are not looked at: nothing may be in
- * the way of this. */
+ * `disable`, ODrive and moteus idle.  Inputs are not looked at: nothing may be
+ * in the way of this. */
 #ifndef FIRMWARE_LINUX_MACHINE_OFF_H
 #define FIRMWARE_LINUX_MACHINE_OFF_H
 
@@ -21,7 +22,7 @@ struct off_config {
     int64_t timeout_ns; /* from there */
 };
 
-#define OFF_TEXT_MAX RIG_MESSAGE_MAX
+#define OFF_TEXT_MAX YAML_MESSAGE_MAX
 
 struct off_axis {
     bool is_off; /* and the drive has said so */

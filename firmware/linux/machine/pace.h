@@ -16,10 +16,10 @@ static inline int64_t pace_latest_ns(struct hal_clock *clock, int64_t due_ns,
                                : due_ns + late_ns / period_ns * period_ns;
 }
 
-/* Wait for the tick at `due_ns`; returns the nominal time of the one that it has
- * become.  Whole periods that have passed, before the wait or while the machine
- * did not wake us from it, are left out: never a burst, and never a set point
- * whose time is over.  *late_ns: how late the wake-up was. */
+/* Wait for the tick at `due_ns`; returns the nominal time of the one that it
+ * has become.  Whole periods that have passed, before the wait or while the
+ * machine did not wake us from it, are left out: never a burst, and never a set
+ * point whose time is over.  *late_ns: how late the wake-up was. */
 static inline int64_t pace_wait(struct hal_clock *clock, int64_t due_ns,
                                 int64_t period_ns, int64_t *late_ns)
 {

@@ -6,12 +6,12 @@
 #include <string.h>
 #include <time.h>
 
+#include "firmware/host/move/compiled.h"
 #include "firmware/linux/machine/machine_trigger.h"
 #include "firmware/linux/machine/pace.h"
-#include "firmware/linux/move/compiled.h"
-#include "motion/ease.h"
-#include "motion/err.h"
-#include "motion/fixed.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+#include "motion/curve/ease.h"
 
 #define PLAYER_MS INT64_C(1000000)
 
@@ -41,15 +41,6 @@ void player_init(struct player *player, struct machine *machine,
 
 /* --- looking on --- */
 
-/* Rows come late: the windows that are played may have gone on. */
-static const struct motion_track *
-player_track_of_move(const struct player *player, unsigned i, int64_t t_ns_q12)
-{
-    struct compiled *compiled = player->job->compiled;
-    return compiled != NULL ? compiled_look(compiled, i, t_ns_q12)
-                            : &player->job->track[i];
-}
-
 static const struct motion_track *player_track(const struct player *player,
                                                const struct telemetry_row *row,
                                                unsigned axis)
@@ -60,11 +51,11 @@ static const struct motion_track *player_track(const struct player *player,
         return NULL;
     for (unsigned i = 0; i < player->job->move.axis_count; i++)
         if (player->job->rig_axis[i] == axis)
-            return player_track_of_move(player, i, row->rate.s_ns_q12);
+            return &player->job->track[i];
     return NULL;
 }
 
-/* Jerk is not needed to move, so the tick does not work it out. */
+/* Jerk is not needed to move, so the controller does not work it out. */
 static void player_add_jerk(const struct player *player,
                             struct telemetry_row *row)
 {
@@ -75,7 +66,7 @@ static void player_add_jerk(const struct player *player,
             continue;
         motion_track_state(track, row->rate.s_ns_q12, &state);
         motion_clock_warp_chain(&row->rate, &state, &warped);
-        row->axis[i].demand.jerk_q16 = warped.jerk_q16;
+        row->axis[i].demand.jerk_q32 = warped.jerk_q32;
     }
 }
 
@@ -83,19 +74,26 @@ static void player_observe(void *context, struct telemetry_row *row)
 {
     const struct player *player = context;
     const struct player_observer *observer = &player->observer;
-    player_add_jerk(player, row);
     if (observer->telemetry != NULL)
         telemetry_write(observer->telemetry, row);
     if (observer->trace != NULL)
         trace_take(observer->trace, row);
+    if (observer->progress != NULL)
+        progress_take(observer->progress, row);
+}
+
+/* The figures of the report, from every tick: rows may be lost on the way to a
+ * slow disk. */
+static void player_count(const struct player *player,
+                         const struct telemetry_row *row)
+{
+    const struct player_observer *observer = &player->observer;
     if (observer->report != NULL)
         report_take(observer->report, row);
     if (observer->shots != NULL)
         shots_take(observer->shots, row);
     if (observer->arrivals != NULL)
         arrivals_take(observer->arrivals, row);
-    if (observer->progress != NULL)
-        progress_take(observer->progress, row);
 }
 
 static void player_record_shots(const struct player *player,
@@ -122,7 +120,7 @@ static void player_record(struct player *player)
         const struct controller_axis *axis = &controller->axis[i];
         row.axis[i] = (struct telemetry_axis){
             .demand = { axis->target.pos_q32, axis->target.vel_q32,
-                        axis->target.acc_q16, 0 },
+                        axis->target.acc_q32, 0 },
             .actual_q32 = axis->feedback.pos_q32,
             .actual_vel_q32 = axis->feedback.vel_q32,
             .following_q32 = axis->following_q32,
@@ -132,6 +130,8 @@ static void player_record(struct player *player)
         };
     }
     player_record_shots(player, &row);
+    player_add_jerk(player, &row);
+    player_count(player, &row);
     recorder_put(&player->recorder, &row);
 }
 
@@ -178,6 +178,7 @@ static void player_enable(struct player *player)
 static void player_home(struct player *player)
 {
     const struct homing *homing = &player->machine->homing;
+    char why[HOMING_TEXT_MAX];
     if (homing->state == HOMING_DONE)
         player_enter(player, TELEMETRY_APPROACH);
     if (homing->state != HOMING_FAILED)
@@ -185,7 +186,7 @@ static void player_home(struct player *player)
     snprintf(player->observer.report->fault_text,
              sizeof player->observer.report->fault_text, "homing of %.16s: %s",
              player->job->rig.axis[homing->axis].name,
-             homing_error_text(homing->error));
+             homing_failure(homing, why));
     player_finish(player, homing->error == HOMING_STOPPED ? REPORT_STOPPED
                                                           : REPORT_FAULT);
 }
@@ -198,8 +199,8 @@ static bool player_approach_axis(struct player *player, unsigned i)
     const struct controller_axis *at = &player->machine->controller.axis[axis];
     const struct motion_ease_limit slow = {
         .vel_q32 = rig->limit.vel_q32 / PLAYER_SLOW,
-        .acc_q16 = rig->limit.acc_q16 / PLAYER_SLOW,
-        .jerk_q16 = rig->limit.jerk_q16 / PLAYER_SLOW,
+        .acc_q32 = rig->limit.acc_q32 / PLAYER_SLOW,
+        .jerk_q32 = rig->limit.jerk_q32 / PLAYER_SLOW,
     };
     struct motion_sample first;
     struct motion_cursor cursor = { 0 };
@@ -306,8 +307,8 @@ static void player_script(struct player *player)
     struct controller *controller = &player->machine->controller;
     if (player->config.hold_at_ns < 0)
         return;
-    if (!player->held &&
-        player->now_ns - player->move_ns >= player->config.hold_at_ns)
+    if (!player->held && controller->rate.s_ns_q12 / MOTION_FIXED_NS_Q12 >=
+                             player->config.hold_at_ns)
         player->held = controller_hold(controller) == MOTION_OK;
     if (controller->state != CONTROLLER_HOLDING ||
         controller->rate.rate_q30 != 0)
@@ -549,7 +550,10 @@ static void player_say_waiting(struct player *player)
 static void *player_look_on(void *context)
 {
     struct player_thread *thread = context;
-    const struct timespec pause = { .tv_nsec = PLAYER_OBSERVE_NS };
+    const int64_t wanted_ns = thread->player->config.observe_ns;
+    const int64_t ns = wanted_ns > 0 ? wanted_ns : PLAYER_OBSERVE_NS;
+    const struct timespec pause = { ns / (1000 * PLAYER_MS),
+                                    ns % (1000 * PLAYER_MS) };
     while (!atomic_load(&thread->end)) {
         if (thread->player->job->compiled != NULL)
             compiled_fill(thread->player->job->compiled);

@@ -15,10 +15,10 @@
  *             interrupt cuts it short.  A real drive that is lost is tried on
  *             until it answers, or the operator interrupts
  *
- * The loop only puts rows into a recorder.  What they mean to people (CSV,
- * report, trace, progress) is done by `take` in player_observe: by another
- * thread when the clock is real, between ticks when it is virtual.  So is
- * reading ahead in a compiled move. */
+ * The loop counts the figures of the report and puts a row into a recorder.
+ * What rows are for besides (CSV, trace, progress) is done in player_observe:
+ * by another thread when the clock is real, between ticks when it is virtual.
+ * So is reading ahead in a compiled move. */
 #ifndef FIRMWARE_LINUX_MACHINE_PLAYER_H
 #define FIRMWARE_LINUX_MACHINE_PLAYER_H
 
@@ -27,6 +27,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/host/move/job.h"
+#include "firmware/host/recording/telemetry.h"
+#include "firmware/host/recording/trace.h"
 #include "firmware/linux/machine/arrivals.h"
 #include "firmware/linux/machine/can_log.h"
 #include "firmware/linux/machine/machine.h"
@@ -34,9 +37,6 @@
 #include "firmware/linux/machine/recorder.h"
 #include "firmware/linux/machine/report.h"
 #include "firmware/linux/machine/shots.h"
-#include "firmware/linux/machine/telemetry.h"
-#include "firmware/linux/machine/trace.h"
-#include "firmware/linux/move/job.h"
 
 #define PLAYER_APPROACH_SEGMENTS 8
 
@@ -58,6 +58,8 @@ struct player_config {
     int64_t override_q30;    /* 1 % .. 200 % */
     int64_t hold_at_ns;      /* of the move's time; -1: never */
     int64_t resume_after_ns; /* standing */
+    int64_t observe_ns; /* on the clock, from one time that rows are written
+                                to the next; 0: 20 ms */
 };
 
 struct player {
@@ -92,8 +94,8 @@ void player_init(struct player *player, struct machine *machine,
                  const struct player_observer *observer);
 
 /* Until the end.  `interrupts` counts the operator's interrupts: one stops
- * along the path, two stop at once; read at every tick.  0, or -1 when no thread
- * could be started.  The report is filled in. */
+ * along the path, two stop at once; read at every tick.  0, or -1 when no
+ * thread could be started.  The report is filled in. */
 int player_run(struct player *player, const volatile sig_atomic_t *interrupts);
 
 #endif

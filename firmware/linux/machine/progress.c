@@ -6,8 +6,8 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "motion/clock_warp.h"
-#include "motion/fixed.h"
+#include "motion/core/clock_warp.h"
+#include "motion/core/fixed.h"
 
 #define PROGRESS_PERIOD_NS INT64_C(100000000)
 #define PROGRESS_WIDTH     40

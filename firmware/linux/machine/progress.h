@@ -1,4 +1,5 @@
-/* firmware/linux/machine/progress.h - how far a run has come, for whoever waits.
+/* firmware/linux/machine/progress.h - how far a run has come, for whoever
+ * waits.
  *
  * On a terminal one line, redrawn in place ten times a second of real time;
  * elsewhere a few plain lines, one per phase and per quarter of the move. */
@@ -9,7 +10,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "firmware/linux/machine/telemetry.h"
+#include "firmware/host/recording/telemetry.h"
 
 struct progress {
     FILE *file;

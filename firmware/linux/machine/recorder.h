@@ -9,7 +9,7 @@
 #include <stdatomic.h>
 #include <stdint.h>
 
-#include "firmware/linux/machine/telemetry.h"
+#include "firmware/host/recording/telemetry.h"
 
 #define RECORDER_ROWS 2048 /* two seconds at 1 kHz */
 

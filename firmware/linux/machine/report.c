@@ -4,12 +4,12 @@
 #include <inttypes.h>
 #include <string.h>
 
-#include "firmware/linux/base/json.h"
-#include "firmware/linux/base/number.h"
-#include "firmware/linux/base/table.h"
+#include "firmware/host/base/json.h"
+#include "firmware/host/base/number.h"
+#include "firmware/host/base/table.h"
 #include "firmware/linux/machine/arrivals.h"
 #include "firmware/linux/machine/shots.h"
-#include "motion/fixed.h"
+#include "motion/core/fixed.h"
 
 void report_init(struct report *report, const struct job *job)
 {
@@ -30,8 +30,8 @@ static void report_take_axis(struct report *report, unsigned i,
     struct report_axis *axis = &report->axis[i];
     const struct telemetry_axis *at = &row->axis[report->job->rig_axis[i]];
     report_most(&axis->peak[1], at->demand.vel_q32);
-    report_most(&axis->peak[2], at->demand.acc_q16);
-    report_most(&axis->peak[3], at->demand.jerk_q16);
+    report_most(&axis->peak[2], at->demand.acc_q32);
+    report_most(&axis->peak[3], at->demand.jerk_q32);
     report_most(&axis->following_q32, at->following_q32);
     axis->end_q32 = at->actual_q32;
     if (axis->arrived || row->phase != TELEMETRY_MOVE)
@@ -81,8 +81,8 @@ static void report_peak(struct table *table, const struct report *report,
     const struct rig_axis *rig = job_rig_axis(report->job, i);
     int64_t limit = job_limit_of(&rig->limit, order);
     char peak_text[NUMBER_MAX], limit_text[NUMBER_MAX];
-    number_short(peak_text, report->axis[i].peak[order], job_bits_of(order));
-    number_short(limit_text, limit, job_bits_of(order));
+    number_short(peak_text, report->axis[i].peak[order], 32);
+    number_short(limit_text, limit, 32);
     if (limit == 0)
         table_cell(table, "%s", peak_text);
     else
@@ -301,10 +301,9 @@ static void report_json_peak(cJSON *item, const char *name,
     const struct rig_axis *rig = job_rig_axis(report->job, i);
     int64_t limit = job_limit_of(&rig->limit, order);
     cJSON *object = cJSON_AddObjectToObject(item, name);
-    json_add_fixed(object, "peak", report->axis[i].peak[order],
-                   job_bits_of(order));
+    json_add_fixed(object, "peak", report->axis[i].peak[order], 32);
     if (limit != 0)
-        json_add_fixed(object, "limit", limit, job_bits_of(order));
+        json_add_fixed(object, "limit", limit, 32);
 }
 
 static void report_json_events(cJSON *item, const struct report_axis *axis)

@@ -1,6 +1,6 @@
 /* firmware/linux/machine/report.h - how a run went, in numbers.
  *
- * Fed with every row; keeps the worst of each.  Demand is what was sent:
+ * Fed on every tick; keeps the worst of each.  Demand is what was sent:
  * velocity, acceleration and jerk with the override and the ramps of hold and
  * stop in them. */
 #ifndef FIRMWARE_LINUX_MACHINE_REPORT_H
@@ -10,10 +10,10 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "firmware/controller.h"
+#include "firmware/control/controller.h"
+#include "firmware/host/move/job.h"
+#include "firmware/host/recording/telemetry.h"
 #include "firmware/linux/machine/machine.h"
-#include "firmware/linux/machine/telemetry.h"
-#include "firmware/linux/move/job.h"
 
 struct arrivals;
 struct shots;
@@ -44,8 +44,8 @@ struct report {
     int64_t path_ns_q12;        /* how far the move was played */
     double load[RIG_BUSES_MAX]; /* share of the wire's time during the move */
     struct controller_fault_record fault;
-    char fault_text[64]; /* the drive's own words */
-    bool torque_left;    /* a drive did not say at the end that it is off: */
+    char fault_text[192]; /* the drive's own words, or homing's */
+    bool torque_left;     /* a drive did not say at the end that it is off: */
     char torque[RIG_AXES_MAX][MACHINE_TORQUE_MAX]; /* "", or why, in words */
     uint64_t ticks, ticks_lost, rows_dropped, frames_dropped;
     bool realtime;

@@ -4,11 +4,12 @@
 #include <inttypes.h>
 #include <string.h>
 
-#include "firmware/linux/base/json.h"
-#include "firmware/linux/base/memory.h"
-#include "firmware/linux/base/number.h"
-#include "motion/clock_warp.h"
-#include "motion/fixed.h"
+#include "firmware/host/base/error.h"
+#include "firmware/host/base/json.h"
+#include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
+#include "motion/core/clock_warp.h"
+#include "motion/core/fixed.h"
 
 /* --- can the lines keep up? --- */
 
@@ -67,12 +68,12 @@ static bool shots_check_line(const struct job *job, unsigned line,
     const struct plan_place place = job->move.event[shots->event[i + 1]].place;
     char t[NUMBER_MAX];
     number_seconds(t, shots->t_ns_q12[i + 1]);
-    fprintf(stderr,
-            "%s:%u:%u: the shot of %s at %s s comes %.3f ms after the one "
-            "before it, expected %.3f ms or more: its pulse and the rest "
-            "after it\n",
-            job->move_path, place.line, place.column, job->rig.line[line].name,
-            t, (double)apart_ns / 1e6, (double)need_ns / 1e6);
+    error_say("%s:%u:%u: the shot of %s at %s s comes %.3f ms after the one "
+              "before it, expected %.3f ms or more: its pulse and the rest "
+              "after it",
+              job->move_path, place.line, place.column,
+              job->rig.line[line].name, t, (double)apart_ns / 1e6,
+              (double)need_ns / 1e6);
     return false;
 }
 

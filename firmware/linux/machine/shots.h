@@ -7,8 +7,8 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "firmware/linux/machine/telemetry.h"
-#include "firmware/linux/move/job.h"
+#include "firmware/host/move/job.h"
+#include "firmware/host/recording/telemetry.h"
 
 struct cJSON;
 

@@ -7,12 +7,12 @@
 #include <string.h>
 #include <time.h>
 
-#include "motion/err.h"
+#include "motion/core/err.h"
 
 #define SERVER_WAIT_NS INT64_C(1000000)
 
 static int sim_server_bus(struct sim_server *server, unsigned i,
-                          char message[RIG_MESSAGE_MAX])
+                          char message[YAML_MESSAGE_MAX])
 {
     const struct rig_bus *bus = &server->rig->bus[i];
     const struct can_socketcan_config config = { .interface = bus->interface,
@@ -29,7 +29,7 @@ static int sim_server_bus(struct sim_server *server, unsigned i,
         return err;
     }
     if (bus->interface[0] == '\0') {
-        snprintf(message, RIG_MESSAGE_MAX,
+        snprintf(message, YAML_MESSAGE_MAX,
                  "bus %s has no interface, expected a line such as interface: "
                  "can0, or --interface",
                  bus->name);
@@ -37,18 +37,17 @@ static int sim_server_bus(struct sim_server *server, unsigned i,
     }
     err = can_socketcan_open(&server->port[i], &config, reason);
     if (err < 0)
-        snprintf(message, RIG_MESSAGE_MAX, "bus %s: %s", bus->name, reason);
+        snprintf(message, YAML_MESSAGE_MAX, "bus %s: %s", bus->name, reason);
     else
         server->bus_count++;
     return err;
 }
 
 int sim_server_open(struct sim_server *server, const struct rig *rig,
-                    char message[RIG_MESSAGE_MAX])
+                    char message[YAML_MESSAGE_MAX])
 {
     int err;
 
-    memset(server, 0, sizeof *server);
     server->rig = rig;
     err = machine_sim_init(&server->sim, rig, true, &server->wire, message);
     for (unsigned i = 0; err == MOTION_OK && i < rig->bus_count; i++)

@@ -2,18 +2,19 @@
  * CAN interfaces, in real time; those on Modbus on pseudo-terminals and TCP
  * ports.
  *
- * Whoever speaks their language on the interface meets drives: another slew with
+ * Whoever speaks their language on the interface meets drives: another slew
+ * with
  * --real, python-canopen, a PLC.  The simulated wire follows the clock; what
- * comes from an interface is put on the wire of its bus, and what the drives say
- * goes out.  A frame so takes its bit time twice, and a little for this program
- * to wake up.  While an interface is down nothing reaches its drives: their own
- * watchdogs act. */
+ * comes from an interface is put on the wire of its bus, and what the drives
+ * say goes out.  A frame so takes its bit time twice, and a little for this
+ * program to wake up.  While an interface is down nothing reaches its drives:
+ * their own watchdogs act. */
 #ifndef FIRMWARE_LINUX_MACHINE_SIM_SERVER_H
 #define FIRMWARE_LINUX_MACHINE_SIM_SERVER_H
 
 #include "firmware/linux/machine/machine_sim.h"
 #include "firmware/linux/machine/modbus_device.h"
-#include "hal/can_socketcan.h"
+#include "hal/linux/socketcan.h"
 
 struct sim_server {
     const struct rig *rig;
@@ -26,10 +27,10 @@ struct sim_server {
     uint64_t frames_in, frames_out;
 };
 
-/* Opens the interface of every bus.  On an error returns its code and writes a
- * sentence; nothing is left open then. */
+/* Opens the interface of every bus, for a server that is all zero.  On an error
+ * returns its code and writes a sentence; nothing is left open then. */
 int sim_server_open(struct sim_server *server, const struct rig *rig,
-                    char message[RIG_MESSAGE_MAX]);
+                    char message[YAML_MESSAGE_MAX]);
 /* Bring everything up to now, then wait until something comes or is due, a
  * millisecond at most. */
 void sim_server_step(struct sim_server *server);

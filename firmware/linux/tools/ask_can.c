@@ -4,7 +4,7 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-#include "motion/err.h"
+#include "motion/core/err.h"
 
 #define ASK_STEP_NS INT64_C(500000)
 #define ASK_TRIES   3

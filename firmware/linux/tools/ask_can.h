@@ -9,7 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "hal/canopen_lss.h"
+#include "hal/canopen/lss.h"
 #include "hal/clock.h"
 
 struct ask_can {
@@ -47,7 +47,8 @@ void ask_can_text(const struct ask_can *ask, int err,
 
 /* Let time pass and hear what comes. */
 void ask_can_wait(struct ask_can *ask, int64_t dur_ns);
-/* Until the LSS request that was started is over; what canopen_lss_take says. */
+/* Until the LSS request that was started is over; what canopen_lss_take
+ * says. */
 int ask_can_lss(struct ask_can *ask);
 
 #endif

@@ -3,7 +3,7 @@
 
 #include <stdio.h>
 
-#include "motion/err.h"
+#include "motion/core/err.h"
 
 #define ASK_STEP_NS     INT64_C(500000)
 #define ASK_PATIENCE_NS INT64_C(1000000000) /* to be connected */

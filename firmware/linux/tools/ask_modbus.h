@@ -6,7 +6,7 @@
 
 #include "hal/clock.h"
 #include "hal/modbus.h"
-#include "hal/modbus_map.h"
+#include "hal/modbus/map.h"
 
 struct ask_modbus {
     struct hal_modbus *line;

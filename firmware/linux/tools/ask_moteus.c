@@ -2,8 +2,8 @@
 #include <stdio.h>
 
 #include "firmware/linux/tools/ask_turns_parts.h"
-#include "hal/drive_moteus.h"
-#include "motion/err.h"
+#include "hal/drive/turn/moteus.h"
+#include "motion/core/err.h"
 
 #define REFUSES_WRITE 0x30u
 #define REFUSES_READ  0x31u

@@ -3,8 +3,8 @@
 #include <string.h>
 
 #include "firmware/linux/tools/ask_turns_parts.h"
-#include "hal/drive_odrive.h"
-#include "motion/err.h"
+#include "hal/drive/turn/odrive.h"
+#include "motion/core/err.h"
 
 #define NODE_SHIFT   5u
 #define VERSION      0x00u

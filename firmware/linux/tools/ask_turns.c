@@ -2,7 +2,7 @@
 #include <stdio.h>
 
 #include "firmware/linux/tools/ask_turns_parts.h"
-#include "motion/err.h"
+#include "motion/core/err.h"
 
 #define ASK_STEP_NS    INT64_C(500000)
 #define ASK_TIMEOUT_NS INT64_C(200000000)

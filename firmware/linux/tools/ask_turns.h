@@ -14,7 +14,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "firmware/linux/rig/quantity.h"
+#include "firmware/host/device/quantity.h"
 #include "hal/can.h"
 #include "hal/clock.h"
 

@@ -7,8 +7,8 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "hal/can_link_socketcan.h"
-#include "motion/err.h"
+#include "hal/linux/socketcan_link.h"
+#include "motion/core/err.h"
 
 #define BENCH_BAUD       115200
 #define BENCH_TIMEOUT_NS INT64_C(50000000)
@@ -17,15 +17,15 @@
 
 /* ---- what the user names ---- */
 
-static int bench_fail(char message[RIG_MESSAGE_MAX], const char *text,
+static int bench_fail(char message[YAML_MESSAGE_MAX], const char *text,
                       const char *what)
 {
-    snprintf(message, RIG_MESSAGE_MAX, "%.200s: %s", text, what);
+    snprintf(message, YAML_MESSAGE_MAX, "%.200s: %s", text, what);
     return -1;
 }
 
 static int bench_rig(const char *text, bool directory, struct rig *rig,
-                     char message[RIG_MESSAGE_MAX])
+                     char message[YAML_MESSAGE_MAX])
 {
     static char path[4096];
 
@@ -56,7 +56,7 @@ static void bench_modbus(struct rig_bus *bus, const struct bench_line *line)
 }
 
 static int bench_serial(const char *text, const struct bench_line *line,
-                        struct rig *rig, char message[RIG_MESSAGE_MAX])
+                        struct rig *rig, char message[YAML_MESSAGE_MAX])
 {
     struct rig_bus *bus = bench_bus(rig, text);
 
@@ -77,7 +77,7 @@ static int bench_serial(const char *text, const struct bench_line *line,
 
 static int bench_tcp(const char *text, const char *colon,
                      const struct bench_line *line, struct rig *rig,
-                     char message[RIG_MESSAGE_MAX])
+                     char message[YAML_MESSAGE_MAX])
 {
     struct rig_bus *bus = bench_bus(rig, text);
     const size_t length = (size_t)(colon - text);
@@ -100,7 +100,7 @@ static int bench_tcp(const char *text, const char *colon,
 }
 
 static int bench_interface(const char *text, struct rig *rig,
-                           char message[RIG_MESSAGE_MAX])
+                           char message[YAML_MESSAGE_MAX])
 {
     struct can_link link;
     const int err = can_link_read(text, &link);
@@ -121,7 +121,7 @@ static int bench_interface(const char *text, struct rig *rig,
 }
 
 int bench_name(const char *text, const struct bench_line *line, struct rig *rig,
-               bool *is_rig, char message[RIG_MESSAGE_MAX])
+               bool *is_rig, char message[YAML_MESSAGE_MAX])
 {
     const char *colon = strrchr(text, ':');
     struct stat about;
@@ -159,12 +159,14 @@ static void bench_reduce(struct rig *to, const struct rig *from, unsigned bus)
 }
 
 int bench_open(struct bench *bench, const struct rig *rig, unsigned bus,
-               bool is_real, char message[RIG_MESSAGE_MAX])
+               bool is_real, char message[YAML_MESSAGE_MAX])
 {
     memset(&bench->ports, 0, sizeof bench->ports);
     bench_reduce(&bench->rig, rig, bus);
     bench->is_real = is_real;
     bench->has_fd = bench->rig.bus[0].data_bit_rate > 0;
+    if (is_real && machine_modbus_reach(&bench->rig, message) < 0)
+        return MOTION_E_IO;
     return is_real ? machine_real_init(&bench->real, &bench->rig, &bench->ports,
                                        message)
                    : machine_sim_init(&bench->sim, &bench->rig, false,

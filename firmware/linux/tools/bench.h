@@ -10,9 +10,9 @@
 
 #include <stdbool.h>
 
+#include "firmware/host/rig/rig.h"
 #include "firmware/linux/machine/machine_real.h"
 #include "firmware/linux/machine/machine_sim.h"
-#include "firmware/linux/rig/rig.h"
 
 /* How a serial port is used when no rig says so. */
 struct bench_line {
@@ -25,7 +25,7 @@ struct bench_line {
 /* "rig.yaml", a directory with one, "can0", "/dev/ttyUSB0", "10.0.0.7:502".
  * *is_rig: it came from a file.  0, or -1 with a sentence. */
 int bench_name(const char *text, const struct bench_line *line, struct rig *rig,
-               bool *is_rig, char message[RIG_MESSAGE_MAX]);
+               bool *is_rig, char message[YAML_MESSAGE_MAX]);
 
 struct bench {
     struct rig rig; /* bus 0 only, and the axes on it */
@@ -38,7 +38,7 @@ struct bench {
 
 /* Bus `bus` of the rig.  0, or a code with a sentence; nothing is open then. */
 int bench_open(struct bench *bench, const struct rig *rig, unsigned bus,
-               bool is_real, char message[RIG_MESSAGE_MAX]);
+               bool is_real, char message[YAML_MESSAGE_MAX]);
 void bench_close(struct bench *bench);
 /* Simulated drives have just been switched on: let them boot. */
 #define BENCH_BOOT_NS INT64_C(300000000)

@@ -20,8 +20,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "firmware/linux/rig/rig.h"
-#include "hal/can_link_socketcan.h"
+#include "firmware/host/rig/rig.h"
+#include "hal/linux/socketcan_link.h"
 
 #define DOCTOR_LINES_MAX  128
 #define DOCTOR_TOPIC_MAX  24

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #define CAN_ARPHRD      280 /* of the kernel's if_arp.h */
-#define CAN_QUEUE       64  /* frames that hal/can_socketcan.h wants */
+#define CAN_QUEUE       64  /* frames that hal/linux/socketcan.h wants */
 #define CAN_RATE        1000000
 #define CAN_SAMPLE_LOW  700 /* permille; CiA 301 table 1 has 875 */
 #define CAN_SAMPLE_HIGH 900
@@ -71,7 +71,7 @@ static void can_counters(struct doctor *doctor, const char *name,
     }
 }
 
-/* What would make the port refuse to open, see can_setup_socketcan.c. */
+/* What would make the port refuse to open, see hal/linux/socketcan_setup.c. */
 static bool can_configured(struct doctor *doctor, const char *name,
                            const struct can_link *link,
                            const struct rig_bus *bus)

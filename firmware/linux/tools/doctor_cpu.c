@@ -1,5 +1,5 @@
 /* firmware/linux/tools/doctor_cpu.c - processor and scheduler; see doctor.h. */
-#include "firmware/linux/base/array.h"
+#include "firmware/host/base/array.h"
 #include "firmware/linux/tools/doctor_parts.h"
 
 #include <inttypes.h>

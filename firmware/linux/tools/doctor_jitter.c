@@ -6,7 +6,7 @@
 #include <pthread.h>
 #include <sched.h>
 
-#include "hal/clock_linux.h"
+#include "hal/linux/clock.h"
 
 #define JITTER_PRIORITY 40 /* as player.c */
 #define JITTER_BINS     10001

@@ -1,5 +1,6 @@
 /* firmware/linux/tools/doctor_kernel.c - what the kernel was built with, and
  * the libraries; see doctor.h. */
+#include "firmware/host/base/memory.h"
 #include "firmware/linux/tools/doctor_parts.h"
 
 #include <cairo.h>
@@ -10,8 +11,8 @@
 #include <yaml.h>
 #include <zlib.h>
 
-#include "firmware/linux/base/array.h"
-#include "hal/gpio_libgpiod.h"
+#include "firmware/host/base/array.h"
+#include "hal/linux/libgpiod.h"
 
 #define KERNEL_CONFIG_MAX (1 << 19)
 
@@ -106,9 +107,19 @@ static bool kernel_read(const struct doctor *doctor, const char *name,
     return length > 0;
 }
 
+static bool kernel_look(struct doctor *doctor, const char *in_boot)
+{
+    char *config = memory_new(1, KERNEL_CONFIG_MAX);
+    const bool found = kernel_read(doctor, in_boot, config) ||
+                       kernel_read(doctor, "/proc/config.gz", config);
+    if (found)
+        kernel_config(doctor, config);
+    memory_free(config);
+    return found;
+}
+
 void doctor_kernel(struct doctor *doctor)
 {
-    static char config[KERNEL_CONFIG_MAX];
     char release[DOCTOR_NAME_MAX], in_boot[DOCTOR_NAME_MAX + 16];
 
     if (!doctor_read(doctor, release, sizeof release,
@@ -116,11 +127,8 @@ void doctor_kernel(struct doctor *doctor)
         return;
     doctor_say(doctor, DOCTOR_NOTE, "kernel", "Linux %s", release);
     snprintf(in_boot, sizeof in_boot, "/boot/config-%s", release);
-    if (kernel_read(doctor, in_boot, config) ||
-        kernel_read(doctor, "/proc/config.gz", config)) {
-        kernel_config(doctor, config);
+    if (kernel_look(doctor, in_boot))
         return;
-    }
     doctor_say(doctor, DOCTOR_NOTE, "kernel",
                "how it was built is neither in /boot/config-%s nor in "
                "/proc/config.gz",

@@ -3,8 +3,8 @@
 
 #include <stdlib.h>
 
-#include "firmware/linux/base/array.h"
-#include "motion/err.h"
+#include "firmware/host/base/array.h"
+#include "motion/core/err.h"
 
 #define LSS_SETTLE_NS INT64_C(20000000) /* to switch over; nobody answers */
 

@@ -1,5 +1,5 @@
 /* firmware/linux/tools/lss.h - node numbers and bit rates for one device, step
- * by step, each waited for; see hal/canopen_lss.h. */
+ * by step, each waited for; see hal/canopen/lss.h. */
 #ifndef FIRMWARE_LINUX_TOOLS_LSS_H
 #define FIRMWARE_LINUX_TOOLS_LSS_H
 

@@ -4,8 +4,8 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-#include "hal/drive_cia402.h"
-#include "motion/err.h"
+#include "hal/drive/cia402/drive.h"
+#include "motion/core/err.h"
 
 #define RESET_WAIT_NS INT64_C(1000000000)
 #define RESET_STEP_NS INT64_C(10000000)

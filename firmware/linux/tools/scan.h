@@ -4,8 +4,8 @@
  * there) asks every node number for 0x1000 at once and those that answer for
  * their identity, and looks for one device without node number by LSS.  An
  * ODrive says who it is by its heartbeat; a CANopen question could be an order
- * to it, so none is sent when one was heard.  moteus are asked on ports with FD.
- * Modbus: every unit is asked for register 0, those that answer for their
+ * to it, so none is sent when one was heard.  moteus are asked on ports with
+ * FD.  Modbus: every unit is asked for register 0, those that answer for their
  * identification (2B, 11), and by the register maps that know their drive.
  *
  * Nothing moves: only reads are sent. */
@@ -16,7 +16,7 @@
 #include <stdint.h>
 
 #include "firmware/linux/tools/bench.h"
-#include "hal/canopen_lss.h"
+#include "hal/canopen/lss.h"
 
 #define SCAN_MAX      256
 #define SCAN_NOTES    8

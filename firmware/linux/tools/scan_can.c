@@ -2,14 +2,14 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/linux/rig/eds_need.h"
+#include "firmware/host/device/eds_need.h"
 #include "firmware/linux/tools/lss.h"
 #include "firmware/linux/tools/scan.h"
-#include "hal/drive_cia402.h"
-#include "hal/drive_moteus.h"
-#include "hal/drive_odrive.h"
-#include "hal/moteus_frame.h"
-#include "motion/err.h"
+#include "hal/drive/cia402/drive.h"
+#include "hal/drive/turn/moteus.h"
+#include "hal/drive/turn/moteus_frame.h"
+#include "hal/drive/turn/odrive.h"
+#include "motion/core/err.h"
 
 #define SCAN_STEP_NS     INT64_C(1000000)
 #define SCAN_PER_STEP    4 /* questions: a quarter of 250 kbit/s */
@@ -59,7 +59,8 @@ static bool ear_is_odrive(const struct hal_can_frame *frame)
            frame->data[7] == 0 && frame->id >> 7 != 0xB;
 }
 
-/* Both use all 11 bits; a heartbeat of CANopen has one byte, of ODrive eight. */
+/* Both use all 11 bits; a heartbeat of CANopen has one byte, of ODrive
+ * eight. */
 static void ear_take(struct scan_ear *ear, const struct hal_can_frame *frame)
 {
     const unsigned node = frame->id >> 5 & 0x3F;

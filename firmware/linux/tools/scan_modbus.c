@@ -1,15 +1,12 @@
 /* firmware/linux/tools/scan_modbus.c - who is on a Modbus line; see scan.h. */
-#include <dirent.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "firmware/linux/rig/modbus_map_load.h"
+#include "firmware/host/device/modbus_map_load.h"
+#include "firmware/host/device/own_file.h"
 #include "firmware/linux/tools/ask_modbus.h"
 #include "firmware/linux/tools/scan.h"
-#include "motion/err.h"
-
-#define SCAN_MAPS 64
+#include "motion/core/err.h"
 
 /* ---- who are you ---- */
 
@@ -72,49 +69,13 @@ static void look_name(struct ask_modbus *ask, struct scan_found *found)
 
 /* ---- which map fits ---- */
 
-static int compare_names(const void *a, const void *b)
-{
-    return strcmp(a, b);
-}
-
-/* slew's own maps, beside one that is known to be there. */
-static unsigned map_names(char name[SCAN_MAPS][MODBUS_MAP_NAME_MAX])
-{
-    char path[MODBUS_MAP_PATH_MAX], *slash;
-    unsigned count = 0;
-    DIR *handle;
-
-    if (modbus_map_find("leadshine-el7", "./", path) < 0)
-        return 0;
-    slash = strrchr(path, '/');
-    if (slash != NULL)
-        *slash = '\0';
-    handle = opendir(slash == NULL ? "." : path);
-    if (handle == NULL)
-        return 0;
-    for (struct dirent *entry;
-         (entry = readdir(handle)) != NULL && count < SCAN_MAPS;) {
-        const char *dot = strrchr(entry->d_name, '.');
-        const size_t length = dot == NULL ? 0 : (size_t)(dot - entry->d_name);
-
-        if (length == 0 || length >= MODBUS_MAP_NAME_MAX ||
-            strcmp(dot, ".yaml") != 0)
-            continue;
-        memcpy(name[count], entry->d_name, length);
-        name[count++][length] = '\0';
-    }
-    closedir(handle);
-    qsort(name, count, MODBUS_MAP_NAME_MAX, compare_names);
-    return count;
-}
-
 static bool map_fits(struct ask_modbus *ask, const char *name)
 {
     static struct modbus_map map;
-    char path[MODBUS_MAP_PATH_MAX], message[RIG_MESSAGE_MAX];
+    char path[OWN_FILE_PATH_MAX], message[YAML_MESSAGE_MAX];
     int64_t value = 0;
 
-    if (modbus_map_find(name, "./", path) < 0 ||
+    if (own_file_find(OWN_FILE_MAPS, name, "./", path) < 0 ||
         modbus_map_load(path, &map, message) < 0 ||
         map.identify.item == MODBUS_MAP_NO_ITEM)
         return false;
@@ -125,8 +86,8 @@ static bool map_fits(struct ask_modbus *ask, const char *name)
 
 static void look_map(struct ask_modbus *ask, struct scan_found *found)
 {
-    static char name[SCAN_MAPS][MODBUS_MAP_NAME_MAX];
-    const unsigned count = map_names(name);
+    static char name[OWN_FILE_NAMES_MAX][OWN_FILE_NAME_MAX];
+    const unsigned count = own_file_names(OWN_FILE_MAPS, name);
 
     snprintf(found->fits, sizeof found->fits, "kind: modbus, if a map fits");
     for (unsigned i = 0; i < count; i++)
@@ -165,6 +126,12 @@ static int unit_is_there(struct ask_modbus *ask)
         err = ask_modbus(ask, &request);
     }
     return err;
+}
+
+/* 0A and 0B are a gateway's: no path to the unit, or no answer from it. */
+static bool unit_is_absent(const struct ask_modbus *ask)
+{
+    return ask->reply.exception == 0x0A || ask->reply.exception == 0x0B;
 }
 
 static void unit_look(struct scan *scan, struct ask_modbus *ask,
@@ -210,6 +177,8 @@ int scan_modbus(struct scan *scan, struct bench *bench,
         err = unit_is_there(&ask);
         if (err == MOTION_E_IO)
             return err;
+        if (err == MOTION_E_REFUSED && unit_is_absent(&ask))
+            continue;
         if (err == MOTION_OK || err == MOTION_E_REFUSED)
             unit_look(scan, &ask, bench);
         else if (err == MOTION_E_PROTOCOL)

@@ -5,23 +5,24 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "firmware/linux/base/array.h"
-#include "firmware/linux/rig/endpoints.h"
-#include "firmware/linux/rig/modbus_map_load.h"
-#include "hal/drive_cia402.h"
-#include "motion/err.h"
+#include "firmware/host/base/array.h"
+#include "firmware/host/device/endpoints.h"
+#include "firmware/host/device/modbus_map_load.h"
+#include "firmware/host/device/own_file.h"
+#include "hal/drive/cia402/drive.h"
+#include "motion/core/err.h"
 
-static int talk_fail(char message[RIG_MESSAGE_MAX], const char *who,
+static int talk_fail(char message[YAML_MESSAGE_MAX], const char *who,
                      const char *what)
 {
-    snprintf(message, RIG_MESSAGE_MAX, "'%.60s' %s", who, what);
+    snprintf(message, YAML_MESSAGE_MAX, "'%.60s' %s", who, what);
     return -1;
 }
 
 /* ---- who is meant ---- */
 
 int talk_bus(const struct rig *rig, const char *name, bool can,
-             char message[RIG_MESSAGE_MAX])
+             char message[YAML_MESSAGE_MAX])
 {
     int only = -1;
     unsigned count = 0;
@@ -35,10 +36,10 @@ int talk_bus(const struct rig *rig, const char *name, bool can,
         count++;
     }
     if (name != NULL)
-        return talk_fail(message, name, "is no bus of the rig");
+        return talk_fail(message, name, "is not a bus of the rig");
     if (count != 1)
         return talk_fail(message, rig->title,
-                         "has not exactly one such bus, expected --bus NAME");
+                         "has no such bus, or several, expected --bus NAME");
     return only;
 }
 
@@ -75,7 +76,7 @@ static enum talk_kind talk_kind_of(const struct rig_bus *bus)
 
 /* What an interface that no rig describes is taken for. */
 static int talk_take_kind(struct talk *talk, const struct talk_config *config,
-                          bool is_rig, char message[RIG_MESSAGE_MAX])
+                          bool is_rig, char message[YAML_MESSAGE_MAX])
 {
     struct rig_bus *bus = &talk->rig.bus[0];
 
@@ -94,14 +95,14 @@ static int talk_take_kind(struct talk *talk, const struct talk_config *config,
         bus->kind = i == TALK_CANOPEN ? RIG_CANOPEN : RIG_CAN;
         return 0;
     }
-    return config->kind == NULL
-               ? 0
-               : talk_fail(message, config->kind,
-                           "is no kind, expected canopen, odrive or moteus");
+    return config->kind == NULL ? 0
+                                : talk_fail(message, config->kind,
+                                            "is not a kind of drive, expected "
+                                            "canopen, odrive or moteus");
 }
 
 static int talk_who(struct talk *talk, const struct talk_config *config,
-                    bool is_rig, unsigned *bus, char message[RIG_MESSAGE_MAX])
+                    bool is_rig, unsigned *bus, char message[YAML_MESSAGE_MAX])
 {
     const int axis = is_rig ? rig_axis_index(&talk->rig, config->who) : -1;
     const int number = talk_number(config->who);
@@ -111,13 +112,16 @@ static int talk_who(struct talk *talk, const struct talk_config *config,
         *bus = talk->rig.axis[axis].bus;
         talk->kind = talk_kind_of(&talk->rig.bus[*bus]);
         talk->node = talk->rig.axis[axis].node_id;
+        talk->node_axis = talk->rig.axis[axis].cia402.axis;
         return 0;
     }
     if (number < 0)
-        return talk_fail(message, config->who,
-                         is_rig ? "is no axis of the rig and no number"
-                                : "is no number of a node, expected 1 .. 127, "
-                                  "on Modbus 1 .. 247");
+        return talk_fail(
+            message, config->who,
+            is_rig ? "is neither an axis of the rig nor a node number, "
+                     "expected one of them"
+                   : "is no number of a node, expected 1 .. 127, "
+                     "on Modbus 1 .. 247");
     found = talk_bus(&talk->rig, config->bus, false, message);
     if (found < 0)
         return -1;
@@ -130,15 +134,28 @@ static int talk_who(struct talk *talk, const struct talk_config *config,
     return 0;
 }
 
+const struct rig_axis *talk_axis_of(const struct talk *talk, uint8_t node_axis)
+{
+    const struct rig *rig = &talk->bench.rig;
+
+    for (unsigned i = 0; i < rig->axis_count; i++)
+        if (rig->axis[i].node_id == talk->node &&
+            rig->axis[i].cia402.axis == node_axis)
+            return &rig->axis[i];
+    return NULL;
+}
+
 static void talk_find_axis(struct talk *talk)
 {
-    talk->axis = NULL;
-    for (unsigned i = 0; i < talk->bench.rig.axis_count; i++)
-        if (talk->bench.rig.axis[i].node_id == talk->node)
-            talk->axis = &talk->bench.rig.axis[i];
-    snprintf(talk->label, sizeof talk->label, "%s%s%s %u on %.40s%s",
+    char which[sizeof "axis 8 of "] = "";
+
+    talk->axis = talk_axis_of(talk, talk->node_axis);
+    if (talk->node_axis > 0)
+        snprintf(which, sizeof which, "axis %u of ",
+                 (talk->node_axis & 7u) + 1u);
+    snprintf(talk->label, sizeof talk->label, "%s%s%s%s %u on %.40s%s",
              talk->axis == NULL ? "" : talk->axis->name,
-             talk->axis == NULL ? "" : " (",
+             talk->axis == NULL ? "" : " (", which,
              talk->kind == TALK_MODBUS ? "unit" : "node", talk->node,
              talk->bench.rig.bus[0].name, talk->axis == NULL ? "" : ")");
 }
@@ -146,7 +163,7 @@ static void talk_find_axis(struct talk *talk)
 /* ---- what is known about it ---- */
 
 static int talk_sheet(struct talk *talk, const struct talk_config *config,
-                      char message[RIG_MESSAGE_MAX])
+                      char message[YAML_MESSAGE_MAX])
 {
     const char *path = config->eds;
 
@@ -162,13 +179,13 @@ static int talk_sheet(struct talk *talk, const struct talk_config *config,
 }
 
 static int talk_map(struct talk *talk, const struct talk_config *config,
-                    char message[RIG_MESSAGE_MAX])
+                    char message[YAML_MESSAGE_MAX])
 {
-    char path[MODBUS_MAP_PATH_MAX];
+    char path[OWN_FILE_PATH_MAX];
 
     talk->map = NULL;
     if (config->map != NULL) {
-        if (modbus_map_find(config->map, "./", path) < 0)
+        if (own_file_find(OWN_FILE_MAPS, config->map, "./", path) < 0)
             return talk_fail(message, config->map,
                              "is no register map that can be read");
         if (modbus_map_load(path, &talk->own_map, message) < 0)
@@ -181,7 +198,7 @@ static int talk_map(struct talk *talk, const struct talk_config *config,
 }
 
 static int talk_endpoints(struct talk *talk, const struct talk_config *config,
-                          char message[RIG_MESSAGE_MAX])
+                          char message[YAML_MESSAGE_MAX])
 {
     const char *path = config->endpoints;
 
@@ -211,7 +228,7 @@ static void talk_know_turns(struct talk *talk, const struct talk_config *config)
 }
 
 static int talk_know(struct talk *talk, const struct talk_config *config,
-                     char message[RIG_MESSAGE_MAX])
+                     char message[YAML_MESSAGE_MAX])
 {
     talk_find_axis(talk);
     if (talk_is_turns(talk)) {
@@ -232,12 +249,13 @@ static int talk_know(struct talk *talk, const struct talk_config *config,
 }
 
 int talk_open(struct talk *talk, const struct talk_config *config,
-              char message[RIG_MESSAGE_MAX])
+              char message[YAML_MESSAGE_MAX])
 {
     unsigned bus = 0;
     bool is_rig;
 
     talk->endpoints = NULL;
+    talk->node_axis = 0;
     if (bench_name(config->target, &config->line, &talk->rig, &is_rig,
                    message) < 0 ||
         (is_rig && config->interface != NULL &&

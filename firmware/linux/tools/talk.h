@@ -3,7 +3,7 @@
 #ifndef FIRMWARE_LINUX_TOOLS_TALK_H
 #define FIRMWARE_LINUX_TOOLS_TALK_H
 
-#include "firmware/linux/rig/eds.h"
+#include "firmware/host/device/eds.h"
 #include "firmware/linux/tools/ask_can.h"
 #include "firmware/linux/tools/ask_modbus.h"
 #include "firmware/linux/tools/ask_turns.h"
@@ -32,6 +32,7 @@ struct talk {
     struct bench bench;
     const struct rig_axis *axis; /* in bench.rig; NULL: a node only */
     uint8_t node;
+    uint8_t node_axis; /* of several behind a CANopen node, from 0 */
     enum talk_kind kind;
     const struct eds *eds;        /* NULL: none */
     const struct modbus_map *map; /* NULL: none */
@@ -49,16 +50,18 @@ static inline bool talk_is_turns(const struct talk *talk)
     return talk->kind == TALK_ODRIVE || talk->kind == TALK_MOTEUS;
 }
 
-/* Opens what is named and the drive's bus.  0, or -1 with a sentence; nothing is
- * open then. */
+/* The rig's axis that is this one of the node; NULL: it has none. */
+const struct rig_axis *talk_axis_of(const struct talk *talk, uint8_t node_axis);
+/* Opens what is named and the drive's bus.  0, or -1 with a sentence; nothing
+ * is open then. */
 int talk_open(struct talk *talk, const struct talk_config *config,
-              char message[RIG_MESSAGE_MAX]);
+              char message[YAML_MESSAGE_MAX]);
 void talk_close(struct talk *talk);
 
 /* Which bus of a rig is meant: the one of that name, or the only one (of CAN
  * when `can`).  Its number, or -1 with a sentence. */
 int talk_bus(const struct rig *rig, const char *name, bool can,
-             char message[RIG_MESSAGE_MAX]);
+             char message[YAML_MESSAGE_MAX]);
 
 /* May it have torque?  1 yes, 0 no, MOTION_E_EMPTY when it does not say, or
  * another error. */

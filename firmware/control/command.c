@@ -1,0 +1,404 @@
+/* firmware/control/command.c - what an operator may ask for, and when.
+ *
+ * Not on the tick: a command may divide and look at whole tracks. */
+#include <stddef.h>
+
+#include "firmware/control/parts.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+
+/* At most this far from where its track starts may an axis stand: 2^-20. */
+#define START_WINDOW_Q32 ((int64_t)1 << 12)
+
+int controller_enable(struct controller *controller)
+{
+    if (controller->state != CONTROLLER_OFF || controller->enabling ||
+        controller->resetting)
+        return MOTION_E_STATE;
+    controller->enabling = true;
+    controller->since_ns = controller->now_ns;
+    controller_request(controller, HAL_DRIVE_REQUEST_ENABLE);
+    return MOTION_OK;
+}
+
+int controller_off(struct controller *controller)
+{
+    if (controller_is_held(controller)) {
+        controller->reaction = CONTROLLER_REACT_STOP; /* the fault stays */
+        controller_request(controller, HAL_DRIVE_REQUEST_OFF);
+        return MOTION_OK;
+    }
+    if (controller->state != CONTROLLER_READY &&
+        controller->state != CONTROLLER_OFF)
+        return MOTION_E_STATE;
+    controller->enabling = false;
+    controller_request(controller, HAL_DRIVE_REQUEST_OFF);
+    controller_enter(controller, CONTROLLER_OFF);
+    return MOTION_OK;
+}
+
+static int64_t controller_size(const struct motion_extreme *extreme)
+{
+    const uint64_t low = motion_fixed_abs(extreme->min);
+    const uint64_t high = motion_fixed_abs(extreme->max);
+    const uint64_t most = low > high ? low : high;
+    return most > INT64_MAX ? INT64_MAX : (int64_t)most;
+}
+
+static int64_t controller_peak_of(const struct motion_track *track,
+                                  enum motion_quantity quantity)
+{
+    struct motion_extreme extreme;
+    motion_track_extreme(track, quantity, &extreme);
+    return controller_size(&extreme);
+}
+
+int64_t controller_peak(const struct motion_track *track,
+                        enum motion_quantity quantity)
+{
+    int64_t peak = 0;
+    if (quantity <= MOTION_VEL)
+        return controller_peak_of(track, quantity);
+    if (track->outline != NULL)
+        peak = controller_peak_of(track, quantity);
+    for (uint32_t i = 0; track->outline == NULL && i < track->count; i++) {
+        const struct motion_segment *segment = &track->segment[i];
+        struct motion_extreme extreme;
+        motion_segment_extreme(segment, quantity, &extreme);
+        const int64_t size = controller_size(&extreme) -
+                             motion_segment_rounding(segment, quantity);
+        if (size > peak)
+            peak = size;
+    }
+    return peak - (peak >> 28);
+}
+
+/* Largest r with peak * r^power <= limit, Q30, at most 200 %, found by halving:
+ * once per move and per quantity, not on the tick. */
+static int64_t controller_rate_most(int64_t peak, int64_t limit, int power)
+{
+    int64_t low = 0, high = MOTION_CLOCK_WARP_MAX_Q30;
+    while (low < high) {
+        const int64_t r = low + (high - low + 1) / 2;
+        int64_t value = peak;
+        for (int i = 0; i < power; i++)
+            if (motion_fixed_mulshift(value, r, 30, &value) < 0)
+                value = INT64_MAX;
+        if (value <= limit)
+            low = r;
+        else
+            high = r - 1;
+    }
+    return low;
+}
+
+static int64_t controller_least(int64_t a, int64_t b)
+{
+    return a < b ? a : b;
+}
+
+static int64_t controller_axis_rate_most(const struct controller_axis *axis,
+                                         const struct motion_clock_limit *limit)
+{
+    const int64_t vel =
+        controller_rate_most(axis->vel_peak_q32, limit->vel_q32, 1);
+    const int64_t acc =
+        controller_rate_most(axis->acc_peak_q32, limit->acc_q32, 2);
+    const int64_t most = controller_least(vel, acc);
+    if (limit->jerk_q32 == 0)
+        return most;
+    return controller_least(
+        most, controller_rate_most(controller_peak(axis->track, MOTION_JERK),
+                                   limit->jerk_q32, 3));
+}
+
+static bool controller_at_start(const struct controller_axis *axis,
+                                const struct motion_track *track)
+{
+    struct motion_sample start;
+    struct motion_cursor cursor = { 0 };
+    int64_t apart;
+    motion_track_sample(track, &cursor, 0, &start);
+    return axis->sent_count > 0 &&
+           motion_fixed_sub(start.pos_q32, axis->sent_q32[0], &apart) ==
+               MOTION_OK &&
+           motion_fixed_abs(apart) <= START_WINDOW_Q32;
+}
+
+/* Rounding leaves an end of a ramp at less than 2^-20 unit/s. */
+#define INWARD_STANDS_Q32 ((int64_t)1 << 12)
+
+/* Outside the range it moves inward alone. */
+static bool controller_only_comes_in(const struct controller_axis_config *range,
+                                     const struct motion_track *track)
+{
+    for (uint32_t i = 0; i < track->count; i++) {
+        struct motion_extreme extreme[MOTION_JERK + 1];
+        motion_segment_extremes(&track->segment[i], extreme);
+        const struct motion_extreme *pos = &extreme[MOTION_POS];
+        const struct motion_extreme *vel = &extreme[MOTION_VEL];
+        if ((pos->min < range->pos_min_q32 - MOTION_TRACK_POS_ROUNDING &&
+             vel->min < -INWARD_STANDS_Q32) ||
+            (pos->max > range->pos_max_q32 + MOTION_TRACK_POS_ROUNDING &&
+             vel->max > INWARD_STANDS_Q32))
+            return false;
+    }
+    return true;
+}
+
+bool controller_admit(struct controller *controller, unsigned index,
+                      const struct motion_track *track)
+{
+    struct controller_axis *axis = &controller->axis[index];
+    const int64_t highest_q32 = axis->highest_q32;
+    const int64_t lowest_q32 = axis->lowest_q32;
+    struct motion_extreme pos;
+    motion_track_extreme(track, MOTION_POS, &pos);
+    controller_gate_mark(controller, index, axis->target.pos_q32);
+    if (!controller_range_counts(controller, index) ||
+        (controller_gate_range(controller, index, pos.min, pos.max) &&
+         controller_only_comes_in(&controller->config.axis[index], track)))
+        return true;
+    axis->highest_q32 = highest_q32;
+    axis->lowest_q32 = lowest_q32;
+    return false;
+}
+
+int64_t controller_reserve_ns_q12(const struct controller *controller,
+                                  const struct motion_track *const track[],
+                                  int64_t rate_q30)
+{
+    int64_t reserve_ns_q12 = 0;
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        if (!track[i])
+            continue;
+        const int64_t ns_q12 =
+            controller_ramp_reserve(controller, i, track[i], rate_q30);
+        if (ns_q12 > reserve_ns_q12)
+            reserve_ns_q12 = ns_q12;
+    }
+    return reserve_ns_q12;
+}
+
+/* Of the clock once it is up to speed. */
+static int64_t controller_rate(const struct controller *controller)
+{
+    return controller->jog != NULL
+               ? MOTION_CLOCK_WARP_ONE_Q30
+               : controller_least(controller->override_q30,
+                                  controller->override_max_q30);
+}
+
+/* Only windows run out; for others it would be work for nothing. */
+static void controller_set_reserve(struct controller *controller)
+{
+    const struct motion_track *track[CONTROLLER_AXES_MAX] = { NULL };
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        if (controller->axis[i].track && controller->axis[i].track->outline)
+            track[i] = controller->axis[i].track;
+    const int64_t rate_q30 = controller->rate.rate_q30;
+    controller->reserve_ns_q12 = controller_reserve_ns_q12(
+        controller, track,
+        rate_q30 > controller->override_q30 ? rate_q30
+                                            : controller->override_q30);
+}
+
+void controller_axis_play(struct controller_axis *axis,
+                          const struct motion_track *track)
+{
+    axis->track = track;
+    axis->cursor = (struct motion_cursor){ 0 };
+    if (!track)
+        return;
+    axis->vel_peak_q32 = controller_peak(track, MOTION_VEL);
+    axis->acc_peak_q32 = controller_peak(track, MOTION_ACC);
+}
+
+/* True when every track is inside its axis's limits at 100 %. */
+static bool controller_load(struct controller *controller,
+                            const struct motion_track *const track[])
+{
+    controller->move_end_ns_q12 = 0;
+    controller->override_max_q30 = MOTION_CLOCK_WARP_MAX_Q30;
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        struct controller_axis *axis = &controller->axis[i];
+        controller_axis_play(axis, track[i]);
+        if (!track[i])
+            continue;
+        if (track[i]->end_ns_q12 > controller->move_end_ns_q12)
+            controller->move_end_ns_q12 = track[i]->end_ns_q12;
+        controller->override_max_q30 = controller_least(
+            controller->override_max_q30,
+            controller_axis_rate_most(axis, &controller->config.axis[i].limit));
+        if (!controller_admit(controller, i, track[i]))
+            controller->override_max_q30 = 0;
+    }
+    controller_set_reserve(controller);
+    return controller->override_max_q30 >= MOTION_CLOCK_WARP_ONE_Q30;
+}
+
+/* MOTION_OK, or why these tracks cannot begin, and *axis. */
+static int controller_may_start(const struct controller *controller,
+                                const struct motion_track *const track[],
+                                int *axis)
+{
+    const struct controller_axis *own = controller->axis;
+    for (*axis = 0; *axis < (int)controller->config.axis_count; ++*axis)
+        if (track[*axis] && controller->config.axis[*axis].by_goals &&
+            own[*axis].leg.goal == NULL)
+            return MOTION_E_ARG;
+    for (*axis = 0; *axis < (int)controller->config.axis_count; ++*axis)
+        if (track[*axis] && !own[*axis].homed)
+            return MOTION_E_EMPTY;
+    for (*axis = 0; *axis < (int)controller->config.axis_count; ++*axis)
+        if (track[*axis] && !controller_at_start(&own[*axis], track[*axis]))
+            return MOTION_E_LIMIT;
+    *axis = -1;
+    return MOTION_OK;
+}
+
+int controller_start(struct controller *controller,
+                     const struct motion_track *const track[], int *axis)
+{
+    int which;
+    if (controller->state != CONTROLLER_READY || controller->homing)
+        return MOTION_E_STATE;
+    int err = controller_may_start(controller, track, &which);
+    if (err == MOTION_OK && !controller_load(controller, track)) {
+        controller_rest(controller);
+        err = MOTION_E_LIMIT;
+    }
+    if (err < 0) {
+        controller_goal_forget(controller);
+        if (axis)
+            *axis = which;
+        return err;
+    }
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        if (!track[i])
+            controller->axis[i].leg = (struct controller_leg){ .goal = NULL };
+    /* The first set point of the move, one tick from now, is path time one
+     * period: a track that starts from rest may be read at full rate. */
+    controller->jog = NULL;
+    controller_play(controller, controller_rate(controller));
+    return MOTION_OK;
+}
+
+void controller_play(struct controller *controller, int64_t rate_q30)
+{
+    controller->wanted_q30 = rate_q30;
+    motion_clock_warp_init(&controller->warp, controller->clock_ns, 0,
+                           rate_q30);
+    motion_clock_warp_at(&controller->warp, controller->clock_ns,
+                         &controller->rate);
+    controller_enter(controller, CONTROLLER_MOVING);
+}
+
+void controller_slow_down(struct controller *controller,
+                          enum controller_state state)
+{
+    const bool slows =
+        controller->state == CONTROLLER_HOLDING && controller->rest_by_ns != 0;
+    const int64_t due_ns = slows ? controller->rest_by_ns : INT64_MAX;
+    controller->wanted_q30 = 0;
+    controller_enter(controller, state);
+    controller->rest_by_ns = controller_least(
+        due_ns,
+        controller->clock_ns + controller_ramp_bound_ns(controller, false));
+    if (slows && controller->warp.rate1_q30 == 0)
+        controller->rest_by_ns = due_ns; /* the hold's ramp serves the stop */
+    else if (!controller_freeze(controller))
+        controller_ramp_begin(controller);
+}
+
+int controller_hold(struct controller *controller)
+{
+    if (controller->state != CONTROLLER_MOVING)
+        return MOTION_E_STATE;
+    controller->is_held = true;
+    controller_slow_down(controller, CONTROLLER_HOLDING);
+    return MOTION_OK;
+}
+
+int controller_resume(struct controller *controller)
+{
+    const bool is_between = controller->state == CONTROLLER_READY &&
+                            controller->homing && controller->is_held;
+    if (controller->state != CONTROLLER_HOLDING && !is_between)
+        return MOTION_E_STATE;
+    controller->is_held = false;
+    if (is_between)
+        return MOTION_OK;
+    controller->wanted_q30 = controller_rate(controller);
+    controller_ramp_reset(controller);
+    controller_enter(controller, CONTROLLER_MOVING);
+    return MOTION_OK;
+}
+
+void controller_halt(struct controller *controller)
+{
+    if (controller->jog != NULL)
+        controller_jog_brake(controller, true);
+    else if (controller->state == CONTROLLER_MOVING ||
+             controller->state == CONTROLLER_HOLDING)
+        controller_slow_down(controller, CONTROLLER_STOPPING);
+    else if (controller->enabling)
+        (void)controller_off(controller);
+}
+
+void controller_stop(struct controller *controller)
+{
+    controller->stops++;
+    controller_halt(controller);
+}
+
+int controller_override(struct controller *controller, int64_t rate_q30)
+{
+    if (rate_q30 < 0 || rate_q30 > MOTION_CLOCK_WARP_MAX_Q30)
+        return MOTION_E_ARG;
+    if (controller_in_motion(controller) && controller->jog == NULL &&
+        rate_q30 > controller->override_max_q30)
+        return MOTION_E_LIMIT;
+    controller->override_q30 = rate_q30;
+    controller_set_reserve(controller);
+    if (controller->state == CONTROLLER_MOVING && controller->jog == NULL) {
+        controller->wanted_q30 = rate_q30;
+        controller_ramp_reset(controller);
+    }
+    return MOTION_OK;
+}
+
+int controller_reset(struct controller *controller)
+{
+    if (controller->state != CONTROLLER_FAULT || controller->resetting ||
+        controller_input(controller->inputs.estop))
+        return MOTION_E_STATE;
+    if (controller_is_held(controller))
+        controller_off(controller);
+    controller->resetting = true;
+    controller->since_ns = controller->now_ns;
+    controller_request(controller, HAL_DRIVE_REQUEST_RESET);
+    return MOTION_OK;
+}
+
+int64_t controller_progress_q30(const struct controller *controller)
+{
+    int64_t share;
+    if (controller->move_end_ns_q12 == 0 ||
+        motion_fixed_muldiv(controller->rate.s_ns_q12, (int64_t)1 << 30,
+                            controller->move_end_ns_q12, &share) < 0)
+        return 0;
+    return share;
+}
+
+int64_t controller_time_left_ns(const struct controller *controller)
+{
+    const int64_t left_ns_q12 =
+        controller->move_end_ns_q12 - controller->rate.s_ns_q12;
+    int64_t left_ns;
+    if (motion_fixed_muldiv(left_ns_q12 / MOTION_FIXED_NS_Q12,
+                            MOTION_CLOCK_WARP_ONE_Q30, controller->override_q30,
+                            &left_ns) < 0)
+        return INT64_MAX;
+    return left_ns;
+}

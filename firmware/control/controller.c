@@ -1,0 +1,570 @@
+/* firmware/control/controller.c - see controller.h for the picture.
+ *
+ * Order within a tick: count time, read feedback, judge, then the state's own
+ * step, which ends in set points for every drive, and goals that are due. */
+#include "firmware/control/controller.h"
+
+#include <stddef.h>
+#include <string.h>
+
+#include "firmware/control/parts.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+
+#define ENABLE_TIMEOUT_NS INT64_C(5000000000)
+#define ENABLE_TIMES      12 /* in all, of drives that go on */
+#define STOP_TIMEOUT_NS   INT64_C(5000000000)
+
+const char *controller_state_text(enum controller_state state)
+{
+    static const char *const text[] = { "off",     "ready",    "moving",
+                                        "holding", "stopping", "fault" };
+    return (unsigned)state < sizeof text / sizeof text[0] ? text[state]
+                                                          : "unknown";
+}
+
+static const struct {
+    enum controller_reaction reaction;
+    const char *text;
+} fault_table[] = {
+#define FAULT_ROW(name, reaction, text) { reaction, text },
+    CONTROLLER_FAULT_LIST(FAULT_ROW)
+#undef FAULT_ROW
+};
+
+const char *controller_fault_text(enum controller_fault fault)
+{
+    return (unsigned)fault < sizeof fault_table / sizeof fault_table[0]
+               ? fault_table[fault].text
+               : "unknown fault";
+}
+
+/* -- set-up ------------------------------------------------------------- */
+
+static bool controller_limit_ok(const struct motion_clock_limit *limit)
+{
+    return limit->vel_q32 > 0 && limit->acc_q32 > 0 && limit->jerk_q32 >= 0;
+}
+
+static bool controller_axis_ok(const struct controller_axis_config *axis)
+{
+    return axis->pos_min_q32 < axis->pos_max_q32 &&
+           axis->pos_min_q32 >= INT64_MIN + MOTION_TRACK_POS_ROUNDING &&
+           axis->pos_max_q32 <= INT64_MAX - MOTION_TRACK_POS_ROUNDING &&
+           controller_limit_ok(&axis->limit) &&
+           controller_limit_ok(&axis->stop) && axis->following_floor_q32 > 0 &&
+           axis->following_k_ns >= 0;
+}
+
+static bool controller_config_ok(const struct controller_config *config)
+{
+    if (config->period_ns < 62500 || config->period_ns > 20000000 ||
+        config->axis_count < 1 || config->axis_count > CONTROLLER_AXES_MAX)
+        return false;
+    for (unsigned i = 0; i < config->axis_count; i++)
+        if (!controller_axis_ok(&config->axis[i]))
+            return false;
+    return true;
+}
+
+static void controller_defaults(struct controller_config *config)
+{
+    if (config->feedback_max_age_ns == 0)
+        config->feedback_max_age_ns = 4 * config->period_ns;
+    if (config->enable_timeout_ns == 0)
+        config->enable_timeout_ns = ENABLE_TIMEOUT_NS;
+    if (config->stop_timeout_ns == 0)
+        config->stop_timeout_ns = STOP_TIMEOUT_NS;
+}
+
+int controller_init(struct controller *controller,
+                    const struct controller_config *config,
+                    struct hal_drive *const drive[],
+                    const struct controller_inputs *inputs)
+{
+    if (!controller_config_ok(config))
+        return MOTION_E_ARG;
+    memset(controller, 0, sizeof *controller);
+    controller->config = *config;
+    controller_defaults(&controller->config);
+    if (inputs != NULL)
+        controller->inputs = *inputs;
+    controller->override_q30 = MOTION_CLOCK_WARP_ONE_Q30;
+    controller->override_max_q30 = MOTION_CLOCK_WARP_MAX_Q30;
+    for (unsigned i = 0; i < config->axis_count; i++) {
+        controller->axis[i].drive = drive[i];
+        controller->axis[i].homed = !config->axis[i].needs_homing;
+        controller_gate_init(controller, i);
+    }
+    return MOTION_OK;
+}
+
+/* -- state changes ------------------------------------------------------ */
+
+void controller_enter(struct controller *controller,
+                      enum controller_state state)
+{
+    controller->state = state;
+    controller->since_ns = controller->now_ns;
+    if (state != CONTROLLER_STOPPING)
+        controller->is_brake = false;
+    controller_ramp_reset(controller);
+}
+
+void controller_request(struct controller *controller,
+                        enum hal_drive_request request)
+{
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        hal_drive_request(controller->axis[i].drive, request);
+}
+
+void controller_rest(struct controller *controller)
+{
+    controller->rate.rate_q30 = 0;
+    controller->rate.accel_q30 = 0;
+    controller->rate.jerk_q30 = 0;
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        controller->axis[i].track = NULL;
+        controller->axis[i].target.vel_q32 = 0;
+        controller->axis[i].target.acc_q32 = 0;
+        controller->axis[i].target.torque_permille = 0;
+        controller_goal_drop(&controller->axis[i]);
+    }
+    controller->jog = NULL;
+}
+
+bool controller_is_held(const struct controller *controller)
+{
+    return controller->state == CONTROLLER_FAULT && !controller->resetting &&
+           controller->reaction == CONTROLLER_REACT_HOLD;
+}
+
+static void controller_enter_fault(struct controller *controller)
+{
+    controller_rest(controller);
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        controller->axis[i].seeking = false;
+        if (controller->reaction == CONTROLLER_REACT_QUICK)
+            controller->axis[i].sent_count = 0; /* it has left its set point */
+    }
+    if (controller->reaction != CONTROLLER_REACT_HOLD)
+        controller_request(controller, HAL_DRIVE_REQUEST_OFF);
+    controller_enter(controller, CONTROLLER_FAULT);
+}
+
+bool controller_in_motion(const struct controller *controller)
+{
+    return controller->state == CONTROLLER_MOVING ||
+           controller->state == CONTROLLER_HOLDING ||
+           controller->state == CONTROLLER_STOPPING;
+}
+
+bool controller_clock_stands(const struct controller *controller)
+{
+    if (controller->rate.s_ns_q12 >= controller->move_end_ns_q12)
+        return true;
+    return controller->rate.rate_q30 == 0 && controller->wanted_q30 == 0 &&
+           controller->warp.rate1_q30 == 0;
+}
+
+static bool controller_at_rest(const struct controller *controller)
+{
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        if (controller->axis[i].target.vel_q32 != 0 ||
+            controller->axis[i].target.acc_q32 != 0)
+            return false;
+    return true;
+}
+
+static void controller_stand(struct controller *controller)
+{
+    motion_clock_warp_init(&controller->warp, controller->clock_ns,
+                           controller->rate.s_ns_q12, 0);
+    motion_clock_warp_at(&controller->warp, controller->clock_ns,
+                         &controller->rate);
+}
+
+bool controller_freeze(struct controller *controller)
+{
+    if (!controller_at_rest(controller))
+        return false;
+    controller_stand(controller);
+    return true;
+}
+
+/* Is the path's clock, or the track itself, on its way to rest already? */
+static bool controller_brakes(const struct controller *controller)
+{
+    return controller->is_brake ||
+           (controller->wanted_q30 == 0 && controller->warp.rate1_q30 == 0);
+}
+
+/* Along the path within the stop limits, at once; where no ramp from here fits,
+ * the one that is under way. */
+static bool controller_stop_along(struct controller *controller)
+{
+    const int64_t rest_by_ns = controller->rest_by_ns;
+    const bool brakes = controller_brakes(controller);
+    const int64_t wanted_q30 = controller->wanted_q30;
+    controller->wanted_q30 = 0;
+    controller->rest_by_ns =
+        controller->clock_ns + controller_ramp_bound_ns(controller, true);
+    if (controller_freeze(controller) || controller_ramp_stop(controller))
+        return true;
+    controller->wanted_q30 = wanted_q30;
+    /* an override of 0 % is on its way to rest as well, but by no time */
+    if (controller->is_brake ||
+        (rest_by_ns != 0 && rest_by_ns < controller->rest_by_ns))
+        controller->rest_by_ns = rest_by_ns;
+    return brakes;
+}
+
+/* Stop along the path if there is a ramp within the stop limits, else let the
+ * drives brake by themselves. */
+static void controller_react(struct controller *controller)
+{
+    const bool by_itself = controller_any_by_itself(controller);
+    if (controller->reaction == CONTROLLER_REACT_OFF ||
+        !(controller_in_motion(controller) || by_itself)) {
+        controller_enter_fault(controller);
+        return;
+    }
+    controller_enter(controller, CONTROLLER_STOPPING);
+    if (by_itself || (controller->reaction <= CONTROLLER_REACT_STOP &&
+                      !controller_stop_along(controller)))
+        controller->reaction = CONTROLLER_REACT_QUICK;
+    if (controller->reaction != CONTROLLER_REACT_QUICK)
+        return;
+    controller->rest_by_ns = 0;
+    controller_request(controller, HAL_DRIVE_REQUEST_QUICK_STOP);
+}
+
+void controller_raise(struct controller *controller,
+                      enum controller_fault fault, int axis, int64_t value,
+                      int64_t limit)
+{
+    const enum controller_reaction reaction = fault_table[fault].reaction;
+    if (controller->fault.fault == CONTROLLER_FAULT_NONE)
+        controller->fault = (struct controller_fault_record){
+            .fault = fault,
+            .axis = axis,
+            .t_ns = controller->now_ns,
+            .value = value,
+            .limit = limit,
+            .drive_code =
+                axis < 0 ? 0 : controller->axis[axis].feedback.fault_code,
+        };
+    if (reaction <= controller->reaction)
+        return;
+    /* the ramp that a hold has begun serves a stop as well */
+    const bool stopping = controller->state == CONTROLLER_STOPPING &&
+                          controller->reaction == CONTROLLER_REACT_HOLD &&
+                          reaction == CONTROLLER_REACT_STOP;
+    controller->reaction = reaction;
+    controller->enabling = false;
+    if (!stopping)
+        controller_react(controller);
+}
+
+/* -- set points --------------------------------------------------------- */
+
+static void controller_send(struct controller *controller, unsigned i)
+{
+    struct controller_axis *axis = &controller->axis[i];
+    int64_t value = axis->target.pos_q32, limit = 0;
+    if (!controller_gate_pass(controller, i, axis->target.pos_q32, &value,
+                              &limit) ||
+        controller_to_drive(axis, &axis->target) < 0) {
+        controller_raise(controller, CONTROLLER_FAULT_GATE, (int)i, value,
+                         limit);
+        return;
+    }
+    controller_gate_sent(controller, i, axis->target.pos_q32);
+}
+
+/* Without torque, or while the drive moves it, the set point follows the axis,
+ * so that what comes next does not make it jump. */
+static void controller_follow(struct controller_axis *axis)
+{
+    axis->target =
+        (struct hal_drive_target){ .pos_q32 = axis->feedback.pos_q32 };
+    axis->sent_count = 0;
+    axis->following_q32 = 0;
+    (void)controller_to_drive(axis, &axis->target);
+}
+
+/* An axis without a set point, new to us or back from a mode of its drive's
+ * own, begins where it is. */
+static void controller_begin(struct controller_axis *axis)
+{
+    if (axis->sent_count == 0 && axis->track == NULL)
+        axis->target.pos_q32 = axis->feedback.pos_q32;
+}
+
+static void controller_send_all(struct controller *controller)
+{
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        controller_begin(&controller->axis[i]);
+        if (controller->axis[i].by_itself)
+            controller_follow(&controller->axis[i]);
+        else if (controller->reaction < CONTROLLER_REACT_QUICK)
+            controller_send(controller, i);
+    }
+}
+
+/* Outside of motion.  An axis with torque keeps the place where it stood when
+ * its drive first reported torque: were it given its actual position, whatever
+ * it droops by would be added to the set point in every tick. */
+static void controller_keep_place(struct controller *controller)
+{
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        struct controller_axis *axis = &controller->axis[i];
+        if (axis->feedback.state != HAL_DRIVE_ENABLED || axis->by_itself) {
+            controller_follow(axis);
+            continue;
+        }
+        controller_begin(axis);
+        controller_send(controller, i);
+    }
+}
+
+/* A drive may have been left in a mode of its own, by homing that was cut short
+ * above all.  True: every one takes set points, or goals. */
+static bool controller_usual_modes(struct controller *controller)
+{
+    bool all = true;
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        const enum hal_drive_mode usual = controller_usual_mode(controller, i);
+        if (controller->axis[i].feedback.mode == usual)
+            continue;
+        (void)hal_drive_set_mode(controller->axis[i].drive, usual);
+        all = false;
+    }
+    return all;
+}
+
+/* What the acceleration takes, as far as 32 bits go. */
+static int32_t controller_torque(int64_t torque_q32, int64_t acc_q32)
+{
+    int64_t permille;
+    if (motion_fixed_mulshift(acc_q32, torque_q32, 64, &permille) < 0 ||
+        permille > INT32_MAX || permille < INT32_MIN)
+        return 0;
+    return (int32_t)permille;
+}
+
+/* Every track at the same path time; speed and acceleration by the chain rule
+ * p' = f' r, p'' = f'' r^2 + f' r'. */
+static void controller_sample(struct controller *controller)
+{
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        struct controller_axis *axis = &controller->axis[i];
+        if (!axis->track)
+            continue;
+        struct motion_sample sample;
+        motion_track_sample(axis->track, &axis->cursor,
+                            controller->rate.s_ns_q12, &sample);
+        const struct motion_state track = { sample.pos_q32, sample.vel_q32,
+                                            sample.acc_q32, 0 };
+        struct motion_state warped;
+        motion_clock_warp_chain(&controller->rate, &track, &warped);
+        axis->target = (struct hal_drive_target){ .pos_q32 = warped.pos_q32,
+                                                  .vel_q32 = warped.vel_q32,
+                                                  .acc_q32 = warped.acc_q32 };
+        axis->target.torque_permille = controller_torque(
+            controller->config.axis[i].torque_q32, warped.acc_q32);
+    }
+}
+
+/* -- one step per state ------------------------------------------------- */
+
+static bool controller_all(const struct controller *controller,
+                           enum hal_drive_state state)
+{
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        if (controller->axis[i].feedback.state != state)
+            return false;
+    return true;
+}
+
+static int controller_first_not(const struct controller *controller,
+                                enum hal_drive_state state)
+{
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        if (controller->axis[i].feedback.state != state)
+            return (int)i;
+    return -1;
+}
+
+static bool controller_waited(const struct controller *controller,
+                              int64_t most_ns)
+{
+    return controller->now_ns - controller->since_ns > most_ns;
+}
+
+/* For drives to be enabled, or off: a slow one that goes on is waited for. */
+static bool controller_waited_for_drives(struct controller *controller)
+{
+    const int64_t most_ns = controller->config.enable_timeout_ns;
+    uint32_t steps = 0;
+
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        steps += controller->axis[i].feedback.steps;
+    if (steps != controller->steps) {
+        controller->steps = steps;
+        controller->step_ns = controller->now_ns;
+    }
+    if (controller->step_ns < controller->since_ns)
+        controller->step_ns = controller->since_ns;
+    return controller->now_ns - controller->step_ns > most_ns ||
+           controller_waited(controller, ENABLE_TIMES * most_ns);
+}
+
+static void controller_step_off(struct controller *controller)
+{
+    controller_keep_place(controller);
+    if (!controller->enabling)
+        return;
+    const bool usual = controller_usual_modes(controller);
+    if (usual && controller_all(controller, HAL_DRIVE_ENABLED)) {
+        controller->enabling = false;
+        controller_rest(controller);
+        controller_enter(controller, CONTROLLER_READY);
+    } else if (controller_waited_for_drives(controller)) {
+        controller_raise(controller, CONTROLLER_FAULT_ENABLE,
+                         controller_first_not(controller, HAL_DRIVE_ENABLED),
+                         controller->now_ns - controller->since_ns,
+                         controller->config.enable_timeout_ns);
+    }
+}
+
+static void controller_step_ready(struct controller *controller)
+{
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        if (controller->axis[i].feedback.mode == HAL_DRIVE_HOMING &&
+            !controller->homing)
+            (void)hal_drive_set_mode(controller->axis[i].drive,
+                                     controller_usual_mode(controller, i));
+    controller_send_all(controller);
+}
+
+static void controller_clock(struct controller *controller)
+{
+    if (controller->warp.rate1_q30 != controller->wanted_q30)
+        controller_ramp_seek(controller);
+    motion_clock_warp_at(&controller->warp, controller->clock_ns,
+                         &controller->rate);
+    if (controller->rate.s_ns_q12 > controller->move_end_ns_q12)
+        controller->rate.s_ns_q12 = controller->move_end_ns_q12;
+    if (controller_clock_stands(controller))
+        controller->rest_by_ns = 0;
+}
+
+void controller_ahead(const struct controller *controller, int64_t ahead_ns,
+                      struct motion_clock_rate *then)
+{
+    *then = controller->rate;
+    if (controller_in_motion(controller) &&
+        controller->reaction < CONTROLLER_REACT_QUICK)
+        motion_clock_warp_at(&controller->warp, controller->clock_ns + ahead_ns,
+                             then);
+}
+
+static bool controller_at_end(const struct controller *controller)
+{
+    return controller->rate.s_ns_q12 >= controller->move_end_ns_q12;
+}
+
+static void controller_step_moving(struct controller *controller)
+{
+    controller_clock(controller);
+    controller_sample(controller);
+    controller_send_all(controller);
+    if (!controller_at_end(controller) ||
+        !controller_goals_reached(controller) ||
+        controller->reaction != CONTROLLER_REACT_NONE)
+        return;
+    if (controller->state == CONTROLLER_HOLDING) {
+        controller_stand(controller); /* until it is resumed */
+        return;
+    }
+    controller_rest(controller);
+    controller_enter(controller, CONTROLLER_READY);
+}
+
+static bool controller_standing(const struct controller *controller)
+{
+    return !controller_goal_under_way(controller) &&
+           controller_clock_stands(controller);
+}
+
+static bool controller_quick_stop_done(const struct controller *controller)
+{
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        const struct hal_drive_feedback *feedback =
+            &controller->axis[i].feedback;
+        if (feedback->state == HAL_DRIVE_ENABLED ||
+            (feedback->state == HAL_DRIVE_QUICK_STOP && feedback->vel_q32 != 0))
+            return false;
+    }
+    return true;
+}
+
+static void controller_step_stopping(struct controller *controller)
+{
+    if (controller->reaction >= CONTROLLER_REACT_QUICK) {
+        if (controller_quick_stop_done(controller) ||
+            controller_waited(controller, controller->config.stop_timeout_ns))
+            controller_enter_fault(controller);
+        return;
+    }
+    controller_clock(controller);
+    controller_sample(controller);
+    controller_send_all(controller);
+    if (controller->state != CONTROLLER_STOPPING ||
+        !controller_standing(controller))
+        return;
+    if (controller->reaction != CONTROLLER_REACT_NONE) {
+        controller_enter_fault(controller);
+    } else {
+        controller_rest(controller);
+        controller_enter(controller, CONTROLLER_READY);
+    }
+}
+
+static void controller_step_fault(struct controller *controller)
+{
+    if (controller_is_held(controller)) {
+        controller_send_all(controller);
+        return;
+    }
+    controller_keep_place(controller);
+    if (!controller->resetting)
+        return;
+    if (controller_all(controller, HAL_DRIVE_OFF)) {
+        controller->resetting = false;
+        controller->fault = (struct controller_fault_record){ 0 };
+        controller->reaction = CONTROLLER_REACT_NONE;
+        controller->lost_score = 0;
+        controller_enter(controller, CONTROLLER_OFF);
+    } else if (controller_waited_for_drives(controller)) {
+        controller->resetting = false; /* the cause is still there */
+    }
+}
+
+void controller_step(struct controller *controller, int64_t now_ns, int bus)
+{
+    static void (*const step[])(struct controller *) = {
+        [CONTROLLER_OFF] = controller_step_off,
+        [CONTROLLER_READY] = controller_step_ready,
+        [CONTROLLER_MOVING] = controller_step_moving,
+        [CONTROLLER_HOLDING] = controller_step_moving,
+        [CONTROLLER_STOPPING] = controller_step_stopping,
+        [CONTROLLER_FAULT] = controller_step_fault,
+    };
+    controller_watch_tick(controller, now_ns);
+    controller_watch_read(controller);
+    controller_watch_judge(controller, bus);
+    step[controller->state](controller);
+    controller_goal_step(controller);
+}

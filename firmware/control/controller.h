@@ -1,0 +1,322 @@
+/* firmware/control/controller.h - axes, states, faults: the portable
+ * controller.
+ *
+ *            enable            start             end of move
+ *     OFF ----------> READY ----------> MOVING ----------------> READY
+ *      ^               | ^               |   ^
+ *      |               | |          hold |   | resume
+ *      |<---- off -----' |               v   |
+ *      |                 |             HOLDING     slows to rate 0, torque on
+ *      |                 |               |
+ *      |                 '-- at rest -- STOPPING <-- stop -- MOVING, HOLDING
+ *      |                                 |
+ *      |                                 | a fault caused the stop
+ *      '------ reset ------- FAULT <-----'
+ *
+ * One call of controller_step per tick does everything: looks at drives and
+ * inputs (watch.c), moves the clock of the move on
+ * (ramp.c), samples every track at the same path time, passes each
+ * set point through the last gate (gate.c) and hands it to its
+ * drive.  It knows motion and the hal interfaces, no concrete driver, no file,
+ * no clock: time is an argument.  No heap, no lock.
+ *
+ * Hold, resume, stop and override are ramps of the clock that reads the move:
+ * the path stays the same to the bit.  The shortest ramp that keeps every axis
+ * within its limits is searched, some looks per tick; where none fits (an axis
+ * is already braking at its limit) the search goes on until one does.  Rest is
+ * due within a time that is computed at the request: in good time before it the
+ * search goes over to the stop limits.  A stop for a fault uses the stop
+ * limits, starts at once and falls back on the drives' own quick stop.
+ *
+ * A stop cannot fail: it is accepted in every state and every tick, also the
+ * one in which a motion was started, and watched until the axes are at rest.
+ * The time that takes has a bound (rest_by_ns) at which the drives' quick stop
+ * takes over.
+ *
+ * An axis with torque is supervised from the first tick on that its drive
+ * reports torque: while others still enable it is held where it stood then.
+ *
+ * An axis whose drive goes by its own profile has the same track, as a
+ * prediction, and gets the ends of its ways as goals instead of set points
+ * (goal.h).
+ *
+ * Faults latch; all but those that only ask to hold end without torque.  A
+ * fault on one axis stops the group; nothing starts again
+ * without reset, enable and start. */
+#ifndef FIRMWARE_CONTROL_CONTROLLER_H
+#define FIRMWARE_CONTROL_CONTROLLER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/control/goal.h"
+#include "hal/drive.h"
+#include "hal/gpio.h"
+#include "motion/core/clock_warp.h"
+#include "motion/core/track.h"
+
+#define CONTROLLER_AXES_MAX 16
+#define CONTROLLER_HISTORY  4 /* set points kept to judge following */
+
+enum controller_state {
+    CONTROLLER_OFF,
+    CONTROLLER_READY,
+    CONTROLLER_MOVING,
+    CONTROLLER_HOLDING,
+    CONTROLLER_STOPPING,
+    CONTROLLER_FAULT,
+};
+const char *controller_state_text(enum controller_state state);
+
+/* How the group reacts; a stronger one is never softened by a later fault.
+ *   HOLD   along the path within the stop limits, then torque stays on and the
+ *          axes stand, until reset or off
+ *   STOP   along the path within the stop limits, then torque off
+ *   QUICK  the drives' own quick stop at once, then torque off
+ *   OFF    torque off at once */
+enum controller_reaction {
+    CONTROLLER_REACT_NONE,
+    CONTROLLER_REACT_HOLD,
+    CONTROLLER_REACT_STOP,
+    CONTROLLER_REACT_QUICK,
+    CONTROLLER_REACT_OFF,
+};
+
+/* X(name, reaction, sentence) */
+#define CONTROLLER_FAULT_LIST(X)                                               \
+    X(CONTROLLER_FAULT_NONE, CONTROLLER_REACT_NONE, "no fault")                \
+    X(CONTROLLER_FAULT_DRIVE, CONTROLLER_REACT_STOP,                           \
+      "the drive reports a fault")                                             \
+    X(CONTROLLER_FAULT_OFFLINE, CONTROLLER_REACT_STOP,                         \
+      "the drive is not on the bus any more")                                  \
+    X(CONTROLLER_FAULT_STATE, CONTROLLER_REACT_STOP,                           \
+      "the drive left operation by itself")                                    \
+    X(CONTROLLER_FAULT_STALE, CONTROLLER_REACT_STOP,                           \
+      "position feedback is too old")                                          \
+    X(CONTROLLER_FAULT_FOLLOWING, CONTROLLER_REACT_STOP,                       \
+      "the axis does not follow its set points")                               \
+    X(CONTROLLER_FAULT_GATE, CONTROLLER_REACT_QUICK,                           \
+      "a set point was outside the axis's limits")                             \
+    X(CONTROLLER_FAULT_ESTOP, CONTROLLER_REACT_STOP,                           \
+      "the e-stop input is active")                                            \
+    X(CONTROLLER_FAULT_LIMIT_SWITCH, CONTROLLER_REACT_STOP,                    \
+      "a limit switch is active")                                              \
+    X(CONTROLLER_FAULT_ENABLE, CONTROLLER_REACT_OFF,                           \
+      "the drive did not enable in time")                                      \
+    X(CONTROLLER_FAULT_OVERRUN, CONTROLLER_REACT_STOP, "ticks were lost")      \
+    X(CONTROLLER_FAULT_MASTER, CONTROLLER_REACT_STOP,                          \
+      "another master speaks on the bus")                                      \
+    X(CONTROLLER_FAULT_BUS_FULL, CONTROLLER_REACT_STOP,                        \
+      "the bus takes no more frames")                                          \
+    X(CONTROLLER_FAULT_BUS_PASSIVE, CONTROLLER_REACT_HOLD,                     \
+      "the bus has too many errors (error-passive)")                           \
+    X(CONTROLLER_FAULT_BUS, CONTROLLER_REACT_OFF, "the bus is down")           \
+    X(CONTROLLER_FAULT_REST, CONTROLLER_REACT_QUICK,                           \
+      "the axes were not at rest in time")                                     \
+    X(CONTROLLER_FAULT_TRACK, CONTROLLER_REACT_STOP,                           \
+      "the move was not read in time")                                         \
+    X(CONTROLLER_FAULT_ARRIVAL, CONTROLLER_REACT_STOP,                         \
+      "the axis was not where it was sent in time")
+
+enum controller_fault {
+#define CONTROLLER_FAULT_ENUM(name, reaction, text) name,
+    CONTROLLER_FAULT_LIST(CONTROLLER_FAULT_ENUM)
+#undef CONTROLLER_FAULT_ENUM
+};
+const char *controller_fault_text(enum controller_fault fault);
+
+/* What happened first, with the values that tripped it. */
+struct controller_fault_record {
+    enum controller_fault fault;
+    int axis; /* -1: none in particular */
+    int64_t t_ns;
+    int64_t value, limit; /* Q32.32 units, ns for ages, ticks for overruns */
+    uint16_t drive_code;
+};
+
+struct controller_axis_config {
+    /* its range; a set point may be MOTION_TRACK_POS_ROUNDING beyond.  Not the
+     * last values of int64 */
+    int64_t pos_min_q32, pos_max_q32;
+    struct motion_clock_limit limit; /* of the move */
+    struct motion_clock_limit stop;  /* for stopping after a fault, >= limit */
+    int64_t following_floor_q32;     /* fault above max(floor, |v| * k) */
+    int64_t following_k_ns;
+    /* feed-forward: permille of the rated torque per unit/s2; 0: none */
+    int64_t torque_q32;
+    int64_t feedback_max_age_ns; /* of this axis; 0: the controller's */
+    /* its drive goes to goals by its own profile, and may be so much late */
+    bool by_goals;
+    int64_t late_ns;
+    bool needs_homing; /* its position means nothing before it was homed */
+};
+
+struct controller_config {
+    int64_t period_ns;           /* tick, 62500 .. 20000000 */
+    int64_t feedback_max_age_ns; /* stale above; 0: 4 periods */
+    int64_t enable_timeout_ns;   /* without a step of any drive; 0: 5 s */
+    int64_t stop_timeout_ns;     /* quick stop to rest; 0: 5 s */
+    unsigned axis_count;         /* 1 .. CONTROLLER_AXES_MAX */
+    struct controller_axis_config axis[CONTROLLER_AXES_MAX];
+};
+
+/* Lines that are read every tick; NULL: there is none.  One that cannot be read
+ * counts as active. */
+struct controller_inputs {
+    struct hal_gpio *estop;
+    struct hal_gpio *limit_negative[CONTROLLER_AXES_MAX];
+    struct hal_gpio *limit_positive[CONTROLLER_AXES_MAX];
+    struct hal_gpio *home[CONTROLLER_AXES_MAX]; /* looked at while homing */
+};
+
+/* What one axis was told and did at the last tick.  Positions are the axis's:
+ * those of the drive plus the offset that homing found. */
+struct controller_axis {
+    struct hal_drive *drive;
+    int64_t offset_q32;
+    bool homed;     /* its position is known; else it moves by jogs alone, and
+                       its range does not count */
+    bool seeking;   /* looks for a switch: homing judges its limit switches, and
+                       its range does not count */
+    bool by_itself; /* the drive is in a mode of its own: the axis gets no set
+                       points; a fault is a quick stop of the drives */
+    const struct motion_track *track; /* NULL: stands where it is */
+    struct motion_cursor cursor;
+    struct controller_leg leg;          /* by_goals */
+    int64_t vel_peak_q32, acc_peak_q32; /* of the track at rate 1 */
+    struct hal_drive_target target;
+    struct hal_drive_feedback feedback;
+    int64_t following_q32; /* demand in force minus actual */
+    /* the largest and the smallest place where its motions began since its
+     * range counts: an axis that stands outside may not go further out */
+    int64_t highest_q32, lowest_q32;
+    int64_t sent_q32[CONTROLLER_HISTORY]; /* set points, newest first */
+    int64_t sent_ns[CONTROLLER_HISTORY];
+    unsigned sent_count;
+    /* limits of the gate per tick, from config */
+    int64_t gate_vel_q32, gate_acc_q32;
+    int64_t limit_acc_q32; /* without the stop limit */
+};
+
+/* The search for a ramp of the clock; see ramp.c. */
+#define CONTROLLER_RAMP_ACCELS 17
+#define CONTROLLER_RAMP_JERKS  9
+#define CONTROLLER_RAMP_CANDIDATES                                             \
+    (CONTROLLER_RAMP_ACCELS * CONTROLLER_RAMP_JERKS)
+struct controller_seek {
+    bool stop;     /* within the stop limits */
+    bool is_level; /* the ramp in force brings r' to 0; the next one begins at
+                      its end */
+    struct motion_clock_bound most; /* the largest of the grid, */
+    unsigned accel_span, jerk_span; /* down from there, 1/8 octaves */
+    unsigned which, count;          /* next to try, of so many */
+    uint8_t order[CONTROLLER_RAMP_CANDIDATES];
+};
+
+struct controller {
+    struct controller_config config;
+    enum controller_state state;
+    struct controller_fault_record fault; /* latched; NONE when there is none */
+    enum controller_reaction reaction;
+    struct controller_axis axis[CONTROLLER_AXES_MAX];
+    struct controller_inputs inputs;
+    struct motion_clock_warp warp;
+    struct motion_clock_rate rate; /* at the last tick */
+    int64_t move_end_ns_q12;
+    int64_t reserve_ns_q12;   /* path time that a stop may need */
+    int64_t override_q30;     /* what the operator asked for */
+    int64_t override_max_q30; /* what the move's limits allow */
+    int64_t wanted_q30;       /* where the clock should go to */
+    struct controller_seek seek;
+    int64_t rest_by_ns; /* HOLDING, STOPPING: on clock_ns, when the axes are at
+                           rest at the latest, else it is a fault; 0: they
+                           are, or the drives brake */
+    unsigned stops;     /* times that controller_stop was called */
+    struct controller_jog *jog; /* what is played, at rate 1; NULL: a move */
+    bool is_brake;              /* what is played is itself a stop */
+    bool homing;  /* homing moves the axes: nobody else starts a motion */
+    bool is_held; /* not resumed yet, also where a leg of homing has ended */
+    bool enabling, resetting;
+    int64_t since_ns; /* entry into the state, or the request */
+    uint32_t steps;   /* of all drives, and when they were so many first */
+    int64_t step_ns;
+    int64_t now_ns;
+    /* The clock that the warp runs on: one period per tick, whatever was lost,
+     * so that no set point is further from the one before than a period. */
+    int64_t clock_ns;
+    uint64_t ticks, ticks_lost; /* nominal ticks, lost ones included */
+    unsigned lost_score;        /* leaky: +10 per lost tick, -1 per good one */
+};
+
+/* MOTION_E_ARG for a period, an axis count or a limit out of range.  `inputs`
+ * may be NULL. */
+int controller_init(struct controller *controller,
+                    const struct controller_config *config,
+                    struct hal_drive *const drive[],
+                    const struct controller_inputs *inputs);
+
+/* Commands.  MOTION_OK, or MOTION_E_STATE when not possible in this state;
+ * nothing has changed then.  They take effect at the next tick. */
+int controller_enable(struct controller *controller); /* OFF, READY follows */
+/* READY -> OFF; also ends the torque that a fault has left on (HOLD). */
+int controller_off(struct controller *controller);
+/* What an axis is to reach while it has a track, in the order of time; before
+ * the start, in READY, and for one start.  The goals (controller_goals_of) must
+ * outlive the move.  MOTION_E_STATE; MOTION_E_ARG for an axis that gets set
+ * points. */
+int controller_set_goals(struct controller *controller, unsigned index,
+                         const struct controller_goal goal[], unsigned count);
+/* READY -> MOVING.  One track per axis (NULL: stands still).  The tracks must
+ * outlive the move.  A window (track.h) must be moved on between ticks; where
+ * it does not reach as far as a stop may need, that is a fault.  MOTION_E_ARG
+ * when an axis that goes to goals has a track and no goals, MOTION_E_EMPTY when
+ * an axis with a track has not been homed, MOTION_E_LIMIT when one does not
+ * stand where its track starts (*axis says which, when not NULL), or when a
+ * track is beyond the limits at 100 % (*axis is -1). */
+int controller_start(struct controller *controller,
+                     const struct motion_track *const track[], int *axis);
+/* Homing that is held begins no other leg before it is resumed. */
+int controller_hold(struct controller *controller);
+int controller_resume(struct controller *controller);
+/* To rest, then READY: a move along its path within the limits, a jog by the
+ * axis's stop limits.  Cannot fail: in READY and FAULT there is nothing more to
+ * stop, an enabling under way ends in OFF, and homing that runs is over
+ * (homing.h). */
+void controller_stop(struct controller *controller);
+/* 0 .. 200 %; by a ramp, also while moving; kept for the next move.  A jog has
+ * a speed of its own and is left alone.  MOTION_E_ARG outside, MOTION_E_LIMIT
+ * above override_max_q30 of the move that is running. */
+int controller_override(struct controller *controller, int64_t rate_q30);
+/* How far ahead windows of the tracks must reach, in path time, so that the
+ * group can stop along the path when played at this rate. */
+int64_t controller_reserve_ns_q12(const struct controller *controller,
+                                  const struct motion_track *const track[],
+                                  int64_t rate_q30);
+/* FAULT -> OFF once every drive has let go of its fault.  MOTION_E_STATE while
+ * the e-stop is active. */
+int controller_reset(struct controller *controller);
+
+/* The place that the axis called from_q32 is to_q32 from now on, and the axis
+ * is homed.  In READY or OFF, else MOTION_E_STATE; MOTION_E_RANGE.  Set points
+ * go on from where it is. */
+int controller_set_position(struct controller *controller, unsigned index,
+                            int64_t from_q32, int64_t to_q32);
+
+/* The tick, at nominal time `now_ns` (a multiple of the period after the last
+ * one: more than one period means that ticks were lost).  `bus`: the worst that
+ * a fieldbus said at its begin: MOTION_OK, MOTION_E_PROTOCOL (another master),
+ * MOTION_E_LIMIT (error-passive), or another error (it is gone). */
+void controller_step(struct controller *controller, int64_t now_ns, int bus);
+
+/* Path time and rate `ahead_ns` after the last tick, 0 .. 10 s, if nothing else
+ * is asked for until then; where no move's clock runs (ready, a quick stop)
+ * those of the last tick.  May be beyond the end of the move.  On the tick. */
+void controller_ahead(const struct controller *controller, int64_t ahead_ns,
+                      struct motion_clock_rate *then);
+
+/* Share of the move that has been played, 0 .. 2^30, and time left at the
+ * operator's override, in ns (INT64_MAX at 0 %).  Not for the tick. */
+int64_t controller_progress_q30(const struct controller *controller);
+int64_t controller_time_left_ns(const struct controller *controller);
+
+#endif

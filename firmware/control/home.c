@@ -1,0 +1,86 @@
+/* firmware/control/home.c - the drive's coordinates and the axis's.
+ *
+ * A drive counts from wherever it was switched on, or from its own zero.  The
+ * axis's position is that plus an offset, which is 0 until homing finds
+ * another.  Everything of the controller is in the axis's coordinates; only the
+ * three functions at the drive's door know of the offset. */
+#include "firmware/control/parts.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+
+static int64_t home_sum(int64_t a, int64_t b)
+{
+    int64_t sum;
+    if (motion_fixed_add(a, b, &sum) < 0)
+        return b < 0 ? INT64_MIN : INT64_MAX;
+    return sum;
+}
+
+void controller_from_drive(const struct controller_axis *axis,
+                           struct hal_drive_feedback *feedback)
+{
+    feedback->pos_q32 = home_sum(feedback->pos_q32, axis->offset_q32);
+    feedback->demand_q32 = home_sum(feedback->demand_q32, axis->offset_q32);
+    feedback->probe_pos_q32 =
+        home_sum(feedback->probe_pos_q32, axis->offset_q32);
+}
+
+int controller_to_drive(struct controller_axis *axis,
+                        const struct hal_drive_target *target)
+{
+    struct hal_drive_target own = *target;
+    int err = motion_fixed_sub(target->pos_q32, axis->offset_q32, &own.pos_q32);
+    return err < 0 ? err : hal_drive_set_target(axis->drive, &own);
+}
+
+int controller_go_to_drive(struct controller_axis *axis,
+                           const struct hal_drive_go *go)
+{
+    struct hal_drive_go own = *go;
+    int err = motion_fixed_sub(go->pos_q32, axis->offset_q32, &own.pos_q32);
+    return err < 0 ? err : hal_drive_go(axis->drive, &own);
+}
+
+bool controller_range_counts(const struct controller *controller,
+                             unsigned index)
+{
+    const struct controller_axis *axis = &controller->axis[index];
+    return axis->homed && !axis->seeking;
+}
+
+enum hal_drive_mode controller_usual_mode(const struct controller *controller,
+                                          unsigned index)
+{
+    return controller->config.axis[index].by_goals ? HAL_DRIVE_PROFILE_POSITION
+                                                   : HAL_DRIVE_STREAM_POSITION;
+}
+
+bool controller_any_by_itself(const struct controller *controller)
+{
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        if (controller->axis[i].by_itself)
+            return true;
+    return controller_goal_under_way(controller);
+}
+
+int controller_set_position(struct controller *controller, unsigned index,
+                            int64_t from_q32, int64_t to_q32)
+{
+    struct controller_axis *axis = &controller->axis[index];
+    int64_t shift_q32, offset_q32;
+    if (controller->state != CONTROLLER_READY &&
+        controller->state != CONTROLLER_OFF)
+        return MOTION_E_STATE;
+    if (motion_fixed_sub(to_q32, from_q32, &shift_q32) < 0 ||
+        motion_fixed_add(axis->offset_q32, shift_q32, &offset_q32) < 0)
+        return MOTION_E_RANGE;
+    axis->offset_q32 = offset_q32;
+    axis->homed = true;
+    axis->target.pos_q32 = home_sum(axis->target.pos_q32, shift_q32);
+    axis->feedback.pos_q32 = home_sum(axis->feedback.pos_q32, shift_q32);
+    for (unsigned i = 0; i < axis->sent_count; i++)
+        axis->sent_q32[i] = home_sum(axis->sent_q32[i], shift_q32);
+    axis->highest_q32 = axis->target.pos_q32;
+    axis->lowest_q32 = axis->target.pos_q32;
+    return MOTION_OK;
+}

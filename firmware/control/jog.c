@@ -1,0 +1,232 @@
+/* firmware/control/jog.c - see jog.h. */
+#include "firmware/control/jog.h"
+
+#include <stddef.h>
+
+#include "firmware/control/parts.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+
+static struct motion_otg_limit jog_limit(const struct motion_clock_limit *limit,
+                                         int64_t vel_q32)
+{
+    const int64_t vel = vel_q32 < limit->vel_q32 ? vel_q32 : limit->vel_q32;
+    return (struct motion_otg_limit){
+        .vel_max_q32 = vel,
+        .vel_min_q32 = -vel,
+        .acc_max_q32 = limit->acc_q32,
+        .acc_min_q32 = -limit->acc_q32,
+        .jerk_q32 = limit->jerk_q32,
+    };
+}
+
+/* The set point that was sent last. */
+static struct motion_state jog_start(const struct controller *controller,
+                                     unsigned axis)
+{
+    const struct hal_drive_target *target = &controller->axis[axis].target;
+    return (struct motion_state){
+        .pos_q32 = target->pos_q32,
+        .vel_q32 = target->vel_q32,
+        .acc_q32 = target->acc_q32,
+    };
+}
+
+/* Set points are the jog's own plan at the path's time; else the clock is on a
+ * ramp, or held. */
+static bool jog_is_on_plan(const struct controller *controller,
+                           const struct controller_jog *jog)
+{
+    return controller->jog == jog &&
+           controller->rate.rate_q30 == MOTION_CLOCK_WARP_ONE_Q30 &&
+           controller->rate.accel_q30 == 0 &&
+           controller->warp.rate1_q30 == MOTION_CLOCK_WARP_ONE_Q30;
+}
+
+/* The drive's profile takes no longer than the plan, which has the same limits
+ * and is as long or, with a limit of jerk, longer. */
+static void jog_give_goal(struct controller *controller,
+                          struct controller_jog *jog,
+                          const struct controller_jog_goal *goal)
+{
+    const struct controller_axis_config *config =
+        &controller->config.axis[goal->axis];
+    struct controller_goal *own = &jog->goal[jog->which];
+    const struct motion_track *track = &jog->track[jog->which];
+    if (!config->by_goals)
+        return;
+    *own = (struct controller_goal){
+        .end_ns_q12 = track->end_ns_q12,
+        .pos_q32 = track->end.pos_q32,
+        .vel_q32 = jog_limit(&config->limit, goal->vel_q32).vel_max_q32,
+        .acc_q32 = config->limit.acc_q32,
+    };
+    /* where the plan has ended the drive may be late, and still on its way */
+    const bool is_on =
+        track->count > 0 ||
+        controller_leg_under_way(&controller->axis[goal->axis].leg);
+    controller_goal_set(&controller->axis[goal->axis], own, is_on ? 1 : 0);
+}
+
+/* The spare trajectory becomes the one that is played, from path time 0. */
+static int jog_play(struct controller *controller, struct controller_jog *jog,
+                    unsigned index)
+{
+    const unsigned next = 1 - jog->which;
+    struct motion_track *track = &jog->track[next];
+    struct controller_axis *axis = &controller->axis[index];
+    int err = motion_otg_track(&jog->trajectory[next], jog->room[next],
+                               MOTION_OTG_PHASES, track);
+    if (err < 0)
+        return err;
+    if (!controller_admit(controller, index, track))
+        return MOTION_E_LIMIT;
+    if (controller->state == CONTROLLER_READY)
+        controller_goal_forget(controller); /* of a move that did not begin */
+    jog->which = next;
+    jog->axis = index;
+    controller_axis_play(axis, track);
+    controller->move_end_ns_q12 = track->end_ns_q12;
+    controller->override_max_q30 = MOTION_CLOCK_WARP_ONE_Q30;
+    controller->reserve_ns_q12 = 0;
+    controller->jog = jog;
+    controller_play(controller, MOTION_CLOCK_WARP_ONE_Q30);
+    return MOTION_OK;
+}
+
+static bool jog_may_start(const struct controller *controller,
+                          const struct controller_jog *jog, unsigned axis)
+{
+    if (controller->axis[axis].by_itself)
+        return false;
+    return controller->state == CONTROLLER_READY ||
+           (controller->state == CONTROLLER_MOVING && controller->jog == jog &&
+            jog->axis == axis);
+}
+
+/* Plan into the spare trajectory: from the plan that is played, to which
+ * nothing is lost by rounding, or from the set point.  1: the old plan is as
+ * good. */
+static int jog_plan(const struct controller *controller,
+                    struct controller_jog *jog, unsigned index,
+                    struct motion_otg_move *move)
+{
+    struct motion_otg_trajectory *next = &jog->trajectory[1 - jog->which];
+    enum motion_otg_field field = MOTION_OTG_FIELD_NONE;
+    if (!jog_is_on_plan(controller, jog)) {
+        move->start = jog_start(controller, index);
+        return motion_otg_begin(move, next, &field);
+    }
+    switch (motion_otg_replan(&jog->trajectory[jog->which],
+                              controller->rate.s_ns_q12, move, next, &field)) {
+    case MOTION_OTG_NEW:
+        return MOTION_OK;
+    case MOTION_OTG_KEPT:
+        return field == MOTION_OTG_FIELD_NONE ? 1 : MOTION_E_RANGE;
+    default:
+        return MOTION_E_RANGE;
+    }
+}
+
+int controller_jog_run(struct controller *controller,
+                       struct controller_jog *jog,
+                       const struct controller_jog_goal *goal)
+{
+    if (goal->axis >= controller->config.axis_count || goal->vel_q32 <= 0)
+        return MOTION_E_ARG;
+    if (!jog_may_start(controller, jog, goal->axis))
+        return MOTION_E_STATE;
+    struct motion_otg_move move = {
+        .goal = { .pos_q32 = goal->pos_q32 },
+        .limit = jog_limit(&controller->config.axis[goal->axis].limit,
+                           goal->vel_q32),
+    };
+    int err = jog_plan(controller, jog, goal->axis, &move);
+    if (err == MOTION_OK)
+        err = jog_play(controller, jog, goal->axis);
+    if (err < 0)
+        return err;
+    if (err == MOTION_OK)
+        jog_give_goal(controller, jog, goal);
+    jog->until_ns = goal->until_ns;
+    return MOTION_OK;
+}
+
+int controller_jog(struct controller *controller, struct controller_jog *jog,
+                   const struct controller_jog_goal *goal)
+{
+    return controller->homing ? MOTION_E_STATE
+                              : controller_jog_run(controller, jog, goal);
+}
+
+/* A motion of its own to rest: sooner there than by a ramp of the clock. */
+static int jog_brake(struct controller *controller, bool hard)
+{
+    struct controller_jog *jog = controller->jog;
+    const struct controller_axis_config *config =
+        &controller->config.axis[jog->axis];
+    struct motion_otg_trajectory *next = &jog->trajectory[1 - jog->which];
+    const struct motion_otg_move stop = {
+        .start = jog_start(controller, jog->axis),
+        .limit = jog_limit(hard ? &config->stop : &config->limit,
+                           config->limit.vel_q32),
+        .mode = MOTION_OTG_VELOCITY,
+    };
+    int err =
+        jog_is_on_plan(controller, jog)
+            ? motion_otg_stop_from(&jog->trajectory[jog->which],
+                                   controller->rate.s_ns_q12, &stop.limit, next)
+            : motion_otg_begin(&stop, next, NULL);
+    if (err >= 0 && err != MOTION_OTG_KEPT)
+        err = jog_play(controller, jog, jog->axis);
+    if (err >= 0)
+        controller->axis[jog->axis].leg.stops = true;
+    return err;
+}
+
+/* The track ends at rest, so it is its own bound. */
+static void jog_brake_hard(struct controller *controller)
+{
+    controller_enter(controller, CONTROLLER_STOPPING);
+    controller->is_brake = true;
+    controller->rest_by_ns =
+        controller->clock_ns +
+        (controller->move_end_ns_q12 - controller->rate.s_ns_q12) /
+            MOTION_FIXED_NS_Q12 +
+        2 * controller->config.period_ns;
+}
+
+void controller_jog_brake(struct controller *controller, bool hard)
+{
+    const bool is_stopping = controller->state == CONTROLLER_STOPPING;
+    controller->jog->until_ns = 0;
+    if (controller->reaction != CONTROLLER_REACT_NONE || controller->is_brake ||
+        (is_stopping && !hard))
+        return;
+    if (jog_brake(controller, hard) >= 0) {
+        if (hard)
+            jog_brake_hard(controller);
+    } else if (!is_stopping) {
+        controller_slow_down(controller, CONTROLLER_STOPPING);
+    }
+}
+
+void controller_jog_stop(struct controller *controller,
+                         struct controller_jog *jog, bool hard)
+{
+    controller->stops++;
+    if (controller->jog == jog && jog != NULL)
+        controller_jog_brake(controller, hard);
+    else
+        controller_halt(controller);
+}
+
+void controller_jog_step(struct controller *controller,
+                         struct controller_jog *jog)
+{
+    if (jog->until_ns == 0 || controller->now_ns < jog->until_ns)
+        return;
+    jog->until_ns = 0;
+    if (controller->jog == jog)
+        controller_jog_brake(controller, false);
+}

@@ -1,0 +1,148 @@
+/* firmware/control/parts.h - what the controller's own files share. */
+#ifndef FIRMWARE_CONTROL_PARTS_H
+#define FIRMWARE_CONTROL_PARTS_H
+
+#include "firmware/control/controller.h"
+
+/* watch.c: count ticks; read every drive's feedback; then judge it. */
+void controller_watch_tick(struct controller *controller, int64_t now_ns);
+void controller_watch_read(struct controller *controller);
+void controller_watch_judge(struct controller *controller, int bus);
+
+/* controller.c: latch a fault (the first is recorded) and start its reaction,
+ * unless a stronger one is under way. */
+void controller_raise(struct controller *controller,
+                      enum controller_fault fault, int axis, int64_t value,
+                      int64_t limit);
+
+/* controller.c: enter a state; ask every drive; end of motion (no track, no
+ * speed, set points stay); is a move being played? */
+void controller_enter(struct controller *controller,
+                      enum controller_state state);
+void controller_request(struct controller *controller,
+                        enum hal_drive_request request);
+void controller_rest(struct controller *controller);
+bool controller_in_motion(const struct controller *controller);
+/* The path's clock is at rate 0 for good, or at the end of the tracks. */
+bool controller_clock_stands(const struct controller *controller);
+/* True, and the clock stands from now on, when by the last set points every
+ * axis is at rest: nothing has to slow down. */
+bool controller_freeze(struct controller *controller);
+/* Does the axis have to stay inside its range? */
+bool controller_range_counts(const struct controller *controller,
+                             unsigned index);
+/* In which its drive follows what the controller tells it. */
+enum hal_drive_mode controller_usual_mode(const struct controller *controller,
+                                          unsigned index);
+/* Does a drive move its axis by itself, homing or to a goal? */
+bool controller_any_by_itself(const struct controller *controller);
+/* In FAULT, standing with torque on. */
+bool controller_is_held(const struct controller *controller);
+
+/* ramp.c.  Seek: look for a ramp to wanted_q30 within the limits, a bounded
+ * number of looks per call, and put the first that fits, which is the shortest,
+ * into force.  Of a hold or stop, whose rest is due by rest_by_ns, none is
+ * taken that ends later, and in good time before it the stop limits count.
+ * Reset: forget what was being looked at.  Stop: a ramp to rate 0 within the
+ * stop limits, from now; false: there is none.  Seek and stop divide. */
+void controller_ramp_seek(struct controller *controller);
+void controller_ramp_begin(struct controller *controller);
+void controller_ramp_reset(struct controller *controller);
+bool controller_ramp_stop(struct controller *controller);
+/* How long it takes at most from now until the rate is 0, in ns of clock_ns, in
+ * a move that is being played.  With D(l, k) the duration of the ramp from the
+ * present (r, r') to rest within A / k and J / k, where A and J are what the
+ * limits l leave at the peak speeds of the tracks (ramp.c):
+ *     stop   D(stop limits, 4) + T
+ *     else   D(limits, 1) + D(limits, 4) + D(stop limits, 4) + T
+ * T is the tick in which the request is seen.  A J that would raise the rate by
+ * over a quarter, because r' is steep, counts as r'^2 2.  The first is kept
+ * because a longer ramp is no candidate of controller_ramp_stop.  In the
+ * second, D(limits, 1) is for waiting: an axis that brakes at its limits by its
+ * own track, where no ramp fits, has braked from its peak by then; D(limits, 4)
+ * for a ramp that shares the limits with the track.  From D(stop limits, 4)
+ * before the end on the stop limits count; where these leave no ramp either,
+ * the bound is where the drives' quick stop takes over (rest_by_ns).
+ * Divides. */
+int64_t controller_ramp_bound_ns(const struct controller *controller,
+                                 bool stop);
+/* Path time that a stop within the stop limits takes at most, as a rule, from
+ * the rate, on a track of one axis. */
+int64_t controller_ramp_reserve(const struct controller *controller,
+                                unsigned index,
+                                const struct motion_track *track,
+                                int64_t rate_q30);
+
+/* gate.c: may this set point go to the drive now?  When not, the
+ * value that was too large and what was allowed.  Steps: would the gate let two
+ * steps pass that follow each other, `before` and then `step`? */
+void controller_gate_init(struct controller *controller, unsigned index);
+bool controller_gate_pass(const struct controller *controller, unsigned index,
+                          int64_t pos_q32, int64_t *value, int64_t *limit);
+bool controller_gate_steps(const struct controller_axis *axis, int64_t acc_q32,
+                           int64_t step, int64_t before);
+/* May the axis be anywhere from low to high?  Its range, or, from outside of
+ * it, no further out than marked.  Mark: a motion of it begins there. */
+bool controller_gate_range(const struct controller *controller, unsigned index,
+                           int64_t low_q32, int64_t high_q32);
+void controller_gate_mark(struct controller *controller, unsigned index,
+                          int64_t pos_q32);
+/* Remember what was sent. */
+void controller_gate_sent(struct controller *controller, unsigned index,
+                          int64_t pos_q32);
+
+/* command.c.  Peak: the largest |value| on a track; of an acceleration or a
+ * jerk less what rounding makes of it: of the coefficients, and 2^-28
+ * (motion/plan/check.c); of a window from its outline, which the plan's check
+ * has judged.  Axis play: the axis plays this track from its start (NULL:
+ * none).  Admit: whether it keeps to the range of the axis, or comes in from
+ * where that stands outside, which then is marked.  Play: from path time 0 at
+ * this rate. */
+int64_t controller_peak(const struct motion_track *track,
+                        enum motion_quantity quantity);
+void controller_axis_play(struct controller_axis *axis,
+                          const struct motion_track *track);
+bool controller_admit(struct controller *controller, unsigned index,
+                      const struct motion_track *track);
+void controller_play(struct controller *controller, int64_t rate_q30);
+/* command.c: the clock is to stand, and by when it does. */
+void controller_slow_down(struct controller *controller,
+                          enum controller_state state);
+
+/* home.c: the drive's own positions and the axis's. */
+void controller_from_drive(const struct controller_axis *axis,
+                           struct hal_drive_feedback *feedback);
+int controller_to_drive(struct controller_axis *axis,
+                        const struct hal_drive_target *target);
+
+int controller_go_to_drive(struct controller_axis *axis,
+                           const struct hal_drive_go *go);
+
+/* As controller_stop, controller_jog and controller_jog_stop, but for homing's
+ * and the dead-man time's own use: they are not the operator's. */
+void controller_halt(struct controller *controller);
+struct controller_jog_goal;
+int controller_jog_run(struct controller *controller,
+                       struct controller_jog *jog,
+                       const struct controller_jog_goal *goal);
+void controller_jog_brake(struct controller *controller, bool hard);
+
+/* goal.c.  Step: after a tick's set points, sends what is due and
+ * watches what is on its way.  Set: what comes next, also while the drive is
+ * under way.  Drop: forget the goals; an axis that has not reached all of them
+ * goes on from where it stands.  Forget: of all axes, in READY. */
+void controller_goal_step(struct controller *controller);
+void controller_goal_set(struct controller_axis *axis,
+                         const struct controller_goal goal[], unsigned count);
+void controller_goal_drop(struct controller_axis *axis);
+void controller_goal_forget(struct controller *controller);
+/* Is a drive on its way to a goal?  Has every axis been at all of its goals, or
+ * been stopped, and stands? */
+bool controller_leg_under_way(const struct controller_leg *leg);
+bool controller_goal_under_way(const struct controller *controller);
+bool controller_goals_reached(const struct controller *controller);
+
+/* An input that is there, and active or unreadable. */
+bool controller_input(struct hal_gpio *line);
+
+#endif

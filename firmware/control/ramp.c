@@ -1,0 +1,345 @@
+/* firmware/control/ramp.c - the shortest change of rate that fits.
+ *
+ * Candidates are a grid of A and J, from the steepest that p''' leaves now to a
+ * quarter of what is right at the highest speed of the tracks (ramp_bound.c).
+ * They are tried in the order of their durations, and around the first that
+ * fits its neighbours on ever finer grids, while looks are left.  A candidate
+ * starts in the tick in which it is judged, so it is judged as it will be. */
+#include "firmware/control/ramp.h"
+
+/* Looks after which no other candidate is tried, in a tick of the search and of
+ * a request. */
+#define RAMP_LOOKS_SEEK 512
+#define RAMP_LOOKS_STOP 8192
+/* What making a candidate and laying out the grid count as. */
+#define RAMP_LOOKS_MAKE  8
+#define RAMP_LOOKS_SWEEP 256
+
+/* How many lengths are tried to bring r' > 0 to 0 in, each a sixteenth longer,
+ * before those in between. */
+#define RAMP_LEVEL_RUNGS 64
+
+/* value / 2^(eighths / 8), at least 1 */
+static int64_t ramp_rung(int64_t value, unsigned eighths)
+{
+    static const uint32_t root_q30[8] = { 0x40000000, 0x3AB031BA, 0x35D13F33,
+                                          0x31590D81, 0x2D413CCD, 0x2981CEDC,
+                                          0x260DFC14, 0x22DE3FD1 };
+    const int64_t part =
+        ramp_muldiv(value, root_q30[eighths % 8], (int64_t)1 << 30);
+    return ramp_most(part >> (eighths / 8), 1);
+}
+
+/* From `high` down to `low`, in eighths of an octave; at least two octaves. */
+static unsigned ramp_span(int64_t high, int64_t low)
+{
+    const unsigned high_bits = motion_fixed_clz_u64((uint64_t)high);
+    const unsigned low_bits = motion_fixed_clz_u64((uint64_t)low);
+    return 8 * (low_bits > high_bits + 1 ? low_bits - high_bits + 1 : 2);
+}
+
+/* A place on the plane of A and J, eighths of an octave down from the
+ * steepest. */
+struct ramp_place {
+    unsigned accel, jerk;
+};
+
+static struct ramp_place ramp_place(const struct controller_seek *seek,
+                                    unsigned which)
+{
+    const unsigned accel = which / CONTROLLER_RAMP_JERKS;
+    const unsigned jerk = which % CONTROLLER_RAMP_JERKS;
+    return (struct ramp_place){
+        accel * seek->accel_span / (CONTROLLER_RAMP_ACCELS - 1),
+        jerk * seek->jerk_span / (CONTROLLER_RAMP_JERKS - 1),
+    };
+}
+
+static struct motion_clock_bound
+ramp_candidate(const struct controller_seek *seek, struct ramp_place place)
+{
+    return (struct motion_clock_bound){
+        ramp_rung(seek->most.accel_q30, place.accel),
+        ramp_rung(seek->most.jerk_q30, place.jerk),
+    };
+}
+
+/* In between those that are shorter and those that are longer; the same ticks
+ * as another's make the same ramp. */
+static void ramp_insert(struct controller_seek *seek, uint64_t *key,
+                        unsigned which, uint64_t ticks)
+{
+    unsigned at = seek->count;
+    while (at > 0 && key[at - 1] > ticks)
+        at--;
+    if (at > 0 && key[at - 1] == ticks)
+        return;
+    for (unsigned i = seek->count; i > at; i--) {
+        key[i] = key[i - 1];
+        seek->order[i] = seek->order[i - 1];
+    }
+    key[at] = ticks;
+    seek->order[at] = (uint8_t)which;
+    seek->count++;
+}
+
+/* Lay out the grid for the state there is, the shortest first. */
+static void ramp_sweep(struct controller *controller, int64_t begin_ns,
+                       bool stop)
+{
+    struct motion_clock_rate now;
+    motion_clock_warp_at(&controller->warp, begin_ns, &now);
+    now.s_ns_q12 = ramp_least(now.s_ns_q12, controller->move_end_ns_q12);
+    struct controller_seek *seek = &controller->seek;
+    uint64_t key[CONTROLLER_RAMP_CANDIDATES];
+    const struct motion_clock_bound least =
+        controller_ramp_bound(controller, &now, stop, 4);
+    seek->most = controller_ramp_steepest(controller, &now, stop);
+    seek->accel_span = ramp_span(seek->most.accel_q30, least.accel_q30);
+    seek->jerk_span = ramp_span(seek->most.jerk_q30, least.jerk_q30);
+    seek->stop = stop;
+    seek->which = 0;
+    seek->count = 0;
+    for (unsigned i = 0; i < CONTROLLER_RAMP_CANDIDATES; i++) {
+        const struct motion_clock_bound bound =
+            ramp_candidate(seek, ramp_place(seek, i));
+        int64_t n[MOTION_CLOCK_WARP_PIECES];
+        if (motion_clock_warp_ticks(&now, controller->wanted_q30, &bound,
+                                    controller->config.period_ns,
+                                    n) == MOTION_OK)
+            ramp_insert(seek, key, i,
+                        (uint64_t)(n[0] + n[1] + n[2]) << 32 | (uint64_t)n[0]);
+    }
+}
+
+void controller_ramp_reset(struct controller *controller)
+{
+    controller->seek = (struct controller_seek){ 0 };
+}
+
+/* By when rest is due; INT64_MAX: at no time. */
+static int64_t ramp_due_ns(const struct controller *controller)
+{
+    const bool slows = controller->state == CONTROLLER_HOLDING ||
+                       controller->state == CONTROLLER_STOPPING;
+    return slows && controller->wanted_q30 == 0 && controller->rest_by_ns != 0
+               ? controller->rest_by_ns
+               : INT64_MAX;
+}
+
+/* Where a ramp begins: now, or at the end of the one that brings r' to 0. */
+static int64_t ramp_begin_ns(const struct controller *controller)
+{
+    const struct motion_clock_warp *warp = &controller->warp;
+    return controller->seek.is_level
+               ? ramp_most(warp->t0_ns + warp->dur_ns, controller->clock_ns)
+               : controller->clock_ns;
+}
+
+/* In fewer ticks no ramp brings r' > 0 to 0; without a limit one does. */
+static int64_t ramp_level_ticks(const struct controller *controller,
+                                const struct motion_clock_rate *now, bool stop)
+{
+    const int64_t jerk_q30 =
+        ramp_most(controller_ramp_room(controller, now, true, stop), 1);
+    return ramp_muldiv(ramp_size(now->accel_q30), RAMP_SECOND_NS, jerk_q30) /
+               controller->config.period_ns +
+           1;
+}
+
+/* Is r' brought to 0 by one r'' over so many ticks?  Negative: not in more
+ * ticks either, the rate would leave its range. */
+static int ramp_levels(const struct controller *controller, int64_t ticks,
+                       bool stop, int64_t *looks,
+                       struct motion_clock_warp *warp)
+{
+    const int err =
+        motion_clock_warp_level(&controller->warp, controller->clock_ns, ticks,
+                                controller->config.period_ns, warp);
+    *looks -= RAMP_LOOKS_MAKE;
+    return err < 0 ? err : controller_ramp_judge(controller, warp, stop, looks);
+}
+
+/* Between `low` ticks, which are too few, and `high`, whose ramp is *warp. */
+static void ramp_level_between(const struct controller *controller, int64_t low,
+                               int64_t high, bool stop, int64_t *looks,
+                               struct motion_clock_warp *warp)
+{
+    while (high - low > 1 && *looks > 0) {
+        const int64_t ticks = low + (high - low) / 2;
+        struct motion_clock_warp other;
+        if (ramp_levels(controller, ticks, stop, looks, &other) > 0) {
+            high = ticks;
+            *warp = other;
+        } else {
+            low = ticks;
+        }
+    }
+}
+
+/* In so few ticks as the limits allow. */
+static bool ramp_level_least(const struct controller *controller,
+                             const struct motion_clock_rate *now, bool stop,
+                             int64_t *looks, struct motion_clock_warp *warp)
+{
+    int64_t ticks = ramp_level_ticks(controller, now, stop), low = ticks - 1;
+    for (unsigned i = 0; i <= RAMP_LEVEL_RUNGS && *looks > 0; i++) {
+        const int fits = ramp_levels(controller, ticks, stop, looks, warp);
+        if (fits < 0)
+            return false;
+        if (fits > 0) {
+            ramp_level_between(controller, low, ticks, stop, looks, warp);
+            return true;
+        }
+        low = ticks;
+        ticks += ticks / 16 + 1;
+    }
+    return false;
+}
+
+/* What slows down does not speed up first: whatever ramp will fit, r' is
+ * brought to 0 from now on, as fast as the limits allow, where the ramp in
+ * force would go up, and the search goes on from there. */
+static void ramp_level(struct controller *controller, bool stop, int64_t *looks)
+{
+    struct controller_seek *seek = &controller->seek;
+    const struct motion_clock_rate now = controller_ramp_now(controller);
+    const bool rises =
+        now.accel_q30 > 0 || controller->warp.rate1_q30 > now.rate_q30;
+    struct motion_clock_warp warp;
+    if (seek->is_level || !rises || controller->wanted_q30 >= now.rate_q30 ||
+        !ramp_level_least(controller, &now, stop, looks, &warp))
+        return;
+    controller->warp = warp;
+    seek->is_level = true;
+}
+
+/* Does the ramp of a candidate fit?  Negative: it ends too late. */
+static int ramp_try(const struct controller *controller, int64_t begin_ns,
+                    struct ramp_place place, int64_t *looks,
+                    struct motion_clock_warp *warp)
+{
+    const struct controller_seek *seek = &controller->seek;
+    const struct motion_clock_bound bound = ramp_candidate(seek, place);
+    *looks -= RAMP_LOOKS_MAKE;
+    if (motion_clock_warp_ramp(&controller->warp, begin_ns,
+                               controller->wanted_q30, &bound,
+                               controller->config.period_ns, warp) < 0)
+        return 0;
+    if (warp->t0_ns + warp->dur_ns > ramp_due_ns(controller))
+        return MOTION_E_LIMIT;
+    return controller_ramp_judge(controller, warp, seek->stop, looks);
+}
+
+/* Judged by its length alone, which is cheap. */
+static bool ramp_is_shorter(const struct controller *controller,
+                            int64_t begin_ns, struct ramp_place place,
+                            const struct motion_clock_warp *warp)
+{
+    const struct motion_clock_bound bound =
+        ramp_candidate(&controller->seek, place);
+    struct motion_clock_rate now;
+    int64_t n[MOTION_CLOCK_WARP_PIECES];
+    motion_clock_warp_at(&controller->warp, begin_ns, &now);
+    return motion_clock_warp_ticks(&now, controller->wanted_q30, &bound,
+                                   controller->config.period_ns,
+                                   n) == MOTION_OK &&
+           (n[0] + n[1] + n[2]) * controller->config.period_ns < warp->dur_ns;
+}
+
+/* A shorter one beside it, `step` away? */
+static bool ramp_beside(const struct controller *controller, int64_t begin_ns,
+                        struct ramp_place *place, unsigned step, int64_t *looks,
+                        struct motion_clock_warp *warp)
+{
+    static const struct {
+        int accel, jerk;
+    } way[] = { { -1, -1 }, { 0, -1 }, { -1, 0 }, { 1, -1 }, { -1, 1 } };
+    const struct controller_seek *seek = &controller->seek;
+    for (unsigned i = 0; i < sizeof way / sizeof way[0] && *looks > 0; i++) {
+        /* below 0 is beyond the span, too */
+        const struct ramp_place next = {
+            place->accel + (unsigned)(way[i].accel * (int)step),
+            place->jerk + (unsigned)(way[i].jerk * (int)step),
+        };
+        struct motion_clock_warp other;
+        if (next.accel <= seek->accel_span && next.jerk <= seek->jerk_span &&
+            ramp_is_shorter(controller, begin_ns, next, warp) &&
+            ramp_try(controller, begin_ns, next, looks, &other) > 0) {
+            *place = next;
+            *warp = other;
+            return true;
+        }
+    }
+    return false;
+}
+
+/* The grid is coarse: the best of it is moved by half a step, and so on, down
+ * to an eighth of an octave. */
+static void ramp_refine(const struct controller *controller, int64_t begin_ns,
+                        struct ramp_place place, int64_t looks,
+                        struct motion_clock_warp *warp)
+{
+    const struct controller_seek *seek = &controller->seek;
+    const int64_t jerks = seek->jerk_span / (CONTROLLER_RAMP_JERKS - 1);
+    unsigned step = (unsigned)ramp_most(jerks / 2, 1);
+    while (step > 0 && looks > 0)
+        if (!ramp_beside(controller, begin_ns, &place, step, &looks, warp))
+            step /= 2;
+}
+
+/* The next candidates, at most `looks` and what the last one takes.  Those that
+ * would end too late are none. */
+static bool ramp_search(struct controller *controller, bool stop, int64_t looks)
+{
+    struct controller_seek *seek = &controller->seek;
+    ramp_level(controller, stop, &looks);
+    const int64_t begin_ns = ramp_begin_ns(controller);
+    if (seek->which >= seek->count || seek->stop != stop) {
+        ramp_sweep(controller, begin_ns, stop);
+        looks -= RAMP_LOOKS_SWEEP;
+    }
+    while (seek->which < seek->count && looks > 0) {
+        const struct ramp_place place =
+            ramp_place(seek, seek->order[seek->which++]);
+        struct motion_clock_warp warp;
+        const int fits = ramp_try(controller, begin_ns, place, &looks, &warp);
+        if (fits < 0)
+            seek->which = seek->count; /* those that follow are longer */
+        if (fits <= 0)
+            continue;
+        ramp_refine(controller, begin_ns, place, looks, &warp);
+        if (begin_ns > controller->clock_ns)
+            motion_clock_warp_join(&controller->warp, &warp);
+        else
+            controller->warp = warp;
+        controller_ramp_reset(controller);
+        return true;
+    }
+    return false;
+}
+
+bool controller_ramp_stop(struct controller *controller)
+{
+    const struct motion_clock_warp before = controller->warp;
+    controller_ramp_reset(controller);
+    if (ramp_search(controller, true, RAMP_LOOKS_STOP))
+        return true;
+    controller->warp = before;
+    return false;
+}
+
+void controller_ramp_begin(struct controller *controller)
+{
+    controller_ramp_reset(controller);
+    (void)ramp_search(controller, false, RAMP_LOOKS_STOP);
+}
+
+void controller_ramp_seek(struct controller *controller)
+{
+    const struct motion_clock_rate now = controller_ramp_now(controller);
+    const int64_t left_ns = ramp_due_ns(controller) - controller->clock_ns;
+    const bool stop =
+        left_ns <= controller_ramp_rest_ns(controller, &now, true, 4);
+    (void)ramp_search(controller, stop, RAMP_LOOKS_SEEK);
+}

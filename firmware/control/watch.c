@@ -1,0 +1,265 @@
+/* firmware/control/watch.c - is everything as it should be?
+ *
+ * One function per kind of fault, called every tick for every axis, in the
+ * order of their seriousness; the first that trips is latched. */
+#include <stddef.h>
+
+#include "firmware/control/parts.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+
+#define LOST_PER_TICK 10
+#define LOST_MAX      100 /* ten in a row */
+
+void controller_watch_read(struct controller *controller)
+{
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        struct controller_axis *axis = &controller->axis[i];
+        hal_drive_feedback(axis->drive, &axis->feedback);
+        controller_from_drive(axis, &axis->feedback);
+        axis->by_itself =
+            axis->feedback.state == HAL_DRIVE_ENABLED &&
+            axis->feedback.mode != HAL_DRIVE_STREAM_POSITION &&
+            axis->feedback.mode != controller_usual_mode(controller, i);
+        if (axis->feedback.state == HAL_DRIVE_OFFLINE &&
+            controller->config.axis[i].needs_homing)
+            axis->homed = false; /* nobody knows how it comes back */
+    }
+}
+
+bool controller_input(struct hal_gpio *line)
+{
+    return line != NULL && hal_gpio_get(line) != 0;
+}
+
+/* The set point that was in force when the position was measured. */
+static bool watch_demand(const struct controller_axis *axis, int64_t *pos_q32)
+{
+    const int64_t given_ns = axis->feedback.t_ns - axis->feedback.demand_age_ns;
+    if (axis->feedback.demand_known) {
+        *pos_q32 = axis->feedback.demand_q32;
+        return true;
+    }
+    for (unsigned i = 0; i < axis->sent_count; i++)
+        if (axis->sent_ns[i] <= given_ns) {
+            *pos_q32 = axis->sent_q32[i];
+            return true;
+        }
+    return false;
+}
+
+static void watch_drive(struct controller *controller, unsigned i)
+{
+    const struct controller_axis *axis = &controller->axis[i];
+    switch (axis->feedback.state) {
+    case HAL_DRIVE_ENABLED:
+        return;
+    case HAL_DRIVE_FAULT:
+        controller_raise(controller, CONTROLLER_FAULT_DRIVE, (int)i,
+                         axis->feedback.fault_code, 0);
+        return;
+    case HAL_DRIVE_OFFLINE:
+        controller_raise(controller, CONTROLLER_FAULT_OFFLINE, (int)i, 0, 0);
+        return;
+    case HAL_DRIVE_OFF:
+    case HAL_DRIVE_ENABLING:
+    case HAL_DRIVE_QUICK_STOP:
+        controller_raise(controller, CONTROLLER_FAULT_STATE, (int)i,
+                         (int64_t)axis->feedback.state, 0);
+        return;
+    }
+}
+
+/* Nobody sends SYNC in a tick that is lost, so feedback is that much older
+ * without being at fault; lost_score holds over eight per lost tick. */
+static void watch_age(struct controller *controller, unsigned i)
+{
+    const int64_t age_ns =
+        controller->now_ns - controller->axis[i].feedback.t_ns;
+    const int64_t lost = (int64_t)(controller->lost_score + 7) >> 3;
+    const int64_t own_ns = controller->config.axis[i].feedback_max_age_ns;
+    const int64_t most_ns =
+        (own_ns > 0 ? own_ns : controller->config.feedback_max_age_ns) +
+        lost * controller->config.period_ns;
+    if (age_ns > most_ns)
+        controller_raise(controller, CONTROLLER_FAULT_STALE, (int)i, age_ns,
+                         most_ns);
+}
+
+/* |v| * k with k in ns: v * k / 1e9 as v * (k * 2^32 / 1e9) would divide, so
+ * 1e-9 is 4.611686018 / 2^62. */
+static int64_t watch_allowance(const struct controller_axis_config *config,
+                               int64_t vel_q32)
+{
+    int64_t k_q62, allowed_q32;
+    const int64_t ns_q62 = INT64_C(4611686018);
+    const int64_t speed = (int64_t)(motion_fixed_abs(vel_q32) & INT64_MAX);
+    if (motion_fixed_mulshift(config->following_k_ns, ns_q62, 0, &k_q62) < 0 ||
+        motion_fixed_mulshift(speed, k_q62, 62, &allowed_q32) < 0)
+        return INT64_MAX;
+    return allowed_q32 > config->following_floor_q32
+               ? allowed_q32
+               : config->following_floor_q32;
+}
+
+static void watch_following(struct controller *controller, unsigned i)
+{
+    struct controller_axis *axis = &controller->axis[i];
+    int64_t demand_q32;
+    if (axis->by_itself || controller->config.axis[i].by_goals ||
+        axis->sent_count == 0 || !watch_demand(axis, &demand_q32) ||
+        motion_fixed_sub(demand_q32, axis->feedback.pos_q32,
+                         &axis->following_q32) < 0)
+        return;
+    const int64_t most_q32 =
+        watch_allowance(&controller->config.axis[i], axis->target.vel_q32);
+    if (motion_fixed_abs(axis->following_q32) > (uint64_t)most_q32)
+        controller_raise(controller, CONTROLLER_FAULT_FOLLOWING, (int)i,
+                         axis->following_q32, most_q32);
+}
+
+/* Which way it runs: what it was told, or, on its way to a goal and halting
+ * there, what it does. */
+static int64_t watch_vel_q32(const struct controller_axis *axis)
+{
+    return controller_leg_under_way(&axis->leg) ? axis->feedback.vel_q32
+                                                : axis->target.vel_q32;
+}
+
+/* A switch is a fault only for motion towards it. */
+static void watch_switches(struct controller *controller, unsigned i)
+{
+    const struct controller_axis *axis = &controller->axis[i];
+    const bool low = axis->feedback.limit_negative ||
+                     controller_input(controller->inputs.limit_negative[i]);
+    const bool high = axis->feedback.limit_positive ||
+                      controller_input(controller->inputs.limit_positive[i]);
+    const int64_t vel_q32 = watch_vel_q32(axis);
+    const bool towards = (low && vel_q32 < 0) || (high && vel_q32 > 0);
+    const bool is_awaited = axis->seeking || axis->by_itself;
+    if ((low && high) || (towards && !is_awaited))
+        controller_raise(controller, CONTROLLER_FAULT_LIMIT_SWITCH, (int)i,
+                         axis->feedback.pos_q32, 0);
+}
+
+/* While there is still enough to stop on. */
+static void watch_track(struct controller *controller, unsigned i)
+{
+    const struct motion_track *track = controller->axis[i].track;
+    if (!track)
+        return;
+    const int64_t ahead_ns_q12 =
+        motion_track_ahead(track, controller->rate.s_ns_q12);
+    if (ahead_ns_q12 < controller->reserve_ns_q12)
+        controller_raise(controller, CONTROLLER_FAULT_TRACK, (int)i,
+                         ahead_ns_q12 / MOTION_FIXED_NS_Q12,
+                         controller->reserve_ns_q12 / MOTION_FIXED_NS_Q12);
+}
+
+static void watch_ticks(struct controller *controller)
+{
+    if (controller->lost_score >= LOST_MAX)
+        controller_raise(controller, CONTROLLER_FAULT_OVERRUN, -1,
+                         (int64_t)controller->ticks_lost, 0);
+}
+
+/* The stop that was asked for has come to its bound. */
+static void watch_rest(struct controller *controller)
+{
+    const bool is_stopping = controller->state == CONTROLLER_HOLDING ||
+                             controller->state == CONTROLLER_STOPPING;
+    const int64_t late_ns = controller->clock_ns - controller->rest_by_ns;
+    if (is_stopping && controller->rest_by_ns != 0 && late_ns > 0)
+        controller_raise(controller, CONTROLLER_FAULT_REST, -1, late_ns, 0);
+}
+
+static void watch_estop(struct controller *controller)
+{
+    if (controller_input(controller->inputs.estop))
+        controller_raise(controller, CONTROLLER_FAULT_ESTOP, -1, 0, 0);
+}
+
+static enum controller_fault watch_bus_fault(int bus)
+{
+    if (bus == MOTION_E_PROTOCOL)
+        return CONTROLLER_FAULT_MASTER;
+    if (bus == MOTION_E_FULL)
+        return CONTROLLER_FAULT_BUS_FULL;
+    return bus == MOTION_E_LIMIT ? CONTROLLER_FAULT_BUS_PASSIVE
+                                 : CONTROLLER_FAULT_BUS;
+}
+
+static void watch_axis(struct controller *controller, unsigned i)
+{
+    watch_drive(controller, i);
+    watch_age(controller, i);
+    watch_following(controller, i);
+    watch_switches(controller, i);
+    watch_track(controller, i);
+}
+
+/* Those that are up while others still enable; a bus is judged once it holds
+ * one of them. */
+static void watch_enabling(struct controller *controller, int bus)
+{
+    watch_ticks(controller); /* drives give up meanwhile, and do not say why */
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        if (controller->axis[i].sent_count == 0)
+            continue;
+        if (bus < 0)
+            controller_raise(controller, watch_bus_fault(bus), -1, bus, 0);
+        watch_axis(controller, i);
+    }
+}
+
+void controller_watch_judge(struct controller *controller, int bus)
+{
+    watch_estop(controller);
+    if (controller->enabling)
+        watch_enabling(controller, bus);
+    if (controller->state == CONTROLLER_OFF ||
+        (controller->state == CONTROLLER_FAULT &&
+         !controller_is_held(controller)))
+        return; /* no torque: nothing else to lose */
+    if (bus < 0)
+        controller_raise(controller, watch_bus_fault(bus), -1, bus, 0);
+    watch_ticks(controller);
+    watch_rest(controller);
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        watch_axis(controller, i);
+}
+
+/* How many ticks a gap swallowed, rounded at the half: long division in base 2,
+ * as the tick has none and a gap may be of hours. */
+#define LOST_BITS 36
+static uint64_t watch_lost(int64_t gap_ns, int64_t period_ns)
+{
+    int64_t rest_ns = gap_ns - period_ns - period_ns / 2 - 1;
+    uint64_t lost = 0;
+    if (rest_ns < 0)
+        return 0;
+    for (unsigned bit = LOST_BITS; bit-- > 0;) {
+        const int64_t part_ns = period_ns << bit;
+        if (rest_ns < part_ns)
+            continue;
+        rest_ns -= part_ns;
+        lost += UINT64_C(1) << bit;
+    }
+    return lost + 1;
+}
+
+void controller_watch_tick(struct controller *controller, int64_t now_ns)
+{
+    const int64_t period_ns = controller->config.period_ns;
+    const uint64_t lost = watch_lost(now_ns - controller->now_ns, period_ns);
+    controller->now_ns = now_ns;
+    if (controller->ticks++ == 0)
+        return;
+    controller->clock_ns += period_ns;
+    if (controller->lost_score > 0)
+        controller->lost_score--;
+    controller->ticks += lost;
+    controller->ticks_lost += lost;
+    controller->lost_score +=
+        LOST_PER_TICK * (unsigned)(lost < LOST_MAX ? lost : LOST_MAX);
+}

@@ -1,0 +1,121 @@
+/* firmware/host/exchange/import.h - moves of other programs, read and written.
+ *
+ * docs/FORMATS.md has the facts of every format and where they come from.  A
+ * reader fills a plan_move for a rig; export_move writes it as move.yaml.  A
+ * writer gets a planned job and writes the format. */
+#ifndef FIRMWARE_HOST_EXCHANGE_IMPORT_H
+#define FIRMWARE_HOST_EXCHANGE_IMPORT_H
+
+#include <stdio.h>
+
+#include "firmware/host/base/units.h"
+#include "firmware/host/exchange/import_text.h"
+#include "firmware/host/move/job.h"
+#include "firmware/host/rig/rig.h"
+
+#define IMPORT_COLUMNS_MAX 64
+#define IMPORT_NOTE_MAX    256
+#define IMPORT_NAMES_MAX   ((size_t)RIG_AXES_MAX * PLAN_NAME_MAX)
+
+/* What the user said. */
+struct import_wish {
+    const struct rig *rig;
+    struct units_fps fps; /* den 0: not said */
+    /* Axis of each column (or curve), in the file's order; "-" leaves one out.
+     * column_count 0: by the names in the file. */
+    char column[IMPORT_COLUMNS_MAX][PLAN_NAME_MAX];
+    unsigned column_count;
+    enum plan_curve curve; /* through samples */
+    bool has_curve;        /* the user said it: nothing else is taken */
+};
+
+struct imported {
+    struct plan_move move;      /* keys on the heap: move_free */
+    struct units_fps fps;       /* of the file, or as said */
+    char note[IMPORT_NOTE_MAX]; /* what was lost; empty: nothing */
+};
+
+struct import_format {
+    const char *name;
+    const char *summary;
+    bool named;   /* the file says which axis a column is */
+    bool timed;   /* and how many frames a second has */
+    bool sampled; /* positions at frames, no tangents that somebody drew */
+    /* 0, or -1 with the sentence written; nothing is on the heap then.  NULL:
+     * cannot be read. */
+    int (*read)(const char *path, const struct import_wish *wish,
+                struct imported *imported, char message[YAML_MESSAGE_MAX]);
+    /* Writes to a file that is kept only when this returns 0; otherwise -1 and
+     * the sentence. */
+    int (*write)(const struct job *job, const struct units_fps *fps, FILE *file,
+                 char message[YAML_MESSAGE_MAX]);
+};
+
+/* Ends with a row whose name is NULL. */
+extern const struct import_format import_format[];
+const struct import_format *import_format_find(const char *name);
+/* "no format foo, expected kuper, ... or blender"; written into `message`. */
+void import_format_unknown(const char *name, char message[YAML_MESSAGE_MAX]);
+
+/* "pan,-,tilt".  0, or -1 with the sentence written. */
+int import_wish_columns(struct import_wish *wish, const char *text,
+                        char message[YAML_MESSAGE_MAX]);
+
+/* Start an axis of the move with room for keys; NULL with the sentence when
+ * there is no such axis, or it is there already. */
+struct plan_axis *import_add_axis(const struct import_text *text,
+                                  struct plan_place place,
+                                  const struct import_wish *wish,
+                                  struct imported *imported, const char *name);
+/* One more key, zeroed; NULL with the sentence at PLAN_KEYS_MAX. */
+struct plan_key *import_add_key(const struct import_text *text,
+                                struct plan_place place,
+                                struct plan_axis *axis);
+
+/* The readers and writers of the table. */
+int import_kuper(const char *path, const struct import_wish *wish,
+                 struct imported *imported, char message[YAML_MESSAGE_MAX]);
+int import_flair(const char *path, const struct import_wish *wish,
+                 struct imported *imported, char message[YAML_MESSAGE_MAX]);
+int import_raw(const char *path, const struct import_wish *wish,
+               struct imported *imported, char message[YAML_MESSAGE_MAX]);
+int import_csv(const char *path, const struct import_wish *wish,
+               struct imported *imported, char message[YAML_MESSAGE_MAX]);
+int import_anim(const char *path, const struct import_wish *wish,
+                struct imported *imported, char message[YAML_MESSAGE_MAX]);
+int import_blender(const char *path, const struct import_wish *wish,
+                   struct imported *imported, char message[YAML_MESSAGE_MAX]);
+int export_kuper(const struct job *job, const struct units_fps *fps, FILE *file,
+                 char message[YAML_MESSAGE_MAX]);
+int export_flair(const struct job *job, const struct units_fps *fps, FILE *file,
+                 char message[YAML_MESSAGE_MAX]);
+int export_raw(const struct job *job, const struct units_fps *fps, FILE *file,
+               char message[YAML_MESSAGE_MAX]);
+int export_csv(const struct job *job, const struct units_fps *fps, FILE *file,
+               char message[YAML_MESSAGE_MAX]);
+int export_anim(const struct job *job, const struct units_fps *fps, FILE *file,
+                char message[YAML_MESSAGE_MAX]);
+
+int export_blender(const struct job *job, const struct units_fps *fps,
+                   FILE *file, char message[YAML_MESSAGE_MAX]);
+
+/* "dolly,pan,tilt": the axes in the rig's order, as --columns takes them. */
+void import_axis_names(const struct rig *rig, char text[IMPORT_NAMES_MAX]);
+
+/* A column of this name has times: frame, t, time, t_s, time_s, t_ns. */
+bool import_is_time(const char *name);
+
+/* The frame nearest to a time; -1 beyond the range. */
+int64_t import_frame_near(const struct units_fps *fps, int64_t t_ns_q12);
+/* The time of frame k to the nearest 2^-12 ns, as "frame k @ fps" is read; -1
+ * beyond the range. */
+int64_t import_frame_ns_q12(const struct units_fps *fps, int64_t frame);
+
+/* move.yaml.  Positions, velocities and accelerations have the digits that give
+ * the same integers when read (up to 10^8 units), times are frames where they
+ * are whole ones.  -1 with the sentence when the file would be larger than
+ * slew reads. */
+int export_move(const struct imported *imported, const char *origin, FILE *file,
+                char message[YAML_MESSAGE_MAX]);
+
+#endif

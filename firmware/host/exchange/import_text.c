@@ -1,0 +1,256 @@
+/* firmware/host/exchange/import_text.c - see import_text.h. */
+#include "firmware/host/exchange/import_text.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "firmware/host/base/number.h"
+#include "firmware/host/base/quote.h"
+#include "motion/core/err.h"
+
+#define IMPORT_CTRL_Z 0x1A
+
+/* About the file as a whole. */
+static int import_text_fail(const struct import_text *text, const char *what)
+{
+    snprintf(text->report.message, text->report.room, "%s: %s",
+             text->report.path, what);
+    return -1;
+}
+
+/* --- loading --- */
+
+static int import_text_read(struct import_text *text, FILE *file)
+{
+    size_t room = 1u << 16;
+    for (;;) {
+        char *more = realloc(text->data, room + 1);
+        if (more == NULL)
+            return import_text_fail(text, "is too large for the memory");
+        text->data = more;
+        text->length +=
+            fread(text->data + text->length, 1, room - text->length, file);
+        if (ferror(file))
+            return import_text_fail(text, strerror(errno));
+        if (text->length < room)
+            break;
+        if (room >= IMPORT_BYTES_MAX)
+            return import_text_fail(text, "has more than 64 MiB");
+        room *= 2;
+    }
+    text->data[text->length] = 0;
+    return 0;
+}
+
+static bool import_text_is_plain(unsigned char c)
+{
+    return c >= ' ' ? c != 0x7F : c == '\t' || c == '\n' || c == '\r';
+}
+
+/* Control characters and broken UTF-8 are refused where they are. */
+static int import_text_check(struct import_text *text)
+{
+    const unsigned char *data = (const unsigned char *)text->data;
+    struct plan_place place = { 1, 1 };
+    uint32_t character;
+    for (size_t i = 0; i < text->length;) {
+        unsigned n = quote_utf8_decode(data + i, text->length - i, &character);
+        if (data[i] == IMPORT_CTRL_Z) {
+            text->length = i;
+            text->data[i] = 0;
+            return 0;
+        }
+        if (n == 0 || (n == 1 && !import_text_is_plain(data[i])))
+            return yaml_report_at(&text->report, place,
+                                  "byte 0x%02X is not text, expected a text "
+                                  "file",
+                                  data[i]);
+        place.column++;
+        if (data[i] == '\n' || (data[i] == '\r' && data[i + 1] != '\n'))
+            place = (struct plan_place){ place.line + 1, 1 };
+        i += n;
+    }
+    return 0;
+}
+
+int import_text_load(struct import_text *text, const char *path, char *message,
+                     size_t room)
+{
+    *text = (struct import_text){ .report = { path, message, room } };
+    FILE *file = fopen(path, "rb");
+    if (file == NULL)
+        return import_text_fail(text, strerror(errno));
+    int err = import_text_read(text, file);
+    fclose(file);
+    if (err == 0)
+        err = import_text_check(text);
+    if (err < 0)
+        import_text_free(text);
+    return err;
+}
+
+void import_text_free(struct import_text *text)
+{
+    free(text->data);
+    text->data = NULL;
+    text->length = text->next = text->line_end = text->at = 0;
+}
+
+/* --- lines and words --- */
+
+bool import_text_line(struct import_text *text)
+{
+    if (text->next >= text->length)
+        return false;
+    text->line++;
+    text->line_start = text->at = text->next;
+    text->line_end =
+        text->line_start + strcspn(text->data + text->next, "\r\n");
+    text->next = text->line_end;
+    if (text->data[text->next] == '\r')
+        text->next++;
+    if (text->data[text->next] == '\n')
+        text->next++;
+    return true;
+}
+
+bool import_text_filled(struct import_text *text, char comment)
+{
+    while (import_text_line(text)) {
+        size_t at = text->at + strspn(text->data + text->at, " \t");
+        if (at < text->line_end && (comment == 0 || text->data[at] != comment))
+            return true;
+    }
+    return false;
+}
+
+static bool import_text_is_blank(const struct import_text *text, size_t at,
+                                 const char *separators)
+{
+    char c = text->data[at];
+    return c == ' ' || c == '\t' || (c != 0 && strchr(separators, c) != NULL);
+}
+
+bool import_text_is_done(const struct import_text *text)
+{
+    size_t at = text->at;
+    while (at < text->line_end && import_text_is_blank(text, at, ""))
+        at++;
+    return at == text->line_end;
+}
+
+struct plan_place import_text_place(const struct import_text *text)
+{
+    uint32_t column = 1;
+    for (size_t i = text->line_start; i < text->at; i++)
+        column += (text->data[i] & 0xC0) != 0x80;
+    return (struct plan_place){ text->line > 0 ? text->line : 1, column };
+}
+
+static int import_text_copy(const struct import_text *text, size_t length,
+                            struct import_word *word)
+{
+    word->place = import_text_place(text);
+    if (length >= sizeof word->text) {
+        char quote[QUOTE_MAX];
+        return yaml_report_at(
+            &text->report, word->place,
+            "%s has more than %d characters, expected a name or a number",
+            quote_text(quote, text->data + text->at, length),
+            IMPORT_WORD_MAX - 1);
+    }
+    memcpy(word->text, text->data + text->at, length);
+    word->text[length] = 0;
+    return 1;
+}
+
+int import_text_word(struct import_text *text, const char *separators,
+                     struct import_word *word)
+{
+    while (text->at < text->line_end &&
+           import_text_is_blank(text, text->at, separators))
+        text->at++;
+    size_t end = text->at;
+    while (end < text->line_end && !import_text_is_blank(text, end, separators))
+        end++;
+    if (end == text->at)
+        return 0;
+    int err = import_text_copy(text, end - text->at, word);
+    text->at = end;
+    return err;
+}
+
+int import_text_cell(struct import_text *text, char separator,
+                     struct import_word *word)
+{
+    if (text->at > text->line_end)
+        return 0;
+    size_t end = text->at;
+    while (end < text->line_end && text->data[end] != separator)
+        end++;
+    while (text->at < end && import_text_is_blank(text, text->at, ""))
+        text->at++;
+    size_t last = end;
+    while (last > text->at && import_text_is_blank(text, last - 1, ""))
+        last--;
+    int err = import_text_copy(text, last - text->at, word);
+    text->at = end + 1; /* beyond the line's end: no cell is left */
+    return err;
+}
+
+/* --- numbers --- */
+
+/* Digits beyond the 18 that units_parse takes, which other programs write,
+ * are cut: at most 10^-17 of the number. */
+static void import_text_shorten(char out[IMPORT_WORD_MAX], const char *text)
+{
+    unsigned digits = 0, n = 0;
+    bool point = false;
+    for (; *text != 0 && *text != 'e' && *text != 'E'; text++) {
+        bool digit = *text >= '0' && *text <= '9';
+        point |= *text == '.';
+        digits += digit && (digits > 0 || *text != '0');
+        if (!digit || digits <= 18 || !point)
+            out[n++] = *text;
+    }
+    snprintf(out + n, IMPORT_WORD_MAX - n, "%s", text);
+}
+
+static bool import_text_is_number(const char *text)
+{
+    return text[0] != 0 && strspn(text, "+-.0123456789eE") == strlen(text) &&
+           strpbrk(text, "0123456789") != NULL;
+}
+
+int import_text_number(const struct import_text *text,
+                       const struct import_word *word, const char *before,
+                       const char *after, enum units_quantity quantity,
+                       const struct units_context *context, int64_t *value)
+{
+    char sentence[UNITS_SENTENCE_MAX];
+    char shorter[IMPORT_WORD_MAX], whole[2 * IMPORT_WORD_MAX];
+    const char *end;
+    if (!import_text_is_number(word->text)) {
+        char quote[QUOTE_MAX];
+        return yaml_report_at(
+            &text->report, word->place, "%s is not a number, expected one",
+            quote_text(quote, word->text, strlen(word->text)));
+    }
+    /* as it is, with all the digits it has */
+    if (before[0] == 0 && after[0] == 0 &&
+        number_parse(word->text, 32, value, &end) == MOTION_OK && *end == 0)
+        return 0;
+    import_text_shorten(shorter, word->text);
+    snprintf(whole, sizeof whole, "%s%s%s", before, shorter, after);
+    if (units_parse(whole, quantity, context, value, sentence) < 0)
+        return yaml_report_at(&text->report, word->place, "%s", sentence);
+    return 0;
+}
+
+bool import_text_same(const char *a, const char *b)
+{
+    return strcasecmp(a, b) == 0;
+}

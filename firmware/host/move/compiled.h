@@ -1,0 +1,54 @@
+/* firmware/host/move/compiled.h - a compiled move as a job has it.
+ *
+ * Opening reads and judges all of the file once, a block at a time.  After that
+ * the job's tracks are windows that `play` moves along; telemetry and reports,
+ * which run behind, look through windows of their own. */
+#ifndef FIRMWARE_HOST_MOVE_COMPILED_H
+#define FIRMWARE_HOST_MOVE_COMPILED_H
+
+#include "firmware/host/move/track_file.h"
+#include "firmware/host/move/track_stream.h"
+#include "motion/plan/check.h"
+
+struct compiled {
+    struct track_file file;
+    struct motion_track_outline outline[PLAN_AXES_MAX];
+    int64_t least_ns_q12; /* that a window reaches ahead; INT64_MAX: all */
+    struct track_stream play[PLAN_AXES_MAX], look[PLAN_AXES_MAX];
+    struct motion_track look_track[PLAN_AXES_MAX];
+};
+
+/* NULL, with a sentence, when the file is not whole.  track[i] becomes the
+ * window on axis i, at the start of the move and filled. */
+struct compiled *compiled_open(const char *path, struct motion_track track[],
+                               char message[TRACK_FILE_MESSAGE_MAX]);
+void compiled_close(struct compiled *compiled); /* NULL: does nothing */
+
+/* The two sides of all windows that are played; see track_stream.h. */
+void compiled_fill(struct compiled *compiled);
+void compiled_advance(struct compiled *compiled, int64_t t_ns_q12);
+
+/* The axis at a time, for those who may wait; valid until the next call for
+ * that axis.  NULL when the file cannot be read any more. */
+const struct motion_track *compiled_look(struct compiled *compiled,
+                                         unsigned axis, int64_t t_ns_q12);
+/* What was wrong with the file after it was opened, NULL when nothing. */
+const char *compiled_error(const struct compiled *compiled);
+
+/* All segments of an axis, one after the other: starts zero but for `compiled`
+ * and `axis`.  A segment is valid until the next one; NULL after the last, or
+ * when the file cannot be read any more. */
+struct compiled_walk {
+    const struct compiled *compiled;
+    unsigned axis;
+    uint32_t next, count; /* segments; in the block */
+    struct motion_segment segment[TRACK_FILE_BLOCK];
+};
+const struct motion_segment *compiled_walk_next(void *context);
+
+/* plan_check_track for an axis. */
+uint32_t compiled_check(struct compiled *compiled, unsigned axis,
+                        const struct plan_limit *limit,
+                        struct plan_violation *violation, uint32_t room);
+
+#endif

@@ -1,0 +1,563 @@
+/* firmware/host/move/job.c - see job.h. */
+#include "firmware/host/move/job.h"
+
+#include <cjson/cJSON.h>
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "firmware/host/base/error.h"
+#include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
+#include "firmware/host/base/table.h"
+#include "firmware/host/move/compiled.h"
+#include "firmware/host/move/job_goals.h"
+#include "motion/core/clock_warp.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+#include "motion/plan/plan_camera.h"
+
+static const struct {
+    unsigned order;
+    const char *text;
+} job_kind[] = {
+#define JOB_VIOLATION_ROW(name, order, text) { order, text },
+    JOB_VIOLATION_LIST(JOB_VIOLATION_ROW)
+#undef JOB_VIOLATION_ROW
+};
+
+const char *job_violation_text(enum job_violation_kind kind)
+{
+    return job_kind[kind].text;
+}
+
+unsigned job_violation_order(enum job_violation_kind kind)
+{
+    return job_kind[kind].order;
+}
+
+int64_t job_limit_of(const struct plan_limit *limit, unsigned order)
+{
+    return order == 1   ? limit->vel_q32
+           : order == 2 ? limit->acc_q32
+                        : limit->jerk_q32;
+}
+
+const struct rig_axis *job_rig_axis(const struct job *job, unsigned axis)
+{
+    return &job->rig.axis[job->rig_axis[axis]];
+}
+
+bool job_goes_by_itself(const struct job *job, unsigned axis)
+{
+    return job_rig_axis(job, axis)->point_to_point;
+}
+
+uint32_t job_line(const struct plan_axis *axis, uint32_t key)
+{
+    return axis->key_count > 0 ? axis->key[key].place.line : axis->place.line;
+}
+
+int job_axis_index(const struct job *job, const char *name)
+{
+    for (unsigned i = 0; i < job->move.axis_count; i++)
+        if (strcmp(job->move.axis[i].name, name) == 0)
+            return (int)i;
+    return -1;
+}
+
+int64_t job_peak(const struct motion_track *track,
+                 enum motion_quantity quantity, int64_t *t_ns_q12)
+{
+    struct motion_extreme extreme;
+    motion_track_extreme(track, quantity, &extreme);
+    bool low = motion_fixed_abs(extreme.min) > motion_fixed_abs(extreme.max);
+    if (t_ns_q12 != NULL)
+        *t_ns_q12 = low ? extreme.min_ns_q12 : extreme.max_ns_q12;
+    uint64_t peak = motion_fixed_abs(low ? extreme.min : extreme.max);
+    return peak > INT64_MAX ? INT64_MAX : (int64_t)peak;
+}
+
+static bool job_is_directory(const char *path)
+{
+    struct stat status;
+    return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
+}
+
+enum status job_fail(const char *path, const char *what)
+{
+    error_say("%s: %s", path, what);
+    return STATUS_INPUT;
+}
+
+static enum status job_paths(struct job *job, const char *const path[],
+                             int count)
+{
+    const char *first = path[0];
+    bool directory = job_is_directory(first);
+    if (count == 2 && directory)
+        return job_fail(first, "is a directory, expected a rig file");
+    if (access(first, F_OK) < 0)
+        return job_fail(first, strerror(errno));
+    if (count == 1 && !directory)
+        return job_fail(first, "expected a rig and a move file, or one "
+                               "directory with rig.yaml and move.yaml");
+    const char *second = directory ? first : path[1];
+    int rig = snprintf(job->rig_path, sizeof job->rig_path, "%s%s", first,
+                       directory ? "/rig.yaml" : "");
+    int move = snprintf(job->move_path, sizeof job->move_path, "%s%s", second,
+                        directory ? "/move.yaml" : "");
+    if (rig >= (int)sizeof job->rig_path || move >= (int)sizeof job->move_path)
+        return job_fail(first, "the name is too long");
+    return STATUS_OK;
+}
+
+/* A drive that may go on when nobody is heard is said before anything moves. */
+static void job_say_unsupervised(const char *path, const struct rig *rig)
+{
+    for (uint32_t i = 0; i < rig->axis_count; i++)
+        if (rig->axis[i].kind == RIG_CIA402 && rig->axis[i].unsupervised)
+            fprintf(stderr,
+                    "%s: %s is unsupervised: where its drive lacks 0x1016, "
+                    "0x6007 or 0x6066, nothing but its torque-off input stops "
+                    "it when slew is silent\n",
+                    path, rig->axis[i].name);
+}
+
+enum status job_read_rig(const char *path, struct rig *rig)
+{
+    char whole[sizeof((struct job *)0)->rig_path], message[YAML_MESSAGE_MAX];
+    const bool directory = job_is_directory(path);
+    if (access(path, F_OK) < 0)
+        return job_fail(path, strerror(errno));
+    if (snprintf(whole, sizeof whole, "%s%s", path,
+                 directory ? "/rig.yaml" : "") >= (int)sizeof whole)
+        return job_fail(path, "the name is too long");
+    if (rig_load(whole, rig, message) == 0) {
+        job_say_unsupervised(whole, rig);
+        return STATUS_OK;
+    }
+    error_say("%s", message);
+    return STATUS_INPUT;
+}
+
+/* "file:line:column: key 3 of axis pan: what is wrong"; a sentence of a planner
+ * says itself what it is about. */
+static enum status job_plan_fail(const struct job *job,
+                                 const struct plan_error *error)
+{
+    error_say("%s:%u:%u: %s", job->move_path, error->place.line,
+              error->place.column,
+              error->text[0] != 0 ? error->text : motion_err_text(error->code));
+    return STATUS_INPUT;
+}
+
+/* What is right but hardly wanted. */
+static void job_remark(const struct job *job, const struct plan_axis *axis,
+                       const struct motion_track *track)
+{
+    char text[160];
+
+    if (plan_axis_remark(axis, track, text))
+        fprintf(stderr, "%s:%u:%u: warning: %s\n", job->move_path,
+                axis->place.line, axis->place.column, text);
+}
+
+static enum status job_find_axes(struct job *job)
+{
+    for (unsigned i = 0; i < job->move.axis_count; i++) {
+        int found = rig_axis_index(&job->rig, job->move.axis[i].name);
+        if (found < 0)
+            return job_fail(job->move_path, "names an axis the rig lacks");
+        job->rig_axis[i] = (unsigned)found;
+    }
+    return STATUS_OK;
+}
+
+static enum status job_plan_events(struct job *job)
+{
+    struct plan_error error = { .code = MOTION_OK };
+    for (uint32_t i = 0; i < job->rig.line_count; i++)
+        if (plan_shots_make(&job->move, job->track, &job->outcome, i,
+                            &job->shots[i], &error) < 0)
+            return job_plan_fail(job, &error);
+    return STATUS_OK;
+}
+
+static enum status job_plan(struct job *job,
+                            const struct plan_progress *progress)
+{
+    struct plan_error error = { .code = MOTION_OK };
+    enum status status = job_find_axes(job);
+    if (status == STATUS_OK)
+        status = job_goals_ask(job);
+    if (status != STATUS_OK)
+        return status;
+    if (plan_compose(&job->move, job->track, &job->outcome, progress, &error) <
+        0)
+        return job_plan_fail(job, &error);
+    job->planned = job->move.axis_count;
+    for (unsigned i = 0; i < job->planned; i++) {
+        job_remark(job, &job->move.axis[i], &job->track[i]);
+        if (job->track[i].end_ns_q12 > job->end_ns_q12)
+            job->end_ns_q12 = job->track[i].end_ns_q12;
+    }
+    job_goals_make(job);
+    return job_plan_events(job);
+}
+
+/* An axis of a compiled move must be one of the rig, in the same unit. */
+static enum status job_take_axis(struct job *job, unsigned i)
+{
+    const struct track_file_axis *axis = &job->compiled->file.axis[i];
+    const int found = rig_axis_index(&job->rig, axis->name);
+    char what[128];
+    if (found < 0) {
+        snprintf(what, sizeof what, "moves axis %s, which the rig lacks",
+                 axis->name);
+        return job_fail(job->move_path, what);
+    }
+    if (job->rig.axis[found].point_to_point) {
+        snprintf(what, sizeof what,
+                 "moves axis %s, whose drive goes from key to key by itself, "
+                 "expected the move file, which has keys",
+                 axis->name);
+        return job_fail(job->move_path, what);
+    }
+    const char *unit = units_axis_text(job->rig.axis[found].unit);
+    if (strcmp(unit, axis->unit) != 0) {
+        snprintf(what, sizeof what,
+                 "axis %s is in %s, expected %s as in the rig", axis->name,
+                 axis->unit, unit);
+        return job_fail(job->move_path, what);
+    }
+    job->rig_axis[i] = (unsigned)found;
+    memcpy(job->move.axis[i].name, axis->name, sizeof axis->name);
+    if (axis->end_ns_q12 > job->end_ns_q12)
+        job->end_ns_q12 = axis->end_ns_q12;
+    return STATUS_OK;
+}
+
+static enum status job_open_compiled(struct job *job)
+{
+    char message[TRACK_FILE_MESSAGE_MAX];
+    enum status status = STATUS_OK;
+    job->compiled = compiled_open(job->move_path, job->track, message);
+    if (job->compiled == NULL)
+        return job_fail(job->move_path, message);
+    memcpy(job->move.title, job->compiled->file.title, sizeof job->move.title);
+    job->move.axis_count = job->compiled->file.axis_count;
+    for (unsigned i = 0; status == STATUS_OK && i < job->move.axis_count; i++)
+        status = job_take_axis(job, i);
+    return status;
+}
+
+static enum status job_open_move(struct job *job,
+                                 const struct plan_progress *progress)
+{
+    char message[YAML_MESSAGE_MAX];
+    if (move_load(job->move_path, &job->rig, &job->move, message) < 0) {
+        error_say("%s", message);
+        return STATUS_INPUT;
+    }
+    return job_plan(job, progress);
+}
+
+static enum status job_read(struct job *job, const char *const path[],
+                            int count, const struct plan_progress *progress)
+{
+    char message[YAML_MESSAGE_MAX];
+    memset(job, 0, sizeof *job);
+    enum status status = job_paths(job, path, count);
+    if (status != STATUS_OK)
+        return status;
+    if (rig_load(job->rig_path, &job->rig, message) < 0) {
+        error_say("%s", message);
+        return STATUS_INPUT;
+    }
+    job_say_unsupervised(job->rig_path, &job->rig);
+    return track_file_is(job->move_path) ? job_open_compiled(job)
+                                         : job_open_move(job, progress);
+}
+
+enum status job_open_told(struct job *job, const char *const path[], int count,
+                          bool any, const struct plan_progress *progress)
+{
+    enum status status = job_read(job, path, count, progress);
+    if (status == STATUS_OK && job->compiled != NULL && !any)
+        return job_fail(job->move_path, "is a compiled move, expected the move "
+                                        "file itself (compiled ones are for "
+                                        "run, sample, check and plot)");
+    return status;
+}
+
+enum status job_open(struct job *job, const char *const path[], int count)
+{
+    return job_open_told(job, path, count, false, NULL);
+}
+
+enum status job_open_any(struct job *job, const char *const path[], int count)
+{
+    return job_open_told(job, path, count, true, NULL);
+}
+
+void job_free(struct job *job)
+{
+    for (unsigned i = 0; i < job->planned; i++)
+        plan_track_free(&job->track[i]);
+    for (unsigned i = 0; i < PLAN_AXES_MAX; i++)
+        memory_free(job->goal[i]);
+    plan_outcome_free(&job->outcome);
+    for (unsigned i = 0; i < RIG_LINES_MAX; i++)
+        plan_shots_free(&job->shots[i]);
+    compiled_close(job->compiled);
+    move_free(&job->move);
+    memory_free(job->violation);
+    memset(job, 0, sizeof *job);
+}
+
+/* value / rate, saturating. */
+static int64_t job_over_rate(int64_t value, int64_t rate_q30)
+{
+    int64_t result;
+    if (motion_fixed_muldiv(value, MOTION_CLOCK_WARP_ONE_Q30, rate_q30,
+                            &result) < 0)
+        return INT64_MAX;
+    return result;
+}
+
+void job_limit_at(const struct plan_limit *limit, int64_t rate_q30,
+                  struct plan_limit *scaled)
+{
+    *scaled = *limit;
+    if (rate_q30 == MOTION_CLOCK_WARP_ONE_Q30 || rate_q30 <= 0)
+        return;
+    scaled->vel_q32 = job_over_rate(limit->vel_q32, rate_q30);
+    scaled->acc_q32 =
+        job_over_rate(job_over_rate(limit->acc_q32, rate_q30), rate_q30);
+    scaled->jerk_q32 = job_over_rate(
+        job_over_rate(job_over_rate(limit->jerk_q32, rate_q30), rate_q30),
+        rate_q30);
+}
+
+/* The key at or before a time. */
+static uint32_t job_key_before(const struct plan_axis *axis, int64_t t_ns_q12)
+{
+    uint32_t low = 0, high = axis->key_count;
+    while (high - low > 1) {
+        uint32_t middle = low + (high - low) / 2;
+        if (axis->key[middle].key.t_ns_q12 <= t_ns_q12)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+static void job_add(struct job *job, const struct job_violation *violation)
+{
+    /* Room grows at powers of two. */
+    uint32_t count = job->violation_count;
+    if ((count & (count - 1)) == 0)
+        job->violation =
+            memory_resize(job->violation, count == 0 ? 1 : 2 * (size_t)count,
+                          sizeof *job->violation);
+    job->violation[job->violation_count++] = *violation;
+}
+
+/* It goes on after its last key. */
+static bool job_cycles(const struct plan_axis *axis)
+{
+    return axis->key_count > 0 && axis->bezier.after.mode != MOTION_FCURVE_ONCE;
+}
+
+/* A step of velocity at the first or last key has its own sentence; one where a
+ * cycle goes over to the next is a step. */
+static enum job_violation_kind job_kind_of(const struct job *job,
+                                           const struct plan_axis *axis,
+                                           const struct motion_track *track,
+                                           const struct plan_violation *found)
+{
+    const bool keyed = axis->key_count > 0 && !job->outcome.is_bent;
+    const int64_t first = keyed ? axis->key[0].key.t_ns_q12 : 0;
+    const int64_t last = keyed && !job_cycles(axis)
+                             ? axis->key[axis->key_count - 1].key.t_ns_q12
+                             : track->end_ns_q12;
+    if (found->kind != PLAN_VEL_STEP)
+        return (enum job_violation_kind)found->kind;
+    if (found->t_ns_q12 <= (first > 0 ? first : 0))
+        return JOB_START_MOVING;
+    return found->t_ns_q12 >= last ? JOB_END_MOVING : JOB_VEL_STEP;
+}
+
+static uint32_t job_find(const struct job *job, unsigned i,
+                         const struct plan_limit *limit,
+                         struct plan_violation *found, uint32_t room)
+{
+    if (job->compiled != NULL)
+        return compiled_check(job->compiled, i, limit, found, room);
+    return plan_check_track(&job->track[i], limit, found, room);
+}
+
+/* What a value of the move is when it is played at that rate; saturating. */
+static int64_t job_played(int64_t value, unsigned order, int64_t rate_q30)
+{
+    for (unsigned i = 0; i < order; i++)
+        if (motion_fixed_muldiv(value, rate_q30, MOTION_CLOCK_WARP_ONE_Q30,
+                                &value) < 0)
+            return value < 0 ? -INT64_MAX : INT64_MAX;
+    return value;
+}
+
+/* As the user meets it: the value as it is played, the limit of the rig. */
+static struct job_violation job_violation_of(const struct job *job, unsigned i,
+                                             int64_t rate_q30,
+                                             const struct plan_violation *found)
+{
+    struct job_violation violation = {
+        .axis = i,
+        .kind = job_kind_of(job, &job->move.axis[i], &job->track[i], found),
+        .t_ns_q12 = found->t_ns_q12,
+        .limit = found->limit,
+        .key =
+            job_key_before(&job->move.axis[i],
+                           plan_outcome_time(&job->outcome, found->t_ns_q12)),
+    };
+    const unsigned order = job_violation_order(violation.kind);
+    violation.value = job_played(found->value, order, rate_q30);
+    if (order > 0 && found->limit != 0)
+        violation.limit = job_limit_of(&job_rig_axis(job, i)->limit, order);
+    return violation;
+}
+
+static void job_check_axis(struct job *job, unsigned i, int64_t rate_q30)
+{
+    struct plan_limit limit;
+    job_limit_at(&job_rig_axis(job, i)->limit, rate_q30, &limit);
+    /* of path time: faster, a period covers more of it */
+    (void)motion_fixed_mulshift(job->rig.period_ns, rate_q30, 30,
+                                &limit.period_ns);
+    uint32_t count = job_find(job, i, &limit, NULL, 0);
+    if (count == 0)
+        return;
+    struct plan_violation *found = memory_new(count, sizeof *found);
+    job_find(job, i, &limit, found, count);
+    for (uint32_t k = 0; k < count; k++) {
+        const struct job_violation violation =
+            job_violation_of(job, i, rate_q30, &found[k]);
+        job_add(job, &violation);
+    }
+    memory_free(found);
+}
+
+void job_check(struct job *job, int64_t rate_q30)
+{
+    if (rate_q30 < MOTION_CLOCK_WARP_ONE_Q30)
+        rate_q30 = MOTION_CLOCK_WARP_ONE_Q30;
+    job->violation_count = 0;
+    for (unsigned i = 0; i < job->move.axis_count; i++)
+        job_check_axis(job, i, rate_q30);
+}
+
+static void job_print_violation(const struct job *job, struct table *table,
+                                const struct job_violation *violation)
+{
+    const struct plan_axis *axis = &job->move.axis[violation->axis];
+    unsigned order = job_violation_order(violation->kind);
+    char value[NUMBER_MAX], limit[NUMBER_MAX], t[NUMBER_MAX];
+    char unit[NUMBER_UNIT_MAX];
+    number_seconds(t, violation->t_ns_q12);
+    number_short(value, violation->value, 32);
+    number_short(limit, violation->limit, 32);
+    table_cell(table, "%s", axis->name);
+    table_cell(table, "%s s", t);
+    table_cell(table, "%s", value);
+    table_cell(table, "%s", limit);
+    table_cell(
+        table, "%s",
+        number_unit(unit, job_rig_axis(job, violation->axis)->unit, order));
+    const uint32_t line = job_line(axis, violation->key);
+    if (axis->key_count > 0)
+        table_cell(table, "%u", violation->key + 1);
+    else
+        table_cell(table, "-");
+    if (line > 0)
+        table_cell(table, "%u", line);
+    else
+        table_cell(table, "-");
+    table_cell(table, "%s", job_violation_text(violation->kind));
+}
+
+/* A head that looks along a path whose curvature steps: no duration helps. */
+static bool job_turns_in_steps(const struct job *job)
+{
+    const struct plan_camera *camera = job->move.camera;
+
+    if (camera == NULL ||
+        (camera->look != PLAN_LOOK_LEVEL &&
+         camera->look != PLAN_LOOK_MINIMISING) ||
+        plan_space_rules(job->move.path->points.curve).smooth >= 2)
+        return false;
+    for (uint32_t i = 0; i < job->violation_count; i++)
+        if (job->violation[i].kind == JOB_VEL_STEP &&
+            job->move.axis[job->violation[i].axis].driver == PLAN_BY_CAMERA)
+            return true;
+    return false;
+}
+
+static void job_print_advice(const struct job *job, FILE *file)
+{
+    if (job_turns_in_steps(job))
+        fputs("A head that looks along the path turns as the path bends, and "
+              "where its curvature\nsteps so does the head's speed, however "
+              "slow the move is.  Without a step are\nthe curves c2, quintic, "
+              "b-spline and smoothed, and look: {ahead: ...}.\n",
+              file);
+}
+
+void job_print_violations(const struct job *job, FILE *file)
+{
+    static const char *const head[] = {
+        "<axis", ">move time", ">value", ">limit",
+        "<unit", ">key",       ">line",  "<what",
+    };
+    struct table table;
+    table_init(&table, 8, head);
+    for (uint32_t i = 0; i < job->violation_count; i++)
+        job_print_violation(job, &table, &job->violation[i]);
+    table_print(&table, file);
+    table_free(&table);
+    job_print_advice(job, file);
+}
+
+static cJSON *job_json_violation(const struct job *job,
+                                 const struct job_violation *violation)
+{
+    const struct plan_axis *axis = &job->move.axis[violation->axis];
+    unsigned order = job_violation_order(violation->kind);
+    char unit[NUMBER_UNIT_MAX];
+    cJSON *item = cJSON_CreateObject();
+    cJSON_AddStringToObject(item, "axis", axis->name);
+    cJSON_AddStringToObject(item, "what", job_violation_text(violation->kind));
+    cJSON_AddNumberToObject(item, "time_s",
+                            number_double(violation->t_ns_q12, 12) / 1e9);
+    cJSON_AddNumberToObject(item, "value", number_double(violation->value, 32));
+    cJSON_AddNumberToObject(item, "limit", number_double(violation->limit, 32));
+    cJSON_AddStringToObject(
+        item, "unit",
+        number_unit(unit, job_rig_axis(job, violation->axis)->unit, order));
+    if (axis->key_count > 0)
+        cJSON_AddNumberToObject(item, "key", violation->key + 1);
+    if (job_line(axis, violation->key) > 0)
+        cJSON_AddNumberToObject(item, "line", job_line(axis, violation->key));
+    return item;
+}
+
+void job_json_violations(const struct job *job, struct cJSON *object)
+{
+    cJSON *list = cJSON_AddArrayToObject(object, "violations");
+    for (uint32_t i = 0; i < job->violation_count; i++)
+        cJSON_AddItemToArray(list, job_json_violation(job, &job->violation[i]));
+}

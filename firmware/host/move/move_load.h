@@ -1,0 +1,219 @@
+/* firmware/host/move/move_load.h - what the readers of move.yaml share.
+ *
+ * move_load.c reads the move and its keyed axes; one file each for the other
+ * rooms: _path, _law (speed), _camera, _blend (poses), _other (layers, fade,
+ * warp), _event.  Functions return 0, or -1 with the sentence written. */
+#ifndef FIRMWARE_HOST_MOVE_MOVE_LOAD_H
+#define FIRMWARE_HOST_MOVE_MOVE_LOAD_H
+
+#include "firmware/host/rig/rig.h"
+#include "firmware/host/yaml/yaml_fields.h"
+#include "firmware/host/yaml/yaml_units.h"
+#include "motion/plan/plan_path.h"
+
+/* A pose as it was written; axes of the rig. */
+struct move_pose {
+    char name[PLAN_NAME_MAX];
+    bool has[RIG_AXES_MAX];
+    int64_t pos_q32[RIG_AXES_MAX];
+    uint32_t node[RIG_AXES_MAX]; /* of the axis's name */
+};
+#define MOVE_POSES_MAX 64
+
+struct move_reader {
+    const char *path; /* of the file */
+    const struct rig *rig;
+    struct plan_move *move;
+    struct plan_axis *axis; /* being read */
+    const struct plan_key *key;
+    enum units_quantity quantity; /* of the positions of its keys: a position,
+                                     a ratio or a time */
+    struct units_context units;
+    struct plan_part *part; /* of a speed law, being read */
+    struct move_pose *pose; /* on the heap */
+    uint32_t poses;
+    uint32_t keys;                  /* that the axis will have */
+    struct plan_bezier_key handles; /* what the axis says for all of its keys */
+    bool handles_given;             /* by the key: their kinds */
+    bool side_given[2];             /* by the key: where left, right is */
+};
+
+/* A move from a file, of the whole shape or of that of a guest: one that is
+ * part of another move.  As move_load (rig.h). */
+extern const struct yaml_shape move_guest_shape;
+int move_load_shape(const char *path, const struct yaml_shape *shape,
+                    const struct rig *rig, struct plan_move *move,
+                    char message[YAML_MESSAGE_MAX]);
+/* Keyed axes into reader->move. */
+int move_read_axes(void *reader, const struct yaml_value *value, void *out);
+
+/* Index in the rig of the axis that a node names, or -1. */
+int move_find_axis(const struct move_reader *reader,
+                   const struct yaml_value *name);
+
+/* One more axis of the move, named by a node, for a driver that is not its
+ * keys: its index in the rig, and *index in the move.  -1 when there is no such
+ * axis or something drives it already. */
+int move_drive_axis(struct move_reader *reader, const struct yaml_value *name,
+                    enum plan_driver driver, uint32_t *index);
+
+/* A map with curve and keys, of whatever quantity, into *axis, whose keys
+ * belong to the caller, also after a refusal. */
+int move_read_keyed(struct move_reader *reader, const struct yaml_value *value,
+                    enum units_quantity quantity, enum units_axis unit,
+                    struct plan_axis *axis);
+
+/* A kind of curve into enum plan_curve; a ratio from 0 to max. */
+int move_read_curve(void *reader, const struct yaml_value *value, void *out);
+int move_read_ratio(const struct move_reader *reader,
+                    const struct yaml_value *value, int64_t max_q32,
+                    int64_t *out);
+/* [k1, k2], 0 <= k1 <= k2 <= 1 */
+int move_read_ease_list(const struct move_reader *reader,
+                        const struct yaml_value *value, int64_t *k1_q32,
+                        int64_t *k2_q32);
+
+/* --- move_load_path.c ----------------------------------------------------- */
+
+int move_read_path(void *reader, const struct yaml_value *value, void *out);
+
+/* A list of points, each of `axes` positions, neighbours not the same, into
+ * points->point and count; on the heap, also after a refusal. */
+int move_read_points(struct move_reader *reader, const struct yaml_value *value,
+                     struct plan_points *points);
+/* A position, or a part of the path's length in %. */
+int move_read_distance(const struct move_reader *reader,
+                       const struct yaml_value *value,
+                       struct plan_distance *distance);
+
+/* The fields of a curve in space, into struct plan_points (curve: into its
+ * curve, spacing: into its spacing), in this order. */
+int move_read_path_curve(void *reader, const struct yaml_value *value,
+                         void *out);
+int move_read_spacing(void *reader, const struct yaml_value *value, void *out);
+int move_read_closed(void *reader, const struct yaml_value *value, void *out);
+int move_read_corner(void *reader, const struct yaml_value *value, void *out);
+int move_read_path_points(void *reader, const struct yaml_value *value,
+                          void *out);
+/* So many positions; a quantity above zero. */
+int move_read_vector(const struct move_reader *reader,
+                     const struct yaml_value *value, uint32_t axes,
+                     int64_t q32[PLAN_SPACE_AXES]);
+int move_read_positive(const struct move_reader *reader,
+                       const struct yaml_value *value,
+                       enum units_quantity quantity, int64_t *out);
+
+extern const struct yaml_shape move_path_shape;
+
+/* --- move_load_law.c ------------------------------------------------------ */
+
+/* One part or a list of them, into a struct plan_path. */
+int move_read_speed(void *reader, const struct yaml_value *value, void *out);
+
+extern const struct yaml_shape move_part_shape;
+
+/* --- move_load_camera.c --------------------------------------------------- */
+
+int move_read_camera(void *reader, const struct yaml_value *value, void *out);
+
+extern const struct yaml_shape move_camera_shape, move_head_shape,
+    move_look_shape, move_target_shape, move_dwell_shape;
+
+/* --- move_load_blend.c, move_load_other.c ---------------------------------- */
+
+int move_read_poses(void *reader, const struct yaml_value *value, void *out);
+int move_read_blended(void *reader, const struct yaml_value *value, void *out);
+int move_read_layers(void *reader, const struct yaml_value *value, void *out);
+int move_read_fade(void *reader, const struct yaml_value *value, void *out);
+int move_read_warp(void *reader, const struct yaml_value *value, void *out);
+
+extern const struct yaml_shape move_blend_shape, move_layer_shape,
+    move_fade_shape;
+
+/* --- move_load_event.c ---------------------------------------------------- */
+
+int move_read_events(void *reader, const struct yaml_value *value, void *out);
+
+extern const struct yaml_shape move_event_shape;
+
+#define MOVE_ALONGS      3
+#define MOVE_AHEAD_ENDS  3
+#define MOVE_DWELL_EASES 2
+extern const char *const move_alongs[MOVE_ALONGS];
+extern const char *const move_ahead_ends[MOVE_AHEAD_ENDS];
+extern const char *const move_dwell_eases[MOVE_DWELL_EASES];
+
+#define MOVE_PATH_CURVES 8
+#define MOVE_SPACINGS    3
+#define MOVE_LAWS        (PLAN_LAW_DRAWN + 1)
+#define MOVE_RAMPS       (PLAN_RAMP_SCURVE + 1)
+extern const char *const move_path_curves[MOVE_PATH_CURVES];
+extern const char *const move_spacings[MOVE_SPACINGS];
+extern const char *const move_laws[MOVE_LAWS];
+extern const char *const move_ramps[MOVE_RAMPS];
+
+/* The curves of the spans that end and start at the key being read. */
+const struct plan_curve_rules *move_before(const struct move_reader *self);
+const struct plan_curve_rules *move_after(const struct move_reader *self);
+
+/* "is not used by curve ...". */
+int move_refuse_use(const struct yaml_value *value,
+                    const struct plan_curve_rules *rules);
+
+/* --- move_load_bezier.c --------------------------------------------------- */
+
+/* Words in the order of the enums of motion/curve/fcurve.h. */
+#define MOVE_HANDLES        5
+#define MOVE_INTERPOLATIONS 13
+#define MOVE_EASINGS        4
+#define MOVE_SMOOTHINGS     2
+#define MOVE_EXTRAPOLATIONS 2
+#define MOVE_CYCLES         4
+extern const char *const move_handle_word[MOVE_HANDLES];
+extern const char *const move_interpolation_word[MOVE_INTERPOLATIONS];
+extern const char *const move_easing_word[MOVE_EASINGS];
+extern const char *const move_smoothing_word[MOVE_SMOOTHINGS];
+extern const char *const move_extrapolation_word[MOVE_EXTRAPOLATIONS];
+extern const char *const move_cycle_word[MOVE_CYCLES];
+
+/* Readers of fields, as struct yaml_field has them: of an axis with curve
+ * bezier; `out` is the axis. */
+int move_read_handles(void *reader, const struct yaml_value *value, void *out);
+int move_read_interpolation(void *reader, const struct yaml_value *value,
+                            void *out);
+int move_read_easing(void *reader, const struct yaml_value *value, void *out);
+int move_read_smoothing(void *reader, const struct yaml_value *value,
+                        void *out);
+int move_read_extrapolation(void *reader, const struct yaml_value *value,
+                            void *out);
+int move_read_cycles(void *reader, const struct yaml_value *value, void *out);
+int move_read_until(void *reader, const struct yaml_value *value, void *out);
+int move_read_grid(void *reader, const struct yaml_value *value, void *out);
+extern const struct yaml_shape move_cycles_shape;
+
+/* Of a key beside a bezier span; `out` is the key. */
+int move_read_key_handles(void *reader, const struct yaml_value *value,
+                          void *out);
+int move_read_key_left(void *reader, const struct yaml_value *value, void *out);
+int move_read_key_right(void *reader, const struct yaml_value *value,
+                        void *out);
+int move_read_key_interpolation(void *reader, const struct yaml_value *value,
+                                void *out);
+int move_read_key_easing(void *reader, const struct yaml_value *value,
+                         void *out);
+int move_read_key_back(void *reader, const struct yaml_value *value, void *out);
+int move_read_key_amplitude(void *reader, const struct yaml_value *value,
+                            void *out);
+int move_read_key_period(void *reader, const struct yaml_value *value,
+                         void *out);
+
+/* Room for the handles of all keys, as the axis says; nothing where there is
+ * room already. */
+int move_bezier_room(struct move_reader *self, const struct yaml_value *value);
+
+/* Before and after the fields of a key. */
+void move_bezier_open_key(struct move_reader *self);
+int move_bezier_close_key(const struct move_reader *self,
+                          const struct yaml_value *value);
+
+#endif

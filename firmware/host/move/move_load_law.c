@@ -1,0 +1,329 @@
+/* firmware/host/move/move_load_law.c - `speed` of a path in move.yaml: the
+ * parts of its law.  See move_load.h.
+ *
+ * What a law takes and needs is a table, as it is with curves. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "firmware/host/base/array.h"
+#include "firmware/host/move/move_load.h"
+#include "motion/core/fixed.h"
+
+/* ---- words ---- */
+
+const char *const move_laws[MOVE_LAWS] = {
+#define MOVE_LAW_SPELLING(name, spelling, text) [name] = spelling,
+    PLAN_LAW_LIST(MOVE_LAW_SPELLING)
+#undef MOVE_LAW_SPELLING
+};
+
+const char *const move_ramps[MOVE_RAMPS] = {
+#define MOVE_RAMP_SPELLING(name, spelling, kind) [name] = spelling,
+    PLAN_RAMP_LIST(MOVE_RAMP_SPELLING)
+#undef MOVE_RAMP_SPELLING
+};
+
+/* ---- parts of a speed law ---- */
+
+enum {
+    MOVE_SHAPE = 1,
+    MOVE_TIME = 2,
+    MOVE_LENGTH = 4,
+    MOVE_FROM = 8,
+    MOVE_TO = 16,
+    MOVE_EASE = 32,
+    MOVE_POINTS = 64,
+    MOVE_DISTANCE = 128,
+};
+
+static const struct {
+    unsigned needs, takes;
+    enum plan_extent extent; /* when no length is given */
+} move_law[MOVE_LAWS] = {
+    [PLAN_LAW_CUBIC] = { MOVE_TIME, MOVE_LENGTH, PLAN_EXTENT_REST },
+    [PLAN_LAW_QUINTIC] = { MOVE_TIME, MOVE_LENGTH, PLAN_EXTENT_REST },
+    [PLAN_LAW_SINE] = { MOVE_TIME, MOVE_LENGTH | MOVE_EASE, PLAN_EXTENT_REST },
+    [PLAN_LAW_PARABOLIC] = { MOVE_TIME, MOVE_LENGTH | MOVE_EASE,
+                             PLAN_EXTENT_REST },
+    [PLAN_LAW_SCURVE] = { MOVE_TIME, MOVE_LENGTH | MOVE_EASE,
+                          PLAN_EXTENT_REST },
+    [PLAN_LAW_RAMP] = { MOVE_TIME | MOVE_TO, MOVE_SHAPE | MOVE_FROM,
+                        PLAN_EXTENT_TIMED },
+    [PLAN_LAW_CONSTANT] = { 0, MOVE_TIME | MOVE_LENGTH | MOVE_FROM,
+                            PLAN_EXTENT_REST },
+    [PLAN_LAW_PAUSE] = { MOVE_TIME, 0, PLAN_EXTENT_TIMED },
+    [PLAN_LAW_ACCELERATION] = { MOVE_POINTS, MOVE_FROM | MOVE_LENGTH,
+                                PLAN_EXTENT_TIMED },
+    [PLAN_LAW_VELOCITY] = { MOVE_POINTS, MOVE_LENGTH, PLAN_EXTENT_TIMED },
+    [PLAN_LAW_DRAWN] = { MOVE_DISTANCE, MOVE_LENGTH, PLAN_EXTENT_REST },
+};
+
+static int move_check_law(const struct move_reader *self,
+                          const struct yaml_value *value, unsigned what)
+{
+    const enum plan_law law = self->part->law;
+
+    if ((move_law[law].needs | move_law[law].takes) & what)
+        return 0;
+    return yaml_value_refuse(value, "is not used by law %s", move_laws[law]);
+}
+
+static int move_read_law(void *reader, const struct yaml_value *value,
+                         void *out)
+{
+    struct plan_part *part = out;
+    unsigned index;
+
+    (void)reader;
+    if (yaml_value_choice(value, move_laws, MOVE_LAWS, &index) < 0)
+        return -1;
+    part->law = (enum plan_law)index;
+    part->extent = move_law[index].extent;
+    return 0;
+}
+
+static int move_read_shape(void *reader, const struct yaml_value *value,
+                           void *out)
+{
+    unsigned index;
+
+    if (move_check_law(reader, value, MOVE_SHAPE) < 0 ||
+        yaml_value_choice(value, move_ramps, MOVE_RAMPS, &index) < 0)
+        return -1;
+    *(enum plan_ramp *)out = (enum plan_ramp)index;
+    return 0;
+}
+
+static int move_read_part_time(void *reader, const struct yaml_value *value,
+                               void *out)
+{
+    struct plan_part *part = out;
+
+    if (move_check_law(reader, value, MOVE_TIME) < 0 ||
+        move_read_positive(reader, value, UNITS_TIME, &part->dur_ns_q12) < 0)
+        return -1;
+    if (part->law == PLAN_LAW_CONSTANT)
+        part->extent = PLAN_EXTENT_TIMED;
+    return 0;
+}
+
+static int move_read_part_length(void *reader, const struct yaml_value *value,
+                                 void *out)
+{
+    struct plan_part *part = out;
+    const char *text = yaml_value_text(value);
+
+    if (text == NULL || move_check_law(reader, value, MOVE_LENGTH) < 0)
+        return -1;
+    if (part->law == PLAN_LAW_CONSTANT && part->dur_ns_q12 > 0)
+        return yaml_value_refuse(value, "is given beside a time");
+    part->extent = PLAN_EXTENT_REST;
+    if (strcmp(text, "rest") == 0)
+        return 0;
+    part->extent = PLAN_EXTENT_GIVEN;
+    if (move_read_distance(reader, value, &part->length) < 0)
+        return -1;
+    if (part->length.q32 == 0)
+        return yaml_value_refuse(value, "'%s' is not above zero", text);
+    return 0;
+}
+
+static int move_read_part_speed(const struct move_reader *self,
+                                const struct yaml_value *value, int64_t *out)
+{
+    char quote[YAML_QUOTE_MAX];
+
+    if (yaml_units_read(value, UNITS_VELOCITY, &self->units, out) < 0)
+        return -1;
+    if (*out < 0)
+        return yaml_value_refuse(value, "%s goes backwards",
+                                 yaml_value_quote(quote, value));
+    return 0;
+}
+
+static int move_read_part_from(void *reader, const struct yaml_value *value,
+                               void *out)
+{
+    struct plan_part *part = out;
+
+    part->has_from = true;
+    return move_check_law(reader, value, MOVE_FROM) < 0
+               ? -1
+               : move_read_part_speed(reader, value, &part->from_q32);
+}
+
+static int move_read_part_to(void *reader, const struct yaml_value *value,
+                             void *out)
+{
+    return move_check_law(reader, value, MOVE_TO) < 0
+               ? -1
+               : move_read_part_speed(reader, value, out);
+}
+
+static int move_read_part_ease(void *reader, const struct yaml_value *value,
+                               void *out)
+{
+    struct plan_part *part = out;
+
+    return move_check_law(reader, value, MOVE_EASE) < 0
+               ? -1
+               : move_read_ease_list(reader, value, &part->k1_q32,
+                                     &part->k2_q32);
+}
+
+/* [t, value] */
+static int move_read_law_point(const struct move_reader *self,
+                               const struct yaml_value *value, uint32_t i)
+{
+    const bool is_acc = self->part->law == PLAN_LAW_ACCELERATION;
+    struct motion_speed_point *point = &self->part->point[i];
+    struct yaml_value item[2];
+    int64_t number = 0;
+
+    if (yaml_value_pair(value, item) < 0 ||
+        yaml_units_read(&item[0], UNITS_TIME, &self->units, &point->t_ns_q12) <
+            0)
+        return -1;
+    if (i == 0 ? point->t_ns_q12 != 0
+               : point->t_ns_q12 < point[-1].t_ns_q12 ||
+                     (!is_acc && point->t_ns_q12 == point[-1].t_ns_q12))
+        return yaml_value_refuse(&item[0], i == 0
+                                               ? "does not begin at 0 s"
+                                               : "is not later than the point "
+                                                 "before it");
+    if (yaml_units_read(&item[1], is_acc ? UNITS_ACCELERATION : UNITS_VELOCITY,
+                        &self->units, &number) < 0)
+        return -1;
+    point->value = motion_real_from_q(number, 32);
+    return 0;
+}
+
+static int move_read_law_points(void *reader, const struct yaml_value *value,
+                                void *out)
+{
+    struct plan_part *part = out;
+    struct yaml_value item = { value->tree, 0, "point",
+                               "[time from the start of the part, value]" };
+    uint32_t count;
+
+    if (move_check_law(reader, value, MOVE_POINTS) < 0 ||
+        yaml_value_list(value, 2, PLAN_LAW_POINTS_MAX, &count) < 0)
+        return -1;
+    part->point = calloc(count, sizeof *part->point);
+    if (part->point == NULL)
+        return yaml_value_refuse(value, "are too many for the memory");
+    item.node = yaml_value_node(value)->first;
+    for (; part->points < count; part->points++) {
+        if (move_read_law_point(reader, &item, part->points) < 0)
+            return -1;
+        item.node = yaml_value_node(&item)->next;
+    }
+    return 0;
+}
+
+/* Keys of distance as parts of the part's length, from [0 s, 0 %] to 100 %. */
+static int move_read_drawn(void *reader, const struct yaml_value *value,
+                           void *out)
+{
+    struct move_reader *self = reader;
+    struct plan_part *part = out;
+    const struct plan_axis *drawn;
+
+    if (move_check_law(self, value, MOVE_DISTANCE) < 0)
+        return -1;
+    part->drawn = calloc(1, sizeof *part->drawn);
+    if (part->drawn == NULL)
+        return yaml_value_refuse(value, "is too much for the memory");
+    if (move_read_keyed(self, value, UNITS_RATIO, self->units.unit,
+                        part->drawn) < 0)
+        return -1;
+    drawn = part->drawn;
+    if (drawn->key_count < 2 || drawn->key[0].key.t_ns_q12 != 0 ||
+        drawn->key[0].key.pos_q32 != 0 ||
+        drawn->key[drawn->key_count - 1].key.pos_q32 != MOTION_FIXED_ONE_Q32)
+        return yaml_value_refuse(value,
+                                 "does not go from [0 s, 0 %%] to 100 %%");
+    return 0;
+}
+
+static const struct yaml_field move_part_fields[] = {
+    { "law", YAML_REQUIRED, "a law of speed", move_read_law, 0 },
+    { "shape", YAML_OPTIONAL, "linear, sine, cubic or s-curve, with ramp",
+      move_read_shape, offsetof(struct plan_part, shape) },
+    { "time", YAML_OPTIONAL, "how long the part takes, above zero",
+      move_read_part_time, 0 },
+    { "length", YAML_OPTIONAL,
+      "a length of the path, a part of it in %, or rest", move_read_part_length,
+      0 },
+    { "from", YAML_OPTIONAL,
+      "a speed, zero or above, with ramp, constant or acceleration",
+      move_read_part_from, 0 },
+    { "to", YAML_OPTIONAL, "a speed, zero or above, with ramp",
+      move_read_part_to, offsetof(struct plan_part, to_q32) },
+    { "ease", YAML_OPTIONAL,
+      "[k1, k2], 0 <= k1 <= k2 <= 1, with sine, parabolic or s-curve",
+      move_read_part_ease, 0 },
+    { "points", YAML_OPTIONAL,
+      "a list of [time, value], the first at 0 s, with acceleration or "
+      "velocity",
+      move_read_law_points, 0 },
+    { "distance", YAML_OPTIONAL,
+      "a map with curve and keys from [0 s, 0 %] to 100 %, with drawn",
+      move_read_drawn, 0 },
+};
+const struct yaml_shape move_part_shape = { "part", move_part_fields,
+                                            ARRAY_LEN(move_part_fields) };
+
+/* What a part's law needs and the part does not have. */
+static const char *move_lacks(const struct yaml_value *value, unsigned needs)
+{
+    for (unsigned i = 1; i < ARRAY_LEN(move_part_fields); i++)
+        if (needs & 1u << (i - 1) &&
+            yaml_fields_find(value, move_part_fields[i].name) == 0)
+            return move_part_fields[i].name;
+    return NULL;
+}
+
+static int move_read_part(struct move_reader *self,
+                          const struct yaml_value *value)
+{
+    const char *lacks;
+
+    self->part->place = yaml_tree_place(value->tree, value->node);
+    self->part->k1_q32 = (MOTION_FIXED_ONE_Q32 + 1) / 3;
+    self->part->k2_q32 = (2 * MOTION_FIXED_ONE_Q32 + 1) / 3;
+    self->part->shape = PLAN_RAMP_SCURVE;
+    if (yaml_fields_read(value, &move_part_shape, self, self->part) < 0)
+        return -1;
+    lacks = move_lacks(value, move_law[self->part->law].needs);
+    if (lacks != NULL)
+        return yaml_value_refuse(value, "has no '%s', which law %s needs",
+                                 lacks, move_laws[self->part->law]);
+    return 0;
+}
+
+/* One part, or a list of them. */
+int move_read_speed(void *reader, const struct yaml_value *value, void *out)
+{
+    struct move_reader *self = reader;
+    struct plan_path *path = out;
+    const bool one = yaml_value_node(value)->kind == YAML_TREE_MAP;
+    struct yaml_value item = {
+        value->tree, one ? value->node : yaml_value_node(value)->first, "part",
+        "a map with law and what that law takes"
+    };
+    uint32_t count = 1;
+
+    if (!one && yaml_value_list(value, 1, PLAN_LAW_PARTS_MAX, &count) < 0)
+        return -1;
+    path->part = calloc(count, sizeof *path->part);
+    if (path->part == NULL)
+        return yaml_value_refuse(value, "are too many for the memory");
+    while (path->parts < count) {
+        self->part = &path->part[path->parts++];
+        if (move_read_part(self, &item) < 0)
+            return -1;
+        item.node = yaml_value_node(&item)->next;
+    }
+    return 0;
+}

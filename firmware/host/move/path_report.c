@@ -1,0 +1,152 @@
+/* firmware/host/move/path_report.c - see path_report.h. */
+#include "firmware/host/move/path_report.h"
+
+#include <cjson/cJSON.h>
+#include <math.h>
+
+#include "firmware/host/base/json.h"
+#include "firmware/host/base/number.h"
+#include "firmware/host/base/table.h"
+
+/* Panels per piece of the curve for the rules that take equal ones. */
+#define PATH_PANELS 64
+
+static double path_double(struct motion_real a)
+{
+    return ldexp((double)a.m, a.e);
+}
+
+static const struct plan_path *path_of(const struct job *job)
+{
+    return job->outcome.has_path ? job->move.path : NULL;
+}
+
+enum units_axis path_report_unit(const struct job *job)
+{
+    return job_rig_axis(job, job->move.path->axis[0])->unit;
+}
+
+/* The worst of the path's axes. */
+static double path_bound(const struct job *job)
+{
+    double worst = 0;
+    for (uint32_t i = 0; i < job->move.path->points.axes; i++)
+        worst = fmax(worst, path_double(job->outcome.drive.bound[i]));
+    return worst;
+}
+
+static void path_camera_text(const struct job *job, FILE *file)
+{
+    double worst = 0;
+    if (!job->outcome.has_camera)
+        return;
+    for (int i = 0; i < 3; i++)
+        worst =
+            fmax(worst, number_double(job->outcome.camera_bound_q32[i], 32));
+    fprintf(file, "camera: baked within %.1g deg of each angle\n", worst);
+}
+
+/* How fast the move's time goes at most, and what the warp costs. */
+static void path_warp_text(const struct job *job, FILE *file)
+{
+    const struct motion_track *warp = &job->outcome.warp;
+    int64_t t_ns_q12, peak;
+    char t[NUMBER_MAX];
+    if (warp->count == 0)
+        return;
+    peak = job_peak(warp, MOTION_VEL, &t_ns_q12);
+    number_seconds(t, t_ns_q12);
+    fprintf(file,
+            "warp: at most %.4g times as fast, at %s s; axes within %.1g of "
+            "the move at that time\n",
+            number_double(peak, 32) / 1000, t,
+            path_double(job->outcome.warp_bound));
+}
+
+void path_report_text(const struct job *job, FILE *file)
+{
+    const struct plan_path *path = path_of(job);
+    const struct plan_drive *drive = &job->outcome.drive;
+    char speed[NUMBER_MAX], t[NUMBER_MAX], length[NUMBER_MAX];
+    if (path == NULL) {
+        path_warp_text(job, file);
+        return;
+    }
+    const char *unit = units_axis_text(path_report_unit(job));
+    int64_t t_ns_q12;
+    int64_t peak = job_peak(&job->outcome.distance, MOTION_VEL, &t_ns_q12);
+    number_fixed(length, drive->space.length_q32, 32, 6);
+    number_fixed(speed, peak, 32, 6);
+    number_seconds(t, t_ns_q12);
+    fprintf(file,
+            "\npath: %s %s long (adaptive Gauss rule, within %.1g %s, %u "
+            "evaluations)\n",
+            length, unit, path_double(drive->space.table.error), unit,
+            drive->space.table.evaluations);
+    fprintf(file,
+            "      at most %s %s/s along it, at %s s; baked in %u segments, "
+            "axes within %.1g %s\n",
+            speed, unit, t, drive->segments, path_bound(job), unit);
+    path_camera_text(job, file);
+    path_warp_text(job, file);
+}
+
+void path_report_json(const struct job *job, struct cJSON *object)
+{
+    const struct plan_drive *drive = &job->outcome.drive;
+    int64_t t_ns_q12;
+    if (path_of(job) == NULL)
+        return;
+    int64_t peak = job_peak(&job->outcome.distance, MOTION_VEL, &t_ns_q12);
+    cJSON *item = cJSON_AddObjectToObject(object, "path");
+    cJSON_AddStringToObject(item, "unit",
+                            units_axis_text(path_report_unit(job)));
+    cJSON_AddNumberToObject(item, "length",
+                            path_double(drive->space.table.length));
+    cJSON_AddNumberToObject(item, "length_error",
+                            path_double(drive->space.table.error));
+    cJSON_AddStringToObject(item, "rule", "adaptive");
+    cJSON_AddNumberToObject(item, "evaluations",
+                            drive->space.table.evaluations);
+    json_add_fixed(item, "speed_peak", peak, 32);
+    cJSON_AddNumberToObject(item, "speed_peak_time_s",
+                            number_double(t_ns_q12, 12) / 1e9);
+    cJSON_AddNumberToObject(item, "bound", path_bound(job));
+    cJSON_AddNumberToObject(item, "segments", drive->segments);
+}
+
+void path_report_rules(const struct job *job, FILE *file)
+{
+    static const char *const head[] = {
+        "<rule", ">evaluations", ">length", ">error it reports", ">true error",
+    };
+    static const char *const name[] = {
+        [MOTION_ARCLEN_RECTANGLE] = "rectangle",
+        [MOTION_ARCLEN_TRAPEZOID] = "trapezoid",
+        [MOTION_ARCLEN_SIMPSON] = "simpson",
+        [MOTION_ARCLEN_GAUSS] = "gauss",
+        [MOTION_ARCLEN_CHORDS] = "chords",
+        [MOTION_ARCLEN_ADAPTIVE] = "adaptive",
+    };
+    const struct plan_space *space = &job->outcome.drive.space;
+    const double best = path_double(space->table.length);
+    struct table table;
+    if (path_of(job) == NULL)
+        return;
+    table_init(&table, 5, head);
+    for (int rule = 0; rule <= MOTION_ARCLEN_ADAPTIVE; rule++) {
+        struct motion_arclen_measure measure;
+        if (motion_arclen_measure(&space->curve, (enum motion_arclen_rule)rule,
+                                  PATH_PANELS, &measure) < 0)
+            continue;
+        table_cell(&table, "%s", name[rule]);
+        table_cell(&table, "%u", measure.evaluations);
+        table_cell(&table, "%.9f", path_double(measure.length));
+        table_cell(&table, "%.1e", path_double(measure.error));
+        table_cell(&table, "%.1e", fabs(path_double(measure.length) - best));
+    }
+    fprintf(file, "\nlength of the path, %s; %d panels per piece\n",
+            units_axis_text(path_report_unit(job)), PATH_PANELS);
+    table_print(&table, file);
+    table_free(&table);
+}

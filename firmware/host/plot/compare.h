@@ -1,0 +1,33 @@
+/* firmware/host/plot/compare.h - the same keys under several curves.
+ *
+ * A job whose axes are one axis of the move again and again, each with another
+ * kind of curve: what draws a job then draws the comparison. */
+#ifndef FIRMWARE_HOST_PLOT_COMPARE_H
+#define FIRMWARE_HOST_PLOT_COMPARE_H
+
+#include "firmware/host/move/job.h"
+
+/* Spellings of enum plan_curve, in its order. */
+extern const char *const compare_spelling[];
+extern const unsigned compare_spellings;
+
+/* "linear,catmull-rom" or "all" to curves, 1 .. PLAN_AXES_MAX of them.  Returns
+ * how many, or -1 with a line on stderr that begins with `option`, such as
+ * "slew plot: --compare". */
+int compare_parse(const char *option, const char *text,
+                  enum plan_curve curve[PLAN_AXES_MAX]);
+
+/* Plan the keys of `axis` under a curve.  What a key gives and the curve does
+ * not take is left out; what the curve needs and no key gives is 0.  As
+ * plan_axis_track; on success *planned has what was planned, with keys on the
+ * heap of its own. */
+int compare_plan(const struct plan_axis *axis, enum plan_curve curve,
+                 struct plan_axis *planned, struct motion_track *track,
+                 struct plan_error *error);
+
+/* Make `job` the comparison of one of its axes (NULL: its only one).  On an
+ * error returns STATUS_INPUT with a line on stderr; job_free in either case. */
+enum status compare_job(struct job *job, const char *curves,
+                        const char *axis_name);
+
+#endif

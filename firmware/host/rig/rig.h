@@ -1,0 +1,253 @@
+/* firmware/host/rig/rig.h - a rig: buses, axes, drives, as read from rig.yaml.
+ *
+ * Plain structs; rig_load.c fills them from the file (docs/FILES.md describes
+ * it, docs/schema/rig.schema.json checks it in an editor).  Positions are in
+ * the axis's own unit. */
+#ifndef FIRMWARE_HOST_RIG_RIG_H
+#define FIRMWARE_HOST_RIG_RIG_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/control/homing.h"
+#include "firmware/host/base/quote.h"
+#include "firmware/host/base/units.h"
+#include "firmware/host/rig/quirk_load.h"
+#include "firmware/host/yaml/yaml_report.h"
+#include "hal/drive/cia402/drive.h"
+#include "hal/drive/modbus/drive.h"
+#include "hal/gpio.h"
+#include "hal/linux/libmodbus.h"
+#include "hal/modbus/map.h"
+#include "motion/plan/move.h"
+
+#define RIG_BUSES_MAX      8
+#define RIG_AXES_MAX       16
+#define RIG_MAPS_MAX       4 /* register maps */
+#define RIG_QUIRKS_MAX     4 /* files named in the rig */
+#define RIG_LINES_MAX      32
+#define RIG_PARAMETERS_MAX 32
+#define RIG_PATH_MAX       256
+
+/* CiA 301, table 1; bit/s, rising. */
+#define RIG_BIT_RATES 8
+extern const uint32_t rig_bit_rates[RIG_BIT_RATES];
+
+enum rig_bus_kind { RIG_CANOPEN, RIG_MODBUS_RTU, RIG_MODBUS_TCP, RIG_CAN };
+enum rig_drive_kind { RIG_CIA402, RIG_MODBUS, RIG_ODRIVE, RIG_MOTEUS };
+#define RIG_TURN_COUNTS   65536
+#define RIG_INTERFACE_MAX 16 /* of Linux, with its 0 */
+
+/* A CAN interface, whatever is spoken on it. */
+struct rig_bus;
+bool rig_bus_is_can(const struct rig_bus *bus);
+
+struct rig_bus {
+    enum rig_bus_kind kind;
+    char name[PLAN_NAME_MAX];
+    char interface[RIG_INTERFACE_MAX]; /* "can0"; "": it has none */
+    uint32_t bit_rate;                 /* bit/s, one of CiA 301's */
+    uint32_t data_bit_rate;            /* of CAN FD: 1, 2, 4, 5 or 8 times
+                                          bit_rate; 0: no FD */
+    uint8_t node_id;      /* our own, 1..127; no drive has it; CANopen */
+    uint8_t sync_counter; /* SYNC counts 1 .. this, 2..240; 0: it does not */
+    struct modbus_libmodbus_config modbus; /* Modbus: the line */
+    struct plan_place place;
+};
+
+/* How the axis's servo behaves on the simulated bus.  What the file leaves out
+ * is filled in, so nothing here is "0: default". */
+struct rig_sim {
+    uint32_t omega_mrad_s;  /* bandwidth of the position loop; 25 Hz */
+    uint16_t zeta_permille; /* damping; 900 */
+    int64_t start_q32;      /* 0, or the nearest position the axis can have */
+    int64_t vel_max_q32;    /* of the motor; 1.5 x the axis's limit */
+    int64_t acc_max_q32;    /* of the motor; 2 x the stop acceleration */
+    /* of a CiA 402 drive, in its 0x60FD; as positions are at power-on */
+    bool has_limits, has_home;
+    int64_t limit_q32[2]; /* switches there and beyond */
+    int64_t home_q32[2];  /* switch from .. to */
+    int64_t index_q32;    /* an index pulse at 0 and every so far; 0: none */
+};
+
+/* The drive's units of velocity or acceleration per counts/s or counts/s2; num
+ * 0: the same. */
+struct rig_scale {
+    int64_t num, den;
+};
+
+/* How long a CiA 402 drive may take; 0: as hal/drive/cia402/drive.h has it. */
+struct rig_times {
+    int64_t sdo_ns, state_ns, brake_ns, precharge_ns;
+    int64_t boot_ns; /* until it answers at all; 0: 5 s */
+};
+
+/* What only a CiA 402 drive has; 0: as hal/drive/cia402/drive.h has it. */
+struct rig_cia402 {
+    uint8_t axis; /* of its node, from 0 */
+    struct drive_cia402_pdos pdo;
+    enum drive_cia402_stream stream;
+    bool stream_given;
+    bool quirk_given; /* else: by its identity */
+    uint32_t quirk;   /* index */
+    int64_t gain_q16; /* CSV: 1/s */
+    bool torque;
+    struct rig_scale velocity, acceleration;
+    int64_t travel_q32; /* in one revolution of its shaft */
+    struct drive_cia402_option_code option[DRIVE_CIA402_OPTIONS];
+    int64_t guard_period_ns;
+    struct rig_times time;
+};
+
+struct rig_axis {
+    char name[PLAN_NAME_MAX];
+    enum units_axis unit;
+    struct plan_limit limit;
+    /* for stopping after a fault: at least the limits; jerk 0: not limited */
+    int64_t stop_acc_q32, stop_jerk_q32;
+    int64_t following_floor_q32; /* fault above max(floor, k |v|) */
+    int64_t following_k_ns;
+    uint32_t bus; /* index */
+    uint8_t node_id;
+    /* counts per unit, num != 0 (negative: reversed), den > 0; both position
+     * limits are within +-(2^31 - 1) counts.  ODrive and moteus count turns:
+     * one is RIG_TURN_COUNTS */
+    int64_t counts_num, counts_den;
+    enum rig_drive_kind kind;
+    struct rig_cia402 cia402;
+    int64_t torque_q32; /* feed-forward: permille of the rated torque per
+                           unit/s2; 0: none */
+    uint32_t map;       /* Modbus: index */
+    /* ODrive 0.6: where its parameters are that make its watchdog; 0: it is not
+     * looked at */
+    uint16_t enable_watchdog, watchdog_timeout;
+    char endpoints[RIG_PATH_MAX]; /* the list; "": none */
+    /* Modbus: the drive goes from key to key by its own profile, which is over
+     * settle_ns (0: modbus_budget.h has it) before the next one is due, and may
+     * be so much late */
+    bool point_to_point;
+    int64_t settle_ns, late_ns;
+    bool unsupervised; /* nothing stops it when the line is dead, and the user
+                          says that he knows */
+    struct homing_config homing;
+    char eds[RIG_PATH_MAX]; /* CiA 402: the data sheet; "": none */
+    /* what the drive is set to at start-up, one of both by its kind */
+    struct drive_cia402_parameter object[RIG_PARAMETERS_MAX];
+    struct drive_modbus_parameter item[RIG_PARAMETERS_MAX];
+    unsigned parameter_count;
+    struct rig_sim sim;
+    struct plan_place place;
+};
+
+/* Where a CiA 402 axis has what the first axis of its node has there. */
+uint16_t rig_axis_object(const struct rig_axis *axis, uint16_t index);
+
+/* One unit of a drive that counts turns is *num / *den turns. */
+void rig_axis_turns(const struct rig_axis *axis, int64_t *num, int64_t *den);
+
+enum rig_line_kind {
+    RIG_LINE_ESTOP,
+    RIG_LINE_LIMIT_NEGATIVE,
+    RIG_LINE_LIMIT_POSITIVE,
+    RIG_LINE_LAMP, /* lit while an axis may have torque */
+    RIG_LINE_HOME,
+    RIG_LINE_TRIGGER, /* pulses at the events of a move */
+};
+#define RIG_TRIGGERS_MAX 8
+
+#define RIG_LINE_NAME_MAX 64
+
+/* A digital line. */
+struct rig_line {
+    char name[PLAN_NAME_MAX];
+    enum rig_line_kind kind;
+    int axis;                     /* index, of a limit or home switch; -1 */
+    char chip[RIG_LINE_NAME_MAX]; /* empty: whichever has such a line */
+    char line[RIG_LINE_NAME_MAX]; /* name, or number on the chip */
+    bool active_low;
+    enum hal_gpio_bias bias;
+    int64_t release_ns; /* an input lets go after being quiet for so long */
+    int64_t width_ns;   /* of a trigger's pulse */
+    int64_t rest_ns;    /* between two pulses, at least */
+    int64_t lead_ns;    /* a pulse is so much before its event */
+    /* simulated: a switch is pressed where its axis is from low to high */
+    bool has_sim;
+    int64_t sim_low_q32, sim_high_q32;
+    struct plan_place place;
+};
+
+bool rig_line_is_output(const struct rig_line *line);
+const char *rig_line_kind_text(enum rig_line_kind kind); /* "e-stop" ... */
+
+struct rig {
+    char title[128];
+    int64_t period_ns;    /* tick: whole us, 125 us .. 20 ms; 1 ms */
+    int64_t heartbeat_ns; /* of the drives: whole ms, 10 ms .. 10 s; 100 ms */
+    int64_t watchdog_ns;  /* a drive stops when it has not heard us for this:
+                             whole ms, 2 ticks .. 100 ms; 100 ms */
+    struct rig_bus bus[RIG_BUSES_MAX];
+    uint32_t bus_count;
+    struct rig_axis axis[RIG_AXES_MAX];
+    uint32_t axis_count;
+    struct modbus_map map[RIG_MAPS_MAX];
+    char map_path[RIG_MAPS_MAX][256];
+    uint32_t map_count;
+    struct drive_cia402_quirk quirk[RIG_QUIRKS_MAX];
+    char quirk_path[RIG_QUIRKS_MAX][256];
+    uint32_t quirk_count;
+    const struct quirk_set *quirks; /* slew's own; NULL: no CiA 402 drive */
+    struct rig_line line[RIG_LINES_MAX];
+    uint32_t line_count;
+};
+
+/* No axis before it has its node: what is the node's is counted with it. */
+bool rig_is_first_of_node(const struct rig *rig, const struct rig_axis *axis);
+
+/* Read a file.  On an error returns -1 and writes one sentence, without a line
+ * end, into message; *rig is then not to be used. */
+int rig_load(const char *path, struct rig *rig, char message[YAML_MESSAGE_MAX]);
+
+/* Read a move for a rig: axes are looked up in it and values converted to
+ * their units.  axis[i] of the move is any axis of the rig, in the file's
+ * order; keys are on the heap: move_free. */
+int move_load(const char *path, const struct rig *rig, struct plan_move *move,
+              char message[YAML_MESSAGE_MAX]);
+void move_free(struct plan_move *move);
+
+/* The quirks that a CiA 402 axis's drive may have, by its identity, or the one
+ * that the rig names for it. */
+const struct drive_cia402_quirk *rig_quirks(const struct rig *rig,
+                                            const struct rig_cia402 *cia402,
+                                            unsigned *count);
+
+/* Of a drive with this 0x1018:1 and :2; NULL: none. */
+const struct drive_cia402_quirk *rig_quirk(const struct rig *rig,
+                                           const struct rig_cia402 *cia402,
+                                           uint32_t vendor, uint32_t product);
+/* How set points go to it; `quirk` may be NULL. */
+enum drive_cia402_stream rig_stream(const struct rig_cia402 *cia402,
+                                    const struct drive_cia402_quirk *quirk);
+
+/* How often it is asked for its state, as far as the rig tells; 0: not. */
+int64_t rig_guard_ns(const struct rig *rig, const struct rig_cia402 *cia402);
+
+/* What a CiA 402 axis uses of its drive: enum eds_use. */
+unsigned rig_eds_uses(const struct rig *rig, const struct rig_axis *axis,
+                      const struct drive_cia402_quirk *quirk);
+
+/* Other interfaces than the file's, from a command line: "can1" for a rig with
+ * one bus, or "BUS=INTERFACE,...".  On an error returns -1 and writes one
+ * sentence. */
+int rig_set_interfaces(struct rig *rig, const char *text,
+                       char message[YAML_MESSAGE_MAX]);
+
+/* Is it homed by slew and a switch that is wired to its drive, not to a gpio
+ * line?  Then the drive must be able to say so (0x60FD). */
+bool rig_homes_by_drive_input(const struct rig *rig, uint32_t axis);
+
+/* Index of an axis by name, or -1. */
+int rig_axis_index(const struct rig *rig, const char *name);
+/* "pan, tilt or slide", for a sentence.  Returns `list`. */
+const char *rig_axis_list(const struct rig *rig, char list[QUOTE_LIST_MAX]);
+
+#endif

@@ -1,0 +1,115 @@
+/* firmware/host/rig/rig_load.c - rig.yaml to struct rig.  See rig.h.
+ *
+ * Every section has a file of its own (rig_parts.h); this one has the top of
+ * the file and what must agree with docs/schema. */
+#include "firmware/host/rig/rig_parts.h"
+
+#include "firmware/host/base/memory.h"
+#include "firmware/host/yaml/yaml_shapes.h"
+
+static int rig_read_title(void *reader, const struct yaml_value *value,
+                          void *out)
+{
+    (void)reader;
+    return yaml_value_copy(value, out, sizeof(((struct rig *)0)->title));
+}
+
+static int rig_read_tick(void *reader, const struct yaml_value *value,
+                         void *out)
+{
+    return rig_read_time(reader, value, 125 * RIG_US, 20 * RIG_MS, RIG_US, out);
+}
+
+static int rig_read_heartbeat(void *reader, const struct yaml_value *value,
+                              void *out)
+{
+    return rig_read_time(reader, value, 10 * RIG_MS, 10000 * RIG_MS, RIG_MS,
+                         out);
+}
+
+static int rig_read_watchdog(void *reader, const struct yaml_value *value,
+                             void *out)
+{
+    const struct rig *rig = ((struct rig_reader *)reader)->rig;
+    return rig_read_time(reader, value, 2 * rig->period_ns, 100 * RIG_MS,
+                         RIG_MS, out);
+}
+
+static const struct yaml_field rig_fields[] = {
+    { "title", YAML_OPTIONAL, "a text of at most 127 bytes", rig_read_title,
+      offsetof(struct rig, title) },
+    { "tick", YAML_OPTIONAL, "125 us .. 20 ms in whole us", rig_read_tick,
+      offsetof(struct rig, period_ns) },
+    { "heartbeat", YAML_OPTIONAL, "10 ms .. 10 s in whole ms",
+      rig_read_heartbeat, offsetof(struct rig, heartbeat_ns) },
+    { "watchdog", YAML_OPTIONAL, "2 ticks .. 100 ms in whole ms",
+      rig_read_watchdog, offsetof(struct rig, watchdog_ns) },
+    { "buses", YAML_REQUIRED, "a map of 1 .. 8 buses by name", rig_read_buses,
+      0 },
+    { "axes", YAML_REQUIRED, "a map of 1 .. 16 axes by name", rig_read_axes,
+      0 },
+    { "gpio", YAML_OPTIONAL, "a map of 1 .. 32 lines by name", rig_read_gpio,
+      0 },
+};
+static const struct yaml_shape rig_shape = { "rig", rig_fields,
+                                             ARRAY_LEN(rig_fields) };
+
+const struct yaml_words rig_words[] = {
+    { "axis.unit", units_axis_words, UNITS_AXIS_WORDS },
+    { "bus.kind", rig_bus_kinds, RIG_BUS_KINDS },
+    { "drive.kind", rig_drive_kinds, RIG_DRIVE_KINDS },
+    { "drive.mode", rig_cia402_modes, RIG_CIA402_MODES },
+    { "homing.by", rig_homing_kinds, RIG_HOMING_KINDS },
+    { "homing.input", rig_homing_inputs, RIG_HOMING_INPUTS },
+    { "homing.direction", rig_homing_ways, RIG_HOMING_WAYS },
+    { "line.kind", rig_line_kinds, RIG_LINE_KINDS },
+    { "line.active", rig_line_levels, RIG_LINE_LEVELS },
+    { "line.bias", rig_line_biases, RIG_LINE_BIASES },
+    { NULL, NULL, 0 },
+};
+
+const struct yaml_shape *const rig_shapes[] = {
+    &rig_shape,
+    &rig_bus_shape,
+    &rig_axis_shape,
+    &rig_limit_shape,
+    &rig_stop_shape,
+    &rig_following_shape,
+    &rig_drive_shape,
+    &rig_counts_shape,
+    &rig_scale_shape,
+    &rig_option_shape,
+    &rig_times_shape,
+    &rig_pdo_shape,
+    &rig_homing_shape,
+    &rig_sim_shape,
+    &rig_modbus_bus_shape,
+    &rig_modbus_drive_shape,
+    &rig_can_bus_shape,
+    &rig_odrive_shape,
+    &rig_moteus_shape,
+    &rig_line_shape,
+    NULL,
+};
+
+int rig_load(const char *path, struct rig *rig, char message[YAML_MESSAGE_MAX])
+{
+    const struct yaml_report report = { path, message, YAML_MESSAGE_MAX };
+    struct rig_reader reader = { .rig = rig };
+    struct yaml_tree tree;
+    int err;
+
+    *rig = (struct rig){ .period_ns = RIG_MS,
+                         .heartbeat_ns = 100 * RIG_MS,
+                         .watchdog_ns = 100 * RIG_MS };
+    if (yaml_tree_load(&tree, &report) < 0)
+        return -1;
+    const struct yaml_value whole = { &tree, 0, "the rig",
+                                      "a map with buses and axes" };
+    err = yaml_fields_read(&whole, &rig_shape, &reader, rig);
+    if (err == 0)
+        err = rig_check_homing(&whole, rig);
+    memory_free(reader.eds);
+    yaml_tree_free(&tree);
+    return err;
+}

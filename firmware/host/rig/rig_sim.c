@@ -1,0 +1,78 @@
+/* firmware/host/rig/rig_sim.c - how an axis's servo behaves when it is
+ * simulated. */
+#include "firmware/host/rig/rig_parts.h"
+
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+
+static int rig_read_bandwidth(void *reader, const struct yaml_value *value,
+                              void *out)
+{
+    char quote[YAML_QUOTE_MAX];
+    int64_t mrad_s;
+
+    if (rig_read_quantity(reader, value, UNITS_FREQUENCY, &mrad_s) < 0)
+        return -1;
+    if (mrad_s < 628 || mrad_s > 1256637)
+        return yaml_value_refuse(value, "%s is out of range",
+                                 yaml_value_quote(quote, value));
+    *(uint32_t *)out = (uint32_t)mrad_s;
+    return 0;
+}
+
+static int rig_read_damping(void *reader, const struct yaml_value *value,
+                            void *out)
+{
+    char quote[YAML_QUOTE_MAX];
+    int64_t ratio_q32, permille;
+
+    if (rig_read_quantity(reader, value, UNITS_RATIO, &ratio_q32) < 0)
+        return -1;
+    if (motion_fixed_muldiv(ratio_q32, 1000, MOTION_FIXED_ONE_Q32, &permille) <
+            0 ||
+        permille < 100 || permille > 5000)
+        return yaml_value_refuse(value, "%s is out of range",
+                                 yaml_value_quote(quote, value));
+    *(uint16_t *)out = (uint16_t)permille;
+    return 0;
+}
+
+static int rig_read_start(void *reader, const struct yaml_value *value,
+                          void *out)
+{
+    const struct plan_limit *limit =
+        &((struct rig_reader *)reader)->axis->limit;
+    const int64_t *start_q32 = out;
+
+    if (rig_read_quantity(reader, value, UNITS_POSITION, out) < 0)
+        return -1;
+    if (*start_q32 < limit->pos_min_q32 || *start_q32 > limit->pos_max_q32)
+        return yaml_value_refuse(value, "is outside the axis's limits");
+    return 0;
+}
+
+static const struct yaml_field rig_sim_fields[] = {
+    { "bandwidth", YAML_OPTIONAL, "0.1 Hz .. 200 Hz", rig_read_bandwidth,
+      offsetof(struct rig_sim, omega_mrad_s) },
+    { "damping", YAML_OPTIONAL, "0.1 .. 5", rig_read_damping,
+      offsetof(struct rig_sim, zeta_permille) },
+    { "start", YAML_OPTIONAL, "where the axis stands at power-on",
+      rig_read_start, offsetof(struct rig_sim, start_q32) },
+    { "velocity", YAML_OPTIONAL, "the highest speed of the motor",
+      rig_read_velocity, offsetof(struct rig_sim, vel_max_q32) },
+    { "acceleration", YAML_OPTIONAL, "the highest acceleration of the motor",
+      rig_read_acceleration, offsetof(struct rig_sim, acc_max_q32) },
+    { "limit_switches", YAML_OPTIONAL, "where they are, as [lower, upper]",
+      rig_read_limit_switches, 0 },
+    { "home_switch", YAML_OPTIONAL, "where it is active, as [from, to]",
+      rig_read_home_switch, 0 },
+    { "index", YAML_OPTIONAL, "the travel from one index pulse to the next",
+      rig_read_index, offsetof(struct rig_sim, index_q32) },
+};
+const struct yaml_shape rig_sim_shape = { "sim", rig_sim_fields,
+                                          ARRAY_LEN(rig_sim_fields) };
+
+int rig_read_sim(void *reader, const struct yaml_value *value, void *out)
+{
+    return yaml_fields_read(value, &rig_sim_shape, reader, out);
+}

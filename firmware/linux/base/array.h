@@ -1,7 +1,0 @@
-/* firmware/linux/base/array.h - how many elements an array has. */
-#ifndef FIRMWARE_LINUX_BASE_ARRAY_H
-#define FIRMWARE_LINUX_BASE_ARRAY_H
-
-#define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
-
-#endif

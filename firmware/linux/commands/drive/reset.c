@@ -1,0 +1,64 @@
+/* firmware/linux/commands/drive/reset.c - slew drive reset: why is it in fault,
+ * and clear that. */
+#include <stdio.h>
+
+#include "firmware/host/base/json.h"
+#include "firmware/linux/commands/drive/verbs.h"
+#include "firmware/linux/tools/reset.h"
+#include "motion/core/err.h"
+
+static void reset_json(const struct talk *talk, const struct reset *reset)
+{
+    cJSON *report = cJSON_CreateObject();
+
+    cJSON_AddBoolToObject(report, "ok", !reset->is_fault);
+    cJSON_AddStringToObject(report, "drive", talk->label);
+    cJSON_AddBoolToObject(report, "was_fault", reset->was_fault);
+    cJSON_AddStringToObject(report, "reason", reset->reason);
+    cJSON_AddStringToObject(report, "state", reset->state);
+    json_print(report, stdout);
+}
+
+static void reset_print(const struct talk *talk, const struct reset *reset)
+{
+    if (!reset->was_fault)
+        printf("%s: no fault, %s; nothing was written\n", talk->label,
+               reset->state);
+    else if (reset->is_fault)
+        printf("%s: %s; it stays in fault: the cause is still there\n",
+               talk->label, reset->reason);
+    else
+        printf("%s: was in fault, %s; now %s\n", talk->label, reset->reason,
+               reset->state);
+}
+
+static enum status reset_run(struct talk *talk, const struct options *options)
+{
+    struct reset reset;
+    int err;
+
+    if (talk->kind == TALK_MODBUS && talk->map == NULL)
+        return drive_complain("expected --map: it says how the drive is reset");
+    err = reset_drive(talk, &reset);
+    if (err == MOTION_E_EMPTY)
+        return drive_complain("the map does not say how a fault shows");
+    if (err < 0)
+        return drive_failed(talk, reset.reason, err);
+    if (options->json)
+        reset_json(talk, &reset);
+    else
+        reset_print(talk, &reset);
+    return reset.is_fault ? STATUS_REFUSED : STATUS_OK;
+}
+
+enum status drive_reset(const struct options *options)
+{
+    struct talk *talk;
+    enum status status = drive_open(options, &talk);
+
+    if (status != STATUS_OK)
+        return status;
+    status = reset_run(talk, options);
+    drive_close(talk);
+    return status;
+}

@@ -1,0 +1,94 @@
+/* firmware/linux/commands/drive/sheet.c - slew drive info FILE.eds: will this
+ * drive do? */
+#include <stdio.h>
+#include <string.h>
+
+#include "firmware/host/base/error.h"
+#include "firmware/host/base/json.h"
+#include "firmware/host/base/memory.h"
+#include "firmware/host/base/table.h"
+#include "firmware/host/device/eds_need.h"
+#include "firmware/linux/commands/drive/verbs.h"
+
+static void sheet_table(const struct eds *eds)
+{
+    static const char *const head[] = { "<object", "<what for", "<need",
+                                        "<drive" };
+    struct table table;
+
+    table_init(&table, 4, head);
+    for (unsigned i = 0; i < eds_need_count; i++) {
+        const struct eds_need *need = &eds_needs[i];
+        const char *lacks = eds_lacks(eds, need, need->index);
+
+        table_cell(&table, "%04X:%u", need->index, need->sub);
+        table_cell(&table, "%s", need->why);
+        table_cell(&table, "%s", eds_need_text(need));
+        table_cell(&table, "%s", lacks == NULL ? "yes" : lacks);
+    }
+    table_print(&table, stdout);
+    table_free(&table);
+}
+
+static void sheet_json(const struct eds *eds, unsigned missing)
+{
+    cJSON *report = cJSON_CreateObject();
+
+    cJSON_AddBoolToObject(report, "ok", missing == 0);
+    cJSON_AddStringToObject(report, "vendor", eds->vendor);
+    cJSON_AddStringToObject(report, "product", eds->product);
+    cJSON *objects = cJSON_AddArrayToObject(report, "objects");
+    for (unsigned i = 0; i < eds_need_count; i++) {
+        const struct eds_need *need = &eds_needs[i];
+        const char *lacks = eds_lacks(eds, need, need->index);
+        char name[16];
+        cJSON *object = cJSON_CreateObject();
+
+        snprintf(name, sizeof name, "%04X:%u", need->index, need->sub);
+        cJSON_AddStringToObject(object, "object", name);
+        cJSON_AddBoolToObject(object, "required",
+                              eds_is_needed(need, EDS_PLAIN));
+        cJSON_AddStringToObject(object, "need", eds_need_text(need));
+        cJSON_AddStringToObject(object, "drive", lacks == NULL ? "yes" : lacks);
+        cJSON_AddItemToArray(objects, object);
+    }
+    json_print(report, stdout);
+}
+
+static void sheet_print(const struct eds *eds, unsigned missing)
+{
+    printf("%s, %s: %u objects\n\n", eds->vendor, eds->product, eds->count);
+    sheet_table(eds);
+    if (missing == 0)
+        puts("\nthis drive will do");
+    else
+        printf("\nthis drive lacks %u of the objects it must have\n", missing);
+}
+
+enum status drive_sheet(const struct options *options)
+{
+    struct eds *eds = memory_new(1, sizeof *eds);
+    char message[EDS_MESSAGE_MAX];
+
+    const char *dot = strrchr(options->path[1], '.');
+    if (dot != NULL && strcmp(dot, ".yaml") == 0) {
+        error_say(
+            "slew drive info: %s is a rig, expected RIG AXIS, or an EDS or "
+            "DCF file",
+            options->path[1]);
+        memory_free(eds);
+        return STATUS_INPUT;
+    }
+    if (eds_load(options->path[1], eds, message) < 0) {
+        error_say("%s", message);
+        memory_free(eds);
+        return STATUS_INPUT;
+    }
+    const unsigned missing = eds_missing(eds, EDS_PLAIN);
+    if (options->json)
+        sheet_json(eds, missing);
+    else
+        sheet_print(eds, missing);
+    memory_free(eds);
+    return missing == 0 ? STATUS_OK : STATUS_REFUSED;
+}

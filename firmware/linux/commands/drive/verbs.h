@@ -1,0 +1,98 @@
+/* firmware/linux/commands/drive/verbs.h - private to cmd_drive.c and
+ * drive_*.c: the verbs of slew drive. */
+#ifndef FIRMWARE_LINUX_COMMANDS_DRIVE_VERBS_H
+#define FIRMWARE_LINUX_COMMANDS_DRIVE_VERBS_H
+
+#include "firmware/host/device/object.h"
+#include "firmware/linux/commands/command.h"
+#include "firmware/linux/tools/talk.h"
+
+/* path[0] is the verb, the rest what it needs. */
+enum status drive_sheet(const struct options *options);
+enum status drive_info(const struct options *options);
+enum status drive_get(const struct options *options);
+enum status drive_set(const struct options *options);
+enum status drive_store(const struct options *options);
+enum status drive_reset(const struct options *options);
+enum status drive_lss(const struct options *options);
+
+/* Open the drive of path[1] and path[2]; with one line on stderr when that
+ * fails.  drive_close afterwards. */
+enum status drive_open(const struct options *options, struct talk **talk);
+void drive_close(struct talk *talk);
+/* --baud, --parity, --timeout. */
+enum status drive_line(const struct options *options, struct bench_line *line);
+/* "slew drive: what", and STATUS_INPUT. */
+enum status drive_complain(const char *what);
+/* The same with the drive's name before it, and the status that fits. */
+enum status drive_failed(const struct talk *talk, const char *what, int err);
+/* Refuses when it may have torque: nothing is written then.  A drive that does
+ * not say is one the user knows about (--yes). */
+enum status drive_must_be_off(struct talk *talk, const struct options *options);
+
+/* ---- quantity.c: ODrive and moteus ---- */
+
+/* What is meant; STATUS_INPUT, or when the drive has to be asked something and
+ * does not answer STATUS_REFUSED, with a sentence. */
+enum status drive_find_quantity(struct talk *talk, const char *text,
+                                const struct options *options,
+                                struct quantity *quantity);
+/* All it has, the values that it does not say left out; what it is comes
+ * first. */
+struct drive_value;
+int drive_read_all(struct talk *talk, struct drive_value *value, unsigned room,
+                   unsigned *count);
+
+/* ---- quirks.c: what a CiA 402 drive's maker does otherwise ---- */
+
+#define DRIVE_QUIRKS_LINES_MAX 32
+#define DRIVE_QUIRKS_LINE_MAX  96
+
+struct drive_quirks {
+    const struct drive_cia402_quirk *quirk; /* NULL: none are known */
+    char path[OWN_FILE_PATH_MAX];
+    struct quirk_file file;
+    bool is_of_another; /* the rig names them, and the drive is not of them */
+    char line[DRIVE_QUIRKS_LINES_MAX]
+             [DRIVE_QUIRKS_LINE_MAX]; /* what slew does */
+    unsigned line_count;
+};
+/* Of a drive with this 0x1018; by the rig's axis where there is one.  0, or -1
+ * with a sentence. */
+int drive_quirks_find(const struct rig *rig, const struct rig_axis *axis,
+                      uint32_t vendor, uint32_t product,
+                      struct drive_quirks *quirks,
+                      char message[YAML_MESSAGE_MAX]);
+void drive_quirks_print(const struct drive_quirks *quirks);
+void drive_quirks_json(const struct drive_quirks *quirks, struct cJSON *report);
+
+/* ---- value.c ---- */
+
+/* An object or register, read. */
+struct drive_value {
+    char name[QUANTITY_NAME_MAX]; /* "Position actual value" ... */
+    char number[OBJECT_NUMBER_MAX];
+    char type[8], unit[20];
+    bool is_number;
+    bool is_real; /* the value is `real`, and `value` its bits */
+    int64_t value;
+    double real;
+    char text[OBJECT_TEXT_MAX]; /* in words, or the text itself */
+    char error[TALK_TEXT_MAX];  /* "": it was read */
+};
+/* The same where another axis of the node has it, at this index; axis: of the
+ * rig, or NULL. */
+void drive_read_object_of(struct talk *talk, const struct rig_axis *axis,
+                          const struct object *object, uint16_t index,
+                          struct drive_value *value);
+void drive_read_object(struct talk *talk, const struct object *object,
+                       struct drive_value *value);
+void drive_read_item(struct talk *talk, const struct modbus_map_item *item,
+                     struct drive_value *value);
+void drive_read_quantity(struct talk *talk, const struct quantity *quantity,
+                         struct drive_value *value);
+void drive_values_print(const struct drive_value *value, unsigned count);
+struct cJSON *drive_values_json(const struct drive_value *value,
+                                unsigned count);
+
+#endif

@@ -1,0 +1,128 @@
+/* firmware/linux/commands/planning.c - see planning.h.
+ *
+ * The line is drawn by a thread, so that it comes after a second whatever
+ * planning is at, and planning does no more than leave three numbers. */
+#include "firmware/linux/commands/planning.h"
+
+#include <errno.h>
+#include <pthread.h>
+#include <signal.h>
+#include <stdio.h>
+#include <time.h>
+#include <unistd.h>
+
+#define PLANNING_FIRST_NS 1000000000
+#define PLANNING_NEXT_NS  200000000
+
+static struct {
+    pthread_mutex_t lock;
+    pthread_cond_t changed;
+    pthread_t thread;
+    bool asked, running; /* the planner's alone: of this planning */
+    bool over;
+    const char *what;
+    int64_t done, of;
+} planning = { .lock = PTHREAD_MUTEX_INITIALIZER };
+
+/* With the lock.  False once planning is over. */
+static bool planning_wait(struct timespec *at, long ns)
+{
+    at->tv_nsec += ns;
+    at->tv_sec += at->tv_nsec / 1000000000;
+    at->tv_nsec %= 1000000000;
+    while (!planning.over &&
+           pthread_cond_timedwait(&planning.changed, &planning.lock, at) !=
+               ETIMEDOUT)
+        continue;
+    return !planning.over;
+}
+
+static void planning_draw(void)
+{
+    fprintf(stderr, "\rplanning: %s", planning.what);
+    if (planning.of > 0)
+        fprintf(stderr, " %3.0f %%",
+                100.0 * (double)planning.done / (double)planning.of);
+    fputs("\033[K", stderr);
+    fflush(stderr);
+}
+
+static void *planning_run(void *unused)
+{
+    struct timespec at;
+    bool drawn = false;
+
+    (void)unused;
+    clock_gettime(CLOCK_MONOTONIC, &at);
+    pthread_mutex_lock(&planning.lock);
+    for (bool on = planning_wait(&at, PLANNING_FIRST_NS); on;
+         on = planning_wait(&at, PLANNING_NEXT_NS)) {
+        planning_draw();
+        drawn = true;
+    }
+    pthread_mutex_unlock(&planning.lock);
+    if (drawn) {
+        fputs("\r\033[K", stderr);
+        fflush(stderr);
+    }
+    return NULL;
+}
+
+/* Signals stay with the thread that plans; without a thread there is no
+ * line. */
+static void planning_begin(void)
+{
+    pthread_condattr_t clock;
+    sigset_t all, before;
+
+    pthread_condattr_init(&clock);
+    pthread_condattr_setclock(&clock, CLOCK_MONOTONIC);
+    pthread_cond_init(&planning.changed, &clock);
+    pthread_condattr_destroy(&clock);
+    planning.over = false;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
+    planning.running =
+        pthread_create(&planning.thread, NULL, planning_run, NULL) == 0;
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+}
+
+static void planning_end(void)
+{
+    pthread_mutex_lock(&planning.lock);
+    planning.over = true;
+    pthread_cond_signal(&planning.changed);
+    pthread_mutex_unlock(&planning.lock);
+    pthread_join(planning.thread, NULL);
+    planning.running = false;
+}
+
+static void planning_tell(void *unused, const char *what, int64_t done,
+                          int64_t of)
+{
+    (void)unused;
+    if (what == NULL) {
+        if (planning.running)
+            planning_end();
+        planning.asked = false;
+        return;
+    }
+    if (planning.asked && !planning.running)
+        return;
+    pthread_mutex_lock(&planning.lock);
+    planning.what = what;
+    planning.done = done;
+    planning.of = of;
+    pthread_mutex_unlock(&planning.lock);
+    if (!planning.asked && isatty(STDERR_FILENO) == 1)
+        planning_begin();
+    planning.asked = true;
+}
+
+const struct plan_progress planning_progress = { planning_tell, NULL };
+
+enum status planning_open(struct job *job, const char *const path[], int count,
+                          bool any)
+{
+    return job_open_told(job, path, count, any, &planning_progress);
+}

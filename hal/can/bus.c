@@ -1,0 +1,82 @@
+/* hal/can/bus.c - see bus.h. */
+#include "hal/can/bus.h"
+
+#include <string.h>
+
+#include "hal/support/container_of.h"
+
+int can_bus_send(struct can_bus_node *node, const struct hal_can_frame *frame)
+{
+    struct can_bus *bus = node->bus;
+    const int err = can_cycle_send(&bus->cycle, frame);
+
+    if (err == MOTION_OK)
+        bus->stats.sent++;
+    return err;
+}
+
+static void can_bus_receive(struct can_bus *bus,
+                            const struct hal_can_frame *frame, int64_t now_ns)
+{
+    for (unsigned i = 0; i < bus->node_count; i++) {
+        switch (bus->node[i]->ops->receive(bus->node[i], frame, now_ns)) {
+        case CAN_BUS_TAKEN:
+            bus->stats.received++;
+            return;
+        case CAN_BUS_MALFORMED:
+            bus->stats.malformed++;
+            return;
+        case CAN_BUS_FOREIGN:
+            bus->stats.foreign++;
+            bus->cycle.foreign = true;
+            return;
+        case CAN_BUS_NOT_MINE:
+            break;
+        }
+    }
+    bus->stats.unexpected++;
+}
+
+static int can_bus_begin(struct hal_fieldbus *fieldbus, int64_t now_ns)
+{
+    struct can_bus *bus = CONTAINER_OF(fieldbus, struct can_bus, fieldbus);
+    struct hal_can_frame frame;
+
+    can_cycle_begin(&bus->cycle);
+    while (can_cycle_recv(&bus->cycle, &frame))
+        can_bus_receive(bus, &frame, now_ns);
+    for (unsigned i = 0; i < bus->node_count; i++)
+        bus->node[i]->ops->step(bus->node[i], now_ns);
+    (void)can_cycle_flush(&bus->cycle);
+    return can_cycle_verdict(&bus->cycle);
+}
+
+static int can_bus_end(struct hal_fieldbus *fieldbus, int64_t now_ns)
+{
+    struct can_bus *bus = CONTAINER_OF(fieldbus, struct can_bus, fieldbus);
+
+    for (unsigned i = 0; i < bus->node_count; i++)
+        bus->node[i]->ops->emit(bus->node[i], now_ns);
+    return can_cycle_end(&bus->cycle);
+}
+
+static const struct hal_fieldbus_ops can_bus_ops = {
+    .begin = can_bus_begin,
+    .end = can_bus_end,
+};
+
+void can_bus_init(struct can_bus *bus, struct hal_can *can)
+{
+    memset(bus, 0, sizeof *bus);
+    bus->fieldbus.ops = &can_bus_ops;
+    can_cycle_init(&bus->cycle, can);
+}
+
+int can_bus_add(struct can_bus *bus, struct can_bus_node *node)
+{
+    if (bus->node_count >= CAN_BUS_NODES_MAX)
+        return MOTION_E_FULL;
+    node->bus = bus;
+    bus->node[bus->node_count++] = node;
+    return MOTION_OK;
+}

@@ -1,0 +1,188 @@
+/* hal/drive/turn/drive.h - what the drives have in common that take set points
+ * in turns of the motor whenever a frame comes: odrive.h, moteus.h.
+ *
+ *              found, position known        arm until armed
+ *   START ---------------------------> RUN: off <------------> enabled
+ *     ^                                 |  ^     disarm
+ *     | request RESET                   |  | clear until well, disarm
+ *   LOST <------------------------- LATCHED <-------------> RESET
+ *        nothing heard, no position     alarm, disarmed by itself, a wait that
+ *                                       took too long
+ *
+ * A drive that was LOST may hear all the same.  One that followed set points is
+ * ramped down by them, from the last one on; then, and at once where it moved
+ * by its own profile, of which nobody knows how far it is, it is disarmed every
+ * 150 ms until it says that it has no torque.  A reset meanwhile looks for it
+ * anew and goes on disarming it until it is found.
+ *
+ * The wire part says what it hears (armed, alarmed, where it is) and has five
+ * calls that send; this part is everything else.  A quick stop is a ramp of our
+ * own: these drives know none that is both braked and asked for in one frame.
+ * It starts at the last set point, or where the axis is while the drive moves
+ * by its own profile; when the bus is dead, the drive's watchdog has to do.
+ *
+ * Which set point was in force when the position was measured: the newest that
+ * had been given latency_ns before.  A drive that `extrapolates` goes on from
+ * it at its velocity until the next one comes. */
+#ifndef HAL_DRIVE_TURN_DRIVE_H
+#define HAL_DRIVE_TURN_DRIVE_H
+
+#include "hal/drive.h"
+#include "hal/support/ratio.h"
+#include "hal/support/text.h"
+
+#define DRIVE_TURNS_HISTORY 32 /* set points kept to judge following */
+/* Farthest set point: beyond it single precision is coarser than 0.004 turns,
+ * and moteus counts no further. */
+#define DRIVE_TURNS_MAX 32768
+
+struct drive_turns_config {
+    /* one unit = turns_num / turns_den turns; num != 0 (negative: reversed),
+     * den > 0 */
+    int64_t turns_num, turns_den;
+    int64_t period_ns;        /* tick, 62500 ns .. 20 ms */
+    int64_t latency_ns;       /* from a tick until the drive has its set point;
+                                 0: half a period */
+    int64_t answer_ns;        /* a position's time on the wire */
+    int64_t state_timeout_ns; /* to arm, to disarm, to clear; 0: 1 s */
+    int64_t stop_acc_q32;     /* unit/s2 of the quick stop, > 0 */
+    int64_t first_step_max_q32; /* as hal/drive/cia402/drive.h; 0: 1 unit */
+    int32_t rated_torque_mnm;   /* torque_permille is of it; 0: no torque */
+};
+
+enum drive_turns_phase {
+    DRIVE_TURNS_START,
+    DRIVE_TURNS_RUN,
+    DRIVE_TURNS_LATCHED,
+    DRIVE_TURNS_RESET,
+    DRIVE_TURNS_LOST,
+};
+
+enum drive_turns_motion {
+    DRIVE_TURNS_FOLLOW, /* the set points; without a new one it stands */
+    DRIVE_TURNS_RAMP,   /* to standstill, then FOLLOW */
+    DRIVE_TURNS_GO,     /* by the drive's profile, to or at go */
+    DRIVE_TURNS_HOME,   /* by the drive itself */
+};
+
+struct drive_turns;
+
+/* What the wire part does.  The first six are needed. */
+struct drive_turns_ops {
+    unsigned modes; /* 1 << enum hal_drive_mode: those it has */
+    void (*start)(struct drive_turns *self); /* look for it anew */
+    /* Every cycle until MOTION_OK; MOTION_E_AGAIN; else fault_text is said. */
+    int (*start_step)(struct drive_turns *self);
+    /* Every cycle while it is to be armed and is not, and so on: send it when
+     * `again`, which is at first and then every so often. */
+    void (*arm)(struct drive_turns *self, bool again);
+    void (*disarm)(struct drive_turns *self, bool again);
+    void (*clear)(struct drive_turns *self, bool again);
+    /* Every cycle of a homing, from self->home.step 0 on, until it is armed
+     * again at its end: MOTION_OK; MOTION_E_AGAIN; MOTION_E_REFUSED: it failed,
+     * but is armed; else fault_text is said.  NULL: it has no homing. */
+    int (*seek)(struct drive_turns *self);
+};
+
+/* A set point as it is written on the wire: in turns, as the drive counts. */
+struct drive_turns_point {
+    int64_t pos_q32, vel_q32;
+    int32_t torque_mnm;
+};
+
+struct drive_turns_past {
+    int64_t given_ns, pos_q32, vel_q32; /* turns */
+};
+
+/* Visible so that it can be static.  Positions in turns. */
+struct drive_turns {
+    struct hal_drive drive;
+    const struct drive_turns_ops *ops;
+    struct drive_turns_config config;
+
+    /* made from config once */
+    struct hal_ratio to_turns, to_unit; /* Q32 to Q32, also of velocities */
+    struct hal_ratio to_acc;            /* Q32 to Q32, without the sign */
+    struct hal_ratio to_mnm;            /* permille to 0.001 Nm */
+    struct hal_ratio to_permille;       /* and back */
+    int64_t tick_s_q60;
+    int64_t stop_step_q32; /* turns/s per tick of the ramp */
+    int64_t first_step_q32;
+
+    enum drive_turns_phase phase;
+    enum hal_drive_request request;
+    enum hal_drive_state state;
+    enum hal_drive_mode mode;
+    int64_t now_ns, since_ns, retry_ns;
+
+    /* as the wire part heard it */
+    bool armed;      /* follows set points, or moves by its profile */
+    bool torque;     /* armed, or doing something else by itself */
+    bool alarmed;    /* has a fault, whose text has been said */
+    bool left;       /* with torque, when it was lost: `torque` is what is
+                        known of it since */
+    bool positioned; /* actual_q32 is known */
+    bool extrapolates, go_done;
+    enum hal_drive_homing homing;
+    uint16_t fault_code;
+    int64_t actual_q32, actual_vel_q32, actual_ns;
+    int32_t torque_mnm;
+    bool torque_known;
+
+    /* what it is told */
+    enum drive_turns_motion motion;
+    int64_t target_q32, target_vel_q32;
+    int32_t target_torque_mnm;
+    bool given; /* by set_target, since the last send */
+    bool first_target;
+    struct {
+        int64_t pos_q32, vel_q32, acc_q32, dec_q32; /* acc 0: the drive's */
+        int64_t sent_ns; /* by the wire part; 0: not yet */
+    } go;
+    struct {
+        unsigned step;    /* the wire part's own */
+        int64_t pos_q32;  /* of the home point */
+        int64_t since_ns; /* of the step */
+        int64_t deadline_ns;
+        bool halted;
+    } home;
+    int64_t origin_q32; /* of our positions, where the drive has 0 */
+    struct drive_turns_past past[DRIVE_TURNS_HISTORY];
+    unsigned past_at, past_count;
+    char fault_text[64];
+};
+
+/* MOTION_E_ARG or MOTION_E_RANGE for a config outside its ranges.  Fills in
+ * `drive`; clears the rest. */
+int drive_turns_init(struct drive_turns *self,
+                     const struct drive_turns_ops *ops,
+                     const struct drive_turns_config *config);
+
+/* ---- for the wire part ---- */
+
+/* Of begin(), after what it has heard. */
+void drive_turns_step(struct drive_turns *self, int64_t now_ns);
+/* Of end(), before it sends: the set point of this cycle.  False: send none. */
+bool drive_turns_next(struct drive_turns *self);
+/* A position as the drive counts. */
+int64_t drive_turns_raw_q32(const struct drive_turns *self, int64_t pos_q32);
+/* The set point of this cycle. */
+struct drive_turns_point drive_turns_point(const struct drive_turns *self);
+/* A position was heard, as the drive counts: measured answer_ns before t_ns.
+ * False: no motor is there, or so fast; it is not believed. */
+bool drive_turns_note(struct drive_turns *self, int64_t pos_q32,
+                      int64_t vel_q32, int64_t t_ns);
+/* The drive has found its zero and stands on it: that is home.pos_q32. */
+void drive_turns_homed(struct drive_turns *self);
+/* It stands where it is: the set point is the actual position. */
+void drive_turns_stand(struct drive_turns *self);
+/* fault_text begins anew; more may be put to what is returned. */
+struct hal_text drive_turns_say(struct drive_turns *self, const char *words);
+/* fault_text has been said.  The drive is there: a fault. */
+void drive_turns_latch(struct drive_turns *self);
+/* It is not: offline until a reset. */
+void drive_turns_lose(struct drive_turns *self);
+/* It has been found and configured: silence is a fault. */
+bool drive_turns_is_watched(const struct drive_turns *self);
+
+#endif

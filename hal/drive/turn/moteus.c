@@ -1,0 +1,90 @@
+/* hal/drive/turn/moteus.c - start, arming and disarming; see moteus.h. */
+#include "hal/drive/turn/moteus_parts.h"
+
+#include <string.h>
+
+#include "hal/support/container_of.h"
+
+#define MS          INT64_C(1000000)
+#define WATCHDOG_NS (100 * MS)
+#define SILENCE_NS  (50 * MS)
+
+static struct drive_moteus *moteus_of(struct drive_turns *turns)
+{
+    return CONTAINER_OF(turns, struct drive_moteus, turns);
+}
+
+/* ---- start, on, off ---- */
+
+static void moteus_start(struct drive_turns *turns)
+{
+    struct drive_moteus *self = moteus_of(turns);
+
+    self->heard = false;
+    self->stopping = false;
+    self->heard_ns = 0;
+}
+
+static int moteus_start_step(struct drive_turns *turns)
+{
+    return moteus_of(turns)->heard && turns->positioned ? MOTION_OK
+                                                        : MOTION_E_AGAIN;
+}
+
+/* The first set point arms; it only has to be stopped before. */
+static void moteus_arm(struct drive_turns *turns, bool again)
+{
+    struct drive_moteus *self = moteus_of(turns);
+
+    (void)again;
+    self->stopping = self->mode != MOTEUS_MODE_STOPPED && !turns->armed &&
+                     self->mode > MOTEUS_MODE_POSITION;
+    if (self->mode == MOTEUS_MODE_STOPPED)
+        drive_turns_stand(turns);
+}
+
+static void moteus_stop(struct drive_turns *turns, bool again)
+{
+    (void)again; /* every cycle: it costs three bytes */
+    moteus_of(turns)->stopping = true;
+}
+
+static const struct drive_turns_ops moteus_turns_ops = {
+    .modes = 1u << HAL_DRIVE_STREAM_POSITION |
+             1u << HAL_DRIVE_PROFILE_POSITION |
+             1u << HAL_DRIVE_PROFILE_VELOCITY,
+    .start = moteus_start,
+    .start_step = moteus_start_step,
+    .arm = moteus_arm,
+    .disarm = moteus_stop,
+    .clear = moteus_stop,
+};
+
+/* ---- init ---- */
+
+static bool moteus_is_legal(const struct drive_moteus_config *config)
+{
+    return config->id >= 1 && config->id <= 127 && config->silence_ns >= 0 &&
+           config->watchdog_ns >= MS && config->watchdog_ns <= 1000 * MS &&
+           config->watchdog_ns % MS == 0;
+}
+
+int drive_moteus_init(struct drive_moteus *self, struct can_bus *bus,
+                      const struct drive_moteus_config *config)
+{
+    int err;
+
+    memset(self, 0, sizeof *self);
+    self->config = *config;
+    if (config->watchdog_ns == 0)
+        self->config.watchdog_ns = WATCHDOG_NS;
+    if (config->silence_ns == 0)
+        self->config.silence_ns = SILENCE_NS;
+    if (!moteus_is_legal(&self->config))
+        return MOTION_E_ARG;
+    self->watchdog_ms = (uint16_t)(self->config.watchdog_ns / MS);
+    self->node.ops = &drive_moteus_node_ops;
+    err = drive_turns_init(&self->turns, &moteus_turns_ops, &config->turns);
+    self->turns.extrapolates = true;
+    return err == MOTION_OK ? can_bus_add(bus, &self->node) : err;
+}

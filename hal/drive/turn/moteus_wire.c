@@ -1,0 +1,318 @@
+/* hal/drive/turn/moteus_wire.c - frames in and out; see moteus.h. */
+#include "hal/drive/turn/moteus_parts.h"
+
+#include "hal/support/container_of.h"
+#include "hal/support/float32.h"
+#include "motion/core/fixed.h"
+
+#define MS     INT64_C(1000000)
+#define ASK_NS (20 * MS) /* who has not been found */
+
+static struct drive_moteus *moteus_of(struct can_bus_node *node)
+{
+    return CONTAINER_OF(node, struct drive_moteus, node);
+}
+
+/* ---- out ---- */
+
+static uint32_t moteus_float(int64_t value_q32)
+{
+    return hal_float32_from_fixed(value_q32, 32);
+}
+
+/* 0.001 Nm to Nm; 2^62 / 1000. */
+static uint32_t moteus_torque(int32_t torque_mnm)
+{
+    int64_t torque_q32 = 0;
+
+    (void)motion_fixed_mulshift(torque_mnm, INT64_C(4611686018427388), 30,
+                                &torque_q32);
+    return moteus_float(torque_q32);
+}
+
+static void moteus_put_mode(struct hal_can_frame *frame, enum moteus_mode mode)
+{
+    const uint32_t value = (uint32_t)mode;
+
+    moteus_frame_write(frame, MOTEUS_INT8, MOTEUS_MODE, &value, 1);
+}
+
+/* A set point is to be reached as it is: no limits of its own (negative). */
+void drive_moteus_put_point(struct hal_can_frame *frame, uint16_t watchdog_ms,
+                            const struct drive_turns_point *point)
+{
+    const uint32_t target[3] = { moteus_float(point->pos_q32),
+                                 moteus_float(point->vel_q32),
+                                 moteus_torque(point->torque_mnm) };
+    const uint32_t limits[3] = { watchdog_ms, UINT32_MAX, UINT32_MAX };
+
+    moteus_put_mode(frame, MOTEUS_MODE_POSITION);
+    moteus_frame_write(frame, MOTEUS_FLOAT, MOTEUS_COMMAND_POSITION, target, 3);
+    moteus_frame_write(frame, MOTEUS_INT16, MOTEUS_COMMAND_TIMEOUT, limits, 3);
+}
+
+/* Without a number: as it is configured. */
+static uint32_t moteus_limit(int64_t value_q32)
+{
+    return value_q32 > 0 ? moteus_float(value_q32) : HAL_FLOAT32_NAN;
+}
+
+static void moteus_put_go(const struct drive_moteus *self,
+                          struct hal_can_frame *frame)
+{
+    const struct drive_turns *turns = &self->turns;
+    const bool to_a_place = turns->mode == HAL_DRIVE_PROFILE_POSITION;
+    const uint32_t pos =
+        to_a_place ? moteus_float(turns->go.pos_q32) : HAL_FLOAT32_NAN;
+    const int64_t vel_q32 = turns->go.vel_q32;
+    const uint32_t target[3] = { pos, to_a_place ? 0 : moteus_float(vel_q32),
+                                 0 };
+    const uint32_t timeout[1] = { self->watchdog_ms };
+    const uint32_t limits[2] = { to_a_place ? moteus_limit(vel_q32)
+                                            : HAL_FLOAT32_NAN,
+                                 moteus_limit(turns->go.acc_q32) };
+
+    moteus_put_mode(frame, MOTEUS_MODE_POSITION);
+    moteus_frame_write(frame, MOTEUS_FLOAT, MOTEUS_COMMAND_POSITION, target, 3);
+    moteus_frame_write(frame, MOTEUS_INT16, MOTEUS_COMMAND_TIMEOUT, timeout, 1);
+    moteus_frame_write(frame, MOTEUS_FLOAT, MOTEUS_COMMAND_TIMEOUT + 1, limits,
+                       2);
+}
+
+/* A drive in another mode than these is not to be taken out of it by a set
+ * point: mode 0 first. */
+static bool moteus_takes_targets(const struct drive_moteus *self)
+{
+    return self->mode <= MOTEUS_MODE_POSITION &&
+           self->mode != MOTEUS_MODE_FAULT;
+}
+
+static void moteus_put_order(struct drive_moteus *self,
+                             struct hal_can_frame *frame, bool wanted)
+{
+    const struct drive_turns_point point = drive_turns_point(&self->turns);
+
+    if (self->stopping) {
+        moteus_put_mode(frame, MOTEUS_MODE_STOPPED);
+        self->stopping = false;
+    } else if (!wanted || !moteus_takes_targets(self)) {
+        return;
+    } else if (self->turns.motion == DRIVE_TURNS_GO) {
+        moteus_put_go(self, frame);
+        if (self->turns.go.sent_ns == 0)
+            self->turns.go.sent_ns = self->turns.now_ns;
+    } else {
+        drive_moteus_put_point(frame, self->watchdog_ms, &point);
+    }
+}
+
+void drive_moteus_put_questions(struct hal_can_frame *frame)
+{
+    moteus_frame_read(frame, MOTEUS_INT8, MOTEUS_MODE, 1);
+    moteus_frame_read(frame, MOTEUS_FLOAT, MOTEUS_POSITION, 3);
+    moteus_frame_read(frame, MOTEUS_INT8, MOTEUS_VOLTAGE, 3);
+}
+
+/* Whoever has not been found is asked now and then; who was lost only with what
+ * takes its torque. */
+static bool moteus_is_asked(struct drive_moteus *self, bool wanted,
+                            int64_t now_ns)
+{
+    if (self->turns.phase == DRIVE_TURNS_LOST)
+        return wanted || self->stopping;
+    if (self->turns.phase != DRIVE_TURNS_START || self->heard)
+        return true;
+    if (now_ns < self->ask_ns)
+        return false;
+    self->ask_ns = now_ns + ASK_NS;
+    return true;
+}
+
+static void drive_moteus_emit(struct can_bus_node *node, int64_t now_ns)
+{
+    struct drive_moteus *self = moteus_of(node);
+    const bool wanted = drive_turns_next(&self->turns);
+    struct hal_can_frame frame;
+
+    if (!moteus_is_asked(self, wanted, now_ns))
+        return;
+    moteus_frame_begin(&frame, self->config.id, self->config.switched);
+    moteus_put_order(self, &frame, wanted);
+    drive_moteus_put_questions(&frame);
+    if (self->turns.motion == DRIVE_TURNS_GO)
+        moteus_frame_read(&frame, MOTEUS_INT8, MOTEUS_TRAJECTORY_COMPLETE, 1);
+    moteus_frame_end(&frame);
+    (void)can_bus_send(node, &frame);
+}
+
+/* ---- every cycle ---- */
+
+static void drive_moteus_step(struct can_bus_node *node, int64_t now_ns)
+{
+    struct drive_moteus *self = moteus_of(node);
+
+    if (drive_turns_is_watched(&self->turns) &&
+        now_ns - self->heard_ns > self->config.silence_ns) {
+        drive_turns_say(&self->turns, "does not answer any more");
+        drive_turns_lose(&self->turns);
+    }
+    drive_turns_step(&self->turns, now_ns);
+}
+
+/* ---- in ---- */
+
+/* What one answer says. */
+struct moteus_answer {
+    uint32_t pos, vel, torque; /* floats */
+    int32_t mode, fault, voltage, temperature, complete;
+    bool has_mode, has_place, has_fault, has_complete;
+};
+
+static void moteus_take_value(struct moteus_answer *answer,
+                              const struct moteus_value *value)
+{
+    const bool is_float = value->type == MOTEUS_FLOAT;
+
+    if (value->reg == MOTEUS_MODE && !is_float) {
+        answer->mode = value->raw;
+        answer->has_mode = true;
+    } else if (value->reg == MOTEUS_POSITION && is_float) {
+        answer->pos = (uint32_t)value->raw;
+    } else if (value->reg == MOTEUS_VELOCITY && is_float) {
+        answer->vel = (uint32_t)value->raw;
+        answer->has_place = true;
+    } else if (value->reg == MOTEUS_TORQUE && is_float) {
+        answer->torque = (uint32_t)value->raw;
+    } else if (value->reg == MOTEUS_FAULT && !is_float) {
+        answer->fault = value->raw;
+        answer->has_fault = true;
+    } else if (value->reg == MOTEUS_TRAJECTORY_COMPLETE && !is_float) {
+        answer->complete = value->raw;
+        answer->has_complete = true;
+    } else if (value->reg == MOTEUS_VOLTAGE && !is_float) {
+        answer->voltage = value->raw;
+    } else if (value->reg == MOTEUS_TEMPERATURE && !is_float) {
+        answer->temperature = value->raw;
+    }
+}
+
+/* All of it or nothing. */
+static bool moteus_read(const struct hal_can_frame *frame,
+                        struct moteus_answer *answer)
+{
+    struct moteus_reader reader;
+    struct moteus_value value;
+    int got;
+
+    *answer = (struct moteus_answer){ 0 };
+    moteus_reader_begin(&reader, frame);
+    while ((got = moteus_reader_next(&reader, &value)) == 1)
+        moteus_take_value(answer, &value);
+    return got == 0 && answer->has_mode && answer->has_place &&
+           answer->has_fault && answer->mode >= 0 && answer->fault >= 0 &&
+           hal_float32_is_finite(answer->pos) &&
+           hal_float32_is_finite(answer->vel);
+}
+
+static void moteus_say(struct drive_moteus *self, int32_t fault)
+{
+    struct hal_text text;
+
+    if (self->mode == MOTEUS_MODE_TIMEOUT) {
+        drive_turns_say(&self->turns, "its watchdog ran out (mode 11)");
+        self->turns.fault_code = MOTEUS_MODE_TIMEOUT;
+        return;
+    }
+    text = drive_turns_say(&self->turns, "moteus fault ");
+    hal_text_dec(&text, (uint32_t)fault);
+    hal_text_put(&text, ": ");
+    hal_text_put(&text, drive_moteus_fault_text((unsigned)fault));
+    self->turns.fault_code = fault > 0 ? (uint16_t)fault : MOTEUS_MODE_FAULT;
+}
+
+static void moteus_take_state(struct drive_moteus *self,
+                              const struct moteus_answer *answer)
+{
+    struct drive_turns *turns = &self->turns;
+
+    self->mode = (uint8_t)answer->mode;
+    self->voltage = (int8_t)answer->voltage;
+    self->temperature = (int8_t)answer->temperature;
+    turns->armed = self->mode == MOTEUS_MODE_POSITION;
+    /* also after its watchdog, which may brake or hold */
+    turns->torque = self->mode > MOTEUS_MODE_FAULT;
+    turns->alarmed =
+        self->mode == MOTEUS_MODE_FAULT || self->mode == MOTEUS_MODE_TIMEOUT;
+    if (turns->alarmed && turns->fault_code == 0 &&
+        turns->phase != DRIVE_TURNS_LOST)
+        moteus_say(self, answer->fault);
+}
+
+/* Two cycles after the go was sent an answer is about it. */
+static void moteus_take_complete(struct drive_moteus *self,
+                                 const struct moteus_answer *answer,
+                                 int64_t now_ns)
+{
+    struct drive_turns *turns = &self->turns;
+
+    if (answer->has_complete && turns->motion == DRIVE_TURNS_GO &&
+        turns->go.sent_ns != 0 &&
+        now_ns - turns->go.sent_ns > 2 * turns->config.period_ns)
+        turns->go_done = answer->complete != 0;
+}
+
+static bool moteus_take(struct drive_moteus *self,
+                        const struct moteus_answer *answer, int64_t t_ns,
+                        int64_t now_ns)
+{
+    struct drive_turns *turns = &self->turns;
+    int64_t torque_mnm = 0;
+
+    if (!drive_turns_note(turns, hal_float32_to_fixed(answer->pos, 32),
+                          hal_float32_to_fixed(answer->vel, 32), t_ns))
+        return false;
+    self->heard = true;
+    self->heard_ns = now_ns;
+    turns->torque_known =
+        hal_float32_is_finite(answer->torque) &&
+        motion_fixed_mulshift(hal_float32_to_fixed(answer->torque, 16), 1000,
+                              16, &torque_mnm) == MOTION_OK &&
+        torque_mnm >= INT32_MIN && torque_mnm <= INT32_MAX;
+    turns->torque_mnm = turns->torque_known ? (int32_t)torque_mnm : 0;
+    moteus_take_state(self, answer);
+    moteus_take_complete(self, answer, now_ns);
+    return true;
+}
+
+/* Somebody else's: writes (their head is below 0x10) are orders. */
+static enum can_bus_take moteus_overhear(const struct hal_can_frame *frame)
+{
+    return frame->len > 0 && frame->data[0] < 0x10 ? CAN_BUS_FOREIGN
+                                                   : CAN_BUS_TAKEN;
+}
+
+static enum can_bus_take drive_moteus_receive(struct can_bus_node *node,
+                                              const struct hal_can_frame *frame,
+                                              int64_t now_ns)
+{
+    struct drive_moteus *self = moteus_of(node);
+    struct moteus_answer answer;
+
+    if (frame->remote || frame->id > 0xFFFF || !frame->fd)
+        return CAN_BUS_NOT_MINE;
+    if ((frame->id & 0xFF) == self->config.id)
+        return moteus_overhear(frame);
+    if (frame->id != (uint32_t)self->config.id << 8)
+        return CAN_BUS_NOT_MINE;
+    if (!moteus_read(frame, &answer) ||
+        !moteus_take(self, &answer, frame->t_ns != 0 ? frame->t_ns : now_ns,
+                     now_ns))
+        return CAN_BUS_MALFORMED;
+    return CAN_BUS_TAKEN;
+}
+
+const struct can_bus_node_ops drive_moteus_node_ops = {
+    .receive = drive_moteus_receive,
+    .step = drive_moteus_step,
+    .emit = drive_moteus_emit,
+};

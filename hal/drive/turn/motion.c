@@ -1,0 +1,155 @@
+/* hal/drive/turn/motion.c - set points: where to, from one cycle to the next.
+ * See drive.h. */
+#include "hal/drive/turn/parts.h"
+
+#include "motion/core/fixed.h"
+
+/* Slower is standing: 1/64 turn/s, above the noise of a velocity estimate. */
+#define STANDING_Q32 (MOTION_FIXED_ONE_Q32 / 64)
+/* Turns, and turns/s: more is no motor. */
+#define REAL_MAX_Q32 (8 * ((int64_t)DRIVE_TURNS_MAX << 32))
+
+void drive_turns_stand(struct drive_turns *self)
+{
+    self->motion = DRIVE_TURNS_FOLLOW;
+    self->target_q32 = self->actual_q32;
+    self->target_vel_q32 = 0;
+    self->target_torque_mnm = 0;
+    self->given = false;
+    self->past_count = 0;
+}
+
+void drive_turns_brake(struct drive_turns *self)
+{
+    if (self->motion != DRIVE_TURNS_FOLLOW) {
+        self->target_q32 = self->actual_q32;
+        self->target_vel_q32 = self->actual_vel_q32;
+    }
+    self->motion = DRIVE_TURNS_RAMP;
+    self->target_torque_mnm = 0;
+    self->given = false;
+    self->past_count = 0;
+}
+
+bool drive_turns_is_standing(const struct drive_turns *self)
+{
+    return self->actual_vel_q32 <= STANDING_Q32 &&
+           self->actual_vel_q32 >= -STANDING_Q32 &&
+           self->motion != DRIVE_TURNS_RAMP;
+}
+
+/* v goes to 0 by a step a tick; the way is that of the mean speed.  |v| stays
+ * below 2^15 turns/s x 2^32, the way of a tick below that. */
+static void motion_ramp(struct drive_turns *self)
+{
+    const int64_t before_q32 = self->target_vel_q32;
+    const int64_t step_q32 = self->stop_step_q32;
+    int64_t after_q32 = 0, way_q32 = 0;
+
+    if (before_q32 > step_q32)
+        after_q32 = before_q32 - step_q32;
+    else if (before_q32 < -step_q32)
+        after_q32 = before_q32 + step_q32;
+    if (motion_fixed_mulshift((before_q32 >> 1) + (after_q32 >> 1),
+                              self->tick_s_q60, 60, &way_q32) == MOTION_OK)
+        self->target_q32 += way_q32;
+    self->target_vel_q32 = after_q32;
+    if (after_q32 == 0)
+        self->motion = DRIVE_TURNS_FOLLOW;
+}
+
+static void motion_remember(struct drive_turns *self)
+{
+    struct drive_turns_past *past = &self->past[self->past_at];
+
+    *past = (struct drive_turns_past){ self->now_ns, self->target_q32,
+                                       self->target_vel_q32 };
+    self->past_at = (self->past_at + 1) % DRIVE_TURNS_HISTORY;
+    if (self->past_count < DRIVE_TURNS_HISTORY)
+        self->past_count++;
+}
+
+/* One that is not new has been reached: it stands there. */
+static void motion_follow(struct drive_turns *self)
+{
+    if (self->given) {
+        motion_remember(self);
+        self->given = false;
+        return;
+    }
+    self->target_torque_mnm = 0;
+    if (self->target_vel_q32 == 0)
+        return;
+    self->target_vel_q32 = 0;
+    if (self->extrapolates && self->past_count > 0)
+        motion_remember(self); /* it goes on no farther */
+}
+
+bool drive_turns_next(struct drive_turns *self)
+{
+    const bool lost = self->phase == DRIVE_TURNS_LOST;
+    const bool wanted =
+        lost ? self->motion == DRIVE_TURNS_RAMP
+             : self->armed || (self->phase == DRIVE_TURNS_RUN &&
+                               self->request == HAL_DRIVE_REQUEST_ENABLE);
+
+    if (self->motion == DRIVE_TURNS_FOLLOW)
+        motion_follow(self);
+    else if (self->motion == DRIVE_TURNS_RAMP)
+        motion_ramp(self);
+    return wanted && self->phase != DRIVE_TURNS_START;
+}
+
+int64_t drive_turns_raw_q32(const struct drive_turns *self, int64_t pos_q32)
+{
+    return pos_q32 - self->origin_q32; /* both within 2^15 turns */
+}
+
+struct drive_turns_point drive_turns_point(const struct drive_turns *self)
+{
+    return (struct drive_turns_point){
+        .pos_q32 = drive_turns_raw_q32(self, self->target_q32),
+        .vel_q32 = self->target_vel_q32,
+        .torque_mnm = self->target_torque_mnm,
+    };
+}
+
+void drive_turns_homed(struct drive_turns *self)
+{
+    self->actual_q32 -= self->origin_q32;
+    self->origin_q32 = self->home.pos_q32;
+    self->actual_q32 += self->origin_q32;
+    self->homing = HAL_DRIVE_HOMING_DONE;
+}
+
+static bool motion_is_real(int64_t value_q32)
+{
+    return value_q32 <= REAL_MAX_Q32 && value_q32 >= -REAL_MAX_Q32;
+}
+
+bool drive_turns_note(struct drive_turns *self, int64_t pos_q32,
+                      int64_t vel_q32, int64_t t_ns)
+{
+    if (!motion_is_real(pos_q32) || !motion_is_real(vel_q32))
+        return false;
+    self->actual_q32 = pos_q32 + self->origin_q32;
+    self->actual_vel_q32 = vel_q32;
+    self->actual_ns = t_ns - self->config.answer_ns;
+    self->positioned = true;
+    return true;
+}
+
+bool drive_turns_in_force(const struct drive_turns *self, int64_t t_ns,
+                          struct drive_turns_past *past)
+{
+    unsigned at = self->past_at;
+
+    for (unsigned i = 0; i < self->past_count; i++) {
+        at = (at + DRIVE_TURNS_HISTORY - 1) % DRIVE_TURNS_HISTORY;
+        if (self->past[at].given_ns + self->config.latency_ns <= t_ns) {
+            *past = self->past[at];
+            return true;
+        }
+    }
+    return false;
+}

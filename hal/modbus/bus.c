@@ -1,0 +1,102 @@
+/* hal/modbus/bus.c - see bus.h. */
+#include "hal/modbus/bus.h"
+
+#include "hal/support/container_of.h"
+
+static struct modbus_bus *modbus_bus_of(struct hal_fieldbus *fieldbus)
+{
+    return CONTAINER_OF(fieldbus, struct modbus_bus, fieldbus);
+}
+
+static void modbus_bus_take(struct modbus_bus *bus,
+                            const struct hal_modbus_reply *reply)
+{
+    const unsigned slot = reply->tag & (HAL_MODBUS_MAILBOX - 1);
+    struct modbus_node *node = bus->node[bus->flight[slot].node];
+
+    bus->returned++;
+    bus->broke = bus->broke || reply->err == MOTION_E_IO;
+    node->ops->reply(node, bus->flight[slot].cookie, reply);
+}
+
+static void modbus_bus_tell(struct modbus_bus *bus)
+{
+    for (unsigned i = 0; i < bus->node_count; i++)
+        bus->node[i]->ops->down(bus->node[i]);
+}
+
+static int modbus_bus_begin(struct hal_fieldbus *fieldbus, int64_t now_ns)
+{
+    struct modbus_bus *bus = modbus_bus_of(fieldbus);
+    struct hal_modbus_reply reply;
+
+    bus->broke = hal_modbus_is_up(bus->line) == 0;
+    for (unsigned i = 0;
+         i < HAL_MODBUS_MAILBOX && hal_modbus_collect(bus->line, &reply) == 1;
+         i++)
+        modbus_bus_take(bus, &reply);
+    if (bus->broke)
+        modbus_bus_tell(bus);
+    for (unsigned i = 0; i < bus->node_count; i++)
+        bus->node[i]->ops->step(bus->node[i], now_ns);
+    return bus->broke ? MOTION_E_IO : MOTION_OK;
+}
+
+/* true: one more is under way. */
+static bool modbus_bus_ask(struct modbus_bus *bus, unsigned index,
+                           int64_t now_ns)
+{
+    struct modbus_node *node = bus->node[index];
+    struct hal_modbus_request request = { .unit = node->unit };
+    const unsigned slot = bus->sent & (HAL_MODBUS_MAILBOX - 1);
+    uint16_t cookie = 0;
+
+    if (!node->ops->ask(node, now_ns, &request, &cookie) ||
+        hal_modbus_submit(bus->line, &request, bus->sent) != MOTION_OK)
+        return false;
+    bus->flight[slot].node = (uint8_t)index;
+    bus->flight[slot].cookie = cookie;
+    bus->sent++;
+    return true;
+}
+
+static int modbus_bus_end(struct hal_fieldbus *fieldbus, int64_t now_ns)
+{
+    struct modbus_bus *bus = modbus_bus_of(fieldbus);
+    unsigned idle = 0;
+
+    while (idle < bus->node_count && bus->sent - bus->returned < bus->depth) {
+        const unsigned index = bus->turn;
+
+        bus->turn = index + 1 < bus->node_count ? index + 1 : 0;
+        idle = modbus_bus_ask(bus, index, now_ns) ? 0 : idle + 1;
+    }
+    return MOTION_OK;
+}
+
+static const struct hal_fieldbus_ops modbus_bus_ops = {
+    .begin = modbus_bus_begin,
+    .end = modbus_bus_end,
+};
+
+int modbus_bus_init(struct modbus_bus *bus, struct hal_modbus *line,
+                    unsigned depth)
+{
+    *bus = (struct modbus_bus){ .fieldbus.ops = &modbus_bus_ops,
+                                .line = line,
+                                .depth = depth };
+    return depth >= 2 && depth <= HAL_MODBUS_MAILBOX ? MOTION_OK : MOTION_E_ARG;
+}
+
+int modbus_bus_add(struct modbus_bus *bus, struct modbus_node *node)
+{
+    if (node->unit == HAL_MODBUS_BROADCAST)
+        return MOTION_E_ARG;
+    for (unsigned i = 0; i < bus->node_count; i++)
+        if (bus->node[i]->unit == node->unit)
+            return MOTION_E_ARG;
+    if (bus->node_count == MODBUS_BUS_NODES_MAX)
+        return MOTION_E_FULL;
+    bus->node[bus->node_count++] = node;
+    return MOTION_OK;
+}

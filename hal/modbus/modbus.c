@@ -1,0 +1,43 @@
+/* hal/modbus/modbus.c - see modbus.h. */
+#include "hal/modbus.h"
+
+const char *hal_modbus_exception_text(uint8_t exception)
+{
+    static const char *const text[] = {
+        [0x01] = "illegal function",
+        [0x02] = "illegal data address",
+        [0x03] = "illegal data value",
+        [0x04] = "device failure",
+        [0x05] = "acknowledged, takes longer",
+        [0x06] = "device busy",
+        [0x07] = "negative acknowledge",
+        [0x08] = "memory parity error",
+        [0x0A] = "gateway path unavailable",
+        [0x0B] = "gateway target does not answer",
+    };
+
+    if (exception >= sizeof text / sizeof text[0] || !text[exception])
+        return "exception of the maker's own";
+    return text[exception];
+}
+
+void hal_modbus_count(struct hal_modbus_stats *stats,
+                      const struct hal_modbus_reply *reply)
+{
+    stats->transactions++;
+    switch (reply->err) {
+    case MOTION_OK:
+        break;
+    case MOTION_E_TIMEOUT:
+        stats->timeouts++;
+        break;
+    case MOTION_E_PROTOCOL:
+        stats->broken++;
+        break;
+    case MOTION_E_REFUSED:
+        stats->exceptions++;
+        break;
+    default:
+        stats->failures++;
+    }
+}

@@ -1,0 +1,67 @@
+/* hal/modbus/rtu.h - Modbus RTU frames and their time on the wire.
+ *
+ * A frame is unit, PDU and CRC; silence of 3.5 characters ends it.  A character
+ * is a start bit, 8 data bits, parity and stop bits.  Above 19200 bit/s the
+ * standard fixes the silence at 1.75 ms, so that faster lines stop helping
+ * unless a shorter one is agreed on.
+ *
+ * Source: MODBUS over Serial Line V1.02, 2.5.1 and 6.2. */
+#ifndef HAL_MODBUS_RTU_H
+#define HAL_MODBUS_RTU_H
+
+#include "hal/modbus/pdu.h"
+
+#define MODBUS_RTU_FRAME_MAX 256
+#define MODBUS_RTU_BAUD_MIN  1200
+#define MODBUS_RTU_BAUD_MAX  4000000
+
+enum modbus_parity {
+    MODBUS_PARITY_EVEN, /* what the standard asks for */
+    MODBUS_PARITY_ODD,
+    MODBUS_PARITY_NONE,
+};
+
+struct modbus_rtu_line {
+    uint32_t baud; /* bit/s, MODBUS_RTU_BAUD_MIN .. _MAX */
+    enum modbus_parity parity;
+    uint8_t stop_bits; /* 1 or 2 */
+    int64_t gap_ns;    /* silence between frames; 0: the standard's */
+};
+
+/* 10 .. 12. */
+unsigned modbus_rtu_char_bits(const struct modbus_rtu_line *line);
+
+/* What is made of a line once, so that later nobody divides. */
+struct modbus_rtu_time {
+    int64_t char_ns_q12; /* rounded up */
+    int64_t gap_ns;
+};
+
+/* MOTION_E_ARG for a line outside its ranges. */
+int modbus_rtu_time_init(struct modbus_rtu_time *time,
+                         const struct modbus_rtu_line *line);
+/* n <= 10000 characters, rounded up. */
+int64_t modbus_rtu_chars_ns(const struct modbus_rtu_time *time, unsigned n);
+/* Request, silence, answer, silence: the least a transaction takes.  A
+ * broadcast has no answer. */
+int64_t modbus_rtu_transaction_ns(const struct modbus_rtu_time *time,
+                                  const struct hal_modbus_request *request);
+
+uint16_t modbus_rtu_crc(const uint8_t *bytes, unsigned length);
+
+/* Put unit and CRC around the PDU that stands at frame + 1.  Bytes of the
+ * frame. */
+unsigned modbus_rtu_seal(uint8_t frame[MODBUS_RTU_FRAME_MAX], uint8_t unit,
+                         unsigned pdu_length);
+/* Long enough and with the right CRC? */
+bool modbus_rtu_is_sealed(const uint8_t *frame, unsigned length);
+
+/* Bytes of the request's frame, or MOTION_E_ARG. */
+int modbus_rtu_put_request(const struct hal_modbus_request *request,
+                           uint8_t frame[MODBUS_RTU_FRAME_MAX]);
+/* As modbus_pdu_take_answer, unit and CRC looked at too. */
+void modbus_rtu_take_answer(const struct hal_modbus_request *request,
+                            const uint8_t *frame, unsigned length,
+                            struct hal_modbus_reply *reply);
+
+#endif

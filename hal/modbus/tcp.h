@@ -1,0 +1,32 @@
+/* hal/modbus/tcp.h - Modbus TCP frames: transaction number, protocol 0, length
+ * and unit in front of a PDU.
+ *
+ * Source: MODBUS Messaging on TCP/IP Implementation Guide V1.0b, 3.1. */
+#ifndef HAL_MODBUS_TCP_H
+#define HAL_MODBUS_TCP_H
+
+#include "hal/modbus/pdu.h"
+
+#define MODBUS_TCP_HEAD      7
+#define MODBUS_TCP_FRAME_MAX (MODBUS_TCP_HEAD + MODBUS_PDU_MAX)
+
+/* Bytes of the whole frame that begins with these; 0: too few to say; above
+ * MODBUS_TCP_FRAME_MAX: no frame begins so. */
+unsigned modbus_tcp_whole(const uint8_t *bytes, unsigned length);
+
+/* Put the head before the PDU that stands at frame + MODBUS_TCP_HEAD.  Bytes of
+ * the frame. */
+unsigned modbus_tcp_seal(uint8_t frame[MODBUS_TCP_FRAME_MAX],
+                         uint16_t transaction, uint8_t unit,
+                         unsigned pdu_length);
+
+/* Bytes of the request's frame, or MOTION_E_ARG. */
+int modbus_tcp_put_request(const struct hal_modbus_request *request,
+                           uint16_t transaction,
+                           uint8_t frame[MODBUS_TCP_FRAME_MAX]);
+/* As modbus_pdu_take_answer, the head looked at too. */
+void modbus_tcp_take_answer(const struct hal_modbus_request *request,
+                            uint16_t transaction, const uint8_t *frame,
+                            unsigned length, struct hal_modbus_reply *reply);
+
+#endif

@@ -1,0 +1,591 @@
+/* motion/curve/bake.c - see bake.h. */
+#include "motion/curve/bake.h"
+
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+
+#define BAKE_PLACES   5 /* both ends and three between them */
+#define BAKE_SHORTEST (1000 * MOTION_FIXED_NS_Q12)
+#define BAKE_BITS     61 /* of a coefficient */
+
+/* Where to look, of 2^16.  Uneven and without a common divisor, so that no
+ * symmetry of the motion hides what is between. */
+static const int64_t bake_place[BAKE_PLACES] = { 0, 15391, 31541, 48751,
+                                                 65536 };
+
+/* Motion, or difference from it, at one time. */
+struct bake_place {
+    int64_t t;
+    struct motion_bake_point point[MOTION_BAKE_AXES];
+};
+
+struct bake {
+    const struct motion_bake *job;
+    struct motion_track **track;
+    struct motion_bake_report *report;
+    struct bake_place place[BAKE_PLACES]; /* of the present segment */
+    int64_t shortest;
+};
+
+struct motion_real motion_bake_seconds(int64_t t_ns_q12)
+{
+    return motion_real_div(motion_real_int(t_ns_q12),
+                           motion_real_int(MOTION_FIXED_S_Q12));
+}
+
+static struct motion_real bake_times(struct motion_real a, int64_t k)
+{
+    return motion_real_mul(a, motion_real_int(k));
+}
+
+struct motion_bake_point motion_bake_horner(const struct motion_real coef[],
+                                            int degree, struct motion_real u,
+                                            struct motion_real dur_s)
+{
+    struct motion_real p = coef[degree], d = motion_real_zero(), dd = d;
+
+    for (int k = degree - 1; k >= 0; k--) {
+        dd = motion_real_add(motion_real_mul(dd, u), d);
+        d = motion_real_add(motion_real_mul(d, u), p);
+        p = motion_real_add(motion_real_mul(p, u), coef[k]);
+    }
+    d = motion_real_div(d, dur_s);
+    dd = motion_real_div(motion_real_twice(dd), motion_real_sqr(dur_s));
+    return (struct motion_bake_point){ p, d, dd };
+}
+
+/* motion_real_add drops what is smaller by 2^62: this does not matter here. */
+static struct motion_bake_point bake_minus(struct motion_bake_point a,
+                                           struct motion_bake_point b)
+{
+    return (struct motion_bake_point){ motion_real_sub(a.pos, b.pos),
+                                       motion_real_sub(a.vel, b.vel),
+                                       motion_real_sub(a.acc, b.acc) };
+}
+
+static int bake_look(struct bake *bake, int64_t t, enum motion_bake_side side,
+                     struct bake_place *place)
+{
+    const uint32_t most = bake->job->evaluations;
+
+    place->t = t;
+    if (most > 0 && bake->report->evaluations >= most)
+        return MOTION_E_WORK;
+    bake->report->evaluations++;
+    return bake->job->source.at(bake->job->source.context, t, side,
+                                place->point);
+}
+
+/* Where the track ends. */
+struct motion_real motion_bake_end(const struct motion_track *track)
+{
+    return motion_real_add(motion_real_from_q(track->end.pos_q32, 32),
+                           motion_real_from_u64(track->end_frac, -96));
+}
+
+/* The integer and the fraction below 2^-32 of a position; within 2^-48 of a
+ * whole number it is that number, so that a key is met to the bit. */
+static int bake_split(struct motion_real pos, int64_t *pos_q32, uint64_t *frac)
+{
+    int64_t fine;
+    int err = motion_real_round(pos, 32, pos_q32);
+    struct motion_real rest =
+        motion_real_sub(pos, motion_real_from_q(*pos_q32, 32));
+
+    *frac = 0;
+    if (err < 0 ||
+        motion_real_lt(motion_real_abs(rest), motion_real_from_q(1, 48)))
+        return err;
+    if (motion_real_sign(rest) < 0) {
+        *pos_q32 -= 1;
+        rest = motion_real_add(rest, motion_real_from_q(1, 32));
+    }
+    err = motion_real_floor(rest, 32 + 62, &fine);
+    *frac = (uint64_t)fine << 2;
+    return err;
+}
+
+/* The exponent of 2 above all of them. */
+static int bake_exponent(const struct motion_real a[], int count)
+{
+    int e = MOTION_REAL_ZERO_E;
+
+    for (int i = 0; i < count; i++)
+        e = a[i].e + 62 > e ? a[i].e + 62 : e;
+    return e;
+}
+
+void motion_bake_quintic(const struct motion_real w[5], struct motion_real c[5])
+{
+    static const int row[3][5] = { { 10, -6, -4, -3, 1 },
+                                   { -15, 8, 7, 3, -2 },
+                                   { 6, -3, -3, -1, 1 } };
+    c[0] = w[1];
+    c[1] = w[3];
+    for (int i = 0; i < 3; i++) {
+        c[2 + i] = motion_real_zero();
+        for (int k = 0; k < 5; k++)
+            c[2 + i] = motion_real_add(c[2 + i], bake_times(w[k], row[i][k]));
+    }
+}
+
+/* The same in integers, exact, so that the derivatives at the end miss theirs
+ * by one rounding and not by that of five coefficients.  Sums modulo 2^64; what
+ * comes out is small. */
+static void bake_solve_whole(const int64_t whole[5], int64_t c[5])
+{
+    const uint64_t d = (uint64_t)whole[0], v0 = (uint64_t)whole[1],
+                   v1 = (uint64_t)whole[2], a0 = (uint64_t)whole[3],
+                   a1 = (uint64_t)whole[4];
+
+    c[0] = whole[1];
+    c[1] = whole[3];
+    c[2] = (int64_t)(10 * d - 6 * v0 - 4 * v1 - 3 * a0 + a1);
+    c[3] = (int64_t)(8 * v0 + 7 * v1 + 3 * a0 - 2 * a1 - 15 * d);
+    c[4] = (int64_t)(6 * d - 3 * v0 - 3 * v1 - a0 + a1);
+}
+
+/* One quintic from the track's end. */
+int motion_bake_append(struct motion_track *track, int64_t dur,
+                       const struct motion_bake_point *from,
+                       const struct motion_bake_point *to)
+{
+    const struct motion_real seconds = motion_bake_seconds(dur);
+    const struct motion_real half_square =
+        motion_real_half(motion_real_sqr(seconds));
+    int64_t end_q32, whole[5], coef[5];
+    uint64_t end_frac;
+    int err = bake_split(to->pos, &end_q32, &end_frac);
+
+    if (err < 0)
+        return err;
+    const struct motion_real end = motion_real_add(
+        motion_real_from_q(end_q32, 32), motion_real_from_u64(end_frac, -96));
+    struct motion_real w[10] = { motion_real_sub(end, motion_bake_end(track)),
+                                 motion_real_mul(from->vel, seconds),
+                                 motion_real_mul(to->vel, seconds),
+                                 motion_real_mul(from->acc, half_square),
+                                 motion_real_mul(to->acc, half_square) };
+    motion_bake_quintic(w, w + 5);
+    int frac = BAKE_BITS - 32 - bake_exponent(w, 10);
+    frac = frac < 0 ? 0 : frac > 31 ? 31 : frac;
+    for (int i = 0; i < 5 && err == MOTION_OK; i++)
+        err = motion_real_round(w[i], 32 + frac, &whole[i]);
+    if (err < 0)
+        return err;
+    bake_solve_whole(whole, coef);
+    return motion_track_append_poly(track, dur, 5, coef, (unsigned)frac,
+                                    end_q32, end_frac);
+}
+
+void motion_bake_coefficients(const struct motion_segment *seg,
+                              struct motion_real coef[])
+{
+    for (int k = 0; k <= MOTION_TRACK_DEGREE; k++)
+        coef[k] = motion_real_from_q(seg->coef[k], 32 + seg->frac + k);
+    if (seg->frac <= 0)
+        coef[1] =
+            motion_real_add(coef[1], motion_real_from_q(seg->remainder, 32));
+    coef[0] = motion_real_add(coef[0], motion_real_from_q(seg->pos_q32, 32));
+}
+
+/* The polynomial of a segment, before sampling rounds it. */
+static struct motion_bake_point bake_evaluate(const struct motion_segment *seg,
+                                              struct motion_real u)
+{
+    struct motion_real coef[MOTION_TRACK_DEGREE + 1];
+
+    motion_bake_coefficients(seg, coef);
+    return motion_bake_horner(coef, MOTION_TRACK_DEGREE, u,
+                              motion_bake_seconds(seg->dur_ns_q12));
+}
+
+struct motion_bake_point
+motion_bake_segment(const struct motion_segment *segment, int64_t dt_ns_q12)
+{
+    return bake_evaluate(segment,
+                         motion_real_div(motion_real_int(dt_ns_q12),
+                                         motion_real_int(segment->dur_ns_q12)));
+}
+
+struct motion_bake_point
+motion_bake_segment_real(const struct motion_segment *segment,
+                         struct motion_real dt_s)
+{
+    return bake_evaluate(
+        segment,
+        motion_real_div(dt_s, motion_bake_seconds(segment->dur_ns_q12)));
+}
+
+/* Bernstein ordinates of the quintic that has p, v, a of two places. */
+static void bake_bernstein(const struct motion_bake_point *a,
+                           const struct motion_bake_point *b,
+                           struct motion_real h, struct motion_real o[6])
+{
+    const struct motion_real fifth = motion_real_div(h, motion_real_int(5));
+    const struct motion_real twentieth =
+        motion_real_div(motion_real_sqr(h), motion_real_int(20));
+    const struct motion_real va = motion_real_mul(a->vel, fifth);
+    const struct motion_real vb = motion_real_mul(b->vel, fifth);
+
+    o[0] = a->pos;
+    o[1] = motion_real_add(a->pos, va);
+    o[2] = motion_real_add(motion_real_add(o[1], va),
+                           motion_real_mul(a->acc, twentieth));
+    o[5] = b->pos;
+    o[4] = motion_real_sub(b->pos, vb);
+    o[3] = motion_real_add(motion_real_sub(o[4], vb),
+                           motion_real_mul(b->acc, twentieth));
+}
+
+static struct motion_real bake_larger(struct motion_real bound,
+                                      struct motion_real a)
+{
+    return motion_real_max(bound, motion_real_abs(a));
+}
+
+/* Raise a bound to the control polygons of position, velocity, acceleration. */
+static void bake_polygon(const struct motion_bake_point *a,
+                         const struct motion_bake_point *b,
+                         struct motion_real h, struct motion_bake_bound *bound)
+{
+    const struct motion_real per_h = motion_real_div(motion_real_int(5), h);
+    const struct motion_real per_hh = motion_real_div(motion_real_int(4), h);
+    struct motion_real o[6];
+
+    bake_bernstein(a, b, h, o);
+    for (int i = 0; i < 6; i++)
+        bound->pos = bake_larger(bound->pos, o[i]);
+    for (int i = 0; i < 5; i++) {
+        o[i] = motion_real_mul(motion_real_sub(o[i + 1], o[i]), per_h);
+        bound->vel = bake_larger(bound->vel, o[i]);
+    }
+    for (int i = 0; i < 4; i++)
+        bound->acc = bake_larger(
+            bound->acc,
+            motion_real_mul(motion_real_sub(o[i + 1], o[i]), per_hh));
+}
+
+/* By how much the quintic from a to b misses `at`, t after a. */
+static struct motion_bake_point bake_miss(const struct motion_bake_point *a,
+                                          const struct motion_bake_point *b,
+                                          const struct motion_bake_point *at,
+                                          struct motion_real t,
+                                          struct motion_real h)
+{
+    static const int binomial[6] = { 1, 5, 10, 10, 5, 1 };
+    struct motion_real o[6], c[6];
+
+    bake_bernstein(a, b, h, o);
+    /* to powers: c_k = binomial_k * kth difference */
+    for (int k = 0; k < 6; k++) {
+        c[k] = bake_times(o[0], binomial[k]);
+        for (int i = 0; i < 5 - k; i++)
+            o[i] = motion_real_sub(o[i + 1], o[i]);
+    }
+    return bake_minus(*at, motion_bake_horner(c, 5, motion_real_div(t, h), h));
+}
+
+/* What a quintic over h that misses by `miss` may miss over half of h: the
+ * largest of w = (u (1-u))^3 is 1/64, of w' 0.0537 / h, of w'' 3/8 / h^2; the
+ * miss of v is zero where that of p is largest, so it follows from that. */
+static void bake_raise(struct motion_bake_bound *rest,
+                       const struct motion_bake_point *miss,
+                       struct motion_real h)
+{
+    const struct motion_real p = motion_real_abs(miss->pos);
+    const struct motion_real v = motion_real_div(motion_real_scale(p, 2), h);
+    const struct motion_real a =
+        motion_real_div(bake_times(p, 24), motion_real_sqr(h));
+
+    rest->pos = motion_real_max(rest->pos, p);
+    rest->vel = motion_real_max(rest->vel, bake_larger(v, miss->vel));
+    rest->acc = motion_real_max(rest->acc, bake_larger(a, miss->acc));
+}
+
+/* What the track adds when it is sampled, and this file's own rounding. */
+static struct motion_real bake_rounding(const struct motion_segment *seg,
+                                        struct motion_real pos)
+{
+    const int coarse = seg->frac < 0 ? -seg->frac : 0;
+
+    return motion_real_add(motion_real_from_q(2, 32 - coarse),
+                           motion_real_scale(motion_real_abs(pos), -56));
+}
+
+/* The bound of one axis over the last segment of its track. */
+static struct motion_bake_bound bake_judge(const struct bake *bake,
+                                           uint32_t axis)
+{
+    const struct motion_track *track = bake->track[axis];
+    const struct motion_segment *seg = &track->segment[track->count - 1];
+    const struct bake_place *place = bake->place;
+    struct motion_bake_bound bound = { motion_real_zero(), motion_real_zero(),
+                                       motion_real_zero() };
+    struct motion_bake_bound rest = bound;
+    struct motion_bake_point e[BAKE_PLACES];
+    struct motion_real h[BAKE_PLACES];
+
+    for (int i = 0; i < BAKE_PLACES; i++) {
+        e[i] = bake_minus(place[i].point[axis],
+                          motion_bake_segment(seg, place[i].t - place[0].t));
+        if (i == 0)
+            continue;
+        h[i] = motion_bake_seconds(place[i].t - place[i - 1].t);
+        bake_polygon(&e[i - 1], &e[i], h[i], &bound);
+    }
+    for (int i = 0; i + 2 < BAKE_PLACES; i++) {
+        const struct motion_real both = motion_real_add(h[i + 1], h[i + 2]);
+        const struct motion_bake_point miss =
+            bake_miss(&e[i], &e[i + 2], &e[i + 1], h[i + 1], both);
+        bake_raise(&rest, &miss, both);
+    }
+    bound.pos = motion_real_add(bound.pos, rest.pos);
+    bound.vel = motion_real_add(bound.vel, rest.vel);
+    bound.acc = motion_real_add(bound.acc, rest.acc);
+    bound.pos = motion_real_add(
+        bound.pos, bake_rounding(seg, place[BAKE_PLACES - 1].point[axis].pos));
+    return bound;
+}
+
+/* An error of order h^order, over a length of n 16ths, is within half of what
+ * is allowed. */
+static bool bake_fits(struct motion_real bound, struct motion_real allowed,
+                      int order, int n)
+{
+    struct motion_real grown = motion_real_twice(bound);
+
+    for (int i = 0; i < order; i++)
+        grown = motion_real_scale(bake_times(grown, n), -4);
+    return motion_real_cmp(grown, allowed) <= 0;
+}
+
+/* By what, in 16ths, to change the length of a segment so that an error of
+ * order h^order comes to half of what is allowed: 2 .. 64, by halving. */
+static int bake_change(struct motion_real bound, struct motion_real allowed,
+                       int order)
+{
+    int low = 2, high = 65;
+
+    if (motion_real_is_zero(allowed) || motion_real_is_zero(bound))
+        return 64;
+    while (high - low > 1) {
+        const int n = (low + high) / 2;
+        if (bake_fits(bound, allowed, order, n))
+            low = n;
+        else
+            high = n;
+    }
+    return low;
+}
+
+static bool bake_is_in(struct motion_real bound, struct motion_real allowed)
+{
+    return motion_real_is_zero(allowed) || motion_real_cmp(bound, allowed) <= 0;
+}
+
+/* Judge the segment just appended; its bounds into `bound`, the change of
+ * length that is best into *change. */
+static bool bake_accept(const struct bake *bake,
+                        struct motion_bake_bound bound[], int *change)
+{
+    const struct motion_bake *job = bake->job;
+    bool in = true;
+
+    *change = 64;
+    for (uint32_t i = 0; i < job->axes; i++) {
+        bound[i] = bake_judge(bake, i);
+        const int n[3] = { bake_change(bound[i].pos, job->pos, 6),
+                           bake_change(bound[i].vel, job->vel, 5),
+                           bake_change(bound[i].acc, job->acc, 4) };
+        for (int k = 0; k < 3; k++)
+            *change = n[k] < *change ? n[k] : *change;
+        in = in && bake_is_in(bound[i].pos, job->pos) &&
+             bake_is_in(bound[i].vel, job->vel) &&
+             bake_is_in(bound[i].acc, job->acc);
+    }
+    return in;
+}
+
+static void bake_copy(uint32_t axes, struct motion_track to[],
+                      struct motion_track *const from[])
+{
+    for (uint32_t i = 0; i < axes; i++)
+        to[i] = *from[i];
+}
+
+static void bake_restore(uint32_t axes, struct motion_track *const to[],
+                         const struct motion_track from[])
+{
+    for (uint32_t i = 0; i < axes; i++)
+        *to[i] = from[i];
+}
+
+/* All places of a segment from place[0] over `dur`, and one quintic per
+ * axis. */
+static int bake_try(struct bake *bake, int64_t dur)
+{
+    struct bake_place *place = bake->place;
+    int err = MOTION_OK;
+
+    for (int i = 1; i < BAKE_PLACES && err == MOTION_OK; i++) {
+        const int64_t dt = i == BAKE_PLACES - 1
+                               ? dur
+                               : (dur >> 16) * bake_place[i] +
+                                     (((dur & 0xffff) * bake_place[i]) >> 16);
+        err = bake_look(bake, place->t + dt, MOTION_BAKE_LEFT, &place[i]);
+    }
+    for (uint32_t i = 0; i < bake->job->axes && err == MOTION_OK; i++)
+        err = motion_bake_append(bake->track[i], dur, &place[0].point[i],
+                                 &place[BAKE_PLACES - 1].point[i]);
+    return err;
+}
+
+static void bake_note(struct bake *bake, const struct motion_bake_bound bound[])
+{
+    struct motion_bake_report *report = bake->report;
+
+    report->segments++;
+    for (uint32_t i = 0; i < bake->job->axes; i++) {
+        struct motion_bake_bound *all = &report->bound[i];
+        all->pos = motion_real_max(all->pos, bound[i].pos);
+        all->vel = motion_real_max(all->vel, bound[i].vel);
+        all->acc = motion_real_max(all->acc, bound[i].acc);
+    }
+}
+
+/* The next length to try, in what is left; no crumb stays behind.  Where the
+ * motion gets worse, one good segment after the other is a little shorter: not
+ * below the shortest, or there is no end of them. */
+static int64_t bake_step(const struct bake *bake, int64_t step, int change,
+                         int64_t left)
+{
+    const int64_t longest = bake->job->longest_ns_q12;
+
+    step = step > INT64_MAX / 64 ? INT64_MAX / 64 : step;
+    step = step * change / 16;
+    if (step < bake->shortest)
+        step = bake->shortest;
+    if (longest > 0 && step > longest)
+        step = longest;
+    if (step >= left)
+        return left;
+    return step > left - left / 2 ? left - left / 2 : step;
+}
+
+/* From one border to the next. */
+static int bake_stretch(struct bake *bake, int64_t low, int64_t high)
+{
+    const uint32_t axes = bake->job->axes;
+    int64_t step = bake_step(bake, high - low, 16, high - low);
+    int err = bake_look(bake, low, MOTION_BAKE_RIGHT, &bake->place[0]);
+
+    while (err == MOTION_OK && bake->place->t != high) {
+        struct motion_track before[MOTION_BAKE_AXES];
+        struct motion_bake_bound bound[MOTION_BAKE_AXES];
+        int change = 8;
+
+        bake_copy(axes, before, bake->track);
+        err = bake_try(bake, step);
+        if (err == MOTION_OK && bake_accept(bake, bound, &change)) {
+            bake_note(bake, bound);
+            bake->place[0] = bake->place[BAKE_PLACES - 1];
+            step = bake_step(bake, step, change, high - bake->place->t);
+            continue;
+        }
+        bake_restore(axes, bake->track, before);
+        if (err != MOTION_OK && err != MOTION_E_RANGE)
+            return err;
+        change = change > 14 ? 14 : change;
+        if (step * change / 16 < bake->shortest)
+            return err < 0 ? err : MOTION_E_LIMIT;
+        step = step * change / 16;
+        err = MOTION_OK;
+    }
+    return err;
+}
+
+/* The first place must be where the tracks end. */
+static int bake_check_start(struct bake *bake)
+{
+    const int64_t start = bake->job->border_ns_q12[0];
+    int err = bake_look(bake, start, MOTION_BAKE_RIGHT, &bake->place[0]);
+
+    for (uint32_t i = 0; i < bake->job->axes && err == MOTION_OK; i++) {
+        const struct motion_real off = motion_real_sub(
+            bake->place->point[i].pos, motion_bake_end(bake->track[i]));
+        if (motion_real_lt(motion_real_from_q(1, 30), motion_real_abs(off)))
+            err = MOTION_E_ARG;
+    }
+    return err;
+}
+
+int motion_bake_check_borders(const int64_t border_ns_q12[], uint32_t borders,
+                              int64_t shortest_ns_q12)
+{
+    for (uint32_t i = 1; i < borders; i++) {
+        int64_t dur;
+
+        if (border_ns_q12[i] <= border_ns_q12[i - 1])
+            return MOTION_E_ORDER;
+        if (motion_fixed_sub(border_ns_q12[i], border_ns_q12[i - 1], &dur) <
+                0 ||
+            dur < shortest_ns_q12 || dur > MOTION_TRACK_MAX_NS_Q12)
+            return MOTION_E_RANGE;
+    }
+    return MOTION_OK;
+}
+
+static int bake_check(const struct motion_bake *job)
+{
+    if (job->axes < 1 || job->axes > MOTION_BAKE_AXES || job->borders < 2 ||
+        motion_real_sign(job->pos) <= 0 || motion_real_sign(job->vel) < 0 ||
+        motion_real_sign(job->acc) < 0 || job->longest_ns_q12 < 0 ||
+        job->shortest_ns_q12 < 0)
+        return MOTION_E_ARG;
+    return motion_bake_check_borders(job->border_ns_q12, job->borders, 1);
+}
+
+static void bake_clear(struct motion_bake_report *report, uint32_t axes)
+{
+    const struct motion_real zero = motion_real_zero();
+
+    for (uint32_t i = 0; i < axes; i++)
+        report->bound[i] = (struct motion_bake_bound){ zero, zero, zero };
+}
+
+static int bake_all(struct bake *bake)
+{
+    const int64_t *border = bake->job->border_ns_q12;
+    int err = bake_check_start(bake);
+
+    for (uint32_t i = 1; i < bake->job->borders && err == MOTION_OK; i++)
+        err = bake_stretch(bake, border[i - 1], border[i]);
+    return err;
+}
+
+int motion_bake(const struct motion_bake *job, struct motion_track *track[],
+                struct motion_bake_report *report)
+{
+    struct motion_bake_report own = { .segments = 0 };
+    struct motion_track before[MOTION_BAKE_AXES];
+    struct bake bake = { .job = job, .track = track, .report = &own };
+    int err = bake_check(job);
+
+    if (err < 0)
+        return err;
+    bake_clear(&own, job->axes);
+    bake.shortest =
+        job->shortest_ns_q12 > 0 ? job->shortest_ns_q12 : BAKE_SHORTEST;
+    bake_copy(job->axes, before, track);
+    err = bake_all(&bake);
+    if (err < 0) {
+        bake_restore(job->axes, track, before);
+        if (report)
+            report->evaluations = own.evaluations;
+        return err;
+    }
+    if (report)
+        *report = own;
+    return MOTION_OK;
+}

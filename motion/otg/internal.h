@@ -1,0 +1,311 @@
+/* motion/otg/internal.h - between the files of the planner; see otg.h. */
+#ifndef MOTION_OTG_INTERNAL_H
+#define MOTION_OTG_INTERNAL_H
+
+#include "motion/number/real.h"
+#include "motion/number/wide.h"
+#include "motion/otg/border.h"
+#include "motion/otg/otg.h"
+#include "motion/otg/solve.h"
+
+/* Not inlined into a caller whose stack other, deeper calls need. */
+#define OTG_OWN_FRAME __attribute__((noinline))
+
+/* --- exact integers (otg.h) ------------------------------------------------
+ *
+ * A second is 2^21 5^9 ticks of 2^-12 ns, so V' = V + (A + A') n counts in
+ * 2^-(22 + acc_bits) / 5^9 unit/s, and P in a third of V's unit times a tick. */
+
+#define OTG_FIVES     1953125                 /* 5^9 */
+#define OTG_WAY_FIVES INT64_C(11444091796875) /* 3 5^18 */
+
+/* Values of the public formats in the plan's units; exact, but for an
+ * acceleration where acc_bits < 32 and a velocity where acc_bits < 10, which
+ * are rounded down. */
+int64_t motion_otg_acc_image(int64_t acc_q32, int acc_bits);
+struct motion_u128 motion_otg_vel_image(int64_t vel_q32, int acc_bits);
+
+/* The upper 30 bits of a 2^e. */
+uint64_t motion_otg_wide_word(const struct motion_u128 *a, int e);
+uint64_t motion_otg_wider_word(const struct wider *a, int e);
+static inline struct num motion_otg_wide_num(const struct motion_u128 *a, int e)
+{
+    return num_unpack(motion_otg_wide_word(a, e));
+}
+static inline struct num motion_otg_wider_num(const struct wider *a, int e)
+{
+    return num_unpack(motion_otg_wider_word(a, e));
+}
+
+/* V, P in unit/s, unit. */
+struct num motion_otg_vel_num(const struct motion_u128 *vel, int acc_bits);
+struct num motion_otg_way_num(const struct wider *way, int acc_bits);
+
+/* Reals of 62 bits, called: inline, each operation is twice the code. */
+struct motion_real motion_otg_sum(const struct motion_real *a,
+                                  const struct motion_real *b);
+struct motion_real motion_otg_minus(const struct motion_real *a,
+                                    const struct motion_real *b);
+struct motion_real motion_otg_times(const struct motion_real *a,
+                                    const struct motion_real *b);
+struct motion_real motion_otg_per(const struct motion_real *a,
+                                  const struct motion_real *b);
+bool motion_otg_is_less(const struct motion_real *a,
+                        const struct motion_real *b);
+struct motion_real motion_otg_signed(int64_t n, int bits, bool minus);
+
+/* start + p as a public position, to nearest or cut towards the start;
+ * MOTION_E_RANGE beyond. */
+int motion_otg_way_public(struct wider p, int acc_bits, int64_t start_q32,
+                          bool cuts, int64_t *pos_q32);
+
+/* V as a public velocity, to nearest. */
+int64_t motion_otg_vel_public(struct motion_u128 v, int acc_bits);
+
+/* One phase on, from zero position. */
+struct otg_run {
+    struct wider p;
+    struct motion_u128 v;
+    int64_t a;
+};
+struct otg_run motion_otg_run_start(const struct motion_otg_plan *plan);
+void motion_otg_run_phase(struct otg_run *run,
+                          const struct motion_otg_phase *phase);
+
+/* P of a plan's way, less what its start's velocity makes of it: 3 V0 T. */
+struct wider motion_otg_way_wanted(const struct motion_otg_plan *plan);
+
+/* The phase that takes what is left over in a track: the longest, but not the
+ * first or the last, where the motion may touch its limits, unless all others
+ * are short.  0 in a plan without phases. */
+int motion_otg_carrier(const struct motion_otg_plan *plan);
+
+/* What a plan's phases miss of its goal, in its units. */
+void motion_otg_plan_miss(const struct motion_otg_plan *plan,
+                          struct motion_u128 *vel, struct wider *way);
+
+/* a^2 / 2j <= room: does a ramp from |a| to zero fit?  Exactly.  j > 0. */
+bool motion_otg_ramp_fits(int64_t acc_q32, int64_t jerk_q32, uint64_t room_q32);
+
+/* How far an acceleration may be moved: so little that no ramp bends by more
+ * than 2^-25; an eighth of the largest one at most, which makes ramps steeper
+ * and the plan longer when they are given time; as far as it takes, where the
+ * duration is given and ramps of few ticks are far from what they were to
+ * be. */
+enum otg_trim {
+    OTG_TRIM_GENTLY,
+    OTG_TRIM_USUAL,
+    OTG_TRIM_FREELY,
+};
+
+/* Move accelerations at a few corners so that the plan ends at its goal; not
+ * those in `fixed`.  MOTION_E_LIMIT when no acceleration can. */
+int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed,
+                    enum otg_trim how, struct motion_otg_plan *plan);
+
+/* Bring the start (a, then v) inside the limits; adds 0..2 phases to `shape`
+ * and moves v0, a0 and d on. */
+void motion_otg_brake(struct otg_problem *q, struct otg_shape *shape);
+/* Whether it (or the goal, backwards in time) is inside, with room to let go
+ * of its acceleration; true means that there is nothing to brake. */
+bool motion_otg_is_start_inside(const struct otg_problem *q);
+bool motion_otg_is_goal_inside(const struct otg_problem *q);
+/* The same for an acceleration alone. */
+void motion_otg_brake_acc(struct otg_problem *q, struct otg_shape *shape);
+
+/* By how much limits are drawn in: 2^-vel, 2^-acc, 2^-jerk; `is_strict` as in
+ * struct otg_problem. */
+struct otg_draw {
+    int vel, acc, jerk;
+    bool is_strict;
+};
+
+#define OTG_BITS  25 /* limits are drawn in by 2^-25 at first */
+#define OTG_TRIES 48
+
+/* The i-th try, counted from 0; `wanted` from motion_otg_wanted_bits. */
+struct otg_draw motion_otg_draw(int wanted, int i);
+int motion_otg_wanted_bits(int64_t dur_ns_q12);
+
+/* The problem in reals, its limits drawn in. */
+void motion_otg_problem_init(const struct motion_otg_move *move,
+                             struct otg_draw draw, struct otg_problem *q);
+
+/* Count lengths such that the jerk 1 / per_j is 1. */
+void motion_otg_in_jerk(struct otg_problem *q, struct num per_j);
+/* And back: the accelerations of phases [from, count) times jerk. */
+void motion_otg_shape_scale(struct otg_shape *shape, int from, struct num jerk);
+
+/* Between solve.c and timed.c, for problems in unit jerk. */
+bool motion_otg_is_reached(const struct otg_problem *q, struct num t,
+                           struct num miss);
+/* A motion of the lens that takes t. */
+bool motion_otg_lens_in(const struct otg_problem *q, struct num t,
+                        struct otg_shape *shape);
+struct otg_lens {
+    bool exists;
+    struct num valley; /* x is -valley at its late end */
+};
+struct otg_lens motion_otg_lens_of(const struct otg_problem *q);
+/* Whether velocities between v0 and vf can cover d in the time of the last of
+ * its motions. */
+bool motion_otg_lens_is_near(const struct otg_problem *q, struct num valley);
+/* A border of the lens; returns x at its start. */
+struct num motion_otg_lens_border(const struct otg_problem *q, int sign,
+                                  struct otg_border *b);
+/* Duration of the fastest motion outside the lens (`sign` 0), or of where the
+ * displacement is last passed on the border with that sign. */
+struct num motion_otg_next_time(const struct otg_problem *q, int sign);
+
+/* Ticks per second. */
+struct num motion_otg_per_second(void);
+/* A duration in seconds. */
+struct num motion_otg_seconds(int64_t dur_ns_q12);
+
+/* How long a shape takes. */
+struct num motion_otg_shape_time(const struct otg_shape *shape);
+
+/* Position goal: brake both ends inside, solve the middle; t zero for the
+ * fastest, else exactly t seconds or MOTION_E_LIMIT and *next.  Uses `q` up;
+ * its jerks stay. */
+int motion_otg_propose(struct otg_problem *q, struct num t,
+                       struct otg_shape *shape, struct num *next);
+
+/* Velocity goal: the same in the least time. */
+void motion_otg_propose_velocity(const struct otg_problem *problem,
+                                 struct otg_shape *shape);
+
+/* Backwards in time. */
+void motion_otg_reverse(struct otg_problem *q);
+
+/* Jerks in a plan's own units of acceleration per tick, and where they hold. */
+struct otg_rates {
+    struct num j, j2, per_j, per_j2;
+    int brake, turn;
+    bool lands; /* the goal's side brakes too */
+};
+
+/* Ticks for the acceleration to move by `step` units in phase i, up. */
+int64_t motion_otg_ramp_ticks(const struct otg_rates *rates, int i,
+                              int64_t step);
+
+/* What a plan misses, wanted - run, in unit/s, unit, and with a wanted duration
+ * in ticks. */
+struct otg_miss {
+    struct num vel, way;
+    int64_t ticks;
+    bool is_timed;
+};
+
+/* Move the plan, its phases still those of `shape`, by one Newton step. */
+void motion_otg_polish(struct motion_otg_plan *plan,
+                       const struct otg_shape *shape,
+                       const struct otg_rates *rates,
+                       const struct otg_miss *miss);
+
+/* The jerk that limits phase i, of a move whose jerk is limited. */
+int64_t motion_otg_phase_jerk(const struct motion_otg_limit *lim,
+                              const struct motion_otg_plan *plan, int i);
+
+/* Units for `plan`, whose accelerations are below 2^acc unit/s2, and its ends.
+ * MOTION_E_RANGE when it does not fit. */
+int motion_otg_round_units(const struct motion_otg_move *move, int acc,
+                           struct motion_otg_plan *plan);
+/* The same for a shape's accelerations, and the jerks in these units. */
+int motion_otg_round_start(const struct motion_otg_move *move,
+                           const struct otg_problem *q,
+                           const struct otg_shape *shape,
+                           struct otg_rates *rates,
+                           struct motion_otg_plan *plan);
+/* The shape's phases one by one, some of no ticks; *ends: those that swing. */
+#define OTG_END_START 1u
+#define OTG_END_GOAL  2u
+int motion_otg_round(const struct motion_otg_move *move,
+                     const struct otg_shape *shape,
+                     const struct otg_rates *rates,
+                     struct motion_otg_plan *plan, uint32_t *ends);
+/* Phases of hardly any ticks next to the start and goal last none. */
+void motion_otg_round_ends(struct motion_otg_plan *plan);
+/* Leave out phases of no or hardly any ticks; returns the corners that must
+ * stay for the ends that swing. */
+uint32_t motion_otg_round_join(const struct otg_shape *shape, uint32_t ends,
+                               struct motion_otg_plan *plan);
+
+/* Round `shape` to whole ticks and units, meet the goal, and check; the total
+ * is `dur_ns_q12`, or what comes for 0.  MOTION_E_RANGE when it does not fit
+ * the formats, MOTION_E_LIMIT with the field that is broken. */
+int motion_otg_settle(const struct motion_otg_move *move,
+                      const struct otg_problem *problem,
+                      const struct otg_shape *shape, int64_t dur_ns_q12,
+                      struct motion_otg_plan *plan,
+                      enum motion_otg_field *field);
+
+/* The plain change of speed with all that the limits allow, as exactly as ticks
+ * do: a velocity goal's answer, and that of a position goal whose way is just
+ * what the change covers (plain.c).  MOTION_E_LIMIT where it cannot be had. */
+int motion_otg_plain(const struct motion_otg_move *move,
+                     struct motion_otg_plan *plan,
+                     enum motion_otg_field *field);
+/* The fastest motion over a way that is next to the plain change's, which takes
+ * about dur_ns_q12 (edge.c). */
+int motion_otg_edge(const struct motion_otg_move *move, int64_t dur_ns_q12,
+                    struct motion_otg_plan *plan, enum motion_otg_field *field);
+
+/* A cruise with both ends on the limit, made exactly; false where the jerk
+ * cannot (nearest.c). */
+bool motion_otg_cruise(const struct motion_otg_move *move,
+                       struct motion_otg_plan *plan);
+/* Where one phase does it in much less time than the plan that was made (or
+ * refused, `err`): that phase in whole ticks, with a residual where it has one.
+ * Returns err, or MOTION_OK. */
+int motion_otg_nearest(const struct motion_otg_move *move, int err,
+                       struct motion_otg_plan *plan);
+
+#define OTG_TICKS_MOST ((int64_t)1 << 60)
+
+/* Ticks that full jerk takes for `step` units, up; what is 2^-52 of it less is
+ * what rounding made of a step.  At most OTG_TICKS_MOST. */
+int64_t motion_otg_full_ticks(int64_t step, int64_t jerk_q32, int acc_bits);
+/* The largest step of the acceleration in n ticks. */
+int64_t motion_otg_full_step(int64_t n, int64_t jerk_q32, int acc_bits);
+/* Append a phase, unless it lasts no time. */
+void motion_otg_plan_add(struct motion_otg_plan *plan, int64_t dur_ns_q12,
+                         int64_t acc);
+
+static inline int otg_refuse(enum motion_otg_field *field,
+                             enum motion_otg_field which, int err)
+{
+    *field = which;
+    return err;
+}
+
+/* The jerk of slowing down. */
+static inline int64_t otg_closing_jerk(const struct motion_otg_limit *lim)
+{
+    return lim->jerk_down_q32 ? lim->jerk_down_q32 : lim->jerk_q32;
+}
+
+/* Whether the start can stay inside the limits as they are. */
+bool motion_otg_start_fits(const struct motion_otg_move *move);
+
+/* The request itself: MOTION_OK, or as motion_otg_make without trying. */
+int motion_otg_is_valid(const struct motion_otg_move *move,
+                        enum motion_otg_field *field);
+
+/* motion_otg_make in another duration than move->dur_ns_q12 (0: the
+ * shortest). */
+int motion_otg_make_in(const struct motion_otg_move *move, int64_t dur_ns_q12,
+                       struct motion_otg_plan *plan,
+                       enum motion_otg_field *field);
+
+/* How long the fastest motion takes, to 2^-27; move->dur_ns_q12 is not looked
+ * at.  Errors as motion_otg_make. */
+int motion_otg_least(const struct motion_otg_move *move, int64_t *dur_ns_q12,
+                     enum motion_otg_field *field);
+
+/* Make a plan of `move` a hair longer, by lengthening its longest phase; it has
+ * then passed the check, or the error says that it could not. */
+int motion_otg_stretch(const struct motion_otg_move *move, int64_t dur_ns_q12,
+                       struct motion_otg_plan *plan);
+
+#endif

@@ -1,0 +1,424 @@
+/* motion/otg/solve.c - see solve.h; the names and equations are those of
+ * docs/OTG.md. */
+#include "motion/otg/solve.h"
+
+#include <stddef.h>
+
+#include "motion/core/err.h"
+#include "motion/otg/border.h"
+#include "motion/otg/internal.h"
+
+#define EDGE_BITS 14
+#define LENS_BITS 24 /* what rounding makes of its time is less */
+
+/* --- the main region ------------------------------------------------------ */
+
+/* Where on a border the answer is. */
+struct answer {
+    struct otg_border b;
+    struct otg_point p;
+    struct num cruise;
+    bool is_edge; /* see otg_shape */
+};
+
+static struct num answer_time(const struct answer *at)
+{
+    return num_add(motion_otg_border_time(&at->b, &at->p), at->cruise);
+}
+
+/* About where 2 x^3 + s x reaches `rest`, from above: what is left of the
+ * family when no limit of a binds. */
+static struct num guess(struct num rest, struct num s)
+{
+    struct num x = num_zero();
+    if (rest.m > 0) {
+        x = motion_otg_num_cbrt_above(num_half(rest));
+        if (s.m > 0)
+            x = num_min(x, num_div(rest, s));
+    }
+    if (s.m < 0)
+        return num_add(x, num_sqrt(num_half(num_neg(s))));
+    if (x.m == 0)
+        return x;
+    struct num x2 = num_twice(num_sqr(x));
+    struct num up = num_add(rest, num_twice(num_mul(x2, x)));
+    return num_div(up, num_add(s, num_add(x2, num_twice(x2))));
+}
+
+/* The same with two jerks: j (1 + sqrt(j / j2)) x^3 + s x, j on the side whose
+ * x it is. */
+OTG_OWN_FRAME static struct num guess_two(const struct otg_border *b,
+                                          struct num rest, struct num s)
+{
+    const struct otg_side *f = &b->side[b->first], *o = &b->side[!b->first];
+    struct num r = num_sqrt(num_mul(f->j, o->per_j));
+    struct num by = num_inv(num_half(num_add(num_one(), r)));
+    by = num_mul(by, f->per_j);
+    return guess(num_mul(rest, by), num_mul(s, by));
+}
+
+/* In regime B the border may rise before it falls: as far as its rate gets
+ * less, as in the lens.  What it reaches there comes first. */
+static bool is_placed_early(struct answer *at, struct num want, struct num lo)
+{
+    struct otg_point p = at->p;
+    struct num hi = motion_otg_border_turn(&at->b, num_zero());
+    if (!num_lt(lo, hi) || motion_otg_border_rate(&at->b, &p).m <= 0 ||
+        !num_lt(p.got, want))
+        return false;
+    p.x = num_half(num_add(lo, hi));
+    motion_otg_border_root(&at->b, OTG_GOAL_LENS, want, lo, hi, &p);
+    if (p.rest.m > 0)
+        return false;
+    at->p = p;
+    at->cruise = num_zero();
+    return true;
+}
+
+/* Displacement `want` on the last rising branch, from p at lo on. */
+static void place(struct answer *at, struct num want, struct num lo)
+{
+    struct otg_border *b = &at->b;
+    struct otg_point *p = &at->p;
+    struct num hi = motion_otg_border_half(b, b->top);
+    if (lo.m < 0) {
+        motion_otg_border_at(b, OTG_GOAL_D, num_zero(), p);
+        if (p->slope.m > 0 && !num_lt(p->got, want)) {
+            hi = num_zero();
+            p->x = num_half(lo);
+        } else {
+            lo = num_zero();
+        }
+    }
+    hi = num_max(lo, hi);
+    if (lo.m >= 0) {
+        struct num rest = num_sub(want, p->got);
+        p->x = num_add(lo, b->is_unit ? guess(rest, p->slope)
+                                      : guess_two(b, rest, p->slope));
+    }
+    motion_otg_border_root(b, OTG_GOAL_D, want, lo, hi, p);
+    at->cruise = num_zero();
+    if (p->rest.m > 0)
+        at->cruise = num_div(p->rest, p->vc);
+}
+
+/* The border with `sign`: its start; what d is beyond that. */
+static struct num border_start(const struct otg_problem *q, int sign,
+                               struct answer *at, struct num *want,
+                               struct num *lo)
+{
+    motion_otg_border_init(q, sign, -1, &at->b);
+    *want = num_add(sign < 0 ? num_neg(q->d) : q->d, at->b.lead_d);
+    *lo = motion_otg_border_low(&at->b);
+    if (!q->is_unit && lo->m < 0)
+        *lo = num_zero();
+    motion_otg_border_at(&at->b, OTG_GOAL_D, *lo, &at->p);
+    return num_sub(*want, at->p.got);
+}
+
+/* Equal within what the search leaves, relative to the way and v t. */
+bool motion_otg_is_reached(const struct otg_problem *q, struct num t,
+                           struct num miss)
+{
+    if (miss.m == 0)
+        return true;
+    struct num way = num_max(num_abs(q->v0), num_abs(q->vf));
+    way = num_add(num_abs(q->d), num_mul(way, t));
+    return way.m != 0 && miss.e < way.e - 24;
+}
+
+/* No more than drawing limits in may make of `size` or `other`. */
+static bool is_slight(struct num rest, struct num size, struct num other)
+{
+    int32_t e = size.e > other.e ? size.e : other.e;
+    return rest.m == 0 || rest.e < e - EDGE_BITS;
+}
+
+static bool is_at_start(const struct otg_problem *q, struct answer *at,
+                        struct num rest)
+{
+    at->cruise = num_zero();
+    return motion_otg_is_reached(q, answer_time(at), rest);
+}
+
+/* Both borders start with the same motion, the plain speed change. */
+static void answer_main(const struct otg_problem *q, struct answer *at)
+{
+    struct num want, lo;
+    int sign = q->d.m < 0 ? -1 : 1;
+    struct num rest = border_start(q, sign, at, &want, &lo);
+    at->is_edge |= is_slight(rest, q->d, at->b.lead_d);
+    if ((at->p.slope.m <= 0 || (rest.m <= 0 && !q->is_strict)) &&
+        is_at_start(q, at, rest))
+        return;
+    if (rest.m < 0)
+        (void)border_start(q, -sign, at, &want, &lo);
+    if (lo.m >= 0 || !is_placed_early(at, want, lo))
+        place(at, want, lo);
+}
+
+/* --- the lens ------------------------------------------------------------- */
+
+/* The region of motions whose acceleration never changes sign is closed: a
+ * lens between two speed changes, + - and - +.  It needs accelerations of one
+ * sign at both ends. */
+struct otg_lens motion_otg_lens_of(const struct otg_problem *q)
+{
+    struct otg_lens lens = { .exists = false };
+    if (q->is_no_lens || q->a0.m == 0 || q->af.m == 0 ||
+        (q->a0.m < 0) != (q->af.m < 0))
+        return lens;
+    struct num dv = q->dv;
+    struct num e0 = num_half(num_sqr(q->a0)), ef = num_half(num_sqr(q->af));
+    if (q->a0.m < 0)
+        dv = num_neg(dv);
+    struct num room = num_sub(num_add(e0, ef), dv);
+    if (room.m <= 0 || num_lt(dv, num_abs(num_sub(ef, e0))))
+        return lens;
+    return (struct otg_lens){ true, num_sqrt(room) };
+}
+
+/* A border of the lens is regime B of the side whose acceleration is below
+ * zero there, with a1 rising to -valley. */
+struct num motion_otg_lens_border(const struct otg_problem *q, int sign,
+                                  struct otg_border *b)
+{
+    motion_otg_border_init(q, sign, (q->a0.m > 0) == (sign > 0), b);
+    return b->side[b->first].a;
+}
+
+/* Whether `want` is reached while the border is concave, up to hi: it must rise
+ * at its start, and when it ends short of that, fall at its end, or its highest
+ * value is at the end.  Nor is it higher than its tangents. */
+static bool lens_may_reach(struct otg_border *b, struct num want,
+                           const struct otg_point *first, struct num hi)
+{
+    struct otg_point last;
+    struct num up = motion_otg_border_rate(b, first);
+    if (up.m <= 0)
+        return false;
+    motion_otg_border_at(b, OTG_GOAL_LENS, hi, &last);
+    struct num down = motion_otg_border_rate(b, &last);
+    bool is_short = num_lt(last.got, want);
+    if (is_short && down.m > 0)
+        return false;
+    struct num span = num_sub(motion_otg_border_time(b, &last),
+                              motion_otg_border_time(b, first));
+    if (num_lt(num_add(first->got, num_mul(up, span)), want))
+        return false;
+    return down.m > 0 || !num_lt(num_sub(last.got, num_mul(down, span)), want);
+}
+
+/* Both borders of the lens begin and end with the same motions. */
+OTG_OWN_FRAME static bool is_lens_tip(const struct otg_problem *q,
+                                      struct answer *at, struct num hi)
+{
+    struct num lo = motion_otg_lens_border(q, 1, &at->b);
+    struct num want = num_add(q->d, at->b.lead_d);
+    motion_otg_border_at(&at->b, OTG_GOAL_LENS, lo, &at->p);
+    if (is_slight(num_sub(want, at->p.got), q->d, at->b.lead_d))
+        return true;
+    motion_otg_border_at(&at->b, OTG_GOAL_LENS, hi, &at->p);
+    return is_slight(num_sub(want, at->p.got), q->d, at->b.lead_d);
+}
+
+static bool lens_reaches(const struct otg_problem *q, enum otg_goal goal,
+                         struct num want, struct num lo, struct num hi,
+                         struct answer *at)
+{
+    at->p.x = num_half(num_add(lo, hi));
+    motion_otg_border_root(&at->b, goal, want, lo, hi, &at->p);
+    return motion_otg_is_reached(q, answer_time(at), at->p.rest);
+}
+
+/* A border rises first while it is concave, and once more at its end, where
+ * what it comes to is the most of that. */
+static bool answer_lens_border(const struct otg_problem *q, struct num want,
+                               struct num lo, struct num hi, struct answer *at)
+{
+    struct num concave = num_max(lo, motion_otg_border_turn(&at->b, hi));
+    if (num_lt(lo, concave) && lens_may_reach(&at->b, want, &at->p, concave) &&
+        lens_reaches(q, OTG_GOAL_LENS, want, lo, concave, at))
+        return true;
+    if (!num_lt(concave, hi))
+        return false;
+    motion_otg_border_at(&at->b, OTG_GOAL_D, hi, &at->p);
+    return !num_lt(at->p.got, want) &&
+           lens_reaches(q, OTG_GOAL_D, want, concave, hi, at);
+}
+
+bool motion_otg_lens_is_near(const struct otg_problem *q, struct num valley)
+{
+    struct num v =
+        q->d.m < 0 ? num_neg(num_min(q->v0, q->vf)) : num_max(q->v0, q->vf);
+    struct num t = otg_over(q, num_add(num_abs(q->a0), num_abs(q->af)),
+                            num_max(q->per_j, q->per_j2));
+    struct num rounding = num_scale(t, -LENS_BITS);
+    t = num_add(num_sub(t, num_twice(valley)), rounding);
+    return !num_lt(num_mul(v, t), num_abs(q->d));
+}
+
+OTG_OWN_FRAME static bool answer_lens(const struct otg_problem *q,
+                                      struct answer *at)
+{
+    struct otg_lens lens = motion_otg_lens_of(q);
+    if (!lens.exists || !motion_otg_lens_is_near(q, lens.valley))
+        return false;
+    at->is_edge |= is_lens_tip(q, at, num_neg(lens.valley));
+    at->cruise = num_zero();
+    for (int sign = 1; sign >= -1; sign -= 2) {
+        struct num lo = motion_otg_lens_border(q, sign, &at->b);
+        struct num want = sign < 0 ? num_neg(q->d) : q->d;
+        want = num_add(want, at->b.lead_d);
+        motion_otg_border_at(&at->b, OTG_GOAL_LENS, lo, &at->p);
+        if (!num_lt(want, at->p.got))
+            return answer_lens_border(q, want, lo, num_neg(lens.valley), at);
+    }
+    return false;
+}
+
+OTG_OWN_FRAME static bool solve_lens(const struct otg_problem *q,
+                                     struct otg_shape *shape)
+{
+    struct answer at;
+    at.is_edge = false;
+    bool is_reached = answer_lens(q, &at);
+    shape->is_edge |= at.is_edge;
+    if (is_reached)
+        motion_otg_border_shape(&at.b, &at.p, at.cruise, shape);
+    return is_reached;
+}
+
+bool motion_otg_solve_lens(const struct otg_problem *q, struct num t,
+                           struct otg_shape *shape)
+{
+    return t.m != 0 ? motion_otg_lens_in(q, t, shape) : solve_lens(q, shape);
+}
+
+/* --- solutions ------------------------------------------------------------ */
+
+/* One ramp from end to end makes the speed, or one to zero and one away from
+ * it, or nearly: drawing limits in costs a pulse there, or shuts the lens. */
+OTG_OWN_FRAME static bool is_tie(const struct otg_problem *q)
+{
+    if ((q->a0.m | q->af.m) == 0)
+        return false;
+    struct num e0 = num_half(num_sqr(q->a0)), ef = num_half(num_sqr(q->af));
+    struct num dv = num_abs(q->dv);
+    return is_slight(num_sub(dv, num_abs(num_sub(ef, e0))), e0, ef) ||
+           is_slight(num_sub(dv, num_add(ef, e0)), e0, ef);
+}
+
+static void answer_unit(const struct otg_problem *q, struct answer *at)
+{
+    at->is_edge = is_tie(q);
+    if (!answer_lens(q, at))
+        answer_main(q, at);
+}
+
+/* With the lower jerk on both sides, which any motion may use anywhere; and
+ * with both as they are: the cruise between them separates the two halves, so
+ * regime A alone, upper or lower border. */
+static void answer_best(const struct otg_problem *problem, struct answer *best)
+{
+    if (problem->is_unit) {
+        answer_unit(problem, best);
+        return;
+    }
+    struct otg_problem q = *problem;
+    motion_otg_in_jerk(&q, num_max(problem->per_j, problem->per_j2));
+    answer_unit(&q, best);
+    for (int sign = 1; sign >= -1; sign -= 2) {
+        struct answer at;
+        struct num want, lo;
+        at.is_edge = false;
+        if (num_sub(problem->j, problem->j2).m == 0 ||
+            border_start(problem, sign, &at, &want, &lo).m < 0)
+            continue;
+        place(&at, want, lo);
+        if (num_lt(answer_time(&at), answer_time(best)))
+            *best = at;
+    }
+}
+
+/* Most phases hold what is zero or was just multiplied. */
+void motion_otg_shape_scale(struct otg_shape *shape, int from, struct num jerk)
+{
+    struct num was = num_zero(), is = was;
+    for (int i = from; i < shape->count; i++) {
+        struct num *a = &shape->phase[i].a;
+        if (a->m != was.m || a->e != was.e) {
+            was = *a;
+            is = num_mul(was, jerk);
+        }
+        *a = is;
+    }
+}
+
+void motion_otg_solve(const struct otg_problem *q, struct otg_shape *shape)
+{
+    struct answer at;
+    int from = shape->count;
+    answer_best(q, &at);
+    shape->is_edge |= at.is_edge;
+    motion_otg_border_shape(&at.b, &at.p, at.cruise, shape);
+    if (!q->is_unit && at.b.is_unit)
+        motion_otg_shape_scale(shape, from, num_min(q->j, q->j2));
+}
+
+void motion_otg_in_jerk(struct otg_problem *q, struct num per_j)
+{
+    q->d = num_mul(q->d, per_j);
+    q->v0 = num_mul(q->v0, per_j);
+    q->a0 = num_mul(q->a0, per_j);
+    q->vf = num_mul(q->vf, per_j);
+    q->af = num_mul(q->af, per_j);
+    q->dv = num_mul(q->dv, per_j);
+    q->vx = num_mul(q->vx, per_j);
+    q->vn = num_mul(q->vn, per_j);
+    q->ax = num_mul(q->ax, per_j);
+    q->an = num_mul(q->an, per_j);
+    q->j = q->j2 = q->per_j = q->per_j2 = num_one();
+    q->is_unit = true;
+}
+
+/* --- a speed change ------------------------------------------------------- */
+
+void motion_otg_solve_velocity(const struct otg_problem *q,
+                               struct otg_shape *shape)
+{
+    struct num e0 = num_half(num_sqr(q->a0)), ef = num_half(num_sqr(q->af));
+    struct num dv = num_mul(q->j, q->dv);
+    struct num direct = num_sub(ef, e0), hold = num_zero();
+    bool up = !num_lt(dv, num_lt(q->af, q->a0) ? num_neg(direct) : direct);
+    struct num square = num_add(up ? dv : num_neg(dv), num_add(e0, ef));
+    struct num limit = up ? q->ax : num_neg(q->an);
+    struct num rest = num_sub(square, num_sqr(limit)), a = limit;
+    if (rest.m > 0)
+        hold = num_mul(num_div(rest, limit), q->per_j);
+    else
+        a = num_sqrt(square);
+    if (!up)
+        a = num_neg(a);
+    otg_shape_add(shape, num_mul(num_abs(num_sub(a, q->a0)), q->per_j), a);
+    otg_shape_add(shape, hold, a);
+    shape->knobs.pulse[0] = (int16_t)(shape->count - 1);
+    shape->knobs.is_peak[0] = up;
+    otg_shape_add(shape, num_mul(num_abs(num_sub(q->af, a)), q->per_j), q->af);
+}
+
+/* --- for timed.c ------------------------------------------------------ */
+
+struct num motion_otg_next_time(const struct otg_problem *q, int sign)
+{
+    struct answer at;
+    struct num want, lo;
+    at.is_edge = false;
+    if (sign == 0)
+        answer_main(q, &at);
+    else {
+        (void)border_start(q, sign, &at, &want, &lo);
+        place(&at, want, lo);
+    }
+    return answer_time(&at);
+}

@@ -1,0 +1,43 @@
+/* motion/otg/sync.h - several axes that start and arrive together.
+ *
+ *   NONE      each axis as fast as it can
+ *   TIME      all take the same time, the shortest that every axis can take:
+ *             an axis may be unable to take a time although it can take a
+ *             shorter one, so this can be above the slowest axis's own time
+ *   PHASE     as TIME, and on a straight line from start to goal where the
+ *             states lie on one (else TIME)
+ *   STRAIGHT  as PHASE, or MOTION_E_LIMIT
+ *
+ * Method: docs/OTG.md, "Several axes". */
+#ifndef MOTION_OTG_SYNC_H
+#define MOTION_OTG_SYNC_H
+
+#include <stdint.h>
+
+#include "motion/otg/otg.h"
+
+#define MOTION_SYNC_AXES 16
+
+enum motion_sync_kind {
+    MOTION_SYNC_NONE,
+    MOTION_SYNC_TIME,
+    MOTION_SYNC_PHASE,
+    MOTION_SYNC_STRAIGHT,
+};
+
+/* What stands against a plan. */
+struct motion_sync_fault {
+    int axis;
+    enum motion_otg_field field;
+};
+
+/* Plan `count` axes (1 .. MOTION_SYNC_AXES); velocity goals only with NONE.
+ * move[i].dur_ns_q12 is a shortest duration for all: the largest counts.
+ * Errors as motion_otg_make, `fault` (may be NULL) says where; plans are then
+ * undefined.  Every plan has passed motion_otg_check and, synchronised, all
+ * have the same dur_ns_q12. */
+int motion_sync_make(const struct motion_otg_move move[], int count,
+                     enum motion_sync_kind kind, struct motion_otg_plan plan[],
+                     struct motion_sync_fault *fault);
+
+#endif

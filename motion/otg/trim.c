@@ -1,0 +1,383 @@
+/* motion/otg/trim.c - meet the goal exactly, with constant jerk throughout.
+ *
+ * Raising the acceleration at the corner between phases of n and n' ticks by
+ * one unit adds a hat to it, and so
+ *
+ *     w = n + n'                  to the velocity at the end
+ *     x = w k,  k = 3 r + n - n'  to the position there, r ticks after it
+ *
+ * (a third of k is the time from the hat's centre to the end).  Neighbouring
+ * corners of equal acceleration move together, so that a hold stays one; W and
+ * X are their sums.  What velocity and position miss, v and p, two such groups
+ * make up for:
+ *
+ *     W0 d0 + W1 d1 = v,  X0 d0 + X1 d1 = p
+ *
+ * With k counted from the centre of group 0 (p - k v for p, X - k W for X, all
+ * exact) its own X is nothing, and one after the other is found. */
+#include <stddef.h>
+
+#include "motion/core/err.h"
+#include "motion/otg/internal.h"
+
+#define TRIM_ROUNDS 4
+#define TRIM_SMALL  ((int64_t)1 << 24) /* what is left is less than a unit */
+#define TRIM_GENTLE 25
+#define TRIM_MOST   58
+#define TRIM_FREE   61
+#define TRIM_ZERO   (-1000)
+#define TRIM_CRUISE 10
+#define TRIM_LONGER 22 /* 2^-22 of the time */
+
+/* Corners first .. last; `weight` the power of two of the velocity they are
+ * worth. */
+struct trim_group {
+    int64_t k;
+    int16_t weight;
+    int first, last;
+};
+
+struct trim {
+    struct motion_otg_plan *plan;
+    bool gently;
+    int most; /* no acceleration moves by more than 2^most */
+    int count;
+    struct trim_group group[MOTION_OTG_PHASES];
+    int64_t k, w[2];         /* the centre of group 0; W of groups 0 and 1 */
+    struct motion_u128 x[2]; /* their X about k */
+    struct num per_w, per_x; /* 1 / W of group 0, 1 / X of group 1 */
+    struct motion_u128 vel;  /* missing */
+    struct wider way;        /* missing about k */
+};
+
+static int power_of(int64_t a)
+{
+    return 64 - (int)motion_real_clz(motion_fixed_abs(a));
+}
+
+static void trim_add(struct trim *t, int i, int64_t rest)
+{
+    const struct motion_otg_phase *ph = &t->plan->phase[i];
+    struct trim_group *g = &t->group[t->count++];
+    int64_t n = ph[0].dur_ns_q12, next = ph[1].dur_ns_q12;
+    g->k = 3 * rest + n - next;
+    g->first = g->last = i;
+    g->weight =
+        (int16_t)(ph->acc == 0 ? TRIM_ZERO
+                               : power_of(n + next) + power_of(ph->acc));
+}
+
+/* Groups in order of time; corners `alone` are not put together. */
+static void trim_groups(struct trim *t, uint32_t fixed, bool alone)
+{
+    const struct motion_otg_plan *plan = t->plan;
+    int64_t rest = plan->dur_ns_q12;
+    t->count = 0;
+    for (int i = 0; i + 1 < plan->count; i++) {
+        rest -= plan->phase[i].dur_ns_q12;
+        if (fixed >> i & 1)
+            continue;
+        bool same = t->count > 0 && t->group[t->count - 1].last == i - 1 &&
+                    plan->phase[i].acc == plan->phase[i - 1].acc;
+        if (same && !alone)
+            t->group[t->count - 1].last = i;
+        else
+            trim_add(t, i, rest);
+    }
+}
+
+static int smaller(int a, int b)
+{
+    return a < b ? a : b;
+}
+
+/* A cruise may change its speed by as much as limits are drawn in, and so do
+ * most of the work of the largest peak; but it would rather stay one. */
+static void trim_weigh_zero(struct trim *t)
+{
+    int most = 0;
+    for (int i = 0; i < t->count; i++)
+        if (t->group[i].weight > most)
+            most = t->group[i].weight;
+    for (int i = 0; i < t->count; i++)
+        if (t->group[i].weight == TRIM_ZERO)
+            t->group[i].weight = (int16_t)(most - TRIM_CRUISE);
+}
+
+/* The two groups whose velocities, times the time between them, are worth most;
+ * they become groups 0 and 1. */
+static void trim_choose(struct trim *t)
+{
+    int best = -30000, one = 0, other = 1;
+    if (t->count > 2)
+        trim_weigh_zero(t);
+    for (int i = 0; t->count > 2 && i < t->count; i++)
+        for (int k = i + 1; k < t->count; k++) {
+            const struct trim_group *a = &t->group[i], *b = &t->group[k];
+            int worth = smaller(a->weight, b->weight) + power_of(a->k - b->k);
+            if (worth > best) {
+                best = worth;
+                one = i;
+                other = k;
+            }
+        }
+    const struct trim_group first = t->group[one];
+    t->group[1] = t->group[other];
+    t->group[0] = first;
+}
+
+/* For a velocity alone: the group that is worth most becomes group 0. */
+static void trim_choose_one(struct trim *t)
+{
+    int one = 0;
+    for (int i = 1; i < t->count; i++)
+        if (t->group[i].weight > t->group[one].weight)
+            one = i;
+    t->group[0] = t->group[one];
+}
+
+/* Halve the longest phase, so that there is a corner to move. */
+static int trim_split(struct motion_otg_plan *plan)
+{
+    int longest = 0;
+    if (plan->count == 0 || plan->count == MOTION_OTG_PHASES)
+        return MOTION_E_LIMIT;
+    for (int i = 1; i < plan->count; i++)
+        if (plan->phase[i].dur_ns_q12 > plan->phase[longest].dur_ns_q12)
+            longest = i;
+    struct motion_otg_phase *ph = &plan->phase[longest];
+    if (ph->dur_ns_q12 < 2)
+        return MOTION_E_LIMIT;
+    for (int i = plan->count; i > longest; i--)
+        plan->phase[i] = plan->phase[i - 1];
+    int64_t from = longest ? ph[-1].acc : plan->start_acc;
+    ph[0].dur_ns_q12 /= 2;
+    ph[1].dur_ns_q12 -= ph[0].dur_ns_q12;
+    ph[0].acc = from + (ph[1].acc - from) / 2;
+    plan->count++;
+    plan->brake += plan->brake > longest;
+    plan->turn += plan->turn > longest;
+    return MOTION_OK;
+}
+
+/* W, and X about the moment k. */
+static struct motion_u128 group_worth(const struct motion_otg_plan *plan,
+                                      const struct trim_group *g, int64_t k,
+                                      int64_t *all)
+{
+    struct motion_u128 x = { 0, 0 };
+    const struct motion_otg_phase *ph = &plan->phase[g->first];
+    int64_t own = g->k - k;
+    *all = 0;
+    for (int i = g->first; i <= g->last; i++, ph++) {
+        int64_t w = ph[0].dur_ns_q12 + ph[1].dur_ns_q12;
+        *all += w;
+        wide_add_mul(&x, own, w);
+        if (i < g->last) /* k'' = k - (n + n' + n'') */
+            own -= w + ph[2].dur_ns_q12;
+    }
+    return x;
+}
+
+/* MOTION_E_LIMIT beyond what a plan can hold; by < 2^61. */
+static int group_move(struct motion_otg_plan *plan, const struct trim_group *g,
+                      int64_t by)
+{
+    for (int i = g->first; i <= g->last; i++) {
+        plan->phase[i].acc += by;
+        if (motion_fixed_abs(plan->phase[i].acc) >> 62)
+            return MOTION_E_LIMIT;
+    }
+    return MOTION_OK;
+}
+
+static uint32_t group_mask(const struct trim_group *g)
+{
+    return (2u << g->last) - (1u << g->first);
+}
+
+/* d to nearest; MOTION_E_LIMIT when no acceleration could move so far. */
+static int trim_rounded(struct num d, int most, int64_t *by)
+{
+    if (d.m != 0 && d.e > most - 30)
+        return MOTION_E_LIMIT;
+    int down = -d.e - 1;
+    int64_t twice = down <= 0 ? (int64_t)((uint64_t)(int64_t)d.m << -down)
+                              : (int64_t)d.m >> (down > 63 ? 63 : down);
+    *by = (twice + 1) >> 1;
+    return MOTION_OK;
+}
+
+/* Are the ramps about the group 2^25 times as much? */
+static bool is_gentle(const struct motion_otg_plan *plan,
+                      const struct trim_group *g, int64_t by)
+{
+    const struct motion_otg_phase *ph = plan->phase;
+    int64_t before = g->first ? ph[g->first - 1].acc : plan->start_acc;
+    uint64_t size = motion_fixed_abs(by) << TRIM_GENTLE;
+    return size <= motion_fixed_abs(ph[g->first].acc - before) &&
+           size <= motion_fixed_abs(ph[g->last + 1].acc - ph[g->last].acc);
+}
+
+/* Moves group i by what makes `lack` good at 1 / `per` a unit, to 2^-26 of
+ * it. */
+static int trim_by(struct trim *t, int i, struct num lack, struct num per,
+                   int64_t *by)
+{
+    int err = trim_rounded(num_mul(lack, per), t->most, by);
+    if (err < 0 || (t->gently && !is_gentle(t->plan, &t->group[i], *by)))
+        return MOTION_E_LIMIT;
+    return group_move(t->plan, &t->group[i], *by);
+}
+
+/* Whether what its own rounding left of a step is less than a unit. */
+static bool is_small(int64_t by)
+{
+    return by > -TRIM_SMALL && by < TRIM_SMALL;
+}
+
+static int trim_step(struct trim *t, bool *is_done)
+{
+    int64_t by, last;
+    int err = trim_by(t, 1, motion_otg_wider_num(&t->way, 0), t->per_x, &by);
+    if (err < 0)
+        return err;
+    wide_add_mul(&t->vel, -by, t->w[1]);
+    err = trim_by(t, 0, motion_otg_wide_num(&t->vel, 0), t->per_w, &last);
+    if (err < 0)
+        return err;
+    *is_done = is_small(by) && is_small(last);
+    if (*is_done)
+        return MOTION_OK;
+    wide_add_mul(&t->vel, -last, t->w[0]);
+    wider_add_mul(&t->way, -by, &t->x[1]);
+    if ((t->x[0].hi | t->x[0].lo) != 0)
+        wider_add_mul(&t->way, -last, &t->x[0]);
+    t->gently = false; /* what is left is 2^-26 of what was found gentle */
+    return MOTION_OK;
+}
+
+/* Two groups to move; splits a phase where there are not so many corners. */
+static int trim_take(struct trim *t, uint32_t fixed)
+{
+    for (bool alone = false;; alone = true) {
+        trim_groups(t, fixed, alone);
+        if (t->count > 1)
+            break;
+        if (alone && trim_split(t->plan) < 0)
+            return MOTION_E_LIMIT;
+    }
+    trim_choose(t);
+    t->k = t->group[0].k;
+    t->x[0] = group_worth(t->plan, &t->group[0], t->k, &t->w[0]);
+    t->per_w = num_inv(num_int(t->w[0]));
+    if ((t->x[0].hi | t->x[0].lo) != 0) {
+        struct num off = num_mul(motion_otg_wide_num(&t->x[0], 0), t->per_w);
+        int64_t later = motion_real_floor_clamped(num_real(off), 0);
+        wide_add_mul(&t->x[0], -later, t->w[0]);
+        t->k += later;
+    }
+    t->x[1] = group_worth(t->plan, &t->group[1], t->k, &t->w[1]);
+    t->per_x = num_inv(motion_otg_wide_num(&t->x[1], 0));
+    if (t->per_x.e > 0)
+        return MOTION_E_LIMIT; /* both at one moment */
+    for (int i = 0; i < 2; i++)
+        t->plan->trim[i] = group_mask(&t->group[i]);
+    return MOTION_OK;
+}
+
+static int trim_position(struct trim *t, struct motion_otg_plan *plan,
+                         uint32_t fixed)
+{
+    int count = plan->count, err = MOTION_OK;
+    bool is_done = false;
+    t->plan = plan;
+    motion_otg_plan_miss(plan, &t->vel, &t->way);
+    if ((t->way.hi | t->way.mid | t->way.lo | t->vel.hi | t->vel.lo) == 0)
+        return MOTION_OK;
+    if (trim_take(t, fixed) < 0)
+        return MOTION_E_LIMIT;
+    if (plan->count != count)
+        motion_otg_plan_miss(plan, &t->vel, &t->way);
+    wider_add_mul(&t->way, -t->k, &t->vel);
+    for (int i = 0; i < TRIM_ROUNDS && !is_done && err == MOTION_OK; i++)
+        err = trim_step(t, &is_done);
+    return err;
+}
+
+/* The velocity alone. */
+static int trim_one(struct trim *t)
+{
+    int64_t by;
+    (void)group_worth(t->plan, &t->group[0], 0, &t->w[0]);
+    t->per_w = num_inv(num_int(t->w[0]));
+    t->plan->trim[0] = group_mask(&t->group[0]);
+    for (int i = 0; i < TRIM_ROUNDS; i++) {
+        int err = trim_by(t, 0, motion_otg_wide_num(&t->vel, 0), t->per_w, &by);
+        if (err < 0 || is_small(by))
+            return err;
+        wide_add_mul(&t->vel, -by, t->w[0]);
+    }
+    return MOTION_OK;
+}
+
+/* A velocity goal ends wherever it ends. */
+static int trim_free_end(struct motion_otg_plan *plan)
+{
+    struct motion_u128 vel;
+    struct wider way;
+    plan->goal_pos_q32 = plan->start_pos_q32;
+    motion_otg_plan_miss(plan, &vel, &way);
+    return motion_otg_way_public(wider_neg(way), plan->acc_bits,
+                                 plan->start_pos_q32, false,
+                                 &plan->goal_pos_q32);
+}
+
+/* A single phase, whose acceleration may be a limit: so much longer that its
+ * middle has to give way towards zero. */
+static void trim_lengthen(const struct trim *t)
+{
+    struct motion_otg_plan *plan = t->plan;
+    int64_t acc = plan->start_acc + plan->phase[0].acc;
+    if (plan->count != 1 || acc == 0 || wide_is_negative(t->vel) != (acc < 0))
+        return;
+    struct num more = num_div(motion_otg_wide_num(&t->vel, 0), num_int(acc));
+    more = num_min(more, num_int(plan->dur_ns_q12 >> TRIM_LONGER));
+    int64_t n = 2 + motion_real_floor_clamped(num_real(more), 0);
+    plan->phase[0].dur_ns_q12 += n;
+    plan->dur_ns_q12 += n;
+}
+
+static int trim_velocity(struct trim *t, struct motion_otg_plan *plan,
+                         uint32_t fixed)
+{
+    t->plan = plan;
+    motion_otg_plan_miss(plan, &t->vel, &t->way);
+    while ((t->vel.hi | t->vel.lo) != 0) {
+        trim_groups(t, fixed, false);
+        if (t->count > 0) {
+            trim_choose_one(t);
+            int err = trim_one(t);
+            if (err < 0)
+                return err;
+            break;
+        }
+        trim_lengthen(t);
+        if (trim_split(plan) < 0)
+            return MOTION_E_LIMIT;
+        motion_otg_plan_miss(plan, &t->vel, &t->way);
+    }
+    return trim_free_end(plan);
+}
+
+int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed,
+                    enum otg_trim how, struct motion_otg_plan *plan)
+{
+    struct trim t;
+    t.gently = how == OTG_TRIM_GENTLY;
+    t.most = how == OTG_TRIM_FREELY || mode == MOTION_OTG_VELOCITY ? TRIM_FREE
+                                                                   : TRIM_MOST;
+    plan->trim[0] = plan->trim[1] = 0;
+    return mode == MOTION_OTG_VELOCITY ? trim_velocity(&t, plan, fixed)
+                                       : trim_position(&t, plan, fixed);
+}

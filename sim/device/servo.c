@@ -1,0 +1,134 @@
+/* sim/device/servo.c - see servo.h. */
+#include "sim/device/servo.h"
+
+#include <stddef.h>
+
+#define SERVO_LOOP_NS     125000
+#define SERVO_LOOP_MIN_NS 62500
+#define SERVO_LOOP_MAX_NS 1000000
+
+static void sim_servo_on_frame(void *context, const struct hal_can_frame *frame)
+{
+    struct sim_servo *self = context;
+
+    if (!self->deaf && self->world->now_ns >= self->boot_ns)
+        self->ops->on_frame(self, frame);
+}
+
+int sim_servo_init(struct sim_servo *self, struct sim_can_bus *bus,
+                   const struct sim_servo_ops *ops,
+                   const struct sim_plant_config *plant, int64_t start_counts,
+                   int64_t loop_ns)
+{
+    struct sim_world *world = bus->world;
+    int err;
+
+    *self =
+        (struct sim_servo){ .member.ops = &ops->member,
+                            .world = world,
+                            .ops = ops,
+                            .loop_ns = loop_ns != 0 ? loop_ns : SERVO_LOOP_NS,
+                            .plant_ns = world->now_ns };
+    if (self->loop_ns < SERVO_LOOP_MIN_NS || self->loop_ns > SERVO_LOOP_MAX_NS)
+        return MOTION_E_ARG;
+    err = sim_plant_init(&self->plant, plant, start_counts);
+    if (err < 0)
+        return err;
+    if (world->member_count == SIM_WORLD_MEMBERS_MAX)
+        return MOTION_E_FULL;
+    err = sim_can_port_init(&self->port, bus);
+    if (err < 0)
+        return err;
+    self->port.on_frame = sim_servo_on_frame;
+    self->port.context = self;
+    return sim_world_add(world, &self->member);
+}
+
+/* ---- time ---- */
+
+void sim_servo_advance(struct sim_servo *self)
+{
+    while (self->plant_ns < self->world->now_ns) {
+        int64_t dt_ns = self->world->now_ns - self->plant_ns;
+
+        if (dt_ns > self->loop_ns)
+            dt_ns = self->loop_ns;
+        self->ops->step(self, dt_ns);
+    }
+}
+
+void sim_servo_turn(struct sim_servo *self, bool torque, int64_t demand_q24,
+                    int64_t demand_vel_q24, int64_t dt_ns)
+{
+    if (self->blocked)
+        sim_plant_block(&self->plant);
+    else if (torque)
+        sim_plant_step(&self->plant, demand_q24, demand_vel_q24, dt_ns);
+    else
+        sim_plant_coast(&self->plant, dt_ns);
+    self->plant_ns += dt_ns;
+}
+
+void sim_servo_boot(struct sim_servo *self, int64_t boot_ns)
+{
+    sim_servo_advance(self);
+    self->boot_ns = self->world->now_ns + boot_ns;
+}
+
+/* ---- what may happen to it ---- */
+
+static void sim_servo_happen(struct sim_servo *self,
+                             void (*happen)(struct sim_servo *self))
+{
+    if (happen != NULL)
+        happen(self);
+}
+
+static void sim_servo_clear(struct sim_servo *self)
+{
+    self->deaf = self->stubborn = self->nan = self->blocked = false;
+    self->encoder_lost = false;
+    sim_can_port_set_off(&self->port, false);
+}
+
+void sim_servo_inject(struct sim_servo *self, enum sim_servo_fault fault)
+{
+    sim_servo_advance(self);
+    switch (fault) {
+    case SIM_SERVO_ENCODER:
+        self->encoder_lost = true;
+        sim_servo_happen(self, self->ops->lose_encoder);
+        break;
+    case SIM_SERVO_TRIP:
+        sim_servo_happen(self, self->ops->trip);
+        break;
+    case SIM_SERVO_REBOOT:
+        sim_servo_happen(self, self->ops->reboot);
+        break;
+    case SIM_SERVO_SILENT:
+        sim_can_port_set_off(&self->port, true);
+        break;
+    case SIM_SERVO_DEAF:
+        self->deaf = true;
+        break;
+    case SIM_SERVO_STUBBORN:
+        self->stubborn = true;
+        break;
+    case SIM_SERVO_NOT_A_NUMBER:
+        self->nan = true;
+        break;
+    case SIM_SERVO_BLOCKED:
+        self->blocked = true;
+        break;
+    case SIM_SERVO_CLEAR:
+        sim_servo_clear(self);
+        break;
+    case SIM_SERVO_FAULTS:
+        break;
+    }
+}
+
+int64_t sim_servo_pos_q24(const struct sim_servo *self)
+{
+    return self->plant.pos_q24;
+}

@@ -1,0 +1,79 @@
+/* sim/device/servo.h - what the simulated servos on a CAN bus are made of: a
+ * port, a place in the world, a motor that is integrated up to now, and what
+ * may happen to any of them.
+ *
+ * A device embeds one as `base` and brings what is its own: when it is due,
+ * what it does with a frame, and one step of its inner loop. */
+#ifndef SIM_DEVICE_SERVO_H
+#define SIM_DEVICE_SERVO_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "sim/bus/can.h"
+#include "sim/physics/plant.h"
+
+enum sim_servo_fault {
+    SIM_SERVO_ENCODER,  /* loses its encoder; lasting */
+    SIM_SERVO_TRIP,     /* its power stage switches off, once */
+    SIM_SERVO_REBOOT,   /* all volatile gone; silent for a while, then off */
+    SIM_SERVO_SILENT,   /* off the bus */
+    SIM_SERVO_DEAF,     /* loses every frame; its watchdog may run out */
+    SIM_SERVO_STUBBORN, /* takes no order to change its state */
+    SIM_SERVO_NOT_A_NUMBER, /* says that its position is NaN */
+    SIM_SERVO_BLOCKED,      /* the rotor does not move */
+    SIM_SERVO_CLEAR,        /* every lasting one ends */
+    SIM_SERVO_FAULTS,
+};
+
+struct sim_servo;
+
+/* The last three may be NULL: such a thing does not happen to it. */
+struct sim_servo_ops {
+    struct sim_member_ops member;
+    /* Not called while it boots or is deaf. */
+    void (*on_frame)(struct sim_servo *self, const struct hal_can_frame *frame);
+    /* dt_ns of its inner loop, sim_servo_turn among it. */
+    void (*step)(struct sim_servo *self, int64_t dt_ns);
+    void (*lose_encoder)(struct sim_servo *self); /* encoder_lost is set */
+    void (*trip)(struct sim_servo *self);
+    void (*reboot)(struct sim_servo *self);
+};
+
+struct sim_servo {
+    struct sim_member member;
+    struct sim_can_port port;
+    struct sim_world *world;
+    struct sim_plant plant;
+
+    /* Private to the devices from here on. */
+    const struct sim_servo_ops *ops;
+    int64_t loop_ns;
+    int64_t plant_ns; /* up to where the plant has been integrated */
+    int64_t boot_ns;  /* hears nothing before */
+    bool deaf, stubborn, nan, blocked, encoder_lost;
+};
+
+/* Clears it and adds it to the bus and the world, standing at start_counts.
+ * loop_ns: 62500 .. 1000000; 0: 125 us.  MOTION_E_ARG, MOTION_E_FULL; nothing
+ * has been added to the world then. */
+int sim_servo_init(struct sim_servo *self, struct sim_can_bus *bus,
+                   const struct sim_servo_ops *ops,
+                   const struct sim_plant_config *plant, int64_t start_counts,
+                   int64_t loop_ns);
+
+/* Steps until the plant is at the world's now. */
+void sim_servo_advance(struct sim_servo *self);
+/* Of a step: the rotor goes to the demand under torque, coasts without, and
+ * stands when something holds it.  q24: counts, counts/s.  The step counts as
+ * taken then, so whatever looks at the plant after it may. */
+void sim_servo_turn(struct sim_servo *self, bool torque, int64_t demand_q24,
+                    int64_t demand_vel_q24, int64_t dt_ns);
+/* Hears nothing for so long. */
+void sim_servo_boot(struct sim_servo *self, int64_t boot_ns);
+
+void sim_servo_inject(struct sim_servo *self, enum sim_servo_fault fault);
+/* What an outside measuring device would see, at the last inner step. */
+int64_t sim_servo_pos_q24(const struct sim_servo *self);
+
+#endif

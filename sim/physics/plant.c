@@ -1,0 +1,165 @@
+/* sim/physics/plant.c - see plant.h. */
+#include "sim/physics/plant.h"
+
+#include <assert.h>
+
+#include "motion/core/err.h"
+#include "sim/util.h"
+
+#define SIM_PLANT_VEL_MAX (INT64_C(1) << 31)
+#define SIM_PLANT_ACC_MAX (INT64_C(1) << 40)
+/* The end of the world, 2^38 counts. */
+#define SIM_PLANT_POS_MAX_Q24 (INT64_C(1) << 62)
+
+static int64_t sim_plant_shift_round(sim_i128 value, unsigned bits)
+{
+    return (int64_t)((value + ((sim_i128)1 << (bits - 1))) >> bits);
+}
+
+/* |value| limited to max; says whether it was. */
+static bool sim_plant_limit(int64_t *value, int64_t max)
+{
+    int64_t asked = *value;
+
+    if (asked > max)
+        *value = max;
+    if (asked < -max)
+        *value = -max;
+    return *value != asked;
+}
+
+static bool sim_plant_is_legal(const struct sim_plant_config *config,
+                               int64_t pos_counts)
+{
+    return config->omega_mrad_s >= 1000 && config->omega_mrad_s <= 4000000 &&
+           config->zeta_permille >= 100 && config->zeta_permille <= 2000 &&
+           config->vel_max_counts_s >= 1 &&
+           config->vel_max_counts_s <= SIM_PLANT_VEL_MAX &&
+           config->acc_max_counts_s2 >= 1 &&
+           config->acc_max_counts_s2 <= SIM_PLANT_ACC_MAX &&
+           config->coast_counts_s2 >= 0 &&
+           config->coast_counts_s2 <= SIM_PLANT_ACC_MAX &&
+           pos_counts >= -(INT64_C(1) << 38) && pos_counts <= INT64_C(1) << 38;
+}
+
+int sim_plant_init(struct sim_plant *plant,
+                   const struct sim_plant_config *config, int64_t pos_counts)
+{
+    int64_t omega = config->omega_mrad_s;
+
+    if (!sim_plant_is_legal(config, pos_counts))
+        return MOTION_E_ARG;
+    *plant = (struct sim_plant){
+        .config = *config,
+        .pos_q24 = pos_counts * (INT64_C(1) << 24),
+        /* omega^2 < 2^44, times 2^16 */
+        .spring_q16 = (omega * omega << 16) / 1000000,
+        /* 2 zeta omega < 2^34, times 2^16 */
+        .damping_q16 = (omega * 2 * config->zeta_permille << 16) / 1000000,
+        /* omega h <= 1/8 */
+        .inner_max_ns = INT64_C(125000000000) / omega,
+    };
+    if (config->coast_counts_s2 == 0)
+        plant->config.coast_counts_s2 = config->acc_max_counts_s2 / 4 + 1;
+    return MOTION_OK;
+}
+
+/* dt in seconds; divides only when dt is not that of the last step. */
+static int64_t sim_plant_step_s_q60(struct sim_plant *plant, int64_t dt_ns)
+{
+    assert(dt_ns >= 1 && dt_ns <= SIM_PLANT_STEP_MAX_NS);
+    if (dt_ns != plant->step_ns) {
+        plant->step_ns = dt_ns;
+        plant->step_s_q60 =
+            (int64_t)(((sim_i128)dt_ns << 60) / INT64_C(1000000000));
+    }
+    return plant->step_s_q60;
+}
+
+int64_t sim_plant_travel_q24(struct sim_plant *plant, int64_t vel_q24,
+                             int64_t dt_ns)
+{
+    /* < 2^60 x 2^51 */
+    return sim_plant_shift_round(
+        (sim_i128)vel_q24 * sim_plant_step_s_q60(plant, dt_ns), 60);
+}
+
+static void sim_plant_move(struct sim_plant *plant, int64_t step_s_q60)
+{
+    /* |vel| <= 2^55: below 2^45 per step, so the sum stays below 2^63 */
+    plant->pos_q24 +=
+        sim_plant_shift_round((sim_i128)plant->vel_q24 * step_s_q60, 60);
+    if (sim_plant_limit(&plant->pos_q24, SIM_PLANT_POS_MAX_Q24)) {
+        plant->vel_q24 = 0;
+        plant->saturated = true;
+    }
+}
+
+/* One inner step; the set point at its begin and its slope. */
+static void sim_plant_inner(struct sim_plant *plant, int64_t target_q24,
+                            int64_t target_vel_q24, int64_t step_s_q60)
+{
+    /* Both below 2^63 (positions 2^62, velocities 2^60); the sum of products
+     * is below 2^104 + 2^95 + 2^86.  Q24 x Q16 to Q8: 32 bits less. */
+    sim_i128 pull =
+        (sim_i128)plant->spring_q16 * ((sim_i128)target_q24 - plant->pos_q24) +
+        (sim_i128)plant->damping_q16 *
+            ((sim_i128)target_vel_q24 - plant->vel_q24) +
+        (sim_i128)plant->push_q8 * (INT64_C(1) << 32);
+    sim_i128 acc_max = (sim_i128)plant->config.acc_max_counts_s2 << 40;
+
+    if (pull > acc_max || pull < -acc_max) {
+        pull = pull > 0 ? acc_max : -acc_max;
+        plant->saturated = true;
+    }
+    plant->acc_q8 = sim_plant_shift_round(pull, 32);
+    /* < 2^48 x 2^51; Q8 x Q60 to Q24 */
+    plant->vel_q24 +=
+        sim_plant_shift_round((sim_i128)plant->acc_q8 * step_s_q60, 44);
+    if (sim_plant_limit(&plant->vel_q24, plant->config.vel_max_counts_s << 24))
+        plant->saturated = true;
+    sim_plant_move(plant, step_s_q60);
+}
+
+void sim_plant_step(struct sim_plant *plant, int64_t target_q24,
+                    int64_t target_vel_q24, int64_t dt_ns)
+{
+    int64_t count = (dt_ns + plant->inner_max_ns - 1) / plant->inner_max_ns;
+    int64_t step_s_q60 = sim_plant_step_s_q60(plant, dt_ns);
+    int64_t travel_q24, from_q24;
+
+    if (count > 1)
+        step_s_q60 /= count;
+    travel_q24 =
+        sim_plant_shift_round((sim_i128)target_vel_q24 * step_s_q60, 60);
+    from_q24 = target_q24 - travel_q24 * count;
+    plant->saturated = false;
+    for (int64_t i = 0; i < count; i++)
+        sim_plant_inner(plant, from_q24 + travel_q24 * i, target_vel_q24,
+                        step_s_q60);
+}
+
+void sim_plant_coast(struct sim_plant *plant, int64_t dt_ns)
+{
+    int64_t step_s_q60 = sim_plant_step_s_q60(plant, dt_ns);
+    int64_t loss_q24 = sim_plant_shift_round(
+        (sim_i128)plant->config.coast_counts_s2 * step_s_q60, 36);
+
+    plant->acc_q8 = 0;
+    plant->saturated = false;
+    if (plant->vel_q24 == 0)
+        return;
+    if (plant->vel_q24 > loss_q24)
+        plant->vel_q24 -= loss_q24;
+    else if (plant->vel_q24 < -loss_q24)
+        plant->vel_q24 += loss_q24;
+    else
+        plant->vel_q24 = 0;
+    sim_plant_move(plant, step_s_q60);
+}
+
+void sim_plant_block(struct sim_plant *plant)
+{
+    plant->vel_q24 = 0;
+    plant->acc_q8 = 0;
+}

@@ -1,0 +1,363 @@
+/* tests/firmware/control/stateful.h - the controller under random commands, a
+ * judge at its side.
+ *
+ * An episode follows from its seed alone: a rig of one to six axes with drives,
+ * switches and limits of its own, then commands, lost ticks and faults at
+ * random times, several in one tick, stops above all right after something
+ * began.  After every tick the judge looks at what the drives were told and at
+ * what the machine does.  It knows the commands and the configuration, and
+ * computes what is allowed by itself; of the controller it reads what that
+ * reports.
+ *
+ *   stateful_axis.c     a drive and its axis: late, drooping, failing; switches
+ *   stateful_profile.c  a drive that goes by its own profile
+ *   stateful_rig.c      what an episode is made of
+ *   stateful_move.c     tracks, from gentle to exactly at the limits
+ *   stateful_command.c  commands, noted and told to the judge
+ *   stateful_draw.c     which commands and mishaps come when
+ *   stateful_judge.c    set points: limits, range, standing still, torque
+ *   stateful_stop.c     stops: no faster, at rest in time; the dead man
+ *   stateful_goal.c     drives that go by their own profile: goals, and rest
+ *   stateful_home.c     homing: switches, distances, time-outs
+ *   stateful_run.c      the tick, the episode, the trace */
+#ifndef TESTS_FIRMWARE_CONTROL_STATEFUL_H
+#define TESTS_FIRMWARE_CONTROL_STATEFUL_H
+
+#include "firmware/control/homing.h"
+#include "motion/core/fixed.h"
+#include "tests/support/check.h"
+
+#define STATEFUL_AXES     6
+#define STATEFUL_SEGMENTS 96
+#define STATEFUL_GIVEN    8
+#define STATEFUL_GOALS    16
+#define STATEFUL_TRACE    48
+#define STATEFUL_NOTE     160
+
+/* X(name, sentence) */
+#define STATEFUL_VIOLATION_LIST(X)                                             \
+    X(STATEFUL_NONE, "nothing")                                                \
+    X(STATEFUL_SPEED, "a step of position over the limit of speed")            \
+    X(STATEFUL_ACCELERATION, "a step of speed over the limit of acceleration") \
+    X(STATEFUL_JERK, "a step of acceleration over the limit of jerk")          \
+    X(STATEFUL_RANGE, "a set point outside the range")                         \
+    X(STATEFUL_STANDS, "a set point moves where nothing may")                  \
+    X(STATEFUL_FIRST, "the first set point is not where the axis is")          \
+    X(STATEFUL_PATH, "a set point is not on its track")                        \
+    X(STATEFUL_GOAL, "a goal was sent where none may be")                      \
+    X(STATEFUL_FASTER, "faster after a stop was asked for")                    \
+    X(STATEFUL_LATE, "not at rest in time after a stop")                       \
+    X(STATEFUL_DEAD_MAN, "a jog goes on after its dead-man time")              \
+    X(STATEFUL_ACCEPTED, "a motion was accepted before a stop was over")       \
+    X(STATEFUL_SWITCH, "it moves on towards an active switch")                 \
+    X(STATEFUL_DISTANCE, "a leg of homing went too far")                       \
+    X(STATEFUL_TIMEOUT, "homing goes on after its time-out")                   \
+    X(STATEFUL_TORQUE, "torque in OFF or FAULT")                               \
+    X(STATEFUL_ENABLES, "a drive was enabled without a command")               \
+    X(STATEFUL_LATCH, "a fault did not stay latched")                          \
+    X(STATEFUL_SPURIOUS, "a fault without a cause")                            \
+    X(STATEFUL_NO_END, "OFF cannot be reached, or not be left")
+
+enum stateful_violation {
+#define STATEFUL_VIOLATION_ENUM(name, text) name,
+    STATEFUL_VIOLATION_LIST(STATEFUL_VIOLATION_ENUM)
+#undef STATEFUL_VIOLATION_ENUM
+        STATEFUL_VIOLATIONS
+};
+const char *stateful_violation_text(enum stateful_violation violation);
+
+/* --- a drive and what it moves --------------------------------------------- */
+
+enum stateful_switch {
+    STATEFUL_NEGATIVE,
+    STATEFUL_POSITIVE,
+    STATEFUL_HOME,
+    STATEFUL_SWITCHES
+};
+
+/* Active from low to high, places of the drive's own coordinates. */
+struct stateful_zone {
+    bool there, by_drive; /* an input of the drive, no line */
+    int64_t low_q32, high_q32;
+};
+
+enum stateful_order {
+    STATEFUL_NO_ORDER,
+    STATEFUL_ORDER_GO,
+    STATEFUL_ORDER_HALT
+};
+
+/* Goes to positions by itself. */
+struct stateful_profile {
+    /* what it is like */
+    bool there, halts;
+    int delay_ticks;  /* until a go or a halt takes effect */
+    int arrive_ticks; /* until it says that it is there */
+    int busy_ticks;   /* after a go, until it takes the next */
+    double share;     /* of the speed asked for */
+    int64_t short_q32;
+    bool is_bad; /* it will be late, or not there */
+    /* what it does */
+    bool on, halting, arrived, seen_arrived;
+    enum stateful_order pending;
+    struct hal_drive_go go, next;
+    int wait, busy, arrive;
+    bool taken; /* a go, in this tick */
+};
+
+struct stateful_axis {
+    struct hal_drive drive;
+    struct stateful_profile profile;
+    /* what it is like */
+    int64_t period_ns;
+    int enable_ticks, off_ticks, reset_ticks;
+    int64_t droop_q32;
+    double brake; /* unit/s2: quick stop, coasting */
+    struct stateful_zone zone[STATEFUL_SWITCHES];
+    /* what it does */
+    enum hal_drive_state state;
+    enum hal_drive_request request;
+    int wait;        /* ticks until the request is done */
+    bool ill, away;  /* a fault that stays; not on the bus */
+    int stale_ticks; /* feedback stands still */
+    int64_t slip_q32;
+    int64_t now_ns;
+    int64_t pos_q32, sag_q32; /* of the axis; what the load takes of it */
+    double vel;
+    struct {
+        int64_t pos_q32, t_ns;
+    } given[STATEFUL_GIVEN]; /* newest first; in force two periods later */
+    unsigned given_count;
+    int64_t hold_q32; /* in force before the first of them */
+    struct {
+        int64_t pos_q32, vel_q32, t_ns;
+    } seen; /* what the last SYNC latched */
+    /* homing of its own */
+    bool homes, home_fails;
+    int home_ticks, mode_ticks;
+    double home_vel;
+    enum hal_drive_mode mode, next_mode;
+    enum hal_drive_homing homing;
+    int64_t home_q32; /* the place becomes this one */
+    /* what it was told in this tick, with torque on */
+    bool told, is_first;
+    int64_t told_q32;
+    bool may_enable, enabled_unasked; /* only while a command runs */
+};
+
+struct stateful_line {
+    struct hal_gpio gpio;
+    const struct stateful_axis *axis; /* NULL: the e-stop */
+    enum stateful_switch which;
+    bool active;
+};
+
+void stateful_axis_init(struct stateful_axis *axis);
+/* One period passes. */
+void stateful_axis_advance(struct stateful_axis *axis);
+/* SYNC: latch what feedback will say. */
+void stateful_axis_sync(struct stateful_axis *axis);
+bool stateful_axis_switch(const struct stateful_axis *axis,
+                          enum stateful_switch which);
+bool stateful_profile_is_on(const struct stateful_profile *profile);
+void stateful_profile_end(struct stateful_profile *profile);
+int stateful_profile_go(struct stateful_axis *axis,
+                        const struct hal_drive_go *go);
+int stateful_profile_halt(struct stateful_axis *axis);
+void stateful_profile_advance(struct stateful_axis *axis, double dt);
+/* With torque, and following set points. */
+bool stateful_axis_follows(const struct stateful_axis *axis);
+bool stateful_axis_has_torque(const struct stateful_axis *axis);
+extern const struct hal_gpio_ops stateful_line_ops;
+
+/* --- the judge -------------------------------------------------------------- */
+
+/* Set points that a drive with torque got, newest first. */
+struct stateful_past {
+    int64_t pos_q32[4];
+    unsigned count;
+    bool is_hard;   /* the stop limits may have been in force */
+    int hard_ticks; /* and so many ticks ago */
+    bool any_range; /* homing moved it, and it did not stand since */
+};
+
+enum stateful_stop_kind {
+    STATEFUL_GOES,
+    STATEFUL_HOLD,
+    STATEFUL_STOP,
+    STATEFUL_JOG_STOP,
+    STATEFUL_HARD_STOP,
+    STATEFUL_DEAD,
+    STATEFUL_HOME_STOP,
+    STATEFUL_FAULT_STOP,
+    STATEFUL_STOPS
+};
+
+struct stateful_stop {
+    enum stateful_stop_kind kind;
+    int64_t asked_ns;
+    int64_t by_ns;  /* at rest then, on clock_ns */
+    double rate;    /* of the path at most */
+    double vel;     /* of the axis that jogs at most, unit/s */
+    bool by_rate;   /* the first counts, else the second */
+    bool by_drives; /* their quick stop has taken over */
+};
+
+/* An axis that goes by goals. */
+struct stateful_goer {
+    double vel; /* a tick ago */
+    int64_t outside_q32, offset_q32;
+    bool any_range, has_end;
+    int64_t end_q32; /* of its track */
+};
+
+/* How far a homing axis has come towards an active switch. */
+struct stateful_mark {
+    bool set;
+    int64_t pos_q32, most_q32;
+};
+
+struct stateful_homing {
+    enum homing_state state, leg;
+    unsigned axis;
+    int64_t turn_ns; /* the axis's turn began */
+    int64_t leg_q32;
+    struct stateful_mark mark[STATEFUL_SWITCHES];
+};
+
+enum stateful_motion { STATEFUL_REST, STATEFUL_MOVE, STATEFUL_JOG };
+
+struct stateful_judge {
+    struct stateful_past past[STATEFUL_AXES];
+    struct stateful_goer goer[STATEFUL_AXES];
+    bool towards[STATEFUL_AXES]; /* an active limit switch, a tick ago */
+    struct stateful_stop stop;
+    struct stateful_homing homing;
+    enum stateful_motion motion; /* what was accepted last */
+    bool is_fresh;               /* and no tick since */
+    unsigned jog_axis;
+    int64_t jog_step_q32; /* the most per tick of this jog */
+    int64_t dead_ns;      /* the dead-man time, on now_ns; 0: none */
+    struct controller_fault_record fault;
+    bool reset_asked; /* and accepted, since that */
+    enum controller_state before;
+    bool homed_before; /* homing was running */
+    int quiet_ticks;   /* in OFF or FAULT without torque asked for */
+    uint32_t causes;   /* a bit per enum controller_fault that may come */
+};
+
+/* What was seen, over all episodes: a run that has not been somewhere proves
+ * nothing of it. */
+struct stateful_tally {
+    uint64_t state[CONTROLLER_FAULT + 1], homing[HOMING_STATES];
+    uint64_t fault[32], by_drives, stop[STATEFUL_STOPS], range, goals;
+};
+
+struct stateful {
+    uint64_t first_seed, seed;
+    unsigned axes;
+    int64_t period_ns, now_ns;
+    int64_t clock_ns; /* a period per tick that is executed */
+    uint64_t ticks;
+    struct controller_config config;
+    struct homing_config home[STATEFUL_AXES];
+    struct controller controller;
+    struct controller_jog jog;
+    struct homing homing;
+    struct stateful_axis axis[STATEFUL_AXES];
+    struct stateful_line estop, line[STATEFUL_AXES][STATEFUL_SWITCHES];
+    int estop_ticks, bus, bus_ticks, lost;
+    int skipped; /* ticks before this one; a drive by goals went on */
+    int burst;   /* ticks until a stop; < 0: none */
+    struct motion_segment room[2][STATEFUL_AXES][STATEFUL_SEGMENTS];
+    struct motion_track track[2][STATEFUL_AXES];
+    struct controller_goal goal[2][STATEFUL_AXES][STATEFUL_GOALS];
+    unsigned spare; /* of the two; the other may be played */
+    struct stateful_judge judge;
+    struct stateful_tally tally;
+    char note[STATEFUL_NOTE]; /* of this tick */
+    struct {
+        uint64_t tick;
+        enum controller_state state;
+        enum homing_state homing;
+        int64_t rate_q30;
+        int64_t pos_q32[STATEFUL_AXES];
+        char note[STATEFUL_NOTE];
+    } trace[STATEFUL_TRACE];
+    enum stateful_violation violation; /* the first */
+    int bad_axis;
+    char what[STATEFUL_NOTE];
+};
+
+/* stateful_run.c.  Draw: a rig from the seed.  Begin: the controller on what
+ * `config`, `home`, `axis` and the lines say. */
+void stateful_begin(struct stateful *bench);
+void stateful_tick(struct stateful *bench);
+void stateful_ticks(struct stateful *bench, int ticks);
+/* `ticks` of random commands; then off, from whatever state. */
+void stateful_episode(struct stateful *bench, uint64_t seed, uint64_t ticks);
+void stateful_print(const struct stateful *bench);
+void stateful_note(struct stateful *bench, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+/* The first one counts. */
+void stateful_violate(struct stateful *bench, enum stateful_violation violation,
+                      int axis, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
+
+/* stateful_rig.c, stateful_move.c, stateful_draw.c */
+void stateful_draw_rig(struct stateful *bench);
+bool stateful_draw_track(struct stateful *bench, unsigned i);
+void stateful_draw_commands(struct stateful *bench);
+void stateful_heal(struct stateful *bench);
+int64_t stateful_in(struct stateful *bench, int64_t low, int64_t high);
+bool stateful_one_in(struct stateful *bench, int64_t n);
+double stateful_between(struct stateful *bench, double low, double high);
+int64_t stateful_q32(double value);
+
+/* stateful_command.c: what the operator may do. */
+int stateful_enable(struct stateful *bench);
+int stateful_off(struct stateful *bench);
+/* The tracks in `track`, of the axes in this mask. */
+int stateful_start(struct stateful *bench, uint32_t axes);
+int stateful_hold(struct stateful *bench);
+int stateful_resume(struct stateful *bench);
+void stateful_stop(struct stateful *bench);
+int stateful_override(struct stateful *bench, int64_t rate_q30);
+int stateful_jog(struct stateful *bench, unsigned axis, int64_t pos_q32,
+                 int64_t vel_q32, int64_t for_ns);
+void stateful_jog_stop(struct stateful *bench, bool hard);
+int stateful_homing(struct stateful *bench, uint32_t axes);
+int stateful_reset(struct stateful *bench);
+int stateful_set_position(struct stateful *bench, unsigned axis,
+                          int64_t to_q32);
+
+/* stateful_judge.c, after every tick; stateful_stop.c, stateful_home.c */
+void stateful_judge_before(struct stateful *bench);
+void stateful_judge_after(struct stateful *bench);
+void stateful_judge_stop(struct stateful *bench);
+void stateful_judge_homing(struct stateful *bench);
+/* stateful_goal.c.  Rest: how long it takes at most after a stop; rise: by how
+ * much it may get faster until a halt has come through. */
+void stateful_judge_goals(struct stateful *bench);
+double stateful_goal_rest_s(const struct stateful *bench, unsigned i);
+double stateful_goal_brake_q32(const struct stateful *bench, unsigned i,
+                               int direction);
+int64_t stateful_goal_turn_ns(const struct stateful *bench, unsigned i);
+/* In a hold a drive without a halt runs on. */
+bool stateful_goal_runs_on(const struct stateful *bench, unsigned i);
+double stateful_goal_rise(const struct stateful *bench, unsigned i);
+/* A stop was asked for; a motion, or a resume, was accepted. */
+void stateful_stop_asked(struct stateful *bench, enum stateful_stop_kind kind);
+void stateful_motion_begins(struct stateful *bench, enum stateful_motion motion,
+                            enum controller_state was);
+bool stateful_in_motion(enum controller_state state);
+/* Distance to rest from this speed and acceleration, both along the motion,
+ * in Q32.32. */
+double stateful_brake_q32(const struct motion_clock_limit *limit, double vel,
+                          double acc);
+/* Position, speed and acceleration by differences of set points. */
+double stateful_vel(const struct stateful *bench, unsigned i);
+double stateful_acc(const struct stateful *bench, unsigned i);
+double stateful_unit(int64_t value_q32);
+
+#endif

@@ -1,0 +1,162 @@
+/* tests/firmware/control/stateful_command.c - what the operator may do, noted
+ * and told to the judge. */
+#include "motion/core/err.h"
+#include "tests/firmware/control/stateful.h"
+
+/* Drives may be enabled while this command runs alone. */
+static void may_enable(struct stateful *bench, bool may)
+{
+    for (unsigned i = 0; i < bench->axes; i++)
+        bench->axis[i].may_enable = may;
+}
+
+int stateful_enable(struct stateful *bench)
+{
+    may_enable(bench, true);
+    const int err = controller_enable(&bench->controller);
+    may_enable(bench, false);
+    stateful_note(bench, "enable%s", err < 0 ? "!" : "");
+    if (err == MOTION_OK)
+        bench->judge.quiet_ticks = 0;
+    return err;
+}
+
+int stateful_off(struct stateful *bench)
+{
+    const int err = controller_off(&bench->controller);
+    stateful_note(bench, "off%s", err < 0 ? "!" : "");
+    return err;
+}
+
+/* What a drive by goals is to reach, before the start. */
+static void give_goals(struct stateful *bench, uint32_t axes)
+{
+    for (unsigned i = 0; i < bench->axes; i++) {
+        struct controller_goal *goal = bench->goal[bench->spare][i];
+        if ((axes >> i & 1) == 0 || !bench->config.axis[i].by_goals)
+            continue;
+        const unsigned count = controller_goals_of(
+            &bench->track[bench->spare][i], goal, STATEFUL_GOALS);
+        (void)controller_set_goals(&bench->controller, i, goal, count);
+    }
+}
+
+int stateful_start(struct stateful *bench, uint32_t axes)
+{
+    const struct motion_track *track[CONTROLLER_AXES_MAX] = { NULL };
+    for (unsigned i = 0; i < bench->axes; i++)
+        if ((axes >> i & 1) != 0)
+            track[i] = &bench->track[bench->spare][i];
+    const enum controller_state was = bench->controller.state;
+    give_goals(bench, axes);
+    const int err = controller_start(&bench->controller, track, NULL);
+    stateful_note(bench, "start%s %#" PRIx32, err < 0 ? "!" : "", axes);
+    if (err < 0)
+        return err;
+    bench->spare = 1 - bench->spare;
+    stateful_motion_begins(bench, STATEFUL_MOVE, was);
+    return err;
+}
+
+int stateful_hold(struct stateful *bench)
+{
+    const int err = controller_hold(&bench->controller);
+    stateful_note(bench, "hold%s", err < 0 ? "!" : "");
+    if (err == MOTION_OK)
+        stateful_stop_asked(bench, STATEFUL_HOLD);
+    return err;
+}
+
+int stateful_resume(struct stateful *bench)
+{
+    const enum controller_state was = bench->controller.state;
+    const int err = controller_resume(&bench->controller);
+    stateful_note(bench, "resume%s", err < 0 ? "!" : "");
+    if (err == MOTION_OK)
+        stateful_motion_begins(bench, STATEFUL_REST, was);
+    return err;
+}
+
+void stateful_stop(struct stateful *bench)
+{
+    controller_stop(&bench->controller);
+    stateful_note(bench, "stop");
+    stateful_stop_asked(bench, homing_is_running(&bench->homing)
+                                   ? STATEFUL_HOME_STOP
+                                   : STATEFUL_STOP);
+}
+
+int stateful_override(struct stateful *bench, int64_t rate_q30)
+{
+    const int err = controller_override(&bench->controller, rate_q30);
+    stateful_note(bench, "override%s %.0f%%", err < 0 ? "!" : "",
+                  (double)rate_q30 / 0x1p30 * 100);
+    return err;
+}
+
+int stateful_jog(struct stateful *bench, unsigned axis, int64_t pos_q32,
+                 int64_t vel_q32, int64_t for_ns)
+{
+    const struct controller_jog_goal goal = {
+        .axis = axis,
+        .pos_q32 = pos_q32,
+        .vel_q32 = vel_q32,
+        .until_ns = for_ns > 0 ? bench->now_ns + for_ns : 0,
+    };
+    const double vel = stateful_unit(vel_q32) * (double)bench->period_ns / 1e9;
+    struct stateful_judge *judge = &bench->judge;
+    const enum controller_state was = bench->controller.state;
+    const int err = controller_jog(&bench->controller, &bench->jog, &goal);
+    stateful_note(bench, "jog%s %u to %.3f at %.3f for %.0f ms",
+                  err < 0 ? "!" : "", axis, stateful_unit(pos_q32),
+                  stateful_unit(vel_q32), (double)for_ns / 1e6);
+    if (err < 0)
+        return err;
+    judge->jog_axis = axis;
+    judge->jog_step_q32 = stateful_q32(vel);
+    stateful_motion_begins(bench, STATEFUL_JOG, was);
+    judge->dead_ns = goal.until_ns;
+    return err;
+}
+
+void stateful_jog_stop(struct stateful *bench, bool hard)
+{
+    enum stateful_stop_kind kind = STATEFUL_STOP;
+    if (homing_is_running(&bench->homing))
+        kind = STATEFUL_HOME_STOP;
+    else if (bench->judge.motion == STATEFUL_JOG)
+        kind = hard ? STATEFUL_HARD_STOP : STATEFUL_JOG_STOP;
+    controller_jog_stop(&bench->controller, &bench->jog, hard);
+    stateful_note(bench, hard ? "jog stop hard" : "jog stop");
+    stateful_stop_asked(bench, kind);
+}
+
+int stateful_homing(struct stateful *bench, uint32_t axes)
+{
+    const enum controller_state was = bench->controller.state;
+    const int err = homing_start(&bench->homing, axes);
+    stateful_note(bench, "home%s %#" PRIx32, err < 0 ? "!" : "", axes);
+    if (err == MOTION_OK)
+        stateful_motion_begins(bench, STATEFUL_JOG, was);
+    return err;
+}
+
+int stateful_reset(struct stateful *bench)
+{
+    const int err = controller_reset(&bench->controller);
+    stateful_note(bench, "reset%s", err < 0 ? "!" : "");
+    if (err == MOTION_OK)
+        bench->judge.reset_asked = true;
+    return err;
+}
+
+/* The axis is there from now on. */
+int stateful_set_position(struct stateful *bench, unsigned axis, int64_t to_q32)
+{
+    const int64_t from_q32 = bench->controller.axis[axis].target.pos_q32;
+    const int err =
+        controller_set_position(&bench->controller, axis, from_q32, to_q32);
+    stateful_note(bench, "set%s %u %.3f", err < 0 ? "!" : "", axis,
+                  stateful_unit(to_q32));
+    return err;
+}

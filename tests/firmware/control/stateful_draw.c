@@ -1,0 +1,374 @@
+/* tests/firmware/control/stateful_draw.c - which commands and mishaps come
+ * when: what the state calls for, often a stop some ticks after something
+ * began, now and then anything at all. */
+#include "motion/core/err.h"
+#include "tests/firmware/control/stateful.h"
+
+#define MS INT64_C(1000000)
+
+/* --- commands ------------------------------------------------------------ */
+
+static uint32_t draw_axes(struct stateful *bench)
+{
+    return (uint32_t)stateful_in(bench, 1, ((int64_t)1 << bench->axes) - 1);
+}
+
+static void draw_start(struct stateful *bench)
+{
+    uint32_t axes = draw_axes(bench);
+    for (unsigned i = 0; i < bench->axes; i++)
+        if ((axes >> i & 1) != 0 && !stateful_draw_track(bench, i))
+            axes &= ~((uint32_t)1 << i);
+    (void)stateful_start(bench, axes);
+}
+
+static int64_t draw_goal_q32(struct stateful *bench, unsigned i)
+{
+    const struct controller_axis_config *config = &bench->config.axis[i];
+    const int64_t length_q32 = config->pos_max_q32 - config->pos_min_q32;
+    const int64_t here_q32 = bench->controller.axis[i].target.pos_q32;
+    if (stateful_one_in(bench, 3))
+        return stateful_one_in(bench, 2) ? config->pos_min_q32
+                                         : config->pos_max_q32;
+    if (!bench->controller.axis[i].homed || stateful_one_in(bench, 8))
+        return here_q32 + stateful_in(bench, -length_q32, length_q32);
+    return stateful_in(bench, config->pos_min_q32, config->pos_max_q32);
+}
+
+static void draw_jog(struct stateful *bench)
+{
+    const bool again =
+        bench->judge.motion == STATEFUL_JOG && !stateful_one_in(bench, 8);
+    const unsigned i = again ? bench->judge.jog_axis
+                             : (unsigned)stateful_in(bench, 0, bench->axes - 1);
+    const double share =
+        stateful_one_in(bench, 2) ? 1 : stateful_between(bench, 0.02, 1.2);
+    const int64_t vel_q32 =
+        (int64_t)((double)bench->config.axis[i].limit.vel_q32 * share);
+    (void)stateful_jog(
+        bench, i, draw_goal_q32(bench, i), vel_q32,
+        stateful_one_in(bench, 2) ? 0 : stateful_in(bench, 1, 600) * MS);
+}
+
+static void draw_override(struct stateful *bench)
+{
+    static const int64_t percent[] = { 0, 1, 10, 50, 90, 100, 100, 120, 200 };
+    const int64_t p =
+        stateful_one_in(bench, 2)
+            ? percent[stateful_in(bench, 0, ARRAY_LEN(percent) - 1)]
+            : stateful_in(bench, 0, 200);
+    (void)stateful_override(bench, p * MOTION_CLOCK_WARP_ONE_Q30 / 100);
+}
+
+static void draw_stop(struct stateful *bench)
+{
+    const int64_t which = stateful_in(bench, 0, 9);
+    if (which < 3)
+        stateful_stop(bench);
+    else if (which < 6)
+        (void)stateful_hold(bench);
+    else
+        stateful_jog_stop(bench, which > 7);
+}
+
+static void draw_home(struct stateful *bench)
+{
+    (void)stateful_homing(bench, draw_axes(bench));
+}
+
+static void draw_place(struct stateful *bench)
+{
+    const unsigned i = (unsigned)stateful_in(bench, 0, bench->axes - 1);
+    const struct controller_axis_config *config = &bench->config.axis[i];
+    if (!homing_is_running(&bench->homing))
+        (void)stateful_set_position(
+            bench, i,
+            stateful_in(bench, config->pos_min_q32, config->pos_max_q32) +
+                (stateful_one_in(bench, 4) ? MOTION_FIXED_ONE_Q32 / 100 : 0));
+}
+
+static void draw_reset(struct stateful *bench)
+{
+    if (stateful_one_in(bench, 2))
+        stateful_heal(bench);
+    (void)stateful_reset(bench);
+}
+
+static void draw_motion(struct stateful *bench)
+{
+    const int64_t which = stateful_in(bench, 0, 99);
+    if (homing_is_running(&bench->homing))
+        return;
+    if (which < 40)
+        draw_start(bench);
+    else if (which < 75)
+        draw_jog(bench);
+    else
+        draw_home(bench);
+}
+
+static void draw_anything(struct stateful *bench)
+{
+    switch (stateful_in(bench, 0, 11)) {
+    case 0:
+        (void)stateful_enable(bench);
+        break;
+    case 1:
+        (void)stateful_off(bench);
+        break;
+    case 2:
+        draw_motion(bench);
+        break;
+    case 3:
+        (void)stateful_resume(bench);
+        break;
+    case 4:
+        draw_override(bench);
+        break;
+    case 5:
+        draw_reset(bench);
+        break;
+    case 6:
+        draw_place(bench);
+        break;
+    case 7:
+        (void)stateful_hold(bench);
+        break;
+    default:
+        draw_stop(bench);
+        break;
+    }
+}
+
+static void draw_in_ready(struct stateful *bench)
+{
+    const int64_t which = stateful_in(bench, 0, 99);
+    if (which < 85)
+        draw_motion(bench);
+    else if (which < 90)
+        draw_override(bench);
+    else if (which < 95)
+        draw_place(bench);
+    else
+        (void)stateful_off(bench);
+}
+
+static void draw_in_motion(struct stateful *bench)
+{
+    const int64_t which = stateful_in(bench, 0, 99);
+    if (which < 40)
+        draw_stop(bench);
+    else if (which < 70)
+        draw_override(bench);
+    else if (bench->judge.motion == STATEFUL_JOG &&
+             !homing_is_running(&bench->homing))
+        draw_jog(bench);
+}
+
+static void draw_in_hold(struct stateful *bench)
+{
+    const int64_t which = stateful_in(bench, 0, 99);
+    if (which < 60)
+        (void)stateful_resume(bench);
+    else if (which < 80)
+        draw_override(bench);
+    else
+        draw_stop(bench);
+}
+
+/* Homing takes long: two axes of three are left alone with it for the most
+ * part, so that every leg is reached. */
+static bool is_calm(const struct stateful *bench)
+{
+    return homing_is_running(&bench->homing) && bench->homing.axis % 3 != 2 &&
+           bench->first_seed % 2 == 0;
+}
+
+/* One command on the mean every so many ticks. */
+static void draw_command(struct stateful *bench)
+{
+    switch (bench->controller.state) {
+    case CONTROLLER_OFF:
+        if (stateful_one_in(bench, 4) && !bench->controller.enabling)
+            (void)stateful_enable(bench);
+        break;
+    case CONTROLLER_READY:
+        if (stateful_one_in(bench, 15))
+            draw_in_ready(bench);
+        break;
+    case CONTROLLER_MOVING:
+        if (stateful_one_in(bench, is_calm(bench) ? 1500 : 90))
+            draw_in_motion(bench);
+        break;
+    case CONTROLLER_HOLDING:
+        if (stateful_one_in(bench, 60))
+            draw_in_hold(bench);
+        break;
+    case CONTROLLER_STOPPING:
+        break;
+    case CONTROLLER_FAULT:
+        if (stateful_one_in(bench, 25))
+            draw_reset(bench);
+        break;
+    }
+    if (stateful_one_in(bench, is_calm(bench) ? 1500 : 150))
+        draw_anything(bench);
+}
+
+/* --- mishaps -------------------------------------------------------------- */
+
+static void may_come(struct stateful *bench, enum controller_fault fault)
+{
+    bench->judge.causes |= (uint32_t)1 << fault;
+}
+
+static void break_drive(struct stateful *bench)
+{
+    const unsigned i = (unsigned)stateful_in(bench, 0, bench->axes - 1);
+    struct stateful_axis *axis = &bench->axis[i];
+    axis->ill = stateful_one_in(bench, 2);
+    axis->state = HAL_DRIVE_FAULT;
+    may_come(bench, CONTROLLER_FAULT_DRIVE);
+    stateful_note(bench, "(drive %u: fault)", i);
+}
+
+static void drop_drive(struct stateful *bench)
+{
+    const unsigned i = (unsigned)stateful_in(bench, 0, bench->axes - 1);
+    struct stateful_axis *axis = &bench->axis[i];
+    axis->away = true;
+    axis->state = HAL_DRIVE_OFFLINE;
+    may_come(bench, CONTROLLER_FAULT_OFFLINE);
+    stateful_note(bench, "(drive %u: gone)", i);
+}
+
+static void leave_operation(struct stateful *bench)
+{
+    const unsigned i = (unsigned)stateful_in(bench, 0, bench->axes - 1);
+    struct stateful_axis *axis = &bench->axis[i];
+    if (axis->state != HAL_DRIVE_ENABLED)
+        return;
+    axis->state =
+        stateful_one_in(bench, 2) ? HAL_DRIVE_OFF : HAL_DRIVE_QUICK_STOP;
+    axis->request = HAL_DRIVE_REQUEST_OFF;
+    axis->wait = axis->off_ticks;
+    may_come(bench, CONTROLLER_FAULT_STATE);
+    stateful_note(bench, "(drive %u: leaves)", i);
+}
+
+static void go_stale(struct stateful *bench)
+{
+    const unsigned i = (unsigned)stateful_in(bench, 0, bench->axes - 1);
+    bench->axis[i].stale_ticks = (int)stateful_in(bench, 1, 8);
+    may_come(bench, CONTROLLER_FAULT_STALE);
+    stateful_note(bench, "(drive %u: stale)", i);
+}
+
+static void slip(struct stateful *bench)
+{
+    const unsigned i = (unsigned)stateful_in(bench, 0, bench->axes - 1);
+    bench->axis[i].slip_q32 += stateful_q32(stateful_between(bench, -3, 3));
+    may_come(bench, CONTROLLER_FAULT_FOLLOWING);
+    stateful_note(bench, "(drive %u: slips)", i);
+}
+
+static void press_estop(struct stateful *bench)
+{
+    bench->estop.active = true;
+    bench->estop_ticks = (int)stateful_in(bench, 1, 50);
+    may_come(bench, CONTROLLER_FAULT_ESTOP);
+    stateful_note(bench, "(e-stop)");
+}
+
+static void break_bus(struct stateful *bench)
+{
+    static const struct {
+        int err;
+        enum controller_fault fault;
+    } row[] = { { MOTION_E_PROTOCOL, CONTROLLER_FAULT_MASTER },
+                { MOTION_E_LIMIT, CONTROLLER_FAULT_BUS_PASSIVE },
+                { MOTION_E_FULL, CONTROLLER_FAULT_BUS_FULL },
+                { MOTION_E_IO, CONTROLLER_FAULT_BUS } };
+    const int64_t k = stateful_in(bench, 0, ARRAY_LEN(row) - 1);
+    bench->bus = row[k].err;
+    bench->bus_ticks = (int)stateful_in(bench, 1, 5);
+    may_come(bench, row[k].fault);
+    stateful_note(bench, "(bus %d)", bench->bus);
+}
+
+static void lose_ticks(struct stateful *bench)
+{
+    bench->lost =
+        (int)stateful_in(bench, 1, stateful_one_in(bench, 5) ? 100 : 8);
+    may_come(bench, CONTROLLER_FAULT_OVERRUN);
+    stateful_note(bench, "(%d ticks lost)", bench->lost);
+}
+
+static void draw_mishap(struct stateful *bench)
+{
+    static void (*const mishap[])(struct stateful *) = {
+        break_drive, drop_drive,  leave_operation, go_stale,
+        slip,        press_estop, press_estop,     break_bus
+    };
+    if (stateful_one_in(bench, 900))
+        mishap[stateful_in(bench, 0, ARRAY_LEN(mishap) - 1)](bench);
+    if (stateful_one_in(bench, 400))
+        lose_ticks(bench);
+}
+
+void stateful_heal(struct stateful *bench)
+{
+    bench->estop.active = false;
+    bench->bus = MOTION_OK;
+    for (unsigned i = 0; i < bench->axes; i++)
+        bench->axis[i].ill = bench->axis[i].away = false;
+}
+
+static void draw_heal(struct stateful *bench)
+{
+    if (bench->estop_ticks > 0 && --bench->estop_ticks == 0)
+        bench->estop.active = false;
+    if (bench->bus_ticks > 0 && --bench->bus_ticks == 0)
+        bench->bus = MOTION_OK;
+    if (stateful_one_in(bench, 100))
+        stateful_heal(bench);
+}
+
+/* --- together -------------------------------------------------------------- */
+
+/* Something began: a stop within three ticks, often. */
+static bool has_begun(const struct stateful *bench, enum homing_state homing)
+{
+    return bench->judge.is_fresh ||
+           (bench->homing.state != homing && homing_is_running(&bench->homing));
+}
+
+static void draw_burst(struct stateful *bench)
+{
+    static const int64_t in_the_same_tick = 0;
+    if (bench->burst > 0)
+        bench->burst--;
+    if (bench->burst != in_the_same_tick)
+        return;
+    bench->burst = -1;
+    draw_stop(bench);
+    if (stateful_one_in(bench, 3))
+        draw_anything(bench);
+}
+
+void stateful_draw_commands(struct stateful *bench)
+{
+    const enum homing_state homing = bench->judge.homing.state;
+    draw_heal(bench);
+    draw_mishap(bench);
+    draw_burst(bench);
+    const bool leg = has_begun(bench, homing);
+    draw_command(bench);
+    if (stateful_one_in(bench, 4) && bench->judge.is_fresh)
+        draw_anything(bench);
+    if (bench->burst < 0 && (leg || has_begun(bench, bench->homing.state)) &&
+        stateful_one_in(bench, is_calm(bench) ? 12 : 2)) {
+        bench->burst = (int)stateful_in(bench, 0, 3);
+        draw_burst(bench);
+    }
+}

@@ -1,0 +1,421 @@
+/* tests/firmware/control/stateful_judge.c - what every drive with torque was
+ * told, tick by tick.
+ *
+ * With p0, p1, p2, p3 the set points of four ticks that follow each other,
+ * newest first, and T the period, whatever was lost between them:
+ *
+ *     |p0 - p1| <= v T    |p0 - 2 p1 + p2| <= a T^2
+ *     |p0 - 3 p1 + 3 p2 - p3| <= j T^3
+ *
+ * for every motion inside the limits: a difference is a mean of the derivative.
+ * Each set point is rounded by up to 2 units of 2^-32, so the differences by
+ * 4, 8 and 16 of them; the second has 16, which the last gate lets through and
+ * ramps may so use.  Jerk counts where no fault took the path's place; there
+ * a motion that goes on from another may start from an acceleration that was
+ * rounded (3 units of 2^-16 or 2^-20 of the largest, track.h). */
+#include <math.h>
+#include <string.h>
+
+#include "motion/core/err.h"
+#include "tests/firmware/control/stateful.h"
+
+#define UNITS(n)    ((double)(n)*0x1p-32)
+#define JERK_SHARE  1.01 /* p''' is looked at in the ticks, not between */
+#define FIRST_Q32   ((int64_t)1 << 12)
+#define OUT_Q32     2 /* MOTION_TRACK_POS_ROUNDING */
+#define QUIET_TICKS 12
+
+bool stateful_in_motion(enum controller_state state)
+{
+    return state == CONTROLLER_MOVING || state == CONTROLLER_HOLDING ||
+           state == CONTROLLER_STOPPING;
+}
+
+/* --- differences -------------------------------------------------------- */
+
+static double period_s(const struct stateful *bench)
+{
+    return (double)bench->period_ns / 1e9;
+}
+
+double stateful_vel(const struct stateful *bench, unsigned i)
+{
+    const struct stateful_past *past = &bench->judge.past[i];
+    const struct stateful_axis *axis = &bench->axis[i];
+    if (axis->mode == HAL_DRIVE_PROFILE_POSITION)
+        return axis->state == HAL_DRIVE_ENABLED ? axis->vel : 0;
+    return past->count < 2
+               ? 0
+               : stateful_unit(past->pos_q32[0] - past->pos_q32[1]) /
+                     period_s(bench);
+}
+
+static double second(const struct stateful_past *past)
+{
+    return past->count < 3
+               ? 0
+               : stateful_unit(past->pos_q32[0] - past->pos_q32[1]) -
+                     stateful_unit(past->pos_q32[1] - past->pos_q32[2]);
+}
+
+static double third(const struct stateful_past *past)
+{
+    struct stateful_past before = { .count = 3 };
+    if (past->count < 4)
+        return 0;
+    memcpy(before.pos_q32, &past->pos_q32[1], sizeof past->pos_q32[0] * 3);
+    return second(past) - second(&before);
+}
+
+double stateful_acc(const struct stateful *bench, unsigned i)
+{
+    return second(&bench->judge.past[i]) / (period_s(bench) * period_s(bench));
+}
+
+static void judge_push(struct stateful_past *past, int64_t pos_q32)
+{
+    memmove(&past->pos_q32[1], &past->pos_q32[0], sizeof past->pos_q32[0] * 3);
+    past->pos_q32[0] = pos_q32;
+    if (past->count < 4)
+        past->count++;
+}
+
+/* --- limits ------------------------------------------------------------- */
+
+static void judge_speed(struct stateful *bench, unsigned i)
+{
+    const double most =
+        stateful_unit(bench->config.axis[i].limit.vel_q32) * period_s(bench);
+    const double step = stateful_vel(bench, i) * period_s(bench);
+    if (fabs(step) > most * (1 + 1e-9) + UNITS(4))
+        stateful_violate(bench, STATEFUL_SPEED, (int)i, "%.6f over %.6f a tick",
+                         step, most);
+}
+
+static double larger_q32(int64_t a, int64_t b)
+{
+    return (double)(a > b ? a : b) / 0x1p32;
+}
+
+static void judge_acceleration(struct stateful *bench, unsigned i, bool hard)
+{
+    const struct controller_axis_config *config = &bench->config.axis[i];
+    const double t2 = period_s(bench) * period_s(bench);
+    const double most = (double)config->limit.acc_q32 / 0x1p32 * t2;
+    const double most_hard =
+        larger_q32(config->limit.acc_q32, config->stop.acc_q32) * t2;
+    struct stateful_past *past = &bench->judge.past[i];
+    const double step = fabs(second(past));
+    const bool over = step > most * (1 + 1e-9) + UNITS(16);
+    past->is_hard = hard || (past->is_hard && over);
+    if (past->is_hard ? step > most_hard * (1 + 1e-9) + UNITS(16) : over)
+        stateful_violate(bench, STATEFUL_ACCELERATION, (int)i,
+                         "%.3f over %.3f unit/s2%s", step / t2,
+                         (past->is_hard ? most_hard : most) / t2,
+                         past->is_hard ? " (stop)" : "");
+}
+
+static void judge_jerk(struct stateful *bench, unsigned i)
+{
+    const struct controller_axis_config *config = &bench->config.axis[i];
+    struct stateful_past *past = &bench->judge.past[i];
+    const double t = period_s(bench), t2 = t * t;
+    past->hard_ticks = past->is_hard          ? 3
+                       : past->hard_ticks > 0 ? past->hard_ticks - 1
+                                              : 0;
+    const bool hard = past->hard_ticks > 0;
+    if (config->limit.jerk_q32 == 0 || (hard && config->stop.jerk_q32 == 0) ||
+        bench->controller.reaction != CONTROLLER_REACT_NONE)
+        return;
+    const double most =
+        hard ? larger_q32(config->limit.jerk_q32, config->stop.jerk_q32)
+             : (double)config->limit.jerk_q32 / 0x1p32;
+    const double acc =
+        larger_q32(config->limit.acc_q32, hard ? config->stop.acc_q32 : 0);
+    const double rounding = (3 * 0x1p-32 + acc * 0x1p-20) * t2 + UNITS(16);
+    if (fabs(third(past)) > most * JERK_SHARE * t2 * t + rounding)
+        stateful_violate(bench, STATEFUL_JERK, (int)i, "%.1f over %.1f%s",
+                         third(past) / (t2 * t), most, hard ? " (stop)" : "");
+}
+
+/* Where a stop or homing is under way the stop limits may be in force. */
+static bool may_be_hard(const struct stateful *bench)
+{
+    const struct stateful_judge *judge = &bench->judge;
+    const enum controller_state state[] = { judge->before,
+                                            bench->controller.state };
+    for (int k = 0; k < 2; k++)
+        if (state[k] == CONTROLLER_HOLDING || state[k] == CONTROLLER_STOPPING)
+            return true;
+    return bench->controller.reaction != CONTROLLER_REACT_NONE ||
+           judge->homed_before || judge->stop.kind == STATEFUL_HARD_STOP ||
+           judge->stop.kind == STATEFUL_HOME_STOP;
+}
+
+/* --- range -------------------------------------------------------------- */
+
+static int64_t outside_q32(const struct controller_axis_config *config,
+                           int64_t pos_q32)
+{
+    if (pos_q32 < config->pos_min_q32 - OUT_Q32)
+        return config->pos_min_q32 - OUT_Q32 - pos_q32;
+    if (pos_q32 > config->pos_max_q32 + OUT_Q32)
+        return pos_q32 - config->pos_max_q32 - OUT_Q32;
+    return 0;
+}
+
+/* Homing looks for a switch wherever it is; it goes to its place inside. */
+static bool is_searching(const struct stateful *bench, unsigned i)
+{
+    const struct stateful_judge *judge = &bench->judge;
+    return judge->homed_before && bench->homing.axis == i &&
+           judge->homing.leg != HOMING_GO;
+}
+
+/* Inside, or, where it was outside, no further out. */
+static void judge_range(struct stateful *bench, unsigned i)
+{
+    const struct controller_axis *axis = &bench->controller.axis[i];
+    struct stateful_past *past = &bench->judge.past[i];
+    if (is_searching(bench, i) || !axis->homed)
+        past->any_range = true;
+    else if (past->count < 2 || past->pos_q32[0] == past->pos_q32[1])
+        past->any_range = false;
+    if (past->any_range || past->count < 2)
+        return;
+    const int64_t now_q32 = outside_q32(&bench->config.axis[i],
+                                        past->pos_q32[0] + axis->offset_q32);
+    const int64_t then_q32 = outside_q32(&bench->config.axis[i],
+                                         past->pos_q32[1] + axis->offset_q32);
+    if (now_q32 > then_q32 + OUT_Q32)
+        stateful_violate(bench, STATEFUL_RANGE, (int)i, "%.9f outside",
+                         stateful_unit(now_q32));
+}
+
+/* --- where it stands, where it is on its track ---------------------------- */
+
+static void judge_standing(struct stateful *bench, unsigned i)
+{
+    const struct stateful_past *past = &bench->judge.past[i];
+    if (!stateful_in_motion(bench->judge.before) && past->count >= 2 &&
+        past->pos_q32[0] != past->pos_q32[1])
+        stateful_violate(bench, STATEFUL_STANDS, (int)i, "by %.9f, %s",
+                         stateful_unit(past->pos_q32[0] - past->pos_q32[1]),
+                         controller_state_text(bench->judge.before));
+}
+
+static void judge_path(struct stateful *bench, unsigned i)
+{
+    const struct controller *controller = &bench->controller;
+    const struct controller_axis *axis = &controller->axis[i];
+    struct motion_cursor cursor = { 0 };
+    struct motion_sample sample;
+    if (bench->judge.motion != STATEFUL_MOVE || axis->track == NULL ||
+        !bench->axis[i].told || !stateful_in_motion(bench->judge.before))
+        return;
+    motion_track_sample(axis->track, &cursor, controller->rate.s_ns_q12,
+                        &sample);
+    if (bench->axis[i].told_q32 + axis->offset_q32 != sample.pos_q32)
+        stateful_violate(
+            bench, STATEFUL_PATH, (int)i, "%.9f, track %.9f",
+            stateful_unit(bench->axis[i].told_q32 + axis->offset_q32),
+            stateful_unit(sample.pos_q32));
+}
+
+/* --- one drive ---------------------------------------------------------- */
+
+/* A drive that is told nothing stays where it is. */
+static int64_t axis_told_q32(const struct stateful *bench, unsigned i)
+{
+    const struct stateful_axis *axis = &bench->axis[i];
+    const struct stateful_past *past = &bench->judge.past[i];
+    if (axis->told)
+        return axis->told_q32;
+    return past->count > 0 ? past->pos_q32[0] : axis->hold_q32;
+}
+
+static void judge_first(struct stateful *bench, unsigned i)
+{
+    const struct stateful_axis *axis = &bench->axis[i];
+    const int64_t off_q32 =
+        bench->judge.past[i].pos_q32[0] - axis->seen.pos_q32;
+    if (llabs(off_q32) > FIRST_Q32)
+        stateful_violate(bench, STATEFUL_FIRST, (int)i, "%.9f off",
+                         stateful_unit(off_q32));
+}
+
+static void judge_axis(struct stateful *bench, unsigned i)
+{
+    const struct stateful_axis *axis = &bench->axis[i];
+    struct stateful_past *past = &bench->judge.past[i];
+    if (axis->enabled_unasked)
+        stateful_violate(bench, STATEFUL_ENABLES, (int)i, "%s",
+                         controller_state_text(bench->controller.state));
+    if (!stateful_axis_follows(axis)) {
+        *past = (struct stateful_past){ .count = 0 };
+        return;
+    }
+    if (axis->is_first)
+        past->count = 0;
+    judge_push(past, axis_told_q32(bench, i));
+    if (past->count == 1)
+        judge_first(bench, i);
+    judge_standing(bench, i);
+    if (axis->request != HAL_DRIVE_REQUEST_ENABLE)
+        return; /* torque goes off: it stands, however it moved */
+    judge_speed(bench, i);
+    judge_acceleration(bench, i, may_be_hard(bench));
+    judge_jerk(bench, i);
+    judge_range(bench, i);
+    judge_path(bench, i);
+}
+
+/* --- torque and faults --------------------------------------------------- */
+
+/* Nothing keeps torque on: OFF, or a fault whose reaction takes it. */
+static bool is_quiet(const struct controller *controller)
+{
+    if (controller->state == CONTROLLER_OFF)
+        return !controller->enabling;
+    return controller->state == CONTROLLER_FAULT &&
+           (controller->reaction != CONTROLLER_REACT_HOLD ||
+            controller->resetting);
+}
+
+static void judge_torque(struct stateful *bench)
+{
+    struct stateful_judge *judge = &bench->judge;
+    judge->quiet_ticks =
+        is_quiet(&bench->controller) ? judge->quiet_ticks + 1 : 0;
+    for (unsigned i = 0; i < bench->axes && judge->quiet_ticks > 0; i++) {
+        const enum hal_drive_request request = bench->axis[i].request;
+        if (request == HAL_DRIVE_REQUEST_ENABLE ||
+            request == HAL_DRIVE_REQUEST_QUICK_STOP)
+            stateful_violate(bench, STATEFUL_TORQUE, (int)i, "asked for in %s",
+                             controller_state_text(bench->controller.state));
+        if (judge->quiet_ticks > QUIET_TICKS &&
+            stateful_axis_has_torque(&bench->axis[i]))
+            stateful_violate(bench, STATEFUL_TORQUE, (int)i, "%s",
+                             controller_state_text(bench->controller.state));
+    }
+}
+
+static bool switch_is_active(const struct stateful *bench)
+{
+    for (unsigned i = 0; i < bench->axes; i++)
+        if (stateful_axis_switch(&bench->axis[i], STATEFUL_NEGATIVE) ||
+            stateful_axis_switch(&bench->axis[i], STATEFUL_POSITIVE))
+            return true;
+    return false;
+}
+
+static bool all_are_up(const struct stateful *bench)
+{
+    for (unsigned i = 0; i < bench->axes; i++)
+        if (bench->axis[i].state != HAL_DRIVE_ENABLED ||
+            (bench->config.axis[i].by_goals &&
+             bench->axis[i].mode != HAL_DRIVE_PROFILE_POSITION))
+            return false;
+    return true;
+}
+
+/* Homing that fails stops its axis as a stop does. */
+static bool homing_stops_without_halt(const struct stateful *bench)
+{
+    const unsigned i = bench->homing.axis;
+    return bench->judge.homed_before && bench->config.axis[i].by_goals &&
+           !bench->axis[i].profile.halts;
+}
+
+/* A drive is bad, or was disturbed. */
+static bool goes_badly(const struct stateful *bench)
+{
+    const uint32_t disturbed = (uint32_t)1 << CONTROLLER_FAULT_FOLLOWING |
+                               (uint32_t)1 << CONTROLLER_FAULT_STALE;
+    for (unsigned i = 0; i < bench->axes; i++)
+        if (bench->config.axis[i].by_goals && bench->axis[i].profile.is_bad)
+            return true;
+    return (bench->judge.causes & disturbed) != 0;
+}
+
+static bool has_cause(const struct stateful *bench, enum controller_fault fault)
+{
+    if (fault == CONTROLLER_FAULT_LIMIT_SWITCH)
+        return switch_is_active(bench);
+    if (fault == CONTROLLER_FAULT_ENABLE)
+        return !all_are_up(bench);
+    if (fault == CONTROLLER_FAULT_ARRIVAL)
+        return goes_badly(bench);
+    if (fault == CONTROLLER_FAULT_REST) /* that is what a bound is for */
+        return bench->judge.stop.kind != STATEFUL_GOES ||
+               homing_stops_without_halt(bench);
+    return (bench->judge.causes >> fault & 1) != 0;
+}
+
+static bool is_healthy(const struct stateful *bench)
+{
+    for (unsigned i = 0; i < bench->axes; i++)
+        if (bench->axis[i].ill || bench->axis[i].away ||
+            bench->axis[i].slip_q32 != 0 || bench->axis[i].stale_ticks > 0)
+            return false;
+    return !bench->estop.active && bench->bus == MOTION_OK;
+}
+
+static void fault_comes(struct stateful *bench, enum controller_fault fault)
+{
+    bench->tally.fault[fault]++;
+    bench->judge.reset_asked = false;
+    stateful_stop_asked(bench, STATEFUL_FAULT_STOP);
+}
+
+static void judge_faults(struct stateful *bench)
+{
+    const struct controller *controller = &bench->controller;
+    struct stateful_judge *judge = &bench->judge;
+    const struct controller_fault_record *now = &controller->fault;
+    if (judge->fault.fault == CONTROLLER_FAULT_NONE) {
+        if (now->fault != CONTROLLER_FAULT_NONE &&
+            !has_cause(bench, now->fault))
+            stateful_violate(
+                bench, STATEFUL_SPURIOUS, now->axis, "%s: %.9f over %.9f",
+                controller_fault_text(now->fault), stateful_unit(now->value),
+                stateful_unit(now->limit));
+        if (now->fault != CONTROLLER_FAULT_NONE)
+            fault_comes(bench, now->fault);
+    } else if (now->fault == CONTROLLER_FAULT_NONE) {
+        if (controller->state != CONTROLLER_OFF || !judge->reset_asked)
+            stateful_violate(bench, STATEFUL_LATCH, -1, "%s",
+                             controller_state_text(controller->state));
+        judge->causes = is_healthy(bench) ? 0 : judge->causes;
+    } else if (now->fault != judge->fault.fault ||
+               now->t_ns != judge->fault.t_ns) {
+        stateful_violate(bench, STATEFUL_LATCH, now->axis, "another: %s",
+                         controller_fault_text(now->fault));
+    }
+    if (judge->before == CONTROLLER_FAULT &&
+        controller->state != CONTROLLER_FAULT &&
+        controller->state != CONTROLLER_OFF)
+        stateful_violate(bench, STATEFUL_LATCH, -1, "%s",
+                         controller_state_text(controller->state));
+    judge->fault = *now;
+}
+
+void stateful_judge_before(struct stateful *bench)
+{
+    bench->judge.before = bench->controller.state;
+    bench->judge.homed_before = homing_is_running(&bench->homing);
+    for (unsigned i = 0; i < bench->axes; i++)
+        bench->axis[i].told = false;
+}
+
+void stateful_judge_after(struct stateful *bench)
+{
+    for (unsigned i = 0; i < bench->axes; i++)
+        judge_axis(bench, i);
+    stateful_judge_goals(bench);
+    judge_faults(bench);
+    judge_torque(bench);
+    stateful_judge_homing(bench);
+    stateful_judge_stop(bench);
+    bench->judge.is_fresh = false;
+}

@@ -1,0 +1,247 @@
+/* tests/firmware/control/test_ramp.c - holds, stops and stops for a fault at
+ * any time of random moves: they never speed up by more than r' makes
+ * unavoidable, rest comes within the bound, what was accepted never trips the
+ * gate, and the ramp is the shortest one or close to it
+ * (tests/firmware/control/ramp_oracle.h).
+ *
+ * N slow-downs (1,200 when it is not set; make ramps: 50,000).
+ * Takes long. */
+#include <stdio.h>
+
+#include "tests/firmware/control/ramp_oracle.h"
+
+static struct ramp_bench bench;
+
+enum request { HOLD, STOP, FAULT };
+
+/* One slow-down in so many is compared with the oracle, and so many at most. */
+#define COMPARE  16
+#define COMPARED 8192
+
+/* What came of all slow-downs. */
+static struct {
+    unsigned asked, rose, waited, quick, late;
+    double rise, rest_s, share; /* the largest; share of the bound */
+    unsigned compared, missed;  /* no ramp was found, but there is one */
+    double ratio[COMPARED];     /* to the oracle's duration */
+} tally;
+
+static double rate_of(int64_t q30)
+{
+    return (double)q30 / (double)ONE;
+}
+
+static void ask(enum request request)
+{
+    struct controller *c = &bench.controller;
+    if (request == HOLD)
+        assert_int_equal(controller_hold(c), MOTION_OK);
+    else if (request == STOP)
+        controller_stop(c);
+    else
+        controller_raise(c, CONTROLLER_FAULT_ESTOP, -1, 0, 0);
+}
+
+static bool rests(const struct controller *c)
+{
+    return c->rate.rate_q30 == 0 || !controller_in_motion(c) ||
+           c->rate.s_ns_q12 >= c->move_end_ns_q12;
+}
+
+static int64_t bound_of(const struct controller *c, enum request request)
+{
+    return controller_ramp_bound_ns(c, request == FAULT);
+}
+
+/* r' has to be brought to 0, by the largest J that keeps every axis inside its
+ * limits, in L = a / J: the rate rises by a L / 2.  The controller counts in
+ * whole ticks, takes one more where its looks and set points are rounded, and
+ * the rate is seen at ticks: three ticks of L.  It tries lengths a sixteenth
+ * apart, then those between one that does not fit and the next that does; where
+ * a shorter one would, but not all up to there (a border of segments comes just
+ * after its end), or where only some ticks are looked at (over 128, with what
+ * may come between), that is a sixteenth of L.  Where no J fits yet the clock
+ * goes on as it was going to: INFINITY. */
+static double unavoidable(const struct controller *c, bool stop)
+{
+    const double tick = (double)c->config.period_ns * 1e-9;
+    struct motion_clock_rate at;
+    motion_clock_warp_at(&c->warp, c->clock_ns, &at);
+    const double r = rate_of(at.rate_q30), a = rate_of(at.accel_q30);
+    if (a <= 0)
+        return r;
+    const double jerk = oracle_level(
+        c, (double)at.s_ns_q12 / (double)MOTION_FIXED_S_Q12, r, a, stop);
+    return jerk == 0 ? INFINITY
+                     : r + a * a / (2 * jerk) * 1.0625 + 1.5 * a * tick;
+}
+
+/* The ramp that was found at once, beside the shortest. */
+static void compare(const struct controller *c,
+                    const struct motion_clock_rate *from, bool stop)
+{
+    const bool is_found = c->warp.rate1_q30 == 0 &&
+                          c->reaction < CONTROLLER_REACT_QUICK &&
+                          c->warp.t0_ns + c->warp.dur_ns > c->clock_ns;
+    const double took =
+        is_found ? (double)(c->warp.t0_ns + c->warp.dur_ns - c->clock_ns) * 1e-9
+                 : (double)(c->rest_by_ns - c->clock_ns) * 1e-9;
+    /* rests: every axis stood, so the clock does at once */
+    if (c->is_brake || from->rate_q30 == 0 || took <= 0 || rests(c) ||
+        tally.compared >= COMPARED)
+        return;
+    const double least = oracle_shortest(c, from, stop, took);
+    if (is_found)
+        tally.ratio[tally.compared++] = took / least;
+    else
+        tally.missed += least < took ? 1u : 0u;
+}
+
+static void no_gate(const struct controller *c)
+{
+    if (c->fault.fault == CONTROLLER_FAULT_GATE)
+        fail_msg("after %u requests the gate trips on axis %d: %.9g over %.9g",
+                 tally.asked, c->fault.axis, (double)c->fault.value / UNIT,
+                 (double)c->fault.limit / UNIT);
+}
+
+/* Ask, run until it rests, judge every tick. */
+static void slow_down(enum request request)
+{
+    struct controller *c = &bench.controller;
+    const bool stop = request == FAULT;
+    const double before = rate_of(c->rate.rate_q30);
+    const int64_t from_ns = c->clock_ns, bound_ns = bound_of(c, request);
+    double highest = 0, most = unavoidable(c, stop);
+    struct motion_clock_rate from;
+    motion_clock_warp_at(&c->warp, c->clock_ns, &from);
+    tally.waited += isinf(most) ? 1u : 0u;
+    ask(request);
+    if (++tally.asked % COMPARE == 0)
+        compare(c, &from, stop);
+    while (!rests(c) && c->reaction < CONTROLLER_REACT_QUICK) {
+        if (isinf(most))
+            most = unavoidable(c, stop);
+        ramp_tick(&bench);
+        no_gate(c);
+        const double rate = rate_of(c->rate.rate_q30);
+        highest = fmax(highest, rate);
+        assert_true(c->rate.rate_q30 >= 0);
+        /* a jog that is stopped brakes by a motion of its own */
+        if (rate > most + 1e-7 && !c->is_brake)
+            fail_msg("request %u (%d): the rate rises from %.6f to %.6f, over "
+                     "%.6f",
+                     tally.asked, request, before, rate, most);
+        if (c->fault.fault == CONTROLLER_FAULT_REST)
+            tally.late++;
+        else if (c->clock_ns - from_ns > bound_ns)
+            fail_msg("request %u: %.3f s, bound %.3f s", tally.asked,
+                     (double)(c->clock_ns - from_ns) * 1e-9,
+                     (double)bound_ns * 1e-9);
+    }
+    const double rest_s = (double)(c->clock_ns - from_ns) * 1e-9;
+    tally.quick += c->reaction >= CONTROLLER_REACT_QUICK;
+    if (!c->is_brake) {
+        tally.rose += highest > before + 0.1;
+        tally.rise = fmax(tally.rise, highest - before);
+    }
+    tally.rest_s = fmax(tally.rest_s, rest_s);
+    tally.share = fmax(tally.share, rest_s * 1e9 / (double)bound_ns);
+}
+
+static int compare_ratio(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static double ratio_at(double share)
+{
+    const double at = share * (double)(tally.compared - 1);
+    return tally.compared > 0 ? tally.ratio[(unsigned)at] : 1;
+}
+
+static void report(const char *what)
+{
+    qsort(tally.ratio, tally.compared, sizeof tally.ratio[0], compare_ratio);
+    print_message(
+        "%s: %u, %u rose by over 10 points, the most %.1f, %u had to wait; "
+        "rest "
+        "after %.2f s at most, %.2f of the bound; %u quick stops, %u at the "
+        "bound\n",
+        what, tally.asked, tally.rose, tally.rise * 100, tally.waited,
+        tally.rest_s, tally.share, tally.quick, tally.late);
+    print_message("  %u beside the shortest: median %.3f, 90 %% %.3f, 99 %% "
+                  "%.3f, worst %.3f; %u found none where there is one\n",
+                  tally.compared, ratio_at(0.5), ratio_at(0.9), ratio_at(0.99),
+                  ratio_at(1), tally.missed);
+    /* what whole ticks cost short ramps is in it */
+    assert_true(ratio_at(0.5) <= 1.02 && ratio_at(0.9) <= 1.15);
+    assert_true(tally.missed <= tally.compared / 50 + 1);
+    memset(&tally, 0, sizeof tally);
+}
+
+/* Speeds change up and down; a slow-down is asked for at any tick of that. */
+static void session(void)
+{
+    struct controller *c = &bench.controller;
+    for (int n = 0; n < 6 && ramp_is_moving(&bench); n++) {
+        for (int64_t k = check_random_in(check_stream(), 0, 200);
+             k > 0 && ramp_is_moving(&bench); k--) {
+            ramp_tick(&bench);
+            no_gate(c);
+        }
+        (void)controller_override(
+            c, ramp_chance(60)
+                   ? c->override_max_q30
+                   : ONE / 100 * check_random_in(check_stream(), 0, 200));
+        for (int64_t k = check_random_in(check_stream(), 0, 60);
+             k > 0 && ramp_is_moving(&bench); k--) {
+            ramp_tick(&bench);
+            no_gate(c);
+        }
+        if (!ramp_is_moving(&bench))
+            return;
+        const enum request request = (enum request)(draw() % 3);
+        slow_down(request);
+        if (request != HOLD || controller_resume(c) != MOTION_OK)
+            return;
+    }
+}
+
+static unsigned slow_downs(void)
+{
+    const char *n = getenv("N");
+    return n ? (unsigned)strtoul(n, NULL, 0) : 1200;
+}
+
+static void random_slow_downs_in_moves(void **state)
+{
+    (void)state;
+    seed_from("moves");
+    while (tally.asked < slow_downs() / 6 * 5) {
+        if (ramp_start(&bench))
+            session();
+    }
+    report("moves");
+}
+
+static void random_slow_downs_in_jogs_that_turn_round(void **state)
+{
+    (void)state;
+    seed_from("jogs");
+    while (tally.asked < slow_downs() / 6) {
+        ramp_jog(&bench);
+        session();
+    }
+    report("jogs");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(random_slow_downs_in_moves),
+        cmocka_unit_test(random_slow_downs_in_jogs_that_turn_round),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,565 @@
+/* tests/firmware/control/test_stateful_cases.c - ways in which a machine once
+ * moved, or did not stop, each told to the bench and the judge of
+ * tests/firmware/control/stateful.h. */
+#include <string.h>
+
+#include "motion/core/err.h"
+#include "motion/curve/ease.h"
+#include "tests/firmware/control/stateful.h"
+
+#define MS   INT64_C(1000000)
+#define UNIT MOTION_FIXED_ONE_Q32
+
+static struct stateful bench;
+
+/* An axis from 0 to 2000 mm, 250 mm/s, with its home switch at 100 mm and below
+ * and a limit switch at -20 mm. */
+static void lay_axis(unsigned i, int64_t start_q32)
+{
+    struct controller_axis_config *config = &bench.config.axis[i];
+    struct stateful_zone *zone = bench.axis[i].zone;
+    *config = (struct controller_axis_config){
+        .pos_max_q32 = 2000 * UNIT,
+        .limit = { 250 * UNIT, 500 * UNIT, 5000 * UNIT },
+        .stop = { 250 * UNIT, 1000 * UNIT, 20000 * UNIT },
+        .following_floor_q32 = UNIT / 2,
+        .following_k_ns = 5 * MS,
+    };
+    zone[STATEFUL_HOME] =
+        (struct stateful_zone){ true, false, -1000 * UNIT, 100 * UNIT };
+    zone[STATEFUL_NEGATIVE] =
+        (struct stateful_zone){ true, false, -1000 * UNIT, -20 * UNIT };
+    bench.home[i] = (struct homing_config){
+        .by = HOMING_SWITCH,
+        .direction = -1,
+        .fast_q32 = 250 * UNIT,
+        .slow_q32 = 10 * UNIT,
+        .distance_q32 = 1800 * UNIT,
+        .pos_q32 = 100 * UNIT,
+        .timeout_ns = 45000 * MS,
+    };
+    bench.axis[i].pos_q32 = start_q32;
+    bench.axis[i].brake = 2000;
+    bench.axis[i].enable_ticks = 3;
+}
+
+static void lay(unsigned axes, int64_t start_q32)
+{
+    memset(&bench, 0, sizeof bench);
+    bench.axes = axes;
+    bench.config =
+        (struct controller_config){ .period_ns = MS, .axis_count = axes };
+    for (unsigned i = 0; i < axes; i++)
+        lay_axis(i, start_q32);
+}
+
+static void judged(const char *what, int64_t n)
+{
+    if (bench.violation == STATEFUL_NONE)
+        return;
+    stateful_print(&bench);
+    fail_msg("%s %" PRId64 ": %s", what, n,
+             stateful_violation_text(bench.violation));
+}
+
+static void run(int ticks)
+{
+    stateful_ticks(&bench, ticks);
+    judged("tick", (int64_t)bench.ticks);
+}
+
+static void in_state(enum controller_state state)
+{
+    if (bench.controller.state != state)
+        fail_msg("%s, %s", controller_state_text(bench.controller.state),
+                 controller_fault_text(bench.controller.fault.fault));
+}
+
+static void enable(void)
+{
+    stateful_begin(&bench);
+    run(1);
+    assert_int_equal(stateful_enable(&bench), MOTION_OK);
+    run(20);
+    in_state(CONTROLLER_READY);
+}
+
+static int64_t at_q32(void)
+{
+    return bench.judge.past[0].pos_q32[0];
+}
+
+static void stands_at(int64_t pos_q32, int64_t most_q32)
+{
+    if (llabs(at_q32() - pos_q32) > most_q32)
+        fail_msg("at %.6f, not %.6f", stateful_unit(at_q32()),
+                 stateful_unit(pos_q32));
+}
+
+static void start_ease(int64_t to_q32)
+{
+    const struct motion_clock_limit *most = &bench.config.axis[0].limit;
+    const struct motion_ease_limit limit = { most->vel_q32, most->acc_q32,
+                                             most->jerk_q32 };
+    struct motion_track *track = &bench.track[bench.spare][0];
+    motion_track_init(track, bench.room[bench.spare][0], STATEFUL_SEGMENTS,
+                      bench.controller.axis[0].target.pos_q32);
+    assert_int_equal(motion_ease_append_limited(track, to_q32, &limit),
+                     MOTION_OK);
+    assert_int_equal(stateful_start(&bench, 1), MOTION_OK);
+}
+
+/* --- a stop in the tick in which something begins ------------------------- */
+
+static void a_stop_in_the_tick_homing_begins_stops_it(void **state)
+{
+    (void)state;
+    for (int64_t kind = 0; kind < 3; kind++) {
+        lay(1, 1500 * UNIT);
+        enable();
+        assert_int_equal(stateful_homing(&bench, 1), MOTION_OK);
+        if (kind == 0)
+            stateful_stop(&bench);
+        else
+            stateful_jog_stop(&bench, kind == 2);
+        run(10000);
+        stands_at(1500 * UNIT, UNIT / 1000);
+        assert_int_equal(bench.homing.state, HOMING_FAILED);
+        in_state(CONTROLLER_READY);
+    }
+}
+
+/* Run until homing has come to this state. */
+static bool run_to(enum homing_state state)
+{
+    for (int n = 0; n < 30000 && homing_is_running(&bench.homing); n++) {
+        if (bench.homing.state == state)
+            return true;
+        run(1);
+    }
+    return false;
+}
+
+static void a_stop_after_any_change_of_homing_stops_it(void **state)
+{
+    static const enum homing_state leg[] = {
+        HOMING_SEARCH,   HOMING_SLOW_DOWN, HOMING_LEAVE, HOMING_TURN,
+        HOMING_APPROACH, HOMING_SETTLE,    HOMING_GO,
+    };
+    (void)state;
+    for (size_t k = 0; k < ARRAY_LEN(leg); k++)
+        for (int later = 0; later < 4; later++) {
+            lay(1, 400 * UNIT);
+            bench.home[0].goes = true;
+            bench.home[0].go_q32 = 300 * UNIT;
+            enable();
+            assert_int_equal(stateful_homing(&bench, 1), MOTION_OK);
+            assert_true(run_to(leg[k]));
+            run(later);
+            stateful_stop(&bench);
+            run(3000);
+            assert_int_equal(bench.homing.state, HOMING_FAILED);
+            in_state(CONTROLLER_READY);
+        }
+}
+
+static void homing_under_an_override_heeds_switches_and_stops(void **state)
+{
+    (void)state;
+    for (int64_t at = 1; at < 1500; at += 90) {
+        lay(1, 400 * UNIT);
+        enable();
+        assert_int_equal(stateful_homing(&bench, 1), MOTION_OK);
+        run((int)at);
+        (void)stateful_override(&bench, MOTION_CLOCK_WARP_ONE_Q30 / 10 * 9);
+        run(4000);
+        stateful_stop(&bench);
+        run(3000);
+        in_state(CONTROLLER_READY);
+    }
+}
+
+/* --- the dead man ---------------------------------------------------------- */
+
+static void a_jog_ends_with_its_time_whatever_the_clock_does(void **state)
+{
+    (void)state;
+    for (int64_t kind = 0; kind < 4; kind++)
+        for (int at = 0; at < 250; at += 7) {
+            lay(1, 100 * UNIT);
+            bench.axis[0].zone[STATEFUL_HOME].there = false;
+            enable();
+            assert_int_equal(
+                stateful_jog(&bench, 0, 2000 * UNIT, 50 * UNIT, 250 * MS),
+                MOTION_OK);
+            run(at);
+            if (kind == 0)
+                (void)stateful_override(&bench, MOTION_CLOCK_WARP_ONE_Q30 / 2);
+            else
+                (void)stateful_hold(&bench);
+            run(kind == 1 ? 3 : kind == 2 ? 200 : 0);
+            if (kind > 0)
+                (void)stateful_resume(&bench);
+            run(kind == 3 ? 300 : 3000);
+            if (kind == 3)
+                (void)stateful_resume(&bench);
+            run(3000);
+            assert_int_not_equal(bench.controller.state, CONTROLLER_MOVING);
+        }
+}
+
+static void a_jog_and_a_stop_in_one_tick_are_a_stop(void **state)
+{
+    (void)state;
+    for (int64_t kind = 0; kind < 3; kind++) {
+        lay(1, 1500 * UNIT);
+        enable();
+        assert_int_equal(stateful_jog(&bench, 0, 2000 * UNIT, 250 * UNIT, 0),
+                         MOTION_OK);
+        if (kind == 0)
+            stateful_stop(&bench);
+        else
+            stateful_jog_stop(&bench, kind == 2);
+        run(5000);
+        stands_at(1500 * UNIT, UNIT / 1000);
+        in_state(CONTROLLER_READY);
+    }
+}
+
+/* --- enabling --------------------------------------------------------------- */
+
+static void an_axis_that_is_up_first_stays_where_it_is(void **state)
+{
+    static const double droop[] = { 0.01, 0.1, -0.1 };
+    (void)state;
+    for (size_t k = 0; k < ARRAY_LEN(droop); k++) {
+        lay(2, 700 * UNIT);
+        bench.axis[0].droop_q32 = stateful_q32(droop[k]);
+        bench.axis[1].enable_ticks = 3000;
+        stateful_begin(&bench);
+        run(1);
+        assert_int_equal(stateful_enable(&bench), MOTION_OK);
+        run(3100);
+        in_state(CONTROLLER_READY);
+        stands_at(700 * UNIT, 0);
+    }
+}
+
+/* Supervised as well: it is pushed away, and it is noticed. */
+static void an_axis_that_is_up_first_is_watched(void **state)
+{
+    (void)state;
+    lay(2, 700 * UNIT);
+    bench.axis[1].enable_ticks = 3000;
+    stateful_begin(&bench);
+    run(1);
+    assert_int_equal(stateful_enable(&bench), MOTION_OK);
+    run(100);
+    bench.judge.causes = UINT32_MAX;
+    bench.axis[0].slip_q32 = 2 * UNIT;
+    run(20);
+    in_state(CONTROLLER_FAULT);
+    assert_int_equal(bench.controller.fault.fault, CONTROLLER_FAULT_FOLLOWING);
+}
+
+/* --- lost ticks ------------------------------------------------------------- */
+
+static void no_set_point_leaps_after_lost_ticks(void **state)
+{
+    (void)state;
+    for (int lost = 1; lost <= 100; lost += lost < 12 ? 1 : 8) {
+        lay(1, 200 * UNIT);
+        enable();
+        start_ease(1900 * UNIT);
+        run(2000);
+        bench.lost = lost;
+        bench.judge.causes = (uint32_t)1 << CONTROLLER_FAULT_OVERRUN;
+        run(4000);
+    }
+}
+
+/* --- stops while the rate rises ---------------------------------------------- */
+
+enum ask { ASK_HOLD, ASK_STOP, ASK_ESTOP, ASKS };
+
+static void ask(enum ask which)
+{
+    bench.judge.causes = (uint32_t)1 << CONTROLLER_FAULT_ESTOP;
+    if (which == ASK_HOLD)
+        (void)stateful_hold(&bench);
+    else if (which == ASK_STOP)
+        stateful_stop(&bench);
+    else
+        bench.estop.active = true;
+}
+
+/* Without a limit of jerk, where nothing but some ticks is unavoidable. */
+static void no_stop_goes_faster_first(void **state)
+{
+    (void)state;
+    for (enum ask which = 0; which < ASKS; which++)
+        for (int at = 1; at < 900; at += 23) {
+            lay(1, 100 * UNIT);
+            bench.config.axis[0].limit.jerk_q32 = 0;
+            bench.config.axis[0].stop.jerk_q32 = 0;
+            enable();
+            assert_int_equal(
+                stateful_override(&bench, MOTION_CLOCK_WARP_ONE_Q30 / 10),
+                MOTION_OK);
+            start_ease(1900 * UNIT);
+            run(3000);
+            assert_int_equal(
+                stateful_override(&bench, MOTION_CLOCK_WARP_ONE_Q30),
+                MOTION_OK);
+            run(at);
+            ask(which);
+            run(4000);
+        }
+}
+
+/* --- outside the range -------------------------------------------------------- */
+
+static void an_axis_just_outside_its_range_is_moved_back(void **state)
+{
+    static const double out[] = { 1e-6, 0.01, 0.3, 15 };
+    (void)state;
+    for (size_t k = 0; k < ARRAY_LEN(out); k++)
+        for (int side = 0; side < 2; side++) {
+            lay(1, side ? 2000 * UNIT + stateful_q32(out[k])
+                        : -stateful_q32(out[k]));
+            enable();
+            run(100);
+            (void)stateful_jog(&bench, 0, side ? 2100 * UNIT : -30 * UNIT,
+                               50 * UNIT, 0);
+            run(100);
+            assert_int_equal(
+                stateful_jog(&bench, 0, 1000 * UNIT, 250 * UNIT, 0), MOTION_OK);
+            run(12000);
+            in_state(CONTROLLER_READY);
+            stands_at(1000 * UNIT, 0);
+        }
+}
+
+/* --- a jog that turns round ----------------------------------------------------- */
+
+static void a_hold_on_a_jog_that_turns_trips_nothing(void **state)
+{
+    (void)state;
+    for (int jerk = 0; jerk < 2; jerk++)
+        for (int at = 0; at < 500; at += 5) {
+            lay(1, 500 * UNIT);
+            struct controller_axis_config *config = &bench.config.axis[0];
+            config->limit.jerk_q32 = jerk ? 5000 * UNIT : 0;
+            config->stop = config->limit;
+            bench.axis[0].zone[STATEFUL_HOME].there = false;
+            enable();
+            (void)stateful_jog(&bench, 0, 2000 * UNIT, 100 * UNIT, 0);
+            run(700);
+            (void)stateful_jog(&bench, 0, 100 * UNIT, 100 * UNIT, 0);
+            run(at);
+            (void)stateful_hold(&bench);
+            run(3000);
+            in_state(CONTROLLER_HOLDING);
+        }
+}
+
+/* --- drives that go by their own profile ----------------------------------------- */
+
+static void lay_goers(unsigned axes, int64_t start_q32)
+{
+    lay(axes, start_q32);
+    bench.config.stop_timeout_ns = 2000 * MS;
+    for (unsigned i = 0; i < axes; i++) {
+        bench.config.axis[i].by_goals = true;
+        bench.config.axis[i].late_ns = 20000 * MS;
+        bench.axis[i].zone[STATEFUL_HOME].there = false;
+        bench.axis[i].profile = (struct stateful_profile){
+            .there = true,
+            .halts = true,
+            .delay_ticks = 2,
+            .arrive_ticks = 5,
+            .busy_ticks = 2,
+            .share = 1,
+        };
+    }
+}
+
+static void rests_in(int ticks)
+{
+    run(ticks);
+    in_state(CONTROLLER_READY);
+    assert_true(bench.axis[0].vel == 0);
+    assert_false(stateful_profile_is_on(&bench.axis[0].profile));
+}
+
+static void a_new_goal_and_a_stop_in_one_tick_halt_the_drive(void **state)
+{
+    (void)state;
+    for (int64_t kind = 0; kind < 3; kind++)
+        for (int at = 1; at < 1500; at += 111) {
+            lay_goers(1, 100 * UNIT);
+            enable();
+            (void)stateful_jog(&bench, 0, 1900 * UNIT, 250 * UNIT, 0);
+            run(at);
+            (void)stateful_jog(&bench, 0, 1700 * UNIT, 200 * UNIT, 0);
+            if (kind == 0)
+                stateful_stop(&bench);
+            else
+                stateful_jog_stop(&bench, kind == 2);
+            rests_in(1500);
+        }
+}
+
+/* Its prediction is at rest at the goal, the drive is not. */
+static void a_late_drive_is_under_way_to_the_same_goal(void **state)
+{
+    (void)state;
+    lay_goers(1, 100 * UNIT);
+    bench.axis[0].profile.share = 0.5;
+    enable();
+    (void)stateful_jog(&bench, 0, 1600 * UNIT, 250 * UNIT, 0);
+    run(8000);
+    assert_true(bench.axis[0].vel > 0);
+    (void)stateful_jog(&bench, 0, 1600 * UNIT, 250 * UNIT, 0);
+    run(1);
+    in_state(CONTROLLER_MOVING);
+    stateful_stop(&bench);
+    rests_in(1500);
+}
+
+static void goals_of_a_refused_start_are_forgotten(void **state)
+{
+    (void)state;
+    lay_goers(2, 500 * UNIT);
+    enable();
+    const struct motion_ease_limit limit = { 100 * UNIT, 100 * UNIT, 0 };
+    struct motion_track *track = &bench.track[bench.spare][1];
+    motion_track_init(track, bench.room[bench.spare][1], STATEFUL_SEGMENTS,
+                      600 * UNIT);
+    assert_int_equal(motion_ease_append_limited(track, 900 * UNIT, &limit),
+                     MOTION_OK);
+    assert_int_equal(stateful_start(&bench, 2), MOTION_E_LIMIT);
+    (void)stateful_jog(&bench, 0, 700 * UNIT, 100 * UNIT, 0);
+    run(6000);
+    in_state(CONTROLLER_READY);
+    assert_true(bench.axis[1].pos_q32 == 500 * UNIT);
+}
+
+static void a_drive_that_stands_short_of_its_goal_is_stopped(void **state)
+{
+    (void)state;
+    lay_goers(1, 100 * UNIT);
+    bench.axis[0].profile.short_q32 = 2 * UNIT;
+    enable();
+    (void)stateful_jog(&bench, 0, 600 * UNIT, 250 * UNIT, 0);
+    run(5000);
+    in_state(CONTROLLER_MOVING);
+    stateful_stop(&bench);
+    rests_in(50);
+}
+
+/* v = 50, a = 2: as gently as it began, it would take 25 s. */
+static void a_calm_way_is_halted_in_a_second(void **state)
+{
+    const struct motion_ease_limit calm = { 50 * UNIT, 2 * UNIT, 0 };
+    (void)state;
+    for (int share = 10; share <= 100; share += 45) {
+        lay_goers(1, 10 * UNIT);
+        enable();
+        (void)stateful_override(&bench,
+                                MOTION_CLOCK_WARP_ONE_Q30 / 100 * share);
+        struct motion_track *track = &bench.track[bench.spare][0];
+        motion_track_init(track, bench.room[bench.spare][0], STATEFUL_SEGMENTS,
+                          bench.controller.axis[0].target.pos_q32);
+        assert_int_equal(motion_ease_append_limited(track, 1900 * UNIT, &calm),
+                         MOTION_OK);
+        assert_int_equal(stateful_start(&bench, 1), MOTION_OK);
+        run(20000);
+        stateful_hold(&bench);
+        run(1100);
+        in_state(CONTROLLER_HOLDING);
+        assert_true(bench.axis[0].vel == 0);
+        (void)stateful_resume(&bench);
+        run(5000);
+        stateful_stop(&bench);
+        run(28000); /* the clock has the track's ramps */
+        in_state(CONTROLLER_READY);
+    }
+}
+
+static void a_stop_quick_stops_a_drive_without_a_halt(void **state)
+{
+    (void)state;
+    lay_goers(1, 100 * UNIT);
+    bench.axis[0].profile.halts = false;
+    enable();
+    (void)stateful_jog(&bench, 0, 1900 * UNIT, 250 * UNIT, 0);
+    run(2000);
+    (void)stateful_hold(&bench); /* it runs on */
+    run(500);
+    assert_true(bench.axis[0].vel > 200);
+    stateful_stop(&bench);
+    run(300);
+    in_state(CONTROLLER_FAULT);
+    assert_int_equal(bench.controller.fault.fault, CONTROLLER_FAULT_REST);
+    assert_true(bench.axis[0].vel == 0);
+    assert_false(stateful_axis_has_torque(&bench.axis[0]));
+}
+
+static void a_halting_drive_stops_for_a_limit_switch(void **state)
+{
+    (void)state;
+    lay_goers(1, 500 * UNIT);
+    bench.axis[0].profile.delay_ticks = 100;
+    bench.axis[0].zone[STATEFUL_NEGATIVE].high_q32 = 300 * UNIT;
+    enable();
+    (void)stateful_jog(&bench, 0, 100 * UNIT, 250 * UNIT, 0);
+    while (bench.axis[0].pos_q32 > 305 * UNIT)
+        run(1);
+    bench.judge.causes = UINT32_MAX;
+    stateful_stop(&bench);
+    run(500);
+    in_state(CONTROLLER_FAULT);
+    assert_int_equal(bench.controller.fault.fault,
+                     CONTROLLER_FAULT_LIMIT_SWITCH);
+}
+
+static void an_axis_by_goals_that_is_up_first_stays(void **state)
+{
+    (void)state;
+    lay_goers(2, 700 * UNIT);
+    bench.axis[0].droop_q32 = stateful_q32(0.1);
+    bench.axis[1].enable_ticks = 3000;
+    stateful_begin(&bench);
+    run(1);
+    assert_int_equal(stateful_enable(&bench), MOTION_OK);
+    run(3200);
+    in_state(CONTROLLER_READY);
+    assert_true(llabs(bench.axis[0].pos_q32 - 700 * UNIT) < UNIT / 5);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_stop_in_the_tick_homing_begins_stops_it),
+        cmocka_unit_test(a_stop_after_any_change_of_homing_stops_it),
+        cmocka_unit_test(homing_under_an_override_heeds_switches_and_stops),
+        cmocka_unit_test(a_jog_ends_with_its_time_whatever_the_clock_does),
+        cmocka_unit_test(a_jog_and_a_stop_in_one_tick_are_a_stop),
+        cmocka_unit_test(an_axis_that_is_up_first_stays_where_it_is),
+        cmocka_unit_test(an_axis_that_is_up_first_is_watched),
+        cmocka_unit_test(no_set_point_leaps_after_lost_ticks),
+        cmocka_unit_test(no_stop_goes_faster_first),
+        cmocka_unit_test(an_axis_just_outside_its_range_is_moved_back),
+        cmocka_unit_test(a_hold_on_a_jog_that_turns_trips_nothing),
+        cmocka_unit_test(a_new_goal_and_a_stop_in_one_tick_halt_the_drive),
+        cmocka_unit_test(a_late_drive_is_under_way_to_the_same_goal),
+        cmocka_unit_test(goals_of_a_refused_start_are_forgotten),
+        cmocka_unit_test(a_drive_that_stands_short_of_its_goal_is_stopped),
+        cmocka_unit_test(a_calm_way_is_halted_in_a_second),
+        cmocka_unit_test(a_stop_quick_stops_a_drive_without_a_halt),
+        cmocka_unit_test(a_halting_drive_stops_for_a_limit_switch),
+        cmocka_unit_test(an_axis_by_goals_that_is_up_first_stays),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,196 @@
+/* tests/firmware/host/exchange/test_import_fit.c - a move of a rig that was
+ * written for another program and is read again keeps inside the limits of that
+ * rig, or the curve that would is named. */
+#include "firmware/host/exchange/import_fit.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "tests/support/check.h"
+
+#define DOLLY "examples/dolly"
+
+static struct job job;
+static char message[YAML_MESSAGE_MAX];
+
+static int open_dolly(void **state)
+{
+    const char *const path[] = { DOLLY };
+    (void)state;
+    return job_open(&job, path, 1) == STATUS_OK ? 0 : -1;
+}
+
+static int close_dolly(void **state)
+{
+    (void)state;
+    job_free(&job);
+    return 0;
+}
+
+static struct imported there_and_back(const struct import_format *format,
+                                      const struct units_fps *fps,
+                                      struct import_wish *wish)
+{
+    char path[] = "/tmp/import_fit_XXXXXX";
+    const int descriptor = mkstemp(path);
+    struct imported got;
+    assert_true(descriptor >= 0);
+    FILE *file = fdopen(descriptor, "wb");
+    assert_non_null(file);
+    if (!format->timed)
+        wish->fps = *fps;
+    for (unsigned i = 0; i < job.move.axis_count && !format->named; i++)
+        memcpy(wish->column[wish->column_count++], job.move.axis[i].name,
+               PLAN_NAME_MAX);
+    assert_int_equal(format->write(&job, fps, file, message), 0);
+    fclose(file);
+    if (format->read(path, wish, &got, message) < 0)
+        fail_msg("%s", message);
+    unlink(path);
+    return got;
+}
+
+static bool is_inside(const struct plan_axis *axis)
+{
+    struct plan_limit limit =
+        job.rig.axis[rig_axis_index(&job.rig, axis->name)].limit;
+    struct motion_track track;
+    struct plan_violation found;
+    struct plan_error error;
+    limit.period_ns = job.rig.period_ns;
+    assert_int_equal(plan_axis_track(axis, &track, &error), 0);
+    const uint32_t count = plan_check_track(&track, &limit, &found, 1);
+    plan_track_free(&track);
+    return count == 0;
+}
+
+static struct import_fit fit_of(const struct import_wish *wish, bool sampled,
+                                struct plan_axis *axis)
+{
+    struct import_fit fit;
+    struct plan_error error;
+    assert_int_equal(import_fit(wish, sampled, axis, &fit, &error), 0);
+    return fit;
+}
+
+static struct import_wish wish_of(void)
+{
+    return (struct import_wish){ .rig = &job.rig, .curve = PLAN_CURVE_QUINTIC };
+}
+
+/* Times and positions of an axis, to see that they stay. */
+static int64_t sum_of(const struct plan_axis *axis)
+{
+    uint64_t sum = axis->key_count;
+    for (uint32_t k = 0; k < axis->key_count; k++)
+        sum = sum * 31 + (uint64_t)axis->key[k].key.pos_q32 +
+              7 * (uint64_t)axis->key[k].key.t_ns_q12;
+    return (int64_t)sum;
+}
+
+static const struct units_fps rates[] = {
+    { 24, 1 }, { 24000, 1001 }, { 25, 1 }, { 60, 1 }, { 120, 1 },
+};
+
+static void tables_take_a_curve_inside_the_limits(void **state)
+{
+    unsigned changed = 0, axes = 0;
+    (void)state;
+    for (const struct import_format *f = import_format; f->name != NULL; f++)
+        for (size_t i = 0; i < ARRAY_LEN(rates) && f->sampled; i++) {
+            struct import_wish wish = wish_of();
+            struct imported got = there_and_back(f, &rates[i], &wish);
+            for (uint32_t a = 0; a < got.move.axis_count; a++) {
+                struct plan_axis *axis = &got.move.axis[a];
+                const int64_t sum = sum_of(axis);
+                const struct import_fit fit = fit_of(&wish, true, axis);
+                assert_int_equal(sum_of(axis), sum);
+                assert_true(fit.passes || fit.changed);
+                assert_true(is_inside(axis));
+                changed += fit.changed;
+                axes++;
+            }
+            move_free(&got.move);
+        }
+    print_message("%u of %u axes took another curve\n", changed, axes);
+    assert_true(changed > axes / 4 && changed < axes);
+}
+
+static void a_curve_that_was_said_stays(void **state)
+{
+    struct import_wish wish = wish_of();
+    char text[IMPORT_FIT_MAX];
+    (void)state;
+    wish.has_curve = true;
+    struct imported got =
+        there_and_back(import_format_find("kuper"), &rates[0], &wish);
+    struct plan_axis *dolly = &got.move.axis[0];
+    const struct import_fit fit = fit_of(&wish, true, dolly);
+    assert_true(!fit.passes && !fit.changed && fit.has_other);
+    assert_int_equal(dolly->curve, PLAN_CURVE_QUINTIC);
+    import_fit_text(&fit, &job.rig, dolly, text);
+    assert_string_equal(text, "dolly: quintic breaks a limit: jerk, -568 "
+                              "mm/s3 at 0.042 s; --curve c4 would pass");
+    move_free(&got.move);
+}
+
+/* What is drawn stays where it passes, and where nothing was said. */
+static void tangents_stay_unless_a_curve_is_said(void **state)
+{
+    static const char *const formats[] = { "maya", "blender" };
+    (void)state;
+    for (size_t i = 0; i < 2 * ARRAY_LEN(formats); i++) {
+        struct import_wish wish = wish_of();
+        unsigned inside = 0, changed = 0;
+        wish.curve = PLAN_CURVE_C4;
+        wish.has_curve = i % 2;
+        struct imported got = there_and_back(import_format_find(formats[i / 2]),
+                                             &rates[0], &wish);
+        for (uint32_t a = 0; a < got.move.axis_count; a++) {
+            struct plan_axis *axis = &got.move.axis[a];
+            const enum plan_curve before = axis->curve;
+            const struct import_fit fit = fit_of(&wish, false, axis);
+            assert_true(fit.passes || fit.changed || fit.has_other);
+            assert_int_equal(axis->curve, fit.changed ? PLAN_CURVE_C4 : before);
+            inside += is_inside(axis);
+            changed += fit.changed;
+        }
+        assert_int_equal(changed, i % 2 ? 2 : 0);
+        assert_int_equal(inside, i % 2 ? 4 : 2);
+        move_free(&got.move);
+    }
+}
+
+/* Cycles are the handles' alone: no other curve has them. */
+static void cycles_are_not_dropped(void **state)
+{
+    struct import_wish wish = wish_of();
+    char text[IMPORT_FIT_MAX];
+    (void)state;
+    wish.curve = PLAN_CURVE_C4;
+    wish.has_curve = true;
+    struct imported got =
+        there_and_back(import_format_find("blender"), &rates[0], &wish);
+    struct plan_axis *dolly = &got.move.axis[0];
+    dolly->bezier.after.mode = MOTION_FCURVE_REPEAT_OFFSET;
+    dolly->bezier.after.count = 2;
+    const struct import_fit fit = fit_of(&wish, false, dolly);
+    assert_true(!fit.passes && !fit.changed && !fit.has_other);
+    import_fit_text(&fit, &job.rig, dolly, text);
+    assert_non_null(strstr(text, "so does every curve"));
+    assert_int_equal(dolly->curve, PLAN_CURVE_BEZIER);
+    move_free(&got.move);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(tables_take_a_curve_inside_the_limits),
+        cmocka_unit_test(a_curve_that_was_said_stays),
+        cmocka_unit_test(tangents_stay_unless_a_curve_is_said),
+        cmocka_unit_test(cycles_are_not_dropped),
+    };
+    return cmocka_run_group_tests(tests, open_dolly, close_dolly);
+}

@@ -1,0 +1,126 @@
+#!/usr/bin/env python3
+"""tests/firmware/linux/progress.py SLEW - what a terminal shows while a move is planned.
+
+A path of many points with a camera takes seconds, long cycles of handles too.
+Standard error is a pseudo-terminal, a pipe, or both streams are one terminal.
+"""
+import math
+import os
+import pty
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+RIG = "tick: 2 ms\nbuses:\n  can0: {kind: canopen, bit_rate: 1 Mbit/s}\naxes:\n"
+AXIS = """  %s:
+    unit: %s
+    limits: {position: [-1e6, 1e6], velocity: 1e5, acceleration: 1e6}
+    following_error: {floor: 1000, time: 20 ms}
+    drive: {kind: cia402, bus: can0, node: %d, counts: 100 per %s}
+    sim: {bandwidth: 25 Hz, damping: 0.9}
+"""
+AXES = {"x": "mm", "y": "mm", "z": "mm", "pan": "deg", "tilt": "deg"}
+
+
+def files(directory, count):
+    rig = directory / "rig.yaml"
+    rig.write_text(RIG + "".join(AXIS % (name, unit, i + 1, unit)
+                                 for i, (name, unit) in enumerate(AXES.items())))
+    points = ["[%.3f, %.3f, %.3f]" % (100 * i, 300 * math.sin(i * 0.9),
+                                      200 * math.cos(i * 0.5))
+              for i in range(count)]
+    camera = directory / "camera.yaml"
+    camera.write_text(
+        "path:\n  axes: [x, y, z]\n  points: [%s]\n"
+        "  speed: {law: quintic, time: %d s}\n"
+        "camera:\n  axes: {pan: pan, tilt: tilt}\n"
+        "  look: {ahead: 400 mm}\n"
+        % (", ".join(points), count))
+    wrong = directory / "wrong.yaml"
+    wrong.write_text(camera.read_text() + "  tolerance: 1e-9 deg\n")
+    short = directory / "short.yaml"
+    short.write_text("axes: {pan: {keys: [[0 s, 0], [2 s, 10]]}}\n")
+    return rig, camera, short, wrong
+
+
+def on_terminal(words, both=False):
+    """What comes on a terminal that is stderr (`both`: stdout too), seconds."""
+    ours, theirs = pty.openpty()
+    start = time.monotonic()
+    done = subprocess.Popen(words, stderr=theirs, stdin=subprocess.DEVNULL,
+                            stdout=theirs if both else subprocess.DEVNULL)
+    os.close(theirs)
+    said, first = b"", None
+    while True:
+        try:
+            read = os.read(ours, 65536)
+        except OSError:  # the other end is closed
+            break
+        if not read:
+            break
+        if first is None:
+            first = time.monotonic() - start
+        said += read
+    os.close(ours)
+    return done.wait(), said.decode(), first, time.monotonic() - start
+
+
+def shown(said):
+    """What is left to see: a line is rewritten after \\r, erased by ESC [K."""
+    lines = []
+    for line in said.replace("\r\n", "\n").split("\n"):
+        seen = ""
+        for part in line.split("\r"):
+            seen = part.removesuffix("\033[K") if "\033[K" in part \
+                else part + seen[len(part):]
+        lines.append(seen)
+    return "\n".join(lines)
+
+
+def fail(what, said):
+    sys.exit("progress.py: %s: %r" % (what, said[-2000:]))
+
+
+def check_slow(slew, words, status):
+    ended, said, first, took = on_terminal([slew, *words])
+    if ended != status:
+        fail("%s: status %d" % (words, ended), said)
+    if "planning: camera" not in said or first < 0.99:
+        fail("%s: first after %.2f s" % (words, first or 0), said)
+    percent = [int(n) for n in re.findall(r"planning: camera +(\d+) %", said)]
+    if percent != sorted(percent) or (status == 0 and percent[-1] < 30):
+        fail("%s: %s" % (words, percent), said)
+    return shown(said)
+
+
+def main():
+    slew = os.path.abspath(sys.argv[1])
+    with tempfile.TemporaryDirectory() as name:
+        directory = Path(name)
+        count, took = 400, 0
+        while took < 2:
+            count *= 2
+            rig, camera, short, wrong = files(directory, count)
+            took = on_terminal([slew, "check", rig, camera])[3]
+        left = check_slow(slew, ["check", rig, camera], 0)
+        if left:
+            fail("left on the terminal", left)
+        # an error stands alone
+        left = check_slow(slew, ["plan", rig, wrong], 2)
+        if not re.fullmatch(r"\S+wrong\.yaml:\d+:\d+: [^\n]+\n", left):
+            fail("the error", left)
+        for words in (["check", rig, short], ["plan", rig, short]):
+            ended, said, _, _ = on_terminal([slew, *words])
+            if ended != 0 or said:
+                fail("a short move", said)
+        done = subprocess.run([slew, "check", rig, camera],
+                              capture_output=True, text=True)
+        if done.returncode != 0 or done.stderr or "planning" in done.stdout:
+            fail("into a pipe", done.stderr + done.stdout)
+
+
+if __name__ == "__main__":
+    main()

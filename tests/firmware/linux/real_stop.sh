@@ -1,0 +1,233 @@
+#!/bin/sh
+# tests/firmware/linux/real_stop.sh - no way out of slew leaves torque on a real line: simulated
+# servos in another process, behind a real pseudo-terminal and a real socket, are
+# asked themselves what they were left with.
+#
+# These servos have no watchdog of their own.  Ticks are long, as in real_modbus.sh,
+# and what found this machine busy is done again: each way out is a run of this
+# script with the words of that way, DIR and PORT in the environment.
+#
+# Reads the real clock.
+set -eu
+ulimit -c 0
+sim= run=
+if [ $# -eq 0 ]; then
+    dir=$(mktemp -d)
+    trap 'kill -9 $sim 2>/dev/null || true; rm -rf "$dir"' EXIT
+else
+    dir=$DIR port=$PORT
+    trap 'kill -9 $run 2>/dev/null || true' EXIT
+fi
+
+fail()
+{
+    echo "real_stop.sh: $*"
+    cat "$dir/said" "$dir/out" "$dir/err" 2>/dev/null
+    exit 1
+}
+
+rig() # rig LINE: one axis on it
+{
+    cat <<RIG
+title: Lift
+tick: 20 ms
+buses:
+  line: $1
+axes:
+  lift:
+    unit: rev
+    limits: {position: [-500 rev, 500 rev], velocity: 600 rpm, acceleration: 30 rev/s2}
+    following_error: {floor: 5 rev, time: 1 s}
+    drive: {kind: modbus, bus: line, node: 3, map: leadshine-el7, unsupervised: yes, counts: {num: 10000, den: 1}}
+    sim: {velocity: 100 rev/s, acceleration: 5000 rev/s2}
+RIG
+}
+
+# Far away first, then a move of a minute.
+cat >"$dir/move.yaml" <<'MOVE'
+title: Up
+axes:
+  lift: {curve: s-curve, keys: [[0 s, 4 rev], [60 s, 204 rev]]}
+MOVE
+
+comes() # comes TEXT FILE: within half a minute
+{
+    for _ in $(seq 300); do
+        ! grep -q "$1" "$2" || return 0
+        sleep 0.1
+    done
+    fail "no '$1'"
+}
+
+show() # show LINE: the servos on it
+{
+    rig "$1" >"$dir/sim.yaml"
+    : >"$dir/said"
+    "$SLEW" sim "$dir/sim.yaml" >"$dir/said" 2>&1 &
+    sim=$!
+    comes ' on ' "$dir/said"
+}
+
+hide()
+{
+    kill "$sim"
+    wait "$sim" || true
+    sim=
+}
+
+# What SRV-ON of the servo is, by its own register: 3 off, 131 on.
+servo_on()
+{
+    "$SLEW" drive get "$port" 3 di1 --map leadshine-el7 --parity none \
+        --timeout 2s >"$dir/di1" 2>&1 || fail "the servo does not answer"
+    awk '$2 == "di1" { print $4 }' "$dir/di1"
+}
+
+is_off()
+{
+    [ "$(servo_on)" = 3 ] || fail "$*: the servo has torque: $(servo_on)"
+}
+
+# Those whose status is not awaited end soon, too.
+ended() # ended STATUS
+{
+    status=0
+    wait "$run" 2>/dev/null || status=$?
+    run=
+    [ "$status" -eq "$1" ] || fail "status $status, expected $1"
+}
+
+begin() # begin TEXT COMMAND ARGUMENT...: until it says so
+{
+    said=$1
+    shift
+    : >"$dir/err"
+    "$SLEW" "$@" >"$dir/out" 2>"$dir/err" </dev/null &
+    run=$!
+    comes "$said" "$dir/err"
+}
+
+stop_by() # stop_by STATUS SIGNAL...: half a second apart
+{
+    wanted=$1
+    shift
+    for signal; do
+        kill "-$signal" "$run" 2>/dev/null || true
+        sleep 0.5
+    done
+    ended "$wanted"
+}
+
+# The ways out, one run of this script each.
+
+# by_signal TEXT SIGNAL...: once it says TEXT
+by_signal()
+{
+    begin "$1" run --real --yes "$dir/rig.yaml" "$dir/move.yaml"
+    sleep 0.5
+    at=$1
+    shift
+    stop_by 130 "$@"
+    is_off "$at, $*"
+}
+
+# guarded SIGNAL STATUS TEXT: the guardian, and what became of the servo
+guarded()
+{
+    begin "moving" run --real --yes "$dir/rig.yaml" "$dir/move.yaml"
+    sleep 0.5
+    kill "-$1" "$run"
+    comes "$3" "$dir/err"
+    comes "lift: torque is off" "$dir/err"
+    ended "$2"
+    is_off "$1"
+}
+
+jog() # jog until it moves
+{
+    "$SLEW" jog --real --yes "$dir/rig.yaml" lift at 1rev/s for 60s \
+        >"$dir/out" 2>"$dir/err" </dev/null &
+    run=$!
+    comes "REAL" "$dir/out"
+    sleep 2
+}
+
+jog_by_signal()
+{
+    jog
+    stop_by 130 INT INT
+    is_off "jog, two Ctrl-C"
+}
+
+jog_guarded()
+{
+    jog
+    kill -STOP "$run"
+    comes "lift: torque is off" "$dir/err"
+    ended 137
+    is_off "jog, hung"
+}
+
+if [ $# -gt 0 ]; then
+    "$@"
+    exit
+fi
+
+way() # way WORDS...: one of the above, again where this machine was busy
+{
+    DIR=$dir PORT=$port tests/support/again.sh "$0" "$@" || exit 1
+}
+
+guardian()
+{
+    way guarded STOP 137 "its loop hung"
+    way guarded KILL 137 "it ended without"
+    way guarded ABRT 134 "it ended without"
+}
+
+# Without anything that slew could have put right: torque is on, then off.
+left_on()
+{
+    "$SLEW" drive set "$port" 3 di1 0x83 --map leadshine-el7 --parity none \
+        --yes >"$dir/out" 2>"$dir/err" || fail "cannot enable the servo"
+    [ "$(servo_on)" = 131 ] || fail "the servo is not on"
+    "$SLEW" off --real "$dir/rig.yaml" >"$dir/out" 2>"$dir/err" || fail "off"
+    is_off "slew off"
+    hide
+    status=0
+    "$SLEW" off --real --timeout 1s "$dir/rig.yaml" >"$dir/out" \
+        2>"$dir/err" || status=$?
+    [ "$status" -eq 1 ] || fail "status $status with nobody there"
+    grep -q "lift: torque is not confirmed off" "$dir/err" || fail "not named"
+    status=0
+    "$SLEW" run --real --dry-run "$dir/rig.yaml" "$dir/move.yaml" >"$dir/out" \
+        2>"$dir/err" || status=$?
+    [ "$status" -ne 0 ] || fail "a dry run with nobody there is fine"
+    echo "slew off: done"
+}
+
+show "{kind: modbus-rtu, device: /dev/null, baud: 115200, parity: none}"
+port=$(sed -n 's/.* on terminal \([^:]*\):.*/\1/p' "$dir/said")
+rig "{kind: modbus-rtu, device: $port, baud: 115200, parity: none, timeout: 2 s}" \
+    >"$dir/rig.yaml"
+"$SLEW" run --real --dry-run "$dir/rig.yaml" "$dir/move.yaml" >"$dir/out" \
+    2>"$dir/err" || fail "a dry run"
+for signal in INT TERM HUP TSTP QUIT; do
+    way by_signal "going to the start" $signal
+done
+way by_signal "moving" INT INT INT INT
+way by_signal "enabling" INT
+echo "RTU: stopped"
+guardian
+way jog_by_signal
+way jog_guarded
+echo "jog: stopped"
+left_on
+
+show "{kind: modbus-tcp, host: 127.0.0.1, port: $((20000 + $$ % 12000))}"
+tcp=$(sed -n 's/.* port \([0-9]*\):.*/\1/p' "$dir/said")
+port=127.0.0.1:$tcp
+rig "{kind: modbus-tcp, host: 127.0.0.1, port: $tcp, timeout: 2 s}" \
+    >"$dir/rig.yaml"
+guardian
+echo "TCP: stopped"

@@ -1,0 +1,340 @@
+/* tests/hal/drive/modbus/test_lost_modbus.c - whatever goes wrong, a strict
+ * Modbus servo has no torque in the end, and lost none in motion; in virtual
+ * time. */
+#include "tests/hal/drive/modbus/strict_bench.h"
+
+static struct strict_bench bench;
+
+/* ---- what goes wrong ---- */
+
+static void late(void)
+{
+    bench.faulty.fault = SIM_MODBUS_LATE;
+    bench.faulty.late_ns = 300 * MS;
+}
+
+static void deaf(void)
+{
+    bench.wire.cut = true;
+}
+
+static void mute(void)
+{
+    bench.faulty.fault = SIM_MODBUS_MUTE;
+}
+
+static void other_unit(void)
+{
+    bench.faulty.fault = SIM_MODBUS_OTHER_UNIT;
+}
+
+static void wrong_crc(void)
+{
+    bench.faulty.fault = SIM_MODBUS_WRONG_CRC;
+}
+
+static void noise(void)
+{
+    bench.faulty.fault = SIM_MODBUS_NOISE;
+}
+
+static void position_jumps(void)
+{
+    bench.servo.lies = true;
+}
+
+static void refuses_motion(void)
+{
+    const struct hal_drive_go other = { .pos_q32 = 20 * UNIT_Q32,
+                                        .vel_q32 = UNIT_Q32 };
+
+    bench.servo.refuses_motion = true;
+    if (!bench.streams)
+        assert_int_equal(hal_drive_go(&bench.drive.drive, &other), MOTION_OK);
+}
+
+static void alarm_of_its_own(void)
+{
+    strict_modbus_alarm(&bench.servo);
+}
+
+static void refuses_to_go_off(void)
+{
+    bench.servo.refuses_off = true;
+    position_jumps();
+}
+
+static void quick_stop_then_off(void)
+{
+    hal_drive_request(&bench.drive.drive, HAL_DRIVE_REQUEST_QUICK_STOP);
+    strict_bench_tick(&bench);
+    hal_drive_request(&bench.drive.drive, HAL_DRIVE_REQUEST_OFF);
+}
+
+static void quick_stop_to_rest_then_off(void)
+{
+    hal_drive_request(&bench.drive.drive, HAL_DRIVE_REQUEST_QUICK_STOP);
+    strict_bench_run(&bench, 1500 * MS);
+    assert_true(bench.servo.torque);
+    assert_false(strict_modbus_moves(&bench.servo));
+    hal_drive_request(&bench.drive.drive, HAL_DRIVE_REQUEST_OFF);
+}
+
+static void off(void)
+{
+    hal_drive_request(&bench.drive.drive, HAL_DRIVE_REQUEST_OFF);
+}
+
+static void rebooted_unheard(void)
+{
+    deaf();
+    strict_modbus_reboot(&bench.servo);
+    bench.servo.energised = 0;
+}
+
+static void heal(void)
+{
+    bench.faulty.fault = SIM_MODBUS_GOOD;
+    bench.wire.cut = false;
+    bench.servo.refuses_off = false;
+}
+
+enum {
+    STAYS = 1 << 0, /* it never ends */
+    LOSES = 1 << 1, /* OFFLINE, or FAULT and LOST */
+    ASKED = 1 << 2, /* ends in OFF */
+};
+
+static const struct {
+    const char *name;
+    void (*begin)(void);
+    unsigned how;
+} troubles[] = {
+    { "late", late, LOSES },
+    { "late for ever", late, LOSES | STAYS },
+    { "mute for 1 s", mute, LOSES },
+    { "mute for ever", mute, LOSES | STAYS },
+    { "deaf and mute for 1 s", deaf, LOSES },
+    { "wrong unit", other_unit, LOSES },
+    { "wrong unit for ever", other_unit, LOSES | STAYS },
+    { "wrong CRC for ever", wrong_crc, LOSES | STAYS },
+    { "noise for ever", noise, LOSES | STAYS },
+    { "rebooted meanwhile", rebooted_unheard, LOSES },
+    { "position jumps", position_jumps, LOSES | STAYS },
+    { "refuses to go off for 1 s", refuses_to_go_off, LOSES },
+    { "exception on a set point", refuses_motion, STAYS },
+    { "alarm", alarm_of_its_own, STAYS },
+    { "quick stop, then off", quick_stop_then_off, ASKED },
+    { "quick stop to rest, then off", quick_stop_to_rest_then_off, ASKED },
+};
+
+/* ---- what must hold ---- */
+
+static void complain(const char *trouble, bool streamed, const char *what)
+{
+    fail_msg("%s, %s, %s: %s; %s: %s", bench.map.title,
+             streamed ? "streamed" : "point to point", trouble, what,
+             hal_drive_state_text(bench.feedback.state),
+             bench.feedback.fault_text);
+}
+
+static void expect_dark(const char *trouble, bool streamed, unsigned how)
+{
+    const bool lost = bench.drive.phase == DRIVE_MODBUS_LOST;
+    const char *text = bench.feedback.fault_text;
+
+    if (bench.servo.torque || bench.servo.enabling)
+        complain(trouble, streamed, "torque");
+    if (bench.servo.cuts > 0)
+        complain(trouble, streamed, "torque was taken in motion");
+    if (bench.servo.fell)
+        complain(trouble, streamed, "its brake is open");
+    if ((how & ASKED) != 0 ? bench.feedback.state != HAL_DRIVE_OFF
+                           : !strict_bench_is_down(&bench))
+        complain(trouble, streamed, "the state");
+    if (lost != ((how & LOSES) != 0))
+        complain(trouble, streamed, "lost, or not");
+    if (lost && strstr(text, "lost, then switched off: ") != text &&
+        (strstr(text, "lost; trying to switch it off: ") != text ||
+         (how & STAYS) == 0))
+        complain(trouble, streamed, "the text");
+}
+
+static void run_trouble(enum strict_modbus_kind kind, bool streamed, unsigned i)
+{
+    strict_bench_init(&bench, kind);
+    strict_bench_move(&bench, streamed);
+    troubles[i].begin();
+    if ((troubles[i].how & STAYS) != 0) {
+        strict_bench_run(&bench, 6000 * MS);
+    } else {
+        strict_bench_run(&bench, 1000 * MS);
+        heal();
+        strict_bench_run(&bench, 4000 * MS);
+    }
+    expect_dark(troubles[i].name, streamed, troubles[i].how);
+    /* and it stays so, whatever comes of it */
+    bench.servo.energised = bench.servo.set_points = 0;
+    heal();
+    strict_bench_run(&bench, 5000 * MS);
+    if (bench.servo.energised > 0 || bench.servo.set_points > 0 ||
+        bench.servo.torque)
+        complain(troubles[i].name, streamed, "it came to life again");
+}
+
+static void no_strict_servo_keeps_its_torque(void **state)
+{
+    (void)state;
+    for (unsigned kind = 0; kind < ARRAY_LEN(strict_map); kind++)
+        for (unsigned i = 0; i < ARRAY_LEN(troubles); i++) {
+            run_trouble((enum strict_modbus_kind)kind, true, i);
+            run_trouble((enum strict_modbus_kind)kind, false, i);
+        }
+}
+
+/* By its own profile it comes to rest first, as it can be stopped. */
+static void off_in_a_profile_stops_first(void **state)
+{
+    (void)state;
+    for (unsigned kind = 0; kind < ARRAY_LEN(strict_map); kind++) {
+        strict_bench_init(&bench, (enum strict_modbus_kind)kind);
+        strict_bench_move(&bench, false);
+        off();
+        strict_bench_run(&bench, 2000 * MS);
+        expect_dark("off", false, ASKED);
+    }
+}
+
+/* A drive that has come back is given torque by nothing but a request. */
+static void a_reset_finds_it_again(void **state)
+{
+    (void)state;
+    for (unsigned kind = 0; kind < ARRAY_LEN(strict_map); kind++) {
+        strict_bench_init(&bench, (enum strict_modbus_kind)kind);
+        strict_bench_move(&bench, true);
+        deaf();
+        strict_bench_until(&bench, HAL_DRIVE_OFFLINE);
+        hal_drive_request(&bench.drive.drive, HAL_DRIVE_REQUEST_RESET);
+        bench.asks_off = bench.streams = false;
+        strict_bench_run(&bench, 2000 * MS);
+        assert_int_equal(bench.feedback.state, HAL_DRIVE_OFFLINE);
+        heal();
+        strict_bench_run(&bench, 2000 * MS);
+        assert_false(bench.servo.torque);
+        if (kind == STRICT_LEXIUM) /* its watchdog has tripped */
+            hal_drive_request(&bench.drive.drive, HAL_DRIVE_REQUEST_RESET);
+        strict_bench_until(&bench, HAL_DRIVE_OFF);
+        assert_false(bench.servo.torque);
+        strict_bench_run(&bench, 1000 * MS);
+        strict_bench_enable(&bench);
+        assert_true(bench.servo.torque);
+    }
+}
+
+/* Others are on the line: what it costs them while one is mute. */
+static void a_lost_drive_leaves_most_of_the_line(void **state)
+{
+    uint64_t before;
+
+    (void)state;
+    strict_bench_init(&bench, STRICT_EL7);
+    strict_bench_move(&bench, true);
+    deaf();
+    strict_bench_until(&bench, HAL_DRIVE_OFFLINE);
+    before = bench.master.stats.transactions;
+    strict_bench_run(&bench, 10000 * MS);
+    printf("%u requests in 10 s\n",
+           (unsigned)(bench.master.stats.transactions - before));
+    assert_in_range(bench.master.stats.transactions - before, 20, 60);
+}
+
+static void a_drive_that_fails_identify_is_left_alone(void **state)
+{
+    (void)state;
+    strict_bench_init(&bench, STRICT_EL7);
+    bench.servo.reg[0x0003] = 0;
+    bench.servo.reg[0x0401] = 0x83;
+    bench.servo.torque = true;
+    strict_bench_run(&bench, 5000 * MS);
+    assert_int_equal(bench.feedback.state, HAL_DRIVE_FAULT);
+    assert_int_equal(bench.servo.reg[0x0401], 0x83);
+}
+
+/* ---- single makers ---- */
+
+static void asda_streams_without_a_write_to_its_eeprom(void **state)
+{
+    (void)state;
+    strict_bench_init(&bench, STRICT_ASDA);
+    strict_bench_move(&bench, true);
+    strict_bench_run(&bench, 3000 * MS);
+    assert_true(bench.servo.set_points > 20);
+    assert_int_equal(bench.servo.eeprom, 0);
+}
+
+/* P2-30 kept another value: nothing is switched on. */
+static void asda_that_would_store_is_refused(void **state)
+{
+    (void)state;
+    strict_bench_init(&bench, STRICT_ASDA);
+    for (unsigned i = 0; i < bench.map.item_count; i++)
+        if (strcmp(bench.map.item[i].name, "storage") == 0)
+            bench.map.item[i].at = 0x0300; /* one that this drive lacks */
+    strict_bench_until(&bench, HAL_DRIVE_FAULT);
+    strict_bench_run(&bench, 1000 * MS);
+    assert_int_equal(bench.servo.energised, 0);
+}
+
+static void az_without_c_on_is_refused(void **state)
+{
+    (void)state;
+    strict_bench_init(&bench, STRICT_AZ);
+    bench.servo.reg[0x1205] = 0x40; /* M2 */
+    strict_bench_until(&bench, HAL_DRIVE_FAULT);
+    strict_bench_run(&bench, 1000 * MS);
+    assert_string_equal(bench.feedback.fault_text,
+                        "r_in2 reads 0x0040, expected 0x0002");
+    assert_int_equal(bench.servo.energised, 0);
+}
+
+/* From every state of a CiA 402 machine Disable voltage leads to no torque. */
+static void lexium_goes_off_from_every_state(void **state)
+{
+    static const enum strict_modbus_power power[] = {
+        STRICT_OPERATION_ENABLED,
+        STRICT_QUICK_STOP_ACTIVE,
+        STRICT_FAULT_REACTION,
+        STRICT_FAULT,
+    };
+
+    (void)state;
+    for (unsigned i = 0; i < ARRAY_LEN(power); i++) {
+        strict_bench_init(&bench, STRICT_LEXIUM);
+        strict_bench_enable(&bench);
+        bench.servo.power = power[i];
+        bench.servo.torque = power[i] != STRICT_FAULT;
+        bench.servo.alarm = power[i] >= STRICT_FAULT_REACTION;
+        hal_drive_request(&bench.drive.drive, HAL_DRIVE_REQUEST_OFF);
+        strict_bench_run(&bench, 3000 * MS);
+        assert_false(bench.servo.torque);
+        hal_drive_request(&bench.drive.drive, HAL_DRIVE_REQUEST_RESET);
+        strict_bench_until(&bench, HAL_DRIVE_OFF);
+        assert_int_equal(bench.servo.power, STRICT_SWITCH_ON_DISABLED);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(no_strict_servo_keeps_its_torque),
+        cmocka_unit_test(off_in_a_profile_stops_first),
+        cmocka_unit_test(a_reset_finds_it_again),
+        cmocka_unit_test(a_lost_drive_leaves_most_of_the_line),
+        cmocka_unit_test(a_drive_that_fails_identify_is_left_alone),
+        cmocka_unit_test(asda_streams_without_a_write_to_its_eeprom),
+        cmocka_unit_test(asda_that_would_store_is_refused),
+        cmocka_unit_test(az_without_c_on_is_refused),
+        cmocka_unit_test(lexium_goes_off_from_every_state),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

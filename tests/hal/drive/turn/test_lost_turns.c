@@ -1,0 +1,332 @@
+/* tests/hal/drive/turn/test_lost_turns.c - an ODrive and a moteus that are not
+ * heard any more, or hear nothing either, have no torque in the end. */
+#include <inttypes.h>
+#include <string.h>
+
+#include "hal/drive/turn/moteus.h"
+#include "hal/drive/turn/odrive.h"
+#include "hal/support/container_of.h"
+#include "motion/core/fixed.h"
+#include "sim/device/turn/moteus.h"
+#include "sim/device/turn/odrive.h"
+
+#include "tests/support/check.h"
+
+#define MS     INT64_C(1000000)
+#define ONE    MOTION_FIXED_ONE_Q32
+#define UNITS  10 /* per turn */
+#define NODE   3
+#define MOTEUS 5
+
+/* A port that loses what it is told to. */
+struct leaky_can {
+    struct hal_can can;
+    struct hal_can *behind;
+    bool mute, deaf; /* the drive */
+    unsigned sent;
+};
+
+static struct leaky_can *leaky_of(struct hal_can *can)
+{
+    return CONTAINER_OF(can, struct leaky_can, can);
+}
+
+static int leaky_send(struct hal_can *can, const struct hal_can_frame *frame)
+{
+    struct leaky_can *self = leaky_of(can);
+
+    self->sent++;
+    return self->deaf ? MOTION_OK : hal_can_send(self->behind, frame);
+}
+
+static int leaky_flush(struct hal_can *can)
+{
+    return hal_can_flush(leaky_of(can)->behind);
+}
+
+static int leaky_recv(struct hal_can *can, struct hal_can_frame *frame)
+{
+    struct leaky_can *self = leaky_of(can);
+    int got;
+
+    do
+        got = hal_can_recv(self->behind, frame);
+    while (got == 1 && self->mute);
+    return got;
+}
+
+static int leaky_state(struct hal_can *can)
+{
+    return hal_can_state(leaky_of(can)->behind);
+}
+
+static void leaky_stats(struct hal_can *can, struct hal_can_stats *stats)
+{
+    hal_can_stats(leaky_of(can)->behind, stats);
+}
+
+static const struct hal_can_ops leaky_ops = {
+    .send = leaky_send,
+    .flush = leaky_flush,
+    .recv = leaky_recv,
+    .state = leaky_state,
+    .stats = leaky_stats,
+};
+
+static struct {
+    struct sim_world world;
+    struct sim_can_bus wire;
+    struct sim_can_port port, witness;
+    struct leaky_can leaky;
+    struct can_bus bus;
+    struct hal_drive *drive;
+    struct hal_drive_feedback seen;
+    int64_t now_ns, vel_q32, at_q32;
+    bool is_moteus, streams, had_torque;
+    int64_t cut_vel_q24; /* how fast it was when torque went */
+} b;
+
+static struct sim_odrive odrive_device;
+static struct sim_moteus moteus_device;
+static struct drive_odrive odrive;
+static struct drive_moteus moteus;
+
+static const struct sim_plant_config plant = {
+    .omega_mrad_s = 400000,
+    .zeta_permille = 1000,
+    .vel_max_counts_s = 10 * 65536,
+    .acc_max_counts_s2 = 1000 * 65536,
+};
+
+static const struct drive_turns_config turns = {
+    .turns_num = 1,
+    .turns_den = UNITS,
+    .period_ns = MS,
+    .latency_ns = 200000,
+    .answer_ns = 130000,
+    .stop_acc_q32 = INT64_C(200) << 32,
+};
+
+static void add_odrive(void)
+{
+    const struct sim_odrive_config device = {
+        .node = NODE, .plant = plant, .start_counts = 123456, .boot_ns = 50 * MS
+    };
+    const struct drive_odrive_config config = { .node = NODE, .turns = turns };
+
+    assert_int_equal(sim_odrive_init(&odrive_device, &b.wire, &device), 0);
+    assert_int_equal(drive_odrive_init(&odrive, &b.bus, &config), 0);
+    b.drive = &odrive.turns.drive;
+}
+
+static void add_moteus(void)
+{
+    const struct sim_moteus_config device = {
+        .id = MOTEUS, .plant = plant, .start_counts = -54321, .boot_ns = 50 * MS
+    };
+    const struct drive_moteus_config config = { .id = MOTEUS,
+                                                .switched = true,
+                                                .turns = turns };
+
+    assert_int_equal(sim_can_bus_set_fd(&b.wire, 5), 0);
+    assert_int_equal(sim_moteus_init(&moteus_device, &b.wire, &device), 0);
+    assert_int_equal(drive_moteus_init(&moteus, &b.bus, &config), 0);
+    b.drive = &moteus.turns.drive;
+}
+
+static void setup(bool is_moteus)
+{
+    memset(&b, 0, sizeof b);
+    b.is_moteus = is_moteus;
+    b.now_ns = 1000 * MS;
+    sim_world_init(&b.world, b.now_ns);
+    assert_int_equal(sim_can_bus_init(&b.wire, &b.world, 1000000), 0);
+    assert_int_equal(sim_can_port_init(&b.port, &b.wire), 0);
+    assert_int_equal(sim_can_port_init(&b.witness, &b.wire), 0);
+    b.leaky.can.ops = &leaky_ops;
+    b.leaky.behind = &b.port.can;
+    can_bus_init(&b.bus, &b.leaky.can);
+    if (is_moteus)
+        add_moteus();
+    else
+        add_odrive();
+}
+
+/* Whatever is not off: also what the watchdog of a moteus leaves. */
+static bool has_torque(void)
+{
+    return b.is_moteus ? moteus_device.mode > MOTEUS_MODE_FAULT
+                       : odrive_device.axis_state != 1;
+}
+
+static int64_t plant_vel_q24(void)
+{
+    return b.is_moteus ? moteus_device.base.plant.vel_q24
+                       : odrive_device.base.plant.vel_q24;
+}
+
+static void watch_torque(void)
+{
+    const bool torque = has_torque();
+
+    if (b.had_torque && !torque)
+        b.cut_vel_q24 = plant_vel_q24();
+    b.had_torque = torque;
+}
+
+static void tick(void)
+{
+    const struct hal_drive_target target = { .pos_q32 = b.at_q32,
+                                             .vel_q32 = b.vel_q32 };
+
+    sim_world_run(&b.world, b.now_ns);
+    watch_torque();
+    (void)hal_fieldbus_begin(&b.bus.fieldbus, b.now_ns);
+    hal_drive_feedback(b.drive, &b.seen);
+    if (b.streams && b.seen.state == HAL_DRIVE_ENABLED) {
+        assert_int_equal(hal_drive_set_target(b.drive, &target), 0);
+        b.at_q32 += b.vel_q32 / 1000;
+    }
+    if (b.seen.state == HAL_DRIVE_FAULT || b.seen.state == HAL_DRIVE_OFFLINE)
+        hal_drive_request(b.drive, HAL_DRIVE_REQUEST_OFF);
+    (void)hal_fieldbus_end(&b.bus.fieldbus, b.now_ns);
+    b.now_ns += MS;
+}
+
+static void pass(int64_t dur_ns)
+{
+    for (int64_t i = 0; i < dur_ns / MS; i++)
+        tick();
+}
+
+static void until(enum hal_drive_state state)
+{
+    for (int i = 0; i < 5000 && b.seen.state != state; i++)
+        tick();
+    if (b.seen.state != state)
+        fail_msg("still %s: %s", hal_drive_state_text(b.seen.state),
+                 b.seen.fault_text);
+}
+
+enum motion { STANDING, STREAMED, GOING };
+
+static void get_moving(bool is_moteus, enum motion motion)
+{
+    const struct hal_drive_go go = { .pos_q32 = 200 * ONE,
+                                     .vel_q32 = 10 * ONE,
+                                     .acc_q32 = INT64_C(100) << 32,
+                                     .dec_q32 = INT64_C(100) << 32 };
+
+    setup(is_moteus);
+    until(HAL_DRIVE_OFF);
+    hal_drive_request(b.drive, HAL_DRIVE_REQUEST_ENABLE);
+    until(HAL_DRIVE_ENABLED);
+    b.at_q32 = b.seen.pos_q32;
+    b.streams = motion != GOING;
+    b.vel_q32 = motion == STREAMED ? 10 * ONE : 0;
+    if (motion == GOING) {
+        assert_int_equal(
+            hal_drive_set_mode(b.drive, HAL_DRIVE_PROFILE_POSITION), 0);
+        pass(5 * MS);
+        assert_int_equal(hal_drive_go(b.drive, &go), 0);
+    }
+    pass(1000 * MS);
+    assert_int_equal(b.seen.state, HAL_DRIVE_ENABLED);
+    assert_true(has_torque());
+}
+
+static void expect_text(const char *want)
+{
+    if (strstr(b.seen.fault_text, want) != b.seen.fault_text)
+        fail_msg("\"%s\", not \"%s\"", b.seen.fault_text, want);
+}
+
+/* And then it does nothing, for nothing asks for it. */
+static void expect_dark(void)
+{
+    assert_int_equal(b.seen.state, HAL_DRIVE_OFFLINE);
+    assert_false(has_torque());
+    b.leaky.sent = 0;
+    pass(1000 * MS);
+    assert_int_equal(b.seen.state, HAL_DRIVE_OFFLINE);
+    assert_false(has_torque());
+}
+
+static void lose(bool is_moteus, enum motion motion, bool deaf, bool comes_back)
+{
+    get_moving(is_moteus, motion);
+    b.leaky.mute = true;
+    b.leaky.deaf = deaf;
+    until(HAL_DRIVE_OFFLINE);
+    expect_text("lost; trying to switch it off: ");
+    pass(2000 * MS);
+    if (!comes_back) {
+        expect_text("lost; trying to switch it off: ");
+        expect_dark();
+        assert_in_range(b.leaky.sent, 5, 30); /* a second */
+        return;
+    }
+    b.leaky.mute = b.leaky.deaf = false;
+    pass(500 * MS);
+    expect_text("lost, then switched off: ");
+    expect_dark();
+    assert_int_equal(b.leaky.sent, 0);
+}
+
+static void none_keeps_its_torque(void **state)
+{
+    (void)state;
+    for (int is_moteus = 0; is_moteus < 2; is_moteus++)
+        for (int motion = STANDING; motion <= GOING; motion++) {
+            lose(is_moteus, (enum motion)motion, false, true);
+            lose(is_moteus, (enum motion)motion, true, true);
+            lose(is_moteus, (enum motion)motion, false, false);
+        }
+}
+
+/* 10 units/s are a turn a second, 65536 counts/s. */
+static void one_that_hears_is_ramped_down_first(void **state)
+{
+    (void)state;
+    for (int is_moteus = 0; is_moteus < 2; is_moteus++) {
+        lose(is_moteus, STREAMED, false, true);
+        print_message("%s: %" PRId64 " counts/s when torque went\n",
+                      is_moteus ? "moteus" : "ODrive", b.cut_vel_q24 >> 24);
+        assert_true(b.cut_vel_q24 >> 24 < 3000);
+        assert_true(b.cut_vel_q24 >> 24 > -3000);
+    }
+}
+
+/* A reset before it was heard: it is still being switched off. */
+static void a_reset_does_not_forget_the_torque(void **state)
+{
+    (void)state;
+    for (int is_moteus = 0; is_moteus < 2; is_moteus++) {
+        get_moving(is_moteus, STANDING);
+        b.leaky.mute = b.leaky.deaf = true;
+        until(HAL_DRIVE_OFFLINE);
+        pass(500 * MS);
+        hal_drive_request(b.drive, HAL_DRIVE_REQUEST_RESET);
+        b.streams = false;
+        pass(500 * MS);
+        b.leaky.deaf = false; /* it hears again, and is not heard */
+        pass(500 * MS);
+        assert_false(has_torque());
+        b.leaky.mute = false;
+        until(HAL_DRIVE_OFF);
+        pass(500 * MS);
+        assert_int_equal(b.seen.state, HAL_DRIVE_OFF);
+        assert_false(has_torque());
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(none_keeps_its_torque),
+        cmocka_unit_test(one_that_hears_is_ramped_down_first),
+        cmocka_unit_test(a_reset_does_not_forget_the_torque),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,208 @@
+/* tests/hal/linux/test_modbus_libmodbus.c - libmodbus on a real pseudo-terminal
+ * whose other end answers badly, and on TCP whose server goes away.
+ *
+ * What is judged is what was answered and how often, not how soon: the machine
+ * may pause all of this at any time.  Reads the real clock. */
+#define _GNU_SOURCE /* RUSAGE_THREAD, sched_setaffinity */
+#include "tests/hal/linux/libmodbus_bench.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <sys/resource.h>
+
+#include "tests/support/one_processor.h"
+#include "tests/support/pause_watch.h"
+
+/* Long beside what is no pause, and what is late is so within the silence. */
+#define TIMEOUT_NS (100 * MS)
+#define DRAIN_NS   (60 * MS)
+
+#define PAUSES 40 /* of the machine, at most, that spoil an answer */
+
+#define RESPONSE_NS 100000 /* of the device */
+
+static const struct modbus_rtu_line line = { .baud = 115200,
+                                             .parity = MODBUS_PARITY_NONE,
+                                             .stop_bits = 1 };
+
+static struct libmodbus_bench bench;
+
+static void pty_begin(void)
+{
+    const struct modbus_libmodbus_config config = { .line = line,
+                                                    .timeout_ns = TIMEOUT_NS,
+                                                    .drain_ns = DRAIN_NS };
+
+    libmodbus_bench_pty(&bench, config, RESPONSE_NS);
+}
+
+static struct pause_watch watch;
+
+/* A pause makes answers late that are not late by design; the device is paused
+ * too, so that they come when the silence is over, and are the next one's.
+ * Only one that was seen to be there, since there were `before`, excuses a
+ * wrong value.  A good answer that the machine was too busy to give in time is
+ * asked for again: were it lost for another reason it would be so after every
+ * bad one, and these are more than may be excused. */
+static bool is_excused(int err, unsigned before, unsigned *excused)
+{
+    return (err == MOTION_E_TIMEOUT || pause_watch_count(&watch) != before) &&
+           ++*excused <= PAUSES;
+}
+
+/* False: not right, for a pause. */
+static bool read_right(uint16_t address, bool spoilt, unsigned before,
+                       unsigned *excused, bool *refused)
+{
+    const struct hal_modbus_reply reply = libmodbus_bench_read(&bench, address);
+    const bool wrong =
+        reply.err == MOTION_OK && reply.value[0] != bench.bank.reg[address];
+
+    *refused = reply.err != MOTION_OK;
+    if (!wrong && (spoilt || !*refused))
+        return true;
+    if (!is_excused(reply.err, before, excused))
+        fail_msg("read %u, kind %d: %s, register %04X", address,
+                 bench.faulty.fault, motion_err_text(reply.err),
+                 reply.value[0]);
+    return false;
+}
+
+/* Every kind of bad answer, several times; after each a good one.  Registers
+ * all differ, so an answer to another request is seen.  The device's thread
+ * reads `fault` when it answers, that is after the request was submitted. */
+static void no_bad_answer_is_believed_on_a_terminal(void **state)
+{
+    unsigned wrong = 0, excused = 0;
+    bool refused;
+
+    (void)state;
+    pty_begin();
+    pause_watch_start(&watch);
+    for (uint16_t i = 0; i < 120; i = (uint16_t)(i + 2)) {
+        const unsigned before = atomic_load(&watch.pauses);
+
+        bench.faulty.late_ns = TIMEOUT_NS + (5 + i % 40) * MS;
+        bench.faulty.fault = (enum sim_modbus_fault)(
+            SIM_MODBUS_LATE + i / 2 % (SIM_MODBUS_FAULTS - 1));
+        (void)read_right(i, true, before, &excused, &refused);
+        wrong += refused;
+        bench.faulty.fault = SIM_MODBUS_GOOD;
+        while (
+            !read_right((uint16_t)(i + 1), false, before, &excused, &refused))
+            ;
+    }
+    pause_watch_end(&watch);
+    libmodbus_bench_end(&bench);
+    printf("%u of 60 refused, %u spoilt by a pause\n", wrong, excused);
+    assert_true(wrong >= 45); /* a frame twice begins with a good one */
+}
+
+/* How often this thread went to sleep by itself: not how often, nor for how
+ * long, it was not run. */
+static long sleeps(void)
+{
+    struct rusage usage;
+
+    assert_int_equal(getrusage(RUSAGE_THREAD, &usage), 0);
+    return usage.ru_nvcsw;
+}
+
+/* The line is stuck in time-outs and drains all the while. */
+static void the_tick_is_never_blocked(void **state)
+{
+    const struct hal_modbus_request ask = {
+        .unit = UNIT, .function = 3, .address = 0, .count = 1
+    };
+    struct hal_modbus_reply reply;
+    unsigned refused = 0, timeouts = 0, blocked = 0;
+    int64_t worst_ns = 0;
+
+    (void)state;
+    pty_begin();
+    bench.faulty.fault = SIM_MODBUS_MUTE;
+    for (unsigned tick = 0; tick < 1500; tick++) {
+        const long before = sleeps();
+        const int64_t since_ns = libmodbus_bench_now_ns(&bench);
+
+        while (hal_modbus_collect(&bench.libmodbus.modbus, &reply) == 1)
+            timeouts += reply.err == MOTION_E_TIMEOUT;
+        while (hal_modbus_submit(&bench.libmodbus.modbus, &ask, 0) == MOTION_OK)
+            ;
+        refused++;
+        const int64_t took_ns = libmodbus_bench_now_ns(&bench) - since_ns;
+
+        if (took_ns > worst_ns)
+            worst_ns = took_ns;
+        blocked += sleeps() != before;
+        libmodbus_bench_pass(&bench);
+    }
+    libmodbus_bench_end(&bench);
+    printf("1500 ticks on a dead line, %u time-outs: worst tick %" PRId64
+           " us, %u ticks slept\n",
+           timeouts, worst_ns / 1000, blocked);
+    assert_true(timeouts > 5 && refused == 1500);
+    /* one that is stopped by a signal counts as asleep */
+    assert_true(blocked <= 3);
+}
+
+/* The server hangs up; the driver connects anew and goes on. */
+static void a_server_that_went_away_is_found_again(void **state)
+{
+    struct modbus_libmodbus_config config = { .host = "127.0.0.1",
+                                              .timeout_ns = 2000 * MS };
+    struct hal_modbus_stats stats;
+    unsigned tries = 0;
+
+    (void)state;
+    libmodbus_bench_device(&bench, &line, RESPONSE_NS);
+    assert_int_equal(modbus_host_tcp(&bench.host, 0), 0);
+    config.port = bench.host.port;
+    bench.host.slave[UNIT] = &bench.bank.slave;
+    assert_int_equal(modbus_host_start(&bench.host), 0);
+    assert_int_equal(modbus_libmodbus_open(&bench.libmodbus, &config), 0);
+    assert_int_equal(libmodbus_bench_read(&bench, 3).err, MOTION_OK);
+    modbus_host_stop(&bench.host);
+    assert_int_not_equal(libmodbus_bench_read(&bench, 4).err, MOTION_OK);
+    assert_int_equal(hal_modbus_is_up(&bench.libmodbus.modbus), 0);
+    modbus_host_init(&bench.host, &bench.world);
+    assert_int_equal(modbus_host_tcp(&bench.host, config.port), 0);
+    bench.host.slave[UNIT] = &bench.bank.slave;
+    assert_int_equal(modbus_host_start(&bench.host), 0);
+    while (libmodbus_bench_read(&bench, 5).err != MOTION_OK) {
+        assert_true(++tries < PATIENCE);
+        libmodbus_bench_pass(&bench);
+    }
+    hal_modbus_stats(&bench.libmodbus.modbus, &stats);
+    assert_true(stats.reconnects >= 1);
+    libmodbus_bench_end(&bench);
+}
+
+static void what_cannot_be_opened_says_so(void **state)
+{
+    struct modbus_libmodbus_config config = { .device = "/dev/null/none",
+                                              .line = line };
+    struct modbus_libmodbus_config bad = config;
+
+    (void)state;
+    libmodbus_bench_clear(&bench);
+    bad.line.baud = 250000; /* libmodbus would take 9600 */
+    assert_int_equal(modbus_libmodbus_open(&bench.libmodbus, &bad),
+                     MOTION_E_ARG);
+    assert_int_equal(modbus_libmodbus_open(&bench.libmodbus, &config), 0);
+    assert_int_equal(libmodbus_bench_read(&bench, 0).err, MOTION_E_IO);
+    assert_int_equal(hal_modbus_is_up(&bench.libmodbus.modbus), 0);
+    modbus_libmodbus_close(&bench.libmodbus);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(no_bad_answer_is_believed_on_a_terminal),
+        cmocka_unit_test(the_tick_is_never_blocked),
+        cmocka_unit_test(a_server_that_went_away_is_found_again),
+        cmocka_unit_test(what_cannot_be_opened_says_so),
+    };
+    one_processor();
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,500 @@
+/* tests/motion/core/test_clock_warp.c - the clock of a move, judged in long
+ * double. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "motion/core/clock_warp.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+#include "tests/support/check.h"
+
+#define MS     INT64_C(1000000)
+#define SECOND INT64_C(1000000000)
+#define ONE    MOTION_CLOCK_WARP_ONE_Q30
+#define UNIT   MOTION_FIXED_ONE_Q32
+#define ACC    MOTION_FIXED_ONE_Q32
+
+static void full_rate_is_the_clock_itself_for_days(void **state)
+{
+    (void)state;
+    struct motion_clock_warp warp;
+    struct motion_clock_rate now;
+    motion_clock_warp_init(&warp, 5 * SECOND, 7, ONE);
+    for (int64_t t = 0; t < 20 * 86400 * SECOND; t += 86399 * SECOND + 1) {
+        motion_clock_warp_at(&warp, 5 * SECOND + t, &now);
+        assert_int_equal(now.s_ns_q12, 7 + t * MOTION_FIXED_NS_Q12);
+        assert_int_equal(now.rate_q30, ONE);
+        assert_int_equal(now.accel_q30, 0);
+    }
+}
+
+static struct motion_clock_bound bound_of(int64_t accel_q30, int64_t jerk_q30)
+{
+    return (struct motion_clock_bound){ accel_q30, jerk_q30 };
+}
+
+static struct motion_clock_bound any_bound(uint64_t *seed)
+{
+    const int64_t accel = check_random_in(seed, ONE / 50, 20 * ONE);
+    return bound_of(accel, accel * check_random_in(seed, 1, 50));
+}
+
+/* The state just before t, and at t. */
+static void both_sides(const struct motion_clock_warp *warp, int64_t t_ns,
+                       struct motion_clock_rate *left,
+                       struct motion_clock_rate *right)
+{
+    motion_clock_warp_at(warp, t_ns - 1, left);
+    motion_clock_warp_at(warp, t_ns, right);
+}
+
+static void check_joined(const struct motion_clock_rate *left,
+                         const struct motion_clock_rate *right)
+{
+    const int64_t ds = right->s_ns_q12 - left->s_ns_q12;
+    const int64_t dr = right->rate_q30 - left->rate_q30;
+    const int64_t da = right->accel_q30 - left->accel_q30;
+    const int64_t slope = llabs(left->accel_q30) / SECOND;
+    const int64_t jerk =
+        (llabs(left->jerk_q30) + llabs(right->jerk_q30)) / SECOND;
+    assert_true(llabs(ds - (right->rate_q30 >> 18)) <= 3 + slope / 1000);
+    assert_true(llabs(dr) <= 4 + slope);
+    assert_true(llabs(da) <= 8 + jerk);
+}
+
+static void ramp_joins_rate_and_slope_everywhere(void **state)
+{
+    (void)state;
+    uint64_t seed = 11;
+    for (int n = 0; n < 2000; n++) {
+        struct motion_clock_warp warp, first;
+        const int64_t r0 = check_random_in(&seed, 0, 2 * ONE);
+        const int64_t r1 = check_random_in(&seed, 0, 2 * ONE);
+        const struct motion_clock_bound bound = any_bound(&seed);
+        motion_clock_warp_init(&first, 0, 0, r0);
+        assert_int_equal(
+            motion_clock_warp_ramp(&first, MS, r1, &bound, MS, &warp),
+            MOTION_OK);
+        struct motion_clock_rate a, b;
+        motion_clock_warp_at(&first, MS, &a);
+        motion_clock_warp_at(&warp, MS, &b);
+        assert_int_equal(a.s_ns_q12, b.s_ns_q12);
+        assert_int_equal(b.rate_q30, r0);
+        assert_int_equal(b.accel_q30, 0);
+        int64_t t = MS;
+        for (unsigned i = 0; i < warp.count; i++) {
+            t += warp.piece[i].dur_ns;
+            assert_int_equal(warp.piece[i].dur_ns % MS, 0);
+            both_sides(&warp, t, &a, &b);
+            check_joined(&a, &b);
+        }
+        assert_int_equal(t, MS + warp.dur_ns);
+        assert_int_equal(b.rate_q30, r1);
+        assert_int_equal(b.accel_q30, 0);
+        /* from rest to rest it is symmetrical: the mean of the rates */
+        const long double want = (long double)warp.dur_ns * 4096.0L *
+                                 (long double)(r0 + r1) / 2 / ONE;
+        /* the peak is rounded to 2^-57 per tick */
+        const long double ticks = (long double)warp.dur_ns / MS;
+        const long double rounding = ldexpl(ticks * ticks * MS * 4096, -57);
+        assert_true(fabsl((long double)(warp.s1_ns_q12 - warp.s0_ns_q12) -
+                          want) <= 4 + rounding);
+    }
+}
+
+/* Again from anywhere in a ramp: within the bounds, in the least time but for
+ * whole ticks, and above where it started by r0'^2 / 2J at most. */
+static void ramp_from_a_ramp_rises_by_what_cannot_be_avoided(void **state)
+{
+    (void)state;
+    uint64_t seed = 14;
+    int made = 0;
+    long double most = 0;
+    for (int n = 0; n < 20000; n++) {
+        struct motion_clock_warp warp;
+        struct motion_clock_rate from, now;
+        struct motion_clock_bound bound = any_bound(&seed);
+        motion_clock_warp_init(&warp, 0, 0, check_random_in(&seed, 0, 2 * ONE));
+        motion_clock_warp_ramp(&warp, 0, check_random_in(&seed, 0, 2 * ONE),
+                               &bound, MS, &warp);
+        const int64_t t = check_random_in(&seed, 0, warp.dur_ns / MS) * MS;
+        const int64_t r1 = check_random_in(&seed, 0, 2 * ONE);
+        motion_clock_warp_at(&warp, t, &from);
+        bound = any_bound(&seed);
+        if (motion_clock_warp_ramp(&warp, t, r1, &bound, MS, &warp) < 0)
+            continue;
+        made++;
+        const long double a0 = (long double)from.accel_q30 / ONE;
+        const long double r0 = (long double)from.rate_q30 / ONE;
+        const long double jerk = (long double)bound.jerk_q30 / ONE;
+        const long double accel = (long double)bound.accel_q30 / ONE;
+        /* whole ticks lengthen the first piece: r' stays for one more at
+         * most */
+        const long double over = a0 * fabsl(a0) / (2 * jerk) + a0 * 1e-3L;
+        const long double end = (long double)r1 / ONE;
+        const long double high = fmaxl(fmaxl(r0, end), r0 + fmaxl(over, 0));
+        const long double low = fminl(fminl(r0, end), r0 + fminl(over, 0));
+        for (int64_t dt = 0; dt <= warp.dur_ns; dt += MS) {
+            motion_clock_warp_at(&warp, t + dt, &now);
+            const long double r = (long double)now.rate_q30 / ONE;
+            if (!(r <= high + 1e-8L && r >= low - 1e-8L))
+                fail_msg("%d: r %Lf not in %Lf .. %Lf: r0 %Lf a0 %Lf r1 %Lf A "
+                         "%Lf J %Lf",
+                         n, r, low, high, r0, a0, end, accel, jerk);
+            most = fmaxl(most, fabsl((long double)now.jerk_q30 / ONE) / jerk);
+            assert_true(now.rate_q30 >= 0 && now.rate_q30 <= 2 * ONE);
+            assert_true(fabsl((long double)now.accel_q30 / ONE) <=
+                        fmaxl(accel, fabsl(a0)) * 1.001L + 1e-8L);
+            assert_true(fabsl((long double)now.jerk_q30 / ONE) <=
+                        jerk * 1.001L + 1e-8L);
+        }
+        assert_int_equal(now.rate_q30, r1);
+        assert_int_equal(now.accel_q30, 0);
+    }
+    print_message("%d ramps from ramps, r'' at most %.6Lf J\n", made, most);
+    assert_true(made > 10000);
+}
+
+static void derivatives_are_those_of_path_time(void **state)
+{
+    (void)state;
+    uint64_t seed = 12;
+    const long double h = 1e-4L;
+    for (int n = 0; n < 500; n++) {
+        struct motion_clock_warp warp;
+        const struct motion_clock_bound bound = bound_of(ONE, 4 * ONE);
+        motion_clock_warp_init(&warp, 0, 0, ONE);
+        motion_clock_warp_ramp(&warp, 0, check_random_in(&seed, 0, 2 * ONE),
+                               &bound, MS, &warp);
+        /* from a slope, too */
+        motion_clock_warp_ramp(&warp, warp.dur_ns / 3,
+                               check_random_in(&seed, ONE / 2, 3 * ONE / 2),
+                               &bound, MS, &warp);
+        struct motion_clock_rate m, o, p;
+        const int64_t t =
+            warp.t0_ns + check_random_in(&seed, MS, warp.dur_ns - MS);
+        motion_clock_warp_at(&warp, t - 100000, &m);
+        motion_clock_warp_at(&warp, t, &o);
+        motion_clock_warp_at(&warp, t + 100000, &p);
+        if (m.jerk_q30 != p.jerk_q30)
+            continue; /* over the border of two pieces */
+        const long double rate =
+            (long double)(p.s_ns_q12 - m.s_ns_q12) / (2 * h * 1e9L * 4096);
+        const long double accel =
+            (long double)(p.rate_q30 - m.rate_q30) / (2 * h);
+        const long double jerk =
+            (long double)(p.accel_q30 - m.accel_q30) / (2 * h);
+        assert_true(fabsl(rate - (long double)o.rate_q30 / ONE) < 1e-6L);
+        assert_true(fabsl(accel - (long double)o.accel_q30) / ONE < 1e-4L);
+        assert_true(fabsl(jerk - (long double)o.jerk_q30) / ONE < 1e-3L);
+    }
+}
+
+static void chain_rule_matches_long_double(void **state)
+{
+    (void)state;
+    uint64_t seed = 13;
+    for (int n = 0; n < 2000; n++) {
+        const struct motion_clock_rate now = {
+            0, check_random_in(&seed, 0, 2 * ONE),
+            check_random_in(&seed, -8 * ONE, 8 * ONE),
+            check_random_in(&seed, -64 * ONE, 64 * ONE)
+        };
+        const struct motion_state f = {
+            check_random_in(&seed, -UNIT, UNIT),
+            check_random_in(&seed, -900 * UNIT, 900 * UNIT),
+            check_random_in(&seed, -900 * ACC, 900 * ACC),
+            check_random_in(&seed, -90000 * ACC, 90000 * ACC)
+        };
+        struct motion_state p;
+        motion_clock_warp_chain(&now, &f, &p);
+        const long double r = (long double)now.rate_q30 / ONE;
+        const long double r1 = (long double)now.accel_q30 / ONE;
+        const long double r2 = (long double)now.jerk_q30 / ONE;
+        const long double v = (long double)f.vel_q32 / UNIT;
+        const long double a = (long double)f.acc_q32 / 0x1p32;
+        const long double j = (long double)f.jerk_q32 / 0x1p32;
+        assert_int_equal(p.pos_q32, f.pos_q32);
+        assert_true(fabsl((long double)p.vel_q32 / UNIT - v * r) < 1e-6L);
+        assert_true(fabsl((long double)p.acc_q32 / 0x1p32 -
+                          (a * r * r + v * r1)) < 1e-4L);
+        assert_true(fabsl((long double)p.jerk_q32 / 0x1p32 -
+                          (j * r * r * r + 3 * a * r * r1 + v * r2)) < 1e-2L);
+    }
+}
+
+static void chain_rule_saturates_and_never_wraps(void **state)
+{
+    (void)state;
+    const struct motion_clock_rate now = { 0, 2 * ONE, INT64_MAX, INT64_MAX };
+    const struct motion_state f = { 0, INT64_MAX, INT64_MAX, INT64_MAX };
+    struct motion_state p;
+    motion_clock_warp_chain(&now, &f, &p);
+    assert_int_equal(p.vel_q32, INT64_MAX);
+    assert_int_equal(p.acc_q32, INT64_MAX);
+    assert_int_equal(p.jerk_q32, INT64_MAX);
+}
+
+static void unusable_ramps_are_refused(void **state)
+{
+    (void)state;
+    struct motion_clock_warp warp, out;
+    motion_clock_warp_init(&warp, 0, 0, ONE);
+    static const struct {
+        int64_t rate, accel, jerk, tick;
+        int err;
+    } rows[] = {
+        { -1, ONE, ONE, MS, MOTION_E_ARG },
+        { 2 * ONE + 1, ONE, ONE, MS, MOTION_E_ARG },
+        { 0, 0, ONE, MS, MOTION_E_ARG },
+        { 0, ONE, 0, MS, MOTION_E_ARG },
+        { 0, ONE, ONE, MOTION_CLOCK_WARP_TICK_MIN_NS - 1, MOTION_E_ARG },
+        { 0, ONE, ONE, MOTION_CLOCK_WARP_TICK_MAX_NS + 1, MOTION_E_ARG },
+        { 0, 1, ONE, MS, MOTION_E_RANGE }, /* over an hour */
+        { 0, ONE, 1, MS, MOTION_E_RANGE },
+    };
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        const struct motion_clock_bound bound =
+            bound_of(rows[i].accel, rows[i].jerk);
+        assert_int_equal(motion_clock_warp_ramp(&warp, 0, rows[i].rate, &bound,
+                                                rows[i].tick, &out),
+                         rows[i].err);
+    }
+    /* braking hard, then asked to ease off: the rate would go below 0 */
+    struct motion_clock_bound bound = bound_of(100 * ONE, 10000 * ONE);
+    motion_clock_warp_ramp(&warp, 0, 0, &bound, MS, &warp);
+    bound = bound_of(ONE, ONE);
+    assert_int_equal(
+        motion_clock_warp_ramp(&warp, 10 * MS, 0, &bound, MS, &out),
+        MOTION_E_RANGE);
+    /* speeding up steeply to 200 %: it would go over that */
+    bound = bound_of(100 * ONE, 10000 * ONE);
+    motion_clock_warp_init(&warp, 0, 0, ONE);
+    motion_clock_warp_ramp(&warp, 0, 2 * ONE, &bound, MS, &warp);
+    bound = bound_of(ONE, ONE);
+    assert_int_equal(
+        motion_clock_warp_ramp(&warp, 10 * MS, 0, &bound, MS, &out),
+        MOTION_E_RANGE);
+}
+
+static bool fits(const struct motion_clock_warp *warp,
+                 const struct motion_track *track,
+                 const struct motion_clock_limit *limit, int64_t step_ns,
+                 bool between)
+{
+    int64_t looks = 100000;
+    return motion_clock_warp_fits(warp, track, limit, step_ns, between, &looks);
+}
+
+static void a_ramp_that_breaks_a_limit_does_not_fit(void **state)
+{
+    (void)state;
+    struct motion_segment room[4];
+    struct motion_track track;
+    motion_track_init(&track, room, ARRAY_LEN(room), 0);
+    /* 100 unit/s for ten seconds */
+    assert_int_equal(
+        motion_track_append_line(&track, 10 * MOTION_FIXED_S_Q12, 1000 * UNIT),
+        MOTION_OK);
+    /* 1 -> 0 with A = 1, J = 4: acceleration 100, jerk 400 */
+    static const struct {
+        int64_t acc, jerk, vel;
+        bool fits;
+    } rows[] = {
+        { 101, 401, 100, true },  { 99, 0, 100, false },
+        { 101, 399, 100, false }, { 101, 0, 100, true },
+        { 101, 401, 99, false },
+    };
+    const struct motion_clock_bound bound = bound_of(ONE, 4 * ONE);
+    struct motion_clock_warp warp;
+    motion_clock_warp_init(&warp, 0, MOTION_FIXED_S_Q12, ONE);
+    motion_clock_warp_ramp(&warp, 0, 0, &bound, MS, &warp);
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        const struct motion_clock_limit limit = { rows[i].vel * UNIT,
+                                                  rows[i].acc * ACC,
+                                                  rows[i].jerk * ACC };
+        if (fits(&warp, &track, &limit, MS, false) != rows[i].fits)
+            fail_msg("row %zu", i);
+    }
+}
+
+/* A peak of r' between two looks: only what can come between shows it. */
+static void what_comes_between_two_looks_counts(void **state)
+{
+    (void)state;
+    struct motion_segment room[4];
+    struct motion_track track;
+    motion_track_init(&track, room, ARRAY_LEN(room), 0);
+    struct motion_state slow = { 0, 10 * UNIT, 0, 0 };
+    /* from 10 to 110 unit/s and back: acceleration 150 in the middle of 2 s */
+    struct motion_state fast = { 120 * UNIT, 110 * UNIT, 0, 0 };
+    motion_track_append_quintic(&track, 2 * MOTION_FIXED_S_Q12, &slow, &fast);
+    const struct motion_clock_bound bound = bound_of(ONE / 100, ONE);
+    struct motion_clock_warp warp;
+    struct motion_extreme acc;
+    motion_track_extreme(&track, MOTION_ACC, &acc);
+    const struct motion_clock_limit limit = { 1000 * UNIT, acc.max / 100 * 95,
+                                              0 };
+    motion_clock_warp_init(&warp, 0, 0, ONE);
+    motion_clock_warp_ramp(&warp, 0, ONE - ONE / 100, &bound, MS, &warp);
+    assert_true(warp.dur_ns >= SECOND);
+    assert_false(fits(&warp, &track, &limit, MS, false));
+    assert_false(fits(&warp, &track, &limit, SECOND, true));
+    assert_true(
+        fits(&warp, &track,
+             &(struct motion_clock_limit){ 1000 * UNIT, acc.max * 4, 0 },
+             10 * MS, true));
+}
+
+static void looks_that_do_not_suffice_are_a_no(void **state)
+{
+    (void)state;
+    struct motion_segment room[1];
+    struct motion_track track;
+    struct motion_clock_warp warp;
+    motion_track_init(&track, room, 1, 0);
+    motion_track_append_line(&track, 10 * MOTION_FIXED_S_Q12, 10 * UNIT);
+    const struct motion_clock_limit limit = { 10 * UNIT, 1000 * ACC, 0 };
+    const struct motion_clock_bound bound = bound_of(10 * ONE, 1000 * ONE);
+    motion_clock_warp_init(&warp, 0, 0, ONE);
+    motion_clock_warp_ramp(&warp, 0, 0, &bound, MS, &warp);
+    int64_t looks = 1000;
+    assert_true(
+        motion_clock_warp_fits(&warp, &track, &limit, MS, true, &looks));
+    looks = 1000 - looks - 1;
+    assert_false(
+        motion_clock_warp_fits(&warp, &track, &limit, MS, true, &looks));
+}
+
+static void a_step_between_two_looks_is_seen(void **state)
+{
+    (void)state;
+    struct motion_segment room[4];
+    struct motion_track track;
+    motion_track_init(&track, room, ARRAY_LEN(room), 0);
+    struct motion_state slow = { 100 * UNIT, 100 * UNIT, 0, 0 };
+    /* a blip of 0.2 ms at three times the speed, between two looks 1 ms
+     * apart */
+    motion_track_append_line(&track, MOTION_FIXED_S_Q12, slow.pos_q32);
+    motion_track_append_line(&track, MOTION_FIXED_S_Q12 / 5000,
+                             100 * UNIT + UNIT * 6 / 100);
+    motion_track_append_line(&track, MOTION_FIXED_S_Q12, 200 * UNIT);
+    const struct motion_clock_limit limit = { 150 * UNIT, 100000 * ACC, 0 };
+    const struct motion_clock_bound bound = bound_of(ONE, 4 * ONE);
+    struct motion_clock_warp warp;
+    motion_clock_warp_init(&warp, 0, MOTION_FIXED_S_Q12 / 2, ONE);
+    motion_clock_warp_ramp(&warp, 0, ONE / 2, &bound, MS, &warp);
+    assert_false(fits(&warp, &track, &limit, MS, false));
+}
+
+/* The least percentage of `limit`, in 1/1024, that fits. */
+static int64_t least_share(const struct motion_clock_warp *warp,
+                           const struct motion_track *track,
+                           const struct motion_clock_limit *limit)
+{
+    int64_t low = 0, high = 1 << 16;
+    while (high - low > 1) {
+        const int64_t share = (low + high) / 2;
+        const struct motion_clock_limit part = { limit->vel_q32 / 1024 * share,
+                                                 limit->acc_q32 / 1024 * share,
+                                                 limit->jerk_q32 / 1024 *
+                                                     share };
+        if (fits(warp, track, &part, MS / 4, false))
+            high = share;
+        else
+            low = share;
+    }
+    return high;
+}
+
+/* Where a border of segments lies between two looks, the clock there is the one
+ * of that time, not of the looks. */
+static void coarse_looks_refuse_nothing_that_fits(void **state)
+{
+    (void)state;
+    seed_from("coarse");
+    unsigned compared = 0;
+    for (int n = 0; n < 400; n++) {
+        struct motion_segment room[6];
+        struct motion_track track;
+        struct motion_state to = { 0 };
+        struct motion_clock_warp warp;
+        motion_track_init(&track, room, ARRAY_LEN(room), 0);
+        for (size_t i = 0; i < ARRAY_LEN(room); i++) {
+            const int64_t from_q32 = to.vel_q32;
+            to.vel_q32 = check_random_in(check_stream(), -50, 50) * UNIT;
+            to.pos_q32 += from_q32 / 4 + to.vel_q32 / 4;
+            motion_track_append_cubic(&track, MOTION_FIXED_S_Q12 / 2, from_q32,
+                                      &to);
+        }
+        const struct motion_clock_bound bound = any_bound(check_stream());
+        const struct motion_clock_limit limit = { 16 * UNIT, 256 * ACC,
+                                                  8192 * ACC };
+        motion_clock_warp_init(
+            &warp, 0, check_random_in(check_stream(), 0, MOTION_FIXED_S_Q12),
+            ONE);
+        if (motion_clock_warp_ramp(&warp, 0, 0, &bound, MS, &warp) < 0 ||
+            warp.s1_ns_q12 >= track.end_ns_q12)
+            continue;
+        const int64_t share = least_share(&warp, &track, &limit) + 1;
+        const struct motion_clock_limit least = { limit.vel_q32 / 1024 * share,
+                                                  limit.acc_q32 / 1024 * share,
+                                                  limit.jerk_q32 / 1024 *
+                                                      share };
+        compared++;
+        if (!fits(&warp, &track, &least, warp.dur_ns / 24, false))
+            fail_msg("case %d: %.4f s, refused at %.4f of the limit", n,
+                     (double)warp.dur_ns * 1e-9, (double)share / 1024);
+    }
+    assert_true(compared > 200);
+}
+
+/* Acceleration comes to 0 within a microsecond, as planners without a limit of
+ * jerk may leave it: between two looks that lasts no longer than it does. */
+static void a_short_and_steep_segment_is_no_reason_to_refuse(void **state)
+{
+    (void)state;
+    struct motion_segment room[4];
+    struct motion_track track;
+    const struct motion_state rest = { 0 };
+    struct motion_state up = { 50 * UNIT, 100 * UNIT, 100 * ACC, 0 };
+    struct motion_state on = { 50 * UNIT + UNIT / 10000, 100 * UNIT, 0, 0 };
+    motion_track_init(&track, room, ARRAY_LEN(room), 0);
+    motion_track_append_constraints(&track, MOTION_FIXED_S_Q12, 2, &rest, 3,
+                                    &up);
+    motion_track_append_quintic(&track, MOTION_FIXED_S_Q12 / 1000000, &up, &on);
+    motion_track_append_line(&track, MOTION_FIXED_S_Q12,
+                             on.pos_q32 + 100 * UNIT);
+    struct motion_extreme acc;
+    motion_track_extreme(&track, MOTION_ACC, &acc);
+    const struct motion_clock_limit limit = { 200 * UNIT, acc.max / 10 * 11,
+                                              0 };
+    const struct motion_clock_bound bound = bound_of(ONE / 10, ONE);
+    struct motion_clock_warp warp;
+    motion_clock_warp_init(&warp, 0, MOTION_FIXED_S_Q12 / 10 * 9, ONE);
+    motion_clock_warp_ramp(&warp, 0, ONE / 2, &bound, MS, &warp);
+    assert_true(fits(&warp, &track, &limit, MS, false));
+    assert_true(fits(&warp, &track, &limit, 2 * MS, true));
+    const struct motion_clock_limit less = { 200 * UNIT, 50 * ACC, 0 };
+    assert_false(fits(&warp, &track, &less, 2 * MS, true));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(full_rate_is_the_clock_itself_for_days),
+        cmocka_unit_test(ramp_joins_rate_and_slope_everywhere),
+        cmocka_unit_test(ramp_from_a_ramp_rises_by_what_cannot_be_avoided),
+        cmocka_unit_test(derivatives_are_those_of_path_time),
+        cmocka_unit_test(chain_rule_matches_long_double),
+        cmocka_unit_test(chain_rule_saturates_and_never_wraps),
+        cmocka_unit_test(unusable_ramps_are_refused),
+        cmocka_unit_test(a_ramp_that_breaks_a_limit_does_not_fit),
+        cmocka_unit_test(what_comes_between_two_looks_counts),
+        cmocka_unit_test(looks_that_do_not_suffice_are_a_no),
+        cmocka_unit_test(a_step_between_two_looks_is_seen),
+        cmocka_unit_test(coarse_looks_refuse_nothing_that_fits),
+        cmocka_unit_test(a_short_and_steep_segment_is_no_reason_to_refuse),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,149 @@
+#!/bin/sh
+# tests/proofs/arch.sh - who may include whom, see docs/ARCHITECTURE.md.
+#
+# Every include is written from the root, so names alone prove the arrows.
+set -eu
+export LC_ALL=C
+
+# Room, what it may include of ours, and what it may include in <>.
+# shellcheck disable=SC2016  # the $ are those of regular expressions
+rules='
+motion/core/.*      motion/core/.*                                freestanding
+motion/number/.*    motion/(core|number)/.*                       freestanding
+motion/curve/.*     motion/(core|number|curve)/.*                 freestanding
+motion/path/.*      motion/(core|number|curve|path)/.*            freestanding
+motion/otg/.*       motion/(core|number|otg)/.*                   freestanding
+motion/plan/.*      motion/.*                                     any
+tests/.*            .*                                            any
+'
+rule() # rule ROOM WHAT-OF-OURS SYSTEM-HEADERS
+{
+    rules="$rules $1 $2 $3
+"
+}
+# hal/ is interfaces at its top; protocols and kinds of drive know these, what
+# they share, and numbers.
+hal='hal/[^/]*|hal/support/.*|motion/core/(err|fixed).h'
+rule 'hal/[^/]*' 'hal/[^/]*|motion/core/(err|fixed).h' bytes
+rule 'hal/support/.*' "$hal" bytes
+rule 'hal/can/.*' "$hal|hal/can/.*" bytes
+rule 'hal/canopen/.*' "$hal|hal/(can|canopen)/.*" bytes
+rule 'hal/modbus/.*' "$hal|hal/modbus/.*" bytes
+rule 'hal/gpio/.*' "$hal|hal/gpio/.*" bytes
+rule 'hal/drive/drive.c' "$hal" bytes
+rule 'hal/drive/cia402/.*' "$hal|hal/(can|canopen|drive/cia402)/.*" bytes
+rule 'hal/drive/modbus/.*' "$hal|hal/(modbus|drive/modbus)/.*" bytes
+rule 'hal/drive/turn/.*' "$hal|hal/(can|drive/turn)/.*" bytes
+rule 'hal/linux/.*' "$hal|hal/(can|modbus|gpio|linux)/.*" any
+rule 'sim/.*' 'sim/.*|hal/.*|motion/core/(err|fixed).h' any
+rule 'firmware/control/.*' \
+    'firmware/control/.*|motion/(core|number|curve|path|otg)/.*|hal/(can|gpio|clock|drive|fieldbus).h' \
+    bytes
+# The rooms of the program: each knows itself and those before it.
+rule 'firmware/linux/[^/]*' 'firmware/linux/commands/command.h' any
+known=
+for room in library host/base host/yaml host/device host/rig host/move host/exchange \
+    host/recording host/plot \
+    linux/base linux/machine linux/tools linux/commands; do
+    known=$known${known:+|}$room
+    rule "firmware/$room/.*" \
+        "firmware/($known)/.*|firmware/control/.*|(hal|sim|motion)/.*" any
+done
+
+find motion hal sim firmware tests -name '*.[ch]' 2>/dev/null | sort |
+    RULES=$rules awk '
+# "bytes" is freestanding and string.h: the compiler itself calls memcpy and
+# memset, so every image has them.
+function may_include(name) {
+    return system_headers == "any" ||
+           name ~ /^(std(int|bool|def|arg|align|noreturn)|limits)\.h$/ ||
+           (system_headers == "bytes" && name == "string.h")
+}
+
+# The line without comments and strings; comments may run over lines.
+function code_of(line,    out, at) {
+    gsub(/"([^"\\]|\\.)*"/, "\"\"", line)
+    out = ""
+    while (line != "") {
+        at = index(line, in_comment ? "*/" : "/*")
+        if (at == 0) {
+            if (!in_comment) out = out line
+            break
+        }
+        if (!in_comment) out = out substr(line, 1, at - 1) " "
+        line = substr(line, at + 2)
+        in_comment = !in_comment
+    }
+    sub(/\/\/.*/, "", out)
+    return out
+}
+
+function complain(what) {
+    printf "%s:%d: %s\n", file, nr, what
+    bad++
+}
+
+function check_include(line,    name) {
+    name = line
+    if (match(line, /"[^"]*"/)) {
+        name = substr(line, RSTART + 1, RLENGTH - 2)
+        if (system("test -f \"" name "\"") != 0)
+            complain("\"" name "\" is not a path from the root")
+        else if (name !~ "^(" ours ")$")
+            complain("may not know \"" name "\"")
+    } else if (match(line, /<[^>]*>/)) {
+        name = substr(line, RSTART + 1, RLENGTH - 2)
+        if (!may_include(name))
+            complain("<" name "> is not a freestanding header")
+    } else
+        complain("an include must be written out")
+}
+
+function find_room(    i) {
+    for (i = 1; i <= rules; i++)
+        if (file ~ "^(" room[i] ")$") {
+            ours = may[i]
+            system_headers = angle[i]
+            return 1
+        }
+    return 0
+}
+
+BEGIN {
+    n = split(ENVIRON["RULES"], word)
+    for (i = 1; i <= n; i += 3) {
+        room[++rules] = word[i]
+        may[rules] = word[i + 1]
+        angle[rules] = word[i + 2]
+    }
+}
+
+{
+    file = $0
+    nr = 0
+    in_comment = 0
+    files++
+    if (!find_room()) {
+        complain("belongs to no room")
+        next
+    }
+    integer_only = file ~ /^motion\// && file !~ /^motion\/plan\//
+    # The one back end whose machines have 128 bits; its twin has halves.
+    has_int128 = file == "motion/core/fixed_int128.h"
+    while ((getline line < file) > 0) {
+        nr++
+        code = code_of(line)
+        if (code ~ /^[ \t]*#[ \t]*include/)
+            check_include(line)
+        if (integer_only &&
+            (code ~ /(^|[^A-Za-z0-9_])(float|double)($|[^A-Za-z0-9_])/ ||
+             (!has_int128 && code ~ /__u?int128/)))
+            complain("motion/ is integer only, and not wider than 64 bits")
+    }
+    close(file)
+}
+
+END {
+    printf "arch: %d files, %d violations\n", files, bad
+    exit bad > 0
+}'

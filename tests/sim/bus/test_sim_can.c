@@ -1,0 +1,637 @@
+/* tests/sim/bus/test_sim_can.c - bit counts, arbitration, bus time, errors. */
+#include "tests/sim/bus/sim_bus.h"
+
+struct fixture {
+    struct sim_world world;
+    struct sim_can_bus bus;
+    struct sim_can_port port[4];
+};
+
+static struct fixture *fixture_new(uint32_t bit_rate, unsigned ports)
+{
+    struct fixture *f = calloc(1, sizeof(*f));
+
+    assert_non_null(f);
+    sim_world_init(&f->world, 0);
+    assert_int_equal(sim_can_bus_init(&f->bus, &f->world, bit_rate), 0);
+    for (unsigned i = 0; i < ports; i++)
+        assert_int_equal(sim_can_port_init(&f->port[i], &f->bus), 0);
+    return f;
+}
+
+static int put(struct fixture *f, unsigned port, const char *text)
+{
+    struct hal_can_frame frame = frame_of(text);
+
+    return hal_can_send(&f->port[port].can, &frame);
+}
+
+static void expect(struct fixture *f, unsigned port, const char *text)
+{
+    struct hal_can_frame frame;
+
+    assert_int_equal(hal_can_recv(&f->port[port].can, &frame), 1);
+    assert_string_equal(text_of(&frame), text);
+}
+
+static void expect_nothing(struct fixture *f, unsigned port)
+{
+    struct hal_can_frame frame;
+
+    assert_int_equal(hal_can_recv(&f->port[port].can, &frame), 0);
+}
+
+/* ---- bits: a slow oracle on strings of '0' and '1' --------------------- */
+
+static void oracle_put(char *wire, uint32_t value, unsigned count)
+{
+    size_t at = strlen(wire);
+
+    while (count-- > 0)
+        wire[at++] = (value >> count & 1) ? '1' : '0';
+    wire[at] = 0;
+}
+
+/* Remainder of wire(x) x^15 by long division on paper. */
+static unsigned oracle_crc(const char *wire)
+{
+    static const char poly[] = "1100010110011001";
+    char work[256];
+    size_t len = strlen(wire);
+    unsigned rest = 0;
+
+    snprintf(work, sizeof(work), "%s000000000000000", wire);
+    for (size_t i = 0; i < len; i++)
+        for (unsigned j = 0; work[i] == '1' && j < 16; j++)
+            if (j > 0)
+                work[i + j] = work[i + j] == poly[j] ? '0' : '1';
+    for (size_t i = len; i < len + 15; i++)
+        rest = rest << 1 | (work[i] == '1');
+    return rest;
+}
+
+static unsigned oracle_stuffed_len(const char *wire)
+{
+    char out[1024] = "";
+    size_t len = 0;
+
+    for (; *wire; wire++) {
+        out[len++] = *wire;
+        if (len >= 5 && strspn(out + len - 5, "0") == 5)
+            out[len++] = '1';
+        else if (len >= 5 && strspn(out + len - 5, "1") == 5)
+            out[len++] = '0';
+        out[len] = 0;
+    }
+    return (unsigned)len;
+}
+
+static unsigned oracle_bits(const struct hal_can_frame *frame)
+{
+    char wire[256] = "0";
+
+    if (frame->extended) {
+        oracle_put(wire, frame->id >> 18, 11);
+        oracle_put(wire, 3, 2);
+        oracle_put(wire, frame->id & 0x3FFFF, 18);
+        oracle_put(wire, frame->remote, 1);
+    } else {
+        oracle_put(wire, frame->id, 11);
+        oracle_put(wire, frame->remote, 1);
+    }
+    oracle_put(wire, 0, 2);
+    oracle_put(wire, frame->len, 4);
+    for (unsigned i = 0; !frame->remote && i < frame->len; i++)
+        oracle_put(wire, frame->data[i], 8);
+    oracle_put(wire, oracle_crc(wire), 15);
+    return oracle_stuffed_len(wire) + 1 + 2 + 7 + 3;
+}
+
+/* CRC-15/CAN of "123456789" is 0x059E in the usual catalogues of CRCs. */
+static void the_oracle_knows_the_published_crc(void **state)
+{
+    char wire[256] = "";
+
+    (void)state;
+    for (unsigned i = 0; i < 9; i++)
+        oracle_put(wire, '1' + i, 8);
+    assert_int_equal(oracle_crc(wire), 0x059E);
+}
+
+static const struct {
+    const char *frame;
+    unsigned bits;
+} lengths[] = {
+    /* id 0, no data: 34 zeros and so CRC 0; a stuff bit after each 5 of them */
+    { "000#", 47 + 6 },
+    { "080#", 47 + 4 }, /* SYNC; by a script that divides polynomials */
+    { "7FF#", 47 + 3 },
+    { "2AA#", 47 + 2 },
+    { "701#05", 55 + 3 },
+    { "000#0000000000000000", 111 + 16 },
+    { "7FF#FFFFFFFFFFFFFFFF", 111 + 15 },
+    { "201#0F0010270000", 95 + 9 },
+    { "181#371210270000", 95 + 6 },
+    { "555#5555555555555555", 111 + 1 },
+    { "078#3C3C3C3C3C3C3C3C", 111 + 20 }, /* 4 and 4 bits: as bad as can be
+                                              but for control bits, CRC */
+    { "18DAF110#010203", 67 + 24 + 4 },
+    { "00000000#0000000000000000", 131 + 19 },
+    { "1FFFFFFF#FFFFFFFFFFFFFFFF", 131 + 18 },
+};
+
+static void frame_bits_match_hand_values(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(lengths); i++) {
+        struct hal_can_frame frame = frame_of(lengths[i].frame);
+        unsigned got = sim_can_frame_bits(&frame).slow;
+
+        if (got != lengths[i].bits || oracle_bits(&frame) != got)
+            fail_msg("%s: got %u, oracle %u", lengths[i].frame, got,
+                     oracle_bits(&frame));
+    }
+}
+
+static uint32_t random_u32(uint64_t *seed)
+{
+    *seed = *seed * UINT64_C(6364136223846793005) + 1442695040888963407u;
+    return (uint32_t)(*seed >> 32);
+}
+
+static struct hal_can_frame random_frame(uint64_t *seed)
+{
+    struct hal_can_frame frame = { .extended = random_u32(seed) % 4 == 0 };
+    uint32_t kind = random_u32(seed) % 3;
+
+    frame.id = random_u32(seed) & (frame.extended ? 0x1FFFFFFF : 0x7FF);
+    frame.remote = random_u32(seed) % 8 == 0;
+    frame.len = (uint8_t)(random_u32(seed) % 9);
+    for (unsigned i = 0; i < 8; i++) { /* also long runs of equal bits */
+        const uint32_t bytes[] = { random_u32(seed),
+                                   0x3C0Fu >> random_u32(seed) % 8,
+                                   0 - random_u32(seed) % 2 };
+
+        frame.data[i] = (uint8_t)bytes[kind];
+    }
+    return frame;
+}
+
+/* 44 + 8 n + stuffing (at most one in four after the first bit), + 3. */
+static void frame_bits_match_the_oracle_and_stay_below_the_bound(void **state)
+{
+    const uint64_t first = 20240611;
+    uint64_t seed = first;
+
+    (void)state;
+    for (unsigned i = 0; i < 3000; i++) {
+        struct hal_can_frame frame = random_frame(&seed);
+        unsigned got = sim_can_frame_bits(&frame).slow;
+        unsigned stuffed =
+            (frame.extended ? 54u : 34u) + (frame.remote ? 0u : 8u * frame.len);
+
+        if (got != oracle_bits(&frame) ||
+            got > stuffed + (stuffed - 1) / 4 + 13 ||
+            (!frame.extended && got > 135))
+            fail_msg("seed %" PRIu64 ", frame %u: %s: %u bits", first, i,
+                     text_of(&frame), got);
+    }
+}
+
+/* ---- arbitration ------------------------------------------------------- */
+
+/* An FD frame on paper: the slow part ends with BRS; the fast one is ESI, DLC
+ * and data, stuffed on from there, then 4 + 17 or 4 + 21 bits with one stuffed
+ * before each four. */
+static struct sim_can_bits oracle_fd_bits(const struct hal_can_frame *frame)
+{
+    static const unsigned lengths_of_dlc[] = { 0, 1,  2,  3,  4,  5,  6,  7,
+                                               8, 12, 16, 20, 24, 32, 48, 64 };
+    char wire[1024] = "0";
+    unsigned head, dlc = 0, crc = frame->len > 16 ? 25 : 21;
+
+    oracle_put(wire, frame->extended ? frame->id >> 18 : frame->id, 11);
+    if (frame->extended) {
+        oracle_put(wire, 3, 2);
+        oracle_put(wire, frame->id & 0x3FFFF, 18);
+        oracle_put(wire, 0, 1);
+    } else {
+        oracle_put(wire, 0, 2);
+    }
+    oracle_put(wire, 2, 2);
+    oracle_put(wire, frame->switched, 1);
+    head = oracle_stuffed_len(wire);
+    while (lengths_of_dlc[dlc] != frame->len)
+        dlc++;
+    oracle_put(wire, dlc, 5);
+    for (unsigned i = 0; i < frame->len; i++)
+        oracle_put(wire, frame->data[i], 8);
+    return (struct sim_can_bits){ head + 13, oracle_stuffed_len(wire) - head +
+                                                 crc + (crc + 3) / 4 };
+}
+
+static void fd_frame_bits_match_the_oracle(void **state)
+{
+    static const uint8_t lengths_fd[] = {
+        0, 1, 7, 8, 12, 16, 20, 24, 32, 48, 64
+    };
+    uint64_t seed = 20240612;
+
+    (void)state;
+    for (unsigned i = 0; i < 2000; i++) {
+        struct hal_can_frame frame = random_frame(&seed);
+        struct sim_can_bits got, want;
+
+        frame.remote = false;
+        frame.fd = true;
+        frame.switched = i % 2;
+        frame.len = lengths_fd[i % ARRAY_LEN(lengths_fd)];
+        for (unsigned j = 8; j < frame.len; j++)
+            frame.data[j] = (uint8_t)random_u32(&seed);
+        got = sim_can_frame_bits(&frame);
+        want = oracle_fd_bits(&frame);
+        if (!frame.switched)
+            want = (struct sim_can_bits){ want.slow + want.fast, 0 };
+        if (got.slow != want.slow || got.fast != want.fast)
+            fail_msg("frame %u: %u + %u, expected %u + %u", i, got.slow,
+                     got.fast, want.slow, want.fast);
+    }
+}
+
+static void fd_data_go_at_the_faster_rate(void **state)
+{
+    struct fixture *f = fixture_new(1000000, 2);
+    struct hal_can_frame frame = {
+        .id = 0x555, .fd = true, .switched = true, .len = 16
+    };
+    struct sim_can_bits bits;
+
+    (void)state;
+    assert_int_equal(hal_can_send(&f->port[0].can, &frame), MOTION_E_ARG);
+    assert_int_equal(sim_can_bus_set_fd(&f->bus, 3), MOTION_E_ARG);
+    assert_int_equal(sim_can_bus_set_fd(&f->bus, 5), MOTION_OK);
+    memset(frame.data, 0x55, sizeof frame.data);
+    bits = oracle_fd_bits(&frame);
+    assert_int_equal(hal_can_send(&f->port[0].can, &frame), MOTION_OK);
+    sim_world_run(&f->world, 10 * MS);
+    assert_int_equal(hal_can_recv(&f->port[1].can, &frame), 1);
+    assert_true(frame.fd && frame.switched && frame.len == 16);
+    assert_int_equal(frame.data[15], 0x55);
+    assert_int_equal(frame.t_ns, (bits.slow - 3) * 1000 + bits.fast * 200);
+    free(f);
+}
+
+static void the_lowest_identifier_goes_first(void **state)
+{
+    struct fixture *f = fixture_new(1000000, 4);
+
+    (void)state;
+    put(f, 0, "701#05");
+    put(f, 1, "181#0102");
+    put(f, 2, "080#");
+    sim_world_run(&f->world, 10 * MS);
+    expect(f, 3, "080#");
+    expect(f, 3, "181#0102");
+    expect(f, 3, "701#05");
+    expect_nothing(f, 3);
+    assert_int_equal(f->bus.frames, 3);
+    free(f);
+}
+
+static void base_beats_extended_and_data_beats_remote(void **state)
+{
+    struct fixture *f = fixture_new(1000000, 4);
+
+    (void)state;
+    put(f, 0, "04000000#01"); /* base 0x100 */
+    put(f, 1, "100#R");
+    put(f, 2, "100#01");
+    sim_world_run(&f->world, 10 * MS);
+    expect(f, 3, "100#01");
+    expect(f, 3, "100#R");
+    expect(f, 3, "04000000#01");
+    free(f);
+}
+
+static void a_port_keeps_the_order_of_its_own_frames(void **state)
+{
+    struct fixture *f = fixture_new(1000000, 2);
+
+    (void)state;
+    put(f, 0, "701#01");
+    put(f, 0, "081#02");
+    sim_world_run(&f->world, 10 * MS);
+    expect(f, 1, "701#01");
+    expect(f, 1, "081#02");
+    free(f);
+}
+
+static void a_frame_on_the_wire_is_not_interrupted(void **state)
+{
+    struct fixture *f = fixture_new(1000000, 3);
+
+    (void)state;
+    put(f, 0, "701#01");
+    sim_world_run(&f->world, 20000);
+    put(f, 1, "080#");
+    sim_world_run(&f->world, 10 * MS);
+    expect(f, 2, "701#01");
+    expect(f, 2, "080#");
+    free(f);
+}
+
+static void within_the_first_bit_a_better_one_still_wins(void **state)
+{
+    struct fixture *f = fixture_new(500000, 3);
+
+    (void)state;
+    put(f, 0, "701#01");
+    sim_world_run(&f->world, 1999); /* a bit is 2000 ns */
+    put(f, 1, "080#");
+    sim_world_run(&f->world, 10 * MS);
+    expect(f, 2, "080#");
+    expect(f, 2, "701#01");
+    free(f);
+}
+
+static void two_senders_of_one_identifier_are_counted(void **state)
+{
+    struct fixture *f = fixture_new(1000000, 3);
+
+    (void)state;
+    put(f, 0, "080#");
+    put(f, 1, "080#");
+    sim_world_run(&f->world, 10 * MS);
+    assert_int_equal(f->bus.collisions, 1);
+    assert_int_equal(f->bus.frames, 2);
+    free(f);
+}
+
+/* ---- time -------------------------------------------------------------- */
+
+/* The last 3 bits are intermission: the frame is there before them. */
+static void a_frame_arrives_when_its_bits_are_over(void **state)
+{
+    struct fixture *f = fixture_new(500000, 2);
+    struct hal_can_frame frame;
+
+    (void)state;
+    sim_world_run(&f->world, 7 * MS);
+    put(f, 0, "701#05"); /* 58 bits */
+    sim_world_run(&f->world, 7 * MS + 55 * 2000 - 1);
+    expect_nothing(f, 1);
+    sim_world_run(&f->world, 7 * MS + 55 * 2000);
+    assert_int_equal(hal_can_recv(&f->port[1].can, &frame), 1);
+    assert_int_equal(frame.t_ns, 7 * MS + 55 * 2000);
+    free(f);
+}
+
+static void frames_follow_each_other_after_three_bits(void **state)
+{
+    struct fixture *f = fixture_new(1000000, 2);
+    struct hal_can_frame frame;
+
+    (void)state;
+    put(f, 0, "080#");   /* 51 bits */
+    put(f, 0, "701#05"); /* 58 bits */
+    sim_world_run(&f->world, MS);
+    assert_int_equal(hal_can_recv(&f->port[1].can, &frame), 1);
+    assert_int_equal(frame.t_ns, 48000);
+    assert_int_equal(hal_can_recv(&f->port[1].can, &frame), 1);
+    assert_int_equal(frame.t_ns, 51000 + 55000);
+    free(f);
+}
+
+/* 1 kHz: SYNC, two RPDOs, two TPDOs: 51 + 2 x 104 + 2 x 101 bits. */
+static void a_known_schedule_loads_the_bus_to_the_nanosecond(void **state)
+{
+    static const char *const cycle[] = { "080#", "201#0F0010270000",
+                                         "201#0F0010270000", "181#371210270000",
+                                         "181#371210270000" };
+    static const struct {
+        uint32_t bit_rate;
+        uint64_t busy_ns; /* 100 cycles of 461 bits */
+    } rows[] = {
+        { 1000000, 46100000 }, { 800000, 57625000 }, { 500000, 92200000 },
+        { 300000, 153666666 }, /* 3333.33... ns per bit */
+        { 83333, 553202212 },  /* 46100e9 / 83333 = 553202212.8 */
+    };
+
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        struct fixture *f = fixture_new(rows[i].bit_rate, 2);
+        struct hal_can_stats stats;
+
+        for (int64_t k = 0; k < 100; k++) {
+            for (size_t j = 0; j < ARRAY_LEN(cycle); j++)
+                assert_int_equal(put(f, 0, cycle[j]), MOTION_OK);
+            sim_world_run(&f->world, (k + 1) * 10 * MS);
+        }
+        hal_can_stats(&f->port[0].can, &stats);
+        if (stats.busy_ns != rows[i].busy_ns)
+            fail_msg("%" PRIu32 " bit/s: %" PRIu64 " ns", rows[i].bit_rate,
+                     stats.busy_ns);
+        assert_int_equal(stats.sent, 500);
+        free(f);
+    }
+}
+
+/* 5000 frames without a gap at 3 1/3 us per bit: the last ends where the sum
+ * of their bits says, not where 5000 roundings would. */
+static void back_to_back_frames_do_not_drift(void **state)
+{
+    struct fixture *f = fixture_new(300000, 2);
+    struct hal_can_frame frame, last = { 0 };
+    int64_t sent = 0;
+
+    (void)state;
+    while (sent < 5000) {
+        while (sent < 5000 && put(f, 0, "080#") == MOTION_OK)
+            sent++;
+        sim_world_run(&f->world, f->world.now_ns + MS);
+        while (hal_can_recv(&f->port[1].can, &frame) == 1)
+            last = frame;
+    }
+    sim_world_run(&f->world, f->world.now_ns + 100 * MS);
+    while (hal_can_recv(&f->port[1].can, &frame) == 1)
+        last = frame;
+    assert_int_equal(f->bus.frames, 5000);
+    assert_int_equal(last.t_ns, (5000 * 51 - 3) * INT64_C(10000) / 3);
+    free(f);
+}
+
+/* ---- queues, errors ---------------------------------------------------- */
+
+static void a_full_queue_refuses_and_queues_nothing(void **state)
+{
+    struct fixture *f = fixture_new(1000000, 2);
+    struct hal_can_stats stats;
+
+    (void)state;
+    for (unsigned i = 0; i < SIM_CAN_QUEUE; i++)
+        assert_int_equal(put(f, 0, "080#"), MOTION_OK);
+    assert_int_equal(put(f, 0, "080#"), MOTION_E_FULL);
+    sim_world_run(&f->world, 100 * MS);
+    hal_can_stats(&f->port[0].can, &stats);
+    assert_int_equal(stats.refused, 1);
+    assert_int_equal(stats.sent, SIM_CAN_QUEUE);
+    free(f);
+}
+
+static void a_receiver_that_does_not_read_drops(void **state)
+{
+    struct fixture *f = fixture_new(1000000, 2);
+    struct hal_can_stats stats;
+
+    (void)state;
+    for (unsigned i = 0; i < SIM_CAN_QUEUE + 5; i++) {
+        put(f, 0, "080#");
+        sim_world_run(&f->world, f->world.now_ns + MS);
+    }
+    hal_can_stats(&f->port[1].can, &stats);
+    assert_int_equal(stats.received, SIM_CAN_QUEUE);
+    assert_int_equal(stats.dropped, 5);
+    free(f);
+}
+
+static void impossible_frames_are_refused(void **state)
+{
+    struct fixture *f = fixture_new(1000000, 2);
+    struct hal_can_frame frame = { .len = 9 };
+
+    (void)state;
+    assert_int_equal(hal_can_send(&f->port[0].can, &frame), MOTION_E_ARG);
+    frame = (struct hal_can_frame){ .id = 0x800 };
+    assert_int_equal(hal_can_send(&f->port[0].can, &frame), MOTION_E_ARG);
+    frame = (struct hal_can_frame){ .id = 0x20000000, .extended = true };
+    assert_int_equal(hal_can_send(&f->port[0].can, &frame), MOTION_E_ARG);
+    assert_int_equal(f->port[0].tx.count, 0);
+    free(f);
+}
+
+static void alone_on_the_bus_a_sender_gets_error_passive(void **state)
+{
+    struct fixture *f = fixture_new(1000000, 2);
+    struct hal_can *can = &f->port[0].can;
+
+    (void)state;
+    sim_can_port_set_off(&f->port[1], true);
+    put(f, 0, "080#");
+    sim_world_run(&f->world, 800000); /* some 14 tries of 57 bits */
+    assert_int_equal(hal_can_state(can), HAL_CAN_WARNING);
+    sim_world_run(&f->world, 100 * MS);
+    assert_int_equal(hal_can_state(can), HAL_CAN_PASSIVE);
+    assert_int_equal(f->port[0].tx_errors, 128);
+    assert_int_equal(f->bus.frames, 0);
+
+    sim_can_port_set_off(&f->port[1], false); /* somebody comes */
+    sim_world_run(&f->world, 200 * MS);
+    expect(f, 1, "080#");
+    assert_int_equal(hal_can_state(can), HAL_CAN_WARNING);
+    free(f);
+}
+
+static void destroyed_frames_are_tried_again(void **state)
+{
+    struct fixture *f = fixture_new(1000000, 2);
+
+    (void)state;
+    f->port[0].destroy = 3;
+    put(f, 0, "080#");
+    sim_world_run(&f->world, 10 * MS);
+    expect(f, 1, "080#");
+    assert_int_equal(f->bus.frames_destroyed, 3);
+    assert_int_equal(f->port[0].tx_errors, 3 * 8 - 1);
+    assert_int_equal(f->port[1].rx_errors, 3 - 1);
+    free(f);
+}
+
+static void enough_errors_take_a_sender_off_the_bus(void **state)
+{
+    struct fixture *f = fixture_new(1000000, 2);
+    struct hal_can *can = &f->port[0].can;
+
+    (void)state;
+    f->port[0].destroy = 32;
+    put(f, 0, "080#");
+    sim_world_run(&f->world, 100 * MS);
+    assert_int_equal(hal_can_state(can), HAL_CAN_BUS_OFF);
+    assert_int_equal(put(f, 0, "080#"), MOTION_E_IO);
+
+    sim_can_port_restart(&f->port[0]);
+    assert_int_equal(hal_can_state(can), HAL_CAN_ACTIVE);
+    assert_int_equal(put(f, 0, "080#"), MOTION_OK);
+    sim_world_run(&f->world, 200 * MS);
+    expect(f, 1, "080#");
+    free(f);
+}
+
+static void a_pulled_plug_ends_everything_at_once(void **state)
+{
+    struct fixture *f = fixture_new(1000000, 3);
+    struct hal_can_frame frame;
+
+    (void)state;
+    put(f, 0, "080#");
+    put(f, 0, "081#");
+    sim_world_run(&f->world, 20000);
+    sim_can_port_set_off(&f->port[0], true);
+    sim_world_run(&f->world, 10 * MS);
+    expect_nothing(f, 1);
+    assert_int_equal(put(f, 0, "080#"), MOTION_E_IO);
+    assert_int_equal(hal_can_recv(&f->port[0].can, &frame), MOTION_E_IO);
+    assert_int_equal(hal_can_state(&f->port[0].can), HAL_CAN_DOWN);
+    put(f, 1, "082#"); /* the others go on */
+    sim_world_run(&f->world, 20 * MS);
+    expect(f, 2, "082#");
+    free(f);
+}
+
+static void too_many_ports_and_odd_rates_are_refused(void **state)
+{
+    static struct sim_can_port port[SIM_CAN_PORTS_MAX + 1];
+    struct sim_world world;
+    struct sim_can_bus bus;
+
+    (void)state;
+    sim_world_init(&world, 0);
+    assert_int_equal(sim_can_bus_init(&bus, &world, 9999), MOTION_E_ARG);
+    assert_int_equal(sim_can_bus_init(&bus, &world, 1000001), MOTION_E_ARG);
+    assert_int_equal(world.member_count, 0);
+    assert_int_equal(sim_can_bus_init(&bus, &world, 10000), MOTION_OK);
+    for (unsigned i = 0; i < SIM_CAN_PORTS_MAX; i++)
+        assert_int_equal(sim_can_port_init(&port[i], &bus), MOTION_OK);
+    assert_int_equal(sim_can_port_init(&port[SIM_CAN_PORTS_MAX], &bus),
+                     MOTION_E_FULL);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_oracle_knows_the_published_crc),
+        cmocka_unit_test(frame_bits_match_hand_values),
+        cmocka_unit_test(frame_bits_match_the_oracle_and_stay_below_the_bound),
+        cmocka_unit_test(fd_frame_bits_match_the_oracle),
+        cmocka_unit_test(fd_data_go_at_the_faster_rate),
+        cmocka_unit_test(the_lowest_identifier_goes_first),
+        cmocka_unit_test(base_beats_extended_and_data_beats_remote),
+        cmocka_unit_test(a_port_keeps_the_order_of_its_own_frames),
+        cmocka_unit_test(a_frame_on_the_wire_is_not_interrupted),
+        cmocka_unit_test(within_the_first_bit_a_better_one_still_wins),
+        cmocka_unit_test(two_senders_of_one_identifier_are_counted),
+        cmocka_unit_test(a_frame_arrives_when_its_bits_are_over),
+        cmocka_unit_test(frames_follow_each_other_after_three_bits),
+        cmocka_unit_test(a_known_schedule_loads_the_bus_to_the_nanosecond),
+        cmocka_unit_test(back_to_back_frames_do_not_drift),
+        cmocka_unit_test(a_full_queue_refuses_and_queues_nothing),
+        cmocka_unit_test(a_receiver_that_does_not_read_drops),
+        cmocka_unit_test(impossible_frames_are_refused),
+        cmocka_unit_test(alone_on_the_bus_a_sender_gets_error_passive),
+        cmocka_unit_test(destroyed_frames_are_tried_again),
+        cmocka_unit_test(enough_errors_take_a_sender_off_the_bus),
+        cmocka_unit_test(a_pulled_plug_ends_everything_at_once),
+        cmocka_unit_test(too_many_ports_and_odd_rates_are_refused),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,207 @@
+/* tests/sim/test_sim_world.c - virtual time, and simulated lines. */
+#include "sim/bus/gpio.h"
+#include "tests/sim/bus/sim_bus.h"
+
+/* A member that ticks and writes its name into a log. */
+struct ticker {
+    struct sim_member member;
+    char name;
+    int64_t next_ns, period_ns;
+};
+
+static char ticks[64];
+
+static int64_t ticker_due_ns(const struct sim_member *member)
+{
+    return CONTAINER_OF_CONST(member, struct ticker, member)->next_ns;
+}
+
+static void ticker_run(struct sim_member *member, int64_t now_ns)
+{
+    struct ticker *ticker = CONTAINER_OF(member, struct ticker, member);
+    size_t len = strlen(ticks);
+
+    assert_true(now_ns >= ticker->next_ns);
+    assert_true(len + 1 < sizeof(ticks));
+    ticks[len] = ticker->name;
+    ticks[len + 1] = 0;
+    ticker->next_ns = ticker->period_ns ? ticker->next_ns + ticker->period_ns
+                                        : SIM_WORLD_NEVER;
+}
+
+static const struct sim_member_ops ticker_ops = {
+    .due_ns = ticker_due_ns,
+    .run = ticker_run,
+};
+
+static struct ticker ticker(char name, int64_t next_ns, int64_t period_ns)
+{
+    ticks[0] = 0;
+    return (struct ticker){ .member.ops = &ticker_ops,
+                            .name = name,
+                            .next_ns = next_ns,
+                            .period_ns = period_ns };
+}
+
+static void members_run_in_the_order_of_time(void **state)
+{
+    struct sim_world world;
+    struct ticker a = ticker('a', 5, 3), b = ticker('b', 4, 0);
+
+    (void)state;
+    sim_world_init(&world, 0);
+    sim_world_add(&world, &a.member);
+    sim_world_add(&world, &b.member);
+    sim_world_run(&world, 12);
+    assert_string_equal(ticks, "baaa");
+    assert_int_equal(world.now_ns, 12);
+}
+
+static void ties_run_in_the_order_of_adding(void **state)
+{
+    struct sim_world world;
+    struct ticker a = ticker('a', 2, 2), b = ticker('b', 2, 2);
+
+    (void)state;
+    sim_world_init(&world, 0);
+    sim_world_add(&world, &b.member);
+    sim_world_add(&world, &a.member);
+    sim_world_run(&world, 4);
+    assert_string_equal(ticks, "baba");
+}
+
+static void running_includes_the_end_and_only_that(void **state)
+{
+    struct sim_world world;
+    struct ticker a = ticker('a', 10, 0);
+
+    (void)state;
+    sim_world_init(&world, 0);
+    sim_world_add(&world, &a.member);
+    sim_world_run(&world, 9);
+    assert_string_equal(ticks, "");
+    sim_world_run(&world, 10);
+    assert_string_equal(ticks, "a");
+}
+
+static void what_is_overdue_runs_at_once_and_time_never_goes_back(void **state)
+{
+    struct sim_world world;
+    struct ticker a = ticker('a', 3, 0);
+
+    (void)state;
+    sim_world_init(&world, 100);
+    sim_world_add(&world, &a.member);
+    sim_world_run(&world, 50);
+    assert_int_equal(world.now_ns, 100);
+    assert_string_equal(ticks, "");
+    sim_world_run(&world, 100);
+    assert_string_equal(ticks, "a");
+    assert_int_equal(world.now_ns, 100);
+}
+
+static void the_clock_of_the_world_waits_by_running_it(void **state)
+{
+    struct sim_world world;
+    struct ticker a = ticker('a', 10, 10);
+
+    (void)state;
+    sim_world_init(&world, 7);
+    sim_world_add(&world, &a.member);
+    assert_int_equal(hal_clock_now_ns(&world.clock), 7);
+    assert_int_equal(hal_clock_wait_until(&world.clock, 30), MOTION_OK);
+    assert_int_equal(hal_clock_now_ns(&world.clock), 30);
+    assert_string_equal(ticks, "aaa");
+    assert_int_equal(hal_clock_wait_until(&world.clock, 20), MOTION_OK);
+    assert_int_equal(hal_clock_now_ns(&world.clock), 30);
+}
+
+static void a_full_world_and_a_member_without_operations_are_refused(void **s)
+{
+    static struct ticker many[SIM_WORLD_MEMBERS_MAX + 1];
+    struct sim_world world;
+    struct sim_member empty = { 0 };
+
+    (void)s;
+    sim_world_init(&world, 0);
+    assert_int_equal(sim_world_add(&world, &empty), MOTION_E_ARG);
+    for (unsigned i = 0; i < SIM_WORLD_MEMBERS_MAX; i++) {
+        many[i] = ticker('x', 1, 0);
+        assert_int_equal(sim_world_add(&world, &many[i].member), MOTION_OK);
+    }
+    many[SIM_WORLD_MEMBERS_MAX] = ticker('x', 1, 0);
+    assert_int_equal(sim_world_add(&world, &many[SIM_WORLD_MEMBERS_MAX].member),
+                     MOTION_E_FULL);
+}
+
+/* ---- lines ------------------------------------------------------------- */
+
+static const struct {
+    const char *name;
+    bool active_low, pull_up;
+    enum sim_gpio_level level;
+    int want;
+} lines[] = {
+    { "high, active high", false, false, SIM_GPIO_HIGH, 1 },
+    { "low, active high", false, false, SIM_GPIO_LOW, 0 },
+    { "high, active low", true, false, SIM_GPIO_HIGH, 0 },
+    { "low, active low", true, true, SIM_GPIO_LOW, 1 },
+    { "broken wire, normally closed to ground", false, true, SIM_GPIO_OPEN, 1 },
+    { "broken wire, normally open to ground", true, true, SIM_GPIO_OPEN, 0 },
+    { "open, pulled down", false, false, SIM_GPIO_OPEN, 0 },
+    { "dead chip", false, false, SIM_GPIO_DEAD, MOTION_E_IO },
+};
+
+static void a_line_reads_as_its_level_pull_and_polarity_say(void **state)
+{
+    (void)state;
+    struct sim_world world;
+    sim_world_init(&world, 0);
+    for (size_t i = 0; i < ARRAY_LEN(lines); i++) {
+        const struct sim_gpio_config config = { .clock = &world.clock,
+                                                .active_low =
+                                                    lines[i].active_low,
+                                                .pull_up = lines[i].pull_up };
+        struct sim_gpio line;
+        struct hal_gpio *gpio = sim_gpio_init(&line, &config);
+
+        sim_gpio_drive(&line, lines[i].level);
+        if (hal_gpio_get(gpio) != lines[i].want)
+            fail_msg("%s: got %d", lines[i].name, hal_gpio_get(gpio));
+    }
+}
+
+static void only_an_output_can_be_set(void **state)
+{
+    struct sim_gpio in, out;
+    struct hal_gpio *input = sim_gpio_init(&in, &(struct sim_gpio_config){ 0 });
+    struct hal_gpio *output = sim_gpio_init(
+        &out, &(struct sim_gpio_config){ .output = true, .active_low = true });
+
+    (void)state;
+    assert_int_equal(hal_gpio_set(input, true), MOTION_E_STATE);
+    assert_int_equal(hal_gpio_get(output), 0);
+    assert_int_equal(out.level, SIM_GPIO_HIGH);
+    assert_int_equal(hal_gpio_set(output, true), MOTION_OK);
+    assert_int_equal(out.level, SIM_GPIO_LOW);
+    assert_int_equal(hal_gpio_get(output), 1);
+    sim_gpio_drive(&out, SIM_GPIO_DEAD);
+    assert_int_equal(hal_gpio_set(output, false), MOTION_E_IO);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(members_run_in_the_order_of_time),
+        cmocka_unit_test(ties_run_in_the_order_of_adding),
+        cmocka_unit_test(running_includes_the_end_and_only_that),
+        cmocka_unit_test(what_is_overdue_runs_at_once_and_time_never_goes_back),
+        cmocka_unit_test(the_clock_of_the_world_waits_by_running_it),
+        cmocka_unit_test(
+            a_full_world_and_a_member_without_operations_are_refused),
+        cmocka_unit_test(a_line_reads_as_its_level_pull_and_polarity_say),
+        cmocka_unit_test(only_an_output_can_be_set),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

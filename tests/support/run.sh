@@ -1,0 +1,92 @@
+#!/bin/sh
+# tests/support/run.sh LOGDIR TEST... - run every test, then say how many claims held.
+#
+# A TEST is a cmocka program, whose claims are counted from its output, or a
+# script, which is one claim.  One per processor runs at a time; all run even
+# when one fails.  What a test says goes to LOGDIR/<name>.log and is shown when
+# it failed (V=1: always).
+set -eu
+export CMOCKA_MESSAGE_OUTPUT=stdout
+export LSAN_OPTIONS=suppressions=tests/proofs/lsan.supp:print_suppressions=0
+
+# Claims that were started, held, and were skipped.  Between the first and the
+# last line of a group each mark stands once; after it cmocka repeats some.
+claims()
+{
+    awk '/\[=+\] Running/ { on = 1 }
+        /\[=+\] .* run\.$/ { on = 0 }
+        on && /\[ RUN      \] / { run++ }
+        on && /\[       OK \] / { ok++ }
+        on && /\[  SKIPPED \] / { skip++ }
+        END { print run + 0, ok + 0, skip + 0 }' "$1"
+}
+
+# One test; its counts go to <name>.count, what is said of it in one piece.
+one()
+{
+    name=$(basename "$1" .sh)
+    out=$log/$name.log
+    status=0
+    began=$(date +%s)
+    timeout "${TEST_TIMEOUT:-600}" "$1" >"$out" 2>&1 || status=$?
+    took=$(($(date +%s) - began))
+    case $1 in
+    *.sh) run=1 ok=$((status == 0)) skip=0 ;;
+    *)
+        read -r run ok skip <<COUNTS
+$(claims "$out")
+COUNTS
+        ;;
+    esac
+    bad=$((run - ok - skip))
+    # A test that died or leaked outside its claims, or made none.
+    if [ "$bad" -le 0 ] && { [ "$status" -ne 0 ] || [ "$run" -eq 0 ]; }; then
+        bad=1
+    fi
+    said=$(printf '  %-28s %4d passed' "$name" "$ok")
+    [ "$took" -lt 5 ] || said=$(printf '%s %6d s' "$said" "$took")
+    [ "$bad" -eq 0 ] || said="$said, $bad FAILED (exit status $status)"
+    if [ "$bad" -gt 0 ] || [ -n "${V:-}" ]; then
+        said=$(cat "$out"; echo "$said")
+    fi
+    printf '%s\n' "$said"
+    echo "$ok" "$bad" "$skip" >"$log/$name.count"
+}
+
+if [ "$1" = --one ]; then
+    log=$2
+    one "$3"
+    exit 0
+fi
+
+log=$1
+shift
+mkdir -p "$log"
+rm -f "$log"/*.count
+# What their sources say of themselves: those that read the real clock run at the
+# end, beside each other alone; of the others the long ones begin, so that none is
+# left over.
+marked() # marked TEXT TEST...: those whose source has it
+{
+    text=$1
+    shift
+    for test; do
+        source=tests/${test#*tests/}
+        [ -e "$source" ] || source=$source.c
+        ! grep -qF "$text" "$source" || echo "$test"
+    done
+}
+marked 'Reads the real clock.' "$@" >"$log/clock"
+marked 'Takes long.' "$@" >"$log/long"
+each() # each of the tests on stdin, one per processor
+{
+    xargs -r -P "${PROCESSES:-$(nproc)}" -n 1 "$0" --one "$log"
+}
+printf '%s\n' "$@" | grep -vxF -f "$log/clock" -f "$log/long" |
+    cat "$log/long" - | each
+each <"$log/clock"
+awk -v tests=$# '{ passed += $1; failed += $2; skipped += $3 }
+     END { failed += tests - NR    # died without a word
+           if (skipped > 0) print skipped " skipped"
+           print passed + 0 " passed, " failed + 0 " failed"
+           exit failed > 0 }' "$log"/*.count
