@@ -48,28 +48,29 @@ void motion_otg_side_init(const struct otg_problem *q, bool goal, int sign,
     s->lead_d = num_mul(s->lead_t, num_add(s->base, num_mul(e, sixth)));
 }
 
-void motion_otg_side_pulse(struct otg_side *s, bool is_unit, struct num w,
-                           struct otg_pulse *h)
+void motion_otg_side_pulse(struct otg_side *side, bool is_unit, struct num w,
+                           struct otg_pulse *pulse)
 {
-    if (num_lt(s->corner, w)) {
-        if (s->per_limit.m == 0)
-            s->per_limit = num_inv(s->limit);
-        h->a = s->limit;
-        h->per_a = s->per_limit;
-        h->z = num_half(num_add(num_mul(w, s->per_limit), s->ramp));
+    if (num_lt(side->corner, w)) {
+        if (side->per_limit.m == 0)
+            side->per_limit = num_inv(side->limit);
+        pulse->a = side->limit;
+        pulse->per_a = side->per_limit;
+        pulse->z = num_half(num_add(num_mul(w, side->per_limit), side->ramp));
         return;
     }
     if (w.m <= 0) {
-        *h = (struct otg_pulse){ num_zero(), num_zero(), num_inv(num_zero()) };
+        *pulse =
+            (struct otg_pulse){ num_zero(), num_zero(), num_inv(num_zero()) };
         return;
     }
     if (!is_unit)
-        w = num_mul(w, s->per_j);
-    h->per_a = num_rsqrt(w);
-    h->a = h->z = num_mul(w, h->per_a);
+        w = num_mul(w, side->per_j);
+    pulse->per_a = num_rsqrt(w);
+    pulse->a = pulse->z = num_mul(w, pulse->per_a);
     if (!is_unit) {
-        h->a = num_mul(h->a, s->j);
-        h->per_a = num_mul(h->per_a, s->per_j);
+        pulse->a = num_mul(pulse->a, side->j);
+        pulse->per_a = num_mul(pulse->per_a, side->per_j);
     }
 }
 
