@@ -298,7 +298,7 @@ static bool compare_inverse(const cJSON *json,
             table,
             vectors_real(length * cJSON_GetArrayItem(fraction, i)->valuedouble),
             &place);
-        table->curve->at(table->curve->context, place.piece, place.x, 1,
+        table->curve->at(table->curve->context, place.piece, place.x, 0,
                          &point);
         for (uint32_t k = 0; k < table->curve->axes; k++)
             off = hypot(off, vectors_double(point.pos[k]) -

@@ -2,7 +2,9 @@
  *
  * A case says nothing about its unit, so it is taken in one that makes the
  * largest value about 2^20 units, as micrometres or counts do for a machine: a
- * power of two, which changes no digit.  Times are rounded to 2^-12 ns. */
+ * power of two, which changes no digit.  Where keys are so close that an
+ * acceleration would leave the format (2^31 unit/s2), the unit is larger: a
+ * machine's accelerations fit.  Times are rounded to 2^-12 ns. */
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -17,6 +19,7 @@
 
 #define TOLERANCE    1e-8
 #define UNIT_BITS    20
+#define RATE_BITS    29
 #define KEYS_MAX     4096
 #define SEGMENTS_MAX 65536
 
@@ -78,12 +81,25 @@ static double largest_of(const cJSON *list)
     return largest;
 }
 
-static void choose_scale(struct spline_case *c, const cJSON *values)
+/* Bits left of the point that the largest of a list takes. */
+static int bits_of(const cJSON *list)
 {
     int e;
 
-    frexp(largest_of(values), &e);
-    c->scale = UNIT_BITS - e;
+    frexp(largest_of(list), &e);
+    return e;
+}
+
+static void choose_scale(struct spline_case *c, const cJSON *values)
+{
+    static const char *const rates[] = { "dy", "ddy" };
+
+    c->scale = UNIT_BITS - bits_of(values);
+    for (int i = 0; i < 2; i++) {
+        const cJSON *rate = vectors_get(c->json, rates[i]);
+        if (rate != NULL && RATE_BITS - bits_of(rate) < c->scale)
+            c->scale = RATE_BITS - bits_of(rate);
+    }
 }
 
 /* Keys from lists of times and values; false when they are no keys. */
@@ -132,7 +148,7 @@ static void compare_at(struct spline_case *c, const struct motion_state *s,
 {
     note_error(c, 0, ldexp((double)s->pos_q32, -32 - c->scale), y);
     note_error(c, 1, ldexp((double)s->vel_q32, -32 - c->scale) / rate, dy);
-    note_error(c, 2, ldexp((double)s->acc_q32, -16 - c->scale) / rate / rate,
+    note_error(c, 2, ldexp((double)s->acc_q32, -32 - c->scale) / rate / rate,
                ddy);
 }
 
