@@ -17,6 +17,7 @@ PUBLIC := \
     motion/otg/otg.h motion/otg/sync.h motion/otg/through.h \
     motion/otg/replan.h \
     motion/plan/move.h motion/plan/compose.h motion/plan/check.h \
+    motion/plan/topp.h \
     hal/can.h hal/clock.h hal/gpio.h hal/modbus.h hal/drive.h hal/fieldbus.h \
     hal/can/bus.h \
     hal/canopen/canopen.h hal/canopen/lss.h \

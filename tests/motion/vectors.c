@@ -43,8 +43,10 @@ static char *read_all(const char *path)
     return text;
 }
 
-static int run(const cJSON *file, struct vectors_row *rows)
+static int run(const cJSON *file, const char *path, struct vectors_row *rows)
 {
+    if (cJSON_HasObjectItem(file, "waypoint_file"))
+        return vectors_topp(file, path, rows);
     for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
         const cJSON *list =
             cJSON_GetObjectItemCaseSensitive(file, kinds[i].list);
@@ -60,9 +62,13 @@ static int report(const struct vectors_row *rows, int count)
     int status = count > 0 ? 0 : 1;
 
     for (int i = 0; i < count; i++) {
-        printf("%s %u %.3g %.3g %.3g %.3g %s\n", rows[i].method, rows[i].cases,
-               rows[i].worst_p, rows[i].worst_v, rows[i].worst_a,
-               rows[i].tolerance, rows[i].pass ? "PASS" : "FAIL");
+        const char *verdict = rows[i].pass ? "PASS" : "FAIL";
+        if (rows[i].text[0] != '\0')
+            printf("%s %s %s\n", rows[i].method, rows[i].text, verdict);
+        else
+            printf("%s %u %.3g %.3g %.3g %.3g %s\n", rows[i].method,
+                   rows[i].cases, rows[i].worst_p, rows[i].worst_v,
+                   rows[i].worst_a, rows[i].tolerance, verdict);
         if (!rows[i].pass)
             status = 1;
     }
@@ -81,7 +87,7 @@ int main(int argc, char **argv)
     else if (file == NULL)
         fprintf(stderr, "%s: cannot be read\n", argv[1]);
     else
-        status = report(rows, run(file, rows));
+        status = report(rows, run(file, argv[1], rows));
     cJSON_Delete(file);
     free(text);
     return status;

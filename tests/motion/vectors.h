@@ -24,6 +24,7 @@ struct vectors_row {
                                                     times as much for v, 100
                                                     times for a */
     bool pass;
+    char text[128]; /* printed in the place of the figures, if any */
 };
 
 int vectors_splines(const cJSON *file, struct vectors_row *rows, int room);
@@ -33,5 +34,7 @@ int vectors_ease(const cJSON *file, struct vectors_row *rows, int room);
 int vectors_blender(const cJSON *file, struct vectors_row *rows, int room);
 int vectors_quaternions(const cJSON *file, struct vectors_row *rows, int room);
 int vectors_frames(const cJSON *file, struct vectors_row *rows, int room);
+/* One case, whose waypoints are in a file of the same folder. */
+int vectors_topp(const cJSON *file, const char *path, struct vectors_row *row);
 
 #endif
