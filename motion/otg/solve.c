@@ -32,7 +32,7 @@ static struct num guess(struct num rest, struct num s)
 {
     struct num x = num_zero();
     if (rest.m > 0) {
-        x = motion_otg_num_cbrt_above(num_half(rest));
+        x = motion_num_cbrt_above(num_half(rest));
         if (s.m > 0)
             x = num_min(x, num_div(rest, s));
     }

@@ -16,7 +16,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/otg/num.h"
+#include "motion/number/num.h"
 
 struct motion_otg_move;
 

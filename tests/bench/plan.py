@@ -54,7 +54,8 @@ def code_of(directory, processor, sources):
 
 def is_planner(source):
     return (source.startswith("motion/otg/") or
-            source == "motion/number/wide.c")  # which nobody else uses
+            source in ("motion/number/num.c",   # which nobody else
+                       "motion/number/wide.c"))  # uses
 
 
 def stacks_of(directory, processor, sources):

@@ -1,5 +1,5 @@
-/* motion/otg/num.c - see num.h. */
-#include "motion/otg/num.h"
+/* motion/number/num.c - see num.h. */
+#include "motion/number/num.h"
 
 /* |m|, by a mask: two instructions on ARM, and no branch. */
 static uint32_t num_size(int32_t m)
@@ -8,7 +8,7 @@ static uint32_t num_size(int32_t m)
     return (uint32_t)((m ^ minus) - minus);
 }
 
-uint64_t motion_otg_num_make(int64_t m, int32_t e)
+uint64_t motion_num_make(int64_t m, int32_t e)
 {
     const int64_t minus = m >> 63;
     const uint64_t size = (uint64_t)(m ^ minus) - (uint64_t)minus;
@@ -38,7 +38,7 @@ static int32_t num_down(int32_t m, int32_t to, int32_t from)
 
 /* |sum| < 2^31: one bit too many at most.  Written so that four registers
  * suffice. */
-uint64_t motion_otg_num_add(uint64_t a, uint64_t b)
+uint64_t motion_num_add(uint64_t a, uint64_t b)
 {
     struct num x = num_unpack(a), y = num_unpack(b);
     if (x.e >= y.e) {
@@ -56,7 +56,7 @@ uint64_t motion_otg_num_add(uint64_t a, uint64_t b)
 }
 
 /* The product is in 2^60 .. 2^62, its upper word the one that is wanted. */
-uint64_t motion_otg_num_mul(uint64_t a, uint64_t b)
+uint64_t motion_num_mul(uint64_t a, uint64_t b)
 {
     struct num x = num_unpack(a), y = num_unpack(b);
     const int32_t m = x.m * 2, n = y.m * 2;
@@ -76,7 +76,7 @@ uint64_t motion_otg_num_mul(uint64_t a, uint64_t b)
 /* Of one sign the words themselves are ordered, exponent first; where both are
  * negative the larger exponent is below.  Zero's is below all others, but may
  * differ from another zero's. */
-bool motion_otg_num_lt(uint64_t a, uint64_t b)
+bool motion_num_lt(uint64_t a, uint64_t b)
 {
     struct num x = num_unpack(a), y = num_unpack(b);
     if ((x.m ^ y.m) < 0 || y.m == 0)
@@ -103,7 +103,7 @@ static int32_t num_cut(uint32_t y)
 
 /* x 2^32 in 1/2 .. 1: y = 2^30 / x from below, to 2^-28.  The quotient by the
  * upper half is good to 2^-14; a Newton step y <- y (2 - x y) squares that. */
-uint64_t motion_otg_num_inv(uint64_t a)
+uint64_t motion_num_inv(uint64_t a)
 {
     struct num n = num_unpack(a);
     uint32_t x = num_size(n.m) << 2;
@@ -117,7 +117,7 @@ uint64_t motion_otg_num_inv(uint64_t a)
 
 /* a = x 4^k, x in 1 .. 4 as Q30; y = 1/sqrt(x) as Q31: from the middle of each
  * quarter (6 %) three Newton steps y <- y (3 - x y^2) / 2. */
-uint64_t motion_otg_num_rsqrt(uint64_t a)
+uint64_t motion_num_rsqrt(uint64_t a)
 {
     static const uint16_t guess[12] = { 61788, 55889, 51411, 47861,
                                         44957, 42525, 40450, 38651,
@@ -133,17 +133,17 @@ uint64_t motion_otg_num_rsqrt(uint64_t a)
     return num_pack((struct num){ num_cut(y), -(n.e + 29 - odd) / 2 - 30 });
 }
 
-uint64_t motion_otg_num_sqrt(uint64_t a)
+uint64_t motion_num_sqrt(uint64_t a)
 {
     struct num n = num_unpack(a);
     if (n.m <= 0)
         return num_pack(num_zero());
-    return motion_otg_num_mul(a, motion_otg_num_rsqrt(a));
+    return motion_num_mul(a, motion_num_rsqrt(a));
 }
 
 /* a = y 2^(30 + e), y in 1/2 .. 1: a tangent of the root of y, times that of
  * the power of two. */
-struct num motion_otg_num_cbrt_above(struct num a)
+struct num motion_num_cbrt_above(struct num a)
 {
     static const int32_t root[3] = { 536870912, 676414963, 852229450 };
     int32_t e = a.e + 30 + 30000;

@@ -1,11 +1,10 @@
-/* tests/motion/otg/test_otg_num.c - the planner's short reals: the functions
- * for 32-bit machines and the inline ones for 64-bit machines give the same
- * bits, and both what long double says, as nearly as motion/otg/num.h
- * promises. */
+/* tests/motion/number/test_num.c - short reals: the functions for 32-bit
+ * machines and the inline ones for 64-bit machines give the same bits, and both
+ * what long double says, as nearly as motion/number/num.h promises. */
 #include <math.h>
 #include <stdbool.h>
 
-#include "motion/otg/num.h"
+#include "motion/number/num.h"
 #include "tests/support/check.h"
 
 #define ROUNDS 200000
@@ -62,15 +61,14 @@ static void sums_products_and_order_are_right(void **state)
         int32_t near = (int32_t)(draw() % 20001) - 10000;
         struct num a = any(near), b = any(near);
         long double x = ldexpl(value(a), -near), y = ldexpl(value(b), -near);
-        struct num sum =
-            num_unpack(motion_otg_num_add(num_pack(a), num_pack(b)));
+        struct num sum = num_unpack(motion_num_add(num_pack(a), num_pack(b)));
         struct num product =
-            num_unpack(motion_otg_num_mul(num_pack(a), num_pack(b)));
+            num_unpack(motion_num_mul(num_pack(a), num_pack(b)));
         long double size = fmaxl(fabsl(x), fabsl(y));
         assert_near(num_scale(sum, sum.m ? -near : 0), x + y, size, 28);
         assert_near(num_scale(product, product.m ? -2 * near : 0), x * y, x * y,
                     28);
-        assert_int_equal(motion_otg_num_lt(num_pack(a), num_pack(b)), x < y);
+        assert_int_equal(motion_num_lt(num_pack(a), num_pack(b)), x < y);
     }
 }
 
@@ -80,7 +78,7 @@ static void words_become_numbers(void **state)
     seed_from("make");
     for (int i = 0; i < ROUNDS; i++) {
         int64_t m = (int64_t)draw() >> (draw() & 63);
-        struct num a = num_unpack(motion_otg_num_make(m, -7));
+        struct num a = num_unpack(motion_num_make(m, -7));
         assert_near(a, ldexpl((long double)m, -7), ldexpl((long double)m, -7),
                     28);
     }
@@ -100,7 +98,7 @@ static void inverses_and_roots_are_near(void **state)
         x = value(a);
         assert_near(num_rsqrt(a), 1 / sqrtl(x), 1 / sqrtl(x), 28);
         assert_near(num_sqrt(a), sqrtl(x), sqrtl(x), 27);
-        long double root = value(motion_otg_num_cbrt_above(a)) / cbrtl(x);
+        long double root = value(motion_num_cbrt_above(a)) / cbrtl(x);
         assert_true(root > 1 - 1e-8L && root < 1.015L);
     }
 }
@@ -114,15 +112,11 @@ static void both_widths_give_the_same_bits(void **state)
         struct num a = any(0), b = any(0);
         uint64_t x = num_pack(a), y = num_pack(b);
         int64_t m = (int64_t)draw() >> (draw() & 63);
-        assert_int_equal(num_pack(num_wide_add(a, b)),
-                         motion_otg_num_add(x, y));
-        assert_int_equal(num_pack(num_wide_mul(a, b)),
-                         motion_otg_num_mul(x, y));
-        assert_int_equal(num_wide_lt(a, b), motion_otg_num_lt(x, y));
-        assert_int_equal(num_pack(num_wide_make(m, 3)),
-                         motion_otg_num_make(m, 3));
-        assert_int_equal(num_pack(num_wide_make(0, 3)),
-                         motion_otg_num_make(0, 3));
+        assert_int_equal(num_pack(num_wide_add(a, b)), motion_num_add(x, y));
+        assert_int_equal(num_pack(num_wide_mul(a, b)), motion_num_mul(x, y));
+        assert_int_equal(num_wide_lt(a, b), motion_num_lt(x, y));
+        assert_int_equal(num_pack(num_wide_make(m, 3)), motion_num_make(m, 3));
+        assert_int_equal(num_pack(num_wide_make(0, 3)), motion_num_make(0, 3));
     }
 }
 #endif
