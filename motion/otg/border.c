@@ -6,9 +6,10 @@
  *       |___/____\__________ t      then the speed is held
  *       |         \    /            regime B: a1 < 0, the middle '-' does not
  *       |       a2 \__/             pass a = 0; vc is where it would */
-#include "motion/otg/border.h"
 
 #include <stddef.h>
+
+#include "motion/otg/internal.h"
 
 #define ROOT_BITS                                                              \
     13                /* a smaller step ends the search: the next error is its

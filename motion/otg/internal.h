@@ -1,12 +1,196 @@
-/* motion/otg/internal.h - between the files of the planner; see otg.h. */
+/* motion/otg/internal.h - between the files of the planner, in the order in
+ * which a request passes them; see otg.h and docs/OTG.md. */
 #ifndef MOTION_OTG_INTERNAL_H
 #define MOTION_OTG_INTERNAL_H
 
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "motion/number/num.h"
 #include "motion/number/real.h"
 #include "motion/number/wide.h"
-#include "motion/otg/border.h"
 #include "motion/otg/otg.h"
-#include "motion/otg/solve.h"
+
+/* Displacement d from (v0, a0) to (vf, af); vn <= v <= vx, an <= a <= ax,
+ * an < 0 < ax; jerk within +-j before the cruise and +-j2 after it.  Both ends
+ * must be inside (brake.c brings them there).  `is_unit`: lengths are
+ * counted such that j = j2 = 1, which saves most multiplications. */
+struct otg_problem {
+    struct num d, v0, a0, vf, af;
+    struct num dv; /* vf - v0, to its own last bit */
+    struct num vx, vn, ax, an;
+    struct num j, j2;
+    struct num per_j, per_j2; /* 1/j, 1/j2 */
+    int jerk_bits;            /* both are drawn in by 2^-jerk_bits */
+    bool is_unit;
+    bool is_strict; /* a way that the plain speed change covers but for 2^-24 is
+                       not taken for one that it covers */
+    bool is_no_lens;                     /* there was nothing in it */
+    const struct motion_otg_move *exact; /* the same, with limits that are not
+                                            drawn in; NULL for several axes */
+};
+
+/* The acceleration as a polyline: in each phase it runs straight to `a`. */
+struct otg_phase {
+    struct num dt, a;
+};
+
+/* Both ends' braking, 3 phases each, and a mixture of 7 and 7. */
+#define OTG_SHAPE_MAX 20
+
+/* What may be moved a little so that the shape meets its goal exactly: the two
+ * places where the acceleration is highest and lowest, as the phase that holds
+ * it (dt zero when it does not) between the two that lead there and away; and
+ * the phase that holds the speed.  -1: none. */
+struct otg_knobs {
+    int16_t pulse[2], cruise;
+    bool is_peak[2]; /* acceleration rises to it; else falls */
+};
+
+struct otg_shape {
+    struct otg_phase phase[OTG_SHAPE_MAX];
+    int count;
+    int brake, turn; /* j limits the phases before `brake`, j2 those from
+                        `turn` on, the lower those between */
+    int land;        /* where the goal's braking begins */
+    bool is_edge;    /* the way is next to that of the plain speed change */
+    struct otg_knobs knobs;
+};
+
+/* The phases are not cleared: nothing reads beyond `count`. */
+static inline void otg_shape_init(struct otg_shape *shape)
+{
+    shape->count = shape->brake = shape->turn = 0;
+    shape->is_edge = false;
+    shape->land = OTG_SHAPE_MAX;
+    shape->knobs.pulse[0] = shape->knobs.pulse[1] = shape->knobs.cruise = -1;
+}
+
+static inline void otg_shape_add(struct otg_shape *shape, struct num dt,
+                                 struct num a)
+{
+    shape->phase[shape->count++] = (struct otg_phase){ dt, a };
+}
+
+/* Over a jerk: a length in this problem's count divided by 1 costs nothing. */
+static inline struct num otg_over(const struct otg_problem *q, struct num a,
+                                  struct num per_j)
+{
+    return q->is_unit ? a : num_mul(a, per_j);
+}
+
+/* Append the fastest motion.  Always finds one for a problem as above.  Where
+ * it uses both jerks, brake and turn are set to where the second begins. */
+void motion_otg_solve(const struct otg_problem *q, struct otg_shape *shape);
+
+/* Append a motion whose acceleration stays on one side of zero, the fastest for
+ * t zero, else one of that duration; false when there is none of the lens.  Its
+ * velocities are between v0 and vf: vx, vn are not looked at.  Unit jerk. */
+bool motion_otg_solve_lens(const struct otg_problem *q, struct num t,
+                           struct otg_shape *shape);
+
+/* Append the fastest motion from (v0, a0) to (vf, af) whatever it covers;
+ * vx, vn, d are not looked at. */
+void motion_otg_solve_velocity(const struct otg_problem *q,
+                               struct otg_shape *shape);
+
+/* Append a motion that takes exactly `t`, if there is one: MOTION_OK; or
+ * MOTION_E_LIMIT and *next, the shortest possible duration above t. */
+int motion_otg_solve_duration(const struct otg_problem *problem, struct num t,
+                              struct otg_shape *shape, struct num *next);
+
+struct otg_side {
+    struct num a;          /* at the end itself, towards the cruise */
+    struct num base, drop; /* drop = a^2 / 2j below the end's own speed */
+    struct num limit;      /* of the acceleration */
+    struct num corner;     /* limit^2 / j: reached above this speed change */
+    struct num ramp;       /* limit / j */
+    struct num per_limit;
+    struct num lead_t, lead_d; /* the part before the end, not driven */
+    struct num natural;
+    struct num j, per_j;
+};
+
+/* The unknown x is half the time of the side `first`, the one with the higher
+ * base (in the lens: with the negative acceleration); below zero its peak is
+ * -x j: regime B. */
+struct otg_border {
+    struct otg_side side[2]; /* of the start, of the goal */
+    struct num top;          /* highest vc */
+    int first, sign;
+    bool is_unit;
+    struct num gap; /* base of the first - base of the other */
+    struct num lead_t, lead_d;
+};
+
+struct otg_point {
+    struct num x, z;  /* half times of the first and the other side */
+    struct num vc;    /* speed where they meet */
+    struct num got;   /* displacement + lead_d, or duration + lead_t */
+    struct num rest;  /* what is wanted beyond that; after a search */
+    struct num slope; /* d got / dx */
+    struct num bend;  /* dz/dx, the ratio of their peaks */
+};
+
+/* What is looked for along a border. */
+enum otg_goal {
+    OTG_GOAL_D,    /* displacement, on the last rising branch */
+    OTG_GOAL_LENS, /* displacement, on the first rising branch */
+    OTG_GOAL_T,    /* duration */
+};
+
+/* A speed change from a = 0 to a = 0: half its time, its peak, 1 / peak. */
+struct otg_pulse {
+    struct num z, a, per_a;
+};
+
+void motion_otg_side_init(const struct otg_problem *q, bool goal, int sign,
+                          struct otg_side *side);
+/* The speed change w (zero for w < 0). */
+void motion_otg_side_pulse(struct otg_side *side, bool is_unit, struct num w,
+                           struct otg_pulse *pulse);
+
+/* A side that is driven for twice `half`; upside down with `sign` -1. */
+struct otg_end {
+    const struct otg_side *side;
+    int sign;
+    struct num half;
+};
+
+/* Append the motion along both, start first, with a cruise or without. */
+void motion_otg_shape_ends(const struct otg_end end[2], bool is_unit,
+                           const struct num *cruise, struct otg_shape *shape);
+
+/* Sides, and their order for regimes A and B (`first` -1) or as given. */
+void motion_otg_border_init(const struct otg_problem *q, int sign, int first,
+                            struct otg_border *b);
+/* x where the family starts; x with cruise speed vc. */
+struct num motion_otg_border_low(struct otg_border *b);
+struct num motion_otg_border_half(struct otg_border *b, struct num vc);
+
+void motion_otg_border_at(struct otg_border *b, enum otg_goal goal,
+                          struct num x, struct otg_point *p);
+/* Duration of the motion, without a cruise. */
+struct num motion_otg_border_time(const struct otg_border *b,
+                                  const struct otg_point *p);
+/* In regime B and the lens: how fast the displacement grows with it. */
+struct num motion_otg_border_rate(const struct otg_border *b,
+                                  const struct otg_point *p);
+
+/* In regime B and the lens that rate is convex over x: where it is least up to
+ * hi <= 0.  Unit jerk. */
+struct num motion_otg_border_turn(const struct otg_border *b, struct num hi);
+
+/* Where between lo and hi `got` rises to what is wanted, from a first guess
+ * p->x; the point there.  p->rest above zero: beyond hi. */
+void motion_otg_border_root(struct otg_border *b, enum otg_goal goal,
+                            struct num want, struct num lo, struct num hi,
+                            struct otg_point *p);
+
+/* Append the motion. */
+void motion_otg_border_shape(const struct otg_border *b,
+                             const struct otg_point *p, struct num cruise,
+                             struct otg_shape *shape);
 
 /* Not inlined into a caller whose stack other, deeper calls need. */
 #define OTG_OWN_FRAME __attribute__((noinline))

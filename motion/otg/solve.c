@@ -1,11 +1,9 @@
 /* motion/otg/solve.c - see solve.h; the names and equations are those of
  * docs/OTG.md. */
-#include "motion/otg/solve.h"
 
 #include <stddef.h>
 
 #include "motion/core/err.h"
-#include "motion/otg/border.h"
 #include "motion/otg/internal.h"
 
 #define EDGE_BITS 14

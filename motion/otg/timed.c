@@ -7,7 +7,6 @@
 #include <stddef.h>
 
 #include "motion/core/err.h"
-#include "motion/otg/border.h"
 #include "motion/otg/internal.h"
 
 #define CRUISE_MOST 24

@@ -17,7 +17,6 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "motion/otg/solve.h"
 #include "tests/motion/otg/otg_many.h"
 
 #define PROCESSES 64

@@ -12,7 +12,6 @@
 #include "motion/core/fixed.h"
 #include "motion/otg/otg.h"
 #include "motion/otg/replan.h"
-#include "motion/otg/solve.h"
 #include "motion/otg/sync.h"
 #include "motion/otg/through.h"
 #include "tests/motion/otg/otg_oracle.h"
