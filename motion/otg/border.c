@@ -13,7 +13,7 @@
 
 #define ROOT_BITS                                                              \
     13                /* a smaller step ends the search: the next error is its
-                        square, and polish.c squares that again */
+                        square, and round.c squares that again */
 #define ROOT_MOST 100 /* evaluations: the bound of one root */
 #define ROOT_LOOK 3   /* the bracket's width matters after a few steps only */
 

@@ -6,7 +6,7 @@
  *
  * Where a ramp would bend by more than the room that drawn-in limits leave, a
  * Newton step on the places where the motion is free comes first
- * (polish.c). */
+ * (round.c). */
 #include <stddef.h>
 
 #include "motion/core/err.h"
