@@ -1,200 +1,625 @@
-/* motion/otg/exact.c - a plan's units, and where its phases lead. */
+/* motion/otg/exact.c - a shape in reals becomes a plan that has passed the
+ * check.
+ *
+ *   whole ticks and units (round.c)  ->  meet the goal by moving two
+ *   accelerations a little, with constant jerk throughout  ->  check (check.c)
+ *
+ * Raising the acceleration at the corner between phases of n and n' ticks by
+ * one unit adds a hat to it, and so
+ *
+ *     w = n + n'                  to the velocity at the end
+ *     x = w k,  k = 3 r + n - n'  to the position there, r ticks after it
+ *
+ * (a third of k is the time from the hat's centre to the end).  Neighbouring
+ * corners of equal acceleration move together, so that a hold stays one; W and
+ * X are their sums.  What velocity and position miss, v and p, two such groups
+ * make up for:
+ *
+ *     W0 d0 + W1 d1 = v,  X0 d0 + X1 d1 = p
+ *
+ * With k counted from the centre of group 0 (p - k v for p, X - k W for X, all
+ * exact) its own X is nothing, and one after the other is found.
+ *
+ * Where a ramp would bend by more than the margin that tightened limits leave,
+ * a Newton step on the places where the motion is free comes first. */
 #include <stddef.h>
 
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 #include "motion/otg/internal.h"
 
-#define EXACT_FIVES_ROOM 42 /* 5^9 has 21 bits, its image a sign */
-#define WAY_FIVES_ROOM   40 /* 3 5^9 has 23 */
+#define TRIM_ROUNDS 4
+#define TRIM_SMALL  ((int64_t)1 << 24) /* what is left is less than a unit */
+#define TRIM_GENTLE 25
+#define TRIM_MOST   58
+#define TRIM_FREE   61
+#define TRIM_ZERO   (-1000)
+#define TRIM_CRUISE 10
+#define TRIM_LONGER 22 /* 2^-22 of the time */
 
-int64_t motion_otg_acc_image(int64_t acc_q32, int acc_bits)
+/* Corners first .. last; `weight` the power of two of the velocity they are
+ * worth. */
+struct trim_group {
+    int64_t k;
+    int16_t weight;
+    int first, last;
+};
+
+struct trim {
+    struct motion_otg_plan *plan;
+    bool gently;
+    int most; /* no acceleration moves by more than 2^most */
+    int count;
+    struct trim_group group[MOTION_OTG_PHASES];
+    int64_t k, w[2];         /* the centre of group 0; W of groups 0 and 1 */
+    struct motion_u128 x[2]; /* their X about k */
+    struct num per_w, per_x; /* 1 / W of group 0, 1 / X of group 1 */
+    struct motion_u128 vel;  /* missing */
+    struct wider way;        /* missing about k */
+};
+
+static int power_of(int64_t a)
 {
-    int shift = acc_bits - 32;
-    if (shift < 0)
-        return acc_q32 >> (shift < -63 ? 63 : -shift);
-    return (int64_t)((uint64_t)acc_q32 << shift);
+    return 64 - (int)motion_real_clz(motion_fixed_abs(a));
 }
 
-/* 5^9 2^(acc_bits - 10) times as much; one product where the power fits in its
- * factors. */
-struct motion_u128 motion_otg_vel_image(int64_t vel_q32, int acc_bits)
+static void trim_add(struct trim *t, int i, int64_t rest)
 {
-    int shift = acc_bits - 10, up = shift - EXACT_FIVES_ROOM;
-    if (vel_q32 == 0)
-        return (struct motion_u128){ 0, 0 };
-    if (shift >= 0 && up < (int)motion_real_clz(motion_fixed_abs(vel_q32))) {
-        int64_t fives = OTG_FIVES;
-        fives <<= up > 0 ? EXACT_FIVES_ROOM : shift;
-        vel_q32 = (int64_t)((uint64_t)vel_q32 << (up > 0 ? up : 0));
-        return wide_mul_i64(vel_q32, fives);
+    const struct motion_otg_phase *ph = &t->plan->phase[i];
+    struct trim_group *g = &t->group[t->count++];
+    int64_t n = ph[0].dur_ns_q12, next = ph[1].dur_ns_q12;
+    g->k = 3 * rest + n - next;
+    g->first = g->last = i;
+    g->weight =
+        (int16_t)(ph->acc == 0 ? TRIM_ZERO
+                               : power_of(n + next) + power_of(ph->acc));
+}
+
+/* Groups in order of time; corners `alone` are not put together. */
+static void trim_groups(struct trim *t, uint32_t fixed, bool alone)
+{
+    const struct motion_otg_plan *plan = t->plan;
+    int64_t rest = plan->dur_ns_q12;
+    t->count = 0;
+    for (int i = 0; i + 1 < plan->count; i++) {
+        rest -= plan->phase[i].dur_ns_q12;
+        if (fixed >> i & 1)
+            continue;
+        bool same = t->count > 0 && t->group[t->count - 1].last == i - 1 &&
+                    plan->phase[i].acc == plan->phase[i - 1].acc;
+        if (same && !alone)
+            t->group[t->count - 1].last = i;
+        else
+            trim_add(t, i, rest);
     }
-    struct motion_u128 v = wide_mul_i64(vel_q32, OTG_FIVES);
-    return shift < 0 ? wide_shr(v, (unsigned)-shift)
-                     : motion_fixed_shl_u128(v, (unsigned)shift);
 }
 
-/* 30 bits of (top 2^32 + next) 2^e, of a top whose upper half may be zero. */
-static uint64_t top_word(uint64_t top, uint32_t next, int e)
+static int smaller(int a, int b)
 {
-    if (top >> 31 == 0) {
-        top = top << 32 | next;
-        e -= 32;
-    }
-    return num_pack(num_make((int64_t)(top >> 1), e + 33));
+    return a < b ? a : b;
 }
 
-static uint64_t word_signed(uint64_t word, bool minus)
+/* A cruise may change its speed by as much as limits are drawn in, and so do
+ * most of the work of the largest peak; but it would rather stay one. */
+static void trim_weigh_zero(struct trim *t)
 {
-    return minus ? num_pack(num_neg(num_unpack(word))) : word;
+    int most = 0;
+    for (int i = 0; i < t->count; i++)
+        if (t->group[i].weight > most)
+            most = t->group[i].weight;
+    for (int i = 0; i < t->count; i++)
+        if (t->group[i].weight == TRIM_ZERO)
+            t->group[i].weight = (int16_t)(most - TRIM_CRUISE);
 }
 
-static uint64_t low_word(struct motion_u128 m, int e)
+/* The two groups whose velocities, times the time between them, are worth most;
+ * they become groups 0 and 1. */
+static void trim_choose(struct trim *t)
 {
-    return m.hi != 0 ? top_word(m.hi, (uint32_t)(m.lo >> 32), e + 32)
-                     : top_word(m.lo, 0, e - 32);
+    int best = -30000, one = 0, other = 1;
+    if (t->count > 2)
+        trim_weigh_zero(t);
+    for (int i = 0; t->count > 2 && i < t->count; i++)
+        for (int k = i + 1; k < t->count; k++) {
+            const struct trim_group *a = &t->group[i], *b = &t->group[k];
+            int worth = smaller(a->weight, b->weight) + power_of(a->k - b->k);
+            if (worth > best) {
+                best = worth;
+                one = i;
+                other = k;
+            }
+        }
+    const struct trim_group first = t->group[one];
+    t->group[1] = t->group[other];
+    t->group[0] = first;
 }
 
-uint64_t motion_otg_wide_word(const struct motion_u128 *a, int e)
+/* For a velocity alone: the group that is worth most becomes group 0. */
+static void trim_choose_one(struct trim *t)
 {
-    return word_signed(low_word(wide_abs(*a), e), wide_is_negative(*a));
+    int one = 0;
+    for (int i = 1; i < t->count; i++)
+        if (t->group[i].weight > t->group[one].weight)
+            one = i;
+    t->group[0] = t->group[one];
 }
 
-uint64_t motion_otg_wider_word(const struct wider *a, int e)
+/* Halve the longest phase, so that there is a corner to move. */
+static int trim_split(struct motion_otg_plan *plan)
 {
-    bool minus = wider_is_negative(*a);
-    struct wider m = minus ? wider_neg(*a) : *a;
-    uint64_t word = m.hi != 0 ? top_word(m.hi, (uint32_t)(m.mid >> 32), e + 96)
-                              : low_word(wider_low(m), e);
-    return word_signed(word, minus);
+    int longest = 0;
+    if (plan->count == 0 || plan->count == MOTION_OTG_PHASES)
+        return MOTION_E_LIMIT;
+    for (int i = 1; i < plan->count; i++)
+        if (plan->phase[i].dur_ns_q12 > plan->phase[longest].dur_ns_q12)
+            longest = i;
+    struct motion_otg_phase *ph = &plan->phase[longest];
+    if (ph->dur_ns_q12 < 2)
+        return MOTION_E_LIMIT;
+    for (int i = plan->count; i > longest; i--)
+        plan->phase[i] = plan->phase[i - 1];
+    int64_t from = longest ? ph[-1].acc : plan->start_acc;
+    ph[0].dur_ns_q12 /= 2;
+    ph[1].dur_ns_q12 -= ph[0].dur_ns_q12;
+    ph[0].acc = from + (ph[1].acc - from) / 2;
+    plan->count++;
+    plan->brake += plan->brake > longest;
+    plan->turn += plan->turn > longest;
+    return MOTION_OK;
 }
 
-struct num motion_otg_vel_num(const struct motion_u128 *vel, int acc_bits)
+/* W, and X about the moment k. */
+static struct motion_u128 group_worth(const struct motion_otg_plan *plan,
+                                      const struct trim_group *g, int64_t k,
+                                      int64_t *all)
 {
-    static const struct num per_fives = { 576460752, -50 }; /* 5^-9 */
-    return num_mul(motion_otg_wide_num(vel, -22 - acc_bits), per_fives);
-}
-
-struct num motion_otg_way_num(const struct wider *way, int acc_bits)
-{
-    static const struct num per_way_fives = { 825293360, -73 }; /* 5^-18 / 3 */
-    return num_mul(motion_otg_wider_num(way, -43 - acc_bits), per_way_fives);
-}
-
-int motion_otg_way_public(struct wider p, int acc_bits, int64_t start_q32,
-                          bool cuts, int64_t *pos_q32)
-{
-    uint64_t way;
-    struct wider m = wider_shr(wider_abs(p), (unsigned)(acc_bits + 10));
-    struct motion_u128 n = { m.mid, m.lo };
-    if (m.hi != 0 ||
-        motion_fixed_div_u128(n, (uint64_t)OTG_WAY_FIVES, &way, NULL) < 0)
-        return MOTION_E_RANGE;
-    way = (way >> 1) + (way & !cuts); /* from halves */
-    if (way > INT64_MAX)
-        return MOTION_E_RANGE;
-    return wider_is_negative(p)
-               ? motion_fixed_sub(start_q32, (int64_t)way, pos_q32)
-               : motion_fixed_add(start_q32, (int64_t)way, pos_q32);
-}
-
-struct otg_run motion_otg_run_start(const struct motion_otg_plan *plan)
-{
-    struct motion_u128 v =
-        motion_otg_vel_image(plan->start_vel_q32, plan->acc_bits);
-    return (struct otg_run){ { 0, 0, 0 }, v, plan->start_acc };
-}
-
-/* With S = (A + A') n, V' = V + S and P' = P + (3 V + S + A n) n.  A n costs a
- * product only where neither end is zero nor both the same. */
-void motion_otg_run_phase(struct otg_run *run,
-                          const struct motion_otg_phase *phase)
-{
-    int64_t n = phase->dur_ns_q12, a = run->a, to = phase->acc;
-    struct motion_u128 sum = wide_add(run->v, wide_add(run->v, run->v));
-    if (a != 0 || to != 0) {
-        struct motion_u128 gain = wide_mul_i64(a + to, n);
-        sum = wide_add(sum, gain);
-        run->v = wide_add(run->v, gain);
-        if (to == 0)
-            sum = wide_add(sum, gain);
-        else if (a != 0)
-            sum = wide_add(sum, wide_mul_i64(a, n));
-        run->a = to;
-    }
-    wider_add_mul(&run->p, n, &sum);
-}
-
-/* --- the end ------------------------------------------------------------- */
-
-/* What the corners make at the end is the sum of what each makes, times before
- * and after it n and n', r left after it: A w to V, A x to P, with w = n + n'
- * and x = w (3 r + n - n').  Neighbours of one acceleration are summed first.
- * It is taken off. */
-static void exact_take(const struct motion_otg_plan *plan,
-                       struct motion_u128 *vel, struct wider *way)
-{
-    const struct motion_otg_phase *ph = plan->phase, *end = ph + plan->count;
-    int64_t rest = plan->dur_ns_q12, before = 0, acc = plan->start_acc, w = 0;
     struct motion_u128 x = { 0, 0 };
-    for (;; ph++) {
-        int64_t next = ph < end ? ph->dur_ns_q12 : 0;
-        if (acc != 0) {
-            w += before + next;
-            wide_add_mul(&x, before + next, 3 * rest + before - next);
-        }
-        if (acc != 0 && (ph == end || ph->acc != acc)) {
-            wide_add_mul(vel, -acc, w);
-            wider_add_mul(way, -acc, &x);
-            w = 0;
-            x.hi = x.lo = 0;
-        }
-        if (ph == end)
-            return;
-        acc = ph->acc;
-        rest -= next;
-        before = next;
+    const struct motion_otg_phase *ph = &plan->phase[g->first];
+    int64_t own = g->k - k;
+    *all = 0;
+    for (int i = g->first; i <= g->last; i++, ph++) {
+        int64_t w = ph[0].dur_ns_q12 + ph[1].dur_ns_q12;
+        *all += w;
+        wide_add_mul(&x, own, w);
+        if (i < g->last) /* k'' = k - (n + n' + n'') */
+            own -= w + ph[2].dur_ns_q12;
     }
+    return x;
 }
 
-/* Both have the factor 3 5^9 2^(acc_bits - 10). */
-struct wider motion_otg_way_wanted(const struct motion_otg_plan *plan)
+/* MOTION_E_LIMIT beyond what a plan can hold; by < 2^61. */
+static int group_move(struct motion_otg_plan *plan, const struct trim_group *g,
+                      int64_t by)
 {
-    struct motion_u128 way =
-        wide_sub(wide_from(plan->goal_pos_q32), wide_from(plan->start_pos_q32));
-    bool minus = wide_is_negative(way);
-    way = wide_mul_u64(wide_abs(way).lo, (uint64_t)OTG_FIVES << 21);
-    if (minus)
-        way = wide_neg(way);
-    if (plan->start_vel_q32 != 0)
-        way =
-            wide_sub(way, wide_mul_i64(plan->start_vel_q32, plan->dur_ns_q12));
-    int shift = plan->acc_bits - 10;
-    int up = shift < 0 ? 0 : shift < WAY_FIVES_ROOM ? shift : WAY_FIVES_ROOM;
-    struct wider p = wider_mul(way, INT64_C(3) * OTG_FIVES << up);
-    if (shift < 0)
-        return wider_shr(p, (unsigned)-shift);
-    return shift > up ? wider_shl(p, (unsigned)(shift - up)) : p;
+    for (int i = g->first; i <= g->last; i++) {
+        plan->phase[i].acc += by;
+        if (motion_fixed_abs(plan->phase[i].acc) >> 62)
+            return MOTION_E_LIMIT;
+    }
+    return MOTION_OK;
 }
 
-void motion_otg_plan_miss(const struct motion_otg_plan *plan,
-                          struct motion_u128 *vel, struct wider *way)
+static uint32_t group_mask(const struct trim_group *g)
 {
-    *vel = wide_sub(motion_otg_vel_image(plan->goal_vel_q32, plan->acc_bits),
-                    motion_otg_vel_image(plan->start_vel_q32, plan->acc_bits));
-    *way = motion_otg_way_wanted(plan);
-    exact_take(plan, vel, way);
+    return (2u << g->last) - (1u << g->first);
 }
 
-/* In raw numbers a^2 2^-64 / (2 j 2^-32) <= room 2^-32: a^2 / 2, up, is at most
- * j room, which is below 2^127. */
-bool motion_otg_ramp_fits(int64_t acc_q32, int64_t jerk_q32, uint64_t room_q32)
+/* d to nearest; MOTION_E_LIMIT when no acceleration could move so far. */
+static int trim_rounded(struct num d, int most, int64_t *by)
 {
-    uint64_t a = motion_fixed_abs(acc_q32);
-    struct motion_u128 half = wide_mul_u64(a, a);
-    struct motion_u128 most = wide_mul_u64((uint64_t)jerk_q32, room_q32);
-    half = (struct motion_u128){ half.hi >> 1, half.hi << 63 | half.lo >> 1 };
-    if (a & 1) /* a^2 is odd as well */
-        half = wide_add(half, wide_from(1));
-    return !wide_is_less(most, half);
+    if (d.m != 0 && d.e > most - 30)
+        return MOTION_E_LIMIT;
+    int down = -d.e - 1;
+    int64_t twice = down <= 0 ? (int64_t)((uint64_t)(int64_t)d.m << -down)
+                              : (int64_t)d.m >> (down > 63 ? 63 : down);
+    *by = (twice + 1) >> 1;
+    return MOTION_OK;
+}
+
+/* Are the ramps about the group 2^25 times as much? */
+static bool is_gentle(const struct motion_otg_plan *plan,
+                      const struct trim_group *g, int64_t by)
+{
+    const struct motion_otg_phase *ph = plan->phase;
+    int64_t before = g->first ? ph[g->first - 1].acc : plan->start_acc;
+    uint64_t size = motion_fixed_abs(by) << TRIM_GENTLE;
+    return size <= motion_fixed_abs(ph[g->first].acc - before) &&
+           size <= motion_fixed_abs(ph[g->last + 1].acc - ph[g->last].acc);
+}
+
+/* Moves group i by what makes `lack` good at 1 / `per` a unit, to 2^-26 of
+ * it. */
+static int trim_by(struct trim *t, int i, struct num lack, struct num per,
+                   int64_t *by)
+{
+    int err = trim_rounded(num_mul(lack, per), t->most, by);
+    if (err < 0 || (t->gently && !is_gentle(t->plan, &t->group[i], *by)))
+        return MOTION_E_LIMIT;
+    return group_move(t->plan, &t->group[i], *by);
+}
+
+/* Whether what its own rounding left of a step is less than a unit. */
+static bool is_small(int64_t by)
+{
+    return by > -TRIM_SMALL && by < TRIM_SMALL;
+}
+
+static int trim_step(struct trim *t, bool *is_done)
+{
+    int64_t by, last;
+    int err = trim_by(t, 1, motion_otg_wider_num(&t->way, 0), t->per_x, &by);
+    if (err < 0)
+        return err;
+    wide_add_mul(&t->vel, -by, t->w[1]);
+    err = trim_by(t, 0, motion_otg_wide_num(&t->vel, 0), t->per_w, &last);
+    if (err < 0)
+        return err;
+    *is_done = is_small(by) && is_small(last);
+    if (*is_done)
+        return MOTION_OK;
+    wide_add_mul(&t->vel, -last, t->w[0]);
+    wider_add_mul(&t->way, -by, &t->x[1]);
+    if ((t->x[0].hi | t->x[0].lo) != 0)
+        wider_add_mul(&t->way, -last, &t->x[0]);
+    t->gently = false; /* what is left is 2^-26 of what was found gentle */
+    return MOTION_OK;
+}
+
+/* Two groups to move; splits a phase where there are not so many corners. */
+static int trim_take(struct trim *t, uint32_t fixed)
+{
+    for (bool alone = false;; alone = true) {
+        trim_groups(t, fixed, alone);
+        if (t->count > 1)
+            break;
+        if (alone && trim_split(t->plan) < 0)
+            return MOTION_E_LIMIT;
+    }
+    trim_choose(t);
+    t->k = t->group[0].k;
+    t->x[0] = group_worth(t->plan, &t->group[0], t->k, &t->w[0]);
+    t->per_w = num_inv(num_int(t->w[0]));
+    if ((t->x[0].hi | t->x[0].lo) != 0) {
+        struct num off = num_mul(motion_otg_wide_num(&t->x[0], 0), t->per_w);
+        int64_t later = motion_real_floor_clamped(num_real(off), 0);
+        wide_add_mul(&t->x[0], -later, t->w[0]);
+        t->k += later;
+    }
+    t->x[1] = group_worth(t->plan, &t->group[1], t->k, &t->w[1]);
+    t->per_x = num_inv(motion_otg_wide_num(&t->x[1], 0));
+    if (t->per_x.e > 0)
+        return MOTION_E_LIMIT; /* both at one moment */
+    for (int i = 0; i < 2; i++)
+        t->plan->trim[i] = group_mask(&t->group[i]);
+    return MOTION_OK;
+}
+
+static int trim_position(struct trim *t, struct motion_otg_plan *plan,
+                         uint32_t fixed)
+{
+    int count = plan->count, err = MOTION_OK;
+    bool is_done = false;
+    t->plan = plan;
+    motion_otg_plan_miss(plan, &t->vel, &t->way);
+    if ((t->way.hi | t->way.mid | t->way.lo | t->vel.hi | t->vel.lo) == 0)
+        return MOTION_OK;
+    if (trim_take(t, fixed) < 0)
+        return MOTION_E_LIMIT;
+    if (plan->count != count)
+        motion_otg_plan_miss(plan, &t->vel, &t->way);
+    wider_add_mul(&t->way, -t->k, &t->vel);
+    for (int i = 0; i < TRIM_ROUNDS && !is_done && err == MOTION_OK; i++)
+        err = trim_step(t, &is_done);
+    return err;
+}
+
+/* The velocity alone. */
+static int trim_one(struct trim *t)
+{
+    int64_t by;
+    (void)group_worth(t->plan, &t->group[0], 0, &t->w[0]);
+    t->per_w = num_inv(num_int(t->w[0]));
+    t->plan->trim[0] = group_mask(&t->group[0]);
+    for (int i = 0; i < TRIM_ROUNDS; i++) {
+        int err = trim_by(t, 0, motion_otg_wide_num(&t->vel, 0), t->per_w, &by);
+        if (err < 0 || is_small(by))
+            return err;
+        wide_add_mul(&t->vel, -by, t->w[0]);
+    }
+    return MOTION_OK;
+}
+
+/* A velocity goal ends wherever it ends. */
+static int trim_free_end(struct motion_otg_plan *plan)
+{
+    struct motion_u128 vel;
+    struct wider way;
+    plan->goal_pos_q32 = plan->start_pos_q32;
+    motion_otg_plan_miss(plan, &vel, &way);
+    return motion_otg_way_public(wider_neg(way), plan->acc_bits,
+                                 plan->start_pos_q32, false,
+                                 &plan->goal_pos_q32);
+}
+
+/* A single phase, whose acceleration may be a limit: so much longer that its
+ * middle has to give way towards zero. */
+static void trim_lengthen(const struct trim *t)
+{
+    struct motion_otg_plan *plan = t->plan;
+    int64_t acc = plan->start_acc + plan->phase[0].acc;
+    if (plan->count != 1 || acc == 0 || wide_is_negative(t->vel) != (acc < 0))
+        return;
+    struct num more = num_div(motion_otg_wide_num(&t->vel, 0), num_int(acc));
+    more = num_min(more, num_int(plan->dur_ns_q12 >> TRIM_LONGER));
+    int64_t n = 2 + motion_real_floor_clamped(num_real(more), 0);
+    plan->phase[0].dur_ns_q12 += n;
+    plan->dur_ns_q12 += n;
+}
+
+static int trim_velocity(struct trim *t, struct motion_otg_plan *plan,
+                         uint32_t fixed)
+{
+    t->plan = plan;
+    motion_otg_plan_miss(plan, &t->vel, &t->way);
+    while ((t->vel.hi | t->vel.lo) != 0) {
+        trim_groups(t, fixed, false);
+        if (t->count > 0) {
+            trim_choose_one(t);
+            int err = trim_one(t);
+            if (err < 0)
+                return err;
+            break;
+        }
+        trim_lengthen(t);
+        if (trim_split(plan) < 0)
+            return MOTION_E_LIMIT;
+        motion_otg_plan_miss(plan, &t->vel, &t->way);
+    }
+    return trim_free_end(plan);
+}
+
+int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed,
+                    enum otg_trim how, struct motion_otg_plan *plan)
+{
+    struct trim t;
+    t.gently = how == OTG_TRIM_GENTLY;
+    t.most = how == OTG_TRIM_FREELY || mode == MOTION_OTG_VELOCITY ? TRIM_FREE
+                                                                   : TRIM_MOST;
+    plan->trim[0] = plan->trim[1] = 0;
+    return mode == MOTION_OTG_VELOCITY ? trim_velocity(&t, plan, fixed)
+                                       : trim_position(&t, plan, fixed);
+}
+
+/* --- round, meet the goal, check ------------------------------------------- */
+
+#define SETTLE_REPAIRS 4
+#define SETTLE_STEPS   4
+#define SETTLE_LONGER  21 /* 2^-21 more than proposed, and a ns */
+#define SETTLE_FREELY                                                          \
+    10 /* with two jerks, or where time grows with the root
+                             of what a way is off, 2^-10 */
+#define SETTLE_TICKS 4096
+
+struct settle {
+    const struct motion_otg_move *move;
+    const struct otg_shape *shape;
+    struct motion_otg_plan *plan;
+    int64_t dur_ns_q12; /* wanted, or 0 */
+    int64_t rounded;    /* that of the proposal */
+    struct otg_rates rates;
+    uint32_t fixed; /* corners that may not move */
+    bool is_strict;
+};
+
+int64_t motion_otg_phase_jerk(const struct motion_otg_limit *lim,
+                              const struct motion_otg_plan *plan, int i)
+{
+    int64_t jerk = lim->jerk_q32;
+    int64_t down = otg_closing_jerk(lim);
+    if (i < plan->brake)
+        return jerk;
+    return i >= plan->turn || down < jerk ? down : jerk;
+}
+
+/* The longest phase whose corners may move takes what is missing from the
+ * wanted total; with `rates` the one with the most time to spare. */
+static int settle_total(struct motion_otg_plan *plan, uint32_t fixed,
+                        int64_t dur_ns_q12, const struct otg_rates *rates)
+{
+    int longest = -1;
+    int64_t from = plan->start_acc;
+    int64_t most = 0, missing = dur_ns_q12 - plan->dur_ns_q12;
+    if (dur_ns_q12 == 0 || missing == 0)
+        return MOTION_OK;
+    if (dur_ns_q12 >= MOTION_TRACK_SEGMENT_MAX_NS_Q12)
+        return MOTION_E_RANGE;
+    for (int i = 0; i < plan->count; i++) {
+        bool ends = (i == 0 && (fixed & 1)) ||
+                    (i > 0 && i + 1 == plan->count && (fixed >> (i - 1) & 1));
+        int64_t spare = plan->phase[i].dur_ns_q12, acc = plan->phase[i].acc;
+        if (rates)
+            spare -= motion_otg_ramp_ticks(rates, i, acc - from);
+        from = acc;
+        if (!ends && spare > most) {
+            most = spare;
+            longest = i;
+        }
+    }
+    if (most + missing <= 0 || longest < 0)
+        return MOTION_E_LIMIT;
+    plan->phase[longest].dur_ns_q12 += missing;
+    plan->dur_ns_q12 = dur_ns_q12;
+    return MOTION_OK;
+}
+
+/* One step on the shape's own knobs; what it misses is known exactly.  The
+ * first one finds the duration where it is free, the others keep that: a part
+ * of a tick at the cruise's speed may be more than the pulses can bear. */
+static void settle_polish(const struct settle *s, bool is_first)
+{
+    struct motion_otg_plan *plan = s->plan;
+    struct otg_miss miss;
+    struct wider way;
+    struct motion_u128 vel;
+    motion_otg_plan_miss(plan, &vel, &way);
+    miss.vel = motion_otg_vel_num(&vel, plan->acc_bits);
+    miss.way = motion_otg_way_num(&way, plan->acc_bits);
+    miss.is_timed = s->dur_ns_q12 != 0 || !is_first;
+    miss.ticks = s->dur_ns_q12 ? s->dur_ns_q12 - plan->dur_ns_q12 : 0;
+    motion_otg_polish(plan, s->shape, &s->rates, &miss);
+}
+
+/* --- nothing to do for some time ------------------------------------------ */
+
+static bool stands_still(const struct motion_otg_move *move)
+{
+    const struct motion_state *start = &move->start, *goal = &move->goal;
+    return move->mode == MOTION_OTG_POSITION &&
+           start->pos_q32 == goal->pos_q32 &&
+           (start->vel_q32 | goal->vel_q32) == 0 &&
+           (start->acc_q32 | goal->acc_q32) == 0;
+}
+
+static int settle_wait(int64_t dur_ns_q12, struct motion_otg_plan *plan)
+{
+    plan->count = 1;
+    plan->phase[0] = (struct motion_otg_phase){ dur_ns_q12, 0 };
+    plan->dur_ns_q12 = dur_ns_q12;
+    plan->brake = plan->turn = 0;
+    plan->trim[0] = plan->trim[1] = 0;
+    return dur_ns_q12 < MOTION_TRACK_SEGMENT_MAX_NS_Q12 ? MOTION_OK
+                                                        : MOTION_E_RANGE;
+}
+
+/* --- all of it ------------------------------------------------------------ */
+
+static enum otg_trim settle_trim(const struct settle *s)
+{
+    return s->dur_ns_q12 ? OTG_TRIM_FREELY : OTG_TRIM_USUAL;
+}
+
+/* After so many steps of polishing; without any, no ramp may bend by more than
+ * its room. */
+static int settle_make(struct settle *s, int steps)
+{
+    struct motion_otg_plan *plan = s->plan;
+    uint32_t ends;
+    int err = motion_otg_round(s->move, s->shape, &s->rates, plan, &ends);
+    if (err < 0)
+        return err;
+    s->rounded = plan->dur_ns_q12;
+    if (steps > 0)
+        motion_otg_round_ends(plan);
+    for (int i = 0; i < steps && s->shape->knobs.pulse[0] >= 0; i++)
+        settle_polish(s, i == 0);
+    s->fixed = motion_otg_round_join(s->shape, ends, plan);
+    err = settle_total(plan, s->fixed, s->dur_ns_q12, NULL);
+    return err < 0 ? err
+                   : motion_otg_trim(s->move->mode, s->fixed,
+                                     steps ? settle_trim(s) : OTG_TRIM_GENTLY,
+                                     plan);
+}
+
+/* Trimming made some ramps steeper than they may be: give them time.  With a
+ * wanted duration the phase that can spare most gives it. */
+static int settle_repair(struct settle *s)
+{
+    struct motion_otg_plan *plan = s->plan;
+    int64_t acc = plan->start_acc;
+    s->rates.brake = plan->brake;
+    s->rates.turn = plan->turn;
+    for (int i = 0; i < plan->count; i++) {
+        struct motion_otg_phase *ph = &plan->phase[i];
+        int64_t least = motion_otg_ramp_ticks(&s->rates, i, ph->acc - acc);
+        bool is_swing =
+            (i == 0 && (s->fixed & 1)) ||
+            (i > 0 && i + 1 == plan->count && (s->fixed >> (i - 1) & 1));
+        if (least > ph->dur_ns_q12 && !is_swing) {
+            least += (least >> 24) + 16;
+            plan->dur_ns_q12 += least - ph->dur_ns_q12;
+            ph->dur_ns_q12 = least;
+        }
+        acc = ph->acc;
+    }
+    int err = settle_total(plan, s->fixed, s->dur_ns_q12, &s->rates);
+    return err < 0
+               ? err
+               : motion_otg_trim(s->move->mode, s->fixed, settle_trim(s), plan);
+}
+
+/* With two jerks the cruise's speed says which counts where, so what moves it
+ * may not go far. */
+static bool has_two_jerks(const struct settle *s)
+{
+    return s->move->limit.jerk_down_q32 != 0;
+}
+
+/* Made good at the price of a longer time. */
+static bool is_longer(const struct settle *s)
+{
+    int bits = has_two_jerks(s) || s->is_strict ? SETTLE_FREELY : SETTLE_LONGER;
+    return s->dur_ns_q12 == 0 &&
+           s->plan->dur_ns_q12 >
+               s->rounded + (s->rounded >> bits) + SETTLE_TICKS;
+}
+
+static int settle_check(const struct settle *s, int err,
+                        enum motion_otg_field *field)
+{
+    *field = MOTION_OTG_FIELD_GOAL_POS;
+    if (err == MOTION_OK)
+        err = motion_otg_check(s->move, s->plan, field);
+    if (err == MOTION_OK && is_longer(s)) {
+        *field = MOTION_OTG_FIELD_GOAL_POS;
+        err = MOTION_E_LIMIT;
+    }
+    return err;
+}
+
+/* By more steps of polishing: not a cruise that is too fast, which they
+ * keep. */
+static bool is_curable(enum motion_otg_field field)
+{
+    return field == MOTION_OTG_FIELD_GOAL_POS || field == MOTION_OTG_FIELD_JERK;
+}
+
+/* Braking leaves more than trimming alone can make good. */
+int motion_otg_settle(const struct motion_otg_move *move,
+                      const struct otg_problem *problem,
+                      const struct otg_shape *shape, int64_t dur_ns_q12,
+                      struct motion_otg_plan *plan,
+                      enum motion_otg_field *field)
+{
+    struct settle s;
+    s.move = move;
+    s.shape = shape;
+    s.plan = plan;
+    s.dur_ns_q12 = dur_ns_q12;
+    s.fixed = 0;
+    s.is_strict = problem->is_strict;
+    int err = motion_otg_round_start(move, problem, shape, &s.rates, plan);
+    if (err < 0 || (dur_ns_q12 != 0 && stands_still(move)))
+        return settle_check(&s, err < 0 ? err : settle_wait(dur_ns_q12, plan),
+                            field);
+    bool has_knobs = shape->knobs.pulse[0] >= 0;
+    int steps = has_knobs && shape->brake == 0 ? 0 : 1;
+    int most = has_knobs && !has_two_jerks(&s) ? SETTLE_STEPS : 1;
+    do
+        err = settle_check(&s, settle_make(&s, steps++), field);
+    while (err == MOTION_E_LIMIT && steps <= most &&
+           (steps == 1 || is_curable(*field)));
+    for (int k = 0; k < SETTLE_REPAIRS && err == MOTION_E_LIMIT &&
+                    *field == MOTION_OTG_FIELD_JERK;
+         k++)
+        err = settle_check(&s, settle_repair(&s), field);
+    return err;
+}
+
+int motion_otg_stretch(const struct motion_otg_move *move, int64_t dur_ns_q12,
+                       struct motion_otg_plan *plan)
+{
+    int err = settle_total(plan, 0, dur_ns_q12, NULL);
+    if (err == MOTION_OK)
+        err = motion_otg_trim(move->mode, 0, OTG_TRIM_FREELY, plan);
+    return err < 0 ? err : motion_otg_check(move, plan, NULL);
 }
