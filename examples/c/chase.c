@@ -4,7 +4,7 @@
  *
  *   cc chase.c $(pkg-config --cflags --libs slew) -o chase */
 #include <motion/otg/replan.h>
-#include <motion/otg/through.h>
+#include <motion/otg/sync.h>
 #include <stdio.h>
 
 #define MS     (INT64_C(1000000) << 12)

@@ -14,8 +14,7 @@ SOVERSION := $(shell echo $(VERSION) | \
 PUBLIC := \
     motion/core/err.h motion/core/track.h motion/core/clock_warp.h \
     motion/curve/ease.h motion/curve/spline.h motion/curve/fcurve.h \
-    motion/otg/otg.h motion/otg/sync.h motion/otg/through.h \
-    motion/otg/replan.h \
+    motion/otg/otg.h motion/otg/sync.h motion/otg/replan.h \
     motion/plan/move.h motion/plan/compose.h motion/plan/check.h \
     motion/plan/topp.h \
     hal/can.h hal/clock.h hal/gpio.h hal/modbus.h hal/drive.h hal/fieldbus.h \

@@ -15,7 +15,6 @@
 #include "motion/curve/spline.h"
 #include "motion/otg/otg.h"
 #include "motion/otg/sync.h"
-#include "motion/otg/through.h"
 #include "tests/bench/otg_random.h"
 #include "tests/qemu/golden_tools.h"
 

@@ -7,7 +7,7 @@
 #include "motion/core/err.h"
 #include "motion/otg/internal.h"
 #include "motion/otg/replan.h"
-#include "motion/otg/through.h"
+#include "motion/otg/sync.h"
 #include "tests/motion/otg/otg_many.h"
 #include "tests/motion/otg/otg_oracle.h"
 

@@ -13,7 +13,6 @@
 #include "motion/otg/otg.h"
 #include "motion/otg/replan.h"
 #include "motion/otg/sync.h"
-#include "motion/otg/through.h"
 #include "tests/motion/otg/otg_oracle.h"
 #include "tests/support/check.h"
 

@@ -6,7 +6,7 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 #include "motion/otg/replan.h"
-#include "motion/otg/through.h"
+#include "motion/otg/sync.h"
 #include "tests/motion/otg/otg_oracle.h"
 #include "tests/support/check.h"
 
