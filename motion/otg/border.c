@@ -244,7 +244,7 @@ static void root_end(enum otg_goal goal, struct num to, struct num step,
 
 /* Newton in a bracket, the bracket halved at least every other step. */
 void motion_otg_border_root(struct otg_border *b, enum otg_goal goal,
-                            struct num want, struct num lo, struct num hi,
+                            struct num target, struct num lo, struct num hi,
                             struct otg_point *p)
 {
     struct num x = p->x, top = hi;
@@ -253,8 +253,9 @@ void motion_otg_border_root(struct otg_border *b, enum otg_goal goal,
         x = hi;
     for (int i = 1; i < ROOT_MOST; i++) {
         motion_otg_border_at(b, goal, x, p);
-        p->rest = num_sub(want, p->got);
-        if (goal == OTG_GOAL_LENS && p->rest.m > 0 && is_hopeless(b, p, lo, hi))
+        p->rest = num_sub(target, p->got);
+        if (goal == OTG_GOAL_FIRST && p->rest.m > 0 &&
+            is_hopeless(b, p, lo, hi))
             break;
         bool is_right = is_right_of(goal, p->rest, p->slope);
         if (is_right) {
@@ -317,8 +318,8 @@ static struct num end_time(const struct otg_end *end, bool is_unit,
 
 static void shape_pulse(struct otg_shape *shape, int which, bool is_peak)
 {
-    shape->knobs.pulse[which] = (int16_t)(shape->count - 1);
-    shape->knobs.is_peak[which] = is_peak;
+    shape->free.pulse[which] = (int16_t)(shape->count - 1);
+    shape->free.is_peak[which] = is_peak;
 }
 
 void motion_otg_shape_ends(const struct otg_end end[2], bool is_unit,
@@ -339,7 +340,7 @@ void motion_otg_shape_ends(const struct otg_end end[2], bool is_unit,
         otg_shape_add(shape, end_time(s, is_unit, as), num_zero());
         otg_shape_add(shape, *cruise, num_zero());
         if (cruise->m > 0)
-            shape->knobs.cruise = (int16_t)(shape->count - 1);
+            shape->free.cruise = (int16_t)(shape->count - 1);
         if (!is_unit)
             shape->brake = shape->turn = shape->count;
         otg_shape_add(shape, end_time(g, is_unit, ag), a2);

@@ -42,15 +42,15 @@ struct otg_check {
 enum otg_check_end { OTG_CHECK_START, OTG_CHECK_GOAL };
 
 /* Room above v (below it with sign -1). */
-static inline struct motion_u128 otg_check_room(const struct otg_check *c,
-                                                struct motion_u128 v, int sign)
+static inline struct motion_u128 check_margin(const struct otg_check *c,
+                                              struct motion_u128 v, int sign)
 {
     return sign > 0 ? wide_sub(c->up, v) : wide_sub(v, c->down);
 }
 
 /* --- limits in the plan's units -------------------------------------------- */
 
-#define CHECK_FIVES_ROOM 42 /* 5^9 has 21 bits */
+#define CHECK_FIVES_BITS 42 /* 5^9 has 21 bits */
 #define CHECK_SLACK      9
 #define CHECK_LEAST      36 /* 2^9 W is little: 2^-27 of the limits */
 #define CHECK_MOST       54 /* of W, to hold 2^9 W */
@@ -58,8 +58,8 @@ static inline struct motion_u128 otg_check_room(const struct otg_check *c,
 /* A limit that does not fit cannot be broken by what does. */
 static int64_t limit_acc(int64_t limit_q32, int acc_bits)
 {
-    int room = acc_bits - 32;
-    if (room > 0 && motion_fixed_abs(limit_q32) >> (62 - room) != 0)
+    int margin = acc_bits - 32;
+    if (margin > 0 && motion_fixed_abs(limit_q32) >> (62 - margin) != 0)
         return limit_q32 < 0 ? -INT64_MAX : INT64_MAX;
     return motion_otg_acc_image(limit_q32, acc_bits);
 }
@@ -105,11 +105,12 @@ static struct motion_u128 ramp_of(int64_t acc_q32, int64_t jerk_q32,
 static bool swing_is_inside(int64_t vel, int64_t acc, int64_t jerk,
                             int64_t limit)
 {
-    uint64_t room = (uint64_t)limit - (uint64_t)vel;
+    uint64_t margin = (uint64_t)limit - (uint64_t)vel;
     if (vel > limit)
         return false;
     return acc <= 0 || jerk == 0 ||
-           motion_otg_ramp_fits(acc, jerk, room - (room >> 40) - (room != 0));
+           motion_otg_ramp_fits(acc, jerk,
+                                margin - (margin >> 40) - (margin != 0));
 }
 
 /* What the velocity may rise to (fall to, upside down, with sign -1): the
@@ -148,11 +149,12 @@ static void jerk_init(struct otg_check *c, int up)
 {
     uint64_t jerk = (uint64_t)c->move->limit.jerk_q32;
     uint64_t down = (uint64_t)otg_closing_jerk(&c->move->limit);
-    int room = (int)motion_real_clz(jerk | down), by = up < room ? up : room;
+    int margin = (int)motion_real_clz(jerk | down),
+        by = up < margin ? up : margin;
     c->fives = OTG_FIVES;
     c->step_down = up - by;
     if (up < 0) {
-        c->fives <<= up < -CHECK_FIVES_ROOM ? CHECK_FIVES_ROOM : -up;
+        c->fives <<= up < -CHECK_FIVES_BITS ? CHECK_FIVES_BITS : -up;
         by = c->step_down = 0;
     }
     c->jerk[0] = jerk << by;
@@ -234,7 +236,7 @@ static bool check_residual(const struct otg_check *c, struct motion_u128 vel,
     most = num_add(most, residual_most(num_make(start->vel_q32, -32),
                                        num_make(goal->vel_q32, -32)));
     return !c->has_vel ||
-           is_within(motion_otg_way_num(&twice, plan->acc_bits + 1),
+           is_within(motion_otg_pos_num(&twice, plan->acc_bits + 1),
                      plan->residual_pos_q32, most);
 }
 
@@ -314,30 +316,31 @@ static bool acc_is_kept(const struct otg_check *c, int64_t a, int off)
 }
 
 /* room >= least, least >= 0. */
-static bool has_room(struct motion_u128 room, int64_t least)
+static bool has_margin(struct motion_u128 margin, int64_t least)
 {
-    return room.hi == 0 ? room.lo >= (uint64_t)least : !wide_is_negative(room);
+    return margin.hi == 0 ? margin.lo >= (uint64_t)least
+                          : !wide_is_negative(margin);
 }
 
 /* The velocity rises (falls) from where it is v while |a| goes to zero on the
  * way to b on the other side: by a^2 n / (|a| + |b|), at most |a| n. */
-static bool check_crest(struct motion_u128 room, int64_t a, int64_t b,
+static bool check_crest(struct motion_u128 margin, int64_t a, int64_t b,
                         int64_t n, int off)
 {
     uint64_t from = motion_fixed_abs(a) + (uint64_t)off;
     uint64_t to = motion_fixed_abs(b);
     to = to > (uint64_t)off ? to - (uint64_t)off : 0;
-    if (wide_is_negative(room))
+    if (wide_is_negative(margin))
         return false;
-    if (!wide_is_less(room, wide_mul_u64(from, (uint64_t)n)))
+    if (!wide_is_less(margin, wide_mul_u64(from, (uint64_t)n)))
         return true;
     struct wider rise = wider_mul(wide_mul_u64(from, from), n);
-    return !wider_is_less(wider_mul(room, (int64_t)(from + to)), rise);
+    return !wider_is_less(wider_mul(margin, (int64_t)(from + to)), rise);
 }
 
-static struct motion_u128 widened_room(const struct otg_check *c,
-                                       struct motion_u128 v, int sign,
-                                       enum otg_check_end end)
+static struct motion_u128 widened_margin(const struct otg_check *c,
+                                         struct motion_u128 v, int sign,
+                                         enum otg_check_end end)
 {
     struct motion_u128 most = check_widened(c, sign, end);
     return sign > 0 ? wide_sub(most, v) : wide_add(most, v);
@@ -353,13 +356,14 @@ static bool turn_is_inside(const struct otg_check *c, const struct stretch *s)
     int64_t a = s->last ? -s->a1 : s->a, b = s->last ? -s->a : s->a1;
     int off = s->off | s->off1, sign = a > 0 ? 1 : -1;
     struct motion_u128 least = wide_from(s->first || s->last ? 0 : c->slack);
-    struct motion_u128 room = wide_sub(otg_check_room(c, v, sign), least);
-    if (check_crest(room, a, b, s->n, off))
+    struct motion_u128 margin = wide_sub(check_margin(c, v, sign), least);
+    if (check_crest(margin, a, b, s->n, off))
         return true;
     if (!s->last && c->is_in[sign < 0])
         return false;
-    room = widened_room(c, v, sign, s->last ? OTG_CHECK_GOAL : OTG_CHECK_START);
-    return check_crest(wide_sub(room, least), a, b, s->n, off);
+    margin =
+        widened_margin(c, v, sign, s->last ? OTG_CHECK_GOAL : OTG_CHECK_START);
+    return check_crest(wide_sub(margin, least), a, b, s->n, off);
 }
 
 /* Outside since the start, where that makes it necessary; and the corner goes
@@ -371,7 +375,8 @@ static bool is_excused(const struct otg_check *c, const struct stretch *s,
     if (c->is_in[sign < 0] ||
         (sign > 0 ? s->a1 > c->acc_min >> 20 : s->a1 < c->acc_max >> 20))
         return false;
-    return has_room(widened_room(c, s->v1, sign, OTG_CHECK_START), c->slack);
+    return has_margin(widened_margin(c, s->v1, sign, OTG_CHECK_START),
+                      c->slack);
 }
 
 /* The end of the last phase is the goal, which has been judged. */
@@ -457,8 +462,8 @@ static struct wider carried(const struct otg_check *c, int at,
 static bool end_is_carried(const struct otg_check *c, struct motion_u128 v,
                            int sign, struct motion_u128 need)
 {
-    struct motion_u128 room = otg_check_room(c, v, sign);
-    return wide_is_negative(room) || !wide_is_less(room, need);
+    struct motion_u128 margin = check_margin(c, v, sign);
+    return wide_is_negative(margin) || !wide_is_less(margin, need);
 }
 
 static bool crest_is_carried(const struct otg_check *c, const struct carrier *k,
@@ -466,8 +471,8 @@ static bool crest_is_carried(const struct otg_check *c, const struct carrier *k,
 {
     if ((k->a ^ k->a1) >= 0 || (k->a < 0) != (sign < 0))
         return true;
-    struct motion_u128 room = wide_sub(otg_check_room(c, k->v, sign), need);
-    return check_crest(room, k->a, k->a1, k->n, 1);
+    struct motion_u128 margin = wide_sub(check_margin(c, k->v, sign), need);
+    return check_crest(margin, k->a, k->a1, k->n, 1);
 }
 
 /* Is there room for what a track's carrier takes of what is missing at the end
@@ -486,7 +491,7 @@ static bool check_carried(const struct otg_check *c, struct motion_u128 vel,
     struct motion_u128 most = wide_abs(sign > 0 ? c->up : c->down);
     if (!wide_is_less(wide_shr(most, CHECK_COEF_BITS), need))
         return true;
-    if (k.last && wide_is_negative(otg_check_room(c, k.v1, sign)))
+    if (k.last && wide_is_negative(check_margin(c, k.v1, sign)))
         return false;
     return crest_is_carried(c, &k, sign, need) &&
            end_is_carried(c, k.v, sign, need) &&
@@ -509,22 +514,22 @@ static int check_start(const struct motion_otg_move *move,
 
 /* What is missing at the end is what the trimmed corners' last unit makes; of
  * a free end the rounding to its format, too. */
-static bool way_is_met(const struct otg_check *c, struct wider twice)
+static bool pos_is_met(const struct otg_check *c, struct wider twice)
 {
     const struct motion_otg_plan *plan = c->plan;
     struct motion_u128 unit =
         wide_mul_u64((uint64_t)c->trimmed, (uint64_t)plan->dur_ns_q12);
-    struct wider room = wider_mul(unit, 6);
+    struct wider margin = wider_mul(unit, 6);
     if (!c->has_vel)
-        room = wider_shl((struct wider){ 0, 0, (uint64_t)OTG_WAY_FIVES },
-                         (unsigned)(plan->acc_bits + 12));
-    return !wider_is_less(room, wider_abs(twice));
+        margin = wider_shl((struct wider){ 0, 0, (uint64_t)OTG_POS_FIVES },
+                           (unsigned)(plan->acc_bits + 12));
+    return !wider_is_less(margin, wider_abs(twice));
 }
 
 /* A goal is reached, or named with what is left of it. */
-static bool is_named(int64_t have, int64_t residual, int64_t want)
+static bool is_named(int64_t have, int64_t residual, int64_t target)
 {
-    return (uint64_t)have + (uint64_t)residual == (uint64_t)want;
+    return (uint64_t)have + (uint64_t)residual == (uint64_t)target;
 }
 
 static int check_goal(const struct otg_check *c, const struct stretch *end,
@@ -533,14 +538,14 @@ static int check_goal(const struct otg_check *c, const struct stretch *end,
 {
     const struct motion_otg_plan *plan = c->plan;
     const struct motion_state *goal = &c->move->goal;
-    struct motion_u128 miss = wide_sub(c->goal, end->v1);
-    struct wider wanted = motion_otg_way_wanted(plan);
+    struct motion_u128 residual = wide_sub(c->goal, end->v1);
+    struct wider wanted = motion_otg_pos_change(plan);
     twice = wider_sub(wider_add(wanted, wanted), twice);
-    bool is_near = c->trimmed == 0 && check_residual(c, miss, twice);
+    bool is_near = c->trimmed == 0 && check_residual(c, residual, twice);
     int64_t left_pos = is_near ? plan->residual_pos_q32 : 0;
     int64_t left_vel = is_near ? plan->residual_vel_q32 : 0;
     if (!is_named(plan->goal_vel_q32, left_vel, goal->vel_q32) ||
-        (!is_near && wide_is_less(wide_from(c->trimmed), wide_abs(miss))))
+        (!is_near && wide_is_less(wide_from(c->trimmed), wide_abs(residual))))
         return refuse(field, MOTION_OTG_FIELD_GOAL_VEL);
     if (end->a1 != motion_otg_acc_image(goal->acc_q32, plan->acc_bits) ||
         end->trim != 0)
@@ -548,14 +553,14 @@ static int check_goal(const struct otg_check *c, const struct stretch *end,
     if (plan->start_pos_q32 != c->move->start.pos_q32 ||
         (c->has_vel &&
          !is_named(plan->goal_pos_q32, left_pos, goal->pos_q32)) ||
-        (!is_near && !way_is_met(c, twice)))
+        (!is_near && !pos_is_met(c, twice)))
         return refuse(field, MOTION_OTG_FIELD_GOAL_POS);
     if (c->has_vel && is_near &&
         (wide_is_less(c->up, end->v1) || wide_is_less(end->v1, c->down)))
         return refuse(field, MOTION_OTG_FIELD_VEL_MAX);
     if (c->has_vel && (c->trimmed != 0 || is_near) &&
         (c->is_coarse || longest < plan->dur_ns_q12 >> CHECK_CARRIER) &&
-        !check_carried(c, miss, twice))
+        !check_carried(c, residual, twice))
         return refuse(field, MOTION_OTG_FIELD_VEL_MAX);
     return MOTION_OK;
 }

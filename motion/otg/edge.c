@@ -39,24 +39,14 @@ struct plain {
     int64_t limit_q32;
 };
 
-void motion_otg_plan_add(struct motion_otg_plan *plan, int64_t dur_ns_q12,
-                         int64_t acc)
-{
-    if (dur_ns_q12 <= 0)
-        return;
-    plan->phase[plan->count++] = (struct motion_otg_phase){ dur_ns_q12, acc };
-    plan->dur_ns_q12 += dur_ns_q12;
-    plan->brake = plan->turn = plan->count;
-}
-
 struct motion_real motion_otg_sum(const struct motion_real *a,
                                   const struct motion_real *b)
 {
     return motion_real_add(*a, *b);
 }
 
-struct motion_real motion_otg_minus(const struct motion_real *a,
-                                    const struct motion_real *b)
+static struct motion_real minus(const struct motion_real *a,
+                                const struct motion_real *b)
 {
     const struct motion_real minus = motion_real_neg(*b);
     return motion_otg_sum(a, &minus);
@@ -74,8 +64,7 @@ struct motion_real motion_otg_per(const struct motion_real *a,
     return motion_real_div(*a, *b);
 }
 
-bool motion_otg_is_less(const struct motion_real *a,
-                        const struct motion_real *b)
+static bool is_less(const struct motion_real *a, const struct motion_real *b)
 {
     return motion_real_lt(*a, *b);
 }
@@ -157,7 +146,7 @@ static int64_t plain_hold(const struct plain *p, int64_t acc, int64_t n0,
     struct motion_real twice = motion_otg_signed(acc, -1, false);
     struct motion_real little = motion_otg_signed(1, 10, false);
     n = motion_otg_per(&n, &twice);
-    n = motion_otg_minus(&n, &little); /* 2^-10 of a tick is rounding */
+    n = minus(&n, &little); /* 2^-10 of a tick is rounding */
     return motion_real_sign(n) < 0 ? 0 : motion_real_floor_clamped(n, 0) + 1;
 }
 
@@ -193,7 +182,7 @@ static int plain_phases(const struct plain *p, struct motion_real peak,
 {
     struct motion_otg_plan *plan = p->plan;
     struct motion_real limit = plain_limit(p);
-    bool is_held = !motion_otg_is_less(&peak, &limit);
+    bool is_held = !is_less(&peak, &limit);
     int power = motion_real_is_zero(peak) ? -1000 : peak.e + 62;
     int err = motion_otg_round_units(p->move, power, plan);
     if (err < 0)
@@ -244,14 +233,14 @@ static int plain_make(const struct plain *p, struct motion_real peak, int more)
 
 static struct motion_real plain_peak(const struct plain *p)
 {
-    struct motion_real h = motion_otg_is_less(&p->a0, &p->af) ? p->af : p->a0;
+    struct motion_real h = is_less(&p->a0, &p->af) ? p->af : p->a0;
     if (motion_real_sign(p->excess) <= 0)
         return h;
     struct motion_real limit = plain_limit(p),
                        most = motion_otg_times(&limit, &limit);
     h = motion_otg_times(&h, &h);
     h = motion_otg_sum(&h, &p->excess);
-    return motion_otg_is_less(&h, &most) ? motion_real_sqrt(h) : limit;
+    return is_less(&h, &most) ? motion_real_sqrt(h) : limit;
 }
 
 /* Where ticks leave too much, a pulse the other way takes it off: of a tick or
@@ -274,9 +263,9 @@ static int plain_position(const struct plain *p, int sign)
 {
     struct plain v = plain_view(p, sign);
     int err = plain_make(&v, plain_peak(&v), 0);
-    struct motion_real low = motion_otg_is_less(&v.a0, &v.af) ? v.a0 : v.af;
+    struct motion_real low = is_less(&v.a0, &v.af) ? v.a0 : v.af;
     struct motion_real square = motion_otg_times(&low, &low);
-    square = motion_otg_minus(&square, &v.excess);
+    square = minus(&square, &v.excess);
     if (err != MOTION_E_LIMIT || motion_real_sign(low) <= 0 ||
         motion_real_sign(square) < 0)
         return err;
@@ -315,8 +304,8 @@ int motion_otg_plain(const struct motion_otg_move *move,
 #define EDGE_STEPS   12
 #define EDGE_END     44 /* a step of 2^-44 of the time ends it, */
 #define EDGE_PART    16 /* or of 2^-16 of the way from the start */
-#define EDGE_DRAWN   60 /* not drawn in */
-#define EDGE_DRAWS   8
+#define EDGE_AS_IS   60 /* not drawn in */
+#define EDGE_MARGINS 8
 #define EDGE_REPAIRS 4
 
 /* One end: as struct otg_side, in full length. */
@@ -328,7 +317,7 @@ struct edge {
     const struct motion_otg_move *move;
     struct motion_otg_plan *plan;
     struct edge_side side[2]; /* of the start, of the goal */
-    struct motion_real j, want;
+    struct motion_real j, target;
     int sign, least; /* the border; the side with the higher natural speed */
 };
 
@@ -338,12 +327,12 @@ struct edge_point {
 };
 
 /* Less by 2^-bits of it. */
-static struct motion_real drawn_in(struct motion_real a, int bits)
+static struct motion_real tightened(struct motion_real a, int bits)
 {
-    if (bits >= EDGE_DRAWN)
+    if (bits >= EDGE_AS_IS)
         return a;
     struct motion_real part = motion_real_scale(a, -bits);
-    return motion_otg_minus(&a, &part);
+    return minus(&a, &part);
 }
 
 static void edge_side_init(struct edge *e, bool goal, int bits)
@@ -353,15 +342,15 @@ static void edge_side_init(struct edge *e, bool goal, int bits)
     struct edge_side *s = &e->side[goal];
     bool down = e->sign < 0;
     s->limit =
-        drawn_in(goal == down ? motion_otg_signed(lim->acc_max_q32, 32, false)
-                              : motion_otg_signed(lim->acc_min_q32, 32, true),
-                 bits);
+        tightened(goal == down ? motion_otg_signed(lim->acc_max_q32, 32, false)
+                               : motion_otg_signed(lim->acc_min_q32, 32, true),
+                  bits);
     s->a = motion_otg_signed(at->acc_q32, 32, goal != down);
     s->lead_t = motion_otg_per(&s->a, &e->j);
     struct motion_real twice = motion_otg_times(&s->a, &s->lead_t);
     struct motion_real part = motion_real_half(twice), six = motion_real_int(6);
     s->base = motion_otg_signed(at->vel_q32, 32, down);
-    s->base = motion_otg_minus(&s->base, &part);
+    s->base = minus(&s->base, &part);
     s->natural =
         motion_real_sign(s->a) > 0 ? motion_otg_sum(&s->base, &twice) : s->base;
     part = motion_otg_per(&twice, &six); /* base t + j t^3 / 6 */
@@ -373,17 +362,17 @@ static void edge_init(struct edge *e, int sign, int bits)
 {
     e->sign = sign;
     e->j =
-        drawn_in(motion_otg_signed(e->move->limit.jerk_q32, 32, false), bits);
+        tightened(motion_otg_signed(e->move->limit.jerk_q32, 32, false), bits);
     for (int i = 0; i < 2; i++)
         edge_side_init(e, i, bits);
-    e->least = motion_otg_is_less(&e->side[0].natural, &e->side[1].natural);
+    e->least = is_less(&e->side[0].natural, &e->side[1].natural);
     struct motion_real to =
         motion_otg_signed(e->move->goal.pos_q32, 32, sign < 0);
     struct motion_real from =
         motion_otg_signed(e->move->start.pos_q32, 32, sign < 0);
-    e->want = motion_otg_minus(&to, &from);
+    e->target = minus(&to, &from);
     for (int i = 0; i < 2; i++)
-        e->want = motion_otg_sum(&e->want, &e->side[i].lead_d);
+        e->target = motion_otg_sum(&e->target, &e->side[i].lead_d);
 }
 
 /* --- the border ----------------------------------------------------------- */
@@ -395,12 +384,12 @@ static struct motion_real edge_rise(const struct edge *e,
                                     struct motion_real *peak)
 {
     *peak = motion_otg_times(x, &e->j);
-    if (!motion_otg_is_less(&s->limit, peak))
+    if (!is_less(&s->limit, peak))
         return motion_otg_times(x, peak);
     struct motion_real ramp = motion_otg_per(&s->limit, &e->j);
     struct motion_real twice = motion_real_twice(*x);
     *peak = s->limit;
-    twice = motion_otg_minus(&twice, &ramp);
+    twice = minus(&twice, &ramp);
     return motion_otg_times(&s->limit, &twice);
 }
 
@@ -413,7 +402,7 @@ static struct motion_real edge_half(const struct edge *e,
     struct motion_real x = motion_otg_per(w, &e->j);
     x = motion_real_sqrt(x);
     *peak = motion_otg_times(&x, &e->j);
-    if (!motion_otg_is_less(&s->limit, peak))
+    if (!is_less(&s->limit, peak))
         return x;
     *peak = s->limit;
     struct motion_real ramp = motion_otg_per(&s->limit, &e->j);
@@ -428,7 +417,7 @@ static void edge_take(struct edge_point *p, const struct edge_side *s,
 {
     struct motion_real d = motion_otg_sum(vc, &s->base);
     d = motion_otg_times(x, &d);
-    p->rest = motion_otg_minus(&p->rest, &d);
+    p->rest = minus(&p->rest, &d);
 }
 
 static void edge_at(const struct edge *e, struct motion_real x,
@@ -438,11 +427,11 @@ static void edge_at(const struct edge *e, struct motion_real x,
     struct motion_real *peak = &p->peak[e->least], *other = &p->peak[!e->least];
     struct motion_real w = edge_rise(e, m, &x, peak);
     struct motion_real vc = motion_otg_sum(&m->base, &w);
-    w = motion_otg_minus(&vc, &o->base);
+    w = minus(&vc, &o->base);
     struct motion_real z = edge_half(e, o, &w, other);
     p->x[e->least] = x;
     p->x[!e->least] = z;
-    p->rest = e->want;
+    p->rest = e->target;
     edge_take(p, m, &x, &vc);
     edge_take(p, o, &z, &vc);
     p->slope = motion_real_zero();
@@ -482,10 +471,10 @@ static bool edge_root(const struct edge *e, struct edge_point *p)
     for (int i = 0; i < EDGE_STEPS && motion_real_sign(p->slope) > 0; i++) {
         step = motion_otg_per(&p->rest, &p->slope);
         x = motion_otg_sum(&x, &step);
-        if (motion_otg_is_less(&x, &lo))
+        if (is_less(&x, &lo))
             x = lo;
         edge_at(e, x, p);
-        struct motion_real from = motion_otg_minus(&x, &lo);
+        struct motion_real from = minus(&x, &lo);
         if (motion_real_is_zero(step) || step.e < all.e - EDGE_END ||
             step.e < from.e - EDGE_PART)
             return true;
@@ -500,7 +489,7 @@ static int64_t edge_ticks(const struct edge *e, int64_t step, int bits)
 {
     int64_t n =
         motion_otg_full_ticks(step, e->move->limit.jerk_q32, e->plan->acc_bits);
-    return n + (bits < EDGE_DRAWN ? n >> bits : 0);
+    return n + (bits < EDGE_AS_IS ? n >> bits : 0);
 }
 
 static int64_t edge_hold(const struct edge *e, const struct edge_point *p,
@@ -508,9 +497,8 @@ static int64_t edge_hold(const struct edge *e, const struct edge_point *p,
 {
     struct motion_real per_s = num_real(motion_otg_per_second());
     struct motion_real ramp = motion_otg_per(&e->side[i].limit, &e->j);
-    struct motion_real hold = motion_otg_minus(&p->x[i], &ramp);
-    if (motion_otg_is_less(&p->peak[i], &e->side[i].limit) ||
-        motion_real_sign(hold) <= 0)
+    struct motion_real hold = minus(&p->x[i], &ramp);
+    if (is_less(&p->peak[i], &e->side[i].limit) || motion_real_sign(hold) <= 0)
         return 0;
     return motion_real_floor_clamped(motion_otg_times(&hold, &per_s), 1);
 }
@@ -556,7 +544,7 @@ static void edge_repair(const struct edge *e)
     int64_t acc = plan->start_acc;
     for (int i = 0; i < plan->count; i++) {
         struct motion_otg_phase *ph = &plan->phase[i];
-        int64_t least = edge_ticks(e, ph->acc - acc, EDGE_DRAWN);
+        int64_t least = edge_ticks(e, ph->acc - acc, EDGE_AS_IS);
         acc = ph->acc;
         if (least > ph->dur_ns_q12) {
             plan->dur_ns_q12 += least + 1 - ph->dur_ns_q12;
@@ -605,7 +593,7 @@ int motion_otg_edge(const struct motion_otg_move *move, int64_t dur_ns_q12,
     if (move->limit.jerk_q32 == 0 || move->limit.jerk_down_q32 != 0)
         return MOTION_E_LIMIT;
     *field = MOTION_OTG_FIELD_GOAL_POS;
-    for (int i = 0; i < EDGE_DRAWS && err == MOTION_E_LIMIT; i++, bits -= 2)
-        err = edge_try(&e, i == 0 ? EDGE_DRAWN : bits, field);
+    for (int i = 0; i < EDGE_MARGINS && err == MOTION_E_LIMIT; i++, bits -= 2)
+        err = edge_try(&e, i == 0 ? EDGE_AS_IS : bits, field);
     return err;
 }

@@ -55,7 +55,7 @@ struct trim {
     struct motion_u128 x[2]; /* their X about k */
     struct num per_w, per_x; /* 1 / W of group 0, 1 / X of group 1 */
     struct motion_u128 vel;  /* missing */
-    struct wider way;        /* missing about k */
+    struct wider pos;        /* missing about k */
 };
 
 static int power_of(int64_t a)
@@ -247,7 +247,7 @@ static bool is_small(int64_t by)
 static int trim_step(struct trim *t, bool *is_done)
 {
     int64_t by, last;
-    int err = trim_by(t, 1, motion_otg_wider_num(&t->way, 0), t->per_x, &by);
+    int err = trim_by(t, 1, motion_otg_wider_num(&t->pos, 0), t->per_x, &by);
     if (err < 0)
         return err;
     wide_add_mul(&t->vel, -by, t->w[1]);
@@ -258,9 +258,9 @@ static int trim_step(struct trim *t, bool *is_done)
     if (*is_done)
         return MOTION_OK;
     wide_add_mul(&t->vel, -last, t->w[0]);
-    wider_add_mul(&t->way, -by, &t->x[1]);
+    wider_add_mul(&t->pos, -by, &t->x[1]);
     if ((t->x[0].hi | t->x[0].lo) != 0)
-        wider_add_mul(&t->way, -last, &t->x[0]);
+        wider_add_mul(&t->pos, -last, &t->x[0]);
     t->gently = false; /* what is left is 2^-26 of what was found gentle */
     return MOTION_OK;
 }
@@ -300,14 +300,14 @@ static int trim_position(struct trim *t, struct motion_otg_plan *plan,
     int count = plan->count, err = MOTION_OK;
     bool is_done = false;
     t->plan = plan;
-    motion_otg_plan_miss(plan, &t->vel, &t->way);
-    if ((t->way.hi | t->way.mid | t->way.lo | t->vel.hi | t->vel.lo) == 0)
+    motion_otg_plan_residual(plan, &t->vel, &t->pos);
+    if ((t->pos.hi | t->pos.mid | t->pos.lo | t->vel.hi | t->vel.lo) == 0)
         return MOTION_OK;
     if (trim_take(t, fixed) < 0)
         return MOTION_E_LIMIT;
     if (plan->count != count)
-        motion_otg_plan_miss(plan, &t->vel, &t->way);
-    wider_add_mul(&t->way, -t->k, &t->vel);
+        motion_otg_plan_residual(plan, &t->vel, &t->pos);
+    wider_add_mul(&t->pos, -t->k, &t->vel);
     for (int i = 0; i < TRIM_ROUNDS && !is_done && err == MOTION_OK; i++)
         err = trim_step(t, &is_done);
     return err;
@@ -333,10 +333,10 @@ static int trim_one(struct trim *t)
 static int trim_free_end(struct motion_otg_plan *plan)
 {
     struct motion_u128 vel;
-    struct wider way;
+    struct wider pos;
     plan->goal_pos_q32 = plan->start_pos_q32;
-    motion_otg_plan_miss(plan, &vel, &way);
-    return motion_otg_way_public(wider_neg(way), plan->acc_bits,
+    motion_otg_plan_residual(plan, &vel, &pos);
+    return motion_otg_pos_public(wider_neg(pos), plan->acc_bits,
                                  plan->start_pos_q32, false,
                                  &plan->goal_pos_q32);
 }
@@ -360,7 +360,7 @@ static int trim_velocity(struct trim *t, struct motion_otg_plan *plan,
                          uint32_t fixed)
 {
     t->plan = plan;
-    motion_otg_plan_miss(plan, &t->vel, &t->way);
+    motion_otg_plan_residual(plan, &t->vel, &t->pos);
     while ((t->vel.hi | t->vel.lo) != 0) {
         trim_groups(t, fixed, false);
         if (t->count > 0) {
@@ -373,7 +373,7 @@ static int trim_velocity(struct trim *t, struct motion_otg_plan *plan,
         trim_lengthen(t);
         if (trim_split(plan) < 0)
             return MOTION_E_LIMIT;
-        motion_otg_plan_miss(plan, &t->vel, &t->way);
+        motion_otg_plan_residual(plan, &t->vel, &t->pos);
     }
     return trim_free_end(plan);
 }
@@ -411,16 +411,6 @@ struct settle {
     bool is_strict;
 };
 
-int64_t motion_otg_phase_jerk(const struct motion_otg_limit *lim,
-                              const struct motion_otg_plan *plan, int i)
-{
-    int64_t jerk = lim->jerk_q32;
-    int64_t down = otg_closing_jerk(lim);
-    if (i < plan->brake)
-        return jerk;
-    return i >= plan->turn || down < jerk ? down : jerk;
-}
-
 /* The longest phase whose corners may move takes what is missing from the
  * wanted total; with `rates` the one with the most time to spare. */
 static int settle_total(struct motion_otg_plan *plan, uint32_t fixed,
@@ -455,18 +445,18 @@ static int settle_total(struct motion_otg_plan *plan, uint32_t fixed,
 /* One step on the shape's own knobs; what it misses is known exactly.  The
  * first one finds the duration where it is free, the others keep that: a part
  * of a tick at the cruise's speed may be more than the pulses can bear. */
-static void settle_polish(const struct settle *s, bool is_first)
+static void settle_refine(const struct settle *s, bool is_first)
 {
     struct motion_otg_plan *plan = s->plan;
-    struct otg_miss miss;
-    struct wider way;
+    struct otg_residual residual;
+    struct wider pos;
     struct motion_u128 vel;
-    motion_otg_plan_miss(plan, &vel, &way);
-    miss.vel = motion_otg_vel_num(&vel, plan->acc_bits);
-    miss.way = motion_otg_way_num(&way, plan->acc_bits);
-    miss.is_timed = s->dur_ns_q12 != 0 || !is_first;
-    miss.ticks = s->dur_ns_q12 ? s->dur_ns_q12 - plan->dur_ns_q12 : 0;
-    motion_otg_polish(plan, s->shape, &s->rates, &miss);
+    motion_otg_plan_residual(plan, &vel, &pos);
+    residual.vel = motion_otg_vel_num(&vel, plan->acc_bits);
+    residual.pos = motion_otg_pos_num(&pos, plan->acc_bits);
+    residual.is_timed = s->dur_ns_q12 != 0 || !is_first;
+    residual.ticks = s->dur_ns_q12 ? s->dur_ns_q12 - plan->dur_ns_q12 : 0;
+    motion_otg_refine(plan, s->shape, &s->rates, &residual);
 }
 
 /* --- nothing to do for some time ------------------------------------------ */
@@ -510,8 +500,8 @@ static int settle_make(struct settle *s, int steps)
     s->rounded = plan->dur_ns_q12;
     if (steps > 0)
         motion_otg_round_ends(plan);
-    for (int i = 0; i < steps && s->shape->knobs.pulse[0] >= 0; i++)
-        settle_polish(s, i == 0);
+    for (int i = 0; i < steps && s->shape->free.pulse[0] >= 0; i++)
+        settle_refine(s, i == 0);
     s->fixed = motion_otg_round_join(s->shape, ends, plan);
     err = settle_total(plan, s->fixed, s->dur_ns_q12, NULL);
     return err < 0 ? err
@@ -601,9 +591,9 @@ int motion_otg_settle(const struct motion_otg_move *move,
     if (err < 0 || (dur_ns_q12 != 0 && stands_still(move)))
         return settle_check(&s, err < 0 ? err : settle_wait(dur_ns_q12, plan),
                             field);
-    bool has_knobs = shape->knobs.pulse[0] >= 0;
-    int steps = has_knobs && shape->brake == 0 ? 0 : 1;
-    int most = has_knobs && !has_two_jerks(&s) ? SETTLE_STEPS : 1;
+    bool has_free = shape->free.pulse[0] >= 0;
+    int steps = has_free && shape->brake == 0 ? 0 : 1;
+    int most = has_free && !has_two_jerks(&s) ? SETTLE_STEPS : 1;
     do
         err = settle_check(&s, settle_make(&s, steps++), field);
     while (err == MOTION_E_LIMIT && steps <= most &&

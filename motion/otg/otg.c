@@ -75,9 +75,10 @@ static int otg_fits_formats(const struct motion_otg_move *move,
 static bool otg_ramp_fits(int64_t vel_q32, int64_t acc_q32, int64_t jerk_q32,
                           int64_t limit_q32)
 {
-    uint64_t room = (uint64_t)limit_q32 - (uint64_t)vel_q32;
+    uint64_t margin = (uint64_t)limit_q32 - (uint64_t)vel_q32;
     uint64_t tie = (motion_fixed_abs(limit_q32) >> 40) + 1;
-    return jerk_q32 == 0 || motion_otg_ramp_fits(acc_q32, jerk_q32, room + tie);
+    return jerk_q32 == 0 ||
+           motion_otg_ramp_fits(acc_q32, jerk_q32, margin + tie);
 }
 
 /* The goal needs room to have been reached: with af < 0 the speed was higher
@@ -173,13 +174,14 @@ static bool nearest_is_likely(const struct motion_otg_move *move)
     const int64_t mean = a0 / 2 + a1 / 2;
     const uint64_t step =
         a0 < a1 ? (uint64_t)a1 - (uint64_t)a0 : (uint64_t)a0 - (uint64_t)a1;
-    struct motion_u128 way = wide_mul_u64(motion_fixed_abs(mean), step);
+    struct motion_u128 gain = wide_mul_u64(motion_fixed_abs(mean), step);
     struct motion_u128 have = wide_mul_u64(motion_fixed_abs(by), jerk);
-    const struct motion_u128 both = wide_add(have, way);
-    struct motion_u128 room = wide_mul_u64(NEAREST_STEPS + (most >> 38), jerk);
-    room = wide_add(room, wide_shr(both, NEAREST_ROUGH));
-    have = (by ^ mean) < 0 ? both : wide_abs(wide_sub(have, way));
-    return !wide_is_less(room, have);
+    const struct motion_u128 both = wide_add(have, gain);
+    struct motion_u128 margin =
+        wide_mul_u64(NEAREST_STEPS + (most >> 38), jerk);
+    margin = wide_add(margin, wide_shr(both, NEAREST_ROUGH));
+    have = (by ^ mean) < 0 ? both : wide_abs(wide_sub(have, gain));
+    return !wide_is_less(margin, have);
 }
 
 /* The least time of one phase; zero where none can be the answer. */
@@ -240,7 +242,7 @@ static int nearest_phase(const struct motion_otg_move *move, int64_t n,
     struct otg_run run = motion_otg_run_start(plan);
     motion_otg_run_phase(&run, plan->phase);
     plan->goal_vel_q32 = motion_otg_vel_public(run.v, bits);
-    err = motion_otg_way_public(run.p, bits, plan->start_pos_q32, true,
+    err = motion_otg_pos_public(run.p, bits, plan->start_pos_q32, true,
                                 &plan->goal_pos_q32);
     /* what is too far off to say is no nearest tick */
     if (err < 0 || motion_fixed_sub(goal->vel_q32, plan->goal_vel_q32,
@@ -253,8 +255,11 @@ static int nearest_phase(const struct motion_otg_move *move, int64_t n,
     return motion_otg_check(move, plan, NULL);
 }
 
-OTG_OWN_FRAME int motion_otg_nearest(const struct motion_otg_move *move,
-                                     int err, struct motion_otg_plan *plan)
+/* Where one phase does it in much less time than the plan that was made (or
+ * refused, `err`): that phase in whole ticks, with a residual where it has one.
+ * Returns err, or MOTION_OK. */
+OTG_OWN_FRAME static int nearest(const struct motion_otg_move *move, int err,
+                                 struct motion_otg_plan *plan)
 {
     struct motion_otg_plan made;
     if (!nearest_is_likely(move))
@@ -270,8 +275,10 @@ OTG_OWN_FRAME int motion_otg_nearest(const struct motion_otg_move *move,
     return err;
 }
 
-bool motion_otg_cruise(const struct motion_otg_move *move,
-                       struct motion_otg_plan *plan)
+/* A cruise with both ends on the limit, made exactly; false where the jerk
+ * cannot. */
+static bool make_cruise(const struct motion_otg_move *move,
+                        struct motion_otg_plan *plan)
 {
     const int64_t vel = move->start.vel_q32;
     if (move->start.acc_q32 != 0 ||
@@ -328,13 +335,13 @@ static int otg_shape_of(const struct motion_otg_move *move,
  * above `most` is not made good, nor one that is on an edge when that is
  * asked. */
 static int otg_try(const struct motion_otg_move *move, int64_t dur_ns_q12,
-                   struct otg_draw draw, int64_t most, bool *is_edge,
+                   struct otg_margin margin, int64_t most, bool *is_edge,
                    struct motion_otg_plan *plan, enum motion_otg_field *field)
 {
     struct otg_problem q;
     struct otg_shape shape;
     struct num next = num_zero();
-    motion_otg_problem_init(move, draw, &q);
+    motion_otg_problem_init(move, margin, &q);
     int err = otg_shape_of(move, &q, dur_ns_q12, &shape, &next);
     if (err < 0) {
         plan->dur_ns_q12 = in_ns_q12(next);
@@ -368,11 +375,12 @@ without_unlimited(const struct motion_otg_move *move)
 
 static int64_t least_of(const struct motion_otg_move *move)
 {
-    static const struct otg_draw draw = { OTG_BITS, OTG_BITS, OTG_BITS, false };
+    static const struct otg_margin margin = { OTG_MARGIN_BITS, OTG_MARGIN_BITS,
+                                              OTG_MARGIN_BITS, false };
     struct otg_problem q;
     struct otg_shape shape;
     struct num next;
-    motion_otg_problem_init(move, draw, &q);
+    motion_otg_problem_init(move, margin, &q);
     (void)otg_shape_of(move, &q, 0, &shape, &next);
     struct num t =
         num_mul(motion_otg_shape_time(&shape), motion_otg_per_second());
@@ -432,30 +440,31 @@ static int otg_make_drawn(const struct motion_otg_move *move,
                           struct motion_otg_plan *plan, int64_t *first,
                           enum motion_otg_field *field)
 {
-    struct otg_draw draw = { OTG_BITS, OTG_BITS, OTG_BITS, how == DRAW_STRICT };
+    struct otg_margin margin = { OTG_MARGIN_BITS, OTG_MARGIN_BITS,
+                                 OTG_MARGIN_BITS, how == DRAW_STRICT };
     int64_t most = INT64_MAX;
-    int wanted = OTG_BITS;
-    for (int i = 0; i < OTG_TRIES; i++) {
+    int finest = OTG_MARGIN_BITS;
+    for (int i = 0; i < OTG_MARGINS; i++) {
         bool is_edge = false;
         int err =
-            otg_try(move, dur_ns_q12, draw, most,
+            otg_try(move, dur_ns_q12, margin, most,
                     i == 0 && how == DRAW_HURRY ? &is_edge : NULL, plan, field);
         if (is_edge && otg_make_edge(move, plan, field) == MOTION_OK)
             return MOTION_OK;
         if (is_edge)
-            err = otg_try(move, dur_ns_q12, draw, most, NULL, plan, field);
+            err = otg_try(move, dur_ns_q12, margin, most, NULL, plan, field);
         if (err == MOTION_OK || err == MOTION_E_RANGE)
             return err;
         if (i == 0) {
             if (*field == MOTION_OTG_FIELD_DURATION)
                 return err;
             *first = plan->dur_ns_q12;
-            wanted = motion_otg_wanted_bits(*first);
+            finest = motion_otg_margin_bits(*first);
             if (how == DRAW_HURRY)
                 most = *first + (*first >> OTG_HURRY) + OTG_HURRY_TICKS;
         }
-        draw = motion_otg_draw(wanted, i + (wanted == OTG_BITS));
-        draw.is_strict = how == DRAW_STRICT;
+        margin = motion_otg_margin(finest, i + (finest == OTG_MARGIN_BITS));
+        margin.is_strict = how == DRAW_STRICT;
     }
     return MOTION_E_LIMIT;
 }
@@ -479,8 +488,8 @@ static int otg_make_later(const struct motion_otg_move *move, int64_t least,
             return err;
         if (tries > OTG_SOON && first == 0 && plan->dur_ns_q12 > dur)
             least = plan->dur_ns_q12;
-        dur =
-            least + (least >> (OTG_BITS - i)) + ((int64_t)1 << (OTG_WAIT + i));
+        dur = least + (least >> (OTG_MARGIN_BITS - i)) +
+              ((int64_t)1 << (OTG_WAIT + i));
     }
     return otg_refuse(field, MOTION_OTG_FIELD_GOAL_POS, MOTION_E_LIMIT);
 }
@@ -494,7 +503,7 @@ static int otg_make_exact(const struct motion_otg_move *move,
     bool hurry = move->mode == MOTION_OTG_POSITION && dur_ns_q12 == 0;
     if (move->mode == MOTION_OTG_VELOCITY
             ? motion_otg_plain(move, plan, field) == MOTION_OK
-            : hurry && motion_otg_cruise(move, plan))
+            : hurry && make_cruise(move, plan))
         return MOTION_OK;
     int err = otg_make_drawn(move, dur_ns_q12, hurry ? DRAW_HURRY : DRAW_ALL,
                              plan, &first, field);
@@ -510,7 +519,7 @@ static int otg_make_exact(const struct motion_otg_move *move,
         return err;
     if (dur_ns_q12 == 0)
         return otg_make_later(move, first, OTG_LATER, plan, field);
-    int64_t least = dur_ns_q12 + (dur_ns_q12 >> OTG_BITS) + 1;
+    int64_t least = dur_ns_q12 + (dur_ns_q12 >> OTG_MARGIN_BITS) + 1;
     if (first == 0 && plan->dur_ns_q12 > dur_ns_q12)
         least = plan->dur_ns_q12;
     err = otg_make_later(move, least, OTG_LATER, plan, field);
@@ -523,7 +532,7 @@ static int otg_make_valid(const struct motion_otg_move *move,
                           enum motion_otg_field *field)
 {
     int err = otg_make_exact(move, dur_ns_q12, plan, field);
-    return dur_ns_q12 ? err : motion_otg_nearest(move, err, plan);
+    return dur_ns_q12 ? err : nearest(move, err, plan);
 }
 
 OTG_OWN_FRAME static int otg_make_unlimited(const struct motion_otg_move *move,

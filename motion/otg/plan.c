@@ -12,8 +12,8 @@
 #include "motion/otg/internal.h"
 #include "motion/otg/replan.h"
 
-#define EXACT_FIVES_ROOM 42 /* 5^9 has 21 bits, its image a sign */
-#define WAY_FIVES_ROOM   40 /* 3 5^9 has 23 */
+#define FIVES_BITS     42 /* 5^9 has 21 bits, its image a sign */
+#define POS_FIVES_BITS 40 /* 3 5^9 has 23 */
 
 int64_t motion_otg_acc_image(int64_t acc_q32, int acc_bits)
 {
@@ -27,12 +27,12 @@ int64_t motion_otg_acc_image(int64_t acc_q32, int acc_bits)
  * factors. */
 struct motion_u128 motion_otg_vel_image(int64_t vel_q32, int acc_bits)
 {
-    int shift = acc_bits - 10, up = shift - EXACT_FIVES_ROOM;
+    int shift = acc_bits - 10, up = shift - FIVES_BITS;
     if (vel_q32 == 0)
         return (struct motion_u128){ 0, 0 };
     if (shift >= 0 && up < (int)motion_real_clz(motion_fixed_abs(vel_q32))) {
         int64_t fives = OTG_FIVES;
-        fives <<= up > 0 ? EXACT_FIVES_ROOM : shift;
+        fives <<= up > 0 ? FIVES_BITS : shift;
         vel_q32 = (int64_t)((uint64_t)vel_q32 << (up > 0 ? up : 0));
         return wide_mul_i64(vel_q32, fives);
     }
@@ -82,27 +82,52 @@ struct num motion_otg_vel_num(const struct motion_u128 *vel, int acc_bits)
     return num_mul(motion_otg_wide_num(vel, -22 - acc_bits), per_fives);
 }
 
-struct num motion_otg_way_num(const struct wider *way, int acc_bits)
+struct num motion_otg_pos_num(const struct wider *pos, int acc_bits)
 {
-    static const struct num per_way_fives = { 825293360, -73 }; /* 5^-18 / 3 */
-    return num_mul(motion_otg_wider_num(way, -43 - acc_bits), per_way_fives);
+    static const struct num per_pos_fives = { 825293360, -73 }; /* 5^-18 / 3 */
+    return num_mul(motion_otg_wider_num(pos, -43 - acc_bits), per_pos_fives);
 }
 
-int motion_otg_way_public(struct wider p, int acc_bits, int64_t start_q32,
+int motion_otg_pos_public(struct wider p, int acc_bits, int64_t start_q32,
                           bool cuts, int64_t *pos_q32)
 {
-    uint64_t way;
+    uint64_t pos;
     struct wider m = wider_shr(wider_abs(p), (unsigned)(acc_bits + 10));
     struct motion_u128 n = { m.mid, m.lo };
     if (m.hi != 0 ||
-        motion_fixed_div_u128(n, (uint64_t)OTG_WAY_FIVES, &way, NULL) < 0)
+        motion_fixed_div_u128(n, (uint64_t)OTG_POS_FIVES, &pos, NULL) < 0)
         return MOTION_E_RANGE;
-    way = (way >> 1) + (way & !cuts); /* from halves */
-    if (way > INT64_MAX)
+    pos = (pos >> 1) + (pos & !cuts); /* from halves */
+    if (pos > INT64_MAX)
         return MOTION_E_RANGE;
     return wider_is_negative(p)
-               ? motion_fixed_sub(start_q32, (int64_t)way, pos_q32)
-               : motion_fixed_add(start_q32, (int64_t)way, pos_q32);
+               ? motion_fixed_sub(start_q32, (int64_t)pos, pos_q32)
+               : motion_fixed_add(start_q32, (int64_t)pos, pos_q32);
+}
+
+int64_t motion_otg_vel_public(struct motion_u128 v, int acc_bits)
+{
+    struct motion_u128 m = wide_abs(v);
+    int shift = acc_bits - 11; /* to halves */
+    uint64_t vel;
+    m = shift < 0 ? motion_fixed_shl_u128(m, (unsigned)-shift)
+                  : wide_shr(m, (unsigned)shift);
+    if (motion_fixed_div_u128((struct motion_u128){ m.hi, m.lo }, OTG_FIVES,
+                              &vel, NULL) < 0 ||
+        vel / 2 > INT64_MAX)
+        vel = INT64_MAX;
+    vel = (vel >> 1) + (vel & 1);
+    return wide_is_negative(v) ? -(int64_t)vel : (int64_t)vel;
+}
+
+void motion_otg_plan_add(struct motion_otg_plan *plan, int64_t dur_ns_q12,
+                         int64_t acc)
+{
+    if (dur_ns_q12 <= 0)
+        return;
+    plan->phase[plan->count++] = (struct motion_otg_phase){ dur_ns_q12, acc };
+    plan->dur_ns_q12 += dur_ns_q12;
+    plan->brake = plan->turn = plan->count;
 }
 
 struct otg_run motion_otg_run_start(const struct motion_otg_plan *plan)
@@ -139,7 +164,7 @@ void motion_otg_run_phase(struct otg_run *run,
  * and x = w (3 r + n - n').  Neighbours of one acceleration are summed first.
  * It is taken off. */
 static void exact_take(const struct motion_otg_plan *plan,
-                       struct motion_u128 *vel, struct wider *way)
+                       struct motion_u128 *vel, struct wider *pos)
 {
     const struct motion_otg_phase *ph = plan->phase, *end = ph + plan->count;
     int64_t rest = plan->dur_ns_q12, before = 0, acc = plan->start_acc, w = 0;
@@ -152,7 +177,7 @@ static void exact_take(const struct motion_otg_plan *plan,
         }
         if (acc != 0 && (ph == end || ph->acc != acc)) {
             wide_add_mul(vel, -acc, w);
-            wider_add_mul(way, -acc, &x);
+            wider_add_mul(pos, -acc, &x);
             w = 0;
             x.hi = x.lo = 0;
         }
@@ -165,41 +190,42 @@ static void exact_take(const struct motion_otg_plan *plan,
 }
 
 /* Both have the factor 3 5^9 2^(acc_bits - 10). */
-struct wider motion_otg_way_wanted(const struct motion_otg_plan *plan)
+struct wider motion_otg_pos_change(const struct motion_otg_plan *plan)
 {
-    struct motion_u128 way =
+    struct motion_u128 pos =
         wide_sub(wide_from(plan->goal_pos_q32), wide_from(plan->start_pos_q32));
-    bool minus = wide_is_negative(way);
-    way = wide_mul_u64(wide_abs(way).lo, (uint64_t)OTG_FIVES << 21);
+    bool minus = wide_is_negative(pos);
+    pos = wide_mul_u64(wide_abs(pos).lo, (uint64_t)OTG_FIVES << 21);
     if (minus)
-        way = wide_neg(way);
+        pos = wide_neg(pos);
     if (plan->start_vel_q32 != 0)
-        way =
-            wide_sub(way, wide_mul_i64(plan->start_vel_q32, plan->dur_ns_q12));
+        pos =
+            wide_sub(pos, wide_mul_i64(plan->start_vel_q32, plan->dur_ns_q12));
     int shift = plan->acc_bits - 10;
-    int up = shift < 0 ? 0 : shift < WAY_FIVES_ROOM ? shift : WAY_FIVES_ROOM;
-    struct wider p = wider_mul(way, INT64_C(3) * OTG_FIVES << up);
+    int up = shift < 0 ? 0 : shift < POS_FIVES_BITS ? shift : POS_FIVES_BITS;
+    struct wider p = wider_mul(pos, INT64_C(3) * OTG_FIVES << up);
     if (shift < 0)
         return wider_shr(p, (unsigned)-shift);
     return shift > up ? wider_shl(p, (unsigned)(shift - up)) : p;
 }
 
-void motion_otg_plan_miss(const struct motion_otg_plan *plan,
-                          struct motion_u128 *vel, struct wider *way)
+void motion_otg_plan_residual(const struct motion_otg_plan *plan,
+                              struct motion_u128 *vel, struct wider *pos)
 {
     *vel = wide_sub(motion_otg_vel_image(plan->goal_vel_q32, plan->acc_bits),
                     motion_otg_vel_image(plan->start_vel_q32, plan->acc_bits));
-    *way = motion_otg_way_wanted(plan);
-    exact_take(plan, vel, way);
+    *pos = motion_otg_pos_change(plan);
+    exact_take(plan, vel, pos);
 }
 
 /* In raw numbers a^2 2^-64 / (2 j 2^-32) <= room 2^-32: a^2 / 2, up, is at most
  * j room, which is below 2^127. */
-bool motion_otg_ramp_fits(int64_t acc_q32, int64_t jerk_q32, uint64_t room_q32)
+bool motion_otg_ramp_fits(int64_t acc_q32, int64_t jerk_q32,
+                          uint64_t margin_q32)
 {
     uint64_t a = motion_fixed_abs(acc_q32);
     struct motion_u128 half = wide_mul_u64(a, a);
-    struct motion_u128 most = wide_mul_u64((uint64_t)jerk_q32, room_q32);
+    struct motion_u128 most = wide_mul_u64((uint64_t)jerk_q32, margin_q32);
     half = (struct motion_u128){ half.hi >> 1, half.hi << 63 | half.lo >> 1 };
     if (a & 1) /* a^2 is odd as well */
         half = wide_add(half, wide_from(1));
@@ -276,23 +302,23 @@ static int cubic_of(struct motion_u128 v, int64_t a,
 }
 
 /* from + way, P's units, cut to 2^-96 unit. */
-static int place_at(const struct place *from, struct wider way,
+static int place_at(const struct place *from, struct wider pos,
                     const struct motion_divisor *fives, int acc_bits,
                     struct place *place)
 {
     int down = acc_bits + 11 - 64;
     uint64_t rest;
-    struct wider m = wider_abs(way);
+    struct wider m = wider_abs(pos);
     m = down < 0 ? wider_shl(m, (unsigned)-down) : wider_shr(m, (unsigned)down);
     struct motion_u128 q;
-    if (m.hi >= (uint64_t)OTG_WAY_FIVES / 2)
+    if (m.hi >= (uint64_t)OTG_POS_FIVES / 2)
         return MOTION_E_RANGE;
     m = wider_shl(m, fives->up);
     q.hi =
         motion_divisor_apply(fives, (struct motion_u128){ m.hi, m.mid }, &rest);
     q.lo =
         motion_divisor_apply(fives, (struct motion_u128){ rest, m.lo }, NULL);
-    if (wider_is_negative(way))
+    if (wider_is_negative(pos))
         q = wide_neg(q);
     place->frac = from->frac + q.lo;
     q.hi += place->frac < q.lo;
@@ -304,9 +330,9 @@ struct append {
     struct motion_track *track;
     struct place start, goal;
     int acc_bits;                /* of the unit of P in public ones */
-    struct motion_divisor fives; /* OTG_WAY_FIVES */
+    struct motion_divisor fives; /* OTG_POS_FIVES */
     struct otg_run run;
-    struct wider way;        /* of all phases */
+    struct wider pos;        /* of all phases */
     struct motion_u128 rest; /* of the velocity at the goal */
     int64_t left;            /* ticks from the end of the phase on */
     int longest;
@@ -339,13 +365,13 @@ static void append_init(struct append *a)
     a->start = (struct place){ plan->start_pos_q32, 0 };
     a->goal = (struct place){ plan->goal_pos_q32, 0 };
     a->acc_bits = plan->acc_bits;
-    motion_divisor_init(&a->fives, (uint64_t)OTG_WAY_FIVES);
+    motion_divisor_init(&a->fives, (uint64_t)OTG_POS_FIVES);
     a->longest = motion_otg_carrier(plan);
     a->left = plan->dur_ns_q12;
     a->run = motion_otg_run_start(plan);
     for (int i = 0; i < plan->count; i++)
         motion_otg_run_phase(&a->run, &plan->phase[i]);
-    a->way = a->run.p;
+    a->pos = a->run.p;
     a->rest = wide_sub(motion_otg_vel_image(plan->goal_vel_q32, plan->acc_bits),
                        a->run.v);
     a->run = motion_otg_run_start(plan);
@@ -357,8 +383,8 @@ static int phase_end(const struct append *a, int i, struct place *end)
     if (i < a->longest)
         return place_at(&a->start, a->run.p, &a->fives, a->acc_bits, end);
     struct motion_u128 rest = wide_add(a->rest, wide_add(a->rest, a->rest));
-    struct wider way = wider_add(a->way, wider_mul(rest, a->left));
-    return place_at(&a->goal, wider_sub(a->run.p, way), &a->fives, a->acc_bits,
+    struct wider pos = wider_add(a->pos, wider_mul(rest, a->left));
+    return place_at(&a->goal, wider_sub(a->run.p, pos), &a->fives, a->acc_bits,
                     end);
 }
 

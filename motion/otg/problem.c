@@ -23,29 +23,30 @@
 
 /* Limits are drawn in by 2^-25, or for a move of few ticks by what 2^11 ticks
  * (1/8 ns) are of it. */
-int motion_otg_wanted_bits(int64_t dur_ns_q12)
+int motion_otg_margin_bits(int64_t dur_ns_q12)
 {
     int bits = 64 - (int)motion_real_clz((uint64_t)dur_ns_q12) - PROBLEM_TICKS;
-    return bits > OTG_BITS ? OTG_BITS : bits < 8 ? 8 : bits;
+    return bits > OTG_MARGIN_BITS ? OTG_MARGIN_BITS : bits < 8 ? 8 : bits;
 }
 
 /* Further in by steps of 2^2: velocity and acceleration, the jerk, all, and all
  * with the velocity less far in: less jerk makes a start that swings beyond its
  * limits swing further, lower limits can close a way that was just open. */
-struct otg_draw motion_otg_draw(int wanted, int i)
+struct otg_margin motion_otg_margin(int finest, int i)
 {
-    int bits = wanted - 2 * ((i + 3) / 4);
-    int near = (wanted + OTG_BITS) / 2;
+    int bits = finest - 2 * ((i + 3) / 4);
+    int near = (finest + OTG_MARGIN_BITS) / 2;
     bits = bits < 2 ? 2 : bits;
     switch (i % 4) {
     case 1:
-        return (struct otg_draw){ bits, bits, wanted, false };
+        return (struct otg_margin){ bits, bits, finest, false };
     case 2:
-        return (struct otg_draw){ OTG_BITS, OTG_BITS, bits, false };
+        return (struct otg_margin){ OTG_MARGIN_BITS, OTG_MARGIN_BITS, bits,
+                                    false };
     case 3:
-        return (struct otg_draw){ near, bits + 2, bits + 2, false };
+        return (struct otg_margin){ near, bits + 2, bits + 2, false };
     default:
-        return (struct otg_draw){ bits, bits, bits, false };
+        return (struct otg_margin){ bits, bits, bits, false };
     }
 }
 
@@ -95,7 +96,7 @@ static void limit_the_rest(const struct motion_otg_move *move,
 }
 
 /* Towards zero by 2^-bits of it, rounded up; 2 <= bits <= 29. */
-static struct num drawn_in(struct num a, int bits)
+static struct num tightened(struct num a, int bits)
 {
     int32_t size = a.m < 0 ? -a.m : a.m;
     size -= (size + (1 << bits) - 1) >> bits;
@@ -117,26 +118,26 @@ static int64_t capped(int64_t acc_q32)
 }
 
 /* A limit upwards and the one downwards, which often is the same. */
-static void draw_limits(int64_t up, int64_t down, int scale, int bits,
-                        struct num *most, struct num *least)
+static void tighten_limits(int64_t up, int64_t down, int scale, int bits,
+                           struct num *most, struct num *least)
 {
-    *most = drawn_in(num_make(up, -scale), bits);
+    *most = tightened(num_make(up, -scale), bits);
     *least = (uint64_t)up + (uint64_t)down == 0
                  ? num_neg(*most)
-                 : drawn_in(num_make(down, -scale), bits);
+                 : tightened(num_make(down, -scale), bits);
 }
 
 /* a - b in Q32; the difference of two int64 needs 65 bits. */
 static struct num between_q32(int64_t a, int64_t b)
 {
-    int64_t way;
-    if (!__builtin_sub_overflow(a, b, &way))
-        return num_make(way, -32);
+    int64_t change;
+    if (!__builtin_sub_overflow(a, b, &change))
+        return num_make(change, -32);
     return num_make((a >> 1) - (b >> 1), -31);
 }
 
 void motion_otg_problem_init(const struct motion_otg_move *move,
-                             struct otg_draw draw, struct otg_problem *q)
+                             struct otg_margin margin, struct otg_problem *q)
 {
     const struct motion_otg_limit *lim = &move->limit;
     q->d = between_q32(move->goal.pos_q32, move->start.pos_q32);
@@ -145,25 +146,26 @@ void motion_otg_problem_init(const struct motion_otg_move *move,
     q->a0 = num_make(move->start.acc_q32, -32);
     q->vf = num_make(move->goal.vel_q32, -32);
     q->af = num_make(move->goal.acc_q32, -32);
-    draw_limits(lim->vel_max_q32, lim->vel_min_q32, 32, draw.vel, &q->vx,
-                &q->vn);
-    draw_limits(capped(lim->acc_max_q32), capped(lim->acc_min_q32), 32,
-                draw.acc, &q->ax, &q->an);
-    q->j = q->j2 = drawn_in(num_make(lim->jerk_q32, -32), draw.jerk);
-    q->jerk_bits = draw.jerk;
+    tighten_limits(lim->vel_max_q32, lim->vel_min_q32, 32, margin.vel, &q->vx,
+                   &q->vn);
+    tighten_limits(capped(lim->acc_max_q32), capped(lim->acc_min_q32), 32,
+                   margin.acc, &q->ax, &q->an);
+    q->j = q->j2 = tightened(num_make(lim->jerk_q32, -32), margin.jerk);
+    q->jerk_bits = margin.jerk;
     if (lim->jerk_down_q32)
-        q->j2 = drawn_in(num_make(lim->jerk_down_q32, -32), draw.jerk);
+        q->j2 = tightened(num_make(lim->jerk_down_q32, -32), margin.jerk);
     q->is_unit = false;
-    q->is_strict = draw.is_strict;
+    q->is_strict = margin.is_strict;
     q->exact = move;
-    q->is_no_lens = false;
+    q->has_no_early = false;
     limit_the_rest(move, q);
     q->per_j = q->per_j2 = num_inv(q->j);
     if (lim->jerk_down_q32)
         q->per_j2 = num_inv(q->j2);
 }
 
-void motion_otg_reverse(struct otg_problem *q)
+/* Backwards in time. */
+static void reverse(struct otg_problem *q)
 {
     struct otg_problem f = *q;
     q->v0 = f.vf;
@@ -259,17 +261,17 @@ static struct num brake_time(const struct brake *b, struct num above,
  * from which that ends at vn,
  *   v - (a^2 - x^2)/2j - x^2/2 soft = vn,
  * or to rest of a where full jerk ends there. */
-static void brake_let_go(struct otg_problem *q, struct otg_shape *shape,
-                         bool up)
+static void brake_release(struct otg_problem *q, struct otg_shape *shape,
+                          bool up)
 {
     struct brake b = brake_view(q, up);
     struct num above = num_sub(b.v, b.vn), soft = num_sub(b.per_soft, b.per_j);
     if (b.a.m >= 0 || soft.m <= 0 || !num_lt(above, brake_ramp(&b)))
         return;
-    struct num ramp = brake_own_ramp(&b), room = num_sub(above, ramp);
+    struct num ramp = brake_own_ramp(&b), margin = num_sub(above, ramp);
     struct num a = num_zero();
-    if (num_lt(num_scale(ramp, -BRAKE_TIE_BITS), room))
-        a = num_neg(num_sqrt(num_twice(num_div(room, soft))));
+    if (num_lt(num_scale(ramp, -BRAKE_TIE_BITS), margin))
+        a = num_neg(num_sqrt(num_twice(num_div(margin, soft))));
     brake_run(q, shape, num_mul(num_sub(a, b.a), b.per_j), brake_sign(a, up));
 }
 
@@ -297,7 +299,7 @@ static void brake_velocity(struct otg_problem *q, struct otg_shape *shape,
         brake_run(q, shape, num_div(above, num_neg(b.an)),
                   brake_sign(b.an, up));
     }
-    brake_let_go(q, shape, up);
+    brake_release(q, shape, up);
 }
 
 static void brake_acceleration(struct otg_problem *q, struct otg_shape *shape,
@@ -315,7 +317,7 @@ static void brake_acceleration(struct otg_problem *q, struct otg_shape *shape,
     b = brake_view(q, up);
     struct num below = num_sub(num_sub(b.vn, b.v), brake_own_ramp(&b));
     brake_run(q, shape, num_div(below, b.ax), brake_sign(b.ax, up));
-    brake_let_go(q, shape, !up);
+    brake_release(q, shape, !up);
 }
 
 static bool brake_is_too_fast(const struct brake *b)
@@ -327,7 +329,8 @@ static bool brake_is_too_fast(const struct brake *b)
     return b->a.m > 0 && num_lt(b->vx, num_add(b->v, ramp));
 }
 
-void motion_otg_brake_acc(struct otg_problem *q, struct otg_shape *shape)
+/* An acceleration outside its limit to it, nothing more. */
+static void brake_acc(struct otg_problem *q, struct otg_shape *shape)
 {
     for (int up = 0; up < 2; up++) {
         struct brake b = brake_view(q, up);
@@ -361,17 +364,22 @@ static bool is_inside(const struct otg_problem *q, struct num v, struct num a,
     return !num_lt(limit, v);
 }
 
-bool motion_otg_is_start_inside(const struct otg_problem *q)
+/* Whether the start (or the goal, backwards in time) is inside, and stays
+ * there while its acceleration ramps to zero: then there is nothing to
+ * brake. */
+static bool is_start_inside(const struct otg_problem *q)
 {
     return is_inside(q, q->v0, q->a0, q->ax, q->an);
 }
 
-bool motion_otg_is_goal_inside(const struct otg_problem *q)
+static bool is_goal_inside(const struct otg_problem *q)
 {
     return is_inside(q, q->vf, num_neg(q->af), num_neg(q->an), num_neg(q->ax));
 }
 
-void motion_otg_brake(struct otg_problem *q, struct otg_shape *shape)
+/* Bring the start (a, then v) inside the limits; adds 0..2 phases to `shape` and
+ * moves v0, a0 and d on. */
+static void brake_inside(struct otg_problem *q, struct otg_shape *shape)
 {
     struct brake down = brake_view(q, false), up = brake_view(q, true);
     if (num_lt(down.ax, down.a))
@@ -401,12 +409,12 @@ static void end_brake(struct otg_problem *q, struct otg_shape *shape,
                       bool acc_alone, struct end *end)
 {
     end->af = q->af;
-    motion_otg_reverse(q);
+    reverse(q);
     if (acc_alone)
-        motion_otg_brake_acc(q, shape);
+        brake_acc(q, shape);
     else
-        motion_otg_brake(q, shape);
-    motion_otg_reverse(q);
+        brake_inside(q, shape);
+    reverse(q);
     end->count = shape->count;
     for (int i = 0; i < shape->count; i++)
         end->phase[i] = shape->phase[i];
@@ -442,19 +450,20 @@ struct num motion_otg_shape_time(const struct otg_shape *shape)
 /* An end that is outside only because limits are drawn in has no time to brake
  * where the acceleration stays on its side of zero: velocities between those of
  * start and goal are inside.  Without such a motion all is as before. */
-OTG_OWN_FRAME static bool propose_lens(struct otg_problem *q, struct num t,
-                                       struct end *end, struct otg_shape *shape)
+OTG_OWN_FRAME static bool propose_early(struct otg_problem *q, struct num t,
+                                        struct end *end,
+                                        struct otg_shape *shape)
 {
     const struct num d = q->d, v0 = q->v0, a0 = q->a0, vf = q->vf, af = q->af;
     const struct num dv = q->dv;
     end->count = 0;
     if (num_lt(q->ax, q->af) || num_lt(q->af, q->an))
         end_brake(q, shape, true, end);
-    motion_otg_brake_acc(q, shape);
+    brake_acc(q, shape);
     shape->brake = shape->count;
     if (t.m != 0)
         t = num_sub(t, num_add(motion_otg_shape_time(shape), end_time(end)));
-    if (motion_otg_solve_lens(q, t, shape)) {
+    if (motion_otg_solve_early(q, t, shape)) {
         shape->turn = shape->count;
         end_append(end, shape);
         return true;
@@ -468,7 +477,7 @@ OTG_OWN_FRAME static bool propose_lens(struct otg_problem *q, struct num t,
     q->vf = vf;
     q->af = af;
     q->dv = dv;
-    q->is_no_lens = true;
+    q->has_no_early = true;
     return false;
 }
 
@@ -490,7 +499,7 @@ static bool may_keep_side(const struct otg_problem *q)
 {
     return q->is_unit && q->a0.m != 0 && q->af.m != 0 &&
            (q->a0.m < 0) == (q->af.m < 0) && q->exact != NULL &&
-           motion_otg_lens_is_near(q, num_zero()) &&
+           motion_otg_early_is_near(q, num_zero()) &&
            motion_otg_start_fits(q->exact);
 }
 
@@ -498,16 +507,16 @@ static int propose_all(struct otg_problem *q, struct num t,
                        struct otg_shape *shape, struct num *next)
 {
     struct end end;
-    bool starts = motion_otg_is_start_inside(q);
-    bool ends = motion_otg_is_goal_inside(q);
+    bool starts = is_start_inside(q);
+    bool ends = is_goal_inside(q);
     if (!(starts && ends) && may_keep_side(q) &&
-        propose_lens(q, t, &end, shape))
+        propose_early(q, t, &end, shape))
         return MOTION_OK;
     end.count = 0;
     if (!ends)
         end_brake(q, shape, false, &end);
     if (!starts)
-        motion_otg_brake(q, shape);
+        brake_inside(q, shape);
     shape->brake = shape->count;
     shape->turn = -1;
     struct num outside = num_zero();
@@ -567,7 +576,7 @@ motion_otg_propose_velocity(const struct otg_problem *problem,
     if (peak.m)
         otg_shape_add(shape, peak, num_zero());
     int from = shape->count;
-    motion_otg_brake_acc(&q, shape);
+    brake_acc(&q, shape);
     motion_otg_solve_velocity(&q, shape);
     end_append(&end, shape);
     shape->brake = shape->turn = slows ? from : shape->count;

@@ -23,21 +23,6 @@ static int64_t fraction(int64_t n, int64_t d)
     return (int64_t)part;
 }
 
-int64_t motion_otg_vel_public(struct motion_u128 v, int acc_bits)
-{
-    struct motion_u128 m = wide_abs(v);
-    int shift = acc_bits - 11; /* to halves */
-    uint64_t vel;
-    m = shift < 0 ? motion_fixed_shl_u128(m, (unsigned)-shift)
-                  : wide_shr(m, (unsigned)shift);
-    if (motion_fixed_div_u128((struct motion_u128){ m.hi, m.lo }, OTG_FIVES,
-                              &vel, NULL) < 0 ||
-        vel / 2 > INT64_MAX)
-        vel = INT64_MAX;
-    vel = (vel >> 1) + (vel & 1);
-    return wide_is_negative(v) ? -(int64_t)vel : (int64_t)vel;
-}
-
 static int64_t acc_public(int64_t acc, int acc_bits)
 {
     int shift = acc_bits - 32;
@@ -115,7 +100,7 @@ static void state_finer(const struct motion_otg_plan *plan, int64_t t_ns_q12,
     if (i == plan->count)
         return;
     state->vel_q32 = motion_otg_vel_public(run.v, bits);
-    if (motion_otg_way_public(run.p, bits, from, false, &state->pos_q32) < 0)
+    if (motion_otg_pos_public(run.p, bits, from, false, &state->pos_q32) < 0)
         state->pos_q32 = to;
 }
 
@@ -138,9 +123,9 @@ int motion_otg_stop(const struct motion_state *start,
 
 /* --- units ---------------------------------------------------------------- */
 
-#define REPLAN_ROOM 4  /* bits that the largest number of a request has left */
-#define REPLAN_FINE 32 /* positions and velocities in 2^-64 are enough */
-#define REPLAN_WAY  10 /* motion_otg_way_public takes no acc_bits below -10 */
+#define REPLAN_SPARE 4  /* bits that the largest number of a request has left */
+#define REPLAN_FINE  32 /* positions and velocities in 2^-64 are enough */
+#define REPLAN_POS   10 /* motion_otg_pos_public takes no acc_bits below -10 */
 
 /* A position of the trajectory in 2^-(32 + bits) from `origin`. */
 static int64_t pos_from(const struct motion_otg_trajectory *trajectory,
@@ -192,10 +177,10 @@ static int finest(const struct motion_otg_trajectory *old,
 {
     const struct motion_otg_limit *l = &move->limit;
     const struct motion_state *start = &move->start, *goal = &move->goal;
-    const bool way = move->mode == MOTION_OTG_POSITION;
+    const bool has_pos = move->mode == MOTION_OTG_POSITION;
     const int64_t origin = start->pos_q32;
-    const int64_t all[] = { way ? l->vel_max_q32 : 0,
-                            way ? l->vel_min_q32 : 0,
+    const int64_t all[] = { has_pos ? l->vel_max_q32 : 0,
+                            has_pos ? l->vel_min_q32 : 0,
                             l->acc_max_q32,
                             l->acc_min_q32,
                             l->jerk_q32,
@@ -204,14 +189,14 @@ static int finest(const struct motion_otg_trajectory *old,
                             goal->acc_q32,
                             start->vel_q32,
                             start->acc_q32 };
-    uint64_t most = way ? apart(goal->pos_q32, origin) : 0;
+    uint64_t most = has_pos ? apart(goal->pos_q32, origin) : 0;
     most |= apart(pos_from(old, old->plan.start_pos_q32, 0, 0), origin);
     most |= apart(pos_from(old, old->plan.goal_pos_q32, 0, 0), origin);
     for (size_t i = 0; i < sizeof all / sizeof all[0]; i++)
         most |= motion_fixed_abs(all[i]);
-    int bits = (int)motion_real_clz(most) - REPLAN_ROOM;
-    int way_bits = old->plan.acc_bits + old->fine_bits + REPLAN_WAY;
-    bits = bits < way_bits ? bits : way_bits;
+    int bits = (int)motion_real_clz(most) - REPLAN_SPARE;
+    int pos_bits = old->plan.acc_bits + old->fine_bits + REPLAN_POS;
+    bits = bits < pos_bits ? bits : pos_bits;
     return bits < 0 ? 0 : bits < REPLAN_FINE ? bits : REPLAN_FINE;
 }
 

@@ -122,7 +122,7 @@ static int round_phases(const struct otg_shape *shape,
                         const struct otg_rates *rates, int64_t goal_acc,
                         struct motion_otg_plan *plan)
 {
-    bool is_full = shape->knobs.pulse[0] >= 0;
+    bool is_full = shape->free.pulse[0] >= 0;
     int64_t acc = plan->start_acc;
     plan->count = shape->count;
     plan->dur_ns_q12 = 0;
@@ -204,14 +204,14 @@ static bool round_swing(struct motion_otg_plan *plan,
     int64_t was = ph[i].acc, n = ticks_of(dt);
     int64_t step = motion_otg_full_step(n, jerk_q32, plan->acc_bits);
     int64_t to = was < end ? end - step : end + step;
-    int way = i == 0 ? 1 : -1, last = plan->count - 2;
+    int dir = i == 0 ? 1 : -1, last = plan->count - 2;
     if (n <= 0 || (was ^ end) >= 0 || was == 0 ||
         motion_fixed_abs(to - was) > (uint64_t)step >> 16)
         return false;
-    set_ticks(plan, i + (way < 0), n);
-    for (; i >= 0 && i <= last && ph[i].acc == was; i += way)
+    set_ticks(plan, i + (dir < 0), n);
+    for (; i >= 0 && i <= last && ph[i].acc == was; i += dir)
         ph[i].acc = to;
-    int ramp = way > 0 ? i : i + 1;
+    int ramp = dir > 0 ? i : i + 1;
     int64_t next = i < 0 ? plan->start_acc : ph[i].acc;
     int64_t least = motion_otg_ramp_ticks(rates, ramp, next - to);
     if (ph[ramp].dur_ns_q12 > 0 && (is_full || ph[ramp].dur_ns_q12 < least))
@@ -225,12 +225,13 @@ static bool swings_out(int64_t vel, int64_t acc, int64_t jerk_q32,
 {
     int64_t limit = acc > 0 ? lim->vel_max_q32 : lim->vel_min_q32;
     bool is_beyond = acc > 0 ? vel > limit : vel < limit;
-    uint64_t room = acc > 0 ? (uint64_t)limit - (uint64_t)vel
-                            : (uint64_t)vel - (uint64_t)limit;
+    uint64_t margin = acc > 0 ? (uint64_t)limit - (uint64_t)vel
+                              : (uint64_t)vel - (uint64_t)limit;
     if (acc == 0)
         return false;
-    return is_beyond || !motion_otg_ramp_fits(
-                            acc, jerk_q32, room - (room >> 22) - (room != 0));
+    return is_beyond ||
+           !motion_otg_ramp_fits(acc, jerk_q32,
+                                 margin - (margin >> 22) - (margin != 0));
 }
 
 static uint32_t round_swings(const struct motion_otg_move *move,
@@ -241,7 +242,7 @@ static uint32_t round_swings(const struct motion_otg_move *move,
     const struct motion_otg_limit *lim = &move->limit;
     int64_t down = lim->jerk_down_q32 ? lim->jerk_down_q32 : lim->jerk_q32;
     int last = plan->count - 1;
-    bool is_full = shape->knobs.pulse[0] >= 0;
+    bool is_full = shape->free.pulse[0] >= 0;
     uint32_t ends = 0;
     if (move->mode != MOTION_OTG_POSITION || lim->jerk_q32 == 0 || last < 1)
         return 0;
@@ -293,7 +294,7 @@ static int64_t phase_start(const struct motion_otg_plan *plan, int i)
  * to the drawn-in limit: 2^-25 of it in as short a time, which no trimming
  * could move by its share.  Its neighbour does that, too: one that holds the
  * limit, or a ramp, which must not be bent by what it takes in. */
-static bool is_sliver(const struct motion_otg_plan *plan, int i, int beside)
+static bool is_negligible(const struct motion_otg_plan *plan, int i, int beside)
 {
     const struct motion_otg_phase *ph = plan->phase;
     int64_t n = ph[i].dur_ns_q12;
@@ -304,31 +305,31 @@ static bool is_sliver(const struct motion_otg_plan *plan, int i, int beside)
 }
 
 /* The first phase from i on, in steps of `way`, that has ticks; or the end. */
-static int next_lasting(const struct motion_otg_plan *plan, int i, int way)
+static int next_lasting(const struct motion_otg_plan *plan, int i, int dir)
 {
     while (i > 0 && i + 1 < plan->count && plan->phase[i].dur_ns_q12 == 0)
-        i += way;
+        i += dir;
     return i;
 }
 
 /* Phase i, next to the start or goal, gives its time to the one `way` of it. */
-static void round_end(struct motion_otg_plan *plan, int i, int way)
+static void round_end(struct motion_otg_plan *plan, int i, int dir)
 {
     struct motion_otg_phase *ph = plan->phase;
     if (ph[i].dur_ns_q12 == 0)
-        i = next_lasting(plan, i + way, way);
-    int64_t acc = way > 0 ? phase_start(plan, i) : ph[i].acc;
-    int to = i + way;
+        i = next_lasting(plan, i + dir, dir);
+    int64_t acc = dir > 0 ? phase_start(plan, i) : ph[i].acc;
+    int to = i + dir;
     if (to < 0 || to >= plan->count)
         return;
-    to = next_lasting(plan, to, way);
-    if (!is_sliver(plan, i, to))
+    to = next_lasting(plan, to, dir);
+    if (!is_negligible(plan, i, to))
         return;
     ph[to].dur_ns_q12 += ph[i].dur_ns_q12;
     ph[i].dur_ns_q12 = 0;
-    for (; i != to; i += way)
+    for (; i != to; i += dir)
         ph[i].acc = acc;
-    if (way < 0)
+    if (dir < 0)
         ph[to].acc = acc;
 }
 
@@ -356,16 +357,16 @@ static void round_merge(struct motion_otg_plan *plan)
 {
     struct motion_otg_phase *ph = plan->phase;
     int last = plan->count - 1;
-    for (; last >= 1 && is_sliver(plan, last, last - 1); last--) {
+    for (; last >= 1 && is_negligible(plan, last, last - 1); last--) {
         ph[last - 1].dur_ns_q12 += ph[last].dur_ns_q12;
         ph[last - 1].acc = ph[last].acc;
     }
     plan->count = last + 1;
-    while (plan->count > 1 && is_sliver(plan, 0, 1))
+    while (plan->count > 1 && is_negligible(plan, 0, 1))
         merge_on(plan, 0);
     for (int i = 1; i + 1 < plan->count; i++)
         if (ph[i].dur_ns_q12 <= ph[i + 1].dur_ns_q12 >> 26 &&
-            is_sliver(plan, i, i + 1))
+            is_negligible(plan, i, i + 1))
             merge_on(plan, i--);
     plan->brake = smaller(plan->brake, plan->count);
     plan->turn = smaller(plan->turn, plan->count);
@@ -401,8 +402,8 @@ uint32_t motion_otg_round_join(const struct otg_shape *shape, uint32_t ends,
 
 /* The part of the whole that is small enough for a Newton step, and where two
  * jerks lie between which the cruise's speed chooses. */
-#define POLISH_BITS     6
-#define POLISH_TWO_BITS 10
+#define REFINE_BITS     6
+#define REFINE_TWO_BITS 10
 /* A pulse is an acceleration that leaves zero and returns to it (acceleration
  * pulse: Biagiotti & Melchiorri 3.4).  A new one lasts longer than this part. */
 #define PULSE_BITS 20
@@ -410,7 +411,7 @@ uint32_t motion_otg_round_join(const struct otg_shape *shape, uint32_t ends,
 #define TICKS_MOST ((uint64_t)1 << 60)
 #define ACC_END    ((uint64_t)1 << 62) /* accelerations have 62 bits */
 
-struct polish {
+struct refine {
     struct motion_otg_plan *plan;
     const struct otg_shape *shape;
     const struct otg_rates *rates;
@@ -456,12 +457,12 @@ static int64_t whole(struct num x)
 }
 
 /* Too far for a Newton step; x in ticks. */
-static bool is_far(const struct polish *p, struct num x)
+static bool is_far(const struct refine *p, struct num x)
 {
     const struct otg_rates *r = p->rates;
     bool is_one = r->j.m == r->j2.m && r->j.e == r->j2.e;
     int64_t most =
-        p->plan->dur_ns_q12 >> (is_one ? POLISH_BITS : POLISH_TWO_BITS);
+        p->plan->dur_ns_q12 >> (is_one ? REFINE_BITS : REFINE_TWO_BITS);
     return num_lt(num_make(most, 0), num_abs(x));
 }
 
@@ -474,7 +475,7 @@ static int64_t no_less(bool is_peak, int64_t acc, int64_t end)
 
 /* A pulse that rises over no end is not made by a rounding: its ramps would be
  * too short for what trimming moves. */
-static bool is_no_pulse(const struct polish *p,
+static bool is_no_pulse(const struct refine *p,
                         const struct motion_otg_phase *hold, struct num x)
 {
     int64_t least = p->plan->dur_ns_q12 >> PULSE_BITS;
@@ -483,9 +484,9 @@ static bool is_no_pulse(const struct polish *p,
 }
 
 /* Half time x, in ticks, more on either side of a pulse. */
-static void turn_pulse(struct polish *p, int which, struct num x)
+static void turn_pulse(struct refine *p, int which, struct num x)
 {
-    int i = p->shape->knobs.pulse[which];
+    int i = p->shape->free.pulse[which];
     struct motion_otg_phase *hold = &p->plan->phase[i];
     if (hold->dur_ns_q12 > 0) {
         hold->dur_ns_q12 += whole(num_twice(x));
@@ -497,15 +498,15 @@ static void turn_pulse(struct polish *p, int which, struct num x)
         return;
     struct num j = is_late(p->rates, i) ? p->rates->j2 : p->rates->j;
     int64_t by = whole(num_mul(x, j));
-    if (!p->shape->knobs.is_peak[which])
+    if (!p->shape->free.is_peak[which])
         by = -by;
     int64_t before = i > 1 ? hold[-2].acc : p->plan->start_acc;
     int64_t acc;
     if (motion_fixed_add(hold->acc, by, &acc) < 0 ||
         motion_fixed_abs(acc) >= ACC_END)
         return; /* no limit is as high */
-    acc = no_less(p->shape->knobs.is_peak[which], acc, before);
-    hold->acc = no_less(p->shape->knobs.is_peak[which], acc, hold[1].acc);
+    acc = no_less(p->shape->free.is_peak[which], acc, before);
+    hold->acc = no_less(p->shape->free.is_peak[which], acc, hold[1].acc);
     hold[-1].acc = hold->acc;
     hold[-1].dur_ns_q12 =
         motion_otg_ramp_ticks(p->rates, i - 1, hold->acc - before);
@@ -513,9 +514,9 @@ static void turn_pulse(struct polish *p, int which, struct num x)
         motion_otg_ramp_ticks(p->rates, i + 1, hold[1].acc - hold->acc);
 }
 
-static void turn_cruise(struct polish *p, struct num x)
+static void turn_cruise(struct refine *p, struct num x)
 {
-    int64_t *n = &p->plan->phase[p->shape->knobs.cruise].dur_ns_q12;
+    int64_t *n = &p->plan->phase[p->shape->free.cruise].dur_ns_q12;
     *n += whole(x);
     if (*n < 0)
         *n = 0;
@@ -530,7 +531,7 @@ static bool is_slight(struct num one, struct num other)
 /* The pulse that is to make the speed good: the one next to an end that brakes
  * by much, whose speed is known to 2^-28 of what braking took and may be all
  * that the cruise's limit allows; else the one that changes it more. */
-static int speed_pulse(const struct polish *p)
+static int speed_pulse(const struct refine *p)
 {
     if (p->rates->brake > 0 && !is_slight(p->pulse_v[0], p->pulse_v[1]))
         return 0;
@@ -540,7 +541,7 @@ static int speed_pulse(const struct polish *p)
 }
 
 /* Speed with a pulse, the rest with the cruise. */
-static void polish_cruise(struct polish *p)
+static void refine_cruise(struct refine *p)
 {
     int which = speed_pulse(p);
     struct num x = num_zero();
@@ -557,9 +558,9 @@ static void polish_cruise(struct polish *p)
 
 /* Both pulses; where there is a cruise, it takes what they leave of a wanted
  * duration. */
-static void polish_pulses(struct polish *p)
+static void refine_pulses(struct refine *p)
 {
-    bool is_timed = p->shape->knobs.cruise >= 0;
+    bool is_timed = p->shape->free.cruise >= 0;
     struct num d0 = p->pulse_d[0], d1 = p->pulse_d[1], d = p->d;
     if (is_timed) {
         struct num twice = num_twice(p->speed);
@@ -586,7 +587,7 @@ static void polish_pulses(struct polish *p)
     }
 }
 
-static void polish_speed(struct polish *p)
+static void refine_speed(struct refine *p)
 {
     struct num x = num_mul(num_div(p->v, p->pulse_v[0]), p->per_s);
     if (p->pulse_v[0].m && !is_far(p, x))
@@ -595,18 +596,18 @@ static void polish_speed(struct polish *p)
 
 /* A pulse of acceleration a at the speed v, held 2 x longer: what comes after is
  * 2 x later and 2 a x faster. */
-static void walk_pulse(struct polish *p, int k, struct num v, int64_t left)
+static void walk_pulse(struct refine *p, int k, struct num v, int64_t left)
 {
-    int64_t acc = p->plan->phase[p->shape->knobs.pulse[k]].acc;
+    int64_t acc = p->plan->phase[p->shape->free.pulse[k]].acc;
     struct num a = num_make(acc, -p->plan->acc_bits);
     p->pulse_v[k] = num_twice(a);
     p->pulse_d[k] = num_twice(num_add(v, num_mul(a, motion_otg_seconds(left))));
 }
 
 /* The speeds at the knobs. */
-static void polish_walk(struct polish *p)
+static void refine_walk(struct refine *p)
 {
-    const struct otg_knobs *k = &p->shape->knobs;
+    const struct otg_free *k = &p->shape->free;
     int last = k->pulse[1] < 0 ? k->pulse[0] : k->pulse[1];
     struct num v = num_make(p->plan->start_vel_q32, -32);
     struct num a = num_make(p->plan->start_acc, -p->plan->acc_bits);
@@ -628,27 +629,27 @@ static void polish_walk(struct polish *p)
         walk_pulse(p, 1, v, left);
 }
 
-void motion_otg_polish(struct motion_otg_plan *plan,
+void motion_otg_refine(struct motion_otg_plan *plan,
                        const struct otg_shape *shape,
                        const struct otg_rates *rates,
-                       const struct otg_miss *miss)
+                       const struct otg_residual *residual)
 {
-    const struct otg_knobs *knobs = &shape->knobs;
-    struct polish p = { .plan = plan, .shape = shape, .rates = rates };
-    if (knobs->pulse[0] < 0 || plan->count == 0)
+    const struct otg_free *free = &shape->free;
+    struct refine p = { .plan = plan, .shape = shape, .rates = rates };
+    if (free->pulse[0] < 0 || plan->count == 0)
         return;
     p.per_s = motion_otg_per_second();
-    p.v = miss->vel;
-    p.d = miss->way;
-    polish_walk(&p);
-    if (knobs->pulse[1] < 0) {
-        polish_speed(&p);
-    } else if (knobs->cruise >= 0 && !miss->is_timed) {
-        polish_cruise(&p);
+    p.v = residual->vel;
+    p.d = residual->pos;
+    refine_walk(&p);
+    if (free->pulse[1] < 0) {
+        refine_speed(&p);
+    } else if (free->cruise >= 0 && !residual->is_timed) {
+        refine_cruise(&p);
     } else {
-        if (knobs->cruise >= 0)
-            p.t = num_div(num_make(miss->ticks, 0), p.per_s);
-        polish_pulses(&p);
+        if (free->cruise >= 0)
+            p.t = num_div(num_make(residual->ticks, 0), p.per_s);
+        refine_pulses(&p);
     }
     plan->dur_ns_q12 = 0;
     for (int i = 0; i < plan->count; i++)

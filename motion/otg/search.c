@@ -12,8 +12,8 @@
 #include "motion/core/err.h"
 #include "motion/otg/internal.h"
 
-#define EDGE_BITS 14
-#define LENS_BITS 24 /* what rounding makes of its time is less */
+#define EDGE_BITS  14
+#define EARLY_BITS 24 /* what rounding makes of its time is less */
 
 /* --- the main region ------------------------------------------------------ */
 
@@ -63,15 +63,16 @@ OTG_OWN_FRAME static struct num guess_two(const struct otg_border *b,
 
 /* In regime B the border may rise before it falls: as far as its rate gets
  * less, as in the lens.  What it reaches there comes first. */
-static bool is_placed_early(struct answer *at, struct num want, struct num lo)
+static bool is_placed_on_first(struct answer *at, struct num target,
+                               struct num lo)
 {
     struct otg_point p = at->p;
     struct num hi = motion_otg_border_turn(&at->b, num_zero());
     if (!num_lt(lo, hi) || motion_otg_border_rate(&at->b, &p).m <= 0 ||
-        !num_lt(p.got, want))
+        !num_lt(p.got, target))
         return false;
     p.x = num_half(num_add(lo, hi));
-    motion_otg_border_root(&at->b, OTG_GOAL_LENS, want, lo, hi, &p);
+    motion_otg_border_root(&at->b, OTG_GOAL_FIRST, target, lo, hi, &p);
     if (p.rest.m > 0)
         return false;
     at->p = p;
@@ -80,14 +81,14 @@ static bool is_placed_early(struct answer *at, struct num want, struct num lo)
 }
 
 /* Displacement `want` on the last rising branch, from p at lo on. */
-static void place(struct answer *at, struct num want, struct num lo)
+static void place(struct answer *at, struct num target, struct num lo)
 {
     struct otg_border *b = &at->b;
     struct otg_point *p = &at->p;
     struct num hi = motion_otg_border_half(b, b->top);
     if (lo.m < 0) {
         motion_otg_border_at(b, OTG_GOAL_D, num_zero(), p);
-        if (p->slope.m > 0 && !num_lt(p->got, want)) {
+        if (p->slope.m > 0 && !num_lt(p->got, target)) {
             hi = num_zero();
             p->x = num_half(lo);
         } else {
@@ -96,11 +97,11 @@ static void place(struct answer *at, struct num want, struct num lo)
     }
     hi = num_max(lo, hi);
     if (lo.m >= 0) {
-        struct num rest = num_sub(want, p->got);
+        struct num rest = num_sub(target, p->got);
         p->x = num_add(lo, b->is_unit ? guess(rest, p->slope)
                                       : guess_two(b, rest, p->slope));
     }
-    motion_otg_border_root(b, OTG_GOAL_D, want, lo, hi, p);
+    motion_otg_border_root(b, OTG_GOAL_D, target, lo, hi, p);
     at->cruise = num_zero();
     if (p->rest.m > 0)
         at->cruise = num_div(p->rest, p->vc);
@@ -108,27 +109,27 @@ static void place(struct answer *at, struct num want, struct num lo)
 
 /* The border with `sign`: its start; what d is beyond that. */
 static struct num border_start(const struct otg_problem *q, int sign,
-                               struct answer *at, struct num *want,
+                               struct answer *at, struct num *target,
                                struct num *lo)
 {
     motion_otg_border_init(q, sign, -1, &at->b);
-    *want = num_add(sign < 0 ? num_neg(q->d) : q->d, at->b.lead_d);
+    *target = num_add(sign < 0 ? num_neg(q->d) : q->d, at->b.lead_d);
     *lo = motion_otg_border_low(&at->b);
     if (!q->is_unit && lo->m < 0)
         *lo = num_zero();
     motion_otg_border_at(&at->b, OTG_GOAL_D, *lo, &at->p);
-    return num_sub(*want, at->p.got);
+    return num_sub(*target, at->p.got);
 }
 
 /* Equal within what the search leaves, relative to the way and v t. */
-bool motion_otg_is_reached(const struct otg_problem *q, struct num t,
-                           struct num miss)
+static bool is_reached(const struct otg_problem *q, struct num t,
+                       struct num residual)
 {
-    if (miss.m == 0)
+    if (residual.m == 0)
         return true;
-    struct num way = num_max(num_abs(q->v0), num_abs(q->vf));
-    way = num_add(num_abs(q->d), num_mul(way, t));
-    return way.m != 0 && miss.e < way.e - 24;
+    struct num scale = num_max(num_abs(q->v0), num_abs(q->vf));
+    scale = num_add(num_abs(q->d), num_mul(scale, t));
+    return scale.m != 0 && residual.e < scale.e - 24;
 }
 
 /* No more than drawing limits in may make of `size` or `other`. */
@@ -142,151 +143,154 @@ static bool is_at_start(const struct otg_problem *q, struct answer *at,
                         struct num rest)
 {
     at->cruise = num_zero();
-    return motion_otg_is_reached(q, answer_time(at), rest);
+    return is_reached(q, answer_time(at), rest);
 }
 
 /* Both borders start with the same motion, the plain speed change. */
 static void answer_main(const struct otg_problem *q, struct answer *at)
 {
-    struct num want, lo;
+    struct num target, lo;
     int sign = q->d.m < 0 ? -1 : 1;
-    struct num rest = border_start(q, sign, at, &want, &lo);
+    struct num rest = border_start(q, sign, at, &target, &lo);
     at->is_edge |= is_slight(rest, q->d, at->b.lead_d);
     if ((at->p.slope.m <= 0 || (rest.m <= 0 && !q->is_strict)) &&
         is_at_start(q, at, rest))
         return;
     if (rest.m < 0)
-        (void)border_start(q, -sign, at, &want, &lo);
-    if (lo.m >= 0 || !is_placed_early(at, want, lo))
-        place(at, want, lo);
+        (void)border_start(q, -sign, at, &target, &lo);
+    if (lo.m >= 0 || !is_placed_on_first(at, target, lo))
+        place(at, target, lo);
 }
 
-/* --- the lens ------------------------------------------------------------- */
+/* --- the early set -------------------------------------------------------- */
 
-/* The region of motions whose acceleration never changes sign is closed: a
- * lens between two speed changes, + - and - +.  It needs accelerations of one
- * sign at both ends. */
-struct otg_lens motion_otg_lens_of(const struct otg_problem *q)
+/* Motions whose acceleration never changes sign, which needs accelerations of
+ * one sign at both ends.  What they reach is closed in time: between two speed
+ * changes, + - and - +, with *end = x of that, minus its valley.  The main set
+ * begins later; durations between are blocked. */
+static bool has_early(const struct otg_problem *q, struct num *end)
 {
-    struct otg_lens lens = { .exists = false };
-    if (q->is_no_lens || q->a0.m == 0 || q->af.m == 0 ||
+    if (q->has_no_early || q->a0.m == 0 || q->af.m == 0 ||
         (q->a0.m < 0) != (q->af.m < 0))
-        return lens;
+        return false;
     struct num dv = q->dv;
     struct num e0 = num_half(num_sqr(q->a0)), ef = num_half(num_sqr(q->af));
     if (q->a0.m < 0)
         dv = num_neg(dv);
-    struct num room = num_sub(num_add(e0, ef), dv);
-    if (room.m <= 0 || num_lt(dv, num_abs(num_sub(ef, e0))))
-        return lens;
-    return (struct otg_lens){ true, num_sqrt(room) };
+    struct num square = num_sub(num_add(e0, ef), dv);
+    if (square.m <= 0 || num_lt(dv, num_abs(num_sub(ef, e0))))
+        return false;
+    *end = num_neg(num_sqrt(square));
+    return true;
 }
 
-/* A border of the lens is regime B of the side whose acceleration is below
- * zero there, with a1 rising to -valley. */
-struct num motion_otg_lens_border(const struct otg_problem *q, int sign,
-                                  struct otg_border *b)
+/* A border of it is regime B of the side whose acceleration is below zero there,
+ * with a1 rising to `end`; returns x at its start. */
+static struct num early_border(const struct otg_problem *q, int sign,
+                               struct otg_border *b)
 {
     motion_otg_border_init(q, sign, (q->a0.m > 0) == (sign > 0), b);
     return b->side[b->first].a;
 }
 
-/* Whether `want` is reached while the border is concave, up to hi: it must rise
+/* Whether the target is reached while the border is concave, up to hi: it must rise
  * at its start, and when it ends short of that, fall at its end, or its highest
  * value is at the end.  Nor is it higher than its tangents. */
-static bool lens_may_reach(struct otg_border *b, struct num want,
-                           const struct otg_point *first, struct num hi)
+static bool early_may_reach(struct otg_border *b, struct num target,
+                            const struct otg_point *first, struct num hi)
 {
     struct otg_point last;
     struct num up = motion_otg_border_rate(b, first);
     if (up.m <= 0)
         return false;
-    motion_otg_border_at(b, OTG_GOAL_LENS, hi, &last);
+    motion_otg_border_at(b, OTG_GOAL_FIRST, hi, &last);
     struct num down = motion_otg_border_rate(b, &last);
-    bool is_short = num_lt(last.got, want);
+    bool is_short = num_lt(last.got, target);
     if (is_short && down.m > 0)
         return false;
     struct num span = num_sub(motion_otg_border_time(b, &last),
                               motion_otg_border_time(b, first));
-    if (num_lt(num_add(first->got, num_mul(up, span)), want))
+    if (num_lt(num_add(first->got, num_mul(up, span)), target))
         return false;
-    return down.m > 0 || !num_lt(num_sub(last.got, num_mul(down, span)), want);
+    return down.m > 0 ||
+           !num_lt(num_sub(last.got, num_mul(down, span)), target);
 }
 
-/* Both borders of the lens begin and end with the same motions. */
-OTG_OWN_FRAME static bool is_lens_tip(const struct otg_problem *q,
-                                      struct answer *at, struct num hi)
+/* Both borders of the early set begin and end with the same motions. */
+OTG_OWN_FRAME static bool is_early_tip(const struct otg_problem *q,
+                                       struct answer *at, struct num hi)
 {
-    struct num lo = motion_otg_lens_border(q, 1, &at->b);
-    struct num want = num_add(q->d, at->b.lead_d);
-    motion_otg_border_at(&at->b, OTG_GOAL_LENS, lo, &at->p);
-    if (is_slight(num_sub(want, at->p.got), q->d, at->b.lead_d))
+    struct num lo = early_border(q, 1, &at->b);
+    struct num target = num_add(q->d, at->b.lead_d);
+    motion_otg_border_at(&at->b, OTG_GOAL_FIRST, lo, &at->p);
+    if (is_slight(num_sub(target, at->p.got), q->d, at->b.lead_d))
         return true;
-    motion_otg_border_at(&at->b, OTG_GOAL_LENS, hi, &at->p);
-    return is_slight(num_sub(want, at->p.got), q->d, at->b.lead_d);
+    motion_otg_border_at(&at->b, OTG_GOAL_FIRST, hi, &at->p);
+    return is_slight(num_sub(target, at->p.got), q->d, at->b.lead_d);
 }
 
-static bool lens_reaches(const struct otg_problem *q, enum otg_goal goal,
-                         struct num want, struct num lo, struct num hi,
-                         struct answer *at)
+static bool early_reaches(const struct otg_problem *q, enum otg_goal goal,
+                          struct num target, struct num lo, struct num hi,
+                          struct answer *at)
 {
     at->p.x = num_half(num_add(lo, hi));
-    motion_otg_border_root(&at->b, goal, want, lo, hi, &at->p);
-    return motion_otg_is_reached(q, answer_time(at), at->p.rest);
+    motion_otg_border_root(&at->b, goal, target, lo, hi, &at->p);
+    return is_reached(q, answer_time(at), at->p.rest);
 }
 
 /* A border rises first while it is concave, and once more at its end, where
  * what it comes to is the most of that. */
-static bool answer_lens_border(const struct otg_problem *q, struct num want,
-                               struct num lo, struct num hi, struct answer *at)
+static bool answer_early_border(const struct otg_problem *q, struct num target,
+                                struct num lo, struct num hi, struct answer *at)
 {
     struct num concave = num_max(lo, motion_otg_border_turn(&at->b, hi));
-    if (num_lt(lo, concave) && lens_may_reach(&at->b, want, &at->p, concave) &&
-        lens_reaches(q, OTG_GOAL_LENS, want, lo, concave, at))
+    if (num_lt(lo, concave) &&
+        early_may_reach(&at->b, target, &at->p, concave) &&
+        early_reaches(q, OTG_GOAL_FIRST, target, lo, concave, at))
         return true;
     if (!num_lt(concave, hi))
         return false;
     motion_otg_border_at(&at->b, OTG_GOAL_D, hi, &at->p);
-    return !num_lt(at->p.got, want) &&
-           lens_reaches(q, OTG_GOAL_D, want, concave, hi, at);
+    return !num_lt(at->p.got, target) &&
+           early_reaches(q, OTG_GOAL_D, target, concave, hi, at);
 }
 
-bool motion_otg_lens_is_near(const struct otg_problem *q, struct num valley)
+bool motion_otg_early_is_near(const struct otg_problem *q, struct num end)
 {
     struct num v =
         q->d.m < 0 ? num_neg(num_min(q->v0, q->vf)) : num_max(q->v0, q->vf);
     struct num t = otg_over(q, num_add(num_abs(q->a0), num_abs(q->af)),
                             num_max(q->per_j, q->per_j2));
-    struct num rounding = num_scale(t, -LENS_BITS);
-    t = num_add(num_sub(t, num_twice(valley)), rounding);
+    struct num rounding = num_scale(t, -EARLY_BITS);
+    t = num_add(num_add(t, num_twice(end)), rounding);
     return !num_lt(num_mul(v, t), num_abs(q->d));
 }
 
-OTG_OWN_FRAME static bool answer_lens(const struct otg_problem *q,
-                                      struct answer *at)
+OTG_OWN_FRAME static bool answer_early(const struct otg_problem *q,
+                                       struct answer *at)
 {
-    struct otg_lens lens = motion_otg_lens_of(q);
-    if (!lens.exists || !motion_otg_lens_is_near(q, lens.valley))
+    struct num end;
+    if (!has_early(q, &end) || !motion_otg_early_is_near(q, end))
         return false;
-    at->is_edge |= is_lens_tip(q, at, num_neg(lens.valley));
+    at->is_edge |= is_early_tip(q, at, end);
     at->cruise = num_zero();
     for (int sign = 1; sign >= -1; sign -= 2) {
-        struct num lo = motion_otg_lens_border(q, sign, &at->b);
-        struct num want = sign < 0 ? num_neg(q->d) : q->d;
-        want = num_add(want, at->b.lead_d);
-        motion_otg_border_at(&at->b, OTG_GOAL_LENS, lo, &at->p);
-        if (!num_lt(want, at->p.got))
-            return answer_lens_border(q, want, lo, num_neg(lens.valley), at);
+        struct num lo = early_border(q, sign, &at->b);
+        struct num target = sign < 0 ? num_neg(q->d) : q->d;
+        target = num_add(target, at->b.lead_d);
+        motion_otg_border_at(&at->b, OTG_GOAL_FIRST, lo, &at->p);
+        if (!num_lt(target, at->p.got))
+            return answer_early_border(q, target, lo, end, at);
     }
     return false;
 }
 
-OTG_OWN_FRAME static bool solve_lens(const struct otg_problem *q,
-                                     struct otg_shape *shape)
+OTG_OWN_FRAME static bool solve_early(const struct otg_problem *q,
+                                      struct otg_shape *shape)
 {
     struct answer at;
     at.is_edge = false;
-    bool is_reached = answer_lens(q, &at);
+    bool is_reached = answer_early(q, &at);
     shape->is_edge |= at.is_edge;
     if (is_reached)
         motion_otg_border_shape(&at.b, &at.p, at.cruise, shape);
@@ -310,7 +314,7 @@ OTG_OWN_FRAME static bool is_tie(const struct otg_problem *q)
 static void answer_unit(const struct otg_problem *q, struct answer *at)
 {
     at->is_edge = is_tie(q);
-    if (!answer_lens(q, at))
+    if (!answer_early(q, at))
         answer_main(q, at);
 }
 
@@ -328,12 +332,12 @@ static void answer_best(const struct otg_problem *problem, struct answer *best)
     answer_unit(&q, best);
     for (int sign = 1; sign >= -1; sign -= 2) {
         struct answer at;
-        struct num want, lo;
+        struct num target, lo;
         at.is_edge = false;
         if (num_sub(problem->j, problem->j2).m == 0 ||
-            border_start(problem, sign, &at, &want, &lo).m < 0)
+            border_start(problem, sign, &at, &target, &lo).m < 0)
             continue;
-        place(&at, want, lo);
+        place(&at, target, lo);
         if (num_lt(answer_time(&at), answer_time(best)))
             *best = at;
     }
@@ -400,21 +404,23 @@ void motion_otg_solve_velocity(const struct otg_problem *q,
         a = num_neg(a);
     otg_shape_add(shape, num_mul(num_abs(num_sub(a, q->a0)), q->per_j), a);
     otg_shape_add(shape, hold, a);
-    shape->knobs.pulse[0] = (int16_t)(shape->count - 1);
-    shape->knobs.is_peak[0] = up;
+    shape->free.pulse[0] = (int16_t)(shape->count - 1);
+    shape->free.is_peak[0] = up;
     otg_shape_add(shape, num_mul(num_abs(num_sub(q->af, a)), q->per_j), q->af);
 }
 
-struct num motion_otg_next_time(const struct otg_problem *q, int sign)
+/* Duration of the fastest motion outside the early set (`sign` 0), or of where
+ * the displacement is last passed on the border with that sign. */
+static struct num next_time(const struct otg_problem *q, int sign)
 {
     struct answer at;
-    struct num want, lo;
+    struct num target, lo;
     at.is_edge = false;
     if (sign == 0)
         answer_main(q, &at);
     else {
-        (void)border_start(q, sign, &at, &want, &lo);
-        place(&at, want, lo);
+        (void)border_start(q, sign, &at, &target, &lo);
+        place(&at, target, lo);
     }
     return answer_time(&at);
 }
@@ -547,7 +553,7 @@ OTG_OWN_FRAME static bool solve_cruise(const struct otg_problem *q,
 /* --- between the borders -------------------------------------------------- */
 
 /* The motion of one border. */
-struct edge {
+struct reach {
     struct otg_phase phase[7];
     int count;
     struct num d;
@@ -555,40 +561,40 @@ struct edge {
 
 /* One polyline being walked along. */
 struct walk {
-    const struct edge *edge;
+    const struct reach *reach;
     int i;
     struct num a, left; /* here; time to the next corner */
 };
 
 static void walk_next(struct walk *w)
 {
-    while (w->i < w->edge->count && w->left.m <= 0) {
-        w->a = w->edge->phase[w->i].a;
+    while (w->i < w->reach->count && w->left.m <= 0) {
+        w->a = w->reach->phase[w->i].a;
         w->i++;
-        if (w->i < w->edge->count)
-            w->left = w->edge->phase[w->i].dt;
+        if (w->i < w->reach->count)
+            w->left = w->reach->phase[w->i].dt;
     }
 }
 
 static void walk_by(struct walk *w, struct num dt)
 {
-    struct num rise = num_sub(w->edge->phase[w->i].a, w->a);
+    struct num rise = num_sub(w->reach->phase[w->i].a, w->a);
     struct num part = num_div(dt, w->left);
     w->a = num_add(w->a, num_mul(rise, part));
     w->left = num_sub(w->left, dt);
     walk_next(w);
 }
 
-static struct walk walk_start(const struct edge *edge, struct num a0)
+static struct walk walk_start(const struct reach *reach, struct num a0)
 {
-    struct walk w = { edge, 0, a0, edge->phase[0].dt };
+    struct walk w = { reach, 0, a0, reach->phase[0].dt };
     walk_next(&w);
     return w;
 }
 
 /* Append lambda x + (1 - lambda) y: limits are convex, so what both keep the
  * mixture keeps, and its displacement is the same mixture of theirs. */
-OTG_OWN_FRAME static void blend(const struct edge *x, const struct edge *y,
+OTG_OWN_FRAME static void blend(const struct reach *x, const struct reach *y,
                                 struct num a0, struct num lambda,
                                 struct otg_shape *shape)
 {
@@ -604,7 +610,7 @@ OTG_OWN_FRAME static void blend(const struct edge *x, const struct edge *y,
 
 /* What each border reaches in time t; d is lambda of the way between them. */
 struct slice {
-    struct edge upper, lower;
+    struct reach upper, lower;
     struct num lambda;
 };
 
@@ -615,12 +621,12 @@ static int slice_place(struct slice *s, const struct otg_problem *q,
     struct num over = num_sub(q->d, s->upper.d);
     struct num above = num_sub(q->d, s->lower.d);
     s->lambda = num_one();
-    if (motion_otg_is_reached(q, t, over))
+    if (is_reached(q, t, over))
         return 0;
     if (over.m > 0)
         return 1;
     s->lambda = num_zero();
-    if (motion_otg_is_reached(q, t, above))
+    if (is_reached(q, t, above))
         return 0;
     if (above.m < 0)
         return -1;
@@ -628,69 +634,69 @@ static int slice_place(struct slice *s, const struct otg_problem *q,
     return 0;
 }
 
-static void edge_take(struct edge *edge, struct otg_shape *shape, int from)
+static void reach_take(struct reach *reach, struct otg_shape *shape, int from)
 {
-    edge->count = shape->count - from;
-    for (int i = 0; i < edge->count; i++)
-        edge->phase[i] = shape->phase[from + i];
+    reach->count = shape->count - from;
+    for (int i = 0; i < reach->count; i++)
+        reach->phase[i] = shape->phase[from + i];
     shape->count = from;
-    shape->knobs.pulse[0] = shape->knobs.pulse[1] = shape->knobs.cruise = -1;
+    shape->free.pulse[0] = shape->free.pulse[1] = shape->free.cruise = -1;
 }
 
 /* The border's motion of duration t from lo on; false if it starts later.
  * `shape` is as before. */
 static bool border_in(struct otg_border *b, struct num t, struct num lo,
-                      struct num hi, struct otg_shape *shape, struct edge *edge)
+                      struct num hi, struct otg_shape *shape,
+                      struct reach *reach)
 {
     int from = shape->count;
     struct otg_point p;
-    struct num want = num_add(t, b->lead_t);
+    struct num target = num_add(t, b->lead_t);
     motion_otg_border_at(b, OTG_GOAL_T, lo, &p);
-    if (num_lt(want, p.got))
+    if (num_lt(target, p.got))
         return false;
     p.x = num_half(num_add(lo, num_min(hi, num_half(t))));
-    motion_otg_border_root(b, OTG_GOAL_T, want, lo, hi, &p);
+    motion_otg_border_root(b, OTG_GOAL_T, target, lo, hi, &p);
     struct num cruise = num_zero(), x = p.x;
     if (p.rest.m > 0)
         cruise = p.rest;
     motion_otg_border_shape(b, &p, cruise, shape);
-    edge_take(edge, shape, from);
+    reach_take(reach, shape, from);
     motion_otg_border_at(b, OTG_GOAL_D, x, &p);
     struct num d = num_add(num_sub(p.got, b->lead_d), num_mul(cruise, p.vc));
-    edge->d = b->sign < 0 ? num_neg(d) : d;
+    reach->d = b->sign < 0 ? num_neg(d) : d;
     return true;
 }
 
-OTG_OWN_FRAME static bool duration_in_lens(const struct otg_problem *q,
-                                           struct num t,
-                                           struct otg_shape *shape,
-                                           struct slice *s)
+OTG_OWN_FRAME static bool duration_in_early(const struct otg_problem *q,
+                                            struct num t,
+                                            struct otg_shape *shape,
+                                            struct slice *s)
 {
-    struct otg_lens lens = motion_otg_lens_of(q);
+    struct num hi;
     struct otg_border b;
-    if (!lens.exists)
+    if (!has_early(q, &hi))
         return false;
-    struct num hi = num_neg(lens.valley);
-    struct num late = num_sub(num_add(num_abs(q->a0), num_abs(q->af)),
-                              num_twice(lens.valley));
+    struct num late =
+        num_add(num_add(num_abs(q->a0), num_abs(q->af)), num_twice(hi));
     if (num_lt(late, t))
         return false;
-    struct num lo = motion_otg_lens_border(q, 1, &b);
+    struct num lo = early_border(q, 1, &b);
     if (!border_in(&b, t, lo, hi, shape, &s->upper))
         return false;
-    lo = motion_otg_lens_border(q, -1, &b);
+    lo = early_border(q, -1, &b);
     return border_in(&b, t, lo, hi, shape, &s->lower) &&
            slice_place(s, q, t) == 0;
 }
 
 static bool main_border_in(const struct otg_problem *q, int sign, struct num t,
-                           struct otg_shape *shape, struct edge *edge)
+                           struct otg_shape *shape, struct reach *reach)
 {
     struct otg_border b;
     motion_otg_border_init(q, sign, -1, &b);
     struct num lo = motion_otg_border_low(&b);
     struct num hi = num_max(lo, motion_otg_border_half(&b, b.top));
-    return border_in(&b, t, lo, hi, shape, edge);
+    return border_in(&b, t, lo, hi, shape, reach);
 }
 
 /* Whether d is reached in t; else on which *side of the slice it is, 0 when
@@ -707,11 +713,12 @@ static bool duration_in_main(const struct otg_problem *q, struct num t,
     return *side == 0;
 }
 
-bool motion_otg_lens_in(const struct otg_problem *q, struct num t,
-                        struct otg_shape *shape)
+/* A motion of the early set that takes t. */
+static bool early_in(const struct otg_problem *q, struct num t,
+                     struct otg_shape *shape)
 {
     struct slice s;
-    if (!duration_in_lens(q, t, shape, &s))
+    if (!duration_in_early(q, t, shape, &s))
         return false;
     blend(&s.upper, &s.lower, q->a0, s.lambda, shape);
     return true;
@@ -721,7 +728,7 @@ OTG_OWN_FRAME static bool solve_blend(const struct otg_problem *q, struct num t,
                                       struct otg_shape *shape, int *side)
 {
     struct slice s;
-    if (!duration_in_lens(q, t, shape, &s) &&
+    if (!duration_in_early(q, t, shape, &s) &&
         !duration_in_main(q, t, shape, &s, side))
         return false;
     blend(&s.upper, &s.lower, q->a0, s.lambda, shape);
@@ -737,7 +744,7 @@ int motion_otg_solve_duration(const struct otg_problem *problem, struct num t,
     if (!q.is_unit)
         motion_otg_in_jerk(&q, per_j);
     if (!solve_cruise(&q, t, shape) && !solve_blend(&q, t, shape, &side)) {
-        *next = motion_otg_next_time(&q, side);
+        *next = next_time(&q, side);
         return MOTION_E_LIMIT;
     }
     if (!problem->is_unit)
@@ -745,8 +752,8 @@ int motion_otg_solve_duration(const struct otg_problem *problem, struct num t,
     return MOTION_OK;
 }
 
-bool motion_otg_solve_lens(const struct otg_problem *q, struct num t,
-                           struct otg_shape *shape)
+bool motion_otg_solve_early(const struct otg_problem *q, struct num t,
+                            struct otg_shape *shape)
 {
-    return t.m != 0 ? motion_otg_lens_in(q, t, shape) : solve_lens(q, shape);
+    return t.m != 0 ? early_in(q, t, shape) : solve_early(q, shape);
 }

@@ -12,7 +12,7 @@
 struct needs {
     int64_t least[MOTION_SYNC_AXES];
     int slowest;
-    int64_t wanted; /* by the caller */
+    int64_t given; /* by the caller */
 };
 
 /* The plan of an axis that needs all the time there is comes out a rounding
@@ -61,7 +61,7 @@ OTG_OWN_FRAME static int sync_time(const struct motion_otg_move move[],
                                    struct motion_otg_plan plan[],
                                    struct motion_sync_fault *fault)
 {
-    int64_t dur = needs->wanted;
+    int64_t dur = needs->given;
     int slowest = needs->slowest, made = -1, err = MOTION_OK;
     if (dur < needs->least[slowest]) {
         fault->axis = slowest;
@@ -92,7 +92,7 @@ OTG_OWN_FRAME static int sync_time(const struct motion_otg_move move[],
 struct line {
     const struct motion_otg_move *move;
     int count, leader;
-    int64_t way[MOTION_SYNC_AXES];
+    int64_t travel[MOTION_SYNC_AXES];
 };
 
 static bool line_init(struct line *line, const struct motion_otg_move move[],
@@ -104,10 +104,10 @@ static bool line_init(struct line *line, const struct motion_otg_move move[],
     for (int i = 0; i < count; i++) {
         if (move[i].mode != MOTION_OTG_POSITION ||
             motion_fixed_sub(move[i].goal.pos_q32, move[i].start.pos_q32,
-                             &line->way[i]) < 0)
+                             &line->travel[i]) < 0)
             return false;
-        if (motion_fixed_abs(line->way[i]) > longest) {
-            longest = motion_fixed_abs(line->way[i]);
+        if (motion_fixed_abs(line->travel[i]) > longest) {
+            longest = motion_fixed_abs(line->travel[i]);
             line->leader = i;
         }
     }
@@ -117,17 +117,17 @@ static bool line_init(struct line *line, const struct motion_otg_move move[],
 /* r of axis i. */
 static struct num line_ratio(const struct line *line, int i)
 {
-    return num_div(num_make(line->way[i], 0),
-                   num_make(line->way[line->leader], 0));
+    return num_div(num_make(line->travel[i], 0),
+                   num_make(line->travel[line->leader], 0));
 }
 
 /* a = r lead, as far as one unit of the format, or 2^-30, can tell. */
 static bool is_parallel(const struct line *line, int i, int64_t a, int64_t lead)
 {
-    int64_t want, off, most = (int64_t)(motion_fixed_abs(a) >> 30);
-    if (motion_fixed_muldiv(lead, line->way[i], line->way[line->leader],
-                            &want) < 0 ||
-        motion_fixed_sub(a, want, &off) < 0)
+    int64_t target, off, most = (int64_t)(motion_fixed_abs(a) >> 30);
+    if (motion_fixed_muldiv(lead, line->travel[i], line->travel[line->leader],
+                            &target) < 0 ||
+        motion_fixed_sub(a, target, &off) < 0)
         return false;
     return motion_fixed_abs(off) <= (uint64_t)(most > 1 ? most : 1);
 }
@@ -170,17 +170,17 @@ static void narrow(struct num per_r, struct num low, struct num high,
 }
 
 OTG_OWN_FRAME static void line_problem(const struct line *line,
-                                       struct otg_draw draw,
+                                       struct otg_margin margin,
                                        struct otg_problem *q)
 {
-    motion_otg_problem_init(&line->move[line->leader], draw, q);
+    motion_otg_problem_init(&line->move[line->leader], margin, q);
     q->exact = NULL;
     for (int i = 0; i < line->count; i++) {
         struct otg_problem axis;
-        if (line->way[i] == 0 || i == line->leader)
+        if (line->travel[i] == 0 || i == line->leader)
             continue;
         struct num per_r = num_inv(line_ratio(line, i));
-        motion_otg_problem_init(&line->move[i], draw, &axis);
+        motion_otg_problem_init(&line->move[i], margin, &axis);
         narrow(per_r, axis.vn, axis.vx, &q->vn, &q->vx);
         narrow(per_r, axis.an, axis.ax, &q->an, &q->ax);
         per_r = num_abs(per_r);
@@ -207,12 +207,12 @@ static int line_axis(const struct line *line, int i,
     q.j2 = num_mul(q.j2, num_abs(r));
     motion_otg_shape_scale(&own, 0, r);
     for (int k = 0; k < 2 && r.m < 0; k++)
-        own.knobs.is_peak[k] = !own.knobs.is_peak[k];
+        own.free.is_peak[k] = !own.free.is_peak[k];
     return motion_otg_settle(&line->move[i], &q, &own, dur, plan, field);
 }
 
 /* The leader comes first: without a duration asked for it gives one. */
-static int line_try(const struct line *line, struct otg_draw draw,
+static int line_try(const struct line *line, struct otg_margin margin,
                     int64_t shortest, struct motion_otg_plan plan[],
                     struct motion_sync_fault *fault)
 {
@@ -221,7 +221,7 @@ static int line_try(const struct line *line, struct otg_draw draw,
     int64_t dur = shortest;
     struct num next = num_zero();
     otg_shape_init(&shape);
-    line_problem(line, draw, &q);
+    line_problem(line, margin, &q);
     int err = motion_otg_propose(&q, motion_otg_seconds(dur), &shape, &next);
     if (err < 0)
         return err;
@@ -248,9 +248,9 @@ OTG_OWN_FRAME static int sync_line(const struct motion_otg_move move[],
     if (!line_init(&line, move, count) || !line_holds(&line, fault))
         return MOTION_E_LIMIT;
     int err = MOTION_OK;
-    int wanted = motion_otg_wanted_bits(needs->least[needs->slowest]);
-    for (int i = 0; i < OTG_TRIES; i++) {
-        err = line_try(&line, motion_otg_draw(wanted, i), needs->wanted, plan,
+    int finest = motion_otg_margin_bits(needs->least[needs->slowest]);
+    for (int i = 0; i < OTG_MARGINS; i++) {
+        err = line_try(&line, motion_otg_margin(finest, i), needs->given, plan,
                        fault);
         if (err != MOTION_E_LIMIT)
             break;
@@ -276,7 +276,7 @@ OTG_OWN_FRAME static int find_needs(const struct motion_otg_move move[],
                                     struct motion_sync_fault *fault)
 {
     needs->slowest = 0;
-    needs->wanted = 0;
+    needs->given = 0;
     for (int i = 0; i < count; i++) {
         fault->axis = i;
         fault->field = MOTION_OTG_FIELD_DURATION;
@@ -287,8 +287,8 @@ OTG_OWN_FRAME static int find_needs(const struct motion_otg_move move[],
             return err;
         if (needs->least[i] > needs->least[needs->slowest])
             needs->slowest = i;
-        if (move[i].dur_ns_q12 > needs->wanted)
-            needs->wanted = move[i].dur_ns_q12;
+        if (move[i].dur_ns_q12 > needs->given)
+            needs->given = move[i].dur_ns_q12;
     }
     return MOTION_OK;
 }
@@ -309,7 +309,7 @@ int motion_sync_make(const struct motion_otg_move move[], int count,
     int err = find_needs(move, count, &needs, fault);
     if (err < 0)
         return err;
-    if (needs.least[needs.slowest] == 0 && needs.wanted == 0)
+    if (needs.least[needs.slowest] == 0 && needs.given == 0)
         return sync_none(move, count, plan, fault);
     if (kind == MOTION_SYNC_PHASE || kind == MOTION_SYNC_STRAIGHT) {
         err = sync_line(move, count, &needs, plan, fault);
@@ -368,7 +368,7 @@ static int move_to(const struct through *th, int i)
                             th->fault);
 }
 
-static struct num way_between(const struct through *th, int i, int axis)
+static struct num displacement(const struct through *th, int i, int axis)
 {
     return num_sub(num_make(position_of(th, i, axis), -32),
                    num_make(position_of(th, i - 1, axis), -32));
@@ -401,8 +401,8 @@ static void choose(const struct through *th, int i, int share)
         p->vel_q32 = 0;
         if (i + 1 == th->points)
             continue;
-        struct num before = way_between(th, i, k);
-        struct num after = way_between(th, i + 1, k);
+        struct num before = displacement(th, i, k);
+        struct num after = displacement(th, i + 1, k);
         if (before.m == 0 || after.m == 0 || (before.m > 0) != (after.m > 0))
             continue;
         struct num d = num_min(num_abs(before), num_abs(after));
