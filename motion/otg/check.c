@@ -220,8 +220,9 @@ static bool is_within(struct num off, int64_t named_q32, struct num most)
 /* Is what a plan of one phase leaves of its goal, the residual it names and
  * what that leaves (V, and twice P), no more than a part of a tick and a
  * rounding make? */
-static bool check_residual(const struct otg_check *c, struct motion_u128 vel,
-                           struct wider twice)
+OTG_OWN_FRAME static bool check_residual(const struct otg_check *c,
+                                         struct motion_u128 vel,
+                                         struct wider twice)
 {
     const struct motion_otg_plan *plan = c->plan;
     const struct motion_state *start = &c->move->start, *goal = &c->move->goal;
@@ -478,8 +479,9 @@ static bool crest_is_carried(const struct otg_check *c, const struct carrier *k,
 /* Is there room for what a track's carrier takes of what is missing at the end
  * (V, and twice P), rounded up to a power of two, or is it no more than the
  * coefficients of its segment leave open?  In V it is 2 d / 2 n. */
-static bool check_carried(const struct otg_check *c, struct motion_u128 vel,
-                          struct wider twice)
+OTG_OWN_FRAME static bool check_carried(const struct otg_check *c,
+                                        struct motion_u128 vel,
+                                        struct wider twice)
 {
     int at = motion_otg_carrier(c->plan);
     struct wider by = carried(c, at, vel, twice);

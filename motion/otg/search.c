@@ -411,7 +411,7 @@ void motion_otg_solve_velocity(const struct otg_problem *q,
 
 /* Duration of the fastest motion outside the early set (`sign` 0), or of where
  * the displacement is last passed on the border with that sign. */
-static struct num next_time(const struct otg_problem *q, int sign)
+OTG_OWN_FRAME static struct num next_time(const struct otg_problem *q, int sign)
 {
     struct answer at;
     struct num target, lo;
