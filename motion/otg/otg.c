@@ -291,12 +291,104 @@ static bool make_cruise(const struct motion_otg_move *move,
 
 /* --- the loop -------------------------------------------------------------- */
 
-#define OTG_HURRY       20 /* at first no more than 2^-20 longer, and a ns */
-#define OTG_HURRY_TICKS 4096
-#define OTG_ROOT        10 /* what a search next to an edge may be off */
-#define OTG_LATER       24 /* durations tried when the shortest has no plan */
-#define OTG_SOON        6  /* of these before all draws are tried */
-#define OTG_WAIT        4  /* the second is 2^4 ticks more */
+/* A shape may not become a plan: rounding to ticks may take more than the margin
+ * is, and no whole number of ticks may be a motion's duration.  So larger margins
+ * are tried, and longer durations, stage by stage, until a plan passes the check.
+ * Of most moves the first try does; all stages are 35 durations of OTG_MARGINS. */
+static const struct stage {
+    bool is_later; /* durations from the least on, not that itself */
+    bool
+        is_capped; /* what takes longer than the first try waits: larger margins
+                       can close a displacement that was just open */
+    bool is_strict; /* as in struct otg_problem */
+    int durations;
+} stages[] = {
+    { .durations = 1, .is_capped = true }, { .durations = 7, .is_later = true },
+    { .durations = 1, .is_strict = true }, { .durations = 1 },
+    { .durations = 25, .is_later = true },
+};
+
+enum { STAGE_LEAST, STAGE_SOON, STAGE_STRICT, STAGE_ALL, STAGE_LATER, STAGES };
+
+#define CAP_BITS   20   /* no more than 2^-20 longer, */
+#define CAP_TICKS  4096 /* and a ns */
+#define LATER_BITS 4    /* the second duration is 2^4 ticks more */
+#define EDGE_OFF   10   /* what a search next to the edge may be off */
+
+/* One try, and what is needed for the next. */
+struct tries {
+    int64_t dur;  /* of this one; 0: the least */
+    int64_t most; /* what takes longer waits */
+    int64_t given, least;
+    int stage, end;       /* of the stages; the first that is not for it */
+    int duration, margin; /* counted in the stage, and at this duration */
+    int finest;
+    struct otg_margin by;
+};
+
+static void tries_begin(struct tries *t, int64_t dur)
+{
+    const struct otg_margin by = { OTG_MARGIN_BITS, OTG_MARGIN_BITS,
+                                   OTG_MARGIN_BITS,
+                                   stages[t->stage].is_strict };
+    t->dur = dur;
+    t->most = INT64_MAX;
+    t->margin = 0;
+    t->finest = OTG_MARGIN_BITS;
+    t->by = by;
+}
+
+static void tries_init(struct tries *t, enum motion_otg_mode mode,
+                       int64_t dur_ns_q12)
+{
+    bool is_least = mode == MOTION_OTG_POSITION && dur_ns_q12 == 0;
+    t->stage = is_least ? STAGE_LEAST : STAGE_ALL;
+    t->end = mode == MOTION_OTG_POSITION ? STAGES : STAGE_LATER;
+    t->duration = 0;
+    t->given = dur_ns_q12;
+    t->least = dur_ns_q12 + (dur_ns_q12 >> OTG_MARGIN_BITS) + 1;
+    tries_begin(t, dur_ns_q12);
+}
+
+/* What the first try at a duration came to, which took `dur`. */
+static void tries_measure(struct tries *t, int64_t dur)
+{
+    t->finest = motion_otg_margin_bits(dur);
+    if (t->dur == 0)
+        t->least = dur;
+    if (stages[t->stage].is_capped)
+        t->most = dur + (dur >> CAP_BITS) + CAP_TICKS;
+}
+
+/* A larger margin, a longer duration or the next stage, after a try that came to
+ * `next`, or was blocked up to there; false after the last one.  A displacement
+ * may be covered in no whole number of ticks: at a given speed in a part of one,
+ * or within what the jerk allows only in times between two.  So durations are a
+ * little longer each, or from the next on at which there is a motion. */
+static bool tries_next(struct tries *t, bool is_blocked, int64_t next)
+{
+    if (is_blocked && t->stage != STAGE_SOON && next > t->dur)
+        t->least = next;
+    if (!is_blocked && t->margin == 0)
+        tries_measure(t, next);
+    if (!is_blocked && ++t->margin < OTG_MARGINS) {
+        t->by = motion_otg_margin(t->finest,
+                                  t->margin - (t->finest < OTG_MARGIN_BITS));
+        t->by.is_strict = stages[t->stage].is_strict;
+        return true;
+    }
+    int k = t->duration++;
+    if (t->duration < stages[t->stage].durations) {
+        tries_begin(t, t->least + (t->least >> (OTG_MARGIN_BITS - k)) +
+                           ((int64_t)1 << (LATER_BITS + k)));
+        return true;
+    }
+    if (++t->stage == t->end)
+        return false;
+    t->duration = 0;
+    tries_begin(t, stages[t->stage].is_later ? t->least : t->given);
+    return true;
+}
 
 /* Seconds to whole 2^-12 ns, up by more than the search is off and so much that
  * there is something to choose from. */
@@ -331,30 +423,27 @@ static int otg_shape_of(const struct motion_otg_move *move,
     return MOTION_OK;
 }
 
-/* The plan's duration is the proposal's where the answer is MOTION_E_LIMIT; one
- * above `most` is not made good, nor one that is on an edge when that is
- * asked. */
-static int otg_try(const struct motion_otg_move *move, int64_t dur_ns_q12,
-                   struct otg_margin margin, int64_t most, bool *is_edge,
-                   struct motion_otg_plan *plan, enum motion_otg_field *field)
+/* The plan's duration is the shape's where the answer is MOTION_E_LIMIT, or the
+ * next where the duration is blocked.  A shape that takes too long is not made
+ * good, nor one on the edge where is_edge says to look for that. */
+static int otg_try(const struct motion_otg_move *move, const struct tries *t,
+                   bool *is_edge, struct motion_otg_plan *plan,
+                   enum motion_otg_field *field)
 {
     struct otg_problem q;
     struct otg_shape shape;
     struct num next = num_zero();
-    motion_otg_problem_init(move, margin, &q);
-    int err = otg_shape_of(move, &q, dur_ns_q12, &shape, &next);
+    motion_otg_problem_init(move, t->by, &q);
+    int err = otg_shape_of(move, &q, t->dur, &shape, &next);
     if (err < 0) {
         plan->dur_ns_q12 = in_ns_q12(next);
         return otg_refuse(field, MOTION_OTG_FIELD_DURATION, err);
     }
     err = MOTION_E_LIMIT;
-    if (is_edge)
-        *is_edge = shape.is_edge;
-    if (is_edge && *is_edge)
-        *field = MOTION_OTG_FIELD_GOAL_POS;
-    else if (most == INT64_MAX ||
-             in_ns_q12(motion_otg_shape_time(&shape)) <= most)
-        err = motion_otg_settle(move, &q, &shape, dur_ns_q12, plan, field);
+    *is_edge = *is_edge && shape.is_edge;
+    if (!*is_edge && (t->most == INT64_MAX ||
+                      in_ns_q12(motion_otg_shape_time(&shape)) <= t->most))
+        err = motion_otg_settle(move, &q, &shape, t->dur, plan, field);
     if (err == MOTION_E_LIMIT)
         plan->dur_ns_q12 = in_ns_q12(motion_otg_shape_time(&shape));
     return err;
@@ -411,10 +500,10 @@ int motion_otg_make(const struct motion_otg_move *move,
                               field ? field : &unused);
 }
 
-/* Where the way is next to what the plain change of speed covers, drawing
- * limits in costs the root of it: that is made exactly, or what is next to it,
- * unless the search has a shorter way, with the acceleration on one side of
- * zero. */
+/* Where the displacement is next to what the plain change of speed covers,
+ * tightening limits costs the root of it: that is made exactly, or what is next
+ * to it, unless the search has a shorter motion, with the acceleration on one
+ * side of zero. */
 OTG_OWN_FRAME static int otg_make_edge(const struct motion_otg_move *move,
                                        struct motion_otg_plan *plan,
                                        enum motion_otg_field *field)
@@ -423,75 +512,34 @@ OTG_OWN_FRAME static int otg_make_edge(const struct motion_otg_move *move,
     int err = motion_otg_plain(move, plan, field);
     if (err < 0)
         err = motion_otg_edge(move, dur, plan, field);
-    if (err == MOTION_OK && plan->dur_ns_q12 > dur + (dur >> OTG_ROOT))
+    if (err == MOTION_OK && plan->dur_ns_q12 > dur + (dur >> EDGE_OFF))
         err = MOTION_E_LIMIT;
     return err;
 }
 
-/* In a hurry what takes longer waits: lower limits can close a way that was
- * just open.  Then strictly, and then as they are. */
-enum draws { DRAW_HURRY, DRAW_STRICT, DRAW_ALL };
-
-/* One after the other with limits drawn in further; *first becomes the duration
- * of the first.  Where there is no motion of the duration it stays, and the
- * plan's duration is the next one. */
-static int otg_make_drawn(const struct motion_otg_move *move,
-                          int64_t dur_ns_q12, enum draws how,
-                          struct motion_otg_plan *plan, int64_t *first,
+/* One try after the other. */
+static int otg_make_tries(const struct motion_otg_move *move, struct tries *t,
+                          struct motion_otg_plan *plan,
                           enum motion_otg_field *field)
 {
-    struct otg_margin margin = { OTG_MARGIN_BITS, OTG_MARGIN_BITS,
-                                 OTG_MARGIN_BITS, how == DRAW_STRICT };
-    int64_t most = INT64_MAX;
-    int finest = OTG_MARGIN_BITS;
-    for (int i = 0; i < OTG_MARGINS; i++) {
-        bool is_edge = false;
-        int err =
-            otg_try(move, dur_ns_q12, margin, most,
-                    i == 0 && how == DRAW_HURRY ? &is_edge : NULL, plan, field);
+    int err;
+    do {
+        if (stages[t->stage].is_later &&
+            t->dur >= MOTION_TRACK_SEGMENT_MAX_NS_Q12)
+            return otg_refuse(field, MOTION_OTG_FIELD_GOAL_POS, MOTION_E_RANGE);
+        bool is_edge = t->stage == STAGE_LEAST && t->margin == 0;
+        err = otg_try(move, t, &is_edge, plan, field);
         if (is_edge && otg_make_edge(move, plan, field) == MOTION_OK)
             return MOTION_OK;
-        if (is_edge)
-            err = otg_try(move, dur_ns_q12, margin, most, NULL, plan, field);
-        if (err == MOTION_OK || err == MOTION_E_RANGE)
-            return err;
-        if (i == 0) {
-            if (*field == MOTION_OTG_FIELD_DURATION)
-                return err;
-            *first = plan->dur_ns_q12;
-            finest = motion_otg_margin_bits(*first);
-            if (how == DRAW_HURRY)
-                most = *first + (*first >> OTG_HURRY) + OTG_HURRY_TICKS;
+        if (is_edge) {
+            is_edge = false;
+            err = otg_try(move, t, &is_edge, plan, field);
         }
-        margin = motion_otg_margin(finest, i + (finest == OTG_MARGIN_BITS));
-        margin.is_strict = how == DRAW_STRICT;
-    }
-    return MOTION_E_LIMIT;
-}
-
-/* The first duration from `least` on that has a plan.  The fastest motion may
- * exist for no whole number of ticks: at a given speed a way is covered in a
- * part of one, or within what the jerk allows only in times that lie between
- * two.  So wait: for a little longer, or for the next time at which there is a
- * motion. */
-static int otg_make_later(const struct motion_otg_move *move, int64_t least,
-                          int tries, struct motion_otg_plan *plan,
-                          enum motion_otg_field *field)
-{
-    int64_t dur = least;
-    for (int i = 0; i <= tries; i++) {
-        int64_t first = 0;
-        if (dur >= MOTION_TRACK_SEGMENT_MAX_NS_Q12)
-            return otg_refuse(field, MOTION_OTG_FIELD_GOAL_POS, MOTION_E_RANGE);
-        int err = otg_make_drawn(move, dur, DRAW_ALL, plan, &first, field);
-        if (err == MOTION_OK || err == MOTION_E_RANGE)
-            return err;
-        if (tries > OTG_SOON && first == 0 && plan->dur_ns_q12 > dur)
-            least = plan->dur_ns_q12;
-        dur = least + (least >> (OTG_MARGIN_BITS - i)) +
-              ((int64_t)1 << (OTG_WAIT + i));
-    }
-    return otg_refuse(field, MOTION_OTG_FIELD_GOAL_POS, MOTION_E_LIMIT);
+    } while (err == MOTION_E_LIMIT &&
+             tries_next(t,
+                        t->margin == 0 && *field == MOTION_OTG_FIELD_DURATION,
+                        plan->dur_ns_q12));
+    return err;
 }
 
 /* A plan that meets its goal. */
@@ -499,32 +547,19 @@ static int otg_make_exact(const struct motion_otg_move *move,
                           int64_t dur_ns_q12, struct motion_otg_plan *plan,
                           enum motion_otg_field *field)
 {
-    int64_t first = 0;
-    bool hurry = move->mode == MOTION_OTG_POSITION && dur_ns_q12 == 0;
-    if (move->mode == MOTION_OTG_VELOCITY
-            ? motion_otg_plain(move, plan, field) == MOTION_OK
-            : hurry && make_cruise(move, plan))
+    struct tries t;
+    bool has_place = move->mode == MOTION_OTG_POSITION;
+    if (has_place ? dur_ns_q12 == 0 && make_cruise(move, plan)
+                  : motion_otg_plain(move, plan, field) == MOTION_OK)
         return MOTION_OK;
-    int err = otg_make_drawn(move, dur_ns_q12, hurry ? DRAW_HURRY : DRAW_ALL,
-                             plan, &first, field);
-    if (err == MOTION_E_LIMIT && hurry &&
-        otg_make_later(move, first, OTG_SOON, plan, field) == MOTION_OK)
-        return MOTION_OK;
-    if (err == MOTION_E_LIMIT && hurry)
-        err =
-            otg_make_drawn(move, dur_ns_q12, DRAW_STRICT, plan, &first, field);
-    if (err == MOTION_E_LIMIT && hurry)
-        err = otg_make_drawn(move, dur_ns_q12, DRAW_ALL, plan, &first, field);
-    if (err != MOTION_E_LIMIT || move->mode != MOTION_OTG_POSITION)
-        return err;
-    if (dur_ns_q12 == 0)
-        return otg_make_later(move, first, OTG_LATER, plan, field);
-    int64_t least = dur_ns_q12 + (dur_ns_q12 >> OTG_MARGIN_BITS) + 1;
-    if (first == 0 && plan->dur_ns_q12 > dur_ns_q12)
-        least = plan->dur_ns_q12;
-    err = otg_make_later(move, least, OTG_LATER, plan, field);
-    return otg_refuse(field, MOTION_OTG_FIELD_DURATION,
-                      err == MOTION_E_RANGE ? err : MOTION_E_LIMIT);
+    tries_init(&t, move->mode, dur_ns_q12);
+    int err = otg_make_tries(move, &t, plan, field);
+    if (dur_ns_q12 != 0 && t.stage > STAGE_ALL)
+        return otg_refuse(field, MOTION_OTG_FIELD_DURATION,
+                          err == MOTION_E_RANGE ? err : MOTION_E_LIMIT);
+    if (err == MOTION_E_LIMIT && has_place)
+        *field = MOTION_OTG_FIELD_GOAL_POS;
+    return err;
 }
 
 static int otg_make_valid(const struct motion_otg_move *move,
