@@ -1,11 +1,11 @@
-/* motion/otg/check.c - does a plan do what was asked, inside the limits?
+/* motion/otg/check.c - does a plan meet its request, inside the limits?
  *
- * Knows nothing of how the plan was found.  It integrates the phases in exact
- * integers and compares with the public numbers, which are whole in the plan's
- * units (otg.h): a limit is kept or it is not.  V is followed from corner to
- * corner; P is what each phase adds to V, times the time that is left.  The
- * corners in `trim` are known to one unit; what these can make is added
- * wherever it can matter:
+ * Shares nothing with how the plan was found.  It integrates the phases in
+ * exact integers and compares with the public numbers, which are whole in the
+ * plan's units (otg.h): a limit is kept or it is not.  V is followed from
+ * corner to corner; P is what each phase adds to V, times the time that is
+ * left.  The corners in `trim` are known to one unit; what these can make is
+ * added wherever it can matter:
  *
  *   acceleration  1 at such a corner
  *   jerk          1, or 2 between corners that move apart, over the phase
@@ -29,9 +29,9 @@ struct otg_check {
     const struct motion_otg_plan *plan;
     const struct motion_otg_move *move;
     struct motion_u128 start, goal, up, down; /* V there, and at its limits */
-    struct motion_u128 up_in, down_in; /* with the room that trimming needs */
+    struct motion_u128 up_in, down_in; /* with the margin that trimming takes */
     int64_t acc_max, acc_min;
-    int64_t trimmed, slack; /* W; that room, 2^9 W or where that is_coarse W */
+    int64_t trimmed, slack; /* W; that margin, 2^9 W or where is_coarse W */
     uint64_t fives;         /* see jerk_is_kept */
     uint64_t jerk[2];
     int step_down;
@@ -41,14 +41,14 @@ struct otg_check {
 
 enum otg_check_end { OTG_CHECK_START, OTG_CHECK_GOAL };
 
-/* Room above v (below it with sign -1). */
+/* Margin above v (below it with sign -1). */
 static inline struct motion_u128 check_margin(const struct otg_check *c,
                                               struct motion_u128 v, int sign)
 {
     return sign > 0 ? wide_sub(c->up, v) : wide_sub(v, c->down);
 }
 
-/* --- limits in the plan's units -------------------------------------------- */
+/* --- limits in the plan's units ------------------------------------------- */
 
 #define CHECK_FIVES_BITS 42 /* 5^9 has 21 bits */
 #define CHECK_SLACK      9
@@ -100,8 +100,8 @@ static struct motion_u128 ramp_of(int64_t acc_q32, int64_t jerk_q32,
 }
 
 /* Does a state with velocity v stay below `limit` for certain, when its
- * acceleration a > 0 is let off with jerk j (0: at once)?  The room below the
- * limit is limit - v, at most 2^64. */
+ * acceleration a > 0 ramps to zero with jerk j (0: at once)?  The margin below
+ * the limit is limit - v, at most 2^64. */
 static bool swing_is_inside(int64_t vel, int64_t acc, int64_t jerk,
                             int64_t limit)
 {
@@ -144,7 +144,7 @@ static int64_t trimmed_ticks(const struct motion_otg_plan *plan)
     return all;
 }
 
-/* 5^9 step <= 2^up jerk n: the power where there is room for it. */
+/* 5^9 step <= 2^up jerk n: the power on the side where it fits. */
 static void jerk_init(struct otg_check *c, int up)
 {
     uint64_t jerk = (uint64_t)c->move->limit.jerk_q32;
@@ -316,7 +316,7 @@ static bool acc_is_kept(const struct otg_check *c, int64_t a, int off)
     return off == 0 && a <= c->acc_max && a >= c->acc_min;
 }
 
-/* room >= least, least >= 0. */
+/* margin >= least, least >= 0. */
 static bool has_margin(struct motion_u128 margin, int64_t least)
 {
     return margin.hi == 0 ? margin.lo >= (uint64_t)least
@@ -418,8 +418,8 @@ static int check_phase(struct otg_check *c, int i, const struct stretch *s,
  *
  * A track lays what is missing at the end on one phase, the carrier (track.c),
  * as d u^3 over its n ticks, n of T in all: 3 d / n more velocity.  With d at
- * most 2 W T that is less than 2^9 W where n > T / 2^6, and such is the room
- * that velocities keep.  Where it is too much to ask, or the carrier is shorter
+ * most 2 W T that is less than 2^9 W where n > T / 2^6, and such is the margin
+ * that velocities keep.  Where that is too large, or the carrier is shorter
  * or the first phase or the last, d itself tells. */
 
 #define CHECK_CARRIER   6
@@ -476,8 +476,8 @@ static bool crest_is_carried(const struct otg_check *c, const struct carrier *k,
     return check_crest(margin, k->a, k->a1, k->n, 1);
 }
 
-/* Is there room for what a track's carrier takes of what is missing at the end
- * (V, and twice P), rounded up to a power of two, or is it no more than the
+/* Is there a margin for what a track's carrier takes of what is missing at the
+ * end (V, and twice P), rounded up to a power of two, or is it no more than the
  * coefficients of its segment leave open?  In V it is 2 d / 2 n. */
 OTG_OWN_FRAME static bool check_carried(const struct otg_check *c,
                                         struct motion_u128 vel,
@@ -541,8 +541,8 @@ static int check_goal(const struct otg_check *c, const struct stretch *end,
     const struct motion_otg_plan *plan = c->plan;
     const struct motion_state *goal = &c->move->goal;
     struct motion_u128 residual = wide_sub(c->goal, end->v1);
-    struct wider wanted = motion_otg_pos_change(plan);
-    twice = wider_sub(wider_add(wanted, wanted), twice);
+    struct wider change = motion_otg_pos_change(plan);
+    twice = wider_sub(wider_add(change, change), twice);
     bool is_near = c->trimmed == 0 && check_residual(c, residual, twice);
     int64_t left_pos = is_near ? plan->residual_pos_q32 : 0;
     int64_t left_vel = is_near ? plan->residual_vel_q32 : 0;

@@ -1,6 +1,6 @@
 /* motion/otg/edge.c - the edge of what is possible: the plain change of speed,
- * exactly, and displacements next to its own.  For starts and goals inside their
- * limits of acceleration, and one jerk.  docs/OTG.md, section 5.
+ * exactly, and displacements next to its own.  For starts and goals inside
+ * their limits of acceleration, and one jerk.  docs/OTG.md, section 5.
  *
  * The plain change: ramp to a peak, hold it where it is the limit, ramp to the
  * goal.  With h the nearer end's acceleration and E the speed that one ramp of
@@ -8,18 +8,18 @@
  *
  *     peak^2 = h^2 + E
  *
- * E is a whole number in the public formats.  Limits are not tightened: ramps go
- * up to whole ticks, which leaves the margin that trimming takes, and trimming
- * the peak makes the speed good.  So a motion whose corners are whole ticks is
- * met to the unit.
+ * E is a whole number in the public formats.  Limits are not tightened: ramps
+ * go up to whole ticks, which leaves the margin that trimming takes, and
+ * trimming the peak makes the speed good.  So a motion whose corners are whole
+ * ticks is met to the unit.
  *
- * Next to it the interval of what can be reached is one point and opens with the
- * square of the time: a displacement beside it by 2^-25, as far as the search
- * tightens limits, costs 2^-13 of the time.  So the border (docs/OTG.md, 1 and
- * 2) is solved once more next to its start, in reals of 62 bits and with limits
- * tightened by no more than what a few ticks are of the move.  The unknown is
- * half the time of the side whose natural speed is the higher one: it starts
- * from its end alone, and the other side's time has no edge there. */
+ * Next to it the interval of what can be reached is one point and opens with
+ * the square of the time: a displacement beside it by 2^-25, as far as the
+ * search tightens limits, costs 2^-13 of the time.  So the border (docs/OTG.md,
+ * 1 and 2) is solved once more next to its start, in reals of 62 bits and with
+ * limits tightened by no more than what a few ticks are of the move.  The
+ * unknown is half the time of the side whose natural speed is the higher one:
+ * it starts from its end alone, and the other side's time has no edge there. */
 #include <stddef.h>
 
 #include "motion/core/err.h"
@@ -243,8 +243,8 @@ static struct motion_real plain_peak(const struct plain *p)
     return is_less(&h, &most) ? motion_real_sqrt(h) : limit;
 }
 
-/* Where ticks leave too much, a pulse the other way takes it off: of a tick or
- * so, on the shorter ramp. */
+/* Where ticks leave too much, a pulse of the other sign takes it off: of a tick
+ * or so, on the shorter ramp. */
 static int plain_velocity(const struct plain *p, int sign)
 {
     int err = MOTION_E_LIMIT;
@@ -257,7 +257,7 @@ static int plain_velocity(const struct plain *p, int sign)
 }
 
 /* With both accelerations of one sign the same change is had by a valley, too:
- * that ends the lens; and by one through zero, which begins what is after
+ * that ends the early set; and by one through zero, which begins what is after
  * it. */
 static int plain_position(const struct plain *p, int sign)
 {
@@ -297,14 +297,14 @@ int motion_otg_plain(const struct motion_otg_move *move,
                                              : plain_position(&p, sign);
 }
 
-/* --- displacements next to it ---------------------------------------------- */
+/* --- displacements next to it --------------------------------------------- */
 
 #define EDGE_NEAR    30 /* first step from the start: 2^-30 of the time */
 #define EDGE_FAR     6  /* the last one */
 #define EDGE_STEPS   12
 #define EDGE_END     44 /* a step of 2^-44 of the time ends it, */
-#define EDGE_PART    16 /* or of 2^-16 of the way from the start */
-#define EDGE_AS_IS   60 /* not drawn in */
+#define EDGE_PART    16 /* or 2^-16 of what it is from the start */
+#define EDGE_AS_IS   60 /* as they are */
 #define EDGE_MARGINS 8
 #define EDGE_REPAIRS 4
 
@@ -448,8 +448,8 @@ static void edge_at(const struct edge *e, struct motion_real x,
     p->slope = motion_otg_times(&both, &pull);
 }
 
-/* Where the border first comes to the way, from its start on: beyond it by
- * steps of 2^2, and from there by Newton's method.  false: not near. */
+/* Where the border first comes to the displacement, from its start on: beyond
+ * it by steps of 2^2, and from there by Newton's method.  false: not near. */
 static bool edge_root(const struct edge *e, struct edge_point *p)
 {
     struct motion_real lo = e->side[e->least].lead_t, x, all, step;
@@ -484,7 +484,7 @@ static bool edge_root(const struct edge *e, struct edge_point *p)
 
 /* --- its plan ------------------------------------------------------------- */
 
-/* Ramps up to whole ticks of jerk drawn in. */
+/* Ramps up to whole ticks of the tightened jerk. */
 static int64_t edge_ticks(const struct edge *e, int64_t step, int bits)
 {
     int64_t n =
@@ -570,7 +570,7 @@ static int edge_settle(const struct edge *e, enum motion_otg_field *field)
     return err;
 }
 
-/* On the border on whose side the way is. */
+/* On the border on whose side the displacement is. */
 static int edge_try(struct edge *e, int bits, enum motion_otg_field *field)
 {
     struct edge_point p;

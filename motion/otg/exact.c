@@ -99,8 +99,8 @@ static int smaller(int a, int b)
     return a < b ? a : b;
 }
 
-/* A cruise may change its speed by as much as limits are drawn in, and so do
- * most of the work of the largest peak; but it would rather stay one. */
+/* A cruise may change its speed by as much as limits are tightened, and so do
+ * most of the work of the largest peak; but it should stay one. */
 static void trim_weigh_zero(struct trim *t)
 {
     int most = 0;
@@ -390,21 +390,21 @@ int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed,
                                        : trim_position(&t, plan, fixed);
 }
 
-/* --- round, meet the goal, check ------------------------------------------- */
+/* --- round, meet the goal, check ------------------------------------------ */
 
 #define SETTLE_REPAIRS 4
 #define SETTLE_STEPS   4
 #define SETTLE_LONGER  21 /* 2^-21 more than proposed, and a ns */
 #define SETTLE_FREELY                                                          \
     10 /* with two jerks, or where time grows with the root
-                             of what a way is off, 2^-10 */
+                             of what a displacement is off */
 #define SETTLE_TICKS 4096
 
 struct settle {
     const struct motion_otg_move *move;
     const struct otg_shape *shape;
     struct motion_otg_plan *plan;
-    int64_t dur_ns_q12; /* wanted, or 0 */
+    int64_t dur_ns_q12; /* given, or 0 */
     int64_t rounded;    /* that of the proposal */
     struct otg_rates rates;
     uint32_t fixed; /* corners that may not move */
@@ -412,7 +412,7 @@ struct settle {
 };
 
 /* The longest phase whose corners may move takes what is missing from the
- * wanted total; with `rates` the one with the most time to spare. */
+ * given total; with `rates` the one with the most time to spare. */
 static int settle_total(struct motion_otg_plan *plan, uint32_t fixed,
                         int64_t dur_ns_q12, const struct otg_rates *rates)
 {
@@ -442,9 +442,9 @@ static int settle_total(struct motion_otg_plan *plan, uint32_t fixed,
     return MOTION_OK;
 }
 
-/* One step on the shape's own knobs; what it misses is known exactly.  The
+/* One step on the shape's own free phases; the residual is exact.  The
  * first one finds the duration where it is free, the others keep that: a part
- * of a tick at the cruise's speed may be more than the pulses can bear. */
+ * of a tick at the cruise's speed may be more than the pulses can take. */
 static void settle_refine(const struct settle *s, bool is_first)
 {
     struct motion_otg_plan *plan = s->plan;
@@ -488,8 +488,8 @@ static enum otg_trim settle_trim(const struct settle *s)
     return s->dur_ns_q12 ? OTG_TRIM_FREELY : OTG_TRIM_USUAL;
 }
 
-/* After so many steps of polishing; without any, no ramp may bend by more than
- * its room. */
+/* After so many Newton steps; without any, no ramp may bend by more than its
+ * margin. */
 static int settle_make(struct settle *s, int steps)
 {
     struct motion_otg_plan *plan = s->plan;
@@ -511,7 +511,7 @@ static int settle_make(struct settle *s, int steps)
 }
 
 /* Trimming made some ramps steeper than they may be: give them time.  With a
- * wanted duration the phase that can spare most gives it. */
+ * given duration the phase that can spare most gives it. */
 static int settle_repair(struct settle *s)
 {
     struct motion_otg_plan *plan = s->plan;
@@ -566,8 +566,7 @@ static int settle_check(const struct settle *s, int err,
     return err;
 }
 
-/* By more steps of polishing: not a cruise that is too fast, which they
- * keep. */
+/* By more Newton steps: not a cruise that is too fast, which they keep. */
 static bool is_curable(enum motion_otg_field field)
 {
     return field == MOTION_OTG_FIELD_GOAL_POS || field == MOTION_OTG_FIELD_JERK;

@@ -422,7 +422,8 @@ struct motion_real motion_otg_signed(int64_t n, int bits, bool minus);
 /* --- a plan in exact integers (plan.c; otg.h) -----------------------------
  *
  * A second is 2^21 5^9 ticks of 2^-12 ns, so V' = V + (A + A') n counts in
- * 2^-(22 + acc_bits) / 5^9 unit/s, and P in a third of V's unit times a tick. */
+ * 2^-(22 + acc_bits) / 5^9 unit/s, and P in a third of V's unit times a
+ * tick. */
 
 #define OTG_FIVES     1953125                 /* 5^9 */
 #define OTG_POS_FIVES INT64_C(11444091796875) /* 3 5^18 */

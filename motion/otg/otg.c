@@ -1,9 +1,13 @@
 /* motion/otg/otg.c - see otg.h.  The route of a request:
  *
- *   is it sound?  ->  a problem in short reals, limits tightened, and the shape
- *   of its motion (problem.c, search.c on border.c)  ->  a plan in whole numbers
- *   that meets the goal (exact.c, round.c)  ->  check (check.c); again with a
- *   larger margin while that fails */
+ *   is it sound?
+ *   problem   short reals, limits tightened, ends brought inside (problem.c)
+ *   search    the shape, by one root (search.c) on a border (border.c)
+ *   exact     whole ticks and units (round.c) that meet the goal (exact.c)
+ *   check     (check.c); while that fails, again with a larger margin
+ *
+ * Beside it: what the edge of the possible needs (edge.c), and one phase in the
+ * nearest whole tick, where that is all. */
 #include <stddef.h>
 
 #include "motion/core/err.h"
@@ -11,7 +15,7 @@
 #include "motion/otg/internal.h"
 #include "motion/otg/otg.h"
 
-/* --- is the request sound, and possible at all? ---------------------------- */
+/* --- is the request sound, and possible at all? --------------------------- */
 
 const char *motion_otg_field_text(enum motion_otg_field field)
 {
@@ -81,8 +85,8 @@ static bool otg_ramp_fits(int64_t vel_q32, int64_t acc_q32, int64_t jerk_q32,
            motion_otg_ramp_fits(acc_q32, jerk_q32, margin + tie);
 }
 
-/* The goal needs room to have been reached: with af < 0 the speed was higher
- * just before. */
+/* The goal needs a margin to have been reached: with af < 0 the speed was
+ * higher just before. */
 static int otg_goal_is_possible(const struct motion_otg_move *move,
                                 enum motion_otg_field *field)
 {
@@ -125,14 +129,14 @@ int motion_otg_is_valid(const struct motion_otg_move *move,
     return err < 0 ? err : otg_goal_is_possible(move, field);
 }
 
-/* --- one phase in the nearest whole tick ----------------------------------- */
+/* --- one phase in the nearest whole tick ---------------------------------- */
 
 #define NEAREST_LONGER 10 /* a goal that is met takes 2^-10 more, and */
 #define NEAREST_TICKS  2  /* two ticks, before a residual is better */
 #define NEAREST_ROUGH  16
 #define NEAREST_STEPS  32
 #define TICKS_PER_S    UINT64_C(4096000000000)
-#define DIP_POWER      22 /* 8 v ticks_per_s / n^2 in unit/s2, and 2^8 to spare */
+#define DIP_POWER      22 /* 8 v ticks_per_s / n^2 unit/s2, 2^8 to spare */
 
 /* a / b seconds in ticks, up, both in one format; OTG_TICKS_MOST where they are
  * too many or have two signs. */
@@ -289,12 +293,13 @@ static bool make_cruise(const struct motion_otg_move *move,
            nearest_dip(move, n, plan) == MOTION_OK;
 }
 
-/* --- the loop -------------------------------------------------------------- */
+/* --- the loop ------------------------------------------------------------- */
 
-/* A shape may not become a plan: rounding to ticks may take more than the margin
- * is, and no whole number of ticks may be a motion's duration.  So larger margins
- * are tried, and longer durations, stage by stage, until a plan passes the check.
- * Of most moves the first try does; all stages are 35 durations of OTG_MARGINS. */
+/* A shape may not become a plan: rounding to ticks may take more than the
+ * margin is, and no whole number of ticks may be a motion's duration.  So
+ * larger margins are tried, and longer durations, stage by stage, until a plan
+ * passes the check.  Of most moves the first try does; all stages are 35
+ * durations of OTG_MARGINS. */
 static const struct stage {
     bool is_later; /* durations from the least on, not that itself */
     bool
@@ -360,11 +365,12 @@ static void tries_measure(struct tries *t, int64_t dur)
         t->most = dur + (dur >> CAP_BITS) + CAP_TICKS;
 }
 
-/* A larger margin, a longer duration or the next stage, after a try that came to
- * `next`, or was blocked up to there; false after the last one.  A displacement
- * may be covered in no whole number of ticks: at a given speed in a part of one,
- * or within what the jerk allows only in times between two.  So durations are a
- * little longer each, or from the next on at which there is a motion. */
+/* A larger margin, a longer duration or the next stage, after a try that came
+ * to `next`, or was blocked up to there; false after the last one.  A
+ * displacement may be covered in no whole number of ticks: at a given speed in
+ * a part of one, or within what the jerk allows only in times between two.  So
+ * durations are a little longer each, or from the next on at which there is a
+ * motion. */
 static bool tries_next(struct tries *t, bool is_blocked, int64_t next)
 {
     if (is_blocked && t->stage != STAGE_SOON && next > t->dur)

@@ -2,7 +2,7 @@
  *
  * Given where an axis is, how fast it moves and accelerates, and where it is
  * to be, at which velocity and acceleration: the motion that gets there in the
- * least time (or in a wanted time) under limits on velocity, acceleration and
+ * least time (or in a given time) under limits on velocity, acceleration and
  * jerk.  Integers only, the same bits on every machine, no tolerance in any
  * unit: a problem is measured in its own scale before it is solved.
  *
@@ -11,16 +11,16 @@
  *   motion_otg_append   the plan as segments of a track
  *
  * A returned plan has passed the check.  Its duration exceeds the optimum by at
- * most 2^-21 of it or 2 ns, the larger: the search runs with limits drawn in by
- * 2^-25, and that room takes up the rounding to whole ticks.  (A plain change
- * of speed is made without; next to it the root of a tick is lost, 2^-20 of a
- * second's move.)  Where the optimum is possible in no whole number of ticks (a
- * way that a given speed covers in part of one), it is the next duration that
- * is.  Where that exceeds by 2^-10 and two ticks what one phase of constant
- * jerk takes, the plan is this phase in the next whole tick; it ends beside its
- * goal by a residual of two ticks' travel and two steps of the public formats
- * at most.  There is none with a goal at rest or a wanted duration, nor where
- * more than one phase is needed.
+ * most 2^-21 of it or 2 ns, the larger: the search runs with limits tightened
+ * by 2^-25, and that margin takes up the rounding to whole ticks.  (A plain
+ * change of speed is made without; next to it the root of a tick is lost, 2^-20
+ * of a second's move.)  Where the optimum is possible in no whole number of
+ * ticks (a displacement that a given speed covers in part of one), it is the
+ * next duration that is.  Where that exceeds by 2^-10 and two ticks what one
+ * phase of constant jerk takes, the plan is this phase in the next whole tick;
+ * it ends beside its goal by a residual of two ticks' travel and two steps of
+ * the public formats at most.  There is none with a goal at rest or a given
+ * duration, nor where more than one phase is needed.
  *
  * Method and equations: docs/OTG.md.  Compare: Berscheid & Kroeger, "Jerk-
  * limited real-time trajectory generation with arbitrary target states" (RSS
@@ -79,7 +79,7 @@ struct motion_otg_move {
     struct motion_state start, goal; /* jerk not used */
     struct motion_otg_limit limit;
     enum motion_otg_mode mode;
-    int64_t dur_ns_q12; /* wanted duration; 0: the shortest, which is what a
+    int64_t dur_ns_q12; /* given duration; 0: the shortest, which is what a
                            velocity goal takes */
 };
 
@@ -126,8 +126,8 @@ struct motion_otg_plan {
  * take over 2^60 ticks (3.2 days) or leave the formats.  With an error *plan
  * has no phases.  `field` may be NULL.  A start outside the limits is first
  * brought inside: full jerk until the acceleration is inside, then full
- * deceleration until letting go of it ends at the limit of velocity, so that a
- * lower limit does not turn the motion round. */
+ * deceleration until ramping it to zero ends at the limit of velocity, so that
+ * a lower limit does not turn the motion round. */
 int motion_otg_make(const struct motion_otg_move *move,
                     struct motion_otg_plan *plan, enum motion_otg_field *field);
 

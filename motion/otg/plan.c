@@ -218,8 +218,8 @@ void motion_otg_plan_residual(const struct motion_otg_plan *plan,
     exact_take(plan, vel, pos);
 }
 
-/* In raw numbers a^2 2^-64 / (2 j 2^-32) <= room 2^-32: a^2 / 2, up, is at most
- * j room, which is below 2^127. */
+/* In raw numbers a^2 2^-64 / (2 j 2^-32) <= margin 2^-32: a^2 / 2, up, is at
+ * most j margin, which is below 2^127. */
 bool motion_otg_ramp_fits(int64_t acc_q32, int64_t jerk_q32,
                           uint64_t margin_q32)
 {
@@ -232,7 +232,7 @@ bool motion_otg_ramp_fits(int64_t acc_q32, int64_t jerk_q32,
     return !wide_is_less(most, half);
 }
 
-/* --- as segments of a track ------------------------------------------------ */
+/* --- as segments of a track ----------------------------------------------- */
 
 #define TRACK_COEF_BITS 61 /* of the largest coefficient given */
 #define TRACK_SHORT     10 /* 2^-10 of the longest phase */
@@ -301,7 +301,7 @@ static int cubic_of(struct motion_u128 v, int64_t a,
     return MOTION_OK;
 }
 
-/* from + way, P's units, cut to 2^-96 unit. */
+/* from + pos, P's units, cut to 2^-96 unit. */
 static int place_at(const struct place *from, struct wider pos,
                     const struct motion_divisor *fives, int acc_bits,
                     struct place *place)

@@ -16,12 +16,12 @@
 #include "motion/core/fixed.h"
 #include "motion/otg/internal.h"
 
-/* --- limits tightened by a margin ------------------------------------------ */
+/* --- limits tightened by a margin ----------------------------------------- */
 
 #define PROBLEM_MOST_PER_S 32 /* the shortest ramp: 2^-32 s, 954 ticks */
 #define PROBLEM_TICKS      11 /* 2^11 of them (1/8 ns) are little */
 
-/* Limits are drawn in by 2^-25, or for a move of few ticks by what 2^11 ticks
+/* Limits are tightened by 2^-25, or for a move of few ticks by what 2^11 ticks
  * (1/8 ns) are of it. */
 int motion_otg_margin_bits(int64_t dur_ns_q12)
 {
@@ -29,9 +29,10 @@ int motion_otg_margin_bits(int64_t dur_ns_q12)
     return bits > OTG_MARGIN_BITS ? OTG_MARGIN_BITS : bits < 8 ? 8 : bits;
 }
 
-/* Further in by steps of 2^2: velocity and acceleration, the jerk, all, and all
- * with the velocity less far in: less jerk makes a start that swings beyond its
- * limits swing further, lower limits can close a way that was just open. */
+/* Larger by steps of 2^2: velocity and acceleration, the jerk, all, and all
+ * with a smaller one of velocity: less jerk makes a start that swings beyond
+ * its limits swing further, lower limits can put a displacement out of reach
+ * that was just within it. */
 struct otg_margin motion_otg_margin(int finest, int i)
 {
     int bits = finest - 2 * ((i + 3) / 4);
@@ -181,7 +182,7 @@ static void reverse(struct otg_problem *q)
     q->per_j2 = f.per_j;
 }
 
-/* --- ends brought inside their limits -------------------------------------- */
+/* --- ends brought inside their limits ------------------------------------- */
 
 #define BRAKE_TIE_BITS   20
 #define BRAKE_FLOOR_BITS 10
@@ -204,7 +205,7 @@ static struct brake brake_view(const struct otg_problem *q, bool up)
                            q->per_j,       soft };
 }
 
-/* Speed change of letting go of a afterwards; of letting go at once. */
+/* Speed change of ramping a to zero afterwards; of ramping it at once. */
 static struct num brake_ramp(const struct brake *b)
 {
     return num_half(num_mul(num_sqr(b->a), b->per_soft));
@@ -238,7 +239,7 @@ static struct num brake_sign(struct num a, bool up)
     return up ? num_neg(a) : a;
 }
 
-/* Where letting go is to end: inside vx by what the start is beyond it, but for
+/* Where that ramp is to end: inside vx by what the start is beyond it, but for
  * the most by a little, so that a part of the ramps that follow can make good
  * what braking is off. */
 static struct num brake_floor(const struct brake *b, struct num over)
@@ -312,7 +313,7 @@ static void brake_acceleration(struct otg_problem *q, struct otg_shape *shape,
     }
     brake_run(q, shape, num_mul(num_sub(b.a, b.ax), b.per_j),
               brake_sign(b.ax, up));
-    /* still too slow: hold the acceleration until letting go of it ends
+    /* still too slow: hold the acceleration until its ramp to zero ends
      * inside */
     b = brake_view(q, up);
     struct num below = num_sub(num_sub(b.vn, b.v), brake_own_ramp(&b));
@@ -377,8 +378,8 @@ static bool is_goal_inside(const struct otg_problem *q)
     return is_inside(q, q->vf, num_neg(q->af), num_neg(q->an), num_neg(q->ax));
 }
 
-/* Bring the start (a, then v) inside the limits; adds 0..2 phases to `shape` and
- * moves v0, a0 and d on. */
+/* Bring the start (a, then v) inside the limits; adds 0..2 phases to `shape`
+ * and moves v0, a0 and d on. */
 static void brake_inside(struct otg_problem *q, struct otg_shape *shape)
 {
     struct brake down = brake_view(q, false), up = brake_view(q, true);
@@ -392,7 +393,7 @@ static void brake_inside(struct otg_problem *q, struct otg_shape *shape)
         brake_velocity(q, shape, true);
 }
 
-/* --- the whole shape ------------------------------------------------------- */
+/* --- the whole shape ------------------------------------------------------ */
 
 /* Backwards in time the goal is a start; what braking there adds is kept until
  * the rest of the shape is there. */
@@ -447,7 +448,7 @@ struct num motion_otg_shape_time(const struct otg_shape *shape)
     return t;
 }
 
-/* An end that is outside only because limits are drawn in has no time to brake
+/* An end that is outside only because limits are tightened has no time to brake
  * where the acceleration stays on its side of zero: velocities between those of
  * start and goal are inside.  Without such a motion all is as before. */
 OTG_OWN_FRAME static bool propose_early(struct otg_problem *q, struct num t,
@@ -494,7 +495,7 @@ static int propose_middle(const struct otg_problem *q, struct num t,
     return err;
 }
 
-/* With one jerk: two are not worth the room that another problem takes. */
+/* With one jerk: two are not worth the stack that another problem takes. */
 static bool may_keep_side(const struct otg_problem *q)
 {
     return q->is_unit && q->a0.m != 0 && q->af.m != 0 &&

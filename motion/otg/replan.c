@@ -171,7 +171,7 @@ static uint64_t apart(int64_t a, int64_t b)
 }
 
 /* By how many bits `move`, which starts where `old` is, can be finer: all its
- * numbers, and what leads there in the old plan, have room. */
+ * numbers, and what leads there in the old plan, fit. */
 static int finest(const struct motion_otg_trajectory *old,
                   const struct motion_otg_move *move)
 {
@@ -200,7 +200,7 @@ static int finest(const struct motion_otg_trajectory *old,
     return bits < 0 ? 0 : bits < REPLAN_FINE ? bits : REPLAN_FINE;
 }
 
-/* --- from a plan and a time ------------------------------------------------ */
+/* --- from a plan and a time ----------------------------------------------- */
 
 int motion_otg_begin(const struct motion_otg_move *move,
                      struct motion_otg_trajectory *trajectory,

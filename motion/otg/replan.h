@@ -14,7 +14,7 @@ enum motion_otg_outcome {
     MOTION_OTG_STOP, /* *next starts now and only stops */
 };
 
-/* What was asked and its plan, counted in 2^-fine_bits unit from an origin, so
+/* A request and its plan, counted in 2^-fine_bits unit from an origin, so
  * that the start may be any state of another plan, not only one that the public
  * formats hold: there
  *
@@ -61,8 +61,8 @@ int motion_otg_track(const struct motion_otg_trajectory *trajectory,
  * The old plan is kept when there is no motion to the new goal, or when it
  * leads to the same one, under the same limits, and would arrive no later than
  * the new one by more than what a plan may be too long (otg.h), nor earlier
- * than asked.  When nothing is left of the old plan and there is no motion to
- * the new goal: the stop.  Returns the outcome or, where there is no stop
+ * than requested.  When nothing is left of the old plan and there is no motion
+ * to the new goal: the stop.  Returns the outcome or, where there is no stop
  * either, the error of motion_otg_make; `field` (may be NULL) says why it is
  * not NEW.  `next` is not `old`. */
 int motion_otg_replan(const struct motion_otg_trajectory *old, int64_t t_ns_q12,

@@ -1,11 +1,11 @@
 /* motion/otg/round.c - from a shape in reals to phases in whole numbers.
  *
  * Times go up to whole ticks, so that no ramp gets steeper; accelerations at
- * the corners are cut to whole units.  What the plan then misses is known to the
- * last bit; where that is much, a Newton step on the places where the motion is
- * free makes it good to the square of it: how long the highest and the lowest
- * acceleration are held or, where they are not, how high they are; and the
- * cruise. */
+ * the corners are cut to whole units.  What the plan then misses is known to
+ * the last bit; where that is much, a Newton step on the places where the
+ * motion is free makes it good to the square of it: how long the highest and
+ * the lowest acceleration are held or, where they are not, how high they are;
+ * and the cruise. */
 #include <stddef.h>
 
 #include "motion/core/err.h"
@@ -36,7 +36,7 @@ static int smaller(int a, int b)
 }
 
 /* The finest unit with which accelerations below 2^acc and velocities fit; a
- * way of 2^65 does with every one of them. */
+ * displacement of 2^65 does with every one of them. */
 static int round_scale(const struct motion_otg_move *move, int acc)
 {
     int vel = bits_of(move->start.vel_q32, move->goal.vel_q32);
@@ -115,9 +115,9 @@ static bool is_hold(const struct otg_phase *ph)
 }
 
 /* Phases one by one as the shape has them.  Where the acceleration moves, as
- * long as its jerk wants at least, and with knobs no longer.  A phase that
- * lasts no time and moves the acceleration by rounding alone stays where it
- * is. */
+ * long as its jerk takes at least, and with free phases no longer.  A phase
+ * that lasts no time and moves the acceleration by rounding alone stays where
+ * it is. */
 static int round_phases(const struct otg_shape *shape,
                         const struct otg_rates *rates, int64_t goal_acc,
                         struct motion_otg_plan *plan)
@@ -219,7 +219,8 @@ static bool round_swing(struct motion_otg_plan *plan,
     return true;
 }
 
-/* Does letting off the acceleration bring the velocity to a drawn-in limit? */
+/* Does the velocity pass a tightened limit while the acceleration ramps to
+ * zero? */
 static bool swings_out(int64_t vel, int64_t acc, int64_t jerk_q32,
                        const struct motion_otg_limit *lim)
 {
@@ -291,7 +292,7 @@ static int64_t phase_start(const struct motion_otg_plan *plan, int i)
 }
 
 /* A start or goal on its limit of acceleration has a phase i at it that leads
- * to the drawn-in limit: 2^-25 of it in as short a time, which no trimming
+ * to the tightened limit: 2^-25 of it in as short a time, which no trimming
  * could move by its share.  Its neighbour does that, too: one that holds the
  * limit, or a ramp, which must not be bent by what it takes in. */
 static bool is_negligible(const struct motion_otg_plan *plan, int i, int beside)
@@ -304,7 +305,7 @@ static bool is_negligible(const struct motion_otg_plan *plan, int i, int beside)
             is_flat(phase_start(plan, beside), ph[beside].acc));
 }
 
-/* The first phase from i on, in steps of `way`, that has ticks; or the end. */
+/* The first phase from i on, in steps of `dir`, that has ticks; or the end. */
 static int next_lasting(const struct motion_otg_plan *plan, int i, int dir)
 {
     while (i > 0 && i + 1 < plan->count && plan->phase[i].dur_ns_q12 == 0)
@@ -312,7 +313,8 @@ static int next_lasting(const struct motion_otg_plan *plan, int i, int dir)
     return i;
 }
 
-/* Phase i, next to the start or goal, gives its time to the one `way` of it. */
+/* Phase i, next to the start or goal, gives its time to the one in direction
+ * `dir`. */
 static void round_end(struct motion_otg_plan *plan, int i, int dir)
 {
     struct motion_otg_phase *ph = plan->phase;
@@ -398,14 +400,15 @@ uint32_t motion_otg_round_join(const struct otg_shape *shape, uint32_t ends,
     return fixed;
 }
 
-/* --- one Newton step in exact integers ------------------------------------- */
+/* --- one Newton step in exact integers ------------------------------------ */
 
 /* The part of the whole that is small enough for a Newton step, and where two
  * jerks lie between which the cruise's speed chooses. */
 #define REFINE_BITS     6
 #define REFINE_TWO_BITS 10
 /* A pulse is an acceleration that leaves zero and returns to it (acceleration
- * pulse: Biagiotti & Melchiorri 3.4).  A new one lasts longer than this part. */
+ * pulse:  Biagiotti & Melchiorri 3.4).  A new one lasts longer than this
+ * part. */
 #define PULSE_BITS 20
 
 #define TICKS_MOST ((uint64_t)1 << 60)
@@ -417,8 +420,9 @@ struct refine {
     const struct otg_rates *rates;
     struct num per_s;   /* ticks */
     struct num v, d, t; /* what is missing */
-    /* Half a second more on either side of a pulse changes speed and position at
-     * the end by these, a second more of the cruise the position by `speed`. */
+    /* Half a second more on either side of a pulse changes speed and position
+     * at the end by these, a second more of the cruise the position by
+     * `speed`. */
     struct num pulse_v[2], pulse_d[2], speed;
 };
 
@@ -556,7 +560,7 @@ static void refine_cruise(struct refine *p)
     turn_cruise(p, c);
 }
 
-/* Both pulses; where there is a cruise, it takes what they leave of a wanted
+/* Both pulses; where there is a cruise, it takes what they leave of a given
  * duration. */
 static void refine_pulses(struct refine *p)
 {
@@ -594,8 +598,8 @@ static void refine_speed(struct refine *p)
         turn_pulse(p, 0, x);
 }
 
-/* A pulse of acceleration a at the speed v, held 2 x longer: what comes after is
- * 2 x later and 2 a x faster. */
+/* A pulse of acceleration a at the speed v, held 2 x longer: what comes after
+ * is 2 x later and 2 a x faster. */
 static void walk_pulse(struct refine *p, int k, struct num v, int64_t left)
 {
     int64_t acc = p->plan->phase[p->shape->free.pulse[k]].acc;
@@ -604,7 +608,7 @@ static void walk_pulse(struct refine *p, int k, struct num v, int64_t left)
     p->pulse_d[k] = num_twice(num_add(v, num_mul(a, motion_otg_seconds(left))));
 }
 
-/* The speeds at the knobs. */
+/* The speeds at the free phases. */
 static void refine_walk(struct refine *p)
 {
     const struct otg_free *k = &p->shape->free;

@@ -3,10 +3,10 @@
  * docs/OTG.md.
  *
  * The fastest is a root on one of two borders.  A given time is nearly always
- * met by one cruise: a ramp to the speed vc, a cruise, a ramp to the goal, where
- * either ramp goes up or down.  Its displacement rises with vc, so that is one
- * root, too.  What this family does not reach is between the two borders'
- * motions of the same duration, and a mixture of these. */
+ * met by one cruise: a ramp to the speed vc, a cruise, a ramp to the goal,
+ * where either ramp goes up or down.  Its displacement rises with vc, so that
+ * is one root, too.  What this family does not reach is between the two
+ * borders' motions of the same duration, and a mixture of these. */
 #include <stddef.h>
 
 #include "motion/core/err.h"
@@ -62,7 +62,7 @@ OTG_OWN_FRAME static struct num guess_two(const struct otg_border *b,
 }
 
 /* In regime B the border may rise before it falls: as far as its rate gets
- * less, as in the lens.  What it reaches there comes first. */
+ * less, as in the early set.  What it reaches there comes first. */
 static bool is_placed_on_first(struct answer *at, struct num target,
                                struct num lo)
 {
@@ -80,7 +80,7 @@ static bool is_placed_on_first(struct answer *at, struct num target,
     return true;
 }
 
-/* Displacement `want` on the last rising branch, from p at lo on. */
+/* The target displacement on the last rising branch, from p at lo on. */
 static void place(struct answer *at, struct num target, struct num lo)
 {
     struct otg_border *b = &at->b;
@@ -121,7 +121,7 @@ static struct num border_start(const struct otg_problem *q, int sign,
     return num_sub(*target, at->p.got);
 }
 
-/* Equal within what the search leaves, relative to the way and v t. */
+/* Equal within what the search leaves, relative to the displacement and v t. */
 static bool is_reached(const struct otg_problem *q, struct num t,
                        struct num residual)
 {
@@ -132,7 +132,7 @@ static bool is_reached(const struct otg_problem *q, struct num t,
     return scale.m != 0 && residual.e < scale.e - 24;
 }
 
-/* No more than drawing limits in may make of `size` or `other`. */
+/* No more than tightening limits may make of `size` or `other`. */
 static bool is_slight(struct num rest, struct num size, struct num other)
 {
     int32_t e = size.e > other.e ? size.e : other.e;
@@ -184,8 +184,8 @@ static bool has_early(const struct otg_problem *q, struct num *end)
     return true;
 }
 
-/* A border of it is regime B of the side whose acceleration is below zero there,
- * with a1 rising to `end`; returns x at its start. */
+/* A border of it is regime B of the side whose acceleration is below zero
+ * there, with a1 rising to `end`; returns x at its start. */
 static struct num early_border(const struct otg_problem *q, int sign,
                                struct otg_border *b)
 {
@@ -193,9 +193,9 @@ static struct num early_border(const struct otg_problem *q, int sign,
     return b->side[b->first].a;
 }
 
-/* Whether the target is reached while the border is concave, up to hi: it must rise
- * at its start, and when it ends short of that, fall at its end, or its highest
- * value is at the end.  Nor is it higher than its tangents. */
+/* Whether the target is reached while the border is concave, up to hi: it must
+ * rise at its start, and when it ends short of that, fall at its end, or its
+ * highest value is at the end.  Nor is it higher than its tangents. */
 static bool early_may_reach(struct otg_border *b, struct num target,
                             const struct otg_point *first, struct num hi)
 {
@@ -300,7 +300,8 @@ OTG_OWN_FRAME static bool solve_early(const struct otg_problem *q,
 /* --- solutions ------------------------------------------------------------ */
 
 /* One ramp from end to end makes the speed, or one to zero and one away from
- * it, or nearly: drawing limits in costs a pulse there, or shuts the lens. */
+ * it, or nearly: tightening limits costs a pulse there, or
+ * closes the early set. */
 OTG_OWN_FRAME static bool is_tie(const struct otg_problem *q)
 {
     if ((q->a0.m | q->af.m) == 0)

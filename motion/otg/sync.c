@@ -86,8 +86,8 @@ OTG_OWN_FRAME static int sync_time(const struct motion_otg_move move[],
 /* --- straight lines -------------------------------------------------------
  *
  * On a straight line every axis does r_i times what the leading axis does, the
- * one with the longest way; so the limits of all, divided by r_i, limit the
- * leader, and its plan's corners times r_i are every axis's plan. */
+ * one with the longest displacement; so the limits of all, divided by r_i,
+ * limit the leader, and its plan's corners times r_i are every axis's plan. */
 
 struct line {
     const struct motion_otg_move *move;
@@ -211,7 +211,7 @@ static int line_axis(const struct line *line, int i,
     return motion_otg_settle(&line->move[i], &q, &own, dur, plan, field);
 }
 
-/* The leader comes first: without a duration asked for it gives one. */
+/* The leader comes first: without a given duration it gives one. */
 static int line_try(const struct line *line, struct otg_margin margin,
                     int64_t shortest, struct motion_otg_plan plan[],
                     struct motion_sync_fault *fault)
@@ -320,7 +320,7 @@ int motion_sync_make(const struct motion_otg_move move[], int count,
     return sync_time(move, count, &needs, plan, fault);
 }
 
-/* --- through points -------------------------------------------------------- */
+/* --- through points ------------------------------------------------------- */
 
 #define THROUGH_SWEEPS 2
 
@@ -374,8 +374,8 @@ static struct num displacement(const struct through *th, int i, int axis)
                    num_make(position_of(th, i - 1, axis), -32));
 }
 
-/* sqrt(a d) is what half the way d reaches at acceleration a; at most 7/8 of
- * the limit, so that the point can also be left faster. */
+/* sqrt(a d) is what half the displacement d reaches at acceleration a; at most
+ * 7/8 of the limit, so that the point can also be left faster. */
 static int64_t reachable(const struct motion_otg_limit *limit, struct num d,
                          bool up)
 {
