@@ -11,10 +11,13 @@
 
 #include "motion/otg/internal.h"
 
-#define ROOT_BITS                                                              \
-    13                /* a smaller step ends the search: the next error is its
-                        square, and round.c squares that again */
+/* A smaller step ends the search: the next error is its square, and round.c
+ * squares that again. */
+#define ROOT_BITS 13
 #define ROOT_MOST 100 /* evaluations: the bound of one root */
+#define ROOT_HALF 12  /* from here on the bracket is halved every other time */
+#define ROOT_SHUT 26  /* a bracket of 2^-26 holds no other number, */
+#define ROOT_LAST 24  /* and a step of 2^-24 is rounding */
 #define ROOT_LOOK 3   /* the bracket's width matters after a few steps only */
 
 static const struct num sixth = { 0x2aaaaaaa, -32 };
@@ -268,13 +271,14 @@ void motion_otg_border_root(struct otg_border *b, enum otg_goal goal,
         }
         struct num all = num_add(x, p->z);
         if (i % ROOT_LOOK == 0 && is_bounded &&
-            is_small(num_sub(hi, lo), all, 26))
+            is_small(num_sub(hi, lo), all, ROOT_SHUT))
             break;
         struct num to = x;
         if (p->slope.m > 0) {
             struct num step = num_div(p->rest, p->slope);
             to = num_add(x, step);
-            if (is_small(step, x, ROOT_BITS) || is_small(step, all, 24)) {
+            if (is_small(step, x, ROOT_BITS) ||
+                is_small(step, all, ROOT_LAST)) {
                 root_end(goal, to, step, top, p);
                 break;
             }
@@ -282,7 +286,7 @@ void motion_otg_border_root(struct otg_border *b, enum otg_goal goal,
         /* a step leads away from the end that x has become */
         bool is_inside =
             p->slope.m > 0 && (is_right ? num_lt(lo, to) : num_lt(to, hi));
-        if (is_inside && (i < 12 || (i & 1)))
+        if (is_inside && (i < ROOT_HALF || (i & 1)))
             x = to;
         else
             x = is_bounded ? num_half(num_add(lo, hi)) : hi;

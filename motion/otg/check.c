@@ -51,7 +51,7 @@ static inline struct motion_u128 check_margin(const struct otg_check *c,
 /* --- limits in the plan's units ------------------------------------------- */
 
 #define CHECK_FIVES_BITS 42 /* 5^9 has 21 bits */
-#define CHECK_SLACK      9
+#define CHECK_SLACK      9  /* 2^9 W: see "what a track lays on one phase" */
 #define CHECK_LEAST      36 /* 2^9 W is little: 2^-27 of the limits */
 #define CHECK_MOST       54 /* of W, to hold 2^9 W */
 
@@ -422,7 +422,7 @@ static int check_phase(struct otg_check *c, int i, const struct stretch *s,
  * that velocities keep.  Where that is too large, or the carrier is shorter
  * or the first phase or the last, d itself tells. */
 
-#define CHECK_CARRIER   6
+#define CHECK_CARRIER   6  /* n > T / 2^6 */
 #define CHECK_COEF_BITS 60 /* of a segment, all but one */
 
 /* The carrier, and where it begins. */

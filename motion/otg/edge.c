@@ -301,12 +301,12 @@ int motion_otg_plain(const struct motion_otg_move *move,
 
 #define EDGE_NEAR    30 /* first step from the start: 2^-30 of the time */
 #define EDGE_FAR     6  /* the last one */
-#define EDGE_STEPS   12
+#define EDGE_STEPS   12 /* of Newton's method, 4 in general */
 #define EDGE_END     44 /* a step of 2^-44 of the time ends it, */
 #define EDGE_PART    16 /* or 2^-16 of what it is from the start */
 #define EDGE_AS_IS   60 /* as they are */
-#define EDGE_MARGINS 8
-#define EDGE_REPAIRS 4
+#define EDGE_MARGINS 8  /* tried, */
+#define EDGE_REPAIRS 4  /* and how often ramps of each get more ticks */
 
 /* One end: as struct otg_side, in full length. */
 struct edge_side {

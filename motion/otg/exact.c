@@ -28,14 +28,14 @@
 #include "motion/core/fixed.h"
 #include "motion/otg/internal.h"
 
-#define TRIM_ROUNDS 4
+#define TRIM_ROUNDS 4 /* 26 of 62 bits each, and one to spare */
 #define TRIM_SMALL  ((int64_t)1 << 24) /* what is left is less than a unit */
-#define TRIM_GENTLE 25
-#define TRIM_MOST   58
+#define TRIM_GENTLE 25 /* no ramp bends by more than 2^-25, the margin */
+#define TRIM_MOST   58 /* an eighth of the largest acceleration, 2^61 */
 #define TRIM_FREE   61
-#define TRIM_ZERO   (-1000)
-#define TRIM_CRUISE 10
-#define TRIM_LONGER 22 /* 2^-22 of the time */
+#define TRIM_ZERO   (-1000) /* a cruise, until it is weighed: */
+#define TRIM_CRUISE 10      /* 2^-10 of the largest peak */
+#define TRIM_LONGER 22      /* 2^-22 of the time */
 
 /* Corners first .. last; `weight` the power of two of the velocity they are
  * worth. */
@@ -392,13 +392,15 @@ int motion_otg_trim(enum motion_otg_mode mode, uint32_t fixed,
 
 /* --- round, meet the goal, check ------------------------------------------ */
 
-#define SETTLE_REPAIRS 4
-#define SETTLE_STEPS   4
+#define SETTLE_REPAIRS 4  /* how often steep ramps get more ticks: */
+#define REPAIR_BITS    24 /* 2^-24 more than they take, */
+#define REPAIR_TICKS   16 /* and 16 ticks */
+#define SETTLE_STEPS   4  /* of Newton's method */
 #define SETTLE_LONGER  21 /* 2^-21 more than proposed, and a ns */
-#define SETTLE_FREELY                                                          \
-    10 /* with two jerks, or where time grows with the root
-                             of what a displacement is off */
-#define SETTLE_TICKS 4096
+/* With two jerks, or where time grows with the root of what a displacement is
+ * off: 2^-10. */
+#define SETTLE_FREELY 10
+#define SETTLE_TICKS  4096
 
 struct settle {
     const struct motion_otg_move *move;
@@ -525,7 +527,7 @@ static int settle_repair(struct settle *s)
             (i == 0 && (s->fixed & 1)) ||
             (i > 0 && i + 1 == plan->count && (s->fixed >> (i - 1) & 1));
         if (least > ph->dur_ns_q12 && !is_swing) {
-            least += (least >> 24) + 16;
+            least += (least >> REPAIR_BITS) + REPAIR_TICKS;
             plan->dur_ns_q12 += least - ph->dur_ns_q12;
             ph->dur_ns_q12 = least;
         }

@@ -133,8 +133,9 @@ int motion_otg_is_valid(const struct motion_otg_move *move,
 
 #define NEAREST_LONGER 10 /* a goal that is met takes 2^-10 more, and */
 #define NEAREST_TICKS  2  /* two ticks, before a residual is better */
-#define NEAREST_ROUGH  16
-#define NEAREST_STEPS  32
+#define NEAREST_ROUGH  16 /* left open at first: 2^-16 of the change, */
+#define NEAREST_STEPS  32 /* 32 steps of the format, */
+#define NEAREST_OPEN   38 /* what the acceleration makes in 2^-38 s, 15 ticks */
 #define TICKS_PER_S    UINT64_C(4096000000000)
 #define DIP_POWER      22 /* 8 v ticks_per_s / n^2 unit/s2, 2^8 to spare */
 
@@ -182,7 +183,7 @@ static bool nearest_is_likely(const struct motion_otg_move *move)
     struct motion_u128 have = wide_mul_u64(motion_fixed_abs(by), jerk);
     const struct motion_u128 both = wide_add(have, gain);
     struct motion_u128 margin =
-        wide_mul_u64(NEAREST_STEPS + (most >> 38), jerk);
+        wide_mul_u64(NEAREST_STEPS + (most >> NEAREST_OPEN), jerk);
     margin = wide_add(margin, wide_shr(both, NEAREST_ROUGH));
     have = (by ^ mean) < 0 ? both : wide_abs(wide_sub(have, gain));
     return !wide_is_less(margin, have);
@@ -315,6 +316,7 @@ static const struct stage {
 
 enum { STAGE_LEAST, STAGE_SOON, STAGE_STRICT, STAGE_ALL, STAGE_LATER, STAGES };
 
+#define UP_BITS    23   /* more than the search is off, 2^-27 */
 #define CAP_BITS   20   /* no more than 2^-20 longer, */
 #define CAP_TICKS  4096 /* and a ns */
 #define LATER_BITS 4    /* the second duration is 2^4 ticks more */
@@ -400,7 +402,7 @@ static bool tries_next(struct tries *t, bool is_blocked, int64_t next)
  * there is something to choose from. */
 static int64_t in_ns_q12(struct num t)
 {
-    struct num up = num_add(t, num_scale(t, -23));
+    struct num up = num_add(t, num_scale(t, -UP_BITS));
     return motion_real_floor_clamped(
                num_real(num_mul(up, motion_otg_per_second())), 0) +
            1;

@@ -184,8 +184,8 @@ static void reverse(struct otg_problem *q)
 
 /* --- ends brought inside their limits ------------------------------------- */
 
-#define BRAKE_TIE_BITS   20
-#define BRAKE_FLOOR_BITS 10
+#define BRAKE_TIE_BITS   20 /* 2^-20 of a ramp is rounding */
+#define BRAKE_FLOOR_BITS 10 /* 2^-10 of the limit at most, see brake_floor */
 
 /* The part of the problem that braking looks at, upside down where `up`.
  * `per_soft` is 1 / the jerk with which the motion goes on afterwards. */
@@ -397,7 +397,7 @@ static void brake_inside(struct otg_problem *q, struct otg_shape *shape)
 
 /* Backwards in time the goal is a start; what braking there adds is kept until
  * the rest of the shape is there. */
-#define END_PHASES 4
+#define END_PHASES 4 /* braking has 3 at most */
 
 struct end {
     struct otg_phase phase[END_PHASES]; /* backwards, from the goal */

@@ -287,7 +287,7 @@ static bool is_same_goal(const struct motion_otg_trajectory *old,
 }
 
 /* What a plan may be longer than the optimum (otg.h). */
-#define REPLAN_LONGER 21
+#define REPLAN_LONGER 21   /* 2^-21 of it, or */
 #define REPLAN_TICKS  8192 /* 2 ns */
 
 /* Does the old plan, with `left` to go, serve as well as one of dur?  With a

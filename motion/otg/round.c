@@ -13,12 +13,17 @@
 #include "motion/otg/internal.h"
 
 /* Bits that keep V below 2^124 and P below 2^190; one is left for trimming. */
-#define ROUND_ACC_BITS    61
-#define ROUND_VEL_BITS    111 /* of a public velocity and acc_bits */
-#define ROUND_MOST        70
-#define ROUND_LEAST       (-11)
-#define ROUND_CLOSE       52 /* what is 2^-52 of a ramp is rounding */
-#define ROUND_LEAST_POWER (-1000)
+#define ROUND_ACC_BITS 61  /* of an acceleration */
+#define ROUND_VEL_BITS 111 /* of a public velocity and acc_bits */
+#define ROUND_MOST     70  /* acc_bits of a motion that hardly accelerates */
+/* As motion_otg_pos_public; a step of 2^31 unit/s in 2^-32 s has -2. */
+#define ROUND_LEAST       (-10)
+#define ROUND_CLOSE       52 /* what is 2^-52 of a ramp, or of 1 s, is rounding */
+#define ROUND_LEAST_POWER (-1000) /* of no acceleration */
+#define ROUND_SWING       22      /* a margin of 2^-22 counts as none */
+#define FLAT_BITS         16 /* a change of 2^-16 of an acceleration is none */
+#define SHORT_BITS        14 /* 2^-14 of the move, or of the phase beside it */
+#define MERGE_BITS        26 /* 2^-26 of the next phase, inside the move */
 
 static int bits_of(int64_t a, int64_t b)
 {
@@ -131,7 +136,7 @@ static int round_phases(const struct otg_shape *shape,
         bool last = i + 1 == shape->count;
         int64_t to =
             last ? goal_acc : shifted(ph->a.m, ph->a.e + plan->acc_bits);
-        if (!last && (ph->dt.e < -30 - 52 || (i > 0 && is_hold(ph))))
+        if (!last && (ph->dt.e < -30 - ROUND_CLOSE || (i > 0 && is_hold(ph))))
             to = acc;
         int64_t n = 0;
         if (to != acc)
@@ -206,7 +211,7 @@ static bool round_swing(struct motion_otg_plan *plan,
     int64_t to = was < end ? end - step : end + step;
     int dir = i == 0 ? 1 : -1, last = plan->count - 2;
     if (n <= 0 || (was ^ end) >= 0 || was == 0 ||
-        motion_fixed_abs(to - was) > (uint64_t)step >> 16)
+        motion_fixed_abs(to - was) > (uint64_t)step >> FLAT_BITS)
         return false;
     set_ticks(plan, i + (dir < 0), n);
     for (; i >= 0 && i <= last && ph[i].acc == was; i += dir)
@@ -231,8 +236,8 @@ static bool swings_out(int64_t vel, int64_t acc, int64_t jerk_q32,
     if (acc == 0)
         return false;
     return is_beyond ||
-           !motion_otg_ramp_fits(acc, jerk_q32,
-                                 margin - (margin >> 22) - (margin != 0));
+           !motion_otg_ramp_fits(
+               acc, jerk_q32, margin - (margin >> ROUND_SWING) - (margin != 0));
 }
 
 static uint32_t round_swings(const struct motion_otg_move *move,
@@ -283,7 +288,7 @@ static void round_compact(const struct otg_shape *shape,
 static bool is_flat(int64_t from, int64_t to)
 {
     uint64_t size = motion_fixed_abs(from) | motion_fixed_abs(to);
-    return motion_fixed_abs(to - from) <= size >> 16;
+    return motion_fixed_abs(to - from) <= size >> FLAT_BITS;
 }
 
 static int64_t phase_start(const struct motion_otg_plan *plan, int i)
@@ -299,9 +304,9 @@ static bool is_negligible(const struct motion_otg_plan *plan, int i, int beside)
 {
     const struct motion_otg_phase *ph = plan->phase;
     int64_t n = ph[i].dur_ns_q12;
-    return n < plan->dur_ns_q12 >> 14 &&
+    return n < plan->dur_ns_q12 >> SHORT_BITS &&
            is_flat(phase_start(plan, i), ph[i].acc) &&
-           (n < ph[beside].dur_ns_q12 >> 14 ||
+           (n < ph[beside].dur_ns_q12 >> SHORT_BITS ||
             is_flat(phase_start(plan, beside), ph[beside].acc));
 }
 
@@ -367,7 +372,7 @@ static void round_merge(struct motion_otg_plan *plan)
     while (plan->count > 1 && is_negligible(plan, 0, 1))
         merge_on(plan, 0);
     for (int i = 1; i + 1 < plan->count; i++)
-        if (ph[i].dur_ns_q12 <= ph[i + 1].dur_ns_q12 >> 26 &&
+        if (ph[i].dur_ns_q12 <= ph[i + 1].dur_ns_q12 >> MERGE_BITS &&
             is_negligible(plan, i, i + 1))
             merge_on(plan, i--);
     plan->brake = smaller(plan->brake, plan->count);
@@ -411,8 +416,7 @@ uint32_t motion_otg_round_join(const struct otg_shape *shape, uint32_t ends,
  * part. */
 #define PULSE_BITS 20
 
-#define TICKS_MOST ((uint64_t)1 << 60)
-#define ACC_END    ((uint64_t)1 << 62) /* accelerations have 62 bits */
+#define ACC_END ((uint64_t)1 << 62) /* accelerations have 62 bits */
 
 struct refine {
     struct motion_otg_plan *plan;
@@ -449,10 +453,13 @@ int64_t motion_otg_ramp_ticks(const struct otg_rates *rates, int i,
         down -= 32;
     }
     if (down < 0)
-        n = down < -60 || n >> (60 + down) ? TICKS_MOST : n << -down;
+        n = down < -60 || n >> (60 + down) ? (uint64_t)OTG_TICKS_MOST
+                                           : n << -down;
     else
         n >>= down > 63 ? 63 : down;
-    return (int64_t)(n < TICKS_MOST ? n : TICKS_MOST) + 1;
+    return (int64_t)(n < (uint64_t)OTG_TICKS_MOST ? n
+                                                  : (uint64_t)OTG_TICKS_MOST) +
+           1;
 }
 
 static int64_t whole(struct num x)

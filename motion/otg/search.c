@@ -12,8 +12,9 @@
 #include "motion/core/err.h"
 #include "motion/otg/internal.h"
 
-#define EDGE_BITS  14
-#define EARLY_BITS 24 /* what rounding makes of its time is less */
+#define REACHED_BITS 24 /* the search is off by 2^-27 */
+#define EDGE_BITS    14 /* where margins of 2^-25 cost their root, 2^-13 */
+#define EARLY_BITS   24 /* what rounding makes of its time is less */
 
 /* --- the main region ------------------------------------------------------ */
 
@@ -129,7 +130,7 @@ static bool is_reached(const struct otg_problem *q, struct num t,
         return true;
     struct num scale = num_max(num_abs(q->v0), num_abs(q->vf));
     scale = num_add(num_abs(q->d), num_mul(scale, t));
-    return scale.m != 0 && residual.e < scale.e - 24;
+    return scale.m != 0 && residual.e < scale.e - REACHED_BITS;
 }
 
 /* No more than tightening limits may make of `size` or `other`. */
@@ -426,8 +427,8 @@ OTG_OWN_FRAME static struct num next_time(const struct otg_problem *q, int sign)
     return answer_time(&at);
 }
 
-#define CRUISE_MOST 24
-#define CRUISE_BITS 12
+#define CRUISE_MOST 24 /* evaluations: the bound of one root */
+#define CRUISE_BITS 12 /* a smaller step ends it: the error is its square */
 
 /* --- one cruise ----------------------------------------------------------- */
 

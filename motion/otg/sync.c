@@ -6,7 +6,10 @@
 #include "motion/otg/internal.h"
 #include "motion/otg/sync.h"
 
-#define SYNC_ROUNDS 64 /* two gaps per axis and a few roundings */
+#define SYNC_ROUNDS  64 /* two gaps per axis and a few roundings */
+#define SYNC_NEAR    22 /* the search is off by 2^-27, ticks by some more */
+#define SYNC_STRETCH 32 /* a plan is made 2^-32 longer as it is */
+#define SYNC_LATER   24 /* 2^-24 more, where no axis says what comes next */
 
 /* What the axes need, to 2^-27. */
 struct needs {
@@ -23,14 +26,14 @@ static bool is_stretched(const struct motion_otg_move *move, int64_t dur,
     int64_t rest = dur - plan->dur_ns_q12;
     if (rest == 0)
         return true;
-    return rest >= 0 && rest <= dur >> 32 &&
+    return rest >= 0 && rest <= dur >> SYNC_STRETCH &&
            motion_otg_stretch(move, dur, plan) == MOTION_OK;
 }
 
 static bool is_near(int64_t least, int64_t dur)
 {
     int64_t late = dur - least;
-    return late <= dur >> 22 && late >= -(dur >> 22);
+    return late <= dur >> SYNC_NEAR && late >= -(dur >> SYNC_NEAR);
 }
 
 /* All axes in `dur`, or the first that cannot and the next time it can.  The
@@ -78,7 +81,7 @@ OTG_OWN_FRAME static int sync_time(const struct motion_otg_move move[],
             return err;
         err = MOTION_OK;
         if (dur <= now)
-            dur = now + (now >> 24) + 1;
+            dur = now + (now >> SYNC_LATER) + 1;
     }
     return err == MOTION_OK ? MOTION_E_LIMIT : err;
 }
@@ -322,7 +325,7 @@ int motion_sync_make(const struct motion_otg_move move[], int count,
 
 /* --- through points ------------------------------------------------------- */
 
-#define THROUGH_SWEEPS 2
+#define THROUGH_SWEEPS 2 /* over all points, first to last */
 
 struct through {
     const struct motion_state *start;
