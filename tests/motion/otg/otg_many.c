@@ -83,13 +83,13 @@ static int64_t signed_by(uint64_t *seed, int64_t size)
 
 /* Powers of two of a move: its length in 2^-32 unit, its time in s. */
 struct measure {
-    int way, time;
+    int length, time;
 };
 
 static void draw_limits(uint64_t *seed, struct measure at, int spread,
                         struct motion_otg_limit *l)
 {
-    l->vel_max_q32 = about(seed, at.way - at.time, spread);
+    l->vel_max_q32 = about(seed, at.length - at.time, spread);
     int vel = bits_of(l->vel_max_q32) - 1;
     l->acc_max_q32 = about_rate(seed, vel - at.time, spread);
     int acc = bits_of(l->acc_max_q32) - 1;
@@ -216,8 +216,10 @@ static void draw_base(uint64_t *seed, enum many_kind kind, struct measure at,
 {
     *m = (struct motion_otg_move){ .mode = MOTION_OTG_POSITION };
     draw_limits(seed, at, kind == MANY_RATIO ? 12 : 6, &m->limit);
-    m->start.pos_q32 = pick(seed, -1, 1) * of_bits(seed, pick(seed, 0, at.way));
-    m->goal.pos_q32 = pick(seed, -1, 1) * of_bits(seed, pick(seed, 0, at.way));
+    m->start.pos_q32 =
+        pick(seed, -1, 1) * of_bits(seed, pick(seed, 0, at.length));
+    m->goal.pos_q32 =
+        pick(seed, -1, 1) * of_bits(seed, pick(seed, 0, at.length));
     if (kind == MANY_ASYMMETRIC || pick(seed, 0, 2) == 0)
         draw_asymmetry(seed, &m->limit);
     if (kind == MANY_JERK_DOWN || pick(seed, 0, 9) == 0)
@@ -261,7 +263,7 @@ static void draw_move(uint64_t *seed, enum many_kind kind, struct measure at,
         break;
     case MANY_LONG:
         m->goal.pos_q32 =
-            signed_by(seed, of_bits(seed, pick(seed, at.way, 61)));
+            signed_by(seed, of_bits(seed, pick(seed, at.length, 61)));
         break;
     case MANY_ROUND:
         draw_round(seed, m);
@@ -327,7 +329,7 @@ static uint64_t seed_of(uint64_t seed, uint64_t number)
 void many_draw(uint64_t seed, uint64_t number, struct many_problem *p)
 {
     uint64_t at = seed_of(seed, number);
-    struct measure size = { .way = pick(&at, 20, 60) };
+    struct measure size = { .length = pick(&at, 20, 60) };
     size.time = pick(&at, -20, 20);
     *p = (struct many_problem){ .kind = (enum many_kind)(number % MANY_KINDS),
                                 .axes = 1 };

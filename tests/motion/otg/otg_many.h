@@ -3,7 +3,7 @@
  *
  * A problem follows from a seed and its number alone, so any of them can be
  * repeated.  Lengths run over twelve decades, times over twelve where the
- * formats hold the limits that belong to them; limits are drawn around what
+ * formats hold the limits that belong to them; limits are chosen around what
  * length and time suggest.  Kinds take turns. */
 #ifndef TESTS_MOTION_OTG_OTG_MANY_H
 #define TESTS_MOTION_OTG_OTG_MANY_H
@@ -34,7 +34,7 @@
     X(MANY_NO_JERK, "no limit of jerk")                                        \
     X(MANY_NO_ACC, "none of acceleration")                                     \
     X(MANY_JERK_DOWN, "jerk of slowing down")                                  \
-    X(MANY_DURATION, "wanted duration")                                        \
+    X(MANY_DURATION, "given duration")                                         \
     X(MANY_SYNC, "2 to 7 axes together")                                       \
     X(MANY_STRAIGHT, "2 to 7 on a line")                                       \
     X(MANY_THROUGH, "through points")                                          \

@@ -1,14 +1,15 @@
 /* tests/motion/otg/otg_many_far.c - is a move out of the formats?  See
  * otg_many.h.
  *
- * From an end of the move look one way, "up": the motion that goes up as fast
- * as it can, from the start or backwards in time from the goal, is above every
- * other one.  So is what both ends together allow: up with the limits of one,
- * down with those of the other.  A goal above the lowest of these in all times
- * up to three days is too far; it may have been below in the beginning, when it
- * is passed too early for the change of speed and acceleration, before a wanted
- * duration, or between two ticks: looked at both ways, a move that has no time
- * to slow down passes its goal in a window that need not hold a whole one. */
+ * From an end of the move look in one direction, "up": the motion that goes up
+ * as fast as it can, from the start or backwards in time from the goal, is
+ * above every other one.  So is what both ends together allow: up with the
+ * limits of one, down with those of the other.  A goal above the lowest of
+ * these in all times up to three days is too far; it may have been below in the
+ * beginning, when it is passed too early for the change of speed and
+ * acceleration, before a given duration, or between two ticks: looked at in
+ * both, a move that has no time to slow down passes its goal in a window that
+ * need not hold a whole one. */
 #include <math.h>
 #include <stdbool.h>
 
@@ -25,9 +26,9 @@
 
 /* An end, turned so that up is where is looked. */
 struct far_end {
-    long double v, a, top, up, down; /* limits; down > 0 */
-    long double jerk, brake, let;    /* when it rises, brakes, lets go */
-    bool is_fine;                    /* look closely */
+    long double v, a, top, up, down;  /* limits; down > 0 */
+    long double jerk, brake, release; /* when it rises, brakes, ramps to zero */
+    bool is_fine;                     /* look closely */
 };
 
 static long double q32(int64_t value)
@@ -79,7 +80,7 @@ static void walk_brake(const struct far_end *e, struct far_walk *w)
         walk(w, (w->v - e->top) / e->down, 0);
 }
 
-/* Up to a peak of acceleration, hold it, and let go to be at the top. */
+/* Up to a peak of acceleration, hold it, and ramp to zero at the top. */
 static void walk_rise(const struct far_end *e, struct far_walk *w)
 {
     if (e->up <= 0)
@@ -91,14 +92,14 @@ static void walk_rise(const struct far_end *e, struct far_walk *w)
     }
     walk(w, (w->a - e->up) / e->brake, -e->brake); /* beyond its limit */
     long double rise = e->top - w->v + w->a * w->a / (2 * e->jerk);
-    long double ramps = (1 / e->jerk + 1 / e->let) / 2;
+    long double ramps = (1 / e->jerk + 1 / e->release) / 2;
     long double most = larger(e->up, w->a), peak = most;
     if (rise < peak * peak * ramps)
         peak = sqrtl(larger(rise, 0) / ramps);
     walk(w, (peak - w->a) / e->jerk, e->jerk);
     if (peak == most)
         walk(w, rise / most - most * ramps, 0);
-    walk(w, w->a / e->let, -e->let);
+    walk(w, w->a / e->release, -e->release);
 }
 
 /* Leaves what is left of t at the top speed. */
@@ -130,7 +131,7 @@ static struct far_end end_of(const struct motion_otg_move *m, bool goal, int up)
         .down = ax ? -q32(l->acc_min_q32) : q32(l->acc_max_q32),
         .jerk = larger(j, jd),
         .brake = goal && jd > 0 ? jd : j,
-        .let = larger(j, jd),
+        .release = larger(j, jd),
     };
     long double bottom = up > 0 ? q32(l->vel_min_q32) : -q32(l->vel_max_q32);
     if (j == 0)
@@ -160,7 +161,7 @@ static long double natural(const struct far_end *e)
     if (e->a <= 0)
         return e->v - e->a * e->a / (2 * e->jerk);
     long double in = smaller(e->a, e->up);
-    return e->v + in * in / (2 * e->let) +
+    return e->v + in * in / (2 * e->release) +
            (e->a * e->a - in * in) / (2 * e->brake);
 }
 
@@ -219,10 +220,10 @@ static bool is_too_early(const struct far_end *e, const struct far_end *other,
     long double change = fabsl(other->v - e->v);
     if (e->up > 0 && change > larger(e->up, e->down) * t)
         return true;
-    if (e->let <= 0)
+    if (e->release <= 0)
         return false;
-    long double first = (-other->a - e->a) / e->let;
-    return fabsl(e->a + other->a) > e->let * t ||
+    long double first = (-other->a - e->a) / e->release;
+    return fabsl(e->a + other->a) > e->release * t ||
            (walked(e, larger(first, 0)).v < other->v &&
             walked(e, t).v < other->v);
 }
@@ -239,21 +240,21 @@ static bool window_is_empty(const struct window *w)
            floorl(w->to * TICKS_PER_S) < ceill(w->from * TICKS_PER_S);
 }
 
-static bool is_above_goal(const struct far_end end[2], long double way,
+static bool is_above_goal(const struct far_end end[2], long double d,
                           long double t)
 {
-    return most_up(end, t) >= way;
+    return most_up(end, t) >= d;
 }
 
 /* Between t and t STEP, where the one changes into the other. */
-static long double edge(const struct far_end end[2], long double way,
+static long double edge(const struct far_end end[2], long double d,
                         long double t)
 {
     long double low = t, high = t * STEP;
-    bool at_low = is_above_goal(end, way, t);
+    bool at_low = is_above_goal(end, d, t);
     for (int i = 0; i < HALVINGS; i++) {
         long double middle = (low + high) / 2;
-        if (is_above_goal(end, way, middle) == at_low)
+        if (is_above_goal(end, d, middle) == at_low)
             low = middle;
         else
             high = middle;
@@ -265,22 +266,22 @@ static void window_narrow(const struct motion_otg_move *m, int up, bool is_fine,
                           struct window *w)
 {
     struct far_end end[2] = { end_of(m, false, up), end_of(m, true, up) };
-    long double way = up * (q32(m->goal.pos_q32) - q32(m->start.pos_q32));
+    long double d = up * (q32(m->goal.pos_q32) - q32(m->start.pos_q32));
     long double from = larger(w->from, FIRST_S), to = w->to;
     long double first = -1, last = -1;
     end[0].is_fine = end[1].is_fine = is_fine;
     for (long double t = from; t < to; t *= STEP)
-        if (is_above_goal(end, way, t)) {
+        if (is_above_goal(end, d, t)) {
             first = first < 0 ? t : first;
             last = t;
         }
-    bool is_late = !is_above_goal(end, way, to);
+    bool is_late = !is_above_goal(end, d, to);
     if (first > from)
-        w->from = edge(end, way, first / STEP);
+        w->from = edge(end, d, first / STEP);
     else if (first < 0 && !is_late)
-        w->from = edge(end, way, to / STEP);
+        w->from = edge(end, d, to / STEP);
     if (is_late && last > 0)
-        w->to = smaller(to, edge(end, way, last));
+        w->to = smaller(to, edge(end, d, last));
     if (is_late && (last < 0 || is_too_early(&end[0], &end[1], last * STEP) ||
                     is_too_early(&end[1], &end[0], last * STEP)))
         w->to = -1;
@@ -408,9 +409,9 @@ bool many_is_line_far(const struct motion_otg_move move[], int axes)
     struct motion_otg_move lead = move[0];
     for (int i = 1; i < axes; i++) {
         const struct motion_otg_limit *l = &move[i].limit;
-        long double way = q32(move[i].goal.pos_q32 - move[i].start.pos_q32);
-        long double r = way / q32(lead.goal.pos_q32 - lead.start.pos_q32);
-        if (way == 0)
+        long double d = q32(move[i].goal.pos_q32 - move[i].start.pos_q32);
+        long double r = d / q32(lead.goal.pos_q32 - lead.start.pos_q32);
+        if (d == 0)
             continue;
         narrow(&lead.limit.vel_max_q32, &lead.limit.vel_min_q32, l->vel_max_q32,
                l->vel_min_q32, r);

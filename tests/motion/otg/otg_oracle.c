@@ -120,26 +120,26 @@ static const char *judge_phase(const struct oracle *g)
 static const char *judge_start(const struct oracle *g)
 {
     const struct motion_otg_move *m = g->move;
-    struct big acc, want;
+    struct big acc, expected;
     oracle_acc(g, &acc, g->a);
-    big_mul_int(&want, &g->unit[ORACLE_ACC], m->start.acc_q32);
+    big_mul_int(&expected, &g->unit[ORACLE_ACC], m->start.acc_q32);
     if (g->plan->start_pos_q32 != m->start.pos_q32)
         return "start position";
     if (m->limit.acc_max_q32 && g->plan->start_vel_q32 != m->start.vel_q32)
         return "start velocity";
-    if (m->limit.jerk_q32 && big_cmp(&acc, &want) != 0)
+    if (m->limit.jerk_q32 && big_cmp(&acc, &expected) != 0)
         return "start acceleration";
     return NULL;
 }
 
-/* Is it `want`, rounded to the nearest of the public format?  Or off by no more
- * than one unit of the trimmed corners makes, `most`. */
+/* Is it what is expected, rounded to the nearest of the public format?  Or off
+ * by no more than one unit of the trimmed corners makes, `most`. */
 static bool is_goal(const struct oracle *g, enum oracle_order order,
-                    const struct big *have, int64_t want,
+                    const struct big *have, int64_t expected,
                     const struct big *most)
 {
     struct big off;
-    big_mul_int(&off, &g->unit[order], want);
+    big_mul_int(&off, &g->unit[order], expected);
     big_sub(&off, have, &off);
     off.sign = off.sign != 0;
     if (big_cmp(&off, most) <= 0)
@@ -179,11 +179,11 @@ static bool residual_is_small(const struct oracle *g)
 static const char *judge_goal(const struct oracle *g)
 {
     const struct motion_otg_move *m = g->move;
-    struct big acc, want, most, pos;
+    struct big acc, expected, most, pos;
     oracle_trim(g, &most);
     oracle_acc(g, &acc, g->a);
-    big_mul_int(&want, &g->unit[ORACLE_ACC], m->goal.acc_q32);
-    if (m->limit.jerk_q32 && big_cmp(&acc, &want) != 0)
+    big_mul_int(&expected, &g->unit[ORACLE_ACC], m->goal.acc_q32);
+    if (m->limit.jerk_q32 && big_cmp(&acc, &expected) != 0)
         return "goal acceleration";
     if (m->limit.acc_max_q32 &&
         (g->plan->goal_vel_q32 + g->plan->residual_vel_q32 != m->goal.vel_q32 ||
@@ -198,7 +198,7 @@ static const char *judge_goal(const struct oracle *g)
     if (most.sign == 0 && g->plan->count == 1) /* cut, not rounded */
         big_copy(&most, &g->unit[ORACLE_POS]);
     if (!is_goal(g, ORACLE_POS, &pos, g->plan->goal_pos_q32, &most))
-        return "way";
+        return "displacement";
     if (m->mode == MOTION_OTG_POSITION &&
         g->plan->goal_pos_q32 + g->plan->residual_pos_q32 != m->goal.pos_q32)
         return "goal position";
@@ -208,7 +208,7 @@ static const char *judge_goal(const struct oracle *g)
 /* From `turn` on jerk_down counts: the highest (lowest) speed is behind.  So
  * the phase that follows may lead beyond all corners inside the limits up to
  * there on one side only if the velocity comes from the other; but a goal that
- * swings may be all that follows.  But for what limits are drawn in by (in the
+ * swings may be all that follows.  But for the margin of the limits (in the
  * shortest of moves 2^-6). */
 #define TURN_BITS 6
 
@@ -220,7 +220,7 @@ static void widen(struct big *lo, struct big *hi, const struct big *vel)
         big_copy(hi, vel);
 }
 
-/* Does a exceed b by more than limits are drawn in by? */
+/* Does a exceed b by more than the margin of the limits? */
 static bool exceeds(const struct big *a, const struct big *b)
 {
     struct big by, size;

@@ -10,9 +10,9 @@
  * What start and goal themselves make unavoidable is allowed, and only there:
  *
  *   a start outside its limits   acceleration: until the braking phases end;
- *   velocity: until then, and until the acceleration has let go
+ *   velocity: until then, and until the acceleration is at zero
  *   a start that must touch      v0 + a0^2 / 2 jerk at or above the limit: as
- *   high as when letting go takes a whole number of ticks, until it has let go
+ *   high as when that ramp takes a whole number of ticks, until it is there
  *   a goal that must have touched     the same backwards in time */
 #ifndef TESTS_MOTION_OTG_OTG_ORACLE_H
 #define TESTS_MOTION_OTG_OTG_ORACLE_H

@@ -19,7 +19,7 @@ static void natural(struct oracle_bound *b, int64_t v, int64_t a, int64_t j)
     big_add(&b->num, &b->num, &ramp);
 }
 
-/* The peak when letting go of a lasts a tick longer, to be a whole number of
+/* The peak when ramping a to zero lasts a tick longer, to be a whole number of
  * them: |a| / 2 times 2^-12 ns more. */
 static void peak_of(struct oracle_bound *b, int64_t v, int64_t a, int64_t j)
 {

@@ -85,23 +85,24 @@ static bool is_joined(const struct big *end, const struct motion_segment *s)
     return big_cmp(&gap, &most) < 0;
 }
 
-/* |track - plan| <= two units and what the plan may leave, all along the segment; the plan's unit is 2^-32 /
- * unit[POS], so both times that and 2^36. */
+/* |track - plan| <= two units and what the plan may leave, all along the
+ * segment; the plan's unit is 2^-32 / unit[POS], so both times that and
+ * 2^36. */
 static bool is_on_plan(const struct oracle *g, const struct motion_track *made)
 {
     struct big_poly plan, track, f;
-    struct big start, room, rest;
+    struct big start, margin, rest;
     oracle_poly(g, ORACLE_POS, &plan);
     segment_poly(&made->segment[g->i], &track);
     big_set(&start, g->plan->start_pos_q32);
     big_shl(&start, &start, UNIT_BITS);
     big_sub(&track.c[0], &track.c[0], &start);
-    big_shl(&room, &g->unit[ORACLE_POS], 1 + coarse_bits(made));
+    big_shl(&margin, &g->unit[ORACLE_POS], 1 + coarse_bits(made));
     oracle_trim(g, &rest);
     big_mul_int(&rest, &rest, 3);
     big_mul_int(&rest, &rest, g->plan->dur_ns_q12);
     big_shl(&rest, &rest, UNIT_BITS);
-    big_add(&room, &room, &rest);
+    big_add(&margin, &margin, &rest);
     for (int side = -1; side <= 1; side += 2) {
         f.degree = 5;
         for (int k = 0; k <= 5; k++) {
@@ -113,7 +114,7 @@ static bool is_on_plan(const struct oracle *g, const struct motion_track *made)
             big_sub(&f.c[k], &f.c[k], &have);
             f.c[k].sign *= side;
         }
-        big_add(&f.c[0], &f.c[0], &room);
+        big_add(&f.c[0], &f.c[0], &margin);
         if (!big_poly_is_not_negative(&f))
             return false;
     }
@@ -128,15 +129,15 @@ static bool is_in_limits(const struct oracle *g, const struct motion_segment *s)
 {
     struct big_poly pos, f;
     struct oracle_bound bound;
-    struct big most, room;
+    struct big most, margin;
     segment_poly(s, &pos);
     for (int up = 0; up < 2; up++) {
         oracle_vel_bound(g, up, &bound);
         big_mul_int(&most, &bound.num, s->dur_ns_q12);
         big_shl(&most, &most, 24);
-        big_mul_int(&room, &bound.den, (up ? 6 : -6) * NS_PER_S);
-        big_shl(&room, &room, (unsigned)(UNIT_BITS - s->frac));
-        big_add(&most, &most, &room);
+        big_mul_int(&margin, &bound.den, (up ? 6 : -6) * NS_PER_S);
+        big_shl(&margin, &margin, (unsigned)(UNIT_BITS - s->frac));
+        big_add(&most, &most, &margin);
         f.degree = 4;
         for (int k = 0; k <= 4; k++) {
             big_mul_int(&f.c[k], &pos.c[k + 1], -(k + 1) * NS_PER_S);
@@ -170,7 +171,7 @@ static const char *judge_segment(const struct oracle *g,
     if (!last && !is_joined(&end, s))
         return "track's gap";
     if (!is_on_plan(g, track))
-        return "track's way";
+        return "track's displacement";
     if (g->move->mode == MOTION_OTG_POSITION && !is_in_limits(g, s))
         return "track's velocity";
     return NULL;
@@ -180,10 +181,10 @@ const char *otg_oracle_judge_track(const struct motion_otg_move *move,
                                    const struct motion_otg_plan *plan)
 {
     static struct oracle g;
-    struct motion_segment room[MOTION_OTG_PHASES];
+    struct motion_segment segment[MOTION_OTG_PHASES];
     struct motion_track track;
     const char *wrong = NULL;
-    motion_track_init(&track, room, MOTION_OTG_PHASES, move->start.pos_q32);
+    motion_track_init(&track, segment, MOTION_OTG_PHASES, move->start.pos_q32);
     int err = motion_otg_append(plan, &track);
     if (err == MOTION_E_RANGE)
         return NULL; /* overshoots what a position can be */

@@ -207,9 +207,9 @@ static struct motion_otg_move random_move(uint64_t *seed)
 {
     struct motion_otg_move m = { .mode = MOTION_OTG_POSITION };
     struct motion_otg_limit *l = &m.limit;
-    int way = (int)check_random_in(seed, 20, 60);
+    int length = (int)check_random_in(seed, 20, 60);
     int time = (int)check_random_in(seed, -13, 13);
-    l->vel_max_q32 = about(seed, 6, way - time, 6);
+    l->vel_max_q32 = about(seed, 6, length - time, 6);
     int vel = 64 - __builtin_clzll((uint64_t)l->vel_max_q32);
     l->acc_max_q32 = about(seed, 22, vel - time, 6);
     int acc = 64 - __builtin_clzll((uint64_t)l->acc_max_q32);
@@ -222,8 +222,8 @@ static struct motion_otg_move random_move(uint64_t *seed)
     }
     if (check_random_in(seed, 0, 3) == 0)
         l->jerk_down_q32 = about(seed, 22, acc - time, 6);
-    m.start.pos_q32 = check_random_in(seed, -1, 1) * some(seed, 0, way);
-    m.goal.pos_q32 = check_random_in(seed, -1, 1) * some(seed, 0, way);
+    m.start.pos_q32 = check_random_in(seed, -1, 1) * some(seed, 0, length);
+    m.goal.pos_q32 = check_random_in(seed, -1, 1) * some(seed, 0, length);
     m.start.vel_q32 = between(seed, l->vel_min_q32, l->vel_max_q32);
     m.start.acc_q32 = between(seed, l->acc_min_q32, l->acc_max_q32);
     if (check_random_in(seed, 0, 15) == 0) {
@@ -311,7 +311,7 @@ static void assert_seconds(const struct motion_otg_plan *plan, double want)
 {
     double over = seconds(plan) / want - 1;
     if (over < -1e-9 || over > 1e-6)
-        fail_msg("%.12g s, wanted %.12g", seconds(plan), want);
+        fail_msg("%.12g s, expected %.12g", seconds(plan), want);
 }
 
 static void simple_moves_take_what_the_formula_says(void **state)
@@ -319,7 +319,7 @@ static void simple_moves_take_what_the_formula_says(void **state)
     struct motion_otg_move move = usual;
     struct motion_otg_plan plan = plan_of(&move);
     (void)state;
-    /* way / v + v / a + a / j */
+    /* d / v + v / a + a / j */
     assert_seconds(&plan, 100 / 10.0 + 10 / 20.0 + 20 / 200.0);
     move.limit.jerk_q32 = 0;
     plan = plan_of(&move);

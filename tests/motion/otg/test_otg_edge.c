@@ -2,9 +2,9 @@
  * meets.
  *
  * Nothing changes the speed in less time than full jerk to a peak, a hold at
- * the limit and full jerk to the goal; so a way that just this covers takes its
- * time, and there is nothing faster: the right answer is known without a
- * solver.  Next to it the time grows with the square root of what is
+ * the limit and full jerk to the goal; so a displacement that just this covers
+ * takes its time, and there is nothing faster: the right answer is known
+ * without a solver.  Next to it the time grows with the square root of what is
  * missing. */
 #include <inttypes.h>
 #include <math.h>
@@ -111,7 +111,7 @@ static int64_t time_of(const struct change *c)
     return plan.dur_ns_q12;
 }
 
-/* --- what is asked --------------------------------------------------------- */
+/* --- requests ------------------------------------------------------------- */
 
 static void whole_ticks_take_what_they_take(void **state)
 {
@@ -178,7 +178,7 @@ static void speeds_next_to_it_take_the_root(void **state)
     }
 }
 
-/* From rest by way of a peak, where a little time gives a little way in either
+/* From rest over a peak, where a little time gives a little displacement either
  * direction. */
 static void ways_next_to_it_take_the_root(void **state)
 {

@@ -53,18 +53,18 @@ static struct end run(const struct motion_otg_plan *plan)
 static void constant_jerk_alone_ends_at_the_goal(void **state)
 {
     (void)state;
-    /* a long way with short ramps: 2^24 s against 2^-3 s */
-    for (int64_t way = 1; way <= (int64_t)1 << 20; way *= 4) {
+    /* a long move with short ramps: 2^24 s against 2^-3 s */
+    for (int64_t d = 1; d <= (int64_t)1 << 20; d *= 4) {
         struct motion_otg_move move = usual;
         move.start.vel_q32 = ONE / 3;
         move.start.acc_q32 = -ACC / 7;
-        move.goal.pos_q32 = way * ONE;
+        move.goal.pos_q32 = d * ONE;
         move.goal.vel_q32 = ONE / 11;
         struct motion_otg_plan plan = plan_of(&move);
         struct end e = run(&plan);
-        long double off = e.p / (long double)way - 1;
+        long double off = e.p / (long double)d - 1;
         if (fabsl(off) > 1e-16L || fabsl(e.v - 1 / 11.0L) > 1e-9L || e.a != 0)
-            fail_msg("way %" PRId64 ": off by %Lg of it", way, off);
+            fail_msg("displacement %" PRId64 ": off by %Lg of it", d, off);
     }
 }
 

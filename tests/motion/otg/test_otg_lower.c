@@ -1,7 +1,7 @@
 /* tests/motion/otg/test_otg_lower.c - a lower limit of velocity, given in
  * motion.
  *
- * A velocity above its limit comes down to it, and stays there: letting go of
+ * A velocity above its limit comes down to it, and stays there: ramping
  * the deceleration does not take it below, nor turn the motion round. */
 #include <inttypes.h>
 #include <math.h>

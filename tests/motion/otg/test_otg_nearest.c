@@ -1,8 +1,8 @@
 /* tests/motion/otg/test_otg_nearest.c - motions with no time to spare take the
  * nearest tick.
  *
- * Ways covered at the velocity of both ends, changes of speed and ways that one
- * ramp of full jerk makes: their least time is known, from a us to 10 s, in
+ * Displacements at the velocity of both ends, changes of speed and those that
+ * one ramp of full jerk makes: their least time is known, from a us to 10 s, in
  * several units, with limits 1:1000 apart.  No answer takes more than two ticks
  * and 2^-10 longer; the oracle judges every plan and its track, residual
  * included. */

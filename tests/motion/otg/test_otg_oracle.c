@@ -1,5 +1,5 @@
 /* tests/motion/otg/test_otg_oracle.c - the judge of plans, judged: plans that
- * touch their limits to the last bit, and good plans spoilt in every way. */
+ * touch their limits to the last bit, and good plans spoilt in every field. */
 #include <inttypes.h>
 #include <string.h>
 
@@ -57,7 +57,7 @@ static void expect(const struct motion_otg_move *m,
     const char *wrong = otg_oracle_judge(m, plan);
     if (want == NULL ? wrong != NULL
                      : wrong == NULL || strcmp(wrong, want) != 0)
-        fail_msg("\"%s\", wanted \"%s\"", wrong ? wrong : "good",
+        fail_msg("\"%s\", expected \"%s\"", wrong ? wrong : "good",
                  want ? want : "good");
 }
 
@@ -199,7 +199,7 @@ static int64_t about(int bits)
 
 /* An hour at the limit of velocity, after accelerations that cover its length
  * in microseconds: their last unit is a part of the limit that counts, and the
- * goal leaves no room for it. */
+ * goal leaves no margin for it. */
 static void a_track_keeps_its_limits_to_a_goal_on_them(void **state)
 {
     (void)state;

@@ -37,13 +37,13 @@ static void judged(const struct motion_otg_move *m,
 
 /* A track made from a plan, and its state as the controller gets it. */
 struct run {
-    struct motion_segment room[MOTION_OTG_PHASES];
+    struct motion_segment segment[MOTION_OTG_PHASES];
     struct motion_track track;
 };
 
 static bool run_make(struct run *run, const struct motion_otg_plan *plan)
 {
-    motion_track_init(&run->track, run->room, MOTION_OTG_PHASES,
+    motion_track_init(&run->track, run->segment, MOTION_OTG_PHASES,
                       plan->start_pos_q32);
     return motion_otg_append(plan, &run->track) == MOTION_OK;
 }
@@ -104,7 +104,7 @@ static void replan_by_the_planner(uint64_t n,
     }
 }
 
-/* As a controller might that knows only what it sends: the state sampled from
+/* As a controller might that has only what it sends: the state sampled from
  * the track, position, velocity and acceleration rounded to their formats. */
 static void replan_by_samples(uint64_t n, const struct motion_otg_move *first,
                               struct motion_otg_plan plan, bool fallback,
@@ -307,7 +307,8 @@ static void a_stop_takes_the_least_time(void **state)
 }
 
 /* From steady speed the stop is symmetric about its middle: half the speed in
- * the mean, and no motion inside the limits is shorter, in time or way. */
+ * the mean, and no motion inside the limits is shorter, in time or
+ * displacement. */
 static void a_stop_takes_the_least_way(void **state)
 {
     int compared = 0;

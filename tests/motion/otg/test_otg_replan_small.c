@@ -24,8 +24,8 @@
 
 static const struct axis {
     const char *name;
-    double vel, acc, dec, jerk, jerk_down, way; /* unit, s */
-    int64_t tick;                               /* the shortest */
+    double vel, acc, dec, jerk, jerk_down, d; /* unit, s */
+    int64_t tick;                             /* the shortest */
 } axes[] = {
     { "rev", 1 / 360.0, 1 / 360.0, 1 / 360.0, 1 / 360.0, 0, 4 / 360.0, MS },
     { "rev, slow", 1 / 3600.0, 1 / 3600.0, 1 / 3600.0, 1 / 3600.0, 0,
@@ -53,7 +53,7 @@ static struct motion_otg_move move_of(const struct axis *axis, int64_t from)
 {
     return (struct motion_otg_move){
         .start.pos_q32 = from,
-        .goal.pos_q32 = from + q(axis->way, 32),
+        .goal.pos_q32 = from + q(axis->d, 32),
         .limit = { q(axis->vel, 32), -q(axis->vel, 32), q(axis->acc, 32),
                    -q(axis->dec, 32), q(axis->jerk, 32),
                    q(axis->jerk_down, 32) },
@@ -84,7 +84,7 @@ struct run {
     const char *name, *how;
     struct limits limits;
     struct motion_otg_trajectory now;
-    struct motion_segment room[MOTION_OTG_PHASES];
+    struct motion_segment segment[MOTION_OTG_PHASES];
     struct motion_track track;
     struct motion_cursor cursor;
     int64_t tick, since; /* the trajectory's start, 2^-12 ns */
@@ -174,7 +174,7 @@ static void judge_step(struct run *run, int64_t t,
         llabs(was.vel_q32 - is.vel_q32) > 1 ||
         (run->limits.jerk < HUGE_VALL && llabs(was.acc_q32 - is.acc_q32) > 1))
         run_fail(run, "step of the state", 2, 1);
-    /* Half a step of acceleration lets the velocity go on by a e / j. */
+    /* Half a step of acceleration moves the velocity on by a e / j. */
     long double half_acc = ldexpl(1, -17 - fine);
     run->off_acc += half_acc;
     run->off_vel += ldexpl(1, -33 - fine);
@@ -189,9 +189,9 @@ static void run_play(struct run *run, const struct motion_otg_trajectory *next,
     run->now = *next;
     run->since = since;
     run->cursor = (struct motion_cursor){ 0 };
-    assert_int_equal(
-        motion_otg_track(&run->now, run->room, MOTION_OTG_PHASES, &run->track),
-        MOTION_OK);
+    assert_int_equal(motion_otg_track(&run->now, run->segment,
+                                      MOTION_OTG_PHASES, &run->track),
+                     MOTION_OK);
 }
 
 static struct run *run_begin(const struct axis *axis, const char *how,
@@ -239,7 +239,7 @@ static int64_t arrival_of(const struct run *run)
     return run->since + run->now.plan.dur_ns_q12;
 }
 
-/* On to the end, at a given time where one was asked for. */
+/* On to the end, at the given time where there is one. */
 static void run_end(struct run *run, const struct motion_otg_move *move,
                     int64_t arrives_at)
 {
@@ -299,14 +299,14 @@ static void trembles(const struct run *run, const struct motion_otg_move *move,
     wish->goal.pos_q32 = move->goal.pos_q32 + run->ticks % 2;
 }
 
-/* From two thirds of the way on, to be there as it comes to rest. */
+/* From two thirds of the move on, to be there as it comes to rest. */
 static void creeps(const struct run *run, const struct motion_otg_move *move,
                    struct motion_otg_move *wish)
 {
-    int64_t way = move->goal.pos_q32 - move->start.pos_q32;
+    int64_t d = move->goal.pos_q32 - move->start.pos_q32;
     int64_t left = run->rests_at - (run->ticks + 1) * run->tick;
     wish->goal.pos_q32 =
-        move->goal.pos_q32 - (int64_t)((long double)way * (long double)left /
+        move->goal.pos_q32 - (int64_t)((long double)d * (long double)left /
                                        (long double)run->rests_at / 3);
 }
 
@@ -314,19 +314,19 @@ static void creeps(const struct run *run, const struct motion_otg_move *move,
 static void leads(const struct run *run, const struct motion_otg_move *move,
                   struct motion_otg_move *wish)
 {
-    int64_t way = move->goal.pos_q32 - move->start.pos_q32;
+    int64_t d = move->goal.pos_q32 - move->start.pos_q32;
     creeps(run, move, wish);
     wish->goal.vel_q32 =
-        (int64_t)((long double)way * PER_S / (long double)run->rests_at / 3);
+        (int64_t)((long double)d * PER_S / (long double)run->rests_at / 3);
 }
 
 static void anywhere(const struct run *run, const struct motion_otg_move *move,
                      struct motion_otg_move *wish)
 {
-    int64_t way = move->goal.pos_q32 - move->start.pos_q32;
+    int64_t d = move->goal.pos_q32 - move->start.pos_q32;
     (void)run;
     wish->goal.pos_q32 =
-        move->start.pos_q32 + (int64_t)((long double)way * draw_unit());
+        move->start.pos_q32 + (int64_t)((long double)d * draw_unit());
 }
 
 /* Another place now and then, on either side. */
@@ -387,7 +387,7 @@ static int64_t longer(const struct run *run)
 
 /* Behind the middle a step of the goal may cost what going one step costs, or
  * the root of a tick (otg.h).  The plans of two jerks are not compared: from
- * some states the planner lets go of the acceleration first (docs/OTG.md,
+ * some states the planner ramps the acceleration to zero first (docs/OTG.md,
  * 6). */
 static void judge_arrival(const struct run *run, wish_at *wish,
                           const struct motion_otg_limit *limit)

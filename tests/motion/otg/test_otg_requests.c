@@ -1,5 +1,5 @@
-/* tests/motion/otg/test_otg_requests.c - what cannot be asked for, and which
- * field the answer names: one axis, several, through points, on the way. */
+/* tests/motion/otg/test_otg_requests.c - requests that are refused, and which
+ * field the answer names: one axis, several, through points, replanned. */
 #include <stddef.h>
 #include <string.h>
 
@@ -288,7 +288,7 @@ static void points_name_axis_and_field(void **state)
     assert_int_equal(fault.field, MOTION_OTG_FIELD_GOAL_VEL);
 }
 
-/* --- on the way ----------------------------------------------------------- */
+/* --- replanned ------------------------------------------------------------ */
 
 /* The old plan runs on; when nothing is left of it the error comes back. */
 static void bad_goals_on_the_way_keep_the_plan(void **state)
@@ -307,7 +307,7 @@ static void bad_goals_on_the_way_keep_the_plan(void **state)
             continue; /* the plan's state is the start */
         int outcome = motion_otg_replan(&old, old.plan.dur_ns_q12 / 2, &move,
                                         &next, &field);
-        expect_field(row, row->err, field, "on the way");
+        expect_field(row, row->err, field, "replanned");
         assert_int_equal(outcome, MOTION_OTG_KEPT);
     }
 }

@@ -1,10 +1,11 @@
 /* tests/motion/otg/test_otg_scales.c - the same move in other units takes the
  * same time.
  *
- * Lengths times L, times divided by S: velocities grow by L S, accelerations
- * by L S^2, jerks by L S^3, all exactly.  What rounding decides differs, what
- * the answer is may not.  The moves are those where it decides most: starts and
- * goals on their limits or next to them, where a way may be just open. */
+ * Lengths times L, times divided by S: velocities grow by L S, accelerations by
+ * L S^2, jerks by L S^3, all exactly.  What rounding decides differs, what the
+ * answer is may not.  The moves are those where it decides most: starts and
+ * goals on their limits or next to them, where a displacement is just within
+ * reach. */
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -16,8 +17,8 @@
 
 #define MOVES 20000
 
-/* Moves of 0.1 ms between two limits whose way rounding closes; docs/OTG.md,
- * section 6. */
+/* Moves of 0.1 ms between two limits that rounding puts out of reach;
+ * docs/OTG.md, section 6. */
 #define CLOSED 2
 
 /* --- moves ---------------------------------------------------------------- */
@@ -67,7 +68,8 @@ static int64_t draw_acc(const struct motion_otg_limit *l)
 }
 
 /* Ramping a to zero, in the direction of time, stays inside. */
-static bool has_room(const struct motion_otg_limit *l, int64_t vel, int64_t acc)
+static bool has_margin(const struct motion_otg_limit *l, int64_t vel,
+                       int64_t acc)
 {
     long double a = ldexpl((long double)acc, -32);
     long double ramp = a * fabsl(a) / 2 / ldexpl((long double)l->jerk_q32, -32);
@@ -76,13 +78,13 @@ static bool has_room(const struct motion_otg_limit *l, int64_t vel, int64_t acc)
                         v > (long double)l->vel_min_q32 * (1 - 1e-9L));
 }
 
-static void draw_state(const struct motion_otg_limit *l, int way,
+static void draw_state(const struct motion_otg_limit *l, int sign,
                        struct motion_state *state)
 {
     do {
         state->vel_q32 = draw_vel(l);
         state->acc_q32 = draw_acc(l);
-    } while (!has_room(l, state->vel_q32, way * state->acc_q32));
+    } while (!has_margin(l, state->vel_q32, sign * state->acc_q32));
 }
 
 static void draw_move(struct motion_otg_move *m)
@@ -162,7 +164,7 @@ static void spread_over(const struct motion_otg_move *move,
     }
 }
 
-/* In the shortest ones what drawn-in limits cost, or a tick, is over 1e-6: one
+/* In the shortest ones what tightened limits cost, or a tick, is over 1e-6: one
  * in
  * 800. */
 static void other_units_take_the_same_time(void **state)
@@ -288,8 +290,8 @@ static void a_limit_of_acceleration_may_be_held(void **state)
     }
 }
 
-/* The way of the plain speed change, v = j t^2 from or to rest in d = j t^3:
- * limits that are drawn in would cost the root of it. */
+/* The displacement of the plain speed change, v = j t^2 from or to rest in d =
+ * j t^3: limits that are tightened would cost the root of it. */
 static void a_way_may_be_just_that_of_the_speed_change(void **state)
 {
     (void)state;

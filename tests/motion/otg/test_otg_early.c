@@ -1,8 +1,10 @@
-/* tests/motion/otg/test_otg_lens.c - motions whose acceleration keeps its sign.
+/* tests/motion/otg/test_otg_early.c - motions whose acceleration keeps its
+ * sign.
  *
  * Such a motion is made, full jerk all the time but where a limit is held: up,
  * down, up again, or upside down.  It obeys its limits, so no plan for its ends
- * may take longer.  docs/OTG.md, section 2, "The lens" and "Early". */
+ * may take longer.  docs/OTG.md, section 2, "The early set" and "The first
+ * rise". */
 #include <math.h>
 #include <stdio.h>
 
@@ -62,8 +64,8 @@ static long double between(long double low, long double high)
     return low + (high - low) * draw_unit();
 }
 
-/* What both ends need of it when they let their accelerations off, and more, or
- * nothing more where `touches`. */
+/* What both ends need of it when they ramp their accelerations to zero, and
+ * more, or nothing more where `touches`. */
 static void limit_velocity(struct motion_otg_move *m, const struct shape *s,
                            const struct run *end, long double v0, bool touches)
 {
@@ -148,7 +150,7 @@ static long double longer(const struct shape *s, bool touches, int i)
 }
 
 /* Next to the most that a border reaches the time grows with the root of what
- * drawn-in limits take: one in a thousand. */
+ * tightened limits take: one in a thousand. */
 static void expect_few(int hair)
 {
     printf("%d of %d take over 1e-6 longer\n", hair, MOVES);
@@ -167,8 +169,8 @@ static void no_plan_is_longer_than_a_known_motion(void **state)
     expect_few(hair);
 }
 
-/* Where the lens is about to shut, its borders end in valleys near zero, and
- * are no longer concave there. */
+/* Where the early set is about to close, its borders end in valleys near zero,
+ * and are no longer concave there. */
 static void a_lens_that_just_shuts_is_looked_into(void **state)
 {
     int hair = 0;
@@ -185,7 +187,7 @@ static void a_lens_that_just_shuts_is_looked_into(void **state)
     expect_few(hair);
 }
 
-/* Limits are drawn in for the search; what touches them as they are must be
+/* Limits are tightened for the search; what touches them as they are must be
  * found all the same. */
 static void limits_may_be_touched(void **state)
 {

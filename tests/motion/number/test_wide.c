@@ -1,4 +1,4 @@
-/* tests/motion/otg/test_otg_wide.c - 128 and 192 bits of the planner, judged by
+/* tests/motion/number/test_wide.c - 128 and 192 bits of the planner, judged by
  * whole numbers of any length (tests/support/big.h).  tests/qemu/golden_wide.c
  * does the same arithmetic on microcontrollers. */
 #include <inttypes.h>
@@ -9,26 +9,26 @@
 
 #define ROUNDS 20000
 
-/* Of every length and sign; `room` bits are left free at the top. */
-static struct motion_u128 any_wide(unsigned room)
+/* Of every length and sign; `spare` bits are left free at the top. */
+static struct motion_u128 any_wide(unsigned spare)
 {
     struct motion_u128 a = { draw(), draw() };
     if (draw() % 8 == 0)
         a.lo = draw() & 1 ? UINT64_MAX : 0;
-    return wide_shr(a, room + (unsigned)(draw() % (128 - room)));
+    return wide_shr(a, spare + (unsigned)(draw() % (128 - spare)));
 }
 
-static struct wider any_wider(unsigned room)
+static struct wider any_wider(unsigned spare)
 {
     struct wider a = { draw(), draw(), draw() };
     if (draw() % 8 == 0)
         a.mid = a.lo = draw() & 1 ? UINT64_MAX : 0;
-    return wider_shr(a, room + (unsigned)(draw() % (192 - room)));
+    return wider_shr(a, spare + (unsigned)(draw() % (192 - spare)));
 }
 
-static int64_t any_word(unsigned room)
+static int64_t any_word(unsigned spare)
 {
-    return (int64_t)draw() >> (room + draw() % (64 - room));
+    return (int64_t)draw() >> (spare + draw() % (64 - spare));
 }
 
 static void big_of(struct big *to, struct wider a)
