@@ -165,6 +165,22 @@ void motion_otg_problem_init(const struct motion_otg_move *move,
         q->per_j2 = num_inv(q->j2);
 }
 
+void motion_otg_in_jerk(struct otg_problem *q, struct num per_j)
+{
+    q->d = num_mul(q->d, per_j);
+    q->v0 = num_mul(q->v0, per_j);
+    q->a0 = num_mul(q->a0, per_j);
+    q->vf = num_mul(q->vf, per_j);
+    q->af = num_mul(q->af, per_j);
+    q->dv = num_mul(q->dv, per_j);
+    q->vx = num_mul(q->vx, per_j);
+    q->vn = num_mul(q->vn, per_j);
+    q->ax = num_mul(q->ax, per_j);
+    q->an = num_mul(q->an, per_j);
+    q->j = q->j2 = q->per_j = q->per_j2 = num_one();
+    q->is_unit = true;
+}
+
 /* Backwards in time. */
 static void reverse(struct otg_problem *q)
 {
@@ -437,6 +453,20 @@ static struct num end_time(const struct end *end)
     for (int i = 0; i < end->count; i++)
         t = num_add(t, end->phase[i].dt);
     return t;
+}
+
+/* Most phases hold what is zero or was just multiplied. */
+void motion_otg_shape_scale(struct otg_shape *shape, int from, struct num by)
+{
+    struct num was = num_zero(), is = was;
+    for (int i = from; i < shape->count; i++) {
+        struct num *a = &shape->phase[i].a;
+        if (a->m != was.m || a->e != was.e) {
+            was = *a;
+            is = num_mul(was, by);
+        }
+        *a = is;
+    }
 }
 
 struct num motion_otg_shape_time(const struct otg_shape *shape)

@@ -345,20 +345,6 @@ static void answer_best(const struct otg_problem *problem, struct answer *best)
     }
 }
 
-/* Most phases hold what is zero or was just multiplied. */
-void motion_otg_shape_scale(struct otg_shape *shape, int from, struct num jerk)
-{
-    struct num was = num_zero(), is = was;
-    for (int i = from; i < shape->count; i++) {
-        struct num *a = &shape->phase[i].a;
-        if (a->m != was.m || a->e != was.e) {
-            was = *a;
-            is = num_mul(was, jerk);
-        }
-        *a = is;
-    }
-}
-
 void motion_otg_solve(const struct otg_problem *q, struct otg_shape *shape)
 {
     struct answer at;
@@ -368,22 +354,6 @@ void motion_otg_solve(const struct otg_problem *q, struct otg_shape *shape)
     motion_otg_border_shape(&at.b, &at.p, at.cruise, shape);
     if (!q->is_unit && at.b.is_unit)
         motion_otg_shape_scale(shape, from, num_min(q->j, q->j2));
-}
-
-void motion_otg_in_jerk(struct otg_problem *q, struct num per_j)
-{
-    q->d = num_mul(q->d, per_j);
-    q->v0 = num_mul(q->v0, per_j);
-    q->a0 = num_mul(q->a0, per_j);
-    q->vf = num_mul(q->vf, per_j);
-    q->af = num_mul(q->af, per_j);
-    q->dv = num_mul(q->dv, per_j);
-    q->vx = num_mul(q->vx, per_j);
-    q->vn = num_mul(q->vn, per_j);
-    q->ax = num_mul(q->ax, per_j);
-    q->an = num_mul(q->an, per_j);
-    q->j = q->j2 = q->per_j = q->per_j2 = num_one();
-    q->is_unit = true;
 }
 
 /* --- a speed change ------------------------------------------------------- */
