@@ -57,6 +57,8 @@ static void header_column(const char *field, size_t length, short *axis,
         *value = OTG_VALUE_DURATION;
     else if (is_name(field, length, "category"))
         *value = OTG_VALUE_CATEGORY;
+    else if (is_name(field, length, "t"))
+        *value = OTG_VALUE_TIME;
     else
         for (int i = 0; i < OTG_VALUES; i++)
             if (is_name(field, stem, otg_names[i])) {
@@ -133,8 +135,10 @@ static const char *header_add(struct otg_header *header, const char *field,
     header->columns++;
     if (axis == AXIS_TOO_MANY)
         return "too many axes: expected 16 at most";
-    if (axis < 0)
+    if (axis < 0) {
+        header->timed |= value == OTG_VALUE_TIME;
         return NULL;
+    }
     if (has[axis] & 1u << value)
         return header_wrong(header, "is there twice, expected it once", axis,
                             value);
@@ -186,8 +190,15 @@ static bool row_field(const struct otg_header *header, int i, const char *field,
                       size_t length, struct otg_row *row)
 {
     int axis = header->column[i].axis, value = header->column[i].value;
+    if (axis >= 0 && header->table != OTG_TABLE_SEPARATE &&
+        strspn(field, " ") >= length) {
+        row->value[axis][value] = (double)NAN;
+        return true;
+    }
     if (axis >= 0)
         return otg_number(field, length, &row->value[axis][value]);
+    if (value == OTG_VALUE_TIME && header->table == OTG_TABLE_REPLAN)
+        return otg_number(field, length, &row->t);
     if (value == OTG_VALUE_DURATION)
         return length == 0 || otg_number(field, length, &row->duration);
     if (value == OTG_VALUE_CATEGORY && length < sizeof row->category)
@@ -195,13 +206,12 @@ static bool row_field(const struct otg_header *header, int i, const char *field,
     return true;
 }
 
-static const char *row_wrong(struct otg_header *header, int i)
+static const char *row_wrong(struct otg_header *header, int i, const char *what)
 {
-    static const char what[] =
-        "expected a finite number, 0 or from 1e-60 to 1e60";
     int axis = header->column[i].axis, value = header->column[i].value;
     if (axis < 0)
-        snprintf(header->wrong, sizeof header->wrong, "duration: %s", what);
+        snprintf(header->wrong, sizeof header->wrong, "%s: %s",
+                 value == OTG_VALUE_TIME ? "t" : "duration", what);
     else if (header->axes > 1)
         snprintf(header->wrong, sizeof header->wrong, "%s_%d: %s",
                  otg_names[value], axis + 1, what);
@@ -221,7 +231,9 @@ const char *otg_row_parse(struct otg_header *header, const char *line,
         size_t length = field_length(field);
         *column = (int)(field - line) + 1;
         if (!row_field(header, i, field, length, row))
-            return row_wrong(header, i);
+            return row_wrong(header, i,
+                             "expected a finite number, 0 or from 1e-60 to "
+                             "1e60");
         field += length;
         *column = (int)(field - line) + 1;
         if (i + 1 < header->columns && *field != ',')
@@ -233,52 +245,74 @@ const char *otg_row_parse(struct otg_header *header, const char *line,
                          : NULL;
 }
 
+/* --- rows of one motion --------------------------------------------------- */
+
+/* What the field may not say, or NULL; an empty one is filled in. */
+static const char *follow_value(enum otg_table table, int value,
+                                const double *before, double *x)
+{
+    const bool through = table == OTG_TABLE_THROUGH;
+    if (through && value == OTG_VF)
+        return NULL;
+    if (before != NULL && value <= OTG_A0)
+        return isnan(*x) ? NULL
+                         : "expected nothing, as the motion comes from the row "
+                           "before";
+    if (isnan(*x)) {
+        if (before == NULL)
+            return "expected a number in the first row";
+        *x = *before;
+    }
+    if (((value == OTG_VMAX || value == OTG_AMAX) && !(*x > 0)) ||
+        (value >= OTG_JMAX && *x < 0))
+        return value < OTG_JMAX ? "expected a number above 0"
+                                : "expected 0 or a number above it";
+    if ((value == OTG_VMIN || value == OTG_AMIN) && !(*x < 0))
+        return "expected a number below 0";
+    if (through && value == OTG_AF && *x != 0)
+        return "expected 0 or nothing, as the acceleration is 0 at every point";
+    if (through && value >= OTG_VMAX && before != NULL && *x != *before)
+        return "expected that of the row before, or nothing: one limit for all "
+               "points";
+    return NULL;
+}
+
+static const char *follow_field(const struct otg_header *header, int i,
+                                const struct otg_row *before,
+                                struct otg_row *row)
+{
+    int axis = header->column[i].axis, value = header->column[i].value;
+    if (axis >= 0)
+        return follow_value(header->table, value,
+                            before ? &before->value[axis][value] : NULL,
+                            &row->value[axis][value]);
+    if (value != OTG_VALUE_TIME || header->table != OTG_TABLE_REPLAN)
+        return NULL;
+    if (before == NULL)
+        return row->t == 0 ? NULL : "expected 0 in the first row";
+    return row->t > before->t ? NULL : "expected later than the row before";
+}
+
+const char *otg_row_follow(struct otg_header *header, const char *line,
+                           const struct otg_row *before, struct otg_row *row,
+                           int *column)
+{
+    const char *field = line;
+    for (int i = 0; i < header->columns; i++) {
+        const char *wrong = follow_field(header, i, before, row);
+        *column = (int)(field - line) + 1;
+        if (wrong != NULL)
+            return row_wrong(header, i, wrong);
+        field += field_length(field);
+        field += *field == ',';
+    }
+    return NULL;
+}
+
 /* --- answers -------------------------------------------------------------- */
 
 double otg_plan_seconds(const struct motion_otg_plan *plan, int time)
 {
     return (double)ldexpl((long double)plan->dur_ns_q12 / OTG_TICKS_PER_SECOND,
                           time);
-}
-
-/* In the plan's units (otg.h); whole numbers, rounded at 2^-64. */
-struct curve {
-    long double t, p, v, a;
-};
-
-static struct curve plan_curve(const struct motion_otg_plan *plan, int i)
-{
-    struct curve c = {
-        .v = ldexpl((long double)plan->start_vel_q32 * 1953125,
-                    plan->acc_bits - 10),
-        .a = (long double)plan->start_acc,
-    };
-    for (int k = 0; k < i; k++) {
-        long double dt = (long double)plan->phase[k].dur_ns_q12;
-        long double to = (long double)plan->phase[k].acc;
-        c.p += (3 * c.v + (2 * c.a + to) * dt) * dt;
-        c.v += (c.a + to) * dt;
-        c.a = to;
-        c.t += dt;
-    }
-    return c;
-}
-
-struct otg_point otg_plan_point(const struct motion_otg_plan *plan, int i,
-                                int length, int time)
-{
-    const long double fives = 1953125;
-    struct curve c = plan_curve(plan, i);
-    int bits = plan->acc_bits - length;
-    long double j = 0;
-    if (i < plan->count)
-        j = ((long double)plan->phase[i].acc - c.a) * OTG_TICKS_PER_SECOND /
-            (long double)plan->phase[i].dur_ns_q12;
-    return (struct otg_point){
-        (double)ldexpl(c.t / OTG_TICKS_PER_SECOND, time),
-        (double)ldexpl(c.p / (3 * fives * fives), -43 - bits),
-        (double)ldexpl(c.v / fives, -22 - bits - time),
-        (double)ldexpl(c.a, -bits - 2 * time),
-        (double)ldexpl(j, -bits - 3 * time),
-    };
 }

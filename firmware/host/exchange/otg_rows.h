@@ -38,10 +38,18 @@ enum otg_value {
 
 #define OTG_COLUMNS_MAX 512
 
+/* What the rows of a table are to each other. */
+enum otg_table {
+    OTG_TABLE_SEPARATE, /* a motion each */
+    OTG_TABLE_THROUGH,  /* points of one motion */
+    OTG_TABLE_REPLAN,   /* goals that replace each other, at times t */
+};
+
 /* Which column is what; from the header line. */
 struct otg_header {
+    enum otg_table table; /* the caller's */
     int axes;
-    bool velocity;
+    bool velocity, timed; /* timed: there is a column t */
     int columns;
     struct {
         short axis; /* -1: not ours; OTG_ROW_DURATION ... */
@@ -57,10 +65,12 @@ bool otg_number(const char *text, size_t length, double *number);
 
 #define OTG_VALUE_DURATION OTG_VALUES
 #define OTG_VALUE_CATEGORY (OTG_VALUES + 1)
+#define OTG_VALUE_TIME     (OTG_VALUES + 2)
 
 struct otg_row {
     double value[MOTION_SYNC_AXES][OTG_VALUES];
     double duration; /* NAN when there is no such column */
+    double t;        /* of a goal that replaces another; else not used */
     double wanted_s; /* not from the file; 0: as short as can be */
     char category[32];
 };
@@ -77,8 +87,18 @@ const char *otg_header_parse(const char *line, struct otg_header *header);
 /* NULL, or what is wrong; *column is where, in bytes from 1. */
 const char *otg_row_parse(struct otg_header *header, const char *line,
                           struct otg_row *row, int *column);
+/* Of a table that is one motion, after otg_row_parse, which leaves an empty
+ * field NAN: fill in what the row before says (NULL: this is the first).  What
+ * stays NAN: the start of every row but the first, and of points the velocities
+ * that are to be chosen.  NULL, or what is wrong, as there. */
+const char *otg_row_follow(struct otg_header *header, const char *line,
+                           const struct otg_row *before, struct otg_row *row,
+                           int *column);
 void otg_row_scale(const struct otg_header *header, const struct otg_row *row,
                    struct otg_scaled *scaled);
+/* `count` rows in the same formats, positions from where the first starts. */
+void otg_rows_scale(const struct otg_header *header, const struct otg_row *row,
+                    int count, struct otg_scaled *scaled);
 
 /* How long the fastest motion takes when its acceleration steps, which is what
  * jmax 0 says; the plan has steep ramps in the place of steps.  Each axis by
@@ -86,14 +106,6 @@ void otg_row_scale(const struct otg_header *header, const struct otg_row *row,
  * none of acceleration. */
 double otg_steps_seconds(const struct otg_header *header,
                          const struct otg_row *row);
-
-/* State of a plan at the start of phase i, or at its end for i = count, in the
- * row's units, p and v counted like that; j is the phase's mean. */
-struct otg_point {
-    double t, p, v, a, j;
-};
-struct otg_point otg_plan_point(const struct motion_otg_plan *plan, int i,
-                                int length, int time);
 
 #define OTG_TICKS_PER_SECOND 4096e9L
 

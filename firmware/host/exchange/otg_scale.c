@@ -1,5 +1,6 @@
 /* firmware/host/exchange/otg_scale.c - a row in the planner's formats, see
  * otg_rows.h. */
+#include <limits.h>
 #include <math.h>
 #include <string.h>
 
@@ -187,35 +188,68 @@ static int value_lost(const double v[OTG_VALUES], const int64_t x[OTG_VALUES],
     return OTG_VALUES;
 }
 
-/* The row's axis in its own place and with limits that matter; a change of
- * velocity as what it is seen by who moves along. */
-static void row_axis(const struct otg_row *row, int axis, bool velocity,
-                     double v[OTG_VALUES])
+/* Rows that share their formats. */
+struct rows {
+    const struct otg_row *row;
+    int count, axes;
+    bool velocity;
+    int whole, time;
+};
+
+/* An axis of row i in its own place and with limits that matter; a change of
+ * velocity as what it is seen by who moves along.  Rows of one motion are
+ * counted from its start and keep their limits: how fast they begin is not
+ * known here. */
+static void rows_axis(const struct rows *rows, int i, int axis,
+                      double v[OTG_VALUES])
 {
-    memcpy(v, row->value[axis], OTG_VALUES * sizeof *v);
-    v[OTG_PF] -= v[OTG_P0];
-    v[OTG_P0] = 0;
-    if (velocity) {
+    const double from = rows->row[0].value[axis][OTG_P0];
+    memcpy(v, rows->row[i].value[axis], OTG_VALUES * sizeof *v);
+    for (int k = 0; k < OTG_VALUES; k++)
+        v[k] = isnan(v[k]) ? 0 : v[k];
+    v[OTG_PF] -= from;
+    v[OTG_P0] = i > 0 ? rows->row[i - 1].value[axis][OTG_PF] - from : 0;
+    if (rows->velocity) {
         v[OTG_VF] -= v[OTG_V0];
         v[OTG_V0] = 0;
     }
-    row_cap(v, velocity);
+    if (rows->count == 1)
+        row_cap(v, rows->velocity);
 }
 
-/* The exponent of time, for all axes. */
-static int row_exponent(double v[][OTG_VALUES], int axes, bool velocity,
-                        double wanted_s, int *whole)
+/* The exponent of time, for all of them. */
+static void rows_time(struct rows *rows)
 {
-    double t = wanted_s;
-    for (int i = 0; i < axes; i++)
-        t = larger(t, row_time(v[i], velocity));
-    *whole = t > 0 ? power_of(t) : 0;
-    int time = *whole;
-    for (int i = 0; i < axes; i++) {
-        int own = row_ramp_time(v[i], velocity, *whole);
-        time = own < time ? own : time;
+    double v[OTG_VALUES], t = 0;
+    for (int i = 0; i < rows->count; i++)
+        for (int k = 0; k < rows->axes; k++) {
+            rows_axis(rows, i, k, v);
+            t = larger(
+                t, larger(rows->row[i].wanted_s, row_time(v, rows->velocity)));
+        }
+    rows->time = rows->whole = t > 0 ? power_of(t) : 0;
+    for (int i = 0; i < rows->count; i++)
+        for (int k = 0; k < rows->axes; k++) {
+            rows_axis(rows, i, k, v);
+            int own = row_ramp_time(v, rows->velocity, rows->whole);
+            rows->time = own < rows->time ? own : rows->time;
+        }
+}
+
+/* Of an axis; one that may begin at any speed ends, like a velocity goal,
+ * within speed times time. */
+static int rows_length(const struct rows *rows, int axis)
+{
+    double v[OTG_VALUES];
+    int length = INT_MIN;
+    for (int i = 0; i < rows->count; i++) {
+        rows_axis(rows, i, axis, v);
+        int own = row_length(v, rows->velocity, rows->whole, rows->time);
+        int far = power_of(row_speed(v, rows->velocity)) + rows->whole + 1 - 29;
+        own = rows->count > 1 && far > own ? far : own;
+        length = own > length ? own : length;
     }
-    return time;
+    return length;
 }
 
 static struct motion_otg_move move_of(const int64_t x[OTG_VALUES],
@@ -234,30 +268,48 @@ static struct motion_otg_move move_of(const int64_t x[OTG_VALUES],
     };
 }
 
+static void rows_scaled(const struct rows *rows, int i, int axis, int length,
+                        struct otg_scaled *scaled)
+{
+    double v[OTG_VALUES];
+    int64_t x[OTG_VALUES];
+    rows_axis(rows, i, axis, v);
+    for (int k = 0; k < OTG_VALUES; k++)
+        x[k] = fixed(v[k], k, length, rows->time);
+    scaled->length[axis] = length;
+    scaled->move[axis] = move_of(x, rows->velocity);
+    scaled->move[axis].dur_ns_q12 = llroundl(
+        ldexpl(rows->row[i].wanted_s, -rows->time) * OTG_TICKS_PER_SECOND);
+    if (scaled->lost == OTG_VALUES) {
+        scaled->lost = value_lost(v, x, rows->velocity);
+        scaled->lost_axis = axis;
+    }
+}
+
+void otg_rows_scale(const struct otg_header *header, const struct otg_row *row,
+                    int count, struct otg_scaled *scaled)
+{
+    struct rows rows = {
+        .row = row,
+        .count = count,
+        .axes = header->axes,
+        .velocity = header->velocity,
+    };
+    rows_time(&rows);
+    for (int i = 0; i < count; i++) {
+        memset(&scaled[i], 0, sizeof scaled[i]);
+        scaled[i].time = rows.time;
+        scaled[i].lost = OTG_VALUES;
+    }
+    for (int axis = 0; axis < header->axes; axis++) {
+        const int length = rows_length(&rows, axis);
+        for (int i = 0; i < count; i++)
+            rows_scaled(&rows, i, axis, length, &scaled[i]);
+    }
+}
+
 void otg_row_scale(const struct otg_header *header, const struct otg_row *row,
                    struct otg_scaled *scaled)
 {
-    double v[MOTION_SYNC_AXES][OTG_VALUES];
-    bool velocity = header->velocity;
-    int whole;
-    memset(scaled, 0, sizeof *scaled);
-    scaled->lost = OTG_VALUES;
-    for (int i = 0; i < header->axes; i++)
-        row_axis(row, i, velocity, v[i]);
-    scaled->time =
-        row_exponent(v, header->axes, velocity, row->wanted_s, &whole);
-    for (int i = 0; i < header->axes; i++) {
-        int length = row_length(v[i], velocity, whole, scaled->time);
-        int64_t x[OTG_VALUES];
-        for (int k = 0; k < OTG_VALUES; k++)
-            x[k] = fixed(v[i][k], k, length, scaled->time);
-        scaled->length[i] = length;
-        scaled->move[i] = move_of(x, velocity);
-        scaled->move[i].dur_ns_q12 = llroundl(
-            ldexpl(row->wanted_s, -scaled->time) * OTG_TICKS_PER_SECOND);
-        if (scaled->lost == OTG_VALUES) {
-            scaled->lost = value_lost(v[i], x, velocity);
-            scaled->lost_axis = i;
-        }
-    }
+    otg_rows_scale(header, row, 1, scaled);
 }

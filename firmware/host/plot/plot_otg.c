@@ -33,7 +33,8 @@ static const char *const otg_row_per[] = { "", "per s", "per s\u00b2",
 enum { OTG_ROWS = 4 };
 
 struct otg_page {
-    const struct plot_otg *move;
+    const struct otg_motion *motion;
+    const char *title, *subtitle;
     cairo_t *cairo;
     unsigned columns, bands;
     double column_width, width, height;
@@ -44,8 +45,7 @@ struct otg_page {
 
 struct otg_panel {
     const struct otg_page *page;
-    const struct plot_otg_axis *axis;
-    int row;
+    int axis, row;
     struct chart chart;
     double min, max;  /* of the curve */
     double low, high; /* limits; 0: none */
@@ -90,7 +90,7 @@ static double otg_scale(double largest, char prefix[40])
 /* The axis's name, where there are several. */
 static double otg_name_height(const struct otg_page *page)
 {
-    return page->move->axes > 1 ? PLOT_NAME : 0;
+    return page->motion->header->axes > 1 ? PLOT_NAME : 0;
 }
 
 static double otg_band_height(const struct otg_page *page)
@@ -99,18 +99,16 @@ static double otg_band_height(const struct otg_page *page)
            OTG_ROWS * (PLOT_ROW + PLOT_ROW_GAP);
 }
 
-static double otg_seconds(const struct plot_otg *move)
+static double otg_seconds(const struct otg_motion *motion)
 {
-    double end = 0;
-    for (int i = 0; i < move->axes; i++)
-        end = fmax(end, move->axis[i].point[move->axis[i].count].t);
+    double end = otg_motion_seconds(motion);
     return end > 0 ? end : 1;
 }
 
 static void otg_layout(struct otg_page *page)
 {
     static const double widths[] = { 0, 900, 600, 470, 385 };
-    unsigned axes = (unsigned)page->move->axes;
+    unsigned axes = (unsigned)page->motion->header->axes;
     page->bands = (axes + PLOT_COLUMNS - 1) / PLOT_COLUMNS;
     page->columns = (axes + page->bands - 1) / page->bands;
     page->column_width = widths[page->columns];
@@ -119,8 +117,8 @@ static void otg_layout(struct otg_page *page)
                   (page->columns - 1) * PLOT_GAP;
     page->height =
         PLOT_MARGIN + PLOT_HEAD + page->bands * otg_band_height(page);
-    page->second = otg_scale(otg_seconds(page->move), page->second_text);
-    page->end = otg_seconds(page->move) / page->second;
+    page->second = otg_scale(otg_seconds(page->motion), page->second_text);
+    page->end = otg_seconds(page->motion) / page->second;
 }
 
 static struct chart_box otg_box(const struct otg_page *page, int axis, int row)
@@ -140,45 +138,63 @@ static struct chart_box otg_box(const struct otg_page *page, int axis, int row)
 
 /* --- the curve ------------------------------------------------------------ */
 
-/* dt into the phase that starts at `at`. */
-static double otg_value(const struct otg_point *at, int row, double dt)
+static double otg_value(const struct otg_point *at, int row)
 {
-    switch (row) {
-    case 0:
-        return at->p + dt * (at->v + dt * (at->a / 2 + dt * at->j / 6));
-    case 1:
-        return at->v + dt * (at->a + dt * at->j / 2);
-    case 2:
-        return at->a + dt * at->j;
-    default:
-        return at->j;
-    }
+    const double value[] = { at->p, at->v, at->a, at->j };
+    return value[row];
 }
 
 typedef void otg_take(struct otg_panel *panel, double t, double value);
 
-static void otg_phase(struct otg_panel *panel, int i, otg_take *take)
+/* The part of segment i before the next piece begins. */
+static void otg_phase(struct otg_panel *panel, const struct otg_piece *piece,
+                      uint32_t i, otg_take *take)
 {
-    const struct otg_point *at = &panel->axis->point[i];
-    double seconds = at[1].t - at->t;
-    double pixels = seconds / panel->page->second / panel->page->end *
-                    panel->page->column_width;
-    int steps = panel->row >= 2 ? 1 : (int)fmax(2, pixels / OTG_PIXELS);
+    const struct motion_segment *segment = &piece->track.segment[i];
+    const double begin = otg_piece_at(piece, i, 0).t;
+    const double end = otg_piece_at(piece, i, segment->dur_ns_q12).t;
+    const double part =
+        end > piece->until_s ? (piece->until_s - begin) / (end - begin) : 1;
+    if (part <= 0)
+        return;
+    const double pixels = part * (end - begin) / panel->page->second /
+                          panel->page->end * panel->page->column_width;
+    const int steps = panel->row >= 2 ? 1 : (int)fmax(2, pixels / OTG_PIXELS);
     for (int k = 0; k <= steps; k++) {
-        double dt = seconds * k / steps;
-        take(panel, at->t + dt, otg_value(at, panel->row, dt));
+        const double u = part * k / steps;
+        const struct otg_point at =
+            otg_piece_at(piece, i,
+                         u < 1 ? (int64_t)((double)segment->dur_ns_q12 * u)
+                               : segment->dur_ns_q12);
+        take(panel, at.t, otg_value(&at, panel->row));
     }
+}
+
+static const struct otg_piece *otg_piece(const struct otg_page *page, int leg,
+                                         int axis)
+{
+    return &page->motion->leg[leg].piece[axis];
 }
 
 static void otg_curve(struct otg_panel *panel, otg_take *take)
 {
-    const struct plot_otg_axis *axis = panel->axis;
+    const struct otg_page *page = panel->page;
+    struct otg_point end;
     if (panel->row == OTG_ROWS - 1)
-        take(panel, axis->point[0].t, 0);
-    for (int i = 0; i < axis->count; i++)
-        otg_phase(panel, i, take);
-    const struct otg_point *end = &axis->point[axis->count];
-    take(panel, end->t, otg_value(end, panel->row, 0));
+        take(panel, 0, 0);
+    for (int leg = 0; leg < page->motion->legs; leg++) {
+        const struct otg_piece *piece = otg_piece(page, leg, panel->axis);
+        if (piece->outcome == MOTION_OTG_KEPT)
+            continue;
+        for (uint32_t i = 0; i < piece->track.count; i++)
+            otg_phase(panel, piece, i, take);
+        end = otg_piece_end(piece);
+        if (piece->end_s >= piece->until_s)
+            continue;
+        take(panel, end.t, otg_value(&end, panel->row));
+        if (isfinite(piece->until_s)) /* at rest */
+            take(panel, piece->until_s, otg_value(&end, panel->row));
+    }
 }
 
 static void otg_grow(struct otg_panel *panel, double t, double value)
@@ -195,18 +211,20 @@ static void otg_line(struct otg_panel *panel, double t, double value)
 
 /* --- scales --------------------------------------------------------------- */
 
+/* Where they change, the widest. */
 static void otg_limits(struct otg_panel *panel)
 {
-    const double *value = panel->axis->value;
-    if (panel->row == 1 && !panel->axis->velocity) {
-        panel->low = value[OTG_VMIN];
-        panel->high = value[OTG_VMAX];
-    } else if (panel->row == 2) {
-        panel->low = value[OTG_AMIN];
-        panel->high = value[OTG_AMAX];
-    } else if (panel->row == 3) {
-        panel->low = -value[OTG_JMAX];
-        panel->high = value[OTG_JMAX];
+    const struct otg_motion *motion = panel->page->motion;
+    static const int high[OTG_ROWS] = { 0, OTG_VMAX, OTG_AMAX, OTG_JMAX };
+    static const int low[OTG_ROWS] = { 0, OTG_VMIN, OTG_AMIN, OTG_JMAX };
+    if (panel->row == 0 || (panel->row == 1 && motion->header->velocity))
+        return;
+    for (int leg = 0; leg < motion->legs; leg++) {
+        const double *value = motion->leg[leg].row.value[panel->axis];
+        panel->high = fmax(panel->high, value[high[panel->row]]);
+        panel->low = fmin(panel->low, panel->row == OTG_ROWS - 1
+                                          ? -value[low[panel->row]]
+                                          : value[low[panel->row]]);
     }
 }
 
@@ -285,36 +303,59 @@ static void otg_headings(const struct otg_panel *panel)
 }
 
 /* Dotted lines where phases end, but not where they would fill the panel. */
-static void otg_phase_lines(const struct otg_panel *panel)
+struct otg_lines {
+    const struct otg_panel *panel;
+    double last;
+};
+
+static void otg_phase_line(void *context, int leg, const struct otg_point *at)
 {
-    const struct plot_otg_axis *axis = panel->axis;
-    double last = panel->chart.box.x;
-    for (int i = 1; i < axis->count; i++) {
-        double t = axis->point[i].t / panel->page->second;
-        if (chart_x(&panel->chart, t) - last < OTG_PHASE_LEAST)
-            continue;
-        chart_vertical(&panel->chart, t, &plot_key);
-        last = chart_x(&panel->chart, t);
-    }
+    struct otg_lines *lines = context;
+    const struct otg_panel *panel = lines->panel;
+    const double t = at->t / panel->page->second;
+    (void)leg;
+    if (chart_x(&panel->chart, t) - lines->last < OTG_PHASE_LEAST)
+        return;
+    chart_vertical(&panel->chart, t, &plot_key);
+    lines->last = chart_x(&panel->chart, t);
 }
 
+static void otg_phase_lines(const struct otg_panel *panel)
+{
+    struct otg_lines lines = { panel, panel->chart.box.x };
+    otg_motion_walk(panel->page->motion, panel->axis, otg_phase_line, &lines);
+}
+
+static void otg_mark(const struct otg_panel *panel, const struct otg_point *at)
+{
+    chart_marker(&panel->chart, at->t / panel->page->second,
+                 otg_value(at, panel->row), 4, &plot_plan);
+}
+
+/* Where each row takes over, and the end. */
 static void otg_ends(const struct otg_panel *panel)
 {
-    const struct plot_otg_axis *axis = panel->axis;
-    const struct otg_point *last = &axis->point[axis->count];
-    if (panel->row == 3)
+    const struct otg_motion *motion = panel->page->motion;
+    if (panel->row == OTG_ROWS - 1)
         return;
-    chart_marker(&panel->chart, axis->point[0].t / panel->page->second,
-                 otg_value(&axis->point[0], panel->row, 0), 4, &plot_plan);
-    chart_marker(&panel->chart, last->t / panel->page->second,
-                 otg_value(last, panel->row, 0), 4, &plot_plan);
+    for (int leg = 0; leg < motion->legs; leg++) {
+        const struct otg_piece *piece =
+            otg_piece(panel->page, leg, panel->axis);
+        if (piece->outcome == MOTION_OTG_KEPT)
+            continue;
+        const struct otg_point begin = otg_piece_at(piece, 0, 0);
+        otg_mark(panel, &begin);
+    }
+    const struct otg_point end =
+        otg_piece_end(otg_motion_last(motion, panel->axis));
+    otg_mark(panel, &end);
 }
 
 static void otg_draw_panel(const struct otg_page *page, int axis, int row)
 {
     struct otg_panel panel = {
         .page = page,
-        .axis = &page->move->axis[axis],
+        .axis = axis,
         .row = row,
         .chart = { .cairo = page->cairo,
                    .box = otg_box(page, axis, row),
@@ -339,40 +380,62 @@ static void otg_draw_panel(const struct otg_page *page, int axis, int row)
 
 /* --- the strip ------------------------------------------------------------ */
 
-static enum otg_phase_kind otg_kind(const struct otg_point *at)
+struct otg_strip {
+    const struct otg_page *page;
+    struct chart chart;
+    double y, most;        /* the largest acceleration */
+    struct otg_point from; /* of the phase; t NAN: there is none yet */
+};
+
+static void otg_strip_most(void *context, int leg, const struct otg_point *at)
 {
-    double step = at[1].a - at->a, size = fmax(fabs(at[1].a), fabs(at->a));
-    if (fabs(step) > 1e-6 * size)
-        return step > 0 ? OTG_RISES : OTG_FALLS;
-    return size > 0 ? OTG_HOLDS : OTG_CRUISES;
+    struct otg_strip *strip = context;
+    (void)leg;
+    strip->most = fmax(strip->most, fabs(at->a));
 }
 
 /* A cruise may hold what rounding left of the acceleration. */
-static enum otg_phase_kind otg_kind_on(const struct plot_otg_axis *axis, int i)
+static enum otg_phase_kind otg_kind(const struct otg_strip *strip,
+                                    const struct otg_point *to)
 {
-    double most = 0;
-    for (int k = 0; k <= axis->count; k++)
-        most = fmax(most, fabs(axis->point[k].a));
-    const struct otg_point *at = &axis->point[i];
-    if (fmax(fabs(at[1].a), fabs(at->a)) <= 1e-6 * most)
+    const double step = strip->from.j * (to->t - strip->from.t);
+    const double size = fmax(fabs(strip->from.a), fabs(strip->from.a + step));
+    if (size <= 1e-6 * strip->most)
         return OTG_CRUISES;
-    return otg_kind(at);
+    if (fabs(step) > 1e-6 * size)
+        return step > 0 ? OTG_RISES : OTG_FALLS;
+    return OTG_HOLDS;
+}
+
+static void otg_strip_phase(void *context, int leg, const struct otg_point *at)
+{
+    struct otg_strip *strip = context;
+    (void)leg;
+    if (!isnan(strip->from.t)) {
+        const double second = strip->page->second;
+        double x = chart_x(&strip->chart, strip->from.t / second);
+        double to = chart_x(&strip->chart, at->t / second);
+        double gap = to - x > 3 ? 1 : 0;
+        chart_set_color(strip->page->cairo,
+                        &otg_phase_kind[otg_kind(strip, at)].color);
+        cairo_rectangle(strip->page->cairo, x, strip->y, to - x - gap,
+                        OTG_STRIP);
+        cairo_fill(strip->page->cairo);
+    }
+    strip->from = *at;
 }
 
 static void otg_draw_strip(const struct otg_page *page, int axis)
 {
-    const struct plot_otg_axis *move = &page->move->axis[axis];
-    struct chart chart = { .box = otg_box(page, axis, 0), .t1 = page->end };
-    double y = chart.box.y - OTG_STRIP_GAP - OTG_STRIP;
-    for (int i = 0; i < move->count; i++) {
-        double x = chart_x(&chart, move->point[i].t / page->second);
-        double to = chart_x(&chart, move->point[i + 1].t / page->second);
-        chart_set_color(page->cairo,
-                        &otg_phase_kind[otg_kind_on(move, i)].color);
-        double gap = to - x > 3 ? 1 : 0;
-        cairo_rectangle(page->cairo, x, y, to - x - gap, OTG_STRIP);
-        cairo_fill(page->cairo);
-    }
+    const struct chart_box box = otg_box(page, axis, 0);
+    struct otg_strip strip = {
+        .page = page,
+        .chart = { .box = box, .t1 = page->end },
+        .y = box.y - OTG_STRIP_GAP - OTG_STRIP,
+        .from = { .t = (double)NAN },
+    };
+    otg_motion_walk(page->motion, axis, otg_strip_most, &strip);
+    otg_motion_walk(page->motion, axis, otg_strip_phase, &strip);
 }
 
 /* --- the page ------------------------------------------------------------- */
@@ -391,10 +454,9 @@ static double otg_swatch(const struct otg_page *page, double x, double y,
 static void otg_draw_head(const struct otg_page *page)
 {
     double x = PLOT_MARGIN, y = PLOT_MARGIN;
-    chart_text(page->cairo, &plot_title, x, y + 14, CHART_LEFT,
-               page->move->title);
+    chart_text(page->cairo, &plot_title, x, y + 14, CHART_LEFT, page->title);
     chart_text(page->cairo, &plot_subtitle, x, y + 38, CHART_LEFT,
-               page->move->subtitle);
+               page->subtitle);
     for (int i = 0; i < OTG_KINDS; i++)
         x = otg_swatch(page, x, y + 68, &otg_phase_kind[i].color,
                        otg_phase_kind[i].text);
@@ -406,10 +468,11 @@ static void otg_draw_axis(const struct otg_page *page, int axis)
     struct chart_box top = otg_box(page, axis, 0);
     struct chart_box bottom = otg_box(page, axis, OTG_ROWS - 1);
     char text[64];
-    if (page->move->axes > 1)
+    if (page->motion->header->axes > 1) {
+        snprintf(text, sizeof text, "axis %d", axis + 1);
         chart_text(page->cairo, &plot_name, top.x,
-                   top.y - OTG_STRIP_GAP - OTG_STRIP - 10, CHART_LEFT,
-                   page->move->axis[axis].name);
+                   top.y - OTG_STRIP_GAP - OTG_STRIP - 10, CHART_LEFT, text);
+    }
     otg_draw_strip(page, axis);
     for (int row = 0; row < OTG_ROWS; row++)
         otg_draw_panel(page, axis, row);
@@ -423,13 +486,16 @@ static void otg_draw(cairo_t *cairo, void *context)
     struct otg_page *page = context;
     page->cairo = cairo;
     otg_draw_head(page);
-    for (int i = 0; i < page->move->axes; i++)
+    for (int i = 0; i < page->motion->header->axes; i++)
         otg_draw_axis(page, i);
 }
 
-int plot_otg_save(const struct plot_otg *move, const char *path)
+int plot_otg_save(const struct otg_motion *motion, const char *title,
+                  const char *subtitle, const char *path)
 {
-    struct otg_page page = { .move = move };
+    struct otg_page page = { .motion = motion,
+                             .title = title,
+                             .subtitle = subtitle };
     otg_layout(&page);
     const struct plot_page paper = { page.width, page.height, otg_draw, &page };
     return plot_page_save(&paper, path);

@@ -9,27 +9,28 @@
 #include "firmware/host/base/array.h"
 #include "firmware/host/base/error.h"
 #include "firmware/host/base/json.h"
+#include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/quote.h"
+#include "firmware/host/exchange/otg_lines.h"
 #include "firmware/host/plot/plot_page.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/otg_answer.h"
 
-#define CMD_OTG_LINE_MAX 16384
 #define CMD_OTG_NO_ROW   (-1)
+#define CMD_OTG_LEGS_MAX 10000
 
 struct cmd_otg {
     const struct options *options;
     const char *path;
-    FILE *file;
+    struct otg_lines lines;
     struct otg_header header;
-    struct otg_row row;
     struct otg_answer answer;
+    struct otg_leg *leg; /* of a motion of several rows */
+    int legs;
+    enum otg_table table;
     enum motion_sync_kind kind;
-    char line[CMD_OTG_LINE_MAX];
-    int number;        /* of the line, from 1 */
-    const char *wrong; /* with the line itself */
-    cJSON *rows;       /* with --json */
+    cJSON *rows; /* with --json */
     unsigned answered, refused;
     unsigned bent; /* --together phase, and on no straight line */
 };
@@ -43,92 +44,39 @@ static enum status cmd_otg_fail(const char *what)
 static enum status cmd_otg_wrong(const struct cmd_otg *self, int column,
                                  const char *what)
 {
-    error_say("%s:%d:%d: %s", self->path, self->number, column, what);
+    error_say("%s:%d:%d: %s", self->path, self->lines.number, column, what);
     return STATUS_INPUT;
 }
 
-/* --- lines ---------------------------------------------------------------- */
-
-/* The next byte; what ends a line (\n, \r\n or, as on old machines, \r) is
- * \n. */
-static int cmd_otg_byte(struct cmd_otg *self)
-{
-    int c = getc(self->file);
-    if (c != '\r')
-        return c;
-    int next = getc(self->file);
-    if (next != '\n' && next != EOF)
-        ungetc(next, self->file);
-    return '\n';
-}
-
-/* Any line, without its end; false at the end of the file. */
-static bool cmd_otg_any_line(struct cmd_otg *self)
-{
-    size_t length = 0;
-    int c = cmd_otg_byte(self);
-    if (c == EOF)
-        return false;
-    self->number++;
-    for (; c != EOF && c != '\n'; c = cmd_otg_byte(self)) {
-        if (c == 0)
-            self->wrong = "a zero byte, expected text";
-        if (length + 1 < sizeof self->line)
-            self->line[length++] = (char)c;
-        else
-            self->wrong = "the line is too long: expected 16383 bytes at most";
-    }
-    self->line[length] = 0;
-    return true;
-}
-
-static bool cmd_otg_is_empty(const char *line)
-{
-    line += strspn(line, " \t");
-    return *line == '\0' || *line == '#';
-}
-
-/* The next one that is neither empty nor a comment. */
-static bool cmd_otg_line(struct cmd_otg *self)
-{
-    self->wrong = NULL;
-    do {
-        if (!cmd_otg_any_line(self))
-            return false;
-    } while (self->wrong == NULL && cmd_otg_is_empty(self->line));
-    return true;
-}
-
-/* --- one row -------------------------------------------------------------- */
+/* --- one motion ----------------------------------------------------------- */
 
 static void cmd_otg_report(struct cmd_otg *self)
 {
     const struct otg_answer *answer = &self->answer;
-    char text[OTG_ANSWER_TEXT];
+    const bool segments = self->options->segments;
     if (self->rows != NULL)
-        cJSON_AddItemToArray(self->rows,
-                             otg_answer_json(answer, self->options->segments));
-    else if (self->options->segments)
+        cJSON_AddItemToArray(self->rows, otg_answer_json(answer, segments));
+    else if (segments)
         otg_answer_segments(answer, stdout);
     else if (self->path == NULL)
         otg_answer_text(answer, stdout);
     else
         otg_answer_line(answer, stdout);
     if (self->rows == NULL)
-        otg_answer_residuals(answer, stderr);
-    if (self->options->segments && self->rows == NULL && answer->err < 0)
-        error_say("row %ld: %s", answer->number,
-                  otg_answer_status(answer, text));
+        otg_answer_notes(answer, segments);
 }
 
+/* A number below 0: not of a file, or all of it. */
 static void cmd_otg_solve(struct cmd_otg *self, long number)
 {
-    self->row.wanted_s = self->options->wanted_s;
-    otg_answer_make(&self->answer, number, &self->header, &self->row,
-                    self->kind);
+    struct otg_motion *motion = &self->answer.motion;
+    motion->leg[0].row.wanted_s = self->options->wanted_s;
+    motion->kind = self->kind;
+    self->answer.number = number;
+    otg_answer_make(&self->answer);
     self->answered++;
-    self->refused += self->answer.err < 0;
-    self->bent += self->answer.bent;
+    self->refused += otg_answer_is_refused(&self->answer);
+    self->bent += motion->bent;
     cmd_otg_report(self);
 }
 
@@ -142,27 +90,36 @@ static enum status cmd_otg_unreadable(const struct cmd_otg *self)
 
 static enum status cmd_otg_header(struct cmd_otg *self)
 {
-    bool is_line = cmd_otg_line(self);
-    if (ferror(self->file))
+    bool is_line = otg_lines_next(&self->lines);
+    if (ferror(self->lines.file))
         return cmd_otg_unreadable(self);
     if (!is_line) {
-        self->number = 1;
+        self->lines.number = 1;
         return cmd_otg_wrong(
             self, 1, "no header line, expected columns such as p0,v0,a0,pf");
     }
-    const char *wrong = self->wrong;
+    const char *wrong = self->lines.wrong;
     if (wrong == NULL)
-        wrong = otg_header_parse(self->line, &self->header);
+        wrong = otg_header_parse(self->lines.line, &self->header);
+    self->header.table = self->table;
+    if (wrong == NULL && self->table != OTG_TABLE_SEPARATE &&
+        self->header.velocity)
+        wrong = "expected columns p0 and pf, as goals are positions with "
+                "--through and --replan";
+    if (wrong == NULL && self->table == OTG_TABLE_REPLAN && !self->header.timed)
+        wrong = "no column t, expected when each goal replaces the one before, "
+                "in seconds, 0 in the first row";
     return wrong == NULL ? STATUS_OK : cmd_otg_wrong(self, 1, wrong);
 }
 
 static enum status cmd_otg_row(struct cmd_otg *self, long number)
 {
     int column = 1;
-    const char *wrong = self->wrong;
+    const char *wrong = self->lines.wrong;
     int64_t only = self->options->row;
     if (wrong == NULL)
-        wrong = otg_row_parse(&self->header, self->line, &self->row, &column);
+        wrong = otg_row_parse(&self->header, self->lines.line,
+                              &self->answer.motion.leg[0].row, &column);
     if (wrong != NULL)
         return cmd_otg_wrong(self, column, wrong);
     if (self->options->plot != NULL && only < 0 && number > 0)
@@ -174,18 +131,17 @@ static enum status cmd_otg_row(struct cmd_otg *self, long number)
     return STATUS_OK;
 }
 
-static enum status cmd_otg_rows(struct cmd_otg *self)
+static enum status cmd_otg_each_row(struct cmd_otg *self)
 {
     int64_t only = self->options->row;
-    enum status status = cmd_otg_header(self);
-    if (status != STATUS_OK)
-        return status;
+    enum status status = STATUS_OK;
     if (self->rows == NULL)
         puts(self->options->segments ? "row,axis,t,p,v,a,j"
                                      : "row,status,duration");
+    otg_motion_init(&self->answer.motion, &self->header, self->kind, 1);
     long number = 0;
     while (status == STATUS_OK && (only < 0 || self->answered == 0) &&
-           cmd_otg_line(self))
+           otg_lines_next(&self->lines))
         status = cmd_otg_row(self, number++);
     if (status == STATUS_OK && only >= 0 && self->answered == 0) {
         error_say("%s: no row %ld, expected one of %ld, counted from 0",
@@ -195,18 +151,70 @@ static enum status cmd_otg_rows(struct cmd_otg *self)
     return status;
 }
 
+/* One more row of the one motion. */
+static enum status cmd_otg_leg(struct cmd_otg *self)
+{
+    int column = 1;
+    const char *wrong = self->lines.wrong;
+    if (self->legs == CMD_OTG_LEGS_MAX)
+        wrong = "too many rows: expected 10000 at most in one motion";
+    if ((self->legs & (self->legs - 1)) == 0)
+        self->leg = memory_resize(self->leg, (size_t)self->legs * 2 + 1,
+                                  sizeof *self->leg);
+    struct otg_leg *leg = &self->leg[self->legs];
+    if (wrong == NULL)
+        wrong =
+            otg_row_parse(&self->header, self->lines.line, &leg->row, &column);
+    if (wrong == NULL)
+        wrong = otg_row_follow(&self->header, self->lines.line,
+                               self->legs > 0 ? &leg[-1].row : NULL, &leg->row,
+                               &column);
+    if (wrong != NULL)
+        return cmd_otg_wrong(self, column, wrong);
+    self->legs++;
+    return STATUS_OK;
+}
+
+static enum status cmd_otg_one_motion(struct cmd_otg *self)
+{
+    enum status status = STATUS_OK;
+    while (status == STATUS_OK && otg_lines_next(&self->lines))
+        status = cmd_otg_leg(self);
+    if (status == STATUS_OK && self->legs == 0)
+        return cmd_otg_wrong(self, 1, "no rows, expected one at least");
+    if (status != STATUS_OK)
+        return status;
+    otg_motion_init(&self->answer.motion, &self->header, self->kind,
+                    self->legs);
+    for (int i = 0; i < self->legs; i++)
+        self->answer.motion.leg[i].row = self->leg[i].row;
+    if (self->rows == NULL)
+        puts(self->options->segments ? "row,axis,t,p,v,a,j" : "row,status,t");
+    cmd_otg_solve(self, CMD_OTG_NO_ROW);
+    return STATUS_OK;
+}
+
+static enum status cmd_otg_rows(struct cmd_otg *self)
+{
+    enum status status = cmd_otg_header(self);
+    if (status != STATUS_OK)
+        return status;
+    return self->table == OTG_TABLE_SEPARATE ? cmd_otg_each_row(self)
+                                             : cmd_otg_one_motion(self);
+}
+
 static enum status cmd_otg_file(struct cmd_otg *self, const char *path)
 {
     bool standard = strcmp(path, "-") == 0;
     self->path = standard ? "standard input" : path;
-    self->file = standard ? stdin : fopen(path, "r");
-    if (self->file == NULL)
+    self->lines.file = standard ? stdin : fopen(path, "r");
+    if (self->lines.file == NULL)
         return cmd_otg_unreadable(self);
     enum status status = cmd_otg_rows(self);
-    if (status == STATUS_OK && ferror(self->file))
+    if (status == STATUS_OK && ferror(self->lines.file))
         status = cmd_otg_unreadable(self);
     if (!standard)
-        fclose(self->file);
+        fclose(self->lines.file);
     return status;
 }
 
@@ -235,7 +243,7 @@ static double cmd_otg_value(const struct cmd_otg *self, int i)
 }
 
 /* Every limit that is missing, at once. */
-static bool cmd_otg_lacks(const struct cmd_otg *self)
+static bool cmd_otg_lacks(const struct otg_row *row)
 {
     static const int limit[] = { OTG_VMAX, OTG_AMAX, OTG_JMAX };
     static const char *const name[] = { "--vmax", "--amax", "--jmax" };
@@ -243,7 +251,7 @@ static bool cmd_otg_lacks(const struct cmd_otg *self)
     char list[QUOTE_LIST_MAX];
     unsigned count = 0;
     for (size_t i = 0; i < ARRAY_LEN(limit); i++)
-        if (isnan(self->row.value[0][limit[i]]))
+        if (isnan(row->value[0][limit[i]]))
             missing[count++] = name[i];
     if (count > 0)
         error_say("slew otg: no %s, expected every limit (--jmax 0: no "
@@ -262,10 +270,13 @@ static enum status cmd_otg_one(struct cmd_otg *self)
         return cmd_otg_fail("--row: expected with FILE");
     self->header.axes = 1;
     self->header.velocity = isnan(given[OTG_PF]);
+    struct otg_row row = { .duration = (double)NAN };
     for (int i = 0; i < OTG_VALUES; i++)
-        self->row.value[0][i] = cmd_otg_value(self, i);
-    if (cmd_otg_lacks(self))
+        row.value[0][i] = cmd_otg_value(self, i);
+    if (cmd_otg_lacks(&row))
         return STATUS_INPUT;
+    otg_motion_init(&self->answer.motion, &self->header, self->kind, 1);
+    self->answer.motion.leg[0].row = row;
     bool csv = self->options->segments && !self->options->json;
     if (csv)
         puts("row,axis,t,p,v,a,j");
@@ -286,7 +297,7 @@ static bool cmd_otg_has_numbers(const struct options *options)
 static enum status cmd_otg_plot(struct cmd_otg *self, cJSON *report)
 {
     const char *picture = self->options->plot;
-    if (picture == NULL || self->answered == 0 || self->refused > 0)
+    if (picture == NULL || self->answered == 0 || self->answer.motion.err < 0)
         return STATUS_OK;
     if (otg_answer_plot(&self->answer, picture) < 0)
         return STATUS_SYSTEM;
@@ -338,9 +349,35 @@ static bool cmd_otg_together(const char *how, enum motion_sync_kind *kind)
     return false;
 }
 
-static enum status cmd_otg_run(const struct options *options)
+static enum status cmd_otg_table(const struct options *options,
+                                 enum otg_table *table)
 {
-    static struct cmd_otg self;
+    *table = options->through  ? OTG_TABLE_THROUGH
+             : options->replan ? OTG_TABLE_REPLAN
+                               : OTG_TABLE_SEPARATE;
+    if (*table == OTG_TABLE_SEPARATE)
+        return STATUS_OK;
+    if (options->through && options->replan)
+        return cmd_otg_fail("expected --through or --replan, not both");
+    if (options->path_count == 0)
+        return cmd_otg_fail("--through and --replan: expected with FILE, whose "
+                            "rows are one motion");
+    if (options->row >= 0)
+        return cmd_otg_fail("--row: not with --through or --replan, as all "
+                            "rows are one motion");
+    if (options->together != NULL)
+        return cmd_otg_fail("--together: not with --through, where axes take "
+                            "the same time, or --replan, where each takes its "
+                            "least");
+    if (options->wanted_s != 0)
+        return cmd_otg_fail("--duration: not with --through or --replan, which "
+                            "take the least");
+    return STATUS_OK;
+}
+
+static enum status cmd_otg_asked(struct cmd_otg *self)
+{
+    const struct options *options = self->options;
     bool numbers = cmd_otg_has_numbers(options);
     if (options->path_count > 1)
         return cmd_otg_fail("expected one FILE, or - for standard input");
@@ -349,22 +386,33 @@ static enum status cmd_otg_run(const struct options *options)
                             "not both");
     if (options->plot != NULL && plot_format_of(options->plot) < 0)
         return cmd_otg_fail("--plot: expected FILE.svg or FILE.png");
-    self = (struct cmd_otg){ .options = options };
-    if (!cmd_otg_together(options->together, &self.kind))
+    if (!cmd_otg_together(options->together, &self->kind))
         return cmd_otg_fail("--together: expected time, phase (on a line where "
                             "the states allow), straight or none");
     if (options->wanted_s < 0)
         return cmd_otg_fail("--duration: expected seconds, 0 or above");
-    if (options->wanted_s > 0 && self.kind == MOTION_SYNC_NONE)
+    if (options->wanted_s > 0 && self->kind == MOTION_SYNC_NONE)
         return cmd_otg_fail("--duration: not with --together none, by which "
                             "each axis takes the least");
+    return cmd_otg_table(options, &self->table);
+}
+
+static enum status cmd_otg_run(const struct options *options)
+{
+    static struct cmd_otg self;
+    self = (struct cmd_otg){ .options = options };
+    enum status status = cmd_otg_asked(&self);
+    if (status != STATUS_OK)
+        return status;
     self.rows = options->json ? cJSON_CreateArray() : NULL;
-    enum status status = options->path_count == 1
-                             ? cmd_otg_file(&self, options->path[0])
-                             : cmd_otg_one(&self);
+    status = options->path_count == 1 ? cmd_otg_file(&self, options->path[0])
+                                      : cmd_otg_one(&self);
     if (status == STATUS_OK)
-        return cmd_otg_finish(&self);
-    cJSON_Delete(self.rows);
+        status = cmd_otg_finish(&self);
+    else
+        cJSON_Delete(self.rows);
+    otg_motion_free(&self.answer.motion);
+    memory_free(self.leg);
     return status;
 }
 
@@ -398,6 +446,10 @@ static const struct option_row cmd_otg_option[] = {
       "take so long, or the least that is more" },
     { "together", "HOW", OPTION_TEXT, offsetof(struct options, together),
       "axes of a row: time, phase, straight, none" },
+    { "through", NULL, OPTION_FLAG, offsetof(struct options, through),
+      "the rows are points of one motion, passed without stopping" },
+    { "replan", NULL, OPTION_FLAG, offsetof(struct options, replan),
+      "from its time t on a row's goal replaces that of the row before" },
     OPTIONS_COMMON,
 };
 
@@ -422,14 +474,25 @@ const struct command cmd_otg = {
         "the phases steep ramps stand for the steps, so that they end a few\n"
         "millionths of it later.\n"
         "Without FILE one motion from the options: to a position, or with\n"
-        "--vf alone to a velocity.\n",
+        "--vf alone to a velocity.\n"
+        "With --through or --replan the rows are one motion.  It starts as\n"
+        "the first row says; p0, v0 and a0 of the others are empty, and any\n"
+        "other empty field is as in the row before.  Written is row,status,t:\n"
+        "when the row's goal is reached.  --through stops at the last point\n"
+        "and passes the others at vf, where that is empty at a speed of its\n"
+        "own choice.  --replan needs a column t, the seconds at which each\n"
+        "row takes over, from the state that the axis is in; limits may\n"
+        "change too, and each axis takes its least time.  Goals for a target\n"
+        "that moves are one row per time it was seen at.\n",
     .examples = "  slew otg moves.csv\n"
                 "  slew otg --segments - < moves.csv\n"
                 "  slew otg --row 12 --plot row12.png moves.csv\n"
                 "  slew otg --to 100 --vmax 10 --amax 20 --jmax 200 --plot "
                 "move.png\n"
                 "  slew otg --together straight --segments robot.csv\n"
-                "  slew otg --v0 5 --vf -2 --amax 20 --jmax 200 --json\n",
+                "  slew otg --v0 5 --vf -2 --amax 20 --jmax 200 --json\n"
+                "  slew otg --through --plot path.svg points.csv\n"
+                "  slew otg --replan --segments target.csv\n",
     .path_optional = true,
     COMMAND_OPTIONS(cmd_otg_option),
     .run = cmd_otg_run,

@@ -58,6 +58,7 @@ struct options {
     double motion[OTG_VALUES];         /* NAN when not given */
     double wanted_s;                   /* otg; 0 when not given */
     const char *together;              /* otg */
+    bool through, replan;              /* otg */
     const char *path[OPTIONS_PATHS_MAX];
     int path_count;
 };

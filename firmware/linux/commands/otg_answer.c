@@ -5,51 +5,18 @@
 #include <string.h>
 
 #include "firmware/host/base/array.h"
+#include "firmware/host/base/error.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/plot/plot_otg.h"
 #include "motion/core/err.h"
 
-/* What would be planned is not what the row says. */
-static void otg_answer_lost(struct otg_answer *answer)
+void otg_answer_make(struct otg_answer *answer)
 {
-    static const enum motion_otg_field field[OTG_VALUES] = {
-        [OTG_PF] = MOTION_OTG_FIELD_GOAL_POS,
-        [OTG_VMAX] = MOTION_OTG_FIELD_VEL_MAX,
-        [OTG_VMIN] = MOTION_OTG_FIELD_VEL_MIN,
-        [OTG_AMAX] = MOTION_OTG_FIELD_ACC_MAX,
-        [OTG_AMIN] = MOTION_OTG_FIELD_ACC_MIN,
-        [OTG_JMAX] = MOTION_OTG_FIELD_JERK,
-        [OTG_JDOWN] = MOTION_OTG_FIELD_JERK_DOWN,
-    };
-    answer->err = MOTION_E_RANGE;
-    answer->fault.axis = answer->scaled.lost_axis;
-    answer->fault.field = field[answer->scaled.lost];
-}
-
-static bool otg_answer_is_bent(const struct otg_answer *answer)
-{
-    static struct motion_otg_plan plan[MOTION_SYNC_AXES]; /* large */
-    return answer->kind == MOTION_SYNC_PHASE && answer->err >= 0 &&
-           motion_sync_make(answer->scaled.move, answer->header->axes,
-                            MOTION_SYNC_STRAIGHT, plan, NULL) < 0;
-}
-
-void otg_answer_make(struct otg_answer *answer, long number,
-                     const struct otg_header *header, const struct otg_row *row,
-                     enum motion_sync_kind kind)
-{
-    answer->number = number;
-    answer->header = header;
-    answer->row = row;
-    otg_row_scale(header, row, &answer->scaled);
-    answer->kind = header->axes > 1 ? kind : MOTION_SYNC_NONE;
-    if (header->axes == 1 && row->wanted_s > 0)
-        answer->kind = MOTION_SYNC_TIME; /* none is as fast as it can be */
-    answer->err = motion_sync_make(answer->scaled.move, header->axes,
-                                   answer->kind, answer->plan, &answer->fault);
-    if (answer->scaled.lost < OTG_VALUES)
-        otg_answer_lost(answer);
-    answer->bent = otg_answer_is_bent(answer);
+    struct otg_motion *motion = &answer->motion;
+    const bool wanted = motion->leg[0].row.wanted_s > 0;
+    if (motion->header->axes == 1) /* none is as fast as it can be */
+        motion->kind = wanted ? MOTION_SYNC_TIME : MOTION_SYNC_NONE;
+    otg_motion_make(motion);
 }
 
 /* --- what is wrong -------------------------------------------------------- */
@@ -74,17 +41,28 @@ static const struct {
     [MOTION_OTG_FIELD_GOAL_ACC] = { "af", NULL },
 };
 
-static const char *otg_sentence(const struct otg_answer *answer)
+/* The column of a value that was lost. */
+static const enum motion_otg_field otg_lost[OTG_VALUES] = {
+    [OTG_PF] = MOTION_OTG_FIELD_GOAL_POS,
+    [OTG_VMAX] = MOTION_OTG_FIELD_VEL_MAX,
+    [OTG_VMIN] = MOTION_OTG_FIELD_VEL_MIN,
+    [OTG_AMAX] = MOTION_OTG_FIELD_ACC_MAX,
+    [OTG_AMIN] = MOTION_OTG_FIELD_ACC_MIN,
+    [OTG_JMAX] = MOTION_OTG_FIELD_JERK,
+    [OTG_JDOWN] = MOTION_OTG_FIELD_JERK_DOWN,
+};
+
+static const char *otg_sentence(const struct otg_motion *motion,
+                                enum motion_otg_field field)
 {
-    int err = answer->err;
-    enum motion_otg_field field = answer->fault.field;
+    int err = motion->err;
     if (err == MOTION_E_ARG && (size_t)field < ARRAY_LEN(otg_field) &&
         otg_field[field].argument != NULL)
         return otg_field[field].argument;
     if (err == MOTION_E_LIMIT && (field == MOTION_OTG_FIELD_GOAL_VEL ||
                                   field == MOTION_OTG_FIELD_GOAL_ACC))
         return "no motion inside the limits ends with it";
-    if (err == MOTION_E_LIMIT && answer->kind == MOTION_SYNC_STRAIGHT)
+    if (err == MOTION_E_LIMIT && motion->kind == MOTION_SYNC_STRAIGHT)
         return "no straight line leads there inside the limits";
     if (err == MOTION_E_LIMIT)
         return "no motion inside the limits was found";
@@ -93,79 +71,77 @@ static const char *otg_sentence(const struct otg_answer *answer)
     return motion_err_text(err);
 }
 
-const char *otg_answer_status(const struct otg_answer *answer,
+/* "vmax_2: what" */
+static const char *otg_status(const struct otg_motion *motion, int axis,
+                              enum motion_otg_field field, const char *what,
                               char text[OTG_ANSWER_TEXT])
 {
-    enum motion_otg_field field = answer->fault.field;
     const char *column = NULL;
-    char axis[16] = "";
-    if (answer->err >= 0)
-        return "ok";
+    char number[16] = "";
     if ((size_t)field < ARRAY_LEN(otg_field))
         column = otg_field[field].column;
-    if (answer->header->axes > 1)
-        snprintf(axis, sizeof axis, "_%d", answer->fault.axis + 1);
+    if (motion->header->axes > 1)
+        snprintf(number, sizeof number, "_%d", axis + 1);
     snprintf(text, OTG_ANSWER_TEXT, "%s%s: %s",
-             column ? column : motion_otg_field_text(field), axis,
-             otg_sentence(answer));
+             column ? column : motion_otg_field_text(field), number, what);
     return text;
 }
 
-/* --- points --------------------------------------------------------------- */
-
-/* What the nearest whole tick leaves of the goal (motion/otg/otg.h), in the
- * row's units. */
-struct otg_residual {
-    double position, velocity;
-};
-
-static struct otg_residual otg_answer_residual(const struct otg_answer *answer,
-                                               int axis)
+static const char *otg_refusal(const struct otg_motion *motion,
+                               char text[OTG_ANSWER_TEXT])
 {
-    const struct motion_otg_plan *plan = &answer->plan[axis];
-    const int bits = answer->scaled.length[axis] - 32;
-    return (struct otg_residual){
-        ldexp((double)plan->residual_pos_q32, bits),
-        ldexp((double)plan->residual_vel_q32, bits - answer->scaled.time),
-    };
+    enum motion_otg_field field = motion->fault.field;
+    if (motion->err == MOTION_E_STATE)
+        return "t: the motion before it has ended and not at rest";
+    if (motion->lost < OTG_VALUES)
+        field = otg_lost[motion->lost];
+    return otg_status(motion, motion->fault.axis, field,
+                      otg_sentence(motion, field), text);
 }
 
-/* Start and goal are the row's own numbers, not sums that should come to
- * them. */
-static struct otg_point otg_answer_point(const struct otg_answer *answer,
-                                         int axis, int i)
+/* Of a goal that replaces another: the first axis that does not go there. */
+static int otg_not_new(const struct otg_motion *motion, int leg)
 {
-    const struct motion_otg_plan *plan = &answer->plan[axis];
-    const double *value = answer->row->value[axis];
-    struct otg_point at = otg_plan_point(plan, i, answer->scaled.length[axis],
-                                         answer->scaled.time);
-    at.p += value[OTG_P0];
-    if (answer->header->velocity) {
-        at.p += value[OTG_V0] * at.t;
-        at.v += value[OTG_V0];
-    }
-    if (i == plan->count) {
-        struct otg_residual left = otg_answer_residual(answer, axis);
-        at.v = value[OTG_VF] - left.velocity;
-        at.a = value[OTG_AF];
-        if (!answer->header->velocity)
-            at.p = value[OTG_PF] - left.position;
-    } else if (i == 0) {
-        at.v = value[OTG_V0];
-        at.a = value[OTG_A0];
-    }
-    return at;
+    for (int axis = 0; axis < motion->header->axes; axis++)
+        if (motion->leg[leg].piece[axis].field != MOTION_OTG_FIELD_NONE)
+            return axis;
+    return -1;
 }
 
-/* Until the last axis is there. */
-static double otg_answer_seconds(const struct otg_answer *answer)
+static bool otg_is_kept(const struct otg_motion *motion, int leg)
 {
-    double last = 0;
-    for (int axis = 0; axis < answer->header->axes; axis++)
-        last = fmax(last,
-                    otg_plan_seconds(&answer->plan[axis], answer->scaled.time));
-    return last;
+    bool kept = true;
+    for (int axis = 0; axis < motion->header->axes; axis++)
+        kept &= motion->leg[leg].piece[axis].outcome == MOTION_OTG_KEPT;
+    return kept;
 }
+
+const char *otg_answer_status(const struct otg_answer *answer, int leg,
+                              char text[OTG_ANSWER_TEXT])
+{
+    const struct otg_motion *motion = &answer->motion;
+    if (motion->err < 0)
+        return leg == motion->failed ? otg_refusal(motion, text) : "";
+    const int axis = otg_not_new(motion, leg);
+    if (axis < 0)
+        return otg_is_kept(motion, leg) ? "kept" : "ok";
+    const struct otg_piece *piece = &motion->leg[leg].piece[axis];
+    return otg_status(motion, axis, piece->field,
+                      piece->outcome == MOTION_OTG_KEPT
+                          ? "no motion leads there: the row before goes on"
+                          : "no motion leads there: it stops",
+                      text);
+}
+
+bool otg_answer_is_refused(const struct otg_answer *answer)
+{
+    bool refused = answer->motion.err < 0;
+    for (int leg = 0; leg < answer->motion.legs && !refused; leg++)
+        refused = otg_not_new(&answer->motion, leg) >= 0;
+    return refused;
+}
+
+/* --- durations ------------------------------------------------------------ */
 
 /* What the ramps that stand for steps of acceleration may add: each takes about
  * 2^-22 of the motion, or a few ticks. */
@@ -176,36 +152,60 @@ static double otg_answer_seconds(const struct otg_answer *answer)
  * plan's ramps only come close to. */
 static double otg_answer_duration(const struct otg_answer *answer)
 {
-    const double planned = otg_answer_seconds(answer);
-    const double steps = answer->row->wanted_s > 0 ||
-                                 answer->kind == MOTION_SYNC_PHASE ||
-                                 answer->kind == MOTION_SYNC_STRAIGHT
-                             ? (double)NAN
-                             : otg_steps_seconds(answer->header, answer->row);
+    const struct otg_motion *motion = &answer->motion;
+    const double planned = otg_motion_seconds(motion);
+    const double steps =
+        motion->header->table != OTG_TABLE_SEPARATE ||
+                motion->leg[0].row.wanted_s > 0 ||
+                motion->kind == MOTION_SYNC_PHASE ||
+                motion->kind == MOTION_SYNC_STRAIGHT
+            ? (double)NAN
+            : otg_steps_seconds(motion->header, &motion->leg[0].row);
 
     return planned - steps <= OTG_RAMPS_SHARE * planned + OTG_RAMPS_S ? steps
                                                                       : planned;
+}
+
+/* A motion of several rows has no number of its own. */
+static long otg_row_number(const struct otg_answer *answer, int leg)
+{
+    return answer->motion.header->table == OTG_TABLE_SEPARATE ? answer->number
+                                                              : leg;
 }
 
 /* --- tables --------------------------------------------------------------- */
 
 void otg_answer_line(const struct otg_answer *answer, FILE *file)
 {
+    const struct otg_motion *motion = &answer->motion;
     char text[OTG_ANSWER_TEXT];
-    fprintf(file, "%ld,%s,", answer->number, otg_answer_status(answer, text));
-    if (answer->err >= 0)
-        fprintf(file, "%.17g", otg_answer_duration(answer));
-    fputc('\n', file);
+    for (int leg = 0; leg < motion->legs; leg++) {
+        const char *status = otg_answer_status(answer, leg, text);
+        if (status[0] == 0)
+            continue;
+        fprintf(file, "%ld,%s,", otg_row_number(answer, leg), status);
+        if (motion->err >= 0)
+            fprintf(file, "%.17g",
+                    motion->header->table == OTG_TABLE_SEPARATE
+                        ? otg_answer_duration(answer)
+                        : motion->leg[leg].end_s);
+        fputc('\n', file);
+    }
 }
 
-void otg_answer_segments(const struct otg_answer *answer, FILE *file)
+/* The walk of an axis into a table. */
+struct otg_table_row {
+    const struct otg_answer *answer;
+    FILE *file;
+    int axis;
+};
+
+static void otg_segment_line(void *context, int leg, const struct otg_point *at)
 {
-    for (int axis = 0; axis < answer->header->axes && answer->err >= 0; axis++)
-        for (int i = 0; i <= answer->plan[axis].count; i++) {
-            struct otg_point at = otg_answer_point(answer, axis, i);
-            fprintf(file, "%ld,%d,%.17g,%.17g,%.17g,%.17g,%.17g\n",
-                    answer->number, axis, at.t, at.p, at.v, at.a, at.j);
-        }
+    const struct otg_table_row *to = context;
+    fprintf(to->file, "%ld,%d,%.17g,%.17g,%.17g,%.17g,%.17g\n",
+            otg_row_number(to->answer, leg), to->axis, at->t, at->p, at->v,
+            at->a, at->j);
 }
 
 /* What is rounding alone is shown as what it stands for. */
@@ -214,15 +214,38 @@ static double otg_shown(double value, double most)
     return fabs(value) <= 1e-9 * most ? 0 : value;
 }
 
+static void otg_text_line(void *context, int leg, const struct otg_point *at)
+{
+    const struct otg_table_row *to = context;
+    const double *most = to->answer->motion.leg[leg].row.value[to->axis];
+    fprintf(to->file, "%12.6g %14.6g %14.6g %14.6g %14.6g\n", at->t, at->p,
+            at->v, otg_shown(at->a, most[OTG_AMAX]),
+            otg_shown(at->j, most[OTG_JMAX]));
+}
+
+static void otg_table(const struct otg_answer *answer, FILE *file,
+                      otg_motion_take *take)
+{
+    struct otg_table_row to = { answer, file, 0 };
+    const int axes = answer->motion.header->axes;
+    for (; to.axis < axes && answer->motion.err >= 0; to.axis++)
+        otg_motion_walk(&answer->motion, to.axis, take, &to);
+}
+
+void otg_answer_segments(const struct otg_answer *answer, FILE *file)
+{
+    otg_table(answer, file, otg_segment_line);
+}
+
 void otg_answer_text(const struct otg_answer *answer, FILE *file)
 {
     char text[OTG_ANSWER_TEXT];
-    if (answer->err < 0) {
-        fprintf(file, "%s\n", otg_answer_status(answer, text));
+    if (answer->motion.err < 0) {
+        fprintf(file, "%s\n", otg_answer_status(answer, 0, text));
         return;
     }
     const double duration = otg_answer_duration(answer);
-    const double ramps = otg_answer_seconds(answer) - duration;
+    const double ramps = otg_motion_seconds(&answer->motion) - duration;
     fprintf(file, "duration %.9g s\n", duration);
     if (ramps > 0)
         fprintf(file,
@@ -231,118 +254,150 @@ void otg_answer_text(const struct otg_answer *answer, FILE *file)
                 ramps);
     fprintf(file, "\n%12s %14s %14s %14s %14s\n", "time", "position",
             "velocity", "acceleration", "jerk");
-    for (int axis = 0; axis < answer->header->axes; axis++)
-        for (int i = 0; i <= answer->plan[axis].count; i++) {
-            const double *most = answer->row->value[axis];
-            struct otg_point at = otg_answer_point(answer, axis, i);
-            fprintf(file, "%12.6g %14.6g %14.6g %14.6g %14.6g\n", at.t, at.p,
-                    at.v, otg_shown(at.a, most[OTG_AMAX]),
-                    otg_shown(at.j, most[OTG_JMAX]));
-        }
+    otg_table(answer, file, otg_text_line);
 }
 
-void otg_answer_residuals(const struct otg_answer *answer, FILE *file)
+static void otg_note_residual(const struct otg_answer *answer, int leg,
+                              int axis)
 {
-    for (int axis = 0; axis < answer->header->axes && answer->err >= 0;
-         axis++) {
-        struct otg_residual left = otg_answer_residual(answer, axis);
-        if (left.position == 0 && left.velocity == 0)
-            continue;
-        if (answer->number >= 0)
-            fprintf(file, "row %ld: ", answer->number);
-        fprintf(file,
-                "axis %d ends in the nearest whole tick: residual position "
-                "%.6g, velocity %.6g\n",
-                axis + 1, left.position, left.velocity);
+    const struct otg_piece *piece = &answer->motion.leg[leg].piece[axis];
+    const long number = otg_row_number(answer, leg);
+    if (piece->residual_p == 0 && piece->residual_v == 0)
+        return;
+    if (number >= 0)
+        fprintf(stderr, "row %ld: ", number);
+    fprintf(stderr,
+            "axis %d ends in the nearest whole tick: residual position %.6g, "
+            "velocity %.6g\n",
+            axis + 1, piece->residual_p, piece->residual_v);
+}
+
+void otg_answer_notes(const struct otg_answer *answer, bool refusals)
+{
+    const struct otg_motion *motion = &answer->motion;
+    char text[OTG_ANSWER_TEXT];
+    for (int leg = 0; leg < motion->legs; leg++) {
+        const char *status = otg_answer_status(answer, leg, text);
+        if (refusals && (motion->err < 0 || otg_not_new(motion, leg) >= 0) &&
+            status[0] != 0)
+            error_say("row %ld: %s", otg_row_number(answer, leg), status);
+        for (int axis = 0; axis < motion->header->axes && motion->err >= 0;
+             axis++)
+            otg_note_residual(answer, leg, axis);
     }
 }
 
-static cJSON *otg_point_json(const struct otg_point *at)
+/* --- JSON ----------------------------------------------------------------- */
+
+static void otg_point_json(void *context, int leg, const struct otg_point *at)
 {
-    cJSON *point = cJSON_CreateObject();
+    cJSON *points = context, *point = cJSON_CreateObject();
+    (void)leg;
     cJSON_AddNumberToObject(point, "t", at->t);
     cJSON_AddNumberToObject(point, "p", at->p);
     cJSON_AddNumberToObject(point, "v", at->v);
     cJSON_AddNumberToObject(point, "a", at->a);
     cJSON_AddNumberToObject(point, "j", at->j);
-    return point;
+    cJSON_AddItemToArray(points, point);
 }
 
-static cJSON *otg_axes_json(const struct otg_answer *answer)
+static cJSON *otg_axes_json(const struct otg_motion *motion)
 {
     cJSON *axes = cJSON_CreateArray();
-    for (int axis = 0; axis < answer->header->axes; axis++) {
+    for (int axis = 0; axis < motion->header->axes; axis++) {
         cJSON *points = cJSON_CreateArray();
-        for (int i = 0; i <= answer->plan[axis].count; i++) {
-            struct otg_point at = otg_answer_point(answer, axis, i);
-            cJSON_AddItemToArray(points, otg_point_json(&at));
-        }
+        otg_motion_walk(motion, axis, otg_point_json, points);
         cJSON_AddItemToArray(axes, points);
     }
     return axes;
 }
 
-static cJSON *otg_residual_json(const struct otg_answer *answer)
+static cJSON *otg_residual_json(const struct otg_motion *motion)
 {
     cJSON *axes = cJSON_CreateArray();
-    for (int axis = 0; axis < answer->header->axes; axis++) {
-        struct otg_residual left = otg_answer_residual(answer, axis);
+    for (int axis = 0; axis < motion->header->axes; axis++) {
+        const struct otg_piece *piece = otg_motion_last(motion, axis);
         cJSON *one = cJSON_CreateObject();
-        cJSON_AddNumberToObject(one, "p", left.position);
-        cJSON_AddNumberToObject(one, "v", left.velocity);
+        cJSON_AddNumberToObject(one, "p", piece->residual_p);
+        cJSON_AddNumberToObject(one, "v", piece->residual_v);
         cJSON_AddItemToArray(axes, one);
     }
     return axes;
 }
 
+/* When each row's goal is reached, and how fast. */
+static cJSON *otg_legs_json(const struct otg_answer *answer)
+{
+    const struct otg_motion *motion = &answer->motion;
+    cJSON *legs = cJSON_CreateArray();
+    for (int leg = 0; leg < motion->legs; leg++) {
+        char text[OTG_ANSWER_TEXT];
+        cJSON *one = cJSON_CreateObject(), *speeds = cJSON_CreateArray();
+        cJSON_AddNumberToObject(one, "row", leg);
+        cJSON_AddStringToObject(one, "status",
+                                otg_answer_status(answer, leg, text));
+        cJSON_AddNumberToObject(one, "t", motion->leg[leg].end_s);
+        for (int axis = 0; axis < motion->header->axes; axis++)
+            cJSON_AddItemToArray(
+                speeds,
+                cJSON_CreateNumber(motion->leg[leg].row.value[axis][OTG_VF]));
+        cJSON_AddItemToObject(one, "v", speeds);
+        cJSON_AddItemToArray(legs, one);
+    }
+    return legs;
+}
+
 cJSON *otg_answer_json(const struct otg_answer *answer, bool segments)
 {
+    const struct otg_motion *motion = &answer->motion;
+    const bool several = motion->header->table != OTG_TABLE_SEPARATE;
     char text[OTG_ANSWER_TEXT];
     cJSON *row = cJSON_CreateObject();
-    if (answer->number >= 0)
-        cJSON_AddNumberToObject(row, "row", (double)answer->number);
-    cJSON_AddStringToObject(row, "status", otg_answer_status(answer, text));
-    if (answer->err < 0)
+    if (answer->number >= 0 || (several && motion->err < 0))
+        cJSON_AddNumberToObject(row, "row",
+                                (double)otg_row_number(answer, motion->failed));
+    cJSON_AddStringToObject(
+        row, "status",
+        motion->err < 0 ? otg_answer_status(answer, motion->failed, text)
+                        : "ok");
+    if (motion->err < 0)
         return row;
     cJSON_AddNumberToObject(row, "duration", otg_answer_duration(answer));
-    if (answer->kind == MOTION_SYNC_PHASE)
-        cJSON_AddBoolToObject(row, "straight", !answer->bent);
-    cJSON_AddItemToObject(row, "residual", otg_residual_json(answer));
+    if (motion->kind == MOTION_SYNC_PHASE)
+        cJSON_AddBoolToObject(row, "straight", !motion->bent);
+    cJSON_AddItemToObject(row, "residual", otg_residual_json(motion));
+    if (several)
+        cJSON_AddItemToObject(row, "legs", otg_legs_json(answer));
     if (segments)
-        cJSON_AddItemToObject(row, "axes", otg_axes_json(answer));
+        cJSON_AddItemToObject(row, "axes", otg_axes_json(motion));
     return row;
 }
 
 /* --- picture -------------------------------------------------------------- */
 
-static void otg_plot_axis(const struct otg_answer *answer, int axis,
-                          struct plot_otg_axis *to)
-{
-    snprintf(to->name, sizeof to->name, "axis %d", axis + 1);
-    to->velocity = answer->header->velocity;
-    to->count = answer->plan[axis].count;
-    to->value = answer->row->value[axis];
-    for (int i = 0; i <= to->count; i++)
-        to->point[i] = otg_answer_point(answer, axis, i);
-}
-
 int otg_answer_plot(const struct otg_answer *answer, const char *path)
 {
-    static struct plot_otg move; /* large */
-    static char subtitle[160];
-    const char *category = answer->row->category;
-    char number[32] = "";
-    if (answer->number >= 0)
+    static const char *const title[] = {
+        [OTG_TABLE_SEPARATE] = "Fastest motion",
+        [OTG_TABLE_THROUGH] = "Motion through points",
+        [OTG_TABLE_REPLAN] = "Motion to goals that replace each other",
+    };
+    const struct otg_motion *motion = &answer->motion;
+    const struct otg_header *header = motion->header;
+    const bool several = header->table != OTG_TABLE_SEPARATE;
+    const char *category = several ? "" : motion->leg[0].row.category;
+    char subtitle[160], number[32] = "";
+    if (several)
+        snprintf(number, sizeof number, "%d %s  \u00b7  ", motion->legs,
+                 number_word((uint64_t)motion->legs, "row", "rows"));
+    else if (answer->number >= 0)
         snprintf(number, sizeof number, "row %ld  \u00b7  ", answer->number);
     snprintf(subtitle, sizeof subtitle, "%s%s%s%d %s  \u00b7  %.9g s", number,
-             category, category[0] ? "  \u00b7  " : "", answer->header->axes,
-             number_word((uint64_t)answer->header->axes, "axis", "axes"),
-             otg_answer_seconds(answer));
-    move.title = answer->header->velocity ? "Fastest change of velocity"
-                                          : "Fastest motion";
-    move.subtitle = subtitle;
-    move.axes = answer->header->axes;
-    for (int axis = 0; axis < move.axes; axis++)
-        otg_plot_axis(answer, axis, &move.axis[axis]);
-    return plot_otg_save(&move, path);
+             category, category[0] ? "  \u00b7  " : "", header->axes,
+             number_word((uint64_t)header->axes, "axis", "axes"),
+             otg_motion_seconds(motion));
+    return plot_otg_save(motion,
+                         header->velocity ? "Fastest change of velocity"
+                                          : title[header->table],
+                         subtitle, path);
 }

@@ -329,6 +329,14 @@ static void every_kind_of_motion_is_drawn(void **state)
             fail_msg("%s: %s%s", words[i], out, err);
         expect_png();
     }
+    write_table(HEADER GOOD ",,,50,,,,,,,\n",
+                strlen(HEADER GOOD ",,,50,,,,,,,\n"));
+    assert_int_equal(slew("--through --plot PICTURE TABLE"), 0);
+    expect_png();
+    write_table("t," HEADER "0," GOOD "3,,,,50,,,,,,,\n",
+                strlen("t," HEADER "0," GOOD "3,,,,50,,,,,,,\n"));
+    assert_int_equal(slew("--replan --plot PICTURE TABLE"), 0);
+    expect_png();
     assert_int_equal(slew("--to 5 --vmax 0 --amax 2 --jmax 1 --plot PICTURE"),
                      1);
     assert_int_not_equal(access(picture, F_OK), 0);

@@ -256,6 +256,87 @@ static void axes_come_together_as_they_are_told(void **state)
     expect("\n0,a0_1: no straight line leads there");
 }
 
+/* --- several rows, one motion ---------------------------------------------- */
+
+/* By hand: 0.6 s and 3 to the speed of 10, at which 50 is passed. */
+static void points_are_passed_at_a_given_speed(void **state)
+{
+    (void)state;
+    write_table(HEADER "0,0,0,50,10,0,10,-10,20,-20,200\n,,,100,,,,,,,\n");
+    assert_int_equal(slew("--through TABLE"), 0);
+    assert_true(fabs(number_after("row,status,t\n0,ok,") - 5.3) < 1e-5);
+    assert_true(fabs(number_after("\n1,ok,") - 10.6) < 1e-5);
+    assert_int_equal(slew("--through --segments TABLE"), 0);
+    assert_true(number_after("\n1,0,5.30") >= 0);
+    expect(",50,10,0,"); /* the row's own numbers */
+    expect(",100,0,0,0\n");
+}
+
+/* The first point is passed sooner than one could stop there; the last is a
+ * stop; what JSON says of both. */
+static void a_speed_is_chosen_where_none_is_given(void **state)
+{
+    (void)state;
+    write_table(TWO_AXES
+                "0,0,0,10,,0,10,-10,20,-20,200,5,0,0,5,,0,1,-1,20,-20,200\n"
+                ",,,20,,,,,,,,,,,7,,,,,,,\n");
+    assert_int_equal(slew("--through TABLE --json --segments"), 0);
+    assert_true(number_after("\"t\":") < 1.5);
+    expect("\"legs\":");
+    expect("\"v\":\t[0, 0]"); /* of the last point */
+    assert_null(strstr(run_slew()->out, "kept"));
+}
+
+/* By hand: 1 s into the motion of 10.6 s another goal, then the same goal, then
+ * one out of reach. */
+static void a_goal_takes_the_place_of_another(void **state)
+{
+    static const char text[] = "t," HEADER "0,0,0,0,100,0,0,10,-10,20,-20,200\n"
+                               "1,,,,50,,,,,,,\n"
+                               "2,,,,,,,,,,,\n";
+    (void)state;
+    write_table(text);
+    assert_int_equal(slew("--replan TABLE"), 0);
+    assert_true(fabs(number_after("row,status,t\n0,ok,") - 10.6) < 1e-5);
+    assert_true(fabs(number_after("\n1,ok,") - 5.6) < 1e-4);
+    assert_true(fabs(number_after("\n2,kept,") - 5.6) < 1e-4);
+    write_table("t," HEADER "0,0,0,0,100,0,0,10,-10,20,-20,200\n"
+                "3,,,,50,11,,,,,,\n");
+    assert_int_equal(slew("--replan TABLE"), 1);
+    assert_true(fabs(number_after("\n1,vf: no motion leads there: the row "
+                                  "before goes on,") -
+                     10.6) < 1e-5);
+    write_table("t," HEADER "0,0,0,0,100,0,0,10,-10,20,-20,200\n"
+                "20,,,,50,11,,,,,,\n");
+    assert_int_equal(slew("--replan --segments TABLE"), 1);
+    expect("\n1,0,20,100,0,0,0\n"); /* where it stands */
+    assert_non_null(strstr(run_slew()->err,
+                           "row 1: vf: no motion leads there: it stops\n"));
+    write_table("t," HEADER "0,0,0,0,10,5,0,10,-10,20,-20,200\n"
+                "9,,,,50,0,,,,,,\n");
+    assert_int_equal(slew("--replan TABLE"), 1);
+    expect("\n1,t: the motion before it has ended and not at rest,\n");
+}
+
+/* A target that moves at 4 and is seen every 50 ms is reached and kept up with;
+ * by hand, it is ahead at 10 while the axis gains 6 of every 10. */
+static void a_moving_target_is_reached(void **state)
+{
+    static char text[1 << 14];
+    size_t used = (size_t)snprintf(text, sizeof text, "t," HEADER);
+    (void)state;
+    for (int i = 0; i < 120; i++)
+        used += (size_t)snprintf(text + used, sizeof text - used,
+                                 i == 0 ? "0,0,0,0,10,4,0,10,-10,20,-20,200\n"
+                                        : "%g,,,,%g,4,,,,,,\n",
+                                 0.05 * i, 10 + 0.2 * i);
+    write_table(text);
+    assert_int_equal(slew("--replan TABLE"), 0);
+    /* 6 s on, at 33.8: on its way to what it sees for less than a tenth */
+    const double last = number_after("\n119,ok,");
+    assert_true(last > 5.95 && last < 6.05);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -268,6 +349,10 @@ int main(void)
         cmocka_unit_test(a_motion_takes_as_long_as_is_wanted),
         cmocka_unit_test(what_the_nearest_tick_leaves_is_said),
         cmocka_unit_test(axes_come_together_as_they_are_told),
+        cmocka_unit_test(points_are_passed_at_a_given_speed),
+        cmocka_unit_test(a_speed_is_chosen_where_none_is_given),
+        cmocka_unit_test(a_goal_takes_the_place_of_another),
+        cmocka_unit_test(a_moving_target_is_reached),
     };
     return cmocka_run_group_tests(tests, run_open, run_close);
 }
