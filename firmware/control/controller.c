@@ -396,14 +396,9 @@ static int controller_first_not(const struct controller *controller,
     return -1;
 }
 
-static bool controller_waited(const struct controller *controller,
-                              int64_t most_ns)
-{
-    return controller->now_ns - controller->since_ns > most_ns;
-}
-
-/* For drives to be enabled, or off: a slow one that goes on is waited for. */
-static bool controller_waited_for_drives(struct controller *controller)
+/* See controller.h. */
+bool controller_waited_for_drives(struct controller *controller,
+                                  int64_t since_ns)
 {
     const int64_t most_ns = controller->config.enable_timeout_ns;
     uint32_t steps = 0;
@@ -414,10 +409,10 @@ static bool controller_waited_for_drives(struct controller *controller)
         controller->steps = steps;
         controller->step_ns = controller->now_ns;
     }
-    if (controller->step_ns < controller->since_ns)
-        controller->step_ns = controller->since_ns;
+    if (controller->step_ns < since_ns)
+        controller->step_ns = since_ns;
     return controller->now_ns - controller->step_ns > most_ns ||
-           controller_waited(controller, ENABLE_TIMES * most_ns);
+           controller->now_ns - since_ns > ENABLE_TIMES * most_ns;
 }
 
 static void controller_step_off(struct controller *controller)
@@ -430,7 +425,7 @@ static void controller_step_off(struct controller *controller)
         controller->enabling = false;
         controller_rest(controller);
         controller_enter(controller, CONTROLLER_READY);
-    } else if (controller_waited_for_drives(controller)) {
+    } else if (controller_waited_for_drives(controller, controller->since_ns)) {
         controller_raise(controller, CONTROLLER_FAULT_ENABLE,
                          controller_first_not(controller, HAL_DRIVE_ENABLED),
                          controller->now_ns - controller->since_ns,
@@ -514,7 +509,8 @@ static void controller_step_stopping(struct controller *controller)
 {
     if (controller->reaction >= CONTROLLER_REACT_QUICK) {
         if (controller_quick_stop_done(controller) ||
-            controller_waited(controller, controller->config.stop_timeout_ns))
+            controller->now_ns - controller->since_ns >
+                controller->config.stop_timeout_ns)
             controller_enter_fault(controller);
         return;
     }
@@ -547,7 +543,7 @@ static void controller_step_fault(struct controller *controller)
         controller->reaction = CONTROLLER_REACT_NONE;
         controller->lost_score = 0;
         controller_enter(controller, CONTROLLER_OFF);
-    } else if (controller_waited_for_drives(controller)) {
+    } else if (controller_waited_for_drives(controller, controller->since_ns)) {
         controller->resetting = false; /* the cause is still there */
     }
 }

@@ -302,6 +302,12 @@ int controller_reset(struct controller *controller);
 int controller_set_position(struct controller *controller, unsigned index,
                             int64_t from_q32, int64_t to_q32);
 
+/* Have the drives been waited for since `since_ns`, a tick's time: to be there,
+ * enabled or off?  One that goes on is waited for; a step of any of them counts,
+ * up to 12 times enable_timeout_ns in all. */
+bool controller_waited_for_drives(struct controller *controller,
+                                  int64_t since_ns);
+
 /* The tick, at nominal time `now_ns` (a multiple of the period after the last
  * one: more than one period means that ticks were lost).  `bus`: the worst that
  * a fieldbus said at its begin: MOTION_OK, MOTION_E_PROTOCOL (another master),

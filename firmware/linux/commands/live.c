@@ -13,7 +13,6 @@
 
 #define LIVE_STOP_NS  INT64_C(300000000)
 #define LIVE_QUICK_NS INT64_C(3000000000)
-#define LIVE_LOOKS    12 /* times machine_enable_ns(), for drives that go on */
 
 enum status live_use(struct live *live, const struct options *options,
                      struct rig *rig)
@@ -298,21 +297,14 @@ static bool live_look_axis(const struct live *live, unsigned i, FILE *file)
 
 enum status live_look(struct live *live, FILE *file)
 {
-    const int64_t start_ns = live->now_ns,
-                  most_ns = machine_enable_ns(live->rig);
-    int64_t step_ns = start_ns;
-    uint32_t steps = 0;
+    const int64_t start_ns = live->now_ns;
     char text[LIVE_FAULT_MAX];
     bool ok = true;
-    while (live->now_ns - start_ns < LIVE_STOP_NS ||
-           (!live_all_there(live) && live->now_ns - step_ns < most_ns &&
-            live->now_ns - start_ns < LIVE_LOOKS * most_ns)) {
+    do
         live_tick(live);
-        if (machine_steps(&live->machine) != steps) {
-            steps = machine_steps(&live->machine);
-            step_ns = live->now_ns;
-        }
-    }
+    while (live->now_ns - start_ns < LIVE_STOP_NS ||
+           (!live_all_there(live) && !controller_waited_for_drives(
+                                         &live->machine.controller, start_ns)));
     for (unsigned i = 0; i < live->rig->axis_count; i++)
         ok &= live_look_axis(live, i, file);
     live_fault_text(live, text); /* the e-stop */

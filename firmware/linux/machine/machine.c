@@ -502,14 +502,6 @@ void machine_tick_off(struct machine *machine, int64_t now_ns)
     machine_end(machine, now_ns);
 }
 
-uint32_t machine_steps(const struct machine *machine)
-{
-    uint32_t steps = 0;
-    for (unsigned i = 0; i < machine->rig->axis_count; i++)
-        steps += machine->controller.axis[i].feedback.steps;
-    return steps;
-}
-
 bool machine_is_off(const struct machine *machine)
 {
     return machine->powered == 0;

@@ -86,8 +86,6 @@ int machine_init(struct machine *machine, const struct rig *rig,
 
 /* So long a drive may make no step on its way to being found and enabled. */
 int64_t machine_enable_ns(const struct rig *rig);
-/* Counts the steps of all drives on that way. */
-uint32_t machine_steps(const struct machine *machine);
 
 /* One tick at nominal time `now_ns`: take in what came and send SYNC; step the
  * controller; send the set points. */
