@@ -243,6 +243,8 @@ static cJSON *cmd_scan_json_found(const struct scan_found *found)
     cJSON_AddStringToObject(object, "kind", scan_kind_text(found->kind));
     if (found->kind != SCAN_NO_NUMBER)
         json_add_integer(object, "id", found->id);
+    if (found->axis > 0)
+        json_add_integer(object, "axis", found->axis);
     if (found->kind == SCAN_CANOPEN || found->kind == SCAN_NO_NUMBER) {
         json_add_integer(object, "vendor", found->identity.vendor);
         json_add_integer(object, "product", found->identity.product);

@@ -2,7 +2,8 @@
  *
  * CAN: listens for heartbeats and boot-ups, then (if nobody else is master
  * there) asks every node number for 0x1000 at once and those that answer for
- * their identity, and looks for one device without node number by LSS.  An
+ * their identity, a drive for each of its axes, and looks for one device
+ * without node number by LSS.  An
  * ODrive says who it is by its heartbeat; a CANopen question could be an order
  * to it, so none is sent when one was heard.  moteus are asked on ports with
  * FD.  Modbus: every unit is asked for register 0, those that answer for their
@@ -34,7 +35,8 @@ const char *scan_kind_text(enum scan_kind kind);
 
 struct scan_found {
     enum scan_kind kind;
-    unsigned id; /* node or unit; 0: none */
+    unsigned id;   /* node or unit; 0: none */
+    unsigned axis; /* of a node of several, from 1; 0: it has one */
     struct canopen_identity identity;
     char bus[PLAN_NAME_MAX];   /* as the user calls it */
     char line[16];             /* Modbus RTU: "115200 8E1" */

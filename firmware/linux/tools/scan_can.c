@@ -189,19 +189,67 @@ static void node_identity(struct ask_can *ask, struct scan_found *found)
             *part[i] = 0;
 }
 
-static void node_drive(struct ask_can *ask, struct scan_found *found)
+/* Of an axis, from 0, of the node: `index` is that of the first. */
+static int axis_read(struct ask_can *ask, unsigned axis, uint16_t index,
+                     uint32_t *value)
+{
+    return ask_can_read_number(
+        ask, drive_cia402_object_of((uint8_t)axis, 0, index), 0, value, NULL);
+}
+
+static void node_drive(struct ask_can *ask, struct scan_found *found,
+                       unsigned axis)
 {
     uint32_t modes = EDS_MODE_CSP, word = 0;
+    char number[24] = "";
     const size_t used = strlen(found->state);
 
-    (void)ask_can_read_number(ask, 0x6502, 0, &modes, NULL);
-    snprintf(found->fits, sizeof found->fits, "%s",
-             (modes & EDS_MODE_CSP) != 0 ? "kind: cia402"
-                                         : "kind: cia402, but it has no CSP");
-    if (ask_can_read_number(ask, 0x6041, 0, &word, NULL) == MOTION_OK)
+    if (found->axis > 0)
+        snprintf(number, sizeof number, ", axis: %u", found->axis);
+    (void)axis_read(ask, axis, 0x6502, &modes);
+    snprintf(found->fits, sizeof found->fits, "kind: cia402%s%s", number,
+             (modes & EDS_MODE_CSP) != 0 ? "" : ", but it has no CSP");
+    if (axis_read(ask, axis, 0x6041, &word) == MOTION_OK)
         snprintf(found->state + used, sizeof found->state - used, "%s%s",
                  used > 0 ? ", " : "",
                  cia402_state_text(cia402_state_of((uint16_t)word)));
+}
+
+/* A device module is what its 0x67FF says, and a drive where that is missing
+ * and a statusword is there (CiA 301 7.5.2.1).  Below zero: no answer. */
+static int node_has_axis(struct ask_can *ask, unsigned axis)
+{
+    uint32_t value = 0;
+    int err = axis_read(ask, axis, 0x67FF, &value);
+
+    if (err == MOTION_OK)
+        return (value & 0xFFFF) == SCAN_PROFILE;
+    if (err != MOTION_E_TIMEOUT)
+        err = axis_read(ask, axis, 0x6041, &value);
+    return err == MOTION_E_TIMEOUT ? err : err == MOTION_OK;
+}
+
+/* A row for each axis of a drive; `first` has what is said of the node. */
+static void node_axes(struct scan *scan, struct ask_can *ask,
+                      struct scan_found *first)
+{
+    const struct scan_found node = *first;
+
+    for (unsigned axis = 1; axis < DRIVE_CIA402_AXES; axis++) {
+        const int has = node_has_axis(ask, axis);
+        struct scan_found *found =
+            has > 0 ? scan_add(scan, SCAN_CANOPEN, node.id, node.bus) : NULL;
+
+        if (has < 0)
+            break;
+        if (found == NULL)
+            continue;
+        *found = node;
+        first->axis = 1;
+        found->axis = axis + 1;
+        node_drive(ask, found, axis);
+    }
+    node_drive(ask, first, 0);
 }
 
 static void node_look(struct scan *scan, struct ask_can *ask,
@@ -226,7 +274,7 @@ static void node_look(struct scan *scan, struct ask_can *ask,
     node_name(ask, found);
     node_identity(ask, found);
     if (err == MOTION_OK && (device & 0xFFFF) == SCAN_PROFILE)
-        node_drive(ask, found);
+        node_axes(scan, ask, found);
     else
         snprintf(found->fits, sizeof found->fits,
                  "nothing: no drive (profile %u)", (unsigned)(device & 0xFFFF));

@@ -17,7 +17,7 @@
 static struct sim_world world;
 static struct sim_can_bus wire;
 static struct sim_can_port ours, theirs;
-static struct sim_cia402 servo[2];
+static struct sim_cia402 servo[3];
 static struct bench bench;
 static struct scan scan;
 static const struct scan_config config = { .listen_ns = 400 * MS,
@@ -41,10 +41,13 @@ static int can_bench(void **state)
     return 0;
 }
 
-static void add_servo(unsigned i, uint8_t node, uint32_t serial)
+static void add_axis(unsigned i, uint8_t node, uint32_t serial, uint8_t axis,
+                     struct sim_cia402 *with)
 {
     const struct sim_cia402_config drive = {
         .node_id = node,
+        .axis = axis,
+        .with = with,
         .serial = serial,
         .plant = { .omega_mrad_s = 157080,
                    .zeta_permille = 900,
@@ -54,6 +57,11 @@ static void add_servo(unsigned i, uint8_t node, uint32_t serial)
         .boot_ns = MS,
     };
     assert_int_equal(sim_cia402_init(&servo[i], &wire, &drive), 0);
+}
+
+static void add_servo(unsigned i, uint8_t node, uint32_t serial)
+{
+    add_axis(i, node, serial, 0, NULL);
 }
 
 /* Somebody sends; what it was is received before the scan begins to ask. */
@@ -96,6 +104,29 @@ static void every_node_is_found_with_its_identity(void **state)
                         "pre-operational, switch on disabled");
     assert_string_equal(scan.found[0].fits, "kind: cia402");
     assert_int_equal(scan.notes, 0);
+}
+
+static void every_axis_of_a_node_is_a_row(void **state)
+{
+    (void)state;
+    add_servo(0, 5, 11);
+    add_axis(1, 5, 11, 1, &servo[0]);
+    add_axis(2, 5, 11, 7, &servo[0]);
+    run_can();
+    assert_int_equal(scan.count, 3);
+    for (unsigned i = 0; i < 3; i++) {
+        static const char *const fits[] = { "kind: cia402, axis: 1",
+                                            "kind: cia402, axis: 2",
+                                            "kind: cia402, axis: 8" };
+
+        assert_int_equal(scan.found[i].id, 5);
+        assert_int_equal(scan.found[i].identity.serial, 11);
+        assert_string_equal(scan.found[i].name, "slew servo");
+        assert_string_equal(scan.found[i].state,
+                            "pre-operational, switch on disabled");
+        assert_string_equal(scan.found[i].fits, fits[i]);
+    }
+    assert_int_equal(scan.found[2].axis, 8);
 }
 
 static void one_without_number_is_found_too(void **state)
@@ -374,6 +405,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         can_test(every_node_is_found_with_its_identity),
+        can_test(every_axis_of_a_node_is_a_row),
         can_test(one_without_number_is_found_too),
         can_test(nobody_is_nobody),
         can_test(a_heartbeat_alone_is_a_node_that_does_not_answer),
