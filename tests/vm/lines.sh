@@ -1,15 +1,15 @@
 #!/bin/sh
-# tests/vm/lines.sh BUILD - inside the machine of boot.sh: the whole program on
+# tests/vm/lines.sh BUILD [gpiod2] - inside the machine of boot.sh: the whole program on
 # real GPIO lines.
 #
 # slew run and slew home with the lines of gpio-sim, against slew sim on virtual
 # CAN: a shutter and a flash, a lamp, a home switch, limit switches, an e-stop.
 # The other side of an input is its file pull; every level that an output is set
-# to is in the kernel's own record (tracepoint gpio_value), with its time.  Once
-# with libgpiod 1.6 and, where it was built (slew of BUILD/gpiod2), with 2.x.
+# to is in the kernel's own record (tracepoint gpio_value), with its time.  With
+# the libgpiod that is installed or, by the slew of BUILD/gpiod2, 2.x.
 set -u
 build=${1:-build}
-slew=$build/slew
+slew=$build/${2:+$2/}slew
 . "${0%/*}/claims.sh"
 . "${0%/*}/lines_rig.sh"
 bus=vcan0 node=5
@@ -196,11 +196,6 @@ all() # all CLAIM-SUFFIX
 
 write_rigs
 set_line $HIGH pull-up
-for slew in "$build/slew" "$build/gpiod2/slew"; do
-    [ -x "$slew" ] || continue
-    preload "$slew" candump cansend /usr/bin/python3
-    version=$("$slew" doctor --for 0 |
-        sed -n 's/.*\(libgpiod [0-9.]*\).*/\1/p')
-    all ", $version"
-done
+preload "$slew" candump cansend /usr/bin/python3
+all ", $("$slew" doctor --for 0 | sed -n 's/.*\(libgpiod [0-9.]*\).*/\1/p')"
 claims_end
