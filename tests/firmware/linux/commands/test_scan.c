@@ -398,6 +398,29 @@ static void wrong_arguments_are_refused(void **state)
     run_expect(STATUS_INPUT);
 }
 
+/* A real one, that belongs to somebody else. */
+static void a_port_that_is_denied_says_who_may_use_it(void **state)
+{
+    const int master = posix_openpt(O_RDWR | O_NOCTTY);
+    char port[64], want[256];
+    (void)state;
+    assert_true(master >= 0);
+    assert_int_equal(grantpt(master), 0);
+    assert_int_equal(unlockpt(master), 0);
+    snprintf(port, sizeof port, "%s", ptsname(master));
+    assert_int_equal(chmod(port, 0), 0); /* to its owner too */
+    run_slew()->as_nobody = true;
+    run("scan", "--units", "1", port);
+    run_slew()->as_nobody = false;
+    close(master);
+    run_expect(STATUS_INPUT);
+    snprintf(want, sizeof want,
+             "bus %s: serial port %s: Permission denied, expected a user with "
+             "access to it, such as one in the group dialout\n",
+             port, port);
+    assert_string_equal(run_slew()->err, want);
+}
+
 #define can_test(name)  cmocka_unit_test_setup(name, can_bench)
 #define line_test(name) cmocka_unit_test_setup(name, line_bench)
 
@@ -417,6 +440,7 @@ int main(void)
         line_test(a_broken_identification_is_cut),
         cmocka_unit_test(the_command_finds_the_drives_of_a_rig),
         cmocka_unit_test(wrong_arguments_are_refused),
+        cmocka_unit_test(a_port_that_is_denied_says_who_may_use_it),
     };
 
     return cmocka_run_group_tests(tests, run_open, run_close);
