@@ -51,6 +51,23 @@ axes:
 MOVE
 "$slew" sim --eds "$dir" >"$dir/servo.eds"
 
+# And two of them behind one node.
+mkdir "$dir/two"
+awk '{ print } /^  axis:/ { on = 1 } on { text = text $0 "\n" }
+    END { sub("axis:", "second:", text)
+          sub("node: 5", "node: 5\n      axis: 2\n      pdo: {rx: 0x405, tx: 0x385}", text)
+          printf "%s", text }' "$dir/rig.yaml" >"$dir/two/rig.yaml"
+cat >"$dir/two/move.yaml" <<'MOVE'
+title: There, and the other way
+axes:
+  axis:
+    curve: quintic
+    keys: [[0 s, 20 mm], [2 s, 60 mm]]
+  second:
+    curve: quintic
+    keys: [[0 s, 20 mm], [2 s, -20 mm]]
+MOVE
+
 # The clock leaps over waiting for files: have them all read before time counts.
 "$python" -c 'import canopen, canopen.profiles.p402, can.interfaces.socketcan
 canopen.import_od("'"$dir/servo.eds"'", 1)
@@ -67,6 +84,19 @@ sleep 1
     fail "canopen_master.py"
 "$slew" scan --listen 0.3s vcan0 2>"$dir/scan.log" | grep "kind: cia402" ||
     fail "slew scan"
+kill $sim
+wait $sim
+
+echo "python-canopen as master, two axes behind our simulated node:"
+"$slew" sim "$dir/two" >"$dir/sim.out" 2>&1 &
+sim=$!
+sleep 1
+"$python" tests/peers/canopen_axes.py vcan0 5 "$dir/servo.eds" || {
+    cat "$dir/sim.out"
+    fail "canopen_axes.py"
+}
+"$slew" scan --listen 0.3s vcan0 2>"$dir/scan.log" |
+    grep "kind: cia402, axis: 2" || fail "slew scan: the second axis"
 kill $sim
 wait $sim
 
@@ -159,6 +189,29 @@ wait $servo
 tail -n 2 "$dir/servo.out"
 grep -q "limits -100001 .. 100001, following error 2000 for 40 ms, options 6 2, \
 SYNC counts to 50" "$dir/servo.out" || fail "it was told something else"
+
+echo "our master, two axes behind python-canopen's LocalNode:"
+"$python" tests/peers/canopen_servo.py vcan0 5 "$dir/servo.eds" 2 \
+    <"$dir/hold" >"$dir/servo.out" 2>&1 &
+servo=$!
+exec 3>"$dir/hold"
+tries=0
+until grep -q ready "$dir/servo.out" || [ $tries -gt 2000 ]; do
+    sleep 1
+    tries=$((tries + 1))
+done
+tool "kind: cia402, axis: 2" scan --listen 0.3s vcan0
+if "$slew" run --real --yes "$dir/two" >"$dir/run.out" 2>&1; then
+    grep -E "^(axis|second) +2|done after" "$dir/run.out"
+else
+    cat "$dir/run.out"
+    fail "slew run, two axes"
+fi
+exec 3>&-
+wait $servo
+cat "$dir/servo.out"
+grep -q "at 6000" "$dir/servo.out" && grep -q "at -2000" "$dir/servo.out" ||
+    fail "the axes are not where they were sent"
 
 echo "can-utils and python-can, our recording:"
 lines=$(wc -l <"$dir/frames.log")
