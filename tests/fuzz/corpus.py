@@ -168,6 +168,18 @@ put("otg", "velocity", """\
 v0,a0,vf,af,amax,amin,jmax,duration,category
 0,1,3,0,5,-5,30,1.5,x
 """)
+put("otg", "through", """\
+p0,v0,a0,pf,vf,af,vmax,vmin,amax,amin,jmax
+0,0,0,20,,0,10,-10,20,-20,200
+,,,50,,,,,,,
+,,,30,2,,,,,,
+""")
+put("otg", "replan", """\
+t,p0,v0,a0,pf,vf,af,vmax,vmin,amax,amin,jmax
+0,0,0,0,100,0,0,10,-10,20,-20,200
+2.5,,,,40,,,,,,,
+4,,,,60,,,5,-5,,,
+""")
 for name in ("kuper.txt", "flair.txt", "raw.txt"):
     put("import_" + name.split(".")[0], "small",
         (ROOT / "tests/data/import" / name).read_bytes())
