@@ -6,7 +6,6 @@
 
 #include "firmware/host/base/memory.h"
 #include "motion/core/err.h"
-#include "motion/otg/through.h"
 
 /* --- pieces --------------------------------------------------------------- */
 
