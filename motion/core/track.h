@@ -218,11 +218,15 @@ void motion_segment_extreme(const struct motion_segment *segment,
 void motion_segment_extremes(const struct motion_segment *segment,
                              struct motion_extreme extreme[MOTION_JERK + 1]);
 /* How far the rounding of its coefficients may have moved v, a or j of a
- * segment from the polynomial that was meant, in units of their format, up:
- * what is planned at a limit comes out so far above it at most (plan/check.c
- * derives it). */
+ * segment from the polynomial that was meant, in units of their format, up
+ * (plan/check.c derives it).  Saturates. */
 int64_t motion_segment_rounding(const struct motion_segment *segment,
                                 enum motion_quantity quantity);
+/* Largest |v|, |a| or |j| without what rounding may have added, down: what is
+ * planned at a limit is not above it.  The difference saturates, not its two
+ * sides, which in a segment of nanoseconds may both be beyond the format. */
+int64_t motion_segment_peak(const struct motion_segment *segment,
+                            enum motion_quantity quantity);
 /* Over the whole track, of a window from its outline; the first of equal
  * extremes.  An empty track gives its position and zeros. */
 void motion_track_extreme(const struct motion_track *track,

@@ -318,18 +318,34 @@ static void state_roots_below(const struct motion_segment *segment, int order,
     }
 }
 
-int64_t track_segment_derivative(const struct motion_segment *segment,
-                                 int order, int64_t dt_ns_q12)
+/* (1 s / duration)^order, order >= 1 */
+static struct track_ratio state_rate(const struct motion_segment *segment,
+                                     int order)
 {
     const struct track_ratio rate = track_ratio_per_second(segment);
+    struct track_ratio power = rate;
+
+    for (int i = 1; i < order; i++)
+        power = track_ratio_mul(power, rate);
+    return power;
+}
+
+/* Derivative `order` with respect to u, as state_polynomial. */
+static struct motion_u128 state_raw(const struct motion_segment *segment,
+                                    int order, int64_t dt_ns_q12)
+{
     const bool whole = dt_ns_q12 >= segment->dur_ns_q12;
     const uint64_t u =
         whole ? 0 : state_fraction_q64(segment, (uint64_t)dt_ns_q12);
-    struct track_ratio ratio = rate;
 
-    for (int i = 1; i < order; i++)
-        ratio = track_ratio_mul(ratio, rate);
-    return state_saturate(state_polynomial(segment, order, whole, u), ratio,
+    return state_polynomial(segment, order, whole, u);
+}
+
+int64_t track_segment_derivative(const struct motion_segment *segment,
+                                 int order, int64_t dt_ns_q12)
+{
+    return state_saturate(state_raw(segment, order, dt_ns_q12),
+                          state_rate(segment, order),
                           -segment->frac - STATE_GUARD);
 }
 
@@ -385,14 +401,23 @@ static void state_extend_at(const struct motion_segment *segment,
     state_extend(segment, quantity, segment->dur_ns_q12, extreme);
 }
 
-static void state_extend_all(const struct motion_segment *segment,
-                             enum motion_quantity quantity,
-                             struct motion_extreme *extreme)
+/* Of the derivative of the quantity. */
+static struct state_roots state_roots_of(const struct motion_segment *segment,
+                                         enum motion_quantity quantity)
 {
     struct state_roots roots = { .count = 0 };
 
     for (int d = segment->degree - 1; d > (int)quantity; d--)
         state_roots_below(segment, d, &roots);
+    return roots;
+}
+
+static void state_extend_all(const struct motion_segment *segment,
+                             enum motion_quantity quantity,
+                             struct motion_extreme *extreme)
+{
+    const struct state_roots roots = state_roots_of(segment, quantity);
+
     state_extend_at(segment, quantity, &roots, extreme);
 }
 
@@ -417,18 +442,52 @@ void motion_segment_extremes(const struct motion_segment *segment,
     }
 }
 
+/* In units of the last digit, 2^-(32 + frac). */
+static const uint8_t state_quanta[] = { 0, 22, 80, 248 };
+
 int64_t motion_segment_rounding(const struct motion_segment *segment,
                                 enum motion_quantity quantity)
 {
-    static const uint8_t quanta[] = { 0, 22, 80, 248 };
-    const struct track_ratio rate = track_ratio_per_second(segment);
-    const struct motion_u128 quantum = { 0, quanta[quantity] };
-    struct track_ratio ratio = rate;
+    const struct motion_u128 quantum = { 0, state_quanta[quantity] };
+    const int64_t value = state_saturate(
+        quantum, state_rate(segment, (int)quantity), -segment->frac);
 
-    for (int i = MOTION_VEL; i < (int)quantity; i++)
-        ratio = track_ratio_mul(ratio, rate);
-    const int64_t value = state_saturate(quantum, ratio, -segment->frac);
     return value < INT64_MAX ? value + 1 : value;
+}
+
+/* The rounding is taken off in the segment's own digits: in the format of the
+ * quantity both may be beyond what 64 bits hold. */
+static int64_t state_surely(const struct motion_segment *segment,
+                            enum motion_quantity quantity, int64_t t_ns_q12)
+{
+    const struct motion_u128 size = motion_fixed_sub_u128(
+        motion_fixed_abs_i128(state_raw(segment, (int)quantity, t_ns_q12)),
+        track_shifted(state_quanta[quantity], STATE_GUARD));
+
+    if (motion_fixed_is_neg_i128(size))
+        return 0;
+    return state_saturate(size, state_rate(segment, (int)quantity),
+                          -segment->frac - STATE_GUARD);
+}
+
+int64_t motion_segment_peak(const struct motion_segment *segment,
+                            enum motion_quantity quantity)
+{
+    const struct state_roots roots = state_roots_of(segment, quantity);
+    int64_t at[2 * MOTION_TRACK_DEGREE + 2] = { 0, segment->dur_ns_q12 };
+    int count = 2;
+    int64_t peak = 0;
+
+    for (int i = 0; i < roots.count; i++) {
+        at[count++] = roots.at[i];
+        at[count++] = roots.at[i] + 1;
+    }
+    for (int i = 0; i < count; i++) {
+        const int64_t size = state_surely(segment, quantity, at[i]);
+        if (size > peak)
+            peak = size;
+    }
+    return peak > 0 && peak < INT64_MAX ? peak - 1 : peak;
 }
 
 void motion_track_extreme(const struct motion_track *track,

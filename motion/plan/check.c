@@ -117,22 +117,33 @@ static void check_pos(struct check *check, const struct motion_extreme *pos)
                   pos->max, limit->pos_max_q32);
 }
 
-/* A limit on the magnitude, and what rounding leaves. */
+/* What is planned at a limit may come out above it by what rounding makes, and
+ * 2^-28; what is beyond the format is above every limit. */
+static bool check_is_above_planned(const struct motion_segment *segment,
+                                   enum motion_quantity quantity, int64_t limit)
+{
+    const int64_t most = limit < INT64_MAX - 1 - (limit >> 28)
+                             ? limit + (limit >> 28)
+                             : INT64_MAX - 1;
+
+    return motion_segment_peak(segment, quantity) > most;
+}
+
+/* A limit on the magnitude. */
 static void check_magnitude(struct check *check, enum plan_violation_kind kind,
-                            const struct motion_extreme *extreme, int64_t limit,
-                            int64_t rounding)
+                            const struct motion_segment *segment,
+                            const struct motion_extreme *extreme, int64_t limit)
 {
     const uint64_t min = motion_fixed_abs(extreme->min);
     const uint64_t max = motion_fixed_abs(extreme->max);
     const bool low =
         min > max || (min == max && extreme->min_ns_q12 < extreme->max_ns_q12);
+    bool over = (low ? min : max) > (uint64_t)limit;
 
-    const uint64_t most = low ? min : max;
-    const uint64_t allowed =
-        (uint64_t)limit +
-        (rounding > 0 ? (uint64_t)rounding + (uint64_t)(limit >> 28) : 0);
-
-    check_stretch(check, kind, most > allowed,
+    if (over && kind != PLAN_VEL)
+        over = check_is_above_planned(
+            segment, kind == PLAN_ACC ? MOTION_ACC : MOTION_JERK, limit);
+    check_stretch(check, kind, over,
                   low ? extreme->min_ns_q12 : extreme->max_ns_q12,
                   low ? extreme->min : extreme->max, limit);
 }
@@ -145,13 +156,13 @@ static void check_segment(struct check *check,
 
     motion_segment_extremes(segment, extreme);
     check_pos(check, &extreme[MOTION_POS]);
-    check_magnitude(check, PLAN_VEL, &extreme[MOTION_VEL], limit->vel_q32, 0);
-    check_magnitude(check, PLAN_ACC, &extreme[MOTION_ACC], limit->acc_q32,
-                    motion_segment_rounding(segment, MOTION_ACC));
+    check_magnitude(check, PLAN_VEL, segment, &extreme[MOTION_VEL],
+                    limit->vel_q32);
+    check_magnitude(check, PLAN_ACC, segment, &extreme[MOTION_ACC],
+                    limit->acc_q32);
     if (limit->jerk_q32 != 0)
-        check_magnitude(check, PLAN_JERK, &extreme[MOTION_JERK],
-                        limit->jerk_q32,
-                        motion_segment_rounding(segment, MOTION_JERK));
+        check_magnitude(check, PLAN_JERK, segment, &extreme[MOTION_JERK],
+                        limit->jerk_q32);
 }
 
 /* One side of a border: its derivatives and what rounding may have done to

@@ -264,10 +264,7 @@ def expected(judge, limit):
     for name in ("vel", "acc", "jerk"):
         if limit[name]:
             unsure = near * limit[name] + 2e-5
-            # Beyond the format both the peak and its rounding saturate in slew:
-            # a segment of nanoseconds, whose ends are judged as steps.
-            if judge[name] < 2**31:
-                judge_one(name, judge["sure"][name], limit[name], unsure)
+            judge_one(name, judge["sure"][name], limit[name], unsure)
             if judge[name] > limit[name] - unsure:
                 may.add(name)
     by_acc, by_jerk = limit["acc"] * PERIOD, limit["jerk"] * PERIOD**2

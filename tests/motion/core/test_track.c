@@ -965,6 +965,36 @@ static void no_state_is_beyond_the_extremes(void **state)
     for_any(judge_extremes);
 }
 
+/* The peak is the larger extreme without the rounding, as far as formats tell. */
+static void judge_peak(const struct motion_track *track, const struct any *any,
+                       uint64_t *seed)
+{
+    const struct motion_segment *segment = &track->segment[0];
+    (void)any;
+    (void)seed;
+    for (int q = MOTION_ACC; q <= MOTION_JERK; q++) {
+        const enum motion_quantity quantity = (enum motion_quantity)q;
+        const int64_t rounding = motion_segment_rounding(segment, quantity);
+        const int64_t got = motion_segment_peak(segment, quantity);
+        struct motion_extreme e;
+        motion_segment_extreme(segment, quantity, &e);
+        const quad most = larger(-(quad)e.min, (quad)e.max);
+        const quad want = larger(0, most - (quad)rounding);
+        const quad slack = 2 + peak(segment, q) * power(-54);
+        if (got < want - slack ||
+            (most < (quad)INT64_MAX && got > want + 1)) /* rounded twice */
+            fail_msg("quantity %d: %" PRId64 " of %" PRId64 " .. %" PRId64
+                     ", rounding %" PRId64 " (seed %" PRIu64 ")",
+                     q, got, e.min, e.max, rounding, SEED);
+    }
+}
+
+static void a_peak_is_an_extreme_without_its_rounding(void **state)
+{
+    (void)state;
+    for_any(judge_peak);
+}
+
 /* (u - 1/8)(u - 3/8)(u - 5/8)(u - 7/8) as the velocity: the position turns
  * four times, at known places. */
 static void four_turns_in_one_segment_are_all_found(void **state)
@@ -1092,6 +1122,7 @@ int main(void)
         cmocka_unit_test(beyond_its_format_an_acceleration_saturates),
         cmocka_unit_test(extremes_of_minimum_jerk_are_where_the_book_says),
         cmocka_unit_test(no_state_is_beyond_the_extremes),
+        cmocka_unit_test(a_peak_is_an_extreme_without_its_rounding),
         cmocka_unit_test(four_turns_in_one_segment_are_all_found),
         cmocka_unit_test(extremes_cover_the_track_and_an_empty_one),
         cmocka_unit_test(steps_at_borders_are_measured),

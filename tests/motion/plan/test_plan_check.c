@@ -162,6 +162,29 @@ static void a_limit_is_exact_to_the_last_unit(void **state)
     assert_int_equal(check(&limit), 3);
 }
 
+/* A cubic at 100 unit/s on average over T has a jerk of 1200 / T^2 and an
+ * acceleration of 600 / T.  Both are over what 64 bits hold when T is short, and
+ * so is what rounding of coefficients may add. */
+static void a_peak_beyond_the_format_is_reported(void **state)
+{
+    const struct plan_limit limit = limits(-1, 1, 1e3, 2e9, 1e9);
+
+    (void)state;
+    for (double T = 1e-3; T > 5e-11; T *= 0.1) {
+        bool acc = false, jerk = false;
+        start_at(0);
+        cubic(T, 0, 100 * T, 0);
+        const uint32_t all = check(&limit);
+        for (uint32_t k = 0; k < all; k++) {
+            acc |= found[k].kind == PLAN_ACC;
+            jerk |= found[k].kind == PLAN_JERK;
+        }
+        if (!jerk || acc != (600 / T > 2e9))
+            fail_msg("%g s: acceleration %s, jerk %s", T, acc ? "over" : "fits",
+                     jerk ? "over" : "fits");
+    }
+}
+
 /* --- merging -------------------------------------------------------------- */
 
 static void neighbours_over_one_limit_are_one_entry_with_the_worst(void **state)
@@ -441,6 +464,7 @@ int main(void)
         cmocka_unit_test(negative_values_break_limits_too),
         cmocka_unit_test(jerk_and_steps_of_acceleration_need_a_jerk_limit),
         cmocka_unit_test(a_limit_is_exact_to_the_last_unit),
+        cmocka_unit_test(a_peak_beyond_the_format_is_reported),
         cmocka_unit_test(
             neighbours_over_one_limit_are_one_entry_with_the_worst),
         cmocka_unit_test(a_small_room_is_filled_and_the_rest_counted),
