@@ -37,20 +37,15 @@ int controller_off(struct controller *controller)
     return MOTION_OK;
 }
 
-static int64_t controller_size(const struct motion_extreme *extreme)
-{
-    const uint64_t low = motion_fixed_abs(extreme->min);
-    const uint64_t high = motion_fixed_abs(extreme->max);
-    const uint64_t most = low > high ? low : high;
-    return most > INT64_MAX ? INT64_MAX : (int64_t)most;
-}
-
 static int64_t controller_peak_of(const struct motion_track *track,
                                   enum motion_quantity quantity)
 {
     struct motion_extreme extreme;
     motion_track_extreme(track, quantity, &extreme);
-    return controller_size(&extreme);
+    const uint64_t low = motion_fixed_abs(extreme.min);
+    const uint64_t high = motion_fixed_abs(extreme.max);
+    const uint64_t most = low > high ? low : high;
+    return most > INT64_MAX ? INT64_MAX : (int64_t)most;
 }
 
 int64_t controller_peak(const struct motion_track *track,
@@ -62,11 +57,7 @@ int64_t controller_peak(const struct motion_track *track,
     if (track->outline != NULL)
         peak = controller_peak_of(track, quantity);
     for (uint32_t i = 0; track->outline == NULL && i < track->count; i++) {
-        const struct motion_segment *segment = &track->segment[i];
-        struct motion_extreme extreme;
-        motion_segment_extreme(segment, quantity, &extreme);
-        const int64_t size = controller_size(&extreme) -
-                             motion_segment_rounding(segment, quantity);
+        const int64_t size = motion_segment_peak(&track->segment[i], quantity);
         if (size > peak)
             peak = size;
     }

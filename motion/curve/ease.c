@@ -185,17 +185,12 @@ static int ease_phase(struct motion_real time, int64_t slack, int64_t *dur)
 static bool ease_over(const struct motion_segment *segment,
                       enum motion_quantity quantity, int64_t limit)
 {
-    const uint64_t rounding =
-        quantity == MOTION_VEL
-            ? 0
-            : (uint64_t)motion_segment_rounding(segment, quantity);
     struct motion_extreme extreme;
 
+    if (quantity != MOTION_VEL)
+        return motion_segment_peak(segment, quantity) > limit;
     motion_segment_extreme(segment, quantity, &extreme);
-    return (extreme.max > limit &&
-            (uint64_t)extreme.max - (uint64_t)limit > rounding) ||
-           (extreme.min < -limit &&
-            (uint64_t)-limit - (uint64_t)extreme.min > rounding);
+    return extreme.max > limit || extreme.min < -limit;
 }
 
 /* MOTION_E_LIMIT when a segment from `first` on is over a limit. */
