@@ -3,6 +3,7 @@
 
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
+#include "motion/core/track_internal.h"
 
 #define BAKE_PLACES   5 /* both ends and three between them */
 #define BAKE_SHORTEST (1000 * MOTION_FIXED_NS_Q12)
@@ -206,6 +207,42 @@ motion_bake_segment(const struct motion_segment *segment, int64_t dt_ns_q12)
     return bake_evaluate(segment,
                          motion_real_div(motion_real_int(dt_ns_q12),
                                          motion_real_int(segment->dur_ns_q12)));
+}
+
+/* Times are whole: what begins before t begins at t - 1 at the latest. */
+uint32_t motion_bake_span(const int64_t start_ns_q12[], uint32_t spans,
+                          int64_t t_ns_q12, enum motion_bake_side side)
+{
+    const int64_t last = side == MOTION_BAKE_LEFT ? t_ns_q12 - 1 : t_ns_q12;
+    uint32_t low = 0, high = spans;
+
+    while (high - low > 1) {
+        const uint32_t middle = low + (high - low) / 2;
+        if (start_ns_q12[middle] <= last)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+const struct motion_segment *motion_bake_find(const struct motion_track *track,
+                                              int64_t t_ns_q12,
+                                              enum motion_bake_side side)
+{
+    const int64_t last = side == MOTION_BAKE_LEFT ? t_ns_q12 - 1 : t_ns_q12;
+
+    return &track->segment[track_find(track, last)];
+}
+
+struct motion_bake_point motion_bake_track(const struct motion_track *track,
+                                           int64_t t_ns_q12,
+                                           enum motion_bake_side side)
+{
+    const struct motion_segment *segment =
+        motion_bake_find(track, t_ns_q12, side);
+
+    return motion_bake_segment(segment, t_ns_q12 - segment->start_ns_q12);
 }
 
 struct motion_bake_point

@@ -111,7 +111,20 @@ int motion_bake_append(struct motion_track *track, int64_t dur_ns_q12,
 struct motion_bake_point
 motion_bake_segment(const struct motion_segment *segment, int64_t dt_ns_q12);
 
-/* The same at a time in seconds, which need not be a multiple of 2^-12 ns. */
+/* Of `spans` that begin at these times, the one that holds a time seen from one
+ * side; before all of them the first. */
+uint32_t motion_bake_span(const int64_t start_ns_q12[], uint32_t spans,
+                          int64_t t_ns_q12, enum motion_bake_side side);
+
+/* The same of a track that is not empty; and p, v, a there. */
+const struct motion_segment *motion_bake_find(const struct motion_track *track,
+                                              int64_t t_ns_q12,
+                                              enum motion_bake_side side);
+struct motion_bake_point motion_bake_track(const struct motion_track *track,
+                                           int64_t t_ns_q12,
+                                           enum motion_bake_side side);
+
+/* motion_bake_segment at a time in seconds, which need not be a multiple of 2^-12 ns. */
 struct motion_bake_point
 motion_bake_segment_real(const struct motion_segment *segment,
                          struct motion_real dt_s);

@@ -7,32 +7,6 @@
 
 /* --- the law -------------------------------------------------------------- */
 
-/* The segment for a time, seen from one side. */
-static const struct motion_segment *path_segment(const struct motion_track *law,
-                                                 int64_t t,
-                                                 enum motion_bake_side side)
-{
-    uint32_t low = 0, high = law->count;
-
-    while (high - low > 1) {
-        const uint32_t middle = low + (high - low) / 2;
-        const int64_t start = law->segment[middle].start_ns_q12;
-        if (start < t || (start == t && side == MOTION_BAKE_RIGHT))
-            low = middle;
-        else
-            high = middle;
-    }
-    return &law->segment[low];
-}
-
-static struct motion_bake_point path_law(const struct motion_track *law,
-                                         int64_t t, enum motion_bake_side side)
-{
-    const struct motion_segment *segment = path_segment(law, t, side);
-
-    return motion_bake_segment(segment, t - segment->start_ns_q12);
-}
-
 static int path_check(const struct motion_path *path)
 {
     const struct motion_track *law = path->distance;
@@ -57,7 +31,8 @@ static int64_t path_time(const struct motion_track *law, struct motion_real s)
 
     while (high - low > 1) {
         const int64_t middle = low + (high - low) / 2;
-        if (motion_real_lt(path_law(law, middle, MOTION_BAKE_RIGHT).pos, s))
+        if (motion_real_lt(
+                motion_bake_track(law, middle, MOTION_BAKE_RIGHT).pos, s))
             low = middle;
         else
             high = middle;
@@ -71,7 +46,7 @@ static bool path_is_at(const struct motion_track *law, int64_t t,
                        struct motion_real s)
 {
     const struct motion_real off =
-        motion_real_sub(path_law(law, t, MOTION_BAKE_RIGHT).pos, s);
+        motion_real_sub(motion_bake_track(law, t, MOTION_BAKE_RIGHT).pos, s);
 
     return motion_real_lt(motion_real_abs(off), motion_real_from_q(1, 32));
 }
@@ -80,7 +55,7 @@ int64_t motion_path_when(const struct motion_track *law, struct motion_real s)
 {
     const int64_t t = path_time(law, s);
     const struct motion_segment *segment =
-        path_segment(law, t, MOTION_BAKE_RIGHT);
+        motion_bake_find(law, t, MOTION_BAKE_RIGHT);
     const int64_t end = segment->start_ns_q12 + segment->dur_ns_q12;
 
     if (t - segment->start_ns_q12 <= 4 ||
@@ -138,35 +113,21 @@ int motion_path_init(struct motion_path *path,
 
 /* --- the drive ------------------------------------------------------------ */
 
-/* The piece at a time, seen from one side. */
-static uint32_t path_piece(const struct motion_path *path, int64_t t,
-                           enum motion_bake_side side)
-{
-    uint32_t low = 0, high = path->table->curve->pieces;
-
-    while (high - low > 1) {
-        const uint32_t middle = low + (high - low) / 2;
-        const int64_t knot = path->knot_ns_q12[middle];
-        if (knot < t || (knot == t && side == MOTION_BAKE_RIGHT))
-            low = middle;
-        else
-            high = middle;
-    }
-    return low;
-}
-
 int motion_path_at(void *context, int64_t t_ns_q12, enum motion_bake_side side,
                    struct motion_bake_point point[])
 {
     const struct motion_path *path = context;
     const struct motion_arclen_curve *curve = path->table->curve;
-    const struct motion_bake_point s = path_law(path->distance, t_ns_q12, side);
+    const struct motion_bake_point s =
+        motion_bake_track(path->distance, t_ns_q12, side);
     const struct motion_real square = motion_real_sqr(s.vel);
     struct motion_arclen_place place;
     struct motion_arclen_point by;
 
-    motion_arclen_find_in(path->table, path_piece(path, t_ns_q12, side), s.pos,
-                          &place);
+    motion_arclen_find_in(
+        path->table,
+        motion_bake_span(path->knot_ns_q12, curve->pieces, t_ns_q12, side),
+        s.pos, &place);
     motion_arclen_by_length(curve, place.piece, place.x, &by);
     for (uint32_t i = 0; i < curve->axes; i++) {
         point[i].pos = by.pos[i];

@@ -73,25 +73,6 @@ static int camera_roll(struct camera *self)
 
 /* --- over time ------------------------------------------------------------ */
 
-/* The segment of a track for a time, seen from one side. */
-static struct motion_bake_point
-camera_track_at(const struct motion_track *track, int64_t t,
-                enum motion_bake_side side)
-{
-    uint32_t low = 0, high = track->count;
-
-    while (high - low > 1) {
-        const uint32_t middle = low + (high - low) / 2;
-        const int64_t start = track->segment[middle].start_ns_q12;
-        if (start < t || (start == t && side == MOTION_BAKE_RIGHT))
-            low = middle;
-        else
-            high = middle;
-    }
-    return motion_bake_segment(&track->segment[low],
-                               t - track->segment[low].start_ns_q12);
-}
-
 /* The keyed roll; at rest when it has ended. */
 static struct motion_bake_point
 camera_roll_at(const struct camera *self, int64_t t, enum motion_bake_side side)
@@ -101,26 +82,8 @@ camera_roll_at(const struct camera *self, int64_t t, enum motion_bake_side side)
 
     if (t < roll->end_ns_q12 ||
         (t == roll->end_ns_q12 && side == MOTION_BAKE_LEFT && roll->count > 0))
-        return camera_track_at(roll, t, side);
+        return motion_bake_track(roll, t, side);
     return (struct motion_bake_point){ motion_bake_end(roll), zero, zero };
-}
-
-/* From one break of the view to the next: which, at a time seen from one
- * side. */
-static uint32_t camera_stretch(const struct camera *self, int64_t t,
-                               enum motion_bake_side side)
-{
-    uint32_t low = 0, high = self->view.breaks - 1;
-
-    while (high - low > 1) {
-        const uint32_t middle = low + (high - low) / 2;
-        const int64_t at = self->break_ns_q12[middle];
-        if (at < t || (at == t && side == MOTION_BAKE_RIGHT))
-            low = middle;
-        else
-            high = middle;
-    }
-    return low;
 }
 
 /* The view by time: chain rule, and a Taylor step from where it was looked. */
@@ -129,14 +92,15 @@ static int camera_view_at(const struct camera *self, int64_t t,
                           struct motion_bake_point point[])
 {
     const struct motion_bake_point s =
-        camera_track_at(&self->drive->law, t, side);
+        motion_bake_track(&self->drive->law, t, side);
     struct motion_bake_point jet[MOTION_HEAD_AXES] = { 0 };
+    const uint32_t stretch =
+        motion_bake_span(self->break_ns_q12, self->view.breaks - 1, t, side);
     int64_t distance = 0;
     int err = motion_real_round(s.pos, 32, &distance);
 
     if (err == MOTION_OK)
-        err = plan_view_jet(&self->view, camera_stretch(self, t, side),
-                            &distance, jet);
+        err = plan_view_jet(&self->view, stretch, &distance, jet);
     if (err < 0)
         return err;
     const struct motion_real off =
