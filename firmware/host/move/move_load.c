@@ -700,6 +700,18 @@ static int move_read_fps(void *reader, const struct yaml_value *value,
     return 0;
 }
 
+int move_refuse_guest(const struct move_reader *reader,
+                      const struct yaml_value *value)
+{
+    struct yaml_value whole = *value;
+
+    if (!reader->is_guest)
+        return 0;
+    whole.expected = "it in the file that is played";
+    return yaml_value_refuse(
+        &whole, "is not for a move that is a layer or fade of another one");
+}
+
 static const struct yaml_field move_fields[] = {
     { "title", YAML_OPTIONAL, "a text of at most 127 bytes", move_read_title,
       offsetof(struct plan_move, title) },
@@ -728,45 +740,6 @@ static const struct yaml_field move_fields[] = {
 static const struct yaml_shape move_shape = { "move", move_fields,
                                               ARRAY_LEN(move_fields) };
 
-/* A move that is part of another drives axes, no more.  What goes with the
- * whole has its own words, for it is known. */
-static int move_refuse_guest(void *reader, const struct yaml_value *value,
-                             void *out)
-{
-    (void)reader;
-    (void)out;
-    return yaml_value_refuse(
-        value, "is not for a move that is a layer or fade of another one");
-}
-
-static const struct yaml_field move_guest_fields[] = {
-    { "title", YAML_OPTIONAL, "a text of at most 127 bytes", move_read_title,
-      offsetof(struct plan_move, title) },
-    { "fps", YAML_OPTIONAL, "frames per second, such as 24 or 24000/1001",
-      move_read_fps, 0 },
-    { "axes", YAML_OPTIONAL, "a map of axes by name", move_read_axes, 0 },
-    { "path", YAML_OPTIONAL, "a map with axes, points and speed",
-      move_read_path, 0 },
-    { "camera", YAML_OPTIONAL, "a map with axes and look, beside a path",
-      move_read_camera, 0 },
-    { "poses", YAML_OPTIONAL, "a map of poses by name, beside a blend",
-      move_read_poses, 0 },
-    { "blend", YAML_OPTIONAL, "a map with base and weights", move_read_blended,
-      0 },
-#define MOVE_GUEST(name)                                                       \
-    {                                                                          \
-        name, YAML_OPTIONAL, "it in the file that is played",                  \
-            move_refuse_guest, 0                                               \
-    }
-    MOVE_GUEST("layers"),
-    MOVE_GUEST("fade"),
-    MOVE_GUEST("warp"),
-    MOVE_GUEST("events"),
-#undef MOVE_GUEST
-};
-const struct yaml_shape move_guest_shape = { "move", move_guest_fields,
-                                             ARRAY_LEN(move_guest_fields) };
-
 const struct yaml_shape *const move_shapes[] = {
     &move_shape,
     &move_axis_shape,
@@ -787,10 +760,9 @@ const struct yaml_shape *const move_shapes[] = {
     NULL,
 };
 
-static int move_read(const struct yaml_value *value,
-                     const struct yaml_shape *shape, struct move_reader *reader)
+static int move_read(const struct yaml_value *value, struct move_reader *reader)
 {
-    if (yaml_fields_read(value, shape, reader, reader->move) < 0)
+    if (yaml_fields_read(value, &move_shape, reader, reader->move) < 0)
         return -1;
     if (reader->poses > 0 && reader->move->blend == NULL)
         return yaml_value_refuse(value, "has poses, but no blend of them");
@@ -799,14 +771,15 @@ static int move_read(const struct yaml_value *value,
     return 0;
 }
 
-int move_load_shape(const char *path, const struct yaml_shape *shape,
-                    const struct rig *rig, struct plan_move *move,
-                    char message[YAML_MESSAGE_MAX])
+int move_load_as(const char *path, bool is_guest, const struct rig *rig,
+                 struct plan_move *move, char message[YAML_MESSAGE_MAX])
 {
     const struct yaml_report report = { path, message, YAML_MESSAGE_MAX };
-    struct move_reader reader = {
-        .path = path, .rig = rig, .move = move, .quantity = UNITS_POSITION
-    };
+    struct move_reader reader = { .path = path,
+                                  .is_guest = is_guest,
+                                  .rig = rig,
+                                  .move = move,
+                                  .quantity = UNITS_POSITION };
     struct yaml_tree tree;
     int err;
 
@@ -815,7 +788,7 @@ int move_load_shape(const char *path, const struct yaml_shape *shape,
         return -1;
     err = move_read(
         &(struct yaml_value){ &tree, 0, "the move", "axes, a path or a blend" },
-        shape, &reader);
+        &reader);
     yaml_tree_free(&tree);
     free(reader.pose);
     if (err < 0)
@@ -826,7 +799,7 @@ int move_load_shape(const char *path, const struct yaml_shape *shape,
 int move_load(const char *path, const struct rig *rig, struct plan_move *move,
               char message[YAML_MESSAGE_MAX])
 {
-    return move_load_shape(path, &move_shape, rig, move, message);
+    return move_load_as(path, false, rig, move, message);
 }
 
 void move_free(struct plan_move *move)

@@ -22,6 +22,7 @@ struct move_pose {
 
 struct move_reader {
     const char *path; /* of the file */
+    bool is_guest;    /* the move is part of another one */
     const struct rig *rig;
     struct plan_move *move;
     struct plan_axis *axis; /* being read */
@@ -38,12 +39,12 @@ struct move_reader {
     bool side_given[2];             /* by the key: where left, right is */
 };
 
-/* A move from a file, of the whole shape or of that of a guest: one that is
- * part of another move.  As move_load (rig.h). */
-extern const struct yaml_shape move_guest_shape;
-int move_load_shape(const char *path, const struct yaml_shape *shape,
-                    const struct rig *rig, struct plan_move *move,
-                    char message[YAML_MESSAGE_MAX]);
+/* As move_load (rig.h), of a guest too: a move that is part of another one. */
+int move_load_as(const char *path, bool is_guest, const struct rig *rig,
+                 struct plan_move *move, char message[YAML_MESSAGE_MAX]);
+/* A guest drives axes, no more: of a field that goes with the whole. */
+int move_refuse_guest(const struct move_reader *reader,
+                      const struct yaml_value *value);
 /* Keyed axes into reader->move. */
 int move_read_axes(void *reader, const struct yaml_value *value, void *out);
 

@@ -209,7 +209,8 @@ int move_read_events(void *reader, const struct yaml_value *value, void *out)
     uint32_t count;
 
     (void)out;
-    if (yaml_value_list(value, 1, PLAN_EVENTS_MAX, &count) < 0)
+    if (move_refuse_guest(self, value) < 0 ||
+        yaml_value_list(value, 1, PLAN_EVENTS_MAX, &count) < 0)
         return -1;
     move->event = calloc(count, sizeof *move->event);
     if (move->event == NULL)

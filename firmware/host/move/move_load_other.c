@@ -59,8 +59,8 @@ static int move_read_other_file(void *reader, const struct yaml_value *value,
     if (move_beside(self, value, path, sizeof path) < 0)
         return -1;
     snprintf(other->file, sizeof other->file, "%s", yaml_value_text(value));
-    return move_load_shape(path, &move_guest_shape, self->rig, other->move,
-                           value->tree->report.message);
+    return move_load_as(path, true, self->rig, other->move,
+                        value->tree->report.message);
 }
 
 static int move_read_fade_weight(void *reader, const struct yaml_value *value,
@@ -132,7 +132,8 @@ int move_read_layers(void *reader, const struct yaml_value *value, void *out)
     uint32_t count;
 
     (void)out;
-    if (yaml_value_list(value, 1, PLAN_LAYERS_MAX, &count) < 0)
+    if (move_refuse_guest(self, value) < 0 ||
+        yaml_value_list(value, 1, PLAN_LAYERS_MAX, &count) < 0)
         return -1;
     move->layer = calloc(count, sizeof *move->layer);
     if (move_need_memory(value, move->layer) < 0)
@@ -154,6 +155,8 @@ int move_read_fade(void *reader, const struct yaml_value *value, void *out)
     struct move_reader *self = reader;
 
     (void)out;
+    if (move_refuse_guest(self, value) < 0)
+        return -1;
     self->move->fade = calloc(1, sizeof *self->move->fade);
     if (move_need_memory(value, self->move->fade) < 0)
         return -1;
@@ -165,6 +168,8 @@ int move_read_warp(void *reader, const struct yaml_value *value, void *out)
     struct move_reader *self = reader;
 
     (void)out;
+    if (move_refuse_guest(self, value) < 0)
+        return -1;
     self->move->warp = calloc(1, sizeof *self->move->warp);
     if (move_need_memory(value, self->move->warp) < 0)
         return -1;
