@@ -36,7 +36,8 @@ static int compose_keys(const struct compose *self)
         const struct plan_axis *axis = &self->move->axis[i];
         if (axis->driver != PLAN_BY_KEYS)
             continue;
-        plan_progress_tell(self->progress, axis->name, 0, 0);
+        plan_progress_tell(self->progress, "planning", axis->name, i,
+                           self->move->axis_count);
         err = plan_axis_track(axis, &self->track[i], self->error);
         self->error->axis = i;
     }
@@ -52,7 +53,7 @@ static int compose_path(const struct compose *self)
 
     if (self->move->path == NULL)
         return MOTION_OK;
-    plan_progress_tell(self->progress, "path", 0, 0);
+    plan_progress_tell(self->progress, "planning", "path", 0, 0);
     err = plan_path_tracks(self->move->path, &outcome->drive, self->track,
                            self->error);
     if (err < 0)
@@ -190,7 +191,8 @@ static int compose_warp(const struct compose *self)
     outcome->is_bent = true;
     err = plan_warp_track(axis, &outcome->warp, self->error);
     for (uint32_t i = 0; i < self->move->axis_count && err == MOTION_OK; i++) {
-        plan_progress_tell(self->progress, "warp", i, self->move->axis_count);
+        plan_progress_tell(self->progress, "planning", "warp", i,
+                           self->move->axis_count);
         err = plan_warp_apply(&outcome->warp, axis, &self->track[i],
                               &outcome->warp_bound, self->error);
     }
@@ -211,7 +213,7 @@ int plan_compose(const struct plan_move *move, struct motion_track track[],
         err = compose_others(&self);
     if (err == MOTION_OK)
         err = compose_warp(&self);
-    plan_progress_tell(progress, NULL, 0, 0);
+    plan_progress_end(progress);
     if (err < 0)
         compose_drop(&self);
     return err;

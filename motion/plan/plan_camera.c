@@ -169,7 +169,7 @@ static void camera_tell(struct camera *self, int64_t t)
 
     if (t - first > self->told_ns_q12)
         self->told_ns_q12 = t - first;
-    plan_progress_tell(self->progress, "camera", self->told_ns_q12,
+    plan_progress_tell(self->progress, "planning", "camera", self->told_ns_q12,
                        last - first);
 }
 

@@ -1,26 +1,32 @@
-/* motion/plan/plan_progress.h - how far planning has come, for whoever
- * waits. */
+/* motion/plan/plan_progress.h - how far long work has come, for whoever waits. */
 #ifndef MOTION_PLAN_PLAN_PROGRESS_H
 #define MOTION_PLAN_PLAN_PROGRESS_H
 
 #include <stddef.h>
 #include <stdint.h>
 
-/* `tell` is called at the start of each part and, of a camera, at every look:
- * what is planned, and how much of it is done.  It must be quick, and `what` is
- * valid as long as the move.  NULL: planning is over, well or not. */
+/* `tell` is called at the start of each part and, where a part is long, again
+ * and again: what is done ("planning") to what ("camera"), and how much of how
+ * much; of 0: unknown.  It must be quick; `what` is valid until the next call.
+ * `what` NULL: the work is over, well or not. */
 struct plan_progress {
-    void (*tell)(void *context, const char *what, int64_t done, int64_t of);
+    void (*tell)(void *context, const char *doing, const char *what,
+                 int64_t done, int64_t of);
     void *context;
 };
 
 /* NULL for nobody. */
 static inline void plan_progress_tell(const struct plan_progress *progress,
-                                      const char *what, int64_t done,
-                                      int64_t of)
+                                      const char *doing, const char *what,
+                                      int64_t done, int64_t of)
 {
     if (progress != NULL)
-        progress->tell(progress->context, what, done, of);
+        progress->tell(progress->context, doing, what, done, of);
+}
+
+static inline void plan_progress_end(const struct plan_progress *progress)
+{
+    plan_progress_tell(progress, NULL, NULL, 0, 0);
 }
 
 #endif

@@ -296,7 +296,10 @@ int export_anim(const struct job *job, const struct units_fps *fps, FILE *file,
     fprintf(file,
             "linearUnit mm;\nangularUnit deg;\nstartTime 0;\nendTime %.18Lg;\n",
             export_anim_frames(&self, job->end_ns_q12));
-    for (unsigned i = 0; i < job->move.axis_count; i++)
+    for (unsigned i = 0; i < job->move.axis_count; i++) {
+        plan_progress_tell(job->progress, "writing", job->move.axis[i].name, i,
+                           job->move.axis_count);
         export_anim_curve(&self, i);
+    }
     return 0;
 }

@@ -332,8 +332,11 @@ int export_blender(const struct job *job, const struct units_fps *fps,
             " \"frame_start\": 0, \"frame_end\": %.18Lg,\n "
             "\"curves\": [\n",
             rate, export_blender_frames(&self, job->end_ns_q12));
-    for (unsigned i = 0; i < job->move.axis_count; i++)
+    for (unsigned i = 0; i < job->move.axis_count; i++) {
+        plan_progress_tell(job->progress, "writing", job->move.axis[i].name, i,
+                           job->move.axis_count);
         export_blender_curve(&self, i);
+    }
     fputs(" ]}\n", file);
     return 0;
 }

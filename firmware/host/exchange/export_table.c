@@ -38,12 +38,21 @@ static int64_t export_rows(const struct job *job, const struct units_fps *fps,
     return frame + 1 + (t_ns_q12 < job->end_ns_q12);
 }
 
+#define EXPORT_TELL_EVERY 1024 /* rows: some 10 ms */
+
+static void export_tell(const struct job *job, int64_t row, int64_t rows)
+{
+    if (row % EXPORT_TELL_EVERY == 0)
+        plan_progress_tell(job->progress, "writing", "rows", row, rows);
+}
+
 static void export_rows_write(const struct job *job,
                               const struct units_fps *fps, int64_t rows,
                               const struct export_style *style, FILE *file)
 {
     struct motion_cursor cursor[PLAN_AXES_MAX] = { { 0 } };
     for (int64_t k = 0; k < rows; k++) {
+        export_tell(job, k, rows);
         int64_t t_ns_q12 = import_frame_ns_q12(fps, k);
         const char *between = "";
         if (style->frame) {
@@ -156,6 +165,7 @@ int export_csv(const struct job *job, const struct units_fps *fps, FILE *file,
         return -1;
     export_csv_head(job, file);
     for (int64_t k = 0; k < rows; k++) {
+        export_tell(job, k, rows);
         fprintf(file, "%" PRId64, k);
         for (unsigned i = 0; i < job->move.axis_count; i++) {
             struct motion_sample sample;

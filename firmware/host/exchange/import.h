@@ -27,6 +27,7 @@ struct import_wish {
     unsigned column_count;
     enum plan_curve curve; /* through samples */
     bool has_curve;        /* the user said it: nothing else is taken */
+    const struct plan_progress *progress; /* is told of reading; may be NULL */
 };
 
 struct imported {

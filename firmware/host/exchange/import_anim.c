@@ -614,6 +614,7 @@ int import_anim(const char *path, const struct import_wish *wish,
                                 .time_unit = "" };
     *imported = (struct imported){ .fps = { 24, 1 } };
     int err = import_text_load(&self->text, path, message, YAML_MESSAGE_MAX);
+    self->text.progress = wish->progress;
     if (err == 0)
         err = anim_read_file(self);
     if (err == 0)

@@ -598,6 +598,7 @@ int import_blender(const char *path, const struct import_wish *wish,
     int err;
 
     *imported = (struct imported){ .note = "" };
+    plan_progress_tell(wish->progress, "reading", path, 0, 0);
     if (yaml_tree_load(&tree, &report) < 0)
         return -1;
     err = yaml_fields_read(

@@ -319,6 +319,7 @@ static int table_read(const char *path, const struct import_wish *wish,
     };
     *imported = (struct imported){ .fps = wish->fps };
     int err = import_text_load(&self->text, path, message, YAML_MESSAGE_MAX);
+    self->text.progress = wish->progress;
     if (err == 0)
         err = head(self);
     if (err == 0)

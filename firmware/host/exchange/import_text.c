@@ -101,11 +101,15 @@ void import_text_free(struct import_text *text)
 
 /* --- lines and words --- */
 
+#define IMPORT_TELL_EVERY 1024 /* lines: some 10 ms */
+
 bool import_text_line(struct import_text *text)
 {
     if (text->next >= text->length)
         return false;
-    text->line++;
+    if (text->line++ % IMPORT_TELL_EVERY == 0)
+        plan_progress_tell(text->progress, "reading", text->report.path,
+                           (int64_t)text->next, (int64_t)text->length);
     text->line_start = text->at = text->next;
     text->line_end =
         text->line_start + strcspn(text->data + text->next, "\r\n");

@@ -11,6 +11,7 @@
 
 #include "firmware/host/base/units.h"
 #include "firmware/host/yaml/yaml_report.h"
+#include "motion/plan/plan_progress.h"
 
 #define IMPORT_BYTES_MAX (64u << 20)
 #define IMPORT_WORD_MAX  64 /* of a number or a name, with its 0 */
@@ -19,9 +20,10 @@ struct import_text {
     struct yaml_report report;
     char *data; /* on the heap, with a 0 at the end */
     size_t length;
-    size_t line_start, line_end, next; /* of the present line */
-    size_t at;                         /* in it */
-    uint32_t line;                     /* 0: before the first */
+    size_t line_start, line_end, next;    /* of the present line */
+    size_t at;                            /* in it */
+    uint32_t line;                        /* 0: before the first */
+    const struct plan_progress *progress; /* is told of lines; NULL: none */
 };
 
 struct import_word {

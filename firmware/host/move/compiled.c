@@ -104,13 +104,3 @@ const struct motion_segment *compiled_walk_next(void *context)
     walk->next++;
     return &walk->segment[at];
 }
-
-uint32_t compiled_check(struct compiled *compiled, unsigned axis,
-                        const struct plan_limit *limit,
-                        struct plan_violation *violation, uint32_t room)
-{
-    struct compiled_walk walk = { .compiled = compiled, .axis = axis };
-    const struct plan_check_source source = { compiled_walk_next, &walk };
-    return plan_check_source(compiled->play[axis].track, &source, limit,
-                             violation, room);
-}

@@ -46,9 +46,4 @@ struct compiled_walk {
 };
 const struct motion_segment *compiled_walk_next(void *context);
 
-/* plan_check_track for an axis. */
-uint32_t compiled_check(struct compiled *compiled, unsigned axis,
-                        const struct plan_limit *limit,
-                        struct plan_violation *violation, uint32_t room);
-
 #endif

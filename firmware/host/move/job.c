@@ -186,8 +186,7 @@ static enum status job_plan_events(struct job *job)
     return STATUS_OK;
 }
 
-static enum status job_plan(struct job *job,
-                            const struct plan_progress *progress)
+static enum status job_plan(struct job *job)
 {
     struct plan_error error = { .code = MOTION_OK };
     enum status status = job_find_axes(job);
@@ -195,8 +194,8 @@ static enum status job_plan(struct job *job,
         status = job_goals_ask(job);
     if (status != STATUS_OK)
         return status;
-    if (plan_compose(&job->move, job->track, &job->outcome, progress, &error) <
-        0)
+    if (plan_compose(&job->move, job->track, &job->outcome, job->progress,
+                     &error) < 0)
         return job_plan_fail(job, &error);
     job->planned = job->move.axis_count;
     for (unsigned i = 0; i < job->planned; i++) {
@@ -254,15 +253,14 @@ static enum status job_open_compiled(struct job *job)
     return status;
 }
 
-static enum status job_open_move(struct job *job,
-                                 const struct plan_progress *progress)
+static enum status job_open_move(struct job *job)
 {
     char message[YAML_MESSAGE_MAX];
     if (move_load(job->move_path, &job->rig, &job->move, message) < 0) {
         error_say("%s", message);
         return STATUS_INPUT;
     }
-    return job_plan(job, progress);
+    return job_plan(job);
 }
 
 static enum status job_read(struct job *job, const char *const path[],
@@ -270,6 +268,7 @@ static enum status job_read(struct job *job, const char *const path[],
 {
     char message[YAML_MESSAGE_MAX];
     memset(job, 0, sizeof *job);
+    job->progress = progress;
     enum status status = job_paths(job, path, count);
     if (status != STATUS_OK)
         return status;
@@ -279,7 +278,7 @@ static enum status job_read(struct job *job, const char *const path[],
     }
     job_say_unsupervised(job->rig_path, &job->rig);
     return track_file_is(job->move_path) ? job_open_compiled(job)
-                                         : job_open_move(job, progress);
+                                         : job_open_move(job);
 }
 
 enum status job_open_told(struct job *job, const char *const path[], int count,
@@ -392,13 +391,44 @@ static enum job_violation_kind job_kind_of(const struct job *job,
     return found->t_ns_q12 >= last ? JOB_END_MOVING : JOB_VEL_STEP;
 }
 
+#define JOB_TELL_EVERY 1024 /* segments: some 10 ms */
+
+/* The segments of an axis, one after the other, and how many there were. */
+struct job_walk {
+    const struct job *job;
+    const struct plan_progress *progress;
+    unsigned axis;
+    uint32_t next, count;
+    struct compiled_walk compiled;
+};
+
+static const struct motion_segment *job_walk_next(void *context)
+{
+    struct job_walk *walk = context;
+    const struct job *job = walk->job;
+    const uint32_t i = walk->next++;
+    if (i % JOB_TELL_EVERY == 0)
+        plan_progress_tell(walk->progress, "judging",
+                           job->move.axis[walk->axis].name, i, walk->count);
+    if (job->compiled != NULL)
+        return compiled_walk_next(&walk->compiled);
+    return i < walk->count ? &job->track[walk->axis].segment[i] : NULL;
+}
+
 static uint32_t job_find(const struct job *job, unsigned i,
                          const struct plan_limit *limit,
                          struct plan_violation *found, uint32_t room)
 {
-    if (job->compiled != NULL)
-        return compiled_check(job->compiled, i, limit, found, room);
-    return plan_check_track(&job->track[i], limit, found, room);
+    struct job_walk walk = {
+        .job = job,
+        .progress = room == 0 ? job->progress : NULL, /* not a second time */
+        .axis = i,
+        .count = job->compiled != NULL ? job->compiled->file.axis[i].segments
+                                       : job->track[i].count,
+        .compiled = { .compiled = job->compiled, .axis = i },
+    };
+    const struct plan_check_source source = { job_walk_next, &walk };
+    return plan_check_source(&job->track[i], &source, limit, found, room);
 }
 
 /* What a value of the move is when it is played at that rate; saturating. */
@@ -459,6 +489,7 @@ void job_check(struct job *job, int64_t rate_q30)
     job->violation_count = 0;
     for (unsigned i = 0; i < job->move.axis_count; i++)
         job_check_axis(job, i, rate_q30);
+    plan_progress_end(job->progress);
 }
 
 static void job_print_violation(const struct job *job, struct table *table,

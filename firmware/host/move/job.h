@@ -61,6 +61,7 @@ struct job {
     /* of each axis of the move whose drive goes from key to key by itself */
     struct controller_goal *goal[PLAN_AXES_MAX];
     unsigned goal_count[PLAN_AXES_MAX];
+    const struct plan_progress *progress; /* is told of long work; NULL: none */
     bool compared; /* the axes are one axis under several curves (compare.h) */
     int64_t end_ns_q12;                     /* of the longest track */
     struct plan_shots shots[RIG_LINES_MAX]; /* by line of the rig */
@@ -75,7 +76,7 @@ struct job {
 enum status job_open(struct job *job, const char *const path[], int count);
 enum status job_open_any(struct job *job, const char *const path[], int count);
 /* Either (`any`: also a compiled move), and `progress` is told how far planning
- * is. */
+ * is, and what is done with the job later. */
 enum status job_open_told(struct job *job, const char *const path[], int count,
                           bool any, const struct plan_progress *progress);
 void job_free(struct job *job);

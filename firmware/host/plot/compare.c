@@ -209,6 +209,7 @@ static enum status compare_add(struct job *job, const struct plan_axis *from,
     int err =
         compare_plan(from, curve, &job->move.axis[i], &job->track[i], &error);
     if (err < 0) {
+        plan_progress_end(job->progress);
         error_say("%s:%u:%u: curve %s: %s", job->move_path, error.place.line,
                   error.place.column, compare_spelling[curve],
                   error.text[0] != 0 ? error.text : motion_err_text(err));
@@ -237,8 +238,12 @@ enum status compare_job(struct job *job, const char *curves,
              "%s: the same %u keys, %d %s", from.name, from.key_count, count,
              number_word((uint64_t)count, "curve", "curves"));
     enum status status = STATUS_OK;
-    for (int i = 0; i < count && status == STATUS_OK; i++)
+    for (int i = 0; i < count && status == STATUS_OK; i++) {
+        plan_progress_tell(job->progress, "planning",
+                           compare_spelling[curve[i]], i, count);
         status = compare_add(job, &from, curve[i]);
+    }
+    plan_progress_end(job->progress);
     plan_axis_free(&from);
     return status;
 }

@@ -585,8 +585,12 @@ static void plot_draw_axis(struct plot *plot, unsigned axis)
                axis < plot->job->move.axis_count
                    ? plot->job->move.axis[axis].name
                    : "path");
-    for (unsigned row = 0; row < rows; row++)
+    for (unsigned row = 0; row < rows; row++) {
+        plan_progress_tell(plot->job->progress, "drawing", "panels",
+                           (int64_t)axis * plot->rows + row,
+                           (int64_t)plot_columns(plot->job) * plot->rows);
         plot_draw_panel(plot, axis, row);
+    }
     chart_text(plot->cairo, &plot_note, bottom.x + bottom.width,
                bottom.y + bottom.height + 36, CHART_RIGHT, "time  s");
 }
@@ -686,6 +690,7 @@ static void plot_draw(struct plot *plot)
     plot_draw_head(plot);
     for (unsigned i = 0; i < plot_columns(plot->job); i++)
         plot_draw_axis(plot, i);
+    plan_progress_end(plot->job->progress);
 }
 
 /* --- writing --- */

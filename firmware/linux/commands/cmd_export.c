@@ -28,7 +28,9 @@ static enum status cmd_export_write(const struct job *job,
     struct output output;
     if (output_open(&output, path) < 0)
         return STATUS_SYSTEM;
-    if (format->write(job, fps, output.file, message) < 0) {
+    const int err = format->write(job, fps, output.file, message);
+    plan_progress_end(job->progress);
+    if (err < 0) {
         output_abandon(&output);
         return cmd_export_fail(message, "");
     }

@@ -31,6 +31,7 @@ static enum status cmd_import_wish(struct import_wish *wish,
     char sentence[UNITS_SENTENCE_MAX], message[YAML_MESSAGE_MAX];
     enum plan_curve curve[PLAN_AXES_MAX];
     wish->curve = PLAN_CURVE_QUINTIC;
+    wish->progress = &planning_progress;
     if (options->fps != NULL &&
         units_parse_fps(options->fps, &wish->fps, sentence) < 0)
         return cmd_import_fail("--fps: ", sentence);
@@ -62,10 +63,10 @@ static enum status cmd_import_check(struct imported *imported,
     int err = 0;
     for (uint32_t i = 0; i < axes && err >= 0; i++) {
         struct plan_axis *axis = &imported->move.axis[i];
-        plan_progress_tell(&planning_progress, axis->name, i, axes);
+        plan_progress_tell(&planning_progress, "judging", axis->name, i, axes);
         err = import_fit(wish, format->sampled, axis, &fit[i], &error);
     }
-    plan_progress_tell(&planning_progress, NULL, 0, 0);
+    plan_progress_end(&planning_progress);
     if (err < 0) {
         error_say("%s:%u:%u: %s", path, error.place.line, error.place.column,
                   error.text);
@@ -150,7 +151,9 @@ static enum status cmd_import_file(const struct import_format *format,
     static struct imported imported;
     struct import_fit fit[PLAN_AXES_MAX];
     char message[YAML_MESSAGE_MAX];
-    if (format->read(options->path[1], wish, &imported, message) < 0)
+    const int err = format->read(options->path[1], wish, &imported, message);
+    plan_progress_end(&planning_progress);
+    if (err < 0)
         return cmd_import_refuse(message);
     enum status status =
         cmd_import_check(&imported, format, wish, fit, options->path[1]);

@@ -20,7 +20,7 @@ static struct {
     pthread_t thread;
     bool asked, running; /* the planner's alone: of this planning */
     bool over;
-    const char *what;
+    const char *doing, *what;
     int64_t done, of;
 } planning = { .lock = PTHREAD_MUTEX_INITIALIZER };
 
@@ -39,7 +39,7 @@ static bool planning_wait(struct timespec *at, long ns)
 
 static void planning_draw(void)
 {
-    fprintf(stderr, "\rplanning: %s", planning.what);
+    fprintf(stderr, "\r%s: %s", planning.doing, planning.what);
     if (planning.of > 0)
         fprintf(stderr, " %3.0f %%",
                 100.0 * (double)planning.done / (double)planning.of);
@@ -97,8 +97,8 @@ static void planning_end(void)
     planning.running = false;
 }
 
-static void planning_tell(void *unused, const char *what, int64_t done,
-                          int64_t of)
+static void planning_tell(void *unused, const char *doing, const char *what,
+                          int64_t done, int64_t of)
 {
     (void)unused;
     if (what == NULL) {
@@ -110,6 +110,7 @@ static void planning_tell(void *unused, const char *what, int64_t done,
     if (planning.asked && !planning.running)
         return;
     pthread_mutex_lock(&planning.lock);
+    planning.doing = doing;
     planning.what = what;
     planning.done = done;
     planning.of = of;

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""tests/firmware/linux/progress.py SLEW - what a terminal shows while a move is planned.
+"""tests/firmware/linux/progress.py SLEW - what a terminal shows during long work.
 
-A path of many points with a camera takes seconds, long cycles of handles too.
+A path of many points with a camera takes seconds to plan, and a move of many
+keys to judge, draw, write and read.
 Standard error is a pseudo-terminal, a pipe, or both streams are one terminal.
 """
 import math
@@ -84,16 +85,52 @@ def fail(what, said):
     sys.exit("progress.py: %s: %r" % (what, said[-2000:]))
 
 
-def check_slow(slew, words, status):
+def check_slow(slew, words, status, what="planning: camera"):
     ended, said, first, took = on_terminal([slew, *words])
     if ended != status:
         fail("%s: status %d" % (words, ended), said)
-    if "planning: camera" not in said or first < 0.99:
+    if what not in said or first < 0.99:
         fail("%s: first after %.2f s" % (words, first or 0), said)
-    percent = [int(n) for n in re.findall(r"planning: camera +(\d+) %", said)]
+    percent = [int(n) for n in re.findall(re.escape(what) + r" +(\d+) %", said)]
     if percent != sorted(percent) or (status == 0 and percent[-1] < 30):
         fail("%s: %s" % (words, percent), said)
     return shown(said)
+
+
+def keyed(directory, count):
+    move = directory / "keyed.yaml"
+    move.write_text("axes:\n  pan:\n    keys:\n" + "".join(
+        "    - [%.1f s, %.2f]\n" % (i * 0.5, math.sin(i))
+        for i in range(count)))
+    return move
+
+
+def check_keyed(slew, directory, rig):
+    """Judging, writing, drawing and reading of many keys."""
+    out, count, said = directory / "out.csv", 40000, ""
+    drawn = ["plot", rig, keyed(directory, count), "--compare",
+             "linear,quintic", "--out", directory / "out.png"]
+    if check_slow(slew, drawn, 0, "drawing: panels"):
+        fail("left on the terminal", "drawing")
+    while "judging: pan" not in said and count < 640000:
+        count *= 2
+        move = keyed(directory, count)
+        said = on_terminal([slew, "check", rig, move])[1]
+    write = ["export", "csv", rig, move, "--out", out, "--fps",
+             str(max(4, 1600000 // count))]
+    for words, what in ((["check", rig, move], "judging: pan"),
+                        (write, "writing: rows")):
+        if check_slow(slew, words, 0, what):
+            fail("left on the terminal", what)
+    names = list(AXES)
+    out.write_text("frame," + ",".join(names) + "\n" + "".join(
+        "%d%s\n" % (i, ",%.3f" % math.sin(i) * len(names))
+        for i in range(800000)) + "800000,mm\n")
+    left = check_slow(slew, ["import", "csv", out, "--rig", rig, "--fps", "24",
+                             "--out", directory / "back.yaml"],
+                      2, "reading: %s" % out)
+    if not re.fullmatch(r"\S+out\.csv:800002:8: [^\n]+\n", left):
+        fail("the error", left)
 
 
 def main():
@@ -120,6 +157,7 @@ def main():
                               capture_output=True, text=True)
         if done.returncode != 0 or done.stderr or "planning" in done.stdout:
             fail("into a pipe", done.stderr + done.stdout)
+        check_keyed(slew, directory, rig)
 
 
 if __name__ == "__main__":
