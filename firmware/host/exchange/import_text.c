@@ -138,14 +138,6 @@ static bool import_text_is_blank(const struct import_text *text, size_t at,
     return c == ' ' || c == '\t' || (c != 0 && strchr(separators, c) != NULL);
 }
 
-bool import_text_is_done(const struct import_text *text)
-{
-    size_t at = text->at;
-    while (at < text->line_end && import_text_is_blank(text, at, ""))
-        at++;
-    return at == text->line_end;
-}
-
 struct plan_place import_text_place(const struct import_text *text)
 {
     uint32_t column = 1;

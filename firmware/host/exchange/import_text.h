@@ -42,8 +42,6 @@ bool import_text_line(struct import_text *text);
 /* The next line that is not empty and does not begin with `comment`. */
 bool import_text_filled(struct import_text *text, char comment);
 
-/* The rest of the present line has only blanks. */
-bool import_text_is_done(const struct import_text *text);
 /* The next word of the line, up to a blank or one of `separators`, which are
  * skipped like blanks.  1; 0 at the end of the line; -1 when it is too long. */
 int import_text_word(struct import_text *text, const char *separators,

@@ -7,17 +7,12 @@
 #ifndef FIRMWARE_HOST_PLOT_PLOT_H
 #define FIRMWARE_HOST_PLOT_PLOT_H
 
-#include <stdio.h>
-
 #include "firmware/host/move/job.h"
 #include "firmware/host/plot/plot_page.h"
 #include "firmware/host/recording/trace.h"
 
-/* `trace` NULL: the plan alone.  0, or -1 with a line on stderr. */
-int plot_write(const struct job *job, const struct trace *trace,
-               enum plot_format format, FILE *file);
-
-/* The same, into a file that is there whole or not at all. */
+/* Into a file that is there whole or not at all; `trace` NULL: the plan alone.
+ * 0, or -1 with a line on stderr. */
 int plot_save(const struct job *job, const struct trace *trace,
               const char *path);
 
