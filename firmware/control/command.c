@@ -288,18 +288,21 @@ void controller_play(struct controller *controller, int64_t rate_q30)
 void controller_slow_down(struct controller *controller,
                           enum controller_state state)
 {
-    const bool slows =
-        controller->state == CONTROLLER_HOLDING && controller->rest_by_ns != 0;
+    const bool slows = controller_slows(controller);
+    const bool has_ramp = slows && controller->warp.rate1_q30 == 0;
     const int64_t due_ns = slows ? controller->rest_by_ns : INT64_MAX;
+    const struct controller_seek seek = controller->seek;
     controller->wanted_q30 = 0;
     controller_enter(controller, state);
-    controller->rest_by_ns = controller_least(
-        due_ns,
-        controller->clock_ns + controller_ramp_bound_ns(controller, false));
-    if (slows && controller->warp.rate1_q30 == 0)
-        controller->rest_by_ns = due_ns; /* the hold's ramp serves the stop */
-    else if (!controller_freeze(controller))
-        controller_ramp_begin(controller);
+    controller->rest_by_ns =
+        has_ramp ? due_ns
+                 : controller_least(
+                       due_ns, controller->clock_ns +
+                                   controller_ramp_bound_ns(controller, false));
+    if (!has_ramp && controller_freeze(controller))
+        return;
+    controller->seek = seek;
+    controller_ramp_begin(controller, slows);
 }
 
 int controller_hold(struct controller *controller)
@@ -331,7 +334,9 @@ void controller_halt(struct controller *controller)
     if (controller->jog != NULL)
         controller_jog_brake(controller, true);
     else if (controller->state == CONTROLLER_MOVING ||
-             controller->state == CONTROLLER_HOLDING)
+             controller->state == CONTROLLER_HOLDING ||
+             (controller_slows(controller) &&
+              controller->reaction == CONTROLLER_REACT_NONE))
         controller_slow_down(controller, CONTROLLER_STOPPING);
     else if (controller->enabling)
         (void)controller_off(controller);

@@ -117,14 +117,17 @@ void controller_ramp_reset(struct controller *controller)
     controller->seek = (struct controller_seek){ 0 };
 }
 
+bool controller_slows(const struct controller *controller)
+{
+    return (controller->state == CONTROLLER_HOLDING ||
+            controller->state == CONTROLLER_STOPPING) &&
+           controller->wanted_q30 == 0 && controller->rest_by_ns != 0;
+}
+
 /* By when rest is due; INT64_MAX: at no time. */
 static int64_t ramp_due_ns(const struct controller *controller)
 {
-    const bool slows = controller->state == CONTROLLER_HOLDING ||
-                       controller->state == CONTROLLER_STOPPING;
-    return slows && controller->wanted_q30 == 0 && controller->rest_by_ns != 0
-               ? controller->rest_by_ns
-               : INT64_MAX;
+    return controller_slows(controller) ? controller->rest_by_ns : INT64_MAX;
 }
 
 /* Where a ramp begins: now, or at the end of the one that brings r' to 0. */
@@ -329,10 +332,23 @@ bool controller_ramp_stop(struct controller *controller)
     return false;
 }
 
-void controller_ramp_begin(struct controller *controller)
+/* Asked for again: the ramp under way brings r' to 0 by one r'', which the
+ * tightest of its places has set.  With that one behind, a steeper one may fit:
+ * while the rate still rises it is looked for anew, and what was found before
+ * stays in force where that finds less. */
+void controller_ramp_begin(struct controller *controller, bool again)
 {
+    const struct motion_clock_warp before = controller->warp;
+    const struct controller_seek seek = controller->seek;
+    const bool has_ramp = again && before.rate1_q30 == 0;
+    if (has_ramp && controller_ramp_now(controller).accel_q30 <= 0)
+        return;
     controller_ramp_reset(controller);
-    (void)ramp_search(controller, false, RAMP_LOOKS_STOP);
+    if (ramp_search(controller, false, RAMP_LOOKS_STOP) || !again ||
+        (controller->seek.is_level && !has_ramp))
+        return;
+    controller->warp = before;
+    controller->seek = seek;
 }
 
 void controller_ramp_seek(struct controller *controller)

@@ -105,6 +105,18 @@ static void no_gate(const struct controller *c)
                  (double)c->fault.limit / UNIT);
 }
 
+/* Asked for again on its way, the stop is judged anew: places that have been
+ * passed no longer count. */
+#define AGAIN       8 /* one of so many */
+#define AGAIN_TICKS 48
+
+static bool is_asked_again(const struct controller *c, unsigned ticks)
+{
+    return tally.asked % AGAIN == 0 && c->jog == NULL &&
+           ticks == tally.asked / AGAIN % AGAIN_TICKS &&
+           c->reaction == CONTROLLER_REACT_NONE;
+}
+
 /* Ask, run until it rests, judge every tick. */
 static void slow_down(enum request request)
 {
@@ -119,7 +131,12 @@ static void slow_down(enum request request)
     ask(request);
     if (++tally.asked % COMPARE == 0)
         compare(c, &from, stop);
-    while (!rests(c) && c->reaction < CONTROLLER_REACT_QUICK) {
+    for (unsigned n = 0; !rests(c) && c->reaction < CONTROLLER_REACT_QUICK;
+         n++) {
+        if (is_asked_again(c, n)) {
+            most = fmin(most, unavoidable(c, stop));
+            ask(STOP);
+        }
         if (isinf(most))
             most = unavoidable(c, stop);
         ramp_tick(&bench);
