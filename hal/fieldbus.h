@@ -8,32 +8,46 @@
 
 #include <stdint.h>
 
-#include "motion/core/err.h"
+/* How a bus is; the greater the worse. */
+enum hal_fieldbus_health {
+    HAL_FIELDBUS_GOOD,
+    HAL_FIELDBUS_PASSIVE, /* error-passive: still on the bus, but hardly */
+    HAL_FIELDBUS_FULL,    /* refused to send three cycles in a row */
+    HAL_FIELDBUS_FOREIGN, /* another master speaks on it */
+    HAL_FIELDBUS_BUS_OFF,
+    HAL_FIELDBUS_DOWN, /* interface not up, or not there any more */
+};
+/* "error-passive" ...; never NULL. */
+const char *hal_fieldbus_health_text(enum hal_fieldbus_health health);
+
+/* The worst of several buses, and which one it is, counted from 0 by whoever
+ * has them. */
+struct hal_fieldbus_worst {
+    enum hal_fieldbus_health health;
+    unsigned bus;
+};
 
 struct hal_fieldbus;
 
+/* They did all they could.  What end could not send, the next begin tells. */
 struct hal_fieldbus_ops {
-    /* MOTION_OK, or the worst of: MOTION_E_IO when the bus itself is gone
-     * (bus-off, interface down); MOTION_E_PROTOCOL when another master speaks
-     * on it; MOTION_E_FULL when sends were refused three cycles in a row;
-     * MOTION_E_LIMIT when the port is error-passive: still on the bus, but
-     * hardly.  They did all they could. */
-    int (*begin)(struct hal_fieldbus *bus, int64_t now_ns);
-    int (*end)(struct hal_fieldbus *bus, int64_t now_ns);
+    enum hal_fieldbus_health (*begin)(struct hal_fieldbus *bus, int64_t now_ns);
+    void (*end)(struct hal_fieldbus *bus, int64_t now_ns);
 };
 
 struct hal_fieldbus {
     const struct hal_fieldbus_ops *ops;
 };
 
-static inline int hal_fieldbus_begin(struct hal_fieldbus *bus, int64_t now_ns)
+static inline enum hal_fieldbus_health
+hal_fieldbus_begin(struct hal_fieldbus *bus, int64_t now_ns)
 {
     return bus->ops->begin(bus, now_ns);
 }
 
-static inline int hal_fieldbus_end(struct hal_fieldbus *bus, int64_t now_ns)
+static inline void hal_fieldbus_end(struct hal_fieldbus *bus, int64_t now_ns)
 {
-    return bus->ops->end(bus, now_ns);
+    bus->ops->end(bus, now_ns);
 }
 
 #endif

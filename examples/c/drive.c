@@ -58,7 +58,7 @@ static void cycle(int64_t now_ns, int64_t pos_q32)
     const struct hal_drive_target target = { .pos_q32 = pos_q32 };
     (void)hal_fieldbus_begin(&master.fieldbus, now_ns);
     (void)hal_drive_set_target(&servo.drive, &target);
-    (void)hal_fieldbus_end(&master.fieldbus, now_ns);
+    hal_fieldbus_end(&master.fieldbus, now_ns);
 }
 
 int main(void)

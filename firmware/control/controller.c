@@ -253,6 +253,7 @@ void controller_raise(struct controller *controller,
             .limit = limit,
             .drive_code =
                 axis < 0 ? 0 : controller->axis[axis].feedback.fault_code,
+            .bus = controller->bus,
         };
     if (reaction <= controller->reaction)
         return;
@@ -548,7 +549,8 @@ static void controller_step_fault(struct controller *controller)
     }
 }
 
-void controller_step(struct controller *controller, int64_t now_ns, int bus)
+void controller_step(struct controller *controller, int64_t now_ns,
+                     struct hal_fieldbus_worst bus)
 {
     static void (*const step[])(struct controller *) = {
         [CONTROLLER_OFF] = controller_step_off,
@@ -560,7 +562,8 @@ void controller_step(struct controller *controller, int64_t now_ns, int bus)
     };
     controller_watch_tick(controller, now_ns);
     controller_watch_read(controller);
-    controller_watch_judge(controller, bus);
+    controller->bus = bus;
+    controller_watch_judge(controller);
     step[controller->state](controller);
     controller_goal_step(controller);
 }

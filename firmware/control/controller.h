@@ -51,6 +51,7 @@
 
 #include "firmware/control/goal.h"
 #include "hal/drive.h"
+#include "hal/fieldbus.h"
 #include "hal/gpio.h"
 #include "motion/core/clock_warp.h"
 #include "motion/core/track.h"
@@ -132,6 +133,7 @@ struct controller_fault_record {
     int64_t t_ns;
     int64_t value, limit; /* Q32.32 units, ns for ages, ticks for overruns */
     uint16_t drive_code;
+    struct hal_fieldbus_worst bus; /* in that tick */
 };
 
 struct controller_axis_config {
@@ -217,6 +219,7 @@ struct controller {
     struct controller_config config;
     enum controller_state state;
     struct controller_fault_record fault; /* latched; NONE when there is none */
+    struct hal_fieldbus_worst bus;        /* in this tick */
     enum controller_reaction reaction;
     struct controller_axis axis[CONTROLLER_AXES_MAX];
     struct controller_inputs inputs;
@@ -310,9 +313,9 @@ bool controller_waited_for_drives(struct controller *controller,
 
 /* The tick, at nominal time `now_ns` (a multiple of the period after the last
  * one: more than one period means that ticks were lost).  `bus`: the worst that
- * a fieldbus said at its begin: MOTION_OK, MOTION_E_PROTOCOL (another master),
- * MOTION_E_LIMIT (error-passive), or another error (it is gone). */
-void controller_step(struct controller *controller, int64_t now_ns, int bus);
+ * a fieldbus said at its begin. */
+void controller_step(struct controller *controller, int64_t now_ns,
+                     struct hal_fieldbus_worst bus);
 
 /* Path time and rate `ahead_ns` after the last tick, 0 .. 10 s, if nothing else
  * is asked for until then; where no move's clock runs (ready, a quick stop)

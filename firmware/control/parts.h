@@ -7,7 +7,7 @@
 /* watch.c: count ticks; read every drive's feedback; then judge it. */
 void controller_watch_tick(struct controller *controller, int64_t now_ns);
 void controller_watch_read(struct controller *controller);
-void controller_watch_judge(struct controller *controller, int bus);
+void controller_watch_judge(struct controller *controller);
 
 /* controller.c: latch a fault (the first is recorded) and start its reaction,
  * unless a stronger one is under way. */

@@ -179,14 +179,22 @@ static void watch_estop(struct controller *controller)
         controller_raise(controller, CONTROLLER_FAULT_ESTOP, -1, 0, 0);
 }
 
-static enum controller_fault watch_bus_fault(int bus)
+static void watch_bus(struct controller *controller)
 {
-    if (bus == MOTION_E_PROTOCOL)
-        return CONTROLLER_FAULT_MASTER;
-    if (bus == MOTION_E_FULL)
-        return CONTROLLER_FAULT_BUS_FULL;
-    return bus == MOTION_E_LIMIT ? CONTROLLER_FAULT_BUS_PASSIVE
-                                 : CONTROLLER_FAULT_BUS;
+    static const enum controller_fault fault[] = {
+        [HAL_FIELDBUS_PASSIVE] = CONTROLLER_FAULT_BUS_PASSIVE,
+        [HAL_FIELDBUS_FULL] = CONTROLLER_FAULT_BUS_FULL,
+        [HAL_FIELDBUS_FOREIGN] = CONTROLLER_FAULT_MASTER,
+        [HAL_FIELDBUS_BUS_OFF] = CONTROLLER_FAULT_BUS,
+        [HAL_FIELDBUS_DOWN] = CONTROLLER_FAULT_BUS,
+    };
+    const unsigned health = controller->bus.health;
+    if (health != HAL_FIELDBUS_GOOD)
+        controller_raise(controller,
+                         health < sizeof fault / sizeof fault[0]
+                             ? fault[health]
+                             : CONTROLLER_FAULT_BUS,
+                         -1, (int64_t)health, 0);
 }
 
 static void watch_axis(struct controller *controller, unsigned i)
@@ -200,29 +208,27 @@ static void watch_axis(struct controller *controller, unsigned i)
 
 /* Those that are up while others still enable; a bus is judged once it holds
  * one of them. */
-static void watch_enabling(struct controller *controller, int bus)
+static void watch_enabling(struct controller *controller)
 {
     watch_ticks(controller); /* drives give up meanwhile, and do not say why */
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
         if (controller->axis[i].sent_count == 0)
             continue;
-        if (bus < 0)
-            controller_raise(controller, watch_bus_fault(bus), -1, bus, 0);
+        watch_bus(controller);
         watch_axis(controller, i);
     }
 }
 
-void controller_watch_judge(struct controller *controller, int bus)
+void controller_watch_judge(struct controller *controller)
 {
     watch_estop(controller);
     if (controller->enabling)
-        watch_enabling(controller, bus);
+        watch_enabling(controller);
     if (controller->state == CONTROLLER_OFF ||
         (controller->state == CONTROLLER_FAULT &&
          !controller_is_held(controller)))
         return; /* no torque: nothing else to lose */
-    if (bus < 0)
-        controller_raise(controller, watch_bus_fault(bus), -1, bus, 0);
+    watch_bus(controller);
     watch_ticks(controller);
     watch_rest(controller);
     for (unsigned i = 0; i < controller->config.axis_count; i++)

@@ -37,7 +37,8 @@ static void can_bus_receive(struct can_bus *bus,
     bus->stats.unexpected++;
 }
 
-static int can_bus_begin(struct hal_fieldbus *fieldbus, int64_t now_ns)
+static enum hal_fieldbus_health can_bus_begin(struct hal_fieldbus *fieldbus,
+                                              int64_t now_ns)
 {
     struct can_bus *bus = CONTAINER_OF(fieldbus, struct can_bus, fieldbus);
     struct hal_can_frame frame;
@@ -48,16 +49,16 @@ static int can_bus_begin(struct hal_fieldbus *fieldbus, int64_t now_ns)
     for (unsigned i = 0; i < bus->node_count; i++)
         bus->node[i]->ops->step(bus->node[i], now_ns);
     (void)can_cycle_flush(&bus->cycle);
-    return can_cycle_verdict(&bus->cycle);
+    return can_cycle_health(&bus->cycle);
 }
 
-static int can_bus_end(struct hal_fieldbus *fieldbus, int64_t now_ns)
+static void can_bus_end(struct hal_fieldbus *fieldbus, int64_t now_ns)
 {
     struct can_bus *bus = CONTAINER_OF(fieldbus, struct can_bus, fieldbus);
 
     for (unsigned i = 0; i < bus->node_count; i++)
         bus->node[i]->ops->emit(bus->node[i], now_ns);
-    return can_cycle_end(&bus->cycle);
+    (void)can_cycle_flush(&bus->cycle);
 }
 
 static const struct hal_fieldbus_ops can_bus_ops = {

@@ -44,33 +44,21 @@ int can_cycle_flush(struct can_cycle *self)
     return can_cycle_note(self, hal_can_flush(self->can));
 }
 
-static bool can_cycle_is_off(const struct can_cycle *self)
+/* The worst first. */
+enum hal_fieldbus_health can_cycle_health(struct can_cycle *self)
 {
     const int state = hal_can_state(self->can);
-
-    return state == HAL_CAN_BUS_OFF || state == HAL_CAN_DOWN;
-}
-
-/* The worst first. */
-int can_cycle_verdict(struct can_cycle *self)
-{
-    const bool gone = self->lost || can_cycle_is_off(self);
-    const bool foreign = self->foreign;
+    const bool lost = self->lost, foreign = self->foreign;
 
     self->lost = false;
     self->foreign = false;
-    if (gone)
-        return MOTION_E_IO;
+    if (state == HAL_CAN_BUS_OFF)
+        return HAL_FIELDBUS_BUS_OFF;
+    if (state == HAL_CAN_DOWN || lost)
+        return HAL_FIELDBUS_DOWN;
     if (foreign)
-        return MOTION_E_PROTOCOL;
+        return HAL_FIELDBUS_FOREIGN;
     if (self->refused_cycles >= CAN_CYCLE_REFUSED_MAX)
-        return MOTION_E_FULL;
-    return hal_can_state(self->can) == HAL_CAN_PASSIVE ? MOTION_E_LIMIT
-                                                       : MOTION_OK;
-}
-
-int can_cycle_end(struct can_cycle *self)
-{
-    (void)can_cycle_flush(self);
-    return can_cycle_is_off(self) ? MOTION_E_IO : MOTION_OK;
+        return HAL_FIELDBUS_FULL;
+    return state == HAL_CAN_PASSIVE ? HAL_FIELDBUS_PASSIVE : HAL_FIELDBUS_GOOD;
 }

@@ -3,11 +3,12 @@
  * bus.
  *
  * Of begin(): can_cycle_begin, frames in until there are none, frames out,
- * can_cycle_verdict.  Of end(): can_cycle_end after what was sent. */
+ * can_cycle_health.  Of end(): can_cycle_flush after what was sent. */
 #ifndef HAL_CAN_CYCLE_H
 #define HAL_CAN_CYCLE_H
 
 #include "hal/can.h"
+#include "hal/fieldbus.h"
 
 /* Frames taken in by one begin(): more than a full 1 Mbit/s bus carries in
  * 5 ms; the rest waits in the port. */
@@ -17,7 +18,7 @@
 
 struct can_cycle {
     struct hal_can *can;
-    bool refused, foreign, lost; /* seen since the last verdict */
+    bool refused, foreign, lost; /* seen since health was told */
     unsigned refused_cycles;     /* in a row */
     unsigned drained;            /* frames taken in, this cycle */
     uint64_t send_refused;       /* not taken by the port, ever */
@@ -30,10 +31,8 @@ bool can_cycle_recv(struct can_cycle *self, struct hal_can_frame *frame);
 /* Errors of hal_can_send, hal_can_flush. */
 int can_cycle_send(struct can_cycle *self, const struct hal_can_frame *frame);
 int can_cycle_flush(struct can_cycle *self);
-/* What begin() says of the bus (hal/fieldbus.h); the marks it is made from are
- * wiped.  `foreign` is for the master to set. */
-int can_cycle_verdict(struct can_cycle *self);
-/* Flushes; what end() says: MOTION_OK, or MOTION_E_IO when the bus is gone. */
-int can_cycle_end(struct can_cycle *self);
+/* What begin() says of the bus; the marks it is made from are wiped.  `foreign`
+ * is for the master to set. */
+enum hal_fieldbus_health can_cycle_health(struct can_cycle *self);
 
 #endif

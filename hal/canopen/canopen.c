@@ -281,7 +281,8 @@ static void canopen_beat(struct canopen *master, int64_t now_ns)
         master->heartbeat_due_ns = now_ns + period_ns;
 }
 
-static int canopen_begin(struct hal_fieldbus *bus, int64_t now_ns)
+static enum hal_fieldbus_health canopen_begin(struct hal_fieldbus *bus,
+                                              int64_t now_ns)
 {
     struct canopen *master = CONTAINER_OF(bus, struct canopen, fieldbus);
 
@@ -303,7 +304,7 @@ static int canopen_begin(struct hal_fieldbus *bus, int64_t now_ns)
         if (master->node[i]->ops->step != NULL)
             master->node[i]->ops->step(master->node[i], now_ns);
     (void)can_cycle_flush(&master->cycle);
-    return can_cycle_verdict(&master->cycle);
+    return can_cycle_health(&master->cycle);
 }
 
 /* 0: it has none. */
@@ -327,7 +328,7 @@ static void canopen_rpdo(struct canopen *master, struct canopen_node *node,
         master->stats.rpdo_sent++;
 }
 
-static int canopen_end(struct hal_fieldbus *bus, int64_t now_ns)
+static void canopen_end(struct hal_fieldbus *bus, int64_t now_ns)
 {
     struct canopen *master = CONTAINER_OF(bus, struct canopen, fieldbus);
 
@@ -336,7 +337,7 @@ static int canopen_end(struct hal_fieldbus *bus, int64_t now_ns)
         for (unsigned number = 1; number <= CANOPEN_PDO_NUMBERS; number++)
             if (master->node[i]->ops->rpdo != NULL)
                 canopen_rpdo(master, master->node[i], number);
-    return can_cycle_end(&master->cycle);
+    (void)can_cycle_flush(&master->cycle);
 }
 
 static const struct hal_fieldbus_ops canopen_ops = {

@@ -25,7 +25,8 @@ static void modbus_bus_tell(struct modbus_bus *bus)
         bus->node[i]->ops->down(bus->node[i]);
 }
 
-static int modbus_bus_begin(struct hal_fieldbus *fieldbus, int64_t now_ns)
+static enum hal_fieldbus_health modbus_bus_begin(struct hal_fieldbus *fieldbus,
+                                                 int64_t now_ns)
 {
     struct modbus_bus *bus = modbus_bus_of(fieldbus);
     struct hal_modbus_reply reply;
@@ -39,7 +40,7 @@ static int modbus_bus_begin(struct hal_fieldbus *fieldbus, int64_t now_ns)
         modbus_bus_tell(bus);
     for (unsigned i = 0; i < bus->node_count; i++)
         bus->node[i]->ops->step(bus->node[i], now_ns);
-    return bus->broke ? MOTION_E_IO : MOTION_OK;
+    return bus->broke ? HAL_FIELDBUS_DOWN : HAL_FIELDBUS_GOOD;
 }
 
 /* true: one more is under way. */
@@ -60,7 +61,7 @@ static bool modbus_bus_ask(struct modbus_bus *bus, unsigned index,
     return true;
 }
 
-static int modbus_bus_end(struct hal_fieldbus *fieldbus, int64_t now_ns)
+static void modbus_bus_end(struct hal_fieldbus *fieldbus, int64_t now_ns)
 {
     struct modbus_bus *bus = modbus_bus_of(fieldbus);
     unsigned idle = 0;
@@ -71,7 +72,6 @@ static int modbus_bus_end(struct hal_fieldbus *fieldbus, int64_t now_ns)
         bus->turn = index + 1 < bus->node_count ? index + 1 : 0;
         idle = modbus_bus_ask(bus, index, now_ns) ? 0 : idle + 1;
     }
-    return MOTION_OK;
 }
 
 static const struct hal_fieldbus_ops modbus_bus_ops = {

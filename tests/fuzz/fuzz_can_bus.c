@@ -99,7 +99,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         (void)hal_fieldbus_begin(&self.bus.fieldbus, self.now_ns);
         for (unsigned i = 0; i < DRIVES; i++)
             fuzz_can_bus_look(&self, self.drive[i]);
-        (void)hal_fieldbus_end(&self.bus.fieldbus, self.now_ns);
+        hal_fieldbus_end(&self.bus.fieldbus, self.now_ns);
     }
     return 0;
 }

@@ -98,7 +98,7 @@ static void fuzz_canopen_cycle(struct fuzz_canopen *self)
                "a fault has a text that ends");
     fuzz_claim(feedback.t_ns <= self->now_ns, "nothing is from the future");
     (void)hal_drive_set_target(&self->drive.drive, &target);
-    (void)hal_fieldbus_end(&self->master.fieldbus, self->now_ns);
+    hal_fieldbus_end(&self->master.fieldbus, self->now_ns);
     fuzz_claim(self->node.sdo.at <= sizeof self->into || self->node.sdo.write,
                "a read stays in its room");
 }

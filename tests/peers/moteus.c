@@ -95,7 +95,7 @@ static void cycle(const char *mode, const struct hal_drive_target *target)
     (void)hal_fieldbus_begin(&bus.fieldbus, now_ns);
     if (target != NULL)
         (void)hal_drive_set_target(&drive.turns.drive, target);
-    (void)hal_fieldbus_end(&bus.fieldbus, now_ns);
+    hal_fieldbus_end(&bus.fieldbus, now_ns);
     now_ns += MS;
 }
 

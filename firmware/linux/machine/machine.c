@@ -352,47 +352,24 @@ int machine_init(struct machine *machine, const struct rig *rig,
                    : MOTION_OK;
 }
 
-/* How bad, as hal/fieldbus.h has them. */
-static int machine_badness(int err)
+static struct hal_fieldbus_worst machine_begin(struct machine *machine,
+                                               int64_t now_ns)
 {
-    static const int order[] = { MOTION_OK, MOTION_E_LIMIT, MOTION_E_FULL,
-                                 MOTION_E_PROTOCOL };
-    const int worst = (int)ARRAY_LEN(order);
-    int badness = 0;
-    while (badness < worst && order[badness] != err)
-        badness++;
-    return badness;
-}
-
-static enum hal_can_state machine_bus_state(const struct machine *machine,
-                                            unsigned bus)
-{
-    if (rig_bus_is_can(&machine->rig->bus[bus]))
-        return (enum hal_can_state)hal_can_state(machine->ports.can[bus]);
-    return hal_modbus_is_up(machine->ports.modbus[bus]) != 0 ? HAL_CAN_ACTIVE
-                                                             : HAL_CAN_DOWN;
-}
-
-/* The worst that a bus has to say. */
-static struct machine_trouble machine_begin(struct machine *machine,
-                                            int64_t now_ns)
-{
-    struct machine_trouble worst = { .err = MOTION_OK };
+    struct hal_fieldbus_worst worst = { HAL_FIELDBUS_GOOD, 0 };
     for (unsigned i = 0; i < machine->rig->bus_count; i++) {
-        int err = hal_fieldbus_begin(machine->fieldbus[i], now_ns);
-        if (machine_badness(err) > machine_badness(worst.err))
-            worst = (struct machine_trouble){ err, i,
-                                              machine_bus_state(machine, i) };
+        const enum hal_fieldbus_health health =
+            hal_fieldbus_begin(machine->fieldbus[i], now_ns);
+        if (health > worst.health)
+            worst = (struct hal_fieldbus_worst){ health, i };
     }
     return worst;
 }
 
-/* What end() could not send, begin() of the next tick reports. */
 static void machine_end(struct machine *machine, int64_t now_ns)
 {
     guardian_tick(machine->ports.guardian, ++machine->ticks);
     for (unsigned i = 0; i < machine->rig->bus_count; i++)
-        (void)hal_fieldbus_end(machine->fieldbus[i], now_ns);
+        hal_fieldbus_end(machine->fieldbus[i], now_ns);
 }
 
 static void machine_read_inputs(struct machine *machine, int64_t now_ns)
@@ -434,11 +411,9 @@ static void machine_light(struct machine *machine)
 
 void machine_tick(struct machine *machine, int64_t now_ns)
 {
-    const struct machine_trouble trouble = machine_begin(machine, now_ns);
-    if (machine->controller.fault.fault == CONTROLLER_FAULT_NONE)
-        machine->trouble = trouble;
+    const struct hal_fieldbus_worst worst = machine_begin(machine, now_ns);
     machine_read_inputs(machine, now_ns);
-    controller_step(&machine->controller, now_ns, trouble.err);
+    controller_step(&machine->controller, now_ns, worst);
     controller_jog_step(&machine->controller, &machine->jog);
     homing_step(&machine->homing);
     machine_light(machine);
@@ -489,11 +464,11 @@ static void machine_request_off(struct machine *machine, int64_t now_ns)
 void machine_tick_off(struct machine *machine, int64_t now_ns)
 {
     struct controller *controller = &machine->controller;
-    const struct machine_trouble trouble = machine_begin(machine, now_ns);
+    const struct hal_fieldbus_worst worst = machine_begin(machine, now_ns);
     (void)controller_off(controller);
     if (controller->state == CONTROLLER_OFF ||
         controller->state == CONTROLLER_FAULT)
-        controller_step(controller, now_ns, trouble.err);
+        controller_step(controller, now_ns, worst);
     else
         machine_look(machine);
     machine_request_off(machine, now_ns);
@@ -534,16 +509,16 @@ void machine_torque_text(const struct machine *machine, unsigned axis,
 void machine_trouble_text(const struct machine *machine,
                           char text[MACHINE_TROUBLE_MAX])
 {
-    const struct machine_trouble *trouble = &machine->trouble;
-    const char *what = hal_can_state_text(trouble->state);
-    if (trouble->err == MOTION_E_PROTOCOL)
-        what = "frames that only a master sends";
-    else if (trouble->err == MOTION_E_FULL)
-        what = "frames were refused three cycles in a row";
+    const struct controller *controller = &machine->controller;
+    const struct hal_fieldbus_worst *worst =
+        controller->fault.fault == CONTROLLER_FAULT_NONE
+            ? &controller->bus
+            : &controller->fault.bus;
     text[0] = '\0';
-    if (trouble->err != MOTION_OK)
+    if (worst->health != HAL_FIELDBUS_GOOD)
         snprintf(text, MACHINE_TROUBLE_MAX, "bus %.12s: %s",
-                 machine->rig->bus[trouble->bus].name, what);
+                 machine->rig->bus[worst->bus].name,
+                 hal_fieldbus_health_text(worst->health));
 }
 
 bool machine_is_at_rest(const struct machine *machine)

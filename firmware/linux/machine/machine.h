@@ -33,13 +33,6 @@ struct machine_ports {
     struct guardian_page *guardian; /* counts the ticks; NULL: nobody does */
 };
 
-/* What a bus said when the controller took it for a fault. */
-struct machine_trouble {
-    int err; /* MOTION_OK: nothing yet */
-    unsigned bus;
-    enum hal_can_state state;
-};
-
 /* A trigger line, and the shot that the last tick fired. */
 struct machine_trigger {
     unsigned line; /* of the rig */
@@ -75,7 +68,6 @@ struct machine {
     struct controller controller;
     struct controller_jog jog;
     struct homing homing;
-    struct machine_trouble trouble;
 };
 
 /* Axis i of the rig is axis i of the controller.  On an error returns its code
@@ -110,8 +102,8 @@ bool machine_is_torque_lost(const struct machine *machine);
 void machine_torque_text(const struct machine *machine, unsigned axis,
                          char text[MACHINE_TORQUE_MAX]);
 
-/* "bus can0: interface down": what was behind a fault of a bus; "" when there
- * was none. */
+/* "bus can0: interface down": the worst of the buses, when there is a fault as
+ * it was when that came; "" when all are good. */
 #define MACHINE_TROUBLE_MAX 64
 void machine_trouble_text(const struct machine *machine,
                           char text[MACHINE_TROUBLE_MAX]);

@@ -38,10 +38,10 @@ int ask_can_node(struct ask_can *ask, uint8_t node_id)
 static int ask_can_step(struct ask_can *ask)
 {
     const int64_t now_ns = hal_clock_now_ns(ask->clock);
-    const int err = hal_fieldbus_begin(&ask->master.fieldbus, now_ns);
 
-    if (err == MOTION_E_IO)
-        return err;
+    if (hal_fieldbus_begin(&ask->master.fieldbus, now_ns) >=
+        HAL_FIELDBUS_BUS_OFF)
+        return MOTION_E_IO;
     (void)hal_clock_wait_until(ask->clock, now_ns + ASK_STEP_NS);
     return MOTION_OK;
 }

@@ -78,7 +78,8 @@ static const struct hal_drive_ops ramp_drive_ops = {
 static inline void ramp_tick(struct ramp_bench *bench)
 {
     bench->now_ns += bench->controller.config.period_ns;
-    controller_step(&bench->controller, bench->now_ns, MOTION_OK);
+    controller_step(&bench->controller, bench->now_ns,
+                    (struct hal_fieldbus_worst){ HAL_FIELDBUS_GOOD, 0 });
 }
 
 /* Evenly over the octaves from low to high. */

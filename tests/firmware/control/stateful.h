@@ -266,7 +266,8 @@ struct stateful {
     struct homing homing;
     struct stateful_axis axis[STATEFUL_AXES];
     struct stateful_line estop, line[STATEFUL_AXES][STATEFUL_SWITCHES];
-    int estop_ticks, bus, bus_ticks, lost;
+    struct hal_fieldbus_worst bus;
+    int estop_ticks, bus_ticks, lost;
     int skipped; /* ticks before this one; a drive by goals went on */
     int burst;   /* ticks until a stop; < 0: none */
     struct motion_segment room[2][STATEFUL_AXES][STATEFUL_SEGMENTS];

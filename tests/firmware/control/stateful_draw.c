@@ -283,17 +283,17 @@ static void press_estop(struct stateful *bench)
 static void break_bus(struct stateful *bench)
 {
     static const struct {
-        int err;
+        enum hal_fieldbus_health health;
         enum controller_fault fault;
-    } row[] = { { MOTION_E_PROTOCOL, CONTROLLER_FAULT_MASTER },
-                { MOTION_E_LIMIT, CONTROLLER_FAULT_BUS_PASSIVE },
-                { MOTION_E_FULL, CONTROLLER_FAULT_BUS_FULL },
-                { MOTION_E_IO, CONTROLLER_FAULT_BUS } };
+    } row[] = { { HAL_FIELDBUS_FOREIGN, CONTROLLER_FAULT_MASTER },
+                { HAL_FIELDBUS_PASSIVE, CONTROLLER_FAULT_BUS_PASSIVE },
+                { HAL_FIELDBUS_FULL, CONTROLLER_FAULT_BUS_FULL },
+                { HAL_FIELDBUS_DOWN, CONTROLLER_FAULT_BUS } };
     const int64_t k = stateful_in(bench, 0, ARRAY_LEN(row) - 1);
-    bench->bus = row[k].err;
+    bench->bus.health = row[k].health;
     bench->bus_ticks = (int)stateful_in(bench, 1, 5);
     may_come(bench, row[k].fault);
-    stateful_note(bench, "(bus %d)", bench->bus);
+    stateful_note(bench, "(bus %d)", (int)bench->bus.health);
 }
 
 static void lose_ticks(struct stateful *bench)
@@ -319,7 +319,7 @@ static void draw_mishap(struct stateful *bench)
 void stateful_heal(struct stateful *bench)
 {
     bench->estop.active = false;
-    bench->bus = MOTION_OK;
+    bench->bus.health = HAL_FIELDBUS_GOOD;
     for (unsigned i = 0; i < bench->axes; i++)
         bench->axis[i].ill = bench->axis[i].away = false;
 }
@@ -329,7 +329,7 @@ static void draw_heal(struct stateful *bench)
     if (bench->estop_ticks > 0 && --bench->estop_ticks == 0)
         bench->estop.active = false;
     if (bench->bus_ticks > 0 && --bench->bus_ticks == 0)
-        bench->bus = MOTION_OK;
+        bench->bus.health = HAL_FIELDBUS_GOOD;
     if (stateful_one_in(bench, 100))
         stateful_heal(bench);
 }

@@ -358,7 +358,7 @@ static bool is_healthy(const struct stateful *bench)
         if (bench->axis[i].ill || bench->axis[i].away ||
             bench->axis[i].slip_q32 != 0 || bench->axis[i].stale_ticks > 0)
             return false;
-    return !bench->estop.active && bench->bus == MOTION_OK;
+    return !bench->estop.active && bench->bus.health == HAL_FIELDBUS_GOOD;
 }
 
 static void fault_comes(struct stateful *bench, enum controller_fault fault)

@@ -105,7 +105,7 @@ struct bench {
     struct motion_segment room[AXES][16];
     struct motion_track track[AXES];
     const struct motion_track *tracks[AXES];
-    int bus; /* what the fieldbus says */
+    struct hal_fieldbus_worst bus; /* what the fieldbuses say */
 };
 
 static struct motion_state bench_key(int64_t pos, int64_t vel)
@@ -620,17 +620,26 @@ static void a_bus_that_is_gone_is_off_at_once(void **state)
     struct bench bench;
     bench_moving(&bench, 120, 1000);
     fake_now_ns += MS;
-    controller_step(&bench.controller, fake_now_ns, MOTION_E_IO);
+    bench.bus = (struct hal_fieldbus_worst){ HAL_FIELDBUS_BUS_OFF, 3 };
+    controller_step(&bench.controller, fake_now_ns, bench.bus);
     assert_int_equal(bench.controller.fault.fault, CONTROLLER_FAULT_BUS);
     assert_int_equal(bench.controller.state, CONTROLLER_FAULT);
+    /* the record keeps which bus it was, and what it said */
+    fake_now_ns += MS;
+    bench.bus = (struct hal_fieldbus_worst){ HAL_FIELDBUS_DOWN, 1 };
+    controller_step(&bench.controller, fake_now_ns, bench.bus);
+    assert_int_equal(bench.controller.fault.bus.health, HAL_FIELDBUS_BUS_OFF);
+    assert_int_equal(bench.controller.fault.bus.bus, 3);
+    assert_int_equal(bench.controller.bus.bus, 1);
 }
 
 /* At once, and then off. */
-static void check_bus_stops(int err, enum controller_fault fault)
+static void check_bus_stops(enum hal_fieldbus_health health,
+                            enum controller_fault fault)
 {
     struct bench bench;
     bench_moving(&bench, 120, 1000);
-    bench.bus = err;
+    bench.bus.health = health;
     for (int n = 0; bench.controller.state != CONTROLLER_FAULT; n++) {
         assert_true(n < 1500);
         bench_tick(&bench);
@@ -647,13 +656,13 @@ static void check_bus_stops(int err, enum controller_fault fault)
 static void another_master_stops_the_group_along_the_path(void **state)
 {
     (void)state;
-    check_bus_stops(MOTION_E_PROTOCOL, CONTROLLER_FAULT_MASTER);
+    check_bus_stops(HAL_FIELDBUS_FOREIGN, CONTROLLER_FAULT_MASTER);
 }
 
 static void a_bus_that_takes_no_frames_stops_the_group_along_the_path(void **s)
 {
     (void)s;
-    check_bus_stops(MOTION_E_FULL, CONTROLLER_FAULT_BUS_FULL);
+    check_bus_stops(HAL_FIELDBUS_FULL, CONTROLLER_FAULT_BUS_FULL);
 }
 
 /* Runs a bench whose bus has become error-passive until it stands. */
@@ -661,7 +670,7 @@ static void bench_passive(struct bench *bench, int at)
 {
     bench_moving(bench, 120, at);
     const int64_t since_ns = fake_now_ns;
-    bench->bus = MOTION_E_LIMIT;
+    bench->bus.health = HAL_FIELDBUS_PASSIVE;
     for (int n = 0; bench->controller.state != CONTROLLER_FAULT; n++) {
         assert_true(n < 1500);
         bench_tick(bench);
@@ -686,7 +695,7 @@ an_error_passive_bus_holds_with_torque_and_starts_nothing(void **state)
         assert_int_equal(bench.drive[i].state, HAL_DRIVE_ENABLED);
     assert_int_equal(bench.drive[0].given[0].pos_q32, stood_q32);
     assert_int_equal(controller_start(c, bench.tracks, NULL), MOTION_E_STATE);
-    bench.bus = MOTION_OK;
+    bench.bus.health = HAL_FIELDBUS_GOOD;
     bench_ticks(&bench, 200);
     assert_int_equal(c->state, CONTROLLER_FAULT);
     assert_int_equal(controller_reset(c), MOTION_OK);
@@ -699,11 +708,12 @@ an_error_passive_bus_holds_with_torque_and_starts_nothing(void **state)
 static void a_second_fault_while_held_takes_the_torque(void **state)
 {
     (void)state;
-    static const int worse[] = { MOTION_E_IO, MOTION_E_PROTOCOL };
+    static const enum hal_fieldbus_health worse[] = { HAL_FIELDBUS_DOWN,
+                                                      HAL_FIELDBUS_FOREIGN };
     for (size_t i = 0; i < ARRAY_LEN(worse); i++) {
         struct bench bench;
         bench_passive(&bench, 1000);
-        bench.bus = worse[i];
+        bench.bus.health = worse[i];
         bench_tick(&bench);
         assert_int_equal(bench.controller.state, CONTROLLER_FAULT);
         assert_int_equal(bench.controller.fault.fault,
@@ -718,7 +728,7 @@ static void a_stop_during_the_hold_goes_on_along_the_path(void **state)
     (void)state;
     struct bench bench;
     bench_moving(&bench, 120, 1000);
-    bench.bus = MOTION_E_LIMIT;
+    bench.bus.health = HAL_FIELDBUS_PASSIVE;
     bench_tick(&bench);
     assert_int_equal(bench.controller.state, CONTROLLER_STOPPING);
     cause_estop(&bench);

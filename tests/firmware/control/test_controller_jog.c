@@ -59,7 +59,8 @@ static struct controller_jog jog;
 static void tick(void)
 {
     now_ns += MS;
-    controller_step(&controller, now_ns, MOTION_OK);
+    controller_step(&controller, now_ns,
+                    (struct hal_fieldbus_worst){ HAL_FIELDBUS_GOOD, 0 });
     controller_jog_step(&controller, &jog);
 }
 

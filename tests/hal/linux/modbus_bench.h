@@ -30,7 +30,7 @@ struct modbus_bench {
     struct hal_drive_target target;
     bool streams;
     int64_t period_ns, cycle_ns;
-    int bus_err;
+    enum hal_fieldbus_health bus_health;
 };
 
 static inline void modbus_bench_load(struct modbus_bench *bench,
@@ -103,11 +103,11 @@ static inline void modbus_bench_tick(struct modbus_bench *bench)
     const int64_t now_ns = bench->world.now_ns + bench->period_ns;
 
     sim_world_run(&bench->world, now_ns);
-    bench->bus_err = hal_fieldbus_begin(&bench->bus.fieldbus, now_ns);
+    bench->bus_health = hal_fieldbus_begin(&bench->bus.fieldbus, now_ns);
     hal_drive_feedback(drive, &bench->feedback);
     if (bench->streams)
         (void)hal_drive_set_target(drive, &bench->target);
-    (void)hal_fieldbus_end(&bench->bus.fieldbus, now_ns);
+    hal_fieldbus_end(&bench->bus.fieldbus, now_ns);
 }
 
 static inline void modbus_bench_run(struct modbus_bench *bench, int64_t dur_ns)

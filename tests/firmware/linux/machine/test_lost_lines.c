@@ -249,7 +249,7 @@ static void tick(struct line *self, int64_t now_ns)
 {
     struct strict_bench *bench = &self->bench;
 
-    if (hal_fieldbus_begin(&bench->bus.fieldbus, now_ns) == MOTION_E_IO)
+    if (hal_fieldbus_begin(&bench->bus.fieldbus, now_ns) == HAL_FIELDBUS_DOWN)
         self->broke = true;
     hal_drive_feedback(&bench->drive.drive, &bench->feedback);
     if (bench->asks_off && strict_bench_is_down(bench))
@@ -262,7 +262,7 @@ static void tick(struct line *self, int64_t now_ns)
     }
     if (bench->streams)
         (void)hal_drive_set_target(&bench->drive.drive, &bench->target);
-    (void)hal_fieldbus_end(&bench->bus.fieldbus, now_ns);
+    hal_fieldbus_end(&bench->bus.fieldbus, now_ns);
 }
 
 static void pass(int64_t dur_ns)

@@ -132,7 +132,7 @@ static void tick(struct bench *b)
     b->seen_ns = b->seen.t_ns;
     check_configuration(b);
     (void)hal_drive_set_target(&b->drive.drive, &target);
-    (void)hal_fieldbus_end(&b->master.fieldbus, b->now_ns);
+    hal_fieldbus_end(&b->master.fieldbus, b->now_ns);
     b->now_ns += MS;
 }
 

@@ -26,7 +26,7 @@ struct bench {
     struct hal_drive_feedback seen[AXES];
     unsigned axes;
     int64_t now_ns;
-    int bus_err;
+    enum hal_fieldbus_health bus_health;
 };
 
 static const struct canopen_config master_config = CANOPEN_BENCH_MASTER;
@@ -75,7 +75,7 @@ static int bench_setup(void **state)
 static void bench_begin(struct bench *b)
 {
     sim_world_run(&b->world, b->now_ns);
-    b->bus_err = hal_fieldbus_begin(&b->master.fieldbus, b->now_ns);
+    b->bus_health = hal_fieldbus_begin(&b->master.fieldbus, b->now_ns);
     for (unsigned i = 0; i < b->axes; i++)
         hal_drive_feedback(&b->drive[i].drive, &b->seen[i]);
 }
@@ -176,7 +176,7 @@ static void power_up_ends_enabled_without_a_jump(void **state)
         assert_in_range(servo_counts(b, 0) - START + 2, 0, 4);
     }
     assert_true(b->seen[0].following);
-    assert_int_equal(b->bus_err, MOTION_OK);
+    assert_int_equal(b->bus_health, HAL_FIELDBUS_GOOD);
     assert_int_equal(b->master.stats.malformed, 0);
     assert_int_equal(b->master.stats.unexpected, 0);
     assert_int_equal(b->master.stats.foreign_master, 0);

@@ -610,12 +610,12 @@ static struct bench {
 
 static void tick(struct bench *b)
 {
+    struct hal_fieldbus_worst worst = { HAL_FIELDBUS_GOOD, 0 };
     struct hal_drive_feedback seen;
-    int err;
 
     sim_world_run(&b->world, b->world.now_ns + MS);
-    err = hal_fieldbus_begin(&b->master.fieldbus, b->world.now_ns);
-    controller_step(&b->controller, b->world.now_ns, err);
+    worst.health = hal_fieldbus_begin(&b->master.fieldbus, b->world.now_ns);
+    controller_step(&b->controller, b->world.now_ns, worst);
     hal_fieldbus_end(&b->master.fieldbus, b->world.now_ns);
     controller_jog_step(&b->controller, &b->jog);
     homing_step(&b->homing);

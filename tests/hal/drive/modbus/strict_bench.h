@@ -147,7 +147,7 @@ static inline void strict_bench_tick(struct strict_bench *bench)
     sim_world_run(&bench->world, now_ns);
     (void)hal_fieldbus_begin(&bench->bus.fieldbus, now_ns);
     strict_bench_act(bench);
-    (void)hal_fieldbus_end(&bench->bus.fieldbus, now_ns);
+    hal_fieldbus_end(&bench->bus.fieldbus, now_ns);
 }
 
 static inline void strict_bench_run(struct strict_bench *bench, int64_t dur_ns)

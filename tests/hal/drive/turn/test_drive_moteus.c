@@ -234,11 +234,11 @@ static void whoever_else_commands_is_noticed(void **state)
     (void)state;
     found();
     hear("8201#01000A0F2000000040000000");
-    assert_int_equal(bus_err, MOTION_E_PROTOCOL);
+    assert_int_equal(bus_health, HAL_FIELDBUS_FOREIGN);
     hear("8201#11001F01130D5050505050505050"); /* only asks */
-    assert_int_equal(bus_err, MOTION_OK);
+    assert_int_equal(bus_health, HAL_FIELDBUS_GOOD);
     hear("8202#01000A0F2000000040000000"); /* somebody else's drive */
-    assert_int_equal(bus_err, MOTION_OK);
+    assert_int_equal(bus_health, HAL_FIELDBUS_GOOD);
 }
 
 static void who_is_there(void **state)

@@ -392,14 +392,14 @@ static void orders_from_somebody_else_are_noticed(void **state)
     for (size_t i = 0; i < ARRAY_LEN(orders); i++) {
         found(DRIVE_ODRIVE_06);
         hear(orders[i]);
-        assert_int_equal(bus_err, MOTION_E_PROTOCOL);
+        assert_int_equal(bus_health, HAL_FIELDBUS_FOREIGN);
         cycle();
-        assert_int_equal(bus_err, MOTION_OK);
+        assert_int_equal(bus_health, HAL_FIELDBUS_GOOD);
     }
     hear("04C#0000A03F00000000"); /* to another node: not ours to judge */
-    assert_int_equal(bus_err, MOTION_OK);
+    assert_int_equal(bus_health, HAL_FIELDBUS_GOOD);
     hear("029#R");
-    assert_int_equal(bus_err, MOTION_OK);
+    assert_int_equal(bus_health, HAL_FIELDBUS_GOOD);
 }
 
 /* As hal/fieldbus.h has it: error-passive is less than either. */
@@ -409,22 +409,22 @@ static void the_worst_of_the_bus_is_said(void **state)
     found(DRIVE_ODRIVE_06);
     fake.state = HAL_CAN_PASSIVE;
     cycle();
-    assert_int_equal(bus_err, MOTION_E_LIMIT);
+    assert_int_equal(bus_health, HAL_FIELDBUS_PASSIVE);
     hear("022#");
-    assert_int_equal(bus_err, MOTION_E_PROTOCOL);
+    assert_int_equal(bus_health, HAL_FIELDBUS_FOREIGN);
     fake.refuse = 4;
     for (int i = 0; i < 3; i++) {
         cycle();
-        assert_int_equal(bus_err, MOTION_E_LIMIT);
+        assert_int_equal(bus_health, HAL_FIELDBUS_PASSIVE);
     }
     cycle();
-    assert_int_equal(bus_err, MOTION_E_FULL);
+    assert_int_equal(bus_health, HAL_FIELDBUS_FULL);
     fake.state = HAL_CAN_DOWN;
     cycle();
-    assert_int_equal(bus_err, MOTION_E_IO);
+    assert_int_equal(bus_health, HAL_FIELDBUS_DOWN);
     fake.state = HAL_CAN_ACTIVE;
     cycle();
-    assert_int_equal(bus_err, MOTION_OK);
+    assert_int_equal(bus_health, HAL_FIELDBUS_GOOD);
 }
 
 static void configs_that_cannot_be(void **state)

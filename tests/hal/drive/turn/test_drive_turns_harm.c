@@ -189,7 +189,7 @@ static void tick(struct bench *b)
     assert_non_null(memchr(b->seen.fault_text, 0, sizeof b->seen.fault_text));
     check_position(b);
     (void)hal_drive_set_target(b->drive, &target);
-    (void)hal_fieldbus_end(&b->bus.fieldbus, b->now_ns);
+    hal_fieldbus_end(&b->bus.fieldbus, b->now_ns);
     b->now_ns += MS;
 }
 

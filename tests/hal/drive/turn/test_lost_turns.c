@@ -189,7 +189,7 @@ static void tick(void)
     }
     if (b.seen.state == HAL_DRIVE_FAULT || b.seen.state == HAL_DRIVE_OFFLINE)
         hal_drive_request(b.drive, HAL_DRIVE_REQUEST_OFF);
-    (void)hal_fieldbus_end(&b.bus.fieldbus, b.now_ns);
+    hal_fieldbus_end(&b.bus.fieldbus, b.now_ns);
     b.now_ns += MS;
 }
 

@@ -25,7 +25,7 @@ static struct can_bus bus;
 static struct hal_drive *subject;
 static struct hal_drive_feedback seen;
 static int64_t now_ns;
-static int bus_err; /* what begin() said last */
+static enum hal_fieldbus_health bus_health; /* what begin() said last */
 
 /* An empty bus, to which the test adds its drive. */
 static inline void turns_bench_init(struct hal_drive *drive)
@@ -38,13 +38,13 @@ static inline void turns_bench_init(struct hal_drive *drive)
 
 static inline void begin(void)
 {
-    bus_err = hal_fieldbus_begin(&bus.fieldbus, now_ns);
+    bus_health = hal_fieldbus_begin(&bus.fieldbus, now_ns);
     hal_drive_feedback(subject, &seen);
 }
 
 static inline void end(void)
 {
-    (void)hal_fieldbus_end(&bus.fieldbus, now_ns);
+    hal_fieldbus_end(&bus.fieldbus, now_ns);
     now_ns += 1 * MS;
 }
 
