@@ -43,8 +43,40 @@ static bool jog_is_on_plan(const struct controller *controller,
            controller->warp.rate1_q30 == MOTION_CLOCK_WARP_ONE_Q30;
 }
 
-/* The drive's profile takes no longer than the plan, which has the same limits
- * and is as long or, with a limit of jerk, longer. */
+/* a * b / c, saturated; none is negative, c > 0. */
+static int64_t jog_muldiv(int64_t a, int64_t b, int64_t c)
+{
+    int64_t result;
+    return motion_fixed_muldiv(a, b, c, &result) < 0 ? INT64_MAX : result;
+}
+
+static int64_t jog_add(int64_t a, int64_t b)
+{
+    int64_t result;
+    return motion_fixed_add(a, b, &result) < 0 ? INT64_MAX : result;
+}
+
+/* What the drive's profile takes at most from where and how fast the axis is: a
+ * change of speed by v takes v / a, and what it goes wrong until then v^2 / 2a;
+ * a distance d from rest to rest takes d / v + v / a, or less. */
+static int64_t jog_way_ns_q12(const struct hal_drive_feedback *now,
+                              const struct controller_goal *goal)
+{
+    const int64_t vel = goal->vel_q32, acc = goal->acc_q32;
+    const int64_t speed = (int64_t)(motion_fixed_abs(now->vel_q32) & INT64_MAX);
+    const int64_t turn = jog_muldiv(speed, speed, acc) / 2;
+    int64_t way;
+    if (motion_fixed_sub(goal->pos_q32, now->pos_q32, &way) < 0)
+        return INT64_MAX;
+    way = jog_add((int64_t)(motion_fixed_abs(way) & INT64_MAX), turn);
+    return jog_add(jog_muldiv(way, MOTION_FIXED_S_Q12, vel),
+                   jog_muldiv(jog_add(speed, vel), MOTION_FIXED_S_Q12, acc));
+}
+
+/* From rest the drive's profile takes no longer than the plan, which has the
+ * same limits and is as long or, with a limit of jerk, longer.  A drive under
+ * way may be elsewhere than its plan: it may be late, and one without a halt
+ * goes on while the plan is held. */
 static void jog_give_goal(struct controller *controller,
                           struct controller_jog *jog,
                           const struct controller_jog_goal *goal)
@@ -61,11 +93,12 @@ static void jog_give_goal(struct controller *controller,
         .vel_q32 = jog_limit(&config->limit, goal->vel_q32).vel_max_q32,
         .acc_q32 = config->limit.acc_q32,
     };
-    /* where the plan has ended the drive may be late, and still on its way */
-    const bool is_on =
-        track->count > 0 ||
-        controller_leg_under_way(&controller->axis[goal->axis].leg);
-    controller_goal_set(&controller->axis[goal->axis], own, is_on ? 1 : 0);
+    struct controller_axis *axis = &controller->axis[goal->axis];
+    const bool is_on = controller_leg_under_way(&axis->leg);
+    const int64_t way_ns_q12 = jog_way_ns_q12(&axis->feedback, own);
+    if (is_on && way_ns_q12 > own->end_ns_q12)
+        own->end_ns_q12 = way_ns_q12;
+    controller_goal_set(axis, own, track->count > 0 || is_on ? 1 : 0);
 }
 
 /* The spare trajectory becomes the one that is played, from path time 0. */

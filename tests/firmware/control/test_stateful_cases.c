@@ -427,6 +427,30 @@ static void a_late_drive_is_under_way_to_the_same_goal(void **state)
     rests_in(1500);
 }
 
+/* Without a halt it runs on in a hold, its prediction does not: sent back, it
+ * has further to go than that. */
+static void a_drive_that_ran_on_in_a_hold_has_time_for_its_way_back(void **s)
+{
+    (void)s;
+    lay_goers(1, 100 * UNIT);
+    bench.config.axis[0].late_ns = 100 * MS;
+    bench.axis[0].profile.halts = false;
+    enable();
+    (void)stateful_jog(&bench, 0, 1600 * UNIT, 250 * UNIT, 0);
+    run(100);
+    (void)stateful_hold(&bench);
+    run(3000);
+    (void)stateful_resume(&bench);
+    assert_int_equal(stateful_jog(&bench, 0, 100 * UNIT, 250 * UNIT, 0),
+                     MOTION_OK);
+    for (int n = 0; bench.controller.state != CONTROLLER_READY; n++) {
+        assert_true(n < 10000);
+        run(1);
+    }
+    assert_int_equal(bench.controller.fault.fault, CONTROLLER_FAULT_NONE);
+    assert_true(bench.axis[0].pos_q32 == 100 * UNIT);
+}
+
 static void goals_of_a_refused_start_are_forgotten(void **state)
 {
     (void)state;
@@ -554,6 +578,8 @@ int main(void)
         cmocka_unit_test(a_hold_on_a_jog_that_turns_trips_nothing),
         cmocka_unit_test(a_new_goal_and_a_stop_in_one_tick_halt_the_drive),
         cmocka_unit_test(a_late_drive_is_under_way_to_the_same_goal),
+        cmocka_unit_test(
+            a_drive_that_ran_on_in_a_hold_has_time_for_its_way_back),
         cmocka_unit_test(goals_of_a_refused_start_are_forgotten),
         cmocka_unit_test(a_drive_that_stands_short_of_its_goal_is_stopped),
         cmocka_unit_test(a_calm_way_is_halted_in_a_second),
