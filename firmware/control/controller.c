@@ -446,7 +446,8 @@ static void controller_step_ready(struct controller *controller)
 
 static void controller_clock(struct controller *controller)
 {
-    if (controller->warp.rate1_q30 != controller->wanted_q30)
+    if (controller->warp.rate1_q30 != controller->wanted_q30 ||
+        controller_ramp_rises(controller))
         controller_ramp_seek(controller);
     motion_clock_warp_at(&controller->warp, controller->clock_ns,
                          &controller->rate);

@@ -43,6 +43,7 @@ bool controller_is_held(const struct controller *controller);
  * number of looks per call, and put the first that fits, which is the shortest,
  * into force.  Of a hold or stop, whose rest is due by rest_by_ns, none is
  * taken that ends later, and in good time before it the stop limits count.
+ * While its rate still rises, r' = 0 in a quarter less of the time is tried.
  * Begin: from now, for a request; `again`: for another one of a hold or stop
  * that slows already.  Reset: forget what was being looked at.  Stop: a ramp to
  * rate 0 within the stop limits, from now; false: there is none.  Seek and stop
@@ -51,8 +52,9 @@ void controller_ramp_seek(struct controller *controller);
 void controller_ramp_begin(struct controller *controller, bool again);
 void controller_ramp_reset(struct controller *controller);
 bool controller_ramp_stop(struct controller *controller);
-/* A hold or stop is under way, whose rest is due. */
+/* A hold or stop is under way, whose rest is due; and its rate still rises. */
 bool controller_slows(const struct controller *controller);
+bool controller_ramp_rises(const struct controller *controller);
 /* How long it takes at most from now until the rate is 0, in ns of clock_ns, in
  * a move that is being played.  With D(l, k) the duration of the ramp from the
  * present (r, r') to rest within A / k and J / k, where A and J are what the

@@ -61,8 +61,9 @@ static int64_t bound_of(const struct controller *c, enum request request)
  * a shorter one would, but not all up to there (a border of segments comes just
  * after its end), or where only some ticks are looked at (over 128, with what
  * may come between), that is a sixteenth of L.  Where no J fits yet the clock
- * goes on as it was going to: INFINITY. */
-static double unavoidable(const struct controller *c, bool stop)
+ * goes on as it was going to: INFINITY.  On the way it looks for a level a
+ * quarter shorter: `longer` is what it may take then. */
+static double unavoidable(const struct controller *c, bool stop, double longer)
 {
     const double tick = (double)c->config.period_ns * 1e-9;
     struct motion_clock_rate at;
@@ -72,8 +73,9 @@ static double unavoidable(const struct controller *c, bool stop)
         return r;
     const double jerk = oracle_level(
         c, (double)at.s_ns_q12 / (double)MOTION_FIXED_S_Q12, r, a, stop);
-    return jerk == 0 ? INFINITY
-                     : r + a * a / (2 * jerk) * 1.0625 + 1.5 * a * tick;
+    return jerk == 0
+               ? INFINITY
+               : r + longer * (a * a / (2 * jerk) * 1.0625 + 1.5 * a * tick);
 }
 
 /* The ramp that was found at once, beside the shortest. */
@@ -117,6 +119,23 @@ static bool is_asked_again(const struct controller *c, unsigned ticks)
            c->reaction == CONTROLLER_REACT_NONE;
 }
 
+/* What r' makes unavoidable from here, with or without another request. */
+#define ON_THE_WAY 8 /* ticks apart */
+
+static double watch_rise(const struct controller *c, bool stop, unsigned ticks,
+                         double most)
+{
+    if (isinf(most))
+        return unavoidable(c, stop, 1);
+    if (is_asked_again(c, ticks)) {
+        most = fmin(most, unavoidable(c, stop, 1));
+        ask(STOP);
+    }
+    return tally.asked % AGAIN == 1 && ticks % ON_THE_WAY == 0
+               ? fmin(most, unavoidable(c, stop, 4.0 / 3))
+               : most;
+}
+
 /* Ask, run until it rests, judge every tick. */
 static void slow_down(enum request request)
 {
@@ -124,7 +143,7 @@ static void slow_down(enum request request)
     const bool stop = request == FAULT;
     const double before = rate_of(c->rate.rate_q30);
     const int64_t from_ns = c->clock_ns, bound_ns = bound_of(c, request);
-    double highest = 0, most = unavoidable(c, stop);
+    double highest = 0, most = unavoidable(c, stop, 1);
     struct motion_clock_rate from;
     motion_clock_warp_at(&c->warp, c->clock_ns, &from);
     tally.waited += isinf(most) ? 1u : 0u;
@@ -133,12 +152,7 @@ static void slow_down(enum request request)
         compare(c, &from, stop);
     for (unsigned n = 0; !rests(c) && c->reaction < CONTROLLER_REACT_QUICK;
          n++) {
-        if (is_asked_again(c, n)) {
-            most = fmin(most, unavoidable(c, stop));
-            ask(STOP);
-        }
-        if (isinf(most))
-            most = unavoidable(c, stop);
+        most = watch_rise(c, stop, n, most);
         ramp_tick(&bench);
         no_gate(c);
         const double rate = rate_of(c->rate.rate_q30);
