@@ -153,7 +153,7 @@ struct hal_drive;
 struct hal_drive_ops {
     void (*request)(struct hal_drive *drive, enum hal_drive_request request);
     /* Next set point; goes out with the fieldbus's end of cycle.
-     * MOTION_E_RANGE when it does not fit the drive's own units, MOTION_E_LIMIT
+     * MOTION_E_RANGE when it does not fit the drive's own units, MOTION_E_AWAY
      * when it is the first since enabling and too far from where the axis is
      * (the drive then is in FAULT); nothing is sent then.  While the drive is
      * not ENABLED a set point is checked and forgotten. */

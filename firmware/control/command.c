@@ -240,10 +240,10 @@ static int controller_may_start(const struct controller *controller,
             return MOTION_E_ARG;
     for (*axis = 0; *axis < (int)controller->config.axis_count; ++*axis)
         if (track[*axis] && !own[*axis].homed)
-            return MOTION_E_EMPTY;
+            return MOTION_E_UNHOMED;
     for (*axis = 0; *axis < (int)controller->config.axis_count; ++*axis)
         if (track[*axis] && !controller_at_start(&own[*axis], track[*axis]))
-            return MOTION_E_LIMIT;
+            return MOTION_E_AWAY;
     *axis = -1;
     return MOTION_OK;
 }

@@ -272,10 +272,10 @@ int controller_set_goals(struct controller *controller, unsigned index,
 /* READY -> MOVING.  One track per axis (NULL: stands still).  The tracks must
  * outlive the move.  A window (track.h) must be moved on between ticks; where
  * it does not reach as far as a stop may need, that is a fault.  MOTION_E_ARG
- * when an axis that goes to goals has a track and no goals, MOTION_E_EMPTY when
- * an axis with a track has not been homed, MOTION_E_LIMIT when one does not
- * stand where its track starts (*axis says which, when not NULL), or when a
- * track is beyond the limits at 100 % (*axis is -1). */
+ * when an axis that goes to goals has a track and no goals, MOTION_E_UNHOMED
+ * when an axis with a track has not been homed, MOTION_E_AWAY when one does not
+ * stand where its track starts (*axis says which, when not NULL),
+ * MOTION_E_LIMIT when a track is beyond the limits at 100 % (*axis is -1). */
 int controller_start(struct controller *controller,
                      const struct motion_track *const track[], int *axis);
 /* Homing that is held begins no other leg before it is resumed. */

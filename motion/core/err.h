@@ -20,7 +20,9 @@
     X(MOTION_E_PROTOCOL, -10, "the other side broke the protocol")             \
     X(MOTION_E_REFUSED, -11, "the other side refused")                         \
     X(MOTION_E_EMPTY, -12, "there is nothing to work on")                      \
-    X(MOTION_E_WORK, -13, "it would take more work than is allowed")
+    X(MOTION_E_WORK, -13, "it would take more work than is allowed")           \
+    X(MOTION_E_AWAY, -14, "an axis is not where the motion begins")            \
+    X(MOTION_E_UNHOMED, -15, "an axis has not been homed")
 
 enum motion_err {
     MOTION_OK = 0,

@@ -332,7 +332,7 @@ static void a_first_set_point_far_away_is_a_fault(void **state)
     const struct hal_drive_target far = { .pos_q32 = at_q32 + 5 * ONE };
 
     cycle_begin(b);
-    assert_int_equal(hal_drive_set_target(b->drive, &far), MOTION_E_LIMIT);
+    assert_int_equal(hal_drive_set_target(b->drive, &far), MOTION_E_AWAY);
     cycle_end(b);
     cycle(b);
     assert_int_equal(b->seen.state, HAL_DRIVE_FAULT);

@@ -57,7 +57,7 @@ static int drive_cia402_check_first(struct drive_cia402 *self, int64_t counts)
         drive_cia402_say(self,
                          "first set point is too far from where the axis is");
         drive_cia402_latch(self);
-        return MOTION_E_LIMIT;
+        return MOTION_E_AWAY;
     }
     self->first_target = false;
     return MOTION_OK;

@@ -232,7 +232,7 @@ static void drive_cia402_preload_step(struct drive_cia402 *self, int64_t now_ns)
         drive_cia402_apart(self->preload_counts, self->actual_counts) >
             self->first_step_counts) {
         drive_cia402_say(self, "axis moves while it is being enabled");
-        err = MOTION_E_LIMIT;
+        err = MOTION_E_AWAY;
     }
     if (err == MOTION_OK && drive_cia402_is_clamped(self)) {
         drive_cia402_say(self, "moved out of its software limits (0x607D)");

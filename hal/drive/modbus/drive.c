@@ -431,7 +431,7 @@ static int check_first(struct drive_modbus *self, int64_t counts)
         drive_modbus_say(self,
                          "first set point is too far from where the axis is");
         drive_modbus_latch(self);
-        return MOTION_E_LIMIT;
+        return MOTION_E_AWAY;
     }
     self->first_target = false;
     return MOTION_OK;

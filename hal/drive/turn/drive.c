@@ -145,7 +145,7 @@ static int check_first(struct drive_turns *self, int64_t pos_q32)
         drive_turns_say(self,
                         "first set point is too far from where the axis is");
         drive_turns_latch(self);
-        return MOTION_E_LIMIT;
+        return MOTION_E_AWAY;
     }
     self->first_target = false;
     return MOTION_OK;

@@ -66,7 +66,7 @@ static int axis_set_target(struct hal_drive *drive,
     if (axis->is_first &&
         llabs(target->pos_q32 - axis->seen.pos_q32) > FIRST_Q32) {
         axis->state = HAL_DRIVE_FAULT;
-        return MOTION_E_LIMIT;
+        return MOTION_E_AWAY;
     }
     axis->told = true;
     axis->told_q32 = target->pos_q32;

@@ -428,7 +428,7 @@ static void stop_ends_ready_on_the_path_and_keeps_torque(void **state)
     /* away from the start of the move: it cannot be started from here */
     int axis = -1;
     assert_int_equal(controller_start(&bench.controller, bench.tracks, &axis),
-                     MOTION_E_LIMIT);
+                     MOTION_E_AWAY);
     assert_int_equal(axis, 0);
 }
 

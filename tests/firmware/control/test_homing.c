@@ -185,7 +185,7 @@ static void no_move_before_homing(void **state)
     motion_track_init(&track, room, 4, 0);
     assert_int_equal(motion_track_append_dwell(&track, 1000 * MS * 4096), 0);
     assert_int_equal(controller_start(&machine.controller, tracks, &axis),
-                     MOTION_E_EMPTY);
+                     MOTION_E_UNHOMED);
     assert_int_equal(axis, LIFT);
     expect_homed(1u << LIFT);
     motion_track_init(&track, room, 4,

@@ -462,7 +462,7 @@ static void goals_of_a_refused_start_are_forgotten(void **state)
                       600 * UNIT);
     assert_int_equal(motion_ease_append_limited(track, 900 * UNIT, &limit),
                      MOTION_OK);
-    assert_int_equal(stateful_start(&bench, 2), MOTION_E_LIMIT);
+    assert_int_equal(stateful_start(&bench, 2), MOTION_E_AWAY);
     (void)stateful_jog(&bench, 0, 700 * UNIT, 100 * UNIT, 0);
     run(6000);
     in_state(CONTROLLER_READY);

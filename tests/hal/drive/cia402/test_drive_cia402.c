@@ -941,9 +941,9 @@ static void the_first_set_point_must_be_where_the_axis_is(void **state)
         { -123456, MOTION_OK },
         { -123456 + 1000, MOTION_OK },
         { -123456 - 1000, MOTION_OK },
-        { -123456 + 1001, MOTION_E_LIMIT },
-        { -123456 - 1001, MOTION_E_LIMIT },
-        { 0, MOTION_E_LIMIT },
+        { -123456 + 1001, MOTION_E_AWAY },
+        { -123456 - 1001, MOTION_E_AWAY },
+        { 0, MOTION_E_AWAY },
     };
 
     for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
@@ -972,7 +972,7 @@ static void the_first_step_is_at_least_one_count(void **state)
         bench_of(b, &config);
         enable(b);
         assert_int_equal(set_pos(b, pos_of(-123456 + counts)),
-                         counts == 1 ? MOTION_OK : MOTION_E_LIMIT);
+                         counts == 1 ? MOTION_OK : MOTION_E_AWAY);
     }
 }
 
@@ -1263,7 +1263,7 @@ static void a_latched_drive_that_holds_is_switched_off(void **state)
 
     b->mini.quick_stop_stays = true;
     enable(b);
-    assert_int_equal(set_pos(b, 0), MOTION_E_LIMIT); /* latches */
+    assert_int_equal(set_pos(b, 0), MOTION_E_AWAY); /* latches */
     ticks(b, 10);
     assert_int_equal(b->seen.state, HAL_DRIVE_FAULT);
     assert_int_equal(b->mini.state, CIA402_SWITCH_ON_DISABLED);
@@ -1280,8 +1280,8 @@ static void a_reset_waits_for_a_quick_stop_to_end(void **state)
         b = *state;
         b->mini.quick_stop_stays = true;
         enable(b);
-        assert_int_equal(set_pos(b, 0), MOTION_E_LIMIT); /* latches */
-        b->mini.drift = drifts[i]; /* still ramping down */
+        assert_int_equal(set_pos(b, 0), MOTION_E_AWAY); /* latches */
+        b->mini.drift = drifts[i];                      /* still ramping down */
         ticks(b, 10);
         assert_int_equal(b->mini.state, CIA402_QUICK_STOP_ACTIVE);
         request(b, HAL_DRIVE_REQUEST_RESET);

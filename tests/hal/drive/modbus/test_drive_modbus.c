@@ -439,7 +439,7 @@ static void the_first_set_point_must_be_where_the_axis_is(void **state)
     modbus_bench_enable(&bench);
     bench.target.pos_q32 += 2 * UNIT_Q32;
     assert_int_equal(hal_drive_set_target(&bench.drive.drive, &bench.target),
-                     MOTION_E_LIMIT);
+                     MOTION_E_AWAY);
     modbus_bench_until(&bench, HAL_DRIVE_FAULT);
     modbus_bench_run(&bench, 500 * MS);
     assert_int_equal(sim_modbus_servo_counts(&bench.servo), 12345);
