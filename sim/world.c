@@ -35,9 +35,12 @@ int sim_world_add(struct sim_world *world, struct sim_member *member)
 {
     if (!member->ops || !member->ops->due_ns || !member->ops->run)
         return MOTION_E_ARG;
-    if (world->member_count == SIM_WORLD_MEMBERS_MAX)
-        return MOTION_E_FULL;
-    world->member[world->member_count++] = member;
+    member->next = NULL;
+    if (world->last == NULL)
+        world->first = member;
+    else
+        world->last->next = member;
+    world->last = member;
     return MOTION_OK;
 }
 
@@ -48,8 +51,8 @@ static struct sim_member *sim_world_next(const struct sim_world *world,
     struct sim_member *next = NULL;
 
     *due_ns = SIM_WORLD_NEVER;
-    for (unsigned i = 0; i < world->member_count; i++) {
-        struct sim_member *member = world->member[i];
+    for (struct sim_member *member = world->first; member != NULL;
+         member = member->next) {
         int64_t member_due_ns = member->ops->due_ns(member);
 
         if (member_due_ns < *due_ns) {

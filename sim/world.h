@@ -11,8 +11,6 @@
 
 #include "hal/clock.h"
 
-#define SIM_WORLD_MEMBERS_MAX 64
-
 /* Nothing to do. */
 #define SIM_WORLD_NEVER INT64_MAX
 
@@ -29,18 +27,19 @@ struct sim_member_ops {
 
 struct sim_member {
     const struct sim_member_ops *ops;
+    struct sim_member *next; /* in the order of adding */
 };
 
 struct sim_world {
     struct hal_clock clock; /* wait_until runs the world up to then */
     int64_t now_ns;
-    struct sim_member *member[SIM_WORLD_MEMBERS_MAX];
-    unsigned member_count;
+    struct sim_member *first, *last;
 };
 
 void sim_world_init(struct sim_world *world, int64_t start_ns);
 
-/* MOTION_OK; MOTION_E_FULL; MOTION_E_ARG when the member has no operations. */
+/* The member is the caller's, once in one world.  MOTION_OK; MOTION_E_ARG when
+ * it has no operations. */
 int sim_world_add(struct sim_world *world, struct sim_member *member);
 
 /* All that is due up to and including `until_ns`; then now is `until_ns`.  A

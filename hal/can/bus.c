@@ -18,8 +18,8 @@ int can_bus_send(struct can_bus_node *node, const struct hal_can_frame *frame)
 static void can_bus_receive(struct can_bus *bus,
                             const struct hal_can_frame *frame, int64_t now_ns)
 {
-    for (unsigned i = 0; i < bus->node_count; i++) {
-        switch (bus->node[i]->ops->receive(bus->node[i], frame, now_ns)) {
+    for (struct can_bus_node *node = bus->first; node; node = node->next) {
+        switch (node->ops->receive(node, frame, now_ns)) {
         case CAN_BUS_TAKEN:
             bus->stats.received++;
             return;
@@ -46,8 +46,8 @@ static enum hal_fieldbus_health can_bus_begin(struct hal_fieldbus *fieldbus,
     can_cycle_begin(&bus->cycle);
     while (can_cycle_recv(&bus->cycle, &frame))
         can_bus_receive(bus, &frame, now_ns);
-    for (unsigned i = 0; i < bus->node_count; i++)
-        bus->node[i]->ops->step(bus->node[i], now_ns);
+    for (struct can_bus_node *node = bus->first; node; node = node->next)
+        node->ops->step(node, now_ns);
     (void)can_cycle_flush(&bus->cycle);
     return can_cycle_health(&bus->cycle);
 }
@@ -56,8 +56,8 @@ static void can_bus_end(struct hal_fieldbus *fieldbus, int64_t now_ns)
 {
     struct can_bus *bus = CONTAINER_OF(fieldbus, struct can_bus, fieldbus);
 
-    for (unsigned i = 0; i < bus->node_count; i++)
-        bus->node[i]->ops->emit(bus->node[i], now_ns);
+    for (struct can_bus_node *node = bus->first; node; node = node->next)
+        node->ops->emit(node, now_ns);
     (void)can_cycle_flush(&bus->cycle);
 }
 
@@ -73,11 +73,13 @@ void can_bus_init(struct can_bus *bus, struct hal_can *can)
     can_cycle_init(&bus->cycle, can);
 }
 
-int can_bus_add(struct can_bus *bus, struct can_bus_node *node)
+void can_bus_add(struct can_bus *bus, struct can_bus_node *node)
 {
-    if (bus->node_count >= CAN_BUS_NODES_MAX)
-        return MOTION_E_FULL;
     node->bus = bus;
-    bus->node[bus->node_count++] = node;
-    return MOTION_OK;
+    node->next = NULL;
+    if (bus->last == NULL)
+        bus->first = node;
+    else
+        bus->last->next = node;
+    bus->last = node;
 }

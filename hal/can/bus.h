@@ -18,8 +18,6 @@
 #include "hal/can/cycle.h"
 #include "hal/fieldbus.h"
 
-#define CAN_BUS_NODES_MAX 32
-
 enum can_bus_take {
     CAN_BUS_NOT_MINE,
     CAN_BUS_TAKEN,
@@ -43,6 +41,7 @@ struct can_bus;
 struct can_bus_node {
     const struct can_bus_node_ops *ops;
     struct can_bus *bus;
+    struct can_bus_node *next; /* on the bus, in the order of adding */
 };
 
 struct can_bus_stats {
@@ -54,14 +53,13 @@ struct can_bus_stats {
 struct can_bus {
     struct hal_fieldbus fieldbus;
     struct can_cycle cycle; /* of the port */
-    struct can_bus_node *node[CAN_BUS_NODES_MAX];
-    unsigned node_count;
+    struct can_bus_node *first, *last;
     struct can_bus_stats stats;
 };
 
 void can_bus_init(struct can_bus *bus, struct hal_can *can);
-/* MOTION_E_FULL. */
-int can_bus_add(struct can_bus *bus, struct can_bus_node *node);
+/* The node is the caller's, once on one bus. */
+void can_bus_add(struct can_bus *bus, struct can_bus_node *node);
 /* For nodes, from step and emit.  Errors of hal_can_send. */
 int can_bus_send(struct can_bus_node *node, const struct hal_can_frame *frame);
 

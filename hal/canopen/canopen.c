@@ -46,9 +46,7 @@ int canopen_time(struct canopen *master, uint32_t ms, uint16_t days)
 
 static struct canopen_node *canopen_find(struct canopen *master, uint32_t id)
 {
-    const unsigned at = master->node_at[id & CANOPEN_ID_MASK];
-
-    return at > 0 ? master->node[at - 1] : NULL;
+    return master->node_at[id & CANOPEN_ID_MASK];
 }
 
 static void canopen_foreign(struct canopen *master)
@@ -154,10 +152,8 @@ static bool canopen_is_predefined(const struct canopen_node *node, unsigned at,
 static bool canopen_of_own_pdo(struct canopen *master,
                                const struct hal_can_frame *frame)
 {
-    for (unsigned i = 0; i < master->node_count; i++)
+    for (struct canopen_node *node = master->first; node; node = node->next)
         for (unsigned at = 0; at < CANOPEN_OWN_PDOS; at++) {
-            struct canopen_node *node = master->node[i];
-
             if (node->tpdo_id[at] == frame->id) {
                 canopen_tpdo(master, node, at + 1, frame);
                 return true;
@@ -290,19 +286,19 @@ static enum hal_fieldbus_health canopen_begin(struct hal_fieldbus *bus,
     canopen_drain(master, now_ns);
     if (master->lss != NULL)
         canopen_lss_expire(master->lss, now_ns);
-    for (unsigned i = 0; i < master->node_count; i++) {
-        canopen_sdo_expire(master->node[i], now_ns);
-        canopen_sdo_pump(master->node[i], now_ns);
-        canopen_watch(master->node[i], now_ns);
+    for (struct canopen_node *node = master->first; node; node = node->next) {
+        canopen_sdo_expire(node, now_ns);
+        canopen_sdo_pump(node, now_ns);
+        canopen_watch(node, now_ns);
     }
     canopen_sync(master, now_ns);
     canopen_beat(master, now_ns);
-    for (unsigned i = 0; i < master->node_count; i++)
-        if (canopen_is_first(master->node[i]))
-            canopen_guard_ask(master->node[i], now_ns);
-    for (unsigned i = 0; i < master->node_count; i++)
-        if (master->node[i]->ops->step != NULL)
-            master->node[i]->ops->step(master->node[i], now_ns);
+    for (struct canopen_node *node = master->first; node; node = node->next)
+        if (canopen_is_first(node))
+            canopen_guard_ask(node, now_ns);
+    for (struct canopen_node *node = master->first; node; node = node->next)
+        if (node->ops->step != NULL)
+            node->ops->step(node, now_ns);
     (void)can_cycle_flush(&master->cycle);
     return can_cycle_health(&master->cycle);
 }
@@ -333,10 +329,10 @@ static void canopen_end(struct hal_fieldbus *bus, int64_t now_ns)
     struct canopen *master = CONTAINER_OF(bus, struct canopen, fieldbus);
 
     (void)now_ns;
-    for (unsigned i = 0; i < master->node_count; i++)
+    for (struct canopen_node *node = master->first; node; node = node->next)
         for (unsigned number = 1; number <= CANOPEN_PDO_NUMBERS; number++)
-            if (master->node[i]->ops->rpdo != NULL)
-                canopen_rpdo(master, master->node[i], number);
+            if (node->ops->rpdo != NULL)
+                canopen_rpdo(master, node, number);
     (void)can_cycle_flush(&master->cycle);
 }
 

@@ -23,7 +23,6 @@
 #include "hal/can/cycle.h"
 #include "hal/fieldbus.h"
 
-#define CANOPEN_NODES_MAX 32
 
 enum canopen_nmt_command {
     CANOPEN_NMT_START = 0x01,
@@ -149,6 +148,7 @@ struct canopen_node {
     struct canopen_sdo sdo;
     int64_t sdo_asked_ns, sdo_served_ns; /* refused, or begun, last */
     struct canopen_node *sibling; /* the next axis of the device, in a ring */
+    struct canopen_node *next;    /* on the bus, in the order of adding */
     struct canopen *master;
 };
 
@@ -179,10 +179,8 @@ struct canopen {
     struct hal_fieldbus fieldbus;
     struct can_cycle cycle; /* of the port */
     struct canopen_config config;
-    struct canopen_node *node[CANOPEN_NODES_MAX];
-    unsigned node_count;
-    uint8_t node_at[128];     /* by node id: index in node[] of its first axis
-                                 + 1, 0: none */
+    struct canopen_node *first, *last;
+    struct canopen_node *node_at[128]; /* by node id: its first axis */
     int64_t sync_ns;          /* when the last SYNC was sent */
     int64_t sync_previous_ns; /* and the one before */
     uint8_t sync_counter;
@@ -195,7 +193,7 @@ struct canopen {
 /* MOTION_E_ARG: own id outside 1..127 or a negative time. */
 int canopen_init(struct canopen *master, struct hal_can *can,
                  const struct canopen_config *config);
-/* MOTION_E_FULL, or MOTION_E_ARG for an id outside 1..127, an axis of it that
+/* The node is the caller's.  MOTION_E_ARG for an id outside 1..127, an axis of it that
  * is taken, or an identifier of a PDO that is not free. */
 int canopen_add(struct canopen *master, struct canopen_node *node);
 /* 0x181 to 0x57F, 0x680 to 0x6DF: the rest is kept for NMT, SYNC, EMCY, TIME,

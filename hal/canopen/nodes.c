@@ -4,13 +4,6 @@
 
 #define NODE_ID_MASK 0x7Fu
 
-static struct canopen_node *node_first(const struct canopen *master, uint8_t id)
-{
-    const unsigned at = master->node_at[id];
-
-    return at > 0 ? master->node[at - 1] : NULL;
-}
-
 bool canopen_is_single(const struct canopen_node *node)
 {
     return node->sibling == node;
@@ -18,7 +11,7 @@ bool canopen_is_single(const struct canopen_node *node)
 
 bool canopen_is_first(const struct canopen_node *node)
 {
-    return node->master->node[node->master->node_at[node->id] - 1] == node;
+    return node->master->node_at[node->id] == node;
 }
 
 bool canopen_id_is_for_pdos(uint32_t id)
@@ -34,7 +27,7 @@ static bool canopen_id_is_predefined(const struct canopen *master,
 {
     const uint32_t of = id & NODE_ID_MASK;
 
-    return id <= 0x57F && (master->node_at[of] != 0 || of == node->id) &&
+    return id <= 0x57F && (master->node_at[of] != NULL || of == node->id) &&
            (of != node->id || id < CANOPEN_COB_TPDO3);
 }
 
@@ -44,10 +37,9 @@ bool canopen_pdo_id_is_free(const struct canopen *master,
     if (!canopen_id_is_for_pdos(id) ||
         canopen_id_is_predefined(master, node, id))
         return false;
-    for (unsigned i = 0; i < master->node_count; i++)
+    for (const struct canopen_node *of = master->first; of; of = of->next)
         for (unsigned at = 0; at < CANOPEN_OWN_PDOS; at++)
-            if (master->node[i]->rpdo_id[at] == id ||
-                master->node[i]->tpdo_id[at] == id)
+            if (of->rpdo_id[at] == id || of->tpdo_id[at] == id)
                 return false;
     return true;
 }
@@ -74,12 +66,10 @@ static bool canopen_pdos_are_free(const struct canopen *master,
             if (id[i] != 0 && id[k] == id[i])
                 return false;
     }
-    for (unsigned i = 0; i < master->node_count; i++)
+    for (const struct canopen_node *of = master->first; of; of = of->next)
         for (unsigned at = 0; at < CANOPEN_OWN_PDOS; at++)
-            if (canopen_id_is_of(master->node[i], node,
-                                 master->node[i]->rpdo_id[at]) ||
-                canopen_id_is_of(master->node[i], node,
-                                 master->node[i]->tpdo_id[at]))
+            if (canopen_id_is_of(of, node, of->rpdo_id[at]) ||
+                canopen_id_is_of(of, node, of->tpdo_id[at]))
                 return false;
     return true;
 }
@@ -87,7 +77,7 @@ static bool canopen_pdos_are_free(const struct canopen *master,
 /* Into the ring of those with its id; false: its place in it is taken. */
 static bool canopen_join(struct canopen *master, struct canopen_node *node)
 {
-    struct canopen_node *first = node_first(master, node->id), *other = first;
+    struct canopen_node *first = master->node_at[node->id], *other = first;
 
     node->sibling = node;
     if (first == NULL)
@@ -107,8 +97,6 @@ int canopen_add(struct canopen *master, struct canopen_node *node)
     if (node->id < 1 || node->id > 127 || node->id == master->config.node_id ||
         !canopen_pdos_are_free(master, node))
         return MOTION_E_ARG;
-    if (master->node_count >= CANOPEN_NODES_MAX)
-        return MOTION_E_FULL;
     if (!canopen_join(master, node))
         return MOTION_E_ARG;
     node->master = master;
@@ -116,8 +104,13 @@ int canopen_add(struct canopen *master, struct canopen_node *node)
     node->nmt_state = CANOPEN_NMT_UNKNOWN;
     node->heartbeat_heard = false;
     node->sdo.state = CANOPEN_SDO_IDLE;
-    master->node[master->node_count++] = node;
-    if (master->node_at[node->id] == 0)
-        master->node_at[node->id] = (uint8_t)master->node_count;
+    node->next = NULL;
+    if (master->last == NULL)
+        master->first = node;
+    else
+        master->last->next = node;
+    master->last = node;
+    if (master->node_at[node->id] == NULL)
+        master->node_at[node->id] = node;
     return MOTION_OK;
 }

@@ -12,7 +12,7 @@ static void modbus_bus_take(struct modbus_bus *bus,
                             const struct hal_modbus_reply *reply)
 {
     const unsigned slot = reply->tag & (HAL_MODBUS_MAILBOX - 1);
-    struct modbus_node *node = bus->node[bus->flight[slot].node];
+    struct modbus_node *node = bus->flight[slot].node;
 
     bus->returned++;
     bus->broke = bus->broke || reply->err == MOTION_E_IO;
@@ -21,8 +21,8 @@ static void modbus_bus_take(struct modbus_bus *bus,
 
 static void modbus_bus_tell(struct modbus_bus *bus)
 {
-    for (unsigned i = 0; i < bus->node_count; i++)
-        bus->node[i]->ops->down(bus->node[i]);
+    for (struct modbus_node *node = bus->first; node; node = node->next)
+        node->ops->down(node);
 }
 
 static enum hal_fieldbus_health modbus_bus_begin(struct hal_fieldbus *fieldbus,
@@ -38,16 +38,15 @@ static enum hal_fieldbus_health modbus_bus_begin(struct hal_fieldbus *fieldbus,
         modbus_bus_take(bus, &reply);
     if (bus->broke)
         modbus_bus_tell(bus);
-    for (unsigned i = 0; i < bus->node_count; i++)
-        bus->node[i]->ops->step(bus->node[i], now_ns);
+    for (struct modbus_node *node = bus->first; node; node = node->next)
+        node->ops->step(node, now_ns);
     return bus->broke ? HAL_FIELDBUS_DOWN : HAL_FIELDBUS_GOOD;
 }
 
 /* true: one more is under way. */
-static bool modbus_bus_ask(struct modbus_bus *bus, unsigned index,
+static bool modbus_bus_ask(struct modbus_bus *bus, struct modbus_node *node,
                            int64_t now_ns)
 {
-    struct modbus_node *node = bus->node[index];
     struct hal_modbus_request request = { .unit = node->unit };
     const unsigned slot = bus->sent & (HAL_MODBUS_MAILBOX - 1);
     uint16_t cookie = 0;
@@ -55,7 +54,7 @@ static bool modbus_bus_ask(struct modbus_bus *bus, unsigned index,
     if (!node->ops->ask(node, now_ns, &request, &cookie) ||
         hal_modbus_submit(bus->line, &request, bus->sent) != MOTION_OK)
         return false;
-    bus->flight[slot].node = (uint8_t)index;
+    bus->flight[slot].node = node;
     bus->flight[slot].cookie = cookie;
     bus->sent++;
     return true;
@@ -67,10 +66,10 @@ static void modbus_bus_end(struct hal_fieldbus *fieldbus, int64_t now_ns)
     unsigned idle = 0;
 
     while (idle < bus->node_count && bus->sent - bus->returned < bus->depth) {
-        const unsigned index = bus->turn;
+        struct modbus_node *node = bus->turn;
 
-        bus->turn = index + 1 < bus->node_count ? index + 1 : 0;
-        idle = modbus_bus_ask(bus, index, now_ns) ? 0 : idle + 1;
+        bus->turn = node->next != NULL ? node->next : bus->first;
+        idle = modbus_bus_ask(bus, node, now_ns) ? 0 : idle + 1;
     }
 }
 
@@ -92,11 +91,16 @@ int modbus_bus_add(struct modbus_bus *bus, struct modbus_node *node)
 {
     if (node->unit == HAL_MODBUS_BROADCAST)
         return MOTION_E_ARG;
-    for (unsigned i = 0; i < bus->node_count; i++)
-        if (bus->node[i]->unit == node->unit)
+    for (const struct modbus_node *other = bus->first; other;
+         other = other->next)
+        if (other->unit == node->unit)
             return MOTION_E_ARG;
-    if (bus->node_count == MODBUS_BUS_NODES_MAX)
-        return MOTION_E_FULL;
-    bus->node[bus->node_count++] = node;
+    node->next = NULL;
+    if (bus->last == NULL)
+        bus->first = bus->turn = node;
+    else
+        bus->last->next = node;
+    bus->last = node;
+    bus->node_count++;
     return MOTION_OK;
 }

@@ -15,8 +15,6 @@
 #include "hal/fieldbus.h"
 #include "hal/modbus.h"
 
-#define MODBUS_BUS_NODES_MAX 16
-
 struct modbus_node;
 
 struct modbus_node_ops {
@@ -35,16 +33,17 @@ struct modbus_node_ops {
 struct modbus_node {
     const struct modbus_node_ops *ops;
     uint8_t unit;
+    struct modbus_node *next; /* on the line, in the order of adding */
 };
 
 struct modbus_bus {
     struct hal_fieldbus fieldbus;
     struct hal_modbus *line;
     unsigned depth;
-    struct modbus_node *node[MODBUS_BUS_NODES_MAX];
-    unsigned node_count, turn;
+    struct modbus_node *first, *last, *turn; /* turn: asked next */
+    unsigned node_count;
     struct {
-        uint8_t node;
+        struct modbus_node *node;
         uint16_t cookie;
     } flight[HAL_MODBUS_MAILBOX]; /* by tag */
     uint32_t sent, returned;      /* tags */
@@ -54,7 +53,7 @@ struct modbus_bus {
 /* depth 2 .. HAL_MODBUS_MAILBOX, else MOTION_E_ARG. */
 int modbus_bus_init(struct modbus_bus *bus, struct hal_modbus *line,
                     unsigned depth);
-/* MOTION_E_FULL; MOTION_E_ARG: the unit is taken or none. */
+/* The node is the caller's.  MOTION_E_ARG: the unit is taken or none. */
 int modbus_bus_add(struct modbus_bus *bus, struct modbus_node *node);
 
 #endif

@@ -99,8 +99,7 @@ static struct sim_can_port *sim_can_bus_winner(struct sim_can_bus *bus)
     struct sim_can_port *winner = NULL;
     uint32_t best = UINT32_MAX;
 
-    for (unsigned i = 0; i < bus->port_count; i++) {
-        struct sim_can_port *port = bus->port[i];
+    for (struct sim_can_port *port = bus->first; port; port = port->next) {
         uint32_t key;
 
         if (port->tx.count == 0 || !sim_can_port_is_on(port))
@@ -119,8 +118,8 @@ static struct sim_can_port *sim_can_bus_winner(struct sim_can_bus *bus)
 static bool sim_can_bus_acknowledges(const struct sim_can_bus *bus,
                                      const struct sim_can_port *sender)
 {
-    for (unsigned i = 0; i < bus->port_count; i++)
-        if (bus->port[i] != sender && sim_can_port_is_on(bus->port[i]))
+    for (const struct sim_can_port *port = bus->first; port; port = port->next)
+        if (port != sender && sim_can_port_is_on(port))
             return true;
     return false;
 }
@@ -187,9 +186,9 @@ static void sim_can_bus_deliver(struct sim_can_bus *bus)
     if (sender->tx_errors > 0)
         sender->tx_errors--;
     bus->frames++;
-    for (unsigned i = 0; i < bus->port_count; i++)
-        if (bus->port[i] != sender && sim_can_port_is_on(bus->port[i]))
-            sim_can_port_take(bus->port[i], &frame);
+    for (struct sim_can_port *port = bus->first; port; port = port->next)
+        if (port != sender && sim_can_port_is_on(port))
+            sim_can_port_take(port, &frame);
 }
 
 /* Fault confinement, ISO 11898-1 12.1.4: the sender counts 8, save that a
@@ -211,10 +210,10 @@ static void sim_can_bus_destroy(struct sim_can_bus *bus)
         sender->stats.passives += sim_can_port_state(sender) == HAL_CAN_PASSIVE;
         sender->stats.bus_offs += sim_can_port_state(sender) == HAL_CAN_BUS_OFF;
     }
-    for (unsigned i = 0; i < bus->port_count; i++)
-        if (bus->port[i] != sender && sim_can_port_is_on(bus->port[i]) &&
-            bus->port[i]->rx_errors < SIM_CAN_PASSIVE_AT)
-            bus->port[i]->rx_errors++;
+    for (struct sim_can_port *port = bus->first; port; port = port->next)
+        if (port != sender && sim_can_port_is_on(port) &&
+            port->rx_errors < SIM_CAN_PASSIVE_AT)
+            port->rx_errors++;
 }
 
 static void sim_can_bus_finish(struct sim_can_bus *bus)
@@ -229,8 +228,8 @@ static void sim_can_bus_finish(struct sim_can_bus *bus)
     else
         sim_can_bus_deliver(bus);
     bus->sender = NULL;
-    for (unsigned i = 0; i < bus->port_count; i++)
-        if (bus->port[i]->tx.count > 0)
+    for (const struct sim_can_port *port = bus->first; port; port = port->next)
+        if (port->tx.count > 0)
             sim_can_bus_wake(bus);
 }
 
@@ -337,15 +336,16 @@ static const struct hal_can_ops sim_can_ops = {
     .stats = sim_can_stats,
 };
 
-int sim_can_port_init(struct sim_can_port *port, struct sim_can_bus *bus)
+void sim_can_port_init(struct sim_can_port *port, struct sim_can_bus *bus)
 {
-    if (bus->port_count == SIM_CAN_PORTS_MAX)
-        return MOTION_E_FULL;
     memset(port, 0, sizeof(*port));
     port->can.ops = &sim_can_ops;
     port->bus = bus;
-    bus->port[bus->port_count++] = port;
-    return MOTION_OK;
+    if (bus->last == NULL)
+        bus->first = port;
+    else
+        bus->last->next = port;
+    bus->last = port;
 }
 
 static void sim_can_port_flush(struct sim_can_port *port)

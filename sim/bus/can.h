@@ -30,8 +30,7 @@
 #include "hal/can.h"
 #include "sim/world.h"
 
-#define SIM_CAN_PORTS_MAX 34
-#define SIM_CAN_QUEUE     64
+#define SIM_CAN_QUEUE 64
 
 #define SIM_CAN_BIT_RATE_MIN 10000
 #define SIM_CAN_BIT_RATE_MAX 1000000
@@ -58,6 +57,7 @@ struct sim_can_queue {
 struct sim_can_port {
     struct hal_can can;
     struct sim_can_bus *bus;
+    struct sim_can_port *next; /* on the bus, in the order of adding */
     struct sim_can_queue tx, rx;
     unsigned tx_errors, rx_errors; /* TEC and REC */
     bool off;                      /* off the bus: sim_can_port_set_off */
@@ -80,8 +80,7 @@ struct sim_can_bus {
     struct sim_world *world;
     uint32_t bit_rate;  /* bit/s */
     unsigned fd_factor; /* data rate of FD frames over bit_rate; 0: no FD */
-    struct sim_can_port *port[SIM_CAN_PORTS_MAX];
-    unsigned port_count;
+    struct sim_can_port *first, *last;
     enum sim_can_phase phase;
     int64_t due_ns;
     struct sim_can_instant start, end; /* of the frame on the wire */
@@ -95,15 +94,14 @@ struct sim_can_bus {
     uint64_t collisions; /* two heads with one identifier: the first wins */
 };
 
-/* MOTION_E_ARG: bit rate outside SIM_CAN_BIT_RATE_MIN .. _MAX; MOTION_E_FULL:
- * no room in the world. */
+/* MOTION_E_ARG: bit rate outside SIM_CAN_BIT_RATE_MIN .. _MAX. */
 int sim_can_bus_init(struct sim_can_bus *bus, struct sim_world *world,
                      uint32_t bit_rate);
 /* From now on FD frames too, their data at `factor` times the bit rate.
  * MOTION_E_ARG: not 1, 2, 4, 5 or 8. */
 int sim_can_bus_set_fd(struct sim_can_bus *bus, unsigned factor);
-/* A port for a master or a device. MOTION_E_FULL. */
-int sim_can_port_init(struct sim_can_port *port, struct sim_can_bus *bus);
+/* A port for a master or a device. */
+void sim_can_port_init(struct sim_can_port *port, struct sim_can_bus *bus);
 
 /* Pull the plug (sends fail with MOTION_E_IO, state is HAL_CAN_DOWN, queued
  * frames are gone, nothing is acknowledged) or put it in again. */

@@ -18,9 +18,8 @@ static void sim_modbus_collide(struct sim_modbus_seat *seat)
 {
     struct sim_modbus_line *line = seat->line;
 
-    for (unsigned i = 0; i < line->seat_count; i++) {
-        struct sim_modbus_seat *other = line->seat[i];
-
+    for (struct sim_modbus_seat *other = line->first; other != NULL;
+         other = other->next) {
         if (other == seat || other->length == 0 ||
             other->end_ns <= seat->begin_ns)
             continue;
@@ -40,10 +39,11 @@ static void sim_modbus_deliver(struct sim_modbus_seat *seat)
     seat->length = 0;
     for (unsigned i = 0; seat->garbled && i < length; i++)
         seat->frame[i] = (uint8_t)(seat->frame[i] & 0x5A);
-    for (unsigned i = 0; !line->cut && i < line->seat_count; i++) {
-        struct modbus_station *station = line->seat[i]->station;
+    for (struct sim_modbus_seat *other = line->cut ? NULL : line->first;
+         other != NULL; other = other->next) {
+        struct modbus_station *station = other->station;
 
-        if (line->seat[i] != seat)
+        if (other != seat)
             station->ops->recv(station, seat->frame, length, seat->end_ns);
     }
     seat->station->ops->sent(seat->station, seat->end_ns);
@@ -90,13 +90,16 @@ int sim_modbus_seat_init(struct sim_modbus_seat *seat,
 {
     int err;
 
-    if (line->seat_count == SIM_MODBUS_SEATS_MAX)
-        return MOTION_E_FULL;
     *seat = (struct sim_modbus_seat){ .member.ops = &sim_modbus_member_ops,
                                       .line = line,
                                       .station = station };
     err = sim_world_add(line->world, &seat->member);
-    if (err == MOTION_OK)
-        line->seat[line->seat_count++] = seat;
-    return err;
+    if (err < 0)
+        return err;
+    if (line->last == NULL)
+        line->first = seat;
+    else
+        line->last->next = seat;
+    line->last = seat;
+    return MOTION_OK;
 }

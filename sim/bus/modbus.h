@@ -13,13 +13,12 @@
 #include "hal/modbus/station.h"
 #include "sim/world.h"
 
-#define SIM_MODBUS_SEATS_MAX 34
-
 struct sim_modbus_line;
 
 struct sim_modbus_seat {
     struct sim_member member;
     struct sim_modbus_line *line;
+    struct sim_modbus_seat *next; /* on the line, in the order of adding */
     struct modbus_station *station;
     uint8_t frame[MODBUS_RTU_FRAME_MAX];
     unsigned length; /* being sent; 0: nothing */
@@ -30,8 +29,7 @@ struct sim_modbus_seat {
 struct sim_modbus_line {
     struct sim_world *world;
     struct modbus_rtu_time time;
-    struct sim_modbus_seat *seat[SIM_MODBUS_SEATS_MAX];
-    unsigned seat_count;
+    struct sim_modbus_seat *first, *last;
     bool cut;         /* nothing arrives anywhere */
     uint64_t busy_ns; /* somebody was sending, summed up */
     uint64_t frames, collisions;
@@ -40,7 +38,6 @@ struct sim_modbus_line {
 /* MOTION_E_ARG for a line outside the ranges of hal/modbus/rtu.h. */
 int sim_modbus_line_init(struct sim_modbus_line *line, struct sim_world *world,
                          const struct modbus_rtu_line *config);
-/* MOTION_E_FULL: no room on the line or in the world. */
 int sim_modbus_seat_init(struct sim_modbus_seat *seat,
                          struct sim_modbus_line *line,
                          struct modbus_station *station);

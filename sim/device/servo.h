@@ -55,7 +55,7 @@ struct sim_servo {
 };
 
 /* Clears it and adds it to the bus and the world, standing at start_counts.
- * loop_ns: 62500 .. 1000000; 0: 125 us.  MOTION_E_ARG, MOTION_E_FULL; nothing
+ * loop_ns: 62500 .. 1000000; 0: 125 us.  MOTION_E_ARG; nothing
  * has been added to the world then. */
 int sim_servo_init(struct sim_servo *self, struct sim_can_bus *bus,
                    const struct sim_servo_ops *ops,

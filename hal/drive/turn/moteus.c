@@ -86,5 +86,7 @@ int drive_moteus_init(struct drive_moteus *self, struct can_bus *bus,
     self->node.ops = &drive_moteus_node_ops;
     err = drive_turns_init(&self->turns, &moteus_turns_ops, &config->turns);
     self->turns.extrapolates = true;
-    return err == MOTION_OK ? can_bus_add(bus, &self->node) : err;
+    if (err == MOTION_OK)
+        can_bus_add(bus, &self->node);
+    return err;
 }

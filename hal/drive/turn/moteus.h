@@ -45,7 +45,7 @@ struct drive_moteus {
 };
 
 /* Adds the drive to the bus.  MOTION_E_ARG, MOTION_E_RANGE for a config outside
- * its ranges; MOTION_E_FULL. */
+ * its ranges. */
 int drive_moteus_init(struct drive_moteus *self, struct can_bus *bus,
                       const struct drive_moteus_config *config);
 

@@ -112,5 +112,7 @@ int drive_odrive_init(struct drive_odrive *self, struct can_bus *bus,
     self->watchdog_s = odrive_seconds(config->watchdog_ns);
     self->node.ops = &drive_odrive_node_ops;
     err = drive_turns_init(&self->turns, &odrive_turns_ops, &config->turns);
-    return err == MOTION_OK ? can_bus_add(bus, &self->node) : err;
+    if (err == MOTION_OK)
+        can_bus_add(bus, &self->node);
+    return err;
 }

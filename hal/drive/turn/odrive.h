@@ -87,7 +87,7 @@ struct drive_odrive {
 };
 
 /* Adds the drive to the bus.  MOTION_E_ARG, MOTION_E_RANGE for a config outside
- * its ranges; MOTION_E_FULL. */
+ * its ranges. */
 int drive_odrive_init(struct drive_odrive *self, struct can_bus *bus,
                       const struct drive_odrive_config *config);
 

@@ -223,7 +223,7 @@ struct sim_cia402 {
 };
 
 /* Adds the drive to the bus and the world, powered from the world's now.
- * MOTION_E_ARG for a config outside its ranges, MOTION_E_FULL; nothing has been
+ * MOTION_E_ARG for a config outside its ranges; nothing has been
  * added to the world then. */
 int sim_cia402_init(struct sim_cia402 *self, struct sim_can_bus *bus,
                     const struct sim_cia402_config *config);

@@ -62,7 +62,7 @@ struct sim_modbus_servo {
     uint64_t targets; /* taken */
 };
 
-/* MOTION_E_ARG, MOTION_E_FULL.  With a line, the servo sits on it; without
+/* MOTION_E_ARG.  With a line, the servo sits on it; without
  * (NULL), only &self->slave answers. */
 int sim_modbus_servo_init(struct sim_modbus_servo *self,
                           struct sim_world *world, struct sim_modbus_line *line,

@@ -43,7 +43,7 @@ struct sim_moteus {
 };
 
 /* Adds the servo to the bus and the world.  MOTION_E_ARG, also when the bus has
- * no FD; MOTION_E_FULL. */
+ * no FD. */
 int sim_moteus_init(struct sim_moteus *self, struct sim_can_bus *bus,
                     const struct sim_moteus_config *config);
 

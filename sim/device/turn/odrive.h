@@ -64,7 +64,7 @@ struct sim_odrive {
     uint64_t orders; /* frames that told it something */
 };
 
-/* Adds the drive to the bus and the world.  MOTION_E_ARG, MOTION_E_FULL. */
+/* Adds the drive to the bus and the world.  MOTION_E_ARG. */
 int sim_odrive_init(struct sim_odrive *self, struct sim_can_bus *bus,
                     const struct sim_odrive_config *config);
 

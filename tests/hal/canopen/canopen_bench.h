@@ -37,7 +37,7 @@ static inline void canopen_bench_wire(struct sim_world *world,
 {
     sim_world_init(world, 1000 * MS);
     assert_int_equal(sim_can_bus_init(bus, world, 1000000), 0);
-    assert_int_equal(sim_can_port_init(port, bus), 0);
+    sim_can_port_init(port, bus);
 }
 
 /* One cycle of a master that nobody gives set points to. */

@@ -48,7 +48,7 @@ static struct bench *fresh(const struct canopen_config *more)
     memset(&bench, 0, sizeof bench);
     config.node_id = 127;
     canopen_bench_wire(&bench.world, &bench.bus, &bench.port);
-    assert_int_equal(sim_can_port_init(&bench.tap, &bench.bus), 0);
+    sim_can_port_init(&bench.tap, &bench.bus);
     assert_int_equal(canopen_init(&bench.master, &bench.port.can, &config), 0);
     canopen_lss_init(&bench.lss, &bench.master);
     return &bench;

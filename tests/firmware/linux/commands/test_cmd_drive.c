@@ -387,7 +387,7 @@ static void a_device_without_number_gets_one(void **state)
     (void)state;
     sim_world_init(&world, INT64_C(1000000000));
     assert_int_equal(sim_can_bus_init(&wire, &world, 1000000), 0);
-    assert_int_equal(sim_can_port_init(&port, &wire), 0);
+    sim_can_port_init(&port, &wire);
     assert_int_equal(sim_cia402_init(&servo, &wire, &config), 0);
     ask_can_init(&ask, &port.can, &world.clock, 0);
     ask_can_wait(&ask, INT64_C(10000000));

@@ -65,8 +65,8 @@ static FILE *log_to_file(int64_t start_ns)
     assert_non_null(file);
     sim_world_init(&world, start_ns);
     assert_int_equal(sim_can_bus_init(&bus, &world, 1000000), 0);
-    assert_int_equal(sim_can_port_init(&a, &bus), 0);
-    assert_int_equal(sim_can_port_init(&b, &bus), 0);
+    sim_can_port_init(&a, &bus);
+    sim_can_port_init(&b, &bus);
     ports.clock = &world.clock;
     ports.can[0] = &a.can;
     can_log_init(&logged, file, &rig, false, &ports);

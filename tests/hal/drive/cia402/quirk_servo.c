@@ -636,7 +636,6 @@ int quirk_servo_init(struct quirk_servo *servo, struct sim_can_bus *bus,
                      uint8_t id, const struct quirk_kind *kind)
 {
     static const struct sim_member_ops ops = { quirk_due, quirk_run };
-    int err;
 
     memset(servo, 0, sizeof *servo);
     servo->member.ops = &ops;
@@ -647,8 +646,8 @@ int quirk_servo_init(struct quirk_servo *servo, struct sim_can_bus *bus,
     servo->pos = 123456;
     servo->home_place = 120000;
     quirk_fill(servo);
-    err = sim_can_port_init(&servo->port, bus);
+    sim_can_port_init(&servo->port, bus);
     servo->port.on_frame = quirk_hear;
     servo->port.context = servo;
-    return err == 0 ? sim_world_add(bus->world, &servo->member) : err;
+    return sim_world_add(bus->world, &servo->member);
 }

@@ -141,8 +141,8 @@ static void setup(bool is_moteus)
     b.now_ns = 1000 * MS;
     sim_world_init(&b.world, b.now_ns);
     assert_int_equal(sim_can_bus_init(&b.wire, &b.world, 1000000), 0);
-    assert_int_equal(sim_can_port_init(&b.port, &b.wire), 0);
-    assert_int_equal(sim_can_port_init(&b.witness, &b.wire), 0);
+    sim_can_port_init(&b.port, &b.wire);
+    sim_can_port_init(&b.witness, &b.wire);
     b.leaky.can.ops = &leaky_ops;
     b.leaky.behind = &b.port.can;
     can_bus_init(&b.bus, &b.leaky.can);
