@@ -183,15 +183,20 @@ static int64_t controller_rate(const struct controller *controller)
 /* Only windows run out; for others it would be work for nothing. */
 static void controller_set_reserve(struct controller *controller)
 {
-    const struct motion_track *track[CONTROLLER_AXES_MAX] = { NULL };
-    for (unsigned i = 0; i < controller->config.axis_count; i++)
-        if (controller->axis[i].track && controller->axis[i].track->outline)
-            track[i] = controller->axis[i].track;
-    const int64_t rate_q30 = controller->rate.rate_q30;
-    controller->reserve_ns_q12 = controller_reserve_ns_q12(
-        controller, track,
-        rate_q30 > controller->override_q30 ? rate_q30
-                                            : controller->override_q30);
+    const int64_t rate_q30 =
+        controller->rate.rate_q30 > controller->override_q30
+            ? controller->rate.rate_q30
+            : controller->override_q30;
+    controller->reserve_ns_q12 = 0;
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        const struct motion_track *track = controller->axis[i].track;
+        if (!track || !track->outline)
+            continue;
+        const int64_t ns_q12 =
+            controller_ramp_reserve(controller, i, track, rate_q30);
+        if (ns_q12 > controller->reserve_ns_q12)
+            controller->reserve_ns_q12 = ns_q12;
+    }
 }
 
 void controller_axis_play(struct controller_axis *axis,
@@ -367,7 +372,7 @@ int controller_override(struct controller *controller, int64_t rate_q30)
 int controller_reset(struct controller *controller)
 {
     if (controller->state != CONTROLLER_FAULT || controller->resetting ||
-        controller_input(controller->inputs.estop))
+        controller_input(controller->estop))
         return MOTION_E_STATE;
     if (controller_is_held(controller))
         controller_off(controller);

@@ -79,6 +79,7 @@ static void controller_defaults(struct controller_config *config)
 
 int controller_init(struct controller *controller,
                     const struct controller_config *config,
+                    struct controller_axis axis[],
                     struct hal_drive *const drive[],
                     const struct controller_inputs *inputs)
 {
@@ -87,13 +88,18 @@ int controller_init(struct controller *controller,
     memset(controller, 0, sizeof *controller);
     controller->config = *config;
     controller_defaults(&controller->config);
+    controller->axis = axis;
     if (inputs != NULL)
-        controller->inputs = *inputs;
+        controller->estop = inputs->estop;
     controller->override_q30 = MOTION_CLOCK_WARP_ONE_Q30;
     controller->override_max_q30 = MOTION_CLOCK_WARP_MAX_Q30;
     for (unsigned i = 0; i < config->axis_count; i++) {
-        controller->axis[i].drive = drive[i];
-        controller->axis[i].homed = !config->axis[i].needs_homing;
+        axis[i] = (struct controller_axis){
+            .drive = drive[i],
+            .homed = !config->axis[i].needs_homing,
+        };
+        if (inputs != NULL && inputs->axis != NULL)
+            axis[i].switches = inputs->axis[i];
         controller_gate_init(controller, i);
     }
     return MOTION_OK;

@@ -56,7 +56,7 @@
 #include "motion/core/clock_warp.h"
 #include "motion/core/track.h"
 
-#define CONTROLLER_AXES_MAX 16
+#define CONTROLLER_AXES_MAX 64
 #define CONTROLLER_HISTORY  4 /* set points kept to judge following */
 
 enum controller_state {
@@ -159,22 +159,25 @@ struct controller_config {
     int64_t enable_timeout_ns;   /* without a step of any drive; 0: 5 s */
     int64_t stop_timeout_ns;     /* quick stop to rest; 0: 5 s */
     unsigned axis_count;         /* 1 .. CONTROLLER_AXES_MAX */
-    struct controller_axis_config axis[CONTROLLER_AXES_MAX];
+    const struct controller_axis_config *axis; /* of each; stays the caller's */
 };
 
 /* Lines that are read every tick; NULL: there is none.  One that cannot be read
  * counts as active. */
+struct controller_switches {
+    struct hal_gpio *limit_negative, *limit_positive;
+    struct hal_gpio *home; /* looked at while homing */
+};
 struct controller_inputs {
     struct hal_gpio *estop;
-    struct hal_gpio *limit_negative[CONTROLLER_AXES_MAX];
-    struct hal_gpio *limit_positive[CONTROLLER_AXES_MAX];
-    struct hal_gpio *home[CONTROLLER_AXES_MAX]; /* looked at while homing */
+    const struct controller_switches *axis; /* of each; NULL: no switches */
 };
 
 /* What one axis was told and did at the last tick.  Positions are the axis's:
  * those of the drive plus the offset that homing found. */
 struct controller_axis {
     struct hal_drive *drive;
+    struct controller_switches switches;
     int64_t offset_q32;
     bool homed;     /* its position is known; else it moves by jogs alone, and
                        its range does not count */
@@ -221,8 +224,8 @@ struct controller {
     struct controller_fault_record fault; /* latched; NONE when there is none */
     struct hal_fieldbus_worst bus;        /* in this tick */
     enum controller_reaction reaction;
-    struct controller_axis axis[CONTROLLER_AXES_MAX];
-    struct controller_inputs inputs;
+    struct controller_axis *axis; /* of each; the caller's */
+    struct hal_gpio *estop;
     struct motion_clock_warp warp;
     struct motion_clock_rate rate; /* at the last tick */
     int64_t move_end_ns_q12;
@@ -251,10 +254,12 @@ struct controller {
     unsigned lost_score;        /* leaky: +10 per lost tick, -1 per good one */
 };
 
-/* MOTION_E_ARG for a period, an axis count or a limit out of range.  `inputs`
- * may be NULL. */
+/* `axis`, one per axis, is the caller's and filled in here; it and config->axis
+ * must outlive the controller.  MOTION_E_ARG for a period, an axis count or a
+ * limit out of range.  `inputs` may be NULL. */
 int controller_init(struct controller *controller,
                     const struct controller_config *config,
+                    struct controller_axis axis[],
                     struct hal_drive *const drive[],
                     const struct controller_inputs *inputs);
 

@@ -79,26 +79,25 @@ static bool homing_at_rest(const struct homing *homing)
 static bool homing_limit(const struct homing *homing, int direction)
 {
     const struct controller_axis *axis = homing_axis(homing);
-    const struct controller_inputs *inputs = &homing->controller->inputs;
     return direction < 0
                ? axis->feedback.limit_negative ||
-                     controller_input(inputs->limit_negative[homing->axis])
+                     controller_input(axis->switches.limit_negative)
                : axis->feedback.limit_positive ||
-                     controller_input(inputs->limit_positive[homing->axis]);
+                     controller_input(axis->switches.limit_positive);
 }
 
 static struct hal_gpio *homing_line(const struct homing *homing)
 {
-    const struct controller_inputs *inputs = &homing->controller->inputs;
+    const struct controller_switches *switches = &homing_axis(homing)->switches;
     switch (homing_of(homing)->input) {
     case HOMING_INPUT_LIMIT_NEGATIVE:
-        return inputs->limit_negative[homing->axis];
+        return switches->limit_negative;
     case HOMING_INPUT_LIMIT_POSITIVE:
-        return inputs->limit_positive[homing->axis];
+        return switches->limit_positive;
     case HOMING_INPUT_HOME:
         break;
     }
-    return inputs->home[homing->axis];
+    return switches->home;
 }
 
 static bool homing_switch(const struct homing *homing)
@@ -597,7 +596,7 @@ static void homing_next(struct homing *homing)
         return;
     }
     homing->axis = (unsigned)axis;
-    homing->left &= ~((uint32_t)1 << axis);
+    homing->left &= ~((uint64_t)1 << axis);
     homing->since_ns = homing->controller->now_ns;
     if (homing_of(homing)->by == HOMING_SWITCH)
         homing_begin_switch(homing);
@@ -623,26 +622,26 @@ static bool homing_config_ok(const struct homing_config *config)
 int homing_init(struct homing *homing, struct controller *controller,
                 struct controller_jog *jog, const struct homing_config config[])
 {
-    *homing = (struct homing){ .controller = controller, .jog = jog };
-    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+    *homing = (struct homing){ .controller = controller,
+                               .jog = jog,
+                               .config = config };
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
         if (!homing_config_ok(&config[i]))
             return MOTION_E_ARG;
-        homing->config[i] = config[i];
-    }
     return MOTION_OK;
 }
 
-uint32_t homing_wanted(const struct homing *homing)
+uint64_t homing_wanted(const struct homing *homing)
 {
-    uint32_t axes = 0;
+    uint64_t axes = 0;
     for (unsigned i = 0; i < homing->controller->config.axis_count; i++)
         if (homing->config[i].by != HOMING_NONE &&
             !homing->controller->axis[i].homed)
-            axes |= (uint32_t)1 << i;
+            axes |= (uint64_t)1 << i;
     return axes;
 }
 
-int homing_start(struct homing *homing, uint32_t axes)
+int homing_start(struct homing *homing, uint64_t axes)
 {
     if (!homing_at_rest(homing) || homing_is_running(homing))
         return MOTION_E_STATE;
@@ -653,7 +652,7 @@ int homing_start(struct homing *homing, uint32_t axes)
     homing->controller->is_held = false;
     for (unsigned i = 0; i < homing->controller->config.axis_count; i++)
         if (homing->config[i].by != HOMING_NONE)
-            homing->left |= axes & (uint32_t)1 << i;
+            homing->left |= axes & (uint64_t)1 << i;
     homing_next(homing);
     return MOTION_OK;
 }

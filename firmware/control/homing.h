@@ -130,13 +130,13 @@ const char *homing_state_text(enum homing_state state);
 struct homing {
     struct controller *controller;
     struct controller_jog *jog;
-    struct homing_config config[CONTROLLER_AXES_MAX];
+    const struct homing_config *config; /* of each axis; the caller's */
     enum homing_state state; /* DONE, FAILED: of all */
     enum homing_error error;
     enum homing_state failed; /* in which it was over, and whether held then */
     bool was_held;
     unsigned axis;     /* in its turn, or that failed */
-    uint32_t left;     /* bit per axis */
+    uint64_t left;     /* bit per axis */
     int64_t since_ns;  /* the axis's turn began */
     int64_t brake_ns;  /* BRAKE: since when */
     unsigned stops;    /* of the controller, when it began */
@@ -148,14 +148,15 @@ struct homing {
     int64_t go_q32;          /* GO: where to */
 };
 
-/* MOTION_E_ARG for a value out of its range.  `jog` is the caller's. */
+/* `jog` and `config`, one per axis, are the caller's and must outlive it.
+ * MOTION_E_ARG for a value out of its range. */
 int homing_init(struct homing *homing, struct controller *controller,
                 struct controller_jog *jog,
                 const struct homing_config config[]);
 
 /* Home these axes (a bit each; those of kind NONE are left out).  The
  * controller must be READY: MOTION_E_STATE. */
-int homing_start(struct homing *homing, uint32_t axes);
+int homing_start(struct homing *homing, uint64_t axes);
 
 /* After every tick, until it is over. */
 void homing_step(struct homing *homing);
@@ -167,6 +168,6 @@ const char *homing_failure(const struct homing *homing,
                            char text[HOMING_TEXT_MAX]);
 
 /* Axes that must be homed before a move: not homed yet. */
-uint32_t homing_wanted(const struct homing *homing);
+uint64_t homing_wanted(const struct homing *homing);
 
 #endif

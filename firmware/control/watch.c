@@ -131,9 +131,9 @@ static void watch_switches(struct controller *controller, unsigned i)
 {
     const struct controller_axis *axis = &controller->axis[i];
     const bool low = axis->feedback.limit_negative ||
-                     controller_input(controller->inputs.limit_negative[i]);
+                     controller_input(axis->switches.limit_negative);
     const bool high = axis->feedback.limit_positive ||
-                      controller_input(controller->inputs.limit_positive[i]);
+                      controller_input(axis->switches.limit_positive);
     const int64_t vel_q32 = watch_vel_q32(axis);
     const bool towards = (low && vel_q32 < 0) || (high && vel_q32 > 0);
     const bool is_awaited = axis->seeking || axis->by_itself;
@@ -175,7 +175,7 @@ static void watch_rest(struct controller *controller)
 
 static void watch_estop(struct controller *controller)
 {
-    if (controller_input(controller->inputs.estop))
+    if (controller_input(controller->estop))
         controller_raise(controller, CONTROLLER_FAULT_ESTOP, -1, 0, 0);
 }
 

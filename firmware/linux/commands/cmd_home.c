@@ -16,7 +16,7 @@
 struct cmd_home {
     const struct options *options;
     struct live live;
-    uint32_t axes; /* to be homed, a bit each */
+    uint64_t axes; /* to be homed, a bit each */
     int64_t dur_ns;
 };
 
@@ -220,12 +220,12 @@ static enum status cmd_home_choose(struct cmd_home *self)
                       rig->axis[axis].name);
             return STATUS_INPUT;
         }
-        self->axes |= (uint32_t)1 << axis;
+        self->axes |= (uint64_t)1 << axis;
     }
     for (unsigned i = 0; self->options->path_count == 1 && i < rig->axis_count;
          i++)
         if (rig->axis[i].homing.by != HOMING_NONE)
-            self->axes |= (uint32_t)1 << i;
+            self->axes |= (uint64_t)1 << i;
     if (self->axes != 0)
         return STATUS_OK;
     error_say("slew home: no axis of the rig has homing, expected one with a "

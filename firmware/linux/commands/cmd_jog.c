@@ -297,7 +297,7 @@ static enum status cmd_jog_home(struct cmd_jog *self,
                   cmd_jog_axis(self)->name);
         return STATUS_REFUSED;
     }
-    homing_start(&machine->homing, (uint32_t)1 << self->axis);
+    homing_start(&machine->homing, (uint64_t)1 << self->axis);
     while (homing_is_running(&machine->homing) && *interrupts < 2) {
         if (*interrupts == 1)
             controller_stop(&machine->controller);

@@ -99,7 +99,7 @@ static void jog_home(struct jog_keys *self)
     struct homing *homing = &self->live->machine.homing;
     if (jog_rig(self)->homing.by == HOMING_NONE)
         jog_say(self, "this axis has no homing in the rig");
-    else if (homing_start(homing, (uint32_t)1 << self->axis) < 0)
+    else if (homing_start(homing, (uint64_t)1 << self->axis) < 0)
         jog_say(self, "homing begins at rest only");
     else
         jog_say(self, "");

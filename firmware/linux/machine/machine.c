@@ -222,18 +222,19 @@ static struct controller_axis_config machine_axis(const struct rig *rig,
 }
 
 /* Where the controller looks for an input of this kind; NULL for outputs. */
-static struct hal_gpio **machine_input(struct controller_inputs *inputs,
+static struct hal_gpio **machine_input(struct machine *machine,
+                                       struct controller_inputs *inputs,
                                        const struct rig_line *line)
 {
     switch (line->kind) {
     case RIG_LINE_ESTOP:
         return &inputs->estop;
     case RIG_LINE_LIMIT_NEGATIVE:
-        return &inputs->limit_negative[line->axis];
+        return &machine->switches[line->axis].limit_negative;
     case RIG_LINE_LIMIT_POSITIVE:
-        return &inputs->limit_positive[line->axis];
+        return &machine->switches[line->axis].limit_positive;
     case RIG_LINE_HOME:
-        return &inputs->home[line->axis];
+        return &machine->switches[line->axis].home;
     case RIG_LINE_LAMP:
     case RIG_LINE_TRIGGER:
         break;
@@ -246,7 +247,7 @@ static int machine_init_inputs(struct machine *machine,
 {
     const struct rig *rig = machine->rig;
     for (unsigned i = 0; i < rig->line_count; i++) {
-        struct hal_gpio **slot = machine_input(inputs, &rig->line[i]);
+        struct hal_gpio **slot = machine_input(machine, inputs, &rig->line[i]);
         if (slot == NULL)
             continue;
         int err = gpio_debounce_init(&machine->input[i], machine->ports.line[i],
@@ -307,25 +308,25 @@ int64_t machine_enable_ns(const struct rig *rig)
 
 static int machine_init_controller(struct machine *machine)
 {
-    struct controller_inputs inputs = { 0 };
+    struct controller_inputs inputs = { .axis = machine->switches };
     const struct rig *rig = machine->rig;
-    struct controller_config config = {
+    const struct controller_config config = {
         .period_ns = rig->period_ns,
         .axis_count = rig->axis_count,
+        .axis = machine->axis_config,
         .enable_timeout_ns = machine_enable_ns(rig),
     };
-    for (unsigned i = 0; i < rig->axis_count; i++)
-        config.axis[i] = machine_axis(rig, &rig->axis[i]);
-    struct homing_config homing[RIG_AXES_MAX];
+    for (unsigned i = 0; i < rig->axis_count; i++) {
+        machine->axis_config[i] = machine_axis(rig, &rig->axis[i]);
+        machine->homing_config[i] = rig->axis[i].homing;
+    }
     int err = machine_init_inputs(machine, &inputs);
     if (err == MOTION_OK)
-        err = controller_init(&machine->controller, &config, machine->axis,
-                              &inputs);
-    for (unsigned i = 0; i < rig->axis_count; i++)
-        homing[i] = rig->axis[i].homing;
+        err = controller_init(&machine->controller, &config,
+                              machine->axis_state, machine->axis, &inputs);
     return err < 0 ? err
                    : homing_init(&machine->homing, &machine->controller,
-                                 &machine->jog, homing);
+                                 &machine->jog, machine->homing_config);
 }
 
 int machine_init(struct machine *machine, const struct rig *rig,
@@ -386,7 +387,7 @@ static void machine_note_torque(struct machine *machine)
     for (unsigned i = 0; i < machine->rig->axis_count; i++) {
         const struct hal_drive_feedback *feedback =
             &machine->controller.axis[i].feedback;
-        const uint32_t bit = (uint32_t)1 << i;
+        const uint64_t bit = (uint64_t)1 << i;
         if (feedback->state == HAL_DRIVE_ENABLING ||
             feedback->state == HAL_DRIVE_ENABLED ||
             feedback->state == HAL_DRIVE_QUICK_STOP)

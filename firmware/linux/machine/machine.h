@@ -54,9 +54,13 @@ struct machine {
     struct drive_moteus moteus[RIG_AXES_MAX];
     struct hal_fieldbus *fieldbus[RIG_BUSES_MAX]; /* of either kind */
     struct hal_drive *axis[RIG_AXES_MAX];
+    struct controller_axis_config axis_config[RIG_AXES_MAX];
+    struct controller_axis axis_state[RIG_AXES_MAX];
+    struct controller_switches switches[RIG_AXES_MAX];
+    struct homing_config homing_config[RIG_AXES_MAX];
     struct gpio_debounce input[RIG_LINES_MAX]; /* of lines that are inputs */
     bool lit;                                  /* the lamps */
-    uint32_t powered; /* a bit per axis that may have torque: it has had it, or
+    uint64_t powered; /* a bit per axis that may have torque: it has had it, or
                          was on its way to it, and has not said since that it
                          is off */
     uint64_t ticks;   /* of every kind, for the guardian */

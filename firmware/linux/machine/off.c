@@ -57,7 +57,7 @@ static void off_open(struct off_bus *bus, bool real)
         machine_real_close(&bus->real);
         return;
     }
-    bus->machine.powered = (UINT32_C(1) << bus->rig.axis_count) - 1;
+    bus->machine.powered = UINT64_MAX >> (64 - bus->rig.axis_count);
     bus->start_ns = bus->now_ns = hal_clock_now_ns(ports.clock);
     bus->phase = OFF_TICKING;
 }

@@ -156,11 +156,11 @@ static void player_finish(struct player *player, enum report_end end)
 }
 
 /* Axes of the move that have to be homed, a bit each. */
-static uint32_t player_unhomed(const struct player *player)
+static uint64_t player_unhomed(const struct player *player)
 {
-    uint32_t axes = 0;
+    uint64_t axes = 0;
     for (unsigned i = 0; i < player->job->move.axis_count; i++)
-        axes |= (uint32_t)1 << player->job->rig_axis[i];
+        axes |= (uint64_t)1 << player->job->rig_axis[i];
     return axes & homing_wanted(&player->machine->homing);
 }
 

@@ -32,6 +32,8 @@ struct ramp_drive {
 
 struct ramp_bench {
     struct controller controller;
+    struct controller_axis_config axis_config[RAMP_AXES];
+    struct controller_axis axis[RAMP_AXES];
     struct controller_jog jog;
     struct ramp_drive drive[RAMP_AXES];
     struct motion_segment room[RAMP_AXES][(RAMP_LEGS + 1) * MOTION_OTG_PHASES];
@@ -118,17 +120,18 @@ static inline void ramp_init(struct ramp_bench *bench, int64_t period_ns,
                              const struct controller_axis_config axis[])
 {
     struct controller_config config = { .period_ns = period_ns,
-                                        .axis_count = axes };
+                                        .axis_count = axes,
+                                        .axis = bench->axis_config };
     struct hal_drive *drives[RAMP_AXES];
     memset(bench, 0, sizeof *bench);
     for (unsigned i = 0; i < axes; i++) {
-        config.axis[i] = axis[i];
+        bench->axis_config[i] = axis[i];
         bench->drive[i] = (struct ramp_drive){ .drive.ops = &ramp_drive_ops,
                                                .now_ns = &bench->now_ns,
                                                .period_ns = period_ns };
         drives[i] = &bench->drive[i].drive;
     }
-    assert_int_equal(controller_init(&bench->controller, &config, drives, NULL),
+    assert_int_equal(controller_init(&bench->controller, &config, bench->axis, drives, NULL),
                      MOTION_OK);
     bench->now_ns = 1000 * MS;
     ramp_tick(bench);

@@ -260,8 +260,10 @@ struct stateful {
     int64_t clock_ns; /* a period per tick that is executed */
     uint64_t ticks;
     struct controller_config config;
+    struct controller_axis_config axis_config[STATEFUL_AXES];
     struct homing_config home[STATEFUL_AXES];
     struct controller controller;
+    struct controller_axis state[STATEFUL_AXES];
     struct controller_jog jog;
     struct homing homing;
     struct stateful_axis axis[STATEFUL_AXES];

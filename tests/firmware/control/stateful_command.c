@@ -33,7 +33,7 @@ static void give_goals(struct stateful *bench, uint32_t axes)
 {
     for (unsigned i = 0; i < bench->axes; i++) {
         struct controller_goal *goal = bench->goal[bench->spare][i];
-        if ((axes >> i & 1) == 0 || !bench->config.axis[i].by_goals)
+        if ((axes >> i & 1) == 0 || !bench->axis_config[i].by_goals)
             continue;
         const unsigned count = controller_goals_of(
             &bench->track[bench->spare][i], goal, STATEFUL_GOALS);

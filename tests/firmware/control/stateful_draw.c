@@ -24,7 +24,7 @@ static void draw_start(struct stateful *bench)
 
 static int64_t draw_goal_q32(struct stateful *bench, unsigned i)
 {
-    const struct controller_axis_config *config = &bench->config.axis[i];
+    const struct controller_axis_config *config = &bench->axis_config[i];
     const int64_t length_q32 = config->pos_max_q32 - config->pos_min_q32;
     const int64_t here_q32 = bench->controller.axis[i].target.pos_q32;
     if (stateful_one_in(bench, 3))
@@ -44,7 +44,7 @@ static void draw_jog(struct stateful *bench)
     const double share =
         stateful_one_in(bench, 2) ? 1 : stateful_between(bench, 0.02, 1.2);
     const int64_t vel_q32 =
-        (int64_t)((double)bench->config.axis[i].limit.vel_q32 * share);
+        (int64_t)((double)bench->axis_config[i].limit.vel_q32 * share);
     (void)stateful_jog(
         bench, i, draw_goal_q32(bench, i), vel_q32,
         stateful_one_in(bench, 2) ? 0 : stateful_in(bench, 1, 600) * MS);
@@ -79,7 +79,7 @@ static void draw_home(struct stateful *bench)
 static void draw_place(struct stateful *bench)
 {
     const unsigned i = (unsigned)stateful_in(bench, 0, bench->axes - 1);
-    const struct controller_axis_config *config = &bench->config.axis[i];
+    const struct controller_axis_config *config = &bench->axis_config[i];
     if (!homing_is_running(&bench->homing))
         (void)stateful_set_position(
             bench, i,

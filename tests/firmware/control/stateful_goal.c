@@ -32,12 +32,12 @@ static int late_ticks(const struct stateful *bench, unsigned i)
 double stateful_goal_rest_s(const struct stateful *bench, unsigned i)
 {
     const struct stateful_axis *axis = &bench->axis[i];
-    const struct motion_clock_limit *limit = &bench->config.axis[i].limit;
+    const struct motion_clock_limit *limit = &bench->axis_config[i].limit;
     const double acc = limit_q32(limit->acc_q32);
     const double late = late_ticks(bench, i) * period_s(bench);
     const double vel = fabs(axis->vel) + acc * late;
     const bool is_on = stateful_profile_is_on(&axis->profile);
-    if (!bench->config.axis[i].by_goals || (!is_on && axis->vel == 0))
+    if (!bench->axis_config[i].by_goals || (!is_on && axis->vel == 0))
         return 0;
     return fmax(BRAKE_S, vel / acc) + 3 * late;
 }
@@ -45,33 +45,33 @@ double stateful_goal_rest_s(const struct stateful *bench, unsigned i)
 /* More, for an axis that is homed. */
 int64_t stateful_goal_turn_ns(const struct stateful *bench, unsigned i)
 {
-    const struct motion_clock_limit *limit = &bench->config.axis[i].limit;
+    const struct motion_clock_limit *limit = &bench->axis_config[i].limit;
     const double late = late_ticks(bench, i) * period_s(bench);
     const double brake =
         fmax(BRAKE_S, limit_q32(limit->vel_q32) / limit_q32(limit->acc_q32));
     const int64_t bad_ns =
         bench->axis[i].profile.is_bad ? bench->config.stop_timeout_ns : 0;
-    return bench->config.axis[i].by_goals
+    return bench->axis_config[i].by_goals
                ? bad_ns + (int64_t)((brake + 3 * late) * 1e9)
                : 0;
 }
 
 bool stateful_goal_runs_on(const struct stateful *bench, unsigned i)
 {
-    return bench->config.axis[i].by_goals && !bench->axis[i].profile.halts &&
+    return bench->axis_config[i].by_goals && !bench->axis[i].profile.halts &&
            bench->judge.stop.kind == STATEFUL_HOLD;
 }
 
 double stateful_goal_rise(const struct stateful *bench, unsigned i)
 {
-    return limit_q32(bench->config.axis[i].limit.acc_q32) *
+    return limit_q32(bench->axis_config[i].limit.acc_q32) *
            late_ticks(bench, i) * period_s(bench);
 }
 
 double stateful_goal_brake_q32(const struct stateful *bench, unsigned i,
                                int direction)
 {
-    const double acc = limit_q32(bench->config.axis[i].limit.acc_q32);
+    const double acc = limit_q32(bench->axis_config[i].limit.acc_q32);
     const double late = late_ticks(bench, i) * period_s(bench);
     const double vel = direction * bench->axis[i].vel + acc * late;
     return vel <= 0 ? 0
@@ -82,7 +82,7 @@ double stateful_goal_brake_q32(const struct stateful *bench, unsigned i,
 static int64_t outside_q32(const struct stateful *bench, unsigned i,
                            int64_t pos_q32)
 {
-    const struct controller_axis_config *config = &bench->config.axis[i];
+    const struct controller_axis_config *config = &bench->axis_config[i];
     if (pos_q32 < config->pos_min_q32)
         return config->pos_min_q32 - pos_q32;
     return pos_q32 > config->pos_max_q32 ? pos_q32 - config->pos_max_q32 : 0;
@@ -103,7 +103,7 @@ static void judge_sent(struct stateful *bench, unsigned i)
     const struct stateful_axis *axis = &bench->axis[i];
     const struct controller_axis *own = &bench->controller.axis[i];
     const struct hal_drive_go *go = &axis->profile.next;
-    const struct motion_clock_limit *limit = &bench->config.axis[i].limit;
+    const struct motion_clock_limit *limit = &bench->axis_config[i].limit;
     if (bench->judge.before != CONTROLLER_MOVING)
         stateful_violate(bench, STATEFUL_GOAL, (int)i, "in %s",
                          controller_state_text(bench->judge.before));
@@ -189,7 +189,7 @@ static void judge_end(struct stateful *bench, unsigned i)
     if (goer->has_end && bench->controller.state == CONTROLLER_READY &&
         judge->before == CONTROLLER_MOVING &&
         judge->stop.kind == STATEFUL_GOES &&
-        llabs(off_q32) > bench->config.axis[i].following_floor_q32)
+        llabs(off_q32) > bench->axis_config[i].following_floor_q32)
         stateful_violate(bench, STATEFUL_PATH, (int)i, "%.6f off its goal",
                          stateful_unit(off_q32));
     goer->has_end = false;
@@ -219,6 +219,6 @@ static void judge_goer(struct stateful *bench, unsigned i)
 void stateful_judge_goals(struct stateful *bench)
 {
     for (unsigned i = 0; i < bench->axes; i++)
-        if (bench->config.axis[i].by_goals)
+        if (bench->axis_config[i].by_goals)
             judge_goer(bench, i);
 }

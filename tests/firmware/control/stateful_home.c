@@ -43,9 +43,9 @@ double stateful_brake_q32(const struct motion_clock_limit *limit, double vel,
 static double brake_now_q32(const struct stateful *bench, unsigned i,
                             int direction)
 {
-    const struct motion_clock_limit *limit = &bench->config.axis[i].stop;
+    const struct motion_clock_limit *limit = &bench->axis_config[i].stop;
     const double t = (double)bench->period_ns / 1e9;
-    if (bench->config.axis[i].by_goals)
+    if (bench->axis_config[i].by_goals)
         return stateful_goal_brake_q32(bench, i, direction);
     const double jerk = (double)limit->jerk_q32 / 0x1p32;
     const double most = (double)limit->acc_q32 / 0x1p32;
@@ -122,11 +122,11 @@ static void judge_distance(struct stateful *bench)
 {
     const struct stateful_homing *homing = &bench->judge.homing;
     const unsigned i = homing->axis;
-    const struct motion_clock_limit *limit = &bench->config.axis[i].stop;
+    const struct motion_clock_limit *limit = &bench->axis_config[i].stop;
     const int64_t way_q32 =
         llabs(bench->judge.past[i].pos_q32[0] - homing->leg_q32);
     const double vel = stateful_unit(bench->home[i].fast_q32);
-    const double acc = (double)bench->config.axis[i].limit.acc_q32 / 0x1p32;
+    const double acc = (double)bench->axis_config[i].limit.acc_q32 / 0x1p32;
     const double most_q32 = (double)bench->home[i].distance_q32 +
                             stateful_brake_q32(limit, vel, acc);
     if (homing->leg != HOMING_GO && homing->leg != HOMING_IDLE &&
@@ -139,8 +139,8 @@ static void judge_distance(struct stateful *bench)
 
 static int64_t turn_bound_ns(const struct stateful *bench, unsigned i)
 {
-    const struct motion_clock_limit *limit = &bench->config.axis[i].stop;
-    const double vel = stateful_unit(bench->config.axis[i].limit.vel_q32);
+    const struct motion_clock_limit *limit = &bench->axis_config[i].stop;
+    const double vel = stateful_unit(bench->axis_config[i].limit.vel_q32);
     const double acc = (double)limit->acc_q32 / 0x1p32;
     const double jerk = (double)limit->jerk_q32 / 0x1p32;
     const double yardstick =

@@ -85,7 +85,7 @@ static void judge_push(struct stateful_past *past, int64_t pos_q32)
 static void judge_speed(struct stateful *bench, unsigned i)
 {
     const double most =
-        stateful_unit(bench->config.axis[i].limit.vel_q32) * period_s(bench);
+        stateful_unit(bench->axis_config[i].limit.vel_q32) * period_s(bench);
     const double step = stateful_vel(bench, i) * period_s(bench);
     if (fabs(step) > most * (1 + 1e-9) + UNITS(4))
         stateful_violate(bench, STATEFUL_SPEED, (int)i, "%.6f over %.6f a tick",
@@ -99,7 +99,7 @@ static double larger_q32(int64_t a, int64_t b)
 
 static void judge_acceleration(struct stateful *bench, unsigned i, bool hard)
 {
-    const struct controller_axis_config *config = &bench->config.axis[i];
+    const struct controller_axis_config *config = &bench->axis_config[i];
     const double t2 = period_s(bench) * period_s(bench);
     const double most = (double)config->limit.acc_q32 / 0x1p32 * t2;
     const double most_hard =
@@ -117,7 +117,7 @@ static void judge_acceleration(struct stateful *bench, unsigned i, bool hard)
 
 static void judge_jerk(struct stateful *bench, unsigned i)
 {
-    const struct controller_axis_config *config = &bench->config.axis[i];
+    const struct controller_axis_config *config = &bench->axis_config[i];
     struct stateful_past *past = &bench->judge.past[i];
     const double t = period_s(bench), t2 = t * t;
     past->hard_ticks = past->is_hard          ? 3
@@ -183,9 +183,9 @@ static void judge_range(struct stateful *bench, unsigned i)
         past->any_range = false;
     if (past->any_range || past->count < 2)
         return;
-    const int64_t now_q32 = outside_q32(&bench->config.axis[i],
+    const int64_t now_q32 = outside_q32(&bench->axis_config[i],
                                         past->pos_q32[0] + axis->offset_q32);
-    const int64_t then_q32 = outside_q32(&bench->config.axis[i],
+    const int64_t then_q32 = outside_q32(&bench->axis_config[i],
                                          past->pos_q32[1] + axis->offset_q32);
     if (now_q32 > then_q32 + OUT_Q32)
         stateful_violate(bench, STATEFUL_RANGE, (int)i, "%.9f outside",
@@ -313,7 +313,7 @@ static bool all_are_up(const struct stateful *bench)
 {
     for (unsigned i = 0; i < bench->axes; i++)
         if (bench->axis[i].state != HAL_DRIVE_ENABLED ||
-            (bench->config.axis[i].by_goals &&
+            (bench->axis_config[i].by_goals &&
              bench->axis[i].mode != HAL_DRIVE_PROFILE_POSITION))
             return false;
     return true;
@@ -323,7 +323,7 @@ static bool all_are_up(const struct stateful *bench)
 static bool homing_stops_without_halt(const struct stateful *bench)
 {
     const unsigned i = bench->homing.axis;
-    return bench->judge.homed_before && bench->config.axis[i].by_goals &&
+    return bench->judge.homed_before && bench->axis_config[i].by_goals &&
            !bench->axis[i].profile.halts;
 }
 
@@ -333,7 +333,7 @@ static bool goes_badly(const struct stateful *bench)
     const uint32_t disturbed = (uint32_t)1 << CONTROLLER_FAULT_FOLLOWING |
                                (uint32_t)1 << CONTROLLER_FAULT_STALE;
     for (unsigned i = 0; i < bench->axes; i++)
-        if (bench->config.axis[i].by_goals && bench->axis[i].profile.is_bad)
+        if (bench->axis_config[i].by_goals && bench->axis[i].profile.is_bad)
             return true;
     return (bench->judge.causes & disturbed) != 0;
 }

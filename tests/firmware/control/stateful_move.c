@@ -19,7 +19,7 @@ static double draw_share(struct stateful *bench)
 
 static int64_t draw_place(struct stateful *bench, unsigned i)
 {
-    const struct controller_axis_config *config = &bench->config.axis[i];
+    const struct controller_axis_config *config = &bench->axis_config[i];
     if (stateful_one_in(bench, 8))
         return stateful_one_in(bench, 2) ? config->pos_min_q32
                                          : config->pos_max_q32;
@@ -33,7 +33,7 @@ static int64_t share_of(int64_t value, double share)
 
 static bool move_eases(struct stateful *bench, unsigned i)
 {
-    const struct motion_clock_limit *most = &bench->config.axis[i].limit;
+    const struct motion_clock_limit *most = &bench->axis_config[i].limit;
     const double share = draw_share(bench);
     const struct motion_ease_limit limit = { share_of(most->vel_q32, share),
                                              share_of(most->acc_q32, share),
@@ -53,7 +53,7 @@ static bool move_eases(struct stateful *bench, unsigned i)
 
 static bool move_flies(struct stateful *bench, unsigned i)
 {
-    const struct motion_clock_limit *most = &bench->config.axis[i].limit;
+    const struct motion_clock_limit *most = &bench->axis_config[i].limit;
     struct motion_otg_move move = {
         .start = bench->track[bench->spare][i].end,
         .limit = { most->vel_q32, -most->vel_q32, most->acc_q32, -most->acc_q32,
@@ -121,7 +121,7 @@ static double track_over(const struct motion_track *track,
 static bool move_swings(struct stateful *bench, unsigned i)
 {
     struct motion_track *track = &bench->track[bench->spare][i];
-    const struct motion_clock_limit *limit = &bench->config.axis[i].limit;
+    const struct motion_clock_limit *limit = &bench->axis_config[i].limit;
     const double vel = stateful_unit(limit->vel_q32);
     const int64_t start_q32 = track->end.pos_q32;
     const double gentle = 1 / draw_share(bench);

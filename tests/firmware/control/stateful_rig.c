@@ -82,7 +82,7 @@ static int64_t rig_start_q32(struct stateful *bench,
 /* Outside the range, or where moves run into them; places of the drive. */
 static void rig_zones(struct stateful *bench, unsigned i, int64_t offset_q32)
 {
-    const struct controller_axis_config *config = &bench->config.axis[i];
+    const struct controller_axis_config *config = &bench->axis_config[i];
     struct stateful_zone *zone = bench->axis[i].zone;
     const double length = rig_length(config);
     const int64_t low_q32 = config->pos_min_q32 - offset_q32;
@@ -114,7 +114,7 @@ static void rig_zones(struct stateful *bench, unsigned i, int64_t offset_q32)
 
 static void rig_homing(struct stateful *bench, unsigned i, int64_t offset_q32)
 {
-    const struct controller_axis_config *axis = &bench->config.axis[i];
+    const struct controller_axis_config *axis = &bench->axis_config[i];
     const struct stateful_zone *zone = bench->axis[i].zone;
     struct homing_config *home = &bench->home[i];
     const double vel = stateful_unit(axis->limit.vel_q32);
@@ -153,7 +153,7 @@ static void rig_homing(struct stateful *bench, unsigned i, int64_t offset_q32)
 
 static void rig_drive(struct stateful *bench, unsigned i)
 {
-    const struct controller_axis_config *config = &bench->config.axis[i];
+    const struct controller_axis_config *config = &bench->axis_config[i];
     struct stateful_axis *axis = &bench->axis[i];
     axis->enable_ticks =
         (int)stateful_in(bench, 0, stateful_one_in(bench, 4) ? 300 : 10);
@@ -174,7 +174,7 @@ static void rig_drive(struct stateful *bench, unsigned i)
 /* Where its drive goes to goals; one in six is not as good as it should be. */
 static void rig_profile(struct stateful *bench, unsigned i)
 {
-    struct controller_axis_config *config = &bench->config.axis[i];
+    struct controller_axis_config *config = &bench->axis_config[i];
     struct stateful_profile *profile = &bench->axis[i].profile;
     *profile = (struct stateful_profile){
         .there = stateful_one_in(bench, 4),
@@ -199,7 +199,7 @@ static void rig_profile(struct stateful *bench, unsigned i)
 
 static void rig_axis(struct stateful *bench, unsigned i)
 {
-    struct controller_axis_config *config = &bench->config.axis[i];
+    struct controller_axis_config *config = &bench->axis_config[i];
     int64_t offset_q32 = 0;
     rig_limits(bench, config);
     rig_range(bench, config);

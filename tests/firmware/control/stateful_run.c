@@ -63,7 +63,7 @@ static void run_trace(struct stateful *bench)
 
 static void print_axis(const struct stateful *bench, unsigned i)
 {
-    const struct controller_axis_config *config = &bench->config.axis[i];
+    const struct controller_axis_config *config = &bench->axis_config[i];
     printf("    axis %u: range %.3f .. %.3f, limit %.3f %.1f %.0f, stop %.1f "
            "%.0f, droop %.3f%s\n",
            i, stateful_unit(config->pos_min_q32),
@@ -124,16 +124,15 @@ static void run_tally(struct stateful *bench)
 /* --- the tick -------------------------------------------------------------- */
 
 static void begin_lines(struct stateful *bench,
-                        struct controller_inputs *inputs)
+                        struct controller_switches switches[])
 {
     bench->estop.gpio.ops = &stateful_line_ops;
-    inputs->estop = &bench->estop.gpio;
     for (unsigned i = 0; i < bench->axes; i++) {
         struct stateful_line *line = bench->line[i];
         const struct stateful_zone *zone = bench->axis[i].zone;
-        struct hal_gpio **const input[] = { &inputs->limit_negative[i],
-                                            &inputs->limit_positive[i],
-                                            &inputs->home[i] };
+        struct hal_gpio **const input[] = { &switches[i].limit_negative,
+                                            &switches[i].limit_positive,
+                                            &switches[i].home };
         for (int which = 0; which < STATEFUL_SWITCHES; which++) {
             line[which] =
                 (struct stateful_line){ .gpio.ops = &stateful_line_ops,
@@ -148,7 +147,10 @@ static void begin_lines(struct stateful *bench,
 void stateful_begin(struct stateful *bench)
 {
     struct hal_drive *drive[STATEFUL_AXES];
-    struct controller_inputs inputs = { .estop = NULL };
+    struct controller_switches switches[STATEFUL_AXES] = { { NULL } };
+    const struct controller_inputs inputs = { .estop = &bench->estop.gpio,
+                                              .axis = switches };
+    bench->config.axis = bench->axis_config;
     bench->period_ns = bench->config.period_ns;
     bench->now_ns = START_NS;
     bench->burst = -1;
@@ -158,9 +160,10 @@ void stateful_begin(struct stateful *bench)
         stateful_axis_init(&bench->axis[i]);
         drive[i] = &bench->axis[i].drive;
     }
-    begin_lines(bench, &inputs);
+    begin_lines(bench, switches);
     assert_int_equal(
-        controller_init(&bench->controller, &bench->config, drive, &inputs),
+        controller_init(&bench->controller, &bench->config, bench->state, drive,
+                        &inputs),
         MOTION_OK);
     assert_int_equal(homing_init(&bench->homing, &bench->controller,
                                  &bench->jog, bench->home),

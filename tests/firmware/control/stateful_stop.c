@@ -33,7 +33,7 @@ static const struct motion_clock_limit *stop_limit(const struct stateful *bench,
                                                    unsigned i,
                                                    enum stateful_stop_kind kind)
 {
-    const struct controller_axis_config *config = &bench->config.axis[i];
+    const struct controller_axis_config *config = &bench->axis_config[i];
     return kind == STATEFUL_FAULT_STOP || kind == STATEFUL_HARD_STOP ||
                    kind == STATEFUL_HOME_STOP
                ? &config->stop
@@ -156,10 +156,10 @@ static double rate_allowance(const struct stateful *bench,
 
 static double vel_allowance(const struct stateful *bench, unsigned i)
 {
-    const struct motion_clock_limit *limit = &bench->config.axis[i].limit;
+    const struct motion_clock_limit *limit = &bench->axis_config[i].limit;
     const double t = (double)bench->period_ns / 1e9;
     const double acc = fabs(stateful_acc(bench, i));
-    if (bench->config.axis[i].by_goals)
+    if (bench->axis_config[i].by_goals)
         return stateful_goal_rise(bench, i);
     double rise = acc * TICKS * t + 2 * limit_q32(limit->acc_q32) * t;
     if (limit->jerk_q32 > 0)
@@ -213,7 +213,7 @@ static double full_yardstick(const struct stateful *bench)
 {
     double longest = 0;
     for (unsigned i = 0; i < bench->axes; i++) {
-        const struct motion_clock_limit *limit = &bench->config.axis[i].limit;
+        const struct motion_clock_limit *limit = &bench->axis_config[i].limit;
         const double vel = stateful_unit(limit->vel_q32);
         longest = fmax(longest, 1.5 * vel / limit_q32(limit->acc_q32));
         if (limit->jerk_q32 > 0)
@@ -317,10 +317,10 @@ static void judge_faster(struct stateful *bench)
         !stateful_in_motion(bench->judge.before))
         return;
     judge_brake_takes_over(bench, axis);
-    if (bench->config.axis[axis].by_goals && bench->skipped > 0)
+    if (bench->axis_config[axis].by_goals && bench->skipped > 0)
         stop->vel =
             fabs(stateful_vel(bench, axis)) + stateful_goal_rise(bench, axis);
-    if (stop->by_rate && bench->config.axis[axis].by_goals &&
+    if (stop->by_rate && bench->axis_config[axis].by_goals &&
         bench->judge.motion == STATEFUL_JOG)
         return; /* the clock is that of a prediction; see stateful_goal.c */
     if (stop->by_rate && rate > stop->rate + 0x1p-20)

@@ -100,6 +100,8 @@ static const struct hal_gpio_ops fake_line_ops = { .get = fake_line_get };
 
 struct bench {
     struct controller controller;
+    struct controller_axis_config config[AXES];
+    struct controller_axis axis[AXES];
     struct fake_drive drive[AXES];
     struct fake_line estop, limit[2]; /* of axis 1 */
     struct motion_segment room[AXES][16];
@@ -143,8 +145,7 @@ static void bench_tracks(struct bench *bench)
 }
 
 /* Limits a little (percent) above what the tracks use. */
-static void bench_limits(struct bench *bench, struct controller_config *config,
-                         int percent)
+static void bench_limits(struct bench *bench, int percent)
 {
     for (int i = 0; i < AXES; i++) {
         struct motion_extreme v, a, j;
@@ -155,7 +156,7 @@ static void bench_limits(struct bench *bench, struct controller_config *config,
         const struct motion_clock_limit limit = { PEAK(v) / 100 * percent,
                                                   PEAK(a) / 100 * percent,
                                                   PEAK(j) / 100 * percent };
-        config->axis[i] = (struct controller_axis_config){
+        bench->config[i] = (struct controller_axis_config){
             .pos_min_q32 = -300 * UNIT,
             .pos_max_q32 = 300 * UNIT,
             .limit = limit,
@@ -170,8 +171,10 @@ static void bench_init(struct bench *bench, int percent)
 {
     memset(bench, 0, sizeof *bench);
     bench_tracks(bench);
-    struct controller_config config = { .period_ns = MS, .axis_count = AXES };
-    bench_limits(bench, &config, percent);
+    const struct controller_config config = { .period_ns = MS,
+                                              .axis_count = AXES,
+                                              .axis = bench->config };
+    bench_limits(bench, percent);
     struct hal_drive *drives[AXES];
     for (int i = 0; i < AXES; i++) {
         bench->drive[i] = (struct fake_drive){ .drive.ops = &fake_ops,
@@ -183,14 +186,15 @@ static void bench_init(struct bench *bench, int percent)
     fake_now_ns = 1000 * MS;
     for (int i = 0; i < 2; i++)
         bench->limit[i].gpio.ops = &fake_line_ops;
-    const struct controller_inputs inputs = {
-        .estop = &bench->estop.gpio,
-        .limit_negative = { [1] = &bench->limit[0].gpio },
-        .limit_positive = { [1] = &bench->limit[1].gpio },
+    const struct controller_switches switches[AXES] = {
+        [1] = { .limit_negative = &bench->limit[0].gpio,
+                .limit_positive = &bench->limit[1].gpio },
     };
-    assert_int_equal(
-        controller_init(&bench->controller, &config, drives, &inputs),
-        MOTION_OK);
+    const struct controller_inputs inputs = { .estop = &bench->estop.gpio,
+                                              .axis = switches };
+    assert_int_equal(controller_init(&bench->controller, &config, bench->axis,
+                                     drives, &inputs),
+                     MOTION_OK);
 }
 
 static void bench_tick(struct bench *bench)
@@ -795,7 +799,7 @@ static void the_gate_stops_what_planning_should_have(void **state)
     for (size_t n = 0; n < ARRAY_LEN(rows); n++) {
         struct bench bench;
         bench_moving(&bench, 150, 1);
-        bench.controller.config.axis[0].pos_max_q32 = 210 * UNIT;
+        bench.config[0].pos_max_q32 = 210 * UNIT;
         struct motion_segment room[1];
         struct motion_track track;
         motion_track_init(&track, room, 1, 0);
@@ -822,7 +826,7 @@ static void a_move_beyond_the_limits_is_not_started(void **state)
                      MOTION_E_LIMIT);
     assert_int_equal(axis, -1);
     bench_ready(&bench, 120);
-    bench.controller.config.axis[1].pos_max_q32 = 79 * UNIT;
+    bench.config[1].pos_max_q32 = 79 * UNIT;
     assert_int_equal(controller_start(&bench.controller, bench.tracks, NULL),
                      MOTION_E_LIMIT);
     assert_int_equal(bench.controller.state, CONTROLLER_READY);
@@ -838,7 +842,7 @@ static void a_move_may_touch_the_border_of_its_range(void **state)
     struct motion_extreme pos;
     bench_ready(&bench, 120);
     motion_track_extreme(&bench.track[1], MOTION_POS, &pos);
-    int64_t *const border = &bench.controller.config.axis[1].pos_max_q32;
+    int64_t *const border = &bench.config[1].pos_max_q32;
     *border = pos.max - MOTION_TRACK_POS_ROUNDING - 1;
     assert_int_equal(controller_start(&bench.controller, bench.tracks, NULL),
                      MOTION_E_LIMIT);
@@ -896,19 +900,24 @@ static void bad_configurations_are_refused(void **state)
                                        &bench.drive[2].drive };
     const struct controller_config good = bench.controller.config;
     struct controller_config bad[8];
-    for (size_t i = 0; i < ARRAY_LEN(bad); i++)
+    struct controller_axis_config axis[ARRAY_LEN(bad)][AXES];
+    for (size_t i = 0; i < ARRAY_LEN(bad); i++) {
+        memcpy(axis[i], bench.config, sizeof axis[i]);
         bad[i] = good;
+        bad[i].axis = axis[i];
+    }
     bad[0].period_ns = 0;
     bad[1].axis_count = 0;
     bad[2].axis_count = CONTROLLER_AXES_MAX + 1;
-    bad[3].axis[1].limit.vel_q32 = 0;
-    bad[4].axis[2].pos_min_q32 = bad[4].axis[2].pos_max_q32;
-    bad[5].axis[0].stop.acc_q32 = -1;
-    bad[6].axis[0].pos_min_q32 = INT64_MIN + MOTION_TRACK_POS_ROUNDING - 1;
-    bad[7].axis[0].pos_max_q32 = INT64_MAX - MOTION_TRACK_POS_ROUNDING + 1;
+    axis[3][1].limit.vel_q32 = 0;
+    axis[4][2].pos_min_q32 = axis[4][2].pos_max_q32;
+    axis[5][0].stop.acc_q32 = -1;
+    axis[6][0].pos_min_q32 = INT64_MIN + MOTION_TRACK_POS_ROUNDING - 1;
+    axis[7][0].pos_max_q32 = INT64_MAX - MOTION_TRACK_POS_ROUNDING + 1;
     for (size_t i = 0; i < ARRAY_LEN(bad); i++)
         assert_int_equal(
-            controller_init(&bench.controller, &bad[i], drives, NULL),
+            controller_init(&bench.controller, &bad[i], bench.axis, drives,
+                            NULL),
             MOTION_E_ARG);
 }
 

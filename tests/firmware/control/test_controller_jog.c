@@ -54,6 +54,7 @@ static const struct hal_drive_ops fake_ops = {
 
 static struct fake_drive drive[2];
 static struct controller controller;
+static struct controller_axis axes[2];
 static struct controller_jog jog;
 
 static void tick(void)
@@ -76,16 +77,18 @@ static const struct controller_axis_config axis_config = {
 static int begin(void **state)
 {
     struct hal_drive *drives[2] = { &drive[0].drive, &drive[1].drive };
-    struct controller_config config = { .period_ns = MS,
-                                        .axis_count = 2,
-                                        .axis = { axis_config, axis_config } };
+    static struct controller_axis_config configs[2];
+    const struct controller_config config = { .period_ns = MS,
+                                              .axis_count = 2,
+                                              .axis = configs };
     (void)state;
-    config.axis[1].needs_homing = true;
+    configs[0] = configs[1] = axis_config;
+    configs[1].needs_homing = true;
     memset(drive, 0, sizeof drive);
     memset(&jog, 0, sizeof jog);
     drive[0].drive.ops = drive[1].drive.ops = &fake_ops;
     now_ns = 1000 * MS;
-    if (controller_init(&controller, &config, drives, NULL) < 0)
+    if (controller_init(&controller, &config, axes, drives, NULL) < 0)
         return -1;
     tick();
     controller_enable(&controller);

@@ -494,7 +494,7 @@ static void wherever_the_switches_stand_it_knows_its_place(void **state)
         rig.line[LEFT].sim_low_q32 = (home_mm - 300) * UNIT;
         rig.line[LEFT].sim_high_q32 = (home_mm - 30) * UNIT;
         rig.axis[SLIDE].homing.pos_q32 = (home_mm + 8) * UNIT;
-        machine.homing.config[SLIDE].pos_q32 = (home_mm + 8) * UNIT;
+        machine.homing_config[SLIDE].pos_q32 = (home_mm + 8) * UNIT;
         expect_homed(1u << SLIDE);
         expect_knows(SLIDE);
     }
@@ -507,7 +507,7 @@ static void wherever_the_switches_stand_it_knows_its_place(void **state)
 /* From the rig of before: its edge at 100 mm, a limit switch 70 mm behind. */
 static void set_switch(int64_t wide_um, int mm_s, int64_t start_mm)
 {
-    struct homing_config *config = &machine.homing.config[SLIDE];
+    struct homing_config *config = &machine.homing_config[SLIDE];
     power_on((int)start_mm);
     rig.line[HOME].sim_low_q32 = 100 * UNIT - wide_um * UM;
     rig.line[HOME].sim_high_q32 = 100 * UNIT;
@@ -594,7 +594,7 @@ static void a_time_out_says_what_was_waited_for(void **state)
             assert_true(homing_is_running(&machine.homing));
             tick();
         }
-        machine.homing.config[SLIDE].timeout_ns = MS;
+        machine.homing_config[SLIDE].timeout_ns = MS;
         while (homing_is_running(&machine.homing))
             tick();
         expect_failed(HOMING_TIMEOUT, SLIDE);
@@ -607,7 +607,7 @@ static void a_time_out_says_what_was_waited_for(void **state)
         tick();
     assert_int_equal(controller_hold(&machine.controller), MOTION_OK);
     ticks(500);
-    machine.homing.config[SLIDE].timeout_ns = MS;
+    machine.homing_config[SLIDE].timeout_ns = MS;
     while (homing_is_running(&machine.homing))
         tick();
     assert_string_equal(homing_failure(&machine.homing, text),
@@ -616,12 +616,11 @@ static void a_time_out_says_what_was_waited_for(void **state)
 
 static void bad_configurations_are_refused(void **state)
 {
-    struct homing_config config[CONTROLLER_AXES_MAX] = { { .by =
-                                                               HOMING_NONE } };
+    struct homing_config config[16] = { { .by = HOMING_NONE } };
     static struct homing homing;
     (void)state;
     power_on(100);
-    const struct homing_config good = machine.homing.config[SLIDE];
+    const struct homing_config good = machine.homing_config[SLIDE];
     config[SLIDE] = good;
     assert_int_equal(
         homing_init(&homing, &machine.controller, &machine.jog, config),

@@ -16,7 +16,7 @@ static struct stateful bench;
  * and a limit switch at -20 mm. */
 static void lay_axis(unsigned i, int64_t start_q32)
 {
-    struct controller_axis_config *config = &bench.config.axis[i];
+    struct controller_axis_config *config = &bench.axis_config[i];
     struct stateful_zone *zone = bench.axis[i].zone;
     *config = (struct controller_axis_config){
         .pos_max_q32 = 2000 * UNIT,
@@ -98,7 +98,7 @@ static void stands_at(int64_t pos_q32, int64_t most_q32)
 
 static void start_ease(int64_t to_q32)
 {
-    const struct motion_clock_limit *most = &bench.config.axis[0].limit;
+    const struct motion_clock_limit *most = &bench.axis_config[0].limit;
     const struct motion_ease_limit limit = { most->vel_q32, most->acc_q32,
                                              most->jerk_q32 };
     struct motion_track *track = &bench.track[bench.spare][0];
@@ -300,8 +300,8 @@ static void no_stop_goes_faster_first(void **state)
     for (enum ask which = 0; which < ASKS; which++)
         for (int at = 1; at < 900; at += 23) {
             lay(1, 100 * UNIT);
-            bench.config.axis[0].limit.jerk_q32 = 0;
-            bench.config.axis[0].stop.jerk_q32 = 0;
+            bench.axis_config[0].limit.jerk_q32 = 0;
+            bench.axis_config[0].stop.jerk_q32 = 0;
             enable();
             assert_int_equal(
                 stateful_override(&bench, MOTION_CLOCK_WARP_ONE_Q30 / 10),
@@ -348,7 +348,7 @@ static void a_hold_on_a_jog_that_turns_trips_nothing(void **state)
     for (int jerk = 0; jerk < 2; jerk++)
         for (int at = 0; at < 500; at += 5) {
             lay(1, 500 * UNIT);
-            struct controller_axis_config *config = &bench.config.axis[0];
+            struct controller_axis_config *config = &bench.axis_config[0];
             config->limit.jerk_q32 = jerk ? 5000 * UNIT : 0;
             config->stop = config->limit;
             bench.axis[0].zone[STATEFUL_HOME].there = false;
@@ -370,8 +370,8 @@ static void lay_goers(unsigned axes, int64_t start_q32)
     lay(axes, start_q32);
     bench.config.stop_timeout_ns = 2000 * MS;
     for (unsigned i = 0; i < axes; i++) {
-        bench.config.axis[i].by_goals = true;
-        bench.config.axis[i].late_ns = 20000 * MS;
+        bench.axis_config[i].by_goals = true;
+        bench.axis_config[i].late_ns = 20000 * MS;
         bench.axis[i].zone[STATEFUL_HOME].there = false;
         bench.axis[i].profile = (struct stateful_profile){
             .there = true,

@@ -1,6 +1,7 @@
 /* tests/firmware/linux/commands/test_ways_out.c - however a run ends, no torque
  * is left behind: every way out in every phase, on every kind of drive, judged
  * by what the simulated servos themselves do.  Takes long. */
+#include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 #include <time.h>
@@ -291,7 +292,7 @@ static void a_drive_that_was_left_on_is_switched_off(void **state)
             machine_tick_off(&next, now_ns);
         }
         if (!machine_is_off(&next) || any_torque())
-            fail_msg("%s: powered %#x, torque %d", rigs[r], next.powered,
+            fail_msg("%s: powered %#" PRIx64 ", torque %d", rigs[r], next.powered,
                      any_torque());
         job_free(&bench.job);
     }

@@ -28,6 +28,8 @@ static struct bench {
     struct drive_cia402_config config[AXES];
     struct drive_cia402 drive[AXES];
     struct controller controller;
+    struct controller_axis_config axis_config[AXES];
+    struct controller_axis axis[AXES];
     struct controller_jog jog[AXES];
     unsigned count;
     char text[AXES][64]; /* its first sentence */
@@ -74,12 +76,13 @@ static void bench_controller(struct bench *b)
     struct controller_config config = {
         .period_ns = MS,
         .axis_count = b->count,
+        .axis = b->axis_config,
         .enable_timeout_ns = 12000 * MS,
     };
 
     for (unsigned i = 0; i < b->count; i++) {
         drive[i] = &b->drive[i].drive;
-        config.axis[i] = (struct controller_axis_config){
+        b->axis_config[i] = (struct controller_axis_config){
             .pos_min_q32 = -1000 * ONE,
             .pos_max_q32 = 1000 * ONE,
             .limit = { 100 * ONE, 1000 * ONE, 0 },
@@ -87,7 +90,7 @@ static void bench_controller(struct bench *b)
             .following_floor_q32 = 2 * ONE,
         };
     }
-    assert_int_equal(controller_init(&b->controller, &config, drive, NULL), 0);
+    assert_int_equal(controller_init(&b->controller, &config, b->axis, drive, NULL), 0);
 }
 
 static void bench_build(struct bench *b)

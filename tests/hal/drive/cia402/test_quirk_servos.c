@@ -603,8 +603,11 @@ static struct bench {
     struct canopen master;
     struct drive_cia402 drive;
     struct controller controller;
+    struct controller_axis_config axis_config;
+    struct controller_axis axis;
     struct controller_jog jog;
     struct homing homing;
+    struct homing_config homing_config;
     char text[64]; /* the first sentence */
 } bench;
 
@@ -698,7 +701,7 @@ static void bench_drive(struct bench *b)
 static void bench_controller(struct bench *b)
 {
     struct hal_drive *drive[] = { &b->drive.drive };
-    struct homing_config homing = {
+    b->homing_config = (struct homing_config){
         .by = b->row->method != 0 ? HOMING_DRIVE : HOMING_NONE,
         .method = b->row->method,
         .fast_q32 = 50 * ONE,
@@ -709,18 +712,19 @@ static void bench_controller(struct bench *b)
     struct controller_config config = {
         .period_ns = MS,
         .axis_count = 1,
+        .axis = &b->axis_config,
         .enable_timeout_ns = 12000 * MS, /* longer than any wait of the drive */
     };
 
-    config.axis[0] = (struct controller_axis_config){
+    b->axis_config = (struct controller_axis_config){
         .pos_min_q32 = -1000 * ONE,
         .pos_max_q32 = b->row->outside ? range_max(b->row) : 1000 * ONE,
         .limit = { 100 * ONE, 1000 * ONE, 0 },
         .stop = { 100 * ONE, 2000 * ONE, 0 },
         .following_floor_q32 = 2 * ONE,
     };
-    assert_int_equal(controller_init(&b->controller, &config, drive, NULL), 0);
-    assert_int_equal(homing_init(&b->homing, &b->controller, &b->jog, &homing),
+    assert_int_equal(controller_init(&b->controller, &config, &b->axis, drive, NULL), 0);
+    assert_int_equal(homing_init(&b->homing, &b->controller, &b->jog, &b->homing_config),
                      0);
 }
 
