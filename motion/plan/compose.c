@@ -233,10 +233,17 @@ int64_t plan_outcome_time(const struct plan_outcome *outcome, int64_t t_ns_q12)
                                     : plan_warp_time(&outcome->warp, t_ns_q12);
 }
 
+int plan_move_room(struct plan_move *move, uint32_t axes)
+{
+    move->axis = calloc(axes, sizeof *move->axis);
+    return move->axis == NULL && axes > 0 ? MOTION_E_FULL : MOTION_OK;
+}
+
 static void compose_free_base(struct plan_move *move)
 {
     for (uint32_t i = 0; i < move->axis_count; i++)
         plan_axis_free(&move->axis[i]);
+    free(move->axis);
     plan_path_free(move->path);
     plan_camera_free(move->camera);
     plan_blend_free(move->blend);

@@ -17,7 +17,7 @@
 
 #define PLAN_NAME_MAX 32      /* bytes with the 0 */
 #define PLAN_KEYS_MAX 1000000 /* per axis */
-#define PLAN_AXES_MAX 32
+#define PLAN_AXES_MAX 64
 
 /* Kind of curve; X(name, spelling in files, sentence for --help and docs). */
 #define PLAN_CURVE_LIST(X)                                                     \
@@ -179,7 +179,7 @@ struct plan_axis {
 struct plan_move {
     char title[128];
     uint64_t fps_num, fps_den; /* frames per second; 0 / 0 when not given */
-    struct plan_axis axis[PLAN_AXES_MAX];
+    struct plan_axis *axis;
     uint32_t axis_count;
     struct plan_path *path;
     struct plan_camera *camera; /* on the path */

@@ -49,7 +49,6 @@ static void fuzz_compiled_play(struct compiled *compiled,
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    static struct motion_track track[PLAN_AXES_MAX];
     char message[TRACK_FILE_MESSAGE_MAX] = "";
     uint8_t *bytes = malloc(size + 1);
 
@@ -59,13 +58,13 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     const char *path = fuzz_file(bytes, size);
     free(bytes);
     (void)track_file_is(path);
-    struct compiled *compiled = compiled_open(path, track, message);
+    struct compiled *compiled = compiled_open(path, message);
     if (compiled == NULL) {
         fuzz_claim(message[0] != 0 && strchr(message, '\n') == NULL,
                    "an error is one sentence");
         return 0;
     }
-    fuzz_compiled_play(compiled, track);
+    fuzz_compiled_play(compiled, compiled->track);
     compiled_close(compiled);
     return 0;
 }

@@ -92,9 +92,12 @@ int main(int argc, char *argv[])
     if (argc != 3)
         return 2;
     tools_socket = atoi(argv[2]);
-    bench.ports.can[0] = &can;
+    struct hal_can *port = &can;
+    struct rig_bus bus = { .kind = RIG_CANOPEN, .name = "peer" };
+
+    bench.ports.can = &port;
     bench.ports.clock = clock_linux_init(&clock);
-    bench.rig.bus[0] = (struct rig_bus){ .kind = RIG_CANOPEN, .name = "peer" };
+    bench.rig.bus = &bus;
     if (scan_can(&scan, &bench, &config) < 0)
         return 1;
     for (unsigned i = 0; i < scan.count; i++)

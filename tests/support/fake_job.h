@@ -56,11 +56,19 @@ static inline struct motion_state fake_state(const struct fake_key *key,
     };
 }
 
+#define FAKE_AXES 8
+
 /* Add an axis: `quintic` or cubic through the keys, limits in units. */
 static inline void fake_axis(struct job *job, const char *name,
                              const struct fake_key *key, unsigned count,
                              bool quintic, const double limit[5])
 {
+    if (job->move.axis == NULL) {
+        job->move.axis = calloc(FAKE_AXES, sizeof *job->move.axis);
+        job->rig.axis =
+            memory_pool_new(&job->rig.memory, FAKE_AXES, sizeof *job->rig.axis);
+        job_room(job, FAKE_AXES);
+    }
     unsigned a = job->move.axis_count++;
     struct plan_axis *plan = &job->move.axis[a];
     struct rig_axis *rig = &job->rig.axis[job->rig.axis_count];
@@ -101,6 +109,9 @@ static inline void fake_free(struct job *job)
         free(job->move.axis[i].key);
         free(job->track[i].segment);
     }
+    free(job->move.axis);
+    rig_free(&job->rig);
+    memory_pool_free(&job->memory);
     memset(job, 0, sizeof *job);
 }
 

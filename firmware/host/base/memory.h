@@ -14,6 +14,19 @@ void *memory_resize(void *old, size_t count, size_t size);
 /* Zeroed. */
 void *memory_new(size_t count, size_t size);
 void memory_free(void *block);
+
+/* What is taken from a pool is given back all at once.  All zero: empty. */
+struct memory_pool {
+    struct memory_block *last;
+};
+/* Zeroed. */
+void *memory_pool_new(struct memory_pool *pool, size_t count, size_t size);
+/* Room for one more than the `count` in the array: itself, or a larger one with
+ * a copy of them; NULL: none yet. */
+void *memory_pool_more(struct memory_pool *pool, void *array, size_t count,
+                       size_t size);
+void memory_pool_free(struct memory_pool *pool);
+
 void memory_fail(void) __attribute__((noreturn));
 
 #endif

@@ -134,6 +134,8 @@ struct plan_axis *import_add_axis(const struct import_text *text,
                            move->axis[i].name);
             return NULL;
         }
+    if (move->axis == NULL && plan_move_room(move, wish->rig->axis_count) < 0)
+        memory_fail();
     struct plan_axis *axis = &move->axis[move->axis_count++];
     *axis = (struct plan_axis){ .curve = wish->curve, .place = place };
     memcpy(axis->name, wish->rig->axis[index].name, PLAN_NAME_MAX);

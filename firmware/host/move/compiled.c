@@ -7,7 +7,6 @@ _Static_assert(TRACK_STREAM_AHEAD(TRACK_STREAM_PLAY) <= TRACK_FILE_SPAN_MAX,
                "the least time ahead can be found");
 
 static int compiled_open_axis(struct compiled *compiled, unsigned i,
-                              struct motion_track *track,
                               char message[TRACK_FILE_MESSAGE_MAX])
 {
     struct motion_track_outline *outline = &compiled->outline[i];
@@ -19,20 +18,35 @@ static int compiled_open_axis(struct compiled *compiled, unsigned i,
     if (least_ns_q12 < compiled->least_ns_q12)
         compiled->least_ns_q12 = least_ns_q12;
     track_stream_init(&compiled->play[i], &compiled->file, i, TRACK_STREAM_PLAY,
-                      track, outline);
+                      &compiled->track[i], outline);
     track_stream_init(&compiled->look[i], &compiled->file, i, TRACK_STREAM_LOOK,
                       &compiled->look_track[i], outline);
     return 0;
 }
 
-struct compiled *compiled_open(const char *path, struct motion_track track[],
+static void compiled_room(struct compiled *compiled, uint32_t axes)
+{
+#define ROOM(array)                                                            \
+    compiled->array =                                                          \
+        memory_pool_new(&compiled->memory, axes, sizeof *compiled->array)
+    ROOM(outline);
+    ROOM(play);
+    ROOM(look);
+    ROOM(track);
+    ROOM(look_track);
+#undef ROOM
+}
+
+struct compiled *compiled_open(const char *path,
                                char message[TRACK_FILE_MESSAGE_MAX])
 {
     struct compiled *compiled = memory_new(1, sizeof *compiled);
     int err = track_file_open(&compiled->file, path, message);
     compiled->least_ns_q12 = INT64_MAX;
+    if (err == 0)
+        compiled_room(compiled, compiled->file.axis_count);
     for (unsigned i = 0; err == 0 && i < compiled->file.axis_count; i++)
-        err = compiled_open_axis(compiled, i, &track[i], message);
+        err = compiled_open_axis(compiled, i, message);
     if (err < 0) {
         compiled_close(compiled);
         return NULL;
@@ -46,11 +60,13 @@ void compiled_close(struct compiled *compiled)
 {
     if (compiled == NULL)
         return;
-    for (unsigned i = 0; i < PLAN_AXES_MAX; i++) {
+    for (unsigned i = 0;
+         compiled->play != NULL && i < compiled->file.axis_count; i++) {
         track_stream_free(&compiled->play[i]);
         track_stream_free(&compiled->look[i]);
     }
     track_file_close(&compiled->file);
+    memory_pool_free(&compiled->memory);
     memory_free(compiled);
 }
 

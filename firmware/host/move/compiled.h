@@ -6,21 +6,23 @@
 #ifndef FIRMWARE_HOST_MOVE_COMPILED_H
 #define FIRMWARE_HOST_MOVE_COMPILED_H
 
+#include "firmware/host/base/memory.h"
 #include "firmware/host/move/track_file.h"
 #include "firmware/host/move/track_stream.h"
 #include "motion/plan/check.h"
 
 struct compiled {
+    struct memory_pool memory; /* of the arrays: one per axis */
     struct track_file file;
-    struct motion_track_outline outline[PLAN_AXES_MAX];
+    struct motion_track_outline *outline;
     int64_t least_ns_q12; /* that a window reaches ahead; INT64_MAX: all */
-    struct track_stream play[PLAN_AXES_MAX], look[PLAN_AXES_MAX];
-    struct motion_track look_track[PLAN_AXES_MAX];
+    struct track_stream *play, *look;
+    struct motion_track *track, *look_track; /* the windows */
 };
 
-/* NULL, with a sentence, when the file is not whole.  track[i] becomes the
- * window on axis i, at the start of the move and filled. */
-struct compiled *compiled_open(const char *path, struct motion_track track[],
+/* NULL, with a sentence, when the file is not whole.  The windows are at the
+ * start of the move, those of `track` filled. */
+struct compiled *compiled_open(const char *path,
                                char message[TRACK_FILE_MESSAGE_MAX]);
 void compiled_close(struct compiled *compiled); /* NULL: does nothing */
 

@@ -239,15 +239,30 @@ static enum status job_take_axis(struct job *job, unsigned i)
     return STATUS_OK;
 }
 
+void job_room(struct job *job, uint32_t axes)
+{
+#define ROOM(array, count)                                                     \
+    job->array = memory_pool_new(&job->memory, count, sizeof *job->array)
+    ROOM(rig_axis, axes);
+    ROOM(track, axes);
+    ROOM(goal, axes);
+    ROOM(goal_count, axes);
+#undef ROOM
+}
+
 static enum status job_open_compiled(struct job *job)
 {
     char message[TRACK_FILE_MESSAGE_MAX];
     enum status status = STATUS_OK;
-    job->compiled = compiled_open(job->move_path, job->track, message);
+    job->compiled = compiled_open(job->move_path, message);
     if (job->compiled == NULL)
         return job_fail(job->move_path, message);
     memcpy(job->move.title, job->compiled->file.title, sizeof job->move.title);
+    if (plan_move_room(&job->move, job->compiled->file.axis_count) < 0)
+        memory_fail();
     job->move.axis_count = job->compiled->file.axis_count;
+    job_room(job, job->move.axis_count);
+    job->track = job->compiled->track;
     for (unsigned i = 0; status == STATUS_OK && i < job->move.axis_count; i++)
         status = job_take_axis(job, i);
     return status;
@@ -260,6 +275,7 @@ static enum status job_open_move(struct job *job)
         error_say("%s", message);
         return STATUS_INPUT;
     }
+    job_room(job, job->move.axis_count);
     return job_plan(job);
 }
 
@@ -276,6 +292,8 @@ static enum status job_read(struct job *job, const char *const path[],
         error_say("%s", message);
         return STATUS_INPUT;
     }
+    job->shots =
+        memory_pool_new(&job->memory, job->rig.line_count, sizeof *job->shots);
     job_say_unsupervised(job->rig_path, &job->rig);
     return track_file_is(job->move_path) ? job_open_compiled(job)
                                          : job_open_move(job);
@@ -306,14 +324,14 @@ void job_free(struct job *job)
 {
     for (unsigned i = 0; i < job->planned; i++)
         plan_track_free(&job->track[i]);
-    for (unsigned i = 0; i < PLAN_AXES_MAX; i++)
-        memory_free(job->goal[i]);
     plan_outcome_free(&job->outcome);
-    for (unsigned i = 0; i < RIG_LINES_MAX; i++)
+    for (unsigned i = 0; job->shots != NULL && i < job->rig.line_count; i++)
         plan_shots_free(&job->shots[i]);
     compiled_close(job->compiled);
     move_free(&job->move);
     memory_free(job->violation);
+    rig_free(&job->rig);
+    memory_pool_free(&job->memory);
     memset(job, 0, sizeof *job);
 }
 

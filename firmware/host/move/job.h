@@ -49,22 +49,24 @@ struct job_violation {
 struct compiled;
 
 struct job {
+    struct memory_pool memory; /* of the arrays */
     char rig_path[4096], move_path[4096];
     struct rig rig;
     struct plan_move move;
-    unsigned rig_axis[PLAN_AXES_MAX];         /* of each axis of the move */
-    struct motion_track track[PLAN_AXES_MAX]; /* of each axis of the move */
-    unsigned planned;                         /* tracks that are there */
-    struct plan_outcome outcome;              /* points into itself */
+    /* of each axis of the move */
+    unsigned *rig_axis;
+    struct motion_track *track;
+    unsigned planned;            /* tracks that are there */
+    struct plan_outcome outcome; /* points into itself */
     struct compiled *compiled; /* NULL, or the move comes from a compiled file:
                                   tracks are windows, axes have no keys */
     /* of each axis of the move whose drive goes from key to key by itself */
-    struct controller_goal *goal[PLAN_AXES_MAX];
-    unsigned goal_count[PLAN_AXES_MAX];
+    struct controller_goal **goal;
+    unsigned *goal_count;
     const struct plan_progress *progress; /* is told of long work; NULL: none */
     bool compared; /* the axes are one axis under several curves (compare.h) */
-    int64_t end_ns_q12;                     /* of the longest track */
-    struct plan_shots shots[RIG_LINES_MAX]; /* by line of the rig */
+    int64_t end_ns_q12;       /* of the longest track */
+    struct plan_shots *shots; /* by line of the rig */
     struct job_violation *violation;
     uint32_t violation_count;
 };
@@ -80,6 +82,9 @@ enum status job_open_any(struct job *job, const char *const path[], int count);
 enum status job_open_told(struct job *job, const char *const path[], int count,
                           bool any, const struct plan_progress *progress);
 void job_free(struct job *job);
+/* Arrays for so many axes of the move, in the place of those there are: for
+ * whoever builds the move himself. */
+void job_room(struct job *job, uint32_t axes);
 
 /* A rig alone: a file, or a directory with rig.yaml.  Statuses as above. */
 enum status job_read_rig(const char *path, struct rig *rig);

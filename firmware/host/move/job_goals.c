@@ -65,8 +65,8 @@ void job_goals_make(struct job *job)
         if (!job_goes_by_itself(job, i))
             continue;
         job->goal_count[i] = controller_goals_of(track, NULL, 0);
-        job->goal[i] =
-            memory_new((size_t)job->goal_count[i] + 1, sizeof *job->goal[i]);
+        job->goal[i] = memory_pool_new(
+            &job->memory, (size_t)job->goal_count[i] + 1, sizeof *job->goal[i]);
         controller_goals_of(track, job->goal[i], job->goal_count[i]);
     }
 }

@@ -670,9 +670,6 @@ int move_drive_axis(struct move_reader *reader, const struct yaml_value *name,
     return found;
 }
 
-/* A move's axes are axes of the rig, each once, so at most RIG_AXES_MAX. */
-_Static_assert(RIG_AXES_MAX <= PLAN_AXES_MAX, "a move holds a rig's axes");
-
 int move_read_axes(void *reader, const struct yaml_value *value, void *out)
 {
     (void)out;
@@ -783,9 +780,12 @@ int move_load_as(const char *path, bool is_guest, const struct rig *rig,
     struct yaml_tree tree;
     int err;
 
-    *move = (struct plan_move){ 0 };
+    *move = (struct plan_move){ .axis_count = 0 };
     if (yaml_tree_load(&tree, &report) < 0)
         return -1;
+    /* axes of the rig, each once */
+    if (plan_move_room(move, rig->axis_count) < 0)
+        memory_fail();
     err = move_read(
         &(struct yaml_value){ &tree, 0, "the move", "axes, a path or a blend" },
         &reader);

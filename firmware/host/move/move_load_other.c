@@ -26,6 +26,8 @@ static int move_read_other_axes(void *reader, const struct yaml_value *value,
     struct plan_other *other = out;
 
     inner.move = other->move;
+    if (plan_move_room(other->move, inner.rig->axis_count) < 0)
+        return yaml_value_refuse(value, "are too many for the memory");
     return move_read_axes(&inner, value, NULL);
 }
 

@@ -184,17 +184,23 @@ static int compare_axis(const struct job *job, const char *name)
     return axis;
 }
 
-/* The job's move without its axes; `from` keeps the one that is compared. */
-static void compare_empty(struct job *job, int axis, struct plan_axis *from)
+/* The job's move without its axes, with room for `count`; `from` keeps the one
+ * that is compared, of that axis of the rig. */
+static void compare_empty(struct job *job, int axis, uint32_t count,
+                          struct plan_axis *from)
 {
+    const unsigned rig_axis = job->rig_axis[axis];
     *from = job->move.axis[axis];
-    job->rig_axis[0] = job->rig_axis[axis];
     job->move.axis[axis] = (struct plan_axis){ .key = NULL };
     for (unsigned i = 0; i < job->planned; i++)
         plan_track_free(&job->track[i]);
     for (unsigned i = 0; i < job->move.axis_count; i++)
         plan_axis_free(&job->move.axis[i]);
-    memset(job->move.axis, 0, sizeof job->move.axis);
+    memory_free(job->move.axis);
+    if (plan_move_room(&job->move, count) < 0)
+        memory_fail();
+    job_room(job, count);
+    job->rig_axis[0] = rig_axis;
     plan_outcome_free(&job->outcome);
     job->move.axis_count = 0;
     job->planned = 0;
@@ -232,7 +238,7 @@ enum status compare_job(struct job *job, const char *curves,
     int axis = count < 0 ? -1 : compare_axis(job, axis_name);
     if (axis < 0)
         return STATUS_INPUT;
-    compare_empty(job, axis, &from);
+    compare_empty(job, axis, (uint32_t)count, &from);
     job->compared = true;
     snprintf(job->move.title, sizeof job->move.title,
              "%s: the same %u keys, %d %s", from.name, from.key_count, count,

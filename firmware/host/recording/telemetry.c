@@ -154,8 +154,6 @@ void telemetry_write(struct telemetry *telemetry,
 
 /* --- reading back --- */
 
-#define TELEMETRY_COLUMNS_MAX                                                  \
-    (4 + RIG_AXES_MAX * (TELEMETRY_FIELDS + 1) + (size_t)2 * RIG_TRIGGERS_MAX)
 #define TELEMETRY_FIXED 4 /* columns before the first axis */
 
 /* Where a column of the file goes: field TELEMETRY_FIELDS is the statusword,
@@ -174,8 +172,9 @@ struct telemetry_reader {
     char *text;
     size_t size;
     const struct rig *rig;
-    struct telemetry_column column[TELEMETRY_COLUMNS_MAX];
-    size_t columns;
+    struct memory_pool memory;
+    struct telemetry_column *column;
+    size_t columns, columns_max; /* in the file; that the rig can have */
     char *message;
 };
 
@@ -292,9 +291,9 @@ static int telemetry_read_heading(struct telemetry_reader *reader)
                                   "t_ns,phase,state,path_ns,...");
     }
     for (char *name; (name = telemetry_cell(&rest)) != NULL;) {
-        if (reader->columns == TELEMETRY_COLUMNS_MAX)
+        if (reader->columns == reader->columns_max)
             return telemetry_fail(reader, "too many columns",
-                                  "those of 16 axes");
+                                  "each of an axis or a line once");
         if (telemetry_find(reader, name, &reader->column[reader->columns]) < 0)
             return -1;
         reader->columns++;
@@ -377,8 +376,15 @@ static int telemetry_read_all(struct telemetry_reader *reader,
                                            const struct telemetry_row *row),
                               void *context)
 {
-    static struct telemetry_row row;
-    memset(&row, 0, sizeof row);
+    const struct rig *rig = reader->rig;
+    struct memory_pool *memory = &reader->memory;
+    struct telemetry_row row = { .shot_count = rig_trigger_count(rig) };
+    row.axis = memory_pool_new(memory, rig->axis_count, sizeof *row.axis);
+    row.shot = memory_pool_new(memory, row.shot_count, sizeof *row.shot);
+    reader->columns_max =
+        rig->axis_count * (TELEMETRY_FIELDS + 1) + (size_t)2 * row.shot_count;
+    reader->column =
+        memory_pool_new(memory, reader->columns_max, sizeof *reader->column);
     if (telemetry_read_heading(reader) < 0)
         return -1;
     while (telemetry_line(reader)) {
@@ -395,10 +401,9 @@ int telemetry_read(const char *path, const struct rig *rig,
                    void (*take)(void *context, const struct telemetry_row *row),
                    void *context, char message[YAML_MESSAGE_MAX])
 {
-    static struct telemetry_reader reader;
-    reader = (struct telemetry_reader){ .path = path,
-                                        .rig = rig,
-                                        .message = message };
+    struct telemetry_reader reader = { .path = path,
+                                       .rig = rig,
+                                       .message = message };
     reader.file = fopen(path, "rb");
     if (reader.file == NULL) {
         snprintf(message, YAML_MESSAGE_MAX, "%.300s: %s", path,
@@ -406,6 +411,7 @@ int telemetry_read(const char *path, const struct rig *rig,
         return -1;
     }
     int err = telemetry_read_all(&reader, take, context);
+    memory_pool_free(&reader.memory);
     free(reader.text);
     fclose(reader.file);
     return err;

@@ -59,9 +59,10 @@ struct telemetry_row {
     int64_t t_ns; /* from the start of the run */
     struct motion_clock_rate rate;
     enum telemetry_phase phase;
-    int state; /* enum controller_state */
-    struct telemetry_axis axis[RIG_AXES_MAX];
-    struct telemetry_shot shot[RIG_TRIGGERS_MAX]; /* trigger lines in order */
+    int state;                   /* enum controller_state */
+    struct telemetry_axis *axis; /* of the rig */
+    struct telemetry_shot *shot; /* of its trigger lines, in order */
+    unsigned shot_count;
 };
 
 struct telemetry {

@@ -88,7 +88,7 @@ static bool trace_is_warped(const struct trace *trace,
 
 static void trace_shots(struct trace *trace, const struct telemetry_row *row)
 {
-    for (unsigned i = 0; i < RIG_TRIGGERS_MAX; i++)
+    for (unsigned i = 0; i < row->shot_count; i++)
         if (row->shot[i].number > 0 && trace->shots < TRACE_SHOTS)
             trace->shot_s[trace->shots++] =
                 (double)(row->shot[i].t_ns - trace->start_ns) / 1e9;

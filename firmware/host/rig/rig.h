@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "firmware/control/homing.h"
+#include "firmware/host/base/memory.h"
 #include "firmware/host/base/quote.h"
 #include "firmware/host/base/units.h"
 #include "firmware/host/rig/quirk_load.h"
@@ -21,11 +22,9 @@
 #include "hal/modbus/map.h"
 #include "motion/plan/move.h"
 
-#define RIG_BUSES_MAX      8
-#define RIG_AXES_MAX       16
-#define RIG_MAPS_MAX       4 /* register maps */
-#define RIG_QUIRKS_MAX     4 /* files named in the rig */
-#define RIG_LINES_MAX      32
+#define RIG_BUSES_MAX      32
+#define RIG_AXES_MAX       CONTROLLER_AXES_MAX
+#define RIG_LINES_MAX      256
 #define RIG_PARAMETERS_MAX 32
 #define RIG_PATH_MAX       256
 
@@ -176,36 +175,47 @@ struct rig_line {
     struct plan_place place;
 };
 
+struct rig;
 bool rig_line_is_output(const struct rig_line *line);
+unsigned rig_trigger_count(const struct rig *rig);
 const char *rig_line_kind_text(enum rig_line_kind kind); /* "e-stop" ... */
 
 struct rig {
+    struct memory_pool memory; /* of the arrays */
     char title[128];
     int64_t period_ns;    /* tick: whole us, 125 us .. 20 ms; 1 ms */
     int64_t heartbeat_ns; /* of the drives: whole ms, 10 ms .. 10 s; 100 ms */
     int64_t watchdog_ns;  /* a drive stops when it has not heard us for this:
                              whole ms, 2 ticks .. 100 ms; 100 ms */
-    struct rig_bus bus[RIG_BUSES_MAX];
+    struct rig_bus *bus;
     uint32_t bus_count;
-    struct rig_axis axis[RIG_AXES_MAX];
+    struct rig_axis *axis;
     uint32_t axis_count;
-    struct modbus_map map[RIG_MAPS_MAX];
-    char map_path[RIG_MAPS_MAX][256];
+    struct modbus_map *map; /* register maps */
+    char (*map_path)[RIG_PATH_MAX];
     uint32_t map_count;
-    struct drive_cia402_quirk quirk[RIG_QUIRKS_MAX];
-    char quirk_path[RIG_QUIRKS_MAX][256];
+    struct drive_cia402_quirk *quirk; /* of the files named in the rig */
+    char (*quirk_path)[RIG_PATH_MAX];
     uint32_t quirk_count;
     const struct quirk_set *quirks; /* slew's own; NULL: no CiA 402 drive */
-    struct rig_line line[RIG_LINES_MAX];
+    struct rig_line *line;
     uint32_t line_count;
 };
 
 /* No axis before it has its node: what is the node's is counted with it. */
 bool rig_is_first_of_node(const struct rig *rig, const struct rig_axis *axis);
 
-/* Read a file.  On an error returns -1 and writes one sentence, without a line
- * end, into message; *rig is then not to be used. */
+/* Read a file into a rig that is all zero, or that was read before and is given
+ * back.  On an error returns -1 and writes one sentence, without a line end,
+ * into message; *rig is then not to be used.  rig_free in either case. */
 int rig_load(const char *path, struct rig *rig, char message[YAML_MESSAGE_MAX]);
+/* All zero afterwards. */
+void rig_free(struct rig *rig);
+
+/* One bus and its axes, in their order, as a rig of its own without lines; its
+ * maps and quirks are those of the whole one, which must outlive it.  `part` as
+ * for rig_load. */
+void rig_part(struct rig *part, const struct rig *rig, uint32_t bus);
 
 /* Read a move for a rig: axes are looked up in it and values converted to
  * their units.  axis[i] of the move is any axis of the rig, in the file's

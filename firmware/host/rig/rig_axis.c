@@ -127,6 +127,10 @@ static int rig_read_axis(void *reader, uint32_t key,
 
 int rig_read_axes(void *reader, const struct yaml_value *value, void *out)
 {
+    struct rig *rig = ((struct rig_reader *)reader)->rig;
     (void)out;
+    rig->axis =
+        memory_pool_new(&rig->memory, yaml_fields_count(value, RIG_AXES_MAX),
+                        sizeof *rig->axis);
     return yaml_fields_each(value, RIG_AXES_MAX, reader, rig_read_axis);
 }

@@ -120,7 +120,11 @@ bool rig_bus_is_can(const struct rig_bus *bus)
 
 int rig_read_buses(void *reader, const struct yaml_value *value, void *out)
 {
+    struct rig *rig = ((struct rig_reader *)reader)->rig;
     (void)out;
+    rig->bus =
+        memory_pool_new(&rig->memory, yaml_fields_count(value, RIG_BUSES_MAX),
+                        sizeof *rig->bus);
     return yaml_fields_each(value, RIG_BUSES_MAX, reader, rig_read_bus);
 }
 

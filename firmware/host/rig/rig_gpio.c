@@ -231,8 +231,20 @@ static int rig_read_line(void *reader, uint32_t key,
     return 0;
 }
 
+unsigned rig_trigger_count(const struct rig *rig)
+{
+    unsigned count = 0;
+    for (uint32_t i = 0; i < rig->line_count; i++)
+        count += rig->line[i].kind == RIG_LINE_TRIGGER;
+    return count;
+}
+
 int rig_read_gpio(void *reader, const struct yaml_value *value, void *out)
 {
+    struct rig *rig = ((struct rig_reader *)reader)->rig;
     (void)out;
+    rig->line =
+        memory_pool_new(&rig->memory, yaml_fields_count(value, RIG_LINES_MAX),
+                        sizeof *rig->line);
     return yaml_fields_each(value, RIG_LINES_MAX, reader, rig_read_line);
 }

@@ -3,7 +3,7 @@
 
 #include "motion/core/fixed.h"
 
-#define RIG_ORDER_MAX   16
+#define RIG_ORDER_MAX   RIG_AXES_MAX
 #define RIG_HOMING_MAX  (600000 * RIG_MS)
 #define RIG_HOMING_TIME (60000 * RIG_MS)
 
@@ -215,7 +215,7 @@ static const struct yaml_field rig_homing_fields[] = {
       rig_read_homing_position, offsetof(struct homing_config, pos_q32) },
     { "go", YAML_OPTIONAL, "the position to go to afterwards",
       rig_read_homing_go, offsetof(struct homing_config, go_q32) },
-    { "order", YAML_OPTIONAL, "1 .. 16, lower ones first",
+    { "order", YAML_OPTIONAL, "1 .. 64, lower ones first",
       rig_read_homing_order, offsetof(struct homing_config, order) },
     { "timeout", YAML_OPTIONAL, "100 ms .. 10 min in whole ms",
       rig_read_homing_timeout, offsetof(struct homing_config, timeout_ns) },

@@ -44,11 +44,11 @@ static const struct yaml_field rig_fields[] = {
       rig_read_heartbeat, offsetof(struct rig, heartbeat_ns) },
     { "watchdog", YAML_OPTIONAL, "2 ticks .. 100 ms in whole ms",
       rig_read_watchdog, offsetof(struct rig, watchdog_ns) },
-    { "buses", YAML_REQUIRED, "a map of 1 .. 8 buses by name", rig_read_buses,
+    { "buses", YAML_REQUIRED, "a map of 1 .. 32 buses by name", rig_read_buses,
       0 },
-    { "axes", YAML_REQUIRED, "a map of 1 .. 16 axes by name", rig_read_axes,
+    { "axes", YAML_REQUIRED, "a map of 1 .. 64 axes by name", rig_read_axes,
       0 },
-    { "gpio", YAML_OPTIONAL, "a map of 1 .. 32 lines by name", rig_read_gpio,
+    { "gpio", YAML_OPTIONAL, "a map of 1 .. 256 lines by name", rig_read_gpio,
       0 },
 };
 static const struct yaml_shape rig_shape = { "rig", rig_fields,
@@ -99,6 +99,7 @@ int rig_load(const char *path, struct rig *rig, char message[YAML_MESSAGE_MAX])
     struct yaml_tree tree;
     int err;
 
+    rig_free(rig);
     *rig = (struct rig){ .period_ns = RIG_MS,
                          .heartbeat_ns = 100 * RIG_MS,
                          .watchdog_ns = 100 * RIG_MS };
@@ -112,4 +113,30 @@ int rig_load(const char *path, struct rig *rig, char message[YAML_MESSAGE_MAX])
     memory_free(reader.eds);
     yaml_tree_free(&tree);
     return err;
+}
+
+void rig_free(struct rig *rig)
+{
+    memory_pool_free(&rig->memory);
+    *rig = (struct rig){ .bus_count = 0 };
+}
+
+void rig_part(struct rig *part, const struct rig *rig, uint32_t bus)
+{
+    rig_free(part);
+    *part = *rig;
+    part->memory = (struct memory_pool){ NULL };
+    part->bus = memory_pool_new(&part->memory, 1, sizeof *part->bus);
+    part->bus[0] = rig->bus[bus];
+    part->bus_count = 1;
+    part->line_count = 0;
+    part->axis =
+        memory_pool_new(&part->memory, rig->axis_count, sizeof *part->axis);
+    part->axis_count = 0;
+    for (uint32_t i = 0; i < rig->axis_count; i++) {
+        if (rig->axis[i].bus != bus)
+            continue;
+        part->axis[part->axis_count] = rig->axis[i];
+        part->axis[part->axis_count++].bus = 0;
+    }
 }

@@ -233,10 +233,12 @@ static int rig_load_map(const struct rig_reader *self,
     for (*index = 0; *index < rig->map_count; ++*index)
         if (strcmp(rig->map_path[*index], path) == 0)
             return 0;
-    if (rig->map_count == RIG_MAPS_MAX)
-        return yaml_value_refuse(value, "is one of more than %d", RIG_MAPS_MAX);
-    if (strlen(path) >= sizeof rig->map_path[0])
+    if (strlen(path) >= RIG_PATH_MAX)
         return yaml_value_refuse(value, "has too long a path");
+    rig->map = memory_pool_more(&rig->memory, rig->map, rig->map_count,
+                                sizeof *rig->map);
+    rig->map_path = memory_pool_more(&rig->memory, rig->map_path,
+                                     rig->map_count, sizeof *rig->map_path);
     memcpy(rig->map_path[*index], path, strlen(path) + 1);
     if (modbus_map_load(path, &rig->map[*index], report->message) < 0)
         return -1;

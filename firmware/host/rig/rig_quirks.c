@@ -13,13 +13,15 @@ static int rig_load_quirks(struct rig *rig, const struct yaml_value *value,
     for (*index = 0; *index < rig->quirk_count; ++*index)
         if (strcmp(rig->quirk_path[*index], path) == 0)
             return 0;
-    if (rig->quirk_count == RIG_QUIRKS_MAX)
-        return yaml_value_refuse(value, "is one of more than %d",
-                                 RIG_QUIRKS_MAX);
-    if (strlen(path) >= sizeof rig->quirk_path[0])
+    if (strlen(path) >= RIG_PATH_MAX)
         return yaml_value_refuse(value, "has too long a path");
     if (quirk_load(path, &file, value->tree->report.message) < 0)
         return -1;
+    rig->quirk = memory_pool_more(&rig->memory, rig->quirk, rig->quirk_count,
+                                  sizeof *rig->quirk);
+    rig->quirk_path =
+        memory_pool_more(&rig->memory, rig->quirk_path, rig->quirk_count,
+                         sizeof *rig->quirk_path);
     memcpy(rig->quirk_path[*index], path, strlen(path) + 1);
     rig->quirk[rig->quirk_count++] = file.quirk;
     return 0;

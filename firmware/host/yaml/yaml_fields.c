@@ -228,6 +228,12 @@ static int fields_bad_name(const struct yaml_value *map, uint32_t key)
                           PLAN_NAME_MAX - 1);
 }
 
+uint32_t yaml_fields_count(const struct yaml_value *value, uint32_t max)
+{
+    const uint32_t length = yaml_value_node(value)->length;
+    return length < max ? length : max;
+}
+
 int yaml_fields_each(const struct yaml_value *value, uint32_t max, void *reader,
                      int (*read)(void *reader, uint32_t key,
                                  const struct yaml_value *entry))

@@ -55,6 +55,9 @@ int yaml_fields_each(const struct yaml_value *value, uint32_t max, void *reader,
                      int (*read)(void *reader, uint32_t key,
                                  const struct yaml_value *entry));
 
+/* How many there are of those, at most max, before they are read. */
+uint32_t yaml_fields_count(const struct yaml_value *value, uint32_t max);
+
 /* "path:line:column: <name> <format>, expected <expected>". */
 int yaml_value_refuse(const struct yaml_value *value, const char *format, ...)
     __attribute__((format(printf, 2, 3)));

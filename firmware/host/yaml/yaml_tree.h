@@ -16,8 +16,8 @@
 
 #define YAML_TREE_BYTES_MAX ((size_t)16 * 1024 * 1024)
 #define YAML_TREE_NODES_MAX (4 * 1024 * 1024)
-#define YAML_TREE_DEPTH_MAX 16 /* of maps and lists within each other */
-#define YAML_TREE_KEYS_MAX  64 /* in one map */
+#define YAML_TREE_DEPTH_MAX 16  /* of maps and lists within each other */
+#define YAML_TREE_KEYS_MAX  256 /* in one map */
 
 enum yaml_tree_kind { YAML_TREE_TEXT, YAML_TREE_LIST, YAML_TREE_MAP };
 

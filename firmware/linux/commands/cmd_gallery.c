@@ -136,11 +136,16 @@ static enum status cmd_gallery_picture(struct cmd_gallery *self,
     struct plan_error error;
     struct job *one = memory_new(1, sizeof *one);
     one->rig = self->job->rig;
+    one->rig.memory = (struct memory_pool){ NULL }; /* it stays the other's */
     one->compared = true;
+    job_room(one, 1);
+    if (plan_move_room(&one->move, 1) < 0)
+        memory_fail();
     int err =
         compare_plan(axis, curve, &one->move.axis[0], &one->track[0], &error);
     if (err < 0) {
         snprintf(row->refused, sizeof row->refused, "%s", error.text);
+        job_free(one);
         memory_free(one);
         return STATUS_OK;
     }

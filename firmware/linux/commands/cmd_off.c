@@ -49,7 +49,7 @@ static void cmd_off_json(const struct rig *rig, const struct off_axis axis[],
 static enum status cmd_off_rig(const struct rig *rig,
                                const struct options *options)
 {
-    static struct off_axis axis[RIG_AXES_MAX];
+    struct off_axis *axis = memory_new(rig->axis_count, sizeof *axis);
     const struct off_config config = {
         .real = options->real,
         .timeout_ns =
@@ -63,6 +63,7 @@ static enum status cmd_off_rig(const struct rig *rig,
         cmd_off_json(rig, axis, all);
     else
         cmd_off_table(rig, axis);
+    memory_free(axis);
     if (all)
         return STATUS_OK;
     return interrupted ? STATUS_INTERRUPTED : STATUS_REFUSED;
@@ -74,6 +75,7 @@ static enum status cmd_off_run(const struct options *options)
     enum status status = live_read(live, options);
     if (status == STATUS_OK)
         status = cmd_off_rig(live->rig, options);
+    live_close(live);
     memory_free(live);
     return status;
 }

@@ -511,6 +511,9 @@ static enum status cmd_run_run(const struct options *options)
     shots_free(&self->shots);
     arrivals_free(&self->arrivals);
     live_close(&self->live);
+    can_log_free(&self->can_log);
+    player_free(&self->player);
+    report_free(&self->report);
     job_free(&self->job);
     memory_free(self);
     return status;

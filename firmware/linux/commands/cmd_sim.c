@@ -106,6 +106,7 @@ static enum status cmd_sim_run(const struct options *options)
     }
     struct rig *rig = memory_new(1, sizeof *rig);
     enum status status = cmd_sim_rig(options, rig);
+    rig_free(rig);
     memory_free(rig);
     return status;
 }

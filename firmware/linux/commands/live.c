@@ -94,6 +94,9 @@ void live_close(struct live *live)
     machine_modbus_close(&live->pty);
     machine_real_close(&live->real);
     guardian_end(&live->guardian);
+    machine_free(&live->machine);
+    machine_sim_free(&live->sim);
+    rig_free(&live->own);
 }
 
 /* Behind by more than this, virtual time does not catch up. */

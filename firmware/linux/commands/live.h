@@ -77,6 +77,7 @@ enum status live_dry_run(struct live *live, const struct options *options);
  * report of what they would do. */
 enum status live_dry_run_alone(struct live *live,
                                const struct options *options);
+/* Also of one that was never opened. */
 void live_close(struct live *live);
 
 /* Wait for the next tick and do it.  When time is past the one after it, whole

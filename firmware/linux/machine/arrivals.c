@@ -17,16 +17,18 @@ void arrivals_init(struct arrivals *arrivals, const struct job *job)
 {
     memset(arrivals, 0, sizeof *arrivals);
     arrivals->job = job;
+    arrivals->axis = memory_pool_new(&arrivals->memory, job->move.axis_count,
+                                     sizeof *arrivals->axis);
     for (unsigned i = 0; i < job->move.axis_count; i++)
         if (job->goal[i] != NULL)
-            arrivals->axis[i].seen = memory_new((size_t)job->goal_count[i] + 1,
-                                                sizeof *arrivals->axis[i].seen);
+            arrivals->axis[i].seen = memory_pool_new(
+                &arrivals->memory, (size_t)job->goal_count[i] + 1,
+                sizeof *arrivals->axis[i].seen);
 }
 
 void arrivals_free(struct arrivals *arrivals)
 {
-    for (unsigned i = 0; i < PLAN_AXES_MAX; i++)
-        memory_free(arrivals->axis[i].seen);
+    memory_pool_free(&arrivals->memory);
     memset(arrivals, 0, sizeof *arrivals);
 }
 

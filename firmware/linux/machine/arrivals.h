@@ -28,7 +28,8 @@ struct arrivals_axis {
 
 struct arrivals {
     const struct job *job;
-    struct arrivals_axis axis[PLAN_AXES_MAX];
+    struct memory_pool memory;
+    struct arrivals_axis *axis; /* of each axis of the move */
     int64_t start_ns;
 };
 

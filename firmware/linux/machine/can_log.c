@@ -82,12 +82,20 @@ static const struct hal_can_ops can_log_ops = {
     .stats = can_log_stats,
 };
 
+void can_log_free(struct can_log *log)
+{
+    memory_pool_free(&log->memory);
+}
+
 void can_log_init(struct can_log *log, FILE *file, const struct rig *rig,
                   bool realtime, struct machine_ports *ports)
 {
     struct timespec wall;
 
+    can_log_free(log);
     memset(log, 0, sizeof *log);
+    log->port =
+        memory_pool_new(&log->memory, rig->bus_count, sizeof *log->port);
     atomic_init(&log->put, 0);
     atomic_init(&log->taken, 0);
     output_rows_init(&log->rows, file);

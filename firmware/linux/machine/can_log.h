@@ -37,16 +37,19 @@ struct can_log {
     const struct rig *rig;
     struct hal_clock *clock;
     int64_t epoch_ns; /* from the clock to what is written */
-    struct can_log_port port[RIG_BUSES_MAX];
+    struct memory_pool memory;
+    struct can_log_port *port; /* of each bus of the rig */
     _Atomic uint64_t put, taken;
     uint64_t dropped;
     struct can_log_row row[CAN_LOG_FRAMES];
 };
 
-/* Takes the place of every CAN port in *ports.  `realtime`: the ports' clock is
+/* A log that is all zero, or that was made before and is given back.  Takes the
+ * place of every CAN port in *ports.  `realtime`: the ports' clock is
  * CLOCK_MONOTONIC. */
 void can_log_init(struct can_log *log, FILE *file, const struct rig *rig,
                   bool realtime, struct machine_ports *ports);
+void can_log_free(struct can_log *log);
 /* Write what has come together.  Waiting: how many frames that is. */
 void can_log_drain(struct can_log *log);
 uint64_t can_log_waiting(const struct can_log *log);

@@ -17,6 +17,7 @@
 
 #include "firmware/host/base/array.h"
 #include "firmware/host/base/error.h"
+#include "firmware/host/base/memory.h"
 #include "firmware/linux/machine/off.h"
 
 #define GUARDIAN_LOOK_MS  20
@@ -94,7 +95,7 @@ static int64_t guardian_hung_ns(const struct rig *rig)
 
 static void guardian_take_off(const struct rig *rig, const char *why, pid_t pid)
 {
-    static struct off_axis axis[RIG_AXES_MAX];
+    struct off_axis *axis = memory_new(rig->axis_count, sizeof *axis);
     const struct off_config config = { .real = true,
                                        .open_ns = GUARDIAN_OPEN_NS,
                                        .timeout_ns = GUARDIAN_OFF_NS };
@@ -103,6 +104,7 @@ static void guardian_take_off(const struct rig *rig, const char *why, pid_t pid)
     (void)off_all(rig, &config, axis, NULL);
     for (unsigned i = 0; i < rig->axis_count; i++)
         fprintf(stderr, "%s: %s\n", rig->axis[i].name, axis[i].text);
+    memory_free(axis);
 }
 
 static void guardian_main(const struct guardian_page *page,

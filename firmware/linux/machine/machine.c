@@ -329,13 +329,54 @@ static int machine_init_controller(struct machine *machine)
                                  &machine->jog, machine->homing_config);
 }
 
+void machine_ports_init(struct machine_ports *ports, const struct rig *rig,
+                        struct memory_pool *memory)
+{
+    *ports = (struct machine_ports){
+        .can = memory_pool_new(memory, rig->bus_count, sizeof *ports->can),
+        .modbus =
+            memory_pool_new(memory, rig->bus_count, sizeof *ports->modbus),
+        .line = memory_pool_new(memory, rig->line_count, sizeof *ports->line),
+    };
+}
+
+static void machine_room(struct machine *machine, const struct rig *rig)
+{
+    struct memory_pool *memory = &machine->memory;
+    const uint32_t buses = rig->bus_count, axes = rig->axis_count;
+#define ROOM(array, count)                                                     \
+    machine->array = memory_pool_new(memory, count, sizeof *machine->array)
+    ROOM(bus, buses);
+    ROOM(modbus, buses);
+    ROOM(can, buses);
+    ROOM(fieldbus, buses);
+    ROOM(drive, axes);
+    ROOM(servo, axes);
+    ROOM(odrive, axes);
+    ROOM(moteus, axes);
+    ROOM(axis, axes);
+    ROOM(axis_config, axes);
+    ROOM(axis_state, axes);
+    ROOM(switches, axes);
+    ROOM(homing_config, axes);
+    ROOM(input, rig->line_count);
+#undef ROOM
+}
+
+void machine_free(struct machine *machine)
+{
+    memory_pool_free(&machine->memory);
+    memset(machine, 0, sizeof *machine);
+}
+
 int machine_init(struct machine *machine, const struct rig *rig,
                  const struct machine_ports *ports,
                  char message[YAML_MESSAGE_MAX])
 {
-    memset(machine, 0, sizeof *machine);
+    machine_free(machine);
     machine->rig = rig;
     machine->ports = *ports;
+    machine_room(machine, rig);
     for (unsigned i = 0; i < rig->bus_count; i++) {
         int err = machine_init_fieldbus(machine, i);
         if (err < 0)

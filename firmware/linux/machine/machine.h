@@ -24,14 +24,18 @@
 #include "hal/drive/turn/odrive.h"
 #include "hal/gpio/debounce.h"
 
+/* The arrays belong to whoever made the ports. */
 struct machine_ports {
     struct hal_clock *clock;
-    /* one or the other per bus of the rig */
-    struct hal_can *can[RIG_BUSES_MAX];
-    struct hal_modbus *modbus[RIG_BUSES_MAX];
-    struct hal_gpio *line[RIG_LINES_MAX]; /* one per line of the rig */
+    struct hal_can **can; /* one or the other per bus of the rig */
+    struct hal_modbus **modbus;
+    struct hal_gpio **line;         /* one per line of the rig */
     struct guardian_page *guardian; /* counts the ticks; NULL: nobody does */
 };
+
+/* Ports of a rig, none of which is there yet. */
+void machine_ports_init(struct machine_ports *ports, const struct rig *rig,
+                        struct memory_pool *memory);
 
 /* A trigger line, and the shot that the last tick fired. */
 struct machine_trigger {
@@ -43,23 +47,24 @@ struct machine_trigger {
 };
 
 struct machine {
+    struct memory_pool memory; /* of the arrays: one per bus, axis or line */
     const struct rig *rig;
     struct machine_ports ports;
-    struct canopen bus[RIG_BUSES_MAX];
-    struct modbus_bus modbus[RIG_BUSES_MAX];
-    struct can_bus can[RIG_BUSES_MAX];
-    struct drive_cia402 drive[RIG_AXES_MAX];
-    struct drive_modbus servo[RIG_AXES_MAX];
-    struct drive_odrive odrive[RIG_AXES_MAX];
-    struct drive_moteus moteus[RIG_AXES_MAX];
-    struct hal_fieldbus *fieldbus[RIG_BUSES_MAX]; /* of either kind */
-    struct hal_drive *axis[RIG_AXES_MAX];
-    struct controller_axis_config axis_config[RIG_AXES_MAX];
-    struct controller_axis axis_state[RIG_AXES_MAX];
-    struct controller_switches switches[RIG_AXES_MAX];
-    struct homing_config homing_config[RIG_AXES_MAX];
-    struct gpio_debounce input[RIG_LINES_MAX]; /* of lines that are inputs */
-    bool lit;                                  /* the lamps */
+    struct canopen *bus;
+    struct modbus_bus *modbus;
+    struct can_bus *can;
+    struct drive_cia402 *drive;
+    struct drive_modbus *servo;
+    struct drive_odrive *odrive;
+    struct drive_moteus *moteus;
+    struct hal_fieldbus **fieldbus; /* of either kind */
+    struct hal_drive **axis;
+    struct controller_axis_config *axis_config;
+    struct controller_axis *axis_state;
+    struct controller_switches *switches;
+    struct homing_config *homing_config;
+    struct gpio_debounce *input; /* of lines that are inputs */
+    bool lit;                    /* the lamps */
     uint64_t powered; /* a bit per axis that may have torque: it has had it, or
                          was on its way to it, and has not said since that it
                          is off */
@@ -74,11 +79,13 @@ struct machine {
     struct homing homing;
 };
 
-/* Axis i of the rig is axis i of the controller.  On an error returns its code
- * and writes a sentence. */
+/* Axis i of the rig is axis i of the controller.  The machine is all zero, or
+ * was made before and is given back.  On an error returns its code and writes a
+ * sentence.  machine_free in either case. */
 int machine_init(struct machine *machine, const struct rig *rig,
                  const struct machine_ports *ports,
                  char message[YAML_MESSAGE_MAX]);
+void machine_free(struct machine *machine);
 
 /* So long a drive may make no step on its way to being found and enabled. */
 int64_t machine_enable_ns(const struct rig *rig);

@@ -28,7 +28,9 @@ int machine_gpio_open(struct machine_gpio *gpio, const struct rig *rig,
                       struct machine_ports *ports,
                       char message[YAML_MESSAGE_MAX])
 {
-    *gpio = (struct machine_gpio){ 0 };
+    *gpio = (struct machine_gpio){ .count = 0 };
+    gpio->line =
+        memory_pool_new(&gpio->memory, rig->line_count, sizeof *gpio->line);
     for (uint32_t i = 0; i < rig->line_count; i++) {
         int err = machine_gpio_take(gpio, &rig->line[i], message);
         if (err < 0) {
@@ -49,4 +51,5 @@ void machine_gpio_close(struct machine_gpio *gpio)
 {
     while (gpio->count > 0)
         gpio_libgpiod_close(&gpio->line[--gpio->count]);
+    memory_pool_free(&gpio->memory);
 }

@@ -7,8 +7,9 @@
 #include "hal/linux/libgpiod.h"
 
 struct machine_gpio {
-    struct gpio_libgpiod line[RIG_LINES_MAX];
-    unsigned count;
+    struct memory_pool memory;
+    struct gpio_libgpiod *line; /* one per line of the rig */
+    unsigned count;             /* open */
 };
 
 /* Take every line of the rig and put it into ports->line.  On an error returns

@@ -183,6 +183,15 @@ int machine_modbus_open(struct machine_modbus *modbus, const struct rig *rig,
 {
     memset(modbus, 0, sizeof *modbus);
     modbus->bus_count = rig->bus_count;
+    modbus->is_open = memory_pool_new(&modbus->memory, rig->bus_count,
+                                      sizeof *modbus->is_open);
+    modbus->has_device = memory_pool_new(&modbus->memory, rig->bus_count,
+                                         sizeof *modbus->has_device);
+    modbus->line =
+        memory_pool_new(&modbus->memory, rig->bus_count, sizeof *modbus->line);
+    if (simulated)
+        modbus->device = memory_pool_new(&modbus->memory, rig->bus_count,
+                                         sizeof *modbus->device);
     for (unsigned i = 0; i < rig->bus_count; i++) {
         if (rig_bus_is_can(&rig->bus[i]))
             continue;
@@ -205,6 +214,7 @@ void machine_modbus_close(struct machine_modbus *modbus)
             modbus_device_stop(&modbus->device[i]);
     }
     modbus->bus_count = 0;
+    memory_pool_free(&modbus->memory);
 }
 
 static void machine_modbus_print_bus(struct hal_modbus *line, const char *name,

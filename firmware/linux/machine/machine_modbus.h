@@ -11,10 +11,11 @@
 #include "hal/linux/libmodbus.h"
 
 struct machine_modbus {
-    unsigned bus_count; /* looked at so far */
-    bool is_open[RIG_BUSES_MAX], has_device[RIG_BUSES_MAX];
-    struct modbus_libmodbus line[RIG_BUSES_MAX];
-    struct modbus_device device[RIG_BUSES_MAX];
+    struct memory_pool memory; /* of the arrays: one per bus */
+    unsigned bus_count;        /* looked at so far */
+    bool *is_open, *has_device;
+    struct modbus_libmodbus *line;
+    struct modbus_device *device; /* NULL: real ones */
 };
 
 /* Fills in ports->modbus of every Modbus bus.  On an error returns its code and

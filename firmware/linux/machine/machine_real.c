@@ -74,7 +74,14 @@ int machine_real_init(struct machine_real *real, const struct rig *rig,
                       char message[YAML_MESSAGE_MAX])
 {
     memset(real, 0, sizeof *real);
-    *ports = (struct machine_ports){ .clock = clock_linux_init(&real->clock) };
+    machine_ports_init(ports, rig, &real->memory);
+    ports->clock = clock_linux_init(&real->clock);
+    real->is_open =
+        memory_pool_new(&real->memory, rig->bus_count, sizeof *real->is_open);
+    real->port =
+        memory_pool_new(&real->memory, rig->bus_count, sizeof *real->port);
+    real->lock =
+        memory_pool_new(&real->memory, rig->bus_count, sizeof *real->lock);
     for (unsigned i = 0; i < rig->bus_count; i++) {
         real->bus_count = i + 1;
         if (!rig_bus_is_can(&rig->bus[i]))
@@ -106,4 +113,5 @@ void machine_real_close(struct machine_real *real)
     real->bus_count = 0;
     machine_gpio_close(&real->gpio);
     machine_modbus_close(&real->modbus);
+    memory_pool_free(&real->memory);
 }

@@ -13,16 +13,17 @@
 #include "hal/linux/socketcan.h"
 
 struct machine_real {
-    unsigned bus_count; /* looked at so far */
-    bool is_open[RIG_BUSES_MAX];
-    struct can_socketcan port[RIG_BUSES_MAX];
-    int lock[RIG_BUSES_MAX];
+    struct memory_pool memory; /* of the arrays: one per bus */
+    unsigned bus_count;        /* looked at so far */
+    bool *is_open;
+    struct can_socketcan *port;
+    int *lock;
     struct machine_gpio gpio;
     struct machine_modbus modbus;
     struct clock_linux clock;
 };
 
-/* Fills in *ports.  On an error returns its code and writes a sentence; nothing
+/* Fills in *ports, for one that is all zero.  On an error returns its code and writes a sentence; nothing
  * is left open then.  Nothing has been sent yet. */
 int machine_real_init(struct machine_real *real, const struct rig *rig,
                       struct machine_ports *ports,

@@ -245,13 +245,52 @@ static int machine_sim_drive(struct machine_sim *sim, const struct rig *rig,
     return MOTION_E_ARG;
 }
 
+static void *machine_sim_of_kind(struct machine_sim *sim, const struct rig *rig,
+                                 enum rig_drive_kind kind, size_t size)
+{
+    for (unsigned i = 0; i < rig->axis_count; i++)
+        if (rig->axis[i].kind == kind)
+            return memory_pool_new(&sim->memory, rig->axis_count, size);
+    return NULL;
+}
+
+static void machine_sim_room(struct machine_sim *sim, const struct rig *rig)
+{
+    struct memory_pool *memory = &sim->memory;
+#define ROOM(array, count)                                                     \
+    sim->array = memory_pool_new(memory, count, sizeof *sim->array)
+#define ROOM_OF(array, kind)                                                   \
+    sim->array = machine_sim_of_kind(sim, rig, kind, sizeof *sim->array)
+    ROOM(wire, rig->bus_count);
+    ROOM(port, rig->bus_count);
+    ROOM(modbus_line, rig->bus_count);
+    ROOM(master, rig->bus_count);
+    ROOM(seat, rig->bus_count);
+    ROOM_OF(servo, RIG_CIA402);
+    ROOM_OF(modbus_servo, RIG_MODBUS);
+    ROOM_OF(odrive, RIG_ODRIVE);
+    ROOM_OF(moteus, RIG_MOTEUS);
+    ROOM(zero_q32, rig->axis_count);
+    ROOM(line, rig->line_count);
+    ROOM(pressed, rig->line_count);
+#undef ROOM
+#undef ROOM_OF
+}
+
+void machine_sim_free(struct machine_sim *sim)
+{
+    memory_pool_free(&sim->memory);
+    memset(sim, 0, sizeof *sim);
+}
+
 int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
                      bool realtime, struct machine_ports *ports,
                      char message[YAML_MESSAGE_MAX])
 {
-    memset(sim, 0, sizeof *sim);
+    machine_sim_free(sim);
     sim->rig = rig;
-    *ports = (struct machine_ports){ 0 };
+    machine_sim_room(sim, rig);
+    machine_ports_init(ports, rig, &sim->memory);
     machine_sim_clock(sim, realtime, ports);
     for (unsigned i = 0; i < rig->bus_count; i++) {
         const bool can = rig_bus_is_can(&rig->bus[i]);

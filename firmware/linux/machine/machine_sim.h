@@ -18,34 +18,39 @@
 #include "sim/world.h"
 
 struct machine_sim {
+    struct memory_pool memory; /* of the arrays: one per bus, axis or line */
     struct sim_world world;
-    struct sim_can_bus wire[RIG_BUSES_MAX];
-    struct sim_can_port port[RIG_BUSES_MAX]; /* of the master */
-    struct sim_cia402 servo[RIG_AXES_MAX];
-    struct sim_odrive odrive[RIG_AXES_MAX];
-    struct sim_moteus moteus[RIG_AXES_MAX];
+    struct sim_can_bus *wire;
+    struct sim_can_port *port; /* of the master */
+    /* NULL where the rig has no axis of the kind */
+    struct sim_cia402 *servo;
+    struct sim_odrive *odrive;
+    struct sim_moteus *moteus;
+    struct sim_modbus_servo *modbus_servo;
     /* on Modbus */
-    struct sim_modbus_line modbus_line[RIG_BUSES_MAX];
-    struct sim_modbus_servo modbus_servo[RIG_AXES_MAX];
-    struct modbus_master master[RIG_BUSES_MAX];
-    struct sim_modbus_seat seat[RIG_BUSES_MAX]; /* of the master */
-    struct sim_gpio line[RIG_LINES_MAX];
+    struct sim_modbus_line *modbus_line;
+    struct modbus_master *master;
+    struct sim_modbus_seat *seat; /* of the master */
+    struct sim_gpio *line;
     /* switches of the plant, machine_sim_switch.c */
     const struct rig *rig;
     struct sim_member switches;
     int64_t switches_due_ns;
-    bool pressed[RIG_LINES_MAX];
+    bool *pressed;
     /* where an axis really is when its drive says 0: an axis that needs homing
      * is switched on with an encoder that counts from there */
-    int64_t zero_q32[RIG_AXES_MAX];
+    int64_t *zero_q32;
     struct hal_clock follower; /* real time: waits, then runs the world */
     struct clock_linux real;
 };
 
-/* Fills in *ports.  On an error returns its code and writes a sentence. */
+/* Fills in *ports.  The simulation is all zero, or was made before and is given
+ * back.  On an error returns its code and writes a sentence.  machine_sim_free
+ * in either case. */
 int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
                      bool realtime, struct machine_ports *ports,
                      char message[YAML_MESSAGE_MAX]);
+void machine_sim_free(struct machine_sim *sim);
 
 /* machine_sim_switch.c: what presses lines with `sim`; where the drive of an
  * axis says that it is. */

@@ -18,8 +18,7 @@ enum off_phase { OFF_CLOSED, OFF_TICKING, OFF_OVER };
 
 struct off_bus {
     enum off_phase phase;
-    struct rig rig;                 /* that bus alone */
-    unsigned axis_of[RIG_AXES_MAX]; /* in the whole one */
+    struct rig rig; /* that bus alone */
     struct machine machine;
     struct machine_sim sim;
     struct machine_real real;
@@ -29,18 +28,7 @@ struct off_bus {
 
 static void off_part(struct off_bus *bus, const struct rig *rig, unsigned which)
 {
-    bus->rig = *rig;
-    bus->rig.bus[0] = rig->bus[which];
-    bus->rig.bus_count = 1;
-    bus->rig.line_count = 0;
-    bus->rig.axis_count = 0;
-    for (unsigned i = 0; i < rig->axis_count; i++) {
-        if (rig->axis[i].bus != which)
-            continue;
-        bus->axis_of[bus->rig.axis_count] = i;
-        bus->rig.axis[bus->rig.axis_count] = rig->axis[i];
-        bus->rig.axis[bus->rig.axis_count++].bus = 0;
-    }
+    rig_part(&bus->rig, rig, which);
     bus->phase = bus->rig.axis_count > 0 ? OFF_CLOSED : OFF_OVER;
 }
 
@@ -75,44 +63,55 @@ static void off_tick(struct off_bus *bus, int64_t timeout_ns)
         bus->phase = OFF_OVER;
 }
 
-static void off_answer(const struct off_bus *bus, struct off_axis axis[])
+static void off_answer_axis(const struct off_bus *bus, unsigned i,
+                            struct off_axis *to)
 {
-    for (unsigned i = 0; i < bus->rig.axis_count; i++) {
-        struct off_axis *to = &axis[bus->axis_of[i]];
-        *to = (struct off_axis){ .state = HAL_DRIVE_OFFLINE };
-        if (bus->message[0] != '\0') {
-            snprintf(to->text, sizeof to->text,
-                     "torque is not confirmed off: %.*s", YAML_MESSAGE_MAX - 40,
-                     bus->message);
-            continue;
-        }
-        to->state = bus->machine.controller.axis[i].feedback.state;
-        machine_torque_text(&bus->machine, i, to->text);
-        to->is_off = to->text[0] == '\0';
-        if (to->is_off)
-            snprintf(to->text, sizeof to->text, "torque is off");
+    *to = (struct off_axis){ .state = HAL_DRIVE_OFFLINE };
+    if (bus->message[0] != '\0') {
+        snprintf(to->text, sizeof to->text, "torque is not confirmed off: %.*s",
+                 YAML_MESSAGE_MAX - 40, bus->message);
+        return;
     }
+    to->state = bus->machine.controller.axis[i].feedback.state;
+    machine_torque_text(&bus->machine, i, to->text);
+    to->is_off = to->text[0] == '\0';
+    if (to->is_off)
+        snprintf(to->text, sizeof to->text, "torque is off");
+}
+
+/* Of the axes of the whole rig that are on the bus. */
+static void off_answer(const struct off_bus *bus, const struct rig *rig,
+                       unsigned which, struct off_axis axis[])
+{
+    unsigned i = 0;
+    for (unsigned of = 0; of < rig->axis_count; of++)
+        if (rig->axis[of].bus == which)
+            off_answer_axis(bus, i++, &axis[of]);
 }
 
 /* Now that the lamps say what is true. */
 static void off_light(const struct rig *rig, bool lit)
 {
-    static struct rig lamps;
     static struct machine_gpio gpio;
-    struct machine_ports ports = { .clock = NULL };
+    struct rig lamps = { .line_count = 0 };
+    struct machine_ports ports;
     char message[YAML_MESSAGE_MAX];
-    lamps.line_count = 0;
+    lamps.line =
+        memory_pool_new(&lamps.memory, rig->line_count, sizeof *lamps.line);
     for (unsigned i = 0; i < rig->line_count; i++)
         if (rig->line[i].kind == RIG_LINE_LAMP)
             lamps.line[lamps.line_count++] = rig->line[i];
-    if (machine_gpio_open(&gpio, &lamps, &ports, message) < 0)
-        return; /* torque is what counts */
-    for (unsigned i = 0; i < lamps.line_count; i++) {
-        (void)hal_gpio_set(ports.line[i], lit);
-        if (lit)
-            machine_gpio_leave(&gpio, i);
+    machine_ports_init(&ports, &lamps, &lamps.memory);
+    /* torque is what counts: lamps that are not there are left alone */
+    if (machine_gpio_open(&gpio, &lamps, &ports, message) == MOTION_OK) {
+        for (unsigned i = 0; i < lamps.line_count; i++) {
+            (void)hal_gpio_set(ports.line[i], lit);
+            if (lit)
+                machine_gpio_leave(&gpio, i);
+        }
+        machine_gpio_close(&gpio);
     }
-    machine_gpio_close(&gpio);
+    rig_free(&lamps);
 }
 
 static void off_run(struct off_bus bus[], unsigned count,
@@ -145,8 +144,7 @@ static void off_run(struct off_bus bus[], unsigned count,
 }
 
 bool off_all(const struct rig *rig, const struct off_config *config,
-             struct off_axis axis[RIG_AXES_MAX],
-             const volatile sig_atomic_t *interrupts)
+             struct off_axis axis[], const volatile sig_atomic_t *interrupts)
 {
     struct off_bus *bus = memory_new(rig->bus_count, sizeof *bus);
     bool all = true;
@@ -154,8 +152,11 @@ bool off_all(const struct rig *rig, const struct off_config *config,
         off_part(&bus[i], rig, i);
     off_run(bus, rig->bus_count, config, interrupts);
     for (unsigned i = 0; i < rig->bus_count; i++) {
-        off_answer(&bus[i], axis);
+        off_answer(&bus[i], rig, i, axis);
+        machine_free(&bus[i].machine);
+        machine_sim_free(&bus[i].sim);
         machine_real_close(&bus[i].real);
+        rig_free(&bus[i].rig);
     }
     memory_free(bus);
     for (unsigned i = 0; i < rig->axis_count; i++)

@@ -30,10 +30,9 @@ struct off_axis {
     char text[OFF_TEXT_MAX]; /* "torque is off", or why that is not known */
 };
 
-/* Until all are off, in vain for so long, or *interrupts (NULL: none) counts.
+/* Fills in `axis`, one per axis of the rig.  Until all are off, in vain for so long, or *interrupts (NULL: none) counts.
  * True: all are. */
 bool off_all(const struct rig *rig, const struct off_config *config,
-             struct off_axis axis[RIG_AXES_MAX],
-             const volatile sig_atomic_t *interrupts);
+             struct off_axis axis[], const volatile sig_atomic_t *interrupts);
 
 #endif

@@ -24,17 +24,44 @@
 #define PLAYER_PRIORITY      40
 #define PLAYER_SLOW          4 /* the approach's share of the limits: 1/4 */
 
+static void player_room(struct player *player, const struct rig *rig)
+{
+    const uint32_t axes = rig->axis_count;
+    struct telemetry_row *row = &player->row;
+#define ROOM(array, count)                                                     \
+    array = memory_pool_new(&player->memory, count, sizeof *(array))
+    player->waiting_size = (size_t)axes * MACHINE_TORQUE_MAX;
+    ROOM(player->waiting, player->waiting_size);
+    ROOM(player->busy_ns, rig->bus_count);
+    ROOM(player->approach_room, axes);
+    ROOM(player->approach, axes);
+    ROOM(player->approaches, axes);
+    ROOM(player->approach_goal, axes);
+    row->shot_count = rig_trigger_count(rig);
+    ROOM(row->axis, axes);
+    ROOM(row->shot, row->shot_count);
+#undef ROOM
+}
+
+void player_free(struct player *player)
+{
+    recorder_free(&player->recorder);
+    memory_pool_free(&player->memory);
+}
+
 void player_init(struct player *player, struct machine *machine,
                  const struct job *job, const struct player_config *config,
                  const struct player_observer *observer)
 {
+    player_free(player);
     memset(player, 0, sizeof *player);
+    player_room(player, &job->rig);
     player->machine = machine;
     player->job = job;
     player->config = *config;
     player->observer = *observer;
     player->standing_ns = -1;
-    recorder_init(&player->recorder);
+    recorder_init(&player->recorder, &job->rig);
     player->start_ns = hal_clock_now_ns(machine->ports.clock);
     player->now_ns = player->start_ns;
 }
@@ -100,6 +127,7 @@ static void player_record_shots(const struct player *player,
                                 struct telemetry_row *row)
 {
     const struct machine *machine = player->machine;
+    memset(row->shot, 0, row->shot_count * sizeof *row->shot);
     for (unsigned i = 0; i < machine->trigger_count; i++)
         if (machine->trigger[i].shot > 0)
             row->shot[i] =
@@ -112,13 +140,14 @@ static void player_record_shots(const struct player *player,
 static void player_record(struct player *player)
 {
     const struct controller *controller = &player->machine->controller;
-    struct telemetry_row row = { .t_ns = player->now_ns - player->start_ns,
-                                 .rate = controller->rate,
-                                 .phase = player->phase,
-                                 .state = (int)controller->state };
+    struct telemetry_row *row = &player->row;
+    row->t_ns = player->now_ns - player->start_ns;
+    row->rate = controller->rate;
+    row->phase = player->phase;
+    row->state = (int)controller->state;
     for (unsigned i = 0; i < player->job->rig.axis_count; i++) {
         const struct controller_axis *axis = &controller->axis[i];
-        row.axis[i] = (struct telemetry_axis){
+        row->axis[i] = (struct telemetry_axis){
             .demand = { axis->target.pos_q32, axis->target.vel_q32,
                         axis->target.acc_q32, 0 },
             .actual_q32 = axis->feedback.pos_q32,
@@ -129,10 +158,10 @@ static void player_record(struct player *player)
             .events = axis->feedback.events,
         };
     }
-    player_record_shots(player, &row);
-    player_add_jerk(player, &row);
-    player_count(player, &row);
-    recorder_put(&player->recorder, &row);
+    player_record_shots(player, row);
+    player_add_jerk(player, row);
+    player_count(player, row);
+    recorder_put(&player->recorder, row);
 }
 
 /* --- the walk from phase to phase --- */
@@ -355,9 +384,9 @@ static void player_wait(struct player *player)
         return;
     for (unsigned i = 0; i < player->job->rig.axis_count; i++) {
         machine_torque_text(player->machine, i, text);
-        if (text[0] != 0 && at < sizeof player->waiting)
+        if (text[0] != 0 && at < player->waiting_size)
             at += (size_t)snprintf(player->waiting + at,
-                                   sizeof player->waiting - at, "%s: %s\n",
+                                   player->waiting_size - at, "%s: %s\n",
                                    player->job->rig.axis[i].name, text);
     }
     atomic_store(&player->waits, true);

@@ -79,19 +79,26 @@ struct player {
     bool enough;        /* the operator has interrupted */
     _Atomic bool waits; /* for a lost drive, and for nothing else */
     bool said;          /* that it does, by who looks on */
-    char waiting[RIG_AXES_MAX * MACHINE_TORQUE_MAX]; /* for which, in words */
     int64_t late_ns;
-    int64_t busy_ns[RIG_BUSES_MAX]; /* at the start of the move */
 
-    struct motion_segment approach_room[RIG_AXES_MAX][PLAYER_APPROACH_SEGMENTS];
-    struct motion_track approach[RIG_AXES_MAX];
-    bool approaches[RIG_AXES_MAX];
-    struct controller_goal approach_goal[RIG_AXES_MAX];
+    /* one per axis or bus of the rig */
+    struct memory_pool memory;
+    char *waiting; /* for which drives, in words, waiting_size bytes */
+    size_t waiting_size;
+    int64_t *busy_ns; /* at the start of the move */
+    struct motion_segment (*approach_room)[PLAYER_APPROACH_SEGMENTS];
+    struct motion_track *approach;
+    bool *approaches;
+    struct controller_goal *approach_goal;
+    struct telemetry_row row; /* being filled in */
 };
 
+/* A player that is all zero, or that was made before and is given back. */
 void player_init(struct player *player, struct machine *machine,
                  const struct job *job, const struct player_config *config,
                  const struct player_observer *observer);
+
+void player_free(struct player *player);
 
 /* Until the end.  `interrupts` counts the operator's interrupts: one stops
  * along the path, two stop at once; read at every tick.  0, or -1 when no

@@ -1,11 +1,32 @@
 /* firmware/linux/machine/recorder.c - see recorder.h. */
 #include "firmware/linux/machine/recorder.h"
 
-void recorder_init(struct recorder *recorder)
+#include <string.h>
+
+void recorder_init(struct recorder *recorder, const struct rig *rig)
 {
+    struct memory_pool *memory = &recorder->memory;
+    const size_t shots = rig_trigger_count(rig), axes = rig->axis_count;
+    memory_pool_free(memory);
+    struct telemetry_axis *axis =
+        memory_pool_new(memory, RECORDER_ROWS * axes, sizeof *axis);
+    struct telemetry_shot *shot =
+        memory_pool_new(memory, RECORDER_ROWS * shots, sizeof *shot);
+    for (size_t i = 0; i < RECORDER_ROWS; i++)
+        recorder->row[i] = (struct telemetry_row){
+            .axis = axis + i * axes,
+            .shot = shot + i * shots,
+            .shot_count = (unsigned)shots,
+        };
+    recorder->axis_count = rig->axis_count;
     atomic_init(&recorder->put, 0);
     atomic_init(&recorder->taken, 0);
     recorder->dropped = 0;
+}
+
+void recorder_free(struct recorder *recorder)
+{
+    memory_pool_free(&recorder->memory);
 }
 
 uint64_t recorder_waiting(const struct recorder *recorder)
@@ -25,7 +46,13 @@ bool recorder_put(struct recorder *recorder, const struct telemetry_row *row)
         recorder->dropped++;
         return false;
     }
-    recorder->row[put % RECORDER_ROWS] = *row;
+    struct telemetry_row *to = &recorder->row[put % RECORDER_ROWS];
+    memcpy(to->axis, row->axis, recorder->axis_count * sizeof *to->axis);
+    memcpy(to->shot, row->shot, to->shot_count * sizeof *to->shot);
+    to->t_ns = row->t_ns;
+    to->rate = row->rate;
+    to->phase = row->phase;
+    to->state = row->state;
     atomic_store_explicit(&recorder->put, put + 1, memory_order_release);
     return true;
 }

@@ -14,12 +14,17 @@
 #define RECORDER_ROWS 2048 /* two seconds at 1 kHz */
 
 struct recorder {
+    struct memory_pool memory; /* of the rows' axes and shots */
+    unsigned axis_count;
     _Atomic uint64_t put, taken; /* rows ever */
     uint64_t dropped;            /* the writer's */
     struct telemetry_row row[RECORDER_ROWS];
 };
 
-void recorder_init(struct recorder *recorder);
+/* For rows of this rig; all zero, or one that was made before and is given
+ * back. */
+void recorder_init(struct recorder *recorder, const struct rig *rig);
+void recorder_free(struct recorder *recorder);
 /* The writer's.  False: full, the row is lost. */
 bool recorder_put(struct recorder *recorder, const struct telemetry_row *row);
 /* Rows that wait. */

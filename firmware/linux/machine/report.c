@@ -13,8 +13,20 @@
 
 void report_init(struct report *report, const struct job *job)
 {
+    report_free(report);
     memset(report, 0, sizeof *report);
     report->job = job;
+    report->axis = memory_pool_new(&report->memory, job->move.axis_count,
+                                   sizeof *report->axis);
+    report->load = memory_pool_new(&report->memory, job->rig.bus_count,
+                                   sizeof *report->load);
+    report->torque = memory_pool_new(&report->memory, job->rig.axis_count,
+                                     sizeof *report->torque);
+}
+
+void report_free(struct report *report)
+{
+    memory_pool_free(&report->memory);
 }
 
 static void report_most(int64_t *most, int64_t value)

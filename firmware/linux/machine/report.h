@@ -36,17 +36,19 @@ enum report_end {
 };
 
 struct report {
+    struct memory_pool memory; /* of the arrays */
     const struct job *job;
     enum report_end end;
-    struct report_axis axis[PLAN_AXES_MAX];
-    bool started; /* the move has */
+    struct report_axis *axis; /* of each axis of the move */
+    bool started;             /* the move has */
     int64_t start_ns, played_ns;
-    int64_t path_ns_q12;        /* how far the move was played */
-    double load[RIG_BUSES_MAX]; /* share of the wire's time during the move */
+    int64_t path_ns_q12; /* how far the move was played */
+    double *load; /* of each bus: share of the wire's time during the move */
     struct controller_fault_record fault;
     char fault_text[192]; /* the drive's own words, or homing's */
     bool torque_left;     /* a drive did not say at the end that it is off: */
-    char torque[RIG_AXES_MAX][MACHINE_TORQUE_MAX]; /* "", or why, in words */
+    char (*torque)[MACHINE_TORQUE_MAX]; /* of each axis of the rig: "", or why,
+                                           in words */
     uint64_t ticks, ticks_lost, rows_dropped, frames_dropped;
     bool realtime;
     const struct shots *shots; /* NULL: none */
@@ -55,7 +57,9 @@ struct report {
     const char *telemetry_path, *can_log_path, *plot_path; /* NULL: none */
 };
 
+/* A report that is all zero, or that was made before and is given back. */
 void report_init(struct report *report, const struct job *job);
+void report_free(struct report *report);
 void report_take(struct report *report, const struct telemetry_row *row);
 /* "pan: torque is not confirmed off: ..." of each; nothing when all are off. */
 void report_torque(const struct report *report, FILE *file);

@@ -49,6 +49,14 @@ int sim_server_open(struct sim_server *server, const struct rig *rig,
     int err;
 
     server->rig = rig;
+#define ROOM(array)                                                            \
+    server->array = memory_pool_new(&server->memory, rig->bus_count,           \
+                                    sizeof *server->array)
+    ROOM(is_modbus);
+    ROOM(device);
+    ROOM(port);
+    ROOM(poll_fd);
+#undef ROOM
     err = machine_sim_init(&server->sim, rig, true, &server->wire, message);
     for (unsigned i = 0; err == MOTION_OK && i < rig->bus_count; i++)
         err = sim_server_bus(server, i, message);
@@ -65,6 +73,8 @@ void sim_server_close(struct sim_server *server)
         else
             can_socketcan_close(&server->port[i]);
     server->bus_count = 0;
+    machine_sim_free(&server->sim);
+    memory_pool_free(&server->memory);
 }
 
 /* What the wire has no room for stays in the interface's queue. */
@@ -97,7 +107,7 @@ static int64_t sim_server_now_ns(struct sim_server *server)
 /* Only the wires are worth waking up for: the drives catch up by themselves. */
 static void sim_server_wait(struct sim_server *server)
 {
-    struct pollfd poll_fd[RIG_BUSES_MAX];
+    struct pollfd *poll_fd = server->poll_fd;
     struct timespec timeout = { 0 };
     const int64_t now_ns = sim_server_now_ns(server);
     int64_t wait_ns = SERVER_WAIT_NS;

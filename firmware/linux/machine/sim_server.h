@@ -16,14 +16,18 @@
 #include "firmware/linux/machine/modbus_device.h"
 #include "hal/linux/socketcan.h"
 
+struct pollfd;
+
 struct sim_server {
     const struct rig *rig;
     struct machine_sim sim;
     struct machine_ports wire; /* our end of each simulated wire */
     unsigned bus_count;        /* open so far */
-    bool is_modbus[RIG_BUSES_MAX];
-    struct modbus_device device[RIG_BUSES_MAX]; /* of those, real time */
-    struct can_socketcan port[RIG_BUSES_MAX];
+    struct memory_pool memory; /* of the arrays: one per bus */
+    bool *is_modbus;
+    struct modbus_device *device; /* of those, real time */
+    struct can_socketcan *port;
+    struct pollfd *poll_fd;
     uint64_t frames_in, frames_out;
 };
 

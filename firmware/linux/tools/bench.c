@@ -38,14 +38,14 @@ static int bench_rig(const char *text, bool directory, struct rig *rig,
 /* A rig of one bus that is called as the user called it. */
 static struct rig_bus *bench_bus(struct rig *rig, const char *text)
 {
-    struct rig_bus *bus = &rig->bus[0];
-
+    rig_free(rig);
     *rig = (struct rig){ .period_ns = INT64_C(1000000),
                          .heartbeat_ns = INT64_C(100000000),
                          .watchdog_ns = INT64_C(100000000),
                          .bus_count = 1 };
-    snprintf(bus->name, sizeof bus->name, "%s", text);
-    return bus;
+    rig->bus = memory_pool_new(&rig->memory, 1, sizeof *rig->bus);
+    snprintf(rig->bus->name, sizeof rig->bus->name, "%s", text);
+    return rig->bus;
 }
 
 static void bench_modbus(struct rig_bus *bus, const struct bench_line *line)
@@ -141,36 +141,22 @@ int bench_name(const char *text, const struct bench_line *line, struct rig *rig,
 
 /* ---- one bus ---- */
 
-/* The rest of the rig is left away; its maps stay, the axes know them by
- * number. */
-static void bench_reduce(struct rig *to, const struct rig *from, unsigned bus)
-{
-    *to = *from;
-    to->bus[0] = from->bus[bus];
-    to->bus_count = 1;
-    to->line_count = 0;
-    to->axis_count = 0;
-    for (unsigned i = 0; i < from->axis_count; i++) {
-        if (from->axis[i].bus != bus)
-            continue;
-        to->axis[to->axis_count] = from->axis[i];
-        to->axis[to->axis_count++].bus = 0;
-    }
-}
-
 int bench_open(struct bench *bench, const struct rig *rig, unsigned bus,
                bool is_real, char message[YAML_MESSAGE_MAX])
 {
     memset(&bench->ports, 0, sizeof bench->ports);
-    bench_reduce(&bench->rig, rig, bus);
+    rig_part(&bench->rig, rig, bus);
     bench->is_real = is_real;
     bench->has_fd = bench->rig.bus[0].data_bit_rate > 0;
-    if (is_real && machine_modbus_reach(&bench->rig, message) < 0)
-        return MOTION_E_IO;
-    return is_real ? machine_real_init(&bench->real, &bench->rig, &bench->ports,
-                                       message)
-                   : machine_sim_init(&bench->sim, &bench->rig, false,
-                                      &bench->ports, message);
+    int err = is_real ? machine_modbus_reach(&bench->rig, message) : MOTION_OK;
+    if (err == MOTION_OK)
+        err = is_real ? machine_real_init(&bench->real, &bench->rig,
+                                          &bench->ports, message)
+                      : machine_sim_init(&bench->sim, &bench->rig, false,
+                                         &bench->ports, message);
+    if (err < 0)
+        bench_close(bench);
+    return err;
 }
 
 void bench_close(struct bench *bench)
@@ -178,4 +164,7 @@ void bench_close(struct bench *bench)
     if (bench->is_real)
         machine_real_close(&bench->real);
     bench->is_real = false;
+    machine_sim_free(&bench->sim);
+    rig_free(&bench->rig);
+    bench->ports = (struct machine_ports){ .clock = NULL };
 }

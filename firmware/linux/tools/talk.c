@@ -261,11 +261,12 @@ int talk_open(struct talk *talk, const struct talk_config *config,
         (is_rig && config->interface != NULL &&
          rig_set_interfaces(&talk->rig, config->interface, message) < 0) ||
         talk_take_kind(talk, config, is_rig, message) < 0 ||
-        talk_who(talk, config, is_rig, &bus, message) < 0)
+        talk_who(talk, config, is_rig, &bus, message) < 0 ||
+        bench_open(&talk->bench, &talk->rig, bus, config->is_real || !is_rig,
+                   message) < 0) {
+        rig_free(&talk->rig);
         return -1;
-    if (bench_open(&talk->bench, &talk->rig, bus, config->is_real || !is_rig,
-                   message) < 0)
-        return -1;
+    }
     if (talk_know(talk, config, message) == 0)
         return 0;
     talk_close(talk);
@@ -275,6 +276,7 @@ int talk_open(struct talk *talk, const struct talk_config *config,
 void talk_close(struct talk *talk)
 {
     bench_close(&talk->bench);
+    rig_free(&talk->rig);
     endpoints_close(talk->endpoints);
     talk->endpoints = NULL;
 }

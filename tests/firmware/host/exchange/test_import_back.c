@@ -221,6 +221,7 @@ static void random_job(uint64_t *seed, struct job *job)
     FILE *file = fopen(path, "wb");
     assert_non_null(file);
     move = (struct imported){ .fps = { 25, 1 } };
+    assert_int_equal(plan_move_room(&move.move, ARRAY_LEN(names)), 0);
     move.move.axis_count = ARRAY_LEN(names);
     for (size_t i = 0; i < ARRAY_LEN(names); i++)
         random_axis(seed, names[i], i == 0, &move.move.axis[i]);
@@ -464,10 +465,10 @@ static void expect_names(const char *format, const struct rig *rig,
 
 static void an_axis_is_found_by_its_own_name(void **state)
 {
-    static struct rig rig;
     static const char *const names[] = { "Pan", "pan", "Tilt", "t" };
+    static struct rig_axis axis[ARRAY_LEN(names)];
+    struct rig rig = { .axis = axis, .axis_count = ARRAY_LEN(names) };
     (void)state;
-    rig.axis_count = ARRAY_LEN(names);
     for (size_t i = 0; i < ARRAY_LEN(names); i++) {
         snprintf(rig.axis[i].name, sizeof rig.axis[i].name, "%s", names[i]);
         rig.axis[i].unit = UNITS_AXIS_DEG;

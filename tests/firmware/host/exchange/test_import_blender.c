@@ -186,12 +186,17 @@ static void draw_key(struct plan_bezier_key *key)
     }
 }
 
+static unsigned dolly; /* index in the rig */
+
 static void draw_job(struct job *job)
 {
-    struct plan_axis *axis = &job->move.axis[0];
+    struct plan_axis *axis;
 
     job->rig = rig;
-    job->rig_axis[0] = (unsigned)rig_axis_index(&rig, "dolly");
+    assert_int_equal(plan_move_room(&job->move, 1), 0);
+    axis = job->move.axis;
+    job->rig_axis = &dolly;
+    dolly = (unsigned)rig_axis_index(&rig, "dolly");
     job->move.axis_count = 1;
     strcpy(axis->name, "dolly");
     axis->curve = PLAN_CURVE_BEZIER;

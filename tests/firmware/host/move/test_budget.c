@@ -37,7 +37,10 @@ static int close_eight_axes(void **state)
 /* A ninth like the eighth, on the first bus. */
 static void add_ninth(struct rig *rig)
 {
+    static struct rig_axis axis[9];
+    memcpy(axis, job.rig.axis, 8 * sizeof *axis);
     *rig = job.rig;
+    rig->axis = axis;
     rig->axis[8] = rig->axis[7];
     rig->axis[8].bus = 0;
     rig->axis[8].node_id = 9;
@@ -155,7 +158,10 @@ static void a_faster_bus_is_proposed_where_there_is_one(void **state)
     static struct rig rig;
     struct budget budget;
     char advice[BUDGET_ADVICE_MAX];
+    struct rig_bus bus[2];
+    memcpy(bus, job.rig.bus, sizeof bus);
     rig = job.rig;
+    rig.bus = bus;
     rig.bus[0].bit_rate = 500000;
     budget_of(&rig, 0, NULL, &budget);
     assert_false(budget_fits(&budget));

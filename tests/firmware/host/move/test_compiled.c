@@ -103,6 +103,15 @@ static const struct hal_clock_ops bench_clock_ops = {
     .wait_until = bench_wait_until,
 };
 
+static void bench_free(void)
+{
+    player_free(&bench.player);
+    report_free(&bench.report);
+    machine_free(&bench.machine);
+    machine_sim_free(&bench.sim);
+    job_free(&bench.job);
+}
+
 static int bench_open(void **state)
 {
     char message[YAML_MESSAGE_MAX] = "";
@@ -130,7 +139,7 @@ static int bench_open(void **state)
 static int bench_close(void **state)
 {
     (void)state;
-    job_free(&bench.job);
+    bench_free();
     return unlink(path);
 }
 

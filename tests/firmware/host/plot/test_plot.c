@@ -279,7 +279,8 @@ a_dense_line_has_points_by_its_width_and_looks_the_same(void **state)
 
 static void fill_trace(void)
 {
-    static struct telemetry_row row;
+    static struct telemetry_axis axis[16];
+    struct telemetry_row row = { .axis = axis };
     trace_init(&trace, job.rig.axis_count);
     for (int i = 0; i <= 2400; i++) {
         row.phase = TELEMETRY_MOVE;

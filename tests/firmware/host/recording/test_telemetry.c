@@ -34,14 +34,20 @@ static int remove_directory(void **state)
     return rmdir(directory);
 }
 
+static struct rig_axis rig_axes[] = {
+    { .name = "dolly", .unit = UNITS_AXIS_MM },
+    { .name = "pan", .unit = UNITS_AXIS_DEG },
+};
+static struct rig_line rig_lines[] = {
+    { .name = "stop", .kind = RIG_LINE_ESTOP },
+    { .name = "camera", .kind = RIG_LINE_TRIGGER },
+    { .name = "flash", .kind = RIG_LINE_TRIGGER },
+};
 static const struct rig rig = {
-    .axis = { { .name = "dolly", .unit = UNITS_AXIS_MM },
-              { .name = "pan", .unit = UNITS_AXIS_DEG } },
-    .axis_count = 2,
-    .line = { { .name = "stop", .kind = RIG_LINE_ESTOP },
-              { .name = "camera", .kind = RIG_LINE_TRIGGER },
-              { .name = "flash", .kind = RIG_LINE_TRIGGER } },
-    .line_count = 3,
+    .axis = rig_axes,
+    .axis_count = ARRAY_LEN(rig_axes),
+    .line = rig_lines,
+    .line_count = ARRAY_LEN(rig_lines),
 };
 
 static struct telemetry_axis any_axis(uint64_t *seed)
@@ -61,15 +67,21 @@ static struct telemetry_axis any_axis(uint64_t *seed)
 
 static struct telemetry_row any_row(uint64_t *seed, int i)
 {
+    static struct telemetry_axis axis[2];
+    static struct telemetry_shot shot[2];
+    for (int a = 0; a < 2; a++)
+        axis[a] = any_axis(seed);
+    shot[0] = (struct telemetry_shot){ .number = (uint32_t)check_random(seed),
+                                       .t_ns = INT64_C(999999) * i };
+    shot[1] = (struct telemetry_shot){ .number = (uint32_t)i, .t_ns = i };
     return (struct telemetry_row){
         .t_ns = INT64_C(1000000) * i,
         .rate.s_ns_q12 = INT64_C(4096000000) * i,
         .phase = (enum telemetry_phase)(i % TELEMETRY_PHASES),
         .state = i % 6,
-        .axis = { any_axis(seed), any_axis(seed) },
-        .shot = { { .number = (uint32_t)check_random(seed),
-                    .t_ns = INT64_C(999999) * i },
-                  { .number = (uint32_t)i, .t_ns = i } },
+        .axis = axis,
+        .shot = shot,
+        .shot_count = 2,
     };
 }
 
@@ -221,9 +233,11 @@ static void the_ring_keeps_order_and_drops_the_newest_when_full(void **state)
 {
     (void)state;
     static struct recorder recorder;
-    struct telemetry_row row = { .t_ns = 0 };
+    struct telemetry_axis axis[2] = { { .following_q32 = 0 } };
+    struct telemetry_shot shot[2] = { { .number = 0 } };
+    struct telemetry_row row = { .axis = axis, .shot = shot, .shot_count = 2 };
     int64_t next = 0;
-    recorder_init(&recorder);
+    recorder_init(&recorder, &rig);
     for (int i = 0; i < RECORDER_ROWS; i++, row.t_ns++)
         assert_true(recorder_put(&recorder, &row));
     assert_false(recorder_put(&recorder, &row));
@@ -237,6 +251,7 @@ static void the_ring_keeps_order_and_drops_the_newest_when_full(void **state)
         recorder_drain(&recorder, count_in_order, &next);
         assert_int_equal(next, row.t_ns);
     }
+    recorder_free(&recorder);
 }
 
 /* --- the trace --- */
@@ -245,7 +260,8 @@ static void a_long_trace_stays_bounded_and_keeps_the_peaks(void **state)
 {
     (void)state;
     static struct trace trace;
-    struct telemetry_row row = { .phase = TELEMETRY_MOVE };
+    struct telemetry_axis axis = { .following_q32 = 0 };
+    struct telemetry_row row = { .phase = TELEMETRY_MOVE, .axis = &axis };
     const int rows = 10 * TRACE_POINTS + 17, peak = 54321;
     double most = 0, least = 0;
     trace_init(&trace, 1);
@@ -276,7 +292,8 @@ static void a_trace_begins_with_the_move_and_knows_a_hold(void **state)
 {
     (void)state;
     static struct trace trace;
-    struct telemetry_row row = { .phase = TELEMETRY_ENABLE };
+    struct telemetry_axis axis = { .following_q32 = 0 };
+    struct telemetry_row row = { .phase = TELEMETRY_ENABLE, .axis = &axis };
     trace_init(&trace, 1);
     trace_take(&trace, &row);
     row.phase = TELEMETRY_APPROACH;

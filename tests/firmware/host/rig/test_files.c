@@ -225,7 +225,7 @@ static void what_is_left_out_has_the_documented_value(void **state)
         "    following_error: {floor: 1}\n"
         "    drive: {kind: cia402, bus: b, node: 1, counts: {num: -3}}\n";
     char message[YAML_MESSAGE_MAX];
-    struct rig other;
+    struct rig other = { .bus_count = 0 };
 
     (void)state;
     write_scratch(text, strlen(text));
@@ -246,6 +246,7 @@ static void what_is_left_out_has_the_documented_value(void **state)
     assert_int_equal(other.axis[0].sim.acc_max_q32, Q32(16));
     assert_int_equal(other.axis[0].sim.omega_mrad_s, 157080);
     assert_int_equal(other.axis[0].sim.zeta_permille, 900);
+    rig_free(&other);
 }
 
 static void keys_have_a_short_and_a_long_form(void **state)
@@ -439,7 +440,7 @@ static void the_documentation_shows_files_that_can_be_read(void **state)
 {
     char message[YAML_MESSAGE_MAX];
     struct plan_move move;
-    struct rig other;
+    struct rig other = { .bus_count = 0 };
 
     (void)state;
     write_block("## rig.yaml\n");
@@ -448,6 +449,7 @@ static void the_documentation_shows_files_that_can_be_read(void **state)
     assert_int_equal(other.axis_count, 1);
     assert_memory_equal(&other.axis[0].limit, &rig.axis[0].limit,
                         sizeof(rig.axis[0].limit));
+    rig_free(&other);
     write_block("## move.yaml\n");
     if (move_load(scratch, &rig, &move, message) < 0)
         fail_msg("%s", message);
@@ -496,6 +498,22 @@ static char *read_all(const char *path, size_t *length)
     return text;
 }
 
+static void expect_same_rig(const struct rig *other)
+{
+    struct rig same = *other;
+
+    assert_memory_equal(other->bus, rig.bus, rig.bus_count * sizeof *rig.bus);
+    assert_memory_equal(other->axis, rig.axis,
+                        rig.axis_count * sizeof *rig.axis);
+    assert_memory_equal(other->line, rig.line,
+                        rig.line_count * sizeof *rig.line);
+    same.memory = rig.memory;
+    same.bus = rig.bus;
+    same.axis = rig.axis;
+    same.line = rig.line;
+    assert_memory_equal(&same, &rig, sizeof rig); /* no map, no quirks */
+}
+
 static void line_ends_and_byte_order_mark_do_not_matter(void **state)
 {
     static const struct {
@@ -506,7 +524,7 @@ static void line_ends_and_byte_order_mark_do_not_matter(void **state)
                  { "\xEF\xBB\xBF", "\n" },
                  { "\xEF\xBB\xBF", "\r\n" } };
     char message[YAML_MESSAGE_MAX];
-    struct rig other;
+    struct rig other = { .bus_count = 0 };
     size_t length;
 
     (void)state;
@@ -515,7 +533,8 @@ static void line_ends_and_byte_order_mark_do_not_matter(void **state)
                              rows[i].end);
         if (rig_load(scratch, &other, message) < 0)
             fail_msg("row %zu: %s", i, message);
-        assert_memory_equal(&other, &rig, sizeof(rig));
+        expect_same_rig(&other);
+        rig_free(&other);
     }
 }
 
@@ -927,14 +946,14 @@ static void big_files_are_refused_at_a_bound(void **state)
 
 static void a_map_has_a_bound(void **state)
 {
-    char text[4096] = "axes:\n";
+    char text[8192] = "axes:\n";
 
     (void)state;
-    for (int i = 0; i < 65; i++)
+    for (int i = 0; i < 257; i++)
         snprintf(text + strlen(text), sizeof(text) - strlen(text), "  k%d: 1\n",
                  i);
     write_scratch(text, strlen(text));
-    expect_refusal(MOVE, scratch, 66, 3, "more than 64 keys in one map");
+    expect_refusal(MOVE, scratch, 258, 3, "more than 256 keys in one map");
 }
 
 static void names_and_buses_have_a_bound(void **state)
@@ -942,11 +961,11 @@ static void names_and_buses_have_a_bound(void **state)
     char text[4096] = "axes: {}\nbuses:\n";
 
     (void)state;
-    for (int i = 0; i < 9; i++)
+    for (int i = 0; i < RIG_BUSES_MAX + 1; i++)
         snprintf(text + strlen(text), sizeof(text) - strlen(text),
                  "  k%d: {kind: canopen, bit_rate: 10000}\n", i);
     write_scratch(text, strlen(text));
-    expect_refusal(RIG, scratch, 3, 3, "buses has more than 8 entries");
+    expect_refusal(RIG, scratch, 3, 3, "buses has more than 32 entries");
     expect_text(RIG,
                 "axes: 1\nbuses: {a23456789012345678901234567890ab: {kind: "
                 "canopen, bit_rate: 10000}}",
@@ -962,12 +981,12 @@ static void a_long_list_of_names_is_cut(void **state)
     FILE *file = fopen(scratch, "w");
     char message[YAML_MESSAGE_MAX];
     struct plan_move move;
-    struct rig other;
+    struct rig other = { .bus_count = 0 };
 
     (void)state;
     assert_non_null(file);
     fputs("buses: {b: {kind: canopen, bit_rate: 10000}}\naxes:\n", file);
-    for (int i = 1; i <= RIG_AXES_MAX; i++)
+    for (int i = 1; i <= 16; i++)
         fprintf(file,
                 "  an_axis_with_a_rather_long_name%d: {unit: mm, "
                 "following_error: {floor: 1}, limits: {position: [0, 1], "
@@ -977,13 +996,14 @@ static void a_long_list_of_names_is_cut(void **state)
     fclose(file);
     /* 11 to 16 are 1 to 6 again */
     assert_int_equal(rig_load(scratch, &other, message), -1);
+    rig_free(&other);
     assert_non_null(strstr(message, ":13:3: key 'an_axis_with_a_rather_long_"
                                     "name1' is already there in line 3"));
-    other = rig;
-    other.axis_count = RIG_AXES_MAX;
-    for (int i = 0; i < RIG_AXES_MAX; i++)
-        snprintf(other.axis[i].name, PLAN_NAME_MAX,
-                 "an_axis_with_a_rather_long_na%c", 'a' + i);
+    static struct rig_axis many[16];
+    other = (struct rig){ .axis = many, .axis_count = ARRAY_LEN(many) };
+    for (size_t i = 0; i < ARRAY_LEN(many); i++)
+        snprintf(many[i].name, PLAN_NAME_MAX, "an_axis_with_a_rather_long_na%c",
+                 'a' + (char)i);
     assert_int_equal(move_load(GOOD_MOVE, &other, &move, message), -1);
     assert_true(is_well_formed(GOOD_MOVE, message));
     assert_non_null(strstr(message, "long_nag ..."));

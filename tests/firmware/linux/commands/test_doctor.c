@@ -220,7 +220,11 @@ static void every_state_of_an_interface_has_its_command(void **state)
         { &early, DOCTOR_ADVICE, "50.0 %", "sample-point 0.875" },
         { &virtual, DOCTOR_OK, "can0 is up (vcan)", "" },
     };
-    static struct rig rig;
+    struct rig_bus bus = { .kind = RIG_CANOPEN,
+                           .name = "can0",
+                           .interface = "can0",
+                           .bit_rate = 1000000 };
+    const struct rig rig = { .bus = &bus, .bus_count = 1 };
 
     (void)state;
     down.up = false;
@@ -235,19 +239,14 @@ static void every_state_of_an_interface_has_its_command(void **state)
     virtual.bit_rate = 0;
     virtual.sample_permille = 0;
     snprintf(virtual.kind, sizeof virtual.kind, "vcan");
-    rig.bus_count = 1;
-    rig.bus[0] = (struct rig_bus){ .kind = RIG_CANOPEN,
-                                   .name = "can0",
-                                   .interface = "can0",
-                                   .bit_rate = 1000000 };
     for (size_t i = 0; i < ARRAY_LEN(row); i++) {
         fake_link = *row[i].link;
         examine(&rig);
         expect_line(row[i].verdict, row[i].what, row[i].advice);
     }
     fake_link = up;
-    rig.bus[0].kind = RIG_CAN;
-    rig.bus[0].data_bit_rate = 5000000;
+    bus.kind = RIG_CAN;
+    bus.data_bit_rate = 5000000;
     examine(&rig);
     expect_line(DOCTOR_BAD, "can0 takes no FD frames",
                 "dbitrate 5000000 fd on");

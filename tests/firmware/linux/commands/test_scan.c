@@ -18,6 +18,9 @@ static struct sim_world world;
 static struct sim_can_bus wire;
 static struct sim_can_port ours, theirs;
 static struct sim_cia402 servo[3];
+static struct rig_bus bus;
+static struct hal_can *can;
+static struct hal_modbus *slow_line;
 static struct bench bench;
 static struct scan scan;
 static const struct scan_config config = { .listen_ns = 400 * MS,
@@ -30,14 +33,16 @@ static int can_bench(void **state)
     sim_world_init(&world, INT64_C(1000000000));
     scan = (struct scan){ .count = 0 };
     memset(&bench, 0, sizeof bench);
-    bench.rig.bus[0] = (struct rig_bus){ .kind = RIG_CANOPEN, .name = "can0" };
+    bus = (struct rig_bus){ .kind = RIG_CANOPEN, .name = "can0" };
+    bench.rig.bus = &bus;
     bench.rig.bus_count = 1;
     bench.ports.clock = &world.clock;
     if (sim_can_bus_init(&wire, &world, 1000000) < 0)
         return -1;
     sim_can_port_init(&ours, &wire);
     sim_can_port_init(&theirs, &wire);
-    bench.ports.can[0] = &ours.can;
+    can = &ours.can;
+    bench.ports.can = &can;
     return 0;
 }
 
@@ -291,8 +296,9 @@ static int line_bench(void **state)
     line = (struct fake_line){ .modbus.ops = &fake_ops };
     line.identity = "\x0E\1\1\0\0\2\0\3Abc\1\2X9";
     line.identity_length = 15;
-    bench.ports.can[0] = NULL;
-    bench.ports.modbus[0] = &line.modbus;
+    can = NULL;
+    slow_line = &line.modbus;
+    bench.ports.modbus = &slow_line;
     bench.rig.bus[0].kind = RIG_MODBUS_RTU;
     bench.rig.bus[0].modbus.line =
         (struct modbus_rtu_line){ .baud = 9600, .stop_bits = 1 };

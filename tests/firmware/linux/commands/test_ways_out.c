@@ -143,6 +143,15 @@ static const struct hal_clock_ops bench_clock_ops = {
     .wait_until = bench_wait_until,
 };
 
+static void bench_free(void)
+{
+    player_free(&bench.player);
+    report_free(&bench.report);
+    machine_free(&bench.machine);
+    machine_sim_free(&bench.sim);
+    job_free(&bench.job);
+}
+
 static void build(const char *directory)
 {
     char message[YAML_MESSAGE_MAX] = "";
@@ -215,7 +224,7 @@ static void every_way_out(const char *rig)
             play((enum way)way, (enum telemetry_phase)phase,
                  after_ns[(way + phase) % (int)ARRAY_LEN(after_ns)]);
             judge(rig);
-            job_free(&bench.job);
+            bench_free();
         }
 }
 
@@ -292,9 +301,9 @@ static void a_drive_that_was_left_on_is_switched_off(void **state)
             machine_tick_off(&next, now_ns);
         }
         if (!machine_is_off(&next) || any_torque())
-            fail_msg("%s: powered %#" PRIx64 ", torque %d", rigs[r], next.powered,
-                     any_torque());
-        job_free(&bench.job);
+            fail_msg("%s: powered %#" PRIx64 ", torque %d", rigs[r],
+                     next.powered, any_torque());
+        bench_free();
     }
 }
 
@@ -315,7 +324,7 @@ static void off_answers_for_every_axis(void **state)
         assert_false(axis[i].is_off);
         assert_non_null(strstr(axis[i].text, "not confirmed off: bus can"));
     }
-    job_free(&bench.job);
+    bench_free();
 }
 
 /* --- the operator's signals ---------------------------------------------- */

@@ -51,12 +51,14 @@ static void lines_are_those_of_candump(void **state)
     assert_int_equal(line[strlen(line) - 1], '\n');
 }
 
-static struct rig rig = { .bus_count = 1, .bus = { { .name = "bus" } } };
+static struct rig_bus named = { .name = "bus" };
+static const struct rig rig = { .bus_count = 1, .bus = &named };
 static struct can_log logged;
 static struct sim_can_port a, b; /* a is logged */
 static struct sim_world world;
 static struct sim_can_bus bus;
-static struct machine_ports ports;
+static struct hal_can *can;
+static struct machine_ports ports = { .can = &can };
 
 static FILE *log_to_file(int64_t start_ns)
 {

@@ -87,6 +87,15 @@ static const struct hal_clock_ops bench_clock_ops = {
     .wait_until = bench_wait_until,
 };
 
+static void bench_free(void)
+{
+    player_free(&bench.player);
+    report_free(&bench.report);
+    machine_free(&bench.machine);
+    machine_sim_free(&bench.sim);
+    job_free(&bench.job);
+}
+
 static void open_rig(const char *directory)
 {
     char message[YAML_MESSAGE_MAX] = "";
@@ -111,7 +120,7 @@ static int close_rig(void **state)
 {
     (void)state;
     shots_free(&bench.shots);
-    job_free(&bench.job);
+    bench_free();
     return 0;
 }
 
