@@ -79,11 +79,10 @@ static bool homing_at_rest(const struct homing *homing)
 static bool homing_limit(const struct homing *homing, int direction)
 {
     const struct controller_axis *axis = homing_axis(homing);
-    return direction < 0
-               ? axis->feedback.limit_negative ||
-                     controller_input(axis->switches.limit_negative)
-               : axis->feedback.limit_positive ||
-                     controller_input(axis->switches.limit_positive);
+    return direction < 0 ? axis->feedback.limit_negative ||
+                               controller_input(axis->switches.limit_negative)
+                         : axis->feedback.limit_positive ||
+                               controller_input(axis->switches.limit_positive);
 }
 
 static struct hal_gpio *homing_line(const struct homing *homing)

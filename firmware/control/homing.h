@@ -131,7 +131,7 @@ struct homing {
     struct controller *controller;
     struct controller_jog *jog;
     const struct homing_config *config; /* of each axis; the caller's */
-    enum homing_state state; /* DONE, FAILED: of all */
+    enum homing_state state;            /* DONE, FAILED: of all */
     enum homing_error error;
     enum homing_state failed; /* in which it was over, and whether held then */
     bool was_held;

@@ -23,7 +23,6 @@
 #include "hal/can/cycle.h"
 #include "hal/fieldbus.h"
 
-
 enum canopen_nmt_command {
     CANOPEN_NMT_START = 0x01,
     CANOPEN_NMT_STOP = 0x02,
@@ -181,8 +180,8 @@ struct canopen {
     struct canopen_config config;
     struct canopen_node *first, *last;
     struct canopen_node *node_at[128]; /* by node id: its first axis */
-    int64_t sync_ns;          /* when the last SYNC was sent */
-    int64_t sync_previous_ns; /* and the one before */
+    int64_t sync_ns;                   /* when the last SYNC was sent */
+    int64_t sync_previous_ns;          /* and the one before */
     uint8_t sync_counter;
     struct canopen_lss *lss; /* NULL: nobody listens; see lss.h */
     int64_t heartbeat_due_ns;

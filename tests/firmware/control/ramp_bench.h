@@ -131,8 +131,9 @@ static inline void ramp_init(struct ramp_bench *bench, int64_t period_ns,
                                                .period_ns = period_ns };
         drives[i] = &bench->drive[i].drive;
     }
-    assert_int_equal(controller_init(&bench->controller, &config, bench->axis, drives, NULL),
-                     MOTION_OK);
+    assert_int_equal(
+        controller_init(&bench->controller, &config, bench->axis, drives, NULL),
+        MOTION_OK);
     bench->now_ns = 1000 * MS;
     ramp_tick(bench);
     assert_int_equal(controller_enable(&bench->controller), MOTION_OK);

@@ -147,7 +147,7 @@ static void begin_lines(struct stateful *bench,
 void stateful_begin(struct stateful *bench)
 {
     struct hal_drive *drive[STATEFUL_AXES];
-    struct controller_switches switches[STATEFUL_AXES] = { { NULL } };
+    struct controller_switches switches[STATEFUL_AXES] = { { .home = NULL } };
     const struct controller_inputs inputs = { .estop = &bench->estop.gpio,
                                               .axis = switches };
     bench->config.axis = bench->axis_config;
@@ -161,10 +161,9 @@ void stateful_begin(struct stateful *bench)
         drive[i] = &bench->axis[i].drive;
     }
     begin_lines(bench, switches);
-    assert_int_equal(
-        controller_init(&bench->controller, &bench->config, bench->state, drive,
-                        &inputs),
-        MOTION_OK);
+    assert_int_equal(controller_init(&bench->controller, &bench->config,
+                                     bench->state, drive, &inputs),
+                     MOTION_OK);
     assert_int_equal(homing_init(&bench->homing, &bench->controller,
                                  &bench->jog, bench->home),
                      MOTION_OK);

@@ -915,10 +915,9 @@ static void bad_configurations_are_refused(void **state)
     axis[6][0].pos_min_q32 = INT64_MIN + MOTION_TRACK_POS_ROUNDING - 1;
     axis[7][0].pos_max_q32 = INT64_MAX - MOTION_TRACK_POS_ROUNDING + 1;
     for (size_t i = 0; i < ARRAY_LEN(bad); i++)
-        assert_int_equal(
-            controller_init(&bench.controller, &bad[i], bench.axis, drives,
-                            NULL),
-            MOTION_E_ARG);
+        assert_int_equal(controller_init(&bench.controller, &bad[i], bench.axis,
+                                         drives, NULL),
+                         MOTION_E_ARG);
 }
 
 int main(void)

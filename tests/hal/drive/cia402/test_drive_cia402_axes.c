@@ -90,7 +90,8 @@ static void bench_controller(struct bench *b)
             .following_floor_q32 = 2 * ONE,
         };
     }
-    assert_int_equal(controller_init(&b->controller, &config, b->axis, drive, NULL), 0);
+    assert_int_equal(
+        controller_init(&b->controller, &config, b->axis, drive, NULL), 0);
 }
 
 static void bench_build(struct bench *b)

@@ -723,9 +723,10 @@ static void bench_controller(struct bench *b)
         .stop = { 100 * ONE, 2000 * ONE, 0 },
         .following_floor_q32 = 2 * ONE,
     };
-    assert_int_equal(controller_init(&b->controller, &config, &b->axis, drive, NULL), 0);
-    assert_int_equal(homing_init(&b->homing, &b->controller, &b->jog, &b->homing_config),
-                     0);
+    assert_int_equal(
+        controller_init(&b->controller, &config, &b->axis, drive, NULL), 0);
+    assert_int_equal(
+        homing_init(&b->homing, &b->controller, &b->jog, &b->homing_config), 0);
 }
 
 static void bench_of(struct bench *b, const struct row *row)
