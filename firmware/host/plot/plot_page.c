@@ -5,11 +5,13 @@
 #include <fontconfig/fontconfig.h>
 #include <math.h>
 #include <stdbool.h>
+#include <stddef.h>
 #include <string.h>
 #include <strings.h>
 
 #include "firmware/host/base/error.h"
 #include "firmware/host/base/output.h"
+#include "firmware/host/plot/plot_png.h"
 
 #define PLOT_PNG_SCALE 1.5
 
@@ -50,27 +52,6 @@ static cairo_status_t plot_put_svg(void *closure, const unsigned char *data,
     return CAIRO_STATUS_SUCCESS;
 }
 
-static cairo_status_t plot_put(void *file, const unsigned char *data,
-                               unsigned int length)
-{
-    return fwrite(data, 1, length, file) == length ? CAIRO_STATUS_SUCCESS
-                                                   : CAIRO_STATUS_WRITE_ERROR;
-}
-
-static cairo_surface_t *plot_surface(const struct plot_page *page,
-                                     enum plot_format format,
-                                     struct plot_svg *svg)
-{
-    if (format == PLOT_PNG)
-        return cairo_image_surface_create(
-            CAIRO_FORMAT_RGB24, (int)ceil(PLOT_PNG_SCALE * page->width),
-            (int)ceil(PLOT_PNG_SCALE * page->height));
-    cairo_surface_t *surface = cairo_svg_surface_create_for_stream(
-        plot_put_svg, svg, page->width, page->height);
-    cairo_svg_surface_set_document_unit(surface, CAIRO_SVG_UNIT_PX);
-    return surface;
-}
-
 static void plot_draw_page(const struct plot_page *page, cairo_t *cairo)
 {
     cairo_set_source_rgb(cairo, 1, 1, 1);
@@ -78,23 +59,84 @@ static void plot_draw_page(const struct plot_page *page, cairo_t *cairo)
     page->draw(cairo, page->context);
 }
 
-static cairo_status_t plot_render(const struct plot_page *page,
-                                  enum plot_format format, FILE *file)
+static cairo_status_t plot_render_svg(const struct plot_page *page, FILE *file)
 {
     struct plot_svg svg = { .file = file };
-    cairo_surface_t *surface = plot_surface(page, format, &svg);
+    cairo_surface_t *surface = cairo_svg_surface_create_for_stream(
+        plot_put_svg, &svg, page->width, page->height);
+    cairo_svg_surface_set_document_unit(surface, CAIRO_SVG_UNIT_PX);
     cairo_t *cairo = cairo_create(surface);
-    if (format == PLOT_PNG)
-        cairo_scale(cairo, PLOT_PNG_SCALE, PLOT_PNG_SCALE);
     plot_draw_page(page, cairo);
     cairo_status_t status = cairo_status(cairo);
     cairo_destroy(cairo);
-    if (status == CAIRO_STATUS_SUCCESS && format == PLOT_PNG)
-        status = cairo_surface_write_to_png_stream(surface, plot_put, file);
     cairo_surface_finish(surface);
     if (status == CAIRO_STATUS_SUCCESS)
         status = cairo_surface_status(surface);
     cairo_surface_destroy(surface);
+    return status;
+}
+
+/* A whole page of pixels is by far the largest thing in memory when a run is
+ * over, so the page is drawn anew for every stripe of it. */
+#define PLOT_STRIPE 256 /* rows */
+
+static cairo_status_t plot_stripe(const struct plot_page *page,
+                                  cairo_surface_t *surface, int top)
+{
+    cairo_t *cairo = cairo_create(surface);
+    cairo_translate(cairo, 0, -top);
+    cairo_scale(cairo, PLOT_PNG_SCALE, PLOT_PNG_SCALE);
+    plot_draw_page(page, cairo);
+    const cairo_status_t status = cairo_status(cairo);
+    cairo_destroy(cairo);
+    cairo_surface_flush(surface);
+    return status;
+}
+
+static bool plot_put_stripe(struct plot_png *png, cairo_surface_t *surface,
+                            int rows)
+{
+    const unsigned char *data = cairo_image_surface_get_data(surface);
+    const int stride = cairo_image_surface_get_stride(surface);
+    for (int y = 0; y < rows; y++)
+        if (!plot_png_row(png, data + (ptrdiff_t)y * stride))
+            return false;
+    return true;
+}
+
+static cairo_status_t plot_render_png(const struct plot_page *page, FILE *file)
+{
+    const int width = (int)ceil(PLOT_PNG_SCALE * page->width);
+    const int height = (int)ceil(PLOT_PNG_SCALE * page->height);
+    cairo_surface_t *surface =
+        cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, PLOT_STRIPE);
+    cairo_status_t status = cairo_surface_status(surface);
+    struct plot_png png;
+    bool written =
+        status == CAIRO_STATUS_SUCCESS &&
+        plot_png_begin(&png, file, (uint32_t)width, (uint32_t)height);
+    for (int top = 0; status == CAIRO_STATUS_SUCCESS && written && top < height;
+         top += PLOT_STRIPE) {
+        const int rest = height - top;
+        status = plot_stripe(page, surface, top);
+        written = status == CAIRO_STATUS_SUCCESS &&
+                  plot_put_stripe(&png, surface,
+                                  rest < PLOT_STRIPE ? rest : PLOT_STRIPE);
+    }
+    if (cairo_surface_status(surface) == CAIRO_STATUS_SUCCESS)
+        written = plot_png_end(&png) && written;
+    cairo_surface_destroy(surface);
+    if (status == CAIRO_STATUS_SUCCESS && !written)
+        return CAIRO_STATUS_WRITE_ERROR;
+    return status;
+}
+
+static cairo_status_t plot_render(const struct plot_page *page,
+                                  enum plot_format format, FILE *file)
+{
+    const cairo_status_t status = format == PLOT_PNG
+                                      ? plot_render_png(page, file)
+                                      : plot_render_svg(page, file);
     cairo_debug_reset_static_data(); /* fonts: nothing else draws */
     FcFini();
     return status;
