@@ -29,6 +29,17 @@ one="examples/gallery" # a move of one axis
 if ! nm "$slew" | grep -q __asan_init; then
     bss=$(size "$slew" | awk 'NR == 2 { print $3 }')
     [ "$bss" -lt 1000000 ] || fail "$bss bytes of bss, expected below 1 MB"
+    # What make demo runs.
+    peak=$(python3 - "$slew" run "$move" --telemetry "$dir/d.csv" \
+        --plot "$dir/d.png" <<'PEAK'
+import os, subprocess, sys
+run = subprocess.Popen(sys.argv[1:], stdout=subprocess.DEVNULL,
+                       stderr=subprocess.DEVNULL)
+_, status, usage = os.wait4(run.pid, 0)
+print(usage.ru_maxrss if status == 0 else "failed")
+PEAK
+    )
+    [ "$peak" -lt 24000 ] || fail "the demo: $peak kB resident, expected below 24 MB"
     while read -r words; do
         want=0
         # shellcheck disable=SC2086 # words
