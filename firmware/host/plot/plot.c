@@ -413,6 +413,8 @@ static double plot_key_s(const struct plan_key *key)
 
 static bool plot_shows_keys(const struct plot_panel *panel)
 {
+    if (plot_is_path(panel))
+        return false;
     const struct plan_axis *axis = &panel->plot->job->move.axis[panel->axis];
     return !plot_is_warped(panel) && panel->row != PLOT_FOLLOWING &&
            !panel->plot->job->outcome.is_bent &&
@@ -421,16 +423,18 @@ static bool plot_shows_keys(const struct plot_panel *panel)
 
 static void plot_key_lines(const struct plot_panel *panel)
 {
+    if (!plot_shows_keys(panel))
+        return;
     const struct plan_axis *axis = &panel->plot->job->move.axis[panel->axis];
-    for (uint32_t i = 0; i < axis->key_count && plot_shows_keys(panel); i++)
+    for (uint32_t i = 0; i < axis->key_count; i++)
         chart_vertical(&panel->chart, plot_key_s(&axis->key[i]), &plot_key);
 }
 
 static void plot_key_markers(const struct plot_panel *panel)
 {
-    const struct plan_axis *axis = &panel->plot->job->move.axis[panel->axis];
     if (panel->row != PLOT_POS || !plot_shows_keys(panel))
         return;
+    const struct plan_axis *axis = &panel->plot->job->move.axis[panel->axis];
     for (uint32_t i = 0; i < axis->key_count; i++)
         chart_marker(&panel->chart, plot_key_s(&axis->key[i]),
                      number_double(axis->key[i].key.pos_q32, 32), 4,
