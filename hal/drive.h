@@ -12,8 +12,7 @@
  *   - after a fault, and after the drive was lost, torque is off, nothing
  *     moves and nothing is resumed: enable, set the mode and go again;
  *   - every wait has a time-out that ends in FAULT with a sentence.
- * Implementations: hal/drive/cia402/drive.c, hal/drive/modbus/drive.c,
- * hal/drive/turn/odrive.c, hal/drive/turn/moteus.c;
+ * Implementations: hal/drive/<kind>/drive.c, a folder for each kind of drive;
  * tests/conform/conform_drive.c is what all keep to. */
 #ifndef HAL_DRIVE_H
 #define HAL_DRIVE_H

@@ -21,9 +21,7 @@ PUBLIC := \
     hal/can/bus.h \
     hal/canopen/canopen.h hal/canopen/lss.h \
     hal/modbus/bus.h hal/modbus/map.h \
-    hal/drive/cia402/drive.h \
-    hal/drive/modbus/drive.h \
-    hal/drive/turn/odrive.h hal/drive/turn/moteus.h \
+    $(filter-out hal/drive/turn/%,$(wildcard hal/drive/*/drive.h)) \
     firmware/control/controller.h firmware/control/jog.h \
     firmware/control/homing.h firmware/control/trigger.h \
     firmware/library/version.h

@@ -2,8 +2,8 @@
  *
  * One object per CAN port.  It owns the port and hands every frame to the first
  * of its nodes that knows it; what the frames mean is the drives' business
- * (hal/drive/turn/odrive.h, hal/drive/turn/moteus.h), of whatever kind and
- * mixed.  Nobody sends a SYNC: a drive takes a set point when it comes.
+ * (those on hal/drive/turn/drive.h), of whatever kind and mixed.  Nobody sends
+ * a SYNC: a drive takes a set point when it comes.
  *
  * Cycle: begin() drains the port and lets every node take a step (ask for
  * positions, switch on and off); end() lets every node send its set point.  A

@@ -5,12 +5,12 @@
 #include <string.h>
 
 #include "hal/drive/cia402/drive.h"
-#include "hal/drive/turn/moteus.h"
-#include "hal/drive/turn/odrive.h"
+#include "hal/drive/moteus/drive.h"
+#include "hal/drive/odrive/drive.h"
 #include "motion/core/fixed.h"
 #include "sim/device/cia402/servo.h"
-#include "sim/device/turn/moteus.h"
-#include "sim/device/turn/odrive.h"
+#include "sim/device/moteus/servo.h"
+#include "sim/device/odrive/servo.h"
 #include "tests/hal/linux/modbus_bench.h"
 
 #define S   INT64_C(1000000000)

@@ -2,8 +2,8 @@
  * other end but the input: frames, FD too, and pauses. */
 #include <string.h>
 
-#include "hal/drive/turn/moteus.h"
-#include "hal/drive/turn/odrive.h"
+#include "hal/drive/moteus/drive.h"
+#include "hal/drive/odrive/drive.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/fuzz_port.h"
 

@@ -11,10 +11,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "hal/drive/turn/moteus.h"
+#include "hal/drive/moteus/drive.h"
 #include "hal/support/container_of.h"
 #include "motion/core/fixed.h"
-#include "sim/device/turn/moteus.h"
+#include "sim/device/moteus/servo.h"
 #include "sim/world.h"
 
 #define MS INT64_C(1000000)

@@ -33,7 +33,11 @@ rule 'hal/gpio/.*' "$hal|hal/gpio/.*" bytes
 rule 'hal/drive/drive.c' "$hal" bytes
 rule 'hal/drive/cia402/.*' "$hal|hal/(can|canopen|drive/cia402)/.*" bytes
 rule 'hal/drive/modbus/.*' "$hal|hal/(modbus|drive/modbus)/.*" bytes
+# A kind on a plain CAN bus knows what these have in common, and no other kind.
 rule 'hal/drive/turn/.*' "$hal|hal/(can|drive/turn)/.*" bytes
+for kind in hal/drive/*/; do
+    rule "$kind.*" "$hal|hal/(can|drive/turn)/.*|$kind.*" bytes
+done
 rule 'hal/linux/.*' "$hal|hal/(can|modbus|gpio|linux)/.*" any
 rule 'sim/.*' 'sim/.*|hal/.*|motion/core/(err|fixed).h' any
 rule 'firmware/control/.*' \

@@ -3,8 +3,8 @@
 
 #include "firmware/host/base/array.h"
 #include "firmware/host/device/quantity.h"
-#include "hal/drive/turn/moteus.h"
-#include "hal/drive/turn/odrive.h"
+#include "hal/drive/moteus/drive.h"
+#include "hal/drive/odrive/drive.h"
 
 /* ---- ODrive ---- */
 

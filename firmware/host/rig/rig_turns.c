@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "firmware/host/rig/rig_parts.h"
-#include "hal/drive/turn/odrive.h"
+#include "hal/drive/odrive/drive.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 

@@ -11,8 +11,8 @@
  * stuff bits. */
 #include "firmware/host/rig/turns_budget.h"
 
-#include "hal/drive/turn/moteus.h"
-#include "hal/drive/turn/odrive.h"
+#include "hal/drive/moteus/drive.h"
+#include "hal/drive/odrive/drive.h"
 #include "hal/support/float32.h"
 #include "motion/core/fixed.h"
 #include "motion/core/track.h"

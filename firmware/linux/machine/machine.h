@@ -20,8 +20,8 @@
 #include "hal/clock.h"
 #include "hal/drive/cia402/drive.h"
 #include "hal/drive/modbus/drive.h"
-#include "hal/drive/turn/moteus.h"
-#include "hal/drive/turn/odrive.h"
+#include "hal/drive/moteus/drive.h"
+#include "hal/drive/odrive/drive.h"
 #include "hal/gpio/debounce.h"
 
 /* The arrays belong to whoever made the ports. */

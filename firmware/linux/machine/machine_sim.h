@@ -13,8 +13,8 @@
 #include "sim/bus/gpio.h"
 #include "sim/device/cia402/servo.h"
 #include "sim/device/modbus/servo.h"
-#include "sim/device/turn/moteus.h"
-#include "sim/device/turn/odrive.h"
+#include "sim/device/moteus/servo.h"
+#include "sim/device/odrive/servo.h"
 #include "sim/world.h"
 
 struct machine_sim {

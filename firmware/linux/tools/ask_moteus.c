@@ -2,7 +2,7 @@
 #include <stdio.h>
 
 #include "firmware/linux/tools/ask_turns_parts.h"
-#include "hal/drive/turn/moteus.h"
+#include "hal/drive/moteus/drive.h"
 #include "motion/core/err.h"
 
 #define REFUSES_WRITE 0x30u

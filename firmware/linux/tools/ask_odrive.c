@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "firmware/linux/tools/ask_turns_parts.h"
-#include "hal/drive/turn/odrive.h"
+#include "hal/drive/odrive/drive.h"
 #include "motion/core/err.h"
 
 #define NODE_SHIFT   5u

@@ -6,9 +6,9 @@
 #include "firmware/linux/tools/lss.h"
 #include "firmware/linux/tools/scan.h"
 #include "hal/drive/cia402/drive.h"
-#include "hal/drive/turn/moteus.h"
-#include "hal/drive/turn/moteus_frame.h"
-#include "hal/drive/turn/odrive.h"
+#include "hal/drive/moteus/drive.h"
+#include "hal/drive/moteus/frame.h"
+#include "hal/drive/odrive/drive.h"
 #include "motion/core/err.h"
 
 #define SCAN_STEP_NS     INT64_C(1000000)

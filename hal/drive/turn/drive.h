@@ -1,5 +1,6 @@
 /* hal/drive/turn/drive.h - what the drives have in common that take set points
- * in turns of the motor whenever a frame comes: odrive.h, moteus.h.
+ * in turns of the motor whenever a frame comes, each of them in a folder
+ * of its own.
  *
  *              found, position known        arm until armed
  *   START ---------------------------> RUN: off <------------> enabled
@@ -33,7 +34,7 @@
 
 #define DRIVE_TURNS_HISTORY 32 /* set points kept to judge following */
 /* Farthest set point: beyond it single precision is coarser than 0.004 turns,
- * and moteus counts no further. */
+ * and a drive may count no further. */
 #define DRIVE_TURNS_MAX 32768
 
 struct drive_turns_config {

@@ -10,7 +10,7 @@
 #include "firmware/host/base/quote.h"
 #include "firmware/host/yaml/yaml_fields.h"
 #include "firmware/linux/commands/drive/verbs.h"
-#include "hal/drive/turn/moteus_frame.h"
+#include "hal/drive/moteus/frame.h"
 #include "motion/core/err.h"
 
 #define ACCESS_VALUES   OPTIONS_PATHS_MAX

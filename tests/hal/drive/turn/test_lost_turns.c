@@ -3,12 +3,12 @@
 #include <inttypes.h>
 #include <string.h>
 
-#include "hal/drive/turn/moteus.h"
-#include "hal/drive/turn/odrive.h"
+#include "hal/drive/moteus/drive.h"
+#include "hal/drive/odrive/drive.h"
 #include "hal/support/container_of.h"
 #include "motion/core/fixed.h"
-#include "sim/device/turn/moteus.h"
-#include "sim/device/turn/odrive.h"
+#include "sim/device/moteus/servo.h"
+#include "sim/device/odrive/servo.h"
 
 #include "tests/support/check.h"
 

@@ -1,4 +1,4 @@
-/* sim/device/turn/odrive.h - an ODrive axis as it looks from its CAN port.
+/* sim/device/odrive/servo.h - an ODrive axis as it looks from its CAN port.
  *
  * CANSimple of firmware 0.5.6 or 0.6: heartbeat and encoder estimates by
  * themselves and on remote frames, axis states, controller and input modes,
@@ -14,8 +14,8 @@
  * What this one chose: it knows the states idle, closed loop and homing; any
  * other is refused with "invalid state".  Homing goes to its end stop at a
  * sixteenth of its top speed, and is there at position 0. */
-#ifndef SIM_DEVICE_TURN_ODRIVE_H
-#define SIM_DEVICE_TURN_ODRIVE_H
+#ifndef SIM_DEVICE_ODRIVE_SERVO_H
+#define SIM_DEVICE_ODRIVE_SERVO_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,4 +1,4 @@
-/* hal/drive/turn/odrive.h - an ODrive axis over CANSimple.
+/* hal/drive/odrive/drive.h - an ODrive axis over CANSimple.
  *
  * Start-up: a heartbeat; which family the firmware is of (asked for its
  * version,
@@ -27,8 +27,8 @@
  *
  * Source: ODrive firmware 0.5.6 (can_simple.cpp) and its CAN protocol page;
  * ODrive documentation 0.6, "CANSimple protocol". */
-#ifndef HAL_DRIVE_TURN_ODRIVE_H
-#define HAL_DRIVE_TURN_ODRIVE_H
+#ifndef HAL_DRIVE_ODRIVE_DRIVE_H
+#define HAL_DRIVE_ODRIVE_DRIVE_H
 
 #include "hal/can/bus.h"
 #include "hal/drive/turn/drive.h"

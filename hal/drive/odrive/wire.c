@@ -1,5 +1,5 @@
-/* hal/drive/turn/odrive_wire.c - frames in and out; see odrive.h. */
-#include "hal/drive/turn/odrive_parts.h"
+/* hal/drive/odrive/wire.c - frames in and out; see drive.h. */
+#include "hal/drive/odrive/parts.h"
 
 #include "hal/support/container_of.h"
 #include "hal/support/float32.h"

@@ -1,5 +1,5 @@
-/* hal/drive/turn/moteus_wire.c - frames in and out; see moteus.h. */
-#include "hal/drive/turn/moteus_parts.h"
+/* hal/drive/moteus/wire.c - frames in and out; see drive.h. */
+#include "hal/drive/moteus/parts.h"
 
 #include "hal/support/container_of.h"
 #include "hal/support/float32.h"

@@ -1,9 +1,9 @@
-/* tests/hal/drive/turn/test_drive_odrive.c - what drive_odrive sends and how it
+/* tests/hal/drive/odrive/test_drive_odrive.c - what drive_odrive sends and how it
  * takes what it hears, frame by frame.  The frames were built with Python's
  * struct from ODrive's tables and read back with ODrive's DBC. */
 #include "tests/hal/drive/turn/turns_bench.h"
 
-#include "hal/drive/turn/odrive.h"
+#include "hal/drive/odrive/drive.h"
 #include "hal/support/float32.h"
 
 static struct drive_odrive drive;

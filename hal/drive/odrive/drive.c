@@ -1,5 +1,5 @@
-/* hal/drive/turn/odrive.c - arming and disarming; see odrive.h. */
-#include "hal/drive/turn/odrive_parts.h"
+/* hal/drive/odrive/drive.c - arming and disarming; see drive.h. */
+#include "hal/drive/odrive/parts.h"
 
 #include <string.h>
 

@@ -1,4 +1,4 @@
-/* sim/device/turn/moteus.h - a moteus servo as it looks from its CAN FD port.
+/* sim/device/moteus/servo.h - a moteus servo as it looks from its CAN FD port.
  *
  * Register sub-frames in all four types, several per frame: modes stopped,
  * fault, position, timeout; position, velocity and torque commands, watchdog,
@@ -8,8 +8,8 @@
  * are the compiler's.
  *
  * One turn is SIM_MOTEUS_COUNTS of the plant's counts. */
-#ifndef SIM_DEVICE_TURN_MOTEUS_H
-#define SIM_DEVICE_TURN_MOTEUS_H
+#ifndef SIM_DEVICE_MOTEUS_SERVO_H
+#define SIM_DEVICE_MOTEUS_SERVO_H
 
 #include <stdbool.h>
 #include <stdint.h>

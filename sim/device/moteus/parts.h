@@ -1,9 +1,9 @@
-/* sim/device/turn/moteus_parts.h - private to moteus.c and
- * moteus_subframes.c. */
-#ifndef SIM_DEVICE_TURN_MOTEUS_PARTS_H
-#define SIM_DEVICE_TURN_MOTEUS_PARTS_H
+/* sim/device/moteus/parts.h - private to servo.c and
+ * subframes.c. */
+#ifndef SIM_DEVICE_MOTEUS_PARTS_H
+#define SIM_DEVICE_MOTEUS_PARTS_H
 
-#include "sim/device/turn/moteus.h"
+#include "sim/device/moteus/servo.h"
 
 enum {
     SIM_MOTEUS_STOPPED = 0,

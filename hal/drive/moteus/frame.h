@@ -1,4 +1,4 @@
-/* hal/drive/turn/moteus_frame.h - the register sub-frames of a moteus, in and
+/* hal/drive/moteus/frame.h - the register sub-frames of a moteus, in and
  * out.
  *
  * The payload of a CAN FD frame is a row of sub-frames: what to do (write,
@@ -8,8 +8,8 @@
  * Writers stop quietly at 64 bytes; nothing here ever reaches beyond.
  *
  * Source: mjbots moteus, docs/protocol/can.md, docs/protocol/registers.md. */
-#ifndef HAL_DRIVE_TURN_MOTEUS_FRAME_H
-#define HAL_DRIVE_TURN_MOTEUS_FRAME_H
+#ifndef HAL_DRIVE_MOTEUS_FRAME_H
+#define HAL_DRIVE_MOTEUS_FRAME_H
 
 #include "hal/can.h"
 

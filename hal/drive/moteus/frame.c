@@ -1,5 +1,5 @@
-/* hal/drive/turn/moteus_frame.c - see moteus_frame.h. */
-#include "hal/drive/turn/moteus_frame.h"
+/* hal/drive/moteus/frame.c - see frame.h. */
+#include "hal/drive/moteus/frame.h"
 
 #define WRITE   0x00u
 #define READ    0x10u

@@ -1,8 +1,8 @@
-/* sim/device/turn/odrive_parts.h - private to odrive.c and odrive_motion.c. */
-#ifndef SIM_DEVICE_TURN_ODRIVE_PARTS_H
-#define SIM_DEVICE_TURN_ODRIVE_PARTS_H
+/* sim/device/odrive/parts.h - private to servo.c and motion.c. */
+#ifndef SIM_DEVICE_ODRIVE_PARTS_H
+#define SIM_DEVICE_ODRIVE_PARTS_H
 
-#include "sim/device/turn/odrive.h"
+#include "sim/device/odrive/servo.h"
 
 enum sim_odrive_state {
     SIM_ODRIVE_IDLE = 1,

@@ -1,11 +1,11 @@
-/* hal/drive/turn/odrive_home.c - homing; see odrive.h.
+/* hal/drive/odrive/home.c - homing; see drive.h.
  *
  *   ask for state 11 until a heartbeat says so -> wait until it is left, with
  *   no error and (0.6) procedure result "success" -> closed loop again
  *
  * It may be so short that no heartbeat ever says 11: idle in a heartbeat that
  * left the drive after the question is its end too. */
-#include "hal/drive/turn/odrive_parts.h"
+#include "hal/drive/odrive/parts.h"
 
 #include "hal/support/container_of.h"
 

@@ -1,8 +1,8 @@
-/* hal/drive/turn/odrive_text.c - words for error bits, states and results; see
- * odrive.h.
+/* hal/drive/odrive/text.c - words for error bits, states and results; see
+ * drive.h.
  * Source: ODrive 0.5.6 Firmware/odrive-interface.yaml; odrive.enums.ODriveError
  * and ProcedureResult of the Python package odrive 0.6.11. */
-#include "hal/drive/turn/odrive.h"
+#include "hal/drive/odrive/drive.h"
 
 #include <stddef.h>
 

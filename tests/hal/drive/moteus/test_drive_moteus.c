@@ -1,10 +1,10 @@
-/* tests/hal/drive/turn/test_drive_moteus.c - what drive_moteus sends and how it
+/* tests/hal/drive/moteus/test_drive_moteus.c - what drive_moteus sends and how it
  * takes what it hears, frame by frame.  What is expected was built with mjbots'
  * own Python package (Controller.make_position and others) and is theirs on the
  * wire. */
 #include "tests/hal/drive/turn/turns_bench.h"
 
-#include "hal/drive/turn/moteus.h"
+#include "hal/drive/moteus/drive.h"
 #include "hal/support/float32.h"
 
 static struct drive_moteus drive;

@@ -1,9 +1,9 @@
-/* hal/drive/turn/odrive_start.c - from silence to off; see odrive.h.
+/* hal/drive/odrive/start.c - from silence to off; see drive.h.
  *
  *   heartbeat -> version (asked twice, 100 ms each: 0.5 is silent) ->
  *   parameters, each written and read back -> a position
  */
-#include "hal/drive/turn/odrive_parts.h"
+#include "hal/drive/odrive/parts.h"
 
 #include "hal/support/container_of.h"
 #include "hal/support/float32.h"

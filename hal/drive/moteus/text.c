@@ -1,6 +1,5 @@
-/* hal/drive/turn/moteus_text.c - words for fault codes and modes; see
- * moteus.h. */
-#include "hal/drive/turn/moteus.h"
+/* hal/drive/moteus/text.c - words for fault codes and modes; see drive.h. */
+#include "hal/drive/moteus/drive.h"
 
 #define FIRST 32u
 

@@ -1,4 +1,4 @@
-/* hal/drive/turn/moteus.h - a moteus servo by its CAN FD registers.
+/* hal/drive/moteus/drive.h - a moteus servo by its CAN FD registers.
  *
  * Start-up: it answers, in whatever mode; then -> HAL_DRIVE_OFF.  Every cycle
  * one frame asks for mode, position, velocity, torque and fault; while enabled
@@ -16,12 +16,12 @@
  * deceleration is not known to it).
  *
  * Source: mjbots moteus, docs/protocol/can.md, docs/protocol/registers.md. */
-#ifndef HAL_DRIVE_TURN_MOTEUS_H
-#define HAL_DRIVE_TURN_MOTEUS_H
+#ifndef HAL_DRIVE_MOTEUS_DRIVE_H
+#define HAL_DRIVE_MOTEUS_DRIVE_H
 
 #include "hal/can/bus.h"
+#include "hal/drive/moteus/frame.h"
 #include "hal/drive/turn/drive.h"
-#include "hal/drive/turn/moteus_frame.h"
 
 struct drive_moteus_config {
     uint8_t id;          /* 1..127 */

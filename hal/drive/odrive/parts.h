@@ -1,8 +1,8 @@
-/* hal/drive/turn/odrive_parts.h - private to drive_odrive*.c. */
-#ifndef HAL_DRIVE_TURN_ODRIVE_PARTS_H
-#define HAL_DRIVE_TURN_ODRIVE_PARTS_H
+/* hal/drive/odrive/parts.h - private to the ODrive driver. */
+#ifndef HAL_DRIVE_ODRIVE_PARTS_H
+#define HAL_DRIVE_ODRIVE_PARTS_H
 
-#include "hal/drive/turn/odrive.h"
+#include "hal/drive/odrive/drive.h"
 
 /* The lower five bits of an identifier; the node number is above them. */
 enum odrive_command {

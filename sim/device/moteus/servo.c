@@ -1,11 +1,11 @@
-/* sim/device/turn/moteus.c - registers, modes, motion.  See moteus.h. */
-#include "sim/device/turn/moteus.h"
+/* sim/device/moteus/servo.c - registers, modes, motion.  See servo.h. */
+#include "sim/device/moteus/servo.h"
 
 #include <math.h>
 #include <string.h>
 
+#include "sim/device/moteus/parts.h"
 #include "sim/device/trapezoid.h"
-#include "sim/device/turn/moteus_parts.h"
 #include "sim/util.h"
 
 #define MOTEUS_REBOOT_NS INT64_C(300000000)

@@ -1,6 +1,6 @@
-/* sim/device/turn/odrive_motion.c - set points, trajectory and the inner loop
+/* sim/device/odrive/motion.c - set points, trajectory and the inner loop
  * of the simulated ODrive. */
-#include "sim/device/turn/odrive_parts.h"
+#include "sim/device/odrive/parts.h"
 
 #include <stdlib.h>
 

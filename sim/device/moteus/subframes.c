@@ -1,8 +1,8 @@
-/* sim/device/turn/moteus_subframes.c - the sub-frames of a simulated moteus. */
+/* sim/device/moteus/subframes.c - the sub-frames of a simulated moteus. */
 #include <math.h>
 #include <string.h>
 
-#include "sim/device/turn/moteus_parts.h"
+#include "sim/device/moteus/parts.h"
 #include "sim/util.h"
 
 enum { MOTEUS_I8, MOTEUS_I16, MOTEUS_I32, MOTEUS_F32 };

@@ -1,10 +1,10 @@
-/* sim/device/turn/odrive.c - frames, states, errors.  See odrive.h. */
-#include "sim/device/turn/odrive.h"
+/* sim/device/odrive/servo.c - frames, states, errors.  See servo.h. */
+#include "sim/device/odrive/servo.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "sim/device/turn/odrive_parts.h"
+#include "sim/device/odrive/parts.h"
 #include "sim/util.h"
 
 #define ODRIVE_MS        INT64_C(1000000)

@@ -1,5 +1,5 @@
-/* hal/drive/turn/moteus.c - start, arming and disarming; see moteus.h. */
-#include "hal/drive/turn/moteus_parts.h"
+/* hal/drive/moteus/drive.c - start, arming and disarming; see drive.h. */
+#include "hal/drive/moteus/parts.h"
 
 #include <string.h>
 
