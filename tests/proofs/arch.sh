@@ -53,6 +53,16 @@ for room in library host/base host/yaml host/device host/rig host/move host/exch
     rule "firmware/$room/.*" \
         "firmware/($known)/.*|firmware/control/.*|(hal|sim|motion)/.*" any
 done
+# A kind of drive knows the rooms, and no room knows it; of the kinds it knows
+# itself and what those that count turns share.
+for folder in firmware/host/kind/*/ firmware/linux/kind/*/; do
+    kind=$(basename "$folder")
+    rooms=$known
+    case $folder in firmware/host/*) rooms='host/(base|yaml|device|rig)' ;; esac
+    rule "$folder.*" \
+        "firmware/($rooms|(host|linux)/kind/($kind|turn))/.*|firmware/control/.*|(hal|sim|motion)/.*" \
+        any
+done
 
 find motion hal sim firmware tests -name '*.[ch]' 2>/dev/null | sort |
     RULES=$rules awk '

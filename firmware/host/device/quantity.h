@@ -1,9 +1,6 @@
 /* firmware/host/device/quantity.h - what a drive that counts turns says of itself
- * and lets be set, by name or number: messages of an ODrive's CANSimple, its
- * endpoints (firmware 0.6), registers of a moteus.
- *
- * Source: ODrive firmware 0.5.6 and ODrive documentation 0.6, "CANSimple
- * protocol"; mjbots moteus, docs/protocol/registers.md. */
+ * and lets be set, by name or number: a message, an endpoint or a register.  What
+ * a kind of drive has stands in firmware/host/kind. */
 #ifndef FIRMWARE_HOST_DEVICE_QUANTITY_H
 #define FIRMWARE_HOST_DEVICE_QUANTITY_H
 
@@ -40,10 +37,6 @@ struct quantity {
     const char *unit;                     /* "turns", "" */
     const char *(*words)(unsigned value); /* NULL: needs none */
 };
-
-/* What they have. */
-const struct quantity *quantity_of_odrive(bool is_05, unsigned *count);
-const struct quantity *quantity_of_moteus(unsigned *count);
 
 /* By name; case, blanks, '-' and '_' make no difference.  NULL: none. */
 const struct quantity *

@@ -13,6 +13,7 @@
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/quote.h"
 #include "firmware/host/base/units.h"
+#include "firmware/host/rig/kind.h"
 #include "firmware/host/rig/quirk_load.h"
 #include "firmware/host/yaml/yaml_report.h"
 #include "hal/drive/cia402/drive.h"
@@ -33,7 +34,6 @@
 extern const uint32_t rig_bit_rates[RIG_BIT_RATES];
 
 enum rig_bus_kind { RIG_CANOPEN, RIG_MODBUS_RTU, RIG_MODBUS_TCP, RIG_CAN };
-enum rig_drive_kind { RIG_CIA402, RIG_MODBUS, RIG_ODRIVE, RIG_MOTEUS };
 #define RIG_TURN_COUNTS   65536
 #define RIG_INTERFACE_MAX 16 /* of Linux, with its 0 */
 

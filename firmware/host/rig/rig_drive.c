@@ -7,13 +7,6 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 
-const char *const rig_drive_kinds[RIG_DRIVE_KINDS] = {
-    [RIG_CIA402] = "cia402",
-    [RIG_MODBUS] = "modbus",
-    [RIG_ODRIVE] = "odrive",
-    [RIG_MOTEUS] = "moteus",
-};
-
 int rig_read_drive_kind(void *reader, const struct yaml_value *value, void *out)
 {
     unsigned index;
@@ -31,17 +24,6 @@ static const char *rig_bus_rates_text(const struct rig_bus *bus)
     return bus->data_bit_rate > 0 ? " with FD frames" : " without FD frames";
 }
 
-static bool rig_drive_is_for(enum rig_drive_kind drive,
-                             const struct rig_bus *bus)
-{
-    if (drive == RIG_CIA402)
-        return bus->kind == RIG_CANOPEN;
-    if (drive == RIG_MODBUS)
-        return !rig_bus_is_can(bus);
-    return bus->kind == RIG_CAN &&
-           (bus->data_bit_rate > 0) == (drive == RIG_MOTEUS);
-}
-
 int rig_read_drive_bus(void *reader, const struct yaml_value *value, void *out)
 {
     const struct rig *rig = ((struct rig_reader *)reader)->rig;
@@ -53,8 +35,8 @@ int rig_read_drive_bus(void *reader, const struct yaml_value *value, void *out)
     if (yaml_value_choice(value, names, rig->bus_count, &index) < 0)
         return -1;
     *(uint32_t *)out = index;
-    if (!rig_drive_is_for(((struct rig_reader *)reader)->axis->kind,
-                          &rig->bus[index]))
+    if (!rig_kinds[((struct rig_reader *)reader)->axis->kind]->is_for(
+            &rig->bus[index]))
         return yaml_value_refuse(value,
                                  "%s is a %s bus%s, not one for this kind "
                                  "of drive",
@@ -158,7 +140,7 @@ int rig_read_counts(void *reader, const struct yaml_value *value, void *out)
 }
 
 static const struct yaml_field rig_drive_fields[] = {
-    { "kind", YAML_REQUIRED, "cia402, modbus, odrive or moteus",
+    { "kind", YAML_REQUIRED, RIG_KIND_WORDS,
       rig_read_drive_kind, offsetof(struct rig_axis, kind) },
     { "bus", YAML_REQUIRED, "the name of a bus", rig_read_drive_bus,
       offsetof(struct rig_axis, bus) },

@@ -287,7 +287,7 @@ static int rig_read_settle(void *reader, const struct yaml_value *value,
 }
 
 static const struct yaml_field rig_modbus_drive_fields[] = {
-    { "kind", YAML_REQUIRED, "cia402, modbus, odrive or moteus",
+    { "kind", YAML_REQUIRED, RIG_KIND_WORDS,
       rig_read_drive_kind, offsetof(struct rig_axis, kind) },
     { "bus", YAML_REQUIRED, "the name of a bus", rig_read_drive_bus,
       offsetof(struct rig_axis, bus) },

@@ -202,7 +202,6 @@ extern const struct yaml_shape rig_limit_shape, rig_stop_shape,
 /* ---- words a value may be, in the order of their enums ---- */
 
 #define RIG_BUS_KINDS     4
-#define RIG_DRIVE_KINDS   4
 #define RIG_CIA402_MODES  3
 #define RIG_HOMING_KINDS  4
 #define RIG_HOMING_INPUTS 3

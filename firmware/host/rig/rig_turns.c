@@ -127,7 +127,7 @@ static int rig_read_endpoints(void *reader, const struct yaml_value *value,
     "{num: 50, den: 360}"
 
 static const struct yaml_field rig_odrive_fields[] = {
-    { "kind", YAML_REQUIRED, "cia402, modbus, odrive or moteus",
+    { "kind", YAML_REQUIRED, RIG_KIND_WORDS,
       rig_read_drive_kind, offsetof(struct rig_axis, kind) },
     { "bus", YAML_REQUIRED, "the name of a bus", rig_read_drive_bus,
       offsetof(struct rig_axis, bus) },
@@ -149,7 +149,7 @@ const struct yaml_shape rig_odrive_shape = { "odrive_drive", rig_odrive_fields,
 /* ---- moteus ---- */
 
 static const struct yaml_field rig_moteus_fields[] = {
-    { "kind", YAML_REQUIRED, "cia402, modbus, odrive or moteus",
+    { "kind", YAML_REQUIRED, RIG_KIND_WORDS,
       rig_read_drive_kind, offsetof(struct rig_axis, kind) },
     { "bus", YAML_REQUIRED, "the name of a bus", rig_read_drive_bus,
       offsetof(struct rig_axis, bus) },

@@ -196,7 +196,7 @@ static void cmd_scan_identity(struct table *table,
 {
     const struct canopen_identity *identity = &found->identity;
 
-    if (found->kind == SCAN_CANOPEN || found->kind == SCAN_NO_NUMBER)
+    if (found->has_identity)
         table_cell(table, "%" PRIX32 "/%" PRIX32 "/%" PRIX32 "/%" PRIu32,
                    identity->vendor, identity->product, identity->revision,
                    identity->serial);
@@ -217,11 +217,11 @@ static void cmd_scan_text(const struct scan *scan)
         const struct scan_found *found = &scan->found[i];
 
         table_cell(&table, "%s", found->bus);
-        if (found->kind == SCAN_NO_NUMBER)
+        if (!found->has_number)
             table_cell(&table, "-");
         else
             table_cell(&table, "%u", found->id);
-        table_cell(&table, "%s", scan_kind_text(found->kind));
+        table_cell(&table, "%s", found->kind);
         cmd_scan_identity(&table, found);
         table_cell(&table, "%s", found->name);
         table_cell(&table, "%s", found->state);
@@ -240,12 +240,12 @@ static cJSON *cmd_scan_json_found(const struct scan_found *found)
     cJSON *object = cJSON_CreateObject();
 
     cJSON_AddStringToObject(object, "bus", found->bus);
-    cJSON_AddStringToObject(object, "kind", scan_kind_text(found->kind));
-    if (found->kind != SCAN_NO_NUMBER)
+    cJSON_AddStringToObject(object, "kind", found->kind);
+    if (found->has_number)
         json_add_integer(object, "id", found->id);
     if (found->axis > 0)
         json_add_integer(object, "axis", found->axis);
-    if (found->kind == SCAN_CANOPEN || found->kind == SCAN_NO_NUMBER) {
+    if (found->has_identity) {
         json_add_integer(object, "vendor", found->identity.vendor);
         json_add_integer(object, "product", found->identity.product);
         json_add_integer(object, "revision", found->identity.revision);

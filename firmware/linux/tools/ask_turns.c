@@ -56,44 +56,39 @@ void ask_turns_wait(struct ask_turns *ask, int64_t dur_ns)
                                hal_clock_now_ns(ask->clock) + dur_ns);
 }
 
-/* ---- one family or the other ---- */
-
-static const struct ask_turns_family *family_of(const struct ask_turns *ask)
-{
-    return ask->is_moteus ? &ask_moteus : &ask_odrive;
-}
+/* ---- by its kind ---- */
 
 int ask_turns_hello(struct ask_turns *ask)
 {
-    return family_of(ask)->hello(ask);
+    return ask->family->hello(ask);
 }
 
 int ask_turns_read(struct ask_turns *ask, const struct quantity *quantity,
                    uint32_t *raw)
 {
-    return family_of(ask)->read(ask, quantity, raw);
+    return ask->family->read(ask, quantity, raw);
 }
 
 int ask_turns_write(struct ask_turns *ask, const struct quantity *quantity,
                     uint32_t raw)
 {
-    return family_of(ask)->write(ask, quantity, raw);
+    return ask->family->write(ask, quantity, raw);
 }
 
 int ask_turns_state(struct ask_turns *ask, struct ask_turns_state *state)
 {
     *state = (struct ask_turns_state){ .is_fault = false };
-    return family_of(ask)->state(ask, state);
+    return ask->family->state(ask, state);
 }
 
 int ask_turns_clear(struct ask_turns *ask)
 {
-    return family_of(ask)->clear(ask);
+    return ask->family->clear(ask);
 }
 
 const char *ask_turns_state_text(const struct ask_turns *ask, unsigned state)
 {
-    return family_of(ask)->state_text(state);
+    return ask->family->state_text(state);
 }
 
 void ask_turns_reason(const struct ask_turns *ask,
@@ -101,7 +96,7 @@ void ask_turns_reason(const struct ask_turns *ask,
                       char text[ASK_TURNS_REASON_MAX])
 {
     text[0] = '\0';
-    family_of(ask)->reason(ask, state, text);
+    ask->family->reason(ask, state, text);
 }
 
 void ask_turns_text(const struct ask_turns *ask, int err,

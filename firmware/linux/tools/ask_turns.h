@@ -1,13 +1,8 @@
-/* firmware/linux/tools/ask_turns.h - questions to one ODrive or moteus, each
- * waited for.
+/* firmware/linux/tools/ask_turns.h - questions to one drive that counts turns,
+ * each waited for.
  *
- * For tools, never for the tick; nothing here takes torque on.  An ODrive says
- * how it is by its heartbeat and the rest when it is asked by a remote frame;
- * what it was written is not acknowledged.  A moteus answers every frame.
- *
- *   ask_turns.c   frames, one family or the other
- *   ask_odrive.c  CANSimple
- *   ask_moteus.c  registers */
+ * For tools, never for the tick; nothing here takes torque on.  What the frames
+ * are says the drive's kind, firmware/linux/kind. */
 #ifndef FIRMWARE_LINUX_TOOLS_ASK_TURNS_H
 #define FIRMWARE_LINUX_TOOLS_ASK_TURNS_H
 
@@ -18,13 +13,15 @@
 #include "hal/can.h"
 #include "hal/clock.h"
 
+struct ask_turns_family;
+
 struct ask_turns {
     struct hal_can *can;
     struct hal_clock *clock;
     int64_t timeout_ns;
     uint8_t node;
-    bool is_moteus;
-    bool switched;      /* moteus: data at the faster bit rate */
+    const struct ask_turns_family *family; /* its kind's */
+    bool switched;                         /* data at the faster bit rate */
     bool is_05;         /* ODrive: of that firmware, and not 0.6 */
     uint8_t version[8]; /* ODrive 0.6: as Get_Version has it */
 };

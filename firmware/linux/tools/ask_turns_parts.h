@@ -1,11 +1,9 @@
-/* firmware/linux/tools/ask_turns_parts.h - private to ask_turns.c, ask_odrive.c
- * and ask_moteus.c. */
+/* firmware/linux/tools/ask_turns_parts.h - between ask_turns.c and the kinds of
+ * drive. */
 #ifndef FIRMWARE_LINUX_TOOLS_ASK_TURNS_PARTS_H
 #define FIRMWARE_LINUX_TOOLS_ASK_TURNS_PARTS_H
 
 #include "firmware/linux/tools/ask_turns.h"
-
-/* ---- ask_turns.c ---- */
 
 /* Is this the frame that is waited for? */
 typedef bool ask_turns_match(const struct ask_turns *ask,
@@ -17,8 +15,7 @@ int ask_turns_frame(struct ask_turns *ask, const struct hal_can_frame *question,
                     struct hal_can_frame *answer);
 int ask_turns_send(struct ask_turns *ask, const struct hal_can_frame *frame);
 
-/* ---- one file per family ---- */
-
+/* What a kind of them is asked, and how. */
 struct ask_turns_family {
     int (*hello)(struct ask_turns *ask);
     int (*read)(struct ask_turns *ask, const struct quantity *quantity,
@@ -32,6 +29,5 @@ struct ask_turns_family {
                    const struct ask_turns_state *state,
                    char text[ASK_TURNS_REASON_MAX]);
 };
-extern const struct ask_turns_family ask_odrive, ask_moteus;
 
 #endif

@@ -4,17 +4,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 
-const char *scan_kind_text(enum scan_kind kind)
-{
-    static const char *const text[] = {
-        [SCAN_CANOPEN] = "CANopen", [SCAN_NO_NUMBER] = "CANopen, no number",
-        [SCAN_ODRIVE] = "ODrive",   [SCAN_MOTEUS] = "moteus",
-        [SCAN_MODBUS] = "Modbus",
-    };
-    return text[kind];
-}
-
-struct scan_found *scan_add(struct scan *scan, enum scan_kind kind, unsigned id,
+struct scan_found *scan_add(struct scan *scan, const char *kind, unsigned id,
                             const char *bus)
 {
     struct scan_found *found;
@@ -22,7 +12,7 @@ struct scan_found *scan_add(struct scan *scan, enum scan_kind kind, unsigned id,
     if (scan->count == SCAN_MAX)
         return NULL;
     found = &scan->found[scan->count++];
-    *found = (struct scan_found){ .kind = kind, .id = id };
+    *found = (struct scan_found){ .kind = kind, .has_number = true, .id = id };
     snprintf(found->bus, sizeof found->bus, "%s", bus);
     return found;
 }

@@ -3,10 +3,10 @@
  * CAN: listens for heartbeats and boot-ups, then (if nobody else is master
  * there) asks every node number for 0x1000 at once and those that answer for
  * their identity, a drive for each of its axes, and looks for one device
- * without node number by LSS.  An
- * ODrive says who it is by its heartbeat; a CANopen question could be an order
- * to it, so none is sent when one was heard.  moteus are asked on ports with
- * FD.  Modbus: every unit is asked for register 0, those that answer for their
+ * without node number by LSS.  A drive that is not CANopen's (struct tool_ear)
+ * may say by itself who it is; a CANopen question could be an order to it, so
+ * none is sent when one was heard.  Those that are asked by FD frames are on
+ * ports with FD.  Modbus: every unit is asked for register 0, those that answer for their
  * identification (2B, 11), and by the register maps that know their drive.
  *
  * Nothing moves: only reads are sent. */
@@ -24,18 +24,11 @@
 #define SCAN_TEXT_MAX 56
 #define SCAN_NOTE_MAX 160
 
-enum scan_kind {
-    SCAN_CANOPEN,
-    SCAN_NO_NUMBER, /* CANopen, without node number */
-    SCAN_ODRIVE,
-    SCAN_MOTEUS,
-    SCAN_MODBUS,
-};
-const char *scan_kind_text(enum scan_kind kind);
-
 struct scan_found {
-    enum scan_kind kind;
-    unsigned id;   /* node or unit; 0: none */
+    const char *kind; /* "CANopen" */
+    bool has_identity;
+    bool has_number;
+    unsigned id;   /* node or unit */
     unsigned axis; /* of a node of several, from 1; 0: it has one */
     struct canopen_identity identity;
     char bus[PLAN_NAME_MAX];   /* as the user calls it */
@@ -59,7 +52,7 @@ struct scan_config {
 };
 
 /* One more, NULL when there is no room. */
-struct scan_found *scan_add(struct scan *scan, enum scan_kind kind, unsigned id,
+struct scan_found *scan_add(struct scan *scan, const char *kind, unsigned id,
                             const char *bus);
 void scan_note(struct scan *scan, const char *format, ...)
     __attribute__((format(printf, 2, 3)));

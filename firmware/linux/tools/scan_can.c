@@ -3,30 +3,32 @@
 #include <string.h>
 
 #include "firmware/host/device/eds_need.h"
+#include "firmware/linux/tools/kind.h"
 #include "firmware/linux/tools/lss.h"
 #include "firmware/linux/tools/scan.h"
 #include "hal/drive/cia402/drive.h"
-#include "hal/drive/moteus/drive.h"
-#include "hal/drive/moteus/frame.h"
-#include "hal/drive/odrive/drive.h"
 #include "motion/core/err.h"
 
-#define SCAN_STEP_NS     INT64_C(1000000)
-#define SCAN_PER_STEP    4 /* questions: a quarter of 250 kbit/s */
-#define SCAN_ANSWER_NS   INT64_C(150000000)
-#define SCAN_DETAIL_NS   INT64_C(100000000) /* per answer */
-#define SCAN_PROFILE     402u
-#define SCAN_ODRIVE_BEAT 0x01u /* command, bits 4-0 of the identifier */
+#define SCAN_STEP_NS   INT64_C(1000000)
+#define SCAN_PER_STEP  4 /* questions: a quarter of 250 kbit/s */
+#define SCAN_ANSWER_NS INT64_C(150000000)
+#define SCAN_DETAIL_NS INT64_C(100000000) /* per answer */
+#define SCAN_PROFILE   402u
+#define SCAN_NODES     128
+
+/* What was heard of the drives that are not CANopen's, by kind and number. */
+struct scan_others {
+    unsigned frames[SCAN_NODES];
+    uint8_t state[SCAN_NODES];
+    uint8_t canopen[SCAN_NODES]; /* the node that might have said the same */
+};
 
 /* What was heard. */
 struct scan_ear {
-    bool heard[128];    /* a heartbeat, a boot-up or an answer */
-    uint8_t state[128]; /* NMT */
-    bool has_state[128];
-    unsigned odrive_beats[64];
-    uint8_t axis_state[64];
-    bool moteus[128];
-    uint8_t moteus_mode[128];
+    bool heard[SCAN_NODES];    /* a heartbeat, a boot-up or an answer */
+    uint8_t state[SCAN_NODES]; /* NMT */
+    bool has_state[SCAN_NODES];
+    struct scan_others others[RIG_DRIVE_KINDS];
     bool master; /* SYNC or NMT, not ours */
 };
 
@@ -50,50 +52,50 @@ static void ear_canopen(struct scan_ear *ear, const struct hal_can_frame *frame)
     }
 }
 
-/* Error, state 1..14, result, done, 0: no CANopen frame of these identifiers
- * looks like that twice. */
-static bool ear_is_odrive(const struct hal_can_frame *frame)
+static bool ear_is_other(struct scan_ear *ear,
+                         const struct hal_can_frame *frame)
 {
-    return (frame->id & 0x1F) == SCAN_ODRIVE_BEAT && frame->len == 8 &&
-           frame->data[4] >= 1 && frame->data[4] <= 14 && frame->data[6] <= 1 &&
-           frame->data[7] == 0 && frame->id >> 7 != 0xB;
+    uint8_t id, state;
+
+    for (unsigned i = 0; i < RIG_DRIVE_KINDS; i++) {
+        const struct tool_ear *kind = &tool_kinds[i]->ear;
+
+        if (kind->text == NULL || !kind->is_of(frame, &id, &state))
+            continue;
+        ear->others[i].frames[id]++;
+        ear->others[i].state[id] = state;
+        ear->others[i].canopen[id] = frame->id & 0x7F;
+        return true;
+    }
+    return false;
 }
 
-/* Both use all 11 bits; a heartbeat of CANopen has one byte, of ODrive
- * eight. */
+/* All use all 11 bits; what tells them apart is the rest of the frame. */
 static void ear_take(struct scan_ear *ear, const struct hal_can_frame *frame)
 {
-    const unsigned node = frame->id >> 5 & 0x3F;
-    uint8_t id, mode;
-
-    if (moteus_frame_is_hello(frame, &id, &mode) && id < 128) {
-        ear->moteus[id] = true;
-        ear->moteus_mode[id] = mode;
-    } else if (frame->extended || frame->remote || frame->fd) {
-        return;
-    } else if (ear_is_odrive(frame)) {
-        ear->odrive_beats[node]++;
-        ear->axis_state[node] = frame->data[4];
-    } else {
+    if (!ear_is_other(ear, frame) && !frame->extended && !frame->remote &&
+        !frame->fd)
         ear_canopen(ear, frame);
-    }
 }
 
-/* An ODrive beats ten times a second; its identifier may be that of a PDO of a
- * node that has been heard. */
-static bool ear_has_odrive(const struct scan_ear *ear, unsigned node)
+/* Its identifier may be that of a PDO of a node that has been heard. */
+static bool ear_has(const struct scan_ear *ear, unsigned kind, unsigned id)
 {
-    const unsigned canopen = (node << 5 | SCAN_ODRIVE_BEAT) & 0x7F;
+    const struct scan_others *others = &ear->others[kind];
 
-    return ear->odrive_beats[node] >= 2 && !ear->heard[canopen];
+    return others->frames[id] > 0 &&
+           others->frames[id] >= tool_kinds[kind]->ear.frames &&
+           !ear->heard[others->canopen[id]];
 }
 
-static bool ear_has_odrives(const struct scan_ear *ear)
+/* The kind of those that take questions for orders; NULL: there are none. */
+static const struct tool_ear *ear_in_danger(const struct scan_ear *ear)
 {
-    for (unsigned node = 0; node < 64; node++)
-        if (ear_has_odrive(ear, node))
-            return true;
-    return false;
+    for (unsigned kind = 0; kind < RIG_DRIVE_KINDS; kind++)
+        for (unsigned id = 0; id < SCAN_NODES; id++)
+            if (tool_kinds[kind]->ear.ask == NULL && ear_has(ear, kind, id))
+                return &tool_kinds[kind]->ear;
+    return NULL;
 }
 
 static int ear_listen(struct scan_ear *ear, struct bench *bench, int64_t dur_ns)
@@ -116,7 +118,7 @@ static int ear_listen(struct scan_ear *ear, struct bench *bench, int64_t dur_ns)
 
 /* ---- asking everybody ---- */
 
-static void ask_canopen(uint8_t id, struct hal_can_frame *frame)
+static void ask_canopen(struct hal_can_frame *frame, uint8_t id)
 {
     /* initiate SDO upload of 0x1000:0 */
     *frame = (struct hal_can_frame){ .id = 0x600u + id,
@@ -124,21 +126,16 @@ static void ask_canopen(uint8_t id, struct hal_can_frame *frame)
                                      .data = { 0x40, 0x00, 0x10 } };
 }
 
-static void ask_moteus(uint8_t id, struct hal_can_frame *frame)
-{
-    moteus_frame_hello(frame, id);
-}
-
 static int ask_everybody(struct scan *scan, struct scan_ear *ear,
                          struct bench *bench,
-                         void (*ask)(uint8_t id, struct hal_can_frame *frame))
+                         void (*ask)(struct hal_can_frame *frame, uint8_t id))
 {
     int err = MOTION_OK;
 
     for (unsigned id = 1; id < 128 && err == MOTION_OK; id++) {
         struct hal_can_frame frame;
 
-        ask((uint8_t)id, &frame);
+        ask(&frame, (uint8_t)id);
         (void)hal_can_send(bench->ports.can[0], &frame);
         if (id % SCAN_PER_STEP != 0 && id != 127)
             continue;
@@ -215,6 +212,16 @@ static void node_drive(struct ask_can *ask, struct scan_found *found,
                  cia402_state_text(cia402_state_of((uint16_t)word)));
 }
 
+static struct scan_found *add_node(struct scan *scan, const char *kind,
+                                   unsigned id, const char *bus)
+{
+    struct scan_found *found = scan_add(scan, kind, id, bus);
+
+    if (found != NULL)
+        found->has_identity = true;
+    return found;
+}
+
 /* A device module is what its 0x67FF says, and a drive where that is missing
  * and a statusword is there (CiA 301 7.5.2.1).  Below zero: no answer. */
 static int node_has_axis(struct ask_can *ask, unsigned axis)
@@ -238,7 +245,7 @@ static void node_axes(struct scan *scan, struct ask_can *ask,
     for (unsigned axis = 1; axis < DRIVE_CIA402_AXES; axis++) {
         const int has = node_has_axis(ask, axis);
         struct scan_found *found =
-            has > 0 ? scan_add(scan, SCAN_CANOPEN, node.id, node.bus) : NULL;
+            has > 0 ? scan_add(scan, node.kind, node.id, node.bus) : NULL;
 
         if (has < 0)
             break;
@@ -255,7 +262,7 @@ static void node_axes(struct scan *scan, struct ask_can *ask,
 static void node_look(struct scan *scan, struct ask_can *ask,
                       const struct scan_ear *ear, uint8_t id, const char *bus)
 {
-    struct scan_found *found = scan_add(scan, SCAN_CANOPEN, id, bus);
+    struct scan_found *found = add_node(scan, "CANopen", id, bus);
     uint32_t device = 0;
     int err;
 
@@ -288,8 +295,9 @@ static void look_for_numberless(struct scan *scan, struct ask_can *ask,
     struct scan_found *found;
 
     if (lss_select(ask, NULL, &identity) == MOTION_OK) {
-        found = scan_add(scan, SCAN_NO_NUMBER, 0, bus);
+        found = add_node(scan, "CANopen, no number", 0, bus);
         if (found != NULL) {
+            found->has_number = false;
             found->identity = identity;
             snprintf(found->state, sizeof found->state, "waits for a number");
             snprintf(found->fits, sizeof found->fits,
@@ -304,26 +312,18 @@ static void look_for_numberless(struct scan *scan, struct ask_can *ask,
 static void add_others(struct scan *scan, const struct scan_ear *ear,
                        const char *bus)
 {
-    for (unsigned id = 0; id < 64; id++) {
-        struct scan_found *found = ear_has_odrive(ear, id)
-                                       ? scan_add(scan, SCAN_ODRIVE, id, bus)
-                                       : NULL;
-
-        if (found == NULL)
-            continue;
-        snprintf(found->state, sizeof found->state, "%s",
-                 drive_odrive_state_text(ear->axis_state[id]));
-        snprintf(found->fits, sizeof found->fits, "kind: odrive");
-    }
-    for (unsigned id = 0; id < 128; id++) {
+    for (unsigned i = 0; i < RIG_DRIVE_KINDS * SCAN_NODES; i++) {
+        const unsigned kind = i / SCAN_NODES, id = i % SCAN_NODES;
+        const struct tool_ear *of = &tool_kinds[kind]->ear;
         struct scan_found *found =
-            ear->moteus[id] ? scan_add(scan, SCAN_MOTEUS, id, bus) : NULL;
+            ear_has(ear, kind, id) ? scan_add(scan, of->text, id, bus) : NULL;
 
         if (found == NULL)
             continue;
         snprintf(found->state, sizeof found->state, "%s",
-                 drive_moteus_mode_text(ear->moteus_mode[id]));
-        snprintf(found->fits, sizeof found->fits, "kind: moteus");
+                 of->state_text(ear->others[kind].state[id]));
+        snprintf(found->fits, sizeof found->fits, "kind: %s",
+                 tool_kinds[kind]->word);
     }
 }
 
@@ -348,15 +348,19 @@ static int scan_canopen(struct scan *scan, struct scan_ear *ear,
 static void only_heard(struct scan *scan, const struct scan_ear *ear,
                        const char *bus)
 {
-    scan_note(scan,
-              ear->master ? "%s: another master is on the bus: only listened, "
-                            "nothing was asked"
-                          : "%s: ODrives are on the bus: only listened, "
-                            "CANopen questions could be orders to them",
-              bus);
+    if (ear->master)
+        scan_note(scan,
+                  "%s: another master is on the bus: only listened, nothing "
+                  "was asked",
+                  bus);
+    else
+        scan_note(scan,
+                  "%s: %ss are on the bus: only listened, CANopen questions "
+                  "could be orders to them",
+                  bus, ear_in_danger(ear)->text);
     for (unsigned id = 1; id < 128; id++) {
         struct scan_found *found =
-            ear->heard[id] ? scan_add(scan, SCAN_CANOPEN, id, bus) : NULL;
+            ear->heard[id] ? add_node(scan, "CANopen", id, bus) : NULL;
 
         if (found != NULL && ear->has_state[id])
             snprintf(found->state, sizeof found->state, "%s",
@@ -365,11 +369,18 @@ static void only_heard(struct scan *scan, const struct scan_ear *ear,
 }
 
 /* Classic nodes take an FD frame for an error: asked only where none is. */
-static bool may_ask_moteus(const struct scan *scan, const struct scan_ear *ear,
-                           const struct bench *bench, unsigned before)
+static int scan_fd(struct scan *scan, struct scan_ear *ear, struct bench *bench,
+                   unsigned before)
 {
-    return bench->has_fd && !ear->master && !ear_has_odrives(ear) &&
-           scan->count == before;
+    int err = MOTION_OK;
+
+    if (!bench->has_fd || ear->master || ear_in_danger(ear) != NULL ||
+        scan->count != before)
+        return MOTION_OK;
+    for (unsigned i = 0; i < RIG_DRIVE_KINDS && err == MOTION_OK; i++)
+        if (tool_kinds[i]->ear.ask != NULL)
+            err = ask_everybody(scan, ear, bench, tool_kinds[i]->ear.ask);
+    return err;
 }
 
 int scan_can(struct scan *scan, struct bench *bench,
@@ -383,12 +394,13 @@ int scan_can(struct scan *scan, struct bench *bench,
     ear = (struct scan_ear){ .master = false };
     err = ear_listen(&ear, bench, config->listen_ns);
     const bool canopen = bench->rig.bus[0].kind == RIG_CANOPEN;
-    if (err == MOTION_OK && (ear.master || (canopen && ear_has_odrives(&ear))))
+    if (err == MOTION_OK &&
+        (ear.master || (canopen && ear_in_danger(&ear) != NULL)))
         only_heard(scan, &ear, bus);
     else if (err == MOTION_OK && canopen)
         err = scan_canopen(scan, &ear, bench, bus);
-    if (err == MOTION_OK && may_ask_moteus(scan, &ear, bench, before))
-        err = ask_everybody(scan, &ear, bench, ask_moteus);
+    if (err == MOTION_OK)
+        err = scan_fd(scan, &ear, bench, before);
     add_others(scan, &ear, bus);
     return err;
 }

@@ -138,7 +138,7 @@ static void unit_look(struct scan *scan, struct ask_modbus *ask,
                       const struct bench *bench)
 {
     struct scan_found *found =
-        scan_add(scan, SCAN_MODBUS, ask->unit, bench->rig.bus[0].name);
+        scan_add(scan, "Modbus", ask->unit, bench->rig.bus[0].name);
 
     if (found == NULL)
         return;

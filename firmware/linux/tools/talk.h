@@ -11,7 +11,7 @@
 
 #define TALK_LABEL_MAX 96
 
-enum talk_kind { TALK_CANOPEN, TALK_MODBUS, TALK_ODRIVE, TALK_MOTEUS };
+struct tool_kind;
 
 struct talk_config {
     const char *target;    /* as bench_name takes it */
@@ -21,9 +21,8 @@ struct talk_config {
     const char *eds;       /* a data sheet, or NULL: the axis's own */
     const char *map;       /* a register map, or NULL: the axis's own */
     const char *endpoints; /* an ODrive's list, or NULL: the axis's own */
-    const char *kind; /* of a node of a CAN interface: canopen, odrive, moteus;
-                         NULL: canopen */
-    bool is_real;     /* a rig's drives, not simulated ones */
+    const char *kind;      /* of a node of a CAN interface; NULL: canopen */
+    bool is_real;          /* a rig's drives, not simulated ones */
     struct bench_line line;
 };
 
@@ -33,7 +32,7 @@ struct talk {
     const struct rig_axis *axis; /* in bench.rig; NULL: a node only */
     uint8_t node;
     uint8_t node_axis; /* of several behind a CANopen node, from 0 */
-    enum talk_kind kind;
+    const struct tool_kind *kind;
     const struct eds *eds;        /* NULL: none */
     const struct modbus_map *map; /* NULL: none */
     struct cJSON *endpoints;      /* NULL: none */
@@ -44,11 +43,6 @@ struct talk {
     struct ask_turns turns;
     char label[TALK_LABEL_MAX]; /* "dolly (node 1 on can0)" */
 };
-
-static inline bool talk_is_turns(const struct talk *talk)
-{
-    return talk->kind == TALK_ODRIVE || talk->kind == TALK_MOTEUS;
-}
 
 /* The rig's axis that is this one of the node; NULL: it has none. */
 const struct rig_axis *talk_axis_of(const struct talk *talk, uint8_t node_axis);

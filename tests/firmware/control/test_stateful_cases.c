@@ -433,7 +433,7 @@ static void a_drive_that_ran_on_in_a_hold_has_time_for_its_way_back(void **s)
 {
     (void)s;
     lay_goers(1, 100 * UNIT);
-    bench.config.axis[0].late_ns = 100 * MS;
+    bench.axis_config[0].late_ns = 100 * MS;
     bench.axis[0].profile.halts = false;
     enable();
     (void)stateful_jog(&bench, 0, 1600 * UNIT, 250 * UNIT, 0);

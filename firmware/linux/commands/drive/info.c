@@ -1,216 +1,17 @@
 /* firmware/linux/commands/drive/info.c - slew drive info: who a drive is, what
  * it is set to, what went wrong with it. */
-#include <inttypes.h>
 #include <stdio.h>
-#include <string.h>
 
-#include "firmware/host/base/array.h"
 #include "firmware/host/base/json.h"
-#include "firmware/host/device/eds_need.h"
-#include "firmware/linux/commands/drive/verbs.h"
-#include "motion/core/err.h"
+#include "firmware/linux/commands/drive/kind.h"
 
-#define INFO_ERRORS_MAX 16 /* of 0x1003 */
-#define INFO_VALUES_MAX 96
-
-static const struct {
-    uint16_t index;
-    uint8_t sub;
-} info_object[] = {
-    { 0x1000, 0 }, { 0x1008, 0 }, { 0x1009, 0 }, { 0x100A, 0 }, { 0x1018, 1 },
-    { 0x1018, 2 }, { 0x1018, 3 }, { 0x1018, 4 }, { 0x6502, 0 }, { 0x6061, 0 },
-    { 0x6041, 0 }, { 0x1001, 0 }, { 0x603F, 0 }, { 0x6064, 0 }, { 0x606C, 0 },
-    { 0x6077, 0 }, { 0x60F4, 0 }, { 0x60FD, 0 }, { 0x6065, 0 }, { 0x6066, 0 },
-    { 0x607D, 1 }, { 0x607D, 2 }, { 0x607F, 0 }, { 0x6085, 0 }, { 0x605A, 0 },
-    { 0x6007, 0 }, { 0x1016, 1 }, { 0x1017, 0 }, { 0x6079, 0 },
-};
-
-/* Of each other axis of the node. */
-static const uint16_t info_axis_object[] = { 0x6041, 0x6061, 0x603F, 0x6064,
-                                             0x606C };
-
-struct info {
-    struct drive_value value[INFO_VALUES_MAX];
-    unsigned count, errors; /* the last `errors` are the history */
-    const struct eds_need *missing[INFO_VALUES_MAX];
-    unsigned missing_count;
-    char fault[ASK_TURNS_REASON_MAX]; /* ODrive, moteus; "": none */
-    struct drive_quirks quirks;       /* CiA 402 */
-};
-
-/* Aborted because it is not there, which says nothing worth a line. */
-static bool info_is_absent(const struct talk *talk)
-{
-    return talk->can.abort_code == CANOPEN_ABORT_NO_OBJECT ||
-           talk->can.abort_code == CANOPEN_ABORT_NO_SUB;
-}
-
-/* Where the axis has it, or an axis whose PDOs do not matter. */
-static uint16_t info_place(const struct talk *talk, uint16_t index)
-{
-    return talk->axis != NULL
-               ? rig_axis_object(talk->axis, index)
-               : drive_cia402_object_of(talk->node_axis, 0, index);
-}
-
-/* Object by object as the first axis of a node has them.  False: it is not
- * there. */
-static bool info_read(struct talk *talk, struct info *info,
-                      const struct rig_axis *axis, uint16_t index, uint8_t sub,
-                      uint16_t there)
-{
-    struct drive_value *value = &info->value[info->count];
-    struct object object;
-
-    object_of(index, sub, talk->eds, &object);
-    drive_read_object_of(talk, axis, &object, there, value);
-    if (value->error[0] != '\0' && info_is_absent(talk))
-        return false;
-    info->count++;
-    return true;
-}
-
-static void info_objects(struct talk *talk, struct info *info)
-{
-    for (size_t i = 0; i < ARRAY_LEN(info_object); i++)
-        (void)info_read(talk, info, talk->axis, info_object[i].index,
-                        info_object[i].sub,
-                        info_place(talk, info_object[i].index));
-}
-
-/* "axis 2: Statusword" */
-static void info_name_axis(struct drive_value *value, unsigned axis)
-{
-    char name[sizeof value->name];
-
-    memcpy(name, value->name, sizeof name);
-    snprintf(value->name, sizeof value->name, "axis %u: %.80s", axis + 1, name);
-}
-
-/* If the node has such an axis. */
-static void info_axis(struct talk *talk, struct info *info, uint8_t number)
-{
-    const struct rig_axis *axis = talk_axis_of(talk, number);
-
-    for (size_t i = 0; i < ARRAY_LEN(info_axis_object); i++) {
-        const uint16_t index = info_axis_object[i];
-
-        if (info_read(talk, info, axis, index, 0,
-                      drive_cia402_object_of(number, 0, index)))
-            info_name_axis(&info->value[info->count - 1], number);
-        else if (i == 0)
-            return;
-    }
-}
-
-/* The other axes of the node, if there are any. */
-static void info_axes(struct talk *talk, struct info *info)
-{
-    for (uint8_t i = 0; i < DRIVE_CIA402_AXES; i++)
-        if (i != talk->node_axis)
-            info_axis(talk, info, i);
-}
-
-/* 0x1003, the latest first. */
-static void info_errors(struct talk *talk, struct info *info)
-{
-    uint32_t count = 0;
-
-    if (ask_can_read_number(&talk->can, 0x1003, 0, &count, NULL) < 0)
-        return;
-    for (uint8_t i = 1; i <= count && i <= INFO_ERRORS_MAX; i++) {
-        struct object object;
-
-        object_of(0x1003, i, talk->eds, &object);
-        object.type = OBJECT_U32;
-        snprintf(object.name, sizeof object.name, "Error %u", i);
-        drive_read_object(talk, &object, &info->value[info->count]);
-        if (info->value[info->count].error[0] != '\0')
-            return;
-        info->count++;
-        info->errors++;
-    }
-}
-
-/* Is it there at all?  Access and mapping only a data sheet knows. */
-static void info_needs(struct talk *talk, struct info *info)
-{
-    const unsigned uses =
-        talk->axis == NULL
-            ? EDS_PLAIN
-            : rig_eds_uses(&talk->bench.rig, talk->axis, info->quirks.quirk);
-
-    for (unsigned i = 0; i < eds_need_count; i++) {
-        const struct eds_need *need = &eds_needs[i];
-        uint8_t bytes[8];
-        uint32_t length;
-
-        if (eds_is_needed(need, uses) &&
-            ask_can_read(&talk->can, info_place(talk, need->index), need->sub,
-                         bytes, sizeof bytes, &length) == MOTION_E_REFUSED &&
-            info_is_absent(talk))
-            info->missing[info->missing_count++] = need;
-    }
-}
-
-static bool info_wants_csp(const struct talk *talk, const struct info *info)
-{
-    static const struct rig_cia402 plain;
-
-    return rig_stream(talk->axis == NULL ? &plain : &talk->axis->cia402,
-                      info->quirks.quirk) == DRIVE_CIA402_CSP;
-}
-
-/* `otherwise` when it was not read. */
-static uint32_t info_number(const struct info *info, const char *number,
-                            uint32_t otherwise)
-{
-    for (unsigned i = 0; i < info->count; i++)
-        if (strcmp(info->value[i].number, number) == 0 &&
-            info->value[i].error[0] == '\0')
-            return (uint32_t)info->value[i].value;
-    return otherwise;
-}
-
-static bool info_has_csp(const struct talk *talk, const struct info *info)
-{
-    char number[OBJECT_NUMBER_MAX];
-
-    snprintf(number, sizeof number, "%04X:0", info_place(talk, 0x6502));
-    return (info_number(info, number, EDS_MODE_CSP) & EDS_MODE_CSP) != 0;
-}
-
-static void info_items(struct talk *talk, struct info *info)
-{
-    for (unsigned i = 0; i < talk->map->item_count; i++)
-        drive_read_item(talk, &talk->map->item[i], &info->value[info->count++]);
-}
-
-static int info_turns(struct talk *talk, struct info *info)
-{
-    struct ask_turns_state state = { .is_fault = false };
-    int err = drive_read_all(talk, info->value, INFO_VALUES_MAX, &info->count);
-
-    if (err == MOTION_OK)
-        err = ask_turns_state(&talk->turns, &state);
-    if (err == MOTION_OK && state.is_fault)
-        ask_turns_reason(&talk->turns, &state, info->fault);
-    return err;
-}
-
-static bool info_is_unsupervised(const struct talk *talk)
-{
-    return talk->axis != NULL && talk->axis->kind == RIG_CIA402 &&
-           talk->axis->unsupervised;
-}
-
-static void info_json(const struct talk *talk, const struct info *info, bool ok)
+static void info_json(const struct talk *talk, const struct drive_info *info)
 {
     cJSON *report = cJSON_CreateObject();
 
-    cJSON_AddBoolToObject(report, "ok", ok);
+    cJSON_AddBoolToObject(report, "ok", info->ok);
     cJSON_AddStringToObject(report, "drive", talk->label);
-    if (info_is_unsupervised(talk))
+    if (info->is_unsupervised)
         cJSON_AddBoolToObject(report, "unsupervised", true);
     drive_quirks_json(&info->quirks, report);
     cJSON_AddItemToObject(
@@ -221,21 +22,15 @@ static void info_json(const struct talk *talk, const struct info *info, bool ok)
         drive_values_json(&info->value[info->count - info->errors],
                           info->errors));
     cJSON *missing = cJSON_AddArrayToObject(report, "missing");
-    for (unsigned i = 0; i < info->missing_count; i++) {
-        char number[OBJECT_NUMBER_MAX];
-
-        snprintf(number, sizeof number, "%04X:%X",
-                 info_place(talk, info->missing[i]->index),
-                 info->missing[i]->sub);
-        cJSON_AddItemToArray(missing, cJSON_CreateString(number));
-    }
+    for (unsigned i = 0; i < info->missing_count; i++)
+        cJSON_AddItemToArray(missing,
+                             cJSON_CreateString(info->missing[i].number));
     if (info->fault[0] != '\0')
         cJSON_AddStringToObject(report, "fault", info->fault);
     json_print(report, stdout);
 }
 
-static void info_print(const struct talk *talk, const struct info *info,
-                       bool ok)
+static void info_print(const struct talk *talk, const struct drive_info *info)
 {
     printf("%s\n\n", talk->label);
     drive_values_print(info->value, info->count - info->errors);
@@ -245,70 +40,34 @@ static void info_print(const struct talk *talk, const struct info *info,
                            info->errors);
     }
     drive_quirks_print(&info->quirks);
-    if (info_is_unsupervised(talk))
+    if (info->is_unsupervised)
         printf("\nthe rig says that it is unsupervised: it may do without "
                "0x1016, 0x6007 and 0x6066, and then nothing but its torque-off "
                "input stops it when slew is silent\n");
     for (unsigned i = 0; i < info->missing_count; i++)
-        printf("\nit lacks %04X:%X: %s",
-               info_place(talk, info->missing[i]->index), info->missing[i]->sub,
-               info->missing[i]->why);
+        printf("\nit lacks %s: %s", info->missing[i].number,
+               info->missing[i].why);
     if (info->fault[0] != '\0')
         printf("\nit is in fault: %s\n", info->fault);
-    if (talk->kind == TALK_CANOPEN)
-        puts(ok ? "\nit has what slew needs"
-                : "\nit does not have what slew needs");
-}
-
-static enum status info_run(struct talk *talk, const struct options *options)
-{
-    static struct info info;
-    char message[YAML_MESSAGE_MAX];
-    uint32_t device = 0;
-    bool ok = true;
-    int err;
-
-    info = (struct info){ .count = 0 };
-    if (talk_is_turns(talk)) {
-        err = info_turns(talk, &info);
-        if (err < 0)
-            return drive_failed(talk, "", err);
-    } else if (talk->kind == TALK_MODBUS) {
-        if (talk->map == NULL)
-            return drive_complain("expected --map: without one a Modbus drive "
-                                  "says nothing about itself");
-        info_items(talk, &info);
-        ok = info.value[talk->map->position].error[0] == '\0';
-    } else {
-        err = ask_can_read_number(&talk->can, 0x1000, 0, &device, NULL);
-        if (err < 0 && err != MOTION_E_REFUSED)
-            return drive_failed(talk, "", err);
-        info_objects(talk, &info);
-        if (drive_quirks_find(
-                &talk->bench.rig, talk->axis, info_number(&info, "1018:1", 0),
-                info_number(&info, "1018:2", 0), &info.quirks, message) < 0)
-            return drive_complain(message);
-        info_axes(talk, &info);
-        info_errors(talk, &info);
-        info_needs(talk, &info);
-        ok = info.missing_count == 0 && !info.quirks.is_of_another &&
-             (!info_wants_csp(talk, &info) || info_has_csp(talk, &info));
-    }
-    if (options->json)
-        info_json(talk, &info, ok);
-    else
-        info_print(talk, &info, ok);
-    return ok ? STATUS_OK : STATUS_REFUSED;
+    if (info->is_judged)
+        puts(info->ok ? "\nit has what slew needs"
+                      : "\nit does not have what slew needs");
 }
 
 enum status drive_info(const struct options *options)
 {
+    static struct drive_info info;
     struct talk *talk;
     enum status status = drive_open(options, &talk);
 
     if (status != STATUS_OK)
         return status;
-    status = info_run(talk, options);
+    info = (struct drive_info){ .ok = true };
+    status = verb_kind_of(talk)->info(talk, &info);
+    if (status == STATUS_OK && options->json)
+        info_json(talk, &info);
+    else if (status == STATUS_OK)
+        info_print(talk, &info);
     drive_close(talk);
-    return status;
+    return status != STATUS_OK || info.ok ? status : STATUS_REFUSED;
 }

@@ -37,11 +37,11 @@ static enum status reset_run(struct talk *talk, const struct options *options)
     struct reset reset;
     int err;
 
-    if (talk->kind == TALK_MODBUS && talk->map == NULL)
-        return drive_complain("expected --map: it says how the drive is reset");
     err = reset_drive(talk, &reset);
     if (err == MOTION_E_EMPTY)
-        return drive_complain("the map does not say how a fault shows");
+        return drive_complain(
+            talk->map == NULL ? "expected --map: it says how the drive is reset"
+                              : "the map does not say how a fault shows");
     if (err < 0)
         return drive_failed(talk, reset.reason, err);
     if (options->json)

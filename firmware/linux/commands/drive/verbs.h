@@ -30,19 +30,6 @@ enum status drive_failed(const struct talk *talk, const char *what, int err);
  * not say is one the user knows about (--yes). */
 enum status drive_must_be_off(struct talk *talk, const struct options *options);
 
-/* ---- quantity.c: ODrive and moteus ---- */
-
-/* What is meant; STATUS_INPUT, or when the drive has to be asked something and
- * does not answer STATUS_REFUSED, with a sentence. */
-enum status drive_find_quantity(struct talk *talk, const char *text,
-                                const struct options *options,
-                                struct quantity *quantity);
-/* All it has, the values that it does not say left out; what it is comes
- * first. */
-struct drive_value;
-int drive_read_all(struct talk *talk, struct drive_value *value, unsigned room,
-                   unsigned *count);
-
 /* ---- quirks.c: what a CiA 402 drive's maker does otherwise ---- */
 
 #define DRIVE_QUIRKS_LINES_MAX 32
@@ -80,17 +67,9 @@ struct drive_value {
     char text[OBJECT_TEXT_MAX]; /* in words, or the text itself */
     char error[TALK_TEXT_MAX];  /* "": it was read */
 };
-/* The same where another axis of the node has it, at this index; axis: of the
- * rig, or NULL. */
-void drive_read_object_of(struct talk *talk, const struct rig_axis *axis,
-                          const struct object *object, uint16_t index,
+/* Says in the axis's units what the drive counts; axis: of the rig, or NULL. */
+void drive_value_in_units(const struct rig_axis *axis,
                           struct drive_value *value);
-void drive_read_object(struct talk *talk, const struct object *object,
-                       struct drive_value *value);
-void drive_read_item(struct talk *talk, const struct modbus_map_item *item,
-                     struct drive_value *value);
-void drive_read_quantity(struct talk *talk, const struct quantity *quantity,
-                         struct drive_value *value);
 void drive_values_print(const struct drive_value *value, unsigned count);
 struct cJSON *drive_values_json(const struct drive_value *value,
                                 unsigned count);

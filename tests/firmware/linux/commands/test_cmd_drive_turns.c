@@ -7,7 +7,8 @@
 #include <math.h>
 
 #include "firmware/host/device/endpoints.h"
-#include "firmware/host/device/quantity.h"
+#include "firmware/host/kind/moteus/quantity.h"
+#include "firmware/host/kind/odrive/quantity.h"
 #include "firmware/linux/tools/reset.h"
 #include "motion/core/err.h"
 

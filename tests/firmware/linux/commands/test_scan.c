@@ -142,7 +142,7 @@ static void one_without_number_is_found_too(void **state)
     run_can();
     assert_int_equal(scan.count, 2);
     assert_int_equal(scan.found[0].id, 5);
-    assert_int_equal(scan.found[1].kind, SCAN_NO_NUMBER);
+    assert_string_equal(scan.found[1].kind, "CANopen, no number");
     assert_int_equal(scan.found[1].identity.serial, 4711);
     assert_string_equal(scan.found[1].fits, "slew drive lss can0 node N");
 }
@@ -190,7 +190,7 @@ static void beside_an_odrive_nothing_is_asked(void **state)
     run_can();
     assert_int_equal(sent(), 0);
     assert_int_equal(scan.count, 2);
-    assert_int_equal(scan.found[0].kind, SCAN_ODRIVE);
+    assert_string_equal(scan.found[0].kind, "ODrive");
     assert_int_equal(scan.found[0].id, 1);
     assert_string_equal(scan.found[0].state, "closed loop control");
     assert_int_equal(scan.found[1].id, 48);
@@ -208,7 +208,7 @@ static void what_only_resembles_an_odrive_is_none(void **state)
     say(0x041, 8, "\0\0\0\0\x0F\0\1\0");
     run_can();
     assert_int_equal(scan.count, 1);
-    assert_int_equal(scan.found[0].kind, SCAN_CANOPEN);
+    assert_string_equal(scan.found[0].kind, "CANopen");
     assert_true(sent() > 127);
 }
 

@@ -1,8 +1,11 @@
-/* firmware/linux/tools/ask_moteus.c - registers; see ask_turns.h. */
+/* firmware/linux/kind/moteus/tool.c - a moteus asked by the tools: see
+ * firmware/linux/tools/kind.h. */
 #include <stdio.h>
 
+#include "firmware/linux/kind/turn/tool.h"
 #include "firmware/linux/tools/ask_turns_parts.h"
 #include "hal/drive/moteus/drive.h"
+#include "hal/drive/moteus/frame.h"
 #include "motion/core/err.h"
 
 #define REFUSES_WRITE 0x30u
@@ -121,7 +124,7 @@ static void moteus_reason(const struct ask_turns *ask,
                  (unsigned)state->error, drive_moteus_fault_text(state->error));
 }
 
-const struct ask_turns_family ask_moteus = {
+static const struct ask_turns_family moteus_family = {
     .hello = moteus_hello,
     .read = moteus_read,
     .write = moteus_write,
@@ -129,4 +132,45 @@ const struct ask_turns_family ask_moteus = {
     .clear = moteus_clear,
     .state_text = drive_moteus_mode_text,
     .reason = moteus_reason,
+};
+
+/* ---- for the tools ---- */
+
+static bool moteus_is_of(const struct hal_can_frame *frame, uint8_t *id,
+                         uint8_t *state)
+{
+    return moteus_frame_is_hello(frame, id, state) && *id < 128;
+}
+
+static int moteus_take(struct rig_bus *bus, char message[YAML_MESSAGE_MAX])
+{
+    if (bus->data_bit_rate == 0)
+        return talk_refuse(message, bus->name,
+                           "takes no FD frames, which a moteus speaks");
+    bus->kind = RIG_CAN;
+    return 0;
+}
+
+static int moteus_open(struct talk *talk, const struct talk_config *config,
+                       char message[YAML_MESSAGE_MAX])
+{
+    return turn_open(talk, config, &moteus_family, message);
+}
+
+const struct tool_kind tool_kind_moteus = {
+    .word = "moteus",
+    .number = "node",
+    .first = 1,
+    .last = 127,
+    .expected = "is no moteus, expected 1 .. 127",
+    .ear = { .text = "moteus",
+             .is_of = moteus_is_of,
+             .frames = 1,
+             .ask = moteus_frame_hello,
+             .state_text = drive_moteus_mode_text },
+    .take = moteus_take,
+    .open = moteus_open,
+    .is_enabled = turn_is_enabled,
+    .text = turn_text,
+    .reset = turn_reset,
 };

@@ -1,7 +1,9 @@
-/* firmware/linux/tools/ask_odrive.c - CANSimple; see ask_turns.h. */
+/* firmware/linux/kind/odrive/tool.c - an ODrive asked by the tools: see
+ * firmware/linux/tools/kind.h. */
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/linux/kind/turn/tool.h"
 #include "firmware/linux/tools/ask_turns_parts.h"
 #include "hal/drive/odrive/drive.h"
 #include "motion/core/err.h"
@@ -202,7 +204,7 @@ static void odrive_reason(const struct ask_turns *ask,
     }
 }
 
-const struct ask_turns_family ask_odrive = {
+static const struct ask_turns_family odrive_family = {
     .hello = odrive_hello,
     .read = odrive_read,
     .write = odrive_write,
@@ -210,4 +212,52 @@ const struct ask_turns_family ask_odrive = {
     .clear = odrive_clear,
     .state_text = drive_odrive_state_text,
     .reason = odrive_reason,
+};
+
+/* ---- for the tools ---- */
+
+/* Error, state 1..14, result, done, 0: no CANopen frame of these identifiers
+ * looks like that twice. */
+static bool odrive_is_of(const struct hal_can_frame *frame, uint8_t *id,
+                         uint8_t *state)
+{
+    if (frame->extended || frame->remote || frame->fd ||
+        (frame->id & 0x1F) != HEARTBEAT || frame->len != 8 ||
+        frame->data[4] < 1 || frame->data[4] > 14 || frame->data[6] > 1 ||
+        frame->data[7] != 0 || frame->id >> 7 == 0xB)
+        return false;
+    *id = frame->id >> 5 & 0x3F;
+    *state = frame->data[4];
+    return true;
+}
+
+static int odrive_take(struct rig_bus *bus, char message[YAML_MESSAGE_MAX])
+{
+    (void)message;
+    bus->data_bit_rate = 0;
+    bus->kind = RIG_CAN;
+    return 0;
+}
+
+static int odrive_open(struct talk *talk, const struct talk_config *config,
+                       char message[YAML_MESSAGE_MAX])
+{
+    return turn_open(talk, config, &odrive_family, message);
+}
+
+const struct tool_kind tool_kind_odrive = {
+    .word = "odrive",
+    .number = "node",
+    .first = 0,
+    .last = 62,
+    .expected = "is no ODrive, expected 0 .. 62",
+    .ear = { .text = "ODrive",
+             .is_of = odrive_is_of,
+             .frames = 2,
+             .state_text = drive_odrive_state_text },
+    .take = odrive_take,
+    .open = odrive_open,
+    .is_enabled = turn_is_enabled,
+    .text = turn_text,
+    .reset = turn_reset,
 };

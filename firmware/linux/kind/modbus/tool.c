@@ -1,0 +1,108 @@
+/* firmware/linux/kind/modbus/tool.c - a Modbus servo asked by the tools: see
+ * firmware/linux/tools/kind.h. */
+#include <inttypes.h>
+#include <stdio.h>
+
+#include "firmware/host/device/modbus_map_load.h"
+#include "firmware/host/device/own_file.h"
+#include "firmware/linux/tools/kind.h"
+#include "motion/core/err.h"
+
+/* ---- open ---- */
+
+static int modbus_find_map(struct talk *talk, const struct talk_config *config,
+                           char message[YAML_MESSAGE_MAX])
+{
+    char path[OWN_FILE_PATH_MAX];
+
+    if (config->map != NULL) {
+        if (own_file_find(OWN_FILE_MAPS, config->map, "./", path) < 0)
+            return talk_refuse(message, config->map,
+                               "is no register map that can be read");
+        if (modbus_map_load(path, &talk->own_map, message) < 0)
+            return -1;
+        talk->map = &talk->own_map;
+    } else if (talk->axis != NULL && talk->axis->kind == RIG_MODBUS) {
+        talk->map = &talk->bench.rig.map[talk->axis->map];
+    }
+    return 0;
+}
+
+static int modbus_open(struct talk *talk, const struct talk_config *config,
+                       char message[YAML_MESSAGE_MAX])
+{
+    ask_modbus_init(&talk->line, talk->bench.ports.modbus[0],
+                    talk->bench.ports.clock, talk->node);
+    return modbus_find_map(talk, config, message);
+}
+
+static int modbus_is_enabled(struct talk *talk)
+{
+    bool met = false;
+    int err;
+
+    if (talk->map == NULL)
+        return MOTION_E_EMPTY;
+    err =
+        ask_modbus_status(&talk->line, talk->map, MODBUS_STATUS_enabled, &met);
+    return err < 0 ? err : met;
+}
+
+static void modbus_text(const struct talk *talk, int err,
+                        char text[TALK_TEXT_MAX])
+{
+    ask_modbus_text(&talk->line, err, text);
+}
+
+/* ---- reset ---- */
+
+static void reset_alarm(struct talk *talk, struct reset *reset)
+{
+    const struct modbus_map *map = talk->map;
+    const char *text;
+    int64_t code = 0;
+
+    if (map->alarm == MODBUS_MAP_NO_ITEM ||
+        ask_modbus_read_item(&talk->line, &map->item[map->alarm], &code) < 0) {
+        snprintf(reset->reason, sizeof reset->reason, "it does not say why");
+        return;
+    }
+    text = modbus_map_alarm_text(map, (uint32_t)code);
+    snprintf(reset->reason, sizeof reset->reason, "alarm 0x%" PRIX64 ": %s",
+             code, text == NULL ? "the map does not know it" : text);
+}
+
+static int modbus_reset(struct talk *talk, struct reset *reset)
+{
+    int err;
+
+    if (talk->map == NULL)
+        return MOTION_E_EMPTY;
+    err = ask_modbus_status(&talk->line, talk->map, MODBUS_STATUS_fault,
+                            &reset->was_fault);
+    if (err < 0)
+        return err;
+    reset->is_fault = reset->was_fault;
+    if (reset->was_fault) {
+        reset_alarm(talk, reset);
+        err =
+            ask_modbus_sequence(&talk->line, talk->map, MODBUS_SEQUENCE_reset);
+        if (err == MOTION_OK)
+            err = ask_modbus_status(&talk->line, talk->map, MODBUS_STATUS_fault,
+                                    &reset->is_fault);
+    }
+    snprintf(reset->state, sizeof reset->state, "%s",
+             reset->is_fault ? "fault" : "no fault");
+    return err;
+}
+
+const struct tool_kind tool_kind_modbus = {
+    .number = "unit",
+    .first = 1,
+    .last = 247,
+    .expected = "is no unit, expected 1 .. 247",
+    .open = modbus_open,
+    .is_enabled = modbus_is_enabled,
+    .text = modbus_text,
+    .reset = modbus_reset,
+};

@@ -1,0 +1,214 @@
+/* firmware/linux/kind/modbus/verbs.c - slew drive for a Modbus servo: see
+ * firmware/linux/commands/drive/kind.h. */
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "firmware/host/base/array.h"
+#include "firmware/host/base/error.h"
+#include "firmware/host/base/quote.h"
+#include "firmware/host/yaml/yaml_fields.h"
+#include "firmware/linux/commands/drive/kind.h"
+#include "motion/core/err.h"
+
+/* ---- what is meant ---- */
+
+static const char *access_item_list(const struct modbus_map *map,
+                                    const char *text, const char **near)
+{
+    static const char *name[MODBUS_MAP_ITEMS_MAX];
+    static char list[QUOTE_LIST_MAX];
+
+    for (unsigned i = 0; i < map->item_count; i++)
+        name[i] = map->item[i].name;
+    *near = yaml_nearest(text, name, map->item_count);
+    return quote_list(list, name, map->item_count);
+}
+
+/* An address, read and written as one register or two. */
+static bool access_address(const char *text, const struct options *options,
+                           struct drive_what *what)
+{
+    static const struct {
+        const char *word;
+        enum modbus_map_type type;
+    } types[] = { { "u16", MODBUS_U16 },
+                  { "i16", MODBUS_I16 },
+                  { "u32", MODBUS_U32 },
+                  { "i32", MODBUS_I32 },
+                  { "f32", MODBUS_F32 } };
+    char *end;
+    const unsigned long at = strtoul(text, &end, 0);
+
+    if (end == text || *end != '\0' || at > UINT16_MAX)
+        return false;
+    what->raw = (struct modbus_map_item){ .at = (uint16_t)at,
+                                          .read = HAL_MODBUS_READ,
+                                          .type = MODBUS_U16 };
+    for (size_t i = 0; i < ARRAY_LEN(types); i++)
+        if (options->type != NULL && strcmp(options->type, types[i].word) == 0)
+            what->raw.type = types[i].type;
+    what->raw.write = modbus_map_registers(what->raw.type) == 1
+                          ? HAL_MODBUS_WRITE
+                          : HAL_MODBUS_WRITE_MANY;
+    what->item = &what->raw;
+    return true;
+}
+
+static int access_register(const struct talk *talk, const char *text,
+                           const struct options *options,
+                           struct drive_what *what)
+{
+    const char *near, *list;
+
+    if (access_address(text, options, what))
+        return 0;
+    for (unsigned i = 0; talk->map != NULL && i < talk->map->item_count; i++)
+        if (strcmp(talk->map->item[i].name, text) == 0) {
+            what->item = &talk->map->item[i];
+            return 0;
+        }
+    if (talk->map == NULL) {
+        error_say("slew drive: '%.40s' is no address, expected one such "
+                  "as 0x6002, or --map",
+                  text);
+        return -1;
+    }
+    list = access_item_list(talk->map, text, &near);
+    error_say("slew drive: the map has no register '%.40s', expected an "
+              "address, or %s%s%s%s",
+              text, list, near == NULL ? "" : " (did you mean '",
+              near == NULL ? "" : near, near == NULL ? "" : "'?)");
+    return -1;
+}
+
+static enum status modbus_find(struct talk *talk, const char *text,
+                               const struct options *options,
+                               struct drive_what *what)
+{
+    return access_register(talk, text, options, what) < 0 ? STATUS_INPUT
+                                                          : STATUS_OK;
+}
+
+/* ---- values ---- */
+
+static const char *const value_item_type[] = {
+    [MODBUS_U16] = "u16", [MODBUS_I16] = "i16", [MODBUS_U32] = "u32",
+    [MODBUS_I32] = "i32", [MODBUS_F32] = "f32", [MODBUS_BIT] = "bit"
+};
+
+/* What of the map's conditions on this register is met. */
+static void value_conditions(const struct modbus_map *map, uint8_t item,
+                             struct drive_value *value)
+{
+    static const char *const name[] = {
+#define VALUE_STATUS(word) #word,
+        MODBUS_MAP_STATUS_LIST(VALUE_STATUS)
+#undef VALUE_STATUS
+    };
+    for (unsigned i = 0; i < MODBUS_STATUS_COUNT; i++) {
+        const size_t used = strlen(value->text);
+
+        if (map->status[i].item == item &&
+            modbus_map_meets(&map->status[i], value->value))
+            snprintf(value->text + used, sizeof value->text - used, "%s%s",
+                     used > 0 ? ", " : "", name[i]);
+    }
+}
+
+static void value_item_words(const struct talk *talk,
+                             const struct modbus_map_item *item,
+                             struct drive_value *value)
+{
+    const struct modbus_map *map = talk->map;
+    const char *alarm;
+
+    if (map == NULL || item < map->item || item >= map->item + map->item_count)
+        return;
+    const uint8_t at = (uint8_t)(item - map->item);
+    value_conditions(map, at, value);
+    if (at == map->position)
+        snprintf(value->unit, sizeof value->unit, "counts");
+    drive_value_in_units(talk->axis, value);
+    if (at != map->alarm || value->value == 0)
+        return;
+    alarm = modbus_map_alarm_text(map, (uint32_t)value->value);
+    snprintf(value->text, sizeof value->text, "%s",
+             alarm == NULL ? "an alarm that the map does not know" : alarm);
+}
+
+static void modbus_read_item(struct talk *talk,
+                             const struct modbus_map_item *item,
+                             struct drive_value *value)
+{
+    int err;
+
+    *value = (struct drive_value){ .is_number = true };
+    snprintf(value->number, sizeof value->number, "0x%04X", item->at);
+    snprintf(value->name, sizeof value->name, "%s", item->name);
+    snprintf(value->type, sizeof value->type, "%s",
+             value_item_type[item->type]);
+    err = ask_modbus_read_item(&talk->line, item, &value->value);
+    if (err < 0)
+        talk_text(talk, err, value->error);
+    else
+        value_item_words(talk, item, value);
+}
+
+static void modbus_read(struct talk *talk, const struct drive_what *what,
+                        struct drive_value *value)
+{
+    modbus_read_item(talk, what->item, value);
+}
+
+static enum status modbus_parse(struct talk *talk, const char *text,
+                                struct drive_what *what, int64_t *value)
+{
+    int64_t min, max;
+    char *end;
+
+    (void)talk;
+    *value = strtoll(text, &end, 0);
+    modbus_map_range(what->item->type, &min, &max);
+    if (end != text && *end == '\0' && *value >= min && *value <= max)
+        return STATUS_OK;
+    error_say("slew drive: '%.40s' is not a value, expected %" PRId64
+              " .. %" PRId64,
+              text, min, max);
+    return STATUS_INPUT;
+}
+
+static int modbus_write(struct talk *talk, const struct drive_what *what,
+                        int64_t value)
+{
+    return ask_modbus_write_item(&talk->line, what->item, value);
+}
+
+static enum status modbus_store(struct talk *talk)
+{
+    (void)talk;
+    return drive_complain("a Modbus drive stores by a register of its own: "
+                          "see its manual, and slew drive set");
+}
+
+static enum status modbus_info(struct talk *talk, struct drive_info *info)
+{
+    if (talk->map == NULL)
+        return drive_complain("expected --map: without one a Modbus drive "
+                              "says nothing about itself");
+    for (unsigned i = 0; i < talk->map->item_count; i++)
+        modbus_read_item(talk, &talk->map->item[i],
+                         &info->value[info->count++]);
+    info->ok = info->value[talk->map->position].error[0] == '\0';
+    return STATUS_OK;
+}
+
+const struct verb_kind verb_kind_modbus = {
+    .find = modbus_find,
+    .read = modbus_read,
+    .parse = modbus_parse,
+    .write = modbus_write,
+    .store = modbus_store,
+    .info = modbus_info,
+};

@@ -1,0 +1,97 @@
+/* firmware/linux/kind/moteus/verbs.c - slew drive for a moteus: see
+ * firmware/linux/commands/drive/kind.h. */
+#include <stdio.h>
+#include <string.h>
+
+#include "firmware/host/kind/moteus/quantity.h"
+#include "firmware/linux/kind/turn/verbs.h"
+#include "hal/drive/moteus/frame.h"
+
+#define REGISTER_MAX 0x3FFF
+
+/* A number that has a name has its type, too. */
+static void moteus_register(struct quantity *quantity)
+{
+    unsigned count;
+    const struct quantity *list = quantity_of_moteus(&count);
+
+    for (unsigned i = 0; i < count; i++)
+        if (list[i].at == quantity->at)
+            *quantity = list[i];
+}
+
+static int moteus_find_one(const struct talk *talk, const char *text,
+                           const struct options *options,
+                           struct quantity *quantity,
+                           char message[QUANTITY_MESSAGE_MAX])
+{
+    const struct quantity *list, *found;
+    uint16_t number;
+    unsigned count;
+
+    (void)talk;
+    if (turn_number(text, REGISTER_MAX, &number)) {
+        *quantity = turn_by_number(QUANTITY_REGISTER, number);
+        moteus_register(quantity);
+        return turn_type(options, quantity, message);
+    }
+    list = quantity_of_moteus(&count);
+    found = quantity_find(text, list, count);
+    if (found != NULL) {
+        *quantity = *found;
+        return 0;
+    }
+    quantity_unknown(text, "register of a moteus", list, count, message);
+    return -1;
+}
+
+static enum status moteus_find(struct talk *talk, const char *text,
+                               const struct options *options,
+                               struct drive_what *what)
+{
+    return turn_find_quantity(talk, text, options, &what->quantity,
+                              moteus_find_one);
+}
+
+/* Its mode. */
+static bool moteus_moves(const struct drive_what *what)
+{
+    return what->quantity.at == MOTEUS_MODE;
+}
+
+/* Byte by byte, as 0x010304 for 1.3.4. */
+static void moteus_version(struct drive_value *value)
+{
+    if (strcmp(value->name, "firmware") == 0 && value->error[0] == '\0')
+        snprintf(value->text, sizeof value->text, "%u.%u.%u",
+                 (unsigned)(value->value >> 16 & 0xFF),
+                 (unsigned)(value->value >> 8 & 0xFF),
+                 (unsigned)(value->value & 0xFF));
+}
+
+static enum status moteus_info(struct talk *talk, struct drive_info *info)
+{
+    const int err = ask_turns_hello(&talk->turns);
+    const struct quantity *list;
+    unsigned count;
+
+    if (err < 0)
+        return drive_failed(talk, "", err);
+    list = quantity_of_moteus(&count);
+    turn_read_list(talk, list, count, info);
+    for (unsigned i = 0; i < info->count; i++)
+        moteus_version(&info->value[i]);
+    return turn_info_fault(talk, info);
+}
+
+const struct verb_kind verb_kind_moteus = {
+    .find = moteus_find,
+    .read = turn_read,
+    .parse = turn_parse,
+    .write = turn_write,
+    .moves = moteus_moves,
+    .is_writable = turn_is_writable,
+    .is_readable = turn_is_readable,
+    .store = turn_store,
+    .info = moteus_info,
+};

@@ -1,0 +1,168 @@
+/* firmware/linux/kind/turn/verbs.c - see verbs.h. */
+#include "firmware/linux/kind/turn/verbs.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "motion/core/err.h"
+
+/* ---- what is meant ---- */
+
+bool turn_number(const char *text, unsigned long most, uint16_t *number)
+{
+    char *end;
+    const unsigned long value = strtoul(text, &end, 0);
+
+    *number = (uint16_t)value;
+    return end != text && *end == '\0' && value <= most;
+}
+
+int turn_type(const struct options *options, struct quantity *quantity,
+              char message[QUANTITY_MESSAGE_MAX])
+{
+    if (options->type == NULL ||
+        quantity_type_of(options->type, &quantity->type))
+        return 0;
+    snprintf(message, QUANTITY_MESSAGE_MAX,
+             "--type: expected bool, u8, i8, u16, i16, u32, i32 or f32");
+    return -1;
+}
+
+struct quantity turn_by_number(enum quantity_kind kind, uint16_t number)
+{
+    return (struct quantity){
+        .kind = kind,
+        .type = QUANTITY_F32,
+        .at = number,
+        .readable = true,
+        .writable = true,
+        .unit = "",
+    };
+}
+
+enum status turn_find_quantity(struct talk *talk, const char *text,
+                               const struct options *options,
+                               struct quantity *quantity, turn_find *find)
+{
+    char message[QUANTITY_MESSAGE_MAX];
+    const int err = ask_turns_hello(&talk->turns);
+
+    if (err < 0)
+        return drive_failed(talk, text, err);
+    return find(talk, text, options, quantity, message) == 0
+               ? STATUS_OK
+               : drive_complain(message);
+}
+
+/* ---- values ---- */
+
+/* "= 12.5 mm" for turns, of an axis whose gear is known. */
+static void value_turns_in_units(const struct talk *talk,
+                                 struct drive_value *value)
+{
+    int64_t num, den;
+
+    if (talk->axis == NULL || strncmp(value->unit, "turns", 5) != 0)
+        return;
+    rig_axis_turns(talk->axis, &num, &den);
+    snprintf(value->text, sizeof value->text, "%.6g %s%s",
+             value->real * (double)den / (double)num,
+             units_axis_text(talk->axis->unit), value->unit + strlen("turns"));
+}
+
+void turn_read_quantity(struct talk *talk, const struct quantity *quantity,
+                        struct drive_value *value)
+{
+    uint32_t raw = 0;
+    float real;
+    int err;
+
+    *value = (struct drive_value){ .is_number = true,
+                                   .is_real = quantity->type == QUANTITY_F32 };
+    quantity_number(quantity, value->number);
+    snprintf(value->name, sizeof value->name, "%s", quantity->name);
+    snprintf(value->type, sizeof value->type, "%s",
+             quantity_type_text(quantity->type));
+    snprintf(value->unit, sizeof value->unit, "%s", quantity->unit);
+    err = ask_turns_read(&talk->turns, quantity, &raw);
+    if (err < 0) {
+        talk_text(talk, err, value->error);
+        return;
+    }
+    value->value = quantity_value(quantity->type, raw);
+    memcpy(&real, &raw, sizeof real);
+    value->real = value->is_real ? (double)real : 0;
+    if (quantity->words != NULL)
+        snprintf(value->text, sizeof value->text, "%s",
+                 quantity->words((unsigned)value->value));
+    if (value->is_real)
+        value_turns_in_units(talk, value);
+}
+
+void turn_read_list(struct talk *talk, const struct quantity *list,
+                    unsigned count, struct drive_info *info)
+{
+    for (unsigned i = 0; i < count && info->count < DRIVE_INFO_VALUES_MAX;
+         i++) {
+        if (list[i].writable) /* of no meaning at rest */
+            continue;
+        turn_read_quantity(talk, &list[i], &info->value[info->count]);
+        info->count += info->value[info->count].error[0] == '\0';
+    }
+}
+
+enum status turn_info_fault(struct talk *talk, struct drive_info *info)
+{
+    struct ask_turns_state state = { .is_fault = false };
+    const int err = ask_turns_state(&talk->turns, &state);
+
+    if (err < 0)
+        return drive_failed(talk, "", err);
+    if (state.is_fault)
+        ask_turns_reason(&talk->turns, &state, info->fault);
+    return STATUS_OK;
+}
+
+/* ---- as members of struct verb_kind ---- */
+
+void turn_read(struct talk *talk, const struct drive_what *what,
+               struct drive_value *value)
+{
+    turn_read_quantity(talk, &what->quantity, value);
+}
+
+enum status turn_parse(struct talk *talk, const char *text,
+                       struct drive_what *what, int64_t *value)
+{
+    char message[QUANTITY_MESSAGE_MAX];
+    uint32_t raw = 0;
+
+    (void)talk;
+    if (quantity_parse(&what->quantity, text, &raw, message) < 0)
+        return drive_complain(message);
+    *value = quantity_value(what->quantity.type, raw);
+    return STATUS_OK;
+}
+
+int turn_write(struct talk *talk, const struct drive_what *what, int64_t value)
+{
+    return ask_turns_write(&talk->turns, &what->quantity, (uint32_t)value);
+}
+
+bool turn_is_writable(const struct drive_what *what)
+{
+    return what->quantity.writable;
+}
+
+bool turn_is_readable(const struct drive_what *what)
+{
+    return what->quantity.readable;
+}
+
+enum status turn_store(struct talk *talk)
+{
+    (void)talk;
+    return drive_complain("it is stored by its maker's program: odrivetool "
+                          "save_configuration, moteus_tool conf write");
+}

@@ -1,0 +1,42 @@
+/* firmware/linux/kind/turn/verbs.h - what slew drive does alike with all drives
+ * that count turns; see firmware/linux/commands/drive/kind.h. */
+#ifndef FIRMWARE_LINUX_KIND_TURN_VERBS_H
+#define FIRMWARE_LINUX_KIND_TURN_VERBS_H
+
+#include "firmware/linux/commands/drive/kind.h"
+
+/* What a number or a name is; 0, or -1 with a sentence. */
+typedef int turn_find(const struct talk *talk, const char *text,
+                      const struct options *options, struct quantity *quantity,
+                      char message[QUANTITY_MESSAGE_MAX]);
+
+/* Asks the drive what it is, then `find`. */
+enum status turn_find_quantity(struct talk *talk, const char *text,
+                               const struct options *options,
+                               struct quantity *quantity, turn_find *find);
+bool turn_number(const char *text, unsigned long most, uint16_t *number);
+/* By its number alone, writable: a float, until turn_type. */
+struct quantity turn_by_number(enum quantity_kind kind, uint16_t number);
+int turn_type(const struct options *options, struct quantity *quantity,
+              char message[QUANTITY_MESSAGE_MAX]);
+
+void turn_read_quantity(struct talk *talk, const struct quantity *quantity,
+                        struct drive_value *value);
+/* All of a list that can be asked for, what it does not say left out. */
+void turn_read_list(struct talk *talk, const struct quantity *list,
+                    unsigned count, struct drive_info *info);
+/* Why it is in fault. */
+enum status turn_info_fault(struct talk *talk, struct drive_info *info);
+
+/* ---- as members of struct verb_kind ---- */
+
+void turn_read(struct talk *talk, const struct drive_what *what,
+               struct drive_value *value);
+enum status turn_parse(struct talk *talk, const char *text,
+                       struct drive_what *what, int64_t *value);
+int turn_write(struct talk *talk, const struct drive_what *what, int64_t value);
+bool turn_is_writable(const struct drive_what *what);
+bool turn_is_readable(const struct drive_what *what);
+enum status turn_store(struct talk *talk);
+
+#endif
