@@ -53,17 +53,18 @@ static const char *monitor_power_text(uint16_t statusword)
 }
 
 /* "0x0637 operation enabled, warning"; "" for drives that have none. */
-static void monitor_statusword(const struct cmd_monitor *self, unsigned i,
-                               char text[TABLE_CELL_MAX])
+static uint16_t monitor_statusword(const struct cmd_monitor *self, unsigned i,
+                                   char text[TABLE_CELL_MAX])
 {
-    const uint16_t word = self->live.machine.drive[i].statusword;
+    uint16_t word;
     text[0] = 0;
-    if (self->live.rig->axis[i].kind == RIG_CIA402)
+    if (machine_statusword(&self->live.machine, i, &word))
         snprintf(text, TABLE_CELL_MAX, "0x%04X %s%s%s%s", word,
                  monitor_power_text(word),
                  (word & 0x10) == 0 ? ", no power" : "",
                  (word & 0x80) != 0 ? ", warning" : "",
                  (word & 0x800) != 0 ? ", internal limit" : "");
+    return word;
 }
 
 static void monitor_inputs(const struct hal_drive_feedback *feedback,
@@ -113,7 +114,7 @@ static void monitor_row(struct table *table, const struct cmd_monitor *self,
         table_cell(table, "-");
     monitor_inputs(feedback, cell);
     table_cell(table, "%s", cell[0] != 0 ? cell + 1 : "-");
-    monitor_statusword(self, i, cell);
+    (void)monitor_statusword(self, i, cell);
     table_cell(table, "%s", cell[0] != 0 ? cell : "-");
     table_cell(table, "%s",
                feedback->fault_text[0] != 0 ? feedback->fault_text : "-");
@@ -228,10 +229,9 @@ static cJSON *monitor_json_axis(const struct cmd_monitor *self, unsigned i)
     cJSON_AddBoolToObject(item, "home_switch", feedback->home_switch);
     cJSON_AddBoolToObject(item, "limit_negative", feedback->limit_negative);
     cJSON_AddBoolToObject(item, "limit_positive", feedback->limit_positive);
-    monitor_statusword(self, i, text);
+    const uint16_t word = monitor_statusword(self, i, text);
     if (text[0] != 0) {
-        cJSON_AddNumberToObject(item, "statusword",
-                                self->live.machine.drive[i].statusword);
+        cJSON_AddNumberToObject(item, "statusword", word);
         cJSON_AddStringToObject(item, "statusword_text", text);
     }
     cJSON_AddNumberToObject(item, "fault_code", feedback->fault_code);

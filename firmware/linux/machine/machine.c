@@ -6,10 +6,8 @@
 
 #include "firmware/host/base/array.h"
 #include "firmware/host/rig/modbus_budget.h"
-#include "firmware/host/rig/modbus_stream.h"
+#include "firmware/linux/machine/kind.h"
 #include "firmware/linux/machine/machine_trigger.h"
-#include "firmware/linux/machine/machine_turns.h"
-#include "hal/support/ratio.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 
@@ -55,120 +53,6 @@ static int machine_init_line(struct machine *machine, unsigned i)
                            depth);
 }
 
-/* Whole counts, magnitude; 0 (leave the drive's own) beyond u32. */
-static uint32_t machine_counts(const struct rig_axis *axis, int64_t value_q32)
-{
-    struct hal_ratio to_counts;
-    if (hal_ratio_init(&to_counts, axis->counts_num, axis->counts_den, -32) < 0)
-        return 0;
-    uint64_t magnitude =
-        motion_fixed_abs(hal_ratio_scale(&to_counts, value_q32));
-    return magnitude > UINT32_MAX ? 0 : (uint32_t)magnitude;
-}
-
-static int machine_init_servo(struct machine *machine, unsigned i)
-{
-    const struct rig *rig = machine->rig;
-    const unsigned bus = rig->axis[i].bus;
-    struct drive_modbus_config config;
-
-    modbus_stream_config(rig, i, &config);
-    machine->axis[i] = &machine->servo[i].drive;
-    return drive_modbus_init(&machine->servo[i], &machine->modbus[bus],
-                             &config);
-}
-
-/* The drive watches beside us and knows no other axis: it gets twice the room
- * that we leave at full speed, so that our own watch, which brings all axes to
- * rest together, comes first.  0, leave, when it does not fit. */
-static uint32_t machine_following_counts(const struct rig_axis *axis)
-{
-    int64_t room_q32;
-    if (motion_fixed_muldiv(axis->limit.vel_q32, axis->following_k_ns,
-                            INT64_C(1000000000), &room_q32) < 0)
-        return 0;
-    if (room_q32 < axis->following_floor_q32)
-        room_q32 = axis->following_floor_q32;
-    if (room_q32 > INT64_MAX / 2)
-        return 0;
-    return machine_counts(axis, 2 * room_q32);
-}
-
-/* Two ticks, in whole ms. */
-static uint16_t machine_following_ms(const struct rig *rig)
-{
-    return (uint16_t)((2 * rig->period_ns + 999999) / 1000000);
-}
-
-/* In the drive's own count, which is the axis's unless slew homes it. */
-static void machine_put_limits(struct drive_cia402_config *config,
-                               const struct rig_axis *axis)
-{
-    config->limits_when_homed = axis->homing.by == HOMING_DRIVE;
-    if (axis->homing.by != HOMING_NONE && axis->homing.by != HOMING_DRIVE)
-        return;
-    config->pos_min_q32 = axis->limit.pos_min_q32;
-    config->pos_max_q32 = axis->limit.pos_max_q32;
-}
-
-static void machine_put_cia402(struct drive_cia402_config *config,
-                               const struct rig_cia402 *cia402)
-{
-    config->stream = cia402->stream;
-    config->stream_given = cia402->stream_given;
-    config->gain_q16 = cia402->gain_q16;
-    config->axis = cia402->axis;
-    config->pdo = cia402->pdo;
-    config->torque = cia402->torque;
-    config->vel_num = cia402->velocity.num;
-    config->vel_den = cia402->velocity.den;
-    config->acc_num = cia402->acceleration.num;
-    config->acc_den = cia402->acceleration.den;
-    config->travel_q32 = cia402->travel_q32;
-    config->guard_period_ns = cia402->guard_period_ns;
-    config->sdo_timeout_ns = cia402->time.sdo_ns;
-    config->state_timeout_ns = cia402->time.state_ns;
-    config->brake_timeout_ns = cia402->time.brake_ns;
-    config->precharge_timeout_ns = cia402->time.precharge_ns;
-    for (unsigned i = 0; i < DRIVE_CIA402_OPTIONS; i++)
-        config->option[i] = cia402->option[i];
-}
-
-static void machine_put_quirks(struct drive_cia402_config *config,
-                               const struct rig *rig,
-                               const struct rig_cia402 *cia402)
-{
-    config->quirk_is_given = cia402->quirk_given;
-    config->quirk = rig_quirks(rig, cia402, &config->quirk_count);
-}
-
-static int machine_init_drive(struct machine *machine, unsigned i)
-{
-    const struct rig *rig = machine->rig;
-    const struct rig_axis *axis = &rig->axis[i];
-    struct drive_cia402_config config = {
-        .node_id = axis->node_id,
-        .counts_num = axis->counts_num,
-        .counts_den = axis->counts_den,
-        .sync_period_ns = rig->period_ns,
-        .heartbeat_period_ns = rig->heartbeat_ns,
-        .watchdog_ns = rig->watchdog_ns,
-        .quick_stop_counts_s2 = machine_counts(axis, axis->stop_acc_q32),
-        .parameter = axis->object,
-        .parameter_count = axis->parameter_count,
-        .following_error_counts = machine_following_counts(axis),
-        .following_error_ms = machine_following_ms(rig),
-        .inputs = rig_homes_by_drive_input(rig, i),
-        .unsupervised = axis->unsupervised,
-    };
-    machine_put_limits(&config, axis);
-    machine_put_cia402(&config, &axis->cia402);
-    machine_put_quirks(&config, rig, &axis->cia402);
-    machine->axis[i] = &machine->drive[i].drive;
-    return drive_cia402_init(&machine->drive[i], &machine->bus[axis->bus],
-                             &config);
-}
-
 static int machine_init_fieldbus(struct machine *machine, unsigned i)
 {
     switch (machine->rig->bus[i].kind) {
@@ -185,24 +69,15 @@ static int machine_init_fieldbus(struct machine *machine, unsigned i)
     return machine_init_line(machine, i);
 }
 
-static int machine_init_axis(struct machine *machine, unsigned i)
-{
-    switch (machine->rig->axis[i].kind) {
-    case RIG_CIA402:
-        return machine_init_drive(machine, i);
-    case RIG_MODBUS:
-        return machine_init_servo(machine, i);
-    case RIG_ODRIVE:
-        return machine_init_odrive(machine, i);
-    case RIG_MOTEUS:
-        return machine_init_moteus(machine, i);
-    }
-    return MOTION_E_ARG;
-}
+#define MACHINE_ROW(NAME, name) [RIG_##NAME] = &machine_kind_##name,
+const struct machine_kind *const machine_kinds[] = { RIG_KIND_LIST(
+    MACHINE_ROW) };
 
 static struct controller_axis_config machine_axis(const struct rig *rig,
                                                   const struct rig_axis *axis)
 {
+    const struct machine_kind *kind = machine_kinds[axis->kind];
+
     return (struct controller_axis_config){
         .pos_min_q32 = axis->limit.pos_min_q32,
         .pos_max_q32 = axis->limit.pos_max_q32,
@@ -214,7 +89,7 @@ static struct controller_axis_config machine_axis(const struct rig *rig,
         .following_k_ns = axis->following_k_ns,
         .torque_q32 = axis->torque_q32,
         .feedback_max_age_ns =
-            axis->kind == RIG_MODBUS ? modbus_budget_age_ns(rig, axis->bus) : 0,
+            kind->age_ns != NULL ? kind->age_ns(rig, axis) : 0,
         .by_goals = axis->point_to_point,
         .late_ns = axis->late_ns,
         .needs_homing = axis->homing.by != HOMING_NONE,
@@ -259,47 +134,24 @@ static int machine_init_inputs(struct machine *machine,
     return MOTION_OK;
 }
 
-/* Three tries of an SDO, five states for a mode. */
-static int64_t machine_wait_ns(const struct rig_times *time)
+bool machine_statusword(const struct machine *machine, unsigned axis,
+                        uint16_t *word)
 {
-    const int64_t wait_ns[] = { time->boot_ns, time->brake_ns,
-                                time->precharge_ns, 3 * time->sdo_ns,
-                                5 * time->state_ns };
-    int64_t most_ns = MACHINE_BOOT_NS;
-    for (size_t i = 0; i < ARRAY_LEN(wait_ns); i++)
-        if (wait_ns[i] > most_ns)
-            most_ns = wait_ns[i];
-    return most_ns;
-}
+    const struct machine_kind *kind =
+        machine_kinds[machine->rig->axis[axis].kind];
 
-/* The longest wait of a drive for one thing, so that the drive itself is the
- * one to say what did not come; whose quirks it has is not known yet. */
-static int64_t machine_patience_ns(const struct rig *rig,
-                                   const struct rig_axis *axis)
-{
-    unsigned count;
-    const struct drive_cia402_quirk *quirk =
-        rig_quirks(rig, &axis->cia402, &count);
-    int64_t most_ns = machine_wait_ns(&axis->cia402.time);
-    for (unsigned i = 0; i < count; i++) {
-        const struct rig_times time = {
-            .sdo_ns = quirk[i].sdo_timeout_ns,
-            .state_ns = quirk[i].state_timeout_ns,
-            .brake_ns = quirk[i].brake_timeout_ns,
-            .precharge_ns = quirk[i].precharge_timeout_ns,
-        };
-        const int64_t wait_ns = machine_wait_ns(&time);
-        if (wait_ns > most_ns)
-            most_ns = wait_ns;
-    }
-    return most_ns > MACHINE_BOOT_NS ? most_ns + MACHINE_RETRY_NS : most_ns;
+    *word = kind->statusword != NULL ? kind->statusword(machine, axis) : 0;
+    return kind->statusword != NULL;
 }
 
 int64_t machine_enable_ns(const struct rig *rig)
 {
     int64_t most_ns = MACHINE_BOOT_NS;
     for (unsigned i = 0; i < rig->axis_count; i++) {
-        const int64_t wait_ns = machine_patience_ns(rig, &rig->axis[i]);
+        const struct rig_axis *axis = &rig->axis[i];
+        const struct machine_kind *kind = machine_kinds[axis->kind];
+        const int64_t wait_ns =
+            kind->patience_ns != NULL ? kind->patience_ns(rig, axis) : 0;
         if (wait_ns > most_ns)
             most_ns = wait_ns;
     }
@@ -351,9 +203,6 @@ static void machine_room(struct machine *machine, const struct rig *rig)
     ROOM(can, buses);
     ROOM(fieldbus, buses);
     ROOM(drive, axes);
-    ROOM(servo, axes);
-    ROOM(odrive, axes);
-    ROOM(moteus, axes);
     ROOM(axis, axes);
     ROOM(axis_config, axes);
     ROOM(axis_state, axes);
@@ -383,7 +232,7 @@ int machine_init(struct machine *machine, const struct rig *rig,
             return machine_fail(message, "bus", rig->bus[i].name, err);
     }
     for (unsigned i = 0; i < rig->axis_count; i++) {
-        int err = machine_init_axis(machine, i);
+        int err = machine_kinds[rig->axis[i].kind]->init(machine, i);
         if (err < 0)
             return machine_fail(message, "axis", rig->axis[i].name, err);
     }

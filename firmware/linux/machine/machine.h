@@ -13,15 +13,12 @@
 #include "firmware/control/homing.h"
 #include "firmware/control/trigger.h"
 #include "firmware/host/rig/rig.h"
+#include "firmware/linux/machine/drives.h"
 #include "firmware/linux/machine/guardian.h"
 #include "hal/can.h"
 #include "hal/can/bus.h"
 #include "hal/canopen/canopen.h"
 #include "hal/clock.h"
-#include "hal/drive/cia402/drive.h"
-#include "hal/drive/modbus/drive.h"
-#include "hal/drive/moteus/drive.h"
-#include "hal/drive/odrive/drive.h"
 #include "hal/gpio/debounce.h"
 
 /* The arrays belong to whoever made the ports. */
@@ -53,10 +50,7 @@ struct machine {
     struct canopen *bus;
     struct modbus_bus *modbus;
     struct can_bus *can;
-    struct drive_cia402 *drive;
-    struct drive_modbus *servo;
-    struct drive_odrive *odrive;
-    struct drive_moteus *moteus;
+    union machine_drive *drive;
     struct hal_fieldbus **fieldbus; /* of either kind */
     struct hal_drive **axis;
     struct controller_axis_config *axis_config;
@@ -89,6 +83,9 @@ void machine_free(struct machine *machine);
 
 /* So long a drive may make no step on its way to being found and enabled. */
 int64_t machine_enable_ns(const struct rig *rig);
+/* As it is on the wire.  false, and 0: this kind of drive has none. */
+bool machine_statusword(const struct machine *machine, unsigned axis,
+                        uint16_t *word);
 
 /* One tick at nominal time `now_ns`: take in what came and send SYNC; step the
  * controller; send the set points. */

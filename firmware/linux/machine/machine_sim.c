@@ -5,15 +5,12 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/linux/machine/kind.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 
 /* Virtual time starts here: 0 means "never" in many places. */
 #define MACHINE_SIM_START_NS INT64_C(1000000000)
-
-#define MACHINE_SIM_LOOP_NS  INT64_C(250000)   /* the servo's inner loop */
-#define MACHINE_SIM_BRAKE_NS INT64_C(80000000) /* its brake lets go */
-#define MACHINE_SIM_BOOT_NS  INT64_C(150000000)
 
 static struct machine_sim *machine_sim_of(struct hal_clock *clock)
 {
@@ -48,9 +45,8 @@ static int machine_sim_fail(char message[YAML_MESSAGE_MAX], const char *name,
     return err;
 }
 
-/* In whole counts. */
-static int machine_sim_counts(const struct rig_axis *axis, int64_t value_q32,
-                              int64_t *counts)
+int machine_sim_counts(const struct rig_axis *axis, int64_t value_q32,
+                       int64_t *counts)
 {
     if (axis->counts_den > INT64_MAX >> 32)
         return MOTION_E_RANGE;
@@ -98,96 +94,6 @@ int machine_sim_place(const struct rig_axis *axis, int64_t pos_q32,
     return MOTION_OK;
 }
 
-/* Lower and upper as counts, which fall where the axis is reversed. */
-static int machine_sim_pair(const struct rig_axis *axis, const int64_t q32[2],
-                            int32_t *low, int32_t *high)
-{
-    const bool reversed = axis->counts_num < 0;
-    int err = machine_sim_place(axis, q32[reversed], low);
-    return err < 0 ? err : machine_sim_place(axis, q32[!reversed], high);
-}
-
-/* Where nothing is said, a drive whose home switch is needed has it on the side
- * where it is looked for, up to the home point. */
-static int machine_sim_home_switch(const struct rig *rig, unsigned i,
-                                   struct sim_cia402_rail *rail)
-{
-    const struct rig_axis *axis = &rig->axis[i];
-    const bool negative =
-        (axis->homing.by == HOMING_DRIVE || axis->homing.direction < 0) ==
-        (axis->counts_num > 0);
-    int32_t counts;
-    if (axis->sim.has_home) {
-        rail->has_home = true;
-        return machine_sim_pair(axis, axis->sim.home_q32, &rail->home_from,
-                                &rail->home_to);
-    }
-    if ((axis->homing.by != HOMING_DRIVE &&
-         !rig_homes_by_drive_input(rig, i)) ||
-        machine_sim_place(axis, axis->homing.pos_q32, &counts) < 0)
-        return MOTION_OK;
-    rail->has_home = true;
-    rail->home_from = negative ? INT32_MIN : counts;
-    rail->home_to = negative ? counts : INT32_MAX;
-    return MOTION_OK;
-}
-
-static int machine_sim_rail(const struct rig *rig, unsigned i,
-                            struct sim_cia402_rail *rail)
-{
-    const struct rig_axis *axis = &rig->axis[i];
-    int64_t index = 0;
-    int err = machine_sim_counts(axis, axis->sim.index_q32, &index);
-    if (err == MOTION_OK && axis->sim.has_limits)
-        err = machine_sim_pair(axis, axis->sim.limit_q32, &rail->limit_negative,
-                               &rail->limit_positive);
-    if (err == MOTION_OK)
-        err = machine_sim_home_switch(rig, i, rail);
-    index = machine_sim_magnitude(index);
-    if (err == MOTION_OK && index > INT32_MAX)
-        err = MOTION_E_RANGE;
-    rail->has_limits = axis->sim.has_limits;
-    rail->index_every = (int32_t)index;
-    return err;
-}
-
-/* The axis before it that has its node; NULL: none. */
-static struct sim_cia402 *machine_sim_first(struct machine_sim *sim,
-                                            const struct rig *rig,
-                                            const struct rig_axis *axis)
-{
-    unsigned i = 0;
-
-    while (rig->axis[i].bus != axis->bus ||
-           rig->axis[i].node_id != axis->node_id)
-        i++;
-    return &rig->axis[i] == axis ? NULL : &sim->servo[i];
-}
-
-static int machine_sim_servo(struct machine_sim *sim, const struct rig *rig,
-                             unsigned i)
-{
-    const struct rig_axis *axis = &rig->axis[i];
-    struct sim_cia402_config config = {
-        .node_id = axis->node_id,
-        .axis = axis->cia402.axis,
-        .with = machine_sim_first(sim, rig, axis),
-        .loop_ns = MACHINE_SIM_LOOP_NS,
-        .brake_release_ns = MACHINE_SIM_BRAKE_NS,
-        .boot_ns = MACHINE_SIM_BOOT_NS,
-    };
-    if (axis->cia402.quirk_given) {
-        config.vendor = rig->quirk[axis->cia402.quirk].vendor;
-        config.product = rig->quirk[axis->cia402.quirk].product[0];
-    }
-    int err = machine_sim_plant(axis, &config.plant, &config.start_counts);
-    if (err == MOTION_OK)
-        err = machine_sim_rail(rig, i, &config.rail);
-    if (err < 0)
-        return err;
-    return sim_cia402_init(&sim->servo[i], &sim->wire[axis->bus], &config);
-}
-
 static int machine_sim_wire(struct machine_sim *sim, const struct rig_bus *bus,
                             unsigned i)
 {
@@ -229,52 +135,21 @@ static void machine_sim_clock(struct machine_sim *sim, bool realtime,
                                          : MACHINE_SIM_START_NS);
 }
 
-static int machine_sim_drive(struct machine_sim *sim, const struct rig *rig,
-                             unsigned i)
-{
-    switch (rig->axis[i].kind) {
-    case RIG_CIA402:
-        return machine_sim_servo(sim, rig, i);
-    case RIG_MODBUS:
-        return machine_sim_modbus_servo(sim, rig, i);
-    case RIG_ODRIVE:
-        return machine_sim_odrive(sim, rig, i);
-    case RIG_MOTEUS:
-        return machine_sim_moteus(sim, &rig->axis[i], i);
-    }
-    return MOTION_E_ARG;
-}
-
-static void *machine_sim_of_kind(struct machine_sim *sim, const struct rig *rig,
-                                 enum rig_drive_kind kind, size_t size)
-{
-    for (unsigned i = 0; i < rig->axis_count; i++)
-        if (rig->axis[i].kind == kind)
-            return memory_pool_new(&sim->memory, rig->axis_count, size);
-    return NULL;
-}
-
 static void machine_sim_room(struct machine_sim *sim, const struct rig *rig)
 {
     struct memory_pool *memory = &sim->memory;
 #define ROOM(array, count)                                                     \
     sim->array = memory_pool_new(memory, count, sizeof *sim->array)
-#define ROOM_OF(array, kind)                                                   \
-    sim->array = machine_sim_of_kind(sim, rig, kind, sizeof *sim->array)
     ROOM(wire, rig->bus_count);
     ROOM(port, rig->bus_count);
     ROOM(modbus_line, rig->bus_count);
     ROOM(master, rig->bus_count);
     ROOM(seat, rig->bus_count);
-    ROOM_OF(servo, RIG_CIA402);
-    ROOM_OF(modbus_servo, RIG_MODBUS);
-    ROOM_OF(odrive, RIG_ODRIVE);
-    ROOM_OF(moteus, RIG_MOTEUS);
+    ROOM(servo, rig->axis_count);
     ROOM(zero_q32, rig->axis_count);
     ROOM(line, rig->line_count);
     ROOM(pressed, rig->line_count);
 #undef ROOM
-#undef ROOM_OF
 }
 
 void machine_sim_free(struct machine_sim *sim)
@@ -302,7 +177,7 @@ int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
         ports->modbus[i] = can ? NULL : &sim->master[i].modbus;
     }
     for (unsigned i = 0; i < rig->axis_count; i++) {
-        int err = machine_sim_drive(sim, rig, i);
+        int err = machine_kinds[rig->axis[i].kind]->sim_init(sim, rig, i);
         if (err < 0)
             return machine_sim_fail(message, rig->axis[i].name, err);
     }

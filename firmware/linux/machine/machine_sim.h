@@ -11,10 +11,6 @@
 #include "hal/modbus/master.h"
 #include "sim/bus/can.h"
 #include "sim/bus/gpio.h"
-#include "sim/device/cia402/servo.h"
-#include "sim/device/modbus/servo.h"
-#include "sim/device/moteus/servo.h"
-#include "sim/device/odrive/servo.h"
 #include "sim/world.h"
 
 struct machine_sim {
@@ -22,11 +18,7 @@ struct machine_sim {
     struct sim_world world;
     struct sim_can_bus *wire;
     struct sim_can_port *port; /* of the master */
-    /* NULL where the rig has no axis of the kind */
-    struct sim_cia402 *servo;
-    struct sim_odrive *odrive;
-    struct sim_moteus *moteus;
-    struct sim_modbus_servo *modbus_servo;
+    union machine_sim_drive *servo;
     /* on Modbus */
     struct sim_modbus_line *modbus_line;
     struct modbus_master *master;
@@ -57,22 +49,18 @@ void machine_sim_free(struct machine_sim *sim);
 int machine_sim_switches(struct machine_sim *sim);
 int64_t machine_sim_pos_q32(const struct machine_sim *sim, unsigned i);
 
-/* machine_sim_modbus.c: line and master of a bus, and a servo on it. */
+/* machine_sim_modbus.c: line and master of a bus. */
 int machine_sim_modbus_line(struct machine_sim *sim, const struct rig *rig,
                             unsigned i);
-int machine_sim_modbus_servo(struct machine_sim *sim, const struct rig *rig,
-                             unsigned i);
-/* machine_sim_turns.c: a drive that counts turns. */
-int machine_sim_odrive(struct machine_sim *sim, const struct rig *rig,
-                       unsigned i);
-int machine_sim_moteus(struct machine_sim *sim, const struct rig_axis *axis,
-                       unsigned i);
 /* What the simulated servo of Modbus axis i is like. */
 int machine_sim_servo_config(const struct rig *rig, unsigned i,
                              struct sim_modbus_servo_config *config);
 /* What the simulated plant of an axis is like, and where it stands. */
 int machine_sim_plant(const struct rig_axis *axis,
                       struct sim_plant_config *plant, int32_t *start_counts);
+/* In whole counts. */
+int machine_sim_counts(const struct rig_axis *axis, int64_t value_q32,
+                       int64_t *counts);
 /* A place along the axis in the counts that the drive has when it is switched
  * on. */
 int machine_sim_place(const struct rig_axis *axis, int64_t pos_q32,

@@ -1,5 +1,5 @@
-/* firmware/linux/machine/machine_sim_modbus.c - simulated Modbus lines and
- * servos for a rig; see machine_sim.h. */
+/* firmware/linux/machine/machine_sim_modbus.c - simulated Modbus lines
+ * of a rig; see machine_sim.h. */
 #include "firmware/host/rig/modbus_budget.h"
 #include "firmware/linux/machine/machine_sim.h"
 
@@ -37,16 +37,4 @@ int machine_sim_servo_config(const struct rig *rig, unsigned i,
         .enable_ns = MACHINE_SIM_ENABLE_NS,
     };
     return machine_sim_plant(axis, &config->plant, &config->start_counts);
-}
-
-int machine_sim_modbus_servo(struct machine_sim *sim, const struct rig *rig,
-                             unsigned i)
-{
-    struct sim_modbus_servo_config config;
-    int err = machine_sim_servo_config(rig, i, &config);
-
-    if (err < 0)
-        return err;
-    return sim_modbus_servo_init(&sim->modbus_servo[i], &sim->world,
-                                 &sim->modbus_line[rig->axis[i].bus], &config);
 }

@@ -1,31 +1,16 @@
 /* firmware/linux/machine/machine_sim_switch.c - simulated switches: pressed
  * where their axis stands. */
-#include "firmware/linux/machine/machine_sim.h"
+#include "firmware/linux/machine/kind.h"
 #include "motion/core/fixed.h"
 #include "sim/util.h"
 
 #define SWITCH_LOOK_NS INT64_C(250000)
 
-static int64_t machine_sim_counts_q24(const struct machine_sim *sim, unsigned i)
-{
-    switch (sim->rig->axis[i].kind) {
-    case RIG_CIA402:
-        return sim_servo_pos_q24(&sim->servo[i].base);
-    case RIG_ODRIVE:
-        return sim_servo_pos_q24(&sim->odrive[i].base);
-    case RIG_MOTEUS:
-        return sim_servo_pos_q24(&sim->moteus[i].base);
-    case RIG_MODBUS:
-        break;
-    }
-    return sim_modbus_servo_counts(&sim->modbus_servo[i]) * (1 << 24);
-}
-
 int64_t machine_sim_pos_q32(const struct machine_sim *sim, unsigned i)
 {
     const struct rig_axis *axis = &sim->rig->axis[i];
     int64_t pos_q32;
-    if (motion_fixed_muldiv(machine_sim_counts_q24(sim, i),
+    if (motion_fixed_muldiv(machine_kinds[axis->kind]->sim_counts_q24(sim, i),
                             axis->counts_den << 8, axis->counts_num,
                             &pos_q32) < 0)
         return 0;

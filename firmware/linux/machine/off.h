@@ -4,8 +4,7 @@
  * Each bus is a machine of its own: one that cannot be opened, and a drive that
  * does not answer, keep no other waiting.  Only OFF is ever asked for.  Each
  * driver looks for its drive as ever, which stops one that is enabled, and
- * switches it off: CiA 402 quick stop and Disable voltage, Modbus the map's
- * `disable`, ODrive and moteus idle.  Inputs are not looked at: nothing may be
+ * switches it off in its kind's own way.  Inputs are not looked at: nothing may be
  * in the way of this. */
 #ifndef FIRMWARE_LINUX_MACHINE_OFF_H
 #define FIRMWARE_LINUX_MACHINE_OFF_H

@@ -153,10 +153,10 @@ static void player_record(struct player *player)
             .actual_q32 = axis->feedback.pos_q32,
             .actual_vel_q32 = axis->feedback.vel_q32,
             .following_q32 = axis->following_q32,
-            .statusword = player->machine->drive[i].statusword,
             .goals = axis->leg.at,
             .events = axis->feedback.events,
         };
+        (void)machine_statusword(player->machine, i, &row->axis[i].statusword);
     }
     player_record_shots(player, row);
     player_add_jerk(player, row);

@@ -287,7 +287,7 @@ static void a_drive_with_torque_is_known_as_such(void **state)
 static void stored_values_outlive_power_off(void **state)
 {
     struct talk *talk = opened("slide");
-    struct sim_cia402 *servo = &talk->bench.sim.servo[0];
+    struct sim_cia402 *servo = &talk->bench.sim.servo[0].cia402;
     uint32_t value = 0;
 
     (void)state;
@@ -311,7 +311,7 @@ static void stored_values_outlive_power_off(void **state)
 static void a_fault_is_explained_and_cleared_and_leaves_it_off(void **state)
 {
     struct talk *talk = opened("slide");
-    struct sim_cia402 *servo = &talk->bench.sim.servo[0];
+    struct sim_cia402 *servo = &talk->bench.sim.servo[0].cia402;
     struct reset reset;
 
     (void)state;
@@ -335,7 +335,7 @@ static void a_fault_is_explained_and_cleared_and_leaves_it_off(void **state)
 static void an_alarm_is_explained_and_cleared(void **state)
 {
     struct talk *talk = opened("turn");
-    struct sim_modbus_servo *servo = &talk->bench.sim.modbus_servo[0];
+    struct sim_modbus_servo *servo = &talk->bench.sim.servo[0].modbus;
     struct reset reset;
 
     (void)state;

@@ -146,7 +146,7 @@ static void firmware_05_is_asked_for_what_it_has(void **state)
     assert_true(talk->turns.is_05);
     (void)quantity_of_odrive(true, &count);
     assert_true(count > 0);
-    sim_servo_inject(&talk->bench.sim.odrive[0].base, SIM_SERVO_TRIP);
+    sim_servo_inject(&talk->bench.sim.servo[0].odrive.base, SIM_SERVO_TRIP);
     assert_int_equal(ask_turns_state(&talk->turns, &seen), MOTION_OK);
     assert_int_equal(seen.error, 0);
     assert_true(seen.is_fault);
@@ -292,7 +292,7 @@ static void with_torque_nothing_is_written(void **state)
     talk = opened("slider");
     assert_int_equal(ask_turns_hello(&talk->turns), MOTION_OK);
     assert_int_equal(talk_is_enabled(talk), 0);
-    talk->bench.sim.odrive[0].axis_state = 8;
+    talk->bench.sim.servo[0].odrive.axis_state = 8;
     assert_int_equal(talk_is_enabled(talk), 1);
     talk_close(talk);
 }
@@ -323,7 +323,7 @@ static void faults_are_said_and_cleared(void **state)
     struct reset reset;
 
     (void)state;
-    sim_servo_inject(&talk->bench.sim.odrive[0].base, SIM_SERVO_TRIP);
+    sim_servo_inject(&talk->bench.sim.servo[0].odrive.base, SIM_SERVO_TRIP);
     assert_int_equal(reset_drive(talk, &reset), MOTION_OK);
     assert_true(reset.was_fault);
     assert_false(reset.is_fault);
@@ -332,7 +332,7 @@ static void faults_are_said_and_cleared(void **state)
     talk_close(talk);
 
     talk = opened("pan");
-    sim_servo_inject(&talk->bench.sim.moteus[0].base, SIM_SERVO_TRIP);
+    sim_servo_inject(&talk->bench.sim.servo[0].moteus.base, SIM_SERVO_TRIP);
     assert_int_equal(reset_drive(talk, &reset), MOTION_OK);
     assert_true(reset.was_fault);
     assert_false(reset.is_fault);
@@ -348,14 +348,14 @@ static void a_fault_that_lasts_is_said_to_last(void **state)
     struct reset reset;
 
     (void)state;
-    sim_servo_inject(&talk->bench.sim.odrive[0].base, SIM_SERVO_ENCODER);
+    sim_servo_inject(&talk->bench.sim.servo[0].odrive.base, SIM_SERVO_ENCODER);
     assert_int_equal(reset_drive(talk, &reset), MOTION_OK);
     assert_true(reset.was_fault && reset.is_fault);
     assert_string_equal(reset.reason, "error 0x00000008: missing estimate");
     talk_close(talk);
 
     talk = opened_05();
-    sim_servo_inject(&talk->bench.sim.odrive[0].base, SIM_SERVO_ENCODER);
+    sim_servo_inject(&talk->bench.sim.servo[0].odrive.base, SIM_SERVO_ENCODER);
     assert_int_equal(reset_drive(talk, &reset), MOTION_OK);
     assert_true(reset.was_fault && reset.is_fault);
     assert_string_equal(
@@ -363,7 +363,7 @@ static void a_fault_that_lasts_is_said_to_last(void **state)
     talk_close(talk);
 
     talk = opened("pan");
-    sim_servo_inject(&talk->bench.sim.moteus[0].base, SIM_SERVO_ENCODER);
+    sim_servo_inject(&talk->bench.sim.servo[0].moteus.base, SIM_SERVO_ENCODER);
     assert_int_equal(reset_drive(talk, &reset), MOTION_OK);
     assert_true(reset.was_fault && reset.is_fault);
     talk_close(talk);
@@ -375,7 +375,7 @@ static void a_drive_that_is_silent_is_said_to_be(void **state)
     struct reset reset;
 
     (void)state;
-    sim_servo_inject(&talk->bench.sim.moteus[0].base, SIM_SERVO_DEAF);
+    sim_servo_inject(&talk->bench.sim.servo[0].moteus.base, SIM_SERVO_DEAF);
     assert_int_equal(reset_drive(talk, &reset), MOTION_E_TIMEOUT);
     talk_close(talk);
     run("drive", "info", RIG, "5", "--bus", "can0");

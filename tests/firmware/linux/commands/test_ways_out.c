@@ -50,13 +50,13 @@ static bool has_torque(unsigned i)
 {
     switch (bench.job.rig.axis[i].kind) {
     case RIG_CIA402:
-        return bench.sim.servo[i].motion != 0;
+        return bench.sim.servo[i].cia402.motion != 0;
     case RIG_MODBUS:
-        return bench.sim.modbus_servo[i].enabled;
+        return bench.sim.servo[i].modbus.enabled;
     case RIG_ODRIVE:
-        return bench.sim.odrive[i].axis_state != 1; /* idle */
+        return bench.sim.servo[i].odrive.axis_state != 1; /* idle */
     case RIG_MOTEUS:
-        return bench.sim.moteus[i].mode > 1; /* stopped, fault */
+        return bench.sim.servo[i].moteus.mode > 1; /* stopped, fault */
     }
     return true;
 }
@@ -65,20 +65,20 @@ static void harm(unsigned i, bool lose)
 {
     switch (bench.job.rig.axis[i].kind) {
     case RIG_CIA402:
-        sim_cia402_inject(&bench.sim.servo[i],
+        sim_cia402_inject(&bench.sim.servo[i].cia402,
                           lose ? SIM_CIA402_SILENT : SIM_CIA402_BLOCKED);
         break;
     case RIG_MODBUS:
-        sim_modbus_servo_inject(&bench.sim.modbus_servo[i],
+        sim_modbus_servo_inject(&bench.sim.servo[i].modbus,
                                 lose ? SIM_MODBUS_SERVO_OFF
                                      : SIM_MODBUS_SERVO_BLOCKED);
         break;
     case RIG_ODRIVE:
-        sim_servo_inject(&bench.sim.odrive[i].base,
+        sim_servo_inject(&bench.sim.servo[i].odrive.base,
                          lose ? SIM_SERVO_SILENT : SIM_SERVO_BLOCKED);
         break;
     case RIG_MOTEUS:
-        sim_servo_inject(&bench.sim.moteus[i].base,
+        sim_servo_inject(&bench.sim.servo[i].moteus.base,
                          lose ? SIM_SERVO_SILENT : SIM_SERVO_BLOCKED);
         break;
     }
@@ -88,17 +88,17 @@ static void heal(unsigned i)
 {
     switch (bench.job.rig.axis[i].kind) {
     case RIG_CIA402:
-        sim_cia402_inject(&bench.sim.servo[i], SIM_CIA402_CLEAR);
+        sim_cia402_inject(&bench.sim.servo[i].cia402, SIM_CIA402_CLEAR);
         break;
     case RIG_MODBUS:
-        sim_modbus_servo_inject(&bench.sim.modbus_servo[i],
+        sim_modbus_servo_inject(&bench.sim.servo[i].modbus,
                                 SIM_MODBUS_SERVO_CLEAR);
         break;
     case RIG_ODRIVE:
-        sim_servo_inject(&bench.sim.odrive[i].base, SIM_SERVO_CLEAR);
+        sim_servo_inject(&bench.sim.servo[i].odrive.base, SIM_SERVO_CLEAR);
         break;
     case RIG_MOTEUS:
-        sim_servo_inject(&bench.sim.moteus[i].base, SIM_SERVO_CLEAR);
+        sim_servo_inject(&bench.sim.servo[i].moteus.base, SIM_SERVO_CLEAR);
         break;
     }
 }

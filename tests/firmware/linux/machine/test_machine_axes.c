@@ -45,8 +45,8 @@ static void get_ready(void)
 /* Counts from where it should be; 1000 per mm. */
 static int64_t off_by(unsigned i, int64_t pos_q32)
 {
-    const int64_t at =
-        (sim_servo_pos_q24(&sim.servo[i].base) >> 24) * (i == SECOND ? -1 : 1);
+    const int64_t at = (sim_servo_pos_q24(&sim.servo[i].cia402.base) >> 24) *
+                       (i == SECOND ? -1 : 1);
     int64_t want = 0;
 
     motion_fixed_muldiv(pos_q32, 1000, MOTION_FIXED_ONE_Q32, &want);
@@ -90,8 +90,8 @@ static void every_axis_follows_the_move(void **state)
 {
     (void)state;
     get_ready();
-    assert_int_equal(sim.servo[SECOND].mode, 9);
-    assert_int_equal(sim.servo[EIGHTH].mode, 8);
+    assert_int_equal(sim.servo[SECOND].cia402.mode, 9);
+    assert_int_equal(sim.servo[EIGHTH].cia402.mode, 8);
     follow();
     assert_int_equal(machine.bus[0].stats.foreign_master, 0);
     assert_int_equal(machine.bus[0].stats.malformed, 0);
@@ -105,12 +105,13 @@ static void a_fault_of_one_axis_stops_all(void **state)
         get_ready();
         start();
         ticks(350);
-        sim_cia402_inject(&sim.servo[i], SIM_CIA402_OVERCURRENT);
+        sim_cia402_inject(&sim.servo[i].cia402, SIM_CIA402_OVERCURRENT);
         until(CONTROLLER_FAULT);
         ticks(2000);
         assert_false(any_torque());
         for (unsigned k = 0; k < AXES; k++)
-            assert_int_equal(machine.drive[k].fault_code, k == i ? 0x2310 : 0);
+            assert_int_equal(machine.drive[k].cia402.fault_code,
+                             k == i ? 0x2310 : 0);
         assert_int_equal(controller_reset(&machine.controller), MOTION_OK);
         until(CONTROLLER_OFF);
         ticks(100);
@@ -125,19 +126,19 @@ static void after_a_restart_every_axis_is_set_up_anew(void **state)
     get_ready();
     start();
     ticks(350);
-    sim_cia402_inject(&sim.servo[EIGHTH], SIM_CIA402_REBOOT);
+    sim_cia402_inject(&sim.servo[EIGHTH].cia402, SIM_CIA402_REBOOT);
     until(CONTROLLER_FAULT);
     ticks(3000);
     for (unsigned i = 0; i < BESIDE; i++)
-        assert_int_equal(sim.servo[i].controlword & 0x8, 0);
-    assert_int_equal(machine.drive[FIRST].phase, DRIVE_CIA402_LOST);
-    assert_int_equal(machine.drive[BESIDE].phase, DRIVE_CIA402_RUN);
+        assert_int_equal(sim.servo[i].cia402.controlword & 0x8, 0);
+    assert_int_equal(machine.drive[FIRST].cia402.phase, DRIVE_CIA402_LOST);
+    assert_int_equal(machine.drive[BESIDE].cia402.phase, DRIVE_CIA402_RUN);
     assert_int_equal(controller_reset(&machine.controller), MOTION_OK);
     until(CONTROLLER_OFF);
     ticks(100);
     assert_false(any_torque());
     get_ready();
-    assert_int_equal(sim.servo[SECOND].mode, 9);
+    assert_int_equal(sim.servo[SECOND].cia402.mode, 9);
 }
 
 static void without_us_every_axis_stops(void **state)
@@ -148,7 +149,7 @@ static void without_us_every_axis_stops(void **state)
     ticks(350);
     sim_world_run(&sim.world, sim.world.now_ns + 2000 * INT64_C(1000000));
     for (unsigned i = 0; i < AXES; i++)
-        assert_int_equal(sim.servo[i].motion, 0); /* no torque */
+        assert_int_equal(sim.servo[i].cia402.motion, 0); /* no torque */
 }
 
 static unsigned count_of(const struct budget *budget, const char *what)

@@ -50,11 +50,11 @@ static void its_watchdogs_are_in_force(void **state)
 {
     (void)state;
     build_ready();
-    assert_true(sim.odrive[SLIDER].watchdog_on);
-    assert_true(sim.odrive[SLIDER].watchdog_s > 0.0999f &&
-                sim.odrive[SLIDER].watchdog_s < 0.1001f);
-    assert_true(sim.moteus[PAN].command[0x7] > 0.0999f &&
-                sim.moteus[PAN].command[0x7] < 0.1001f);
+    assert_true(sim.servo[SLIDER].odrive.watchdog_on);
+    assert_true(sim.servo[SLIDER].odrive.watchdog_s > 0.0999f &&
+                sim.servo[SLIDER].odrive.watchdog_s < 0.1001f);
+    assert_true(sim.servo[PAN].moteus.command[0x7] > 0.0999f &&
+                sim.servo[PAN].moteus.command[0x7] < 0.1001f);
 }
 
 /* slew hangs: nothing is sent any more, and both let go by themselves. */
@@ -64,9 +64,9 @@ static void they_stop_when_nobody_speaks(void **state)
     build_ready();
     now_ns += 150 * MS;
     (void)hal_clock_wait_until(machine.ports.clock, now_ns);
-    assert_int_equal(sim.odrive[SLIDER].axis_state, 1); /* idle */
-    assert_int_equal(sim.odrive[SLIDER].error, 0x1000000);
-    assert_int_equal(sim.moteus[PAN].mode, 11);
+    assert_int_equal(sim.servo[SLIDER].odrive.axis_state, 1); /* idle */
+    assert_int_equal(sim.servo[SLIDER].odrive.error, 0x1000000);
+    assert_int_equal(sim.servo[PAN].moteus.mode, 11);
 }
 
 static const struct {
@@ -95,8 +95,8 @@ static const struct {
 
 static void inject(int axis, enum sim_servo_fault fault)
 {
-    sim_servo_inject(axis == SLIDER ? &sim.odrive[SLIDER].base
-                                    : &sim.moteus[PAN].base,
+    sim_servo_inject(axis == SLIDER ? &sim.servo[SLIDER].odrive.base
+                                    : &sim.servo[PAN].moteus.base,
                      fault);
 }
 
@@ -181,7 +181,7 @@ static void until_homed(enum homing_state end)
 /* Where the motor is; 0.125 turns per mm. */
 static double slider_mm(void)
 {
-    return (double)sim_servo_pos_q24(&sim.odrive[SLIDER].base) /
+    return (double)sim_servo_pos_q24(&sim.servo[SLIDER].odrive.base) /
                (16777216.0 * SIM_ODRIVE_COUNTS * 0.125) +
            100;
 }

@@ -261,7 +261,7 @@ static uint32_t object_in_drive(uint16_t index, uint8_t sub)
     const int row = cia402_od_find(index, sub, &abort_code);
 
     assert_true(row >= 0);
-    return sim.servo[0].value[row];
+    return sim.servo[0].cia402.value[row];
 }
 
 static void parameters_reach_the_drives(void **state)
@@ -281,7 +281,7 @@ static void parameters_reach_the_drives(void **state)
         const struct modbus_map_item *item =
             &rig.map[0].item[rig.axis[1].item[i].item];
 
-        assert_int_equal(sim.modbus_servo[1].reg[item->at],
+        assert_int_equal(sim.servo[1].modbus.reg[item->at],
                          rig.axis[1].item[i].value);
     }
 }
@@ -312,7 +312,7 @@ static void what_the_drive_refuses_is_a_fault_that_says_why(void **state)
     rig.axis[1].item[0] = (struct drive_modbus_parameter){ 1, 1 };
     rig.axis[1].parameter_count = 1;
     start();
-    sim.modbus_servo[1].known[0x7777 / 8] = 0;
+    sim.servo[1].modbus.known[0x7777 / 8] = 0;
     pass(INT64_C(3000000000));
     expect_state(0, HAL_DRIVE_FAULT, "0x2345:00 refused: no such object");
     expect_state(1, HAL_DRIVE_FAULT, "was not written: illegal data address");

@@ -62,7 +62,7 @@ static int bench_wait_until(struct hal_clock *clock, int64_t t_ns)
             bench.interrupt_ns[i] = 0;
         }
     if (bench.fault_ns > 0 && run_ns >= bench.fault_ns) {
-        sim_cia402_inject(&bench.sim.servo[bench.faulty], bench.fault);
+        sim_cia402_inject(&bench.sim.servo[bench.faulty].cia402, bench.fault);
         bench.fault_ns = 0;
     }
     if (bench.pause_at_ns > 0 && run_ns >= bench.pause_at_ns) {

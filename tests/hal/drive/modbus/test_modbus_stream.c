@@ -124,7 +124,7 @@ static void ramps_are_those_of_the_stop(void **state)
 
     (void)state;
     for (unsigned i = 0; i < ARRAY_LEN(drives); i++) {
-        const struct sim_modbus_servo *servo = &sim.modbus_servo[0];
+        const struct sim_modbus_servo *servo = &sim.servo[0].modbus;
         double counts;
 
         load(&drives[i]);
@@ -166,7 +166,7 @@ static void a_drive_left_alone_stops_inside_the_range(void **state)
         for (int n = 0; n < 12000; n++) {
             tick();
             most =
-                fmax(most, ldexp((double)sim.modbus_servo[0].target_q16, -16) /
+                fmax(most, ldexp((double)sim.servo[0].modbus.target_q16, -16) /
                                counts);
         }
         assert_int_equal(machine.controller.state, CONTROLLER_READY);

@@ -107,7 +107,7 @@ static void sweep_measure(const struct sweep_rig *rig,
                           struct sweep_result *result)
 {
     const struct controller_axis *axis = &machine.controller.axis[0];
-    const struct sim_plant *plant = &sim.modbus_servo[0].plant;
+    const struct sim_plant *plant = &sim.servo[0].modbus.plant;
     const double vel = units(axis->target.vel_q32);
     const double motor = ldexp((double)plant->vel_q24, -24) * 360 /
                          (double)llabs(rig->counts) *
@@ -124,7 +124,7 @@ static void sweep_stand(const struct sweep_rig *rig,
     int64_t low = INT64_MAX, high = INT64_MIN;
 
     for (const int64_t end_ns = now_ns + SWEEP_REST_NS; now_ns < end_ns;) {
-        const int64_t pos_q24 = sim.modbus_servo[0].plant.pos_q24;
+        const int64_t pos_q24 = sim.servo[0].modbus.plant.pos_q24;
 
         tick();
         sweep_measure(rig, result);

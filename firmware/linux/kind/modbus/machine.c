@@ -1,0 +1,46 @@
+/* firmware/linux/kind/modbus/machine.c - driver and simulated drive of an axis
+ * on Modbus: see firmware/linux/machine/kind.h. */
+#include "firmware/host/rig/modbus_budget.h"
+#include "firmware/host/rig/modbus_stream.h"
+#include "firmware/linux/machine/kind.h"
+
+static int modbus_init(struct machine *machine, unsigned i)
+{
+    const struct rig *rig = machine->rig;
+    const unsigned bus = rig->axis[i].bus;
+    struct drive_modbus_config config;
+
+    modbus_stream_config(rig, i, &config);
+    machine->axis[i] = &machine->drive[i].modbus.drive;
+    return drive_modbus_init(&machine->drive[i].modbus, &machine->modbus[bus],
+                             &config);
+}
+
+static int64_t modbus_age_ns(const struct rig *rig, const struct rig_axis *axis)
+{
+    return modbus_budget_age_ns(rig, axis->bus);
+}
+
+static int modbus_sim_init(struct machine_sim *sim, const struct rig *rig,
+                           unsigned i)
+{
+    struct sim_modbus_servo_config config;
+    int err = machine_sim_servo_config(rig, i, &config);
+
+    if (err < 0)
+        return err;
+    return sim_modbus_servo_init(&sim->servo[i].modbus, &sim->world,
+                                 &sim->modbus_line[rig->axis[i].bus], &config);
+}
+
+static int64_t modbus_sim_counts_q24(const struct machine_sim *sim, unsigned i)
+{
+    return sim_modbus_servo_counts(&sim->servo[i].modbus) * (1 << 24);
+}
+
+const struct machine_kind machine_kind_modbus = {
+    .init = modbus_init,
+    .age_ns = modbus_age_ns,
+    .sim_init = modbus_sim_init,
+    .sim_counts_q24 = modbus_sim_counts_q24,
+};

@@ -1,0 +1,48 @@
+/* firmware/linux/kind/moteus/machine.c - driver and simulated drive of a moteus
+ * axis: see firmware/linux/machine/kind.h. */
+#include "firmware/linux/kind/turn/machine.h"
+#include "motion/core/err.h"
+
+_Static_assert(SIM_MOTEUS_COUNTS == RIG_TURN_COUNTS,
+               "one turn is the same number of counts everywhere");
+
+static int moteus_init(struct machine *machine, unsigned i)
+{
+    const struct rig *rig = machine->rig;
+    const struct rig_axis *axis = &rig->axis[i];
+    const struct rig_bus *bus = &rig->bus[axis->bus];
+    const struct drive_moteus_config config = {
+        .id = axis->node_id,
+        .switched = bus->data_bit_rate > bus->bit_rate,
+        .watchdog_ns = rig->watchdog_ns,
+        .turns = turn_config(machine, i),
+    };
+
+    machine->axis[i] = &machine->drive[i].moteus.turns.drive;
+    return drive_moteus_init(&machine->drive[i].moteus,
+                             &machine->can[axis->bus], &config);
+}
+static int moteus_sim_init(struct machine_sim *sim, const struct rig *rig,
+                           unsigned i)
+{
+    const struct rig_axis *axis = &rig->axis[i];
+    struct sim_moteus_config config = { .id = axis->node_id,
+                                        .boot_ns = TURN_BOOT_NS };
+    int err = machine_sim_plant(axis, &config.plant, &config.start_counts);
+
+    if (err < 0)
+        return err;
+    return sim_moteus_init(&sim->servo[i].moteus, &sim->wire[axis->bus],
+                           &config);
+}
+
+static int64_t moteus_sim_counts_q24(const struct machine_sim *sim, unsigned i)
+{
+    return sim_servo_pos_q24(&sim->servo[i].moteus.base);
+}
+
+const struct machine_kind machine_kind_moteus = {
+    .init = moteus_init,
+    .sim_init = moteus_sim_init,
+    .sim_counts_q24 = moteus_sim_counts_q24,
+};

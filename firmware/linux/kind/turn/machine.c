@@ -1,0 +1,19 @@
+/* firmware/linux/kind/turn/machine.c - see machine.h. */
+#include "firmware/linux/kind/turn/machine.h"
+
+#include "firmware/host/rig/turns_budget.h"
+
+struct drive_turns_config turn_config(const struct machine *machine, unsigned i)
+{
+    const struct rig *rig = machine->rig;
+    const struct rig_axis *axis = &rig->axis[i];
+    struct drive_turns_config config = {
+        .period_ns = rig->period_ns,
+        .latency_ns = turns_budget_latency_ns(rig, i),
+        .answer_ns = turns_budget_answer_ns(rig, i),
+        .stop_acc_q32 = axis->stop_acc_q32,
+    };
+
+    rig_axis_turns(axis, &config.turns_num, &config.turns_den);
+    return config;
+}

@@ -1,0 +1,13 @@
+/* firmware/linux/kind/turn/machine.h - what the drivers of all drives that count
+ * turns are told alike; see firmware/linux/machine/kind.h. */
+#ifndef FIRMWARE_LINUX_KIND_TURN_MACHINE_H
+#define FIRMWARE_LINUX_KIND_TURN_MACHINE_H
+
+#include "firmware/linux/machine/kind.h"
+
+#define TURN_BOOT_NS INT64_C(150000000) /* simulated */
+
+struct drive_turns_config turn_config(const struct machine *machine,
+                                      unsigned i);
+
+#endif

@@ -1,0 +1,29 @@
+/* firmware/linux/machine/kind.h - what a kind of drive does for the machine; see
+ * firmware/host/rig/kind.h. */
+#ifndef FIRMWARE_LINUX_MACHINE_KIND_H
+#define FIRMWARE_LINUX_MACHINE_KIND_H
+
+#include "firmware/linux/machine/machine_sim.h"
+
+struct machine_kind {
+    /* Makes the driver of axis i of the rig, machine->axis[i].  Its errors. */
+    int (*init)(struct machine *machine, unsigned i);
+    /* Feedback older than this is stale; NULL: of more than a tick or two. */
+    int64_t (*age_ns)(const struct rig *rig, const struct rig_axis *axis);
+    /* So long it may make no step while it is enabled; NULL: it has no more to
+     * say than machine_enable_ns has. */
+    int64_t (*patience_ns)(const struct rig *rig, const struct rig_axis *axis);
+    /* As it is on the wire; NULL: it has none. */
+    uint16_t (*statusword)(const struct machine *machine, unsigned i);
+    /* Makes the simulated drive of axis i on its bus.  Its errors. */
+    int (*sim_init)(struct machine_sim *sim, const struct rig *rig, unsigned i);
+    int64_t (*sim_counts_q24)(const struct machine_sim *sim, unsigned i);
+};
+
+#define MACHINE_KIND_ROW(NAME, name)                                           \
+    extern const struct machine_kind machine_kind_##name;
+RIG_KIND_LIST(MACHINE_KIND_ROW)
+/* By enum rig_drive_kind. */
+extern const struct machine_kind *const machine_kinds[RIG_DRIVE_KINDS];
+
+#endif
