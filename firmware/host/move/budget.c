@@ -8,7 +8,6 @@
 #include "firmware/host/base/error.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/rig/modbus_budget.h"
-#include "firmware/host/rig/turns_budget.h"
 #include "motion/core/fixed.h"
 #include "sim/bus/can.h"
 
@@ -193,28 +192,29 @@ static void budget_of_modbus(struct budget *budget)
     budget_sum_up(budget, false);
 }
 
-/* Mean bits of the frames of an axis that counts turns. */
-static void budget_expect_turns(const struct job *job, unsigned axis,
-                                double mean[TURNS_FRAMES_MAX])
+/* Mean bits of the frames of an axis on a bus without CANopen. */
+static void budget_expect_frames(const struct job *job, unsigned axis,
+                                 double mean[RIG_FRAMES_MAX])
 {
-    double bits[TURNS_FRAMES_MAX] = { 0 };
+    double bits[RIG_FRAMES_MAX] = { 0 };
     for (int64_t i = 0; job != NULL && i < BUDGET_SAMPLES; i++) {
         const struct motion_state state =
             budget_state(job, axis, job->end_ns_q12 / BUDGET_SAMPLES * i);
-        turns_budget_expect(&job->rig, axis, &state, bits);
-        for (unsigned k = 0; k < TURNS_FRAMES_MAX; k++)
+        rig_kinds[job->rig.axis[axis].kind]->expect(&job->rig, axis, &state,
+                                                    bits);
+        for (unsigned k = 0; k < RIG_FRAMES_MAX; k++)
             mean[k] += bits[k] / BUDGET_SAMPLES;
     }
 }
 
-static void budget_add_turns(struct budget *budget, const struct job *job,
-                             unsigned i)
+static void budget_add_frames(struct budget *budget, const struct job *job,
+                              unsigned i)
 {
     const struct rig *rig = budget->rig;
-    struct turns_frame frame[TURNS_FRAMES_MAX];
-    double expected[TURNS_FRAMES_MAX] = { 0 };
-    const unsigned count = turns_budget_frames(rig, i, frame);
-    budget_expect_turns(job, i, expected);
+    struct rig_frame frame[RIG_FRAMES_MAX];
+    double expected[RIG_FRAMES_MAX] = { 0 };
+    const unsigned count = rig_kinds[rig->axis[i].kind]->frames(rig, i, frame);
+    budget_expect_frames(job, i, expected);
     for (unsigned k = 0; k < count; k++)
         budget->item[budget->count++] = (struct budget_item){
             .what = frame[k].what,
@@ -225,11 +225,11 @@ static void budget_add_turns(struct budget *budget, const struct job *job,
         };
 }
 
-static void budget_of_turns(struct budget *budget, const struct job *job)
+static void budget_of_frames(struct budget *budget, const struct job *job)
 {
     for (unsigned i = 0; i < budget->rig->axis_count; i++)
         if (budget->rig->axis[i].bus == budget->bus)
-            budget_add_turns(budget, job, i);
+            budget_add_frames(budget, job, i);
     budget_sum_up(budget, job != NULL);
 }
 
@@ -241,7 +241,7 @@ void budget_of(const struct rig *rig, unsigned bus, const struct job *job,
     const unsigned counted = rig->bus[bus].sync_counter > 0 ? 1 : 0;
     *budget = (struct budget){ .rig = rig, .bus = bus };
     if (rig->bus[bus].kind == RIG_CAN) {
-        budget_of_turns(budget, job);
+        budget_of_frames(budget, job);
         return;
     }
     if (!rig_bus_is_can(&rig->bus[bus])) {

@@ -8,6 +8,7 @@
 #define FIRMWARE_HOST_RIG_KIND_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 #define RIG_KIND_LIST(KIND)                                                    \
     KIND(CIA402, cia402)                                                       \
@@ -22,11 +23,52 @@
 enum rig_drive_kind { RIG_KIND_LIST(RIG_KIND_ENUM) };
 #define RIG_DRIVE_KINDS (0 RIG_KIND_LIST(RIG_KIND_COUNT))
 
+struct homing_config;
+struct motion_state;
+struct rig;
+struct rig_axis;
 struct rig_bus;
+struct rig_reader;
+struct yaml_value;
 
+/* A frame of an axis on a CAN bus, every period_ns.  Bits of an FD frame's data
+ * count as those bits of bit_rate that take as long. */
+struct rig_frame {
+    const char *what;
+    int64_t period_ns;
+    double bits;    /* at most */
+    bool is_before; /* the set points, in a tick: a question and its answer */
+    bool is_answer; /* with a position */
+};
+#define RIG_FRAMES_MAX 4
+
+/* A reader returns 0, or -1 with a sentence. */
 struct rig_kind {
     /* Is this a bus for it? */
     bool (*is_for)(const struct rig_bus *bus);
+    /* `drive:`. */
+    int (*read)(struct rig_reader *reader, const struct yaml_value *value,
+                struct rig_axis *axis);
+    /* The axis being read is whole; NULL: there is no more to judge. */
+    int (*judge_axis)(const struct rig_reader *reader,
+                      const struct yaml_value *value);
+    /* `homing:` is by drive and whole; NULL with cannot_home. */
+    int (*judge_homing)(const struct rig_reader *reader,
+                        const struct yaml_value *value,
+                        struct homing_config *homing);
+    const char *cannot_home;     /* "a drive, which ..."; NULL: it can */
+    const char *homes_as_set_up; /* so that neither slow nor method is for it:
+                                    "a drive, which ..."; NULL: it is told */
+    bool has_methods;            /* of homing, numbers above or below 0 */
+    bool has_inputs; /* says which of its own switches are pressed */
+    /* On a CAN bus without CANopen: what axis i has there; returns how many. */
+    unsigned (*frames)(const struct rig *rig, unsigned i,
+                       struct rig_frame frame[RIG_FRAMES_MAX]);
+    /* The bits of the same in that state, in the mean: feedback is taken to be
+     * the set point. */
+    void (*expect)(const struct rig *rig, unsigned i,
+                   const struct motion_state *state,
+                   double bits[RIG_FRAMES_MAX]);
 };
 #define RIG_KIND_ROW(NAME, name) extern const struct rig_kind rig_kind_##name;
 RIG_KIND_LIST(RIG_KIND_ROW)

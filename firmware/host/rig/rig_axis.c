@@ -110,16 +110,11 @@ static int rig_read_axis(void *reader, uint32_t key,
     memory_free(self->eds);
     self->eds = NULL;
     value.expected = "a map with unit, limits, following_error and drive";
-    if (yaml_fields_read(&value, &rig_axis_shape, reader, axis) < 0 ||
-        rig_judge_eds(self) < 0)
-        return -1;
-    value.expected = "a smaller range or fewer counts";
-    if (axis->kind == RIG_MODBUS &&
-        rig_check_modbus_range(&value, &self->rig->map[axis->map], axis) < 0)
+    if (yaml_fields_read(&value, &rig_axis_shape, reader, axis) < 0)
         return -1;
     rig_complete_axis(axis);
-    value.expected = "a lower stop acceleration or torque";
-    if (rig_check_cia402_torque(&value, axis) < 0)
+    const struct rig_kind *kind = rig_kinds[axis->kind];
+    if (kind->judge_axis != NULL && kind->judge_axis(self, &value) < 0)
         return -1;
     self->rig->axis_count++;
     return 0;

@@ -25,7 +25,8 @@ const uint32_t rig_bit_rates[RIG_BIT_RATES] = {
     10000, 20000, 50000, 125000, 250000, 500000, 800000, 1000000,
 };
 
-int rig_read_bit_rate(void *reader, const struct yaml_value *value, void *out)
+static int rig_read_bit_rate(void *reader, const struct yaml_value *value,
+                             void *out)
 {
     char quote[YAML_QUOTE_MAX];
     int64_t bit_rate;
@@ -53,7 +54,8 @@ static bool rig_is_interface(const char *name, size_t length)
     return true;
 }
 
-int rig_read_interface(void *reader, const struct yaml_value *value, void *out)
+static int rig_read_interface(void *reader, const struct yaml_value *value,
+                              void *out)
 {
     const char *name = yaml_value_text(value);
     char quote[YAML_QUOTE_MAX];
@@ -94,6 +96,52 @@ static const struct yaml_field rig_bus_fields[] = {
 };
 const struct yaml_shape rig_bus_shape = { "bus", rig_bus_fields,
                                           ARRAY_LEN(rig_bus_fields) };
+
+/* ---- CAN without CANopen ---- */
+
+static int rig_read_data_bit_rate(void *reader, const struct yaml_value *value,
+                                  void *out)
+{
+    static const unsigned factor[] = { 1, 2, 4, 5, 8 };
+    const struct rig *rig = ((struct rig_reader *)reader)->rig;
+    const struct rig_bus *bus = &rig->bus[rig->bus_count - 1];
+    char quote[YAML_QUOTE_MAX];
+    int64_t rate;
+
+    if (rig_read_quantity(reader, value, UNITS_BIT_RATE, &rate) < 0)
+        return -1;
+    for (size_t i = 0; i < ARRAY_LEN(factor); i++) {
+        if (rate != (int64_t)bus->bit_rate * factor[i])
+            continue;
+        *(uint32_t *)out = (uint32_t)rate;
+        return 0;
+    }
+    return yaml_value_refuse(value, "%s does not fit a bit_rate of %u kbit/s",
+                             yaml_value_quote(quote, value),
+                             bus->bit_rate / 1000);
+}
+
+static const struct yaml_field rig_can_bus_fields[] = {
+    { "kind", YAML_REQUIRED, "canopen, can, modbus-rtu or modbus-tcp",
+      rig_read_bus_kind, offsetof(struct rig_bus, kind) },
+    { "bit_rate", YAML_REQUIRED,
+      "10, 20, 50, 125, 250, 500, 800 or 1000 kbit/s", rig_read_bit_rate,
+      offsetof(struct rig_bus, bit_rate) },
+    { "data_bit_rate", YAML_OPTIONAL, "1, 2, 4, 5 or 8 times bit_rate",
+      rig_read_data_bit_rate, offsetof(struct rig_bus, data_bit_rate) },
+    { "interface", YAML_OPTIONAL,
+      "the name of a CAN interface of this machine, such as can0",
+      rig_read_interface, offsetof(struct rig_bus, interface) },
+};
+const struct yaml_shape rig_can_bus_shape = { "can_bus", rig_can_bus_fields,
+                                              ARRAY_LEN(rig_can_bus_fields) };
+
+static int rig_read_can_bus(struct rig_reader *reader,
+                            const struct yaml_value *value, struct rig_bus *bus)
+{
+    bus->node_id = 0;
+    return yaml_fields_read(value, &rig_can_bus_shape, reader, bus);
+}
 
 static int rig_read_bus(void *reader, uint32_t key,
                         const struct yaml_value *entry)

@@ -139,79 +139,62 @@ int rig_read_counts(void *reader, const struct yaml_value *value, void *out)
     return 0;
 }
 
-static const struct yaml_field rig_drive_fields[] = {
-    { "kind", YAML_REQUIRED, RIG_KIND_WORDS,
-      rig_read_drive_kind, offsetof(struct rig_axis, kind) },
-    { "bus", YAML_REQUIRED, "the name of a bus", rig_read_drive_bus,
-      offsetof(struct rig_axis, bus) },
-    { "axis", YAML_OPTIONAL, "1 .. 8, where several axes are behind one node",
-      rig_read_cia402_axis, offsetof(struct rig_axis, cia402.axis) },
-    { "node", YAML_REQUIRED, "a node number, 1 .. 127, of its own on the bus",
-      rig_read_drive_node, offsetof(struct rig_axis, node_id) },
-    { "counts", YAML_REQUIRED,
-      "counts per unit of the axis, such as '4096 per mm' or "
-      "{num: 1048576, den: 360}",
-      rig_read_counts, 0 },
-    { "pdo", YAML_OPTIONAL,
-      "a map with rx, tx, rx2, tx2 and number, such as {rx: 0x401, tx: 0x381}",
-      rig_read_cia402_pdo, offsetof(struct rig_axis, cia402.pdo) },
-    { "eds", YAML_OPTIONAL,
-      "the maker's EDS or DCF file, a path from the rig's directory",
-      rig_read_eds, offsetof(struct rig_axis, eds) },
-    { "parameters", YAML_OPTIONAL,
-      "a map of objects and their values, such as {6065: 20000}",
-      rig_read_parameters, 0 },
-    { "mode", YAML_OPTIONAL, "csp, ip or csv", rig_read_cia402_mode,
-      offsetof(struct rig_axis, cia402) },
-    { "bandwidth", YAML_OPTIONAL, "0.1 Hz .. 50 Hz", rig_read_cia402_bandwidth,
-      offsetof(struct rig_axis, cia402.gain_q16) },
-    { "torque", YAML_OPTIONAL,
-      "a share of the rated torque, 0 .. 3, that the highest acceleration "
-      "takes",
-      rig_read_cia402_torque, offsetof(struct rig_axis, torque_q32) },
-    { "velocity_units", YAML_OPTIONAL,
-      "the drive's units per count/s, such as {num: 10, den: 1}",
-      rig_read_scale, offsetof(struct rig_axis, cia402.velocity) },
-    { "acceleration_units", YAML_OPTIONAL,
-      "the drive's units per count/s2, such as {num: 1, den: 1000}",
-      rig_read_scale, offsetof(struct rig_axis, cia402.acceleration) },
-    { "revolution", YAML_OPTIONAL,
-      "the travel in one revolution of the drive's shaft, such as 10 mm",
-      rig_read_cia402_revolution,
-      offsetof(struct rig_axis, cia402.travel_q32) },
-    { "options", YAML_OPTIONAL,
-      "a map with quick_stop, shutdown, disable, halt and fault",
-      rig_read_options, offsetof(struct rig_axis, cia402.option) },
-    { "guarding", YAML_OPTIONAL,
-      "a time of whole ms, at most half of the watchdog",
-      rig_read_cia402_guarding,
-      offsetof(struct rig_axis, cia402.guard_period_ns) },
-    { "times", YAML_OPTIONAL,
-      "a map with sdo, state, boot, brake and precharge", rig_read_times,
-      offsetof(struct rig_axis, cia402.time) },
-    { "quirks", YAML_OPTIONAL,
-      "one of slew's quirks, such as maxon-epos4, or a path that ends in "
-      ".yaml",
-      rig_read_quirks, offsetof(struct rig_axis, cia402) },
-    { "unsupervised", YAML_OPTIONAL,
-      "yes: the drive may do without 0x1016, 0x6007 or 0x6066, and something "
-      "else takes its torque off",
-      rig_read_unsupervised, offsetof(struct rig_axis, unsupervised) },
-};
-const struct yaml_shape rig_drive_shape = { "drive", rig_drive_fields,
-                                            ARRAY_LEN(rig_drive_fields) };
+const char *rig_kind_of(const struct yaml_value *value)
+{
+    const struct yaml_tree *tree = value->tree;
 
+    if (yaml_value_node(value)->kind != YAML_TREE_MAP)
+        return "";
+    for (uint32_t key = yaml_value_node(value)->first; key != 0;
+         key = tree->node[tree->node[key].next].next)
+        if (strcmp(yaml_tree_text(tree, key), "kind") == 0 &&
+            tree->node[tree->node[key].next].kind == YAML_TREE_TEXT)
+            return yaml_tree_text(tree, tree->node[key].next);
+    return "";
+}
+
+int rig_read_unsupervised(void *reader, const struct yaml_value *value,
+                          void *out)
+{
+    (void)reader;
+    return yaml_value_bool(value, out);
+}
+
+int rig_read_pairs(const struct yaml_value *value, const unsigned *count,
+                   unsigned most, void *of,
+                   int (*read)(void *of, const struct yaml_value *key,
+                               const struct yaml_value *value))
+{
+    const struct yaml_tree *tree = value->tree;
+
+    if (yaml_value_need(value, YAML_TREE_MAP) < 0)
+        return -1;
+    for (uint32_t key = yaml_value_node(value)->first; key != 0;
+         key = tree->node[tree->node[key].next].next) {
+        const struct yaml_value name = {
+            tree, key, yaml_tree_text(tree, key),
+            "an object such as 6065 or 607D:1, or its name"
+        };
+        const struct yaml_value number = {
+            tree, tree->node[key].next, yaml_tree_text(tree, key),
+            "a whole number, such as 20000 or 0x1F u16"
+        };
+
+        if (*count == most)
+            return yaml_value_refuse(&name, "is one of more than %u", most);
+        if (read(of, &name, &number) < 0)
+            return -1;
+    }
+    return 0;
+}
+
+/* The first says what is wrong with a word that is no kind. */
 int rig_read_drive(void *reader, const struct yaml_value *value, void *out)
 {
-    const char *kind = rig_kind_of(value);
+    const char *word = rig_kind_of(value);
+    unsigned kind = RIG_DRIVE_KINDS - 1;
 
-    if (strcmp(kind, rig_drive_kinds[RIG_MODBUS]) == 0)
-        return rig_read_modbus_drive(reader, value, out);
-    if (strcmp(kind, rig_drive_kinds[RIG_ODRIVE]) == 0 ||
-        strcmp(kind, rig_drive_kinds[RIG_MOTEUS]) == 0)
-        return rig_read_turns_drive(reader, value, out);
-    if (yaml_fields_read(value, &rig_drive_shape, reader, out) < 0 ||
-        rig_know_quirks(reader, value) < 0 || rig_check_node(reader, value) < 0)
-        return -1;
-    return rig_check_cia402(value, out);
+    while (kind > 0 && strcmp(word, rig_drive_kinds[kind]) != 0)
+        kind--;
+    return rig_kinds[kind]->read(reader, value, out);
 }

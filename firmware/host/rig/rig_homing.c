@@ -42,18 +42,17 @@ static int rig_homing_any(const struct yaml_value *value, void *reader)
                : yaml_value_refuse(value, "is not for homing by none");
 }
 
-static enum rig_drive_kind rig_homing_drive(void *reader)
+static const struct rig_kind *rig_homing_drive(void *reader)
 {
-    return ((struct rig_reader *)reader)->axis->kind;
+    return rig_kinds[((struct rig_reader *)reader)->axis->kind];
 }
 
-/* An ODrive homes by its own end stops at its own speeds. */
+/* A drive that homes at its own speeds, by what it was set up for. */
 static int rig_homing_told(const struct yaml_value *value, void *reader)
 {
-    return rig_homing_of(reader)->by == HOMING_DRIVE &&
-                   rig_homing_drive(reader) == RIG_ODRIVE
-               ? yaml_value_refuse(value, "is not for an odrive, which is set "
-                                          "up for homing by odrivetool")
+    const char *is_set_up = rig_homing_drive(reader)->homes_as_set_up;
+    return rig_homing_of(reader)->by == HOMING_DRIVE && is_set_up != NULL
+               ? yaml_value_refuse(value, "is not for %s", is_set_up)
                : 0;
 }
 
@@ -64,9 +63,9 @@ static int rig_read_homing_by(void *reader, const struct yaml_value *value,
     if (yaml_value_choice(value, rig_homing_kinds, RIG_HOMING_KINDS, &index) <
         0)
         return -1;
-    if (index == HOMING_DRIVE && rig_homing_drive(reader) == RIG_MOTEUS)
-        return yaml_value_refuse(value, "drive is not for a moteus, which has "
-                                        "no homing of its own");
+    const char *cannot = rig_homing_drive(reader)->cannot_home;
+    if (index == HOMING_DRIVE && cannot != NULL)
+        return yaml_value_refuse(value, "drive is not for %s", cannot);
     *(enum homing_by *)out = (enum homing_by)index;
     return 0;
 }
@@ -192,7 +191,7 @@ static int rig_read_homing_method(void *reader, const struct yaml_value *value,
         yaml_value_integer(value, -128, 127, &method) < 0)
         return -1;
     /* CiA 402-2, 0x6098: no homing method assigned */
-    if (method == 0 && rig_homing_drive(reader) == RIG_CIA402)
+    if (method == 0 && rig_homing_drive(reader)->has_methods)
         return yaml_value_refuse(value, "0 is no homing (by: none)");
     *(int *)out = (int)method;
     return 0;
@@ -225,24 +224,6 @@ static const struct yaml_field rig_homing_fields[] = {
 const struct yaml_shape rig_homing_shape = { "homing", rig_homing_fields,
                                              ARRAY_LEN(rig_homing_fields) };
 
-/* The register map says how: what the drive was set to, at its own speeds. */
-static int rig_judge_map_homing(const struct yaml_value *value,
-                                const struct rig *rig,
-                                const struct rig_axis *axis,
-                                const struct homing_config *homing)
-{
-    const struct modbus_map *map = &rig->map[axis->map];
-
-    if (homing->method != 0 || homing->slow_q32 != 0)
-        return yaml_value_refuse(value, "by drive has a 'method' or a 'slow', "
-                                        "but a drive with a register map homes "
-                                        "as it was set up");
-    if (map->sequence[MODBUS_SEQUENCE_home].count == 0)
-        return yaml_value_refuse(value, "is by drive, but the map of the drive "
-                                        "has no sequence home");
-    return 0;
-}
-
 /* What was left out: a quarter of the speed limit, a tenth of that at the
  * switch, and as far as the range is long. */
 int rig_read_homing(void *reader, const struct yaml_value *value, void *out)
@@ -261,13 +242,8 @@ int rig_read_homing(void *reader, const struct yaml_value *value, void *out)
         homing->distance_q32 = INT64_MAX / 4;
     if (yaml_fields_read(value, &rig_homing_shape, reader, out) < 0)
         return -1;
-    if (homing->by == HOMING_DRIVE && axis->kind == RIG_MODBUS)
-        return rig_judge_map_homing(value, ((struct rig_reader *)reader)->rig,
-                                    axis, homing);
-    if (homing->by == HOMING_DRIVE && axis->kind == RIG_ODRIVE)
-        return 0;
-    if (homing->by == HOMING_DRIVE && homing->method == 0)
-        return yaml_value_refuse(value, "by drive has no 'method'");
+    if (homing->by == HOMING_DRIVE)
+        return rig_homing_drive(reader)->judge_homing(reader, value, homing);
     if (homing->slow_q32 == 0)
         homing->slow_q32 = homing->fast_q32 / 10 + 1;
     return 0;
@@ -292,7 +268,8 @@ bool rig_homes_by_drive_input(const struct rig *rig, uint32_t axis)
 {
     const struct homing_config *homing = &rig->axis[axis].homing;
 
-    return rig->axis[axis].kind == RIG_CIA402 && homing->by == HOMING_SWITCH &&
+    return rig_kinds[rig->axis[axis].kind]->has_inputs &&
+           homing->by == HOMING_SWITCH &&
            !rig_has_line(rig, axis, homing->input);
 }
 
@@ -303,7 +280,7 @@ int rig_check_homing(const struct yaml_value *value, const struct rig *rig)
         const struct homing_config *homing = &rig->axis[i].homing;
 
         if (homing->by == HOMING_SWITCH && homing->input == HOMING_INPUT_HOME &&
-            rig->axis[i].kind != RIG_CIA402 &&
+            !rig_kinds[rig->axis[i].kind]->has_inputs &&
             !rig_has_line(rig, i, HOMING_INPUT_HOME))
             return yaml_report_at(&value->tree->report, rig->axis[i].place,
                                   "%s is homed by its home switch, expected a "

@@ -68,6 +68,7 @@ const struct yaml_words rig_words[] = {
     { NULL, NULL, 0 },
 };
 
+#define RIG_SHAPE(NAME, name) &rig_##name##_shape,
 const struct yaml_shape *const rig_shapes[] = {
     &rig_shape,
     &rig_bus_shape,
@@ -75,8 +76,7 @@ const struct yaml_shape *const rig_shapes[] = {
     &rig_limit_shape,
     &rig_stop_shape,
     &rig_following_shape,
-    &rig_drive_shape,
-    &rig_counts_shape,
+    RIG_KIND_LIST(RIG_SHAPE) & rig_counts_shape,
     &rig_scale_shape,
     &rig_option_shape,
     &rig_times_shape,
@@ -84,10 +84,7 @@ const struct yaml_shape *const rig_shapes[] = {
     &rig_homing_shape,
     &rig_sim_shape,
     &rig_modbus_bus_shape,
-    &rig_modbus_drive_shape,
     &rig_can_bus_shape,
-    &rig_odrive_shape,
-    &rig_moteus_shape,
     &rig_line_shape,
     NULL,
 };

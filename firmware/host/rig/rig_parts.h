@@ -5,15 +5,13 @@
  * per kind of value.  What can only be judged when two values are known is
  * judged where the second is read; the tables' order says which that is.
  *
- *   rig_load.c    the top of the file      rig_drive.c  axis: drive
+ *   rig_load.c    the top of the file      rig_drive.c  axis: drive, any kind
  *   rig_bus.c     buses                    rig_sim.c    axis: sim
- *   rig_axis.c    axes                     rig_values.c  kinds of value
- *   rig_gpio.c    gpio                  rig_homing.c axis: homing
+ *   rig_modbus.c  buses of Modbus          rig_values.c  kinds of value
+ *   rig_axis.c    axes                     rig_homing.c axis: homing
+ *   rig_gpio.c    gpio
  *   rig_limits.c  axis: limits, stop, following_error
- *   rig_modbus.c  buses and drives on Modbus
- *   rig_cia402.c  what only a CiA 402 drive has
- *   rig_turns.c   plain CAN buses, drives that count turns
- *   rig_quirks.c  what a drive's maker does otherwise
+ *   kind.h        what a kind of drive adds: firmware/host/kind
  *
  * A reader returns 0, or -1 with the sentence written. */
 #ifndef FIRMWARE_HOST_RIG_RIG_PARTS_H
@@ -79,107 +77,23 @@ int rig_read_drive_kind(void *reader, const struct yaml_value *value,
 int rig_read_bus_kind(void *reader, const struct yaml_value *value, void *out);
 int rig_read_counts(void *reader, const struct yaml_value *value, void *out);
 
-/* ---- rig_parameters.c ---- */
-
-int rig_read_eds(void *reader, const struct yaml_value *value, void *out);
-/* When all of the axis is read: has the drive what is used of it? */
-int rig_judge_eds(const struct rig_reader *reader);
-int rig_read_parameters(void *reader, const struct yaml_value *value,
-                        void *out);
-struct rig_objects {
-    const struct eds *eds; /* NULL: none */
-    struct drive_cia402_parameter *object;
-    unsigned *count, most;
-};
-/* A map of objects and values, `most` of them. */
-int rig_read_objects(const struct yaml_value *value, struct rig_objects *list);
-
-/* ---- rig_cia402.c ---- */
-
-int rig_read_cia402_mode(void *reader, const struct yaml_value *value,
-                         void *out);
-int rig_read_cia402_bandwidth(void *reader, const struct yaml_value *value,
-                              void *out);
-int rig_read_cia402_torque(void *reader, const struct yaml_value *value,
-                           void *out);
-/* Of a whole axis, its stop filled in. */
-int rig_check_cia402_torque(const struct yaml_value *value,
-                            const struct rig_axis *axis);
-int rig_read_cia402_revolution(void *reader, const struct yaml_value *value,
-                               void *out);
-int rig_read_cia402_guarding(void *reader, const struct yaml_value *value,
-                             void *out);
-int rig_read_times(void *reader, const struct yaml_value *value, void *out);
-int rig_read_answer_time(void *reader, const struct yaml_value *value,
-                         void *out);
-int rig_read_wait_time(void *reader, const struct yaml_value *value, void *out);
-int rig_read_scale(void *reader, const struct yaml_value *value, void *out);
-int rig_read_options(void *reader, const struct yaml_value *value, void *out);
-/* What can only be judged when all of the drive is read. */
-/* rig_node.c: several axes behind one node */
-int rig_read_cia402_axis(void *reader, const struct yaml_value *value,
-                         void *out);
-int rig_read_cia402_pdo(void *reader, const struct yaml_value *value,
-                        void *out);
-/* Of a whole drive: what it shares with those before it. */
-int rig_check_node(const struct rig_reader *reader,
-                   const struct yaml_value *value);
-int rig_check_cia402(const struct yaml_value *value,
-                     const struct rig_axis *axis);
-int rig_read_limit_switches(void *reader, const struct yaml_value *value,
-                            void *out);
-int rig_read_home_switch(void *reader, const struct yaml_value *value,
-                         void *out);
-int rig_read_index(void *reader, const struct yaml_value *value, void *out);
-
-/* ---- rig_quirks.c ---- */
-
-int rig_read_quirks(void *reader, const struct yaml_value *value, void *out);
-/* Those that come with slew, for a rig with a CiA 402 drive. */
-int rig_know_quirks(struct rig_reader *reader, const struct yaml_value *value);
-
 /* ---- rig_modbus.c ---- */
+
+int rig_read_modbus_bus(struct rig_reader *reader,
+                        const struct yaml_value *value, struct rig_bus *bus);
+
+/* ---- rig_drive.c ---- */
 
 /* What the map `value` says after kind:, "" when nothing; its shape depends on
  * it. */
 const char *rig_kind_of(const struct yaml_value *value);
-int rig_read_modbus_bus(struct rig_reader *reader,
-                        const struct yaml_value *value, struct rig_bus *bus);
-int rig_read_modbus_drive(struct rig_reader *reader,
-                          const struct yaml_value *value,
-                          struct rig_axis *axis);
-
-/* rig_modbus_range.c: of a whole axis, to be called once its homing is
- * known. */
-int rig_check_modbus_range(const struct yaml_value *value,
-                           const struct modbus_map *map,
-                           const struct rig_axis *axis);
-
+/* A map of at most `most` names and values. */
+int rig_read_pairs(const struct yaml_value *value, const unsigned *count,
+                   unsigned most, void *of,
+                   int (*read)(void *of, const struct yaml_value *key,
+                               const struct yaml_value *value));
 int rig_read_unsupervised(void *reader, const struct yaml_value *value,
                           void *out);
-
-/* ---- rig_turns.c ---- */
-
-int rig_read_can_bus(struct rig_reader *reader, const struct yaml_value *value,
-                     struct rig_bus *bus);
-int rig_read_turns_drive(struct rig_reader *reader,
-                         const struct yaml_value *value, struct rig_axis *axis);
-
-/* ---- rig_endpoints.c ---- */
-
-/* From the rig's directory.  -1: too long. */
-int rig_endpoints_path(char path[RIG_PATH_MAX], const char *name,
-                       const char *rig_path);
-/* Fills in enable_watchdog and watchdog_timeout, 0 where it does not have them.
- * -1: no such file, or not a list. */
-int rig_endpoints_load(const char *path, struct rig_axis *axis);
-
-/* ---- rig_bus.c ---- */
-
-int rig_read_bit_rate(void *reader, const struct yaml_value *value, void *out);
-int rig_read_interface(void *reader, const struct yaml_value *value, void *out);
-
-/* ---- rig_drive.c ---- */
 
 /* Refuses the drive's number, read already, that an axis before has on its bus.
  */
@@ -193,11 +107,13 @@ int rig_read_ratio(struct rig_reader *reader, const struct yaml_value *value,
                    struct rig_axis *axis);
 
 extern const struct yaml_shape rig_limit_shape, rig_stop_shape,
-    rig_following_shape, rig_drive_shape, rig_counts_shape, rig_sim_shape,
-    rig_homing_shape, rig_axis_shape, rig_bus_shape, rig_line_shape,
-    rig_modbus_bus_shape, rig_modbus_drive_shape, rig_can_bus_shape,
-    rig_odrive_shape, rig_moteus_shape, rig_scale_shape, rig_option_shape,
-    rig_times_shape, rig_pdo_shape;
+    rig_following_shape, rig_counts_shape, rig_sim_shape, rig_homing_shape,
+    rig_axis_shape, rig_bus_shape, rig_line_shape, rig_modbus_bus_shape,
+    rig_can_bus_shape, rig_scale_shape, rig_option_shape, rig_times_shape,
+    rig_pdo_shape;
+#define RIG_KIND_SHAPE(NAME, name)                                             \
+    extern const struct yaml_shape rig_##name##_shape;
+RIG_KIND_LIST(RIG_KIND_SHAPE)
 
 /* ---- words a value may be, in the order of their enums ---- */
 

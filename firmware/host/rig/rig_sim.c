@@ -51,6 +51,44 @@ static int rig_read_start(void *reader, const struct yaml_value *value,
     return 0;
 }
 
+/* ---- switches that are wired to the drive ---- */
+
+static int rig_read_pair(struct rig_reader *self,
+                         const struct yaml_value *value, int64_t pair_q32[2])
+{
+    if (!rig_kinds[self->axis->kind]->has_inputs)
+        return yaml_value_refuse(value, "is only for a cia402 drive");
+    return rig_read_ends(self, value, &pair_q32[0], &pair_q32[1]);
+}
+
+static int rig_read_limit_switches(void *reader, const struct yaml_value *value,
+                                   void *out)
+{
+    struct rig_sim *sim = out;
+
+    sim->has_limits = true;
+    return rig_read_pair(reader, value, sim->limit_q32);
+}
+
+static int rig_read_home_switch(void *reader, const struct yaml_value *value,
+                                void *out)
+{
+    struct rig_sim *sim = out;
+
+    sim->has_home = true;
+    return rig_read_pair(reader, value, sim->home_q32);
+}
+
+static int rig_read_index(void *reader, const struct yaml_value *value,
+                          void *out)
+{
+    struct rig_reader *self = reader;
+
+    if (!rig_kinds[self->axis->kind]->has_inputs)
+        return yaml_value_refuse(value, "is only for a cia402 drive");
+    return rig_read_positive(self, value, UNITS_POSITION, out);
+}
+
 static const struct yaml_field rig_sim_fields[] = {
     { "bandwidth", YAML_OPTIONAL, "0.1 Hz .. 200 Hz", rig_read_bandwidth,
       offsetof(struct rig_sim, omega_mrad_s) },

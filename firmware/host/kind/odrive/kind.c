@@ -1,12 +1,126 @@
 /* firmware/host/kind/odrive/kind.c - an ODrive in a rig file; see
  * firmware/host/rig/kind.h. */
-#include "firmware/host/rig/rig_parts.h"
+#include "firmware/host/kind/odrive/parts.h"
+#include "hal/drive/odrive/drive.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
 
 static bool odrive_is_for(const struct rig_bus *bus)
 {
     return bus->kind == RIG_CAN && bus->data_bit_rate == 0;
 }
 
+static int rig_read_odrive_node(void *reader, const struct yaml_value *value,
+                                void *out)
+{
+    int64_t node = 0;
+
+    if (yaml_value_integer(value, 0, DRIVE_ODRIVE_NODE_MAX, &node) < 0)
+        return -1;
+    *(uint8_t *)out = (uint8_t)node;
+    return rig_refuse_taken(reader, value);
+}
+
+static int rig_read_endpoints(void *reader, const struct yaml_value *value,
+                              void *out)
+{
+    struct rig_axis *axis = out;
+    const char *name = yaml_value_text(value);
+    char quote[YAML_QUOTE_MAX];
+
+    (void)reader;
+    if (name == NULL)
+        return -1;
+    if (rig_endpoints_path(axis->endpoints, name, value->tree->report.path) <
+            0 ||
+        rig_endpoints_load(axis->endpoints, axis) < 0)
+        return yaml_value_refuse(value, "%s is no JSON file that can be read",
+                                 yaml_value_quote(quote, value));
+    if (axis->enable_watchdog == 0 || axis->watchdog_timeout == 0)
+        return yaml_value_refuse(value,
+                                 "%s does not have the endpoints "
+                                 "axis0.config.enable_watchdog and "
+                                 "axis0.config.watchdog_timeout",
+                                 yaml_value_quote(quote, value));
+    return 0;
+}
+
+static const struct yaml_field rig_odrive_fields[] = {
+    { "kind", YAML_REQUIRED, RIG_KIND_WORDS, rig_read_drive_kind,
+      offsetof(struct rig_axis, kind) },
+    { "bus", YAML_REQUIRED, "the name of a bus", rig_read_drive_bus,
+      offsetof(struct rig_axis, bus) },
+    { "node", YAML_REQUIRED, "a node number, 0 .. 62, of its own on the bus",
+      rig_read_odrive_node, offsetof(struct rig_axis, node_id) },
+    { "turns", YAML_REQUIRED, RIG_TURNS_EXPECTED, rig_read_turns, 0 },
+    { "endpoints", YAML_OPTIONAL,
+      "ODrive's flat_endpoints.json of the drive's firmware 0.6, from the "
+      "rig's directory",
+      rig_read_endpoints, 0 },
+    { "unsupervised", YAML_OPTIONAL,
+      "yes: nobody has seen to it that the drive stops by itself when the bus "
+      "is dead, and something else takes its torque off",
+      rig_read_unsupervised, offsetof(struct rig_axis, unsupervised) },
+};
+const struct yaml_shape rig_odrive_shape = { "odrive_drive", rig_odrive_fields,
+                                             ARRAY_LEN(rig_odrive_fields) };
+
+/* Set_Input_Pos has 16 bits of 0.001 turns/s for the speed and of 0.001 Nm for
+ * the torque, of which slew sends none. */
+#define ODRIVE_VEL_MAX_Q32 (INT64_C(32767) * MOTION_FIXED_ONE_Q32 / 1000)
+
+static int rig_judge_odrive_speed(const struct yaml_value *value,
+                                  const struct rig_axis *axis)
+{
+    const struct yaml_value slower = {
+        value->tree, value->node, value->name,
+        "a velocity in the axis's limits or turns for at most 32.767 turns/s"
+    };
+    int64_t num, den, vel_q32;
+
+    rig_axis_turns(axis, &num, &den);
+    if (motion_fixed_muldiv(axis->limit.vel_q32, (int64_t)motion_fixed_abs(num),
+                            den, &vel_q32) == MOTION_OK &&
+        vel_q32 <= ODRIVE_VEL_MAX_Q32)
+        return 0;
+    return yaml_value_refuse(&slower,
+                             "runs faster than the 16 bits of ODrive's "
+                             "velocity feed-forward can say");
+}
+
+static int odrive_read(struct rig_reader *reader,
+                       const struct yaml_value *value, struct rig_axis *axis)
+{
+    const struct yaml_value unwatched = {
+        value->tree, value->node, value->name,
+        "endpoints: flat_endpoints.json (firmware 0.6), or unsupervised: yes "
+        "once you have set it and wired its torque-off input"
+    };
+
+    if (yaml_fields_read(value, &rig_odrive_shape, reader, axis) < 0)
+        return -1;
+    if (axis->watchdog_timeout == 0 && !axis->unsupervised)
+        return yaml_value_refuse(&unwatched,
+                                 "has a watchdog that slew does not set");
+    return rig_judge_odrive_speed(value, axis);
+}
+
+/* It homes by its own end stops at its own speeds. */
+static int odrive_judge_homing(const struct rig_reader *reader,
+                               const struct yaml_value *value,
+                               struct homing_config *homing)
+{
+    (void)reader;
+    (void)value;
+    (void)homing;
+    return 0;
+}
+
 const struct rig_kind rig_kind_odrive = {
     .is_for = odrive_is_for,
+    .read = odrive_read,
+    .judge_homing = odrive_judge_homing,
+    .homes_as_set_up = "an odrive, which is set up for homing by odrivetool",
+    .frames = odrive_frames,
+    .expect = odrive_expect,
 };

@@ -1,7 +1,7 @@
 /* firmware/linux/kind/turn/machine.c - see machine.h. */
 #include "firmware/linux/kind/turn/machine.h"
 
-#include "firmware/host/rig/turns_budget.h"
+#include "firmware/host/kind/turn/budget.h"
 
 struct drive_turns_config turn_config(const struct machine *machine, unsigned i)
 {

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "firmware/host/move/budget.h"
-#include "firmware/host/rig/turns_budget.h"
+#include "firmware/host/kind/turn/budget.h"
 #include "motion/core/fixed.h"
 #include "tests/firmware/linux/machine/machine_bench.h"
 
@@ -234,13 +234,13 @@ static void a_homing_that_disarms_is_a_fault(void **state)
 /* By hand: 47 + 8 * 8 + (34 + 64 - 1) / 4 = 135, and 47 + 33 / 4 = 55. */
 static void the_budget_of_an_odrive(void **state)
 {
-    struct turns_frame frame[TURNS_FRAMES_MAX];
+    struct rig_frame frame[RIG_FRAMES_MAX];
     struct budget budget;
     char advice[BUDGET_ADVICE_MAX];
 
     (void)state;
     load();
-    assert_int_equal(turns_budget_frames(&rig, SLIDER, frame), 4);
+    assert_int_equal(rig_kinds[RIG_ODRIVE]->frames(&rig, SLIDER, frame), 4);
     assert_int_equal((int)frame[0].bits, 135);
     assert_int_equal((int)frame[1].bits, 55);
     /* behind its own question and answer, with the set point's own time */
@@ -259,12 +259,12 @@ static void the_budget_of_an_odrive(void **state)
 /* What was counted is never less than what a frame really has. */
 static void no_frame_is_longer_than_its_budget(void **state)
 {
-    struct turns_frame frame[TURNS_FRAMES_MAX];
+    struct rig_frame frame[RIG_FRAMES_MAX];
 
     (void)state;
     seed_from("frames");
     load();
-    (void)turns_budget_frames(&rig, PAN, frame);
+    (void)rig_kinds[RIG_MOTEUS]->frames(&rig, PAN, frame);
     for (int i = 0; i < 20000; i++) {
         struct hal_can_frame order = { .id = 0x8001,
                                        .extended = true,

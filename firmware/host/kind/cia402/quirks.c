@@ -1,8 +1,8 @@
-/* firmware/host/rig/rig_quirks.c - the quirks of a rig's CiA 402 drives: of the
+/* firmware/host/kind/cia402/quirks.c - the quirks of a rig's CiA 402 drives: of the
  * file that an axis names, or of slew's own by the drive's identity. */
 #include <string.h>
 
-#include "firmware/host/rig/rig_parts.h"
+#include "firmware/host/kind/cia402/parts.h"
 
 /* Every file once. */
 static int rig_load_quirks(struct rig *rig, const struct yaml_value *value,

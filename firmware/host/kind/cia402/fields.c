@@ -1,7 +1,6 @@
-/* firmware/host/rig/rig_cia402.c - what only a CiA 402 drive has: how set
- * points go to it, its units, option codes, guarding; simulated, the switches
- * along its axis. */
-#include "firmware/host/rig/rig_parts.h"
+/* firmware/host/kind/cia402/fields.c - what only a CiA 402 drive has: how set
+ * points go to it, its units, option codes, guarding. */
+#include "firmware/host/kind/cia402/parts.h"
 
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
@@ -212,41 +211,4 @@ int rig_check_cia402(const struct yaml_value *value,
     if (axis->cia402.stream == DRIVE_CIA402_CSV && axis->cia402.gain_q16 == 0)
         return yaml_value_refuse(value, "has mode: csv but no bandwidth");
     return 0;
-}
-
-/* ---- simulated --------------------------------------------------------- */
-
-static int rig_read_pair(struct rig_reader *self,
-                         const struct yaml_value *value, int64_t pair_q32[2])
-{
-    if (self->axis->kind != RIG_CIA402)
-        return yaml_value_refuse(value, "is only for a cia402 drive");
-    return rig_read_ends(self, value, &pair_q32[0], &pair_q32[1]);
-}
-
-int rig_read_limit_switches(void *reader, const struct yaml_value *value,
-                            void *out)
-{
-    struct rig_sim *sim = out;
-
-    sim->has_limits = true;
-    return rig_read_pair(reader, value, sim->limit_q32);
-}
-
-int rig_read_home_switch(void *reader, const struct yaml_value *value,
-                         void *out)
-{
-    struct rig_sim *sim = out;
-
-    sim->has_home = true;
-    return rig_read_pair(reader, value, sim->home_q32);
-}
-
-int rig_read_index(void *reader, const struct yaml_value *value, void *out)
-{
-    struct rig_reader *self = reader;
-
-    if (self->axis->kind != RIG_CIA402)
-        return yaml_value_refuse(value, "is only for a cia402 drive");
-    return rig_read_positive(self, value, UNITS_POSITION, out);
 }

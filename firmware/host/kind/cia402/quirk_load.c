@@ -1,10 +1,11 @@
-/* firmware/host/rig/quirk_load.c - see quirk_load.h. */
+/* firmware/host/kind/cia402/quirk_load.c - see
+ * firmware/host/rig/quirk_load.h. */
 #include "firmware/host/rig/quirk_load.h"
 
 #include <stdio.h>
 
 #include "firmware/host/base/memory.h"
-#include "firmware/host/rig/rig_parts.h"
+#include "firmware/host/kind/cia402/parts.h"
 
 /* ---- whose ---- */
 

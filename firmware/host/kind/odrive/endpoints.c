@@ -1,10 +1,10 @@
-/* firmware/host/rig/rig_endpoints.c - where an ODrive's watchdog is; see
+/* firmware/host/kind/odrive/endpoints.c - where an ODrive's watchdog is; see
  * endpoints.h. */
 #include <stdio.h>
 #include <string.h>
 
 #include "firmware/host/device/endpoints.h"
-#include "firmware/host/rig/rig_parts.h"
+#include "firmware/host/kind/odrive/parts.h"
 
 int rig_endpoints_path(char path[RIG_PATH_MAX], const char *name,
                        const char *rig_path)

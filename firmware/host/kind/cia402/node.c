@@ -1,6 +1,6 @@
-/* firmware/host/rig/rig_node.c - several axes behind one CANopen node: which of
+/* firmware/host/kind/cia402/node.c - several axes behind one CANopen node: which of
  * its axes, by which PDOs; and what belongs to the node is said once. */
-#include "firmware/host/rig/rig_parts.h"
+#include "firmware/host/kind/cia402/parts.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-/* firmware/host/rig/rig_parameters.c - an axis's drive: its data sheet, and
+/* firmware/host/kind/cia402/parameters.c - an axis's drive: its data sheet, and
  * what it is set to at start-up. */
 #include <inttypes.h>
 #include <stdio.h>
@@ -9,7 +9,7 @@
 #include "firmware/host/base/quote.h"
 #include "firmware/host/device/eds_need.h"
 #include "firmware/host/device/object.h"
-#include "firmware/host/rig/rig_parts.h"
+#include "firmware/host/kind/cia402/parts.h"
 
 /* ---- the data sheet ---- */
 
@@ -205,61 +205,6 @@ static int rig_object(void *of, const struct yaml_value *key,
     return 0;
 }
 
-static int rig_item(void *of, const struct yaml_value *key,
-                    const struct yaml_value *value)
-{
-    struct rig_reader *self = of;
-    struct rig_axis *axis = self->axis;
-    const struct modbus_map *map = &self->rig->map[axis->map];
-    const char *names[MODBUS_MAP_ITEMS_MAX];
-    int64_t min, max, wanted = 0;
-    unsigned item;
-
-    for (unsigned i = 0; i < map->item_count; i++)
-        names[i] = map->item[i].name;
-    const struct yaml_value choice = { key->tree, key->node, "register",
-                                       key->expected };
-    if (yaml_value_choice(&choice, names, map->item_count, &item) < 0)
-        return -1;
-    if (item == map->position || item == map->alarm)
-        return yaml_value_refuse(key, "is what the drive says");
-    modbus_map_range(map->item[item].type, &min, &max);
-    if (yaml_value_integer(value, min, max, &wanted) < 0)
-        return -1;
-    axis->item[axis->parameter_count++] =
-        (struct drive_modbus_parameter){ .item = (uint8_t)item,
-                                         .value = wanted };
-    return 0;
-}
-
-static int rig_read_pairs(const struct yaml_value *value, const unsigned *count,
-                          unsigned most, void *of,
-                          int (*read)(void *of, const struct yaml_value *key,
-                                      const struct yaml_value *value))
-{
-    const struct yaml_tree *tree = value->tree;
-
-    if (yaml_value_need(value, YAML_TREE_MAP) < 0)
-        return -1;
-    for (uint32_t key = yaml_value_node(value)->first; key != 0;
-         key = tree->node[tree->node[key].next].next) {
-        const struct yaml_value name = {
-            tree, key, yaml_tree_text(tree, key),
-            "an object such as 6065 or 607D:1, or its name"
-        };
-        const struct yaml_value number = {
-            tree, tree->node[key].next, yaml_tree_text(tree, key),
-            "a whole number, such as 20000 or 0x1F u16"
-        };
-
-        if (*count == most)
-            return yaml_value_refuse(&name, "is one of more than %u", most);
-        if (read(of, &name, &number) < 0)
-            return -1;
-    }
-    return 0;
-}
-
 int rig_read_objects(const struct yaml_value *value, struct rig_objects *list)
 {
     return rig_read_pairs(value, list->count, list->most, list, rig_object);
@@ -273,8 +218,5 @@ int rig_read_parameters(void *reader, const struct yaml_value *value, void *out)
                                 RIG_PARAMETERS_MAX };
 
     (void)out;
-    if (axis->kind == RIG_CIA402)
-        return rig_read_objects(value, &list);
-    return rig_read_pairs(value, &axis->parameter_count, RIG_PARAMETERS_MAX,
-                          self, rig_item);
+    return rig_read_objects(value, &list);
 }

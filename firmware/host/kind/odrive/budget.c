@@ -1,0 +1,87 @@
+/* firmware/host/kind/odrive/budget.c - what an ODrive has on its bus; see struct
+ * rig_kind.
+ *
+ * Per tick: set point (8 bytes), the question for a position (remote) and its
+ * answer (8 bytes); per heartbeat period one of 8 bytes.  It says its position
+ * by itself too, every 10 ms as it is delivered, and is not asked in such a
+ * tick: no more than one each tick, or one each 10 ms. */
+#include "firmware/host/kind/turn/budget.h"
+#include "firmware/host/kind/odrive/parts.h"
+#include "hal/drive/odrive/drive.h"
+
+#define ODRIVE_ESTIMATES_NS INT64_C(10000000)
+
+static int64_t estimates_ns(const struct rig *rig)
+{
+    return rig->period_ns < ODRIVE_ESTIMATES_NS ? rig->period_ns
+                                                : ODRIVE_ESTIMATES_NS;
+}
+
+unsigned odrive_frames(const struct rig *rig, unsigned i,
+                       struct rig_frame frame[RIG_FRAMES_MAX])
+{
+    const int64_t tick_ns = rig->period_ns;
+
+    (void)i;
+    frame[0] =
+        (struct rig_frame){ "set point", tick_ns, turn_classic_bits(8), 0, 0 };
+    frame[1] =
+        (struct rig_frame){ "question", tick_ns, turn_classic_bits(0), 1, 0 };
+    frame[2] = (struct rig_frame){ "feedback", estimates_ns(rig),
+                                   turn_classic_bits(8), 1, 1 };
+    frame[3] = (struct rig_frame){ "heartbeat", rig->heartbeat_ns,
+                                   turn_classic_bits(8), 0, 0 };
+    return 4;
+}
+
+/* ---- in the mean ---- */
+
+#define ODRIVE_HEARTBEAT   0x01u
+#define ODRIVE_ESTIMATES   0x09u
+#define ODRIVE_CLOSED_LOOP 8u
+#define ODRIVE_TICKS       10000
+
+/* In which part of the ticks an ODrive is asked: it is not where it was heard
+ * since the last one, by its own accord or as the answer to that one's
+ * question. */
+static double asked_share(const struct rig *rig)
+{
+    bool asked = false;
+    int64_t told = 0, count = 0;
+
+    for (int64_t i = 0; i < ODRIVE_TICKS; i++) {
+        const int64_t by_itself =
+            (i * rig->period_ns + rig->period_ns / 2) / ODRIVE_ESTIMATES_NS;
+
+        asked = !asked && by_itself == told;
+        told = by_itself;
+        count += asked;
+    }
+    return (double)count / ODRIVE_TICKS;
+}
+
+void odrive_expect(const struct rig *rig, unsigned i,
+                   const struct motion_state *state,
+                   double bits[RIG_FRAMES_MAX])
+{
+    const struct rig_axis *axis = &rig->axis[i];
+    const struct drive_turns_point point = turn_point_of(axis, state);
+    const struct rig_bus *bus = &rig->bus[axis->bus];
+    const uint32_t id = (uint32_t)axis->node_id << 5;
+    const double asked = asked_share(rig);
+    struct hal_can_frame frame;
+
+    drive_odrive_put_point(&frame, axis->node_id, &point);
+    bits[0] = turn_frame_bits(bus, &frame);
+    frame =
+        (struct hal_can_frame){ .id = id | ODRIVE_ESTIMATES, .remote = true };
+    bits[1] = asked * turn_frame_bits(bus, &frame);
+    frame.remote = false;
+    frame.len = 8;
+    turn_put_estimates(frame.data, &point);
+    bits[2] = (asked / (double)rig->period_ns + 1.0 / ODRIVE_ESTIMATES_NS) *
+              (double)estimates_ns(rig) * turn_frame_bits(bus, &frame);
+    frame = (struct hal_can_frame){ .id = id | ODRIVE_HEARTBEAT, .len = 8 };
+    frame.data[4] = ODRIVE_CLOSED_LOOP;
+    bits[3] = turn_frame_bits(bus, &frame);
+}

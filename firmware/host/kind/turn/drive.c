@@ -1,0 +1,33 @@
+/* firmware/host/kind/turn/drive.c - see parts.h. */
+#include "firmware/host/kind/turn/parts.h"
+
+#include "hal/drive/turn/drive.h"
+
+void rig_axis_turns(const struct rig_axis *axis, int64_t *num, int64_t *den)
+{
+    *num = axis->counts_num;
+    *den = axis->counts_den * RIG_TURN_COUNTS;
+}
+
+/* To counts, reduced so that nothing gets lost. */
+int rig_read_turns(void *reader, const struct yaml_value *value, void *out)
+{
+    struct rig_axis *axis = out;
+    int64_t same;
+
+    if (rig_read_ratio(reader, value, axis) < 0)
+        return -1;
+    same = (int64_t)units_gcd(RIG_TURN_COUNTS, (uint64_t)axis->counts_den);
+    axis->counts_den /= same;
+    if (axis->counts_den > INT64_MAX / RIG_TURN_COUNTS ||
+        axis->counts_num > INT64_MAX / RIG_TURN_COUNTS ||
+        axis->counts_num < -(INT64_MAX / RIG_TURN_COUNTS))
+        return yaml_value_refuse(value, "has too many digits");
+    axis->counts_num *= RIG_TURN_COUNTS / same;
+    if (!rig_counts_fit(axis))
+        return yaml_value_refuse(value,
+                                 "gives more than %d turns at the end "
+                                 "of the axis",
+                                 DRIVE_TURNS_MAX - 1);
+    return 0;
+}

@@ -1,0 +1,14 @@
+/* firmware/host/kind/turn/parts.h - what a rig says alike of all drives that
+ * count turns. */
+#ifndef FIRMWARE_HOST_KIND_TURN_PARTS_H
+#define FIRMWARE_HOST_KIND_TURN_PARTS_H
+
+#include "firmware/host/rig/rig_parts.h"
+
+/* turns: */
+#define RIG_TURNS_EXPECTED                                                     \
+    "turns of the motor per unit of the axis, such as '0.2 per mm' or "        \
+    "{num: 50, den: 360}"
+int rig_read_turns(void *reader, const struct yaml_value *value, void *out);
+
+#endif
