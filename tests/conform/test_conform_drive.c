@@ -5,21 +5,13 @@
 #include <string.h>
 
 #include "hal/drive/cia402/drive.h"
-#include "hal/drive/moteus/drive.h"
-#include "hal/drive/odrive/drive.h"
 #include "motion/core/fixed.h"
 #include "sim/device/cia402/servo.h"
-#include "sim/device/moteus/servo.h"
-#include "sim/device/odrive/servo.h"
 #include "tests/hal/linux/modbus_bench.h"
+#include "tests/support/kind/kind.h"
 
 #define S   INT64_C(1000000000)
 #define ONE MOTION_FIXED_ONE_Q32
-
-/* One unit is a tenth of a turn: 20 units/s are 2 turns/s. */
-#define TURNS_NUM    1
-#define TURNS_DEN    10
-#define TURNS_COUNTS 65536 /* of the plant */
 
 static struct sim_world world;
 static struct sim_can_bus wire;
@@ -44,46 +36,29 @@ static int64_t units_of(int64_t pos_q24, int64_t counts, int64_t units)
     return pos_q32;
 }
 
-static const struct sim_plant_config turns_plant = {
-    .omega_mrad_s = 400000,
-    .zeta_permille = 1000,
-    .vel_max_counts_s = 10 * TURNS_COUNTS,
-    .acc_max_counts_s2 = 1000 * TURNS_COUNTS,
-};
-
-static const struct drive_turns_config turns_config = {
-    .turns_num = TURNS_NUM,
-    .turns_den = TURNS_DEN,
-    .period_ns = 1 * MS,
-    .latency_ns = 200000,
-    .answer_ns = 130000,
-    .stop_acc_q32 = INT64_C(200) << 32,
-};
-
-_Static_assert(SIM_ODRIVE_COUNTS == TURNS_COUNTS &&
-                   SIM_MOTEUS_COUNTS == TURNS_COUNTS,
-               "one ruler for both");
+/* ---- drives that count turns ------------------------------------------- */
 
 static struct can_bus can_bus;
-static struct sim_servo *turns_device;
+static const struct kind_turn *turn;
+static enum kind_turn_how turn_how;
 
-static void turns_wire_up(struct conform_drive *b, struct sim_servo *device)
+static struct hal_drive *turn_setup(struct conform_drive *b)
 {
     wire_up(b, 1000000);
     can_bus_init(&can_bus, &port.can);
     b->fieldbus = &can_bus.fieldbus;
-    turns_device = device;
+    return turn->init(&wire, &can_bus, turn_how);
 }
 
-static int64_t turns_ruler_q32(struct conform_drive *b)
+static int64_t turn_ruler_q32(struct conform_drive *b)
 {
     (void)b;
-    return units_of(sim_servo_pos_q24(turns_device), TURNS_COUNTS,
-                    TURNS_DEN / TURNS_NUM);
+    return units_of(sim_servo_pos_q24(turn->servo), turn->counts,
+                    KIND_TURN_UNITS);
 }
 
-static void turns_trouble(struct conform_drive *b,
-                          enum conform_drive_trouble trouble)
+static void turn_trouble(struct conform_drive *b,
+                         enum conform_drive_trouble trouble)
 {
     static const enum sim_servo_fault fault[] = {
         [CONFORM_DRIVE_TRIP] = SIM_SERVO_TRIP,
@@ -93,94 +68,45 @@ static void turns_trouble(struct conform_drive *b,
     };
 
     (void)b;
-    sim_servo_inject(turns_device, fault[trouble]);
+    sim_servo_inject(turn->servo, fault[trouble]);
 }
 
-/* What both benches say. */
-#define TURNS_BENCH                                                            \
-    .ruler_q32 = turns_ruler_q32, .trouble = turns_trouble, .tick_ns = 1 * MS, \
-    .start_ns = 1 * S, .silent_ns = 60 * MS, .follow_q32 = ONE / 20,           \
-    .report_q32 = ONE / 200, .stand_q32 = ONE / 1000,                          \
-    .beyond_q32 = INT64_C(400000) * ONE, .lasts = true
-
-/* ---- ODrive ------------------------------------------------------------- */
-
-static struct sim_odrive odrive_device;
-static struct drive_odrive odrive;
-static bool odrive_is_05;
-
-static struct hal_drive *odrive_setup(struct conform_drive *b)
+static int conform_turn(const struct kind_turn_conform *claim)
 {
-    const struct sim_odrive_config device = {
-        .node = 3,
-        .is_05 = odrive_is_05,
-        .plant = turns_plant,
-        .start_counts = 123456,
-        .boot_ns = 50 * MS,
-        .enable_watchdog = 190,
-        .watchdog_timeout = 191,
+    struct conform_drive bench = {
+        .name = claim->text,
+        .setup = turn_setup,
+        .ruler_q32 = turn_ruler_q32,
+        .trouble = turn_trouble,
+        .tick_ns = 1 * MS,
+        .start_ns = 1 * S,
+        .enable_ns = claim->enable_ns,
+        .trip_ns = claim->trip_ns,
+        .silent_ns = 60 * MS,
+        .follow_q32 = ONE / 20,
+        .report_q32 = ONE / 200,
+        .stand_q32 = ONE / 1000,
+        .beyond_q32 = INT64_C(400000) * ONE,
+        .lasts = true,
     };
-    struct drive_odrive_config config = { .node = 3, .turns = turns_config };
 
-    if (!odrive_is_05) {
-        config.enable_watchdog = 190;
-        config.watchdog_timeout = 191;
-        config.watchdog_ns = 100 * MS;
+    turn_how = claim->how;
+    return conform_drive(&bench);
+}
+
+/* Two ways of being set up, or one. */
+static int conform_turns(void)
+{
+    int failed = 0;
+
+    for (unsigned i = 0; i < RIG_DRIVE_KINDS; i++) {
+        turn = kind_tests[i]->turn;
+        for (unsigned k = 0;
+             turn != NULL && k < 2 && turn->conform[k].text != NULL; k++)
+            failed += conform_turn(&turn->conform[k]);
     }
-    turns_wire_up(b, &odrive_device.base);
-    assert_int_equal(sim_odrive_init(&odrive_device, &wire, &device), 0);
-    assert_int_equal(drive_odrive_init(&odrive, &can_bus, &config), 0);
-    return &odrive.turns.drive;
+    return failed;
 }
-
-static struct conform_drive odrive_bench = {
-    .setup = odrive_setup,
-    TURNS_BENCH,
-    .enable_ns = 300 * MS,
-    .trip_ns = 110 * MS,
-};
-
-static int all_odrives(void)
-{
-    int failed;
-
-    odrive_bench.name = "drive_odrive, firmware 0.6";
-    odrive_is_05 = false;
-    failed = conform_drive(&odrive_bench);
-    odrive_bench.name = "drive_odrive, firmware 0.5";
-    odrive_is_05 = true;
-    return failed + conform_drive(&odrive_bench);
-}
-
-/* ---- moteus ------------------------------------------------------------- */
-
-static struct sim_moteus moteus_device;
-static struct drive_moteus moteus;
-
-static struct hal_drive *moteus_setup(struct conform_drive *b)
-{
-    const struct sim_moteus_config device = { .id = 5,
-                                              .plant = turns_plant,
-                                              .start_counts = -54321,
-                                              .boot_ns = 50 * MS };
-    const struct drive_moteus_config config = { .id = 5,
-                                                .switched = true,
-                                                .turns = turns_config };
-
-    turns_wire_up(b, &moteus_device.base);
-    assert_int_equal(sim_can_bus_set_fd(&wire, 5), 0);
-    assert_int_equal(sim_moteus_init(&moteus_device, &wire, &device), 0);
-    assert_int_equal(drive_moteus_init(&moteus, &can_bus, &config), 0);
-    return &moteus.turns.drive;
-}
-
-static struct conform_drive moteus_bench = {
-    .name = "drive_moteus",
-    .setup = moteus_setup,
-    TURNS_BENCH,
-    .enable_ns = 20 * MS,
-    .trip_ns = 3 * MS,
-};
 
 /* ---- CiA 402 ------------------------------------------------------------ */
 
@@ -310,6 +236,6 @@ static struct conform_drive modbus_servo_bench = {
 
 int main(void)
 {
-    return all_odrives() + conform_drive(&moteus_bench) +
-           conform_drive(&cia402_bench) + conform_drive(&modbus_servo_bench);
+    return conform_turns() + conform_drive(&cia402_bench) +
+           conform_drive(&modbus_servo_bench);
 }

@@ -109,8 +109,8 @@ struct rig_axis {
     uint32_t bus; /* index */
     uint8_t node_id;
     /* counts per unit, num != 0 (negative: reversed), den > 0; both position
-     * limits are within +-(2^31 - 1) counts.  ODrive and moteus count turns:
-     * one is RIG_TURN_COUNTS */
+     * limits are within +-(2^31 - 1) counts.  Of a drive that counts
+     * turns, one is RIG_TURN_COUNTS */
     int64_t counts_num, counts_den;
     enum rig_drive_kind kind;
     struct rig_cia402 cia402;

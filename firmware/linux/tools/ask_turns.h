@@ -49,7 +49,7 @@ struct ask_turns_state {
                       controller */
 };
 int ask_turns_state(struct ask_turns *ask, struct ask_turns_state *state);
-/* Errors are forgotten, those whose cause is gone; a moteus is stopped. */
+/* Errors are forgotten, those whose cause is gone; it does not move then. */
 int ask_turns_clear(struct ask_turns *ask);
 /* "closed loop control" */
 const char *ask_turns_state_text(const struct ask_turns *ask, unsigned state);

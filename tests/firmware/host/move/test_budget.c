@@ -107,7 +107,7 @@ static void eight_axes_load_two_buses_as_computed(void **state)
     expect_load_as_computed();
 }
 
-/* An ODrive of firmware 0.6 and a moteus, at several ticks. */
+/* One of each kind, at several ticks. */
 static void drives_that_count_turns_load_theirs_as_computed(void **state)
 {
     static const int64_t tick_ns[] = { 1000000, 2000000, 4000000, 20000000 };

@@ -373,8 +373,6 @@ static void the_command_finds_the_drives_of_a_rig(void **state)
     run_expect(STATUS_OK);
     run_says("kind: odrive");
     run_says("idle");
-    run_says("stopped");
-    run_says("kind: moteus");
     run_says("2 found");
     run("scan", "--bus", "can1", "examples/modbus");
     run_expect(STATUS_OK);

@@ -11,6 +11,7 @@
 #include "firmware/linux/machine/off.h"
 #include "firmware/linux/machine/player.h"
 #include "tests/support/check.h"
+#include "tests/support/kind/kind.h"
 
 #define MS     INT64_C(1000000)
 #define SECOND (1000 * MS)
@@ -45,62 +46,24 @@ static struct bench {
     bool returned;
 } bench;
 
-/* Of the servo itself, and of nothing that slew believes. */
+static const struct kind_test *kind_of(unsigned i)
+{
+    return kind_tests[bench.job.rig.axis[i].kind];
+}
+
 static bool has_torque(unsigned i)
 {
-    switch (bench.job.rig.axis[i].kind) {
-    case RIG_CIA402:
-        return bench.sim.servo[i].cia402.motion != 0;
-    case RIG_MODBUS:
-        return bench.sim.servo[i].modbus.enabled;
-    case RIG_ODRIVE:
-        return bench.sim.servo[i].odrive.axis_state != 1; /* idle */
-    case RIG_MOTEUS:
-        return bench.sim.servo[i].moteus.mode > 1; /* stopped, fault */
-    }
-    return true;
+    return kind_of(i)->has_torque(&bench.sim.servo[i]);
 }
 
 static void harm(unsigned i, bool lose)
 {
-    switch (bench.job.rig.axis[i].kind) {
-    case RIG_CIA402:
-        sim_cia402_inject(&bench.sim.servo[i].cia402,
-                          lose ? SIM_CIA402_SILENT : SIM_CIA402_BLOCKED);
-        break;
-    case RIG_MODBUS:
-        sim_modbus_servo_inject(&bench.sim.servo[i].modbus,
-                                lose ? SIM_MODBUS_SERVO_OFF
-                                     : SIM_MODBUS_SERVO_BLOCKED);
-        break;
-    case RIG_ODRIVE:
-        sim_servo_inject(&bench.sim.servo[i].odrive.base,
-                         lose ? SIM_SERVO_SILENT : SIM_SERVO_BLOCKED);
-        break;
-    case RIG_MOTEUS:
-        sim_servo_inject(&bench.sim.servo[i].moteus.base,
-                         lose ? SIM_SERVO_SILENT : SIM_SERVO_BLOCKED);
-        break;
-    }
+    kind_of(i)->trouble(&bench.sim.servo[i], lose ? KIND_SILENT : KIND_BLOCKED);
 }
 
 static void heal(unsigned i)
 {
-    switch (bench.job.rig.axis[i].kind) {
-    case RIG_CIA402:
-        sim_cia402_inject(&bench.sim.servo[i].cia402, SIM_CIA402_CLEAR);
-        break;
-    case RIG_MODBUS:
-        sim_modbus_servo_inject(&bench.sim.servo[i].modbus,
-                                SIM_MODBUS_SERVO_CLEAR);
-        break;
-    case RIG_ODRIVE:
-        sim_servo_inject(&bench.sim.servo[i].odrive.base, SIM_SERVO_CLEAR);
-        break;
-    case RIG_MOTEUS:
-        sim_servo_inject(&bench.sim.servo[i].moteus.base, SIM_SERVO_CLEAR);
-        break;
-    }
+    kind_of(i)->trouble(&bench.sim.servo[i], KIND_HEALED);
 }
 
 static void happen(void)

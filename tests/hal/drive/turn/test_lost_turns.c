@@ -1,22 +1,15 @@
-/* tests/hal/drive/turn/test_lost_turns.c - an ODrive and a moteus that are not
- * heard any more, or hear nothing either, have no torque in the end. */
+/* tests/hal/drive/turn/test_lost_turns.c - drives that count turns and
+ * are not heard any more, or hear nothing either, have no torque in the end. */
 #include <inttypes.h>
 #include <string.h>
 
-#include "hal/drive/moteus/drive.h"
-#include "hal/drive/odrive/drive.h"
 #include "hal/support/container_of.h"
 #include "motion/core/fixed.h"
-#include "sim/device/moteus/servo.h"
-#include "sim/device/odrive/servo.h"
-
 #include "tests/support/check.h"
+#include "tests/support/kind/kind.h"
 
-#define MS     INT64_C(1000000)
-#define ONE    MOTION_FIXED_ONE_Q32
-#define UNITS  10 /* per turn */
-#define NODE   3
-#define MOTEUS 5
+#define MS  INT64_C(1000000)
+#define ONE MOTION_FIXED_ONE_Q32
 
 /* A port that loses what it is told to. */
 struct leaky_can {
@@ -82,62 +75,15 @@ static struct {
     struct hal_drive *drive;
     struct hal_drive_feedback seen;
     int64_t now_ns, vel_q32, at_q32;
-    bool is_moteus, streams, had_torque;
+    const struct kind_turn *turn;
+    bool streams, had_torque;
     int64_t cut_vel_q24; /* how fast it was when torque went */
 } b;
 
-static struct sim_odrive odrive_device;
-static struct sim_moteus moteus_device;
-static struct drive_odrive odrive;
-static struct drive_moteus moteus;
-
-static const struct sim_plant_config plant = {
-    .omega_mrad_s = 400000,
-    .zeta_permille = 1000,
-    .vel_max_counts_s = 10 * 65536,
-    .acc_max_counts_s2 = 1000 * 65536,
-};
-
-static const struct drive_turns_config turns = {
-    .turns_num = 1,
-    .turns_den = UNITS,
-    .period_ns = MS,
-    .latency_ns = 200000,
-    .answer_ns = 130000,
-    .stop_acc_q32 = INT64_C(200) << 32,
-};
-
-static void add_odrive(void)
-{
-    const struct sim_odrive_config device = {
-        .node = NODE, .plant = plant, .start_counts = 123456, .boot_ns = 50 * MS
-    };
-    const struct drive_odrive_config config = { .node = NODE, .turns = turns };
-
-    assert_int_equal(sim_odrive_init(&odrive_device, &b.wire, &device), 0);
-    assert_int_equal(drive_odrive_init(&odrive, &b.bus, &config), 0);
-    b.drive = &odrive.turns.drive;
-}
-
-static void add_moteus(void)
-{
-    const struct sim_moteus_config device = {
-        .id = MOTEUS, .plant = plant, .start_counts = -54321, .boot_ns = 50 * MS
-    };
-    const struct drive_moteus_config config = { .id = MOTEUS,
-                                                .switched = true,
-                                                .turns = turns };
-
-    assert_int_equal(sim_can_bus_set_fd(&b.wire, 5), 0);
-    assert_int_equal(sim_moteus_init(&moteus_device, &b.wire, &device), 0);
-    assert_int_equal(drive_moteus_init(&moteus, &b.bus, &config), 0);
-    b.drive = &moteus.turns.drive;
-}
-
-static void setup(bool is_moteus)
+static void setup(const struct kind_turn *turn)
 {
     memset(&b, 0, sizeof b);
-    b.is_moteus = is_moteus;
+    b.turn = turn;
     b.now_ns = 1000 * MS;
     sim_world_init(&b.world, b.now_ns);
     assert_int_equal(sim_can_bus_init(&b.wire, &b.world, 1000000), 0);
@@ -146,31 +92,15 @@ static void setup(bool is_moteus)
     b.leaky.can.ops = &leaky_ops;
     b.leaky.behind = &b.port.can;
     can_bus_init(&b.bus, &b.leaky.can);
-    if (is_moteus)
-        add_moteus();
-    else
-        add_odrive();
-}
-
-/* Whatever is not off: also what the watchdog of a moteus leaves. */
-static bool has_torque(void)
-{
-    return b.is_moteus ? moteus_device.mode > MOTEUS_MODE_FAULT
-                       : odrive_device.axis_state != 1;
-}
-
-static int64_t plant_vel_q24(void)
-{
-    return b.is_moteus ? moteus_device.base.plant.vel_q24
-                       : odrive_device.base.plant.vel_q24;
+    b.drive = turn->init(&b.wire, &b.bus, KIND_PLAIN);
 }
 
 static void watch_torque(void)
 {
-    const bool torque = has_torque();
+    const bool torque = b.turn->has_torque();
 
     if (b.had_torque && !torque)
-        b.cut_vel_q24 = plant_vel_q24();
+        b.cut_vel_q24 = b.turn->servo->plant.vel_q24;
     b.had_torque = torque;
 }
 
@@ -210,14 +140,14 @@ static void until(enum hal_drive_state state)
 
 enum motion { STANDING, STREAMED, GOING };
 
-static void get_moving(bool is_moteus, enum motion motion)
+static void get_moving(const struct kind_turn *turn, enum motion motion)
 {
     const struct hal_drive_go go = { .pos_q32 = 200 * ONE,
                                      .vel_q32 = 10 * ONE,
                                      .acc_q32 = INT64_C(100) << 32,
                                      .dec_q32 = INT64_C(100) << 32 };
 
-    setup(is_moteus);
+    setup(turn);
     until(HAL_DRIVE_OFF);
     hal_drive_request(b.drive, HAL_DRIVE_REQUEST_ENABLE);
     until(HAL_DRIVE_ENABLED);
@@ -232,7 +162,7 @@ static void get_moving(bool is_moteus, enum motion motion)
     }
     pass(1000 * MS);
     assert_int_equal(b.seen.state, HAL_DRIVE_ENABLED);
-    assert_true(has_torque());
+    assert_true(b.turn->has_torque());
 }
 
 static void expect_text(const char *want)
@@ -245,16 +175,17 @@ static void expect_text(const char *want)
 static void expect_dark(void)
 {
     assert_int_equal(b.seen.state, HAL_DRIVE_OFFLINE);
-    assert_false(has_torque());
+    assert_false(b.turn->has_torque());
     b.leaky.sent = 0;
     pass(1000 * MS);
     assert_int_equal(b.seen.state, HAL_DRIVE_OFFLINE);
-    assert_false(has_torque());
+    assert_false(b.turn->has_torque());
 }
 
-static void lose(bool is_moteus, enum motion motion, bool deaf, bool comes_back)
+static void lose(const struct kind_turn *turn, enum motion motion, bool deaf,
+                 bool comes_back)
 {
-    get_moving(is_moteus, motion);
+    get_moving(turn, motion);
     b.leaky.mute = true;
     b.leaky.deaf = deaf;
     until(HAL_DRIVE_OFFLINE);
@@ -273,51 +204,73 @@ static void lose(bool is_moteus, enum motion motion, bool deaf, bool comes_back)
     assert_int_equal(b.leaky.sent, 0);
 }
 
-static void none_keeps_its_torque(void **state)
+static void keeps_no_torque(const struct kind_turn *turn)
 {
-    (void)state;
-    for (int is_moteus = 0; is_moteus < 2; is_moteus++)
-        for (int motion = STANDING; motion <= GOING; motion++) {
-            lose(is_moteus, (enum motion)motion, false, true);
-            lose(is_moteus, (enum motion)motion, true, true);
-            lose(is_moteus, (enum motion)motion, false, false);
-        }
+    for (int motion = STANDING; motion <= GOING; motion++) {
+        lose(turn, (enum motion)motion, false, true);
+        lose(turn, (enum motion)motion, true, true);
+        lose(turn, (enum motion)motion, false, false);
+    }
 }
 
 /* 10 units/s are a turn a second, 65536 counts/s. */
-static void one_that_hears_is_ramped_down_first(void **state)
+static void is_ramped_down(const struct kind_turn *turn)
 {
-    (void)state;
-    for (int is_moteus = 0; is_moteus < 2; is_moteus++) {
-        lose(is_moteus, STREAMED, false, true);
-        print_message("%s: %" PRId64 " counts/s when torque went\n",
-                      is_moteus ? "moteus" : "ODrive", b.cut_vel_q24 >> 24);
-        assert_true(b.cut_vel_q24 >> 24 < 3000);
-        assert_true(b.cut_vel_q24 >> 24 > -3000);
-    }
+    lose(turn, STREAMED, false, true);
+    print_message("%s: %" PRId64 " counts/s when torque went\n", turn->text,
+                  b.cut_vel_q24 >> 24);
+    assert_true(b.cut_vel_q24 >> 24 < 3000);
+    assert_true(b.cut_vel_q24 >> 24 > -3000);
 }
 
 /* A reset before it was heard: it is still being switched off. */
+static void is_reset(const struct kind_turn *turn)
+{
+    get_moving(turn, STANDING);
+    b.leaky.mute = b.leaky.deaf = true;
+    until(HAL_DRIVE_OFFLINE);
+    pass(500 * MS);
+    hal_drive_request(b.drive, HAL_DRIVE_REQUEST_RESET);
+    b.streams = false;
+    pass(500 * MS);
+    b.leaky.deaf = false; /* it hears again, and is not heard */
+    pass(500 * MS);
+    assert_false(b.turn->has_torque());
+    b.leaky.mute = false;
+    until(HAL_DRIVE_OFF);
+    pass(500 * MS);
+    assert_int_equal(b.seen.state, HAL_DRIVE_OFF);
+    assert_false(b.turn->has_torque());
+}
+
+static void each(void (*claim)(const struct kind_turn *turn))
+{
+    unsigned count = 0;
+
+    for (unsigned i = 0; i < RIG_DRIVE_KINDS; i++)
+        if (kind_tests[i]->turn != NULL) {
+            claim(kind_tests[i]->turn);
+            count++;
+        }
+    assert_true(count > 1);
+}
+
+static void none_keeps_its_torque(void **state)
+{
+    (void)state;
+    each(keeps_no_torque);
+}
+
+static void one_that_hears_is_ramped_down_first(void **state)
+{
+    (void)state;
+    each(is_ramped_down);
+}
+
 static void a_reset_does_not_forget_the_torque(void **state)
 {
     (void)state;
-    for (int is_moteus = 0; is_moteus < 2; is_moteus++) {
-        get_moving(is_moteus, STANDING);
-        b.leaky.mute = b.leaky.deaf = true;
-        until(HAL_DRIVE_OFFLINE);
-        pass(500 * MS);
-        hal_drive_request(b.drive, HAL_DRIVE_REQUEST_RESET);
-        b.streams = false;
-        pass(500 * MS);
-        b.leaky.deaf = false; /* it hears again, and is not heard */
-        pass(500 * MS);
-        assert_false(has_torque());
-        b.leaky.mute = false;
-        until(HAL_DRIVE_OFF);
-        pass(500 * MS);
-        assert_int_equal(b.seen.state, HAL_DRIVE_OFF);
-        assert_false(has_torque());
-    }
+    each(is_reset);
 }
 
 int main(void)

@@ -1,5 +1,5 @@
 /* tests/hal/drive/turn/turns_bench.h - a drive that takes set points in turns
- * (drive_odrive, drive_moteus), frame by frame: the test plays the port, one
+ * frame by frame: the test plays the port, one
  * cycle per ms. */
 #ifndef TESTS_HAL_DRIVE_TURN_TURNS_BENCH_H
 #define TESTS_HAL_DRIVE_TURN_TURNS_BENCH_H

@@ -1,20 +1,19 @@
-/* tests/firmware/linux/commands/test_cmd_drive_turns.c - slew drive on ODrive
- * and moteus: what it says of them, what it writes and what it refuses to
- * write, how a fault is cleared. */
+/* tests/firmware/linux/kind/odrive/test_cmd_drive_odrive.c - slew drive on an
+ * ODrive: what it says of it, what it writes and what it refuses to write, how a
+ * fault is cleared. */
 #define _XOPEN_SOURCE 700 /* mkdtemp, nftw */
 #include "tests/support/run_slew.h"
 
 #include <math.h>
 
 #include "firmware/host/device/endpoints.h"
-#include "firmware/host/kind/moteus/quantity.h"
 #include "firmware/host/kind/odrive/quantity.h"
 #include "firmware/linux/tools/reset.h"
 #include "motion/core/err.h"
 
 #define RIG "examples/odrive"
 
-/* The slider is an ODrive, the pan head a moteus; simulated. */
+/* Of the slider; simulated. */
 static struct talk *opened(const char *axis)
 {
     static struct talk talk;
@@ -102,14 +101,13 @@ static void values_are_read_as_their_type_says(void **state)
 
 static void no_name_stands_for_two(void **state)
 {
-    const struct quantity *list[3];
-    unsigned count[3];
+    const struct quantity *list[2];
+    unsigned count[2];
 
     (void)state;
     list[0] = quantity_of_odrive(false, &count[0]);
     list[1] = quantity_of_odrive(true, &count[1]);
-    list[2] = quantity_of_moteus(&count[2]);
-    for (unsigned i = 0; i < 3; i++)
+    for (unsigned i = 0; i < 2; i++)
         for (unsigned k = 0; k < count[i]; k++)
             assert_ptr_equal(quantity_find(list[i][k].name, list[i], count[i]),
                              &list[i][k]);
@@ -160,27 +158,6 @@ static void firmware_05_is_asked_for_what_it_has(void **state)
     run("drive", "get", run_path("rig.yaml"), "slider", "190", "--type", "u8");
     run_expect(2);
     run_complains("firmware 0.5 has no endpoints");
-}
-
-static void a_moteus_is_read_by_name_and_by_number(void **state)
-{
-    (void)state;
-    run("drive", "info", RIG, "pan");
-    run_expect(0);
-    run_says("0.3.4");
-    run_says("stopped");
-    run_says("-20 deg");
-    run("drive", "get", RIG, "pan", "Mode", "0x00D", "288");
-    run_expect(0);
-    run_says("0x000");
-    run_says("voltage");
-    run_says("305419896");
-    run("drive", "get", RIG, "pan", "0x300");
-    run_expect(1);
-    run_says("the drive refuses it");
-    run("drive", "get", RIG, "pan", "voltag");
-    run_expect(2);
-    run_complains("did you mean 'voltage'?");
 }
 
 /* ---- endpoints ---- */
@@ -255,11 +232,6 @@ static void versions_of_lists_are_numbers(void **state)
 static void what_moves_or_is_only_said_is_not_written(void **state)
 {
     (void)state;
-    run("drive", "set", RIG, "pan", "mode", "10");
-    run_expect(2);
-    run_complains("moves drives");
-    run("drive", "set", RIG, "pan", "0", "10");
-    run_expect(2);
     run("drive", "set", RIG, "slider", "position", "1");
     run_expect(2);
     run_complains("for reading only");
@@ -268,50 +240,15 @@ static void what_moves_or_is_only_said_is_not_written(void **state)
     run_complains("save_configuration");
 }
 
-static const struct quantity watchdog = { .kind = QUANTITY_REGISTER,
-                                          .type = QUANTITY_F32,
-                                          .at = 0x027,
-                                          .readable = true,
-                                          .writable = true,
-                                          .unit = "" };
-
 static void with_torque_nothing_is_written(void **state)
 {
-    static const struct quantity mode = { .kind = QUANTITY_REGISTER,
-                                          .type = QUANTITY_I8,
-                                          .at = 0x000 };
-    struct talk *talk = opened("pan");
+    struct talk *talk = opened("slider");
 
     (void)state;
-    assert_int_equal(talk_is_enabled(talk), 0);
-    assert_int_equal(ask_turns_write(&talk->turns, &watchdog, 0x7F800000), 0);
-    assert_int_equal(ask_turns_write(&talk->turns, &mode, 10), MOTION_OK);
-    assert_int_equal(talk_is_enabled(talk), 1);
-    talk_close(talk);
-
-    talk = opened("slider");
     assert_int_equal(ask_turns_hello(&talk->turns), MOTION_OK);
     assert_int_equal(talk_is_enabled(talk), 0);
     talk->bench.sim.servo[0].odrive.axis_state = 8;
     assert_int_equal(talk_is_enabled(talk), 1);
-    talk_close(talk);
-}
-
-static void the_position_of_a_moteus_can_be_set(void **state)
-{
-    static const struct quantity exact = { .kind = QUANTITY_REGISTER,
-                                           .type = QUANTITY_F32,
-                                           .at = 0x131 };
-    static const struct quantity position = { .kind = QUANTITY_REGISTER,
-                                              .type = QUANTITY_F32,
-                                              .at = 0x001 };
-    struct talk *talk = opened("pan");
-    uint32_t raw = 0;
-
-    (void)state;
-    assert_int_equal(ask_turns_write(&talk->turns, &exact, 0x3F000000), 0);
-    assert_int_equal(ask_turns_read(&talk->turns, &position, &raw), 0);
-    assert_int_equal(raw, 0x3F000000); /* 0.5 */
     talk_close(talk);
 }
 
@@ -329,16 +266,6 @@ static void faults_are_said_and_cleared(void **state)
     assert_false(reset.is_fault);
     assert_string_equal(reset.reason, "error 0x00001000: current limit");
     assert_string_equal(reset.state, "idle");
-    talk_close(talk);
-
-    talk = opened("pan");
-    sim_servo_inject(&talk->bench.sim.servo[0].moteus.base, SIM_SERVO_TRIP);
-    assert_int_equal(reset_drive(talk, &reset), MOTION_OK);
-    assert_true(reset.was_fault);
-    assert_false(reset.is_fault);
-    assert_string_equal(reset.reason,
-                        "fault 33: motor driver, perhaps under-voltage");
-    assert_string_equal(reset.state, "stopped");
     talk_close(talk);
 }
 
@@ -361,32 +288,17 @@ static void a_fault_that_lasts_is_said_to_last(void **state)
     assert_string_equal(
         reset.reason, "error 0x00000100: encoder failed, error of its encoder");
     talk_close(talk);
-
-    talk = opened("pan");
-    sim_servo_inject(&talk->bench.sim.servo[0].moteus.base, SIM_SERVO_ENCODER);
-    assert_int_equal(reset_drive(talk, &reset), MOTION_OK);
-    assert_true(reset.was_fault && reset.is_fault);
-    talk_close(talk);
 }
 
 static void a_drive_that_is_silent_is_said_to_be(void **state)
 {
-    struct talk *talk = opened("pan");
-    struct reset reset;
-
     (void)state;
-    sim_servo_inject(&talk->bench.sim.servo[0].moteus.base, SIM_SERVO_DEAF);
-    assert_int_equal(reset_drive(talk, &reset), MOTION_E_TIMEOUT);
-    talk_close(talk);
     run("drive", "info", RIG, "5", "--bus", "can0");
     run_expect(1);
     run_complains("node 5 does not answer");
     run("drive", "info", RIG, "63", "--bus", "can0");
     run_expect(2);
     run_complains("expected 0 .. 62");
-    run("drive", "info", RIG, "slider", "--kind", "moteus");
-    run_expect(2);
-    run_complains("for a CAN interface that no rig describes");
 }
 
 int main(void)
@@ -396,17 +308,15 @@ int main(void)
         cmocka_unit_test(no_name_stands_for_two),
         cmocka_unit_test(an_odrive_says_who_and_how_it_is),
         cmocka_unit_test(firmware_05_is_asked_for_what_it_has),
-        cmocka_unit_test(a_moteus_is_read_by_name_and_by_number),
         cmocka_unit_test(endpoints_have_names_types_and_a_firmware),
         cmocka_unit_test(versions_of_lists_are_numbers),
         cmocka_unit_test(what_moves_or_is_only_said_is_not_written),
         cmocka_unit_test(with_torque_nothing_is_written),
-        cmocka_unit_test(the_position_of_a_moteus_can_be_set),
         cmocka_unit_test(faults_are_said_and_cleared),
         cmocka_unit_test(a_fault_that_lasts_is_said_to_last),
         cmocka_unit_test(a_drive_that_is_silent_is_said_to_be),
     };
 
-    return cmocka_run_group_tests_name("drive_turns", tests, run_open,
+    return cmocka_run_group_tests_name("drive_odrive", tests, run_open,
                                        run_close);
 }

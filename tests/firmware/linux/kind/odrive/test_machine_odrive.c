@@ -1,11 +1,10 @@
-/* tests/firmware/linux/machine/test_machine_turns.c - the rig of
- * examples/odrive: an ODrive and a moteus, built, driven, and what happens when
- * they fail. */
+/* tests/firmware/linux/kind/odrive/test_machine_odrive.c - the rig of
+ * examples/odrive: its ODrive, built, driven, and what happens when it fails. */
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/host/move/budget.h"
 #include "firmware/host/kind/turn/budget.h"
+#include "firmware/host/move/budget.h"
 #include "motion/core/fixed.h"
 #include "tests/firmware/linux/machine/machine_bench.h"
 
@@ -34,16 +33,12 @@ static void the_example_is_read_as_written(void **state)
     load();
     assert_int_equal(rig.bus[0].kind, RIG_CAN);
     assert_int_equal(rig.bus[0].data_bit_rate, 0);
-    assert_int_equal(rig.bus[1].data_bit_rate, 5000000);
     assert_int_equal(rig.axis[SLIDER].kind, RIG_ODRIVE);
     assert_int_equal(rig.axis[SLIDER].node_id, 0);
     assert_int_equal(rig.axis[SLIDER].enable_watchdog, 190);
     assert_int_equal(rig.axis[SLIDER].watchdog_timeout, 191);
     rig_axis_turns(&rig.axis[SLIDER], &num, &den);
     assert_int_equal(num * 8, den); /* 0.125 per mm */
-    assert_int_equal(rig.axis[PAN].kind, RIG_MOTEUS);
-    rig_axis_turns(&rig.axis[PAN], &num, &den);
-    assert_int_equal(num * 360, den * 50);
 }
 
 static void its_watchdogs_are_in_force(void **state)
@@ -53,8 +48,6 @@ static void its_watchdogs_are_in_force(void **state)
     assert_true(sim.servo[SLIDER].odrive.watchdog_on);
     assert_true(sim.servo[SLIDER].odrive.watchdog_s > 0.0999f &&
                 sim.servo[SLIDER].odrive.watchdog_s < 0.1001f);
-    assert_true(sim.servo[PAN].moteus.command[0x7] > 0.0999f &&
-                sim.servo[PAN].moteus.command[0x7] < 0.1001f);
 }
 
 /* slew hangs: nothing is sent any more, and both let go by themselves. */
@@ -66,7 +59,6 @@ static void they_stop_when_nobody_speaks(void **state)
     (void)hal_clock_wait_until(machine.ports.clock, now_ns);
     assert_int_equal(sim.servo[SLIDER].odrive.axis_state, 1); /* idle */
     assert_int_equal(sim.servo[SLIDER].odrive.error, 0x1000000);
-    assert_int_equal(sim.servo[PAN].moteus.mode, 11);
 }
 
 static const struct {
@@ -84,20 +76,11 @@ static const struct {
     { SLIDER, SIM_SERVO_SILENT, CONTROLLER_FAULT_BUS_PASSIVE, 10, "" },
     { SLIDER, SIM_SERVO_NOT_A_NUMBER, CONTROLLER_FAULT_STALE, 10, "" },
     { SLIDER, SIM_SERVO_DEAF, CONTROLLER_FAULT_STALE, 20, "" },
-    { PAN, SIM_SERVO_ENCODER, CONTROLLER_FAULT_DRIVE, 3,
-      "moteus fault 35: encoder" },
-    { PAN, SIM_SERVO_TRIP, CONTROLLER_FAULT_DRIVE, 3,
-      "moteus fault 33: motor driver, perhaps under-voltage" },
-    { PAN, SIM_SERVO_SILENT, CONTROLLER_FAULT_BUS_PASSIVE, 10, "" },
-    { PAN, SIM_SERVO_DEAF, CONTROLLER_FAULT_STALE, 10, "" },
-    { PAN, SIM_SERVO_NOT_A_NUMBER, CONTROLLER_FAULT_STALE, 10, "" },
 };
 
 static void inject(int axis, enum sim_servo_fault fault)
 {
-    sim_servo_inject(axis == SLIDER ? &sim.servo[SLIDER].odrive.base
-                                    : &sim.servo[PAN].moteus.base,
-                     fault);
+    sim_servo_inject(&sim.servo[axis].odrive.base, fault);
 }
 
 /* Latched, the group off, nothing by itself. */
@@ -134,7 +117,6 @@ static void after_a_fault_it_starts_again(void **state)
     (void)state;
     build_ready();
     inject(SLIDER, SIM_SERVO_TRIP);
-    inject(PAN, SIM_SERVO_TRIP);
     until(CONTROLLER_FAULT);
     for (int n = 0; n < 300; n++)
         tick();
@@ -149,9 +131,10 @@ static void after_a_fault_it_starts_again(void **state)
 /* Its end stop is at -20 mm; it wakes up at 100 mm, and says 0 there. */
 static void build_homing(bool is_05)
 {
-    struct homing_config *homing = &rig.axis[SLIDER].homing;
+    struct homing_config *homing;
 
     load();
+    homing = &rig.axis[SLIDER].homing;
     *homing = (struct homing_config){
         .by = HOMING_DRIVE,
         .direction = -1,
@@ -190,9 +173,10 @@ static void an_odrive_homes_by_itself(void **state)
 {
     (void)state;
     for (int is_05 = 0; is_05 < 2; is_05++) {
-        const struct controller_axis *axis = &machine.controller.axis[SLIDER];
+        const struct controller_axis *axis;
 
         build_homing(is_05 != 0);
+        axis = &machine.controller.axis[SLIDER];
         assert_false(axis->homed);
         until_homed(HOMING_DONE);
         assert_true(axis->homed);
@@ -256,35 +240,6 @@ static void the_budget_of_an_odrive(void **state)
     assert_string_equal(advice, "a tick of 1.34 ms, or 500 kbit/s");
 }
 
-/* What was counted is never less than what a frame really has. */
-static void no_frame_is_longer_than_its_budget(void **state)
-{
-    struct rig_frame frame[RIG_FRAMES_MAX];
-
-    (void)state;
-    seed_from("frames");
-    load();
-    (void)rig_kinds[RIG_MOTEUS]->frames(&rig, PAN, frame);
-    for (int i = 0; i < 20000; i++) {
-        struct hal_can_frame order = { .id = 0x8001,
-                                       .extended = true,
-                                       .fd = true,
-                                       .switched = true,
-                                       .len = 32 };
-        struct sim_can_bits bits;
-
-        for (unsigned k = 0; k < order.len; k++)
-            order.data[k] = (i & 1) != 0 ? 0 : (uint8_t)draw();
-        bits = sim_can_frame_bits(&order);
-        assert_true(bits.slow + bits.fast / 5.0 <= frame[0].bits);
-        order.id = 0x0100;
-        order.extended = false;
-        order.len = 24;
-        bits = sim_can_frame_bits(&order);
-        assert_true(bits.slow + bits.fast / 5.0 <= frame[1].bits);
-    }
-}
-
 /* ---- what the wire can say ---- */
 
 static const struct {
@@ -293,16 +248,14 @@ static const struct {
     /* 250 mm/s: 32.75 and 32.775 turns/s */
     { "odrive", "bit_rate: 1 Mbit/s", "-0.131", NULL },
     { "odrive", "bit_rate: 1 Mbit/s", "-0.1311",
-      "build/test_machine_turns.yaml:9:12: drive runs faster than "
+      "build/test_machine_odrive.yaml:9:12: drive runs faster than "
       "the 16 bits of ODrive's velocity feed-forward can say, expected a "
       "velocity in the axis's limits or turns for at most 32.767 turns/s" },
-    /* floats */
-    { "moteus", "bit_rate: 1 Mbit/s, data_bit_rate: 5 Mbit/s", "0.1311", NULL },
 };
 
 static void a_speed_that_does_not_fit_the_frame_is_refused(void **state)
 {
-    static const char path[] = "build/test_machine_turns.yaml";
+    static const char path[] = "build/test_machine_odrive.yaml";
     static struct rig read;
 
     (void)state;
@@ -343,7 +296,6 @@ int main(void)
         cmocka_unit_test(a_homing_that_disarms_is_a_fault),
         cmocka_unit_test(the_budget_of_an_odrive),
         cmocka_unit_test(a_speed_that_does_not_fit_the_frame_is_refused),
-        cmocka_unit_test(no_frame_is_longer_than_its_budget),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
