@@ -207,7 +207,7 @@ static struct state_quick state_quick(const struct motion_segment *segment,
 {
     struct state_quick quick = { segment, order, { 0 } };
 
-    for (int k = order; k <= segment->degree; k++)
+    for (int k = order; k <= segment->degree && k <= MOTION_TRACK_DEGREE; k++)
         quick.coef[k] = (segment->coef[k] >> 11) * state_falling(k, order) *
                         (1 << (MOTION_TRACK_DEGREE - k));
     return quick;

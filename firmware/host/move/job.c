@@ -245,9 +245,10 @@ void job_room(struct job *job, uint32_t axes)
     job->array = memory_pool_new(&job->memory, count, sizeof *job->array)
     ROOM(rig_axis, axes);
     ROOM(track, axes);
-    ROOM(goal, axes);
     ROOM(goal_count, axes);
 #undef ROOM
+    job->goal =
+        memory_pool_new(&job->memory, axes, sizeof(struct controller_goal *));
 }
 
 static enum status job_open_compiled(struct job *job)

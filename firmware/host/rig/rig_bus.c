@@ -214,15 +214,16 @@ static int rig_set_interface(struct rig *rig, const char *text, size_t length,
     const char *equals = memchr(text, '=', length);
     const char *name = equals == NULL ? text : equals + 1;
     const size_t name_length = length - (size_t)(name - text);
-    struct rig_bus *bus = rig->bus_count == 1 ? &rig->bus[0] : NULL;
+    struct rig_bus *bus = rig->bus;
 
+    if (equals == NULL && rig->bus_count != 1)
+        return rig_refuse_interface(rig, text, length,
+                                    "does not say of which bus", message);
     if (equals != NULL)
         bus = rig_find_bus(rig, text, (size_t)(equals - text));
-    if (bus == NULL)
+    if (equals != NULL && bus == NULL)
         return rig_refuse_interface(rig, text, length,
-                                    equals == NULL ? "does not say of which bus"
-                                                   : "names no bus of the rig",
-                                    message);
+                                    "names no bus of the rig", message);
     if (!rig_bus_is_can(bus))
         return rig_refuse_interface(
             rig, text, length, "is for a Modbus bus, which has none", message);

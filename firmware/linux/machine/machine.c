@@ -185,10 +185,12 @@ void machine_ports_init(struct machine_ports *ports, const struct rig *rig,
                         struct memory_pool *memory)
 {
     *ports = (struct machine_ports){
-        .can = memory_pool_new(memory, rig->bus_count, sizeof *ports->can),
-        .modbus =
-            memory_pool_new(memory, rig->bus_count, sizeof *ports->modbus),
-        .line = memory_pool_new(memory, rig->line_count, sizeof *ports->line),
+        .can =
+            memory_pool_new(memory, rig->bus_count, sizeof(struct hal_can *)),
+        .modbus = memory_pool_new(memory, rig->bus_count,
+                                  sizeof(struct hal_modbus *)),
+        .line =
+            memory_pool_new(memory, rig->line_count, sizeof(struct hal_gpio *)),
     };
 }
 
@@ -201,15 +203,16 @@ static void machine_room(struct machine *machine, const struct rig *rig)
     ROOM(bus, buses);
     ROOM(modbus, buses);
     ROOM(can, buses);
-    ROOM(fieldbus, buses);
     ROOM(drive, axes);
-    ROOM(axis, axes);
     ROOM(axis_config, axes);
     ROOM(axis_state, axes);
     ROOM(switches, axes);
     ROOM(homing_config, axes);
     ROOM(input, rig->line_count);
 #undef ROOM
+    machine->fieldbus =
+        memory_pool_new(memory, buses, sizeof(struct hal_fieldbus *));
+    machine->axis = memory_pool_new(memory, axes, sizeof(struct hal_drive *));
 }
 
 void machine_free(struct machine *machine)

@@ -117,7 +117,7 @@ def check_keyed(slew, directory, rig):
         move = keyed(directory, count)
         said = on_terminal([slew, "check", rig, move])[1]
     write = ["export", "csv", rig, move, "--out", out, "--fps",
-             str(max(4, 1600000 // count))]
+             str(max(1, 1600000 // count))]
     for words, what in ((["check", rig, move], "judging: pan"),
                         (write, "writing: rows")):
         if check_slow(slew, words, 0, what):

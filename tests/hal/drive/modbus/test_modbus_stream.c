@@ -124,11 +124,11 @@ static void ramps_are_those_of_the_stop(void **state)
 
     (void)state;
     for (unsigned i = 0; i < ARRAY_LEN(drives); i++) {
-        const struct sim_modbus_servo *servo = &sim.servo[0].modbus;
         double counts;
 
         load(&drives[i]);
         bench_build_ready(&rig);
+        const struct sim_modbus_servo *servo = &sim.servo[0].modbus;
         ticks(100);
         counts = fabs(strtod(drives[i].counts, NULL)) / 360;
         if ((double)servo->acc < 1.499 * drives[i].stop * counts ||
