@@ -77,16 +77,28 @@ static cairo_status_t plot_render_svg(const struct plot_page *page, FILE *file)
 }
 
 /* A whole page of pixels is by far the largest thing in memory when a run is
- * over, so the page is drawn anew for every stripe of it. */
+ * over, so what was drawn is recorded, and painted for every stripe of it. */
 #define PLOT_STRIPE 256 /* rows */
 
-static cairo_status_t plot_stripe(const struct plot_page *page,
+static cairo_surface_t *plot_record(const struct plot_page *page)
+{
+    const cairo_rectangle_t all = { 0, 0, page->width, page->height };
+    cairo_surface_t *record =
+        cairo_recording_surface_create(CAIRO_CONTENT_COLOR, &all);
+    cairo_t *cairo = cairo_create(record);
+    plot_draw_page(page, cairo);
+    cairo_destroy(cairo);
+    return record;
+}
+
+static cairo_status_t plot_stripe(cairo_surface_t *record,
                                   cairo_surface_t *surface, int top)
 {
     cairo_t *cairo = cairo_create(surface);
     cairo_translate(cairo, 0, -top);
     cairo_scale(cairo, PLOT_PNG_SCALE, PLOT_PNG_SCALE);
-    plot_draw_page(page, cairo);
+    cairo_set_source_surface(cairo, record, 0, 0);
+    cairo_paint(cairo);
     const cairo_status_t status = cairo_status(cairo);
     cairo_destroy(cairo);
     cairo_surface_flush(surface);
@@ -110,21 +122,25 @@ static cairo_status_t plot_render_png(const struct plot_page *page, FILE *file)
     const int height = (int)ceil(PLOT_PNG_SCALE * page->height);
     cairo_surface_t *surface =
         cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, PLOT_STRIPE);
+    cairo_surface_t *record = plot_record(page);
     cairo_status_t status = cairo_surface_status(surface);
     struct plot_png png;
+    if (status == CAIRO_STATUS_SUCCESS)
+        status = cairo_surface_status(record);
     bool written =
         status == CAIRO_STATUS_SUCCESS &&
         plot_png_begin(&png, file, (uint32_t)width, (uint32_t)height);
     for (int top = 0; status == CAIRO_STATUS_SUCCESS && written && top < height;
          top += PLOT_STRIPE) {
         const int rest = height - top;
-        status = plot_stripe(page, surface, top);
+        status = plot_stripe(record, surface, top);
         written = status == CAIRO_STATUS_SUCCESS &&
                   plot_put_stripe(&png, surface,
                                   rest < PLOT_STRIPE ? rest : PLOT_STRIPE);
     }
     if (cairo_surface_status(surface) == CAIRO_STATUS_SUCCESS)
         written = plot_png_end(&png) && written;
+    cairo_surface_destroy(record);
     cairo_surface_destroy(surface);
     if (status == CAIRO_STATUS_SUCCESS && !written)
         return CAIRO_STATUS_WRITE_ERROR;

@@ -98,10 +98,14 @@ def check_slow(slew, words, status, what="planning: camera"):
 
 
 def keyed(directory, count):
+    """One axis of many keys; the others go with it, so that rows are long."""
     move = directory / "keyed.yaml"
-    move.write_text("axes:\n  pan:\n    keys:\n" + "".join(
-        "    - [%.1f s, %.2f]\n" % (i * 0.5, math.sin(i))
-        for i in range(count)))
+    end = (count - 1) * 0.5
+    move.write_text("axes:\n" + "".join(
+        "  %s: {keys: [[0 s, 0], [%.1f s, 1]]}\n" % (name, end)
+        for name in AXES if name != "pan") + "  pan:\n    keys:\n" + "".join(
+            "    - [%.1f s, %.2f]\n" % (i * 0.5, math.sin(i))
+            for i in range(count)))
     return move
 
 
@@ -109,7 +113,7 @@ def check_keyed(slew, directory, rig):
     """Judging, writing, drawing and reading of many keys."""
     out, count, said = directory / "out.csv", 40000, ""
     drawn = ["plot", rig, keyed(directory, count), "--compare",
-             "linear,quintic", "--out", directory / "out.png"]
+             "linear,quintic", "--axis", "pan", "--out", directory / "out.png"]
     if check_slow(slew, drawn, 0, "drawing: panels"):
         fail("left on the terminal", "drawing")
     while "judging: pan" not in said and count < 640000:
