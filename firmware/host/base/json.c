@@ -3,7 +3,6 @@
 
 #include <inttypes.h>
 
-#include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
 
 cJSON *json_integer(int64_t value)
@@ -22,33 +21,4 @@ void json_add_fixed(cJSON *object, const char *name, int64_t value,
                     unsigned bits)
 {
     cJSON_AddNumberToObject(object, name, number_double(value, bits));
-}
-
-static bool json_printed;
-
-bool json_is_printed(void)
-{
-    return json_printed;
-}
-
-static void json_put(cJSON *item, FILE *file, bool indented)
-{
-    char *text = indented ? cJSON_Print(item) : cJSON_PrintUnformatted(item);
-    cJSON_Delete(item);
-    if (text == NULL)
-        memory_fail();
-    fputs(text, file);
-    json_printed |= file == stdout;
-    cJSON_free(text);
-}
-
-void json_print(cJSON *item, FILE *file)
-{
-    json_put(item, file, true);
-    fputc('\n', file);
-}
-
-void json_print_line(cJSON *item, FILE *file)
-{
-    json_put(item, file, false);
 }

@@ -3,9 +3,7 @@
 #define FIRMWARE_HOST_BASE_JSON_H
 
 #include <cjson/cJSON.h>
-#include <stdbool.h>
 #include <stdint.h>
-#include <stdio.h>
 
 /* A number with all its digits: JSON has no limit, a double has. */
 void json_add_integer(cJSON *object, const char *name, int64_t value);
@@ -14,12 +12,5 @@ cJSON *json_integer(int64_t value);
 /* Fixed point, as a double. */
 void json_add_fixed(cJSON *object, const char *name, int64_t value,
                     unsigned bits);
-
-/* Has one been printed to standard output? */
-bool json_is_printed(void);
-
-/* Print on one or more lines and free.  Out of memory ends the program. */
-void json_print(cJSON *item, FILE *file);      /* indented, line end */
-void json_print_line(cJSON *item, FILE *file); /* one line, no line end */
 
 #endif

@@ -3,17 +3,8 @@
 
 #include <stddef.h>
 #include <stdint.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include "firmware/host/base/status.h"
-
-void memory_fail(void)
-{
-    fputs("slew: out of memory\n", stderr);
-    exit(STATUS_SYSTEM);
-}
 
 void *memory_resize(void *old, size_t count, size_t size)
 {

@@ -1,8 +1,7 @@
 /* firmware/host/base/memory.h - the heap, for the parts that are not
  * real-time.
  *
- * Running out ends the program with a sentence and status 3.  Nothing here is
- * called while a bus is live. */
+ * Nothing here is called while a bus is live. */
 #ifndef FIRMWARE_HOST_BASE_MEMORY_H
 #define FIRMWARE_HOST_BASE_MEMORY_H
 
@@ -27,6 +26,8 @@ void *memory_pool_more(struct memory_pool *pool, void *array, size_t count,
                        size_t size);
 void memory_pool_free(struct memory_pool *pool);
 
+/* Memory has run out.  Defined by the program, which ends; slew says so and has
+ * status 3. */
 void memory_fail(void) __attribute__((noreturn));
 
 #endif

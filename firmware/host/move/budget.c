@@ -5,7 +5,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "firmware/host/base/error.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/rig/modbus_budget.h"
 #include "motion/core/fixed.h"
@@ -401,9 +400,9 @@ void budget_json(const struct rig *rig, const struct job *job, cJSON *report)
     }
 }
 
-bool budget_check(const struct job *job)
+bool budget_check(struct job *job)
 {
-    bool fits = modbus_budget_check(&job->rig, job->rig_path);
+    bool fits = modbus_budget_check(&job->rig, job->rig_path, &job->messages);
     for (unsigned i = 0; i < job->rig.bus_count; i++) {
         struct budget budget;
         char advice[BUDGET_ADVICE_MAX];
@@ -412,7 +411,8 @@ bool budget_check(const struct job *job)
             continue;
         fits = false;
         budget_advice(&budget, advice);
-        error_say(
+        messages_add(
+            &job->messages, MESSAGE_ERROR,
             "%s:%u:%u: bus %s would need %.1f %% of its time, expected at "
             "most 100 %%: %s would fit",
             job->rig_path, job->rig.bus[i].place.line,

@@ -56,7 +56,7 @@ struct cJSON;
 void budget_json(const struct rig *rig, const struct job *job,
                  struct cJSON *report);
 
-/* All buses; false with one line on stderr for each that does not fit. */
-bool budget_check(const struct job *job);
+/* All buses; false with a message of the job for each that does not fit. */
+bool budget_check(struct job *job);
 
 #endif

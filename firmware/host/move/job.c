@@ -2,13 +2,9 @@
 #include "firmware/host/move/job.h"
 
 #include <cjson/cJSON.h>
-#include <errno.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
-#include "firmware/host/base/error.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/table.h"
@@ -80,89 +76,60 @@ int64_t job_peak(const struct motion_track *track,
     return peak > INT64_MAX ? INT64_MAX : (int64_t)peak;
 }
 
-static bool job_is_directory(const char *path)
+static enum status job_fail(struct job *job, const char *what)
 {
-    struct stat status;
-    return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
-}
-
-enum status job_fail(const char *path, const char *what)
-{
-    error_say("%s: %s", path, what);
+    messages_add(&job->messages, MESSAGE_ERROR, "%s: %s", job->move_path, what);
     return STATUS_INPUT;
-}
-
-static enum status job_paths(struct job *job, const char *const path[],
-                             int count)
-{
-    const char *first = path[0];
-    bool directory = job_is_directory(first);
-    if (count == 2 && directory)
-        return job_fail(first, "is a directory, expected a rig file");
-    if (access(first, F_OK) < 0)
-        return job_fail(first, strerror(errno));
-    if (count == 1 && !directory)
-        return job_fail(first, "expected a rig and a move file, or one "
-                               "directory with rig.yaml and move.yaml");
-    const char *second = directory ? first : path[1];
-    int rig = snprintf(job->rig_path, sizeof job->rig_path, "%s%s", first,
-                       directory ? "/rig.yaml" : "");
-    int move = snprintf(job->move_path, sizeof job->move_path, "%s%s", second,
-                        directory ? "/move.yaml" : "");
-    if (rig >= (int)sizeof job->rig_path || move >= (int)sizeof job->move_path)
-        return job_fail(first, "the name is too long");
-    return STATUS_OK;
 }
 
 /* A drive that may go on when nobody is heard is said before anything moves. */
-static void job_say_unsupervised(const char *path, const struct rig *rig)
+static void job_say_unsupervised(const char *path, const struct rig *rig,
+                                 struct messages *messages)
 {
     for (uint32_t i = 0; i < rig->axis_count; i++)
         if (rig->axis[i].kind == RIG_CIA402 && rig->axis[i].unsupervised)
-            fprintf(stderr,
-                    "%s: %s is unsupervised: where its drive lacks 0x1016, "
-                    "0x6007 or 0x6066, nothing but its torque-off input stops "
-                    "it when slew is silent\n",
-                    path, rig->axis[i].name);
+            messages_add(
+                messages, MESSAGE_WARNING,
+                "%s: %s is unsupervised: where its drive lacks 0x1016, "
+                "0x6007 or 0x6066, nothing but its torque-off input stops "
+                "it when slew is silent",
+                path, rig->axis[i].name);
 }
 
-enum status job_read_rig(const char *path, struct rig *rig)
+enum status job_read_rig(const char *path, struct rig *rig,
+                         struct messages *messages)
 {
-    char whole[sizeof((struct job *)0)->rig_path], message[YAML_MESSAGE_MAX];
-    const bool directory = job_is_directory(path);
-    if (access(path, F_OK) < 0)
-        return job_fail(path, strerror(errno));
-    if (snprintf(whole, sizeof whole, "%s%s", path,
-                 directory ? "/rig.yaml" : "") >= (int)sizeof whole)
-        return job_fail(path, "the name is too long");
-    if (rig_load(whole, rig, message) == 0) {
-        job_say_unsupervised(whole, rig);
-        return STATUS_OK;
+    char message[YAML_MESSAGE_MAX];
+    if (rig_load(path, rig, message) < 0) {
+        messages_add(messages, MESSAGE_ERROR, "%s", message);
+        return STATUS_INPUT;
     }
-    error_say("%s", message);
-    return STATUS_INPUT;
+    job_say_unsupervised(path, rig, messages);
+    return STATUS_OK;
 }
 
 /* "file:line:column: key 3 of axis pan: what is wrong"; a sentence of a planner
  * says itself what it is about. */
-static enum status job_plan_fail(const struct job *job,
+static enum status job_plan_fail(struct job *job,
                                  const struct plan_error *error)
 {
-    error_say("%s:%u:%u: %s", job->move_path, error->place.line,
-              error->place.column,
-              error->text[0] != 0 ? error->text : motion_err_text(error->code));
+    messages_add(&job->messages, MESSAGE_ERROR, "%s:%u:%u: %s", job->move_path,
+                 error->place.line, error->place.column,
+                 error->text[0] != 0 ? error->text
+                                     : motion_err_text(error->code));
     return STATUS_INPUT;
 }
 
 /* What is right but hardly wanted. */
-static void job_remark(const struct job *job, const struct plan_axis *axis,
+static void job_remark(struct job *job, const struct plan_axis *axis,
                        const struct motion_track *track)
 {
     char text[160];
 
     if (plan_axis_remark(axis, track, text))
-        fprintf(stderr, "%s:%u:%u: warning: %s\n", job->move_path,
-                axis->place.line, axis->place.column, text);
+        messages_add(&job->messages, MESSAGE_WARNING, "%s:%u:%u: warning: %s",
+                     job->move_path, axis->place.line, axis->place.column,
+                     text);
 }
 
 static enum status job_find_axes(struct job *job)
@@ -170,7 +137,7 @@ static enum status job_find_axes(struct job *job)
     for (unsigned i = 0; i < job->move.axis_count; i++) {
         int found = rig_axis_index(&job->rig, job->move.axis[i].name);
         if (found < 0)
-            return job_fail(job->move_path, "names an axis the rig lacks");
+            return job_fail(job, "names an axis the rig lacks");
         job->rig_axis[i] = (unsigned)found;
     }
     return STATUS_OK;
@@ -216,21 +183,21 @@ static enum status job_take_axis(struct job *job, unsigned i)
     if (found < 0) {
         snprintf(what, sizeof what, "moves axis %s, which the rig lacks",
                  axis->name);
-        return job_fail(job->move_path, what);
+        return job_fail(job, what);
     }
     if (job->rig.axis[found].point_to_point) {
         snprintf(what, sizeof what,
                  "moves axis %s, whose drive goes from key to key by itself, "
                  "expected the move file, which has keys",
                  axis->name);
-        return job_fail(job->move_path, what);
+        return job_fail(job, what);
     }
     const char *unit = units_axis_text(job->rig.axis[found].unit);
     if (strcmp(unit, axis->unit) != 0) {
         snprintf(what, sizeof what,
                  "axis %s is in %s, expected %s as in the rig", axis->name,
                  axis->unit, unit);
-        return job_fail(job->move_path, what);
+        return job_fail(job, what);
     }
     job->rig_axis[i] = (unsigned)found;
     memcpy(job->move.axis[i].name, axis->name, sizeof axis->name);
@@ -257,7 +224,7 @@ static enum status job_open_compiled(struct job *job)
     enum status status = STATUS_OK;
     job->compiled = compiled_open(job->move_path, message);
     if (job->compiled == NULL)
-        return job_fail(job->move_path, message);
+        return job_fail(job, message);
     memcpy(job->move.title, job->compiled->file.title, sizeof job->move.title);
     if (plan_move_room(&job->move, job->compiled->file.axis_count) < 0)
         memory_fail();
@@ -273,52 +240,34 @@ static enum status job_open_move(struct job *job)
 {
     char message[YAML_MESSAGE_MAX];
     if (move_load(job->move_path, &job->rig, &job->move, message) < 0) {
-        error_say("%s", message);
+        messages_add(&job->messages, MESSAGE_ERROR, "%s", message);
         return STATUS_INPUT;
     }
     job_room(job, job->move.axis_count);
     return job_plan(job);
 }
 
-static enum status job_read(struct job *job, const char *const path[],
-                            int count, const struct plan_progress *progress)
+enum status job_open(struct job *job, const char *rig_path,
+                     const char *move_path, bool any,
+                     const struct plan_progress *progress)
 {
-    char message[YAML_MESSAGE_MAX];
     memset(job, 0, sizeof *job);
     job->progress = progress;
-    enum status status = job_paths(job, path, count);
+    snprintf(job->rig_path, sizeof job->rig_path, "%s", rig_path);
+    snprintf(job->move_path, sizeof job->move_path, "%s", move_path);
+    enum status status = job_read_rig(rig_path, &job->rig, &job->messages);
     if (status != STATUS_OK)
         return status;
-    if (rig_load(job->rig_path, &job->rig, message) < 0) {
-        error_say("%s", message);
-        return STATUS_INPUT;
-    }
     job->shots =
         memory_pool_new(&job->memory, job->rig.line_count, sizeof *job->shots);
-    job_say_unsupervised(job->rig_path, &job->rig);
-    return track_file_is(job->move_path) ? job_open_compiled(job)
-                                         : job_open_move(job);
-}
-
-enum status job_open_told(struct job *job, const char *const path[], int count,
-                          bool any, const struct plan_progress *progress)
-{
-    enum status status = job_read(job, path, count, progress);
-    if (status == STATUS_OK && job->compiled != NULL && !any)
-        return job_fail(job->move_path, "is a compiled move, expected the move "
-                                        "file itself (compiled ones are for "
-                                        "run, sample, check and plot)");
+    if (!track_file_is(move_path))
+        return job_open_move(job);
+    status = job_open_compiled(job);
+    if (status == STATUS_OK && !any)
+        return job_fail(job, "is a compiled move, expected the move "
+                             "file itself (compiled ones are for "
+                             "run, sample, check and plot)");
     return status;
-}
-
-enum status job_open(struct job *job, const char *const path[], int count)
-{
-    return job_open_told(job, path, count, false, NULL);
-}
-
-enum status job_open_any(struct job *job, const char *const path[], int count)
-{
-    return job_open_told(job, path, count, true, NULL);
 }
 
 void job_free(struct job *job)
@@ -333,6 +282,7 @@ void job_free(struct job *job)
     memory_free(job->violation);
     rig_free(&job->rig);
     memory_pool_free(&job->memory);
+    messages_free(&job->messages);
     memset(job, 0, sizeof *job);
 }
 

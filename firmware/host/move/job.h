@@ -9,6 +9,7 @@
 #include <stdio.h>
 
 #include "firmware/control/goal.h"
+#include "firmware/host/base/messages.h"
 #include "firmware/host/base/status.h"
 #include "firmware/host/rig/rig.h"
 #include "motion/plan/check.h"
@@ -69,27 +70,25 @@ struct job {
     struct plan_shots *shots; /* by line of the rig */
     struct job_violation *violation;
     uint32_t violation_count;
+    struct messages messages; /* for the user */
 };
 
-/* Read both files, RIG MOVE or one directory, and plan every axis.  STATUS_OK,
- * or STATUS_INPUT with one line on stderr.  job_free in either case.
- * job_open_any also takes a compiled move in the place of MOVE and reads all of
- * it once. */
-enum status job_open(struct job *job, const char *const path[], int count);
-enum status job_open_any(struct job *job, const char *const path[], int count);
-/* Either (`any`: also a compiled move), and `progress` is told how far planning
- * is, and what is done with the job later. */
-enum status job_open_told(struct job *job, const char *const path[], int count,
-                          bool any, const struct plan_progress *progress);
+/* Read both files and plan every axis; `progress` is told how far that is, and
+ * what is done with the job later (NULL: nobody).  STATUS_OK, or STATUS_INPUT
+ * with one error among the messages; the names must fit rig_path and move_path.
+ * job_free in either case.  With `any` a compiled move may be in the place of
+ * the move, and all of it is read once. */
+enum status job_open(struct job *job, const char *rig_path,
+                     const char *move_path, bool any,
+                     const struct plan_progress *progress);
 void job_free(struct job *job);
 /* Arrays for so many axes of the move, in the place of those there are: for
  * whoever builds the move himself. */
 void job_room(struct job *job, uint32_t axes);
 
-/* A rig alone: a file, or a directory with rig.yaml.  Statuses as above. */
-enum status job_read_rig(const char *path, struct rig *rig);
-/* One line on stderr: what is wrong with a file.  STATUS_INPUT. */
-enum status job_fail(const char *path, const char *what);
+/* A rig alone; statuses and messages as above. */
+enum status job_read_rig(const char *path, struct rig *rig,
+                         struct messages *messages);
 
 /* Judge the tracks as played at `rate_q30` of their speed: at rate r velocity
  * may reach limit / r, acceleration limit / r^2, jerk limit / r^3.  Below

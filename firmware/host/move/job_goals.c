@@ -1,9 +1,6 @@
 /* firmware/host/move/job_goals.c - see job_goals.h. */
 #include "firmware/host/move/job_goals.h"
 
-#include <stdio.h>
-
-#include "firmware/host/base/error.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/rig/modbus_budget.h"
 #include "motion/core/fixed.h"
@@ -40,10 +37,12 @@ enum status job_goals_ask(struct job *job)
             continue;
         const char *other = goals_other(&job->move, i);
         if (other != NULL) {
-            error_say("%s:%u:%u: axis %s is moved by %s, expected keys alone: "
-                      "its drive goes from key to key by itself",
-                      job->move_path, axis->place.line, axis->place.column,
-                      axis->name, other);
+            messages_add(
+                &job->messages, MESSAGE_ERROR,
+                "%s:%u:%u: axis %s is moved by %s, expected keys alone: "
+                "its drive goes from key to key by itself",
+                job->move_path, axis->place.line, axis->place.column,
+                axis->name, other);
             return STATUS_INPUT;
         }
         axis->profile = (struct plan_profile){

@@ -6,7 +6,7 @@
 #include "firmware/host/move/job.h"
 
 /* Before planning, once the axes are found: their profiles are those that the
- * limits of the rig allow.  STATUS_INPUT with a sentence for a move that gives
+ * limits of the rig allow.  STATUS_INPUT with a message for a move that gives
  * such an axis anything but keys. */
 enum status job_goals_ask(struct job *job);
 

@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "firmware/host/base/array.h"
-#include "firmware/host/base/error.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/yaml/yaml_fields.h"
@@ -22,10 +21,12 @@ const unsigned compare_spellings = ARRAY_LEN(compare_spelling);
 _Static_assert(ARRAY_LEN(compare_spelling) <= PLAN_AXES_MAX,
                "all curves fit one job");
 
-static enum status compare_fail(const char *what, const char *which)
+static int compare_fail(struct job *job, const char *what, const char *which,
+                        const char *expected)
 {
-    error_say("slew plot: %s%s", what, which);
-    return STATUS_INPUT;
+    messages_add(&job->messages, MESSAGE_ERROR, "slew plot: %s%s%s", what,
+                 which, expected);
+    return -1;
 }
 
 /* --- which curves --- */
@@ -39,7 +40,8 @@ static int compare_find(const char *word, size_t length)
     return -1;
 }
 
-static int compare_unknown(const char *option, const char *word, size_t length)
+static int compare_unknown(const char *option, const char *word, size_t length,
+                           struct messages *messages)
 {
     char text[PLAN_NAME_MAX], list[512] = "";
     snprintf(text, sizeof text, "%.*s", (int)(length < 31 ? length : 31), word);
@@ -47,9 +49,10 @@ static int compare_unknown(const char *option, const char *word, size_t length)
         used += (unsigned)snprintf(list + used, sizeof list - used, "%s%s",
                                    i > 0 ? ", " : "", compare_spelling[i]);
     const char *near = yaml_nearest(text, compare_spelling, compare_spellings);
-    error_say("%s: no curve '%s', expected %s%s%s%s", option, text, list,
-              near != NULL ? " (did you mean '" : "", near != NULL ? near : "",
-              near != NULL ? "'?)" : "");
+    messages_add(messages, MESSAGE_ERROR,
+                 "%s: no curve '%s', expected %s%s%s%s", option, text, list,
+                 near != NULL ? " (did you mean '" : "",
+                 near != NULL ? near : "", near != NULL ? "'?)" : "");
     return -1;
 }
 
@@ -61,7 +64,8 @@ static int compare_all(enum plan_curve curve[PLAN_AXES_MAX])
 }
 
 int compare_parse(const char *option, const char *text,
-                  enum plan_curve curve[PLAN_AXES_MAX])
+                  enum plan_curve curve[PLAN_AXES_MAX],
+                  struct messages *messages)
 {
     int count = 0;
     if (strcmp(text, "all") == 0)
@@ -70,10 +74,11 @@ int compare_parse(const char *option, const char *text,
         size_t length = strcspn(text, ",");
         int found = compare_find(text, length);
         if (found < 0)
-            return compare_unknown(option, text, length);
+            return compare_unknown(option, text, length, messages);
         if (count == PLAN_AXES_MAX) {
-            error_say("%s: too many curves, expected %u or fewer", option,
-                      (unsigned)PLAN_AXES_MAX);
+            messages_add(messages, MESSAGE_ERROR,
+                         "%s: too many curves, expected %u or fewer", option,
+                         (unsigned)PLAN_AXES_MAX);
             return -1;
         }
         curve[count++] = (enum plan_curve)found;
@@ -164,23 +169,20 @@ int compare_plan(const struct plan_axis *axis, enum plan_curve curve,
 
 /* --- the job --- */
 
-static int compare_axis(const struct job *job, const char *name)
+static int compare_axis(struct job *job, const char *name)
 {
     int axis = 0;
     if (name != NULL)
         axis = job_axis_index(job, name);
     else if (job->move.axis_count != 1)
-        return compare_fail("--compare: which axis? expected --axis NAME", ""),
-               -1;
+        return compare_fail(job, "--compare: which axis?", "",
+                            " expected --axis NAME");
     if (axis < 0)
-        return error_say("slew plot: the move has no axis \"%s\", expected one "
-                         "of its axes",
-                         name),
-               -1;
+        return compare_fail(job, "the move has no axis \"", name,
+                            "\", expected one of its axes");
     if (job->move.axis[axis].driver != PLAN_BY_KEYS)
-        return compare_fail("--compare: no keys drive the axis ",
-                            job->move.axis[axis].name),
-               -1;
+        return compare_fail(job, "--compare: no keys drive the axis ",
+                            job->move.axis[axis].name, "");
     return axis;
 }
 
@@ -216,9 +218,10 @@ static enum status compare_add(struct job *job, const struct plan_axis *from,
         compare_plan(from, curve, &job->move.axis[i], &job->track[i], &error);
     if (err < 0) {
         plan_progress_end(job->progress);
-        error_say("%s:%u:%u: curve %s: %s", job->move_path, error.place.line,
-                  error.place.column, compare_spelling[curve],
-                  error.text[0] != 0 ? error.text : motion_err_text(err));
+        messages_add(&job->messages, MESSAGE_ERROR, "%s:%u:%u: curve %s: %s",
+                     job->move_path, error.place.line, error.place.column,
+                     compare_spelling[curve],
+                     error.text[0] != 0 ? error.text : motion_err_text(err));
         return STATUS_INPUT;
     }
     job->rig_axis[i] = job->rig_axis[0];
@@ -234,7 +237,8 @@ enum status compare_job(struct job *job, const char *curves,
 {
     enum plan_curve curve[PLAN_AXES_MAX] = { PLAN_CURVE_LINEAR };
     struct plan_axis from;
-    int count = compare_parse("slew plot: --compare", curves, curve);
+    int count =
+        compare_parse("slew plot: --compare", curves, curve, &job->messages);
     int axis = count < 0 ? -1 : compare_axis(job, axis_name);
     if (axis < 0)
         return STATUS_INPUT;

@@ -12,10 +12,11 @@ extern const char *const compare_spelling[];
 extern const unsigned compare_spellings;
 
 /* "linear,catmull-rom" or "all" to curves, 1 .. PLAN_AXES_MAX of them.  Returns
- * how many, or -1 with a line on stderr that begins with `option`, such as
+ * how many, or -1 with a message that begins with `option`, such as
  * "slew plot: --compare". */
 int compare_parse(const char *option, const char *text,
-                  enum plan_curve curve[PLAN_AXES_MAX]);
+                  enum plan_curve curve[PLAN_AXES_MAX],
+                  struct messages *messages);
 
 /* Plan the keys of `axis` under a curve.  What a key gives and the curve does
  * not take is left out; what the curve needs and no key gives is 0.  As
@@ -26,7 +27,7 @@ int compare_plan(const struct plan_axis *axis, enum plan_curve curve,
                  struct plan_error *error);
 
 /* Make `job` the comparison of one of its axes (NULL: its only one).  On an
- * error returns STATUS_INPUT with a line on stderr; job_free in either case. */
+ * error returns STATUS_INPUT with a message of the job; job_free in either case. */
 enum status compare_job(struct job *job, const char *curves,
                         const char *axis_name);
 

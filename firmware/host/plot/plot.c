@@ -706,12 +706,12 @@ static void plot_draw_on(cairo_t *cairo, void *context)
     plot_draw(plot);
 }
 
-int plot_save(const struct job *job, const struct trace *trace,
-              const char *path)
+int plot_write(const struct job *job, const struct trace *trace,
+               enum plot_format format, FILE *file, struct messages *messages)
 {
     struct plot plot = { .job = job, .trace = trace };
     plot_layout(&plot);
     const struct plot_page page = { plot.width, plot.height, plot_draw_on,
                                     &plot };
-    return plot_page_save(&page, path);
+    return plot_page_write(&page, format, file, messages);
 }

@@ -11,9 +11,8 @@
 #include "firmware/host/plot/plot_page.h"
 #include "firmware/host/recording/trace.h"
 
-/* Into a file that is there whole or not at all; `trace` NULL: the plan alone.
- * 0, or -1 with a line on stderr. */
-int plot_save(const struct job *job, const struct trace *trace,
-              const char *path);
+/* `trace` NULL: the plan alone.  As plot_page_write. */
+int plot_write(const struct job *job, const struct trace *trace,
+               enum plot_format format, FILE *file, struct messages *messages);
 
 #endif

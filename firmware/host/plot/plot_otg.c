@@ -490,13 +490,14 @@ static void otg_draw(cairo_t *cairo, void *context)
         otg_draw_axis(page, i);
 }
 
-int plot_otg_save(const struct otg_motion *motion, const char *title,
-                  const char *subtitle, const char *path)
+int plot_otg_write(const struct otg_motion *motion, const char *title,
+                   const char *subtitle, enum plot_format format, FILE *file,
+                   struct messages *messages)
 {
     struct otg_page page = { .motion = motion,
                              .title = title,
                              .subtitle = subtitle };
     otg_layout(&page);
     const struct plot_page paper = { page.width, page.height, otg_draw, &page };
-    return plot_page_save(&paper, path);
+    return plot_page_write(&paper, format, file, messages);
 }

@@ -7,9 +7,11 @@
 #define FIRMWARE_HOST_PLOT_PLOT_OTG_H
 
 #include "firmware/host/exchange/otg_motion.h"
+#include "firmware/host/plot/plot_page.h"
 
-/* 0, or -1 with a line on stderr.  `path` ends in .svg or .png. */
-int plot_otg_save(const struct otg_motion *motion, const char *title,
-                  const char *subtitle, const char *path);
+/* As plot_page_write. */
+int plot_otg_write(const struct otg_motion *motion, const char *title,
+                   const char *subtitle, enum plot_format format, FILE *file,
+                   struct messages *messages);
 
 #endif

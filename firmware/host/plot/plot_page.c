@@ -9,8 +9,6 @@
 #include <string.h>
 #include <strings.h>
 
-#include "firmware/host/base/error.h"
-#include "firmware/host/base/output.h"
 #include "firmware/host/plot/plot_png.h"
 
 #define PLOT_PNG_SCALE 1.5
@@ -159,24 +157,11 @@ static cairo_status_t plot_render(const struct plot_page *page,
 }
 
 int plot_page_write(const struct plot_page *page, enum plot_format format,
-                    FILE *file)
+                    FILE *file, struct messages *messages)
 {
     cairo_status_t status = plot_render(page, format, file);
     if (status != CAIRO_STATUS_SUCCESS && status != CAIRO_STATUS_WRITE_ERROR)
-        error_say("slew: picture: %s", cairo_status_to_string(status));
+        messages_add(messages, MESSAGE_ERROR, "slew: picture: %s",
+                     cairo_status_to_string(status));
     return status == CAIRO_STATUS_SUCCESS ? 0 : -1;
-}
-
-int plot_page_save(const struct plot_page *page, const char *path)
-{
-    struct output output;
-    int format = plot_format_of(path);
-    if (format < 0 || output_open(&output, path) < 0)
-        return -1;
-    const int drawn =
-        plot_page_write(page, (enum plot_format)format, output.file);
-    if (drawn == 0 || output.error != 0) /* which it says */
-        return output_commit(&output);
-    output_abandon(&output);
-    return -1;
 }

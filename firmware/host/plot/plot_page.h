@@ -6,6 +6,8 @@
 #include <cairo.h>
 #include <stdio.h>
 
+#include "firmware/host/base/messages.h"
+
 enum plot_format { PLOT_SVG, PLOT_PNG };
 
 /* By the end of the name, .svg or .png; -1 for another. */
@@ -18,10 +20,8 @@ struct plot_page {
     void *context;
 };
 
-/* 0, or -1 with a line on stderr. */
+/* 0, or -1: with a message, or with the file's error flag set. */
 int plot_page_write(const struct plot_page *page, enum plot_format format,
-                    FILE *file);
-/* The same, into a file that is there whole or not at all. */
-int plot_page_save(const struct plot_page *page, const char *path);
+                    FILE *file, struct messages *messages);
 
 #endif

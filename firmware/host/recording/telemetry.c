@@ -80,7 +80,7 @@ void telemetry_init(struct telemetry *telemetry, FILE *file,
                     const struct rig *rig)
 {
     telemetry->rig = rig;
-    output_rows_init(&telemetry->rows, file);
+    rows_init(&telemetry->rows, file);
     telemetry_heading(telemetry);
     fflush(file);
 }
@@ -133,7 +133,7 @@ static char *telemetry_put_shots(char *at, const struct rig *rig,
     return at;
 }
 
-_Static_assert(TELEMETRY_LINE_MAX <= OUTPUT_BUFFER, "a row fits the buffer");
+_Static_assert(TELEMETRY_LINE_MAX <= ROWS_BUFFER, "a row fits the buffer");
 
 void telemetry_write(struct telemetry *telemetry,
                      const struct telemetry_row *row)
@@ -149,7 +149,7 @@ void telemetry_write(struct telemetry *telemetry,
         at = telemetry_put_axis(at, &row->axis[a]);
     at = telemetry_put_shots(at, telemetry->rig, row);
     *at++ = '\n';
-    output_row(&telemetry->rows, line, (size_t)(at - line), row->t_ns);
+    rows_put(&telemetry->rows, line, (size_t)(at - line), row->t_ns);
 }
 
 /* --- reading back --- */

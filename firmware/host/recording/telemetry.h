@@ -17,7 +17,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "firmware/host/base/output.h"
+#include "firmware/host/recording/rows.h"
 #include "firmware/host/rig/rig.h"
 #include "motion/core/clock_warp.h"
 #include "motion/core/track.h"
@@ -66,7 +66,7 @@ struct telemetry_row {
 };
 
 struct telemetry {
-    struct output_rows rows;
+    struct rows rows;
     const struct rig *rig;
 };
 

@@ -163,13 +163,14 @@ void modbus_budget_print(const struct rig *rig, unsigned bus, FILE *file)
     }
 }
 
-bool modbus_budget_check(const struct rig *rig, const char *path)
+bool modbus_budget_check(const struct rig *rig, const char *path,
+                         struct messages *messages)
 {
     bool fits = true;
 
     for (unsigned i = 0; i < rig->axis_count; i++)
         if (rig->axis[i].kind == RIG_MODBUS && !rig->axis[i].point_to_point &&
-            !modbus_stream_check(rig, i, path))
+            !modbus_stream_check(rig, i, path, messages))
             fits = false;
     return fits;
 }

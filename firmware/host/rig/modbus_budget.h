@@ -9,6 +9,7 @@
 
 #include <stdio.h>
 
+#include "firmware/host/base/messages.h"
 #include "firmware/host/rig/rig.h"
 
 /* The line as it is used: its silence is the longest that it, the standard or
@@ -36,8 +37,9 @@ int64_t modbus_budget_age_ns(const struct rig *rig, unsigned bus);
  * between keys is the drive's own, and what it would get if it were
  * streamed. */
 void modbus_budget_print(const struct rig *rig, unsigned bus, FILE *file);
-/* false, with a line on stderr for each axis whose set points come too seldom
+/* false, with a message for each axis whose set points come too seldom
  * for its speed and its following error. */
-bool modbus_budget_check(const struct rig *rig, const char *path);
+bool modbus_budget_check(const struct rig *rig, const char *path,
+                         struct messages *messages);
 
 #endif

@@ -5,7 +5,6 @@
 #include <stdarg.h>
 #include <stdio.h>
 
-#include "firmware/host/base/error.h"
 #include "firmware/host/rig/modbus_budget.h"
 
 /* What a step of the speed may take the motor where it comes with a hard ramp:
@@ -39,6 +38,7 @@ struct stream_sum {
     const struct rig *rig;
     const struct rig_axis *axis;
     const char *path;
+    struct messages *messages;
     bool is_near, is_hard, own_ramps;
     double vel, acc, stop, floor, time;            /* of the rig */
     double tick, cycle, latency;                   /* of the line */
@@ -101,11 +101,11 @@ static bool stream_refuse(const struct stream_sum *sum, const char *format, ...)
     va_start(args, format);
     (void)vsnprintf(what, sizeof what, format, args);
     va_end(args);
-    error_say("%s:%u:%u: axis %s %s%s would fit", sum->path, axis->place.line,
-              axis->place.column, axis->name, what,
-              sum->rig->map[axis->map].move.count > 0
-                  ? ", or mode: point-to-point,"
-                  : "");
+    messages_add(
+        sum->messages, MESSAGE_ERROR, "%s:%u:%u: axis %s %s%s would fit",
+        sum->path, axis->place.line, axis->place.column, axis->name, what,
+        sum->rig->map[axis->map].move.count > 0 ? ", or mode: point-to-point,"
+                                                : "");
     return false;
 }
 
@@ -218,12 +218,14 @@ static double stream_bend(const struct stream_sum *sum)
                                              : sum->vel;
 }
 
-bool modbus_stream_check(const struct rig *rig, unsigned i, const char *path)
+bool modbus_stream_check(const struct rig *rig, unsigned i, const char *path,
+                         struct messages *messages)
 {
     struct stream_sum sum;
 
     if (!stream_sum(rig, i, path, &sum))
         return true; /* machine_init refuses it */
+    sum.messages = messages;
     return stream_speed_ok(&sum) && stream_ramp_ok(&sum) &&
            stream_step_ok(&sum) &&
            stream_following_ok(&sum, stream_bend(&sum)) &&

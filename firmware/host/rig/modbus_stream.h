@@ -25,13 +25,15 @@
 #include <stdbool.h>
 #include <stdio.h>
 
+#include "firmware/host/base/messages.h"
 #include "firmware/host/rig/rig.h"
 
 /* The drive as machine.c makes it. */
 void modbus_stream_config(const struct rig *rig, unsigned i,
                           struct drive_modbus_config *config);
-/* Of a streamed axis; false, with a line on stderr, when it cannot be. */
-bool modbus_stream_check(const struct rig *rig, unsigned i, const char *path);
+/* Of a streamed axis; false, with a message, when it cannot be. */
+bool modbus_stream_check(const struct rig *rig, unsigned i, const char *path,
+                         struct messages *messages);
 /* A line on ramps that are steeper than the axis has any use for, if they
  * are. */
 void modbus_stream_print(const struct rig *rig, unsigned i, FILE *file);

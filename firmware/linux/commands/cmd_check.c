@@ -3,12 +3,13 @@
 #include <cjson/cJSON.h>
 #include <stdio.h>
 
-#include "firmware/host/base/json.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/move/budget.h"
 #include "firmware/host/move/job.h"
 #include "firmware/host/move/path_report.h"
+#include "firmware/linux/base/error.h"
+#include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/planning.h"
 #include "firmware/linux/machine/shots.h"
@@ -80,6 +81,7 @@ static enum status cmd_check_job(struct job *job, const struct options *options)
     const int64_t rate_q30 = options->override_q30;
     job_check(job, rate_q30);
     const bool carried = budget_check(job);
+    error_tell(&job->messages);
     const bool shot = shots_check(job, rate_q30);
     const bool fits = shot && carried;
     if (options->json)

@@ -3,11 +3,11 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/host/base/error.h"
 #include "firmware/host/base/memory.h"
-#include "firmware/host/base/output.h"
 #include "firmware/host/move/job.h"
 #include "firmware/host/move/track_file.h"
+#include "firmware/linux/base/error.h"
+#include "firmware/linux/base/output.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/planning.h"
 
@@ -47,8 +47,8 @@ static enum status cmd_compile_run(const struct options *options)
         planning_open(job, options->path, options->path_count, false);
     if (status == STATUS_OK && job->move.events > 0)
         status =
-            job_fail(job->move_path, "has events, which a compiled move "
-                                     "cannot hold, expected a move without");
+            error_file(job->move_path, "has events, which a compiled move "
+                                       "cannot hold, expected a move without");
     if (status == STATUS_OK)
         status = cmd_compile_save(job, options->out);
     job_free(job);

@@ -5,10 +5,11 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "firmware/host/base/error.h"
-#include "firmware/host/base/json.h"
 #include "firmware/host/move/job.h"
+#include "firmware/linux/base/error.h"
+#include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/command.h"
+#include "firmware/linux/commands/planning.h"
 #include "firmware/linux/tools/doctor.h"
 
 #define CMD_DOCTOR_MEASURE_NS INT64_C(2000000000)
@@ -63,7 +64,7 @@ static enum status cmd_doctor_rig(const struct options *options,
                                   struct rig *rig)
 {
     char message[YAML_MESSAGE_MAX];
-    const enum status status = job_read_rig(options->path[0], rig);
+    const enum status status = planning_rig(options->path[0], rig);
 
     if (status != STATUS_OK)
         return status;

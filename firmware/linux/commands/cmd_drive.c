@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "firmware/host/base/array.h"
-#include "firmware/host/base/error.h"
+#include "firmware/linux/base/error.h"
 #include "firmware/linux/commands/drive/verbs.h"
 
 #define CMD_DRIVE_PATHS 12

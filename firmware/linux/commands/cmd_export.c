@@ -3,11 +3,11 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-#include "firmware/host/base/error.h"
-#include "firmware/host/base/json.h"
 #include "firmware/host/base/memory.h"
-#include "firmware/host/base/output.h"
 #include "firmware/host/exchange/import.h"
+#include "firmware/linux/base/error.h"
+#include "firmware/linux/base/json_print.h"
+#include "firmware/linux/base/output.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/planning.h"
 

@@ -12,15 +12,15 @@
 #include <sys/stat.h>
 
 #include "firmware/host/base/array.h"
-#include "firmware/host/base/error.h"
-#include "firmware/host/base/json.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
-#include "firmware/host/base/output.h"
 #include "firmware/host/move/job.h"
 #include "firmware/host/plot/compare.h"
-#include "firmware/host/plot/plot.h"
+#include "firmware/linux/base/error.h"
+#include "firmware/linux/base/json_print.h"
+#include "firmware/linux/base/output.h"
 #include "firmware/linux/commands/command.h"
+#include "firmware/linux/commands/picture.h"
 #include "firmware/linux/commands/planning.h"
 #include "motion/core/err.h"
 
@@ -156,7 +156,7 @@ static enum status cmd_gallery_picture(struct cmd_gallery *self,
     cmd_gallery_measure(row, &one->move.axis[0], &one->track[0]);
     snprintf(path, sizeof path, "%s/%s.svg", self->folder,
              compare_spelling[curve]);
-    err = plot_save(one, NULL, path);
+    err = picture_of_job(one, NULL, path);
     job_free(one);
     memory_free(one);
     return err < 0 ? STATUS_SYSTEM : STATUS_OK;
@@ -337,8 +337,8 @@ static enum status cmd_gallery_run(const struct options *options)
     enum status status =
         planning_open(job, options->path, options->path_count, false);
     if (status == STATUS_OK && job->move.axis_count != 1)
-        status = job_fail(job->move_path,
-                          "moves several axes, expected a move of one");
+        status = error_file(job->move_path,
+                            "moves several axes, expected a move of one");
     if (status == STATUS_OK)
         status = cmd_gallery_write(&self, options->out);
     if (status == STATUS_OK)

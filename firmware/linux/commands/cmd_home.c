@@ -3,12 +3,13 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/host/base/error.h"
 #include "firmware/host/base/json.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/table.h"
+#include "firmware/linux/base/error.h"
 #include "firmware/linux/base/interrupt.h"
+#include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/live.h"
 #include "motion/core/err.h"

@@ -3,13 +3,13 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/host/base/error.h"
-#include "firmware/host/base/json.h"
 #include "firmware/host/base/number.h"
-#include "firmware/host/base/output.h"
 #include "firmware/host/exchange/import.h"
 #include "firmware/host/exchange/import_fit.h"
 #include "firmware/host/plot/compare.h"
+#include "firmware/linux/base/error.h"
+#include "firmware/linux/base/json_print.h"
+#include "firmware/linux/base/output.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/planning.h"
 
@@ -40,7 +40,10 @@ static enum status cmd_import_wish(struct import_wish *wish,
         return cmd_import_fail(message, "");
     if (options->curve == NULL)
         return STATUS_OK;
-    int count = compare_parse("slew import: --curve", options->curve, curve);
+    struct messages messages = { .text = NULL };
+    int count =
+        compare_parse("slew import: --curve", options->curve, curve, &messages);
+    error_tell(&messages);
     if (count < 0)
         return STATUS_INPUT;
     if (count != 1)
@@ -181,7 +184,7 @@ static enum status cmd_import_run(const struct options *options)
         return cmd_import_fail("for which axes? expected --rig RIG", "");
     if (options->out == NULL)
         return cmd_import_fail("where to? expected --out MOVE.yaml", "");
-    enum status status = job_read_rig(options->rig, &rig);
+    enum status status = planning_rig(options->rig, &rig);
     if (status == STATUS_OK)
         status = cmd_import_wish(&wish, options);
     return status == STATUS_OK ? cmd_import_file(format, &wish, options)

@@ -12,6 +12,7 @@
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/table.h"
 #include "firmware/linux/base/interrupt.h"
+#include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/live.h"
 

@@ -7,13 +7,13 @@
 #include <string.h>
 
 #include "firmware/host/base/array.h"
-#include "firmware/host/base/error.h"
-#include "firmware/host/base/json.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/quote.h"
 #include "firmware/host/exchange/otg_lines.h"
 #include "firmware/host/plot/plot_page.h"
+#include "firmware/linux/base/error.h"
+#include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/otg_answer.h"
 

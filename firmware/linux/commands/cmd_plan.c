@@ -6,11 +6,12 @@
 #include "firmware/host/base/json.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
-#include "firmware/host/base/output.h"
 #include "firmware/host/base/table.h"
 #include "firmware/host/move/job.h"
 #include "firmware/host/move/path_report.h"
 #include "firmware/host/rig/modbus_budget.h"
+#include "firmware/linux/base/json_print.h"
+#include "firmware/linux/base/output.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/planning.h"
 

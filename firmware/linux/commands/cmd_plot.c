@@ -2,16 +2,16 @@
  * picture. */
 #include <stdio.h>
 
-#include "firmware/host/base/error.h"
-#include "firmware/host/base/json.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/move/job.h"
 #include "firmware/host/plot/compare.h"
-#include "firmware/host/plot/plot.h"
 #include "firmware/host/recording/telemetry.h"
 #include "firmware/host/recording/trace.h"
+#include "firmware/linux/base/error.h"
+#include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/command.h"
+#include "firmware/linux/commands/picture.h"
 #include "firmware/linux/commands/planning.h"
 #include "motion/core/fixed.h"
 
@@ -70,7 +70,8 @@ static enum status cmd_plot_trace(const struct job *job, const char *path,
         return STATUS_INPUT;
     }
     if (trace->count == 0)
-        return job_fail(path, "holds no move, expected telemetry of slew run");
+        return error_file(path,
+                          "holds no move, expected telemetry of slew run");
     if (self.other < 0)
         return STATUS_OK;
     number_seconds(at, self.at_ns_q12);
@@ -78,7 +79,7 @@ static enum status cmd_plot_trace(const struct job *job, const char *path,
              "axis %s is not where this move has it at %s s, expected the "
              "telemetry of a run of %.300s",
              job->move.axis[self.other].name, at, job->move_path);
-    return job_fail(path, message);
+    return error_file(path, message);
 }
 
 static void cmd_plot_report(const char *path, bool json)
@@ -99,6 +100,7 @@ static enum status cmd_plot_job(struct job *job, struct trace *trace,
                                        options->compare == NULL);
     if (status == STATUS_OK && options->compare != NULL)
         status = compare_job(job, options->compare, options->axis);
+    error_tell(&job->messages);
     if (status != STATUS_OK)
         return status;
     bool traced = options->telemetry != NULL;
@@ -108,7 +110,7 @@ static enum status cmd_plot_job(struct job *job, struct trace *trace,
     }
     if (status != STATUS_OK)
         return status;
-    if (plot_save(job, traced ? trace : NULL, options->out) < 0)
+    if (picture_of_job(job, traced ? trace : NULL, options->out) < 0)
         return STATUS_SYSTEM;
     cmd_plot_report(options->out, options->json);
     return STATUS_OK;

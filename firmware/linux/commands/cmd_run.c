@@ -3,20 +3,20 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/host/base/error.h"
-#include "firmware/host/base/json.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
-#include "firmware/host/base/output.h"
 #include "firmware/host/base/table.h"
 #include "firmware/host/move/budget.h"
 #include "firmware/host/move/compiled.h"
 #include "firmware/host/move/job.h"
-#include "firmware/host/plot/plot.h"
 #include "firmware/host/rig/modbus_budget.h"
+#include "firmware/linux/base/error.h"
 #include "firmware/linux/base/interrupt.h"
+#include "firmware/linux/base/json_print.h"
+#include "firmware/linux/base/output.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/live.h"
+#include "firmware/linux/commands/picture.h"
 #include "firmware/linux/commands/planning.h"
 #include "firmware/linux/machine/modbus_record.h"
 #include "firmware/linux/machine/player.h"
@@ -204,7 +204,9 @@ static enum status cmd_run_check(struct cmd_run *self)
     }
     if (!shots_check(&self->job, self->rate_q30))
         return STATUS_REFUSED;
-    return budget_check(&self->job) ? STATUS_OK : STATUS_REFUSED;
+    const bool fits = budget_check(&self->job);
+    error_tell(&self->job.messages);
+    return fits ? STATUS_OK : STATUS_REFUSED;
 }
 
 /* --- doing it --- */
@@ -303,7 +305,7 @@ static enum status cmd_run_window(const struct cmd_run *self)
              "%d segments last %s s somewhere, expected %s s to be able to "
              "stop: run the move file itself",
              TRACK_STREAM_PLAY, least, need);
-    job_fail(job->move_path, what);
+    error_file(job->move_path, what);
     return STATUS_REFUSED;
 }
 
@@ -400,7 +402,7 @@ static enum status cmd_run_save(struct cmd_run *self)
             status = STATUS_SYSTEM;
     }
     if (options->plot != NULL && self->report.started) {
-        if (plot_save(&self->job, &self->trace, options->plot) < 0)
+        if (picture_of_job(&self->job, &self->trace, options->plot) < 0)
             status = STATUS_SYSTEM;
         else
             self->report.plot_path = options->plot;

@@ -7,13 +7,13 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "firmware/host/base/error.h"
 #include "firmware/host/base/json.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/quote.h"
 #include "firmware/host/move/compiled.h"
 #include "firmware/host/move/job.h"
+#include "firmware/linux/base/error.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/planning.h"
 #include "motion/core/err.h"
@@ -250,8 +250,9 @@ static enum status cmd_sample_job(struct job *job,
         cmd_sample_json(&self, k, to_ns);
     else
         cmd_sample_csv(&self, k, to_ns);
-    return self.failed ? job_fail(job->move_path, compiled_error(job->compiled))
-                       : STATUS_OK;
+    return self.failed
+               ? error_file(job->move_path, compiled_error(job->compiled))
+               : STATUS_OK;
 }
 
 static enum status cmd_sample_run(const struct options *options)

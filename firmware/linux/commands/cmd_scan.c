@@ -6,10 +6,11 @@
 #include <unistd.h>
 
 #include "firmware/host/base/array.h"
-#include "firmware/host/base/error.h"
 #include "firmware/host/base/json.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/table.h"
+#include "firmware/linux/base/error.h"
+#include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/tools/scan.h"
 #include "firmware/linux/tools/talk.h"

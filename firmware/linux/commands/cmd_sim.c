@@ -5,10 +5,11 @@
 #include <string.h>
 
 #include "firmware/host/base/array.h"
-#include "firmware/host/base/error.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/move/job.h"
+#include "firmware/linux/base/error.h"
 #include "firmware/linux/commands/command.h"
+#include "firmware/linux/commands/planning.h"
 #include "firmware/linux/machine/sim_server.h"
 
 static volatile sig_atomic_t cmd_sim_ended;
@@ -84,7 +85,7 @@ static enum status cmd_sim_serve(const struct options *options,
 static enum status cmd_sim_rig(const struct options *options, struct rig *rig)
 {
     char message[YAML_MESSAGE_MAX];
-    enum status status = job_read_rig(options->path[0], rig);
+    enum status status = planning_rig(options->path[0], rig);
     if (status != STATUS_OK)
         return status;
     if (options->interface != NULL &&

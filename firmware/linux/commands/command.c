@@ -9,9 +9,9 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "firmware/host/base/error.h"
-#include "firmware/host/base/json.h"
 #include "firmware/library/version.h"
+#include "firmware/linux/base/error.h"
+#include "firmware/linux/base/json_print.h"
 
 const struct command *const command_list[] = {
     &cmd_check,   &cmd_plan,    &cmd_sample, &cmd_plot,   &cmd_run,

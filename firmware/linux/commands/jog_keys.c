@@ -4,9 +4,9 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/host/base/error.h"
 #include "firmware/host/base/number.h"
-#include "firmware/host/base/output.h"
+#include "firmware/linux/base/error.h"
+#include "firmware/linux/base/output.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 

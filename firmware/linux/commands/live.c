@@ -5,9 +5,10 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "firmware/host/base/error.h"
-#include "firmware/host/base/json.h"
 #include "firmware/host/move/job.h"
+#include "firmware/linux/base/error.h"
+#include "firmware/linux/base/json_print.h"
+#include "firmware/linux/commands/planning.h"
 #include "firmware/linux/machine/pace.h"
 #include "motion/core/err.h"
 
@@ -34,7 +35,7 @@ enum status live_use(struct live *live, const struct options *options,
 enum status live_read(struct live *live, const struct options *options)
 {
     live->rig = &live->own;
-    enum status status = job_read_rig(options->path[0], &live->own);
+    enum status status = planning_rig(options->path[0], &live->own);
     return status == STATUS_OK ? live_use(live, options, &live->own) : status;
 }
 
@@ -45,7 +46,7 @@ enum status live_ports(struct live *live, const struct options *options,
     live->is_real = options->real;
     live->on_clock = options->real || options->realtime || options->pty;
     if (options->real && machine_modbus_reach(live->rig, message) < 0) {
-        (void)job_fail(options->path[0], message);
+        (void)error_file(options->path[0], message);
         return STATUS_REFUSED; /* the file may be right */
     }
     int err = options->real
@@ -55,7 +56,7 @@ enum status live_ports(struct live *live, const struct options *options,
     if (err == MOTION_OK && options->pty)
         err = machine_modbus_open(&live->pty, live->rig, true, ports, message);
     ports->guardian = live->guardian.page;
-    return err < 0 ? job_fail(options->path[0], message) : STATUS_OK;
+    return err < 0 ? error_file(options->path[0], message) : STATUS_OK;
 }
 
 enum status live_build(struct live *live, const struct options *options,
@@ -63,7 +64,7 @@ enum status live_build(struct live *live, const struct options *options,
 {
     char message[YAML_MESSAGE_MAX];
     if (machine_init(&live->machine, live->rig, ports, message) < 0)
-        return job_fail(options->path[0], message);
+        return error_file(options->path[0], message);
     live->start_ns = hal_clock_now_ns(ports->clock);
     live->now_ns = live->start_ns;
     return STATUS_OK;

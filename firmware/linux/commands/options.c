@@ -6,8 +6,8 @@
 #include <string.h>
 
 #include "firmware/host/base/array.h"
-#include "firmware/host/base/error.h"
 #include "firmware/host/base/number.h"
+#include "firmware/linux/base/error.h"
 #include "firmware/linux/commands/command.h"
 #include "motion/core/clock_warp.h"
 #include "motion/core/err.h"

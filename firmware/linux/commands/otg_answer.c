@@ -5,9 +5,9 @@
 #include <string.h>
 
 #include "firmware/host/base/array.h"
-#include "firmware/host/base/error.h"
 #include "firmware/host/base/number.h"
-#include "firmware/host/plot/plot_otg.h"
+#include "firmware/linux/base/error.h"
+#include "firmware/linux/commands/picture.h"
 #include "motion/core/err.h"
 
 void otg_answer_make(struct otg_answer *answer)
@@ -396,8 +396,8 @@ int otg_answer_plot(const struct otg_answer *answer, const char *path)
              category, category[0] ? "  \u00b7  " : "", header->axes,
              number_word((uint64_t)header->axes, "axis", "axes"),
              otg_motion_seconds(motion));
-    return plot_otg_save(motion,
-                         header->velocity ? "Fastest change of velocity"
-                                          : title[header->table],
-                         subtitle, path);
+    return picture_of_otg(motion,
+                          header->velocity ? "Fastest change of velocity"
+                                           : title[header->table],
+                          subtitle, path);
 }

@@ -8,11 +8,16 @@
 #include <pthread.h>
 #include <signal.h>
 #include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
+#include "firmware/linux/base/error.h"
+
 #define PLANNING_FIRST_NS 1000000000
 #define PLANNING_NEXT_NS  200000000
+#define PLANNING_PATH_MAX ((int)sizeof((struct job *)0)->rig_path)
 
 static struct {
     pthread_mutex_t lock;
@@ -122,8 +127,63 @@ static void planning_tell(void *unused, const char *doing, const char *what,
 
 const struct plan_progress planning_progress = { planning_tell, NULL };
 
+/* --- RIG MOVE, or one directory with rig.yaml and move.yaml --- */
+
+static bool planning_is_directory(const char *path)
+{
+    struct stat status;
+    return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
+}
+
+static bool planning_join(char name[PLANNING_PATH_MAX], const char *path,
+                          const char *file)
+{
+    return snprintf(name, PLANNING_PATH_MAX, "%s%s", path, file) <
+           PLANNING_PATH_MAX;
+}
+
+static enum status planning_names(char rig[PLANNING_PATH_MAX],
+                                  char move[PLANNING_PATH_MAX],
+                                  const char *const path[], int count)
+{
+    const char *first = path[0];
+    const bool directory = planning_is_directory(first);
+    if (count == 2 && directory)
+        return error_file(first, "is a directory, expected a rig file");
+    if (access(first, F_OK) < 0)
+        return error_file(first, strerror(errno));
+    if (count == 1 && !directory)
+        return error_file(first, "expected a rig and a move file, or one "
+                                 "directory with rig.yaml and move.yaml");
+    if (!planning_join(rig, first, directory ? "/rig.yaml" : "") ||
+        !planning_join(move, directory ? first : path[1],
+                       directory ? "/move.yaml" : ""))
+        return error_file(first, "the name is too long");
+    return STATUS_OK;
+}
+
 enum status planning_open(struct job *job, const char *const path[], int count,
                           bool any)
 {
-    return job_open_told(job, path, count, any, &planning_progress);
+    char rig[PLANNING_PATH_MAX], move[PLANNING_PATH_MAX];
+    memset(job, 0, sizeof *job);
+    enum status status = planning_names(rig, move, path, count);
+    if (status == STATUS_OK)
+        status = job_open(job, rig, move, any, &planning_progress);
+    error_tell(&job->messages);
+    return status;
+}
+
+enum status planning_rig(const char *path, struct rig *rig)
+{
+    struct messages messages = { .text = NULL };
+    char name[PLANNING_PATH_MAX];
+    const bool directory = planning_is_directory(path);
+    if (access(path, F_OK) < 0)
+        return error_file(path, strerror(errno));
+    if (!planning_join(name, path, directory ? "/rig.yaml" : ""))
+        return error_file(path, "the name is too long");
+    const enum status status = job_read_rig(name, rig, &messages);
+    error_tell(&messages);
+    return status;
 }

@@ -8,9 +8,13 @@
 #include "firmware/host/move/job.h"
 #include "motion/plan/plan_progress.h"
 
-/* As job_open, or job_open_any (`any`). */
+/* As job_open, of RIG MOVE or one directory, with every message on stderr.
+ * job_free in either case. */
 enum status planning_open(struct job *job, const char *const path[], int count,
                           bool any);
+
+/* As job_read_rig: a file, or a directory with rig.yaml. */
+enum status planning_rig(const char *path, struct rig *rig);
 
 /* Of whoever does long work: where stderr is a terminal there is a line after a
  * second, rewritten five times a second, and nothing is left of it once the

@@ -98,7 +98,7 @@ void can_log_init(struct can_log *log, FILE *file, const struct rig *rig,
         memory_pool_new(&log->memory, rig->bus_count, sizeof *log->port);
     atomic_init(&log->put, 0);
     atomic_init(&log->taken, 0);
-    output_rows_init(&log->rows, file);
+    rows_init(&log->rows, file);
     log->rig = rig;
     log->clock = ports->clock;
     clock_gettime(CLOCK_REALTIME, &wall); /* cannot fail for this clock */
@@ -168,7 +168,7 @@ void can_log_drain(struct can_log *log)
         can_log_line(line, row->frame.t_ns + log->epoch_ns,
                      bus->interface[0] != '\0' ? bus->interface : bus->name,
                      &row->frame);
-        output_row(&log->rows, line, strlen(line), row->frame.t_ns);
+        rows_put(&log->rows, line, strlen(line), row->frame.t_ns);
         atomic_store_explicit(&log->taken, taken + 1, memory_order_release);
     }
 }

@@ -14,7 +14,7 @@
 #include <stdatomic.h>
 #include <stdio.h>
 
-#include "firmware/host/base/output.h"
+#include "firmware/host/recording/rows.h"
 #include "firmware/linux/machine/machine.h"
 
 #define CAN_LOG_FRAMES 8192 /* a second of a full 1 Mbit/s bus */
@@ -33,7 +33,7 @@ struct can_log_port {
 };
 
 struct can_log {
-    struct output_rows rows;
+    struct rows rows;
     const struct rig *rig;
     struct hal_clock *clock;
     int64_t epoch_ns; /* from the clock to what is written */

@@ -16,8 +16,8 @@
 #include <unistd.h>
 
 #include "firmware/host/base/array.h"
-#include "firmware/host/base/error.h"
 #include "firmware/host/base/memory.h"
+#include "firmware/linux/base/error.h"
 #include "firmware/linux/machine/off.h"
 
 #define GUARDIAN_LOOK_MS  20

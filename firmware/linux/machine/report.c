@@ -7,6 +7,7 @@
 #include "firmware/host/base/json.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/table.h"
+#include "firmware/linux/base/json_print.h"
 #include "firmware/linux/machine/arrivals.h"
 #include "firmware/linux/machine/shots.h"
 #include "motion/core/fixed.h"

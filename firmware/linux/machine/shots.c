@@ -4,10 +4,10 @@
 #include <inttypes.h>
 #include <string.h>
 
-#include "firmware/host/base/error.h"
 #include "firmware/host/base/json.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
+#include "firmware/linux/base/error.h"
 #include "motion/core/clock_warp.h"
 #include "motion/core/fixed.h"
 

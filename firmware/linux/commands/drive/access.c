@@ -3,8 +3,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/host/base/error.h"
-#include "firmware/host/base/json.h"
+#include "firmware/linux/base/error.h"
+#include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/drive/kind.h"
 
 #define ACCESS_VALUES OPTIONS_PATHS_MAX

@@ -2,7 +2,7 @@
  * it is set to, what went wrong with it. */
 #include <stdio.h>
 
-#include "firmware/host/base/json.h"
+#include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/drive/kind.h"
 
 static void info_json(const struct talk *talk, const struct drive_info *info)

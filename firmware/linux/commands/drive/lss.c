@@ -5,9 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "firmware/host/base/error.h"
 #include "firmware/host/base/json.h"
 #include "firmware/host/base/memory.h"
+#include "firmware/linux/base/error.h"
+#include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/drive/verbs.h"
 #include "firmware/linux/tools/lss.h"
 #include "hal/drive/cia402/drive.h"

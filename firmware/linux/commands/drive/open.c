@@ -4,8 +4,8 @@
 #include <string.h>
 
 #include "firmware/host/base/array.h"
-#include "firmware/host/base/error.h"
 #include "firmware/host/base/memory.h"
+#include "firmware/linux/base/error.h"
 #include "firmware/linux/commands/drive/verbs.h"
 #include "hal/linux/libmodbus.h"
 #include "motion/core/err.h"

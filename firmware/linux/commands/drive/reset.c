@@ -2,7 +2,7 @@
  * and clear that. */
 #include <stdio.h>
 
-#include "firmware/host/base/json.h"
+#include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/drive/verbs.h"
 #include "firmware/linux/tools/reset.h"
 #include "motion/core/err.h"

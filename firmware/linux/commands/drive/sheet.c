@@ -3,11 +3,11 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/host/base/error.h"
-#include "firmware/host/base/json.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/table.h"
 #include "firmware/host/device/eds_need.h"
+#include "firmware/linux/base/error.h"
+#include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/drive/verbs.h"
 
 static void sheet_table(const struct eds *eds)

@@ -6,9 +6,9 @@
 #include <string.h>
 
 #include "firmware/host/base/array.h"
-#include "firmware/host/base/error.h"
 #include "firmware/host/base/quote.h"
 #include "firmware/host/yaml/yaml_fields.h"
+#include "firmware/linux/base/error.h"
 #include "firmware/linux/commands/drive/kind.h"
 #include "motion/core/err.h"
 

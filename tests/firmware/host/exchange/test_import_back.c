@@ -5,6 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "firmware/linux/commands/planning.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 #include "tests/firmware/host/exchange/import_bench.h"
@@ -13,7 +14,7 @@ static void opened(struct job *job, const char *move)
 {
     const char *const path[] = { DATA "rig.yaml", move };
 
-    assert_int_equal(job_open(job, path, 2), STATUS_OK);
+    assert_int_equal(planning_open(job, path, 2, false), STATUS_OK);
 }
 
 static struct imported there_and_back(const struct job *job, const char *format,

@@ -2,6 +2,7 @@
  * written for another program and is read again keeps inside the limits of that
  * rig, or the curve that would is named. */
 #include "firmware/host/exchange/import_fit.h"
+#include "firmware/linux/commands/planning.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,7 +20,7 @@ static int open_dolly(void **state)
 {
     const char *const path[] = { DOLLY };
     (void)state;
-    return job_open(&job, path, 1) == STATUS_OK ? 0 : -1;
+    return planning_open(&job, path, 1, false) == STATUS_OK ? 0 : -1;
 }
 
 static int close_dolly(void **state)

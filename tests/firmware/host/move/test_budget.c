@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "firmware/host/move/budget.h"
+#include "firmware/linux/commands/planning.h"
 #include "firmware/linux/machine/machine_sim.h"
 #include "firmware/linux/machine/player.h"
 #include "tests/support/check.h"
@@ -18,7 +19,7 @@ static int open_job(const char *name)
 {
     const char *const path[] = { name };
     memset(&job, 0, sizeof job);
-    return job_open(&job, path, 1) == STATUS_OK ? 0 : -1;
+    return planning_open(&job, path, 1, false) == STATUS_OK ? 0 : -1;
 }
 
 static int open_eight_axes(void **state)

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "firmware/host/move/compiled.h"
+#include "firmware/linux/commands/planning.h"
 #include "firmware/linux/machine/machine_sim.h"
 #include "firmware/linux/machine/player.h"
 #include "motion/core/err.h"
@@ -126,7 +127,7 @@ static int bench_open(void **state)
     plan_wave();
     save_wave();
     memset(&bench, 0, sizeof bench);
-    if (job_open_any(&bench.job, files, 2) != STATUS_OK ||
+    if (planning_open(&bench.job, files, 2, true) != STATUS_OK ||
         machine_sim_init(&bench.sim, &bench.job.rig, false, &ports, message) <
             0)
         return -1;

@@ -12,7 +12,7 @@
 #include <signal.h>
 #include <sys/socket.h>
 
-#include "firmware/host/base/output.h"
+#include "firmware/linux/base/output.h"
 
 static const char *directory;
 static char rig[256], move[256];

@@ -7,6 +7,7 @@
 #include <time.h>
 
 #include "firmware/linux/base/interrupt.h"
+#include "firmware/linux/commands/planning.h"
 #include "firmware/linux/machine/machine_sim.h"
 #include "firmware/linux/machine/off.h"
 #include "firmware/linux/machine/player.h"
@@ -120,7 +121,8 @@ static void build(const char *directory)
     char message[YAML_MESSAGE_MAX] = "";
     struct machine_ports ports;
     memset(&bench, 0, sizeof bench);
-    assert_int_equal(job_open(&bench.job, &directory, 1), STATUS_OK);
+    assert_int_equal(planning_open(&bench.job, &directory, 1, false),
+                     STATUS_OK);
     if (machine_sim_init(&bench.sim, &bench.job.rig, false, &ports, message) <
         0)
         fail_msg("%s", message);

@@ -4,6 +4,7 @@
 #define TESTS_FIRMWARE_LINUX_MACHINE_MACHINE_BENCH_H
 
 #include "firmware/host/move/job.h"
+#include "firmware/linux/commands/planning.h"
 #include "firmware/linux/machine/machine_sim.h"
 #include "tests/support/check.h"
 
@@ -65,7 +66,7 @@ static struct job job;
 
 static inline int job_setup(const char *directory)
 {
-    return job_open(&job, &directory, 1) == STATUS_OK ? 0 : -1;
+    return planning_open(&job, &directory, 1, false) == STATUS_OK ? 0 : -1;
 }
 
 static inline int job_teardown(void **state)

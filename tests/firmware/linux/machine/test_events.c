@@ -3,6 +3,7 @@
  * stop and a dead line. */
 #include <string.h>
 
+#include "firmware/linux/commands/planning.h"
 #include "firmware/linux/machine/machine_sim.h"
 #include "firmware/linux/machine/machine_trigger.h"
 #include "firmware/linux/machine/player.h"
@@ -103,7 +104,8 @@ static void open_rig(const char *directory)
     memset(&bench, 0, sizeof bench);
     for (unsigned i = 0; i < RIG_LINES_MAX; i++)
         bench.shortest_ns[i] = INT64_MAX;
-    assert_int_equal(job_open(&bench.job, &directory, 1), STATUS_OK);
+    assert_int_equal(planning_open(&bench.job, &directory, 1, false),
+                     STATUS_OK);
     assert_int_equal(
         machine_sim_init(&bench.sim, &bench.job.rig, false, &ports, message),
         MOTION_OK);

@@ -9,6 +9,7 @@
 
 #include "firmware/control/jog.h"
 #include "firmware/host/move/job.h"
+#include "firmware/linux/commands/planning.h"
 #include "firmware/linux/machine/machine.h"
 #include "firmware/linux/machine/machine_sim.h"
 #include "motion/core/clock_warp.h"
@@ -147,7 +148,7 @@ static int setup(void **state)
     char message[YAML_MESSAGE_MAX];
 
     (void)state;
-    assert_int_equal(job_open(&job, path, 1), STATUS_OK);
+    assert_int_equal(planning_open(&job, path, 1, false), STATUS_OK);
     if (machine_sim_init(&sim, &job.rig, false, &ports, message) < 0 ||
         machine_init(&machine, &job.rig, &ports, message) < 0)
         fail_msg("%s", message);

@@ -113,12 +113,15 @@ static void one_bad_answer_is_no_fault(void **state)
 
 static void too_few_set_points_are_refused(void **state)
 {
+    struct messages messages = { .text = NULL };
+
     (void)state;
     load();
-    assert_true(modbus_budget_check(&rig, "rig.yaml"));
+    assert_true(modbus_budget_check(&rig, "rig.yaml", &messages));
     rig.bus[2].modbus.line.baud = 9600; /* 95 ms */
     rig.axis[PAN].following_floor_q32 /= 4;
-    assert_false(modbus_budget_check(&rig, "rig.yaml"));
+    assert_false(modbus_budget_check(&rig, "rig.yaml", &messages));
+    messages_free(&messages);
 }
 
 /* ---- what is refused in the files ---- */

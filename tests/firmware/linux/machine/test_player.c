@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "firmware/host/move/budget.h"
+#include "firmware/linux/commands/planning.h"
 #include "firmware/linux/machine/machine_sim.h"
 #include "firmware/linux/machine/player.h"
 #include "motion/core/fixed.h"
@@ -99,7 +100,7 @@ static int bench_open(void **state)
     struct machine_ports ports;
     const char *const path[] = { "examples/dolly" };
     memset(&bench, 0, sizeof bench);
-    if (job_open(&bench.job, path, 1) != STATUS_OK ||
+    if (planning_open(&bench.job, path, 1, false) != STATUS_OK ||
         machine_sim_init(&bench.sim, &bench.job.rig, false, &ports, message) <
             0)
         return -1;

@@ -161,6 +161,7 @@ static struct sweep_result sweep_one(const struct sweep_rig *rig)
     if (job_setup(SWEEP_DIR) == 0) {
         job_check(&job, INT64_C(1) << 30);
         result.accepted = job.violation_count == 0 && budget_check(&job);
+        messages_free(&job.messages);
         if (result.accepted)
             sweep_run(rig, &result);
     }

@@ -1,4 +1,4 @@
-/* firmware/host/base/output.h - a file that is there whole or not at all.
+/* firmware/linux/base/output.h - a file that is there whole or not at all.
  *
  * Written as NAME.partial in the same directory and renamed when it is complete
  * and on the disk.  What is not a regular file (a pipe, /dev/stdout) is written
@@ -14,8 +14,9 @@
 #include <stdio.h>
 #include <sys/types.h>
 
+#include "firmware/host/recording/rows.h"
+
 #define OUTPUT_PATH_MAX 4096
-#define OUTPUT_BUFFER   65536
 #define OUTPUT_PARTIAL  ".partial"
 
 struct output {
@@ -26,7 +27,7 @@ struct output {
     off_t length;                  /* written so far */
     char path[OUTPUT_PATH_MAX];    /* what a link points at */
     char partial[OUTPUT_PATH_MAX]; /* empty: written directly */
-    char buffer[OUTPUT_BUFFER];    /* the file's */
+    char buffer[ROWS_BUFFER];      /* the file's */
 };
 
 #define OUTPUT_OPEN_MAX 4 /* at one time */
@@ -39,19 +40,5 @@ int output_open(struct output *output, const char *path);
 int output_commit(struct output *output);
 /* Close and remove; does nothing when not open. */
 void output_abandon(struct output *output);
-
-/* Rows that are found whole when the program is killed: handed to the system a
- * buffer at a time and once per second of their time, never a part of one. */
-struct output_rows {
-    FILE *file; /* an output's, else rows may be cut by its buffer */
-    size_t waiting;
-    int64_t handed_ns;
-};
-#define OUTPUT_ROWS_NS INT64_C(1000000000)
-void output_rows_init(struct output_rows *rows, FILE *file);
-/* `length` bytes, at most OUTPUT_BUFFER, of time t_ns.  Errors stay in the
- * file's error flag. */
-void output_row(struct output_rows *rows, const char *text, size_t length,
-                int64_t t_ns);
 
 #endif

@@ -1,6 +1,6 @@
-/* firmware/host/base/output.c - see output.h. */
+/* firmware/linux/base/output.c - see output.h. */
 #define _GNU_SOURCE /* fopencookie, realpath, flock */
-#include "firmware/host/base/output.h"
+#include "firmware/linux/base/output.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -13,7 +13,7 @@
 #include <unistd.h>
 
 #include "firmware/host/base/array.h"
-#include "firmware/host/base/error.h"
+#include "firmware/linux/base/error.h"
 
 static int output_fail(const char *path, const char *what)
 {
@@ -107,27 +107,6 @@ static int output_stream(struct output *output)
     if (output->file == NULL)
         return -1;
     return setvbuf(output->file, output->buffer, _IOFBF, sizeof output->buffer);
-}
-
-void output_rows_init(struct output_rows *rows, FILE *file)
-{
-    *rows = (struct output_rows){ .file = file };
-}
-
-void output_row(struct output_rows *rows, const char *text, size_t length,
-                int64_t t_ns)
-{
-    if (rows->waiting + length > OUTPUT_BUFFER) {
-        fflush(rows->file);
-        rows->waiting = 0;
-    }
-    fwrite(text, 1, length, rows->file);
-    rows->waiting += length;
-    if (t_ns - rows->handed_ns < OUTPUT_ROWS_NS)
-        return;
-    fflush(rows->file);
-    rows->waiting = 0;
-    rows->handed_ns = t_ns;
 }
 
 /* --- opening --- */

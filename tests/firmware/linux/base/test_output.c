@@ -1,4 +1,4 @@
-/* tests/firmware/host/base/test_output.c - files that are whole or not there,
+/* tests/firmware/linux/base/test_output.c - files that are whole or not there,
  * and rows that outlive a kill. */
 #define _XOPEN_SOURCE 700 /* mkdtemp */
 #include <errno.h>
@@ -9,7 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "firmware/host/base/output.h"
+#include "firmware/linux/base/output.h"
 #include "tests/support/check.h"
 
 #define SECOND INT64_C(1000000000)
@@ -76,10 +76,10 @@ static int status_of(pid_t child)
 /* Rows of ten a second until t, as a recorder would. */
 static void write_rows(int64_t until_ns)
 {
-    struct output_rows rows;
-    output_rows_init(&rows, output.file);
+    struct rows rows;
+    rows_init(&rows, output.file);
     for (int64_t t_ns = 0; t_ns < until_ns; t_ns += SECOND / 10)
-        output_row(&rows, ROW, strlen(ROW), t_ns);
+        rows_put(&rows, ROW, strlen(ROW), t_ns);
 }
 
 static void be_killed(void)
@@ -94,10 +94,10 @@ static void be_killed_in_a_long_second(void)
 {
     if (output_open(&output, path_of("a")) < 0)
         _exit(1);
-    struct output_rows rows;
-    output_rows_init(&rows, output.file);
+    struct rows rows;
+    rows_init(&rows, output.file);
     for (int i = 0; i < 100000; i++)
-        output_row(&rows, ROW, strlen(ROW), 0);
+        rows_put(&rows, ROW, strlen(ROW), 0);
     raise(SIGKILL);
 }
 
@@ -110,7 +110,7 @@ static void a_kill_leaves_whole_rows_to_the_last_second(void **state)
     assert_in_range(length_of("a.partial"), 90 * row, 95 * row);
     assert_int_equal(length_of("a.partial") % row, 0);
     assert_true(WIFSIGNALED(status_of(child_of(be_killed_in_a_long_second))));
-    assert_in_range(length_of("a.partial"), 100000 * row - OUTPUT_BUFFER,
+    assert_in_range(length_of("a.partial"), 100000 * row - ROWS_BUFFER,
                     100000 * row);
     assert_int_equal(length_of("a.partial") % row, 0);
     /* whoever writes the same file next takes its place */
