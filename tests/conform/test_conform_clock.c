@@ -1,6 +1,7 @@
 /* tests/conform/test_conform_clock.c - the claims of conform_clock.h on Linux's
  * clock, on the simulated world's, and on the world that follows Linux's.
  * Reads the real clock. */
+#include "firmware/linux/base/disk.h"
 #include "tests/conform/conform_clock.h"
 
 #include <string.h>
@@ -37,7 +38,7 @@ static int follower_clock(void)
     char message[YAML_MESSAGE_MAX];
     struct conform_clock bench = { "the world in real time", NULL, 5 * MS };
 
-    if (rig_load("examples/odrive/rig.yaml", &rig, message) < 0 ||
+    if (rig_load(&disk_files, "examples/odrive/rig.yaml", &rig, message) < 0 ||
         machine_sim_init(&sim, &rig, true, &ports, message) < 0) {
         print_error("%s\n", message);
         return 1;

@@ -7,6 +7,7 @@
 #include "firmware/host/base/crc32.h"
 #include "firmware/host/move/compiled.h"
 #include "firmware/host/move/track_file_bytes.h"
+#include "firmware/linux/base/disk.h"
 #include "tests/fuzz/fuzz.h"
 
 static void fuzz_compiled_seal(uint8_t *at, size_t size)
@@ -57,8 +58,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     fuzz_compiled_mend(bytes, size);
     const char *path = fuzz_file(bytes, size);
     free(bytes);
-    (void)track_file_is(path);
-    struct compiled *compiled = compiled_open(path, message);
+    (void)track_file_is(&disk_files, path);
+    struct compiled *compiled = compiled_open(&disk_files, path, message);
     if (compiled == NULL) {
         fuzz_claim(message[0] != 0 && strchr(message, '\n') == NULL,
                    "an error is one sentence");

@@ -1,5 +1,6 @@
 /* tests/fuzz/fuzz_eds.c - EDS and DCF files. */
 #include "firmware/host/device/eds.h"
+#include "firmware/linux/base/disk.h"
 #include "tests/fuzz/fuzz.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
@@ -8,7 +9,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     char message[EDS_MESSAGE_MAX] = "";
     const char *path = fuzz_file(data, size);
 
-    if (eds_load(path, &eds, message) < 0) {
+    if (eds_load(&disk_files, path, &eds, message) < 0) {
         fuzz_claim_sentence(path, message);
         return 0;
     }

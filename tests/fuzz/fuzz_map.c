@@ -1,5 +1,6 @@
 /* tests/fuzz/fuzz_map.c - register maps; one that is taken can be driven. */
 #include "firmware/host/device/modbus_map_load.h"
+#include "firmware/linux/base/disk.h"
 #include "hal/drive/modbus/drive.h"
 #include "hal/modbus/master.h"
 #include "tests/fuzz/fuzz.h"
@@ -34,7 +35,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     char message[YAML_MESSAGE_MAX] = "";
     const char *path = fuzz_file(data, size);
 
-    if (modbus_map_load(path, &map, message) < 0) {
+    if (modbus_map_load(&disk_files, path, &map, message) < 0) {
         fuzz_claim_sentence(path, message);
         return 0;
     }

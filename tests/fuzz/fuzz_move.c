@@ -1,5 +1,6 @@
 /* tests/fuzz/fuzz_move.c - move.yaml for a rig with every unit. */
 #include "firmware/host/rig/rig.h"
+#include "firmware/linux/base/disk.h"
 #include "motion/plan/compose.h"
 #include "tests/fuzz/fuzz.h"
 
@@ -9,8 +10,9 @@ static const struct rig *fuzz_move_rig(void)
     char message[YAML_MESSAGE_MAX];
 
     if (rig.axis_count == 0)
-        fuzz_claim(rig_load("tests/fuzz/rig.yaml", &rig, message) == 0,
-                   "the rig is there");
+        fuzz_claim(
+            rig_load(&disk_files, "tests/fuzz/rig.yaml", &rig, message) == 0,
+            "the rig is there");
     return &rig;
 }
 
@@ -20,7 +22,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     char message[YAML_MESSAGE_MAX] = "";
     const char *path = fuzz_file(data, size);
 
-    if (move_load(path, fuzz_move_rig(), &move, message) < 0) {
+    if (move_load(&disk_files, path, fuzz_move_rig(), &move, message) < 0) {
         fuzz_claim_sentence(path, message);
         return 0;
     }

@@ -1,6 +1,7 @@
 /* tests/fuzz/fuzz_rig.c - rig.yaml, and what is computed from it alone. */
 #include "firmware/host/move/budget.h"
 #include "firmware/host/rig/rig.h"
+#include "firmware/linux/base/disk.h"
 #include "tests/fuzz/fuzz.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
@@ -9,7 +10,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     char message[YAML_MESSAGE_MAX] = "";
     const char *path = fuzz_file(data, size);
 
-    if (rig_load(path, &rig, message) < 0) {
+    if (rig_load(&disk_files, path, &rig, message) < 0) {
         fuzz_claim_sentence(path, message);
         return 0;
     }

@@ -2,6 +2,7 @@
 #include <stdio.h>
 
 #include "firmware/host/exchange/import.h"
+#include "firmware/linux/base/disk.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/fuzz_import.h"
 
@@ -30,10 +31,12 @@ int fuzz_import(const char *format, const uint8_t *data, size_t size)
     char message[YAML_MESSAGE_MAX] = "";
 
     if (rig.axis_count == 0)
-        fuzz_claim(rig_load("tests/fuzz/rig.yaml", &rig, message) == 0,
-                   "the rig is there");
+        fuzz_claim(
+            rig_load(&disk_files, "tests/fuzz/rig.yaml", &rig, message) == 0,
+            "the rig is there");
     const char *path = fuzz_file(data, size);
-    if (import_format_find(format)->read(path, &wish, &imported, message) < 0) {
+    if (import_format_find(format)->read(&disk_files, path, &wish, &imported,
+                                         message) < 0) {
         fuzz_claim_sentence(path, message);
         return 0;
     }

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Do docs/schema and the readers agree?
 
-    python3 tests/proofs/check_schema.py [build/tests/firmware/host/rig/test_files]
+    python3 tests/proofs/check_schema.py [build/tests/firmware/host/rig/test_rig_load]
 
 The schemas are what an editor knows, the C tables what slew knows.  Checked:
 the schemas are schemas; they accept the examples, the register maps and the quirks;
@@ -217,7 +217,7 @@ def schema_words(name, schema, places):
 
 
 def reader_rows(program):
-    """Rows of test_files --fields, by their first word."""
+    """Rows of test_rig_load --fields, by their first word."""
     text = subprocess.run([program, "--fields"], check=True,
                           capture_output=True, text=True).stdout
     rows = {"key": set(), "word": set()}
@@ -272,7 +272,7 @@ def check_files(schemas):
 
 def built_program():
     """The program that knows the tables, made up to date."""
-    program = "build/tests/firmware/host/rig/test_files"
+    program = "build/tests/firmware/host/rig/test_rig_load"
     subprocess.run(["make", "--silent", program], check=True)
     return program
 

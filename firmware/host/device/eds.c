@@ -7,7 +7,7 @@
 #include <string.h>
 #include <strings.h>
 
-#define EDS_LINE_MAX 1024
+#define EDS_LINE_MAX 1022
 
 /* What is being read. */
 struct eds_reader {
@@ -213,38 +213,39 @@ static int eds_line(struct eds_reader *reader, char *line)
     return *line == '[' ? eds_section(reader, line + 1) : eds_key(reader, line);
 }
 
-static int eds_read(struct eds_reader *reader, FILE *file)
+static int eds_read(struct eds_reader *reader, struct files_lines *lines)
 {
-    char line[EDS_LINE_MAX];
-
-    while (fgets(line, sizeof line, file) != NULL) {
+    for (int64_t length; (length = files_lines_next(lines)) >= 0;) {
         reader->line++;
-        if (strchr(line, '\n') == NULL && !feof(file))
+        if (length > EDS_LINE_MAX)
             return eds_fail(reader, "the line is too long, expected at most "
                                     "1022 characters");
-        if (eds_line(reader, line) < 0)
+        if (strlen(lines->line) != (size_t)length)
+            return eds_fail(reader, "a NUL byte, expected text");
+        if (eds_line(reader, lines->line) < 0)
             return -1;
     }
-    if (ferror(file))
-        return eds_fail(reader, strerror(errno));
+    if (lines->error < 0)
+        return eds_fail(reader, strerror(-lines->error));
     if (reader->eds->count == 0)
         return eds_fail(reader, "no objects, expected sections such as [1000]");
     return 0;
 }
 
-int eds_load(const char *path, struct eds *eds, char message[EDS_MESSAGE_MAX])
+int eds_load(const struct files *files, const char *path, struct eds *eds,
+             char message[EDS_MESSAGE_MAX])
 {
     struct eds_reader reader = { .path = path, .message = message, .eds = eds };
-    FILE *file = fopen(path, "rb");
-    int err;
+    struct files_lines lines;
+    int err = files_lines_open(&lines, files, path);
 
     memset(eds, 0, sizeof *eds);
-    if (file == NULL) {
-        snprintf(message, EDS_MESSAGE_MAX, "%s: %s", path, strerror(errno));
+    if (err < 0) {
+        snprintf(message, EDS_MESSAGE_MAX, "%s: %s", path, strerror(-err));
         return -1;
     }
-    err = eds_read(&reader, file);
-    fclose(file);
+    err = eds_read(&reader, &lines);
+    files_lines_close(&lines);
     return err;
 }
 

@@ -11,6 +11,8 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "firmware/host/base/files.h"
+
 #define EDS_OBJECTS_MAX 4096
 #define EDS_NAME_MAX    64
 #define EDS_MESSAGE_MAX 512
@@ -36,7 +38,8 @@ struct eds {
 };
 
 /* 0; -1 with one sentence, "path:line: what is wrong, expected ...". */
-int eds_load(const char *path, struct eds *eds, char message[EDS_MESSAGE_MAX]);
+int eds_load(const struct files *files, const char *path, struct eds *eds,
+             char message[EDS_MESSAGE_MAX]);
 /* NULL: the device has none. */
 const struct eds_object *eds_find(const struct eds *eds, uint16_t index,
                                   uint8_t sub);

@@ -7,28 +7,20 @@
 #include <string.h>
 
 #include "firmware/host/base/array.h"
-#include "firmware/host/base/memory.h"
 #include "firmware/host/yaml/yaml_fields.h"
 
 /* That of firmware 0.6.10 has 100 kB. */
 #define ENDPOINTS_MAX   (4u << 20)
 #define ENDPOINTS_NAMES 4096
 
-struct cJSON *endpoints_open(const char *path)
+struct cJSON *endpoints_open(const struct files *files, const char *path)
 {
-    FILE *file = fopen(path, "rb");
-    cJSON *list = NULL;
     char *text;
-    size_t length;
+    const int64_t length = files_load(files, path, ENDPOINTS_MAX, &text);
+    cJSON *list =
+        length < 0 ? NULL : cJSON_ParseWithLength(text, (size_t)length);
 
-    if (file == NULL)
-        return NULL;
-    text = memory_resize(NULL, ENDPOINTS_MAX, 1);
-    length = fread(text, 1, ENDPOINTS_MAX, file);
-    if (ferror(file) == 0 && length < ENDPOINTS_MAX)
-        list = cJSON_ParseWithLength(text, length);
-    memory_free(text);
-    fclose(file);
+    free(text);
     if (cJSON_IsObject(list))
         return list;
     cJSON_Delete(list);

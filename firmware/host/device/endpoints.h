@@ -9,12 +9,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/host/base/files.h"
 #include "firmware/host/device/quantity.h"
 
 struct cJSON;
 
 /* NULL: no such file, or none that can be read.  endpoints_close. */
-struct cJSON *endpoints_open(const char *path);
+struct cJSON *endpoints_open(const struct files *files, const char *path);
 void endpoints_close(struct cJSON *list);
 
 /* Number of an endpoint, 0: it does not have it. */

@@ -243,8 +243,8 @@ static void map_defaults(struct modbus_map *map)
         map->status[i].item = MODBUS_MAP_NO_ITEM;
 }
 
-int modbus_map_load(const char *path, struct modbus_map *map,
-                    char message[YAML_MESSAGE_MAX])
+int modbus_map_load(const struct files *files, const char *path,
+                    struct modbus_map *map, char message[YAML_MESSAGE_MAX])
 {
     const struct yaml_report report = { path, message, YAML_MESSAGE_MAX };
     struct map_reader reader = { .map = map };
@@ -252,7 +252,7 @@ int modbus_map_load(const char *path, struct modbus_map *map,
     int err;
 
     map_defaults(map);
-    if (yaml_tree_load(&tree, &report) < 0)
+    if (yaml_tree_load(files, &tree, &report) < 0)
         return -1;
     const struct yaml_value root = { &tree, 0, "the map",
                                      "a map with items, status and sequences" };

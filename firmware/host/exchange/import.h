@@ -44,8 +44,9 @@ struct import_format {
     bool sampled; /* positions at frames, no tangents that somebody drew */
     /* 0, or -1 with the sentence written; nothing is on the heap then.  NULL:
      * cannot be read. */
-    int (*read)(const char *path, const struct import_wish *wish,
-                struct imported *imported, char message[YAML_MESSAGE_MAX]);
+    int (*read)(const struct files *files, const char *path,
+                const struct import_wish *wish, struct imported *imported,
+                char message[YAML_MESSAGE_MAX]);
     /* Writes to a file that is kept only when this returns 0; otherwise -1 and
      * the sentence. */
     int (*write)(const struct job *job, const struct units_fps *fps, FILE *file,
@@ -74,18 +75,24 @@ struct plan_key *import_add_key(const struct import_text *text,
                                 struct plan_axis *axis);
 
 /* The readers and writers of the table. */
-int import_kuper(const char *path, const struct import_wish *wish,
-                 struct imported *imported, char message[YAML_MESSAGE_MAX]);
-int import_flair(const char *path, const struct import_wish *wish,
-                 struct imported *imported, char message[YAML_MESSAGE_MAX]);
-int import_raw(const char *path, const struct import_wish *wish,
-               struct imported *imported, char message[YAML_MESSAGE_MAX]);
-int import_csv(const char *path, const struct import_wish *wish,
-               struct imported *imported, char message[YAML_MESSAGE_MAX]);
-int import_anim(const char *path, const struct import_wish *wish,
-                struct imported *imported, char message[YAML_MESSAGE_MAX]);
-int import_blender(const char *path, const struct import_wish *wish,
-                   struct imported *imported, char message[YAML_MESSAGE_MAX]);
+int import_kuper(const struct files *files, const char *path,
+                 const struct import_wish *wish, struct imported *imported,
+                 char message[YAML_MESSAGE_MAX]);
+int import_flair(const struct files *files, const char *path,
+                 const struct import_wish *wish, struct imported *imported,
+                 char message[YAML_MESSAGE_MAX]);
+int import_raw(const struct files *files, const char *path,
+               const struct import_wish *wish, struct imported *imported,
+               char message[YAML_MESSAGE_MAX]);
+int import_csv(const struct files *files, const char *path,
+               const struct import_wish *wish, struct imported *imported,
+               char message[YAML_MESSAGE_MAX]);
+int import_anim(const struct files *files, const char *path,
+                const struct import_wish *wish, struct imported *imported,
+                char message[YAML_MESSAGE_MAX]);
+int import_blender(const struct files *files, const char *path,
+                   const struct import_wish *wish, struct imported *imported,
+                   char message[YAML_MESSAGE_MAX]);
 int export_kuper(const struct job *job, const struct units_fps *fps, FILE *file,
                  char message[YAML_MESSAGE_MAX]);
 int export_flair(const struct job *job, const struct units_fps *fps, FILE *file,

@@ -603,8 +603,9 @@ static void anim_note(const struct anim_read *self)
                                      lost[i].count, lost[i].what);
 }
 
-int import_anim(const char *path, const struct import_wish *wish,
-                struct imported *imported, char message[YAML_MESSAGE_MAX])
+int import_anim(const struct files *files, const char *path,
+                const struct import_wish *wish, struct imported *imported,
+                char message[YAML_MESSAGE_MAX])
 {
     struct anim_read *self = memory_new(1, sizeof *self);
     *self = (struct anim_read){ .wish = wish,
@@ -613,7 +614,8 @@ int import_anim(const char *path, const struct import_wish *wish,
                                 .angular = "deg",
                                 .time_unit = "" };
     *imported = (struct imported){ .fps = { 24, 1 } };
-    int err = import_text_load(&self->text, path, message, YAML_MESSAGE_MAX);
+    int err =
+        import_text_load(&self->text, files, path, message, YAML_MESSAGE_MAX);
     self->text.progress = wish->progress;
     if (err == 0)
         err = anim_read_file(self);

@@ -587,8 +587,9 @@ static const struct yaml_field blender_fields[] = {
 static const struct yaml_shape blender_shape = { "action", blender_fields,
                                                  ARRAY_LEN(blender_fields) };
 
-int import_blender(const char *path, const struct import_wish *wish,
-                   struct imported *imported, char message[YAML_MESSAGE_MAX])
+int import_blender(const struct files *files, const char *path,
+                   const struct import_wish *wish, struct imported *imported,
+                   char message[YAML_MESSAGE_MAX])
 {
     const struct yaml_report report = { path, message, YAML_MESSAGE_MAX };
     struct blender_read self = { .wish = wish,
@@ -599,7 +600,7 @@ int import_blender(const char *path, const struct import_wish *wish,
 
     *imported = (struct imported){ .note = "" };
     plan_progress_tell(wish->progress, "reading", path, 0, 0);
-    if (yaml_tree_load(&tree, &report) < 0)
+    if (yaml_tree_load(files, &tree, &report) < 0)
         return -1;
     err = yaml_fields_read(
         &(struct yaml_value){ &tree, 0, "the action", "a map with curves" },

@@ -309,16 +309,18 @@ static int table_need_fps(const struct table_read *self)
 }
 
 /* One reader: load, head, rows. */
-static int table_read(const char *path, const struct import_wish *wish,
-                      struct imported *imported, char *message,
-                      int (*head)(struct table_read *self), char comment)
+static int table_read(const struct files *files, const char *path,
+                      const struct import_wish *wish, struct imported *imported,
+                      char *message, int (*head)(struct table_read *self),
+                      char comment)
 {
     struct table_read *self = memory_new(1, sizeof *self);
     *self = (struct table_read){
         .wish = wish, .out = imported, .separators = ",", .rows_said = -1
     };
     *imported = (struct imported){ .fps = wish->fps };
-    int err = import_text_load(&self->text, path, message, YAML_MESSAGE_MAX);
+    int err =
+        import_text_load(&self->text, files, path, message, YAML_MESSAGE_MAX);
     self->text.progress = wish->progress;
     if (err == 0)
         err = head(self);
@@ -355,10 +357,12 @@ static int table_kuper_head(struct table_read *self)
     return found;
 }
 
-int import_kuper(const char *path, const struct import_wish *wish,
-                 struct imported *imported, char message[YAML_MESSAGE_MAX])
+int import_kuper(const struct files *files, const char *path,
+                 const struct import_wish *wish, struct imported *imported,
+                 char message[YAML_MESSAGE_MAX])
 {
-    return table_read(path, wish, imported, message, table_kuper_head, 0);
+    return table_read(files, path, wish, imported, message, table_kuper_head,
+                      0);
 }
 
 /* --- Flair: three lines, then rows --- */
@@ -431,10 +435,12 @@ static int table_flair_head(struct table_read *self)
     return found;
 }
 
-int import_flair(const char *path, const struct import_wish *wish,
-                 struct imported *imported, char message[YAML_MESSAGE_MAX])
+int import_flair(const struct files *files, const char *path,
+                 const struct import_wish *wish, struct imported *imported,
+                 char message[YAML_MESSAGE_MAX])
 {
-    return table_read(path, wish, imported, message, table_flair_head, '#');
+    return table_read(files, path, wish, imported, message, table_flair_head,
+                      '#');
 }
 
 /* --- Dragonframe raw: nothing above the numbers --- */
@@ -463,10 +469,11 @@ static int table_raw_head(struct table_read *self)
     return 0;
 }
 
-int import_raw(const char *path, const struct import_wish *wish,
-               struct imported *imported, char message[YAML_MESSAGE_MAX])
+int import_raw(const struct files *files, const char *path,
+               const struct import_wish *wish, struct imported *imported,
+               char message[YAML_MESSAGE_MAX])
 {
-    return table_read(path, wish, imported, message, table_raw_head, 0);
+    return table_read(files, path, wish, imported, message, table_raw_head, 0);
 }
 
 /* --- CSV: names of columns --- */
@@ -495,8 +502,10 @@ static int table_csv_head(struct table_read *self)
     return table_need_fps(self);
 }
 
-int import_csv(const char *path, const struct import_wish *wish,
-               struct imported *imported, char message[YAML_MESSAGE_MAX])
+int import_csv(const struct files *files, const char *path,
+               const struct import_wish *wish, struct imported *imported,
+               char message[YAML_MESSAGE_MAX])
 {
-    return table_read(path, wish, imported, message, table_csv_head, '#');
+    return table_read(files, path, wish, imported, message, table_csv_head,
+                      '#');
 }

@@ -23,28 +23,6 @@ static int import_text_fail(const struct import_text *text, const char *what)
 
 /* --- loading --- */
 
-static int import_text_read(struct import_text *text, FILE *file)
-{
-    size_t room = 1u << 16;
-    for (;;) {
-        char *more = realloc(text->data, room + 1);
-        if (more == NULL)
-            return import_text_fail(text, "is too large for the memory");
-        text->data = more;
-        text->length +=
-            fread(text->data + text->length, 1, room - text->length, file);
-        if (ferror(file))
-            return import_text_fail(text, strerror(errno));
-        if (text->length < room)
-            break;
-        if (room >= IMPORT_BYTES_MAX)
-            return import_text_fail(text, "has more than 64 MiB");
-        room *= 2;
-    }
-    text->data[text->length] = 0;
-    return 0;
-}
-
 static bool import_text_is_plain(unsigned char c)
 {
     return c >= ' ' ? c != 0x7F : c == '\t' || c == '\n' || c == '\r';
@@ -76,17 +54,19 @@ static int import_text_check(struct import_text *text)
     return 0;
 }
 
-int import_text_load(struct import_text *text, const char *path, char *message,
-                     size_t room)
+int import_text_load(struct import_text *text, const struct files *files,
+                     const char *path, char *message, size_t room)
 {
     *text = (struct import_text){ .report = { path, message, room } };
-    FILE *file = fopen(path, "rb");
-    if (file == NULL)
-        return import_text_fail(text, strerror(errno));
-    int err = import_text_read(text, file);
-    fclose(file);
-    if (err == 0)
-        err = import_text_check(text);
+    const int64_t length =
+        files_load(files, path, IMPORT_BYTES_MAX, &text->data);
+    if (length < 0)
+        return import_text_fail(
+            text, length == -ENOMEM  ? "is too large for the memory"
+                  : length == -EFBIG ? "has more than 64 MiB"
+                                     : strerror((int)-length));
+    text->length = (size_t)length;
+    const int err = import_text_check(text);
     if (err < 0)
         import_text_free(text);
     return err;

@@ -9,6 +9,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "firmware/host/base/files.h"
 #include "firmware/host/base/units.h"
 #include "firmware/host/yaml/yaml_report.h"
 #include "motion/plan/plan_progress.h"
@@ -33,8 +34,8 @@ struct import_word {
 
 /* 0, or -1 with the sentence written: no file, too large, a NUL or another
  * control character, not ASCII or UTF-8. */
-int import_text_load(struct import_text *text, const char *path, char *message,
-                     size_t room);
+int import_text_load(struct import_text *text, const struct files *files,
+                     const char *path, char *message, size_t room);
 void import_text_free(struct import_text *text);
 
 /* Go to the next line; false at the end. */

@@ -37,11 +37,11 @@ static void compiled_room(struct compiled *compiled, uint32_t axes)
 #undef ROOM
 }
 
-struct compiled *compiled_open(const char *path,
+struct compiled *compiled_open(const struct files *files, const char *path,
                                char message[TRACK_FILE_MESSAGE_MAX])
 {
     struct compiled *compiled = memory_new(1, sizeof *compiled);
-    int err = track_file_open(&compiled->file, path, message);
+    int err = track_file_open(&compiled->file, files, path, message);
     compiled->least_ns_q12 = INT64_MAX;
     if (err == 0)
         compiled_room(compiled, compiled->file.axis_count);

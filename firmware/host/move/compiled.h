@@ -22,7 +22,7 @@ struct compiled {
 
 /* NULL, with a sentence, when the file is not whole.  The windows are at the
  * start of the move, those of `track` filled. */
-struct compiled *compiled_open(const char *path,
+struct compiled *compiled_open(const struct files *files, const char *path,
                                char message[TRACK_FILE_MESSAGE_MAX]);
 void compiled_close(struct compiled *compiled); /* NULL: does nothing */
 

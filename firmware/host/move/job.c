@@ -96,11 +96,11 @@ static void job_say_unsupervised(const char *path, const struct rig *rig,
                 path, rig->axis[i].name);
 }
 
-enum status job_read_rig(const char *path, struct rig *rig,
-                         struct messages *messages)
+enum status job_read_rig(const struct files *files, const char *path,
+                         struct rig *rig, struct messages *messages)
 {
     char message[YAML_MESSAGE_MAX];
-    if (rig_load(path, rig, message) < 0) {
+    if (rig_load(files, path, rig, message) < 0) {
         messages_add(messages, MESSAGE_ERROR, "%s", message);
         return STATUS_INPUT;
     }
@@ -218,11 +218,11 @@ void job_room(struct job *job, uint32_t axes)
         memory_pool_new(&job->memory, axes, sizeof(struct controller_goal *));
 }
 
-static enum status job_open_compiled(struct job *job)
+static enum status job_open_compiled(struct job *job, const struct files *files)
 {
     char message[TRACK_FILE_MESSAGE_MAX];
     enum status status = STATUS_OK;
-    job->compiled = compiled_open(job->move_path, message);
+    job->compiled = compiled_open(files, job->move_path, message);
     if (job->compiled == NULL)
         return job_fail(job, message);
     memcpy(job->move.title, job->compiled->file.title, sizeof job->move.title);
@@ -236,10 +236,10 @@ static enum status job_open_compiled(struct job *job)
     return status;
 }
 
-static enum status job_open_move(struct job *job)
+static enum status job_open_move(struct job *job, const struct files *files)
 {
     char message[YAML_MESSAGE_MAX];
-    if (move_load(job->move_path, &job->rig, &job->move, message) < 0) {
+    if (move_load(files, job->move_path, &job->rig, &job->move, message) < 0) {
         messages_add(&job->messages, MESSAGE_ERROR, "%s", message);
         return STATUS_INPUT;
     }
@@ -247,22 +247,23 @@ static enum status job_open_move(struct job *job)
     return job_plan(job);
 }
 
-enum status job_open(struct job *job, const char *rig_path,
-                     const char *move_path, bool any,
+enum status job_open(struct job *job, const struct files *files,
+                     const char *rig_path, const char *move_path, bool any,
                      const struct plan_progress *progress)
 {
     memset(job, 0, sizeof *job);
     job->progress = progress;
     snprintf(job->rig_path, sizeof job->rig_path, "%s", rig_path);
     snprintf(job->move_path, sizeof job->move_path, "%s", move_path);
-    enum status status = job_read_rig(rig_path, &job->rig, &job->messages);
+    enum status status =
+        job_read_rig(files, rig_path, &job->rig, &job->messages);
     if (status != STATUS_OK)
         return status;
     job->shots =
         memory_pool_new(&job->memory, job->rig.line_count, sizeof *job->shots);
-    if (!track_file_is(move_path))
-        return job_open_move(job);
-    status = job_open_compiled(job);
+    if (!track_file_is(files, move_path))
+        return job_open_move(job, files);
+    status = job_open_compiled(job, files);
     if (status == STATUS_OK && !any)
         return job_fail(job, "is a compiled move, expected the move "
                              "file itself (compiled ones are for "

@@ -78,8 +78,8 @@ struct job {
  * with one error among the messages; the names must fit rig_path and move_path.
  * job_free in either case.  With `any` a compiled move may be in the place of
  * the move, and all of it is read once. */
-enum status job_open(struct job *job, const char *rig_path,
-                     const char *move_path, bool any,
+enum status job_open(struct job *job, const struct files *files,
+                     const char *rig_path, const char *move_path, bool any,
                      const struct plan_progress *progress);
 void job_free(struct job *job);
 /* Arrays for so many axes of the move, in the place of those there are: for
@@ -87,8 +87,8 @@ void job_free(struct job *job);
 void job_room(struct job *job, uint32_t axes);
 
 /* A rig alone; statuses and messages as above. */
-enum status job_read_rig(const char *path, struct rig *rig,
-                         struct messages *messages);
+enum status job_read_rig(const struct files *files, const char *path,
+                         struct rig *rig, struct messages *messages);
 
 /* Judge the tracks as played at `rate_q30` of their speed: at rate r velocity
  * may reach limit / r, acceleration limit / r^2, jerk limit / r^3.  Below

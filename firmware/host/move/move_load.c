@@ -768,11 +768,13 @@ static int move_read(const struct yaml_value *value, struct move_reader *reader)
     return 0;
 }
 
-int move_load_as(const char *path, bool is_guest, const struct rig *rig,
-                 struct plan_move *move, char message[YAML_MESSAGE_MAX])
+int move_load_as(const struct files *files, const char *path, bool is_guest,
+                 const struct rig *rig, struct plan_move *move,
+                 char message[YAML_MESSAGE_MAX])
 {
     const struct yaml_report report = { path, message, YAML_MESSAGE_MAX };
-    struct move_reader reader = { .path = path,
+    struct move_reader reader = { .files = files,
+                                  .path = path,
                                   .is_guest = is_guest,
                                   .rig = rig,
                                   .move = move,
@@ -781,7 +783,7 @@ int move_load_as(const char *path, bool is_guest, const struct rig *rig,
     int err;
 
     *move = (struct plan_move){ .axis_count = 0 };
-    if (yaml_tree_load(&tree, &report) < 0)
+    if (yaml_tree_load(files, &tree, &report) < 0)
         return -1;
     /* axes of the rig, each once */
     if (plan_move_room(move, rig->axis_count) < 0)
@@ -796,10 +798,11 @@ int move_load_as(const char *path, bool is_guest, const struct rig *rig,
     return err;
 }
 
-int move_load(const char *path, const struct rig *rig, struct plan_move *move,
+int move_load(const struct files *files, const char *path,
+              const struct rig *rig, struct plan_move *move,
               char message[YAML_MESSAGE_MAX])
 {
-    return move_load_as(path, false, rig, move, message);
+    return move_load_as(files, path, false, rig, move, message);
 }
 
 void move_free(struct plan_move *move)

@@ -21,6 +21,7 @@ struct move_pose {
 #define MOVE_POSES_MAX 64
 
 struct move_reader {
+    const struct files *files;
     const char *path; /* of the file */
     bool is_guest;    /* the move is part of another one */
     const struct rig *rig;
@@ -40,8 +41,9 @@ struct move_reader {
 };
 
 /* As move_load (rig.h), of a guest too: a move that is part of another one. */
-int move_load_as(const char *path, bool is_guest, const struct rig *rig,
-                 struct plan_move *move, char message[YAML_MESSAGE_MAX]);
+int move_load_as(const struct files *files, const char *path, bool is_guest,
+                 const struct rig *rig, struct plan_move *move,
+                 char message[YAML_MESSAGE_MAX]);
 /* A guest drives axes, no more: of a field that goes with the whole. */
 int move_refuse_guest(const struct move_reader *reader,
                       const struct yaml_value *value);

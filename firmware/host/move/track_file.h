@@ -13,6 +13,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "firmware/host/base/files.h"
 #include "motion/core/track.h"
 #include "motion/plan/move.h"
 
@@ -32,7 +33,8 @@ struct track_file_axis {
 };
 
 struct track_file {
-    int descriptor; /* -1: not open */
+    const struct files *files;
+    int file; /* negative: not open */
     char title[128];
     struct track_file_axis axis[PLAN_AXES_MAX];
     uint32_t axis_count;
@@ -48,14 +50,14 @@ void track_file_write(FILE *out, struct track_file *file,
 /* --- reading --- */
 
 /* Does the file begin as one of these? */
-bool track_file_is(const char *path);
+bool track_file_is(const struct files *files, const char *path);
 
 /* The functions below return 0, or -1 with one sentence without a line end:
  * what is wrong with the file, and where. */
 
 /* Read and judge the header. */
-int track_file_open(struct track_file *file, const char *path,
-                    char message[TRACK_FILE_MESSAGE_MAX]);
+int track_file_open(struct track_file *file, const struct files *files,
+                    const char *path, char message[TRACK_FILE_MESSAGE_MAX]);
 void track_file_close(struct track_file *file);
 
 /* Block `number` of an axis, 0 .. (segments - 1) / TRACK_FILE_BLOCK: its

@@ -4,13 +4,9 @@
  * Nothing of the file is believed: every count is bounded before it is used,
  * the length of the file must be the one that the counts give, and a segment
  * must be one that planning could have made. */
-#include <errno.h>
-#include <fcntl.h>
 #include <inttypes.h>
 #include <stdarg.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "firmware/host/base/crc32.h"
 #include "firmware/host/move/track_file_bytes.h"
@@ -32,11 +28,10 @@ static int track_file_read_at(const struct track_file *file, void *to,
 {
     unsigned char *byte = to;
     while (size > 0) {
-        const ssize_t got = pread(file->descriptor, byte, size, (off_t)offset);
-        if (got < 0 && errno == EINTR)
-            continue;
+        const int64_t got =
+            file->files->read(file->files, file->file, byte, size, offset);
         if (got < 0)
-            return track_file_fail(message, "%s", strerror(errno));
+            return track_file_fail(message, "%s", strerror((int)-got));
         if (got == 0)
             return track_file_fail(message,
                                    "ends at byte %" PRIu64
@@ -58,14 +53,17 @@ static bool track_file_is_whole(const struct track_file_bytes *at, size_t size)
            crc32_of(0, at->byte, size - TRACK_FILE_CRC_BYTES);
 }
 
-bool track_file_is(const char *path)
+bool track_file_is(const struct files *files, const char *path)
 {
-    char magic[TRACK_FILE_MAGIC_BYTES];
-    FILE *file = fopen(path, "rb");
-    const bool is = file != NULL && fread(magic, sizeof magic, 1, file) == 1 &&
-                    memcmp(magic, TRACK_FILE_MAGIC, sizeof magic) == 0;
-    if (file != NULL)
-        fclose(file);
+    char magic[TRACK_FILE_MAGIC_BYTES], ignored[TRACK_FILE_MESSAGE_MAX];
+    const struct track_file file = { .files = files,
+                                     .file = files->open(files, path) };
+    if (file.file < 0)
+        return false;
+    const bool is =
+        track_file_read_at(&file, magic, sizeof magic, 0, ignored) == 0 &&
+        memcmp(magic, TRACK_FILE_MAGIC, sizeof magic) == 0;
+    files->close(files, file.file);
     return is;
 }
 
@@ -138,20 +136,20 @@ static int track_file_judge(const struct track_file *file,
                             char message[TRACK_FILE_MESSAGE_MAX])
 {
     uint64_t first = track_file_header_bytes(file->axis_count);
-    struct stat status;
     for (unsigned i = 0; i < file->axis_count; i++) {
         if (track_file_judge_axis(file, i, first, message) < 0)
             return -1;
         first += (uint64_t)track_file_blocks(file->axis[i].segments) *
                  TRACK_FILE_BLOCK_BYTES;
     }
-    if (fstat(file->descriptor, &status) < 0)
-        return track_file_fail(message, "%s", strerror(errno));
-    if ((uint64_t)status.st_size != first)
+    const int64_t size = file->files->size(file->files, file->file);
+    if (size < 0)
+        return track_file_fail(message, "%s", strerror((int)-size));
+    if ((uint64_t)size != first)
         return track_file_fail(message,
                                "has %" PRIu64 " bytes, expected %" PRIu64
                                ": the file was cut or is damaged",
-                               (uint64_t)status.st_size, first);
+                               (uint64_t)size, first);
     return 0;
 }
 
@@ -190,13 +188,14 @@ static int track_file_read_header(struct track_file *file,
     return track_file_judge(file, message);
 }
 
-int track_file_open(struct track_file *file, const char *path,
-                    char message[TRACK_FILE_MESSAGE_MAX])
+int track_file_open(struct track_file *file, const struct files *files,
+                    const char *path, char message[TRACK_FILE_MESSAGE_MAX])
 {
     memset(file, 0, sizeof *file);
-    file->descriptor = open(path, O_RDONLY | O_CLOEXEC);
-    if (file->descriptor < 0)
-        return track_file_fail(message, "%s", strerror(errno));
+    file->files = files;
+    file->file = files->open(files, path);
+    if (file->file < 0)
+        return track_file_fail(message, "%s", strerror(-file->file));
     if (track_file_read_header(file, message) == 0)
         return 0;
     track_file_close(file);
@@ -205,9 +204,9 @@ int track_file_open(struct track_file *file, const char *path,
 
 void track_file_close(struct track_file *file)
 {
-    if (file->descriptor >= 0)
-        close(file->descriptor);
-    file->descriptor = -1;
+    if (file->file >= 0)
+        file->files->close(file->files, file->file);
+    file->file = -1;
 }
 
 /* --- blocks --------------------------------------------------------------- */

@@ -1,10 +1,8 @@
 /* firmware/host/recording/telemetry.c - see telemetry.h. */
 #include "firmware/host/recording/telemetry.h"
 
-#include <errno.h>
 #include <inttypes.h>
 #include <stddef.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "firmware/control/controller.h"
@@ -166,11 +164,10 @@ struct telemetry_column {
 #define TELEMETRY_SHOT_NS (TELEMETRY_FIELDS + 2)
 
 struct telemetry_reader {
-    FILE *file;
+    struct files_lines lines;
     const char *path;
     unsigned long line;
     char *text;
-    size_t size;
     const struct rig *rig;
     struct memory_pool memory;
     struct telemetry_column *column;
@@ -201,12 +198,12 @@ static int telemetry_fail_cell(struct telemetry_reader *reader,
 /* 1, or 0 at the end; the line end is cut off. */
 static int telemetry_line(struct telemetry_reader *reader)
 {
-    ssize_t length = getline(&reader->text, &reader->size, reader->file);
+    int64_t length = files_lines_next(&reader->lines);
     if (length < 0)
         return 0;
     reader->line++;
-    while (length > 0 && (reader->text[length - 1] == '\n' ||
-                          reader->text[length - 1] == '\r'))
+    reader->text = reader->lines.line;
+    while (length > 0 && reader->text[length - 1] == '\r')
         reader->text[--length] = 0;
     return 1;
 }
@@ -392,27 +389,27 @@ static int telemetry_read_all(struct telemetry_reader *reader,
             return -1;
         take(context, &row);
     }
-    if (ferror(reader->file))
-        return telemetry_fail(reader, strerror(errno), "to read on");
+    if (reader->lines.error < 0)
+        return telemetry_fail(reader, strerror(-reader->lines.error),
+                              "to read on");
     return 0;
 }
 
-int telemetry_read(const char *path, const struct rig *rig,
+int telemetry_read(const struct files *files, const char *path,
+                   const struct rig *rig,
                    void (*take)(void *context, const struct telemetry_row *row),
                    void *context, char message[YAML_MESSAGE_MAX])
 {
     struct telemetry_reader reader = { .path = path,
                                        .rig = rig,
                                        .message = message };
-    reader.file = fopen(path, "rb");
-    if (reader.file == NULL) {
-        snprintf(message, YAML_MESSAGE_MAX, "%.300s: %s", path,
-                 strerror(errno));
+    int err = files_lines_open(&reader.lines, files, path);
+    if (err < 0) {
+        snprintf(message, YAML_MESSAGE_MAX, "%.300s: %s", path, strerror(-err));
         return -1;
     }
-    int err = telemetry_read_all(&reader, take, context);
+    err = telemetry_read_all(&reader, take, context);
     memory_pool_free(&reader.memory);
-    free(reader.text);
-    fclose(reader.file);
+    files_lines_close(&reader.lines);
     return err;
 }

@@ -17,6 +17,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "firmware/host/base/files.h"
 #include "firmware/host/recording/rows.h"
 #include "firmware/host/rig/rig.h"
 #include "motion/core/clock_warp.h"
@@ -81,7 +82,8 @@ void telemetry_write(struct telemetry *telemetry,
  * rig; those the file does not have stay zero, and so do the rate (but for the
  * path time) and the state.  -1 and a sentence with the line
  * number when the file is not telemetry of this rig. */
-int telemetry_read(const char *path, const struct rig *rig,
+int telemetry_read(const struct files *files, const char *path,
+                   const struct rig *rig,
                    void (*take)(void *context, const struct telemetry_row *row),
                    void *context, char message[YAML_MESSAGE_MAX]);
 

@@ -3,7 +3,7 @@
 #ifndef FIRMWARE_HOST_RIG_QUIRK_LOAD_H
 #define FIRMWARE_HOST_RIG_QUIRK_LOAD_H
 
-#include "firmware/host/device/own_file.h"
+#include "firmware/host/base/files.h"
 #include "hal/drive/cia402/drive.h"
 
 #define QUIRK_TITLE_MAX 96
@@ -20,16 +20,17 @@ struct quirk_file {
 
 /* 0, or -1 with one sentence in message (YAML_MESSAGE_MAX); *file is then not to
  * be used. */
-int quirk_load(const char *path, struct quirk_file *file, char *message);
+int quirk_load(const struct files *files, const char *path,
+               struct quirk_file *file, char *message);
 
 /* Those that come with slew. */
 struct quirk_set {
-    struct drive_cia402_quirk quirk[OWN_FILE_NAMES_MAX];
-    char name[OWN_FILE_NAMES_MAX][OWN_FILE_NAME_MAX];
+    struct drive_cia402_quirk quirk[FILES_NAMES_MAX];
+    char name[FILES_NAMES_MAX][FILES_NAME_MAX];
     unsigned count;
 };
 
 /* Read once.  NULL: one of the files is wrong, and message says how. */
-const struct quirk_set *quirk_own(char *message);
+const struct quirk_set *quirk_own(const struct files *files, char *message);
 
 #endif

@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "firmware/control/homing.h"
+#include "firmware/host/base/files.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/quote.h"
 #include "firmware/host/base/units.h"
@@ -208,7 +209,8 @@ bool rig_is_first_of_node(const struct rig *rig, const struct rig_axis *axis);
 /* Read a file into a rig that is all zero, or that was read before and is given
  * back.  On an error returns -1 and writes one sentence, without a line end,
  * into message; *rig is then not to be used.  rig_free in either case. */
-int rig_load(const char *path, struct rig *rig, char message[YAML_MESSAGE_MAX]);
+int rig_load(const struct files *files, const char *path, struct rig *rig,
+             char message[YAML_MESSAGE_MAX]);
 /* All zero afterwards. */
 void rig_free(struct rig *rig);
 
@@ -220,7 +222,8 @@ void rig_part(struct rig *part, const struct rig *rig, uint32_t bus);
 /* Read a move for a rig: axes are looked up in it and values converted to
  * their units.  axis[i] of the move is any axis of the rig, in the file's
  * order; keys are on the heap: move_free. */
-int move_load(const char *path, const struct rig *rig, struct plan_move *move,
+int move_load(const struct files *files, const char *path,
+              const struct rig *rig, struct plan_move *move,
               char message[YAML_MESSAGE_MAX]);
 void move_free(struct plan_move *move);
 

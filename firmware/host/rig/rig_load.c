@@ -89,10 +89,11 @@ const struct yaml_shape *const rig_shapes[] = {
     NULL,
 };
 
-int rig_load(const char *path, struct rig *rig, char message[YAML_MESSAGE_MAX])
+int rig_load(const struct files *files, const char *path, struct rig *rig,
+             char message[YAML_MESSAGE_MAX])
 {
     const struct yaml_report report = { path, message, YAML_MESSAGE_MAX };
-    struct rig_reader reader = { .rig = rig };
+    struct rig_reader reader = { .files = files, .rig = rig };
     struct yaml_tree tree;
     int err;
 
@@ -100,7 +101,7 @@ int rig_load(const char *path, struct rig *rig, char message[YAML_MESSAGE_MAX])
     *rig = (struct rig){ .period_ns = RIG_MS,
                          .heartbeat_ns = 100 * RIG_MS,
                          .watchdog_ns = 100 * RIG_MS };
-    if (yaml_tree_load(&tree, &report) < 0)
+    if (yaml_tree_load(files, &tree, &report) < 0)
         return -1;
     const struct yaml_value whole = { &tree, 0, "the rig",
                                       "a map with buses and axes" };

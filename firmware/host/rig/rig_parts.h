@@ -27,6 +27,7 @@
 #define RIG_MS INT64_C(1000000)
 
 struct rig_reader {
+    const struct files *files;
     struct rig *rig;
     struct rig_axis *axis;       /* being read */
     struct eds *eds;             /* its drive's data sheet; NULL: none */

@@ -7,7 +7,6 @@
 #include "firmware/host/yaml/yaml_tree.h"
 
 #include <errno.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <yaml.h>
@@ -16,24 +15,7 @@
 #include "firmware/host/base/quote.h"
 #include "firmware/host/yaml/yaml_scan.h"
 
-/* Bytes read at a time. */
-#define TREE_PIECE ((size_t)16 * 1024)
-
 static const struct plan_place tree_start = { 1, 1 };
-
-/* ---- bytes ---- */
-
-struct tree_bytes {
-    char *data; /* with a 0 after `length` */
-    size_t length, room;
-};
-
-static int tree_cannot_read(const struct yaml_report *report)
-{
-    return yaml_report_at(report, tree_start,
-                          "the file cannot be read (%s), expected a YAML file",
-                          strerror(errno));
-}
 
 /* Double `*array` of `size` byte elements until `wanted` fit. */
 static int tree_grow(void **array, size_t *room, size_t wanted, size_t size)
@@ -53,57 +35,29 @@ static int tree_grow(void **array, size_t *room, size_t wanted, size_t size)
     return 0;
 }
 
-/* One piece more, with a 0 after it; its length, or -1. */
-static int64_t tree_read_piece(FILE *stream, struct tree_bytes *bytes)
+/* The file's length, or -1. */
+static int64_t tree_read_file(const struct files *files,
+                              const struct yaml_report *report, char **data)
 {
-    void *array = bytes->data;
-    size_t got;
+    const int64_t length =
+        files_load(files, report->path, YAML_TREE_BYTES_MAX, data);
 
-    if (tree_grow(&array, &bytes->room, bytes->length + TREE_PIECE + 1, 1) < 0)
-        return -1;
-    bytes->data = array;
-    got = fread(bytes->data + bytes->length, 1, TREE_PIECE, stream);
-    bytes->length += got;
-    bytes->data[bytes->length] = 0;
-    return ferror(stream) ? -1 : (int64_t)got;
-}
-
-static int tree_read_stream(FILE *stream, const struct yaml_report *report,
-                            struct tree_bytes *bytes)
-{
-    int64_t got;
-
-    do
-        got = tree_read_piece(stream, bytes);
-    while (got > 0 && bytes->length <= YAML_TREE_BYTES_MAX);
-    if (got < 0)
-        return tree_cannot_read(report);
-    if (bytes->length > YAML_TREE_BYTES_MAX)
+    if (length == -EFBIG)
         return yaml_report_at(report, tree_start,
                               "the file is larger than 16 MiB, expected a rig "
                               "or a move of at most that");
-    return 0;
-}
-
-static int tree_read_file(const struct yaml_report *report,
-                          struct tree_bytes *bytes)
-{
-    FILE *stream = fopen(report->path, "rb");
-    int err;
-
-    if (stream == NULL)
-        return tree_cannot_read(report);
-    err = tree_read_stream(stream, report, bytes);
-    fclose(stream);
-    return err;
+    if (length < 0)
+        return yaml_report_at(
+            report, tree_start,
+            "the file cannot be read (%s), expected a YAML file",
+            strerror((int)-length));
+    return length;
 }
 
 /* Length of the byte order mark that some editors put first. */
-static size_t tree_mark_length(const struct tree_bytes *bytes)
+static size_t tree_mark_length(const char *data)
 {
-    return bytes->length >= 3 && memcmp(bytes->data, "\xEF\xBB\xBF", 3) == 0
-               ? 3
-               : 0;
+    return strncmp(data, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
 }
 
 /* ---- nodes ---- */
@@ -524,20 +478,21 @@ static int tree_build(struct yaml_tree *tree, const char *text, size_t length)
     return result;
 }
 
-int yaml_tree_load(struct yaml_tree *tree, const struct yaml_report *report)
+int yaml_tree_load(const struct files *files, struct yaml_tree *tree,
+                   const struct yaml_report *report)
 {
-    struct tree_bytes bytes = { 0 };
-    int err;
+    char *data;
+    int err = -1;
 
     *tree = (struct yaml_tree){ .report = *report };
-    err = tree_read_file(report, &bytes);
-    if (err == 0) {
-        const size_t mark = tree_mark_length(&bytes);
-        err = yaml_scan(report, bytes.data + mark, bytes.length - mark);
+    const int64_t length = tree_read_file(files, report, &data);
+    if (length >= 0) {
+        const size_t mark = tree_mark_length(data);
+        err = yaml_scan(report, data + mark, (size_t)length - mark);
         if (err == 0)
-            err = tree_build(tree, bytes.data + mark, bytes.length - mark);
+            err = tree_build(tree, data + mark, (size_t)length - mark);
     }
-    free(bytes.data);
+    free(data);
     if (err < 0)
         yaml_tree_free(tree);
     return err;

@@ -12,6 +12,7 @@
 #ifndef FIRMWARE_HOST_YAML_YAML_TREE_H
 #define FIRMWARE_HOST_YAML_YAML_TREE_H
 
+#include "firmware/host/base/files.h"
 #include "firmware/host/yaml/yaml_report.h"
 
 #define YAML_TREE_BYTES_MAX ((size_t)16 * 1024 * 1024)
@@ -41,7 +42,8 @@ struct yaml_tree {
 
 /* Read a file.  0, or -1 with the sentence written and nothing left allocated.
  * `report` is copied; its path and message must outlive the tree. */
-int yaml_tree_load(struct yaml_tree *tree, const struct yaml_report *report);
+int yaml_tree_load(const struct files *files, struct yaml_tree *tree,
+                   const struct yaml_report *report);
 void yaml_tree_free(struct yaml_tree *tree);
 
 static inline struct plan_place yaml_tree_place(const struct yaml_tree *tree,

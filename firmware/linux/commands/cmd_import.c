@@ -7,6 +7,7 @@
 #include "firmware/host/exchange/import.h"
 #include "firmware/host/exchange/import_fit.h"
 #include "firmware/host/plot/compare.h"
+#include "firmware/linux/base/disk.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/base/output.h"
@@ -154,7 +155,8 @@ static enum status cmd_import_file(const struct import_format *format,
     static struct imported imported;
     struct import_fit fit[PLAN_AXES_MAX];
     char message[YAML_MESSAGE_MAX];
-    const int err = format->read(options->path[1], wish, &imported, message);
+    const int err =
+        format->read(&disk_files, options->path[1], wish, &imported, message);
     plan_progress_end(&planning_progress);
     if (err < 0)
         return cmd_import_refuse(message);

@@ -8,6 +8,7 @@
 #include "firmware/host/plot/compare.h"
 #include "firmware/host/recording/telemetry.h"
 #include "firmware/host/recording/trace.h"
+#include "firmware/linux/base/disk.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/command.h"
@@ -65,7 +66,8 @@ static enum status cmd_plot_trace(const struct job *job, const char *path,
 {
     struct cmd_plot_reader self = { .job = job, .trace = trace, .other = -1 };
     char message[YAML_MESSAGE_MAX], at[NUMBER_MAX];
-    if (telemetry_read(path, &job->rig, cmd_plot_take, &self, message) < 0) {
+    if (telemetry_read(&disk_files, path, &job->rig, cmd_plot_take, &self,
+                       message) < 0) {
         error_say("%s", message);
         return STATUS_INPUT;
     }

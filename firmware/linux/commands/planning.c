@@ -13,6 +13,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "firmware/linux/base/disk.h"
 #include "firmware/linux/base/error.h"
 
 #define PLANNING_FIRST_NS 1000000000
@@ -169,7 +170,7 @@ enum status planning_open(struct job *job, const char *const path[], int count,
     memset(job, 0, sizeof *job);
     enum status status = planning_names(rig, move, path, count);
     if (status == STATUS_OK)
-        status = job_open(job, rig, move, any, &planning_progress);
+        status = job_open(job, &disk_files, rig, move, any, &planning_progress);
     error_tell(&job->messages);
     return status;
 }
@@ -183,7 +184,7 @@ enum status planning_rig(const char *path, struct rig *rig)
         return error_file(path, strerror(errno));
     if (!planning_join(name, path, directory ? "/rig.yaml" : ""))
         return error_file(path, "the name is too long");
-    const enum status status = job_read_rig(name, rig, &messages);
+    const enum status status = job_read_rig(&disk_files, name, rig, &messages);
     error_tell(&messages);
     return status;
 }

@@ -7,6 +7,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "firmware/linux/base/disk.h"
 #include "hal/linux/socketcan_link.h"
 #include "motion/core/err.h"
 
@@ -32,7 +33,7 @@ static int bench_rig(const char *text, bool directory, struct rig *rig,
     if (snprintf(path, sizeof path, "%s%s", text,
                  directory ? "/rig.yaml" : "") >= (int)sizeof path)
         return bench_fail(message, text, "the name is too long");
-    return rig_load(path, rig, message);
+    return rig_load(&disk_files, path, rig, message);
 }
 
 /* A rig of one bus that is called as the user called it. */

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "firmware/host/device/modbus_map_load.h"
-#include "firmware/host/device/own_file.h"
+#include "firmware/linux/base/disk.h"
 #include "firmware/linux/tools/ask_modbus.h"
 #include "firmware/linux/tools/scan.h"
 #include "motion/core/err.h"
@@ -72,11 +72,11 @@ static void look_name(struct ask_modbus *ask, struct scan_found *found)
 static bool map_fits(struct ask_modbus *ask, const char *name)
 {
     static struct modbus_map map;
-    char path[OWN_FILE_PATH_MAX], message[YAML_MESSAGE_MAX];
+    char path[FILES_PATH_MAX], message[YAML_MESSAGE_MAX];
     int64_t value = 0;
 
-    if (own_file_find(OWN_FILE_MAPS, name, "./", path) < 0 ||
-        modbus_map_load(path, &map, message) < 0 ||
+    if (!disk_files.find(&disk_files, FILES_MAPS, name, "./", path) ||
+        modbus_map_load(&disk_files, path, &map, message) < 0 ||
         map.identify.item == MODBUS_MAP_NO_ITEM)
         return false;
     return ask_modbus_read_item(ask, &map.item[map.identify.item], &value) ==
@@ -86,8 +86,8 @@ static bool map_fits(struct ask_modbus *ask, const char *name)
 
 static void look_map(struct ask_modbus *ask, struct scan_found *found)
 {
-    static char name[OWN_FILE_NAMES_MAX][OWN_FILE_NAME_MAX];
-    const unsigned count = own_file_names(OWN_FILE_MAPS, name);
+    static char name[FILES_NAMES_MAX][FILES_NAME_MAX];
+    const unsigned count = disk_files.names(&disk_files, FILES_MAPS, name);
 
     snprintf(found->fits, sizeof found->fits, "kind: modbus, if a map fits");
     for (unsigned i = 0; i < count; i++)

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "firmware/host/move/job.h"
+#include "firmware/linux/base/disk.h"
 #include "firmware/linux/machine/machine_sim.h"
 #include "motion/core/fixed.h"
 #include "tests/support/check.h"
@@ -23,7 +24,7 @@ static int read_rig(void **state)
 {
     (void)state;
     char message[YAML_MESSAGE_MAX];
-    if (rig_load("tests/data/homing/rig.yaml", &rig, message) == 0)
+    if (rig_load(&disk_files, "tests/data/homing/rig.yaml", &rig, message) == 0)
         return 0;
     print_message("%s\n", message);
     return -1;
@@ -133,7 +134,8 @@ static void the_drives_own_inputs_are_found(void **state)
     char message[YAML_MESSAGE_MAX];
 
     (void)state;
-    if (rig_load("tests/data/homing/drive.yaml", &rig, message) < 0)
+    if (rig_load(&disk_files, "tests/data/homing/drive.yaml", &rig, message) <
+        0)
         fail_msg("%s", message);
     power_on(250);
     for (unsigned i = 0; i < rig.axis_count; i++) {

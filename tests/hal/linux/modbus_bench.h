@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "firmware/host/device/modbus_map_load.h"
+#include "firmware/linux/base/disk.h"
 #include "hal/drive/modbus/drive.h"
 #include "hal/modbus/master.h"
 #include "sim/device/modbus/servo.h"
@@ -41,7 +42,7 @@ static inline void modbus_bench_load(struct modbus_bench *bench,
     memset(bench, 0, sizeof *bench);
     snprintf(path, sizeof path, "%s/%s.yaml",
              strchr(name, '/') == NULL ? "hal/maps" : "tests/data", name);
-    if (modbus_map_load(path, &bench->map, message) < 0)
+    if (modbus_map_load(&disk_files, path, &bench->map, message) < 0)
         fail_msg("%s", message);
 }
 

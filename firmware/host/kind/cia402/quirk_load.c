@@ -207,7 +207,8 @@ const struct yaml_words quirk_words[] = {
     { NULL, NULL, 0 },
 };
 
-int quirk_load(const char *path, struct quirk_file *file, char *message)
+int quirk_load(const struct files *files, const char *path,
+               struct quirk_file *file, char *message)
 {
     const struct yaml_report report = { path, message, YAML_MESSAGE_MAX };
     struct rig_reader reader = { .rig = NULL };
@@ -215,7 +216,7 @@ int quirk_load(const char *path, struct quirk_file *file, char *message)
     int err;
 
     *file = (struct quirk_file){ .note_count = 0 };
-    if (yaml_tree_load(&tree, &report) < 0)
+    if (yaml_tree_load(files, &tree, &report) < 0)
         return -1;
     const struct yaml_value root = { &tree, 0, "the quirks",
                                      "a map with title, vendor and products" };
@@ -226,24 +227,24 @@ int quirk_load(const char *path, struct quirk_file *file, char *message)
 
 /* ---- those that come with slew ---- */
 
-static int quirk_load_own(struct quirk_set *set, const char *name,
-                          char *message)
+static int quirk_load_own(const struct files *files, struct quirk_set *set,
+                          const char *name, char *message)
 {
     struct quirk_file file;
-    char path[OWN_FILE_PATH_MAX];
+    char path[FILES_PATH_MAX];
 
-    if (own_file_find(OWN_FILE_QUIRKS, name, "", path) < 0) {
+    if (!files->find(files, FILES_QUIRKS, name, "", path)) {
         snprintf(message, YAML_MESSAGE_MAX,
-                 "%s.yaml of " OWN_FILE_QUIRKS " cannot be read", name);
+                 "%s.yaml of " FILES_QUIRKS " cannot be read", name);
         return -1;
     }
-    if (quirk_load(path, &file, message) < 0)
+    if (quirk_load(files, path, &file, message) < 0)
         return -1;
     set->quirk[set->count++] = file.quirk;
     return 0;
 }
 
-const struct quirk_set *quirk_own(char *message)
+const struct quirk_set *quirk_own(const struct files *files, char *message)
 {
     static struct quirk_set *own;
     struct quirk_set *set;
@@ -252,10 +253,10 @@ const struct quirk_set *quirk_own(char *message)
     if (own != NULL)
         return own;
     set = memory_new(1, sizeof *set);
-    count = own_file_names(OWN_FILE_QUIRKS, set->name);
+    count = files->names(files, FILES_QUIRKS, set->name);
     set->count = 0;
     for (unsigned i = 0; i < count; i++)
-        if (quirk_load_own(set, set->name[i], message) < 0) {
+        if (quirk_load_own(files, set, set->name[i], message) < 0) {
             memory_free(set);
             return NULL;
         }

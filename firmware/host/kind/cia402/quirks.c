@@ -5,9 +5,11 @@
 #include "firmware/host/kind/cia402/parts.h"
 
 /* Every file once. */
-static int rig_load_quirks(struct rig *rig, const struct yaml_value *value,
-                           const char *path, uint32_t *index)
+static int rig_load_quirks(const struct rig_reader *self,
+                           const struct yaml_value *value, const char *path,
+                           uint32_t *index)
 {
+    struct rig *rig = self->rig;
     struct quirk_file file;
 
     for (*index = 0; *index < rig->quirk_count; ++*index)
@@ -15,7 +17,7 @@ static int rig_load_quirks(struct rig *rig, const struct yaml_value *value,
             return 0;
     if (strlen(path) >= RIG_PATH_MAX)
         return yaml_value_refuse(value, "has too long a path");
-    if (quirk_load(path, &file, value->tree->report.message) < 0)
+    if (quirk_load(self->files, path, &file, value->tree->report.message) < 0)
         return -1;
     rig->quirk = memory_pool_more(&rig->memory, rig->quirk, rig->quirk_count,
                                   sizeof *rig->quirk);
@@ -29,24 +31,24 @@ static int rig_load_quirks(struct rig *rig, const struct yaml_value *value,
 
 int rig_read_quirks(void *reader, const struct yaml_value *value, void *out)
 {
-    struct rig_reader *self = reader;
+    const struct rig_reader *self = reader;
+    const struct files *files = self->files;
     struct rig_cia402 *cia402 = out;
     const char *name = yaml_value_text(value);
-    char path[OWN_FILE_PATH_MAX], quote[YAML_QUOTE_MAX];
+    char path[FILES_PATH_MAX], quote[YAML_QUOTE_MAX];
 
     if (name == NULL)
         return -1;
-    if (own_file_find(OWN_FILE_QUIRKS, name, value->tree->report.path, path) <
-        0)
+    if (!files->find(files, FILES_QUIRKS, name, value->tree->report.path, path))
         return yaml_value_refuse(value, "%s is no file of quirks",
                                  yaml_value_quote(quote, value));
     cia402->quirk_given = true;
-    return rig_load_quirks(self->rig, value, path, &cia402->quirk);
+    return rig_load_quirks(self, value, path, &cia402->quirk);
 }
 
 int rig_know_quirks(struct rig_reader *reader, const struct yaml_value *value)
 {
-    reader->rig->quirks = quirk_own(value->tree->report.message);
+    reader->rig->quirks = quirk_own(reader->files, value->tree->report.message);
     return reader->rig->quirks == NULL ? -1 : 0;
 }
 

@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "firmware/host/device/modbus_map_load.h"
-#include "firmware/host/device/own_file.h"
 #include "firmware/host/kind/modbus/parts.h"
 
 #define RIG_LATE_NS (1000 * RIG_MS) /* point to point */
@@ -42,7 +41,8 @@ static int rig_load_map(const struct rig_reader *self,
     rig->map_path = memory_pool_more(&rig->memory, rig->map_path,
                                      rig->map_count, sizeof *rig->map_path);
     memcpy(rig->map_path[*index], path, strlen(path) + 1);
-    if (modbus_map_load(path, &rig->map[*index], report->message) < 0)
+    if (modbus_map_load(self->files, path, &rig->map[*index], report->message) <
+        0)
         return -1;
     rig->map_count++;
     return 0;
@@ -50,12 +50,13 @@ static int rig_load_map(const struct rig_reader *self,
 
 static int rig_read_map(void *reader, const struct yaml_value *value, void *out)
 {
+    const struct files *files = ((struct rig_reader *)reader)->files;
     const char *name = yaml_value_text(value);
-    char path[OWN_FILE_PATH_MAX], quote[YAML_QUOTE_MAX];
+    char path[FILES_PATH_MAX], quote[YAML_QUOTE_MAX];
 
     if (name == NULL)
         return -1;
-    if (own_file_find(OWN_FILE_MAPS, name, value->tree->report.path, path) < 0)
+    if (!files->find(files, FILES_MAPS, name, value->tree->report.path, path))
         return yaml_value_refuse(value,
                                  "%s is not a register map that can be read",
                                  yaml_value_quote(quote, value));

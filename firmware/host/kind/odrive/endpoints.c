@@ -19,9 +19,10 @@ int rig_endpoints_path(char path[RIG_PATH_MAX], const char *name,
                : -1;
 }
 
-int rig_endpoints_load(const char *path, struct rig_axis *axis)
+int rig_endpoints_load(const struct files *files, const char *path,
+                       struct rig_axis *axis)
 {
-    struct cJSON *list = endpoints_open(path);
+    struct cJSON *list = endpoints_open(files, path);
 
     if (list == NULL)
         return -1;

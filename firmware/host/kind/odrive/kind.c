@@ -24,16 +24,16 @@ static int rig_read_odrive_node(void *reader, const struct yaml_value *value,
 static int rig_read_endpoints(void *reader, const struct yaml_value *value,
                               void *out)
 {
+    const struct rig_reader *self = reader;
     struct rig_axis *axis = out;
     const char *name = yaml_value_text(value);
     char quote[YAML_QUOTE_MAX];
 
-    (void)reader;
     if (name == NULL)
         return -1;
     if (rig_endpoints_path(axis->endpoints, name, value->tree->report.path) <
             0 ||
-        rig_endpoints_load(axis->endpoints, axis) < 0)
+        rig_endpoints_load(self->files, axis->endpoints, axis) < 0)
         return yaml_value_refuse(value, "%s is no JSON file that can be read",
                                  yaml_value_quote(quote, value));
     if (axis->enable_watchdog == 0 || axis->watchdog_timeout == 0)

@@ -11,7 +11,8 @@ int rig_endpoints_path(char path[RIG_PATH_MAX], const char *name,
                        const char *rig_path);
 /* Fills in enable_watchdog and watchdog_timeout, 0 where it does not have them.
  * -1: no such file, or not a list. */
-int rig_endpoints_load(const char *path, struct rig_axis *axis);
+int rig_endpoints_load(const struct files *files, const char *path,
+                       struct rig_axis *axis);
 
 /* ---- budget.c: see struct rig_kind ---- */
 

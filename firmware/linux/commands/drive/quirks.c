@@ -7,6 +7,7 @@
 
 #include "firmware/host/base/array.h"
 #include "firmware/host/base/json.h"
+#include "firmware/linux/base/disk.h"
 #include "firmware/linux/commands/drive/verbs.h"
 
 /* ---- what is done ---- */
@@ -89,7 +90,9 @@ static int quirks_path(const struct rig *rig, const struct rig_axis *axis,
         return 0;
     }
     name = own->name[quirks->quirk - own->quirk];
-    return own_file_find(OWN_FILE_QUIRKS, name, "", quirks->path);
+    return disk_files.find(&disk_files, FILES_QUIRKS, name, "", quirks->path)
+               ? 0
+               : -1;
 }
 
 int drive_quirks_find(const struct rig *rig, const struct rig_axis *axis,
@@ -97,7 +100,7 @@ int drive_quirks_find(const struct rig *rig, const struct rig_axis *axis,
                       struct drive_quirks *quirks,
                       char message[YAML_MESSAGE_MAX])
 {
-    const struct quirk_set *own = quirk_own(message);
+    const struct quirk_set *own = quirk_own(&disk_files, message);
 
     quirks->quirk = NULL;
     quirks->is_of_another = false;
@@ -118,7 +121,7 @@ int drive_quirks_find(const struct rig *rig, const struct rig_axis *axis,
         snprintf(message, YAML_MESSAGE_MAX, "its quirks cannot be read again");
         return -1;
     }
-    return quirk_load(quirks->path, &quirks->file, message);
+    return quirk_load(&disk_files, quirks->path, &quirks->file, message);
 }
 
 /* ---- said ---- */

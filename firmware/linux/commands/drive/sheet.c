@@ -6,6 +6,7 @@
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/table.h"
 #include "firmware/host/device/eds_need.h"
+#include "firmware/linux/base/disk.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/drive/verbs.h"
@@ -79,7 +80,7 @@ enum status drive_sheet(const struct options *options)
         memory_free(eds);
         return STATUS_INPUT;
     }
-    if (eds_load(options->path[1], eds, message) < 0) {
+    if (eds_load(&disk_files, options->path[1], eds, message) < 0) {
         error_say("%s", message);
         memory_free(eds);
         return STATUS_INPUT;

@@ -3,6 +3,7 @@
 #ifndef FIRMWARE_LINUX_COMMANDS_DRIVE_VERBS_H
 #define FIRMWARE_LINUX_COMMANDS_DRIVE_VERBS_H
 
+#include "firmware/host/base/files.h"
 #include "firmware/host/device/object.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/tools/talk.h"
@@ -37,7 +38,7 @@ enum status drive_must_be_off(struct talk *talk, const struct options *options);
 
 struct drive_quirks {
     const struct drive_cia402_quirk *quirk; /* NULL: none are known */
-    char path[OWN_FILE_PATH_MAX];
+    char path[FILES_PATH_MAX];
     struct quirk_file file;
     bool is_of_another; /* the rig names them, and the drive is not of them */
     char line[DRIVE_QUIRKS_LINES_MAX]

@@ -2,6 +2,7 @@
  * firmware/linux/tools/kind.h. */
 #include <stdio.h>
 
+#include "firmware/linux/base/disk.h"
 #include "firmware/linux/tools/kind.h"
 #include "hal/drive/cia402/drive.h"
 #include "motion/core/err.h"
@@ -28,7 +29,7 @@ static int cia402_sheet(struct talk *talk, const struct talk_config *config,
         path = talk->axis->eds;
     if (path == NULL)
         return 0;
-    if (eds_load(path, &talk->sheet, message) < 0)
+    if (eds_load(&disk_files, path, &talk->sheet, message) < 0)
         return -1;
     talk->eds = &talk->sheet;
     return 0;

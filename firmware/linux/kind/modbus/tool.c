@@ -4,7 +4,7 @@
 #include <stdio.h>
 
 #include "firmware/host/device/modbus_map_load.h"
-#include "firmware/host/device/own_file.h"
+#include "firmware/linux/base/disk.h"
 #include "firmware/linux/tools/kind.h"
 #include "motion/core/err.h"
 
@@ -13,13 +13,13 @@
 static int modbus_find_map(struct talk *talk, const struct talk_config *config,
                            char message[YAML_MESSAGE_MAX])
 {
-    char path[OWN_FILE_PATH_MAX];
+    char path[FILES_PATH_MAX];
 
     if (config->map != NULL) {
-        if (own_file_find(OWN_FILE_MAPS, config->map, "./", path) < 0)
+        if (!disk_files.find(&disk_files, FILES_MAPS, config->map, "./", path))
             return talk_refuse(message, config->map,
                                "is no register map that can be read");
-        if (modbus_map_load(path, &talk->own_map, message) < 0)
+        if (modbus_map_load(&disk_files, path, &talk->own_map, message) < 0)
             return -1;
         talk->map = &talk->own_map;
     } else if (talk->axis != NULL && talk->axis->kind == RIG_MODBUS) {

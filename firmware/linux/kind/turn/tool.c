@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 #include "firmware/host/device/endpoints.h"
+#include "firmware/linux/base/disk.h"
 #include "motion/core/err.h"
 
 #define RESET_WAIT_NS INT64_C(1000000000)
@@ -18,7 +19,7 @@ static int turn_endpoints(struct talk *talk, const struct talk_config *config,
         path = talk->axis->endpoints;
     if (path == NULL)
         return 0;
-    talk->endpoints = endpoints_open(path);
+    talk->endpoints = endpoints_open(&disk_files, path);
     return talk->endpoints != NULL
                ? 0
                : talk_refuse(message, path, "is no JSON file that can be read");

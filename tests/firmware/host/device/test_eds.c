@@ -1,6 +1,7 @@
 /* tests/firmware/host/device/test_eds.c - data sheets: what is read, what is
  * refused, and whether the simulated drive's own says that it will do. */
 #define _XOPEN_SOURCE 700 /* mkstemp */
+#include "firmware/linux/base/disk.h"
 #include "tests/support/check.h"
 
 #include <stdio.h>
@@ -30,7 +31,7 @@ static int load_text(const char *text)
 
     fputs(text, file);
     fclose(file);
-    err = eds_load(path, &eds, message);
+    err = eds_load(&disk_files, path, &eds, message);
     unlink(path);
     return err;
 }
@@ -99,7 +100,8 @@ static void what_is_wrong_is_named_with_its_line(void **state)
     assert_int_equal(load_text(line), -1);
     assert_non_null(strstr(message, ":1: the line is too long"));
     free(line);
-    assert_int_equal(eds_load("/nowhere/servo.eds", &eds, message), -1);
+    assert_int_equal(eds_load(&disk_files, "/nowhere/servo.eds", &eds, message),
+                     -1);
 }
 
 static void more_objects_than_there_is_room_for_are_refused(void **state)
@@ -110,7 +112,7 @@ static void more_objects_than_there_is_room_for_are_refused(void **state)
     for (unsigned i = 0; i <= EDS_OBJECTS_MAX; i++)
         fprintf(file, "[%04X]\n", i);
     fclose(file);
-    assert_int_equal(eds_load(path, &eds, message), -1);
+    assert_int_equal(eds_load(&disk_files, path, &eds, message), -1);
     unlink(path);
     assert_non_null(strstr(message, "too many objects"));
 }
@@ -122,7 +124,7 @@ static void the_simulated_drives_own_is_read(void **state)
     (void)state;
     sim_cia402_write_eds(file);
     fclose(file);
-    assert_int_equal(eds_load(path, &eds, message), 0);
+    assert_int_equal(eds_load(&disk_files, path, &eds, message), 0);
     unlink(path);
     assert_true(eds.count > 200);
     assert_int_equal(eds_find(&eds, 0x1000, 0)->value, 0x20192);

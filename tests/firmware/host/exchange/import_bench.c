@@ -7,6 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "firmware/linux/base/disk.h"
 #include "motion/core/err.h"
 
 static char directory[64];
@@ -19,7 +20,7 @@ int import_bench_open(void **state)
     snprintf(directory, sizeof directory, "/tmp/slew-test-XXXXXX");
     if (mkdtemp(directory) == NULL)
         return -1;
-    return rig_load(DATA "rig.yaml", &rig, import_bench_message);
+    return rig_load(&disk_files, DATA "rig.yaml", &rig, import_bench_message);
 }
 
 int import_bench_close(void **state)
@@ -77,7 +78,7 @@ struct imported import_bench_read_as(const char *format, const char *path,
                                      const struct import_wish *wish)
 {
     struct imported imported;
-    if (import_format_find(format)->read(path, wish, &imported,
+    if (import_format_find(format)->read(&disk_files, path, wish, &imported,
                                          import_bench_message) < 0)
         fail_msg("%s", import_bench_message);
     return imported;
@@ -91,7 +92,7 @@ void import_bench_check_move(const struct imported *imported)
     assert_int_equal(export_move(imported, "test", file, import_bench_message),
                      0);
     fclose(file);
-    if (move_load(path, &rig, &back, import_bench_message) < 0)
+    if (move_load(&disk_files, path, &rig, &back, import_bench_message) < 0)
         fail_msg("%s", import_bench_message);
     unlink(path);
     assert_int_equal(back.axis_count, imported->move.axis_count);

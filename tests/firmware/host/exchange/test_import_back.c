@@ -5,6 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "firmware/linux/base/disk.h"
 #include "firmware/linux/commands/planning.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
@@ -449,8 +450,8 @@ static void expect_names(const char *format, const struct rig *rig,
                                       .curve = PLAN_CURVE_QUINTIC };
     struct imported got;
     char names[128] = "";
-    const int err = import_format_find(format)->read(path, &wish, &got,
-                                                     import_bench_message);
+    const int err = import_format_find(format)->read(
+        &disk_files, path, &wish, &got, import_bench_message);
     unlink(path);
     if (err == 0) {
         for (unsigned i = 0; i < got.move.axis_count; i++) {

@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "firmware/linux/base/disk.h"
 #include "firmware/linux/commands/command.h"
 #include "motion/core/err.h"
 #include "tests/firmware/host/exchange/import_bench.h"
@@ -100,8 +101,9 @@ static void bad_files_are_refused_where_they_are_bad(void **state)
         struct import_wish wish = import_bench_named(bad[i].format, bad[i].fps);
         struct imported got;
         const char *path = import_bench_write(bad[i].text, strlen(bad[i].text));
-        int err = import_format_find(bad[i].format)
-                      ->read(path, &wish, &got, import_bench_message);
+        int err =
+            import_format_find(bad[i].format)
+                ->read(&disk_files, path, &wish, &got, import_bench_message);
         if (err >= 0 || strstr(import_bench_message, bad[i].want) == NULL ||
             strncmp(import_bench_message, path, strlen(path)) != 0)
             fail_msg("row %zu: \"%s\", expected \"%s\"", i,
@@ -127,7 +129,7 @@ static void check_any(size_t i, const char *data, size_t length)
     const char *path = import_bench_write(data, length);
     import_bench_message[0] = 0;
     if (import_format_find(good[i].format)
-            ->read(path, &wish, &got, import_bench_message) >= 0) {
+            ->read(&disk_files, path, &wish, &got, import_bench_message) >= 0) {
         assert_true(got.move.axis_count > 0);
         move_free(&got.move);
         return;

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "firmware/host/exchange/import.h"
+#include "firmware/linux/base/disk.h"
 #include "motion/core/fixed.h"
 #include "tests/support/check.h"
 
@@ -38,7 +39,7 @@ static int read_text(const char *text)
     fputs(text, file);
     fclose(file);
     message[0] = '\0';
-    return import_blender(path, &wish, &got, message);
+    return import_blender(&disk_files, path, &wish, &got, message);
 }
 
 static int make_file(void **state)
@@ -50,7 +51,7 @@ static int make_file(void **state)
         return -1;
     strcpy(wish.column[0], "dolly");
     wish.column_count = 1;
-    return rig_load("examples/dolly/rig.yaml", &rig, message);
+    return rig_load(&disk_files, "examples/dolly/rig.yaml", &rig, message);
 }
 
 static int remove_file(void **state)
@@ -137,7 +138,8 @@ static void what_is_wrong_is_said_with_its_place(void **state)
             got.move.axis_count != 0)
             fail_msg("%s: %d, \"%s\"", rows[i].says, rc, message);
     }
-    assert_int_equal(import_blender("/nowhere", &wish, &got, message), -1);
+    assert_int_equal(
+        import_blender(&disk_files, "/nowhere", &wish, &got, message), -1);
     assert_non_null(strstr(message, "/nowhere:1:1: the file cannot be read"));
 }
 
@@ -280,14 +282,14 @@ static void what_is_written_is_read_to_the_bit(void **state)
         if (export_blender(&job, fps, file, message) < 0)
             fail_msg("%s", message);
         fclose(file);
-        if (import_blender(path, &wish, &got, message) < 0)
+        if (import_blender(&disk_files, path, &wish, &got, message) < 0)
             fail_msg("round %d: %s", round, message);
         same_axis(&job.move.axis[0], &got.move.axis[0]);
         file = fopen(path, "wb");
         assert_non_null(file);
         assert_int_equal(export_move(&got, "blender", file, message), 0);
         fclose(file);
-        if (move_load(path, &rig, &back, message) < 0)
+        if (move_load(&disk_files, path, &rig, &back, message) < 0)
             fail_msg("round %d: %s", round, message);
         same_axis(&job.move.axis[0], &back.axis[0]);
         move_free(&back);

@@ -2,6 +2,7 @@
  * written for another program and is read again keeps inside the limits of that
  * rig, or the curve that would is named. */
 #include "firmware/host/exchange/import_fit.h"
+#include "firmware/linux/base/disk.h"
 #include "firmware/linux/commands/planning.h"
 
 #include <stdio.h>
@@ -47,7 +48,7 @@ static struct imported there_and_back(const struct import_format *format,
                PLAN_NAME_MAX);
     assert_int_equal(format->write(&job, fps, file, message), 0);
     fclose(file);
-    if (format->read(path, wish, &got, message) < 0)
+    if (format->read(&disk_files, path, wish, &got, message) < 0)
         fail_msg("%s", message);
     unlink(path);
     return got;

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "firmware/host/rig/rig.h"
+#include "firmware/linux/base/disk.h"
 #include "motion/core/fixed.h"
 #include "motion/plan/check.h"
 #include "motion/plan/compose.h"
@@ -37,9 +38,9 @@ static inline int move_file_open(struct move_file *self, const char *rig,
     memset(self, 0, sizeof *self);
     if (file < 0 || write(file, text, strlen(text)) < 0 || close(file) < 0)
         fail_msg("no file %s", path);
-    if (rig_load(rig, &self->rig, message) < 0)
+    if (rig_load(&disk_files, rig, &self->rig, message) < 0)
         fail_msg("%s", message);
-    err = move_load(path, &self->rig, &self->move, message);
+    err = move_load(&disk_files, path, &self->rig, &self->move, message);
     remove(path);
     if (err < 0) {
         snprintf(self->message, sizeof self->message, "%.500s",

@@ -13,6 +13,7 @@
 #include "firmware/host/base/crc32.h"
 #include "firmware/host/move/compiled.h"
 #include "firmware/host/move/track_file_bytes.h"
+#include "firmware/linux/base/disk.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 #include "tests/support/check.h"
@@ -259,7 +260,7 @@ static void a_long_track_plays_through_a_small_window(void **state)
     plan_long(LONG);
     write_tracks(1);
     const long before_kb = peak_kb();
-    struct compiled *compiled = compiled_open(path, message);
+    struct compiled *compiled = compiled_open(&disk_files, path, message);
     assert_non_null(compiled);
     assert_int_equal(compiled->outline[0].count, LONG);
     for (int64_t t = -SEC; t <= track[0].end_ns_q12 + SEC; t += SEC / 97)
@@ -284,7 +285,7 @@ static void the_outline_is_that_of_the_whole(void **state)
     (void)state;
     plan_anything(0, room, 5000, 7);
     write_tracks(1);
-    struct compiled *compiled = compiled_open(path, message);
+    struct compiled *compiled = compiled_open(&disk_files, path, message);
     assert_non_null(compiled);
     for (int i = MOTION_POS; i <= MOTION_JERK; i++) {
         struct motion_extreme want, got;
@@ -305,7 +306,7 @@ static void a_played_window_is_ahead_of_time(void **state)
     (void)state;
     plan_long(LONG / 8);
     write_tracks(1);
-    struct compiled *compiled = compiled_open(path, message);
+    struct compiled *compiled = compiled_open(&disk_files, path, message);
     assert_non_null(compiled);
     for (int64_t t = 0; t < track[0].end_ns_q12; t += 5 * SEC) {
         struct motion_sample want, got;
@@ -319,7 +320,7 @@ static void a_played_window_is_ahead_of_time(void **state)
     }
     compiled_close(compiled);
 
-    compiled = compiled_open(path, message);
+    compiled = compiled_open(&disk_files, path, message);
     assert_non_null(compiled);
     assert_int_equal(truncate(path, 1000000), 0);
     int64_t t = 0;
@@ -359,7 +360,7 @@ static void assert_refused(const char *what, size_t at)
 {
 
     message[0] = 0;
-    struct compiled *compiled = compiled_open(path, message);
+    struct compiled *compiled = compiled_open(&disk_files, path, message);
     if (compiled != NULL || message[0] == 0 || strchr(message, '\n') != NULL)
         fail_msg("%s at %zu: \"%s\"", what, at, message);
 }
@@ -467,7 +468,7 @@ static void an_axis_that_stands_has_no_blocks(void **state)
     (void)state;
     motion_track_init(&track[0], room, LONG, 7 * ONE);
     write_tracks(1);
-    struct compiled *compiled = compiled_open(path, message);
+    struct compiled *compiled = compiled_open(&disk_files, path, message);
     assert_non_null(compiled);
     const struct motion_track *seen = compiled_look(compiled, 0, 5 * SEC);
     assert_non_null(seen);

@@ -9,6 +9,7 @@
 
 #include "firmware/host/recording/telemetry.h"
 #include "firmware/host/recording/trace.h"
+#include "firmware/linux/base/disk.h"
 #include "firmware/linux/machine/recorder.h"
 #include "motion/core/fixed.h"
 #include "tests/support/check.h"
@@ -148,7 +149,8 @@ static void rows_read_back_as_they_were_written(void **state)
     char message[YAML_MESSAGE_MAX] = "";
     int count = 0;
     write_rows(1000);
-    assert_int_equal(telemetry_read(path, &rig, compare, &count, message), 0);
+    assert_int_equal(
+        telemetry_read(&disk_files, path, &rig, compare, &count, message), 0);
     assert_int_equal(count, 1000);
 }
 
@@ -202,8 +204,9 @@ files_that_are_no_telemetry_get_one_line_with_its_place(void **state)
     for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
         char message[YAML_MESSAGE_MAX] = "";
         write_text(rows[i].text);
-        assert_int_equal(telemetry_read(path, &rig, ignore_row, NULL, message),
-                         -1);
+        assert_int_equal(
+            telemetry_read(&disk_files, path, &rig, ignore_row, NULL, message),
+            -1);
         if (strstr(message, rows[i].want) == NULL ||
             strncmp(message, path, strlen(path)) != 0 ||
             strchr(message, '\n') != NULL)
@@ -215,9 +218,9 @@ static void a_missing_file_is_named(void **state)
 {
     (void)state;
     char message[YAML_MESSAGE_MAX] = "";
-    assert_int_equal(
-        telemetry_read("/nowhere/run.csv", &rig, ignore_row, NULL, message),
-        -1);
+    assert_int_equal(telemetry_read(&disk_files, "/nowhere/run.csv", &rig,
+                                    ignore_row, NULL, message),
+                     -1);
     assert_non_null(strstr(message, "/nowhere/run.csv: No such file"));
 }
 

@@ -1,6 +1,7 @@
 /* tests/firmware/host/rig/test_quirks.c - files of quirks: those that come with
  * slew, those of a rig, wrong ones, and what slew drive info says of them. */
 #define _XOPEN_SOURCE 700 /* mkdtemp, nftw */
+#include "firmware/linux/base/disk.h"
 #include "tests/firmware/linux/machine/two_drives.h"
 
 #include "firmware/host/rig/rig.h"
@@ -13,7 +14,7 @@ static char message[YAML_MESSAGE_MAX];
 static int load_text(const char *text)
 {
     run_put("servo.yaml", text);
-    return quirk_load(run_path("servo.yaml"), &file, message);
+    return quirk_load(&disk_files, run_path("servo.yaml"), &file, message);
 }
 
 /* ---- files --------------------------------------------------------------- */
@@ -108,7 +109,7 @@ static void what_is_wrong_in_a_file_is_told(void **state)
 
 static const struct quirk_set *own(void)
 {
-    const struct quirk_set *set = quirk_own(message);
+    const struct quirk_set *set = quirk_own(&disk_files, message);
 
     if (set == NULL)
         fail_msg("%s", message);
@@ -177,7 +178,7 @@ static void a_product_goes_before_its_vendor_in_any_order(void **state)
 static int load_rig(const char *of_slide)
 {
     two_drives_put(of_slide, 10, "");
-    return rig_load(run_path("rig.yaml"), &rig, message);
+    return rig_load(&disk_files, run_path("rig.yaml"), &rig, message);
 }
 
 static void a_rig_names_a_file_or_one_of_slew(void **state)

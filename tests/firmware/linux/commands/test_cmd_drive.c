@@ -2,6 +2,7 @@
  * a drive, what it writes and what it refuses to write, how a fault is
  * cleared. */
 #define _XOPEN_SOURCE 700 /* mkdtemp, nftw */
+#include "firmware/linux/base/disk.h"
 #include "tests/firmware/linux/machine/two_drives.h"
 
 #include <cjson/cJSON.h>
@@ -126,7 +127,7 @@ static void limits_of_the_data_sheet_are_kept(void **state)
             "[2001]\nParameterName=Same\nDataType=5\nAccessType=rw\n"
             "[2002]\nParameterName=same\nDataType=5\nAccessType=rw\n");
     snprintf(path, sizeof path, "%s", run_path("limits.eds"));
-    assert_int_equal(eds_load(path, &sheet, message), 0);
+    assert_int_equal(eds_load(&disk_files, path, &sheet, message), 0);
     assert_int_equal(object_find("profile_type", &sheet, &object, message), 0);
     assert_int_equal(object_parse(&object, "-2", &value, message), 0);
     assert_int_equal(value, -2);

@@ -4,6 +4,7 @@
 #define TESTS_FIRMWARE_LINUX_MACHINE_MACHINE_BENCH_H
 
 #include "firmware/host/move/job.h"
+#include "firmware/linux/base/disk.h"
 #include "firmware/linux/commands/planning.h"
 #include "firmware/linux/machine/machine_sim.h"
 #include "tests/support/check.h"
@@ -16,7 +17,7 @@ static inline void bench_load(const char *path, struct rig *rig)
 {
     char message[YAML_MESSAGE_MAX];
 
-    if (rig_load(path, rig, message) < 0)
+    if (rig_load(&disk_files, path, rig, message) < 0)
         fail_msg("%s", message);
 }
 

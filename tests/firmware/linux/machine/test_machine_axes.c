@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "firmware/host/move/budget.h"
+#include "firmware/linux/base/disk.h"
 #include "motion/core/fixed.h"
 #include "tests/firmware/linux/machine/machine_bench.h"
 #include "tests/support/run_slew.h"
@@ -245,7 +246,7 @@ static void what_a_rig_may_not_say_of_axes(void **state)
 
         snprintf(text, sizeof text, format, rows[i].first, rows[i].second);
         run_put("axes.yaml", text);
-        err = rig_load(run_path("axes.yaml"), &rig, message);
+        err = rig_load(&disk_files, run_path("axes.yaml"), &rig, message);
         if ((err < 0) != (rows[i].says != NULL) ||
             (err < 0 && strstr(message, rows[i].says) == NULL))
             fail_msg("%zu: \"%s\"", i, message);

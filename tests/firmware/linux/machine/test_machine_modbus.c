@@ -7,6 +7,7 @@
 
 #include "firmware/host/device/modbus_map_load.h"
 #include "firmware/host/rig/modbus_budget.h"
+#include "firmware/linux/base/disk.h"
 #include "tests/firmware/linux/machine/machine_bench.h"
 
 #define MS  INT64_C(1000000)
@@ -136,8 +137,8 @@ static void expect_refused(const char *name, const char *text, const char *want,
     assert_non_null(file);
     fputs(text, file);
     fclose(file);
-    const int err = is_map ? modbus_map_load(path, &map, message)
-                           : rig_load(path, &rig, message);
+    const int err = is_map ? modbus_map_load(&disk_files, path, &map, message)
+                           : rig_load(&disk_files, path, &rig, message);
     (void)unlink(path);
     if (err == 0)
         fail_msg("%s was taken", name);
@@ -281,7 +282,7 @@ static void what_is_wrong_in_a_map_file_is_told(void **state)
     for (unsigned i = 0; i < ARRAY_LEN(bad_map_files); i++) {
         snprintf(path, sizeof path, "tests/data/bad/map_%s.yaml",
                  bad_map_files[i].name);
-        if (modbus_map_load(path, &map, message) == 0)
+        if (modbus_map_load(&disk_files, path, &map, message) == 0)
             fail_msg("%s was taken", path);
         if (strstr(message, bad_map_files[i].want) == NULL)
             fail_msg("%s", message);

@@ -1,6 +1,7 @@
 /* tests/firmware/linux/machine/test_parameters.c - what a rig sets its drives
  * to: judged by the data sheet, written at start-up, read back. */
 #define _XOPEN_SOURCE 700 /* mkdtemp, nftw */
+#include "firmware/linux/base/disk.h"
 #include "tests/firmware/linux/machine/two_drives.h"
 
 #include "firmware/linux/machine/machine.h"
@@ -19,7 +20,7 @@ static int load(const char *of_slide, const char *of_turn)
 
     two_drives_put(of_slide, 0, of_turn);
     snprintf(path, sizeof path, "%s", run_path("rig.yaml"));
-    return rig_load(path, &rig, message);
+    return rig_load(&disk_files, path, &rig, message);
 }
 
 static int bench(void **state)

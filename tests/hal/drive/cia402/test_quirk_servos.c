@@ -11,6 +11,7 @@
 #include "firmware/control/controller.h"
 #include "firmware/control/homing.h"
 #include "firmware/host/rig/rig.h"
+#include "firmware/linux/base/disk.h"
 #include "hal/drive/cia402/drive.h"
 #include "motion/core/fixed.h"
 #include "tests/hal/canopen/canopen_bench.h"
@@ -647,20 +648,20 @@ static int64_t range_max(const struct row *row)
 static void bench_quirks(struct bench *b, struct drive_cia402_config *config)
 {
     const struct row *row = b->row;
-    char message[YAML_MESSAGE_MAX], path[OWN_FILE_PATH_MAX];
+    char message[YAML_MESSAGE_MAX], path[FILES_PATH_MAX];
     static struct quirk_file file;
 
     config->stream_given = row->csp;
     config->quirk_is_given = row->quirks != NULL;
     if (row->quirks != NULL) {
-        assert_int_equal(own_file_find(OWN_FILE_QUIRKS, row->quirks, "", path),
-                         0);
-        if (quirk_load(path, &file, message) < 0)
+        assert_true(
+            disk_files.find(&disk_files, FILES_QUIRKS, row->quirks, "", path));
+        if (quirk_load(&disk_files, path, &file, message) < 0)
             fail_msg("%s", message);
         config->quirk = &file.quirk;
         config->quirk_count = 1;
     } else if (row->found) {
-        const struct quirk_set *own = quirk_own(message);
+        const struct quirk_set *own = quirk_own(&disk_files, message);
 
         if (own == NULL)
             fail_msg("%s", message);

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "firmware/host/device/modbus_map_load.h"
+#include "firmware/linux/base/disk.h"
 #include "hal/drive/modbus/drive.h"
 #include "hal/modbus/master.h"
 #include "hal/modbus/rtu_slave.h"
@@ -52,7 +53,7 @@ static inline void strict_bench_load(struct strict_bench *bench,
 
     memset(bench, 0, sizeof *bench);
     snprintf(path, sizeof path, "hal/maps/%s.yaml", strict_map[kind]);
-    if (modbus_map_load(path, &bench->map, message) < 0)
+    if (modbus_map_load(&disk_files, path, &bench->map, message) < 0)
         fail_msg("%s", message);
 }
 

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "firmware/host/move/budget.h"
+#include "firmware/linux/base/disk.h"
 #include "motion/core/fixed.h"
 #include "tests/firmware/linux/machine/machine_bench.h"
 
@@ -168,7 +169,7 @@ static void a_speed_of_many_turns_is_taken(void **state)
           "mm}\n",
           file);
     fclose(file);
-    const int err = rig_load(path, &read, message);
+    const int err = rig_load(&disk_files, path, &read, message);
     (void)remove(path);
     if (err != 0)
         fail_msg("%s", message);

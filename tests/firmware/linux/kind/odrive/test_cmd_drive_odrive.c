@@ -2,6 +2,7 @@
  * ODrive: what it says of it, what it writes and what it refuses to write, how a
  * fault is cleared. */
 #define _XOPEN_SOURCE 700 /* mkdtemp, nftw */
+#include "firmware/linux/base/disk.h"
 #include "tests/support/run_slew.h"
 
 #include <math.h>
@@ -219,12 +220,12 @@ static void versions_of_lists_are_numbers(void **state)
 
         snprintf(json, sizeof json, "{\"fw_version\": \"%s\"}", row[i].text);
         run_put("list.json", json);
-        list = endpoints_open(run_path("list.json"));
+        list = endpoints_open(&disk_files, run_path("list.json"));
         assert_non_null(list);
         assert_int_equal(endpoints_version(list, version), row[i].fits);
         endpoints_close(list);
     }
-    assert_null(endpoints_open(run_path("none.json")));
+    assert_null(endpoints_open(&disk_files, run_path("none.json")));
 }
 
 /* ---- set ---- */

@@ -5,6 +5,7 @@
 
 #include "firmware/host/kind/turn/budget.h"
 #include "firmware/host/move/budget.h"
+#include "firmware/linux/base/disk.h"
 #include "motion/core/fixed.h"
 #include "tests/firmware/linux/machine/machine_bench.h"
 
@@ -275,7 +276,7 @@ static void a_speed_that_does_not_fit_the_frame_is_refused(void **state)
                 speeds[i].bus, speeds[i].kind, speeds[i].turns,
                 i < 2 ? ", unsupervised: yes" : "");
         fclose(file);
-        const int err = rig_load(path, &read, message);
+        const int err = rig_load(&disk_files, path, &read, message);
         (void)remove(path);
         if ((err == 0) != (speeds[i].want == NULL) ||
             (err < 0 && strcmp(message, speeds[i].want) != 0))

@@ -1,7 +1,7 @@
-/* tests/firmware/host/rig/test_files.c - rig.yaml and move.yaml: what is read,
+/* tests/firmware/host/rig/test_rig_load.c - rig.yaml and move.yaml: what is read,
  * what is refused, and where the refusal points.
  *
- * test_files --fields prints the readers' tables, for
+ * test_rig_load --fields prints the readers' tables, for
  * tests/proofs/check_schema.py.  Takes long. */
 #include <stdio.h>
 #include <string.h>
@@ -9,6 +9,7 @@
 
 #include "firmware/host/rig/rig.h"
 #include "firmware/host/yaml/yaml_shapes.h"
+#include "firmware/linux/base/disk.h"
 #include "tests/support/check.h"
 
 #define GOOD_RIG  "examples/dolly/rig.yaml"
@@ -22,7 +23,7 @@ static struct rig rig, gantry;
 
 /* ---- files made by the tests ---- */
 
-static char scratch[] = "/tmp/test_files_XXXXXX";
+static char scratch[] = "/tmp/test_rig_load_XXXXXX";
 
 static int make_scratch(void **state)
 {
@@ -32,9 +33,9 @@ static int make_scratch(void **state)
     if (file < 0)
         return -1;
     close(file);
-    return rig_load(GANTRY, &gantry, message) < 0
+    return rig_load(&disk_files, GANTRY, &gantry, message) < 0
                ? -1
-               : rig_load(GOOD_RIG, &rig, message);
+               : rig_load(&disk_files, GOOD_RIG, &rig, message);
 }
 
 static int remove_scratch(void **state)
@@ -64,8 +65,9 @@ static int load(enum kind kind, const char *path, char *message)
 
     memset(message, 'X', YAML_MESSAGE_MAX);
     if (kind == RIG)
-        return rig_load(path, &other, message);
-    err = move_load(path, kind == MOVE ? &rig : &gantry, &move, message);
+        return rig_load(&disk_files, path, &other, message);
+    err = move_load(&disk_files, path, kind == MOVE ? &rig : &gantry, &move,
+                    message);
     if (err == 0)
         move_free(&move);
     else
@@ -177,7 +179,8 @@ static void the_example_move_is_read_as_written(void **state)
     struct plan_move move;
 
     (void)state;
-    assert_int_equal(move_load(GOOD_MOVE, &rig, &move, message), 0);
+    assert_int_equal(move_load(&disk_files, GOOD_MOVE, &rig, &move, message),
+                     0);
     assert_string_equal(move.title, "Past the window seat");
     assert_int_equal(move.axis_count, 4);
     assert_string_equal(move.axis[1].name, "pan");
@@ -201,7 +204,8 @@ static void the_example_move_is_where_the_rig_can_be(void **state)
     struct plan_move move;
 
     (void)state;
-    assert_int_equal(move_load(GOOD_MOVE, &rig, &move, message), 0);
+    assert_int_equal(move_load(&disk_files, GOOD_MOVE, &rig, &move, message),
+                     0);
     for (uint32_t i = 0; i < move.axis_count; i++) {
         const struct plan_limit *limit =
             &rig.axis[rig_axis_index(&rig, move.axis[i].name)].limit;
@@ -229,7 +233,7 @@ static void what_is_left_out_has_the_documented_value(void **state)
 
     (void)state;
     write_scratch(text, strlen(text));
-    if (rig_load(scratch, &other, message) < 0)
+    if (rig_load(&disk_files, scratch, &other, message) < 0)
         fail_msg("%s", message);
     assert_string_equal(other.title, "");
     assert_int_equal(other.period_ns, MS(1));
@@ -266,7 +270,7 @@ static void keys_have_a_short_and_a_long_form(void **state)
 
     (void)state;
     write_scratch(text, strlen(text));
-    if (move_load(scratch, &rig, &move, message) < 0)
+    if (move_load(&disk_files, scratch, &rig, &move, message) < 0)
         fail_msg("%s", message);
     for (int k = 0; k < 3; k++) {
         const struct motion_key *key = &move.axis[0].key[k].key;
@@ -309,7 +313,7 @@ static void curves_bring_their_parameters(void **state)
 
     (void)state;
     write_scratch(text, strlen(text));
-    if (move_load(scratch, &rig, &move, message) < 0)
+    if (move_load(&disk_files, scratch, &rig, &move, message) < 0)
         fail_msg("%s", message);
     assert_int_equal(move.axis[0].curve, PLAN_CURVE_KOCHANEK);
     assert_int_equal(move.axis[0].shape.tension_q32, Q32(0.5));
@@ -346,7 +350,7 @@ static void keys_with_handles_are_read_as_written(void **state)
         " right: [0.25 s, 2], interpolation: elastic, amplitude: 2,"
         " period: 0.5}\n",
         NULL);
-    assert_int_equal(move_load(scratch, &rig, &move, message), 0);
+    assert_int_equal(move_load(&disk_files, scratch, &rig, &move, message), 0);
     const struct plan_bezier *bezier = &move.axis[0].bezier;
     const struct plan_bezier_key *key = bezier->key;
     assert_int_equal(bezier->smoothing, MOTION_FCURVE_SMOOTH_ACCELERATION);
@@ -390,7 +394,7 @@ static void keys_may_have_parameters_of_their_span(void **state)
                 "      - {t: 3, p: 1, curve: kochanek-bartels,"
                 " tcb: [1, -0.5, 0]}\n      - [4, 2]\n",
                 NULL);
-    assert_int_equal(move_load(scratch, &rig, &move, message), 0);
+    assert_int_equal(move_load(&disk_files, scratch, &rig, &move, message), 0);
     const struct plan_key *key = move.axis[0].key;
     assert_true(key[0].has_shape && !key[4].has_shape);
     assert_int_equal(key[0].shape.mu_q32, Q32(0.5));
@@ -431,7 +435,7 @@ static void expect_good(const struct rig *of)
     char message[YAML_MESSAGE_MAX];
     struct plan_move move;
 
-    if (move_load(scratch, of, &move, message) < 0)
+    if (move_load(&disk_files, scratch, of, &move, message) < 0)
         fail_msg("%s", message);
     move_free(&move);
 }
@@ -444,20 +448,20 @@ static void the_documentation_shows_files_that_can_be_read(void **state)
 
     (void)state;
     write_block("## rig.yaml\n");
-    if (rig_load(scratch, &other, message) < 0)
+    if (rig_load(&disk_files, scratch, &other, message) < 0)
         fail_msg("%s", message);
     assert_int_equal(other.axis_count, 1);
     assert_memory_equal(&other.axis[0].limit, &rig.axis[0].limit,
                         sizeof(rig.axis[0].limit));
     rig_free(&other);
     write_block("## move.yaml\n");
-    if (move_load(scratch, &rig, &move, message) < 0)
+    if (move_load(&disk_files, scratch, &rig, &move, message) < 0)
         fail_msg("%s", message);
     assert_int_equal(move.axis_count, 2);
     assert_int_equal(move.axis[0].key[2].key.t_ns_q12, MS(8000) * 4096);
     move_free(&move);
     write_block("### Keys with handles\n");
-    if (move_load(scratch, &rig, &move, message) < 0)
+    if (move_load(&disk_files, scratch, &rig, &move, message) < 0)
         fail_msg("%s", message);
     assert_int_equal(move.axis[0].curve, PLAN_CURVE_BEZIER);
     move_free(&move);
@@ -531,7 +535,7 @@ static void line_ends_and_byte_order_mark_do_not_matter(void **state)
     for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
         write_with_line_ends(read_all(GOOD_RIG, &length), rows[i].start,
                              rows[i].end);
-        if (rig_load(scratch, &other, message) < 0)
+        if (rig_load(&disk_files, scratch, &other, message) < 0)
             fail_msg("row %zu: %s", i, message);
         expect_same_rig(&other);
         rig_free(&other);
@@ -995,7 +999,7 @@ static void a_long_list_of_names_is_cut(void **state)
                 i % 10, i);
     fclose(file);
     /* 11 to 16 are 1 to 6 again */
-    assert_int_equal(rig_load(scratch, &other, message), -1);
+    assert_int_equal(rig_load(&disk_files, scratch, &other, message), -1);
     rig_free(&other);
     assert_non_null(strstr(message, ":13:3: key 'an_axis_with_a_rather_long_"
                                     "name1' is already there in line 3"));
@@ -1004,7 +1008,8 @@ static void a_long_list_of_names_is_cut(void **state)
     for (size_t i = 0; i < ARRAY_LEN(many); i++)
         snprintf(many[i].name, PLAN_NAME_MAX, "an_axis_with_a_rather_long_na%c",
                  'a' + (char)i);
-    assert_int_equal(move_load(GOOD_MOVE, &other, &move, message), -1);
+    assert_int_equal(move_load(&disk_files, GOOD_MOVE, &other, &move, message),
+                     -1);
     assert_true(is_well_formed(GOOD_MOVE, message));
     assert_non_null(strstr(message, "long_nag ..."));
 }
@@ -1022,7 +1027,7 @@ static void a_hundred_thousand_keys_are_read(void **state)
         fprintf(file, "[%d ms, %d um],\n", i, i);
     fputs("]}}\n", file);
     fclose(file);
-    if (move_load(scratch, &rig, &move, message) < 0)
+    if (move_load(&disk_files, scratch, &rig, &move, message) < 0)
         fail_msg("%s", message);
     assert_int_equal(move.axis[0].key_count, 100000);
     assert_int_equal(move.axis[0].key[99999].key.t_ns_q12, MS(99999) * 4096);

@@ -1,0 +1,124 @@
+/* firmware/host/base/files.c - see files.h. */
+#include "firmware/host/base/files.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "firmware/host/base/memory.h"
+
+/* --- all of it --- */
+
+/* Twice the room, for the 0 too. */
+static int files_grow(char **data, size_t *room)
+{
+    char *larger = realloc(*data, 2 * *room + 1);
+
+    if (larger == NULL)
+        return -ENOMEM;
+    *data = larger;
+    *room *= 2;
+    return 0;
+}
+
+static int64_t files_read_all(const struct files *files, int file, size_t max,
+                              char **data)
+{
+    size_t length = 0, room = FILES_PIECE / 2;
+    int64_t got;
+
+    do {
+        if ((*data == NULL || length == room) && files_grow(data, &room) < 0)
+            return -ENOMEM;
+        got = files->read(files, file, *data + length, room - length, length);
+        length += got > 0 ? (size_t)got : 0;
+    } while (got > 0 && length <= max);
+    if (got >= 0)
+        (*data)[length] = 0;
+    return got < 0 ? got : length > max ? -EFBIG : (int64_t)length;
+}
+
+int64_t files_load(const struct files *files, const char *path, size_t max,
+                   char **data)
+{
+    const int file = files->open(files, path);
+
+    *data = NULL;
+    if (file < 0)
+        return file;
+    const int64_t length = files_read_all(files, file, max, data);
+    files->close(files, file);
+    if (length < 0) {
+        free(*data);
+        *data = NULL;
+    }
+    return length;
+}
+
+/* --- line by line --- */
+
+int files_lines_open(struct files_lines *lines, const struct files *files,
+                     const char *path)
+{
+    lines->files = files;
+    lines->error = 0;
+    lines->offset = 0;
+    lines->at = lines->got = lines->room = 0;
+    lines->line = NULL;
+    lines->file = files->open(files, path);
+    return lines->file < 0 ? lines->file : 0;
+}
+
+void files_lines_close(struct files_lines *lines)
+{
+    if (lines->file >= 0)
+        lines->files->close(lines->files, lines->file);
+    memory_free(lines->line);
+}
+
+/* The next piece of the file; false at its end. */
+static bool files_lines_fill(struct files_lines *lines)
+{
+    const int64_t got = lines->files->read(
+        lines->files, lines->file, lines->piece, FILES_PIECE, lines->offset);
+
+    lines->at = 0;
+    lines->got = got > 0 ? (size_t)got : 0;
+    lines->offset += lines->got;
+    lines->error = got < 0 ? (int)got : 0;
+    return got > 0;
+}
+
+static void files_lines_append(struct files_lines *lines, size_t length,
+                               const char *from, size_t size)
+{
+    if (length + size + 1 > lines->room) {
+        lines->room = 2 * (length + size + 1);
+        lines->line = memory_resize(lines->line, lines->room, 1);
+    }
+    memcpy(lines->line + length, from, size);
+    lines->line[length + size] = 0;
+}
+
+int64_t files_lines_next(struct files_lines *lines)
+{
+    size_t length = 0;
+
+    for (bool any = false;; any = true) {
+        if (lines->at == lines->got && !files_lines_fill(lines))
+            return any && lines->error == 0 ? (int64_t)length : -1;
+        const char *from = lines->piece + lines->at;
+        const size_t left = lines->got - lines->at;
+        const char *end = memchr(from, '\n', left);
+        const size_t size = end == NULL ? left : (size_t)(end - from);
+        files_lines_append(lines, length, from, size);
+        length += size;
+        lines->at += size + (end != NULL);
+        if (end != NULL)
+            return (int64_t)length;
+        if (length > FILES_LINE_MAX) {
+            lines->error = -EFBIG;
+            return -1;
+        }
+    }
+}
