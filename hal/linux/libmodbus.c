@@ -141,20 +141,6 @@ static const struct hal_modbus_ops modbus_libmodbus_ops = {
 
 /* ---- open and close ---- */
 
-bool modbus_libmodbus_is_baud(uint32_t baud)
-{
-    static const uint32_t table[] = {
-        1200,    1800,    2400,    4800,    9600,    19200,   38400,   57600,
-        115200,  230400,  460800,  500000,  576000,  921600,  1000000, 1152000,
-        1500000, 2000000, 2500000, 3000000, 3500000, 4000000,
-    };
-
-    for (size_t i = 0; i < sizeof table / sizeof table[0]; i++)
-        if (table[i] == baud)
-            return true;
-    return false;
-}
-
 static int modbus_libmodbus_default(int64_t *dur_ns, int64_t preset_ns)
 {
     if (*dur_ns == 0)
@@ -164,7 +150,7 @@ static int modbus_libmodbus_default(int64_t *dur_ns, int64_t preset_ns)
 
 static int modbus_libmodbus_check(struct modbus_libmodbus *self)
 {
-    struct modbus_libmodbus_config *config = &self->config;
+    struct modbus_line_config *config = &self->config;
 
     if (modbus_libmodbus_default(&config->timeout_ns, TIMEOUT_NS) < 0 ||
         modbus_libmodbus_default(&config->drain_ns, 2 * config->timeout_ns) <
@@ -174,7 +160,7 @@ static int modbus_libmodbus_check(struct modbus_libmodbus *self)
     if (!modbus_libmodbus_is_rtu(self))
         return config->host[0] != '\0' && config->port != 0 ? MOTION_OK
                                                             : MOTION_E_ARG;
-    if (!modbus_libmodbus_is_baud(config->line.baud))
+    if (!modbus_line_is_baud(config->line.baud))
         return MOTION_E_ARG;
     return modbus_rtu_time_init(&self->time, &config->line);
 }
@@ -193,7 +179,7 @@ static int modbus_libmodbus_start(struct modbus_libmodbus *self)
 }
 
 int modbus_libmodbus_open(struct modbus_libmodbus *self,
-                          const struct modbus_libmodbus_config *config)
+                          const struct modbus_line_config *config)
 {
     int err;
 

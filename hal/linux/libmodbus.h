@@ -9,45 +9,14 @@
  * No answer is taken for another request's: every answer is checked in full
  * (unit, function, length, echo, CRC or transaction number), RTU is drained
  * after a failure (see hal/modbus/master.h), TCP is connected anew.  libmodbus
- * does none of this, and its own error recovery may block for ever: it is off.
- *
- * RS-485: `RS485_KERNEL` lets the driver of the device switch direction
- * (TIOCSRS485), which is exact; RS485_RTS_UP and _DOWN switch RTS from here,
- * with the operating system's delays; adapters that switch by themselves need
- * neither. */
+ * does none of this, and its own error recovery may block for ever: it is off. */
 #ifndef HAL_LINUX_LIBMODBUS_H
 #define HAL_LINUX_LIBMODBUS_H
 
 #include <pthread.h>
 #include <stdatomic.h>
 
-#include "hal/modbus/rtu.h"
-
-#define MODBUS_LIBMODBUS_TEXT_MAX 128
-
-enum modbus_libmodbus_rs485 {
-    RS485_AUTOMATIC,
-    RS485_KERNEL,
-    RS485_RTS_UP,   /* RTS high while sending */
-    RS485_RTS_DOWN, /* RTS low while sending */
-};
-
-struct modbus_libmodbus_config {
-    char device[MODBUS_LIBMODBUS_TEXT_MAX]; /* RTU; empty: TCP */
-    struct modbus_rtu_line line;
-    enum modbus_libmodbus_rs485 rs485;
-    int64_t rts_delay_ns; /* from switching the direction to the first
-                             character, and from the last one to switching back;
-                             0: one character's time, for the kernel what the
-                             driver has; whole us, for the kernel whole ms; at
-                             most 100 ms */
-    char host[MODBUS_LIBMODBUS_TEXT_MAX]; /* name or address */
-    uint16_t port;
-    int64_t timeout_ns;   /* end of request to whole answer, beyond its time on
-                           the wire; 1 ms .. 10 s; 0: 50 ms */
-    int64_t drain_ns;     /* as hal/modbus/master.h; 0: twice timeout_ns */
-    int64_t broadcast_ns; /* as hal/modbus/master.h; 0: 10 ms */
-};
+#include "hal/modbus/line.h"
 
 struct modbus_libmodbus_box {
     struct hal_modbus_request request;
@@ -59,7 +28,7 @@ struct _modbus;
 /* Visible so that it can be static; use the functions. */
 struct modbus_libmodbus {
     struct hal_modbus modbus;
-    struct modbus_libmodbus_config config;
+    struct modbus_line_config config;
     struct modbus_rtu_time time;
     /* Box n is n % HAL_MODBUS_MAILBOX; collected <= finished <= submitted <=
      * collected + HAL_MODBUS_MAILBOX. */
@@ -79,15 +48,11 @@ struct modbus_libmodbus {
     bool was_up;
 };
 
-/* Table of the baud rates that Linux has; libmodbus takes 9600 for any
- * other. */
-bool modbus_libmodbus_is_baud(uint32_t baud);
-
 /* Starts the thread, which connects by itself: whether it could is not waited
  * for.  MOTION_E_ARG for a value outside its range, MOTION_E_IO when no thread
  * could be started. */
 int modbus_libmodbus_open(struct modbus_libmodbus *self,
-                          const struct modbus_libmodbus_config *config);
+                          const struct modbus_line_config *config);
 /* Ends the thread, after at most one transaction. */
 void modbus_libmodbus_close(struct modbus_libmodbus *self);
 

@@ -9,7 +9,7 @@
 #define NS_PER_MS 1000000
 #define NS_PER_US 1000
 
-int modbus_rs485_look(int fd, enum modbus_libmodbus_rs485 rs485)
+int modbus_rs485_look(int fd, enum modbus_line_rs485 rs485)
 {
     struct serial_rs485 kernel;
     int lines;
@@ -49,7 +49,7 @@ static int rs485_by_rts(modbus_t *context, int mode, int64_t delay_ns)
 }
 
 int modbus_rs485_apply(modbus_t *context,
-                       const struct modbus_libmodbus_config *config)
+                       const struct modbus_line_config *config)
 {
     const int fd = modbus_get_socket(context);
     const int64_t delay_ns = config->rts_delay_ns;

@@ -10,10 +10,10 @@
 #include "hal/linux/libmodbus.h"
 
 /* Can the port `fd` do it?  0, or -1 with errno. */
-int modbus_rs485_look(int fd, enum modbus_libmodbus_rs485 rs485);
+int modbus_rs485_look(int fd, enum modbus_line_rs485 rs485);
 
 /* Set a connected port up for it.  0, or -1 with errno. */
 int modbus_rs485_apply(struct _modbus *context,
-                       const struct modbus_libmodbus_config *config);
+                       const struct modbus_line_config *config);
 
 #endif

@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "hal/can/bits.h"
 #include "sim/util.h"
 
 /* CRC delimiter, ACK slot, ACK delimiter, end of frame: not stuffed. */
@@ -68,7 +69,7 @@ static bool sim_can_port_is_on(const struct sim_can_port *port)
 
 static struct sim_can_instant sim_can_after_bits(const struct sim_can_bus *bus,
                                                  struct sim_can_instant from,
-                                                 struct sim_can_bits bits)
+                                                 struct can_bits bits)
 {
     const unsigned factor = bus->fd_factor > 0 ? bus->fd_factor : 1;
     /* < 2^10 bits x 1e9 + 1e6 < 2^41; every factor divides 1e9 */
@@ -91,7 +92,7 @@ static void sim_can_bus_wake(struct sim_can_bus *bus)
         bus->start = (struct sim_can_instant){ .ns = bus->world->now_ns };
     bus->phase = SIM_CAN_STARTING;
     bus->due_ns =
-        sim_can_after_bits(bus, bus->start, (struct sim_can_bits){ 1, 0 }).ns;
+        sim_can_after_bits(bus, bus->start, (struct can_bits){ 1, 0 }).ns;
 }
 
 static struct sim_can_port *sim_can_bus_winner(struct sim_can_bus *bus)
@@ -127,7 +128,7 @@ static bool sim_can_bus_acknowledges(const struct sim_can_bus *bus,
 static void sim_can_bus_arbitrate(struct sim_can_bus *bus)
 {
     struct sim_can_port *sender = sim_can_bus_winner(bus);
-    struct sim_can_bits bits, gap = { SIM_CAN_INTERMISSION_BITS, 0 };
+    struct can_bits bits, gap = { SIM_CAN_INTERMISSION_BITS, 0 };
 
     if (!sender) { /* pulled off within the first bit */
         bus->phase = SIM_CAN_IDLE;
@@ -137,7 +138,7 @@ static void sim_can_bus_arbitrate(struct sim_can_bus *bus)
     bus->sender = sender;
     bus->unacknowledged = !sim_can_bus_acknowledges(bus, sender);
     bus->destroyed = bus->unacknowledged || sender->destroy > 0;
-    bits = sim_can_frame_bits(sim_can_queue_head(&sender->tx));
+    bits = can_bits_of(sim_can_queue_head(&sender->tx));
     bits.slow -= SIM_CAN_INTERMISSION_BITS;
     if (bus->destroyed)
         bits.slow += SIM_CAN_ERROR_TAIL_BITS - SIM_CAN_TAIL_BITS;

@@ -35,13 +35,6 @@
 #define SIM_CAN_BIT_RATE_MIN 10000
 #define SIM_CAN_BIT_RATE_MAX 1000000
 
-/* Bits of a frame on the wire, stuffing and the 3 bits of intermission
- * included: those of the bus's bit rate, and those of an FD frame's data. */
-struct sim_can_bits {
-    unsigned slow, fast;
-};
-struct sim_can_bits sim_can_frame_bits(const struct hal_can_frame *frame);
-
 /* An instant on the wire: ns and a part of one, in units of 1 / bit_rate, so
  * that no rounding adds up at rates whose bit time is not whole. */
 struct sim_can_instant {

@@ -80,7 +80,7 @@ static void pass_real(struct conform_modbus *conform)
                                hal_clock_now_ns(&rig.clock.clock) + MS);
 }
 
-static void libmodbus_begin(const struct modbus_libmodbus_config *config)
+static void libmodbus_begin(const struct modbus_line_config *config)
 {
     assert_int_equal(modbus_host_start(&rig.host), 0);
     assert_int_equal(modbus_libmodbus_open(&rig.libmodbus, config), 0);
@@ -102,9 +102,9 @@ static void host_begin(void)
 
 static int pty_begin(void **state)
 {
-    struct modbus_libmodbus_config config = { .line = line,
-                                              .timeout_ns = TIMEOUT_NS,
-                                              .drain_ns = DRAIN_NS };
+    struct modbus_line_config config = { .line = line,
+                                         .timeout_ns = TIMEOUT_NS,
+                                         .drain_ns = DRAIN_NS };
 
     (void)state;
     host_begin();
@@ -117,9 +117,9 @@ static int pty_begin(void **state)
 
 static int tcp_begin(void **state)
 {
-    struct modbus_libmodbus_config config = { .host = "127.0.0.1",
-                                              .timeout_ns = TIMEOUT_NS,
-                                              .drain_ns = DRAIN_NS };
+    struct modbus_line_config config = { .host = "127.0.0.1",
+                                         .timeout_ns = TIMEOUT_NS,
+                                         .drain_ns = DRAIN_NS };
 
     (void)state;
     host_begin();

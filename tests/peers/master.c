@@ -102,7 +102,7 @@ static void every_function(void)
 
 int main(int argc, char *argv[])
 {
-    struct modbus_libmodbus_config config = {
+    struct modbus_line_config config = {
         .line = { .baud = 115200,
                   .parity = MODBUS_PARITY_NONE,
                   .stop_bits = 1 },

@@ -7,8 +7,8 @@
 
 #include "firmware/host/base/number.h"
 #include "firmware/host/rig/modbus_budget.h"
+#include "hal/can/bits.h"
 #include "motion/core/fixed.h"
-#include "sim/bus/can.h"
 
 /* Of a move that lasts longer, so many instants are looked at. */
 #define BUDGET_SAMPLES 4000
@@ -37,7 +37,7 @@ static unsigned budget_bits(uint32_t id, const uint8_t *data, unsigned bytes)
 {
     struct hal_can_frame frame = { .id = id, .len = (uint8_t)bytes };
     memcpy(frame.data, data, bytes);
-    return sim_can_frame_bits(&frame).slow;
+    return can_bits_of(&frame).slow;
 }
 
 static void budget_add(struct budget *budget, const char *what,

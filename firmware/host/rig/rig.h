@@ -20,7 +20,7 @@
 #include "hal/drive/cia402/drive.h"
 #include "hal/drive/modbus/drive.h"
 #include "hal/gpio.h"
-#include "hal/linux/libmodbus.h"
+#include "hal/modbus/line.h"
 #include "hal/modbus/map.h"
 #include "motion/plan/move.h"
 
@@ -51,7 +51,7 @@ struct rig_bus {
                                           bit_rate; 0: no FD */
     uint8_t node_id;      /* our own, 1..127; no drive has it; CANopen */
     uint8_t sync_counter; /* SYNC counts 1 .. this, 2..240; 0: it does not */
-    struct modbus_libmodbus_config modbus; /* Modbus: the line */
+    struct modbus_line_config modbus; /* Modbus: the line */
     struct plan_place place;
 };
 

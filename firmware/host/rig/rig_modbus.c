@@ -11,7 +11,7 @@ static int rig_read_device(void *reader, const struct yaml_value *value,
                            void *out)
 {
     (void)reader;
-    return yaml_value_copy(value, out, MODBUS_LIBMODBUS_TEXT_MAX);
+    return yaml_value_copy(value, out, MODBUS_LINE_TEXT_MAX);
 }
 
 static int rig_read_baud(void *reader, const struct yaml_value *value,
@@ -22,8 +22,7 @@ static int rig_read_baud(void *reader, const struct yaml_value *value,
 
     if (rig_read_quantity(reader, value, UNITS_BIT_RATE, &baud) < 0)
         return -1;
-    if (baud <= 0 || baud > UINT32_MAX ||
-        !modbus_libmodbus_is_baud((uint32_t)baud))
+    if (baud <= 0 || baud > UINT32_MAX || !modbus_line_is_baud((uint32_t)baud))
         return yaml_value_refuse(value, "%s is not a baud rate",
                                  yaml_value_quote(quote, value));
     *(uint32_t *)out = (uint32_t)baud;
@@ -76,7 +75,7 @@ static int rig_read_rs485(void *reader, const struct yaml_value *value,
     (void)reader;
     if (yaml_value_choice(value, words, 4, &index) < 0)
         return -1;
-    *(enum modbus_libmodbus_rs485 *)out = (enum modbus_libmodbus_rs485)index;
+    *(enum modbus_line_rs485 *)out = (enum modbus_line_rs485)index;
     return 0;
 }
 
@@ -132,7 +131,7 @@ const struct yaml_shape rig_modbus_bus_shape = {
 static int rig_judge_rtu(const struct yaml_value *value,
                          const struct rig_bus *bus)
 {
-    const struct modbus_libmodbus_config *modbus = &bus->modbus;
+    const struct modbus_line_config *modbus = &bus->modbus;
 
     if (modbus->host[0] != '\0' || modbus->port != 0)
         return yaml_value_refuse(value, "is a serial line, which has neither "
@@ -151,7 +150,7 @@ static int rig_judge_rtu(const struct yaml_value *value,
 
 static int rig_judge_tcp(const struct yaml_value *value, struct rig_bus *bus)
 {
-    struct modbus_libmodbus_config *modbus = &bus->modbus;
+    struct modbus_line_config *modbus = &bus->modbus;
 
     if (modbus->device[0] != '\0' || modbus->line.baud != 0 ||
         modbus->line.gap_ns != 0 || modbus->rs485 != RS485_AUTOMATIC ||

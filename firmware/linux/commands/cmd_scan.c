@@ -57,7 +57,7 @@ static enum status cmd_scan_bauds(const char *text,
         const unsigned long baud = strtoul(text, &end, 10);
 
         if (end == text || baud > UINT32_MAX ||
-            !modbus_libmodbus_is_baud((uint32_t)baud))
+            !modbus_line_is_baud((uint32_t)baud))
             break;
         lines->baud[lines->bauds++] = (uint32_t)baud;
         if (*end == '\0')

@@ -20,7 +20,7 @@
 static int machine_modbus_rs485(const struct rig_bus *bus,
                                 char message[YAML_MESSAGE_MAX])
 {
-    const struct modbus_libmodbus_config *config = &bus->modbus;
+    const struct modbus_line_config *config = &bus->modbus;
     const int fd = open(config->device, O_RDWR | O_NOCTTY | O_NONBLOCK);
     const int err = fd < 0 ? -1 : modbus_rs485_look(fd, config->rs485);
     const char *why = strerror(errno);
@@ -139,7 +139,7 @@ static int machine_modbus_look(const struct rig_bus *bus,
 
 static int machine_modbus_device(struct machine_modbus *modbus,
                                  const struct rig *rig, unsigned i,
-                                 struct modbus_libmodbus_config *config,
+                                 struct modbus_line_config *config,
                                  char message[YAML_MESSAGE_MAX])
 {
     struct modbus_host *host = &modbus->device[i].host;
@@ -160,7 +160,7 @@ static int machine_modbus_bus(struct machine_modbus *modbus,
                               const struct rig *rig, unsigned i, bool simulated,
                               char message[YAML_MESSAGE_MAX])
 {
-    struct modbus_libmodbus_config config = rig->bus[i].modbus;
+    struct modbus_line_config config = rig->bus[i].modbus;
     int err;
 
     config.line = modbus_budget_line(rig, i);

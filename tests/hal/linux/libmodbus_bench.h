@@ -71,7 +71,7 @@ static inline void libmodbus_bench_device(struct libmodbus_bench *bench,
 
 /* The device behind a pseudo-terminal, and libmodbus on that. */
 static inline void libmodbus_bench_pty(struct libmodbus_bench *bench,
-                                       struct modbus_libmodbus_config config,
+                                       struct modbus_line_config config,
                                        int64_t response_ns)
 {
     libmodbus_bench_device(bench, &config.line, response_ns);

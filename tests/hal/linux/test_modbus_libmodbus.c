@@ -29,9 +29,9 @@ static struct libmodbus_bench bench;
 
 static void pty_begin(void)
 {
-    const struct modbus_libmodbus_config config = { .line = line,
-                                                    .timeout_ns = TIMEOUT_NS,
-                                                    .drain_ns = DRAIN_NS };
+    const struct modbus_line_config config = { .line = line,
+                                               .timeout_ns = TIMEOUT_NS,
+                                               .drain_ns = DRAIN_NS };
 
     libmodbus_bench_pty(&bench, config, RESPONSE_NS);
 }
@@ -149,8 +149,8 @@ static void the_tick_is_never_blocked(void **state)
 /* The server hangs up; the driver connects anew and goes on. */
 static void a_server_that_went_away_is_found_again(void **state)
 {
-    struct modbus_libmodbus_config config = { .host = "127.0.0.1",
-                                              .timeout_ns = 2000 * MS };
+    struct modbus_line_config config = { .host = "127.0.0.1",
+                                         .timeout_ns = 2000 * MS };
     struct hal_modbus_stats stats;
     unsigned tries = 0;
 
@@ -180,9 +180,9 @@ static void a_server_that_went_away_is_found_again(void **state)
 
 static void what_cannot_be_opened_says_so(void **state)
 {
-    struct modbus_libmodbus_config config = { .device = "/dev/null/none",
-                                              .line = line };
-    struct modbus_libmodbus_config bad = config;
+    struct modbus_line_config config = { .device = "/dev/null/none",
+                                         .line = line };
+    struct modbus_line_config bad = config;
 
     (void)state;
     libmodbus_bench_clear(&bench);

@@ -96,13 +96,13 @@ static const struct modbus_rtu_line line = { .baud = 19200,
 
 static struct libmodbus_bench bench;
 
-static void begin(bool with_lines, enum modbus_libmodbus_rs485 rs485,
+static void begin(bool with_lines, enum modbus_line_rs485 rs485,
                   int64_t delay_ns)
 {
-    const struct modbus_libmodbus_config config = { .line = line,
-                                                    .timeout_ns = 2000 * MS,
-                                                    .rs485 = rs485,
-                                                    .rts_delay_ns = delay_ns };
+    const struct modbus_line_config config = { .line = line,
+                                               .timeout_ns = 2000 * MS,
+                                               .rs485 = rs485,
+                                               .rts_delay_ns = delay_ns };
 
     (void)clock_linux_init(&clock_now);
     atomic_store(&events, 0);
@@ -152,7 +152,7 @@ static unsigned own_events(struct event own[])
 static void rts_goes_around_every_frame(void **state)
 {
     static const struct {
-        enum modbus_libmodbus_rs485 rs485;
+        enum modbus_line_rs485 rs485;
         enum happened sends, listens;
     } rows[] = { { RS485_RTS_UP, RTS_HIGH, RTS_LOW },
                  { RS485_RTS_DOWN, RTS_LOW, RTS_HIGH } };
@@ -215,8 +215,8 @@ static void automatic_touches_no_line(void **state)
 static void a_port_without_lines_is_not_used(void **state)
 {
     (void)state;
-    for (enum modbus_libmodbus_rs485 rs485 = RS485_KERNEL;
-         rs485 <= RS485_RTS_DOWN; rs485++) {
+    for (enum modbus_line_rs485 rs485 = RS485_KERNEL; rs485 <= RS485_RTS_DOWN;
+         rs485++) {
         begin(false, rs485, 0);
         assert_int_equal(read_at(7).err, MOTION_E_IO);
         assert_int_equal(hal_modbus_is_up(&bench.libmodbus.modbus), 0);

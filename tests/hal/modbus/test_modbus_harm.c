@@ -283,8 +283,7 @@ static void *device_run(void *context)
     return NULL;
 }
 
-static void open_terminal(struct line *self,
-                          struct modbus_libmodbus_config *config)
+static void open_terminal(struct line *self, struct modbus_line_config *config)
 {
     self->fd = posix_openpt(O_RDWR | O_NOCTTY);
     assert_true(self->fd >= 0 && grantpt(self->fd) == 0 &&
@@ -295,8 +294,7 @@ static void open_terminal(struct line *self,
                                              .stop_bits = 1 };
 }
 
-static void open_socket(struct line *self,
-                        struct modbus_libmodbus_config *config)
+static void open_socket(struct line *self, struct modbus_line_config *config)
 {
     struct sockaddr_in at = { .sin_family = AF_INET,
                               .sin_addr.s_addr = htonl(INADDR_LOOPBACK) };
@@ -313,8 +311,8 @@ static void open_socket(struct line *self,
 
 static void open_line(struct line *self, unsigned number, bool tcp)
 {
-    struct modbus_libmodbus_config config = { .timeout_ns = TIMEOUT_NS,
-                                              .drain_ns = DRAIN_NS };
+    struct modbus_line_config config = { .timeout_ns = TIMEOUT_NS,
+                                         .drain_ns = DRAIN_NS };
 
     memset(self, 0, sizeof *self);
     self->tcp = tcp;

@@ -5,10 +5,10 @@
  * stuff bits. */
 #include "firmware/host/kind/turn/budget.h"
 
+#include "hal/can/bits.h"
 #include "hal/support/float32.h"
 #include "motion/core/fixed.h"
 #include "motion/core/track.h"
-#include "sim/bus/can.h"
 
 #define NS_PER_S 1e9
 
@@ -60,7 +60,7 @@ void turn_put_estimates(uint8_t at[8], const struct drive_turns_point *point)
 double turn_frame_bits(const struct rig_bus *bus,
                        const struct hal_can_frame *frame)
 {
-    const struct sim_can_bits bits = sim_can_frame_bits(frame);
+    const struct can_bits bits = can_bits_of(frame);
 
     return bus->data_bit_rate == 0
                ? bits.slow

@@ -42,9 +42,8 @@ static bool drive_parity(const char *word, enum modbus_parity *parity)
 enum status drive_line(const struct options *options, struct bench_line *line)
 {
     *line = (struct bench_line){ .timeout_ns = options->timeout_ns };
-    if (options->baud > 0 &&
-        (options->baud > UINT32_MAX ||
-         !modbus_libmodbus_is_baud((uint32_t)options->baud)))
+    if (options->baud > 0 && (options->baud > UINT32_MAX ||
+                              !modbus_line_is_baud((uint32_t)options->baud)))
         return drive_complain("--baud: not a baud rate, expected one "
                               "such as 9600 or 115200");
     line->baud = (uint32_t)options->baud;

@@ -136,7 +136,7 @@ static void *device_run(void *context)
 
 static void open_tcp(struct line *self)
 {
-    struct modbus_libmodbus_config config = { .timeout_ns = TIMEOUT_NS };
+    struct modbus_line_config config = { .timeout_ns = TIMEOUT_NS };
     struct sockaddr_in at = { .sin_family = AF_INET };
     socklen_t size = sizeof at;
 
@@ -162,8 +162,8 @@ static void open_terminal(struct line *self)
     const struct modbus_rtu_line rtu = { .baud = 115200,
                                          .parity = MODBUS_PARITY_NONE,
                                          .stop_bits = 1 };
-    struct modbus_libmodbus_config config = { .timeout_ns = TIMEOUT_NS,
-                                              .line = rtu };
+    struct modbus_line_config config = { .timeout_ns = TIMEOUT_NS,
+                                         .line = rtu };
 
     assert_int_equal(sim_modbus_line_init(&bench->wire, &bench->world, &rtu),
                      0);

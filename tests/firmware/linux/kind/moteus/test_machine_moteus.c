@@ -5,6 +5,7 @@
 
 #include "firmware/host/move/budget.h"
 #include "firmware/linux/base/disk.h"
+#include "hal/can/bits.h"
 #include "motion/core/fixed.h"
 #include "tests/firmware/linux/machine/machine_bench.h"
 
@@ -134,16 +135,16 @@ static void no_frame_is_longer_than_its_budget(void **state)
                                        .fd = true,
                                        .switched = true,
                                        .len = 32 };
-        struct sim_can_bits bits;
+        struct can_bits bits;
 
         for (unsigned k = 0; k < order.len; k++)
             order.data[k] = (i & 1) != 0 ? 0 : (uint8_t)draw();
-        bits = sim_can_frame_bits(&order);
+        bits = can_bits_of(&order);
         assert_true(bits.slow + bits.fast / 5.0 <= frame[0].bits);
         order.id = 0x0100;
         order.extended = false;
         order.len = 24;
-        bits = sim_can_frame_bits(&order);
+        bits = can_bits_of(&order);
         assert_true(bits.slow + bits.fast / 5.0 <= frame[1].bits);
     }
 }
