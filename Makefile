@@ -236,6 +236,29 @@ rt:
 rt-objects: export CCACHE_DISABLE := 1
 rt-objects: $(RT)
 
+# What runs in a browser: motion and host, and what these call of hal and
+# firmware/control.  Plots are drawn by cairo.  clang finds the C library's
+# headers; those of /usr/include are not this machine's.
+WASM_SRC := $(LIBRARY) $(filter-out firmware/host/plot/%,\
+              $(call sources,firmware/host))
+WASM     := $(WASM_SRC:%.c=build/wasm/%.o)
+WASM_CC   = clang --target=wasm32-wasi -nostdlibinc -isystem \
+            /usr/include/wasm32-wasi -isystem build/wasm/include
+.PHONY: wasm-objects
+## motion/ and firmware/host for a browser; prove that they open and print nothing
+wasm-objects:
+	@mkdir -p build/wasm/include
+	@for library in yaml-0.1:yaml.h libcjson:cjson; do \
+	    ln -sfn "$$(pkg-config --variable=includedir $${library%:*})/$${library#*:}" \
+	        build/wasm/include/ || exit 1; done
+	@$(MAKE) --no-print-directory $(ALL_CPUS) $(WASM)
+	@tests/proofs/wasm.sh $(WASM)
+build/wasm/%.o: %.c Makefile
+	$(call say,wasm,$<)
+	@mkdir -p $(@D)
+	$(Q)$(WASM_CC) $(STD) $(WARN) -O2 -ffp-contract=off -I. -MMD -MP -c $< \
+	    -o $@
+
 .PHONY: cover
 ## line coverage of the tests, room by room
 cover:

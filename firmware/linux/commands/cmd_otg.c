@@ -10,12 +10,12 @@
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/quote.h"
-#include "firmware/host/exchange/otg_lines.h"
 #include "firmware/host/plot/plot_page.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/otg_answer.h"
+#include "firmware/linux/commands/otg_lines.h"
 
 #define CMD_OTG_NO_ROW   (-1)
 #define CMD_OTG_LEGS_MAX 10000

@@ -4,8 +4,8 @@
 
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
+#include "firmware/host/move/compare.h"
 #include "firmware/host/move/job.h"
-#include "firmware/host/plot/compare.h"
 #include "firmware/host/recording/telemetry.h"
 #include "firmware/host/recording/trace.h"
 #include "firmware/linux/base/disk.h"

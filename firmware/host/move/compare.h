@@ -1,4 +1,4 @@
-/* firmware/host/plot/compare.h - the same keys under several curves.
+/* firmware/host/move/compare.h - the same keys under several curves.
  *
  * A job whose axes are one axis of the move again and again, each with another
  * kind of curve: what draws a job then draws the comparison. */

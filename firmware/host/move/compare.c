@@ -1,5 +1,5 @@
-/* firmware/host/plot/compare.c - see compare.h. */
-#include "firmware/host/plot/compare.h"
+/* firmware/host/move/compare.c - see compare.h. */
+#include "firmware/host/move/compare.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-/* tests/firmware/host/plot/test_compare.c - the same keys under several curves,
+/* tests/firmware/host/move/test_compare.c - the same keys under several curves,
  * and the gallery. */
 #define _XOPEN_SOURCE 700 /* mkdtemp */
 #include <stdio.h>
@@ -7,7 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "firmware/host/plot/compare.h"
+#include "firmware/host/move/compare.h"
 #include "firmware/linux/commands/command.h"
 #include "motion/core/err.h"
 #include "tests/support/check.h"

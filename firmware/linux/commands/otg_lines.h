@@ -1,6 +1,6 @@
-/* firmware/host/exchange/otg_lines.h - the lines of a table. */
-#ifndef FIRMWARE_HOST_EXCHANGE_OTG_LINES_H
-#define FIRMWARE_HOST_EXCHANGE_OTG_LINES_H
+/* firmware/linux/commands/otg_lines.h - the lines of a table. */
+#ifndef FIRMWARE_LINUX_COMMANDS_OTG_LINES_H
+#define FIRMWARE_LINUX_COMMANDS_OTG_LINES_H
 
 #include <stdbool.h>
 #include <stdio.h>

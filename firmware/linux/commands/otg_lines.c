@@ -1,5 +1,5 @@
-/* firmware/host/exchange/otg_lines.c - see otg_lines.h. */
-#include "firmware/host/exchange/otg_lines.h"
+/* firmware/linux/commands/otg_lines.c - see otg_lines.h. */
+#include "firmware/linux/commands/otg_lines.h"
 
 #include <string.h>
 
