@@ -142,6 +142,6 @@ peers-curves: $(VECTORS) $(PEERS)/installed
 
 .PHONY: bake-bounds
 ## what baking promises against what is seen, at a million times each
-bake-bounds: $(call named,bake_bounds) $(call named,speed)
+bake-bounds: $(call named,bake_bounds) $(call named,speed_law)
 	@SLEW_SAMPLES=1000000 $<
-	@$(call named,speed)
+	@$(call named,speed_law)

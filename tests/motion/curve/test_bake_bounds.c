@@ -1,6 +1,6 @@
 /* tests/motion/curve/test_bake_bounds.c - what baking promises holds, and is no
  * more than ten times what is seen: easing equations, time warps and
- * cross-fades (speed laws along a curve: test_speed.c).  Each is compared at
+ * cross-fades (speed laws along a curve: test_speed_law.c).  Each is compared at
  * random times with its definition, computed in motion/number/real.h or long
  * double; SLEW_SAMPLES says at how many (`make bake-bounds`: a million). */
 #include <inttypes.h>

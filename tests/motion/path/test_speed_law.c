@@ -1,4 +1,4 @@
-/* tests/motion/path/test_speed.c - speed laws, joined, and driven along a
+/* tests/motion/path/test_speed_law.c - speed laws, joined, and driven along a
  * curve: judged at a million random times per law by closed forms in long
  * double.
  *
