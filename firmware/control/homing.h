@@ -70,7 +70,7 @@ struct homing_config {
 #define HOMING_ERROR_LIST(X)                                                   \
     X(HOMING_OK, "homed")                                                      \
     X(HOMING_NOT_FOUND, "the switch was not met within the search distance")   \
-    X(HOMING_STUCK, "the switch did not let go within the search distance")    \
+    X(HOMING_STUCK, "the switch was not released within the search distance")  \
     X(HOMING_OVERRUN,                                                          \
       "the switch was overrun while braking, and not met on the way back")     \
     X(HOMING_WRONG_LIMIT, "a limit switch came that was not expected")         \
@@ -103,7 +103,7 @@ const char *homing_error_text(enum homing_error error);
       "it did not come to rest at the limit switch")                           \
     X(HOMING_RETURN, "searching backwards",                                    \
       "the switch was not met yet on the way back from the limit switch")      \
-    X(HOMING_LEAVE, "leaving the switch", "the switch did not let go yet")     \
+    X(HOMING_LEAVE, "leaving the switch", "the switch was not released yet")   \
     X(HOMING_TURN, "turning", "it did not come to rest beside the switch")     \
     X(HOMING_APPROACH, "approaching slowly",                                   \
       "the switch was not met again yet at the slow speed")                    \

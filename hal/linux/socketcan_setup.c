@@ -85,8 +85,9 @@ static int setup_check(const struct can_socketcan_config *config,
     if (err == MOTION_E_EMPTY || err == MOTION_E_ARG)
         return setup_fail(message, err, "there is no interface %s", name);
     if (err < 0)
-        return setup_fail(message, err,
-                          "the kernel does not tell about interface %s", name);
+        return setup_fail(
+            message, err,
+            "the kernel does not report the state of interface %s", name);
     if (!link->is_can)
         return setup_fail(message, MOTION_E_ARG,
                           "interface %s is not a CAN interface", name);

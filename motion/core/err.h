@@ -10,7 +10,7 @@
 #define MOTION_ERR_LIST(X)                                                     \
     X(MOTION_E_RANGE, -1, "a value does not fit the range of its format")      \
     X(MOTION_E_ARG, -2, "an argument is not one of the allowed ones")          \
-    X(MOTION_E_FULL, -3, "the room given for the answer is full")              \
+    X(MOTION_E_FULL, -3, "the buffer for the answer is full")                  \
     X(MOTION_E_ORDER, -4, "times do not increase")                             \
     X(MOTION_E_LIMIT, -5, "a limit would be broken")                           \
     X(MOTION_E_STATE, -6, "not possible in the present state")                 \

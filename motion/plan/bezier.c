@@ -400,9 +400,10 @@ static int bezier_fail(const struct move *move, int code, uint32_t key)
         return bezier_fail_limit(move, key);
     if (code == MOTION_E_FULL)
         return bezier_fail_full(move);
-    return move_fail_key(move, code, key,
-                         "the way beside it is beyond the range of position, "
-                         "velocity, acceleration or time");
+    return move_fail_key(
+        move, code, key,
+        "the displacement beside it is beyond the range of position, "
+        "velocity, acceleration or time");
 }
 
 /* All or nothing, so room is made and it is tried again. */

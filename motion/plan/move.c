@@ -721,11 +721,12 @@ static void move_trim(struct motion_track *track)
 
 static int move_fail_span(const struct move *move, int code, uint32_t span)
 {
-    return move_fail_key(move, code, span + 1,
-                         "the way from key %u at %.9g s is beyond the range of "
-                         "position, velocity or acceleration",
-                         (unsigned)move_number(move, span) + 1,
-                         move_seconds(move->key[span].t_ns_q12));
+    return move_fail_key(
+        move, code, span + 1,
+        "the displacement from key %u at %.9g s is beyond the range of "
+        "position, velocity or acceleration",
+        (unsigned)move_number(move, span) + 1,
+        move_seconds(move->key[span].t_ns_q12));
 }
 
 static int move_append_rest(const struct move *move, const struct move_run *run)

@@ -309,7 +309,7 @@ static int camera_refuse_jump(const struct camera *self)
         "the path %s",
         camera_s(t), camera_axis_word[worst], most,
         camera->look == PLAN_LOOK_FRENET && self->view.space->smooth > 0
-            ? "bends another way from one point on: look along it "
+            ? "bends in another direction from one point on: look along it "
               "rotation-minimising or level, or give it another curve, such "
               "as c2"
             : "has a corner: give it another curve, such as rounded or c2");
@@ -407,7 +407,7 @@ static int camera_refuse(const struct camera *self, int err)
         return plan_error_set(
             self->error, err, self->camera->place,
             "the camera takes too much work to plan: it came to %.3f s in the "
-            "%u looks along its path that it has, so give it a larger "
+            "%u evaluations that it may take, so give it a larger "
             "tolerance than %.3g deg or a simpler path",
             camera_s(self->last.t_ns_q12),
             CAMERA_LOOKS + CAMERA_BORDER_LOOKS * self->borders,

@@ -42,11 +42,12 @@ static int path_refuse(const struct plan_path *path, int code,
                               "the path turns on the spot where the speed law "
                               "does not rest");
     if (code == MOTION_E_WORK)
-        return plan_error_set(error, code, path->place,
-                              "the path takes too much work to plan: more than "
-                              "%u looks and %u for every point: give it a "
-                              "larger tolerance, or a curve that bends less",
-                              PATH_LOOKS, PATH_BORDER_LOOKS);
+        return plan_error_set(
+            error, code, path->place,
+            "the path takes too much work to plan: more than "
+            "%u evaluations and %u for every point: give it a "
+            "larger tolerance, or a curve that bends less",
+            PATH_LOOKS, PATH_BORDER_LOOKS);
     return plan_error_set(error, code, path->place,
                           "the path cannot be driven like this (%s)",
                           motion_err_text(code));

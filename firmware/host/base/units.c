@@ -449,7 +449,7 @@ static int units_read_number(struct units_text *self,
     units_read_exponent(self, number);
     if (*self->at == ',' && units_is_digit(self->at[1]))
         return units_refuse(self, "has a comma in the number (a decimal point "
-                                  "is wanted)");
+                                  "is expected)");
     units_skip_blanks(self);
     return 0;
 }

@@ -12,7 +12,7 @@ const struct eds_need eds_needs[] = {
     { 0x1000, 0, NEED_READ, ALWAYS, "is it a drive" },
     { 0x1016, 1, RW, EDS_CONSUMER, "it stops when we are silent" },
     { 0x1017, 0, RW, EDS_HEARTBEAT, "its heartbeat" },
-    { 0x100C, 0, RW, EDS_GUARDING, "how often it is asked for its state" },
+    { 0x100C, 0, RW, EDS_GUARDING, "its guard time" },
     { 0x100D, 0, RW, EDS_GUARDING, "how many times it is not, at most" },
     { 0x1019, 0, RW, EDS_COUNTER, "SYNC's counter" },
     { 0x1400, 1, RW, ALWAYS, "set points in a PDO" },

@@ -97,7 +97,7 @@ int map_read_status(void *reader, const struct yaml_value *value, void *out)
     for (unsigned i = 0; i < MODBUS_STATUS_COUNT; i++)
         if (!map_is_polled(map, &map->status[i]))
             return yaml_value_refuse(value,
-                                     "%s looks at an item without poll: "
+                                     "%s uses an item without poll: "
                                      "fast",
                                      map_statuses[i]);
     return 0;

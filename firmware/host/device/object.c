@@ -282,7 +282,9 @@ int object_judge(const struct object *object, int64_t value,
         return object_fail(message, "%s is not a number of 32 bits or fewer",
                            number);
     if (object->in_eds && !object->writable)
-        return object_fail(message, "%s cannot be written, says the data sheet",
+        return object_fail(message,
+                           "%s cannot be written: it is read-only in the "
+                           "data sheet",
                            number);
     object_type_range(object->type, &min, &max);
     if (object->has_low && object->low > min)

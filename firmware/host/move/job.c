@@ -187,7 +187,8 @@ static enum status job_take_axis(struct job *job, unsigned i)
     }
     if (job->rig.axis[found].point_to_point) {
         snprintf(what, sizeof what,
-                 "moves axis %s, whose drive goes from key to key by itself, "
+                 "moves axis %s, whose drive goes from key to key by its own "
+                 "profile, "
                  "expected the move file, which has keys",
                  axis->name);
         return job_fail(job, what);
@@ -513,8 +514,9 @@ static void job_print_advice(const struct job *job, FILE *file)
     if (job_turns_in_steps(job))
         fputs("A head that looks along the path turns as the path bends, and "
               "where its curvature\nsteps so does the head's speed, however "
-              "slow the move is.  Without a step are\nthe curves c2, quintic, "
-              "b-spline and smoothed, and look: {ahead: ...}.\n",
+              "slow the move is.  The curves c2,\nquintic, b-spline and "
+              "smoothed, and "
+              "look: {ahead: ...}, have no such step.\n",
               file);
 }
 

@@ -40,7 +40,7 @@ enum status job_goals_ask(struct job *job)
             messages_add(
                 &job->messages, MESSAGE_ERROR,
                 "%s:%u:%u: axis %s is moved by %s, expected keys alone: "
-                "its drive goes from key to key by itself",
+                "its drive goes from key to key by its own profile",
                 job->move_path, axis->place.line, axis->place.column,
                 axis->name, other);
             return STATUS_INPUT;

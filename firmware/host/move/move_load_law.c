@@ -247,7 +247,7 @@ static int move_read_drawn(void *reader, const struct yaml_value *value,
 }
 
 static const struct yaml_field move_part_fields[] = {
-    { "law", YAML_REQUIRED, "a law of speed", move_read_law, 0 },
+    { "law", YAML_REQUIRED, "a kind of speed law", move_read_law, 0 },
     { "shape", YAML_OPTIONAL, "linear, sine, cubic or s-curve, with ramp",
       move_read_shape, offsetof(struct plan_part, shape) },
     { "time", YAML_OPTIONAL, "how long the part takes, above zero",

@@ -126,8 +126,8 @@ int move_read_points(struct move_reader *reader, const struct yaml_value *value,
             return -1;
         if (points->closed && points->count == count - 1 &&
             move_is_same(point, points->point))
-            return yaml_value_refuse(&item, "is the first one again, which "
-                                            "closed goes back to by itself");
+            return yaml_value_refuse(&item, "repeats the first one, to which "
+                                            "a closed path returns by itself");
         item.node = yaml_value_node(&item)->next;
     }
     return 0;
@@ -250,8 +250,9 @@ static const struct yaml_field move_path_fields[] = {
       move_read_path_points, offsetof(struct plan_path, points) },
     { "tolerance", YAML_OPTIONAL, "a distance above zero", move_read_tolerance,
       offsetof(struct plan_path, tolerance_q32) },
-    { "speed", YAML_REQUIRED, "a law, or a list of 1 .. 64 of them",
-      move_read_speed, 0 },
+    { "speed", YAML_REQUIRED,
+      "a part of a speed law, or a list of 1 .. 64 of them", move_read_speed,
+      0 },
 };
 const struct yaml_shape move_path_shape = { "path", move_path_fields,
                                             ARRAY_LEN(move_path_fields) };

@@ -95,7 +95,7 @@ const struct command cmd_off = {
     .text =
         "Stops and switches off every drive of the rig, whatever left it on,\n"
         "and says of each whether it has confirmed that.  Nothing is enabled,\n"
-        "and nobody is asked.  The other buses do not wait for one that "
+        "without a question.  The other buses do not wait for one that "
         "cannot\n"
         "be opened.  Status 1 when a drive has not confirmed that it is off:\n"
         "then use the e-stop.\n\n"

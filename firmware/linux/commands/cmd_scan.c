@@ -345,7 +345,8 @@ const struct command cmd_scan = {
     .arguments = "RIG | DIRECTORY | CAN | SERIAL PORT | HOST:PORT",
     .summary = "who is on this bus",
     .text =
-        "CAN: listens for heartbeats, then asks every node who it is, and "
+        "CAN: listens for heartbeats, then reads the identity of every node, "
+        "and "
         "looks\n"
         "for a device that has no node number yet.  While another master is "
         "on\n"
@@ -357,7 +358,7 @@ const struct command cmd_scan = {
         "costs its time-out and a silence: some 15 s for all at one setting.\n"
         "\n"
         "A rig's buses are simulated unless --real is given.  Only reads are\n"
-        "sent, nothing moves.  The status is 1 when nobody was found.\n",
+        "sent, nothing moves.  The status is 1 when nothing was found.\n",
     .examples =
         "  slew scan can0\n"
         "  slew scan /dev/ttyUSB0 --baud all --parity all --units 1-16\n"

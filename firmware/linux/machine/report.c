@@ -259,7 +259,7 @@ static void report_clock(const struct report *report, FILE *file)
             report->ticks, report->ticks_lost, (double)report->late_ns / 1e6);
     if (report->fault.fault == CONTROLLER_FAULT_OVERRUN)
         fputs("this computer did something else meanwhile: slew doctor says "
-              "what helps, and a rig with a longer tick bears more\n",
+              "what helps, and a rig with a longer tick tolerates more\n",
               file);
 }
 

@@ -120,7 +120,7 @@ static void can_judge(struct doctor *doctor, const char *name,
         return;
     if (link->tx_queue < CAN_QUEUE) {
         doctor_say(doctor, bus == NULL ? DOCTOR_ADVICE : DOCTOR_BAD, "can",
-                   "%s queues %u frames, slew wants %d", name, link->tx_queue,
+                   "%s queues %u frames, slew needs %d", name, link->tx_queue,
                    CAN_QUEUE);
         doctor_advise(doctor, "sudo ip link set %s txqueuelen 128", name);
         return;

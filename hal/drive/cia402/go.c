@@ -192,7 +192,7 @@ static void go_wait(struct drive_cia402 *self, enum go_step next,
     else if (next != GO_NONE || (self->statusword & REACHED) != 0)
         go_enter(self, next, now_ns);
     else if (now_ns - self->go.since_ns > BRAKING_NS)
-        go_fault(self, "halted, but bit 10 does not say that it stands");
+        go_fault(self, "halted, but bit 10 does not report standstill");
 }
 
 /* Bit 10 may still be that of the motion before. */

@@ -264,7 +264,7 @@ static int step_other(struct drive_cia402 *self,
     text = drive_cia402_say(
         self, self->pdo_ok && self->node.nmt_state == CANOPEN_NMT_OPERATIONAL
                   ? "operational, but no TPDO1 answers SYNC"
-                  : "no heartbeat shows the NMT state asked for");
+                  : "no heartbeat shows the requested NMT state");
     drive_cia402_put_wait(&text, self->config.state_timeout_ns);
     return MOTION_E_TIMEOUT;
 }

@@ -195,7 +195,7 @@ static void go_move_step(struct drive_modbus *self)
         drive_modbus_status(self, MODBUS_STATUS_in_position, true))
         self->move = DRIVE_MODBUS_NO_MOVE;
     else if (self->now_ns - self->moved_ns > STAND_NS)
-        go_fail(self, "stands, and not where it was sent");
+        go_fail(self, "stands, but not at its target");
 }
 
 /* ---- homing ---- */

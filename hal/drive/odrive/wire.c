@@ -163,7 +163,7 @@ static void odrive_watch(struct drive_odrive *self, int64_t now_ns)
         drive_turns_say(&self->turns, "no heartbeat for three periods");
         drive_turns_lose(&self->turns);
     } else if (now_ns - self->turns.actual_ns > self->config.silence_ns) {
-        drive_turns_say(&self->turns, "says no position any more");
+        drive_turns_say(&self->turns, "reports no position any more");
         drive_turns_lose(&self->turns);
     }
 }

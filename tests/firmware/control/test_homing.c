@@ -583,7 +583,7 @@ static void a_time_out_says_what_was_waited_for(void **state)
         { HOMING_SEARCH, "it took too long: the switch was not met yet" },
         { HOMING_BACK, "it took too long: the switch that it had overrun was "
                        "not met again yet" },
-        { HOMING_LEAVE, "it took too long: the switch did not let go yet" },
+        { HOMING_LEAVE, "it took too long: the switch was not released yet" },
         { HOMING_APPROACH, "it took too long: the switch was not met again yet "
                            "at the slow speed" },
     };

@@ -648,10 +648,11 @@ static void a_way_beyond_the_formats_is_refused_at_its_key(void **state)
                                 "axis pan: a velocity or acceleration between "
                                 "the keys is beyond its format");
         else
-            assert_string_equal(error.text,
-                                "key 4 of axis pan: the way from key 3 at 2.5 "
-                                "s is beyond the range of position, velocity "
-                                "or acceleration");
+            assert_string_equal(
+                error.text,
+                "key 4 of axis pan: the displacement from key 3 at 2.5 "
+                "s is beyond the range of position, velocity "
+                "or acceleration");
     }
 }
 

@@ -144,7 +144,7 @@ static int rig_take_type(const struct yaml_value *value, struct object *object,
     if (blank == NULL && object->type != OBJECT_UNKNOWN)
         return 0;
     if (blank == NULL)
-        return yaml_value_refuse(value, "has a type that nobody knows");
+        return yaml_value_refuse(value, "has no known type");
     uint8_t type = OBJECT_UNKNOWN;
     if (!object_type_of(blank + 1, &type))
         return yaml_value_refuse(value, "has no such type");

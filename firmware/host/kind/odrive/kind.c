@@ -58,7 +58,7 @@ static const struct yaml_field rig_odrive_fields[] = {
       "rig's directory",
       rig_read_endpoints, 0 },
     { "unsupervised", YAML_OPTIONAL,
-      "yes: nobody has seen to it that the drive stops by itself when the bus "
+      "yes: the drive is not set up to stop by itself when the bus "
       "is dead, and something else takes its torque off",
       rig_read_unsupervised, offsetof(struct rig_axis, unsupervised) },
 };

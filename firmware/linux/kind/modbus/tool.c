@@ -69,7 +69,7 @@ static void reset_alarm(struct talk *talk, struct reset *reset)
     }
     text = modbus_map_alarm_text(map, (uint32_t)code);
     snprintf(reset->reason, sizeof reset->reason, "alarm 0x%" PRIX64 ": %s",
-             code, text == NULL ? "the map does not know it" : text);
+             code, text == NULL ? "it is not in the map" : text);
 }
 
 static int modbus_reset(struct talk *talk, struct reset *reset)

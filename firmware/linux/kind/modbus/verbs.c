@@ -135,7 +135,7 @@ static void value_item_words(const struct talk *talk,
         return;
     alarm = modbus_map_alarm_text(map, (uint32_t)value->value);
     snprintf(value->text, sizeof value->text, "%s",
-             alarm == NULL ? "an alarm that the map does not know" : alarm);
+             alarm == NULL ? "an alarm that is not in the map" : alarm);
 }
 
 static void modbus_read_item(struct talk *talk,
@@ -195,8 +195,8 @@ static enum status modbus_store(struct talk *talk)
 static enum status modbus_info(struct talk *talk, struct drive_info *info)
 {
     if (talk->map == NULL)
-        return drive_complain("expected --map: without one a Modbus drive "
-                              "says nothing about itself");
+        return drive_complain("expected --map: without one nothing can be "
+                              "read from a Modbus drive");
     for (unsigned i = 0; i < talk->map->item_count; i++)
         modbus_read_item(talk, &talk->map->item[i],
                          &info->value[info->count++]);

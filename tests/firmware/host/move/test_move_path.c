@@ -282,7 +282,7 @@ static const struct {
       "3:34: point is the same as the one before it (line 3)" },
     { HEAD "  closed: true\n  points: [[0, 0, 0], [1, 2, 3], [1, 2, 4], "
            "[0, 0, 0]]\n" GOOD,
-      "4:45: point is the first one again" },
+      "4:45: point repeats the first one" },
     { HEAD "  closed: true\n  points: [[0, 0, 0], [1, 2, 3]]\n" GOOD,
       "4:11: points has 2 items" },
     { HEAD "  closed: true\n  curve: b-spline\n" POINTS GOOD,

@@ -83,7 +83,7 @@ static const struct {
     { "title: a\nparameters: {6007: 0}", "is set by slew itself" },
     { "title: a\nparameters: {1016:1: 0}", "is set by slew itself" },
     { "title: a\nparameters: {1400:1: 0}", "is set by slew itself" },
-    { "title: a\nparameters: {3006: 5}", "has a type that nobody knows" },
+    { "title: a\nparameters: {3006: 5}", "has no known type" },
     { "title: a\nparameters: {6065: 5, 6065:0: 6}", "is there already" },
     { "title: a\nfixed: {605A: 7}", "fixed has 0x605A, which slew sets" },
     { "title: a\nfixed: {607D:1: 0}", "fixed has 0x607D, which slew sets" },

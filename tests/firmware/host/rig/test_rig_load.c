@@ -753,7 +753,7 @@ static const struct {
       "data_bit_rate '3 Mbit/s' does not fit a bit_rate of 1000 kbit/s" },
     { "rig_decimal_comma.yaml", 8, 17,
       "velocity '0,3 m/s' has a comma in the number (a decimal point is "
-      "wanted)" },
+      "expected)" },
     { "rig_directive.yaml", 1, 1, "directives (%) are not read" },
     { "rig_duplicate_key.yaml", 9, 7,
       "key 'velocity' is already there in line 8" },

@@ -238,7 +238,7 @@ static void set_writes_and_reads_back(void **state)
     run_complains("read-only object (0x06010002)");
     run("drive", "set", "--eds", eds, rig, "slide", "6041", "1");
     run_expect(STATUS_INPUT);
-    run_complains("cannot be written, says the data sheet");
+    run_complains("cannot be written: it is read-only in the data sheet");
     run("drive", "set", rig, "slide", "6066", "70000");
     run_expect(STATUS_INPUT);
     run_complains("expected 0 .. 65535");

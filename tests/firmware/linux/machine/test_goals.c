@@ -571,7 +571,7 @@ static void a_compiled_move_has_no_keys(void **state)
     run("run", EXAMPLE "/rig.yaml", run_path("t.slew"));
     run_expect(STATUS_INPUT);
     run_complains("moves axis table, whose drive goes from key to key by "
-                  "itself, expected the move file");
+                  "its own profile, expected the move file");
 }
 
 int main(void)

@@ -263,7 +263,7 @@ static const struct {
     { "order_word", "unknown order 'BACD'" },
     { "pair_beyond", "ends beyond address 0xFFFF" },
     { "position_slow", "has no position with poll: fast" },
-    { "status_not_polled", "moving looks at an item without poll: fast" },
+    { "status_not_polled", "moving uses an item without poll: fast" },
     { "step_two", "is not one of write, check, until and delay" },
     { "step_value", "value belongs to a write or a check" },
     { "step_value_range", "value '65536' is not in 0 .. 65535" },

@@ -681,7 +681,7 @@ static void a_drive_that_ignores_nmt_is_told(void **state)
     until(b, HAL_DRIVE_OFFLINE, 1);
     ticks(b, 1200);
     assert_int_equal(b->seen.state, HAL_DRIVE_OFFLINE);
-    assert_text(b, "no heartbeat shows the NMT state asked for");
+    assert_text(b, "no heartbeat shows the requested NMT state");
     assert_int_equal(written_at(&b->mini, 0x101601, 1), 0);
 }
 
