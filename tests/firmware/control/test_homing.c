@@ -509,8 +509,8 @@ static void wherever_the_switches_stand_it_knows_its_place(void **state)
 /* From the rig of before: its edge at 100 mm, a limit switch 70 mm behind. */
 static void set_switch(int64_t wide_um, int mm_s, int64_t start_mm)
 {
-    struct homing_config *config = &machine.homing_config[SLIDE];
     power_on((int)start_mm);
+    struct homing_config *config = &machine.homing_config[SLIDE];
     rig.line[HOME].sim_low_q32 = 100 * UNIT - wide_um * UM;
     rig.line[HOME].sim_high_q32 = 100 * UNIT;
     rig.line[LEFT].sim_low_q32 = -100 * UNIT;

@@ -109,23 +109,31 @@ def keyed(directory, count):
     return move
 
 
+def slow_enough(slew, directory, before, after, what):
+    """The command with twice the keys from which on it says how far it is."""
+    count, said = 40000, ""
+    while what not in said and count < 500000:
+        count *= 2
+        said = on_terminal([slew, *before, keyed(directory, count), *after])[1]
+    return [*before, keyed(directory, min(2 * count, 1000000)), *after]
+
+
 def check_keyed(slew, directory, rig):
     """Judging, writing, drawing and reading of many keys."""
-    out, count, said = directory / "out.csv", 40000, ""
-    drawn = ["plot", rig, keyed(directory, count), "--compare",
-             "linear,quintic", "--axis", "pan", "--out", directory / "out.png"]
+    out = directory / "out.csv"
+    drawn = slow_enough(slew, directory, ["plot", rig], [
+        "--compare", "linear,quintic", "--axis", "pan", "--out",
+        directory / "out.png"], "drawing: panels")
     if check_slow(slew, drawn, 0, "drawing: panels"):
         fail("left on the terminal", "drawing")
-    while "judging: pan" not in said and count < 640000:
-        count *= 2
-        move = keyed(directory, count)
-        said = on_terminal([slew, "check", rig, move])[1]
-    write = ["export", "csv", rig, move, "--out", out, "--fps",
-             str(max(1, 1600000 // count))]
-    for words, what in ((["check", rig, move], "judging: pan"),
-                        (write, "writing: rows")):
-        if check_slow(slew, words, 0, what):
-            fail("left on the terminal", what)
+    judged = slow_enough(slew, directory, ["check", rig], [], "judging: pan")
+    if check_slow(slew, judged, 0, "judging: pan"):
+        fail("left on the terminal", "judging")
+    # 960,000 rows; a million is the most
+    write = ["export", "csv", rig, keyed(directory, 80000), "--out", out,
+             "--fps", "24"]
+    if check_slow(slew, write, 0, "writing: rows"):
+        fail("left on the terminal", "writing")
     names = list(AXES)
     out.write_text("frame," + ",".join(names) + "\n" + "".join(
         "%d%s\n" % (i, ",%.3f" % math.sin(i) * len(names))
