@@ -77,7 +77,7 @@ static bool clock_warp_keeps_jerk(struct clock_look *look, int64_t rounding,
     if (look->between && look->is_smooth) {
         const int64_t last = clock_warp_size(look->last_q32);
         most = size > last ? size : last;
-        more = clock_warp_size(clock_warp_add(jerk_q32, -look->last_q32)) / 4;
+        more = clock_warp_size(clock_warp_sub(jerk_q32, look->last_q32)) / 4;
     }
     look->is_smooth = true;
     look->last_q32 = jerk_q32;

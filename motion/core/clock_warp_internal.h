@@ -46,6 +46,14 @@ static inline int64_t clock_warp_add(int64_t a, int64_t b)
     return result;
 }
 
+static inline int64_t clock_warp_sub(int64_t a, int64_t b)
+{
+    int64_t result;
+    if (motion_fixed_sub(a, b, &result) < 0)
+        return clock_warp_saturate(a < 0);
+    return result;
+}
+
 /* a * b / c, saturated; c > 0. */
 static inline int64_t clock_warp_muldiv(int64_t a, int64_t b, int64_t c)
 {

@@ -100,11 +100,11 @@ def check_slow(slew, words, status, what="planning: camera"):
 def keyed(directory, count):
     """One axis of many keys; the others go with it, so that rows are long."""
     move = directory / "keyed.yaml"
-    end = (count - 1) * 0.5
+    end = (count - 1) * 0.25
     move.write_text("axes:\n" + "".join(
-        "  %s: {keys: [[0 s, 0], [%.1f s, 1]]}\n" % (name, end)
+        "  %s: {keys: [[0 s, 0], [%.2f s, 1]]}\n" % (name, end)
         for name in AXES if name != "pan") + "  pan:\n    keys:\n" + "".join(
-            "    - [%.1f s, %.2f]\n" % (i * 0.5, math.sin(i))
+            "    - [%.2f s, %.2f]\n" % (i * 0.25, math.sin(i))
             for i in range(count)))
     return move
 
@@ -130,7 +130,7 @@ def check_keyed(slew, directory, rig):
     if check_slow(slew, judged, 0, "judging: pan"):
         fail("left on the terminal", "judging")
     # 960,000 rows; a million is the most
-    write = ["export", "csv", rig, keyed(directory, 80000), "--out", out,
+    write = ["export", "csv", rig, keyed(directory, 160000), "--out", out,
              "--fps", "24"]
     if check_slow(slew, write, 0, "writing: rows"):
         fail("left on the terminal", "writing")

@@ -43,6 +43,7 @@ static inline int move_file_open(struct move_file *self, const char *rig,
     err = move_load(&disk_files, path, &self->rig, &self->move, message);
     remove(path);
     if (err < 0) {
+        rig_free(&self->rig);
         snprintf(self->message, sizeof self->message, "%.500s",
                  message + strlen(path) + 1);
         return -1;
@@ -52,6 +53,7 @@ static inline int move_file_open(struct move_file *self, const char *rig,
         snprintf(self->message, sizeof self->message, "%u:%u: %s",
                  error.place.line, error.place.column, error.text);
         move_free(&self->move);
+        rig_free(&self->rig);
         return -1;
     }
     return 0;
@@ -63,6 +65,7 @@ static inline void move_file_close(struct move_file *self)
         plan_track_free(&self->track[i]);
     plan_outcome_free(&self->outcome);
     move_free(&self->move);
+    rig_free(&self->rig);
 }
 
 /* Read and planned, or the test fails. */
