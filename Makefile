@@ -289,7 +289,7 @@ random-moves: $(SLEW)
 .PHONY: nightly
 ## what takes too long for every change: the same checks with larger numbers
 nightly:
-	@$(MAKE) harm CC=clang SAN=address,undefined HARMS=100000
+	@$(MAKE) corrupt CC=clang SAN=address,undefined CORRUPTIONS=100000
 	@$(MAKE) hold HOLDS=400
 	@$(MAKE) random-moves N=5000
 	@$(MAKE) ramps

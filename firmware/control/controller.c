@@ -229,15 +229,15 @@ static bool controller_stop_along(struct controller *controller)
  * drives brake by themselves. */
 static void controller_react(struct controller *controller)
 {
-    const bool by_itself = controller_any_by_itself(controller);
+    const bool by_profile = controller_any_by_profile(controller);
     if (controller->reaction == CONTROLLER_REACT_OFF ||
-        !(controller_in_motion(controller) || by_itself)) {
+        !(controller_in_motion(controller) || by_profile)) {
         controller_enter_fault(controller);
         return;
     }
     controller_enter(controller, CONTROLLER_STOPPING);
-    if (by_itself || (controller->reaction <= CONTROLLER_REACT_STOP &&
-                      !controller_stop_along(controller)))
+    if (by_profile || (controller->reaction <= CONTROLLER_REACT_STOP &&
+                       !controller_stop_along(controller)))
         controller->reaction = CONTROLLER_REACT_QUICK;
     if (controller->reaction != CONTROLLER_REACT_QUICK)
         return;
@@ -312,7 +312,7 @@ static void controller_send_all(struct controller *controller)
 {
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
         controller_begin(&controller->axis[i]);
-        if (controller->axis[i].by_itself)
+        if (controller->axis[i].by_profile)
             controller_follow(&controller->axis[i]);
         else if (controller->reaction < CONTROLLER_REACT_QUICK)
             controller_send(controller, i);
@@ -326,7 +326,7 @@ static void controller_keep_place(struct controller *controller)
 {
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
         struct controller_axis *axis = &controller->axis[i];
-        if (axis->feedback.state != HAL_DRIVE_ENABLED || axis->by_itself) {
+        if (axis->feedback.state != HAL_DRIVE_ENABLED || axis->by_profile) {
             controller_follow(axis);
             continue;
         }
@@ -497,7 +497,7 @@ static void controller_step_moving(struct controller *controller)
 
 static bool controller_standing(const struct controller *controller)
 {
-    return !controller_goal_under_way(controller) &&
+    return !controller_goals_are_running(controller) &&
            controller_clock_stands(controller);
 }
 

@@ -37,7 +37,7 @@
  * reports torque: while others still enable it is held where it stood then.
  *
  * An axis whose drive goes by its own profile has the same track, as a
- * prediction, and gets the ends of its ways as goals instead of set points
+ * prediction, and gets the ends of its motions as goals instead of set points
  * (goal.h).
  *
  * Faults latch; all but those that only ask to hold end without torque.  A
@@ -179,11 +179,11 @@ struct controller_axis {
     struct hal_drive *drive;
     struct controller_switches switches;
     int64_t offset_q32;
-    bool homed;     /* its position is known; else it moves by jogs alone, and
+    bool homed;   /* its position is known; else it moves by jogs alone, and
                        its range does not count */
-    bool seeking;   /* looks for a switch: homing judges its limit switches, and
+    bool seeking; /* looks for a switch: homing judges its limit switches, and
                        its range does not count */
-    bool by_itself; /* the drive is in a mode of its own: the axis gets no set
+    bool by_profile; /* the drive is in a mode of its own: the axis gets no set
                        points; a fault is a quick stop of the drives */
     const struct motion_track *track; /* NULL: stands where it is */
     struct motion_cursor cursor;

@@ -7,16 +7,16 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 
-bool controller_leg_under_way(const struct controller_leg *leg)
+bool controller_goal_is_running(const struct controller_leg *leg)
 {
     return leg->is_left || leg->state == CONTROLLER_LEG_RUNNING ||
            leg->state == CONTROLLER_LEG_HALTING;
 }
 
-bool controller_goal_under_way(const struct controller *controller)
+bool controller_goals_are_running(const struct controller *controller)
 {
     for (unsigned i = 0; i < controller->config.axis_count; i++)
-        if (controller_leg_under_way(&controller->axis[i].leg))
+        if (controller_goal_is_running(&controller->axis[i].leg))
             return true;
     return false;
 }
@@ -57,9 +57,9 @@ static int64_t goal_between(int64_t value, int64_t low, int64_t high)
     return value > high ? high : value;
 }
 
-/* At the rate that the clock is to have: its ramps are short beside a way.  The
+/* At the rate that the clock is to have: its ramps are short beside a motion.  The
  * drive also halts by dec, so that is no less than brings it to rest in a
- * second (v / 1 s), as far as the axis's limit goes: a calm way, or a low
+ * second (v / 1 s), as far as the axis's limit goes: a calm motion, or a low
  * override, would take minutes to stop. */
 static struct hal_drive_go goal_order(const struct controller *controller,
                                       unsigned index,
@@ -123,7 +123,7 @@ static void goal_send(struct controller *controller, unsigned index)
     if (err == MOTION_OK) {
         goal_sent(leg, controller->wanted_q30);
     } else if (err == MOTION_E_STATE) {
-        leg->state = CONTROLLER_LEG_ASKED;
+        leg->state = CONTROLLER_LEG_REQUESTED;
         goal_wait(controller, index, controller->config.axis[index].late_ns);
     } else {
         controller_raise(controller, CONTROLLER_FAULT_GATE, (int)index,
@@ -191,7 +191,7 @@ static void goal_idle(struct controller *controller, unsigned index)
     }
 }
 
-static void goal_asked(struct controller *controller, unsigned index)
+static void goal_requested(struct controller *controller, unsigned index)
 {
     struct controller_leg *leg = &controller->axis[index].leg;
     if (goal_is_to_stand(controller, leg)) {
@@ -239,7 +239,7 @@ void controller_goal_step(struct controller *controller)
 {
     static void (*const step[])(struct controller *, unsigned) = {
         [CONTROLLER_LEG_IDLE] = goal_idle,
-        [CONTROLLER_LEG_ASKED] = goal_asked,
+        [CONTROLLER_LEG_REQUESTED] = goal_requested,
         [CONTROLLER_LEG_RUNNING] = goal_running,
         [CONTROLLER_LEG_HALTING] = goal_halting,
     };
@@ -259,7 +259,7 @@ void controller_goal_set(struct controller_axis *axis,
     axis->leg = (struct controller_leg){
         .goal = goal,
         .count = count,
-        .is_left = controller_leg_under_way(&axis->leg),
+        .is_left = controller_goal_is_running(&axis->leg),
     };
 }
 
@@ -289,9 +289,9 @@ static int64_t goal_most(const struct motion_extreme *extreme, int64_t most)
 #define GOAL_STANDS_Q32 ((uint64_t)1 << 12)
 
 unsigned controller_goals_of(const struct motion_track *track,
-                             struct controller_goal goal[], unsigned room)
+                             struct controller_goal goal[], unsigned capacity)
 {
-    struct controller_goal way = { .vel_q32 = 0 };
+    struct controller_goal distance = { .vel_q32 = 0 };
     bool moves = false;
     unsigned count = 0;
     for (uint32_t i = 0; i < track->count; i++) {
@@ -302,21 +302,21 @@ unsigned controller_goals_of(const struct motion_track *track,
         if (!moves && extreme[MOTION_POS].min == extreme[MOTION_POS].max)
             continue;
         if (!moves)
-            way =
+            distance =
                 (struct controller_goal){ .start_ns_q12 = segment->start_ns_q12,
                                           .vel_q32 = 1,
                                           .acc_q32 = 1 };
         motion_segment_state(segment, segment->dur_ns_q12, &end);
-        way.vel_q32 = goal_most(&extreme[MOTION_VEL], way.vel_q32);
-        way.acc_q32 = goal_most(&extreme[MOTION_ACC], way.acc_q32);
-        way.end_ns_q12 = segment->start_ns_q12 + segment->dur_ns_q12;
-        way.pos_q32 =
+        distance.vel_q32 = goal_most(&extreme[MOTION_VEL], distance.vel_q32);
+        distance.acc_q32 = goal_most(&extreme[MOTION_ACC], distance.acc_q32);
+        distance.end_ns_q12 = segment->start_ns_q12 + segment->dur_ns_q12;
+        distance.pos_q32 =
             i + 1 < track->count ? segment[1].pos_q32 : track->end.pos_q32;
         moves = motion_fixed_abs(end.vel_q32) > GOAL_STANDS_Q32;
         if (moves)
             continue;
-        if (count < room)
-            goal[count] = way;
+        if (count < capacity)
+            goal[count] = distance;
         count++;
     }
     return count;

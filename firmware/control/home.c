@@ -55,12 +55,12 @@ enum hal_drive_mode controller_usual_mode(const struct controller *controller,
                                                    : HAL_DRIVE_STREAM_POSITION;
 }
 
-bool controller_any_by_itself(const struct controller *controller)
+bool controller_any_by_profile(const struct controller *controller)
 {
     for (unsigned i = 0; i < controller->config.axis_count; i++)
-        if (controller->axis[i].by_itself)
+        if (controller->axis[i].by_profile)
             return true;
-    return controller_goal_under_way(controller);
+    return controller_goals_are_running(controller);
 }
 
 int controller_set_position(struct controller *controller, unsigned index,

@@ -139,7 +139,7 @@ static void homing_fail(struct homing *homing, enum homing_error error)
         return;
     homing->failed = homing->state;
     homing->was_held = homing->controller->is_held;
-    if (homing_axis(homing)->by_itself)
+    if (homing_axis(homing)->by_profile)
         (void)hal_drive_halt(homing_axis(homing)->drive);
     else
         controller_halt(homing->controller);
@@ -405,7 +405,7 @@ static void homing_take_edge(struct homing *homing,
                              const struct hal_gpio_event *event)
 {
     const struct hal_drive_feedback *feedback = &homing_axis(homing)->feedback;
-    int64_t way_q32 = 0;
+    int64_t travel_q32 = 0;
     homing->edge_q32 = feedback->pos_q32;
     homing->edge_ns = feedback->t_ns;
     if (!event->active)
@@ -413,9 +413,9 @@ static void homing_take_edge(struct homing *homing,
     const int64_t since_ns = event->t_ns - feedback->t_ns;
     if (since_ns < -HOMING_EDGE_NS || since_ns > HOMING_EDGE_NS ||
         motion_fixed_muldiv(feedback->vel_q32, since_ns, INT64_C(1000000000),
-                            &way_q32) < 0)
+                            &travel_q32) < 0)
         return;
-    homing->edge_q32 += way_q32;
+    homing->edge_q32 += travel_q32;
     homing->edge_ns = event->t_ns;
 }
 
@@ -493,7 +493,7 @@ static void homing_step_go(struct homing *homing)
 
 /* --- by the drive --- */
 
-static void homing_ask_mode(struct homing *homing)
+static void homing_request_mode(struct homing *homing)
 {
     struct controller_axis *axis = homing_axis(homing);
     const int err = hal_drive_set_mode(axis->drive, HAL_DRIVE_HOMING);
@@ -505,7 +505,7 @@ static void homing_ask_mode(struct homing *homing)
 static void homing_begin_drive(struct homing *homing)
 {
     homing->state = HOMING_MODE;
-    homing_ask_mode(homing);
+    homing_request_mode(homing);
 }
 
 static void homing_mode(struct homing *homing)
@@ -519,8 +519,8 @@ static void homing_mode(struct homing *homing)
         .pos_q32 = config->pos_q32,
         .timeout_ns = config->timeout_ns,
     };
-    if (!axis->by_itself)
-        homing_ask_mode(homing);
+    if (!axis->by_profile)
+        homing_request_mode(homing);
     if (axis->feedback.mode != HAL_DRIVE_HOMING)
         return;
     int err = hal_drive_home(axis->drive, &home);

@@ -59,17 +59,17 @@ static int64_t jog_add(int64_t a, int64_t b)
 /* What the drive's profile takes at most from where and how fast the axis is: a
  * change of speed by v takes v / a, and what it goes wrong until then v^2 / 2a;
  * a distance d from rest to rest takes d / v + v / a, or less. */
-static int64_t jog_way_ns_q12(const struct hal_drive_feedback *now,
-                              const struct controller_goal *goal)
+static int64_t jog_distance_ns_q12(const struct hal_drive_feedback *now,
+                                   const struct controller_goal *goal)
 {
     const int64_t vel = goal->vel_q32, acc = goal->acc_q32;
     const int64_t speed = (int64_t)(motion_fixed_abs(now->vel_q32) & INT64_MAX);
     const int64_t turn = jog_muldiv(speed, speed, acc) / 2;
-    int64_t way;
-    if (motion_fixed_sub(goal->pos_q32, now->pos_q32, &way) < 0)
+    int64_t distance;
+    if (motion_fixed_sub(goal->pos_q32, now->pos_q32, &distance) < 0)
         return INT64_MAX;
-    way = jog_add((int64_t)(motion_fixed_abs(way) & INT64_MAX), turn);
-    return jog_add(jog_muldiv(way, MOTION_FIXED_S_Q12, vel),
+    distance = jog_add((int64_t)(motion_fixed_abs(distance) & INT64_MAX), turn);
+    return jog_add(jog_muldiv(distance, MOTION_FIXED_S_Q12, vel),
                    jog_muldiv(jog_add(speed, vel), MOTION_FIXED_S_Q12, acc));
 }
 
@@ -94,10 +94,10 @@ static void jog_give_goal(struct controller *controller,
         .acc_q32 = config->limit.acc_q32,
     };
     struct controller_axis *axis = &controller->axis[goal->axis];
-    const bool is_on = controller_leg_under_way(&axis->leg);
-    const int64_t way_ns_q12 = jog_way_ns_q12(&axis->feedback, own);
-    if (is_on && way_ns_q12 > own->end_ns_q12)
-        own->end_ns_q12 = way_ns_q12;
+    const bool is_on = controller_goal_is_running(&axis->leg);
+    const int64_t distance_ns_q12 = jog_distance_ns_q12(&axis->feedback, own);
+    if (is_on && distance_ns_q12 > own->end_ns_q12)
+        own->end_ns_q12 = distance_ns_q12;
     controller_goal_set(axis, own, track->count > 0 || is_on ? 1 : 0);
 }
 
@@ -108,7 +108,7 @@ static int jog_play(struct controller *controller, struct controller_jog *jog,
     const unsigned next = 1 - jog->which;
     struct motion_track *track = &jog->track[next];
     struct controller_axis *axis = &controller->axis[index];
-    int err = motion_otg_track(&jog->trajectory[next], jog->room[next],
+    int err = motion_otg_track(&jog->trajectory[next], jog->storage[next],
                                MOTION_OTG_PHASES, track);
     if (err < 0)
         return err;
@@ -130,7 +130,7 @@ static int jog_play(struct controller *controller, struct controller_jog *jog,
 static bool jog_may_start(const struct controller *controller,
                           const struct controller_jog *jog, unsigned axis)
 {
-    if (controller->axis[axis].by_itself)
+    if (controller->axis[axis].by_profile)
         return false;
     return controller->state == CONTROLLER_READY ||
            (controller->state == CONTROLLER_MOVING && controller->jog == jog &&

@@ -23,7 +23,7 @@
 
 /* The caller's, as long as the controller may play it. */
 struct controller_jog {
-    struct motion_segment room[2][MOTION_OTG_PHASES];
+    struct motion_segment storage[2][MOTION_OTG_PHASES];
     struct motion_track track[2];
     struct motion_otg_trajectory trajectory[2]; /* of which they are made */
     struct controller_goal goal[2]; /* of an axis that goes to goals */

@@ -35,7 +35,7 @@ bool controller_range_counts(const struct controller *controller,
 enum hal_drive_mode controller_usual_mode(const struct controller *controller,
                                           unsigned index);
 /* Does a drive move its axis by itself, homing or to a goal? */
-bool controller_any_by_itself(const struct controller *controller);
+bool controller_any_by_profile(const struct controller *controller);
 /* In FAULT, standing with torque on. */
 bool controller_is_held(const struct controller *controller);
 
@@ -144,8 +144,8 @@ void controller_goal_drop(struct controller_axis *axis);
 void controller_goal_forget(struct controller *controller);
 /* Is a drive on its way to a goal?  Has every axis been at all of its goals, or
  * been stopped, and stands? */
-bool controller_leg_under_way(const struct controller_leg *leg);
-bool controller_goal_under_way(const struct controller *controller);
+bool controller_goal_is_running(const struct controller_leg *leg);
+bool controller_goals_are_running(const struct controller *controller);
 bool controller_goals_reached(const struct controller *controller);
 
 /* An input that is there, and active or unreadable. */

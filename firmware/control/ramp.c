@@ -144,7 +144,7 @@ static int64_t ramp_level_ticks(const struct controller *controller,
                                 const struct motion_clock_rate *now, bool stop)
 {
     const int64_t jerk_q30 =
-        ramp_most(controller_ramp_room(controller, now, true, stop), 1);
+        ramp_most(controller_ramp_margin(controller, now, true, stop), 1);
     return ramp_muldiv(ramp_size(now->accel_q30), RAMP_SECOND_NS, jerk_q30) /
                controller->config.period_ns +
            1;
@@ -257,13 +257,14 @@ static bool ramp_beside(const struct controller *controller, int64_t begin_ns,
 {
     static const struct {
         int accel, jerk;
-    } way[] = { { -1, -1 }, { 0, -1 }, { -1, 0 }, { 1, -1 }, { -1, 1 } };
+    } neighbour[] = { { -1, -1 }, { 0, -1 }, { -1, 0 }, { 1, -1 }, { -1, 1 } };
     const struct controller_seek *seek = &controller->seek;
-    for (unsigned i = 0; i < sizeof way / sizeof way[0] && *looks > 0; i++) {
+    for (unsigned i = 0;
+         i < sizeof neighbour / sizeof neighbour[0] && *looks > 0; i++) {
         /* below 0 is beyond the span, too */
         const struct ramp_place next = {
-            place->accel + (unsigned)(way[i].accel * (int)step),
-            place->jerk + (unsigned)(way[i].jerk * (int)step),
+            place->accel + (unsigned)(neighbour[i].accel * (int)step),
+            place->jerk + (unsigned)(neighbour[i].jerk * (int)step),
         };
         struct motion_clock_warp other;
         if (next.accel <= seek->accel_span && next.jerk <= seek->jerk_span &&

@@ -56,9 +56,9 @@ controller_ramp_bound(const struct controller *controller,
 int64_t controller_ramp_rest_ns(const struct controller *controller,
                                 const struct motion_clock_rate *now, bool stop,
                                 unsigned divisor);
-int64_t controller_ramp_room(const struct controller *controller,
-                             const struct motion_clock_rate *now, bool down,
-                             bool stop);
+int64_t controller_ramp_margin(const struct controller *controller,
+                               const struct motion_clock_rate *now, bool down,
+                               bool stop);
 struct motion_clock_bound
 controller_ramp_steepest(const struct controller *controller,
                          const struct motion_clock_rate *now, bool stop);

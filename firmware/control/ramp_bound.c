@@ -101,9 +101,9 @@ controller_ramp_bound(const struct controller *controller,
 
 /* p''' = own + f' r'' stays inside the limit while r'' of this sign is at most
  * (jerk - own) / f', or (jerk + own) / f' where it works against it. */
-static int64_t ramp_room(const struct motion_clock_rate *now,
-                         const struct motion_track *track, int64_t most_q32,
-                         bool down)
+static int64_t ramp_margin(const struct motion_clock_rate *now,
+                           const struct motion_track *track, int64_t most_q32,
+                           bool down)
 {
     struct motion_state state, axis;
     struct motion_clock_rate straight = *now;
@@ -119,9 +119,9 @@ static int64_t ramp_room(const struct motion_clock_rate *now,
                        (int64_t)1 << 30, ramp_size(state.vel_q32));
 }
 
-int64_t controller_ramp_room(const struct controller *controller,
-                             const struct motion_clock_rate *now, bool down,
-                             bool stop)
+int64_t controller_ramp_margin(const struct controller *controller,
+                               const struct motion_clock_rate *now, bool down,
+                               bool stop)
 {
     int64_t jerk_q30 = INT64_MAX;
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
@@ -129,7 +129,7 @@ int64_t controller_ramp_room(const struct controller *controller,
         const int64_t most_q32 = ramp_limit(controller, i, stop)->jerk_q32;
         if (track && most_q32 > 0)
             jerk_q30 =
-                ramp_least(jerk_q30, ramp_room(now, track, most_q32, down));
+                ramp_least(jerk_q30, ramp_margin(now, track, most_q32, down));
     }
     return jerk_q30;
 }
@@ -141,11 +141,11 @@ controller_ramp_steepest(const struct controller *controller,
     const bool down = controller->wanted_q30 < now->rate_q30;
     struct motion_clock_bound bound = ramp_widest(controller);
     bound = ramp_finish(controller, bound, 1);
-    int64_t room_q30 = controller_ramp_room(controller, now, down, stop);
+    int64_t margin_q30 = controller_ramp_margin(controller, now, down, stop);
     if (now->accel_q30 != 0)
-        room_q30 = ramp_most(
-            room_q30, controller_ramp_room(controller, now, !down, stop));
-    bound.jerk_q30 = ramp_most(ramp_least(bound.jerk_q30, room_q30), 1);
+        margin_q30 = ramp_most(
+            margin_q30, controller_ramp_margin(controller, now, !down, stop));
+    bound.jerk_q30 = ramp_most(ramp_least(bound.jerk_q30, margin_q30), 1);
     const int64_t change_q30 =
         ramp_size(controller->wanted_q30 - now->rate_q30);
     const int64_t square_q30 =

@@ -17,7 +17,7 @@ void controller_watch_read(struct controller *controller)
         struct controller_axis *axis = &controller->axis[i];
         hal_drive_feedback(axis->drive, &axis->feedback);
         controller_from_drive(axis, &axis->feedback);
-        axis->by_itself =
+        axis->by_profile =
             axis->feedback.state == HAL_DRIVE_ENABLED &&
             axis->feedback.mode != HAL_DRIVE_STREAM_POSITION &&
             axis->feedback.mode != controller_usual_mode(controller, i);
@@ -106,7 +106,7 @@ static void watch_following(struct controller *controller, unsigned i)
 {
     struct controller_axis *axis = &controller->axis[i];
     int64_t demand_q32;
-    if (axis->by_itself || controller->config.axis[i].by_goals ||
+    if (axis->by_profile || controller->config.axis[i].by_goals ||
         axis->sent_count == 0 || !watch_demand(axis, &demand_q32) ||
         motion_fixed_sub(demand_q32, axis->feedback.pos_q32,
                          &axis->following_q32) < 0)
@@ -122,8 +122,8 @@ static void watch_following(struct controller *controller, unsigned i)
  * there, what it does. */
 static int64_t watch_vel_q32(const struct controller_axis *axis)
 {
-    return controller_leg_under_way(&axis->leg) ? axis->feedback.vel_q32
-                                                : axis->target.vel_q32;
+    return controller_goal_is_running(&axis->leg) ? axis->feedback.vel_q32
+                                                  : axis->target.vel_q32;
 }
 
 /* A switch is a fault only for motion towards it. */
@@ -136,7 +136,7 @@ static void watch_switches(struct controller *controller, unsigned i)
                       controller_input(axis->switches.limit_positive);
     const int64_t vel_q32 = watch_vel_q32(axis);
     const bool towards = (low && vel_q32 < 0) || (high && vel_q32 > 0);
-    const bool is_awaited = axis->seeking || axis->by_itself;
+    const bool is_awaited = axis->seeking || axis->by_profile;
     if ((low && high) || (towards && !is_awaited))
         controller_raise(controller, CONTROLLER_FAULT_LIMIT_SWITCH, (int)i,
                          axis->feedback.pos_q32, 0);

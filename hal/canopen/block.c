@@ -54,7 +54,7 @@ static void canopen_block_read_begin(struct canopen_node *node,
     sdo->checked = (data[0] & BLOCK_CRC) != 0;
     sdo->length =
         data[0] & BLOCK_SIZE_GIVEN ? canopen_sdo_get_u32(&data[4]) : 0;
-    if (sdo->length > sdo->room) {
+    if (sdo->length > sdo->capacity) {
         canopen_sdo_give_up(node, CANOPEN_ABORT_MEMORY);
         return;
     }
@@ -110,12 +110,13 @@ static void canopen_block_store(struct canopen_node *node, const uint8_t *data)
 {
     struct canopen_sdo *sdo = &node->sdo;
 
-    if (sdo->at >= sdo->room) {
+    if (sdo->at >= sdo->capacity) {
         canopen_sdo_give_up(node, CANOPEN_ABORT_MEMORY);
         return;
     }
     canopen_block_crc(sdo, sdo->into, sdo->at);
-    for (unsigned i = 0; i < SDO_SEGMENT_BYTES && sdo->at + i < sdo->room; i++)
+    for (unsigned i = 0; i < SDO_SEGMENT_BYTES && sdo->at + i < sdo->capacity;
+         i++)
         sdo->into[sdo->at + i] = data[1 + i];
     sdo->at += SDO_SEGMENT_BYTES;
     sdo->sequence++;
@@ -149,7 +150,7 @@ static void canopen_block_read_end(struct canopen_node *node,
 
     if ((data[0] & BLOCK_KIND) != BLOCK_END) {
         canopen_sdo_give_up(node, CANOPEN_ABORT_COMMAND);
-    } else if (length > sdo->room) {
+    } else if (length > sdo->capacity) {
         canopen_sdo_give_up(node, CANOPEN_ABORT_MEMORY);
     } else if (sdo->length > 0 && length != sdo->length) {
         canopen_sdo_give_up(node, CANOPEN_ABORT_LENGTH);

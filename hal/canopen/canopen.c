@@ -295,7 +295,7 @@ static enum hal_fieldbus_health canopen_begin(struct hal_fieldbus *bus,
     canopen_beat(master, now_ns);
     for (struct canopen_node *node = master->first; node; node = node->next)
         if (canopen_is_first(node))
-            canopen_guard_ask(node, now_ns);
+            canopen_guard_request(node, now_ns);
     for (struct canopen_node *node = master->first; node; node = node->next)
         if (node->ops->step != NULL)
             node->ops->step(node, now_ns);

@@ -85,10 +85,10 @@ struct canopen_sdo {
     int64_t deadline_ns;
 
     /* a long object */
-    uint8_t *into;         /* reading: room bytes */
-    const uint8_t *from;   /* writing: length bytes */
-    uint32_t room, length; /* length 0 while reading: not told yet */
-    uint32_t at;           /* bytes there, or acknowledged */
+    uint8_t *into;             /* reading: room bytes */
+    const uint8_t *from;       /* writing: length bytes */
+    uint32_t capacity, length; /* length 0 while reading: not told yet */
+    uint32_t at;               /* bytes there, or acknowledged */
     enum canopen_sdo_step step;
     uint8_t toggle;
     bool block, checked;          /* block transfer; with CRC */
@@ -145,7 +145,7 @@ struct canopen_node {
     uint8_t guard_toggle;   /* that the next answer must have: 0 or 0x80 */
     int64_t sdo_timeout_ns; /* 0: the master's */
     struct canopen_sdo sdo;
-    int64_t sdo_asked_ns, sdo_served_ns; /* refused, or begun, last */
+    int64_t sdo_requested_ns, sdo_served_ns; /* refused, or begun, last */
     struct canopen_node *sibling; /* the next axis of the device, in a ring */
     struct canopen_node *next;    /* on the bus, in the order of adding */
     struct canopen *master;
@@ -230,7 +230,7 @@ int64_t canopen_sdo_timeout_ns(const struct canopen_node *node);
  * A longer object than 4 bytes is given up with abort 0x05040001 by the first
  * two; the others take one of any length, by segments or by blocks.  Their
  * memory belongs to the transfer until its outcome is taken, or it is dropped;
- * sdo.length is how much there was.  Reading more than `room` bytes ends with
+ * sdo.length is how much there was.  Reading more than `capacity` bytes ends with
  * abort 0x05040005.  `block`: a server that knows no blocks aborts with
  * 0x05040001; ask again without.  The time-out is for each answer. */
 int canopen_sdo_write(struct canopen_node *node, int64_t now_ns, uint16_t index,
@@ -239,7 +239,7 @@ int canopen_sdo_read(struct canopen_node *node, int64_t now_ns, uint16_t index,
                      uint8_t sub);
 int canopen_sdo_read_bytes(struct canopen_node *node, int64_t now_ns,
                            uint16_t index, uint8_t sub, uint8_t *into,
-                           uint32_t room, bool block);
+                           uint32_t capacity, bool block);
 /* length >= 1 */
 int canopen_sdo_write_bytes(struct canopen_node *node, int64_t now_ns,
                             uint16_t index, uint8_t sub, const uint8_t *from,

@@ -5,7 +5,7 @@
 #define GUARD_TOGGLE 0x80u
 
 /* After a gap the next question is a period away. */
-void canopen_guard_ask(struct canopen_node *node, int64_t now_ns)
+void canopen_guard_request(struct canopen_node *node, int64_t now_ns)
 {
     const struct hal_can_frame frame = {
         .id = CANOPEN_COB_HEARTBEAT + (uint32_t)node->id,

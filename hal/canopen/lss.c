@@ -21,8 +21,8 @@ enum lss_command {
     LSS_SWITCHED = 0x44,
     LSS_IDENTIFIED = 0x4F,
     LSS_SCAN = 0x51,
-    LSS_ASK_VENDOR = 0x5A, /* to 0x5D */
-    LSS_ASK_NODE = 0x5E,
+    LSS_REQUEST_VENDOR = 0x5A, /* to 0x5D */
+    LSS_REQUEST_NODE = 0x5E,
 };
 
 void canopen_lss_init(struct canopen_lss *lss, struct canopen *master)
@@ -112,18 +112,18 @@ int canopen_lss_store(struct canopen_lss *lss, int64_t now_ns)
     return lss_start(lss, now_ns, LSS_STORE, 0, LSS_STORE);
 }
 
-int canopen_lss_ask_node(struct canopen_lss *lss, int64_t now_ns)
+int canopen_lss_request_node(struct canopen_lss *lss, int64_t now_ns)
 {
-    return lss_start(lss, now_ns, LSS_ASK_NODE, 0, LSS_ASK_NODE);
+    return lss_start(lss, now_ns, LSS_REQUEST_NODE, 0, LSS_REQUEST_NODE);
 }
 
-int canopen_lss_ask_identity(struct canopen_lss *lss, int64_t now_ns,
-                             unsigned part)
+int canopen_lss_request_identity(struct canopen_lss *lss, int64_t now_ns,
+                                 unsigned part)
 {
     if (part >= LSS_PARTS)
         return MOTION_E_ARG;
-    return lss_start(lss, now_ns, (uint8_t)(LSS_ASK_VENDOR + part), 0,
-                     (uint8_t)(LSS_ASK_VENDOR + part));
+    return lss_start(lss, now_ns, (uint8_t)(LSS_REQUEST_VENDOR + part), 0,
+                     (uint8_t)(LSS_REQUEST_VENDOR + part));
 }
 
 int canopen_lss_take(struct canopen_lss *lss)
@@ -152,8 +152,8 @@ static uint32_t *lss_part(struct canopen_lss *lss, unsigned part)
 }
 
 /* bit 128: is anyone there at all? */
-static int lss_scan_ask(struct canopen_lss *lss, int64_t now_ns, uint8_t bit,
-                        uint8_t next)
+static int lss_scan_request(struct canopen_lss *lss, int64_t now_ns,
+                            uint8_t bit, uint8_t next)
 {
     lss->scan_heard = false;
     lss->deadline_ns = now_ns + LSS_SCAN_NS;
@@ -175,7 +175,7 @@ int canopen_lss_scan(struct canopen_lss *lss, int64_t now_ns)
     lss->scan_checks = false;
     lss->scan_part = 0;
     lss->scan_bit = LSS_ANYONE;
-    err = lss_scan_ask(lss, now_ns, LSS_ANYONE, 0);
+    err = lss_scan_request(lss, now_ns, LSS_ANYONE, 0);
     if (err == MOTION_OK)
         lss->state = CANOPEN_LSS_SCAN;
     return err;
@@ -188,14 +188,14 @@ static void lss_scan_confirm(struct canopen_lss *lss, int64_t now_ns)
         lss->scan_part + 1u < LSS_PARTS ? (uint8_t)(lss->scan_part + 1) : 0;
 
     lss->scan_bit = LSS_CONFIRM;
-    (void)lss_scan_ask(lss, now_ns, 0, next);
+    (void)lss_scan_request(lss, now_ns, 0, next);
 }
 
 static void lss_scan_check(struct canopen_lss *lss, int64_t now_ns)
 {
     lss->state = CANOPEN_LSS_IDLE;
     lss->scan_checks = true;
-    if (canopen_lss_ask_identity(lss, now_ns, lss->scan_part) != MOTION_OK)
+    if (canopen_lss_request_identity(lss, now_ns, lss->scan_part) != MOTION_OK)
         lss->state = CANOPEN_LSS_TIMEOUT;
 }
 
@@ -217,7 +217,7 @@ static void lss_scan_next_part(struct canopen_lss *lss, int64_t now_ns)
         lss_scan_check(lss, now_ns);
     } else {
         lss->scan_bit = 31;
-        (void)lss_scan_ask(lss, now_ns, 31, lss->scan_part);
+        (void)lss_scan_request(lss, now_ns, 31, lss->scan_part);
     }
 }
 
@@ -229,7 +229,7 @@ static void lss_scan_step(struct canopen_lss *lss, int64_t now_ns)
         lss->state = lss->scan_heard ? CANOPEN_LSS_SCAN : CANOPEN_LSS_TIMEOUT;
         lss->scan_bit = 31;
         if (lss->scan_heard)
-            (void)lss_scan_ask(lss, now_ns, 31, 0);
+            (void)lss_scan_request(lss, now_ns, 31, 0);
     } else {
         if (!lss->scan_heard)
             *lss_part(lss, lss->scan_part) |= UINT32_C(1) << lss->scan_bit;
@@ -238,7 +238,7 @@ static void lss_scan_step(struct canopen_lss *lss, int64_t now_ns)
             return;
         }
         lss->scan_bit--;
-        (void)lss_scan_ask(lss, now_ns, lss->scan_bit, lss->scan_part);
+        (void)lss_scan_request(lss, now_ns, lss->scan_bit, lss->scan_part);
     }
 }
 
@@ -265,7 +265,7 @@ void canopen_lss_receive(struct canopen_lss *lss,
         lss->error = frame->data[1];
         lss->state = CANOPEN_LSS_REFUSED;
     } else {
-        lss->value = lss->command == LSS_ASK_NODE
+        lss->value = lss->command == LSS_REQUEST_NODE
                          ? frame->data[1]
                          : canopen_sdo_get_u32(&frame->data[1]);
         lss->state = CANOPEN_LSS_DONE;

@@ -65,10 +65,10 @@ int canopen_lss_set_bit_rate(struct canopen_lss *lss, int64_t now_ns,
                              enum canopen_lss_bit_rate bit_rate);
 /* Keep both over power-off. */
 int canopen_lss_store(struct canopen_lss *lss, int64_t now_ns);
-int canopen_lss_ask_node(struct canopen_lss *lss, int64_t now_ns);
+int canopen_lss_request_node(struct canopen_lss *lss, int64_t now_ns);
 /* part 0..3: vendor, product, revision, serial */
-int canopen_lss_ask_identity(struct canopen_lss *lss, int64_t now_ns,
-                             unsigned part);
+int canopen_lss_request_identity(struct canopen_lss *lss, int64_t now_ns,
+                                 unsigned part);
 /* Find one device without node number; it is in its configuration state then,
  * and lss->found its identity.  Takes some 133 questions of 10 ms.  An answer
  * that comes late answers the wrong question, so the device is asked for its

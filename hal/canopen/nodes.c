@@ -100,7 +100,7 @@ int canopen_add(struct canopen *master, struct canopen_node *node)
     if (!canopen_join(master, node))
         return MOTION_E_ARG;
     node->master = master;
-    node->sdo_asked_ns = node->sdo_served_ns = INT64_MIN / 2;
+    node->sdo_requested_ns = node->sdo_served_ns = INT64_MIN / 2;
     node->nmt_state = CANOPEN_NMT_UNKNOWN;
     node->heartbeat_heard = false;
     node->sdo.state = CANOPEN_SDO_IDLE;

@@ -56,7 +56,7 @@ int64_t canopen_sdo_timeout_ns(const struct canopen_node *node)
 static bool canopen_sdo_waits(const struct canopen_node *node, int64_t now_ns)
 {
     return node->sdo.state == CANOPEN_SDO_IDLE &&
-           now_ns - node->sdo_asked_ns <=
+           now_ns - node->sdo_requested_ns <=
                2 * node->master->config.sync_period_ns;
 }
 
@@ -84,7 +84,7 @@ static int canopen_sdo_start(struct canopen_node *node, int64_t now_ns,
         return MOTION_E_STATE;
     if (!canopen_sdo_is_its_turn(node, now_ns) ||
         now_ns - master->sdo_started_ns < master->config.sdo_gap_ns) {
-        node->sdo_asked_ns = now_ns;
+        node->sdo_requested_ns = now_ns;
         return MOTION_E_AGAIN;
     }
     node->sdo = *sdo;
@@ -127,16 +127,16 @@ int canopen_sdo_read(struct canopen_node *node, int64_t now_ns, uint16_t index,
 
 int canopen_sdo_read_bytes(struct canopen_node *node, int64_t now_ns,
                            uint16_t index, uint8_t sub, uint8_t *into,
-                           uint32_t room, bool block)
+                           uint32_t capacity, bool block)
 {
     const struct canopen_sdo sdo = { .index = index,
                                      .sub = sub,
                                      .into = into,
-                                     .room = room,
+                                     .capacity = capacity,
                                      .block = block,
                                      .block_size = SDO_BLOCK_SEGMENTS };
 
-    if (into == NULL || room == 0)
+    if (into == NULL || capacity == 0)
         return MOTION_E_ARG;
     return canopen_sdo_start(node, now_ns, &sdo,
                              block ? SDO_BLOCK_READ : SDO_READ,
@@ -240,7 +240,7 @@ static void canopen_sdo_read_done(struct canopen_node *node,
     sdo->size = (uint8_t)(4 - unused);
     sdo->value = canopen_sdo_get_u32(&data[4]) & UINT32_MAX >> 8 * unused;
     sdo->length = sdo->size;
-    if (sdo->into != NULL && sdo->room < sdo->length) {
+    if (sdo->into != NULL && sdo->capacity < sdo->length) {
         canopen_sdo_give_up(node, CANOPEN_ABORT_MEMORY);
         return;
     }

@@ -28,7 +28,7 @@ void canopen_sdo_expire(struct canopen_node *node, int64_t now_ns);
 
 /* guard.c: ask the nodes whose time it is; is this answer's toggle the
  * expected one? */
-void canopen_guard_ask(struct canopen_node *node, int64_t now_ns);
+void canopen_guard_request(struct canopen_node *node, int64_t now_ns);
 bool canopen_guard_toggles(struct canopen_node *node, uint8_t answer);
 /* lss.c: a frame with id 0x7E4; time-outs. */
 void canopen_lss_receive(struct canopen_lss *lss,

@@ -8,7 +8,7 @@
 #define SEGMENT_TOGGLE    0x10u
 #define SEGMENT_LAST      0x01u
 
-static void canopen_segment_ask(struct canopen_node *node)
+static void canopen_segment_request(struct canopen_node *node)
 {
     const uint8_t data[8] = { (uint8_t)(SEGMENT_READ | node->sdo.toggle) };
 
@@ -20,18 +20,18 @@ void canopen_segment_read_begin(struct canopen_node *node, const uint8_t *data)
     struct canopen_sdo *sdo = &node->sdo;
 
     sdo->length = data[0] & SDO_SIZE_GIVEN ? canopen_sdo_get_u32(&data[4]) : 0;
-    if (sdo->length > sdo->room) {
+    if (sdo->length > sdo->capacity) {
         canopen_sdo_give_up(node, CANOPEN_ABORT_MEMORY);
         return;
     }
     sdo->step = CANOPEN_SDO_SEGMENT;
-    canopen_segment_ask(node);
+    canopen_segment_request(node);
 }
 
 static void canopen_segment_read(struct canopen_node *node, const uint8_t *data)
 {
     struct canopen_sdo *sdo = &node->sdo;
-    const uint32_t most = sdo->length > 0 ? sdo->length : sdo->room;
+    const uint32_t most = sdo->length > 0 ? sdo->length : sdo->capacity;
     const unsigned count = SDO_SEGMENT_BYTES - (data[0] >> 1 & 7u);
     const bool last = (data[0] & SEGMENT_LAST) != 0;
 
@@ -49,7 +49,7 @@ static void canopen_segment_read(struct canopen_node *node, const uint8_t *data)
     sdo->at += count;
     if (!last) {
         sdo->toggle ^= SEGMENT_TOGGLE;
-        canopen_segment_ask(node);
+        canopen_segment_request(node);
     } else if (sdo->length > 0 && sdo->at != sdo->length) {
         canopen_sdo_give_up(node, CANOPEN_ABORT_LENGTH);
     } else {

@@ -15,7 +15,7 @@ unsigned gpio_part_lines(void *chip);
 /* Number of the line of that name; -1. */
 int gpio_part_find(void *chip, const char *line);
 /* Who has the line, empty when nobody; true when it is taken. */
-bool gpio_part_user(void *chip, unsigned offset, char *user, size_t room);
+bool gpio_part_user(void *chip, unsigned offset, char *user, size_t capacity);
 
 /* Take the line: fills handle and buffer.  0, or -1 with errno. */
 int gpio_part_request(struct gpio_libgpiod *self,

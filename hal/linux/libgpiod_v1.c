@@ -42,11 +42,11 @@ int gpio_part_find(void *chip, const char *line)
     return found == NULL ? -1 : (int)gpiod_line_offset(found);
 }
 
-bool gpio_part_user(void *chip, unsigned offset, char *user, size_t room)
+bool gpio_part_user(void *chip, unsigned offset, char *user, size_t capacity)
 {
     struct gpiod_line *line = gpiod_chip_get_line(chip, offset);
     const char *consumer = line == NULL ? NULL : gpiod_line_consumer(line);
-    snprintf(user, room, "%s", consumer == NULL ? "" : consumer);
+    snprintf(user, capacity, "%s", consumer == NULL ? "" : consumer);
     return line != NULL && gpiod_line_is_used(line);
 }
 

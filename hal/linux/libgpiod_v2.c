@@ -50,12 +50,12 @@ int gpio_part_find(void *chip, const char *line)
     return gpiod_chip_get_line_offset_from_name(chip, line);
 }
 
-bool gpio_part_user(void *chip, unsigned offset, char *user, size_t room)
+bool gpio_part_user(void *chip, unsigned offset, char *user, size_t capacity)
 {
     struct gpiod_line_info *info = gpiod_chip_get_line_info(chip, offset);
     const char *consumer =
         info == NULL ? NULL : gpiod_line_info_get_consumer(info);
-    snprintf(user, room, "%s", consumer == NULL ? "" : consumer);
+    snprintf(user, capacity, "%s", consumer == NULL ? "" : consumer);
     bool taken = info != NULL && gpiod_line_info_is_used(info);
     if (info != NULL)
         gpiod_line_info_free(info);

@@ -144,7 +144,7 @@ static void can_link_take(const struct rtattr *attribute, struct can_link *link)
 
 /* ---- question and answer ---- */
 
-static int can_link_ask(int socket_fd, const char *name)
+static int can_link_query(int socket_fd, const char *name)
 {
     struct can_link_request request = {
         .head = { .nlmsg_len = sizeof request,
@@ -212,7 +212,7 @@ int can_link_read(const char *name, struct can_link *link)
         return MOTION_E_IO;
     (void)setsockopt(socket_fd, SOL_SOCKET, SO_RCVTIMEO, &patience,
                      sizeof patience);
-    err = can_link_ask(socket_fd, name);
+    err = can_link_query(socket_fd, name);
     if (err == MOTION_OK) {
         got = recv(socket_fd, &answer, sizeof answer, 0);
         err = got < 0 ? MOTION_E_IO

@@ -44,14 +44,14 @@ static enum hal_fieldbus_health modbus_bus_begin(struct hal_fieldbus *fieldbus,
 }
 
 /* true: one more is under way. */
-static bool modbus_bus_ask(struct modbus_bus *bus, struct modbus_node *node,
-                           int64_t now_ns)
+static bool modbus_bus_request(struct modbus_bus *bus, struct modbus_node *node,
+                               int64_t now_ns)
 {
     struct hal_modbus_request request = { .unit = node->unit };
     const unsigned slot = bus->sent & (HAL_MODBUS_MAILBOX - 1);
     uint16_t cookie = 0;
 
-    if (!node->ops->ask(node, now_ns, &request, &cookie) ||
+    if (!node->ops->next_request(node, now_ns, &request, &cookie) ||
         hal_modbus_submit(bus->line, &request, bus->sent) != MOTION_OK)
         return false;
     bus->flight[slot].node = node;
@@ -69,7 +69,7 @@ static void modbus_bus_end(struct hal_fieldbus *fieldbus, int64_t now_ns)
         struct modbus_node *node = bus->turn;
 
         bus->turn = node->next != NULL ? node->next : bus->first;
-        idle = modbus_bus_ask(bus, node, now_ns) ? 0 : idle + 1;
+        idle = modbus_bus_request(bus, node, now_ns) ? 0 : idle + 1;
     }
 }
 

@@ -22,8 +22,8 @@ struct modbus_node_ops {
     void (*step)(struct modbus_node *node, int64_t now_ns);
     /* The next request; the unit is filled in.  *cookie comes back with the
      * reply.  false: nothing to ask now. */
-    bool (*ask)(struct modbus_node *node, int64_t now_ns,
-                struct hal_modbus_request *request, uint16_t *cookie);
+    bool (*next_request)(struct modbus_node *node, int64_t now_ns,
+                         struct hal_modbus_request *request, uint16_t *cookie);
     void (*reply)(struct modbus_node *node, uint16_t cookie,
                   const struct hal_modbus_reply *reply);
     /* Port or connection broke, also when it is there again already. */

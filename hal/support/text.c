@@ -3,22 +3,22 @@
 
 void hal_text_init(struct hal_text *text, char *buffer, size_t size)
 {
-    *text = (struct hal_text){ .at = buffer, .room = size - 1 };
+    *text = (struct hal_text){ .at = buffer, .capacity = size - 1 };
     *buffer = '\0';
 }
 
 static void hal_text_char(struct hal_text *text, char letter)
 {
-    if (text->room == 0)
+    if (text->capacity == 0)
         return;
-    text->room--;
+    text->capacity--;
     *text->at++ = letter;
     *text->at = '\0';
 }
 
 void hal_text_put(struct hal_text *text, const char *words)
 {
-    while (*words != '\0' && text->room > 0)
+    while (*words != '\0' && text->capacity > 0)
         hal_text_char(text, *words++);
 }
 

@@ -9,8 +9,8 @@
 #include <stdint.h>
 
 struct hal_text {
-    char *at;    /* where the ending 0 stands */
-    size_t room; /* characters that still fit before it */
+    char *at;        /* where the ending 0 stands */
+    size_t capacity; /* characters that still fit before it */
 };
 
 /* size >= 1; the text is empty. */

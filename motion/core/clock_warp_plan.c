@@ -58,12 +58,12 @@ static struct motion_u128 clock_ramp_square(const struct clock_ramp *ramp,
                                             bool same)
 {
     const uint64_t a0 = motion_fixed_abs(ramp->a0);
-    const struct motion_u128 way = motion_fixed_mul_u64(
+    const struct motion_u128 displacement = motion_fixed_mul_u64(
         motion_fixed_abs(ramp->change), (uint64_t)ramp->jerk);
     const struct motion_u128 half =
         motion_fixed_shr_u128(motion_fixed_mul_u64(a0, a0), 1);
-    return same ? motion_fixed_add_u128(half, way)
-                : motion_fixed_sub_u128(half, way);
+    return same ? motion_fixed_add_u128(half, displacement)
+                : motion_fixed_sub_u128(half, displacement);
 }
 
 /* The root to 31 bits, for lengths that will be rounded to ticks. */

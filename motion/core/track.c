@@ -152,12 +152,12 @@ track_sum_quintic(const struct motion_segment *segment, int32_t w)
 /* Four ways to sample, each a function of its own that takes its arguments in
  * registers: where two share code a 32-bit compiler joins them, no longer
  * knows that w is 32 bits, and multiplies the long way. */
-typedef void track_way(const struct motion_segment *segment,
-                       struct motion_sample *sample, uint64_t dt);
-__attribute__((noinline)) static track_way track_sample_cubic;
-__attribute__((noinline)) static track_way track_sample_quintic;
-__attribute__((noinline)) static track_way track_sample_far;
-__attribute__((noinline)) static track_way track_sample_short;
+typedef void track_displacement(const struct motion_segment *segment,
+                                struct motion_sample *sample, uint64_t dt);
+__attribute__((noinline)) static track_displacement track_sample_cubic;
+__attribute__((noinline)) static track_displacement track_sample_quintic;
+__attribute__((noinline)) static track_displacement track_sample_far;
+__attribute__((noinline)) static track_displacement track_sample_short;
 
 static void track_sample_cubic(const struct motion_segment *segment,
                                struct motion_sample *sample, uint64_t dt)

@@ -203,7 +203,7 @@ static int append_frac(const struct append_goal *goal,
 }
 
 /* b - a, from 32 bits below the unit to q72. */
-static struct motion_u128 append_way(int64_t a_q32, int64_t b_q32)
+static struct motion_u128 append_displacement(int64_t a_q32, int64_t b_q32)
 {
     struct motion_u128 d =
         append_sub(motion_fixed_from_i64(b_q32), motion_fixed_from_i64(a_q32));
@@ -215,7 +215,8 @@ static struct motion_u128 append_way(int64_t a_q32, int64_t b_q32)
 static struct motion_u128 append_travel(const struct append_goal *goal,
                                         const struct motion_segment *segment)
 {
-    struct motion_u128 d = append_way(segment->pos_q32, goal->end_pos_q32);
+    struct motion_u128 d =
+        append_displacement(segment->pos_q32, goal->end_pos_q32);
 
     if (segment->frac < 0) {
         d.lo &= ~((UINT64_C(1) << (40 - segment->frac)) - 1);
@@ -453,7 +454,7 @@ static int append_fit(const struct motion_track *track,
                       struct append_goal *goal, struct motion_segment *segment)
 {
     struct motion_u128 exact =
-        append_way(track->end.pos_q32, goal->end_pos_q32);
+        append_displacement(track->end.pos_q32, goal->end_pos_q32);
 
     *segment = (struct motion_segment){ .pos_q32 = track->end.pos_q32 };
     append_time(segment, track->end_ns_q12, goal->dur_ns_q12);

@@ -304,11 +304,11 @@ static void bake_polygon(const struct motion_bake_point *a,
 }
 
 /* By how much the quintic from a to b misses `at`, t after a. */
-static struct motion_bake_point bake_miss(const struct motion_bake_point *a,
-                                          const struct motion_bake_point *b,
-                                          const struct motion_bake_point *at,
-                                          struct motion_real t,
-                                          struct motion_real h)
+static struct motion_bake_point
+bake_residual(const struct motion_bake_point *a,
+              const struct motion_bake_point *b,
+              const struct motion_bake_point *at, struct motion_real t,
+              struct motion_real h)
 {
     static const int binomial[6] = { 1, 5, 10, 10, 5, 1 };
     struct motion_real o[6], c[6];
@@ -323,21 +323,21 @@ static struct motion_bake_point bake_miss(const struct motion_bake_point *a,
     return bake_minus(*at, motion_bake_horner(c, 5, motion_real_div(t, h), h));
 }
 
-/* What a quintic over h that misses by `miss` may miss over half of h: the
+/* What a quintic over h that misses by `residual` may miss over half of h: the
  * largest of w = (u (1-u))^3 is 1/64, of w' 0.0537 / h, of w'' 3/8 / h^2; the
  * miss of v is zero where that of p is largest, so it follows from that. */
 static void bake_raise(struct motion_bake_bound *rest,
-                       const struct motion_bake_point *miss,
+                       const struct motion_bake_point *residual,
                        struct motion_real h)
 {
-    const struct motion_real p = motion_real_abs(miss->pos);
+    const struct motion_real p = motion_real_abs(residual->pos);
     const struct motion_real v = motion_real_div(motion_real_scale(p, 2), h);
     const struct motion_real a =
         motion_real_div(bake_times(p, 24), motion_real_sqr(h));
 
     rest->pos = motion_real_max(rest->pos, p);
-    rest->vel = motion_real_max(rest->vel, bake_larger(v, miss->vel));
-    rest->acc = motion_real_max(rest->acc, bake_larger(a, miss->acc));
+    rest->vel = motion_real_max(rest->vel, bake_larger(v, residual->vel));
+    rest->acc = motion_real_max(rest->acc, bake_larger(a, residual->acc));
 }
 
 /* What the track adds when it is sampled, and this file's own rounding. */
@@ -373,9 +373,9 @@ static struct motion_bake_bound bake_judge(const struct bake *bake,
     }
     for (int i = 0; i + 2 < BAKE_PLACES; i++) {
         const struct motion_real both = motion_real_add(h[i + 1], h[i + 2]);
-        const struct motion_bake_point miss =
-            bake_miss(&e[i], &e[i + 2], &e[i + 1], h[i + 1], both);
-        bake_raise(&rest, &miss, both);
+        const struct motion_bake_point residual =
+            bake_residual(&e[i], &e[i + 2], &e[i + 1], h[i + 1], both);
+        bake_raise(&rest, &residual, both);
     }
     bound.pos = motion_real_add(bound.pos, rest.pos);
     bound.vel = motion_real_add(bound.vel, rest.vel);

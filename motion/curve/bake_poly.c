@@ -97,37 +97,38 @@ static struct motion_real bake_sixth(const struct motion_bake_poly *poly,
 
 /* What the quintic over from .. to misses, p, v, a. */
 static struct motion_bake_poly_tolerance
-bake_miss(const struct motion_bake_poly *poly, struct motion_real from,
-          struct motion_real to, struct motion_real dur)
+bake_residual(const struct motion_bake_poly *poly, struct motion_real from,
+              struct motion_real to, struct motion_real dur)
 {
     const struct motion_real h = motion_real_sub(to, from);
     const struct motion_real h2 = motion_real_sqr(h);
     const struct motion_real acc =
         motion_real_mul(bake_sixth(poly, from, to), motion_real_sqr(h2));
     const struct motion_real vel = motion_real_mul(acc, h);
-    struct motion_bake_poly_tolerance miss;
+    struct motion_bake_poly_tolerance residual;
 
     /* sqrt(5) / 30000 < 1 / 13416 */
-    miss.pos =
+    residual.pos =
         motion_real_div(motion_real_mul(acc, h2), motion_real_int(46080));
-    miss.vel =
+    residual.vel =
         motion_real_div(vel, motion_real_mul(dur, motion_real_int(13416)));
-    miss.acc = motion_real_div(
+    residual.acc = motion_real_div(
         acc, motion_real_mul(motion_real_sqr(dur), motion_real_int(1920)));
-    return miss;
+    return residual;
 }
 
-static bool bake_fits(const struct motion_bake_poly_tolerance *miss,
+static bool bake_fits(const struct motion_bake_poly_tolerance *residual,
                       const struct motion_bake_poly_tolerance *allowed)
 {
-    return motion_real_cmp(miss->pos, allowed->pos) <= 0 &&
-           motion_real_cmp(miss->vel, allowed->vel) <= 0 &&
-           motion_real_cmp(miss->acc, allowed->acc) <= 0;
+    return motion_real_cmp(residual->pos, allowed->pos) <= 0 &&
+           motion_real_cmp(residual->vel, allowed->vel) <= 0 &&
+           motion_real_cmp(residual->acc, allowed->acc) <= 0;
 }
 
-struct motion_u128 spline_fixed(int64_t base_q32, struct motion_real way)
+struct motion_u128 spline_fixed(int64_t base_q32,
+                                struct motion_real displacement)
 {
-    const struct motion_real size = motion_real_abs(way);
+    const struct motion_real size = motion_real_abs(displacement);
     const int32_t up = size.e + 96;
     struct motion_u128 wide = { 0, (uint64_t)size.m };
 
@@ -135,22 +136,23 @@ struct motion_u128 spline_fixed(int64_t base_q32, struct motion_real way)
         wide = motion_fixed_shl_u128(wide, up > 127 ? 127 : (unsigned)up);
     else
         wide = motion_fixed_round_i128(wide, up < -127 ? 128 : (unsigned)-up);
-    if (way.m < 0)
+    if (displacement.m < 0)
         wide = motion_fixed_neg_i128(wide);
     return motion_fixed_add_u128(wide,
                                  (struct motion_u128){ (uint64_t)base_q32, 0 });
 }
 
-struct motion_real spline_fixed_way(const struct motion_track *track,
-                                    struct motion_u128 to)
+struct motion_real spline_fixed_displacement(const struct motion_track *track,
+                                             struct motion_u128 to)
 {
     const struct motion_u128 from = { (uint64_t)track->end.pos_q32,
                                       track->end_frac };
-    const struct motion_u128 way = motion_fixed_sub_u128(to, from);
+    const struct motion_u128 displacement = motion_fixed_sub_u128(to, from);
     const struct motion_real size =
-        motion_real_from_u128(motion_fixed_abs_i128(way), -96);
+        motion_real_from_u128(motion_fixed_abs_i128(displacement), -96);
 
-    return motion_fixed_is_neg_i128(way) ? motion_real_neg(size) : size;
+    return motion_fixed_is_neg_i128(displacement) ? motion_real_neg(size)
+                                                  : size;
 }
 
 /* The piece from tick a to tick b. */
@@ -182,7 +184,8 @@ static int bake_emit(struct motion_track *track, const struct bake_piece *piece,
         vel[i] = jet[i][1];
         acc[i] = motion_real_twice(jet[i][2]);
     }
-    quintic = spline_quintic(spline_fixed_way(track, end), h, vel, acc);
+    quintic =
+        spline_quintic(spline_fixed_displacement(track, end), h, vel, acc);
     return spline_emit(track, piece->b - piece->a, &quintic, (int64_t)end.hi,
                        end.lo);
 }
@@ -201,7 +204,7 @@ static struct motion_u128 bake_end(const struct motion_bake_poly *poly,
 static struct bake_piece
 bake_next(const struct motion_bake_poly *poly, int64_t dur, uint32_t at,
           const struct motion_bake_poly_tolerance *allowed, uint32_t *step,
-          struct motion_bake_poly_tolerance *miss)
+          struct motion_bake_poly_tolerance *residual)
 {
     const struct motion_real seconds = motion_real_div(
         motion_real_int(dur), motion_real_int(MOTION_FIXED_S_Q12));
@@ -214,8 +217,8 @@ bake_next(const struct motion_bake_poly *poly, int64_t dur, uint32_t at,
         (void)motion_fixed_muldiv(dur, at, MOTION_BAKE_POLY_PIECES, &a);
         (void)motion_fixed_muldiv(dur, at + *step, MOTION_BAKE_POLY_PIECES, &b);
         const struct bake_piece piece = bake_piece(a, b, dur);
-        *miss = bake_miss(poly, piece.from, piece.to, seconds);
-        if (*step == 1 || b - a < 2 || bake_fits(miss, allowed))
+        *residual = bake_residual(poly, piece.from, piece.to, seconds);
+        if (*step == 1 || b - a < 2 || bake_fits(residual, allowed))
             return piece;
     }
 }
@@ -232,9 +235,9 @@ static int bake_pieces(struct motion_track *track, int64_t dur,
 
     for (uint32_t at = 0; rc == MOTION_OK && at < MOTION_BAKE_POLY_PIECES;
          at += step) {
-        struct motion_bake_poly_tolerance miss;
+        struct motion_bake_poly_tolerance residual;
         const struct bake_piece piece =
-            bake_next(poly, dur, at, allowed, &step, &miss);
+            bake_next(poly, dur, at, allowed, &step, &residual);
         struct motion_u128 end;
 
         if (piece.b == piece.a)
@@ -244,8 +247,8 @@ static int bake_pieces(struct motion_track *track, int64_t dur,
             end = (struct motion_u128){ (uint64_t)*end_q32, 0 };
         rc = bake_emit(track, &piece, poly, end);
         if (bound)
-            *bound =
-                motion_real_max(*bound, motion_real_add(miss.pos, rounding));
+            *bound = motion_real_max(*bound,
+                                     motion_real_add(residual.pos, rounding));
     }
     return rc;
 }

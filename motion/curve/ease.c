@@ -24,7 +24,7 @@ int motion_ease_append_phases(struct motion_track *track,
 {
     const int64_t most = MOTION_TRACK_SEGMENT_MAX_NS_Q12;
     struct ease_ramp in, out;
-    struct ease_way way;
+    struct ease_displacement displacement;
 
     if ((unsigned)law > MOTION_EASE_SCURVE || in_ns_q12 < 0 ||
         middle_ns_q12 < 0 || out_ns_q12 < 0 || in_ns_q12 > most ||
@@ -34,12 +34,12 @@ int motion_ease_append_phases(struct motion_track *track,
     const int64_t dur = in_ns_q12 + middle_ns_q12 + out_ns_q12; /* < 2^62 */
     if (dur == 0 || dur > most)
         return MOTION_E_ARG;
-    ease_way_init(&way, track, to_q32);
-    if (motion_real_is_zero(way.length))
+    ease_displacement_init(&displacement, track, to_q32);
+    if (motion_real_is_zero(displacement.length))
         return motion_track_append_dwell(track, dur);
     in = ease_law_ramp(law, in_ns_q12);
     out = ease_law_ramp(law, out_ns_q12);
-    return ease_append(track, &way, &in, middle_ns_q12, &out);
+    return ease_append(track, &displacement, &in, middle_ns_q12, &out);
 }
 
 int motion_ease_append(struct motion_track *track, enum motion_ease_law law,
@@ -208,7 +208,8 @@ static int ease_judge(const struct motion_track *track, uint32_t first,
     return MOTION_OK;
 }
 
-static int ease_try(struct motion_track *track, const struct ease_way *way,
+static int ease_try(struct motion_track *track,
+                    const struct ease_displacement *displacement,
                     const struct ease_times *times, int64_t slack,
                     const struct motion_ease_limit *limit)
 {
@@ -224,7 +225,7 @@ static int ease_try(struct motion_track *track, const struct ease_way *way,
     if (4 * ramp.up + 2 * ramp.hold + middle > MOTION_TRACK_SEGMENT_MAX_NS_Q12)
         return MOTION_E_RANGE;
     ramp.down = ramp.up;
-    rc = ease_append(track, way, &ramp, middle, &ramp);
+    rc = ease_append(track, displacement, &ramp, middle, &ramp);
     if (rc == MOTION_OK)
         rc = ease_judge(track, before.count, limit);
     if (rc != MOTION_OK)
@@ -241,21 +242,21 @@ int motion_ease_append_limited(struct motion_track *track, int64_t to_q32,
 {
     struct ease_limits limits;
     struct ease_times times;
-    struct ease_way way;
+    struct ease_displacement displacement;
     int rc = MOTION_E_LIMIT;
 
     if (limit->vel_q32 <= 0 || limit->acc_q32 <= 0 || limit->jerk_q32 < 0)
         return MOTION_E_ARG;
-    ease_way_init(&way, track, to_q32);
-    if (motion_real_is_zero(way.length))
+    ease_displacement_init(&displacement, track, to_q32);
+    if (motion_real_is_zero(displacement.length))
         return MOTION_OK;
     limits = ease_limits(limit);
-    times = ease_solve(way.length, &limits);
+    times = ease_solve(displacement.length, &limits);
     if (limit->jerk_q32 && ease_is_short(times.hold))
         times.hold = ease_whole(0);
-    rc = ease_try(track, &way, &times, 0, limit);
+    rc = ease_try(track, &displacement, &times, 0, limit);
     for (int64_t slack = 1; rc == MOTION_E_LIMIT && slack <= EASE_SLACK_MAX;
          slack *= 2)
-        rc = ease_try(track, &way, &times, slack, limit);
+        rc = ease_try(track, &displacement, &times, slack, limit);
     return rc;
 }

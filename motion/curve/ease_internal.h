@@ -33,8 +33,8 @@ struct ease_ramp {
     bool sine;
 };
 
-/* A signed way to go. */
-struct ease_way {
+/* A signed displacement. */
+struct ease_displacement {
     struct motion_u128 from, to; /* Q64.64, two's complement */
     struct motion_real length;
     bool down;
@@ -57,12 +57,13 @@ static inline struct motion_real ease_pi_2(void)
 }
 
 /* From the track's end to `to_q32`. */
-void ease_way_init(struct ease_way *way, const struct motion_track *track,
-                   int64_t to_q32);
+void ease_displacement_init(struct ease_displacement *displacement,
+                            const struct motion_track *track, int64_t to_q32);
 
 /* Append a ramp, a line of `middle`, and a ramp in reverse.  The times must not
  * all be zero and not be more than 2^60 together. */
-int ease_append(struct motion_track *track, const struct ease_way *way,
+int ease_append(struct motion_track *track,
+                const struct ease_displacement *displacement,
                 const struct ease_ramp *in, int64_t middle,
                 const struct ease_ramp *out);
 

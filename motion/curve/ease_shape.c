@@ -16,7 +16,7 @@
  * normaliser f = 2 k1/pi + (k2 - k1) + 2 (1 - k2)/pi, times the duration.
  *
  * Only the ramp from rest is computed; the ramp to rest is its mirror image,
- * and a way down is a way up with other signs. */
+ * and a displacement down is one up with other signs. */
 #include "motion/curve/ease_internal.h"
 
 #include "motion/core/err.h"
@@ -30,16 +30,18 @@ static struct motion_u128 ease_sub(struct motion_u128 a, struct motion_u128 b)
     return motion_fixed_sub_u128(a, b);
 }
 
-void ease_way_init(struct ease_way *way, const struct motion_track *track,
-                   int64_t to_q32)
+void ease_displacement_init(struct ease_displacement *displacement,
+                            const struct motion_track *track, int64_t to_q32)
 {
     const int64_t from_q32 = track->end.pos_q32;
 
-    way->from = (struct motion_u128){ (uint64_t)from_q32, track->end_frac };
-    way->to = (struct motion_u128){ (uint64_t)to_q32, 0 };
-    way->down = to_q32 <= from_q32;
-    way->length = motion_real_from_u128(
-        way->down ? ease_sub(way->from, way->to) : ease_sub(way->to, way->from),
+    displacement->from =
+        (struct motion_u128){ (uint64_t)from_q32, track->end_frac };
+    displacement->to = (struct motion_u128){ (uint64_t)to_q32, 0 };
+    displacement->down = to_q32 <= from_q32;
+    displacement->length = motion_real_from_u128(
+        displacement->down ? ease_sub(displacement->from, displacement->to)
+                           : ease_sub(displacement->to, displacement->from),
         -64);
 }
 
@@ -70,14 +72,15 @@ int64_t ease_round(const struct ease_piece *piece, struct motion_real value,
 static int ease_line(struct ease_shape *shape, int64_t dur,
                      struct motion_real speed)
 {
-    const struct motion_real way = motion_real_mul(speed, ease_whole(dur));
+    const struct motion_real displacement =
+        motion_real_mul(speed, ease_whole(dur));
     struct ease_piece *piece;
     int rc = MOTION_OK;
 
     if (dur == 0)
         return MOTION_OK;
-    piece = ease_piece_add(shape, dur, 1, way);
-    piece->coef[0] = ease_round(piece, way, &rc);
+    piece = ease_piece_add(shape, dur, 1, displacement);
+    piece->coef[0] = ease_round(piece, displacement, &rc);
     return rc;
 }
 
@@ -91,7 +94,7 @@ static int ease_push(struct ease_shape *shape, int64_t dur,
     const struct motion_real gain = motion_real_mul(acc, time);
     const struct motion_real bend = motion_real_mul(gain, time);
     const struct motion_real sixth = motion_real_div(bend, ease_whole(6));
-    const struct motion_real way = motion_real_mul(*speed, time);
+    const struct motion_real displacement = motion_real_mul(*speed, time);
     struct ease_piece *piece;
     int rc = MOTION_OK;
 
@@ -101,7 +104,7 @@ static int ease_push(struct ease_shape *shape, int64_t dur,
         motion_real_add(*speed, from_zero || to_zero ? ease_half(gain) : gain);
     piece = ease_piece_add(shape, dur, from_zero || to_zero ? 3 : 2,
                            motion_real_mul(*speed, time));
-    piece->coef[0] = ease_round(piece, way, &rc);
+    piece->coef[0] = ease_round(piece, displacement, &rc);
     if (!from_zero)
         piece->coef[1] = ease_round(piece, ease_half(bend), &rc);
     if (from_zero || to_zero)
@@ -188,7 +191,7 @@ static void ease_mirror(struct ease_shape *shape, uint32_t first)
     }
 }
 
-/* Where a change of the way changes the velocity least: degree/duration. */
+/* Where a change of the displacement changes the velocity least: degree/duration. */
 static uint32_t ease_softest(const struct ease_shape *shape)
 {
     uint32_t softest = 0;
@@ -200,18 +203,18 @@ static uint32_t ease_softest(const struct ease_shape *shape)
     return softest;
 }
 
-/* The way a piece goes, to the last bit of its coefficients. */
-static struct motion_u128 ease_piece_way(const struct ease_piece *piece,
-                                         bool down)
+/* The displacement of a piece, to the last bit of its coefficients. */
+static struct motion_u128
+ease_piece_displacement(const struct ease_piece *piece, bool down)
 {
     int64_t sum = 0;
-    struct motion_u128 way;
+    struct motion_u128 displacement;
 
     for (int k = 0; k < piece->degree; k++)
         sum += piece->coef[k];
-    way = motion_fixed_shl_u128(motion_fixed_from_i64(down ? -sum : sum),
-                                64 - piece->frac);
-    return way;
+    displacement = motion_fixed_shl_u128(
+        motion_fixed_from_i64(down ? -sum : sum), 64 - piece->frac);
+    return displacement;
 }
 
 static int ease_emit_piece(struct motion_track *track,
@@ -230,25 +233,27 @@ static int ease_emit_piece(struct motion_track *track,
  * rounding leaves between is absorbed by the softest piece.  Starts and ends
  * to the bit. */
 static int ease_emit(struct motion_track *track, const struct ease_shape *shape,
-                     const struct ease_way *way)
+                     const struct ease_displacement *displacement)
 {
     const struct motion_track before = *track;
     const uint32_t softest = ease_softest(shape);
     struct motion_u128 end[MOTION_EASE_SEGMENTS + 1];
-    struct motion_u128 at = way->from;
+    struct motion_u128 at = displacement->from;
 
     for (uint32_t i = 0; i < softest; i++) {
-        at = motion_fixed_add_u128(at,
-                                   ease_piece_way(&shape->piece[i], way->down));
+        at = motion_fixed_add_u128(
+            at, ease_piece_displacement(&shape->piece[i], displacement->down));
         end[i] = at;
     }
-    at = way->to;
+    at = displacement->to;
     for (uint32_t i = shape->count; i > softest; i--) {
         end[i - 1] = at;
-        at = ease_sub(at, ease_piece_way(&shape->piece[i - 1], way->down));
+        at = ease_sub(at, ease_piece_displacement(&shape->piece[i - 1],
+                                                  displacement->down));
     }
     for (uint32_t i = 0; i < shape->count; i++) {
-        int rc = ease_emit_piece(track, &shape->piece[i], way->down, end[i]);
+        int rc = ease_emit_piece(track, &shape->piece[i], displacement->down,
+                                 end[i]);
         if (rc) {
             *track = before;
             return rc;
@@ -268,7 +273,8 @@ static int ease_ramp_pieces(struct ease_shape *shape,
     return ease_jerk_pieces(shape, ramp, speed);
 }
 
-int ease_append(struct motion_track *track, const struct ease_way *way,
+int ease_append(struct motion_track *track,
+                const struct ease_displacement *displacement,
                 const struct ease_ramp *in, int64_t middle,
                 const struct ease_ramp *out)
 {
@@ -276,18 +282,19 @@ int ease_append(struct motion_track *track, const struct ease_way *way,
     const struct motion_real reach = motion_real_add(
         motion_real_add(ease_ramp_reach(in), ease_whole(middle)),
         ease_ramp_reach(out));
-    const struct motion_real speed = motion_real_div(way->length, reach);
+    const struct motion_real speed =
+        motion_real_div(displacement->length, reach);
     uint32_t first_out;
     int rc;
 
-    rc = ease_ramp_pieces(&shape, in, speed, way->length);
+    rc = ease_ramp_pieces(&shape, in, speed, displacement->length);
     if (rc == MOTION_OK)
         rc = ease_line(&shape, middle, speed);
     first_out = shape.count;
     if (rc == MOTION_OK)
-        rc = ease_ramp_pieces(&shape, out, speed, way->length);
+        rc = ease_ramp_pieces(&shape, out, speed, displacement->length);
     if (rc != MOTION_OK)
         return rc;
     ease_mirror(&shape, first_out);
-    return ease_emit(track, &shape, way);
+    return ease_emit(track, &shape, displacement);
 }

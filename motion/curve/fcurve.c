@@ -300,13 +300,13 @@ static void fcurve_beyond(const struct motion_fcurve *curve, int64_t t,
 {
     const struct motion_fcurve_key *end =
         &curve->key[before ? 0 : curve->count - 1];
-    const struct fcurve_offset way = fcurve_outer(curve, before);
+    const struct fcurve_offset displacement = fcurve_outer(curve, before);
     const struct fcurve_when when = { t - end->at.t_ns_q12, 0, 1 };
     struct motion_real slope = motion_real_zero();
     struct fcurve_jet jet;
 
-    if (!motion_real_is_zero(way.t))
-        slope = motion_real_div(way.pos, way.t);
+    if (!motion_real_is_zero(displacement.t))
+        slope = motion_real_div(displacement.pos, displacement.t);
     jet = fcurve_straight(slope, &when);
     fcurve_in_seconds(value, &jet, end, fcurve_whole(1));
 }

@@ -13,7 +13,7 @@
 
 /* Between two cuts; of the span that starts at `key`, or NULL beyond the keys,
  * and lies between two keys in the order of time, which errors name.  The value
- * is off by `miss` at the ends. */
+ * is off by `residual` at the ends. */
 struct fcurve_piece {
     const struct motion_fcurve *curve;
     const struct motion_fcurve_key *key;
@@ -21,7 +21,7 @@ struct fcurve_piece {
     int64_t from, to;
     struct motion_fcurve_value start, end;
     struct motion_real shown; /* at the end */
-    struct motion_real miss[2];
+    struct motion_real residual[2];
 };
 
 struct fcurve_append {
@@ -235,7 +235,7 @@ static int fcurve_source(void *context, int64_t t, enum motion_bake_side side,
     const struct motion_real past =
         motion_real_div(fcurve_whole(t - piece->from), dur);
     const struct motion_real slant =
-        motion_real_sub(piece->miss[1], piece->miss[0]);
+        motion_real_sub(piece->residual[1], piece->residual[0]);
     struct motion_fcurve_value value;
     int rc = motion_fcurve_at(piece->curve, t,
                               side == MOTION_BAKE_LEFT ? MOTION_FCURVE_LEFT
@@ -246,7 +246,7 @@ static int fcurve_source(void *context, int64_t t, enum motion_bake_side side,
         return rc;
     if (value.steep)
         return MOTION_E_LIMIT;
-    point->pos = motion_real_add(value.pos, piece->miss[0]);
+    point->pos = motion_real_add(value.pos, piece->residual[0]);
     point->pos = motion_real_add(point->pos, motion_real_mul(past, slant));
     point->vel = motion_real_add(
         value.vel,
@@ -260,13 +260,15 @@ static void fcurve_note(struct fcurve_append *append,
                         const struct motion_bake_bound *bound)
 {
     struct motion_bake_bound *worst = &append->report->bound;
-    const struct motion_real slant =
-        motion_real_abs(motion_real_sub(piece->miss[1], piece->miss[0]));
-    const struct motion_real miss = motion_real_max(
-        motion_real_abs(piece->miss[0]), motion_real_abs(piece->miss[1]));
+    const struct motion_real slant = motion_real_abs(
+        motion_real_sub(piece->residual[1], piece->residual[0]));
+    const struct motion_real residual =
+        motion_real_max(motion_real_abs(piece->residual[0]),
+                        motion_real_abs(piece->residual[1]));
     const struct motion_real dur = motion_bake_seconds(piece->to - piece->from);
 
-    worst->pos = motion_real_max(worst->pos, motion_real_add(bound->pos, miss));
+    worst->pos =
+        motion_real_max(worst->pos, motion_real_add(bound->pos, residual));
     worst->vel = motion_real_max(
         worst->vel, motion_real_add(bound->vel, motion_real_div(slant, dur)));
     worst->acc = motion_real_max(worst->acc, bound->acc);
@@ -305,10 +307,10 @@ static struct motion_real fcurve_end(const struct motion_track *track)
 /* How far the limit misses what is shown there; MOTION_E_LIMIT where that is a
  * step, and not rounding, also of the time of a cut: `vel` is how fast the
  * curve is there. */
-static int fcurve_miss(const struct fcurve_append *append,
-                       const struct fcurve_piece *piece,
-                       struct motion_real shown, struct motion_real limit,
-                       struct motion_real vel, struct motion_real *miss)
+static int fcurve_residual(const struct fcurve_append *append,
+                           const struct fcurve_piece *piece,
+                           struct motion_real shown, struct motion_real limit,
+                           struct motion_real vel, struct motion_real *residual)
 {
     const struct motion_real ticks =
         fcurve_over(motion_real_abs(vel), MOTION_FIXED_S_Q12 / 4);
@@ -319,8 +321,8 @@ static int fcurve_miss(const struct fcurve_append *append,
     allowed = motion_real_max(allowed, ticks);
     if (piece->key && piece->key->interpolation == MOTION_FCURVE_ELASTIC)
         allowed = motion_real_max(allowed, append->range->step);
-    *miss = motion_real_sub(shown, limit);
-    return motion_real_cmp(motion_real_abs(*miss), allowed) <= 0
+    *residual = motion_real_sub(shown, limit);
+    return motion_real_cmp(motion_real_abs(*residual), allowed) <= 0
                ? MOTION_OK
                : MOTION_E_LIMIT;
 }
@@ -335,8 +337,9 @@ static int fcurve_measure_start(struct fcurve_append *append,
     append->report->failed = piece->first;
     if (rc != MOTION_OK)
         return rc;
-    return fcurve_miss(append, piece, fcurve_end(append->track),
-                       piece->start.pos, piece->start.vel, &piece->miss[0]);
+    return fcurve_residual(append, piece, fcurve_end(append->track),
+                           piece->start.pos, piece->start.vel,
+                           &piece->residual[0]);
 }
 
 /* And what the curve shows at the end, the key's value. */
@@ -354,10 +357,10 @@ static int fcurve_measure_end(struct fcurve_append *append,
     if (rc != MOTION_OK)
         return rc;
     piece->shown = shown.pos;
-    return fcurve_miss(append, piece, shown.pos, piece->end.pos,
-                       motion_real_max(motion_real_abs(shown.vel),
-                                       motion_real_abs(piece->end.vel)),
-                       &piece->miss[1]);
+    return fcurve_residual(append, piece, shown.pos, piece->end.pos,
+                           motion_real_max(motion_real_abs(shown.vel),
+                                           motion_real_abs(piece->end.vel)),
+                           &piece->residual[1]);
 }
 
 static int fcurve_append_piece(struct fcurve_append *append,

@@ -274,7 +274,7 @@ static ease_kind *const ease_kinds[] = {
     [MOTION_FCURVE_ELASTIC] = ease_elastic,
 };
 
-static int ease_way(const struct motion_fcurve_key *key)
+static int ease_direction(const struct motion_fcurve_key *key)
 {
     if (key->easing != MOTION_FCURVE_BY_KIND)
         return key->easing;
@@ -307,9 +307,9 @@ struct fcurve_jet fcurve_ease(const struct motion_fcurve_key *key,
                               struct motion_real change,
                               const struct fcurve_when *when)
 {
-    const int way = ease_way(key);
-    const bool halves = way == MOTION_FCURVE_IN_OUT;
-    const bool out = way == MOTION_FCURVE_OUT ||
+    const int direction = ease_direction(key);
+    const bool halves = direction == MOTION_FCURVE_IN_OUT;
+    const bool out = direction == MOTION_FCURVE_OUT ||
                      (halves && when->inside > when->dur - when->inside);
     const struct ease_at at = ease_place(when, out, halves, change);
     struct fcurve_jet jet = ease_kinds[key->interpolation](key, &at);
@@ -358,12 +358,12 @@ int fcurve_ease_breaks(const struct motion_fcurve_key *key,
                        struct motion_real change, int64_t dur,
                        int64_t at[FCURVE_BREAKS_MAX])
 {
-    const int way = ease_way(key);
-    const bool halves = way == MOTION_FCURVE_IN_OUT;
+    const int direction = ease_direction(key);
+    const bool halves = direction == MOTION_FCURVE_IN_OUT;
     struct motion_real rest[3], x[FCURVE_BREAKS_MAX];
     int n = ease_base_breaks(key, change, dur, halves, rest), count = 0;
 
-    for (int i = 0; i < n && way != MOTION_FCURVE_OUT; i++)
+    for (int i = 0; i < n && direction != MOTION_FCURVE_OUT; i++)
         x[count++] = motion_real_sub(ease_one(), rest[i]);
     if (halves) {
         for (int i = 0; i < n; i++)
@@ -372,7 +372,7 @@ int fcurve_ease_breaks(const struct motion_fcurve_key *key,
         for (int i = n - 1; i >= 0; i--)
             x[count++] = motion_real_sub(ease_one(), x[i]);
     }
-    for (int i = n - 1; i >= 0 && way == MOTION_FCURVE_OUT; i--)
+    for (int i = n - 1; i >= 0 && direction == MOTION_FCURVE_OUT; i--)
         x[count++] = rest[i];
     for (int i = 0; i < count; i++)
         at[i] = ease_break(x[i], dur);

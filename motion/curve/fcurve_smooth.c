@@ -130,9 +130,9 @@ static struct motion_real fcurve_stay(struct fcurve_offset handle,
 {
     struct motion_real x = motion_real_abs(handle.t);
     struct motion_real rise = handle.pos;
-    const struct motion_real room = fcurve_over(fcurve_times(span, 2), 3);
+    const struct motion_real margin = fcurve_over(fcurve_times(span, 2), 3);
 
-    if (motion_real_cmp(x, room) > 0) {
+    if (motion_real_cmp(x, margin) > 0) {
         /* it and the neighbour's third do not fit: shortened towards that */
         const struct motion_real by =
             motion_real_div(span, motion_real_add(x, fcurve_over(span, 3)));

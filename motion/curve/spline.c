@@ -17,7 +17,7 @@ static uint64_t spline_distance(int64_t a, int64_t b)
     return (uint64_t)b - (uint64_t)a;
 }
 
-struct motion_real spline_way(int64_t a_q32, int64_t b_q32)
+struct motion_real spline_displacement(int64_t a_q32, int64_t b_q32)
 {
     if (b_q32 >= a_q32)
         return motion_real_from_u64(spline_distance(a_q32, b_q32), -32);
@@ -37,8 +37,8 @@ struct spline_chord spline_chord(const struct motion_key *key)
 {
     struct spline_chord chord = { .dur = spline_span(key) };
 
-    chord.vel =
-        motion_real_div(spline_way(key[0].pos_q32, key[1].pos_q32), chord.dur);
+    chord.vel = motion_real_div(
+        spline_displacement(key[0].pos_q32, key[1].pos_q32), chord.dur);
     return chord;
 }
 

@@ -3,8 +3,8 @@
 #include "motion/curve/spline_internal.h"
 
 /* c1 = T v0, c2 = 3 D - 2 T v0 - T v1, c3 = T v0 + T v1 - 2 D */
-struct spline_poly spline_cubic(struct motion_real way, struct motion_real dur,
-                                struct motion_real vel0,
+struct spline_poly spline_cubic(struct motion_real displacement,
+                                struct motion_real dur, struct motion_real vel0,
                                 struct motion_real vel1)
 {
     const struct motion_real a = motion_real_mul(dur, vel0);
@@ -13,8 +13,9 @@ struct spline_poly spline_cubic(struct motion_real way, struct motion_real dur,
     struct spline_poly poly = { .degree = 3 };
 
     poly.c[1] = a;
-    poly.c[2] = motion_real_sub(spline_times(way, 3), motion_real_add(ends, a));
-    poly.c[3] = motion_real_sub(ends, motion_real_twice(way));
+    poly.c[2] = motion_real_sub(spline_times(displacement, 3),
+                                motion_real_add(ends, a));
+    poly.c[3] = motion_real_sub(ends, motion_real_twice(displacement));
     return poly;
 }
 
@@ -30,7 +31,7 @@ static struct motion_real spline_weigh(const struct motion_real given[5],
     return sum;
 }
 
-struct spline_poly spline_quintic(struct motion_real way,
+struct spline_poly spline_quintic(struct motion_real displacement,
                                   struct motion_real dur,
                                   const struct motion_real vel[2],
                                   const struct motion_real acc[2])
@@ -45,7 +46,7 @@ struct spline_poly spline_quintic(struct motion_real way,
     };
     const struct motion_real half = motion_real_half(motion_real_sqr(dur));
     const struct motion_real given[5] = {
-        way,
+        displacement,
         motion_real_mul(dur, vel[0]),
         motion_real_mul(dur, vel[1]),
         motion_real_mul(half, acc[0]),
@@ -84,7 +85,7 @@ int spline_emit(struct motion_track *track, int64_t dur_ns_q12,
                                     (unsigned)frac, end_pos_q32, end_frac);
 }
 
-/* --- the ways between two keys --------------------------------------------- */
+/* --- the pieces between two keys --------------------------------------------- */
 
 static int64_t spline_dur(const struct motion_key *key)
 {
@@ -118,7 +119,7 @@ static int spline_span_cubic(struct motion_track *track,
                              const struct motion_key *key, const void *with)
 {
     const struct spline_poly poly = spline_cubic(
-        spline_way(key[0].pos_q32, key[1].pos_q32), spline_span(key),
+        spline_displacement(key[0].pos_q32, key[1].pos_q32), spline_span(key),
         spline_read(key[0].vel), spline_read(key[1].vel));
 
     (void)with;
@@ -134,8 +135,9 @@ static int spline_span_quintic(struct motion_track *track,
                                         spline_read(key[1].vel) };
     const struct motion_real acc[2] = { spline_read(key[0].acc),
                                         spline_read(key[1].acc) };
-    const struct spline_poly poly = spline_quintic(
-        spline_way(key[0].pos_q32, key[1].pos_q32), spline_span(key), vel, acc);
+    const struct spline_poly poly =
+        spline_quintic(spline_displacement(key[0].pos_q32, key[1].pos_q32),
+                       spline_span(key), vel, acc);
 
     (void)with;
     if (spline_frac(&poly) < 0)
@@ -232,7 +234,7 @@ static int spline_span_constraints(struct motion_track *track,
         b.poly.c[2] =
             motion_real_half(motion_real_mul(square, spline_read(key[0].acc)));
     spline_birkhoff_row(&b, row++, 0,
-                        spline_way(key[0].pos_q32, key[1].pos_q32));
+                        spline_displacement(key[0].pos_q32, key[1].pos_q32));
     if (key[1].has_vel)
         spline_birkhoff_row(&b, row++, 1,
                             motion_real_mul(dur, spline_read(key[1].vel)));

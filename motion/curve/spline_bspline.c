@@ -92,9 +92,10 @@ static struct motion_real bspline_point(const struct bspline *b, int64_t at,
     const int64_t mirror = i < 0 ? low : i > end ? 2 * end - i : i;
     const int64_t base = b->key[at].pos_q32;
     const enum motion_spline_end rule = first ? b->first : b->last;
-    struct motion_real p = spline_way(base, bspline_key(b, mirror)->pos_q32);
+    struct motion_real p =
+        spline_displacement(base, bspline_key(b, mirror)->pos_q32);
     const struct motion_real edge =
-        spline_way(base, bspline_key(b, first ? 0 : end)->pos_q32);
+        spline_displacement(base, bspline_key(b, first ? 0 : end)->pos_q32);
     struct motion_real weight, next;
 
     if ((!first && !last) || b->open)
@@ -106,7 +107,8 @@ static struct motion_real bspline_point(const struct bspline *b, int64_t at,
         return motion_real_add(p, bspline_beyond(b, !first));
     /* (1 - w) x + w (next + mirrored) / 2 = edge */
     weight = bspline_rest_weight(b, !first);
-    next = spline_way(base, bspline_key(b, first ? 1 : end - 1)->pos_q32);
+    next =
+        spline_displacement(base, bspline_key(b, first ? 1 : end - 1)->pos_q32);
     next = motion_real_add(next, motion_real_half(bspline_beyond(b, !first)));
     return motion_real_div(motion_real_sub(edge, motion_real_mul(weight, next)),
                            motion_real_sub(motion_real_int(1), weight));

@@ -55,12 +55,12 @@ static struct c2_row c2_not_a_knot(struct spline_chord outer,
     return (struct c2_row){ both, inner.dur, both, motion_real_div(sum, both) };
 }
 
-/* One end; `way` is 1 at the first key and -1 at the last. */
+/* One end; `displacement` is 1 at the first key and -1 at the last. */
 struct c2_end {
     const struct motion_key *key;
     struct spline_chord outer, inner;
     enum motion_spline_end rule;
-    int way;
+    int displacement;
 };
 
 static struct c2_end c2_first(const struct motion_key *key, uint32_t count,
@@ -95,7 +95,7 @@ static struct c2_row c2_bent(const struct c2_end *end, struct motion_real acc)
         motion_real_int(2),
         one,
         motion_real_sub(spline_times(end->outer.vel, 3),
-                        spline_times(bend, end->way)),
+                        spline_times(bend, end->displacement)),
     };
 }
 

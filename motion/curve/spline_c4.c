@@ -56,9 +56,10 @@ static struct c4_side c4_span_side(const struct motion_key *here,
         side.fourth.of[n] = motion_real_div(motion_real_int(weight[1][n]),
                                             c4_power(dur, 4 - power[n]));
     }
-    const struct motion_real way = spline_way(here->pos_q32, there->pos_q32);
-    side.third.of[0] = motion_real_mul(side.third.of[0], way);
-    side.fourth.of[0] = motion_real_mul(side.fourth.of[0], way);
+    const struct motion_real displacement =
+        spline_displacement(here->pos_q32, there->pos_q32);
+    side.third.of[0] = motion_real_mul(side.third.of[0], displacement);
+    side.fourth.of[0] = motion_real_mul(side.fourth.of[0], displacement);
     return side;
 }
 
@@ -111,8 +112,8 @@ static struct c4_macro c4_macro(const struct motion_key *here, int step)
         const struct motion_real s = c4_time(here, there);
 
         macro.s[j] = s;
-        g[0][j] = motion_real_div(spline_way(here->pos_q32, there->pos_q32),
-                                  c4_power(s, 3));
+        g[0][j] = motion_real_div(
+            spline_displacement(here->pos_q32, there->pos_q32), c4_power(s, 3));
         g[1][j] = motion_real_div(motion_real_int(-1), motion_real_sqr(s));
         g[2][j] = motion_real_half(motion_real_div(motion_real_int(-1), s));
     }
@@ -290,7 +291,7 @@ static void c4_whole(struct motion_key *key, uint32_t count)
     struct motion_real d[6];
 
     for (uint32_t i = 0; i < count; i++)
-        d[i] = spline_way(key[0].pos_q32, key[i].pos_q32);
+        d[i] = spline_displacement(key[0].pos_q32, key[i].pos_q32);
     for (uint32_t n = 1; n < count; n++)
         for (uint32_t i = count - 1; i >= n; i--)
             d[i] = motion_real_div(motion_real_sub(d[i], d[i - 1]),

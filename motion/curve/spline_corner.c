@@ -84,16 +84,16 @@ static int corner_round(struct motion_track *track,
     struct motion_u128 end =
         spline_fixed(law->key[i].pos_q32, motion_real_mul(vel[1], half));
     struct spline_poly poly = { .degree = 2 };
-    struct motion_real way;
+    struct motion_real displacement;
 
     if (i == law->count - 1)
         end = (struct motion_u128){ (uint64_t)law->key[i].pos_q32, 0 };
-    way = spline_fixed_way(track, end);
+    displacement = spline_fixed_displacement(track, end);
     if (law->smooth) {
-        poly = spline_quintic(way, dur, vel, acc);
+        poly = spline_quintic(displacement, dur, vel, acc);
     } else {
         poly.c[1] = motion_real_mul(dur, vel[0]);
-        poly.c[2] = motion_real_sub(way, poly.c[1]);
+        poly.c[2] = motion_real_sub(displacement, poly.c[1]);
     }
     return spline_emit(track, 2 * corner.half, &poly, (int64_t)end.hi, end.lo);
 }
@@ -112,7 +112,7 @@ static int corner_line(struct motion_track *track, const struct corner_law *law,
 
     if (dur == 0)
         return MOTION_OK;
-    poly.c[1] = spline_fixed_way(track, end);
+    poly.c[1] = spline_fixed_displacement(track, end);
     return spline_emit(track, dur, &poly, (int64_t)end.hi, end.lo);
 }
 

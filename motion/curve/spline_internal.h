@@ -36,7 +36,7 @@ static inline struct motion_real spline_times(struct motion_real a, int n)
 }
 
 /* b - a of two positions, in units. */
-struct motion_real spline_way(int64_t a_q32, int64_t b_q32);
+struct motion_real spline_displacement(int64_t a_q32, int64_t b_q32);
 /* From key[0] to key[1], in seconds. */
 struct motion_real spline_span(const struct motion_key *key);
 /* From key[0] to key[1]. */
@@ -54,10 +54,10 @@ struct motion_real spline_parabola_end(struct spline_chord outer,
                                        struct spline_chord inner);
 
 /* Polynomials of D units in T seconds. */
-struct spline_poly spline_cubic(struct motion_real way, struct motion_real dur,
-                                struct motion_real vel0,
+struct spline_poly spline_cubic(struct motion_real displacement,
+                                struct motion_real dur, struct motion_real vel0,
                                 struct motion_real vel1);
-struct spline_poly spline_quintic(struct motion_real way,
+struct spline_poly spline_quintic(struct motion_real displacement,
                                   struct motion_real dur,
                                   const struct motion_real vel[2],
                                   const struct motion_real acc[2]);
@@ -67,11 +67,12 @@ int spline_emit(struct motion_track *track, int64_t dur_ns_q12,
                 const struct spline_poly *poly, int64_t end_pos_q32,
                 uint64_t end_frac);
 
-/* base + way as Q64.64, two's complement; |way| < 2^31. */
-struct motion_u128 spline_fixed(int64_t base_q32, struct motion_real way);
+/* base + displacement as Q64.64, two's complement; |displacement| < 2^31. */
+struct motion_u128 spline_fixed(int64_t base_q32,
+                                struct motion_real displacement);
 /* From where the track ends to such a position. */
-struct motion_real spline_fixed_way(const struct motion_track *track,
-                                    struct motion_u128 to);
+struct motion_real spline_fixed_displacement(const struct motion_track *track,
+                                             struct motion_u128 to);
 
 /* One span of a list, for spline_each. */
 typedef int spline_append_span(struct motion_track *track,

@@ -54,7 +54,7 @@ static void lagrange_differences(struct lagrange *l)
     struct motion_real *d = l->d;
 
     for (uint32_t i = 0; i < l->count; i++)
-        d[i] = spline_way(l->key[0].pos_q32, l->key[i].pos_q32);
+        d[i] = spline_displacement(l->key[0].pos_q32, l->key[i].pos_q32);
     lagrange_measure(l, d, 0);
     for (uint32_t n = 1; n < l->count; n++) {
         for (uint32_t i = l->count - 1; i >= n; i--)

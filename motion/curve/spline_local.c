@@ -207,7 +207,7 @@ int motion_spline_limit_overshoot(struct motion_key *key, uint32_t count)
 
 /* --- Kochanek & Bartels -------------------------------------------------------
  *
- * With d0, d1 the ways before and after a key and h0, h1 their times, the
+ * With d0, d1 the displacements before and after a key and h0, h1 their times, the
  * velocities that the curve has coming in and going out are
  *   in   (1-t) ((1-c)(1+b) d0 + (1+c)(1-b) d1) / (h0 + h1)
  *   out  (1-t) ((1+c)(1+b) d0 + (1-c)(1-b) d1) / (h0 + h1)
@@ -229,10 +229,10 @@ static struct motion_real local_kochanek_inner(const struct local_kochanek *kb,
         motion_real_add(spline_span(key - 1), spline_span(key));
     const struct motion_real before =
         motion_real_mul(motion_real_mul(kb->c[out], kb->b[1]),
-                        spline_way(key[-1].pos_q32, key[0].pos_q32));
+                        spline_displacement(key[-1].pos_q32, key[0].pos_q32));
     const struct motion_real after =
         motion_real_mul(motion_real_mul(kb->c[!out], kb->b[0]),
-                        spline_way(key[0].pos_q32, key[1].pos_q32));
+                        spline_displacement(key[0].pos_q32, key[1].pos_q32));
 
     return motion_real_mul(
         kb->less, motion_real_div(motion_real_add(before, after), both));
@@ -271,7 +271,7 @@ static int local_kochanek_span(struct motion_track *track,
     const struct local_kochanek *kb = with;
     const uint32_t i = (uint32_t)(key - kb->key);
     const struct spline_poly poly = spline_cubic(
-        spline_way(key[0].pos_q32, key[1].pos_q32), spline_span(key),
+        spline_displacement(key[0].pos_q32, key[1].pos_q32), spline_span(key),
         local_kochanek_vel(kb, i, true), local_kochanek_vel(kb, i + 1, false));
 
     return spline_emit(track, key[1].t_ns_q12 - key[0].t_ns_q12, &poly,

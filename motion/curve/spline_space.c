@@ -11,8 +11,8 @@ static struct motion_real space_step(const int64_t *const pos_q32[],
     if (spacing == MOTION_SPLINE_UNIFORM)
         return motion_real_int(1);
     for (uint32_t n = 0; n < axes; n++)
-        sum = motion_real_add(
-            sum, motion_real_sqr(spline_way(pos_q32[n][i], pos_q32[n][i + 1])));
+        sum = motion_real_add(sum, motion_real_sqr(spline_displacement(
+                                       pos_q32[n][i], pos_q32[n][i + 1])));
     sum = motion_real_sqrt(sum);
     return spacing == MOTION_SPLINE_CHORDAL ? sum : motion_real_sqrt(sum);
 }

@@ -272,8 +272,9 @@ static int64_t warp_crossing(const struct warp *warp, struct motion_real a,
 
     for (int k = 0; k <= WARP_DEGREE; k++)
         c[k] = warp->poly.c[k];
-    c[0] = motion_real_add(c[0], spline_way(motion_time_warp_ms(border_ns_q12),
-                                            warp->poly.base_q32));
+    c[0] = motion_real_add(
+        c[0], spline_displacement(motion_time_warp_ms(border_ns_q12),
+                                  warp->poly.base_q32));
     (void)warp_halve(c, WARP_DEGREE, a, b, &u);
     return warp_at(warp, u);
 }
@@ -281,10 +282,11 @@ static int64_t warp_crossing(const struct warp *warp, struct motion_real a,
 /* Time of f where w's segment is at u; INT64_MIN when it is too far off. */
 static int64_t warp_time(const struct warp *warp, struct motion_real u)
 {
-    const struct motion_real way = warp_value(warp->poly.c, WARP_DEGREE, u);
+    const struct motion_real displacement =
+        warp_value(warp->poly.c, WARP_DEGREE, u);
     int64_t ms_q32 = 0;
 
-    if (motion_real_round(way, 32, &ms_q32) ||
+    if (motion_real_round(displacement, 32, &ms_q32) ||
         motion_fixed_add(ms_q32, warp->poly.base_q32, &ms_q32) ||
         ms_q32 > motion_time_warp_ms(warp->f->end_ns_q12))
         return INT64_MIN;
@@ -356,8 +358,8 @@ warp_sizes(const struct motion_track *f, const struct motion_track *w)
             motion_time_warp_state(
                 f, w, s->start_ns_q12 + s->dur_ns_q12 / 4 * n, &state);
             size.pos = motion_real_max(
-                size.pos, motion_real_abs(spline_way(f->segment[0].pos_q32,
-                                                     state.pos_q32)));
+                size.pos, motion_real_abs(spline_displacement(
+                              f->segment[0].pos_q32, state.pos_q32)));
             size.vel = motion_real_max(
                 size.vel,
                 motion_real_abs(motion_real_from_q(state.vel_q32, 32)));

@@ -201,14 +201,14 @@ struct motion_quat motion_quat_exp(struct motion_vec rotation)
 int motion_quat_slerp_signed(struct motion_quat a, struct motion_quat b,
                              int64_t x_q62, struct motion_quat *q)
 {
-    struct motion_vec way;
+    struct motion_vec turn;
 
     if (x_q62 < 0 || x_q62 > QUAT_ONE_Q62)
         return MOTION_E_ARG;
-    if (motion_quat_log(motion_quat_mul(motion_quat_inverse(a), b), &way) < 0)
+    if (motion_quat_log(motion_quat_mul(motion_quat_inverse(a), b), &turn) < 0)
         return MOTION_E_RANGE;
-    way = motion_vec_scale(way, motion_real_from_q(x_q62, 62));
-    *q = quat_tidy(motion_quat_mul(a, motion_quat_exp(way)));
+    turn = motion_vec_scale(turn, motion_real_from_q(x_q62, 62));
+    *q = quat_tidy(motion_quat_mul(a, motion_quat_exp(turn)));
     return MOTION_OK;
 }
 
@@ -229,11 +229,11 @@ void motion_quat_chain(struct motion_quat *key, uint32_t count)
 }
 
 /* The chord from key i to its neighbour, from the body at i. */
-static int quat_way(const struct motion_quat *key, uint32_t i, uint32_t to,
-                    struct motion_vec *way)
+static int quat_turn(const struct motion_quat *key, uint32_t i, uint32_t to,
+                     struct motion_vec *turn)
 {
     return motion_quat_log(
-        motion_quat_mul(motion_quat_inverse(key[i]), key[to]), way);
+        motion_quat_mul(motion_quat_inverse(key[i]), key[to]), turn);
 }
 
 int motion_quat_squad_inner(const struct motion_quat *key, uint32_t count,
@@ -244,8 +244,8 @@ int motion_quat_squad_inner(const struct motion_quat *key, uint32_t count,
     inner[0] = key[0];
     for (uint32_t i = 1; i + 1 < count; i++) {
         struct motion_vec on, back, half;
-        if (quat_way(key, i, i + 1, &on) < 0 ||
-            quat_way(key, i, i - 1, &back) < 0)
+        if (quat_turn(key, i, i + 1, &on) < 0 ||
+            quat_turn(key, i, i - 1, &back) < 0)
             return MOTION_E_RANGE;
         half = motion_vec_shift(motion_vec_neg(motion_vec_add(on, back)), -2);
         inner[i] = quat_tidy(motion_quat_mul(key[i], motion_quat_exp(half)));

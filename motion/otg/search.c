@@ -580,7 +580,7 @@ OTG_OWN_FRAME static void blend(const struct reach *x, const struct reach *y,
     }
 }
 
-/* What each border reaches in time t; d is lambda of the way between them. */
+/* What each border reaches in time t; d is lambda of the distance between them. */
 struct slice {
     struct reach upper, lower;
     struct num lambda;

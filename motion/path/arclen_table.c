@@ -460,14 +460,14 @@ static struct motion_real arclen_step(const struct motion_arclen_curve *curve,
                                       uint32_t piece, struct motion_real x,
                                       struct motion_arclen_point *last)
 {
-    struct motion_real way[MOTION_ARCLEN_AXES];
+    struct motion_real displacement[MOTION_ARCLEN_AXES];
     struct motion_arclen_point now;
 
     curve->at(curve->context, piece, x, 0, &now);
     for (uint32_t i = 0; i < curve->axes; i++)
-        way[i] = motion_real_sub(now.pos[i], last->pos[i]);
+        displacement[i] = motion_real_sub(now.pos[i], last->pos[i]);
     *last = now;
-    return arclen_norm(way, curve->axes);
+    return arclen_norm(displacement, curve->axes);
 }
 
 int motion_arclen_build_chords(struct motion_arclen_table *table,

@@ -39,9 +39,9 @@ static void head_angles(const struct motion_head *head, struct motion_quat q,
     turn[MOTION_HEAD_ROLL] = head_roll(turn[MOTION_HEAD_PAN], view, right);
 }
 
-/* Sum of the ways from the angles before, at most 3/2 turn, halved. */
-static uint64_t head_way(const struct motion_head *head,
-                         const int64_t turn[MOTION_HEAD_AXES])
+/* Sum of the displacements from the angles before, at most 3/2 turn, halved. */
+static uint64_t head_displacement(const struct motion_head *head,
+                                  const int64_t turn[MOTION_HEAD_AXES])
 {
     uint64_t sum = 0;
 
@@ -60,7 +60,8 @@ static void head_choose(const struct motion_head *head,
         motion_trig_sum(turn[2], MOTION_TRIG_HALF_TURN),
     };
 
-    if (!head->valid || head_way(head, turn) <= head_way(head, other))
+    if (!head->valid ||
+        head_displacement(head, turn) <= head_displacement(head, other))
         return;
     for (int i = 0; i < MOTION_HEAD_AXES; i++)
         turn[i] = other[i];

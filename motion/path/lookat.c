@@ -95,7 +95,7 @@ lookat_find_dwell(const struct motion_target *target, int64_t at_q32)
     return &target->dwell[low];
 }
 
-/* It, and where needed the way to the next. */
+/* It, and where needed the vector to the next. */
 static int lookat_dwell(const struct motion_target *target, int64_t at_q32,
                         struct motion_vec *coi)
 {
@@ -201,16 +201,17 @@ static bool lookat_is_inverted(const struct motion_lookat *lookat,
            lookat_is_over_pole(state->last.view, view, lookat->up);
 }
 
-/* The right vector is taken from the way itself, which is not yet rounded to a
+/* The right vector is taken from the vector itself, which is not yet rounded to a
  * direction: near the vertical that would cost it bits. */
 static int lookat_level(const struct motion_lookat *lookat,
                         const struct motion_lookat_state *state,
-                        struct motion_vec way, struct motion_lookat_state *next)
+                        struct motion_vec forward,
+                        struct motion_lookat_state *next)
 {
     const struct motion_vec level =
-        motion_vec_cross(way, motion_vec_from_dir(lookat->up));
+        motion_vec_cross(forward, motion_vec_from_dir(lookat->up));
     const struct motion_real pole = motion_real_mul(
-        motion_vec_length(way), motion_real_from_q(LOOKAT_POLE_Q62, 62));
+        motion_vec_length(forward), motion_real_from_q(LOOKAT_POLE_Q62, 62));
     struct motion_dir right;
 
     if (motion_real_cmp(motion_vec_length(level), pole) < 0) {
@@ -226,16 +227,16 @@ static int lookat_level(const struct motion_lookat *lookat,
 
 static int lookat_frame(const struct motion_lookat *lookat,
                         struct motion_lookat_state *state,
-                        struct motion_vec way, int64_t tilt_turn,
+                        struct motion_vec forward, int64_t tilt_turn,
                         struct motion_view *view)
 {
     struct motion_lookat_state next = { .valid = true };
     int64_t s, c;
     int err;
 
-    if (motion_vec_unit(way, &next.last.view) < 0)
+    if (motion_vec_unit(forward, &next.last.view) < 0)
         return MOTION_E_RANGE;
-    err = lookat_level(lookat, state, way, &next);
+    err = lookat_level(lookat, state, forward, &next);
     if (err < 0)
         return err;
     next.last.up = motion_dir_cross(next.last.right, next.last.view);
@@ -263,7 +264,7 @@ int motion_lookat_at(const struct motion_lookat *lookat,
                      int64_t distance_q32, int64_t tilt_turn,
                      struct motion_view *view)
 {
-    struct motion_vec pos, coi, way;
+    struct motion_vec pos, coi, forward;
     struct motion_dir tangent;
     int err = motion_target_at(target, path, distance_q32, &coi);
 
@@ -272,11 +273,11 @@ int motion_lookat_at(const struct motion_lookat *lookat,
     err = path->at(path->context, distance_q32, &pos, &tangent);
     if (err < 0)
         return err;
-    way = motion_vec_sub(coi, pos);
+    forward = motion_vec_sub(coi, pos);
     if (target->kind == MOTION_TARGET_AHEAD &&
-        motion_real_is_zero(motion_vec_length(way)))
-        way = motion_vec_from_dir(tangent);
-    return lookat_frame(lookat, state, way, tilt_turn, view);
+        motion_real_is_zero(motion_vec_length(forward)))
+        forward = motion_vec_from_dir(tangent);
+    return lookat_frame(lookat, state, forward, tilt_turn, view);
 }
 
 struct motion_quat motion_view_quat(const struct motion_view *view)

@@ -87,15 +87,16 @@ static void path_merge(struct motion_path *path)
 int motion_path_init(struct motion_path *path,
                      const struct motion_arclen_table *table,
                      const struct motion_track *distance,
-                     int64_t knot_room_ns_q12[], int64_t border_room_ns_q12[])
+                     int64_t knot_storage_ns_q12[],
+                     int64_t border_storage_ns_q12[])
 {
     const uint32_t pieces = table->curve->pieces;
     int err;
 
     *path = (struct motion_path){ table,
                                   distance,
-                                  knot_room_ns_q12,
-                                  border_room_ns_q12,
+                                  knot_storage_ns_q12,
+                                  border_storage_ns_q12,
                                   0,
                                   motion_real_zero(),
                                   0 };

@@ -40,7 +40,8 @@ struct motion_path {
 int motion_path_init(struct motion_path *path,
                      const struct motion_arclen_table *table,
                      const struct motion_track *distance,
-                     int64_t knot_room_ns_q12[], int64_t border_room_ns_q12[]);
+                     int64_t knot_storage_ns_q12[],
+                     int64_t border_storage_ns_q12[]);
 
 /* The first time at which a law has come to length s; where that is a border of
  * its own up to rounding, the border. */

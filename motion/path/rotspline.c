@@ -293,7 +293,7 @@ static struct motion_real rotspline_seconds(int64_t t_ns_q12)
 static int rotspline_spans(struct motion_rotkey *key, uint32_t count)
 {
     for (uint32_t i = 0; i + 1 < count; i++) {
-        struct motion_quat way =
+        struct motion_quat rotation =
             motion_quat_mul(motion_quat_inverse(key[i].q), key[i + 1].q);
         int64_t dur;
 
@@ -301,9 +301,9 @@ static int rotspline_spans(struct motion_rotkey *key, uint32_t count)
             return MOTION_E_ORDER;
         if (motion_fixed_sub(key[i + 1].t_ns_q12, key[i].t_ns_q12, &dur) < 0)
             return MOTION_E_RANGE;
-        if (way.w < 0)
-            way = motion_quat_neg(way);
-        (void)motion_quat_log(way, &key[i].chord); /* w >= 0 */
+        if (rotation.w < 0)
+            rotation = motion_quat_neg(rotation);
+        (void)motion_quat_log(rotation, &key[i].chord); /* w >= 0 */
         key[i].dur_s = rotspline_seconds(dur);
         rotspline_factors(key[i].chord, key[i].work.to_rate, key[i].work.extra);
         rotspline_from_rate(key[i].chord, key[i].work.from_rate);

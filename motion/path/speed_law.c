@@ -97,12 +97,12 @@ static int speed_ramp_cubic(struct motion_track *law,
                             const struct motion_speed_part *part)
 {
     const struct motion_real t = motion_bake_seconds(part->dur_ns_q12);
-    const struct motion_real way = motion_real_half(
+    const struct motion_real displacement = motion_real_half(
         motion_real_mul(t, motion_real_add(part->from, part->to)));
     const struct motion_bake_point from =
         speed_point(motion_bake_end(law), part->from, motion_real_zero());
     const struct motion_bake_point to = speed_point(
-        motion_real_add(from.pos, way), part->to, motion_real_zero());
+        motion_real_add(from.pos, displacement), part->to, motion_real_zero());
 
     return motion_bake_append(law, part->dur_ns_q12, &from, &to);
 }
@@ -138,7 +138,7 @@ static int speed_ramp_line(struct motion_track *law,
  * end, v = slow + |D| sin(w x), and s over it from there is slow x +
  * |D| (1 - cos(w x)) / w.  Going down is the same seen from the end. */
 struct speed_sine {
-    struct motion_real start, slow, size, w, way;
+    struct motion_real start, slow, size, w, displacement;
     int64_t dur;
     bool down;
 };
@@ -167,7 +167,7 @@ static int speed_sine_at(void *context, int64_t t_ns_q12,
         motion_real_mul(sine->size, sine->w), motion_real_from_q(c_q62, 62));
 
     if (sine->down) {
-        pos = motion_real_sub(sine->way, pos);
+        pos = motion_real_sub(sine->displacement, pos);
         acc = motion_real_neg(acc);
     }
     point->pos = motion_real_add(sine->start, pos);
@@ -177,7 +177,7 @@ static int speed_sine_at(void *context, int64_t t_ns_q12,
     return MOTION_OK;
 }
 
-/* Within 1e-10 of the way (or 2^-30 unit), 1e-8 of the speed, 5e-7 of the
+/* Within 1e-10 of the distance (or 2^-30 unit), 1e-8 of the speed, 5e-7 of the
  * acceleration. */
 static int speed_ramp_sine(struct motion_track *law,
                            const struct motion_speed_part *part,
@@ -199,7 +199,7 @@ static int speed_ramp_sine(struct motion_track *law,
     sine.w = motion_real_div(
         motion_real_from_q(INT64_C(7244019458077122842), 62), /* pi/2 */
         motion_bake_seconds(part->dur_ns_q12));
-    sine.way = motion_real_add(
+    sine.displacement = motion_real_add(
         motion_real_mul(sine.slow, motion_bake_seconds(part->dur_ns_q12)),
         motion_real_div(sine.size, sine.w));
     const struct motion_bake job = {
@@ -209,7 +209,7 @@ static int speed_ramp_sine(struct motion_track *law,
         .borders = 2,
         .pos = motion_real_add(
             motion_real_from_q(1, 30),
-            motion_real_div(sine.way, motion_real_int(10000000000))),
+            motion_real_div(sine.displacement, motion_real_int(10000000000))),
         .vel = motion_real_div(sine.size, motion_real_int(100000000)),
         .acc = motion_real_div(motion_real_mul(sine.size, sine.w),
                                motion_real_int(2000000)),

@@ -411,16 +411,16 @@ static int bezier_append(const struct move *move, int64_t from, int64_t to)
 {
     struct motion_fcurve_report report;
     const struct motion_fcurve_range range = bezier_range(move, from, to);
-    uint32_t room = move->handles.count + 16;
+    uint32_t capacity = move->handles.count + 16;
     int rc;
 
     do {
-        rc = move_grow(move, room);
+        rc = move_grow(move, capacity);
         if (rc != MOTION_OK)
             return rc;
         rc = motion_fcurve_append(move->track, &move->handles, &range, &report);
-        room *= 2;
-    } while (rc == MOTION_E_FULL && room < BEZIER_SEGMENTS_MAX);
+        capacity *= 2;
+    } while (rc == MOTION_E_FULL && capacity < BEZIER_SEGMENTS_MAX);
     return rc == MOTION_OK ? MOTION_OK : bezier_fail(move, rc, report.failed);
 }
 

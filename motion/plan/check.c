@@ -40,7 +40,7 @@
 struct check {
     const struct plan_limit *limit;
     struct plan_violation *violation;
-    uint32_t room, count;
+    uint32_t capacity, count;
     /* Of each kind: the entry that the previous segment was in, + 1; and its
      * worst value, kept here as the entry may be beyond the room. */
     uint32_t open[CHECK_KINDS];
@@ -53,7 +53,7 @@ static void check_write(struct check *check, uint32_t index,
                         int64_t value, int64_t limit)
 {
     check->worst[kind] = value;
-    if (index < check->room)
+    if (index < check->capacity)
         check->violation[index] =
             (struct plan_violation){ kind, t_ns_q12, value, limit };
 }
@@ -233,11 +233,11 @@ static int check_by_time(const void *a, const void *b)
 uint32_t plan_check_source(const struct motion_track *track,
                            const struct plan_check_source *source,
                            const struct plan_limit *limit,
-                           struct plan_violation *violation, uint32_t room)
+                           struct plan_violation *violation, uint32_t capacity)
 {
     struct check check = { .limit = limit,
                            .violation = violation,
-                           .room = room };
+                           .capacity = capacity };
     struct check_side left = check_rest;
     const struct motion_segment *segment = source->next(source->context);
 
@@ -254,8 +254,8 @@ uint32_t plan_check_source(const struct motion_track *track,
         left = check_side(&check, segment, segment->dur_ns_q12);
     }
     check_border(&check, track->end_ns_q12, &left, &check_rest);
-    if (room != 0)
-        qsort(violation, check.count < room ? check.count : room,
+    if (capacity != 0)
+        qsort(violation, check.count < capacity ? check.count : capacity,
               sizeof *violation, check_by_time);
     return check.count;
 }
@@ -276,10 +276,10 @@ static const struct motion_segment *check_list_next(void *context)
 
 uint32_t plan_check_track(const struct motion_track *track,
                           const struct plan_limit *limit,
-                          struct plan_violation *violation, uint32_t room)
+                          struct plan_violation *violation, uint32_t capacity)
 {
     struct check_list list = { track, 0 };
     const struct plan_check_source source = { check_list_next, &list };
 
-    return plan_check_source(track, &source, limit, violation, room);
+    return plan_check_source(track, &source, limit, violation, capacity);
 }

@@ -37,11 +37,11 @@ struct plan_violation {
  * velocity, acceleration and jerk are judged to the last bit; position may be 2
  * units of 2^-32 beyond, which is what sampling rounds: a key on the limit is
  * inside.  An empty track is judged by where it stands.
- * Writes at most `room`, those that begin first, and returns how many there are
+ * Writes at most `capacity`, those that begin first, and returns how many there are
  * in all (0: fits).  Pure; no heap. */
 uint32_t plan_check_track(const struct motion_track *track,
                           const struct plan_limit *limit,
-                          struct plan_violation *violation, uint32_t room);
+                          struct plan_violation *violation, uint32_t capacity);
 
 /* The same for a track whose segments come one after the other: `next` gives
  * them from the first on, and NULL after the last.  Of `track` only the end is
@@ -53,6 +53,6 @@ struct plan_check_source {
 uint32_t plan_check_source(const struct motion_track *track,
                            const struct plan_check_source *source,
                            const struct plan_limit *limit,
-                           struct plan_violation *violation, uint32_t room);
+                           struct plan_violation *violation, uint32_t capacity);
 
 #endif

@@ -7,7 +7,7 @@
 #include "motion/plan/plan_blend.h"
 #include "motion/plan/plan_camera.h"
 #include "motion/plan/plan_error.h"
-#include "motion/plan/plan_room.h"
+#include "motion/plan/plan_track.h"
 #include "motion/plan/plan_warp.h"
 
 const char *plan_driver_name(enum plan_driver driver)
@@ -63,7 +63,7 @@ static int compose_path(const struct compose *self)
     distance->segment =
         malloc((size_t)distance->count * sizeof *distance->segment);
     if (distance->segment == NULL) {
-        plan_room_init(distance, 0);
+        plan_track_init(distance, 0);
         return plan_error_set(self->error, MOTION_E_FULL,
                               self->move->path->place,
                               "no memory for the path");
@@ -112,7 +112,7 @@ static int compose_base(const struct compose *self)
     *self->outcome = (struct plan_outcome){ .warp_bound = motion_real_zero() };
     *self->error = (struct plan_error){ .axis = PLAN_AXES_MAX };
     for (uint32_t i = 0; i < self->move->axis_count; i++)
-        plan_room_init(&self->track[i], 0);
+        plan_track_init(&self->track[i], 0);
     err = compose_keys(self);
     if (err == MOTION_OK)
         err = compose_path(self);
@@ -233,7 +233,7 @@ int64_t plan_outcome_time(const struct plan_outcome *outcome, int64_t t_ns_q12)
                                     : plan_warp_time(&outcome->warp, t_ns_q12);
 }
 
-int plan_move_room(struct plan_move *move, uint32_t axes)
+int plan_move_reserve(struct plan_move *move, uint32_t axes)
 {
     move->axis = calloc(axes, sizeof *move->axis);
     return move->axis == NULL && axes > 0 ? MOTION_E_FULL : MOTION_OK;

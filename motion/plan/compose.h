@@ -44,7 +44,7 @@ int64_t plan_outcome_time(const struct plan_outcome *outcome, int64_t t_ns_q12);
 
 /* Room for so many axes, zeroed, in a move that has none yet: MOTION_OK or
  * MOTION_E_FULL. */
-int plan_move_room(struct plan_move *move, uint32_t axes);
+int plan_move_reserve(struct plan_move *move, uint32_t axes);
 
 /* Everything that the move holds on the heap; zero afterwards. */
 void plan_move_free(struct plan_move *move);

@@ -274,7 +274,7 @@ static void cycles_laps(struct cycles *self)
     }
 }
 
-static int cycles_room(struct cycles *self)
+static int cycles_capacity(struct cycles *self)
 {
     const int64_t laps = self->to - self->from + 1;
     const int64_t most =
@@ -293,13 +293,13 @@ static int cycles_room(struct cycles *self)
                              PLAN_KEYS_MAX);
         return MOTION_E_FULL;
     }
-    const size_t room = (size_t)laps * self->last + 1;
-    self->key = calloc(room, sizeof *self->key);
-    self->number = calloc(room, sizeof *self->number);
+    const size_t capacity = (size_t)laps * self->last + 1;
+    self->key = calloc(capacity, sizeof *self->key);
+    self->number = calloc(capacity, sizeof *self->number);
     if (self->key != NULL && self->number != NULL)
         return MOTION_OK;
     (void)move_fail_axis(self->move, MOTION_E_FULL, "no memory for %zu keys",
-                         room);
+                         capacity);
     return MOTION_E_FULL;
 }
 
@@ -319,7 +319,7 @@ int move_cycles_write(const struct move *move, struct plan_axis *out,
     int rc;
 
     cycles_laps(&self);
-    rc = cycles_room(&self);
+    rc = cycles_capacity(&self);
     for (int64_t lap = self.from; rc == MOTION_OK && lap <= self.to; lap++)
         for (uint32_t i = 0; rc == MOTION_OK && i <= last; i++)
             rc = cycles_add(&self, lap, i);

@@ -493,7 +493,7 @@ static double move_double(struct motion_real a)
 }
 
 /* Curves that have a velocity of their own at their ends. */
-static bool move_is_stubborn(enum plan_curve curve)
+static bool move_keeps_slopes(enum plan_curve curve)
 {
     return move_is_rest(curve) || curve == PLAN_CURVE_ROUNDED ||
            curve == PLAN_CURVE_SMOOTHED || curve == PLAN_CURVE_LAGRANGE;
@@ -510,7 +510,7 @@ int move_tell(struct move *move, uint32_t i, bool left, struct motion_real vel)
                              "velocity is given, but %s has one of its own "
                              "there, %.6g",
                              move_rules[own].name, move_double(vel));
-    if (move_is_stubborn(other) && move_differs(vel, key->vel))
+    if (move_keeps_slopes(other) && move_differs(vel, key->vel))
         return move_fail_key(move, MOTION_E_ARG, i,
                              "speed would step: %s has %.6g there and %s %.6g",
                              move_rules[own].name, move_double(vel),
@@ -755,7 +755,7 @@ static int move_append_rest(const struct move *move, const struct move_run *run)
 }
 
 /* The most segments that a run takes. */
-static uint32_t move_room(const struct move_run *run)
+static uint32_t move_capacity(const struct move_run *run)
 {
     if (run->curve == PLAN_CURVE_LAGRANGE && run->count > 6)
         return run->count * MOTION_BAKE_POLY_PIECES;
@@ -812,7 +812,7 @@ static int move_append_run(const struct move *move, const struct move_run *run)
             "lagrange takes at most %d keys", MOTION_SPLINE_LAGRANGE_KEYS);
     rc = move_fill(move, run);
     if (rc == MOTION_OK)
-        rc = move_grow(move, move_room(run));
+        rc = move_grow(move, move_capacity(run));
     if (rc != MOTION_OK)
         return rc;
     rc = move_append_spline(move, run, &span);

@@ -5,7 +5,7 @@
 
 #include "motion/core/err.h"
 #include "motion/plan/plan_error.h"
-#include "motion/plan/plan_room.h"
+#include "motion/plan/plan_track.h"
 
 /* --- blend ---------------------------------------------------------------- */
 
@@ -29,12 +29,12 @@ static int blend_axis(const struct blend *self, uint32_t i,
             term[terms++] =
                 (struct motion_pose_term){ &self->weight[k],
                                            blend->weight[k].offset_q32[i] };
-    plan_room_init(track, blend->base_q32[i]);
+    plan_track_init(track, blend->base_q32[i]);
     do
         err = motion_pose_sum(track, blend->base_q32[i], term, terms);
-    while (err == MOTION_E_FULL && plan_room_grow(track) == MOTION_OK);
+    while (err == MOTION_E_FULL && plan_track_grow(track) == MOTION_OK);
     if (err == MOTION_OK) {
-        plan_room_trim(track);
+        plan_track_trim(track);
         return MOTION_OK;
     }
     return plan_error_set(self->error, err, blend->place,
@@ -49,7 +49,7 @@ int plan_blend_tracks(const struct plan_blend *blend,
     int err = MOTION_OK;
 
     for (uint32_t k = 0; k < PLAN_WEIGHTS_MAX; k++)
-        plan_room_init(&self.weight[k], 0);
+        plan_track_init(&self.weight[k], 0);
     for (uint32_t k = 0; k < blend->weights && err == MOTION_OK; k++)
         err = plan_axis_track(&blend->weight[k].curve, &self.weight[k], error);
     error->axis = PLAN_AXES_MAX;
@@ -80,7 +80,7 @@ static void blend_replace(struct motion_track *track,
 {
     plan_track_free(track);
     *track = *result;
-    plan_room_trim(track);
+    plan_track_trim(track);
 }
 
 static int blend_refuse(const struct plan_other *other, const char *what,
@@ -100,10 +100,10 @@ int plan_layer_tracks(const struct plan_other *layer,
     for (uint32_t i = 0; i < layer->move->axis_count; i++) {
         struct motion_track *to = &track[layer->of[i]], sum;
         int err;
-        plan_room_init(&sum, 0);
+        plan_track_init(&sum, 0);
         do
             err = motion_pose_add(&sum, to, &with[i]);
-        while (err == MOTION_E_FULL && plan_room_grow(&sum) == MOTION_OK);
+        while (err == MOTION_E_FULL && plan_track_grow(&sum) == MOTION_OK);
         if (err < 0)
             return blend_refuse(layer, "layer", err, &sum, error);
         blend_replace(to, &sum);
@@ -119,11 +119,11 @@ static int blend_fade(const struct plan_other *fade,
     for (uint32_t i = 0; i < fade->move->axis_count; i++) {
         struct motion_track *to = &track[fade->of[i]], mixed;
         int err;
-        plan_room_init(&mixed, 0);
+        plan_track_init(&mixed, 0);
         do
             err = motion_pose_fade(&mixed, to, &with[i], weight,
                                    PLAN_FADE_TOLERANCE_Q32, NULL);
-        while (err == MOTION_E_FULL && plan_room_grow(&mixed) == MOTION_OK);
+        while (err == MOTION_E_FULL && plan_track_grow(&mixed) == MOTION_OK);
         if (err < 0)
             return blend_refuse(fade, "fade", err, &mixed, error);
         blend_replace(to, &mixed);

@@ -23,7 +23,7 @@
 #include "motion/core/fixed.h"
 #include "motion/path/path.h"
 #include "motion/plan/plan_error.h"
-#include "motion/plan/plan_room.h"
+#include "motion/plan/plan_track.h"
 #include "motion/plan/plan_view.h"
 
 /* Segments, about 60 us: below a tick, so that the ramp which the stencil makes
@@ -36,7 +36,7 @@
 #define CAMERA_LOOKS        20000
 #define CAMERA_BORDER_LOOKS 24
 /* Segments from one border to the next for which there is room at once. */
-#define CAMERA_ROOM 4
+#define CAMERA_CAPACITY 4
 
 /* What the baker saw last. */
 struct camera_last {
@@ -225,9 +225,9 @@ static int camera_borders(struct camera *self)
     const struct plan_view *view = &self->view;
     const struct motion_track *law = &self->drive->law;
     const uint32_t keys = camera->roll != NULL ? camera->roll->key_count : 0;
-    const size_t room = (size_t)law->count + view->borders + keys + 1;
+    const size_t capacity = (size_t)law->count + view->borders + keys + 1;
 
-    self->border_ns_q12 = malloc(room * sizeof *self->border_ns_q12);
+    self->border_ns_q12 = malloc(capacity * sizeof *self->border_ns_q12);
     self->break_ns_q12 = malloc(view->breaks * sizeof *self->break_ns_q12);
     if (self->border_ns_q12 == NULL || self->break_ns_q12 == NULL)
         return plan_view_no_memory(view);
@@ -258,8 +258,8 @@ static int camera_begin(struct camera *self, struct motion_track *list[])
     for (int i = 0; i < MOTION_HEAD_AXES && err == MOTION_OK; i++) {
         int64_t pos_q32 = 0;
         err = motion_real_round(point[i].pos, 32, &pos_q32);
-        plan_room_init(list[i], pos_q32);
-        plan_room_reserve(list[i], CAMERA_ROOM * (size_t)self->borders);
+        plan_track_init(list[i], pos_q32);
+        plan_track_reserve(list[i], CAMERA_CAPACITY * (size_t)self->borders);
     }
     return err;
 }
@@ -267,7 +267,7 @@ static int camera_begin(struct camera *self, struct motion_track *list[])
 static int camera_grow(struct motion_track *list[])
 {
     for (int i = 0; i < MOTION_HEAD_AXES; i++)
-        if (plan_room_grow(list[i]) < 0)
+        if (plan_track_grow(list[i]) < 0)
             return MOTION_E_FULL;
     return MOTION_OK;
 }
@@ -504,7 +504,7 @@ int plan_camera_tracks(const struct plan_camera *camera,
     int err;
 
     for (int i = 0; i < MOTION_HEAD_AXES; i++)
-        plan_room_init(list[i], 0);
+        plan_track_init(list[i], 0);
     err = plan_view_init(&self.view, camera, &drive->space, error);
     if (err == MOTION_OK)
         err = camera_roll(&self);
@@ -518,7 +518,7 @@ int plan_camera_tracks(const struct plan_camera *camera,
         if (err < 0 || list[i] == &spare)
             plan_track_free(list[i]);
         else
-            plan_room_trim(list[i]);
+            plan_track_trim(list[i]);
     }
     camera_close(&self);
     return err;

@@ -20,7 +20,7 @@
 /* A line's shots while they grow. */
 struct event_list {
     struct plan_shots shots;
-    uint32_t room;
+    uint32_t capacity;
     uint32_t event; /* whose shots are being added */
 };
 
@@ -30,17 +30,17 @@ static int event_add(struct event_list *list, int64_t t_ns_q12)
 
     if (shots->count == PLAN_SHOTS_MAX)
         return MOTION_E_FULL;
-    if (shots->count == list->room) {
-        const uint32_t room = list->room == 0 ? 64 : 2 * list->room;
-        int64_t *t = realloc(shots->t_ns_q12, room * sizeof *t);
+    if (shots->count == list->capacity) {
+        const uint32_t capacity = list->capacity == 0 ? 64 : 2 * list->capacity;
+        int64_t *t = realloc(shots->t_ns_q12, capacity * sizeof *t);
         if (t != NULL)
             shots->t_ns_q12 = t;
-        uint32_t *event = realloc(shots->event, room * sizeof *event);
+        uint32_t *event = realloc(shots->event, capacity * sizeof *event);
         if (event != NULL)
             shots->event = event;
         if (t == NULL || event == NULL)
             return MOTION_E_FULL;
-        list->room = room;
+        list->capacity = capacity;
     }
     shots->t_ns_q12[shots->count] = t_ns_q12;
     shots->event[shots->count++] = list->event;
@@ -379,7 +379,7 @@ int plan_shots_make(const struct plan_move *move,
                     const struct plan_outcome *outcome, uint32_t line,
                     struct plan_shots *shots, struct plan_error *error)
 {
-    struct event_list list = { .room = 0 };
+    struct event_list list = { .capacity = 0 };
     struct plan_place place = { 0 };
     int err = MOTION_OK;
 

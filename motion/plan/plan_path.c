@@ -6,10 +6,10 @@
 #include "motion/core/err.h"
 #include "motion/path/path.h"
 #include "motion/plan/plan_error.h"
-#include "motion/plan/plan_room.h"
+#include "motion/plan/plan_track.h"
 
 /* Segments from one border to the next for which there is room at once. */
-#define PATH_ROOM 8
+#define PATH_CAPACITY 8
 /* Looks of the baker, at most: so many, and per border. */
 #define PATH_LOOKS        100000
 #define PATH_BORDER_LOOKS 64
@@ -29,7 +29,7 @@ static struct motion_real path_vel_tolerance(const struct motion_track *law)
 static int path_grow(struct motion_track *const list[], uint32_t axes)
 {
     for (uint32_t i = 0; i < axes; i++)
-        if (plan_room_grow(list[i]) < 0)
+        if (plan_track_grow(list[i]) < 0)
             return MOTION_E_FULL;
     return MOTION_OK;
 }
@@ -54,7 +54,7 @@ static int path_refuse(const struct plan_path *path, int code,
 }
 
 static int path_bake(const struct plan_path *path, struct plan_drive *drive,
-                     struct motion_path *way, struct motion_track track[],
+                     struct motion_path *line, struct motion_track track[],
                      struct plan_error *error)
 {
     const struct motion_path_tolerance tolerance = {
@@ -68,11 +68,11 @@ static int path_bake(const struct plan_path *path, struct plan_drive *drive,
 
     for (uint32_t i = 0; i < path->points.axes; i++) {
         list[i] = &track[path->axis[i]];
-        plan_room_init(list[i], plan_space_start_q32(&drive->space, i));
-        plan_room_reserve(list[i], PATH_ROOM * (size_t)way->borders);
+        plan_track_init(list[i], plan_space_start_q32(&drive->space, i));
+        plan_track_reserve(list[i], PATH_CAPACITY * (size_t)line->borders);
     }
     do
-        err = motion_path_bake(way, &tolerance, list, &report);
+        err = motion_path_bake(line, &tolerance, list, &report);
     while (err == MOTION_E_FULL &&
            path_grow(list, path->points.axes) == MOTION_OK);
     for (uint32_t i = 0; i < path->points.axes; i++) {
@@ -80,7 +80,7 @@ static int path_bake(const struct plan_path *path, struct plan_drive *drive,
             plan_track_free(list[i]);
             continue;
         }
-        plan_room_trim(list[i]);
+        plan_track_trim(list[i]);
         drive->bound[i] = report.bound[i].pos;
     }
     drive->segments = report.segments;
@@ -93,20 +93,20 @@ static int path_drive(const struct plan_path *path, struct plan_drive *drive,
                       struct plan_error *error)
 {
     const uint32_t pieces = drive->space.curve.pieces;
-    struct motion_path way = { .borders = 0 };
+    struct motion_path line = { .borders = 0 };
     int64_t *knot = malloc(((size_t)pieces + 1) * sizeof *knot);
     int err = MOTION_E_FULL;
 
     drive->border_ns_q12 =
         malloc(((size_t)pieces + 1 + drive->law.count) * sizeof *knot);
     if (knot != NULL && drive->border_ns_q12 != NULL)
-        err = motion_path_init(&way, &drive->space.table, &drive->law, knot,
+        err = motion_path_init(&line, &drive->space.table, &drive->law, knot,
                                drive->border_ns_q12);
     if (err == MOTION_OK) {
-        way.law_error = law_error;
-        way.evaluations = PATH_LOOKS + PATH_BORDER_LOOKS * way.borders;
-        drive->borders = way.borders;
-        err = path_bake(path, drive, &way, track, error);
+        line.law_error = law_error;
+        line.evaluations = PATH_LOOKS + PATH_BORDER_LOOKS * line.borders;
+        drive->borders = line.borders;
+        err = path_bake(path, drive, &line, track, error);
     } else {
         err = path_refuse(path, err, error);
     }
@@ -123,8 +123,9 @@ int plan_path_tracks(const struct plan_path *path, struct plan_drive *drive,
     *drive = (struct plan_drive){ .borders = 0 };
     err = plan_space_init(&drive->space, &path->points, error);
     if (err == MOTION_OK)
-        err = plan_law_track(path->part, path->parts, drive->space.table.length,
-                             &drive->law, &law_error, error);
+        err = plan_speed_law_track(path->part, path->parts,
+                                   drive->space.table.length, &drive->law,
+                                   &law_error, error);
     if (err == MOTION_OK)
         err = path_drive(path, drive, law_error, track, error);
     if (err < 0)
@@ -145,6 +146,6 @@ void plan_path_free(struct plan_path *path)
     if (path == NULL)
         return;
     free(path->points.point);
-    plan_law_free(path->part, path->parts);
+    plan_speed_law_free(path->part, path->parts);
     free(path);
 }

@@ -3,8 +3,8 @@
 #ifndef MOTION_PLAN_PLAN_PATH_H
 #define MOTION_PLAN_PLAN_PATH_H
 
-#include "motion/plan/plan_law.h"
 #include "motion/plan/plan_space.h"
+#include "motion/plan/plan_speed_law.h"
 
 struct plan_path {
     uint32_t axis[PLAN_SPACE_AXES]; /* of the move; as many as points.axes */

@@ -33,7 +33,7 @@ struct plan_points {
 /* Curves that go through space, and what they take. */
 struct plan_space_rules {
     bool is, closed, corner;
-    int smooth; /* continuous at points: 0 the way alone, 1 its direction, too, 2
+    int smooth; /* continuous at points: 0 the position alone, 1 its direction, too, 2
                    its curvature, too */
 };
 struct plan_space_rules plan_space_rules(enum plan_curve curve);

@@ -81,8 +81,9 @@ static int64_t view_distance(const struct plan_view *self,
     const struct plan_space *space = self->space;
     int64_t result = 0;
 
-    if (motion_real_round(plan_law_distance(distance, space->table.length), 32,
-                          &result) < 0 ||
+    if (motion_real_round(
+            plan_speed_law_distance(distance, space->table.length), 32,
+            &result) < 0 ||
         result > space->length_q32)
         return space->length_q32;
     return result;
@@ -297,7 +298,7 @@ void plan_view_free(struct plan_view *self)
 
 /* --- angles and their derivatives ----------------------------------------- */
 
-/* The head at a distance, by the way it came there. */
+/* The head at a distance, by the path it came there. */
 static int view_head(const struct plan_view *self, int64_t distance_q32,
                      struct motion_head *head)
 {

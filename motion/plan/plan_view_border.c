@@ -130,14 +130,14 @@ int plan_view_borders(struct plan_view *view)
 {
     const struct plan_camera *camera = view->camera;
     const int64_t length = view->path.length_q32;
-    const size_t room = 2 * ((size_t)view->space->curve.pieces + 1) +
-                        view->other_space.curve.pieces + 1 +
-                        2 * (size_t)camera->dwells + 3;
+    const size_t capacity = 2 * ((size_t)view->space->curve.pieces + 1) +
+                            view->other_space.curve.pieces + 1 +
+                            2 * (size_t)camera->dwells + 3;
     struct view_borders self = { view,
                                  border_is_break(view, view->space->smooth) };
 
-    view->border_q32 = malloc(room * sizeof *view->border_q32);
-    view->break_q32 = malloc(room * sizeof *view->break_q32);
+    view->border_q32 = malloc(capacity * sizeof *view->border_q32);
+    view->break_q32 = malloc(capacity * sizeof *view->break_q32);
     if (view->border_q32 == NULL || view->break_q32 == NULL)
         return plan_view_no_memory(view);
     border_knots(&self, view->space);

@@ -1,20 +1,20 @@
 /* motion/plan/plan_view_rates.c - how fast pan and tilt turn: see plan_view.h.
  *
- * With the way w to what is looked at, up u, its height h = w.u and the level
+ * With the vector w to what is looked at, up u, its height h = w.u and the level
  * part of it, whose length is r = sqrt(w.w - h^2):
  *
  *     pan'  = u.(w x w') / r^2
  *     tilt' = (r h' - h r') / w.w
  *
  * and their derivatives by the quotient rule.  One look instead of a stencil's
- * seven.  Not where the way is level with nothing (straight up and down), and
+ * seven.  Not where the vector is level with nothing (straight up and down), and
  * not where a second derivative steps, which the stencil makes a ramp of. */
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 #include "motion/plan/plan_view.h"
 
 #define RATES_DEG_Q56 INT64_C(4128596020240314225) /* 180 / pi */
-/* The level part of the way is at least so much of it, 2^-12. */
+/* The level part of the vector is at least so much of it, 2^-12. */
 #define RATES_LEVEL_BITS 12
 
 /* A place, and its first two derivatives by the distance. */
@@ -162,12 +162,12 @@ static struct motion_bake_point rates_deg(struct motion_real vel,
                                        motion_real_mul(acc, deg) };
 }
 
-static struct motion_bake_point rates_pan(const struct rates_jet *way,
+static struct motion_bake_point rates_pan(const struct rates_jet *sight,
                                           struct motion_vec up,
                                           struct motion_real level,
                                           struct motion_real level1)
 {
-    const struct motion_vec *w = way->d;
+    const struct motion_vec *w = sight->d;
     const struct motion_real turn =
         motion_vec_dot(up, motion_vec_cross(w[0], w[1]));
     const struct motion_real turn1 =
@@ -177,11 +177,11 @@ static struct motion_bake_point rates_pan(const struct rates_jet *way,
     return rates_deg(vel, rates_quotient(turn1, vel, level, level1));
 }
 
-static struct motion_bake_point rates_tilt(const struct rates_jet *way,
+static struct motion_bake_point rates_tilt(const struct rates_jet *sight,
                                            const struct motion_real h[3],
                                            const struct motion_real level[3])
 {
-    const struct motion_vec *w = way->d;
+    const struct motion_vec *w = sight->d;
     const struct motion_real all = motion_vec_dot(w[0], w[0]);
     const struct motion_real all1 =
         motion_real_twice(motion_vec_dot(w[0], w[1]));
@@ -219,26 +219,27 @@ bool plan_view_rates(const struct plan_view *self, int64_t distance_q32,
 {
     const struct motion_vec up = motion_vec_from_dir(self->camera->up);
     const struct motion_real zero = motion_real_zero();
-    struct rates_jet from, way;
+    struct rates_jet from, sight;
     struct motion_real h[3], level[3];
 
     if (!rates_is_smooth(self, distance_q32) &&
         !rates_is_clear(self, distance_q32))
         return false;
-    if (!rates_target(self, distance_q32, &way))
+    if (!rates_target(self, distance_q32, &sight))
         return false;
     rates_space(self->space, distance_q32, &from);
     for (int k = 0; k < 3; k++) {
-        way.d[k] = motion_vec_sub(way.d[k], from.d[k]);
-        h[k] = motion_vec_dot(way.d[k], up);
+        sight.d[k] = motion_vec_sub(sight.d[k], from.d[k]);
+        h[k] = motion_vec_dot(sight.d[k], up);
     }
-    rates_square(way.d, h, level);
-    if (!motion_real_lt(motion_real_scale(motion_vec_dot(way.d[0], way.d[0]),
-                                          -2 * RATES_LEVEL_BITS),
-                        level[0]))
+    rates_square(sight.d, h, level);
+    if (!motion_real_lt(
+            motion_real_scale(motion_vec_dot(sight.d[0], sight.d[0]),
+                              -2 * RATES_LEVEL_BITS),
+            level[0]))
         return false;
-    jet[MOTION_HEAD_PAN] = rates_pan(&way, up, level[0], level[1]);
-    jet[MOTION_HEAD_TILT] = rates_tilt(&way, h, level);
+    jet[MOTION_HEAD_PAN] = rates_pan(&sight, up, level[0], level[1]);
+    jet[MOTION_HEAD_TILT] = rates_tilt(&sight, h, level);
     jet[MOTION_HEAD_ROLL] = (struct motion_bake_point){ zero, zero, zero };
     if (is_over) {
         struct motion_bake_point *tilt = &jet[MOTION_HEAD_TILT];

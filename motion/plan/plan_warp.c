@@ -7,7 +7,7 @@
 #include "motion/core/fixed.h"
 #include "motion/curve/time_warp.h"
 #include "motion/plan/plan_error.h"
-#include "motion/plan/plan_room.h"
+#include "motion/plan/plan_track.h"
 
 #define WARP_RATE ((int64_t)1000 << 32) /* ms/s: one second a second */
 /* What sampling rounds; a warp that rests may show so much. */
@@ -72,7 +72,7 @@ int plan_warp_track(const struct plan_axis *axis, struct motion_track *warp,
     struct plan_axis ms;
     int err;
 
-    plan_room_init(warp, 0);
+    plan_track_init(warp, 0);
     if (warp_copy(axis, &ms) < 0)
         return plan_error_set(error, MOTION_E_FULL, axis->place,
                               "no memory for the warp");
@@ -123,12 +123,12 @@ int plan_warp_apply(const struct motion_track *warp,
     if (warp_is_identity(warp, track))
         return MOTION_OK;
     motion_track_extreme(warp, MOTION_POS, &reach);
-    err = plan_room_wait(track, warp_ticks(reach.max) + MOTION_FIXED_NS_Q12);
+    err = plan_track_wait(track, warp_ticks(reach.max) + MOTION_FIXED_NS_Q12);
     motion_time_warp_state(track, warp, 0, &start);
-    plan_room_init(&out, start.pos_q32);
+    plan_track_init(&out, start.pos_q32);
     while (err == MOTION_OK && (err = motion_time_warp_append(
                                     &out, track, warp, &own)) == MOTION_E_FULL)
-        err = plan_room_grow(&out);
+        err = plan_track_grow(&out);
     if (err < 0) {
         plan_track_free(&out);
         return plan_error_set(error, err, axis->place,
@@ -136,7 +136,7 @@ int plan_warp_apply(const struct motion_track *warp,
                               motion_err_text(err));
     }
     plan_track_free(track);
-    plan_room_trim(&out);
+    plan_track_trim(&out);
     *track = out;
     *bound = motion_real_max(*bound, own);
     return MOTION_OK;

@@ -1,7 +1,7 @@
 /* motion/plan/profile.c - from key to key as the drive goes by itself; see
  * move.h.
  *
- * A way d in a time T by ramps of the time t at speed v takes
+ * A distance d in a time T by ramps of the time t at speed v takes
  *     T = d / v + t,   a = v / t
  * The calmest ramps at a low speed are those of a third of the time: v = 3 d /
  * 2 T.  Where that is too fast, v is the limit; where then, or at once, the
@@ -38,29 +38,29 @@ int move_profile_check(const struct move *move)
 }
 
 /* Of a ramp, s. */
-static double profile_ramp_s(const struct plan_profile *profile, double way,
-                             double dur_s)
+static double profile_ramp_s(const struct plan_profile *profile,
+                             double distance, double dur_s)
 {
     const double most = move_units(profile->vel_q32) * PROFILE_BELOW;
     const double acc = move_units(profile->acc_q32);
-    const double triangle = 2 * way / dur_s;
-    double vel = 1.5 * way / dur_s;
+    const double triangle = 2 * distance / dur_s;
+    double vel = 1.5 * distance / dur_s;
 
-    if (vel > most && most * dur_s > way)
+    if (vel > most && most * dur_s > distance)
         vel = most;
-    if (vel / (dur_s - way / vel) > acc)
+    if (vel / (dur_s - distance / vel) > acc)
         vel = most > vel && most < triangle ? most : triangle;
-    return vel >= triangle ? dur_s / 2 : dur_s - way / vel;
+    return vel >= triangle ? dur_s / 2 : dur_s - distance / vel;
 }
 
-static int profile_append_way(const struct move *move, uint32_t i,
-                              int64_t dur_ns_q12)
+static int profile_append_distance(const struct move *move, uint32_t i,
+                                   int64_t dur_ns_q12)
 {
     const struct motion_key *key = &move->key[i];
-    const double way =
+    const double distance =
         fabs(move_units(key[1].pos_q32) - move_units(key[0].pos_q32));
-    const double ramp_s =
-        profile_ramp_s(&move->axis->profile, way, move_seconds(dur_ns_q12));
+    const double ramp_s = profile_ramp_s(&move->axis->profile, distance,
+                                         move_seconds(dur_ns_q12));
     const double share = ramp_s / move_seconds(dur_ns_q12);
     const int64_t ramp_ns_q12 =
         share >= 0.5 ? dur_ns_q12 / 2 : llround((double)dur_ns_q12 * share);
@@ -86,7 +86,7 @@ static int profile_append_span(const struct move *move, uint32_t i)
                              "comes %.3f s after the one before it, of which "
                              "its drive needs %.3f s to settle",
                              move_seconds(apart), move_seconds(settle));
-    rc = profile_append_way(move, i, apart - settle);
+    rc = profile_append_distance(move, i, apart - settle);
     if (rc == MOTION_OK && settle > 0)
         rc = motion_track_append_dwell(move->track, settle);
     return rc == MOTION_OK

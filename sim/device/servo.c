@@ -82,7 +82,7 @@ static void sim_servo_happen(struct sim_servo *self,
 
 static void sim_servo_clear(struct sim_servo *self)
 {
-    self->deaf = self->stubborn = self->nan = self->blocked = false;
+    self->deaf = self->ignores_state = self->nan = self->blocked = false;
     self->encoder_lost = false;
     sim_can_port_set_off(&self->port, false);
 }
@@ -107,8 +107,8 @@ void sim_servo_inject(struct sim_servo *self, enum sim_servo_fault fault)
     case SIM_SERVO_DEAF:
         self->deaf = true;
         break;
-    case SIM_SERVO_STUBBORN:
-        self->stubborn = true;
+    case SIM_SERVO_IGNORES_STATE:
+        self->ignores_state = true;
         break;
     case SIM_SERVO_NOT_A_NUMBER:
         self->nan = true;

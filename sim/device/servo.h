@@ -14,15 +14,15 @@
 #include "sim/physics/plant.h"
 
 enum sim_servo_fault {
-    SIM_SERVO_ENCODER,  /* loses its encoder; lasting */
-    SIM_SERVO_TRIP,     /* its power stage switches off, once */
-    SIM_SERVO_REBOOT,   /* all volatile gone; silent for a while, then off */
-    SIM_SERVO_SILENT,   /* off the bus */
-    SIM_SERVO_DEAF,     /* loses every frame; its watchdog may run out */
-    SIM_SERVO_STUBBORN, /* takes no order to change its state */
-    SIM_SERVO_NOT_A_NUMBER, /* says that its position is NaN */
-    SIM_SERVO_BLOCKED,      /* the rotor does not move */
-    SIM_SERVO_CLEAR,        /* every lasting one ends */
+    SIM_SERVO_ENCODER, /* loses its encoder; lasting */
+    SIM_SERVO_TRIP,    /* its power stage switches off, once */
+    SIM_SERVO_REBOOT,  /* all volatile gone; silent for a while, then off */
+    SIM_SERVO_SILENT,  /* off the bus */
+    SIM_SERVO_DEAF,    /* loses every frame; its watchdog may run out */
+    SIM_SERVO_IGNORES_STATE, /* takes no order to change its state */
+    SIM_SERVO_NOT_A_NUMBER,  /* says that its position is NaN */
+    SIM_SERVO_BLOCKED,       /* the rotor does not move */
+    SIM_SERVO_CLEAR,         /* every lasting one ends */
     SIM_SERVO_FAULTS,
 };
 
@@ -51,7 +51,7 @@ struct sim_servo {
     int64_t loop_ns;
     int64_t plant_ns; /* up to where the plant has been integrated */
     int64_t boot_ns;  /* hears nothing before */
-    bool deaf, stubborn, nan, blocked, encoder_lost;
+    bool deaf, ignores_state, nan, blocked, encoder_lost;
 };
 
 /* Clears it and adds it to the bus and the world, standing at start_counts.

@@ -7,20 +7,20 @@ bool sim_trapezoid_step(const struct sim_trapezoid *shape, double to,
                         double dt_s, double *pos, double *vel)
 {
     const double sign = to < *pos ? -1 : 1;
-    const double way = (to - *pos) * sign;
+    const double distance = (to - *pos) * sign;
     double speed = *vel * sign;
     /* to rest, after one more step at this speed */
     const double stop = speed * dt_s + speed * speed / (2 * shape->dec);
 
     if (speed < 0)
         speed += shape->dec * dt_s;
-    else if (stop >= way)
+    else if (stop >= distance)
         speed -= shape->dec * dt_s;
     else
         speed += shape->acc * dt_s;
     if (speed > shape->vel_max)
         speed = shape->vel_max;
-    if (*vel * sign >= 0 && (speed * dt_s >= way || speed <= 0)) {
+    if (*vel * sign >= 0 && (speed * dt_s >= distance || speed <= 0)) {
         *pos = to;
         *vel = 0;
         return true;

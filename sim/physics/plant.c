@@ -19,13 +19,13 @@ static int64_t sim_plant_shift_round(sim_i128 value, unsigned bits)
 /* |value| limited to max; says whether it was. */
 static bool sim_plant_limit(int64_t *value, int64_t max)
 {
-    int64_t asked = *value;
+    int64_t requested = *value;
 
-    if (asked > max)
+    if (requested > max)
         *value = max;
-    if (asked < -max)
+    if (requested < -max)
         *value = -max;
-    return *value != asked;
+    return *value != requested;
 }
 
 static bool sim_plant_is_legal(const struct sim_plant_config *config,

@@ -20,17 +20,17 @@
 #ifndef KEYS_SINE      /* what the counter holds */
 #define KEYS_SINE 100
 #endif
-#define ROOM_MANY (MOTION_EASE_SEGMENTS * KEYS_MANY)
-#define ROOM      (ROOM_MANY > KEYS_MOST ? ROOM_MANY : KEYS_MOST)
-#define TICKS     2000
-#define LAGRANGE  10
+#define CAPACITY_MANY (MOTION_EASE_SEGMENTS * KEYS_MANY)
+#define CAPACITY      (CAPACITY_MANY > KEYS_MOST ? CAPACITY_MANY : KEYS_MOST)
+#define TICKS         2000
+#define LAGRANGE      10
 
 #define SECOND MOTION_FIXED_S_Q12
 #define UNIT   MOTION_FIXED_ONE_Q32
 
 static struct motion_key key[KEYS_MOST];
 static struct motion_spline_work work[KEYS_MOST];
-static struct motion_segment room[ROOM];
+static struct motion_segment storage[CAPACITY];
 static struct motion_track track;
 static uint32_t count;
 static int status;
@@ -59,7 +59,7 @@ static void draw_keys(uint32_t keys)
         t += 30 * SECOND / 1000 + (int64_t)(draw() >> 26);
         pos += (int64_t)(draw() >> 31) - UNIT;
     }
-    motion_track_init(&track, room, ROOM, 0);
+    motion_track_init(&track, storage, CAPACITY, 0);
 }
 
 /* --- kinds ---------------------------------------------------------------- */
@@ -267,14 +267,14 @@ __attribute__((noinline)) static void play_tick(void)
     motion_track_sample(&track, &cursor, at_ns_q12, &sample);
 }
 
-enum play_way { PLAY_FORWARD, PLAY_BACKWARD, PLAY_SEEK };
+enum play_displacement { PLAY_FORWARD, PLAY_BACKWARD, PLAY_SEEK };
 
 /* 1 ms at a time, from or to the middle; or anywhere. */
-static int64_t play_time(enum play_way way, int64_t tick)
+static int64_t play_time(enum play_displacement displacement, int64_t tick)
 {
     const int64_t middle = key[count / 2].t_ns_q12;
 
-    switch (way) {
+    switch (displacement) {
     case PLAY_FORWARD:
         return (middle + tick * (SECOND / 1000)) % track.end_ns_q12;
     case PLAY_BACKWARD:
@@ -285,15 +285,16 @@ static int64_t play_time(enum play_way way, int64_t tick)
     return (int64_t)motion_fixed_mulhi_u64(draw(), (uint64_t)track.end_ns_q12);
 }
 
-static void play(const char *name, enum play_way way, uint32_t none)
+static void play(const char *name, enum play_displacement displacement,
+                 uint32_t none)
 {
     uint64_t sum = 0, mean = 0;
     uint32_t worst = 0;
 
-    at_ns_q12 = play_time(way, 0);
+    at_ns_q12 = play_time(displacement, 0);
     play_tick();
     for (int64_t tick = 1; tick <= TICKS; tick++) {
-        at_ns_q12 = play_time(way, tick);
+        at_ns_q12 = play_time(displacement, tick);
         const uint32_t used = bench_count(play_tick) - none;
         sum += used;
         worst = used > worst ? used : worst;

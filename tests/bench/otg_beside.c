@@ -166,7 +166,7 @@ static int ours_plan(const struct problem *problem)
 }
 
 struct tracks {
-    struct motion_segment room[AXES][MOTION_OTG_PHASES];
+    struct motion_segment capacity[AXES][MOTION_OTG_PHASES];
     struct motion_track track[AXES];
     struct motion_cursor cursor[AXES];
 };
@@ -176,8 +176,8 @@ static int tracks_make(const struct problem *problem, struct tracks *tracks)
     int err = MOTION_OK;
     memset(tracks->cursor, 0, sizeof tracks->cursor);
     for (int i = 0; i < problem->axes && err == MOTION_OK; i++) {
-        motion_track_init(&tracks->track[i], tracks->room[i], MOTION_OTG_PHASES,
-                          plan[i].start_pos_q32);
+        motion_track_init(&tracks->track[i], tracks->capacity[i],
+                          MOTION_OTG_PHASES, plan[i].start_pos_q32);
         err = motion_otg_append(&plan[i], &tracks->track[i]);
     }
     return err;
@@ -284,10 +284,10 @@ struct pair {
     struct column ours, ruckig;
 };
 
-static void pair_init(struct pair *pair, size_t room)
+static void pair_init(struct pair *pair, size_t capacity)
 {
-    *pair = (struct pair){ .ours.value = calloc(room, sizeof(double)),
-                           .ruckig.value = calloc(room, sizeof(double)) };
+    *pair = (struct pair){ .ours.value = calloc(capacity, sizeof(double)),
+                           .ruckig.value = calloc(capacity, sizeof(double)) };
     if (pair->ours.value == NULL || pair->ruckig.value == NULL)
         exit(2);
 }

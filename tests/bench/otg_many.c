@@ -195,9 +195,9 @@ static void *shared(size_t size)
     FILE *file = tmpfile();
     if (file == NULL || ftruncate(fileno(file), (off_t)size) < 0)
         return NULL;
-    void *room =
+    void *storage =
         mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_SHARED, fileno(file), 0);
-    return room == MAP_FAILED ? NULL : room;
+    return storage == MAP_FAILED ? NULL : storage;
 }
 
 int main(int argc, char **argv)

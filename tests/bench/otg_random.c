@@ -109,10 +109,10 @@ static int64_t ramp_q32(int64_t acc_q32, int64_t jerk_q32)
     return err < 0 ? INT64_MAX : ramp + 2;
 }
 
-/* Anywhere inside the limits, such that it can stay there (`way` 1: a start)
+/* Anywhere inside the limits, such that it can stay there (`displacement` 1: a start)
  * or can have been there (-1: a goal). */
 static void random_state(uint64_t *seed, const struct motion_otg_limit *limit,
-                         int way, struct motion_state *state)
+                         int displacement, struct motion_state *state)
 {
     int64_t acc =
         random_between(seed, limit->acc_min_q32 + 1, limit->acc_max_q32 - 1);
@@ -124,7 +124,7 @@ static void random_state(uint64_t *seed, const struct motion_otg_limit *limit,
         acc /= 2;
         ramp = ramp_q32(acc, limit->jerk_q32);
     }
-    if (acc * way > 0)
+    if (acc * displacement > 0)
         hi -= ramp;
     else if (acc != 0)
         lo += ramp;
@@ -145,12 +145,12 @@ static void random_violating(uint64_t *seed,
         random_between(seed, 2 * limit->acc_min_q32, 2 * limit->acc_max_q32);
 }
 
-static void random_way(uint64_t *seed, int lo, int hi,
-                       struct motion_otg_move *move)
+static void random_displacement(uint64_t *seed, int lo, int hi,
+                                struct motion_otg_move *move)
 {
-    int64_t way = random_size(seed, lo, hi, LENGTH_Q32);
-    move->start.pos_q32 = random_between(seed, -way, way);
-    move->goal.pos_q32 = move->start.pos_q32 + random_sign(seed, way);
+    int64_t displacement = random_size(seed, lo, hi, LENGTH_Q32);
+    move->start.pos_q32 = random_between(seed, -displacement, displacement);
+    move->goal.pos_q32 = move->start.pos_q32 + random_sign(seed, displacement);
 }
 
 /* --- kinds ---------------------------------------------------------------- */
@@ -185,15 +185,15 @@ static void random_boundary(uint64_t *seed, struct motion_otg_move *move)
     int64_t ramp = random_between(seed, 1, 3);
     int64_t hold = touched == 3 ? random_between(seed, 0, 2) : 0;
     int64_t acc = jerk * ramp, vel = acc * (ramp + hold);
-    int64_t way = (vel * (2 * ramp + hold)) << LENGTH_Q32;
+    int64_t displacement = (vel * (2 * ramp + hold)) << LENGTH_Q32;
     if (touched == 3 && random_is(seed, 30))
-        way += way >> 12;
+        displacement += displacement >> 12;
     limit->jerk_q32 = jerk << LENGTH_Q32;
     limit->acc_max_q32 = acc << (LENGTH_Q32 + !(touched & 1));
     limit->acc_min_q32 = -limit->acc_max_q32;
     limit->vel_max_q32 = vel << (LENGTH_Q32 + !(touched & 2));
     limit->vel_min_q32 = -limit->vel_max_q32;
-    move->goal.pos_q32 = random_sign(seed, way);
+    move->goal.pos_q32 = random_sign(seed, displacement);
 }
 
 static void random_states(uint64_t *seed, bool goal,
@@ -233,13 +233,13 @@ void otg_random_move(uint64_t *seed, enum otg_random_kind kind,
     else if ((kind == OTG_RANDOM_LONG || kind == OTG_RANDOM_RATIO) && both)
         random_states(seed, true, move);
     if (kind == OTG_RANDOM_TINY)
-        random_way(seed, -20, -10, move);
+        random_displacement(seed, -20, -10, move);
     else if (kind == OTG_RANDOM_LONG)
-        random_way(seed, 7, 13, move);
+        random_displacement(seed, 7, 13, move);
     else if (kind == OTG_RANDOM_REST)
-        random_way(seed, -10, 7, move);
+        random_displacement(seed, -10, 7, move);
     else
-        random_way(seed, -7, 6, move);
+        random_displacement(seed, -7, 6, move);
 }
 
 void otg_random_moves(uint64_t *seed, uint32_t row, int axes,

@@ -17,7 +17,7 @@
 
 static struct motion_otg_move move[AXES];
 static struct motion_otg_plan plan[AXES];
-static struct motion_segment room[MOTION_OTG_PHASES];
+static struct motion_segment storage[MOTION_OTG_PHASES];
 static struct motion_track track;
 static struct motion_cursor cursor;
 static struct motion_sample sample;
@@ -149,7 +149,7 @@ static uint32_t bench_samples(uint32_t empty)
     for (uint32_t row = 0; row < PROBLEMS / 10; row++) {
         otg_random_move(&seed, otg_random_kind(row), &move[0]);
         bench_one();
-        motion_track_init(&track, room, MOTION_OTG_PHASES,
+        motion_track_init(&track, storage, MOTION_OTG_PHASES,
                           move[0].start.pos_q32);
         cursor.index = 0;
         uint32_t count = bench_count(bench_append) - empty;

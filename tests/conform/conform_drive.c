@@ -83,7 +83,7 @@ static void never(struct conform_drive *b, enum hal_drive_state state,
     }
 }
 
-static void ask(struct conform_drive *b, enum hal_drive_request request)
+static void query(struct conform_drive *b, enum hal_drive_request request)
 {
     hal_drive_request(b->drive, request);
 }
@@ -122,7 +122,7 @@ static void to_off(struct conform_drive *b)
 static int64_t to_enabled(struct conform_drive *b)
 {
     to_off(b);
-    ask(b, HAL_DRIVE_REQUEST_ENABLE);
+    query(b, HAL_DRIVE_REQUEST_ENABLE);
     until(b, HAL_DRIVE_ENABLED, b->enable_ns);
     return b->seen.pos_q32;
 }
@@ -221,9 +221,9 @@ static void follow_tick(struct conform_drive *b, int64_t from_q32, int64_t t_ns,
                         int64_t sign, unsigned *judged)
 {
     double vel;
-    const double way = ramp_at(t_ns, &vel);
+    const double displacement = ramp_at(t_ns, &vel);
     struct hal_drive_target target = {
-        .pos_q32 = from_q32 + sign * (int64_t)(way * (double)ONE),
+        .pos_q32 = from_q32 + sign * (int64_t)(displacement * (double)ONE),
         .vel_q32 = sign * (int64_t)(vel * (double)ONE),
     };
 
@@ -241,13 +241,13 @@ static int64_t follow(struct conform_drive *b, int64_t from_q32, int64_t sign)
 {
     unsigned judged = 0;
     double vel;
-    const int64_t way_q32 = (int64_t)(ramp_at(S, &vel) * (double)ONE);
+    const int64_t displacement_q32 = (int64_t)(ramp_at(S, &vel) * (double)ONE);
 
     record.count = 0;
     for (int64_t t_ns = 0; t_ns < S; t_ns += b->tick_ns)
         follow_tick(b, from_q32, t_ns, sign, &judged);
     assert_true(judged > 0);
-    return from_q32 + sign * way_q32;
+    return from_q32 + sign * displacement_q32;
 }
 
 /* ---- claims ------------------------------------------------------------- */
@@ -286,7 +286,7 @@ static void it_enables_without_a_jump(void **state)
         assert_near(b, b->ruler_q32(b), from_q32, b->stand_q32, "the axis");
     }
     assert_true(b->seen.following);
-    ask(b, HAL_DRIVE_REQUEST_OFF);
+    query(b, HAL_DRIVE_REQUEST_OFF);
     until(b, HAL_DRIVE_OFF, b->enable_ns);
 }
 
@@ -295,7 +295,7 @@ static void a_request_waits_until_it_is_found(void **state)
     struct conform_drive *b = bench_of(state);
 
     cycle(b);
-    ask(b, HAL_DRIVE_REQUEST_ENABLE);
+    query(b, HAL_DRIVE_REQUEST_ENABLE);
     until(b, HAL_DRIVE_ENABLED, b->start_ns + b->enable_ns);
 }
 
@@ -370,14 +370,14 @@ static void a_quick_stop_ends_standing(void **state)
     struct conform_drive *b = bench_of(state);
 
     run_up(b);
-    ask(b, HAL_DRIVE_REQUEST_QUICK_STOP);
+    query(b, HAL_DRIVE_REQUEST_QUICK_STOP);
     cycle(b);
     cycle(b);
     assert_int_not_equal(b->seen.state, HAL_DRIVE_ENABLED);
     assert_stops(b);
     assert_int_not_equal(b->seen.state, HAL_DRIVE_ENABLED);
     assert_int_not_equal(b->seen.state, HAL_DRIVE_FAULT);
-    ask(b, HAL_DRIVE_REQUEST_OFF);
+    query(b, HAL_DRIVE_REQUEST_OFF);
     until(b, HAL_DRIVE_OFF, b->enable_ns);
     to_enabled(b);
 }
@@ -394,10 +394,10 @@ static void a_fault_is_off_until_reset_and_enable(void **state)
     assert_true(b->seen.fault_code != 0);
     assert_true(b->seen.fault_text[0] != '\0');
     assert_false(b->seen.following);
-    ask(b, HAL_DRIVE_REQUEST_ENABLE); /* is not heard */
+    query(b, HAL_DRIVE_REQUEST_ENABLE); /* is not heard */
     pass(b, 300 * MS);
     assert_int_equal(b->seen.state, HAL_DRIVE_FAULT);
-    ask(b, HAL_DRIVE_REQUEST_RESET);
+    query(b, HAL_DRIVE_REQUEST_RESET);
     until(b, HAL_DRIVE_OFF, 2 * S);
     never(b, HAL_DRIVE_ENABLED, S);
     assert_int_equal(b->seen.state, HAL_DRIVE_OFF);
@@ -414,12 +414,12 @@ static void a_fault_that_lasts_is_not_reset(void **state)
     to_enabled(b);
     b->trouble(b, CONFORM_DRIVE_LASTING_TRIP);
     until(b, HAL_DRIVE_FAULT, b->trip_ns);
-    ask(b, HAL_DRIVE_REQUEST_RESET);
+    query(b, HAL_DRIVE_REQUEST_RESET);
     never(b, HAL_DRIVE_ENABLED, 3 * S);
     assert_int_equal(b->seen.state, HAL_DRIVE_FAULT);
     assert_true(b->seen.fault_text[0] != '\0');
     b->trouble(b, CONFORM_DRIVE_HEAL);
-    ask(b, HAL_DRIVE_REQUEST_RESET);
+    query(b, HAL_DRIVE_REQUEST_RESET);
     until(b, HAL_DRIVE_OFF, 2 * S);
 }
 
@@ -438,7 +438,7 @@ static void found_again(struct conform_drive *b)
         return;
     assert_true(b->seen.fault_code != 0);
     assert_true(b->seen.fault_text[0] != '\0');
-    ask(b, HAL_DRIVE_REQUEST_RESET);
+    query(b, HAL_DRIVE_REQUEST_RESET);
     until(b, HAL_DRIVE_OFF, 2 * S);
 }
 
@@ -450,11 +450,11 @@ static void a_silent_drive_is_lost_and_not_found_by_itself(void **state)
     b->trouble(b, CONFORM_DRIVE_SILENT);
     until(b, HAL_DRIVE_OFFLINE, b->silent_ns);
     assert_true(b->seen.fault_text[0] != '\0');
-    ask(b, HAL_DRIVE_REQUEST_ENABLE); /* is not heard */
+    query(b, HAL_DRIVE_REQUEST_ENABLE); /* is not heard */
     b->trouble(b, CONFORM_DRIVE_HEAL);
     pass(b, 2 * S);
     assert_int_equal(b->seen.state, HAL_DRIVE_OFFLINE);
-    ask(b, HAL_DRIVE_REQUEST_RESET);
+    query(b, HAL_DRIVE_REQUEST_RESET);
     found_again(b);
     never(b, HAL_DRIVE_ENABLED, S);
     to_enabled(b);
@@ -466,12 +466,12 @@ static void reset_without_a_fault_is_nothing(void **state)
     int64_t at_q32;
 
     to_off(b);
-    ask(b, HAL_DRIVE_REQUEST_RESET);
+    query(b, HAL_DRIVE_REQUEST_RESET);
     never(b, HAL_DRIVE_OFFLINE, 100 * MS);
     assert_int_equal(b->seen.state, HAL_DRIVE_OFF);
     at_q32 = to_enabled(b);
     cycle_at(b, at_q32);
-    ask(b, HAL_DRIVE_REQUEST_RESET);
+    query(b, HAL_DRIVE_REQUEST_RESET);
     for (int i = 0; i < 100; i++)
         cycle_at(b, at_q32);
     assert_int_equal(b->seen.state, HAL_DRIVE_ENABLED);
@@ -594,10 +594,10 @@ static void halt_and_quick_stop_end_a_go(void **state)
     assert_int_equal(b->seen.state, HAL_DRIVE_ENABLED);
     assert_int_equal(hal_drive_go(b->drive, &go), MOTION_OK);
     pass(b, 400 * MS);
-    ask(b, HAL_DRIVE_REQUEST_QUICK_STOP);
+    query(b, HAL_DRIVE_REQUEST_QUICK_STOP);
     assert_stops(b);
     assert_true(magnitude(b->ruler_q32(b) - go.pos_q32) > ONE);
-    ask(b, HAL_DRIVE_REQUEST_OFF);
+    query(b, HAL_DRIVE_REQUEST_OFF);
     until(b, HAL_DRIVE_OFF, b->enable_ns);
 }
 

@@ -40,22 +40,22 @@ static struct hal_modbus_request request(uint8_t function, uint16_t address,
 }
 
 static void expect_ok(struct conform_modbus *conform,
-                      const struct hal_modbus_request *ask,
+                      const struct hal_modbus_request *query,
                       struct hal_modbus_reply *reply)
 {
-    *reply = conform_modbus_do(conform, ask);
+    *reply = conform_modbus_do(conform, query);
     if (reply->err != MOTION_OK)
-        fail_msg("function %02X: %s", ask->function,
+        fail_msg("function %02X: %s", query->function,
                  motion_err_text(reply->err));
 }
 
 static void expect_read(struct conform_modbus *conform, uint8_t function,
                         uint16_t flip)
 {
-    const struct hal_modbus_request ask = request(function, 5, 4);
+    const struct hal_modbus_request query = request(function, 5, 4);
     struct hal_modbus_reply reply;
 
-    expect_ok(conform, &ask, &reply);
+    expect_ok(conform, &query, &reply);
     assert_int_equal(reply.count, 4);
     for (unsigned i = 0; i < 4; i++)
         assert_int_equal(reply.value[i], conform->bank->reg[5 + i] ^ flip);
@@ -63,55 +63,55 @@ static void expect_read(struct conform_modbus *conform, uint8_t function,
 
 static void expect_coils(struct conform_modbus *conform)
 {
-    struct hal_modbus_request ask = request(HAL_MODBUS_WRITE_COIL, 3, 1);
+    struct hal_modbus_request query = request(HAL_MODBUS_WRITE_COIL, 3, 1);
     struct hal_modbus_reply reply;
 
-    ask.value[0] = 1;
-    expect_ok(conform, &ask, &reply);
+    query.value[0] = 1;
+    expect_ok(conform, &query, &reply);
     assert_int_equal(conform->bank->coil[0], 1 << 3);
-    ask.value[0] = 0;
-    expect_ok(conform, &ask, &reply);
+    query.value[0] = 0;
+    expect_ok(conform, &query, &reply);
     assert_int_equal(conform->bank->coil[0], 0);
-    ask = request(HAL_MODBUS_WRITE_COILS, 0, 19);
-    ask.value[0] = 0x8421;
-    ask.value[1] = 0xFFFD;
-    expect_ok(conform, &ask, &reply);
+    query = request(HAL_MODBUS_WRITE_COILS, 0, 19);
+    query.value[0] = 0x8421;
+    query.value[1] = 0xFFFD;
+    expect_ok(conform, &query, &reply);
     assert_int_equal(conform->bank->coil[0], 0x8421);
     assert_int_equal(conform->bank->coil[1], 0x0005); /* three of them */
 }
 
 static void expect_writes(struct conform_modbus *conform)
 {
-    struct hal_modbus_request ask = request(HAL_MODBUS_WRITE, 40, 1);
+    struct hal_modbus_request query = request(HAL_MODBUS_WRITE, 40, 1);
     struct hal_modbus_reply reply;
 
-    ask.value[0] = 0xBEEF;
-    expect_ok(conform, &ask, &reply);
+    query.value[0] = 0xBEEF;
+    expect_ok(conform, &query, &reply);
     assert_int_equal(conform->bank->reg[40], 0xBEEF);
-    ask = request(HAL_MODBUS_WRITE_MANY, 41, 2);
-    ask.value[0] = 1;
-    ask.value[1] = 0xFFFE;
-    expect_ok(conform, &ask, &reply);
+    query = request(HAL_MODBUS_WRITE_MANY, 41, 2);
+    query.value[0] = 1;
+    query.value[1] = 0xFFFE;
+    expect_ok(conform, &query, &reply);
     assert_int_equal(conform->bank->reg[41], 1);
     assert_int_equal(conform->bank->reg[42], 0xFFFE);
-    ask = request(HAL_MODBUS_MASK, 40, 1); /* the standard's own example */
+    query = request(HAL_MODBUS_MASK, 40, 1); /* the standard's own example */
     conform->bank->reg[40] = 0x12;
-    ask.value[0] = 0xF2;
-    ask.value[1] = 0x25;
-    expect_ok(conform, &ask, &reply);
+    query.value[0] = 0xF2;
+    query.value[1] = 0x25;
+    expect_ok(conform, &query, &reply);
     assert_int_equal(conform->bank->reg[40], 0x17);
 }
 
 static void expect_write_read(struct conform_modbus *conform)
 {
-    struct hal_modbus_request ask = request(HAL_MODBUS_WRITE_READ, 60, 3);
+    struct hal_modbus_request query = request(HAL_MODBUS_WRITE_READ, 60, 3);
     struct hal_modbus_reply reply;
 
-    ask.write_address = 61;
-    ask.write_count = 2;
-    ask.value[0] = 0x0102;
-    ask.value[1] = 0x0304;
-    expect_ok(conform, &ask, &reply);
+    query.write_address = 61;
+    query.write_count = 2;
+    query.value[0] = 0x0102;
+    query.value[1] = 0x0304;
+    expect_ok(conform, &query, &reply);
     assert_int_equal(reply.count, 3);
     assert_int_equal(reply.value[0], conform->bank->reg[60]);
     assert_int_equal(reply.value[1], 0x0102); /* written first */
@@ -122,10 +122,10 @@ static void expect_write_read(struct conform_modbus *conform)
 static void expect_bits(struct conform_modbus *conform, uint8_t function,
                         bool inverse, uint16_t at, uint16_t count)
 {
-    const struct hal_modbus_request ask = request(function, at, count);
+    const struct hal_modbus_request query = request(function, at, count);
     struct hal_modbus_reply reply;
 
-    expect_ok(conform, &ask, &reply);
+    expect_ok(conform, &query, &reply);
     assert_int_equal(reply.count, count);
     for (unsigned i = 0; i < count; i++) {
         const unsigned coil = at + i;
@@ -153,15 +153,15 @@ void conform_modbus_every_function(struct conform_modbus *conform)
 
 void conform_modbus_longest(struct conform_modbus *conform)
 {
-    struct hal_modbus_request ask =
+    struct hal_modbus_request query =
         request(HAL_MODBUS_WRITE_MANY, 100, HAL_MODBUS_WRITE_MAX);
     struct hal_modbus_reply reply;
 
     for (unsigned i = 0; i < HAL_MODBUS_WRITE_MAX; i++)
-        ask.value[i] = (uint16_t)(i * 521);
-    expect_ok(conform, &ask, &reply);
-    ask = request(HAL_MODBUS_READ, 98, HAL_MODBUS_READ_MAX);
-    expect_ok(conform, &ask, &reply);
+        query.value[i] = (uint16_t)(i * 521);
+    expect_ok(conform, &query, &reply);
+    query = request(HAL_MODBUS_READ, 98, HAL_MODBUS_READ_MAX);
+    expect_ok(conform, &query, &reply);
     assert_int_equal(reply.count, HAL_MODBUS_READ_MAX);
     for (unsigned i = 0; i < HAL_MODBUS_WRITE_MAX; i++)
         assert_int_equal(reply.value[2 + i], (uint16_t)(i * 521));
@@ -170,9 +170,9 @@ void conform_modbus_longest(struct conform_modbus *conform)
 void conform_modbus_order(struct conform_modbus *conform)
 {
     for (uint32_t i = 0; i < 5; i++) {
-        const struct hal_modbus_request ask =
+        const struct hal_modbus_request query =
             request(HAL_MODBUS_READ, (uint16_t)(10 * i), 1);
-        assert_int_equal(hal_modbus_submit(conform->line, &ask, 100 + i), 0);
+        assert_int_equal(hal_modbus_submit(conform->line, &query, 100 + i), 0);
     }
     for (uint32_t i = 0; i < 5; i++) {
         const struct hal_modbus_reply reply = collect(conform);
@@ -184,14 +184,16 @@ void conform_modbus_order(struct conform_modbus *conform)
 
 void conform_modbus_mailbox_full(struct conform_modbus *conform)
 {
-    const struct hal_modbus_request ask = request(HAL_MODBUS_READ, 0, 1);
+    const struct hal_modbus_request query = request(HAL_MODBUS_READ, 0, 1);
 
     for (uint32_t i = 0; i < HAL_MODBUS_MAILBOX; i++)
-        assert_int_equal(hal_modbus_submit(conform->line, &ask, i), MOTION_OK);
-    assert_int_equal(hal_modbus_submit(conform->line, &ask, 99), MOTION_E_FULL);
+        assert_int_equal(hal_modbus_submit(conform->line, &query, i),
+                         MOTION_OK);
+    assert_int_equal(hal_modbus_submit(conform->line, &query, 99),
+                     MOTION_E_FULL);
     for (uint32_t i = 0; i < HAL_MODBUS_MAILBOX; i++)
         assert_int_equal(collect(conform).tag, i);
-    assert_int_equal(conform_modbus_do(conform, &ask).err, MOTION_OK);
+    assert_int_equal(conform_modbus_do(conform, &query).err, MOTION_OK);
 }
 
 void conform_modbus_refuses_malformed(struct conform_modbus *conform)
@@ -215,9 +217,9 @@ void conform_modbus_refuses_malformed(struct conform_modbus *conform)
 
 void conform_modbus_exception(struct conform_modbus *conform)
 {
-    const struct hal_modbus_request ask =
+    const struct hal_modbus_request query =
         request(HAL_MODBUS_READ, BANK_SIZE - 1, 2);
-    const struct hal_modbus_reply reply = conform_modbus_do(conform, &ask);
+    const struct hal_modbus_reply reply = conform_modbus_do(conform, &query);
 
     assert_int_equal(reply.err, MOTION_E_REFUSED);
     assert_int_equal(reply.exception, 2);
@@ -228,10 +230,10 @@ void conform_modbus_exception(struct conform_modbus *conform)
 /* Nobody answers on a serial line; a gateway says that nobody does. */
 void conform_modbus_missing_unit(struct conform_modbus *conform)
 {
-    struct hal_modbus_request ask = request(HAL_MODBUS_READ, 0, 1);
+    struct hal_modbus_request query = request(HAL_MODBUS_READ, 0, 1);
 
-    ask.unit = 30;
-    const struct hal_modbus_reply reply = conform_modbus_do(conform, &ask);
+    query.unit = 30;
+    const struct hal_modbus_reply reply = conform_modbus_do(conform, &query);
     if (reply.err != MOTION_E_TIMEOUT)
         assert_int_equal(reply.exception, 0x0B);
     expect_read(conform, HAL_MODBUS_READ, 0);
@@ -239,29 +241,29 @@ void conform_modbus_missing_unit(struct conform_modbus *conform)
 
 void conform_modbus_broadcast(struct conform_modbus *conform)
 {
-    struct hal_modbus_request ask = request(HAL_MODBUS_WRITE, 77, 1);
+    struct hal_modbus_request query = request(HAL_MODBUS_WRITE, 77, 1);
 
-    ask.unit = HAL_MODBUS_BROADCAST;
-    ask.value[0] = 0xABCD;
+    query.unit = HAL_MODBUS_BROADCAST;
+    query.value[0] = 0xABCD;
     if (!conform->broadcasts) {
-        assert_int_equal(hal_modbus_submit(conform->line, &ask, 0),
+        assert_int_equal(hal_modbus_submit(conform->line, &query, 0),
                          MOTION_E_ARG);
         return;
     }
-    assert_int_equal(conform_modbus_do(conform, &ask).err, MOTION_OK);
+    assert_int_equal(conform_modbus_do(conform, &query).err, MOTION_OK);
     assert_int_equal(conform->bank->reg[77], 0xABCD);
     expect_read(conform, HAL_MODBUS_READ, 0);
 }
 
 void conform_modbus_stats(struct conform_modbus *conform)
 {
-    struct hal_modbus_request ask = request(HAL_MODBUS_READ, 0, 1);
+    struct hal_modbus_request query = request(HAL_MODBUS_READ, 0, 1);
     struct hal_modbus_stats before, after;
 
     hal_modbus_stats(conform->line, &before);
-    (void)conform_modbus_do(conform, &ask);
-    ask.address = 0xFFFF;
-    (void)conform_modbus_do(conform, &ask);
+    (void)conform_modbus_do(conform, &query);
+    query.address = 0xFFFF;
+    (void)conform_modbus_do(conform, &query);
     hal_modbus_stats(conform->line, &after);
     assert_int_equal(after.transactions - before.transactions, 2);
     assert_int_equal(after.exceptions - before.exceptions, 1);

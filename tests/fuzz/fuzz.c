@@ -59,9 +59,9 @@ uint16_t fuzz_u16(struct fuzz_bytes *bytes)
     return (uint16_t)(low | fuzz_u8(bytes) << 8);
 }
 
-size_t fuzz_take(struct fuzz_bytes *bytes, uint8_t *to, size_t room)
+size_t fuzz_take(struct fuzz_bytes *bytes, uint8_t *to, size_t capacity)
 {
-    const size_t count = bytes->left < room ? bytes->left : room;
+    const size_t count = bytes->left < capacity ? bytes->left : capacity;
 
     if (count > 0)
         memcpy(to, bytes->at, count);

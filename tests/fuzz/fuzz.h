@@ -31,8 +31,8 @@ struct fuzz_bytes {
 };
 uint8_t fuzz_u8(struct fuzz_bytes *bytes);
 uint16_t fuzz_u16(struct fuzz_bytes *bytes); /* lower byte first */
-/* As many as there are, at most `room`. */
-size_t fuzz_take(struct fuzz_bytes *bytes, uint8_t *to, size_t room);
+/* As many as there are, at most `capacity`. */
+size_t fuzz_take(struct fuzz_bytes *bytes, uint8_t *to, size_t capacity);
 /* Id, length and flags, data. */
 struct hal_can_frame fuzz_frame(struct fuzz_bytes *bytes);
 

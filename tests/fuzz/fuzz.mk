@@ -35,12 +35,12 @@ fuzz-run: $(if $(F),$(F:%=$(B)/tests/fuzz/fuzz_%),$(FUZZ))
 	    printf "  fuzz   %-16s %s\n" $$name "$$(tail -n 1 build/fuzz/$$name.log)"; \
 	    exit $$bad'
 
-# Tests whose number of harmed answers HARMS says; they run some thousand in
+# Tests whose number of corrupted answers CORRUPTIONS says; they run some thousand in
 # make check.
-HARM_TESTS := $(filter %_harm,$(TESTS))
-.PHONY: harm
-## harm HARMS=100000 answers of every protocol; SAN=address,undefined too
-harm: HARMS ?= 100000
-harm: $(HARM_TESTS)
-	@HARMS=$(HARMS) TEST_TIMEOUT=550 tests/support/run.sh $(B)/log $^
-	@sed -n 's/^/  /; /harmed/p' $(patsubst %,$(B)/log/%.log,$(notdir $(HARM_TESTS)))
+CORRUPT_TESTS := $(filter %_corrupt,$(TESTS))
+.PHONY: corrupt
+## corrupt CORRUPTIONS=100000 answers of every protocol; SAN=address,undefined too
+corrupt: CORRUPTIONS ?= 100000
+corrupt: $(CORRUPT_TESTS)
+	@CORRUPTIONS=$(CORRUPTIONS) TEST_TIMEOUT=550 tests/support/run.sh $(B)/log $^
+	@sed -n 's/^/  /; /corrupted/p' $(patsubst %,$(B)/log/%.log,$(notdir $(CORRUPT_TESTS)))

@@ -21,17 +21,16 @@ struct fuzz_can_bus {
 
 static void fuzz_can_bus_init(struct fuzz_can_bus *self)
 {
-    static const struct drive_turns_config turns = { .turns_num = 1,
-                                                     .turns_den = 10,
-                                                     .period_ns = MS,
-                                                     .latency_ns = 200000,
-                                                     .answer_ns = 130000,
-                                                     .stop_acc_q32 = 200
-                                                                     << 16 };
-    const struct drive_odrive_config odrive = { .node = 3, .turns = turns };
+    static const struct drive_turn_config turns = { .turns_num = 1,
+                                                    .turns_den = 10,
+                                                    .period_ns = MS,
+                                                    .latency_ns = 200000,
+                                                    .answer_ns = 130000,
+                                                    .stop_acc_q32 = 200 << 16 };
+    const struct drive_odrive_config odrive = { .node = 3, .turn = turns };
     const struct drive_moteus_config moteus = { .id = 5,
                                                 .switched = true,
-                                                .turns = turns };
+                                                .turn = turns };
 
     memset(self, 0, sizeof *self);
     fuzz_port_init(&self->port);
@@ -41,11 +40,11 @@ static void fuzz_can_bus_init(struct fuzz_can_bus *self)
     fuzz_claim(drive_odrive_init(&self->odrive, &self->bus, &odrive) == 0 &&
                    drive_moteus_init(&self->moteus, &self->bus, &moteus) == 0,
                "two drives on a bus");
-    self->drive[0] = &self->odrive.turns.drive;
-    self->drive[1] = &self->moteus.turns.drive;
+    self->drive[0] = &self->odrive.turn.drive;
+    self->drive[1] = &self->moteus.turn.drive;
 }
 
-static void fuzz_can_bus_ask(struct fuzz_can_bus *self, uint8_t what)
+static void fuzz_can_bus_request(struct fuzz_can_bus *self, uint8_t what)
 {
     struct hal_drive *drive = self->drive[what & 1];
     const struct hal_drive_go go = { .pos_q32 = INT64_C(1) << 32,
@@ -94,7 +93,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         const uint8_t what = fuzz_u8(&self.port.bytes);
         self.port.turn = what & 3;
         if (what & 4)
-            fuzz_can_bus_ask(&self, fuzz_u8(&self.port.bytes));
+            fuzz_can_bus_request(&self, fuzz_u8(&self.port.bytes));
         self.now_ns += MS;
         (void)hal_fieldbus_begin(&self.bus.fieldbus, self.now_ns);
         for (unsigned i = 0; i < DRIVES; i++)

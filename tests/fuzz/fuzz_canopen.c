@@ -45,7 +45,7 @@ static void fuzz_canopen_init(struct fuzz_canopen *self)
 }
 
 /* What a person could ask for next. */
-static void fuzz_canopen_ask(struct fuzz_canopen *self, uint8_t what)
+static void fuzz_canopen_request(struct fuzz_canopen *self, uint8_t what)
 {
     static const uint8_t from[200] = { 1, 2, 3 };
 
@@ -113,7 +113,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         const uint8_t what = fuzz_u8(&self.port.bytes);
         self.port.turn = what & 3;
         if (what & 4)
-            fuzz_canopen_ask(&self, fuzz_u8(&self.port.bytes));
+            fuzz_canopen_request(&self, fuzz_u8(&self.port.bytes));
         fuzz_canopen_cycle(&self);
     }
     return 0;

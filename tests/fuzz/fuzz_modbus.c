@@ -13,7 +13,7 @@
 
 #define FRAME_MAX 300
 
-static struct hal_modbus_request fuzz_modbus_asked(struct fuzz_bytes *bytes)
+static struct hal_modbus_request fuzz_modbus_requested(struct fuzz_bytes *bytes)
 {
     struct hal_modbus_request request = { .unit = 9 };
 
@@ -107,7 +107,7 @@ static void fuzz_modbus_serves(const uint8_t *pdu, unsigned length)
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     struct fuzz_bytes bytes = { data, size };
-    const struct hal_modbus_request request = fuzz_modbus_asked(&bytes);
+    const struct hal_modbus_request request = fuzz_modbus_requested(&bytes);
     uint8_t frame[FRAME_MAX];
     const unsigned length = (unsigned)fuzz_take(&bytes, frame, FRAME_MAX);
     /* on the heap, so that reading past the end is seen */

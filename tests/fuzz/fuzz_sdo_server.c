@@ -63,15 +63,15 @@ static void fuzz_server_asks(struct fuzz_server *self)
     static const struct hal_can_frame reset = {
         .len = 2, .data = { CANOPEN_NMT_RESET_NODE, 0 }
     };
-    static const struct hal_can_frame ask = { .id = 0x600 + NODE,
-                                              .len = 8,
-                                              .data = { 0x40, 0x00, 0x10 } };
+    static const struct hal_can_frame request = {
+        .id = 0x600 + NODE, .len = 8, .data = { 0x40, 0x00, 0x10 }
+    };
 
     (void)fuzz_server_hear(self, 0);
     (void)hal_can_send(&self->port.can, &reset);
     sim_world_run(&self->world, self->world.now_ns + 200 * MS);
     (void)fuzz_server_hear(self, 0);
-    (void)hal_can_send(&self->port.can, &ask);
+    (void)hal_can_send(&self->port.can, &request);
     sim_world_run(&self->world, self->world.now_ns + 20 * MS);
     fuzz_claim(fuzz_server_hear(self, 0x580 + NODE) == 1, "it answers again");
 }

@@ -148,7 +148,7 @@ static size_t replay_spoil(uint8_t *bytes, size_t size)
     }
 }
 
-static void no_input_does_harm(void **state)
+static void no_input_does_corrupt(void **state)
 {
     const char *given = getenv("FUZZ_ROUNDS");
     const unsigned rounds = given ? (unsigned)strtoul(given, NULL, 10) : ROUNDS;
@@ -175,7 +175,7 @@ static void no_input_does_harm(void **state)
 int main(int argc, char *argv[])
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(no_input_does_harm),
+        cmocka_unit_test(no_input_does_corrupt),
     };
     const char *name = argc > 0 ? strstr(argv[0], "/fuzz_") : NULL;
 

@@ -14,7 +14,7 @@
 /* What tells the kinds of file apart: a member of the first case. */
 static const struct {
     const char *list, *member;
-    int (*run)(const cJSON *file, struct vectors_row *rows, int room);
+    int (*run)(const cJSON *file, struct vectors_row *rows, int capacity);
 } kinds[] = {
     { "cases", "method", vectors_splines },
     { "curves", "keys", vectors_blender },

@@ -27,13 +27,15 @@ struct vectors_row {
     char text[128]; /* printed in the place of the figures, if any */
 };
 
-int vectors_splines(const cJSON *file, struct vectors_row *rows, int room);
-int vectors_arclength(const cJSON *file, struct vectors_row *rows, int room);
-int vectors_ease(const cJSON *file, struct vectors_row *rows, int room);
+int vectors_splines(const cJSON *file, struct vectors_row *rows, int capacity);
+int vectors_arclength(const cJSON *file, struct vectors_row *rows,
+                      int capacity);
+int vectors_ease(const cJSON *file, struct vectors_row *rows, int capacity);
 /* worst_p is of the curve's own tol_abs. */
-int vectors_blender(const cJSON *file, struct vectors_row *rows, int room);
-int vectors_quaternions(const cJSON *file, struct vectors_row *rows, int room);
-int vectors_frames(const cJSON *file, struct vectors_row *rows, int room);
+int vectors_blender(const cJSON *file, struct vectors_row *rows, int capacity);
+int vectors_quaternions(const cJSON *file, struct vectors_row *rows,
+                        int capacity);
+int vectors_frames(const cJSON *file, struct vectors_row *rows, int capacity);
 /* One case, whose waypoints are in a file of the same folder. */
 int vectors_topp(const cJSON *file, const char *path, struct vectors_row *row);
 

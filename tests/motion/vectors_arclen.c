@@ -371,7 +371,7 @@ static const struct {
     double tolerance;
 } rows_of[] = { { "length", 1e-9 }, { "inverse", 1e-8 }, { "even", 1e-7 } };
 
-static bool run_case(const cJSON *json, struct vectors_row *rows, int room,
+static bool run_case(const cJSON *json, struct vectors_row *rows, int capacity,
                      int *count)
 {
     const char *kind = cJSON_GetStringValue(vectors_get(json, "kind"));
@@ -391,7 +391,8 @@ static bool run_case(const cJSON *json, struct vectors_row *rows, int room,
     for (int i = 0; i < 3; i++) {
         char name[sizeof rows->method];
         snprintf(name, sizeof name, "%.20s.%s", kind, rows_of[i].what);
-        out[i] = vectors_row_of(rows, room, count, name, rows_of[i].tolerance);
+        out[i] =
+            vectors_row_of(rows, capacity, count, name, rows_of[i].tolerance);
         if (out[i] == NULL)
             return false;
         out[i]->cases++;
@@ -401,14 +402,14 @@ static bool run_case(const cJSON *json, struct vectors_row *rows, int room,
            compare_inverse(json, &table, out[1]);
 }
 
-int vectors_arclength(const cJSON *file, struct vectors_row *rows, int room)
+int vectors_arclength(const cJSON *file, struct vectors_row *rows, int capacity)
 {
     const cJSON *list = vectors_get(file, "cases"), *json;
     int count = 0;
 
     cJSON_ArrayForEach(json, list)
     {
-        if (!run_case(json, rows, room, &count)) {
+        if (!run_case(json, rows, capacity, &count)) {
             const char *name = cJSON_GetStringValue(vectors_get(json, "name"));
             fprintf(stderr, "arclength: %s: not a curve that is known\n",
                     name ? name : "?");

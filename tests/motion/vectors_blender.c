@@ -278,7 +278,7 @@ static const char *method_of(const struct motion_fcurve *curve)
 
 /* The row of a method, a new one when there is none; NULL when full. */
 static int add_curve(struct blender_curve *c, struct vectors_row *rows,
-                     int *count, int room)
+                     int *count, int capacity)
 {
     const double tolerance = vectors_value_of(c->json, "tol_abs");
     struct vectors_row *row;
@@ -288,7 +288,7 @@ static int add_curve(struct blender_curve *c, struct vectors_row *rows,
         fprintf(stderr, "%s: cannot be read\n", c->name);
         return -1;
     }
-    row = vectors_row_of(rows, room, count, method_of(&c->curve), 1);
+    row = vectors_row_of(rows, capacity, count, method_of(&c->curve), 1);
     if (row == NULL)
         return -1;
     pass = judge(c, tolerance);
@@ -298,7 +298,7 @@ static int add_curve(struct blender_curve *c, struct vectors_row *rows,
     return 0;
 }
 
-int vectors_blender(const cJSON *file, struct vectors_row *rows, int room)
+int vectors_blender(const cJSON *file, struct vectors_row *rows, int capacity)
 {
     const cJSON *json;
     int count = 0, rc = 0;
@@ -309,7 +309,7 @@ int vectors_blender(const cJSON *file, struct vectors_row *rows, int room)
         struct blender_curve c = { .json = json, .name = name ? name : "?" };
 
         if (rc == 0)
-            rc = add_curve(&c, rows, &count, room);
+            rc = add_curve(&c, rows, &count, capacity);
         free(c.curve.key);
         free(c.work);
     }

@@ -20,9 +20,9 @@
 #define LENGTH_BITS 28
 #define TIME_BITS   9
 #define TIME_MOST   18
-#define ROOM        64
+#define CAPACITY    64
 
-static struct motion_segment room[ROOM];
+static struct motion_segment storage[CAPACITY];
 
 /* log2 of the seconds that a case takes: half of what its shorter ramp
  * lacks. */
@@ -65,7 +65,7 @@ static int plan(const cJSON *json, size_t kind, struct motion_track *track)
     const int64_t length = (int64_t)1 << (LENGTH_BITS + 32);
     const int64_t half = (int64_t)1 << 31, whole = ticks(json, 1);
 
-    motion_track_init(track, room, ROOM, 0);
+    motion_track_init(track, storage, CAPACITY, 0);
     if (!kinds[kind].is_phased) {
         const struct motion_speed_part part = {
             .kind = kinds[kind].whole,
@@ -137,8 +137,8 @@ static bool compare(const cJSON *json, const struct motion_track *track,
     return true;
 }
 
-static bool run_case(const cJSON *json, struct vectors_row *rows, int room_rows,
-                     int *count)
+static bool run_case(const cJSON *json, struct vectors_row *rows,
+                     int storage_rows, int *count)
 {
     const char *name = cJSON_GetStringValue(vectors_get(json, "kind"));
     struct motion_track track;
@@ -152,21 +152,21 @@ static bool run_case(const cJSON *json, struct vectors_row *rows, int room_rows,
         return false;
 
     struct vectors_row *out =
-        vectors_row_of(rows, room_rows, count, name, TOLERANCE);
+        vectors_row_of(rows, storage_rows, count, name, TOLERANCE);
     if (out == NULL)
         return false;
     out->cases++;
     return compare(json, &track, out);
 }
 
-int vectors_ease(const cJSON *file, struct vectors_row *rows, int room_rows)
+int vectors_ease(const cJSON *file, struct vectors_row *rows, int storage_rows)
 {
     const cJSON *json;
     int count = 0;
 
     cJSON_ArrayForEach(json, vectors_get(file, "cases"))
     {
-        if (!run_case(json, rows, room_rows, &count)) {
+        if (!run_case(json, rows, storage_rows, &count)) {
             const char *name = cJSON_GetStringValue(vectors_get(json, "name"));
             fprintf(stderr, "ease: %s: not a law that is known\n",
                     name ? name : "?");

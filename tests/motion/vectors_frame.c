@@ -412,8 +412,8 @@ static const struct {
     { "rmf_closed_twist", closed_rows },
 };
 
-static bool frame_case(const cJSON *item, struct vectors_row *rows, int room,
-                       int *count)
+static bool frame_case(const cJSON *item, struct vectors_row *rows,
+                       int capacity, int *count)
 {
     static struct frame_case c;
     const cJSON *const u = cJSON_GetObjectItemCaseSensitive(item, "u");
@@ -430,8 +430,8 @@ static bool frame_case(const cJSON *item, struct vectors_row *rows, int room,
             c.u[i] = c.shape.curve.last;
     }
     for (size_t i = 0; i < sizeof frame_methods / sizeof *frame_methods; i++) {
-        struct vectors_row *const row =
-            vectors_row_of(rows, room, count, frame_methods[i].method, 1e-8);
+        struct vectors_row *const row = vectors_row_of(
+            rows, capacity, count, frame_methods[i].method, 1e-8);
         if (row == NULL || !frame_methods[i].run(&c, row))
             return false;
         row->cases += frame_methods[i].run != closed_rows;
@@ -713,7 +713,7 @@ static bool lookat_case(const cJSON *cases, const cJSON *item, const char *mode,
     return true;
 }
 
-int vectors_frames(const cJSON *file, struct vectors_row *rows, int room)
+int vectors_frames(const cJSON *file, struct vectors_row *rows, int capacity)
 {
     const cJSON *const cases = cJSON_GetObjectItemCaseSensitive(file, "cases");
     const cJSON *item;
@@ -724,12 +724,12 @@ int vectors_frames(const cJSON *file, struct vectors_row *rows, int room)
         const char *const mode = vectors_text(item, "mode");
 
         if (mode[0] == '\0') {
-            if (!frame_case(item, rows, room, &count))
+            if (!frame_case(item, rows, capacity, &count))
                 return -1;
             continue;
         }
         struct vectors_row *const row =
-            vectors_row_of(rows, room, &count, mode, 1e-8);
+            vectors_row_of(rows, capacity, &count, mode, 1e-8);
         if (row == NULL || !lookat_case(cases, item, mode, row))
             return -1;
     }

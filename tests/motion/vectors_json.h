@@ -95,7 +95,7 @@ static inline struct motion_vec vectors_vec(const double a[3])
 /* The row of a method, a new one when there is none; NULL when the room is
  * full. */
 static inline struct vectors_row *vectors_row_of(struct vectors_row *rows,
-                                                 int room, int *count,
+                                                 int capacity, int *count,
                                                  const char *method,
                                                  double tolerance)
 {
@@ -103,7 +103,7 @@ static inline struct vectors_row *vectors_row_of(struct vectors_row *rows,
         if (strcmp(rows[i].method, method) == 0)
             return &rows[i];
     }
-    if (*count == room)
+    if (*count == capacity)
         return NULL;
     rows[*count] = (struct vectors_row){ .tolerance = tolerance, .pass = true };
     snprintf(rows[*count].method, sizeof rows->method, "%s", method);

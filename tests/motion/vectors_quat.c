@@ -195,7 +195,8 @@ static const struct {
     { "rotation_spline_c2", rotation_spline_case },
 };
 
-int vectors_quaternions(const cJSON *file, struct vectors_row *rows, int room)
+int vectors_quaternions(const cJSON *file, struct vectors_row *rows,
+                        int capacity)
 {
     const cJSON *item;
     int count = 0;
@@ -208,7 +209,7 @@ int vectors_quaternions(const cJSON *file, struct vectors_row *rows, int room)
         for (size_t i = 0; i < sizeof methods / sizeof *methods; i++) {
             if (strcmp(kind, methods[i].kind) != 0)
                 continue;
-            row = vectors_row_of(rows, room, &count, kind, 1e-8);
+            row = vectors_row_of(rows, capacity, &count, kind, 1e-8);
             if (row == NULL || !methods[i].run(item, row))
                 return -1;
             row->cases++;

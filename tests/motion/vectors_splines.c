@@ -597,7 +597,7 @@ static void judge(struct vectors_row *row, const struct spline_case *c)
     }
 }
 
-int vectors_splines(const cJSON *file, struct vectors_row *rows, int room)
+int vectors_splines(const cJSON *file, struct vectors_row *rows, int capacity)
 {
     const cJSON *json;
     int count = 0;
@@ -607,7 +607,7 @@ int vectors_splines(const cJSON *file, struct vectors_row *rows, int room)
         struct spline_case *c = &the_case;
         const char *method = vectors_text(json, "method");
         struct vectors_row *row =
-            vectors_row_of(rows, room, &count, method, TOLERANCE);
+            vectors_row_of(rows, capacity, &count, method, TOLERANCE);
         int rc;
 
         if (row == NULL)

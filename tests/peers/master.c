@@ -30,9 +30,9 @@ static void pass(void)
     (void)hal_clock_wait_until(clock, hal_clock_now_ns(clock) + MS);
 }
 
-static struct hal_modbus_reply ask(uint8_t function, uint16_t address,
-                                   uint16_t count, uint16_t first,
-                                   uint16_t second)
+static struct hal_modbus_reply client(uint8_t function, uint16_t address,
+                                      uint16_t count, uint16_t first,
+                                      uint16_t second)
 {
     const struct hal_modbus_request request = { .unit = UNIT,
                                                 .function = function,
@@ -59,7 +59,7 @@ static struct hal_modbus_reply expect(uint8_t function, uint16_t address,
                                       uint16_t second)
 {
     const struct hal_modbus_reply reply =
-        ask(function, address, count, first, second);
+        client(function, address, count, first, second);
 
     if (reply.err == MOTION_OK)
         return reply;
@@ -95,7 +95,7 @@ static void every_function(void)
     reply = expect(HAL_MODBUS_WRITE_READ, 49, 3, 0x0102, 0x0304);
     if (reply.value[1] != 0x0102 || reply.value[2] != 0x0304)
         fail("function 23 read before it wrote");
-    reply = ask(HAL_MODBUS_READ, 0xF000, 1, 0, 0);
+    reply = client(HAL_MODBUS_READ, 0xF000, 1, 0, 0);
     if (reply.err != MOTION_E_REFUSED || reply.exception != 2)
         fail("no exception for an address that is not there");
 }

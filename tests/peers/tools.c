@@ -12,7 +12,7 @@
 #include <sys/socket.h>
 
 #include "firmware/host/device/object.h"
-#include "firmware/linux/tools/ask_can.h"
+#include "firmware/linux/tools/canopen_client.h"
 #include "firmware/linux/tools/scan.h"
 #include "hal/linux/clock.h"
 #include "hal/linux/socketcan_frame.h"
@@ -60,9 +60,9 @@ static const struct hal_can_ops tools_ops = { .send = tools_send,
                                               .recv = tools_recv,
                                               .state = tools_state };
 
-static void tools_read(struct ask_can *ask, const char *name)
+static void tools_read(struct canopen_client *client, const char *name)
 {
-    char message[OBJECT_MESSAGE_MAX], why[ASK_CAN_TEXT_MAX];
+    char message[OBJECT_MESSAGE_MAX], why[CANOPEN_CLIENT_TEXT_MAX];
     struct object object;
     uint32_t raw = 0;
     uint8_t size = 0;
@@ -71,9 +71,9 @@ static void tools_read(struct ask_can *ask, const char *name)
         puts(message);
         return;
     }
-    const int err =
-        ask_can_read_number(ask, object.index, object.sub, &raw, &size);
-    ask_can_text(ask, err, why);
+    const int err = canopen_client_read_number(client, object.index, object.sub,
+                                               &raw, &size);
+    canopen_client_text(client, err, why);
     if (err < 0)
         printf("%s: %s\n", name, why);
     else
@@ -84,7 +84,7 @@ int main(int argc, char *argv[])
 {
     static struct bench bench;
     static struct scan scan;
-    static struct ask_can ask;
+    static struct canopen_client client;
     struct hal_can can = { .ops = &tools_ops };
     struct clock_linux clock;
     const struct scan_config config = { .listen_ns = INT64_C(500000000) };
@@ -104,14 +104,15 @@ int main(int argc, char *argv[])
         printf("found %u: %s, %" PRIu32 ", %s\n", scan.found[i].id,
                scan.found[i].state, scan.found[i].identity.product,
                scan.found[i].fits);
-    ask_can_init(&ask, &can, bench.ports.clock, 0);
-    (void)ask_can_node(&ask, (uint8_t)atoi(argv[1]));
-    tools_read(&ask, "statusword");
-    tools_read(&ask, "6065");
-    printf("set: %d\n", ask_can_write_number(&ask, 0x6065, 0, 4, 4321));
-    tools_read(&ask, "Following error window");
-    tools_read(&ask, "2F00");
-    (void)ask_can_node(&ask, 99);
-    tools_read(&ask, "1000");
+    canopen_client_init(&client, &can, bench.ports.clock, 0);
+    (void)canopen_client_node(&client, (uint8_t)atoi(argv[1]));
+    tools_read(&client, "statusword");
+    tools_read(&client, "6065");
+    printf("set: %d\n",
+           canopen_client_write_number(&client, 0x6065, 0, 4, 4321));
+    tools_read(&client, "Following error window");
+    tools_read(&client, "2F00");
+    (void)canopen_client_node(&client, 99);
+    tools_read(&client, "1000");
     return 0;
 }

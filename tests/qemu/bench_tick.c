@@ -22,7 +22,7 @@
 #define SYST_CSR          REGISTER(0xE000E010)
 #define SYST_RVR          REGISTER(0xE000E014)
 #define SYST_CVR          REGISTER(0xE000E018)
-#define ROOM              5
+#define CAPACITY          5
 #define SYST_TOP          0xFFFFFFu
 
 /* Written out: the compiler counts lines to know how far a branch goes. */
@@ -34,7 +34,7 @@ typedef void bench_function(const struct motion_track *track,
                             struct motion_cursor *cursor, int64_t t_ns_q12,
                             struct motion_sample *sample);
 
-static struct motion_segment room[ROOM];
+static struct motion_segment storage[CAPACITY];
 static struct motion_sample sample;
 
 __attribute__((noinline)) static void
@@ -115,7 +115,7 @@ static int bench_plan(struct motion_track *track)
     struct motion_state to = { .pos_q32 = 123 * MOTION_FIXED_ONE_Q32 };
     int err;
 
-    motion_track_init(track, room, ROOM, -5 * MOTION_FIXED_ONE_Q32);
+    motion_track_init(track, storage, CAPACITY, -5 * MOTION_FIXED_ONE_Q32);
     err = motion_track_append_cubic(track, 3 * MOTION_FIXED_S_Q12, 0, &to);
     to.pos_q32 = -200 * MOTION_FIXED_ONE_Q32;
     if (err == MOTION_OK)

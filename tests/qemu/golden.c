@@ -18,10 +18,10 @@
 #include "tests/bench/otg_random.h"
 #include "tests/qemu/golden_tools.h"
 
-#define ROOM    72
-#define SAMPLES 14000 /* of each producer */
-#define STATES  200
-#define TRIES   1000 /* to append */
+#define CAPACITY 72
+#define SAMPLES  14000 /* of each producer */
+#define STATES   200
+#define TRIES    1000 /* to append */
 
 #define OTG_MOVES   2200
 #define OTG_SAMPLES 50 /* of each */
@@ -37,7 +37,7 @@
 #define UNIT   MOTION_FIXED_ONE_Q32
 #define SECOND MOTION_FIXED_S_Q12
 
-static struct motion_segment room[ROOM];
+static struct motion_segment storage[CAPACITY];
 
 static struct motion_state golden_state(unsigned pos_bits, unsigned vel_bits,
                                         unsigned acc_bits)
@@ -365,7 +365,7 @@ static void golden_add_move(const struct motion_otg_plan *plan)
     struct motion_track track;
 
     golden_add_plan(plan);
-    motion_track_init(&track, room, ROOM, plan->start_pos_q32);
+    motion_track_init(&track, storage, CAPACITY, plan->start_pos_q32);
     golden_add(motion_otg_append(plan, &track));
     golden_add_random_samples(&track, OTG_SAMPLES);
 }
@@ -464,7 +464,7 @@ int main(void)
     golden_report("otg", 0);
     for (size_t i = 0; i < sizeof(producers) / sizeof(producers[0]); i++) {
         golden_start(i + 1);
-        motion_track_init(&track, room, ROOM, golden_signed(40));
+        motion_track_init(&track, storage, CAPACITY, golden_signed(40));
         for (int n = 0; n < TRIES && producers[i].append(&track) >= 0; n++) {
         }
         golden_add_segments(&track);

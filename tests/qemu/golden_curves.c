@@ -11,18 +11,18 @@
 #include "motion/path/speed_law.h"
 #include "tests/qemu/golden_tools.h"
 
-#define UNIT    MOTION_FIXED_ONE_Q32
-#define SECOND  MOTION_FIXED_S_Q12
-#define AXES    2
-#define PIECES  2
-#define DEGREE  3
-#define ROWS    48
-#define LAW     16 /* segments */
-#define ROOM    32
-#define SAMPLES 300 /* of each track */
+#define UNIT     MOTION_FIXED_ONE_Q32
+#define SECOND   MOTION_FIXED_S_Q12
+#define AXES     2
+#define PIECES   2
+#define DEGREE   3
+#define ROWS     48
+#define LAW      16 /* segments */
+#define CAPACITY 32
+#define SAMPLES  300 /* of each track */
 
 /* Shared: the smallest target has 32 KB. */
-static struct motion_segment law_room[LAW], room[AXES][ROOM];
+static struct motion_segment law_storage[LAW], storage[AXES][CAPACITY];
 static struct motion_arclen_row row[ROWS];
 static struct motion_real coef[PIECES * AXES * (DEGREE + 1)];
 static struct motion_real border[PIECES + 1];
@@ -157,7 +157,7 @@ static uint32_t golden_speed(void)
         struct motion_speed_report report = { .error = motion_real_zero() };
         if (kind == MOTION_SPEED_ACC_POINTS)
             part.from = motion_real_zero();
-        motion_track_init(&law, law_room, LAW, 0);
+        motion_track_init(&law, law_storage, LAW, 0);
         golden_add(motion_speed_append(&law, &part, 1, &report));
         golden_add_real(report.error);
         golden_add(motion_speed_check(&law));
@@ -172,7 +172,7 @@ static int golden_law(struct motion_track *law, struct motion_real length)
     struct motion_speed_part part = { .kind = MOTION_SPEED_QUINTIC,
                                       .dur_ns_q12 = 4 * SECOND };
 
-    motion_track_init(law, law_room, LAW, 0);
+    motion_track_init(law, law_storage, LAW, 0);
     golden_add(motion_real_round(length, 32, &part.length_q32));
     return motion_speed_append(law, &part, 1, NULL);
 }
@@ -192,7 +192,7 @@ static uint32_t golden_path(void)
     for (int axis = 0; axis < AXES; axis++) {
         int64_t start;
         golden_add(motion_real_round(coef[axis * (DEGREE + 1)], 32, &start));
-        motion_track_init(list[axis], room[axis], ROOM, start);
+        motion_track_init(list[axis], storage[axis], CAPACITY, start);
     }
     if (golden_table(&table) < 0)
         return 0;
@@ -229,9 +229,9 @@ static uint32_t golden_pose(void)
     struct motion_real bound = motion_real_zero();
     uint32_t segments;
 
-    golden_move(&a, law_room, 3, 3);
-    golden_move(&b, law_room + 3, 4, 3);
-    motion_track_init(&out, room[0], ROOM, 0);
+    golden_move(&a, law_storage, 3, 3);
+    golden_move(&b, law_storage + 3, 4, 3);
+    motion_track_init(&out, storage[0], CAPACITY, 0);
     golden_add(motion_pose_sum(&out, golden_signed(36), term, 2));
     golden_add_track(&out);
     segments = out.count;
@@ -240,12 +240,12 @@ static uint32_t golden_pose(void)
 
     for (int degree = 1; degree <= 3; degree += 2) {
         const struct motion_state whole = { .pos_q32 = UNIT };
-        motion_track_init(&weight, law_room + 7, 1, 0);
+        motion_track_init(&weight, law_storage + 7, 1, 0);
         golden_add(
             degree == 1
                 ? motion_track_append_line(&weight, 2 * SECOND, UNIT)
                 : motion_track_append_cubic(&weight, 2 * SECOND, 0, &whole));
-        motion_track_init(&out, room[0], ROOM, 0);
+        motion_track_init(&out, storage[0], CAPACITY, 0);
         golden_add(
             motion_pose_fade(&out, &a, &b, &weight, UNIT / 1000, &bound));
         golden_add_real(bound);
@@ -262,12 +262,12 @@ static uint32_t golden_warp(void)
     struct motion_state state, end = { 0 };
     struct motion_real bound = motion_real_zero();
 
-    golden_move(&f, law_room, 1, 3);
+    golden_move(&f, law_storage, 1, 3);
     end.pos_q32 = motion_time_warp_ms(f.end_ns_q12 / 2);
-    motion_track_init(&w, law_room + 1, 1, 0);
+    motion_track_init(&w, law_storage + 1, 1, 0);
     golden_add(motion_track_append_cubic(&w, 3 * SECOND, 0, &end));
     motion_time_warp_state(&f, &w, 0, &state);
-    motion_track_init(&out, room[0], AXES * ROOM, state.pos_q32);
+    motion_track_init(&out, storage[0], AXES * CAPACITY, state.pos_q32);
     golden_add(motion_time_warp_append(&out, &f, &w, &bound));
     golden_add_real(bound);
     golden_add_track(&out);
@@ -312,7 +312,7 @@ static uint32_t golden_bake(void)
     struct motion_bake_report report = { .segments = 0 };
     struct motion_track track, *list[] = { &track };
 
-    motion_track_init(&track, room[0], ROOM, 0);
+    motion_track_init(&track, storage[0], CAPACITY, 0);
     golden_add(motion_bake(&job, list, &report));
     golden_add_bound(&report.bound[0]);
     golden_add(report.evaluations);

@@ -6,15 +6,15 @@
 #include "motion/curve/fcurve.h"
 #include "tests/qemu/golden_tools.h"
 
-#define UNIT   MOTION_FIXED_ONE_Q32
-#define SECOND MOTION_FIXED_S_Q12
-#define KEYS   6
-#define ROOM   40
-#define LOOKS  10 /* per span */
+#define UNIT     MOTION_FIXED_ONE_Q32
+#define SECOND   MOTION_FIXED_S_Q12
+#define KEYS     6
+#define CAPACITY 40
+#define LOOKS    10 /* per span */
 
 static struct motion_fcurve_key key[KEYS];
 static struct motion_fcurve_work work[KEYS];
-static struct motion_segment room[ROOM];
+static struct motion_segment storage[CAPACITY];
 
 static const enum motion_fcurve_handle handle_kind[] = {
     MOTION_FCURVE_FREE, MOTION_FCURVE_ALIGNED, MOTION_FCURVE_VECTOR,
@@ -95,7 +95,7 @@ static uint32_t golden_append(const struct motion_fcurve *curve)
     struct motion_fcurve_report report = { .segments = 0 };
     struct motion_track track;
 
-    motion_track_init(&track, room, ROOM, key[0].at.pos_q32);
+    motion_track_init(&track, storage, CAPACITY, key[0].at.pos_q32);
     const int err = motion_fcurve_append(&track, curve, &range, &report);
     golden_add(err);
     if (err < 0)
@@ -121,9 +121,10 @@ static uint32_t golden_easings(void)
 {
     uint32_t segments = 0;
 
-    for (int way = 0; way <= MOTION_FCURVE_ELASTIC; way++)
+    for (int displacement = 0; displacement <= MOTION_FCURVE_ELASTIC;
+         displacement++)
         for (int ease = 0; ease <= MOTION_FCURVE_IN_OUT; ease++) {
-            struct motion_fcurve curve = golden_curve(2, way, ease);
+            struct motion_fcurve curve = golden_curve(2, displacement, ease);
             golden_handles_of(&curve);
             golden_values(&curve, LOOKS);
             segments += golden_append(&curve);

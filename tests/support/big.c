@@ -16,7 +16,7 @@ static int trimmed(const uint64_t *limb, int count)
     return count;
 }
 
-static void room_for(int count)
+static void capacity_for(int count)
 {
     if (count <= BIG_LIMBS)
         return;
@@ -39,7 +39,7 @@ static void add(struct big *to, const struct big *a, const struct big *b)
 {
     uint64_t carry = 0;
     int count = a->count;
-    room_for(count + 1);
+    capacity_for(count + 1);
     for (int i = 0; i < count; i++) {
         wide sum = (wide)a->limb[i] + (i < b->count ? b->limb[i] : 0) + carry;
         to->limb[i] = (uint64_t)sum;
@@ -121,7 +121,7 @@ void big_mul(struct big *to, const struct big *a, const struct big *b)
 {
     uint64_t product[BIG_LIMBS];
     int count = a->count + b->count;
-    room_for(count);
+    capacity_for(count);
     memset(product, 0, (size_t)count * sizeof product[0]);
     for (int i = 0; i < a->count; i++) {
         uint64_t carry = 0;
@@ -141,7 +141,7 @@ void big_mul_int(struct big *to, const struct big *a, int64_t b)
 {
     uint64_t factor = b < 0 ? 0 - (uint64_t)b : (uint64_t)b, carry = 0;
     int count = a->count, sign = a->sign * ((b > 0) - (b < 0));
-    room_for(count + 1);
+    capacity_for(count + 1);
     for (int i = 0; i < count; i++) {
         wide sum = (wide)a->limb[i] * factor + carry;
         to->limb[i] = (uint64_t)sum;
@@ -160,7 +160,7 @@ void big_shl(struct big *to, const struct big *a, unsigned bits)
         big_set(to, 0);
         return;
     }
-    room_for(count + whole + 1);
+    capacity_for(count + whole + 1);
     to->limb[count + whole] = 0;
     for (int i = count - 1; i >= 0; i--) {
         uint64_t limb = a->limb[i];

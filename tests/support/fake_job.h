@@ -67,7 +67,7 @@ static inline void fake_axis(struct job *job, const char *name,
         job->move.axis = calloc(FAKE_AXES, sizeof *job->move.axis);
         job->rig.axis =
             memory_pool_new(&job->rig.memory, FAKE_AXES, sizeof *job->rig.axis);
-        job_room(job, FAKE_AXES);
+        job_capacity(job, FAKE_AXES);
     }
     unsigned a = job->move.axis_count++;
     struct plan_axis *plan = &job->move.axis[a];

@@ -14,13 +14,13 @@
 #include "motion/curve/spline.h"
 #include "tests/support/check.h"
 
-#define ONE       MOTION_FIXED_ONE_Q32
-#define SEC       MOTION_FIXED_S_Q12
-#define KEYS      24
-#define KEYS_ROOM 8192
+#define ONE           MOTION_FIXED_ONE_Q32
+#define SEC           MOTION_FIXED_S_Q12
+#define KEYS          24
+#define KEYS_CAPACITY 8192
 
 static struct motion_key key[KEYS];
-static struct motion_segment room[KEYS_ROOM];
+static struct motion_segment storage[KEYS_CAPACITY];
 static struct motion_track track;
 
 /* `count` keys, neighbouring spans up to 10^decades different. */
@@ -40,7 +40,7 @@ static inline void draw_keys(uint32_t count, long double decades)
 
 static inline void start_track(void)
 {
-    motion_track_init(&track, room, ARRAY_LEN(room), key[0].pos_q32);
+    motion_track_init(&track, storage, ARRAY_LEN(storage), key[0].pos_q32);
 }
 
 static inline long double value(struct motion_real a)
@@ -53,7 +53,7 @@ static inline long double span(uint32_t i)
     return (long double)(key[i + 1].t_ns_q12 - key[i].t_ns_q12) / SEC;
 }
 
-static inline long double way(uint32_t i)
+static inline long double displacement(uint32_t i)
 {
     return ldexpl((long double)(key[i + 1].pos_q32 - key[i].pos_q32), -32);
 }

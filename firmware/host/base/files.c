@@ -10,27 +10,29 @@
 /* --- all of it --- */
 
 /* Twice the room, for the 0 too. */
-static int files_grow(char **data, size_t *room)
+static int files_grow(char **data, size_t *storage)
 {
-    char *larger = realloc(*data, 2 * *room + 1);
+    char *larger = realloc(*data, 2 * *storage + 1);
 
     if (larger == NULL)
         return -ENOMEM;
     *data = larger;
-    *room *= 2;
+    *storage *= 2;
     return 0;
 }
 
 static int64_t files_read_all(const struct files *files, int file, size_t max,
                               char **data)
 {
-    size_t length = 0, room = FILES_PIECE / 2;
+    size_t length = 0, storage = FILES_PIECE / 2;
     int64_t got;
 
     do {
-        if ((*data == NULL || length == room) && files_grow(data, &room) < 0)
+        if ((*data == NULL || length == storage) &&
+            files_grow(data, &storage) < 0)
             return -ENOMEM;
-        got = files->read(files, file, *data + length, room - length, length);
+        got =
+            files->read(files, file, *data + length, storage - length, length);
         length += got > 0 ? (size_t)got : 0;
     } while (got > 0 && length <= max);
     if (got >= 0)
@@ -63,7 +65,7 @@ int files_lines_open(struct files_lines *lines, const struct files *files,
     lines->files = files;
     lines->error = 0;
     lines->offset = 0;
-    lines->at = lines->got = lines->room = 0;
+    lines->at = lines->got = lines->capacity = 0;
     lines->line = NULL;
     lines->file = files->open(files, path);
     return lines->file < 0 ? lines->file : 0;
@@ -92,9 +94,9 @@ static bool files_lines_fill(struct files_lines *lines)
 static void files_lines_append(struct files_lines *lines, size_t length,
                                const char *from, size_t size)
 {
-    if (length + size + 1 > lines->room) {
-        lines->room = 2 * (length + size + 1);
-        lines->line = memory_resize(lines->line, lines->room, 1);
+    if (length + size + 1 > lines->capacity) {
+        lines->capacity = 2 * (length + size + 1);
+        lines->line = memory_resize(lines->line, lines->capacity, 1);
     }
     memcpy(lines->line + length, from, size);
     lines->line[length + size] = 0;

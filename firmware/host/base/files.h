@@ -57,7 +57,7 @@ struct files_lines {
     uint64_t offset;
     size_t at, got; /* in the piece */
     char *line;     /* the present one, with a 0 in the place of its LF */
-    size_t room;
+    size_t capacity;
     char piece[FILES_PIECE];
 };
 

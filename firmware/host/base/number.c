@@ -226,8 +226,8 @@ int number_parse_decimal(const char *text, unsigned digits, int64_t *value,
     } else {
         part *= number_power10[digits - number.digits];
     }
-    uint64_t room = (uint64_t)INT64_MAX / number_power10[digits];
-    if (number.whole >= room)
+    uint64_t capacity = (uint64_t)INT64_MAX / number_power10[digits];
+    if (number.whole >= capacity)
         return MOTION_E_RANGE;
     *value = (int64_t)(number.whole * number_power10[digits] + part);
     if (number.negative)

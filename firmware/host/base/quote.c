@@ -64,7 +64,7 @@ unsigned quote_utf8_decode(const unsigned char *text, size_t length,
 
 /* Copy one character, or its bytes as \xNN, if there is room for it and the 0.
  * Returns the bytes of `text` used, 0 when there was no room. */
-static unsigned quote_put_character(char *out, size_t room, size_t *used,
+static unsigned quote_put_character(char *out, size_t capacity, size_t *used,
                                     const char *text, size_t length)
 {
     uint32_t character;
@@ -72,24 +72,25 @@ static unsigned quote_put_character(char *out, size_t room, size_t *used,
     const unsigned count = quote_utf8_decode(bytes, length, &character);
 
     if (count > 0 && quote_is_printable(character)) {
-        if (*used + count >= room)
+        if (*used + count >= capacity)
             return 0;
         memcpy(out + *used, text, count);
         *used += count;
         return count;
     }
-    if (*used + 4 >= room)
+    if (*used + 4 >= capacity)
         return 0;
-    *used += (size_t)snprintf(out + *used, room - *used, "\\x%02x", bytes[0]);
+    *used +=
+        (size_t)snprintf(out + *used, capacity - *used, "\\x%02x", bytes[0]);
     return 1;
 }
 
-size_t quote_escape(char *out, size_t room, const char *text, size_t length)
+size_t quote_escape(char *out, size_t capacity, const char *text, size_t length)
 {
     size_t used = 0, done = 0;
     while (done < length) {
-        const unsigned count =
-            quote_put_character(out, room, &used, text + done, length - done);
+        const unsigned count = quote_put_character(out, capacity, &used,
+                                                   text + done, length - done);
         if (count == 0)
             break;
         done += count;

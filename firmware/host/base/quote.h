@@ -17,7 +17,8 @@ const char *quote_text(char quote[QUOTE_MAX], const char *text, size_t length);
 
 /* As much of `text` as fits, escaped likewise, terminated.  Returns the bytes
  * of text used. */
-size_t quote_escape(char *out, size_t room, const char *text, size_t length);
+size_t quote_escape(char *out, size_t capacity, const char *text,
+                    size_t length);
 
 /* "a, b or c"; what does not fit is "...".  Returns `list`. */
 #define QUOTE_LIST_MAX 256

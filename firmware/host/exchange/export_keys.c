@@ -52,14 +52,14 @@ static void export_sample(const struct motion_track *track, int64_t t_ns_q12,
 static struct export_keys export_samples(const struct motion_track *track,
                                          const struct units_fps *fps)
 {
-    uint32_t room = 256;
-    struct export_keys keys = { memory_new(room, sizeof *keys.key), 0 };
+    uint32_t capacity = 256;
+    struct export_keys keys = { memory_new(capacity, sizeof *keys.key), 0 };
 
     for (int64_t t = 0; t < track->end_ns_q12 && t >= 0;
          t = import_frame_ns_q12(fps, keys.count)) {
-        if (keys.count + 2 > room) {
-            room *= 2;
-            keys.key = memory_resize(keys.key, room, sizeof *keys.key);
+        if (keys.count + 2 > capacity) {
+            capacity *= 2;
+            keys.key = memory_resize(keys.key, capacity, sizeof *keys.key);
         }
         export_sample(track, t, &keys.key[keys.count++]);
     }

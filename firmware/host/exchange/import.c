@@ -134,7 +134,8 @@ struct plan_axis *import_add_axis(const struct import_text *text,
                            move->axis[i].name);
             return NULL;
         }
-    if (move->axis == NULL && plan_move_room(move, wish->rig->axis_count) < 0)
+    if (move->axis == NULL &&
+        plan_move_reserve(move, wish->rig->axis_count) < 0)
         memory_fail();
     struct plan_axis *axis = &move->axis[move->axis_count++];
     *axis = (struct plan_axis){ .curve = wish->curve, .place = place };
@@ -154,8 +155,8 @@ struct plan_key *import_add_key(const struct import_text *text,
         return NULL;
     }
     if ((count & (count - 1)) == 0) {
-        size_t room = count == 0 ? 1 : 2 * (size_t)count;
-        struct plan_key *key = realloc(axis->key, room * sizeof *key);
+        size_t capacity = count == 0 ? 1 : 2 * (size_t)count;
+        struct plan_key *key = realloc(axis->key, capacity * sizeof *key);
         if (key == NULL) {
             yaml_report_at(&text->report, place,
                            "there are too many keys for the memory");

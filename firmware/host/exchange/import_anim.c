@@ -307,7 +307,7 @@ static int anim_read_key(struct anim_read *self, const struct import_word *time)
         import_add_key(&self->text, time->place, self->curve.axis);
     if (key == NULL)
         return -1;
-    import_anim_room(&self->curve, self->curve.axis->key_count);
+    import_anim_capacity(&self->curve, self->curve.axis->key_count);
     struct import_anim_side *side =
         self->curve.side[self->curve.axis->key_count - 1];
     side[0] = side[1] = (struct import_anim_side){ .vel_q32 = 0 };

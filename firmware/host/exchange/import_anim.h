@@ -42,7 +42,7 @@ struct import_anim_side {
 struct import_anim_curve {
     struct plan_axis *axis;             /* its keys have time and position */
     struct import_anim_side (*side)[2]; /* in, out; one per key, on the heap */
-    uint32_t side_room;
+    uint32_t side_capacity;
     bool weighted;
     enum import_anim_infinity before, after;
     uint32_t longer; /* out: tangents that reach beyond the next key; slew's
@@ -50,7 +50,7 @@ struct import_anim_curve {
 };
 
 /* Room for the sides of so many keys. */
-void import_anim_room(struct import_anim_curve *curve, uint32_t count);
+void import_anim_capacity(struct import_anim_curve *curve, uint32_t count);
 
 /* Give the axis its curve, velocities or handles.  0, or MOTION_E_RANGE and the
  * key whose tangent is steeper than velocities can be. */

@@ -7,13 +7,13 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 
-void import_anim_room(struct import_anim_curve *curve, uint32_t count)
+void import_anim_capacity(struct import_anim_curve *curve, uint32_t count)
 {
-    if (count <= curve->side_room)
+    if (count <= curve->side_capacity)
         return;
-    curve->side_room = count < 64 ? 64 : 2 * count;
+    curve->side_capacity = count < 64 ? 64 : 2 * count;
     curve->side =
-        memory_resize(curve->side, curve->side_room, sizeof *curve->side);
+        memory_resize(curve->side, curve->side_capacity, sizeof *curve->side);
 }
 
 /* --- slopes --------------------------------------------------------------- */

@@ -16,7 +16,7 @@
 /* About the file as a whole. */
 static int import_text_fail(const struct import_text *text, const char *what)
 {
-    snprintf(text->report.message, text->report.room, "%s: %s",
+    snprintf(text->report.message, text->report.capacity, "%s: %s",
              text->report.path, what);
     return -1;
 }
@@ -55,9 +55,9 @@ static int import_text_check(struct import_text *text)
 }
 
 int import_text_load(struct import_text *text, const struct files *files,
-                     const char *path, char *message, size_t room)
+                     const char *path, char *message, size_t capacity)
 {
-    *text = (struct import_text){ .report = { path, message, room } };
+    *text = (struct import_text){ .report = { path, message, capacity } };
     const int64_t length =
         files_load(files, path, IMPORT_BYTES_MAX, &text->data);
     if (length < 0)

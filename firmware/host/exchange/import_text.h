@@ -35,7 +35,7 @@ struct import_word {
 /* 0, or -1 with the sentence written: no file, too large, a NUL or another
  * control character, not ASCII or UTF-8. */
 int import_text_load(struct import_text *text, const struct files *files,
-                     const char *path, char *message, size_t room);
+                     const char *path, char *message, size_t capacity);
 void import_text_free(struct import_text *text);
 
 /* Go to the next line; false at the end. */

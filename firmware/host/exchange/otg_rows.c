@@ -80,18 +80,18 @@ static const char *header_wrong(struct otg_header *header, const char *what,
 
 /* One more name in a list; what does not fit is "...". */
 static void header_list(const struct otg_header *header, char *list,
-                        size_t room, int axis, int value)
+                        size_t capacity, int axis, int value)
 {
     size_t used = strlen(list);
     char name[32];
-    if (used + sizeof name > room) {
+    if (used + sizeof name > capacity) {
         if (strcmp(list + used - 3, "...") != 0)
-            snprintf(list + used, room - used, " ...");
+            snprintf(list + used, capacity - used, " ...");
         return;
     }
     snprintf(name, sizeof name, header->axes > 1 ? "%s_%d" : "%s",
              otg_names[value], axis + 1);
-    snprintf(list + used, room - used, "%s%s", used > 0 ? "," : "", name);
+    snprintf(list + used, capacity - used, "%s%s", used > 0 ? "," : "", name);
 }
 
 /* A velocity goal has no positions. */

@@ -52,15 +52,15 @@ static double change_time(const double *v, double change)
     return jerk_of(v) > 0 ? larger(t, sqrt(fabs(change) / jerk_of(v))) : t;
 }
 
-/* About the time a way takes from rest to rest. */
-static double way_time(const double *v, double way)
+/* About the time a displacement takes from rest to rest. */
+static double distance_time(const double *v, double distance)
 {
-    double vel = way > 0 ? v[OTG_VMAX] : -v[OTG_VMIN];
+    double vel = distance > 0 ? v[OTG_VMAX] : -v[OTG_VMIN];
     double acc = larger(v[OTG_AMAX], -v[OTG_AMIN]);
-    double t = vel > 0 ? fabs(way) / vel : 0;
+    double t = vel > 0 ? fabs(distance) / vel : 0;
     if (acc > 0)
-        t = larger(t, sqrt(fabs(way) / acc));
-    return jerk_of(v) > 0 ? larger(t, cbrt(fabs(way) / jerk_of(v))) : t;
+        t = larger(t, sqrt(fabs(distance) / acc));
+    return jerk_of(v) > 0 ? larger(t, cbrt(fabs(distance) / jerk_of(v))) : t;
 }
 
 /* About the time the move takes, within a few powers of two: ends with an
@@ -76,8 +76,8 @@ static double row_time(const double *v, bool velocity)
         return larger(ramp, change_time(v, to - from));
     double stop = larger(ramp, change_time(v, -from));
     double start = larger(ramp, change_time(v, to));
-    double way = v[OTG_PF] - v[OTG_P0] - from * stop - to * start;
-    return larger(larger(stop, start), way_time(v, way));
+    double distance = v[OTG_PF] - v[OTG_P0] - from * stop - to * start;
+    return larger(larger(stop, start), distance_time(v, distance));
 }
 
 /* The speed that start, goal and mean speed need; 0: the axis stands. */
@@ -165,7 +165,7 @@ static int row_length(const double *v, bool velocity, int whole, int time)
     return length;
 }
 
-/* A way to nearest; everything else towards zero, so that no limit grows and
+/* A displacement to nearest; everything else towards zero, so that no limit grows and
  * what is on a limit stays on it. */
 static int64_t fixed(double x, int value, int length, int time)
 {
@@ -175,14 +175,14 @@ static int64_t fixed(double x, int value, int length, int time)
                                      : (int64_t)trunc(scaled);
 }
 
-/* A way, or a limit, that there is has to be there in the formats too. */
+/* A displacement, or a limit, that there is has to be there in the formats too. */
 static int value_lost(const double v[OTG_VALUES], const int64_t x[OTG_VALUES],
                       bool velocity)
 {
     for (int i = 0; i < OTG_VALUES; i++) {
         bool limit = i >= OTG_VMAX && (!velocity || i >= OTG_AMAX);
-        bool way = i == OTG_PF && !velocity;
-        if ((limit || way) && v[i] != 0 && x[i] == 0)
+        bool distance = i == OTG_PF && !velocity;
+        if ((limit || distance) && v[i] != 0 && x[i] == 0)
             return i;
     }
     return OTG_VALUES;

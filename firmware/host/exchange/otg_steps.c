@@ -12,9 +12,9 @@
 
 /* One axis, mirrored where the motion first goes down. */
 struct steps {
-    double way, from, to;  /* distance, velocities */
-    double most, least;    /* velocity, > 0 and < 0 */
-    double faster, slower; /* acceleration, > 0 and < 0 */
+    double distance, from, to; /* distance, velocities */
+    double most, least;        /* velocity, > 0 and < 0 */
+    double faster, slower;     /* acceleration, > 0 and < 0 */
 };
 
 static double steps_ramp_s(const struct steps *s, double from, double to)
@@ -22,29 +22,29 @@ static double steps_ramp_s(const struct steps *s, double from, double to)
     return (to - from) / (to > from ? s->faster : s->slower);
 }
 
-static double steps_ramp_way(const struct steps *s, double from, double to)
+static double steps_ramp_distance(const struct steps *s, double from, double to)
 {
     return (to * to - from * from) / (2 * (to > from ? s->faster : s->slower));
 }
 
 static struct steps steps_mirrored(const struct steps *s)
 {
-    return (struct steps){ -s->way,  -s->from,   -s->to,    -s->least,
-                           -s->most, -s->slower, -s->faster };
+    return (struct steps){ -s->distance, -s->from,   -s->to,    -s->least,
+                           -s->most,     -s->slower, -s->faster };
 }
 
 /* Up to the highest velocity and down to the goal's. */
 static double steps_up_s(const struct steps *s)
 {
     const double per_speed2 = 0.5 / s->faster - 0.5 / s->slower;
-    const double rest = s->way + s->from * s->from / (2 * s->faster) -
+    const double rest = s->distance + s->from * s->from / (2 * s->faster) -
                         s->to * s->to / (2 * s->slower);
     const double peak = sqrt(fmax(0, rest / per_speed2));
     const double top = fmin(peak, s->most);
     const double ramps =
         steps_ramp_s(s, s->from, top) + steps_ramp_s(s, top, s->to);
-    const double cruise = s->way - steps_ramp_way(s, s->from, top) -
-                          steps_ramp_way(s, top, s->to);
+    const double cruise = s->distance - steps_ramp_distance(s, s->from, top) -
+                          steps_ramp_distance(s, top, s->to);
 
     return peak > s->most ? ramps + cruise / top : ramps;
 }
@@ -58,9 +58,9 @@ static double steps_axis_s(struct steps s, bool velocity)
         return steps_ramp_s(&s, s.from, s.to);
     /* what is too fast first comes inside its limit */
     first = steps_ramp_s(&s, s.from, inside);
-    s.way -= steps_ramp_way(&s, s.from, inside);
+    s.distance -= steps_ramp_distance(&s, s.from, inside);
     s.from = inside;
-    if (s.way >= steps_ramp_way(&s, s.from, s.to))
+    if (s.distance >= steps_ramp_distance(&s, s.from, s.to))
         return first + steps_up_s(&s);
     s = steps_mirrored(&s);
     return first + steps_up_s(&s);

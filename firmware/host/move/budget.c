@@ -299,8 +299,8 @@ static unsigned budget_drives(const struct budget *budget,
     const double all = sums->per_tick * ticks + sums->per_second;
     const double drives =
         sums->drives_per_tick * ticks + sums->drives_per_second;
-    const double room = rate - (all - drives);
-    return room < 0 ? 0 : (unsigned)(room / drives * sums->drives);
+    const double storage = rate - (all - drives);
+    return storage < 0 ? 0 : (unsigned)(storage / drives * sums->drives);
 }
 
 void budget_advice(const struct budget *budget, char text[BUDGET_ADVICE_MAX])

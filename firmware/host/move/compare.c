@@ -199,9 +199,9 @@ static void compare_empty(struct job *job, int axis, uint32_t count,
     for (unsigned i = 0; i < job->move.axis_count; i++)
         plan_axis_free(&job->move.axis[i]);
     memory_free(job->move.axis);
-    if (plan_move_room(&job->move, count) < 0)
+    if (plan_move_reserve(&job->move, count) < 0)
         memory_fail();
-    job_room(job, count);
+    job_capacity(job, count);
     job->rig_axis[0] = rig_axis;
     plan_outcome_free(&job->outcome);
     job->move.axis_count = 0;

@@ -24,17 +24,17 @@ static int compiled_open_axis(struct compiled *compiled, unsigned i,
     return 0;
 }
 
-static void compiled_room(struct compiled *compiled, uint32_t axes)
+static void compiled_storage(struct compiled *compiled, uint32_t axes)
 {
-#define ROOM(array)                                                            \
+#define CAPACITY(array)                                                        \
     compiled->array =                                                          \
         memory_pool_new(&compiled->memory, axes, sizeof *compiled->array)
-    ROOM(outline);
-    ROOM(play);
-    ROOM(look);
-    ROOM(track);
-    ROOM(look_track);
-#undef ROOM
+    CAPACITY(outline);
+    CAPACITY(play);
+    CAPACITY(look);
+    CAPACITY(track);
+    CAPACITY(look_track);
+#undef CAPACITY
 }
 
 struct compiled *compiled_open(const struct files *files, const char *path,
@@ -44,7 +44,7 @@ struct compiled *compiled_open(const struct files *files, const char *path,
     int err = track_file_open(&compiled->file, files, path, message);
     compiled->least_ns_q12 = INT64_MAX;
     if (err == 0)
-        compiled_room(compiled, compiled->file.axis_count);
+        compiled_storage(compiled, compiled->file.axis_count);
     for (unsigned i = 0; err == 0 && i < compiled->file.axis_count; i++)
         err = compiled_open_axis(compiled, i, message);
     if (err < 0) {

@@ -46,7 +46,7 @@ const struct rig_axis *job_rig_axis(const struct job *job, unsigned axis)
     return &job->rig.axis[job->rig_axis[axis]];
 }
 
-bool job_goes_by_itself(const struct job *job, unsigned axis)
+bool job_runs_by_drive_profile(const struct job *job, unsigned axis)
 {
     return job_rig_axis(job, axis)->point_to_point;
 }
@@ -158,7 +158,7 @@ static enum status job_plan(struct job *job)
     struct plan_error error = { .code = MOTION_OK };
     enum status status = job_find_axes(job);
     if (status == STATUS_OK)
-        status = job_goals_ask(job);
+        status = job_goals_request(job);
     if (status != STATUS_OK)
         return status;
     if (plan_compose(&job->move, job->track, &job->outcome, job->progress,
@@ -207,14 +207,14 @@ static enum status job_take_axis(struct job *job, unsigned i)
     return STATUS_OK;
 }
 
-void job_room(struct job *job, uint32_t axes)
+void job_capacity(struct job *job, uint32_t axes)
 {
-#define ROOM(array, count)                                                     \
+#define CAPACITY(array, count)                                                 \
     job->array = memory_pool_new(&job->memory, count, sizeof *job->array)
-    ROOM(rig_axis, axes);
-    ROOM(track, axes);
-    ROOM(goal_count, axes);
-#undef ROOM
+    CAPACITY(rig_axis, axes);
+    CAPACITY(track, axes);
+    CAPACITY(goal_count, axes);
+#undef CAPACITY
     job->goal =
         memory_pool_new(&job->memory, axes, sizeof(struct controller_goal *));
 }
@@ -227,10 +227,10 @@ static enum status job_open_compiled(struct job *job, const struct files *files)
     if (job->compiled == NULL)
         return job_fail(job, message);
     memcpy(job->move.title, job->compiled->file.title, sizeof job->move.title);
-    if (plan_move_room(&job->move, job->compiled->file.axis_count) < 0)
+    if (plan_move_reserve(&job->move, job->compiled->file.axis_count) < 0)
         memory_fail();
     job->move.axis_count = job->compiled->file.axis_count;
-    job_room(job, job->move.axis_count);
+    job_capacity(job, job->move.axis_count);
     job->track = job->compiled->track;
     for (unsigned i = 0; status == STATUS_OK && i < job->move.axis_count; i++)
         status = job_take_axis(job, i);
@@ -244,7 +244,7 @@ static enum status job_open_move(struct job *job, const struct files *files)
         messages_add(&job->messages, MESSAGE_ERROR, "%s", message);
         return STATUS_INPUT;
     }
-    job_room(job, job->move.axis_count);
+    job_capacity(job, job->move.axis_count);
     return job_plan(job);
 }
 
@@ -388,18 +388,19 @@ static const struct motion_segment *job_walk_next(void *context)
 
 static uint32_t job_find(const struct job *job, unsigned i,
                          const struct plan_limit *limit,
-                         struct plan_violation *found, uint32_t room)
+                         struct plan_violation *found, uint32_t capacity)
 {
     struct job_walk walk = {
         .job = job,
-        .progress = room == 0 ? job->progress : NULL, /* not a second time */
+        .progress =
+            capacity == 0 ? job->progress : NULL, /* not a second time */
         .axis = i,
         .count = job->compiled != NULL ? job->compiled->file.axis[i].segments
                                        : job->track[i].count,
         .compiled = { .compiled = job->compiled, .axis = i },
     };
     const struct plan_check_source source = { job_walk_next, &walk };
-    return plan_check_source(&job->track[i], &source, limit, found, room);
+    return plan_check_source(&job->track[i], &source, limit, found, capacity);
 }
 
 /* What a value of the move is when it is played at that rate; saturating. */

@@ -84,7 +84,7 @@ enum status job_open(struct job *job, const struct files *files,
 void job_free(struct job *job);
 /* Arrays for so many axes of the move, in the place of those there are: for
  * whoever builds the move himself. */
-void job_room(struct job *job, uint32_t axes);
+void job_capacity(struct job *job, uint32_t axes);
 
 /* A rig alone; statuses and messages as above. */
 enum status job_read_rig(const struct files *files, const char *path,
@@ -108,7 +108,7 @@ void job_limit_at(const struct plan_limit *limit, int64_t rate_q30,
 
 const struct rig_axis *job_rig_axis(const struct job *job, unsigned axis);
 /* Does its drive go from key to key by its own profile? */
-bool job_goes_by_itself(const struct job *job, unsigned axis);
+bool job_runs_by_drive_profile(const struct job *job, unsigned axis);
 /* Line in the move's file of a key, or of what drives an axis without keys. */
 uint32_t job_line(const struct plan_axis *axis, uint32_t key);
 /* Of the move, by name; -1. */

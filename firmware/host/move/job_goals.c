@@ -27,13 +27,13 @@ static const char *goals_other(const struct plan_move *move, uint32_t axis)
     return move->warp != NULL ? "warp" : NULL;
 }
 
-enum status job_goals_ask(struct job *job)
+enum status job_goals_request(struct job *job)
 {
     for (unsigned i = 0; i < job->move.axis_count; i++) {
         struct plan_axis *axis = &job->move.axis[i];
         const struct rig_axis *rig = job_rig_axis(job, i);
 
-        if (!job_goes_by_itself(job, i))
+        if (!job_runs_by_drive_profile(job, i))
             continue;
         const char *other = goals_other(&job->move, i);
         if (other != NULL) {
@@ -61,7 +61,7 @@ void job_goals_make(struct job *job)
     for (unsigned i = 0; i < job->move.axis_count; i++) {
         const struct motion_track *track = &job->track[i];
 
-        if (!job_goes_by_itself(job, i))
+        if (!job_runs_by_drive_profile(job, i))
             continue;
         job->goal_count[i] = controller_goals_of(track, NULL, 0);
         job->goal[i] = memory_pool_new(

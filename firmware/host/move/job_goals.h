@@ -8,9 +8,9 @@
 /* Before planning, once the axes are found: their profiles are those that the
  * limits of the rig allow.  STATUS_INPUT with a message for a move that gives
  * such an axis anything but keys. */
-enum status job_goals_ask(struct job *job);
+enum status job_goals_request(struct job *job);
 
-/* After it: the ways of their tracks. */
+/* After it: the motions of their tracks. */
 void job_goals_make(struct job *job);
 
 /* The key (from 0) that a goal of an axis is; its own time is when the next

@@ -266,7 +266,7 @@ static int move_read_key_curve(void *reader, const struct yaml_value *value,
     key->has_curve = true;
     if (move_read_curve(reader, value, &key->curve) < 0)
         return -1;
-    return key->curve == PLAN_CURVE_BEZIER ? move_bezier_room(reader, value)
+    return key->curve == PLAN_CURVE_BEZIER ? move_bezier_capacity(reader, value)
                                            : 0;
 }
 
@@ -514,7 +514,8 @@ static int move_read_keys(void *reader, const struct yaml_value *value,
     if (axis->key == NULL)
         return yaml_value_refuse(value, "are too many for the memory");
     ((struct move_reader *)reader)->keys = count;
-    if (axis->curve == PLAN_CURVE_BEZIER && move_bezier_room(reader, value) < 0)
+    if (axis->curve == PLAN_CURVE_BEZIER &&
+        move_bezier_capacity(reader, value) < 0)
         return -1;
     item.name = "key";
     item.expected =
@@ -786,7 +787,7 @@ int move_load_as(const struct files *files, const char *path, bool is_guest,
     if (yaml_tree_load(files, &tree, &report) < 0)
         return -1;
     /* axes of the rig, each once */
-    if (plan_move_room(move, rig->axis_count) < 0)
+    if (plan_move_reserve(move, rig->axis_count) < 0)
         memory_fail();
     err = move_read(
         &(struct yaml_value){ &tree, 0, "the move", "axes, a path or a blend" },

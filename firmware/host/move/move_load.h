@@ -148,7 +148,7 @@ extern const char *const move_dwell_eases[MOVE_DWELL_EASES];
 
 #define MOVE_PATH_CURVES 8
 #define MOVE_SPACINGS    3
-#define MOVE_LAWS        (PLAN_LAW_DRAWN + 1)
+#define MOVE_LAWS        (PLAN_SPEED_LAW_DRAWN + 1)
 #define MOVE_RAMPS       (PLAN_RAMP_SCURVE + 1)
 extern const char *const move_path_curves[MOVE_PATH_CURVES];
 extern const char *const move_spacings[MOVE_SPACINGS];
@@ -212,7 +212,8 @@ int move_read_key_period(void *reader, const struct yaml_value *value,
 
 /* Room for the handles of all keys, as the axis says; nothing where there is
  * room already. */
-int move_bezier_room(struct move_reader *self, const struct yaml_value *value);
+int move_bezier_capacity(struct move_reader *self,
+                         const struct yaml_value *value);
 
 /* Before and after the fields of a key. */
 void move_bezier_open_key(struct move_reader *self);

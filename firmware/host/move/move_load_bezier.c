@@ -190,7 +190,8 @@ int move_read_grid(void *reader, const struct yaml_value *value, void *out)
 
 /* --- of a key ------------------------------------------------------------- */
 
-int move_bezier_room(struct move_reader *self, const struct yaml_value *value)
+int move_bezier_capacity(struct move_reader *self,
+                         const struct yaml_value *value)
 {
     struct plan_bezier *bezier = &self->axis->bezier;
 

@@ -12,9 +12,9 @@
 /* ---- words ---- */
 
 const char *const move_laws[MOVE_LAWS] = {
-#define MOVE_LAW_SPELLING(name, spelling, text) [name] = spelling,
-    PLAN_LAW_LIST(MOVE_LAW_SPELLING)
-#undef MOVE_LAW_SPELLING
+#define MOVE_SPEED_LAW_SPELLING(name, spelling, text) [name] = spelling,
+    PLAN_SPEED_LAW_LIST(MOVE_SPEED_LAW_SPELLING)
+#undef MOVE_SPEED_LAW_SPELLING
 };
 
 const char *const move_ramps[MOVE_RAMPS] = {
@@ -39,31 +39,32 @@ enum {
 static const struct {
     unsigned needs, takes;
     enum plan_extent extent; /* when no length is given */
-} move_law[MOVE_LAWS] = {
-    [PLAN_LAW_CUBIC] = { MOVE_TIME, MOVE_LENGTH, PLAN_EXTENT_REST },
-    [PLAN_LAW_QUINTIC] = { MOVE_TIME, MOVE_LENGTH, PLAN_EXTENT_REST },
-    [PLAN_LAW_SINE] = { MOVE_TIME, MOVE_LENGTH | MOVE_EASE, PLAN_EXTENT_REST },
-    [PLAN_LAW_PARABOLIC] = { MOVE_TIME, MOVE_LENGTH | MOVE_EASE,
-                             PLAN_EXTENT_REST },
-    [PLAN_LAW_SCURVE] = { MOVE_TIME, MOVE_LENGTH | MOVE_EASE,
-                          PLAN_EXTENT_REST },
-    [PLAN_LAW_RAMP] = { MOVE_TIME | MOVE_TO, MOVE_SHAPE | MOVE_FROM,
-                        PLAN_EXTENT_TIMED },
-    [PLAN_LAW_CONSTANT] = { 0, MOVE_TIME | MOVE_LENGTH | MOVE_FROM,
-                            PLAN_EXTENT_REST },
-    [PLAN_LAW_PAUSE] = { MOVE_TIME, 0, PLAN_EXTENT_TIMED },
-    [PLAN_LAW_ACCELERATION] = { MOVE_POINTS, MOVE_FROM | MOVE_LENGTH,
-                                PLAN_EXTENT_TIMED },
-    [PLAN_LAW_VELOCITY] = { MOVE_POINTS, MOVE_LENGTH, PLAN_EXTENT_TIMED },
-    [PLAN_LAW_DRAWN] = { MOVE_DISTANCE, MOVE_LENGTH, PLAN_EXTENT_REST },
+} move_speed_law[MOVE_LAWS] = {
+    [PLAN_SPEED_LAW_CUBIC] = { MOVE_TIME, MOVE_LENGTH, PLAN_EXTENT_REST },
+    [PLAN_SPEED_LAW_QUINTIC] = { MOVE_TIME, MOVE_LENGTH, PLAN_EXTENT_REST },
+    [PLAN_SPEED_LAW_SINE] = { MOVE_TIME, MOVE_LENGTH | MOVE_EASE,
+                              PLAN_EXTENT_REST },
+    [PLAN_SPEED_LAW_PARABOLIC] = { MOVE_TIME, MOVE_LENGTH | MOVE_EASE,
+                                   PLAN_EXTENT_REST },
+    [PLAN_SPEED_LAW_SCURVE] = { MOVE_TIME, MOVE_LENGTH | MOVE_EASE,
+                                PLAN_EXTENT_REST },
+    [PLAN_SPEED_LAW_RAMP] = { MOVE_TIME | MOVE_TO, MOVE_SHAPE | MOVE_FROM,
+                              PLAN_EXTENT_TIMED },
+    [PLAN_SPEED_LAW_CONSTANT] = { 0, MOVE_TIME | MOVE_LENGTH | MOVE_FROM,
+                                  PLAN_EXTENT_REST },
+    [PLAN_SPEED_LAW_PAUSE] = { MOVE_TIME, 0, PLAN_EXTENT_TIMED },
+    [PLAN_SPEED_LAW_ACCELERATION] = { MOVE_POINTS, MOVE_FROM | MOVE_LENGTH,
+                                      PLAN_EXTENT_TIMED },
+    [PLAN_SPEED_LAW_VELOCITY] = { MOVE_POINTS, MOVE_LENGTH, PLAN_EXTENT_TIMED },
+    [PLAN_SPEED_LAW_DRAWN] = { MOVE_DISTANCE, MOVE_LENGTH, PLAN_EXTENT_REST },
 };
 
 static int move_check_law(const struct move_reader *self,
                           const struct yaml_value *value, unsigned what)
 {
-    const enum plan_law law = self->part->law;
+    const enum plan_speed_law law = self->part->law;
 
-    if ((move_law[law].needs | move_law[law].takes) & what)
+    if ((move_speed_law[law].needs | move_speed_law[law].takes) & what)
         return 0;
     return yaml_value_refuse(value, "is not used by law %s", move_laws[law]);
 }
@@ -77,8 +78,8 @@ static int move_read_law(void *reader, const struct yaml_value *value,
     (void)reader;
     if (yaml_value_choice(value, move_laws, MOVE_LAWS, &index) < 0)
         return -1;
-    part->law = (enum plan_law)index;
-    part->extent = move_law[index].extent;
+    part->law = (enum plan_speed_law)index;
+    part->extent = move_speed_law[index].extent;
     return 0;
 }
 
@@ -102,7 +103,7 @@ static int move_read_part_time(void *reader, const struct yaml_value *value,
     if (move_check_law(reader, value, MOVE_TIME) < 0 ||
         move_read_positive(reader, value, UNITS_TIME, &part->dur_ns_q12) < 0)
         return -1;
-    if (part->law == PLAN_LAW_CONSTANT)
+    if (part->law == PLAN_SPEED_LAW_CONSTANT)
         part->extent = PLAN_EXTENT_TIMED;
     return 0;
 }
@@ -115,7 +116,7 @@ static int move_read_part_length(void *reader, const struct yaml_value *value,
 
     if (text == NULL || move_check_law(reader, value, MOVE_LENGTH) < 0)
         return -1;
-    if (part->law == PLAN_LAW_CONSTANT && part->dur_ns_q12 > 0)
+    if (part->law == PLAN_SPEED_LAW_CONSTANT && part->dur_ns_q12 > 0)
         return yaml_value_refuse(value, "is given beside a time");
     part->extent = PLAN_EXTENT_REST;
     if (strcmp(text, "rest") == 0)
@@ -175,7 +176,7 @@ static int move_read_part_ease(void *reader, const struct yaml_value *value,
 static int move_read_law_point(const struct move_reader *self,
                                const struct yaml_value *value, uint32_t i)
 {
-    const bool is_acc = self->part->law == PLAN_LAW_ACCELERATION;
+    const bool is_acc = self->part->law == PLAN_SPEED_LAW_ACCELERATION;
     struct motion_speed_point *point = &self->part->point[i];
     struct yaml_value item[2];
     int64_t number = 0;
@@ -207,7 +208,7 @@ static int move_read_law_points(void *reader, const struct yaml_value *value,
     uint32_t count;
 
     if (move_check_law(reader, value, MOVE_POINTS) < 0 ||
-        yaml_value_list(value, 2, PLAN_LAW_POINTS_MAX, &count) < 0)
+        yaml_value_list(value, 2, PLAN_SPEED_LAW_POINTS_MAX, &count) < 0)
         return -1;
     part->point = calloc(count, sizeof *part->point);
     if (part->point == NULL)
@@ -295,7 +296,7 @@ static int move_read_part(struct move_reader *self,
     self->part->shape = PLAN_RAMP_SCURVE;
     if (yaml_fields_read(value, &move_part_shape, self, self->part) < 0)
         return -1;
-    lacks = move_lacks(value, move_law[self->part->law].needs);
+    lacks = move_lacks(value, move_speed_law[self->part->law].needs);
     if (lacks != NULL)
         return yaml_value_refuse(value, "has no '%s', which law %s needs",
                                  lacks, move_laws[self->part->law]);
@@ -314,7 +315,7 @@ int move_read_speed(void *reader, const struct yaml_value *value, void *out)
     };
     uint32_t count = 1;
 
-    if (!one && yaml_value_list(value, 1, PLAN_LAW_PARTS_MAX, &count) < 0)
+    if (!one && yaml_value_list(value, 1, PLAN_SPEED_LAW_PARTS_MAX, &count) < 0)
         return -1;
     path->part = calloc(count, sizeof *path->part);
     if (path->part == NULL)

@@ -26,14 +26,15 @@ static int move_read_other_axes(void *reader, const struct yaml_value *value,
     struct plan_other *other = out;
 
     inner.move = other->move;
-    if (plan_move_room(other->move, inner.rig->axis_count) < 0)
+    if (plan_move_reserve(other->move, inner.rig->axis_count) < 0)
         return yaml_value_refuse(value, "are too many for the memory");
     return move_read_axes(&inner, value, NULL);
 }
 
 /* The file beside the one that names it. */
 static int move_beside(const struct move_reader *self,
-                       const struct yaml_value *value, char path[], size_t room)
+                       const struct yaml_value *value, char path[],
+                       size_t capacity)
 {
     const char *name = yaml_value_text(value);
     const char *slash = strrchr(self->path, '/');
@@ -43,7 +44,8 @@ static int move_beside(const struct move_reader *self,
 
     if (name == NULL)
         return -1;
-    if (snprintf(path, room, "%.*s%s", folder, self->path, name) >= (int)room)
+    if (snprintf(path, capacity, "%.*s%s", folder, self->path, name) >=
+        (int)capacity)
         return yaml_value_refuse(value, "is too long");
     return 0;
 }

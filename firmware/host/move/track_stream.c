@@ -71,7 +71,7 @@ static int track_stream_read(struct track_stream *stream)
     return 0;
 }
 
-static bool track_stream_has_room(const struct track_stream *stream)
+static bool track_stream_has_capacity(const struct track_stream *stream)
 {
     const uint32_t filled = atomic_load(&stream->filled);
     return filled < track_stream_count(stream) &&
@@ -81,7 +81,7 @@ static bool track_stream_has_room(const struct track_stream *stream)
 
 int track_stream_fill(struct track_stream *stream)
 {
-    while (track_stream_has_room(stream))
+    while (track_stream_has_capacity(stream))
         if (track_stream_read(stream) < 0)
             return -1;
     return 0;
@@ -142,7 +142,7 @@ static int track_stream_go_on(struct track_stream *stream, int64_t t_ns_q12)
 {
     int err = 0;
     track_stream_advance(stream, t_ns_q12);
-    if (track_stream_has_room(stream))
+    if (track_stream_has_capacity(stream))
         err = track_stream_read(stream);
     track_stream_show(stream);
     return err;

@@ -143,7 +143,7 @@ struct rig_axis {
 uint16_t rig_axis_object(const struct rig_axis *axis, uint16_t index);
 
 /* One unit of a drive that counts turns is *num / *den turns. */
-void rig_axis_turns(const struct rig_axis *axis, int64_t *num, int64_t *den);
+void rig_axis_turn(const struct rig_axis *axis, int64_t *num, int64_t *den);
 
 enum rig_line_kind {
     RIG_LINE_ESTOP,

@@ -273,14 +273,15 @@ const char *yaml_value_text(const struct yaml_value *value)
     return yaml_tree_text(value->tree, value->node);
 }
 
-int yaml_value_copy(const struct yaml_value *value, char *out, size_t room)
+int yaml_value_copy(const struct yaml_value *value, char *out, size_t capacity)
 {
     const char *text = yaml_value_text(value);
 
     if (text == NULL)
         return -1;
-    if (strlen(text) >= room)
-        return yaml_value_refuse(value, "is longer than %zu bytes", room - 1);
+    if (strlen(text) >= capacity)
+        return yaml_value_refuse(value, "is longer than %zu bytes",
+                                 capacity - 1);
     memcpy(out, text, strlen(text) + 1);
     return 0;
 }

@@ -70,7 +70,7 @@ int yaml_value_need(const struct yaml_value *value, enum yaml_tree_kind kind);
 const char *yaml_value_text(const struct yaml_value *value);
 
 /* Copy a text into room bytes (with the 0). */
-int yaml_value_copy(const struct yaml_value *value, char *out, size_t room);
+int yaml_value_copy(const struct yaml_value *value, char *out, size_t capacity);
 
 /* One of `count` spellings; *index is which. */
 int yaml_value_choice(const struct yaml_value *value,

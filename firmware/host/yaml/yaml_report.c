@@ -24,7 +24,7 @@ int yaml_report_at(const struct yaml_report *report, struct plan_place place,
     va_start(arguments, format);
     vsnprintf(sentence, sizeof(sentence), format, arguments);
     va_end(arguments);
-    snprintf(report->message, report->room, "%s%s:%lu:%lu: %s",
+    snprintf(report->message, report->capacity, "%s%s:%lu:%lu: %s",
              skip > 0 ? "..." : "", path, (unsigned long)place.line,
              (unsigned long)place.column, sentence);
     return -1;

@@ -18,7 +18,7 @@
 struct yaml_report {
     const char *path;
     char *message; /* of the caller; written once, at the first error */
-    size_t room;
+    size_t capacity;
 };
 
 /* Write the sentence and return -1, so that a reader can return it up. */

@@ -18,12 +18,12 @@
 static const struct plan_place tree_start = { 1, 1 };
 
 /* Double `*array` of `size` byte elements until `wanted` fit. */
-static int tree_grow(void **array, size_t *room, size_t wanted, size_t size)
+static int tree_grow(void **array, size_t *capacity, size_t wanted, size_t size)
 {
-    size_t more = *room > 0 ? *room : 256;
+    size_t more = *capacity > 0 ? *capacity : 256;
     void *larger;
 
-    if (wanted <= *room)
+    if (wanted <= *capacity)
         return 0;
     while (more < wanted)
         more *= 2;
@@ -31,7 +31,7 @@ static int tree_grow(void **array, size_t *room, size_t wanted, size_t size)
     if (larger == NULL)
         return -1;
     *array = larger;
-    *room = more;
+    *capacity = more;
     return 0;
 }
 
@@ -88,13 +88,13 @@ static int tree_no_memory(const struct yaml_tree *tree, struct plan_place place)
 static int tree_grow_nodes(struct yaml_tree *tree)
 {
     void *array = tree->node;
-    size_t room = tree->node_room;
+    size_t capacity = tree->node_capacity;
 
-    if (tree_grow(&array, &room, (size_t)tree->node_count + 1,
+    if (tree_grow(&array, &capacity, (size_t)tree->node_count + 1,
                   sizeof(tree->node[0])) < 0)
         return -1;
     tree->node = array;
-    tree->node_room = (uint32_t)room;
+    tree->node_capacity = (uint32_t)capacity;
     return 0;
 }
 
@@ -105,7 +105,7 @@ static int64_t tree_put_text(struct yaml_tree *tree, const char *text,
     const size_t start = tree->text_length;
     void *array = tree->text;
 
-    if (tree_grow(&array, &tree->text_room, start + length + 1, 1) < 0)
+    if (tree_grow(&array, &tree->text_capacity, start + length + 1, 1) < 0)
         return -1;
     tree->text = array;
     memcpy(tree->text + start, text, length);

@@ -35,9 +35,9 @@ struct yaml_tree_node {
 struct yaml_tree {
     struct yaml_report report;
     struct yaml_tree_node *node;
-    uint32_t node_count, node_room;
+    uint32_t node_count, node_capacity;
     char *text; /* every text ends with a 0 and holds no other */
-    size_t text_length, text_room;
+    size_t text_length, text_capacity;
 };
 
 /* Read a file.  0, or -1 with the sentence written and nothing left allocated.

@@ -138,8 +138,8 @@ static enum status cmd_gallery_picture(struct cmd_gallery *self,
     one->rig = self->job->rig;
     one->rig.memory = (struct memory_pool){ NULL }; /* it stays the other's */
     one->compared = true;
-    job_room(one, 1);
-    if (plan_move_room(&one->move, 1) < 0)
+    job_capacity(one, 1);
+    if (plan_move_reserve(&one->move, 1) < 0)
         memory_fail();
     int err =
         compare_plan(axis, curve, &one->move.axis[0], &one->track[0], &error);

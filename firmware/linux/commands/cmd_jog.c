@@ -46,12 +46,12 @@ static const struct rig_axis *cmd_jog_axis(const struct cmd_jog *self)
 /* All words from `first` up to `end`, parted by blanks: units may stand
  * apart. */
 static void cmd_jog_join(const struct cmd_jog *self, int first, int end,
-                         char *text, size_t room)
+                         char *text, size_t capacity)
 {
     size_t at = 0;
     text[0] = 0;
-    for (int i = first; i < end && at < room; i++)
-        at += (size_t)snprintf(text + at, room - at, "%s%s",
+    for (int i = first; i < end && at < capacity; i++)
+        at += (size_t)snprintf(text + at, capacity - at, "%s%s",
                                i > first ? " " : "", self->options->path[i]);
 }
 
@@ -181,13 +181,14 @@ static enum status cmd_jog_limits(const struct cmd_jog *self)
 
 /* --- what will happen --- */
 
-/* How long a way takes from rest to rest; -1: it cannot be planned. */
-static double cmd_jog_duration_s(const struct cmd_jog *self, int64_t way_q32)
+/* How long a displacement takes from rest to rest; -1: it cannot be planned. */
+static double cmd_jog_duration_s(const struct cmd_jog *self,
+                                 int64_t displacement_q32)
 {
     const struct plan_limit *limit = &cmd_jog_axis(self)->limit;
     struct motion_otg_plan plan;
     const struct motion_otg_move move = {
-        .goal = { .pos_q32 = way_q32 },
+        .goal = { .pos_q32 = displacement_q32 },
         .limit = { .vel_max_q32 = self->speed_q32,
                    .vel_min_q32 = -self->speed_q32,
                    .acc_max_q32 = limit->acc_q32,

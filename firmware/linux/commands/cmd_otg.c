@@ -375,7 +375,7 @@ static enum status cmd_otg_table(const struct options *options,
     return STATUS_OK;
 }
 
-static enum status cmd_otg_asked(struct cmd_otg *self)
+static enum status cmd_otg_requested(struct cmd_otg *self)
 {
     const struct options *options = self->options;
     bool numbers = cmd_otg_has_numbers(options);
@@ -401,7 +401,7 @@ static enum status cmd_otg_run(const struct options *options)
 {
     static struct cmd_otg self;
     self = (struct cmd_otg){ .options = options };
-    enum status status = cmd_otg_asked(&self);
+    enum status status = cmd_otg_requested(&self);
     if (status != STATUS_OK)
         return status;
     self.rows = options->json ? cJSON_CreateArray() : NULL;

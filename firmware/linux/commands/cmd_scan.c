@@ -13,7 +13,7 @@
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/tools/scan.h"
-#include "firmware/linux/tools/talk.h"
+#include "firmware/linux/tools/session.h"
 #include "motion/core/err.h"
 
 #define CMD_SCAN_LISTEN_NS  INT64_C(1200000000)
@@ -308,7 +308,7 @@ static enum status cmd_scan_run(const struct options *options)
         return status;
     if (cmd_scan_name(options, &self, message) < 0 ||
         (options->bus != NULL &&
-         (only = talk_bus(&self.rig, options->bus, false, message)) < 0)) {
+         (only = session_bus(&self.rig, options->bus, false, message)) < 0)) {
         error_say("%s", message);
         return STATUS_INPUT;
     }

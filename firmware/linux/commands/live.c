@@ -239,7 +239,7 @@ int live_axis(const struct live *live, const char *command, const char *name)
 
 /* With --real: says that things will move and asks on a terminal; elsewhere
  * --yes is needed.  False: the operator does not want it. */
-static bool live_ask(const struct options *options, const char *command)
+static bool live_request(const struct options *options, const char *command)
 {
     char line[16] = "";
     if (!options->real || options->yes)
@@ -258,7 +258,7 @@ static bool live_ask(const struct options *options, const char *command)
 enum status live_confirm(struct live *live, const struct options *options,
                          const char *command)
 {
-    if (!live_ask(options, command))
+    if (!live_request(options, command))
         return STATUS_INPUT;
     if (options->real && guardian_start(&live->guardian, live->rig) < 0)
         return STATUS_SYSTEM;

@@ -24,7 +24,7 @@ static struct {
     pthread_mutex_t lock;
     pthread_cond_t changed;
     pthread_t thread;
-    bool asked, running; /* the planner's alone: of this planning */
+    bool requested, running; /* the planner's alone: of this planning */
     bool over;
     const char *doing, *what;
     int64_t done, of;
@@ -110,10 +110,10 @@ static void planning_tell(void *unused, const char *doing, const char *what,
     if (what == NULL) {
         if (planning.running)
             planning_end();
-        planning.asked = false;
+        planning.requested = false;
         return;
     }
-    if (planning.asked && !planning.running)
+    if (planning.requested && !planning.running)
         return;
     pthread_mutex_lock(&planning.lock);
     planning.doing = doing;
@@ -121,9 +121,9 @@ static void planning_tell(void *unused, const char *doing, const char *what,
     planning.done = done;
     planning.of = of;
     pthread_mutex_unlock(&planning.lock);
-    if (!planning.asked && isatty(STDERR_FILENO) == 1)
+    if (!planning.requested && isatty(STDERR_FILENO) == 1)
         planning_begin();
-    planning.asked = true;
+    planning.requested = true;
 }
 
 const struct plan_progress planning_progress = { planning_tell, NULL };

@@ -194,22 +194,22 @@ void machine_ports_init(struct machine_ports *ports, const struct rig *rig,
     };
 }
 
-static void machine_room(struct machine *machine, const struct rig *rig)
+static void machine_storage(struct machine *machine, const struct rig *rig)
 {
     struct memory_pool *memory = &machine->memory;
     const uint32_t buses = rig->bus_count, axes = rig->axis_count;
-#define ROOM(array, count)                                                     \
+#define CAPACITY(array, count)                                                 \
     machine->array = memory_pool_new(memory, count, sizeof *machine->array)
-    ROOM(bus, buses);
-    ROOM(modbus, buses);
-    ROOM(can, buses);
-    ROOM(drive, axes);
-    ROOM(axis_config, axes);
-    ROOM(axis_state, axes);
-    ROOM(switches, axes);
-    ROOM(homing_config, axes);
-    ROOM(input, rig->line_count);
-#undef ROOM
+    CAPACITY(bus, buses);
+    CAPACITY(modbus, buses);
+    CAPACITY(can, buses);
+    CAPACITY(drive, axes);
+    CAPACITY(axis_config, axes);
+    CAPACITY(axis_state, axes);
+    CAPACITY(switches, axes);
+    CAPACITY(homing_config, axes);
+    CAPACITY(input, rig->line_count);
+#undef CAPACITY
     machine->fieldbus =
         memory_pool_new(memory, buses, sizeof(struct hal_fieldbus *));
     machine->axis = memory_pool_new(memory, axes, sizeof(struct hal_drive *));
@@ -228,7 +228,7 @@ int machine_init(struct machine *machine, const struct rig *rig,
     machine_free(machine);
     machine->rig = rig;
     machine->ports = *ports;
-    machine_room(machine, rig);
+    machine_storage(machine, rig);
     for (unsigned i = 0; i < rig->bus_count; i++) {
         int err = machine_init_fieldbus(machine, i);
         if (err < 0)

@@ -135,21 +135,21 @@ static void machine_sim_clock(struct machine_sim *sim, bool realtime,
                                          : MACHINE_SIM_START_NS);
 }
 
-static void machine_sim_room(struct machine_sim *sim, const struct rig *rig)
+static void machine_sim_storage(struct machine_sim *sim, const struct rig *rig)
 {
     struct memory_pool *memory = &sim->memory;
-#define ROOM(array, count)                                                     \
+#define CAPACITY(array, count)                                                 \
     sim->array = memory_pool_new(memory, count, sizeof *sim->array)
-    ROOM(wire, rig->bus_count);
-    ROOM(port, rig->bus_count);
-    ROOM(modbus_line, rig->bus_count);
-    ROOM(master, rig->bus_count);
-    ROOM(seat, rig->bus_count);
-    ROOM(servo, rig->axis_count);
-    ROOM(zero_q32, rig->axis_count);
-    ROOM(line, rig->line_count);
-    ROOM(pressed, rig->line_count);
-#undef ROOM
+    CAPACITY(wire, rig->bus_count);
+    CAPACITY(port, rig->bus_count);
+    CAPACITY(modbus_line, rig->bus_count);
+    CAPACITY(master, rig->bus_count);
+    CAPACITY(seat, rig->bus_count);
+    CAPACITY(servo, rig->axis_count);
+    CAPACITY(zero_q32, rig->axis_count);
+    CAPACITY(line, rig->line_count);
+    CAPACITY(pressed, rig->line_count);
+#undef CAPACITY
 }
 
 void machine_sim_free(struct machine_sim *sim)
@@ -164,7 +164,7 @@ int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
 {
     machine_sim_free(sim);
     sim->rig = rig;
-    machine_sim_room(sim, rig);
+    machine_sim_storage(sim, rig);
     machine_ports_init(ports, rig, &sim->memory);
     machine_sim_clock(sim, realtime, ports);
     for (unsigned i = 0; i < rig->bus_count; i++) {

@@ -24,23 +24,23 @@
 #define PLAYER_PRIORITY      40
 #define PLAYER_SLOW          4 /* the approach's share of the limits: 1/4 */
 
-static void player_room(struct player *player, const struct rig *rig)
+static void player_storage(struct player *player, const struct rig *rig)
 {
     const uint32_t axes = rig->axis_count;
     struct telemetry_row *row = &player->row;
-#define ROOM(array, count)                                                     \
+#define CAPACITY(array, count)                                                 \
     array = memory_pool_new(&player->memory, count, sizeof *(array))
     player->waiting_size = (size_t)axes * MACHINE_TORQUE_MAX;
-    ROOM(player->waiting, player->waiting_size);
-    ROOM(player->busy_ns, rig->bus_count);
-    ROOM(player->approach_room, axes);
-    ROOM(player->approach, axes);
-    ROOM(player->approaches, axes);
-    ROOM(player->approach_goal, axes);
+    CAPACITY(player->waiting, player->waiting_size);
+    CAPACITY(player->busy_ns, rig->bus_count);
+    CAPACITY(player->approach_storage, axes);
+    CAPACITY(player->approach, axes);
+    CAPACITY(player->approaches, axes);
+    CAPACITY(player->approach_goal, axes);
     row->shot_count = rig_trigger_count(rig);
-    ROOM(row->axis, axes);
-    ROOM(row->shot, row->shot_count);
-#undef ROOM
+    CAPACITY(row->axis, axes);
+    CAPACITY(row->shot, row->shot_count);
+#undef CAPACITY
 }
 
 void player_free(struct player *player)
@@ -55,7 +55,7 @@ void player_init(struct player *player, struct machine *machine,
 {
     player_free(player);
     memset(player, 0, sizeof *player);
-    player_room(player, &job->rig);
+    player_storage(player, &job->rig);
     player->machine = machine;
     player->job = job;
     player->config = *config;
@@ -234,7 +234,7 @@ static bool player_approach_axis(struct player *player, unsigned i)
     struct motion_sample first;
     struct motion_cursor cursor = { 0 };
     motion_track_sample(&player->job->track[i], &cursor, 0, &first);
-    motion_track_init(&player->approach[axis], player->approach_room[axis],
+    motion_track_init(&player->approach[axis], player->approach_storage[axis],
                       PLAYER_APPROACH_SEGMENTS, at->target.pos_q32);
     if (at->target.pos_q32 == first.pos_q32)
         return false;
@@ -244,7 +244,7 @@ static bool player_approach_axis(struct player *player, unsigned i)
     return player->approaches[axis];
 }
 
-/* One way, from rest to rest. */
+/* One motion, from rest to rest. */
 static void player_approach_goal(struct player *player, unsigned axis)
 {
     if (controller_goals_of(&player->approach[axis],

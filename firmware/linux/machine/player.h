@@ -86,7 +86,7 @@ struct player {
     char *waiting; /* for which drives, in words, waiting_size bytes */
     size_t waiting_size;
     int64_t *busy_ns; /* at the start of the move */
-    struct motion_segment (*approach_room)[PLAYER_APPROACH_SEGMENTS];
+    struct motion_segment (*approach_storage)[PLAYER_APPROACH_SEGMENTS];
     struct motion_track *approach;
     bool *approaches;
     struct controller_goal *approach_goal;

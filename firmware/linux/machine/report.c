@@ -115,7 +115,7 @@ static void report_row(struct table *table, const struct report *report,
     table_cell(table, "%s", units_axis_text(rig->unit));
     for (unsigned order = 1; order <= 3; order++)
         report_peak(table, report, i, order);
-    if (job_goes_by_itself(report->job, i)) {
+    if (job_runs_by_drive_profile(report->job, i)) {
         table_cell(table, "-");
     } else {
         number_short(text, axis->following_q32, 32);
@@ -344,7 +344,7 @@ static cJSON *report_json_axis(const struct report *report, unsigned i)
     report_json_peak(item, "velocity", report, i, 1);
     report_json_peak(item, "acceleration", report, i, 2);
     report_json_peak(item, "jerk", report, i, 3);
-    if (!job_goes_by_itself(report->job, i))
+    if (!job_runs_by_drive_profile(report->job, i))
         json_add_fixed(item, "following_error", axis->following_q32, 32);
     if (report->arrivals != NULL)
         arrivals_json(report->arrivals, i, item);

@@ -49,14 +49,14 @@ int sim_server_open(struct sim_server *server, const struct rig *rig,
     int err;
 
     server->rig = rig;
-#define ROOM(array)                                                            \
+#define CAPACITY(array)                                                        \
     server->array = memory_pool_new(&server->memory, rig->bus_count,           \
                                     sizeof *server->array)
-    ROOM(is_modbus);
-    ROOM(device);
-    ROOM(port);
-    ROOM(poll_fd);
-#undef ROOM
+    CAPACITY(is_modbus);
+    CAPACITY(device);
+    CAPACITY(port);
+    CAPACITY(poll_fd);
+#undef CAPACITY
     err = machine_sim_init(&server->sim, rig, true, &server->wire, message);
     for (unsigned i = 0; err == MOTION_OK && i < rig->bus_count; i++)
         err = sim_server_bus(server, i, message);

@@ -4,7 +4,7 @@
 #define FIRMWARE_LINUX_TOOLS_KIND_H
 
 #include "firmware/linux/tools/reset.h"
-#include "firmware/linux/tools/talk.h"
+#include "firmware/linux/tools/session.h"
 
 /* How a kind on a plain CAN bus is told from the others. */
 struct tool_ear {
@@ -15,7 +15,7 @@ struct tool_ear {
     unsigned frames; /* so many are no accident */
     /* Asked for by an FD frame; NULL: it speaks by itself, in classic frames,
      * and takes CANopen's questions for orders. */
-    void (*ask)(struct hal_can_frame *frame, uint8_t id);
+    void (*client)(struct hal_can_frame *frame, uint8_t id);
     const char *(*state_text)(unsigned state);
 };
 
@@ -29,12 +29,13 @@ struct tool_kind {
      * sentence. */
     int (*take)(struct rig_bus *bus, char message[YAML_MESSAGE_MAX]);
     /* Its bus is open: make ready to ask.  0, or -1 with a sentence. */
-    int (*open)(struct talk *talk, const struct talk_config *config,
+    int (*open)(struct session *session, const struct session_config *config,
                 char message[YAML_MESSAGE_MAX]);
-    /* See talk_is_enabled, talk_text and reset_drive. */
-    int (*is_enabled)(struct talk *talk);
-    void (*text)(const struct talk *talk, int err, char text[TALK_TEXT_MAX]);
-    int (*reset)(struct talk *talk, struct reset *reset);
+    /* See session_is_enabled, session_text and reset_drive. */
+    int (*is_enabled)(struct session *session);
+    void (*text)(const struct session *session, int err,
+                 char text[SESSION_TEXT_MAX]);
+    int (*reset)(struct session *session, struct reset *reset);
 };
 
 #define TOOL_KIND_ROW(NAME, name)                                              \
@@ -44,7 +45,7 @@ RIG_KIND_LIST(TOOL_KIND_ROW)
 extern const struct tool_kind *const tool_kinds[RIG_DRIVE_KINDS];
 
 /* "'can0' takes no FD frames": what take() says. */
-int talk_refuse(char message[YAML_MESSAGE_MAX], const char *who,
-                const char *what);
+int session_refuse(char message[YAML_MESSAGE_MAX], const char *who,
+                   const char *what);
 
 #endif

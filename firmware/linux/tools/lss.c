@@ -25,51 +25,52 @@ bool lss_identity(const char *text, struct canopen_identity *identity)
     return true;
 }
 
-static int64_t lss_now_ns(const struct ask_can *ask)
+static int64_t lss_now_ns(const struct canopen_client *client)
 {
-    return hal_clock_now_ns(ask->clock);
+    return hal_clock_now_ns(client->clock);
 }
 
-void lss_release(struct ask_can *ask)
+void lss_release(struct canopen_client *client)
 {
-    (void)canopen_lss_switch_all(&ask->lss, false);
-    ask_can_wait(ask, LSS_SETTLE_NS);
+    (void)canopen_lss_switch_all(&client->lss, false);
+    canopen_client_wait(client, LSS_SETTLE_NS);
 }
 
-int lss_select(struct ask_can *ask, const struct canopen_identity *wanted,
+int lss_select(struct canopen_client *client,
+               const struct canopen_identity *wanted,
                struct canopen_identity *found)
 {
     int err;
 
-    lss_release(ask);
+    lss_release(client);
     err = wanted == NULL
-              ? canopen_lss_scan(&ask->lss, lss_now_ns(ask))
-              : canopen_lss_switch(&ask->lss, lss_now_ns(ask), wanted);
+              ? canopen_lss_scan(&client->lss, lss_now_ns(client))
+              : canopen_lss_switch(&client->lss, lss_now_ns(client), wanted);
     if (err == MOTION_OK)
-        err = ask_can_lss(ask);
+        err = canopen_client_lss(client);
     if (err == MOTION_OK)
-        *found = wanted == NULL ? ask->lss.found : *wanted;
+        *found = wanted == NULL ? client->lss.found : *wanted;
     return err;
 }
 
-int lss_ask_node(struct ask_can *ask, uint8_t *id)
+int lss_request_node(struct canopen_client *client, uint8_t *id)
 {
-    int err = canopen_lss_ask_node(&ask->lss, lss_now_ns(ask));
+    int err = canopen_lss_request_node(&client->lss, lss_now_ns(client));
 
     if (err == MOTION_OK)
-        err = ask_can_lss(ask);
-    *id = err == MOTION_OK ? (uint8_t)ask->lss.value : 255;
+        err = canopen_client_lss(client);
+    *id = err == MOTION_OK ? (uint8_t)client->lss.value : 255;
     return err;
 }
 
-int lss_node(struct ask_can *ask, uint8_t id)
+int lss_node(struct canopen_client *client, uint8_t id)
 {
-    const int err = canopen_lss_set_node(&ask->lss, lss_now_ns(ask), id);
+    const int err = canopen_lss_set_node(&client->lss, lss_now_ns(client), id);
 
-    return err < 0 ? err : ask_can_lss(ask);
+    return err < 0 ? err : canopen_client_lss(client);
 }
 
-int lss_bit_rate(struct ask_can *ask, uint32_t bit_rate)
+int lss_bit_rate(struct canopen_client *client, uint32_t bit_rate)
 {
     static const struct {
         uint32_t bit_rate;
@@ -86,16 +87,16 @@ int lss_bit_rate(struct ask_can *ask, uint32_t bit_rate)
 
         if (table[i].bit_rate != bit_rate)
             continue;
-        err =
-            canopen_lss_set_bit_rate(&ask->lss, lss_now_ns(ask), table[i].code);
-        return err < 0 ? err : ask_can_lss(ask);
+        err = canopen_lss_set_bit_rate(&client->lss, lss_now_ns(client),
+                                       table[i].code);
+        return err < 0 ? err : canopen_client_lss(client);
     }
     return MOTION_E_ARG;
 }
 
-int lss_store(struct ask_can *ask)
+int lss_store(struct canopen_client *client)
 {
-    const int err = canopen_lss_store(&ask->lss, lss_now_ns(ask));
+    const int err = canopen_lss_store(&client->lss, lss_now_ns(client));
 
-    return err < 0 ? err : ask_can_lss(ask);
+    return err < 0 ? err : canopen_client_lss(client);
 }

@@ -1,8 +1,8 @@
 /* firmware/linux/tools/reset.c - see reset.h. */
 #include "firmware/linux/tools/kind.h"
 
-int reset_drive(struct talk *talk, struct reset *reset)
+int reset_drive(struct session *session, struct reset *reset)
 {
     *reset = (struct reset){ .was_fault = false };
-    return talk->kind->reset(talk, reset);
+    return session->kind->reset(session, reset);
 }

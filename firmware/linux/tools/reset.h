@@ -3,9 +3,9 @@
 #ifndef FIRMWARE_LINUX_TOOLS_RESET_H
 #define FIRMWARE_LINUX_TOOLS_RESET_H
 
-#include "firmware/linux/tools/talk.h"
+#include "firmware/linux/tools/session.h"
 
-#define RESET_TEXT_MAX ASK_TURNS_REASON_MAX
+#define RESET_TEXT_MAX TURN_CLIENT_REASON_MAX
 
 struct reset {
     bool was_fault, is_fault;
@@ -16,6 +16,6 @@ struct reset {
 /* A drive that is not in fault is left as it is.  Errors of the bus;
  * MOTION_E_EMPTY: a Modbus drive whose map does not say how a fault shows, or
  * without a map. */
-int reset_drive(struct talk *talk, struct reset *reset);
+int reset_drive(struct session *session, struct reset *reset);
 
 #endif

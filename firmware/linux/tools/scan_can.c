@@ -93,7 +93,7 @@ static const struct tool_ear *ear_in_danger(const struct scan_ear *ear)
 {
     for (unsigned kind = 0; kind < RIG_DRIVE_KINDS; kind++)
         for (unsigned id = 0; id < SCAN_NODES; id++)
-            if (tool_kinds[kind]->ear.ask == NULL && ear_has(ear, kind, id))
+            if (tool_kinds[kind]->ear.client == NULL && ear_has(ear, kind, id))
                 return &tool_kinds[kind]->ear;
     return NULL;
 }
@@ -118,7 +118,7 @@ static int ear_listen(struct scan_ear *ear, struct bench *bench, int64_t dur_ns)
 
 /* ---- asking everybody ---- */
 
-static void ask_canopen(struct hal_can_frame *frame, uint8_t id)
+static void request_canopen(struct hal_can_frame *frame, uint8_t id)
 {
     /* initiate SDO upload of 0x1000:0 */
     *frame = (struct hal_can_frame){ .id = 0x600u + id,
@@ -126,16 +126,16 @@ static void ask_canopen(struct hal_can_frame *frame, uint8_t id)
                                      .data = { 0x40, 0x00, 0x10 } };
 }
 
-static int ask_everybody(struct scan *scan, struct scan_ear *ear,
-                         struct bench *bench,
-                         void (*ask)(struct hal_can_frame *frame, uint8_t id))
+static int
+request_everybody(struct scan *scan, struct scan_ear *ear, struct bench *bench,
+                  void (*client)(struct hal_can_frame *frame, uint8_t id))
 {
     int err = MOTION_OK;
 
     for (unsigned id = 1; id < 128 && err == MOTION_OK; id++) {
         struct hal_can_frame frame;
 
-        ask(&frame, (uint8_t)id);
+        client(&frame, (uint8_t)id);
         (void)hal_can_send(bench->ports.can[0], &frame);
         if (id % SCAN_PER_STEP != 0 && id != 127)
             continue;
@@ -164,37 +164,40 @@ static const char *nmt_text(uint8_t state)
     }
 }
 
-static void node_name(struct ask_can *ask, struct scan_found *found)
+static void node_name(struct canopen_client *client, struct scan_found *found)
 {
     uint8_t text[SCAN_TEXT_MAX] = { 0 };
     uint32_t length = 0;
 
-    if (ask_can_read(ask, 0x1008, 0, text, sizeof text - 1, &length) < 0)
+    if (canopen_client_read(client, 0x1008, 0, text, sizeof text - 1, &length) <
+        0)
         return;
     for (uint32_t i = 0; i < length && text[i] != 0; i++)
         found->name[i] = text[i] >= ' ' && text[i] < 0x7F ? (char)text[i] : '?';
 }
 
-static void node_identity(struct ask_can *ask, struct scan_found *found)
+static void node_identity(struct canopen_client *client,
+                          struct scan_found *found)
 {
     uint32_t *part[] = { &found->identity.vendor, &found->identity.product,
                          &found->identity.revision, &found->identity.serial };
 
     for (uint8_t i = 0; i < 4; i++)
-        if (ask_can_read_number(ask, 0x1018, (uint8_t)(i + 1), part[i], NULL) <
-            0)
+        if (canopen_client_read_number(client, 0x1018, (uint8_t)(i + 1),
+                                       part[i], NULL) < 0)
             *part[i] = 0;
 }
 
 /* Of an axis, from 0, of the node: `index` is that of the first. */
-static int axis_read(struct ask_can *ask, unsigned axis, uint16_t index,
-                     uint32_t *value)
+static int axis_read(struct canopen_client *client, unsigned axis,
+                     uint16_t index, uint32_t *value)
 {
-    return ask_can_read_number(
-        ask, drive_cia402_object_of((uint8_t)axis, 0, index), 0, value, NULL);
+    return canopen_client_read_number(
+        client, drive_cia402_object_of((uint8_t)axis, 0, index), 0, value,
+        NULL);
 }
 
-static void node_drive(struct ask_can *ask, struct scan_found *found,
+static void node_drive(struct canopen_client *client, struct scan_found *found,
                        unsigned axis)
 {
     uint32_t modes = EDS_MODE_CSP, word = 0;
@@ -203,10 +206,10 @@ static void node_drive(struct ask_can *ask, struct scan_found *found,
 
     if (found->axis > 0)
         snprintf(number, sizeof number, ", axis: %u", found->axis);
-    (void)axis_read(ask, axis, 0x6502, &modes);
+    (void)axis_read(client, axis, 0x6502, &modes);
     snprintf(found->fits, sizeof found->fits, "kind: cia402%s%s", number,
              (modes & EDS_MODE_CSP) != 0 ? "" : ", but it has no CSP");
-    if (axis_read(ask, axis, 0x6041, &word) == MOTION_OK)
+    if (axis_read(client, axis, 0x6041, &word) == MOTION_OK)
         snprintf(found->state + used, sizeof found->state - used, "%s%s",
                  used > 0 ? ", " : "",
                  cia402_state_text(cia402_state_of((uint16_t)word)));
@@ -224,26 +227,26 @@ static struct scan_found *add_node(struct scan *scan, const char *kind,
 
 /* A device module is what its 0x67FF says, and a drive where that is missing
  * and a statusword is there (CiA 301 7.5.2.1).  Below zero: no answer. */
-static int node_has_axis(struct ask_can *ask, unsigned axis)
+static int node_has_axis(struct canopen_client *client, unsigned axis)
 {
     uint32_t value = 0;
-    int err = axis_read(ask, axis, 0x67FF, &value);
+    int err = axis_read(client, axis, 0x67FF, &value);
 
     if (err == MOTION_OK)
         return (value & 0xFFFF) == SCAN_PROFILE;
     if (err != MOTION_E_TIMEOUT)
-        err = axis_read(ask, axis, 0x6041, &value);
+        err = axis_read(client, axis, 0x6041, &value);
     return err == MOTION_E_TIMEOUT ? err : err == MOTION_OK;
 }
 
 /* A row for each axis of a drive; `first` has what is said of the node. */
-static void node_axes(struct scan *scan, struct ask_can *ask,
+static void node_axes(struct scan *scan, struct canopen_client *client,
                       struct scan_found *first)
 {
     const struct scan_found node = *first;
 
     for (unsigned axis = 1; axis < DRIVE_CIA402_AXES; axis++) {
-        const int has = node_has_axis(ask, axis);
+        const int has = node_has_axis(client, axis);
         struct scan_found *found =
             has > 0 ? scan_add(scan, node.kind, node.id, node.bus) : NULL;
 
@@ -254,12 +257,12 @@ static void node_axes(struct scan *scan, struct ask_can *ask,
         *found = node;
         first->axis = 1;
         found->axis = axis + 1;
-        node_drive(ask, found, axis);
+        node_drive(client, found, axis);
     }
-    node_drive(ask, first, 0);
+    node_drive(client, first, 0);
 }
 
-static void node_look(struct scan *scan, struct ask_can *ask,
+static void node_look(struct scan *scan, struct canopen_client *client,
                       const struct scan_ear *ear, uint8_t id, const char *bus)
 {
     struct scan_found *found = add_node(scan, "CANopen", id, bus);
@@ -271,30 +274,30 @@ static void node_look(struct scan *scan, struct ask_can *ask,
     if (ear->has_state[id])
         snprintf(found->state, sizeof found->state, "%s",
                  nmt_text(ear->state[id]));
-    (void)ask_can_node(ask, id);
-    err = ask_can_read_number(ask, 0x1000, 0, &device, NULL);
+    (void)canopen_client_node(client, id);
+    err = canopen_client_read_number(client, 0x1000, 0, &device, NULL);
     if (err == MOTION_E_TIMEOUT) {
         snprintf(found->fits, sizeof found->fits,
                  "nothing: no answer, only a heartbeat");
         return;
     }
-    node_name(ask, found);
-    node_identity(ask, found);
+    node_name(client, found);
+    node_identity(client, found);
     if (err == MOTION_OK && (device & 0xFFFF) == SCAN_PROFILE)
-        node_axes(scan, ask, found);
+        node_axes(scan, client, found);
     else
         snprintf(found->fits, sizeof found->fits,
                  "nothing: no drive (profile %u)", (unsigned)(device & 0xFFFF));
 }
 
 /* Only one can be seen at a time. */
-static void look_for_numberless(struct scan *scan, struct ask_can *ask,
-                                const char *bus)
+static void look_for_numberless(struct scan *scan,
+                                struct canopen_client *client, const char *bus)
 {
     struct canopen_identity identity = { 0 };
     struct scan_found *found;
 
-    if (lss_select(ask, NULL, &identity) == MOTION_OK) {
+    if (lss_select(client, NULL, &identity) == MOTION_OK) {
         found = add_node(scan, "CANopen, no number", 0, bus);
         if (found != NULL) {
             found->has_number = false;
@@ -304,7 +307,7 @@ static void look_for_numberless(struct scan *scan, struct ask_can *ask,
                      "slew drive lss %.20s node N", bus);
         }
     }
-    lss_release(ask);
+    lss_release(client);
 }
 
 /* ---- all ---- */
@@ -330,16 +333,17 @@ static void add_others(struct scan *scan, const struct scan_ear *ear,
 static int scan_canopen(struct scan *scan, struct scan_ear *ear,
                         struct bench *bench, const char *bus)
 {
-    struct ask_can ask;
-    const int err = ask_everybody(scan, ear, bench, ask_canopen);
+    struct canopen_client client;
+    const int err = request_everybody(scan, ear, bench, request_canopen);
 
     if (err < 0)
         return err;
-    ask_can_init(&ask, bench->ports.can[0], bench->ports.clock, SCAN_DETAIL_NS);
+    canopen_client_init(&client, bench->ports.can[0], bench->ports.clock,
+                        SCAN_DETAIL_NS);
     for (unsigned id = 1; id < 128; id++)
         if (ear->heard[id])
-            node_look(scan, &ask, ear, (uint8_t)id, bus);
-    look_for_numberless(scan, &ask, bus);
+            node_look(scan, &client, ear, (uint8_t)id, bus);
+    look_for_numberless(scan, &client, bus);
     return MOTION_OK;
 }
 
@@ -378,8 +382,9 @@ static int scan_fd(struct scan *scan, struct scan_ear *ear, struct bench *bench,
         scan->count != before)
         return MOTION_OK;
     for (unsigned i = 0; i < RIG_DRIVE_KINDS && err == MOTION_OK; i++)
-        if (tool_kinds[i]->ear.ask != NULL)
-            err = ask_everybody(scan, ear, bench, tool_kinds[i]->ear.ask);
+        if (tool_kinds[i]->ear.client != NULL)
+            err =
+                request_everybody(scan, ear, bench, tool_kinds[i]->ear.client);
     return err;
 }
 

@@ -4,7 +4,7 @@
 
 #include "firmware/host/device/modbus_map_load.h"
 #include "firmware/linux/base/disk.h"
-#include "firmware/linux/tools/ask_modbus.h"
+#include "firmware/linux/tools/modbus_client.h"
 #include "firmware/linux/tools/scan.h"
 #include "motion/core/err.h"
 
@@ -18,15 +18,15 @@ static uint8_t reply_byte(const struct hal_modbus_reply *reply, unsigned n)
     return (uint8_t)(reply->value[n / 2] >> (n % 2 == 0 ? 8 : 0));
 }
 
-static void put_text(char *text, size_t room,
+static void put_text(char *text, size_t capacity,
                      const struct hal_modbus_reply *reply, unsigned from,
                      unsigned length)
 {
     size_t used = strlen(text);
 
-    if (used > 0 && used + 2 < room)
+    if (used > 0 && used + 2 < capacity)
         text[used++] = ' ';
-    for (unsigned i = 0; i < length && used + 1 < room; i++) {
+    for (unsigned i = 0; i < length && used + 1 < capacity; i++) {
         const uint8_t byte = reply_byte(reply, from + i);
 
         if (byte >= ' ' && byte < 0x7F)
@@ -37,7 +37,7 @@ static void put_text(char *text, size_t room,
 
 /* 2B: 0E 01 conformity more next count, then number, length, text. */
 static void name_by_identification(const struct hal_modbus_reply *reply,
-                                   char *text, size_t room)
+                                   char *text, size_t capacity)
 {
     const unsigned count = reply_byte(reply, 5);
     unsigned at = 6;
@@ -47,29 +47,29 @@ static void name_by_identification(const struct hal_modbus_reply *reply,
 
         if (at + 2 + length > reply->bytes)
             return;
-        put_text(text, room, reply, at + 2, length);
+        put_text(text, capacity, reply, at + 2, length);
         at += 2 + length;
     }
 }
 
-static void look_name(struct ask_modbus *ask, struct scan_found *found)
+static void look_name(struct modbus_client *client, struct scan_found *found)
 {
-    struct hal_modbus_request request = { .unit = ask->unit,
+    struct hal_modbus_request request = { .unit = client->unit,
                                           .function = HAL_MODBUS_IDENTIFY };
 
-    if (ask_modbus(ask, &request) == MOTION_OK) {
-        name_by_identification(&ask->reply, found->name, sizeof found->name);
+    if (modbus_client(client, &request) == MOTION_OK) {
+        name_by_identification(&client->reply, found->name, sizeof found->name);
         return;
     }
     request.function = HAL_MODBUS_REPORT;
-    if (ask_modbus(ask, &request) == MOTION_OK)
-        put_text(found->name, sizeof found->name, &ask->reply, 1,
-                 ask->reply.bytes > 1 ? ask->reply.bytes - 1u : 0);
+    if (modbus_client(client, &request) == MOTION_OK)
+        put_text(found->name, sizeof found->name, &client->reply, 1,
+                 client->reply.bytes > 1 ? client->reply.bytes - 1u : 0);
 }
 
 /* ---- which map fits ---- */
 
-static bool map_fits(struct ask_modbus *ask, const char *name)
+static bool map_fits(struct modbus_client *client, const char *name)
 {
     static struct modbus_map map;
     char path[FILES_PATH_MAX], message[YAML_MESSAGE_MAX];
@@ -79,19 +79,19 @@ static bool map_fits(struct ask_modbus *ask, const char *name)
         modbus_map_load(&disk_files, path, &map, message) < 0 ||
         map.identify.item == MODBUS_MAP_NO_ITEM)
         return false;
-    return ask_modbus_read_item(ask, &map.item[map.identify.item], &value) ==
-               MOTION_OK &&
+    return modbus_client_read_item(client, &map.item[map.identify.item],
+                                   &value) == MOTION_OK &&
            modbus_map_meets(&map.identify, value);
 }
 
-static void look_map(struct ask_modbus *ask, struct scan_found *found)
+static void look_map(struct modbus_client *client, struct scan_found *found)
 {
     static char name[FILES_NAMES_MAX][FILES_NAME_MAX];
     const unsigned count = disk_files.names(&disk_files, FILES_MAPS, name);
 
     snprintf(found->fits, sizeof found->fits, "kind: modbus, if a map fits");
     for (unsigned i = 0; i < count; i++)
-        if (map_fits(ask, name[i])) {
+        if (map_fits(client, name[i])) {
             snprintf(found->fits, sizeof found->fits,
                      "kind: modbus, map: %.20s (perhaps)", name[i]);
             return;
@@ -114,38 +114,38 @@ static void line_text(const struct bench *bench, char text[16])
 }
 
 /* Any answer will do, and so will a refusal. */
-static int unit_is_there(struct ask_modbus *ask)
+static int unit_is_there(struct modbus_client *client)
 {
-    struct hal_modbus_request request = { .unit = ask->unit,
+    struct hal_modbus_request request = { .unit = client->unit,
                                           .function = HAL_MODBUS_READ,
                                           .count = 1 };
-    int err = ask_modbus(ask, &request);
+    int err = modbus_client(client, &request);
 
-    if (err == MOTION_E_REFUSED && ask->reply.exception == 1) {
+    if (err == MOTION_E_REFUSED && client->reply.exception == 1) {
         request.function = HAL_MODBUS_READ_INPUT;
-        err = ask_modbus(ask, &request);
+        err = modbus_client(client, &request);
     }
     return err;
 }
 
 /* 0A and 0B are a gateway's: no path to the unit, or no answer from it. */
-static bool unit_is_absent(const struct ask_modbus *ask)
+static bool unit_is_absent(const struct modbus_client *client)
 {
-    return ask->reply.exception == 0x0A || ask->reply.exception == 0x0B;
+    return client->reply.exception == 0x0A || client->reply.exception == 0x0B;
 }
 
-static void unit_look(struct scan *scan, struct ask_modbus *ask,
+static void unit_look(struct scan *scan, struct modbus_client *client,
                       const struct bench *bench)
 {
     struct scan_found *found =
-        scan_add(scan, "Modbus", ask->unit, bench->rig.bus[0].name);
+        scan_add(scan, "Modbus", client->unit, bench->rig.bus[0].name);
 
     if (found == NULL)
         return;
     line_text(bench, found->line);
     snprintf(found->state, sizeof found->state, "answers");
-    look_name(ask, found);
-    look_map(ask, found);
+    look_name(client, found);
+    look_map(client, found);
 }
 
 /* An answer that is broken is somebody too, at another setting or two at one
@@ -165,22 +165,22 @@ static void unit_garbled(struct scan *scan, const struct bench *bench,
 int scan_modbus(struct scan *scan, struct bench *bench,
                 const struct scan_config *config)
 {
-    struct ask_modbus ask;
+    struct modbus_client client;
 
     for (unsigned unit = config->first; unit <= config->last; unit++) {
         int err;
 
-        ask_modbus_init(&ask, bench->ports.modbus[0], bench->ports.clock,
-                        (uint8_t)unit);
+        modbus_client_init(&client, bench->ports.modbus[0], bench->ports.clock,
+                           (uint8_t)unit);
         if (scan->progress != NULL)
             scan->progress("unit", unit, config->last);
-        err = unit_is_there(&ask);
+        err = unit_is_there(&client);
         if (err == MOTION_E_IO)
             return err;
-        if (err == MOTION_E_REFUSED && unit_is_absent(&ask))
+        if (err == MOTION_E_REFUSED && unit_is_absent(&client))
             continue;
         if (err == MOTION_OK || err == MOTION_E_REFUSED)
-            unit_look(scan, &ask, bench);
+            unit_look(scan, &client, bench);
         else if (err == MOTION_E_PROTOCOL)
             unit_garbled(scan, bench, unit);
     }

@@ -335,7 +335,7 @@ struct drive_cia402 {
 
     uint16_t emcy_code;  /* last heard, 0 after "all clear" */
     uint16_t fault_code; /* latched */
-    bool fault_code_asked;
+    bool fault_code_requested;
     char fault_text[64];
 };
 

@@ -30,7 +30,7 @@ void drive_cia402_latch(struct drive_cia402 *self)
     self->request = HAL_DRIVE_REQUEST_QUICK_STOP;
     drive_cia402_modes_reset(self);
     self->preloaded = false;
-    self->fault_code_asked = false;
+    self->fault_code_requested = false;
     drive_cia402_drop_list(self);
 }
 

@@ -104,13 +104,13 @@ static bool init_is_ms(int64_t t_ns, int64_t max_ms)
 static int init_watch(struct drive_cia402 *self, const struct canopen *master)
 {
     const struct drive_cia402_config *config = &self->config;
-    const int64_t asked_ns = config->guard_period_ns > 0
-                                 ? config->guard_period_ns
-                                 : master->config.heartbeat_period_ns;
+    const int64_t requested_ns = config->guard_period_ns > 0
+                                     ? config->guard_period_ns
+                                     : master->config.heartbeat_period_ns;
 
     if (!init_is_ms(config->heartbeat_period_ns, 20000) ||
-        !init_is_ms(config->watchdog_ns, 100) || asked_ns == 0 ||
-        asked_ns > config->watchdog_ns / 2 ||
+        !init_is_ms(config->watchdog_ns, 100) || requested_ns == 0 ||
+        requested_ns > config->watchdog_ns / 2 ||
         (config->guard_period_ns != 0 &&
          !init_is_ms(config->guard_period_ns, 100)))
         return MOTION_E_ARG;

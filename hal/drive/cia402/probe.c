@@ -44,7 +44,7 @@ int drive_cia402_set_probe(struct hal_drive *drive, enum hal_drive_probe probe)
     return MOTION_OK;
 }
 
-static void probe_ask(struct drive_cia402 *self, int64_t now_ns)
+static void probe_request(struct drive_cia402 *self, int64_t now_ns)
 {
     struct drive_cia402_probe *probe = &self->probe;
     const bool rising = probe->edge == HAL_DRIVE_PROBE_RISING;
@@ -96,7 +96,7 @@ void drive_cia402_probe_step(struct drive_cia402 *self, int64_t now_ns)
         return;
     err = canopen_sdo_take(&self->node, &value, NULL);
     if (err == MOTION_E_STATE)
-        probe_ask(self, now_ns);
+        probe_request(self, now_ns);
     else if (err == MOTION_OK)
         probe_answer(self, value, now_ns);
     else if (err == MOTION_E_REFUSED)

@@ -15,7 +15,7 @@
 #define ON_CHANGE  255
 
 /* What a PDO is, then off if it is not what it is to be. */
-#define ASK(need, index, cob)                                                  \
+#define REQUEST(need, index, cob)                                              \
     {                                                                          \
         STEP_READ, need, index, 1, 4, cob, VALUE_COB, CHECK_PDO                \
     }
@@ -94,7 +94,7 @@ const struct drive_cia402_step drive_cia402_start_up[] = {
     RPDO_OFF(0x1402),
     RPDO_OFF(0x1403),
     /* RPDO1: controlword, target position, torque. */
-    ASK(STEP_NEEDED, 0x1400, COB_RPDO1),
+    REQUEST(STEP_NEEDED, 0x1400, COB_RPDO1),
     MATCH_OF(STEP_NEEDED, 0x1600, 0, 1, VALUE_RPDO1_COUNT),
     MATCH_ENTRY(STEP_NEEDED, 0x1600, 1, 0x60400010),
     MATCH_OF(STEP_NEEDED, 0x1600, 2, 4, VALUE_TARGET_ENTRY),
@@ -115,7 +115,7 @@ const struct drive_cia402_step drive_cia402_start_up[] = {
     COMPARE(STEP_IF_PDO, 0x1400, 2, 1, EVERY_SYNC),
     COB(STEP_COMPARE, STEP_IF_PDO, 0x1400, COB_RPDO1),
     /* RPDO2: target velocity. */
-    ASK(STEP_IF_VELOCITY, 0x1401, COB_RPDO2),
+    REQUEST(STEP_IF_VELOCITY, 0x1401, COB_RPDO2),
     MATCH(STEP_IF_VELOCITY, 0x1601, 0, 1, 1),
     MATCH_ENTRY(STEP_IF_VELOCITY, 0x1601, 1, 0x60FF0020),
     MATCH(STEP_IF_VELOCITY, 0x1401, 2, 1, EVERY_SYNC),
@@ -130,7 +130,7 @@ const struct drive_cia402_step drive_cia402_start_up[] = {
     COMPARE(STEP_IF_VELOCITY | STEP_IF_PDO, 0x1401, 2, 1, EVERY_SYNC),
     COB(STEP_COMPARE, STEP_IF_VELOCITY | STEP_IF_PDO, 0x1401, COB_RPDO2),
     /* TPDO1: statusword, actual position, torque. */
-    ASK(STEP_NEEDED, 0x1800, COB_TPDO1),
+    REQUEST(STEP_NEEDED, 0x1800, COB_TPDO1),
     MATCH_OF(STEP_NEEDED, 0x1A00, 0, 1, VALUE_TPDO1_COUNT),
     MATCH_ENTRY(STEP_NEEDED, 0x1A00, 1, 0x60410010),
     MATCH_ENTRY(STEP_NEEDED, 0x1A00, 2, 0x60640020),
@@ -155,7 +155,7 @@ const struct drive_cia402_step drive_cia402_start_up[] = {
     READ(STEP_IF_PDO | STEP_IF_THERE, 0x1800, 3, CHECK_INHIBIT),
     COB(STEP_COMPARE, STEP_IF_PDO, 0x1800, COB_TPDO1),
     /* TPDO2: switches, when one changes, at most every 5 ms. */
-    ASK(STEP_SWITCHES, 0x1801, COB_TPDO2),
+    REQUEST(STEP_SWITCHES, 0x1801, COB_TPDO2),
     MATCH(STEP_SWITCHES, 0x1A01, 0, 1, 1),
     MATCH_ENTRY(STEP_SWITCHES, 0x1A01, 1, 0x60FD0020),
     MATCH(STEP_SWITCHES, 0x1801, 2, 1, ON_CHANGE),

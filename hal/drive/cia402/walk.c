@@ -392,8 +392,8 @@ static void drive_cia402_latched_step(struct drive_cia402 *self, int64_t now_ns)
     if (drive_cia402_power(self) == CIA402_QUICK_STOP_ACTIVE &&
         drive_cia402_stands(self))
         self->request = HAL_DRIVE_REQUEST_OFF; /* 0x605A = 5 to 8: it holds */
-    if (self->fault_code == 0 && in_fault && !self->fault_code_asked)
-        self->fault_code_asked =
+    if (self->fault_code == 0 && in_fault && !self->fault_code_requested)
+        self->fault_code_requested =
             canopen_sdo_read(&self->node, now_ns,
                              drive_cia402_object(self, 0x603F), 0) == MOTION_OK;
     else if (canopen_sdo_take(&self->node, &code, NULL) == MOTION_OK &&

@@ -104,7 +104,7 @@ static uint32_t drive_cia402_get_u32(const uint8_t *at)
            (uint32_t)drive_cia402_get_u16(at + 2) << 16;
 }
 
-/* The speed is the way since the SYNC before; when that one went unanswered or
+/* The speed is the displacement since the SYNC before; when that one went unanswered or
  * the tick was late, the old speed is the better guess. */
 static void drive_cia402_note_speed(struct drive_cia402 *self, int32_t delta,
                                     int64_t delta_ns)

@@ -42,8 +42,8 @@ static struct drive_modbus *drive_modbus_of_node(struct modbus_node *node)
 
 /* ---- what is asked over the line ---- */
 
-static void ask_block(const struct modbus_map_block *block,
-                      struct hal_modbus_request *request)
+static void request_block(const struct modbus_map_block *block,
+                          struct hal_modbus_request *request)
 {
     request->function = block->read;
     request->address = block->at;
@@ -57,8 +57,8 @@ static bool drive_modbus_streams(const struct drive_modbus *self)
 }
 
 /* The set point, then the writes that make it count. */
-static bool ask_stream(struct drive_modbus *self,
-                       struct hal_modbus_request *request, uint16_t *job)
+static bool request_stream(struct drive_modbus *self,
+                           struct hal_modbus_request *request, uint16_t *job)
 {
     const struct modbus_map_sequence *go =
         &self->config.map->sequence[MODBUS_SEQUENCE_stream_go];
@@ -84,59 +84,59 @@ static bool ask_stream(struct drive_modbus *self,
     return false;
 }
 
-static bool ask_slow(struct drive_modbus *self,
-                     struct hal_modbus_request *request, uint16_t *job)
+static bool request_slow(struct drive_modbus *self,
+                         struct hal_modbus_request *request, uint16_t *job)
 {
     if (self->slow_count == 0 || ++self->slow_wait < SLOW_CYCLES)
         return false;
     self->slow_wait = 0;
     if (self->slow_turn >= self->slow_count)
         self->slow_turn = 0;
-    ask_block(&self->slow[self->slow_turn], request);
+    request_block(&self->slow[self->slow_turn], request);
     *job = (uint16_t)(JOB_SLOW + self->slow_turn++);
     return true;
 }
 
 /* Turn 0: set point, 1 ..: fast blocks; then perhaps a slow one. */
-static bool ask_in_turn(struct drive_modbus *self,
-                        struct hal_modbus_request *request, uint16_t *job)
+static bool request_in_turn(struct drive_modbus *self,
+                            struct hal_modbus_request *request, uint16_t *job)
 {
     if (self->turn > self->fast_count) {
         self->turn = 0;
-        if (ask_slow(self, request, job))
+        if (request_slow(self, request, job))
             return true;
     }
-    if (ask_stream(self, request, job))
+    if (request_stream(self, request, job))
         return true;
-    ask_block(&self->fast[self->turn - 1], request);
+    request_block(&self->fast[self->turn - 1], request);
     *job = (uint16_t)(JOB_FAST + self->turn - 1);
     self->turn++;
     return true;
 }
 
-static bool ask_identify(struct drive_modbus *self,
-                         struct hal_modbus_request *request, uint16_t *job)
+static bool request_identify(struct drive_modbus *self,
+                             struct hal_modbus_request *request, uint16_t *job)
 {
     const struct modbus_map *map = self->config.map;
 
-    if (self->identify_asked || self->now_ns < self->retry_ns)
+    if (self->identify_requested || self->now_ns < self->retry_ns)
         return false;
     modbus_map_put_read(&map->item[map->identify.item], request);
-    self->identify_asked = true;
+    self->identify_requested = true;
     *job = JOB_IDENTIFY;
     return true;
 }
 
-static bool ask_once(struct drive_modbus *self,
-                     struct hal_modbus_request *request, uint16_t *job)
+static bool request_once(struct drive_modbus *self,
+                         struct hal_modbus_request *request, uint16_t *job)
 {
     const struct modbus_map *map = self->config.map;
 
-    if (drive_modbus_run_ask(self, request)) {
+    if (drive_modbus_run_request(self, request)) {
         *job = (uint16_t)(JOB_STEP | self->run.serial << STEP_SERIAL);
         return true;
     }
-    if (drive_modbus_parameter_ask(self, request)) {
+    if (drive_modbus_parameter_request(self, request)) {
         *job = JOB_PARAMETER;
         return true;
     }
@@ -146,19 +146,19 @@ static bool ask_once(struct drive_modbus *self,
         *job = JOB_MOVE;
         return true;
     }
-    if (self->phase == DRIVE_MODBUS_LATCHED && !self->alarm_asked &&
+    if (self->phase == DRIVE_MODBUS_LATCHED && !self->alarm_requested &&
         map->alarm != MODBUS_MAP_NO_ITEM) {
         modbus_map_put_read(&map->item[map->alarm], request);
-        self->alarm_asked = true;
+        self->alarm_requested = true;
         *job = JOB_ALARM;
         return true;
     }
     return false;
 }
 
-static bool drive_modbus_ask(struct modbus_node *node, int64_t now_ns,
-                             struct hal_modbus_request *request,
-                             uint16_t *cookie)
+static bool drive_modbus_next_request(struct modbus_node *node, int64_t now_ns,
+                                      struct hal_modbus_request *request,
+                                      uint16_t *cookie)
 {
     struct drive_modbus *self = drive_modbus_of_node(node);
 
@@ -167,9 +167,9 @@ static bool drive_modbus_ask(struct modbus_node *node, int64_t now_ns,
                                     self->off == DRIVE_MODBUS_OFF_DONE))
         return false;
     if (!self->identified)
-        return ask_identify(self, request, cookie);
-    return ask_once(self, request, cookie) ||
-           ask_in_turn(self, request, cookie);
+        return request_identify(self, request, cookie);
+    return request_once(self, request, cookie) ||
+           request_in_turn(self, request, cookie);
 }
 
 /* ---- what is answered ---- */
@@ -225,7 +225,7 @@ static void take_identity(struct drive_modbus *self,
     const struct modbus_map *map = self->config.map;
     const struct modbus_map_item *item = &map->item[map->identify.item];
 
-    self->identify_asked = false;
+    self->identify_requested = false;
     if (reply->err == MOTION_OK &&
         modbus_map_meets(&map->identify, modbus_map_get(item->type, item->order,
                                                         reply->value))) {
@@ -261,9 +261,9 @@ static void take_alarm(struct drive_modbus *self,
 static void take_stream(struct drive_modbus *self)
 {
     self->streams++;
-    if (self->begun || self->begin_asked || !drive_modbus_streams(self))
+    if (self->begun || self->begin_requested || !drive_modbus_streams(self))
         return;
-    self->begin_asked = true;
+    self->begin_requested = true;
     drive_modbus_run_begin(self, MODBUS_SEQUENCE_stream_begin);
 }
 
@@ -383,7 +383,7 @@ static void drive_modbus_step(struct modbus_node *node, int64_t now_ns)
 
 const struct modbus_node_ops drive_modbus_node_ops = {
     .step = drive_modbus_step,
-    .ask = drive_modbus_ask,
+    .next_request = drive_modbus_next_request,
     .reply = drive_modbus_reply,
     .down = drive_modbus_down,
 };
@@ -397,7 +397,7 @@ static void drive_modbus_request_reset(struct drive_modbus *self)
         drive_modbus_start(self);
         self->retry_ns = self->now_ns;
     } else if (self->phase == DRIVE_MODBUS_LATCHED) {
-        self->reset_asked = true;
+        self->reset_requested = true;
     }
 }
 

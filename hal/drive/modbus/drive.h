@@ -153,7 +153,7 @@ enum drive_modbus_phase {
 struct drive_modbus_run {
     const struct modbus_map_sequence *sequence; /* NULL: none */
     unsigned at, tries;
-    bool asked;     /* the write is under way */
+    bool requested; /* the write is under way */
     uint8_t serial; /* of what was asked last: an older reply is none of ours */
     int64_t since_ns;
 };
@@ -218,15 +218,15 @@ struct drive_modbus {
     bool stop_heard; /* none of the writes of `stop` went unanswered */
     bool off_failed; /* one round was not enough */
     bool off_waits;  /* for fresh polls of a drive that was heard again */
-    bool reset_asked;
+    bool reset_requested;
     int64_t off_since_ns; /* of the round, of CONFIRM */
     int64_t stop_ns;      /* from full speed to rest, and a margin */
     bool is_reached;      /* what is requested */
-    bool identified, identify_asked;
+    bool identified, identify_requested;
     unsigned parameter_at; /* twice: written, then read back */
     unsigned parameter_tries;
-    bool parameter_asked;
-    bool alarm_asked;
+    bool parameter_requested;
+    bool alarm_requested;
 
     /* what is polled */
     int64_t value[MODBUS_MAP_ITEMS_MAX];
@@ -243,7 +243,7 @@ struct drive_modbus {
 
     struct hal_drive_target target;
     int64_t target_ns; /* 0: none since enabled */
-    bool first_target, begun, begin_asked;
+    bool first_target, begun, begin_requested;
     struct drive_modbus_past past[DRIVE_MODBUS_HISTORY];
     unsigned past_at, past_count;
 

@@ -86,7 +86,7 @@ int drive_modbus_set_mode(struct hal_drive *drive, enum hal_drive_mode mode)
     self->target_ns = 0;
     self->past_count = 0;
     self->first_target = true;
-    self->begun = self->begin_asked = false;
+    self->begun = self->begin_requested = false;
     self->went = false;
     return MOTION_OK;
 }

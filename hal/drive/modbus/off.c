@@ -113,7 +113,7 @@ void drive_modbus_off_reply(struct drive_modbus *self,
 {
     const bool refused = reply->err == MOTION_E_REFUSED;
 
-    self->run.asked = false;
+    self->run.requested = false;
     if (refused && drive_modbus_is_passing(reply) &&
         ++self->run.tries < DRIVE_MODBUS_STEP_TRIES)
         return;

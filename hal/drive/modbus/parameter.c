@@ -23,12 +23,12 @@ bool drive_modbus_parameters_done(const struct drive_modbus *self)
 }
 
 /* After init and disable, which leave no sequence behind. */
-bool drive_modbus_parameter_ask(struct drive_modbus *self,
-                                struct hal_modbus_request *request)
+bool drive_modbus_parameter_request(struct drive_modbus *self,
+                                    struct hal_modbus_request *request)
 {
     const struct modbus_map_item *item;
 
-    if (self->phase != DRIVE_MODBUS_START || self->parameter_asked ||
+    if (self->phase != DRIVE_MODBUS_START || self->parameter_requested ||
         self->run.sequence != NULL || self->start_at < DRIVE_MODBUS_STARTS ||
         drive_modbus_parameters_done(self))
         return false;
@@ -37,7 +37,7 @@ bool drive_modbus_parameter_ask(struct drive_modbus *self,
         modbus_map_put_read(item, request);
     else
         modbus_map_put_write(item, parameter_of(self)->value, request);
-    self->parameter_asked = true;
+    self->parameter_requested = true;
     return true;
 }
 
@@ -99,9 +99,9 @@ static void parameter_next(struct drive_modbus *self,
 void drive_modbus_parameter_reply(struct drive_modbus *self,
                                   const struct hal_modbus_reply *reply)
 {
-    if (!self->parameter_asked || self->phase != DRIVE_MODBUS_START)
+    if (!self->parameter_requested || self->phase != DRIVE_MODBUS_START)
         return; /* of a start that was broken off */
-    self->parameter_asked = false;
+    self->parameter_requested = false;
     if (reply->err == MOTION_OK)
         parameter_next(self, reply);
     else if (!drive_modbus_is_passing(reply) ||

@@ -43,8 +43,8 @@ bool drive_modbus_is_passing(const struct hal_modbus_reply *reply);
 /* Begin a sequence; write its next value, if that is its step. */
 void drive_modbus_run_begin(struct drive_modbus *self,
                             enum modbus_map_sequence_name name);
-bool drive_modbus_run_ask(struct drive_modbus *self,
-                          struct hal_modbus_request *request);
+bool drive_modbus_run_request(struct drive_modbus *self,
+                              struct hal_modbus_request *request);
 void drive_modbus_run_reply(struct drive_modbus *self,
                             const struct hal_modbus_reply *reply);
 /* Of a step that checks: is this the value?  true of one that does not. */
@@ -77,8 +77,8 @@ bool drive_modbus_has_torque(const struct drive_modbus *self, bool unknown);
 /* ---- parameter.c: written at start-up, and read back ---- */
 
 bool drive_modbus_parameters_done(const struct drive_modbus *self);
-bool drive_modbus_parameter_ask(struct drive_modbus *self,
-                                struct hal_modbus_request *request);
+bool drive_modbus_parameter_request(struct drive_modbus *self,
+                                    struct hal_modbus_request *request);
 void drive_modbus_parameter_reply(struct drive_modbus *self,
                                   const struct hal_modbus_reply *reply);
 

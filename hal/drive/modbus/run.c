@@ -31,12 +31,12 @@ drive_modbus_run_at(const struct drive_modbus *self)
     return &run->sequence->step[run->at];
 }
 
-bool drive_modbus_run_ask(struct drive_modbus *self,
-                          struct hal_modbus_request *request)
+bool drive_modbus_run_request(struct drive_modbus *self,
+                              struct hal_modbus_request *request)
 {
     const struct modbus_map_step *step = drive_modbus_run_at(self);
 
-    if (step == NULL || self->run.asked || self->off_waits)
+    if (step == NULL || self->run.requested || self->off_waits)
         return false;
     if (step->kind == MODBUS_STEP_WRITE)
         modbus_map_put_write(&self->config.map->item[step->item], step->value,
@@ -45,7 +45,7 @@ bool drive_modbus_run_ask(struct drive_modbus *self,
         modbus_map_put_read(&self->config.map->item[step->item], request);
     else
         return false;
-    self->run.asked = true;
+    self->run.requested = true;
     self->run.serial++;
     return true;
 }
@@ -54,7 +54,7 @@ void drive_modbus_run_next(struct drive_modbus *self)
 {
     self->run.at++;
     self->run.tries = 0;
-    self->run.asked = false;
+    self->run.requested = false;
     self->run.since_ns = self->now_ns;
     self->cycles = 0;
 }
@@ -91,13 +91,13 @@ void drive_modbus_run_reply(struct drive_modbus *self,
 {
     struct hal_text text;
 
-    if (!self->run.asked || drive_modbus_run_at(self) == NULL)
+    if (!self->run.requested || drive_modbus_run_at(self) == NULL)
         return; /* of a sequence that was broken off */
     if (drive_modbus_is_down(self)) {
         drive_modbus_off_reply(self, reply);
         return;
     }
-    self->run.asked = false;
+    self->run.requested = false;
     if (reply->err == MOTION_OK && drive_modbus_run_checks(self, reply)) {
         drive_modbus_run_next(self);
     } else if (reply->err == MOTION_OK) {

@@ -72,7 +72,7 @@ static void walk_down(struct drive_modbus *self, enum drive_modbus_phase phase,
     self->phase = phase;
     self->state = state;
     self->target_ns = 0;
-    self->reset_asked = false;
+    self->reset_requested = false;
     drive_modbus_go_drop(self);
     drive_modbus_off_begin(self);
     if (idle) /* we never had it moving */
@@ -114,10 +114,10 @@ void drive_modbus_start(struct drive_modbus *self)
     self->zero_q32 = 0;
     self->start_at = 0;
     self->identified = self->config.map->identify.item == MODBUS_MAP_NO_ITEM;
-    self->identify_asked = false;
+    self->identify_requested = false;
     self->parameter_at = 0;
     self->parameter_tries = 0;
-    self->parameter_asked = false;
+    self->parameter_requested = false;
     self->fresh = 0;
     self->failures = 0;
     self->off_waits = false;
@@ -162,7 +162,7 @@ static void walk_off(struct drive_modbus *self)
     self->is_reached = true;
     self->run.sequence = NULL;
     self->off = DRIVE_MODBUS_OFF_DONE;
-    self->alarm_asked = false;
+    self->alarm_requested = false;
     self->fault_code = 0;
     self->fault_text[0] = '\0';
 }
@@ -210,7 +210,7 @@ static void walk_enabled(struct drive_modbus *self)
     self->first_target = true;
     self->target_ns = 0;
     self->past_count = 0;
-    self->begun = self->begin_asked = false;
+    self->begun = self->begin_requested = false;
 }
 
 static void walk_reached(struct drive_modbus *self)
@@ -261,7 +261,7 @@ static void walk_enabled_step(struct drive_modbus *self)
     }
     if (err == MOTION_OK) {
         self->run.sequence = NULL;
-        self->begun = self->begun || self->begin_asked;
+        self->begun = self->begun || self->begin_requested;
         self->cycles = 0;
     } else if (err != MOTION_E_AGAIN) {
         drive_modbus_latch(self);
@@ -288,7 +288,7 @@ static void walk_latched_step(struct drive_modbus *self)
 {
     const bool done = self->off == DRIVE_MODBUS_OFF_DONE;
 
-    if (self->reset_asked && (done || self->off_failed)) {
+    if (self->reset_requested && (done || self->off_failed)) {
         self->phase = DRIVE_MODBUS_RESET;
         self->off_waits = false;
         drive_modbus_run_begin(self, MODBUS_SEQUENCE_reset);

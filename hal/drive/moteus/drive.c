@@ -9,47 +9,47 @@
 #define WATCHDOG_NS (100 * MS)
 #define SILENCE_NS  (50 * MS)
 
-static struct drive_moteus *moteus_of(struct drive_turns *turns)
+static struct drive_moteus *moteus_of(struct drive_turn *turn)
 {
-    return CONTAINER_OF(turns, struct drive_moteus, turns);
+    return CONTAINER_OF(turn, struct drive_moteus, turn);
 }
 
 /* ---- start, on, off ---- */
 
-static void moteus_start(struct drive_turns *turns)
+static void moteus_start(struct drive_turn *turn)
 {
-    struct drive_moteus *self = moteus_of(turns);
+    struct drive_moteus *self = moteus_of(turn);
 
     self->heard = false;
     self->stopping = false;
     self->heard_ns = 0;
 }
 
-static int moteus_start_step(struct drive_turns *turns)
+static int moteus_start_step(struct drive_turn *turn)
 {
-    return moteus_of(turns)->heard && turns->positioned ? MOTION_OK
-                                                        : MOTION_E_AGAIN;
+    return moteus_of(turn)->heard && turn->positioned ? MOTION_OK
+                                                      : MOTION_E_AGAIN;
 }
 
 /* The first set point arms; it only has to be stopped before. */
-static void moteus_arm(struct drive_turns *turns, bool again)
+static void moteus_arm(struct drive_turn *turn, bool again)
 {
-    struct drive_moteus *self = moteus_of(turns);
+    struct drive_moteus *self = moteus_of(turn);
 
     (void)again;
-    self->stopping = self->mode != MOTEUS_MODE_STOPPED && !turns->armed &&
+    self->stopping = self->mode != MOTEUS_MODE_STOPPED && !turn->armed &&
                      self->mode > MOTEUS_MODE_POSITION;
     if (self->mode == MOTEUS_MODE_STOPPED)
-        drive_turns_stand(turns);
+        drive_turn_stand(turn);
 }
 
-static void moteus_stop(struct drive_turns *turns, bool again)
+static void moteus_stop(struct drive_turn *turn, bool again)
 {
     (void)again; /* every cycle: it costs three bytes */
-    moteus_of(turns)->stopping = true;
+    moteus_of(turn)->stopping = true;
 }
 
-static const struct drive_turns_ops moteus_turns_ops = {
+static const struct drive_turn_ops moteus_turns_ops = {
     .modes = 1u << HAL_DRIVE_STREAM_POSITION |
              1u << HAL_DRIVE_PROFILE_POSITION |
              1u << HAL_DRIVE_PROFILE_VELOCITY,
@@ -84,8 +84,8 @@ int drive_moteus_init(struct drive_moteus *self, struct can_bus *bus,
         return MOTION_E_ARG;
     self->watchdog_ms = (uint16_t)(self->config.watchdog_ns / MS);
     self->node.ops = &drive_moteus_node_ops;
-    err = drive_turns_init(&self->turns, &moteus_turns_ops, &config->turns);
-    self->turns.extrapolates = true;
+    err = drive_turn_init(&self->turn, &moteus_turns_ops, &config->turn);
+    self->turn.extrapolates = true;
     if (err == MOTION_OK)
         can_bus_add(bus, &self->node);
     return err;

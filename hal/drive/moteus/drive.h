@@ -28,16 +28,16 @@ struct drive_moteus_config {
     bool switched;       /* data at the faster bit rate */
     int64_t watchdog_ns; /* whole ms, 1 ms .. 1 s; 0: 100 ms */
     int64_t silence_ns;  /* lost without an answer for so long; 0: 50 ms */
-    struct drive_turns_config turns;
+    struct drive_turn_config turn;
 };
 
 /* Visible so that it can be static; use the functions. */
 struct drive_moteus {
-    struct drive_turns turns; /* the drive is turns.drive */
+    struct drive_turn turn; /* the drive is turns.drive */
     struct can_bus_node node;
     struct drive_moteus_config config;
     uint16_t watchdog_ms;
-    int64_t ask_ns;
+    int64_t request_ns;
     bool heard, stopping; /* stopping: mode 0 is to be written */
     uint8_t mode;         /* enum moteus_mode and others, as answered */
     int64_t heard_ns;
@@ -51,7 +51,7 @@ int drive_moteus_init(struct drive_moteus *self, struct can_bus *bus,
 
 /* The sub-frames of a set point, and the questions that stand behind it. */
 void drive_moteus_put_point(struct hal_can_frame *frame, uint16_t watchdog_ms,
-                            const struct drive_turns_point *point);
+                            const struct drive_turn_point *point);
 void drive_moteus_put_questions(struct hal_can_frame *frame);
 
 /* Words for a fault code, "unknown fault"; never NULL. */

@@ -5,8 +5,8 @@
 #include "hal/support/float32.h"
 #include "motion/core/fixed.h"
 
-#define MS     INT64_C(1000000)
-#define ASK_NS (20 * MS) /* who has not been found */
+#define MS         INT64_C(1000000)
+#define REQUEST_NS (20 * MS) /* who has not been found */
 
 static struct drive_moteus *moteus_of(struct can_bus_node *node)
 {
@@ -39,7 +39,7 @@ static void moteus_put_mode(struct hal_can_frame *frame, enum moteus_mode mode)
 
 /* A set point is to be reached as it is: no limits of its own (negative). */
 void drive_moteus_put_point(struct hal_can_frame *frame, uint16_t watchdog_ms,
-                            const struct drive_turns_point *point)
+                            const struct drive_turn_point *point)
 {
     const uint32_t target[3] = { moteus_float(point->pos_q32),
                                  moteus_float(point->vel_q32),
@@ -60,17 +60,17 @@ static uint32_t moteus_limit(int64_t value_q32)
 static void moteus_put_go(const struct drive_moteus *self,
                           struct hal_can_frame *frame)
 {
-    const struct drive_turns *turns = &self->turns;
-    const bool to_a_place = turns->mode == HAL_DRIVE_PROFILE_POSITION;
+    const struct drive_turn *turn = &self->turn;
+    const bool to_a_place = turn->mode == HAL_DRIVE_PROFILE_POSITION;
     const uint32_t pos =
-        to_a_place ? moteus_float(turns->go.pos_q32) : HAL_FLOAT32_NAN;
-    const int64_t vel_q32 = turns->go.vel_q32;
+        to_a_place ? moteus_float(turn->go.pos_q32) : HAL_FLOAT32_NAN;
+    const int64_t vel_q32 = turn->go.vel_q32;
     const uint32_t target[3] = { pos, to_a_place ? 0 : moteus_float(vel_q32),
                                  0 };
     const uint32_t timeout[1] = { self->watchdog_ms };
     const uint32_t limits[2] = { to_a_place ? moteus_limit(vel_q32)
                                             : HAL_FLOAT32_NAN,
-                                 moteus_limit(turns->go.acc_q32) };
+                                 moteus_limit(turn->go.acc_q32) };
 
     moteus_put_mode(frame, MOTEUS_MODE_POSITION);
     moteus_frame_write(frame, MOTEUS_FLOAT, MOTEUS_COMMAND_POSITION, target, 3);
@@ -90,17 +90,17 @@ static bool moteus_takes_targets(const struct drive_moteus *self)
 static void moteus_put_order(struct drive_moteus *self,
                              struct hal_can_frame *frame, bool wanted)
 {
-    const struct drive_turns_point point = drive_turns_point(&self->turns);
+    const struct drive_turn_point point = drive_turn_point(&self->turn);
 
     if (self->stopping) {
         moteus_put_mode(frame, MOTEUS_MODE_STOPPED);
         self->stopping = false;
     } else if (!wanted || !moteus_takes_targets(self)) {
         return;
-    } else if (self->turns.motion == DRIVE_TURNS_GO) {
+    } else if (self->turn.motion == DRIVE_TURN_GO) {
         moteus_put_go(self, frame);
-        if (self->turns.go.sent_ns == 0)
-            self->turns.go.sent_ns = self->turns.now_ns;
+        if (self->turn.go.sent_ns == 0)
+            self->turn.go.sent_ns = self->turn.now_ns;
     } else {
         drive_moteus_put_point(frame, self->watchdog_ms, &point);
     }
@@ -115,31 +115,31 @@ void drive_moteus_put_questions(struct hal_can_frame *frame)
 
 /* Whoever has not been found is asked now and then; who was lost only with what
  * takes its torque. */
-static bool moteus_is_asked(struct drive_moteus *self, bool wanted,
-                            int64_t now_ns)
+static bool moteus_is_requested(struct drive_moteus *self, bool wanted,
+                                int64_t now_ns)
 {
-    if (self->turns.phase == DRIVE_TURNS_LOST)
+    if (self->turn.phase == DRIVE_TURN_LOST)
         return wanted || self->stopping;
-    if (self->turns.phase != DRIVE_TURNS_START || self->heard)
+    if (self->turn.phase != DRIVE_TURN_START || self->heard)
         return true;
-    if (now_ns < self->ask_ns)
+    if (now_ns < self->request_ns)
         return false;
-    self->ask_ns = now_ns + ASK_NS;
+    self->request_ns = now_ns + REQUEST_NS;
     return true;
 }
 
 static void drive_moteus_emit(struct can_bus_node *node, int64_t now_ns)
 {
     struct drive_moteus *self = moteus_of(node);
-    const bool wanted = drive_turns_next(&self->turns);
+    const bool wanted = drive_turn_next(&self->turn);
     struct hal_can_frame frame;
 
-    if (!moteus_is_asked(self, wanted, now_ns))
+    if (!moteus_is_requested(self, wanted, now_ns))
         return;
     moteus_frame_begin(&frame, self->config.id, self->config.switched);
     moteus_put_order(self, &frame, wanted);
     drive_moteus_put_questions(&frame);
-    if (self->turns.motion == DRIVE_TURNS_GO)
+    if (self->turn.motion == DRIVE_TURN_GO)
         moteus_frame_read(&frame, MOTEUS_INT8, MOTEUS_TRAJECTORY_COMPLETE, 1);
     moteus_frame_end(&frame);
     (void)can_bus_send(node, &frame);
@@ -151,12 +151,12 @@ static void drive_moteus_step(struct can_bus_node *node, int64_t now_ns)
 {
     struct drive_moteus *self = moteus_of(node);
 
-    if (drive_turns_is_watched(&self->turns) &&
+    if (drive_turn_is_watched(&self->turn) &&
         now_ns - self->heard_ns > self->config.silence_ns) {
-        drive_turns_say(&self->turns, "does not answer any more");
-        drive_turns_lose(&self->turns);
+        drive_turn_say(&self->turn, "does not answer any more");
+        drive_turn_lose(&self->turn);
     }
-    drive_turns_step(&self->turns, now_ns);
+    drive_turn_step(&self->turn, now_ns);
 }
 
 /* ---- in ---- */
@@ -219,32 +219,32 @@ static void moteus_say(struct drive_moteus *self, int32_t fault)
     struct hal_text text;
 
     if (self->mode == MOTEUS_MODE_TIMEOUT) {
-        drive_turns_say(&self->turns, "its watchdog ran out (mode 11)");
-        self->turns.fault_code = MOTEUS_MODE_TIMEOUT;
+        drive_turn_say(&self->turn, "its watchdog ran out (mode 11)");
+        self->turn.fault_code = MOTEUS_MODE_TIMEOUT;
         return;
     }
-    text = drive_turns_say(&self->turns, "moteus fault ");
+    text = drive_turn_say(&self->turn, "moteus fault ");
     hal_text_dec(&text, (uint32_t)fault);
     hal_text_put(&text, ": ");
     hal_text_put(&text, drive_moteus_fault_text((unsigned)fault));
-    self->turns.fault_code = fault > 0 ? (uint16_t)fault : MOTEUS_MODE_FAULT;
+    self->turn.fault_code = fault > 0 ? (uint16_t)fault : MOTEUS_MODE_FAULT;
 }
 
 static void moteus_take_state(struct drive_moteus *self,
                               const struct moteus_answer *answer)
 {
-    struct drive_turns *turns = &self->turns;
+    struct drive_turn *turn = &self->turn;
 
     self->mode = (uint8_t)answer->mode;
     self->voltage = (int8_t)answer->voltage;
     self->temperature = (int8_t)answer->temperature;
-    turns->armed = self->mode == MOTEUS_MODE_POSITION;
+    turn->armed = self->mode == MOTEUS_MODE_POSITION;
     /* also after its watchdog, which may brake or hold */
-    turns->torque = self->mode > MOTEUS_MODE_FAULT;
-    turns->alarmed =
+    turn->torque = self->mode > MOTEUS_MODE_FAULT;
+    turn->alarmed =
         self->mode == MOTEUS_MODE_FAULT || self->mode == MOTEUS_MODE_TIMEOUT;
-    if (turns->alarmed && turns->fault_code == 0 &&
-        turns->phase != DRIVE_TURNS_LOST)
+    if (turn->alarmed && turn->fault_code == 0 &&
+        turn->phase != DRIVE_TURN_LOST)
         moteus_say(self, answer->fault);
 }
 
@@ -253,32 +253,32 @@ static void moteus_take_complete(struct drive_moteus *self,
                                  const struct moteus_answer *answer,
                                  int64_t now_ns)
 {
-    struct drive_turns *turns = &self->turns;
+    struct drive_turn *turn = &self->turn;
 
-    if (answer->has_complete && turns->motion == DRIVE_TURNS_GO &&
-        turns->go.sent_ns != 0 &&
-        now_ns - turns->go.sent_ns > 2 * turns->config.period_ns)
-        turns->go_done = answer->complete != 0;
+    if (answer->has_complete && turn->motion == DRIVE_TURN_GO &&
+        turn->go.sent_ns != 0 &&
+        now_ns - turn->go.sent_ns > 2 * turn->config.period_ns)
+        turn->go_done = answer->complete != 0;
 }
 
 static bool moteus_take(struct drive_moteus *self,
                         const struct moteus_answer *answer, int64_t t_ns,
                         int64_t now_ns)
 {
-    struct drive_turns *turns = &self->turns;
+    struct drive_turn *turn = &self->turn;
     int64_t torque_mnm = 0;
 
-    if (!drive_turns_note(turns, hal_float32_to_fixed(answer->pos, 32),
-                          hal_float32_to_fixed(answer->vel, 32), t_ns))
+    if (!drive_turn_note(turn, hal_float32_to_fixed(answer->pos, 32),
+                         hal_float32_to_fixed(answer->vel, 32), t_ns))
         return false;
     self->heard = true;
     self->heard_ns = now_ns;
-    turns->torque_known =
+    turn->torque_known =
         hal_float32_is_finite(answer->torque) &&
         motion_fixed_mulshift(hal_float32_to_fixed(answer->torque, 16), 1000,
                               16, &torque_mnm) == MOTION_OK &&
         torque_mnm >= INT32_MIN && torque_mnm <= INT32_MAX;
-    turns->torque_mnm = turns->torque_known ? (int32_t)torque_mnm : 0;
+    turn->torque_mnm = turn->torque_known ? (int32_t)torque_mnm : 0;
     moteus_take_state(self, answer);
     moteus_take_complete(self, answer, now_ns);
     return true;

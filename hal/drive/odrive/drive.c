@@ -14,25 +14,24 @@
 /* Cycles of disarming in vain after which Estop is sent as well. */
 #define ESTOP_AFTER_NS (400 * MS)
 
-static struct drive_odrive *odrive_of(struct drive_turns *turns)
+static struct drive_odrive *odrive_of(struct drive_turn *turn)
 {
-    return CONTAINER_OF(turns, struct drive_odrive, turns);
+    return CONTAINER_OF(turn, struct drive_odrive, turn);
 }
 
 /* ---- on and off ---- */
 
 /* The input before the state: an old one would be chased. */
-void odrive_arm(struct drive_turns *turns, bool again)
+void odrive_arm(struct drive_turn *turn, bool again)
 {
-    struct drive_odrive *self = odrive_of(turns);
+    struct drive_odrive *self = odrive_of(turn);
     uint8_t input[8] = { 0 };
 
     if (!again)
         return;
-    drive_turns_stand(turns);
-    hal_float32_put(input,
-                    hal_float32_from_fixed(
-                        drive_turns_raw_q32(turns, turns->target_q32), 32));
+    drive_turn_stand(turn);
+    hal_float32_put(input, hal_float32_from_fixed(
+                               drive_turn_raw_q32(turn, turn->target_q32), 32));
     (void)odrive_send_u32(self, ODRIVE_SET_MODE, ODRIVE_CONTROL_POSITION,
                           ODRIVE_PASSTHROUGH, 2);
     (void)odrive_send(self, ODRIVE_SET_INPUT_POS, input, sizeof input);
@@ -41,23 +40,23 @@ void odrive_arm(struct drive_turns *turns, bool again)
     self->passes = true;
 }
 
-static void odrive_disarm(struct drive_turns *turns, bool again)
+static void odrive_disarm(struct drive_turn *turn, bool again)
 {
-    struct drive_odrive *self = odrive_of(turns);
+    struct drive_odrive *self = odrive_of(turn);
     /* one that is not there would need two resets for it later */
     const bool heard =
-        drive_turns_is_watched(turns) || self->heartbeat_ns > turns->since_ns;
+        drive_turn_is_watched(turn) || self->heartbeat_ns > turn->since_ns;
 
     if (!again)
         return;
     (void)odrive_send_u32(self, ODRIVE_SET_AXIS_STATE, ODRIVE_IDLE, 0, 1);
-    if (heard && turns->now_ns - turns->since_ns > ESTOP_AFTER_NS)
+    if (heard && turn->now_ns - turn->since_ns > ESTOP_AFTER_NS)
         (void)odrive_send(self, ODRIVE_ESTOP, NULL, 0);
 }
 
-static void odrive_clear(struct drive_turns *turns, bool again)
+static void odrive_clear(struct drive_turn *turn, bool again)
 {
-    struct drive_odrive *self = odrive_of(turns);
+    struct drive_odrive *self = odrive_of(turn);
     const uint8_t no_light = 0; /* 0.6: do not blink */
     const bool is_06 = self->family == DRIVE_ODRIVE_06;
 
@@ -65,7 +64,7 @@ static void odrive_clear(struct drive_turns *turns, bool again)
         (void)odrive_send(self, ODRIVE_CLEAR_ERRORS, &no_light, is_06 ? 1 : 0);
 }
 
-static const struct drive_turns_ops odrive_turns_ops = {
+static const struct drive_turn_ops odrive_turn_ops = {
     .modes = 1u << HAL_DRIVE_STREAM_POSITION |
              1u << HAL_DRIVE_PROFILE_POSITION | 1u << HAL_DRIVE_HOMING,
     .start = odrive_start,
@@ -111,7 +110,7 @@ int drive_odrive_init(struct drive_odrive *self, struct can_bus *bus,
         self->config.silence_ns = SILENCE_NS;
     self->watchdog_s = odrive_seconds(config->watchdog_ns);
     self->node.ops = &drive_odrive_node_ops;
-    err = drive_turns_init(&self->turns, &odrive_turns_ops, &config->turns);
+    err = drive_turn_init(&self->turn, &odrive_turn_ops, &config->turn);
     if (err == MOTION_OK)
         can_bus_add(bus, &self->node);
     return err;

@@ -36,7 +36,7 @@
 #define DRIVE_ODRIVE_NODE_MAX 0x3E
 
 enum drive_odrive_family {
-    DRIVE_ODRIVE_ASK, /* by its version */
+    DRIVE_ODRIVE_REQUEST, /* by its version */
     DRIVE_ODRIVE_05,
     DRIVE_ODRIVE_06,
 };
@@ -44,7 +44,7 @@ enum drive_odrive_family {
 struct drive_odrive_config {
     uint8_t node; /* 0 .. DRIVE_ODRIVE_NODE_MAX */
     enum drive_odrive_family family;
-    struct drive_turns_config turns;
+    struct drive_turn_config turn;
     int64_t heartbeat_ns; /* the drive's; lost after three; 0: 100 ms */
     int64_t silence_ns;   /* lost without a position for so long; 0: 50 ms */
     /* 0.6: where its parameters axis0.config.enable_watchdog and
@@ -64,7 +64,7 @@ enum drive_odrive_start {
 
 /* Visible so that it can be static; use the functions. */
 struct drive_odrive {
-    struct drive_turns turns; /* the drive is turns.drive */
+    struct drive_turn turn; /* the drive is turns.drive */
     struct can_bus_node node;
     struct drive_odrive_config config;
     uint32_t watchdog_s; /* a float */
@@ -72,7 +72,7 @@ struct drive_odrive {
     enum drive_odrive_start start;
     enum drive_odrive_family family;
     unsigned parameter, tries; /* being written */
-    int64_t asked_ns;          /* 0: not yet */
+    int64_t requested_ns;      /* 0: not yet */
 
     int64_t heartbeat_ns; /* last heard; 0: never */
     uint32_t error, reason;
@@ -82,7 +82,7 @@ struct drive_odrive {
                        4 controller */
     bool was_told;  /* a position since the last cycle */
     bool passes;    /* in passthrough, as far as we have told it */
-    bool reason_asked;
+    bool reason_requested;
     uint8_t version[8]; /* 0.6: as Get_Version has it */
 };
 
@@ -93,7 +93,7 @@ int drive_odrive_init(struct drive_odrive *self, struct can_bus *bus,
 
 /* Set_Input_Pos. */
 void drive_odrive_put_point(struct hal_can_frame *frame, uint8_t node,
-                            const struct drive_turns_point *point);
+                            const struct drive_turn_point *point);
 
 /* Words for the lowest bit of an error, "unknown error"; "no error" for 0.
  * Never NULL. */

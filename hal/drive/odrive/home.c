@@ -9,27 +9,27 @@
 
 #include "hal/support/container_of.h"
 
-enum odrive_seek_step { SEEK_ASK, SEEK_RUN, SEEK_ARM };
+enum odrive_seek_step { SEEK_REQUEST, SEEK_RUN, SEEK_ARM };
 
 #define AGAIN_NS INT64_C(500000000)
 
-static struct drive_odrive *odrive_of(struct drive_turns *turns)
+static struct drive_odrive *odrive_of(struct drive_turn *turn)
 {
-    return CONTAINER_OF(turns, struct drive_odrive, turns);
+    return CONTAINER_OF(turn, struct drive_odrive, turn);
 }
 
-static void seek_next(struct drive_turns *turns, enum odrive_seek_step step)
+static void seek_next(struct drive_turn *turn, enum odrive_seek_step step)
 {
-    turns->home.step = (unsigned)step;
-    turns->home.since_ns = turns->now_ns;
-    turns->retry_ns = turns->now_ns;
+    turn->home.step = (unsigned)step;
+    turn->home.since_ns = turn->now_ns;
+    turn->retry_ns = turn->now_ns;
 }
 
-static bool seek_again(struct drive_turns *turns)
+static bool seek_again(struct drive_turn *turn)
 {
-    if (turns->now_ns < turns->retry_ns)
+    if (turn->now_ns < turn->retry_ns)
         return false;
-    turns->retry_ns = turns->now_ns + AGAIN_NS;
+    turn->retry_ns = turn->now_ns + AGAIN_NS;
     return true;
 }
 
@@ -37,26 +37,26 @@ static bool seek_again(struct drive_turns *turns)
 static bool seek_is_told(const struct drive_odrive *self)
 {
     return self->heartbeat_ns >
-           self->turns.home.since_ns + 2 * self->turns.config.period_ns;
+           self->turn.home.since_ns + 2 * self->turn.config.period_ns;
 }
 
-static int seek_ask(struct drive_odrive *self)
+static int seek_request(struct drive_odrive *self)
 {
-    struct drive_turns *turns = &self->turns;
+    struct drive_turn *turn = &self->turn;
     const bool over = seek_is_told(self) && self->axis_state == ODRIVE_IDLE;
 
-    if (turns->home.halted)
-        seek_next(turns, SEEK_ARM);
+    if (turn->home.halted)
+        seek_next(turn, SEEK_ARM);
     else if (self->axis_state == ODRIVE_HOMING || over)
-        seek_next(turns, SEEK_RUN);
-    else if (seek_again(turns))
+        seek_next(turn, SEEK_RUN);
+    else if (seek_again(turn))
         (void)odrive_send_u32(self, ODRIVE_SET_AXIS_STATE, ODRIVE_HOMING, 0, 1);
     return MOTION_E_AGAIN;
 }
 
 static int seek_fail(struct drive_odrive *self)
 {
-    struct hal_text text = drive_turns_say(&self->turns, "homing failed: ");
+    struct hal_text text = drive_turn_say(&self->turn, "homing failed: ");
 
     hal_text_put(&text, drive_odrive_result_text(self->result));
     hal_text_put(&text, " (");
@@ -67,37 +67,37 @@ static int seek_fail(struct drive_odrive *self)
 
 static int seek_run(struct drive_odrive *self)
 {
-    struct drive_turns *turns = &self->turns;
+    struct drive_turn *turn = &self->turn;
 
-    if (!turns->home.halted) {
+    if (!turn->home.halted) {
         if (self->axis_state == ODRIVE_HOMING)
             return MOTION_E_AGAIN;
         if (self->family == DRIVE_ODRIVE_06 && self->result != 0)
             return seek_fail(self);
-        drive_turns_homed(turns);
+        drive_turn_homed(turn);
     }
-    seek_next(turns, SEEK_ARM);
+    seek_next(turn, SEEK_ARM);
     return MOTION_E_AGAIN;
 }
 
 static int seek_arm(struct drive_odrive *self)
 {
-    struct drive_turns *turns = &self->turns;
+    struct drive_turn *turn = &self->turn;
 
-    if (turns->armed && seek_is_told(self))
-        return turns->home.halted ? MOTION_E_REFUSED : MOTION_OK;
-    if (seek_again(turns)) {
-        odrive_arm(turns, true);
-        turns->motion = DRIVE_TURNS_HOME; /* until it is armed */
+    if (turn->armed && seek_is_told(self))
+        return turn->home.halted ? MOTION_E_REFUSED : MOTION_OK;
+    if (seek_again(turn)) {
+        odrive_arm(turn, true);
+        turn->motion = DRIVE_TURN_HOME; /* until it is armed */
     }
     return MOTION_E_AGAIN;
 }
 
-int odrive_seek(struct drive_turns *turns)
+int odrive_seek(struct drive_turn *turn)
 {
-    struct drive_odrive *self = odrive_of(turns);
+    struct drive_odrive *self = odrive_of(turn);
 
-    if (turns->home.step == SEEK_ASK)
-        return seek_ask(self);
-    return turns->home.step == SEEK_RUN ? seek_run(self) : seek_arm(self);
+    if (turn->home.step == SEEK_REQUEST)
+        return seek_request(self);
+    return turn->home.step == SEEK_RUN ? seek_run(self) : seek_arm(self);
 }

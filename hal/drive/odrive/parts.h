@@ -35,7 +35,7 @@ enum odrive_input { ODRIVE_PASSTHROUGH = 1, ODRIVE_TRAPEZOIDAL = 5 };
 /* ---- odrive_wire.c: frames ---- */
 
 extern const struct can_bus_node_ops drive_odrive_node_ops;
-void odrive_ask(struct drive_odrive *self, enum odrive_command command);
+void odrive_request(struct drive_odrive *self, enum odrive_command command);
 int odrive_send(struct drive_odrive *self, enum odrive_command command,
                 const uint8_t *data, unsigned length);
 int odrive_send_u32(struct drive_odrive *self, enum odrive_command command,
@@ -46,16 +46,16 @@ void odrive_say(struct drive_odrive *self);
 
 /* ---- odrive_home.c: homing ---- */
 
-int odrive_seek(struct drive_turns *turns);
+int odrive_seek(struct drive_turn *turn);
 
 /* ---- odrive.c ---- */
 
-void odrive_arm(struct drive_turns *turns, bool again);
+void odrive_arm(struct drive_turn *turn, bool again);
 
 /* ---- odrive_start.c: from silence to off ---- */
 
-void odrive_start(struct drive_turns *turns);
-int odrive_start_step(struct drive_turns *turns);
+void odrive_start(struct drive_turn *turn);
+int odrive_start_step(struct drive_turn *turn);
 /* TxSdo, and Get_Version. */
 void odrive_take_parameter(struct drive_odrive *self, const uint8_t data[8]);
 void odrive_take_version(struct drive_odrive *self, const uint8_t data[8]);

@@ -16,18 +16,18 @@
 #define SDO_READ  0u
 #define SDO_WRITE 1u
 
-static struct drive_odrive *odrive_of(struct drive_turns *turns)
+static struct drive_odrive *odrive_of(struct drive_turn *turn)
 {
-    return CONTAINER_OF(turns, struct drive_odrive, turns);
+    return CONTAINER_OF(turn, struct drive_odrive, turn);
 }
 
-void odrive_start(struct drive_turns *turns)
+void odrive_start(struct drive_turn *turn)
 {
-    struct drive_odrive *self = odrive_of(turns);
+    struct drive_odrive *self = odrive_of(turn);
 
     self->start = DRIVE_ODRIVE_HEARTBEAT;
     self->heartbeat_ns = 0;
-    self->asked_ns = 0;
+    self->requested_ns = 0;
     self->tries = 0;
     self->parameter = 0;
     self->error = 0;
@@ -39,16 +39,17 @@ static void odrive_start_next(struct drive_odrive *self,
                               enum drive_odrive_start start)
 {
     self->start = start;
-    self->asked_ns = 0;
+    self->requested_ns = 0;
     self->tries = 0;
 }
 
 /* Has the last question waited long enough, or was there none yet? */
 static bool odrive_is_time(struct drive_odrive *self)
 {
-    if (self->asked_ns != 0 && self->turns.now_ns - self->asked_ns < ANSWER_NS)
+    if (self->requested_ns != 0 &&
+        self->turn.now_ns - self->requested_ns < ANSWER_NS)
         return false;
-    self->asked_ns = self->turns.now_ns;
+    self->requested_ns = self->turn.now_ns;
     return true;
 }
 
@@ -61,11 +62,11 @@ static bool odrive_has_watchdog(const struct drive_odrive *self)
 
 static int odrive_step_version(struct drive_odrive *self)
 {
-    if (self->family != DRIVE_ODRIVE_ASK) {
+    if (self->family != DRIVE_ODRIVE_REQUEST) {
         odrive_start_next(self, DRIVE_ODRIVE_PARAMETERS);
     } else if (odrive_is_time(self)) {
         if (self->tries++ < TRIES)
-            odrive_ask(self, ODRIVE_GET_VERSION);
+            odrive_request(self, ODRIVE_GET_VERSION);
         else
             self->family = DRIVE_ODRIVE_05;
     }
@@ -76,7 +77,8 @@ void odrive_take_version(struct drive_odrive *self, const uint8_t data[8])
 {
     for (unsigned i = 0; i < 8; i++)
         self->version[i] = data[i];
-    if (self->start == DRIVE_ODRIVE_VERSION && self->family == DRIVE_ODRIVE_ASK)
+    if (self->start == DRIVE_ODRIVE_VERSION &&
+        self->family == DRIVE_ODRIVE_REQUEST)
         self->family = DRIVE_ODRIVE_06;
 }
 
@@ -119,13 +121,13 @@ static int odrive_step_parameters(struct drive_odrive *self)
         return MOTION_E_AGAIN;
     }
     if (self->family != DRIVE_ODRIVE_06) {
-        drive_turns_say(&self->turns, "firmware 0.5 cannot set its watchdog");
+        drive_turn_say(&self->turn, "firmware 0.5 cannot set its watchdog");
         return MOTION_E_REFUSED;
     }
     if (!odrive_is_time(self))
         return MOTION_E_AGAIN;
     if (self->tries++ >= WRITES) {
-        drive_turns_say(&self->turns, "its watchdog could not be set");
+        drive_turn_say(&self->turn, "its watchdog could not be set");
         return MOTION_E_REFUSED;
     }
     odrive_sdo(self, SDO_WRITE);
@@ -141,7 +143,7 @@ void odrive_take_parameter(struct drive_odrive *self, const uint8_t data[8])
     uint16_t endpoint;
     uint32_t value;
 
-    if (self->start != DRIVE_ODRIVE_PARAMETERS || self->asked_ns == 0)
+    if (self->start != DRIVE_ODRIVE_PARAMETERS || self->requested_ns == 0)
         return;
     odrive_parameter(self, &endpoint, &value);
     if (about != endpoint || ((hal_float32_get(&data[4]) ^ value) &
@@ -149,14 +151,14 @@ void odrive_take_parameter(struct drive_odrive *self, const uint8_t data[8])
         return;
     self->parameter++;
     self->tries = 0;
-    self->asked_ns = 0;
+    self->requested_ns = 0;
 }
 
 /* ---- all of it ---- */
 
-int odrive_start_step(struct drive_turns *turns)
+int odrive_start_step(struct drive_turn *turn)
 {
-    struct drive_odrive *self = odrive_of(turns);
+    struct drive_odrive *self = odrive_of(turn);
 
     switch (self->start) {
     case DRIVE_ODRIVE_HEARTBEAT:
@@ -168,7 +170,7 @@ int odrive_start_step(struct drive_turns *turns)
     case DRIVE_ODRIVE_PARAMETERS:
         return odrive_step_parameters(self);
     case DRIVE_ODRIVE_POSITION:
-        if (!turns->positioned)
+        if (!turn->positioned)
             return MOTION_E_AGAIN;
         odrive_start_next(self, DRIVE_ODRIVE_FOUND);
         odrive_say(self);

@@ -33,7 +33,7 @@ static struct hal_can_frame odrive_frame(const struct drive_odrive *self,
     return odrive_frame_to(self->config.node, command);
 }
 
-void odrive_ask(struct drive_odrive *self, enum odrive_command command)
+void odrive_request(struct drive_odrive *self, enum odrive_command command)
 {
     struct hal_can_frame frame = odrive_frame(self, command);
 
@@ -76,7 +76,7 @@ static void odrive_put_i16(uint8_t at[2], int64_t value)
 }
 
 void drive_odrive_put_point(struct hal_can_frame *frame, uint8_t node,
-                            const struct drive_turns_point *point)
+                            const struct drive_turn_point *point)
 {
     int64_t vel = 0; /* 0.001 turns/s */
 
@@ -91,7 +91,7 @@ void drive_odrive_put_point(struct hal_can_frame *frame, uint8_t node,
 
 static void odrive_send_target(struct drive_odrive *self)
 {
-    const struct drive_turns_point point = drive_turns_point(&self->turns);
+    const struct drive_turn_point point = drive_turn_point(&self->turn);
     struct hal_can_frame frame;
 
     drive_odrive_put_point(&frame, self->config.node, &point);
@@ -117,9 +117,9 @@ static uint32_t odrive_ramp(int64_t acc_q32)
  * was refused. */
 static void odrive_send_go(struct drive_odrive *self)
 {
-    const struct drive_turns *turns = &self->turns;
-    const int64_t acc_q32 = turns->go.acc_q32, dec_q32 = turns->go.dec_q32;
-    const uint32_t vel = hal_float32_from_fixed(turns->go.vel_q32, 32);
+    const struct drive_turn *turn = &self->turn;
+    const int64_t acc_q32 = turn->go.acc_q32, dec_q32 = turn->go.dec_q32;
+    const uint32_t vel = hal_float32_from_fixed(turn->go.vel_q32, 32);
     uint8_t input[8] = { 0 };
     int err = odrive_send_u32(self, ODRIVE_SET_TRAJ_VEL, vel, 0, 1);
 
@@ -130,13 +130,12 @@ static void odrive_send_go(struct drive_odrive *self)
         err = odrive_send_u32(self, ODRIVE_SET_MODE, ODRIVE_CONTROL_POSITION,
                               ODRIVE_TRAPEZOIDAL, 2);
     self->passes = false;
-    hal_float32_put(input,
-                    hal_float32_from_fixed(
-                        drive_turns_raw_q32(turns, turns->go.pos_q32), 32));
+    hal_float32_put(input, hal_float32_from_fixed(
+                               drive_turn_raw_q32(turn, turn->go.pos_q32), 32));
     if (err == MOTION_OK)
         err = odrive_send(self, ODRIVE_SET_INPUT_POS, input, sizeof input);
     if (err == MOTION_OK)
-        self->turns.go.sent_ns = turns->now_ns;
+        self->turn.go.sent_ns = turn->now_ns;
 }
 
 static void drive_odrive_emit(struct can_bus_node *node, int64_t now_ns)
@@ -144,12 +143,11 @@ static void drive_odrive_emit(struct can_bus_node *node, int64_t now_ns)
     struct drive_odrive *self = odrive_of(node);
 
     (void)now_ns;
-    if (!drive_turns_next(&self->turns) ||
-        self->turns.motion == DRIVE_TURNS_HOME)
+    if (!drive_turn_next(&self->turn) || self->turn.motion == DRIVE_TURN_HOME)
         return;
-    if (self->turns.motion != DRIVE_TURNS_GO)
+    if (self->turn.motion != DRIVE_TURN_GO)
         odrive_pass(self);
-    else if (self->turns.go.sent_ns == 0)
+    else if (self->turn.go.sent_ns == 0)
         odrive_send_go(self);
 }
 
@@ -157,27 +155,27 @@ static void drive_odrive_emit(struct can_bus_node *node, int64_t now_ns)
 
 static void odrive_watch(struct drive_odrive *self, int64_t now_ns)
 {
-    if (!drive_turns_is_watched(&self->turns))
+    if (!drive_turn_is_watched(&self->turn))
         return;
     if (now_ns - self->heartbeat_ns > BEATS_LOST * self->config.heartbeat_ns) {
-        drive_turns_say(&self->turns, "no heartbeat for three periods");
-        drive_turns_lose(&self->turns);
-    } else if (now_ns - self->turns.actual_ns > self->config.silence_ns) {
-        drive_turns_say(&self->turns, "reports no position any more");
-        drive_turns_lose(&self->turns);
+        drive_turn_say(&self->turn, "no heartbeat for three periods");
+        drive_turn_lose(&self->turn);
+    } else if (now_ns - self->turn.actual_ns > self->config.silence_ns) {
+        drive_turn_say(&self->turn, "reports no position any more");
+        drive_turn_lose(&self->turn);
     }
 }
 
 /* Once, when it has switched itself off and the heartbeat does not say why. */
-static void odrive_ask_reason(struct drive_odrive *self)
+static void odrive_request_reason(struct drive_odrive *self)
 {
-    const bool wanted = self->turns.phase == DRIVE_TURNS_LATCHED &&
+    const bool wanted = self->turn.phase == DRIVE_TURN_LATCHED &&
                         self->family == DRIVE_ODRIVE_06 &&
-                        self->turns.fault_code == 0;
+                        self->turn.fault_code == 0;
 
-    if (wanted && !self->reason_asked)
-        odrive_ask(self, ODRIVE_GET_ERROR);
-    self->reason_asked = wanted;
+    if (wanted && !self->reason_requested)
+        odrive_request(self, ODRIVE_GET_ERROR);
+    self->reason_requested = wanted;
 }
 
 static void drive_odrive_step(struct can_bus_node *node, int64_t now_ns)
@@ -185,11 +183,11 @@ static void drive_odrive_step(struct can_bus_node *node, int64_t now_ns)
     struct drive_odrive *self = odrive_of(node);
 
     odrive_watch(self, now_ns);
-    drive_turns_step(&self->turns, now_ns);
-    odrive_ask_reason(self);
-    if (!self->was_told && self->turns.phase != DRIVE_TURNS_LOST &&
+    drive_turn_step(&self->turn, now_ns);
+    odrive_request_reason(self);
+    if (!self->was_told && self->turn.phase != DRIVE_TURN_LOST &&
         self->heartbeat_ns != 0)
-        odrive_ask(self, ODRIVE_GET_ESTIMATES);
+        odrive_request(self, ODRIVE_GET_ESTIMATES);
     self->was_told = false;
 }
 
@@ -197,12 +195,12 @@ static void drive_odrive_step(struct can_bus_node *node, int64_t now_ns)
 
 static void odrive_say_error(struct drive_odrive *self, uint32_t error)
 {
-    struct hal_text text = drive_turns_say(&self->turns, "ODrive error 0x");
+    struct hal_text text = drive_turn_say(&self->turn, "ODrive error 0x");
     uint16_t code = 1;
 
     for (uint32_t bits = error; (bits & 1) == 0 && bits != 0; bits >>= 1)
         code++;
-    self->turns.fault_code = code;
+    self->turn.fault_code = code;
     hal_text_hex(&text, error, 8);
     hal_text_put(&text, ": ");
     hal_text_put(&text, drive_odrive_error_text(self->family, error));
@@ -212,8 +210,7 @@ static void odrive_say_error(struct drive_odrive *self, uint32_t error)
  * the axis's own error may be 0 then. */
 static void odrive_say_part(struct drive_odrive *self)
 {
-    struct hal_text text =
-        drive_turns_say(&self->turns, "ODrive: error of its ");
+    struct hal_text text = drive_turn_say(&self->turn, "ODrive: error of its ");
     const char *part = "controller";
 
     if ((self->parts & 1) != 0)
@@ -221,7 +218,7 @@ static void odrive_say_part(struct drive_odrive *self)
     else if ((self->parts & 2) != 0)
         part = "encoder";
     hal_text_put(&text, part);
-    self->turns.fault_code = 1;
+    self->turn.fault_code = 1;
 }
 
 static void odrive_note_parts(struct drive_odrive *self, const uint8_t data[8])
@@ -237,8 +234,8 @@ void odrive_say(struct drive_odrive *self)
 {
     const bool parts = self->family == DRIVE_ODRIVE_05 && self->parts != 0;
 
-    self->turns.alarmed = self->error != 0 || parts;
-    if (self->turns.fault_code != 0 || self->turns.phase == DRIVE_TURNS_LOST)
+    self->turn.alarmed = self->error != 0 || parts;
+    if (self->turn.fault_code != 0 || self->turn.phase == DRIVE_TURN_LOST)
         return;
     if (self->error != 0)
         odrive_say_error(self, self->error);
@@ -249,13 +246,13 @@ void odrive_say(struct drive_odrive *self)
 static void odrive_note_done(struct drive_odrive *self, const uint8_t data[8],
                              int64_t now_ns)
 {
-    struct drive_turns *turns = &self->turns;
+    struct drive_turn *turn = &self->turn;
     const bool done = self->family == DRIVE_ODRIVE_06 ? (data[6] & 1) != 0
                                                       : (data[7] & 0x80) != 0;
 
-    if (turns->motion == DRIVE_TURNS_GO && turns->go.sent_ns != 0 &&
-        now_ns - turns->go.sent_ns > turns->config.period_ns + GO_TAKEN_NS)
-        turns->go_done = done;
+    if (turn->motion == DRIVE_TURN_GO && turn->go.sent_ns != 0 &&
+        now_ns - turn->go.sent_ns > turn->config.period_ns + GO_TAKEN_NS)
+        turn->go_done = done;
 }
 
 /* What bytes 5 to 7 mean is not known before the family is. */
@@ -266,8 +263,8 @@ static void odrive_take_heartbeat(struct drive_odrive *self,
     self->error = hal_float32_get(data);
     self->axis_state = data[4];
     self->result = data[5];
-    self->turns.armed = data[4] == ODRIVE_CLOSED_LOOP;
-    self->turns.torque = data[4] > ODRIVE_IDLE;
+    self->turn.armed = data[4] == ODRIVE_CLOSED_LOOP;
+    self->turn.torque = data[4] > ODRIVE_IDLE;
     odrive_note_parts(self, data);
     if (self->start != DRIVE_ODRIVE_FOUND)
         return;
@@ -283,9 +280,9 @@ static bool odrive_take_estimates(struct drive_odrive *self,
     const uint32_t vel = hal_float32_get(&frame->data[4]);
 
     if (!hal_float32_is_finite(pos) || !hal_float32_is_finite(vel) ||
-        !drive_turns_note(&self->turns, hal_float32_to_fixed(pos, 32),
-                          hal_float32_to_fixed(vel, 32),
-                          frame->t_ns != 0 ? frame->t_ns : now_ns))
+        !drive_turn_note(&self->turn, hal_float32_to_fixed(pos, 32),
+                         hal_float32_to_fixed(vel, 32),
+                         frame->t_ns != 0 ? frame->t_ns : now_ns))
         return false;
     self->was_told = true;
     return true;
@@ -299,8 +296,8 @@ static void odrive_take_error(struct drive_odrive *self, const uint8_t data[8])
     self->reason = hal_float32_get(&data[4]);
     if (error == 0)
         error = self->reason;
-    if (self->turns.phase == DRIVE_TURNS_LATCHED &&
-        self->turns.fault_code == 0 && error != 0)
+    if (self->turn.phase == DRIVE_TURN_LATCHED && self->turn.fault_code == 0 &&
+        error != 0)
         odrive_say_error(self, error);
 }
 

@@ -7,7 +7,7 @@
 #include "motion/core/fixed.h"
 
 #define NS_PER_S INT64_C(1000000000)
-#define MAX_Q32  ((int64_t)DRIVE_TURNS_MAX << 32)
+#define MAX_Q32  ((int64_t)DRIVE_TURN_MAX << 32)
 
 static int32_t clamp_i32(int64_t value)
 {
@@ -16,14 +16,14 @@ static int32_t clamp_i32(int64_t value)
     return value < INT32_MIN ? INT32_MIN : (int32_t)value;
 }
 
-static struct drive_turns *drive_turns_of(struct hal_drive *drive)
+static struct drive_turn *drive_turn_of(struct hal_drive *drive)
 {
-    return CONTAINER_OF(drive, struct drive_turns, drive);
+    return CONTAINER_OF(drive, struct drive_turn, drive);
 }
 
 /* ---- config to numbers, once: this part divides ---- */
 
-static bool init_is_legal(const struct drive_turns_config *config)
+static bool init_is_legal(const struct drive_turn_config *config)
 {
     return config->turns_num != 0 && config->turns_den > 0 &&
            config->period_ns >= 62500 && config->period_ns <= 20000000 &&
@@ -32,7 +32,7 @@ static bool init_is_legal(const struct drive_turns_config *config)
            config->first_step_max_q32 >= 0 && config->rated_torque_mnm >= 0;
 }
 
-static void init_defaults(struct drive_turns_config *config)
+static void init_defaults(struct drive_turn_config *config)
 {
     if (config->latency_ns == 0)
         config->latency_ns = config->period_ns / 2;
@@ -42,7 +42,7 @@ static void init_defaults(struct drive_turns_config *config)
         config->first_step_max_q32 = MOTION_FIXED_ONE_Q32;
 }
 
-static int init_ratios(struct drive_turns *self)
+static int init_ratios(struct drive_turn *self)
 {
     const int64_t num = self->config.turns_num, den = self->config.turns_den;
     const int32_t rated_mnm = self->config.rated_torque_mnm;
@@ -62,7 +62,7 @@ static int init_ratios(struct drive_turns *self)
     return err;
 }
 
-static int init_steps(struct drive_turns *self)
+static int init_steps(struct drive_turn *self)
 {
     const int64_t acc_q32 =
         hal_ratio_scale(&self->to_acc, self->config.stop_acc_q32);
@@ -80,16 +80,15 @@ static int init_steps(struct drive_turns *self)
     return MOTION_OK;
 }
 
-int drive_turns_init(struct drive_turns *self,
-                     const struct drive_turns_ops *ops,
-                     const struct drive_turns_config *config)
+int drive_turn_init(struct drive_turn *self, const struct drive_turn_ops *ops,
+                    const struct drive_turn_config *config)
 {
     int err;
 
     memset(self, 0, sizeof *self);
     if (!init_is_legal(config))
         return MOTION_E_ARG;
-    self->drive.ops = &drive_turns_drive_ops;
+    self->drive.ops = &drive_turn_drive_ops;
     self->ops = ops;
     self->config = *config;
     init_defaults(&self->config);
@@ -97,29 +96,29 @@ int drive_turns_init(struct drive_turns *self,
     if (err == MOTION_OK)
         err = init_steps(self);
     if (err == MOTION_OK)
-        drive_turns_start(self);
+        drive_turn_start(self);
     return err;
 }
 
 /* ---- requests ---- */
 
-static void request_reset(struct drive_turns *self)
+static void request_reset(struct drive_turn *self)
 {
-    if (self->phase == DRIVE_TURNS_LOST) {
-        drive_turns_start(self);
-    } else if (self->phase == DRIVE_TURNS_LATCHED) {
-        if (self->armed && self->motion != DRIVE_TURNS_RAMP)
-            drive_turns_brake(self);
-        drive_turns_enter(self, DRIVE_TURNS_RESET);
+    if (self->phase == DRIVE_TURN_LOST) {
+        drive_turn_start(self);
+    } else if (self->phase == DRIVE_TURN_LATCHED) {
+        if (self->armed && self->motion != DRIVE_TURN_RAMP)
+            drive_turn_brake(self);
+        drive_turn_enter(self, DRIVE_TURN_RESET);
     }
 }
 
-static void drive_turns_request(struct hal_drive *drive,
-                                enum hal_drive_request request)
+static void drive_turn_request(struct hal_drive *drive,
+                               enum hal_drive_request request)
 {
-    struct drive_turns *self = drive_turns_of(drive);
+    struct drive_turn *self = drive_turn_of(drive);
     const bool latched =
-        self->phase != DRIVE_TURNS_RUN && self->phase != DRIVE_TURNS_START;
+        self->phase != DRIVE_TURN_RUN && self->phase != DRIVE_TURN_START;
 
     if (request == HAL_DRIVE_REQUEST_RESET) {
         request_reset(self);
@@ -129,22 +128,22 @@ static void drive_turns_request(struct hal_drive *drive,
         (latched && request != HAL_DRIVE_REQUEST_OFF))
         return;
     self->request = request;
-    drive_turns_pursue(self);
+    drive_turn_pursue(self);
 }
 
 /* ---- set points ---- */
 
 /* The first set point after enabling must be where the axis is. */
-static int check_first(struct drive_turns *self, int64_t pos_q32)
+static int check_first(struct drive_turn *self, int64_t pos_q32)
 {
     int64_t step_q32 = pos_q32 - self->actual_q32; /* both small */
 
     if (!self->first_target)
         return MOTION_OK;
     if (step_q32 > self->first_step_q32 || step_q32 < -self->first_step_q32) {
-        drive_turns_say(self,
-                        "first set point is too far from where the axis is");
-        drive_turns_latch(self);
+        drive_turn_say(self,
+                       "first set point is too far from where the axis is");
+        drive_turn_latch(self);
         return MOTION_E_AWAY;
     }
     self->first_target = false;
@@ -156,10 +155,10 @@ static bool is_reachable(int64_t pos_q32)
     return pos_q32 <= MAX_Q32 && pos_q32 >= -MAX_Q32;
 }
 
-static int drive_turns_set_target(struct hal_drive *drive,
-                                  const struct hal_drive_target *target)
+static int drive_turn_set_target(struct hal_drive *drive,
+                                 const struct hal_drive_target *target)
 {
-    struct drive_turns *self = drive_turns_of(drive);
+    struct drive_turn *self = drive_turn_of(drive);
     const int64_t pos_q32 = hal_ratio_scale(&self->to_turns, target->pos_q32);
     int err;
 
@@ -182,27 +181,27 @@ static int drive_turns_set_target(struct hal_drive *drive,
 
 /* ---- modes ---- */
 
-static unsigned drive_turns_modes(struct hal_drive *drive)
+static unsigned drive_turn_modes(struct hal_drive *drive)
 {
-    const struct drive_turns *self = drive_turns_of(drive);
+    const struct drive_turn *self = drive_turn_of(drive);
 
-    return self->phase == DRIVE_TURNS_START || self->phase == DRIVE_TURNS_LOST
+    return self->phase == DRIVE_TURN_START || self->phase == DRIVE_TURN_LOST
                ? 0
                : self->ops->modes;
 }
 
-static bool is_at_rest(const struct drive_turns *self)
+static bool is_at_rest(const struct drive_turn *self)
 {
     return self->state == HAL_DRIVE_OFF ||
-           (self->state == HAL_DRIVE_ENABLED && drive_turns_is_standing(self) &&
-            (self->motion == DRIVE_TURNS_FOLLOW ||
-             (self->motion == DRIVE_TURNS_GO && self->go_done)));
+           (self->state == HAL_DRIVE_ENABLED && drive_turn_is_standing(self) &&
+            (self->motion == DRIVE_TURN_FOLLOW ||
+             (self->motion == DRIVE_TURN_GO && self->go_done)));
 }
 
-static int drive_turns_set_mode(struct hal_drive *drive,
-                                enum hal_drive_mode mode)
+static int drive_turn_set_mode(struct hal_drive *drive,
+                               enum hal_drive_mode mode)
 {
-    struct drive_turns *self = drive_turns_of(drive);
+    struct drive_turn *self = drive_turn_of(drive);
 
     if ((unsigned)mode >= HAL_DRIVE_MODES ||
         (self->ops->modes & 1u << mode) == 0)
@@ -212,12 +211,12 @@ static int drive_turns_set_mode(struct hal_drive *drive,
     if (mode == self->mode)
         return MOTION_OK;
     self->mode = mode;
-    drive_turns_stand(self);
+    drive_turn_stand(self);
     self->first_target = true;
     return MOTION_OK;
 }
 
-static int go_convert(struct drive_turns *self, const struct hal_drive_go *go)
+static int go_convert(struct drive_turn *self, const struct hal_drive_go *go)
 {
     const int64_t pos_q32 = hal_ratio_scale(&self->to_turns, go->pos_q32);
     const int64_t vel_q32 = hal_ratio_scale(&self->to_turns, go->vel_q32);
@@ -234,10 +233,9 @@ static int go_convert(struct drive_turns *self, const struct hal_drive_go *go)
     return MOTION_OK;
 }
 
-static int drive_turns_go(struct hal_drive *drive,
-                          const struct hal_drive_go *go)
+static int drive_turn_go(struct hal_drive *drive, const struct hal_drive_go *go)
 {
-    struct drive_turns *self = drive_turns_of(drive);
+    struct drive_turn *self = drive_turn_of(drive);
     int err;
 
     if (self->state != HAL_DRIVE_ENABLED ||
@@ -247,16 +245,16 @@ static int drive_turns_go(struct hal_drive *drive,
     err = go_convert(self, go);
     if (err != MOTION_OK)
         return err;
-    self->motion = DRIVE_TURNS_GO;
+    self->motion = DRIVE_TURN_GO;
     self->go.sent_ns = 0;
     self->go_done = false;
     return MOTION_OK;
 }
 
-static int drive_turns_home(struct hal_drive *drive,
-                            const struct hal_drive_home *home)
+static int drive_turn_home(struct hal_drive *drive,
+                           const struct hal_drive_home *home)
 {
-    struct drive_turns *self = drive_turns_of(drive);
+    struct drive_turn *self = drive_turn_of(drive);
     const int64_t pos_q32 = hal_ratio_scale(&self->to_turns, home->pos_q32);
 
     if (self->ops->seek == NULL)
@@ -275,19 +273,19 @@ static int drive_turns_home(struct hal_drive *drive,
     self->retry_ns = self->now_ns;
     self->home.deadline_ns = self->now_ns + home->timeout_ns;
     self->homing = HAL_DRIVE_HOMING_RUNNING;
-    self->motion = DRIVE_TURNS_HOME;
+    self->motion = DRIVE_TURN_HOME;
     return MOTION_OK;
 }
 
-static int drive_turns_halt(struct hal_drive *drive)
+static int drive_turn_halt(struct hal_drive *drive)
 {
-    struct drive_turns *self = drive_turns_of(drive);
+    struct drive_turn *self = drive_turn_of(drive);
 
     if (self->state != HAL_DRIVE_ENABLED ||
-        (self->motion != DRIVE_TURNS_GO && self->motion != DRIVE_TURNS_HOME))
+        (self->motion != DRIVE_TURN_GO && self->motion != DRIVE_TURN_HOME))
         return MOTION_E_STATE;
-    if (self->motion == DRIVE_TURNS_GO)
-        drive_turns_brake(self);
+    if (self->motion == DRIVE_TURN_GO)
+        drive_turn_brake(self);
     else
         self->home.halted = true;
     return MOTION_OK;
@@ -295,14 +293,14 @@ static int drive_turns_halt(struct hal_drive *drive)
 
 /* ---- feedback ---- */
 
-static void put_demand(const struct drive_turns *self,
+static void put_demand(const struct drive_turn *self,
                        struct hal_drive_feedback *feedback)
 {
-    struct drive_turns_past past;
-    int64_t since_ns, way_q32 = 0;
+    struct drive_turn_past past;
+    int64_t since_ns, displacement_q32 = 0;
 
-    if (self->motion != DRIVE_TURNS_FOLLOW ||
-        !drive_turns_in_force(self, self->actual_ns, &past))
+    if (self->motion != DRIVE_TURN_FOLLOW ||
+        !drive_turn_in_force(self, self->actual_ns, &past))
         return;
     since_ns = self->actual_ns - past.given_ns - self->config.latency_ns;
     feedback->demand_age_ns = self->actual_ns - past.given_ns;
@@ -312,41 +310,41 @@ static void put_demand(const struct drive_turns *self,
         since_ns = NS_PER_S;
     /* 1e-9 = 2305843009 / 2^61 */
     if (motion_fixed_mulshift(since_ns * 2305843009, past.vel_q32, 61,
-                              &way_q32) != MOTION_OK)
+                              &displacement_q32) != MOTION_OK)
         return;
     feedback->demand_known = true;
     feedback->demand_q32 =
-        hal_ratio_scale(&self->to_unit, past.pos_q32 + way_q32);
+        hal_ratio_scale(&self->to_unit, past.pos_q32 + displacement_q32);
 }
 
 /* What is done about its torque, then why. */
-static void put_text(const struct drive_turns *self,
+static void put_text(const struct drive_turn *self,
                      struct hal_drive_feedback *feedback)
 {
     struct hal_text text;
 
     hal_text_init(&text, feedback->fault_text, sizeof feedback->fault_text);
-    if (self->phase == DRIVE_TURNS_LOST && self->left)
+    if (self->phase == DRIVE_TURN_LOST && self->left)
         hal_text_put(&text, self->torque ? "lost; trying to switch it off: "
                                          : "lost, then switched off: ");
     hal_text_put(&text, self->fault_text);
 }
 
-static void drive_turns_feedback(struct hal_drive *drive,
-                                 struct hal_drive_feedback *feedback)
+static void drive_turn_feedback(struct hal_drive *drive,
+                                struct hal_drive_feedback *feedback)
 {
-    const struct drive_turns *self = drive_turns_of(drive);
+    const struct drive_turn *self = drive_turn_of(drive);
 
     *feedback = (struct hal_drive_feedback){
         .state = self->state,
-        .torque_off = drive_turns_is_watched(self) && !self->torque,
+        .torque_off = drive_turn_is_watched(self) && !self->torque,
         .pos_q32 = hal_ratio_scale(&self->to_unit, self->actual_q32),
         .vel_q32 = hal_ratio_scale(&self->to_unit, self->actual_vel_q32),
         .t_ns = self->actual_ns,
         .following = self->state == HAL_DRIVE_ENABLED &&
-                     self->motion == DRIVE_TURNS_FOLLOW,
+                     self->motion == DRIVE_TURN_FOLLOW,
         .mode = self->mode,
-        .arrived = self->motion != DRIVE_TURNS_GO || self->go_done,
+        .arrived = self->motion != DRIVE_TURN_GO || self->go_done,
         .homing = self->homing,
         .fault_code = self->fault_code,
     };
@@ -359,13 +357,13 @@ static void drive_turns_feedback(struct hal_drive *drive,
     put_text(self, feedback);
 }
 
-const struct hal_drive_ops drive_turns_drive_ops = {
-    .request = drive_turns_request,
-    .set_target = drive_turns_set_target,
-    .feedback = drive_turns_feedback,
-    .modes = drive_turns_modes,
-    .set_mode = drive_turns_set_mode,
-    .go = drive_turns_go,
-    .home = drive_turns_home,
-    .halt = drive_turns_halt,
+const struct hal_drive_ops drive_turn_drive_ops = {
+    .request = drive_turn_request,
+    .set_target = drive_turn_set_target,
+    .feedback = drive_turn_feedback,
+    .modes = drive_turn_modes,
+    .set_mode = drive_turn_set_mode,
+    .go = drive_turn_go,
+    .home = drive_turn_home,
+    .halt = drive_turn_halt,
 };

@@ -32,12 +32,12 @@
 #include "hal/support/ratio.h"
 #include "hal/support/text.h"
 
-#define DRIVE_TURNS_HISTORY 32 /* set points kept to judge following */
+#define DRIVE_TURN_HISTORY 32 /* set points kept to judge following */
 /* Farthest set point: beyond it single precision is coarser than 0.004 turns,
  * and a drive may count no further. */
-#define DRIVE_TURNS_MAX 32768
+#define DRIVE_TURN_MAX 32768
 
-struct drive_turns_config {
+struct drive_turn_config {
     /* one unit = turns_num / turns_den turns; num != 0 (negative: reversed),
      * den > 0 */
     int64_t turns_num, turns_den;
@@ -51,55 +51,55 @@ struct drive_turns_config {
     int32_t rated_torque_mnm;   /* torque_permille is of it; 0: no torque */
 };
 
-enum drive_turns_phase {
-    DRIVE_TURNS_START,
-    DRIVE_TURNS_RUN,
-    DRIVE_TURNS_LATCHED,
-    DRIVE_TURNS_RESET,
-    DRIVE_TURNS_LOST,
+enum drive_turn_phase {
+    DRIVE_TURN_START,
+    DRIVE_TURN_RUN,
+    DRIVE_TURN_LATCHED,
+    DRIVE_TURN_RESET,
+    DRIVE_TURN_LOST,
 };
 
-enum drive_turns_motion {
-    DRIVE_TURNS_FOLLOW, /* the set points; without a new one it stands */
-    DRIVE_TURNS_RAMP,   /* to standstill, then FOLLOW */
-    DRIVE_TURNS_GO,     /* by the drive's profile, to or at go */
-    DRIVE_TURNS_HOME,   /* by the drive itself */
+enum drive_turn_motion {
+    DRIVE_TURN_FOLLOW, /* the set points; without a new one it stands */
+    DRIVE_TURN_RAMP,   /* to standstill, then FOLLOW */
+    DRIVE_TURN_GO,     /* by the drive's profile, to or at go */
+    DRIVE_TURN_HOME,   /* by the drive itself */
 };
 
-struct drive_turns;
+struct drive_turn;
 
 /* What the wire part does.  The first six are needed. */
-struct drive_turns_ops {
+struct drive_turn_ops {
     unsigned modes; /* 1 << enum hal_drive_mode: those it has */
-    void (*start)(struct drive_turns *self); /* look for it anew */
+    void (*start)(struct drive_turn *self); /* look for it anew */
     /* Every cycle until MOTION_OK; MOTION_E_AGAIN; else fault_text is said. */
-    int (*start_step)(struct drive_turns *self);
+    int (*start_step)(struct drive_turn *self);
     /* Every cycle while it is to be armed and is not, and so on: send it when
      * `again`, which is at first and then every so often. */
-    void (*arm)(struct drive_turns *self, bool again);
-    void (*disarm)(struct drive_turns *self, bool again);
-    void (*clear)(struct drive_turns *self, bool again);
+    void (*arm)(struct drive_turn *self, bool again);
+    void (*disarm)(struct drive_turn *self, bool again);
+    void (*clear)(struct drive_turn *self, bool again);
     /* Every cycle of a homing, from self->home.step 0 on, until it is armed
      * again at its end: MOTION_OK; MOTION_E_AGAIN; MOTION_E_REFUSED: it failed,
      * but is armed; else fault_text is said.  NULL: it has no homing. */
-    int (*seek)(struct drive_turns *self);
+    int (*seek)(struct drive_turn *self);
 };
 
 /* A set point as it is written on the wire: in turns, as the drive counts. */
-struct drive_turns_point {
+struct drive_turn_point {
     int64_t pos_q32, vel_q32;
     int32_t torque_mnm;
 };
 
-struct drive_turns_past {
+struct drive_turn_past {
     int64_t given_ns, pos_q32, vel_q32; /* turns */
 };
 
 /* Visible so that it can be static.  Positions in turns. */
-struct drive_turns {
+struct drive_turn {
     struct hal_drive drive;
-    const struct drive_turns_ops *ops;
-    struct drive_turns_config config;
+    const struct drive_turn_ops *ops;
+    struct drive_turn_config config;
 
     /* made from config once */
     struct hal_ratio to_turns, to_unit; /* Q32 to Q32, also of velocities */
@@ -110,7 +110,7 @@ struct drive_turns {
     int64_t stop_step_q32; /* turns/s per tick of the ramp */
     int64_t first_step_q32;
 
-    enum drive_turns_phase phase;
+    enum drive_turn_phase phase;
     enum hal_drive_request request;
     enum hal_drive_state state;
     enum hal_drive_mode mode;
@@ -131,7 +131,7 @@ struct drive_turns {
     bool torque_known;
 
     /* what it is told */
-    enum drive_turns_motion motion;
+    enum drive_turn_motion motion;
     int64_t target_q32, target_vel_q32;
     int32_t target_torque_mnm;
     bool given; /* by set_target, since the last send */
@@ -148,42 +148,41 @@ struct drive_turns {
         bool halted;
     } home;
     int64_t origin_q32; /* of our positions, where the drive has 0 */
-    struct drive_turns_past past[DRIVE_TURNS_HISTORY];
+    struct drive_turn_past past[DRIVE_TURN_HISTORY];
     unsigned past_at, past_count;
     char fault_text[64];
 };
 
 /* MOTION_E_ARG or MOTION_E_RANGE for a config outside its ranges.  Fills in
  * `drive`; clears the rest. */
-int drive_turns_init(struct drive_turns *self,
-                     const struct drive_turns_ops *ops,
-                     const struct drive_turns_config *config);
+int drive_turn_init(struct drive_turn *self, const struct drive_turn_ops *ops,
+                    const struct drive_turn_config *config);
 
 /* ---- for the wire part ---- */
 
 /* Of begin(), after what it has heard. */
-void drive_turns_step(struct drive_turns *self, int64_t now_ns);
+void drive_turn_step(struct drive_turn *self, int64_t now_ns);
 /* Of end(), before it sends: the set point of this cycle.  False: send none. */
-bool drive_turns_next(struct drive_turns *self);
+bool drive_turn_next(struct drive_turn *self);
 /* A position as the drive counts. */
-int64_t drive_turns_raw_q32(const struct drive_turns *self, int64_t pos_q32);
+int64_t drive_turn_raw_q32(const struct drive_turn *self, int64_t pos_q32);
 /* The set point of this cycle. */
-struct drive_turns_point drive_turns_point(const struct drive_turns *self);
+struct drive_turn_point drive_turn_point(const struct drive_turn *self);
 /* A position was heard, as the drive counts: measured answer_ns before t_ns.
  * False: no motor is there, or so fast; it is not believed. */
-bool drive_turns_note(struct drive_turns *self, int64_t pos_q32,
-                      int64_t vel_q32, int64_t t_ns);
+bool drive_turn_note(struct drive_turn *self, int64_t pos_q32, int64_t vel_q32,
+                     int64_t t_ns);
 /* The drive has found its zero and stands on it: that is home.pos_q32. */
-void drive_turns_homed(struct drive_turns *self);
+void drive_turn_homed(struct drive_turn *self);
 /* It stands where it is: the set point is the actual position. */
-void drive_turns_stand(struct drive_turns *self);
+void drive_turn_stand(struct drive_turn *self);
 /* fault_text begins anew; more may be put to what is returned. */
-struct hal_text drive_turns_say(struct drive_turns *self, const char *words);
+struct hal_text drive_turn_say(struct drive_turn *self, const char *words);
 /* fault_text has been said.  The drive is there: a fault. */
-void drive_turns_latch(struct drive_turns *self);
+void drive_turn_latch(struct drive_turn *self);
 /* It is not: offline until a reset. */
-void drive_turns_lose(struct drive_turns *self);
+void drive_turn_lose(struct drive_turn *self);
 /* It has been found and configured: silence is a fault. */
-bool drive_turns_is_watched(const struct drive_turns *self);
+bool drive_turn_is_watched(const struct drive_turn *self);
 
 #endif

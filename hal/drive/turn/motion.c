@@ -7,11 +7,11 @@
 /* Slower is standing: 1/64 turn/s, above the noise of a velocity estimate. */
 #define STANDING_Q32 (MOTION_FIXED_ONE_Q32 / 64)
 /* Turns, and turns/s: more is no motor. */
-#define REAL_MAX_Q32 (8 * ((int64_t)DRIVE_TURNS_MAX << 32))
+#define REAL_MAX_Q32 (8 * ((int64_t)DRIVE_TURN_MAX << 32))
 
-void drive_turns_stand(struct drive_turns *self)
+void drive_turn_stand(struct drive_turn *self)
 {
-    self->motion = DRIVE_TURNS_FOLLOW;
+    self->motion = DRIVE_TURN_FOLLOW;
     self->target_q32 = self->actual_q32;
     self->target_vel_q32 = 0;
     self->target_torque_mnm = 0;
@@ -19,58 +19,59 @@ void drive_turns_stand(struct drive_turns *self)
     self->past_count = 0;
 }
 
-void drive_turns_brake(struct drive_turns *self)
+void drive_turn_brake(struct drive_turn *self)
 {
-    if (self->motion != DRIVE_TURNS_FOLLOW) {
+    if (self->motion != DRIVE_TURN_FOLLOW) {
         self->target_q32 = self->actual_q32;
         self->target_vel_q32 = self->actual_vel_q32;
     }
-    self->motion = DRIVE_TURNS_RAMP;
+    self->motion = DRIVE_TURN_RAMP;
     self->target_torque_mnm = 0;
     self->given = false;
     self->past_count = 0;
 }
 
-bool drive_turns_is_standing(const struct drive_turns *self)
+bool drive_turn_is_standing(const struct drive_turn *self)
 {
     return self->actual_vel_q32 <= STANDING_Q32 &&
            self->actual_vel_q32 >= -STANDING_Q32 &&
-           self->motion != DRIVE_TURNS_RAMP;
+           self->motion != DRIVE_TURN_RAMP;
 }
 
-/* v goes to 0 by a step a tick; the way is that of the mean speed.  |v| stays
- * below 2^15 turns/s x 2^32, the way of a tick below that. */
-static void motion_ramp(struct drive_turns *self)
+/* v goes to 0 by a step a tick; the displacement is that of the mean speed.  |v| stays
+ * below 2^15 turns/s x 2^32, the displacement of a tick below that. */
+static void motion_ramp(struct drive_turn *self)
 {
     const int64_t before_q32 = self->target_vel_q32;
     const int64_t step_q32 = self->stop_step_q32;
-    int64_t after_q32 = 0, way_q32 = 0;
+    int64_t after_q32 = 0, displacement_q32 = 0;
 
     if (before_q32 > step_q32)
         after_q32 = before_q32 - step_q32;
     else if (before_q32 < -step_q32)
         after_q32 = before_q32 + step_q32;
     if (motion_fixed_mulshift((before_q32 >> 1) + (after_q32 >> 1),
-                              self->tick_s_q60, 60, &way_q32) == MOTION_OK)
-        self->target_q32 += way_q32;
+                              self->tick_s_q60, 60,
+                              &displacement_q32) == MOTION_OK)
+        self->target_q32 += displacement_q32;
     self->target_vel_q32 = after_q32;
     if (after_q32 == 0)
-        self->motion = DRIVE_TURNS_FOLLOW;
+        self->motion = DRIVE_TURN_FOLLOW;
 }
 
-static void motion_remember(struct drive_turns *self)
+static void motion_remember(struct drive_turn *self)
 {
-    struct drive_turns_past *past = &self->past[self->past_at];
+    struct drive_turn_past *past = &self->past[self->past_at];
 
-    *past = (struct drive_turns_past){ self->now_ns, self->target_q32,
-                                       self->target_vel_q32 };
-    self->past_at = (self->past_at + 1) % DRIVE_TURNS_HISTORY;
-    if (self->past_count < DRIVE_TURNS_HISTORY)
+    *past = (struct drive_turn_past){ self->now_ns, self->target_q32,
+                                      self->target_vel_q32 };
+    self->past_at = (self->past_at + 1) % DRIVE_TURN_HISTORY;
+    if (self->past_count < DRIVE_TURN_HISTORY)
         self->past_count++;
 }
 
 /* One that is not new has been reached: it stands there. */
-static void motion_follow(struct drive_turns *self)
+static void motion_follow(struct drive_turn *self)
 {
     if (self->given) {
         motion_remember(self);
@@ -85,36 +86,36 @@ static void motion_follow(struct drive_turns *self)
         motion_remember(self); /* it goes on no farther */
 }
 
-bool drive_turns_next(struct drive_turns *self)
+bool drive_turn_next(struct drive_turn *self)
 {
-    const bool lost = self->phase == DRIVE_TURNS_LOST;
+    const bool lost = self->phase == DRIVE_TURN_LOST;
     const bool wanted =
-        lost ? self->motion == DRIVE_TURNS_RAMP
-             : self->armed || (self->phase == DRIVE_TURNS_RUN &&
+        lost ? self->motion == DRIVE_TURN_RAMP
+             : self->armed || (self->phase == DRIVE_TURN_RUN &&
                                self->request == HAL_DRIVE_REQUEST_ENABLE);
 
-    if (self->motion == DRIVE_TURNS_FOLLOW)
+    if (self->motion == DRIVE_TURN_FOLLOW)
         motion_follow(self);
-    else if (self->motion == DRIVE_TURNS_RAMP)
+    else if (self->motion == DRIVE_TURN_RAMP)
         motion_ramp(self);
-    return wanted && self->phase != DRIVE_TURNS_START;
+    return wanted && self->phase != DRIVE_TURN_START;
 }
 
-int64_t drive_turns_raw_q32(const struct drive_turns *self, int64_t pos_q32)
+int64_t drive_turn_raw_q32(const struct drive_turn *self, int64_t pos_q32)
 {
     return pos_q32 - self->origin_q32; /* both within 2^15 turns */
 }
 
-struct drive_turns_point drive_turns_point(const struct drive_turns *self)
+struct drive_turn_point drive_turn_point(const struct drive_turn *self)
 {
-    return (struct drive_turns_point){
-        .pos_q32 = drive_turns_raw_q32(self, self->target_q32),
+    return (struct drive_turn_point){
+        .pos_q32 = drive_turn_raw_q32(self, self->target_q32),
         .vel_q32 = self->target_vel_q32,
         .torque_mnm = self->target_torque_mnm,
     };
 }
 
-void drive_turns_homed(struct drive_turns *self)
+void drive_turn_homed(struct drive_turn *self)
 {
     self->actual_q32 -= self->origin_q32;
     self->origin_q32 = self->home.pos_q32;
@@ -127,8 +128,8 @@ static bool motion_is_real(int64_t value_q32)
     return value_q32 <= REAL_MAX_Q32 && value_q32 >= -REAL_MAX_Q32;
 }
 
-bool drive_turns_note(struct drive_turns *self, int64_t pos_q32,
-                      int64_t vel_q32, int64_t t_ns)
+bool drive_turn_note(struct drive_turn *self, int64_t pos_q32, int64_t vel_q32,
+                     int64_t t_ns)
 {
     if (!motion_is_real(pos_q32) || !motion_is_real(vel_q32))
         return false;
@@ -139,13 +140,13 @@ bool drive_turns_note(struct drive_turns *self, int64_t pos_q32,
     return true;
 }
 
-bool drive_turns_in_force(const struct drive_turns *self, int64_t t_ns,
-                          struct drive_turns_past *past)
+bool drive_turn_in_force(const struct drive_turn *self, int64_t t_ns,
+                         struct drive_turn_past *past)
 {
     unsigned at = self->past_at;
 
     for (unsigned i = 0; i < self->past_count; i++) {
-        at = (at + DRIVE_TURNS_HISTORY - 1) % DRIVE_TURNS_HISTORY;
+        at = (at + DRIVE_TURN_HISTORY - 1) % DRIVE_TURN_HISTORY;
         if (self->past[at].given_ns + self->config.latency_ns <= t_ns) {
             *past = self->past[at];
             return true;

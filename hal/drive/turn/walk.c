@@ -8,7 +8,7 @@
 
 #define AGAIN_NS INT64_C(150000000) /* longer than a heartbeat period */
 
-struct hal_text drive_turns_say(struct drive_turns *self, const char *words)
+struct hal_text drive_turn_say(struct drive_turn *self, const char *words)
 {
     struct hal_text text;
 
@@ -17,37 +17,37 @@ struct hal_text drive_turns_say(struct drive_turns *self, const char *words)
     return text;
 }
 
-bool drive_turns_is_watched(const struct drive_turns *self)
+bool drive_turn_is_watched(const struct drive_turn *self)
 {
-    return self->phase != DRIVE_TURNS_START && self->phase != DRIVE_TURNS_LOST;
+    return self->phase != DRIVE_TURN_START && self->phase != DRIVE_TURN_LOST;
 }
 
 /* ---- entering a phase ---- */
 
-void drive_turns_pursue(struct drive_turns *self)
+void drive_turn_pursue(struct drive_turn *self)
 {
     self->since_ns = self->now_ns;
     self->retry_ns = self->now_ns;
     if (self->homing == HAL_DRIVE_HOMING_RUNNING)
         self->homing = HAL_DRIVE_HOMING_FAILED;
     if (self->request == HAL_DRIVE_REQUEST_ENABLE && !self->armed)
-        drive_turns_stand(self);
+        drive_turn_stand(self);
     else if (self->request == HAL_DRIVE_REQUEST_QUICK_STOP)
-        drive_turns_brake(self);
-    else if (self->motion == DRIVE_TURNS_HOME)
-        drive_turns_stand(self);
+        drive_turn_brake(self);
+    else if (self->motion == DRIVE_TURN_HOME)
+        drive_turn_stand(self);
 }
 
-void drive_turns_enter(struct drive_turns *self, enum drive_turns_phase phase)
+void drive_turn_enter(struct drive_turn *self, enum drive_turn_phase phase)
 {
     self->phase = phase;
     self->since_ns = self->now_ns;
     self->retry_ns = self->now_ns;
 }
 
-void drive_turns_start(struct drive_turns *self)
+void drive_turn_start(struct drive_turn *self)
 {
-    drive_turns_enter(self, DRIVE_TURNS_START);
+    drive_turn_enter(self, DRIVE_TURN_START);
     self->request = HAL_DRIVE_REQUEST_OFF;
     self->state = HAL_DRIVE_OFFLINE;
     self->mode = HAL_DRIVE_STREAM_POSITION;
@@ -60,45 +60,45 @@ void drive_turns_start(struct drive_turns *self)
     self->positioned = false;
     self->fault_code = 0;
     self->fault_text[0] = '\0';
-    drive_turns_stand(self);
+    drive_turn_stand(self);
     self->ops->start(self);
 }
 
-void drive_turns_latch(struct drive_turns *self)
+void drive_turn_latch(struct drive_turn *self)
 {
     self->request = HAL_DRIVE_REQUEST_QUICK_STOP;
     self->state = HAL_DRIVE_FAULT;
     if (self->homing == HAL_DRIVE_HOMING_RUNNING)
         self->homing = HAL_DRIVE_HOMING_FAILED;
-    if (self->motion != DRIVE_TURNS_RAMP)
-        drive_turns_brake(self);
-    drive_turns_enter(self, DRIVE_TURNS_LATCHED);
+    if (self->motion != DRIVE_TURN_RAMP)
+        drive_turn_brake(self);
+    drive_turn_enter(self, DRIVE_TURN_LATCHED);
 }
 
-void drive_turns_lose(struct drive_turns *self)
+void drive_turn_lose(struct drive_turn *self)
 {
-    const bool follows = self->armed && self->motion != DRIVE_TURNS_GO &&
-                         self->motion != DRIVE_TURNS_HOME;
+    const bool follows = self->armed && self->motion != DRIVE_TURN_GO &&
+                         self->motion != DRIVE_TURN_HOME;
 
-    self->left = drive_turns_is_watched(self);
-    drive_turns_latch(self);
+    self->left = drive_turn_is_watched(self);
+    drive_turn_latch(self);
     if (!follows)
-        drive_turns_stand(self); /* no ramp */
-    self->phase = DRIVE_TURNS_LOST;
+        drive_turn_stand(self); /* no ramp */
+    self->phase = DRIVE_TURN_LOST;
     self->state = HAL_DRIVE_OFFLINE;
     self->armed = false;
     self->torque = self->torque || self->left; /* until it says otherwise */
 }
 
-static void walk_run(struct drive_turns *self)
+static void walk_run(struct drive_turn *self)
 {
-    drive_turns_enter(self, DRIVE_TURNS_RUN);
+    drive_turn_enter(self, DRIVE_TURN_RUN);
     self->left = false;
     self->state = HAL_DRIVE_OFF;
     self->mode = HAL_DRIVE_STREAM_POSITION;
-    drive_turns_stand(self);
+    drive_turn_stand(self);
     if (self->alarmed) { /* since before it was found */
-        drive_turns_latch(self);
+        drive_turn_latch(self);
         return;
     }
     self->fault_code = 0;
@@ -107,7 +107,7 @@ static void walk_run(struct drive_turns *self)
 
 /* ---- waits ---- */
 
-static bool walk_again(struct drive_turns *self)
+static bool walk_again(struct drive_turn *self)
 {
     if (self->now_ns < self->retry_ns)
         return false;
@@ -115,14 +115,14 @@ static bool walk_again(struct drive_turns *self)
     return true;
 }
 
-static bool walk_took_too_long(const struct drive_turns *self)
+static bool walk_took_too_long(const struct drive_turn *self)
 {
     return self->now_ns - self->since_ns > self->config.state_timeout_ns;
 }
 
 /* ---- one step per request ---- */
 
-static void walk_off(struct drive_turns *self)
+static void walk_off(struct drive_turn *self)
 {
     if (!self->torque) {
         self->state = HAL_DRIVE_OFF;
@@ -130,15 +130,15 @@ static void walk_off(struct drive_turns *self)
     }
     self->state = HAL_DRIVE_QUICK_STOP;
     if (walk_took_too_long(self)) {
-        drive_turns_say(self, "does not switch off");
-        drive_turns_latch(self);
+        drive_turn_say(self, "does not switch off");
+        drive_turn_latch(self);
         return;
     }
     self->ops->disarm(self, walk_again(self));
 }
 
 /* The drive switches itself off and on on the way. */
-static void walk_home(struct drive_turns *self)
+static void walk_home(struct drive_turn *self)
 {
     const int err = self->ops->seek(self);
 
@@ -147,29 +147,29 @@ static void walk_home(struct drive_turns *self)
     if (err == MOTION_OK || err == MOTION_E_REFUSED) {
         if (err == MOTION_E_REFUSED)
             self->homing = HAL_DRIVE_HOMING_FAILED;
-        drive_turns_stand(self);
+        drive_turn_stand(self);
         self->first_target = true;
         return;
     }
     if (err == MOTION_E_AGAIN)
-        drive_turns_say(self, "homing took too long");
-    drive_turns_latch(self);
+        drive_turn_say(self, "homing took too long");
+    drive_turn_latch(self);
 }
 
 /* From a quick stop only at standstill, and with a new first set point. */
-static void walk_enable(struct drive_turns *self)
+static void walk_enable(struct drive_turn *self)
 {
     if (self->state == HAL_DRIVE_ENABLED) {
-        if (self->motion == DRIVE_TURNS_HOME) {
+        if (self->motion == DRIVE_TURN_HOME) {
             walk_home(self);
         } else if (!self->armed) {
-            drive_turns_say(self, "switched itself off");
-            drive_turns_latch(self);
+            drive_turn_say(self, "switched itself off");
+            drive_turn_latch(self);
         }
         return;
     }
     if (self->armed) {
-        if (self->motion == DRIVE_TURNS_RAMP)
+        if (self->motion == DRIVE_TURN_RAMP)
             return;
         self->state = HAL_DRIVE_ENABLED;
         self->first_target = true;
@@ -177,15 +177,15 @@ static void walk_enable(struct drive_turns *self)
     }
     self->state = HAL_DRIVE_ENABLING;
     if (walk_took_too_long(self)) {
-        drive_turns_say(self, "did not switch on");
-        drive_turns_latch(self);
+        drive_turn_say(self, "did not switch on");
+        drive_turn_latch(self);
         return;
     }
     self->ops->arm(self, walk_again(self));
 }
 
 /* What it does by itself can only be switched off. */
-static void walk_quick_stop(struct drive_turns *self)
+static void walk_quick_stop(struct drive_turn *self)
 {
     self->state = self->torque ? HAL_DRIVE_QUICK_STOP : HAL_DRIVE_OFF;
     if (self->torque && !self->armed)
@@ -194,7 +194,7 @@ static void walk_quick_stop(struct drive_turns *self)
 
 /* ---- one step per phase ---- */
 
-static void walk_starting(struct drive_turns *self)
+static void walk_starting(struct drive_turn *self)
 {
     const int err = self->ops->start_step(self);
 
@@ -203,15 +203,15 @@ static void walk_starting(struct drive_turns *self)
     if (err == MOTION_OK) {
         walk_run(self);
     } else if (err != MOTION_E_AGAIN) { /* only a new start helps */
-        drive_turns_lose(self);
+        drive_turn_lose(self);
         self->state = HAL_DRIVE_FAULT;
     }
 }
 
-static void walk_running(struct drive_turns *self)
+static void walk_running(struct drive_turn *self)
 {
     if (self->alarmed) {
-        drive_turns_latch(self);
+        drive_turn_latch(self);
         return;
     }
     if (self->request == HAL_DRIVE_REQUEST_ENABLE)
@@ -223,7 +223,7 @@ static void walk_running(struct drive_turns *self)
 }
 
 /* Torque goes when it is asked to. */
-static void walk_latched(struct drive_turns *self)
+static void walk_latched(struct drive_turn *self)
 {
     if (self->torque &&
         (!self->armed || self->request == HAL_DRIVE_REQUEST_OFF))
@@ -231,24 +231,24 @@ static void walk_latched(struct drive_turns *self)
 }
 
 /* What it says of its torque counts, be it late. */
-static void walk_lost(struct drive_turns *self)
+static void walk_lost(struct drive_turn *self)
 {
-    if (self->torque && self->motion != DRIVE_TURNS_RAMP && walk_again(self))
+    if (self->torque && self->motion != DRIVE_TURN_RAMP && walk_again(self))
         self->ops->disarm(self, true);
 }
 
-static void walk_reset(struct drive_turns *self)
+static void walk_reset(struct drive_turn *self)
 {
     if (walk_took_too_long(self)) {
-        struct hal_text text = drive_turns_say(self, "not reset, ");
+        struct hal_text text = drive_turn_say(self, "not reset, ");
 
         hal_text_put(&text, self->alarmed ? "the fault is still there"
                                           : "it does not switch off");
-        drive_turns_enter(self, DRIVE_TURNS_LATCHED);
+        drive_turn_enter(self, DRIVE_TURN_LATCHED);
         return;
     }
     if (self->torque) {
-        if (!self->armed || self->motion != DRIVE_TURNS_RAMP)
+        if (!self->armed || self->motion != DRIVE_TURN_RAMP)
             self->ops->disarm(self, walk_again(self));
     } else if (self->alarmed) {
         self->ops->clear(self, walk_again(self));
@@ -258,23 +258,23 @@ static void walk_reset(struct drive_turns *self)
     }
 }
 
-void drive_turns_step(struct drive_turns *self, int64_t now_ns)
+void drive_turn_step(struct drive_turn *self, int64_t now_ns)
 {
     self->now_ns = now_ns;
     switch (self->phase) {
-    case DRIVE_TURNS_START:
+    case DRIVE_TURN_START:
         walk_starting(self);
         break;
-    case DRIVE_TURNS_RUN:
+    case DRIVE_TURN_RUN:
         walk_running(self);
         break;
-    case DRIVE_TURNS_LATCHED:
+    case DRIVE_TURN_LATCHED:
         walk_latched(self);
         break;
-    case DRIVE_TURNS_RESET:
+    case DRIVE_TURN_RESET:
         walk_reset(self);
         break;
-    case DRIVE_TURNS_LOST:
+    case DRIVE_TURN_LOST:
         walk_lost(self);
         break; /* and waits for a reset */
     }

@@ -9,7 +9,7 @@ void cia402_guard_start(struct sim_cia402 *self)
 }
 
 /* A node with a heartbeat does not answer. */
-void cia402_guard_asked(struct sim_cia402 *self)
+void cia402_guard_requested(struct sim_cia402 *self)
 {
     const int64_t life_ns = INT64_C(1000000) * self->value[CIA402_GUARD_TIME] *
                             self->value[CIA402_LIFE_FACTOR];

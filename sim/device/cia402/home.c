@@ -108,10 +108,10 @@ void cia402_home_begin(struct sim_cia402 *self)
 /* ---- phases ------------------------------------------------------------ */
 
 static void cia402_home_enter(struct sim_cia402 *self,
-                              enum cia402_home_phase phase, int8_t way)
+                              enum cia402_home_phase phase, int8_t direction)
 {
     self->homing.phase = (uint8_t)phase;
-    self->homing.way = way;
+    self->homing.direction = direction;
     self->homing.seen = false;
 }
 
@@ -130,12 +130,12 @@ static void cia402_home_attain(struct sim_cia402 *self, int64_t home_q24)
     cia402_home_enter(self, CIA402_HOME_STOP, 0);
 }
 
-static void cia402_home_index(struct sim_cia402 *self, int8_t way)
+static void cia402_home_index(struct sim_cia402 *self, int8_t direction)
 {
     if (self->config.rail.index_every == 0)
         cia402_home_fail(self);
     else
-        cia402_home_enter(self, CIA402_HOME_INDEX, way);
+        cia402_home_enter(self, CIA402_HOME_INDEX, direction);
 }
 
 /* From where it stands: SEEK, LEAVE or FINAL first. */
@@ -187,7 +187,7 @@ static bool cia402_home_crosses(struct sim_cia402 *self, bool active,
 {
     struct sim_cia402_homing *homing = &self->homing;
 
-    if ((self->base.plant.vel_q24 > 0) != (homing->way > 0))
+    if ((self->base.plant.vel_q24 > 0) != (homing->direction > 0))
         return false;
     if (active == level)
         homing->seen = true;
@@ -197,8 +197,8 @@ static bool cia402_home_crosses(struct sim_cia402 *self, bool active,
 static bool cia402_home_is_at_limit(const struct sim_cia402 *self)
 {
     return (cia402_inputs(self) &
-            (self->homing.way > 0 ? CIA402_INPUT_POSITIVE
-                                  : CIA402_INPUT_NEGATIVE)) != 0;
+            (self->homing.direction > 0 ? CIA402_INPUT_POSITIVE
+                                        : CIA402_INPUT_NEGATIVE)) != 0;
 }
 
 static void cia402_home_seek(struct sim_cia402 *self,
@@ -215,7 +215,7 @@ static void cia402_home_seek(struct sim_cia402 *self,
         if (!method->turns || homing->turned)
             cia402_home_fail(self);
         homing->turned = true;
-        homing->way = (int8_t)-homing->way;
+        homing->direction = (int8_t)-homing->direction;
     }
 }
 
@@ -245,7 +245,7 @@ static void cia402_home_pulse(struct sim_cia402 *self)
     const int64_t before = cia402_inputs_index(self, self->homing.last_q24);
     const int64_t now = cia402_inputs_index(self, self->base.plant.pos_q24);
 
-    if (now != before && (now > before) == (self->homing.way > 0))
+    if (now != before && (now > before) == (self->homing.direction > 0))
         cia402_home_attain(self, (now > before ? now : before) * every_q24);
     else if (cia402_home_is_at_limit(self))
         cia402_home_fail(self);
@@ -284,7 +284,8 @@ void cia402_home_step(struct sim_cia402 *self, int64_t dt_ns)
     self->profile.acc_q8 = (int64_t)self->value[CIA402_HOMING_ACCELERATION]
                            << 8;
     self->profile.dec_q8 = self->profile.acc_q8;
-    cia402_profile_run(self, moving ? self->homing.way * speed_q24 : 0, dt_ns);
+    cia402_profile_run(self, moving ? self->homing.direction * speed_q24 : 0,
+                       dt_ns);
 }
 
 unsigned cia402_home_status(const struct sim_cia402 *self)

@@ -284,7 +284,7 @@ static void cia402_long_take_segment(struct sim_cia402 *self,
     struct sim_cia402_transfer *transfer = &self->transfer;
     uint8_t number = request[0] & 0x7F;
     bool last = request[0] & 0x80;
-    uint32_t room;
+    uint32_t capacity;
 
     if (number == 0 || number > transfer->block_size) {
         cia402_long_abort(self, CIA402_ABORT_SEQUENCE);
@@ -295,9 +295,9 @@ static void cia402_long_take_segment(struct sim_cia402 *self,
             cia402_long_abort(self, CIA402_ABORT_TOO_LONG);
             return;
         }
-        room = SIM_CIA402_NOTES - transfer->at;
+        capacity = SIM_CIA402_NOTES - transfer->at;
         memcpy(transfer->into + transfer->at, &request[1],
-               room < CIA402_SEGMENT ? room : CIA402_SEGMENT);
+               capacity < CIA402_SEGMENT ? capacity : CIA402_SEGMENT);
         transfer->at += CIA402_SEGMENT;
         transfer->sequence++;
         transfer->last = last;

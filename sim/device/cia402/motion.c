@@ -97,7 +97,7 @@ void cia402_motion_ramp(struct sim_cia402 *self, int64_t acc_counts_s2)
 
 /* ---- one inner step ---------------------------------------------------- */
 
-/* v goes to 0 by a dt; the way is that of the mean speed. */
+/* v goes to 0 by a dt; the displacement is that of the mean speed. */
 static void cia402_motion_step_ramp(struct sim_cia402 *self, int64_t dt_ns)
 {
     int64_t before_q24 = self->demand_vel_q24;

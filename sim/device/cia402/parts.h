@@ -176,7 +176,7 @@ void cia402_com_changed(struct sim_cia402 *self, int row);
 /* ---- guard.c ---------------------------------------------------- */
 
 /* A remote frame with our heartbeat's id. */
-void cia402_guard_asked(struct sim_cia402 *self);
+void cia402_guard_requested(struct sim_cia402 *self);
 void cia402_guard_start(struct sim_cia402 *self);
 void cia402_guard_time(struct sim_cia402 *self,
                        const struct hal_can_frame *frame);

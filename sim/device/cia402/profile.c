@@ -3,7 +3,7 @@
  * PP: a set point is taken with the rising edge of bit 4 and acknowledged by
  * bit 12, which falls with bit 4 once there is room for another.  Bit 5: at
  * once; else after the one under way.  Bit 6: from the target before.
- * The speed is the highest from which the way that is left suffices to brake:
+ * The speed is the highest from which the distance that is left suffices to brake:
  *   v^2 = 2 d (distance left after this step).
  * Source: CiA 402-2 10 and 11. */
 #include "sim/device/cia402/parts.h"
@@ -78,10 +78,11 @@ static void cia402_profile_take(struct sim_cia402 *self)
         self, (int32_t)(value[CIA402_TARGET_POSITION] + from));
     const int64_t max_q24 = cia402_stream_vel_max_q24(self);
     const int64_t here_counts = cia402_motion_counts(self->demand_q24);
-    const int32_t way = (int32_t)((uint32_t)wanted -
-                                  (uint32_t)(here_counts - self->zero_counts));
+    const int32_t distance =
+        (int32_t)((uint32_t)wanted -
+                  (uint32_t)(here_counts - self->zero_counts));
 
-    profile->target_q24 = (here_counts + way) * (INT64_C(1) << 24);
+    profile->target_q24 = (here_counts + distance) * (INT64_C(1) << 24);
     profile->vel_q24 = (int64_t)value[CIA402_PROFILE_VELOCITY] << 24;
     if (profile->vel_q24 > max_q24)
         profile->vel_q24 = max_q24;
@@ -115,23 +116,23 @@ void cia402_profile_control_pp(struct sim_cia402 *self)
 }
 
 /* Near the end the steps are finer than a ramp: the last one is taken whole. */
-static bool cia402_profile_is_last(struct sim_cia402 *self, int64_t way_q24,
-                                   int64_t dt_ns)
+static bool cia402_profile_is_last(struct sim_cia402 *self,
+                                   int64_t distance_q24, int64_t dt_ns)
 {
     const int64_t step =
         cia402_motion_gain_q24(self, self->profile.dec_q8, dt_ns);
     const int64_t reach = sim_plant_travel_q24(&self->base.plant, step, dt_ns);
 
-    return cia402_motion_abs(way_q24) <= reach &&
+    return cia402_motion_abs(distance_q24) <= reach &&
            cia402_motion_abs(self->demand_vel_q24) <= 2 * step;
 }
 
-static int64_t cia402_profile_speed(struct sim_cia402 *self, int64_t way_q24,
-                                    int64_t dt_ns)
+static int64_t cia402_profile_speed(struct sim_cia402 *self,
+                                    int64_t distance_q24, int64_t dt_ns)
 {
     const struct sim_cia402_profile *profile = &self->profile;
     const int64_t left_q24 =
-        cia402_motion_abs(way_q24) -
+        cia402_motion_abs(distance_q24) -
         cia402_motion_abs(sim_plant_travel_q24(&self->base.plant,
                                                self->demand_vel_q24, dt_ns));
     /* v^2 in Q48: 2 dec d = dec (Q8) x d (Q24) x 2^17, below 2^40 2^57 2^17 */
@@ -142,20 +143,20 @@ static int64_t cia402_profile_speed(struct sim_cia402 *self, int64_t way_q24,
 
     if (vel_q24 > profile->vel_q24)
         vel_q24 = profile->vel_q24;
-    return way_q24 < 0 ? -vel_q24 : vel_q24;
+    return distance_q24 < 0 ? -vel_q24 : vel_q24;
 }
 
 void cia402_profile_step_pp(struct sim_cia402 *self, int64_t dt_ns)
 {
     struct sim_cia402_profile *profile = &self->profile;
-    const int64_t way_q24 = profile->target_q24 - self->demand_q24;
+    const int64_t distance_q24 = profile->target_q24 - self->demand_q24;
 
-    if (cia402_profile_is_last(self, way_q24, dt_ns)) {
+    if (cia402_profile_is_last(self, distance_q24, dt_ns)) {
         self->demand_q24 = profile->target_q24;
         self->demand_vel_q24 = 0;
     } else {
-        cia402_profile_run(self, cia402_profile_speed(self, way_q24, dt_ns),
-                           dt_ns);
+        cia402_profile_run(
+            self, cia402_profile_speed(self, distance_q24, dt_ns), dt_ns);
     }
     if (!profile->waiting || !cia402_profile_is_there(self))
         return;

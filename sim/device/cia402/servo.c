@@ -99,7 +99,7 @@ static void sim_cia402_dispatch(struct sim_cia402 *self,
     if (!cia402_axes_is_first(self) && sim_cia402_is_for_first(self, frame))
         return;
     if (frame->remote && id == 0x700u + self->config.node_id)
-        cia402_guard_asked(self);
+        cia402_guard_requested(self);
     else if (frame->remote)
         cia402_pdo_received(self, frame);
     else if (id == 0)

@@ -151,7 +151,7 @@ struct sim_cia402_profile {
 /* See home.c. */
 struct sim_cia402_homing {
     uint8_t phase;
-    int8_t way;        /* -1, 1 */
+    int8_t direction;  /* -1, 1 */
     bool turned, seen; /* at a limit switch; the switch, since this phase */
     bool attained, failed;
     int64_t last_q24; /* at the step before */

@@ -109,10 +109,10 @@ static void cia402_stream_limit_slope(struct sim_cia402 *self,
                                       int64_t duration_ns)
 {
     int64_t max_q24 = cia402_stream_vel_max_q24(self);
-    int64_t way_q24 = self->target_q24 - self->demand_q24;
-    /* |way| <= 2^56; a ramp of 2^32 counts in 1 us is beyond 2^60: the
+    int64_t distance_q24 = self->target_q24 - self->demand_q24;
+    /* |displacement| <= 2^56; a ramp of 2^32 counts in 1 us is beyond 2^60: the
      * comparison is made wide */
-    sim_i128 vel_q24 = (sim_i128)way_q24 * CIA402_S / duration_ns;
+    sim_i128 vel_q24 = (sim_i128)distance_q24 * CIA402_S / duration_ns;
 
     if (vel_q24 <= max_q24 && vel_q24 >= -(sim_i128)max_q24) {
         self->demand_vel_q24 = (int64_t)vel_q24;

@@ -134,10 +134,11 @@ static void servo_enable(struct sim_modbus_servo *self)
 static void servo_stop(struct sim_modbus_servo *self)
 {
     const sim_i128 square = (sim_i128)self->vel_q16 * self->vel_q16;
-    const int64_t way_q16 = (int64_t)(square / ((sim_i128)2 * self->dec) >> 16);
+    const int64_t distance_q16 =
+        (int64_t)(square / ((sim_i128)2 * self->dec) >> 16);
 
     self->target_q16 =
-        self->demand_q16 + (self->vel_q16 < 0 ? -way_q16 : way_q16);
+        self->demand_q16 + (self->vel_q16 < 0 ? -distance_q16 : distance_q16);
     self->armed = self->streaming = false;
 }
 
@@ -487,25 +488,26 @@ static int64_t servo_min(int64_t a, int64_t b)
 
 /* The speed from which it can still stop at the target. */
 static int64_t servo_stop_speed_q16(const struct sim_modbus_servo *self,
-                                    int64_t way_q16)
+                                    int64_t distance_q16)
 {
     const struct motion_u128 square = motion_fixed_shl_u128(
-        motion_fixed_mul_u64((uint64_t)way_q16, 2 * (uint64_t)self->dec), 16);
+        motion_fixed_mul_u64((uint64_t)distance_q16, 2 * (uint64_t)self->dec),
+        16);
 
     return (int64_t)motion_fixed_isqrt_u128(square);
 }
 
 static void servo_profile(struct sim_modbus_servo *self)
 {
-    const int64_t way_q16 = self->target_q16 - self->demand_q16;
-    const int64_t far_q16 = way_q16 < 0 ? -way_q16 : way_q16;
+    const int64_t distance_q16 = self->target_q16 - self->demand_q16;
+    const int64_t far_q16 = distance_q16 < 0 ? -distance_q16 : distance_q16;
     const int64_t up = (self->acc << 16) / LOOPS_PER_S;
     const int64_t down = (self->dec << 16) / LOOPS_PER_S;
     int64_t want =
         servo_min(self->speed_q16, servo_stop_speed_q16(self, far_q16));
     int64_t change, step;
 
-    if (way_q16 < 0)
+    if (distance_q16 < 0)
         want = -want;
     change = want - self->vel_q16;
     step = (self->vel_q16 < 0) == (change < 0) ? up : down;

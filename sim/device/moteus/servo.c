@@ -174,7 +174,7 @@ static void moteus_set_mode(struct sim_moteus *self, unsigned mode)
         self->mode == SIM_MOTEUS_FAULT || self->mode == SIM_MOTEUS_TIMEOUT;
 
     moteus_fresh_command(self);
-    if (self->base.stubborn || (mode != SIM_MOTEUS_STOPPED && stuck))
+    if (self->base.ignores_state || (mode != SIM_MOTEUS_STOPPED && stuck))
         return;
     if (mode == SIM_MOTEUS_STOPPED && self->base.encoder_lost) {
         moteus_fail(self, SIM_MOTEUS_FAULT_ENCODER);

@@ -42,15 +42,15 @@ static void odrive_motion_home(struct sim_odrive *self, int64_t dt_ns)
     const int64_t home_q24 = self->config.home_counts * ODRIVE_ONE_Q24;
     const int64_t vel_q24 = self->config.plant.vel_max_counts_s
                             << 20; /* a sixteenth */
-    const int64_t way_q24 =
+    const int64_t distance_q24 =
         sim_plant_travel_q24(&self->base.plant, vel_q24, dt_ns);
     const int64_t left_q24 = home_q24 - self->demand_q24;
 
-    if (left_q24 < -way_q24) {
-        self->demand_q24 -= way_q24;
+    if (left_q24 < -distance_q24) {
+        self->demand_q24 -= distance_q24;
         self->demand_vel_q24 = -vel_q24;
-    } else if (left_q24 > way_q24) {
-        self->demand_q24 += way_q24;
+    } else if (left_q24 > distance_q24) {
+        self->demand_q24 += distance_q24;
         self->demand_vel_q24 = vel_q24;
     } else {
         self->demand_q24 = home_q24;

@@ -196,7 +196,7 @@ static void (*const odrive_answers[32][2])(struct sim_odrive *self) = {
     [0x1D] = { odrive_controller_error, odrive_powers },
 };
 
-static void odrive_asked(struct sim_odrive *self, unsigned command)
+static void odrive_requested(struct sim_odrive *self, unsigned command)
 {
     if (odrive_answers[command][!self->config.is_05] != NULL)
         odrive_answers[command][!self->config.is_05](self);
@@ -228,7 +228,7 @@ static bool odrive_fails(const struct sim_odrive *self)
 
 static void odrive_set_state(struct sim_odrive *self, uint32_t state)
 {
-    if (self->base.stubborn)
+    if (self->base.ignores_state)
         return;
     if (state == SIM_ODRIVE_IDLE) {
         self->result = self->axis_state == SIM_ODRIVE_IDLE ? 0 : 2;
@@ -372,7 +372,7 @@ static void odrive_on_frame(struct sim_servo *base,
         return;
     self->fed_ns = self->base.world->now_ns;
     if (frame->remote) {
-        odrive_asked(self, command);
+        odrive_requested(self, command);
     } else if (odrive_orders[command].run != NULL &&
                frame->len >= odrive_orders[command].bytes) {
         self->orders++;

@@ -36,7 +36,8 @@ struct ramp_bench {
     struct controller_axis axis[RAMP_AXES];
     struct controller_jog jog;
     struct ramp_drive drive[RAMP_AXES];
-    struct motion_segment room[RAMP_AXES][(RAMP_LEGS + 1) * MOTION_OTG_PHASES];
+    struct motion_segment storage[RAMP_AXES]
+                                 [(RAMP_LEGS + 1) * MOTION_OTG_PHASES];
     struct motion_track track[RAMP_AXES];
     int64_t now_ns;
 };
@@ -158,7 +159,7 @@ static inline void ramp_track(struct ramp_bench *bench, unsigned i,
                    acc - acc / 100000, -(acc - acc / 100000),
                    jerk - jerk / 100000, 0 },
     };
-    motion_track_init(track, bench->room[i],
+    motion_track_init(track, bench->storage[i],
                       (RAMP_LEGS + 1) * MOTION_OTG_PHASES, 0);
     for (int leg = 0; leg < RAMP_LEGS; leg++) {
         struct motion_otg_plan plan;

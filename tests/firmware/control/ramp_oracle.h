@@ -162,11 +162,11 @@ static inline bool oracle_rest(struct oracle_piece piece[3], double r, double a,
     if (sqrt(square) < -a)
         return false;
     const double first = fabs(peak + a) / jerk, last = peak / jerk;
-    const double way = r - first * (peak - a) / 2 - last * peak / 2;
+    const double displacement = r - first * (peak - a) / 2 - last * peak / 2;
     piece[0] = (struct oracle_piece){ first, peak > -a ? -jerk : jerk };
-    piece[1] = (struct oracle_piece){ fmax(way, 0) / peak, 0 };
+    piece[1] = (struct oracle_piece){ fmax(displacement, 0) / peak, 0 };
     piece[2] = (struct oracle_piece){ last, jerk };
-    return way > -1e-12;
+    return displacement > -1e-12;
 }
 
 static inline int oracle_compare(const void *a, const void *b)

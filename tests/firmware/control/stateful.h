@@ -195,7 +195,7 @@ enum stateful_stop_kind {
 
 struct stateful_stop {
     enum stateful_stop_kind kind;
-    int64_t asked_ns;
+    int64_t requested_ns;
     int64_t by_ns;  /* at rest then, on clock_ns */
     double rate;    /* of the path at most */
     double vel;     /* of the axis that jogs at most, unit/s */
@@ -239,7 +239,7 @@ struct stateful_judge {
     int64_t jog_step_q32; /* the most per tick of this jog */
     int64_t dead_ns;      /* the dead-man time, on now_ns; 0: none */
     struct controller_fault_record fault;
-    bool reset_asked; /* and accepted, since that */
+    bool reset_requested; /* and accepted, since that */
     enum controller_state before;
     bool homed_before; /* homing was running */
     int quiet_ticks;   /* in OFF or FAULT without torque asked for */
@@ -272,7 +272,7 @@ struct stateful {
     int estop_ticks, bus_ticks, lost;
     int skipped; /* ticks before this one; a drive by goals went on */
     int burst;   /* ticks until a stop; < 0: none */
-    struct motion_segment room[2][STATEFUL_AXES][STATEFUL_SEGMENTS];
+    struct motion_segment storage[2][STATEFUL_AXES][STATEFUL_SEGMENTS];
     struct motion_track track[2][STATEFUL_AXES];
     struct controller_goal goal[2][STATEFUL_AXES][STATEFUL_GOALS];
     unsigned spare; /* of the two; the other may be played */
@@ -350,7 +350,8 @@ int64_t stateful_goal_turn_ns(const struct stateful *bench, unsigned i);
 bool stateful_goal_runs_on(const struct stateful *bench, unsigned i);
 double stateful_goal_rise(const struct stateful *bench, unsigned i);
 /* A stop was asked for; a motion, or a resume, was accepted. */
-void stateful_stop_asked(struct stateful *bench, enum stateful_stop_kind kind);
+void stateful_stop_requested(struct stateful *bench,
+                             enum stateful_stop_kind kind);
 void stateful_motion_begins(struct stateful *bench, enum stateful_motion motion,
                             enum controller_state was);
 bool stateful_in_motion(enum controller_state state);

@@ -253,7 +253,7 @@ static void axis_end_homing(struct stateful_axis *axis)
 }
 
 /* In another mode than that of set points it moves by itself, or stands. */
-static void axis_by_itself(struct stateful_axis *axis, double dt)
+static void axis_by_profile(struct stateful_axis *axis, double dt)
 {
     if (axis->home_ticks > 0) {
         axis->vel = axis->home_vel;
@@ -341,7 +341,7 @@ void stateful_axis_advance(struct stateful_axis *axis)
     if (stateful_axis_follows(axis))
         axis_follow(axis, dt);
     else
-        axis_by_itself(axis, dt);
+        axis_by_profile(axis, dt);
 }
 
 static void axis_take(struct stateful_axis *axis)

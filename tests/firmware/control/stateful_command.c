@@ -63,7 +63,7 @@ int stateful_hold(struct stateful *bench)
     const int err = controller_hold(&bench->controller);
     stateful_note(bench, "hold%s", err < 0 ? "!" : "");
     if (err == MOTION_OK)
-        stateful_stop_asked(bench, STATEFUL_HOLD);
+        stateful_stop_requested(bench, STATEFUL_HOLD);
     return err;
 }
 
@@ -81,9 +81,9 @@ void stateful_stop(struct stateful *bench)
 {
     controller_stop(&bench->controller);
     stateful_note(bench, "stop");
-    stateful_stop_asked(bench, homing_is_running(&bench->homing)
-                                   ? STATEFUL_HOME_STOP
-                                   : STATEFUL_STOP);
+    stateful_stop_requested(bench, homing_is_running(&bench->homing)
+                                       ? STATEFUL_HOME_STOP
+                                       : STATEFUL_STOP);
 }
 
 int stateful_override(struct stateful *bench, int64_t rate_q30)
@@ -128,7 +128,7 @@ void stateful_jog_stop(struct stateful *bench, bool hard)
         kind = hard ? STATEFUL_HARD_STOP : STATEFUL_JOG_STOP;
     controller_jog_stop(&bench->controller, &bench->jog, hard);
     stateful_note(bench, hard ? "jog stop hard" : "jog stop");
-    stateful_stop_asked(bench, kind);
+    stateful_stop_requested(bench, kind);
 }
 
 int stateful_homing(struct stateful *bench, uint32_t axes)
@@ -146,7 +146,7 @@ int stateful_reset(struct stateful *bench)
     const int err = controller_reset(&bench->controller);
     stateful_note(bench, "reset%s", err < 0 ? "!" : "");
     if (err == MOTION_OK)
-        bench->judge.reset_asked = true;
+        bench->judge.reset_requested = true;
     return err;
 }
 

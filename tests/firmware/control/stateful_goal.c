@@ -164,7 +164,7 @@ static void judge_stopping(struct stateful *bench, unsigned i)
     const struct stateful_axis *axis = &bench->axis[i];
     const struct stateful_stop *stop = &bench->judge.stop;
     struct stateful_goer *goer = &bench->judge.goer[i];
-    const int64_t since_ns = bench->clock_ns - stop->asked_ns;
+    const int64_t since_ns = bench->clock_ns - stop->requested_ns;
     if (stop->kind != STATEFUL_GOES && !stateful_goal_runs_on(bench, i) &&
         since_ns > late_ticks(bench, i) * bench->period_ns &&
         fabs(axis->vel) > fabs(goer->vel) * (1 + 1e-9) + 1e-9)

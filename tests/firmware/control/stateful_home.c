@@ -19,21 +19,21 @@ double stateful_brake_q32(const struct motion_clock_limit *limit, double vel,
 {
     const double a = (double)limit->acc_q32 / 0x1p32;
     const double j = (double)limit->jerk_q32 / 0x1p32;
-    double way = 0;
+    double displacement = 0;
     if (vel <= 0)
         return 0;
     if (j > 0 && acc > 0) {
         const double t = acc / j;
-        way = vel * t + acc * t * t / 3;
+        displacement = vel * t + acc * t * t / 3;
         vel += acc * t / 2;
     }
     if (j == 0)
-        way += vel * vel / (2 * a);
+        displacement += vel * vel / (2 * a);
     else if (vel >= a * a / j)
-        way += vel / 2 * (vel / a + a / j);
+        displacement += vel / 2 * (vel / a + a / j);
     else
-        way += vel * sqrt(vel / j);
-    return way * (double)MOTION_FIXED_ONE_Q32;
+        displacement += vel * sqrt(vel / j);
+    return displacement * (double)MOTION_FIXED_ONE_Q32;
 }
 
 /* --- a switch ------------------------------------------------------------- */
@@ -70,11 +70,12 @@ static void judge_mark(struct stateful *bench, unsigned i,
         *mark = (struct stateful_mark){
             true, pos_q32, (int64_t)brake_now_q32(bench, i, direction)
         };
-    const int64_t way_q32 = direction * (pos_q32 - mark->pos_q32);
-    if (way_q32 > mark->most_q32)
-        stateful_violate(
-            bench, STATEFUL_SWITCH, (int)i, "%.6f past switch %d, allowed %.6f",
-            stateful_unit(way_q32), (int)which, stateful_unit(mark->most_q32));
+    const int64_t displacement_q32 = direction * (pos_q32 - mark->pos_q32);
+    if (displacement_q32 > mark->most_q32)
+        stateful_violate(bench, STATEFUL_SWITCH, (int)i,
+                         "%.6f past switch %d, allowed %.6f",
+                         stateful_unit(displacement_q32), (int)which,
+                         stateful_unit(mark->most_q32));
 }
 
 /* GO may cross the home switch. */
@@ -123,16 +124,17 @@ static void judge_distance(struct stateful *bench)
     const struct stateful_homing *homing = &bench->judge.homing;
     const unsigned i = homing->axis;
     const struct motion_clock_limit *limit = &bench->axis_config[i].stop;
-    const int64_t way_q32 =
+    const int64_t displacement_q32 =
         llabs(bench->judge.past[i].pos_q32[0] - homing->leg_q32);
     const double vel = stateful_unit(bench->home[i].fast_q32);
     const double acc = (double)bench->axis_config[i].limit.acc_q32 / 0x1p32;
     const double most_q32 = (double)bench->home[i].distance_q32 +
                             stateful_brake_q32(limit, vel, acc);
     if (homing->leg != HOMING_GO && homing->leg != HOMING_IDLE &&
-        bench->judge.past[i].count > 0 && (double)way_q32 > most_q32)
+        bench->judge.past[i].count > 0 && (double)displacement_q32 > most_q32)
         stateful_violate(bench, STATEFUL_DISTANCE, (int)i,
-                         "%.6f, allowed %.6f in %s", stateful_unit(way_q32),
+                         "%.6f, allowed %.6f in %s",
+                         stateful_unit(displacement_q32),
                          most_q32 / (double)MOTION_FIXED_ONE_Q32,
                          homing_state_text(homing->leg));
 }

@@ -364,8 +364,8 @@ static bool is_healthy(const struct stateful *bench)
 static void fault_comes(struct stateful *bench, enum controller_fault fault)
 {
     bench->tally.fault[fault]++;
-    bench->judge.reset_asked = false;
-    stateful_stop_asked(bench, STATEFUL_FAULT_STOP);
+    bench->judge.reset_requested = false;
+    stateful_stop_requested(bench, STATEFUL_FAULT_STOP);
 }
 
 static void judge_faults(struct stateful *bench)
@@ -383,7 +383,7 @@ static void judge_faults(struct stateful *bench)
         if (now->fault != CONTROLLER_FAULT_NONE)
             fault_comes(bench, now->fault);
     } else if (now->fault == CONTROLLER_FAULT_NONE) {
-        if (controller->state != CONTROLLER_OFF || !judge->reset_asked)
+        if (controller->state != CONTROLLER_OFF || !judge->reset_requested)
             stateful_violate(bench, STATEFUL_LATCH, -1, "%s",
                              controller_state_text(controller->state));
         judge->causes = is_healthy(bench) ? 0 : judge->causes;

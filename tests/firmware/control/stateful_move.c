@@ -134,7 +134,7 @@ static bool move_swings(struct stateful *bench, unsigned i)
             keys.vel[k] = vel * stateful_between(bench, -0.5, 0.5);
     }
     for (int n = 0; n < 4; n++) {
-        motion_track_init(track, bench->room[bench->spare][i],
+        motion_track_init(track, bench->storage[bench->spare][i],
                           STATEFUL_SEGMENTS, start_q32);
         if (!keys_append(track, &keys, slower))
             return false;
@@ -151,7 +151,7 @@ bool stateful_draw_track(struct stateful *bench, unsigned i)
     static bool (*const kind[])(
         struct stateful *, unsigned) = { move_eases, move_flies, move_swings };
     motion_track_init(&bench->track[bench->spare][i],
-                      bench->room[bench->spare][i], STATEFUL_SEGMENTS,
+                      bench->storage[bench->spare][i], STATEFUL_SEGMENTS,
                       bench->controller.axis[i].target.pos_q32);
     return kind[stateful_in(bench, 0, 2)](bench, i);
 }

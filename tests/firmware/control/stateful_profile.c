@@ -67,11 +67,11 @@ int stateful_profile_halt(struct stateful_axis *axis)
 static int64_t profile_to_q32(const struct stateful_axis *axis)
 {
     const struct stateful_profile *profile = &axis->profile;
-    const int64_t way_q32 = profile->next.pos_q32 - axis->pos_q32;
-    if (llabs(way_q32) <= profile->short_q32)
+    const int64_t displacement_q32 = profile->next.pos_q32 - axis->pos_q32;
+    if (llabs(displacement_q32) <= profile->short_q32)
         return profile->short_q32 == 0 ? profile->next.pos_q32 : axis->pos_q32;
     return profile->next.pos_q32 -
-           (way_q32 < 0 ? -profile->short_q32 : profile->short_q32);
+           (displacement_q32 < 0 ? -profile->short_q32 : profile->short_q32);
 }
 
 static void profile_take(struct stateful_axis *axis)
@@ -102,12 +102,14 @@ static double profile_vel(const struct stateful_axis *axis, double dt)
 {
     const struct stateful_profile *profile = &axis->profile;
     const double dec = (double)profile->go.dec_q32 / 0x1p32;
-    const double way = stateful_unit(profile->go.pos_q32 - axis->pos_q32);
+    const double displacement =
+        stateful_unit(profile->go.pos_q32 - axis->pos_q32);
     const double most = stateful_unit(profile->go.vel_q32) * profile->share;
-    const double vel = dec * (sqrt(dt * dt + 2 * fabs(way) / dec) - dt);
+    const double vel =
+        dec * (sqrt(dt * dt + 2 * fabs(displacement) / dec) - dt);
     if (profile->halting)
         return 0;
-    return copysign(fmin(vel, most), way);
+    return copysign(fmin(vel, most), displacement);
 }
 
 static void profile_step(struct stateful_axis *axis, double dt)

@@ -44,8 +44,8 @@ static const struct motion_clock_limit *stop_limit(const struct stateful *bench,
 static double stop_rate(const struct stateful *bench)
 {
     const double rate = (double)bench->controller.rate.rate_q30 * 0x1p-30;
-    const double asked = (double)bench->controller.override_q30 * 0x1p-30;
-    return fmax(rate, fmax(asked, 1));
+    const double requested = (double)bench->controller.override_q30 * 0x1p-30;
+    return fmax(rate, fmax(requested, 1));
 }
 
 /* What the longest ramp of one axis would take alone, in seconds. */
@@ -243,7 +243,8 @@ static int64_t later_ns(int64_t a_ns, int64_t b_ns)
     return a_ns > b_ns ? a_ns : b_ns;
 }
 
-void stateful_stop_asked(struct stateful *bench, enum stateful_stop_kind kind)
+void stateful_stop_requested(struct stateful *bench,
+                             enum stateful_stop_kind kind)
 {
     struct stateful_stop *stop = &bench->judge.stop;
     const struct stateful_stop before = *stop;
@@ -251,7 +252,7 @@ void stateful_stop_asked(struct stateful *bench, enum stateful_stop_kind kind)
     const struct motion_clock_rate from = rate_before(bench);
     *stop = (struct stateful_stop){
         .kind = kind,
-        .asked_ns = bench->clock_ns,
+        .requested_ns = bench->clock_ns,
         .by_ns = stop_by_ns(bench, kind),
         .rate = (double)from.rate_q30 * 0x1p-30 +
                 rate_allowance(bench, kind, &from),
@@ -371,7 +372,7 @@ static void judge_dead_man(struct stateful *bench)
     if (judge->dead_ns == 0 || bench->now_ns < judge->dead_ns)
         return;
     judge->dead_ns = 0;
-    stateful_stop_asked(bench, STATEFUL_DEAD);
+    stateful_stop_requested(bench, STATEFUL_DEAD);
 }
 
 void stateful_judge_stop(struct stateful *bench)

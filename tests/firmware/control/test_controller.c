@@ -104,7 +104,7 @@ struct bench {
     struct controller_axis axis[AXES];
     struct fake_drive drive[AXES];
     struct fake_line estop, limit[2]; /* of axis 1 */
-    struct motion_segment room[AXES][16];
+    struct motion_segment storage[AXES][16];
     struct motion_track track[AXES];
     const struct motion_track *tracks[AXES];
     struct hal_fieldbus_worst bus; /* what the fieldbuses say */
@@ -128,7 +128,7 @@ static void bench_tracks(struct bench *bench)
         { { 400, 2, 3 }, { 1000, 4, 0 }, { 500, 4, 0 }, { 800, 0, 0 } },
     };
     for (int i = 0; i < AXES; i++) {
-        motion_track_init(&bench->track[i], bench->room[i], 16, 0);
+        motion_track_init(&bench->track[i], bench->storage[i], 16, 0);
         struct motion_state from = bench_key(0, 0);
         for (int k = 0; k < 4; k++) {
             const struct motion_state to =
@@ -800,9 +800,9 @@ static void the_gate_stops_what_planning_should_have(void **state)
         struct bench bench;
         bench_moving(&bench, 150, 1);
         bench.config[0].pos_max_q32 = 210 * UNIT;
-        struct motion_segment room[1];
+        struct motion_segment storage[1];
         struct motion_track track;
-        motion_track_init(&track, room, 1, 0);
+        motion_track_init(&track, storage, 1, 0);
         const struct motion_state rest = bench_key(0, 0);
         const struct motion_state to = bench_key(rows[n].pos, 0);
         motion_track_append_quintic(

@@ -184,14 +184,16 @@ static void without_a_new_goal_it_stops(void **state)
     assert_in_range(held, 200, 201);
     const double at = (double)drive[0].given.pos_q32 / (double)UNIT;
     until_ready();
-    const double way = (double)drive[0].given.pos_q32 / (double)UNIT - at;
+    const double displacement =
+        (double)drive[0].given.pos_q32 / (double)UNIT - at;
     /* v (v/a + a/j) / 2 */
-    assert_true(way > 0 && way < 40 * (40.0 / 400 + 400.0 / 6000) / 2 + 0.1);
+    assert_true(displacement > 0 &&
+                displacement < 40 * (40.0 / 400 + 400.0 / 6000) / 2 + 0.1);
 }
 
 static void a_hard_stop_uses_the_stop_limits(void **state)
 {
-    double way[2];
+    double displacement[2];
     (void)state;
     for (int hard = 0; hard < 2; hard++) {
         assert_int_equal(go(0, -90, 50, 0), MOTION_OK);
@@ -202,10 +204,13 @@ static void a_hard_stop_uses_the_stop_limits(void **state)
         const int64_t at_q32 = drive[0].given.pos_q32;
         controller_jog_stop(&controller, &jog, hard == 1);
         until_ready();
-        way[hard] = (double)(drive[0].given.pos_q32 - at_q32) / (double)UNIT;
+        displacement[hard] =
+            (double)(drive[0].given.pos_q32 - at_q32) / (double)UNIT;
     }
-    assert_true(way[0] > 4.7 && way[0] < 4.9);  /* 50 (0.125 + 0.067) / 2 */
-    assert_true(way[1] > 1.8 && way[1] < 1.95); /* 50 (0.05 + 0.025) / 2 */
+    assert_true(displacement[0] > 4.7 &&
+                displacement[0] < 4.9); /* 50 (0.125 + 0.067) / 2 */
+    assert_true(displacement[1] > 1.8 &&
+                displacement[1] < 1.95); /* 50 (0.05 + 0.025) / 2 */
 }
 
 static void the_range_counts_for_homed_axes_only(void **state)

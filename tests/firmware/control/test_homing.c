@@ -101,7 +101,7 @@ static void expect_failed(enum homing_error error, unsigned axis)
     assert_int_equal(machine.homing.axis, axis);
     assert_false(machine.controller.axis[axis].homed);
     assert_false(machine.controller.axis[axis].seeking);
-    assert_false(machine.controller.axis[axis].by_itself);
+    assert_false(machine.controller.axis[axis].by_profile);
     /* and stands */
     ticks(50);
     const int64_t at_q32 = true_q32(axis);
@@ -177,20 +177,20 @@ static void all_axes_one_after_the_other(void **state)
 
 static void no_move_before_homing(void **state)
 {
-    struct motion_segment room[4];
+    struct motion_segment storage[4];
     struct motion_track track;
     const struct motion_track *tracks[CONTROLLER_AXES_MAX] = { [LIFT] =
                                                                    &track };
     int axis = -1;
     (void)state;
     power_on(250);
-    motion_track_init(&track, room, 4, 0);
+    motion_track_init(&track, storage, 4, 0);
     assert_int_equal(motion_track_append_dwell(&track, 1000 * MS * 4096), 0);
     assert_int_equal(controller_start(&machine.controller, tracks, &axis),
                      MOTION_E_UNHOMED);
     assert_int_equal(axis, LIFT);
     expect_homed(1u << LIFT);
-    motion_track_init(&track, room, 4,
+    motion_track_init(&track, storage, 4,
                       machine.controller.axis[LIFT].target.pos_q32);
     assert_int_equal(motion_track_append_dwell(&track, 1000 * MS * 4096), 0);
     assert_int_equal(controller_start(&machine.controller, tracks, &axis),
@@ -312,9 +312,9 @@ static void it_may_take_too_long(void **state)
 
 enum { BY_ESTOP, BY_DRIVE, BY_SILENCE, BY_ROTOR, BY_OPERATOR, WAYS };
 
-static void break_it(int way)
+static void break_it(int displacement)
 {
-    switch (way) {
+    switch (displacement) {
     case BY_ESTOP:
         sim_gpio_drive(&sim.line[STOP], SIM_GPIO_HIGH);
         break;
@@ -334,7 +334,8 @@ static void break_it(int way)
 }
 
 /* Ticks from the injection until nothing is homing any more. */
-static unsigned homing_after(enum homing_state in, int way, int start_mm)
+static unsigned homing_after(enum homing_state in, int displacement,
+                             int start_mm)
 {
     unsigned count = 0;
     power_on(start_mm);
@@ -344,7 +345,7 @@ static unsigned homing_after(enum homing_state in, int way, int start_mm)
             fail_msg("never %s", homing_state_text(in));
         tick();
     }
-    break_it(way);
+    break_it(displacement);
     for (; homing_is_running(&machine.homing); count++) {
         assert_true(count < 20000);
         tick();
@@ -370,29 +371,29 @@ static void a_fault_in_every_state_ends_it(void **state)
     static const unsigned most[WAYS] = { 2, 6, 8, 650, 150 };
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(rows); i++)
-        for (int way = 0; way < WAYS; way++) {
+        for (int displacement = 0; displacement < WAYS; displacement++) {
             /* at rest a blocked rotor is no fault */
             const unsigned count =
-                homing_after(rows[i].in, way, rows[i].start_mm);
+                homing_after(rows[i].in, displacement, rows[i].start_mm);
             const bool done = machine.homing.state == HOMING_DONE;
-            if (done || count > most[way])
+            if (done || count > most[displacement])
                 fail_msg("%s, way %d: %s after %u ticks",
-                         homing_state_text(rows[i].in), way,
+                         homing_state_text(rows[i].in), displacement,
                          done ? "homed" : "failed", count);
-            assert_int_equal(machine.homing.error, way == BY_OPERATOR
+            assert_int_equal(machine.homing.error, displacement == BY_OPERATOR
                                                        ? HOMING_STOPPED
                                                        : HOMING_FAULT);
             assert_false(machine.controller.axis[SLIDE].seeking);
-            for (int k = 0; way != BY_OPERATOR && k < 3000 &&
+            for (int k = 0; displacement != BY_OPERATOR && k < 3000 &&
                             machine.controller.state != CONTROLLER_FAULT;
                  k++)
                 tick();
-            assert_int_equal(machine.controller.state, way == BY_OPERATOR
-                                                           ? CONTROLLER_READY
-                                                           : CONTROLLER_FAULT);
+            assert_int_equal(machine.controller.state,
+                             displacement == BY_OPERATOR ? CONTROLLER_READY
+                                                         : CONTROLLER_FAULT);
             if (rows[i].in < HOMING_SETTLE) /* later the edge is known */
                 assert_false(machine.controller.axis[SLIDE].homed);
-            if (way == BY_OPERATOR)
+            if (displacement == BY_OPERATOR)
                 continue;
             ticks(500); /* nothing starts by itself */
             const int64_t at_q32 = true_q32(SLIDE);
@@ -425,7 +426,7 @@ static void the_drive_homes_by_itself(void **state)
     expect_knows(PAN);
     assert_int_equal(machine.controller.axis[PAN].target.pos_q32, 5 * UNIT);
     assert_int_equal(machine.controller.axis[PAN].offset_q32, 0);
-    assert_false(machine.controller.axis[PAN].by_itself);
+    assert_false(machine.controller.axis[PAN].by_profile);
     /* it follows set points again */
     const struct controller_jog_goal goal = { .axis = PAN,
                                               .pos_q32 = 45 * UNIT,
@@ -454,16 +455,16 @@ static void a_drive_without_that_method_is_a_failure(void **state)
 static void a_fault_while_the_drive_homes(void **state)
 {
     (void)state;
-    for (int way = 0; way < 3; way++) {
+    for (int displacement = 0; displacement < 3; displacement++) {
         give_pan_to_its_drive(27);
         power_on(250);
         assert_int_equal(homing_start(&machine.homing, 1u << PAN), MOTION_OK);
         while (machine.homing.state != HOMING_RUN)
             tick();
         ticks(500);
-        if (way == 0)
+        if (displacement == 0)
             sim_gpio_drive(&sim.line[STOP], SIM_GPIO_HIGH);
-        else if (way == 1)
+        else if (displacement == 1)
             sim_cia402_inject(&sim.servo[PAN].cia402, SIM_CIA402_OVERCURRENT);
         else
             controller_stop(&machine.controller);
@@ -473,14 +474,15 @@ static void a_fault_while_the_drive_homes(void **state)
         }
         assert_int_equal(machine.homing.state, HOMING_FAILED);
         assert_int_equal(machine.homing.error,
-                         way == 2 ? HOMING_STOPPED : HOMING_FAULT);
+                         displacement == 2 ? HOMING_STOPPED : HOMING_FAULT);
         ticks(2500); /* a ramp at 60 deg/s2 from 7.5 deg/s is over */
         assert_false(machine.controller.axis[PAN].homed);
         const int64_t at_q32 = true_q32(PAN);
         ticks(500);
         assert_in_range(llabs(true_q32(PAN) - at_q32), 0, UNIT / 1000);
-        assert_int_equal(machine.controller.state,
-                         way == 2 ? CONTROLLER_READY : CONTROLLER_FAULT);
+        assert_int_equal(machine.controller.state, displacement == 2
+                                                       ? CONTROLLER_READY
+                                                       : CONTROLLER_FAULT);
     }
 }
 

@@ -20,7 +20,7 @@ enum request { HOLD, STOP, FAULT };
 
 /* What came of all slow-downs. */
 static struct {
-    unsigned asked, rose, waited, quick, late;
+    unsigned requested, rose, waited, quick, late;
     double rise, rest_s, share; /* the largest; share of the bound */
     unsigned compared, missed;  /* no ramp was found, but there is one */
     double ratio[COMPARED];     /* to the oracle's duration */
@@ -31,7 +31,7 @@ static double rate_of(int64_t q30)
     return (double)q30 / (double)ONE;
 }
 
-static void ask(enum request request)
+static void query(enum request request)
 {
     struct controller *c = &bench.controller;
     if (request == HOLD)
@@ -103,7 +103,7 @@ static void no_gate(const struct controller *c)
 {
     if (c->fault.fault == CONTROLLER_FAULT_GATE)
         fail_msg("after %u requests the gate trips on axis %d: %.9g over %.9g",
-                 tally.asked, c->fault.axis, (double)c->fault.value / UNIT,
+                 tally.requested, c->fault.axis, (double)c->fault.value / UNIT,
                  (double)c->fault.limit / UNIT);
 }
 
@@ -114,8 +114,8 @@ static void no_gate(const struct controller *c)
 
 static bool is_asked_again(const struct controller *c, unsigned ticks)
 {
-    return tally.asked % AGAIN == 0 && c->jog == NULL &&
-           ticks == tally.asked / AGAIN % AGAIN_TICKS &&
+    return tally.requested % AGAIN == 0 && c->jog == NULL &&
+           ticks == tally.requested / AGAIN % AGAIN_TICKS &&
            c->reaction == CONTROLLER_REACT_NONE;
 }
 
@@ -129,9 +129,9 @@ static double watch_rise(const struct controller *c, bool stop, unsigned ticks,
         return unavoidable(c, stop, 1);
     if (is_asked_again(c, ticks)) {
         most = fmin(most, unavoidable(c, stop, 1));
-        ask(STOP);
+        query(STOP);
     }
-    return tally.asked % AGAIN == 1 && ticks % ON_THE_WAY == 0
+    return tally.requested % AGAIN == 1 && ticks % ON_THE_WAY == 0
                ? fmin(most, unavoidable(c, stop, 4.0 / 3))
                : most;
 }
@@ -147,8 +147,8 @@ static void slow_down(enum request request)
     struct motion_clock_rate from;
     motion_clock_warp_at(&c->warp, c->clock_ns, &from);
     tally.waited += isinf(most) ? 1u : 0u;
-    ask(request);
-    if (++tally.asked % COMPARE == 0)
+    query(request);
+    if (++tally.requested % COMPARE == 0)
         compare(c, &from, stop);
     for (unsigned n = 0; !rests(c) && c->reaction < CONTROLLER_REACT_QUICK;
          n++) {
@@ -162,11 +162,11 @@ static void slow_down(enum request request)
         if (rate > most + 1e-7 && !c->is_brake)
             fail_msg("request %u (%d): the rate rises from %.6f to %.6f, over "
                      "%.6f",
-                     tally.asked, request, before, rate, most);
+                     tally.requested, request, before, rate, most);
         if (c->fault.fault == CONTROLLER_FAULT_REST)
             tally.late++;
         else if (c->clock_ns - from_ns > bound_ns)
-            fail_msg("request %u: %.3f s, bound %.3f s", tally.asked,
+            fail_msg("request %u: %.3f s, bound %.3f s", tally.requested,
                      (double)(c->clock_ns - from_ns) * 1e-9,
                      (double)bound_ns * 1e-9);
     }
@@ -200,7 +200,7 @@ static void report(const char *what)
         "rest "
         "after %.2f s at most, %.2f of the bound; %u quick stops, %u at the "
         "bound\n",
-        what, tally.asked, tally.rose, tally.rise * 100, tally.waited,
+        what, tally.requested, tally.rose, tally.rise * 100, tally.waited,
         tally.rest_s, tally.share, tally.quick, tally.late);
     print_message("  %u beside the shortest: median %.3f, 90 %% %.3f, 99 %% "
                   "%.3f, worst %.3f; %u found none where there is one\n",
@@ -250,7 +250,7 @@ static void random_slow_downs_in_moves(void **state)
 {
     (void)state;
     seed_from("moves");
-    while (tally.asked < slow_downs() / 6 * 5) {
+    while (tally.requested < slow_downs() / 6 * 5) {
         if (ramp_start(&bench))
             session();
     }
@@ -261,7 +261,7 @@ static void random_slow_downs_in_jogs_that_turn_round(void **state)
 {
     (void)state;
     seed_from("jogs");
-    while (tally.asked < slow_downs() / 6) {
+    while (tally.requested < slow_downs() / 6) {
         ramp_jog(&bench);
         session();
     }

@@ -102,7 +102,7 @@ static void start_ease(int64_t to_q32)
     const struct motion_ease_limit limit = { most->vel_q32, most->acc_q32,
                                              most->jerk_q32 };
     struct motion_track *track = &bench.track[bench.spare][0];
-    motion_track_init(track, bench.room[bench.spare][0], STATEFUL_SEGMENTS,
+    motion_track_init(track, bench.storage[bench.spare][0], STATEFUL_SEGMENTS,
                       bench.controller.axis[0].target.pos_q32);
     assert_int_equal(motion_ease_append_limited(track, to_q32, &limit),
                      MOTION_OK);
@@ -280,14 +280,14 @@ static void no_set_point_leaps_after_lost_ticks(void **state)
 
 /* --- stops while the rate rises ---------------------------------------------- */
 
-enum ask { ASK_HOLD, ASK_STOP, ASK_ESTOP, ASKS };
+enum request { REQUEST_HOLD, REQUEST_STOP, REQUEST_ESTOP, ASKS };
 
-static void ask(enum ask which)
+static void request(enum request which)
 {
     bench.judge.causes = (uint32_t)1 << CONTROLLER_FAULT_ESTOP;
-    if (which == ASK_HOLD)
+    if (which == REQUEST_HOLD)
         (void)stateful_hold(&bench);
-    else if (which == ASK_STOP)
+    else if (which == REQUEST_STOP)
         stateful_stop(&bench);
     else
         bench.estop.active = true;
@@ -297,7 +297,7 @@ static void ask(enum ask which)
 static void no_stop_goes_faster_first(void **state)
 {
     (void)state;
-    for (enum ask which = 0; which < ASKS; which++)
+    for (enum request which = 0; which < ASKS; which++)
         for (int at = 1; at < 900; at += 23) {
             lay(1, 100 * UNIT);
             bench.axis_config[0].limit.jerk_q32 = 0;
@@ -312,7 +312,7 @@ static void no_stop_goes_faster_first(void **state)
                 stateful_override(&bench, MOTION_CLOCK_WARP_ONE_Q30),
                 MOTION_OK);
             run(at);
-            ask(which);
+            request(which);
             run(4000);
         }
 }
@@ -458,7 +458,7 @@ static void goals_of_a_refused_start_are_forgotten(void **state)
     enable();
     const struct motion_ease_limit limit = { 100 * UNIT, 100 * UNIT, 0 };
     struct motion_track *track = &bench.track[bench.spare][1];
-    motion_track_init(track, bench.room[bench.spare][1], STATEFUL_SEGMENTS,
+    motion_track_init(track, bench.storage[bench.spare][1], STATEFUL_SEGMENTS,
                       600 * UNIT);
     assert_int_equal(motion_ease_append_limited(track, 900 * UNIT, &limit),
                      MOTION_OK);
@@ -493,7 +493,8 @@ static void a_calm_way_is_halted_in_a_second(void **state)
         (void)stateful_override(&bench,
                                 MOTION_CLOCK_WARP_ONE_Q30 / 100 * share);
         struct motion_track *track = &bench.track[bench.spare][0];
-        motion_track_init(track, bench.room[bench.spare][0], STATEFUL_SEGMENTS,
+        motion_track_init(track, bench.storage[bench.spare][0],
+                          STATEFUL_SEGMENTS,
                           bench.controller.axis[0].target.pos_q32);
         assert_int_equal(motion_ease_append_limited(track, 1900 * UNIT, &calm),
                          MOTION_OK);

@@ -19,17 +19,17 @@
 #define HELD  256
 
 /* What may happen to a frame on its way to the client. */
-enum harm {
-    HARM_NONE,
-    HARM_LOSE,
-    HARM_REPEAT,
-    HARM_SHORT,
-    HARM_NODE,    /* another node's */
-    HARM_OBJECT,  /* another index */
-    HARM_COMMAND, /* another kind of answer */
-    HARM_ABORT,   /* the server gives up */
-    HARM_DELAY,   /* this one and all after it */
-    HARMS,
+enum corrupt {
+    CORRUPT_NONE,
+    CORRUPT_LOSE,
+    CORRUPT_REPEAT,
+    CORRUPT_SHORT,
+    CORRUPT_NODE,    /* another node's */
+    CORRUPT_OBJECT,  /* another index */
+    CORRUPT_COMMAND, /* another kind of answer */
+    CORRUPT_ABORT,   /* the server gives up */
+    CORRUPT_DELAY,   /* this one and all after it */
+    CORRUPTIONS,
 };
 
 /* A port with a hand on it. */
@@ -41,7 +41,7 @@ struct line {
     struct hal_can_frame held[HELD];
     unsigned head, count;
     int64_t now_ns, until_ns; /* frames are held back until then */
-    unsigned done[HARMS];
+    unsigned done[CORRUPTIONS];
 };
 
 static void line_hold(struct line *line, const struct hal_can_frame *frame)
@@ -50,45 +50,46 @@ static void line_hold(struct line *line, const struct hal_can_frame *frame)
     line->held[(line->head + line->count++) % HELD] = *frame;
 }
 
-static void line_harm(struct line *line, struct hal_can_frame *frame)
+static void line_corrupt(struct line *line, struct hal_can_frame *frame)
 {
-    enum harm harm = HARM_NONE;
+    enum corrupt corrupt = CORRUPT_NONE;
 
     if (line->one_in > 0 && check_random(&line->seed) % line->one_in == 0)
-        harm = (enum harm)check_random_in(&line->seed, 1, HARMS - 1);
-    line->done[harm]++;
-    switch (harm) {
-    case HARM_LOSE:
+        corrupt =
+            (enum corrupt)check_random_in(&line->seed, 1, CORRUPTIONS - 1);
+    line->done[corrupt]++;
+    switch (corrupt) {
+    case CORRUPT_LOSE:
         return;
-    case HARM_REPEAT:
+    case CORRUPT_REPEAT:
         line_hold(line, frame);
         break;
-    case HARM_SHORT:
+    case CORRUPT_SHORT:
         frame->len = (uint8_t)check_random_in(&line->seed, 0, 7);
         break;
-    case HARM_NODE:
+    case CORRUPT_NODE:
         frame->id = 0x580 + NODE + 1;
         break;
-    case HARM_OBJECT: /* of the answers that name one */
+    case CORRUPT_OBJECT: /* of the answers that name one */
         if (frame->data[0] >> 5 == 0)
             return;
         frame->data[1] ^= 0x10;
         break;
-    case HARM_COMMAND: /* bits 7-5 */
+    case CORRUPT_COMMAND: /* bits 7-5 */
         frame->data[0] ^= (uint8_t)(check_random_in(&line->seed, 1, 7) << 5);
         break;
-    case HARM_ABORT:
+    case CORRUPT_ABORT:
         frame->data[0] = 0x80;
         frame->data[1] = (uint8_t)NOTES;
         frame->data[2] = NOTES >> 8;
         frame->data[3] = 0;
         break;
-    case HARM_DELAY:
+    case CORRUPT_DELAY:
         line->until_ns =
             line->now_ns + check_random_in(&line->seed, 1, 400) * MS;
         break;
-    case HARM_NONE:
-    case HARMS:
+    case CORRUPT_NONE:
+    case CORRUPTIONS:
         break;
     }
     line_hold(line, frame);
@@ -109,7 +110,7 @@ static int line_recv(struct hal_can *can, struct hal_can_frame *frame)
     struct line *line = CONTAINER_OF(can, struct line, can);
 
     while (line->count < HELD / 2 && hal_can_recv(line->inner, frame) == 1)
-        line_harm(line, frame);
+        line_corrupt(line, frame);
     if (line->count == 0 || line->now_ns < line->until_ns)
         return 0;
     *frame = line->held[line->head];
@@ -199,11 +200,11 @@ static int put(struct bench *b, const uint8_t *from, uint32_t length,
     return outcome(b);
 }
 
-static int get(struct bench *b, uint8_t *into, uint32_t room, bool block)
+static int get(struct bench *b, uint8_t *into, uint32_t capacity, bool block)
 {
     cycle(b);
     assert_int_equal(canopen_sdo_read_bytes(&b->node, b->world.now_ns, NOTES, 0,
-                                            into, room, block),
+                                            into, capacity, block),
                      MOTION_OK);
     return outcome(b);
 }
@@ -242,11 +243,11 @@ static void a_room_too_small_is_not_overrun(void **state)
 
     assert_int_equal(put(b, from, sizeof from, false), MOTION_OK);
     for (unsigned block = 0; block < 2; block++)
-        for (uint32_t room = 1; room < 100; room += 7) {
+        for (uint32_t capacity = 1; capacity < 100; capacity += 7) {
             memset(into, 0xEE, sizeof into);
-            assert_int_equal(get(b, into, room, block), MOTION_E_REFUSED);
+            assert_int_equal(get(b, into, capacity, block), MOTION_E_REFUSED);
             assert_int_equal(b->node.sdo.abort_code, CANOPEN_ABORT_MEMORY);
-            for (uint32_t i = room; i < sizeof into; i++)
+            for (uint32_t i = capacity; i < sizeof into; i++)
                 assert_int_equal(into[i], 0xEE);
         }
     assert_int_equal(get(b, into, 100, true), MOTION_OK);
@@ -327,14 +328,15 @@ static void read_on_a_bad_line(struct bench *b, const uint8_t *from,
     }
     tally->good++;
     if (b->node.sdo.length != length || memcmp(from, into, length) != 0)
-        fail_msg("%u frames harmed: a wrong value", b->line.done[HARM_LOSE]);
+        fail_msg("%u frames corrupted: a wrong value",
+                 b->line.done[CORRUPT_LOSE]);
 }
 
-static unsigned harms(const struct bench *b)
+static unsigned corruptions(const struct bench *b)
 {
     unsigned sum = 0;
 
-    for (unsigned i = 1; i < HARMS; i++)
+    for (unsigned i = 1; i < CORRUPTIONS; i++)
         sum += b->line.done[i];
     return sum;
 }
@@ -347,7 +349,7 @@ static void a_bad_line_never_gives_a_wrong_value(void **state)
     uint8_t from[400];
     struct tally tally = { 0 };
 
-    while (harms(b) < 100000) {
+    while (corruptions(b) < 100000) {
         const uint32_t length =
             (uint32_t)check_random_in(&b->line.seed, 1, sizeof from);
         const bool block = check_random(&b->line.seed) & 1;
@@ -360,10 +362,10 @@ static void a_bad_line_never_gives_a_wrong_value(void **state)
             read_on_a_bad_line(b, from, length, block, &tally);
         mend(b);
     }
-    print_message("%u frames harmed, %u values right, %u refused\n", harms(b),
-                  tally.good, tally.refused);
+    print_message("%u frames corrupted, %u values right, %u refused\n",
+                  corruptions(b), tally.good, tally.refused);
     assert_true(tally.good > 1000);
-    for (unsigned i = 1; i < HARMS; i++)
+    for (unsigned i = 1; i < CORRUPTIONS; i++)
         assert_true(b->line.done[i] > 1000);
 }
 

@@ -117,7 +117,7 @@ static void devices_without_a_number_are_found_and_numbered(void **state)
         for (unsigned i = 0; i < 3; i++)
             if (b->lss.found.serial == serial[i])
                 seen |= (uint8_t)(1u << i);
-        OK(canopen_lss_ask_identity(&b->lss, NOW, 3));
+        OK(canopen_lss_request_identity(&b->lss, NOW, 3));
         assert_int_equal(b->lss.value, b->lss.found.serial);
         OK(canopen_lss_set_node(&b->lss, NOW, id));
         OK(canopen_lss_store(&b->lss, NOW));
@@ -145,7 +145,7 @@ static void one_device_is_renumbered_by_its_identity(void **state)
     watch(b, 21);
     cycles(b, 5);
     OK(canopen_lss_switch(&b->lss, NOW, &identity));
-    OK(canopen_lss_ask_node(&b->lss, NOW));
+    OK(canopen_lss_request_node(&b->lss, NOW));
     assert_int_equal(b->lss.value, 6);
     OK(canopen_lss_set_node(&b->lss, NOW, 21));
     assert_int_equal(b->device[1].config.node_id, 6); /* not yet */
@@ -172,9 +172,10 @@ static void refusals_and_wrong_questions_are_told_apart(void **state)
     assert_int_equal(canopen_lss_take(&b->lss), MOTION_E_STATE);
     assert_int_equal(canopen_lss_set_node(&b->lss, NOW, 0), MOTION_E_ARG);
     assert_int_equal(canopen_lss_set_node(&b->lss, NOW, 128), MOTION_E_ARG);
-    assert_int_equal(canopen_lss_ask_identity(&b->lss, NOW, 4), MOTION_E_ARG);
-    assert_int_equal(canopen_lss_ask_node(&b->lss, NOW), MOTION_OK);
-    assert_int_equal(canopen_lss_ask_node(&b->lss, NOW), MOTION_E_STATE);
+    assert_int_equal(canopen_lss_request_identity(&b->lss, NOW, 4),
+                     MOTION_E_ARG);
+    assert_int_equal(canopen_lss_request_node(&b->lss, NOW), MOTION_OK);
+    assert_int_equal(canopen_lss_request_node(&b->lss, NOW), MOTION_E_STATE);
     assert_int_equal(outcome(b), MOTION_E_TIMEOUT); /* nobody is configuring */
     assert_int_equal(canopen_lss_switch_all(&b->lss, true), MOTION_OK);
     assert_int_equal(canopen_lss_set_bit_rate(&b->lss, NOW, CANOPEN_LSS_500K),

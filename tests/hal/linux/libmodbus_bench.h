@@ -91,12 +91,13 @@ static inline void libmodbus_bench_end(struct libmodbus_bench *bench)
 static inline struct hal_modbus_reply
 libmodbus_bench_read(struct libmodbus_bench *bench, uint16_t address)
 {
-    const struct hal_modbus_request ask = {
+    const struct hal_modbus_request request = {
         .unit = UNIT, .function = 3, .address = address, .count = 1
     };
     struct hal_modbus_reply reply = { .err = MOTION_E_AGAIN };
 
-    assert_int_equal(hal_modbus_submit(&bench->libmodbus.modbus, &ask, 0), 0);
+    assert_int_equal(hal_modbus_submit(&bench->libmodbus.modbus, &request, 0),
+                     0);
     for (unsigned i = 0; i < PATIENCE; i++) {
         if (hal_modbus_collect(&bench->libmodbus.modbus, &reply) == 1)
             return reply;

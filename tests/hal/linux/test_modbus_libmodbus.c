@@ -111,7 +111,7 @@ static long sleeps(void)
 /* The line is stuck in time-outs and drains all the while. */
 static void the_tick_is_never_blocked(void **state)
 {
-    const struct hal_modbus_request ask = {
+    const struct hal_modbus_request request = {
         .unit = UNIT, .function = 3, .address = 0, .count = 1
     };
     struct hal_modbus_reply reply;
@@ -127,7 +127,8 @@ static void the_tick_is_never_blocked(void **state)
 
         while (hal_modbus_collect(&bench.libmodbus.modbus, &reply) == 1)
             timeouts += reply.err == MOTION_E_TIMEOUT;
-        while (hal_modbus_submit(&bench.libmodbus.modbus, &ask, 0) == MOTION_OK)
+        while (hal_modbus_submit(&bench.libmodbus.modbus, &request, 0) ==
+               MOTION_OK)
             ;
         refused++;
         const int64_t took_ns = libmodbus_bench_now_ns(&bench) - since_ns;

@@ -188,13 +188,13 @@ static void what_is_put_is_what_is_taken(void **state)
 
     (void)state;
     for (unsigned i = 0; i < 20000; i++) {
-        const struct hal_modbus_request asked = any_request(&seed);
-        const int length = modbus_pdu_put_request(&asked, pdu);
+        const struct hal_modbus_request requested = any_request(&seed);
+        const int length = modbus_pdu_put_request(&requested, pdu);
 
         assert_true(length > 0);
         assert_int_equal(modbus_pdu_take_request(pdu, (unsigned)length, &taken),
                          0);
-        taken.unit = asked.unit;
+        taken.unit = requested.unit;
         assert_int_equal(modbus_pdu_put_request(&taken, again), length);
         assert_memory_equal(pdu, again, (size_t)length);
     }
@@ -210,12 +210,13 @@ static void a_cut_or_longer_request_is_refused(void **state)
 
     (void)state;
     for (unsigned i = 0; i < 2000; i++) {
-        const struct hal_modbus_request asked = any_request(&seed);
-        const unsigned length = (unsigned)modbus_pdu_put_request(&asked, pdu);
+        const struct hal_modbus_request requested = any_request(&seed);
+        const unsigned length =
+            (unsigned)modbus_pdu_put_request(&requested, pdu);
 
         for (unsigned n = 0; n <= MODBUS_PDU_MAX; n++)
             if (n != length && modbus_pdu_take_request(pdu, n, &taken) == 0)
-                fail_msg("function %u, %u of %u bytes", asked.function, n,
+                fail_msg("function %u, %u of %u bytes", requested.function, n,
                          length);
     }
 }
@@ -252,26 +253,26 @@ static void touched_tcp_frames_are_no_answers(void **state)
 
     (void)state;
     for (unsigned i = 0; i < 100000; i++) {
-        struct hal_modbus_request asked = any_request(&seed);
+        struct hal_modbus_request requested = any_request(&seed);
         const uint16_t number = (uint16_t)check_random(&seed);
         const uint16_t zero[HAL_MODBUS_READ_MAX] = { 0 };
         unsigned length =
-            modbus_pdu_put_answer(&asked, zero, frame + MODBUS_TCP_HEAD);
-        const bool reads =
-            asked.function == 3 || asked.function == 4 || asked.function == 23;
+            modbus_pdu_put_answer(&requested, zero, frame + MODBUS_TCP_HEAD);
+        const bool reads = requested.function == 3 || requested.function == 4 ||
+                           requested.function == 23;
 
-        length = modbus_tcp_seal(frame, number, asked.unit, length);
-        modbus_tcp_take_answer(&asked, number, frame, length, &reply);
+        length = modbus_tcp_seal(frame, number, requested.unit, length);
+        modbus_tcp_take_answer(&requested, number, frame, length, &reply);
         assert_int_equal(reply.err, MOTION_OK);
         const unsigned at = (unsigned)check_random_in(&seed, 0, length - 1);
         frame[at] ^= (uint8_t)check_random_in(&seed, 1, 255);
         if (check_random(&seed) % 4 == 0)
             length = (unsigned)check_random_in(&seed, 0, length + 20);
-        modbus_tcp_take_answer(&asked, number, frame, length, &reply);
+        modbus_tcp_take_answer(&requested, number, frame, length, &reply);
         if (reply.err != MOTION_OK)
             continue;
         if (!reads || at < MODBUS_TCP_HEAD + 2)
-            fail_msg("byte %u of function %u", at, asked.function);
+            fail_msg("byte %u of function %u", at, requested.function);
         accepted++;
     }
     assert_true(accepted > 10000); /* in the registers: TCP's own checksum */

@@ -289,9 +289,9 @@ static bool fits(const struct motion_clock_warp *warp,
 static void a_ramp_that_breaks_a_limit_does_not_fit(void **state)
 {
     (void)state;
-    struct motion_segment room[4];
+    struct motion_segment storage[4];
     struct motion_track track;
-    motion_track_init(&track, room, ARRAY_LEN(room), 0);
+    motion_track_init(&track, storage, ARRAY_LEN(storage), 0);
     /* 100 unit/s for ten seconds */
     assert_int_equal(
         motion_track_append_line(&track, 10 * MOTION_FIXED_S_Q12, 1000 * UNIT),
@@ -322,9 +322,9 @@ static void a_ramp_that_breaks_a_limit_does_not_fit(void **state)
 static void what_comes_between_two_looks_counts(void **state)
 {
     (void)state;
-    struct motion_segment room[4];
+    struct motion_segment storage[4];
     struct motion_track track;
-    motion_track_init(&track, room, ARRAY_LEN(room), 0);
+    motion_track_init(&track, storage, ARRAY_LEN(storage), 0);
     struct motion_state slow = { 0, 10 * UNIT, 0, 0 };
     /* from 10 to 110 unit/s and back: acceleration 150 in the middle of 2 s */
     struct motion_state fast = { 120 * UNIT, 110 * UNIT, 0, 0 };
@@ -349,10 +349,10 @@ static void what_comes_between_two_looks_counts(void **state)
 static void looks_that_do_not_suffice_are_a_no(void **state)
 {
     (void)state;
-    struct motion_segment room[1];
+    struct motion_segment storage[1];
     struct motion_track track;
     struct motion_clock_warp warp;
-    motion_track_init(&track, room, 1, 0);
+    motion_track_init(&track, storage, 1, 0);
     motion_track_append_line(&track, 10 * MOTION_FIXED_S_Q12, 10 * UNIT);
     const struct motion_clock_limit limit = { 10 * UNIT, 1000 * ACC, 0 };
     const struct motion_clock_bound bound = bound_of(10 * ONE, 1000 * ONE);
@@ -369,9 +369,9 @@ static void looks_that_do_not_suffice_are_a_no(void **state)
 static void a_step_between_two_looks_is_seen(void **state)
 {
     (void)state;
-    struct motion_segment room[4];
+    struct motion_segment storage[4];
     struct motion_track track;
-    motion_track_init(&track, room, ARRAY_LEN(room), 0);
+    motion_track_init(&track, storage, ARRAY_LEN(storage), 0);
     struct motion_state slow = { 100 * UNIT, 100 * UNIT, 0, 0 };
     /* a blip of 0.2 ms at three times the speed, between two looks 1 ms
      * apart */
@@ -415,12 +415,12 @@ static void coarse_looks_refuse_nothing_that_fits(void **state)
     seed_from("coarse");
     unsigned compared = 0;
     for (int n = 0; n < 400; n++) {
-        struct motion_segment room[6];
+        struct motion_segment storage[6];
         struct motion_track track;
         struct motion_state to = { 0 };
         struct motion_clock_warp warp;
-        motion_track_init(&track, room, ARRAY_LEN(room), 0);
-        for (size_t i = 0; i < ARRAY_LEN(room); i++) {
+        motion_track_init(&track, storage, ARRAY_LEN(storage), 0);
+        for (size_t i = 0; i < ARRAY_LEN(storage); i++) {
             const int64_t from_q32 = to.vel_q32;
             to.vel_q32 = check_random_in(check_stream(), -50, 50) * UNIT;
             to.pos_q32 += from_q32 / 4 + to.vel_q32 / 4;
@@ -454,12 +454,12 @@ static void coarse_looks_refuse_nothing_that_fits(void **state)
 static void a_short_and_steep_segment_is_no_reason_to_refuse(void **state)
 {
     (void)state;
-    struct motion_segment room[4];
+    struct motion_segment storage[4];
     struct motion_track track;
     const struct motion_state rest = { 0 };
     struct motion_state up = { 50 * UNIT, 100 * UNIT, 100 * ACC, 0 };
     struct motion_state on = { 50 * UNIT + UNIT / 10000, 100 * UNIT, 0, 0 };
-    motion_track_init(&track, room, ARRAY_LEN(room), 0);
+    motion_track_init(&track, storage, ARRAY_LEN(storage), 0);
     motion_track_append_constraints(&track, MOTION_FIXED_S_Q12, 2, &rest, 3,
                                     &up);
     motion_track_append_quintic(&track, MOTION_FIXED_S_Q12 / 1000000, &up, &on);

@@ -18,12 +18,12 @@ __extension__ typedef __float128 quad;
 #define HOUR   (3600 * SECOND)
 #define LONG   MOTION_TRACK_SEGMENT_MAX_NS_Q12
 
-static struct motion_segment room[64];
+static struct motion_segment storage[64];
 
 static struct motion_track start_at(int64_t pos_q32)
 {
     struct motion_track track;
-    motion_track_init(&track, room, ARRAY_LEN(room), pos_q32);
+    motion_track_init(&track, storage, ARRAY_LEN(storage), pos_q32);
     return track;
 }
 
@@ -361,7 +361,7 @@ static void judge_constraints(const struct motion_track *track,
     quad relative = power(-60);
     const struct {
         const char *name;
-        bool asked;
+        bool requested;
         int order;
         quad u, want, steps;
     } rows[] = {
@@ -383,7 +383,7 @@ static void judge_constraints(const struct motion_track *track,
                     (quad)any->end.pos_q32 - (quad)segment->pos_q32);
     for (size_t r = 0; r < ARRAY_LEN(rows); r++) {
         quad got = bracket(segment, rows[r].order, rows[r].u);
-        if (rows[r].asked &&
+        if (rows[r].requested &&
             size_of(got - rows[r].want) >
                 rows[r].steps * least + relative * size_of(rows[r].want))
             fail_msg("%s: off by %g steps (seed %" PRIu64 ")", rows[r].name,
@@ -400,13 +400,13 @@ static void segments_meet_what_was_asked_at_both_ends(void **state)
 static void keys_are_hit_to_the_bit(void **state)
 {
     uint64_t seed = SEED;
-    int64_t key[ARRAY_LEN(room) + 1], at[ARRAY_LEN(room) + 1];
+    int64_t key[ARRAY_LEN(storage) + 1], at[ARRAY_LEN(storage) + 1];
     (void)state;
     for (int round = 0; round < 100; round++) {
         struct motion_track track = start_at(any_size(&seed, 44));
         key[0] = track.end.pos_q32;
         at[0] = 0;
-        for (uint32_t i = 0; i < ARRAY_LEN(room); i++) {
+        for (uint32_t i = 0; i < ARRAY_LEN(storage); i++) {
             struct motion_state end = { .pos_q32 = any_size(&seed, 44),
                                         .vel_q32 = any_size(&seed, 40),
                                         .acc_q32 = any_size(&seed, 40) };
@@ -468,11 +468,11 @@ static void a_tick_is_resolved_in_a_day_and_in_three(void **state)
                 t += tick;
                 struct motion_sample now = sample_at(&track, t);
                 quad step =
-                    exact(&room[0], 0, t) - exact(&room[0], 0, t - tick);
+                    exact(&storage[0], 0, t) - exact(&storage[0], 0, t - tick);
                 quad got = (quad)(now.pos_q32 - before.pos_q32);
                 assert_true(size_of(got - step) <= 1.5);
                 assert_true(now.vel_q32 >= before.vel_q32 - 1);
-                quad vel = exact(&room[0], 1, t);
+                quad vel = exact(&storage[0], 1, t);
                 assert_true(size_of((quad)now.vel_q32 - vel) <= 3);
                 before = now;
             }
@@ -507,9 +507,9 @@ static void a_six_hour_move_does_not_drift(void **state)
             struct motion_sample fresh = sample_at(&track, t);
             assert_memory_equal(&walked, &fresh, sizeof(fresh));
             quad travel =
-                (quad)walked.pos_q32 - (quad)room[cursor.index].pos_q32;
-            quad want = exact(&room[cursor.index], 0,
-                              t - room[cursor.index].start_ns_q12);
+                (quad)walked.pos_q32 - (quad)storage[cursor.index].pos_q32;
+            quad want = exact(&storage[cursor.index], 0,
+                              t - storage[cursor.index].start_ns_q12);
             assert_true(size_of(travel - want) <= 1.5);
         }
     }
@@ -545,7 +545,7 @@ static void a_cursor_may_jump_anywhere(void **state)
     uint64_t seed = SEED;
     (void)state;
     struct motion_track track = start_at(0);
-    while (track.count < ARRAY_LEN(room)) { /* durations of any size */
+    while (track.count < ARRAY_LEN(storage)) { /* durations of any size */
         struct motion_state end = { .pos_q32 = any_size(&seed, 40) };
         int64_t dur = 1 + any_length(&seed, 44);
         (void)motion_track_append_cubic(&track, dur, 0, &end);
@@ -756,16 +756,16 @@ static void a_refusal_leaves_the_track_as_it_was(void **state)
     for (size_t i = 0; i < ARRAY_LEN(refusals); i++) {
         const struct refusal *row = &refusals[i];
         struct motion_track track = start_at(row->from), was = track;
-        struct motion_segment was_room[2];
-        memset(room, 0x5a, sizeof(was_room));
-        memcpy(was_room, room, sizeof(was_room));
+        struct motion_segment was_capacity[2];
+        memset(storage, 0x5a, sizeof(was_capacity));
+        memcpy(was_capacity, storage, sizeof(was_capacity));
         int err = motion_track_append_constraints(&track, row->dur,
                                                   row->start_order, &row->start,
                                                   row->end_order, &row->end);
         if (err != row->err)
             fail_msg("%s: returned %d", row->name, err);
         assert_memory_equal(&track, &was, sizeof(track));
-        assert_memory_equal(room, was_room, sizeof(was_room));
+        assert_memory_equal(storage, was_capacity, sizeof(was_capacity));
     }
 }
 
@@ -775,7 +775,7 @@ static void a_full_track_takes_no_more(void **state)
     const struct motion_state rest = { 0 };
     (void)state;
     struct motion_track track;
-    motion_track_init(&track, room, 1, 0);
+    motion_track_init(&track, storage, 1, 0);
     assert_int_equal(motion_track_append_dwell(&track, SECOND), 0);
     struct motion_track was = track;
     assert_int_equal(motion_track_append_dwell(&track, SECOND), MOTION_E_FULL);
@@ -836,7 +836,7 @@ static void the_far_ends_of_the_formats_are_reached(void **state)
         judge_definition(&track, NULL, &(uint64_t){ SEED });
         struct motion_sample s = sample_at(&track, rows[i].dur / 2);
         assert_true(
-            size_of((quad)s.vel_q32 - exact(room, 1, rows[i].dur / 2)) <=
+            size_of((quad)s.vel_q32 - exact(storage, 1, rows[i].dur / 2)) <=
             24 + size_of((quad)s.vel_q32) * power(-50));
     }
 }
@@ -852,8 +852,8 @@ static void what_the_sum_cannot_hold_is_laid_over_it(void **state)
     without.segment = other; /* the same sum, without the 7 */
     assert_int_equal(motion_track_append_line(&with, HOUR, -from - 1), 0);
     assert_int_equal(motion_track_append_line(&without, HOUR, -from - 8), 0);
-    assert_int_equal(room[0].frac, -3);
-    assert_int_equal(room[0].remainder, 7);
+    assert_int_equal(storage[0].frac, -3);
+    assert_int_equal(storage[0].remainder, 7);
     assert_int_equal(other[0].remainder, 0);
     for (int64_t eighth = 0; eighth < 8; eighth++)
         assert_near(sample_at(&with, HOUR / 8 * eighth + 99).pos_q32 -

@@ -12,11 +12,11 @@
 #include "tests/support/check.h"
 #include "tests/support/real_double.h"
 
-#define SEC     MOTION_FIXED_S_Q12
-#define ROOM    4000
-#define SAMPLES 1000000
+#define SEC      MOTION_FIXED_S_Q12
+#define CAPACITY 4000
+#define SAMPLES  1000000
 
-static struct motion_segment room[2][ROOM];
+static struct motion_segment storage[2][CAPACITY];
 
 struct truth {
     long double p, v, a;
@@ -171,8 +171,8 @@ static void stated_bounds_hold_and_are_near(void **state)
         struct motion_track track[2], *tracks[2] = { &track[0], &track[1] };
         struct motion_bake_report report;
 
-        motion_track_init(&track[0], room[0], ROOM, 0);
-        motion_track_init(&track[1], room[1], ROOM, 0);
+        motion_track_init(&track[0], storage[0], CAPACITY, 0);
+        motion_track_init(&track[1], storage[1], CAPACITY, 0);
         const int err = motion_bake(&job, tracks, &report);
         if (err < 0)
             fail_msg("%s: %s", motions[i].name, motion_err_text(err));
@@ -200,7 +200,7 @@ static void borders_are_met_to_the_bit(void **state)
 
     (void)state;
     job.source.context = fn;
-    motion_track_init(&track, room[0], ROOM, 0);
+    motion_track_init(&track, storage[0], CAPACITY, 0);
     assert_int_equal(motion_bake(&job, tracks, NULL), MOTION_OK);
     assert_int_equal(track.end.pos_q32, 2 * MOTION_FIXED_ONE_Q32);
     assert_int_equal(track.end_frac, 0);
@@ -216,7 +216,7 @@ static void refuses(int want, uint32_t capacity)
     struct motion_track track, *tracks[] = { &track };
     struct motion_bake_report report = { .segments = 77 };
 
-    motion_track_init(&track, room[0], capacity, 0);
+    motion_track_init(&track, storage[0], capacity, 0);
     const struct motion_track before = track;
     assert_int_equal(motion_bake(&good, tracks, &report), want);
     assert_memory_equal(&track, &before, sizeof track);
@@ -232,22 +232,22 @@ static void bad_jobs_are_refused_and_change_nothing(void **state)
     (void)state;
     good = job_of(0);
     good.axes = 0;
-    refuses(MOTION_E_ARG, ROOM);
+    refuses(MOTION_E_ARG, CAPACITY);
     good.axes = MOTION_BAKE_AXES + 1;
-    refuses(MOTION_E_ARG, ROOM);
+    refuses(MOTION_E_ARG, CAPACITY);
     good.borders = 1;
-    refuses(MOTION_E_ARG, ROOM);
+    refuses(MOTION_E_ARG, CAPACITY);
     good.pos = motion_real_zero();
-    refuses(MOTION_E_ARG, ROOM);
+    refuses(MOTION_E_ARG, CAPACITY);
     good.border_ns_q12 = backwards;
     good.borders = 3;
-    refuses(MOTION_E_ORDER, ROOM);
+    refuses(MOTION_E_ORDER, CAPACITY);
     good.border_ns_q12 = later; /* the motion is elsewhere then */
-    refuses(MOTION_E_ARG, ROOM);
+    refuses(MOTION_E_ARG, CAPACITY);
     good.source.at = look_broken;
-    refuses(MOTION_E_IO, ROOM);
+    refuses(MOTION_E_IO, CAPACITY);
     good.pos = real_of(1e-11L); /* below what the track can show */
-    refuses(MOTION_E_LIMIT, ROOM);
+    refuses(MOTION_E_LIMIT, CAPACITY);
     refuses(MOTION_E_FULL, 2);
 }
 

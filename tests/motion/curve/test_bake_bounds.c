@@ -18,11 +18,11 @@
 #include "tests/support/check.h"
 #include "tests/support/real_double.h"
 
-#define SEC  MOTION_FIXED_S_Q12
-#define ONE  MOTION_FIXED_ONE_Q32
-#define ROOM 20000
+#define SEC      MOTION_FIXED_S_Q12
+#define ONE      MOTION_FIXED_ONE_Q32
+#define CAPACITY 20000
 
-static struct motion_segment room[4][ROOM];
+static struct motion_segment storage[4][CAPACITY];
 static struct motion_track baked;
 static uint64_t seed;
 
@@ -71,7 +71,7 @@ static long double fcurve_at(int64_t t)
     return real_value(value.pos);
 }
 
-static void easing(int way, int ease)
+static void easing(int displacement, int ease)
 {
     const struct motion_fcurve_range range = {
         .to_ns_q12 = 2 * SEC,
@@ -86,15 +86,15 @@ static void easing(int way, int ease)
             .at = { i * 2 * SEC, i * 100 * ONE },
             .left = { i * 2 * SEC - SEC / 2, i * 120 * ONE },
             .right = { i * 2 * SEC + SEC, i * 120 * ONE - 30 * ONE },
-            .interpolation = (uint8_t)way,
+            .interpolation = (uint8_t)displacement,
             .easing = (uint8_t)ease,
             .back_q32 = ONE + ONE / 2,
         };
     assert_int_equal(motion_fcurve_handles(&curve, NULL, NULL), MOTION_OK);
-    motion_track_init(&baked, room[0], ROOM, 0);
+    motion_track_init(&baked, storage[0], CAPACITY, 0);
     const int err = motion_fcurve_append(&baked, &curve, &range, &report);
-    snprintf(name, sizeof name, "easing %d, %d", way, ease);
-    if (err == MOTION_E_LIMIT && way == MOTION_FCURVE_CIRC)
+    snprintf(name, sizeof name, "easing %d, %d", displacement, ease);
+    if (err == MOTION_E_LIMIT && displacement == MOTION_FCURVE_CIRC)
         return; /* infinitely steep: a machine cannot follow */
     if (err < 0)
         fail_msg("%s: %s", name, motion_err_text(err));
@@ -105,9 +105,10 @@ static void easing_equations(void **state)
 {
     (void)state;
     seed = 3;
-    for (int way = MOTION_FCURVE_LINEAR; way <= MOTION_FCURVE_ELASTIC; way++)
+    for (int displacement = MOTION_FCURVE_LINEAR;
+         displacement <= MOTION_FCURVE_ELASTIC; displacement++)
         for (int ease = MOTION_FCURVE_IN; ease <= MOTION_FCURVE_IN_OUT; ease++)
-            easing(way, ease);
+            easing(displacement, ease);
 }
 
 /* --- time warps and cross-fades ------------------------------------------- */
@@ -130,7 +131,7 @@ static struct motion_real at_of(const struct motion_track *track, int64_t t)
 /* Quintics between random keys. */
 static void draw_part(int i, uint32_t segments, int64_t least, int64_t most)
 {
-    motion_track_init(&part[i], room[1 + i], ROOM,
+    motion_track_init(&part[i], storage[1 + i], CAPACITY,
                       check_random_in(&seed, least, most));
     for (uint32_t k = 0; k < segments; k++) {
         const struct motion_state end = { .pos_q32 = check_random_in(
@@ -172,7 +173,7 @@ static void time_warps(void **state)
         draw_part(0, 3, -100 * ONE, 100 * ONE);
         draw_part(1, 3, 0, motion_time_warp_ms(part[0].end_ns_q12 - 1));
         motion_time_warp_state(&part[0], &part[1], 0, &start);
-        motion_track_init(&baked, room[0], ROOM, start.pos_q32);
+        motion_track_init(&baked, storage[0], CAPACITY, start.pos_q32);
         assert_int_equal(
             motion_time_warp_append(&baked, &part[0], &part[1], &bound),
             MOTION_OK);
@@ -198,7 +199,7 @@ static void cross_fades(void **state)
         draw_part(0, 3, -100 * ONE, 100 * ONE);
         draw_part(1, 3, -100 * ONE, 100 * ONE);
         draw_part(2, 2, 0, ONE);
-        motion_track_init(&baked, room[0], ROOM, 0);
+        motion_track_init(&baked, storage[0], CAPACITY, 0);
         assert_int_equal(motion_pose_fade(&baked, &part[0], &part[1], &part[2],
                                           ONE / 1000000, &bound),
                          MOTION_OK);

@@ -95,12 +95,12 @@ static struct truth true_ease(enum motion_ease_law law, const int64_t T_q12[3],
 
 /* --- helpers -------------------------------------------------------------- */
 
-static struct motion_segment room[MOTION_EASE_SEGMENTS + 2];
+static struct motion_segment storage[MOTION_EASE_SEGMENTS + 2];
 static struct motion_track track;
 
 static void start_at(int64_t pos_q32)
 {
-    motion_track_init(&track, room, ARRAY_LEN(room), pos_q32);
+    motion_track_init(&track, storage, ARRAY_LEN(storage), pos_q32);
 }
 
 static const struct plan_limit no_limit = { INT64_MIN, INT64_MAX, INT64_MAX,
@@ -162,13 +162,14 @@ static const int64_t ends[][2] = {
 static bool too_fast(size_t e, int64_t dur, size_t r)
 {
     const double s = (double)dur / SEC;
-    const double way = fabs((double)ends[e][1] - (double)ends[e][0]) / ONE;
+    const double displacement =
+        fabs((double)ends[e][1] - (double)ends[e][0]) / ONE;
     const double in = ramps[r].k1, out = 1 - ramps[r].k2;
     double ramp = in > 0 && (out == 0 || in < out) ? in : out;
 
     if (ramp * s < 1e-6)
         ramp = 1e-13 / s;
-    return way / s > 1e8 || way / s / (ramp * s) > 1e13;
+    return displacement / s > 1e8 || displacement / s / (ramp * s) > 1e13;
 }
 
 static void every_law_ends_on_its_target_to_the_bit(void **state)
@@ -237,10 +238,10 @@ static void missing_ramps_leave_a_straight_line(void **state)
 }
 
 /* Largest misses of the track from the true curve. */
-static struct truth misses(enum motion_ease_law law, int64_t from, int64_t to,
-                           const int64_t T_q12[3], int samples)
+static struct truth residual_of(enum motion_ease_law law, int64_t from,
+                                int64_t to, const int64_t T_q12[3], int samples)
 {
-    const long double way = (long double)to - (long double)from;
+    const long double displacement = (long double)to - (long double)from;
     struct truth worst = { 0, 0, 0 };
 
     for (int i = 0; i < samples; i++) {
@@ -249,12 +250,12 @@ static struct truth misses(enum motion_ease_law law, int64_t from, int64_t to,
         struct truth want = true_ease(law, T_q12, (long double)t / SEC);
         struct motion_state got;
         motion_track_state(&track, t, &got);
-        worst.pos = fmaxl(
-            worst.pos, fabsl((long double)got.pos_q32 - from - want.pos * way));
-        worst.vel =
-            fmaxl(worst.vel, fabsl((long double)got.vel_q32 - want.vel * way));
-        worst.acc =
-            fmaxl(worst.acc, fabsl((long double)got.acc_q32 - want.acc * way));
+        worst.pos = fmaxl(worst.pos, fabsl((long double)got.pos_q32 - from -
+                                           want.pos * displacement));
+        worst.vel = fmaxl(worst.vel, fabsl((long double)got.vel_q32 -
+                                           want.vel * displacement));
+        worst.acc = fmaxl(worst.acc, fabsl((long double)got.acc_q32 -
+                                           want.acc * displacement));
     }
     return worst;
 }
@@ -264,8 +265,8 @@ static long double shortest_segment(void)
     int64_t dur = track.end_ns_q12;
 
     for (uint32_t i = 0; i < track.count; i++)
-        if (room[i].dur_ns_q12 < dur)
-            dur = room[i].dur_ns_q12;
+        if (storage[i].dur_ns_q12 < dur)
+            dur = storage[i].dur_ns_q12;
     return (long double)dur;
 }
 
@@ -273,36 +274,36 @@ static void check_bound(enum motion_ease_law law, int64_t from, int64_t to,
                         int64_t dur, int64_t k1, int64_t k2)
 {
     const bool baked = law == MOTION_EASE_SINE;
-    const long double way = fabsl((long double)to - (long double)from);
+    const long double displacement = fabsl((long double)to - (long double)from);
     const int64_t T1 = (int64_t)roundl(ldexpl((long double)dur * k1, -32));
     const int64_t T12 = (int64_t)roundl(ldexpl((long double)dur * k2, -32));
     const int64_t T[3] = { T1, T12 - T1, dur - T12 };
     struct motion_extreme vel, acc;
-    struct truth miss;
+    struct truth residual;
 
     start_at(from);
     assert_int_equal(MOTION_OK,
                      motion_ease_append(&track, law, to, dur, k1, k2));
     motion_track_extreme(&track, MOTION_VEL, &vel);
     motion_track_extreme(&track, MOTION_ACC, &acc);
-    miss = misses(law, from, to, T, 40);
+    residual = residual_of(law, from, to, T, 40);
     const long double top_vel =
         (long double)(vel.max > -vel.min ? vel.max : -vel.min);
     const long double top_acc =
         fmaxl((long double)acc.max, -(long double)acc.min);
     /* what the integers of the shortest segment can say (plan/check.c), at
      * frac 31 or with 2^58 steps to the way */
-    const long double step = fmaxl(ldexpl(1, -31), ldexpl(way, -58));
+    const long double step = fmaxl(ldexpl(1, -31), ldexpl(displacement, -58));
     const long double rate = (long double)SEC / shortest_segment();
-    if (miss.pos > (baked ? 3 + 1e-10L * way : 2) + 8 * step ||
-        miss.vel > (baked ? 1.3e-8L * top_vel : 0) + 2 + 22 * step * rate ||
+    if (residual.pos > (baked ? 3 + 1e-10L * displacement : 2) + 8 * step ||
+        residual.vel > (baked ? 1.3e-8L * top_vel : 0) + 2 + 22 * step * rate ||
         (top_acc < 0x1p62L && /* else it saturates */
-         miss.acc > (baked ? 5e-7L * top_acc : 0) + 2 + ldexpl(top_acc, -58) +
-                        80 * step * rate * rate))
+         residual.acc > (baked ? 5e-7L * top_acc : 0) + 2 +
+                            ldexpl(top_acc, -58) + 80 * step * rate * rate))
         fail_msg("%s from %" PRId64 " to %" PRId64 " in %" PRId64 ", k %" PRId64
                  " %" PRId64 ": misses %Lg %Lg %Lg of %Lg %Lg %Lg",
-                 law_name[law], from, to, dur, k1, k2, miss.pos, miss.vel,
-                 miss.acc, way, top_vel, top_acc);
+                 law_name[law], from, to, dur, k1, k2, residual.pos,
+                 residual.vel, residual.acc, displacement, top_vel, top_acc);
 }
 
 static void every_law_stays_within_its_bound_of_the_true_curve(void **state)
@@ -312,7 +313,7 @@ static void every_law_stays_within_its_bound_of_the_true_curve(void **state)
     for (int i = 0; i < 1500; i++) {
         const enum motion_ease_law law = laws[i % 3];
         const int64_t from = (int64_t)((draw_unit() - 0.5L) * 1e6L * ONE);
-        const int64_t way =
+        const int64_t displacement =
             (int64_t)(draw_scale(0, 58) * (draw() & 1 ? 1 : -1));
         const int64_t dur = (int64_t)draw_scale(22, 56); /* 1 us .. 5 h */
         const uint64_t a = draw() >> 32, b = draw() >> 32;
@@ -326,11 +327,11 @@ static void every_law_stays_within_its_bound_of_the_true_curve(void **state)
         if (sixteenth % 16 == 2)
             k2 = k1;
         /* keep most accelerations inside their format: 2^31 unit/s2 */
-        if (fabs((double)way) / ONE / pow((double)dur / SEC, 2) > 1e8)
+        if (fabs((double)displacement) / ONE / pow((double)dur / SEC, 2) > 1e8)
             continue;
         if ((k1 && k1 < ONE / 1000) || (k2 < ONE && k2 > ONE - ONE / 1000))
             continue;
-        check_bound(law, from, from + way, dur, k1, k2);
+        check_bound(law, from, from + displacement, dur, k1, k2);
     }
 }
 
@@ -369,21 +370,22 @@ static void no_step_is_left_between_the_pieces(void **state)
     seed_from("pieces");
     for (int i = 0; i < 600; i++) {
         const enum motion_ease_law law = laws[i % 3];
-        const int64_t way = (int64_t)draw_scale(0, 58);
+        const int64_t displacement = (int64_t)draw_scale(0, 58);
         const int64_t dur = (int64_t)draw_scale(26, 58);
         const int64_t k1 = (int64_t)(ONE / 50 + (int64_t)(draw() % (ONE / 2)));
         const int64_t k2 = k1 + (int64_t)(draw() % (uint64_t)(ONE - k1));
 
-        if ((double)way / ONE / pow((double)dur / SEC, 2) > 1e8 ||
+        if ((double)displacement / ONE / pow((double)dur / SEC, 2) > 1e8 ||
             k2 > ONE - ONE / 50)
             continue;
-        start_at(-way / 3);
-        assert_int_equal(MOTION_OK,
-                         motion_ease_append(&track, law, way, dur, k1, k2));
+        start_at(-displacement / 3);
+        assert_int_equal(
+            MOTION_OK,
+            motion_ease_append(&track, law, displacement, dur, k1, k2));
         if (steps(0) != 0 || (law == MOTION_EASE_SCURVE && steps(INT64_MAX)))
             fail_msg("%s way %" PRId64 " dur %" PRId64 " k %" PRId64
                      " %" PRId64,
-                     law_name[law], way, dur, k1, k2);
+                     law_name[law], displacement, dur, k1, k2);
     }
 }
 
@@ -391,9 +393,9 @@ static void backwards_is_forwards_mirrored(void **state)
 {
     (void)state;
     for (size_t l = 0; l < ARRAY_LEN(laws); l++) {
-        struct motion_segment other_room[MOTION_EASE_SEGMENTS];
+        struct motion_segment other_storage[MOTION_EASE_SEGMENTS];
         struct motion_track other;
-        motion_track_init(&other, other_room, ARRAY_LEN(other_room), 0);
+        motion_track_init(&other, other_storage, ARRAY_LEN(other_storage), 0);
         start_at(0);
         motion_ease_append(&track, laws[l], 100 * ONE, SEC, ONE / 4, ONE / 2);
         motion_ease_append(&other, laws[l], -100 * ONE, SEC, ONE / 4, ONE / 2);
@@ -463,7 +465,7 @@ static void without_room_nothing_is_half_done(void **state)
 {
     (void)state;
     for (uint32_t capacity = 0; capacity < 19; capacity++) {
-        motion_track_init(&track, room, capacity, 9);
+        motion_track_init(&track, storage, capacity, 9);
         assert_int_equal(MOTION_E_FULL,
                          motion_ease_append(&track, MOTION_EASE_SINE, 5 * ONE,
                                             SEC, ONE / 2, ONE / 2));
@@ -572,14 +574,15 @@ static void limited_is_shortest_and_inside_its_limits(void **state)
     seed_from("limited");
     for (int i = 0; i < 6000; i++) {
         const int64_t from = (int64_t)((draw_unit() - 0.5L) * 1e4L * ONE);
-        const int64_t way = (int64_t)draw_scale(12, 50);
+        const int64_t displacement = (int64_t)draw_scale(12, 50);
         struct motion_ease_limit limit = { (int64_t)draw_scale(32, 46),
                                            (int64_t)draw_scale(32, 50),
                                            (int64_t)draw_scale(34, 54) };
         if (i % 5 == 0)
             limit.jerk_q32 = 0;
-        check_limited(from, draw() & 1 ? from + way : from - way, &limit,
-                      5e-9L);
+        check_limited(from,
+                      draw() & 1 ? from + displacement : from - displacement,
+                      &limit, 5e-9L);
     }
 }
 
@@ -588,12 +591,12 @@ static void limited_works_for_tiny_and_huge(void **state)
     (void)state;
     seed_from("tiny and huge");
     for (int i = 0; i < 3000; i++) {
-        const int64_t way = (int64_t)draw_scale(0, 59);
+        const int64_t displacement = (int64_t)draw_scale(0, 59);
         const struct motion_ease_limit limit = { (int64_t)draw_scale(20, 60),
                                                  (int64_t)draw_scale(20, 60),
                                                  (int64_t)draw_scale(20, 60) };
         /* phases of nanoseconds cost some more */
-        check_limited(0, way, &limit, 5e-6L);
+        check_limited(0, displacement, &limit, 5e-6L);
     }
 }
 

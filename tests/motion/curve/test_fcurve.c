@@ -49,9 +49,9 @@ static void begin(void)
     curve = (struct motion_fcurve){ .key = keys };
 }
 
-static struct motion_fcurve_key *add(long double t, long double v,
-                                     enum motion_fcurve_handle kind,
-                                     enum motion_fcurve_interpolation way)
+static struct motion_fcurve_key *
+add(long double t, long double v, enum motion_fcurve_handle kind,
+    enum motion_fcurve_interpolation displacement)
 {
     struct motion_fcurve_key *key = &keys[curve.count++];
 
@@ -60,7 +60,7 @@ static struct motion_fcurve_key *add(long double t, long double v,
                                        .right = point(t, v),
                                        .left_kind = (uint8_t)kind,
                                        .right_kind = (uint8_t)kind,
-                                       .interpolation = (uint8_t)way };
+                                       .interpolation = (uint8_t)displacement };
     return key;
 }
 
@@ -527,24 +527,24 @@ static long double true_in(const struct ease_case *c, long double y,
     }
 }
 
-static long double true_ease(const struct ease_case *c, int way, long double x,
-                             long double change, long double dur)
+static long double true_ease(const struct ease_case *c, int displacement,
+                             long double x, long double change, long double dur)
 {
-    if (way == MOTION_FCURVE_IN)
+    if (displacement == MOTION_FCURVE_IN)
         return true_in(c, x, change, dur, false);
-    if (way == MOTION_FCURVE_OUT)
+    if (displacement == MOTION_FCURVE_OUT)
         return change - true_in(c, 1 - x, change, dur, false);
     if (x <= 0.5L)
         return true_in(c, 2 * x, change, dur, true) / 2;
     return change - true_in(c, 2 - 2 * x, change, dur, true) / 2;
 }
 
-static void begin_ease(const struct ease_case *c, int way)
+static void begin_ease(const struct ease_case *c, int displacement)
 {
     begin();
     add(-4, 3, MOTION_FCURVE_FREE, c->kind);
     add(26, -7, MOTION_FCURVE_FREE, MOTION_FCURVE_LINEAR);
-    keys[0].easing = (uint8_t)way;
+    keys[0].easing = (uint8_t)displacement;
     keys[0].back_q32 = units(c->back);
     keys[0].amplitude_q32 = units(c->amplitude);
     keys[0].period_ns_q12 = frames(c->period);
@@ -555,17 +555,18 @@ static void easing_follows_its_equation(void **state)
 {
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(ease_cases); i++)
-        for (int way = MOTION_FCURVE_IN; way <= MOTION_FCURVE_IN_OUT; way++) {
-            begin_ease(&ease_cases[i], way);
+        for (int displacement = MOTION_FCURVE_IN;
+             displacement <= MOTION_FCURVE_IN_OUT; displacement++) {
+            begin_ease(&ease_cases[i], displacement);
             for (int k = 1; k < 60; k++) {
                 const long double x = k / 60.0L;
                 const long double want =
-                    3 + true_ease(&ease_cases[i], way, x, -10, 30);
+                    3 + true_ease(&ease_cases[i], displacement, x, -10, 30);
 
                 if (fabsl(pos_at(-4 + 30 * x) - want) > 1e-8L)
                     fail_msg("kind %d, way %d, x %Lg: %Lg instead of %Lg",
-                             ease_cases[i].kind, way, x, pos_at(-4 + 30 * x),
-                             want);
+                             ease_cases[i].kind, displacement, x,
+                             pos_at(-4 + 30 * x), want);
             }
         }
 }
@@ -577,8 +578,9 @@ static void easing_derivatives_are_those_of_its_value(void **state)
 
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(ease_cases); i++)
-        for (int way = MOTION_FCURVE_IN; way <= MOTION_FCURVE_IN_OUT; way++) {
-            begin_ease(&ease_cases[i], way);
+        for (int displacement = MOTION_FCURVE_IN;
+             displacement <= MOTION_FCURVE_IN_OUT; displacement++) {
+            begin_ease(&ease_cases[i], displacement);
             for (int k = 1; k < 9; k++) {
                 const long double t = -4 + 30 * (k / 9.0L + 0.013L);
                 const struct motion_fcurve_value v =
@@ -807,13 +809,14 @@ static void every_easing_becomes_a_track(void **state)
 {
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(ease_cases); i++)
-        for (int way = MOTION_FCURVE_IN; way <= MOTION_FCURVE_IN_OUT; way++) {
+        for (int displacement = MOTION_FCURVE_IN;
+             displacement <= MOTION_FCURVE_IN_OUT; displacement++) {
             if (ease_cases[i].kind == MOTION_FCURVE_CIRC)
                 continue;
-            begin_ease(&ease_cases[i], way);
+            begin_ease(&ease_cases[i], displacement);
             if (append(-4, 26, 0.1L) != MOTION_OK)
-                fail_msg("kind %d, way %d, key %u", ease_cases[i].kind, way,
-                         report.failed);
+                fail_msg("kind %d, way %d, key %u", ease_cases[i].kind,
+                         displacement, report.failed);
             track_follows_the_curve(-4, 26);
         }
 }
@@ -824,21 +827,22 @@ static void bounces_stay_between_their_keys(void **state)
 {
     (void)state;
     for (int tick = 0; tick < 44; tick++)
-        for (int way = MOTION_FCURVE_IN; way <= MOTION_FCURVE_IN_OUT; way++) {
+        for (int displacement = MOTION_FCURVE_IN;
+             displacement <= MOTION_FCURVE_IN_OUT; displacement++) {
             struct motion_extreme extreme;
 
             begin();
             add(0, 1371, MOTION_FCURVE_AUTO, MOTION_FCURVE_BOUNCE)->easing =
-                (uint8_t)way;
+                (uint8_t)displacement;
             add(2, 1640, MOTION_FCURVE_AUTO, MOTION_FCURVE_BOUNCE);
             keys[1].at.t_ns_q12 += tick;
             compute_handles();
             if (append(0, 2, 0) != MOTION_OK)
-                fail_msg("tick %d, way %d: refused", tick, way);
+                fail_msg("tick %d, way %d: refused", tick, displacement);
             motion_track_extreme(&track, MOTION_POS, &extreme);
             if (extreme.min < units(1371) - 64 ||
                 extreme.max > units(1640) + 64)
-                fail_msg("tick %d, way %d: beyond", tick, way);
+                fail_msg("tick %d, way %d: beyond", tick, displacement);
         }
 }
 
@@ -886,7 +890,7 @@ static void steps_and_infinite_slopes_are_refused(void **state)
 {
     static const struct {
         const char *name;
-        int kind, way;
+        int kind, displacement;
         uint32_t failed;
     } rows[] = {
         { "constant", MOTION_FCURVE_CONSTANT, 0, 1 },
@@ -904,7 +908,7 @@ static void steps_and_infinite_slopes_are_refused(void **state)
 
         begin_line();
         keys[0].interpolation = (uint8_t)rows[i].kind;
-        keys[0].easing = (uint8_t)rows[i].way;
+        keys[0].easing = (uint8_t)rows[i].displacement;
         keys[0].amplitude_q32 = units(1);
         keys[0].right = point(0, 8);
         rc = append(0, 20, 0);

@@ -241,10 +241,10 @@ static void check_fade(const struct made made[3], uint64_t *seed,
                        int64_t tolerance_q32)
 {
     static struct made fade;
-    static struct motion_segment room[4096];
+    static struct motion_segment storage[4096];
     struct motion_real bound;
     double worst = 0;
-    motion_track_init(&fade.track, room, 4096, 0);
+    motion_track_init(&fade.track, storage, 4096, 0);
     int err = motion_pose_fade(&fade.track, &made[0].track, &made[1].track,
                                &made[2].track, tolerance_q32, &bound);
     if (err < 0)
@@ -295,7 +295,7 @@ static void a_fade_of_high_degree_is_baked_within_its_tolerance(void **state)
 static void a_fade_begins_on_one_move_and_ends_on_the_other(void **state)
 {
     static struct made made[3], fade;
-    static struct motion_segment room[1024];
+    static struct motion_segment storage[1024];
     uint64_t seed = SEED + 8;
     (void)state;
     make(&made[0], &seed, 3, 5, 100, NULL);
@@ -304,7 +304,7 @@ static void a_fade_begins_on_one_move_and_ends_on_the_other(void **state)
     motion_track_append_quintic(&made[2].track, MOTION_FIXED_S_Q12,
                                 &(struct motion_state){ 0 },
                                 &(struct motion_state){ .pos_q32 = ONE });
-    motion_track_init(&fade.track, room, 1024, 0);
+    motion_track_init(&fade.track, storage, 1024, 0);
     assert_int_equal(motion_pose_fade(&fade.track, &made[0].track,
                                       &made[1].track, &made[2].track, q32(1e-6),
                                       NULL),

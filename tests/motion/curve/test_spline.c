@@ -18,7 +18,7 @@
 /* --- random keys ---------------------------------------------------------- */
 
 static struct motion_key key[KEYS];
-static struct motion_segment room[KEYS];
+static struct motion_segment storage[KEYS];
 
 /* Filled in values in the units of tracks: 2^-32 unit/s, unit/s2. */
 static int64_t vel_q32(const struct motion_key *k)
@@ -55,7 +55,7 @@ static uint32_t draw_keys(int bits)
 
 static void start_track(void)
 {
-    motion_track_init(&track, room, ARRAY_LEN(room), key[0].pos_q32);
+    motion_track_init(&track, storage, ARRAY_LEN(storage), key[0].pos_q32);
 }
 
 /* --- oracles -------------------------------------------------------------- */
@@ -292,8 +292,8 @@ static void natural_ends_have_no_acceleration(void **state)
                          key, n, MOTION_SPLINE_NATURAL, MOTION_SPLINE_NATURAL));
         start_track();
         assert_int_equal(0, motion_spline_append_cubic(&track, key, n, NULL));
-        motion_segment_state(&room[0], 0, &a);
-        motion_segment_state(&room[n - 2], room[n - 2].dur_ns_q12, &b);
+        motion_segment_state(&storage[0], 0, &a);
+        motion_segment_state(&storage[n - 2], storage[n - 2].dur_ns_q12, &b);
         /* the tangent's half unit is 6 / T of acceleration */
         assert_true(fabsl((long double)a.acc_q32) <= 1 + 6 / span(0));
         assert_true(fabsl((long double)b.acc_q32) <= 1 + 6 / span(n - 2));
@@ -481,7 +481,7 @@ static void the_track_must_end_at_the_first_key(void **state)
 
     (void)state;
     draw_keys(4);
-    motion_track_init(&track, room, ARRAY_LEN(room), key[0].pos_q32 + 1);
+    motion_track_init(&track, storage, ARRAY_LEN(storage), key[0].pos_q32 + 1);
     assert_int_equal(MOTION_E_ARG,
                      motion_spline_append_quintic(&track, key, 2, &failed));
     start_track();
@@ -543,17 +543,17 @@ static void the_basis_is_hermites(void **state)
 /* Two units of a span's rounding: see plan/check.c. */
 static long double vel_slack(uint32_t segment)
 {
-    return 2 + ldexpl(22 / ((long double)room[segment].dur_ns_q12 / SEC),
-                      -room[segment].frac);
+    return 2 + ldexpl(22 / ((long double)storage[segment].dur_ns_q12 / SEC),
+                      -storage[segment].frac);
 }
 
 static long double acc_slack(uint32_t segment)
 {
-    const long double T = (long double)room[segment].dur_ns_q12 / SEC;
+    const long double T = (long double)storage[segment].dur_ns_q12 / SEC;
 
     /* and that a curve is worked out in reals of 62 bits: the terms of a
      * quintic's second derivative add up to 180 times the chord */
-    return 2 + ldexpl(80 / (T * T), -room[segment].frac) +
+    return 2 + ldexpl(80 / (T * T), -storage[segment].frac) +
            ldexpl(fabsl(chord(segment)) / T, -54);
 }
 
@@ -585,8 +585,8 @@ static void keys_are_hit_to_the_bit_and_joins_are_smooth(void **state)
         }
         for (uint32_t i = 0; i + 1 < n; i++) {
             struct motion_state a, b;
-            motion_segment_state(&room[i], 0, &a);
-            motion_segment_state(&room[i], room[i].dur_ns_q12, &b);
+            motion_segment_state(&storage[i], 0, &a);
+            motion_segment_state(&storage[i], storage[i].dur_ns_q12, &b);
             assert_near((long double)a.vel_q32, (long double)vel_q32(&key[i]),
                         vel_slack(i), "start velocity");
             assert_near((long double)b.vel_q32,

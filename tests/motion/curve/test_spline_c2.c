@@ -7,24 +7,26 @@ static struct motion_spline_work work[KEYS];
 /* Acceleration of span i's cubic at its start and end, and its jerk. */
 static long double acc_start(uint32_t i)
 {
-    return (6 * way(i) / span(i) - 4 * vel(i) - 2 * vel(i + 1)) / span(i);
+    return (6 * displacement(i) / span(i) - 4 * vel(i) - 2 * vel(i + 1)) /
+           span(i);
 }
 
 static long double acc_end(uint32_t i)
 {
-    return (2 * vel(i) + 4 * vel(i + 1) - 6 * way(i) / span(i)) / span(i);
+    return (2 * vel(i) + 4 * vel(i + 1) - 6 * displacement(i) / span(i)) /
+           span(i);
 }
 
 static long double jerk(uint32_t i)
 {
-    return 6 * (vel(i) + vel(i + 1) - 2 * way(i) / span(i)) /
+    return 6 * (vel(i) + vel(i + 1) - 2 * displacement(i) / span(i)) /
            (span(i) * span(i));
 }
 
 /* What terms of an acceleration on span i amount to. */
 static long double size(uint32_t i)
 {
-    return (6 * fabsl(way(i) / span(i)) + 4 * fabsl(vel(i)) +
+    return (6 * fabsl(displacement(i) / span(i)) + 4 * fabsl(vel(i)) +
             4 * fabsl(vel(i + 1)) + 1) /
            span(i);
 }

@@ -7,7 +7,7 @@ static struct motion_spline_work work[KEYS];
 /* Coefficients of u^0 .. u^5 of span i. */
 static void coefficients(uint32_t i, long double c[6])
 {
-    const long double T = span(i), D = way(i);
+    const long double T = span(i), D = displacement(i);
     const long double a = T * vel(i), b = T * vel(i + 1);
     const long double A = T * T * acc(i) / 2, B = T * T * acc(i + 1) / 2;
 
@@ -35,7 +35,8 @@ static long double derivative(uint32_t i, int order, long double u)
 
 static long double size(uint32_t i, int order)
 {
-    return (fabsl(way(i)) + span(i) * (fabsl(vel(i)) + fabsl(vel(i + 1))) +
+    return (fabsl(displacement(i)) +
+            span(i) * (fabsl(vel(i)) + fabsl(vel(i + 1))) +
             span(i) * span(i) * (fabsl(acc(i)) + fabsl(acc(i + 1)))) *
            1000 / powl(span(i), order);
 }

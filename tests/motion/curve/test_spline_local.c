@@ -14,7 +14,7 @@ static void assert_no_overshoot(uint32_t n)
     for (uint32_t i = 0; i + 1 < n; i++) {
         const int64_t a = key[i].pos_q32, b = key[i + 1].pos_q32;
         struct motion_extreme e;
-        motion_segment_extreme(&room[i], MOTION_POS, &e);
+        motion_segment_extreme(&storage[i], MOTION_POS, &e);
         if (e.min < (a < b ? a : b) - 2 || e.max > (a < b ? b : a) + 2)
             fail_msg("span %u of %u: %" PRId64 " .. %" PRId64
                      " between %" PRId64 " and %" PRId64,
@@ -150,14 +150,14 @@ static void kochanek_of_zero_is_cardinal_of_one(void **state)
             continue;
         draw_keys(n, 1);
         assert_int_equal(0, kochanek(n, tension, 0, 0, end));
-        memcpy(kept, room, sizeof kept);
+        memcpy(kept, storage, sizeof kept);
         assert_int_equal(0,
                          motion_spline_tangents_cardinal(
                              key, n, (int64_t)((1 - tension) * ONE), end, end));
         append_cubic(n);
         for (uint32_t i = 0; i + 1 < n; i++)
             for (int k = 0; k <= 3; k++)
-                assert_equal_to((long double)room[i].coef[k],
+                assert_equal_to((long double)storage[i].coef[k],
                                 (long double)kept[i].coef[k], ldexpl(1, 62),
                                 "coefficient");
     }
@@ -186,8 +186,8 @@ static void kochanek_matches_hand_values(void **state)
         struct motion_state in, out;
         assert_int_equal(0, kochanek(3, rows[i].t, rows[i].c, rows[i].b,
                                      MOTION_SPLINE_ONE_SIDED));
-        motion_segment_state(&room[0], SEC, &in);
-        motion_segment_state(&room[1], 0, &out);
+        motion_segment_state(&storage[0], SEC, &in);
+        motion_segment_state(&storage[1], 0, &out);
         if (llabs(in.vel_q32 - (int64_t)(rows[i].in * ONE)) > 4 ||
             llabs(out.vel_q32 - (int64_t)(rows[i].out * ONE)) > 4)
             fail_msg("row %zu: in %.9g out %.9g", i, (double)in.vel_q32 / ONE,

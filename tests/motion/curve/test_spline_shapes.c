@@ -50,8 +50,8 @@ static void blends_make_speed_and_acceleration_continuous(void **state)
         motion_track_continuity(&track, &step);
         int64_t shortest = SEC;
         for (uint32_t i = 0; i < track.count; i++)
-            if (room[i].dur_ns_q12 < shortest)
-                shortest = room[i].dur_ns_q12;
+            if (storage[i].dur_ns_q12 < shortest)
+                shortest = storage[i].dur_ns_q12;
         const double rate = (double)SEC / (double)shortest;
         if ((double)step.vel_step_q32 > 8 + 8 * rate)
             fail_msg("velocity steps by %g", (double)step.vel_step_q32);
@@ -104,18 +104,18 @@ static void bsplines_have_smooth_joins_and_meet_their_ends(void **state)
         assert_int_equal(track.end.pos_q32, key[n - 1].pos_q32);
         for (uint32_t i = 0; i + 2 < n; i++) {
             struct motion_state a, b;
-            motion_segment_state(&room[i], room[i].dur_ns_q12, &a);
-            motion_segment_state(&room[i + 1], 0, &b);
+            motion_segment_state(&storage[i], storage[i].dur_ns_q12, &a);
+            motion_segment_state(&storage[i + 1], 0, &b);
             assert_int_equal(a.pos_q32, b.pos_q32);
             assert_true(llabs(a.vel_q32 - b.vel_q32) < 4000);
             assert_true(llabs(a.acc_q32 - b.acc_q32) < 100);
         }
         struct motion_state s;
-        motion_segment_state(&room[0], 0, &s);
+        motion_segment_state(&storage[0], 0, &s);
         if (llabs(rest ? s.vel_q32 / 100 : s.acc_q32) >= 100)
             fail_msg("%u keys start with %" PRId64 " %" PRId64, (unsigned)n,
                      s.vel_q32, s.acc_q32);
-        motion_segment_state(&room[n - 2], room[n - 2].dur_ns_q12, &s);
+        motion_segment_state(&storage[n - 2], storage[n - 2].dur_ns_q12, &s);
         assert_true(llabs(rest ? s.vel_q32 / 100 : s.acc_q32) < 100);
     }
 }
@@ -141,7 +141,7 @@ static void the_uniform_bspline_passes_by_a_sixth(void **state)
                         1e3L, "inner key");
     assert_int_equal(0, motion_spline_bspline_start(key, 6, &start));
     assert_int_equal(start, 3 * ONE);
-    motion_track_init(&track, room, KEYS, start);
+    motion_track_init(&track, storage, KEYS, start);
     assert_int_equal(0,
                      motion_spline_append_bspline_open(&track, key, 6, NULL));
     assert_int_equal(track.count, 3);
@@ -186,8 +186,8 @@ static void lagrange_stays_within_its_bound(void **state)
         for (int i = 0; n > 1 && i < 400; i++) {
             const int64_t t = (int64_t)(draw() % (uint64_t)track.end_ns_q12);
             const long double want = neville(n, (long double)t / SEC);
-            const long double miss = fabsl(at(t, 0) - want);
-            worst = miss > worst ? miss : worst;
+            const long double residual = fabsl(at(t, 0) - want);
+            worst = residual > worst ? residual : worst;
             largest = fabsl(want) > largest ? fabsl(want) : largest;
         }
         /* Neville's own rounding, and two units of the position */
@@ -229,7 +229,7 @@ static void every_mixture_of_constraints_is_met(void **state)
         assert_int_equal(
             0, motion_spline_append_constraints(&track, key, 2, NULL));
         assert_keys_hit(2);
-        assert_true(room[0].degree <= degree);
+        assert_true(storage[0].degree <= degree);
         for (int i = 0; i < 2; i++) {
             const int64_t t = i == 0 ? 0 : track.end_ns_q12;
             if (key[i].has_vel)

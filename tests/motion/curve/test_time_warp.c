@@ -5,7 +5,7 @@
 #include "tests/support/spline_keys.h"
 
 static struct motion_spline_work work[KEYS];
-static struct motion_segment f_room[KEYS], w_room[KEYS];
+static struct motion_segment f_storage[KEYS], w_storage[KEYS];
 static struct motion_track f, w;
 
 static void append(struct motion_track *to, struct motion_segment *segment,
@@ -20,7 +20,7 @@ static void draw_f(uint32_t n)
     draw_keys(n, 1);
     assert_int_equal(0, motion_spline_c2(key, n, MOTION_SPLINE_NATURAL,
                                          MOTION_SPLINE_NATURAL, work));
-    append(&f, f_room, n);
+    append(&f, f_storage, n);
 }
 
 /* w through `n` keys within f; rising, or there and back. */
@@ -34,7 +34,7 @@ static void draw_w(uint32_t n, bool rising)
     }
     assert_int_equal(0, motion_spline_monotone(key, n, MOTION_SPLINE_REST,
                                                MOTION_SPLINE_ONE_SIDED));
-    append(&w, w_room, n);
+    append(&w, w_storage, n);
 }
 
 static int warp(struct motion_real *bound)
@@ -42,7 +42,7 @@ static int warp(struct motion_real *bound)
     struct motion_state start;
 
     motion_time_warp_state(&f, &w, 0, &start);
-    motion_track_init(&track, room, ARRAY_LEN(room), start.pos_q32);
+    motion_track_init(&track, storage, ARRAY_LEN(storage), start.pos_q32);
     return motion_time_warp_append(&track, &f, &w, bound);
 }
 
@@ -51,7 +51,7 @@ static void the_track_is_the_chain_rule(void **state)
     (void)state;
     seed_from("warp");
     for (int round = 0; round < 150; round++) {
-        long double miss[3] = { 0 }, largest[3] = { 0 };
+        long double residual[3] = { 0 }, largest[3] = { 0 };
         struct motion_real bound;
 
         draw_f(2 + (uint32_t)(draw() % 8));
@@ -69,18 +69,19 @@ static void the_track_is_the_chain_rule(void **state)
                 { (long double)got.acc_q32, (long double)want.acc_q32 },
             };
             for (int n = 0; n < 3; n++) {
-                miss[n] = fmaxl(miss[n], fabsl(pair[n][0] - pair[n][1]));
+                residual[n] =
+                    fmaxl(residual[n], fabsl(pair[n][0] - pair[n][1]));
                 largest[n] = fmaxl(largest[n], fabsl(pair[n][1]));
             }
         }
         /* the chain rule itself is good to a tick of f: 2^-12 ns times v */
         const long double tick = 2 * largest[1] / SEC + 8;
-        if (miss[0] > ldexpl(value(bound), 32) + tick ||
-            miss[1] > 1e-7L * largest[1] + 4000 ||
-            miss[2] > 1e-6L * largest[2] + 1000)
+        if (residual[0] > ldexpl(value(bound), 32) + tick ||
+            residual[1] > 1e-7L * largest[1] + 4000 ||
+            residual[2] > 1e-6L * largest[2] + 1000)
             fail_msg("round %d misses %Lg %Lg %Lg of %Lg %Lg %Lg, bound %Lg",
-                     round, miss[0], miss[1], miss[2], largest[0], largest[1],
-                     largest[2], ldexpl(value(bound), 32));
+                     round, residual[0], residual[1], residual[2], largest[0],
+                     largest[1], largest[2], ldexpl(value(bound), 32));
         assert_true(value(bound) <= 1e-9L * 700 + ldexpl(1, -31));
     }
 }
@@ -95,7 +96,7 @@ static void time_as_it_is_gives_the_move_as_it_is(void **state)
     memset(key, 0, sizeof key);
     key[1].t_ns_q12 = f.end_ns_q12;
     key[1].pos_q32 = motion_time_warp_ms(f.end_ns_q12);
-    motion_track_init(&w, w_room, KEYS, 0);
+    motion_track_init(&w, w_storage, KEYS, 0);
     assert_int_equal(0, motion_spline_append_linear(&w, key, 2, NULL));
     assert_int_equal(0, warp(&bound));
     assert_true(track.count <= 2 * f.count);
@@ -157,7 +158,7 @@ static void what_rests_at_its_ends_rests_at_the_warps(void **state)
             key[i].pos_q32 *= scales[round % 4];
         assert_int_equal(0, motion_spline_c4(key, n, MOTION_SPLINE_REST,
                                              MOTION_SPLINE_REST, work));
-        motion_track_init(&f, f_room, KEYS, key[0].pos_q32);
+        motion_track_init(&f, f_storage, KEYS, key[0].pos_q32);
         assert_int_equal(0, motion_spline_append_quintic(&f, key, n, NULL));
         const int64_t first = key[0].pos_q32;
         draw_keys(m, 1);
@@ -169,7 +170,7 @@ static void what_rests_at_its_ends_rests_at_the_warps(void **state)
         assert_int_equal(0,
                          motion_spline_accelerations(key, m, MOTION_SPLINE_REST,
                                                      MOTION_SPLINE_REST));
-        motion_track_init(&w, w_room, KEYS, 0);
+        motion_track_init(&w, w_storage, KEYS, 0);
         assert_int_equal(0, motion_spline_append_quintic(&w, key, m, NULL));
         if (warp(NULL) != 0) /* the quintic of monotone slopes may go back */
             continue;
@@ -203,11 +204,11 @@ static void what_cannot_be_warped_is_refused(void **state)
     assert_int_equal(track.count, 0);
     draw_f(4);
     draw_w(4, true);
-    motion_track_init(&track, room, 1, f_room[0].pos_q32);
+    motion_track_init(&track, storage, 1, f_storage[0].pos_q32);
     assert_int_equal(MOTION_E_FULL,
                      motion_time_warp_append(&track, &f, &w, &bound));
     assert_int_equal(track.count, 0);
-    motion_track_init(&track, room, KEYS, f_room[0].pos_q32 + 99);
+    motion_track_init(&track, storage, KEYS, f_storage[0].pos_q32 + 99);
     assert_int_equal(MOTION_E_ARG,
                      motion_time_warp_append(&track, &f, &w, &bound));
 }

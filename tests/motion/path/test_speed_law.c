@@ -16,13 +16,13 @@
 #include "tests/support/check.h"
 #include "tests/support/real_double.h"
 
-#define SEC     MOTION_FIXED_S_Q12
-#define ONE     MOTION_FIXED_ONE_Q32
-#define ROOM    8000
-#define SAMPLES 1000000
+#define SEC      MOTION_FIXED_S_Q12
+#define ONE      MOTION_FIXED_ONE_Q32
+#define CAPACITY 8000
+#define SAMPLES  1000000
 
-static struct motion_segment law_room[ROOM], room[2][ROOM];
-static int64_t knots[4], borders[ROOM];
+static struct motion_segment law_storage[CAPACITY], storage[2][CAPACITY];
+static int64_t knots[4], borders[CAPACITY];
 static struct motion_arclen_row row[1000];
 static struct motion_real coef[12], border[3];
 static struct motion_arclen_poly poly = { coef, 2, 2 };
@@ -168,7 +168,7 @@ static void plan_ramps(struct motion_track *law, enum motion_speed_kind kind,
 
 static void plan_drawn(struct motion_track *law)
 {
-    struct motion_segment drawn_room[2];
+    struct motion_segment drawn_storage[2];
     struct motion_track drawn;
     const struct motion_speed_part part = { .kind = MOTION_SPEED_DRAWN,
                                             .drawn = &drawn };
@@ -176,7 +176,7 @@ static void plan_drawn(struct motion_track *law)
                                          .vel_q32 = length_q32() / 4 };
     const struct motion_state end = { .pos_q32 = length_q32() };
 
-    motion_track_init(&drawn, drawn_room, 2, 0);
+    motion_track_init(&drawn, drawn_storage, 2, 0);
     assert_int_equal(motion_track_append_cubic(&drawn, 2 * SEC, 0, &middle),
                      MOTION_OK);
     assert_int_equal(
@@ -205,7 +205,7 @@ static void plan(size_t i, struct motion_track *law)
 {
     struct motion_speed_part part;
 
-    motion_track_init(law, law_room, ROOM, 0);
+    motion_track_init(law, law_storage, CAPACITY, 0);
     if (i < 5) {
         part = whole((enum motion_speed_kind)i);
     } else if (i < 9) {
@@ -238,8 +238,8 @@ static int drive(const struct motion_track *law, struct motion_track track[2],
     struct motion_track *tracks[2] = { &track[0], &track[1] };
     int err = motion_path_init(&path, &table, law, knots, borders);
 
-    motion_track_init(&track[0], room[0], ROOM, -1000 * ONE);
-    motion_track_init(&track[1], room[1], ROOM, 500 * ONE);
+    motion_track_init(&track[0], storage[0], CAPACITY, -1000 * ONE);
+    motion_track_init(&track[1], storage[1], CAPACITY, 500 * ONE);
     return err < 0 ? err : motion_path_bake(&path, tolerance, tracks, report);
 }
 
@@ -311,10 +311,10 @@ static void the_bound_of_a_sine_holds_the_law_s_own_error(void **state)
     long double worst = 0;
 
     (void)state;
-    motion_track_init(&law, law_room, ROOM, 0);
+    motion_track_init(&law, law_storage, CAPACITY, 0);
     assert_int_equal(motion_speed_append(&law, &part, 1, &said), MOTION_OK);
-    motion_track_init(&track[0], room[0], ROOM, -1000 * ONE);
-    motion_track_init(&track[1], room[1], ROOM, 500 * ONE);
+    motion_track_init(&track[0], storage[0], CAPACITY, -1000 * ONE);
+    motion_track_init(&track[1], storage[1], CAPACITY, 500 * ONE);
     assert_int_equal(motion_path_init(&path, &table, &law, knots, borders),
                      MOTION_OK);
     path.law_error = said.error;
@@ -400,7 +400,7 @@ static void ramp_follows(enum motion_speed_kind kind, bool down)
         ramp(kind, 2, down ? 7 : 3, down ? 3 : 7);
     struct motion_track law;
 
-    motion_track_init(&law, law_room, ROOM, 0);
+    motion_track_init(&law, law_storage, CAPACITY, 0);
     assert_int_equal(motion_speed_append(&law, &part, 1, NULL), MOTION_OK);
     for (int k = 0; k < 64; k++) {
         const long double u = k / 64.0L;
@@ -432,7 +432,7 @@ static void speeds_that_do_not_match_are_refused(void **state)
     struct motion_speed_report report = { .bad = 99 };
 
     (void)state;
-    motion_track_init(&law, law_room, ROOM, 0);
+    motion_track_init(&law, law_storage, CAPACITY, 0);
     assert_int_equal(motion_speed_append(&law, parts, 2, &report), MOTION_OK);
     assert_int_equal(report.bad, 99);
     const struct motion_track before = law;
@@ -440,7 +440,7 @@ static void speeds_that_do_not_match_are_refused(void **state)
                      MOTION_E_LIMIT);
     assert_int_equal(report.bad, 0);
     assert_memory_equal(&law, &before, sizeof law);
-    motion_track_init(&law, law_room, ROOM, 0);
+    motion_track_init(&law, law_storage, CAPACITY, 0);
     assert_int_equal(motion_speed_append(&law, parts, 3, &report),
                      MOTION_E_LIMIT);
     assert_int_equal(report.bad, 2);
@@ -450,7 +450,7 @@ static void speeds_that_do_not_match_are_refused(void **state)
 static int append_one(struct motion_speed_part part)
 {
     struct motion_track law;
-    motion_track_init(&law, law_room, ROOM, 0);
+    motion_track_init(&law, law_storage, CAPACITY, 0);
     return motion_speed_append(&law, &part, 1, NULL);
 }
 
@@ -493,12 +493,12 @@ static void laws_that_do_not_fit_the_curve_are_refused(void **state)
     struct motion_track law, track[2];
 
     (void)state;
-    motion_track_init(&law, law_room, ROOM, 0);
+    motion_track_init(&law, law_storage, CAPACITY, 0);
     assert_int_equal(drive(&law, track, &tolerance, NULL), MOTION_E_EMPTY);
     part.length_q32 += 100;
     assert_int_equal(motion_speed_append(&law, &part, 1, NULL), MOTION_OK);
     assert_int_equal(drive(&law, track, &tolerance, NULL), MOTION_E_ARG);
-    motion_track_init(&law, law_room, ROOM, 0);
+    motion_track_init(&law, law_storage, CAPACITY, 0);
     assert_int_equal(motion_track_append_line(&law, SEC, 2 * length_q32()),
                      MOTION_OK);
     assert_int_equal(motion_track_append_line(&law, SEC, length_q32()),
@@ -521,8 +521,8 @@ static void tracks_are_curves_too(void **state)
     struct motion_real at[3];
 
     (void)state;
-    motion_track_init(&x, room[0], ROOM, 0);
-    motion_track_init(&y, room[1], ROOM, 0);
+    motion_track_init(&x, storage[0], CAPACITY, 0);
+    motion_track_init(&y, storage[1], CAPACITY, 0);
     assert_int_equal(motion_path_from_tracks(&drawn, &tracks, at),
                      MOTION_E_EMPTY);
     assert_int_equal(motion_track_append_cubic(&x, SEC, 0, &corner), MOTION_OK);

@@ -16,13 +16,13 @@
 #define SEC MOTION_FIXED_S_Q12
 #define ACC MOTION_FIXED_ONE_Q32
 
-static struct motion_segment room[200];
+static struct motion_segment storage[200];
 static struct motion_track track;
 static struct plan_violation found[64];
 
 static void start_at(int64_t pos_q32)
 {
-    motion_track_init(&track, room, ARRAY_LEN(room), pos_q32);
+    motion_track_init(&track, storage, ARRAY_LEN(storage), pos_q32);
 }
 
 static void line(double seconds, double to)

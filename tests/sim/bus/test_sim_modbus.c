@@ -52,11 +52,12 @@ static const struct modbus_rtu_line line_115200 = {
     .baud = 115200, .parity = MODBUS_PARITY_EVEN, .stop_bits = 1
 };
 
-static struct hal_modbus_reply transact(const struct hal_modbus_request *ask)
+static struct hal_modbus_reply
+transact(const struct hal_modbus_request *request)
 {
     struct hal_modbus_reply reply = { 0 };
 
-    assert_int_equal(hal_modbus_submit(&bench.master.modbus, ask, 1), 0);
+    assert_int_equal(hal_modbus_submit(&bench.master.modbus, request, 1), 0);
     for (unsigned i = 0; i < 3000; i++) {
         sim_world_run(&bench.world, bench.world.now_ns + MS);
         if (hal_modbus_collect(&bench.master.modbus, &reply) == 1)
@@ -69,14 +70,14 @@ static struct hal_modbus_reply transact(const struct hal_modbus_request *ask)
 /* Request 8 characters of 11 bits, silence, turn-around, answer 9, silence. */
 static void a_transaction_takes_its_bits(void **state)
 {
-    const struct hal_modbus_request ask = { .unit = UNIT,
-                                            .function = 3,
-                                            .count = 2 };
+    const struct hal_modbus_request request = { .unit = UNIT,
+                                                .function = 3,
+                                                .count = 2 };
     const int64_t bit_ns_x = 1000000000; /* per 115200 */
 
     (void)state;
     bench_init(&line_115200, 250000);
-    const struct hal_modbus_reply reply = transact(&ask);
+    const struct hal_modbus_reply reply = transact(&request);
     const int64_t request_ns = (8 * 11 * bit_ns_x + 115199) / 115200;
     const int64_t answer_ns = (9 * 11 * bit_ns_x + 115199) / 115200;
 
@@ -109,15 +110,16 @@ static const struct load {
 /* As a fieldbus does: collect and refill at every tick. */
 static unsigned transactions_in(int64_t dur_ns, const struct load *load)
 {
-    const struct hal_modbus_request ask = { .unit = UNIT,
-                                            .function = load->function,
-                                            .count = load->count };
+    const struct hal_modbus_request request = { .unit = UNIT,
+                                                .function = load->function,
+                                                .count = load->count };
     const int64_t end_ns = bench.world.now_ns + dur_ns;
     struct hal_modbus_reply reply;
     unsigned good = 0;
 
     while (bench.world.now_ns < end_ns) {
-        while (hal_modbus_submit(&bench.master.modbus, &ask, 0) == MOTION_OK)
+        while (hal_modbus_submit(&bench.master.modbus, &request, 0) ==
+               MOTION_OK)
             ;
         sim_world_run(&bench.world, bench.world.now_ns + load->tick_ns);
         while (hal_modbus_collect(&bench.master.modbus, &reply) == 1)
@@ -134,13 +136,13 @@ static void a_line_carries_95_percent_of_what_it_allows(void **state)
         const struct modbus_rtu_line line = { .baud = load->baud,
                                               .parity = load->parity,
                                               .stop_bits = load->stop_bits };
-        const struct hal_modbus_request ask = { .unit = UNIT,
-                                                .function = load->function,
-                                                .count = load->count };
+        const struct hal_modbus_request request = { .unit = UNIT,
+                                                    .function = load->function,
+                                                    .count = load->count };
 
         bench_init(&line, 0);
-        const double allowed =
-            20e9 / (double)modbus_rtu_transaction_ns(&bench.master.time, &ask);
+        const double allowed = 20e9 / (double)modbus_rtu_transaction_ns(
+                                          &bench.master.time, &request);
         const unsigned good = transactions_in(20000 * MS, load);
         printf("%7u baud, function %2u, %3u registers: %7.1f transactions/s "
                "of %7.1f allowed (%.1f %%)\n",
@@ -155,13 +157,13 @@ static void a_line_carries_95_percent_of_what_it_allows(void **state)
 
 static struct hal_modbus_reply read_counter(uint16_t expected)
 {
-    const struct hal_modbus_request ask = {
+    const struct hal_modbus_request request = {
         .unit = UNIT, .function = 3, .address = 4, .count = 2
     };
 
     bench.bank.reg[4] = expected;
     bench.bank.reg[5] = (uint16_t)~expected;
-    return transact(&ask);
+    return transact(&request);
 }
 
 static void expect_recovered(uint16_t value)
@@ -212,13 +214,13 @@ static void a_late_answer_is_never_the_next_ones(void **state)
     (void)state;
     bench_init(&line_115200, 100000);
     for (uint16_t i = 0; i < 400; i++) {
-        const struct hal_modbus_request ask = {
+        const struct hal_modbus_request request = {
             .unit = UNIT, .function = 3, .address = i % 64, .count = 1
         };
 
         bench.faulty.fault = i % 10 == 3 ? SIM_MODBUS_LATE : SIM_MODBUS_GOOD;
         bench.faulty.late_ns = (25 + i % 40) * MS;
-        while (hal_modbus_submit(&bench.master.modbus, &ask, i % 64) !=
+        while (hal_modbus_submit(&bench.master.modbus, &request, i % 64) !=
                MOTION_OK) {
             sim_world_run(&bench.world, bench.world.now_ns + MS);
             while (hal_modbus_collect(&bench.master.modbus, &reply) == 1) {
@@ -279,12 +281,12 @@ static void no_corrupted_request_writes(void **state)
     bench_init(&line_115200, 0);
     slave = &bench.slave.station;
     for (unsigned i = 0; i < CORRUPTIONS; i++) {
-        const struct hal_modbus_request ask = { .unit = UNIT,
-                                                .function = 6,
-                                                .address = 3,
-                                                .count = 1,
-                                                .value = { 0x5A5A } };
-        unsigned length = (unsigned)modbus_rtu_put_request(&ask, frame);
+        const struct hal_modbus_request request = { .unit = UNIT,
+                                                    .function = 6,
+                                                    .address = 3,
+                                                    .count = 1,
+                                                    .value = { 0x5A5A } };
+        unsigned length = (unsigned)modbus_rtu_put_request(&request, frame);
 
         length = sim_modbus_spoil(
             (enum sim_modbus_fault)check_random_in(&seed, SIM_MODBUS_WRONG_CRC,
@@ -304,9 +306,9 @@ static void no_corrupted_request_writes(void **state)
 /* Two masters at once. */
 static void who_talks_at_once_spoils_both(void **state)
 {
-    const struct hal_modbus_request ask = { .unit = UNIT,
-                                            .function = 3,
-                                            .count = 2 };
+    const struct hal_modbus_request request = { .unit = UNIT,
+                                                .function = 3,
+                                                .count = 2 };
     const struct modbus_master_config config = { .line = line_115200 };
     struct modbus_master second;
     struct sim_modbus_seat seat;
@@ -316,8 +318,8 @@ static void who_talks_at_once_spoils_both(void **state)
     assert_int_equal(modbus_master_init(&second, &config), 0);
     assert_int_equal(sim_modbus_seat_init(&seat, &bench.wire, &second.station),
                      0);
-    assert_int_equal(hal_modbus_submit(&second.modbus, &ask, 1), 0);
-    const struct hal_modbus_reply reply = transact(&ask);
+    assert_int_equal(hal_modbus_submit(&second.modbus, &request, 1), 0);
+    const struct hal_modbus_reply reply = transact(&request);
     assert_int_not_equal(reply.err, MOTION_OK);
     assert_int_equal(bench.wire.collisions, 1);
     expect_recovered(3);

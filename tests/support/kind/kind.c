@@ -11,7 +11,7 @@ const struct sim_plant_config kind_turn_plant = {
     .acc_max_counts_s2 = 1000 * 65536,
 };
 
-const struct drive_turns_config kind_turn_config = {
+const struct drive_turn_config kind_turn_config = {
     .turns_num = 1,
     .turns_den = KIND_TURN_UNITS,
     .period_ns = 1000000,

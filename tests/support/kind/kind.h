@@ -49,6 +49,6 @@ extern const struct kind_test *const kind_tests[RIG_DRIVE_KINDS];
 
 /* What they are all given. */
 extern const struct sim_plant_config kind_turn_plant;
-extern const struct drive_turns_config kind_turn_config;
+extern const struct drive_turn_config kind_turn_config;
 
 #endif

@@ -17,7 +17,7 @@ static const struct yaml_field rig_moteus_fields[] = {
       offsetof(struct rig_axis, bus) },
     { "node", YAML_REQUIRED, "an id, 1 .. 127, of its own on the bus",
       rig_read_drive_node, offsetof(struct rig_axis, node_id) },
-    { "turns", YAML_REQUIRED, RIG_TURNS_EXPECTED, rig_read_turns, 0 },
+    { "turns", YAML_REQUIRED, RIG_TURN_EXPECTED, rig_read_turn, 0 },
 };
 const struct yaml_shape rig_moteus_shape = { "moteus_drive", rig_moteus_fields,
                                              ARRAY_LEN(rig_moteus_fields) };
@@ -53,7 +53,7 @@ static unsigned moteus_frames(const struct rig *rig, unsigned i,
  * drive_moteus_put_questions; 24 V, 25 degrees. */
 static void moteus_answer(struct hal_can_frame *frame,
                           const struct rig_axis *axis,
-                          const struct drive_turns_point *point)
+                          const struct drive_turn_point *point)
 {
     static const uint8_t bytes[] = { 0x21, 0x00, MOTEUS_MODE_POSITION, 0x2F,
                                      MOTEUS_POSITION };
@@ -76,7 +76,7 @@ static void moteus_expect(const struct rig *rig, unsigned i,
                           double bits[RIG_FRAMES_MAX])
 {
     const struct rig_axis *axis = &rig->axis[i];
-    const struct drive_turns_point point = turn_point_of(axis, state);
+    const struct drive_turn_point point = turn_point_of(axis, state);
     const struct rig_bus *bus = &rig->bus[axis->bus];
     const bool switched = bus->data_bit_rate > bus->bit_rate;
     struct hal_can_frame frame;

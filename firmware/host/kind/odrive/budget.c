@@ -44,18 +44,18 @@ unsigned odrive_frames(const struct rig *rig, unsigned i,
 /* In which part of the ticks an ODrive is asked: it is not where it was heard
  * since the last one, by its own accord or as the answer to that one's
  * question. */
-static double asked_share(const struct rig *rig)
+static double requested_share(const struct rig *rig)
 {
-    bool asked = false;
+    bool requested = false;
     int64_t told = 0, count = 0;
 
     for (int64_t i = 0; i < ODRIVE_TICKS; i++) {
-        const int64_t by_itself =
+        const int64_t by_profile =
             (i * rig->period_ns + rig->period_ns / 2) / ODRIVE_ESTIMATES_NS;
 
-        asked = !asked && by_itself == told;
-        told = by_itself;
-        count += asked;
+        requested = !requested && by_profile == told;
+        told = by_profile;
+        count += requested;
     }
     return (double)count / ODRIVE_TICKS;
 }
@@ -65,21 +65,21 @@ void odrive_expect(const struct rig *rig, unsigned i,
                    double bits[RIG_FRAMES_MAX])
 {
     const struct rig_axis *axis = &rig->axis[i];
-    const struct drive_turns_point point = turn_point_of(axis, state);
+    const struct drive_turn_point point = turn_point_of(axis, state);
     const struct rig_bus *bus = &rig->bus[axis->bus];
     const uint32_t id = (uint32_t)axis->node_id << 5;
-    const double asked = asked_share(rig);
+    const double requested = requested_share(rig);
     struct hal_can_frame frame;
 
     drive_odrive_put_point(&frame, axis->node_id, &point);
     bits[0] = turn_frame_bits(bus, &frame);
     frame =
         (struct hal_can_frame){ .id = id | ODRIVE_ESTIMATES, .remote = true };
-    bits[1] = asked * turn_frame_bits(bus, &frame);
+    bits[1] = requested * turn_frame_bits(bus, &frame);
     frame.remote = false;
     frame.len = 8;
     turn_put_estimates(frame.data, &point);
-    bits[2] = (asked / (double)rig->period_ns + 1.0 / ODRIVE_ESTIMATES_NS) *
+    bits[2] = (requested / (double)rig->period_ns + 1.0 / ODRIVE_ESTIMATES_NS) *
               (double)estimates_ns(rig) * turn_frame_bits(bus, &frame);
     frame = (struct hal_can_frame){ .id = id | ODRIVE_HEARTBEAT, .len = 8 };
     frame.data[4] = ODRIVE_CLOSED_LOOP;

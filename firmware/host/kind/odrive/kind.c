@@ -52,7 +52,7 @@ static const struct yaml_field rig_odrive_fields[] = {
       offsetof(struct rig_axis, bus) },
     { "node", YAML_REQUIRED, "a node number, 0 .. 62, of its own on the bus",
       rig_read_odrive_node, offsetof(struct rig_axis, node_id) },
-    { "turns", YAML_REQUIRED, RIG_TURNS_EXPECTED, rig_read_turns, 0 },
+    { "turns", YAML_REQUIRED, RIG_TURN_EXPECTED, rig_read_turn, 0 },
     { "endpoints", YAML_OPTIONAL,
       "ODrive's flat_endpoints.json of the drive's firmware 0.6, from the "
       "rig's directory",
@@ -78,7 +78,7 @@ static int rig_judge_odrive_speed(const struct yaml_value *value,
     };
     int64_t num, den, vel_q32;
 
-    rig_axis_turns(axis, &num, &den);
+    rig_axis_turn(axis, &num, &den);
     if (motion_fixed_muldiv(axis->limit.vel_q32, (int64_t)motion_fixed_abs(num),
                             den, &vel_q32) == MOTION_OK &&
         vel_q32 <= ODRIVE_VEL_MAX_Q32)

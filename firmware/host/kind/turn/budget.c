@@ -38,20 +38,20 @@ double turn_fd_bits(const struct rig_bus *bus, unsigned bytes)
 /* ---- in the mean ---- */
 
 /* The same in turns. */
-struct drive_turns_point turn_point_of(const struct rig_axis *axis,
-                                       const struct motion_state *state)
+struct drive_turn_point turn_point_of(const struct rig_axis *axis,
+                                      const struct motion_state *state)
 {
-    struct drive_turns_point point = { 0 };
+    struct drive_turn_point point = { 0 };
     int64_t num, den;
 
-    rig_axis_turns(axis, &num, &den);
+    rig_axis_turn(axis, &num, &den);
     (void)motion_fixed_muldiv(state->pos_q32, num, den, &point.pos_q32);
     (void)motion_fixed_muldiv(state->vel_q32, num, den, &point.vel_q32);
     return point;
 }
 
 /* Position and velocity, as both say them. */
-void turn_put_estimates(uint8_t at[8], const struct drive_turns_point *point)
+void turn_put_estimates(uint8_t at[8], const struct drive_turn_point *point)
 {
     hal_float32_put(at, hal_float32_from_fixed(point->pos_q32, 32));
     hal_float32_put(&at[4], hal_float32_from_fixed(point->vel_q32, 32));
@@ -75,7 +75,7 @@ static int64_t bits_ns(const struct rig_bus *bus, double bits)
     return (int64_t)(bits * NS_PER_S / bus->bit_rate);
 }
 
-int64_t turns_budget_latency_ns(const struct rig *rig, unsigned i)
+int64_t turn_budget_latency_ns(const struct rig *rig, unsigned i)
 {
     struct rig_frame frame[RIG_FRAMES_MAX];
     double bits = 0;
@@ -92,7 +92,7 @@ int64_t turns_budget_latency_ns(const struct rig *rig, unsigned i)
     return bits_ns(&rig->bus[rig->axis[i].bus], bits);
 }
 
-int64_t turns_budget_answer_ns(const struct rig *rig, unsigned i)
+int64_t turn_budget_answer_ns(const struct rig *rig, unsigned i)
 {
     struct rig_frame frame[RIG_FRAMES_MAX];
     const unsigned count = rig_kinds[rig->axis[i].kind]->frames(rig, i, frame);

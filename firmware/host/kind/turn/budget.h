@@ -15,15 +15,15 @@ double turn_fd_bits(const struct rig_bus *bus, unsigned bytes);
 double turn_frame_bits(const struct rig_bus *bus,
                        const struct hal_can_frame *frame);
 
-struct drive_turns_point turn_point_of(const struct rig_axis *axis,
-                                       const struct motion_state *state);
+struct drive_turn_point turn_point_of(const struct rig_axis *axis,
+                                      const struct motion_state *state);
 /* Position and velocity, as all of them say them. */
-void turn_put_estimates(uint8_t at[8], const struct drive_turns_point *point);
+void turn_put_estimates(uint8_t at[8], const struct drive_turn_point *point);
 
 /* From a tick until the drive of axis i has its set point: behind those of the
  * axes before it on the bus, and behind the questions of this tick. */
-int64_t turns_budget_latency_ns(const struct rig *rig, unsigned i);
+int64_t turn_budget_latency_ns(const struct rig *rig, unsigned i);
 /* Of an answer with a position on the wire. */
-int64_t turns_budget_answer_ns(const struct rig *rig, unsigned i);
+int64_t turn_budget_answer_ns(const struct rig *rig, unsigned i);
 
 #endif

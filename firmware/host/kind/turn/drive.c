@@ -3,14 +3,14 @@
 
 #include "hal/drive/turn/drive.h"
 
-void rig_axis_turns(const struct rig_axis *axis, int64_t *num, int64_t *den)
+void rig_axis_turn(const struct rig_axis *axis, int64_t *num, int64_t *den)
 {
     *num = axis->counts_num;
     *den = axis->counts_den * RIG_TURN_COUNTS;
 }
 
 /* To counts, reduced so that nothing gets lost. */
-int rig_read_turns(void *reader, const struct yaml_value *value, void *out)
+int rig_read_turn(void *reader, const struct yaml_value *value, void *out)
 {
     struct rig_axis *axis = out;
     int64_t same;
@@ -28,6 +28,6 @@ int rig_read_turns(void *reader, const struct yaml_value *value, void *out)
         return yaml_value_refuse(value,
                                  "gives more than %d turns at the end "
                                  "of the axis",
-                                 DRIVE_TURNS_MAX - 1);
+                                 DRIVE_TURN_MAX - 1);
     return 0;
 }

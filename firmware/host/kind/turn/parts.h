@@ -6,9 +6,9 @@
 #include "firmware/host/rig/rig_parts.h"
 
 /* turns: */
-#define RIG_TURNS_EXPECTED                                                     \
+#define RIG_TURN_EXPECTED                                                      \
     "turns of the motor per unit of the axis, such as '0.2 per mm' or "        \
     "{num: 50, den: 360}"
-int rig_read_turns(void *reader, const struct yaml_value *value, void *out);
+int rig_read_turn(void *reader, const struct yaml_value *value, void *out);
 
 #endif

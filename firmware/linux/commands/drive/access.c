@@ -13,11 +13,11 @@
 static const struct verb_kind *const access_kinds[] = { RIG_KIND_LIST(
     ACCESS_ROW) };
 
-const struct verb_kind *verb_kind_of(const struct talk *talk)
+const struct verb_kind *verb_kind_of(const struct session *session)
 {
     unsigned kind = 0;
 
-    while (kind + 1 < RIG_DRIVE_KINDS && tool_kinds[kind] != talk->kind)
+    while (kind + 1 < RIG_DRIVE_KINDS && tool_kinds[kind] != session->kind)
         kind++;
     return access_kinds[kind];
 }
@@ -25,7 +25,7 @@ const struct verb_kind *verb_kind_of(const struct talk *talk)
 /* ---- get ---- */
 
 static enum status access_show(const struct options *options,
-                               const struct talk *talk,
+                               const struct session *session,
                                const struct drive_value *value, unsigned count)
 {
     bool bad = false;
@@ -36,7 +36,7 @@ static enum status access_show(const struct options *options,
         cJSON *report = cJSON_CreateObject();
 
         cJSON_AddBoolToObject(report, "ok", !bad);
-        cJSON_AddStringToObject(report, "drive", talk->label);
+        cJSON_AddStringToObject(report, "drive", session->label);
         cJSON_AddItemToObject(report, "values",
                               drive_values_json(value, count));
         json_print(report, stdout);
@@ -51,64 +51,65 @@ enum status drive_get(const struct options *options)
     static struct drive_what what[ACCESS_VALUES];
     static struct drive_value value[ACCESS_VALUES];
     const unsigned count = (unsigned)options->path_count - 3;
-    struct talk *talk;
-    enum status status = drive_open(options, &talk);
+    struct session *session;
+    enum status status = drive_open(options, &session);
 
     if (status != STATUS_OK)
         return status;
     for (unsigned i = 0; i < count && status == STATUS_OK; i++)
-        status = verb_kind_of(talk)->find(talk, options->path[3 + i], options,
-                                          &what[i]);
+        status = verb_kind_of(session)->find(session, options->path[3 + i],
+                                             options, &what[i]);
     for (unsigned i = 0; i < count && status == STATUS_OK; i++)
-        verb_kind_of(talk)->read(talk, &what[i], &value[i]);
+        verb_kind_of(session)->read(session, &what[i], &value[i]);
     if (status == STATUS_OK)
-        status = access_show(options, talk, value, count);
-    drive_close(talk);
+        status = access_show(options, session, value, count);
+    drive_close(session);
     return status;
 }
 
 /* ---- set ---- */
 
-static enum status access_verify(struct talk *talk,
+static enum status access_verify(struct session *session,
                                  const struct drive_what *what, int64_t value,
                                  const struct options *options)
 {
     static struct drive_value back;
-    const struct verb_kind *kind = verb_kind_of(talk);
+    const struct verb_kind *kind = verb_kind_of(session);
 
     if (kind->is_readable != NULL && !kind->is_readable(what)) {
-        printf("%s: written; it cannot be read back\n", talk->label);
+        printf("%s: written; it cannot be read back\n", session->label);
         return STATUS_OK;
     }
-    kind->read(talk, what, &back);
-    const enum status status = access_show(options, talk, &back, 1);
+    kind->read(session, what, &back);
+    const enum status status = access_show(options, session, &back, 1);
 
     if (status != STATUS_OK || back.value == value)
         return status;
     error_say("slew drive: %s: %s reads back %" PRId64 ", expected %" PRId64,
-              talk->label, back.number, back.value, value);
+              session->label, back.number, back.value, value);
     return STATUS_REFUSED;
 }
 
 /* "6065 20000" or "6065=20000"; a negative one only so, or after --. */
 static const char *access_words(const struct options *options, char *name,
-                                size_t room)
+                                size_t capacity)
 {
     const char *first = options->path[3], *equals = strchr(first, '=');
     const size_t length =
         equals == NULL ? strlen(first) : (size_t)(equals - first);
 
-    if ((equals == NULL) != (options->path_count == 5) || length >= room)
+    if ((equals == NULL) != (options->path_count == 5) || length >= capacity)
         return NULL;
     memcpy(name, first, length);
     name[length] = '\0';
     return equals == NULL ? options->path[4] : equals + 1;
 }
 
-static enum status access_set(struct talk *talk, const struct options *options)
+static enum status access_set(struct session *session,
+                              const struct options *options)
 {
     static struct drive_what what;
-    const struct verb_kind *kind = verb_kind_of(talk);
+    const struct verb_kind *kind = verb_kind_of(session);
     char name[OBJECT_MESSAGE_MAX];
     const char *text = access_words(options, name, sizeof name);
     enum status status;
@@ -118,7 +119,7 @@ static enum status access_set(struct talk *talk, const struct options *options)
     if (text == NULL)
         return drive_complain("set: expected an object or register and its "
                               "value, such as 6065 20000 or 607D:1=-2000");
-    status = kind->find(talk, name, options, &what);
+    status = kind->find(session, name, options, &what);
     if (status != STATUS_OK)
         return status;
     if (kind->moves != NULL && kind->moves(&what))
@@ -126,42 +127,43 @@ static enum status access_set(struct talk *talk, const struct options *options)
                               "reset write it");
     if (kind->is_writable != NULL && !kind->is_writable(&what))
         return drive_complain("that is for reading only");
-    status = drive_must_be_off(talk, options);
+    status = drive_must_be_off(session, options);
     if (status == STATUS_OK)
-        status = kind->parse(talk, text, &what, &value);
+        status = kind->parse(session, text, &what, &value);
     if (status != STATUS_OK)
         return status;
-    err = kind->write(talk, &what, value);
+    err = kind->write(session, &what, value);
     if (err < 0)
-        return drive_failed(talk, name, err);
-    status = access_verify(talk, &what, value, options);
-    return status == STATUS_OK && options->store ? kind->store(talk) : status;
+        return drive_failed(session, name, err);
+    status = access_verify(session, &what, value, options);
+    return status == STATUS_OK && options->store ? kind->store(session)
+                                                 : status;
 }
 
 enum status drive_set(const struct options *options)
 {
-    struct talk *talk;
-    enum status status = drive_open(options, &talk);
+    struct session *session;
+    enum status status = drive_open(options, &session);
 
     if (status != STATUS_OK)
         return status;
-    status = access_set(talk, options);
-    drive_close(talk);
+    status = access_set(session, options);
+    drive_close(session);
     return status;
 }
 
 enum status drive_store(const struct options *options)
 {
-    struct talk *talk;
-    enum status status = drive_open(options, &talk);
+    struct session *session;
+    enum status status = drive_open(options, &session);
 
     if (status != STATUS_OK)
         return status;
-    status = drive_must_be_off(talk, options);
+    status = drive_must_be_off(session, options);
     if (status == STATUS_OK)
-        status = verb_kind_of(talk)->store(talk);
+        status = verb_kind_of(session)->store(session);
     if (status == STATUS_OK)
-        printf("%s: stored\n", talk->label);
-    drive_close(talk);
+        printf("%s: stored\n", session->label);
+    drive_close(session);
     return status;
 }

@@ -5,12 +5,13 @@
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/drive/kind.h"
 
-static void info_json(const struct talk *talk, const struct drive_info *info)
+static void info_json(const struct session *session,
+                      const struct drive_info *info)
 {
     cJSON *report = cJSON_CreateObject();
 
     cJSON_AddBoolToObject(report, "ok", info->ok);
-    cJSON_AddStringToObject(report, "drive", talk->label);
+    cJSON_AddStringToObject(report, "drive", session->label);
     if (info->is_unsupervised)
         cJSON_AddBoolToObject(report, "unsupervised", true);
     drive_quirks_json(&info->quirks, report);
@@ -30,9 +31,10 @@ static void info_json(const struct talk *talk, const struct drive_info *info)
     json_print(report, stdout);
 }
 
-static void info_print(const struct talk *talk, const struct drive_info *info)
+static void info_print(const struct session *session,
+                       const struct drive_info *info)
 {
-    printf("%s\n\n", talk->label);
+    printf("%s\n\n", session->label);
     drive_values_print(info->value, info->count - info->errors);
     if (info->errors > 0) {
         puts("\nwhat went wrong, the latest first:");
@@ -57,17 +59,17 @@ static void info_print(const struct talk *talk, const struct drive_info *info)
 enum status drive_info(const struct options *options)
 {
     static struct drive_info info;
-    struct talk *talk;
-    enum status status = drive_open(options, &talk);
+    struct session *session;
+    enum status status = drive_open(options, &session);
 
     if (status != STATUS_OK)
         return status;
     info = (struct drive_info){ .ok = true };
-    status = verb_kind_of(talk)->info(talk, &info);
+    status = verb_kind_of(session)->info(session, &info);
     if (status == STATUS_OK && options->json)
-        info_json(talk, &info);
+        info_json(session, &info);
     else if (status == STATUS_OK)
-        info_print(talk, &info);
-    drive_close(talk);
+        info_print(session, &info);
+    drive_close(session);
     return status != STATUS_OK || info.ok ? status : STATUS_REFUSED;
 }

@@ -34,23 +34,23 @@ struct drive_info {
 
 struct verb_kind {
     /* STATUS_OK, or another with a sentence. */
-    enum status (*find)(struct talk *talk, const char *text,
+    enum status (*find)(struct session *session, const char *text,
                         const struct options *options, struct drive_what *what);
-    void (*read)(struct talk *talk, const struct drive_what *what,
+    void (*read)(struct session *session, const struct drive_what *what,
                  struct drive_value *value);
-    enum status (*parse)(struct talk *talk, const char *text,
+    enum status (*parse)(struct session *session, const char *text,
                          struct drive_what *what, int64_t *value);
     /* Errors of the bus. */
-    int (*write)(struct talk *talk, const struct drive_what *what,
+    int (*write)(struct session *session, const struct drive_what *what,
                  int64_t value);
     /* Writing it may move the drive; NULL: nothing is known to. */
     bool (*moves)(const struct drive_what *what);
     /* NULL: everything can be written; everything can be read back. */
     bool (*is_writable)(const struct drive_what *what);
     bool (*is_readable)(const struct drive_what *what);
-    enum status (*store)(struct talk *talk);
+    enum status (*store)(struct session *session);
     /* Fills in what is not 0. */
-    enum status (*info)(struct talk *talk, struct drive_info *info);
+    enum status (*info)(struct session *session, struct drive_info *info);
 };
 
 #define VERB_KIND_ROW(NAME, name)                                              \
@@ -58,6 +58,6 @@ struct verb_kind {
 RIG_KIND_LIST(VERB_KIND_ROW)
 
 /* Of this drive. */
-const struct verb_kind *verb_kind_of(const struct talk *talk);
+const struct verb_kind *verb_kind_of(const struct session *session);
 
 #endif

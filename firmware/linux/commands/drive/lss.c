@@ -17,7 +17,7 @@
 #define LSS_BOOT_NS INT64_C(500000000) /* until it answers with its number */
 
 struct lss_job {
-    struct ask_can ask;
+    struct canopen_client client;
     struct canopen_identity wanted, found;
     bool has_wanted, json;
     uint32_t number; /* node or bit rate */
@@ -70,7 +70,7 @@ static enum status lss_fail(const struct lss_job *job, const char *what,
 {
     if (err == MOTION_E_REFUSED)
         error_say("slew drive lss: %s: the device refused (error %u)", what,
-                  job->ask.lss.error);
+                  job->client.lss.error);
     else if (err == MOTION_E_ARG)
         error_say("slew drive lss: %s: %" PRIu32 " is none, expected "
                   "10000, 20000, 50000, 125000, 250000, 500000, 800000 "
@@ -86,15 +86,15 @@ static enum status lss_change(struct lss_job *job)
     int err = MOTION_OK;
 
     if (job->do_node)
-        err = lss_node(&job->ask, (uint8_t)job->number);
+        err = lss_node(&job->client, (uint8_t)job->number);
     if (err < 0)
         return lss_fail(job, "node number", err);
     if (job->do_rate)
-        err = lss_bit_rate(&job->ask, job->number);
+        err = lss_bit_rate(&job->client, job->number);
     if (err < 0)
         return lss_fail(job, "bit rate", err);
     if (job->do_store)
-        err = lss_store(&job->ask);
+        err = lss_store(&job->client);
     return err < 0 ? lss_fail(job, "storing", err) : STATUS_OK;
 }
 
@@ -106,11 +106,12 @@ static void lss_restart(struct lss_job *job)
 
     if (job->old < 1 || job->old > 127)
         return;
-    (void)ask_can_node(&job->ask, job->old);
-    if (ask_can_read_number(&job->ask, 0x6041, 0, &word, NULL) == MOTION_OK &&
+    (void)canopen_client_node(&job->client, job->old);
+    if (canopen_client_read_number(&job->client, 0x6041, 0, &word, NULL) ==
+            MOTION_OK &&
         cia402_state_of((uint16_t)word) == CIA402_OPERATION_ENABLED)
         return;
-    (void)canopen_nmt(&job->ask.master, CANOPEN_NMT_RESET_COMMUNICATION,
+    (void)canopen_nmt(&job->client.master, CANOPEN_NMT_RESET_COMMUNICATION,
                       job->old);
 }
 
@@ -119,16 +120,16 @@ static void lss_look(struct lss_job *job)
     uint32_t value;
 
     lss_restart(job);
-    ask_can_wait(&job->ask, LSS_BOOT_NS);
-    (void)ask_can_node(&job->ask, (uint8_t)job->number);
-    job->answers =
-        ask_can_read_number(&job->ask, 0x1000, 0, &value, NULL) == MOTION_OK;
+    canopen_client_wait(&job->client, LSS_BOOT_NS);
+    (void)canopen_client_node(&job->client, (uint8_t)job->number);
+    job->answers = canopen_client_read_number(&job->client, 0x1000, 0, &value,
+                                              NULL) == MOTION_OK;
 }
 
 static enum status lss_do(struct lss_job *job)
 {
-    const int err = lss_select(&job->ask, job->has_wanted ? &job->wanted : NULL,
-                               &job->found);
+    const int err = lss_select(
+        &job->client, job->has_wanted ? &job->wanted : NULL, &job->found);
     enum status status;
 
     if (err == MOTION_E_TIMEOUT && !job->has_wanted)
@@ -137,13 +138,13 @@ static enum status lss_do(struct lss_job *job)
     else if (err == MOTION_E_TIMEOUT)
         error_say("slew drive lss: no device of that identity answers");
     if (err < 0) {
-        lss_release(&job->ask);
+        lss_release(&job->client);
         return err == MOTION_E_TIMEOUT ? STATUS_REFUSED
                                        : lss_fail(job, "finding it", err);
     }
-    (void)lss_ask_node(&job->ask, &job->old);
+    (void)lss_request_node(&job->client, &job->old);
     status = lss_change(job);
-    lss_release(&job->ask);
+    lss_release(&job->client);
     if (status == STATUS_OK && job->do_node)
         lss_look(job);
     return status;
@@ -198,7 +199,7 @@ static int lss_open(const struct options *options, struct bench *bench,
         (is_rig && options->interface != NULL &&
          rig_set_interfaces(&rig, options->interface, message) < 0))
         return -1;
-    bus = talk_bus(&rig, options->bus, true, message);
+    bus = session_bus(&rig, options->bus, true, message);
     if (bus < 0)
         return -1;
     if (rig.bus[bus].kind != RIG_CANOPEN) {
@@ -220,9 +221,10 @@ static enum status lss_run(const struct options *options, struct bench *bench,
         error_say("%s", message);
         return STATUS_INPUT;
     }
-    ask_can_init(&job->ask, bench->ports.can[0], bench->ports.clock, 0);
+    canopen_client_init(&job->client, bench->ports.can[0], bench->ports.clock,
+                        0);
     if (!bench->is_real)
-        ask_can_wait(&job->ask, BENCH_BOOT_NS);
+        canopen_client_wait(&job->client, BENCH_BOOT_NS);
     status = lss_do(job);
     bench_close(bench);
     return status;

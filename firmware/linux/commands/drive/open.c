@@ -16,12 +16,13 @@ enum status drive_complain(const char *what)
     return STATUS_INPUT;
 }
 
-enum status drive_failed(const struct talk *talk, const char *what, int err)
+enum status drive_failed(const struct session *session, const char *what,
+                         int err)
 {
-    char text[TALK_TEXT_MAX];
+    char text[SESSION_TEXT_MAX];
 
-    talk_text(talk, err, text);
-    error_say("slew drive: %s: %s%s%s", talk->label, what,
+    session_text(session, err, text);
+    error_say("slew drive: %s: %s%s%s", session->label, what,
               what[0] == '\0' ? "" : ": ", text);
     return err == MOTION_E_IO ? STATUS_SYSTEM : STATUS_REFUSED;
 }
@@ -53,10 +54,10 @@ enum status drive_line(const struct options *options, struct bench_line *line)
     return STATUS_OK;
 }
 
-enum status drive_open(const struct options *options, struct talk **talk)
+enum status drive_open(const struct options *options, struct session **session)
 {
     char message[YAML_MESSAGE_MAX];
-    struct talk_config config = {
+    struct session_config config = {
         .target = options->path[1],
         .who = options->path[2],
         .bus = options->bus,
@@ -71,24 +72,25 @@ enum status drive_open(const struct options *options, struct talk **talk)
 
     if (status != STATUS_OK)
         return status;
-    *talk = memory_new(1, sizeof **talk);
-    if (talk_open(*talk, &config, message) < 0) {
+    *session = memory_new(1, sizeof **session);
+    if (session_open(*session, &config, message) < 0) {
         error_say("%s", message);
-        memory_free(*talk);
+        memory_free(*session);
         return STATUS_INPUT;
     }
     return STATUS_OK;
 }
 
-void drive_close(struct talk *talk)
+void drive_close(struct session *session)
 {
-    talk_close(talk);
-    memory_free(talk);
+    session_close(session);
+    memory_free(session);
 }
 
-enum status drive_must_be_off(struct talk *talk, const struct options *options)
+enum status drive_must_be_off(struct session *session,
+                              const struct options *options)
 {
-    const int enabled = talk_is_enabled(talk);
+    const int enabled = session_is_enabled(session);
 
     if (enabled == 0 || (enabled == MOTION_E_EMPTY && options->yes))
         return STATUS_OK;
@@ -96,9 +98,9 @@ enum status drive_must_be_off(struct talk *talk, const struct options *options)
         return drive_complain("the drive does not report whether it has "
                               "torque: make sure, then add --yes");
     if (enabled < 0)
-        return drive_failed(talk, "", enabled);
+        return drive_failed(session, "", enabled);
     error_say("slew drive: %s may have torque: nothing is written while it may "
               "move",
-              talk->label);
+              session->label);
     return STATUS_REFUSED;
 }

@@ -6,7 +6,7 @@
 #include "firmware/host/base/files.h"
 #include "firmware/host/device/object.h"
 #include "firmware/linux/commands/command.h"
-#include "firmware/linux/tools/talk.h"
+#include "firmware/linux/tools/session.h"
 
 /* path[0] is the verb, the rest what it needs. */
 enum status drive_sheet(const struct options *options);
@@ -19,17 +19,19 @@ enum status drive_lss(const struct options *options);
 
 /* Open the drive of path[1] and path[2]; with one line on stderr when that
  * fails.  drive_close afterwards. */
-enum status drive_open(const struct options *options, struct talk **talk);
-void drive_close(struct talk *talk);
+enum status drive_open(const struct options *options, struct session **session);
+void drive_close(struct session *session);
 /* --baud, --parity, --timeout. */
 enum status drive_line(const struct options *options, struct bench_line *line);
 /* "slew drive: what", and STATUS_INPUT. */
 enum status drive_complain(const char *what);
 /* The same with the drive's name before it, and the status that fits. */
-enum status drive_failed(const struct talk *talk, const char *what, int err);
+enum status drive_failed(const struct session *session, const char *what,
+                         int err);
 /* Refuses when it may have torque: nothing is written then.  A drive that does
  * not say is one the user knows about (--yes). */
-enum status drive_must_be_off(struct talk *talk, const struct options *options);
+enum status drive_must_be_off(struct session *session,
+                              const struct options *options);
 
 /* ---- quirks.c: what a CiA 402 drive's maker does otherwise ---- */
 
@@ -65,8 +67,8 @@ struct drive_value {
     bool is_real; /* the value is `real`, and `value` its bits */
     int64_t value;
     double real;
-    char text[OBJECT_TEXT_MAX]; /* in words, or the text itself */
-    char error[TALK_TEXT_MAX];  /* "": it was read */
+    char text[OBJECT_TEXT_MAX];   /* in words, or the text itself */
+    char error[SESSION_TEXT_MAX]; /* "": it was read */
 };
 /* Says in the axis's units what the drive counts; axis: of the rig, or NULL. */
 void drive_value_in_units(const struct rig_axis *axis,

@@ -20,36 +20,39 @@ static int cia402_take(struct rig_bus *bus, char message[YAML_MESSAGE_MAX])
     return 0;
 }
 
-static int cia402_sheet(struct talk *talk, const struct talk_config *config,
+static int cia402_sheet(struct session *session,
+                        const struct session_config *config,
                         char message[YAML_MESSAGE_MAX])
 {
     const char *path = config->eds;
 
-    if (path == NULL && talk->axis != NULL && talk->axis->eds[0] != '\0')
-        path = talk->axis->eds;
+    if (path == NULL && session->axis != NULL && session->axis->eds[0] != '\0')
+        path = session->axis->eds;
     if (path == NULL)
         return 0;
-    if (eds_load(&disk_files, path, &talk->sheet, message) < 0)
+    if (eds_load(&disk_files, path, &session->sheet, message) < 0)
         return -1;
-    talk->eds = &talk->sheet;
+    session->eds = &session->sheet;
     return 0;
 }
 
-static int cia402_open(struct talk *talk, const struct talk_config *config,
+static int cia402_open(struct session *session,
+                       const struct session_config *config,
                        char message[YAML_MESSAGE_MAX])
 {
-    ask_can_init(&talk->can, talk->bench.ports.can[0], talk->bench.ports.clock,
-                 config->line.timeout_ns);
-    (void)ask_can_node(&talk->can, talk->node);
-    if (!talk->bench.is_real)
-        ask_can_wait(&talk->can, BENCH_BOOT_NS);
-    return cia402_sheet(talk, config, message);
+    canopen_client_init(&session->can, session->bench.ports.can[0],
+                        session->bench.ports.clock, config->line.timeout_ns);
+    (void)canopen_client_node(&session->can, session->node);
+    if (!session->bench.is_real)
+        canopen_client_wait(&session->can, BENCH_BOOT_NS);
+    return cia402_sheet(session, config, message);
 }
 
-static int cia402_is_enabled(struct talk *talk)
+static int cia402_is_enabled(struct session *session)
 {
     uint32_t value = 0;
-    const int err = ask_can_read_number(&talk->can, 0x6041, 0, &value, NULL);
+    const int err =
+        canopen_client_read_number(&session->can, 0x6041, 0, &value, NULL);
 
     if (err < 0)
         return err == MOTION_E_REFUSED ? MOTION_E_EMPTY : err;
@@ -58,18 +61,19 @@ static int cia402_is_enabled(struct talk *talk)
            state == CIA402_QUICK_STOP_ACTIVE || state == CIA402_FAULT_REACTION;
 }
 
-static void cia402_text(const struct talk *talk, int err,
-                        char text[TALK_TEXT_MAX])
+static void cia402_text(const struct session *session, int err,
+                        char text[SESSION_TEXT_MAX])
 {
-    ask_can_text(&talk->can, err, text);
+    canopen_client_text(&session->can, err, text);
 }
 
 /* ---- reset ---- */
 
-static int reset_state(struct talk *talk, enum cia402_state *state)
+static int reset_state(struct session *session, enum cia402_state *state)
 {
     uint32_t value = 0;
-    const int err = ask_can_read_number(&talk->can, 0x6041, 0, &value, NULL);
+    const int err =
+        canopen_client_read_number(&session->can, 0x6041, 0, &value, NULL);
 
     *state = cia402_state_of((uint16_t)value);
     return err;
@@ -81,12 +85,12 @@ static bool reset_is_fault(enum cia402_state state)
 }
 
 /* 0x603F, or where a drive has none the latest of 0x1003. */
-static void reset_reason(struct talk *talk, struct reset *reset)
+static void reset_reason(struct session *session, struct reset *reset)
 {
     uint32_t code = 0;
 
-    if (ask_can_read_number(&talk->can, 0x603F, 0, &code, NULL) < 0 &&
-        ask_can_read_number(&talk->can, 0x1003, 1, &code, NULL) < 0) {
+    if (canopen_client_read_number(&session->can, 0x603F, 0, &code, NULL) < 0 &&
+        canopen_client_read_number(&session->can, 0x1003, 1, &code, NULL) < 0) {
         snprintf(reset->reason, sizeof reset->reason,
                  "it does not say why (neither 603F nor 1003)");
         return;
@@ -96,45 +100,45 @@ static void reset_reason(struct talk *talk, struct reset *reset)
 }
 
 /* The bit rises, and falls again, so that nothing is asked for afterwards. */
-static int reset_pulse(struct talk *talk)
+static int reset_pulse(struct session *session)
 {
     static const uint16_t word[] = { 0, RESET_BIT };
     int err = MOTION_OK;
 
     for (unsigned i = 0; i < 2 && err == MOTION_OK; i++)
-        err = ask_can_write_number(&talk->can, 0x6040, 0, 2, word[i]);
+        err = canopen_client_write_number(&session->can, 0x6040, 0, 2, word[i]);
     return err;
 }
 
-static int reset_wait(struct talk *talk, enum cia402_state *state)
+static int reset_wait(struct session *session, enum cia402_state *state)
 {
     int err = MOTION_OK;
 
     for (int64_t waited_ns = 0; waited_ns < RESET_WAIT_NS;
          waited_ns += RESET_STEP_NS) {
-        err = reset_state(talk, state);
+        err = reset_state(session, state);
         if (err < 0 || !reset_is_fault(*state))
             break;
-        ask_can_wait(&talk->can, RESET_STEP_NS);
+        canopen_client_wait(&session->can, RESET_STEP_NS);
     }
     return err;
 }
 
-static int cia402_reset(struct talk *talk, struct reset *reset)
+static int cia402_reset(struct session *session, struct reset *reset)
 {
     enum cia402_state state;
-    int err = reset_state(talk, &state);
+    int err = reset_state(session, &state);
 
     if (err < 0)
         return err;
     reset->was_fault = reset_is_fault(state);
     if (reset->was_fault) {
-        reset_reason(talk, reset);
-        err = reset_pulse(talk);
+        reset_reason(session, reset);
+        err = reset_pulse(session);
         if (err == MOTION_OK)
-            err = reset_wait(talk, &state);
+            err = reset_wait(session, &state);
         if (err == MOTION_OK)
-            err = ask_can_write_number(&talk->can, 0x6040, 0, 2, 0);
+            err = canopen_client_write_number(&session->can, 0x6040, 0, 2, 0);
     }
     reset->is_fault = reset_is_fault(state);
     snprintf(reset->state, sizeof reset->state, "%s", cia402_state_text(state));

@@ -58,15 +58,15 @@ static void value_type(const struct object *object, uint32_t length,
         snprintf(value->type, sizeof value->type, "u%u", 8 * length);
 }
 
-void cia402_read_object_of(struct talk *talk, const struct rig_axis *axis,
+void cia402_read_object_of(struct session *session, const struct rig_axis *axis,
                            const struct object *object, uint16_t index,
                            struct drive_value *value)
 {
     struct object there = *object;
     uint8_t bytes[VALUE_BYTES] = { 0 };
     uint32_t length = 0;
-    const int err = ask_can_read(&talk->can, index, object->sub, bytes,
-                                 sizeof bytes, &length);
+    const int err = canopen_client_read(&session->can, index, object->sub,
+                                        bytes, sizeof bytes, &length);
 
     there.index = index;
     *value = (struct drive_value){ .is_number = false };
@@ -74,15 +74,15 @@ void cia402_read_object_of(struct talk *talk, const struct rig_axis *axis,
     snprintf(value->name, sizeof value->name, "%s", object->name);
     snprintf(value->unit, sizeof value->unit, "%s", object->unit);
     if (err < 0) {
-        talk_text(talk, err, value->error);
+        session_text(session, err, value->error);
         return;
     }
     value_type(object, length, value);
     value_take(axis, object, bytes, length, value);
 }
 
-void cia402_read_object(struct talk *talk, const struct object *object,
+void cia402_read_object(struct session *session, const struct object *object,
                         struct drive_value *value)
 {
-    cia402_read_object_of(talk, talk->axis, object, object->index, value);
+    cia402_read_object_of(session, session->axis, object, object->index, value);
 }

@@ -10,13 +10,13 @@
 #define VERBS_STORE_NS INT64_C(5000000000)
 #define VERBS_CONTROL  0x6040
 
-static enum status cia402_find(struct talk *talk, const char *text,
+static enum status cia402_find(struct session *session, const char *text,
                                const struct options *options,
                                struct drive_what *what)
 {
     char message[OBJECT_MESSAGE_MAX];
 
-    if (object_find(text, talk->eds, &what->object, message) < 0)
+    if (object_find(text, session->eds, &what->object, message) < 0)
         return drive_complain(message);
     if (what->object.type == OBJECT_UNKNOWN && options->type != NULL &&
         !object_type_of(options->type, &what->object.type))
@@ -25,7 +25,7 @@ static enum status cia402_find(struct talk *talk, const char *text,
 }
 
 /* Nobody knows how long it is: as long as what the drive answers. */
-static void cia402_guess(struct talk *talk, struct object *object)
+static void cia402_guess(struct session *session, struct object *object)
 {
     static const uint8_t type[] = { 0, OBJECT_U8, OBJECT_U16, OBJECT_U32,
                                     OBJECT_U32 };
@@ -33,34 +33,34 @@ static void cia402_guess(struct talk *talk, struct object *object)
     uint8_t size = 0;
 
     if (object->type == OBJECT_UNKNOWN &&
-        ask_can_read_number(&talk->can, object->index, object->sub, &raw,
-                            &size) == MOTION_OK &&
+        canopen_client_read_number(&session->can, object->index, object->sub,
+                                   &raw, &size) == MOTION_OK &&
         size < sizeof type)
         object->type = type[size];
 }
 
-static void cia402_read(struct talk *talk, const struct drive_what *what,
+static void cia402_read(struct session *session, const struct drive_what *what,
                         struct drive_value *value)
 {
-    cia402_read_object(talk, &what->object, value);
+    cia402_read_object(session, &what->object, value);
 }
 
-static enum status cia402_parse(struct talk *talk, const char *text,
+static enum status cia402_parse(struct session *session, const char *text,
                                 struct drive_what *what, int64_t *value)
 {
     char message[OBJECT_MESSAGE_MAX];
 
-    cia402_guess(talk, &what->object);
+    cia402_guess(session, &what->object);
     return object_parse(&what->object, text, value, message) == 0
                ? STATUS_OK
                : drive_complain(message);
 }
 
-static int cia402_write(struct talk *talk, const struct drive_what *what,
+static int cia402_write(struct session *session, const struct drive_what *what,
                         int64_t value)
 {
-    return ask_can_write_number(
-        &talk->can, what->object.index, what->object.sub,
+    return canopen_client_write_number(
+        &session->can, what->object.index, what->object.sub,
         (uint8_t)object_type_size(what->object.type), (uint32_t)value);
 }
 
@@ -76,14 +76,15 @@ static bool cia402_is_readable(const struct drive_what *what)
 }
 
 /* Takes a drive seconds: its memory is erased first. */
-static enum status cia402_store(struct talk *talk)
+static enum status cia402_store(struct session *session)
 {
     int err;
 
-    talk->can.timeout_ns = VERBS_STORE_NS;
-    (void)ask_can_node(&talk->can, talk->node);
-    err = ask_can_write_number(&talk->can, VERBS_STORE, 1, 4, VERBS_SAVE);
-    return err < 0 ? drive_failed(talk, "cannot store (1010:1)", err)
+    session->can.timeout_ns = VERBS_STORE_NS;
+    (void)canopen_client_node(&session->can, session->node);
+    err = canopen_client_write_number(&session->can, VERBS_STORE, 1, 4,
+                                      VERBS_SAVE);
+    return err < 0 ? drive_failed(session, "cannot store (1010:1)", err)
                    : STATUS_OK;
 }
 

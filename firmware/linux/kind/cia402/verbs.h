@@ -4,13 +4,13 @@
 
 #include "firmware/linux/commands/drive/kind.h"
 
-void cia402_read_object(struct talk *talk, const struct object *object,
+void cia402_read_object(struct session *session, const struct object *object,
                         struct drive_value *value);
 /* The same where another axis of the node has it, at this index; axis: of the
  * rig, or NULL. */
-void cia402_read_object_of(struct talk *talk, const struct rig_axis *axis,
+void cia402_read_object_of(struct session *session, const struct rig_axis *axis,
                            const struct object *object, uint16_t index,
                            struct drive_value *value);
-enum status cia402_info(struct talk *talk, struct drive_info *info);
+enum status cia402_info(struct session *session, struct drive_info *info);
 
 #endif

@@ -10,60 +10,63 @@
 
 /* ---- open ---- */
 
-static int modbus_find_map(struct talk *talk, const struct talk_config *config,
+static int modbus_find_map(struct session *session,
+                           const struct session_config *config,
                            char message[YAML_MESSAGE_MAX])
 {
     char path[FILES_PATH_MAX];
 
     if (config->map != NULL) {
         if (!disk_files.find(&disk_files, FILES_MAPS, config->map, "./", path))
-            return talk_refuse(message, config->map,
-                               "is no register map that can be read");
-        if (modbus_map_load(&disk_files, path, &talk->own_map, message) < 0)
+            return session_refuse(message, config->map,
+                                  "is no register map that can be read");
+        if (modbus_map_load(&disk_files, path, &session->own_map, message) < 0)
             return -1;
-        talk->map = &talk->own_map;
-    } else if (talk->axis != NULL && talk->axis->kind == RIG_MODBUS) {
-        talk->map = &talk->bench.rig.map[talk->axis->map];
+        session->map = &session->own_map;
+    } else if (session->axis != NULL && session->axis->kind == RIG_MODBUS) {
+        session->map = &session->bench.rig.map[session->axis->map];
     }
     return 0;
 }
 
-static int modbus_open(struct talk *talk, const struct talk_config *config,
+static int modbus_open(struct session *session,
+                       const struct session_config *config,
                        char message[YAML_MESSAGE_MAX])
 {
-    ask_modbus_init(&talk->line, talk->bench.ports.modbus[0],
-                    talk->bench.ports.clock, talk->node);
-    return modbus_find_map(talk, config, message);
+    modbus_client_init(&session->line, session->bench.ports.modbus[0],
+                       session->bench.ports.clock, session->node);
+    return modbus_find_map(session, config, message);
 }
 
-static int modbus_is_enabled(struct talk *talk)
+static int modbus_is_enabled(struct session *session)
 {
     bool met = false;
     int err;
 
-    if (talk->map == NULL)
+    if (session->map == NULL)
         return MOTION_E_EMPTY;
-    err =
-        ask_modbus_status(&talk->line, talk->map, MODBUS_STATUS_enabled, &met);
+    err = modbus_client_status(&session->line, session->map,
+                               MODBUS_STATUS_enabled, &met);
     return err < 0 ? err : met;
 }
 
-static void modbus_text(const struct talk *talk, int err,
-                        char text[TALK_TEXT_MAX])
+static void modbus_text(const struct session *session, int err,
+                        char text[SESSION_TEXT_MAX])
 {
-    ask_modbus_text(&talk->line, err, text);
+    modbus_client_text(&session->line, err, text);
 }
 
 /* ---- reset ---- */
 
-static void reset_alarm(struct talk *talk, struct reset *reset)
+static void reset_alarm(struct session *session, struct reset *reset)
 {
-    const struct modbus_map *map = talk->map;
+    const struct modbus_map *map = session->map;
     const char *text;
     int64_t code = 0;
 
     if (map->alarm == MODBUS_MAP_NO_ITEM ||
-        ask_modbus_read_item(&talk->line, &map->item[map->alarm], &code) < 0) {
+        modbus_client_read_item(&session->line, &map->item[map->alarm], &code) <
+            0) {
         snprintf(reset->reason, sizeof reset->reason, "it does not say why");
         return;
     }
@@ -72,24 +75,24 @@ static void reset_alarm(struct talk *talk, struct reset *reset)
              code, text == NULL ? "it is not in the map" : text);
 }
 
-static int modbus_reset(struct talk *talk, struct reset *reset)
+static int modbus_reset(struct session *session, struct reset *reset)
 {
     int err;
 
-    if (talk->map == NULL)
+    if (session->map == NULL)
         return MOTION_E_EMPTY;
-    err = ask_modbus_status(&talk->line, talk->map, MODBUS_STATUS_fault,
-                            &reset->was_fault);
+    err = modbus_client_status(&session->line, session->map,
+                               MODBUS_STATUS_fault, &reset->was_fault);
     if (err < 0)
         return err;
     reset->is_fault = reset->was_fault;
     if (reset->was_fault) {
-        reset_alarm(talk, reset);
-        err =
-            ask_modbus_sequence(&talk->line, talk->map, MODBUS_SEQUENCE_reset);
+        reset_alarm(session, reset);
+        err = modbus_client_sequence(&session->line, session->map,
+                                     MODBUS_SEQUENCE_reset);
         if (err == MOTION_OK)
-            err = ask_modbus_status(&talk->line, talk->map, MODBUS_STATUS_fault,
-                                    &reset->is_fault);
+            err = modbus_client_status(&session->line, session->map,
+                                       MODBUS_STATUS_fault, &reset->is_fault);
     }
     snprintf(reset->state, sizeof reset->state, "%s",
              reset->is_fault ? "fault" : "no fault");

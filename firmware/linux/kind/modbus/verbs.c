@@ -56,7 +56,7 @@ static bool access_address(const char *text, const struct options *options,
     return true;
 }
 
-static int access_register(const struct talk *talk, const char *text,
+static int access_register(const struct session *session, const char *text,
                            const struct options *options,
                            struct drive_what *what)
 {
@@ -64,18 +64,19 @@ static int access_register(const struct talk *talk, const char *text,
 
     if (access_address(text, options, what))
         return 0;
-    for (unsigned i = 0; talk->map != NULL && i < talk->map->item_count; i++)
-        if (strcmp(talk->map->item[i].name, text) == 0) {
-            what->item = &talk->map->item[i];
+    for (unsigned i = 0; session->map != NULL && i < session->map->item_count;
+         i++)
+        if (strcmp(session->map->item[i].name, text) == 0) {
+            what->item = &session->map->item[i];
             return 0;
         }
-    if (talk->map == NULL) {
+    if (session->map == NULL) {
         error_say("slew drive: '%.40s' is no address, expected one such "
                   "as 0x6002, or --map",
                   text);
         return -1;
     }
-    list = access_item_list(talk->map, text, &near);
+    list = access_item_list(session->map, text, &near);
     error_say("slew drive: the map has no register '%.40s', expected an "
               "address, or %s%s%s%s",
               text, list, near == NULL ? "" : " (did you mean '",
@@ -83,12 +84,12 @@ static int access_register(const struct talk *talk, const char *text,
     return -1;
 }
 
-static enum status modbus_find(struct talk *talk, const char *text,
+static enum status modbus_find(struct session *session, const char *text,
                                const struct options *options,
                                struct drive_what *what)
 {
-    return access_register(talk, text, options, what) < 0 ? STATUS_INPUT
-                                                          : STATUS_OK;
+    return access_register(session, text, options, what) < 0 ? STATUS_INPUT
+                                                             : STATUS_OK;
 }
 
 /* ---- values ---- */
@@ -117,11 +118,11 @@ static void value_conditions(const struct modbus_map *map, uint8_t item,
     }
 }
 
-static void value_item_words(const struct talk *talk,
+static void value_item_words(const struct session *session,
                              const struct modbus_map_item *item,
                              struct drive_value *value)
 {
-    const struct modbus_map *map = talk->map;
+    const struct modbus_map *map = session->map;
     const char *alarm;
 
     if (map == NULL || item < map->item || item >= map->item + map->item_count)
@@ -130,7 +131,7 @@ static void value_item_words(const struct talk *talk,
     value_conditions(map, at, value);
     if (at == map->position)
         snprintf(value->unit, sizeof value->unit, "counts");
-    drive_value_in_units(talk->axis, value);
+    drive_value_in_units(session->axis, value);
     if (at != map->alarm || value->value == 0)
         return;
     alarm = modbus_map_alarm_text(map, (uint32_t)value->value);
@@ -138,7 +139,7 @@ static void value_item_words(const struct talk *talk,
              alarm == NULL ? "an alarm that is not in the map" : alarm);
 }
 
-static void modbus_read_item(struct talk *talk,
+static void modbus_read_item(struct session *session,
                              const struct modbus_map_item *item,
                              struct drive_value *value)
 {
@@ -149,26 +150,26 @@ static void modbus_read_item(struct talk *talk,
     snprintf(value->name, sizeof value->name, "%s", item->name);
     snprintf(value->type, sizeof value->type, "%s",
              value_item_type[item->type]);
-    err = ask_modbus_read_item(&talk->line, item, &value->value);
+    err = modbus_client_read_item(&session->line, item, &value->value);
     if (err < 0)
-        talk_text(talk, err, value->error);
+        session_text(session, err, value->error);
     else
-        value_item_words(talk, item, value);
+        value_item_words(session, item, value);
 }
 
-static void modbus_read(struct talk *talk, const struct drive_what *what,
+static void modbus_read(struct session *session, const struct drive_what *what,
                         struct drive_value *value)
 {
-    modbus_read_item(talk, what->item, value);
+    modbus_read_item(session, what->item, value);
 }
 
-static enum status modbus_parse(struct talk *talk, const char *text,
+static enum status modbus_parse(struct session *session, const char *text,
                                 struct drive_what *what, int64_t *value)
 {
     int64_t min, max;
     char *end;
 
-    (void)talk;
+    (void)session;
     *value = strtoll(text, &end, 0);
     modbus_map_range(what->item->type, &min, &max);
     if (end != text && *end == '\0' && *value >= min && *value <= max)
@@ -179,28 +180,28 @@ static enum status modbus_parse(struct talk *talk, const char *text,
     return STATUS_INPUT;
 }
 
-static int modbus_write(struct talk *talk, const struct drive_what *what,
+static int modbus_write(struct session *session, const struct drive_what *what,
                         int64_t value)
 {
-    return ask_modbus_write_item(&talk->line, what->item, value);
+    return modbus_client_write_item(&session->line, what->item, value);
 }
 
-static enum status modbus_store(struct talk *talk)
+static enum status modbus_store(struct session *session)
 {
-    (void)talk;
+    (void)session;
     return drive_complain("a Modbus drive stores by a register of its own: "
                           "see its manual, and slew drive set");
 }
 
-static enum status modbus_info(struct talk *talk, struct drive_info *info)
+static enum status modbus_info(struct session *session, struct drive_info *info)
 {
-    if (talk->map == NULL)
+    if (session->map == NULL)
         return drive_complain("expected --map: without one nothing can be "
                               "read from a Modbus drive");
-    for (unsigned i = 0; i < talk->map->item_count; i++)
-        modbus_read_item(talk, &talk->map->item[i],
+    for (unsigned i = 0; i < session->map->item_count; i++)
+        modbus_read_item(session, &session->map->item[i],
                          &info->value[info->count++]);
-    info->ok = info->value[talk->map->position].error[0] == '\0';
+    info->ok = info->value[session->map->position].error[0] == '\0';
     return STATUS_OK;
 }
 

@@ -15,10 +15,10 @@ static int moteus_init(struct machine *machine, unsigned i)
         .id = axis->node_id,
         .switched = bus->data_bit_rate > bus->bit_rate,
         .watchdog_ns = rig->watchdog_ns,
-        .turns = turn_config(machine, i),
+        .turn = turn_config(machine, i),
     };
 
-    machine->axis[i] = &machine->drive[i].moteus.turns.drive;
+    machine->axis[i] = &machine->drive[i].moteus.turn.drive;
     return drive_moteus_init(&machine->drive[i].moteus,
                              &machine->can[axis->bus], &config);
 }

@@ -3,7 +3,7 @@
 #include <stdio.h>
 
 #include "firmware/linux/kind/turn/tool.h"
-#include "firmware/linux/tools/ask_turns_parts.h"
+#include "firmware/linux/tools/turn_client_parts.h"
 #include "hal/drive/moteus/drive.h"
 #include "hal/drive/moteus/frame.h"
 #include "motion/core/err.h"
@@ -12,12 +12,12 @@
 #define REFUSES_READ  0x31u
 
 /* 11 bits say it when they can. */
-static bool moteus_says(const struct ask_turns *ask,
+static bool moteus_says(const struct turn_client *client,
                         const struct hal_can_frame *frame, const void *what)
 {
     (void)what;
     return frame->fd && !frame->remote && frame->len > 0 &&
-           frame->id == (uint32_t)ask->node << 8;
+           frame->id == (uint32_t)client->node << 8;
 }
 
 /* Signs of what the tool has in mind do not matter on the wire. */
@@ -31,31 +31,32 @@ static enum moteus_type moteus_type_of(enum quantity_type type)
                                 : by_bytes[quantity_type_size(type)];
 }
 
-static int moteus_exchange(struct ask_turns *ask, struct hal_can_frame *frame,
+static int moteus_exchange(struct turn_client *client,
+                           struct hal_can_frame *frame,
                            struct hal_can_frame *answer)
 {
     int err;
 
     moteus_frame_end(frame);
-    err =
-        ask_turns_frame(ask, frame, moteus_says, NULL, ask->timeout_ns, answer);
+    err = turn_client_frame(client, frame, moteus_says, NULL,
+                            client->timeout_ns, answer);
     if (err == MOTION_OK &&
         (answer->data[0] == REFUSES_WRITE || answer->data[0] == REFUSES_READ))
         return MOTION_E_REFUSED;
     return err;
 }
 
-static int moteus_read(struct ask_turns *ask, const struct quantity *quantity,
-                       uint32_t *raw)
+static int moteus_read(struct turn_client *client,
+                       const struct quantity *quantity, uint32_t *raw)
 {
     struct hal_can_frame frame, answer;
     struct moteus_reader reader;
     struct moteus_value value;
     int err;
 
-    moteus_frame_begin(&frame, ask->node, ask->switched);
+    moteus_frame_begin(&frame, client->node, client->switched);
     moteus_frame_read(&frame, moteus_type_of(quantity->type), quantity->at, 1);
-    err = moteus_exchange(ask, &frame, &answer);
+    err = moteus_exchange(client, &frame, &answer);
     if (err < 0)
         return err;
     moteus_reader_begin(&reader, &answer);
@@ -66,16 +67,16 @@ static int moteus_read(struct ask_turns *ask, const struct quantity *quantity,
 }
 
 /* A write alone is not answered: the mode is asked for with it. */
-static int moteus_write(struct ask_turns *ask, const struct quantity *quantity,
-                        uint32_t raw)
+static int moteus_write(struct turn_client *client,
+                        const struct quantity *quantity, uint32_t raw)
 {
     struct hal_can_frame frame, answer;
 
-    moteus_frame_begin(&frame, ask->node, ask->switched);
+    moteus_frame_begin(&frame, client->node, client->switched);
     moteus_frame_write(&frame, moteus_type_of(quantity->type), quantity->at,
                        &raw, 1);
     moteus_frame_read(&frame, MOTEUS_INT8, MOTEUS_MODE, 1);
-    return moteus_exchange(ask, &frame, &answer);
+    return moteus_exchange(client, &frame, &answer);
 }
 
 static const struct quantity moteus_mode = { .kind = QUANTITY_REGISTER,
@@ -85,20 +86,21 @@ static const struct quantity moteus_fault = { .kind = QUANTITY_REGISTER,
                                               .type = QUANTITY_I8,
                                               .at = MOTEUS_FAULT };
 
-static int moteus_hello(struct ask_turns *ask)
+static int moteus_hello(struct turn_client *client)
 {
     uint32_t mode;
 
-    return moteus_read(ask, &moteus_mode, &mode);
+    return moteus_read(client, &moteus_mode, &mode);
 }
 
-static int moteus_state(struct ask_turns *ask, struct ask_turns_state *state)
+static int moteus_state(struct turn_client *client,
+                        struct turn_client_state *state)
 {
     uint32_t mode = 0;
-    int err = moteus_read(ask, &moteus_mode, &mode);
+    int err = moteus_read(client, &moteus_mode, &mode);
 
     if (err == MOTION_OK)
-        err = moteus_read(ask, &moteus_fault, &state->error);
+        err = moteus_read(client, &moteus_fault, &state->error);
     if (err < 0)
         return err;
     state->state = mode;
@@ -107,24 +109,25 @@ static int moteus_state(struct ask_turns *ask, struct ask_turns_state *state)
     return MOTION_OK;
 }
 
-static int moteus_clear(struct ask_turns *ask)
+static int moteus_clear(struct turn_client *client)
 {
-    return moteus_write(ask, &moteus_mode, MOTEUS_MODE_STOPPED);
+    return moteus_write(client, &moteus_mode, MOTEUS_MODE_STOPPED);
 }
 
-static void moteus_reason(const struct ask_turns *ask,
-                          const struct ask_turns_state *state,
-                          char text[ASK_TURNS_REASON_MAX])
+static void moteus_reason(const struct turn_client *client,
+                          const struct turn_client_state *state,
+                          char text[TURN_CLIENT_REASON_MAX])
 {
-    (void)ask;
+    (void)client;
     if (state->state == MOTEUS_MODE_TIMEOUT)
-        snprintf(text, ASK_TURNS_REASON_MAX, "its watchdog ran out (mode 11)");
+        snprintf(text, TURN_CLIENT_REASON_MAX,
+                 "its watchdog ran out (mode 11)");
     else
-        snprintf(text, ASK_TURNS_REASON_MAX, "fault %u: %s",
+        snprintf(text, TURN_CLIENT_REASON_MAX, "fault %u: %s",
                  (unsigned)state->error, drive_moteus_fault_text(state->error));
 }
 
-static const struct ask_turns_family moteus_family = {
+static const struct turn_client_family moteus_family = {
     .hello = moteus_hello,
     .read = moteus_read,
     .write = moteus_write,
@@ -145,16 +148,17 @@ static bool moteus_is_of(const struct hal_can_frame *frame, uint8_t *id,
 static int moteus_take(struct rig_bus *bus, char message[YAML_MESSAGE_MAX])
 {
     if (bus->data_bit_rate == 0)
-        return talk_refuse(message, bus->name,
-                           "takes no FD frames, which a moteus speaks");
+        return session_refuse(message, bus->name,
+                              "takes no FD frames, which a moteus speaks");
     bus->kind = RIG_CAN;
     return 0;
 }
 
-static int moteus_open(struct talk *talk, const struct talk_config *config,
+static int moteus_open(struct session *session,
+                       const struct session_config *config,
                        char message[YAML_MESSAGE_MAX])
 {
-    return turn_open(talk, config, &moteus_family, message);
+    return turn_open(session, config, &moteus_family, message);
 }
 
 const struct tool_kind tool_kind_moteus = {
@@ -166,7 +170,7 @@ const struct tool_kind tool_kind_moteus = {
     .ear = { .text = "moteus",
              .is_of = moteus_is_of,
              .frames = 1,
-             .ask = moteus_frame_hello,
+             .client = moteus_frame_hello,
              .state_text = drive_moteus_mode_text },
     .take = moteus_take,
     .open = moteus_open,

@@ -20,7 +20,7 @@ static void moteus_register(struct quantity *quantity)
             *quantity = list[i];
 }
 
-static int moteus_find_one(const struct talk *talk, const char *text,
+static int moteus_find_one(const struct session *session, const char *text,
                            const struct options *options,
                            struct quantity *quantity,
                            char message[QUANTITY_MESSAGE_MAX])
@@ -29,7 +29,7 @@ static int moteus_find_one(const struct talk *talk, const char *text,
     uint16_t number;
     unsigned count;
 
-    (void)talk;
+    (void)session;
     if (turn_number(text, REGISTER_MAX, &number)) {
         *quantity = turn_by_number(QUANTITY_REGISTER, number);
         moteus_register(quantity);
@@ -45,11 +45,11 @@ static int moteus_find_one(const struct talk *talk, const char *text,
     return -1;
 }
 
-static enum status moteus_find(struct talk *talk, const char *text,
+static enum status moteus_find(struct session *session, const char *text,
                                const struct options *options,
                                struct drive_what *what)
 {
-    return turn_find_quantity(talk, text, options, &what->quantity,
+    return turn_find_quantity(session, text, options, &what->quantity,
                               moteus_find_one);
 }
 
@@ -69,19 +69,19 @@ static void moteus_version(struct drive_value *value)
                  (unsigned)(value->value & 0xFF));
 }
 
-static enum status moteus_info(struct talk *talk, struct drive_info *info)
+static enum status moteus_info(struct session *session, struct drive_info *info)
 {
-    const int err = ask_turns_hello(&talk->turns);
+    const int err = turn_client_hello(&session->turn);
     const struct quantity *list;
     unsigned count;
 
     if (err < 0)
-        return drive_failed(talk, "", err);
+        return drive_failed(session, "", err);
     list = quantity_of_moteus(&count);
-    turn_read_list(talk, list, count, info);
+    turn_read_list(session, list, count, info);
     for (unsigned i = 0; i < info->count; i++)
         moteus_version(&info->value[i]);
-    return turn_info_fault(talk, info);
+    return turn_info_fault(session, info);
 }
 
 const struct verb_kind verb_kind_moteus = {

@@ -11,14 +11,14 @@ static int odrive_init(struct machine *machine, unsigned i)
     const struct rig_axis *axis = &machine->rig->axis[i];
     const struct drive_odrive_config config = {
         .node = axis->node_id,
-        .turns = turn_config(machine, i),
+        .turn = turn_config(machine, i),
         .heartbeat_ns = machine->rig->heartbeat_ns,
         .enable_watchdog = axis->enable_watchdog,
         .watchdog_timeout = axis->watchdog_timeout,
         .watchdog_ns = machine->rig->watchdog_ns,
     };
 
-    machine->axis[i] = &machine->drive[i].odrive.turns.drive;
+    machine->axis[i] = &machine->drive[i].odrive.turn.drive;
     return drive_odrive_init(&machine->drive[i].odrive,
                              &machine->can[axis->bus], &config);
 }

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "firmware/linux/kind/turn/tool.h"
-#include "firmware/linux/tools/ask_turns_parts.h"
+#include "firmware/linux/tools/turn_client_parts.h"
 #include "hal/drive/odrive/drive.h"
 #include "motion/core/err.h"
 
@@ -21,54 +21,55 @@
 #define BEAT_NS  INT64_C(2000000000)
 #define WRITE_NS INT64_C(20000000)
 
-static struct hal_can_frame odrive_frame(const struct ask_turns *ask,
+static struct hal_can_frame odrive_frame(const struct turn_client *client,
                                          unsigned command)
 {
-    return (struct hal_can_frame){ .id = (uint32_t)ask->node << NODE_SHIFT |
+    return (struct hal_can_frame){ .id = (uint32_t)client->node << NODE_SHIFT |
                                          command };
 }
 
 /* `what`: the command. */
-static bool odrive_says(const struct ask_turns *ask,
+static bool odrive_says(const struct turn_client *client,
                         const struct hal_can_frame *frame, const void *what)
 {
     const unsigned command = *(const unsigned *)what;
 
     return !frame->extended && !frame->remote && !frame->fd &&
-           frame->len == 8 && frame->id == odrive_frame(ask, command).id;
+           frame->len == 8 && frame->id == odrive_frame(client, command).id;
 }
 
-static int odrive_ask(struct ask_turns *ask, unsigned command,
-                      struct hal_can_frame *answer)
+static int odrive_request(struct turn_client *client, unsigned command,
+                          struct hal_can_frame *answer)
 {
-    struct hal_can_frame question = odrive_frame(ask, command);
+    struct hal_can_frame question = odrive_frame(client, command);
 
     question.remote = true;
-    return ask_turns_frame(ask, &question, odrive_says, &command,
-                           ask->timeout_ns, answer);
+    return turn_client_frame(client, &question, odrive_says, &command,
+                             client->timeout_ns, answer);
 }
 
 /* It says that by itself. */
-static int odrive_beat(struct ask_turns *ask, struct hal_can_frame *beat)
+static int odrive_beat(struct turn_client *client, struct hal_can_frame *beat)
 {
     const unsigned command = HEARTBEAT;
 
-    return ask_turns_frame(ask, NULL, odrive_says, &command, BEAT_NS, beat);
+    return turn_client_frame(client, NULL, odrive_says, &command, BEAT_NS,
+                             beat);
 }
 
 /* Firmware 0.5 does not answer. */
-static int odrive_hello(struct ask_turns *ask)
+static int odrive_hello(struct turn_client *client)
 {
     struct hal_can_frame frame;
-    int err = odrive_beat(ask, &frame);
+    int err = odrive_beat(client, &frame);
 
     if (err < 0)
         return err;
-    err = odrive_ask(ask, VERSION, &frame);
-    ask->is_05 = err == MOTION_E_TIMEOUT;
+    err = odrive_request(client, VERSION, &frame);
+    client->is_05 = err == MOTION_E_TIMEOUT;
     if (err == MOTION_OK)
-        memcpy(ask->version, frame.data, sizeof ask->version);
-    return ask->is_05 ? MOTION_OK : err;
+        memcpy(client->version, frame.data, sizeof client->version);
+    return client->is_05 ? MOTION_OK : err;
 }
 
 /* ---- values ---- */
@@ -82,22 +83,22 @@ static uint32_t odrive_raw(const uint8_t *at, unsigned bytes)
     return raw;
 }
 
-static bool odrive_answers_sdo(const struct ask_turns *ask,
+static bool odrive_answers_sdo(const struct turn_client *client,
                                const struct hal_can_frame *frame,
                                const void *what)
 {
     const struct quantity *quantity = what;
     const unsigned command = TX_SDO;
 
-    return odrive_says(ask, frame, &command) &&
+    return odrive_says(client, frame, &command) &&
            odrive_raw(&frame->data[1], 2) == quantity->at;
 }
 
-static struct hal_can_frame odrive_sdo(const struct ask_turns *ask,
+static struct hal_can_frame odrive_sdo(const struct turn_client *client,
                                        const struct quantity *quantity,
                                        unsigned what, uint32_t raw)
 {
-    struct hal_can_frame frame = odrive_frame(ask, RX_SDO);
+    struct hal_can_frame frame = odrive_frame(client, RX_SDO);
 
     frame.len = 8;
     frame.data[0] = (uint8_t)what;
@@ -108,8 +109,8 @@ static struct hal_can_frame odrive_sdo(const struct ask_turns *ask,
     return frame;
 }
 
-static int odrive_read(struct ask_turns *ask, const struct quantity *quantity,
-                       uint32_t *raw)
+static int odrive_read(struct turn_client *client,
+                       const struct quantity *quantity, uint32_t *raw)
 {
     const unsigned bytes = quantity_type_size(quantity->type);
     struct hal_can_frame question, answer;
@@ -117,14 +118,14 @@ static int odrive_read(struct ask_turns *ask, const struct quantity *quantity,
     int err;
 
     if (quantity->kind == QUANTITY_ENDPOINT) {
-        question = odrive_sdo(ask, quantity, SDO_READ, 0);
-        err = ask_turns_frame(ask, &question, odrive_answers_sdo, quantity,
-                              ask->timeout_ns, &answer);
+        question = odrive_sdo(client, quantity, SDO_READ, 0);
+        err = turn_client_frame(client, &question, odrive_answers_sdo, quantity,
+                                client->timeout_ns, &answer);
         at = 4;
     } else if (quantity->at == HEARTBEAT) {
-        err = odrive_beat(ask, &answer);
+        err = odrive_beat(client, &answer);
     } else {
-        err = odrive_ask(ask, quantity->at, &answer);
+        err = odrive_request(client, quantity->at, &answer);
     }
     if (err == MOTION_OK)
         *raw = odrive_raw(&answer.data[at], bytes);
@@ -132,29 +133,30 @@ static int odrive_read(struct ask_turns *ask, const struct quantity *quantity,
 }
 
 /* Newer firmware confirms it, older does not: it is read back. */
-static int odrive_write(struct ask_turns *ask, const struct quantity *quantity,
-                        uint32_t raw)
+static int odrive_write(struct turn_client *client,
+                        const struct quantity *quantity, uint32_t raw)
 {
     const struct hal_can_frame frame =
-        odrive_sdo(ask, quantity, SDO_WRITE, raw);
-    const int err = ask_turns_send(ask, &frame);
+        odrive_sdo(client, quantity, SDO_WRITE, raw);
+    const int err = turn_client_send(client, &frame);
 
-    ask_turns_wait(ask, WRITE_NS);
+    turn_client_wait(client, WRITE_NS);
     return err;
 }
 
 /* ---- state ---- */
 
-static int odrive_state(struct ask_turns *ask, struct ask_turns_state *state)
+static int odrive_state(struct turn_client *client,
+                        struct turn_client_state *state)
 {
     struct hal_can_frame beat;
-    const int err = odrive_beat(ask, &beat);
+    const int err = odrive_beat(client, &beat);
 
     if (err < 0)
         return err;
     state->error = odrive_raw(beat.data, 4);
     state->state = beat.data[4];
-    if (ask->is_05)
+    if (client->is_05)
         state->parts = (uint8_t)((beat.data[5] & 1) | (beat.data[6] & 1) << 1 |
                                  (beat.data[7] & 1) << 2);
     state->is_fault = state->error != 0 || state->parts != 0;
@@ -162,49 +164,49 @@ static int odrive_state(struct ask_turns *ask, struct ask_turns_state *state)
     return MOTION_OK;
 }
 
-static int odrive_clear(struct ask_turns *ask)
+static int odrive_clear(struct turn_client *client)
 {
-    struct hal_can_frame frame = odrive_frame(ask, CLEAR_ERRORS);
+    struct hal_can_frame frame = odrive_frame(client, CLEAR_ERRORS);
     int err;
 
-    frame.len = ask->is_05 ? 0 : 1;
-    err = ask_turns_send(ask, &frame);
-    ask_turns_wait(ask, WRITE_NS);
+    frame.len = client->is_05 ? 0 : 1;
+    err = turn_client_send(client, &frame);
+    turn_client_wait(client, WRITE_NS);
     return err;
 }
 
 /* Every bit has words of its own. */
-static void odrive_reason(const struct ask_turns *ask,
-                          const struct ask_turns_state *state,
-                          char text[ASK_TURNS_REASON_MAX])
+static void odrive_reason(const struct turn_client *client,
+                          const struct turn_client_state *state,
+                          char text[TURN_CLIENT_REASON_MAX])
 {
     static const char *const part[] = { "motor", "encoder", "controller" };
-    int length = snprintf(text, ASK_TURNS_REASON_MAX, "error 0x%08X",
+    int length = snprintf(text, TURN_CLIENT_REASON_MAX, "error 0x%08X",
                           (unsigned)state->error);
     const char *between = ": ";
 
-    for (unsigned i = 0; i < 32 && length < ASK_TURNS_REASON_MAX; i++) {
+    for (unsigned i = 0; i < 32 && length < TURN_CLIENT_REASON_MAX; i++) {
         if ((state->error >> i & 1) == 0)
             continue;
         length +=
-            snprintf(text + length, (size_t)(ASK_TURNS_REASON_MAX - length),
+            snprintf(text + length, (size_t)(TURN_CLIENT_REASON_MAX - length),
                      "%s%s", between,
-                     drive_odrive_error_text(ask->is_05 ? DRIVE_ODRIVE_05
-                                                        : DRIVE_ODRIVE_06,
+                     drive_odrive_error_text(client->is_05 ? DRIVE_ODRIVE_05
+                                                           : DRIVE_ODRIVE_06,
                                              UINT32_C(1) << i));
         between = ", ";
     }
-    for (unsigned i = 0; i < 3 && length < ASK_TURNS_REASON_MAX; i++) {
+    for (unsigned i = 0; i < 3 && length < TURN_CLIENT_REASON_MAX; i++) {
         if ((state->parts >> i & 1) == 0)
             continue;
         length +=
-            snprintf(text + length, (size_t)(ASK_TURNS_REASON_MAX - length),
+            snprintf(text + length, (size_t)(TURN_CLIENT_REASON_MAX - length),
                      "%serror of its %s", between, part[i]);
         between = ", ";
     }
 }
 
-static const struct ask_turns_family odrive_family = {
+static const struct turn_client_family odrive_family = {
     .hello = odrive_hello,
     .read = odrive_read,
     .write = odrive_write,
@@ -239,10 +241,11 @@ static int odrive_take(struct rig_bus *bus, char message[YAML_MESSAGE_MAX])
     return 0;
 }
 
-static int odrive_open(struct talk *talk, const struct talk_config *config,
+static int odrive_open(struct session *session,
+                       const struct session_config *config,
                        char message[YAML_MESSAGE_MAX])
 {
-    return turn_open(talk, config, &odrive_family, message);
+    return turn_open(session, config, &odrive_family, message);
 }
 
 const struct tool_kind tool_kind_odrive = {

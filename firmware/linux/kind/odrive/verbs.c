@@ -8,13 +8,13 @@
 #include "firmware/linux/kind/turn/verbs.h"
 
 /* The number of an endpoint says nothing of its type. */
-static int odrive_by_number(const struct talk *talk,
+static int odrive_by_number(const struct session *session,
                             const struct options *options, uint16_t number,
                             struct quantity *quantity,
                             char message[QUANTITY_MESSAGE_MAX])
 {
     *quantity = turn_by_number(QUANTITY_ENDPOINT, number);
-    if (talk->turns.is_05) {
+    if (session->turn.is_05) {
         snprintf(message, QUANTITY_MESSAGE_MAX,
                  "an ODrive with firmware 0.5 has no endpoints on CAN");
         return -1;
@@ -29,31 +29,31 @@ static int odrive_by_number(const struct talk *talk,
 }
 
 /* Endpoints have other numbers in another firmware. */
-static int odrive_endpoint(const struct talk *talk, const char *text,
+static int odrive_endpoint(const struct session *session, const char *text,
                            struct quantity *quantity,
                            char message[QUANTITY_MESSAGE_MAX])
 {
-    const uint8_t *has = &talk->turns.version[4];
+    const uint8_t *has = &session->turn.version[4];
     uint8_t of[3];
 
-    if (talk->endpoints == NULL) {
+    if (session->endpoints == NULL) {
         snprintf(message, QUANTITY_MESSAGE_MAX,
                  "'%.60s' may be an endpoint: expected --endpoints, the "
                  "drive's flat_endpoints.json",
                  text);
         return -1;
     }
-    if (endpoints_version(talk->endpoints, of) && memcmp(of, has, 3) != 0) {
+    if (endpoints_version(session->endpoints, of) && memcmp(of, has, 3) != 0) {
         snprintf(message, QUANTITY_MESSAGE_MAX,
                  "the endpoints are those of firmware %u.%u.%u, the drive has "
                  "%u.%u.%u",
                  of[0], of[1], of[2], has[0], has[1], has[2]);
         return -1;
     }
-    return endpoints_find(talk->endpoints, text, quantity, message);
+    return endpoints_find(session->endpoints, text, quantity, message);
 }
 
-static int odrive_find_one(const struct talk *talk, const char *text,
+static int odrive_find_one(const struct session *session, const char *text,
                            const struct options *options,
                            struct quantity *quantity,
                            char message[QUANTITY_MESSAGE_MAX])
@@ -63,33 +63,34 @@ static int odrive_find_one(const struct talk *talk, const char *text,
     unsigned count;
 
     if (turn_number(text, UINT16_MAX, &number))
-        return odrive_by_number(talk, options, number, quantity, message);
-    list = quantity_of_odrive(talk->turns.is_05, &count);
+        return odrive_by_number(session, options, number, quantity, message);
+    list = quantity_of_odrive(session->turn.is_05, &count);
     found = quantity_find(text, list, count);
     if (found != NULL) {
         *quantity = *found;
         return 0;
     }
-    if (!talk->turns.is_05 && strchr(text, '.') != NULL)
-        return odrive_endpoint(talk, text, quantity, message);
+    if (!session->turn.is_05 && strchr(text, '.') != NULL)
+        return odrive_endpoint(session, text, quantity, message);
     quantity_unknown(text, "message of this ODrive", list, count, message);
     return -1;
 }
 
-static enum status odrive_find(struct talk *talk, const char *text,
+static enum status odrive_find(struct session *session, const char *text,
                                const struct options *options,
                                struct drive_what *what)
 {
-    return turn_find_quantity(talk, text, options, &what->quantity,
+    return turn_find_quantity(session, text, options, &what->quantity,
                               odrive_find_one);
 }
 
-static void odrive_version(const struct talk *talk, struct drive_value *value)
+static void odrive_version(const struct session *session,
+                           struct drive_value *value)
 {
-    const uint8_t *version = talk->turns.version;
+    const uint8_t *version = session->turn.version;
 
     *value = (struct drive_value){ .name = "firmware" };
-    if (talk->turns.is_05)
+    if (session->turn.is_05)
         snprintf(value->text, sizeof value->text,
                  "0.5, as it does not answer for its version");
     else
@@ -100,18 +101,18 @@ static void odrive_version(const struct talk *talk, struct drive_value *value)
                  version[3], version[0]);
 }
 
-static enum status odrive_info(struct talk *talk, struct drive_info *info)
+static enum status odrive_info(struct session *session, struct drive_info *info)
 {
-    const int err = ask_turns_hello(&talk->turns);
+    const int err = turn_client_hello(&session->turn);
     const struct quantity *list;
     unsigned count;
 
     if (err < 0)
-        return drive_failed(talk, "", err);
-    odrive_version(talk, &info->value[info->count++]);
-    list = quantity_of_odrive(talk->turns.is_05, &count);
-    turn_read_list(talk, list, count, info);
-    return turn_info_fault(talk, info);
+        return drive_failed(session, "", err);
+    odrive_version(session, &info->value[info->count++]);
+    list = quantity_of_odrive(session->turn.is_05, &count);
+    turn_read_list(session, list, count, info);
+    return turn_info_fault(session, info);
 }
 
 const struct verb_kind verb_kind_odrive = {

@@ -3,17 +3,17 @@
 
 #include "firmware/host/kind/turn/budget.h"
 
-struct drive_turns_config turn_config(const struct machine *machine, unsigned i)
+struct drive_turn_config turn_config(const struct machine *machine, unsigned i)
 {
     const struct rig *rig = machine->rig;
     const struct rig_axis *axis = &rig->axis[i];
-    struct drive_turns_config config = {
+    struct drive_turn_config config = {
         .period_ns = rig->period_ns,
-        .latency_ns = turns_budget_latency_ns(rig, i),
-        .answer_ns = turns_budget_answer_ns(rig, i),
+        .latency_ns = turn_budget_latency_ns(rig, i),
+        .answer_ns = turn_budget_answer_ns(rig, i),
         .stop_acc_q32 = axis->stop_acc_q32,
     };
 
-    rig_axis_turns(axis, &config.turns_num, &config.turns_den);
+    rig_axis_turn(axis, &config.turns_num, &config.turns_den);
     return config;
 }

@@ -7,7 +7,6 @@
 
 #define TURN_BOOT_NS INT64_C(150000000) /* simulated */
 
-struct drive_turns_config turn_config(const struct machine *machine,
-                                      unsigned i);
+struct drive_turn_config turn_config(const struct machine *machine, unsigned i);
 
 #endif

@@ -5,11 +5,12 @@
 
 #include "firmware/linux/tools/kind.h"
 
-int turn_open(struct talk *talk, const struct talk_config *config,
-              const struct ask_turns_family *family,
+int turn_open(struct session *session, const struct session_config *config,
+              const struct turn_client_family *family,
               char message[YAML_MESSAGE_MAX]);
-int turn_is_enabled(struct talk *talk);
-void turn_text(const struct talk *talk, int err, char text[TALK_TEXT_MAX]);
-int turn_reset(struct talk *talk, struct reset *reset);
+int turn_is_enabled(struct session *session);
+void turn_text(const struct session *session, int err,
+               char text[SESSION_TEXT_MAX]);
+int turn_reset(struct session *session, struct reset *reset);
 
 #endif

@@ -41,16 +41,16 @@ struct quantity turn_by_number(enum quantity_kind kind, uint16_t number)
     };
 }
 
-enum status turn_find_quantity(struct talk *talk, const char *text,
+enum status turn_find_quantity(struct session *session, const char *text,
                                const struct options *options,
                                struct quantity *quantity, turn_find *find)
 {
     char message[QUANTITY_MESSAGE_MAX];
-    const int err = ask_turns_hello(&talk->turns);
+    const int err = turn_client_hello(&session->turn);
 
     if (err < 0)
-        return drive_failed(talk, text, err);
-    return find(talk, text, options, quantity, message) == 0
+        return drive_failed(session, text, err);
+    return find(session, text, options, quantity, message) == 0
                ? STATUS_OK
                : drive_complain(message);
 }
@@ -58,20 +58,22 @@ enum status turn_find_quantity(struct talk *talk, const char *text,
 /* ---- values ---- */
 
 /* "= 12.5 mm" for turns, of an axis whose gear is known. */
-static void value_turns_in_units(const struct talk *talk,
+static void value_turns_in_units(const struct session *session,
                                  struct drive_value *value)
 {
     int64_t num, den;
 
-    if (talk->axis == NULL || strncmp(value->unit, "turns", 5) != 0)
+    if (session->axis == NULL || strncmp(value->unit, "turns", 5) != 0)
         return;
-    rig_axis_turns(talk->axis, &num, &den);
+    rig_axis_turn(session->axis, &num, &den);
     snprintf(value->text, sizeof value->text, "%.6g %s%s",
              value->real * (double)den / (double)num,
-             units_axis_text(talk->axis->unit), value->unit + strlen("turns"));
+             units_axis_text(session->axis->unit),
+             value->unit + strlen("turns"));
 }
 
-void turn_read_quantity(struct talk *talk, const struct quantity *quantity,
+void turn_read_quantity(struct session *session,
+                        const struct quantity *quantity,
                         struct drive_value *value)
 {
     uint32_t raw = 0;
@@ -85,9 +87,9 @@ void turn_read_quantity(struct talk *talk, const struct quantity *quantity,
     snprintf(value->type, sizeof value->type, "%s",
              quantity_type_text(quantity->type));
     snprintf(value->unit, sizeof value->unit, "%s", quantity->unit);
-    err = ask_turns_read(&talk->turns, quantity, &raw);
+    err = turn_client_read(&session->turn, quantity, &raw);
     if (err < 0) {
-        talk_text(talk, err, value->error);
+        session_text(session, err, value->error);
         return;
     }
     value->value = quantity_value(quantity->type, raw);
@@ -97,57 +99,58 @@ void turn_read_quantity(struct talk *talk, const struct quantity *quantity,
         snprintf(value->text, sizeof value->text, "%s",
                  quantity->words((unsigned)value->value));
     if (value->is_real)
-        value_turns_in_units(talk, value);
+        value_turns_in_units(session, value);
 }
 
-void turn_read_list(struct talk *talk, const struct quantity *list,
+void turn_read_list(struct session *session, const struct quantity *list,
                     unsigned count, struct drive_info *info)
 {
     for (unsigned i = 0; i < count && info->count < DRIVE_INFO_VALUES_MAX;
          i++) {
         if (list[i].writable) /* of no meaning at rest */
             continue;
-        turn_read_quantity(talk, &list[i], &info->value[info->count]);
+        turn_read_quantity(session, &list[i], &info->value[info->count]);
         info->count += info->value[info->count].error[0] == '\0';
     }
 }
 
-enum status turn_info_fault(struct talk *talk, struct drive_info *info)
+enum status turn_info_fault(struct session *session, struct drive_info *info)
 {
-    struct ask_turns_state state = { .is_fault = false };
-    const int err = ask_turns_state(&talk->turns, &state);
+    struct turn_client_state state = { .is_fault = false };
+    const int err = turn_client_state(&session->turn, &state);
 
     if (err < 0)
-        return drive_failed(talk, "", err);
+        return drive_failed(session, "", err);
     if (state.is_fault)
-        ask_turns_reason(&talk->turns, &state, info->fault);
+        turn_client_reason(&session->turn, &state, info->fault);
     return STATUS_OK;
 }
 
 /* ---- as members of struct verb_kind ---- */
 
-void turn_read(struct talk *talk, const struct drive_what *what,
+void turn_read(struct session *session, const struct drive_what *what,
                struct drive_value *value)
 {
-    turn_read_quantity(talk, &what->quantity, value);
+    turn_read_quantity(session, &what->quantity, value);
 }
 
-enum status turn_parse(struct talk *talk, const char *text,
+enum status turn_parse(struct session *session, const char *text,
                        struct drive_what *what, int64_t *value)
 {
     char message[QUANTITY_MESSAGE_MAX];
     uint32_t raw = 0;
 
-    (void)talk;
+    (void)session;
     if (quantity_parse(&what->quantity, text, &raw, message) < 0)
         return drive_complain(message);
     *value = quantity_value(what->quantity.type, raw);
     return STATUS_OK;
 }
 
-int turn_write(struct talk *talk, const struct drive_what *what, int64_t value)
+int turn_write(struct session *session, const struct drive_what *what,
+               int64_t value)
 {
-    return ask_turns_write(&talk->turns, &what->quantity, (uint32_t)value);
+    return turn_client_write(&session->turn, &what->quantity, (uint32_t)value);
 }
 
 bool turn_is_writable(const struct drive_what *what)
@@ -160,9 +163,9 @@ bool turn_is_readable(const struct drive_what *what)
     return what->quantity.readable;
 }
 
-enum status turn_store(struct talk *talk)
+enum status turn_store(struct session *session)
 {
-    (void)talk;
+    (void)session;
     return drive_complain("it is stored by its maker's program: odrivetool "
                           "save_configuration, moteus_tool conf write");
 }

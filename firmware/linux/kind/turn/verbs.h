@@ -6,12 +6,12 @@
 #include "firmware/linux/commands/drive/kind.h"
 
 /* What a number or a name is; 0, or -1 with a sentence. */
-typedef int turn_find(const struct talk *talk, const char *text,
+typedef int turn_find(const struct session *session, const char *text,
                       const struct options *options, struct quantity *quantity,
                       char message[QUANTITY_MESSAGE_MAX]);
 
 /* Asks the drive what it is, then `find`. */
-enum status turn_find_quantity(struct talk *talk, const char *text,
+enum status turn_find_quantity(struct session *session, const char *text,
                                const struct options *options,
                                struct quantity *quantity, turn_find *find);
 bool turn_number(const char *text, unsigned long most, uint16_t *number);
@@ -20,23 +20,25 @@ struct quantity turn_by_number(enum quantity_kind kind, uint16_t number);
 int turn_type(const struct options *options, struct quantity *quantity,
               char message[QUANTITY_MESSAGE_MAX]);
 
-void turn_read_quantity(struct talk *talk, const struct quantity *quantity,
+void turn_read_quantity(struct session *session,
+                        const struct quantity *quantity,
                         struct drive_value *value);
 /* All of a list that can be asked for, what it does not say left out. */
-void turn_read_list(struct talk *talk, const struct quantity *list,
+void turn_read_list(struct session *session, const struct quantity *list,
                     unsigned count, struct drive_info *info);
 /* Why it is in fault. */
-enum status turn_info_fault(struct talk *talk, struct drive_info *info);
+enum status turn_info_fault(struct session *session, struct drive_info *info);
 
 /* ---- as members of struct verb_kind ---- */
 
-void turn_read(struct talk *talk, const struct drive_what *what,
+void turn_read(struct session *session, const struct drive_what *what,
                struct drive_value *value);
-enum status turn_parse(struct talk *talk, const char *text,
+enum status turn_parse(struct session *session, const char *text,
                        struct drive_what *what, int64_t *value);
-int turn_write(struct talk *talk, const struct drive_what *what, int64_t value);
+int turn_write(struct session *session, const struct drive_what *what,
+               int64_t value);
 bool turn_is_writable(const struct drive_what *what);
 bool turn_is_readable(const struct drive_what *what);
-enum status turn_store(struct talk *talk);
+enum status turn_store(struct session *session);
 
 #endif

@@ -48,11 +48,11 @@ const char *import_bench_write(const char *data, size_t length)
     return path;
 }
 
-size_t import_bench_read(const char *path, char *data, size_t room)
+size_t import_bench_read(const char *path, char *data, size_t capacity)
 {
     FILE *file = fopen(path, "rb");
     assert_non_null(file);
-    size_t length = fread(data, 1, room, file);
+    size_t length = fread(data, 1, capacity, file);
     fclose(file);
     return length;
 }

@@ -19,7 +19,7 @@ int import_bench_close(void **state);
 const char *import_bench_path(const char *name);
 /* Into the file `in` of the directory; its name. */
 const char *import_bench_write(const char *data, size_t length);
-size_t import_bench_read(const char *path, char *data, size_t room);
+size_t import_bench_read(const char *path, char *data, size_t capacity);
 
 /* fps 0: as the file says. */
 struct import_wish import_bench_wish(uint64_t fps);

@@ -223,7 +223,7 @@ static void random_job(uint64_t *seed, struct job *job)
     FILE *file = fopen(path, "wb");
     assert_non_null(file);
     move = (struct imported){ .fps = { 25, 1 } };
-    assert_int_equal(plan_move_room(&move.move, ARRAY_LEN(names)), 0);
+    assert_int_equal(plan_move_reserve(&move.move, ARRAY_LEN(names)), 0);
     move.move.axis_count = ARRAY_LEN(names);
     for (size_t i = 0; i < ARRAY_LEN(names); i++)
         random_axis(seed, names[i], i == 0, &move.move.axis[i]);

@@ -1,5 +1,5 @@
 /* tests/firmware/host/exchange/test_import_bad.c - files of other programs that
- * are harmed, and the commands: a move or one sentence, never half of one. */
+ * are corrupted, and the commands: a move or one sentence, never half of one. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -195,7 +195,7 @@ static void draw_job(struct job *job)
     struct plan_axis *axis;
 
     job->rig = rig;
-    assert_int_equal(plan_move_room(&job->move, 1), 0);
+    assert_int_equal(plan_move_reserve(&job->move, 1), 0);
     axis = job->move.axis;
     job->rig_axis = &dolly;
     dolly = (unsigned)rig_axis_index(&rig, "dolly");

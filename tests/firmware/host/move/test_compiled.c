@@ -20,7 +20,7 @@
 #define STEP     (MOTION_FIXED_S_Q12 / 125) /* 8 ms each: 96 s */
 #define SECOND   INT64_C(1000000000)
 
-static struct motion_segment room[SEGMENTS];
+static struct motion_segment storage[SEGMENTS];
 static struct motion_track whole;
 static char path[64];
 static volatile sig_atomic_t interrupts;
@@ -52,7 +52,7 @@ static struct motion_state wave(int64_t t_ns_q12)
 
 static void plan_wave(void)
 {
-    motion_track_init(&whole, room, SEGMENTS, wave(0).pos_q32);
+    motion_track_init(&whole, storage, SEGMENTS, wave(0).pos_q32);
     for (int i = 1; i <= SEGMENTS; i++) {
         struct motion_state to = wave(i * STEP);
         if (i == SEGMENTS)

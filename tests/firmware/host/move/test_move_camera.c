@@ -52,15 +52,16 @@ static struct seen look(const struct move_file *file, double t_s)
 /* The angle between the view and the way to a point, degrees. */
 static double off(const struct seen *s, const double point[3])
 {
-    double way[3], cross = 0, dot = 0;
+    double displacement[3], cross = 0, dot = 0;
 
     for (int i = 0; i < 3; i++)
-        way[i] = point[i] - s->pos[i];
+        displacement[i] = point[i] - s->pos[i];
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
-        const double c = s->view[j] * way[k] - s->view[k] * way[j];
+        const double c =
+            s->view[j] * displacement[k] - s->view[k] * displacement[j];
         cross += c * c;
-        dot += s->view[i] * way[i];
+        dot += s->view[i] * displacement[i];
     }
     return atan2(sqrt(cross), dot) / DEG;
 }

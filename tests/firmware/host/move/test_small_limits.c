@@ -20,7 +20,7 @@
 /* Of one axis: physical limits, and those that slew has of them. */
 struct small {
     double limit[3]; /* velocity, acceleration, jerk */
-    double ramp_s, way;
+    double ramp_s, displacement;
     int64_t period_ns;
     int stride; /* ticks of a difference */
     struct controller_axis_config config;
@@ -64,7 +64,7 @@ static bool small_draw(struct small *small)
     const double acc = jerk * ramp_s, vel = 3 * acc * ramp_s;
     *small = (struct small){ .limit = { vel, acc, jerk },
                              .ramp_s = ramp_s,
-                             .way = vel * 8 * ramp_s,
+                             .displacement = vel * 8 * ramp_s,
                              .unit = units[draw() % ARRAY_LEN(units)] };
     small->period_ns = (int64_t)(ramp_s * 1e6 / (8 * PHASE)) * 1000;
     if (small->period_ns > TICK_MAX)
@@ -81,8 +81,8 @@ static bool small_draw(struct small *small)
         .stop = limit,
         .following_floor_q32 = MOTION_TRACK_POS_MAX_Q32,
     };
-    return small->way > 1 && small->way < 1e8 && vel < 1e8 && acc < 1e8 &&
-           jerk * pow(ramp_s, 3) > 0.05;
+    return small->displacement > 1 && small->displacement < 1e8 && vel < 1e8 &&
+           acc < 1e8 && jerk * pow(ramp_s, 3) > 0.05;
 }
 
 /* --- the judge ------------------------------------------------------------ */
@@ -176,7 +176,7 @@ static void small_begin(const struct small *small)
 static void run_goal(const struct small *small)
 {
     small_begin(small);
-    jog_to(small, small->way);
+    jog_to(small, small->displacement);
     until_rest(small, "goal");
     judge_reached(small, "goal");
 }
@@ -184,7 +184,7 @@ static void run_goal(const struct small *small)
 static void run_stop_of_a_jog(const struct small *small)
 {
     small_begin(small);
-    jog_to(small, small->way);
+    jog_to(small, small->displacement);
     some_ticks(small, "jog", 5);
     controller_jog_stop(&bench.controller, &bench.jog, false);
     until_rest(small, "jog's stop");
@@ -198,12 +198,12 @@ static void start_keyed(const struct small *small)
                                              small->config.limit.acc_q32,
                                              small->config.limit.jerk_q32 };
     small_begin(small);
-    motion_track_init(&bench.track[0], bench.room[0], ARRAY_LEN(bench.room[0]),
-                      0);
-    assert_int_equal(motion_ease_append_limited(&bench.track[0],
-                                                (int64_t)(small->way * 0x1p32),
-                                                &limit),
-                     MOTION_OK);
+    motion_track_init(&bench.track[0], bench.storage[0],
+                      ARRAY_LEN(bench.storage[0]), 0);
+    assert_int_equal(
+        motion_ease_append_limited(
+            &bench.track[0], (int64_t)(small->displacement * 0x1p32), &limit),
+        MOTION_OK);
     assert_int_equal(controller_start(&bench.controller, &track, NULL),
                      MOTION_OK);
 }

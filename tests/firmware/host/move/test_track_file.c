@@ -22,7 +22,7 @@
 #define ONE  MOTION_FIXED_ONE_Q32
 #define LONG 100000 /* segments */
 
-static struct motion_segment room[LONG];
+static struct motion_segment storage[LONG];
 static struct motion_track track[2];
 static struct track_file file;
 static char path[64];
@@ -134,10 +134,10 @@ static void a_restored_segment_is_the_one_that_was_appended(void **state)
     uint32_t kinds[4] = { 0 };
 
     (void)state;
-    plan_anything(0, room, 20000, 5);
+    plan_anything(0, storage, 20000, 5);
     assert_int_equal(track[0].count, 20000);
     for (uint32_t i = 0; i < track[0].count; i++) {
-        const struct motion_segment *was = &room[i];
+        const struct motion_segment *was = &storage[i];
         struct motion_segment is = {
             .start_ns_q12 = was->start_ns_q12,
             .dur_ns_q12 = was->dur_ns_q12,
@@ -185,10 +185,10 @@ static void what_was_never_appended_is_refused(void **state)
     const struct motion_state to = { .pos_q32 = 3 * ONE };
 
     (void)state;
-    motion_track_init(&track[0], room, LONG, ONE);
+    motion_track_init(&track[0], storage, LONG, ONE);
     assert_int_equal(motion_track_append_cubic(&track[0], SEC, ONE, &to), 0);
     for (size_t i = 0; i < ARRAY_LEN(wrong); i++) {
-        struct motion_segment segment = room[0];
+        struct motion_segment segment = storage[0];
         assert_int_equal(motion_segment_restore(&segment), MOTION_OK);
         memcpy((char *)&segment + wrong[i].offset, &wrong[i].value,
                wrong[i].size);
@@ -221,7 +221,7 @@ static void plan_long(uint32_t segments)
 {
     uint64_t seed = 9;
 
-    motion_track_init(&track[0], room, LONG, 0);
+    motion_track_init(&track[0], storage, LONG, 0);
     for (uint32_t i = 0; i < segments; i++) {
         const struct motion_state to = {
             .pos_q32 = check_random_in(&seed, -100 * ONE, 100 * ONE),
@@ -273,7 +273,7 @@ static void a_long_track_plays_through_a_small_window(void **state)
     assert_null(compiled_error(compiled));
     compiled_close(compiled);
     print_message("%d segments, %zu kB, played with %ld kB more\n", LONG,
-                  sizeof room / 1024, peak_kb() - before_kb);
+                  sizeof storage / 1024, peak_kb() - before_kb);
 #ifndef __SANITIZE_ADDRESS__ /* which keeps what was freed */
     assert_in_range(peak_kb() - before_kb, 0, 2500);
 #endif
@@ -283,7 +283,7 @@ static void the_outline_is_that_of_the_whole(void **state)
 {
 
     (void)state;
-    plan_anything(0, room, 5000, 7);
+    plan_anything(0, storage, 5000, 7);
     write_tracks(1);
     struct compiled *compiled = compiled_open(&disk_files, path, message);
     assert_non_null(compiled);
@@ -367,8 +367,8 @@ static void assert_refused(const char *what, size_t at)
 
 static void write_small(void)
 {
-    plan_anything(0, room, 35, 1);
-    plan_anything(1, room + 35, 7, 2);
+    plan_anything(0, storage, 35, 1);
+    plan_anything(1, storage + 35, 7, 2);
     write_tracks(2);
     take_bytes();
 }
@@ -466,7 +466,7 @@ static void an_axis_that_stands_has_no_blocks(void **state)
     struct motion_cursor cursor = { 0 };
 
     (void)state;
-    motion_track_init(&track[0], room, LONG, 7 * ONE);
+    motion_track_init(&track[0], storage, LONG, 7 * ONE);
     write_tracks(1);
     struct compiled *compiled = compiled_open(&disk_files, path, message);
     assert_non_null(compiled);

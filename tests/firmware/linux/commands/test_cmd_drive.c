@@ -24,15 +24,15 @@ static int bench(void **state)
     return 0;
 }
 
-static struct talk *opened(const char *axis)
+static struct session *opened(const char *axis)
 {
-    static struct talk talk;
+    static struct session session;
     char message[YAML_MESSAGE_MAX];
-    const struct talk_config config = { .target = rig, .who = axis };
+    const struct session_config config = { .target = rig, .who = axis };
 
-    if (talk_open(&talk, &config, message) < 0)
+    if (session_open(&session, &config, message) < 0)
         fail_msg("%s", message);
-    return &talk;
+    return &session;
 }
 
 static int64_t json_value(unsigned row)
@@ -258,98 +258,104 @@ static void set_writes_and_reads_back(void **state)
     run_complains("0 .. 65535");
 }
 
-static void enable(struct talk *talk)
+static void enable(struct session *session)
 {
     static const uint16_t word[] = { 0x06, 0x07, 0x0F };
     uint32_t status = 0;
 
-    assert_int_equal(ask_can_write_number(&talk->can, 0x6060, 0, 1, 8), 0);
+    assert_int_equal(
+        canopen_client_write_number(&session->can, 0x6060, 0, 1, 8), 0);
     for (unsigned i = 0; i < 3; i++) {
         assert_int_equal(
-            ask_can_write_number(&talk->can, 0x6040, 0, 2, word[i]), 0);
-        ask_can_wait(&talk->can, INT64_C(200000000));
+            canopen_client_write_number(&session->can, 0x6040, 0, 2, word[i]),
+            0);
+        canopen_client_wait(&session->can, INT64_C(200000000));
     }
-    assert_int_equal(ask_can_read_number(&talk->can, 0x6041, 0, &status, NULL),
-                     0);
+    assert_int_equal(
+        canopen_client_read_number(&session->can, 0x6041, 0, &status, NULL), 0);
     assert_int_equal(status & 0x6F, 0x27);
 }
 
 static void a_drive_with_torque_is_known_as_such(void **state)
 {
-    struct talk *talk = opened("slide");
+    struct session *session = opened("slide");
 
     (void)state;
-    assert_int_equal(talk_is_enabled(talk), 0);
-    enable(talk);
-    assert_int_equal(talk_is_enabled(talk), 1);
-    talk_close(talk);
+    assert_int_equal(session_is_enabled(session), 0);
+    enable(session);
+    assert_int_equal(session_is_enabled(session), 1);
+    session_close(session);
 }
 
 static void stored_values_outlive_power_off(void **state)
 {
-    struct talk *talk = opened("slide");
-    struct sim_cia402 *servo = &talk->bench.sim.servo[0].cia402;
+    struct session *session = opened("slide");
+    struct sim_cia402 *servo = &session->bench.sim.servo[0].cia402;
     uint32_t value = 0;
 
     (void)state;
-    assert_int_equal(ask_can_write_number(&talk->can, 0x6065, 0, 4, 1111), 0);
-    assert_int_equal(ask_can_write_number(&talk->can, 0x1010, 1, 4, 1),
-                     MOTION_E_REFUSED);
-    assert_int_equal(talk->can.abort_code, 0x08000020);
-    assert_int_equal(ask_can_write_number(&talk->can, 0x1010, 1, 4, 0x65766173),
-                     0);
-    assert_int_equal(ask_can_write_number(&talk->can, 0x6065, 0, 4, 2222), 0);
+    assert_int_equal(
+        canopen_client_write_number(&session->can, 0x6065, 0, 4, 1111), 0);
+    assert_int_equal(
+        canopen_client_write_number(&session->can, 0x1010, 1, 4, 1),
+        MOTION_E_REFUSED);
+    assert_int_equal(session->can.abort_code, 0x08000020);
+    assert_int_equal(
+        canopen_client_write_number(&session->can, 0x1010, 1, 4, 0x65766173),
+        0);
+    assert_int_equal(
+        canopen_client_write_number(&session->can, 0x6065, 0, 4, 2222), 0);
     sim_cia402_inject(servo, SIM_CIA402_REBOOT);
-    ask_can_wait(&talk->can, INT64_C(400000000));
-    assert_int_equal(ask_can_read_number(&talk->can, 0x6065, 0, &value, NULL),
-                     0);
+    canopen_client_wait(&session->can, INT64_C(400000000));
+    assert_int_equal(
+        canopen_client_read_number(&session->can, 0x6065, 0, &value, NULL), 0);
     assert_int_equal(value, 1111);
-    talk_close(talk);
+    session_close(session);
 }
 
 /* ---- reset ---- */
 
 static void a_fault_is_explained_and_cleared_and_leaves_it_off(void **state)
 {
-    struct talk *talk = opened("slide");
-    struct sim_cia402 *servo = &talk->bench.sim.servo[0].cia402;
+    struct session *session = opened("slide");
+    struct sim_cia402 *servo = &session->bench.sim.servo[0].cia402;
     struct reset reset;
 
     (void)state;
-    assert_int_equal(reset_drive(talk, &reset), MOTION_OK);
+    assert_int_equal(reset_drive(session, &reset), MOTION_OK);
     assert_false(reset.was_fault);
     assert_string_equal(reset.reason, "");
-    enable(talk);
+    enable(session);
     sim_cia402_inject(servo, SIM_CIA402_OVERCURRENT);
-    ask_can_wait(&talk->can, INT64_C(200000000));
-    assert_int_equal(reset_drive(talk, &reset), MOTION_OK);
+    canopen_client_wait(&session->can, INT64_C(200000000));
+    assert_int_equal(reset_drive(session, &reset), MOTION_OK);
     assert_true(reset.was_fault);
     assert_false(reset.is_fault);
     assert_string_equal(reset.reason, "error 0x2310: current, output side");
     assert_string_equal(reset.state, "switch on disabled");
-    assert_int_equal(talk_is_enabled(talk), 0);
+    assert_int_equal(session_is_enabled(session), 0);
     sim_cia402_inject(servo, SIM_CIA402_SILENT);
-    assert_int_equal(reset_drive(talk, &reset), MOTION_E_TIMEOUT);
-    talk_close(talk);
+    assert_int_equal(reset_drive(session, &reset), MOTION_E_TIMEOUT);
+    session_close(session);
 }
 
 static void an_alarm_is_explained_and_cleared(void **state)
 {
-    struct talk *talk = opened("turn");
-    struct sim_modbus_servo *servo = &talk->bench.sim.servo[0].modbus;
+    struct session *session = opened("turn");
+    struct sim_modbus_servo *servo = &session->bench.sim.servo[0].modbus;
     struct reset reset;
 
     (void)state;
-    assert_int_equal(reset_drive(talk, &reset), MOTION_OK);
+    assert_int_equal(reset_drive(session, &reset), MOTION_OK);
     assert_false(reset.was_fault);
     sim_modbus_servo_inject(servo, SIM_MODBUS_SERVO_ALARM);
-    assert_int_equal(reset_drive(talk, &reset), MOTION_OK);
+    assert_int_equal(reset_drive(session, &reset), MOTION_OK);
     assert_true(reset.was_fault);
     assert_false(reset.is_fault);
-    assert_non_null(strstr(reset.reason, talk->map->alarms[0].text));
+    assert_non_null(strstr(reset.reason, session->map->alarms[0].text));
     sim_modbus_servo_inject(servo, SIM_MODBUS_SERVO_OFF);
-    assert_int_equal(reset_drive(talk, &reset), MOTION_E_TIMEOUT);
-    talk_close(talk);
+    assert_int_equal(reset_drive(session, &reset), MOTION_E_TIMEOUT);
+    session_close(session);
 }
 
 static void reset_without_a_fault_writes_nothing(void **state)
@@ -371,7 +377,7 @@ static void a_device_without_number_gets_one(void **state)
     static struct sim_can_bus wire;
     static struct sim_can_port port;
     static struct sim_cia402 servo;
-    static struct ask_can ask;
+    static struct canopen_client client;
     const struct sim_cia402_config config = {
         .node_id = 255,
         .serial = 4711,
@@ -390,22 +396,23 @@ static void a_device_without_number_gets_one(void **state)
     assert_int_equal(sim_can_bus_init(&wire, &world, 1000000), 0);
     sim_can_port_init(&port, &wire);
     assert_int_equal(sim_cia402_init(&servo, &wire, &config), 0);
-    ask_can_init(&ask, &port.can, &world.clock, 0);
-    ask_can_wait(&ask, INT64_C(10000000));
-    assert_int_equal(lss_select(&ask, &other, &found), MOTION_E_TIMEOUT);
-    assert_int_equal(lss_select(&ask, NULL, &found), MOTION_OK);
+    canopen_client_init(&client, &port.can, &world.clock, 0);
+    canopen_client_wait(&client, INT64_C(10000000));
+    assert_int_equal(lss_select(&client, &other, &found), MOTION_E_TIMEOUT);
+    assert_int_equal(lss_select(&client, NULL, &found), MOTION_OK);
     assert_int_equal(found.product, 402);
     assert_int_equal(found.serial, 4711);
-    assert_int_equal(lss_bit_rate(&ask, 123), MOTION_E_ARG);
-    assert_int_equal(lss_node(&ask, 42), MOTION_OK);
-    assert_int_equal(lss_store(&ask), MOTION_OK);
-    lss_release(&ask);
-    ask_can_wait(&ask, INT64_C(100000000));
-    assert_int_equal(ask_can_node(&ask, 42), 0);
-    assert_int_equal(ask_can_read_number(&ask, 0x1000, 0, &value, NULL), 0);
-    assert_int_equal(lss_select(&ask, NULL, &found), MOTION_E_TIMEOUT);
-    assert_int_equal(lss_select(&ask, &found, &found), MOTION_OK);
-    lss_release(&ask);
+    assert_int_equal(lss_bit_rate(&client, 123), MOTION_E_ARG);
+    assert_int_equal(lss_node(&client, 42), MOTION_OK);
+    assert_int_equal(lss_store(&client), MOTION_OK);
+    lss_release(&client);
+    canopen_client_wait(&client, INT64_C(100000000));
+    assert_int_equal(canopen_client_node(&client, 42), 0);
+    assert_int_equal(
+        canopen_client_read_number(&client, 0x1000, 0, &value, NULL), 0);
+    assert_int_equal(lss_select(&client, NULL, &found), MOTION_E_TIMEOUT);
+    assert_int_equal(lss_select(&client, &found, &found), MOTION_OK);
+    lss_release(&client);
 }
 
 static void identities_are_four_numbers(void **state)

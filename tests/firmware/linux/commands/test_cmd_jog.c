@@ -21,13 +21,13 @@
 #include "firmware/linux/commands/command.h"
 #include "tests/support/check.h"
 
-#define RIG   "tests/data/homing"
-#define ROOM  65536
-#define LEFT  "\033[D"
-#define RIGHT "\033[C"
-#define FAST  "\033[1;2C"
-#define DOWN  "\033[B"
-#define CLEAR "\033[K" /* before every status line, ten in its own second */
+#define RIG      "tests/data/homing"
+#define CAPACITY 65536
+#define LEFT     "\033[D"
+#define RIGHT    "\033[C"
+#define FAST     "\033[1;2C"
+#define DOWN     "\033[B"
+#define CLEAR    "\033[K" /* before every status line, ten in its own second */
 
 #define FOR_EVER_S 60.0 /* no pause of the machine is as long */
 
@@ -52,7 +52,7 @@ static int remove_directory(void **state)
 
 /* --- a program and what it writes ---------------------------------------- */
 
-static char heard[ROOM];
+static char heard[CAPACITY];
 static size_t heard_count;
 static pid_t child;
 static int line;
@@ -106,14 +106,14 @@ static bool hear(double seconds)
     if (poll(&ready, 1, (int)(seconds * 1000)) <= 0)
         return true;
     const ssize_t count =
-        read(line, heard + heard_count, ROOM - 1 - heard_count);
+        read(line, heard + heard_count, CAPACITY - 1 - heard_count);
     if (count <= 0)
         return false;
     heard_count += (size_t)count;
     heard[heard_count] = 0;
-    if (heard_count > ROOM / 2) { /* the end is what matters */
-        memmove(heard, heard + ROOM / 4, heard_count - ROOM / 4 + 1);
-        heard_count -= ROOM / 4;
+    if (heard_count > CAPACITY / 2) { /* the end is what matters */
+        memmove(heard, heard + CAPACITY / 4, heard_count - CAPACITY / 4 + 1);
+        heard_count -= CAPACITY / 4;
     }
     return true;
 }
@@ -148,7 +148,7 @@ static void expect(const char *text)
 static int finish(void)
 {
     int status = -1;
-    while (hear(FOR_EVER_S) && heard_count < ROOM - 1)
+    while (hear(FOR_EVER_S) && heard_count < CAPACITY - 1)
         if (waitpid(child, &status, WNOHANG) == child)
             break;
     if (status == -1)
@@ -213,15 +213,16 @@ static bool near(double got, double want, double by)
 /* As a terminal repeats a key that is held, until the axis has the speed and
  * has gone so far; what was shown then, and before the last key. */
 static struct status_line before_last;
-static struct status_line hold(const char *key, double speed, double way)
+static struct status_line hold(const char *key, double speed,
+                               double displacement)
 {
     const struct status_line from = shown();
     struct status_line at = from;
     const double end_s = now_s() + FOR_EVER_S;
-    while (!near(at.vel, speed, 0.5) || near(at.pos, from.pos, way)) {
+    while (!near(at.vel, speed, 0.5) || near(at.pos, from.pos, displacement)) {
         if (now_s() > end_s)
-            fail_msg("not %.1f at %.1f mm/s from %.1f mm on:\n%s", way, speed,
-                     from.pos, heard);
+            fail_msg("not %.1f at %.1f mm/s from %.1f mm on:\n%s", displacement,
+                     speed, from.pos, heard);
         before_last = at;
         press(key);
         hear(0.03);
@@ -396,7 +397,7 @@ static void an_arrow_jogs_while_it_is_held(void **state)
 {
     static const struct {
         const char *key;
-        double vel, way, least, most;
+        double vel, displacement, least, most;
     } rows[] = {
         { RIGHT, 20, 20, 18, 28 },
         { FAST, 100, 0, 90, 140 }, /* five times */
@@ -407,7 +408,8 @@ static void an_arrow_jogs_while_it_is_held(void **state)
     start(by_keys, true);
     expect("ready");
     for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
-        const double after = hold(rows[i].key, rows[i].vel, rows[i].way).pos;
+        const double after =
+            hold(rows[i].key, rows[i].vel, rows[i].displacement).pos;
         const double at = standing().pos;
         const double whole = fabs(at - before_last.pos),
                      rest = fabs(at - after);
@@ -431,9 +433,9 @@ static void space_stops_at_once(void **state)
     expect("ready");
     const double from = hold(LEFT, -20, 0).pos;
     press(" ");
-    const double way = standing().pos - from;
-    if (way > 0 || way < -100)
-        fail_msg("%.3f mm after space", way);
+    const double displacement = standing().pos - from;
+    if (displacement > 0 || displacement < -100)
+        fail_msg("%.3f mm after space", displacement);
     press("q");
     assert_int_equal(finish(), 0);
 }

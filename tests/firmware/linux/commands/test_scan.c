@@ -216,7 +216,7 @@ static void what_only_resembles_an_odrive_is_none(void **state)
 
 struct fake_line {
     struct hal_modbus modbus;
-    struct hal_modbus_request asked;
+    struct hal_modbus_request requested;
     uint32_t tag;
     bool pending;
     unsigned questions;
@@ -233,7 +233,7 @@ static int fake_submit(struct hal_modbus *modbus,
     /* only what reads */
     assert_true(request->function == 3 || request->function == 4 ||
                 request->function == 0x11 || request->function == 0x2B);
-    line.asked = *request;
+    line.requested = *request;
     line.tag = tag;
     line.pending = true;
     line.questions++;
@@ -243,16 +243,16 @@ static int fake_submit(struct hal_modbus *modbus,
 static void fake_say(struct hal_modbus_reply *reply, const char *bytes,
                      unsigned length)
 {
-    uint8_t pdu[MODBUS_PDU_MAX] = { line.asked.function };
+    uint8_t pdu[MODBUS_PDU_MAX] = { line.requested.function };
 
     memcpy(pdu + 1, bytes, length);
-    modbus_pdu_take_answer(&line.asked, pdu, 1 + length, reply);
+    modbus_pdu_take_answer(&line.requested, pdu, 1 + length, reply);
 }
 
 static int fake_collect(struct hal_modbus *modbus,
                         struct hal_modbus_reply *reply)
 {
-    const uint8_t function = line.asked.function;
+    const uint8_t function = line.requested.function;
 
     (void)modbus;
     if (!line.pending)
@@ -260,20 +260,20 @@ static int fake_collect(struct hal_modbus *modbus,
     line.pending = false;
     *reply =
         (struct hal_modbus_reply){ .tag = line.tag, .err = MOTION_E_TIMEOUT };
-    if (line.asked.unit == 3 && function == 3) {
+    if (line.requested.unit == 3 && function == 3) {
         reply->err = MOTION_OK;
         reply->count = 1;
         reply->value[0] = 6; /* what leadshine-el7 is known by */
-    } else if (line.asked.unit == 3 && function == 0x2B) {
+    } else if (line.requested.unit == 3 && function == 0x2B) {
         fake_say(reply, line.identity, line.identity_length);
-    } else if (line.asked.unit == 4 && function == 4) {
+    } else if (line.requested.unit == 4 && function == 4) {
         reply->err = MOTION_OK;
-    } else if (line.asked.unit == 4 && function == 0x11) {
+    } else if (line.requested.unit == 4 && function == 0x11) {
         fake_say(reply, "\6\1Hello", 7);
-    } else if (line.asked.unit == 3 || line.asked.unit == 4) {
+    } else if (line.requested.unit == 3 || line.requested.unit == 4) {
         reply->err = MOTION_E_REFUSED;
         reply->exception = 1;
-    } else if (line.asked.unit == 9) {
+    } else if (line.requested.unit == 9) {
         reply->err = MOTION_E_PROTOCOL;
     }
     return 1;

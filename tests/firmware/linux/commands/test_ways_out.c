@@ -57,7 +57,7 @@ static bool has_torque(unsigned i)
     return kind_of(i)->has_torque(&bench.sim.servo[i]);
 }
 
-static void harm(unsigned i, bool lose)
+static void corrupt(unsigned i, bool lose)
 {
     kind_of(i)->trouble(&bench.sim.servo[i], lose ? KIND_SILENT : KIND_BLOCKED);
 }
@@ -76,7 +76,7 @@ static void happen(void)
             return;
         bench.happened_ns = now_ns;
         if (bench.way == FAULT || bench.way == LOST || bench.way == RETURNS)
-            harm(0, bench.way != FAULT);
+            corrupt(0, bench.way != FAULT);
         else if (bench.way != UNDISTURBED)
             bench.interrupts = bench.way == TWICE ? 2 : 1;
     }
@@ -174,10 +174,11 @@ static void judge(const char *rig)
     }
     assert_int_equal(bench.report.torque_left, !machine_is_off(&bench.machine));
     assert_int_equal(bench.machine.lit, bench.report.torque_left);
-    const bool asked = bench.happened_ns > 0 && bench.phase != TELEMETRY_STOP;
+    const bool requested =
+        bench.happened_ns > 0 && bench.phase != TELEMETRY_STOP;
     if (bench.way == ONCE)
         assert_int_equal(bench.report.end,
-                         asked ? REPORT_STOPPED : REPORT_DONE);
+                         requested ? REPORT_STOPPED : REPORT_DONE);
 }
 
 static void every_way_out(const char *rig)

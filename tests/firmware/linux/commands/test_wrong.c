@@ -69,12 +69,12 @@ static void wrong_write(const char *name, const char *text, size_t length)
     assert_int_equal(chmod(name, 0644), 0);
 }
 
-static size_t wrong_read(const char *path, char text[], size_t room)
+static size_t wrong_read(const char *path, char text[], size_t capacity)
 {
     FILE *file = fopen(path, "rb");
     if (file == NULL)
         fail_msg("%s: cannot be read", path);
-    const size_t length = fread(text, 1, room - 1, file);
+    const size_t length = fread(text, 1, capacity - 1, file);
     text[length] = '\0';
     fclose(file);
     return length;

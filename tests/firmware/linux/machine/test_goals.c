@@ -34,8 +34,8 @@ static double units(int64_t q32)
 
 struct leg_row {
     const char *name;
-    double way, dur_s, settle_s; /* from 0 */
-    double vel, acc;             /* limits */
+    double displacement, dur_s, settle_s; /* from 0 */
+    double vel, acc;                      /* limits */
     double want_vel, want_acc;
 };
 
@@ -68,7 +68,7 @@ static void plan_leg(const struct leg_row *row, struct motion_track *track)
     };
     struct plan_error error;
 
-    key[1].key.pos_q32 = (int64_t)(row->way * 4294967296.0);
+    key[1].key.pos_q32 = (int64_t)(row->displacement * 4294967296.0);
     key[1].key.t_ns_q12 = (int64_t)(row->dur_s * 4096e9);
     if (plan_axis_track(&axis, track, &error) != MOTION_OK)
         fail_msg("%s: %s", row->name, error.text);
@@ -91,7 +91,7 @@ static void a_way_is_planned_by_thirds_or_as_the_limits_want(void **state)
             fabs(acc - row->want_acc) > 2e-4 ||
             fabs(end_s - (row->dur_s - row->settle_s)) > 1e-9 ||
             goal[0].start_ns_q12 != 0 ||
-            goal[0].pos_q32 != (int64_t)(row->way * 4294967296.0))
+            goal[0].pos_q32 != (int64_t)(row->displacement * 4294967296.0))
             fail_msg("%s: v %g, a %g, ends at %g s", row->name, vel, acc,
                      end_s);
         const struct plan_limit limit = {

@@ -21,13 +21,13 @@
 #define TIMEOUT_NS (200 * MS) /* this machine has other things to do */
 #define CYCLE_NS   (30 * MS)
 
-enum harm {
-    HARM_NONE,
-    HARM_LATE,
-    HARM_MUTE,
-    HARM_UNIT,
-    HARM_TRANSACTION,
-    HARM_CLOSE, /* once; it listens on */
+enum corrupt {
+    CORRUPT_NONE,
+    CORRUPT_LATE,
+    CORRUPT_MUTE,
+    CORRUPT_UNIT,
+    CORRUPT_TRANSACTION,
+    CORRUPT_CLOSE, /* once; it listens on */
 };
 
 struct line {
@@ -36,7 +36,7 @@ struct line {
     struct modbus_host host; /* a terminal; TCP is served here */
     pthread_t device;
     int listener, fd;
-    _Atomic int harm;
+    _Atomic int corrupt;
     _Atomic bool stop;
     bool is_tcp, streamed, broke;
 };
@@ -69,20 +69,20 @@ static void device_close(struct line *self)
 
 static void device_send(struct line *self, uint8_t *frame, unsigned length)
 {
-    switch ((enum harm)atomic_load(&self->harm)) {
-    case HARM_MUTE:
+    switch ((enum corrupt)atomic_load(&self->corrupt)) {
+    case CORRUPT_MUTE:
         return;
-    case HARM_LATE:
+    case CORRUPT_LATE:
         rest_ns(2 * TIMEOUT_NS);
         break;
-    case HARM_UNIT:
+    case CORRUPT_UNIT:
         frame[6]++;
         break;
-    case HARM_TRANSACTION:
+    case CORRUPT_TRANSACTION:
         modbus_pdu_set(frame, (uint16_t)(modbus_pdu_get(frame) + 1));
         break;
-    case HARM_NONE:
-    case HARM_CLOSE:
+    case CORRUPT_NONE:
+    case CORRUPT_CLOSE:
         break;
     }
     (void)send(self->fd, frame, length, MSG_NOSIGNAL);
@@ -119,9 +119,10 @@ static void *device_run(void *context)
     while (!atomic_load(&self->stop)) {
         struct pollfd wait[2] = { { .fd = self->listener, .events = POLLIN },
                                   { .fd = self->fd, .events = POLLIN } };
-        int close_once = HARM_CLOSE;
+        int close_once = CORRUPT_CLOSE;
 
-        if (atomic_compare_exchange_strong(&self->harm, &close_once, HARM_NONE))
+        if (atomic_compare_exchange_strong(&self->corrupt, &close_once,
+                                           CORRUPT_NONE))
             device_close(self);
         (void)poll(wait, 2, 1);
         sim_world_run(&self->bench.world, clock_ns());
@@ -181,22 +182,22 @@ static void open_terminal(struct line *self)
     assert_int_equal(modbus_libmodbus_open(&self->libmodbus, &config), 0);
 }
 
-static void harm(struct line *self, enum harm harm)
+static void corrupt(struct line *self, enum corrupt corrupt)
 {
     static const enum sim_modbus_fault fault[] = {
-        [HARM_LATE] = SIM_MODBUS_LATE,
-        [HARM_MUTE] = SIM_MODBUS_MUTE,
-        [HARM_UNIT] = SIM_MODBUS_OTHER_UNIT,
-        [HARM_TRANSACTION] = SIM_MODBUS_WRONG_CRC,
-        [HARM_CLOSE] = SIM_MODBUS_GOOD,
+        [CORRUPT_LATE] = SIM_MODBUS_LATE,
+        [CORRUPT_MUTE] = SIM_MODBUS_MUTE,
+        [CORRUPT_UNIT] = SIM_MODBUS_OTHER_UNIT,
+        [CORRUPT_TRANSACTION] = SIM_MODBUS_WRONG_CRC,
+        [CORRUPT_CLOSE] = SIM_MODBUS_GOOD,
     };
 
     if (self->is_tcp) {
-        atomic_store(&self->harm, harm);
+        atomic_store(&self->corrupt, corrupt);
         return;
     }
     self->bench.faulty.late_ns = 2 * TIMEOUT_NS;
-    self->bench.faulty.fault = fault[harm];
+    self->bench.faulty.fault = fault[corrupt];
 }
 
 /* ---- the driver ---- */
@@ -318,7 +319,7 @@ static void begin_move(struct line *self)
 
 /* ---- what must hold ---- */
 
-static void expect_dark(struct line *self, enum harm harm, bool heals)
+static void expect_dark(struct line *self, enum corrupt corrupt, bool heals)
 {
     const struct strict_bench *bench = &self->bench;
     const char *want =
@@ -327,14 +328,14 @@ static void expect_dark(struct line *self, enum harm harm, bool heals)
 
     if (bench->servo.torque || bench->servo.cuts > 0 ||
         !strict_bench_is_down(bench) || strstr(text, want) != text)
-        fail_msg("%s, %s, %s, harm %d: torque %d, %u cuts, %s: %s",
+        fail_msg("%s, %s, %s, corruption %d: torque %d, %u cuts, %s: %s",
                  bench->map.title, self->is_tcp ? "TCP" : "terminal",
-                 self->streamed ? "streamed" : "point to point", (int)harm,
+                 self->streamed ? "streamed" : "point to point", (int)corrupt,
                  bench->servo.torque, bench->servo.cuts,
                  hal_drive_state_text(bench->feedback.state), text);
 }
 
-static void lose(bool is_tcp, enum harm kind, bool heals)
+static void lose(bool is_tcp, enum corrupt kind, bool heals)
 {
     for (unsigned i = 0; i < LINES; i++)
         open_line(&line[i], i < 2 ? STRICT_LEXIUM : STRICT_EL7, is_tcp,
@@ -348,11 +349,11 @@ static void lose(bool is_tcp, enum harm kind, bool heals)
     pass(500 * MS);
     for (unsigned i = 0; i < LINES; i++) {
         assert_int_equal(line[i].bench.feedback.state, HAL_DRIVE_ENABLED);
-        harm(&line[i], kind);
+        corrupt(&line[i], kind);
     }
     pass(heals ? 1500 * MS : 5000 * MS);
     for (unsigned i = 0; i < LINES && heals; i++)
-        harm(&line[i], HARM_NONE);
+        corrupt(&line[i], CORRUPT_NONE);
     if (heals)
         pass(3000 * MS);
     for (unsigned i = 0; i < LINES; i++)
@@ -364,18 +365,18 @@ static void lose(bool is_tcp, enum harm kind, bool heals)
 static void none_on_tcp_keeps_its_torque(void **state)
 {
     (void)state;
-    lose(true, HARM_LATE, true);
-    lose(true, HARM_MUTE, true);
-    lose(true, HARM_MUTE, false);
-    lose(true, HARM_UNIT, false);
-    lose(true, HARM_TRANSACTION, false);
+    lose(true, CORRUPT_LATE, true);
+    lose(true, CORRUPT_MUTE, true);
+    lose(true, CORRUPT_MUTE, false);
+    lose(true, CORRUPT_UNIT, false);
+    lose(true, CORRUPT_TRANSACTION, false);
 }
 
 /* It closes and is there again at once: it may have been off meanwhile. */
 static void a_connection_that_broke_is_the_bus_gone(void **state)
 {
     (void)state;
-    lose(true, HARM_CLOSE, true);
+    lose(true, CORRUPT_CLOSE, true);
     for (unsigned i = 0; i < LINES; i++) {
         assert_true(line[i].broke);
         assert_string_equal(line[i].bench.feedback.fault_text,
@@ -386,9 +387,9 @@ static void a_connection_that_broke_is_the_bus_gone(void **state)
 static void none_on_a_terminal_keeps_its_torque(void **state)
 {
     (void)state;
-    lose(false, HARM_MUTE, true);
-    lose(false, HARM_UNIT, false);
-    lose(false, HARM_TRANSACTION, true); /* CRC */
+    lose(false, CORRUPT_MUTE, true);
+    lose(false, CORRUPT_UNIT, false);
+    lose(false, CORRUPT_TRANSACTION, true); /* CRC */
 }
 
 int main(void)

@@ -108,9 +108,10 @@ void quirk_put(struct quirk_servo *servo, uint32_t key, uint32_t value)
         object->value = value;
 }
 
-static bool quirk_is_listed(const uint32_t *list, unsigned room, uint32_t key)
+static bool quirk_is_listed(const uint32_t *list, unsigned capacity,
+                            uint32_t key)
 {
-    for (unsigned i = 0; i < room && list[i] != 0; i++)
+    for (unsigned i = 0; i < capacity && list[i] != 0; i++)
         if (list[i] == key)
             return true;
     return false;
@@ -378,7 +379,7 @@ static void quirk_answer(struct quirk_servo *servo)
 {
     while (servo->answers > 0 && servo->answer[0].due_ns <= servo->now_ns) {
         (void)hal_can_send(&servo->port.can, &servo->answer[0].frame);
-        servo->asked = false;
+        servo->requested = false;
         memmove(servo->answer, servo->answer + 1,
                 --servo->answers * sizeof servo->answer[0]);
     }
@@ -477,7 +478,7 @@ static void quirk_boot(struct quirk_servo *servo)
         quirk_send(servo, 0x700u + servo->id, &beat, 1);
     if (servo->kind->axis == 0)
         quirk_send(servo, 0x700u + servo->id, &up, 1);
-    servo->asked = false;
+    servo->requested = false;
     servo->nmt = 0x7F;
     servo->toggle = 0;
     servo->heard_ns = servo->guarded_ns = 0;
@@ -559,10 +560,10 @@ static void quirk_hear(void *context, const struct hal_can_frame *frame)
     if (servo->nmt == 0)
         return;
     if (frame->id == 0x600u + servo->id && frame->data[0] != 0x80) {
-        servo->crowded += servo->asked;
-        servo->asked = true;
+        servo->crowded += servo->requested;
+        servo->requested = true;
     } else if (frame->id == 0x580u + servo->id) {
-        servo->asked = false;
+        servo->requested = false;
     }
     if (frame->remote) {
         if (frame->id == 0x700u + servo->id && servo->kind->guarding)

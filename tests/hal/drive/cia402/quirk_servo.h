@@ -144,7 +144,7 @@ struct quirk_servo {
 
     /* what it saw */
     bool energised;
-    bool asked;         /* by SDO, and has not answered */
+    bool requested;     /* by SDO, and has not answered */
     unsigned crowded;   /* requests before the answer to the one before */
     bool started_unset; /* NMT start before its PDOs and its mode were */
     bool coasted;       /* the stage went off at speed, without a fault */

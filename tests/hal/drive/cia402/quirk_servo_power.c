@@ -281,7 +281,7 @@ static void quirk_run_homing(struct quirk_servo *servo)
 {
     const int8_t method = (int8_t)quirk_get(servo, QUIRK_KEY(0x6098, 0));
     const double fast = (double)quirk_get(servo, QUIRK_KEY(0x6099, 1));
-    const double way = servo->home_place - servo->pos;
+    const double displacement = servo->home_place - servo->pos;
 
     if (method == 35 || method == 37) {
         quirk_home(servo, servo->pos);
@@ -289,7 +289,7 @@ static void quirk_run_homing(struct quirk_servo *servo)
         servo->homing = false;
     } else {
         quirk_go_to(servo, servo->home_place, fast, quirk_of(servo, 0x609A));
-        if (way == 0 && servo->vel == 0)
+        if (displacement == 0 && servo->vel == 0)
             quirk_home(servo, servo->home_place);
     }
 }

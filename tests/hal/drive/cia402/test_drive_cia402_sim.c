@@ -278,7 +278,7 @@ static void run_at_speed(struct bench *b)
 static void quick_stop_ramps_down_and_ends_off(void **state)
 {
     struct bench *b = *state;
-    int64_t from, way;
+    int64_t from, displacement;
 
     run_at_speed(b);
     from = servo_counts(b, 0);
@@ -287,16 +287,16 @@ static void quick_stop_ramps_down_and_ends_off(void **state)
     assert_int_equal(b->seen[0].state, HAL_DRIVE_QUICK_STOP);
     until(b, HAL_DRIVE_OFF, 500);
     ticks(b, 20);
-    way = servo_counts(b, 0) - from;
+    displacement = servo_counts(b, 0) - from;
     /* 400000^2 / (2 x 2000000) = 40000, and three periods of reaction */
-    assert_in_range(way, 39000, 42500);
+    assert_in_range(displacement, 39000, 42500);
     assert_int_equal(b->seen[0].vel_q32, 0);
     ticks(b, 100);
     assert_int_equal(b->seen[0].state, HAL_DRIVE_OFF);
     request(b, HAL_DRIVE_REQUEST_ENABLE);
     until(b, HAL_DRIVE_ENABLED, 300);
     ticks(b, 100);
-    assert_in_range(servo_counts(b, 0) - from - way + 3, 0, 6);
+    assert_in_range(servo_counts(b, 0) - from - displacement + 3, 0, 6);
 }
 
 static void a_drive_fault_latches_and_resets(void **state)

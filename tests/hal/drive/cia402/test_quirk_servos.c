@@ -909,7 +909,7 @@ static bool goes(struct bench *b)
 
     if (!b->row->profile)
         return true;
-    axis->by_itself = true;
+    axis->by_profile = true;
     assert_true(mode_is(b, HAL_DRIVE_PROFILE_POSITION));
     for (unsigned i = 0; i < 3; i++) {
         to_q32 = go.pos_q32 = where(b) - axis->offset_q32 + 30 * ONE;
@@ -928,7 +928,7 @@ static bool goes(struct bench *b)
     ticks(b, 500);
     if (!mode_is(b, HAL_DRIVE_STREAM_POSITION))
         return false;
-    axis->by_itself = false;
+    axis->by_profile = false;
     ticks(b, 10);
     return b->controller.state == CONTROLLER_READY;
 }

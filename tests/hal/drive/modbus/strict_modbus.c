@@ -507,13 +507,14 @@ static double clamp(double value, double most)
 /* A trapezoid to its target, or to rest. */
 static void profile(struct strict_modbus *self)
 {
-    const double way = self->target - self->pos;
+    const double displacement = self->target - self->pos;
     const double step = self->path_ramp * LOOP_S;
     double want = 0;
 
     if (!self->braking)
-        want = copysign(
-            fmin(self->path_speed, sqrt(2 * self->path_ramp * fabs(way))), way);
+        want = copysign(fmin(self->path_speed,
+                             sqrt(2 * self->path_ramp * fabs(displacement))),
+                        displacement);
     self->vel += clamp(want - self->vel, step);
     self->pos += self->vel * LOOP_S;
     if (self->braking && fabs(self->vel) <= step) {

@@ -17,8 +17,8 @@ static double units(int64_t q32)
     return (double)q32 / 4294967296.0;
 }
 
-/* From rest to rest by `way` units in `dur` s: a quintic. */
-static void quintic(double from, double way, double dur, double t,
+/* From rest to rest by `displacement` units in `dur` s: a quintic. */
+static void quintic(double from, double displacement, double dur, double t,
                     struct hal_drive_target *target)
 {
     const double u = t < dur ? t / dur : 1;
@@ -26,9 +26,9 @@ static void quintic(double from, double way, double dur, double t,
     const double v = 30 * u * u * (1 - 2 * u + u * u) / dur;
     const double a = 60 * u * (1 - 3 * u + 2 * u * u) / (dur * dur);
 
-    target->pos_q32 = (int64_t)((from + way * p) * 4294967296.0);
-    target->vel_q32 = (int64_t)(way * v * 4294967296.0);
-    target->acc_q32 = (int64_t)(way * a * 0x1p32);
+    target->pos_q32 = (int64_t)((from + displacement * p) * 4294967296.0);
+    target->vel_q32 = (int64_t)(displacement * v * 4294967296.0);
+    target->acc_q32 = (int64_t)(displacement * a * 0x1p32);
 }
 
 /* ---- every map ---- */

@@ -100,9 +100,9 @@ static void heal(void)
 }
 
 enum {
-    STAYS = 1 << 0, /* it never ends */
-    LOSES = 1 << 1, /* OFFLINE, or FAULT and LOST */
-    ASKED = 1 << 2, /* ends in OFF */
+    STAYS = 1 << 0,     /* it never ends */
+    LOSES = 1 << 1,     /* OFFLINE, or FAULT and LOST */
+    REQUESTED = 1 << 2, /* ends in OFF */
 };
 
 static const struct {
@@ -124,8 +124,8 @@ static const struct {
     { "refuses to go off for 1 s", refuses_to_go_off, LOSES },
     { "exception on a set point", refuses_motion, STAYS },
     { "alarm", alarm_of_its_own, STAYS },
-    { "quick stop, then off", quick_stop_then_off, ASKED },
-    { "quick stop to rest, then off", quick_stop_to_rest_then_off, ASKED },
+    { "quick stop, then off", quick_stop_then_off, REQUESTED },
+    { "quick stop to rest, then off", quick_stop_to_rest_then_off, REQUESTED },
 };
 
 /* ---- what must hold ---- */
@@ -149,8 +149,8 @@ static void expect_dark(const char *trouble, bool streamed, unsigned how)
         complain(trouble, streamed, "torque was taken in motion");
     if (bench.servo.fell)
         complain(trouble, streamed, "its brake is open");
-    if ((how & ASKED) != 0 ? bench.feedback.state != HAL_DRIVE_OFF
-                           : !strict_bench_is_down(&bench))
+    if ((how & REQUESTED) != 0 ? bench.feedback.state != HAL_DRIVE_OFF
+                               : !strict_bench_is_down(&bench))
         complain(trouble, streamed, "the state");
     if (lost != ((how & LOSES) != 0))
         complain(trouble, streamed, "lost, or not");
@@ -201,7 +201,7 @@ static void off_in_a_profile_stops_first(void **state)
         strict_bench_move(&bench, false);
         off();
         strict_bench_run(&bench, 2000 * MS);
-        expect_dark("off", false, ASKED);
+        expect_dark("off", false, REQUESTED);
     }
 }
 

@@ -35,7 +35,7 @@ struct sweep_rig {
     int64_t counts; /* per revolution of the axis */
     double tick_ms, bandwidth;
     double vel, acc, stop, floor, time_ms; /* deg, s */
-    double way, dur;                       /* of the move, from 0 */
+    double displacement, dur;              /* of the move, from 0 */
     bool two;                              /* another drive on the line */
 };
 
@@ -73,9 +73,10 @@ static void sweep_put_axis(FILE *file, const struct sweep_rig *rig,
             "    drive: {kind: modbus, bus: line, node: %d, map: %s, counts: "
             "%" PRId64 " per rev, unsupervised: yes}\n"
             "    sim: {bandwidth: %g Hz}\n",
-            name, fmin(0, rig->way) - 0.001, fmax(0, rig->way) + 0.001,
-            rig->vel, rig->acc, rig->stop, rig->floor, rig->time_ms, node,
-            rig->map, rig->counts, rig->bandwidth);
+            name, fmin(0, rig->displacement) - 0.001,
+            fmax(0, rig->displacement) + 0.001, rig->vel, rig->acc, rig->stop,
+            rig->floor, rig->time_ms, node, rig->map, rig->counts,
+            rig->bandwidth);
 }
 
 static void sweep_write(const struct sweep_rig *rig)
@@ -92,7 +93,7 @@ static void sweep_write(const struct sweep_rig *rig)
     fprintf(file,
             "title: sweep\nfps: 25\naxes:\n  pan:\n    curve: quintic\n"
             "    keys: [[0 s, 0 deg], [%g s, %g deg]]\n",
-            rig->dur, rig->way);
+            rig->dur, rig->displacement);
     fclose(file);
 }
 
@@ -208,8 +209,8 @@ static void sweep_judge(const struct sweep_rig *rig,
              "deg in %g s%s: %s, %.2f of its following error, motor off by "
              "%.3f deg/s (at most %.3f), %.4f deg after it",
              rig->map, rig->line, rig->counts, rig->tick_ms, rig->bandwidth,
-             rig->vel, rig->acc, rig->stop, rig->floor, rig->time_ms, rig->way,
-             rig->dur, rig->two ? ", two drives" : "",
+             rig->vel, rig->acc, rig->stop, rig->floor, rig->time_ms,
+             rig->displacement, rig->dur, rig->two ? ", two drives" : "",
              controller_fault_text(result->fault), result->off, result->vel_off,
              bound, result->after);
 }
@@ -263,7 +264,7 @@ static void the_grid_of_default_values(void **state)
                                                .stop = 10,
                                                .floor = 1,
                                                .time_ms = 20,
-                                               .way = 60,
+                                               .displacement = 60,
                                                .dur = 10 };
 
                 sweep_add(&count, &rig);
@@ -289,16 +290,16 @@ static void random_move(uint64_t *seed, struct sweep_rig *rig)
 {
     const double part = between(seed, 0.5, 1);
 
-    rig->way = between(seed, 1, 200);
-    rig->dur = fmax(1.8751 * rig->way / (rig->vel * part),
-                    sqrt(5.7736 * rig->way / (rig->acc * part)));
+    rig->displacement = between(seed, 1, 200);
+    rig->dur = fmax(1.8751 * rig->displacement / (rig->vel * part),
+                    sqrt(5.7736 * rig->displacement / (rig->acc * part)));
     if (rig->dur > 20) {
-        rig->way *= 20 / rig->dur;
+        rig->displacement *= 20 / rig->dur;
         rig->dur = 20;
     }
     rig->dur = ceil(1000 * rig->dur) / 1000;
     if (perhaps(seed))
-        rig->way = -rig->way;
+        rig->displacement = -rig->displacement;
 }
 
 static void random_rig(uint64_t *seed, struct sweep_rig *rig)

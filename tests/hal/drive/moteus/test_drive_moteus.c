@@ -2,7 +2,7 @@
  * takes what it hears, frame by frame.  What is expected was built with mjbots'
  * own Python package (Controller.make_position and others) and is theirs on the
  * wire. */
-#include "tests/hal/drive/turn/turns_bench.h"
+#include "tests/hal/drive/turn/turn_bench.h"
 
 #include "hal/drive/moteus/drive.h"
 #include "hal/support/float32.h"
@@ -11,12 +11,12 @@ static struct drive_moteus drive;
 
 static const struct drive_moteus_config base = {
     .id = 1,
-    .turns = TURNS_BENCH_CONFIG,
+    .turn = TURNS_BENCH_CONFIG,
 };
 
 static void bench_of(const struct drive_moteus_config *config)
 {
-    turns_bench_init(&drive.turns.drive);
+    turn_bench_init(&drive.turn.drive);
     assert_int_equal(drive_moteus_init(&drive, &bus, config), 0);
 }
 
@@ -38,7 +38,7 @@ static void found(void)
 static void enabled(void)
 {
     found();
-    hal_drive_request(&drive.turns.drive, HAL_DRIVE_REQUEST_ENABLE);
+    hal_drive_request(&drive.turn.drive, HAL_DRIVE_REQUEST_ENABLE);
     cycle();
     hear(ANSWER("0A", "00"));
     assert_int_equal(seen.state, HAL_DRIVE_ENABLED);
@@ -112,7 +112,7 @@ static void off_is_mode_0_until_it_says_so(void **state)
 {
     (void)state;
     enabled();
-    hal_drive_request(&drive.turns.drive, HAL_DRIVE_REQUEST_OFF);
+    hal_drive_request(&drive.turn.drive, HAL_DRIVE_REQUEST_OFF);
     hear(ANSWER("0A", "00"));
     expect("8001#010000" QUESTIONS "505050");
     hear(ANSWER("0A", "00"));
@@ -132,14 +132,14 @@ static void a_go_has_limits(void **state)
     enabled();
     /* it says -0.5 turns/s: that is not standing */
     assert_int_equal(
-        hal_drive_set_mode(&drive.turns.drive, HAL_DRIVE_PROFILE_POSITION),
+        hal_drive_set_mode(&drive.turn.drive, HAL_DRIVE_PROFILE_POSITION),
         MOTION_E_STATE);
     hear("100#21000A2F010000A03F00000000CDCCCC3D230D301F005050");
     fake_can_wipe(&fake);
     assert_int_equal(
-        hal_drive_set_mode(&drive.turns.drive, HAL_DRIVE_PROFILE_POSITION), 0);
+        hal_drive_set_mode(&drive.turn.drive, HAL_DRIVE_PROFILE_POSITION), 0);
     begin();
-    assert_int_equal(hal_drive_go(&drive.turns.drive, &go), 0);
+    assert_int_equal(hal_drive_go(&drive.turn.drive, &go), 0);
     end();
     expect("8001#01000A0F2000000040000000000000000005276400"
            "0E280000204100002042" QUESTIONS "110B"
@@ -180,7 +180,7 @@ static void faults_in_words(void **state)
             expect("8001#010000" QUESTIONS "505050");
         else
             expect("8001#" QUESTIONS); /* nothing clears it by itself */
-        hal_drive_request(&drive.turns.drive, HAL_DRIVE_REQUEST_RESET);
+        hal_drive_request(&drive.turn.drive, HAL_DRIVE_REQUEST_RESET);
         hear(rows[i].answer);
         expect("8001#010000" QUESTIONS "505050");
         hear(ANSWER("00", "00"));

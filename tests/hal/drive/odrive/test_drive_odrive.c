@@ -1,7 +1,7 @@
 /* tests/hal/drive/odrive/test_drive_odrive.c - what drive_odrive sends and how it
  * takes what it hears, frame by frame.  The frames were built with Python's
  * struct from ODrive's tables and read back with ODrive's DBC. */
-#include "tests/hal/drive/turn/turns_bench.h"
+#include "tests/hal/drive/turn/turn_bench.h"
 
 #include "hal/drive/odrive/drive.h"
 #include "hal/support/float32.h"
@@ -10,12 +10,12 @@ static struct drive_odrive drive;
 
 static const struct drive_odrive_config base = {
     .node = 1,
-    .turns = TURNS_BENCH_CONFIG,
+    .turn = TURNS_BENCH_CONFIG,
 };
 
 static void bench_of(const struct drive_odrive_config *config)
 {
-    turns_bench_init(&drive.turns.drive);
+    turn_bench_init(&drive.turn.drive);
     assert_int_equal(drive_odrive_init(&drive, &bus, config), 0);
 }
 
@@ -40,7 +40,7 @@ static void found(enum drive_odrive_family family)
 static void enabled(enum drive_odrive_family family)
 {
     found(family);
-    hal_drive_request(&drive.turns.drive, HAL_DRIVE_REQUEST_ENABLE);
+    hal_drive_request(&drive.turn.drive, HAL_DRIVE_REQUEST_ENABLE);
     cycle();
     hear("021#0000000008000000");
     assert_int_equal(seen.state, HAL_DRIVE_ENABLED);
@@ -80,7 +80,7 @@ static void arming_gives_the_position_before_the_state(void **state)
 {
     (void)state;
     found(DRIVE_ODRIVE_06);
-    hal_drive_request(&drive.turns.drive, HAL_DRIVE_REQUEST_ENABLE);
+    hal_drive_request(&drive.turn.drive, HAL_DRIVE_REQUEST_ENABLE);
     cycle();
     expect("02B#0300000001000000");
     expect("02C#0000A03F00000000");
@@ -194,13 +194,13 @@ static void reset_clears_by_the_family(void **state)
     enabled(DRIVE_ODRIVE_06);
     hear("021#0000000101030000");
     fake_can_wipe(&fake);
-    hal_drive_request(&drive.turns.drive, HAL_DRIVE_REQUEST_RESET);
+    hal_drive_request(&drive.turn.drive, HAL_DRIVE_REQUEST_RESET);
     cycle();
     expect("038#00");
     enabled(DRIVE_ODRIVE_05);
     hear("021#0008000001000080");
     fake_can_wipe(&fake);
-    hal_drive_request(&drive.turns.drive, HAL_DRIVE_REQUEST_RESET);
+    hal_drive_request(&drive.turn.drive, HAL_DRIVE_REQUEST_RESET);
     cycle();
     expect("038#");
 }
@@ -211,7 +211,7 @@ static void a_drive_that_stays_on_is_stopped_hard(void **state)
 
     (void)state;
     enabled(DRIVE_ODRIVE_06);
-    hal_drive_request(&drive.turns.drive, HAL_DRIVE_REQUEST_OFF);
+    hal_drive_request(&drive.turn.drive, HAL_DRIVE_REQUEST_OFF);
     cycle();
     expect("027#01000000");
     for (int i = 0; i < 1100; i++) {
@@ -237,11 +237,11 @@ static void a_go_sends_limits_mode_and_place(void **state)
     (void)state;
     enabled(DRIVE_ODRIVE_06);
     assert_int_equal(
-        hal_drive_set_mode(&drive.turns.drive, HAL_DRIVE_PROFILE_POSITION), 0);
+        hal_drive_set_mode(&drive.turn.drive, HAL_DRIVE_PROFILE_POSITION), 0);
     hear("029#0000A03F00000000");
     fake_can_wipe(&fake);
     begin();
-    assert_int_equal(hal_drive_go(&drive.turns.drive, &go), 0);
+    assert_int_equal(hal_drive_go(&drive.turn.drive, &go), 0);
     end();
     expect("029#R");
     expect("031#00002041");
@@ -313,9 +313,9 @@ static void homing(void)
                                          .timeout_ns = 5000 * MS };
 
     enabled(DRIVE_ODRIVE_06);
-    assert_int_equal(hal_drive_set_mode(&drive.turns.drive, HAL_DRIVE_HOMING),
+    assert_int_equal(hal_drive_set_mode(&drive.turn.drive, HAL_DRIVE_HOMING),
                      0);
-    assert_int_equal(hal_drive_home(&drive.turns.drive, &home), 0);
+    assert_int_equal(hal_drive_home(&drive.turn.drive, &home), 0);
     hear("029#0000A03F00000000");
     expect("027#0B000000");
     expect(NULL); /* and no set point */
@@ -372,7 +372,7 @@ static void a_homing_can_be_broken_off(void **state)
     for (size_t i = 0; i < ARRAY_LEN(requests); i++) {
         homing();
         fake_can_wipe(&fake);
-        hal_drive_request(&drive.turns.drive, requests[i]);
+        hal_drive_request(&drive.turn.drive, requests[i]);
         hear("029#0000000000000000");
         assert_int_equal(seen.state, HAL_DRIVE_QUICK_STOP);
         expect("027#01000000");
@@ -445,9 +445,9 @@ static void configs_that_cannot_be(void **state)
         struct drive_odrive_config config = base;
 
         config.node = rows[i].node;
-        config.turns.turns_num = rows[i].num;
-        config.turns.turns_den = rows[i].den;
-        config.turns.period_ns = rows[i].period_ns;
+        config.turn.turns_num = rows[i].num;
+        config.turn.turns_den = rows[i].den;
+        config.turn.period_ns = rows[i].period_ns;
         assert_true(drive_odrive_init(&drive, &bus, &config) < 0);
     }
     assert_null(bus.first);

@@ -103,7 +103,8 @@ static inline void expect_last(struct bench *b, const char *text)
 }
 
 /* Request and what must come back; "" for nothing. */
-static inline void ask(struct bench *b, const char *request, const char *reply)
+static inline void query(struct bench *b, const char *request,
+                         const char *reply)
 {
     forget(b);
     say(b, request);

@@ -24,7 +24,7 @@ static void before_boot_up_nothing_is_answered(void **state)
     struct bench *b = bench_of(&drive_config);
 
     (void)state;
-    ask(b, "601#4000100000000000", "");
+    query(b, "601#4000100000000000", "");
     assert_int_equal(hal_can_state(&b->master.can), HAL_CAN_ACTIVE);
     free(b);
 }
@@ -56,7 +56,7 @@ static void bytes_are_those_of_the_published_vectors(void **state)
 
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(vectors); i++)
-        ask(b, vectors[i][0], vectors[i][1]);
+        query(b, vectors[i][0], vectors[i][1]);
     free(b);
 }
 
@@ -130,11 +130,11 @@ static void sdo_is_silent_when_stopped(void **state)
     (void)state;
     say(b, "000#0201");
     pass(b, MS);
-    ask(b, "601#4000100000000000", "");
+    query(b, "601#4000100000000000", "");
     say(b, "000#8001");
     pass(b, MS);
-    ask(b, "601#4000100000000000", "581#4300100092010200");
-    ask(b, "601#40001000", ""); /* SDOs have 8 bytes */
+    query(b, "601#4000100000000000", "581#4300100092010200");
+    query(b, "601#40001000", ""); /* SDOs have 8 bytes */
     free(b);
 }
 
@@ -260,13 +260,13 @@ static void segments_need_their_toggle_and_an_open_transfer(void **state)
     struct bench *b = booted();
 
     (void)state;
-    ask(b, "601#6000000000000000", "581#8000000001000405");
-    ask(b, "601#4008100000000000", "581#410810000A000000");
-    ask(b, "601#7000000000000000", "581#8008100000000305");
-    ask(b, "601#6000000000000000", "581#8000000001000405");
-    ask(b, "601#4008100000000000", "581#410810000A000000");
-    ask(b, "601#8008100000000405", ""); /* the client gives up */
-    ask(b, "601#6000000000000000", "581#8000000001000405");
+    query(b, "601#6000000000000000", "581#8000000001000405");
+    query(b, "601#4008100000000000", "581#410810000A000000");
+    query(b, "601#7000000000000000", "581#8008100000000305");
+    query(b, "601#6000000000000000", "581#8000000001000405");
+    query(b, "601#4008100000000000", "581#410810000A000000");
+    query(b, "601#8008100000000405", ""); /* the client gives up */
+    query(b, "601#6000000000000000", "581#8000000001000405");
     free(b);
 }
 
@@ -290,7 +290,7 @@ static void every_object_a_csp_master_needs_can_be_read(void **state)
         if (last(b, 0x581)->data[0] == 0x80)
             fail_msg("%04X: %s", objects[i], text_of(last(b, 0x581)));
     }
-    ask(b, "601#40C2600200000000", "581#4FC26002FD000000"); /* i8 -3 */
+    query(b, "601#40C2600200000000", "581#4FC26002FD000000"); /* i8 -3 */
     free(b);
 }
 
@@ -437,7 +437,7 @@ static void a_fault_goes_through_its_reaction_and_needs_an_edge(void **state)
 static const struct {
     int option;
     const char *during, *after;
-    int way_counts, slack_counts;
+    int displacement_counts, slack_counts;
 } quick_stops[] = {
     { 0, "disabled", "disabled", 200, 15 },
     { 1, "quick stop", "disabled", 1000, 20 }, /* 6084 = 5e6 */
@@ -453,7 +453,7 @@ static void quick_stop_ramps_and_ends_as_605a_says(void **state)
     (void)state;
     for (size_t i = 0; i < ARRAY_LEN(quick_stops); i++) {
         struct bench *b = booted();
-        int32_t from, way;
+        int32_t from, displacement;
 
         w16(b, 0x605A, 0, (uint32_t)quick_stops[i].option);
         w32(b, 0x6084, 0, 5000000);
@@ -468,9 +468,11 @@ static void quick_stop_ramps_and_ends_as_605a_says(void **state)
         if (strcmp(state_of(tpdo_status(b)), quick_stops[i].during) != 0)
             fail_msg("option %d: not during", quick_stops[i].option);
         pass(b, 200 * MS);
-        way = here(b) - from;
-        if (abs(way - quick_stops[i].way_counts) > quick_stops[i].slack_counts)
-            fail_msg("option %d: %d counts", quick_stops[i].option, way);
+        displacement = here(b) - from;
+        if (abs(displacement - quick_stops[i].displacement_counts) >
+            quick_stops[i].slack_counts)
+            fail_msg("option %d: %d counts", quick_stops[i].option,
+                     displacement);
         if (strcmp(state_of(status(b)), quick_stops[i].after) != 0)
             fail_msg("option %d: not after", quick_stops[i].option);
         free(b);
@@ -1067,10 +1069,10 @@ static void a_remote_frame_asks_for_a_tpdo(void **state)
     forget(b);
     cycles(b, 3, 0, 10000);
     assert_int_equal(count(b, 0x181), 0);
-    ask(b, "181#R", "181#500210270000");
+    query(b, "181#R", "181#500210270000");
     w32(b, 0x1800, 1, 0x80000181);
     w32(b, 0x1800, 1, 0x40000181); /* no remote frames */
-    ask(b, "181#R", "");
+    query(b, "181#R", "");
     free(b);
 }
 

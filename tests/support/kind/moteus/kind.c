@@ -20,13 +20,13 @@ static struct hal_drive *moteus_init(struct sim_can_bus *wire,
                                           .boot_ns = 50 * MS };
     const struct drive_moteus_config config = { .id = ID,
                                                 .switched = true,
-                                                .turns = kind_turn_config };
+                                                .turn = kind_turn_config };
 
     (void)how;
     assert_int_equal(sim_can_bus_set_fd(wire, 5), 0);
     assert_int_equal(sim_moteus_init(&device, wire, &at), 0);
     assert_int_equal(drive_moteus_init(&driver, bus, &config), 0);
-    return &driver.turns.drive;
+    return &driver.turn.drive;
 }
 
 /* Whatever is not off: also what its watchdog leaves. */

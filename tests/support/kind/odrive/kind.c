@@ -20,7 +20,7 @@ static struct hal_drive *odrive_init(struct sim_can_bus *wire,
                                     .start_counts = 123456,
                                     .boot_ns = 50 * MS };
     struct drive_odrive_config config = { .node = NODE,
-                                          .turns = kind_turn_config };
+                                          .turn = kind_turn_config };
 
     if (how != KIND_PLAIN) {
         at.enable_watchdog = 190;
@@ -33,7 +33,7 @@ static struct hal_drive *odrive_init(struct sim_can_bus *wire,
     }
     assert_int_equal(sim_odrive_init(&device, wire, &at), 0);
     assert_int_equal(drive_odrive_init(&driver, bus, &config), 0);
-    return &driver.turns.drive;
+    return &driver.turn.drive;
 }
 
 static bool odrive_is_on(void)

@@ -11,15 +11,15 @@
 #define RIG "examples/odrive"
 
 /* The pan head; simulated. */
-static struct talk *opened(void)
+static struct session *opened(void)
 {
-    static struct talk talk;
+    static struct session session;
     char message[YAML_MESSAGE_MAX];
-    const struct talk_config config = { .target = RIG, .who = "pan" };
+    const struct session_config config = { .target = RIG, .who = "pan" };
 
-    if (talk_open(&talk, &config, message) < 0)
+    if (session_open(&session, &config, message) < 0)
         fail_msg("%s", message);
-    return &talk;
+    return &session;
 }
 
 static void no_name_stands_for_two(void **state)
@@ -84,14 +84,15 @@ static void with_torque_nothing_is_written(void **state)
     static const struct quantity mode = { .kind = QUANTITY_REGISTER,
                                           .type = QUANTITY_I8,
                                           .at = 0x000 };
-    struct talk *talk = opened();
+    struct session *session = opened();
 
     (void)state;
-    assert_int_equal(talk_is_enabled(talk), 0);
-    assert_int_equal(ask_turns_write(&talk->turns, &watchdog, 0x7F800000), 0);
-    assert_int_equal(ask_turns_write(&talk->turns, &mode, 10), MOTION_OK);
-    assert_int_equal(talk_is_enabled(talk), 1);
-    talk_close(talk);
+    assert_int_equal(session_is_enabled(session), 0);
+    assert_int_equal(turn_client_write(&session->turn, &watchdog, 0x7F800000),
+                     0);
+    assert_int_equal(turn_client_write(&session->turn, &mode, 10), MOTION_OK);
+    assert_int_equal(session_is_enabled(session), 1);
+    session_close(session);
 }
 
 static void its_position_can_be_set(void **state)
@@ -102,47 +103,48 @@ static void its_position_can_be_set(void **state)
     static const struct quantity position = { .kind = QUANTITY_REGISTER,
                                               .type = QUANTITY_F32,
                                               .at = 0x001 };
-    struct talk *talk = opened();
+    struct session *session = opened();
     uint32_t raw = 0;
 
     (void)state;
-    assert_int_equal(ask_turns_write(&talk->turns, &exact, 0x3F000000), 0);
-    assert_int_equal(ask_turns_read(&talk->turns, &position, &raw), 0);
+    assert_int_equal(turn_client_write(&session->turn, &exact, 0x3F000000), 0);
+    assert_int_equal(turn_client_read(&session->turn, &position, &raw), 0);
     assert_int_equal(raw, 0x3F000000); /* 0.5 */
-    talk_close(talk);
+    session_close(session);
 }
 
 static void faults_are_said_and_cleared(void **state)
 {
-    struct talk *talk = opened();
+    struct session *session = opened();
     struct reset reset;
 
     (void)state;
-    sim_servo_inject(&talk->bench.sim.servo[0].moteus.base, SIM_SERVO_TRIP);
-    assert_int_equal(reset_drive(talk, &reset), MOTION_OK);
+    sim_servo_inject(&session->bench.sim.servo[0].moteus.base, SIM_SERVO_TRIP);
+    assert_int_equal(reset_drive(session, &reset), MOTION_OK);
     assert_true(reset.was_fault);
     assert_false(reset.is_fault);
     assert_string_equal(reset.reason,
                         "fault 33: motor driver, perhaps under-voltage");
     assert_string_equal(reset.state, "stopped");
-    talk_close(talk);
+    session_close(session);
 
-    talk = opened();
-    sim_servo_inject(&talk->bench.sim.servo[0].moteus.base, SIM_SERVO_ENCODER);
-    assert_int_equal(reset_drive(talk, &reset), MOTION_OK);
+    session = opened();
+    sim_servo_inject(&session->bench.sim.servo[0].moteus.base,
+                     SIM_SERVO_ENCODER);
+    assert_int_equal(reset_drive(session, &reset), MOTION_OK);
     assert_true(reset.was_fault && reset.is_fault);
-    talk_close(talk);
+    session_close(session);
 }
 
 static void one_that_is_silent_is_said_to_be(void **state)
 {
-    struct talk *talk = opened();
+    struct session *session = opened();
     struct reset reset;
 
     (void)state;
-    sim_servo_inject(&talk->bench.sim.servo[0].moteus.base, SIM_SERVO_DEAF);
-    assert_int_equal(reset_drive(talk, &reset), MOTION_E_TIMEOUT);
-    talk_close(talk);
+    sim_servo_inject(&session->bench.sim.servo[0].moteus.base, SIM_SERVO_DEAF);
+    assert_int_equal(reset_drive(session, &reset), MOTION_E_TIMEOUT);
+    session_close(session);
     run("drive", "info", RIG, "slider", "--kind", "moteus");
     run_expect(2);
     run_complains("for a CAN interface that no rig describes");

@@ -34,7 +34,7 @@ static void the_example_is_read_as_written(void **state)
     load();
     assert_int_equal(rig.bus[1].data_bit_rate, 5000000);
     assert_int_equal(rig.axis[PAN].kind, RIG_MOTEUS);
-    rig_axis_turns(&rig.axis[PAN], &num, &den);
+    rig_axis_turn(&rig.axis[PAN], &num, &den);
     assert_int_equal(num * 360, den * 50);
 }
 

@@ -15,20 +15,20 @@
 #define RIG "examples/odrive"
 
 /* Of the slider; simulated. */
-static struct talk *opened(const char *axis)
+static struct session *opened(const char *axis)
 {
-    static struct talk talk;
+    static struct session session;
     char message[YAML_MESSAGE_MAX];
-    const struct talk_config config = { .target = RIG, .who = axis };
+    const struct session_config config = { .target = RIG, .who = axis };
 
-    if (talk_open(&talk, &config, message) < 0)
+    if (session_open(&session, &config, message) < 0)
         fail_msg("%s", message);
-    return &talk;
+    return &session;
 }
 
-static struct talk *opened_05(void)
+static struct session *opened_05(void)
 {
-    static struct talk talk;
+    static struct session session;
     char message[YAML_MESSAGE_MAX];
 
     run_put("rig.yaml",
@@ -42,12 +42,12 @@ static struct talk *opened_05(void)
             "    following_error: {floor: 2}\n"
             "    drive: {kind: odrive, bus: can0, node: 9, turns: 0.125 per "
             "mm, unsupervised: yes}\n");
-    const struct talk_config config = { .target = run_path("rig.yaml"),
-                                        .who = "slider" };
+    const struct session_config config = { .target = run_path("rig.yaml"),
+                                           .who = "slider" };
 
-    if (talk_open(&talk, &config, message) < 0)
+    if (session_open(&session, &config, message) < 0)
         fail_msg("%s", message);
-    return &talk;
+    return &session;
 }
 
 /* ---- values ---- */
@@ -136,20 +136,20 @@ static void an_odrive_says_who_and_how_it_is(void **state)
 
 static void firmware_05_is_asked_for_what_it_has(void **state)
 {
-    struct talk *talk = opened_05();
-    struct ask_turns_state seen;
+    struct session *session = opened_05();
+    struct turn_client_state seen;
     unsigned count = 0;
 
     (void)state;
-    assert_int_equal(ask_turns_hello(&talk->turns), MOTION_OK);
-    assert_true(talk->turns.is_05);
+    assert_int_equal(turn_client_hello(&session->turn), MOTION_OK);
+    assert_true(session->turn.is_05);
     (void)quantity_of_odrive(true, &count);
     assert_true(count > 0);
-    sim_servo_inject(&talk->bench.sim.servo[0].odrive.base, SIM_SERVO_TRIP);
-    assert_int_equal(ask_turns_state(&talk->turns, &seen), MOTION_OK);
+    sim_servo_inject(&session->bench.sim.servo[0].odrive.base, SIM_SERVO_TRIP);
+    assert_int_equal(turn_client_state(&session->turn, &seen), MOTION_OK);
     assert_int_equal(seen.error, 0);
     assert_true(seen.is_fault);
-    talk_close(talk);
+    session_close(session);
     run("drive", "info", run_path("rig.yaml"), "slider");
     run_expect(0);
     run_says("0.5, as it does not answer");
@@ -243,52 +243,54 @@ static void what_moves_or_is_only_said_is_not_written(void **state)
 
 static void with_torque_nothing_is_written(void **state)
 {
-    struct talk *talk = opened("slider");
+    struct session *session = opened("slider");
 
     (void)state;
-    assert_int_equal(ask_turns_hello(&talk->turns), MOTION_OK);
-    assert_int_equal(talk_is_enabled(talk), 0);
-    talk->bench.sim.servo[0].odrive.axis_state = 8;
-    assert_int_equal(talk_is_enabled(talk), 1);
-    talk_close(talk);
+    assert_int_equal(turn_client_hello(&session->turn), MOTION_OK);
+    assert_int_equal(session_is_enabled(session), 0);
+    session->bench.sim.servo[0].odrive.axis_state = 8;
+    assert_int_equal(session_is_enabled(session), 1);
+    session_close(session);
 }
 
 /* ---- reset ---- */
 
 static void faults_are_said_and_cleared(void **state)
 {
-    struct talk *talk = opened("slider");
+    struct session *session = opened("slider");
     struct reset reset;
 
     (void)state;
-    sim_servo_inject(&talk->bench.sim.servo[0].odrive.base, SIM_SERVO_TRIP);
-    assert_int_equal(reset_drive(talk, &reset), MOTION_OK);
+    sim_servo_inject(&session->bench.sim.servo[0].odrive.base, SIM_SERVO_TRIP);
+    assert_int_equal(reset_drive(session, &reset), MOTION_OK);
     assert_true(reset.was_fault);
     assert_false(reset.is_fault);
     assert_string_equal(reset.reason, "error 0x00001000: current limit");
     assert_string_equal(reset.state, "idle");
-    talk_close(talk);
+    session_close(session);
 }
 
 static void a_fault_that_lasts_is_said_to_last(void **state)
 {
-    struct talk *talk = opened("slider");
+    struct session *session = opened("slider");
     struct reset reset;
 
     (void)state;
-    sim_servo_inject(&talk->bench.sim.servo[0].odrive.base, SIM_SERVO_ENCODER);
-    assert_int_equal(reset_drive(talk, &reset), MOTION_OK);
+    sim_servo_inject(&session->bench.sim.servo[0].odrive.base,
+                     SIM_SERVO_ENCODER);
+    assert_int_equal(reset_drive(session, &reset), MOTION_OK);
     assert_true(reset.was_fault && reset.is_fault);
     assert_string_equal(reset.reason, "error 0x00000008: missing estimate");
-    talk_close(talk);
+    session_close(session);
 
-    talk = opened_05();
-    sim_servo_inject(&talk->bench.sim.servo[0].odrive.base, SIM_SERVO_ENCODER);
-    assert_int_equal(reset_drive(talk, &reset), MOTION_OK);
+    session = opened_05();
+    sim_servo_inject(&session->bench.sim.servo[0].odrive.base,
+                     SIM_SERVO_ENCODER);
+    assert_int_equal(reset_drive(session, &reset), MOTION_OK);
     assert_true(reset.was_fault && reset.is_fault);
     assert_string_equal(
         reset.reason, "error 0x00000100: encoder failed, error of its encoder");
-    talk_close(talk);
+    session_close(session);
 }
 
 static void a_drive_that_is_silent_is_said_to_be(void **state)

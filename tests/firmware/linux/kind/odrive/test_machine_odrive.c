@@ -38,7 +38,7 @@ static void the_example_is_read_as_written(void **state)
     assert_int_equal(rig.axis[SLIDER].node_id, 0);
     assert_int_equal(rig.axis[SLIDER].enable_watchdog, 190);
     assert_int_equal(rig.axis[SLIDER].watchdog_timeout, 191);
-    rig_axis_turns(&rig.axis[SLIDER], &num, &den);
+    rig_axis_turn(&rig.axis[SLIDER], &num, &den);
     assert_int_equal(num * 8, den); /* 0.125 per mm */
 }
 
@@ -229,8 +229,8 @@ static void the_budget_of_an_odrive(void **state)
     assert_int_equal((int)frame[0].bits, 135);
     assert_int_equal((int)frame[1].bits, 55);
     /* behind its own question and answer, with the set point's own time */
-    assert_int_equal(turns_budget_latency_ns(&rig, SLIDER), 325000);
-    assert_int_equal(turns_budget_answer_ns(&rig, SLIDER), 135000);
+    assert_int_equal(turn_budget_latency_ns(&rig, SLIDER), 325000);
+    assert_int_equal(turn_budget_answer_ns(&rig, SLIDER), 135000);
     budget_of(&rig, 0, NULL, &budget);
     assert_true(budget_fits(&budget));
     assert_in_range((int)(budget.most * 10000), 3316, 3318);
@@ -244,7 +244,7 @@ static void the_budget_of_an_odrive(void **state)
 /* ---- what the wire can say ---- */
 
 static const struct {
-    const char *kind, *bus, *turns, *want;
+    const char *kind, *bus, *turn, *want;
 } speeds[] = {
     /* 250 mm/s: 32.75 and 32.775 turns/s */
     { "odrive", "bit_rate: 1 Mbit/s", "-0.131", NULL },
@@ -273,7 +273,7 @@ static void a_speed_that_does_not_fit_the_frame_is_refused(void **state)
                 "    following_error: {floor: 2 mm}\n"
                 "    drive: {kind: %s, bus: can0, node: 1, turns: %s per mm%s}"
                 "\n",
-                speeds[i].bus, speeds[i].kind, speeds[i].turns,
+                speeds[i].bus, speeds[i].kind, speeds[i].turn,
                 i < 2 ? ", unsupervised: yes" : "");
         fclose(file);
         const int err = rig_load(&disk_files, path, &read, message);

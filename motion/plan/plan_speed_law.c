@@ -1,8 +1,8 @@
-/* motion/plan/plan_law.c - see plan_law.h.
+/* motion/plan/plan_speed_law.c - see plan_speed_law.h.
  *
  * The parts after the one that takes the rest are first put on a track of their
  * own, to see how far they go. */
-#include "motion/plan/plan_law.h"
+#include "motion/plan/plan_speed_law.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -10,7 +10,7 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 #include "motion/plan/plan_error.h"
-#include "motion/plan/plan_room.h"
+#include "motion/plan/plan_track.h"
 
 static const enum motion_speed_kind law_ramp[] = {
 #define LAW_RAMP(name, spelling, kind) [name] = kind,
@@ -35,8 +35,8 @@ static double law_seconds(int64_t t_ns_q12)
     return (double)t_ns_q12 / (double)MOTION_FIXED_S_Q12;
 }
 
-struct motion_real plan_law_distance(const struct plan_distance *distance,
-                                     struct motion_real length)
+struct motion_real plan_speed_law_distance(const struct plan_distance *distance,
+                                           struct motion_real length)
 {
     const struct motion_real value = motion_real_from_q(distance->q32, 32);
 
@@ -133,11 +133,11 @@ static int law_prepare(const struct law *self, uint32_t i,
                        struct law_part *out)
 {
     static const enum motion_speed_kind whole[] = {
-        [PLAN_LAW_CUBIC] = MOTION_SPEED_CUBIC,
-        [PLAN_LAW_QUINTIC] = MOTION_SPEED_QUINTIC,
-        [PLAN_LAW_SINE] = MOTION_SPEED_SINE,
-        [PLAN_LAW_PARABOLIC] = MOTION_SPEED_PARABOLIC,
-        [PLAN_LAW_SCURVE] = MOTION_SPEED_SCURVE,
+        [PLAN_SPEED_LAW_CUBIC] = MOTION_SPEED_CUBIC,
+        [PLAN_SPEED_LAW_QUINTIC] = MOTION_SPEED_QUINTIC,
+        [PLAN_SPEED_LAW_SINE] = MOTION_SPEED_SINE,
+        [PLAN_SPEED_LAW_PARABOLIC] = MOTION_SPEED_PARABOLIC,
+        [PLAN_SPEED_LAW_SCURVE] = MOTION_SPEED_SCURVE,
     };
     const struct plan_part *part = &self->part[i];
     struct motion_speed_part *speed = &out->speed;
@@ -157,22 +157,22 @@ static int law_prepare(const struct law *self, uint32_t i,
          speed->length_q32 <= 0))
         return law_fail(self, i, MOTION_E_ARG, "has no length left to cover");
     switch (part->law) {
-    case PLAN_LAW_RAMP:
+    case PLAN_SPEED_LAW_RAMP:
         speed->kind = law_ramp[part->shape];
         return MOTION_OK;
-    case PLAN_LAW_PAUSE:
+    case PLAN_SPEED_LAW_PAUSE:
         speed->kind = MOTION_SPEED_RAMP_LINE;
         speed->from = speed->to = motion_real_zero();
         return MOTION_OK;
-    case PLAN_LAW_CONSTANT:
+    case PLAN_SPEED_LAW_CONSTANT:
         return law_constant(self, i, speed->from, length, out);
-    case PLAN_LAW_ACCELERATION:
+    case PLAN_SPEED_LAW_ACCELERATION:
         speed->kind = MOTION_SPEED_ACC_POINTS;
         return MOTION_OK;
-    case PLAN_LAW_VELOCITY:
+    case PLAN_SPEED_LAW_VELOCITY:
         speed->kind = MOTION_SPEED_VEL_POINTS;
         return MOTION_OK;
-    case PLAN_LAW_DRAWN:
+    case PLAN_SPEED_LAW_DRAWN:
         speed->kind = MOTION_SPEED_DRAWN;
         return law_drawn(self, i, length, &out->drawn);
     default:
@@ -226,7 +226,7 @@ static int law_append(struct law *self, uint32_t i, struct motion_real length,
     if (err == MOTION_OK) {
         do
             err = motion_speed_append(law, &part.speed, 1, &report);
-        while (err == MOTION_E_FULL && plan_room_grow(law) == MOTION_OK);
+        while (err == MOTION_E_FULL && plan_track_grow(law) == MOTION_OK);
         if (err == MOTION_OK)
             self->error_bound =
                 motion_real_add(self->error_bound, report.error);
@@ -244,9 +244,9 @@ static int law_append_all(struct law *self, uint32_t first, uint32_t end,
     int err = MOTION_OK;
 
     for (uint32_t i = first; i < end && err == MOTION_OK; i++)
-        err = law_append(self, i,
-                         plan_law_distance(&self->part[i].length, self->length),
-                         law);
+        err = law_append(
+            self, i,
+            plan_speed_law_distance(&self->part[i].length, self->length), law);
     return err;
 }
 
@@ -272,7 +272,7 @@ static int law_find_rest(const struct law *self, uint32_t *rest)
 
 static bool law_is_fast_after(const struct plan_part *part)
 {
-    return part->law == PLAN_LAW_CONSTANT;
+    return part->law == PLAN_SPEED_LAW_CONSTANT;
 }
 
 /* How far the parts after `rest` go. */
@@ -285,7 +285,7 @@ static int law_after(struct law *self, uint32_t rest,
     struct motion_track after;
     int err = MOTION_OK;
 
-    plan_room_init(&after, 0);
+    plan_track_init(&after, 0);
     if (law_is_fast_after(part)) {
         /* a moment at its speed, so that the next part knows it */
         const struct motion_real speed =
@@ -297,7 +297,7 @@ static int law_after(struct law *self, uint32_t rest,
             .from = speed,
             .to = speed,
         };
-        if (plan_room_grow(&after) < 0)
+        if (plan_track_grow(&after) < 0)
             err = law_fail(self, rest, MOTION_E_FULL, "has no memory");
         else if ((err = motion_speed_append(&after, &moment, 1, NULL)) < 0)
             err = law_refuse(self, rest, err, speed, speed);
@@ -356,15 +356,16 @@ static int law_check_end(const struct law *self, const struct motion_track *law)
         law_double(end), law_double(self->length));
 }
 
-int plan_law_track(const struct plan_part *part, uint32_t parts,
-                   struct motion_real length, struct motion_track *law,
-                   struct motion_real *error_bound, struct plan_error *error)
+int plan_speed_law_track(const struct plan_part *part, uint32_t parts,
+                         struct motion_real length, struct motion_track *law,
+                         struct motion_real *error_bound,
+                         struct plan_error *error)
 {
     struct law self = { part, parts, length, motion_real_zero(), error };
     uint32_t rest = 0;
     int err;
 
-    plan_room_init(law, 0);
+    plan_track_init(law, 0);
     if (parts == 0)
         return plan_error_set(error, MOTION_E_EMPTY,
                               (struct plan_place){ 0, 0 },
@@ -380,7 +381,7 @@ int plan_law_track(const struct plan_part *part, uint32_t parts,
     return err;
 }
 
-void plan_law_free(struct plan_part *part, uint32_t parts)
+void plan_speed_law_free(struct plan_part *part, uint32_t parts)
 {
     for (uint32_t i = 0; i < parts; i++) {
         free(part[i].point);

@@ -1,8 +1,8 @@
-/* tests/hal/drive/cia402/test_drive_cia402_harm.c - the CiA 402 driver on a
- * line that harms what its drive says: start-up list, PDOs, heartbeats, EMCY,
+/* tests/hal/drive/cia402/test_drive_cia402_corrupt.c - the CiA 402 driver on a
+ * line that corrupts what its drive says: start-up list, PDOs, heartbeats, EMCY,
  * one as the other.
  *
- * HARMS=100000 in the environment for so many; make harm does. */
+ * CORRUPTIONS=100000 in the environment for so many; make corrupt does. */
 #include <inttypes.h>
 #include <string.h>
 
@@ -12,7 +12,7 @@
 #include "sim/device/cia402/servo.h"
 
 #include "tests/hal/canopen/canopen_bench.h"
-#include "tests/support/can_harm.h"
+#include "tests/support/can_corrupt.h"
 
 #define ONE   MOTION_FIXED_ONE_Q32
 #define NODE  5
@@ -24,7 +24,7 @@ struct bench {
     struct sim_can_bus bus;
     struct sim_can_port port;
     struct sim_cia402 servo;
-    struct can_harm harm;
+    struct can_corrupt corrupt;
     struct canopen master;
     struct drive_cia402 drive;
     struct hal_drive_feedback seen;
@@ -66,10 +66,10 @@ static void bench_of(struct bench *b, uint64_t seed)
     memset(b, 0, sizeof *b);
     b->now_ns = 1000 * MS;
     canopen_bench_wire(&b->world, &b->bus, &b->port);
-    can_harm_init(&b->harm, &b->port.can, seed);
-    b->harm.heard = heard;
-    b->harm.context = b;
-    assert_int_equal(canopen_init(&b->master, &b->harm.can, &master), 0);
+    can_corrupt_init(&b->corrupt, &b->port.can, seed);
+    b->corrupt.heard = heard;
+    b->corrupt.context = b;
+    assert_int_equal(canopen_init(&b->master, &b->corrupt.can, &master), 0);
     assert_int_equal(sim_cia402_init(&b->servo, &b->bus, &servo), 0);
     assert_int_equal(drive_cia402_init(&b->drive, &b->master, &drive), 0);
 }
@@ -95,9 +95,10 @@ static void check_configuration(struct bench *b)
         return;
     for (size_t i = 0; i < ARRAY_LEN(wants); i++)
         if (b->servo.value[wants[i].row] != wants[i].want)
-            fail_msg("%s, and row %zu is 0x%" PRIX32 " (%u harmed)",
+            fail_msg("%s, and row %zu is 0x%" PRIX32 " (%u corrupted)",
                      hal_drive_state_text(b->seen.state), i,
-                     b->servo.value[wants[i].row], can_harm_count(&b->harm));
+                     b->servo.value[wants[i].row],
+                     can_corrupt_count(&b->corrupt));
 }
 
 /* A position that is reported is one that the servo has sent. */
@@ -113,8 +114,8 @@ static void check_position(const struct bench *b)
     for (unsigned i = 0; i < SAID && i < b->said_count; i++)
         if (b->said[(b->said_count - 1 - i) % SAID] == counts)
             return;
-    fail_msg("%" PRId64 " was never sent (%u harmed)", counts,
-             can_harm_count(&b->harm));
+    fail_msg("%" PRId64 " was never sent (%u corrupted)", counts,
+             can_corrupt_count(&b->corrupt));
 }
 
 static void tick(struct bench *b)
@@ -122,7 +123,7 @@ static void tick(struct bench *b)
     const struct hal_drive_target target = { .pos_q32 =
                                                  b->seen.pos_q32 + ONE / 20 };
 
-    b->harm.now_ns = b->now_ns;
+    b->corrupt.now_ns = b->now_ns;
     sim_world_run(&b->world, b->now_ns);
     (void)hal_fieldbus_begin(&b->master.fieldbus, b->now_ns);
     hal_drive_feedback(&b->drive.drive, &b->seen);
@@ -163,7 +164,7 @@ static void check_stays_off(struct bench *b, unsigned ticks)
 
 static void check_recovers(struct bench *b)
 {
-    can_harm_mend(&b->harm);
+    can_corrupt_mend(&b->corrupt);
     for (unsigned i = 0; i < 100; i++)
         tick(b);
     for (unsigned i = 0; i < 12000; i++) {
@@ -173,43 +174,43 @@ static void check_recovers(struct bench *b)
         if (b->seen.state == HAL_DRIVE_ENABLED && i > 1000)
             return;
     }
-    fail_msg("kind %d at %u: a good line, and still %s: %s", b->harm.harm_kind,
-             b->harm.harm_at, hal_drive_state_text(b->seen.state),
-             b->seen.fault_text);
+    fail_msg("kind %d at %u: a good line, and still %s: %s",
+             b->corrupt.corrupt_kind, b->corrupt.corrupt_at,
+             hal_drive_state_text(b->seen.state), b->seen.fault_text);
 }
 
 static void nothing_wrong_is_believed_and_a_good_line_goes_on(void **state)
 {
     static struct bench bench;
     struct bench *b = &bench;
-    const unsigned wanted = can_harm_wanted(20000);
+    const unsigned wanted = can_corrupt_wanted(20000);
 
     (void)state;
     bench_of(b, 77);
-    while (can_harm_count(&b->harm) < wanted) {
-        b->harm.one_in = 1 + (unsigned)(check_random(&b->harm.seed) % 60);
+    while (can_corrupt_count(&b->corrupt) < wanted) {
+        b->corrupt.one_in = 1 + (unsigned)(check_random(&b->corrupt.seed) % 60);
         for (unsigned i = 0; i < 3000; i++) {
             tick(b);
             if (i % 50 == 0)
                 drive_on(b);
-            if (i == 1500 && b->harm.seed % 4 == 0)
-                sim_cia402_inject(&b->servo, b->harm.seed % 8 == 0
+            if (i == 1500 && b->corrupt.seed % 4 == 0)
+                sim_cia402_inject(&b->servo, b->corrupt.seed % 8 == 0
                                                  ? SIM_CIA402_REBOOT
                                                  : SIM_CIA402_OVERCURRENT);
         }
         check_stays_off(b, 400);
         check_recovers(b);
     }
-    can_harm_print(&b->harm);
+    can_corrupt_print(&b->corrupt);
     print_message("%" PRId64 " s; looked at while enabled %u, off %u, in "
                   "fault %u times\n",
                   b->now_ns / (1000 * MS), b->enabled, b->offs, b->faults);
     assert_true(b->enabled > 50 && b->offs > 20 && b->faults > 50);
-    for (unsigned i = 1; i < CAN_HARM_KINDS; i++)
-        assert_true(b->harm.done[i] > wanted / 20);
+    for (unsigned i = 1; i < CAN_CORRUPT_KINDS; i++)
+        assert_true(b->corrupt.done[i] > wanted / 20);
 }
 
-/* Every frame of the start-up in turn, by every kind of harm. */
+/* Every frame of the start-up in turn, by every kind of corruption. */
 static void every_step_of_the_start_up_may_be_harmed(void **state)
 {
     static struct bench bench;
@@ -217,18 +218,18 @@ static void every_step_of_the_start_up_may_be_harmed(void **state)
     unsigned steps = 0;
 
     (void)state;
-    for (unsigned kind = 1; kind < CAN_HARM_KINDS; kind++)
+    for (unsigned kind = 1; kind < CAN_CORRUPT_KINDS; kind++)
         for (unsigned at = 0; at < 200; at++) {
             bench_of(b, 1 + at);
-            b->harm.harm_at = at + 1;
-            b->harm.harm_kind = (enum can_harm_kind)kind;
+            b->corrupt.corrupt_at = at + 1;
+            b->corrupt.corrupt_kind = (enum can_corrupt_kind)kind;
             for (unsigned i = 0; i < 3000 && b->seen.state != HAL_DRIVE_OFF;
                  i++)
                 tick(b);
-            steps += b->harm.done[kind];
+            steps += b->corrupt.done[kind];
             check_recovers(b);
         }
-    print_message("%u frames of the start-up harmed\n", steps);
+    print_message("%u frames of the start-up corrupted\n", steps);
     assert_true(steps > 500);
 }
 

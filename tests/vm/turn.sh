@@ -1,5 +1,5 @@
 #!/bin/sh
-# tests/vm/turns.sh BUILD - inside the machine of boot.sh: ODrive and moteus over
+# tests/vm/turn.sh BUILD - inside the machine of boot.sh: ODrive and moteus over
 # real sockets.
 #
 # slew sim and slew run meet on virtual CAN, the moteus with FD frames; then the

@@ -1,8 +1,8 @@
-/* tests/hal/modbus/test_modbus_harm.c - libmodbus on real pseudo-terminals and
+/* tests/hal/modbus/test_modbus_corrupt.c - libmodbus on real pseudo-terminals and
  * on real TCP connections whose other end answers badly, many of them at a
  * time.
  *
- * HARMS=100000 in the environment for so many bad answers of each; make harm
+ * CORRUPTIONS=100000 in the environment for so many bad answers of each; make corrupt
  * does.  Reads the real clock. */
 #define _XOPEN_SOURCE 700 /* posix_openpt */
 #include <arpa/inet.h>
@@ -23,7 +23,7 @@
 #include "hal/modbus/tcp.h"
 #include "sim/bus/modbus.h"
 
-#include "tests/support/can_harm.h"
+#include "tests/support/can_corrupt.h"
 #include "tests/support/check.h"
 
 #define MS     INT64_C(1000000)
@@ -43,22 +43,22 @@
 #define TIMEOUT_NS (20 * MS)
 #define DRAIN_NS   (400 * MS)
 
-enum harm {
-    HARM_NONE,
-    HARM_SPLIT, /* in pieces: still good */
-    HARM_TWICE, /* begins with a good one */
-    HARM_LATE,
-    HARM_MUTE,
-    HARM_EXCEPTION,
-    HARM_UNIT,
-    HARM_HALF,
-    HARM_NOISE,
-    HARM_FLIP,     /* RTU: up to 16 bits; TCP: of the head */
-    HARM_CHECK,    /* RTU: CRC; TCP: another transaction */
-    HARM_LENGTH,   /* TCP: of the head; RTU: a byte more */
-    HARM_FUNCTION, /* of another request */
-    HARM_CLOSE,    /* TCP: in the middle; RTU: as half */
-    HARMS,
+enum corrupt {
+    CORRUPT_NONE,
+    CORRUPT_SPLIT, /* in pieces: still good */
+    CORRUPT_TWICE, /* begins with a good one */
+    CORRUPT_LATE,
+    CORRUPT_MUTE,
+    CORRUPT_EXCEPTION,
+    CORRUPT_UNIT,
+    CORRUPT_HALF,
+    CORRUPT_NOISE,
+    CORRUPT_FLIP,     /* RTU: up to 16 bits; TCP: of the head */
+    CORRUPT_CHECK,    /* RTU: CRC; TCP: another transaction */
+    CORRUPT_LENGTH,   /* TCP: of the head; RTU: a byte more */
+    CORRUPT_FUNCTION, /* of another request */
+    CORRUPT_CLOSE,    /* TCP: in the middle; RTU: as half */
+    CORRUPTIONS,
 };
 
 struct line {
@@ -67,20 +67,20 @@ struct line {
     pthread_t device;
     int fd; /* of the terminal; listens */
     uint64_t seed;
-    _Atomic int harm;
+    _Atomic int corrupt;
     _Atomic bool stop, stalled;
-    _Atomic uint16_t address; /* asked for last */
-    _Atomic int64_t asked_ns; /* when */
-    uint16_t answering;       /* the device's: the address it was asked for */
+    _Atomic uint16_t address;     /* asked for last */
+    _Atomic int64_t requested_ns; /* when */
+    uint16_t answering; /* the device's: the address it was asked for */
     uint16_t tries;
     unsigned pause;
-    enum harm asked;
+    enum corrupt requested;
 };
 
 static struct line line[LINES];
 
 struct tally {
-    unsigned harmed, right, refused, stalls, kind[HARMS];
+    unsigned corrupted, right, refused, stalls, kind[CORRUPTIONS];
 };
 
 static uint16_t value_at(uint16_t address)
@@ -107,7 +107,7 @@ static int64_t now_ns(void)
 
 static void note_stall(struct line *self)
 {
-    if (now_ns() - atomic_load(&self->asked_ns) > DRAIN_NS / 2 ||
+    if (now_ns() - atomic_load(&self->requested_ns) > DRAIN_NS / 2 ||
         self->answering != atomic_load(&self->address))
         atomic_store(&self->stalled, true);
 }
@@ -126,82 +126,82 @@ static void put(struct line *self, int fd, const uint8_t *bytes, size_t length)
 
 static unsigned answer_rtu(const uint8_t *request, uint8_t *frame)
 {
-    const struct hal_modbus_request ask = { .function = 3, .count = 1 };
+    const struct hal_modbus_request query = { .function = 3, .count = 1 };
     const uint16_t value = value_at(modbus_pdu_get(request + 2));
 
     return modbus_rtu_seal(frame, UNIT,
-                           modbus_pdu_put_answer(&ask, &value, frame + 1));
+                           modbus_pdu_put_answer(&query, &value, frame + 1));
 }
 
 static unsigned answer_tcp(const uint8_t *request, uint8_t *frame)
 {
-    const struct hal_modbus_request ask = { .function = 3, .count = 1 };
+    const struct hal_modbus_request query = { .function = 3, .count = 1 };
     const uint16_t value = value_at(modbus_pdu_get(request + 8));
     const unsigned length =
-        modbus_pdu_put_answer(&ask, &value, frame + MODBUS_TCP_HEAD);
+        modbus_pdu_put_answer(&query, &value, frame + MODBUS_TCP_HEAD);
 
     return modbus_tcp_seal(frame, modbus_pdu_get(request), UNIT, length);
 }
 
-static unsigned spoil_rtu(struct line *self, enum harm harm, uint8_t *frame,
-                          unsigned length)
+static unsigned spoil_rtu(struct line *self, enum corrupt corrupt,
+                          uint8_t *frame, unsigned length)
 {
-    static const enum sim_modbus_fault fault[HARMS] = {
-        [HARM_TWICE] = SIM_MODBUS_TWICE,
-        [HARM_EXCEPTION] = SIM_MODBUS_EXCEPTION,
-        [HARM_UNIT] = SIM_MODBUS_OTHER_UNIT,
-        [HARM_HALF] = SIM_MODBUS_HALF,
-        [HARM_NOISE] = SIM_MODBUS_NOISE,
-        [HARM_FLIP] = SIM_MODBUS_FLIP,
-        [HARM_CHECK] = SIM_MODBUS_WRONG_CRC,
-        [HARM_CLOSE] = SIM_MODBUS_HALF,
+    static const enum sim_modbus_fault fault[CORRUPTIONS] = {
+        [CORRUPT_TWICE] = SIM_MODBUS_TWICE,
+        [CORRUPT_EXCEPTION] = SIM_MODBUS_EXCEPTION,
+        [CORRUPT_UNIT] = SIM_MODBUS_OTHER_UNIT,
+        [CORRUPT_HALF] = SIM_MODBUS_HALF,
+        [CORRUPT_NOISE] = SIM_MODBUS_NOISE,
+        [CORRUPT_FLIP] = SIM_MODBUS_FLIP,
+        [CORRUPT_CHECK] = SIM_MODBUS_WRONG_CRC,
+        [CORRUPT_CLOSE] = SIM_MODBUS_HALF,
     };
 
-    if (harm == HARM_FUNCTION) {
+    if (corrupt == CORRUPT_FUNCTION) {
         frame[1] = 4;
         return modbus_rtu_seal(frame, UNIT, length - 3);
     }
-    if (harm == HARM_LENGTH) {
+    if (corrupt == CORRUPT_LENGTH) {
         frame[2]++;
         return modbus_rtu_seal(frame, UNIT, length - 2);
     }
-    return sim_modbus_spoil(fault[harm], &self->seed, frame, length);
+    return sim_modbus_spoil(fault[corrupt], &self->seed, frame, length);
 }
 
-static unsigned spoil_tcp(struct line *self, enum harm harm, uint8_t *frame,
-                          unsigned length)
+static unsigned spoil_tcp(struct line *self, enum corrupt corrupt,
+                          uint8_t *frame, unsigned length)
 {
-    switch (harm) {
-    case HARM_TWICE:
+    switch (corrupt) {
+    case CORRUPT_TWICE:
         memcpy(frame + length, frame, length);
         return 2 * length;
-    case HARM_EXCEPTION:
+    case CORRUPT_EXCEPTION:
         return modbus_tcp_seal(
             frame, modbus_pdu_get(frame), UNIT,
             modbus_pdu_put_exception(3, 6, frame + MODBUS_TCP_HEAD));
-    case HARM_UNIT:
+    case CORRUPT_UNIT:
         frame[6]++;
         return length;
-    case HARM_HALF:
-    case HARM_CLOSE:
+    case CORRUPT_HALF:
+    case CORRUPT_CLOSE:
         return (unsigned)check_random_in(&self->seed, 1, length - 1);
-    case HARM_NOISE:
+    case CORRUPT_NOISE:
         length =
             (unsigned)check_random_in(&self->seed, 1, MODBUS_TCP_FRAME_MAX);
         for (unsigned i = 0; i < length; i++)
             frame[i] = (uint8_t)check_random(&self->seed);
         return length;
-    case HARM_FLIP: /* of transaction, protocol, length, unit or function */
+    case CORRUPT_FLIP: /* of transaction, protocol, length, unit or function */
         frame[check_random_in(&self->seed, 0, 7)] ^=
             (uint8_t)(1u << check_random_in(&self->seed, 0, 7));
         return length;
-    case HARM_CHECK:
+    case CORRUPT_CHECK:
         modbus_pdu_set(frame, (uint16_t)(modbus_pdu_get(frame) - 1));
         return length;
-    case HARM_LENGTH:
+    case CORRUPT_LENGTH:
         modbus_pdu_set(frame + 4, (uint16_t)check_random_in(&self->seed, 0, 9));
         return length;
-    case HARM_FUNCTION:
+    case CORRUPT_FUNCTION:
         frame[MODBUS_TCP_HEAD] = 4;
         return length;
     default:
@@ -212,16 +212,16 @@ static unsigned spoil_tcp(struct line *self, enum harm harm, uint8_t *frame,
 /* False: this connection is to be closed. */
 static bool answer(struct line *self, int fd, const uint8_t *request)
 {
-    const enum harm harm = (enum harm)atomic_load(&self->harm);
+    const enum corrupt corrupt = (enum corrupt)atomic_load(&self->corrupt);
     uint8_t frame[2 * MODBUS_TCP_FRAME_MAX];
     unsigned length =
         self->tcp ? answer_tcp(request, frame) : answer_rtu(request, frame);
 
-    if (harm == HARM_MUTE)
+    if (corrupt == CORRUPT_MUTE)
         return true;
-    if (harm == HARM_LATE)
+    if (corrupt == CORRUPT_LATE)
         rest_ns(check_random_in(&self->seed, 55, 75) * MS);
-    if (harm == HARM_SPLIT) {
+    if (corrupt == CORRUPT_SPLIT) {
         const size_t first =
             (size_t)check_random_in(&self->seed, 1, length - 1);
         put(self, fd, frame, first);
@@ -229,10 +229,10 @@ static bool answer(struct line *self, int fd, const uint8_t *request)
         put(self, fd, frame + first, length - first);
         return true;
     }
-    length = self->tcp ? spoil_tcp(self, harm, frame, length)
-                       : spoil_rtu(self, harm, frame, length);
+    length = self->tcp ? spoil_tcp(self, corrupt, frame, length)
+                       : spoil_rtu(self, corrupt, frame, length);
     put(self, fd, frame, length);
-    return harm != HARM_CLOSE;
+    return corrupt != CORRUPT_CLOSE;
 }
 
 /* Requests on one terminal or connection, until it is closed. */
@@ -346,20 +346,21 @@ static int close_lines(void **state)
 
 /* ---- the master ---- */
 
-/* Seven of eight answers are harmed; then a good one, again until it is
+/* Seven of eight answers are corrupted; then a good one, again until it is
  * right. */
-static void ask(struct line *self, uint64_t *seed)
+static void query(struct line *self, uint64_t *seed)
 {
     const uint16_t address = ++self->address;
     const struct hal_modbus_request request = {
         .unit = UNIT, .function = 3, .address = address, .count = 1
     };
 
-    self->asked = self->tries > 0 || address % 8 == 0
-                      ? HARM_NONE
-                      : (enum harm)check_random_in(seed, 1, HARMS - 1);
-    atomic_store(&self->harm, self->asked);
-    atomic_store(&self->asked_ns, now_ns());
+    self->requested =
+        self->tries > 0 || address % 8 == 0
+            ? CORRUPT_NONE
+            : (enum corrupt)check_random_in(seed, 1, CORRUPTIONS - 1);
+    atomic_store(&self->corrupt, self->requested);
+    atomic_store(&self->requested_ns, now_ns());
     assert_int_equal(
         hal_modbus_submit(&self->libmodbus.modbus, &request, address), 0);
     self->waits = true;
@@ -375,48 +376,48 @@ static void judge(struct line *self, const struct hal_modbus_reply *reply,
     if (wrong && !self->tcp && atomic_exchange(&self->stalled, false))
         tally->stalls++; /* this machine kept the answer, not the line */
     else if (wrong)
-        fail_msg("a wrong value after %u, kind %d", tally->harmed,
-                 (int)self->asked);
-    if (self->asked == HARM_NONE) {
+        fail_msg("a wrong value after %u, kind %d", tally->corrupted,
+                 (int)self->requested);
+    if (self->requested == CORRUPT_NONE) {
         self->tries = reply->err == MOTION_OK ? 0 : (uint16_t)(self->tries + 1);
         self->pause = reply->err == MOTION_OK ? 0 : PAUSE;
         if (self->tries > TRIES)
             fail_msg("not recovered: %s", motion_err_text(reply->err));
         return;
     }
-    tally->harmed++;
-    tally->kind[self->asked]++;
+    tally->corrupted++;
+    tally->kind[self->requested]++;
     tally->right += reply->err == MOTION_OK;
     tally->refused += reply->err != MOTION_OK;
 }
 
 static void run(bool tcp)
 {
-    const unsigned wanted = can_harm_wanted(PRESET);
+    const unsigned wanted = can_corrupt_wanted(PRESET);
     struct tally tally = { 0 };
     struct hal_modbus_reply reply;
     uint64_t seed = 1;
 
     for (unsigned i = 0; i < LINES; i++)
         open_line(&line[i], i, tcp);
-    while (tally.harmed < wanted) {
+    while (tally.corrupted < wanted) {
         for (unsigned i = 0; i < LINES; i++) {
             if (line[i].pause > 0)
                 line[i].pause--;
             else if (!line[i].waits)
-                ask(&line[i], &seed);
+                query(&line[i], &seed);
             else if (hal_modbus_collect(&line[i].libmodbus.modbus, &reply) == 1)
                 judge(&line[i], &reply, &tally);
         }
         rest_ns(MS / 5);
     }
-    print_message("%u answers harmed, %u right all the same, %u refused\n",
-                  tally.harmed, tally.right, tally.refused);
-    for (unsigned i = 1; i < HARMS; i++)
-        assert_true(tally.kind[i] > wanted / (2 * HARMS));
+    print_message("%u answers corrupted, %u right all the same, %u refused\n",
+                  tally.corrupted, tally.right, tally.refused);
+    for (unsigned i = 1; i < CORRUPTIONS; i++)
+        assert_true(tally.kind[i] > wanted / (2 * CORRUPTIONS));
     assert_true(tally.stalls <= wanted / 1000);
     assert_true(tally.refused > wanted / 2);
-    assert_true(tally.right > wanted / (2 * HARMS)); /* those in pieces */
+    assert_true(tally.right > wanted / (2 * CORRUPTIONS)); /* those in pieces */
 }
 
 static void terminals_believe_nothing_wrong_and_go_on(void **state)

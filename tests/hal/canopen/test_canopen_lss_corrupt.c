@@ -1,8 +1,8 @@
-/* tests/hal/canopen/test_canopen_lss_harm.c - LSS on a line that harms what
+/* tests/hal/canopen/test_canopen_lss_corrupt.c - LSS on a line that corrupts what
  * devices answer: a device that is found is one that is there, a number that
  * was set and stored is the one the device has.
  *
- * HARMS=100000 in the environment for so many; make harm does. */
+ * CORRUPTIONS=100000 in the environment for so many; make corrupt does. */
 #include <string.h>
 
 #include "hal/canopen/lss.h"
@@ -10,7 +10,7 @@
 #include "sim/device/cia402/servo.h"
 
 #include "tests/hal/canopen/canopen_bench.h"
-#include "tests/support/can_harm.h"
+#include "tests/support/can_corrupt.h"
 
 #define DEVICES 2
 #define NO_NODE 255
@@ -20,12 +20,12 @@ struct bench {
     struct sim_can_bus bus;
     struct sim_can_port port;
     struct sim_cia402 device[DEVICES];
-    struct can_harm harm;
+    struct can_corrupt corrupt;
     struct canopen master;
     struct canopen_lss lss;
 };
 
-static void bench_of(struct bench *b, const struct can_harm *before)
+static void bench_of(struct bench *b, const struct can_corrupt *before)
 {
     const struct canopen_config master = { .node_id = 127 };
     struct sim_cia402_config device = {
@@ -36,21 +36,21 @@ static void bench_of(struct bench *b, const struct can_harm *before)
 
     memset(b, 0, sizeof *b);
     canopen_bench_wire(&b->world, &b->bus, &b->port);
-    can_harm_init(&b->harm, &b->port.can, before->seed);
-    memcpy(b->harm.done, before->done, sizeof before->done);
-    b->harm.late_ns = 25 * MS;
-    assert_int_equal(canopen_init(&b->master, &b->harm.can, &master), 0);
+    can_corrupt_init(&b->corrupt, &b->port.can, before->seed);
+    memcpy(b->corrupt.done, before->done, sizeof before->done);
+    b->corrupt.late_ns = 25 * MS;
+    assert_int_equal(canopen_init(&b->master, &b->corrupt.can, &master), 0);
     canopen_lss_init(&b->lss, &b->master);
     b->master.lss = &b->lss;
     for (unsigned i = 0; i < DEVICES; i++) {
-        device.serial = (uint32_t)check_random(&b->harm.seed) | 1;
+        device.serial = (uint32_t)check_random(&b->corrupt.seed) | 1;
         assert_int_equal(sim_cia402_init(&b->device[i], &b->bus, &device), 0);
     }
 }
 
 static void cycle(struct bench *b)
 {
-    b->harm.now_ns = b->world.now_ns + MS;
+    b->corrupt.now_ns = b->world.now_ns + MS;
     canopen_bench_cycle(&b->world, &b->master);
 }
 
@@ -85,8 +85,8 @@ static bool scan(struct bench *b)
         return false;
     if (found(b) == NULL || b->lss.found.vendor != 0 ||
         b->lss.found.product != 402 || b->lss.found.revision != 0x00010000)
-        fail_msg("found a device that is not there, %u harmed",
-                 can_harm_count(&b->harm));
+        fail_msg("found a device that is not there, %u corrupted",
+                 can_corrupt_count(&b->corrupt));
     return true;
 }
 
@@ -106,7 +106,7 @@ static bool commission(struct bench *b, uint8_t id)
     if (outcome(b) != MOTION_OK)
         return false;
     assert_int_equal(device->lss.node_stored, id);
-    assert_int_equal(canopen_lss_ask_identity(&b->lss, NOW, 3), MOTION_OK);
+    assert_int_equal(canopen_lss_request_identity(&b->lss, NOW, 3), MOTION_OK);
     if (outcome(b) != MOTION_OK)
         return false;
     assert_int_equal(b->lss.value, device->config.serial);
@@ -126,14 +126,15 @@ static void nothing_wrong_is_believed_and_a_good_line_goes_on(void **state)
 {
     static struct bench bench;
     struct bench *b = &bench;
-    const unsigned wanted = can_harm_wanted(4000);
-    struct can_harm before = { .seed = 5 };
+    const unsigned wanted = can_corrupt_wanted(4000);
+    struct can_corrupt before = { .seed = 5 };
     unsigned good = 0, refused = 0;
 
     (void)state;
-    while (can_harm_count(&before) < wanted) {
+    while (can_corrupt_count(&before) < wanted) {
         bench_of(b, &before);
-        b->harm.one_in = 2 + (unsigned)(check_random(&b->harm.seed) % 200);
+        b->corrupt.one_in =
+            2 + (unsigned)(check_random(&b->corrupt.seed) % 200);
         for (uint8_t id = 1; id < 12 && all_wait(b); id++) {
             if (commission(b, id))
                 good++;
@@ -141,13 +142,13 @@ static void nothing_wrong_is_believed_and_a_good_line_goes_on(void **state)
                 refused++;
             let_go(b);
         }
-        can_harm_mend(&b->harm);
+        can_corrupt_mend(&b->corrupt);
         let_go(b);
         if (!commission(b, 99))
             fail_msg("a good line, and no device is found");
-        before = b->harm;
+        before = b->corrupt;
     }
-    can_harm_print(&before);
+    can_corrupt_print(&before);
     print_message("%u devices numbered, %u times refused\n", good, refused);
     assert_true(good > 10 && refused > 10);
 }

@@ -1,4 +1,4 @@
-/* tests/hal/drive/turn/test_lost_turns.c - drives that count turns and
+/* tests/hal/drive/turn/test_lost_turn.c - drives that count turns and
  * are not heard any more, or hear nothing either, have no torque in the end. */
 #include <inttypes.h>
 #include <string.h>

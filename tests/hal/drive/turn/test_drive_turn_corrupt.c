@@ -1,12 +1,12 @@
-/* tests/hal/drive/turn/test_drive_turns_harm.c - the drivers of all
- * drives that count turns on a line that harms what these say.
+/* tests/hal/drive/turn/test_drive_turn_corrupt.c - the drivers of all
+ * drives that count turns on a line that corrupts what these say.
  *
- * HARMS=100000 in the environment for so many; make harm does. */
+ * CORRUPTIONS=100000 in the environment for so many; make corrupt does. */
 #include <inttypes.h>
 #include <string.h>
 
 #include "motion/core/fixed.h"
-#include "tests/support/can_harm.h"
+#include "tests/support/can_corrupt.h"
 #include "tests/support/check.h"
 #include "tests/support/kind/kind.h"
 
@@ -18,7 +18,7 @@ struct bench {
     struct sim_world world;
     struct sim_can_bus wire;
     struct sim_can_port port, witness;
-    struct can_harm harm;
+    struct can_corrupt corrupt;
     struct can_bus bus;
     struct hal_drive *drive;
     struct hal_drive_feedback seen;
@@ -47,10 +47,10 @@ static void setup(struct bench *b, const struct kind_turn *turn)
     assert_int_equal(sim_can_bus_init(&b->wire, &b->world, 1000000), 0);
     sim_can_port_init(&b->port, &b->wire);
     sim_can_port_init(&b->witness, &b->wire);
-    can_harm_init(&b->harm, &b->port.can, 77);
-    can_bus_init(&b->bus, &b->harm.can);
+    can_corrupt_init(&b->corrupt, &b->port.can, 77);
+    can_bus_init(&b->bus, &b->corrupt.can);
     b->turn = turn;
-    b->harm.has_values = turn->has_values;
+    b->corrupt.has_values = turn->has_values;
     b->drive = turn->init(&b->wire, &b->bus, KIND_WATCHED);
 }
 
@@ -65,10 +65,11 @@ static void check_position(const struct bench *b)
         return;
     assert_true(b->seen.t_ns <= b->now_ns);
     if (off_q32 > WITHIN * ONE || off_q32 < -WITHIN * ONE)
-        fail_msg("%s: it says %.3f, and is at %.3f (%u harmed)",
+        fail_msg("%s: it says %.3f, and is at %.3f (%u corrupted)",
                  hal_drive_state_text(b->seen.state),
                  (double)b->seen.pos_q32 / (double)ONE,
-                 (double)ruler_q32(b) / (double)ONE, can_harm_count(&b->harm));
+                 (double)ruler_q32(b) / (double)ONE,
+                 can_corrupt_count(&b->corrupt));
 }
 
 /* Up and down at 10 units/s, from where it says it is. */
@@ -79,7 +80,7 @@ static void tick(struct bench *b)
     const struct hal_drive_target target = { .pos_q32 =
                                                  b->seen.pos_q32 + step_q32 };
 
-    b->harm.now_ns = b->now_ns;
+    b->corrupt.now_ns = b->now_ns;
     sim_world_run(&b->world, b->now_ns);
     (void)hal_fieldbus_begin(&b->bus.fieldbus, b->now_ns);
     hal_drive_feedback(b->drive, &b->seen);
@@ -116,7 +117,7 @@ static void check_stays_off(struct bench *b)
 
 static void check_recovers(struct bench *b)
 {
-    can_harm_mend(&b->harm);
+    can_corrupt_mend(&b->corrupt);
     for (unsigned i = 0; i < 12000; i++) {
         tick(b);
         if (i % 500 == 100)
@@ -130,27 +131,27 @@ static void check_recovers(struct bench *b)
 
 static void run(struct bench *b)
 {
-    const unsigned wanted = can_harm_wanted(20000);
+    const unsigned wanted = can_corrupt_wanted(20000);
 
-    while (can_harm_count(&b->harm) < wanted) {
-        b->harm.one_in = 2 + (unsigned)(check_random(&b->harm.seed) % 60);
+    while (can_corrupt_count(&b->corrupt) < wanted) {
+        b->corrupt.one_in = 2 + (unsigned)(check_random(&b->corrupt.seed) % 60);
         for (unsigned i = 0; i < 3000; i++) {
             tick(b);
             if (i % 50 == 0)
                 drive_on(b);
-            if (i == 1500 && b->harm.seed % 4 == 0)
+            if (i == 1500 && b->corrupt.seed % 4 == 0)
                 sim_servo_inject(b->turn->servo, SIM_SERVO_TRIP);
         }
         check_stays_off(b);
         check_recovers(b);
     }
-    can_harm_print(&b->harm);
+    can_corrupt_print(&b->corrupt);
     print_message("%" PRId64 " s; looked at while enabled %u, off %u, in "
                   "fault or lost %u times\n",
                   b->now_ns / (1000 * MS), b->enabled, b->offs, b->faults);
     assert_true(b->enabled > 50 && b->faults > 5);
-    for (unsigned i = 1; i < CAN_HARM_KINDS; i++)
-        assert_true(b->harm.done[i] > wanted / 20);
+    for (unsigned i = 1; i < CAN_CORRUPT_KINDS; i++)
+        assert_true(b->corrupt.done[i] > wanted / 20);
 }
 
 static void none_believes_anything_wrong_and_all_go_on(void **state)

@@ -1,40 +1,43 @@
-/* motion/plan/plan_law.h - the speed law of a path, as a user writes it.
+/* motion/plan/plan_speed_law.h - the speed law of a path, as a user writes it.
  *
  * A list of parts (motion/path/speed_law.h), one after the other.  One of them
  * may take what the others leave of the path's length; speeds are matched where
  * two join. */
-#ifndef MOTION_PLAN_PLAN_LAW_H
-#define MOTION_PLAN_PLAN_LAW_H
+#ifndef MOTION_PLAN_PLAN_SPEED_LAW_H
+#define MOTION_PLAN_PLAN_SPEED_LAW_H
 
 #include "motion/number/real.h"
 #include "motion/path/speed_law.h"
 #include "motion/plan/move.h"
 
-#define PLAN_LAW_PARTS_MAX  64
-#define PLAN_LAW_POINTS_MAX 10000
+#define PLAN_SPEED_LAW_PARTS_MAX  64
+#define PLAN_SPEED_LAW_POINTS_MAX 10000
 
 /* X(name, spelling in files, sentence for docs) */
-#define PLAN_LAW_LIST(X)                                                       \
-    X(PLAN_LAW_CUBIC, "cubic",                                                 \
+#define PLAN_SPEED_LAW_LIST(X)                                                 \
+    X(PLAN_SPEED_LAW_CUBIC, "cubic",                                           \
       "rest to rest, 3u^2 - 2u^3; acceleration steps at both ends")            \
-    X(PLAN_LAW_QUINTIC, "quintic",                                             \
+    X(PLAN_SPEED_LAW_QUINTIC, "quintic",                                       \
       "rest to rest with minimum jerk; nothing steps")                         \
-    X(PLAN_LAW_SINE, "sine", "sine-shaped speed up to k1 and from k2 on")      \
-    X(PLAN_LAW_PARABOLIC, "parabolic",                                         \
+    X(PLAN_SPEED_LAW_SINE, "sine",                                             \
+      "sine-shaped speed up to k1 and from k2 on")                             \
+    X(PLAN_SPEED_LAW_PARABOLIC, "parabolic",                                   \
       "constant acceleration up to k1 and from k2 on")                         \
-    X(PLAN_LAW_SCURVE, "s-curve", "constant jerk up to k1 and from k2 on")     \
-    X(PLAN_LAW_RAMP, "ramp", "from one speed to another")                      \
-    X(PLAN_LAW_CONSTANT, "constant", "on at the speed there is")               \
-    X(PLAN_LAW_PAUSE, "pause", "stand still")                                  \
-    X(PLAN_LAW_ACCELERATION, "acceleration",                                   \
+    X(PLAN_SPEED_LAW_SCURVE, "s-curve",                                        \
+      "constant jerk up to k1 and from k2 on")                                 \
+    X(PLAN_SPEED_LAW_RAMP, "ramp", "from one speed to another")                \
+    X(PLAN_SPEED_LAW_CONSTANT, "constant", "on at the speed there is")         \
+    X(PLAN_SPEED_LAW_PAUSE, "pause", "stand still")                            \
+    X(PLAN_SPEED_LAW_ACCELERATION, "acceleration",                             \
       "acceleration in straight lines between points")                         \
-    X(PLAN_LAW_VELOCITY, "velocity", "speed in straight lines between points") \
-    X(PLAN_LAW_DRAWN, "drawn", "a keyed curve: distance over time")
+    X(PLAN_SPEED_LAW_VELOCITY, "velocity",                                     \
+      "speed in straight lines between points")                                \
+    X(PLAN_SPEED_LAW_DRAWN, "drawn", "a keyed curve: distance over time")
 
-enum plan_law {
-#define PLAN_LAW_ENUM(name, spelling, text) name,
-    PLAN_LAW_LIST(PLAN_LAW_ENUM)
-#undef PLAN_LAW_ENUM
+enum plan_speed_law {
+#define PLAN_SPEED_LAW_ENUM(name, spelling, text) name,
+    PLAN_SPEED_LAW_LIST(PLAN_SPEED_LAW_ENUM)
+#undef PLAN_SPEED_LAW_ENUM
 };
 
 /* Shape of a ramp; X(name, spelling, kind in motion/path/speed_law.h). */
@@ -64,7 +67,7 @@ enum plan_extent {
 };
 
 struct plan_part {
-    enum plan_law law;
+    enum plan_speed_law law;
     enum plan_ramp shape;
     enum plan_extent extent;
     struct plan_distance length;
@@ -83,14 +86,15 @@ struct plan_part {
  * *error_bound: how far it is at most from what the parts say.  On an error the
  * code (of motion_speed_append; MOTION_E_ARG when the parts do not cover the
  * length or cover more), *error, and an empty track. */
-int plan_law_track(const struct plan_part *part, uint32_t parts,
-                   struct motion_real length, struct motion_track *law,
-                   struct motion_real *error_bound, struct plan_error *error);
+int plan_speed_law_track(const struct plan_part *part, uint32_t parts,
+                         struct motion_real length, struct motion_track *law,
+                         struct motion_real *error_bound,
+                         struct plan_error *error);
 
 /* A distance on a path of that length. */
-struct motion_real plan_law_distance(const struct plan_distance *distance,
-                                     struct motion_real length);
+struct motion_real plan_speed_law_distance(const struct plan_distance *distance,
+                                           struct motion_real length);
 
-void plan_law_free(struct plan_part *part, uint32_t parts);
+void plan_speed_law_free(struct plan_part *part, uint32_t parts);
 
 #endif

@@ -1,4 +1,4 @@
-/* tests/hal/drive/turn/turns_bench.h - a drive that takes set points in turns
+/* tests/hal/drive/turn/turn_bench.h - a drive that takes set points in turns
  * frame by frame: the test plays the port, one
  * cycle per ms. */
 #ifndef TESTS_HAL_DRIVE_TURN_TURNS_BENCH_H
@@ -28,7 +28,7 @@ static int64_t now_ns;
 static enum hal_fieldbus_health bus_health; /* what begin() said last */
 
 /* An empty bus, to which the test adds its drive. */
-static inline void turns_bench_init(struct hal_drive *drive)
+static inline void turn_bench_init(struct hal_drive *drive)
 {
     fake_can_init(&fake);
     can_bus_init(&bus, &fake.can);
