@@ -137,8 +137,8 @@ static bool compare(const cJSON *json, const struct motion_track *track,
     return true;
 }
 
-static bool run_case(const cJSON *json, struct vectors_row *rows,
-                     int storage_rows, int *count)
+static bool run_case(const cJSON *json, struct vectors_row *rows, int capacity,
+                     int *count)
 {
     const char *name = cJSON_GetStringValue(vectors_get(json, "kind"));
     struct motion_track track;
@@ -152,21 +152,21 @@ static bool run_case(const cJSON *json, struct vectors_row *rows,
         return false;
 
     struct vectors_row *out =
-        vectors_row_of(rows, storage_rows, count, name, TOLERANCE);
+        vectors_row_of(rows, capacity, count, name, TOLERANCE);
     if (out == NULL)
         return false;
     out->cases++;
     return compare(json, &track, out);
 }
 
-int vectors_ease(const cJSON *file, struct vectors_row *rows, int storage_rows)
+int vectors_ease(const cJSON *file, struct vectors_row *rows, int capacity)
 {
     const cJSON *json;
     int count = 0;
 
     cJSON_ArrayForEach(json, vectors_get(file, "cases"))
     {
-        if (!run_case(json, rows, storage_rows, &count)) {
+        if (!run_case(json, rows, capacity, &count)) {
             const char *name = cJSON_GetStringValue(vectors_get(json, "name"));
             fprintf(stderr, "ease: %s: not a law that is known\n",
                     name ? name : "?");

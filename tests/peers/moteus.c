@@ -94,7 +94,7 @@ static void cycle(const char *mode, const struct hal_drive_target *target)
     is_heard = true;
     (void)hal_fieldbus_begin(&bus.fieldbus, now_ns);
     if (target != NULL)
-        (void)hal_drive_set_target(&drive.turns.drive, target);
+        (void)hal_drive_set_target(&drive.turn.drive, target);
     hal_fieldbus_end(&bus.fieldbus, now_ns);
     now_ns += MS;
 }
@@ -109,12 +109,12 @@ static int play_drive(void)
     static struct hal_can can = { .ops = &ops };
     static const struct drive_moteus_config config = {
         .id = 1,
-        .turns = { .turns_num = 1,
-                   .turns_den = 1,
-                   .period_ns = MS,
-                   .stop_acc_q32 = INT64_C(1) << 32,
-                   .rated_torque_mnm = 1000,
-                   .first_step_max_q32 = INT64_MAX },
+        .turn = { .turns_num = 1,
+                  .turns_den = 1,
+                  .period_ns = MS,
+                  .stop_acc_q32 = INT64_C(1) << 32,
+                  .rated_torque_mnm = 1000,
+                  .first_step_max_q32 = INT64_MAX },
     };
     char line[256];
     double pos, vel, torque;
@@ -124,7 +124,7 @@ static int play_drive(void)
         return 1;
     cycle("00", NULL);
     cycle("00", NULL);
-    hal_drive_request(&drive.turns.drive, HAL_DRIVE_REQUEST_ENABLE);
+    hal_drive_request(&drive.turn.drive, HAL_DRIVE_REQUEST_ENABLE);
     cycle("00", NULL);
     while (fgets(line, sizeof line, stdin) != NULL &&
            sscanf(line, "%lf %lf %lf", &pos, &vel, &torque) == 3) {
