@@ -24,7 +24,7 @@ OPT      := -O1 -fno-omit-frame-pointer -fsanitize=$(SAN) \
 endif
 
 # Of the libraries; asked when used, so that `make deps` can come first.
-PKGS      = yaml-0.1 libcjson cairo fontconfig libmodbus libgpiod zlib
+PKGS      = yaml-0.1 libcjson cairo fontconfig libmodbus libgpiod zlib libpng
 PKG_INC   = $(patsubst -I%,-isystem %,$(shell pkg-config --cflags $(PKGS)))
 PKG_LIB   = $(shell pkg-config --libs $(PKGS))
 CMOCKA    = $(shell pkg-config --libs cmocka)

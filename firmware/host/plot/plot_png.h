@@ -1,4 +1,4 @@
-/* firmware/host/plot/plot_png.h - a picture as PNG, row by row.
+/* firmware/host/plot/plot_png.h - a picture as PNG, row by row, by libpng.
  *
  * Source: PNG (ISO/IEC 15948): 8 bits of red, green and blue, filter "up". */
 #ifndef FIRMWARE_HOST_PLOT_PLOT_PNG_H
@@ -7,17 +7,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
-#include <zlib.h>
-
-#define PLOT_PNG_CHUNK 16384
 
 struct plot_png {
-    FILE *file;
-    uint32_t width;
-    z_stream deflate;
-    unsigned char *above,
-        *row; /* of red, green, blue; the filter, then those */
-    unsigned char chunk[PLOT_PNG_CHUNK];
+    struct png_struct_def *write;
+    struct png_info_def *info;
 };
 
 /* False: it cannot be written.  plot_png_end in either case. */
