@@ -40,6 +40,7 @@ struct cmd_run {
     struct shots shots;
     struct arrivals arrivals;
     struct progress progress;
+    struct run_keys keys;
     struct output csv, frames;
     struct can_log can_log;
     struct modbus_record record; /* of the first Modbus bus */
@@ -355,6 +356,9 @@ static enum status cmd_run_play(struct cmd_run *self)
                                ? CMD_RUN_RESUME_NS
                                : options->resume_after_ns,
     };
+    const bool has_keys =
+        config.realtime && !options->json &&
+        run_keys_begin(&self->keys, &self->job, self->rate_q30);
     const struct player_observer observer = {
         .telemetry = options->telemetry != NULL ? &self->telemetry : NULL,
         .can_log = options->can_log != NULL ? &self->can_log : NULL,
@@ -363,6 +367,7 @@ static enum status cmd_run_play(struct cmd_run *self)
         .shots = &self->shots,
         .arrivals = &self->arrivals,
         .progress = &self->progress,
+        .keys = has_keys ? &self->keys : NULL,
     };
     report_init(&self->report, &self->job);
     shots_init(&self->shots, &self->job);
@@ -376,6 +381,7 @@ static enum status cmd_run_play(struct cmd_run *self)
     int err = player_run(&self->player, interrupt_listen());
     interrupt_listen_no_more();
     progress_end(&self->progress);
+    run_keys_end(&self->keys);
     return err < 0 ? STATUS_SYSTEM : STATUS_OK;
 }
 
@@ -561,6 +567,10 @@ const struct command cmd_run = {
         "CAN interfaces, serial devices and hosts that the rig names, and\n"
         "things move.  --dry-run says what would happen, with --real also\n"
         "whether the drives are there.\n\n"
+        "On the clock (--real, --realtime) the keys of the terminal work "
+        "while\n"
+        "it runs: space holds and resumes, + and - change the speed by 10 %,\n"
+        "0 is 100 %, q stops along the path.\n\n"
         "Telemetry and frames are written to FILE.partial, whole rows once a\n"
         "second, and get their name at the end.  After a kill or on a full "
         "disk\n"

@@ -107,6 +107,8 @@ static void player_observe(void *context, struct telemetry_row *row)
         trace_take(observer->trace, row);
     if (observer->progress != NULL)
         progress_take(observer->progress, row);
+    if (observer->keys != NULL)
+        run_keys_take(observer->keys, row);
 }
 
 /* The figures of the report, from every tick: rows may be lost on the way to a
@@ -531,9 +533,21 @@ static void player_next(struct player *player)
         player->late_ns = late_ns;
 }
 
+/* A stop by a key is the first interrupt.  Where the drives brake by themselves
+ * there is nothing left to command. */
+static int player_commands(struct player *player, int interrupts)
+{
+    struct run_keys *keys = player->observer.keys;
+    if (keys != NULL && !player->quick &&
+        mailbox_step(&keys->mailbox, &player->machine->controller))
+        player->stopped = true;
+    return interrupts == 0 && player->stopped ? 1 : interrupts;
+}
+
 static void player_tick(struct player *player, int interrupts)
 {
     player_next(player);
+    interrupts = player_commands(player, interrupts);
     if (player->phase == TELEMETRY_STOP)
         machine_tick_off(player->machine, player->now_ns);
     else if (interrupts >= 2)
@@ -587,6 +601,8 @@ static void *player_look_on(void *context)
         if (thread->player->job->compiled != NULL)
             compiled_fill(thread->player->job->compiled);
         player_drain(thread->player);
+        if (thread->player->observer.keys != NULL)
+            run_keys_poll(thread->player->observer.keys);
         player_say_waiting(thread->player);
         nanosleep(&pause, NULL);
     }

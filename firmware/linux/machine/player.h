@@ -36,6 +36,7 @@
 #include "firmware/linux/machine/progress.h"
 #include "firmware/linux/machine/recorder.h"
 #include "firmware/linux/machine/report.h"
+#include "firmware/linux/machine/run_keys.h"
 #include "firmware/linux/machine/shots.h"
 
 #define PLAYER_APPROACH_SEGMENTS 8
@@ -49,6 +50,7 @@ struct player_observer {
     struct shots *shots;
     struct arrivals *arrivals;
     struct progress *progress;
+    struct run_keys *keys; /* and what the operator presses */
 };
 
 struct player_config {
@@ -76,6 +78,7 @@ struct player {
     enum telemetry_phase phase;
     enum report_end end;
     bool ended, approaching, held, quick;
+    bool stopped;       /* the operator has asked for a stop by a key */
     bool enough;        /* the operator has interrupted */
     _Atomic bool waits; /* for a lost drive, and for nothing else */
     bool said;          /* that it does, by who looks on */

@@ -50,13 +50,18 @@ static void progress_left(char text[32], int64_t left_ns, int64_t rate_q30)
     }
     double left_s = (double)left_ns / 1e9 * (double)MOTION_CLOCK_WARP_ONE_Q30 /
                     (double)rate_q30;
+    int length;
     if (left_s < 60)
-        snprintf(text, 32, "%.1f s left", left_s);
+        length = snprintf(text, 32, "%.1f s left", left_s);
     else if (left_s < 360000)
-        snprintf(text, 32, "%d:%02d:%02d left", (int)left_s / 3600,
-                 (int)left_s / 60 % 60, (int)left_s % 60);
+        length = snprintf(text, 32, "%d:%02d:%02d left", (int)left_s / 3600,
+                          (int)left_s / 60 % 60, (int)left_s % 60);
     else
-        snprintf(text, 32, "days left");
+        length = snprintf(text, 32, "days left");
+    const int percent = (int)((rate_q30 * 100 + MOTION_CLOCK_WARP_ONE_Q30 / 2) /
+                              MOTION_CLOCK_WARP_ONE_Q30);
+    if (percent != 100)
+        snprintf(text + length, 32 - (size_t)length, " at %d %%", percent);
 }
 
 void progress_line(char line[PROGRESS_LINE_MAX], const char *what,
