@@ -1,5 +1,4 @@
-/* tests/firmware/host/recording/test_telemetry.c - rows to CSV and back, the
- * ring, the trace. */
+/* tests/firmware/host/recording/test_telemetry.c - rows to CSV and back. */
 #define _XOPEN_SOURCE 700 /* mkdtemp */
 #include <inttypes.h>
 #include <stdio.h>
@@ -8,9 +7,7 @@
 #include <unistd.h>
 
 #include "firmware/host/recording/telemetry.h"
-#include "firmware/host/recording/trace.h"
 #include "firmware/linux/base/disk.h"
-#include "firmware/linux/machine/recorder.h"
 #include "motion/core/fixed.h"
 #include "tests/support/check.h"
 
@@ -224,99 +221,6 @@ static void a_missing_file_is_named(void **state)
     assert_non_null(strstr(message, "/nowhere/run.csv: No such file"));
 }
 
-/* --- the ring --- */
-
-static void count_in_order(void *context, struct telemetry_row *row)
-{
-    int64_t *next = context;
-    assert_int_equal(row->t_ns, *next);
-    (*next)++;
-}
-
-static void the_ring_keeps_order_and_drops_the_newest_when_full(void **state)
-{
-    (void)state;
-    static struct recorder recorder;
-    struct telemetry_axis axis[2] = { { .following_q32 = 0 } };
-    struct telemetry_shot shot[2] = { { .number = 0 } };
-    struct telemetry_row row = { .axis = axis, .shot = shot, .shot_count = 2 };
-    int64_t next = 0;
-    recorder_init(&recorder, &rig);
-    for (int i = 0; i < RECORDER_ROWS; i++, row.t_ns++)
-        assert_true(recorder_put(&recorder, &row));
-    assert_false(recorder_put(&recorder, &row));
-    assert_int_equal(recorder.dropped, 1);
-    recorder_drain(&recorder, count_in_order, &next);
-    assert_int_equal(next, RECORDER_ROWS);
-    assert_int_equal(recorder_waiting(&recorder), 0);
-    for (int round = 0; round < 5; round++) {
-        for (int i = 0; i < 1000; i++, row.t_ns++)
-            assert_true(recorder_put(&recorder, &row));
-        recorder_drain(&recorder, count_in_order, &next);
-        assert_int_equal(next, row.t_ns);
-    }
-    recorder_free(&recorder);
-}
-
-/* --- the trace --- */
-
-static void a_long_trace_stays_bounded_and_keeps_the_peaks(void **state)
-{
-    (void)state;
-    static struct trace trace;
-    struct telemetry_axis axis = { .following_q32 = 0 };
-    struct telemetry_row row = { .phase = TELEMETRY_MOVE, .axis = &axis };
-    const int rows = 10 * TRACE_POINTS + 17, peak = 54321;
-    double most = 0, least = 0;
-    trace_init(&trace, 1);
-    for (int i = 0; i < rows; i++) {
-        row.t_ns = INT64_C(1000000) * i;
-        row.rate.s_ns_q12 = row.t_ns * MOTION_FIXED_NS_Q12;
-        row.axis[0].following_q32 = i == peak       ? INT64_C(7) << 32
-                                    : i == peak + 1 ? -(INT64_C(5) << 32)
-                                                    : 0;
-        trace_take(&trace, &row);
-    }
-    assert_true(trace.count <= TRACE_POINTS);
-    assert_true(trace.count > TRACE_POINTS / 2 - 1);
-    for (size_t i = 0; i < trace.count; i++) {
-        const struct trace_axis *at = trace_at(&trace, i, 0);
-        most = at->following_max > most ? at->following_max : most;
-        least = at->following_min < least ? at->following_min : least;
-        assert_true(i == 0 || trace.t_s[i] > trace.t_s[i - 1]);
-    }
-    assert_true(most == 7);
-    assert_true(least == -5);
-    assert_true(trace.end_s == (rows - 1) / 1e3);
-    assert_false(trace.warped);
-    trace_free(&trace);
-}
-
-static void a_trace_begins_with_the_move_and_knows_a_hold(void **state)
-{
-    (void)state;
-    static struct trace trace;
-    struct telemetry_axis axis = { .following_q32 = 0 };
-    struct telemetry_row row = { .phase = TELEMETRY_ENABLE, .axis = &axis };
-    trace_init(&trace, 1);
-    trace_take(&trace, &row);
-    row.phase = TELEMETRY_APPROACH;
-    row.t_ns = 4999000000;
-    trace_take(&trace, &row);
-    assert_int_equal(trace.count, 0);
-    row.phase = TELEMETRY_MOVE;
-    row.t_ns = 5000000000;
-    row.rate.s_ns_q12 = MOTION_FIXED_NS_Q12 * 1000000;
-    trace_take(&trace, &row);
-    assert_int_equal(trace.count, 1);
-    assert_true(trace.t_s[0] == 0.001);
-    assert_false(trace.warped);
-    row.t_ns += 1000000; /* and the path stood still */
-    trace_take(&trace, &row);
-    assert_true(trace.warped);
-    trace_free(&trace);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -325,9 +229,6 @@ int main(void)
         cmocka_unit_test(
             files_that_are_no_telemetry_get_one_line_with_its_place),
         cmocka_unit_test(a_missing_file_is_named),
-        cmocka_unit_test(the_ring_keeps_order_and_drops_the_newest_when_full),
-        cmocka_unit_test(a_long_trace_stays_bounded_and_keeps_the_peaks),
-        cmocka_unit_test(a_trace_begins_with_the_move_and_knows_a_hold),
     };
     return cmocka_run_group_tests(tests, make_directory, remove_directory);
 }
