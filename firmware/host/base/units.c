@@ -12,6 +12,7 @@
 
 #include "firmware/host/base/array.h"
 #include "firmware/host/base/quote.h"
+#include "firmware/host/base/timecode.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 
@@ -691,6 +692,50 @@ static int units_read_frame(struct units_text *self, int64_t *result)
                          &(struct units_ratio){ fps.den, fps.num, 0 }, result);
 }
 
+/* Digits, then a colon. */
+static bool units_is_timecode(const struct units_text *self)
+{
+    const char *at = self->at;
+
+    while (units_is_digit(*at))
+        at++;
+    return self->quantity == UNITS_TIME && at > self->at && *at == ':';
+}
+
+/* timecode [ @ rate ] as a time: that of its frame. */
+static int units_read_timecode(struct units_text *self, int64_t *result)
+{
+    struct units_fps fps = self->context->fps;
+    struct units_number number = { 0 };
+    char word[UNITS_WORD_MAX];
+    size_t length = strcspn(self->at, " \t@");
+    const char *wrong;
+
+    self->expected = "HH:MM:SS:FF, or HH:MM:SS;FF for drop-frame timecode";
+    if (length >= sizeof word)
+        return units_refuse(self, "is no timecode");
+    memcpy(word, self->at, length);
+    word[length] = 0;
+    self->at += length;
+    units_skip_blanks(self);
+    if (*self->at == '@') {
+        self->at++;
+        if (units_read_fps(self, &fps) < 0)
+            return -1;
+        self->expected = "HH:MM:SS:FF, or HH:MM:SS;FF for drop-frame timecode";
+    } else if (self->at != self->end) {
+        return units_refuse(self, "has something after the timecode");
+    }
+    if (fps.den == 0)
+        return units_refuse(self, "has no frame rate and the file gives none "
+                                  "(fps)");
+    wrong = timecode_frames(word, fps, &number.mantissa);
+    if (wrong != NULL)
+        return units_refuse(self, "%s", wrong);
+    return units_convert(self, &number,
+                         &(struct units_ratio){ fps.den, fps.num, 0 }, result);
+}
+
 int units_parse(const char *text, enum units_quantity quantity,
                 const struct units_context *context, int64_t *result,
                 char sentence[UNITS_SENTENCE_MAX])
@@ -701,6 +746,9 @@ int units_parse(const char *text, enum units_quantity quantity,
 
     if (units_skip_frame_word(&self))
         return units_read_frame(&self, result);
+    units_skip_blanks(&self);
+    if (units_is_timecode(&self))
+        return units_read_timecode(&self, result);
     if (units_read_number(&self, &number) < 0 ||
         units_read_unit(&self, &unit) < 0)
         return -1;

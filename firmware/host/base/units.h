@@ -4,6 +4,7 @@
  *                                              own unit, s, Hz, bit/s or 1
  *   number   = [ + | - ] digits [ . digits ] [ e [ + | - ] digits ]
  *   frame    = ( "frame" | "f" ) number [ @ rate [ fps ] ]
+ *   timecode = HH:MM:SS:FF [ @ rate [ fps ] ]  HH:MM:SS;FF: drop-frame
  *   rate     = number [ / number ]             24, 23.976, 24000/1001
  *   counts   = number [ "per" unit ]           4096 per mm
  *

@@ -90,7 +90,11 @@ static const struct {
     { "frame 23976 @ 23.976", UNITS_TIME, MM, S(1000) },
     { "frame 1 @ 24", UNITS_TIME, MM, 170666666667 }, /* 1/24 s, rounded */
     { "frame 75", UNITS_TIME, MM, S(3) },             /* the context's 25 */
-    { "25 Hz", UNITS_FREQUENCY, MM, 157080 },         /* 50 pi 1000 */
+    { "00:00:05:00 @ 24", UNITS_TIME, MM, S(5) },
+    { "00:00:03:00", UNITS_TIME, MM, S(3) }, /* the context's 25 */
+    { " 1:00:00:00@24000/1001 ", UNITS_TIME, MM, NS(3603600000000) },
+    { "00:10:00;00 @ 30000/1001", UNITS_TIME, MM, NS(599999400000) },
+    { "25 Hz", UNITS_FREQUENCY, MM, 157080 }, /* 50 pi 1000 */
     { "1 kHz", UNITS_FREQUENCY, MM, 6283185 },
     { "1 Mbit/s", UNITS_BIT_RATE, MM, 1000000 },
     { "500 kbit/s", UNITS_BIT_RATE, MM, 500000 },
@@ -230,6 +234,22 @@ static const struct {
       "'frame 5 @ 1e-30' is not a frame rate" },
     { "frame 5 @ 24 x", UNITS_TIME, MM,
       "'frame 5 @ 24 x' has something after" },
+    { "00:00:05", UNITS_TIME, MM, "'00:00:05' is no timecode, expected HH:" },
+    { "00:00:05:00:00", UNITS_TIME, MM, "'00:00:05:00:00' is no timecode" },
+    { "-00:00:05:00", UNITS_TIME, MM, "'-00:00:05:00' has the unknown unit" },
+    { "00:00:75:00", UNITS_TIME, MM,
+      "'00:00:75:00' has more than 59 seconds in a minute" },
+    { "00:00:05:25", UNITS_TIME, MM,
+      "'00:00:05:25' has more frames in a second than the frame rate" },
+    { "00:01:00;00", UNITS_TIME, MM,
+      "'00:01:00;00' is drop-frame, which 30000/1001" },
+    { "00:01:00;01 @ 30000/1001", UNITS_TIME, MM,
+      "'00:01:00;01 @ 30000/1001' is a number that drop-frame" },
+    { "00:00:05:00 x", UNITS_TIME, MM,
+      "'00:00:05:00 x' has something after the timecode" },
+    { "00:00:05:00 @ 0", UNITS_TIME, MM,
+      "'00:00:05:00 @ 0' is not a frame rate" },
+    { "00:00:05:00", UNITS_POSITION, MM, "'00:00:05:00' has the unknown unit" },
     { "frame 1e300 @ 24", UNITS_TIME, MM, "'frame 1e300 @ 24' is too large" },
     { "frame 5", UNITS_POSITION, MM,
       "'frame 5' is not a number, expected a l" },
