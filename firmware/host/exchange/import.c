@@ -25,6 +25,10 @@ const struct import_format import_format[] = {
       export_anim },
     { "blender", "Blender action as JSON: keys and handles", true, true, false,
       import_blender, export_blender },
+    { "ros-yaml", "ROS JointTrajectory as YAML: points with p, v, a", true,
+      true, false, import_ros, export_ros_yaml },
+    { "ros-json", "the same as JSON", true, true, false, import_ros,
+      export_ros_json },
     { NULL, NULL, false, false, false, NULL, NULL },
 };
 

@@ -93,6 +93,9 @@ int import_anim(const struct files *files, const char *path,
 int import_blender(const struct files *files, const char *path,
                    const struct import_wish *wish, struct imported *imported,
                    char message[YAML_MESSAGE_MAX]);
+int import_ros(const struct files *files, const char *path,
+               const struct import_wish *wish, struct imported *imported,
+               char message[YAML_MESSAGE_MAX]);
 int export_kuper(const struct job *job, const struct units_fps *fps, FILE *file,
                  char message[YAML_MESSAGE_MAX]);
 int export_flair(const struct job *job, const struct units_fps *fps, FILE *file,
@@ -106,6 +109,10 @@ int export_anim(const struct job *job, const struct units_fps *fps, FILE *file,
 
 int export_blender(const struct job *job, const struct units_fps *fps,
                    FILE *file, char message[YAML_MESSAGE_MAX]);
+int export_ros_yaml(const struct job *job, const struct units_fps *fps,
+                    FILE *file, char message[YAML_MESSAGE_MAX]);
+int export_ros_json(const struct job *job, const struct units_fps *fps,
+                    FILE *file, char message[YAML_MESSAGE_MAX]);
 
 /* "dolly,pan,tilt": the axes in the rig's order, as --columns takes them. */
 void import_axis_names(const struct rig *rig, char text[IMPORT_NAMES_MAX]);
