@@ -2,10 +2,10 @@
  * JSON; see import.h and import_ros.c.
  *
  * A point stands wherever a segment of any axis begins, to the nanosecond, and
- * has positions, velocities and accelerations: a controller that interpolates
- * by quintics (joint_trajectory_controller) then runs the same move, since every
- * segment is a polynomial of degree five or less.  Where an acceleration steps
- * the point has the one after the step.
+ * has positions and velocities where all segments are cubics or less, else
+ * accelerations, too: a controller that interpolates by cubics or quintics
+ * (joint_trajectory_controller) then runs the same move.  Where an acceleration
+ * steps beside a quintic the point has the one after the step.
  *
  * Points are ROS_APART_NS apart: on a span h positions that are rounded by e
  * make a jerk of 60 e / h^3, which at 2^-33 unit and 1 ms is 7 unit/s3.  A
@@ -110,11 +110,21 @@ static int64_t ros_quantity(const struct motion_state *state, int order)
                         : state->acc_q32;
 }
 
+/* Positions and velocities are enough. */
+static bool ros_is_cubic(const struct job *job)
+{
+    for (unsigned i = 0; i < job->move.axis_count; i++)
+        for (uint32_t k = 0; k < job->track[i].count; k++)
+            if (job->track[i].segment[k].degree > 3)
+                return false;
+    return true;
+}
+
 static void ros_point(const struct job *job, const struct ros_style *style,
-                      int64_t ns, FILE *file)
+                      int orders, int64_t ns, FILE *file)
 {
     fputs(style->point, file);
-    for (int order = 0; order < 3; order++) {
+    for (int order = 0; order < orders; order++) {
         fputs(style->lists[order], file);
         for (unsigned i = 0; i < job->move.axis_count; i++) {
             struct motion_state state;
@@ -134,6 +144,7 @@ static int ros_write(const struct job *job, const struct ros_style *style,
                      bool quotes, FILE *file, char message[YAML_MESSAGE_MAX])
 {
     const char *quote = quotes ? "\"" : "";
+    const int orders = ros_is_cubic(job) ? 2 : 3;
     size_t count;
     for (unsigned i = 0; i < job->move.axis_count; i++)
         if (job_rig_axis(job, i)->unit >= UNITS_AXIS_COUNT) {
@@ -153,7 +164,7 @@ static int ros_write(const struct job *job, const struct ros_style *style,
         plan_progress_tell(job->progress, "writing", "points", (int64_t)k,
                            (int64_t)count);
         fputs(k > 0 ? style->between_points : "", file);
-        ros_point(job, style, ns[k], file);
+        ros_point(job, style, orders, ns[k], file);
     }
     fputs(style->end, file);
     memory_free(ns);

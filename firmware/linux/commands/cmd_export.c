@@ -123,12 +123,13 @@ const struct command cmd_export = {
     .arguments = "FORMAT RIG MOVE | FORMAT DIRECTORY",
     .summary = "write a move for another program",
     .text =
-        "Writes kuper, flair, raw (Dragonframe), csv, maya (.anim) or blender\n"
-        "(JSON for examples/blender).  Values are in the axes' own units.  "
-        "Tables\nhave a row per frame, with all digits a position has; maya "
-        "and blender have\nkeys and tangents.  What a file does not say, such "
-        "as the order of the axes in\nraw, is printed as the options of slew "
-        "import.  docs/FORMATS.md says more.\n",
+        "Writes kuper, flair, raw (Dragonframe), csv, maya (.anim), blender\n"
+        "(JSON for examples/blender), ros-yaml or ros-json (JointTrajectory).\n"
+        "Values are in the axes' own units, for ROS in rad and m.  Tables\n"
+        "have a row per frame, with all digits a position has; maya and\n"
+        "blender have keys and tangents, ROS has points.  What a file does\n"
+        "not say, such as the order of the axes in raw, is printed as the\n"
+        "options of slew import.  docs/FORMATS.md says more.\n",
     .examples = "  slew export kuper examples/dolly --fps 24 --out shot.txt\n"
                 "  slew export maya rig.yaml move.yaml --fps 24 --out "
                 "shot.anim\n",

@@ -212,11 +212,12 @@ const struct command cmd_import = {
     .arguments = "FORMAT FILE",
     .summary = "read a move of another program",
     .text =
-        "Reads kuper, flair, raw (Dragonframe), csv, maya (.anim) or blender\n"
-        "(JSON of examples/blender) and writes a move file.  Values are taken "
-        "to be in\nthe axes' own units; columns find their axes by name.  An "
-        "axis that breaks a\nlimit of the rig is named, with the curve that "
-        "was taken or would pass.\ndocs/FORMATS.md says what is read and what "
+        "Reads kuper, flair, raw (Dragonframe), csv, maya (.anim), blender\n"
+        "(JSON of examples/blender), ros-yaml or ros-json (JointTrajectory)\n"
+        "and writes a move file.  Values are taken to be in the axes' own\n"
+        "units, those of ROS in rad and m; columns find their axes by name.\n"
+        "An axis that breaks a limit of the rig is named, with the curve that\n"
+        "was taken or would pass.  docs/FORMATS.md says what is read and what\n"
         "is lost.\n",
     .examples =
         "  slew import kuper shot.txt --rig rig.yaml --fps 24 --out move.yaml\n"
