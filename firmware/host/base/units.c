@@ -31,7 +31,8 @@ struct units_number {
     int exp10;
 };
 
-/* num / den x 10^exp10; num < 2^37, den < 2^43 (rad/min on an axis in rev). */
+/* num / den x 10^exp10; num < 2^37 (rev on an axis in rad), den < 2^53
+ * (arcsec/min on an axis in rad). */
 struct units_ratio {
     uint64_t num, den;
     int exp10;
@@ -115,9 +116,9 @@ static int units_divide(struct motion_u128 n, struct motion_u128 d,
  * and 2^(frac + e) belongs to n or, when negative, to d.
  *
  * When d would not fit below 2^127, 2^(frac + e) is not in n (else -e <= 32 and
- * d < 2^43 5^32 < 2^118), so n < 2^97 and the value is nearest to 0.
+ * d < 2^52.1 5^32 < 2^127), so n < 2^97 and the value is nearest to 0.
  * When n would not fit, d is small: for e < 0, n < 2^97 2^(frac + e), so
- * frac + e >= 30, hence frac = 32, e >= -2 and d < 2^48; for e >= 0, d < 2^43.
+ * frac + e >= 30, hence frac = 32, e >= -2 and d < 2^57; for e >= 0, d < 2^53.
  * Either way n / d > 2^63, which is out of range. */
 static int units_scale(const struct units_number *number,
                        const struct units_ratio *ratio, unsigned frac,
@@ -248,8 +249,9 @@ static const struct {
 
 const char *const units_axis_words[UNITS_AXIS_WORDS] = {
     [UNITS_AXIS_MM] = "mm",         [UNITS_AXIS_DEG] = "deg",
-    [UNITS_AXIS_REV] = "rev",       [UNITS_AXIS_COUNT] = "count",
-    [UNITS_AXIS_KCOUNT] = "kcount", [UNITS_AXIS_MCOUNT] = "Mcount",
+    [UNITS_AXIS_REV] = "rev",       [UNITS_AXIS_RAD] = "rad",
+    [UNITS_AXIS_COUNT] = "count",   [UNITS_AXIS_KCOUNT] = "kcount",
+    [UNITS_AXIS_MCOUNT] = "Mcount",
 };
 
 const char *units_axis_text(enum units_axis unit)
@@ -530,10 +532,12 @@ static int units_value(const struct units_number *number,
     const struct units_ratio *own = &wanted->ratio;
     const struct units_ratio *base = &units_format[quantity].base;
     const uint64_t same = units_gcd(ratio->num, own->num);
-    const struct units_ratio whole = { ratio->num / same * base->num,
-                                       ratio->den * base->den *
-                                           (own->num / same),
-                                       ratio->exp10 + base->exp10 };
+    const uint64_t under = units_gcd(ratio->den, own->den);
+    const struct units_ratio whole = {
+        ratio->num / same * base->num * (own->den / under),
+        ratio->den / under * base->den * (own->num / same),
+        ratio->exp10 + base->exp10
+    };
 
     return units_scale(number, &whole, units_format[quantity].frac, result);
 }
@@ -821,7 +825,8 @@ int units_parse_counts(const char *text, enum units_axis unit, int64_t *num,
     if (number.mantissa == 0)
         return units_refuse(&self, "is zero");
     if (!units_counts_over(&number, &per.ratio, &above, &below) ||
-        !units_fits(&above, self.wanted.ratio.num))
+        !units_fits(&above, self.wanted.ratio.num) ||
+        !units_fits(&below, self.wanted.ratio.den))
         return units_refuse(&self, "does not fit in 63 bits");
     same = units_gcd(above, below);
     *num = (int64_t)(above / same);

@@ -23,6 +23,7 @@ enum units_axis {
     UNITS_AXIS_MM,
     UNITS_AXIS_DEG,
     UNITS_AXIS_REV,
+    UNITS_AXIS_RAD,
     UNITS_AXIS_COUNT,
     UNITS_AXIS_KCOUNT, /* 1000 and */
     UNITS_AXIS_MCOUNT  /* 1,000,000 counts: of a fine encoder */

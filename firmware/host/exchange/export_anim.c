@@ -256,6 +256,7 @@ static void export_anim_curve(const struct export_anim *self, unsigned i)
         [UNITS_AXIS_MM] = { "translate.translateX translateX", "linear" },
         [UNITS_AXIS_DEG] = { "rotate.rotateY rotateY", "angular" },
         [UNITS_AXIS_REV] = { "revolutions revolutions", "unitless" },
+        [UNITS_AXIS_RAD] = { "radians radians", "unitless" },
         [UNITS_AXIS_COUNT] = { "counts counts", "unitless" },
         [UNITS_AXIS_KCOUNT] = { "kcounts kcounts", "unitless" },
         [UNITS_AXIS_MCOUNT] = { "Mcounts Mcounts", "unitless" },

@@ -55,6 +55,7 @@ static long double ros_scale(enum units_axis unit)
 {
     return unit == UNITS_AXIS_MM    ? 1e-3L
            : unit == UNITS_AXIS_DEG ? ROS_PI / 180
+           : unit == UNITS_AXIS_RAD ? 1
                                     : 2 * ROS_PI;
 }
 
@@ -148,10 +149,11 @@ static int ros_write(const struct job *job, const struct ros_style *style,
     size_t count;
     for (unsigned i = 0; i < job->move.axis_count; i++)
         if (job_rig_axis(job, i)->unit >= UNITS_AXIS_COUNT) {
-            snprintf(message, YAML_MESSAGE_MAX,
-                     "axis %s is in counts, expected one in mm, deg or rev: "
-                     "ROS has metres and radians",
-                     job->move.axis[i].name);
+            snprintf(
+                message, YAML_MESSAGE_MAX,
+                "axis %s is in counts, expected one in mm, deg, rad or rev: "
+                "ROS has metres and radians",
+                job->move.axis[i].name);
             return -1;
         }
     int64_t *ns = ros_times(job, &count);

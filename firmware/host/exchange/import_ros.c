@@ -64,10 +64,11 @@ static int ros_joint(struct ros_read *self, const struct yaml_value *value)
     joint->unit = ros_rig_axis(self, joint->axis->name)->unit;
     if (joint->unit < UNITS_AXIS_COUNT)
         return 0;
-    return yaml_report_at(&self->text.report, place,
-                          "axis %s is in counts, expected one in mm, deg or "
-                          "rev: ROS has metres and radians",
-                          joint->axis->name);
+    return yaml_report_at(
+        &self->text.report, place,
+        "axis %s is in counts, expected one in mm, deg, rad or "
+        "rev: ROS has metres and radians",
+        joint->axis->name);
 }
 
 static int ros_joints(struct ros_read *self, const struct yaml_value *list)

@@ -48,10 +48,15 @@ static int machine_sim_fail(char message[YAML_MESSAGE_MAX], const char *name,
 int machine_sim_counts(const struct rig_axis *axis, int64_t value_q32,
                        int64_t *counts)
 {
-    if (axis->counts_den > INT64_MAX >> 32)
-        return MOTION_E_RANGE;
-    return motion_fixed_muldiv(value_q32, axis->counts_num,
-                               axis->counts_den << 32, counts);
+    /* counts per rad is a quotient of long numbers: then in two steps */
+    if (axis->counts_den <= INT64_MAX >> 32)
+        return motion_fixed_muldiv(value_q32, axis->counts_num,
+                                   axis->counts_den << 32, counts);
+    const int err = motion_fixed_muldiv(value_q32, axis->counts_num,
+                                        axis->counts_den, counts);
+    if (err == MOTION_OK)
+        *counts /= MOTION_FIXED_ONE_Q32;
+    return err;
 }
 
 static int64_t machine_sim_magnitude(int64_t value)

@@ -15,6 +15,7 @@
 #define DEG    UNITS_AXIS_DEG
 #define REV    UNITS_AXIS_REV
 #define COUNT  UNITS_AXIS_COUNT
+#define RAD    UNITS_AXIS_RAD
 #define KCOUNT UNITS_AXIS_KCOUNT
 #define MCOUNT UNITS_AXIS_MCOUNT
 
@@ -69,6 +70,13 @@ static const struct {
     { "300", UNITS_VELOCITY, MM, Q32(300) },
     { "30 rpm", UNITS_VELOCITY, DEG, Q32(180) },
     { "30 rpm", UNITS_VELOCITY, REV, Q32(0.5) },
+    { "1.5", UNITS_POSITION, RAD, Q32(1.5) },
+    { "1500 mrad", UNITS_POSITION, RAD, Q32(1.5) },
+    { "180 deg", UNITS_POSITION, RAD, 13493037705 }, /* pi 2^32 */
+    { "-1 rev", UNITS_POSITION, RAD, -26986075409 }, /* 2 pi 2^32 */
+    { "1 arcsec", UNITS_POSITION, RAD, 20823 },
+    { "3600 arcsec/min", UNITS_VELOCITY, RAD, 1249355 }, /* pi/10800 2^32 */
+    { "60 rpm", UNITS_VELOCITY, RAD, 26986075409 },
     { "300 mm/s^2", UNITS_ACCELERATION, MM, Q32(300) },
     { "300 mm/s2", UNITS_ACCELERATION, MM, Q32(300) },
     { "0.3 m/s\xC2\xB2", UNITS_ACCELERATION, MM, Q32(300) },
@@ -126,7 +134,8 @@ static const struct {
 static const struct units_context context_of[] = {
     [MM] = { MM, { 25, 1 } },         [DEG] = { DEG, { 25, 1 } },
     [REV] = { REV, { 25, 1 } },       [COUNT] = { COUNT, { 25, 1 } },
-    [KCOUNT] = { KCOUNT, { 25, 1 } }, [MCOUNT] = { MCOUNT, { 25, 1 } },
+    [RAD] = { RAD, { 25, 1 } },       [KCOUNT] = { KCOUNT, { 25, 1 } },
+    [MCOUNT] = { MCOUNT, { 25, 1 } },
 };
 
 static void values_are_converted_exactly(void **state)

@@ -561,6 +561,25 @@ static void a_path_and_a_blend_go_all_the_way(void **state)
     }
 }
 
+/* Counts per radian are a quotient of long numbers in every driver. */
+static void joints_in_rad_run_on_every_kind_of_drive(void **state)
+{
+    (void)state;
+    expect(run("run", "--json", "tests/data/rad"), STATUS_OK);
+    cJSON *report = cJSON_Parse(out);
+    assert_non_null(report);
+    const cJSON *axes = cJSON_GetObjectItem(report, "axes");
+    assert_int_equal(cJSON_GetArraySize(axes), 4);
+    for (int i = 0; i < 4; i++) {
+        const cJSON *axis = cJSON_GetArrayItem(axes, i);
+        const cJSON *error = cJSON_GetObjectItem(axis, "end_error");
+        assert_string_equal(cJSON_GetObjectItem(axis, "unit")->valuestring,
+                            "rad");
+        assert_true(error->valuedouble < 0.001 && error->valuedouble > -0.001);
+    }
+    cJSON_Delete(report);
+}
+
 /* With pan, tilt and roll 0 the head looks along x: w = 1/2 each. */
 static void a_camera_is_sampled_as_a_quaternion(void **state)
 {
@@ -780,6 +799,7 @@ int main(void)
         RUN(a_compiled_move_draws_as_the_move_itself),
         RUN(a_key_that_cannot_be_planned_is_named_once),
         RUN(a_path_and_a_blend_go_all_the_way),
+        RUN(joints_in_rad_run_on_every_kind_of_drive),
         RUN(a_camera_is_sampled_as_a_quaternion),
         RUN(plan_says_how_long_and_how_fast_a_path_is),
         RUN(a_path_that_cannot_be_planned_names_its_place),
