@@ -22,7 +22,9 @@
     X(MOTION_E_EMPTY, -12, "there is nothing to work on")                      \
     X(MOTION_E_WORK, -13, "it would take more work than is allowed")           \
     X(MOTION_E_AWAY, -14, "an axis is not where the motion begins")            \
-    X(MOTION_E_UNHOMED, -15, "an axis has not been homed")
+    X(MOTION_E_UNHOMED, -15, "an axis has not been homed")                     \
+    X(MOTION_E_UNREACHABLE, -16, "no position of the axes does this")          \
+    X(MOTION_E_SINGULAR, -17, "an axis is not determined in this place")
 
 enum motion_err {
     MOTION_OK = 0,

@@ -13,6 +13,7 @@ motion/number/.*    motion/(core|number)/.*                       freestanding
 motion/curve/.*     motion/(core|number|curve)/.*                 freestanding
 motion/path/.*      motion/(core|number|curve|path)/.*            freestanding
 motion/otg/.*       motion/(core|number|otg)/.*                   freestanding
+motion/kinematics/.* motion/(core|number|kinematics)/.*|motion/path/head.h freestanding
 motion/plan/.*      motion/.*                                     any
 tests/.*            .*                                            any
 '
