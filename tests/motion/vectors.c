@@ -9,7 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#define ROWS_MAX 64
+#define ROWS_MAX 256
 
 /* What tells the kinds of file apart: a member of the first case. */
 static const struct {
@@ -21,6 +21,7 @@ static const struct {
     { "cases", "inv_fraction", vectors_arclength },
     { "cases", "v", vectors_ease },
     { "cases", "frenet", vectors_frames },
+    { "cases", "rig", vectors_kinematics },
     { "cases", "kind", vectors_quaternions },
 };
 

@@ -1,0 +1,561 @@
+/* tests/motion/vectors_kinematics.c - kinematics.json: camera rigs and arms
+ * forward, inverse, and what they must refuse; see vectors.h.  A row per case
+ * tells its rows, its refused demands and the worst deviations. */
+#include "motion/core/err.h"
+#include "tests/motion/vectors_rig.h"
+
+#define TOL_MM   1e-6
+#define TOL_DEG  1e-7
+#define TOL_QUAT 2e-9
+#define TOL_JAC  1e-6 /* of the largest entry */
+
+/* The numbers of one row, by the names of their columns. */
+struct sheet {
+    const cJSON *names, *values;
+};
+
+struct worst {
+    unsigned rows, refused;
+    double mm, deg, quat, jacobian;
+};
+
+struct answer {
+    int64_t axis_q32[RIG_AXES_MAX];
+    struct motion_camera camera; /* or the flange */
+    struct motion_real distance, depth;
+    int64_t focal_q32;
+};
+
+/* --- a row ----------------------------------------------------------------- */
+
+static bool sheet_get(const struct sheet *sheet, const char *name, double *to)
+{
+    const int n = cJSON_GetArraySize(sheet->names);
+
+    for (int i = 0; i < n; i++) {
+        const cJSON *const value = cJSON_GetArrayItem(sheet->values, i);
+        if (strcmp(vectors_string(cJSON_GetArrayItem(sheet->names, i)), name) ==
+            0) {
+            *to = vectors_value(value);
+            return cJSON_IsNumber(value);
+        }
+    }
+    return false;
+}
+
+static bool sheet_q32(const struct sheet *sheet, const char *name, int64_t *to)
+{
+    double a;
+
+    if (!sheet_get(sheet, name, &a))
+        return false;
+    *to = vectors_q32(a);
+    return true;
+}
+
+static bool sheet_point(const struct sheet *sheet, const char *x, const char *y,
+                        const char *z, struct motion_vec *point)
+{
+    double a[3];
+
+    if (!sheet_get(sheet, x, &a[0]) || !sheet_get(sheet, y, &a[1]) ||
+        !sheet_get(sheet, z, &a[2]))
+        return false;
+    *point = vectors_vec(a);
+    return true;
+}
+
+static bool sheet_pupil(const struct sheet *sheet, struct motion_vec *point)
+{
+    return sheet_point(sheet, "px", "py", "pz", point);
+}
+
+static bool sheet_subject(const struct sheet *sheet, struct motion_vec *point)
+{
+    return sheet_point(sheet, "sx", "sy", "sz", point);
+}
+
+static bool sheet_quat(const struct sheet *sheet, struct motion_quat *q)
+{
+    static const char *const name[4] = { "qw", "qx", "qy", "qz" };
+    int64_t q62[4];
+    double a;
+
+    for (int i = 0; i < 4; i++) {
+        if (!sheet_get(sheet, name[i], &a) || fabs(a) > 1)
+            return false;
+        q62[i] = (int64_t)llrint(ldexp(a, 62));
+    }
+    return motion_quat_unit(q62, q) == MOTION_OK;
+}
+
+/* The axes that have a column; the others keep their position. */
+static void sheet_axes(const struct sheet *sheet, const struct vectors_rig *rig,
+                       const char *prefix, int64_t *axis_q32)
+{
+    char name[32];
+
+    for (int i = 0; i < rig->axes; i++) {
+        snprintf(name, sizeof name, "%s%s", prefix, rig->name[i]);
+        (void)sheet_q32(sheet, name, &axis_q32[i]);
+    }
+}
+
+/* --- deviations ------------------------------------------------------------- */
+
+static double from_q32(int64_t a)
+{
+    return ldexp((double)a, -32);
+}
+
+static double quat_deviation(struct motion_quat a, struct motion_quat b)
+{
+    const int64_t p[4] = { a.w, a.x, a.y, a.z }, q[4] = { b.w, b.x, b.y, b.z };
+    double same = 0, other = 0;
+
+    for (int i = 0; i < 4; i++) {
+        same = fmax(same, fabs(ldexp((double)(p[i] - q[i]), -62)));
+        other = fmax(other, fabs(ldexp((double)p[i] + (double)q[i], -62)));
+    }
+    return fmin(same, other);
+}
+
+static double vec_deviation(struct motion_vec a, struct motion_vec b)
+{
+    return vectors_double(motion_vec_length(motion_vec_sub(a, b)));
+}
+
+/* One column of the answer; false when there is no such thing. */
+static bool judge_column(const struct vectors_rig *rig, const char *name,
+                         double want, const struct answer *got,
+                         struct worst *worst)
+{
+    static const char *const pose[] = {
+        "px", "py", "pz", "qw", "qx", "qy", "qz"
+    };
+
+    for (int i = 0; i < rig->axes; i++) {
+        if (strcmp(name, rig->name[i]) == 0) {
+            vectors_worst(rig->is_length[i] ? &worst->mm : &worst->deg,
+                          fabs(from_q32(got->axis_q32[i]) - want));
+            return true;
+        }
+    }
+    for (size_t i = 0; i < sizeof pose / sizeof pose[0]; i++) {
+        if (strcmp(name, pose[i]) == 0)
+            return true; /* judged together */
+    }
+    if (strcmp(name, "distance") == 0)
+        vectors_worst(&worst->mm, fabs(vectors_double(got->distance) - want));
+    else if (strcmp(name, "depth") == 0)
+        vectors_worst(&worst->mm, fabs(vectors_double(got->depth) - want));
+    else if (strcmp(name, "focal") == 0)
+        vectors_worst(&worst->mm, fabs(from_q32(got->focal_q32) - want));
+    else
+        return false;
+    return true;
+}
+
+static bool judge(const struct vectors_rig *rig, const struct sheet *out,
+                  const struct answer *got, struct worst *worst)
+{
+    const int n = cJSON_GetArraySize(out->names);
+    struct motion_vec pupil;
+    struct motion_quat q;
+    double want;
+
+    if (n == 0 || n != cJSON_GetArraySize(out->values))
+        return false;
+    for (int i = 0; i < n; i++) {
+        const char *const name =
+            vectors_string(cJSON_GetArrayItem(out->names, i));
+        if (!sheet_get(out, name, &want) ||
+            !judge_column(rig, name, want, got, worst))
+            return false;
+    }
+    if (sheet_pupil(out, &pupil))
+        vectors_worst(&worst->mm, vec_deviation(pupil, got->camera.pupil));
+    if (sheet_quat(out, &q))
+        vectors_worst(&worst->quat, quat_deviation(q, got->camera.q));
+    worst->rows++;
+    return true;
+}
+
+/* --- forward ---------------------------------------------------------------- */
+
+static int rig_camera(const struct vectors_rig *rig, const int64_t *axis_q32,
+                      struct motion_camera *camera)
+{
+    struct motion_pose flange;
+    int err;
+
+    if (rig->sort == RIG_CAMERA)
+        return motion_rig_camera(&rig->camera, axis_q32, camera);
+    if (rig->sort == RIG_TABLE)
+        return motion_turntable_camera(&rig->table, axis_q32, camera);
+    err = motion_arm_flange(&rig->arm, axis_q32, &flange);
+    *camera = (struct motion_camera){ flange.origin, flange.q };
+    return err;
+}
+
+static int forward(const struct vectors_rig *rig, const struct sheet *in,
+                   const int64_t *before_q32, struct answer *got)
+{
+    struct motion_vec subject;
+    const bool has_subject = sheet_subject(in, &subject);
+    int err;
+
+    sheet_axes(in, rig, "", got->axis_q32);
+    if (rig->has_zoom && has_subject)
+        return motion_dolly_zoom_focal(&rig->zoom, subject, before_q32,
+                                       got->axis_q32, &got->focal_q32,
+                                       &got->distance);
+    err = rig_camera(rig, got->axis_q32, &got->camera);
+    if (has_subject && err == MOTION_OK)
+        motion_camera_distance(&got->camera, subject, &got->distance,
+                               &got->depth);
+    return err;
+}
+
+static int tool_camera(const struct vectors_rig *rig, const struct sheet *in,
+                       const int64_t *before_q32, struct answer *got)
+{
+    (void)before_q32;
+    sheet_axes(in, rig, "", got->axis_q32);
+    return motion_arm_camera(&rig->arm, &rig->tool, got->axis_q32,
+                             &got->camera);
+}
+
+/* --- demands ---------------------------------------------------------------- */
+
+/* A demand that lacks a column is answered by this. */
+#define MALFORMED MOTION_E_EMPTY
+
+static int track(const struct vectors_rig *rig, const struct sheet *in,
+                 const int64_t *before_q32, struct answer *got)
+{
+    struct motion_vec subject;
+
+    if (rig->sort != RIG_CAMERA || !sheet_subject(in, &subject))
+        return MALFORMED;
+    sheet_axes(in, rig, "", got->axis_q32);
+    return motion_rig_track(&rig->camera, subject, before_q32, got->axis_q32,
+                            &got->distance);
+}
+
+static int pose(const struct vectors_rig *rig, const struct sheet *in,
+                const int64_t *before_q32, struct answer *got)
+{
+    struct motion_camera camera;
+
+    if (rig->sort != RIG_CAMERA || !sheet_pupil(in, &camera.pupil) ||
+        !sheet_quat(in, &camera.q))
+        return MALFORMED;
+    return motion_rig_pose(&rig->camera, &camera, before_q32, got->axis_q32);
+}
+
+static int view(const struct vectors_rig *rig, const struct sheet *in,
+                const int64_t *before_q32, struct answer *got)
+{
+    struct motion_camera camera;
+    struct motion_vec pupil, subject;
+    int err;
+
+    if (rig->sort != RIG_CAMERA || !sheet_pupil(in, &pupil) ||
+        !sheet_subject(in, &subject))
+        return MALFORMED;
+    err = motion_rig_level_view(pupil, subject, &camera);
+    return err < 0 ? err
+                   : motion_rig_pose(&rig->camera, &camera, before_q32,
+                                     got->axis_q32);
+}
+
+static int relative(const struct vectors_rig *rig, const struct sheet *in,
+                    const int64_t *before_q32, struct answer *got)
+{
+    int64_t azimuth_q32, radius_q32;
+    const bool has_radius = sheet_q32(in, "radius", &radius_q32);
+
+    if (rig->sort != RIG_TABLE || !sheet_q32(in, "azimuth", &azimuth_q32))
+        return MALFORMED;
+    return motion_turntable_relative(&rig->table, azimuth_q32,
+                                     has_radius ? &radius_q32 : NULL,
+                                     before_q32, got->axis_q32, &got->distance);
+}
+
+static int flange(const struct vectors_rig *rig, const struct sheet *in,
+                  const int64_t *before_q32, struct answer *got)
+{
+    const int64_t zero_q32[RIG_AXES_MAX] = { 0 };
+    struct motion_pose at;
+
+    if (rig->sort != RIG_ARM || !sheet_pupil(in, &at.origin) ||
+        !sheet_quat(in, &at.q))
+        return MALFORMED;
+    return motion_arm_inverse(&rig->arm, &at,
+                              before_q32 != NULL ? before_q32 : zero_q32,
+                              got->axis_q32);
+}
+
+static int focal(const struct vectors_rig *rig, const struct sheet *in,
+                 const int64_t *before_q32, struct answer *got)
+{
+    struct motion_vec subject;
+    int64_t focal_q32;
+
+    if (!rig->has_zoom || !sheet_subject(in, &subject) ||
+        !sheet_q32(in, "focal", &focal_q32))
+        return MALFORMED;
+    return motion_dolly_zoom_slide(&rig->zoom, focal_q32, subject, before_q32,
+                                   got->axis_q32, &got->distance);
+}
+
+static int dolly_zoom(const struct vectors_rig *rig, const struct sheet *in,
+                      const int64_t *before_q32, struct answer *got)
+{
+    int err = rig->has_zoom ? forward(rig, in, before_q32, got) : MALFORMED;
+
+    return err < 0 ? err : motion_dolly_zoom_check(&rig->zoom, got->focal_q32);
+}
+
+typedef int demand_function(const struct vectors_rig *rig,
+                            const struct sheet *in, const int64_t *before_q32,
+                            struct answer *got);
+static const struct {
+    const char *name;
+    demand_function *answer;
+} demands[] = {
+    { "track", track },           { "pose", pose },     { "view", view },
+    { "relative", relative },     { "flange", flange }, { "focal", focal },
+    { "dolly zoom", dolly_zoom },
+};
+
+static demand_function *demand_named(const char *name)
+{
+    for (size_t i = 0; i < sizeof demands / sizeof demands[0]; i++) {
+        if (strcmp(name, demands[i].name) == 0)
+            return demands[i].answer;
+    }
+    return NULL;
+}
+
+/* --- sequences -------------------------------------------------------------- */
+
+/* The axes before the first row: `start` has the columns of `out` without the
+ * distance and the focal length, or for track and zoom those of the head. */
+static bool read_start(const struct vectors_rig *rig, const cJSON *start,
+                       const cJSON *out, int64_t *before_q32)
+{
+    const struct sheet sheet = { out, start };
+
+    sheet_axes(&sheet, rig, "", before_q32);
+    return cJSON_GetArraySize(start) <= cJSON_GetArraySize(out);
+}
+
+static bool run_rows(const struct vectors_rig *rig, const cJSON *group,
+                     const cJSON *start, const char *branch,
+                     demand_function *answer, struct worst *worst)
+{
+    const cJSON *const in_names = vectors_get(group, "in"),
+                       *const out_names = vectors_get(group, "out"), *row;
+    const bool is_near = strcmp(branch, "near") == 0;
+    struct answer got = { .focal_q32 = 0 };
+    int64_t before_q32[RIG_AXES_MAX] = { 0 };
+
+    if (!cJSON_IsArray(vectors_get(group, "rows")) ||
+        (start != NULL && !read_start(rig, start, out_names, before_q32)))
+        return false;
+    cJSON_ArrayForEach(row, vectors_get(group, "rows"))
+    {
+        const struct sheet in = { in_names, cJSON_GetArrayItem(row, 0) },
+                           out = { out_names, cJSON_GetArrayItem(row, 1) };
+        const bool has_before = is_near || strcmp(branch, "continuity") == 0;
+        int err;
+
+        if (is_near)
+            sheet_axes(&in, rig, "start_", before_q32);
+        err = answer(rig, &in, has_before ? before_q32 : NULL, &got);
+        if (err < 0)
+            fprintf(stderr, "row %u: %s\n", worst->rows + 1,
+                    motion_err_text(err));
+        if (err < 0 || !judge(rig, &out, &got, worst))
+            return false;
+        memcpy(before_q32, got.axis_q32, sizeof before_q32);
+    }
+    return true;
+}
+
+static bool run_inverse(const struct vectors_rig *rig, const cJSON *item,
+                        struct worst *worst)
+{
+    const cJSON *group;
+
+    cJSON_ArrayForEach(group, vectors_get(item, "inverse"))
+    {
+        demand_function *const answer =
+            demand_named(vectors_text(group, "demand"));
+        const char *const branch = vectors_text(group, "branch");
+
+        if (answer == NULL ||
+            (strcmp(branch, "continuity") != 0 &&
+             strcmp(branch, "upright") != 0 && strcmp(branch, "near") != 0) ||
+            !run_rows(rig, group, vectors_get(group, "start"), branch, answer,
+                      worst))
+            return false;
+    }
+    return true;
+}
+
+/* --- Jacobians -------------------------------------------------------------- */
+
+static bool judge_jacobian(const struct vectors_rig *rig,
+                           const struct motion_arm_jacobian *got,
+                           const cJSON *lines, struct worst *worst)
+{
+    double largest = 0, error = 0, want[MOTION_ARM_JOINTS_MAX];
+
+    for (int k = 0; k < 6; k++) {
+        if (!vectors_numbers(cJSON_GetArrayItem(lines, k), rig->axes, want))
+            return false;
+        for (int i = 0; i < rig->axes; i++) {
+            largest = fmax(largest, fabs(want[i]));
+            vectors_worst(&error,
+                          fabs(vectors_double(got->column[i][k]) - want[i]));
+        }
+    }
+    vectors_worst(&worst->jacobian, error / largest);
+    worst->rows++;
+    return cJSON_GetArraySize(lines) == 6;
+}
+
+static bool run_jacobians(const struct vectors_rig *rig, const cJSON *group,
+                          struct worst *worst)
+{
+    const cJSON *row;
+
+    cJSON_ArrayForEach(row, vectors_get(group, "rows"))
+    {
+        const struct sheet in = { vectors_get(group, "in"),
+                                  cJSON_GetArrayItem(row, 0) };
+        int64_t axis_q32[RIG_AXES_MAX] = { 0 };
+        struct motion_arm_jacobian jacobian;
+        struct motion_pose at;
+
+        sheet_axes(&in, rig, "", axis_q32);
+        if (rig->sort != RIG_ARM ||
+            motion_arm_jacobian(&rig->arm, axis_q32, &at, &jacobian) < 0 ||
+            !judge_jacobian(rig, &jacobian, cJSON_GetArrayItem(row, 1), worst))
+            return false;
+    }
+    return true;
+}
+
+/* --- refused ---------------------------------------------------------------- */
+
+/* Do these axes meet the demand after all? */
+static bool is_met(const struct vectors_rig *rig, const struct sheet *in,
+                   const struct answer *got)
+{
+    struct motion_real distance, depth;
+    struct motion_camera camera;
+    struct motion_vec point;
+    struct motion_quat q;
+
+    if (rig_camera(rig, got->axis_q32, &camera) < 0)
+        return false;
+    if (sheet_pupil(in, &point) && vec_deviation(point, camera.pupil) > TOL_MM)
+        return false;
+    if (sheet_quat(in, &q) && quat_deviation(q, camera.q) > TOL_QUAT)
+        return false;
+    if (rig->sort == RIG_CAMERA && sheet_subject(in, &point)) {
+        motion_camera_distance(&camera, point, &distance, &depth);
+        /* off the ray by sqrt(distance^2 - depth^2) */
+        const double a = vectors_double(distance), b = vectors_double(depth);
+        return b > 0 && fabs(a * a - b * b) <= TOL_MM * TOL_MM + 1e-9 * a * a;
+    }
+    return true;
+}
+
+static bool run_refused(const struct vectors_rig *rig, const cJSON *item,
+                        struct worst *worst)
+{
+    const cJSON *line;
+
+    cJSON_ArrayForEach(line, vectors_get(item, "refused"))
+    {
+        const struct sheet in = { vectors_get(line, "in"),
+                                  vectors_get(line, "row") };
+        const bool is_singular =
+            strcmp(vectors_text(line, "reason"), "singular") == 0;
+        demand_function *const answer =
+            demand_named(vectors_text(line, "demand"));
+        struct answer got = { .focal_q32 = 0 };
+        const int err =
+            answer != NULL ? answer(rig, &in, NULL, &got) : MALFORMED;
+
+        if (is_singular ? err != MOTION_E_SINGULAR &&
+                              !(err == MOTION_OK && is_met(rig, &in, &got))
+                        : err != MOTION_E_UNREACHABLE) {
+            fprintf(stderr, "%s: answered with \"%s\"\n",
+                    vectors_text(line, "note"), motion_err_text(err));
+            return false;
+        }
+        worst->refused++;
+    }
+    return true;
+}
+
+/* --- cases ------------------------------------------------------------------ */
+
+static bool run_case(const cJSON *item, struct worst *worst)
+{
+    static struct vectors_rig rig;
+    const cJSON *const ahead = vectors_get(item, "forward"),
+                       *const camera = vectors_get(item, "camera"),
+                       *const start = vectors_get(item, "start");
+
+    if (!vectors_rig_read(vectors_get(item, "rig"), &rig)) {
+        fprintf(stderr, "the rig is not one that is known\n");
+        return false;
+    }
+    return (ahead == NULL ||
+            run_rows(&rig, ahead, start, start != NULL ? "continuity" : "",
+                     forward, worst)) &&
+           (camera == NULL || (rig.has_tool && run_rows(&rig, camera, NULL, "",
+                                                        tool_camera, worst))) &&
+           run_jacobians(&rig, vectors_get(item, "jacobian"), worst) &&
+           run_inverse(&rig, item, worst) && run_refused(&rig, item, worst) &&
+           worst->rows + worst->refused > 0;
+}
+
+int vectors_kinematics(const cJSON *file, struct vectors_row *rows,
+                       int capacity)
+{
+    const cJSON *item;
+    int count = 0;
+
+    cJSON_ArrayForEach(item, vectors_get(file, "cases"))
+    {
+        struct worst worst = { 0 };
+        double tol_deg = TOL_DEG;
+
+        if (count == capacity) {
+            fprintf(stderr, "more than %d cases\n", capacity);
+            return -1;
+        }
+        struct vectors_row *const row = &rows[count++];
+        const bool is_whole = run_case(item, &worst);
+        (void)vectors_number(item, "tol_deg", &tol_deg);
+        snprintf(row->method, sizeof row->method, "%s",
+                 vectors_text(item, "name"));
+        snprintf(row->text, sizeof row->text,
+                 "%u rows, %u refused, worst %.2g mm %.2g deg %.2g quaternion "
+                 "%.2g Jacobian",
+                 worst.rows, worst.refused, worst.mm, worst.deg, worst.quat,
+                 worst.jacobian);
+        row->cases = worst.rows + worst.refused;
+        row->pass = is_whole && worst.mm <= TOL_MM && worst.deg <= tol_deg &&
+                    worst.quat <= TOL_QUAT && worst.jacobian <= TOL_JAC;
+    }
+    return count;
+}
