@@ -10,7 +10,7 @@
 #include "motion/number/trig.h"
 
 #define TURNTABLE_STEPS      200
-#define TURNTABLE_STAYS_BITS 34 /* 2^-34 of the unit */
+#define TURNTABLE_STAYS_BITS 28 /* of the unit; axes are rounded to 2^-33 deg */
 
 static const struct motion_dir turntable_up = { { 0, 0, (int64_t)1 << 62 } };
 
@@ -126,9 +126,9 @@ int motion_turntable_relative(const struct motion_turntable *table,
                               const int64_t *before_q32, int64_t *axis_q32,
                               struct motion_real *distance)
 {
-    const struct turntable_demand demand = {
-        table, motion_trig_from_deg_q32(azimuth_q32), radius_q32, before_q32
-    };
+    struct turntable_demand demand = { table,
+                                       motion_trig_from_deg_q32(azimuth_q32),
+                                       radius_q32, before_q32 };
     struct motion_vec beside = motion_vec_zero(), then;
 
     if (radius_q32 != NULL && *radius_q32 < 0)
@@ -142,6 +142,7 @@ int motion_turntable_relative(const struct motion_turntable *table,
         if (motion_real_lt(off, motion_real_make(1, -TURNTABLE_STAYS_BITS)))
             return MOTION_OK;
         beside = then;
+        demand.before_q32 = axis_q32; /* stay with the answer chosen first */
     }
     return MOTION_E_WORK;
 }
