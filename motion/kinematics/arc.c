@@ -76,7 +76,7 @@ static int arc_nearest(const struct motion_arc *arc, struct motion_real at,
                 motion_real_sub(motion_real_from_q(near_q32, 32), at),
                 arc_round(arc)),
             0, &rounds);
-    if (err < 0)
+    if (err != MOTION_OK)
         return err;
     return motion_axis_position_real(
         &arc->axis,

@@ -146,7 +146,7 @@ int motion_carrier_slide(const struct motion_carrier *carrier,
                          const int64_t *near_q32, int64_t *slide_q32)
 {
     const struct motion_linear *const linear = &carrier->as.linear;
-    int64_t place_q32[2], off_q32[2];
+    int64_t place_q32[2] = { 0 }, off_q32[2] = { 0 };
     int err;
 
     if (carrier->kind != &motion_carrier_linear || linear->count != 1)

@@ -25,7 +25,7 @@ int motion_turntable_camera(const struct motion_turntable *table,
 
     if (err == MOTION_OK)
         err = motion_rig_camera(table->camera, axis_q32 + 1, &inside);
-    if (err < 0)
+    if (err != MOTION_OK)
         return err;
     back = motion_quat_about(
         turntable_up, motion_trig_diff(0, motion_trig_from_deg_q32(at_q32)));
@@ -60,7 +60,9 @@ static int turntable_turn(const struct turntable_demand *demand,
             motion_trig_diff(motion_trig_atan2_real(from.x[1], from.x[0]),
                              demand->azimuth_turn),
             near_q32, &at_q32);
-    return err < 0 ? err : motion_axis_position(&table->axis, at_q32, axis_q32);
+    if (err != MOTION_OK)
+        return err;
+    return motion_axis_position(&table->axis, at_q32, axis_q32);
 }
 
 /* The subject in space. */

@@ -251,6 +251,15 @@ static struct matrix oracle(const struct motion_rig *rig, const int64_t *axis,
     return m;
 }
 
+static double matrix_deviation(struct matrix a, struct matrix b)
+{
+    double worst = 0;
+
+    for (int i = 0; i < 9; i++)
+        worst = fmax(worst, fabs(a.m[i / 3][i % 3] - b.m[i / 3][i % 3]));
+    return worst;
+}
+
 static void cameras_are_where_the_matrices_say(void **state)
 {
     (void)state;
@@ -266,17 +275,13 @@ static void cameras_are_where_the_matrices_say(void **state)
         if (n % KINDS == GANTRY) /* racked */
             axis_q32[1] += q32_of(uniform(-300, 300));
         assert_int_equal(motion_rig_camera(&rig, axis_q32, &camera), MOTION_OK);
-        const struct matrix want = oracle(&rig, axis_q32, pupil),
-                            got = matrix_of(camera.q);
+        const struct matrix want = oracle(&rig, axis_q32, pupil);
         for (int i = 0; i < 3; i++) {
             if (!(fabs(pupil[i] - number_of(camera.pupil.x[i])) <= 1e-8))
                 fail_msg("kind %d: pupil %d is off by %g", n % KINDS, i,
                          pupil[i] - number_of(camera.pupil.x[i]));
-            for (int k = 0; k < 3; k++) {
-                if (!(fabs(want.m[i][k] - got.m[i][k]) <= 1e-11))
-                    fail_msg("kind %d: rotation %d %d", n % KINDS, i, k);
-            }
         }
+        assert_true(matrix_deviation(want, matrix_of(camera.q)) <= 1e-11);
     }
 }
 
