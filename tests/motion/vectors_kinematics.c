@@ -1,105 +1,17 @@
 /* tests/motion/vectors_kinematics.c - kinematics.json: camera rigs and arms
  * forward, inverse, and what they must refuse; see vectors.h.  A row per case
  * tells its rows, its refused demands and the worst deviations. */
-#include "motion/core/err.h"
-#include "tests/motion/vectors_rig.h"
+#include "tests/motion/vectors_demand.h"
 
 #define TOL_MM   1e-6
 #define TOL_DEG  1e-7
 #define TOL_QUAT 2e-9
 #define TOL_JAC  1e-6 /* of the largest entry */
 
-/* The numbers of one row, by the names of their columns. */
-struct sheet {
-    const cJSON *names, *values;
-};
-
 struct worst {
     unsigned rows, refused;
     double mm, deg, quat, jacobian;
 };
-
-struct answer {
-    int64_t axis_q32[RIG_AXES_MAX];
-    struct motion_camera camera; /* or the flange */
-    struct motion_real distance, depth;
-    int64_t focal_q32;
-};
-
-/* --- a row ----------------------------------------------------------------- */
-
-static bool sheet_get(const struct sheet *sheet, const char *name, double *to)
-{
-    const int n = cJSON_GetArraySize(sheet->names);
-
-    for (int i = 0; i < n; i++) {
-        const cJSON *const value = cJSON_GetArrayItem(sheet->values, i);
-        if (strcmp(vectors_string(cJSON_GetArrayItem(sheet->names, i)), name) ==
-            0) {
-            *to = vectors_value(value);
-            return cJSON_IsNumber(value);
-        }
-    }
-    return false;
-}
-
-static bool sheet_q32(const struct sheet *sheet, const char *name, int64_t *to)
-{
-    double a;
-
-    if (!sheet_get(sheet, name, &a))
-        return false;
-    *to = vectors_q32(a);
-    return true;
-}
-
-static bool sheet_point(const struct sheet *sheet, const char *x, const char *y,
-                        const char *z, struct motion_vec *point)
-{
-    double a[3];
-
-    if (!sheet_get(sheet, x, &a[0]) || !sheet_get(sheet, y, &a[1]) ||
-        !sheet_get(sheet, z, &a[2]))
-        return false;
-    *point = vectors_vec(a);
-    return true;
-}
-
-static bool sheet_pupil(const struct sheet *sheet, struct motion_vec *point)
-{
-    return sheet_point(sheet, "px", "py", "pz", point);
-}
-
-static bool sheet_subject(const struct sheet *sheet, struct motion_vec *point)
-{
-    return sheet_point(sheet, "sx", "sy", "sz", point);
-}
-
-static bool sheet_quat(const struct sheet *sheet, struct motion_quat *q)
-{
-    static const char *const name[4] = { "qw", "qx", "qy", "qz" };
-    int64_t q62[4];
-    double a;
-
-    for (int i = 0; i < 4; i++) {
-        if (!sheet_get(sheet, name[i], &a) || fabs(a) > 1)
-            return false;
-        q62[i] = (int64_t)llrint(ldexp(a, 62));
-    }
-    return motion_quat_unit(q62, q) == MOTION_OK;
-}
-
-/* The axes that have a column; the others keep their position. */
-static void sheet_axes(const struct sheet *sheet, const struct vectors_rig *rig,
-                       const char *prefix, int64_t *axis_q32)
-{
-    char name[32];
-
-    for (int i = 0; i < rig->axes; i++) {
-        snprintf(name, sizeof name, "%s%s", prefix, rig->name[i]);
-        (void)sheet_q32(sheet, name, &axis_q32[i]);
-    }
-}
 
 /* --- deviations ------------------------------------------------------------- */
 
@@ -169,174 +81,16 @@ static bool judge(const struct vectors_rig *rig, const struct sheet *out,
     for (int i = 0; i < n; i++) {
         const char *const name =
             vectors_string(cJSON_GetArrayItem(out->names, i));
-        if (!sheet_get(out, name, &want) ||
+        if (!vectors_sheet_get(out, name, &want) ||
             !judge_column(rig, name, want, got, worst))
             return false;
     }
-    if (sheet_pupil(out, &pupil))
+    if (vectors_sheet_pupil(out, &pupil))
         vectors_worst(&worst->mm, vec_deviation(pupil, got->camera.pupil));
-    if (sheet_quat(out, &q))
+    if (vectors_sheet_quat(out, &q))
         vectors_worst(&worst->quat, quat_deviation(q, got->camera.q));
     worst->rows++;
     return true;
-}
-
-/* --- forward ---------------------------------------------------------------- */
-
-static int rig_camera(const struct vectors_rig *rig, const int64_t *axis_q32,
-                      struct motion_camera *camera)
-{
-    struct motion_pose flange;
-    int err;
-
-    if (rig->sort == RIG_CAMERA)
-        return motion_rig_camera(&rig->camera, axis_q32, camera);
-    if (rig->sort == RIG_TABLE)
-        return motion_turntable_camera(&rig->table, axis_q32, camera);
-    err = motion_arm_flange(&rig->arm, axis_q32, &flange);
-    *camera = (struct motion_camera){ flange.origin, flange.q };
-    return err;
-}
-
-static int forward(const struct vectors_rig *rig, const struct sheet *in,
-                   const int64_t *before_q32, struct answer *got)
-{
-    struct motion_vec subject;
-    const bool has_subject = sheet_subject(in, &subject);
-    int err;
-
-    sheet_axes(in, rig, "", got->axis_q32);
-    if (rig->has_zoom && has_subject)
-        return motion_dolly_zoom_focal(&rig->zoom, subject, before_q32,
-                                       got->axis_q32, &got->focal_q32,
-                                       &got->distance);
-    err = rig_camera(rig, got->axis_q32, &got->camera);
-    if (has_subject && err == MOTION_OK)
-        motion_camera_distance(&got->camera, subject, &got->distance,
-                               &got->depth);
-    return err;
-}
-
-static int tool_camera(const struct vectors_rig *rig, const struct sheet *in,
-                       const int64_t *before_q32, struct answer *got)
-{
-    (void)before_q32;
-    sheet_axes(in, rig, "", got->axis_q32);
-    return motion_arm_camera(&rig->arm, &rig->tool, got->axis_q32,
-                             &got->camera);
-}
-
-/* --- demands ---------------------------------------------------------------- */
-
-/* A demand that lacks a column is answered by this. */
-#define MALFORMED MOTION_E_EMPTY
-
-static int track(const struct vectors_rig *rig, const struct sheet *in,
-                 const int64_t *before_q32, struct answer *got)
-{
-    struct motion_vec subject;
-
-    if (rig->sort != RIG_CAMERA || !sheet_subject(in, &subject))
-        return MALFORMED;
-    sheet_axes(in, rig, "", got->axis_q32);
-    return motion_rig_track(&rig->camera, subject, before_q32, got->axis_q32,
-                            &got->distance);
-}
-
-static int pose(const struct vectors_rig *rig, const struct sheet *in,
-                const int64_t *before_q32, struct answer *got)
-{
-    struct motion_camera camera;
-
-    if (rig->sort != RIG_CAMERA || !sheet_pupil(in, &camera.pupil) ||
-        !sheet_quat(in, &camera.q))
-        return MALFORMED;
-    return motion_rig_pose(&rig->camera, &camera, before_q32, got->axis_q32);
-}
-
-static int view(const struct vectors_rig *rig, const struct sheet *in,
-                const int64_t *before_q32, struct answer *got)
-{
-    struct motion_camera camera;
-    struct motion_vec pupil, subject;
-    int err;
-
-    if (rig->sort != RIG_CAMERA || !sheet_pupil(in, &pupil) ||
-        !sheet_subject(in, &subject))
-        return MALFORMED;
-    err = motion_rig_level_view(pupil, subject, &camera);
-    return err < 0 ? err
-                   : motion_rig_pose(&rig->camera, &camera, before_q32,
-                                     got->axis_q32);
-}
-
-static int relative(const struct vectors_rig *rig, const struct sheet *in,
-                    const int64_t *before_q32, struct answer *got)
-{
-    int64_t azimuth_q32, radius_q32;
-    const bool has_radius = sheet_q32(in, "radius", &radius_q32);
-
-    if (rig->sort != RIG_TABLE || !sheet_q32(in, "azimuth", &azimuth_q32))
-        return MALFORMED;
-    return motion_turntable_relative(&rig->table, azimuth_q32,
-                                     has_radius ? &radius_q32 : NULL,
-                                     before_q32, got->axis_q32, &got->distance);
-}
-
-static int flange(const struct vectors_rig *rig, const struct sheet *in,
-                  const int64_t *before_q32, struct answer *got)
-{
-    const int64_t zero_q32[RIG_AXES_MAX] = { 0 };
-    struct motion_pose at;
-
-    if (rig->sort != RIG_ARM || !sheet_pupil(in, &at.origin) ||
-        !sheet_quat(in, &at.q))
-        return MALFORMED;
-    return motion_arm_inverse(&rig->arm, &at,
-                              before_q32 != NULL ? before_q32 : zero_q32,
-                              got->axis_q32);
-}
-
-static int focal(const struct vectors_rig *rig, const struct sheet *in,
-                 const int64_t *before_q32, struct answer *got)
-{
-    struct motion_vec subject;
-    int64_t focal_q32;
-
-    if (!rig->has_zoom || !sheet_subject(in, &subject) ||
-        !sheet_q32(in, "focal", &focal_q32))
-        return MALFORMED;
-    return motion_dolly_zoom_slide(&rig->zoom, focal_q32, subject, before_q32,
-                                   got->axis_q32, &got->distance);
-}
-
-static int dolly_zoom(const struct vectors_rig *rig, const struct sheet *in,
-                      const int64_t *before_q32, struct answer *got)
-{
-    int err = rig->has_zoom ? forward(rig, in, before_q32, got) : MALFORMED;
-
-    return err < 0 ? err : motion_dolly_zoom_check(&rig->zoom, got->focal_q32);
-}
-
-typedef int demand_function(const struct vectors_rig *rig,
-                            const struct sheet *in, const int64_t *before_q32,
-                            struct answer *got);
-static const struct {
-    const char *name;
-    demand_function *answer;
-} demands[] = {
-    { "track", track },           { "pose", pose },     { "view", view },
-    { "relative", relative },     { "flange", flange }, { "focal", focal },
-    { "dolly zoom", dolly_zoom },
-};
-
-static demand_function *demand_named(const char *name)
-{
-    for (size_t i = 0; i < sizeof demands / sizeof demands[0]; i++) {
-        if (strcmp(name, demands[i].name) == 0)
-            return demands[i].answer;
-    }
-    return NULL;
 }
 
 /* --- sequences -------------------------------------------------------------- */
@@ -348,13 +102,13 @@ static bool read_start(const struct vectors_rig *rig, const cJSON *start,
 {
     const struct sheet sheet = { out, start };
 
-    sheet_axes(&sheet, rig, "", before_q32);
+    vectors_sheet_axes(&sheet, rig, "", before_q32);
     return cJSON_GetArraySize(start) <= cJSON_GetArraySize(out);
 }
 
 static bool run_rows(const struct vectors_rig *rig, const cJSON *group,
                      const cJSON *start, const char *branch,
-                     demand_function *answer, struct worst *worst)
+                     vectors_demand *answer, struct worst *worst)
 {
     const cJSON *const in_names = vectors_get(group, "in"),
                        *const out_names = vectors_get(group, "out"), *row;
@@ -373,7 +127,7 @@ static bool run_rows(const struct vectors_rig *rig, const cJSON *group,
         int err;
 
         if (is_near)
-            sheet_axes(&in, rig, "start_", before_q32);
+            vectors_sheet_axes(&in, rig, "start_", before_q32);
         err = answer(rig, &in, has_before ? before_q32 : NULL, &got);
         if (err < 0)
             fprintf(stderr, "row %u: %s\n", worst->rows + 1,
@@ -392,8 +146,8 @@ static bool run_inverse(const struct vectors_rig *rig, const cJSON *item,
 
     cJSON_ArrayForEach(group, vectors_get(item, "inverse"))
     {
-        demand_function *const answer =
-            demand_named(vectors_text(group, "demand"));
+        vectors_demand *const answer =
+            vectors_demand_named(vectors_text(group, "demand"));
         const char *const branch = vectors_text(group, "branch");
 
         if (answer == NULL ||
@@ -441,7 +195,7 @@ static bool run_jacobians(const struct vectors_rig *rig, const cJSON *group,
         struct motion_arm_jacobian jacobian;
         struct motion_pose at;
 
-        sheet_axes(&in, rig, "", axis_q32);
+        vectors_sheet_axes(&in, rig, "", axis_q32);
         if (rig->sort != RIG_ARM ||
             motion_arm_jacobian(&rig->arm, axis_q32, &at, &jacobian) < 0 ||
             !judge_jacobian(rig, &jacobian, cJSON_GetArrayItem(row, 1), worst))
@@ -461,13 +215,14 @@ static bool is_met(const struct vectors_rig *rig, const struct sheet *in,
     struct motion_vec point;
     struct motion_quat q;
 
-    if (rig_camera(rig, got->axis_q32, &camera) < 0)
+    if (vectors_rig_camera(rig, got->axis_q32, &camera) < 0)
         return false;
-    if (sheet_pupil(in, &point) && vec_deviation(point, camera.pupil) > TOL_MM)
+    if (vectors_sheet_pupil(in, &point) &&
+        vec_deviation(point, camera.pupil) > TOL_MM)
         return false;
-    if (sheet_quat(in, &q) && quat_deviation(q, camera.q) > TOL_QUAT)
+    if (vectors_sheet_quat(in, &q) && quat_deviation(q, camera.q) > TOL_QUAT)
         return false;
-    if (rig->sort == RIG_CAMERA && sheet_subject(in, &point)) {
+    if (rig->sort == RIG_CAMERA && vectors_sheet_subject(in, &point)) {
         motion_camera_distance(&camera, point, &distance, &depth);
         /* off the ray by sqrt(distance^2 - depth^2) */
         const double a = vectors_double(distance), b = vectors_double(depth);
@@ -487,8 +242,8 @@ static bool run_refused(const struct vectors_rig *rig, const cJSON *item,
                                   vectors_get(line, "row") };
         const bool is_singular =
             strcmp(vectors_text(line, "reason"), "singular") == 0;
-        demand_function *const answer =
-            demand_named(vectors_text(line, "demand"));
+        vectors_demand *const answer =
+            vectors_demand_named(vectors_text(line, "demand"));
         struct answer got = { .focal_q32 = 0 };
         const int err =
             answer != NULL ? answer(rig, &in, NULL, &got) : MALFORMED;
@@ -520,9 +275,10 @@ static bool run_case(const cJSON *item, struct worst *worst)
     }
     return (ahead == NULL ||
             run_rows(&rig, ahead, start, start != NULL ? "continuity" : "",
-                     forward, worst)) &&
-           (camera == NULL || (rig.has_tool && run_rows(&rig, camera, NULL, "",
-                                                        tool_camera, worst))) &&
+                     vectors_rig_forward, worst)) &&
+           (camera == NULL ||
+            (rig.has_tool &&
+             run_rows(&rig, camera, NULL, "", vectors_rig_tool, worst))) &&
            run_jacobians(&rig, vectors_get(item, "jacobian"), worst) &&
            run_inverse(&rig, item, worst) && run_refused(&rig, item, worst) &&
            worst->rows + worst->refused > 0;
