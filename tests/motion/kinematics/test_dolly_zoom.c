@@ -32,8 +32,8 @@ static void the_subject_keeps_its_size(void **state)
     (void)state;
     seed_from(__func__);
     for (int n = 0; n < ROUNDS; n++) {
-        int64_t at_q32[4] = { 0 }, axis_q32[4] = { 0 }, before_q32[4],
-                got_q32[4] = { 0 }, focal_q32;
+        int64_t at_q32[4] = { 0 }, axis_q32[4] = { 0, 0, 0, 99 }, before_q32[4],
+                got_q32[4] = { 0, 0, 0, 99 }, focal_q32;
         struct motion_real at, distance, depth, again;
         struct motion_camera camera;
         struct scene scene;
@@ -61,6 +61,7 @@ static void the_subject_keeps_its_size(void **state)
         if (motion_dolly_zoom_slide(&scene.zoom, focal_q32, subject, before_q32,
                                     got_q32, &distance) < 0)
             fail_msg("round %d: no way back", n);
+        assert_true(axis_q32[3] == 0 && got_q32[3] == 0); /* roll */
         assert_true(fabs(number_of(distance) - number_of(again)) < 1e-6);
         /* where the slide passes the subject a rounding of the focal length is
          * a tenth of a millimetre */

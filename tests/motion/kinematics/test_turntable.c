@@ -3,7 +3,7 @@
 #include "motion/kinematics/turntable.h"
 #include "tests/motion/kinematics/rig_random.h"
 
-#define ROUNDS 1000
+#define ROUNDS 4000
 
 struct scene {
     struct motion_rig camera;
