@@ -206,11 +206,23 @@ static bool run_jacobians(const struct vectors_rig *rig, const cJSON *group,
 
 /* --- refused ---------------------------------------------------------------- */
 
+/* Is the point on the ray along the view? */
+static bool is_in_the_middle(const struct motion_camera *camera,
+                             struct motion_vec point)
+{
+    const struct motion_vec to = motion_vec_sub(point, camera->pupil);
+    const struct motion_vec view = motion_vec_from_dir(motion_quat_turn(
+        camera->q, (struct motion_dir){ { 0, 0, -((int64_t)1 << 62) } }));
+
+    return vectors_double(motion_vec_dot(to, view)) > 0 &&
+           vectors_double(motion_vec_length(motion_vec_cross(to, view))) <=
+               TOL_MM;
+}
+
 /* Do these axes meet the demand after all? */
 static bool is_met(const struct vectors_rig *rig, const struct sheet *in,
                    const struct answer *got)
 {
-    struct motion_real distance, depth;
     struct motion_camera camera;
     struct motion_vec point;
     struct motion_quat q;
@@ -222,13 +234,20 @@ static bool is_met(const struct vectors_rig *rig, const struct sheet *in,
         return false;
     if (vectors_sheet_quat(in, &q) && quat_deviation(q, camera.q) > TOL_QUAT)
         return false;
-    if (rig->sort == RIG_CAMERA && vectors_sheet_subject(in, &point)) {
-        motion_camera_distance(&camera, point, &distance, &depth);
-        /* off the ray by sqrt(distance^2 - depth^2) */
-        const double a = vectors_double(distance), b = vectors_double(depth);
-        return b > 0 && fabs(a * a - b * b) <= TOL_MM * TOL_MM + 1e-9 * a * a;
-    }
-    return true;
+    return rig->sort != RIG_CAMERA || !vectors_sheet_subject(in, &point) ||
+           is_in_the_middle(&camera, point);
+}
+
+/* Out of reach must be refused as such, or by a limit; what is singular may be
+ * answered after all. */
+static bool is_refused(const struct vectors_rig *rig, bool is_singular, int err,
+                       const struct sheet *in, const struct answer *got)
+{
+    if (err == MALFORMED)
+        return false;
+    if (is_singular)
+        return err < 0 || is_met(rig, in, got);
+    return err == MOTION_E_UNREACHABLE || err == MOTION_E_LIMIT;
 }
 
 static bool run_refused(const struct vectors_rig *rig, const cJSON *item,
@@ -248,9 +267,7 @@ static bool run_refused(const struct vectors_rig *rig, const cJSON *item,
         const int err =
             answer != NULL ? answer(rig, &in, NULL, &got) : MALFORMED;
 
-        if (is_singular ? err != MOTION_E_SINGULAR &&
-                              !(err == MOTION_OK && is_met(rig, &in, &got))
-                        : err != MOTION_E_UNREACHABLE) {
+        if (!is_refused(rig, is_singular, err, &in, &got)) {
             fprintf(stderr, "%s: answered with \"%s\"\n",
                     vectors_text(line, "note"), motion_err_text(err));
             return false;
