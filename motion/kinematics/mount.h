@@ -2,8 +2,8 @@
  * direction and zero of an axis, and the place where a head is mounted.
  *
  * Positions of axes are Q32.32, in degrees where they turn and in the rig's unit
- * of length (mm, m) where they slide; points are motion_vec in that unit.  Space
- * is right-handed, z up.
+ * of length (mm, m) where they slide; points are motion_vec in that unit, the
+ * origin motion_vec_zero() and not zero bytes.  Space is right-handed, z up.
  * A rotation of the camera is a quaternion from its own frame (x right, y up, z
  * backwards) into space, as in quat.h.  Plan-time. */
 #ifndef MOTION_KINEMATICS_MOUNT_H

@@ -318,6 +318,9 @@ int vectors_kinematics(const cJSON *file, struct vectors_row *rows,
         }
         struct vectors_row *const row = &rows[count++];
         const bool is_whole = run_case(item, &worst);
+        if (!is_whole)
+            fprintf(stderr, "%s: not computed to its end\n",
+                    vectors_text(item, "name"));
         (void)vectors_number(item, "tol_deg", &tol_deg);
         snprintf(row->method, sizeof row->method, "%s",
                  vectors_text(item, "name"));
