@@ -24,7 +24,10 @@
     X(MOTION_E_AWAY, -14, "an axis is not where the motion begins")            \
     X(MOTION_E_UNHOMED, -15, "an axis has not been homed")                     \
     X(MOTION_E_UNREACHABLE, -16, "no position of the axes does this")          \
-    X(MOTION_E_SINGULAR, -17, "an axis is not determined in this place")
+    X(MOTION_E_SINGULAR, -17, "a direction or rate is not determined there")   \
+    X(MOTION_E_TOLERANCE, -18, "the tolerance cannot be met")                  \
+    X(MOTION_E_DISCONTINUITY, -19, "position or velocity would jump")          \
+    X(MOTION_E_DIVERGED, -20, "an iteration does not converge")
 
 enum motion_err {
     MOTION_OK = 0,

@@ -535,7 +535,7 @@ static int bake_stretch(struct bake *bake, int64_t low, int64_t high)
             return err;
         change = change > 14 ? 14 : change;
         if (step * change / 16 < bake->shortest)
-            return err < 0 ? err : MOTION_E_LIMIT;
+            return err < 0 ? err : MOTION_E_TOLERANCE;
         step = step * change / 16;
         err = MOTION_OK;
     }

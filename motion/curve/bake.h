@@ -75,8 +75,8 @@ struct motion_bake_report {
 /* Append the motion to the tracks, one per axis, all with the same times.  The
  * motion must start where the tracks end (2^-30 unit; what there is beyond is
  * part of the bound).  MOTION_E_ARG for a bad job or another start,
- * MOTION_E_ORDER for borders that do not increase, MOTION_E_LIMIT when the
- * tolerance is not reached with the shortest segment; MOTION_E_WORK beyond the
+ * MOTION_E_ORDER for borders that do not increase, MOTION_E_TOLERANCE when
+ * that is not met with the shortest segment; MOTION_E_WORK beyond the
  * evaluations allowed; MOTION_E_FULL, MOTION_E_RANGE as motion_track_append_*;
  * all tracks are unchanged then, and of `report`, which may be NULL, the
  * evaluations alone are filled in. */

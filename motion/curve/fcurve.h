@@ -175,10 +175,11 @@ struct motion_fcurve_report {
 
 /* Append the curve to a track that ends where the curve is at the start of the
  * range (2^-30 unit).  `report` may be NULL.
- *   MOTION_E_LIMIT  the curve steps at the key, or its velocity or acceleration
- *                   is not finite there or too steep to be baked in the span
- *                   that starts there: a machine cannot follow
- *   MOTION_E_ARG    an empty range, kinds that do not exist, or another start
+ *   MOTION_E_DISCONTINUITY  the curve steps at the key
+ *   MOTION_E_SINGULAR       its velocity or acceleration is not finite there
+ *   MOTION_E_TOLERANCE      the span that starts there is too steep to be baked
+ *   MOTION_E_ARG            an empty range, kinds that do not exist, or another
+ *                           start
  * and the errors of motion_fcurve_at, motion_bake and motion_track_append_*.
  * On an error the track is as before. */
 int motion_fcurve_append(struct motion_track *track,

@@ -245,7 +245,7 @@ static int fcurve_source(void *context, int64_t t, enum motion_bake_side side,
     if (rc != MOTION_OK)
         return rc;
     if (value.steep)
-        return MOTION_E_LIMIT;
+        return MOTION_E_SINGULAR;
     point->pos = motion_real_add(value.pos, piece->residual[0]);
     point->pos = motion_real_add(point->pos, motion_real_mul(past, slant));
     point->vel = motion_real_add(
@@ -304,8 +304,8 @@ static struct motion_real fcurve_end(const struct motion_track *track)
                            motion_real_from_u64(track->end_frac, -96));
 }
 
-/* How far the limit misses what is shown there; MOTION_E_LIMIT where that is a
- * step, and not rounding, also of the time of a cut: `vel` is how fast the
+/* How far the limit misses what is shown there; MOTION_E_DISCONTINUITY where
+ * that is a step, and not rounding, also of the time of a cut: `vel` is how fast the
  * curve is there. */
 static int fcurve_residual(const struct fcurve_append *append,
                            const struct fcurve_piece *piece,
@@ -324,7 +324,7 @@ static int fcurve_residual(const struct fcurve_append *append,
     *residual = motion_real_sub(shown, limit);
     return motion_real_cmp(motion_real_abs(*residual), allowed) <= 0
                ? MOTION_OK
-               : MOTION_E_LIMIT;
+               : MOTION_E_DISCONTINUITY;
 }
 
 /* What the track shows at the start must be the curve's limit there. */
@@ -375,7 +375,7 @@ static int fcurve_append_piece(struct fcurve_append *append,
     append->report->failed =
         piece->start.steep || !piece->end.steep ? piece->first : piece->last;
     if (piece->start.steep || piece->end.steep)
-        return MOTION_E_LIMIT;
+        return MOTION_E_SINGULAR;
     degree = fcurve_degree(piece);
     return degree > 0 ? fcurve_append_poly(append, piece, degree)
                       : fcurve_append_baked(append, piece);

@@ -51,7 +51,7 @@ int motion_pose_add(struct motion_track *sum, const struct motion_track *a,
  * weight and moves together are at most five, within 2^-38 unit; else baked to
  * `tolerance_q32` (> 0; 2^-30 unit is the least that can be reached), with as
  * many segments as that needs.  *bound, when not NULL, is what is promised for
- * the whole.  MOTION_E_LIMIT when a tolerance is not reached; others as
+ * the whole.  MOTION_E_TOLERANCE when that cannot be met; others as
  * motion_pose_sum. */
 int motion_pose_fade(struct motion_track *fade, const struct motion_track *from,
                      const struct motion_track *to,

@@ -245,7 +245,7 @@ int motion_frame_carry(const struct motion_curve *curve, int64_t from,
         int64_t off = 0;
 
         if (i == FRAME_STEPS_MAX)
-            return MOTION_E_LIMIT;
+            return MOTION_E_WORK;
         if (step > left)
             step = left;
         err = frame_try(&next, step, &off);

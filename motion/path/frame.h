@@ -92,7 +92,7 @@ int motion_frame_table(const struct motion_curve *curve, const int64_t *u,
  * extrapolation, so that the error of a step is well below the tolerance.
  * A step is at most 1/256 of the curve: what turns and turns back within that
  * is not seen, so carry a curve of many pieces piece by piece.
- * MOTION_E_LIMIT after 2^20 steps, MOTION_E_ARG for a tolerance out of range or
+ * MOTION_E_WORK after 2^20 steps, MOTION_E_ARG for a tolerance out of range or
  * parameters outside the curve. */
 int motion_frame_carry(const struct motion_curve *curve, int64_t from,
                        int64_t to, int64_t tolerance_q62,

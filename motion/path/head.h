@@ -76,7 +76,7 @@ struct motion_head_bake {
  * f' in the middle of a stretch, 1 / 7 at its ends.  Within a 64th of a stretch
  * no axis may turn by half a turn.
  *   head   where to go on from, and then where it ended
- * MOTION_E_LIMIT when the shortest segment is not good enough, MOTION_E_ARG,
+ * MOTION_E_TOLERANCE when the shortest segment does not meet it, MOTION_E_ARG,
  * MOTION_E_ORDER for borders, MOTION_E_RANGE for borders less than 16 ns apart,
  * MOTION_E_FULL, or what the turning or the tracks return; tracks and head are
  * unchanged on an error. */

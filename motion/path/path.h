@@ -11,7 +11,7 @@
  *
  * At a point where the curve turns back (a cusp) or rests (P' = 0, not
  * straight) the curvature is infinite: it can be driven only where the law
- * rests there too, else the baking ends with MOTION_E_LIMIT.  Plan-time. */
+ * rests there too, else the baking ends with MOTION_E_TOLERANCE.  Plan-time. */
 #ifndef MOTION_PATH_PATH_H
 #define MOTION_PATH_PATH_H
 

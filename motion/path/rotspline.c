@@ -277,7 +277,7 @@ static int rotspline_solve(struct motion_rotkey *key, uint32_t count,
                             motion_real_scale(largest, ROTSPLINE_SETTLED)) <= 0)
             return MOTION_OK;
     }
-    return rounds > 0 ? MOTION_OK : MOTION_E_LIMIT;
+    return rounds > 0 ? MOTION_OK : MOTION_E_DIVERGED;
 }
 
 /* --- public -------------------------------------------------------------- */

@@ -46,7 +46,7 @@ struct motion_rotspline {
 /* Fill in the keys (t and q are read and kept) and point at them.  Linear in
  * count.  Returns MOTION_OK; MOTION_E_EMPTY below one key, MOTION_E_ORDER when
  * times do not increase, MOTION_E_ARG for an end rule that does not exist,
- * MOTION_E_LIMIT when the iteration does not settle.
+ * MOTION_E_DIVERGED when the iteration does not settle.
  *   rounds   0: iterate until the rates are right to 2^-44, at most 200 times;
  *            a settled acceleration does not step.  Else stop after so many and
  *            say MOTION_OK: near half turns per span a round may gain less than

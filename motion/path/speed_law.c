@@ -387,7 +387,7 @@ int motion_speed_append(struct motion_track *law,
 
         if (err == MOTION_OK && joint > 0 && law->count > joint &&
             !speed_matches(law, joint))
-            err = MOTION_E_LIMIT;
+            err = MOTION_E_DISCONTINUITY;
         if (err < 0) {
             *law = before;
             if (report)

@@ -70,8 +70,8 @@ struct motion_speed_part {
 
 /* Append parts to a law.  Where two join their speeds may differ by 2^-20 of
  * the larger.  What the track already holds is joined like a part; an empty
- * track may start with any speed.  MOTION_E_ARG for a bad part, MOTION_E_LIMIT
- * when speeds do not match, MOTION_E_ORDER for points whose times or distances
+ * track may start with any speed.  MOTION_E_ARG for a bad part,
+ * MOTION_E_DISCONTINUITY when speeds do not match, MOTION_E_ORDER for points whose times or distances
  * go back or a drawn track that does, MOTION_E_EMPTY for points or a drawn
  * track without anything, MOTION_E_FULL, MOTION_E_RANGE as
  * motion_track_append_*; the track is unchanged then, and report->bad is the

@@ -271,7 +271,7 @@ int move_bezier_pin(struct move *move, uint32_t i, bool fifth)
                              "it");
     rc = motion_fcurve_at(&move->handles, move->key[i].t_ns_q12, side, &value);
     if (rc != MOTION_OK || value.steep)
-        return move_fail_key(move, rc ? rc : MOTION_E_LIMIT, i,
+        return move_fail_key(move, rc ? rc : MOTION_E_SINGULAR, i,
                              "the velocity of bezier is infinite there, which "
                              "no machine can follow");
     if (!automatic)
@@ -357,8 +357,8 @@ static bool bezier_ends(const struct motion_fcurve *curve)
            (curve->after.mode != MOTION_FCURVE_ONCE && curve->after.count);
 }
 
-/* Why a machine cannot follow, at the key that motion_fcurve_append names. */
-static int bezier_fail_limit(const struct move *move, uint32_t key)
+/* Why the curve steps at the key that motion_fcurve_append names. */
+static int bezier_fail_step(const struct move *move, uint32_t key)
 {
     const struct motion_fcurve *curve = &move->handles;
     const struct motion_fcurve_key *at = &curve->key[key];
@@ -369,23 +369,22 @@ static int bezier_fail_limit(const struct move *move, uint32_t key)
     if (key > 0 && at[-1].interpolation == MOTION_FCURVE_CONSTANT &&
         at[-1].at.pos_q32 != at->at.pos_q32)
         return move_fail_key(
-            move, MOTION_E_LIMIT, key,
+            move, MOTION_E_DISCONTINUITY, key,
             "constant keeps %.9g until here, where it would jump by %.9g, "
             "which no machine can",
             move_units(at[-1].at.pos_q32),
             move_units(at->at.pos_q32) - move_units(at[-1].at.pos_q32));
     if (end && apart && bezier_repeats(curve))
-        return move_fail_key(move, MOTION_E_LIMIT, key,
+        return move_fail_key(move, MOTION_E_DISCONTINUITY, key,
                              "a cycle would jump here, as it does not end "
                              "where it starts; repeat-offset would not");
     if (end && bezier_ends(curve) &&
         (apart || curve->extrapolation == MOTION_FCURVE_LINE))
-        return move_fail_key(move, MOTION_E_LIMIT, key,
+        return move_fail_key(move, MOTION_E_DISCONTINUITY, key,
                              "where its cycles end it would jump back to this "
                              "key, expected an earlier until or more cycles");
-    return move_fail_key(move, MOTION_E_LIMIT, key,
-                         "the velocity or acceleration is infinite, or too "
-                         "steep, which no machine can follow");
+    return move_fail_key(move, MOTION_E_DISCONTINUITY, key,
+                         "the curve would jump here, which no machine can");
 }
 
 static int bezier_fail_full(const struct move *move)
@@ -396,8 +395,12 @@ static int bezier_fail_full(const struct move *move)
 
 static int bezier_fail(const struct move *move, int code, uint32_t key)
 {
-    if (code == MOTION_E_LIMIT)
-        return bezier_fail_limit(move, key);
+    if (code == MOTION_E_DISCONTINUITY)
+        return bezier_fail_step(move, key);
+    if (code == MOTION_E_SINGULAR || code == MOTION_E_TOLERANCE)
+        return move_fail_key(move, code, key,
+                             "the velocity or acceleration is infinite, or too "
+                             "steep, which no machine can follow");
     if (code == MOTION_E_FULL)
         return bezier_fail_full(move);
     return move_fail_key(

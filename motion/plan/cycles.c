@@ -186,7 +186,7 @@ static int cycles_meet(const struct cycles *self, uint32_t number, bool turns,
     struct motion_key key = begin->key;
 
     if (end->key.pos_q32 != key.pos_q32)
-        return move_fail_key(self->move, MOTION_E_LIMIT, number,
+        return move_fail_key(self->move, MOTION_E_DISCONTINUITY, number,
                              "a cycle would jump here, as it does not end "
                              "where it starts; repeat-offset would not");
     if (cycles_differs(end->key.has_vel, end->key.vel, key.has_vel, key.vel))

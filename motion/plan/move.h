@@ -228,8 +228,8 @@ struct plan_error {
  * or rounds corners it is MOTION_E_ARG.  Only linear steps beside another
  * curve.  A bezier handle of the kinds AUTO and CLAMPED turns to that velocity;
  * any other says it, and its acceleration, and what rests, or rounds corners,
- * beside another velocity is MOTION_E_ARG.  A bezier span whose curve steps, or
- * has no finite velocity, is MOTION_E_LIMIT.  Keys may be before the start of
+ * beside another velocity is MOTION_E_ARG.  A bezier span whose curve steps
+ * is MOTION_E_DISCONTINUITY, one without a finite velocity MOTION_E_SINGULAR.  Keys may be before the start of
  * the move where all spans are bezier.  Cycles of other curves than bezier are
  * keys that are repeated, and the curve goes through all of them, with its end
  * rules at the very first and last one; their end, and the start of the move

@@ -48,7 +48,7 @@ struct plan_other {
 #define PLAN_FADE_TOLERANCE_Q32 ((int64_t)1 << 5)
 
 /* Add the other's tracks, or fade to them: track[other->of[i]] becomes the sum,
- * or the fade, with `with[i]`.  MOTION_E_FULL, MOTION_E_RANGE, MOTION_E_LIMIT;
+ * or the fade, with `with[i]`.  MOTION_E_FULL, MOTION_E_RANGE, MOTION_E_TOLERANCE;
  * *error then, and the tracks as they were or already changed. */
 int plan_layer_tracks(const struct plan_other *layer,
                       const struct motion_track with[],

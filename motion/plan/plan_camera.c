@@ -145,7 +145,7 @@ static bool camera_cross(struct camera *self, struct motion_bake_point right[])
     return is_jump;
 }
 
-/* MOTION_E_LIMIT when the other side of a border was somewhere else. */
+/* MOTION_E_DISCONTINUITY when the other side of a border was somewhere else. */
 static int camera_see(struct camera *self, int64_t t,
                       enum motion_bake_side side,
                       struct motion_bake_point point[])
@@ -159,7 +159,7 @@ static int camera_see(struct camera *self, int64_t t,
         last->point[i] = point[i];
     last->t_ns_q12 = t;
     last->side = side;
-    return last->is_jump ? MOTION_E_LIMIT : MOTION_OK;
+    return last->is_jump ? MOTION_E_DISCONTINUITY : MOTION_OK;
 }
 
 static void camera_tell(struct camera *self, int64_t t)
@@ -296,7 +296,7 @@ static int camera_refuse_jump(const struct camera *self)
 
     if (camera_view_at(self, t, MOTION_BAKE_LEFT, left) < 0 ||
         camera_view_at(self, t, MOTION_BAKE_RIGHT, right) < 0)
-        return plan_view_refuse(&self->view, MOTION_E_LIMIT);
+        return plan_view_refuse(&self->view, MOTION_E_DISCONTINUITY);
     for (int i = 0; i < MOTION_HEAD_AXES; i++) {
         const double jump =
             camera_real(motion_real_sub(right[i].pos, left[i].pos));
@@ -304,7 +304,7 @@ static int camera_refuse_jump(const struct camera *self)
         most = fabs(jump) > fabs(most) ? jump : most;
     }
     return plan_error_set(
-        self->error, MOTION_E_LIMIT, camera->look_place,
+        self->error, MOTION_E_DISCONTINUITY, camera->look_place,
         "at %.3f s the camera would have to %s by %.3g deg at once, where "
         "the path %s",
         camera_s(t), camera_axis_word[worst], most,
@@ -387,7 +387,7 @@ static int camera_refuse_fast(const struct camera *self)
         need = camera_needs(self, true);
     if (need.ratio <= 1)
         return plan_error_set(
-            self->error, MOTION_E_LIMIT, self->camera->place,
+            self->error, MOTION_E_TOLERANCE, self->camera->place,
             "at %.3f s the camera cannot be kept within its tolerance of "
             "%.3g deg: give a larger one",
             camera_s(self->last.t_ns_q12),
@@ -417,10 +417,11 @@ static int camera_refuse(const struct camera *self, int err)
                               "at %.3f s the camera comes to the point that it "
                               "looks at",
                               camera_s(self->last.t_ns_q12));
-    if (err != MOTION_E_LIMIT)
-        return plan_view_refuse(&self->view, err);
-    return self->last.is_jump ? camera_refuse_jump(self)
-                              : camera_refuse_fast(self);
+    if (err == MOTION_E_DISCONTINUITY)
+        return camera_refuse_jump(self);
+    if (err == MOTION_E_TOLERANCE)
+        return camera_refuse_fast(self);
+    return plan_view_refuse(&self->view, err);
 }
 
 static int camera_bake(struct camera *self, struct motion_track *list[],

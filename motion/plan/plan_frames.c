@@ -99,7 +99,7 @@ static int frames_grow(struct plan_frames *self, uint32_t *capacity)
     if (self->rows < *capacity)
         return MOTION_OK;
     if (*capacity >= FRAMES_ROWS_MAX)
-        return MOTION_E_LIMIT;
+        return MOTION_E_WORK;
     *capacity = *capacity == 0 ? FRAMES_STEPS : 2 * *capacity;
     row = realloc(self->row, *capacity * sizeof *row);
     if (row == NULL)
@@ -131,7 +131,7 @@ static int frames_next(struct plan_frames *self, int64_t *step_q32,
             return MOTION_OK;
         }
         if (step < 4)
-            return MOTION_E_LIMIT;
+            return MOTION_E_TOLERANCE;
     }
 }
 

@@ -25,8 +25,8 @@ struct plan_frames {
 };
 
 /* MOTION_E_STATE for a Frenet frame that does not exist somewhere;
- * MOTION_E_LIMIT where the path bends too sharply for a frame to be carried on;
- * MOTION_E_FULL. */
+ * MOTION_E_TOLERANCE where the path bends too sharply for a frame to be carried
+ * on; MOTION_E_WORK beyond 2^20 rows; MOTION_E_FULL. */
 int plan_frames_init(struct plan_frames *self);
 void plan_frames_free(struct plan_frames *self);
 

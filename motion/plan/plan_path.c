@@ -37,7 +37,7 @@ static int path_grow(struct motion_track *const list[], uint32_t axes)
 static int path_refuse(const struct plan_path *path, int code,
                        struct plan_error *error)
 {
-    if (code == MOTION_E_LIMIT)
+    if (code == MOTION_E_TOLERANCE)
         return plan_error_set(error, code, path->points.place,
                               "the path turns on the spot where the speed law "
                               "does not rest");

@@ -184,7 +184,7 @@ static int law_prepare(const struct law *self, uint32_t i,
 static int law_refuse(const struct law *self, uint32_t i, int err,
                       struct motion_real before, struct motion_real after)
 {
-    if (err == MOTION_E_LIMIT)
+    if (err == MOTION_E_DISCONTINUITY)
         return plan_error_set(self->error, err, self->part[i].place,
                               "part %u of the speed law starts at %.9g/s, but "
                               "the part before it ends at %.9g/s",

@@ -247,7 +247,7 @@ static void bad_jobs_are_refused_and_change_nothing(void **state)
     good.source.at = look_broken;
     refuses(MOTION_E_IO, CAPACITY);
     good.pos = real_of(1e-11L); /* below what the track can show */
-    refuses(MOTION_E_LIMIT, CAPACITY);
+    refuses(MOTION_E_TOLERANCE, CAPACITY);
     refuses(MOTION_E_FULL, 2);
 }
 

@@ -402,7 +402,7 @@ static void what_cannot_be_baked_leaves_the_tracks(void **state)
           jump_at,
           { border, 2, Q32 / 100, 0, 0 },
           SEGMENTS,
-          MOTION_E_LIMIT },
+          MOTION_E_TOLERANCE },
         { "its own error",
           broken_at,
           { border, 2, Q32 / 100, 0, 0 },

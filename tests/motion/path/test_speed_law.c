@@ -437,12 +437,12 @@ static void speeds_that_do_not_match_are_refused(void **state)
     assert_int_equal(report.bad, 99);
     const struct motion_track before = law;
     assert_int_equal(motion_speed_append(&law, parts + 2, 1, &report),
-                     MOTION_E_LIMIT);
+                     MOTION_E_DISCONTINUITY);
     assert_int_equal(report.bad, 0);
     assert_memory_equal(&law, &before, sizeof law);
     motion_track_init(&law, law_storage, CAPACITY, 0);
     assert_int_equal(motion_speed_append(&law, parts, 3, &report),
-                     MOTION_E_LIMIT);
+                     MOTION_E_DISCONTINUITY);
     assert_int_equal(report.bad, 2);
     assert_int_equal(law.count, 0);
 }

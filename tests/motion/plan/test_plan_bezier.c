@@ -190,19 +190,20 @@ static void what_would_jump_is_refused(void **state)
     (void)state;
     make_axis(3);
     handles[1].interpolation = MOTION_FCURVE_CONSTANT;
-    refused(MOTION_E_LIMIT, "key 3 of axis pan: constant keeps 10 until here, "
-                            "where it would jump by 20");
+    refused(MOTION_E_DISCONTINUITY,
+            "key 3 of axis pan: constant keeps 10 until here, "
+            "where it would jump by 20");
     keys[2].key.pos_q32 = keys[1].key.pos_q32;
     plan();
     near_to(pos_at(2.5), 10, 0);
     plan_track_free(&track);
     make_axis(2);
     free_to(&handles[0].right, 0, 5);
-    refused(MOTION_E_LIMIT, "key 1 of axis pan: the velocity");
+    refused(MOTION_E_SINGULAR, "key 1 of axis pan: the velocity");
     make_axis(2);
     axis.bezier.after =
         (struct motion_fcurve_cycles){ MOTION_FCURVE_REPEAT, 2 };
-    refused(MOTION_E_LIMIT, "a cycle would jump here");
+    refused(MOTION_E_DISCONTINUITY, "a cycle would jump here");
 }
 
 static void cycles_and_lines_go_on_until_the_end(void **state)

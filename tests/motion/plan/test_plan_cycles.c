@@ -322,7 +322,7 @@ static void what_cannot_repeat_is_refused(void **state)
             "none");
     make_axis(PLAN_CURVE_QUINTIC, MOTION_FCURVE_REPEAT, 2);
     keys[3].key.pos_q32 += 1;
-    refused(MOTION_E_LIMIT, 10,
+    refused(MOTION_E_DISCONTINUITY, 10,
             "key 1 of axis pan: a cycle would jump here, as it does not end "
             "where it starts; repeat-offset would not");
     make_axis(PLAN_CURVE_QUINTIC, MOTION_FCURVE_REPEAT, 2);
