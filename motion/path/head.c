@@ -94,6 +94,18 @@ int64_t motion_head_deg_q32(const struct motion_head *head,
            motion_trig_deg_q32(head->turn[axis]);
 }
 
+void motion_head_set_deg_q32(struct motion_head *head,
+                             enum motion_head_axis axis, int64_t deg_q32)
+{
+    const int64_t full = 360 * MOTION_FIXED_ONE_Q32;
+    const int64_t turn = motion_trig_from_deg_q32(deg_q32);
+    const int64_t whole = deg_q32 - motion_trig_deg_q32(turn);
+
+    head->turn[axis] = turn;
+    head->whole[axis] = (whole + (whole < 0 ? -full : full) / 2) / full;
+    head->valid = true;
+}
+
 struct motion_quat motion_head_quat(const int64_t turn[MOTION_HEAD_AXES])
 {
     const struct motion_dir right = { { HEAD_ONE_Q62, 0, 0 } };

@@ -43,6 +43,10 @@ int motion_head_follow(struct motion_head *head, struct motion_quat q);
 int64_t motion_head_deg_q32(const struct motion_head *head,
                             enum motion_head_axis axis);
 
+/* Set one, and that the head starts there; |deg| < 2^30. */
+void motion_head_set_deg_q32(struct motion_head *head,
+                             enum motion_head_axis axis, int64_t deg_q32);
+
 /* The rotation of three angles. */
 struct motion_quat motion_head_quat(const int64_t turn[MOTION_HEAD_AXES]);
 
@@ -66,6 +70,7 @@ struct motion_head_bake {
      * sixteenth of the stretch where that is shorter.  Wider for a turning with
      * noise: e degrees of it become 3 e / width^2 of acceleration. */
     int64_t stencil_ns_q12;
+    uint32_t evaluations; /* at most, as bake.h; 0: any number */
 };
 
 /* Append quintics to the tracks of pan, tilt and roll, which end where the
@@ -76,7 +81,7 @@ struct motion_head_bake {
  * f' in the middle of a stretch, 1 / 7 at its ends.  Within a 64th of a stretch
  * no axis may turn by half a turn.
  *   head   where to go on from, and then where it ended
- * MOTION_E_TOLERANCE when the shortest segment does not meet it, MOTION_E_ARG,
+ * MOTION_E_TOLERANCE when the shortest segment does not meet it, MOTION_E_WORK, MOTION_E_ARG,
  * MOTION_E_ORDER for borders, MOTION_E_RANGE for borders less than 16 ns apart,
  * MOTION_E_FULL, or what the turning or the tracks return; tracks and head are
  * unchanged on an error. */

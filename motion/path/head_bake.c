@@ -223,6 +223,7 @@ int motion_head_bake(const struct motion_head_bake *job,
         .acc = motion_real_zero(),
         .shortest_ns_q12 = job->shortest_ns_q12 != 0 ? job->shortest_ns_q12
                                                      : HEAD_BAKE_SHORTEST,
+        .evaluations = job->evaluations,
     };
     struct motion_bake_report report = { .segments = 0 };
     int err = head_bake_check(job);

@@ -67,8 +67,6 @@ static void golden_trig(void)
         golden_add(s);
         golden_add(c);
         golden_add(motion_trig_atan2(y, x));
-        golden_add(motion_trig_asin(x / 2));
-        golden_add(motion_trig_acos(x / 2));
         golden_add((int64_t)motion_trig_hypot(x, y));
         golden_add(motion_trig_from_deg_q32(y));
         golden_add(motion_trig_deg_q32(x));
@@ -187,7 +185,7 @@ static void golden_bake(void)
 {
     static struct motion_segment segment[MOTION_HEAD_AXES][16];
     static const int64_t border[2] = { 0, SECOND };
-    const struct motion_head_bake bake = { border, 2, UNIT / 1000, 0, 0 };
+    const struct motion_head_bake bake = { border, 2, UNIT / 1000, 0, 0, 0 };
     struct motion_quat key[2] = { MOTION_QUAT_ONE, { ONE, 0, 0, 0 } };
     const struct motion_turning turning = { golden_turning, key };
     struct motion_head head = { .valid = false };
