@@ -245,15 +245,6 @@ struct motion_bake_point motion_bake_track(const struct motion_track *track,
     return motion_bake_segment(segment, t_ns_q12 - segment->start_ns_q12);
 }
 
-struct motion_bake_point
-motion_bake_segment_real(const struct motion_segment *segment,
-                         struct motion_real dt_s)
-{
-    return bake_evaluate(
-        segment,
-        motion_real_div(dt_s, motion_bake_seconds(segment->dur_ns_q12)));
-}
-
 /* Bernstein ordinates of the quintic that has p, v, a of two places. */
 static void bake_bernstein(const struct motion_bake_point *a,
                            const struct motion_bake_point *b,

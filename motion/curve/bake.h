@@ -124,11 +124,6 @@ struct motion_bake_point motion_bake_track(const struct motion_track *track,
                                            int64_t t_ns_q12,
                                            enum motion_bake_side side);
 
-/* motion_bake_segment at a time in seconds, which need not be a multiple of 2^-12 ns. */
-struct motion_bake_point
-motion_bake_segment_real(const struct motion_segment *segment,
-                         struct motion_real dt_s);
-
 /* The powers of u = 0 .. 1 of a segment's polynomial, MOTION_TRACK_DEGREE + 1
  * of them. */
 void motion_bake_coefficients(const struct motion_segment *segment,

@@ -101,27 +101,6 @@ static uint32_t real_mulhi32(uint32_t a, uint32_t b)
     return (uint32_t)(((uint64_t)a * b) >> 32);
 }
 
-/* d = x 2^32, x in 1/2 .. 1: y = 2^30 / x from below, to 2^-28.  The quotient
- * by the upper half is good to 2^-14; one Newton step y <- y (2 - x y)
- * squares that. */
-static uint32_t real_inv32(uint32_t d)
-{
-    uint32_t y = (0x7fffffffu / ((d >> 16) + 1)) << 15;
-    uint32_t rest = (uint32_t)(0 - (((uint64_t)d * y) >> 30)); /* 1 - xy, Q32 */
-    return y + real_mulhi32(y, rest);
-}
-
-/* a = x 2^62 2^e: 1/a = y 2^-61 2^(-e - 62) with y = 2^61 / x. */
-struct motion_real motion_real_inv(struct motion_real a)
-{
-    int64_t x = a.m < 0 ? -a.m : a.m;
-    int64_t y = (int64_t)real_inv32((uint32_t)(x >> 30)) << 31;
-    /* 1 - x y, Q59 */
-    int64_t rest = ((int64_t)1 << 59) - motion_real_mulhi(x, y);
-    y += motion_real_mulhi(y, rest * 16) * 2;
-    return motion_real_make(a.m < 0 ? -y : y, -a.e - 123);
-}
-
 /* 1/sqrt(x), x in 1 .. 4 as Q30, result Q31, to 2^-26: from the middle of each
  * quarter (6 %), three Newton steps y <- y (3 - x y^2) / 2. */
 static uint32_t real_rsqrt32(uint32_t x)
@@ -149,14 +128,6 @@ struct motion_real motion_real_rsqrt(struct motion_real a)
         ((int64_t)1 << 54) - motion_real_mulhi(x, motion_real_mulhi(y, y));
     y += motion_real_mulhi(y, rest * 256) * 2;
     return motion_real_make(y, -61 - k);
-}
-
-/* a < 2^(62 + e): the exponent rounded up to a third in three steps. */
-struct motion_real motion_real_cbrt_above(struct motion_real a)
-{
-    static const int64_t root[3] = { 1073741824, 1352829927, 1704458901 };
-    int32_t e = a.e + 62 + 30000;
-    return motion_real_make(root[e % 3], e / 3 - 10000 - 30);
 }
 
 /* --- to integers ----------------------------------------------------------- */

@@ -9,10 +9,9 @@
  * +-30000 for any product of our formats; they are not checked.
  *
  * Relative error of one operation, of the larger operand where it adds:
- *   add, sub, mul                          2^-59
- *   div, sqrt, cbrt                        2^-58
- *   inv, rsqrt, div_quick, sqrt_quick      2^-52; no division, a fifth of the
- *                                          time on a Cortex-M4: for searches
+ *   add, sub, mul      2^-59
+ *   div, sqrt, cbrt    2^-58
+ *   rsqrt              2^-52; no division
  * Plan-time. */
 #ifndef MOTION_NUMBER_REAL_H
 #define MOTION_NUMBER_REAL_H
@@ -193,26 +192,8 @@ struct motion_real motion_real_div(struct motion_real a, struct motion_real b);
 struct motion_real motion_real_sqrt(struct motion_real a);
 struct motion_real motion_real_cbrt(struct motion_real a);
 
-/* 1 / a; a not zero.  1 / sqrt(a) for a > 0. */
-struct motion_real motion_real_inv(struct motion_real a);
+/* 1 / sqrt(a) for a > 0. */
 struct motion_real motion_real_rsqrt(struct motion_real a);
-
-static inline struct motion_real motion_real_div_quick(struct motion_real a,
-                                                       struct motion_real b)
-{
-    return motion_real_mul(a, motion_real_inv(b));
-}
-
-/* Zero for a <= 0. */
-static inline struct motion_real motion_real_sqrt_quick(struct motion_real a)
-{
-    return a.m <= 0 ? motion_real_zero()
-                    : motion_real_mul(a, motion_real_rsqrt(a));
-}
-
-/* A cube root of a > 0 that is not below it and at most 2^(1/3) too large: a
- * first guess, not an answer. */
-struct motion_real motion_real_cbrt_above(struct motion_real a);
 
 /* a * 2^bits as an integer: to nearest, ties away from zero; up; down.
  * MOTION_E_RANGE from +-2^63 on, *result is of no use then. */

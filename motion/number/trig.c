@@ -123,34 +123,6 @@ int64_t motion_trig_atan2_real(struct motion_real y, struct motion_real x)
     return motion_trig_atan2(ys, xs);
 }
 
-/* sqrt(1 - a^2) = sqrt((1 - a)(1 + a)), |a| <= 1 */
-static int64_t trig_other(int64_t a_q62)
-{
-    const uint64_t one = TRIG_ONE_Q62, a = (uint64_t)a_q62;
-
-    return (int64_t)motion_fixed_isqrt_u128(
-        motion_fixed_mul_u64(one - a, one + a));
-}
-
-static int64_t trig_clamp(int64_t a_q62)
-{
-    if (a_q62 > TRIG_ONE_Q62)
-        return TRIG_ONE_Q62;
-    return a_q62 < -TRIG_ONE_Q62 ? -TRIG_ONE_Q62 : a_q62;
-}
-
-int64_t motion_trig_asin(int64_t sin_q62)
-{
-    const int64_t s = trig_clamp(sin_q62);
-    return motion_trig_atan2(s, trig_other(s));
-}
-
-int64_t motion_trig_acos(int64_t cos_q62)
-{
-    const int64_t c = trig_clamp(cos_q62);
-    return motion_trig_atan2(trig_other(c), c);
-}
-
 int64_t motion_trig_deg_q32(int64_t angle_turn)
 {
     int64_t deg = 0;

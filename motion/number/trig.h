@@ -4,8 +4,7 @@
  * -2^63 is half a turn, and overflow is exactly what a turn does, so the
  * difference of two angles, taken modulo 2^64, is the shorter way from one to
  * the other (motion_trig_diff).  Angles that count turns (axes) are degrees in
- * Q32.32.  Errors are absolute: 2^-59 of sine or radian, 2^-58
- * for the inverse sine and cosine.  Plan-time: divide. */
+ * Q32.32.  Errors are absolute: 2^-59 of sine or radian.  Plan-time: divide. */
 #ifndef MOTION_NUMBER_TRIG_H
 #define MOTION_NUMBER_TRIG_H
 
@@ -34,11 +33,6 @@ void motion_trig_sincos(int64_t angle_turn, int64_t *sin_q62, int64_t *cos_q62);
 int64_t motion_trig_atan2(int64_t y, int64_t x);
 /* The same for numbers of any size. */
 int64_t motion_trig_atan2_real(struct motion_real y, struct motion_real x);
-
-/* Inverse sine, -1/4 .. 1/4 turn, and cosine, 0 .. 1/2 turn; beyond +-1 the
- * value at +-1. */
-int64_t motion_trig_asin(int64_t sin_q62);
-int64_t motion_trig_acos(int64_t cos_q62);
 
 /* floor(sqrt(x^2 + y^2)), exact. */
 uint64_t motion_trig_hypot(int64_t x, int64_t y);

@@ -143,16 +143,6 @@ void motion_arclen_find_in(const struct motion_arclen_table *table,
 struct motion_real motion_arclen_border(const struct motion_arclen_table *table,
                                         uint32_t piece);
 
-/* The textbook's table: equal steps of u, chords added up, inverted by straight
- * lines.  For comparison only: its speed jumps at every row. */
-int motion_arclen_build_chords(struct motion_arclen_table *table,
-                               const struct motion_arclen_curve *curve,
-                               uint32_t panels, struct motion_arclen_row *row,
-                               uint32_t capacity);
-void motion_arclen_find_chords(const struct motion_arclen_table *table,
-                               struct motion_real s,
-                               struct motion_arclen_place *place);
-
 /* Position along the curve as a function of length: P, the unit tangent T =
  * dP/ds in d1, the curvature vector dT/ds in d2.  Where P' is zero T is the
  * limit from inside the piece, from P'', and the curvature, which is infinite

@@ -167,11 +167,6 @@ const char *otg_header_parse(const char *line, struct otg_header *header)
 
 /* --- rows ----------------------------------------------------------------- */
 
-const char *otg_name(int value)
-{
-    return otg_names[value];
-}
-
 bool otg_number(const char *text, size_t length, double *number)
 {
     char *end;

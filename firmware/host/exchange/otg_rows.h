@@ -58,8 +58,6 @@ struct otg_header {
     char wrong[256]; /* what otg_header_parse and otg_row_parse return */
 };
 
-/* "p0", "v0" ... */
-const char *otg_name(int value);
 /* All of `text`: finite, and 0 or from 1e-60 to 1e60. */
 bool otg_number(const char *text, size_t length, double *number);
 

@@ -143,6 +143,21 @@ static void draw_part(int i, uint32_t segments, int64_t least, int64_t most)
     }
 }
 
+/* At a time in seconds from its start. */
+static long double segment_at(const struct motion_segment *segment,
+                              long double dt_s)
+{
+    const long double u =
+        dt_s / real_value(motion_bake_seconds(segment->dur_ns_q12));
+    struct motion_real coef[MOTION_TRACK_DEGREE + 1];
+    long double sum = 0;
+
+    motion_bake_coefficients(segment, coef);
+    for (int i = MOTION_TRACK_DEGREE; i >= 0; i--)
+        sum = sum * u + real_value(coef[i]);
+    return sum;
+}
+
 /* w in seconds is no multiple of the clock's tick. */
 static long double warped_at(int64_t t)
 {
@@ -155,11 +170,10 @@ static long double warped_at(int64_t t)
            motion_real_cmp(motion_bake_seconds(f->segment[i + 1].start_ns_q12),
                            w_s) <= 0)
         i++;
-    return real_value(motion_bake_segment_real(
-                          &f->segment[i],
-                          motion_real_sub(w_s, motion_bake_seconds(
-                                                   f->segment[i].start_ns_q12)))
-                          .pos);
+    return segment_at(
+        &f->segment[i],
+        real_value(motion_real_sub(
+            w_s, motion_bake_seconds(f->segment[i].start_ns_q12))));
 }
 
 static void time_warps(void **state)

@@ -180,24 +180,6 @@ static void numbers_of_any_size_have_an_angle(void **state)
         motion_trig_atan2_real(motion_real_zero(), motion_real_zero()), 0);
 }
 
-static void inverse_sine_and_cosine_hold_to_their_ends(void **state)
-{
-    uint64_t seed = SEED;
-    (void)state;
-    for (int i = 0; i < ROUNDS; i++) {
-        const int64_t a = check_random_in(&seed, -ONE, ONE);
-        const int64_t near = ONE - (a & 0xffff); /* steep there */
-
-        if (fabsl(angle(motion_trig_asin(a)) - asinl(q62(a))) > 0x1p-58L ||
-            fabsl(angle(motion_trig_acos(a)) - acosl(q62(a))) > 0x1p-58L)
-            fail_msg("seed %" PRIu64 " round %d: %" PRId64, SEED, i, a);
-        if (fabsl(angle(motion_trig_acos(near)) - acosl(q62(near))) > 0x1p-58L)
-            fail_msg("seed %" PRIu64 " round %d: %" PRId64, SEED, i, near);
-    }
-    assert_int_equal(motion_trig_asin(INT64_MAX), motion_trig_asin(ONE));
-    assert_int_equal(motion_trig_acos(INT64_MIN), motion_trig_acos(-ONE));
-}
-
 static void the_hypotenuse_is_rounded_down(void **state)
 {
     static const struct {
@@ -275,7 +257,6 @@ int main(void)
         cmocka_unit_test(the_angle_of_a_point_is_found_in_every_quadrant),
         cmocka_unit_test(angles_on_the_axes_are_exact),
         cmocka_unit_test(numbers_of_any_size_have_an_angle),
-        cmocka_unit_test(inverse_sine_and_cosine_hold_to_their_ends),
         cmocka_unit_test(the_hypotenuse_is_rounded_down),
         cmocka_unit_test(degrees_and_turns_are_each_others_inverse),
         cmocka_unit_test(radians_and_turns_are_each_others_inverse),

@@ -228,35 +228,6 @@ static void a_place_takes_one_sum_on_average(void **state)
     }
 }
 
-/* Largest speed over s: |P'(u)| times the slope of the textbook's line. */
-static void chord_tables_jump_where_the_inverse_is_even(void **state)
-{
-    struct motion_arclen_table table;
-    long double most = 0, least = 1e9L;
-
-    (void)state;
-    take(5);
-    assert_int_equal(motion_arclen_build_chords(&table, &curve, 16, row, ROWS),
-                     MOTION_OK);
-    for (int k = 0; k < 16; k++) {
-        const long double slope =
-            (1 / 16.0L) / (real_value(row[k + 1].s) - real_value(row[k].s));
-        for (int end = 0; end < 2; end++) {
-            const long double v = slope * speed_at(5, (k + end) / 16.0L);
-            most = fmaxl(most, v);
-            least = fminl(least, v);
-        }
-    }
-    print_message("chord table: speed from %.3Lf to %.3Lf\n", least, most);
-    assert_true(most > 1.5L * least);
-
-    struct motion_arclen_place place;
-    motion_arclen_find_chords(&table, real_of(-1), &place);
-    assert_true(motion_real_is_zero(place.x));
-    motion_arclen_find_chords(&table, real_of(1e9L), &place);
-    assert_true(real_value(place.x) == 1);
-}
-
 static void by_length_gives_unit_tangents_and_curvature(void **state)
 {
     struct motion_arclen_point point;
@@ -335,7 +306,6 @@ int main(void)
         cmocka_unit_test(inverse_finds_the_length_it_was_given),
         cmocka_unit_test(inverse_never_goes_back),
         cmocka_unit_test(a_place_takes_one_sum_on_average),
-        cmocka_unit_test(chord_tables_jump_where_the_inverse_is_even),
         cmocka_unit_test(by_length_gives_unit_tangents_and_curvature),
         cmocka_unit_test(bad_curves_and_rooms_are_refused),
         cmocka_unit_test(a_point_has_no_length_and_one_place),

@@ -7,7 +7,6 @@
 #include "motion/core/err.h"
 #include "motion/number/trig.h"
 #include "motion/path/lookat.h"
-#include "motion/path/lookat_time.h"
 #include "tests/support/check.h"
 #include "tests/support/real_double.h"
 
@@ -356,49 +355,6 @@ static void targets_that_make_no_sense_are_refused(void **state)
     }
 }
 
-/* --- in time ------------------------------------------------------------- */
-
-static void asked_in_any_order_the_rotation_is_the_same(void **state)
-{
-    /* over the target at half way, and under no circumstances back up */
-    const struct motion_target down = { .kind = MOTION_TARGET_FIXED,
-                                        .point_q32 = { 4 * Q32, -3 * Q32, 0 } };
-    struct motion_segment segment[1];
-    struct motion_track distance;
-    struct motion_lookat_state states[16];
-    struct motion_lookat_time time = { &y_up, &down,           &line, &distance,
-                                       NULL,  MOTION_QUAT_ONE, NULL,  0 };
-    struct motion_quat there[101];
-    (void)state;
-    motion_track_init(&distance, segment, 1, 0);
-    assert_int_equal(motion_lookat_time_init(&time, states, 16),
-                     MOTION_E_EMPTY);
-    assert_int_equal(motion_track_append_line(&distance, S_Q12, 8 * Q32),
-                     MOTION_OK);
-    assert_int_equal(motion_lookat_time_init(&time, states, 0), MOTION_E_ARG);
-    assert_int_equal(motion_lookat_time_init(&time, states, 16), MOTION_OK);
-    for (int i = 0; i <= 100; i++)
-        assert_int_equal(
-            motion_lookat_time_at(&time, S_Q12 / 100 * i, &there[i]),
-            MOTION_OK);
-    for (int i = 100; i >= 0; i--) {
-        struct motion_quat q;
-        assert_int_equal(motion_lookat_time_at(&time, S_Q12 / 100 * i, &q),
-                         MOTION_OK);
-        assert_memory_equal(&q, &there[i], sizeof q);
-        if (i < 100) { /* no flip: neighbours are near */
-            const int64_t cosine = motion_quat_dot_q62(q, there[i + 1]);
-            assert_true(motion_fixed_abs(cosine) > ONE / 10 * 9);
-        }
-    }
-    /* before and after it stands */
-    struct motion_quat q;
-    assert_int_equal(motion_lookat_time_at(&time, -S_Q12, &q), MOTION_OK);
-    assert_memory_equal(&q, &there[0], sizeof q);
-    assert_int_equal(motion_lookat_time_at(&time, 2 * S_Q12, &q), MOTION_OK);
-    assert_memory_equal(&q, &there[100], sizeof q);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -415,7 +371,6 @@ int main(void)
         cmocka_unit_test(a_path_of_targets_is_followed_by_fraction),
         cmocka_unit_test(rests_are_rests_and_between_them_it_eases),
         cmocka_unit_test(targets_that_make_no_sense_are_refused),
-        cmocka_unit_test(asked_in_any_order_the_rotation_is_the_same),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
