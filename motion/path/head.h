@@ -71,11 +71,14 @@ struct motion_head_bake {
      * noise: e degrees of it become 3 e / width^2 of acceleration. */
     int64_t stencil_ns_q12;
     uint32_t evaluations; /* at most, as bake.h; 0: any number */
+    bool is_rest;         /* before the first time and after the last one */
 };
 
 /* Append quintics to the tracks of pan, tilt and roll, which end where the
  * turning begins (2^-30 degree), with the baker of bake.h: positions,
  * velocities and accelerations continue at every segment but at inner borders,
+ * where they do, too, if they step by less in a second than a 16th of the
+ * tolerance, which is the rounding of the stencil,
  * and bound_q32[axis] in degrees, at most the tolerance, is the error bound.
  * What the stencil misses of a derivative is not in it: 1 / 140 width^6 f7 of
  * f' in the middle of a stretch, 1 / 7 at its ends.  Within a 64th of a stretch

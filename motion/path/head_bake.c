@@ -52,7 +52,8 @@ struct head_bake {
     uint32_t stretch;  /* the present one ends at border[stretch] */
     int64_t low, high; /* and lies between these */
     struct motion_head walk[HEAD_BAKE_WALK];
-    struct motion_head end; /* at `high` */
+    struct motion_head end;                          /* at `high` */
+    struct motion_bake_point left[MOTION_HEAD_AXES]; /* there, as last seen */
 };
 
 /* The angles at t, nearest to those of `near`. */
@@ -183,6 +184,35 @@ static int head_bake_look(const struct head_bake *bake, int64_t t,
     return err;
 }
 
+static void head_bake_join(struct motion_real *right, struct motion_real left,
+                           struct motion_real rounding)
+{
+    if (motion_real_lt(motion_real_abs(motion_real_sub(*right, left)),
+                       rounding))
+        *right = left;
+}
+
+/* The second side of a border: rounding is no step. */
+static void head_bake_cross(const struct head_bake *bake,
+                            struct motion_bake_point right[])
+{
+    const struct motion_real rounding =
+        motion_real_from_q(bake->job->tolerance_q32, 36);
+
+    for (int axis = 0; axis < MOTION_HEAD_AXES; axis++) {
+        head_bake_join(&right[axis].vel, bake->left[axis].vel, rounding);
+        head_bake_join(&right[axis].acc, bake->left[axis].acc, rounding);
+    }
+}
+
+static bool head_bake_is_rest(const struct head_bake *bake, int64_t t)
+{
+    const struct motion_head_bake *job = bake->job;
+
+    return job->is_rest && (t == job->border_ns_q12[0] ||
+                            t == job->border_ns_q12[job->borders - 1]);
+}
+
 /* The baker asks for a border's right side before anything beyond it. */
 static int head_bake_at(void *context, int64_t t_ns_q12,
                         enum motion_bake_side side,
@@ -191,10 +221,24 @@ static int head_bake_at(void *context, int64_t t_ns_q12,
     struct head_bake *const bake = context;
     int err = MOTION_OK;
 
-    if (bake->stretch == 0 ||
-        (side == MOTION_BAKE_RIGHT && t_ns_q12 == bake->high))
+    const bool is_second = bake->stretch > 0 && side == MOTION_BAKE_RIGHT &&
+                           t_ns_q12 == bake->high;
+
+    if (bake->stretch == 0 || is_second)
         err = head_bake_enter(bake);
-    return err < 0 ? err : head_bake_look(bake, t_ns_q12, point);
+    if (err == MOTION_OK)
+        err = head_bake_look(bake, t_ns_q12, point);
+    if (err < 0)
+        return err;
+    if (is_second)
+        head_bake_cross(bake, point);
+    for (int axis = 0; axis < MOTION_HEAD_AXES; axis++) {
+        if (head_bake_is_rest(bake, t_ns_q12))
+            point[axis].vel = point[axis].acc = motion_real_zero();
+        if (t_ns_q12 == bake->high)
+            bake->left[axis] = point[axis];
+    }
+    return MOTION_OK;
 }
 
 /* What the baker does not know: the stencil's width may not vanish. */

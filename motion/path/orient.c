@@ -1,8 +1,6 @@
 /* motion/path/orient.c - see orient.h. */
 #include "motion/path/orient.h"
 
-#include <stddef.h>
-
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 
@@ -160,7 +158,6 @@ int motion_orient_at(const struct motion_orient *orient, int64_t t,
 {
     const struct motion_orient_key *const last =
         &orient->key[orient->count - 1];
-    int64_t off = 0;
 
     if (t <= orient->key->t || t >= last->t) {
         *q = t >= last->t ? last->q : orient->key->q;
@@ -173,7 +170,7 @@ int motion_orient_at(const struct motion_orient *orient, int64_t t,
         return motion_quat_slerp(span[0].q, span[1].q, u_q62, q);
     if (orient->curve == MOTION_ORIENT_SQUAD)
         return orient_squad_at(span, u_q62, q);
-    (void)motion_fixed_mulshift(u_q62, span[1].t - span[0].t, 62, &off);
-    motion_rotspline_at(&orient->spline, span[0].t + off, q, NULL, NULL);
+    *q =
+        motion_rotspline_within(&orient->spline.key[span - orient->key], u_q62);
     return MOTION_OK;
 }

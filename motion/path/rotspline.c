@@ -365,14 +365,12 @@ static uint32_t rotspline_find(const struct motion_rotspline *spline, int64_t t)
     return low;
 }
 
-/* r, r', r'' of the cubic at time s from the start of a span: with c = r at the
- * end, d = T w0 and e = T r'(T),
+/* r, r', r'' of the cubic at the part u of a span: with c = r at the end,
+ * d = T w0 and e = T r'(T),
  * r = d u + (3c - 2d - e) u^2 + (d + e - 2c) u^3. */
-static void rotspline_cubic(const struct motion_rotkey *key, int64_t t_ns_q12,
-                            struct motion_vec r[3])
+static void rotspline_cubic(const struct motion_rotkey *key,
+                            struct motion_real u, struct motion_vec r[3])
 {
-    const struct motion_real u =
-        motion_real_div(rotspline_seconds(t_ns_q12), key->dur_s);
     const struct motion_real per_s =
         motion_real_div(motion_real_int(1), key->dur_s);
     const struct motion_vec c = key->chord;
@@ -422,7 +420,11 @@ void motion_rotspline_at(const struct motion_rotspline *spline,
     }
     const struct motion_rotkey *const span =
         &key[rotspline_find(spline, t_ns_q12)];
-    rotspline_cubic(span, t_ns_q12 - span->t_ns_q12, r);
+    rotspline_cubic(
+        span,
+        motion_real_div(rotspline_seconds(t_ns_q12 - span->t_ns_q12),
+                        span->dur_s),
+        r);
     *q = motion_quat_mul(span->q, motion_quat_exp(r[0]));
     if (rate == NULL && acc == NULL)
         return;
@@ -432,4 +434,13 @@ void motion_rotspline_at(const struct motion_rotspline *spline,
     if (acc != NULL)
         *acc = motion_vec_add(rotspline_bend(r[0], r[2], to_rate),
                               rotspline_extra(r[0], r[1], extra));
+}
+
+struct motion_quat motion_rotspline_within(const struct motion_rotkey *span,
+                                           int64_t u_q62)
+{
+    struct motion_vec r[3];
+
+    rotspline_cubic(span, motion_real_from_q(u_q62, 62), r);
+    return motion_quat_mul(span->q, motion_quat_exp(r[0]));
 }

@@ -81,7 +81,7 @@ static int compose_camera(const struct compose *self)
 
     if (camera == NULL)
         return MOTION_OK;
-    if (!outcome->has_path)
+    if (!outcome->has_path && plan_camera_is_on_path(camera))
         return plan_error_set(self->error, MOTION_E_ARG, camera->place,
                               "the camera has no path");
     outcome->has_camera = true;

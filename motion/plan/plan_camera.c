@@ -23,6 +23,7 @@
 #include "motion/core/fixed.h"
 #include "motion/path/path.h"
 #include "motion/plan/plan_error.h"
+#include "motion/plan/plan_orient.h"
 #include "motion/plan/plan_track.h"
 #include "motion/plan/plan_view.h"
 
@@ -456,18 +457,19 @@ static int camera_bake(struct camera *self, struct motion_track *list[],
 }
 
 /* A head without a roll axis cannot roll. */
-static int camera_check_roll(const struct camera *self,
-                             const struct motion_track *roll)
+static int camera_check_roll(const struct plan_camera *camera,
+                             const struct motion_track *roll,
+                             struct plan_error *error)
 {
     struct motion_extreme extreme;
-    const int64_t most = 4 * self->camera->tolerance_q32;
+    const int64_t most = 4 * camera->tolerance_q32;
 
     motion_track_extreme(roll, MOTION_POS, &extreme);
     if (extreme.max <= most && extreme.min >= -most)
         return MOTION_OK;
     const bool low = -extreme.min > extreme.max;
     return plan_error_set(
-        self->error, MOTION_E_ARG, self->camera->place,
+        error, MOTION_E_ARG, camera->place,
         "the camera rolls by %.4g deg at %.3f s, but has no roll axis",
         (double)(low ? extreme.min : extreme.max) /
             (double)MOTION_FIXED_ONE_Q32,
@@ -481,6 +483,27 @@ static void camera_close(struct camera *self)
     plan_track_free(&self->roll);
     free(self->border_ns_q12);
     free(self->break_ns_q12);
+}
+
+static int camera_on_path(struct camera *self, struct motion_track *list[],
+                          int64_t bound_q32[])
+{
+    int err = plan_view_init(&self->view, self->camera, &self->drive->space,
+                             self->error);
+
+    if (err == MOTION_OK)
+        err = camera_roll(self);
+    if (err == MOTION_OK)
+        err = camera_borders(self);
+    if (err == MOTION_OK)
+        err = camera_bake(self, list, bound_q32);
+    camera_close(self);
+    return err;
+}
+
+bool plan_camera_is_on_path(const struct plan_camera *camera)
+{
+    return camera->look != PLAN_LOOK_KEYS || camera->orient.is_along;
 }
 
 int plan_camera_tracks(const struct plan_camera *camera,
@@ -506,22 +529,17 @@ int plan_camera_tracks(const struct plan_camera *camera,
 
     for (int i = 0; i < MOTION_HEAD_AXES; i++)
         plan_track_init(list[i], 0);
-    err = plan_view_init(&self.view, camera, &drive->space, error);
-    if (err == MOTION_OK)
-        err = camera_roll(&self);
-    if (err == MOTION_OK)
-        err = camera_borders(&self);
-    if (err == MOTION_OK)
-        err = camera_bake(&self, list, bound_q32);
+    err = plan_camera_is_on_path(camera)
+              ? camera_on_path(&self, list, bound_q32)
+              : plan_orient_tracks(camera, list, bound_q32, progress, error);
     if (err == MOTION_OK && !camera->has_roll)
-        err = camera_check_roll(&self, &spare);
+        err = camera_check_roll(camera, &spare, error);
     for (int i = 0; i < MOTION_HEAD_AXES; i++) {
         if (err < 0 || list[i] == &spare)
             plan_track_free(list[i]);
         else
             plan_track_trim(list[i]);
     }
-    camera_close(&self);
     return err;
 }
 
@@ -531,6 +549,7 @@ void plan_camera_free(struct plan_camera *camera)
         return;
     free(camera->points.point);
     free(camera->dwell);
+    free(camera->orient.key);
     if (camera->roll != NULL)
         plan_axis_free(camera->roll);
     free(camera->roll);

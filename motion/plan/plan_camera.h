@@ -10,10 +10,12 @@
 
 #include "motion/path/head.h"
 #include "motion/path/lookat.h"
+#include "motion/path/orient.h"
 #include "motion/plan/plan_path.h"
 #include "motion/plan/plan_progress.h"
 
 #define PLAN_CAMERA_DWELLS_MAX 1000
+#define PLAN_ORIENT_KEYS_MAX   10000
 
 enum plan_look {
     PLAN_LOOK_AT,         /* a fixed point */
@@ -23,12 +25,32 @@ enum plan_look {
     PLAN_LOOK_LEVEL,      /* along the path, the horizon level */
     PLAN_LOOK_MINIMISING, /* along the path, turning about it as little as can */
     PLAN_LOOK_FRENET,     /* along the path, up is its binormal */
+    PLAN_LOOK_KEYS,       /* nothing: it turns through keyed orientations */
 };
 
 struct plan_dwell {
     int64_t point_q32[PLAN_SPACE_AXES];
     struct plan_distance from, to;
     struct plan_place place;
+};
+
+/* An orientation, and when or where on the path the head has it. */
+struct plan_orient_key {
+    int64_t t_ns_q12;
+    struct plan_distance at;
+    /* The rotation of right, up and backwards of the camera in the space, or
+     * else the angles of the head, whole turns included. */
+    struct motion_quat q;
+    struct motion_head head;
+    bool has_angles;
+    struct plan_place place;
+};
+
+struct plan_orient {
+    enum motion_orient_curve curve;
+    bool is_along; /* keys are places on the path, not times */
+    struct plan_orient_key *key;
+    uint32_t count;
 };
 
 struct plan_camera {
@@ -44,6 +66,7 @@ struct plan_camera {
     struct plan_dwell *dwell;  /* DWELL */
     uint32_t dwells;
     enum motion_dwell_ease ease;
+    struct plan_orient orient; /* KEYS */
     struct motion_dir forward, up;
     struct plan_axis *roll;  /* keyed, degrees, on top of the above; NULL */
     int64_t tolerance_q32;   /* degrees, > 0 */
@@ -51,9 +74,13 @@ struct plan_camera {
     struct plan_place look_place;
 };
 
+/* Does it need a path?  Not where keys are times. */
+bool plan_camera_is_on_path(const struct plan_camera *camera);
+
 /* Plan the head's axes into track[camera->axis[..]], which must be empty; they
  * belong to the caller.  bound_q32[axis] is how far at most each is from the
- * angle meant.  On an error the code, *error, and empty tracks. */
+ * angle meant.  `drive` is not looked at without a path.  On an error the code,
+ * *error, and empty tracks. */
 int plan_camera_tracks(const struct plan_camera *camera,
                        const struct plan_drive *drive,
                        struct motion_track track[],

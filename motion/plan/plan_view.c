@@ -195,6 +195,8 @@ static int view_turn(const struct plan_view *self,
     struct motion_view view;
     int err;
 
+    if (self->camera->look == PLAN_LOOK_KEYS)
+        return motion_orient_at(&self->turning.orient, distance_q32, q);
     if (view_is_framed(self)) {
         err = plan_frames_at(&self->frames, distance_q32, q);
     } else {
@@ -213,6 +215,8 @@ int plan_view_refuse(const struct plan_view *self, int err)
 {
     const struct plan_place place = self->camera->look_place;
 
+    if (self->camera->look == PLAN_LOOK_KEYS)
+        return plan_turning_refuse(self->camera, err, self->error);
     if (err == MOTION_E_RANGE)
         return plan_view_fail(self, err, place,
                               "comes to the point that it looks at");
@@ -234,7 +238,7 @@ static int64_t view_row_at(const struct plan_view *self, uint32_t i)
 
 static int view_walk(struct plan_view *self)
 {
-    struct plan_view_row now = { .head = { .valid = false } };
+    struct plan_view_row now = { .head = self->turning.start };
     int err = MOTION_OK;
 
     self->row = calloc((size_t)self->rows + 1, sizeof *self->row);
@@ -277,6 +281,8 @@ int plan_view_init(struct plan_view *self, const struct plan_camera *camera,
     if (err == MOTION_OK && view_is_framed(self)) {
         err = plan_frames_init(&self->frames);
         err = err < 0 ? plan_view_refuse(self, err) : err;
+    } else if (err == MOTION_OK && camera->look == PLAN_LOOK_KEYS) {
+        err = plan_turning_init(&self->turning, camera, space, error);
     } else if (err == MOTION_OK) {
         err = view_target(self);
     }
@@ -289,6 +295,7 @@ void plan_view_free(struct plan_view *self)
 {
     plan_space_free(&self->other_space);
     plan_frames_free(&self->frames);
+    plan_turning_free(&self->turning);
     free(self->dwell);
     free(self->row);
     free(self->border_q32);

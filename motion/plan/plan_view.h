@@ -6,6 +6,7 @@
 #include "motion/curve/bake.h"
 #include "motion/plan/plan_camera.h"
 #include "motion/plan/plan_frames.h"
+#include "motion/plan/plan_orient.h"
 
 /* Where the walk along the path is at the start of a step. */
 struct plan_view_row {
@@ -26,7 +27,8 @@ struct plan_view {
     struct motion_lookat lookat;
     struct motion_quat from_mount; /* inverse of the mount's rotation */
     struct plan_frames frames;
-    struct plan_view_row *row; /* rows + 1 */
+    struct plan_turning turning; /* KEYS */
+    struct plan_view_row *row;   /* rows + 1 */
     uint32_t rows;
     int64_t step_q32; /* of the derivatives */
     /* Distances in order, the path's ends included: where a derivative may

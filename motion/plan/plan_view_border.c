@@ -80,6 +80,15 @@ static void border_dwells(struct view_borders *self)
     }
 }
 
+static void border_orientations(struct view_borders *self)
+{
+    const struct motion_orient *orient = &self->view->turning.orient;
+
+    self->breaks = false;
+    for (uint32_t i = 0; i < orient->count; i++)
+        border_add(self, orient->key[i].t);
+}
+
 static int border_compare(const void *a, const void *b)
 {
     const int64_t x = *(const int64_t *)a, y = *(const int64_t *)b;
@@ -132,7 +141,8 @@ int plan_view_borders(struct plan_view *view)
     const int64_t length = view->path.length_q32;
     const size_t capacity = 2 * ((size_t)view->space->curve.pieces + 1) +
                             view->other_space.curve.pieces + 1 +
-                            2 * (size_t)camera->dwells + 3;
+                            2 * (size_t)camera->dwells + camera->orient.count +
+                            3;
     struct view_borders self = { view,
                                  border_is_break(view, view->space->smooth) };
 
@@ -149,6 +159,7 @@ int plan_view_borders(struct plan_view *view)
         border_add(&self, length - camera->ahead_q32);
     if (view->dwell != NULL)
         border_dwells(&self);
+    border_orientations(&self);
     view->margin_q32 = border_margin(view);
     view->borders = border_sort(view->border_q32, view->borders, length, 1);
     view->breaks =

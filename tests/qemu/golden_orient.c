@@ -185,7 +185,7 @@ static void golden_bake(void)
 {
     static struct motion_segment segment[MOTION_HEAD_AXES][16];
     static const int64_t border[2] = { 0, SECOND };
-    const struct motion_head_bake bake = { border, 2, UNIT / 1000, 0, 0, 0 };
+    const struct motion_head_bake bake = { border, 2, UNIT / 1000, 0, 0, 0, false };
     struct motion_quat key[2] = { MOTION_QUAT_ONE, { ONE, 0, 0, 0 } };
     const struct motion_turning turning = { golden_turning, key };
     struct motion_head head = { .valid = false };

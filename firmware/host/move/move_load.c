@@ -50,6 +50,7 @@ const struct yaml_words move_words[] = {
     { "look.along", move_alongs, MOVE_ALONGS },
     { "look.end", move_ahead_ends, MOVE_AHEAD_ENDS },
     { "look.ease", move_dwell_eases, MOVE_DWELL_EASES },
+    { "look.curve", move_orients, MOVE_ORIENTS },
     { NULL, NULL, 0 },
 };
 
@@ -718,8 +719,9 @@ static const struct yaml_field move_fields[] = {
     { "axes", YAML_OPTIONAL, "a map of axes by name", move_read_axes, 0 },
     { "path", YAML_OPTIONAL, "a map with axes, points and speed",
       move_read_path, 0 },
-    { "camera", YAML_OPTIONAL, "a map with axes and look, beside a path",
-      move_read_camera, 0 },
+    { "camera", YAML_OPTIONAL,
+      "a map with axes and look, beside a path or with keys", move_read_camera,
+      0 },
     { "poses", YAML_OPTIONAL, "a map of poses by name, beside a blend",
       move_read_poses, 0 },
     { "blend", YAML_OPTIONAL, "a map with base and weights", move_read_blended,
@@ -739,23 +741,12 @@ static const struct yaml_shape move_shape = { "move", move_fields,
                                               ARRAY_LEN(move_fields) };
 
 const struct yaml_shape *const move_shapes[] = {
-    &move_shape,
-    &move_axis_shape,
-    &move_end_shape,
-    &move_key_shape,
-    &move_path_shape,
-    &move_part_shape,
-    &move_camera_shape,
-    &move_head_shape,
-    &move_look_shape,
-    &move_target_shape,
-    &move_dwell_shape,
-    &move_blend_shape,
-    &move_layer_shape,
-    &move_fade_shape,
-    &move_cycles_shape,
-    &move_event_shape,
-    NULL,
+    &move_shape,        &move_axis_shape,  &move_end_shape,
+    &move_key_shape,    &move_path_shape,  &move_part_shape,
+    &move_camera_shape, &move_head_shape,  &move_look_shape,
+    &move_target_shape, &move_dwell_shape, &move_orient_shape,
+    &move_blend_shape,  &move_layer_shape, &move_fade_shape,
+    &move_cycles_shape, &move_event_shape, NULL,
 };
 
 static int move_read(const struct yaml_value *value, struct move_reader *reader)

@@ -1,7 +1,7 @@
 /* firmware/host/move/move_load.h - what the readers of move.yaml share.
  *
  * move_load.c reads the move and its keyed axes; one file each for the other
- * rooms: _path, _law (speed), _camera, _blend (poses), _other (layers, fade,
+ * rooms: _path, _law (speed), _camera, _orient, _blend (poses), _other (layers, fade,
  * warp), _event.  Functions return 0, or -1 with the sentence written. */
 #ifndef FIRMWARE_HOST_MOVE_MOVE_LOAD_H
 #define FIRMWARE_HOST_MOVE_MOVE_LOAD_H
@@ -122,6 +122,18 @@ int move_read_camera(void *reader, const struct yaml_value *value, void *out);
 extern const struct yaml_shape move_camera_shape, move_head_shape,
     move_look_shape, move_target_shape, move_dwell_shape;
 
+/* --- move_load_orient.c --------------------------------------------------- */
+
+/* Keys of orientations, and their curve, into a struct plan_camera. */
+int move_read_orients(void *reader, const struct yaml_value *value, void *out);
+int move_read_orient_curve(void *reader, const struct yaml_value *value,
+                           void *out);
+/* Three plain numbers, not all zero, into a struct motion_dir. */
+int move_read_direction(void *reader, const struct yaml_value *value,
+                        void *out);
+
+extern const struct yaml_shape move_orient_shape;
+
 /* --- move_load_blend.c, move_load_other.c ---------------------------------- */
 
 int move_read_poses(void *reader, const struct yaml_value *value, void *out);
@@ -145,6 +157,8 @@ extern const struct yaml_shape move_event_shape;
 extern const char *const move_alongs[MOVE_ALONGS];
 extern const char *const move_ahead_ends[MOVE_AHEAD_ENDS];
 extern const char *const move_dwell_eases[MOVE_DWELL_EASES];
+#define MOVE_ORIENTS 3
+extern const char *const move_orients[MOVE_ORIENTS];
 
 #define MOVE_PATH_CURVES 8
 #define MOVE_SPACINGS    3

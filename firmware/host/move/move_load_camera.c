@@ -232,7 +232,7 @@ static int move_read_dwell_ease(void *reader, const struct yaml_value *value,
 }
 
 /* The first MOVE_LOOKS say what is looked at; one of them is given. */
-#define MOVE_LOOKS 5
+#define MOVE_LOOKS 6
 static const struct yaml_field move_look_fields[] = {
     { "at", YAML_OPTIONAL, "a point such as [1 m, 0 mm, 1.2 m]",
       move_read_look_at, 0 },
@@ -243,10 +243,16 @@ static const struct yaml_field move_look_fields[] = {
       move_read_look_path, 0 },
     { "dwell", YAML_OPTIONAL, "a list of 1 .. 1000 maps with at, from and to",
       move_read_dwells, 0 },
+    { "keys", YAML_OPTIONAL,
+      "a list of 2 .. 10000 maps with t or at, and angles, quaternion or "
+      "forward",
+      move_read_orients, 0 },
     { "end", YAML_OPTIONAL, "straight, hold or closed, with ahead",
       move_read_ahead_end, 0 },
     { "ease", YAML_OPTIONAL, "quintic or cubic, with dwell",
       move_read_dwell_ease, 0 },
+    { "curve", YAML_OPTIONAL, "c2, slerp or squad, with keys",
+      move_read_orient_curve, 0 },
 };
 const struct yaml_shape move_look_shape = { "look", move_look_fields,
                                             ARRAY_LEN(move_look_fields) };
@@ -272,33 +278,14 @@ static int move_read_look(void *reader, const struct yaml_value *value,
 
 /* ---- the camera ---- */
 
-/* Three plain numbers, not all zero. */
-static int move_read_direction(void *reader, const struct yaml_value *value,
-                               void *out)
-{
-    const struct move_reader *self = reader;
-    struct yaml_value item = *value;
-    int64_t q32[3];
-    uint32_t count;
-
-    if (yaml_value_list(value, 3, 3, &count) < 0)
-        return -1;
-    item.node = yaml_value_node(value)->first;
-    for (int i = 0; i < 3; i++) {
-        if (yaml_units_read(&item, UNITS_RATIO, &self->units, &q32[i]) < 0)
-            return -1;
-        item.node = yaml_value_node(&item)->next;
-    }
-    if (motion_vec_unit(motion_vec_from_q32(q32), out) < 0)
-        return yaml_value_refuse(value, "is no direction");
-    return 0;
-}
-
 static int move_read_roll_keys(void *reader, const struct yaml_value *value,
                                void *out)
 {
     struct plan_camera *camera = out;
 
+    if (camera->look == PLAN_LOOK_KEYS)
+        return yaml_value_refuse(value,
+                                 "is not used with keys of look, which roll");
     camera->roll = calloc(1, sizeof *camera->roll);
     if (camera->roll == NULL)
         return yaml_value_refuse(value, "is too much for the memory");
@@ -318,20 +305,33 @@ static int move_read_camera_tolerance(void *reader,
 static const struct yaml_field move_camera_fields[] = {
     { "axes", YAML_REQUIRED, "a map with pan, tilt and roll", move_read_head,
       0 },
-    { "look", YAML_REQUIRED,
-      "a map with one of at, ahead, along, path and dwell", move_read_look, 0 },
-    { "roll", YAML_OPTIONAL, "a map with curve and keys, in deg",
-      move_read_roll_keys, 0 },
     { "forward", YAML_OPTIONAL,
       "the direction of pan 0 and tilt 0, such as [1, 0, 0]",
       move_read_direction, offsetof(struct plan_camera, forward) },
     { "up", YAML_OPTIONAL, "a direction across forward, such as [0, 0, 1]",
       move_read_direction, offsetof(struct plan_camera, up) },
+    { "look", YAML_REQUIRED,
+      "a map with one of at, ahead, along, path, dwell and keys",
+      move_read_look, 0 },
+    { "roll", YAML_OPTIONAL, "a map with curve and keys, in deg",
+      move_read_roll_keys, 0 },
     { "tolerance", YAML_OPTIONAL, "an angle above zero",
       move_read_camera_tolerance, offsetof(struct plan_camera, tolerance_q32) },
 };
 const struct yaml_shape move_camera_shape = { "camera", move_camera_fields,
                                               ARRAY_LEN(move_camera_fields) };
+
+/* Keys of look may be times, and then there need not be a path. */
+static bool move_camera_has_keys(const struct yaml_value *value)
+{
+    struct yaml_value look = *value;
+
+    if (yaml_value_node(value)->kind != YAML_TREE_MAP)
+        return false;
+    look.node = yaml_fields_find(value, "look");
+    return look.node != 0 && yaml_value_node(&look)->kind == YAML_TREE_MAP &&
+           yaml_fields_find(&look, "keys") != 0;
+}
 
 int move_read_camera(void *reader, const struct yaml_value *value, void *out)
 {
@@ -341,9 +341,9 @@ int move_read_camera(void *reader, const struct yaml_value *value, void *out)
     struct motion_dir across;
 
     (void)out;
-    if (self->move->path == NULL)
+    if (self->move->path == NULL && !move_camera_has_keys(value))
         return yaml_value_refuse(value, "has no path to go on");
-    if (self->units.unit != UNITS_AXIS_MM)
+    if (self->move->path != NULL && self->units.unit != UNITS_AXIS_MM)
         return yaml_value_refuse(value, "is on a path in %s, not in a length",
                                  units_axis_text(self->units.unit));
     camera = calloc(1, sizeof *camera);

@@ -69,6 +69,7 @@ void path_report_text(const struct job *job, FILE *file)
     const struct plan_drive *drive = &job->outcome.drive;
     char speed[NUMBER_MAX], t[NUMBER_MAX], length[NUMBER_MAX];
     if (path == NULL) {
+        path_camera_text(job, file);
         path_warp_text(job, file);
         return;
     }
