@@ -140,6 +140,12 @@ peers-curves: $(VECTORS) $(PEERS)/installed
 	@PYTHONPATH=$(PEERS)/site $(PYTHON) tests/peers/curves_scipy.py $(VECTORS) \
 	    $(PEERS)/cases $(PEER_CASES)
 
+.PHONY: peers-orient
+## random heads that turn through keyed orientations beside SciPy; PEER_CASES=N
+peers-orient: $(SLEW) $(PEERS)/installed
+	@PYTHONPATH=$(PEERS)/site $(PYTHON) tests/peers/orient_scipy.py $(SLEW) \
+	    $(PEER_CASES)
+
 .PHONY: bake-bounds
 ## what baking promises against what is seen, at a million times each
 bake-bounds: $(call named,bake_bounds) $(call named,speed_law)
