@@ -308,9 +308,10 @@ peers-blender: $(SLEW)
 	@$(PEERS)/blender/bin/python tests/peers/fcurve_blender.py $(SLEW)
 
 .PHONY: picture
-# draw the picture of the README anew
+# draw the pictures of the README and of docs/FILES.md anew
 picture: demo
 	cp $(B)/demo/dolly.png docs/dolly.png
+	$(SLEW) plot --out docs/tripod.svg examples/tripod
 
 .PHONY: schema
 ## the examples and register maps against docs/schema
