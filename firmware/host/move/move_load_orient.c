@@ -15,10 +15,11 @@ const char *const move_orients[MOVE_ORIENTS] = {
     [MOTION_ORIENT_C2] = "c2",
 };
 
-static struct plan_camera *orient_camera(void *reader)
-{
-    return ((struct move_reader *)reader)->move->camera;
-}
+/* A key while its map is read: forward and up make a frame together. */
+struct orient_reading {
+    struct plan_orient_key key;
+    struct motion_dir forward, up;
+};
 
 /* ---- when, or where on the path ---- */
 
@@ -103,12 +104,11 @@ static int move_read_orient_angles(void *reader, const struct yaml_value *value,
 static int move_read_quaternion(void *reader, const struct yaml_value *value,
                                 void *out)
 {
-    struct plan_orient_key *key = out;
     int64_t wxyz[4];
 
     if (orient_numbers(reader, value, 4, wxyz) < 0)
         return -1;
-    return motion_quat_unit(wxyz, &key->q) < 0
+    return motion_quat_unit(wxyz, out) < 0
                ? yaml_value_refuse(value, "is no rotation")
                : 0;
 }
@@ -126,42 +126,20 @@ int move_read_direction(void *reader, const struct yaml_value *value, void *out)
 
 /* Up is made perpendicular to forward. */
 static int orient_view(const struct yaml_value *value,
-                       struct motion_dir forward, struct motion_dir up,
-                       struct motion_quat *q)
+                       struct orient_reading *reading)
 {
+    const struct motion_dir forward = reading->forward;
     struct motion_dir axis[3] = { { { 0 } }, { { 0 } }, { { 0 } } };
 
-    if (motion_dir_perpendicular(up, forward, &axis[1]) < 0)
+    if (yaml_fields_find(value, "forward") == 0)
+        return 0;
+    if (motion_dir_perpendicular(reading->up, forward, &axis[1]) < 0)
         return yaml_value_refuse(value, "has forward and up in one line");
     axis[0] = motion_dir_cross(forward, axis[1]);
     axis[2] = motion_dir_neg(forward);
-    return motion_quat_from_axes(axis, q) < 0
-               ? yaml_value_refuse(value, "is no orientation")
+    return motion_quat_from_axes(axis, &reading->key.q) < 0
+               ? yaml_value_refuse(value, "is no rotation")
                : 0;
-}
-
-static int move_read_forward(void *reader, const struct yaml_value *value,
-                             void *out)
-{
-    struct plan_orient_key *key = out;
-    struct motion_dir forward;
-
-    return move_read_direction(reader, value, &forward) < 0
-               ? -1
-               : orient_view(value, forward, orient_camera(reader)->up,
-                             &key->q);
-}
-
-/* After forward, in whose place it is taken. */
-static int move_read_up(void *reader, const struct yaml_value *value, void *out)
-{
-    const struct motion_dir ahead = { { 0, 0, -((int64_t)1 << 62) } };
-    struct plan_orient_key *key = out;
-    struct motion_dir up;
-
-    if (move_read_direction(reader, value, &up) < 0)
-        return -1;
-    return orient_view(value, motion_quat_turn(key->q, ahead), up, &key->q);
 }
 
 /* ---- keys ---- */
@@ -171,18 +149,18 @@ static int move_read_up(void *reader, const struct yaml_value *value, void *out)
 #define ORIENT_WHICH 3
 static const struct yaml_field move_orient_fields[] = {
     { "t", YAML_OPTIONAL, "a time, each later than the one before",
-      move_read_orient_time, offsetof(struct plan_orient_key, t_ns_q12) },
+      move_read_orient_time, offsetof(struct orient_reading, key.t_ns_q12) },
     { "at", YAML_OPTIONAL, "a length of the path, or a part of it in %",
-      move_read_orient_at, offsetof(struct plan_orient_key, at) },
+      move_read_orient_at, offsetof(struct orient_reading, key.at) },
     { "angles", YAML_OPTIONAL,
       "pan, tilt and roll of the head such as [30 deg, -5 deg, 0 deg]",
-      move_read_orient_angles, 0 },
+      move_read_orient_angles, offsetof(struct orient_reading, key) },
     { "quaternion", YAML_OPTIONAL, "w, x, y and z such as [1, 0, 0, 0]",
-      move_read_quaternion, 0 },
+      move_read_quaternion, offsetof(struct orient_reading, key.q) },
     { "forward", YAML_OPTIONAL, "a direction such as [1, 0, 0]",
-      move_read_forward, 0 },
+      move_read_direction, offsetof(struct orient_reading, forward) },
     { "up", YAML_OPTIONAL, "a direction across forward, such as [0, 0, 1]",
-      move_read_up, 0 },
+      move_read_direction, offsetof(struct orient_reading, up) },
 };
 const struct yaml_shape move_orient_shape = { "orientation", move_orient_fields,
                                               ARRAY_LEN(move_orient_fields) };
@@ -217,19 +195,23 @@ static int move_read_orient(struct move_reader *reader,
                             const struct yaml_value *value)
 {
     struct plan_orient *orient = &reader->move->camera->orient;
-    struct plan_orient_key *key = &orient->key[orient->count];
+    struct orient_reading reading = {
+        .key.place = yaml_tree_place(value->tree, value->node),
+        .up = reader->move->camera->up,
+    };
     bool is_along;
 
     if (yaml_value_need(value, YAML_TREE_MAP) < 0)
         return -1;
     is_along = yaml_fields_find(value, "at") != 0;
     if (move_check_orient(value, is_along, orient->count == 0,
-                          orient->is_along) < 0)
+                          orient->is_along) < 0 ||
+        yaml_fields_read(value, &move_orient_shape, reader, &reading) < 0 ||
+        orient_view(value, &reading) < 0)
         return -1;
     orient->is_along = is_along;
-    key->place = yaml_tree_place(value->tree, value->node);
-    orient->count++;
-    return yaml_fields_read(value, &move_orient_shape, reader, key);
+    orient->key[orient->count++] = reading.key;
+    return 0;
 }
 
 int move_read_orients(void *reader, const struct yaml_value *value, void *out)

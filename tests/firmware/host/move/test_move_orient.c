@@ -13,6 +13,11 @@
     "keys:\n"
 #define KEYS "camera:\n  axes: {pan: pan, tilt: tilt}\n  look:\n    keys:\n"
 
+#define PATH                                                                   \
+    "path:\n  axes: [x, y, z]\n"                                               \
+    "  points: [[0, 0, 0], [1000, 0, 0], [2000, 0, 0]]\n"                      \
+    "  speed: {law: quintic, time: 10 s}\n"
+
 static void turn(double v[3], const double axis[3], double angle)
 {
     const double c = cos(angle), s = sin(angle);
@@ -169,12 +174,9 @@ static void keys_along_a_path_follow_its_distance(void **state)
     double worst = 0;
     (void)state;
     move_file_need(&file, RIG,
-                   "path:\n  axes: [x, y, z]\n"
-                   "  points: [[0, 0, 0], [1000, 0, 0], [2000, 0, 0]]\n"
-                   "  speed: {law: quintic, time: 10 s}\n" KEYS
-                   "      - {at: 500 mm, angles: [0 deg, 0 deg]}\n"
-                   "      - {at: 75 %, angles: [0 deg, 40 deg]}\n"
-                   "    curve: slerp\n");
+                   PATH KEYS "      - {at: 500 mm, angles: [0 deg, 0 deg]}\n"
+                             "      - {at: 75 %, angles: [0 deg, 40 deg]}\n"
+                             "    curve: slerp\n");
     for (int i = 0; i <= 1000; i++) {
         const double x = move_file_pos(&file, "x", i / 100.0);
         const double part = fmin(1, fmax(0, (x - 500) / 1000));
@@ -211,6 +213,26 @@ static void c2_keys_keep_limits_and_have_no_steps(void **state)
     move_file_close(&file);
 }
 
+/* Straight through the vertical in one plane: only the tilt moves. */
+static void straight_up_is_passed_by_tilting_on(void **state)
+{
+    static struct move_file file;
+    (void)state;
+    move_file_need(&file, RIG,
+                   HEAD
+                   "      - {t: 0 s, angles: [30 deg, 60 deg, 0 deg]}\n"
+                   "      - {t: 3 s, forward: [0, 0, 1], up: [-0.866025404,"
+                   " -0.5, 0]}\n"
+                   "      - {t: 6 s, angles: [30 deg, 120 deg, 0 deg]}\n");
+    for (int i = 0; i <= 600; i++) {
+        assert_true(fabs(move_file_pos(&file, "pan", i / 100.0) - 30) < 1e-4);
+        assert_true(fabs(move_file_pos(&file, "roll", i / 100.0)) < 1e-4);
+    }
+    assert_true(fabs(move_file_pos(&file, "tilt", 3) - 90) < 1e-4);
+    assert_true(fabs(move_file_pos(&file, "tilt", 6) - 120) < 1e-4);
+    move_file_close(&file);
+}
+
 static void what_cannot_be_turned_is_refused(void **state)
 {
     static const struct {
@@ -244,7 +266,7 @@ static void what_cannot_be_turned_is_refused(void **state)
         { KEYS "      - {t: 0 s, quaternion: [1, 0, 0]}\n      - {t: 1 s}\n",
           "quaternion has 3 items" },
         { KEYS "      - {t: 0 s, forward: [0, 0, 1]}\n      - {t: 1 s}\n",
-          "forward has forward and up in one line" },
+          "5:9: orientation has forward and up in one line" },
         { KEYS "      - {t: 0 s, angles: [0, 0], up: [0, 0, 1]}\n"
                "      - {t: 1 s}\n",
           "orientation gives up without forward" },
@@ -266,6 +288,16 @@ static void what_cannot_be_turned_is_refused(void **state)
           "roll is not used with keys of look, which roll" },
         { "camera:\n  axes: {pan: pan, tilt: tilt}\n  look: {at: [0, 0, 0]}\n",
           "camera has no path to go on" },
+        { PATH KEYS "      - {at: 10 %, angles: [0, 0]}\n"
+                    "      - {at: 100 mm, angles: [1 deg, 0]}\n",
+          "10:9: orientation 2 is not further along the path than the one "
+          "before it" },
+        { PATH KEYS "      - {at: 10 %, angles: [0, 0]}\n"
+                    "      - {at: 2001 mm, angles: [1 deg, 0]}\n",
+          "10:9: orientation 2 is beyond the end of the path" },
+        { PATH KEYS "      - {at: 10 %, angles: [0, 0]}\n"
+                    "      - {t: 2 s, angles: [1 deg, 0]}\n",
+          "10:9: orientation gives t, and the first one at" },
         /* 0.001 deg beside straight up */
         { HEAD "      - {t: 0 s, angles: [0, 60 deg, 0]}\n"
                "      - {t: 4 s, forward: [-0.00001, 0.00001, 1],"
@@ -287,6 +319,7 @@ int main(void)
         cmocka_unit_test(a_quaternion_a_direction_and_angles_agree),
         cmocka_unit_test(keys_along_a_path_follow_its_distance),
         cmocka_unit_test(c2_keys_keep_limits_and_have_no_steps),
+        cmocka_unit_test(straight_up_is_passed_by_tilting_on),
         cmocka_unit_test(what_cannot_be_turned_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
