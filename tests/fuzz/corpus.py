@@ -86,6 +86,22 @@ axes:
       - {t: 6 s, p: 930 mm, interpolation: elastic, amplitude: 3 mm, period: 1 s}
       - {t: 8 s, p: 940 mm, interpolation: back, easing: in-out, back: 1.7}
 """,
+    "orient": """\
+path:
+  axes: [x, y]
+  curve: c2
+  points: [[0 mm, 0 mm], [900 mm, 100 mm], [1900 mm, -600 mm]]
+  speed: {law: quintic, time: 8 s}
+camera:
+  axes: {pan: pan, tilt: tilt}
+  up: [0, 0, 1]
+  look:
+    curve: squad
+    keys:
+      - {at: 0 %, angles: [10 deg, -5 deg]}
+      - {at: 700 mm, quaternion: [1, 1, -1, -1]}
+      - {at: 90 %, forward: [1, 2, 0.5], up: [0, 0, 1]}
+""",
     "path": """\
 path:
   axes: [x, y]
