@@ -8,6 +8,7 @@
 #include "motion/number/trig.h"
 #include "motion/path/head.h"
 #include "motion/path/lookat.h"
+#include "motion/path/orient.h"
 #include "motion/path/polycurve.h"
 #include "motion/path/rotspline.h"
 #include "tests/qemu/golden_tools.h"
@@ -122,6 +123,30 @@ static void golden_rotspline(void)
     }
 }
 
+/* Keys that are nowhere half a turn apart, so that the spline converges. */
+static void golden_turns(void)
+{
+    static struct motion_orient_key key[KEYS];
+    struct motion_orient orient = { .key = key,
+                                    .count = KEYS,
+                                    .rotkey = golden_key };
+    struct motion_quat q = MOTION_QUAT_ONE;
+
+    for (int i = 0; i < KEYS; i++) {
+        q = motion_quat_mul(q, motion_quat_exp(golden_vec(31)));
+        key[i] =
+            (struct motion_orient_key){ .t = i * SECOND + (i & 1), .q = q };
+    }
+    for (int curve = 0; curve <= MOTION_ORIENT_C2; curve++) {
+        orient.curve = (enum motion_orient_curve)curve;
+        golden_add(motion_orient_plan(&orient));
+        for (int i = 0; i < 18; i++) {
+            golden_add(motion_orient_at(&orient, SECOND / 4 * i, &q));
+            golden_add_quat(q);
+        }
+    }
+}
+
 static void golden_frames(void)
 {
     static const int64_t border[2] = { 0, 1 << 20 };
@@ -185,7 +210,8 @@ static void golden_bake(void)
 {
     static struct motion_segment segment[MOTION_HEAD_AXES][16];
     static const int64_t border[2] = { 0, SECOND };
-    const struct motion_head_bake bake = { border, 2, UNIT / 1000, 0, 0, 0, false };
+    const struct motion_head_bake bake = { border, 2, UNIT / 1000, 0,
+                                           0,      0, false };
     struct motion_quat key[2] = { MOTION_QUAT_ONE, { ONE, 0, 0, 0 } };
     const struct motion_turning turning = { golden_turning, key };
     struct motion_head head = { .valid = false };
@@ -213,6 +239,7 @@ static const struct {
     { "trig", golden_trig },           { "quat", golden_quats },
     { "rotspline", golden_rotspline }, { "frame", golden_frames },
     { "lookat, head", golden_lookat }, { "head bake", golden_bake },
+    { "orient", golden_turns },
 };
 
 int main(void)
