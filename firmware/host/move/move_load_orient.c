@@ -204,9 +204,9 @@ static int move_read_orient(struct move_reader *reader,
     if (yaml_value_need(value, YAML_TREE_MAP) < 0)
         return -1;
     is_along = yaml_fields_find(value, "at") != 0;
-    if (move_check_orient(value, is_along, orient->count == 0,
+    if (yaml_fields_read(value, &move_orient_shape, reader, &reading) < 0 ||
+        move_check_orient(value, is_along, orient->count == 0,
                           orient->is_along) < 0 ||
-        yaml_fields_read(value, &move_orient_shape, reader, &reading) < 0 ||
         orient_view(value, &reading) < 0)
         return -1;
     orient->is_along = is_along;

@@ -246,6 +246,8 @@ static void what_cannot_be_turned_is_refused(void **state)
         { KEYS "      - {t: 0 s, angles: [0, 0], forward: [1, 0, 0]}\n"
                "      - {t: 1 s}\n",
           "5:9: orientation gives not just one of angles" },
+        { KEYS "      - {t: 0 s, angels: [0, 0]}\n      - {t: 1 s}\n",
+          "5:18: unknown key 'angels'" },
         { KEYS "      - {angles: [0, 0]}\n      - {t: 1 s}\n",
           "5:9: orientation gives not just one of t and at" },
         { KEYS "      - {at: 5 %, angles: [0, 0]}\n      - {t: 1 s}\n",
