@@ -217,16 +217,18 @@ static bool is_within(struct num off, int64_t named_q32, struct num most)
            !num_lt(most, num_abs(all));
 }
 
-/* Is what a plan of one phase leaves of its goal, the residual it names and
- * what that leaves (V, and twice P), no more than a part of a tick and a
- * rounding make? */
+/* Is what a plan of one phase, or one change between two speeds, leaves of its
+ * goal, the residual it names and what that leaves (V, and twice P), no more
+ * than a part of a tick and a rounding make? */
 OTG_OWN_FRAME static bool check_residual(const struct otg_check *c,
                                          struct motion_u128 vel,
                                          struct wider twice)
 {
     const struct motion_otg_plan *plan = c->plan;
     const struct motion_state *start = &c->move->start, *goal = &c->move->goal;
-    if (plan->count != 1 || (goal->vel_q32 | goal->acc_q32) == 0)
+    int most_phases = (start->acc_q32 | goal->acc_q32) == 0 ? 3 : 1;
+    if (plan->count < 1 || plan->count > most_phases ||
+        (goal->vel_q32 | goal->acc_q32) == 0)
         return false;
     struct num most = residual_most(num_make(start->acc_q32, -32),
                                     num_make(goal->acc_q32, -32));
@@ -560,8 +562,9 @@ static int check_goal(const struct otg_check *c, const struct stretch *end,
     if (c->has_vel && is_near &&
         (wide_is_less(c->up, end->v1) || wide_is_less(end->v1, c->down)))
         return refuse(field, MOTION_OTG_FIELD_VEL_MAX);
-    if (c->has_vel && (c->trimmed != 0 || is_near) &&
-        (c->is_coarse || longest < plan->dur_ns_q12 >> CHECK_CARRIER) &&
+    bool is_short = longest < plan->dur_ns_q12 >> CHECK_CARRIER;
+    if (c->has_vel &&
+        (is_near || (c->trimmed != 0 && (c->is_coarse || is_short))) &&
         !check_carried(c, residual, twice))
         return refuse(field, MOTION_OTG_FIELD_VEL_MAX);
     return MOTION_OK;

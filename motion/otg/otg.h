@@ -17,10 +17,10 @@
  * of a second's move.)  Where the optimum is possible in no whole number of
  * ticks (a displacement that a given speed covers in part of one), it is the
  * next duration that is.  Where that exceeds by 2^-10 and two ticks what one
- * phase of constant jerk takes, the plan is this phase in the next whole tick;
- * it ends beside its goal by a residual of two ticks' travel and two steps of
- * the public formats at most.  There is none with a goal at rest or a given
- * duration, nor where more than one phase is needed.
+ * phase of constant jerk, or one change between two velocities, takes, the plan
+ * is this in the next whole tick; it ends beside its goal by a residual of two
+ * ticks' travel and two steps of the public formats at most.  There is none
+ * with a goal at rest or a given duration.
  *
  * Method and equations: docs/OTG.md.  Compare: Berscheid & Kroeger, "Jerk-
  * limited real-time trajectory generation with arbitrary target states" (RSS

@@ -150,8 +150,8 @@ static bool is_goal(const struct oracle *g, enum oracle_order order,
 
 /* What a plan names as its residual may be left: two ticks at the velocity
  * (acceleration) of either end and two steps of the public format, and what
- * those of the velocity make of the position; of one phase to a goal that is
- * not at rest. */
+ * those of the velocity make of the position; of one phase, or one change from
+ * one speed to another, to a goal that is not at rest. */
 #define TICK_S (1 / 4096e9L)
 
 static long double may_be_left(int64_t from, int64_t to, int bits)
@@ -159,6 +159,13 @@ static long double may_be_left(int64_t from, int64_t to, int bits)
     long double rate = fmaxl(fabsl(ldexpl((long double)from, -bits)),
                              fabsl(ldexpl((long double)to, -bits)));
     return 2 * TICK_S * rate + 3 * 0x1p-32L; /* one of them to name it */
+}
+
+static bool may_have_residual(const struct oracle *g)
+{
+    const struct motion_otg_move *m = g->move;
+    const bool is_cruise = (m->start.acc_q32 | m->goal.acc_q32) == 0;
+    return g->plan->count >= 1 && g->plan->count <= (is_cruise ? 3 : 1);
 }
 
 static bool residual_is_small(const struct oracle *g)
@@ -170,7 +177,7 @@ static bool residual_is_small(const struct oracle *g)
     long double pos = vel * t + may_be_left(start->vel_q32, goal->vel_q32, 32);
     if ((plan->residual_pos_q32 | plan->residual_vel_q32) == 0)
         return true;
-    return plan->count == 1 && (plan->trim[0] | plan->trim[1]) == 0 &&
+    return may_have_residual(g) && (plan->trim[0] | plan->trim[1]) == 0 &&
            (goal->vel_q32 | goal->acc_q32) != 0 &&
            fabsl(ldexpl((long double)plan->residual_vel_q32, -32)) <= vel &&
            fabsl(ldexpl((long double)plan->residual_pos_q32, -32)) <= pos;
@@ -195,7 +202,7 @@ static const char *judge_goal(const struct oracle *g)
     big_add(&pos, &pos, &g->pos);
     if (!residual_is_small(g))
         return "residual";
-    if (most.sign == 0 && g->plan->count == 1) /* cut, not rounded */
+    if (most.sign == 0 && may_have_residual(g)) /* cut, not rounded */
         big_copy(&most, &g->unit[ORACLE_POS]);
     if (!is_goal(g, ORACLE_POS, &pos, g->plan->goal_pos_q32, &most))
         return "displacement";

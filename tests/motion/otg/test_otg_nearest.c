@@ -1,8 +1,8 @@
 /* tests/motion/otg/test_otg_nearest.c - motions with no time to spare take the
  * nearest tick.
  *
- * Displacements at the velocity of both ends, changes of speed and those that
- * one ramp of full jerk makes: their least time is known, from a us to 10 s, in
+ * Displacements at the velocity of both ends, changes between two speeds and
+ * those that one ramp of full jerk makes: their least time is known, from a us to 10 s, in
  * several units, with limits 1:1000 apart.  No answer takes more than two ticks
  * and 2^-10 longer; the oracle judges every plan and its track, residual
  * included. */
@@ -100,6 +100,25 @@ static long double draw_ramp(struct motion_otg_move *m, long double t)
     return (long double)m->limit.vel_max_q32 * t < 8 ? 0 : t;
 }
 
+/* From one speed to another that differs by no more than the jerk makes in that
+ * time, in half of it: at the mean of both. */
+static long double draw_change(struct motion_otg_move *m, long double t)
+{
+    draw_limits(m, MOTION_OTG_POSITION);
+    const struct motion_otg_limit *l = &m->limit;
+    int64_t v = l->vel_max_q32 - (int64_t)(draw() % 4);
+    long double most = (long double)l->jerk_q32 * t * t / 4;
+    most = fminl(most, (long double)l->acc_max_q32 * t / 2);
+    most = fminl(most, (long double)v / 2);
+    int64_t by = (int64_t)(most * draw_unit() * 0.9L);
+    m->start.vel_q32 = v - (draw() & 1 ? by : 0);
+    m->goal.vel_q32 = m->start.vel_q32 < v ? v : v - by;
+    long double mean =
+        ((long double)m->start.vel_q32 + (long double)m->goal.vel_q32) / 2;
+    m->goal.pos_q32 = (int64_t)(mean * t) + 1;
+    return (long double)m->goal.pos_q32 / mean;
+}
+
 /* --- no time to spare ------------------------------------------------------ */
 
 struct tally {
@@ -169,6 +188,13 @@ static void one_ramp_takes_the_nearest_tick(void **state)
     all_decades(draw_ramp);
 }
 
+static void a_change_between_two_cruises_takes_the_nearest_tick(void **state)
+{
+    (void)state;
+    seed_from("changes");
+    all_decades(draw_change);
+}
+
 /* It never slows down by more than what the last tick is too much: 1 / T of a
  * tick's travel, in dips of a smaller jerk than the limit. */
 static void a_cruise_at_its_limit_has_no_notch(void **state)
@@ -222,6 +248,13 @@ static void a_residual_is_named(void **state)
     plan.goal_pos_q32 -= 100000;
     plan.residual_pos_q32 += 100000;
     assert_int_equal(motion_otg_check(&m, &plan, NULL), MOTION_E_LIMIT);
+    /* one step back is no residual of standing where one is */
+    m.goal.pos_q32 = -1;
+    plan = (struct motion_otg_plan){ .start_vel_q32 = m.start.vel_q32,
+                                     .goal_vel_q32 = m.goal.vel_q32,
+                                     .goal_pos_q32 = -1,
+                                     .acc_bits = 32 };
+    assert_int_equal(motion_otg_check(&m, &plan, NULL), MOTION_E_LIMIT);
 }
 
 int main(void)
@@ -229,6 +262,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_cruise_takes_the_nearest_tick),
         cmocka_unit_test(one_ramp_takes_the_nearest_tick),
+        cmocka_unit_test(a_change_between_two_cruises_takes_the_nearest_tick),
         cmocka_unit_test(a_cruise_at_its_limit_has_no_notch),
         cmocka_unit_test(a_residual_is_named),
     };
