@@ -58,8 +58,8 @@ int move_cycles_check(const struct move *move)
     if (bezier->after.mode != MOTION_FCURVE_ONCE && bezier->after.count == 0 &&
         !bezier->has_end)
         return move_fail_axis(move, MOTION_E_ARG,
-                              "its cycles never end, expected until or how "
-                              "many");
+                              "its cycles never end, expected after_count "
+                              "or until");
     if (bezier->has_end && bezier->end_ns_q12 <= 0)
         return move_fail_axis(move, MOTION_E_ORDER,
                               "until is %.9g s, which is not after the start",

@@ -104,7 +104,8 @@ static const struct yaml_field rig_following_fields[] = {
       "the following error that is always allowed, such as 2 mm",
       rig_read_floor, offsetof(struct rig_axis, following_floor_q32) },
     { "time", YAML_OPTIONAL,
-      "a time of 0 .. 10 s in whole us: speed times this is allowed",
+      "a time of 0 .. 10 s in whole us; the error may be this times the "
+      "speed",
       rig_read_following_time, offsetof(struct rig_axis, following_k_ns) },
 };
 const struct yaml_shape rig_following_shape = {

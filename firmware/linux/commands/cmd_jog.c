@@ -461,7 +461,8 @@ static const struct option_row cmd_jog_option[] = {
 
 const struct command cmd_jog = {
     .name = "jog",
-    .arguments = "RIG AXIS [+WAY | -WAY | to POSITION | at SPEED for TIME]",
+    .arguments =
+        "RIG AXIS [+DISTANCE | -DISTANCE | to POSITION | at SPEED for TIME]",
     .summary = "move one axis by hand: a distance, to a position, or by keys",
     .text =
         "Moves one axis in the least time inside its limits, and stops; the\n"

@@ -267,7 +267,7 @@ static enum status cmd_otg_one(struct cmd_otg *self)
         return cmd_otg_fail("where to? expected FILE, or --to POSITION, or "
                             "--vf VELOCITY; see slew otg --help");
     if (self->options->row >= 0)
-        return cmd_otg_fail("--row: expected with FILE");
+        return cmd_otg_fail("--row is for a table, expected FILE with it");
     self->header.axes = 1;
     self->header.velocity = isnan(given[OTG_PF]);
     struct otg_row row = { .duration = (double)NAN };
@@ -360,8 +360,8 @@ static enum status cmd_otg_table(const struct options *options,
     if (options->through && options->replan)
         return cmd_otg_fail("expected --through or --replan, not both");
     if (options->path_count == 0)
-        return cmd_otg_fail("--through and --replan: expected with FILE, whose "
-                            "rows are one motion");
+        return cmd_otg_fail("--through and --replan are for a table, expected "
+                            "FILE, whose rows are one motion");
     if (options->row >= 0)
         return cmd_otg_fail("--row: not with --through or --replan, as all "
                             "rows are one motion");

@@ -127,7 +127,9 @@ static enum status cmd_plot_run(const struct options *options)
             "--compare: not with --telemetry, as a run has one "
             "curve");
     if (options->axis != NULL && options->compare == NULL)
-        return cmd_plot_fail("--axis: expected with --compare");
+        return cmd_plot_fail(
+            "--axis is for --compare, expected --compare CURVE "
+            "with it");
     struct job *job = memory_new(1, sizeof *job);
     struct trace *trace = memory_new(1, sizeof *trace);
     enum status status = cmd_plot_job(job, trace, options);

@@ -219,7 +219,7 @@ static enum status cmd_sample_camera(struct cmd_sample *self)
     if (camera == NULL || self->job->compiled != NULL ||
         plan_camera_mount(camera, &self->mount) < 0)
         return cmd_sample_fail("--quaternion: the move has no camera",
-                               ", expected one with");
+                               ", expected a move with one");
     return STATUS_OK;
 }
 

@@ -61,7 +61,7 @@ static const char *otg_sentence(const struct otg_motion *motion,
         return otg_field[field].argument;
     if (err == MOTION_E_LIMIT && (field == MOTION_OTG_FIELD_GOAL_VEL ||
                                   field == MOTION_OTG_FIELD_GOAL_ACC))
-        return "no motion inside the limits ends with it";
+        return "no motion within the limits can end with it";
     if (err == MOTION_E_LIMIT && motion->kind == MOTION_SYNC_STRAIGHT)
         return "no straight line leads there inside the limits";
     if (err == MOTION_E_LIMIT)

@@ -37,7 +37,7 @@ int session_bus(const struct rig *rig, const char *name, bool can,
     if (count != 1)
         return session_refuse(
             message, rig->title,
-            "has no such bus, or several, expected --bus NAME");
+            "has no bus of that kind, or several, expected --bus NAME");
     return only;
 }
 

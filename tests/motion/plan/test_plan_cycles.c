@@ -285,7 +285,7 @@ static void until_is_a_key_of_any_lap(void **state)
     (void)state;
     make_axis(PLAN_CURVE_QUINTIC, MOTION_FCURVE_REPEAT, 0);
     refused(MOTION_E_ARG, 0,
-            "axis pan: its cycles never end, expected until or how many");
+            "axis pan: its cycles never end, expected after_count or until");
     axis.bezier.has_end = true;
     axis.bezier.end_ns_q12 = 12 * SEC;
     plan(&track);

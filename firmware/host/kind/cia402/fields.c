@@ -176,9 +176,12 @@ static int rig_read_braking(void *reader, const struct yaml_value *value,
 {
     if (rig_read_option(reader, value, out) < 0)
         return -1;
-    if (((struct drive_cia402_option_code *)out)->value == 0)
-        return yaml_value_refuse(value, "is 0, the axis would coast: expected "
-                                        "a code that brakes, such as 2");
+    if (((struct drive_cia402_option_code *)out)->value == 0) {
+        struct yaml_value code = *value;
+        code.expected = "a code that brakes, such as 2";
+        return yaml_value_refuse(&code,
+                                 "is 0, with which the axis would coast");
+    }
     return 0;
 }
 
@@ -208,7 +211,10 @@ int rig_read_options(void *reader, const struct yaml_value *value, void *out)
 int rig_check_cia402(const struct yaml_value *value,
                      const struct rig_axis *axis)
 {
-    if (axis->cia402.stream == DRIVE_CIA402_CSV && axis->cia402.gain_q16 == 0)
-        return yaml_value_refuse(value, "has mode: csv but no bandwidth");
+    if (axis->cia402.stream == DRIVE_CIA402_CSV && axis->cia402.gain_q16 == 0) {
+        struct yaml_value drive = *value;
+        drive.expected = "both, such as bandwidth: 5 Hz";
+        return yaml_value_refuse(&drive, "has mode: csv but no bandwidth");
+    }
     return 0;
 }

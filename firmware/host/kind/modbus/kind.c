@@ -188,10 +188,12 @@ static int modbus_read(struct rig_reader *reader,
     map = &reader->rig->map[axis->map];
     if (rig_judge_mode(value, map, axis) < 0)
         return -1;
-    if (map->watchdog_ns == 0 && !axis->unsupervised)
+    if (map->watchdog_ns == 0 && !axis->unsupervised) {
+        struct yaml_value drive = *value;
+        drive.expected = "unsupervised: yes once its torque-off input is wired";
         return yaml_value_refuse(
-            value, "does not stop by itself when the line is dead: say "
-                   "unsupervised: yes once its torque-off input is wired");
+            &drive, "does not stop by itself when the line is dead");
+    }
     return 0;
 }
 

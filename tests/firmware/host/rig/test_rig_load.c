@@ -725,11 +725,12 @@ static const struct {
     { "rig_cia402_unsupervised.yaml", 17, 21, "unknown unsupervised 'maybe'" },
     { "rig_cia402_mode.yaml", 17, 13, "unknown mode 'pp'" },
     { "rig_cia402_no_bandwidth.yaml", 13, 7,
-      "drive has mode: csv but no bandwidth" },
+      "drive has mode: csv but no bandwidth, expected both, such as "
+      "bandwidth: 5 Hz" },
     { "rig_cia402_option.yaml", 17, 23, "halt '9' is not in -128 .. 8" },
     { "rig_cia402_quick_stop.yaml", 17, 29,
-      "quick_stop is 0, the axis would coast: expected a code that brakes, "
-      "such as 2" },
+      "quick_stop is 0, with which the axis would coast, expected a code that "
+      "brakes, such as 2" },
     { "rig_cia402_revolution.yaml", 17, 19,
       "revolution '-10 mm' is not above zero" },
     { "rig_cia402_scale.yaml", 17, 29, "num '0' is not in 1 .. 4294967295" },

@@ -178,7 +178,7 @@ static const struct {
       "buses:\n  l: {kind: modbus-tcp, host: a}\n" AXES
       "    drive: {kind: modbus, bus: l, node: 1, map: leadshine-el7, counts: "
       "1}\n",
-      "say unsupervised: yes" },
+      "expected unsupervised: yes" },
     { "drive of another bus",
       "buses:\n  l: {kind: modbus-tcp, host: a}\n" AXES
       "    drive: {kind: cia402, bus: l, node: 1, counts: 1}\n",
