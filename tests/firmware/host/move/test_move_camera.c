@@ -572,6 +572,27 @@ static void passing_too_close_is_refused_at_any_speed(void **state)
     move_file_close(&fast);
 }
 
+/* A tolerance that no number of segments would meet in any time: refused once
+ * the evaluations that docs/FILES.md states are used up. */
+static void planning_is_bounded(void **state)
+{
+    static const char points[] =
+        "path:\n  axes: [x, y, z]\n  curve: c2\n  points: [[200, -900, 300], "
+        "[900, -1100, 500], [1900, -600, 900], [2700, 300, 1200]]\n"
+        "  speed: {law: quintic, time: 6000 s}\n";
+    char text[1024];
+    (void)state;
+    (void)snprintf(text, sizeof text, "%s  tolerance: 1e-9 mm\n", points);
+    move_file_refuse(RIG, text,
+                     "2:3: the path takes too much work to plan: more than "
+                     "100000 evaluations and 64 for every point");
+    (void)snprintf(text, sizeof text,
+                   "%scamera:\n  axes: {pan: pan, tilt: tilt}\n"
+                   "  look: {at: [1500, 0, 100]}\n  tolerance: 1e-9 deg\n",
+                   points);
+    move_file_refuse(RIG, text, "7:3: the camera takes too much work to plan");
+}
+
 /* The third derivative of the way steps where a corner begins: too fast or not,
  * that is for the limits to say. */
 static void corners_are_looked_along_at_any_speed(void **state)
@@ -677,6 +698,7 @@ int main(void)
         cmocka_unit_test(the_mount_says_where_zero_is),
         cmocka_unit_test(looking_along_a_curve_turns_as_the_curve_does),
         cmocka_unit_test(passing_too_close_is_refused_at_any_speed),
+        cmocka_unit_test(planning_is_bounded),
         cmocka_unit_test(corners_are_looked_along_at_any_speed),
         cmocka_unit_test(what_a_camera_cannot_do_is_said),
     };
