@@ -72,10 +72,10 @@ static int64_t change_ticks(const struct motion_otg_move *move)
 {
     const struct motion_otg_limit *lim = &move->limit;
     const int64_t v0 = move->start.vel_q32, v1 = move->goal.vel_q32;
-    int64_t by, both, least = 0;
+    int64_t by, both = v0, least = 0;
     if (motion_fixed_sub(move->goal.pos_q32, move->start.pos_q32, &by) < 0 ||
-        motion_fixed_add(by, by, &by) < 0 ||
-        motion_fixed_add(v0, v1, &both) < 0)
+        (v0 != v1 && (motion_fixed_add(by, by, &by) < 0 ||
+                      motion_fixed_add(v0, v1, &both) < 0)))
         return 0;
     if (lim->jerk_q32 == 0)
         least = 1 + ticks_of(v1 - v0,

@@ -30,6 +30,15 @@ static bool is_stretched(const struct motion_otg_move *move, int64_t dur,
            motion_otg_stretch(move, dur, plan) == MOTION_OK;
 }
 
+/* Its fastest plan, if that takes `dur`. */
+static bool is_fastest(const struct motion_otg_move *move, int64_t dur,
+                       struct motion_otg_plan *plan,
+                       enum motion_otg_field *field)
+{
+    return motion_otg_make_in(move, 0, plan, field) == MOTION_OK &&
+           is_stretched(move, dur, plan);
+}
+
 static bool is_near(int64_t least, int64_t dur)
 {
     int64_t late = dur - least;
@@ -37,22 +46,28 @@ static bool is_near(int64_t least, int64_t dur)
 }
 
 /* All axes in `dur`, or the first that cannot and the next time it can.  The
- * fastest plan of axis `made` is there already. */
+ * plan of axis `made` is there already.  What has no time to spare is planned
+ * in no given time (docs/OTG.md, 5), but may take just this. */
 static int all_in(const struct motion_otg_move move[], int count,
                   const struct needs *needs, int made, int64_t *dur,
                   struct motion_otg_plan plan[],
                   struct motion_sync_fault *fault)
 {
     for (int i = 0; i < count; i++) {
+        bool was_tried = is_near(needs->least[i], *dur);
         fault->axis = i;
-        if (is_near(needs->least[i], *dur) &&
-            (i == made || motion_otg_make_in(&move[i], 0, &plan[i],
-                                             &fault->field) == MOTION_OK) &&
-            is_stretched(&move[i], *dur, &plan[i]))
+        if (i == made ||
+            (was_tried && is_fastest(&move[i], *dur, &plan[i], &fault->field)))
             continue;
         int err = motion_otg_make_in(&move[i], *dur, &plan[i], &fault->field);
         if (err < 0) {
-            *dur = plan[i].dur_ns_q12;
+            const int64_t next = plan[i].dur_ns_q12;
+            const enum motion_otg_field field = fault->field;
+            if (!was_tried &&
+                is_fastest(&move[i], *dur, &plan[i], &fault->field))
+                continue;
+            fault->field = field;
+            *dur = next;
             return err;
         }
     }

@@ -12,6 +12,7 @@
 
 #include "motion/core/err.h"
 #include "motion/otg/replan.h"
+#include "motion/otg/sync.h"
 #include "tests/motion/otg/otg_oracle.h"
 #include "tests/support/check.h"
 
@@ -195,6 +196,33 @@ static void a_change_between_two_cruises_takes_the_nearest_tick(void **state)
     all_decades(draw_change);
 }
 
+/* Beside an axis that stands, and one that does the same. */
+static void several_axes_take_the_nearest_tick(void **state)
+{
+    (void)state;
+    seed_from("several axes");
+    for (int i = 0; i < 2000; i++) {
+        struct motion_otg_move m[3];
+        struct motion_otg_plan plan[3];
+        long double t = powl(10, -6 + 5 * draw_unit());
+        t = i & 1 ? draw_cruise(&m[0], t) : draw_change(&m[0], t);
+        m[1] = m[2] = m[0];
+        m[2].start.vel_q32 = m[2].goal.vel_q32 = m[2].goal.pos_q32 = 0;
+        assert_int_equal(motion_sync_make(m, 3, MOTION_SYNC_TIME, plan, NULL),
+                         MOTION_OK);
+        for (int k = 0; k < 3; k++) {
+            const char *wrong = otg_oracle_judge(&m[k], &plan[k]);
+            if (wrong != NULL)
+                fail_msg("move %d, axis %d: %s", i, k, wrong);
+            assert_int_equal(plan[k].dur_ns_q12, plan[0].dur_ns_q12);
+        }
+        if ((long double)plan[0].dur_ns_q12 >
+            t * TICKS_PER_S * (1 + 0x1p-10L) + 3)
+            fail_msg("move %d: %.9Lg s became %.9Lg s", i, t,
+                     (long double)plan[0].dur_ns_q12 / TICKS_PER_S);
+    }
+}
+
 /* It never slows down by more than what the last tick is too much: 1 / T of a
  * tick's travel, in dips of a smaller jerk than the limit. */
 static void a_cruise_at_its_limit_has_no_notch(void **state)
@@ -263,6 +291,7 @@ int main(void)
         cmocka_unit_test(a_cruise_takes_the_nearest_tick),
         cmocka_unit_test(one_ramp_takes_the_nearest_tick),
         cmocka_unit_test(a_change_between_two_cruises_takes_the_nearest_tick),
+        cmocka_unit_test(several_axes_take_the_nearest_tick),
         cmocka_unit_test(a_cruise_at_its_limit_has_no_notch),
         cmocka_unit_test(a_residual_is_named),
     };
