@@ -19,6 +19,7 @@ import sys
 ROOTS = {
     "motion_track_sample": "motion/core",
     "motion_clock_warp_at": "motion/core",
+    "motion_shaper_sample": "motion/core",
     "controller_step": "firmware/control",
     "controller_ahead": "firmware/control",
     "trigger_step": "firmware/control",
