@@ -19,6 +19,8 @@ static const struct {
     { "cases", "method", vectors_splines },
     { "curves", "keys", vectors_blender },
     { "cases", "inv_fraction", vectors_arclength },
+    { "cases", "group_delay", vectors_shapers },
+    { "cases", "stretch", vectors_fit },
     { "cases", "v", vectors_ease },
     { "cases", "frenet", vectors_frames },
     { "cases", "rig", vectors_kinematics },
