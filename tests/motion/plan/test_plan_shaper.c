@@ -75,7 +75,8 @@ static void every_shaper_is_what_defines_it(void **state)
     (void)state;
     seed_from("definition");
     for (int n = 0; n < 2000; n++) {
-        const enum plan_shaper_kind kind = n % PLAN_SHAPER_KINDS;
+        const enum plan_shaper_kind kind =
+            (enum plan_shaper_kind)(n % PLAN_SHAPER_KINDS);
         const double f = pow(10, between(-2, 4));
         const struct plan_shaper shaper =
             design(kind, f, between(0, damping_max[kind]));
@@ -146,7 +147,8 @@ static void group_delay_is_the_slope_of_the_phase(void **state)
     (void)state;
     seed_from("group delay");
     for (int n = 0; n < 400; n++) {
-        const enum plan_shaper_kind kind = n % PLAN_SHAPER_KINDS;
+        const enum plan_shaper_kind kind =
+            (enum plan_shaper_kind)(n % PLAN_SHAPER_KINDS);
         const struct plan_shaper shaper =
             design(kind, 1, between(0, damping_max[kind]));
         const double at = between(0, 0.6), h = 1e-5;
@@ -274,7 +276,8 @@ static void the_tick_leaves_the_residual_that_was_designed(void **state)
                      after = vibration(mode, &tick, &track, 0.3 + last, 50);
         assert_true(before > 1);
         if (fabs(after / before - plan_shaper_residual(&shaper, real)) > 1e-6)
-            fail_msg("%s at %g Hz: %g of %g", plan_shaper_word(n / 3), real,
+            fail_msg("%s at %g Hz: %g of %g",
+                     plan_shaper_word((enum plan_shaper_kind)(n / 3)), real,
                      after, before);
         if (n / 3 == PLAN_SHAPER_ZVD)
             assert_true(after < 0.05 * before);
