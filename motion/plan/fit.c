@@ -68,11 +68,12 @@ static int fit_refuse_fixed(struct fit *self, uint32_t from, uint32_t to,
                 (axis->key[i].fixed & PLAN_FIXED_TIME) != 0)
                 return plan_error_set(
                     self->error, MOTION_E_LIMIT, axis->key[i].place,
-                    "key %u of axis %s is fixed at %.6g s, %.6g s after what "
-                    "is before it, where %.6g s are needed",
+                    "key %u of axis %s is fixed at %.6g s: from %.6g s up to "
+                    "it %.6g s are needed, and there are %.6g s",
                     i + 1, axis->name, move_seconds(at),
-                    move_seconds(at - self->fit->from_ns_q12[from]),
-                    needed_ns_q12 / (double)MOTION_FIXED_S_Q12);
+                    move_seconds(self->fit->from_ns_q12[from]),
+                    needed_ns_q12 / (double)MOTION_FIXED_S_Q12,
+                    move_seconds(at - self->fit->from_ns_q12[from]));
     }
     return fit_give_up(self);
 }
@@ -260,9 +261,7 @@ static int fit_refuse(const struct fit *self, struct plan_place place,
                       const char *what)
 {
     return plan_error_set(self->error, MOTION_E_ARG, place,
-                          "the times of keys alone are changed, and this move "
-                          "has %s",
-                          what);
+                          "the move has %s, expected one of keys alone", what);
 }
 
 static int fit_check(const struct fit *self)

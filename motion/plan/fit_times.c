@@ -168,8 +168,8 @@ static int fit_refuse_violation(const struct fit *self, uint32_t a,
     const struct plan_axis *axis = &self->request->move->axis[a];
 
     plan_error_set(self->error, MOTION_E_LIMIT, axis->place,
-                   "axis %s %s at %.6g s, and no duration helps: another "
-                   "curve, or other keys, would",
+                   "axis %s %s at %.6g s, and a longer duration does not "
+                   "help: other keys, or another curve, would",
                    axis->name, text[found->kind],
                    move_seconds(found->t_ns_q12));
     self->error->axis = a;

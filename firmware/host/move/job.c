@@ -9,6 +9,7 @@
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/table.h"
 #include "firmware/host/move/compiled.h"
+#include "firmware/host/move/job_fit.h"
 #include "firmware/host/move/job_goals.h"
 #include "motion/core/clock_warp.h"
 #include "motion/core/err.h"
@@ -437,10 +438,7 @@ static struct job_violation job_violation_of(const struct job *job, unsigned i,
 static void job_check_axis(struct job *job, unsigned i, int64_t rate_q30)
 {
     struct plan_limit limit;
-    job_limit_at(&job_rig_axis(job, i)->limit, rate_q30, &limit);
-    /* of path time: faster, a period covers more of it */
-    (void)motion_fixed_mulshift(job->rig.period_ns, rate_q30, 30,
-                                &limit.period_ns);
+    job_fit_limit(job, i, &limit);
     uint32_t count = job_find(job, i, &limit, NULL, 0);
     if (count == 0)
         return;
@@ -459,6 +457,7 @@ void job_check(struct job *job, int64_t rate_q30)
     if (rate_q30 < MOTION_CLOCK_WARP_ONE_Q30)
         rate_q30 = MOTION_CLOCK_WARP_ONE_Q30;
     job->violation_count = 0;
+    job->rate_q30 = rate_q30;
     for (unsigned i = 0; i < job->move.axis_count; i++)
         job_check_axis(job, i, rate_q30);
     plan_progress_end(job->progress);
@@ -512,6 +511,7 @@ static bool job_turns_in_steps(const struct job *job)
 
 static void job_print_advice(const struct job *job, FILE *file)
 {
+    job_fit_print(job, file);
     if (job_turns_in_steps(job))
         fputs("A head that looks along the path turns as the path bends, and "
               "where its curvature\nsteps so does the head's speed, however "
@@ -564,4 +564,5 @@ void job_json_violations(const struct job *job, struct cJSON *object)
     cJSON *list = cJSON_AddArrayToObject(object, "violations");
     for (uint32_t i = 0; i < job->violation_count; i++)
         cJSON_AddItemToArray(list, job_json_violation(job, &job->violation[i]));
+    job_fit_json(job, object);
 }

@@ -70,6 +70,7 @@ struct job {
     struct plan_shots *shots; /* by line of the rig */
     struct job_violation *violation;
     uint32_t violation_count;
+    int64_t rate_q30;         /* at which job_check judged it */
     struct messages messages; /* for the user */
 };
 
@@ -96,8 +97,8 @@ enum status job_read_rig(const struct files *files, const char *path,
  * its own speed.  Fills violation, in the order of axes and time. */
 void job_check(struct job *job, int64_t rate_q30);
 
-/* The violations as a table with a heading, or as the member "violations" of
- * a JSON object. */
+/* The violations as a table with a heading, and what would help; or as the
+ * members "violations" and "fit" of a JSON object. */
 struct cJSON;
 void job_print_violations(const struct job *job, FILE *file);
 void job_json_violations(const struct job *job, struct cJSON *object);

@@ -407,6 +407,20 @@ static int move_read_key_tcb(void *reader, const struct yaml_value *value,
     return move_parse_tcb(self, value, &key->shape.tcb);
 }
 
+static int move_read_key_fixed(void *reader, const struct yaml_value *value,
+                               void *out)
+{
+    static const char *const word[] = { "time", "value", "both" };
+    struct plan_key *key = out;
+    unsigned index;
+
+    (void)reader;
+    if (yaml_value_choice(value, word, ARRAY_LEN(word), &index) < 0)
+        return -1;
+    key->fixed = (uint8_t)(index + 1); /* enum plan_fixed, as bits */
+    return 0;
+}
+
 /* The curve first, since others depend on it; then the order of the short form
  * [t, p, v, a]. */
 static const struct yaml_field move_key_fields[] = {
@@ -455,6 +469,8 @@ static const struct yaml_field move_key_fields[] = {
       move_read_key_amplitude, 0 },
     { "period", YAML_OPTIONAL, "a time, with interpolation elastic",
       move_read_key_period, 0 },
+    { "fixed", YAML_OPTIONAL, "time, value or both, which slew fit then keeps",
+      move_read_key_fixed, 0 },
 };
 #define MOVE_KEY_SHORT (&move_key_fields[1])
 #define MOVE_KEY_LIST  4

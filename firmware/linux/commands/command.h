@@ -22,9 +22,9 @@ struct command {
 
 #define COMMAND_OPTIONS(rows) .option = (rows), .option_count = ARRAY_LEN(rows)
 
-extern const struct command cmd_check, cmd_plan, cmd_sample, cmd_plot, cmd_run,
-    cmd_otg, cmd_gallery, cmd_import, cmd_export, cmd_compile, cmd_off, cmd_sim,
-    cmd_drive, cmd_home, cmd_jog, cmd_monitor, cmd_scan, cmd_doctor;
+extern const struct command cmd_check, cmd_fit, cmd_plan, cmd_sample, cmd_plot,
+    cmd_run, cmd_otg, cmd_gallery, cmd_import, cmd_export, cmd_compile, cmd_off,
+    cmd_sim, cmd_drive, cmd_home, cmd_jog, cmd_monitor, cmd_scan, cmd_doctor;
 
 /* The commands above in the order of the help; NULL at the end. */
 extern const struct command *const command_list[];

@@ -40,6 +40,7 @@ struct options {
     bool realtime, real, pty; /* run, sim */
     bool eds;                 /* sim */
     const char *out, *axis, *plot, *compare;
+    const char *method;                                     /* fit */
     const char *telemetry, *can_log, *modbus_log, *hold_at; /* run */
     const char *rig, *fps, *columns, *curve, *interface;
     const char *root;                              /* doctor */

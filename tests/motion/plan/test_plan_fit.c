@@ -412,7 +412,7 @@ static void a_span_gets_what_it_needs(void **state)
     keys[0][3].fixed = 0;
     keys[0][1].fixed = PLAN_FIXED_TIME;
     assert_int_equal(solve(PLAN_FIT_LOCAL, &fit), MOTION_E_LIMIT);
-    assert_non_null(strstr(error.text, "where 2 s are needed"));
+    assert_non_null(strstr(error.text, "up to it 2 s are needed"));
 }
 
 static void what_fits_is_left_to_the_bit(void **state)

@@ -1,0 +1,184 @@
+/* firmware/host/move/job_fit.c - see job_fit.h. */
+#include "firmware/host/move/job_fit.h"
+
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
+#include "motion/core/fixed.h"
+#include "motion/plan/fit.h"
+
+#define JOB_FIT_SPANS_MAX 8 /* that are named; the worst */
+
+/* A span of an axis that needs longer than it has. */
+struct job_fit_span {
+    unsigned axis;
+    uint32_t key; /* the first of its two, from 0 */
+    double more_s;
+};
+
+struct job_fit {
+    bool is_cured; /* there is more to it than speed: steps, positions */
+    double stretch;
+    int64_t end_ns_q12; /* a duration that fits */
+    unsigned axes;      /* that need longer */
+    uint32_t spans;     /* that need longer, also those not kept */
+    struct job_fit_span span[JOB_FIT_SPANS_MAX];
+};
+
+void job_fit_limit(const struct job *job, unsigned axis,
+                   struct plan_limit *limit)
+{
+    const int64_t rate_q30 = job->rate_q30;
+
+    job_limit_at(&job_rig_axis(job, axis)->limit, rate_q30, limit);
+    /* of path time: faster, a period covers more of it */
+    (void)motion_fixed_mulshift(job->rig.period_ns, rate_q30, 30,
+                                &limit->period_ns);
+}
+
+/* By the violations, which there are of every move: each has its worst value as
+ * played, by the limit as it is. */
+static void job_fit_duration(const struct job *job, struct job_fit *fit)
+{
+    for (uint32_t i = 0; i < job->violation_count; i++) {
+        const struct job_violation *violation = &job->violation[i];
+        const double ratio =
+            fabs((double)violation->value) / (double)violation->limit;
+        const double need = violation->kind == JOB_VEL    ? ratio
+                            : violation->kind == JOB_ACC  ? sqrt(ratio)
+                            : violation->kind == JOB_JERK ? cbrt(ratio)
+                                                          : 0;
+        fit->is_cured = fit->is_cured && need > 0;
+        fit->stretch = fmax(fit->stretch, need);
+    }
+}
+
+static void job_fit_keep(struct job_fit *fit, struct job_fit_span span)
+{
+    uint32_t i =
+        fit->spans < JOB_FIT_SPANS_MAX ? fit->spans : JOB_FIT_SPANS_MAX - 1;
+
+    fit->spans++;
+    if (fit->spans > JOB_FIT_SPANS_MAX && span.more_s <= fit->span[i].more_s)
+        return;
+    for (; i > 0 && fit->span[i - 1].more_s < span.more_s; i--)
+        fit->span[i] = fit->span[i - 1];
+    fit->span[i] = span;
+}
+
+/* By the track, whose keys are where they were written. */
+static void job_fit_axis(const struct job *job, unsigned a, struct job_fit *fit)
+{
+    const struct plan_axis *axis = &job->move.axis[a];
+    const uint32_t before = fit->spans;
+    struct plan_fit_need *need = memory_new(axis->key_count, sizeof *need);
+    struct plan_limit limit;
+
+    job_fit_limit(job, a, &limit);
+    plan_fit_span_needs(axis, &job->track[a], &limit, need);
+    for (uint32_t i = 0; i + 1 < axis->key_count; i++) {
+        const double span_s =
+            number_double(
+                axis->key[i + 1].key.t_ns_q12 - axis->key[i].key.t_ns_q12, 12) /
+            1e9;
+        fit->stretch = fmax(fit->stretch, need[i].stretch);
+        if (need[i].stretch > 1)
+            job_fit_keep(fit, (struct job_fit_span){
+                                  a, i, span_s * (need[i].stretch - 1) });
+    }
+    memory_free(need);
+    fit->axes += fit->spans > before;
+}
+
+/* The next whole millisecond. */
+static int64_t job_fit_up(double t_ns_q12)
+{
+    const double grid = 1e6 * (double)MOTION_FIXED_NS_Q12;
+
+    return t_ns_q12 < 0x1p62 ? llrint(ceil(t_ns_q12 / grid) * grid) : INT64_MAX;
+}
+
+static bool job_fit_has_spans(const struct job *job, unsigned a)
+{
+    return job->compiled == NULL && !job->outcome.is_bent &&
+           job->move.axis[a].driver == PLAN_BY_KEYS &&
+           job->move.axis[a].key_count > 1;
+}
+
+static struct job_fit job_fit_of(const struct job *job)
+{
+    struct job_fit fit = { .is_cured = true, .stretch = 1 };
+
+    job_fit_duration(job, &fit);
+    if (fit.stretch > 1)
+        for (unsigned a = 0; a < job->move.axis_count; a++)
+            if (job_fit_has_spans(job, a))
+                job_fit_axis(job, a, &fit);
+    fit.end_ns_q12 =
+        job_fit_up((double)job->end_ns_q12 * fit.stretch * (1 + 1e-9));
+    return fit;
+}
+
+static void job_fit_print_spans(const struct job *job,
+                                const struct job_fit *fit, FILE *file)
+{
+    char more[NUMBER_MAX];
+
+    for (uint32_t i = 0; i < fit->spans && i < JOB_FIT_SPANS_MAX; i++) {
+        const struct job_fit_span *span = &fit->span[i];
+        number_short(more, llrint(span->more_s * 0x1p32), 32);
+        fprintf(file, "  %s %sneeds %s s more between keys %u and %u\n",
+                job->move.axis[span->axis].name, fit->axes == 1 ? "alone " : "",
+                more, span->key + 1, span->key + 2);
+    }
+    if (fit->spans > JOB_FIT_SPANS_MAX)
+        fprintf(file, "  and %u more spans need less than these\n",
+                fit->spans - JOB_FIT_SPANS_MAX);
+}
+
+void job_fit_print(const struct job *job, FILE *file)
+{
+    const struct job_fit fit = job_fit_of(job);
+    char duration[NUMBER_MAX];
+
+    if (!fit.is_cured)
+        fputs("No duration removes a step, or brings a position into its "
+              "range.\n",
+              file);
+    if (fit.stretch <= 1)
+        return;
+    number_seconds(duration, fit.end_ns_q12);
+    fprintf(file, "%s in %s s%s.\n", fit.is_cured ? "Fits" : "The rest fits",
+            duration,
+            fit.spans > 0 && fit.is_cured ? "; slew fit finds the times" : "");
+    job_fit_print_spans(job, &fit, file);
+}
+
+void job_fit_json(const struct job *job, cJSON *object)
+{
+    const struct job_fit fit = job_fit_of(job);
+    cJSON *const item = cJSON_CreateObject();
+    cJSON *list;
+
+    if (job->violation_count == 0) {
+        cJSON_Delete(item);
+        return;
+    }
+    cJSON_AddItemToObject(object, "fit", item);
+    cJSON_AddBoolToObject(item, "cured_by_time", fit.is_cured);
+    cJSON_AddNumberToObject(item, "stretch", fit.stretch);
+    cJSON_AddNumberToObject(item, "duration_s",
+                            number_double(fit.end_ns_q12, 12) / 1e9);
+    list = cJSON_AddArrayToObject(item, "spans");
+    for (uint32_t i = 0; i < fit.spans && i < JOB_FIT_SPANS_MAX; i++) {
+        cJSON *const span = cJSON_CreateObject();
+        cJSON_AddStringToObject(span, "axis",
+                                job->move.axis[fit.span[i].axis].name);
+        cJSON_AddNumberToObject(span, "key", fit.span[i].key + 1);
+        cJSON_AddNumberToObject(span, "more_s", fit.span[i].more_s);
+        cJSON_AddItemToArray(list, span);
+    }
+}

@@ -1,0 +1,18 @@
+/* firmware/host/move/job_fit.h - what would bring a move inside its limits. */
+#ifndef FIRMWARE_HOST_MOVE_JOB_FIT_H
+#define FIRMWARE_HOST_MOVE_JOB_FIT_H
+
+#include "firmware/host/move/job.h"
+
+/* Limits of the tracks of an axis as job_check judged them. */
+void job_fit_limit(const struct job *job, unsigned axis,
+                   struct plan_limit *limit);
+
+/* After job_check: the duration that fits, and the spans between keys that need
+ * longer; nothing where no limit is broken. */
+void job_fit_print(const struct job *job, FILE *file);
+/* The same as the member "fit" of a JSON object. */
+struct cJSON;
+void job_fit_json(const struct job *job, struct cJSON *object);
+
+#endif
