@@ -13,10 +13,11 @@ SOVERSION := $(shell echo $(VERSION) | \
 # What docs/API.md describes; what these include comes with them.
 PUBLIC := \
     motion/core/err.h motion/core/track.h motion/core/clock_warp.h \
+    motion/core/shaper.h \
     motion/curve/ease.h motion/curve/spline.h motion/curve/fcurve.h \
     motion/otg/otg.h motion/otg/sync.h motion/otg/replan.h \
     motion/plan/move.h motion/plan/compose.h motion/plan/check.h \
-    motion/plan/topp.h \
+    motion/plan/topp.h motion/plan/fit.h motion/plan/shaper.h \
     hal/can.h hal/clock.h hal/gpio.h hal/modbus.h hal/drive.h hal/fieldbus.h \
     hal/can/bus.h \
     hal/canopen/canopen.h hal/canopen/lss.h \

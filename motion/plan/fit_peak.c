@@ -36,7 +36,7 @@ double plan_fit_stretch(const double ratio[PLAN_FIT_ORDERS],
 /* value 2^bits as Q32.32 */
 static int64_t fit_to_q32(double value, int bits)
 {
-    return (int64_t)llrint(ldexp(value, bits + 32));
+    return (int64_t)llround(ldexp(value, bits + 32));
 }
 
 static double fit_size(const struct plan_fit_quintic *quintic)
@@ -83,7 +83,7 @@ int plan_fit_quintic_peaks(const struct plan_fit_quintic *quintic,
         .acc_q32 = fit_to_q32(quintic->acc[1], size - 2 * time),
     };
     const int64_t dur_ns_q12 =
-        llrint(ldexp(quintic->dur_s, time) * (double)MOTION_FIXED_S_Q12);
+        llround(ldexp(quintic->dur_s, time) * (double)MOTION_FIXED_S_Q12);
 
     motion_track_init(&track, &segment, 1, 0);
     const int err =

@@ -89,7 +89,7 @@ static int64_t fit_scaled(int64_t value, double factor)
 {
     const double ns = (double)value / (double)MOTION_FIXED_NS_Q12;
 
-    return factor == 1 ? value : llrint(ns * factor) * MOTION_FIXED_NS_Q12;
+    return factor == 1 ? value : llround(ns * factor) * MOTION_FIXED_NS_Q12;
 }
 
 /* value / divisor, as the file will have it: in Q32.32. */
@@ -99,7 +99,7 @@ static struct motion_real fit_slower(struct motion_real value, double divisor)
 
     return divisor == 1 || !(fabs(slower) < 0x1p62)
                ? value
-               : motion_real_from_q(llrint(slower), 32);
+               : motion_real_from_q(llround(slower), 32);
 }
 
 static void fit_retime_key(const struct plan_axis *from, struct plan_axis *to,

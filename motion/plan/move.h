@@ -97,8 +97,8 @@ enum plan_fixed { PLAN_FIXED_TIME = 1, PLAN_FIXED_VALUE = 2 };
 struct plan_key {
     struct motion_key key; /* times from the start of the move */
     struct plan_place place;
-    uint8_t fixed;  /* enum plan_fixed */
     bool has_curve; /* the span from this key has a curve of its own */
+    uint8_t fixed;  /* enum plan_fixed */
     enum plan_curve curve;
     bool has_shape; /* ... and parameters, else the axis's */
     union plan_shape shape;

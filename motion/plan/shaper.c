@@ -458,7 +458,7 @@ int plan_shaper_to_tick(const struct plan_shaper *shaper, int64_t later_ns_q12,
         const double t = shaper->time_s[i] * (double)MOTION_FIXED_S_Q12;
         if (!(t <= most))
             return MOTION_E_ARG;
-        delay[i] = later_ns_q12 + (int64_t)llrint(t);
+        delay[i] = later_ns_q12 + (int64_t)llround(t);
         amplitude[i] = i + 1 == shaper->count
                            ? left
                            : (uint64_t)(shaper->amplitude[i] * 0x1p62);

@@ -98,7 +98,8 @@ static int64_t job_fit_up(double t_ns_q12)
 {
     const double grid = 1e6 * (double)MOTION_FIXED_NS_Q12;
 
-    return t_ns_q12 < 0x1p62 ? llrint(ceil(t_ns_q12 / grid) * grid) : INT64_MAX;
+    return t_ns_q12 < 0x1p62 ? llround(ceil(t_ns_q12 / grid) * grid)
+                             : INT64_MAX;
 }
 
 static bool job_fit_has_spans(const struct job *job, unsigned a)
@@ -129,7 +130,7 @@ static void job_fit_print_spans(const struct job *job,
 
     for (uint32_t i = 0; i < fit->spans && i < JOB_FIT_SPANS_MAX; i++) {
         const struct job_fit_span *span = &fit->span[i];
-        number_short(more, llrint(span->more_s * 0x1p32), 32);
+        number_short(more, llround(span->more_s * 0x1p32), 32);
         fprintf(file, "  %s %sneeds %s s more between keys %u and %u\n",
                 job->move.axis[span->axis].name, fit->axes == 1 ? "alone " : "",
                 more, span->key + 1, span->key + 2);
