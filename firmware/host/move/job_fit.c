@@ -7,6 +7,7 @@
 
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
+#include "motion/core/clock_warp.h"
 #include "motion/core/fixed.h"
 #include "motion/plan/fit.h"
 
@@ -143,7 +144,7 @@ static void job_fit_print_spans(const struct job *job,
 void job_fit_print(const struct job *job, FILE *file)
 {
     const struct job_fit fit = job_fit_of(job);
-    char duration[NUMBER_MAX];
+    char duration[NUMBER_MAX], percent[NUMBER_MAX];
 
     if (!fit.is_cured)
         fputs("No duration removes a step, or brings a position into its "
@@ -152,9 +153,16 @@ void job_fit_print(const struct job *job, FILE *file)
     if (fit.stretch <= 1)
         return;
     number_seconds(duration, fit.end_ns_q12);
-    fprintf(file, "%s in %s s%s.\n", fit.is_cured ? "Fits" : "The rest fits",
-            duration,
-            fit.spans > 0 && fit.is_cured ? "; slew fit finds the times" : "");
+    fprintf(file, "%s in %s s", fit.is_cured ? "Fits" : "The rest fits",
+            duration);
+    if (job->rate_q30 > MOTION_CLOCK_WARP_ONE_Q30) {
+        number_short(percent, 100 * job->rate_q30, 30);
+        fprintf(file, ", at %s %% speed.\n", percent);
+    } else {
+        fprintf(file, "%s.\n",
+                fit.spans > 0 && fit.is_cured ? "; slew fit finds the times"
+                                              : "");
+    }
     job_fit_print_spans(job, &fit, file);
 }
 

@@ -82,6 +82,9 @@ static void check_says_what_would_help(void **state)
     expect_in(run_slew()->out, "Fits in 24.75");
     expect_in(run_slew()->out,
               "dolly alone needs 3.5 s more between keys 2 and 3\n");
+    /* to the next whole millisecond */
+    assert_int_equal(run("check", "--override", "200", rig, move), 1);
+    expect_in(run_slew()->out, "Fits in 49.501 s, at 200 % speed.\n");
     assert_int_equal(run("check", "--json", rig, move), 1);
     cJSON *report = cJSON_Parse(run_slew()->out);
     const cJSON *fit = cJSON_GetObjectItemCaseSensitive(report, "fit");
