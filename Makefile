@@ -158,6 +158,9 @@ $(B)/lib%.a:
 
 $(B)/firmware/host/%.o $(B)/firmware/linux/%.o $(B)/hal/linux/%.o \
     $(B)/tests/%.o: ALL_CFLAGS += $(PKG_INC)
+# Plants in double: the same bits with every compiler, so no multiply-add that
+# only some machines have.
+$(B)/sim/physics/%.o: ALL_CFLAGS += -ffp-contract=off
 # Position-independent, so that one set of objects serves the program and
 # libslew.so.
 $(B)/%.o: %.c Makefile

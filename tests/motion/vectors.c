@@ -1,7 +1,8 @@
 /* tests/motion/vectors.c - build/tests/vectors FILE: reference values against
- * the integer core.
+ * the integer core and the plants of the simulator.
  *
- * Prints `method cases worst_p worst_v worst_a tolerance PASS|FAIL` per method.
+ * Prints `method cases worst_p worst_v worst_a tolerance PASS|FAIL` per method,
+ * for physics `family/case quantity worst tolerance PASS|FAIL` per case.
  * Status 1 when one fails or the file holds something that is not known, 2 when
  * it cannot be read. */
 #include "tests/motion/vectors.h"
@@ -9,7 +10,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#define ROWS_MAX 256
+#include "tests/sim/vectors_physics.h"
+
+#define ROWS_MAX 1024
 
 /* What tells the kinds of file apart: a member of the first case. */
 static const struct {
@@ -25,6 +28,7 @@ static const struct {
     { "cases", "frenet", vectors_frames },
     { "cases", "rig", vectors_kinematics },
     { "cases", "kind", vectors_quaternions },
+    { "cases", "family", vectors_physics },
 };
 
 static char *read_all(const char *path)
@@ -80,7 +84,7 @@ static int report(const struct vectors_row *rows, int count)
 
 int main(int argc, char **argv)
 {
-    struct vectors_row rows[ROWS_MAX] = { 0 };
+    static struct vectors_row rows[ROWS_MAX];
     char *text = argc == 2 ? read_all(argv[1]) : NULL;
     cJSON *file = text ? cJSON_Parse(text) : NULL;
     int status = 2;

@@ -18,7 +18,7 @@
 #include <cjson/cJSON.h>
 
 struct vectors_row {
-    char method[32];
+    char method[64];
     unsigned cases;
     double worst_p, worst_v, worst_a, tolerance; /* tolerance: of worst_p; 10
                                                     times as much for v, 100

@@ -1,0 +1,213 @@
+/* sim/physics/linkage.c - see linkage.h. */
+#include "sim/physics/linkage.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "motion/core/err.h"
+#include "sim/physics/matrix.h"
+
+#define SUBSTEP_RATE 0.05 /* substep x fastest rate */
+#define SUBSTEPS_MAX 1000
+
+/* l[i] l[j] (mass from the lower one down) */
+static double sim_linkage_a(const struct sim_linkage *linkage, int i, int j)
+{
+    return linkage->config.length_m[i] * linkage->config.length_m[j] *
+           linkage->below_kg[i > j ? i : j];
+}
+
+/* Momenta from speeds. */
+static void sim_linkage_momenta(const struct sim_linkage *linkage,
+                                const double *angle, const double *speed,
+                                double *momentum)
+{
+    const int n = linkage->config.links;
+
+    for (int i = 0; i < n; i++) {
+        momentum[i] = 0;
+        for (int j = 0; j < n; j++)
+            momentum[i] += sim_linkage_a(linkage, i, j) *
+                           cos(angle[i] - angle[j]) * speed[j];
+    }
+}
+
+/* Speeds from momenta, in place.  The matrix is that of a kinetic energy:
+ * positive definite, whatever the angles. */
+static void sim_linkage_speeds(const struct sim_linkage *linkage,
+                               const double *angle, double *momentum)
+{
+    const int n = linkage->config.links;
+    double matrix[SIM_LINKAGE_LINKS * SIM_LINKAGE_LINKS];
+
+    if (n == 1) {
+        momentum[0] /= sim_linkage_a(linkage, 0, 0);
+        return;
+    }
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j <= i; j++)
+            matrix[i * n + j] = sim_linkage_a(linkage, i, j) *
+                                (i == j ? 1 : cos(angle[i] - angle[j]));
+    }
+    if (sim_cholesky(matrix, n))
+        sim_cholesky_solve(matrix, n, momentum);
+    else
+        momentum[0] = NAN; /* angles that are no numbers */
+}
+
+static void sim_linkage_rate(void *plant, double t_s, const double *y,
+                             double *rate)
+{
+    const struct sim_linkage *const linkage = plant;
+    const struct sim_linkage_config *const config = &linkage->config;
+    const int n = config->links;
+    const double pivot = sim_signal_at(&linkage->pivot_acc_m_s2, t_s);
+    const double *const angle = y;
+    double *const speed = rate, *const force = rate + n;
+
+    memcpy(speed, y + n, (size_t)n * sizeof *speed);
+    sim_linkage_speeds(linkage, angle, speed);
+    for (int i = 0; i < n; i++) {
+        force[i] =
+            -linkage->below_kg[i] * config->length_m[i] *
+            (config->gravity_m_s2 * sin(angle[i]) + pivot * cos(angle[i]));
+        for (int j = 0; j < n; j++) {
+            if (j != i)
+                force[i] -= sim_linkage_a(linkage, i, j) * speed[i] * speed[j] *
+                            sin(angle[i] - angle[j]);
+        }
+    }
+    force[0] -= config->damping_n_m_s * speed[0];
+}
+
+static bool sim_linkage_is_legal(const struct sim_linkage_config *config)
+{
+    if (config->links < 1 || config->links > SIM_LINKAGE_LINKS)
+        return false;
+    for (int i = 0; i < config->links; i++) {
+        if (!(isfinite(config->mass_kg[i]) && config->mass_kg[i] > 0 &&
+              isfinite(config->length_m[i]) && config->length_m[i] > 0))
+            return false;
+    }
+    return isfinite(config->damping_n_m_s) && config->damping_n_m_s >= 0 &&
+           isfinite(config->gravity_m_s2) && config->gravity_m_s2 >= 0;
+}
+
+int sim_linkage_init(struct sim_linkage *linkage,
+                     const struct sim_linkage_config *config)
+{
+    double below = 0;
+
+    if (!sim_linkage_is_legal(config))
+        return MOTION_E_ARG;
+    *linkage = (struct sim_linkage){ .config = *config };
+    for (int i = config->links - 1; i >= 0; i--) {
+        below += config->mass_kg[i];
+        linkage->below_kg[i] = below;
+    }
+    sim_gauss_init(&linkage->gauss, 2 * config->links, sim_linkage_rate,
+                   linkage, linkage->work);
+    return MOTION_OK;
+}
+
+/* No less than the rates at which it swings and turns now. */
+static double sim_linkage_fastest(const struct sim_linkage *linkage)
+{
+    const struct sim_linkage_config *const config = &linkage->config;
+    const int n = config->links;
+    double fastest = config->damping_n_m_s / sim_linkage_a(linkage, 0, 0);
+
+    for (int i = 0; i < n; i++) {
+        /* The lowest link swings fastest of all when the masses above it hold
+         * still; n^2 covers the coupling of the others. */
+        const double swing = sqrt(config->gravity_m_s2 * linkage->below_kg[i] /
+                                  (config->length_m[i] * config->mass_kg[i]));
+        fastest = fmax(fastest, n * swing);
+        fastest = fmax(fastest, n * fabs(linkage->speed_rad_s[i]));
+    }
+    return fastest;
+}
+
+int sim_linkage_step(struct sim_linkage *linkage, double step_s,
+                     const struct sim_signal *pivot_x_m)
+{
+    const int n = linkage->config.links;
+    const struct sim_signal slope = sim_signal_slope(pivot_x_m);
+    const double wanted =
+        ceil(step_s * sim_linkage_fastest(linkage) / SUBSTEP_RATE);
+    double y[2 * SIM_LINKAGE_LINKS];
+
+    if (!(step_s > 0) || !(wanted <= SUBSTEPS_MAX))
+        return MOTION_E_RANGE;
+    const int count = wanted > 1 ? (int)wanted : 1;
+    linkage->pivot_acc_m_s2 = sim_signal_slope(&slope);
+    memcpy(y, linkage->angle_rad, (size_t)n * sizeof y[0]);
+    sim_linkage_momenta(linkage, y, linkage->speed_rad_s, y + n);
+    for (int i = 0; i < count; i++) {
+        if (!sim_gauss_step(&linkage->gauss, i * step_s / count, step_s / count,
+                            y))
+            return MOTION_E_RANGE;
+    }
+    sim_linkage_speeds(linkage, y, y + n);
+    memcpy(linkage->angle_rad, y, (size_t)n * sizeof y[0]);
+    memcpy(linkage->speed_rad_s, y + n, (size_t)n * sizeof y[0]);
+    return MOTION_OK;
+}
+
+double sim_linkage_energy_j(const struct sim_linkage *linkage)
+{
+    const struct sim_linkage_config *const config = &linkage->config;
+    double momentum[SIM_LINKAGE_LINKS], energy = 0;
+
+    sim_linkage_momenta(linkage, linkage->angle_rad, linkage->speed_rad_s,
+                        momentum);
+    for (int i = 0; i < config->links; i++) {
+        /* 1 - cos(angle), without what cancels */
+        const double half = sin(0.5 * linkage->angle_rad[i]);
+        energy += 0.5 * momentum[i] * linkage->speed_rad_s[i] +
+                  linkage->below_kg[i] * config->gravity_m_s2 *
+                      config->length_m[i] * 2 * half * half;
+    }
+    return energy;
+}
+
+void sim_linkage_place_m(const struct sim_linkage *linkage, int i, double *x_m,
+                         double *z_m)
+{
+    *x_m = *z_m = 0;
+    for (int j = 0; j <= i; j++) {
+        *x_m += linkage->config.length_m[j] * sin(linkage->angle_rad[j]);
+        *z_m -= linkage->config.length_m[j] * cos(linkage->angle_rad[j]);
+    }
+}
+
+bool sim_linkage_modes(const struct sim_linkage_config *config,
+                       double *frequency_hz, double *shapes_m)
+{
+    struct sim_linkage linkage;
+    double mass[SIM_LINKAGE_LINKS * SIM_LINKAGE_LINKS];
+    double stiffness[SIM_LINKAGE_LINKS * SIM_LINKAGE_LINKS] = { 0 };
+    const int n = config->links;
+
+    if (sim_linkage_init(&linkage, config) < 0)
+        return false;
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j < n; j++)
+            mass[i * n + j] = sim_linkage_a(&linkage, i, j);
+        stiffness[i * n + i] =
+            linkage.below_kg[i] * config->gravity_m_s2 * config->length_m[i];
+    }
+    if (!sim_modes(mass, stiffness, n, frequency_hz, shapes_m))
+        return false;
+    for (int i = 0; i < n; i++) {
+        double sum = 0, largest = 0;
+        for (int k = 0; k < n; k++) {
+            sum += config->length_m[k] * shapes_m[i * n + k];
+            shapes_m[i * n + k] = sum;
+            largest = fmax(largest, fabs(sum));
+        }
+        for (int k = 0; k < n; k++)
+            shapes_m[i * n + k] /= largest;
+    }
+    return true;
+}
