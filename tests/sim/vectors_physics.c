@@ -35,6 +35,12 @@ static const struct {
     { "dolly_pendulum", physics_make_pendulum },
     { "double_pendulum", physics_make_double_pendulum },
     { "hanging_chain_modes", physics_make_links },
+    { "sphere_collision", physics_make_spheres },
+    { "bouncing_ball", physics_make_spheres },
+    { "fast_sphere", physics_make_spheres },
+    { "rolling", physics_make_spheres },
+    { "sphere_stack", physics_make_spheres },
+    { "tilting_plate", physics_make_plate },
 };
 
 /* What is judged: an entry of `expect` or of `invariant`. */
@@ -275,21 +281,16 @@ static void judged_invariant(struct run *run, struct judged *judged, long tick)
                    judged->tol_abs);
 }
 
-/* What is due at a tick. */
-static void run_judge(struct run *run, long tick)
+/* What is to be compared at t_s. */
+static void run_compare(struct run *run, double t_s)
 {
     static double got[PHYSICS_NUMBERS];
 
     for (int i = 0; i < run->count; i++) {
         struct judged *const judged = &run->judged[i];
 
-        if (judged->failed != NULL)
-            continue;
-        if (judged->rule != NULL && tick <= judged->duration_ticks)
-            judged_invariant(run, judged, tick);
-        while (judged->next_time != NULL &&
-               lround(judged->next_time->valuedouble / PHYSICS_TICK_S) ==
-                   tick) {
+        while (judged->failed == NULL && judged->next_time != NULL &&
+               fabs(judged->next_time->valuedouble - t_s) < 1e-9) {
             judged_compare(judged, judged->next_want, got,
                            run->plant.read(run->plant.self, judged->q, got,
                                            PHYSICS_NUMBERS));
@@ -297,6 +298,17 @@ static void run_judge(struct run *run, long tick)
             judged->next_want =
                 judged->next_want ? judged->next_want->next : NULL;
         }
+    }
+}
+
+static void run_invariants(struct run *run, long tick)
+{
+    for (int i = 0; i < run->count; i++) {
+        struct judged *const judged = &run->judged[i];
+
+        if (judged->failed == NULL && judged->rule != NULL &&
+            tick <= judged->duration_ticks)
+            judged_invariant(run, judged, tick);
     }
 }
 
@@ -344,7 +356,8 @@ static bool run_gather(struct run *run, const cJSON *item)
         };
         cJSON_ArrayForEach(time, vectors_get(entry, "t"))
         {
-            const long tick = lround(time->valuedouble / PHYSICS_TICK_S);
+            const long tick =
+                lround(ceil(time->valuedouble / PHYSICS_TICK_S - 1e-6));
             run->ticks = tick > run->ticks ? tick : run->ticks;
         }
     }
@@ -369,29 +382,44 @@ static bool run_gather(struct run *run, const cJSON *item)
     return run->count > 0;
 }
 
+/* The first time to compare at inside (t_s, end_s), else end_s. */
+static double run_until(const struct run *run, double t_s, double end_s)
+{
+    for (int i = 0; i < run->count; i++) {
+        const cJSON *const time = run->judged[i].next_time;
+        if (time != NULL && time->valuedouble > t_s + 1e-9 &&
+            time->valuedouble < end_s - 1e-9)
+            end_s = time->valuedouble;
+    }
+    return end_s;
+}
+
 static bool run_tick(struct run *run, const cJSON *item, long tick)
 {
     const double end_s = (double)(tick + 1) * PHYSICS_TICK_S;
 
     for (double t_s = (double)tick * PHYSICS_TICK_S; t_s < end_s;) {
-        const double until_s = physics_until(item, t_s, end_s);
+        const double until_s =
+            run_until(run, t_s, physics_until(item, t_s, end_s));
         if (run->plant.step(run->plant.self, t_s, until_s - t_s) < 0)
             return false;
         t_s = until_s;
+        run_compare(run, t_s);
     }
     return true;
 }
 
 static void run_all(struct run *run, const cJSON *item)
 {
-    run_judge(run, 0);
+    run_compare(run, 0);
+    run_invariants(run, 0);
     for (long tick = 0; tick < run->ticks; tick++) {
         if (!run_tick(run, item, tick)) {
             for (int i = 0; i < run->count; i++)
                 judged_fail(&run->judged[i], "stopped: a step was refused");
             return;
         }
-        run_judge(run, tick + 1);
+        run_invariants(run, tick + 1);
     }
     run_results(run);
 }

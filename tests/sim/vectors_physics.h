@@ -1,7 +1,7 @@
 /* tests/sim/vectors_physics.h - reference files against sim/physics.
  *
  * A family makes a plant from a case; the runner drives it by control ticks of
- * 1 ms (cut where a piece of the input begins), reads it on whole milliseconds
+ * 1 ms (cut where a piece of the input begins and where a value is compared)
  * and judges: |got - want| <= tol_abs + tol_rel |want| for every number, and
  * the invariants on every tick. */
 #ifndef TESTS_SIM_VECTORS_PHYSICS_H
