@@ -6,7 +6,8 @@
 
 #define REST_ITERATIONS 500
 #define REST_EXACT_M_S  1e-14 /* by which an iteration changes a speed */
-#define SPHERE_INERTIA  0.4   /* of m r^2 */
+#define ADVANCE_MAX     1000
+#define SPHERE_INERTIA  0.4 /* of m r^2 */
 
 static double sim_plane_angle(const struct sim_bodies *bodies, int plane,
                               double t_s, double *speed)
@@ -338,11 +339,18 @@ static double sim_contact_meet_spheres(const struct sim_bodies *bodies,
         return sim_contact_fall(beyond, 2 * sim_dot3(from, vel),
                                 2 * speed * speed);
     double s = 0;
-    for (int i = 0; i < 1000 && s < step_s; i++) {
+    for (int i = 0; i < ADVANCE_MAX && s < step_s; i++) {
         const double gap = sim_contact_later(bodies, contact, t_s, s);
-        if (gap < 0.1 * SIM_BODIES_TOUCH_M && i > 0)
+        double closing = 0;
+        for (int k = 0; k < 3; k++)
+            closing -= (from[k] + s * (vel[k] + 0.5 * s * acc[k])) *
+                       (vel[k] + s * acc[k]);
+        if (gap >= 0.1 * SIM_BODIES_TOUCH_M)
+            s += gap / most;
+        else if (closing > 0)
             return s;
-        s += fmax(gap, 0.05 * SIM_BODIES_TOUCH_M) / most;
+        else /* apart from a touch: not at once together again */
+            s += step_s / ADVANCE_MAX;
     }
     return s < step_s ? s : INFINITY;
 }

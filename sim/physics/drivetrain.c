@@ -2,8 +2,10 @@
 #include "sim/physics/drivetrain.h"
 
 #include <math.h>
+#include <stddef.h>
 
 #include "motion/core/err.h"
+#include "sim/physics/drivetrain_config.h"
 
 /* Guards, each for every inertia or coupling. */
 enum { PRESS_HIGH, PRESS_LOW, FRICTION, STOP_HIGH, STOP_LOW, VOLTAGE, GUARDS };
@@ -95,7 +97,7 @@ static double sim_drivetrain_current(const struct sim_drivetrain *drive,
     const int n = drive->config.inertias;
 
     if (motor->inductance_h > 0)
-        return y[2 * n];
+        return y[2 * (ptrdiff_t)n];
     if (drive->limited != 0)
         return (drive->limited * motor->voltage_limit_v -
                 motor->torque_constant_n_m_a * y[n]) /
@@ -170,12 +172,12 @@ static void sim_drivetrain_rate(void *plant, double t_s, const double *y,
                 drive->slip[i] * sim_inertia_friction(inertia, y[n + i]);
         rate[n + i] /= inertia->inertia_kg_m2;
     }
-    rate[2 * n] = 0;
+    rate[2 * (ptrdiff_t)n] = 0;
     if (motor->inductance_h > 0)
-        rate[2 * n] = (sim_signal_at(&drive->input->voltage_v, t_s) -
-                       motor->resistance_ohm * y[2 * n] -
-                       motor->torque_constant_n_m_a * y[n]) /
-                      motor->inductance_h;
+        rate[2 * (ptrdiff_t)n] = (sim_signal_at(&drive->input->voltage_v, t_s) -
+                                  motor->resistance_ohm * y[2 * (ptrdiff_t)n] -
+                                  motor->torque_constant_n_m_a * y[n]) /
+                                 motor->inductance_h;
     rate[2 * n + 1] = config->loop.ref_rad - y[n - 1];
 }
 
@@ -230,11 +232,11 @@ static int sim_drivetrain_guards(void *plant, double t_s, const double *y,
 {
     const struct sim_drivetrain *const drive = plant;
     const int n = drive->config.inertias;
-    double applied[SIM_DRIVETRAIN_INERTIAS], torque;
+    double applied[SIM_DRIVETRAIN_INERTIAS] = { 0 }, torque;
 
     sim_drivetrain_torques(drive, t_s, y, applied);
     for (int i = 0; i < n; i++) {
-        double *const of = guard + GUARDS * i;
+        double *const of = guard + (ptrdiff_t)GUARDS * i;
 
         of[PRESS_HIGH] = of[PRESS_LOW] = of[VOLTAGE] = 1;
         if (i + 1 < n && drive->config.coupling[i].gap_rad > 0) {
@@ -333,7 +335,7 @@ static void sim_drivetrain_event(void *plant, double t_s, double *y, int which)
 {
     struct sim_drivetrain *const drive = plant;
     const int i = which / GUARDS;
-    double applied[SIM_DRIVETRAIN_INERTIAS];
+    double applied[SIM_DRIVETRAIN_INERTIAS] = { 0 };
 
     sim_drivetrain_torques(drive, t_s, y, applied);
     switch (which % GUARDS) {
@@ -363,99 +365,6 @@ static const struct sim_hybrid_ops sim_drivetrain_ops = {
     .event = sim_drivetrain_event,
 };
 
-static bool sim_positive(double value)
-{
-    return isfinite(value) && value > 0;
-}
-
-static bool sim_not_negative(double value)
-{
-    return isfinite(value) && value >= 0;
-}
-
-static bool sim_inertia_is_legal(const struct sim_inertia *inertia)
-{
-    return sim_positive(inertia->inertia_kg_m2) &&
-           sim_not_negative(inertia->viscous_n_m_s) &&
-           sim_not_negative(inertia->coulomb_n_m) &&
-           inertia->static_n_m >= inertia->coulomb_n_m &&
-           isfinite(inertia->static_n_m) &&
-           (inertia->static_n_m == inertia->coulomb_n_m ||
-            sim_positive(inertia->stribeck_rad_s)) &&
-           isfinite(inertia->load_n_m) && isfinite(inertia->gravity_n_m) &&
-           sim_not_negative(inertia->spring_n_m_rad) &&
-           sim_not_negative(inertia->spring_n_m_s) &&
-           inertia->stop.restitution >= 0 && inertia->stop.restitution <= 1 &&
-           (!inertia->stop.high || isfinite(inertia->stop.high_rad)) &&
-           (!inertia->stop.low || isfinite(inertia->stop.low_rad));
-}
-
-static bool sim_drivetrain_is_legal(const struct sim_drivetrain_config *config)
-{
-    const struct sim_motor *const motor = &config->motor;
-
-    if (config->inertias < 1 || config->inertias > SIM_DRIVETRAIN_INERTIAS)
-        return false;
-    for (int i = 0; i < config->inertias; i++) {
-        const struct sim_coupling *const coupling = &config->coupling[i];
-
-        if (!sim_inertia_is_legal(&config->inertia[i]))
-            return false;
-        if (i + 1 < config->inertias &&
-            (!sim_positive(coupling->stiffness_n_m_rad) ||
-             !sim_not_negative(coupling->damping_n_m_s) ||
-             !sim_not_negative(coupling->gap_rad) ||
-             !sim_positive(coupling->ratio)))
-            return false;
-    }
-    return motor->torque_constant_n_m_a == 0 ||
-           (sim_positive(motor->torque_constant_n_m_a) &&
-            sim_positive(motor->resistance_ohm) &&
-            sim_not_negative(motor->inductance_h) &&
-            sim_not_negative(motor->current_limit_a) &&
-            sim_not_negative(motor->voltage_limit_v));
-}
-
-/* No less than any rate of the system: rows of its matrix, Gershgorin. */
-static double sim_drivetrain_fastest(const struct sim_drivetrain_config *config)
-{
-    const struct sim_motor *const motor = &config->motor;
-    double fastest = 1;
-
-    for (int i = 0; i < config->inertias; i++) {
-        const struct sim_inertia *const inertia = &config->inertia[i];
-        double stiffness = inertia->spring_n_m_rad + fabs(inertia->gravity_n_m);
-        double damping = inertia->viscous_n_m_s + inertia->spring_n_m_s;
-
-        if (inertia->static_n_m > inertia->coulomb_n_m)
-            damping += (inertia->static_n_m - inertia->coulomb_n_m) /
-                       inertia->stribeck_rad_s;
-        for (int j = i - 1; j <= i; j++) {
-            if (j < 0 || j + 1 >= config->inertias)
-                continue;
-            const struct sim_coupling *const coupling = &config->coupling[j];
-            const double turn = j == i ? 1 / coupling->ratio : 1;
-            stiffness += coupling->stiffness_n_m_rad * turn * (turn + 1);
-            damping += coupling->damping_n_m_s * turn * (turn + 1);
-        }
-        if (i == 0) {
-            stiffness += config->loop.kp_n_m_rad;
-            damping += config->loop.kd_n_m_s;
-        }
-        if (i == 0 && motor->inductance_h > 0)
-            stiffness += motor->torque_constant_n_m_a *
-                         motor->torque_constant_n_m_a / motor->inductance_h;
-        else if (i == 0 && motor->torque_constant_n_m_a > 0)
-            damping += motor->torque_constant_n_m_a *
-                       motor->torque_constant_n_m_a / motor->resistance_ohm;
-        fastest = fmax(fastest, sqrt(stiffness / inertia->inertia_kg_m2) +
-                                    damping / inertia->inertia_kg_m2);
-    }
-    if (motor->inductance_h > 0)
-        fastest = fmax(fastest, motor->resistance_ohm / motor->inductance_h);
-    return fastest;
-}
-
 int sim_drivetrain_init(struct sim_drivetrain *drive,
                         const struct sim_drivetrain_config *config)
 {
@@ -482,7 +391,7 @@ void sim_drivetrain_reset(struct sim_drivetrain *drive)
 int sim_drivetrain_step(struct sim_drivetrain *drive, double begin_s,
                         double step_s, const struct sim_drivetrain_input *input)
 {
-    if (!sim_positive(step_s))
+    if (!(isfinite(step_s) && step_s > 0))
         return MOTION_E_ARG;
     drive->begin_s = begin_s;
     drive->input = input;

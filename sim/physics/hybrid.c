@@ -2,6 +2,7 @@
 #include "sim/physics/hybrid.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 
 #include "motion/core/err.h"
@@ -13,10 +14,11 @@ void sim_hybrid_init(struct sim_hybrid *hybrid,
                      const struct sim_hybrid_ops *ops, void *plant, int count,
                      double *work, double substep_max_s)
 {
-    *hybrid = (struct sim_hybrid){ .ops = ops,
-                                   .plant = plant,
-                                   .substep_max_s = substep_max_s,
-                                   .trial = work + SIM_GAUSS_WORK(count) };
+    *hybrid =
+        (struct sim_hybrid){ .ops = ops,
+                             .plant = plant,
+                             .substep_max_s = substep_max_s,
+                             .trial = work + SIM_GAUSS_WORK((ptrdiff_t)count) };
     sim_gauss_init(&hybrid->gauss, count, ops->rate, plant, work);
 }
 

@@ -3,6 +3,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stddef.h>
 
 #define SWEEPS_MAX 60
 #define TWO_PI     6.283185307179586
@@ -10,10 +11,10 @@
 bool sim_cholesky(double *matrix, int n)
 {
     for (int i = 0; i < n; i++) {
-        double *const row = matrix + i * n;
+        double *const row = matrix + (ptrdiff_t)i * n;
 
         for (int j = 0; j <= i; j++) {
-            const double *const other = matrix + j * n;
+            const double *const other = matrix + (ptrdiff_t)j * n;
             double sum = row[j];
             for (int k = 0; k < j; k++)
                 sum -= row[k] * other[k];
@@ -33,8 +34,9 @@ static void sim_forward(const double *factor, int n, double *x, int stride)
 {
     for (int i = 0; i < n; i++) {
         for (int k = 0; k < i; k++)
-            x[i * stride] -= factor[i * n + k] * x[k * stride];
-        x[i * stride] /= factor[i * n + i];
+            x[(ptrdiff_t)i * stride] -=
+                factor[i * n + k] * x[(ptrdiff_t)k * stride];
+        x[(ptrdiff_t)i * stride] /= factor[i * n + i];
     }
 }
 
@@ -140,7 +142,7 @@ bool sim_modes(double *mass, double *stiffness, int n, double *frequency_hz,
     for (int k = 0; k < n; k++)
         sim_forward(mass, n, stiffness + k, n);
     for (int k = 0; k < n; k++)
-        sim_forward(mass, n, stiffness + k * n, 1);
+        sim_forward(mass, n, stiffness + (ptrdiff_t)k * n, 1);
     if (!sim_jacobi(stiffness, n, shapes))
         return false;
     for (int i = 0; i < n; i++)
@@ -148,8 +150,8 @@ bool sim_modes(double *mass, double *stiffness, int n, double *frequency_hz,
     for (int i = 0; i < n; i++) {
         const double square = stiffness[i * n + i];
         frequency_hz[i] = square > largest * 1e-12 ? sqrt(square) / TWO_PI : 0;
-        sim_backward(mass, n, shapes + i * n);
-        sim_modes_scale(shapes + i * n, n);
+        sim_backward(mass, n, shapes + (ptrdiff_t)i * n);
+        sim_modes_scale(shapes + (ptrdiff_t)i * n, n);
         for (int j = i; j > 0 && frequency_hz[j - 1] > frequency_hz[j]; j--)
             sim_modes_swap(frequency_hz, shapes, n, j - 1, j);
     }

@@ -18,7 +18,8 @@ static double sim_dot(const double *a, const double *b)
 static double sim_spring_axis(const struct sim_spring *spring,
                               const double *pos, double *axis)
 {
-    const double *const a = pos + 3 * spring->i, *const b = pos + 3 * spring->j;
+    const double *const a = pos + 3 * (ptrdiff_t)spring->i,
+                        *const b = pos + 3 * (ptrdiff_t)spring->j;
 
     for (int k = 0; k < 3; k++)
         axis[k] = b[k] - a[k];
@@ -35,10 +36,10 @@ static void sim_particles_springs(const struct sim_particles_config *config,
 {
     for (int s = 0; s < config->springs; s++) {
         const struct sim_spring *const spring = &config->spring[s];
-        double *const on_i = force + 3 * spring->i, *const on_j =
-                                                        force + 3 * spring->j;
-        const double *const vi = vel + 3 * spring->i, *const vj =
-                                                          vel + 3 * spring->j;
+        double *const on_i = force + 3 * (ptrdiff_t)spring->i,
+                      *const on_j = force + 3 * (ptrdiff_t)spring->j;
+        const double *const vi = vel + 3 * (ptrdiff_t)spring->i,
+                            *const vj = vel + 3 * (ptrdiff_t)spring->j;
         double axis[3];
         const double length = sim_spring_axis(spring, pos, axis);
         const double apart = (vj[0] - vi[0]) * axis[0] +
@@ -70,8 +71,8 @@ static void sim_particles_rate(void *plant, double t_s, const double *y,
     memset(force, 0, (size_t)n * sizeof *force);
     sim_particles_springs(config, pos, vel, force);
     for (int i = 0; i < config->nodes; i++) {
-        const double *const v = vel + 3 * i;
-        double *const f = force + 3 * i;
+        const double *const v = vel + 3 * (ptrdiff_t)i;
+        double *const f = force + 3 * (ptrdiff_t)i;
         const double mass = config->node[i].mass_kg;
         double drag = config->drag_linear_n_s_m;
 
@@ -210,10 +211,11 @@ double sim_particles_energy_j(const struct sim_particles *particles)
     double energy = 0, axis[3];
 
     for (int i = 0; i < config->nodes; i++) {
-        const double *const v = particles->vel_m_s + 3 * i;
+        const double *const v = particles->vel_m_s + 3 * (ptrdiff_t)i;
         energy += config->node[i].mass_kg *
                   (0.5 * sim_dot(v, v) -
-                   sim_dot(config->gravity_m_s2, particles->pos_m + 3 * i));
+                   sim_dot(config->gravity_m_s2,
+                           particles->pos_m + 3 * (ptrdiff_t)i));
     }
     for (int s = 0; s < config->springs; s++) {
         const struct sim_spring *const spring = &config->spring[s];
@@ -242,8 +244,8 @@ void sim_particles_angular_momentum(const struct sim_particles *particles,
     for (int k = 0; k < 3; k++)
         angular_kg_m2_s[k] = 0;
     for (int i = 0; i < particles->config.nodes; i++) {
-        const double *const p = particles->pos_m + 3 * i;
-        const double *const v = particles->vel_m_s + 3 * i;
+        const double *const p = particles->pos_m + 3 * (ptrdiff_t)i;
+        const double *const v = particles->vel_m_s + 3 * (ptrdiff_t)i;
         for (int k = 0; k < 3; k++)
             angular_kg_m2_s[k] += particles->config.node[i].mass_kg *
                                   (p[(k + 1) % 3] * v[(k + 2) % 3] -

@@ -38,8 +38,8 @@ static int sim_settle_index(const struct sim_particles *particles, int node)
 static void sim_settle_block(const struct sim_particles *particles,
                              const struct sim_spring *spring, double *block)
 {
-    const double *const a = particles->pos_m + 3 * spring->i;
-    const double *const b = particles->pos_m + 3 * spring->j;
+    const double *const a = particles->pos_m + 3 * (ptrdiff_t)spring->i;
+    const double *const b = particles->pos_m + 3 * (ptrdiff_t)spring->j;
     double axis[3], length = 0;
 
     for (int k = 0; k < 3; k++) {
@@ -106,8 +106,8 @@ static double sim_settle_force(const struct sim_particles *particles,
     }
     for (int s = 0; s < config->springs; s++) {
         const struct sim_spring *const spring = &config->spring[s];
-        const double *const a = particles->pos_m + 3 * spring->i;
-        const double *const b = particles->pos_m + 3 * spring->j;
+        const double *const a = particles->pos_m + 3 * (ptrdiff_t)spring->i;
+        const double *const b = particles->pos_m + 3 * (ptrdiff_t)spring->j;
         const double tension = sim_particles_tension_n(particles, s);
         const int i = sim_settle_index(particles, spring->i);
         const int j = sim_settle_index(particles, spring->j);
@@ -192,32 +192,36 @@ struct sim_settle {
     double scale, shift, length;
 };
 
+/* Take the step if it is short enough and goes down. */
+static bool sim_settle_try(struct sim_particles *particles,
+                           struct sim_settle *settle, double before)
+{
+    if (!sim_settle_newton(settle->stiffness, settle->factor, settle->force,
+                           settle->shift, settle->n, settle->step) ||
+        sim_settle_largest(settle->step, settle->n) >
+            STRIDE_PART * settle->length)
+        return false;
+    sim_settle_move(particles, settle->step, 1);
+    if (sim_particles_energy_j(particles) < before)
+        return true;
+    sim_settle_move(particles, settle->step, -1);
+    return false;
+}
+
 /* One step downhill with a shift as large as it needs.  False: no step of any
  * length goes down. */
 static bool sim_settle_step(struct sim_particles *particles,
                             struct sim_settle *settle)
 {
     const double before = sim_particles_energy_j(particles);
+    const double least = SHIFT_LEAST * settle->scale;
 
     for (int tries = 0; tries < 60; tries++) {
-        if (sim_settle_newton(settle->stiffness, settle->factor, settle->force,
-                              settle->shift, settle->n, settle->step)) {
-            const double stride = sim_settle_largest(settle->step, settle->n);
-            const double most = STRIDE_PART * settle->length;
-
-            if (stride <= most) {
-                sim_settle_move(particles, settle->step, 1);
-                if (sim_particles_energy_j(particles) < before) {
-                    settle->shift =
-                        settle->shift / 8 < SHIFT_LEAST * settle->scale
-                            ? 0
-                            : settle->shift / 8;
-                    return true;
-                }
-                sim_settle_move(particles, settle->step, -1);
-            }
+        if (sim_settle_try(particles, settle, before)) {
+            settle->shift = settle->shift / 8 < least ? 0 : settle->shift / 8;
+            return true;
         }
-        settle->shift = fmax(4 * settle->shift, SHIFT_LEAST * settle->scale);
+        settle->shift = fmax(4 * settle->shift, least);
     }
     return false;
 }
