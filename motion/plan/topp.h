@@ -84,9 +84,10 @@ struct plan_topp {
     double (*x)[3];
 };
 
-/* s and its derivatives by t at one time. */
+/* s and its derivatives by t at one time; jerk is that inside an interval, as
+ * acc may step from one to the next. */
 struct plan_topp_state {
-    double s, vel, acc;
+    double s, vel, acc, jerk;
 };
 
 /* MOTION_E_ARG for a count, a border, a limit or a speed out of range,

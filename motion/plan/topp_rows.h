@@ -23,6 +23,9 @@ struct topp_interval {
 
 void topp_rows(const struct topp_interval *interval, struct topp_lp *lp);
 
+/* MOTION_E_ARG for a count, a border, a limit or a speed out of range. */
+int topp_check(const struct plan_topp_request *request);
+
 /* q' of one axis at s from its border. */
 double topp_slope(unsigned degree, const double coef[], double s);
 
