@@ -1,0 +1,544 @@
+/* motion/plan/topp_curve.c - see topp_curve.h. */
+#include "motion/plan/topp_curve.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "motion/core/err.h"
+#include "motion/plan/topp_barrier.h"
+#include "motion/plan/topp_time.h"
+
+/* Each grid: intervals in all and in a piece at least; up to what share of the
+ * time the barrier may cost at the end. */
+static const struct {
+    double intervals, per_piece, gap;
+} curve_grid[] = {
+    { 150, 4, 1e-2 },
+    { 600, 6, 1e-3 },
+    { 1500, 8, 1e-5 },
+};
+#define CURVE_GRIDS (sizeof curve_grid / sizeof curve_grid[0])
+
+/* A bound of the work: intervals times axes. */
+#define CURVE_WORK_MAX 4000000
+
+/* From one weight of the barrier to the next. */
+#define CURVE_WEIGHT 0.2
+
+/* Of the intervals, which are placed by time, the others by w. */
+#define CURVE_BY_TIME 0.7
+
+/* Speed of the uniform law, of the largest; w' at most, of the uniform law's:
+ * sections that cost less than this of the time need not be faster. */
+#define CURVE_SLOW 0.9
+#define CURVE_FAST 1e4
+
+/* Parts of an interval in which limits are looked at; what rounding leaves. */
+#define CURVE_PARTS    8
+#define CURVE_ROUNDING 2e-8
+
+struct curve {
+    const struct topp_chain *chain;
+    const struct plan_topp_request *request;
+    const double *jerk;
+    struct topp_barrier_limit limit[PLAN_TOPP_AXES_MAX];
+    double unit; /* of time, in s */
+    struct topp_barrier barrier;
+    /* The next grid. */
+    uint32_t intervals;
+    uint32_t *piece;
+    double *w, *cap;
+};
+
+/* --- limits ------------------------------------------------------------------ */
+
+/* Largest shares of the limits of velocity, acceleration and jerk. */
+struct curve_shares {
+    double vel, acc, jerk;
+};
+
+static double curve_share(double value, double min, double max)
+{
+    return value > 0 ? value / max : value / min;
+}
+
+/* Stretching time by this brings all shares to 1. */
+static double curve_stretch(const struct curve_shares *shares)
+{
+    return fmax(shares->vel, fmax(sqrt(shares->acc), cbrt(shares->jerk)));
+}
+
+/* At w, of w' = 1 and no w'', in s. */
+static double curve_uniform_at(const struct curve *self, uint32_t piece,
+                               double w)
+{
+    struct curve_shares shares = { 0 };
+    double s[4];
+
+    topp_chain_s(self->chain, w, s);
+    for (unsigned k = 0; k < self->request->path.axes; k++) {
+        const struct plan_topp_limit *limit = &self->request->limit[k];
+        double r[4];
+        topp_chain_axis(self->chain, piece, k, s, r);
+        shares.vel =
+            fmax(shares.vel, curve_share(r[1], limit->vel_min, limit->vel_max));
+        shares.acc =
+            fmax(shares.acc, curve_share(r[2], limit->acc_min, limit->acc_max));
+        shares.jerk = fmax(shares.jerk, fabs(r[3]) / self->jerk[k]);
+    }
+    for (uint32_t k = 0; k < self->request->cap_count; k++) {
+        const struct plan_topp_cap *cap = &self->request->cap[k];
+        if (cap->from <= s[0] && s[0] <= cap->to && cap->speed > 0)
+            shares.vel = fmax(shares.vel, s[1] / cap->speed);
+    }
+    return curve_stretch(&shares);
+}
+
+/* The unit of time is that in which the uniform law takes 1. */
+static void curve_unit(struct curve *self)
+{
+    double slowest = 0;
+
+    for (uint32_t i = 0; i < self->intervals; i++)
+        for (unsigned k = 0; k <= CURVE_PARTS; k++)
+            slowest = fmax(
+                slowest,
+                curve_uniform_at(self, self->piece[i],
+                                 self->w[i] + (self->w[i + 1] - self->w[i]) *
+                                                  k / CURVE_PARTS));
+    self->unit = slowest / CURVE_SLOW;
+}
+
+/* With `share` of each limit. */
+static void curve_limits(struct curve *self, double share)
+{
+    const double t = self->unit;
+
+    for (unsigned k = 0; k < self->request->path.axes; k++) {
+        const struct plan_topp_limit *limit = &self->request->limit[k];
+        self->limit[k] = (struct topp_barrier_limit){
+            share * limit->vel_min * t,        share * limit->vel_max * t,
+            share * limit->acc_min * t * t,    share * limit->acc_max * t * t,
+            share * self->jerk[k] * t * t * t,
+        };
+    }
+}
+
+/* Caps of s' as bounds of z in each interval. */
+static void curve_caps(struct curve *self)
+{
+    const struct plan_topp_request *request = self->request;
+
+    for (uint32_t i = 0; i < self->intervals; i++) {
+        double from[4], to[4], middle[4], most;
+        topp_chain_s(self->chain, self->w[i], from);
+        topp_chain_s(self->chain, self->w[i + 1], to);
+        topp_chain_s(self->chain, (self->w[i] + self->w[i + 1]) / 2, middle);
+        most = fmax(middle[1], fmax(from[1], to[1]));
+        self->cap[i] = CURVE_FAST * CURVE_FAST;
+        for (uint32_t k = 0; k < request->cap_count; k++) {
+            const struct plan_topp_cap *cap = &request->cap[k];
+            const double fastest = cap->speed * self->unit / most;
+            if (cap->from < to[0] && cap->to > from[0])
+                self->cap[i] = fmin(self->cap[i], fastest * fastest);
+        }
+    }
+}
+
+/* --- grids ------------------------------------------------------------------- */
+
+static int curve_allocate(struct curve *self, uint32_t intervals)
+{
+    free(self->piece);
+    free(self->w);
+    free(self->cap);
+    self->intervals = intervals;
+    self->piece = calloc(intervals, sizeof *self->piece);
+    self->w = calloc((size_t)intervals + 1, sizeof *self->w);
+    self->cap = calloc(intervals, sizeof *self->cap);
+    return self->piece && self->w && self->cap ? MOTION_OK : MOTION_E_FULL;
+}
+
+/* Where intervals go: how many of `all` up to each point of a grid. */
+struct curve_measure {
+    uint32_t points;
+    double *w, *m;
+};
+
+static void curve_measure_free(struct curve_measure *measure)
+{
+    free(measure->w);
+    free(measure->m);
+}
+
+static double curve_time(const struct topp_barrier *barrier, uint32_t i)
+{
+    double z[3];
+
+    topp_barrier_z(barrier, i, z);
+    return topp_time(z, barrier->w[i + 1] - barrier->w[i]);
+}
+
+/* By the time of the law that the barrier holds. */
+static int curve_measure_time(const struct curve *self,
+                              struct curve_measure *measure)
+{
+    const struct topp_barrier *barrier = &self->barrier;
+    const uint32_t n = barrier->intervals;
+    double all = 0;
+
+    *measure = (struct curve_measure){ .points = n + 1 };
+    measure->w = calloc((size_t)n + 1, sizeof *measure->w);
+    measure->m = calloc((size_t)n + 1, sizeof *measure->m);
+    if (measure->w == NULL || measure->m == NULL)
+        return MOTION_E_FULL;
+    for (uint32_t i = 0; i < n; i++)
+        all += curve_time(barrier, i);
+    for (uint32_t i = 0; i < n; i++) {
+        const double h = barrier->w[i + 1] - barrier->w[i];
+        measure->w[i + 1] = barrier->w[i + 1];
+        measure->m[i + 1] = measure->m[i] + (1 - CURVE_BY_TIME) * h +
+                            CURVE_BY_TIME * curve_time(barrier, i) / all;
+    }
+    return MOTION_OK;
+}
+
+/* By w, with all borders of pieces. */
+static int curve_measure_even(const struct curve *self,
+                              struct curve_measure *measure)
+{
+    const struct topp_chain *chain = self->chain;
+    const uint32_t pieces = chain->last - chain->first + 1;
+
+    *measure = (struct curve_measure){ .points = pieces + 1 };
+    measure->w = calloc((size_t)pieces + 1, sizeof *measure->w);
+    measure->m = calloc((size_t)pieces + 1, sizeof *measure->m);
+    if (measure->w == NULL || measure->m == NULL)
+        return MOTION_E_FULL;
+    for (uint32_t i = 1; i < pieces; i++)
+        measure->w[i] =
+            topp_chain_w(chain, chain->path.border[chain->first + i]);
+    measure->w[pieces] = 1;
+    memcpy(measure->m, measure->w, ((size_t)pieces + 1) * sizeof *measure->m);
+    return MOTION_OK;
+}
+
+static double curve_interpolate(const double x[], const double y[],
+                                uint32_t points, double at)
+{
+    uint32_t low = 0, high = points - 1;
+
+    while (high - low > 1) {
+        const uint32_t middle = low + (high - low) / 2;
+        if (x[middle] <= at)
+            low = middle;
+        else
+            high = middle;
+    }
+    return x[high] > x[low] ? y[low] + (y[high] - y[low]) * (at - x[low]) /
+                                           (x[high] - x[low])
+                            : y[low];
+}
+
+/* A new grid of about so many intervals. */
+static int curve_place(struct curve *self, double intervals, double per_piece,
+                       const struct curve_measure *measure)
+{
+    const struct topp_chain *chain = self->chain;
+    const uint32_t pieces = chain->last - chain->first + 1, n = measure->points;
+    uint32_t *count = calloc(pieces, sizeof *count), at = 0, all = 0;
+    double *w = calloc((size_t)pieces + 1, sizeof *w);
+    int err = count && w ? MOTION_OK : MOTION_E_FULL;
+
+    for (uint32_t i = 0; err == MOTION_OK && i < pieces; i++) {
+        double from, to;
+        w[i + 1] =
+            i + 1 == pieces
+                ? 1
+                : topp_chain_w(chain, chain->path.border[chain->first + i + 1]);
+        from = curve_interpolate(measure->w, measure->m, n, w[i]);
+        to = curve_interpolate(measure->w, measure->m, n, w[i + 1]);
+        count[i] = (uint32_t)fmax(ceil(intervals * (to - from)), per_piece);
+        all += count[i];
+    }
+    if (err == MOTION_OK)
+        err = curve_allocate(self, all);
+    for (uint32_t i = 0; err == MOTION_OK && i < pieces; i++) {
+        const double from = curve_interpolate(measure->w, measure->m, n, w[i]);
+        const double to =
+            curve_interpolate(measure->w, measure->m, n, w[i + 1]);
+        for (uint32_t k = 0; k < count[i]; k++, at++) {
+            self->piece[at] = chain->first + i;
+            self->w[at] =
+                k == 0 ? w[i]
+                       : curve_interpolate(measure->m, measure->w, n,
+                                           from + (to - from) * k / count[i]);
+        }
+    }
+    if (err == MOTION_OK)
+        self->w[at] = 1;
+    free(count);
+    free(w);
+    return err;
+}
+
+/* --- laws on a grid ---------------------------------------------------------- */
+
+/* z of another grid at w, where interval i of it is at or before. */
+static double curve_z(const struct topp_barrier *from, uint32_t *i, double w)
+{
+    double z[3], x;
+
+    while (*i + 1 < from->intervals && from->w[*i + 1] <= w)
+        ++*i;
+    topp_barrier_z(from, *i, z);
+    x = (w - from->w[*i]) / (from->w[*i + 1] - from->w[*i]);
+    return (z[0] * (1 - x) + 2 * z[1] * x) * (1 - x) + z[2] * x * x;
+}
+
+/* A spline's coefficient is near its value in the middle of an interval. */
+static void curve_carry(const struct topp_barrier *from,
+                        struct topp_barrier *to)
+{
+    const uint32_t n = to->intervals;
+    uint32_t i = 0;
+
+    to->z[0] = curve_z(from, &i, 0);
+    for (uint32_t k = 0; k < n; k++)
+        to->z[k + 1] = curve_z(from, &i, (to->w[k] + to->w[k + 1]) / 2);
+    to->z[n + 1] = curve_z(from, &i, 1);
+}
+
+/* Slower until it is inside. */
+static bool curve_slow_down(struct topp_barrier *barrier)
+{
+    for (int k = 0; k < 400; k++) {
+        if (topp_barrier_is_inside(barrier))
+            return true;
+        for (uint32_t i = 0; i < barrier->intervals + 2; i++)
+            barrier->z[i] *= 0.97;
+    }
+    return false;
+}
+
+static double curve_duration(const struct topp_barrier *barrier)
+{
+    double sum = 0;
+
+    for (uint32_t i = 0; i < barrier->intervals; i++)
+        sum += curve_time(barrier, i);
+    return sum;
+}
+
+/* Down to a gap between the time and its minimum on this grid. */
+static void curve_descend(struct topp_barrier *barrier, double *gap, double to)
+{
+    for (;;) {
+        topp_barrier_center(barrier, *gap * curve_duration(barrier) /
+                                         (4 * barrier->axes + 1));
+        if (*gap <= to)
+            return;
+        *gap = fmax(*gap * CURVE_WEIGHT, to);
+    }
+}
+
+/* The first grid, with the uniform law. */
+static int curve_first(struct curve *self)
+{
+    struct curve_measure measure;
+    int err = curve_measure_even(self, &measure);
+
+    if (err == MOTION_OK)
+        err = curve_place(self, curve_grid[0].intervals,
+                          curve_grid[0].per_piece, &measure);
+    curve_measure_free(&measure);
+    if (err < 0)
+        return err;
+    curve_unit(self);
+    curve_limits(self, 1);
+    curve_caps(self);
+    err = topp_barrier_init(&self->barrier, self->chain, self->limit,
+                            self->intervals, self->w, self->piece, self->cap);
+    for (uint32_t i = 0; err == MOTION_OK && i < self->intervals + 2; i++)
+        self->barrier.z[i] = 1;
+    return err;
+}
+
+static int curve_refine(struct curve *self, double intervals, double per_piece)
+{
+    struct curve_measure measure;
+    struct topp_barrier next = { 0 };
+    int err = curve_measure_time(self, &measure);
+
+    if (err == MOTION_OK)
+        err = curve_place(self, intervals, per_piece, &measure);
+    curve_measure_free(&measure);
+    if (err < 0)
+        return err;
+    curve_caps(self);
+    err = topp_barrier_init(&next, self->chain, self->limit, self->intervals,
+                            self->w, self->piece, self->cap);
+    if (err < 0)
+        return err;
+    curve_carry(&self->barrier, &next);
+    topp_barrier_free(&self->barrier);
+    self->barrier = next;
+    return MOTION_OK;
+}
+
+/* --- what is over the limits between points ---------------------------------- */
+
+/* The extreme of the parabola through three even values, where it is between
+ * them. */
+static double curve_peak(const double f[3])
+{
+    const double bend = f[2] - 2 * f[1] + f[0], slope = f[2] - f[0];
+
+    return fabs(slope) < 2 * fabs(bend) && f[1] * bend < 0
+               ? f[1] - slope * slope / (8 * bend)
+               : f[1];
+}
+
+static void curve_values(const double r[4], const double y[3], double value[3])
+{
+    const double root = sqrt(y[0]);
+
+    value[0] = r[1] * root;
+    value[1] = r[1] * y[1] / 2 + r[2] * y[0];
+    value[2] = root * (r[1] * y[2] / 2 + 1.5 * r[2] * y[1] + r[3] * y[0]);
+}
+
+static void curve_judge(const struct topp_barrier_limit *limit,
+                        const double value[3], struct curve_shares *shares)
+{
+    shares->vel = fmax(shares->vel,
+                       curve_share(value[0], limit->vel_min, limit->vel_max));
+    shares->acc = fmax(shares->acc,
+                       curve_share(value[1], limit->acc_min, limit->acc_max));
+    shares->jerk = fmax(shares->jerk, fabs(value[2]) / limit->jerk);
+}
+
+static void curve_interval(const struct curve *self, uint32_t i, unsigned axis,
+                           struct curve_shares *shares)
+{
+    const struct topp_barrier *barrier = &self->barrier;
+    const double h = barrier->w[i + 1] - barrier->w[i];
+    double z[3], f[3][CURVE_PARTS + 1];
+
+    topp_barrier_z(barrier, i, z);
+    for (int k = 0; k <= CURVE_PARTS; k++) {
+        const double x = (double)k / CURVE_PARTS;
+        const double y[3] = {
+            (z[0] * (1 - x) + 2 * z[1] * x) * (1 - x) + z[2] * x * x,
+            2 * ((z[1] - z[0]) * (1 - x) + (z[2] - z[1]) * x) / h,
+            2 * (z[0] - 2 * z[1] + z[2]) / (h * h),
+        };
+        double s[4], r[4], value[3];
+        topp_chain_s(self->chain, barrier->w[i] + h * x, s);
+        topp_chain_axis(self->chain, self->piece[i], axis, s, r);
+        curve_values(r, y, value);
+        curve_judge(&self->limit[axis], value, shares);
+        for (int m = 0; m < 3; m++)
+            f[m][k] = value[m];
+    }
+    for (int k = 1; k < CURVE_PARTS; k++) {
+        const double value[3] = { curve_peak(f[0] + k - 1),
+                                  curve_peak(f[1] + k - 1),
+                                  curve_peak(f[2] + k - 1) };
+        curve_judge(&self->limit[axis], value, shares);
+    }
+}
+
+static double curve_over(const struct curve *self)
+{
+    struct curve_shares shares = { 0 };
+
+    for (uint32_t i = 0; i < self->barrier.intervals; i++)
+        for (unsigned k = 0; k < self->barrier.axes; k++)
+            curve_interval(self, i, k, &shares);
+    return curve_stretch(&shares);
+}
+
+/* --- all --------------------------------------------------------------------- */
+
+static int curve_output(const struct curve *self, double stretch,
+                        struct plan_topp *out)
+{
+    const struct topp_barrier *barrier = &self->barrier;
+    const uint32_t n = barrier->intervals;
+    const double unit = self->unit * stretch;
+
+    *out = (struct plan_topp){ .intervals = n };
+    out->s = calloc((size_t)n + 1, sizeof *out->s);
+    out->t = calloc((size_t)n + 1, sizeof *out->t);
+    out->x = calloc(n, sizeof *out->x);
+    if (out->s == NULL || out->t == NULL || out->x == NULL) {
+        plan_topp_free(out);
+        return MOTION_E_FULL;
+    }
+    for (uint32_t i = 0; i < n; i++) {
+        topp_barrier_z(barrier, i, out->x[i]);
+        for (int k = 0; k < 3; k++)
+            out->x[i][k] /= unit * unit;
+        out->s[i + 1] = barrier->w[i + 1];
+        out->t[i + 1] =
+            out->t[i] + topp_time(out->x[i], barrier->w[i + 1] - barrier->w[i]);
+    }
+    if (isfinite(out->t[n]))
+        return MOTION_OK;
+    plan_topp_free(out);
+    return MOTION_E_LIMIT;
+}
+
+static int curve_run(struct curve *self, struct plan_topp *out)
+{
+    double gap = 1;
+    int err = curve_first(self);
+
+    for (size_t k = 0; err == MOTION_OK && k < CURVE_GRIDS; k++) {
+        if (k > 0)
+            err = curve_refine(
+                self, fmax(curve_grid[k].intervals, self->request->intervals),
+                curve_grid[k].per_piece);
+        if (err == MOTION_OK && !curve_slow_down(&self->barrier))
+            err = MOTION_E_LIMIT;
+        if (err == MOTION_OK)
+            curve_descend(&self->barrier, &gap, curve_grid[k].gap);
+    }
+    return err == MOTION_OK
+               ? curve_output(self, fmax(curve_over(self) + CURVE_ROUNDING, 1),
+                              out)
+               : err;
+}
+
+int topp_curve_solve(const struct topp_chain *chain,
+                     const struct plan_topp_request *request,
+                     const double jerk[], double start_speed, double end_speed,
+                     struct plan_topp *out)
+{
+    const uint32_t pieces = chain->last - chain->first + 1;
+    struct curve *self;
+    int err;
+
+    *out = (struct plan_topp){ 0 };
+    if (start_speed > 0 || end_speed > 0)
+        return MOTION_E_LIMIT;
+    if ((curve_grid[CURVE_GRIDS - 1].per_piece * pieces + request->intervals) *
+            request->path.axes >
+        CURVE_WORK_MAX)
+        return MOTION_E_WORK;
+    self = calloc(1, sizeof *self);
+    if (self == NULL)
+        return MOTION_E_FULL;
+    self->chain = chain;
+    self->request = request;
+    self->jerk = jerk;
+    err = curve_run(self, out);
+    topp_barrier_free(&self->barrier);
+    free(self->piece);
+    free(self->w);
+    free(self->cap);
+    free(self);
+    return err;
+}

@@ -1,0 +1,25 @@
+/* motion/plan/topp_curve.h - one stretch of a path without stops inside, with
+ * limits of jerk: topp_barrier.h on finer and finer grids.
+ *
+ * It begins with the uniform law w' = constant, which is inside all limits when
+ * it is slow enough.  Grids become finer where the time goes.  At last all
+ * limits are looked at between the points where they were held, at nine points
+ * of each interval and the parabola's extreme through three, and what is over
+ * is stretched away: t by e divides velocity by e, acceleration by e^2, jerk by
+ * e^3.  A stretch that is passed at a given speed at an end cannot be
+ * stretched in time; it is solved again with limits that are less by what was
+ * over. */
+#ifndef MOTION_PLAN_TOPP_CURVE_H
+#define MOTION_PLAN_TOPP_CURVE_H
+
+#include "motion/plan/topp_chain.h"
+
+/* z = w'^2 as x of `out`, w as its s.  MOTION_E_FULL without memory,
+ * MOTION_E_WORK when the path has too many pieces, MOTION_E_LIMIT when the
+ * speed at the start or the end is more than was found to be possible. */
+int topp_curve_solve(const struct topp_chain *chain,
+                     const struct plan_topp_request *request,
+                     const double jerk[], double start_speed, double end_speed,
+                     struct plan_topp *out);
+
+#endif
