@@ -12,7 +12,7 @@
 
 #include "tests/sim/vectors_physics.h"
 
-#define ROWS_MAX 1024
+#define ROWS_MAX 2048
 
 /* What tells the kinds of file apart: a member of the first case. */
 static const struct {
@@ -27,6 +27,7 @@ static const struct {
     { "cases", "v", vectors_ease },
     { "cases", "frenet", vectors_frames },
     { "cases", "rig", vectors_kinematics },
+    { "cases", "jmax", vectors_jerk_paths },
     { "cases", "kind", vectors_quaternions },
     { "cases", "family", vectors_physics },
 };

@@ -42,6 +42,9 @@ int vectors_kinematics(const cJSON *file, struct vectors_row *rows,
 int vectors_shapers(const cJSON *file, struct vectors_row *rows, int capacity);
 /* worst_p, _v, _a: of peak, ratio and stretch, relative. */
 int vectors_fit(const cJSON *file, struct vectors_row *rows, int capacity);
+/* A row for each path. */
+int vectors_jerk_paths(const cJSON *file, struct vectors_row *rows,
+                       int capacity);
 /* One case, whose waypoints are in a file of the same folder. */
 int vectors_topp(const cJSON *file, const char *path, struct vectors_row *row);
 
