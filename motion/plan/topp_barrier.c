@@ -162,6 +162,18 @@ void topp_barrier_free(struct topp_barrier *self)
     *self = (struct topp_barrier){ 0 };
 }
 
+void topp_barrier_tighten(struct topp_barrier *self, uint32_t i, double share)
+{
+    const size_t first = (size_t)i * BARRIER_POINTS;
+
+    for (size_t p = first; p < first + BARRIER_POINTS; p++) {
+        self->bound[p] *= share * share;
+        for (unsigned k = 0; k < self->axes; k++)
+            for (int m = 0; m < 3; m++)
+                self->r[p * self->axes + k][m] /= share;
+    }
+}
+
 /* --- value ------------------------------------------------------------------- */
 
 static double barrier_acc(const double r[3], const double y[3])
@@ -185,13 +197,17 @@ static double barrier_left(const struct topp_barrier_limit *limit,
     return up > 0 && down > 0 && jerk > 0 ? up * down * jerk : 0;
 }
 
-/* The objective at z; infinite outside. */
+/* The objective at z; infinite outside.  Coefficients above 0 keep z above 0
+ * between points. */
 static double barrier_value(const struct topp_barrier *self, const double z[],
                             double weight)
 {
     double time = 0, barrier = 0;
 
     for (uint32_t i = 0; i < self->intervals; i++) {
+        if (!(z[i + 1] > 0))
+            return INFINITY;
+        barrier -= barrier_width(self, i) * log(z[i + 1]);
         for (unsigned j = 0; j < BARRIER_POINTS; j++) {
             const size_t p = (size_t)i * BARRIER_POINTS + j;
             const double by = point_weight[j] * barrier_width(self, i);
@@ -311,6 +327,9 @@ static void barrier_assemble(struct topp_barrier *self, double weight)
     memset(self->gradient, 0, n * sizeof *self->gradient);
     memset(self->matrix, 0, n * sizeof *self->matrix);
     for (uint32_t i = 0; i < self->intervals; i++) {
+        const double by = weight * barrier_width(self, i) / self->z[i + 1];
+        self->gradient[i + 1] -= by;
+        self->matrix[i + 1][0] += by / self->z[i + 1];
         for (unsigned j = 0; j < BARRIER_POINTS; j++) {
             struct barrier_point at;
             barrier_map map;

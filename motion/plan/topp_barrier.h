@@ -54,6 +54,9 @@ int topp_barrier_init(struct topp_barrier *self, const struct topp_chain *chain,
                       const uint32_t piece[], const double cap[]);
 void topp_barrier_free(struct topp_barrier *self);
 
+/* Leave `share` of the limits on interval i. */
+void topp_barrier_tighten(struct topp_barrier *self, uint32_t i, double share);
+
 /* Whether z is inside all limits at all points. */
 bool topp_barrier_is_inside(const struct topp_barrier *self);
 

@@ -42,17 +42,19 @@ static double chain_whole(const struct topp_chain_end *end)
     return s[0];
 }
 
-/* How the path's position begins at `s` from the border of a piece: with s,
+/* How the path's position begins at an end of a piece: with s,
  * s^2 or more; what makes s^3 of it. */
 static unsigned chain_order(const struct topp_chain *chain,
                             const struct plan_topp_request *request,
-                            uint32_t piece, double s, double length)
+                            uint32_t piece, bool is_end)
 {
+    const double *border = chain->path.border;
+    const double length = border[piece + 1] - border[piece];
     double size[4] = { 0 }, most;
 
     for (unsigned k = 0; k < chain->path.axes; k++) {
         double q[4], by = 1 / request->limit[k].vel_max;
-        topp_chain_powers(&chain->path, piece, k, s, q);
+        topp_chain_powers(&chain->path, piece, k, is_end ? length : 0, q);
         for (int i = 1; i < 4; i++) {
             by *= length;
             size[i] = fmax(size[i], fabs(q[i]) * by);
@@ -77,10 +79,9 @@ void topp_chain_init(struct topp_chain *chain,
                                   .start = { .order = 1 },
                                   .end = { .order = 1 } };
     if (rests_before)
-        chain->start.order = chain_order(chain, request, first, 0, length);
+        chain->start.order = chain_order(chain, request, first, false);
     if (rests_after)
-        chain->end.order = chain_order(chain, request, last,
-                                       border[last + 1] - border[last], length);
+        chain->end.order = chain_order(chain, request, last, true);
     if (chain->start.order > 1) {
         chain->start.width = CHAIN_WIDTH;
         all -= CHAIN_WIDTH * (1 - chain_whole(&chain->start));

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "motion/core/err.h"
-#include "motion/plan/topp_barrier.h"
+#include "motion/plan/topp_grid.h"
 #include "motion/plan/topp_time.h"
 
 /* Each grid: intervals in all and in a piece at least; up to what share of the
@@ -18,6 +18,9 @@ static const struct {
     { 600, 6, 1e-3 },
     { 1500, 8, 1e-5 },
 };
+/* A stretch of a path has its part of them, and at least this. */
+#define CURVE_PART 0.2
+
 #define CURVE_GRIDS (sizeof curve_grid / sizeof curve_grid[0])
 
 /* A bound of the work: intervals times axes. */
@@ -26,13 +29,18 @@ static const struct {
 /* From one weight of the barrier to the next. */
 #define CURVE_WEIGHT 0.2
 
-/* Of the intervals, which are placed by time, the others by w. */
-#define CURVE_BY_TIME 0.7
-
 /* Speed of the uniform law, of the largest; w' at most, of the uniform law's:
  * sections that cost less than this of the time need not be faster. */
 #define CURVE_SLOW 0.9
 #define CURVE_FAST 1e4
+
+/* What is over a limit between points is stretched away when it is less than
+ * this; before that so many times limits are tightened where it is more, and
+ * the barrier begins again with this gap. */
+#define CURVE_OVER      1e-5
+#define CURVE_AHEAD     1.5
+#define CURVE_TIGHTENED 6
+#define CURVE_BEGINS    2e-4
 
 /* Parts of an interval in which limits are looked at; what rounding leaves. */
 #define CURVE_PARTS    8
@@ -44,11 +52,10 @@ struct curve {
     const double *jerk;
     struct topp_barrier_limit limit[PLAN_TOPP_AXES_MAX];
     double unit; /* of time, in s */
+    double part; /* of all intervals that this stretch has */
     struct topp_barrier barrier;
-    /* The next grid. */
-    uint32_t intervals;
-    uint32_t *piece;
-    double *w, *cap;
+    struct topp_grid grid;
+    double *cap; /* of z in each interval */
 };
 
 /* --- limits ------------------------------------------------------------------ */
@@ -100,27 +107,26 @@ static void curve_unit(struct curve *self)
 {
     double slowest = 0;
 
-    for (uint32_t i = 0; i < self->intervals; i++)
+    for (uint32_t i = 0; i < self->grid.intervals; i++)
         for (unsigned k = 0; k <= CURVE_PARTS; k++)
-            slowest = fmax(
-                slowest,
-                curve_uniform_at(self, self->piece[i],
-                                 self->w[i] + (self->w[i + 1] - self->w[i]) *
-                                                  k / CURVE_PARTS));
+            slowest = fmax(slowest, curve_uniform_at(self, self->grid.piece[i],
+                                                     self->grid.w[i] +
+                                                         (self->grid.w[i + 1] -
+                                                          self->grid.w[i]) *
+                                                             k / CURVE_PARTS));
     self->unit = slowest / CURVE_SLOW;
 }
 
-/* With `share` of each limit. */
-static void curve_limits(struct curve *self, double share)
+static void curve_limits(struct curve *self)
 {
     const double t = self->unit;
 
     for (unsigned k = 0; k < self->request->path.axes; k++) {
         const struct plan_topp_limit *limit = &self->request->limit[k];
         self->limit[k] = (struct topp_barrier_limit){
-            share * limit->vel_min * t,        share * limit->vel_max * t,
-            share * limit->acc_min * t * t,    share * limit->acc_max * t * t,
-            share * self->jerk[k] * t * t * t,
+            limit->vel_min * t,        limit->vel_max * t,
+            limit->acc_min * t * t,    limit->acc_max * t * t,
+            self->jerk[k] * t * t * t,
         };
     }
 }
@@ -130,11 +136,12 @@ static void curve_caps(struct curve *self)
 {
     const struct plan_topp_request *request = self->request;
 
-    for (uint32_t i = 0; i < self->intervals; i++) {
+    for (uint32_t i = 0; i < self->grid.intervals; i++) {
         double from[4], to[4], middle[4], most;
-        topp_chain_s(self->chain, self->w[i], from);
-        topp_chain_s(self->chain, self->w[i + 1], to);
-        topp_chain_s(self->chain, (self->w[i] + self->w[i + 1]) / 2, middle);
+        topp_chain_s(self->chain, self->grid.w[i], from);
+        topp_chain_s(self->chain, self->grid.w[i + 1], to);
+        topp_chain_s(self->chain, (self->grid.w[i] + self->grid.w[i + 1]) / 2,
+                     middle);
         most = fmax(middle[1], fmax(from[1], to[1]));
         self->cap[i] = CURVE_FAST * CURVE_FAST;
         for (uint32_t k = 0; k < request->cap_count; k++) {
@@ -144,143 +151,6 @@ static void curve_caps(struct curve *self)
                 self->cap[i] = fmin(self->cap[i], fastest * fastest);
         }
     }
-}
-
-/* --- grids ------------------------------------------------------------------- */
-
-static int curve_allocate(struct curve *self, uint32_t intervals)
-{
-    free(self->piece);
-    free(self->w);
-    free(self->cap);
-    self->intervals = intervals;
-    self->piece = calloc(intervals, sizeof *self->piece);
-    self->w = calloc((size_t)intervals + 1, sizeof *self->w);
-    self->cap = calloc(intervals, sizeof *self->cap);
-    return self->piece && self->w && self->cap ? MOTION_OK : MOTION_E_FULL;
-}
-
-/* Where intervals go: how many of `all` up to each point of a grid. */
-struct curve_measure {
-    uint32_t points;
-    double *w, *m;
-};
-
-static void curve_measure_free(struct curve_measure *measure)
-{
-    free(measure->w);
-    free(measure->m);
-}
-
-static double curve_time(const struct topp_barrier *barrier, uint32_t i)
-{
-    double z[3];
-
-    topp_barrier_z(barrier, i, z);
-    return topp_time(z, barrier->w[i + 1] - barrier->w[i]);
-}
-
-/* By the time of the law that the barrier holds. */
-static int curve_measure_time(const struct curve *self,
-                              struct curve_measure *measure)
-{
-    const struct topp_barrier *barrier = &self->barrier;
-    const uint32_t n = barrier->intervals;
-    double all = 0;
-
-    *measure = (struct curve_measure){ .points = n + 1 };
-    measure->w = calloc((size_t)n + 1, sizeof *measure->w);
-    measure->m = calloc((size_t)n + 1, sizeof *measure->m);
-    if (measure->w == NULL || measure->m == NULL)
-        return MOTION_E_FULL;
-    for (uint32_t i = 0; i < n; i++)
-        all += curve_time(barrier, i);
-    for (uint32_t i = 0; i < n; i++) {
-        const double h = barrier->w[i + 1] - barrier->w[i];
-        measure->w[i + 1] = barrier->w[i + 1];
-        measure->m[i + 1] = measure->m[i] + (1 - CURVE_BY_TIME) * h +
-                            CURVE_BY_TIME * curve_time(barrier, i) / all;
-    }
-    return MOTION_OK;
-}
-
-/* By w, with all borders of pieces. */
-static int curve_measure_even(const struct curve *self,
-                              struct curve_measure *measure)
-{
-    const struct topp_chain *chain = self->chain;
-    const uint32_t pieces = chain->last - chain->first + 1;
-
-    *measure = (struct curve_measure){ .points = pieces + 1 };
-    measure->w = calloc((size_t)pieces + 1, sizeof *measure->w);
-    measure->m = calloc((size_t)pieces + 1, sizeof *measure->m);
-    if (measure->w == NULL || measure->m == NULL)
-        return MOTION_E_FULL;
-    for (uint32_t i = 1; i < pieces; i++)
-        measure->w[i] =
-            topp_chain_w(chain, chain->path.border[chain->first + i]);
-    measure->w[pieces] = 1;
-    memcpy(measure->m, measure->w, ((size_t)pieces + 1) * sizeof *measure->m);
-    return MOTION_OK;
-}
-
-static double curve_interpolate(const double x[], const double y[],
-                                uint32_t points, double at)
-{
-    uint32_t low = 0, high = points - 1;
-
-    while (high - low > 1) {
-        const uint32_t middle = low + (high - low) / 2;
-        if (x[middle] <= at)
-            low = middle;
-        else
-            high = middle;
-    }
-    return x[high] > x[low] ? y[low] + (y[high] - y[low]) * (at - x[low]) /
-                                           (x[high] - x[low])
-                            : y[low];
-}
-
-/* A new grid of about so many intervals. */
-static int curve_place(struct curve *self, double intervals, double per_piece,
-                       const struct curve_measure *measure)
-{
-    const struct topp_chain *chain = self->chain;
-    const uint32_t pieces = chain->last - chain->first + 1, n = measure->points;
-    uint32_t *count = calloc(pieces, sizeof *count), at = 0, all = 0;
-    double *w = calloc((size_t)pieces + 1, sizeof *w);
-    int err = count && w ? MOTION_OK : MOTION_E_FULL;
-
-    for (uint32_t i = 0; err == MOTION_OK && i < pieces; i++) {
-        double from, to;
-        w[i + 1] =
-            i + 1 == pieces
-                ? 1
-                : topp_chain_w(chain, chain->path.border[chain->first + i + 1]);
-        from = curve_interpolate(measure->w, measure->m, n, w[i]);
-        to = curve_interpolate(measure->w, measure->m, n, w[i + 1]);
-        count[i] = (uint32_t)fmax(ceil(intervals * (to - from)), per_piece);
-        all += count[i];
-    }
-    if (err == MOTION_OK)
-        err = curve_allocate(self, all);
-    for (uint32_t i = 0; err == MOTION_OK && i < pieces; i++) {
-        const double from = curve_interpolate(measure->w, measure->m, n, w[i]);
-        const double to =
-            curve_interpolate(measure->w, measure->m, n, w[i + 1]);
-        for (uint32_t k = 0; k < count[i]; k++, at++) {
-            self->piece[at] = chain->first + i;
-            self->w[at] =
-                k == 0 ? w[i]
-                       : curve_interpolate(measure->m, measure->w, n,
-                                           from + (to - from) * k / count[i]);
-        }
-    }
-    if (err == MOTION_OK)
-        self->w[at] = 1;
-    free(count);
-    free(w);
-    return err;
 }
 
 /* --- laws on a grid ---------------------------------------------------------- */
@@ -327,7 +197,7 @@ static double curve_duration(const struct topp_barrier *barrier)
     double sum = 0;
 
     for (uint32_t i = 0; i < barrier->intervals; i++)
-        sum += curve_time(barrier, i);
+        sum += topp_grid_time(barrier, i);
     return sum;
 }
 
@@ -343,42 +213,50 @@ static void curve_descend(struct topp_barrier *barrier, double *gap, double to)
     }
 }
 
+/* The barrier of the grid, with z to be filled in. */
+static int curve_barrier(struct curve *self, struct topp_barrier *barrier)
+{
+    free(self->cap);
+    self->cap = calloc(self->grid.intervals, sizeof *self->cap);
+    if (self->cap == NULL)
+        return MOTION_E_FULL;
+    curve_caps(self);
+    return topp_barrier_init(barrier, self->chain, self->limit,
+                             self->grid.intervals, self->grid.w,
+                             self->grid.piece, self->cap);
+}
+
+static void curve_uniform(struct topp_barrier *barrier)
+{
+    for (uint32_t i = 0; i < barrier->intervals + 2; i++)
+        barrier->z[i] = 1;
+}
+
 /* The first grid, with the uniform law. */
 static int curve_first(struct curve *self)
 {
-    struct curve_measure measure;
-    int err = curve_measure_even(self, &measure);
+    int err = topp_grid_even(self->chain, curve_grid[0].intervals * self->part,
+                             curve_grid[0].per_piece, &self->grid);
 
-    if (err == MOTION_OK)
-        err = curve_place(self, curve_grid[0].intervals,
-                          curve_grid[0].per_piece, &measure);
-    curve_measure_free(&measure);
     if (err < 0)
         return err;
     curve_unit(self);
-    curve_limits(self, 1);
-    curve_caps(self);
-    err = topp_barrier_init(&self->barrier, self->chain, self->limit,
-                            self->intervals, self->w, self->piece, self->cap);
-    for (uint32_t i = 0; err == MOTION_OK && i < self->intervals + 2; i++)
-        self->barrier.z[i] = 1;
+    curve_limits(self);
+    err = curve_barrier(self, &self->barrier);
+    if (err == MOTION_OK)
+        curve_uniform(&self->barrier);
     return err;
 }
 
 static int curve_refine(struct curve *self, double intervals, double per_piece)
 {
-    struct curve_measure measure;
     struct topp_barrier next = { 0 };
-    int err = curve_measure_time(self, &measure);
+    int err;
 
+    topp_grid_free(&self->grid);
+    err = topp_grid_by_time(&self->barrier, intervals, per_piece, &self->grid);
     if (err == MOTION_OK)
-        err = curve_place(self, intervals, per_piece, &measure);
-    curve_measure_free(&measure);
-    if (err < 0)
-        return err;
-    curve_caps(self);
-    err = topp_barrier_init(&next, self->chain, self->limit, self->intervals,
-                            self->w, self->piece, self->cap);
+        err = curve_barrier(self, &next);
     if (err < 0)
         return err;
     curve_carry(&self->barrier, &next);
@@ -436,7 +314,7 @@ static void curve_interval(const struct curve *self, uint32_t i, unsigned axis,
         };
         double s[4], r[4], value[3];
         topp_chain_s(self->chain, barrier->w[i] + h * x, s);
-        topp_chain_axis(self->chain, self->piece[i], axis, s, r);
+        topp_chain_axis(self->chain, self->grid.piece[i], axis, s, r);
         curve_values(r, y, value);
         curve_judge(&self->limit[axis], value, shares);
         for (int m = 0; m < 3; m++)
@@ -458,6 +336,27 @@ static double curve_over(const struct curve *self)
         for (unsigned k = 0; k < self->barrier.axes; k++)
             curve_interval(self, i, k, &shares);
     return curve_stretch(&shares);
+}
+
+/* Less of the limits on the intervals that are over, by more than they are, as
+ * what is over moves to the next; whether any was. */
+static bool curve_tighten(struct curve *self)
+{
+    bool is_over = false;
+
+    for (uint32_t i = 0; i < self->barrier.intervals; i++) {
+        struct curve_shares shares = { 0 };
+        double most;
+        for (unsigned k = 0; k < self->barrier.axes; k++)
+            curve_interval(self, i, k, &shares);
+        most = fmax(shares.vel, fmax(shares.acc, shares.jerk));
+        if (most <= 1 + CURVE_OVER)
+            continue;
+        is_over = true;
+        topp_barrier_tighten(&self->barrier, i,
+                             fmax(1 - CURVE_AHEAD * (most - 1), 0.5));
+    }
+    return is_over;
 }
 
 /* --- all --------------------------------------------------------------------- */
@@ -491,25 +390,52 @@ static int curve_output(const struct curve *self, double stretch,
     return MOTION_E_LIMIT;
 }
 
-static int curve_run(struct curve *self, struct plan_topp *out)
+/* On one grid. */
+static int curve_settle(struct curve *self, double *gap, double to)
 {
+    if (!curve_slow_down(&self->barrier))
+        return MOTION_E_LIMIT;
+    curve_descend(&self->barrier, gap, to);
+    return MOTION_OK;
+}
+
+static int curve_law(struct curve *self)
+{
+    const size_t last = CURVE_GRIDS - 1;
     double gap = 1;
     int err = curve_first(self);
 
-    for (size_t k = 0; err == MOTION_OK && k < CURVE_GRIDS; k++) {
-        if (k > 0)
-            err = curve_refine(
-                self, fmax(curve_grid[k].intervals, self->request->intervals),
-                curve_grid[k].per_piece);
-        if (err == MOTION_OK && !curve_slow_down(&self->barrier))
-            err = MOTION_E_LIMIT;
+    if (err == MOTION_OK)
+        err = curve_settle(self, &gap, curve_grid[0].gap);
+    for (size_t k = 1; err == MOTION_OK && k < CURVE_GRIDS; k++) {
+        err = curve_refine(self,
+                           fmax(curve_grid[k].intervals * self->part,
+                                self->request->intervals),
+                           curve_grid[k].per_piece);
         if (err == MOTION_OK)
-            curve_descend(&self->barrier, &gap, curve_grid[k].gap);
+            err = curve_settle(self, &gap, curve_grid[k].gap);
     }
-    return err == MOTION_OK
-               ? curve_output(self, fmax(curve_over(self) + CURVE_ROUNDING, 1),
-                              out)
-               : err;
+    for (int k = 0; err == MOTION_OK && k < CURVE_TIGHTENED; k++) {
+        if (!curve_tighten(self))
+            break;
+        gap = CURVE_BEGINS;
+        err = curve_settle(self, &gap, curve_grid[last].gap);
+    }
+    return err;
+}
+
+/* Where rounding leaves no law, the uniform one. */
+static int curve_run(struct curve *self, struct plan_topp *out)
+{
+    int err = curve_law(self);
+
+    if (err == MOTION_OK)
+        err =
+            curve_output(self, fmax(curve_over(self) + CURVE_ROUNDING, 1), out);
+    if (err != MOTION_E_LIMIT)
+        return err;
+    curve_uniform(&self->barrier);
+    return curve_output(self, curve_over(self) + CURVE_ROUNDING, out);
 }
 
 int topp_curve_solve(const struct topp_chain *chain,
@@ -534,10 +460,10 @@ int topp_curve_solve(const struct topp_chain *chain,
     self->chain = chain;
     self->request = request;
     self->jerk = jerk;
+    self->part = fmax((double)pieces / request->path.pieces, CURVE_PART);
     err = curve_run(self, out);
     topp_barrier_free(&self->barrier);
-    free(self->piece);
-    free(self->w);
+    topp_grid_free(&self->grid);
     free(self->cap);
     free(self);
     return err;

@@ -158,11 +158,16 @@ static int jerk_check(const struct plan_topp_request *request,
                       const double jerk[])
 {
     const int err = topp_check(request);
+    const size_t powers = (size_t)request->path.pieces * request->path.axes *
+                          (request->path.degree + 1);
 
     if (err < 0)
         return err;
     for (unsigned k = 0; k < request->path.axes; k++)
         if (!isfinite(jerk[k]) || !(jerk[k] > 0))
+            return MOTION_E_ARG;
+    for (size_t i = 0; i < powers; i++)
+        if (!isfinite(request->path.coef[i]))
             return MOTION_E_ARG;
     for (uint32_t i = 0; i < request->cap_count; i++)
         if (request->cap[i].speed == 0 &&

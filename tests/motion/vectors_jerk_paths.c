@@ -15,6 +15,7 @@
 
 #include "motion/core/err.h"
 #include "motion/plan/topp_jerk.h"
+#include "tests/motion/topp_judge.h"
 #include "tests/motion/vectors_json.h"
 
 #define WAYPOINTS_MAX 1000
@@ -22,8 +23,6 @@
 #define POINTS        100000
 #define EXCESS        1e-6
 #define LOWER_REL     2e-6
-#define STEP_REL      1e-3
-#define ROUNDING      1e-12
 
 struct jerk_case {
     struct plan_topp_path path;
@@ -223,97 +222,12 @@ static bool read_case(const cJSON *json, struct jerk_case *c)
 
 /* --- judging ------------------------------------------------------------------ */
 
-static double over(double value, double min, double max)
+static bool judge(const cJSON *json, const struct plan_topp_request *request,
+                  const double jerk[], const struct plan_topp_law *law,
+                  struct vectors_row *row)
 {
-    return value > 0 ? value / max - 1 : value / min - 1;
-}
-
-static double excess_of(const struct jerk_case *c, unsigned axis,
-                        const struct plan_topp_axis_state *at)
-{
-    const struct plan_topp_limit *limit = &c->limit[axis];
-
-    return fmax(fabs(at->jerk) / c->jerk[axis] - 1,
-                fmax(over(at->vel, limit->vel_min, limit->vel_max),
-                     over(at->acc, limit->acc_min, limit->acc_max)));
-}
-
-static double beyond(double value, double rounding, double most)
-{
-    return fmax(fabs(value) - rounding, 0) / most;
-}
-
-/* From one time to the next, dt later, each value changes as its derivatives
- * say and at most as the largest jerk allows: in shares of that, over what
- * rounding makes of differences. */
-static double step_of(const struct jerk_case *c, unsigned axis, double dt,
-                      const struct plan_topp_axis_state *a,
-                      const struct plan_topp_axis_state *b)
-{
-    const struct plan_topp_limit *limit = &c->limit[axis];
-    const double acc = b->acc - a->acc;
-    const double vel = b->vel - a->vel - dt * a->acc;
-    const double pos = b->pos - a->pos - dt * (a->vel + dt * a->acc / 2);
-    const double by = c->jerk[axis] * dt;
-
-    return fmax(
-        beyond(acc, ROUNDING * limit->acc_max, by),
-        fmax(beyond(vel, ROUNDING * limit->vel_max, by * dt / 2),
-             beyond(pos, ROUNDING * (1 + fabs(a->pos)), by * dt * dt / 6)));
-}
-
-/* Where the path begins or ends, and at rest unless it moves there. */
-static bool is_at_end(const struct jerk_case *c,
-                      const struct plan_topp_law *law, bool is_end)
-{
-    const uint32_t last = c->path.pieces - 1, piece = is_end ? last : 0;
-    const double h = c->path.border[last + 1] - c->path.border[last];
-    const double speed = is_end ? c->end_speed : c->start_speed;
-    struct plan_topp_axis_state at[PLAN_TOPP_AXES_MAX];
-
-    plan_topp_law_at(law, is_end ? law->duration : 0, at);
-    for (unsigned k = 0; k < c->path.axes; k++) {
-        const double *coef = c->path.coef + ((size_t)piece * c->path.axes + k) *
-                                                (c->path.degree + 1);
-        double p = 0, v = 0;
-        for (unsigned n = c->path.degree + 1; n-- > 0;) {
-            v = v * (is_end ? h : 0) + p;
-            p = p * (is_end ? h : 0) + coef[n];
-        }
-        if (!(fabs(at[k].pos - p) <= 1e-9 * (1 + fabs(p))) ||
-            !(fabs(at[k].vel - v * speed) <= 1e-6 * c->limit[k].vel_max) ||
-            !(fabs(at[k].acc) <= 1e-6 * c->limit[k].acc_max))
-            return false;
-    }
-    return true;
-}
-
-/* The worst excess over a limit; infinite when the law is none of the path. */
-static double judge_law(const struct jerk_case *c,
-                        const struct plan_topp_law *law)
-{
-    const double dt = law->duration / POINTS;
-    struct plan_topp_axis_state at[2][PLAN_TOPP_AXES_MAX];
-    double worst = 0;
-
-    if (!is_at_end(c, law, false) || !is_at_end(c, law, true))
-        return INFINITY;
-    for (int i = 0; i <= POINTS; i++) {
-        plan_topp_law_at(law, dt * i, at[i % 2]);
-        for (unsigned k = 0; k < c->path.axes; k++) {
-            vectors_worst(&worst, excess_of(c, k, &at[i % 2][k]));
-            if (i > 0 && !(step_of(c, k, dt, &at[1 - i % 2][k],
-                                   &at[i % 2][k]) <= 1 + STEP_REL))
-                return INFINITY;
-        }
-    }
-    return worst;
-}
-
-static bool judge(const cJSON *json, const struct jerk_case *c,
-                  const struct plan_topp_law *law, struct vectors_row *row)
-{
-    const double t = law->duration, excess = judge_law(c, law);
+    const double t = law->duration,
+                 excess = topp_judge_law(request, jerk, law, POINTS);
     const double want = vectors_value_of(json, "duration");
 
     if (isfinite(want)) {
@@ -346,7 +260,7 @@ static int run(const cJSON *json, struct jerk_case *c, struct vectors_row *row)
     const int err = plan_topp_jerk_solve(&request, c->jerk, &law, &failed);
 
     if (err == MOTION_OK)
-        row->pass = judge(json, c, &law, row);
+        row->pass = judge(json, &request, c->jerk, &law, row);
     else
         snprintf(row->text, sizeof row->text, "%s at u = %g",
                  motion_err_text(err), failed);

@@ -14,40 +14,10 @@
 #include "motion/core/fixed.h"
 #include "motion/plan/topp.h"
 #include "tests/motion/topp_judge.h"
-
-#define AXES_MAX   12
-#define PIECES_MAX 12
-
-/* A path of cubics, and a request for it. */
-struct rig {
-    double border[PIECES_MAX + 1];
-    double coef[PIECES_MAX * AXES_MAX * 4];
-    struct plan_topp_limit limit[AXES_MAX];
-    struct plan_topp_cap cap[2];
-    struct plan_topp_request request;
-};
-
-static void rig_init(struct rig *rig, unsigned axes, uint32_t pieces)
-{
-    *rig = (struct rig){ 0 };
-    rig->request = (struct plan_topp_request){
-        .path = { axes, 3, pieces, rig->border, rig->coef },
-        .limit = rig->limit,
-        .cap = rig->cap,
-    };
-    for (uint32_t i = 0; i <= pieces; i++)
-        rig->border[i] = i;
-    for (unsigned k = 0; k < axes; k++)
-        rig->limit[k] = (struct plan_topp_limit){ -1, 1, -1, 1 };
-}
-
-static double *powers(struct rig *rig, uint32_t piece, unsigned axis)
-{
-    return rig->coef + (piece * rig->request.path.axes + axis) * 4;
-}
+#include "tests/motion/topp_rig.h"
 
 /* Solve, hold every limit, return the duration. */
-static double duration_of(const struct rig *rig)
+static double duration_of(const struct topp_rig *rig)
 {
     struct plan_topp topp;
     double failed, duration;
@@ -68,16 +38,6 @@ static void near(double got, double want, double rel)
         fail_msg("got %.12g, expected %.12g", got, want);
 }
 
-/* One axis, `distance` in all, over so many pieces. */
-static void straight(struct rig *rig, double distance, uint32_t pieces)
-{
-    rig_init(rig, 1, pieces);
-    for (uint32_t i = 0; i < pieces; i++) {
-        powers(rig, i, 0)[0] = distance * i / pieces;
-        powers(rig, i, 0)[1] = distance / pieces;
-    }
-}
-
 static void a_straight_line_takes_the_trapezium_s_time(void **state)
 {
     static const struct {
@@ -91,8 +51,8 @@ static void a_straight_line_takes_the_trapezium_s_time(void **state)
 
     (void)state;
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
-        struct rig rig;
-        straight(&rig, rows[i].distance, 3);
+        struct topp_rig rig;
+        topp_rig_straight(&rig, rows[i].distance, 3);
         rig.limit[0] = (struct plan_topp_limit){ -rows[i].vel, rows[i].vel,
                                                  -rows[i].acc, rows[i].acc };
         near(duration_of(&rig), rows[i].want, 1e-4);
@@ -103,18 +63,18 @@ static void a_straight_line_takes_the_trapezium_s_time(void **state)
 
 static void limits_may_differ_up_and_down(void **state)
 {
-    struct rig rig;
+    struct topp_rig rig;
 
     (void)state;
     /* Up at 2 to 2 in 1 s and 1 unit, down at 0.5 in 4 s and 4 units. */
-    straight(&rig, 10, 2);
+    topp_rig_straight(&rig, 10, 2);
     rig.limit[0] = (struct plan_topp_limit){ -7, 2, -0.5, 2 };
     rig.request.intervals = 5000;
     near(duration_of(&rig), 1 + 4 + 5. / 2, 1e-5);
     /* The same backwards takes the other limits. */
     for (uint32_t i = 0; i < 2; i++) {
-        powers(&rig, i, 0)[0] *= -1;
-        powers(&rig, i, 0)[1] *= -1;
+        topp_rig_powers(&rig, i, 0)[0] *= -1;
+        topp_rig_powers(&rig, i, 0)[1] *= -1;
     }
     rig.limit[0] = (struct plan_topp_limit){ -2, 7, -2, 0.5 };
     near(duration_of(&rig), 1 + 4 + 5. / 2, 1e-5);
@@ -122,13 +82,13 @@ static void limits_may_differ_up_and_down(void **state)
 
 static void it_starts_and_ends_at_the_speed_asked_for(void **state)
 {
-    struct rig rig;
+    struct topp_rig rig;
     struct plan_topp topp;
     struct plan_topp_state at;
     double failed;
 
     (void)state;
-    straight(&rig, 1, 1);
+    topp_rig_straight(&rig, 1, 1);
     rig.request.start_speed = 0.5;
     rig.request.end_speed = 0.25;
     assert_int_equal(plan_topp_solve(&rig.request, &topp, &failed), MOTION_OK);
@@ -144,12 +104,12 @@ static void it_starts_and_ends_at_the_speed_asked_for(void **state)
 static void
 a_speed_that_cannot_be_braked_is_refused_where_it_fails(void **state)
 {
-    struct rig rig;
+    struct topp_rig rig;
     struct plan_topp topp;
     double failed;
 
     (void)state;
-    straight(&rig, 0.1, 1);
+    topp_rig_straight(&rig, 0.1, 1);
     rig.request.start_speed = 9; /* of 0.1 units: 0.9 unit/s, 0.4 to brake */
     assert_int_equal(plan_topp_solve(&rig.request, &topp, &failed),
                      MOTION_E_LIMIT);
@@ -159,12 +119,12 @@ a_speed_that_cannot_be_braked_is_refused_where_it_fails(void **state)
 
 static void caps_and_stops_are_kept(void **state)
 {
-    struct rig rig;
+    struct topp_rig rig;
     struct plan_topp topp;
     double failed, slowest = 1;
 
     (void)state;
-    straight(&rig, 10, 10);
+    topp_rig_straight(&rig, 10, 10);
     rig.cap[0] = (struct plan_topp_cap){ 2, 4, 0.05 };
     rig.cap[1] = (struct plan_topp_cap){ 7, 7, 0 };
     rig.request.cap_count = 2;
@@ -183,13 +143,13 @@ static void caps_and_stops_are_kept(void **state)
 
 static void what_is_above_the_optimum_falls_with_the_square(void **state)
 {
-    struct rig rig;
+    struct topp_rig rig;
     double t[3];
 
     (void)state;
-    rig_init(&rig, 2, 1);
-    memcpy(powers(&rig, 0, 0), (double[4]){ 0, 1, -3, 2 }, 32);
-    memcpy(powers(&rig, 0, 1), (double[4]){ 0, 1, 2, -2.5 }, 32);
+    topp_rig_init(&rig, 2, 1);
+    memcpy(topp_rig_powers(&rig, 0, 0), (double[4]){ 0, 1, -3, 2 }, 32);
+    memcpy(topp_rig_powers(&rig, 0, 1), (double[4]){ 0, 1, 2, -2.5 }, 32);
     for (int i = 0; i < 3; i++) {
         rig.request.intervals = 100u << (2 * i);
         t[i] = duration_of(&rig);
@@ -238,12 +198,12 @@ static void tracks_are_paths(void **state)
 
 static void bad_requests_are_refused(void **state)
 {
-    struct rig good, bad;
+    struct topp_rig good, bad;
     struct plan_topp topp;
     double failed;
 
     (void)state;
-    straight(&good, 1, 2);
+    topp_rig_straight(&good, 1, 2);
 #define REFUSED(change)                                                        \
     do {                                                                       \
         bad = good;                                                            \
@@ -276,80 +236,8 @@ static void bad_requests_are_refused(void **state)
 
 /* --- random paths --------------------------------------------------------------- */
 
-static uint64_t seed;
-
-static double random_unit(void) /* -1 .. 1 */
-{
-    seed = seed * 6364136223846793005u + 1442695040888963407u;
-    return (double)(int32_t)(seed >> 32) / 2147483648.;
-}
-
-static double random_log(double low, double high)
-{
-    return low * pow(high / low, (random_unit() + 1) / 2);
-}
-
-static void hermite(double p0, double v0, double p1, double v1, double h,
-                    double coef[4])
-{
-    const double chord = (p1 - p0) / h;
-
-    coef[0] = p0;
-    coef[1] = v0;
-    coef[2] = (3 * chord - 2 * v0 - v1) / h;
-    coef[3] = (v0 + v1 - 2 * chord) / (h * h);
-}
-
-/* What a key does to all axes at once. */
-enum { KEY_SMOOTH, KEY_CUSP, KEY_REPEATED, KEY_STRAIGHT };
-
-static void random_path(struct rig *rig)
-{
-    const unsigned axes = 1 + (unsigned)(fabs(random_unit()) * AXES_MAX) % 12;
-    const uint32_t pieces = 1 + (uint32_t)(fabs(random_unit()) * 11) % 12;
-    int kind[PIECES_MAX + 1];
-
-    rig_init(rig, axes, pieces);
-    for (uint32_t i = 0; i < pieces; i++)
-        rig->border[i + 1] = rig->border[i] + random_log(0.05, 20);
-    for (uint32_t i = 0; i <= pieces; i++) {
-        const double draw = fabs(random_unit());
-        kind[i] = draw < 0.7    ? KEY_SMOOTH
-                  : draw < 0.8  ? KEY_CUSP
-                  : draw < 0.87 ? KEY_REPEATED
-                                : KEY_STRAIGHT;
-    }
-    for (unsigned k = 0; k < axes; k++) {
-        const double size =
-            fabs(random_unit()) < 0.15 ? 1e-7 : random_log(0.1, 100);
-        double p = random_unit() * size, v = random_unit() * size;
-        rig->limit[k] =
-            (struct plan_topp_limit){ -random_log(0.1, 10), random_log(0.1, 10),
-                                      -random_log(0.1, 10),
-                                      random_log(0.1, 10) };
-        for (uint32_t i = 0; i < pieces; i++) {
-            const double h = rig->border[i + 1] - rig->border[i];
-            double to = random_unit() * size, w = random_unit() * size / h;
-            if (kind[i + 1] == KEY_STRAIGHT) {
-                to = p + v * h;
-                w = v;
-            } else if (kind[i + 1] == KEY_CUSP) {
-                w = 0;
-            } else if (kind[i + 1] == KEY_REPEATED && (i == 0 || v == 0)) {
-                to = p;
-                v = w = 0;
-            } else if (kind[i + 1] == KEY_REPEATED) {
-                w = 0;
-            }
-            hermite(p, v, to, w, h, powers(rig, i, k));
-            p = to;
-            v = w;
-        }
-    }
-}
-
 /* No axis goes its distance faster than at its largest velocity. */
-static double least_duration(const struct rig *rig)
+static double least_duration(const struct topp_rig *rig)
 {
     const struct plan_topp_path *path = &rig->request.path;
     double least = 0;
@@ -375,14 +263,12 @@ static void random_paths_are_inside_their_limits(void **state)
 
     (void)state;
     for (unsigned i = 0; i < n; i++) {
-        struct rig rig;
+        struct topp_rig rig;
         struct plan_topp topp;
         double failed;
-        seed = (from ? strtoull(from, NULL, 0) : 1) + i;
-        const unsigned long long which = seed;
-        for (int k = 0; k < 4; k++)
-            (void)random_unit();
-        random_path(&rig);
+        const unsigned long long which =
+            (from ? strtoull(from, NULL, 0) : 1) + i;
+        topp_rig_random(&rig, which);
         rig.request.intervals = 400;
         const int err = plan_topp_solve(&rig.request, &topp, &failed);
         if (err != MOTION_OK)
