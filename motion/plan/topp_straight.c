@@ -2,14 +2,15 @@
 #include "motion/plan/topp_straight.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "motion/plan/topp_chain.h"
 
 /* Of the length: what counts as none. */
 #define STRAIGHT_ROUNDING 1e-9
 
-/* Halvings of an interval in search of a place where it turns back. */
-#define STRAIGHT_HALVINGS 12
+/* Parts of a piece in search of a place where it turns back. */
+#define STRAIGHT_PARTS 4096
 
 /* --- does not turn back ------------------------------------------------------ */
 
@@ -27,27 +28,39 @@ static void straight_bernstein(unsigned degree, const double c[], double b[])
     }
 }
 
-static bool straight_is_rising(unsigned degree, const double b[], double least,
-                               int halvings)
+/* The polynomial about x instead of 0, over a part of the width. */
+static void straight_part(unsigned degree, const double c[], double x,
+                          double width, double part[])
 {
-    double left[PLAN_TOPP_DEGREE_MAX], right[PLAN_TOPP_DEGREE_MAX];
-    double lowest = b[0];
+    double by = 1;
 
-    for (unsigned i = 1; i <= degree; i++)
-        lowest = fmin(lowest, b[i]);
-    if (lowest >= least)
-        return true;
-    if (b[0] < least || b[degree] < least || halvings == 0)
-        return b[0] >= least && b[degree] >= least;
-    for (unsigned i = 0; i <= degree; i++)
-        right[i] = b[i];
-    for (unsigned i = 0; i <= degree; i++) { /* de Casteljau at 1/2 */
-        left[i] = right[0];
-        for (unsigned k = 0; k + i < degree; k++)
-            right[k] = (right[k] + right[k + 1]) / 2;
+    memcpy(part, c, (degree + 1) * sizeof *part);
+    for (unsigned i = 0; i < degree; i++)
+        for (unsigned n = degree; n-- > i;)
+            part[n] += x * part[n + 1];
+    for (unsigned n = 0; n <= degree; n++, by *= width)
+        part[n] *= by;
+}
+
+/* At least `least` over 0 .. 1, by the Bernstein coefficients of more and more
+ * parts; no where that is not seen. */
+static bool straight_is_rising(unsigned degree, const double c[], double least)
+{
+    for (unsigned parts = 1; parts <= STRAIGHT_PARTS; parts *= 4) {
+        double lowest = INFINITY;
+        for (unsigned k = 0; k < parts; k++) {
+            double part[PLAN_TOPP_DEGREE_MAX], b[PLAN_TOPP_DEGREE_MAX];
+            straight_part(degree, c, (double)k / parts, 1. / parts, part);
+            straight_bernstein(degree, part, b);
+            if (b[0] < least || b[degree] < least)
+                return false;
+            for (unsigned i = 0; i <= degree; i++)
+                lowest = fmin(lowest, b[i]);
+        }
+        if (lowest >= least)
+            return true;
     }
-    return straight_is_rising(degree, left, least, halvings - 1) &&
-           straight_is_rising(degree, right, least, halvings - 1);
+    return false;
 }
 
 /* The distance along the line rises all along a piece. */
@@ -55,7 +68,7 @@ static bool straight_goes_on(const struct plan_topp_path *path, uint32_t piece,
                              const struct topp_straight *straight)
 {
     const double h = path->border[piece + 1] - path->border[piece];
-    double slope[PLAN_TOPP_DEGREE_MAX] = { 0 }, b[PLAN_TOPP_DEGREE_MAX];
+    double slope[PLAN_TOPP_DEGREE_MAX] = { 0 };
 
     for (unsigned k = 0; k < path->axes; k++) {
         const double *coef =
@@ -64,10 +77,8 @@ static bool straight_goes_on(const struct plan_topp_path *path, uint32_t piece,
         for (unsigned n = 1; n <= path->degree; n++, by *= h)
             slope[n - 1] += n * coef[n] * by;
     }
-    straight_bernstein(path->degree - 1, slope, b);
-    return straight_is_rising(path->degree - 1, b,
-                              -STRAIGHT_ROUNDING * straight->length,
-                              STRAIGHT_HALVINGS);
+    return straight_is_rising(path->degree - 1, slope,
+                              -STRAIGHT_ROUNDING * straight->length);
 }
 
 /* --- stays on it ------------------------------------------------------------- */

@@ -29,9 +29,9 @@ double *topp_rig_powers(struct topp_rig *rig, uint32_t piece, unsigned axis);
 void topp_rig_straight(struct topp_rig *rig, double distance, uint32_t pieces);
 
 /* Keys that are smooth, cusps, repeated or on a straight line. */
-void topp_rig_random(struct topp_rig *rig, uint64_t seed);
+void topp_rig_random(struct topp_rig *rig, uint64_t from);
 
 /* A C2 path in all axes, natural at both ends. */
-void topp_rig_random_smooth(struct topp_rig *rig, uint64_t seed);
+void topp_rig_random_smooth(struct topp_rig *rig, uint64_t from);
 
 #endif
