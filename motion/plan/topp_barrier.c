@@ -8,7 +8,7 @@
 #include "motion/core/err.h"
 
 #define BARRIER_POINTS   3 /* of an interval */
-#define BARRIER_STEPS    40
+#define BARRIER_STEPS    200
 #define BARRIER_HALVINGS 30
 
 /* Of the weight: decrease of a Newton step that ends a centering. */
@@ -310,16 +310,6 @@ static void barrier_spread(struct topp_barrier *self, uint32_t i,
     }
 }
 
-static void barrier_fix(struct topp_barrier *self, uint32_t i)
-{
-    self->gradient[i] = 0;
-    for (uint32_t k = 1; k < 3; k++) {
-        self->matrix[i][k] = 0;
-        if (i + k < self->intervals + 2)
-            self->matrix[i + k][k] = 0;
-    }
-}
-
 static void barrier_assemble(struct topp_barrier *self, double weight)
 {
     const size_t n = (size_t)self->intervals + 2;
@@ -341,12 +331,6 @@ static void barrier_assemble(struct topp_barrier *self, double weight)
                           &at);
             barrier_spread(self, i, map, &at);
         }
-    }
-    for (uint32_t i = 0; i < 2; i++) {
-        if (self->fixed[0])
-            barrier_fix(self, i);
-        if (self->fixed[1])
-            barrier_fix(self, self->intervals + i);
     }
 }
 

@@ -42,7 +42,6 @@ struct topp_barrier {
     double (*r)[3]; /* of each point and axis: r', r'', r''' */
     double *bound;  /* of z at each point */
     double *z;      /* coefficients: intervals + 2 */
-    bool fixed[2];  /* z and z' at the start, the end */
     double *gradient, *step, *trial, (*matrix)[3]; /* of Newton */
 };
 

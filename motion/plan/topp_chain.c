@@ -66,7 +66,7 @@ static unsigned chain_order(const struct topp_chain *chain,
 
 void topp_chain_init(struct topp_chain *chain,
                      const struct plan_topp_request *request, uint32_t first,
-                     uint32_t last, bool rests_before, bool rests_after)
+                     uint32_t last)
 {
     const double *border = request->path.border;
     const double length = border[last + 1] - border[first];
@@ -78,10 +78,8 @@ void topp_chain_init(struct topp_chain *chain,
                                   .s = border[first],
                                   .start = { .order = 1 },
                                   .end = { .order = 1 } };
-    if (rests_before)
-        chain->start.order = chain_order(chain, request, first, false);
-    if (rests_after)
-        chain->end.order = chain_order(chain, request, last, true);
+    chain->start.order = chain_order(chain, request, first, false);
+    chain->end.order = chain_order(chain, request, last, true);
     if (chain->start.order > 1) {
         chain->start.width = CHAIN_WIDTH;
         all -= CHAIN_WIDTH * (1 - chain_whole(&chain->start));

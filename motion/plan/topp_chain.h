@@ -4,8 +4,8 @@
  * From rest with constant jerk s grows with t^3, so that s' as a function of s
  * has no finite derivatives at a start.  With s = s(w), s(w) ~ w^3 there, w'
  * is smooth and above zero all along.  In the middle s is linear in w; s(w)
- * has three continuous derivatives.  At ends that are passed at a speed nothing
- * is changed, and where the path itself starts slowly, less.
+ * has three continuous derivatives.  Where the path itself starts slowly,
+ * less is changed.
  *
  * By the chain rule, with r(w) = q(s(w)):
  *     r' = q' s'    r'' = q'' s'^2 + q' s''
@@ -30,10 +30,10 @@ struct topp_chain {
     struct topp_chain_end start, end;
 };
 
-/* Pieces first .. last; whether each end is at rest. */
+/* Pieces first .. last, from rest to rest. */
 void topp_chain_init(struct topp_chain *chain,
                      const struct plan_topp_request *request, uint32_t first,
-                     uint32_t last, bool rests_before, bool rests_after);
+                     uint32_t last);
 
 /* s and three derivatives by w. */
 void topp_chain_s(const struct topp_chain *chain, double w, double s[4]);

@@ -257,7 +257,7 @@ static int curve_refine(struct curve *self, double intervals, double per_piece)
     err = topp_grid_by_time(&self->barrier, intervals, per_piece, &self->grid);
     if (err == MOTION_OK)
         err = curve_barrier(self, &next);
-    if (err < 0)
+    if (err != MOTION_OK)
         return err;
     curve_carry(&self->barrier, &next);
     topp_barrier_free(&self->barrier);
@@ -440,16 +440,13 @@ static int curve_run(struct curve *self, struct plan_topp *out)
 
 int topp_curve_solve(const struct topp_chain *chain,
                      const struct plan_topp_request *request,
-                     const double jerk[], double start_speed, double end_speed,
-                     struct plan_topp *out)
+                     const double jerk[], struct plan_topp *out)
 {
     const uint32_t pieces = chain->last - chain->first + 1;
     struct curve *self;
     int err;
 
     *out = (struct plan_topp){ 0 };
-    if (start_speed > 0 || end_speed > 0)
-        return MOTION_E_LIMIT;
     if ((curve_grid[CURVE_GRIDS - 1].per_piece * pieces + request->intervals) *
             request->path.axes >
         CURVE_WORK_MAX)

@@ -6,20 +6,16 @@
  * limits are looked at between the points where they were held, at nine points
  * of each interval and the parabola's extreme through three, and what is over
  * is stretched away: t by e divides velocity by e, acceleration by e^2, jerk by
- * e^3.  A stretch that is passed at a given speed at an end cannot be
- * stretched in time; it is solved again with limits that are less by what was
- * over. */
+ * e^3.  It begins and ends at rest. */
 #ifndef MOTION_PLAN_TOPP_CURVE_H
 #define MOTION_PLAN_TOPP_CURVE_H
 
 #include "motion/plan/topp_chain.h"
 
 /* z = w'^2 as x of `out`, w as its s.  MOTION_E_FULL without memory,
- * MOTION_E_WORK when the path has too many pieces, MOTION_E_LIMIT when the
- * speed at the start or the end is more than was found to be possible. */
+ * MOTION_E_WORK when the path has too many pieces. */
 int topp_curve_solve(const struct topp_chain *chain,
                      const struct plan_topp_request *request,
-                     const double jerk[], double start_speed, double end_speed,
-                     struct plan_topp *out);
+                     const double jerk[], struct plan_topp *out);
 
 #endif

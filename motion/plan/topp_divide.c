@@ -70,7 +70,7 @@ int topp_divide_path(const struct plan_topp_request *request,
     *path = *from;
     path->coef = NULL;
     path->border = divide_places(request, &count);
-    if (path->border != NULL)
+    if (path->border != NULL && count * row > 0)
         path->coef = calloc(count * row, sizeof *path->coef);
     if (path->coef == NULL) {
         plan_topp_path_free(path);

@@ -66,14 +66,20 @@ static int jerk_straight(const struct jerk_plan *self, uint32_t first,
                           end_speed * jerk_slope(path, last, h), &run->line);
 }
 
+/* From rest to rest; a speed where all axes stand is none. */
 static int jerk_curve(const struct jerk_plan *self, uint32_t first,
                       uint32_t last, double start_speed, double end_speed,
                       struct plan_topp_run *run)
 {
-    topp_chain_init(&run->chain, &self->request, first, last, start_speed == 0,
-                    end_speed == 0);
+    const struct plan_topp_path *path = &self->request.path;
+    const double h = path->border[last + 1] - path->border[last];
+
+    if (start_speed * jerk_slope(path, first, 0) > 0 ||
+        end_speed * jerk_slope(path, last, h) > 0)
+        return MOTION_E_LIMIT;
+    topp_chain_init(&run->chain, &self->request, first, last);
     return topp_curve_solve(&run->chain, &self->request, self->jerk,
-                            start_speed, end_speed, &run->curve);
+                            &run->curve);
 }
 
 /* Pieces first .. last without a stop between. */
@@ -287,7 +293,7 @@ void plan_topp_law_at(const struct plan_topp_law *law, double t_s,
     if (law->runs == 0) {
         for (unsigned k = 0; k < law->path.axes; k++)
             axis[k] = (struct plan_topp_axis_state){
-                .pos = law->path.coef[k * (law->path.degree + 1)]
+                .pos = law->path.coef[(size_t)k * (law->path.degree + 1)]
             };
         return;
     }

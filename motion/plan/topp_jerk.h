@@ -5,8 +5,9 @@
  * acceleration steps.  The path is divided where it must stop: at a corner,
  * where q'' steps and at caps of speed 0.  There velocity and acceleration of
  * all axes are 0, as at a start or an end with speed 0.  A stretch that is a
- * straight line in space is run in its least time (topp_line.h); any other with
- * what topp_curve.h finds, a local minimum on a fine grid.  Sections in which
+ * straight line in space is run in its least time (topp_line.h), also from and
+ * to a speed at the path's ends; any other from rest to rest with what
+ * topp_curve.h finds, a local minimum on a fine grid.  Sections in which
  * all axes stand take no time.
  *
  * Source: Bobrow, Dubowsky & Gibson, Time-optimal control of robotic
@@ -35,8 +36,8 @@ struct plan_topp_axis_state {
 /* The request as in topp.h; jerk in unit/s3 of each axis, above 0.
  * MOTION_E_ARG for what is out of range, MOTION_E_FULL without memory,
  * MOTION_E_WORK for more pieces times axes than can be worked on,
- * MOTION_E_LIMIT when the speed at the start or the end is more than was found
- * to be possible; *failed is then where the stretch begins, NaN otherwise.  On
+ * MOTION_E_LIMIT when a line is too short for the speeds at the start and the
+ * end, or the path is curved where it starts or ends at a speed; *failed is then where the stretch begins, NaN otherwise.  On
  * an error `law` is empty. */
 int plan_topp_jerk_solve(const struct plan_topp_request *request,
                          const double jerk[], struct plan_topp_law *law,

@@ -49,7 +49,8 @@ static bool straight_is_rising(unsigned degree, const double c[], double least)
     for (unsigned parts = 1; parts <= STRAIGHT_PARTS; parts *= 4) {
         double lowest = INFINITY;
         for (unsigned k = 0; k < parts; k++) {
-            double part[PLAN_TOPP_DEGREE_MAX], b[PLAN_TOPP_DEGREE_MAX];
+            double part[PLAN_TOPP_DEGREE_MAX] = { 0 };
+            double b[PLAN_TOPP_DEGREE_MAX];
             straight_part(degree, c, (double)k / parts, 1. / parts, part);
             straight_bernstein(degree, part, b);
             if (b[0] < least || b[degree] < least)

@@ -187,10 +187,9 @@ static void the_barrier_reaches_the_double_s(void **state)
         rig.limit[0] = (struct plan_topp_limit){ -1, 1, -2, 1 };
         rig.jerk[0] = jerk[i];
         assert_int_equal(topp_line_plan(&limit, 5, 0, 0, &line), MOTION_OK);
-        topp_chain_init(&chain, &rig.request, 0, 2, true, true);
+        topp_chain_init(&chain, &rig.request, 0, 2);
         assert_int_equal(
-            topp_curve_solve(&chain, &rig.request, rig.jerk, 0, 0, &topp),
-            MOTION_OK);
+            topp_curve_solve(&chain, &rig.request, rig.jerk, &topp), MOTION_OK);
         const double over =
             plan_topp_duration(&topp) / topp_line_duration(&line) - 1;
         if (!(over > -1e-7 && over < 1e-3))
@@ -218,6 +217,22 @@ static void as_jerk_limits_grow_the_time_falls_to_that_without_any(void **state)
         before = t;
     }
     near(before, least, 1e-3);
+}
+
+static void a_curve_at_speed_at_an_end_is_refused(void **state)
+{
+    struct topp_rig rig;
+    struct plan_topp_law law;
+    double failed;
+
+    (void)state;
+    bend(&rig);
+    rig.request.start_speed = 0.1;
+    assert_int_equal(
+        plan_topp_jerk_solve(&rig.request, rig.jerk, &law, &failed),
+        MOTION_E_LIMIT);
+    assert_true(failed == 0);
+    assert_null(law.run);
 }
 
 static void corners_and_stops_are_stops(void **state)
@@ -388,6 +403,7 @@ int main(void)
         cmocka_unit_test(the_barrier_reaches_the_double_s),
         cmocka_unit_test(
             as_jerk_limits_grow_the_time_falls_to_that_without_any),
+        cmocka_unit_test(a_curve_at_speed_at_an_end_is_refused),
         cmocka_unit_test(corners_and_stops_are_stops),
         cmocka_unit_test(caps_of_speed_are_kept),
         cmocka_unit_test(time_scales),
