@@ -128,6 +128,8 @@ double topp_judge_law(const struct plan_topp_request *request,
 
     if (!law_is_at_end(&self, false) || !law_is_at_end(&self, true))
         return INFINITY;
+    if (law->duration == 0) /* all axes stand */
+        return 0;
     for (unsigned i = 0; i <= points; i++) {
         plan_topp_law_at(law, dt * i, at[i % 2]);
         for (unsigned k = 0; k < request->path.axes; k++) {
