@@ -41,7 +41,7 @@ static int rig_read_unit(void *reader, const struct yaml_value *value,
 }
 
 static const struct yaml_field rig_axis_fields[] = {
-    { "unit", YAML_REQUIRED, "mm, deg, rev, count, kcount or Mcount",
+    { "unit", YAML_REQUIRED, "mm, deg, rev, rad, count, kcount or Mcount",
       rig_read_unit, offsetof(struct rig_axis, unit) },
     { "limits", YAML_REQUIRED,
       "a map with position, velocity, acceleration and jerk", rig_read_limits,

@@ -50,7 +50,7 @@ said keyed " 1.00 s   250.000 mm   141.667 mm/s"
 said keyed " 3.00 s   100.000 mm     0.000 mm/s"
 said fastest "axis 0: 0.895000 s, 7 phases, ends at 300"
 said fastest "axis 1: 0.895000 s, 5 phases, ends at -20"
-said chase " 865.624 ms  at 100 with    0.000 /s"
+said chase " 865.600 ms  at 100 with    0.000 /s"
 said drive "can0 603#4000100000000000"
 grep -q "^node 3: offline, " "$dir/out" || fail "drive said: $(tail -1 "$dir/out")"
 
