@@ -11,13 +11,16 @@
 #include "motion/plan/topp_time.h"
 
 /* Intervals to begin with where the caller does not say: so many in all, and
- * so many in each piece.  They are doubled until the duration has converged;
+ * so many in each piece.  They are doubled until the duration has converged:
  * what is over the optimum falls by 4 each time, so that the last step is three
- * times what is left. */
-#define TOPP_INTERVALS       500
-#define TOPP_PIECE_INTERVALS 8
+ * times what is left.  On a path with near-cusps a coarse grid may give any
+ * duration, a longer one than a coarser still: one small step proves nothing,
+ * two do. */
+#define TOPP_INTERVALS       250
+#define TOPP_PIECE_INTERVALS 4
 #define TOPP_CONVERGED       9e-5
-#define TOPP_DOUBLINGS       8
+#define TOPP_STEPS           2
+#define TOPP_DOUBLINGS       10
 
 /* Slopes that count as none, of the largest on the path, and steps of the slope
  * that count as none, of the slopes: what rounding leaves. */
@@ -460,6 +463,7 @@ static int topp_converge(struct topp *self, double *failed)
     const uint32_t pieces = self->request->path.pieces;
     double wanted = fmax(TOPP_INTERVALS, (double)TOPP_PIECE_INTERVALS * pieces);
     int err = topp_solve(self, wanted, failed);
+    int steps = 0; /* that were small, in a row */
 
     for (int i = 0; err == MOTION_OK && i < TOPP_DOUBLINGS; i++) {
         const double before = plan_topp_duration(self->out);
@@ -468,8 +472,10 @@ static int topp_converge(struct topp *self, double *failed)
             break;
         plan_topp_free(self->out);
         err = topp_solve(self, wanted, failed);
-        if (err == MOTION_OK &&
-            before - plan_topp_duration(self->out) <= TOPP_CONVERGED * before)
+        if (err == MOTION_OK && fabs(before - plan_topp_duration(self->out)) >
+                                    TOPP_CONVERGED * before)
+            steps = 0;
+        else if (++steps == TOPP_STEPS)
             break;
     }
     return err;
