@@ -3,7 +3,7 @@
  *
  * A row makes RIG_NAME, and in every layer expects a constant table of what the
  * kind does there: rig_kind_name (here), machine_kind_name, tool_kind_name,
- * verb_kind_name.  docs/ARCHITECTURE.md, "To add a kind of drive". */
+ * verb_kind_name.  docs/DESIGN.md, "To add a kind of drive". */
 #ifndef FIRMWARE_HOST_RIG_KIND_H
 #define FIRMWARE_HOST_RIG_KIND_H
 
