@@ -8,7 +8,6 @@
  *   round.c     exact end: phases in whole ticks and units, a Newton step
  *   exact.c     exact end: corners moved until the goal is met
  *   edge.c      exact end of what is at the edge of the possible, unsearched
- *   nearest.c   the nearest whole tick where there is no time to spare
  *   plan.c      a plan's units, where it leads, its track
  *   check.c     check
  *
@@ -419,18 +418,6 @@ struct motion_real motion_otg_times(const struct motion_real *a,
 struct motion_real motion_otg_per(const struct motion_real *a,
                                   const struct motion_real *b);
 struct motion_real motion_otg_signed(int64_t n, int bits, bool minus);
-
-/* --- no time to spare (nearest.c) ----------------------------------------- */
-
-/* Where one phase, or one change between two velocities, does it in much less
- * time than the plan that was made (or refused, `err`): that in whole ticks,
- * with a residual where it has one.  Returns err, or MOTION_OK. */
-int motion_otg_nearest(const struct motion_otg_move *move, int err,
-                       struct motion_otg_plan *plan);
-/* A cruise with both ends on the limit, made exactly; false where the jerk
- * cannot. */
-bool motion_otg_cruise(const struct motion_otg_move *move,
-                       struct motion_otg_plan *plan);
 
 /* --- a plan in exact integers (plan.c; otg.h) -----------------------------
  *
