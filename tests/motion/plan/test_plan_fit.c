@@ -188,6 +188,11 @@ static double peak_of(const struct motion_track *track,
     return fmax(fabs((double)extreme.min), fabs((double)extreme.max));
 }
 
+/* As every rig has one: a handle's end is rounded to 2^-32 unit, so that the
+ * slopes on both sides of a key differ, which counts as a step where there is
+ * no period. */
+#define PERIOD_NS 1000000
+
 /* Limits that an axis breaks by up to `ratio` in one of them; without one of
  * jerk where acceleration steps.  False where velocity steps. */
 static bool limit_axis(unsigned a, double ratio)
@@ -208,7 +213,7 @@ static bool limit_axis(unsigned a, double ratio)
     *limit = (struct plan_limit){
         -MOTION_TRACK_POS_MAX_Q32, MOTION_TRACK_POS_MAX_Q32,
         llrint(vel / part[0]),     llrint(acc / part[1]),
-        llrint(jerk / part[2]),    0
+        llrint(jerk / part[2]),    PERIOD_NS
     };
     const uint32_t count =
         plan_check_track(&track, limit, found, ARRAY_LEN(found));
