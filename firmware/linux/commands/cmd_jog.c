@@ -423,6 +423,7 @@ static enum status cmd_jog_rig(struct cmd_jog *self)
         cmd_jog_intent(self);
     if (options->dry_run)
         return live_dry_run_alone(&self->live, options);
+    jog_keys_init(&self->keys, self->live.rig);
     status = live_begin(&self->live, options, "jog", self->kind == JOG_BY_KEYS);
     if (status != STATUS_OK)
         return status;
@@ -437,6 +438,7 @@ static enum status cmd_jog_run(const struct options *options)
     self->options = options;
     enum status status = cmd_jog_rig(self);
     live_close(&self->live);
+    jog_keys_free(&self->keys);
     memory_free(self);
     return status;
 }

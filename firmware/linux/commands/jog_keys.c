@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/base/output.h"
@@ -119,7 +120,8 @@ static void jog_set_key(struct jog_keys *self)
         return;
     }
     for (unsigned i = 0; i < self->live->rig->axis_count; i++)
-        self->key_q32[self->keys][i] = controller->axis[i].target.pos_q32;
+        self->key_q32[self->keys * self->live->rig->axis_count + i] =
+            controller->axis[i].target.pos_q32;
     self->keys++;
     snprintf(self->said, sizeof self->said, "key %u set", self->keys);
 }
@@ -238,11 +240,22 @@ static void jog_tick(struct jog_keys *self)
     jog_show(self);
 }
 
+void jog_keys_init(struct jog_keys *self, const struct rig *rig)
+{
+    memset(self, 0, sizeof *self);
+    self->key_q32 = memory_new((size_t)JOG_KEYS_MAX * rig->axis_count,
+                               sizeof *self->key_q32);
+}
+
+void jog_keys_free(struct jog_keys *self)
+{
+    memory_free(self->key_q32);
+}
+
 enum status jog_keys_run(struct jog_keys *self, struct live *live,
                          const struct jog_keys_config *config,
                          const volatile sig_atomic_t *interrupts)
 {
-    memset(self, 0, sizeof *self);
     self->live = live;
     self->config = *config;
     self->axis = config->axis;
@@ -275,7 +288,8 @@ static void jog_save_axis(const struct jog_keys *self, unsigned axis,
     fprintf(file, "  %s:\n    curve: quintic\n    keys:\n", rig->name);
     for (unsigned k = 0; k < self->keys; k++) {
         number_fixed(t, (int64_t)k * every_ns, 0, 0);
-        number_fixed(pos, self->key_q32[k][axis], 32, 9);
+        number_fixed(pos, self->key_q32[k * self->live->rig->axis_count + axis],
+                     32, 9);
         fprintf(file, "      - [%s ns, %s %s]\n", t, pos,
                 units_axis_text(rig->unit));
     }

@@ -29,10 +29,14 @@ struct jog_keys {
     unsigned axis;
     int64_t shown_ns;
     bool leaving;
-    char said[80]; /* the last thing that happened */
-    int64_t key_q32[JOG_KEYS_MAX][RIG_AXES_MAX];
+    char said[80];    /* the last thing that happened */
+    int64_t *key_q32; /* of every axis of the rig, key by key */
     unsigned keys;
 };
+
+/* Before anything is live: room for the keys of this rig.  All zero is none. */
+void jog_keys_init(struct jog_keys *self, const struct rig *rig);
+void jog_keys_free(struct jog_keys *self);
 
 /* Until the person leaves or *interrupts counts.  The machine is READY.
  * STATUS_OK, or STATUS_INPUT when standard input is no terminal. */
