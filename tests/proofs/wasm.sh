@@ -14,7 +14,7 @@ allowed="$allowed
     |errno|str(error|to(d|f|l|ll|ul))|is(xdigit)|tolower
     |mem(chr|cmp|cpy|move|set)
     |str(chr|cmp|cspn|len|ncmp|pbrk|rchr|spn|str|casecmp|ncasecmp)
-    |a(cos|sin|tan[2h]?)|cos|exp|sinh?|tan|cbrt|pow|hypot|fmax|fmin|frexp|ldexpl?|llroundl?
+    |a(cos|sin|tan[2h]?)|cos|exp|log|sinh?|tan|cbrt|pow|hypot|fmax|fmin|frexp|ldexpl?|llroundl?
     |malloc|calloc|realloc|free|qsort|v?snprintf"
 # Into a stream of the caller's.
 allowed="$allowed|fprintf|fputc|fputs|fwrite|fflush|ftell"

@@ -2,7 +2,7 @@
 
 # Machines side by side, as one counts instructions and runs on one processor:
 # each with scripts of tests/vm, one after the other, SCRIPT-OPTION+SCRIPT.
-VM_CHECKS := lines can lines-gpiod2 turns+gpio
+VM_CHECKS := lines can lines-gpiod2 turn+gpio
 # What of ours they need.
 VM_NEED   := $(SLEW) $(call named,conform_can) $(call named,can_socketcan) \
              $(call named,conform_gpio) $(B)/gpiod2/test_conform_gpio \
