@@ -37,6 +37,12 @@ static int progress_share(int64_t path_ns, int64_t total_ns, int parts)
     return path_ns <= 0 ? 0 : (int)((double)path_ns / (double)total_ns * parts);
 }
 
+int progress_percent(int64_t rate_q30)
+{
+    return (int)((rate_q30 * 100 + MOTION_CLOCK_WARP_ONE_Q30 / 2) /
+                 MOTION_CLOCK_WARP_ONE_Q30);
+}
+
 /* "12.6 s left", or what stands instead when nothing moves. */
 static void progress_left(char text[32], int64_t left_ns, int64_t rate_q30)
 {
@@ -58,8 +64,7 @@ static void progress_left(char text[32], int64_t left_ns, int64_t rate_q30)
                           (int)left_s / 60 % 60, (int)left_s % 60);
     else
         length = snprintf(text, 32, "days left");
-    const int percent = (int)((rate_q30 * 100 + MOTION_CLOCK_WARP_ONE_Q30 / 2) /
-                              MOTION_CLOCK_WARP_ONE_Q30);
+    const int percent = progress_percent(rate_q30);
     if (percent != 100)
         snprintf(text + length, 32 - (size_t)length, " at %d %%", percent);
 }

@@ -27,6 +27,9 @@ void progress_take(struct progress *progress, const struct telemetry_row *row);
 /* Leave the line as it is and go to the next. */
 void progress_end(struct progress *progress);
 
+/* A rate of the clock, 0 .. 200 %, to the nearest percent. */
+int progress_percent(int64_t rate_q30);
+
 /* "moving    [#######-------]  47 %   12.6 s left" for a time on the path and
  * a rate; without a line end. */
 #define PROGRESS_LINE_MAX 128

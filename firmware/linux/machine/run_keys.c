@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "firmware/control/controller.h"
+#include "firmware/linux/machine/progress.h"
 #include "firmware/linux/machine/shots.h"
 #include "motion/core/err.h"
 
@@ -44,12 +45,6 @@ static void run_keys_say(const char *sentence)
     fprintf(stderr, "\r\033[K%s\n", sentence);
 }
 
-static int run_keys_percent(int64_t rate_q30)
-{
-    return (int)((rate_q30 * 100 + MOTION_CLOCK_WARP_ONE_Q30 / 2) /
-                 MOTION_CLOCK_WARP_ONE_Q30);
-}
-
 static bool run_keys_put(struct run_keys *keys, enum mailbox_command command,
                          int64_t value)
 {
@@ -78,7 +73,7 @@ static void run_keys_override(struct run_keys *keys, int percent)
 
 static void run_keys_press(struct run_keys *keys, int key)
 {
-    const int percent = run_keys_percent(keys->wanted_q30);
+    const int percent = progress_percent(keys->wanted_q30);
     if (key == ' ')
         (void)run_keys_put(keys,
                            keys->is_holding ? MAILBOX_RESUME : MAILBOX_HOLD, 0);
@@ -100,8 +95,8 @@ static void run_keys_refused(const struct run_keys *keys,
         snprintf(sentence, sizeof sentence,
                  "the speed stays at %d %%: at %d %% the move would break a "
                  "limit",
-                 run_keys_percent(keys->override_q30),
-                 run_keys_percent(answer->value));
+                 progress_percent(keys->override_q30),
+                 progress_percent(answer->value));
     else
         snprintf(sentence, sizeof sentence, "there is nothing to %s now",
                  answer->command == MAILBOX_HOLD ? "hold" : "resume");
