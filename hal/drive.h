@@ -116,17 +116,17 @@ struct hal_drive_feedback {
     enum hal_drive_state state;
     bool torque_off; /* the drive says so itself, and still speaks; false where
                         it is not known */
-    int64_t pos_q32; /* actual */
-    int64_t vel_q32; /* actual; from position when the drive has none */
-    int64_t t_ns;    /* when pos was measured (SYNC that latched it);
+    bool demand_known; /* the drive itself knows which set point was in force at
+                          t_ns, demand_q32; demand_age_ns then says nothing */
+    int64_t pos_q32;   /* actual */
+    int64_t vel_q32;   /* actual; from position when the drive has none */
+    int64_t t_ns;      /* when pos was measured (SYNC that latched it);
                               0: never yet */
     int64_t demand_age_ns; /* how long before t_ns the set point that was in
                               force at t_ns had been given to set_target, both
                               on the time of begin(); 0: what is in force does
                               not come from set_target */
-    bool demand_known; /* the drive itself knows which set point was in force at
-                          t_ns, demand_q32; demand_age_ns then says nothing */
-    int64_t demand_q32;
+    int64_t demand_q32;    /* where demand_known */
     bool limit_negative, limit_positive; /* switch inputs of the drive */
     bool home_switch;
     bool following; /* the drive itself says that it follows set points;

@@ -2,6 +2,7 @@
 #include "sim/world.h"
 
 #include <assert.h>
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "sim/util.h"
@@ -31,35 +32,84 @@ void sim_world_init(struct sim_world *world, int64_t start_ns)
                                  .now_ns = start_ns };
 }
 
+static void sim_world_join(struct sim_world *world, struct sim_group *group,
+                           struct sim_member *member)
+{
+    member->next = NULL;
+    member->number = world->members++;
+    if (group->last == NULL)
+        group->first = member;
+    else
+        group->last->next = member;
+    group->last = member;
+}
+
+static bool sim_world_is_legal(const struct sim_member *member)
+{
+    return member->ops != NULL && member->ops->due_ns != NULL &&
+           member->ops->run != NULL;
+}
+
 int sim_world_add(struct sim_world *world, struct sim_member *member)
 {
-    if (!member->ops || !member->ops->due_ns || !member->ops->run)
+    if (!sim_world_is_legal(member))
         return MOTION_E_ARG;
-    member->next = NULL;
-    if (world->last == NULL)
-        world->first = member;
-    else
-        world->last->next = member;
-    world->last = member;
+    sim_world_join(world, &world->alone, member);
     return MOTION_OK;
 }
 
-/* The member that is due first, the one added first on a tie. */
-static struct sim_member *sim_world_next(const struct sim_world *world,
-                                         int64_t *due_ns)
+int sim_world_add_to(struct sim_world *world, struct sim_group *group,
+                     struct sim_member *member)
 {
-    struct sim_member *next = NULL;
+    if (!sim_world_is_legal(member))
+        return MOTION_E_ARG;
+    if (group->first == NULL) {
+        if (world->last == NULL)
+            world->first = group;
+        else
+            world->last->next = group;
+        world->last = group;
+    }
+    sim_world_join(world, group, member);
+    return MOTION_OK;
+}
 
-    *due_ns = SIM_WORLD_NEVER;
-    for (struct sim_member *member = world->first; member != NULL;
+/* Asks its members anew: the one that is due first, the one added first on a
+ * tie. */
+static void sim_world_ask(struct sim_group *group)
+{
+    group->due = NULL;
+    group->due_ns = SIM_WORLD_NEVER;
+    for (struct sim_member *member = group->first; member != NULL;
          member = member->next) {
-        int64_t member_due_ns = member->ops->due_ns(member);
+        const int64_t due_ns = member->ops->due_ns(member);
 
-        if (member_due_ns < *due_ns) {
-            *due_ns = member_due_ns;
-            next = member;
+        if (due_ns < group->due_ns) {
+            group->due_ns = due_ns;
+            group->due = member;
         }
     }
+}
+
+static void sim_world_ask_all(struct sim_world *world)
+{
+    sim_world_ask(&world->alone);
+    for (struct sim_group *group = world->first; group != NULL;
+         group = group->next)
+        sim_world_ask(group);
+}
+
+/* The group of the member that is due first, by what they last said. */
+static struct sim_group *sim_world_next(struct sim_world *world)
+{
+    struct sim_group *next = &world->alone;
+
+    for (struct sim_group *group = world->first; group != NULL;
+         group = group->next)
+        if (group->due_ns < next->due_ns ||
+            (group->due_ns == next->due_ns && next->due != NULL &&
+             group->due->number < next->due->number))
+            next = group;
     return next;
 }
 
@@ -69,27 +119,31 @@ void sim_world_run(struct sim_world *world, int64_t until_ns)
 
     if (until_ns < world->now_ns)
         return;
+    sim_world_ask_all(world);
     for (;;) {
-        int64_t due_ns;
-        struct sim_member *member = sim_world_next(world, &due_ns);
+        struct sim_group *group = sim_world_next(world);
 
-        if (!member || due_ns > until_ns)
+        if (group->due == NULL || group->due_ns > until_ns)
             break;
-        if (due_ns > world->now_ns) {
-            world->now_ns = due_ns;
+        if (group->due_ns > world->now_ns) {
+            world->now_ns = group->due_ns;
             calls_at_once = 0;
         }
         calls_at_once++;
         assert(calls_at_once < SIM_WORLD_CALLS_AT_ONCE_MAX);
-        member->ops->run(member, world->now_ns);
+        group->due->ops->run(group->due, world->now_ns);
+        if (group == &world->alone) {
+            sim_world_ask_all(world);
+        } else {
+            sim_world_ask(group);
+            sim_world_ask(&world->alone);
+        }
     }
     world->now_ns = until_ns;
 }
 
-int64_t sim_world_due_ns(const struct sim_world *world)
+int64_t sim_world_due_ns(struct sim_world *world)
 {
-    int64_t due_ns;
-
-    (void)sim_world_next(world, &due_ns);
-    return due_ns;
+    sim_world_ask_all(world);
+    return sim_world_next(world)->due_ns;
 }

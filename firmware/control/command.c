@@ -103,13 +103,14 @@ static int64_t controller_axis_rate_most(const struct controller_axis *axis,
                                    limit->jerk_q32, 3));
 }
 
-static bool controller_at_start(const struct controller_axis *axis,
-                                const struct motion_track *track)
+static bool controller_is_there(const struct controller_axis *axis,
+                                const struct motion_track *track,
+                                int64_t at_ns_q12)
 {
     struct motion_sample start;
     struct motion_cursor cursor = { 0 };
     int64_t apart;
-    motion_track_sample(track, &cursor, 0, &start);
+    motion_track_sample(track, &cursor, at_ns_q12, &start);
     return axis->sent_count > 0 &&
            motion_fixed_sub(start.pos_q32, axis->sent_q32[0], &apart) ==
                MOTION_OK &&
@@ -117,7 +118,7 @@ static bool controller_at_start(const struct controller_axis *axis,
 }
 
 /* Rounding leaves an end of a ramp at less than 2^-20 unit/s. */
-#define INWARD_STANDS_Q32 ((int64_t)1 << 12)
+#define STANDS_Q32 ((int64_t)1 << 12)
 
 /* Outside the range it moves inward alone. */
 static bool controller_only_comes_in(const struct controller_axis_config *range,
@@ -129,9 +130,9 @@ static bool controller_only_comes_in(const struct controller_axis_config *range,
         const struct motion_extreme *pos = &extreme[MOTION_POS];
         const struct motion_extreme *vel = &extreme[MOTION_VEL];
         if ((pos->min < range->pos_min_q32 - MOTION_TRACK_POS_ROUNDING &&
-             vel->min < -INWARD_STANDS_Q32) ||
+             vel->min < -STANDS_Q32) ||
             (pos->max > range->pos_max_q32 + MOTION_TRACK_POS_ROUNDING &&
-             vel->max > INWARD_STANDS_Q32))
+             vel->max > STANDS_Q32))
             return false;
     }
     return true;
@@ -233,10 +234,10 @@ static bool controller_load(struct controller *controller,
     return controller->override_max_q30 >= MOTION_CLOCK_WARP_ONE_Q30;
 }
 
-/* MOTION_OK, or why these tracks cannot begin, and *axis. */
+/* MOTION_OK, or why these tracks cannot begin at this time, and *axis. */
 static int controller_may_start(const struct controller *controller,
                                 const struct motion_track *const track[],
-                                int *axis)
+                                int64_t at_ns_q12, int *axis)
 {
     const struct controller_axis *own = controller->axis;
     for (*axis = 0; *axis < (int)controller->config.axis_count; ++*axis)
@@ -247,19 +248,22 @@ static int controller_may_start(const struct controller *controller,
         if (track[*axis] && !own[*axis].homed)
             return MOTION_E_UNHOMED;
     for (*axis = 0; *axis < (int)controller->config.axis_count; ++*axis)
-        if (track[*axis] && !controller_at_start(&own[*axis], track[*axis]))
+        if (track[*axis] &&
+            !controller_is_there(&own[*axis], track[*axis], at_ns_q12))
             return MOTION_E_AWAY;
     *axis = -1;
     return MOTION_OK;
 }
 
-int controller_start(struct controller *controller,
-                     const struct motion_track *const track[], int *axis)
+/* The tracks are there to be played from this time on. */
+static int controller_begin(struct controller *controller,
+                            const struct motion_track *const track[],
+                            int64_t at_ns_q12, int *axis)
 {
     int which;
     if (controller->state != CONTROLLER_READY || controller->homing)
         return MOTION_E_STATE;
-    int err = controller_may_start(controller, track, &which);
+    int err = controller_may_start(controller, track, at_ns_q12, &which);
     if (err == MOTION_OK && !controller_load(controller, track)) {
         controller_rest(controller);
         err = MOTION_E_LIMIT;
@@ -273,20 +277,72 @@ int controller_start(struct controller *controller,
     for (unsigned i = 0; i < controller->config.axis_count; i++)
         if (!track[i])
             controller->axis[i].leg = (struct controller_leg){ .goal = NULL };
+    controller->jog = NULL;
+    return MOTION_OK;
+}
+
+int controller_start(struct controller *controller,
+                     const struct motion_track *const track[], int *axis)
+{
+    const int err = controller_begin(controller, track, 0, axis);
+    if (err < 0)
+        return err;
     /* The first set point of the move, one tick from now, is path time one
      * period: a track that starts from rest may be read at full rate. */
-    controller->jog = NULL;
     controller_play(controller, controller_rate(controller));
+    return MOTION_OK;
+}
+
+static bool controller_has(const struct controller *controller,
+                           const struct motion_track *const track[],
+                           int64_t at_ns_q12)
+{
+    int64_t end_ns_q12 = 0;
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        if (!track[i])
+            continue;
+        if (track[i]->outline != NULL && at_ns_q12 != 0)
+            return false;
+        if (track[i]->end_ns_q12 > end_ns_q12)
+            end_ns_q12 = track[i]->end_ns_q12;
+    }
+    return at_ns_q12 >= 0 && at_ns_q12 <= end_ns_q12;
+}
+
+/* Goals that end before are behind. */
+static void controller_skip_goals(struct controller_leg *leg, int64_t at_ns_q12)
+{
+    while (leg->at < leg->count && leg->goal[leg->at].end_ns_q12 <= at_ns_q12)
+        leg->at++;
+}
+
+int controller_cue(struct controller *controller,
+                   const struct motion_track *const track[], int64_t at_ns_q12,
+                   int *axis)
+{
+    if (axis)
+        *axis = -1;
+    if (controller->state != CONTROLLER_READY || controller->homing)
+        return MOTION_E_STATE;
+    if (!controller_has(controller, track, at_ns_q12))
+        return MOTION_E_ARG;
+    const int err = controller_begin(controller, track, at_ns_q12, axis);
+    if (err < 0)
+        return err;
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        controller_skip_goals(&controller->axis[i].leg, at_ns_q12);
+    controller->wanted_q30 = 0;
+    controller->rest_by_ns = 0;
+    controller->is_held = true;
+    controller_clock_set(controller, at_ns_q12, 0);
+    controller_enter(controller, CONTROLLER_HOLDING);
     return MOTION_OK;
 }
 
 void controller_play(struct controller *controller, int64_t rate_q30)
 {
     controller->wanted_q30 = rate_q30;
-    motion_clock_warp_init(&controller->warp, controller->clock_ns, 0,
-                           rate_q30);
-    motion_clock_warp_at(&controller->warp, controller->clock_ns,
-                         &controller->rate);
+    controller_clock_set(controller, 0, rate_q30);
     controller_enter(controller, CONTROLLER_MOVING);
 }
 
@@ -319,6 +375,25 @@ int controller_hold(struct controller *controller)
     return MOTION_OK;
 }
 
+/* Does the path begin here, from rest? Then it may be read at full rate, as
+ * after a start. */
+static bool controller_is_at_start(const struct controller *controller)
+{
+    if (controller->jog != NULL || controller->rate.rate_q30 != 0 ||
+        controller->warp.rate1_q30 != 0 ||
+        controller_path_ns_q12(controller, controller->rate.s_ns_q12) != 0)
+        return false;
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        struct motion_state state;
+        if (!controller->axis[i].track)
+            continue;
+        controller_path_state(controller, controller->axis[i].track, 0, &state);
+        if (motion_fixed_abs(state.vel_q32) > STANDS_Q32)
+            return false;
+    }
+    return true;
+}
+
 int controller_resume(struct controller *controller)
 {
     const bool is_between = controller->state == CONTROLLER_READY &&
@@ -331,6 +406,43 @@ int controller_resume(struct controller *controller)
     controller->wanted_q30 = controller_rate(controller);
     controller_ramp_reset(controller);
     controller_enter(controller, CONTROLLER_MOVING);
+    if (controller_is_at_start(controller))
+        controller_clock_set(controller, 0, controller->wanted_q30);
+    return MOTION_OK;
+}
+
+/* Tracks that are held as a whole, and no goals, which have an order; and an
+ * axis that came in from outside its range does not go out again. */
+static int controller_can_reverse(const struct controller *controller)
+{
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        const struct controller_axis_config *config =
+            &controller->config.axis[i];
+        const struct motion_track *track = controller->axis[i].track;
+        struct motion_extreme pos;
+        if (track == NULL)
+            continue;
+        if (track->outline != NULL || config->by_goals)
+            return MOTION_E_ARG;
+        motion_track_extreme(track, MOTION_POS, &pos);
+        if (controller_range_counts(controller, i) &&
+            (pos.min < config->pos_min_q32 - MOTION_TRACK_POS_ROUNDING ||
+             pos.max > config->pos_max_q32 + MOTION_TRACK_POS_ROUNDING))
+            return MOTION_E_LIMIT;
+    }
+    return MOTION_OK;
+}
+
+int controller_reverse(struct controller *controller, bool is_reversed)
+{
+    if (controller->state != CONTROLLER_HOLDING || controller->jog != NULL ||
+        !controller_clock_stands(controller))
+        return MOTION_E_STATE;
+    const int err = controller_can_reverse(controller);
+    if (err < 0)
+        return err;
+    controller->is_reversed = is_reversed;
+    controller_stand(controller);
     return MOTION_OK;
 }
 
@@ -395,7 +507,8 @@ int64_t controller_progress_q30(const struct controller *controller)
 int64_t controller_time_left_ns(const struct controller *controller)
 {
     const int64_t left_ns_q12 =
-        controller->move_end_ns_q12 - controller->rate.s_ns_q12;
+        controller->move_end_ns_q12 -
+        controller_path_ns_q12(controller, controller->rate.s_ns_q12);
     int64_t left_ns;
     if (motion_fixed_muldiv(left_ns_q12 / MOTION_FIXED_NS_Q12,
                             MOTION_CLOCK_WARP_ONE_Q30, controller->override_q30,

@@ -77,6 +77,15 @@ static void controller_defaults(struct controller_config *config)
         config->stop_timeout_ns = STOP_TIMEOUT_NS;
 }
 
+/* k in ns: v k / 1e9, and 1e-9 is 4611686018 / 2^62; INT64_MAX beyond. */
+static int64_t controller_following_k(int64_t k_ns)
+{
+    int64_t k_q62;
+    return motion_fixed_mulshift(k_ns, INT64_C(4611686018), 0, &k_q62) < 0
+               ? INT64_MAX
+               : k_q62;
+}
+
 int controller_init(struct controller *controller,
                     const struct controller_config *config,
                     struct controller_axis axis[],
@@ -97,6 +106,8 @@ int controller_init(struct controller *controller,
         axis[i] = (struct controller_axis){
             .drive = drive[i],
             .homed = !config->axis[i].needs_homing,
+            .following_k_q62 =
+                controller_following_k(config->axis[i].following_k_ns),
         };
         if (inputs != NULL && inputs->axis != NULL)
             axis[i].switches = inputs->axis[i];
@@ -129,6 +140,7 @@ void controller_rest(struct controller *controller)
     controller->rate.rate_q30 = 0;
     controller->rate.accel_q30 = 0;
     controller->rate.jerk_q30 = 0;
+    controller->is_reversed = false;
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
         controller->axis[i].track = NULL;
         controller->axis[i].target.vel_q32 = 0;
@@ -165,9 +177,16 @@ bool controller_in_motion(const struct controller *controller)
            controller->state == CONTROLLER_STOPPING;
 }
 
+/* In either direction. */
+static bool controller_at_end(const struct controller *controller)
+{
+    return controller_path_ns_q12(controller, controller->rate.s_ns_q12) >=
+           controller->move_end_ns_q12;
+}
+
 bool controller_clock_stands(const struct controller *controller)
 {
-    if (controller->rate.s_ns_q12 >= controller->move_end_ns_q12)
+    if (controller_at_end(controller))
         return true;
     return controller->rate.rate_q30 == 0 && controller->wanted_q30 == 0 &&
            controller->warp.rate1_q30 == 0;
@@ -182,12 +201,21 @@ static bool controller_at_rest(const struct controller *controller)
     return true;
 }
 
-static void controller_stand(struct controller *controller)
+void controller_stand(struct controller *controller)
 {
-    motion_clock_warp_init(&controller->warp, controller->clock_ns,
-                           controller->rate.s_ns_q12, 0);
+    controller_clock_set(
+        controller,
+        controller_path_ns_q12(controller, controller->rate.s_ns_q12), 0);
+}
+
+void controller_clock_set(struct controller *controller, int64_t s_ns_q12,
+                          int64_t rate_q30)
+{
+    motion_clock_warp_init(&controller->warp, controller->clock_ns, s_ns_q12,
+                           rate_q30);
     motion_clock_warp_at(&controller->warp, controller->clock_ns,
                          &controller->rate);
+    controller_path(controller, &controller->rate);
 }
 
 bool controller_freeze(struct controller *controller)
@@ -353,31 +381,31 @@ static bool controller_usual_modes(struct controller *controller)
 /* What the acceleration takes, as far as 32 bits go. */
 static int32_t controller_torque(int64_t torque_q32, int64_t acc_q32)
 {
-    int64_t permille;
-    if (motion_fixed_mulshift(acc_q32, torque_q32, 64, &permille) < 0 ||
-        permille > INT32_MAX || permille < INT32_MIN)
+    const struct motion_u128 product = motion_fixed_mul_u64(
+        motion_fixed_abs(acc_q32), motion_fixed_abs(torque_q32));
+    const uint64_t permille = product.hi + (product.lo >> 63); /* nearest */
+    if (permille > INT32_MAX)
         return 0;
-    return (int32_t)permille;
+    return (acc_q32 < 0) != (torque_q32 < 0) ? -(int32_t)permille
+                                             : (int32_t)permille;
 }
 
 /* Every track at the same path time; speed and acceleration by the chain rule
  * p' = f' r, p'' = f'' r^2 + f' r'. */
 static void controller_sample(struct controller *controller)
 {
+    const int64_t r2_q30 = motion_clock_warp_square(&controller->rate);
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
         struct controller_axis *axis = &controller->axis[i];
         if (!axis->track)
             continue;
-        struct motion_sample sample;
+        struct motion_sample track, warped;
         motion_track_sample(axis->track, &axis->cursor,
-                            controller->rate.s_ns_q12, &sample);
-        const struct motion_state track = { sample.pos_q32, sample.vel_q32,
-                                            sample.acc_q32, 0 };
-        struct motion_state warped;
-        motion_clock_warp_chain(&controller->rate, &track, &warped);
-        axis->target = (struct hal_drive_target){ .pos_q32 = warped.pos_q32,
-                                                  .vel_q32 = warped.vel_q32,
-                                                  .acc_q32 = warped.acc_q32 };
+                            controller->rate.s_ns_q12, &track);
+        motion_clock_warp_sample(&controller->rate, r2_q30, &track, &warped);
+        axis->target.pos_q32 = warped.pos_q32;
+        axis->target.vel_q32 = warped.vel_q32;
+        axis->target.acc_q32 = warped.acc_q32;
         axis->target.torque_permille = controller_torque(
             controller->config.axis[i].torque_q32, warped.acc_q32);
     }
@@ -459,6 +487,7 @@ static void controller_clock(struct controller *controller)
                          &controller->rate);
     if (controller->rate.s_ns_q12 > controller->move_end_ns_q12)
         controller->rate.s_ns_q12 = controller->move_end_ns_q12;
+    controller_path(controller, &controller->rate);
     if (controller_clock_stands(controller))
         controller->rest_by_ns = 0;
 }
@@ -467,15 +496,12 @@ void controller_ahead(const struct controller *controller, int64_t ahead_ns,
                       struct motion_clock_rate *then)
 {
     *then = controller->rate;
-    if (controller_in_motion(controller) &&
-        controller->reaction < CONTROLLER_REACT_QUICK)
-        motion_clock_warp_at(&controller->warp, controller->clock_ns + ahead_ns,
-                             then);
-}
-
-static bool controller_at_end(const struct controller *controller)
-{
-    return controller->rate.s_ns_q12 >= controller->move_end_ns_q12;
+    if (!controller_in_motion(controller) ||
+        controller->reaction >= CONTROLLER_REACT_QUICK)
+        return;
+    motion_clock_warp_at(&controller->warp, controller->clock_ns + ahead_ns,
+                         then);
+    controller_path(controller, then);
 }
 
 static void controller_step_moving(struct controller *controller)

@@ -5,8 +5,8 @@
  *     OFF ----------> READY ----------> MOVING ----------------> READY
  *      ^               | ^               |   ^
  *      |               | |          hold |   | resume
- *      |<---- off -----' |               v   |
- *      |                 |             HOLDING     slows to rate 0, torque on
+ *      |<---- off -----' |      cue      v   |
+ *      |                 |----------> HOLDING     slows to rate 0, torque on
  *      |                 |               |
  *      |                 '-- at rest -- STOPPING <-- stop -- MOVING, HOLDING
  *      |                                 |
@@ -21,7 +21,8 @@
  * no clock: time is an argument.  No heap, no lock.
  *
  * Hold, resume, stop and override are ramps of the clock that reads the move:
- * the path stays the same to the bit.  The shortest ramp that keeps every axis
+ * the path stays the same to the bit, also in reverse (path.c), which is turned
+ * to at rest alone.  The shortest ramp that keeps every axis
  * within its limits is searched, some looks per tick; where none fits (an axis
  * is already braking at its limit) the search goes on until one does.  Rest is
  * due within a time that is computed at the request: in good time before it the
@@ -185,19 +186,22 @@ struct controller_axis {
                        its range does not count */
     bool by_profile; /* the drive is in a mode of its own: the axis gets no set
                        points; a fault is a quick stop of the drives */
+    bool stands; /* by_goals: its drive, at stands_q32, and is to stay there */
     const struct motion_track *track; /* NULL: stands where it is */
     struct motion_cursor cursor;
-    struct controller_leg leg;          /* by_goals */
+    unsigned sent_count;       /* of sent_q32 */
+    struct controller_leg leg; /* by_goals */
+    int64_t stands_q32;
     int64_t vel_peak_q32, acc_peak_q32; /* of the track at rate 1 */
     struct hal_drive_target target;
     struct hal_drive_feedback feedback;
-    int64_t following_q32; /* demand in force minus actual */
+    int64_t following_q32;   /* demand in force minus actual */
+    int64_t following_k_q62; /* following_k_ns in seconds */
     /* the largest and the smallest place where its motions began since its
      * range counts: an axis that stands outside may not go further out */
     int64_t highest_q32, lowest_q32;
     int64_t sent_q32[CONTROLLER_HISTORY]; /* set points, newest first */
     int64_t sent_ns[CONTROLLER_HISTORY];
-    unsigned sent_count;
     /* limits of the gate per tick, from config */
     int64_t gate_vel_q32, gate_acc_q32;
     int64_t limit_acc_q32; /* without the stop limit */
@@ -227,7 +231,9 @@ struct controller {
     struct controller_axis *axis; /* of each; the caller's */
     struct hal_gpio *estop;
     struct motion_clock_warp warp;
-    struct motion_clock_rate rate; /* at the last tick */
+    struct motion_clock_rate rate; /* of the path, at the last tick; negative in
+                                      reverse, where the warp's is positive */
+    bool is_reversed;              /* played from its end to its start */
     int64_t move_end_ns_q12;
     int64_t reserve_ns_q12;   /* path time that a stop may need */
     int64_t override_q30;     /* what the operator asked for */
@@ -283,9 +289,21 @@ int controller_set_goals(struct controller *controller, unsigned index,
  * MOTION_E_LIMIT when a track is beyond the limits at 100 % (*axis is -1). */
 int controller_start(struct controller *controller,
                      const struct motion_track *const track[], int *axis);
+/* READY -> HOLDING at path time at_ns_q12, where the axes have to stand: resume
+ * goes on from there.  As controller_start; MOTION_E_ARG also for a time outside
+ * the tracks, and of a window for one that is not 0. */
+int controller_cue(struct controller *controller,
+                   const struct motion_track *const track[], int64_t at_ns_q12,
+                   int *axis);
 /* Homing that is held begins no other leg before it is resumed. */
 int controller_hold(struct controller *controller);
 int controller_resume(struct controller *controller);
+/* Which way along its path a move that is held and stands goes on: to its start,
+ * or to its end.  Set points of the same path time are the same to the bit, and
+ * the move is over where it arrives.  MOTION_E_STATE; MOTION_E_ARG where a track
+ * is a window, or of an axis that goes to goals; MOTION_E_LIMIT where one came in
+ * from outside the range of its axis. */
+int controller_reverse(struct controller *controller, bool is_reversed);
 /* To rest, then READY: a move along its path within the limits, a jog by the
  * axis's stop limits.  Cannot fail: in READY and FAULT there is nothing more to
  * stop, an enabling under way ends in OFF, and homing that runs is over

@@ -32,13 +32,17 @@ bool controller_goals_reached(const struct controller *controller)
     return true;
 }
 
+/* The track is a prediction: a drive may have been at its goal sooner. */
 void controller_goal_drop(struct controller_axis *axis)
 {
-    const bool is_short = axis->leg.at < axis->leg.count;
+    const struct controller_leg leg = axis->leg;
+    const bool is_short = leg.at < leg.count;
     axis->leg = (struct controller_leg){ .goal = NULL };
-    if (!is_short)
+    if (leg.count == 0 ||
+        (!is_short && axis->target.pos_q32 == leg.goal[leg.count - 1].pos_q32))
         return;
-    axis->target.pos_q32 = axis->feedback.pos_q32;
+    axis->target.pos_q32 =
+        is_short ? axis->feedback.pos_q32 : leg.goal[leg.count - 1].pos_q32;
     axis->sent_count = 0;
 }
 
@@ -78,15 +82,55 @@ static struct hal_drive_go goal_order(const struct controller *controller,
     return go;
 }
 
-static void goal_sent(struct controller_leg *leg, int64_t rate_q30)
+/* a * b / c, saturated; none is negative, c > 0. */
+static int64_t goal_muldiv(int64_t a, int64_t b, int64_t c)
 {
+    int64_t result;
+    return motion_fixed_muldiv(a, b, c, &result) < 0 ? INT64_MAX : result;
+}
+
+static int64_t goal_add(int64_t a, int64_t b)
+{
+    int64_t result;
+    return motion_fixed_add(a, b, &result) < 0 ? INT64_MAX : result;
+}
+
+int64_t controller_goal_distance_ns_q12(const struct hal_drive_feedback *now,
+                                        const struct hal_drive_go *go)
+{
+    const int64_t vel = go->vel_q32, acc = go->acc_q32;
+    const int64_t speed = (int64_t)(motion_fixed_abs(now->vel_q32) & INT64_MAX);
+    const int64_t turn = goal_muldiv(speed, speed, acc) / 2;
+    int64_t distance;
+    if (motion_fixed_sub(go->pos_q32, now->pos_q32, &distance) < 0)
+        return INT64_MAX;
+    distance =
+        goal_add((int64_t)(motion_fixed_abs(distance) & INT64_MAX), turn);
+    return goal_add(goal_muldiv(distance, MOTION_FIXED_S_Q12, vel),
+                    goal_muldiv(goal_add(speed, vel), MOTION_FIXED_S_Q12, acc));
+}
+
+/* As long as its track has for it, or, for one that is elsewhere than its track
+ * begins, as long as its own profile takes: a drive without a halt goes on
+ * while the clock stands. */
+static void goal_sent(struct controller_axis *axis,
+                      const struct hal_drive_go *go, int64_t rate_q30)
+{
+    struct controller_leg *leg = &axis->leg;
     const struct controller_goal *goal = &leg->goal[leg->at];
-    const int64_t dur_ns_q12 = goal->end_ns_q12 - goal->start_ns_q12;
+    int64_t dur_ns_q12 = goal->end_ns_q12 - goal->start_ns_q12, own_ns_q12;
+    if (motion_fixed_mulshift(
+            controller_goal_distance_ns_q12(&axis->feedback, go), rate_q30, 30,
+            &own_ns_q12) < 0)
+        own_ns_q12 = INT64_MAX / 2;
+    if (own_ns_q12 > dur_ns_q12)
+        dur_ns_q12 = own_ns_q12;
     leg->state = CONTROLLER_LEG_RUNNING;
     leg->is_left = false;
-    leg->left_ns_q12 = dur_ns_q12 + (dur_ns_q12 >> 3);
+    leg->left_ns_q12 = goal_add(dur_ns_q12, dur_ns_q12 >> 3);
     leg->rate_q30 = rate_q30;
     leg->late_ns = 0;
+    axis->stands = false;
 }
 
 static void goal_raise(struct controller *controller, unsigned index)
@@ -121,7 +165,7 @@ static void goal_send(struct controller *controller, unsigned index)
     else
         (void)hal_drive_set_mode(axis->drive, HAL_DRIVE_PROFILE_POSITION);
     if (err == MOTION_OK) {
-        goal_sent(leg, controller->wanted_q30);
+        goal_sent(axis, &go, controller->wanted_q30);
     } else if (err == MOTION_E_STATE) {
         leg->state = CONTROLLER_LEG_REQUESTED;
         goal_wait(controller, index, controller->config.axis[index].late_ns);
@@ -208,6 +252,8 @@ static void goal_running(struct controller *controller, unsigned index)
     struct controller_leg *leg = &axis->leg;
     int64_t step_ns_q12 = controller->config.period_ns * MOTION_FIXED_NS_Q12;
     if (goal_is_there(controller, index)) {
+        axis->stands = true;
+        axis->stands_q32 = leg->goal[leg->at].pos_q32;
         leg->at++;
         leg->late_ns = 0;
         leg->state = CONTROLLER_LEG_IDLE;

@@ -21,7 +21,10 @@
  *
  * What stands in the place of the following error: a motion may take an eighth
  * more than its own time, at the rate of the clock when it was sent, and
- * `late_ns`; after that it is a fault.  A fault while a drive is on its way is
+ * `late_ns`; after that it is a fault.  Its own time is that of the track, or
+ * what a trapezoid of the speed and acceleration that were sent takes from
+ * where the drive is, when that is longer.  A drive that stands may be off the
+ * place by the floor of the following error.  A fault while a drive is on its way is
  * a quick stop of the drives, as for one that homes. */
 #ifndef FIRMWARE_CONTROL_GOAL_H
 #define FIRMWARE_CONTROL_GOAL_H

@@ -76,6 +76,7 @@ int controller_set_position(struct controller *controller, unsigned index,
         return MOTION_E_RANGE;
     axis->offset_q32 = offset_q32;
     axis->homed = true;
+    axis->stands_q32 = home_sum(axis->stands_q32, shift_q32);
     axis->target.pos_q32 = home_sum(axis->target.pos_q32, shift_q32);
     axis->feedback.pos_q32 = home_sum(axis->feedback.pos_q32, shift_q32);
     for (unsigned i = 0; i < axis->sent_count; i++)

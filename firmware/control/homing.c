@@ -154,15 +154,25 @@ static void homing_end(struct homing *homing, enum homing_state state)
     homing->state = state;
 }
 
+static int homing_leave_mode(struct homing *homing)
+{
+    const int err = hal_drive_set_mode(homing_axis(homing)->drive,
+                                       homing_usual_mode(homing));
+    if (err == MOTION_OK)
+        homing->mode_requested = false;
+    return err;
+}
+
 /* Back to set points, or goals; a drive that does not come back to them in time
- * is braked by its quick stop. */
-static bool homing_comes_back(const struct homing *homing)
+ * is braked by its quick stop.  Feedback tells of a mode some ticks after it was
+ * asked for, so the usual one counts only once it was asked for again. */
+static bool homing_comes_back(struct homing *homing)
 {
     const struct controller_axis *axis = homing_axis(homing);
-    if (axis->feedback.mode == homing_usual_mode(homing))
+    if (axis->feedback.mode == homing_usual_mode(homing) &&
+        !homing->mode_requested)
         return true;
-    if (axis->feedback.homing != HAL_DRIVE_HOMING_RUNNING)
-        (void)hal_drive_set_mode(axis->drive, homing_usual_mode(homing));
+    (void)homing_leave_mode(homing); /* not while it still homes */
     return false;
 }
 
@@ -497,8 +507,9 @@ static void homing_request_mode(struct homing *homing)
 {
     struct controller_axis *axis = homing_axis(homing);
     const int err = hal_drive_set_mode(axis->drive, HAL_DRIVE_HOMING);
-    if (err < 0 &&
-        err != MOTION_E_STATE) /* not standing yet: the time-out ends it */
+    if (err == MOTION_OK)
+        homing->mode_requested = true;
+    else if (err != MOTION_E_STATE) /* not standing yet: the time-out ends it */
         homing_fail(homing, HOMING_NO_DRIVE);
 }
 
@@ -543,7 +554,7 @@ static void homing_step_run(struct homing *homing)
     }
     if (axis->feedback.homing != HAL_DRIVE_HOMING_DONE)
         return;
-    int err = hal_drive_set_mode(axis->drive, homing_usual_mode(homing));
+    int err = homing_leave_mode(homing);
     if (err == MOTION_OK)
         homing->state = HOMING_UNMODE;
     else if (err != MOTION_E_STATE)

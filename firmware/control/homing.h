@@ -134,6 +134,7 @@ struct homing {
     enum homing_state state;            /* DONE, FAILED: of all */
     enum homing_error error;
     enum homing_state failed; /* in which it was over, and whether held then */
+    bool mode_requested; /* HOMING, of the drive, and not the usual one since */
     bool was_held;
     unsigned axis;     /* in its turn, or that failed */
     uint64_t left;     /* bit per axis */

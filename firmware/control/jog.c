@@ -43,40 +43,6 @@ static bool jog_is_on_plan(const struct controller *controller,
            controller->warp.rate1_q30 == MOTION_CLOCK_WARP_ONE_Q30;
 }
 
-/* a * b / c, saturated; none is negative, c > 0. */
-static int64_t jog_muldiv(int64_t a, int64_t b, int64_t c)
-{
-    int64_t result;
-    return motion_fixed_muldiv(a, b, c, &result) < 0 ? INT64_MAX : result;
-}
-
-static int64_t jog_add(int64_t a, int64_t b)
-{
-    int64_t result;
-    return motion_fixed_add(a, b, &result) < 0 ? INT64_MAX : result;
-}
-
-/* What the drive's profile takes at most from where and how fast the axis is: a
- * change of speed by v takes v / a, and what it goes wrong until then v^2 / 2a;
- * a distance d from rest to rest takes d / v + v / a, or less. */
-static int64_t jog_distance_ns_q12(const struct hal_drive_feedback *now,
-                                   const struct controller_goal *goal)
-{
-    const int64_t vel = goal->vel_q32, acc = goal->acc_q32;
-    const int64_t speed = (int64_t)(motion_fixed_abs(now->vel_q32) & INT64_MAX);
-    const int64_t turn = jog_muldiv(speed, speed, acc) / 2;
-    int64_t distance;
-    if (motion_fixed_sub(goal->pos_q32, now->pos_q32, &distance) < 0)
-        return INT64_MAX;
-    distance = jog_add((int64_t)(motion_fixed_abs(distance) & INT64_MAX), turn);
-    return jog_add(jog_muldiv(distance, MOTION_FIXED_S_Q12, vel),
-                   jog_muldiv(jog_add(speed, vel), MOTION_FIXED_S_Q12, acc));
-}
-
-/* From rest the drive's profile takes no longer than the plan, which has the
- * same limits and is as long or, with a limit of jerk, longer.  A drive under
- * way may be elsewhere than its plan: it may be late, and one without a halt
- * goes on while the plan is held. */
 static void jog_give_goal(struct controller *controller,
                           struct controller_jog *jog,
                           const struct controller_jog_goal *goal)
@@ -95,9 +61,6 @@ static void jog_give_goal(struct controller *controller,
     };
     struct controller_axis *axis = &controller->axis[goal->axis];
     const bool is_on = controller_goal_is_running(&axis->leg);
-    const int64_t distance_ns_q12 = jog_distance_ns_q12(&axis->feedback, own);
-    if (is_on && distance_ns_q12 > own->end_ns_q12)
-        own->end_ns_q12 = distance_ns_q12;
     controller_goal_set(axis, own, track->count > 0 || is_on ? 1 : 0);
 }
 
@@ -192,6 +155,14 @@ int controller_jog(struct controller *controller, struct controller_jog *jog,
                               : controller_jog_run(controller, jog, goal);
 }
 
+/* The plan that is played, also where a hold had been asked for and the clock
+ * has not slowed down yet. */
+static void jog_go_on(struct controller *controller)
+{
+    controller->wanted_q30 = MOTION_CLOCK_WARP_ONE_Q30;
+    controller_enter(controller, CONTROLLER_MOVING);
+}
+
 /* A motion of its own to rest: sooner there than by a ramp of the clock. */
 static int jog_brake(struct controller *controller, bool hard)
 {
@@ -210,7 +181,9 @@ static int jog_brake(struct controller *controller, bool hard)
             ? motion_otg_stop_from(&jog->trajectory[jog->which],
                                    controller->rate.s_ns_q12, &stop.limit, next)
             : motion_otg_begin(&stop, next, NULL);
-    if (err >= 0 && err != MOTION_OTG_KEPT)
+    if (err == MOTION_OTG_KEPT)
+        jog_go_on(controller);
+    else if (err >= 0)
         err = jog_play(controller, jog, jog->axis);
     if (err >= 0)
         controller->axis[jog->axis].leg.stops = true;

@@ -1,7 +1,9 @@
 /* firmware/control/mailbox.c - see mailbox.h. */
 #include "firmware/control/mailbox.h"
 
-#include "firmware/control/controller.h"
+#include <stddef.h>
+
+#include "firmware/control/playback.h"
 #include "motion/core/err.h"
 
 void mailbox_init(struct mailbox *mailbox)
@@ -13,18 +15,34 @@ void mailbox_init(struct mailbox *mailbox)
     mailbox->stopped = 0;
 }
 
-int mailbox_put(struct mailbox *mailbox, enum mailbox_command command,
-                int64_t value)
+const char *mailbox_command_text(enum mailbox_command command)
+{
+    static const char *const text[] = {
+#define MAILBOX_TEXT(name, word, function) [name] = word,
+        MAILBOX_COMMAND_LIST(MAILBOX_TEXT)
+#undef MAILBOX_TEXT
+    };
+    return (unsigned)command < MAILBOX_COMMANDS ? text[command] : "unknown";
+}
+
+int mailbox_send(struct mailbox *mailbox, const struct mailbox_entry *entry)
 {
     const uint32_t put = mailbox->put;
-    if ((unsigned)command >= MAILBOX_COMMANDS)
+    if ((unsigned)entry->command >= MAILBOX_COMMANDS ||
+        (entry->command == MAILBOX_CAPTURE && entry->pos_q32 == NULL))
         return MOTION_E_ARG;
     if (put - mailbox->answered >= MAILBOX_CAPACITY)
         return MOTION_E_FULL;
-    mailbox->entry[put % MAILBOX_CAPACITY] =
-        (struct mailbox_entry){ .command = command, .value = value };
+    mailbox->entry[put % MAILBOX_CAPACITY] = *entry;
     mailbox->put = put + 1;
     return MOTION_OK;
+}
+
+int mailbox_put(struct mailbox *mailbox, enum mailbox_command command,
+                int64_t value)
+{
+    const struct mailbox_entry entry = { .command = command, .value = value };
+    return mailbox_send(mailbox, &entry);
 }
 
 bool mailbox_answer(struct mailbox *mailbox, struct mailbox_entry *answer)
@@ -41,22 +59,98 @@ void mailbox_stop(struct mailbox *mailbox)
     mailbox->stops = stops + 1;
 }
 
-static int mailbox_hold(struct controller *controller, int64_t value)
+/* --- one function per command --- */
+
+static int mailbox_enable(struct playback *playback,
+                          struct mailbox_entry *entry)
 {
-    (void)value;
-    return controller_hold(controller);
+    (void)entry;
+    return controller_enable(playback->controller);
 }
 
-static int mailbox_resume(struct controller *controller, int64_t value)
+static int mailbox_off(struct playback *playback, struct mailbox_entry *entry)
 {
-    (void)value;
-    return controller_resume(controller);
+    (void)entry;
+    return controller_off(playback->controller);
 }
 
-bool mailbox_step(struct mailbox *mailbox, struct controller *controller)
+static int mailbox_reset(struct playback *playback, struct mailbox_entry *entry)
 {
-    static int (*const function[])(struct controller *, int64_t) = {
-#define MAILBOX_FUNCTION(name, function) [name] = function,
+    (void)entry;
+    return controller_reset(playback->controller);
+}
+
+static int mailbox_start(struct playback *playback, struct mailbox_entry *entry)
+{
+    (void)entry;
+    return playback_go(playback, 0, PLAYBACK_PLAY);
+}
+
+static int mailbox_hold(struct playback *playback, struct mailbox_entry *entry)
+{
+    (void)entry;
+    return controller_hold(playback->controller);
+}
+
+static int mailbox_resume(struct playback *playback,
+                          struct mailbox_entry *entry)
+{
+    (void)entry;
+    return controller_resume(playback->controller);
+}
+
+static int mailbox_reverse(struct playback *playback,
+                           struct mailbox_entry *entry)
+{
+    return playback_reverse(playback, entry->value != 0);
+}
+
+static int mailbox_go(struct playback *playback, struct mailbox_entry *entry)
+{
+    return playback_go(playback, entry->value, PLAYBACK_HOLD);
+}
+
+static int mailbox_loop(struct playback *playback, struct mailbox_entry *entry)
+{
+    return playback_repeat(playback, entry->value, false);
+}
+
+static int mailbox_ping_pong(struct playback *playback,
+                             struct mailbox_entry *entry)
+{
+    return playback_repeat(playback, entry->value, true);
+}
+
+static int mailbox_override(struct playback *playback,
+                            struct mailbox_entry *entry)
+{
+    return controller_override(playback->controller, entry->value);
+}
+
+static int mailbox_jog(struct playback *playback, struct mailbox_entry *entry)
+{
+    return playback_jog(playback, entry->axis, entry->value, entry->vel_q32,
+                        entry->for_ns);
+}
+
+static int mailbox_jog_stop(struct playback *playback,
+                            struct mailbox_entry *entry)
+{
+    controller_jog_stop(playback->controller, playback->jog, entry->value != 0);
+    return MOTION_OK;
+}
+
+static int mailbox_capture(struct playback *playback,
+                           struct mailbox_entry *entry)
+{
+    return playback_capture(playback, entry->pos_q32, &entry->value);
+}
+
+bool mailbox_step(struct mailbox *mailbox, struct playback *playback)
+{
+    static int (*const function[])(struct playback *,
+                                   struct mailbox_entry *) = {
+#define MAILBOX_FUNCTION(name, word, function) [name] = function,
         MAILBOX_COMMAND_LIST(MAILBOX_FUNCTION)
 #undef MAILBOX_FUNCTION
     };
@@ -68,11 +162,11 @@ bool mailbox_step(struct mailbox *mailbox, struct controller *controller)
     mailbox->stopped = stops;
     uint32_t done = mailbox->done;
     if (stop)
-        controller_stop(controller);
+        controller_stop(playback->controller);
     for (unsigned i = 0; i < MAILBOX_CAPACITY && done != put; i++, done++) {
         struct mailbox_entry *entry = &mailbox->entry[done % MAILBOX_CAPACITY];
-        entry->err = stop ? MOTION_E_STATE
-                          : function[entry->command](controller, entry->value);
+        entry->err =
+            stop ? MOTION_E_STATE : function[entry->command](playback, entry);
     }
     mailbox->done = done;
     return stop;

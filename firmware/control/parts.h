@@ -23,6 +23,10 @@ void controller_request(struct controller *controller,
                         enum hal_drive_request request);
 void controller_rest(struct controller *controller);
 bool controller_in_motion(const struct controller *controller);
+/* The clock stands where it is, from now on; or goes at this rate from there. */
+void controller_stand(struct controller *controller);
+void controller_clock_set(struct controller *controller, int64_t s_ns_q12,
+                          int64_t rate_q30);
 /* The path's clock is at rate 0 for good, or at the end of the tracks. */
 bool controller_clock_stands(const struct controller *controller);
 /* True, and the clock stands from now on, when by the last set points every
@@ -78,6 +82,21 @@ int64_t controller_ramp_reserve(const struct controller *controller,
                                 unsigned index,
                                 const struct motion_track *track,
                                 int64_t rate_q30);
+
+/* path.c.  Path ns, path: the path's time, and its rate, at a time of the clock
+ * that reads the move.  State: of a track, as that clock reads it.  Turn: the
+ * ramp along the tracks that has the speeds, accelerations and jerks of this
+ * one in reverse. */
+int64_t controller_path_ns_q12(const struct controller *controller,
+                               int64_t s_ns_q12);
+void controller_path(const struct controller *controller,
+                     struct motion_clock_rate *rate);
+void controller_path_state(const struct controller *controller,
+                           const struct motion_track *track, int64_t s_ns_q12,
+                           struct motion_state *state);
+void controller_path_turn(const struct controller *controller,
+                          const struct motion_clock_warp *warp,
+                          struct motion_clock_warp *turned);
 
 /* gate.c: may this set point go to the drive now?  When not, the
  * value that was too large and what was allowed.  Steps: would the gate let two
@@ -147,6 +166,11 @@ void controller_goal_forget(struct controller *controller);
 bool controller_goal_is_running(const struct controller_leg *leg);
 bool controller_goals_are_running(const struct controller *controller);
 bool controller_goals_reached(const struct controller *controller);
+/* What the drive's profile takes at most from where and how fast the axis is: a
+ * change of speed by v takes v / a, and what it goes wrong until then v^2 / 2a;
+ * a distance d from rest to rest takes d / v + v / a, or less.  Divides. */
+int64_t controller_goal_distance_ns_q12(const struct hal_drive_feedback *now,
+                                        const struct hal_drive_go *go);
 
 /* An input that is there, and active or unreadable. */
 bool controller_input(struct hal_gpio *line);

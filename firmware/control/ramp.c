@@ -16,8 +16,9 @@
 #define RAMP_LOOKS_SWEEP 256
 
 /* How many lengths are tried to bring r' > 0 to 0 in, each a sixteenth longer,
- * before those in between. */
+ * before those in between; how many ticks later that may begin at the latest. */
 #define RAMP_LEVEL_RUNGS 64
+#define RAMP_LEVEL_WAIT  64
 
 /* value / 2^(eighths / 8), at least 1 */
 static int64_t ramp_rung(int64_t value, unsigned eighths)
@@ -150,28 +151,37 @@ static int64_t ramp_level_ticks(const struct controller *controller,
            1;
 }
 
-/* Is r' brought to 0 by one r'' over so many ticks?  Negative: not in more
- * ticks either, the rate would leave its range. */
-static int ramp_levels(const struct controller *controller, int64_t ticks,
-                       bool stop, int64_t *looks,
+/* What may come before r' is brought to 0: so many ticks with this r''. */
+struct ramp_wait {
+    int64_t ticks, jerk_q30;
+};
+
+/* Is r' brought to 0 by one r'' over so many ticks, after `wait`?  Negative: not
+ * in more ticks either, the rate would leave its range. */
+static int ramp_levels(const struct controller *controller,
+                       const struct ramp_wait *wait, int64_t ticks, bool stop,
+                       struct ramp_effort *effort,
                        struct motion_clock_warp *warp)
 {
-    const int err =
-        motion_clock_warp_level(&controller->warp, controller->clock_ns, ticks,
-                                controller->config.period_ns, warp);
-    *looks -= RAMP_LOOKS_MAKE;
-    return err < 0 ? err : controller_ramp_judge(controller, warp, stop, looks);
+    const int err = motion_clock_warp_level(
+        &controller->warp, controller->clock_ns, wait->ticks, wait->jerk_q30,
+        ticks, controller->config.period_ns, warp);
+    effort->looks -= RAMP_LOOKS_MAKE;
+    return err < 0 ? err
+                   : controller_ramp_judge(controller, warp, stop, effort);
 }
 
 /* Between `low` ticks, which are too few, and `high`, whose ramp is *warp. */
-static void ramp_level_between(const struct controller *controller, int64_t low,
-                               int64_t high, bool stop, int64_t *looks,
+static void ramp_level_between(const struct controller *controller,
+                               const struct ramp_wait *wait, int64_t low,
+                               int64_t high, bool stop,
+                               struct ramp_effort *effort,
                                struct motion_clock_warp *warp)
 {
-    while (high - low > 1 && *looks > 0) {
+    while (high - low > 1 && effort->looks > 0) {
         const int64_t ticks = low + (high - low) / 2;
         struct motion_clock_warp other;
-        if (ramp_levels(controller, ticks, stop, looks, &other) > 0) {
+        if (ramp_levels(controller, wait, ticks, stop, effort, &other) > 0) {
             high = ticks;
             *warp = other;
         } else {
@@ -180,18 +190,41 @@ static void ramp_level_between(const struct controller *controller, int64_t low,
     }
 }
 
-/* In so few ticks as the limits allow. */
-static bool ramp_level_least(const struct controller *controller,
-                             const struct motion_clock_rate *now, bool stop,
-                             int64_t *looks, struct motion_clock_warp *warp)
+/* The state of the clock after `wait`. */
+static struct motion_clock_rate ramp_after(const struct controller *controller,
+                                           const struct ramp_wait *wait)
 {
-    int64_t ticks = ramp_level_ticks(controller, now, stop), low = ticks - 1;
-    for (unsigned i = 0; i <= RAMP_LEVEL_RUNGS && *looks > 0; i++) {
-        const int fits = ramp_levels(controller, ticks, stop, looks, warp);
-        if (fits < 0)
-            return false;
+    const int64_t period_ns = controller->config.period_ns;
+    struct motion_clock_rate then = controller_ramp_now(controller);
+    struct motion_clock_warp warp;
+    if (wait->ticks == 0 ||
+        motion_clock_warp_level(&controller->warp, controller->clock_ns,
+                                wait->ticks, wait->jerk_q30, 1, period_ns,
+                                &warp) < 0)
+        return then;
+    motion_clock_warp_at(&warp, warp.t0_ns + wait->ticks * period_ns, &then);
+    then.s_ns_q12 = ramp_least(then.s_ns_q12, controller->move_end_ns_q12);
+    return then;
+}
+
+/* In so few ticks as the limits allow, after `wait`. */
+static bool ramp_level_least(const struct controller *controller,
+                             const struct ramp_wait *wait, bool stop,
+                             struct ramp_effort *effort,
+                             struct motion_clock_warp *warp)
+{
+    const struct motion_clock_rate then = ramp_after(controller, wait);
+    const int64_t wait_ns = wait->ticks * controller->config.period_ns;
+    int64_t ticks = ramp_level_ticks(controller, &then, stop), low = ticks - 1;
+    effort->dt_ns = wait_ns;
+    for (unsigned i = 0; i <= RAMP_LEVEL_RUNGS && effort->looks > 0; i++) {
+        const int fits =
+            ramp_levels(controller, wait, ticks, stop, effort, warp);
+        if (fits < 0 || (fits == 0 && effort->dt_ns < wait_ns))
+            return false; /* nor with another end */
         if (fits > 0) {
-            ramp_level_between(controller, low, ticks, stop, looks, warp);
+            ramp_level_between(controller, wait, low, ticks, stop, effort,
+                               warp);
             return true;
         }
         low = ticks;
@@ -200,18 +233,40 @@ static bool ramp_level_least(const struct controller *controller,
     return false;
 }
 
+/* Where the limits leave no r'' < 0 yet: r' rises no further until they do, or
+ * as little as they leave, in quarters of what the ramp in force would. */
+static bool ramp_level_later(const struct controller *controller,
+                             const struct motion_clock_rate *now, bool stop,
+                             struct ramp_effort *effort,
+                             struct motion_clock_warp *warp)
+{
+    if (now->accel_q30 <= 0 || now->jerk_q30 < 0)
+        return false;
+    for (int64_t part = 0; part < (now->jerk_q30 > 0 ? 4 : 1); part++) {
+        struct ramp_wait wait = { 1, now->jerk_q30 / 4 * part };
+        for (; wait.ticks <= RAMP_LEVEL_WAIT && effort->looks > 0;
+             wait.ticks += wait.ticks / 2 + 1)
+            if (ramp_level_least(controller, &wait, stop, effort, warp))
+                return true;
+    }
+    return false;
+}
+
 /* What slows down does not speed up first: whatever ramp will fit, r' is
  * brought to 0 from now on, as fast as the limits allow, where the ramp in
  * force would go up, and the search goes on from there. */
-static void ramp_level(struct controller *controller, bool stop, int64_t *looks)
+static void ramp_level(struct controller *controller, bool stop,
+                       struct ramp_effort *effort)
 {
+    static const struct ramp_wait none = { 0, 0 };
     struct controller_seek *seek = &controller->seek;
     const struct motion_clock_rate now = controller_ramp_now(controller);
     const bool rises =
         now.accel_q30 > 0 || controller->warp.rate1_q30 > now.rate_q30;
     struct motion_clock_warp warp;
     if (seek->is_level || !rises || controller->wanted_q30 >= now.rate_q30 ||
-        !ramp_level_least(controller, &now, stop, looks, &warp))
+        (!ramp_level_least(controller, &none, stop, effort, &warp) &&
+         !ramp_level_later(controller, &now, stop, effort, &warp)))
         return;
     controller->warp = warp;
     seek->is_level = true;
@@ -219,19 +274,19 @@ static void ramp_level(struct controller *controller, bool stop, int64_t *looks)
 
 /* Does the ramp of a candidate fit?  Negative: it ends too late. */
 static int ramp_try(const struct controller *controller, int64_t begin_ns,
-                    struct ramp_place place, int64_t *looks,
+                    struct ramp_place place, struct ramp_effort *effort,
                     struct motion_clock_warp *warp)
 {
     const struct controller_seek *seek = &controller->seek;
     const struct motion_clock_bound bound = ramp_candidate(seek, place);
-    *looks -= RAMP_LOOKS_MAKE;
+    effort->looks -= RAMP_LOOKS_MAKE;
     if (motion_clock_warp_ramp(&controller->warp, begin_ns,
                                controller->wanted_q30, &bound,
                                controller->config.period_ns, warp) < 0)
         return 0;
     if (warp->t0_ns + warp->dur_ns > ramp_due_ns(controller))
         return MOTION_E_LIMIT;
-    return controller_ramp_judge(controller, warp, seek->stop, looks);
+    return controller_ramp_judge(controller, warp, seek->stop, effort);
 }
 
 /* Judged by its length alone, which is cheap. */
@@ -252,7 +307,8 @@ static bool ramp_is_shorter(const struct controller *controller,
 
 /* A shorter one beside it, `step` away? */
 static bool ramp_beside(const struct controller *controller, int64_t begin_ns,
-                        struct ramp_place *place, unsigned step, int64_t *looks,
+                        struct ramp_place *place, unsigned step,
+                        struct ramp_effort *effort,
                         struct motion_clock_warp *warp)
 {
     static const struct {
@@ -260,7 +316,7 @@ static bool ramp_beside(const struct controller *controller, int64_t begin_ns,
     } neighbour[] = { { -1, -1 }, { 0, -1 }, { -1, 0 }, { 1, -1 }, { -1, 1 } };
     const struct controller_seek *seek = &controller->seek;
     for (unsigned i = 0;
-         i < sizeof neighbour / sizeof neighbour[0] && *looks > 0; i++) {
+         i < sizeof neighbour / sizeof neighbour[0] && effort->looks > 0; i++) {
         /* below 0 is beyond the span, too */
         const struct ramp_place next = {
             place->accel + (unsigned)(neighbour[i].accel * (int)step),
@@ -269,7 +325,7 @@ static bool ramp_beside(const struct controller *controller, int64_t begin_ns,
         struct motion_clock_warp other;
         if (next.accel <= seek->accel_span && next.jerk <= seek->jerk_span &&
             ramp_is_shorter(controller, begin_ns, next, warp) &&
-            ramp_try(controller, begin_ns, next, looks, &other) > 0) {
+            ramp_try(controller, begin_ns, next, effort, &other) > 0) {
             *place = next;
             *warp = other;
             return true;
@@ -281,14 +337,14 @@ static bool ramp_beside(const struct controller *controller, int64_t begin_ns,
 /* The grid is coarse: the best of it is moved by half a step, and so on, down
  * to an eighth of an octave. */
 static void ramp_refine(const struct controller *controller, int64_t begin_ns,
-                        struct ramp_place place, int64_t looks,
+                        struct ramp_place place, struct ramp_effort *effort,
                         struct motion_clock_warp *warp)
 {
     const struct controller_seek *seek = &controller->seek;
     const int64_t jerks = seek->jerk_span / (CONTROLLER_RAMP_JERKS - 1);
     unsigned step = (unsigned)ramp_most(jerks / 2, 1);
-    while (step > 0 && looks > 0)
-        if (!ramp_beside(controller, begin_ns, &place, step, &looks, warp))
+    while (step > 0 && effort->looks > 0)
+        if (!ramp_beside(controller, begin_ns, &place, step, effort, warp))
             step /= 2;
 }
 
@@ -297,22 +353,23 @@ static void ramp_refine(const struct controller *controller, int64_t begin_ns,
 static bool ramp_search(struct controller *controller, bool stop, int64_t looks)
 {
     struct controller_seek *seek = &controller->seek;
-    ramp_level(controller, stop, &looks);
+    struct ramp_effort effort = { .looks = looks };
+    ramp_level(controller, stop, &effort);
     const int64_t begin_ns = ramp_begin_ns(controller);
     if (seek->which >= seek->count || seek->stop != stop) {
         ramp_sweep(controller, begin_ns, stop);
-        looks -= RAMP_LOOKS_SWEEP;
+        effort.looks -= RAMP_LOOKS_SWEEP;
     }
-    while (seek->which < seek->count && looks > 0) {
+    while (seek->which < seek->count && effort.looks > 0) {
         const struct ramp_place place =
             ramp_place(seek, seek->order[seek->which++]);
         struct motion_clock_warp warp;
-        const int fits = ramp_try(controller, begin_ns, place, &looks, &warp);
+        const int fits = ramp_try(controller, begin_ns, place, &effort, &warp);
         if (fits < 0)
             seek->which = seek->count; /* those that follow are longer */
         if (fits <= 0)
             continue;
-        ramp_refine(controller, begin_ns, place, looks, &warp);
+        ramp_refine(controller, begin_ns, place, &effort, &warp);
         if (begin_ns > controller->clock_ns)
             motion_clock_warp_join(&controller->warp, &warp);
         else
@@ -359,22 +416,40 @@ bool controller_ramp_rises(const struct controller *controller)
            controller_ramp_now(controller).accel_q30 > 0;
 }
 
+/* How long the ramp in force takes to bring r' to 0; 0 where it raises it
+ * throughout. */
+static int64_t ramp_rises_ns(const struct controller *controller)
+{
+    const struct motion_clock_warp *warp = &controller->warp;
+    int64_t end_ns = warp->t0_ns;
+    for (unsigned i = 0; i < warp->count; i++) {
+        const struct motion_clock_piece *piece = &warp->piece[i];
+        const int64_t from_ns = ramp_most(end_ns, controller->clock_ns);
+        struct motion_clock_rate from;
+        end_ns += piece->dur_ns;
+        if (end_ns <= controller->clock_ns || piece->jerk_q30 >= 0)
+            continue;
+        motion_clock_warp_at(warp, from_ns, &from);
+        return from_ns - controller->clock_ns +
+               ramp_muldiv(ramp_size(from.accel_q30), RAMP_SECOND_NS,
+                           -piece->jerk_q30);
+    }
+    return 0;
+}
+
 /* On the way of the ramp in force to r' = 0 its tightest place passes, with no
  * request then: could a level a quarter shorter begin now? */
 static bool ramp_levels_sooner(const struct controller *controller)
 {
+    static const struct ramp_wait none = { 0, 0 };
     const struct motion_clock_rate now = controller_ramp_now(controller);
     const bool stop = controller->reaction != CONTROLLER_REACT_NONE;
-    int64_t looks = RAMP_LOOKS_SEEK;
+    struct ramp_effort effort = { .looks = RAMP_LOOKS_SEEK };
     struct motion_clock_warp warp;
-    if (now.jerk_q30 >= 0)
-        return false;
-    const int64_t left_ns =
-        ramp_muldiv(now.accel_q30, RAMP_SECOND_NS, -now.jerk_q30);
-    const int64_t ticks =
-        ramp_muldiv(left_ns, 3, 4) / controller->config.period_ns;
+    const int64_t ticks = ramp_muldiv(ramp_rises_ns(controller), 3, 4) /
+                          controller->config.period_ns;
     return ticks >= ramp_level_ticks(controller, &now, stop) &&
-           ramp_levels(controller, ticks, stop, &looks, &warp) > 0;
+           ramp_levels(controller, &none, ticks, stop, &effort, &warp) > 0;
 }
 
 void controller_ramp_seek(struct controller *controller)

@@ -63,10 +63,18 @@ struct motion_clock_bound
 controller_ramp_steepest(const struct controller *controller,
                          const struct motion_clock_rate *now, bool stop);
 
+/* What a search may still take, and where the last candidate that did not fit
+ * was seen to be over a limit: the next one mostly is there, too. */
+struct ramp_effort {
+    int64_t looks;
+    int64_t dt_ns; /* since the ramp began */
+    unsigned axis;
+};
+
 /* ramp_judge.c: does the ramp keep every axis inside its limits?
- * *looks is reduced by what that took. */
+ * effort->looks is reduced by what that took. */
 bool controller_ramp_judge(const struct controller *controller,
                            const struct motion_clock_warp *warp, bool stop,
-                           int64_t *looks);
+                           struct ramp_effort *effort);
 
 #endif

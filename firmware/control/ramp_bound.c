@@ -101,14 +101,15 @@ controller_ramp_bound(const struct controller *controller,
 
 /* p''' = own + f' r'' stays inside the limit while r'' of this sign is at most
  * (jerk - own) / f', or (jerk + own) / f' where it works against it. */
-static int64_t ramp_margin(const struct motion_clock_rate *now,
+static int64_t ramp_margin(const struct controller *controller,
+                           const struct motion_clock_rate *now,
                            const struct motion_track *track, int64_t most_q32,
                            bool down)
 {
     struct motion_state state, axis;
     struct motion_clock_rate straight = *now;
     straight.jerk_q30 = 0;
-    motion_track_state(track, now->s_ns_q12, &state);
+    controller_path_state(controller, track, now->s_ns_q12, &state);
     motion_clock_warp_chain(&straight, &state, &axis);
     const bool against = (axis.jerk_q32 < 0) != ((state.vel_q32 < 0) != down);
     const int64_t own_q32 = ramp_size(axis.jerk_q32);
@@ -128,8 +129,8 @@ int64_t controller_ramp_margin(const struct controller *controller,
         const struct motion_track *track = controller->axis[i].track;
         const int64_t most_q32 = ramp_limit(controller, i, stop)->jerk_q32;
         if (track && most_q32 > 0)
-            jerk_q30 =
-                ramp_least(jerk_q30, ramp_margin(now, track, most_q32, down));
+            jerk_q30 = ramp_least(
+                jerk_q30, ramp_margin(controller, now, track, most_q32, down));
     }
     return jerk_q30;
 }

@@ -1,6 +1,6 @@
 /* firmware/control/trigger.h - pulses on an output at times of the path.
  *
- * The times are known before the move (motion/plan/plan_event.h) and are looked
+ * The times are known before the move (motion/plan/shoot/plan_event.h) and are looked
  * at once per tick: a shot whose time has come makes a pulse.  Each shot makes
  * one pulse, in order: none is left out and none comes twice, whatever hold and
  * override do to the path's time.  Shots that are closer than a pulse and the

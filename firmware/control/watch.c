@@ -11,6 +11,17 @@
 #define LOST_PER_TICK 10
 #define LOST_MAX      100 /* ten in a row */
 
+/* An axis that goes to goals is to stay where it stands. */
+static void watch_place(struct controller_axis *axis)
+{
+    const bool stands = axis->feedback.state == HAL_DRIVE_ENABLED &&
+                        axis->feedback.mode == HAL_DRIVE_PROFILE_POSITION &&
+                        !controller_goal_is_running(&axis->leg);
+    if (!axis->stands)
+        axis->stands_q32 = axis->feedback.pos_q32;
+    axis->stands = stands;
+}
+
 void controller_watch_read(struct controller *controller)
 {
     for (unsigned i = 0; i < controller->config.axis_count; i++) {
@@ -24,6 +35,8 @@ void controller_watch_read(struct controller *controller)
         if (axis->feedback.state == HAL_DRIVE_OFFLINE &&
             controller->config.axis[i].needs_homing)
             axis->homed = false; /* nobody knows how it comes back */
+        if (controller->config.axis[i].by_goals)
+            watch_place(axis);
     }
 }
 
@@ -86,16 +99,17 @@ static void watch_age(struct controller *controller, unsigned i)
                          most_ns);
 }
 
-/* |v| * k with k in ns: v * k / 1e9 as v * (k * 2^32 / 1e9) would divide, so
- * 1e-9 is 4.611686018 / 2^62. */
+/* |v| * k, k of controller.c: the largest there is means that no speed has a
+ * limit. */
 static int64_t watch_allowance(const struct controller_axis_config *config,
-                               int64_t vel_q32)
+                               const struct controller_axis *axis)
 {
-    int64_t k_q62, allowed_q32;
-    const int64_t ns_q62 = INT64_C(4611686018);
-    const int64_t speed = (int64_t)(motion_fixed_abs(vel_q32) & INT64_MAX);
-    if (motion_fixed_mulshift(config->following_k_ns, ns_q62, 0, &k_q62) < 0 ||
-        motion_fixed_mulshift(speed, k_q62, 62, &allowed_q32) < 0)
+    const struct motion_u128 product =
+        motion_fixed_mul_u64(motion_fixed_abs(axis->target.vel_q32),
+                             (uint64_t)axis->following_k_q62);
+    const int64_t allowed_q32 =
+        (int64_t)(product.hi << 2 | product.lo >> 62) + 1; /* rounded up */
+    if (axis->following_k_q62 == INT64_MAX || product.hi >= (uint64_t)1 << 61)
         return INT64_MAX;
     return allowed_q32 > config->following_floor_q32
                ? allowed_q32
@@ -111,11 +125,23 @@ static void watch_following(struct controller *controller, unsigned i)
         motion_fixed_sub(demand_q32, axis->feedback.pos_q32,
                          &axis->following_q32) < 0)
         return;
-    const int64_t most_q32 =
-        watch_allowance(&controller->config.axis[i], axis->target.vel_q32);
+    const int64_t most_q32 = watch_allowance(&controller->config.axis[i], axis);
     if (motion_fixed_abs(axis->following_q32) > (uint64_t)most_q32)
         controller_raise(controller, CONTROLLER_FAULT_FOLLOWING, (int)i,
                          axis->following_q32, most_q32);
+}
+
+static void watch_standing(struct controller *controller, unsigned i)
+{
+    const struct controller_axis *axis = &controller->axis[i];
+    const int64_t most_q32 = controller->config.axis[i].following_floor_q32;
+    int64_t off_q32 = INT64_MAX;
+    if (axis->stands &&
+        (motion_fixed_sub(axis->stands_q32, axis->feedback.pos_q32, &off_q32) <
+             0 ||
+         motion_fixed_abs(off_q32) > (uint64_t)most_q32))
+        controller_raise(controller, CONTROLLER_FAULT_FOLLOWING, (int)i,
+                         off_q32, most_q32);
 }
 
 /* Which way it runs: what it was told, or, on its way to a goal and halting
@@ -202,6 +228,7 @@ static void watch_axis(struct controller *controller, unsigned i)
     watch_drive(controller, i);
     watch_age(controller, i);
     watch_following(controller, i);
+    watch_standing(controller, i);
     watch_switches(controller, i);
     watch_track(controller, i);
 }

@@ -17,7 +17,7 @@ PUBLIC := \
     motion/curve/ease.h motion/curve/spline.h motion/curve/fcurve.h \
     motion/otg/otg.h motion/otg/sync.h motion/otg/replan.h \
     motion/plan/move.h motion/plan/compose.h motion/plan/check.h \
-    motion/plan/topp.h motion/plan/fit.h motion/plan/shaper.h \
+    motion/plan/topp/topp.h motion/plan/fit/fit.h motion/plan/shaper/shaper.h \
     hal/can.h hal/clock.h hal/gpio.h hal/modbus.h hal/drive.h hal/fieldbus.h \
     hal/can/bus.h \
     hal/canopen/canopen.h hal/canopen/lss.h \
@@ -91,12 +91,14 @@ install: $(SLEW) library installed
 	@rm -f $(B)/slew.pc; $(MAKE) --no-print-directory $(B)/slew.pc
 	@sed '/^$$/d' $(B)/installed | while read -r from to mode; do \
 	    $(INSTALL) -D -m "$$mode" "$$from" "$(DESTDIR)$$to" || exit 1; done
+	@ln -sf slew $(DESTDIR)$(BINDIR)/slewd
 	@cd $(DESTDIR)$(LIBDIR) && \
 	    for link in $(LINKS); do ln -sf $(notdir $(SO)) $$link; done
 
 .PHONY: uninstall
 ## what make install has put there; directories that are empty then
 uninstall: installed
+	@rm -f $(DESTDIR)$(BINDIR)/slewd
 	@sed '/^$$/d' $(B)/installed | while read -r from to mode; do \
 	    rm -f "$(DESTDIR)$$to"; done
 	@cd $(DESTDIR)$(LIBDIR) 2>/dev/null && rm -f $(LINKS) || true

@@ -58,6 +58,24 @@ void motion_clock_warp_at(const struct motion_clock_warp *warp, int64_t t_ns,
     clock_warp_constant(warp, dt, now);
 }
 
+int64_t motion_clock_warp_square(const struct motion_clock_rate *now)
+{
+    return clock_warp_mul(now->rate_q30, now->rate_q30, 30);
+}
+
+void motion_clock_warp_sample(const struct motion_clock_rate *now,
+                              int64_t r2_q30, const struct motion_sample *track,
+                              struct motion_sample *axis)
+{
+    *axis = (struct motion_sample){
+        .pos_q32 = track->pos_q32,
+        .vel_q32 = clock_warp_mul(track->vel_q32, now->rate_q30, 30),
+        .acc_q32 =
+            clock_warp_add(clock_warp_mul(track->acc_q32, r2_q30, 30),
+                           clock_warp_mul(track->vel_q32, now->accel_q30, 30)),
+    };
+}
+
 void motion_clock_warp_chain(const struct motion_clock_rate *now,
                              const struct motion_state *track,
                              struct motion_state *axis)

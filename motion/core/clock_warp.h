@@ -106,13 +106,14 @@ int motion_clock_warp_ramp(const struct motion_clock_warp *from, int64_t t_ns,
                            const struct motion_clock_bound *bound,
                            int64_t tick_ns, struct motion_clock_warp *to);
 
-/* The ramp that brings r' to 0 in so many ticks with one r'', wherever that
- * takes the rate: to r + r' ticks T / 2.  MOTION_E_ARG for a tick or a count (1
- * ..) out of range, MOTION_E_RANGE where the rate would leave 0 .. 200 % or it
- * takes over an hour.  *to may be *from.  Plan-time. */
+/* The ramp that brings r' to 0 in so many `ticks` with one r'', wherever that
+ * takes the rate; before it r'' is jerk_q30 for `wait` ticks.  MOTION_E_ARG for
+ * a tick, a wait (0 ..) or a count (1 ..) out of range, MOTION_E_RANGE where the
+ * rate would leave 0 .. 200 % or it takes over an hour.  *to may be *from.
+ * Plan-time. */
 int motion_clock_warp_level(const struct motion_clock_warp *from, int64_t t_ns,
-                            int64_t ticks, int64_t tick_ns,
-                            struct motion_clock_warp *to);
+                            int64_t wait, int64_t jerk_q30, int64_t ticks,
+                            int64_t tick_ns, struct motion_clock_warp *to);
 
 /* Append `then`, a ramp that begins where `first` ends: at most
  * MOTION_CLOCK_WARP_PIECES pieces each. */
@@ -136,6 +137,13 @@ struct motion_clock_limit {
 void motion_clock_warp_chain(const struct motion_clock_rate *now,
                              const struct motion_state *track,
                              struct motion_state *axis);
+
+/* p' and p'' alone, for the tick; r2: the rate's square, the same for all
+ * axes. */
+int64_t motion_clock_warp_square(const struct motion_clock_rate *now);
+void motion_clock_warp_sample(const struct motion_clock_rate *now,
+                              int64_t r2_q30, const struct motion_sample *track,
+                              struct motion_sample *axis);
 
 /* Does the ramp keep the axis on `track` inside `limit`?  Looks every `step_ns`
  * and at both sides of every border, of pieces of the ramp and of segments of

@@ -183,7 +183,7 @@ static void clock_warp_state(struct clock_look *look,
     }
     motion_track_state(track, s, state);
     *anchor = (struct clock_anchor){
-        .is_set = index < track->count,
+        .is_set = index < track->count && s >= 0, /* else it is at rest */
         .index = index,
         .s_ns_q12 = s,
         .state = *state,

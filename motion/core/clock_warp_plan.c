@@ -29,6 +29,14 @@ static int64_t clock_ramp_clip(int64_t value)
     return value < 1 ? 1 : value > UNIT_Q56 ? UNIT_Q56 : value;
 }
 
+/* r'' in r' per tick and tick, Q56 */
+static int64_t clock_ramp_jerk(int64_t jerk_q30, int64_t tick_ns)
+{
+    const int64_t half = tick_ns * ((int64_t)1 << 13);
+    return clock_warp_muldiv(clock_warp_muldiv(jerk_q30, half, SECOND_NS), half,
+                             SECOND_NS);
+}
+
 static int clock_ramp_init(struct clock_ramp *ramp,
                            const struct motion_clock_rate *now,
                            int64_t rate_q30,
@@ -41,13 +49,11 @@ static int clock_ramp_init(struct clock_ramp *ramp,
         tick_ns > MOTION_CLOCK_WARP_TICK_MAX_NS)
         return MOTION_E_ARG;
     const int64_t tick = tick_ns * ((int64_t)1 << 26);
-    const int64_t half = tick_ns * ((int64_t)1 << 13);
     ramp->change = (rate_q30 - now->rate_q30) * ((int64_t)1 << 26);
     ramp->a0 = clock_warp_muldiv(now->accel_q30, tick, SECOND_NS);
     ramp->accel =
         clock_ramp_clip(clock_warp_muldiv(bound->accel_q30, tick, SECOND_NS));
-    const int64_t jerk = clock_warp_muldiv(bound->jerk_q30, half, SECOND_NS);
-    ramp->jerk = clock_ramp_clip(clock_warp_muldiv(jerk, half, SECOND_NS));
+    ramp->jerk = clock_ramp_clip(clock_ramp_jerk(bound->jerk_q30, tick_ns));
     return motion_fixed_abs(ramp->a0) <= 2 * (uint64_t)UNIT_Q56
                ? MOTION_OK
                : MOTION_E_RANGE;
@@ -299,27 +305,36 @@ int motion_clock_warp_ramp(const struct motion_clock_warp *from, int64_t t_ns,
 }
 
 int motion_clock_warp_level(const struct motion_clock_warp *from, int64_t t_ns,
-                            int64_t ticks, int64_t tick_ns,
-                            struct motion_clock_warp *to)
+                            int64_t wait, int64_t jerk_q30, int64_t ticks,
+                            int64_t tick_ns, struct motion_clock_warp *to)
 {
     const struct motion_clock_bound any = { INT64_MAX, INT64_MAX };
     struct motion_clock_rate now;
     struct clock_ramp ramp;
-    int64_t a0n;
+    int64_t rise, a0n, a1n, an;
     motion_clock_warp_at(from, t_ns, &now);
     const int err = clock_ramp_init(&ramp, &now, now.rate_q30, &any, tick_ns);
-    if (err < 0 || ticks < 1)
+    if (err < 0 || ticks < 1 || wait < 0)
         return err < 0 ? err : MOTION_E_ARG;
-    if (ticks > MOTION_CLOCK_WARP_RAMP_MAX_NS / tick_ns ||
-        clock_ramp_times(ramp.a0, ticks, &a0n) < 0)
+    const int64_t most = MOTION_CLOCK_WARP_RAMP_MAX_NS / tick_ns;
+    if (ticks > most || wait > most - ticks ||
+        clock_ramp_times(clock_ramp_jerk(jerk_q30, tick_ns), wait, &rise) < 0)
+        return MOTION_E_RANGE;
+    const int64_t a1 = ramp.a0 + rise;
+    if (clock_ramp_times(ramp.a0, wait, &a0n) < 0 ||
+        clock_ramp_times(a1, wait, &a1n) < 0 ||
+        clock_ramp_times(a1, ticks, &an) < 0)
         return MOTION_E_RANGE;
     const int64_t r0 = now.rate_q30 * ((int64_t)1 << 26);
-    if (!clock_ramp_in_range(r0) || !clock_ramp_in_range(r0 + a0n / 2))
+    const int64_t r1 = r0 + (a0n + a1n) / 2;
+    if (!clock_ramp_in_range(r0) || !clock_ramp_in_range(r1) ||
+        !clock_ramp_in_range(r1 + an / 2))
         return MOTION_E_RANGE;
     struct motion_clock_warp warp;
     motion_clock_warp_init(&warp, t_ns, now.s_ns_q12,
-                           (r0 + a0n / 2 + (1 << 25)) >> 26);
-    clock_warp_append(&warp, ticks * tick_ns, r0, a0n, 0);
+                           (r1 + an / 2 + (1 << 25)) >> 26);
+    clock_warp_append(&warp, wait * tick_ns, r0, a0n, a1n);
+    clock_warp_append(&warp, ticks * tick_ns, r1, an, 0);
     *to = warp;
     return MOTION_OK;
 }

@@ -1,4 +1,5 @@
 /* motion/core/fixed.c - see fixed.h. */
+#define MOTION_FIXED_SUMS
 #include "motion/core/fixed.h"
 
 #include <stddef.h>
@@ -168,21 +169,8 @@ int motion_fixed_mulshift(int64_t a, int64_t b, unsigned bits, int64_t *result)
     return fixed_signed(product.lo, (a < 0) != (b < 0), result);
 }
 
-int motion_fixed_add(int64_t a, int64_t b, int64_t *result)
-{
-    if (b >= 0 ? a > INT64_MAX - b : a < INT64_MIN - b)
-        return MOTION_E_RANGE;
-    *result = a + b;
-    return MOTION_OK;
-}
-
-int motion_fixed_sub(int64_t a, int64_t b, int64_t *result)
-{
-    if (b >= 0 ? a < INT64_MIN + b : a > INT64_MAX + b)
-        return MOTION_E_RANGE;
-    *result = a - b;
-    return MOTION_OK;
-}
+extern inline int motion_fixed_add(int64_t a, int64_t b, int64_t *result);
+extern inline int motion_fixed_sub(int64_t a, int64_t b, int64_t *result);
 
 /* --- 128 bits, two's complement ------------------------------------------ */
 
@@ -238,22 +226,22 @@ uint32_t motion_fixed_isqrt_u64(uint64_t n)
 uint64_t motion_fixed_isqrt_u128(struct motion_u128 n)
 {
     struct motion_u128 rest = { 0, 0 };
-    uint64_t root = 0;
+    uint64_t root = 0, bits = n.hi;
 
-    for (int i = 0; i < FIXED_ROOT_DIGITS; i++) {
+    for (int i = 0; i < FIXED_ROOT_DIGITS; i++, bits <<= 2) {
         const uint64_t trial = root << 2 | 1;
-        rest.lo = rest.lo << 2 | n.hi >> 62;
-        n = motion_fixed_shl_u128(n, 2);
+        if (i == 32)
+            bits = n.lo;
+        rest.lo = rest.lo << 2 | bits >> 62;
         root <<= 1;
         if (rest.lo >= trial) {
             rest.lo -= trial;
             root |= 1;
         }
     }
-    for (int i = FIXED_ROOT_DIGITS; i < 64; i++) {
+    for (int i = FIXED_ROOT_DIGITS; i < 64; i++, bits <<= 2) {
         rest = motion_fixed_shl_u128(rest, 2);
-        rest.lo |= n.hi >> 62;
-        n = motion_fixed_shl_u128(n, 2);
+        rest.lo |= bits >> 62;
 
         struct motion_u128 trial =
             motion_fixed_shl_u128((struct motion_u128){ 0, root }, 2);

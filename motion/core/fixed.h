@@ -22,6 +22,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "motion/core/err.h"
+
 #define MOTION_FIXED_ONE_Q32 ((int64_t)1 << 32)
 #define MOTION_FIXED_NS_Q12  ((int64_t)1 << 12)          /* one ns */
 #define MOTION_FIXED_S_Q12   (INT64_C(1000000000) << 12) /* one s */
@@ -137,9 +139,29 @@ int motion_fixed_mulshift(int64_t a, int64_t b, unsigned bits, int64_t *result);
 uint32_t motion_fixed_isqrt_u64(uint64_t n);
 uint64_t motion_fixed_isqrt_u128(struct motion_u128 n);
 
-/* Checked sums: MOTION_E_RANGE instead of wrapping, nothing written then. */
+/* Checked sums: MOTION_E_RANGE instead of wrapping, nothing written then.
+ * Where size counts (-Os) they are calls; fixed.c has the one copy. */
+#if defined MOTION_FIXED_SUMS || !defined __OPTIMIZE_SIZE__
+inline int motion_fixed_add(int64_t a, int64_t b, int64_t *result)
+{
+    int64_t sum;
+    if (__builtin_add_overflow(a, b, &sum))
+        return MOTION_E_RANGE;
+    *result = sum;
+    return MOTION_OK;
+}
+inline int motion_fixed_sub(int64_t a, int64_t b, int64_t *result)
+{
+    int64_t difference;
+    if (__builtin_sub_overflow(a, b, &difference))
+        return MOTION_E_RANGE;
+    *result = difference;
+    return MOTION_OK;
+}
+#else
 int motion_fixed_add(int64_t a, int64_t b, int64_t *result);
 int motion_fixed_sub(int64_t a, int64_t b, int64_t *result);
+#endif
 
 /* |a| without overflow: 2^63 for INT64_MIN. */
 static inline uint64_t motion_fixed_abs(int64_t a)

@@ -10,6 +10,15 @@
 
 #define WARP_DEGREE MOTION_TRACK_DEGREE
 #define WARP_STEPS  60 /* of halving: u to 2^-60 */
+/* What rounding may leave of a time, 2^-32 ms: 15 ps.  Where w comes to rest its
+ * derivative has a double root, which rounding parts in two or takes away; what
+ * would be cut off there is a piece so short that no acceleration can be read
+ * from its ends.  At 1 unit/s 15 ps are 2^-36 unit. */
+#define WARP_NOISE 64
+/* So short a piece is joined to the one before or behind it where that is the
+ * same position: coefficients to 2^-57 of a unit are no jerk to rely on in less,
+ * and a jerk of 10^4 unit/s3 goes 2^-32 unit in 5 us. */
+#define WARP_SHORT_NS_Q12 (INT64_C(5000) << 12)
 
 /* 1 ms is 2^32 or 10^6 * 2^12: t * 2^20 / 10^6 = t * 2^14 / 5^6. */
 int64_t motion_time_warp_ms(int64_t t_ns_q12)
@@ -218,16 +227,27 @@ warp_chain(const struct warp *warp, int64_t to, const struct motion_segment *f)
     return chain;
 }
 
-/* Where the move ends the position is its last key, to the bit. */
-static const int64_t *warp_end(const struct warp *warp, int64_t to)
+static bool warp_is_near(int64_t a_ms_q32, int64_t b_ms_q32)
 {
-    const struct motion_segment *s = warp->segment;
-    const struct motion_track *f = warp->f;
+    return a_ms_q32 - b_ms_q32 <= WARP_NOISE &&
+           b_ms_q32 - a_ms_q32 <= WARP_NOISE;
+}
+
+/* Where a segment of w ends at a border of f the position is that border's, to
+ * the bit. */
+static const int64_t *warp_end(const struct warp *warp, int64_t to,
+                               const struct motion_segment *f,
+                               struct motion_state *border)
+{
+    const int64_t end_ns_q12 = f->start_ns_q12 + f->dur_ns_q12;
     struct motion_state at;
 
-    motion_segment_state(s, to, &at);
-    return at.pos_q32 == motion_time_warp_ms(f->end_ns_q12) ? &f->end.pos_q32
-                                                            : NULL;
+    motion_segment_state(warp->segment, to, &at);
+    if (to < warp->segment->dur_ns_q12 ||
+        !warp_is_near(at.pos_q32, motion_time_warp_ms(end_ns_q12)))
+        return NULL;
+    motion_segment_state(f, f->dur_ns_q12, border);
+    return &border->pos_q32;
 }
 
 /* Append from where it is done to `to`, within segment f of f. */
@@ -236,6 +256,7 @@ static int warp_piece(struct warp *warp, int64_t to,
 {
     struct motion_bake_poly_chain chain;
     struct motion_bake_poly sum;
+    struct motion_state border;
     int rc;
 
     if (to <= warp->done)
@@ -248,8 +269,8 @@ static int warp_piece(struct warp *warp, int64_t to,
         warp_multiply(&sum, chain.inner.c, chain.outer.c[k]);
     warp_trim(&sum);
     rc = motion_bake_poly_append(warp->out, to - warp->done, &sum,
-                                 warp_end(warp, to), &warp->tolerance,
-                                 warp->bound);
+                                 warp_end(warp, to, f, &border),
+                                 &warp->tolerance, warp->bound);
     warp->done = to;
     return rc;
 }
@@ -300,7 +321,46 @@ static uint32_t warp_find(const struct motion_track *f, int64_t t)
     return t >= f->end_ns_q12 ? f->count - 1 : track_find(f, t);
 }
 
-/* From u = a to b, where w is monotone: through every segment of f between. */
+/* Position of the polynomial of a segment at a time beside it. */
+static struct motion_real warp_beside(const struct motion_segment *f,
+                                      struct motion_real ms, int64_t base_q32)
+{
+    const struct motion_bake_poly poly = warp_poly(f);
+    const struct motion_real u = motion_real_mul(
+        motion_real_add(ms, warp_ahead(f->start_ns_q12, 0)), warp_rate(f));
+
+    return motion_real_add(warp_value(poly.c, WARP_DEGREE, u),
+                           spline_displacement(base_q32, poly.base_q32));
+}
+
+/* Does the border between s and next make no difference from there to where w is
+ * at u? */
+static bool warp_joins(const struct warp *warp, const struct motion_segment *s,
+                       const struct motion_segment *next, struct motion_real u)
+{
+    const struct motion_real ms =
+        motion_real_add(motion_real_from_q(warp->poly.base_q32, 32),
+                        warp_value(warp->poly.c, WARP_DEGREE, u));
+    const struct motion_real apart = motion_real_sub(
+        warp_beside(s, ms, s->pos_q32), warp_beside(next, ms, s->pos_q32));
+
+    return motion_real_lt(motion_real_abs(apart), motion_real_make(1, -32));
+}
+
+/* Is the border, which w comes to at `crossing`, so near to where w is at u that
+ * it is not passed? */
+static bool warp_skips(const struct warp *warp, uint32_t i, bool back,
+                       int64_t crossing, struct motion_real u)
+{
+    const struct motion_segment *s = &warp->f->segment[i];
+    const int64_t apart = crossing - warp_at(warp, u);
+
+    return apart <= WARP_SHORT_NS_Q12 && -apart <= WARP_SHORT_NS_Q12 &&
+           warp_joins(warp, s, back ? s - 1 : s + 1, u);
+}
+
+/* From u = a to b, where w is monotone: through every segment of f between; a
+ * border that is where w begins or ends is not passed. */
 static int warp_monotone(struct warp *warp, struct motion_real a,
                          struct motion_real b)
 {
@@ -320,12 +380,46 @@ static int warp_monotone(struct warp *warp, struct motion_real a,
         const struct motion_segment *s = &f->segment[i];
         const int64_t border =
             back ? s->start_ns_q12 : s->start_ns_q12 + s->dur_ns_q12;
-        rc = warp_piece(warp, warp_crossing(warp, a, b, border), s);
+        const int64_t border_ms = motion_time_warp_ms(border);
+        if (warp_is_near(border_ms, motion_time_warp_ms(to)))
+            break;
+        const int64_t crossing = warp_crossing(warp, a, b, border);
+        if (warp_skips(warp, i, back, crossing, b))
+            break;
+        if (!warp_is_near(border_ms, motion_time_warp_ms(from)) &&
+            !warp_skips(warp, i, back, crossing, a))
+            rc = warp_piece(warp, crossing, s);
         i += back ? UINT32_MAX : 1;
     }
     if (rc == MOTION_OK)
-        rc = warp_piece(warp, warp_at(warp, b), &f->segment[last]);
+        rc = warp_piece(warp, warp_at(warp, b), &f->segment[i]);
     return rc;
+}
+
+/* Does w move between two roots of its derivative? */
+static bool warp_moves(const struct warp *warp, struct motion_real a,
+                       struct motion_real b)
+{
+    const struct motion_real travel =
+        motion_real_sub(warp_value(warp->poly.c, WARP_DEGREE, b),
+                        warp_value(warp->poly.c, WARP_DEGREE, a));
+
+    return motion_real_lt(motion_real_make(WARP_NOISE, -32),
+                          motion_real_abs(travel));
+}
+
+/* Without the roots between which it does not. */
+static void warp_turns(const struct warp *warp, struct warp_roots *turn)
+{
+    const struct motion_real one = motion_real_int(1);
+    int count = 1;
+
+    for (int i = 1; i + 1 < turn->count; i++)
+        if (warp_moves(warp, turn->u[count - 1], turn->u[i]) &&
+            warp_moves(warp, turn->u[i], one))
+            turn->u[count++] = turn->u[i];
+    turn->u[count++] = one;
+    turn->count = count;
 }
 
 static int warp_segment(struct warp *warp, const struct motion_segment *segment)
@@ -337,6 +431,7 @@ static int warp_segment(struct warp *warp, const struct motion_segment *segment)
     warp->poly = warp_poly(segment);
     warp->done = 0;
     turn = warp_roots(&warp->poly, 1);
+    warp_turns(warp, &turn);
     for (int i = 0; rc == MOTION_OK && i + 1 < turn.count; i++)
         rc = warp_monotone(warp, turn.u[i], turn.u[i + 1]);
     return rc;

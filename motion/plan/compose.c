@@ -4,11 +4,17 @@
 #include <stdlib.h>
 
 #include "motion/core/err.h"
+#include "motion/core/fixed.h"
+#include "motion/plan/camera/plan_camera.h"
+#include "motion/plan/camera/plan_carry.h"
+#include "motion/plan/camera/plan_follow.h"
+#include "motion/plan/path/plan_joints.h"
 #include "motion/plan/plan_blend.h"
-#include "motion/plan/plan_camera.h"
+#include "motion/plan/plan_duration.h"
 #include "motion/plan/plan_error.h"
 #include "motion/plan/plan_track.h"
 #include "motion/plan/plan_warp.h"
+#include "motion/plan/shoot/plan_shoot.h"
 
 const char *plan_driver_name(enum plan_driver driver)
 {
@@ -44,6 +50,16 @@ static int compose_keys(const struct compose *self)
     return err;
 }
 
+/* Their keys get times that nobody wrote. */
+static int compose_joints(const struct compose *self)
+{
+    if (self->move->joints == NULL || self->move->joints->axes == 0)
+        return MOTION_OK;
+    plan_progress_tell(self->progress, "planning", "timing", 0, 0);
+    self->outcome->is_bent = true;
+    return plan_joints_tracks(self->move, self->track, self->error);
+}
+
 /* The law is the distance along the path until something bends its time. */
 static int compose_path(const struct compose *self)
 {
@@ -54,8 +70,12 @@ static int compose_path(const struct compose *self)
     if (self->move->path == NULL)
         return MOTION_OK;
     plan_progress_tell(self->progress, "planning", "path", 0, 0);
-    err = plan_path_tracks(self->move->path, &outcome->drive, self->track,
-                           self->error);
+    err =
+        self->move->path->carrier != NULL
+            ? plan_carry_tracks(self->move->path, &outcome->drive, self->track,
+                                &outcome->carrier_bound_q32, self->error)
+            : plan_path_tracks(self->move->path, &outcome->drive, self->track,
+                               self->error);
     if (err < 0)
         return err;
     outcome->has_path = true;
@@ -85,6 +105,10 @@ static int compose_camera(const struct compose *self)
         return plan_error_set(self->error, MOTION_E_ARG, camera->place,
                               "the camera has no path");
     outcome->has_camera = true;
+    if (camera->following.rig != NULL && camera->look != PLAN_LOOK_KEYS)
+        return plan_follow_tracks(camera, self->track,
+                                  outcome->camera_bound_q32,
+                                  &outcome->lens_bound_q32, self->error);
     return plan_camera_tracks(camera, &outcome->drive, self->track,
                               outcome->camera_bound_q32, self->progress,
                               self->error);
@@ -115,10 +139,12 @@ static int compose_base(const struct compose *self)
         plan_track_init(&self->track[i], 0);
     err = compose_keys(self);
     if (err == MOTION_OK)
+        err = compose_joints(self);
+    if (err == MOTION_OK)
         err = compose_path(self);
     if (err == MOTION_OK)
-        err = compose_camera(self);
-    return err == MOTION_OK ? compose_blend(self) : err;
+        err = compose_blend(self);
+    return err == MOTION_OK ? compose_camera(self) : err;
 }
 
 /* A sentence about another move tells whose it is. */
@@ -180,14 +206,12 @@ static int compose_others(const struct compose *self)
 }
 
 /* Of every axis, and of the distance along the path. */
-static int compose_warp(const struct compose *self)
+static int compose_bend(const struct compose *self,
+                        const struct plan_axis *axis)
 {
-    const struct plan_axis *axis = self->move->warp;
     struct plan_outcome *outcome = self->outcome;
     int err;
 
-    if (axis == NULL)
-        return MOTION_OK;
     outcome->is_bent = true;
     err = plan_warp_track(axis, &outcome->warp, self->error);
     for (uint32_t i = 0; i < self->move->axis_count && err == MOTION_OK; i++) {
@@ -202,6 +226,84 @@ static int compose_warp(const struct compose *self)
     return err;
 }
 
+static int64_t compose_end(const struct compose *self)
+{
+    int64_t end_ns_q12 = 0;
+
+    for (uint32_t i = 0; i < self->move->axis_count; i++)
+        if (self->track[i].end_ns_q12 > end_ns_q12)
+            end_ns_q12 = self->track[i].end_ns_q12;
+    return end_ns_q12;
+}
+
+/* By the warp of the file, or by the one that its frames make. */
+static int compose_warp(const struct compose *self)
+{
+    const struct plan_shoot *shoot = self->move->shoot;
+    struct plan_axis frames;
+    int err;
+
+    if (shoot == NULL)
+        return self->move->warp == NULL ? MOTION_OK
+                                        : compose_bend(self, self->move->warp);
+    err = plan_shoot_warp(shoot, compose_end(self), &frames, self->error);
+    if (err < 0)
+        return err;
+    err = compose_bend(self, &frames);
+    plan_axis_free(&frames);
+    return err;
+}
+
+/* A key that is fixed in time has none but its own. */
+static int compose_fixed(const struct compose *self, int64_t end_ns_q12)
+{
+    const struct plan_move *move = self->move;
+
+    for (uint32_t a = 0; a < move->axis_count; a++)
+        for (uint32_t i = 0; i < move->axis[a].key_count; i++)
+            if ((move->axis[a].key[i].fixed & PLAN_FIXED_TIME) != 0)
+                return plan_error_set(
+                    self->error, MOTION_E_ARG, move->axis[a].key[i].place,
+                    "key %u of axis %s is fixed in time, and a duration of "
+                    "%.6g s would move it: as written the move takes %.6g s",
+                    i + 1, move->axis[a].name,
+                    (double)move->duration_ns_q12 / (double)MOTION_FIXED_S_Q12,
+                    (double)end_ns_q12 / (double)MOTION_FIXED_S_Q12);
+    return MOTION_OK;
+}
+
+/* All of it in the time that the move is to take. */
+static int compose_duration(const struct compose *self)
+{
+    struct plan_outcome *outcome = self->outcome;
+    const int64_t to = self->move->duration_ns_q12, from = compose_end(self);
+    int err = MOTION_OK;
+
+    if (to == 0 || from == to)
+        return MOTION_OK;
+    if (from == 0)
+        return plan_error_set(self->error, MOTION_E_ARG,
+                              self->move->duration_place,
+                              "the move stands still, and has no duration");
+    err = compose_fixed(self, from);
+    if (err < 0)
+        return err;
+    outcome->is_bent = true;
+    outcome->written_ns_q12 = from;
+    outcome->played_ns_q12 = to;
+    for (uint32_t i = 0; i < self->move->axis_count && err == MOTION_OK; i++)
+        err = plan_duration_apply(&self->track[i], from, to);
+    if (err == MOTION_OK && outcome->has_path)
+        err = plan_duration_apply(&outcome->distance, from, to);
+    return err == MOTION_OK
+               ? err
+               : plan_error_set(self->error, err, self->move->duration_place,
+                                "the move takes %.6g s as written, and "
+                                "%.6g s are beyond the range of its formats",
+                                (double)from / (double)MOTION_FIXED_S_Q12,
+                                (double)to / (double)MOTION_FIXED_S_Q12);
+}
+
 int plan_compose(const struct plan_move *move, struct motion_track track[],
                  struct plan_outcome *outcome,
                  const struct plan_progress *progress, struct plan_error *error)
@@ -213,6 +315,8 @@ int plan_compose(const struct plan_move *move, struct motion_track track[],
         err = compose_others(&self);
     if (err == MOTION_OK)
         err = compose_warp(&self);
+    if (err == MOTION_OK)
+        err = compose_duration(&self);
     plan_progress_end(progress);
     if (err < 0)
         compose_drop(&self);
@@ -229,8 +333,13 @@ void plan_outcome_free(struct plan_outcome *outcome)
 
 int64_t plan_outcome_time(const struct plan_outcome *outcome, int64_t t_ns_q12)
 {
-    return outcome->warp.count == 0 ? t_ns_q12
-                                    : plan_warp_time(&outcome->warp, t_ns_q12);
+    int64_t t = t_ns_q12 - outcome->lag_ns_q12;
+
+    if (outcome->played_ns_q12 != 0 &&
+        motion_fixed_muldiv(t, outcome->written_ns_q12, outcome->played_ns_q12,
+                            &t) < 0)
+        t = t < 0 ? 0 : outcome->written_ns_q12;
+    return outcome->warp.count == 0 ? t : plan_warp_time(&outcome->warp, t);
 }
 
 int plan_move_reserve(struct plan_move *move, uint32_t axes)
@@ -244,6 +353,7 @@ static void compose_free_base(struct plan_move *move)
     for (uint32_t i = 0; i < move->axis_count; i++)
         plan_axis_free(&move->axis[i]);
     free(move->axis);
+    free(move->joints);
     plan_path_free(move->path);
     plan_camera_free(move->camera);
     plan_blend_free(move->blend);
@@ -269,6 +379,7 @@ void plan_move_free(struct plan_move *move)
     if (move->warp != NULL)
         plan_axis_free(move->warp);
     free(move->warp);
+    free(move->shoot);
     free(move->event);
     *move = (struct plan_move){ .axis_count = 0 };
 }

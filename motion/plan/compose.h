@@ -4,6 +4,7 @@
  *     layers                      are added
  *     fade                        goes over to another move
  *     warp                        bends the time of all of it
+ *     duration                    plays all of it in that time
  *
  * Off-line only: uses the heap. */
 #ifndef MOTION_PLAN_COMPOSE_H
@@ -11,7 +12,7 @@
 
 #include "motion/number/real.h"
 #include "motion/plan/move.h"
-#include "motion/plan/plan_path.h"
+#include "motion/plan/path/plan_path.h"
 #include "motion/plan/plan_progress.h"
 
 /* What came out beside the tracks. */
@@ -22,10 +23,17 @@ struct plan_outcome {
                                      the path speed.  On the heap */
     bool has_camera;
     int64_t camera_bound_q32[3]; /* pan, tilt, roll, degrees */
+    int64_t carrier_bound_q32;   /* of the axes that carry a head on a path */
+    int64_t lens_bound_q32;      /* of focus and zoom, the worse */
     bool is_bent;                /* keys are not where they were written: there
-                                 are layers, a fade or a warp */
+                                 are layers, a fade, a warp or a duration */
+    int64_t written_ns_q12;      /* how long it takes without the duration */
+    int64_t played_ns_q12;       /* and with it; both 0: there is none */
     struct motion_track warp;    /* on the heap; empty: time is as written */
     struct motion_real warp_bound; /* of the worst axis, unit */
+    int64_t lag_ns_q12;            /* all of it comes so much later, and ends so
+                                      much later than that (plan_shape.h) */
+    int64_t tail_ns_q12;
 };
 
 /* Plan the axes of `move` into track[0 .. axis_count - 1], which need not be
@@ -39,7 +47,8 @@ int plan_compose(const struct plan_move *move, struct motion_track track[],
                  struct plan_error *error);
 void plan_outcome_free(struct plan_outcome *outcome);
 
-/* The time as the move was written, at a time as it is played; 2^-12 ns. */
+/* The time as the move was written, at a time as it is played; 2^-12 ns.
+ * Before the start while it waits for the lag. */
 int64_t plan_outcome_time(const struct plan_outcome *outcome, int64_t t_ns_q12);
 
 /* Room for so many axes, zeroed, in a move that has none yet: MOTION_OK or

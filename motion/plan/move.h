@@ -146,13 +146,15 @@ struct plan_profile {
     int64_t settle_ns_q12;    /* >= 0 */
 };
 
-/* What drives an axis; all but keys leave its curve and keys empty.
+/* What drives an axis; all but keys and timing leave its curve and keys
+ * empty.
  * X(name, word). */
 #define PLAN_DRIVER_LIST(X)                                                    \
     X(PLAN_BY_KEYS, "keys")                                                    \
     X(PLAN_BY_PATH, "path")     /* plan_path.h */                              \
     X(PLAN_BY_CAMERA, "camera") /* plan_camera.h */                            \
-    X(PLAN_BY_BLEND, "blend")   /* plan_blend.h */
+    X(PLAN_BY_BLEND, "blend")   /* plan_blend.h */                             \
+    X(PLAN_BY_TIMING, "timing") /* plan_joints.h: keys without times */
 
 enum plan_driver {
 #define PLAN_DRIVER_ENUM(name, word) name,
@@ -183,8 +185,11 @@ struct plan_axis {
 struct plan_move {
     char title[128];
     uint64_t fps_num, fps_den; /* frames per second; 0 / 0 when not given */
+    int64_t duration_ns_q12; /* how long all of it is to take; 0: as written */
+    struct plan_place duration_place;
     struct plan_axis *axis;
     uint32_t axis_count;
+    struct plan_joints *joints;
     struct plan_path *path;
     struct plan_camera *camera; /* on the path */
     struct plan_blend *blend;
@@ -192,6 +197,7 @@ struct plan_move {
     uint32_t layers;
     struct plan_other *fade;  /* to another move */
     struct plan_axis *warp;   /* of time, plan_warp.h */
+    struct plan_shoot *shoot; /* frame by frame, plan_shoot.h; then no warp */
     struct plan_event *event; /* plan_event.h */
     uint32_t events;
 };

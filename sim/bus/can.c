@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "hal/can/bits.h"
+#include "sim/bus/can_trouble.h"
 #include "sim/util.h"
 
 /* CRC delimiter, ACK slot, ACK delimiter, end of frame: not stuffed. */
@@ -125,6 +126,12 @@ static bool sim_can_bus_acknowledges(const struct sim_can_bus *bus,
     return false;
 }
 
+static bool sim_can_bus_is_hit(struct sim_can_bus *bus)
+{
+    return bus->noise_q32 > 0 &&
+           sim_random(&bus->noise_seed) >> 32 < bus->noise_q32;
+}
+
 static void sim_can_bus_arbitrate(struct sim_can_bus *bus)
 {
     struct sim_can_port *sender = sim_can_bus_winner(bus);
@@ -137,7 +144,8 @@ static void sim_can_bus_arbitrate(struct sim_can_bus *bus)
     }
     bus->sender = sender;
     bus->unacknowledged = !sim_can_bus_acknowledges(bus, sender);
-    bus->destroyed = bus->unacknowledged || sender->destroy > 0;
+    bus->destroyed =
+        bus->unacknowledged || sender->destroy > 0 || sim_can_bus_is_hit(bus);
     bits = can_bits_of(sim_can_queue_head(&sender->tx));
     bits.slow -= SIM_CAN_INTERMISSION_BITS;
     if (bus->destroyed)
@@ -230,8 +238,10 @@ static void sim_can_bus_finish(struct sim_can_bus *bus)
         sim_can_bus_deliver(bus);
     bus->sender = NULL;
     for (const struct sim_can_port *port = bus->first; port; port = port->next)
-        if (port->tx.count > 0)
+        if (port->tx.count > 0) {
             sim_can_bus_wake(bus);
+            break;
+        }
 }
 
 static int64_t sim_can_bus_due_ns(const struct sim_member *member)
@@ -265,7 +275,7 @@ int sim_can_bus_init(struct sim_can_bus *bus, struct sim_world *world,
                                  .bit_rate = bit_rate,
                                  .due_ns = SIM_WORLD_NEVER,
                                  .clear.ns = world->now_ns };
-    return sim_world_add(world, &bus->member);
+    return sim_world_add_to(world, &bus->group, &bus->member);
 }
 
 int sim_can_bus_set_fd(struct sim_can_bus *bus, unsigned factor)
@@ -278,12 +288,9 @@ int sim_can_bus_set_fd(struct sim_can_bus *bus, unsigned factor)
 
 /* ---- ports ------------------------------------------------------------- */
 
-static int sim_can_send(struct hal_can *can, const struct hal_can_frame *frame)
+int sim_can_port_put(struct sim_can_port *port,
+                     const struct hal_can_frame *frame)
 {
-    struct sim_can_port *port = CONTAINER_OF(can, struct sim_can_port, can);
-
-    if (!hal_can_is_legal(frame, port->bus->fd_factor > 0))
-        return MOTION_E_ARG;
     if (!sim_can_port_is_on(port))
         return MOTION_E_IO;
     if (port->tx.count == SIM_CAN_QUEUE) {
@@ -293,6 +300,21 @@ static int sim_can_send(struct hal_can *can, const struct hal_can_frame *frame)
     sim_can_queue_push(&port->tx, frame);
     sim_can_bus_wake(port->bus);
     return MOTION_OK;
+}
+
+static int sim_can_send(struct hal_can *can, const struct hal_can_frame *frame)
+{
+    struct sim_can_port *port = CONTAINER_OF(can, struct sim_can_port, can);
+    struct hal_can_frame sent;
+
+    if (!hal_can_is_legal(frame, port->bus->fd_factor > 0))
+        return MOTION_E_ARG;
+    if (port->trouble == NULL)
+        return sim_can_port_put(port, frame);
+    sent = *frame;
+    return sim_can_trouble_pass(port->trouble, &sent)
+               ? sim_can_port_put(port, &sent)
+               : MOTION_OK;
 }
 
 static int sim_can_flush(struct hal_can *can)

@@ -15,7 +15,7 @@
  * Errors: a frame that no other port acknowledges is destroyed after the ACK
  * slot and tried again for ever; its sender becomes error-passive and stays so
  * (the counter stops at 128 for ACK errors).  Frames can be destroyed on
- * purpose, up to bus-off.
+ * purpose, up to bus-off, and at random: noise.
  *
  * Frames that a port has sent go out by themselves: flush does nothing.
  *
@@ -43,23 +43,26 @@ struct sim_can_instant {
 };
 
 struct sim_can_queue {
-    struct hal_can_frame frame[SIM_CAN_QUEUE];
     unsigned head, count;
+    struct hal_can_frame frame[SIM_CAN_QUEUE];
 };
+
+struct sim_can_trouble;
 
 struct sim_can_port {
     struct hal_can can;
     struct sim_can_bus *bus;
-    struct sim_can_port *next; /* on the bus, in the order of adding */
-    struct sim_can_queue tx, rx;
+    struct sim_can_port *next;     /* on the bus, in the order of adding */
     unsigned tx_errors, rx_errors; /* TEC and REC */
     bool off;                      /* off the bus: sim_can_port_set_off */
     unsigned destroy; /* so many of its next frames meet an error frame */
     struct hal_can_stats stats;
+    struct sim_can_trouble *trouble; /* what spoils its frames; NULL: nothing */
     /* Called at the end of a frame for this port, instead of queueing, when not
      * NULL: devices react at once, as hardware does.  May send. */
     void (*on_frame)(void *context, const struct hal_can_frame *frame);
     void *context;
+    struct sim_can_queue tx, rx; /* last: what is looked at is close together */
 };
 
 enum sim_can_phase {
@@ -70,6 +73,7 @@ enum sim_can_phase {
 
 struct sim_can_bus {
     struct sim_member member;
+    struct sim_group group; /* the devices on it join it */
     struct sim_world *world;
     uint32_t bit_rate;  /* bit/s */
     unsigned fd_factor; /* data rate of FD frames over bit_rate; 0: no FD */
@@ -84,6 +88,9 @@ struct sim_can_bus {
      * counted at the end of each frame. */
     uint64_t busy_ns, busy_part;
     uint64_t frames, frames_destroyed;
+    /* Of all frames so many in 2^32 are destroyed, 0 .. 2^32; drawn from
+     * noise_seed, which is not 0 then. */
+    uint64_t noise_q32, noise_seed;
     uint64_t collisions; /* two heads with one identifier: the first wins */
 };
 
@@ -101,5 +108,8 @@ void sim_can_port_init(struct sim_can_port *port, struct sim_can_bus *bus);
 void sim_can_port_set_off(struct sim_can_port *port, bool off);
 /* After bus-off: counters zero, queues empty, back on the wire. */
 void sim_can_port_restart(struct sim_can_port *port);
+/* As hal_can_send, past what spoils the port's frames. */
+int sim_can_port_put(struct sim_can_port *port,
+                     const struct hal_can_frame *frame);
 
 #endif

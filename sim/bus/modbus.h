@@ -64,7 +64,8 @@ struct sim_modbus_faulty {
     enum sim_modbus_fault fault; /* from the next answer on */
     unsigned times;              /* so many answers; 0: all */
     int64_t late_ns;
-    uint64_t seed; /* != 0 */
+    uint64_t share_q32; /* of the answers so many in 2^32; 0: all */
+    uint64_t seed;      /* != 0 */
     uint64_t spoilt;
     uint8_t held[MODBUS_RTU_FRAME_MAX]; /* a late answer */
     unsigned held_length;

@@ -7,13 +7,9 @@
 
 #define DEVICE_BUSY 0x06
 
-/* xorshift64*, for spoiling only. */
 static uint32_t sim_modbus_random(uint64_t *seed)
 {
-    *seed ^= *seed >> 12;
-    *seed ^= *seed << 25;
-    *seed ^= *seed >> 27;
-    return (uint32_t)(*seed * UINT64_C(2685821657736338717) >> 32);
+    return (uint32_t)(sim_random(seed) >> 32);
 }
 
 static void sim_modbus_flip_bit(uint8_t *frame, uint32_t at)
@@ -109,7 +105,9 @@ static int64_t sim_modbus_faulty_due_ns(const struct modbus_station *station)
 
 static bool sim_modbus_faulty_hits(struct sim_modbus_faulty *self)
 {
-    if (self->fault == SIM_MODBUS_GOOD)
+    if (self->fault == SIM_MODBUS_GOOD ||
+        (self->share_q32 > 0 &&
+         sim_random(&self->seed) >> 32 >= self->share_q32))
         return false;
     self->spoilt++;
     return true;

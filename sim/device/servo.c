@@ -37,7 +37,7 @@ int sim_servo_init(struct sim_servo *self, struct sim_can_bus *bus,
     sim_can_port_init(&self->port, bus);
     self->port.on_frame = sim_servo_on_frame;
     self->port.context = self;
-    return sim_world_add(world, &self->member);
+    return sim_world_add_to(world, &bus->group, &self->member);
 }
 
 /* ---- time ---- */
@@ -80,11 +80,72 @@ static void sim_servo_happen(struct sim_servo *self,
         happen(self);
 }
 
+static void sim_servo_regain_power(struct sim_servo *self)
+{
+    if (self->unpowered)
+        sim_servo_happen(self, self->ops->reboot);
+    self->unpowered = false;
+}
+
+void sim_servo_end(struct sim_servo *self, enum sim_servo_fault fault)
+{
+    bool *const lasting[SIM_SERVO_FAULTS] = {
+        [SIM_SERVO_ENCODER] = &self->encoder_lost,
+        [SIM_SERVO_DEAF] = &self->deaf,
+        [SIM_SERVO_IGNORES_STATE] = &self->ignores_state,
+        [SIM_SERVO_NOT_A_NUMBER] = &self->nan,
+        [SIM_SERVO_BLOCKED] = &self->blocked,
+        [SIM_SERVO_FROZEN] = &self->frozen,
+        [SIM_SERVO_REVERSED] = &self->plant.reversed,
+    };
+
+    sim_servo_advance(self);
+    if (lasting[fault] != NULL)
+        *lasting[fault] = false;
+    if (fault == SIM_SERVO_SILENT || fault == SIM_SERVO_POWER)
+        sim_can_port_set_off(&self->port, false);
+    if (fault == SIM_SERVO_POWER)
+        sim_servo_regain_power(self);
+}
+
 static void sim_servo_clear(struct sim_servo *self)
 {
-    self->deaf = self->ignores_state = self->nan = self->blocked = false;
-    self->encoder_lost = false;
-    sim_can_port_set_off(&self->port, false);
+    self->jump_q24 = 0;
+    self->plant.friction_q8 = 0;
+    for (unsigned i = 0; i < SIM_SERVO_CLEAR; i++)
+        sim_servo_end(self, (enum sim_servo_fault)i);
+}
+
+static void sim_servo_lose_power(struct sim_servo *self)
+{
+    self->unpowered = true;
+    sim_can_port_set_off(&self->port, true);
+    sim_servo_happen(self, self->ops->reboot);
+}
+
+void sim_servo_trip(struct sim_servo *self, uint32_t code)
+{
+    sim_servo_advance(self);
+    if (self->ops->trip != NULL)
+        self->ops->trip(self, code);
+}
+
+void sim_servo_rub(struct sim_servo *self, int64_t counts_s2)
+{
+    sim_servo_advance(self);
+    self->plant.friction_q8 = counts_s2 * 256;
+}
+
+void sim_servo_jump(struct sim_servo *self, int64_t counts)
+{
+    sim_servo_advance(self);
+    self->jump_q24 += counts * (INT64_C(1) << 24);
+}
+
+int64_t sim_servo_reported_q24(const struct sim_servo *self)
+{
+    return self->frozen ? self->frozen_q24
+                        : self->plant.pos_q24 + self->jump_q24;
 }
 
 void sim_servo_inject(struct sim_servo *self, enum sim_servo_fault fault)
@@ -96,7 +157,7 @@ void sim_servo_inject(struct sim_servo *self, enum sim_servo_fault fault)
         sim_servo_happen(self, self->ops->lose_encoder);
         break;
     case SIM_SERVO_TRIP:
-        sim_servo_happen(self, self->ops->trip);
+        sim_servo_trip(self, 0);
         break;
     case SIM_SERVO_REBOOT:
         sim_servo_happen(self, self->ops->reboot);
@@ -115,6 +176,16 @@ void sim_servo_inject(struct sim_servo *self, enum sim_servo_fault fault)
         break;
     case SIM_SERVO_BLOCKED:
         self->blocked = true;
+        break;
+    case SIM_SERVO_FROZEN:
+        self->frozen_q24 = sim_servo_reported_q24(self);
+        self->frozen = true;
+        break;
+    case SIM_SERVO_REVERSED:
+        self->plant.reversed = true;
+        break;
+    case SIM_SERVO_POWER:
+        sim_servo_lose_power(self);
         break;
     case SIM_SERVO_CLEAR:
         sim_servo_clear(self);

@@ -22,13 +22,18 @@ enum sim_servo_fault {
     SIM_SERVO_IGNORES_STATE, /* takes no order to change its state */
     SIM_SERVO_NOT_A_NUMBER,  /* says that its position is NaN */
     SIM_SERVO_BLOCKED,       /* the rotor does not move */
+    SIM_SERVO_FROZEN,        /* reports one actual position for ever */
+    SIM_SERVO_REVERSED,      /* a motor phase exchanged: it runs away */
+    SIM_SERVO_POWER,         /* it has none: silent, no torque; rebooted by the
+                                end of it */
     SIM_SERVO_CLEAR,         /* every lasting one ends */
     SIM_SERVO_FAULTS,
 };
 
 struct sim_servo;
 
-/* The last three may be NULL: such a thing does not happen to it. */
+/* The last four may be NULL: such a thing does not happen to it, and it has no
+ * heartbeat. */
 struct sim_servo_ops {
     struct sim_member_ops member;
     /* Not called while it boots or is deaf. */
@@ -36,8 +41,10 @@ struct sim_servo_ops {
     /* dt_ns of its inner loop, sim_servo_turn among it. */
     void (*step)(struct sim_servo *self, int64_t dt_ns);
     void (*lose_encoder)(struct sim_servo *self); /* encoder_lost is set */
-    void (*trip)(struct sim_servo *self);
+    /* With this code of its own, 0: of an over-current. */
+    void (*trip)(struct sim_servo *self, uint32_t code);
     void (*reboot)(struct sim_servo *self);
+    uint32_t (*heartbeat_id)(const struct sim_servo *self); /* of the frames */
 };
 
 struct sim_servo {
@@ -51,7 +58,9 @@ struct sim_servo {
     int64_t loop_ns;
     int64_t plant_ns; /* up to where the plant has been integrated */
     int64_t boot_ns;  /* hears nothing before */
-    bool deaf, ignores_state, nan, blocked, encoder_lost;
+    bool deaf, ignores_state, nan, blocked, encoder_lost, frozen, unpowered;
+    int64_t frozen_q24;
+    int64_t jump_q24; /* what its encoder reports too much */
 };
 
 /* Clears it and adds it to the bus and the world, standing at start_counts.
@@ -73,6 +82,16 @@ void sim_servo_turn(struct sim_servo *self, bool torque, int64_t demand_q24,
 void sim_servo_boot(struct sim_servo *self, int64_t boot_ns);
 
 void sim_servo_inject(struct sim_servo *self, enum sim_servo_fault fault);
+/* The end of one that lasts. */
+void sim_servo_end(struct sim_servo *self, enum sim_servo_fault fault);
+/* SIM_SERVO_TRIP with a code of the drive's own. */
+void sim_servo_trip(struct sim_servo *self, uint32_t code);
+/* Its encoder is off by so many counts more from now on. */
+void sim_servo_jump(struct sim_servo *self, int64_t counts);
+/* Friction in its bearings from now on, 0 .. 2^40 counts/s2; 0: as built. */
+void sim_servo_rub(struct sim_servo *self, int64_t counts_s2);
+/* Where it says that it is; the inner loop has the rotor's own place. */
+int64_t sim_servo_reported_q24(const struct sim_servo *self);
 /* What an outside measuring device would see, at the last inner step. */
 int64_t sim_servo_pos_q24(const struct sim_servo *self);
 

@@ -95,6 +95,27 @@ static void sim_plant_move(struct sim_plant *plant, int64_t step_s_q60)
     }
 }
 
+/* Coulomb friction: against the motion, and as much as holds a rotor that
+ * stands.  Never turns it round within the step: what is left of the speed is
+ * what the torque alone makes of it. */
+static int64_t sim_plant_rub_q8(const struct sim_plant *plant, int64_t acc_q8,
+                                int64_t step_s_q60)
+{
+    const int64_t rub_q8 = plant->friction_q8;
+    const int64_t torque_vel_q24 =
+        plant->vel_q24 +
+        sim_plant_shift_round((sim_i128)acc_q8 * step_s_q60, 44);
+    const int64_t rub_vel_q24 =
+        sim_plant_shift_round((sim_i128)rub_q8 * step_s_q60, 44);
+
+    if (torque_vel_q24 > rub_vel_q24)
+        return acc_q8 - rub_q8;
+    if (torque_vel_q24 < -rub_vel_q24)
+        return acc_q8 + rub_q8;
+    /* stands at the end of the step: |result| <= |acc| + rub < 2^50 */
+    return -(int64_t)(((sim_i128)plant->vel_q24 << 44) / step_s_q60);
+}
+
 /* One inner step; the set point at its begin and its slope. */
 static void sim_plant_inner(struct sim_plant *plant, int64_t target_q24,
                             int64_t target_vel_q24, int64_t step_s_q60)
@@ -108,11 +129,15 @@ static void sim_plant_inner(struct sim_plant *plant, int64_t target_q24,
         (sim_i128)plant->push_q8 * (INT64_C(1) << 32);
     sim_i128 acc_max = (sim_i128)plant->config.acc_max_counts_s2 << 40;
 
+    if (plant->reversed)
+        pull = -pull;
     if (pull > acc_max || pull < -acc_max) {
         pull = pull > 0 ? acc_max : -acc_max;
         plant->saturated = true;
     }
     plant->acc_q8 = sim_plant_shift_round(pull, 32);
+    if (plant->friction_q8 > 0)
+        plant->acc_q8 = sim_plant_rub_q8(plant, plant->acc_q8, step_s_q60);
     /* < 2^48 x 2^51; Q8 x Q60 to Q24 */
     plant->vel_q24 +=
         sim_plant_shift_round((sim_i128)plant->acc_q8 * step_s_q60, 44);

@@ -40,6 +40,11 @@ struct sim_plant {
     int64_t acc_q8;  /* counts/s2, as applied */
     bool saturated;  /* the last step met a limit */
     int64_t push_q8; /* counts/s2, set by the owner, |push| < 2^54; 0 */
+    /* Set by the owner too; none of it after init: friction beside that of the
+     * loop's own model, counts/s2, 0 .. 2^48; a motor phase exchanged, so that
+     * the loop drives the rotor away from its target. */
+    int64_t friction_q8;
+    bool reversed;
     /* private: gains, and the length of the last step */
     int64_t spring_q16;  /* omega^2, 1/s2, < 2^40 */
     int64_t damping_q16; /* 2 zeta omega, 1/s, < 2^31 */

@@ -58,6 +58,13 @@ bench-curves: $(QEMU_DIR)/cost-m4.txt $(QEMU_DIR)/cost-rv64.txt
 	@$(PYTHON) tests/bench/curves.py Cortex-M4=$(QEMU_DIR)/cost-m4.txt \
 	    RV64=$(QEMU_DIR)/cost-rv64.txt
 
+#---- virtual time
+
+.PHONY: bench-sim
+## how many times faster than the clock virtual time is; instructions per axis
+bench-sim: $(SLEW)
+	@$(PYTHON) tests/bench/sim.py $(SLEW) $(BENCH)/sim
+
 #---- beside Ruckig: its source distribution from PyPI, the same flags
 
 PIP        ?= pip3
@@ -146,8 +153,38 @@ peers-orient: $(SLEW) $(PEERS)/installed
 	@PYTHONPATH=$(PEERS)/site $(PYTHON) tests/peers/orient_scipy.py $(SLEW) \
 	    $(PEER_CASES)
 
+#---- beside toppra, from PyPI
+
+TOPPRA     ?= toppra==0.6.10
+TOPPRA_DIR := $(BENCH)/toppra
+TOPP_SIDE  := $(patsubst %.c,$(BENCH)/pc/%.o,tests/bench/topp_beside.c \
+              $(MOTION) $(call sources,motion/plan))
+
+$(TOPPRA_DIR)/installed: tests/bench/bench.mk
+	$(call say,pip,$(TOPPRA))
+	@rm -rf $(TOPPRA_DIR); mkdir -p $(TOPPRA_DIR)
+	$(Q)timeout 600 $(PIP) install --quiet --disable-pip-version-check \
+	    --target $(TOPPRA_DIR)/site $(TOPPRA)
+	@touch $@
+
+$(BENCH)/topp-beside: $(TOPP_SIDE)
+	$(call say,link,$@)
+	$(Q)gcc $^ -lm -o $@
+
+.PHONY: bench-topp
+## timing a path beside toppra (from PyPI): its time, and growth with intervals
+bench-topp: $(BENCH)/topp-beside $(TOPPRA_DIR)/installed
+	@PYTHONPATH=$(TOPPRA_DIR)/site $(PYTHON) tests/bench/topp_beside.py $<
+
 .PHONY: bake-bounds
 ## what baking promises against what is seen, at a million times each
 bake-bounds: $(call named,bake_bounds) $(call named,speed_law)
 	@SLEW_SAMPLES=1000000 $<
 	@$(call named,speed_law)
+
+#---- a service beside cyclictest
+
+.PHONY: bench-latency
+## wake-ups of slewd beside cyclictest (rt-tests) in one run; SECONDS_LONG=20
+bench-latency: $(SLEW)
+	@SLEW=$(SLEW) tests/bench/latency.sh

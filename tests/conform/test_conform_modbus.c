@@ -117,13 +117,14 @@ static int pty_begin(void **state)
 
 static int tcp_begin(void **state)
 {
+    const struct in_addr loopback = { htonl(INADDR_LOOPBACK) };
     struct modbus_line_config config = { .host = "127.0.0.1",
                                          .timeout_ns = TIMEOUT_NS,
                                          .drain_ns = DRAIN_NS };
 
     (void)state;
     host_begin();
-    assert_int_equal(modbus_host_tcp(&rig.host, 0), 0);
+    assert_int_equal(modbus_host_tcp(&rig.host, loopback, 0), 0);
     rig.host.slave[CONFORM_UNIT] = &rig.bank.slave;
     config.port = rig.host.port;
     libmodbus_begin(&config);

@@ -361,3 +361,28 @@ put("modbus", "coils", asked(15, 0, 5) + bytes.fromhex("0f00000005011f"))
 put("modbus", "both", asked(23, 0, 1, 3, 1) + bytes.fromhex("17000000010003000102ffff"))
 put("modbus", "served", asked(3, 0, 1)
     + bytes.fromhex("090300000002") + crc16(bytes.fromhex("090300000002")))
+
+# --- what clients of a service send ---
+
+COMMANDS = {name: i for i, name in enumerate(
+    "hello status stream stop take renew release enable off reset home load approach "
+    "start hold resume reverse override jog jog-stop capture".split())}
+
+
+def says(*names, client=0):
+    return b"".join(bytes([9 | client << 2, COMMANDS[name]]) for name in names)
+
+
+def sends(text, client=0):
+    return bytes([8 | client << 2, len(text)]) + text.encode()
+
+
+WAIT = bytes([2, 31])
+put("service", "jog", says("take", "enable") + 3 * WAIT + says("jog") + WAIT + bytes([3]))
+put("service", "play", says("take", "load", "enable") + 3 * WAIT
+    + says("approach") + WAIT + says("start") + WAIT + says("hold") + WAIT
+    + says("reverse", "resume") + WAIT + says("stop", client=1))
+put("service", "pieces", sends('{"id":1,"comm') + WAIT + sends('and":"hello"}\n\n{}\n[')
+    + sends("[" * 200) + sends('\n{"id":"\\u0000","command":"take","lease":1e999}\n'))
+put("service", "deaf", bytes([1, COMMANDS["stream"]]) + 20 * WAIT
+    + 40 * bytes([1, COMMANDS["status"]]))

@@ -1,6 +1,6 @@
 /* tests/motion/vectors_fit.c - peaks of quintic moves, their ratios to the
  * limits and the smallest stretch that fits; a row per group. */
-#include "motion/plan/fit_peak.h"
+#include "motion/plan/fit/fit_peak.h"
 #include "tests/motion/vectors_json.h"
 
 #define FIT_KEYS_MAX  1000

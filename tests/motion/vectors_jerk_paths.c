@@ -14,8 +14,8 @@
 #include <string.h>
 
 #include "motion/core/err.h"
-#include "motion/plan/topp_jerk.h"
-#include "tests/motion/topp_judge.h"
+#include "motion/plan/topp/topp_jerk.h"
+#include "tests/motion/plan/topp/topp_judge.h"
 #include "tests/motion/vectors_json.h"
 
 #define WAYPOINTS_MAX 1000

@@ -1,6 +1,6 @@
 /* tests/motion/vectors_shapers.c - input shapers: design, residual vibration of
  * a real mode, delays; a row per type. */
-#include "motion/plan/shaper.h"
+#include "motion/plan/shaper/shaper.h"
 #include "tests/motion/vectors_json.h"
 
 #define PI       3.14159265358979323846

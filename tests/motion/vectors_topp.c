@@ -13,8 +13,8 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 #include "motion/curve/spline.h"
-#include "motion/plan/topp.h"
-#include "tests/motion/topp_judge.h"
+#include "motion/plan/topp/topp.h"
+#include "tests/motion/plan/topp/topp_judge.h"
 #include "tests/motion/vectors_json.h"
 
 #define UNIT          65536.

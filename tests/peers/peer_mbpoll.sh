@@ -35,3 +35,23 @@ expect '\[7706\]:[[:space:]]*409600' mbpoll -q -m tcp -p "$tcp" -a 5 -0 -1 \
 expect 'Written 2 references' mbpoll -q -m tcp -p "$tcp" -a 5 -0 -1 \
     -t 4 -r 6914 127.0.0.1 0 6
 echo "  TCP: read, written"
+
+# another address of this machine, and that one alone
+kill "$device"
+wait "$device" || true
+"$SLEW" sim --address 127.0.0.9 --for 20s tests/peers/tcp.yaml >"$dir/there" &
+there=$!
+trap 'kill $there 2>/dev/null; rm -rf "$dir"' EXIT
+for i in $(seq 300); do
+    grep -q "interrupt" "$dir/there" && break
+    sleep 0.1
+done
+grep -q '^tcp on 127.0.0.9 port 15020: lift' "$dir/there"
+at()
+{
+    mbpoll -q -m tcp -p 15020 -a 5 -0 -1 -t 4:int -B -r 7706 -c 1 "$1"
+}
+expect '\[7706\]:[[:space:]]*409600' at 127.0.0.9
+! at 127.0.0.1 >"$dir/said" 2>&1 ||
+    { echo "an address that it was not told to serve was served"; exit 1; }
+echo "  TCP: at another address"

@@ -21,8 +21,13 @@ $(PEERS)/master $(PEERS)/moteus $(PEERS)/tools: $(PEERS)/%: $(B)/tests/peers/%.o
 	$(Q)mkdir -p $(@D)
 	$(Q)$(CC) $(OPT) $(LDFLAGS) $^ $(LDLIBS) -o $@
 
+.PHONY: peers-space
+## cameras of the examples, placed by matrices in Python: is the subject seen
+peers-space: $(SLEW)
+	@$(PYTHON) tests/peers/space.py $(SLEW)
+
 .PHONY: test-peers
-## python-canopen, moteus, pymodbus, mbpoll, tshark, Ruckig, zsh against ours
+## python-canopen, moteus, pymodbus, mbpoll, tshark, Ruckig, mcap, zsh against ours
 test-peers: $(SLEW) $(PEERS)/master $(PEERS)/moteus $(PEERS)/tools \
     $(PEERS)/venv/done
 	@bad=0; one() { \

@@ -14,6 +14,8 @@ motion/curve/.*     motion/(core|number|curve)/.*                 freestanding
 motion/path/.*      motion/(core|number|curve|path)/.*            freestanding
 motion/otg/.*       motion/(core|number|otg)/.*                   freestanding
 motion/kinematics/.* motion/(core|number|kinematics)/.*|motion/path/head.h freestanding
+motion/plan/topp/.* motion/core/.*|motion/plan/topp/.*            any
+motion/plan/(keys|rig)/.* motion/(core|number|curve|path|otg|kinematics)/.*|motion/plan/([^/]*|keys/.*|rig/.*) any
 motion/plan/.*      motion/.*                                     any
 tests/.*            .*                                            any
 '
@@ -50,9 +52,9 @@ rule 'firmware/linux/[^/]*' 'firmware/linux/commands/command.h' any
 # too, but for the plots that cairo draws.
 host='hal/([^/]*|(support|can|canopen|modbus|gpio|drive)/.*)|motion/.*'
 known=
-for room in library host/base host/yaml host/device host/rig host/move host/exchange \
+for room in library host/base host/yaml host/device host/rig host/fault host/move host/exchange \
     host/recording host/plot \
-    linux/base linux/machine linux/tools linux/commands; do
+    linux/base linux/machine linux/service linux/tools; do
     known=$known${known:+|}$room
     below='(hal|sim|motion)/.*' headers=any
     case $room in
@@ -62,6 +64,18 @@ for room in library host/base host/yaml host/device host/rig host/move host/exch
     rule "firmware/$room/.*" \
         "firmware/($known)/.*|firmware/control/.*|$below" "$headers"
 done
+# A group of commands knows what all of them share, and no other group.
+for group in firmware/linux/commands/ firmware/linux/commands/*/; do
+    rule "$group[^/]*" \
+        "firmware/($known)/.*|firmware/control/.*|(hal|sim|motion)/.*|(firmware/linux/commands/|$group)[^/]*" \
+        any
+done
+known="$known|linux/commands"
+# A board has the controller and drives without an operating system, and what
+# counts bytes as files do.
+rule 'firmware/mcu/.*' \
+    'firmware/(mcu|control)/.*|firmware/host/base/crc32.h|hal/([^/]*|(support|modbus|drive)/.*)|motion/(core|number)/.*' \
+    bytes
 # A kind of drive knows the rooms, and no room knows it; of the kinds it knows
 # itself and what those that count turns share.
 for folder in firmware/host/kind/*/ firmware/linux/kind/*/; do

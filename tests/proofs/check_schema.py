@@ -41,6 +41,7 @@ BEYOND = {
     "move_camera_end_open",
     "move_camera_no_direction",
     "move_camera_up_is_forward",
+    "move_camera_without_path",  # a rig with kinematics needs none
     "move_duplicate_axis",  # the YAML library keeps the last
     "move_ease_order",
     "move_easing_unused",
@@ -83,6 +84,9 @@ BEYOND = {
     "rig_anchor",
     "rig_angle_on_mm",
     "rig_bandwidth",
+    "rig_shaper_damping",
+    "rig_shaper_frequency",
+    "rig_shaper_unused",
     "rig_bit_rate",
     "rig_cia402_bandwidth_unused",
     "rig_cia402_guarding",
@@ -152,6 +156,7 @@ BEYOND = {
 GOOD = {
     "rig": ("examples/*/rig.yaml",),
     "move": ("examples/*/move.yaml",),
+    "faults": ("examples/*/faults.yaml", "tests/data/faults/*.yaml"),
     "map": ("hal/maps/*.yaml", "tests/data/maps/*.yaml"),
     "quirks": ("hal/quirks/*.yaml",),
 }

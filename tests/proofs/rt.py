@@ -23,6 +23,7 @@ ROOTS = {
     "controller_step": "firmware/control",
     "controller_ahead": "firmware/control",
     "trigger_step": "firmware/control",
+    "mcu_unit_tick": "firmware/mcu",
 }
 
 # These may divide although the tick reaches them.  Everything else that is
@@ -32,6 +33,8 @@ MAY_DIVIDE = {
                             " stop; bounded by RAMP_LOOKS_SEEK per tick",
     "controller_ramp_stop": "looks for the ramp that stops, once per fault;"
                             " bounded by RAMP_LOOKS_STOP",
+    "controller_goal_distance_ns_q12": "says how long a drive takes to its"
+    " goal, once per motion of it",
     "controller_ramp_bound_ns": "says by when a stop is at rest, once per"
                                 " request",
 }

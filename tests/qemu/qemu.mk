@@ -11,8 +11,10 @@ RV        ?= riscv64-unknown-elf-
 # Per processor: compiler, start-up, what ends the line, and how QEMU runs it.
 QEMU_CC_m0   := $(CROSS)gcc -mcpu=cortex-m0 -mthumb
 QEMU_CC_m4   := $(CROSS)gcc -mcpu=cortex-m4 -mthumb
-QEMU_CC_rv32 := $(RV)gcc -march=rv32imac -mabi=ilp32 -mcmodel=medany
-QEMU_CC_rv64 := $(RV)gcc -march=rv64imac -mabi=lp64 -mcmodel=medany
+QEMU_CC_rv32 := $(RV)gcc -march=rv32imac -mabi=ilp32 -mcmodel=medany \
+                -isystem firmware/mcu/board/rv32
+QEMU_CC_rv64 := $(RV)gcc -march=rv64imac -mabi=lp64 -mcmodel=medany \
+                -isystem firmware/mcu/board/rv32
 QEMU_ON_m0   := tests/qemu/start_arm.c
 QEMU_ON_m4   := $(QEMU_ON_m0)
 QEMU_ON_rv32 := tests/qemu/start_riscv.c
@@ -29,8 +31,13 @@ QEMU_rv64    := qemu-system-riscv64 -M virt -bios none
 QEMU_CPUS    := m0 m4 rv32 rv64
 
 # What an image is made of beside the motion library and the start-up.
-QEMU_IMAGES     := bench golden orient curves fcurve wide cost
+QEMU_IMAGES     := bench control golden orient curves fcurve wide cost play
 QEMU_SRC_bench  := tests/qemu/bench_tick.c
+QEMU_SRC_control := tests/qemu/bench_control.c hal/drive/drive.c \
+    $(filter-out %/homing.c %/mailbox.c %/trigger.c,$(wildcard firmware/control/*.c))
+QEMU_SRC_play   := tests/qemu/mcu_play.c hal/drive/drive.c \
+    $(filter-out %/registers.c,$(wildcard firmware/mcu/*.c)) \
+    firmware/host/base/crc32.c $(wildcard firmware/control/*.c)
 QEMU_SRC_golden := tests/qemu/golden.c tests/bench/otg_random.c
 QEMU_SRC_orient := tests/qemu/golden_orient.c
 QEMU_SRC_cost   := tests/bench/curves_image.c
@@ -42,13 +49,28 @@ GOLDEN_TOOLS    := tests/qemu/golden_tools.c
 $(foreach i,$(GOLDEN_IMAGES),$(eval QEMU_SRC_$(i) += $(GOLDEN_TOOLS)))
 $(QEMU_DIR)/m4/tests/qemu/bench_tick.o: QEMU_BARE += -DLIMIT=150 \
     -DLIMIT_LOOK=2200
+$(QEMU_DIR)/m4/tests/qemu/bench_control.o: QEMU_BARE += -DLIMIT_MOVING=6000 \
+    -DLIMIT_SEEK=21000000
+QEMU_ROOM_control_m4 := -Wl,--defsym=image_ram=1M
+# More RAM than a micro:bit has, for six windows; the move lies behind the image.
+QEMU_FILE_m0   := 0x80000
+QEMU_FILE_m4   := 0x200000
+QEMU_FILE_rv32 := 0x81000000
+QEMU_FILE_rv64 := 0x81000000
+$(foreach p,$(QEMU_CPUS),$(eval QEMU_ROOM_play_$(p) := \
+    -Wl,--defsym=image_ram=256K,--defsym=play_file=$(QEMU_FILE_$(p))))
+
+# The library is that of make rt where there is one for the processor.
+QEMU_LIB_m0 := build/rt/m0
+QEMU_LIB_m4 := build/rt/m4
 
 # qemu_objects CPU,COMPILER AND FLAGS: the library, and objects for images.
 define qemu_objects
 $(QEMU_DIR)/$(1)/%.o: %.c Makefile tests/qemu/qemu.mk
 	@mkdir -p $$(@D)
 	$$(Q)$(2) -c $$< -o $$@
-$(QEMU_DIR)/$(1)/libmotion.a: $(MOTION:%.c=$(QEMU_DIR)/$(1)/%.o)
+$(QEMU_DIR)/$(1)/libmotion.a: \
+    $(MOTION:%.c=$(or $(QEMU_LIB_$(1)),$(QEMU_DIR)/$(1))/%.o)
 	$$(call say,ar,$$@)
 	$$(Q)rm -f $$@; $(AR) qcs $$@ $$^
 endef
@@ -70,11 +92,15 @@ $(foreach p,$(QEMU_CPUS),$(foreach i,$(QEMU_IMAGES),\
   $(eval $(call qemu_image,$(p),$(i)))))
 
 .PHONY: bench-tick
-## instructions on Cortex-M4 and M0 per sample (M4: 150) and look (2,200), in QEMU
-bench-tick: $(QEMU_DIR)/bench-m4.elf $(QEMU_DIR)/bench-m0.elf
+## instructions on Cortex-M4 and M0 per sample (M4: 150), look (2,200) and tick, in QEMU
+bench-tick: $(QEMU_DIR)/bench-m4.elf $(QEMU_DIR)/bench-m0.elf \
+    $(QEMU_DIR)/control-m4.elf
 	@echo "Cortex-M4, instructions per motion_track_sample:"
 	@timeout 60 $(QEMU_m4) $(QEMU_RUN) -icount shift=10,sleep=off \
 	    -kernel $(QEMU_DIR)/bench-m4.elf </dev/null
+	@echo "Cortex-M4, instructions per tick of the controller, six axes:"
+	@timeout 900 $(QEMU_m4) $(QEMU_RUN) -icount shift=10,sleep=off \
+	    -kernel $(QEMU_DIR)/control-m4.elf </dev/null
 	@echo "Cortex-M0:"
 	@timeout 60 $(QEMU_m0) $(QEMU_RUN) -icount shift=10,sleep=off \
 	    -kernel $(QEMU_DIR)/bench-m0.elf </dev/null
@@ -115,3 +141,8 @@ golden: $(foreach i,$(GOLDEN_IMAGES),$(foreach on,$(GOLDEN_ON),\
 	    done; \
 	done
 	@echo "equal: $(GOLDEN_ON)"
+
+# How play-CPU.elf plays the move in FILE.
+QEMU_RAM_m0   := -global nrf51-soc.sram-size=262144
+QEMU_PLAY_RUN = $(QEMU_$(1)) $(QEMU_RAM_$(1)) $(QEMU_RUN) -kernel $(QEMU_DIR)/play-$(1).elf \
+    -device loader,file=FILE,addr=$(QEMU_FILE_$(1)),force-raw=on

@@ -12,6 +12,7 @@
 
 void *memcpy(void *to, const void *from, size_t size);
 void *memset(void *to, int value, size_t size);
+int memcmp(const void *left, const void *right, size_t size);
 
 void start_print(const char *text)
 {
@@ -97,4 +98,14 @@ void *memset(void *to, int value, size_t size)
     while (size-- > 0)
         *t++ = (unsigned char)value;
     return to;
+}
+
+int memcmp(const void *left, const void *right, size_t size)
+{
+    const unsigned char *l = left, *r = right;
+
+    for (; size > 0; size--, l++, r++)
+        if (*l != *r)
+            return *l - *r;
+    return 0;
 }

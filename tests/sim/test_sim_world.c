@@ -7,6 +7,7 @@ struct ticker {
     struct sim_member member;
     char name;
     int64_t next_ns, period_ns;
+    struct ticker *wakes; /* is due at once after it; NULL: nobody */
 };
 
 static char ticks[64];
@@ -27,6 +28,8 @@ static void ticker_run(struct sim_member *member, int64_t now_ns)
     ticks[len + 1] = 0;
     ticker->next_ns = ticker->period_ns ? ticker->next_ns + ticker->period_ns
                                         : SIM_WORLD_NEVER;
+    if (ticker->wakes != NULL)
+        ticker->wakes->next_ns = now_ns;
 }
 
 static const struct sim_member_ops ticker_ops = {
@@ -119,12 +122,57 @@ static void the_clock_of_the_world_waits_by_running_it(void **state)
 static void a_member_without_operations_is_refused(void **s)
 {
     struct sim_world world;
+    struct sim_group group = { 0 };
     struct sim_member empty = { 0 };
 
     (void)s;
     sim_world_init(&world, 0);
     assert_int_equal(sim_world_add(&world, &empty), MOTION_E_ARG);
+    assert_null(world.alone.first);
+    assert_int_equal(sim_world_add_to(&world, &group, &empty), MOTION_E_ARG);
     assert_null(world.first);
+}
+
+static void ties_in_groups_too_run_in_the_order_of_adding(void **state)
+{
+    struct sim_world world;
+    struct sim_group even = { 0 }, odd = { 0 };
+    struct ticker a = ticker('a', 2, 2), b = ticker('b', 2, 2),
+                  c = ticker('c', 2, 2), d = ticker('d', 2, 2);
+
+    (void)state;
+    sim_world_init(&world, 0);
+    sim_world_add_to(&world, &even, &d.member);
+    sim_world_add_to(&world, &odd, &c.member);
+    sim_world_add(&world, &b.member);
+    sim_world_add_to(&world, &even, &a.member);
+    sim_world_run(&world, 4);
+    assert_string_equal(ticks, "dcbadcba");
+}
+
+/* One wakes another that would have slept for ever. */
+static void what_a_member_wakes_runs_at_once(void **state)
+{
+    struct sim_world world;
+    struct sim_group group = { 0 }, other = { 0 };
+    struct ticker sleeper = ticker('s', SIM_WORLD_NEVER, 0);
+    struct ticker lone = ticker('l', 3, 0);
+    struct ticker beside = ticker('b', 5, 0), last = ticker('z', 7, 0);
+
+    (void)state;
+    sim_world_init(&world, 0);
+    sim_world_add(&world, &lone.member);
+    sim_world_add_to(&world, &group, &sleeper.member);
+    sim_world_add_to(&world, &group, &beside.member);
+    sim_world_add_to(&world, &other, &last.member);
+    lone.wakes = beside.wakes = &sleeper; /* from outside, from within */
+    last.wakes = &lone;
+    sim_world_run(&world, 100);
+    assert_string_equal(ticks, "lsbszls");
+    sleeper.next_ns = 100; /* between two runs */
+    assert_int_equal(sim_world_due_ns(&world), 100);
+    sim_world_run(&world, 100);
+    assert_string_equal(ticks, "lsbszlss");
 }
 
 /* ---- lines ------------------------------------------------------------- */
@@ -191,6 +239,8 @@ int main(void)
         cmocka_unit_test(what_is_overdue_runs_at_once_and_time_never_goes_back),
         cmocka_unit_test(the_clock_of_the_world_waits_by_running_it),
         cmocka_unit_test(a_member_without_operations_is_refused),
+        cmocka_unit_test(ties_in_groups_too_run_in_the_order_of_adding),
+        cmocka_unit_test(what_a_member_wakes_runs_at_once),
         cmocka_unit_test(a_line_reads_as_its_level_pull_and_polarity_say),
         cmocka_unit_test(only_an_output_can_be_set),
     };

@@ -2,9 +2,8 @@
 # tests/support/run.sh LOGDIR TEST... - run every test, then say how many claims held.
 #
 # A TEST is a cmocka program, whose claims are counted from its output, or a
-# script, which is one claim.  One per processor runs at a time; all run even
-# when one fails.  What a test says goes to LOGDIR/<name>.log and is shown when
-# it failed (V=1: always).
+# script, which is one claim.  All run even when one fails.  What a test says goes
+# to LOGDIR/<name>.log and is shown when it failed (V=1: always).
 set -eu
 export CMOCKA_MESSAGE_OUTPUT=stdout
 export LSAN_OPTIONS=suppressions=tests/proofs/lsan.supp:print_suppressions=0
@@ -63,9 +62,9 @@ log=$1
 shift
 mkdir -p "$log"
 rm -f "$log"/*.count
-# What their sources say of themselves: those that read the real clock run at the
-# end, beside each other alone; of the others the long ones begin, so that none is
-# left over.
+# What their sources say of themselves: those that read the real clock wait more
+# than they work and run at the end, four per processor; of the others the long ones
+# begin, so that none is left over.
 marked() # marked TEXT TEST...: those whose source has it
 {
     text=$1
@@ -78,13 +77,14 @@ marked() # marked TEXT TEST...: those whose source has it
 }
 marked 'Reads the real clock.' "$@" >"$log/clock"
 marked 'Takes long.' "$@" >"$log/long"
-each() # each of the tests on stdin, one per processor
+processes=${PROCESSES:-$(nproc)}
+each() # each PROCESSES: the tests on stdin, so many at a time
 {
-    xargs -r -P "${PROCESSES:-$(nproc)}" -n 1 "$0" --one "$log"
+    xargs -r -P "$1" -n 1 "$0" --one "$log"
 }
 printf '%s\n' "$@" | grep -vxF -f "$log/clock" -f "$log/long" |
-    cat "$log/long" - | each
-each <"$log/clock"
+    cat "$log/long" - | each "$processes"
+each $((4 * processes)) <"$log/clock"
 awk -v tests=$# '{ passed += $1; failed += $2; skipped += $3 }
      END { failed += tests - NR    # died without a word
            if (skipped > 0) print skipped " skipped"

@@ -35,6 +35,16 @@ const char *messages_next(const struct messages *messages, size_t *at,
     return text;
 }
 
+void messages_move(struct messages *messages, struct messages *from)
+{
+    enum message_kind kind;
+    size_t at = 0;
+
+    for (const char *text; (text = messages_next(from, &at, &kind)) != NULL;)
+        messages_add(messages, kind, "%s", text);
+    messages_free(from);
+}
+
 void messages_free(struct messages *messages)
 {
     memory_free(messages->text);

@@ -27,6 +27,9 @@ void messages_add(struct messages *messages, enum message_kind kind,
 const char *messages_next(const struct messages *messages, size_t *at,
                           enum message_kind *kind);
 
+/* Add all of `from`, which has none then. */
+void messages_move(struct messages *messages, struct messages *from);
+
 void messages_free(struct messages *messages);
 
 #endif

@@ -171,7 +171,7 @@ static bool export_anim_bezier(const struct export_anim *self,
     const struct plan_move *move = &self->job->move;
 
     if (axis->driver != PLAN_BY_KEYS || move->layers > 0 ||
-        move->fade != NULL || move->warp != NULL ||
+        move->fade != NULL || move->warp != NULL || move->shoot != NULL ||
         !export_anim_has_spans(axis) || !export_anim_has_range(self, axis) ||
         plan_bezier_curve(axis, curve) != MOTION_OK)
         return false;

@@ -216,7 +216,8 @@ static bool export_blender_is_whole(const struct job *job,
     const struct plan_move *move = &job->move;
 
     if (axis->driver != PLAN_BY_KEYS || axis->key_count == 0 ||
-        move->layers > 0 || move->fade != NULL || move->warp != NULL)
+        move->layers > 0 || move->fade != NULL || move->warp != NULL ||
+        move->shoot != NULL)
         return false;
     for (uint32_t i = 0; i < axis->key_count; i++)
         if ((axis->key[i].has_curve ? axis->key[i].curve : axis->curve) !=

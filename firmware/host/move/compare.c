@@ -257,3 +257,52 @@ enum status compare_job(struct job *job, const char *curves,
     plan_axis_free(&from);
     return status;
 }
+
+/* --- before and after --- */
+
+struct compare_axis {
+    struct plan_axis axis;
+    struct motion_track track;
+    unsigned rig_axis;
+};
+
+/* An axis as planned, out of a job that has none there then. */
+static struct compare_axis compare_take(struct job *job, unsigned i,
+                                        const char *when)
+{
+    struct compare_axis taken = { job->move.axis[i], job->track[i],
+                                  job->rig_axis[i] };
+
+    snprintf(taken.axis.name, sizeof taken.axis.name, "%.20s %s",
+             job->move.axis[i].name, when);
+    job->move.axis[i] = (struct plan_axis){ .key = NULL };
+    job->track[i] = (struct motion_track){ .segment = NULL };
+    return taken;
+}
+
+void compare_repaired(struct job *job, struct job *after)
+{
+    const unsigned axes = job->move.axis_count < PLAN_AXES_MAX / 2
+                              ? job->move.axis_count
+                              : PLAN_AXES_MAX / 2;
+    const bool is_bent = job->outcome.is_bent || after->outcome.is_bent;
+    struct compare_axis *pair = memory_new(2 * (size_t)axes, sizeof *pair);
+    struct plan_axis none;
+
+    for (size_t i = 0; i < axes; i++) {
+        pair[2 * i] = compare_take(job, (unsigned)i, "before");
+        pair[2 * i + 1] = compare_take(after, (unsigned)i, "after");
+    }
+    compare_empty(job, 0, 2 * axes, &none);
+    job->outcome.is_bent = is_bent;
+    job->compared = true;
+    for (unsigned i = 0; i < 2 * axes; i++) {
+        job->move.axis[i] = pair[i].axis;
+        job->track[i] = pair[i].track;
+        job->rig_axis[i] = pair[i].rig_axis;
+        if (job->track[i].end_ns_q12 > job->end_ns_q12)
+            job->end_ns_q12 = job->track[i].end_ns_q12;
+    }
+    job->move.axis_count = job->planned = 2 * axes;
+    memory_free(pair);
+}

@@ -31,4 +31,9 @@ int compare_plan(const struct plan_axis *axis, enum plan_curve curve,
 enum status compare_job(struct job *job, const char *curves,
                         const char *axis_name);
 
+/* Make `job` the comparison of its axes with those of `after`, another move of
+ * the same axes: "dolly before" beside "dolly after", as many as there is room
+ * for.  What is drawn of `after` is taken from it. */
+void compare_repaired(struct job *job, struct job *after);
+
 #endif

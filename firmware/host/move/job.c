@@ -11,10 +11,11 @@
 #include "firmware/host/move/compiled.h"
 #include "firmware/host/move/job_fit.h"
 #include "firmware/host/move/job_goals.h"
+#include "firmware/host/move/job_shape.h"
 #include "motion/core/clock_warp.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
-#include "motion/plan/plan_camera.h"
+#include "motion/plan/camera/plan_camera.h"
 
 static const struct {
     unsigned order;
@@ -166,8 +167,12 @@ static enum status job_plan(struct job *job)
                      &error) < 0)
         return job_plan_fail(job, &error);
     job->planned = job->move.axis_count;
-    for (unsigned i = 0; i < job->planned; i++) {
+    for (unsigned i = 0; i < job->planned; i++)
         job_remark(job, &job->move.axis[i], &job->track[i]);
+    status = job_shape(job);
+    if (status != STATUS_OK)
+        return status;
+    for (unsigned i = 0; i < job->planned; i++) {
         if (job->track[i].end_ns_q12 > job->end_ns_q12)
             job->end_ns_q12 = job->track[i].end_ns_q12;
     }
@@ -352,9 +357,10 @@ static enum job_violation_kind job_kind_of(const struct job *job,
                                            const struct plan_violation *found)
 {
     const bool keyed = axis->key_count > 0 && !job->outcome.is_bent;
-    const int64_t first = keyed ? axis->key[0].key.t_ns_q12 : 0;
+    const int64_t lag = job->outcome.lag_ns_q12;
+    const int64_t first = keyed ? axis->key[0].key.t_ns_q12 + lag : 0;
     const int64_t last = keyed && !job_cycles(axis)
-                             ? axis->key[axis->key_count - 1].key.t_ns_q12
+                             ? axis->key[axis->key_count - 1].key.t_ns_q12 + lag
                              : track->end_ns_q12;
     if (found->kind != PLAN_VEL_STEP)
         return (enum job_violation_kind)found->kind;

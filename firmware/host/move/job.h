@@ -14,7 +14,8 @@
 #include "firmware/host/rig/rig.h"
 #include "motion/plan/check.h"
 #include "motion/plan/compose.h"
-#include "motion/plan/plan_event.h"
+#include "motion/plan/shaper/plan_shape.h"
+#include "motion/plan/shoot/plan_event.h"
 
 /* X(name, order of the unit, sentence).  The first ones are those of
  * enum plan_violation_kind, in its order; the last two are velocity steps at
@@ -57,8 +58,9 @@ struct job {
     /* of each axis of the move */
     unsigned *rig_axis;
     struct motion_track *track;
-    unsigned planned;            /* tracks that are there */
-    struct plan_outcome outcome; /* points into itself */
+    unsigned planned;               /* tracks that are there */
+    struct plan_outcome outcome;    /* points into itself */
+    struct plan_shape_cost shaping; /* of the rig's shapers, job_shape.h */
     struct compiled *compiled; /* NULL, or the move comes from a compiled file:
                                   tracks are windows, axes have no keys */
     /* of each axis of the move whose drive goes from key to key by itself */

@@ -9,7 +9,7 @@
 #include "firmware/host/base/number.h"
 #include "motion/core/clock_warp.h"
 #include "motion/core/fixed.h"
-#include "motion/plan/fit.h"
+#include "motion/plan/fit/fit.h"
 
 #define JOB_FIT_SPANS_MAX 8 /* that are named; the worst */
 
@@ -124,6 +124,13 @@ static struct job_fit job_fit_of(const struct job *job)
     return fit;
 }
 
+double job_fit_stretch(const struct job *job)
+{
+    const struct job_fit fit = job_fit_of(job);
+
+    return fit.is_cured ? fit.stretch : 0;
+}
+
 static void job_fit_print_spans(const struct job *job,
                                 const struct job_fit *fit, FILE *file)
 {
@@ -139,6 +146,38 @@ static void job_fit_print_spans(const struct job *job,
     if (fit->spans > JOB_FIT_SPANS_MAX)
         fprintf(file, "  and %u more spans need less than these\n",
                 fit->spans - JOB_FIT_SPANS_MAX);
+}
+
+/* What the duration of the file asks for, beside what its limits allow. */
+static void job_fit_print_duration(const struct job *job,
+                                   const struct job_fit *fit, FILE *file)
+{
+    const struct plan_outcome *outcome = &job->outcome;
+    char written[NUMBER_MAX], played[NUMBER_MAX], least[NUMBER_MAX];
+
+    if (outcome->played_ns_q12 == 0)
+        return;
+    number_seconds(written, outcome->written_ns_q12);
+    number_seconds(played, outcome->played_ns_q12);
+    number_seconds(least, job_fit_up((double)outcome->played_ns_q12 *
+                                     fit->stretch * (1 + 1e-9)));
+    fprintf(file,
+            "Line %u asks for %s s: %.4g times the pace of the %s s that are "
+            "written, and %.4g times the fastest that the limits allow, "
+            "%s s.\n",
+            job->move.duration_place.line, played,
+            (double)outcome->written_ns_q12 / (double)outcome->played_ns_q12,
+            written, fit->stretch, least);
+}
+
+/* What slew fit would do about it. */
+static const char *job_fit_advice(const struct job *job,
+                                  const struct job_fit *fit)
+{
+    if (!fit->is_cured || job->compiled != NULL || job->move.shoot != NULL)
+        return "";
+    return fit->spans > 0 ? "; slew fit finds the times"
+                          : "; slew fit gives it a duration";
 }
 
 void job_fit_print(const struct job *job, FILE *file)
@@ -159,11 +198,10 @@ void job_fit_print(const struct job *job, FILE *file)
         number_short(percent, 100 * job->rate_q30, 30);
         fprintf(file, ", at %s %% speed.\n", percent);
     } else {
-        fprintf(file, "%s.\n",
-                fit.spans > 0 && fit.is_cured ? "; slew fit finds the times"
-                                              : "");
+        fprintf(file, "%s.\n", job_fit_advice(job, &fit));
     }
     job_fit_print_spans(job, &fit, file);
+    job_fit_print_duration(job, &fit, file);
 }
 
 void job_fit_json(const struct job *job, cJSON *object)

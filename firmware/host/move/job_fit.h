@@ -8,6 +8,10 @@
 void job_fit_limit(const struct job *job, unsigned axis,
                    struct plan_limit *limit);
 
+/* After job_check: by how much the move would have to be slower; 0 where that
+ * does not help, 1 where nothing is broken. */
+double job_fit_stretch(const struct job *job);
+
 /* After job_check: the duration that fits, and the spans between keys that need
  * longer; nothing where no limit is broken. */
 void job_fit_print(const struct job *job, FILE *file);

@@ -24,6 +24,10 @@ static const char *goals_other(const struct plan_move *move, uint32_t axis)
             return "layers";
     if (move->fade != NULL && goals_is_of(move->fade, axis))
         return "fade";
+    if (move->shoot != NULL)
+        return "shoot";
+    if (move->duration_ns_q12 != 0)
+        return "duration";
     return move->warp != NULL ? "warp" : NULL;
 }
 

@@ -51,6 +51,7 @@ const struct yaml_words move_words[] = {
     { "look.end", move_ahead_ends, MOVE_AHEAD_ENDS },
     { "look.ease", move_dwell_eases, MOVE_DWELL_EASES },
     { "look.curve", move_orients, MOVE_ORIENTS },
+    { "shoot.mode", move_shoot_modes, PLAN_SHOOT_MODES },
     { NULL, NULL, 0 },
 };
 
@@ -503,6 +504,8 @@ static int move_read_key(struct move_reader *reader,
     const bool is_list = yaml_value_node(value)->kind == YAML_TREE_LIST;
     const struct plan_curve_rules *needs;
 
+    if (reader->is_untimed)
+        return move_read_untimed(reader, value, key);
     reader->key = key;
     move_bezier_open_key(reader);
     key->place = yaml_tree_place(value->tree, value->node);
@@ -658,33 +661,46 @@ static int move_read_axis(void *reader, uint32_t key,
         return -1;
     self->move->axis_count++;
     value.expected = "a map with curve and keys";
+    self->is_untimed = self->move->joints != NULL;
     err = move_read_keyed(self, &value, UNITS_POSITION,
                           self->rig->axis[index].unit, axis);
     axis->place = yaml_tree_place(entry->tree, key);
+    if (err == 0 && self->is_untimed)
+        err = move_join_timing(self, &value, (uint32_t)index);
+    self->is_untimed = false;
     return err;
+}
+
+int move_drive_rig_axis(struct move_reader *reader,
+                        const struct yaml_value *value, uint32_t found,
+                        enum plan_driver driver, uint32_t *index)
+{
+    struct plan_move *move = reader->move;
+    struct plan_axis *axis = &move->axis[move->axis_count];
+
+    for (uint32_t i = 0; i < move->axis_count; i++)
+        if (strcmp(move->axis[i].name, reader->rig->axis[found].name) == 0)
+            return yaml_value_refuse(
+                value, "'%s' is driven by the %s in line %lu already",
+                move->axis[i].name, plan_driver_name(move->axis[i].driver),
+                (unsigned long)move->axis[i].place.line);
+    *axis = (struct plan_axis){
+        .driver = driver,
+        .place = yaml_tree_place(value->tree, value->node),
+    };
+    memcpy(axis->name, reader->rig->axis[found].name, sizeof axis->name);
+    *index = move->axis_count++;
+    return 0;
 }
 
 int move_drive_axis(struct move_reader *reader, const struct yaml_value *name,
                     enum plan_driver driver, uint32_t *index)
 {
     const int found = move_find_axis(reader, name);
-    struct plan_move *move = reader->move;
-    struct plan_axis *axis = &move->axis[move->axis_count];
 
-    if (found < 0)
+    if (found < 0 ||
+        move_drive_rig_axis(reader, name, (uint32_t)found, driver, index) < 0)
         return -1;
-    for (uint32_t i = 0; i < move->axis_count; i++)
-        if (strcmp(move->axis[i].name, reader->rig->axis[found].name) == 0)
-            return yaml_value_refuse(
-                name, "'%s' is driven by the %s in line %lu already",
-                move->axis[i].name, plan_driver_name(move->axis[i].driver),
-                (unsigned long)move->axis[i].place.line);
-    *axis = (struct plan_axis){
-        .driver = driver,
-        .place = yaml_tree_place(name->tree, name->node),
-    };
-    memcpy(axis->name, reader->rig->axis[found].name, sizeof axis->name);
-    *index = move->axis_count++;
     return found;
 }
 
@@ -715,6 +731,19 @@ static int move_read_fps(void *reader, const struct yaml_value *value,
     return 0;
 }
 
+static int move_read_duration(void *reader, const struct yaml_value *value,
+                              void *out)
+{
+    struct move_reader *self = reader;
+    struct plan_move *move = out;
+
+    if (move_refuse_guest(self, value) < 0 ||
+        move_read_positive(self, value, UNITS_TIME, &move->duration_ns_q12) < 0)
+        return -1;
+    move->duration_place = yaml_tree_place(value->tree, value->node);
+    return 0;
+}
+
 int move_refuse_guest(const struct move_reader *reader,
                       const struct yaml_value *value)
 {
@@ -732,12 +761,17 @@ static const struct yaml_field move_fields[] = {
       offsetof(struct plan_move, title) },
     { "fps", YAML_OPTIONAL, "frames per second, such as 24 or 24000/1001",
       move_read_fps, 0 },
+    { "duration", YAML_OPTIONAL, "the time that all of it takes, above zero",
+      move_read_duration, 0 },
+    { "timing", YAML_OPTIONAL, "fastest, for axes whose keys are positions",
+      move_read_timing, 0 },
     { "axes", YAML_OPTIONAL, "a map of axes by name", move_read_axes, 0 },
     { "path", YAML_OPTIONAL, "a map with axes, points and speed",
       move_read_path, 0 },
     { "camera", YAML_OPTIONAL,
-      "a map with axes and look, beside a path or with keys", move_read_camera,
-      0 },
+      "a map with axes and look: beside a path, with keys, or on the rig's "
+      "kinematics",
+      move_read_camera, 0 },
     { "poses", YAML_OPTIONAL, "a map of poses by name, beside a blend",
       move_read_poses, 0 },
     { "blend", YAML_OPTIONAL, "a map with base and weights", move_read_blended,
@@ -752,17 +786,24 @@ static const struct yaml_field move_fields[] = {
     { "events", YAML_OPTIONAL,
       "a list of 1 .. 1000 events such as {line: camera, at: 2 s}",
       move_read_events, 0 },
+    { "shoot", YAML_OPTIONAL,
+      "a map with mode, line, frames, exposure and move", move_read_shoot, 0 },
 };
 static const struct yaml_shape move_shape = { "move", move_fields,
                                               ARRAY_LEN(move_fields) };
 
 const struct yaml_shape *const move_shapes[] = {
-    &move_shape,        &move_axis_shape,  &move_end_shape,
-    &move_key_shape,    &move_path_shape,  &move_part_shape,
-    &move_camera_shape, &move_head_shape,  &move_look_shape,
-    &move_target_shape, &move_dwell_shape, &move_orient_shape,
-    &move_blend_shape,  &move_layer_shape, &move_fade_shape,
-    &move_cycles_shape, &move_event_shape, NULL,
+    &move_shape,        &move_axis_shape,
+    &move_end_shape,    &move_key_shape,
+    &move_path_shape,   &move_part_shape,
+    &move_cap_shape,    &move_camera_shape,
+    &move_head_shape,   &move_look_shape,
+    &move_target_shape, &move_dwell_shape,
+    &move_orient_shape, &move_blend_shape,
+    &move_layer_shape,  &move_fade_shape,
+    &move_cycles_shape, &move_event_shape,
+    &move_shoot_shape,  &move_subject_shape,
+    &move_zoom_shape,   NULL,
 };
 
 static int move_read(const struct yaml_value *value, struct move_reader *reader)
@@ -773,7 +814,7 @@ static int move_read(const struct yaml_value *value, struct move_reader *reader)
         return yaml_value_refuse(value, "has poses, but no blend of them");
     if (reader->move->axis_count == 0)
         return yaml_value_refuse(value, "moves nothing");
-    return 0;
+    return move_check_rig(reader, value);
 }
 
 int move_load_as(const struct files *files, const char *path, bool is_guest,

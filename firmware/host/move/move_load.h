@@ -2,14 +2,15 @@
  *
  * move_load.c reads the move and its keyed axes; one file each for the other
  * rooms: _path, _law (speed), _camera, _orient, _blend (poses), _other (layers, fade,
- * warp), _event.  Functions return 0, or -1 with the sentence written. */
+ * warp), _event, _shoot.  Functions return 0, or -1 with the sentence written. */
 #ifndef FIRMWARE_HOST_MOVE_MOVE_LOAD_H
 #define FIRMWARE_HOST_MOVE_MOVE_LOAD_H
 
 #include "firmware/host/rig/rig.h"
 #include "firmware/host/yaml/yaml_fields.h"
 #include "firmware/host/yaml/yaml_units.h"
-#include "motion/plan/plan_path.h"
+#include "motion/plan/path/plan_path.h"
+#include "motion/plan/shoot/plan_shoot.h"
 
 /* A pose as it was written; axes of the rig. */
 struct move_pose {
@@ -38,6 +39,7 @@ struct move_reader {
     struct plan_bezier_key handles; /* what the axis says for all of its keys */
     bool handles_given;             /* by the key: their kinds */
     bool side_given[2];             /* by the key: where left, right is */
+    bool is_untimed;                /* the keys give positions only */
 };
 
 /* As move_load (rig.h), of a guest too: a move that is part of another one. */
@@ -59,6 +61,10 @@ int move_find_axis(const struct move_reader *reader,
  * axis or something drives it already. */
 int move_drive_axis(struct move_reader *reader, const struct yaml_value *name,
                     enum plan_driver driver, uint32_t *index);
+/* The same of the axis `found` of the rig; sentences are about `value`. */
+int move_drive_rig_axis(struct move_reader *reader,
+                        const struct yaml_value *value, uint32_t found,
+                        enum plan_driver driver, uint32_t *index);
 
 /* A map with curve and keys, of whatever quantity, into *axis, whose keys
  * belong to the caller, also after a refusal. */
@@ -108,12 +114,29 @@ int move_read_positive(const struct move_reader *reader,
 
 extern const struct yaml_shape move_path_shape;
 
+/* How far from a curve is near enough, in an axis's unit. */
+int64_t move_default_tolerance_q32(enum units_axis unit);
+
 /* --- move_load_law.c ------------------------------------------------------ */
 
-/* One part or a list of them, into a struct plan_path. */
+/* One part or a list of them, or fastest; what caps it then, and where it stops:
+ * into a struct plan_path. */
 int move_read_speed(void *reader, const struct yaml_value *value, void *out);
+int move_read_caps(void *reader, const struct yaml_value *value, void *out);
+int move_read_stops(void *reader, const struct yaml_value *value, void *out);
 
-extern const struct yaml_shape move_part_shape;
+extern const struct yaml_shape move_part_shape, move_cap_shape;
+
+/* --- move_load_timing.c --------------------------------------------------- */
+
+/* fastest, for the axes that are read after it. */
+int move_read_timing(void *reader, const struct yaml_value *value, void *out);
+/* The axis being read, of the rig, has keys without times, of this curve. */
+int move_join_timing(struct move_reader *reader, const struct yaml_value *value,
+                     uint32_t rig_axis);
+/* The next key of that axis: a position. */
+int move_read_untimed(struct move_reader *reader,
+                      const struct yaml_value *value, struct plan_key *key);
 
 /* --- move_load_camera.c --------------------------------------------------- */
 
@@ -121,6 +144,19 @@ int move_read_camera(void *reader, const struct yaml_value *value, void *out);
 
 extern const struct yaml_shape move_camera_shape, move_head_shape,
     move_look_shape, move_target_shape, move_dwell_shape;
+
+/* --- move_load_follow.c --------------------------------------------------- */
+
+/* Of look and camera; `out` is the camera. */
+int move_read_subject(void *reader, const struct yaml_value *value, void *out);
+int move_read_on_table(void *reader, const struct yaml_value *value, void *out);
+int move_read_focus(void *reader, const struct yaml_value *value, void *out);
+int move_read_zoom(void *reader, const struct yaml_value *value, void *out);
+/* When all axes are read: the camera's rig gets those of the move. */
+int move_check_rig(const struct move_reader *self,
+                   const struct yaml_value *move);
+
+extern const struct yaml_shape move_subject_shape, move_zoom_shape;
 
 /* --- move_load_orient.c --------------------------------------------------- */
 
@@ -148,8 +184,19 @@ extern const struct yaml_shape move_blend_shape, move_layer_shape,
 /* --- move_load_event.c ---------------------------------------------------- */
 
 int move_read_events(void *reader, const struct yaml_value *value, void *out);
+/* A line of kind trigger, into a uint32_t. */
+int move_read_event_line(void *reader, const struct yaml_value *value,
+                         void *out);
 
 extern const struct yaml_shape move_event_shape;
+
+/* --- move_load_shoot.c ---------------------------------------------------- */
+
+/* After warp and events. */
+int move_read_shoot(void *reader, const struct yaml_value *value, void *out);
+
+extern const struct yaml_shape move_shoot_shape;
+extern const char *const move_shoot_modes[PLAN_SHOOT_MODES];
 
 #define MOVE_ALONGS      3
 #define MOVE_AHEAD_ENDS  3

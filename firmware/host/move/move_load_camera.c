@@ -6,7 +6,7 @@
 #include "firmware/host/base/array.h"
 #include "firmware/host/move/move_load.h"
 #include "motion/core/fixed.h"
-#include "motion/plan/plan_camera.h"
+#include "motion/plan/camera/plan_camera.h"
 
 /* In the order of enum plan_look from PLAN_LOOK_LEVEL on. */
 const char *const move_alongs[MOVE_ALONGS] = { "level", "rotation-minimising",
@@ -231,8 +231,11 @@ static int move_read_dwell_ease(void *reader, const struct yaml_value *value,
     return 0;
 }
 
-/* The first MOVE_LOOKS say what is looked at; one of them is given. */
-#define MOVE_LOOKS 6
+/* The first MOVE_LOOKS say what is looked at; one of them is given.  Those of a
+ * path are not for a camera on the kinematics of a rig. */
+#define MOVE_LOOKS 8
+static const char *const move_path_looks[] = { "ahead", "along", "path",
+                                               "dwell" };
 static const struct yaml_field move_look_fields[] = {
     { "at", YAML_OPTIONAL, "a point such as [1 m, 0 mm, 1.2 m]",
       move_read_look_at, 0 },
@@ -247,6 +250,11 @@ static const struct yaml_field move_look_fields[] = {
       "a list of 2 .. 10000 maps with t or at, and angles, quaternion or "
       "forward",
       move_read_orients, 0 },
+    { "subject", YAML_OPTIONAL, "a map with curve and keys", move_read_subject,
+      0 },
+    { "table", YAML_OPTIONAL,
+      "a point such as [0 mm, 0 mm, 80 mm] from the turntable's centre",
+      move_read_on_table, 0 },
     { "end", YAML_OPTIONAL, "straight, hold or closed, with ahead",
       move_read_ahead_end, 0 },
     { "ease", YAML_OPTIONAL, "quintic or cubic, with dwell",
@@ -256,6 +264,31 @@ static const struct yaml_field move_look_fields[] = {
 };
 const struct yaml_shape move_look_shape = { "look", move_look_fields,
                                             ARRAY_LEN(move_look_fields) };
+
+/* A rig's kinematics and a path of the camera are two ways to say where the
+ * camera is. */
+static int move_check_looks(const struct yaml_value *value,
+                            const struct plan_camera *camera)
+{
+    struct yaml_value look = *value;
+
+    look.name = "look";
+    for (unsigned i = 0; i < ARRAY_LEN(move_path_looks); i++)
+        if (camera->following.rig != NULL &&
+            yaml_fields_find(value, move_path_looks[i]) != 0) {
+            look.expected = "at, subject, table or keys";
+            return yaml_value_refuse(
+                &look, "has %s, which is not used with the rig's kinematics",
+                move_path_looks[i]);
+        }
+    if (camera->following.rig == NULL &&
+        (yaml_fields_find(value, "subject") != 0 ||
+         yaml_fields_find(value, "table") != 0)) {
+        look.expected = "kinematics in the rig file";
+        return yaml_value_refuse(&look, "needs to know where the camera is");
+    }
+    return 0;
+}
 
 static int move_read_look(void *reader, const struct yaml_value *value,
                           void *out)
@@ -270,7 +303,8 @@ static int move_read_look(void *reader, const struct yaml_value *value,
         looks += yaml_fields_find(value, move_look_fields[i].name) != 0;
     if (looks > 1)
         return yaml_value_refuse(value, "names %u things to look at", looks);
-    if (yaml_fields_read(value, &move_look_shape, reader, camera) < 0)
+    if (move_check_looks(value, camera) < 0 ||
+        yaml_fields_read(value, &move_look_shape, reader, camera) < 0)
         return -1;
     return looks == 1 ? 0
                       : yaml_value_refuse(value, "names nothing to look at");
@@ -286,6 +320,9 @@ static int move_read_roll_keys(void *reader, const struct yaml_value *value,
     if (camera->look == PLAN_LOOK_KEYS)
         return yaml_value_refuse(value,
                                  "is not used with keys of look, which roll");
+    if (camera->following.rig != NULL && !camera->has_roll)
+        return yaml_value_refuse(value, "has no axis: the head in the rig's "
+                                        "kinematics does not roll");
     camera->roll = calloc(1, sizeof *camera->roll);
     if (camera->roll == NULL)
         return yaml_value_refuse(value, "is too much for the memory");
@@ -302,21 +339,35 @@ static int move_read_camera_tolerance(void *reader,
     return move_read_positive(&self, value, UNITS_POSITION, out);
 }
 
+static int move_read_mount(void *reader, const struct yaml_value *value,
+                           void *out)
+{
+    const struct move_reader *self = reader;
+
+    if (self->rig->kinematics != NULL)
+        return yaml_value_refuse(value,
+                                 "is of the head in the rig's kinematics");
+    return move_read_direction(reader, value, out);
+}
+
 static const struct yaml_field move_camera_fields[] = {
-    { "axes", YAML_REQUIRED, "a map with pan, tilt and roll", move_read_head,
+    { "axes", YAML_OPTIONAL, "a map with pan, tilt and roll", move_read_head,
       0 },
     { "forward", YAML_OPTIONAL,
-      "the direction of pan 0 and tilt 0, such as [1, 0, 0]",
-      move_read_direction, offsetof(struct plan_camera, forward) },
+      "the direction of pan 0 and tilt 0, such as [1, 0, 0]", move_read_mount,
+      offsetof(struct plan_camera, forward) },
     { "up", YAML_OPTIONAL, "a direction across forward, such as [0, 0, 1]",
-      move_read_direction, offsetof(struct plan_camera, up) },
+      move_read_mount, offsetof(struct plan_camera, up) },
     { "look", YAML_REQUIRED,
-      "a map with one of at, ahead, along, path, dwell and keys",
+      "a map with one of at, ahead, along, path, dwell, keys, subject and "
+      "table",
       move_read_look, 0 },
     { "roll", YAML_OPTIONAL, "a map with curve and keys, in deg",
       move_read_roll_keys, 0 },
     { "tolerance", YAML_OPTIONAL, "an angle above zero",
       move_read_camera_tolerance, offsetof(struct plan_camera, tolerance_q32) },
+    { "focus", YAML_OPTIONAL, "yes: on the subject", move_read_focus, 0 },
+    { "zoom", YAML_OPTIONAL, "a map with focal and at", move_read_zoom, 0 },
 };
 const struct yaml_shape move_camera_shape = { "camera", move_camera_fields,
                                               ARRAY_LEN(move_camera_fields) };
@@ -333,6 +384,67 @@ static bool move_camera_has_keys(const struct yaml_value *value)
            yaml_fields_find(&look, "keys") != 0;
 }
 
+/* The head and the mount of the rig. */
+static int move_take_rig(struct move_reader *self,
+                         const struct yaml_value *value)
+{
+    const struct plan_rig *from = self->rig->kinematics;
+    struct plan_camera *camera = self->move->camera;
+    struct plan_rig *rig = malloc(sizeof *rig);
+
+    camera->following.rig = rig;
+    if (rig == NULL)
+        return yaml_value_refuse(value, "is too much for the memory");
+    *rig = *from;
+    camera->forward = rig->forward;
+    camera->up = rig->up;
+    camera->has_roll = rig->head[MOTION_HEAD_ROLL].is_given;
+    self->units.unit = UNITS_AXIS_MM;
+    for (int i = 0; i < MOTION_HEAD_AXES; i++) {
+        if (!rig->head[i].is_given)
+            continue;
+        camera->limit[i] = self->rig->axis[rig->head[i].axis].limit;
+        if (move_drive_rig_axis(self, value, rig->head[i].axis, PLAN_BY_CAMERA,
+                                &camera->axis[i]) < 0)
+            return -1;
+    }
+    return 0;
+}
+
+/* Orientations are keyed as those of the mount, which then must not turn, and of
+ * axes that count from it. */
+static bool move_is_mount_still(const struct plan_rig *rig)
+{
+    const struct motion_carrier *carrier = &rig->rig.carrier;
+
+    for (int i = 0; i < MOTION_HEAD_AXES; i++)
+        if (rig->rig.head.axis[i].is_reversed ||
+            rig->rig.head.axis[i].offset_q32 != 0)
+            return false;
+    return carrier->kind == &motion_carrier_linear ||
+           (carrier->kind == &motion_carrier_arc &&
+            !carrier->as.arc.is_turning) ||
+           (carrier->kind == &motion_carrier_jib &&
+            carrier->as.jib.mount == MOTION_JIB_SPACE);
+}
+
+/* Either the rig says which axes the head has, or the move. */
+static int move_read_camera_head(struct move_reader *self,
+                                 const struct yaml_value *value)
+{
+    const bool is_given = yaml_value_node(value)->kind == YAML_TREE_MAP &&
+                          yaml_fields_find(value, "axes") != 0;
+
+    if (self->rig->kinematics != NULL)
+        return is_given ? yaml_value_refuse(
+                              value, "has axes, which are those of the head in "
+                                     "the rig's kinematics")
+                        : move_take_rig(self, value);
+    if (yaml_value_need(value, YAML_TREE_MAP) < 0)
+        return -1;
+    return is_given ? 0 : yaml_value_refuse(value, "lacks axes");
+}
+
 int move_read_camera(void *reader, const struct yaml_value *value, void *out)
 {
     const int64_t one = (int64_t)1 << 62;
@@ -341,9 +453,11 @@ int move_read_camera(void *reader, const struct yaml_value *value, void *out)
     struct motion_dir across;
 
     (void)out;
-    if (self->move->path == NULL && !move_camera_has_keys(value))
+    if (self->move->path == NULL && self->rig->kinematics == NULL &&
+        !move_camera_has_keys(value))
         return yaml_value_refuse(value, "has no path to go on");
-    if (self->move->path != NULL && self->units.unit != UNITS_AXIS_MM)
+    if (self->move->path != NULL && self->rig->kinematics == NULL &&
+        self->units.unit != UNITS_AXIS_MM)
         return yaml_value_refuse(value, "is on a path in %s, not in a length",
                                  units_axis_text(self->units.unit));
     camera = calloc(1, sizeof *camera);
@@ -355,8 +469,14 @@ int move_read_camera(void *reader, const struct yaml_value *value, void *out)
     camera->forward = (struct motion_dir){ { one, 0, 0 } };
     camera->up = (struct motion_dir){ { 0, 0, one } };
     camera->tolerance_q32 = MOTION_FIXED_ONE_Q32 / 100000;
-    if (yaml_fields_read(value, &move_camera_shape, self, camera) < 0)
+    if (move_read_camera_head(self, value) < 0 ||
+        yaml_fields_read(value, &move_camera_shape, self, camera) < 0)
         return -1;
+    if (camera->look == PLAN_LOOK_KEYS && camera->following.rig != NULL &&
+        !move_is_mount_still(camera->following.rig))
+        return yaml_value_refuse(
+            value, "has keys of look on a head whose mount turns, or whose "
+                   "axes are reversed or offset");
     if (motion_dir_perpendicular(camera->forward, camera->up, &across) < 0)
         return yaml_value_refuse(value, "has forward and up in one line");
     return 0;

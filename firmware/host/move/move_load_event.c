@@ -5,7 +5,7 @@
 
 #include "firmware/host/base/array.h"
 #include "firmware/host/move/move_load.h"
-#include "motion/plan/plan_event.h"
+#include "motion/plan/shoot/plan_event.h"
 
 /* One event while it is read. */
 struct move_event {
@@ -13,8 +13,8 @@ struct move_event {
     bool once; /* `at` was given, so it is not where `every` starts */
 };
 
-static int move_read_event_line(void *reader, const struct yaml_value *value,
-                                void *out)
+int move_read_event_line(void *reader, const struct yaml_value *value,
+                         void *out)
 {
     const struct rig *rig = ((struct move_reader *)reader)->rig;
     const char *names[RIG_LINES_MAX];
@@ -91,6 +91,8 @@ static int move_event_value(const struct move_reader *self,
         axis = move->path->axis[0];
     const int found = rig_axis_index(self->rig, move->axis[axis].name);
     units.unit = self->rig->axis[found].unit;
+    if (event->of == PLAN_EVENT_OF_PATH && move->path->carrier != NULL)
+        units.unit = UNITS_AXIS_MM;
     return yaml_units_read(value, UNITS_POSITION, &units, out);
 }
 

@@ -303,7 +303,109 @@ static int move_read_part(struct move_reader *self,
     return 0;
 }
 
-/* One part, or a list of them. */
+/* ---- as fast as the limits allow ---- */
+
+static int move_read_fastest(struct move_reader *self,
+                             const struct yaml_value *value,
+                             struct plan_path *path)
+{
+    static const char *const word[] = { "fastest" };
+    unsigned index;
+
+    if (yaml_value_choice(value, word, ARRAY_LEN(word), &index) < 0)
+        return -1;
+    if (path->carrier != NULL)
+        return yaml_value_refuse(value, "is 'fastest', expected a speed where "
+                                        "the path is that of the head");
+    path->fastest = calloc(1, sizeof *path->fastest);
+    if (path->fastest == NULL)
+        return yaml_value_refuse(value, "is too much for the memory");
+    for (uint32_t i = 0; i < path->points.axes; i++) {
+        const char *name = self->move->axis[path->axis[i]].name;
+        path->fastest->limit[i] =
+            self->rig->axis[rig_axis_index(self->rig, name)].limit;
+    }
+    return 0;
+}
+
+static int move_read_cap_place(void *reader, const struct yaml_value *value,
+                               void *out)
+{
+    return move_read_distance(reader, value, out);
+}
+
+static int move_read_cap_speed(void *reader, const struct yaml_value *value,
+                               void *out)
+{
+    return move_read_positive(reader, value, UNITS_VELOCITY, out);
+}
+
+static const struct yaml_field move_cap_fields[] = {
+    { "from", YAML_REQUIRED, "a length of the path, or a part of it in %",
+      move_read_cap_place, offsetof(struct plan_fastest_cap, from) },
+    { "to", YAML_REQUIRED, "a length of the path, or a part of it in %",
+      move_read_cap_place, offsetof(struct plan_fastest_cap, to) },
+    { "speed", YAML_REQUIRED, "a speed above zero", move_read_cap_speed,
+      offsetof(struct plan_fastest_cap, speed_q32) },
+};
+const struct yaml_shape move_cap_shape = { "cap", move_cap_fields,
+                                           ARRAY_LEN(move_cap_fields) };
+
+/* Capacity for `count` more; they are zero. */
+static int move_more_caps(const struct yaml_value *value,
+                          struct plan_fastest *fastest, uint32_t count)
+{
+    struct plan_fastest_cap *cap;
+
+    if (fastest == NULL)
+        return yaml_value_refuse(value, "is not used without speed: fastest");
+    cap = realloc(fastest->cap, (fastest->caps + count) * sizeof *cap);
+    if (cap == NULL)
+        return yaml_value_refuse(value, "are too many for the memory");
+    memset(cap + fastest->caps, 0, count * sizeof *cap);
+    fastest->cap = cap;
+    return 0;
+}
+
+static int move_read_cap_list(struct move_reader *self,
+                              const struct yaml_value *value,
+                              struct plan_fastest *fastest, bool stops)
+{
+    struct yaml_value item = {
+        value->tree, yaml_value_node(value)->first, stops ? "stop" : "cap",
+        stops ? "a length of the path, or a part of it in %"
+              : "a map with from, to and speed"
+    };
+    uint32_t count;
+
+    if (yaml_value_list(value, 1, PLAN_SPEED_LAW_PARTS_MAX, &count) < 0 ||
+        move_more_caps(value, fastest, count) < 0)
+        return -1;
+    for (uint32_t i = 0; i < count; i++) {
+        struct plan_fastest_cap *cap = &fastest->cap[fastest->caps++];
+        if ((stops ? move_read_distance(self, &item, &cap->from)
+                   : yaml_fields_read(&item, &move_cap_shape, self, cap)) < 0)
+            return -1;
+        if (stops)
+            cap->to = cap->from;
+        item.node = yaml_value_node(&item)->next;
+    }
+    return 0;
+}
+
+int move_read_caps(void *reader, const struct yaml_value *value, void *out)
+{
+    return move_read_cap_list(reader, value, ((struct plan_path *)out)->fastest,
+                              false);
+}
+
+int move_read_stops(void *reader, const struct yaml_value *value, void *out)
+{
+    return move_read_cap_list(reader, value, ((struct plan_path *)out)->fastest,
+                              true);
+}
+
+/* A word, one part, or a list of them. */
 int move_read_speed(void *reader, const struct yaml_value *value, void *out)
 {
     struct move_reader *self = reader;
@@ -315,6 +417,8 @@ int move_read_speed(void *reader, const struct yaml_value *value, void *out)
     };
     uint32_t count = 1;
 
+    if (yaml_value_node(value)->kind == YAML_TREE_TEXT)
+        return move_read_fastest(self, value, path);
     if (!one && yaml_value_list(value, 1, PLAN_SPEED_LAW_PARTS_MAX, &count) < 0)
         return -1;
     path->part = calloc(count, sizeof *path->part);

@@ -4,7 +4,7 @@
 
 #include "firmware/host/base/array.h"
 #include "firmware/host/move/move_load.h"
-#include "motion/plan/plan_camera.h"
+#include "motion/plan/camera/plan_camera.h"
 
 /* Of an angle of a head: more than any cable bears, less than it can count. */
 #define ORIENT_DEG_MAX 1000000

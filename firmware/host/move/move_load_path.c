@@ -6,7 +6,7 @@
 #include "firmware/host/base/array.h"
 #include "firmware/host/move/move_load.h"
 #include "motion/core/fixed.h"
-#include "motion/plan/plan_path.h"
+#include "motion/plan/path/plan_path.h"
 
 /* ---- words ---- */
 
@@ -135,6 +135,41 @@ int move_read_points(struct move_reader *reader, const struct yaml_value *value,
 
 /* ---- the path ---- */
 
+/* The head of the rig goes along it. */
+static int move_read_path_head(struct move_reader *self,
+                               const struct yaml_value *value,
+                               struct plan_path *path)
+{
+    static const char *const word[] = { "head" };
+    unsigned index;
+
+    if (yaml_value_choice(value, word, 1, &index) < 0)
+        return -1;
+    if (self->rig->kinematics == NULL)
+        return yaml_value_refuse(
+            value, "is 'head', which a rig without kinematics lacks");
+    path->carrier = malloc(sizeof *path->carrier);
+    if (path->carrier == NULL)
+        return yaml_value_refuse(value, "is too much for the memory");
+    *path->carrier = *self->rig->kinematics;
+    uint32_t driven = 0;
+    for (int i = 0; i < MOTION_CARRIER_AXES_MAX; i++) {
+        struct plan_rig_axis *axis = &path->carrier->carrier[i];
+        if (!axis->is_given)
+            continue;
+        if (move_drive_rig_axis(self, value, axis->axis, PLAN_BY_PATH,
+                                &axis->axis) < 0)
+            return -1;
+        driven++;
+    }
+    path->points.axes = PLAN_SPACE_AXES;
+    self->units.unit = UNITS_AXIS_MM;
+    return driven > 0 ? 0
+                      : yaml_value_refuse(value, "is 'head', and nothing in "
+                                                 "the rig's kinematics carries "
+                                                 "it");
+}
+
 static int move_read_path_axes(void *reader, const struct yaml_value *value,
                                void *out)
 {
@@ -143,6 +178,8 @@ static int move_read_path_axes(void *reader, const struct yaml_value *value,
     struct yaml_value item = *value;
     uint32_t count;
 
+    if (yaml_value_node(value)->kind == YAML_TREE_TEXT)
+        return move_read_path_head(self, value, path);
     if (yaml_value_list(value, 2, PLAN_SPACE_AXES, &count) < 0)
         return -1;
     item.node = yaml_value_node(value)->first;
@@ -233,7 +270,8 @@ static int move_read_tolerance(void *reader, const struct yaml_value *value,
 }
 
 static const struct yaml_field move_path_fields[] = {
-    { "axes", YAML_REQUIRED, "a list of 2 or 3 axes that have the same unit",
+    { "axes", YAML_REQUIRED,
+      "a list of 2 or 3 axes that have the same unit, or head",
       move_read_path_axes, 0 },
     { "curve", YAML_OPTIONAL, "a curve through space", move_read_path_curve,
       offsetof(struct plan_path, points.curve) },
@@ -251,8 +289,14 @@ static const struct yaml_field move_path_fields[] = {
     { "tolerance", YAML_OPTIONAL, "a distance above zero", move_read_tolerance,
       offsetof(struct plan_path, tolerance_q32) },
     { "speed", YAML_REQUIRED,
-      "a part of a speed law, or a list of 1 .. 64 of them", move_read_speed,
-      0 },
+      "fastest, a part of a speed law, or a list of 1 .. 64 of them",
+      move_read_speed, 0 },
+    { "caps", YAML_OPTIONAL,
+      "a list of 1 .. 64 maps with from, to and speed, with speed fastest",
+      move_read_caps, 0 },
+    { "stops", YAML_OPTIONAL,
+      "a list of 1 .. 64 places on the path, with speed fastest",
+      move_read_stops, 0 },
 };
 const struct yaml_shape move_path_shape = { "path", move_path_fields,
                                             ARRAY_LEN(move_path_fields) };
@@ -267,6 +311,11 @@ static const int64_t move_tolerance_q32[] = {
     [UNITS_AXIS_KCOUNT] = MOTION_FIXED_ONE_Q32 / 1000000,
     [UNITS_AXIS_MCOUNT] = MOTION_FIXED_ONE_Q32 / 100000000,
 };
+
+int64_t move_default_tolerance_q32(enum units_axis unit)
+{
+    return move_tolerance_q32[unit];
+}
 
 int move_read_path(void *reader, const struct yaml_value *value, void *out)
 {

@@ -1,105 +1,24 @@
-/* firmware/host/move/move_text.c - see move_text.h.
- *
- * The tree says where a value stands by line and column; the text there is the
- * value itself, unless it has an escape, which is refused. */
+/* firmware/host/move/move_text.c - see move_text.h. */
 #include "firmware/host/move/move_text.h"
 
 #include <errno.h>
 #include <limits.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
-#include "firmware/host/yaml/yaml_fields.h"
 #include "motion/core/fixed.h"
+#include "motion/plan/path/plan_path.h"
 
-#define TEXT_VALUE_MAX 96
 #define TEXT_OVER_FILE INT_MAX /* as a file: the text itself */
 
-struct text_edit {
-    size_t at, length; /* of what is replaced */
-    char value[TEXT_VALUE_MAX];
-};
-
 struct text {
-    struct yaml_tree tree;
-    char *data; /* of the file */
-    size_t length;
-    size_t *line; /* where each begins */
-    uint32_t lines;
-    struct text_edit *edit;
-    uint32_t edits, capacity;
+    struct yaml_text yaml;
     enum units_axis unit; /* of the axis at hand */
 };
-
-/* --- where a value stands ---------------------------------------------------- */
-
-static size_t text_mark(const struct text *self)
-{
-    return self->length >= 3 && memcmp(self->data, "\xEF\xBB\xBF", 3) == 0 ? 3
-                                                                           : 0;
-}
-
-static void text_find_lines(struct text *self)
-{
-    size_t at = text_mark(self);
-
-    self->lines = 1;
-    for (size_t i = at; i < self->length; i++)
-        self->lines += self->data[i] == '\n';
-    self->line = memory_new(self->lines, sizeof *self->line);
-    self->line[0] = at;
-    for (uint32_t n = 1; at < self->length; at++)
-        if (self->data[at] == '\n')
-            self->line[n++] = at + 1;
-}
-
-/* Columns are characters of UTF-8. */
-static bool text_place(const struct text *self, struct plan_place place,
-                       size_t *at)
-{
-    if (place.line < 1 || place.line > self->lines)
-        return false;
-    *at = self->line[place.line - 1];
-    for (uint32_t column = 1; column < place.column; column++) {
-        if (*at >= self->length)
-            return false;
-        (*at)++;
-        while (*at < self->length && ((unsigned char)self->data[*at] >> 6) == 2)
-            (*at)++;
-    }
-    return true;
-}
-
-/* A plain value, or one in quotes without escapes. */
-static int text_replace(struct text *self, const struct yaml_value *value,
-                        const char *by)
-{
-    const struct yaml_tree_node *node = yaml_value_node(value);
-    const char *const was = yaml_tree_text(&self->tree, value->node);
-    size_t at;
-
-    if (node->kind != YAML_TREE_TEXT ||
-        !text_place(self, yaml_tree_place(&self->tree, value->node), &at))
-        return yaml_value_refuse(value, "is not a value that can be replaced");
-    if (at < self->length && (self->data[at] == '"' || self->data[at] == '\''))
-        at++;
-    if (self->length - at < node->length ||
-        memcmp(self->data + at, was, node->length) != 0)
-        return yaml_value_refuse(value, "is written with an escape, which is "
-                                        "not replaced");
-    if (self->edits == self->capacity) {
-        self->capacity = self->capacity > 0 ? 2 * self->capacity : 64;
-        self->edit =
-            memory_resize(self->edit, self->capacity, sizeof *self->edit);
-    }
-    struct text_edit *edit = &self->edit[self->edits++];
-    *edit = (struct text_edit){ .at = at, .length = node->length };
-    snprintf(edit->value, sizeof edit->value, "%s", by);
-    return 0;
-}
 
 /* --- values ------------------------------------------------------------------ */
 
@@ -114,26 +33,33 @@ static void text_trim(char *text)
 }
 
 /* Whole nanoseconds, as all that is computed for a file. */
-static int text_time(struct text *self, const struct yaml_value *value,
-                     int64_t t_ns_q12)
+static void text_of_time(char text[YAML_TEXT_VALUE_MAX], int64_t t_ns_q12)
 {
     const int64_t ns = t_ns_q12 / MOTION_FIXED_NS_Q12;
     const uint64_t size = motion_fixed_abs(ns);
-    char number[NUMBER_MAX], text[TEXT_VALUE_MAX];
+    char number[NUMBER_MAX];
 
     snprintf(number, sizeof number, "%s%llu.%09llu", ns < 0 ? "-" : "",
              (unsigned long long)(size / 1000000000),
              (unsigned long long)(size % 1000000000));
     text_trim(number);
-    snprintf(text, sizeof text, "%s s", number);
-    return text_replace(self, value, text);
+    snprintf(text, YAML_TEXT_VALUE_MAX, "%s s", number);
+}
+
+static int text_time(struct text *self, const struct yaml_value *value,
+                     int64_t t_ns_q12)
+{
+    char text[YAML_TEXT_VALUE_MAX];
+
+    text_of_time(text, t_ns_q12);
+    return yaml_text_replace(&self->yaml, value, text);
 }
 
 /* Ten decimals: half a step of them is less than half a step of 2^-32. */
 static int text_derivative(struct text *self, const struct yaml_value *value,
                            struct motion_real to, unsigned order)
 {
-    char number[NUMBER_MAX], unit[NUMBER_UNIT_MAX], text[TEXT_VALUE_MAX];
+    char number[NUMBER_MAX], unit[NUMBER_UNIT_MAX], text[YAML_TEXT_VALUE_MAX];
     int64_t q32;
 
     if (motion_real_round(to, 32, &q32) < 0)
@@ -143,7 +69,7 @@ static int text_derivative(struct text *self, const struct yaml_value *value,
     text_trim(number);
     snprintf(text, sizeof text, "%s %s", number,
              number_unit(unit, self->unit, order));
-    return text_replace(self, value, text);
+    return yaml_text_replace(&self->yaml, value, text);
 }
 
 /* --- keys -------------------------------------------------------------------- */
@@ -195,6 +121,11 @@ static int text_key(struct text *self, const struct yaml_value *value,
         err = text_field(value, "t", 0, &field)
                   ? text_time(self, &field, to->t_ns_q12)
                   : yaml_value_refuse(value, "has no time");
+    if (err == 0 && from->pos_q32 != to->pos_q32)
+        err = text_field(value, "p", 1, &field)
+                  ? text_derivative(self, &field,
+                                    motion_real_from_q(to->pos_q32, 32), 0)
+                  : yaml_value_refuse(value, "has no position");
     if (err == 0 && from->has_vel && text_differs(from->vel, to->vel) &&
         text_field(value, "v", 2, &field))
         err = text_derivative(self, &field, to->vel, 1);
@@ -232,89 +163,239 @@ static int text_axis(struct text *self, const struct yaml_value *axes,
     return err;
 }
 
-static int text_axes(struct text *self, const struct rig *rig,
-                     const struct plan_move *was, const struct plan_fit *fit)
+static const char text_map_expected[] = "those of the move";
+
+static struct yaml_value text_root(const struct text *self)
 {
-    const struct yaml_value root = { &self->tree, 0, "the move", "axes" };
-    struct yaml_value axes = { &self->tree, yaml_fields_find(&root, "axes"),
-                               "axes", "those of the move" };
+    return (struct yaml_value){ &self->yaml.tree, 0, "the move", "axes" };
+}
+
+static int text_axes(struct text *self, const struct move_text_source *source,
+                     const struct plan_fit *fit)
+{
+    const struct plan_move *was = source->was;
+    const struct yaml_value root = text_root(self);
+    struct yaml_value axes = { &self->yaml.tree,
+                               yaml_fields_find(&root, "axes"), "axes",
+                               text_map_expected };
     int err = axes.node == 0 ? yaml_value_refuse(&root, "has no axes") : 0;
 
     for (uint32_t a = 0; a < fit->axis_count && err == 0; a++) {
-        const int index = rig_axis_index(rig, was->axis[a].name);
-        self->unit = rig->axis[index < 0 ? 0 : index].unit;
+        const int index = rig_axis_index(source->rig, was->axis[a].name);
+        if (was->axis[a].driver != PLAN_BY_KEYS)
+            continue;
+        self->unit = source->rig->axis[index < 0 ? 0 : index].unit;
         err = text_axis(self, &axes, &was->axis[a], &fit->axis[a]);
+    }
+    return err;
+}
+
+/* --- the duration ------------------------------------------------------------ */
+
+/* The first entry that is more than a heading. */
+static uint32_t text_first_part(const struct text *self)
+{
+    static const char *const heading[] = { "title", "fps", "timing" };
+    const struct yaml_tree *tree = &self->yaml.tree;
+    uint32_t key = tree->node[0].first;
+
+    for (uint32_t next = key; next != 0;
+         next = tree->node[tree->node[next].next].next) {
+        bool is_heading = false;
+        for (size_t i = 0; i < sizeof heading / sizeof *heading; i++)
+            is_heading = is_heading ||
+                         strcmp(yaml_tree_text(tree, next), heading[i]) == 0;
+        if (!is_heading)
+            return next;
+    }
+    return key;
+}
+
+static int text_duration(struct text *self, int64_t duration_ns_q12)
+{
+    const struct yaml_value root = text_root(self);
+    const struct yaml_value value = { &self->yaml.tree,
+                                      yaml_fields_find(&root, "duration"),
+                                      "duration", "a time" };
+    char text[YAML_TEXT_VALUE_MAX];
+
+    text_of_time(text, duration_ns_q12);
+    return value.node != 0 ? yaml_text_replace(&self->yaml, &value, text)
+                           : yaml_text_insert(&self->yaml, "duration", text,
+                                              text_first_part(self));
+}
+
+/* --- the speed law of a path --------------------------------------------------- */
+
+static int text_slower_time(struct text *self, const struct yaml_value *part,
+                            const char *name, int64_t was_ns_q12, double by)
+{
+    struct yaml_value field;
+
+    if (was_ns_q12 == 0 || !text_field(part, name, UINT_MAX, &field))
+        return 0;
+    return text_time(
+        self, &field,
+        llround((double)was_ns_q12 / (double)MOTION_FIXED_NS_Q12 * by) *
+            MOTION_FIXED_NS_Q12);
+}
+
+static int text_slower_value(struct text *self, const struct yaml_value *value,
+                             struct motion_real was, unsigned order, double by)
+{
+    const double size = ldexp((double)was.m, was.e + 32);
+
+    if (was.m == 0)
+        return 0;
+    return text_derivative(
+        self, value,
+        motion_real_from_q(llround(size / (order == 2 ? by * by : by)), 32),
+        order);
+}
+
+static int text_slower_speed(struct text *self, const struct yaml_value *part,
+                             const char *name, int64_t was_q32, double by)
+{
+    struct yaml_value field;
+
+    return text_field(part, name, UINT_MAX, &field)
+               ? text_slower_value(self, &field,
+                                   motion_real_from_q(was_q32, 32), 1, by)
+               : 0;
+}
+
+static int text_slower_points(struct text *self, const struct yaml_value *part,
+                              const struct plan_part *was, double by)
+{
+    const unsigned order = was->law == PLAN_SPEED_LAW_ACCELERATION ? 2 : 1;
+    struct yaml_value list, item, pair[2];
+    int err = 0;
+
+    if (!text_field(part, "points", UINT_MAX, &list))
+        return 0;
+    item = yaml_value_at(&list, yaml_value_node(&list)->first);
+    for (uint32_t i = 0; i < was->points && err == 0; i++) {
+        const int64_t t_ns_q12 = was->point[i].t_ns_q12;
+        err = yaml_value_pair(&item, pair);
+        if (err == 0 && t_ns_q12 != 0)
+            err = text_time(
+                self, &pair[0],
+                llround((double)t_ns_q12 / (double)MOTION_FIXED_NS_Q12 * by) *
+                    MOTION_FIXED_NS_Q12);
+        if (err == 0)
+            err = text_slower_value(self, &pair[1], was->point[i].value, order,
+                                    by);
+        item.node = yaml_value_node(&item)->next;
+    }
+    return err;
+}
+
+static int text_slower_part(struct text *self, const struct yaml_value *part,
+                            const struct plan_part *was, double by)
+{
+    int err;
+
+    if (was->drawn != NULL)
+        return yaml_value_refuse(part, "is drawn by keys");
+    err = text_slower_time(self, part, "time", was->dur_ns_q12, by);
+    if (err == 0)
+        err = text_slower_speed(self, part, "from", was->from_q32, by);
+    if (err == 0)
+        err = text_slower_speed(self, part, "to", was->to_q32, by);
+    return err == 0 ? text_slower_points(self, part, was, by) : err;
+}
+
+static int text_slower(struct text *self, const struct move_text_source *source,
+                       double by)
+{
+    const struct plan_path *was = source->was->path;
+    const struct yaml_value root = text_root(self);
+    struct yaml_value value = { &self->yaml.tree,
+                                yaml_fields_find(&root, "path"), "path",
+                                text_map_expected };
+    int err = 0;
+
+    if (value.node != 0)
+        value.node = yaml_fields_find(&value, "speed");
+    value.name = "part";
+    value.expected = "a speed law whose parts have times and speeds";
+    if (value.node == 0 || was->parts == 0)
+        return yaml_value_refuse(&root, "has no speed law");
+    if (yaml_value_node(&value)->kind == YAML_TREE_LIST)
+        value.node = yaml_value_node(&value)->first;
+    self->unit = source->rig
+                     ->axis[rig_axis_index(
+                         source->rig, source->was->axis[was->axis[0]].name)]
+                     .unit;
+    for (uint32_t i = 0; i < was->parts && err == 0; i++) {
+        err = text_slower_part(self, &value, &was->part[i], by);
+        value.node = yaml_value_node(&value)->next;
     }
     return err;
 }
 
 /* --- the new text ------------------------------------------------------------- */
 
-static int text_by_place(const void *a, const void *b)
+static int text_open(struct text *self, const struct move_text_source *source,
+                     struct move_text *text)
 {
-    const struct text_edit *x = a, *y = b;
-
-    return (x->at > y->at) - (x->at < y->at);
-}
-
-static void text_write(struct text *self, struct move_text *text)
-{
-    size_t room = self->length + 1, from = 0;
-
-    if (self->edits > 0)
-        qsort(self->edit, self->edits, sizeof *self->edit, text_by_place);
-    for (uint32_t i = 0; i < self->edits; i++)
-        room += strlen(self->edit[i].value);
-    *text = (struct move_text){ .data = memory_new(room, 1),
-                                .changed = self->edits };
-    for (uint32_t i = 0; i <= self->edits; i++) {
-        const size_t to = i < self->edits ? self->edit[i].at : self->length;
-        const size_t more = i < self->edits ? strlen(self->edit[i].value) : 0;
-        memcpy(text->data + text->length, self->data + from, to - from);
-        text->length += to - from;
-        if (i == self->edits)
-            break;
-        memcpy(text->data + text->length, self->edit[i].value, more);
-        text->length += more;
-        from = to + self->edit[i].length;
-    }
-}
-
-int move_text_retime(const struct files *files, const char *path,
-                     const struct rig *rig, const struct plan_move *was,
-                     const struct plan_fit *fit, struct move_text *text,
-                     char message[YAML_MESSAGE_MAX])
-{
-    const struct yaml_report report = { path, message, YAML_MESSAGE_MAX };
-    struct text self = { .data = NULL };
-    int64_t length;
-    int err;
+    const struct yaml_report report = { source->path, source->message,
+                                        YAML_MESSAGE_MAX };
 
     *text = (struct move_text){ .data = NULL };
-    if (yaml_tree_load(files, &self.tree, &report) < 0)
-        return -1;
-    length = files_load(files, path, YAML_TREE_BYTES_MAX, &self.data);
-    if (length < 0) {
-        yaml_tree_free(&self.tree);
-        return yaml_report_at(&report, (struct plan_place){ 1, 1 },
-                              "the file cannot be read a second time (%s)",
-                              strerror((int)-length));
+    *self = (struct text){ .unit = UNITS_AXIS_MM };
+    return yaml_text_open(&self->yaml, source->files, &report);
+}
+
+static int text_close(struct text *self, int err, struct move_text *text)
+{
+    if (err == 0) {
+        text->data = yaml_text_make(&self->yaml, &text->length);
+        text->edit = self->yaml.edit;
+        text->changed = self->yaml.edits;
+        self->yaml.edit = NULL;
     }
-    self.length = (size_t)length;
-    text_find_lines(&self);
-    err = text_axes(&self, rig, was, fit);
-    if (err == 0)
-        text_write(&self, text);
-    free(self.data);
-    memory_free(self.line);
-    memory_free(self.edit);
-    yaml_tree_free(&self.tree);
+    yaml_text_close(&self->yaml);
     return err;
+}
+
+int move_text_keys(const struct move_text_source *source,
+                   const struct plan_fit *fit, struct move_text *text)
+{
+    struct text self;
+    int err = text_open(&self, source, text);
+
+    if (err == 0)
+        err = text_axes(&self, source, fit);
+    return text_close(&self, err, text);
+}
+
+int move_text_duration(const struct move_text_source *source,
+                       int64_t duration_ns_q12, struct move_text *text)
+{
+    struct text self;
+    int err = text_open(&self, source, text);
+
+    if (err == 0)
+        err = text_duration(&self, duration_ns_q12);
+    return text_close(&self, err, text);
+}
+
+int move_text_slower(const struct move_text_source *source, double by,
+                     struct move_text *text)
+{
+    struct text self;
+    int err = text_open(&self, source, text);
+
+    if (err == 0)
+        err = text_slower(&self, source, by);
+    return text_close(&self, err, text);
 }
 
 void move_text_free(struct move_text *text)
 {
     memory_free(text->data);
+    memory_free(text->edit);
     *text = (struct move_text){ .data = NULL };
 }
 

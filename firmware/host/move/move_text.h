@@ -1,26 +1,43 @@
-/* firmware/host/move/move_text.h - new times in the text of a move file.
- *
- * The text is the document: only the values that change are replaced, where
- * they stand; comments, order and layout stay as they are. */
+/* firmware/host/move/move_text.h - a repaired move in the text of its file
+ * (yaml_text.h): only values that change are replaced. */
 #ifndef FIRMWARE_HOST_MOVE_MOVE_TEXT_H
 #define FIRMWARE_HOST_MOVE_MOVE_TEXT_H
 
 #include "firmware/host/rig/rig.h"
-#include "motion/plan/fit.h"
+#include "firmware/host/yaml/yaml_text.h"
+#include "motion/plan/fit/fit.h"
 
 struct move_text {
     char *data; /* with a 0 after it; on the heap */
     size_t length;
-    uint32_t changed; /* values that were replaced */
+    struct yaml_text_edit *edit; /* what was replaced, as it stands; on the
+                                    heap */
+    uint32_t changed;            /* how many they are */
 };
 
-/* The file at `path`, from which `was` was read, with the times, velocities,
- * accelerations and handles of `fit` where these are others.  0, or -1 with the
- * sentence written and nothing allocated. */
-int move_text_retime(const struct files *files, const char *path,
-                     const struct rig *rig, const struct plan_move *was,
-                     const struct plan_fit *fit, struct move_text *text,
-                     char message[YAML_MESSAGE_MAX]);
+/* The file at `path`, from which `was` was read, and what is to be another in
+ * it; the sentence about what cannot. */
+struct move_text_source {
+    const struct files *files;
+    const char *path;
+    const struct rig *rig;
+    const struct plan_move *was;
+    char *message; /* YAML_MESSAGE_MAX */
+};
+
+/* 0, or -1 with the sentence written and nothing allocated. */
+
+/* The times, positions, velocities, accelerations and handles of `fit`. */
+int move_text_keys(const struct move_text_source *source,
+                   const struct plan_fit *fit, struct move_text *text);
+/* A duration of the whole, in the place of the one there is or before the axes
+ * (the path, ...). */
+int move_text_duration(const struct move_text_source *source,
+                       int64_t duration_ns_q12, struct move_text *text);
+/* The speed law of the path, that much slower: speeds by it, times times it,
+ * accelerations by its square. */
+int move_text_slower(const struct move_text_source *source, double by,
+                     struct move_text *text);
 void move_text_free(struct move_text *text);
 
 /* Files among which the one at `path` is `text`, so that it can be read as a

@@ -7,6 +7,7 @@
 #include "firmware/host/base/json.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/table.h"
+#include "motion/plan/shoot/plan_shoot.h"
 
 /* Panels per piece of the curve for the rules that take equal ones. */
 #define PATH_PANELS 64
@@ -23,7 +24,9 @@ static const struct plan_path *path_of(const struct job *job)
 
 enum units_axis path_report_unit(const struct job *job)
 {
-    return job_rig_axis(job, job->move.path->axis[0])->unit;
+    return job->move.path->carrier != NULL
+               ? UNITS_AXIS_MM
+               : job_rig_axis(job, job->move.path->axis[0])->unit;
 }
 
 /* The worst of the path's axes. */
@@ -43,7 +46,42 @@ static void path_camera_text(const struct job *job, FILE *file)
     for (int i = 0; i < 3; i++)
         worst =
             fmax(worst, number_double(job->outcome.camera_bound_q32[i], 32));
-    fprintf(file, "camera: baked within %.1g deg of each angle\n", worst);
+    fprintf(file, "camera: baked within %.1g deg of each angle", worst);
+    if (job->outcome.lens_bound_q32 > 0)
+        fprintf(file, ", the lens within %.1g mm",
+                number_double(job->outcome.lens_bound_q32, 32));
+    fputc('\n', file);
+}
+
+/* "24 pictures, one every 2.5 s, in 62.5 s" */
+static void path_shoot_text(const struct job *job, FILE *file)
+{
+    const struct plan_shoot *shoot = job->move.shoot;
+    struct plan_shoot_times times;
+    char period[NUMBER_MAX], end[NUMBER_MAX];
+    if (shoot == NULL)
+        return;
+    plan_shoot_times(shoot, &times);
+    number_seconds(period, times.period_ns_q12);
+    number_seconds(end, times.end_ns_q12);
+    fprintf(file, "shoot: %u pictures, one every %s s, in %s s\n",
+            shoot->frames, period, end);
+}
+
+/* At what pace the move is played to take the time that it is to take. */
+static void path_duration_text(const struct job *job, FILE *file)
+{
+    const struct plan_outcome *outcome = &job->outcome;
+    char written[NUMBER_MAX], played[NUMBER_MAX];
+    if (outcome->played_ns_q12 == 0)
+        return;
+    number_seconds(written, outcome->written_ns_q12);
+    number_seconds(played, outcome->played_ns_q12);
+    fprintf(file,
+            "duration: the %s s that are written in %s s, %.4g times as "
+            "fast\n",
+            written, played,
+            (double)outcome->written_ns_q12 / (double)outcome->played_ns_q12);
 }
 
 /* How fast the move's time goes at most, and what the warp costs. */
@@ -52,6 +90,8 @@ static void path_warp_text(const struct job *job, FILE *file)
     const struct motion_track *warp = &job->outcome.warp;
     int64_t t_ns_q12, peak;
     char t[NUMBER_MAX];
+    path_duration_text(job, file);
+    path_shoot_text(job, file);
     if (warp->count == 0)
         return;
     peak = job_peak(warp, MOTION_VEL, &t_ns_q12);
@@ -88,6 +128,11 @@ void path_report_text(const struct job *job, FILE *file)
             "      at most %s %s/s along it, at %s s; baked in %u segments, "
             "axes within %.1g %s\n",
             speed, unit, t, drive->segments, path_bound(job), unit);
+    if (job->move.path->carrier != NULL)
+        fprintf(file,
+                "rig:  what carries the head within %.1g of its axes on "
+                "the path\n",
+                number_double(job->outcome.carrier_bound_q32, 32));
     path_camera_text(job, file);
     path_warp_text(job, file);
 }
@@ -96,6 +141,10 @@ void path_report_json(const struct job *job, struct cJSON *object)
 {
     const struct plan_drive *drive = &job->outcome.drive;
     int64_t t_ns_q12;
+    if (job->outcome.played_ns_q12 != 0)
+        cJSON_AddNumberToObject(object, "written_s",
+                                number_double(job->outcome.written_ns_q12, 12) /
+                                    1e9);
     if (path_of(job) == NULL)
         return;
     int64_t peak = job_peak(&job->outcome.distance, MOTION_VEL, &t_ns_q12);

@@ -4,6 +4,7 @@
 #ifndef FIRMWARE_HOST_RECORDING_ROWS_H
 #define FIRMWARE_HOST_RECORDING_ROWS_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -13,6 +14,8 @@
 struct rows {
     FILE *file; /* with a buffer of ROWS_BUFFER, else rows may be cut by it */
     size_t waiting;
+    uint64_t rows_waiting, rows_lost; /* lost: not handed over, for an error */
+    bool failed;
     int64_t handed_ns;
 };
 
@@ -20,5 +23,8 @@ void rows_init(struct rows *rows, FILE *file);
 /* `length` bytes, at most ROWS_BUFFER, of time t_ns.  Errors stay in the
  * file's error flag. */
 void rows_put(struct rows *rows, const char *text, size_t length, int64_t t_ns);
+
+/* Hand over what waits. */
+void rows_end(struct rows *rows);
 
 #endif

@@ -1,12 +1,10 @@
 /* firmware/host/recording/telemetry.c - see telemetry.h. */
 #include "firmware/host/recording/telemetry.h"
 
-#include <inttypes.h>
 #include <stddef.h>
 #include <string.h>
 
 #include "firmware/control/controller.h"
-#include "firmware/host/base/array.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/quote.h"
 #include "motion/core/err.h"
@@ -34,15 +32,7 @@ const char *telemetry_phase_text(enum telemetry_phase phase)
     return telemetry_text[phase];
 }
 
-/* The numbers of one axis, in the order of the file.  Twelve decimals are more
- * than 2^-32 has: a demanded position read back is the one that was sent, and
- * its third difference over a millisecond is still a jerk. */
-static const struct {
-    const char *name;
-    const char *per; /* after the unit */
-    size_t offset;   /* in struct telemetry_axis */
-    unsigned bits, digits;
-} telemetry_field[] = {
+const struct telemetry_field telemetry_field[TELEMETRY_FIELDS] = {
 #define TELEMETRY_FIELD(member) offsetof(struct telemetry_axis, member)
     { "demand", "", TELEMETRY_FIELD(demand.pos_q32), 32, 12 },
     { "demand", "_s", TELEMETRY_FIELD(demand.vel_q32), 32, 9 },
@@ -53,7 +43,6 @@ static const struct {
     { "following", "", TELEMETRY_FIELD(following_q32), 32, 7 },
 #undef TELEMETRY_FIELD
 };
-#define TELEMETRY_FIELDS ARRAY_LEN(telemetry_field)
 
 static void telemetry_heading(const struct telemetry *telemetry)
 {
@@ -71,19 +60,22 @@ static void telemetry_heading(const struct telemetry *telemetry)
         if (line->kind == RIG_LINE_TRIGGER)
             fprintf(file, ",%s.shot,%s.shot_ns", line->name, line->name);
     }
+    if (telemetry->has_faults)
+        fputs(",faults", file);
     fputc('\n', file);
 }
 
 void telemetry_init(struct telemetry *telemetry, FILE *file,
-                    const struct rig *rig)
+                    const struct rig *rig, bool has_faults)
 {
     telemetry->rig = rig;
+    telemetry->has_faults = has_faults;
     rows_init(&telemetry->rows, file);
     telemetry_heading(telemetry);
     fflush(file);
 }
 
-static int64_t telemetry_get(const struct telemetry_axis *axis, size_t field)
+int64_t telemetry_get(const struct telemetry_axis *axis, size_t field)
 {
     int64_t value;
     memcpy(&value, (const char *)axis + telemetry_field[field].offset,
@@ -91,9 +83,14 @@ static int64_t telemetry_get(const struct telemetry_axis *axis, size_t field)
     return value;
 }
 
-/* Four numbers, two words, and per axis seven numbers and a statusword. */
+void telemetry_set(struct telemetry_axis *axis, size_t field, int64_t value)
+{
+    memcpy((char *)axis + telemetry_field[field].offset, &value, sizeof value);
+}
+
+/* Five numbers, two words, and per axis seven numbers and a statusword. */
 #define TELEMETRY_LINE_MAX                                                     \
-    ((size_t)NUMBER_MAX * (4 + RIG_AXES_MAX * (TELEMETRY_FIELDS + 1) +         \
+    ((size_t)NUMBER_MAX * (5 + RIG_AXES_MAX * (TELEMETRY_FIELDS + 1) +         \
                            (size_t)2 * RIG_TRIGGERS_MAX))
 
 static char *telemetry_put_text(char *at, const char *text)
@@ -146,6 +143,10 @@ void telemetry_write(struct telemetry *telemetry,
     for (uint32_t a = 0; a < telemetry->rig->axis_count; a++)
         at = telemetry_put_axis(at, &row->axis[a]);
     at = telemetry_put_shots(at, telemetry->rig, row);
+    if (telemetry->has_faults) { /* a bit per fault, 32 at most */
+        *at++ = ',';
+        at += number_integer(at, (int64_t)row->faults);
+    }
     *at++ = '\n';
     rows_put(&telemetry->rows, line, (size_t)(at - line), row->t_ns);
 }
@@ -155,13 +156,15 @@ void telemetry_write(struct telemetry *telemetry,
 #define TELEMETRY_FIXED 4 /* columns before the first axis */
 
 /* Where a column of the file goes: field TELEMETRY_FIELDS is the statusword,
- * the two after it are those of a trigger line, whose number is in `axis`. */
+ * the two after it are those of a trigger line, whose number is in `axis`, the
+ * last one is the faults of a script. */
 struct telemetry_column {
     unsigned axis;
     size_t field;
 };
 #define TELEMETRY_SHOT    (TELEMETRY_FIELDS + 1)
 #define TELEMETRY_SHOT_NS (TELEMETRY_FIELDS + 2)
+#define TELEMETRY_FAULTS  (TELEMETRY_FIELDS + 3)
 
 struct telemetry_reader {
     struct files_lines lines;
@@ -256,6 +259,9 @@ static int telemetry_find(struct telemetry_reader *reader, char *name,
                           struct telemetry_column *column)
 {
     char *dot = strchr(name, '.');
+    column->field = TELEMETRY_FAULTS;
+    if (strcmp(name, "faults") == 0)
+        return 0;
     if (dot == NULL)
         return telemetry_fail_cell(reader, name, "a column of an axis");
     *dot = 0;
@@ -333,6 +339,8 @@ static int telemetry_read_column(struct telemetry_reader *reader,
             return -1;
         if (column->field == TELEMETRY_FIELDS)
             axis->statusword = (uint16_t)value;
+        else if (column->field == TELEMETRY_FAULTS)
+            row->faults = (uint64_t)value;
         else if (column->field == TELEMETRY_SHOT)
             row->shot[column->axis].number = (uint32_t)value;
         else
@@ -342,8 +350,7 @@ static int telemetry_read_column(struct telemetry_reader *reader,
     if (telemetry_read_number(reader, cell, telemetry_field[column->field].bits,
                               &value) < 0)
         return -1;
-    memcpy((char *)axis + telemetry_field[column->field].offset, &value,
-           sizeof value);
+    telemetry_set(axis, column->field, value);
     return 0;
 }
 
@@ -378,8 +385,8 @@ static int telemetry_read_all(struct telemetry_reader *reader,
     struct telemetry_row row = { .shot_count = rig_trigger_count(rig) };
     row.axis = memory_pool_new(memory, rig->axis_count, sizeof *row.axis);
     row.shot = memory_pool_new(memory, row.shot_count, sizeof *row.shot);
-    reader->columns_max =
-        rig->axis_count * (TELEMETRY_FIELDS + 1) + (size_t)2 * row.shot_count;
+    reader->columns_max = (size_t)rig->axis_count * (TELEMETRY_FIELDS + 1) +
+                          (size_t)2 * row.shot_count + 1;
     reader->column =
         memory_pool_new(memory, reader->columns_max, sizeof *reader->column);
     if (telemetry_read_heading(reader) < 0)

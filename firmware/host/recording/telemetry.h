@@ -9,7 +9,9 @@
  *   NAME.demand_U  NAME.demand_U_s  NAME.demand_U_s2  NAME.demand_U_s3
  *   NAME.actual_U  NAME.actual_U_s  NAME.following_U  NAME.statusword
  * and per trigger line LINE.shot, the number (from 1) of the shot that this
- * tick fired, else 0, and LINE.shot_ns, when (as t_ns), else 0. */
+ * tick fired, else 0, and LINE.shot_ns, when (as t_ns), else 0; of a run with a
+ * fault script the last is faults: a bit per fault of the script that is in
+ * force, the first one's is 1. */
 #ifndef FIRMWARE_HOST_RECORDING_TELEMETRY_H
 #define FIRMWARE_HOST_RECORDING_TELEMETRY_H
 
@@ -50,6 +52,20 @@ struct telemetry_axis {
     struct hal_drive_events events; /* so far; not in the file */
 };
 
+/* The numbers of one axis, in the order of the file.  Twelve decimals are more
+ * than 2^-32 has: a demanded position read back is the one that was sent, and
+ * its third difference over a millisecond is still a jerk. */
+struct telemetry_field {
+    const char *name;
+    const char *per; /* after the unit */
+    size_t offset;   /* in struct telemetry_axis, of an int64_t */
+    unsigned bits, digits;
+};
+#define TELEMETRY_FIELDS 7
+extern const struct telemetry_field telemetry_field[TELEMETRY_FIELDS];
+int64_t telemetry_get(const struct telemetry_axis *axis, size_t field);
+void telemetry_set(struct telemetry_axis *axis, size_t field, int64_t value);
+
 struct telemetry_shot {
     uint32_t number; /* 0: none */
     int64_t t_ns;
@@ -57,23 +73,27 @@ struct telemetry_shot {
 };
 
 struct telemetry_row {
-    int64_t t_ns; /* from the start of the run */
+    int64_t t_ns;    /* from the start of the run */
+    int64_t late_ns; /* the wake-up after its time; not in the file */
+    uint32_t number; /* of the row, lost ones too; not in the file */
     struct motion_clock_rate rate;
     enum telemetry_phase phase;
     int state;                   /* enum controller_state */
     struct telemetry_axis *axis; /* of the rig */
     struct telemetry_shot *shot; /* of its trigger lines, in order */
     unsigned shot_count;
+    uint64_t faults; /* of a fault script, in force */
 };
 
 struct telemetry {
     struct rows rows;
     const struct rig *rig;
+    bool has_faults; /* the column */
 };
 
 /* Writes the heading. */
 void telemetry_init(struct telemetry *telemetry, FILE *file,
-                    const struct rig *rig);
+                    const struct rig *rig, bool has_faults);
 /* Errors stay in the file's error flag. */
 void telemetry_write(struct telemetry *telemetry,
                      const struct telemetry_row *row);

@@ -60,6 +60,8 @@ struct rig_kind {
     const char *homes_as_set_up; /* so that neither slow nor method is for it:
                                     "a drive, which ..."; NULL: it is told */
     bool has_methods;            /* of homing, numbers above or below 0 */
+    bool has_heartbeat;          /* which it sends by itself */
+    uint32_t code_max;           /* of its faults, from 1 */
     bool has_inputs; /* says which of its own switches are pressed */
     /* On a CAN bus without CANopen: what axis i has there; returns how many. */
     unsigned (*frames)(const struct rig *rig, unsigned i,

@@ -23,6 +23,8 @@
 #include "hal/modbus/line.h"
 #include "hal/modbus/map.h"
 #include "motion/plan/move.h"
+#include "motion/plan/rig/plan_rig.h"
+#include "motion/plan/shaper/shaper.h"
 
 #define RIG_BUSES_MAX      32
 #define RIG_AXES_MAX       CONTROLLER_AXES_MAX
@@ -135,6 +137,8 @@ struct rig_axis {
     struct drive_cia402_parameter object[RIG_PARAMETERS_MAX];
     struct drive_modbus_parameter item[RIG_PARAMETERS_MAX];
     unsigned parameter_count;
+    bool has_shaper; /* of the vibration that the axis is left with */
+    struct plan_shaper_request shaper;
     struct rig_sim sim;
     struct plan_place place;
 };
@@ -152,6 +156,7 @@ enum rig_line_kind {
     RIG_LINE_LAMP, /* lit while an axis may have torque */
     RIG_LINE_HOME,
     RIG_LINE_TRIGGER, /* pulses at the events of a move */
+    RIG_LINE_START,   /* starts a move that waits for it */
 };
 #define RIG_TRIGGERS_MAX 8
 
@@ -173,6 +178,7 @@ struct rig_line {
     /* simulated: a switch is pressed where its axis is from low to high */
     bool has_sim;
     int64_t sim_low_q32, sim_high_q32;
+    int64_t sim_every_ns; /* simulated start: from pulse to pulse; 0: none */
     struct plan_place place;
 };
 
@@ -201,6 +207,7 @@ struct rig {
     const struct quirk_set *quirks; /* slew's own; NULL: no CiA 402 drive */
     struct rig_line *line;
     uint32_t line_count;
+    struct plan_rig *kinematics; /* axes of the rig; NULL: not given */
 };
 
 /* No axis before it has its node: what is the node's is counted with it. */

@@ -54,6 +54,8 @@ static const struct yaml_field rig_axis_fields[] = {
       rig_read_drive, 0 },
     { "homing", YAML_OPTIONAL, "a map with by and what belongs to it",
       rig_read_homing, offsetof(struct rig_axis, homing) },
+    { "shaper", YAML_OPTIONAL, "a map with kind, frequency and damping",
+      rig_read_shaper, 0 },
     { "sim", YAML_OPTIONAL,
       "a map with bandwidth, damping, start, velocity and acceleration",
       rig_read_sim, offsetof(struct rig_axis, sim) },

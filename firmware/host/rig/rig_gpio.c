@@ -7,6 +7,8 @@
 #define RIG_WIDTH_MAX   (10000 * RIG_MS)
 #define RIG_REST_MAX    (60000 * RIG_MS)
 #define RIG_LEAD_MAX    (2000 * RIG_MS)
+#define RIG_EVERY_MIN   (200 * RIG_MS) /* of simulated pulses */
+#define RIG_EVERY_MAX   (600000 * RIG_MS)
 
 const char *const rig_line_kinds[RIG_LINE_KINDS] = {
     [RIG_LINE_ESTOP] = "e-stop",
@@ -15,6 +17,7 @@ const char *const rig_line_kinds[RIG_LINE_KINDS] = {
     [RIG_LINE_LAMP] = "lamp",
     [RIG_LINE_HOME] = "home",
     [RIG_LINE_TRIGGER] = "trigger",
+    [RIG_LINE_START] = "start",
 };
 const char *const rig_line_levels[RIG_LINE_LEVELS] = { "high", "low" };
 const char *const rig_line_biases[RIG_LINE_BIASES] = {
@@ -158,7 +161,7 @@ static int rig_read_line_lead(void *reader, const struct yaml_value *value,
     return rig_read_line_pulse(reader, value, 0, RIG_LEAD_MAX, out);
 }
 
-/* [low, high], positions of the axis. */
+/* [low, high], positions of the axis; of a start the time between pulses. */
 static int rig_read_line_sim(void *reader, const struct yaml_value *value,
                              void *out)
 {
@@ -167,6 +170,9 @@ static int rig_read_line_sim(void *reader, const struct yaml_value *value,
     struct yaml_value end[2];
 
     (void)out;
+    if (line->kind == RIG_LINE_START)
+        return rig_read_time(reader, value, RIG_EVERY_MIN, RIG_EVERY_MAX,
+                             RIG_MS, &line->sim_every_ns);
     if (!rig_line_has_axis(line) || line->axis < 0)
         return yaml_value_refuse(value, "is for a switch of an axis");
     self->units.unit = self->rig->axis[line->axis].unit;
@@ -184,7 +190,7 @@ static int rig_read_line_sim(void *reader, const struct yaml_value *value,
 
 static const struct yaml_field rig_line_fields[] = {
     { "kind", YAML_REQUIRED,
-      "e-stop, limit-negative, limit-positive, lamp, home or trigger",
+      "e-stop, limit-negative, limit-positive, lamp, home, trigger or start",
       rig_read_line_kind, offsetof(struct rig_line, kind) },
     { "axis", YAML_OPTIONAL, "the axis that a limit or home switch belongs to",
       rig_read_line_axis, offsetof(struct rig_line, axis) },
@@ -204,7 +210,9 @@ static const struct yaml_field rig_line_fields[] = {
       offsetof(struct rig_line, rest_ns) },
     { "lead", YAML_OPTIONAL, "0 .. 2 s in whole ms", rig_read_line_lead,
       offsetof(struct rig_line, lead_ns) },
-    { "sim", YAML_OPTIONAL, "[low, high], two positions of the axis",
+    { "sim", YAML_OPTIONAL,
+      "[low, high], two positions of the axis; of a start, 0.2 s .. 600 s in "
+      "whole ms",
       rig_read_line_sim, 0 },
 };
 const struct yaml_shape rig_line_shape = { "line", rig_line_fields,

@@ -50,6 +50,9 @@ static const struct yaml_field rig_fields[] = {
       0 },
     { "gpio", YAML_OPTIONAL, "a map of 1 .. 256 lines by name", rig_read_gpio,
       0 },
+    { "kinematics", YAML_OPTIONAL,
+      "a map with head, and linear, arc, gantry or jib", rig_read_kinematics,
+      0 },
 };
 static const struct yaml_shape rig_shape = { "rig", rig_fields,
                                              ARRAY_LEN(rig_fields) };
@@ -62,9 +65,11 @@ const struct yaml_words rig_words[] = {
     { "homing.by", rig_homing_kinds, RIG_HOMING_KINDS },
     { "homing.input", rig_homing_inputs, RIG_HOMING_INPUTS },
     { "homing.direction", rig_homing_ways, RIG_HOMING_WAYS },
+    { "shaper.kind", rig_shaper_kinds, PLAN_SHAPER_KINDS },
     { "line.kind", rig_line_kinds, RIG_LINE_KINDS },
     { "line.active", rig_line_levels, RIG_LINE_LEVELS },
     { "line.bias", rig_line_biases, RIG_LINE_BIASES },
+    { "jib.mount", rig_jib_heads, RIG_JIB_HEADS },
     { NULL, NULL, 0 },
 };
 
@@ -82,10 +87,21 @@ const struct yaml_shape *const rig_shapes[] = {
     &rig_times_shape,
     &rig_pdo_shape,
     &rig_homing_shape,
+    &rig_shaper_shape,
     &rig_sim_shape,
     &rig_modbus_bus_shape,
     &rig_can_bus_shape,
     &rig_line_shape,
+    &rig_kinematics_shape,
+    &rig_linear_shape,
+    &rig_slide_shape,
+    &rig_joint_shape,
+    &rig_arc_shape,
+    &rig_gantry_shape,
+    &rig_jib_shape,
+    &rig_head_shape,
+    &rig_table_shape,
+    &rig_lens_shape,
     NULL,
 };
 

@@ -9,8 +9,9 @@
  *   rig_bus.c     buses                    rig_sim.c    axis: sim
  *   rig_modbus.c  buses of Modbus          rig_values.c  kinds of value
  *   rig_axis.c    axes                     rig_homing.c axis: homing
- *   rig_gpio.c    gpio
+ *   rig_gpio.c    gpio                    rig_kinematics.c  kinematics
  *   rig_limits.c  axis: limits, stop, following_error
+ *   rig_shaper.c  axis: shaper
  *   kind.h        what a kind of drive adds: firmware/host/kind
  *
  * A reader returns 0, or -1 with the sentence written. */
@@ -66,10 +67,13 @@ int rig_read_drive(void *reader, const struct yaml_value *value, void *out);
 int rig_read_homing(void *reader, const struct yaml_value *value, void *out);
 /* After everything: does each axis have the line that its homing needs? */
 int rig_check_homing(const struct yaml_value *value, const struct rig *rig);
+int rig_read_shaper(void *reader, const struct yaml_value *value, void *out);
 int rig_read_sim(void *reader, const struct yaml_value *value, void *out);
 int rig_read_axes(void *reader, const struct yaml_value *value, void *out);
 int rig_read_buses(void *reader, const struct yaml_value *value, void *out);
 int rig_read_gpio(void *reader, const struct yaml_value *value, void *out);
+int rig_read_kinematics(void *reader, const struct yaml_value *value,
+                        void *out);
 int rig_read_drive_bus(void *reader, const struct yaml_value *value, void *out);
 int rig_read_drive_node(void *reader, const struct yaml_value *value,
                         void *out);
@@ -109,9 +113,11 @@ int rig_read_ratio(struct rig_reader *reader, const struct yaml_value *value,
 
 extern const struct yaml_shape rig_limit_shape, rig_stop_shape,
     rig_following_shape, rig_counts_shape, rig_sim_shape, rig_homing_shape,
-    rig_axis_shape, rig_bus_shape, rig_line_shape, rig_modbus_bus_shape,
-    rig_can_bus_shape, rig_scale_shape, rig_option_shape, rig_times_shape,
-    rig_pdo_shape;
+    rig_shaper_shape, rig_axis_shape, rig_bus_shape, rig_line_shape,
+    rig_modbus_bus_shape, rig_can_bus_shape, rig_scale_shape, rig_option_shape,
+    rig_times_shape, rig_pdo_shape, rig_kinematics_shape, rig_linear_shape,
+    rig_slide_shape, rig_joint_shape, rig_arc_shape, rig_gantry_shape,
+    rig_jib_shape, rig_head_shape, rig_table_shape, rig_lens_shape;
 #define RIG_KIND_SHAPE(NAME, name)                                             \
     extern const struct yaml_shape rig_##name##_shape;
 RIG_KIND_LIST(RIG_KIND_SHAPE)
@@ -123,9 +129,10 @@ RIG_KIND_LIST(RIG_KIND_SHAPE)
 #define RIG_HOMING_KINDS  4
 #define RIG_HOMING_INPUTS 3
 #define RIG_HOMING_WAYS   2
-#define RIG_LINE_KINDS    6
+#define RIG_LINE_KINDS    7
 #define RIG_LINE_LEVELS   2
 #define RIG_LINE_BIASES   4
+#define RIG_JIB_HEADS     3
 extern const char *const rig_bus_kinds[RIG_BUS_KINDS];
 extern const char *const rig_drive_kinds[RIG_DRIVE_KINDS];
 extern const char *const rig_cia402_modes[RIG_CIA402_MODES];
@@ -135,5 +142,7 @@ extern const char *const rig_homing_ways[RIG_HOMING_WAYS];
 extern const char *const rig_line_kinds[RIG_LINE_KINDS];
 extern const char *const rig_line_levels[RIG_LINE_LEVELS];
 extern const char *const rig_line_biases[RIG_LINE_BIASES];
+extern const char *const rig_shaper_kinds[PLAN_SHAPER_KINDS];
+extern const char *const rig_jib_heads[RIG_JIB_HEADS];
 
 #endif

@@ -1,5 +1,5 @@
-/* firmware/host/yaml/yaml_shapes.h - the maps of rig.yaml, move.yaml, the
- * register maps and quirks, as tables.
+/* firmware/host/yaml/yaml_shapes.h - the maps of rig.yaml, move.yaml, faults.yaml,
+ * the register maps and quirks, as tables.
  *
  * For the readers themselves, and for whatever must agree with them:
  * tests/proofs/check_schema.py compares them with docs/schema. */
@@ -11,6 +11,7 @@
 /* Ends with NULL. */
 extern const struct yaml_shape *const rig_shapes[];
 extern const struct yaml_shape *const move_shapes[];
+extern const struct yaml_shape *const fault_shapes[];
 extern const struct yaml_shape *const map_shapes[];
 extern const struct yaml_shape *const quirk_shapes[];
 
@@ -24,6 +25,7 @@ struct yaml_words {
 /* Ends with a name of NULL. */
 extern const struct yaml_words rig_words[];
 extern const struct yaml_words move_words[];
+extern const struct yaml_words fault_words[];
 extern const struct yaml_words map_words[];
 extern const struct yaml_words quirk_words[];
 

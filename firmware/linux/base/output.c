@@ -4,6 +4,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
 #include <stdbool.h>
 #include <stdlib.h>
@@ -70,14 +71,26 @@ static void output_forget(const char *name)
 
 /* --- the stream: its first error is kept, as stdio forgets which it was --- */
 
+/* Whether it can be written on after what write() said. */
+static int output_wait(const struct output *output, int reason)
+{
+    struct pollfd reader = { .fd = output->descriptor, .events = POLLOUT };
+    if (reason == EINTR)
+        return 0;
+    if (reason != EAGAIN || !output->hasty)
+        return reason;
+    const int ready = poll(&reader, 1, OUTPUT_HASTE_MS);
+    return ready > 0 || (ready < 0 && errno == EINTR) ? 0 : ETIMEDOUT;
+}
+
 static ssize_t output_put(void *cookie, const char *data, size_t size)
 {
     struct output *output = cookie;
     size_t done = 0;
     while (done < size && output->error == 0) {
         const ssize_t put = write(output->descriptor, data + done, size - done);
-        if (put < 0 && errno != EINTR)
-            output->error = errno;
+        if (put < 0)
+            output->error = output_wait(output, errno);
         done += put > 0 ? (size_t)put : 0;
     }
     if (output->error == 0) {
@@ -181,20 +194,67 @@ static int output_fail_open(struct output *output, const char *path,
     return -1;
 }
 
-int output_open(struct output *output, const char *path)
+static void output_clear(struct output *output)
 {
     output->file = NULL;
     output->keep = false;
+    output->hasty = false;
     output->error = 0;
     output->length = 0;
     output->partial[0] = 0;
-    if (output_is_special(path)) {
-        snprintf(output->path, sizeof output->path, "%s", path);
-        output->descriptor = open(path, O_WRONLY | O_CLOEXEC);
-        return output->descriptor < 0 || output_stream(output) < 0
-                   ? output_fail_open(output, path, "open")
-                   : 0;
+}
+
+static int output_open_special(struct output *output, const char *path)
+{
+    snprintf(output->path, sizeof output->path, "%s", path);
+    output->descriptor = open(path, O_WRONLY | O_CLOEXEC);
+    return output->descriptor < 0 || output_stream(output) < 0
+               ? output_fail_open(output, path, "open")
+               : 0;
+}
+
+void output_make_hasty(struct output *output)
+{
+    const int flags = fcntl(output->descriptor, F_GETFL);
+    output->hasty = flags >= 0 &&
+                    fcntl(output->descriptor, F_SETFL, flags | O_NONBLOCK) == 0;
+}
+
+static bool output_has_content(const char *path)
+{
+    struct stat status;
+    return stat(path, &status) == 0 && status.st_size > 0;
+}
+
+/* The file that is written is the one to be kept: `partial` is its own name. */
+int output_open_new(struct output *output, const char *path)
+{
+    output_clear(output);
+    if (output_is_special(path))
+        return output_open_special(output, path);
+    if (output_has_content(path)) {
+        error_say("slew: %s: is there already and a recording is never "
+                  "replaced, expected another name",
+                  path);
+        return -1;
     }
+    if (output_resolve(output, path) < 0)
+        return output_fail(path, "create");
+    memcpy(output->partial, output->path, strlen(output->path) + 1);
+    if (output_lock(output) < 0) {
+        output->partial[0] = 0; /* not ours */
+        return output_fail_open(output, path, "create");
+    }
+    output->keep = true;
+    return output_stream(output) < 0 ? output_fail_open(output, path, "create")
+                                     : 0;
+}
+
+int output_open(struct output *output, const char *path)
+{
+    output_clear(output);
+    if (output_is_special(path))
+        return output_open_special(output, path);
     if (output_resolve(output, path) < 0)
         return output_fail(path, "create");
     if (output_open_partial(output) < 0) {
@@ -254,7 +314,9 @@ int output_commit(struct output *output)
 {
     if (output_close(output) < 0)
         return output_keep(output, "write");
-    if (output->partial[0] != 0 && rename(output->partial, output->path) < 0) {
+    const bool in_place = strcmp(output->partial, output->path) == 0;
+    if (output->partial[0] != 0 && !in_place &&
+        rename(output->partial, output->path) < 0) {
         output->error = errno;
         return output_keep(output, "put in place");
     }

@@ -5,7 +5,10 @@
  * directly.  A signal that ends the program (interrupt, terminate, hang-up,
  * where nothing else handles it) removes the partial files first; a kill leaves
  * them.  The next program that writes NAME takes the place of what was left;
- * one that is still being written is locked and never touched. */
+ * one that is still being written is locked and never touched.
+ *
+ * A recording is another matter: it has its own name while it grows, and none
+ * that is there is replaced. */
 #ifndef FIRMWARE_HOST_BASE_OUTPUT_H
 #define FIRMWARE_HOST_BASE_OUTPUT_H
 
@@ -21,7 +24,8 @@
 
 struct output {
     FILE *file;
-    bool keep; /* the partial file stays when it cannot be completed */
+    bool keep;  /* the partial file stays when it cannot be completed */
+    bool hasty; /* what takes nothing for OUTPUT_HASTE_MS has failed */
     int descriptor;
     int error;                     /* errno of the first write that failed; 0 */
     off_t length;                  /* written so far */
@@ -35,6 +39,15 @@ struct output {
 /* 0, or -1 with a line on stderr; nothing is left behind then.  The output must
  * stay where it is until it is committed or abandoned. */
 int output_open(struct output *output, const char *path);
+/* The same for a recording: a new file, or one that is empty, or what is not a
+ * regular file.  Nothing but output_abandon removes it. */
+int output_open_new(struct output *output, const char *path);
+
+/* From now on a pipe that nobody reads is an error (ETIMEDOUT) after a while,
+ * not something to wait for. */
+#define OUTPUT_HASTE_MS 2000
+void output_make_hasty(struct output *output);
+
 /* Close and put in place.  As output_open, but for what `keep` keeps; also
  * fails when anything written before has failed. */
 int output_commit(struct output *output);

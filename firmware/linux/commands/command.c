@@ -14,10 +14,11 @@
 #include "firmware/linux/base/json_print.h"
 
 const struct command *const command_list[] = {
-    &cmd_check,   &cmd_fit,     &cmd_plan,    &cmd_sample, &cmd_plot,
-    &cmd_run,     &cmd_otg,     &cmd_gallery, &cmd_import, &cmd_export,
-    &cmd_compile, &cmd_sim,     &cmd_drive,   &cmd_off,    &cmd_home,
-    &cmd_jog,     &cmd_monitor, &cmd_scan,    &cmd_doctor, NULL,
+    &cmd_check,  &cmd_fit,     &cmd_plan,    &cmd_sample,  &cmd_plot,
+    &cmd_run,    &cmd_report,  &cmd_otg,     &cmd_gallery, &cmd_import,
+    &cmd_export, &cmd_compile, &cmd_sim,     &cmd_drive,   &cmd_off,
+    &cmd_home,   &cmd_jog,     &cmd_monitor, &cmd_service, &cmd_scan,
+    &cmd_doctor, &cmd_shaper,  NULL,
 };
 
 const struct command *command_find(const char *name)
@@ -58,6 +59,22 @@ static bool command_wants_json(int argc, char *argv[])
         if (strcmp(argv[i], "--json") == 0)
             return true;
     return false;
+}
+
+bool command_may_move(const struct options *options, const char *command)
+{
+    char line[16] = "";
+    if (!options->real || options->yes)
+        return true;
+    if (!isatty(STDIN_FILENO)) {
+        error_say("slew %s: REAL drives would move, expected --yes, or a "
+                  "terminal to ask on",
+                  command);
+        return false;
+    }
+    fputs("REAL drives will move. Go on? [y/N] ", stderr);
+    return fgets(line, sizeof line, stdin) != NULL &&
+           (line[0] == 'y' || line[0] == 'Y');
 }
 
 /* With --json there is an object whatever happens: where a command ended before
@@ -108,10 +125,31 @@ static bool command_is_help(const char *word)
            strcmp(word, "help") == 0;
 }
 
+/* slewd ... is slew service run ... */
+static enum status command_slewd(int argc, char *argv[])
+{
+    char *words[OPTIONS_PATHS_MAX + 4] = { argv[0], "service", "run" };
+    if (argc > OPTIONS_PATHS_MAX) {
+        error_say("slewd: too many arguments; see slewd --help");
+        return STATUS_INPUT;
+    }
+    for (int i = 1; i < argc; i++)
+        words[i + 2] = argv[i];
+    return command_flush(command_run(&cmd_service, argc + 1, words + 1));
+}
+
+static bool command_is_slewd(const char *program)
+{
+    const char *slash = strrchr(program, '/');
+    return strcmp(slash == NULL ? program : slash + 1, "slewd") == 0;
+}
+
 enum status command_main(int argc, char *argv[])
 {
     signal(SIGPIPE, SIG_IGN); /* write errors are seen where they happen */
     signal(SIGXFSZ, SIG_IGN);
+    if (argc > 0 && command_is_slewd(argv[0]))
+        return command_slewd(argc, argv);
     if (argc < 2) {
         command_help(stderr);
         return STATUS_INPUT;

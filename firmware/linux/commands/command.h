@@ -23,8 +23,9 @@ struct command {
 #define COMMAND_OPTIONS(rows) .option = (rows), .option_count = ARRAY_LEN(rows)
 
 extern const struct command cmd_check, cmd_fit, cmd_plan, cmd_sample, cmd_plot,
-    cmd_run, cmd_otg, cmd_gallery, cmd_import, cmd_export, cmd_compile, cmd_off,
-    cmd_sim, cmd_drive, cmd_home, cmd_jog, cmd_monitor, cmd_scan, cmd_doctor;
+    cmd_run, cmd_report, cmd_otg, cmd_gallery, cmd_import, cmd_export,
+    cmd_compile, cmd_off, cmd_sim, cmd_drive, cmd_home, cmd_jog, cmd_monitor,
+    cmd_scan, cmd_doctor, cmd_shaper, cmd_service;
 
 /* The commands above in the order of the help; NULL at the end. */
 extern const struct command *const command_list[];
@@ -32,5 +33,9 @@ extern const struct command *const command_list[];
 const struct command *command_find(const char *name);
 /* Everything after main(): argv[1] names the command. */
 enum status command_main(int argc, char *argv[]);
+
+/* With --real: says that things will move and asks on a terminal; elsewhere
+ * --yes is needed.  False: the operator does not want it. */
+bool command_may_move(const struct options *options, const char *command);
 
 #endif

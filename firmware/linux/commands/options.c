@@ -222,6 +222,8 @@ int options_parse(const struct command *command, int argc, char *argv[],
         .key_every_ns = -1,
         .override_q30 = MOTION_CLOCK_WARP_ONE_Q30,
         .row = -1,
+        .loop = -1,
+        .cpu = -1,
     };
     for (int i = 0; i < OTG_VALUES; i++)
         options->motion[i] = (double)NAN;

@@ -37,11 +37,16 @@ struct options {
     bool help, json, dry_run;
     bool segments, rules;     /* plan */
     bool quaternion, raw;     /* sample */
+    bool space;               /* plot */
     bool realtime, real, pty; /* run, sim */
     bool eds;                 /* sim */
+    const char *address;      /* sim */
     const char *out, *axis, *plot, *compare;
-    const char *method;                                     /* fit */
-    const char *telemetry, *can_log, *modbus_log, *hold_at; /* run */
+    const char *method, *tolerance;               /* fit */
+    const char *telemetry, *can_log, *modbus_log; /* run */
+    const char *record, *at, *on_edge, *hold_at, *from, *faults;
+    int64_t loop; /* times; -1 when not given, 0: until a stop */
+    bool ping_pong;
     const char *rig, *fps, *columns, *curve, *interface;
     const char *root;                              /* doctor */
     const char *bus, *sheet, *map, *type, *parity; /* drive, scan */
@@ -60,6 +65,9 @@ struct options {
     double wanted_s;                   /* otg; 0 when not given */
     const char *together;              /* otg */
     bool through, replan;              /* otg */
+    bool sim, group;                   /* service */
+    const char *socket;                /* service */
+    int64_t cpu;                       /* service; -1 when not given */
     const char *path[OPTIONS_PATHS_MAX];
     int path_count;
 };

@@ -7,9 +7,11 @@
 
 #include "firmware/host/plot/plot.h"
 #include "firmware/host/plot/plot_otg.h"
+#include "firmware/host/plot/plot_space.h"
 
 int picture_of_job(const struct job *job, const struct trace *trace,
                    const char *path);
+int picture_of_space(const struct job *job, const char *path);
 int picture_of_otg(const struct otg_motion *motion, const char *title,
                    const char *subtitle, const char *path);
 

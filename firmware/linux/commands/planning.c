@@ -175,6 +175,16 @@ enum status planning_open(struct job *job, const char *const path[], int count,
     return status;
 }
 
+enum status planning_open_files(struct job *job, const struct files *files,
+                                const char *rig, const char *move)
+{
+    memset(job, 0, sizeof *job);
+    const enum status status =
+        job_open(job, files, rig, move, true, &planning_progress);
+    error_tell(&job->messages);
+    return status;
+}
+
 enum status planning_rig(const char *path, struct rig *rig)
 {
     struct messages messages = { .text = NULL };

@@ -13,6 +13,10 @@
 enum status planning_open(struct job *job, const char *const path[], int count,
                           bool any);
 
+/* The same of these two, wherever `files` has them. */
+enum status planning_open_files(struct job *job, const struct files *files,
+                                const char *rig, const char *move);
+
 /* As job_read_rig: a file, or a directory with rig.yaml. */
 enum status planning_rig(const char *path, struct rig *rig);
 

@@ -17,6 +17,8 @@ struct machine_kind {
     uint16_t (*statusword)(const struct machine *machine, unsigned i);
     /* Makes the simulated drive of axis i on its bus.  Its errors. */
     int (*sim_init)(struct machine_sim *sim, const struct rig *rig, unsigned i);
+    /* The same as what all servos on a CAN bus are; NULL: it is on another. */
+    struct sim_servo *(*sim_servo)(struct machine_sim *sim, unsigned i);
     int64_t (*sim_counts_q24)(const struct machine_sim *sim, unsigned i);
 };
 

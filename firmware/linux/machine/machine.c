@@ -96,7 +96,7 @@ static struct controller_axis_config machine_axis(const struct rig *rig,
     };
 }
 
-/* Where the controller looks for an input of this kind; NULL for outputs. */
+/* Where the controller looks for an input of this kind; NULL: nowhere. */
 static struct hal_gpio **machine_input(struct machine *machine,
                                        struct controller_inputs *inputs,
                                        const struct rig_line *line)
@@ -112,6 +112,7 @@ static struct hal_gpio **machine_input(struct machine *machine,
         return &machine->switches[line->axis].home;
     case RIG_LINE_LAMP:
     case RIG_LINE_TRIGGER:
+    case RIG_LINE_START: /* the player's */
         break;
     }
     return NULL;
@@ -122,14 +123,15 @@ static int machine_init_inputs(struct machine *machine,
 {
     const struct rig *rig = machine->rig;
     for (unsigned i = 0; i < rig->line_count; i++) {
-        struct hal_gpio **slot = machine_input(machine, inputs, &rig->line[i]);
-        if (slot == NULL)
+        if (rig_line_is_output(&rig->line[i]))
             continue;
+        struct hal_gpio **slot = machine_input(machine, inputs, &rig->line[i]);
         int err = gpio_debounce_init(&machine->input[i], machine->ports.line[i],
                                      rig->line[i].release_ns);
         if (err < 0)
             return err;
-        *slot = &machine->input[i].gpio;
+        if (slot != NULL)
+            *slot = &machine->input[i].gpio;
     }
     return MOTION_OK;
 }
@@ -176,6 +178,8 @@ static int machine_init_controller(struct machine *machine)
     if (err == MOTION_OK)
         err = controller_init(&machine->controller, &config,
                               machine->axis_state, machine->axis, &inputs);
+    playback_init(&machine->playback, &machine->controller, &machine->jog,
+                  machine->playback_axis);
     return err < 0 ? err
                    : homing_init(&machine->homing, &machine->controller,
                                  &machine->jog, machine->homing_config);
@@ -206,6 +210,7 @@ static void machine_storage(struct machine *machine, const struct rig *rig)
     CAPACITY(drive, axes);
     CAPACITY(axis_config, axes);
     CAPACITY(axis_state, axes);
+    CAPACITY(playback_axis, axes);
     CAPACITY(switches, axes);
     CAPACITY(homing_config, axes);
     CAPACITY(input, rig->line_count);
@@ -310,6 +315,7 @@ void machine_tick(struct machine *machine, int64_t now_ns)
     controller_step(&machine->controller, now_ns, worst);
     controller_jog_step(&machine->controller, &machine->jog);
     homing_step(&machine->homing);
+    playback_step(&machine->playback);
     machine_light(machine);
     machine_trigger_step(machine, now_ns);
     machine_end(machine, now_ns);

@@ -11,6 +11,7 @@
 
 #include "firmware/control/controller.h"
 #include "firmware/control/homing.h"
+#include "firmware/control/playback.h"
 #include "firmware/control/trigger.h"
 #include "firmware/host/rig/rig.h"
 #include "firmware/linux/machine/drives.h"
@@ -71,6 +72,8 @@ struct machine {
     struct controller controller;
     struct controller_jog jog;
     struct homing homing;
+    struct playback playback; /* nothing loaded */
+    struct playback_axis *playback_axis;
 };
 
 /* Axis i of the rig is axis i of the controller.  The machine is all zero, or

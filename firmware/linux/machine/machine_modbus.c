@@ -143,7 +143,10 @@ static int machine_modbus_device(struct machine_modbus *modbus,
                                  char message[YAML_MESSAGE_MAX])
 {
     struct modbus_host *host = &modbus->device[i].host;
-    int err = modbus_device_start(&modbus->device[i], rig, i, true, message);
+    const struct modbus_device_at at = { .address.s_addr =
+                                             htonl(INADDR_LOOPBACK),
+                                         .any_port = true };
+    int err = modbus_device_start(&modbus->device[i], rig, i, &at, message);
 
     if (err < 0)
         return err;

@@ -154,6 +154,7 @@ static void machine_sim_storage(struct machine_sim *sim, const struct rig *rig)
     CAPACITY(zero_q32, rig->axis_count);
     CAPACITY(line, rig->line_count);
     CAPACITY(pressed, rig->line_count);
+    CAPACITY(stuck, rig->line_count);
 #undef CAPACITY
 }
 

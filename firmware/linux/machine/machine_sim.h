@@ -29,6 +29,7 @@ struct machine_sim {
     struct sim_member switches;
     int64_t switches_due_ns;
     bool *pressed;
+    bool *stuck; /* whatever presses it: machine_sim_stick */
     /* where an axis really is when its drive says 0: an axis that needs homing
      * is switched on with an encoder that counts from there */
     int64_t *zero_q32;
@@ -47,6 +48,10 @@ void machine_sim_free(struct machine_sim *sim);
 /* machine_sim_switch.c: what presses lines with `sim`; where the drive of an
  * axis says that it is. */
 int machine_sim_switches(struct machine_sim *sim);
+/* Input line i is at that level from now on, until it is let go. */
+void machine_sim_stick(struct machine_sim *sim, unsigned i,
+                       enum sim_gpio_level level);
+void machine_sim_let_go(struct machine_sim *sim, unsigned i);
 int64_t machine_sim_pos_q32(const struct machine_sim *sim, unsigned i);
 
 /* machine_sim_modbus.c: line and master of a bus. */

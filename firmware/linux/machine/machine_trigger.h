@@ -3,7 +3,7 @@
 #define FIRMWARE_LINUX_MACHINE_MACHINE_TRIGGER_H
 
 #include "firmware/linux/machine/machine.h"
-#include "motion/plan/plan_event.h"
+#include "motion/plan/shoot/plan_event.h"
 
 /* One per line of kind trigger, with nothing to do. */
 int machine_trigger_init(struct machine *machine);

@@ -1,6 +1,7 @@
 /* firmware/linux/machine/modbus_device.c - see modbus_device.h. */
 #include "firmware/linux/machine/modbus_device.h"
 
+#include <arpa/inet.h>
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
@@ -43,30 +44,38 @@ static int modbus_device_build(struct modbus_device *device,
 }
 
 static int modbus_device_show(struct modbus_device *device,
-                              const struct rig_bus *bus, bool any_port)
+                              const struct rig_bus *bus,
+                              const struct modbus_device_at *at)
 {
-    const uint16_t port = any_port ? 0 : bus->modbus.port;
+    const uint16_t port = at->any_port ? 0 : bus->modbus.port;
 
     if ((bus->kind == RIG_MODBUS_RTU
              ? modbus_host_pty(&device->host, &device->line)
-             : modbus_host_tcp(&device->host, port)) < 0 ||
+             : modbus_host_tcp(&device->host, at->address, port)) < 0 ||
         modbus_host_start(&device->host) < 0)
         return MOTION_E_IO;
     return MOTION_OK;
 }
 
 /* Why it cannot be shown: of a port on TCP, `error` says it. */
-static void modbus_device_say(const struct rig_bus *bus, int error,
-                              const char *reason,
+static void modbus_device_say(const struct rig_bus *bus, struct in_addr address,
+                              int error, const char *reason,
                               char message[YAML_MESSAGE_MAX])
 {
     const unsigned port = bus->modbus.port;
+    char text[INET_ADDRSTRLEN] = "";
 
+    (void)inet_ntop(AF_INET, &address, text, sizeof text);
     if (error == EADDRINUSE)
         snprintf(message, YAML_MESSAGE_MAX,
-                 "bus %s: TCP port %u of 127.0.0.1 is in use by another "
-                 "program, expected one that is free",
-                 bus->name, port);
+                 "bus %s: TCP port %u of %s is in use by another program, "
+                 "expected one that is free",
+                 bus->name, port, text);
+    else if (error == EADDRNOTAVAIL)
+        snprintf(message, YAML_MESSAGE_MAX,
+                 "bus %s: %s is no address of this machine, expected one that "
+                 "ip address shows, or 0.0.0.0 for all of them",
+                 bus->name, text);
     else if (error == EACCES)
         snprintf(message, YAML_MESSAGE_MAX,
                  "bus %s: no permission for TCP port %u, expected one above "
@@ -79,7 +88,7 @@ static void modbus_device_say(const struct rig_bus *bus, int error,
 }
 
 int modbus_device_start(struct modbus_device *device, const struct rig *rig,
-                        unsigned bus, bool any_port,
+                        unsigned bus, const struct modbus_device_at *at,
                         char message[YAML_MESSAGE_MAX])
 {
     int err, error = 0;
@@ -88,11 +97,12 @@ int modbus_device_start(struct modbus_device *device, const struct rig *rig,
     err = modbus_device_build(device, rig, bus);
     if (err == MOTION_OK) {
         errno = 0;
-        err = modbus_device_show(device, &rig->bus[bus], any_port);
+        err = modbus_device_show(device, &rig->bus[bus], at);
         error = errno;
     }
     if (err < 0) {
-        modbus_device_say(&rig->bus[bus], error, motion_err_text(err), message);
+        modbus_device_say(&rig->bus[bus], at->address, error,
+                          motion_err_text(err), message);
         modbus_device_stop(device);
     }
     return err;

@@ -1,8 +1,8 @@
 /* firmware/linux/machine/modbus_device.h - the simulated servos of one Modbus
  * bus of a rig, in real time, where any Modbus master can reach them.
  *
- * An RTU line becomes a pseudo-terminal, with its bit times; TCP a port on
- * 127.0.0.1. */
+ * An RTU line becomes a pseudo-terminal, with its bit times; TCP a port of this
+ * machine. */
 #ifndef FIRMWARE_LINUX_MACHINE_MODBUS_DEVICE_H
 #define FIRMWARE_LINUX_MACHINE_MODBUS_DEVICE_H
 
@@ -17,10 +17,16 @@ struct modbus_device {
     struct modbus_host host;
 };
 
-/* host.path or host.port says where it is (TCP: the rig's port, or any when
- * `any_port`).  On an error returns its code and writes a sentence. */
+/* Where those on TCP listen. */
+struct modbus_device_at {
+    struct in_addr address; /* in network order */
+    bool any_port;          /* a free one instead of the rig's */
+};
+
+/* host.path or host.port says where it is.  On an error returns its code and
+ * writes a sentence. */
 int modbus_device_start(struct modbus_device *device, const struct rig *rig,
-                        unsigned bus, bool any_port,
+                        unsigned bus, const struct modbus_device_at *at,
                         char message[YAML_MESSAGE_MAX]);
 void modbus_device_stop(struct modbus_device *device);
 

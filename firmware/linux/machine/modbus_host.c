@@ -252,11 +252,12 @@ int modbus_host_pty(struct modbus_host *host, struct sim_modbus_line *line)
                : -1;
 }
 
-int modbus_host_tcp(struct modbus_host *host, uint16_t port)
+int modbus_host_tcp(struct modbus_host *host, struct in_addr address,
+                    uint16_t port)
 {
     struct sockaddr_in at = { .sin_family = AF_INET,
                               .sin_port = htons(port),
-                              .sin_addr.s_addr = htonl(INADDR_LOOPBACK) };
+                              .sin_addr = address };
     socklen_t length = sizeof at;
     const int one = 1;
 

@@ -8,6 +8,7 @@
 #ifndef FIRMWARE_LINUX_MACHINE_MODBUS_HOST_H
 #define FIRMWARE_LINUX_MACHINE_MODBUS_HOST_H
 
+#include <netinet/in.h>
 #include <pthread.h>
 #include <stdatomic.h>
 
@@ -54,9 +55,10 @@ struct modbus_host {
 void modbus_host_init(struct modbus_host *host, struct sim_world *world);
 /* Make a pseudo-terminal on the line; host->path names it.  0, or -1. */
 int modbus_host_pty(struct modbus_host *host, struct sim_modbus_line *line);
-/* Listen on 127.0.0.1; port 0 takes any, host->port says which.  The devices:
- * host->slave[unit].  0, or -1. */
-int modbus_host_tcp(struct modbus_host *host, uint16_t port);
+/* Listen on an address of this machine, in network order; port 0 takes any,
+ * host->port says which.  The devices: host->slave[unit].  0, or -1. */
+int modbus_host_tcp(struct modbus_host *host, struct in_addr address,
+                    uint16_t port);
 /* 0, or -1. */
 int modbus_host_start(struct modbus_host *host);
 /* Ends the thread and closes everything; also when it was never started. */

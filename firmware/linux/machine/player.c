@@ -11,7 +11,6 @@
 #include "firmware/linux/machine/pace.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
-#include "motion/curve/ease.h"
 
 #define PLAYER_MS INT64_C(1000000)
 
@@ -22,7 +21,6 @@
 #define PLAYER_QUICK_STOP_NS (3000 * PLAYER_MS)  /* at most */
 #define PLAYER_OBSERVE_NS    (20 * PLAYER_MS)
 #define PLAYER_PRIORITY      40
-#define PLAYER_SLOW          4 /* the approach's share of the limits: 1/4 */
 
 static void player_storage(struct player *player, const struct rig *rig)
 {
@@ -33,10 +31,6 @@ static void player_storage(struct player *player, const struct rig *rig)
     player->waiting_size = (size_t)axes * MACHINE_TORQUE_MAX;
     CAPACITY(player->waiting, player->waiting_size);
     CAPACITY(player->busy_ns, rig->bus_count);
-    CAPACITY(player->approach_storage, axes);
-    CAPACITY(player->approach, axes);
-    CAPACITY(player->approaches, axes);
-    CAPACITY(player->approach_goal, axes);
     row->shot_count = rig_trigger_count(rig);
     CAPACITY(row->axis, axes);
     CAPACITY(row->shot, row->shot_count);
@@ -62,8 +56,14 @@ void player_init(struct player *player, struct machine *machine,
     player->observer = *observer;
     player->standing_ns = -1;
     recorder_init(&player->recorder, &job->rig);
-    player->start_ns = hal_clock_now_ns(machine->ports.clock);
+    player->start = (struct run_start){ .wall_ns = config->start_wall_ns,
+                                        .line = config->start_line };
+    player->start_ns = run_start_align_ns(
+        &player->start, machine->ports.clock,
+        hal_clock_now_ns(machine->ports.clock), job->rig.period_ns);
     player->now_ns = player->start_ns;
+    if (config->faults != NULL)
+        config->faults->start_ns = player->start_ns;
 }
 
 /* --- looking on --- */
@@ -72,8 +72,9 @@ static const struct motion_track *player_track(const struct player *player,
                                                const struct telemetry_row *row,
                                                unsigned axis)
 {
-    if (row->phase == TELEMETRY_APPROACH && player->approaches[axis])
-        return &player->approach[axis];
+    const struct playback_axis *loaded = &player->machine->playback.axis[axis];
+    if (row->phase == TELEMETRY_APPROACH && loaded->approach.count > 0)
+        return &loaded->approach;
     if (row->phase != TELEMETRY_MOVE)
         return NULL;
     for (unsigned i = 0; i < player->job->move.axis_count; i++)
@@ -103,8 +104,12 @@ static void player_observe(void *context, struct telemetry_row *row)
     const struct player_observer *observer = &player->observer;
     if (observer->telemetry != NULL)
         telemetry_write(observer->telemetry, row);
+    if (observer->record != NULL)
+        run_record_take(observer->record, row);
     if (observer->trace != NULL)
         trace_take(observer->trace, row);
+    if (observer->progress != NULL && observer->keys != NULL)
+        observer->progress->typed = run_keys_typed(observer->keys);
     if (observer->progress != NULL)
         progress_take(observer->progress, row);
     if (observer->keys != NULL)
@@ -139,13 +144,23 @@ static void player_record_shots(const struct player *player,
                                          machine->trigger[i].aim };
 }
 
+/* Between two times that a move is played, or on the way to another place of
+ * it, it is as before the first. */
+static enum telemetry_phase player_row_phase(const struct player *player)
+{
+    return player->phase == TELEMETRY_MOVE &&
+                   player->machine->playback.state == PLAYBACK_GOING
+               ? TELEMETRY_APPROACH
+               : player->phase;
+}
+
 static void player_record(struct player *player)
 {
     const struct controller *controller = &player->machine->controller;
     struct telemetry_row *row = &player->row;
     row->t_ns = player->now_ns - player->start_ns;
     row->rate = controller->rate;
-    row->phase = player->phase;
+    row->phase = player_row_phase(player);
     row->state = (int)controller->state;
     for (unsigned i = 0; i < player->job->rig.axis_count; i++) {
         const struct controller_axis *axis = &controller->axis[i];
@@ -222,69 +237,47 @@ static void player_home(struct player *player)
                                                           : REPORT_FAULT);
 }
 
-/* A track from where the axis stands to its first key. */
-static bool player_approach_axis(struct player *player, unsigned i)
+/* As the playback counts them. */
+static int64_t player_times(const struct player *player)
 {
-    const unsigned axis = player->job->rig_axis[i];
-    const struct rig_axis *rig = &player->job->rig.axis[axis];
-    const struct controller_axis *at = &player->machine->controller.axis[axis];
-    const struct motion_ease_limit slow = {
-        .vel_q32 = rig->limit.vel_q32 / PLAYER_SLOW,
-        .acc_q32 = rig->limit.acc_q32 / PLAYER_SLOW,
-        .jerk_q32 = rig->limit.jerk_q32 / PLAYER_SLOW,
-    };
-    struct motion_sample first;
-    struct motion_cursor cursor = { 0 };
-    motion_track_sample(&player->job->track[i], &cursor, 0, &first);
-    motion_track_init(&player->approach[axis], player->approach_storage[axis],
-                      PLAYER_APPROACH_SEGMENTS, at->target.pos_q32);
-    if (at->target.pos_q32 == first.pos_q32)
-        return false;
-    player->approaches[axis] =
-        motion_ease_append_limited(&player->approach[axis], first.pos_q32,
-                                   &slow) == MOTION_OK;
-    return player->approaches[axis];
+    const int64_t times = player->config.times;
+    return times < 0 ? 0 : times > 1 ? times : 1;
 }
 
-/* One motion, from rest to rest. */
-static void player_approach_goal(struct player *player, unsigned axis)
+/* The tracks, and the goals of axes that go by a profile of their drive's. */
+static int player_load(struct player *player)
 {
-    if (controller_goals_of(&player->approach[axis],
-                            &player->approach_goal[axis], 1) > 0)
-        (void)controller_set_goals(&player->machine->controller, axis,
-                                   &player->approach_goal[axis], 1);
+    const struct job *job = player->job;
+    struct playback *playback = &player->machine->playback;
+    const struct motion_track *track[CONTROLLER_AXES_MAX] = { NULL };
+    for (unsigned i = 0; i < job->move.axis_count; i++)
+        track[job->rig_axis[i]] = &job->track[i];
+    const int err = playback_load(playback, track);
+    if (err < 0)
+        return err;
+    for (unsigned i = 0; i < job->move.axis_count; i++)
+        if (job->goal[i] != NULL)
+            playback_set_goals(playback, job->rig_axis[i], job->goal[i],
+                               job->goal_count[i]);
+    return playback_repeat(playback, player_times(player),
+                           player->config.is_ping_pong);
 }
 
 static int player_start_approach(struct player *player)
 {
-    const struct motion_track *track[CONTROLLER_AXES_MAX] = { NULL };
-    bool any = false;
-    for (unsigned i = 0; i < player->job->move.axis_count; i++)
-        any |= player_approach_axis(player, i);
-    for (unsigned a = 0; a < player->job->rig.axis_count; a++) {
-        if (!player->approaches[a])
-            continue;
-        track[a] = &player->approach[a];
-        player_approach_goal(player, a);
-    }
+    const int err = player_load(player);
     player->approaching = true;
-    return any ? controller_start(&player->machine->controller, track, NULL)
-               : MOTION_OK;
+    return err < 0 ? err
+                   : playback_go(&player->machine->playback,
+                                 player->config.from_ns_q12, PLAYBACK_STAND);
 }
 
 static int player_start_move(struct player *player)
 {
     struct controller *controller = &player->machine->controller;
-    const struct motion_track *track[CONTROLLER_AXES_MAX] = { NULL };
-    for (unsigned i = 0; i < player->job->move.axis_count; i++) {
-        const unsigned axis = player->job->rig_axis[i];
-        track[axis] = &player->job->track[i];
-        if (player->job->goal[i] != NULL)
-            (void)controller_set_goals(controller, axis, player->job->goal[i],
-                                       player->job->goal_count[i]);
-    }
     controller_override(controller, player->config.override_q30);
-    int err = controller_start(controller, track, NULL);
+    const int err = playback_begin(&player->machine->playback,
+                                   player->config.from_ns_q12, PLAYBACK_PLAY);
     if (err < 0)
         return err;
     machine_trigger_go(player->machine);
@@ -305,13 +298,53 @@ static int64_t player_rest_ns(const struct player *player)
     return (rest_ns + period_ns - 1) / period_ns * period_ns;
 }
 
+/* RUN_START_NEVER: not known yet. */
+static int64_t player_due_ns(struct player *player)
+{
+    const int64_t period_ns = player->job->rig.period_ns;
+    const int64_t ready_ns = player->phase_ns + player_rest_ns(player);
+    if (player->start.line == NULL)
+        return run_start_due_ns(&player->start, player->machine->ports.clock,
+                                ready_ns, period_ns);
+    return player->now_ns < ready_ns
+               ? RUN_START_NEVER
+               : run_start_edge_ns(&player->start, player->now_ns,
+                                   machine_trigger_lead_ns(player->machine),
+                                   period_ns);
+}
+
+static void player_refuse_start(struct player *player)
+{
+    snprintf(player->observer.report->fault_text,
+             sizeof player->observer.report->fault_text, "%s",
+             player->start.late
+                 ? "the axes were not ready at the time of the start"
+                 : "the line that starts the move cannot be read");
+    player_finish(player, REPORT_FAULT);
+}
+
 static int player_rest(struct player *player)
 {
-    const int64_t start_ns = player->phase_ns + player_rest_ns(player);
-    if (!player->machine->running_up)
+    const int64_t start_ns = player_due_ns(player);
+    if (player->start.late || player->start.failed) {
+        player_refuse_start(player);
+        return MOTION_OK;
+    }
+    if (start_ns == RUN_START_NEVER)
+        return MOTION_OK;
+    if (!player->machine->running_up ||
+        player->machine->start.t0_ns != start_ns)
         machine_trigger_arm(player->machine, player->job->shots, start_ns,
                             player->config.override_q30);
     return player->now_ns >= start_ns ? player_start_move(player) : MOTION_OK;
+}
+
+static void player_cannot(struct player *player, const char *what, int err)
+{
+    snprintf(player->observer.report->fault_text,
+             sizeof player->observer.report->fault_text, "cannot %s: %s", what,
+             motion_err_text(err));
+    player_finish(player, REPORT_FAULT);
 }
 
 static void player_approach(struct player *player)
@@ -324,19 +357,16 @@ static void player_approach(struct player *player)
         player->phase_ns = player->now_ns; /* the rest begins after it */
     else if (controller->state == CONTROLLER_READY)
         err = player_rest(player);
-    if (err == MOTION_OK)
-        return;
-    snprintf(player->observer.report->fault_text,
-             sizeof player->observer.report->fault_text, "cannot start: %s",
-             motion_err_text(err));
-    player_finish(player, REPORT_FAULT);
+    if (err < 0)
+        player_cannot(player, "start", err);
 }
 
 /* The script's hold: once, at its time; resumed after standing for a while. */
 static void player_script(struct player *player)
 {
     struct controller *controller = &player->machine->controller;
-    if (player->config.hold_at_ns < 0)
+    if (player->config.hold_at_ns < 0 ||
+        player->machine->playback.state != PLAYBACK_PLAYING)
         return;
     if (!player->held && controller->rate.s_ns_q12 / MOTION_FIXED_NS_Q12 >=
                              player->config.hold_at_ns)
@@ -362,10 +392,14 @@ static void player_measure_load(struct player *player)
 static void player_move(struct player *player)
 {
     player_script(player);
-    if (player->machine->controller.state != CONTROLLER_READY)
+    if (player->machine->controller.state != CONTROLLER_READY ||
+        player->machine->playback.state != PLAYBACK_IDLE)
         return;
     player_measure_load(player);
-    player_enter(player, TELEMETRY_SETTLE);
+    if (player->machine->playback.err < 0)
+        player_cannot(player, "go on", player->machine->playback.err);
+    else
+        player_enter(player, TELEMETRY_SETTLE);
 }
 
 static void player_settle(struct player *player)
@@ -529,6 +563,7 @@ static void player_next(struct player *player)
     int64_t late_ns;
     player->now_ns = pace_wait(player->machine->ports.clock,
                                player->now_ns + period_ns, period_ns, &late_ns);
+    player->row.late_ns = late_ns;
     if (late_ns > player->late_ns)
         player->late_ns = late_ns;
 }
@@ -539,13 +574,24 @@ static int player_commands(struct player *player, int interrupts)
 {
     struct run_keys *keys = player->observer.keys;
     if (keys != NULL && !player->quick &&
-        mailbox_step(&keys->mailbox, &player->machine->controller))
+        mailbox_step(&keys->mailbox, &player->machine->playback))
         player->stopped = true;
     return interrupts == 0 && player->stopped ? 1 : interrupts;
 }
 
+static void player_faults(struct player *player)
+{
+    struct machine_fault *faults = player->config.faults;
+    if (faults == NULL)
+        return;
+    machine_fault_step(faults, player->now_ns, player->phase,
+                       player->machine->controller.state);
+    player->row.faults = faults->active;
+}
+
 static void player_tick(struct player *player, int interrupts)
 {
+    player_faults(player);
     player_next(player);
     interrupts = player_commands(player, interrupts);
     if (player->phase == TELEMETRY_STOP)
@@ -681,6 +727,8 @@ int player_run(struct player *player, const volatile sig_atomic_t *interrupts)
     player_note_failures(player);
     player_note_torque(player);
     report->end = player->end;
+    report->times = player->machine->playback.played;
+    report->is_repeated = player_times(player) != 1;
     report->ticks = player->machine->controller.ticks;
     report->ticks_lost = player->machine->controller.ticks_lost;
     report->rows_dropped = player->recorder.dropped;

@@ -7,9 +7,10 @@
  *
  *   ENABLE    drives start up and get torque                  (ready)
  *   HOME      axes of the move whose position is not known find it out
- *   APPROACH  every axis that is not at its first key goes there, at a quarter
- *             of its limits; then a short rest
- *   MOVE      the tracks
+ *   APPROACH  every axis that is not where the move begins goes there, at a
+ *             quarter of its limits; then a short rest
+ *   MOVE      the tracks, as often as they are to be played; what goes to
+ *             another place of the move in between is recorded as APPROACH
  *   SETTLE    the axes come to rest; the end errors are measured
  *   STOP      torque off, until every drive says so, at most MACHINE_OFF_NS; no
  *             interrupt cuts it short.  A real drive that is lost is tried on
@@ -33,17 +34,19 @@
 #include "firmware/linux/machine/arrivals.h"
 #include "firmware/linux/machine/can_log.h"
 #include "firmware/linux/machine/machine.h"
+#include "firmware/linux/machine/machine_fault.h"
 #include "firmware/linux/machine/progress.h"
 #include "firmware/linux/machine/recorder.h"
 #include "firmware/linux/machine/report.h"
 #include "firmware/linux/machine/run_keys.h"
+#include "firmware/linux/machine/run_record.h"
+#include "firmware/linux/machine/run_start.h"
 #include "firmware/linux/machine/shots.h"
-
-#define PLAYER_APPROACH_SEGMENTS 8
 
 /* What is done with the rows; NULL where nothing is. */
 struct player_observer {
     struct telemetry *telemetry;
+    struct run_record *record;
     struct can_log *can_log;
     struct trace *trace;
     struct report *report;
@@ -58,8 +61,15 @@ struct player_config {
     bool patient; /* a drive that is lost with torque is tried until it answers
                      or the operator interrupts */
     int64_t override_q30;    /* 1 % .. 200 % */
+    int64_t from_ns_q12;     /* of the move's time: begins there */
+    int64_t times;           /* to be played; 0: once, -1: until a stop */
+    bool is_ping_pong;       /* every second time in reverse */
     int64_t hold_at_ns;      /* of the move's time; -1: never */
     int64_t resume_after_ns; /* standing */
+    int64_t start_wall_ns;   /* of the wall clock; 0: when the axes are ready */
+    struct hal_gpio *start_line;  /* or at an edge of it; NULL: none */
+    struct machine_fault *faults; /* what happens to simulated drives; NULL:
+                                     nothing */
     int64_t observe_ns; /* on the clock, from one time that rows are written
                                 to the next; 0: 20 ms */
 };
@@ -70,6 +80,7 @@ struct player {
     struct player_config config;
     struct player_observer observer;
     struct recorder recorder;
+    struct run_start start;
 
     int64_t start_ns, now_ns; /* nominal */
     int64_t phase_ns;         /* since when */
@@ -88,11 +99,7 @@ struct player {
     struct memory_pool memory;
     char *waiting; /* for which drives, in words, waiting_size bytes */
     size_t waiting_size;
-    int64_t *busy_ns; /* at the start of the move */
-    struct motion_segment (*approach_storage)[PLAYER_APPROACH_SEGMENTS];
-    struct motion_track *approach;
-    bool *approaches;
-    struct controller_goal *approach_goal;
+    int64_t *busy_ns;         /* at the start of the move */
     struct telemetry_row row; /* being filled in */
 };
 

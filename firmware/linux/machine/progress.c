@@ -2,6 +2,7 @@
 #include "firmware/linux/machine/progress.h"
 
 #include <inttypes.h>
+#include <math.h>
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
@@ -47,15 +48,15 @@ int progress_percent(int64_t rate_q30)
 static void progress_left(char text[32], int64_t left_ns, int64_t rate_q30)
 {
     if (left_ns <= 0) {
-        snprintf(text, 32, "at the end");
+        snprintf(text, 32, rate_q30 < 0 ? "at the start" : "at the end");
         return;
     }
-    if (rate_q30 <= 0) {
+    if (rate_q30 == 0) {
         snprintf(text, 32, "holding");
         return;
     }
     double left_s = (double)left_ns / 1e9 * (double)MOTION_CLOCK_WARP_ONE_Q30 /
-                    (double)rate_q30;
+                    fabs((double)rate_q30);
     int length;
     if (left_s < 60)
         length = snprintf(text, 32, "%.1f s left", left_s);
@@ -64,9 +65,12 @@ static void progress_left(char text[32], int64_t left_ns, int64_t rate_q30)
                           (int)left_s / 60 % 60, (int)left_s % 60);
     else
         length = snprintf(text, 32, "days left");
-    const int percent = progress_percent(rate_q30);
+    const int percent = progress_percent(rate_q30 < 0 ? -rate_q30 : rate_q30);
     if (percent != 100)
-        snprintf(text + length, 32 - (size_t)length, " at %d %%", percent);
+        length +=
+            snprintf(text + length, 32 - (size_t)length, " at %d %%", percent);
+    if (rate_q30 < 0)
+        snprintf(text + length, 32 - (size_t)length, ", back");
 }
 
 void progress_line(char line[PROGRESS_LINE_MAX], const char *what,
@@ -77,7 +81,7 @@ void progress_line(char line[PROGRESS_LINE_MAX], const char *what,
     memset(bar, '#', (size_t)full);
     memset(bar + full, '-', (size_t)(PROGRESS_WIDTH - full));
     bar[PROGRESS_WIDTH] = 0;
-    progress_left(left, total_ns - path_ns, rate_q30);
+    progress_left(left, rate_q30 < 0 ? path_ns : total_ns - path_ns, rate_q30);
     snprintf(line, PROGRESS_LINE_MAX, "%-18s [%s] %3d %%  %s", what, bar,
              progress_share(path_ns, total_ns, 100), left);
 }
@@ -105,7 +109,10 @@ static void progress_redraw(struct progress *progress,
 {
     char line[PROGRESS_LINE_MAX];
     progress_text(progress, row, line);
-    fprintf(progress->file, "\r%s\033[K", line);
+    fprintf(progress->file, "\r%s", line);
+    if (progress->typed != NULL)
+        fprintf(progress->file, "  go to: %s", progress->typed);
+    fputs("\033[K", progress->file);
     fflush(progress->file);
     progress->drawn = true;
 }

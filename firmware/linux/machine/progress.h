@@ -15,11 +15,12 @@
 struct progress {
     FILE *file;
     bool terminal, drawn;
-    int64_t due_ns;   /* real time of the next redraw */
-    int64_t total_ns; /* of the move */
-    int phase;        /* last one seen; -1: none */
-    int quarter;      /* last one said */
-    unsigned skipped; /* rows since the clock was looked at */
+    int64_t due_ns;    /* real time of the next redraw */
+    int64_t total_ns;  /* of the move */
+    int phase;         /* last one seen; -1: none */
+    int quarter;       /* last one said */
+    unsigned skipped;  /* rows since the clock was looked at */
+    const char *typed; /* by the operator, at the end of the line; NULL */
 };
 
 void progress_init(struct progress *progress, FILE *file, int64_t total_ns_q12);
@@ -31,7 +32,7 @@ void progress_end(struct progress *progress);
 int progress_percent(int64_t rate_q30);
 
 /* "moving    [#######-------]  47 %   12.6 s left" for a time on the path and
- * a rate; without a line end. */
+ * a rate, negative in reverse; without a line end. */
 #define PROGRESS_LINE_MAX 128
 void progress_line(char line[PROGRESS_LINE_MAX], const char *what,
                    int64_t path_ns, int64_t total_ns, int64_t rate_q30);

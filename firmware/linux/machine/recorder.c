@@ -50,9 +50,12 @@ bool recorder_put(struct recorder *recorder, const struct telemetry_row *row)
     memcpy(to->axis, row->axis, recorder->axis_count * sizeof *to->axis);
     memcpy(to->shot, row->shot, to->shot_count * sizeof *to->shot);
     to->t_ns = row->t_ns;
+    to->late_ns = row->late_ns;
+    to->number = (uint32_t)(put + recorder->dropped);
     to->rate = row->rate;
     to->phase = row->phase;
     to->state = row->state;
+    to->faults = row->faults;
     atomic_store_explicit(&recorder->put, put + 1, memory_order_release);
     return true;
 }

@@ -25,7 +25,8 @@ struct recorder {
  * back. */
 void recorder_init(struct recorder *recorder, const struct rig *rig);
 void recorder_free(struct recorder *recorder);
-/* The writer's.  False: full, the row is lost. */
+/* The writer's.  The row gets its number, from 0, in which lost ones count.
+ * False: full, the row is lost. */
 bool recorder_put(struct recorder *recorder, const struct telemetry_row *row);
 /* Rows that wait. */
 uint64_t recorder_waiting(const struct recorder *recorder);

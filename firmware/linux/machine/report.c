@@ -4,11 +4,13 @@
 #include <inttypes.h>
 #include <string.h>
 
+#include "firmware/host/base/crc32.h"
 #include "firmware/host/base/json.h"
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/table.h"
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/machine/arrivals.h"
+#include "firmware/linux/machine/machine_fault.h"
 #include "firmware/linux/machine/shots.h"
 #include "motion/core/fixed.h"
 
@@ -53,6 +55,23 @@ static void report_take_axis(struct report *report, unsigned i,
     axis->arrived = row->rate.s_ns_q12 >= report->job->track[i].end_ns_q12;
 }
 
+/* Byte by byte, the lowest first: the same number on every machine. */
+static void report_take_set_points(struct report *report,
+                                   const struct telemetry_row *row)
+{
+    for (unsigned i = 0; i < report->job->move.axis_count; i++) {
+        const uint64_t pos =
+            (uint64_t)row->axis[report->job->rig_axis[i]].demand.pos_q32;
+        uint8_t byte[8];
+        if (job_runs_by_drive_profile(report->job, i))
+            continue;
+        for (unsigned k = 0; k < 8; k++)
+            byte[k] = (uint8_t)(pos >> 8 * k);
+        report->set_points_crc32 =
+            crc32_of(report->set_points_crc32, byte, sizeof byte);
+    }
+}
+
 void report_take(struct report *report, const struct telemetry_row *row)
 {
     report->started |= row->phase == TELEMETRY_MOVE;
@@ -65,6 +84,7 @@ void report_take(struct report *report, const struct telemetry_row *row)
     if (row->phase == TELEMETRY_MOVE) {
         report->played_ns = row->t_ns - report->start_ns;
         report->path_ns_q12 = row->rate.s_ns_q12;
+        report_take_set_points(report, row);
     }
     for (unsigned i = 0; i < report->job->move.axis_count; i++)
         report_take_axis(report, i, row);
@@ -76,7 +96,7 @@ static int64_t report_goal(const struct report *report, unsigned i)
 {
     struct motion_state state;
     const struct motion_track *track = &report->job->track[i];
-    if (report->axis[i].arrived)
+    if (report->path_ns_q12 >= track->end_ns_q12)
         return track->end.pos_q32;
     motion_track_state(track, report->path_ns_q12, &state);
     return state.pos_q32;
@@ -145,7 +165,7 @@ static void report_table(const struct report *report, FILE *file)
     table_free(&table);
 }
 
-static const char *report_end_text(enum report_end end)
+const char *report_end_text(enum report_end end)
 {
     static const char *const text[] = {
         "done",
@@ -189,6 +209,18 @@ static const char *report_fault_axis(const struct report *report)
 {
     int axis = report->fault.axis;
     return axis < 0 ? "all axes" : report->job->rig.axis[axis].name;
+}
+
+void report_fault_text(const struct report *report, char text[REPORT_FAULT_MAX])
+{
+    char value[160];
+    text[0] = 0;
+    if (report->fault.fault == CONTROLLER_FAULT_NONE)
+        return;
+    report_fault_value(report, value, sizeof value);
+    snprintf(text, REPORT_FAULT_MAX, "%s: %s%s%s%s", report_fault_axis(report),
+             controller_fault_text(report->fault.fault), value,
+             report->fault_text[0] != 0 ? ": " : "", report->fault_text);
 }
 
 static void report_fault(const struct report *report, FILE *file)
@@ -279,6 +311,13 @@ void report_print(const struct report *report, FILE *file)
         report_table(report, file);
         fprintf(file, "\n%s after %s s\n", report_end_text(report->end),
                 played);
+        fprintf(file,
+                "set points: CRC-32 %08" PRIx32
+                ", the same for takes that are equal to the bit\n",
+                report->set_points_crc32);
+        if (report->is_repeated)
+            fprintf(file, "played %" PRId64 " time%s to the end\n",
+                    report->times, report->times == 1 ? "" : "s");
         report_buses(report, file);
         if (report->shots != NULL)
             shots_print(report->shots, file);
@@ -289,18 +328,29 @@ void report_print(const struct report *report, FILE *file)
                 report_end_text(report->end));
     }
     report_fault(report, file);
+    if (report->faults != NULL)
+        machine_fault_print(report->faults, file);
     report_torque(report, file);
     for (unsigned i = 0; i < report->job->move.axis_count; i++)
         report_events(report, i, file);
     report_clock(report, file);
     if (report->rows_dropped > 0)
-        fprintf(file, "telemetry: %" PRIu64 " rows were lost\n",
+        fprintf(file,
+                "rows:      %" PRIu64 " were lost, as writing was too slow\n",
                 report->rows_dropped);
+    if (report->telemetry_lost > 0)
+        fprintf(file, "telemetry: %" PRIu64 " rows could not be written\n",
+                report->telemetry_lost);
+    if (report->record_lost > 0)
+        fprintf(file, "recording: %" PRIu64 " rows could not be written\n",
+                report->record_lost);
     if (report->frames_dropped > 0)
         fprintf(file, "frames:    %" PRIu64 " were not written\n",
                 report->frames_dropped);
     if (report->telemetry_path != NULL)
         fprintf(file, "telemetry: %s\n", report->telemetry_path);
+    if (report->record_path != NULL)
+        fprintf(file, "recording: %s\n", report->record_path);
     if (report->can_log_path != NULL)
         fprintf(file, "frames:    %s\n", report->can_log_path);
     if (report->plot_path != NULL)
@@ -384,6 +434,11 @@ void report_json(const struct report *report, FILE *file)
     cJSON_AddStringToObject(object, "title", report->job->move.title);
     cJSON_AddNumberToObject(object, "played_s",
                             (double)report->played_ns / 1e9);
+    char crc[9];
+    snprintf(crc, sizeof crc, "%08" PRIx32, report->set_points_crc32);
+    cJSON_AddStringToObject(object, "set_points_crc32", crc);
+    if (report->is_repeated)
+        cJSON_AddNumberToObject(object, "loops_played", (double)report->times);
     cJSON *axes = cJSON_AddArrayToObject(object, "axes");
     for (unsigned i = 0; i < report->job->move.axis_count; i++)
         cJSON_AddItemToArray(axes, report_json_axis(report, i));
@@ -396,6 +451,8 @@ void report_json(const struct report *report, FILE *file)
     }
     if (report->shots != NULL)
         shots_json(report->shots, object);
+    if (report->faults != NULL)
+        machine_fault_json(report->faults, object);
     if (report->end == REPORT_FAULT)
         report_json_fault(report, object);
     report_json_torque(report, object);
@@ -404,6 +461,14 @@ void report_json(const struct report *report, FILE *file)
     cJSON_AddNumberToObject(object, "rows_lost", (double)report->rows_dropped);
     if (report->telemetry_path != NULL)
         cJSON_AddStringToObject(object, "telemetry", report->telemetry_path);
+    if (report->telemetry_lost > 0)
+        cJSON_AddNumberToObject(object, "telemetry_rows_not_written",
+                                (double)report->telemetry_lost);
+    if (report->record_lost > 0)
+        cJSON_AddNumberToObject(object, "recording_rows_not_written",
+                                (double)report->record_lost);
+    if (report->record_path != NULL)
+        cJSON_AddStringToObject(object, "recording", report->record_path);
     if (report->can_log_path != NULL)
         cJSON_AddStringToObject(object, "can_log", report->can_log_path);
     if (report->plot_path != NULL)

@@ -16,6 +16,7 @@
 #include "firmware/linux/machine/machine.h"
 
 struct arrivals;
+struct machine_fault;
 struct shots;
 
 /* Of one axis of the move. */
@@ -42,7 +43,10 @@ struct report {
     struct report_axis *axis; /* of each axis of the move */
     bool started;             /* the move has */
     int64_t start_ns, played_ns;
-    int64_t path_ns_q12; /* how far the move was played */
+    int64_t path_ns_q12;       /* how far the move was played */
+    uint32_t set_points_crc32; /* of every tick's positions, in the move */
+    int64_t times;             /* to its end */
+    bool is_repeated;          /* was to be played more than once */
     double *load; /* of each bus: share of the wire's time during the move */
     struct controller_fault_record fault;
     char fault_text[192]; /* the drive's own words, or homing's */
@@ -50,11 +54,15 @@ struct report {
     char (*torque)[MACHINE_TORQUE_MAX]; /* of each axis of the rig: "", or why,
                                            in words */
     uint64_t ticks, ticks_lost, rows_dropped, frames_dropped;
+    /* rows that could not be written, of each file */
+    uint64_t telemetry_lost, record_lost;
     bool realtime;
-    const struct shots *shots; /* NULL: none */
+    const struct shots *shots;          /* NULL: none */
+    const struct machine_fault *faults; /* of a fault script; NULL: none */
     const struct arrivals *arrivals;
     int64_t late_ns; /* worst wake-up after its time */
-    const char *telemetry_path, *can_log_path, *plot_path; /* NULL: none */
+    const char *telemetry_path, *record_path, *can_log_path,
+        *plot_path; /* NULL: none */
 };
 
 /* A report that is all zero, or that was made before and is given back. */
@@ -63,6 +71,12 @@ void report_free(struct report *report);
 void report_take(struct report *report, const struct telemetry_row *row);
 /* "pan: torque is not confirmed off: ..." of each; nothing when all are off. */
 void report_torque(const struct report *report, FILE *file);
+/* "done", "stopped by a fault" ... */
+const char *report_end_text(enum report_end end);
+/* "pan: the axis does not follow ...: REASON"; "" when there is none. */
+#define REPORT_FAULT_MAX 480
+void report_fault_text(const struct report *report,
+                       char text[REPORT_FAULT_MAX]);
 void report_print(const struct report *report, FILE *file);
 void report_json(const struct report *report, FILE *file);
 

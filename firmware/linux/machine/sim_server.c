@@ -18,12 +18,13 @@ static int sim_server_bus(struct sim_server *server, unsigned i,
     const struct can_socketcan_config config = { .interface = bus->interface,
                                                  .bit_rate = bus->bit_rate,
                                                  .fd = bus->data_bit_rate > 0 };
+    const struct modbus_device_at at = { .address = server->address };
     char reason[CAN_SOCKETCAN_MESSAGE_MAX];
     int err = MOTION_E_ARG;
 
     if (!rig_bus_is_can(bus)) {
         server->is_modbus[i] = true;
-        err = modbus_device_start(&server->device[i], server->rig, i, false,
+        err = modbus_device_start(&server->device[i], server->rig, i, &at,
                                   message);
         server->bus_count += err == MOTION_OK;
         return err;
@@ -44,11 +45,12 @@ static int sim_server_bus(struct sim_server *server, unsigned i,
 }
 
 int sim_server_open(struct sim_server *server, const struct rig *rig,
-                    char message[YAML_MESSAGE_MAX])
+                    struct in_addr address, char message[YAML_MESSAGE_MAX])
 {
     int err;
 
     server->rig = rig;
+    server->address = address;
 #define CAPACITY(array)                                                        \
     server->array = memory_pool_new(&server->memory, rig->bus_count,           \
                                     sizeof *server->array)

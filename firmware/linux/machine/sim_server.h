@@ -20,6 +20,7 @@ struct pollfd;
 
 struct sim_server {
     const struct rig *rig;
+    struct in_addr address; /* of drives on TCP */
     struct machine_sim sim;
     struct machine_ports wire; /* our end of each simulated wire */
     unsigned bus_count;        /* open so far */
@@ -31,10 +32,11 @@ struct sim_server {
     uint64_t frames_in, frames_out;
 };
 
-/* Opens the interface of every bus, for a server that is all zero.  On an error
- * returns its code and writes a sentence; nothing is left open then. */
+/* Opens the interface of every bus, for a server that is all zero; drives on
+ * TCP listen on `address` (in network order).  On an error returns its code and
+ * writes a sentence; nothing is left open then. */
 int sim_server_open(struct sim_server *server, const struct rig *rig,
-                    char message[YAML_MESSAGE_MAX]);
+                    struct in_addr address, char message[YAML_MESSAGE_MAX]);
 /* Bring everything up to now, then wait until something comes or is due, a
  * millisecond at most. */
 void sim_server_step(struct sim_server *server);

@@ -178,7 +178,8 @@ static void drive_cia402_feedback(struct hal_drive *drive,
     };
     drive_cia402_put_limits(self, feedback);
     drive_cia402_put_own(self, feedback);
-    for (unsigned i = 0; i < sizeof feedback->fault_text; i++)
+    for (unsigned i = 0;
+         i < sizeof feedback->fault_text && self->fault_text[i] != '\0'; i++)
         feedback->fault_text[i] = self->fault_text[i];
 }
 

@@ -5,7 +5,7 @@
 
 /* NULL: there is nothing to do. */
 struct cia402_mode {
-    int8_t code;          /* 0x6060 */
+    bool exists;
     bool cyclic, watched; /* by SYNC; for its following error */
     void (*begin)(struct sim_cia402 *self);
     void (*control)(struct sim_cia402 *self);
@@ -15,51 +15,52 @@ struct cia402_mode {
     unsigned (*status)(const struct sim_cia402 *self);
 };
 
+/* By 0x6060. */
 static const struct cia402_mode cia402_modes[] = {
-    { .code = 0, .watched = true, .begin = cia402_motion_stand },
-    { .code = 1,
-      .watched = true,
-      .begin = cia402_profile_begin,
-      .control = cia402_profile_control_pp,
-      .step = cia402_profile_step_pp,
-      .watch = cia402_profile_watch_pp,
-      .status = cia402_profile_status_pp },
-    { .code = 3,
-      .begin = cia402_profile_begin,
-      .step = cia402_profile_step_pv,
-      .watch = cia402_profile_watch_pv,
-      .status = cia402_profile_status_pv },
-    { .code = 6,
-      .watched = true,
-      .begin = cia402_home_begin,
-      .control = cia402_home_control,
-      .step = cia402_home_step,
-      .status = cia402_home_status },
-    { .code = 7,
-      .cyclic = true,
-      .watched = true,
-      .latch = cia402_stream_latch_ip,
-      .step = cia402_stream_step,
-      .status = cia402_stream_status_ip },
-    { .code = 8,
-      .cyclic = true,
-      .watched = true,
-      .latch = cia402_stream_latch_csp,
-      .step = cia402_stream_step,
-      .status = cia402_stream_status },
-    { .code = 9,
-      .cyclic = true,
-      .latch = cia402_stream_latch_csv,
-      .step = cia402_stream_step_velocity,
-      .status = cia402_stream_status },
+    [0] = { .exists = true, .watched = true, .begin = cia402_motion_stand },
+    [1] = { .exists = true,
+            .watched = true,
+            .begin = cia402_profile_begin,
+            .control = cia402_profile_control_pp,
+            .step = cia402_profile_step_pp,
+            .watch = cia402_profile_watch_pp,
+            .status = cia402_profile_status_pp },
+    [3] = { .exists = true,
+            .begin = cia402_profile_begin,
+            .step = cia402_profile_step_pv,
+            .watch = cia402_profile_watch_pv,
+            .status = cia402_profile_status_pv },
+    [6] = { .exists = true,
+            .watched = true,
+            .begin = cia402_home_begin,
+            .control = cia402_home_control,
+            .step = cia402_home_step,
+            .status = cia402_home_status },
+    [7] = { .exists = true,
+            .cyclic = true,
+            .watched = true,
+            .latch = cia402_stream_latch_ip,
+            .step = cia402_stream_step,
+            .status = cia402_stream_status_ip },
+    [8] = { .exists = true,
+            .cyclic = true,
+            .watched = true,
+            .latch = cia402_stream_latch_csp,
+            .step = cia402_stream_step,
+            .status = cia402_stream_status },
+    [9] = { .exists = true,
+            .cyclic = true,
+            .latch = cia402_stream_latch_csv,
+            .step = cia402_stream_step_velocity,
+            .status = cia402_stream_status },
 };
 
 static const struct cia402_mode *cia402_mode_find(int8_t code)
 {
-    for (unsigned i = 0; i < ARRAY_LEN(cia402_modes); i++)
-        if (cia402_modes[i].code == code)
-            return &cia402_modes[i];
-    return NULL;
+    const bool exists = code >= 0 && (unsigned)code < ARRAY_LEN(cia402_modes) &&
+                        cia402_modes[code].exists;
+
+    return exists ? &cia402_modes[code] : NULL;
 }
 
 /* Of the one in force. */

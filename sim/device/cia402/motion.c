@@ -158,9 +158,11 @@ static void cia402_motion_push(struct sim_cia402 *self)
             ? cia402_od_signed(self, CIA402_TORQUE_OFFSET)
             : 0;
 
-    /* < 2^15 x 2^40 x 2^8 / 2^9 */
+    /* < 2^15 x 2^40 x 2^8 / 2^9; usually there is none, without a division */
     self->base.plant.push_q8 =
-        permille * (self->config.plant.acc_max_counts_s2 * 256 / 1000);
+        permille == 0
+            ? 0
+            : permille * (self->config.plant.acc_max_counts_s2 * 256 / 1000);
 }
 
 void cia402_motion_step(struct sim_servo *base, int64_t dt_ns)
@@ -193,7 +195,7 @@ uint32_t cia402_motion_seen(const struct sim_cia402 *self, int64_t q24)
 
 int64_t cia402_motion_actual_q24(const struct sim_cia402 *self)
 {
-    return self->frozen ? self->frozen_pos_q24 : self->base.plant.pos_q24;
+    return sim_servo_reported_q24(&self->base);
 }
 
 /* 0.1 % of the torque at the current limit. */
@@ -218,8 +220,9 @@ void cia402_motion_refresh(struct sim_cia402 *self)
     value[CIA402_FOLLOWING_ERROR] =
         (uint32_t)cia402_motion_counts(self->demand_q24 - actual_q24);
     value[CIA402_VELOCITY] =
-        self->frozen ? 0
-                     : (uint32_t)cia402_motion_counts(self->base.plant.vel_q24);
+        self->base.frozen
+            ? 0
+            : (uint32_t)cia402_motion_counts(self->base.plant.vel_q24);
     value[CIA402_VELOCITY_DEMAND] =
         (uint32_t)cia402_motion_counts(self->demand_vel_q24);
     value[CIA402_TORQUE] = cia402_motion_torque(self);

@@ -192,7 +192,8 @@ static void cia402_pdo_update_one(const struct sim_cia402 *self, bool transmit,
             cia402_pdo_entry_row(self, self->value[map + 1 + i], &abort_code);
 
         pdo->row[i] = (uint8_t)row;
-        pdo->bytes = (uint8_t)(pdo->bytes + cia402_od_size(row));
+        pdo->size[i] = (uint8_t)cia402_od_size(row);
+        pdo->bytes = (uint8_t)(pdo->bytes + pdo->size[i]);
         pdo->carries_target |= row == CIA402_TARGET_POSITION ||
                                row == CIA402_INTERPOLATION_TARGET ||
                                row == CIA402_TARGET_VELOCITY;
@@ -204,10 +205,12 @@ static void cia402_pdo_update_one(const struct sim_cia402 *self, bool transmit,
 void cia402_pdo_update(struct sim_cia402 *self)
 {
     self->event_pdos = false;
+    self->rpdo_ids = 0;
     for (int i = 0; i < SIM_CIA402_PDOS; i++) {
         cia402_pdo_update_one(self, false, i, &self->rpdo[i]);
         cia402_pdo_update_one(self, true, i, &self->tpdo[i]);
         self->event_pdos |= self->tpdo[i].active && self->tpdo[i].type >= 254;
+        self->rpdo_ids |= UINT32_C(1) << (self->rpdo[i].cob_id & 31);
     }
 }
 
@@ -231,7 +234,7 @@ static void cia402_pdo_put(struct sim_cia402 *self,
 
     for (unsigned i = 0; i < pdo->count; i++) {
         const int row = pdo->row[i];
-        const unsigned size = cia402_od_size(row);
+        const unsigned size = pdo->size[i];
 
         if (!cia402_od_is_dummy(row) &&
             (row == CIA402_CONTROLWORD) == controlword)
@@ -304,7 +307,7 @@ static bool cia402_pdo_build(const struct sim_cia402 *self,
     bool changed;
 
     for (unsigned i = 0; i < pdo->count; i++)
-        for (unsigned byte = 0; byte < cia402_od_size(pdo->row[i]); byte++)
+        for (unsigned byte = 0; byte < pdo->size[i]; byte++)
             data[len++] = (uint8_t)(self->value[pdo->row[i]] >> 8 * byte);
     changed = memcmp(data, pdo->data, sizeof(data)) != 0;
     memcpy(pdo->data, data, sizeof(data));
@@ -341,34 +344,39 @@ void cia402_pdo_sync_out(struct sim_cia402 *self)
         cia402_pdo_sync_one(self, &self->tpdo[i]);
 }
 
+/* Sends nothing before its inhibit time is over. */
+static bool cia402_pdo_may_send(const struct sim_cia402 *self, int number)
+{
+    const struct sim_cia402_pdo *pdo = &self->tpdo[number];
+    const uint32_t inhibit = /* 100 us */
+        self->value[cia402_pdo_com_row(true, number, CIA402_PDO_INHIBIT)];
+
+    return pdo->active && pdo->type >= 254 &&
+           cia402_now_ns(self) - pdo->sent_ns >= inhibit * INT64_C(100000);
+}
+
 static void cia402_pdo_poll_one(struct sim_cia402 *self, int number)
 {
     struct sim_cia402_pdo *pdo = &self->tpdo[number];
-    uint32_t inhibit = /* 100 us */
-        self->value[cia402_pdo_com_row(true, number, CIA402_PDO_INHIBIT)];
-    uint32_t event_ms =
+    const uint32_t event_ms =
         self->value[cia402_pdo_com_row(true, number, CIA402_PDO_EVENT)];
-    int64_t age_ns = cia402_now_ns(self) - pdo->sent_ns;
-    struct sim_cia402_pdo next = *pdo;
-    bool changed, timed_out;
+    const int64_t age_ns = cia402_now_ns(self) - pdo->sent_ns;
+    const bool timed_out =
+        event_ms > 0 && age_ns >= event_ms * INT64_C(1000000);
 
-    if (!pdo->active || pdo->type < 254 || age_ns < inhibit * INT64_C(100000))
-        return;
-    changed = cia402_pdo_build(self, &next);
-    timed_out = event_ms > 0 && age_ns >= event_ms * INT64_C(1000000);
-    if (!changed && !timed_out)
-        return;
-    *pdo = next;
-    cia402_pdo_send(self, pdo);
+    if (cia402_pdo_build(self, pdo) || timed_out)
+        cia402_pdo_send(self, pdo);
 }
 
 void cia402_pdo_poll(struct sim_cia402 *self)
 {
     if (!self->event_pdos || self->nmt_state != CIA402_NMT_OPERATIONAL)
         return;
-    cia402_motion_refresh(self);
     for (int i = 0; i < SIM_CIA402_PDOS; i++)
-        cia402_pdo_poll_one(self, i);
+        if (cia402_pdo_may_send(self, i)) {
+            cia402_motion_refresh(self);
+            cia402_pdo_poll_one(self, i);
+        }
 }
 
 void cia402_pdo_start(struct sim_cia402 *self)

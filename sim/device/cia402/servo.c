@@ -116,6 +116,17 @@ static void sim_cia402_dispatch(struct sim_cia402 *self,
         cia402_pdo_received(self, frame);
 }
 
+/* As an acceptance filter would: of others' PDOs, most of what is on a wire,
+ * nearly all end here. */
+static bool sim_cia402_is_for_others(const struct sim_cia402 *self,
+                                     const struct hal_can_frame *frame)
+{
+    return !frame->remote && frame->id > 0x180 && frame->id < 0x580 &&
+           !(self->rpdo_ids >> (frame->id & 31) & 1) &&
+           frame->id != cia402_axes_first(self)->value[CIA402_SYNC_COB] &&
+           frame->id != (self->value[CIA402_TIME_COB] & 0x7FF);
+}
+
 static void sim_cia402_on_frame(struct sim_servo *base,
                                 const struct hal_can_frame *frame)
 {
@@ -123,7 +134,8 @@ static void sim_cia402_on_frame(struct sim_servo *base,
     bool booting = self->nmt_state == CIA402_NMT_BOOTING;
     bool nameless = self->config.node_id == CIA402_NO_NODE;
 
-    if (frame->extended || frame->fd || (booting && !nameless))
+    if (frame->extended || frame->fd || (booting && !nameless) ||
+        sim_cia402_is_for_others(self, frame))
         return;
     if (frame->id == 0x7E5 && !frame->remote && cia402_axes_is_first(self))
         cia402_lss_request(self, frame);
@@ -156,15 +168,13 @@ static void sim_cia402_clear(struct sim_cia402 *self)
 
     for (; axis != NULL; axis = axis->next)
         sim_servo_inject(&axis->base, SIM_SERVO_CLEAR);
-    self->frozen = false;
     self->no_power = false;
     self->loses_rpdos = false;
 }
 
 static void sim_cia402_frozen(struct sim_cia402 *self)
 {
-    self->frozen_pos_q24 = cia402_motion_actual_q24(self);
-    self->frozen = true;
+    sim_servo_inject(&self->base, SIM_SERVO_FROZEN);
 }
 
 static void sim_cia402_no_power(struct sim_cia402 *self)
@@ -216,10 +226,49 @@ static bool sim_cia402_is_legal(const struct sim_cia402_config *config)
            config->rail.index_every >= 0 && cia402_axes_is_legal(config);
 }
 
+/* As something that happens to it from outside: the register 0x1001 by the
+ * class of the code (CiA 301 7.2.7.1). */
+static void sim_cia402_trip(struct sim_servo *base, uint32_t code)
+{
+    static const uint8_t bits[16] = {
+        [2] = CIA402_ERROR_CURRENT,
+        [3] = 0x04,
+        [4] = 0x08,
+        [7] = CIA402_ERROR_PROFILE,
+        [8] = CIA402_ERROR_COM,
+    };
+    struct sim_cia402 *self = CONTAINER_OF(base, struct sim_cia402, base);
+
+    if (code == 0)
+        sim_cia402_overcurrent(self);
+    else
+        cia402_power_fault(self, (uint16_t)code,
+                           (uint8_t)(0x01 | bits[code >> 12 & 15]));
+    sim_cia402_schedule(self);
+}
+
+static void sim_cia402_reboot(struct sim_servo *base)
+{
+    struct sim_cia402 *self = CONTAINER_OF(base, struct sim_cia402, base);
+
+    cia402_com_restart_node(self);
+    for (self = cia402_axes_first(self); self != NULL; self = self->next)
+        sim_cia402_schedule(self);
+}
+
+static uint32_t sim_cia402_heartbeat_id(const struct sim_servo *base)
+{
+    return 0x700u +
+           CONTAINER_OF_CONST(base, struct sim_cia402, base)->config.node_id;
+}
+
 static const struct sim_servo_ops sim_cia402_ops = {
     .member = { .due_ns = sim_cia402_due_ns, .run = sim_cia402_run },
     .on_frame = sim_cia402_on_frame,
     .step = cia402_motion_step,
+    .trip = sim_cia402_trip,
+    .reboot = sim_cia402_reboot,
+    .heartbeat_id = sim_cia402_heartbeat_id,
 };
 
 int sim_cia402_init(struct sim_cia402 *self, struct sim_can_bus *bus,

@@ -107,7 +107,7 @@ struct sim_cia402_pdo {
     bool active;
     uint32_t cob_id;
     uint8_t count, bytes;
-    uint8_t row[SIM_CIA402_ENTRIES];
+    uint8_t row[SIM_CIA402_ENTRIES], size[SIM_CIA402_ENTRIES]; /* bytes */
     uint8_t type;
     uint8_t data[8];     /* received and not yet in force, or last sent */
     bool pending;        /* data waits for SYNC */
@@ -182,7 +182,8 @@ struct sim_cia402 {
     int64_t due_ns; /* the first of them */
     uint8_t nmt_state;
     struct sim_cia402_pdo rpdo[SIM_CIA402_PDOS], tpdo[SIM_CIA402_PDOS];
-    bool event_pdos; /* any TPDO of type 254, 255 active */
+    uint32_t rpdo_ids; /* a bit for each, by its low five bits */
+    bool event_pdos;   /* any TPDO of type 254, 255 active */
     struct sim_cia402_transfer transfer;
     uint8_t notes[SIM_CIA402_NOTES]; /* 0x2002 */
     uint32_t notes_length;
@@ -192,8 +193,7 @@ struct sim_cia402 {
     uint16_t time_days;
 
     /* lasting injections, and inputs */
-    bool frozen, no_power, loses_rpdos;
-    int64_t frozen_pos_q24;
+    bool no_power, loses_rpdos;
     uint32_t inputs;
 
     /* power */

@@ -90,7 +90,9 @@ static void servo_say(struct sim_modbus_servo *self,
 static void servo_say_all(struct sim_modbus_servo *self)
 {
     const struct modbus_map *map = self->config.map;
-    const uint32_t code = map->alarm_count > 0 ? map->alarms[0].code : 1;
+    const uint32_t code = self->alarm != 0       ? self->alarm
+                          : map->alarm_count > 0 ? map->alarms[0].code
+                                                 : 1;
 
     servo_say(self, MODBUS_STATUS_ready, !self->fault);
     servo_say(self, MODBUS_STATUS_enabled, self->enabled);
@@ -101,7 +103,9 @@ static void servo_say_all(struct sim_modbus_servo *self)
     servo_say(self, MODBUS_STATUS_fault, self->fault);
     servo_say(self, MODBUS_STATUS_limit_negative, false);
     servo_say(self, MODBUS_STATUS_limit_positive, false);
-    servo_put(self, map->position, sim_modbus_servo_counts(self));
+    servo_put(self, map->position,
+              self->frozen ? self->frozen_counts
+                           : sim_modbus_servo_counts(self) + self->jump_counts);
     if (map->alarm != MODBUS_MAP_NO_ITEM)
         servo_put(self, map->alarm, self->fault ? code : 0);
 }
@@ -592,11 +596,28 @@ void sim_modbus_servo_inject(struct sim_modbus_servo *self,
         self->faulty.fault = SIM_MODBUS_MUTE;
         self->faulty.times = 0;
         break;
+    case SIM_MODBUS_SERVO_FROZEN:
+        self->frozen_counts = sim_modbus_servo_counts(self) + self->jump_counts;
+        self->frozen = true;
+        break;
     case SIM_MODBUS_SERVO_CLEAR:
-        self->blocked = false;
-        self->faulty.fault = SIM_MODBUS_GOOD;
+        self->jump_counts = 0;
+        sim_modbus_servo_end(self, SIM_MODBUS_SERVO_BLOCKED);
+        sim_modbus_servo_end(self, SIM_MODBUS_SERVO_FROZEN);
+        sim_modbus_servo_end(self, SIM_MODBUS_SERVO_OFF);
         break;
     }
+}
+
+void sim_modbus_servo_end(struct sim_modbus_servo *self,
+                          enum sim_modbus_servo_fault fault)
+{
+    if (fault == SIM_MODBUS_SERVO_BLOCKED)
+        self->blocked = false;
+    if (fault == SIM_MODBUS_SERVO_FROZEN)
+        self->frozen = false;
+    if (fault == SIM_MODBUS_SERVO_OFF)
+        self->faulty.fault = SIM_MODBUS_GOOD;
 }
 
 /* ---- set-up ---- */

@@ -32,6 +32,7 @@ enum sim_modbus_servo_fault {
     SIM_MODBUS_SERVO_ALARM,   /* the map's first alarm, torque off */
     SIM_MODBUS_SERVO_BLOCKED, /* the rotor does not move */
     SIM_MODBUS_SERVO_OFF,     /* no power: nothing is heard or said */
+    SIM_MODBUS_SERVO_FROZEN,  /* reports one actual position for ever */
     SIM_MODBUS_SERVO_CLEAR,   /* every lasting one ends */
 };
 
@@ -51,8 +52,11 @@ struct sim_modbus_servo {
     uint8_t known[65536 / 8];
     uint8_t progress[MODBUS_SEQUENCE_COUNT]; /* writes seen, in order */
     int64_t due_ns;
-    bool enabled, enabling, fault, homed, blocked, off;
-    bool streaming; /* stream_begin was seen */
+    bool enabled, enabling, fault, homed, blocked, off, frozen;
+    int64_t frozen_counts;
+    int64_t jump_counts; /* what its encoder reports too much */
+    uint32_t alarm;      /* that it is in; 0: the map's first */
+    bool streaming;      /* stream_begin was seen */
     int64_t enabled_ns, heard_ns;
     /* the profile; counts with 16 fraction bits */
     bool armed; /* a target waits for its go */
@@ -69,6 +73,9 @@ int sim_modbus_servo_init(struct sim_modbus_servo *self,
                           const struct sim_modbus_servo_config *config);
 void sim_modbus_servo_inject(struct sim_modbus_servo *self,
                              enum sim_modbus_servo_fault fault);
+/* The end of one that lasts. */
+void sim_modbus_servo_end(struct sim_modbus_servo *self,
+                          enum sim_modbus_servo_fault fault);
 /* What an outside measuring device would see, counts. */
 int64_t sim_modbus_servo_counts(const struct sim_modbus_servo *self);
 

@@ -98,8 +98,9 @@ static void moteus_step(struct sim_servo *base, int64_t dt_ns)
 static double moteus_position(struct sim_moteus *self)
 {
     sim_servo_advance(&self->base);
-    return self->base.nan ? (double)NAN
-                          : moteus_turns(self->base.plant.pos_q24) - self->zero;
+    return self->base.nan
+               ? (double)NAN
+               : moteus_turns(sim_servo_reported_q24(&self->base)) - self->zero;
 }
 
 static double moteus_velocity(struct sim_moteus *self)
@@ -264,9 +265,9 @@ static void moteus_lose_encoder(struct sim_servo *base)
     moteus_fail(moteus_of(base), SIM_MOTEUS_FAULT_ENCODER);
 }
 
-static void moteus_trip(struct sim_servo *base)
+static void moteus_trip(struct sim_servo *base, uint32_t code)
 {
-    moteus_fail(moteus_of(base), SIM_MOTEUS_FAULT_DRIVER);
+    moteus_fail(moteus_of(base), code != 0 ? code : SIM_MOTEUS_FAULT_DRIVER);
 }
 
 static const struct sim_servo_ops moteus_ops = {

@@ -98,8 +98,9 @@ static void odrive_estimates(struct sim_odrive *self)
     uint8_t data[8];
 
     sim_servo_advance(&self->base);
-    pos = (float)((double)(self->base.plant.pos_q24 - self->zero_q24) /
-                  ODRIVE_TURN_Q24);
+    pos =
+        (float)((double)(sim_servo_reported_q24(&self->base) - self->zero_q24) /
+                ODRIVE_TURN_Q24);
     vel = (float)((double)self->base.plant.vel_q24 / ODRIVE_TURN_Q24);
     if (self->base.nan)
         pos = NAN;
@@ -455,11 +456,12 @@ static void odrive_power_on(struct sim_odrive *self, int64_t boot_ns)
 
 /* ---- what may happen to it ---- */
 
-static void odrive_overcurrent(struct sim_servo *base)
+static void odrive_trip(struct sim_servo *base, uint32_t code)
 {
     struct sim_odrive *self = odrive_of(base);
+    const struct odrive_error error = { code, code };
 
-    odrive_disarm(self, &odrive_current);
+    odrive_disarm(self, code != 0 ? &error : &odrive_current);
     if (self->config.is_05)
         self->parts |= 1;
 }
@@ -477,13 +479,22 @@ static void odrive_reboot(struct sim_servo *base)
     odrive_power_on(odrive_of(base), ODRIVE_REBOOT_NS);
 }
 
+static uint32_t odrive_heartbeat_id(const struct sim_servo *base)
+{
+    return (uint32_t)CONTAINER_OF_CONST(base, struct sim_odrive, base)
+                   ->config.node
+               << 5 |
+           0x01;
+}
+
 static const struct sim_servo_ops odrive_ops = {
     .member = { .due_ns = odrive_due_ns, .run = odrive_run },
     .on_frame = odrive_on_frame,
     .step = odrive_motion_step,
     .lose_encoder = odrive_lose_encoder,
-    .trip = odrive_overcurrent,
+    .trip = odrive_trip,
     .reboot = odrive_reboot,
+    .heartbeat_id = odrive_heartbeat_id,
 };
 
 /* ---- init ---- */

@@ -134,19 +134,23 @@ static inline bool oracle_fits(const struct controller *c,
     return true;
 }
 
-/* The largest J that brings r' > 0 to 0 from here in a whole number of ticks;
- * 0: none.  Ticks, because r'' of a ramp of the clock changes at ticks alone
- * (motion/core/clock_warp.h): where p''' falls behind a border of segments, a
- * level of 9.6 ticks may end just before it, and one of 10 just after.  That is
- * no ramp of the clock, and the next that fits may be far longer.  Beyond 32
- * ticks they are tried a thirty-second apart. */
+/* The largest J that brings r' > 0 to 0 in a whole number of ticks, from here or
+ * after `first`; 0: none.  Ticks, because r'' of a ramp of the clock changes at
+ * ticks alone (motion/core/clock_warp.h): where p''' falls behind a border of
+ * segments, a level of 9.6 ticks may end just before it, and one of 10 just
+ * after.  That is no ramp of the clock, and the next that fits may be far
+ * longer.  Beyond 32 ticks they are tried a thirty-second apart. */
 static inline double oracle_level(const struct controller *c, double s,
-                                  double r, double a, bool stop)
+                                  double r, double a, struct oracle_piece first,
+                                  bool stop)
 {
     const double tick = (double)c->config.period_ns * 1e-9;
+    const double from = a + first.t * first.jerk;
     for (int n = 1; n < 1 << 16; n += 1 + n / 32) {
-        const double jerk = a / (n * tick);
-        const struct oracle_ramp ramp = { s, r, a, { { n * tick, -jerk } } };
+        const double jerk = from / (n * tick);
+        const struct oracle_ramp ramp = {
+            s, r, a, { first, { n * tick, -jerk } }
+        };
         if (oracle_fits(c, &ramp, stop))
             return jerk;
     }
@@ -190,7 +194,8 @@ static inline double oracle_shortest(const struct controller *c,
                                  { { 0, 0 } } };
     double r = start.r, a = start.a;
     if (a > 0) {
-        const double jerk = oracle_level(c, start.s, r, a, stop);
+        const double jerk =
+            oracle_level(c, start.s, r, a, (struct oracle_piece){ 0, 0 }, stop);
         if (jerk == 0)
             return most;
         start.piece[0] = (struct oracle_piece){ a / jerk, -jerk };

@@ -13,6 +13,7 @@
  *   stateful_profile.c  a drive that goes by its own profile
  *   stateful_rig.c      what an episode is made of
  *   stateful_move.c     tracks, from gentle to exactly at the limits
+ *   stateful_play.c     a move that is gone to, reversed and repeated
  *   stateful_command.c  commands, noted and told to the judge
  *   stateful_draw.c     which commands and mishaps come when
  *   stateful_judge.c    set points: limits, range, standing still, torque
@@ -24,6 +25,7 @@
 #define TESTS_FIRMWARE_CONTROL_STATEFUL_H
 
 #include "firmware/control/homing.h"
+#include "firmware/control/playback.h"
 #include "motion/core/fixed.h"
 #include "tests/support/check.h"
 
@@ -44,6 +46,7 @@
     X(STATEFUL_STANDS, "a set point moves where nothing may")                  \
     X(STATEFUL_FIRST, "the first set point is not where the axis is")          \
     X(STATEFUL_PATH, "a set point is not on its track")                        \
+    X(STATEFUL_DIRECTION, "the path goes the other way")                       \
     X(STATEFUL_GOAL, "a goal was sent where none may be")                      \
     X(STATEFUL_FASTER, "faster after a stop was asked for")                    \
     X(STATEFUL_LATE, "not at rest in time after a stop")                       \
@@ -206,7 +209,7 @@ struct stateful_stop {
 /* An axis that goes by goals. */
 struct stateful_goer {
     double vel; /* a tick ago */
-    int64_t outside_q32, offset_q32;
+    int64_t outside_q32, offset_q32, slip_q32;
     bool any_range, has_end;
     int64_t end_q32; /* of its track */
 };
@@ -234,6 +237,8 @@ struct stateful_judge {
     struct stateful_stop stop;
     struct stateful_homing homing;
     enum stateful_motion motion; /* what was accepted last */
+    bool is_reversed;            /* and which way along its path */
+    int64_t s_ns_q12;            /* a tick ago */
     bool is_fresh;               /* and no tick since */
     unsigned jog_axis;
     int64_t jog_step_q32; /* the most per tick of this jog */
@@ -250,6 +255,7 @@ struct stateful_judge {
  * nothing of it. */
 struct stateful_tally {
     uint64_t state[CONTROLLER_FAULT + 1], homing[HOMING_STATES];
+    uint64_t reversed, repeated, cued; /* ticks; times */
     uint64_t fault[32], by_drives, stop[STATEFUL_STOPS], range, goals;
 };
 
@@ -276,6 +282,12 @@ struct stateful {
     struct motion_track track[2][STATEFUL_AXES];
     struct controller_goal goal[2][STATEFUL_AXES][STATEFUL_GOALS];
     unsigned spare; /* of the two; the other may be played */
+    /* what the playback has loaded */
+    struct playback playback;
+    struct playback_axis playback_axis[STATEFUL_AXES];
+    struct motion_segment loaded[STATEFUL_AXES][STATEFUL_SEGMENTS];
+    struct motion_track loaded_track[STATEFUL_AXES];
+    struct controller_goal loaded_goal[STATEFUL_AXES][STATEFUL_GOALS];
     struct stateful_judge judge;
     struct stateful_tally tally;
     char note[STATEFUL_NOTE]; /* of this tick */
@@ -324,6 +336,7 @@ int stateful_off(struct stateful *bench);
 int stateful_start(struct stateful *bench, uint32_t axes);
 int stateful_hold(struct stateful *bench);
 int stateful_resume(struct stateful *bench);
+int stateful_reverse(struct stateful *bench, bool is_reversed);
 void stateful_stop(struct stateful *bench);
 int stateful_override(struct stateful *bench, int64_t rate_q30);
 int stateful_jog(struct stateful *bench, unsigned axis, int64_t pos_q32,
@@ -333,6 +346,14 @@ int stateful_homing(struct stateful *bench, uint32_t axes);
 int stateful_reset(struct stateful *bench);
 int stateful_set_position(struct stateful *bench, unsigned axis,
                           int64_t to_q32);
+
+/* stateful_play.c.  Step: after a tick; the judge is told what has begun. */
+void stateful_load(struct stateful *bench, uint32_t axes);
+int stateful_go(struct stateful *bench, int64_t at_ns_q12,
+                enum playback_then then);
+int stateful_repeat(struct stateful *bench, int64_t times, bool is_ping_pong);
+void stateful_play_step(struct stateful *bench);
+void stateful_draw_play(struct stateful *bench);
 
 /* stateful_judge.c, after every tick; stateful_stop.c, stateful_home.c */
 void stateful_judge_before(struct stateful *bench);

@@ -77,6 +77,18 @@ int stateful_resume(struct stateful *bench)
     return err;
 }
 
+int stateful_reverse(struct stateful *bench, bool is_reversed)
+{
+    const int err = bench->playback.state == PLAYBACK_IDLE
+                        ? controller_reverse(&bench->controller, is_reversed)
+                        : playback_reverse(&bench->playback, is_reversed);
+    stateful_note(bench, "%s%s", is_reversed ? "reverse" : "forward",
+                  err < 0 ? "!" : "");
+    if (err == MOTION_OK)
+        bench->judge.is_reversed = is_reversed;
+    return err;
+}
+
 void stateful_stop(struct stateful *bench)
 {
     controller_stop(&bench->controller);

@@ -99,8 +99,10 @@ static void draw_motion(struct stateful *bench)
     const int64_t which = stateful_in(bench, 0, 99);
     if (homing_is_running(&bench->homing))
         return;
-    if (which < 40)
+    if (which < 20)
         draw_start(bench);
+    else if (which < 50)
+        stateful_draw_play(bench);
     else if (which < 75)
         draw_jog(bench);
     else
@@ -109,7 +111,7 @@ static void draw_motion(struct stateful *bench)
 
 static void draw_anything(struct stateful *bench)
 {
-    switch (stateful_in(bench, 0, 11)) {
+    switch (stateful_in(bench, 0, 14)) {
     case 0:
         (void)stateful_enable(bench);
         break;
@@ -133,6 +135,16 @@ static void draw_anything(struct stateful *bench)
         break;
     case 7:
         (void)stateful_hold(bench);
+        break;
+    case 9:
+        (void)stateful_repeat(bench, stateful_in(bench, -1, 4),
+                              stateful_one_in(bench, 2));
+        break;
+    case 10:
+        stateful_draw_play(bench);
+        break;
+    case 8:
+        (void)stateful_reverse(bench, stateful_one_in(bench, 2));
         break;
     default:
         draw_stop(bench);
@@ -165,9 +177,22 @@ static void draw_in_motion(struct stateful *bench)
         draw_jog(bench);
 }
 
+/* Which way, once it stands. */
+static void draw_direction(struct stateful *bench)
+{
+    if (stateful_one_in(bench, 2))
+        (void)stateful_reverse(bench, !bench->judge.is_reversed);
+}
+
 static void draw_in_hold(struct stateful *bench)
 {
     const int64_t which = stateful_in(bench, 0, 99);
+    if (bench->controller.rate.rate_q30 == 0 && stateful_one_in(bench, 6))
+        stateful_draw_play(bench);
+    else if (bench->controller.rate.rate_q30 == 0)
+        draw_direction(bench);
+    else if (stateful_one_in(bench, 2))
+        return;
     if (which < 60)
         (void)stateful_resume(bench);
     else if (which < 80)
@@ -177,9 +202,12 @@ static void draw_in_hold(struct stateful *bench)
 }
 
 /* Homing takes long: two axes of three are left alone with it for the most
- * part, so that every leg is reached. */
+ * part, so that every leg is reached; so is a move that is to be repeated. */
 static bool is_calm(const struct stateful *bench)
 {
+    const struct playback *playback = &bench->playback;
+    if (playback->state == PLAYBACK_PLAYING && playback->times != 1)
+        return bench->first_seed % 2 == 0;
     return homing_is_running(&bench->homing) && bench->homing.axis % 3 != 2 &&
            bench->first_seed % 2 == 0;
 }

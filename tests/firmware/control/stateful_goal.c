@@ -88,6 +88,14 @@ static int64_t outside_q32(const struct stateful *bench, unsigned i,
     return pos_q32 > config->pos_max_q32 ? pos_q32 - config->pos_max_q32 : 0;
 }
 
+/* As the drive sees it: where its encoder has slipped nobody else knows. */
+static int64_t place_q32(const struct stateful *bench, unsigned i)
+{
+    const struct stateful_axis *axis = &bench->axis[i];
+    return axis->pos_q32 + axis->slip_q32 +
+           bench->controller.axis[i].offset_q32;
+}
+
 static bool range_counts(const struct stateful *bench, unsigned i)
 {
     const struct stateful_judge *judge = &bench->judge;
@@ -121,7 +129,7 @@ static void judge_sent(struct stateful *bench, unsigned i)
     if (range_counts(bench, i) &&
         outside_q32(bench, i, go->pos_q32 + own->offset_q32) > OUT_Q32 &&
         outside_q32(bench, i, go->pos_q32 + own->offset_q32) >
-            outside_q32(bench, i, axis->pos_q32 + own->offset_q32) + OUT_Q32)
+            outside_q32(bench, i, place_q32(bench, i)) + OUT_Q32)
         stateful_violate(bench, STATEFUL_RANGE, (int)i, "sent to %.6f",
                          stateful_unit(go->pos_q32 + own->offset_q32));
 }
@@ -133,17 +141,19 @@ static void judge_range(struct stateful *bench, unsigned i)
     const struct stateful_axis *axis = &bench->axis[i];
     struct stateful_goer *goer = &bench->judge.goer[i];
     const int64_t offset_q32 = bench->controller.axis[i].offset_q32;
-    const int64_t now_q32 = outside_q32(bench, i, axis->pos_q32 + offset_q32);
-    if (!range_counts(bench, i))
+    const int64_t now_q32 = outside_q32(bench, i, place_q32(bench, i));
+    if (!range_counts(bench, i) || goer->slip_q32 != axis->slip_q32)
         goer->any_range = true;
     else if (axis->vel == 0)
         goer->any_range = false;
     if (!goer->any_range && goer->offset_q32 == offset_q32 && axis->vel != 0 &&
+        axis->profile.short_q32 == 0 && /* else it turns back where it is */
         now_q32 > goer->outside_q32 + OUT_Q32)
         stateful_violate(bench, STATEFUL_RANGE, (int)i, "%.6f outside",
                          stateful_unit(now_q32));
     goer->outside_q32 = now_q32;
     goer->offset_q32 = offset_q32;
+    goer->slip_q32 = axis->slip_q32;
 }
 
 /* Where it stands when torque comes on it stays. */

@@ -222,6 +222,21 @@ static void judge_path(struct stateful *bench, unsigned i)
             stateful_unit(sample.pos_q32));
 }
 
+/* The path goes the way that was asked for, and no other. */
+static void judge_direction(struct stateful *bench)
+{
+    struct stateful_judge *judge = &bench->judge;
+    const int64_t s_ns_q12 = bench->controller.rate.s_ns_q12;
+    const int64_t on_ns_q12 = judge->is_reversed ? judge->s_ns_q12 - s_ns_q12
+                                                 : s_ns_q12 - judge->s_ns_q12;
+    if (judge->motion == STATEFUL_MOVE && !judge->is_fresh &&
+        stateful_in_motion(judge->before) && on_ns_q12 < 0)
+        stateful_violate(bench, STATEFUL_DIRECTION, -1, "by %.9f s",
+                         (double)on_ns_q12 / (double)MOTION_FIXED_S_Q12);
+    judge->s_ns_q12 = s_ns_q12;
+    bench->tally.reversed += on_ns_q12 > 0 && judge->is_reversed;
+}
+
 /* --- one drive ---------------------------------------------------------- */
 
 /* A drive that is told nothing stays where it is. */
@@ -327,6 +342,17 @@ static bool homing_stops_without_halt(const struct stateful *bench)
            !bench->axis[i].profile.halts;
 }
 
+/* A jog that was stopped is on its way to rest, also when it is then held and
+ * resumed. */
+static bool jog_stops_without_halt(const struct stateful *bench)
+{
+    for (unsigned i = 0; i < bench->axes; i++)
+        if (bench->axis_config[i].by_goals && !bench->axis[i].profile.halts &&
+            bench->controller.axis[i].leg.stops)
+            return true;
+    return false;
+}
+
 /* A drive is bad, or was disturbed. */
 static bool goes_badly(const struct stateful *bench)
 {
@@ -348,7 +374,8 @@ static bool has_cause(const struct stateful *bench, enum controller_fault fault)
         return goes_badly(bench);
     if (fault == CONTROLLER_FAULT_REST) /* that is what a bound is for */
         return bench->judge.stop.kind != STATEFUL_GOES ||
-               homing_stops_without_halt(bench);
+               homing_stops_without_halt(bench) ||
+               jog_stops_without_halt(bench);
     return (bench->judge.causes >> fault & 1) != 0;
 }
 
@@ -412,6 +439,7 @@ void stateful_judge_after(struct stateful *bench)
 {
     for (unsigned i = 0; i < bench->axes; i++)
         judge_axis(bench, i);
+    judge_direction(bench);
     stateful_judge_goals(bench);
     judge_faults(bench);
     judge_torque(bench);

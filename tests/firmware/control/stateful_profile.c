@@ -63,14 +63,15 @@ int stateful_profile_halt(struct stateful_axis *axis)
     return MOTION_OK;
 }
 
-/* Where it will stand: a bad one stops on the way. */
+/* Where it will stand, by its encoder: a bad one stops on the way. */
 static int64_t profile_to_q32(const struct stateful_axis *axis)
 {
     const struct stateful_profile *profile = &axis->profile;
-    const int64_t displacement_q32 = profile->next.pos_q32 - axis->pos_q32;
+    const int64_t goal_q32 = profile->next.pos_q32 - axis->slip_q32;
+    const int64_t displacement_q32 = goal_q32 - axis->pos_q32;
     if (llabs(displacement_q32) <= profile->short_q32)
-        return profile->short_q32 == 0 ? profile->next.pos_q32 : axis->pos_q32;
-    return profile->next.pos_q32 -
+        return profile->short_q32 == 0 ? goal_q32 : axis->pos_q32;
+    return goal_q32 -
            (displacement_q32 < 0 ? -profile->short_q32 : profile->short_q32);
 }
 
@@ -83,6 +84,7 @@ static void profile_take(struct stateful_axis *axis)
     profile->halting = profile->pending == STATEFUL_ORDER_HALT;
     if (!profile->halting) {
         profile->go = profile->next;
+        profile->arrive = 0; /* where the one before was to end is past */
         profile->go.pos_q32 = profile_to_q32(axis);
         profile->on = true;
     }

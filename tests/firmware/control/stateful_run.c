@@ -164,6 +164,8 @@ void stateful_begin(struct stateful *bench)
     assert_int_equal(controller_init(&bench->controller, &bench->config,
                                      bench->state, drive, &inputs),
                      MOTION_OK);
+    playback_init(&bench->playback, &bench->controller, &bench->jog,
+                  bench->playback_axis);
     assert_int_equal(homing_init(&bench->homing, &bench->controller,
                                  &bench->jog, bench->home),
                      MOTION_OK);
@@ -190,6 +192,7 @@ void stateful_tick(struct stateful *bench)
     controller_jog_step(&bench->controller, &bench->jog);
     homing_step(&bench->homing);
     stateful_judge_after(bench);
+    stateful_play_step(bench);
     for (unsigned i = 0; i < bench->axes; i++)
         stateful_axis_sync(&bench->axis[i]);
     run_tally(bench);

@@ -40,10 +40,16 @@ static const struct motion_clock_limit *stop_limit(const struct stateful *bench,
                : &config->limit;
 }
 
+/* Of the clock that reads the path. */
+static double direction(const struct stateful *bench)
+{
+    return bench->controller.is_reversed ? -1 : 1;
+}
+
 /* The rate now, or what it may be on its way to. */
 static double stop_rate(const struct stateful *bench)
 {
-    const double rate = (double)bench->controller.rate.rate_q30 * 0x1p-30;
+    const double rate = fabs((double)bench->controller.rate.rate_q30 * 0x1p-30);
     const double requested = (double)bench->controller.override_q30 * 0x1p-30;
     return fmax(rate, fmax(requested, 1));
 }
@@ -82,9 +88,10 @@ static double steepest(const struct stateful *bench,
         if (track == NULL || most == 0)
             continue;
         motion_track_state(track, (int64_t)s_ns_q12, &f);
-        const double vel = stateful_unit(f.vel_q32);
-        const double own = limit_q32(f.jerk_q32) * r * r * r +
-                           3 * limit_q32(f.acc_q32) * r * accel;
+        const double vel = direction(bench) * stateful_unit(f.vel_q32);
+        const double own =
+            direction(bench) * limit_q32(f.jerk_q32) * r * r * r +
+            3 * limit_q32(f.acc_q32) * r * accel;
         jerk = fmin(jerk, (limit_q32(most) + (vel < 0 ? -own : own)) /
                               (2 * fabs(vel) + 1e-9));
     }
@@ -100,7 +107,7 @@ static void rise_tick(const struct stateful *bench, struct rise *at,
 {
     const double t = (double)bench->period_ns / 1e9;
     at->r += at->accel * t;
-    at->s_ns_q12 += at->r * t * (double)MOTION_FIXED_S_Q12;
+    at->s_ns_q12 += direction(bench) * at->r * t * (double)MOTION_FIXED_S_Q12;
     at->accel -= jerk * t;
 }
 
@@ -179,6 +186,12 @@ static struct motion_clock_rate rate_before(const struct stateful *bench)
 {
     struct motion_clock_rate now = bench->controller.rate, then;
     controller_ahead(&bench->controller, bench->period_ns, &then);
+    if (bench->controller.is_reversed) {
+        now.rate_q30 = -now.rate_q30;
+        now.accel_q30 = -now.accel_q30;
+        then.rate_q30 = -then.rate_q30;
+        then.accel_q30 = -then.accel_q30;
+    }
     if (now.rate_q30 == 0 && now.s_ns_q12 == 0)
         now.rate_q30 = (int64_t)(stop_rate(bench) * 0x1p30);
     if (then.rate_q30 > now.rate_q30)
@@ -291,6 +304,7 @@ void stateful_motion_begins(struct stateful *bench, enum stateful_motion motion,
     if (motion == STATEFUL_REST)
         return;
     judge->motion = motion;
+    judge->is_reversed = false;
     judge->dead_ns = 0;
     judge->is_fresh = true;
 }
@@ -312,7 +326,7 @@ static void judge_brake_takes_over(struct stateful *bench, unsigned axis)
 static void judge_faster(struct stateful *bench)
 {
     struct stateful_stop *stop = &bench->judge.stop;
-    const double rate = (double)bench->controller.rate.rate_q30 * 0x1p-30;
+    const double rate = fabs((double)bench->controller.rate.rate_q30 * 0x1p-30);
     const unsigned axis = moving_axis(bench);
     if (bench->axis[axis].state != HAL_DRIVE_ENABLED ||
         !stateful_in_motion(bench->judge.before))

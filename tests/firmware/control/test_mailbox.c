@@ -6,18 +6,20 @@
 #include <pthread.h>
 #include <string.h>
 
-#include "firmware/control/controller.h"
+#include "firmware/control/playback.h"
 #include "tests/support/check.h"
 
 /* One without axes: off, so that there is nothing to hold, while an override
  * is taken at any time. */
 static struct controller controller;
+static struct playback playback;
 static struct mailbox mailbox;
 
 static int begin(void **state)
 {
     (void)state;
     memset(&controller, 0, sizeof controller);
+    playback_init(&playback, &controller, NULL, NULL);
     mailbox_init(&mailbox);
     return 0;
 }
@@ -31,7 +33,7 @@ static void commands_are_answered_in_order(void **state)
     assert_int_equal(mailbox_put(&mailbox, MAILBOX_HOLD, 0), MOTION_OK);
     assert_int_equal(mailbox_put(&mailbox, MAILBOX_OVERRIDE, -1), MOTION_OK);
     assert_false(mailbox_answer(&mailbox, &answer));
-    assert_false(mailbox_step(&mailbox, &controller));
+    assert_false(mailbox_step(&mailbox, &playback));
     assert_int_equal(controller.override_q30, 5);
     assert_true(mailbox_answer(&mailbox, &answer));
     assert_int_equal(answer.command, MAILBOX_OVERRIDE);
@@ -53,13 +55,13 @@ static void a_full_mailbox_refuses_all_but_a_stop(void **state)
         assert_int_equal(mailbox_put(&mailbox, MAILBOX_OVERRIDE, i), MOTION_OK);
     assert_int_equal(mailbox_put(&mailbox, MAILBOX_HOLD, 0), MOTION_E_FULL);
     mailbox_stop(&mailbox);
-    assert_true(mailbox_step(&mailbox, &controller));
+    assert_true(mailbox_step(&mailbox, &playback));
     assert_int_equal(controller.stops, 1);
     /* Done, but the answers still have their places. */
     assert_int_equal(mailbox_put(&mailbox, MAILBOX_HOLD, 0), MOTION_E_FULL);
     assert_true(mailbox_answer(&mailbox, &answer));
     assert_int_equal(mailbox_put(&mailbox, MAILBOX_HOLD, 0), MOTION_OK);
-    assert_false(mailbox_step(&mailbox, &controller));
+    assert_false(mailbox_step(&mailbox, &playback));
 }
 
 static void a_stop_refuses_what_came_with_it(void **state)
@@ -69,12 +71,12 @@ static void a_stop_refuses_what_came_with_it(void **state)
     assert_int_equal(mailbox_put(&mailbox, MAILBOX_OVERRIDE, 7), MOTION_OK);
     mailbox_stop(&mailbox);
     mailbox_stop(&mailbox);
-    assert_true(mailbox_step(&mailbox, &controller));
+    assert_true(mailbox_step(&mailbox, &playback));
     assert_int_equal(controller.stops, 1);
     assert_int_equal(controller.override_q30, 0);
     assert_true(mailbox_answer(&mailbox, &answer));
     assert_int_equal(answer.err, MOTION_E_STATE);
-    assert_false(mailbox_step(&mailbox, &controller));
+    assert_false(mailbox_step(&mailbox, &playback));
 }
 
 static void an_unknown_command_is_refused(void **state)
@@ -94,7 +96,7 @@ static void counters_wrap(void **state)
     mailbox.answered = UINT32_MAX - 2;
     for (int64_t i = 1; i < 40; i++) {
         assert_int_equal(mailbox_put(&mailbox, MAILBOX_OVERRIDE, i), MOTION_OK);
-        assert_false(mailbox_step(&mailbox, &controller));
+        assert_false(mailbox_step(&mailbox, &playback));
         assert_int_equal(controller.override_q30, i);
         assert_true(mailbox_answer(&mailbox, &answer));
         assert_int_equal(answer.value, i);
@@ -113,13 +115,13 @@ static void *tick(void *context)
     int64_t last = 0;
     while (!over) {
         controller.override_q30 = last;
-        *stops += mailbox_step(&mailbox, &controller);
+        *stops += mailbox_step(&mailbox, &playback);
         /* Overrides come in rising order: none twice, none before another. */
         if (controller.override_q30 < last)
             return context;
         last = controller.override_q30;
     }
-    *stops += mailbox_step(&mailbox, &controller);
+    *stops += mailbox_step(&mailbox, &playback);
     return NULL;
 }
 

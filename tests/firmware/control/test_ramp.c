@@ -20,7 +20,7 @@ enum request { HOLD, STOP, FAULT };
 
 /* What came of all slow-downs. */
 static struct {
-    unsigned requested, rose, waited, quick, late;
+    unsigned requested, rose, waited, later, quick, late;
     double rise, rest_s, share; /* the largest; share of the bound */
     unsigned compared, missed;  /* no ramp was found, but there is one */
     double ratio[COMPARED];     /* to the oracle's duration */
@@ -60,22 +60,50 @@ static int64_t bound_of(const struct controller *c, enum request request)
  * apart, then those between one that does not fit and the next that does; where
  * a shorter one would, but not all up to there (a border of segments comes just
  * after its end), or where only some ticks are looked at (over 128, with what
- * may come between), that is a sixteenth of L.  Where no J fits yet the clock
- * goes on as it was going to: INFINITY.  On the way it looks for a level a
- * quarter shorter: `longer` is what it may take then. */
-static double unavoidable(const struct controller *c, bool stop, double longer)
+ * may come between), that is a sixteenth of L.  Where no J fits yet r' is
+ * kept first, or rises by so many quarters of what it was going to, for as many
+ * ticks as let one fit then; where none does the clock goes on as it was going
+ * to: INFINITY.  On the way it looks for a level a quarter shorter: `longer` is
+ * what it may take then. */
+static double rises_to(const struct controller *c,
+                       const struct motion_clock_rate *at,
+                       struct oracle_piece first, bool stop, double longer)
 {
     const double tick = (double)c->config.period_ns * 1e-9;
-    struct motion_clock_rate at;
-    motion_clock_warp_at(&c->warp, c->clock_ns, &at);
-    const double r = rate_of(at.rate_q30), a = rate_of(at.accel_q30);
-    if (a <= 0)
-        return r;
-    const double jerk = oracle_level(
-        c, (double)at.s_ns_q12 / (double)MOTION_FIXED_S_Q12, r, a, stop);
+    const double r = rate_of(at->rate_q30), a = rate_of(at->accel_q30);
+    const double s = (double)at->s_ns_q12 / (double)MOTION_FIXED_S_Q12;
+    const double jerk = oracle_level(c, s, r, a, first, stop);
+    const double a1 = a + first.t * first.jerk;
     return jerk == 0
                ? INFINITY
-               : r + longer * (a * a / (2 * jerk) * 1.0625 + 1.5 * a * tick);
+               : r + first.t * (a + a1) / 2 +
+                     longer * (a1 * a1 / (2 * jerk) * 1.0625 + 1.5 * a1 * tick);
+}
+
+static double rises_later(const struct controller *c,
+                          const struct motion_clock_rate *at, bool stop)
+{
+    const double tick = (double)c->config.period_ns * 1e-9;
+    double most = INFINITY;
+    for (int part = 0; part < 4 && isinf(most) && at->jerk_q30 >= 0; part++)
+        for (int n = 1; n <= 64 && isinf(most); n += n / 2 + 1)
+            most = rises_to(c, at,
+                            (struct oracle_piece){
+                                n * tick, rate_of(at->jerk_q30) / 4 * part },
+                            stop, 1);
+    tally.later += isinf(most) ? 0u : 1u;
+    return most;
+}
+
+static double unavoidable(const struct controller *c, bool stop, double longer)
+{
+    struct motion_clock_rate at;
+    motion_clock_warp_at(&c->warp, c->clock_ns, &at);
+    if (at.accel_q30 <= 0)
+        return rate_of(at.rate_q30);
+    const double most =
+        rises_to(c, &at, (struct oracle_piece){ 0, 0 }, stop, longer);
+    return isinf(most) ? rises_later(c, &at, stop) : most;
 }
 
 /* The ramp that was found at once, beside the shortest. */
@@ -196,12 +224,12 @@ static void report(const char *what)
 {
     qsort(tally.ratio, tally.compared, sizeof tally.ratio[0], compare_ratio);
     print_message(
-        "%s: %u, %u rose by over 10 points, the most %.1f, %u had to wait; "
-        "rest "
-        "after %.2f s at most, %.2f of the bound; %u quick stops, %u at the "
+        "%s: %u, %u rose by over 10 points, the most %.1f, %u had to wait, "
+        "%u levelled later; rest after %.2f s at most, %.2f of the bound; %u "
+        "quick stops, %u at the "
         "bound\n",
         what, tally.requested, tally.rose, tally.rise * 100, tally.waited,
-        tally.rest_s, tally.share, tally.quick, tally.late);
+        tally.later, tally.rest_s, tally.share, tally.quick, tally.late);
     print_message("  %u beside the shortest: median %.3f, 90 %% %.3f, 99 %% "
                   "%.3f, worst %.3f; %u found none where there is one\n",
                   tally.compared, ratio_at(0.5), ratio_at(0.9), ratio_at(0.99),
@@ -268,11 +296,70 @@ static void random_slow_downs_in_jogs_that_turn_round(void **state)
     report("jogs");
 }
 
+/* An axis that brakes at its limit of jerk while the rate rises leaves no r'' < 0,
+ * and before long none of 0: r' may only rise by what is left of it then.  Plays
+ * to `brakes` ticks into the braking at 93 %, and for `rises` on the way up. */
+static bool brake_while_it_rises(unsigned brakes, unsigned rises)
+{
+    static const struct controller_axis_config axis = {
+        .pos_min_q32 = -1000 * UNIT,
+        .pos_max_q32 = 1000 * UNIT,
+        .limit = { 60 * UNIT, 680 * UNIT, 6240 * UNIT },
+        .stop = { 60 * UNIT, 924 * UNIT, 8456 * UNIT },
+        .following_floor_q32 = 1000 * UNIT,
+    };
+    static const struct motion_clock_bound bound = { 2 * ONE, 35 * ONE };
+    const struct motion_otg_move move = {
+        .goal.pos_q32 = -30 * UNIT,
+        .limit = { 60 * UNIT, -60 * UNIT, 680 * UNIT, -680 * UNIT, 6238 * UNIT,
+                   0 },
+    };
+    struct controller *c = &bench.controller;
+    const struct motion_track *const track[] = { &bench.track[0] };
+    struct motion_otg_plan plan;
+    struct motion_state state;
+    ramp_init(&bench, MS, 1, &axis);
+    motion_track_init(&bench.track[0], bench.storage[0], MOTION_OTG_PHASES, 0);
+    assert_int_equal(motion_otg_make(&move, &plan, NULL), MOTION_OK);
+    assert_int_equal(motion_otg_append(&plan, &bench.track[0]), MOTION_OK);
+    assert_int_equal(controller_override(c, ONE / 100 * 93), MOTION_OK);
+    assert_int_equal(controller_start(c, track, NULL), MOTION_OK);
+    do {
+        ramp_tick(&bench);
+        motion_track_state(track[0], c->rate.s_ns_q12, &state);
+        brakes -= state.acc_q32 > 0 && brakes > 0 ? 1 : 0;
+    } while (ramp_is_moving(&bench) && (state.acc_q32 <= 0 || brakes > 0));
+    if (!ramp_is_moving(&bench))
+        return false;
+    c->wanted_q30 = ONE;
+    assert_int_equal(motion_clock_warp_ramp(&c->warp, c->clock_ns, ONE, &bound,
+                                            MS, &c->warp),
+                     MOTION_OK);
+    while (rises-- > 0)
+        ramp_tick(&bench);
+    return ramp_is_moving(&bench);
+}
+
+static void stops_while_the_track_is_at_its_limit_of_jerk(void **state)
+{
+    (void)state;
+    memset(&tally, 0, sizeof tally);
+    for (unsigned brakes = 0; brakes < 100; brakes += 3)
+        for (unsigned rises = 4; rises < 24; rises += 2)
+            if (brake_while_it_rises(brakes, rises))
+                slow_down(STOP);
+    print_message("%u, %u levelled later, %u had to wait\n", tally.requested,
+                  tally.later, tally.waited);
+    assert_true(tally.later > 0);
+    memset(&tally, 0, sizeof tally);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(random_slow_downs_in_moves),
         cmocka_unit_test(random_slow_downs_in_jogs_that_turn_round),
+        cmocka_unit_test(stops_while_the_track_is_at_its_limit_of_jerk),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

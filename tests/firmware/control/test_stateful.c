@@ -35,6 +35,9 @@ static void print_tally(const struct stateful_tally *tally)
         printf("  %8" PRIu64 " times: %s\n", tally->fault[k],
                controller_fault_text((enum controller_fault)k));
     printf("  %8" PRIu64 " goals sent\n", tally->goals);
+    printf("  %8" PRIu64 " ticks in reverse\n", tally->reversed);
+    printf("  %8" PRIu64 " times played again\n", tally->repeated);
+    printf("  %8" PRIu64 " times held at a time of the move\n", tally->cued);
     printf("  %8" PRIu64 " fault stops by the drives themselves\n",
            tally->by_drives);
 }
@@ -47,6 +50,7 @@ static void expect_everywhere(const struct stateful_tally *tally)
     for (int k = HOMING_SEARCH; k < HOMING_STATES; k++)
         assert_true(tally->homing[k] > 0);
     assert_true(tally->goals > 0);
+    assert_true(tally->reversed > 0 && tally->repeated > 0 && tally->cued > 0);
     for (int k = 1; k < CONTROLLER_FAULT_REST; k++)
         if (k != CONTROLLER_FAULT_GATE)
             assert_true(tally->fault[k] > 0);

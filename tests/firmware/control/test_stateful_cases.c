@@ -563,6 +563,94 @@ static void an_axis_by_goals_that_is_up_first_stays(void **state)
     assert_true(llabs(bench.axis[0].pos_q32 - 700 * UNIT) < UNIT / 5);
 }
 
+/* The drive was sent at 100 %, and is at its goal long before the clock, which
+ * is stopped on the way. */
+static void
+an_axis_that_arrived_before_its_track_stands_at_its_goal(void **state)
+{
+    (void)state;
+    lay_goers(1, 100 * UNIT);
+    enable();
+    start_ease(1900 * UNIT);
+    run(300);
+    assert_int_equal(stateful_override(&bench, MOTION_CLOCK_WARP_ONE_Q30 / 10),
+                     MOTION_OK);
+    for (int n = 0; n < 20000; n++) {
+        run(1);
+        if (bench.controller.axis[0].leg.at == 1)
+            break;
+    }
+    in_state(CONTROLLER_MOVING);
+    assert_true(bench.controller.axis[0].target.pos_q32 != 1900 * UNIT);
+    stateful_stop(&bench);
+    rests_in(3000);
+    assert_true(bench.controller.axis[0].target.pos_q32 == 1900 * UNIT);
+    bench.axis_config[0].late_ns = 100 * MS;
+    assert_int_equal(stateful_jog(&bench, 0, 100 * UNIT, 250 * UNIT, 0),
+                     MOTION_OK);
+    rests_in(12000);
+    assert_true(bench.axis[0].pos_q32 == 100 * UNIT);
+}
+
+static void an_axis_by_goals_is_watched_where_it_stands(void **state)
+{
+    (void)state;
+    lay_goers(1, 100 * UNIT);
+    enable();
+    assert_int_equal(stateful_jog(&bench, 0, 300 * UNIT, 250 * UNIT, 0),
+                     MOTION_OK);
+    rests_in(5000);
+    bench.judge.causes = (uint32_t)1 << CONTROLLER_FAULT_FOLLOWING;
+    bench.axis[0].slip_q32 = 2 * UNIT;
+    run(20);
+    in_state(CONTROLLER_FAULT);
+    assert_int_equal(bench.controller.fault.fault, CONTROLLER_FAULT_FOLLOWING);
+}
+
+/* --- one command after another --------------------------------------------- */
+
+/* The drive is asked for the mode of homing, and says so some ticks later. */
+static void a_jog_after_homing_that_was_stopped_moves_the_axis(void **state)
+{
+    (void)state;
+    for (int after = 1; after < 12; after++) {
+        lay(1, 700 * UNIT);
+        bench.axis[0].homes = true;
+        bench.home[0].by = HOMING_DRIVE;
+        enable();
+        assert_int_equal(stateful_homing(&bench, 1), MOTION_OK);
+        stateful_stop(&bench);
+        run(after);
+        for (int n = 0; n < 200; n++) {
+            if (stateful_jog(&bench, 0, 800 * UNIT, 250 * UNIT, 0) == MOTION_OK)
+                break;
+            run(1);
+        }
+        run(3000);
+        in_state(CONTROLLER_READY);
+        stands_at(800 * UNIT, 0);
+    }
+}
+
+/* The jog is on its way to rest already; the second stop goes on with that. */
+static void a_stop_of_a_jog_that_is_held_ends_in_ready(void **state)
+{
+    (void)state;
+    for (int n = 0; n < 200; n += 3) {
+        lay(1, 700 * UNIT);
+        enable();
+        assert_int_equal(stateful_jog(&bench, 0, 1500 * UNIT, 250 * UNIT, 0),
+                         MOTION_OK);
+        run(5 + n);
+        stateful_jog_stop(&bench, false);
+        (void)stateful_hold(&bench);
+        run(2);
+        stateful_jog_stop(&bench, false);
+        run(3000);
+        in_state(CONTROLLER_READY);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -587,6 +675,11 @@ int main(void)
         cmocka_unit_test(a_stop_quick_stops_a_drive_without_a_halt),
         cmocka_unit_test(a_halting_drive_stops_for_a_limit_switch),
         cmocka_unit_test(an_axis_by_goals_that_is_up_first_stays),
+        cmocka_unit_test(
+            an_axis_that_arrived_before_its_track_stands_at_its_goal),
+        cmocka_unit_test(an_axis_by_goals_is_watched_where_it_stands),
+        cmocka_unit_test(a_jog_after_homing_that_was_stopped_moves_the_axis),
+        cmocka_unit_test(a_stop_of_a_jog_that_is_held_ends_in_ready),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

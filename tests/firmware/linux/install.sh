@@ -4,7 +4,7 @@
 # library and run, the man page and the completion say what the program says, and
 # make uninstall leaves nothing.
 #
-# Takes long.
+# Takes long.  Gains nothing from sanitizers.
 set -eu
 slew=${SLEW:-build/slew}
 dir=$(mktemp -d)

@@ -223,6 +223,34 @@ static void chain_rule_matches_long_double(void **state)
     }
 }
 
+static void samples_are_what_the_chain_rule_says_to_the_bit(void **state)
+{
+    (void)state;
+    uint64_t seed = 77;
+    for (int n = 0; n < 20000; n++) {
+        const struct motion_clock_rate now = {
+            .rate_q30 = check_random_in(&seed, 0, 2 * ONE),
+            .accel_q30 = check_random_in(&seed, -400 * ONE, 400 * ONE),
+        };
+        const int64_t most = INT64_MAX >> check_random_in(&seed, 0, 62);
+        const struct motion_state f = {
+            check_random_in(&seed, -most, most),
+            check_random_in(&seed, -most, most),
+            check_random_in(&seed, -most, most),
+            0,
+        };
+        const struct motion_sample track = { f.pos_q32, f.vel_q32, f.acc_q32 };
+        struct motion_state p;
+        struct motion_sample axis;
+        motion_clock_warp_chain(&now, &f, &p);
+        motion_clock_warp_sample(&now, motion_clock_warp_square(&now), &track,
+                                 &axis);
+        assert_int_equal(axis.pos_q32, p.pos_q32);
+        assert_int_equal(axis.vel_q32, p.vel_q32);
+        assert_int_equal(axis.acc_q32, p.acc_q32);
+    }
+}
+
 static void chain_rule_saturates_and_never_wraps(void **state)
 {
     (void)state;
@@ -487,6 +515,7 @@ int main(void)
         cmocka_unit_test(ramp_from_a_ramp_rises_by_what_cannot_be_avoided),
         cmocka_unit_test(derivatives_are_those_of_path_time),
         cmocka_unit_test(chain_rule_matches_long_double),
+        cmocka_unit_test(samples_are_what_the_chain_rule_says_to_the_bit),
         cmocka_unit_test(chain_rule_saturates_and_never_wraps),
         cmocka_unit_test(unusable_ramps_are_refused),
         cmocka_unit_test(a_ramp_that_breaks_a_limit_does_not_fit),

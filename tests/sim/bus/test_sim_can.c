@@ -1,5 +1,6 @@
 /* tests/sim/bus/test_sim_can.c - bit counts, arbitration, bus time, errors. */
 #include "hal/can/bits.h"
+#include "sim/bus/can_trouble.h"
 #include "tests/sim/bus/sim_bus.h"
 
 struct fixture {
@@ -386,6 +387,89 @@ static void odd_rates_are_refused(void **state)
     assert_int_equal(sim_can_bus_init(&bus, &world, 10000), MOTION_OK);
 }
 
+/* ---- what spoils them -------------------------------------------------- */
+
+/* Binomial: at 5 % 10000 frames meet 526 errors in the mean; five standard
+ * deviations are 120. */
+static void noise_destroys_its_share_and_nothing_is_lost(void **state)
+{
+    struct fixture *f = fixture_new(1000000, 2);
+
+    (void)state;
+    f->bus.noise_q32 = (UINT64_C(1) << 32) / 20;
+    f->bus.noise_seed = 7;
+    for (int i = 0; i < 10000; i++) {
+        assert_int_equal(put(f, 0, "181#01"), MOTION_OK);
+        sim_world_run(&f->world, f->world.now_ns + 2 * MS);
+        expect(f, 1, "181#01");
+    }
+    assert_int_equal(f->bus.frames, 10000);
+    assert_true(f->bus.frames_destroyed > 406 && f->bus.frames_destroyed < 646);
+    free(f);
+}
+
+static void a_dropped_identifier_never_comes_and_others_do(void **state)
+{
+    struct fixture *f = fixture_new(1000000, 2);
+    struct sim_can_trouble trouble;
+
+    (void)state;
+    assert_int_equal(sim_can_trouble_init(&trouble, &f->port[0], 1), MOTION_OK);
+    trouble.drops = true;
+    trouble.drop_id = 0x701;
+    assert_int_equal(put(f, 0, "701#05"), MOTION_OK);
+    assert_int_equal(put(f, 0, "181#01"), MOTION_OK);
+    sim_world_run(&f->world, 10 * MS);
+    expect(f, 1, "181#01");
+    expect_nothing(f, 1);
+    assert_int_equal(trouble.dropped, 1);
+    free(f);
+}
+
+static void late_frames_keep_their_order(void **state)
+{
+    struct fixture *f = fixture_new(1000000, 2);
+    struct sim_can_trouble trouble;
+    struct hal_can_frame frame;
+
+    (void)state;
+    assert_int_equal(sim_can_trouble_init(&trouble, &f->port[0], 1), MOTION_OK);
+    trouble.delay_ns = 5 * MS;
+    assert_int_equal(put(f, 0, "181#01"), MOTION_OK);
+    sim_world_run(&f->world, 1 * MS);
+    trouble.delay_ns = 0; /* the second must not overtake the first */
+    assert_int_equal(put(f, 0, "181#02"), MOTION_OK);
+    sim_world_run(&f->world, 5 * MS);
+    expect_nothing(f, 1);
+    sim_world_run(&f->world, 10 * MS);
+    assert_int_equal(hal_can_recv(&f->port[1].can, &frame), 1);
+    assert_int_equal(frame.data[0], 1);
+    assert_true(frame.t_ns > 5 * MS && frame.t_ns < 6 * MS);
+    expect(f, 1, "181#02");
+    free(f);
+}
+
+static void spoilt_data_are_other_data_and_come_in_time(void **state)
+{
+    struct fixture *f = fixture_new(1000000, 2);
+    struct sim_can_trouble trouble;
+    struct hal_can_frame frame;
+
+    (void)state;
+    assert_int_equal(sim_can_trouble_init(&trouble, &f->port[0], 9), MOTION_OK);
+    trouble.spoil = 100;
+    for (int i = 0; i < 100; i++) {
+        assert_int_equal(put(f, 0, "181#1122334455667788"), MOTION_OK);
+        sim_world_run(&f->world, f->world.now_ns + MS);
+        assert_int_equal(hal_can_recv(&f->port[1].can, &frame), 1);
+        assert_string_not_equal(text_of(&frame), "181#1122334455667788");
+    }
+    assert_int_equal(put(f, 0, "181#1122334455667788"), MOTION_OK);
+    sim_world_run(&f->world, f->world.now_ns + MS);
+    expect(f, 1, "181#1122334455667788");
+    free(f);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -407,6 +491,10 @@ int main(void)
         cmocka_unit_test(destroyed_frames_are_tried_again),
         cmocka_unit_test(enough_errors_take_a_sender_off_the_bus),
         cmocka_unit_test(a_pulled_plug_ends_everything_at_once),
+        cmocka_unit_test(noise_destroys_its_share_and_nothing_is_lost),
+        cmocka_unit_test(a_dropped_identifier_never_comes_and_others_do),
+        cmocka_unit_test(late_frames_keep_their_order),
+        cmocka_unit_test(spoilt_data_are_other_data_and_come_in_time),
         cmocka_unit_test(odd_rates_are_refused),
     };
 

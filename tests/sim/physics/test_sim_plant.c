@@ -207,6 +207,48 @@ static void configs_outside_the_ranges_are_refused(void **state)
             fail_msg("row %zu was taken", i);
 }
 
+/* Without integral action the loop stops short where its spring no longer
+ * overcomes friction, at friction / omega^2 at most. */
+static void friction_holds_the_rotor_within_its_band(void **state)
+{
+    const double omega = 100, friction = 50000;
+    struct sim_plant plant = plant_of(config(100000, 1000));
+    double band = friction / (omega * omega);
+
+    (void)state;
+    plant.friction_q8 = (int64_t)friction * 256;
+    for (int i = 0; i < 4000; i++) {
+        const int64_t before_q24 = plant.vel_q24;
+        sim_plant_step(&plant, 1000 * ONE_Q24, 0, STEP_NS);
+        assert_true(before_q24 >= 0 && plant.vel_q24 >= 0);
+    }
+    /* to the resolution of its acceleration */
+    assert_true(plant.vel_q24 < 1 << 12);
+    assert_true(counts(plant.pos_q24) < 1000 &&
+                counts(plant.pos_q24) >= 1000 - band - 0.01);
+    /* within the band nothing moves, but for rounding */
+    for (int i = 0; i < 100; i++) {
+        sim_plant_step(&plant, plant.pos_q24 + (int64_t)(0.9 * band) * ONE_Q24,
+                       0, STEP_NS);
+        assert_true(llabs(plant.vel_q24) < 32);
+    }
+}
+
+static void with_phases_exchanged_it_runs_away(void **state)
+{
+    struct sim_plant plant = plant_of(config(100000, 1000));
+    double before = 0;
+
+    (void)state;
+    plant.reversed = true;
+    for (int i = 0; i < 200; i++) {
+        sim_plant_step(&plant, ONE_Q24, 0, STEP_NS);
+        assert_true(counts(plant.pos_q24) < before);
+        before = counts(plant.pos_q24);
+    }
+    assert_true(before < -10);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -218,6 +260,8 @@ int main(void)
         cmocka_unit_test(a_long_step_is_cut_up_and_ends_where_short_ones_do),
         cmocka_unit_test(without_torque_the_axis_slows_down_and_stands),
         cmocka_unit_test(the_end_of_the_world_stops_it),
+        cmocka_unit_test(friction_holds_the_rotor_within_its_band),
+        cmocka_unit_test(with_phases_exchanged_it_runs_away),
         cmocka_unit_test(configs_outside_the_ranges_are_refused),
     };
 

@@ -102,6 +102,8 @@ static int cia402_judge_homing(const struct rig_reader *reader,
 }
 
 const struct rig_kind rig_kind_cia402 = {
+    .has_heartbeat = true,
+    .code_max = UINT16_MAX,
     .is_for = cia402_is_for,
     .read = cia402_read,
     .judge_axis = cia402_judge_axis,

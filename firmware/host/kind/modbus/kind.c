@@ -225,6 +225,7 @@ static int modbus_judge_homing(const struct rig_reader *reader,
 }
 
 const struct rig_kind rig_kind_modbus = {
+    .code_max = UINT16_MAX,
     .is_for = modbus_is_for,
     .read = modbus_read,
     .judge_axis = modbus_judge_axis,

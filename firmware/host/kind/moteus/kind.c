@@ -93,6 +93,7 @@ static void moteus_expect(const struct rig *rig, unsigned i,
 }
 
 const struct rig_kind rig_kind_moteus = {
+    .code_max = UINT8_MAX,
     .is_for = moteus_is_for,
     .read = moteus_read,
     .cannot_home = "a moteus, which has no homing of its own",

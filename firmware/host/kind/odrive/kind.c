@@ -117,6 +117,8 @@ static int odrive_judge_homing(const struct rig_reader *reader,
 }
 
 const struct rig_kind rig_kind_odrive = {
+    .has_heartbeat = true,
+    .code_max = UINT32_MAX,
     .is_for = odrive_is_for,
     .read = odrive_read,
     .judge_homing = odrive_judge_homing,

@@ -158,5 +158,6 @@ const struct machine_kind machine_kind_cia402 = {
     .patience_ns = cia402_patience_ns,
     .statusword = cia402_statusword,
     .sim_init = cia402_sim_init,
+    .sim_servo = cia402_sim_servo,
     .sim_counts_q24 = cia402_sim_counts_q24,
 };

@@ -97,6 +97,11 @@ int cia402_sim_init(struct machine_sim *sim, const struct rig *rig, unsigned i)
                            &config);
 }
 
+struct sim_servo *cia402_sim_servo(struct machine_sim *sim, unsigned i)
+{
+    return &sim->servo[i].cia402.base;
+}
+
 int64_t cia402_sim_counts_q24(const struct machine_sim *sim, unsigned i)
 {
     return sim_servo_pos_q24(&sim->servo[i].cia402.base);

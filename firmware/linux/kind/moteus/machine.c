@@ -36,6 +36,11 @@ static int moteus_sim_init(struct machine_sim *sim, const struct rig *rig,
                            &config);
 }
 
+static struct sim_servo *moteus_sim_servo(struct machine_sim *sim, unsigned i)
+{
+    return &sim->servo[i].moteus.base;
+}
+
 static int64_t moteus_sim_counts_q24(const struct machine_sim *sim, unsigned i)
 {
     return sim_servo_pos_q24(&sim->servo[i].moteus.base);
@@ -44,5 +49,6 @@ static int64_t moteus_sim_counts_q24(const struct machine_sim *sim, unsigned i)
 const struct machine_kind machine_kind_moteus = {
     .init = moteus_init,
     .sim_init = moteus_sim_init,
+    .sim_servo = moteus_sim_servo,
     .sim_counts_q24 = moteus_sim_counts_q24,
 };

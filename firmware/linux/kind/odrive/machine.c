@@ -47,6 +47,11 @@ static int odrive_sim_init(struct machine_sim *sim, const struct rig *rig,
                            &config);
 }
 
+static struct sim_servo *odrive_sim_servo(struct machine_sim *sim, unsigned i)
+{
+    return &sim->servo[i].odrive.base;
+}
+
 static int64_t odrive_sim_counts_q24(const struct machine_sim *sim, unsigned i)
 {
     return sim_servo_pos_q24(&sim->servo[i].odrive.base);
@@ -55,5 +60,6 @@ static int64_t odrive_sim_counts_q24(const struct machine_sim *sim, unsigned i)
 const struct machine_kind machine_kind_odrive = {
     .init = odrive_init,
     .sim_init = odrive_sim_init,
+    .sim_servo = odrive_sim_servo,
     .sim_counts_q24 = odrive_sim_counts_q24,
 };

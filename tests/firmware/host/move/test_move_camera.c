@@ -4,7 +4,7 @@
  * Judged by what the head sees: the axes x, y, z, pan, tilt, roll at a time
  * give a place and three directions, in doubles.  Takes long. */
 #include "motion/path/path.h"
-#include "motion/plan/plan_view.h"
+#include "motion/plan/camera/plan_view.h"
 #include "tests/firmware/host/move/move_file.h"
 
 #define RIG "examples/flyby/rig.yaml"

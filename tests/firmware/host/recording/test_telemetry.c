@@ -80,6 +80,7 @@ static struct telemetry_row any_row(uint64_t *seed, int i)
         .axis = axis,
         .shot = shot,
         .shot_count = 2,
+        .faults = (uint64_t)(i % 5),
     };
 }
 
@@ -89,7 +90,7 @@ static void write_rows(int count)
     uint64_t seed = SEED;
     FILE *file = fopen(path, "wb");
     assert_non_null(file);
-    telemetry_init(&telemetry, file, &rig);
+    telemetry_init(&telemetry, file, &rig, true);
     for (int i = 0; i < count; i++) {
         struct telemetry_row row = any_row(&seed, i);
         telemetry_write(&telemetry, &row);
@@ -135,6 +136,7 @@ static void compare(void *context, const struct telemetry_row *row)
         assert_near(x->following_q32, y->following_q32, 32, 1e-7);
         assert_int_equal(x->statusword, y->statusword);
     }
+    assert_int_equal(row->faults, want.faults);
     assert_memory_equal(row->shot, want.shot,
                         want.shot_count * sizeof want.shot[0]);
     (*count)++;
@@ -168,7 +170,7 @@ static void the_heading_names_axes_and_units(void **state)
                         "pan.demand_deg_s3,pan.actual_deg,pan.actual_deg_s,"
                         "pan.following_deg,pan.statusword,"
                         "camera.shot,camera.shot_ns,"
-                        "flash.shot,flash.shot_ns\n");
+                        "flash.shot,flash.shot_ns,faults\n");
 }
 
 static void ignore_row(void *context, const struct telemetry_row *row)

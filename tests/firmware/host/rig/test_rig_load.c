@@ -713,6 +713,11 @@ static const struct {
     { "rig_angle_on_mm.yaml", 7, 24, "position '45 deg' is an angle" },
     { "rig_axis_name.yaml", 4, 3, "'my dolly' is not a name" },
     { "rig_bandwidth.yaml", 12, 22, "bandwidth '2 kHz' is out of range" },
+    { "rig_shaper_frequency.yaml", 12, 36,
+      "frequency '2 kHz' is out of range" },
+    { "rig_shaper_damping.yaml", 12, 13, "shaper cannot be made" },
+    { "rig_shaper_kind.yaml", 12, 20, "unknown kind 'zvdd'" },
+    { "rig_shaper_unused.yaml", 12, 52, "residual is not used by kind zvd" },
     { "rig_binary.yaml", 1, 1, "character U+0000 is not printable" },
     { "rig_bit_rate.yaml", 2, 35,
       "bit_rate '300 kbit/s' is not one of CANopen's" },
@@ -1131,10 +1136,12 @@ static int print_fields(void)
 {
     print_shapes("rig", rig_shapes);
     print_shapes("move", move_shapes);
+    print_shapes("faults", fault_shapes);
     print_shapes("map", map_shapes);
     print_shapes("quirks", quirk_shapes);
     print_words("rig", rig_words);
     print_words("move", move_words);
+    print_words("faults", fault_words);
     print_words("map", map_words);
     print_words("quirks", quirk_words);
     return 0;

@@ -234,6 +234,81 @@ static void a_hold_only_makes_it_later(void **state)
     assert_limits_kept();
 }
 
+static void assert_axes_on_the_path_at(int64_t s_ns_q12)
+{
+    for (unsigned i = 0; i < bench.job.move.axis_count; i++) {
+        struct motion_state there;
+        motion_track_state(&bench.job.track[i], s_ns_q12, &there);
+        assert_in_range(llabs(bench.report.axis[i].end_q32 - there.pos_q32), 0,
+                        one_count_q32(i));
+    }
+}
+
+static void it_begins_at_a_time_of_the_move(void **state)
+{
+    (void)state;
+    struct player_config later = plain;
+    later.from_ns_q12 = 5 * SECOND * MOTION_FIXED_NS_Q12;
+    bench_run(&later);
+    const int64_t rest_ns =
+        bench.job.end_ns_q12 / MOTION_FIXED_NS_Q12 - 5 * SECOND;
+    assert_int_equal(bench.report.end, REPORT_DONE);
+    assert_true(bench.report.played_ns > rest_ns);
+    assert_true(bench.report.played_ns < rest_ns + 5 * SECOND);
+    assert_axes_at_their_last_keys();
+    assert_limits_kept();
+}
+
+static void there_and_back_ends_where_it_began(void **state)
+{
+    (void)state;
+    struct player_config both = plain;
+    both.times = 2;
+    both.is_ping_pong = true;
+    bench_run(&both);
+    assert_int_equal(bench.report.end, REPORT_DONE);
+    assert_int_equal(bench.report.times, 2);
+    assert_int_equal(bench.report.played_ns,
+                     2 * bench.job.end_ns_q12 / MOTION_FIXED_NS_Q12);
+    assert_axes_on_the_path_at(0);
+    assert_limits_kept();
+}
+
+static void a_loop_goes_back_to_its_first_keys(void **state)
+{
+    (void)state;
+    struct player_config again = plain;
+    again.times = 3;
+    bench_run(&again);
+    assert_int_equal(bench.report.end, REPORT_DONE);
+    assert_int_equal(bench.report.times, 3);
+    assert_true(bench.report.played_ns >
+                3 * bench.job.end_ns_q12 / MOTION_FIXED_NS_Q12);
+    assert_axes_at_their_last_keys();
+    assert_limits_kept();
+}
+
+static void an_endless_one_stops_along_its_path(void **state)
+{
+    uint64_t seed = SEED;
+    struct player_config endless = plain;
+    endless.times = -1;
+    endless.is_ping_pong = true;
+    for (int i = 0; i < 6; i++) {
+        if (i > 0) {
+            bench_close(state);
+            assert_int_equal(bench_open(state), 0);
+        }
+        bench.interrupt_ns[0] =
+            check_random_in(&seed, 30 * SECOND, 120 * SECOND);
+        bench_run(&endless);
+        assert_int_equal(bench.report.end, REPORT_STOPPED);
+        assert_limits_kept();
+        assert_torque_is_off();
+        assert_axes_on_the_path_at(bench.report.path_ns_q12);
+    }
+}
+
 static void an_interrupt_at_any_time_stops_along_the_path(void **state)
 {
     uint64_t seed = SEED;
@@ -416,6 +491,10 @@ int main(void)
         RUN(axes_go_to_their_first_keys_at_a_quarter_of_the_limits),
         RUN(half_speed_takes_twice_as_long),
         RUN(a_hold_only_makes_it_later),
+        RUN(it_begins_at_a_time_of_the_move),
+        RUN(there_and_back_ends_where_it_began),
+        RUN(a_loop_goes_back_to_its_first_keys),
+        RUN(an_endless_one_stops_along_its_path),
         RUN(an_interrupt_at_any_time_stops_along_the_path),
         RUN(a_long_pause_is_named_as_what_it_was),
         RUN(a_short_pause_leaves_its_ticks_out),

@@ -80,6 +80,58 @@ static void q_stops_before_the_move_too(void **state)
     finish_stopped();
 }
 
+static void r_goes_back_along_the_path(void **state)
+{
+    (void)state;
+    begin();
+    expect("s left");
+    hear(1.5);
+    press("r");
+    expect(", back");
+    assert_int_equal(finish(), 0); /* over at its start */
+    assert_non_null(strstr(heard, "done"));
+}
+
+static void b_goes_back_to_the_start_and_holds_there(void **state)
+{
+    (void)state;
+    begin();
+    expect("s left");
+    hear(1.0);
+    forget();
+    press("b");
+    expect("going to the start");
+    expect("  0 %  holding");
+    press(" ");
+    expect("s left");
+    press("q");
+    finish_stopped();
+}
+
+/* Half of the time of a curve that is as fast after it as before. */
+static void g_goes_to_a_time_and_c_says_where_that_is(void **state)
+{
+    (void)state;
+    begin();
+    expect("s left");
+    press("c");
+    expect("no place to tell: hold the axes first");
+    press("g40");
+    expect("go to: 40");
+    press("\n");
+    expect("it cannot go there: the time is not within the move");
+    press("g7\1774 s\n");
+    expect(" 50 %  holding");
+    press("c");
+    expect("at 4.000 s: slide 450.000000 mm");
+    press("gx\n");
+    expect("is not a number");
+    press("g1\177\177r");
+    expect(", back");
+    press("q");
+    finish_stopped();
+}
+
 static void ctrl_c_and_the_terminal_stay_what_they_are(void **state)
 {
     struct termios during;
@@ -110,6 +162,9 @@ int main(void)
         cmocka_unit_test(plus_and_minus_change_the_speed),
         cmocka_unit_test(a_speed_beyond_the_limits_is_refused),
         cmocka_unit_test(q_stops_before_the_move_too),
+        cmocka_unit_test(r_goes_back_along_the_path),
+        cmocka_unit_test(b_goes_back_to_the_start_and_holds_there),
+        cmocka_unit_test(g_goes_to_a_time_and_c_says_where_that_is),
         cmocka_unit_test(ctrl_c_and_the_terminal_stay_what_they_are),
         cmocka_unit_test(without_a_terminal_there_are_no_keys),
     };

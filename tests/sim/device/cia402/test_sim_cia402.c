@@ -1205,7 +1205,7 @@ static void bad_configs_are_refused_and_add_nothing(void **state)
         sim_world_init(&world, 0);
         sim_can_bus_init(&bus, &world, 1000000);
         assert_int_equal(sim_cia402_init(&drive, &bus, &bad[i]), MOTION_E_ARG);
-        assert_ptr_equal(world.last, &bus.member);
+        assert_ptr_equal(bus.group.last, &bus.member);
         assert_null(bus.first);
     }
 }

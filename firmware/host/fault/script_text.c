@@ -1,0 +1,113 @@
+/* firmware/host/fault/script_text.c - the kinds of fault, and one of a script in words.  See
+ * script.h. */
+#include <inttypes.h>
+#include <stdio.h>
+
+#include "firmware/host/base/number.h"
+#include "firmware/host/fault/script_parts.h"
+
+#define FAULT_WORD(name, spelling) spelling,
+const char *const fault_kind_words[FAULT_KINDS] = { FAULT_KIND_LIST(
+    FAULT_WORD) };
+const char *const fault_event_words[FAULT_EVENTS] = {
+    "enable", "home", "approach", "move",  "settle",
+    "off",    "hold", "stop",     "fault",
+};
+const char *const fault_level_words[FAULT_LEVELS] = { "active", "inactive",
+                                                      "open" };
+
+const char *const fault_value_words[FAULT_VALUES] = {
+    "", "code", "by", "level", "rate", "delay", "count",
+};
+
+const struct fault_shape fault_shapes_of[FAULT_KINDS] = {
+    [FAULT_HEARTBEAT_LOST] = { FAULT_AXIS, FAULT_NOTHING, false, true },
+    [FAULT_DRIVE] = { FAULT_AXIS, FAULT_CODE, false, false },
+    [FAULT_REBOOT] = { FAULT_AXIS, FAULT_NOTHING, false, false },
+    [FAULT_STUCK_ENCODER] = { FAULT_AXIS, FAULT_NOTHING, false, true },
+    [FAULT_ENCODER_JUMP] = { FAULT_AXIS, FAULT_BY, true, true },
+    [FAULT_STUCK_SWITCH] = { FAULT_LINE, FAULT_LEVEL, true, true },
+    [FAULT_BUS_OFF] = { FAULT_BUS, FAULT_NOTHING, false, true },
+    [FAULT_BUS_ERRORS] = { FAULT_BUS, FAULT_COUNT, true, false },
+    [FAULT_INTERFACE_DOWN] = { FAULT_BUS, FAULT_NOTHING, false, true },
+    [FAULT_OTHER_MASTER] = { FAULT_BUS, FAULT_NOTHING, false, false },
+    [FAULT_BABBLE] = { FAULT_BUS, FAULT_NOTHING, false, true },
+    [FAULT_CUT_CABLE] = { FAULT_AXIS | FAULT_BUS, FAULT_NOTHING, false, true },
+    [FAULT_NOISE] = { FAULT_BUS, FAULT_RATE, true, true },
+    [FAULT_BROWN_OUT] = { FAULT_AXIS, FAULT_NOTHING, false, true },
+    [FAULT_SLOW_DRIVE] = { FAULT_AXIS, FAULT_DELAY, true, true },
+    [FAULT_WRONG_ANSWER] = { FAULT_AXIS, FAULT_COUNT, false, false },
+    [FAULT_FRICTION_STEP] = { FAULT_AXIS, FAULT_BY, true, true },
+    [FAULT_OBSTACLE] = { FAULT_AXIS, FAULT_NOTHING, false, true },
+    [FAULT_RUNAWAY] = { FAULT_AXIS, FAULT_NOTHING, false, true },
+};
+
+bool fault_kind_is_over_at_once(enum fault_kind kind)
+{
+    return !fault_shapes_of[kind].lasts;
+}
+
+static const char *fault_place_name(const struct fault_entry *entry,
+                                    const struct rig *rig)
+{
+    switch (entry->target) {
+    case FAULT_OF_AXIS:
+        return rig->axis[entry->index].name;
+    case FAULT_OF_BUS:
+        return rig->bus[entry->index].name;
+    case FAULT_OF_LINE:
+        break;
+    }
+    return rig->line[entry->index].name;
+}
+
+static void fault_value_text(const struct fault_entry *entry,
+                             const struct rig *rig, char *text, size_t size)
+{
+    const char *unit = entry->target == FAULT_OF_AXIS
+                           ? units_axis_text(rig->axis[entry->index].unit)
+                           : "";
+    char number[NUMBER_MAX];
+
+    text[0] = 0;
+    switch (entry->kind) {
+    case FAULT_DRIVE:
+        if (entry->value != 0)
+            snprintf(text, size, ", code 0x%" PRIX64, (uint64_t)entry->value);
+        break;
+    case FAULT_ENCODER_JUMP:
+    case FAULT_FRICTION_STEP:
+        number_short(number, entry->value, 32);
+        snprintf(text, size, ", by %s %s%s", number, unit,
+                 entry->kind == FAULT_FRICTION_STEP ? "/s2" : "");
+        break;
+    case FAULT_STUCK_SWITCH:
+        snprintf(text, size, ", %s", fault_level_words[entry->value]);
+        break;
+    case FAULT_NOISE:
+        number_short(number, 100 * entry->value, 32);
+        snprintf(text, size, ", %s %% of the frames", number);
+        break;
+    case FAULT_SLOW_DRIVE:
+        number_short(number, entry->value * 4096 / 1000000, 12);
+        snprintf(text, size, ", by %s ms", number);
+        break;
+    case FAULT_BUS_ERRORS:
+    case FAULT_WRONG_ANSWER:
+        snprintf(text, size, ", %" PRId64, entry->value);
+        break;
+    default:
+        break;
+    }
+}
+
+const char *fault_entry_text(const struct fault_entry *entry,
+                             const struct rig *rig, char text[FAULT_TEXT_MAX])
+{
+    char value[FAULT_TEXT_MAX / 2];
+
+    fault_value_text(entry, rig, value, sizeof value);
+    snprintf(text, FAULT_TEXT_MAX, "%s of %s%s", fault_kind_words[entry->kind],
+             fault_place_name(entry, rig), value);
+    return text;
+}

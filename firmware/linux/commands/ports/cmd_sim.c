@@ -1,0 +1,167 @@
+/* firmware/linux/commands/ports/cmd_sim.c - slew sim: a rig's drives, simulated, on a
+ * bus that others can reach. */
+#include <arpa/inet.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "firmware/host/base/array.h"
+#include "firmware/host/base/memory.h"
+#include "firmware/host/move/job.h"
+#include "firmware/linux/base/error.h"
+#include "firmware/linux/commands/command.h"
+#include "firmware/linux/commands/planning.h"
+#include "firmware/linux/machine/sim_server.h"
+
+static volatile sig_atomic_t cmd_sim_ended;
+
+static void cmd_sim_on_signal(int number)
+{
+    (void)number;
+    cmd_sim_ended = 1;
+}
+
+static void cmd_sim_listen(void)
+{
+    static const int number[] = { SIGINT, SIGTERM, SIGHUP };
+    struct sigaction action = { .sa_handler = cmd_sim_on_signal };
+    sigemptyset(&action.sa_mask);
+    for (size_t i = 0; i < ARRAY_LEN(number); i++)
+        sigaction(number[i], &action, NULL);
+}
+
+static void cmd_sim_say_where(const struct sim_server *server, uint32_t b)
+{
+    const struct rig_bus *bus = &server->rig->bus[b];
+    const struct modbus_host *host = &server->device[b].host;
+    if (rig_bus_is_can(bus))
+        printf("%s on interface %s:", bus->name, bus->interface);
+    else if (bus->kind == RIG_MODBUS_RTU)
+        printf("%s on terminal %s:", bus->name, host->path);
+    else
+        printf("%s on %s port %u:", bus->name, inet_ntoa(server->address),
+               host->port);
+}
+
+static void cmd_sim_say(const struct sim_server *server)
+{
+    const struct rig *rig = server->rig;
+    for (uint32_t b = 0; b < rig->bus_count; b++) {
+        cmd_sim_say_where(server, b);
+        for (uint32_t i = 0; i < rig->axis_count; i++)
+            if (rig->axis[i].bus == b)
+                printf(" %s (node %u)", rig->axis[i].name,
+                       rig->axis[i].node_id);
+        putchar('\n');
+    }
+    puts("interrupt (Ctrl-C) to end");
+    fflush(stdout);
+}
+
+static int64_t cmd_sim_now_ns(struct sim_server *server)
+{
+    return hal_clock_now_ns(&server->sim.real.clock);
+}
+
+/* Where drives on TCP listen: this machine alone when nothing is said. */
+static enum status cmd_sim_address(const struct options *options,
+                                   struct in_addr *address)
+{
+    address->s_addr = htonl(INADDR_LOOPBACK);
+    if (options->address == NULL ||
+        inet_pton(AF_INET, options->address, address) == 1)
+        return STATUS_OK;
+    error_say("slew sim: --address: '%s' is not an IPv4 address, expected one "
+              "such as 0.0.0.0 (every interface) or 192.168.1.20",
+              options->address);
+    return STATUS_INPUT;
+}
+
+static enum status cmd_sim_serve(const struct options *options,
+                                 const struct rig *rig,
+                                 struct sim_server *server)
+{
+    char message[YAML_MESSAGE_MAX];
+    struct in_addr address;
+    const enum status status = cmd_sim_address(options, &address);
+    if (status != STATUS_OK)
+        return status;
+    if (sim_server_open(server, rig, address, message) < 0) {
+        error_say("slew sim: %s", message);
+        return STATUS_INPUT;
+    }
+    cmd_sim_ended = 0;
+    cmd_sim_listen();
+    cmd_sim_say(server);
+    const int64_t start_ns = cmd_sim_now_ns(server);
+    while (!cmd_sim_ended &&
+           (options->to_ns < 0 ||
+            cmd_sim_now_ns(server) - start_ns < options->to_ns))
+        sim_server_step(server);
+    sim_server_close(server);
+    return STATUS_OK;
+}
+
+static enum status cmd_sim_rig(const struct options *options, struct rig *rig)
+{
+    char message[YAML_MESSAGE_MAX];
+    enum status status = planning_rig(options->path[0], rig);
+    if (status != STATUS_OK)
+        return status;
+    if (options->interface != NULL &&
+        rig_set_interfaces(rig, options->interface, message) < 0) {
+        error_say("slew sim: --interface: %s", message);
+        return STATUS_INPUT;
+    }
+    struct sim_server *server = memory_new(1, sizeof *server);
+    status = cmd_sim_serve(options, rig, server);
+    memory_free(server);
+    return status;
+}
+
+static enum status cmd_sim_run(const struct options *options)
+{
+    if (options->eds) {
+        sim_cia402_write_eds(stdout);
+        return STATUS_OK;
+    }
+    struct rig *rig = memory_new(1, sizeof *rig);
+    enum status status = cmd_sim_rig(options, rig);
+    rig_free(rig);
+    memory_free(rig);
+    return status;
+}
+
+static const struct option_row cmd_sim_option[] = {
+    OPTIONS_INTERFACE,
+    { "address", "ADDRESS", OPTION_TEXT, offsetof(struct options, address),
+      "where drives on Modbus TCP listen (127.0.0.1); 0.0.0.0: everywhere" },
+    { "eds", NULL, OPTION_FLAG, offsetof(struct options, eds),
+      "print the data sheet (EDS) of a simulated CANopen drive, and end" },
+    { "for", "TIME", OPTION_TIME, offsetof(struct options, to_ns),
+      "end after this time" },
+    { "help", NULL, OPTION_FLAG, offsetof(struct options, help), "this text" },
+};
+
+const struct command cmd_sim = {
+    .name = "sim",
+    .arguments = "RIG | DIRECTORY",
+    .summary = "show a rig's drives, simulated, on real interfaces",
+    .text =
+        "Every drive of the rig on CAN answers on the interface of its bus, "
+        "in\n"
+        "real time, as a servo of its kind does: for another slew with "
+        "--real,\n"
+        "or for any other master.  A virtual interface will do:\n\n"
+        "  ip link add dev vcan0 type vcan; ip link set vcan0 up\n\n"
+        "Drives on Modbus RTU stand behind a pseudo-terminal, which is named;\n"
+        "those on TCP answer on the port of the rig, for this machine alone\n"
+        "unless --address says otherwise: nothing asks who a master is, so\n"
+        "that only a network of your own should see them.\n",
+    .examples = "  slew sim --interface vcan0 rig.yaml\n"
+                "  slew sim --interface can0=can2,can1=can3 examples/dolly\n"
+                "  slew sim --address 192.168.1.20 rig.yaml\n",
+    .path_max = 1,
+    COMMAND_OPTIONS(cmd_sim_option),
+    .run = cmd_sim_run,
+};

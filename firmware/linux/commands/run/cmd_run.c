@@ -1,0 +1,856 @@
+/* firmware/linux/commands/run/cmd_run.c - slew run: say what will happen, check,
+ * move, report. */
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+#include <time.h>
+
+#include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
+#include "firmware/host/base/table.h"
+#include "firmware/host/base/wall_time.h"
+#include "firmware/host/move/budget.h"
+#include "firmware/host/move/compiled.h"
+#include "firmware/host/move/job.h"
+#include "firmware/host/rig/modbus_budget.h"
+#include "firmware/linux/base/disk.h"
+#include "firmware/linux/base/error.h"
+#include "firmware/linux/base/interrupt.h"
+#include "firmware/linux/base/json_print.h"
+#include "firmware/linux/base/output.h"
+#include "firmware/linux/commands/command.h"
+#include "firmware/linux/commands/picture.h"
+#include "firmware/linux/commands/planning.h"
+#include "firmware/linux/commands/run/live.h"
+#include "firmware/linux/commands/run/run_service.h"
+#include "firmware/linux/machine/modbus_record.h"
+#include "firmware/linux/machine/player.h"
+#include "motion/core/clock_warp.h"
+#include "motion/core/fixed.h"
+
+#define CMD_RUN_RESUME_NS INT64_C(1000000000) /* when not given */
+
+/* Everything a run needs, in one piece: nothing is allocated while the bus is
+ * live. */
+struct cmd_run {
+    const struct options *options;
+    int64_t rate_q30;
+    int64_t hold_at_ns; /* -1: never */
+    int64_t at_ns;      /* of the wall clock; 0: at once */
+    int start_line;     /* of the rig; -1: none */
+    int64_t from_ns_q12, times;
+    struct job job;
+    struct live live;
+    struct player player;
+    struct telemetry telemetry;
+    struct trace trace;
+    struct report report;
+    struct shots shots;
+    struct arrivals arrivals;
+    struct progress progress;
+    struct run_keys keys;
+    struct output csv, frames;
+    struct run_record run_record;
+    struct can_log can_log;
+    struct modbus_record record; /* of the first Modbus bus */
+    struct output pcap;
+    struct fault_script script;
+    struct machine_fault faults;
+};
+
+/* --- what will happen --- */
+
+static void cmd_run_margin(struct table *table, const struct cmd_run *self,
+                           unsigned axis, enum motion_quantity quantity)
+{
+    struct plan_limit limit;
+    job_limit_at(&job_rig_axis(&self->job, axis)->limit, self->rate_q30,
+                 &limit);
+    int64_t most = job_limit_of(&limit, quantity);
+    int64_t peak = job_peak(&self->job.track[axis], quantity, NULL);
+    if (most == 0)
+        table_cell(table, "no limit");
+    else
+        table_cell(table, "%d %%", (int)number_percent(peak, most));
+}
+
+static void cmd_run_intent_row(struct table *table, const struct cmd_run *self,
+                               unsigned i)
+{
+    const struct motion_track *track = &self->job.track[i];
+    const struct rig_axis *rig = job_rig_axis(&self->job, i);
+    struct motion_sample first;
+    struct motion_cursor cursor = { 0 };
+    char text[NUMBER_MAX];
+    motion_track_sample(track, &cursor, 0, &first);
+    table_cell(table, "%s", rig->name);
+    number_short(text, first.pos_q32, 32);
+    table_cell(table, "%s", text);
+    number_short(text, track->end.pos_q32, 32);
+    table_cell(table, "%s", text);
+    table_cell(table, "%s", units_axis_text(rig->unit));
+    const struct plan_axis *axis = &self->job.move.axis[i];
+    if (self->job.compiled != NULL)
+        table_cell(table, "%u", self->job.compiled->file.axis[i].keys);
+    else if (axis->driver == PLAN_BY_KEYS)
+        table_cell(table, "%u", axis->key_count);
+    else
+        table_cell(table, "-");
+    cmd_run_margin(table, self, i, MOTION_VEL);
+    cmd_run_margin(table, self, i, MOTION_ACC);
+    cmd_run_margin(table, self, i, MOTION_JERK);
+    table_cell(table, "%s", self->job.rig.bus[rig->bus].name);
+    table_cell(table, "%u", rig->node_id);
+}
+
+static void cmd_run_intent_table(const struct cmd_run *self)
+{
+    static const char *const head[] = {
+        "<axis",     ">from",         ">to",   "<unit", ">keys",
+        ">velocity", ">acceleration", ">jerk", "<bus",  ">node",
+    };
+    struct table table;
+    table_init(&table, 10, head);
+    for (unsigned i = 0; i < self->job.move.axis_count; i++)
+        cmd_run_intent_row(&table, self, i);
+    table_print(&table, stdout);
+    table_free(&table);
+}
+
+/* At the override; saturates. */
+static int64_t cmd_run_duration(const struct cmd_run *self)
+{
+    int64_t dur_ns_q12;
+    if (motion_fixed_muldiv(self->job.end_ns_q12, MOTION_CLOCK_WARP_ONE_Q30,
+                            self->rate_q30, &dur_ns_q12) < 0)
+        return INT64_MAX;
+    return dur_ns_q12;
+}
+
+static const char *cmd_run_drives(const struct cmd_run *self)
+{
+    if (self->options->real)
+        return "REAL drives";
+    if (self->options->pty)
+        return "simulated drives in real time, Modbus by libmodbus";
+    return self->options->realtime ? "simulated drives in real time"
+                                   : "simulated drives in virtual time";
+}
+
+static void cmd_run_port(const struct rig_bus *bus)
+{
+    if (bus->kind == RIG_MODBUS_TCP)
+        printf(", %s port %u", bus->modbus.host, bus->modbus.port);
+    else if (bus->kind == RIG_MODBUS_RTU)
+        printf(", %s", bus->modbus.device);
+    else
+        printf(", interface %s",
+               bus->interface[0] != 0 ? bus->interface : "not given");
+}
+
+static void cmd_run_bus(const struct cmd_run *self, unsigned i)
+{
+    const struct rig_bus *bus = &self->job.rig.bus[i];
+    struct budget budget;
+    budget_of(&self->job.rig, i, NULL, &budget);
+    printf("%s: %u kbit/s, at most %.1f %% in use", bus->name,
+           bus->bit_rate / 1000, 100 * budget.most);
+    if (self->options->real)
+        cmd_run_port(bus);
+    putchar('\n');
+    if (!rig_bus_is_can(bus))
+        modbus_budget_print(&self->job.rig, i, stdout);
+}
+
+/* Where it begins, and how often it is played. */
+static void cmd_run_intent_plays(const struct cmd_run *self)
+{
+    char from[NUMBER_MAX];
+    number_seconds(from, self->from_ns_q12);
+    if (self->from_ns_q12 > 0)
+        printf("first every axis goes to where it is at %s s of the move, at a "
+               "quarter of its limits\n",
+               from);
+    else
+        fputs("first every axis goes to its first key at a quarter of its "
+              "limits\n",
+              stdout);
+    if (self->times < 0)
+        fputs("the move is played until it is stopped", stdout);
+    else if (self->times > 1)
+        printf("the move is played %" PRId64 " times", self->times);
+    if (self->times != 1)
+        puts(self->options->ping_pong ? ", every second time in reverse" : "");
+}
+
+static void cmd_run_intent(const struct cmd_run *self)
+{
+    const struct job *job = &self->job;
+    char duration[NUMBER_MAX], period[NUMBER_MAX], percent[NUMBER_MAX];
+    number_seconds(duration, cmd_run_duration(self));
+    number_short(percent, 100 * self->rate_q30, 30);
+    number_short(period, job->rig.period_ns * 4096 / 1000000, 12);
+    printf("%s%s%s\n", job->move.title, job->move.title[0] ? " - " : "",
+           job->rig.title);
+    printf("%u %s, %s s at %s %% speed, a set point every %s ms, %s\n\n",
+           job->move.axis_count,
+           number_word(job->move.axis_count, "axis", "axes"), duration, percent,
+           period, cmd_run_drives(self));
+    cmd_run_intent_table(self);
+    fputs("\nlimits: how much of each the move uses at its peak\n", stdout);
+    for (unsigned i = 0; i < job->rig.bus_count; i++)
+        cmd_run_bus(self, i);
+    shots_plan_print(job, stdout);
+    cmd_run_intent_plays(self);
+    if (self->at_ns != 0)
+        printf("there it waits until %s\n", self->options->at);
+    if (self->start_line >= 0)
+        printf("there it waits for %s\n", self->options->on_edge);
+    fflush(stdout);
+}
+
+static void cmd_run_intent_json(const struct cmd_run *self, enum status status)
+{
+    const struct job *job = &self->job;
+    cJSON *report = cJSON_CreateObject();
+    cJSON_AddBoolToObject(report, "ok", status == STATUS_OK);
+    cJSON_AddStringToObject(report, "title", job->move.title);
+    cJSON_AddNumberToObject(report, "duration_s",
+                            number_double(cmd_run_duration(self), 12) / 1e9);
+    job_json_violations(job, report);
+    budget_json(&job->rig, NULL, report);
+    json_print(report, stdout);
+}
+
+/* --- may it happen? --- */
+
+static enum status cmd_run_check(struct cmd_run *self)
+{
+    job_check(&self->job, self->rate_q30);
+    if (self->job.violation_count > 0) {
+        if (self->options->json)
+            cmd_run_intent_json(self, STATUS_REFUSED);
+        else
+            job_print_violations(&self->job, stdout);
+        fflush(stdout);
+        error_say("slew run: %u limit violation%s, nothing was moved",
+                  self->job.violation_count,
+                  number_word(self->job.violation_count, "", "s"));
+        return STATUS_REFUSED;
+    }
+    if (!shots_check(&self->job, self->rate_q30))
+        return STATUS_REFUSED;
+    const bool fits = budget_check(&self->job);
+    error_tell(&self->job.messages);
+    return fits ? STATUS_OK : STATUS_REFUSED;
+}
+
+/* --- doing it --- */
+
+/* The first Modbus bus is recorded. */
+static enum status cmd_run_record(struct cmd_run *self,
+                                  struct machine_ports *ports)
+{
+    const struct rig *rig = &self->job.rig;
+    unsigned i = 0;
+    if (self->options->modbus_log == NULL)
+        return STATUS_OK;
+    while (i < rig->bus_count && rig_bus_is_can(&rig->bus[i]))
+        i++;
+    if (i == rig->bus_count) {
+        error_say(
+            "slew run: --modbus-log: the rig has no Modbus bus, expected a rig "
+            "with one");
+        return STATUS_INPUT;
+    }
+    modbus_record_init(&self->record, ports->modbus[i],
+                       rig->bus[i].kind == RIG_MODBUS_TCP);
+    ports->modbus[i] = &self->record.modbus;
+    return output_open(&self->pcap, self->options->modbus_log) < 0
+               ? STATUS_SYSTEM
+               : STATUS_OK;
+}
+
+static enum status cmd_run_build(struct cmd_run *self)
+{
+    struct machine_ports ports;
+    enum status status = live_ports(&self->live, self->options, &ports);
+    if (status == STATUS_OK && self->options->faults != NULL &&
+        machine_fault_init(&self->faults, &self->script, &self->live.sim) < 0)
+        status = STATUS_SYSTEM;
+    if (status == STATUS_OK && self->frames.file != NULL)
+        can_log_init(&self->can_log, self->frames.file, &self->job.rig,
+                     self->live.on_clock, &ports);
+    if (status == STATUS_OK)
+        status = cmd_run_record(self, &ports);
+    if (status == STATUS_OK)
+        status = live_build(&self->live, self->options, &ports);
+    return status;
+}
+
+/* Of the move, in seconds, frames or timecode of it, before its end. */
+static enum status cmd_run_time(const struct cmd_run *self, const char *option,
+                                const char *text, int64_t *t_ns_q12)
+{
+    const struct units_context units = {
+        .fps = { self->job.move.fps_num, self->job.move.fps_den },
+    };
+    char sentence[UNITS_SENTENCE_MAX], end[NUMBER_MAX];
+    if (units_parse(text, UNITS_TIME, &units, t_ns_q12, sentence) < 0) {
+        error_say("slew run: %s: %s", option, sentence);
+        return STATUS_INPUT;
+    }
+    if (*t_ns_q12 >= 0 && *t_ns_q12 < self->job.end_ns_q12)
+        return STATUS_OK;
+    number_seconds(end, self->job.end_ns_q12);
+    error_say("slew run: %s: '%s' is not within the move, expected a "
+              "move time from 0 s to before its end at %s s",
+              option, text, end);
+    return STATUS_INPUT;
+}
+
+/* Nowhere but within the move is there anything to hold. */
+static enum status cmd_run_hold(struct cmd_run *self)
+{
+    const struct options *options = self->options;
+    int64_t t_ns_q12;
+    self->hold_at_ns = -1;
+    if (options->hold_at == NULL && options->resume_after_ns < 0)
+        return STATUS_OK;
+    if (options->hold_at == NULL) {
+        error_say("slew run: --resume-after is for a hold, expected --hold-at "
+                  "TIME with it");
+        return STATUS_INPUT;
+    }
+    const enum status status =
+        cmd_run_time(self, "--hold-at", options->hold_at, &t_ns_q12);
+    if (status != STATUS_OK)
+        return status;
+    if (t_ns_q12 < self->from_ns_q12) {
+        error_say("slew run: --hold-at %s is before --from %s, expected a time "
+                  "after it",
+                  options->hold_at, options->from);
+        return STATUS_INPUT;
+    }
+    self->hold_at_ns = t_ns_q12 / MOTION_FIXED_NS_Q12;
+    return STATUS_OK;
+}
+
+/* Why the move cannot be played but once and from its start; NULL: it can. */
+static const char *cmd_run_only_whole(const struct cmd_run *self)
+{
+    const struct job *job = &self->job;
+    if (job->compiled != NULL)
+        return "a compiled move is read from its start to its end, expected "
+               "the move file itself";
+    for (unsigned i = 0; job->shots != NULL && i < job->rig.line_count; i++)
+        if (job->shots[i].count > 0)
+            return "the move has events, whose times are those of one play "
+                   "from its start, expected a move without them";
+    return NULL;
+}
+
+static bool cmd_run_is_on_clock(const struct options *options)
+{
+    return options->realtime || options->real || options->pty;
+}
+
+static enum status cmd_run_refuse(const char *option, const char *why)
+{
+    error_say("slew run: %s: %s", option, why);
+    return STATUS_INPUT;
+}
+
+/* A time of the wall clock that is to come; it is no time where the clock is
+ * virtual. */
+static enum status cmd_run_at(struct cmd_run *self)
+{
+    const struct options *options = self->options;
+    struct timespec now;
+    if (options->at == NULL)
+        return STATUS_OK;
+    const char *wrong = wall_time_parse(options->at, &self->at_ns);
+    if (wrong != NULL) {
+        error_say("slew run: --at: '%s' %s, expected a time such as "
+                  "2026-11-23T21:00:00.5Z or 2026-11-23T22:00:00+01:00",
+                  options->at, wrong);
+        return STATUS_INPUT;
+    }
+    if (!options->real && !options->realtime && !options->pty) {
+        error_say("slew run: --at is a time of the wall clock, expected --real "
+                  "or --realtime with it");
+        return STATUS_INPUT;
+    }
+    clock_gettime(CLOCK_REALTIME, &now); /* cannot fail for this clock */
+    if (self->at_ns / INT64_C(1000000000) > now.tv_sec)
+        return STATUS_OK;
+    error_say("slew run: --at: %s is over, expected a time to come",
+              options->at);
+    return STATUS_INPUT;
+}
+
+/* A line of kind start; where it is simulated, one with pulses. */
+static enum status cmd_run_on_edge(struct cmd_run *self)
+{
+    const struct options *options = self->options;
+    const struct rig *rig = &self->job.rig;
+    self->start_line = -1;
+    if (options->on_edge == NULL)
+        return STATUS_OK;
+    if (options->at != NULL) {
+        error_say("slew run: --on-edge and --at are two starts, expected one "
+                  "of them");
+        return STATUS_INPUT;
+    }
+    for (uint32_t i = 0; i < rig->line_count; i++)
+        if (rig->line[i].kind == RIG_LINE_START &&
+            strcmp(rig->line[i].name, options->on_edge) == 0)
+            self->start_line = (int)i;
+    if (self->start_line < 0)
+        error_say("slew run: --on-edge: '%.40s' is not a line of this rig of "
+                  "kind start, expected the name of one",
+                  options->on_edge);
+    else if (!options->real && rig->line[self->start_line].sim_every_ns == 0)
+        error_say("slew run: --on-edge: the simulated line %s has no pulses, "
+                  "expected sim: TIME in the rig, or --real",
+                  options->on_edge);
+    else
+        return STATUS_OK;
+    return STATUS_INPUT;
+}
+
+/* Where it begins, and how often. */
+static enum status cmd_run_plays(struct cmd_run *self)
+{
+    const struct options *options = self->options;
+    const bool repeats =
+        options->ping_pong || (options->loop >= 0 && options->loop != 1);
+    const char *why = cmd_run_only_whole(self);
+    self->times = options->loop == 0   ? -1
+                  : options->loop > 0  ? options->loop
+                  : options->ping_pong ? 2
+                                       : 1;
+    if (options->from != NULL && why != NULL)
+        return cmd_run_refuse("--from", why);
+    if (repeats && why != NULL)
+        return cmd_run_refuse(options->ping_pong ? "--ping-pong" : "--loop",
+                              why);
+    if (options->loop == 0 && !cmd_run_is_on_clock(options))
+        return cmd_run_refuse("--loop 0", "in virtual time it would not end, "
+                                          "expected --realtime or --real "
+                                          "with it");
+    for (unsigned i = 0; options->ping_pong && i < self->job.move.axis_count;
+         i++)
+        if (job_runs_by_drive_profile(&self->job, i))
+            return cmd_run_refuse(
+                "--ping-pong",
+                "an axis goes by its drive's profile, which is not the same in "
+                "reverse, expected --loop");
+    return options->from == NULL ? STATUS_OK
+                                 : cmd_run_time(self, "--from", options->from,
+                                                &self->from_ns_q12);
+}
+
+/* What goes wrong is simulated: on the wires and servos of virtual time or of
+ * the clock, and nowhere else. */
+static enum status cmd_run_faults(struct cmd_run *self)
+{
+    const struct options *options = self->options;
+    char message[YAML_MESSAGE_MAX];
+    if (options->faults == NULL)
+        return STATUS_OK;
+    if (options->real || options->pty)
+        return cmd_run_refuse(
+            "--faults", options->real ? "is for simulated drives, expected it "
+                                        "without --real"
+                                      : "is for simulated buses, expected it "
+                                        "without --pty");
+    if (fault_script_load(&disk_files, options->faults, &self->job.rig,
+                          &self->script, message) == 0)
+        return STATUS_OK;
+    error_say("%s", message);
+    return STATUS_INPUT;
+}
+
+/* A window must always reach as far as a stop may need, and twice that so that
+ * reading ahead has time. */
+static enum status cmd_run_window(const struct cmd_run *self)
+{
+    const struct job *job = &self->job;
+    const struct motion_track *track[CONTROLLER_AXES_MAX] = { NULL };
+    char what[256], least[NUMBER_MAX], need[NUMBER_MAX];
+    if (job->compiled == NULL)
+        return STATUS_OK;
+    for (unsigned i = 0; i < job->move.axis_count; i++)
+        track[job->rig_axis[i]] = &job->track[i];
+    const int64_t need_ns_q12 =
+        2 * controller_reserve_ns_q12(&self->live.machine.controller, track,
+                                      self->rate_q30);
+    if (job->compiled->least_ns_q12 >= need_ns_q12)
+        return STATUS_OK;
+    number_seconds(least, job->compiled->least_ns_q12);
+    number_seconds(need, need_ns_q12);
+    snprintf(what, sizeof what,
+             "%d segments last %s s somewhere, expected %s s to be able to "
+             "stop: run the move file itself",
+             TRACK_STREAM_PLAY, least, need);
+    error_file(job->move_path, what);
+    return STATUS_REFUSED;
+}
+
+/* What a run wrote is worth having, however it ends. */
+static void cmd_run_say_partial(const struct cmd_run *self,
+                                struct output *output, const char *what)
+{
+    output->keep = true;
+    if (!self->options->json && output->partial[0] != 0)
+        printf("%s: %s until the end\n", what, output->partial);
+    fflush(stdout);
+}
+
+static enum status cmd_run_files(struct cmd_run *self)
+{
+    const struct options *options = self->options;
+    if (options->plot != NULL && plot_format_of(options->plot) < 0) {
+        error_say("slew run: --plot %s: expected a name that ends in "
+                  ".svg or .png",
+                  options->plot);
+        return STATUS_INPUT;
+    }
+    /* What could not be written is said before anything moves. */
+    if (options->plot != NULL) {
+        if (output_open(&self->csv, options->plot) < 0)
+            return STATUS_SYSTEM;
+        output_abandon(&self->csv);
+    }
+    if (options->record != NULL) {
+        if (run_record_open(&self->run_record, options->record) < 0)
+            return STATUS_SYSTEM;
+        if (!options->json)
+            printf("recording: %s\n", options->record);
+        fflush(stdout);
+    }
+    if (options->telemetry == NULL)
+        return STATUS_OK;
+    if (output_open(&self->csv, options->telemetry) < 0)
+        return STATUS_SYSTEM;
+    telemetry_init(&self->telemetry, self->csv.file, &self->job.rig,
+                   options->faults != NULL);
+    cmd_run_say_partial(self, &self->csv, "telemetry");
+    return STATUS_OK;
+}
+
+/* Nobody waits at the end of a run on the clock for who does not read. */
+static void cmd_run_begin_files(struct cmd_run *self, bool on_clock)
+{
+    struct player *player = &self->player;
+    if (on_clock && self->options->telemetry != NULL)
+        output_make_hasty(&self->csv);
+    if (self->options->record == NULL)
+        return;
+    if (on_clock)
+        output_make_hasty(&self->run_record.output);
+    run_record_begin(&self->run_record, &self->job, &self->report,
+                     on_clock ? self->live.machine.ports.clock : NULL,
+                     player->start_ns);
+}
+
+static enum status cmd_run_play(struct cmd_run *self)
+{
+    const struct options *options = self->options;
+    struct player_config config = {
+        .realtime = cmd_run_is_on_clock(options),
+        .patient = options->real,
+        .override_q30 = self->rate_q30,
+        .from_ns_q12 = self->from_ns_q12,
+        .times = self->times,
+        .is_ping_pong = options->ping_pong,
+        .hold_at_ns = self->hold_at_ns,
+        .start_wall_ns = self->at_ns,
+        .start_line = self->start_line < 0
+                          ? NULL
+                          : &self->live.machine.input[self->start_line].gpio,
+        .resume_after_ns = options->resume_after_ns < 0
+                               ? CMD_RUN_RESUME_NS
+                               : options->resume_after_ns,
+    };
+    config.faults = options->faults != NULL ? &self->faults : NULL;
+    const bool has_keys =
+        config.realtime && !options->json &&
+        run_keys_begin(&self->keys, &self->job, self->rate_q30);
+    const struct player_observer observer = {
+        .telemetry = options->telemetry != NULL ? &self->telemetry : NULL,
+        .record = options->record != NULL ? &self->run_record : NULL,
+        .can_log = options->can_log != NULL ? &self->can_log : NULL,
+        .trace = options->plot != NULL ? &self->trace : NULL,
+        .report = &self->report,
+        .shots = &self->shots,
+        .arrivals = &self->arrivals,
+        .progress = &self->progress,
+        .keys = has_keys ? &self->keys : NULL,
+    };
+    report_init(&self->report, &self->job);
+    shots_init(&self->shots, &self->job);
+    arrivals_init(&self->arrivals, &self->job);
+    self->report.arrivals = &self->arrivals;
+    self->report.faults = config.faults;
+    if (self->shots.count > 0)
+        self->report.shots = &self->shots;
+    progress_init(&self->progress, stderr, self->job.end_ns_q12);
+    player_init(&self->player, &self->live.machine, &self->job, &config,
+                &observer);
+    cmd_run_begin_files(self, config.realtime);
+    int err = player_run(&self->player, interrupt_listen());
+    interrupt_listen_no_more();
+    progress_end(&self->progress);
+    run_keys_end(&self->keys);
+    return err < 0 ? STATUS_SYSTEM : STATUS_OK;
+}
+
+static enum status cmd_run_save(struct cmd_run *self)
+{
+    const struct options *options = self->options;
+    enum status status = STATUS_OK;
+    if (options->record != NULL) {
+        if (run_record_end(&self->run_record) < 0)
+            status = STATUS_SYSTEM;
+        else
+            self->report.record_path = options->record;
+        self->report.record_lost = self->run_record.record.rows_lost;
+    }
+    if (options->telemetry != NULL) {
+        rows_end(&self->telemetry.rows);
+        self->report.telemetry_lost = self->telemetry.rows.rows_lost;
+        if (output_commit(&self->csv) < 0)
+            status = STATUS_SYSTEM;
+        else
+            self->report.telemetry_path = options->telemetry;
+    }
+    if (options->can_log != NULL) {
+        if (output_commit(&self->frames) < 0)
+            status = STATUS_SYSTEM;
+        else
+            self->report.can_log_path = options->can_log;
+        self->report.frames_dropped = self->can_log.dropped;
+    }
+    if (options->modbus_log != NULL) {
+        modbus_record_write(&self->record, self->pcap.file);
+        if (output_commit(&self->pcap) < 0)
+            status = STATUS_SYSTEM;
+    }
+    if (options->plot != NULL && self->report.started) {
+        if (picture_of_job(&self->job, &self->trace, options->plot) < 0)
+            status = STATUS_SYSTEM;
+        else
+            self->report.plot_path = options->plot;
+    }
+    return status;
+}
+
+static enum status cmd_run_end(const struct report *report)
+{
+    if (report->torque_left)
+        return STATUS_REFUSED;
+    switch (report->end) {
+    case REPORT_DONE:
+        return STATUS_OK;
+    case REPORT_FAULT:
+        return STATUS_REFUSED;
+    case REPORT_STOPPED:
+    case REPORT_QUICK_STOPPED:
+        break;
+    }
+    return STATUS_INTERRUPTED;
+}
+
+static void cmd_run_report(struct cmd_run *self)
+{
+    report_torque(&self->report, stderr);
+    if (self->options->json) {
+        report_json(&self->report, stdout);
+        return;
+    }
+    putchar('\n');
+    report_print(&self->report, stdout);
+    machine_modbus_print(&self->live.pty, &self->job.rig, stdout);
+    machine_modbus_print(&self->live.real.modbus, &self->job.rig, stdout);
+}
+
+static enum status cmd_run_live(struct cmd_run *self)
+{
+    enum status status = cmd_run_play(self);
+    if (status != STATUS_OK)
+        return status;
+    status = cmd_run_save(self);
+    cmd_run_report(self);
+    return status == STATUS_OK ? cmd_run_end(&self->report) : status;
+}
+
+/* What it would do, and what can be known of how it would end. */
+static enum status cmd_run_dry(struct cmd_run *self)
+{
+    enum status status = live_dry_run(&self->live, self->options);
+    if (status == STATUS_OK && self->options->real)
+        status = cmd_run_window(self);
+    if (self->options->json)
+        cmd_run_intent_json(self, status);
+    return status;
+}
+
+static enum status cmd_run_job(struct cmd_run *self)
+{
+    const struct options *options = self->options;
+    enum status status =
+        planning_open(&self->job, options->path, options->path_count, true);
+    if (status != STATUS_OK)
+        return status;
+    status = live_use(&self->live, options, &self->job.rig);
+    if (status != STATUS_OK)
+        return status;
+    status = cmd_run_plays(self);
+    if (status == STATUS_OK)
+        status = cmd_run_hold(self);
+    if (status == STATUS_OK)
+        status = cmd_run_at(self);
+    if (status == STATUS_OK)
+        status = cmd_run_on_edge(self);
+    if (status == STATUS_OK)
+        status = cmd_run_faults(self);
+    if (status != STATUS_OK)
+        return status;
+    if (!options->json)
+        cmd_run_intent(self);
+    status = cmd_run_check(self);
+    if (status != STATUS_OK)
+        return status;
+    if (options->dry_run)
+        return cmd_run_dry(self);
+    status = live_confirm(&self->live, options, "run");
+    if (status != STATUS_OK)
+        return status;
+    if (options->can_log != NULL) {
+        if (output_open(&self->frames, options->can_log) < 0)
+            return STATUS_SYSTEM;
+        cmd_run_say_partial(self, &self->frames, "frames");
+    }
+    status = cmd_run_build(self);
+    if (status == STATUS_OK)
+        status = cmd_run_window(self);
+    if (status == STATUS_OK)
+        status = cmd_run_files(self);
+    if (status != STATUS_OK)
+        return status;
+    if (options->plot != NULL)
+        trace_init(&self->trace, self->job.rig.axis_count);
+    return cmd_run_live(self);
+}
+
+static enum status cmd_run_run(const struct options *options)
+{
+    enum status served;
+    if (run_service(options, &served))
+        return served;
+    struct cmd_run *self = memory_new(1, sizeof *self);
+    self->options = options;
+    self->rate_q30 = options->override_q30;
+    enum status status = cmd_run_job(self);
+    output_abandon(&self->csv);
+    output_abandon(&self->frames);
+    run_record_free(&self->run_record);
+    output_abandon(&self->pcap);
+    trace_free(&self->trace);
+    shots_free(&self->shots);
+    arrivals_free(&self->arrivals);
+    live_close(&self->live);
+    can_log_free(&self->can_log);
+    player_free(&self->player);
+    machine_fault_free(&self->faults);
+    report_free(&self->report);
+    job_free(&self->job);
+    memory_free(self);
+    return status;
+}
+
+static const struct option_row cmd_run_option[] = {
+    OPTIONS_DRY_RUN("say what would happen, check it (with --real also whether "
+                    "drives answer), and stop there"),
+    OPTIONS_REAL("move the real drives, on the interfaces of the rig"),
+    OPTIONS_YES("do not ask before real drives move"),
+    OPTIONS_PORTS,
+    { "telemetry", "FILE", OPTION_TEXT, offsetof(struct options, telemetry),
+      "write what happened at every tick as CSV" },
+    { "record", "FILE", OPTION_TEXT, offsetof(struct options, record),
+      "record the run as MCAP, for slew report, Foxglove, PlotJuggler" },
+    { "faults", "FILE", OPTION_TEXT, offsetof(struct options, faults),
+      "let what this fault script says happen to the simulated drives" },
+    { "can-log", "FILE", OPTION_TEXT, offsetof(struct options, can_log),
+      "write every CAN frame as candump -L does" },
+    { "modbus-log", "FILE", OPTION_TEXT, offsetof(struct options, modbus_log),
+      "write what went over the first Modbus bus as pcap, for Wireshark" },
+    { "plot", "FILE", OPTION_TEXT, offsetof(struct options, plot),
+      "draw plan and run as .svg or .png" },
+    { "override", "PERCENT", OPTION_PERCENT,
+      offsetof(struct options, override_q30), "speed, 1 to 200 (100)" },
+    { "at", "TIME", OPTION_TEXT, offsetof(struct options, at),
+      "start the move then, such as 2026-11-23T21:00:00.5Z" },
+    { "on-edge", "LINE", OPTION_TEXT, offsetof(struct options, on_edge),
+      "start the move when this line of kind start becomes active" },
+    { "from", "TIME", OPTION_TEXT, offsetof(struct options, from),
+      "begin at this move time, such as 2.5, f48 or 00:00:02:12" },
+    { "loop", "N", OPTION_COUNT, offsetof(struct options, loop),
+      "play the move N times; 0: until it is stopped" },
+    { "ping-pong", NULL, OPTION_FLAG, offsetof(struct options, ping_pong),
+      "every second time in reverse; without --loop there and back" },
+    { "hold-at", "TIME", OPTION_TEXT, offsetof(struct options, hold_at),
+      "feed hold at this move time, such as 2.5, 250ms or f48" },
+    { "resume-after", "TIME", OPTION_TIME,
+      offsetof(struct options, resume_after_ns),
+      "go on after standing for this long (1 s)" },
+    OPTIONS_COMMON,
+};
+
+const struct command cmd_run = {
+    .name = "run",
+    .arguments = "RIG MOVE | DIRECTORY",
+    .summary = "run a move on simulated drives, or --real ones",
+    .text =
+        "Says what it will do, checks the move against all limits, enables "
+        "the\n"
+        "drives, takes every axis to its first key, runs the move, and "
+        "reports\n"
+        "per axis what was reached.  A move that breaks a limit is not run:\n"
+        "nothing is sent to the bus.  MOVE may be a compiled one: it is read\n"
+        "as it is played (slew compile).\n\n"
+        "Drives are simulated unless --real is given: then the buses are the\n"
+        "CAN interfaces, serial devices and hosts that the rig names, and\n"
+        "things move.  --dry-run says what would happen, with --real also\n"
+        "whether the drives are there.\n\n"
+        "On the clock (--real, --realtime) the keys of the terminal work "
+        "while\n"
+        "it runs: space holds and resumes, r reverses along the path, b goes\n"
+        "back to the start, g and a time go there, c says where the axes "
+        "stand,\n"
+        "+ and - change the speed by 10 %, 0 is 100 %, q stops along the "
+        "path.\n\n"
+        "--at starts the move at a time of the wall clock, to the tick, so "
+        "that\n"
+        "several controllers whose clocks agree start together.  Axes that "
+        "are\n"
+        "not ready by then are not moved.  --on-edge starts it when a line of\n"
+        "the rig becomes active, the first time once the axes are ready.\n\n"
+        "Telemetry and frames are written to FILE.partial, whole rows once a\n"
+        "second, and get their name at the end.  After a kill or on a full "
+        "disk\n"
+        "the partial file stays; the next run to FILE takes its place.\n"
+        "A recording is only appended to, under its own name, and can be read\n"
+        "at any time; one that is there is never replaced.\n\n" LIVE_HELP_STOP,
+    .examples = "  slew run examples/dolly\n"
+                "  slew run --telemetry run.csv --plot run.png examples/dolly\n"
+                "  slew run --realtime --override 50 rig.yaml move.yaml\n"
+                "  slew run --real --telemetry run.csv rig.yaml move.yaml\n"
+                "  slew run --faults faults.yaml rig.yaml move.yaml\n"
+                "  slew run --hold-at 5s --resume-after 2s examples/dolly\n"
+                "  slew run --realtime --ping-pong --loop 0 examples/dolly\n",
+    COMMAND_OPTIONS(cmd_run_option),
+    .run = cmd_run_run,
+};

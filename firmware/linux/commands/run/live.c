@@ -1,0 +1,323 @@
+/* firmware/linux/commands/run/live.c - see live.h. */
+#include "firmware/linux/commands/run/live.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "firmware/host/move/job.h"
+#include "firmware/linux/base/error.h"
+#include "firmware/linux/base/json_print.h"
+#include "firmware/linux/commands/planning.h"
+#include "firmware/linux/machine/pace.h"
+#include "motion/core/err.h"
+
+#define LIVE_STOP_NS  INT64_C(300000000)
+#define LIVE_QUICK_NS INT64_C(3000000000)
+
+enum status live_use(struct live *live, const struct options *options,
+                     struct rig *rig)
+{
+    char message[YAML_MESSAGE_MAX];
+    live->rig = rig;
+    if (options->real && options->pty) {
+        error_say(
+            "slew: --pty is for simulated drives, expected it without --real");
+        return STATUS_INPUT;
+    }
+    if (options->interface == NULL ||
+        rig_set_interfaces(rig, options->interface, message) == 0)
+        return STATUS_OK;
+    error_say("slew: --interface: %s", message);
+    return STATUS_INPUT;
+}
+
+enum status live_read(struct live *live, const struct options *options)
+{
+    live->rig = &live->own;
+    enum status status = planning_rig(options->path[0], &live->own);
+    return status == STATUS_OK ? live_use(live, options, &live->own) : status;
+}
+
+enum status live_ports(struct live *live, const struct options *options,
+                       struct machine_ports *ports)
+{
+    char message[YAML_MESSAGE_MAX];
+    live->is_real = options->real;
+    live->on_clock = options->real || options->realtime || options->pty;
+    if (options->real && machine_modbus_reach(live->rig, message) < 0) {
+        (void)error_file(options->path[0], message);
+        return STATUS_REFUSED; /* the file may be right */
+    }
+    int err = options->real
+                  ? machine_real_init(&live->real, live->rig, ports, message)
+                  : machine_sim_init(&live->sim, live->rig, live->on_clock,
+                                     ports, message);
+    if (err == MOTION_OK && options->pty)
+        err = machine_modbus_open(&live->pty, live->rig, true, ports, message);
+    ports->guardian = live->guardian.page;
+    return err < 0 ? error_file(options->path[0], message) : STATUS_OK;
+}
+
+enum status live_build(struct live *live, const struct options *options,
+                       const struct machine_ports *ports)
+{
+    char message[YAML_MESSAGE_MAX];
+    if (machine_init(&live->machine, live->rig, ports, message) < 0)
+        return error_file(options->path[0], message);
+    live->start_ns = hal_clock_now_ns(ports->clock);
+    live->now_ns = live->start_ns;
+    return STATUS_OK;
+}
+
+enum status live_open(struct live *live, const struct options *options,
+                      bool paced)
+{
+    struct machine_ports ports;
+    enum status status = live_ports(live, options, &ports);
+    live->is_paced = paced && !live->on_clock;
+    clock_linux_init(&live->pace);
+    return status == STATUS_OK ? live_build(live, options, &ports) : status;
+}
+
+/* A lamp goes out with the torque, and not without it. */
+static void live_leave_lamps(struct live *live)
+{
+    for (unsigned i = 0; i < live->real.gpio.count; i++)
+        if (live->rig->line[i].kind == RIG_LINE_LAMP)
+            machine_gpio_leave(&live->real.gpio, i);
+}
+
+void live_close(struct live *live)
+{
+    if (!machine_is_off(&live->machine))
+        live_leave_lamps(live);
+    machine_modbus_close(&live->pty);
+    machine_real_close(&live->real);
+    guardian_end(&live->guardian);
+    machine_free(&live->machine);
+    machine_sim_free(&live->sim);
+    rig_free(&live->own);
+}
+
+/* Behind by more than this, virtual time does not catch up. */
+#define LIVE_BEHIND_NS INT64_C(50000000)
+static void live_pace(struct live *live)
+{
+    struct hal_clock *clock = &live->pace.clock;
+    const int64_t behind_ns =
+        hal_clock_now_ns(clock) - live->pace_ns - live->now_ns;
+    if (live->pace_ns == 0 || behind_ns > LIVE_BEHIND_NS)
+        live->pace_ns = hal_clock_now_ns(clock) - live->now_ns;
+    while (hal_clock_wait_until(clock, live->pace_ns + live->now_ns) < 0)
+        ; /* a signal woke us; it has been counted */
+}
+
+static void live_wait(struct live *live)
+{
+    const int64_t period_ns = live->rig->period_ns;
+    int64_t late_ns;
+    live->now_ns += period_ns;
+    if (live->is_paced)
+        live_pace(live);
+    live->now_ns =
+        pace_wait(live->machine.ports.clock, live->now_ns, period_ns, &late_ns);
+}
+
+void live_tick(struct live *live)
+{
+    live_wait(live);
+    machine_tick(&live->machine, live->now_ns);
+}
+
+static void live_tick_quick_stop(struct live *live)
+{
+    live_wait(live);
+    machine_tick_quick_stop(&live->machine, live->now_ns);
+}
+
+bool live_enable(struct live *live, const volatile sig_atomic_t *interrupts)
+{
+    const struct controller *controller = &live->machine.controller;
+    live_tick(live);
+    if (controller_enable(&live->machine.controller) < 0)
+        return false;
+    while (controller->state == CONTROLLER_OFF && *interrupts == 0)
+        live_tick(live);
+    return controller->state == CONTROLLER_READY;
+}
+
+static void live_quick_stop(struct live *live)
+{
+    const int64_t until_ns = live->now_ns + LIVE_QUICK_NS;
+    do
+        live_tick_quick_stop(live);
+    while (!machine_is_at_rest(&live->machine) && live->now_ns < until_ns);
+}
+
+/* To rest first, as it was asked for last; by the drives' own quick stop at a
+ * second interrupt. */
+static void live_rest(struct live *live,
+                      const volatile sig_atomic_t *interrupts)
+{
+    struct machine *machine = &live->machine;
+    const struct controller *controller = &machine->controller;
+    while ((homing_is_running(&machine->homing) ||
+            controller->state == CONTROLLER_MOVING ||
+            controller->state == CONTROLLER_HOLDING ||
+            controller->state == CONTROLLER_STOPPING) &&
+           *interrupts < 2) {
+        controller_stop(&machine->controller);
+        live_tick(live);
+    }
+    if (*interrupts >= 2)
+        live_quick_stop(live);
+}
+
+static bool live_say_torque(const struct live *live, const char *after)
+{
+    char text[MACHINE_TORQUE_MAX];
+    for (unsigned i = 0; i < live->rig->axis_count; i++) {
+        machine_torque_text(&live->machine, i, text);
+        if (text[0] != 0)
+            error_say("%s: %s%s", live->rig->axis[i].name, text, after);
+    }
+    return machine_is_off(&live->machine);
+}
+
+static void live_tick_off(struct live *live)
+{
+    live_wait(live);
+    machine_tick_off(&live->machine, live->now_ns);
+}
+
+bool live_off(struct live *live, const volatile sig_atomic_t *interrupts)
+{
+    struct machine *machine = &live->machine;
+    live_rest(live, interrupts);
+    const int64_t start_ns = live->now_ns;
+    while (
+        live->now_ns < start_ns + LIVE_STOP_NS ||
+        (!machine_is_off(machine) && live->now_ns < start_ns + MACHINE_OFF_NS))
+        live_tick_off(live);
+    if (live->is_real && machine_is_torque_lost(machine) && *interrupts == 0)
+        (void)live_say_torque(
+            live, "; it is tried until the drive answers; Ctrl-C ends that");
+    while (live->is_real && machine_is_torque_lost(machine) && *interrupts == 0)
+        live_tick_off(live);
+    guardian_done(live->machine.ports.guardian);
+    return live_say_torque(live, "");
+}
+
+void live_fault_text(const struct live *live, char text[LIVE_FAULT_MAX])
+{
+    const struct controller *controller = &live->machine.controller;
+    const struct controller_fault_record *fault = &controller->fault;
+    char trouble[MACHINE_TROUBLE_MAX];
+    const char *words = trouble;
+    text[0] = '\0';
+    if (fault->fault == CONTROLLER_FAULT_NONE)
+        return;
+    machine_trouble_text(&live->machine, trouble);
+    if (fault->axis >= 0)
+        words = controller->axis[fault->axis].feedback.fault_text;
+    snprintf(text, LIVE_FAULT_MAX, "%s: %s%s%s",
+             fault->axis < 0 ? "all axes" : live->rig->axis[fault->axis].name,
+             controller_fault_text(fault->fault), words[0] != 0 ? ", " : "",
+             words);
+}
+
+int live_axis(const struct live *live, const char *command, const char *name)
+{
+    char list[QUOTE_LIST_MAX];
+    const int axis = rig_axis_index(live->rig, name);
+    if (axis < 0)
+        error_say("slew %s: no axis \"%s\" in the rig, expected %s", command,
+                  name, rig_axis_list(live->rig, list));
+    return axis;
+}
+
+enum status live_confirm(struct live *live, const struct options *options,
+                         const char *command)
+{
+    if (!command_may_move(options, command))
+        return STATUS_INPUT;
+    if (options->real && guardian_start(&live->guardian, live->rig) < 0)
+        return STATUS_SYSTEM;
+    return STATUS_OK;
+}
+
+enum status live_begin(struct live *live, const struct options *options,
+                       const char *command, bool paced)
+{
+    enum status status = live_confirm(live, options, command);
+    return status == STATUS_OK ? live_open(live, options, paced) : status;
+}
+
+/* --- what can be known before anything moves --- */
+
+static bool live_all_there(const struct live *live)
+{
+    for (unsigned i = 0; i < live->rig->axis_count; i++)
+        if (live->machine.controller.axis[i].feedback.state ==
+            HAL_DRIVE_OFFLINE)
+            return false;
+    return true;
+}
+
+static bool live_look_axis(const struct live *live, unsigned i, FILE *file)
+{
+    const struct hal_drive_feedback *feedback =
+        &live->machine.controller.axis[i].feedback;
+    const bool ok = feedback->state == HAL_DRIVE_OFF;
+    if (!ok)
+        error_say("%s: %s%s%s", live->rig->axis[i].name,
+                  hal_drive_state_text(feedback->state),
+                  feedback->fault_text[0] != 0 ? ", " : "",
+                  feedback->fault_text);
+    else if (file != NULL)
+        fprintf(file, "%s: the drive is there, and off\n",
+                live->rig->axis[i].name);
+    return ok;
+}
+
+enum status live_look(struct live *live, FILE *file)
+{
+    const int64_t start_ns = live->now_ns;
+    char text[LIVE_FAULT_MAX];
+    bool ok = true;
+    do
+        live_tick(live);
+    while (live->now_ns - start_ns < LIVE_STOP_NS ||
+           (!live_all_there(live) && !controller_waited_for_drives(
+                                         &live->machine.controller, start_ns)));
+    for (unsigned i = 0; i < live->rig->axis_count; i++)
+        ok &= live_look_axis(live, i, file);
+    live_fault_text(live, text); /* the e-stop */
+    if (text[0] == 0)
+        machine_trouble_text(&live->machine, text);
+    if (text[0] == 0)
+        return ok ? STATUS_OK : STATUS_REFUSED;
+    error_say("%s", text);
+    return STATUS_REFUSED;
+}
+
+enum status live_dry_run(struct live *live, const struct options *options)
+{
+    if (!options->real)
+        return STATUS_OK;
+    enum status status = live_open(live, options, false);
+    return status == STATUS_OK ? live_look(live, options->json ? NULL : stdout)
+                               : status;
+}
+
+enum status live_dry_run_alone(struct live *live, const struct options *options)
+{
+    const enum status status = live_dry_run(live, options);
+    if (status == STATUS_OK && options->json) {
+        cJSON *report = cJSON_CreateObject();
+        cJSON_AddBoolToObject(report, "ok", true);
+        cJSON_AddBoolToObject(report, "dry_run", true);
+        json_print(report, stdout);
+    }
+    return status;
+}

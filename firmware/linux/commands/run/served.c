@@ -1,0 +1,284 @@
+/* firmware/linux/commands/run/served.c - see served.h. */
+#include "firmware/linux/commands/run/served.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+
+#include "firmware/host/base/crc32.h"
+#include "firmware/host/base/memory.h"
+#include "firmware/linux/base/disk.h"
+#include "firmware/linux/base/error.h"
+
+#define SERVED_FILE_MAX  1048576
+#define SERVED_OFF_MS    5000  /* until drives confirm it */
+#define SERVED_ANSWER_MS 60000 /* planning takes its time */
+
+/* --- is it for the service? --- */
+
+static bool served_names(struct served *self)
+{
+    const char *first = self->options->path[0];
+    struct stat status;
+    const bool directory = stat(first, &status) == 0 && S_ISDIR(status.st_mode);
+    const int length = snprintf(self->rig, sizeof self->rig, "%s%s", first,
+                                directory ? "/rig.yaml" : "");
+    return length < SERVED_PATH_MAX;
+}
+
+bool served_find(struct served *self, const struct options *options,
+                 const char *verb, bool is_plain)
+{
+    *self = (struct served){ .options = options,
+                             .verb = verb,
+                             .link = { .file = -1 } };
+    return options->path_count > 0 && (options->real || is_plain) &&
+           served_names(self) &&
+           service_link_open(&self->link, NULL, self->rig, true) == 0 &&
+           cJSON_IsTrue(cJSON_GetObjectItem(self->link.hello, "real")) ==
+               options->real;
+}
+
+void served_close(struct served *self)
+{
+    service_link_close(&self->link);
+    cJSON_Delete(self->status);
+    self->status = NULL;
+}
+
+/* The rig of the service is the one that stands in the file now. */
+static bool served_is_same_rig(const struct served *self)
+{
+    char *text = NULL;
+    const cJSON *crc = cJSON_GetObjectItem(self->link.hello, "rig_crc32");
+    const int64_t length =
+        files_load(&disk_files, self->rig, SERVED_FILE_MAX, &text);
+    if (length < 0)
+        return false;
+    const double now = crc32_of(0, text, (size_t)length);
+    memory_free(text);
+    return cJSON_IsNumber(crc) && crc->valuedouble == now;
+}
+
+enum status served_allow(const struct served *self, bool is_plain,
+                         const char *without)
+{
+    if (!is_plain) {
+        error_say("slew %s: a service has these drives, expected it without "
+                  "%s, or the service ended first",
+                  self->verb, without);
+        return STATUS_REFUSED;
+    }
+    if (served_is_same_rig(self))
+        return STATUS_OK;
+    error_say("%s: has changed since its service has read it, expected the "
+              "service started anew",
+              self->rig);
+    return STATUS_REFUSED;
+}
+
+void served_say(const struct served *self, const char *what)
+{
+    if (!self->options->json)
+        printf("%s\n", what);
+    fflush(stdout);
+}
+
+/* --- one command, one answer --- */
+
+cJSON *served_command(const char *name)
+{
+    cJSON *command = cJSON_CreateObject();
+    cJSON_AddStringToObject(command, "command", name);
+    return command;
+}
+
+cJSON *served_ask(struct served *self, cJSON *command)
+{
+    char name[32];
+    snprintf(name, sizeof name, "%s",
+             cJSON_GetStringValue(cJSON_GetObjectItem(command, "command")));
+    cJSON *answer =
+        service_link_ask(&self->link, command, SERVED_ANSWER_MS, NULL, NULL);
+    if (answer == NULL) {
+        error_say("slew %s: the service does not answer to \"%s\"", self->verb,
+                  name);
+        return NULL;
+    }
+    if (cJSON_IsTrue(cJSON_GetObjectItem(answer, "ok")))
+        return answer;
+    const char *text =
+        cJSON_GetStringValue(cJSON_GetObjectItem(answer, "text"));
+    error_say("slew %s: the service refuses \"%s\": %s", self->verb, name,
+              text != NULL ? text : "no reason given");
+    cJSON_Delete(answer);
+    return NULL;
+}
+
+enum status served_do(struct served *self, cJSON *command)
+{
+    cJSON *answer = served_ask(self, command);
+    cJSON_Delete(answer);
+    return answer != NULL ? STATUS_OK : STATUS_REFUSED;
+}
+
+static void served_copy(char *to, size_t size, const cJSON *object,
+                        const char *name)
+{
+    const char *text = cJSON_GetStringValue(cJSON_GetObjectItem(object, name));
+    snprintf(to, size, "%s", text != NULL ? text : "");
+}
+
+static bool served_has(const struct served *self, const char *name)
+{
+    return cJSON_IsTrue(cJSON_GetObjectItem(self->status, name));
+}
+
+enum status served_look(struct served *self)
+{
+    cJSON *answer = served_ask(self, served_command("status"));
+    if (answer == NULL)
+        return STATUS_REFUSED;
+    cJSON_Delete(self->status);
+    self->status = answer;
+    served_copy(self->state, sizeof self->state, answer, "state");
+    served_copy(self->fault, sizeof self->fault, answer, "fault");
+    self->homing = served_has(self, "homing");
+    self->torque_off = served_has(self, "torque_off");
+    self->enabling = served_has(self, "enabling");
+    return STATUS_OK;
+}
+
+bool served_is_homed(const struct served *self)
+{
+    const cJSON *axis;
+    bool homed = true;
+    cJSON_ArrayForEach(axis, cJSON_GetObjectItem(self->status, "axes"))
+    {
+        homed &= cJSON_IsTrue(cJSON_GetObjectItem(axis, "homed"));
+    }
+    return homed;
+}
+
+/* --- waiting --- */
+
+static void served_pause(void)
+{
+    const struct timespec pause = { .tv_nsec = SERVED_LOOK_MS * 1000000L };
+    (void)nanosleep(&pause, NULL); /* a signal may cut it short */
+}
+
+static enum status served_now(struct served *self)
+{
+    enum status status = served_look(self);
+    if (status == STATUS_OK && *self->interrupts > 0 && !self->stopped) {
+        self->stopped = true;
+        status = served_do(self, served_command("stop"));
+        if (status == STATUS_OK)
+            status = served_look(self);
+    }
+    if (status == STATUS_OK && self->fault[0] != '\0') {
+        error_say("slew %s: %s", self->verb, self->fault);
+        status = STATUS_REFUSED;
+    }
+    return status;
+}
+
+enum status served_step(struct served *self)
+{
+    served_pause();
+    return served_now(self);
+}
+
+enum status served_wait(struct served *self, const char *state)
+{
+    for (enum status status = served_now(self);; status = served_step(self)) {
+        if (status != STATUS_OK)
+            return status;
+        if (!self->homing && strcmp(self->state, state) == 0)
+            return self->stopped ? STATUS_INTERRUPTED : STATUS_OK;
+        if (self->stopped && strcmp(self->state, "off") == 0)
+            return STATUS_INTERRUPTED;
+    }
+}
+
+enum status served_then(struct served *self, cJSON *command, const char *state,
+                        const char *what)
+{
+    served_say(self, what);
+    const enum status status = served_do(self, command);
+    return status == STATUS_OK ? served_wait(self, state) : status;
+}
+
+/* --- in and out --- */
+
+enum status served_take(struct served *self, double lease_s)
+{
+    cJSON *command = served_command("take");
+    cJSON_AddNumberToObject(command, "lease", lease_s);
+    enum status status = served_do(self, command);
+    if (status == STATUS_OK)
+        status = served_look(self);
+    if (status != STATUS_OK || strcmp(self->state, "off") == 0 ||
+        strcmp(self->state, "ready") == 0)
+        return status;
+    error_say("slew %s: the service is not at rest: %s%s%s", self->verb,
+              self->state, self->fault[0] != '\0' ? ", " : "", self->fault);
+    return STATUS_REFUSED;
+}
+
+enum status served_enable(struct served *self)
+{
+    if (self->enabling) /* by the client before us */
+        return served_wait(self, "ready");
+    if (strcmp(self->state, "off") == 0)
+        return served_then(self, served_command("enable"), "ready",
+                           "enabling drives");
+    return STATUS_OK;
+}
+
+/* Every drive has said so itself. */
+static enum status served_confirm(struct served *self)
+{
+    for (int ms = 0; ms < SERVED_OFF_MS; ms += SERVED_LOOK_MS) {
+        if (served_look(self) != STATUS_OK)
+            return STATUS_REFUSED;
+        if (self->torque_off)
+            return STATUS_OK;
+        served_pause();
+    }
+    error_say("slew %s: torque is not confirmed off, see slew service status",
+              self->verb);
+    return STATUS_REFUSED;
+}
+
+/* Whatever still moves is stopped first. */
+static enum status served_rest(struct served *self)
+{
+    bool asked = false;
+    for (;;) {
+        enum status status = served_look(self);
+        const bool moves = self->homing || (strcmp(self->state, "off") != 0 &&
+                                            strcmp(self->state, "ready") != 0 &&
+                                            strcmp(self->state, "fault") != 0);
+        if (status == STATUS_OK && moves && !asked)
+            status = served_do(self, served_command("stop"));
+        if (status != STATUS_OK || !moves)
+            return status;
+        asked = true;
+        served_pause();
+    }
+}
+
+enum status served_off(struct served *self, enum status status)
+{
+    enum status off = served_rest(self);
+    if (off == STATUS_OK && strcmp(self->state, "ready") == 0) {
+        served_say(self, "torque off");
+        off = served_do(self, served_command("off"));
+    }
+    if (off == STATUS_OK)
+        off = served_confirm(self);
+    return off != STATUS_OK ? off : status;
+}

@@ -1,0 +1,59 @@
+/* firmware/linux/machine/view.h - what drives, buses and lines say at one time,
+ * as a copy that is handed on: to a monitor, out of the tick of a service, and
+ * as JSON over its socket. */
+#ifndef FIRMWARE_LINUX_MACHINE_VIEW_H
+#define FIRMWARE_LINUX_MACHINE_VIEW_H
+
+#include <cjson/cJSON.h>
+
+#include "firmware/linux/machine/machine.h"
+
+#define MACHINE_VIEW_WORD_MAX 64
+
+struct machine_view_axis {
+    enum hal_drive_state drive;
+    bool known; /* the drive has said where it is */
+    bool homed;
+    int64_t pos_q32, vel_q32, following_q32; /* actual; behind its set point */
+    int64_t demand_q32;                      /* where it was sent last */
+    int64_t offset_q32;                      /* the drive's zero */
+    bool torque_known;
+    int32_t torque_permille;
+    bool home_switch, limit_negative, limit_positive, probe_latched;
+    bool has_statusword;
+    uint16_t statusword, fault_code;
+    char fault_text[64];
+};
+
+struct machine_view_bus {
+    int can_state;   /* enum hal_can_state; -1: it is no CAN bus */
+    int64_t busy_ns; /* as machine_busy_ns */
+    uint64_t errors; /* what happened on it that should not */
+};
+
+struct machine_view {
+    struct machine_view_axis axis[CONTROLLER_AXES_MAX];
+    struct machine_view_bus bus[RIG_BUSES_MAX];
+    int line[RIG_LINES_MAX]; /* 1, 0; below 0: it cannot be read */
+};
+
+/* The axes; cheap enough for every tick. */
+void machine_view_axes(const struct machine *machine,
+                       struct machine_view *view);
+/* Buses and lines; reading a line that is an output asks the system. */
+void machine_view_ports(struct machine *machine, struct machine_view *view);
+
+/* "0x0637 operation enabled, warning"; "" for drives that have none. */
+void machine_view_word(const struct machine_view_axis *axis,
+                       char text[MACHINE_VIEW_WORD_MAX]);
+
+/* An axis, and to `object` the lists "buses" and "lines", as docs/API.md has
+ * them; and back again: what is not there or is of another kind is zero. */
+cJSON *machine_view_to_axis(const struct rig_axis *rig,
+                            const struct machine_view_axis *axis);
+void machine_view_to_ports(const struct rig *rig,
+                           const struct machine_view *view, cJSON *object);
+void machine_view_from(const struct rig *rig, const cJSON *object,
+                       struct machine_view *view);
+
+#endif

@@ -1,0 +1,192 @@
+/* firmware/linux/service/control.c - see control.h. */
+#include "firmware/linux/service/control.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "motion/core/err.h"
+
+#define CONTROL_LINES 16 /* of one client in one step */
+
+/* The tick's clock, so that a test's virtual time is that of leases, too. */
+static int64_t control_now_ns(const struct service_control *control)
+{
+    return hal_clock_now_ns(control->loop->machine->ports.clock);
+}
+
+void service_tell_all(struct service_control *control, const cJSON *object)
+{
+    for (unsigned i = 0; i < SERVICE_CLIENTS; i++)
+        if (control->clients.client[i].file >= 0)
+            service_client_tell(&control->clients.client[i],
+                                cJSON_Duplicate(object, true));
+}
+
+cJSON *service_event_object(const char *name, int64_t now_ns)
+{
+    cJSON *object = cJSON_CreateObject();
+    cJSON_AddStringToObject(object, "event", name);
+    cJSON_AddNumberToObject(object, "t_s", (double)now_ns / 1e9);
+    return object;
+}
+
+/* --- control --- */
+
+void service_release(struct service_control *control, const char *why)
+{
+    cJSON *object = service_event_object("control", control->now_ns);
+    control->jog_stops |= control->jogged;
+    control->jogged = false;
+    control->holder = NULL;
+    cJSON_AddBoolToObject(object, "held", false);
+    cJSON_AddStringToObject(object, "why", why);
+    service_tell_all(control, object);
+    cJSON_Delete(object);
+}
+
+static void control_came(void *context, struct service_client *client)
+{
+    struct service_control *control = context;
+    cJSON *object = cJSON_CreateObject();
+    cJSON_AddStringToObject(object, "event", "hello");
+    service_report_hello(control, object);
+    (void)service_client_answer(client, object);
+}
+
+static void control_gone(void *context, struct service_client *client)
+{
+    struct service_control *control = context;
+    if (control->holder == client)
+        service_release(control, "gone");
+}
+
+/* --- from the tick --- */
+
+static void control_answer(struct service_control *control)
+{
+    struct mailbox_entry entry;
+    if (!control->waits)
+        return;
+    if (!control->by_request) {
+        /* the state that came of it is out: whoever asks next sees it */
+        control->state = service_board_read(&control->loop->board);
+        if (control->state->commands_done == control->loop->mailbox.answered ||
+            !mailbox_answer(&control->loop->mailbox, &entry))
+            return;
+    } else {
+        if (control->loop->turn != SERVICE_DONE)
+            return;
+        entry = (struct mailbox_entry){ .err = control->loop->request.err };
+        control->loop->turn = SERVICE_FREE;
+    }
+    control->waits = false;
+    control->state = service_board_read(&control->loop->board);
+    service_command_answer(control, &entry);
+}
+
+static void control_event(struct service_control *control,
+                          const struct service_event *event)
+{
+    static const char *const name[] = {
+        [SERVICE_EVENT_STATE] = "state",
+        [SERVICE_EVENT_FAULT] = "fault",
+        [SERVICE_EVENT_HOMING] = "homing",
+        [SERVICE_EVENT_LOST] = "ticks lost",
+    };
+    cJSON *object = service_event_object(name[event->kind], event->now_ns);
+    cJSON_AddStringToObject(object, "state",
+                            controller_state_text(event->state));
+    if (event->kind == SERVICE_EVENT_LOST)
+        cJSON_AddNumberToObject(object, "count", (double)event->count);
+    if (event->kind == SERVICE_EVENT_HOMING)
+        cJSON_AddBoolToObject(object, "done", event->text[0] == '\0');
+    if (event->text[0] != '\0')
+        cJSON_AddStringToObject(object, "text", event->text);
+    service_tell_all(control, object);
+    cJSON_Delete(object);
+}
+
+/* --- streams --- */
+
+static void control_stream(struct service_control *control)
+{
+    for (unsigned i = 0; i < SERVICE_CLIENTS; i++) {
+        struct service_client *client = &control->clients.client[i];
+        if (client->file < 0 || client->stream_ns == 0 ||
+            control->now_ns < client->stream_due_ns)
+            continue;
+        client->stream_due_ns += client->stream_ns;
+        if (client->stream_due_ns < control->now_ns)
+            client->stream_due_ns = control->now_ns + client->stream_ns;
+        cJSON *object = cJSON_CreateObject();
+        cJSON_AddStringToObject(object, "event", "stream");
+        service_report_state(control, object);
+        if (client->dropped > 0)
+            cJSON_AddNumberToObject(object, "dropped", (double)client->dropped);
+        service_client_tell(client, object);
+    }
+}
+
+static int control_wait_ms(const struct service_control *control, int most_ms)
+{
+    int64_t wait_ns = most_ms * INT64_C(1000000);
+    if (control->waits)
+        return most_ms < 1 ? most_ms : 1;
+    for (unsigned i = 0; i < SERVICE_CLIENTS; i++) {
+        const struct service_client *client = &control->clients.client[i];
+        if (client->file >= 0 && client->stream_ns > 0 &&
+            client->stream_due_ns - control->now_ns < wait_ns)
+            wait_ns = client->stream_due_ns - control->now_ns;
+    }
+    return wait_ns <= 0 ? 0 : (int)(wait_ns / 1000000) + 1;
+}
+
+/* --- a turn --- */
+
+static void control_lines(struct service_control *control)
+{
+    for (unsigned i = 0; i < SERVICE_CLIENTS; i++) {
+        struct service_client *client = &control->clients.client[i];
+        for (unsigned n = 0; n < CONTROL_LINES && !control->waits; n++) {
+            const char *line = service_client_line(client);
+            if (line == NULL)
+                break;
+            service_command(control, client, line);
+        }
+    }
+}
+
+static void control_lease(struct service_control *control)
+{
+    if (control->holder != NULL && control->now_ns >= control->lease_end_ns)
+        service_release(control, "expired");
+    if (!control->jog_stops || control->waits)
+        return;
+    control->jog_stops = false;
+    if (!control->state->jogging ||
+        mailbox_put(&control->loop->mailbox, MAILBOX_JOG_STOP, 0) < 0)
+        return;
+    control->waits = true;
+    control->by_request = false;
+    control->asker = 0;
+}
+
+void service_control_step(struct service_control *control, int timeout_ms)
+{
+    struct service_event event;
+    control->now_ns = control_now_ns(control);
+    service_clients_step(&control->clients,
+                         control_wait_ms(control, timeout_ms), control_came,
+                         control_gone, control);
+    control->now_ns = control_now_ns(control);
+    control->state = service_board_read(&control->loop->board);
+    while (service_board_take(&control->loop->board, &event))
+        control_event(control, &event);
+    control_answer(control);
+    struct service_move *move = service_planner_take(&control->planner);
+    if (move != NULL)
+        service_command_planned(control, move);
+    control_lines(control);
+    control_lease(control);
+    control_stream(control);
+}

@@ -1,0 +1,75 @@
+/* firmware/linux/service/control.h - the protocol of a service: what lines of
+ * JSON mean, and who may move what.  docs/API.md, "The service", is its
+ * reference.
+ *
+ * Runs in a thread that is not real-time.  One command at a time is on its way
+ * to the tick: until it is answered no further line is read, which takes a tick
+ * at most.  A stop goes beside that, from any client, at once. */
+#ifndef FIRMWARE_LINUX_SERVICE_CONTROL_H
+#define FIRMWARE_LINUX_SERVICE_CONTROL_H
+
+#include "firmware/linux/service/clients.h"
+#include "firmware/linux/service/loop.h"
+#include "firmware/linux/service/planner.h"
+
+#define SERVICE_VERSION 1
+
+struct service_control {
+    const struct rig *rig;
+    const char *rig_path;
+    uint32_t rig_crc;
+    bool is_real, is_locked;
+    struct service_loop *loop;
+    struct service_planner planner;
+    struct service_clients clients;
+
+    const struct service_state *state; /* as it was last read */
+    int64_t now_ns;
+    struct service_move *move, *old_move; /* loaded; the one before it, which
+                                             the controller may still name */
+    uint32_t loads;
+
+    struct service_client *holder; /* has control; NULL: nobody */
+    int64_t lease_ns, lease_end_ns;
+    bool jogged;    /* the holder has sent a jog */
+    bool jog_stops; /* a jog whose holder is gone is to be stopped */
+
+    /* what is on its way to the tick */
+    bool waits, by_request;
+    uint64_t asker; /* number of the client; 0: nobody waits for the answer */
+    unsigned asker_seat;
+    enum mailbox_command command;
+    char id[SERVICE_ID_MAX];
+    int64_t capture_q32[CONTROLLER_AXES_MAX];
+};
+
+/* What a client may ask for: see docs/API.md. */
+void service_control_step(struct service_control *control, int timeout_ms);
+
+/* commands.c: a line of a client. */
+void service_command(struct service_control *control,
+                     struct service_client *client, const char *text);
+/* The answer to what was on its way. */
+void service_command_answer(struct service_control *control,
+                            const struct mailbox_entry *entry);
+void service_command_planned(struct service_control *control,
+                             struct service_move *move);
+/* {"event": NAME, "t_s": ...} */
+cJSON *service_event_object(const char *name, int64_t now_ns);
+/* Who has control. */
+cJSON *service_control_object(const struct service_control *control,
+                              const struct service_client *client);
+void service_tell_all(struct service_control *control, const cJSON *object);
+/* The holder has lost it, or given it back. */
+void service_release(struct service_control *control, const char *why);
+
+/* report.c: the state of the machine, into an object. */
+void service_report_state(const struct service_control *control, cJSON *object);
+/* The rest of what drives, buses and lines say, into the same. */
+void service_report_machine(const struct service_control *control,
+                            cJSON *object);
+/* And what the service is: versions, rig, axes, figures of the tick. */
+void service_report_hello(const struct service_control *control, cJSON *object);
+void service_report_tick(const struct service_control *control, cJSON *object);
+
+#endif

@@ -1,0 +1,351 @@
+/* firmware/linux/service/loop.c - see loop.h. */
+#define _GNU_SOURCE /* RUSAGE_THREAD, pthread_attr_setaffinity_np */
+#include "firmware/linux/service/loop.h"
+
+#include <errno.h>
+#include <sched.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/resource.h>
+
+#include "firmware/linux/machine/pace.h"
+#include "motion/core/err.h"
+
+#define LOOP_OFF_NS      INT64_C(300000000)  /* torque off, at least */
+#define LOOP_QUICK_NS    INT64_C(3000000000) /* quick stop, at most */
+#define LOOP_LOST_NS     INT64_C(1000000000) /* said once in */
+#define LOOP_VIEW_NS     INT64_C(50000000)   /* between two looks at buses */
+#define LOOP_STACK       262144
+#define LOOP_FAULT_TICKS 32 /* between two looks at page faults */
+
+void service_loop_init(struct service_loop *loop, struct machine *machine,
+                       bool is_real, int cpu)
+{
+    loop->machine = machine;
+    loop->is_real = is_real;
+    loop->cpu = cpu;
+    loop->now_ns = hal_clock_now_ns(machine->ports.clock);
+    loop->state = machine->controller.state;
+    mailbox_init(&loop->mailbox);
+    service_board_init(&loop->board);
+}
+
+/* --- what is said --- */
+
+static void loop_fault_text(const struct machine *machine,
+                            char text[SERVICE_FAULT_MAX])
+{
+    const struct controller *controller = &machine->controller;
+    const struct controller_fault_record *fault = &controller->fault;
+    char trouble[MACHINE_TROUBLE_MAX];
+    const char *words = trouble;
+    text[0] = '\0';
+    if (fault->fault == CONTROLLER_FAULT_NONE)
+        return;
+    machine_trouble_text(machine, trouble);
+    if (fault->axis >= 0)
+        words = controller->axis[fault->axis].feedback.fault_text;
+    snprintf(
+        text, SERVICE_FAULT_MAX, "%s: %s%s%s",
+        fault->axis < 0 ? "all axes" : machine->rig->axis[fault->axis].name,
+        controller_fault_text(fault->fault), words[0] != 0 ? ", " : "", words);
+}
+
+static void loop_homing_text(const struct machine *machine,
+                             char text[HOMING_TEXT_MAX])
+{
+    char why[HOMING_TEXT_MAX];
+    text[0] = '\0';
+    if (machine->homing.state == HOMING_FAILED)
+        snprintf(text, HOMING_TEXT_MAX, "%s",
+                 homing_failure(&machine->homing, why));
+}
+
+static void loop_say(struct service_loop *loop, enum service_event_kind kind)
+{
+    struct service_event event = {
+        .kind = kind,
+        .now_ns = loop->now_ns,
+        .state = loop->machine->controller.state,
+        .count = loop->machine->controller.ticks_lost,
+    };
+    if (kind == SERVICE_EVENT_FAULT)
+        loop_fault_text(loop->machine, event.text);
+    if (kind == SERVICE_EVENT_HOMING)
+        loop_homing_text(loop->machine, event.text);
+    service_board_put(&loop->board, &event);
+}
+
+static void loop_say_events(struct service_loop *loop)
+{
+    const struct controller *controller = &loop->machine->controller;
+    const bool homing = homing_is_running(&loop->machine->homing);
+    if (controller->state != loop->state)
+        loop_say(loop, SERVICE_EVENT_STATE);
+    if (controller->fault.fault != loop->fault &&
+        controller->fault.fault != CONTROLLER_FAULT_NONE)
+        loop_say(loop, SERVICE_EVENT_FAULT);
+    if (loop->homing && !homing)
+        loop_say(loop, SERVICE_EVENT_HOMING);
+    if (controller->ticks_lost != loop->lost &&
+        loop->now_ns - loop->lost_ns >= LOOP_LOST_NS) {
+        loop_say(loop, SERVICE_EVENT_LOST);
+        loop->lost = controller->ticks_lost;
+        loop->lost_ns = loop->now_ns;
+    }
+    loop->state = controller->state;
+    loop->fault = controller->fault.fault;
+    loop->homing = homing;
+}
+
+/* Three copies take turns on the board, so what is not looked at on every tick
+ * is kept here.  Of what the rig has, no more. */
+static void loop_view(struct service_loop *loop, struct machine_view *view)
+{
+    struct machine *machine = loop->machine;
+    const struct rig *rig = machine->rig;
+    if (loop->now_ns - loop->viewed_ns >= LOOP_VIEW_NS) {
+        machine_view_ports(machine, &loop->view);
+        loop->viewed_ns = loop->now_ns;
+    }
+    machine_view_axes(machine, view);
+    memcpy(view->bus, loop->view.bus, rig->bus_count * sizeof view->bus[0]);
+    memcpy(view->line, loop->view.line, rig->line_count * sizeof view->line[0]);
+}
+
+static void loop_publish(struct service_loop *loop)
+{
+    const struct machine *machine = loop->machine;
+    const struct controller *controller = &machine->controller;
+    struct service_state *state = service_board_next(&loop->board);
+    state->now_ns = loop->now_ns;
+    state->ticks = controller->ticks;
+    state->ticks_lost = controller->ticks_lost;
+    state->late_ns = loop->late_ns;
+    state->late_most_ns = loop->late_most_ns;
+    state->page_faults = loop->page_faults;
+    state->commands_done = atomic_load(&loop->mailbox.done);
+    state->state = controller->state;
+    state->enabling = controller->enabling;
+    state->homing = homing_is_running(&machine->homing);
+    state->jogging = controller->jog == &machine->jog &&
+                     controller->state != CONTROLLER_READY &&
+                     controller->state != CONTROLLER_OFF &&
+                     controller->state != CONTROLLER_FAULT && !state->homing;
+    state->reversed = controller->is_reversed;
+    state->fault = controller->fault;
+    loop_fault_text(machine, state->fault_text);
+    loop_homing_text(machine, state->homing_text);
+    state->homing_state = machine->homing.state;
+    state->homing_axis = machine->homing.axis;
+    state->rate = controller->rate;
+    state->move_end_ns_q12 = controller->move_end_ns_q12;
+    state->override_q30 = controller->override_q30;
+    state->off = machine_is_off(machine);
+    loop_view(loop, &state->view);
+    service_board_publish(&loop->board);
+}
+
+/* --- what is asked for --- */
+
+/* The axes stand where it begins. */
+static int loop_start(struct service_loop *loop,
+                      const struct service_request *request)
+{
+    struct playback *playback = &loop->machine->playback;
+    const struct service_motion *motion = request->motion;
+    int err = playback_load(playback, motion->track);
+    if (err < 0)
+        return err;
+    for (unsigned i = 0; i < loop->machine->rig->axis_count; i++)
+        if (motion->goal[i] != NULL)
+            playback_set_goals(playback, i, motion->goal[i],
+                               motion->goal_count[i]);
+    err = playback_repeat(playback, request->times, request->is_ping_pong);
+    return err < 0 ? err : playback_begin(playback, 0, PLAYBACK_PLAY);
+}
+
+/* True: there was a request; its answer is read once the board is out. */
+static bool loop_request(struct service_loop *loop)
+{
+    struct service_request *request = &loop->request;
+    if (atomic_load(&loop->turn) != SERVICE_ASKED)
+        return false;
+    request->err = request->kind == SERVICE_START
+                       ? loop_start(loop, request)
+                       : homing_start(&loop->machine->homing, request->axes);
+    return true;
+}
+
+/* --- the tick --- */
+
+static bool loop_moves(const struct machine *machine)
+{
+    const enum controller_state state = machine->controller.state;
+    return homing_is_running(&machine->homing) || state == CONTROLLER_MOVING ||
+           state == CONTROLLER_HOLDING || state == CONTROLLER_STOPPING;
+}
+
+static void loop_enter(struct service_loop *loop, int phase)
+{
+    loop->phase = phase == SERVICE_REST ? SERVICE_REST : SERVICE_OFF;
+    loop->phase_ns = loop->now_ns;
+}
+
+static void loop_rest(struct service_loop *loop, int end)
+{
+    struct machine *machine = loop->machine;
+    if (end < 2 && loop_moves(machine)) {
+        controller_stop(&machine->controller);
+        machine_tick(machine, loop->now_ns);
+        loop->phase_ns = loop->now_ns; /* a quick stop has all of its time */
+    } else if (end < 2 || loop->now_ns - loop->phase_ns >= LOOP_QUICK_NS) {
+        loop_enter(loop, SERVICE_OFF);
+    } else {
+        machine_tick_quick_stop(machine, loop->now_ns);
+        if (machine_is_at_rest(machine))
+            loop_enter(loop, SERVICE_OFF);
+    }
+}
+
+/* A real drive that is lost with torque may come back until somebody says that
+ * it is enough. */
+static void loop_off(struct service_loop *loop, int end)
+{
+    struct machine *machine = loop->machine;
+    const int64_t in_phase_ns = loop->now_ns - loop->phase_ns;
+    machine_tick_off(machine, loop->now_ns);
+    if (in_phase_ns < LOOP_OFF_NS)
+        return;
+    if (machine_is_off(machine)) {
+        atomic_store(&loop->ended, true);
+    } else if (in_phase_ns >= MACHINE_OFF_NS) {
+        if (!loop->is_real || end >= 2 || !machine_is_torque_lost(machine))
+            atomic_store(&loop->ended, true);
+        atomic_store(&loop->waits, true);
+    }
+}
+
+/* Before its first tick the controller has no time to count from. */
+static bool loop_obey(struct service_loop *loop)
+{
+    if (loop->machine->controller.ticks == 0)
+        return false;
+    (void)mailbox_step(&loop->mailbox, &loop->machine->playback);
+    return loop_request(loop);
+}
+
+static void loop_run(struct service_loop *loop)
+{
+    const bool answered = loop_obey(loop);
+    machine_tick(loop->machine, loop->now_ns);
+    loop_say_events(loop);
+    loop_publish(loop);
+    if (answered)
+        atomic_store(&loop->turn, SERVICE_DONE);
+}
+
+static void loop_step(struct service_loop *loop)
+{
+    const int end = atomic_load(&loop->end);
+    if (loop->phase == SERVICE_RUN && end > 0)
+        loop_enter(loop, SERVICE_REST);
+    if (loop->phase == SERVICE_RUN) {
+        loop_run(loop);
+        return;
+    }
+    if (loop->phase == SERVICE_REST)
+        loop_rest(loop, end);
+    else
+        loop_off(loop, end);
+    loop_say_events(loop);
+    loop_publish(loop);
+}
+
+/* --- the clock, and what the system did to us --- */
+
+static void loop_wait(struct service_loop *loop)
+{
+    const int64_t period_ns = loop->machine->rig->period_ns;
+    loop->now_ns =
+        pace_wait(loop->machine->ports.clock, loop->now_ns + period_ns,
+                  period_ns, &loop->late_ns);
+    const int64_t us = loop->late_ns / 1000;
+    _Atomic uint32_t *count =
+        &loop->board.late_us[us < 0                 ? 0
+                             : us < SERVICE_LATE_US ? us
+                                                    : SERVICE_LATE_US];
+    atomic_store_explicit(count,
+                          atomic_load_explicit(count, memory_order_relaxed) + 1,
+                          memory_order_relaxed);
+    if (loop->late_ns > loop->late_most_ns)
+        loop->late_most_ns = loop->late_ns;
+}
+
+static long loop_page_faults(void)
+{
+    struct rusage usage = { .ru_minflt = 0 };
+    (void)getrusage(RUSAGE_THREAD, &usage);
+    return usage.ru_minflt + usage.ru_majflt;
+}
+
+void service_loop_tick(struct service_loop *loop)
+{
+    loop_wait(loop);
+    loop_step(loop);
+}
+
+static void *loop_main(void *context)
+{
+    struct service_loop *loop = context;
+    loop->page_faults_before = loop_page_faults();
+    for (unsigned i = 1; !atomic_load(&loop->ended); i++) {
+        if (i % LOOP_FAULT_TICKS == 0)
+            loop->page_faults = loop_page_faults() - loop->page_faults_before;
+        service_loop_tick(loop);
+    }
+    guardian_done(loop->machine->ports.guardian);
+    return NULL;
+}
+
+/* --- the thread --- */
+
+/* Ahead of everything that is not real-time where that is allowed. */
+static int loop_create(struct service_loop *loop, bool first)
+{
+    const struct sched_param priority = { .sched_priority = SERVICE_PRIORITY };
+    pthread_attr_t attributes;
+    cpu_set_t cpus;
+    int err = pthread_attr_init(&attributes);
+    if (err != 0)
+        return err;
+    (void)pthread_attr_setstacksize(&attributes, LOOP_STACK);
+    if (loop->cpu >= 0) {
+        CPU_ZERO(&cpus);
+        CPU_SET((unsigned)loop->cpu, &cpus);
+        err = pthread_attr_setaffinity_np(&attributes, sizeof cpus, &cpus);
+    }
+    if (first) {
+        (void)pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
+        (void)pthread_attr_setschedpolicy(&attributes, SCHED_FIFO);
+        (void)pthread_attr_setschedparam(&attributes, &priority);
+    }
+    if (err == 0)
+        err = pthread_create(&loop->thread, &attributes, loop_main, loop);
+    (void)pthread_attr_destroy(&attributes);
+    return err;
+}
+
+int service_loop_start(struct service_loop *loop)
+{
+    const int64_t period_ns = loop->machine->rig->period_ns;
+    loop->now_ns = hal_clock_now_ns(loop->machine->ports.clock) + period_ns;
+    const int err = loop_create(loop, true);
+    atomic_store(&loop->refused, err);
+    return err == EPERM ? loop_create(loop, false) : err;
+}
+
+void service_loop_join(struct service_loop *loop)
+{
+    (void)pthread_join(loop->thread, NULL);
+}

@@ -1,0 +1,83 @@
+/* firmware/linux/service/loop.h - the tick of a service, in a thread of its
+ * own.
+ *
+ *   RUN ---- end asked for ----> REST ---- at rest ----> OFF ---> ended
+ *    commands, moves              stops, or the           torque off, until
+ *                                 drives' quick stop      each drive says so
+ *
+ * It looks at the mailbox and at one request per tick, and says what it did on
+ * the board.  It allocates nothing, takes no lock, opens and writes nothing:
+ * whoever sends commands or reads states cannot delay it. */
+#ifndef FIRMWARE_LINUX_SERVICE_LOOP_H
+#define FIRMWARE_LINUX_SERVICE_LOOP_H
+
+#include <pthread.h>
+
+#include "firmware/control/mailbox.h"
+#include "firmware/control/playback.h"
+#include "firmware/linux/service/state.h"
+
+#define SERVICE_PRIORITY 40
+
+/* What START plays: of each axis of the rig a track, or NULL where it stands;
+ * and where its drive goes by its own profile, its goals. */
+struct service_motion {
+    const struct motion_track *track[CONTROLLER_AXES_MAX];
+    const struct controller_goal *goal[CONTROLLER_AXES_MAX];
+    unsigned goal_count[CONTROLLER_AXES_MAX];
+};
+
+enum service_request_kind { SERVICE_START, SERVICE_HOME };
+
+struct service_request {
+    enum service_request_kind kind;
+    const struct service_motion *motion; /* START: outlives the move */
+    int64_t times;                       /* 0: until a stop */
+    bool is_ping_pong;
+    uint64_t axes; /* HOME: a bit each */
+    int err;       /* the answer */
+};
+
+enum service_request_turn { SERVICE_FREE, SERVICE_ASKED, SERVICE_DONE };
+
+struct service_loop {
+    struct machine *machine;
+    struct mailbox mailbox;
+    struct service_board board;
+    bool is_real;
+    int cpu;          /* -1: any */
+    pthread_t thread; /* once it was started */
+
+    /* The sender's while FREE or DONE, the tick's while ASKED. */
+    struct service_request request;
+    _Atomic int turn;    /* enum service_request_turn */
+    _Atomic int end;     /* asked for: 1 stop and off, 2 by quick stop */
+    _Atomic bool ended;  /* nothing runs any more */
+    _Atomic bool waits;  /* for a lost drive, and for nothing else */
+    _Atomic int refused; /* errno why it has no real-time priority; 0: it has */
+
+    /* the tick's alone */
+    int64_t now_ns, phase_ns, late_ns, late_most_ns;
+    long page_faults_before, page_faults;
+    enum { SERVICE_RUN, SERVICE_REST, SERVICE_OFF } phase;
+    uint64_t lost; /* as it was said last, and when */
+    int64_t lost_ns;
+    enum controller_state state;
+    enum controller_fault fault;
+    bool homing;
+    int64_t viewed_ns; /* buses and lines, the last time */
+    struct machine_view view;
+};
+
+/* `loop` is all zero. */
+void service_loop_init(struct service_loop *loop, struct machine *machine,
+                       bool is_real, int cpu);
+/* Waits for the next tick and does it: all that the thread does, for whoever has
+ * none. */
+void service_loop_tick(struct service_loop *loop);
+/* 0, or an errno.  The caller has blocked the signals, which are for others. */
+int service_loop_start(struct service_loop *loop);
+/* Waits until it has ended. */
+void service_loop_join(struct service_loop *loop);
+
+#endif

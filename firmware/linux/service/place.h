@@ -1,0 +1,49 @@
+/* firmware/linux/service/place.h - where the socket of a rig's service is, and
+ * lines to and from it.
+ *
+ * DIRECTORY/rig-XXXXXXXX.sock, by the checksum of the rig file's full name, so
+ * that whoever has the rig finds its service.  The directory is $SLEW_RUN_DIR
+ * where that is set; else the first of $RUNTIME_DIRECTORY (which systemd gives a
+ * service), /run/slew, $XDG_RUNTIME_DIR/slew and /tmp/slew-UID that fits. */
+#ifndef FIRMWARE_LINUX_SERVICE_PLACE_H
+#define FIRMWARE_LINUX_SERVICE_PLACE_H
+
+#include <cjson/cJSON.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+#define SERVICE_PATH_MAX 108 /* as sun_path */
+
+/* Where a new service of the rig listens; its directory is made.  0, or -1 with
+ * a line on stderr. */
+int service_place_new(const char *rig_path, char path[SERVICE_PATH_MAX]);
+
+/* A connection to a service, which waits for each line, at most
+ * SERVICE_ANSWER_MS. */
+#define SERVICE_ANSWER_MS 5000
+struct service_link {
+    int file; /* -1: none */
+    char *in; /* on the heap */
+    size_t length, size, line;
+    cJSON *hello; /* what it is, docs/API.md */
+};
+
+/* To the socket, or (NULL) to the service of that rig.  0; -1: there is none,
+ * with a line on stderr where `quiet` is not set. */
+int service_link_open(struct service_link *link, const char *socket_path,
+                      const char *rig_path, bool quiet);
+void service_link_close(struct service_link *link);
+/* One line, an LF is added.  -1: the service is gone. */
+int service_link_send(struct service_link *link, const char *line);
+/* The next line, without its LF, until the next call; NULL: none has come
+ * within timeout_ms, or the service is gone (link->file is -1 then). */
+const char *service_link_line(struct service_link *link, int timeout_ms);
+/* Sends a command, frees it and waits for its answer, which is the caller's;
+ * events meanwhile are handed to `event` (NULL: left out).  NULL: the service
+ * is gone. */
+cJSON *service_link_ask(struct service_link *link, cJSON *command,
+                        int timeout_ms,
+                        void (*event)(void *context, const cJSON *event),
+                        void *context);
+
+#endif

@@ -1,0 +1,25 @@
+/* firmware/linux/service/service.h - a rig as a service: its tick, its socket
+ * and its planner, until it is told to end. */
+#ifndef FIRMWARE_LINUX_SERVICE_SERVICE_H
+#define FIRMWARE_LINUX_SERVICE_SERVICE_H
+
+#include <stdbool.h>
+
+#include "firmware/host/base/status.h"
+
+struct service_config {
+    const char *rig_path;  /* a file */
+    const char *socket;    /* NULL: by the rig, place.h */
+    const char *interface; /* others than the rig's; NULL: those */
+    bool real;             /* else simulated, on the clock */
+    bool group;            /* those of its group may connect, too */
+    int cpu;               /* the tick's; -1: any */
+};
+
+/* Runs until SIGTERM or SIGINT: axes stop along their path, then torque off.
+ * The second time they stop by the drives' own quick stop.  STATUS_OK once every
+ * drive has said that it has no torque, STATUS_REFUSED when one has not; what
+ * keeps it from beginning is said on stderr. */
+enum status service_run(const struct service_config *config);
+
+#endif

@@ -1,0 +1,93 @@
+/* firmware/mcu/board/mps2_an386.c - Arm MPS2 board with the image AN386: a
+ * Cortex-M4 at 25 MHz, 4 MB of RAM.
+ * Source: Arm, Application Note AN386, table 3-1 and 3-2; Cortex-M System
+ * Design Kit, APB UART and watchdog. */
+#include "firmware/mcu/board/board.h"
+#include "firmware/mcu/board/cortex_m.h"
+
+#define CLOCK_HZ   25000000u
+#define WINDOW     512
+#define LOG_WORDS  (256 * 1024)
+#define STATE_TX   1u /* its buffer is full */
+#define STATE_RX   2u
+#define CTRL_ALL   0xFu /* both directions with interrupts */
+#define WATCHDOG_S 4    /* a quarter of a second */
+
+#define UART_DATA(base)    REGISTER((base) + 0x00)
+#define UART_STATE(base)   REGISTER((base) + 0x04)
+#define UART_CTRL(base)    REGISTER((base) + 0x08)
+#define UART_INT(base)     REGISTER((base) + 0x0C)
+#define UART_BAUDDIV(base) REGISTER((base) + 0x10)
+#define UART0              0x40004000u
+#define IRQ_UART0_RX       0
+#define IRQ_UART0_TX       1
+
+#define WDOG_LOAD    REGISTER(0x40008000)
+#define WDOG_CONTROL REGISTER(0x40008008)
+#define WDOG_INTCLR  REGISTER(0x4000800C)
+#define WDOG_LOCK    REGISTER(0x40008C00)
+#define WDOG_UNLOCK  0x1ACCE551u
+
+static struct motion_segment mps2_ring[MCU_AXES_MAX * 2 * WINDOW];
+static int64_t mps2_log[LOG_WORDS];
+struct board_port board_slave_port;
+
+const struct board_memory board_memory = { .board = 1,
+                                           .ring = mps2_ring,
+                                           .window = WINDOW,
+                                           .log = mps2_log,
+                                           .log_words = LOG_WORDS };
+
+uint32_t board_init(void)
+{
+    UART_BAUDDIV(UART0) = CLOCK_HZ / BOARD_BAUD;
+    UART_CTRL(UART0) = CTRL_ALL;
+    board_enable_irq(IRQ_UART0_RX);
+    board_enable_irq(IRQ_UART0_TX);
+    WDOG_LOCK = WDOG_UNLOCK;
+    WDOG_LOAD = CLOCK_HZ / WATCHDOG_S;
+    WDOG_CONTROL = 3;
+    return CLOCK_HZ;
+}
+
+/* The first time-out asks for an interrupt, which nobody takes, the second
+ * resets. */
+void board_watchdog_feed(void)
+{
+    WDOG_INTCLR = 1;
+}
+
+static void mps2_receive_isr(void)
+{
+    UART_INT(UART0) = 2;
+    while ((UART_STATE(UART0) & STATE_RX) != 0)
+        board_port_received_isr(&board_slave_port, (uint8_t)UART_DATA(UART0));
+}
+
+static void mps2_send(void)
+{
+    while ((UART_STATE(UART0) & STATE_TX) == 0) {
+        const int next = board_port_next_isr(&board_slave_port);
+        if (next < 0)
+            return;
+        UART_DATA(UART0) = (uint32_t)next;
+    }
+}
+
+static void mps2_sent_isr(void)
+{
+    UART_INT(UART0) = 1;
+    mps2_send();
+}
+
+/* The interrupt comes when the buffer empties: the first byte has none. */
+void board_port_start(struct board_port *port)
+{
+    const int next = board_port_next_isr(port);
+
+    if (next >= 0)
+        UART_DATA(UART0) = (uint32_t)next;
+}
+
+__attribute__((section(".irqs"), used)) void (*const board_irq_vectors[])(
+    void) = { mps2_receive_isr, mps2_sent_isr };

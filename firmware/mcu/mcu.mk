@@ -1,0 +1,73 @@
+# firmware/mcu/mcu.mk - images of the controller for microcontrollers.
+
+MCU_DIR    := build/mcu
+MCU_BOARDS := mps2_an386 netduinoplus2
+MCU_CC     := $(CROSS)gcc -mcpu=cortex-m4 -mthumb
+MCU_OPT    := -O2
+# What every image has; bytes.c in the place of a C library.
+MCU_SRC    := $(wildcard firmware/mcu/*.c) firmware/mcu/board/main.c \
+              firmware/mcu/board/port.c firmware/mcu/board/cortex_m.c \
+              firmware/mcu/board/bytes.c firmware/host/base/crc32.c $(PORTABLE)
+
+# Small where the tick never comes, or only once per request.
+MCU_SMALL  := firmware/control/command.c firmware/control/homing.c \
+              firmware/control/jog.c firmware/control/ramp.c \
+              firmware/control/ramp_bound.c motion/core/clock_warp_plan.c \
+              $(call sources,motion/otg)
+$(MCU_SMALL:%.c=$(MCU_DIR)/%.o): MCU_OPT := -Os
+
+$(MCU_DIR)/%.o: %.c Makefile firmware/mcu/mcu.mk
+	$(call say,mcu,$<)
+	@mkdir -p $(@D)
+	$(Q)$(MCU_CC) $(STD) $(WARN) $(MCU_OPT) -I. -MMD -MP -ffreestanding \
+	    -fno-tree-loop-distribute-patterns -ffunction-sections \
+	    -fdata-sections -c $< -o $@
+
+define mcu_image
+$(MCU_DIR)/$(1).elf: $(patsubst %.c,$(MCU_DIR)/%.o,$(MCU_SRC) \
+    firmware/mcu/board/$(1).c) $(wildcard firmware/mcu/board/*.ld)
+	$$(call say,image,$$@)
+	$$(Q)$(MCU_CC) -nostdlib -Wl,--gc-sections,-Map=$(MCU_DIR)/$(1).map \
+	    $$(filter %.o,$$^) -Lfirmware/mcu/board \
+	    -T firmware/mcu/board/$(1).ld -lgcc -o $$@
+	@! nm $$@ | grep -E ' [Tt] (malloc|calloc|free|__aeabi_[df]|__.*[sd]f[0-9])'
+endef
+$(foreach b,$(MCU_BOARDS),$(eval $(call mcu_image,$(b))))
+
+.PHONY: firmware
+## images for microcontrollers, build/mcu/*.elf; flash, RAM and stack of each
+firmware: $(MCU_BOARDS:%=$(MCU_DIR)/%.elf) mcu-portable
+	@CROSS=$(CROSS) $(PYTHON) tests/firmware/mcu/size.py \
+	    $(MCU_BOARDS:%=$(MCU_DIR)/%.map)
+
+# What knows no board is compiled for other processors too, for a Cortex-M0 as
+# make rt does.
+MCU_PORTABLE := $(wildcard firmware/mcu/*.c) firmware/host/base/crc32.c \
+                $(PORTABLE)
+MCU_OTHER    := $(MCU_PORTABLE:%.c=build/rt/m0/%.o)
+define mcu_other
+MCU_OTHER += $(patsubst %.c,$(MCU_DIR)/$(1)/%.o,$(MCU_PORTABLE))
+$(MCU_DIR)/$(1)/%.o: %.c Makefile firmware/mcu/mcu.mk
+	$$(call say,$(1),$$<)
+	@mkdir -p $$(@D)
+	$$(Q)$(2) $(STD) $(WARN) -O2 -I. -MMD -MP -ffreestanding -c $$< -o $$@
+endef
+$(eval $(call mcu_other,rv32,$$(RV)gcc -march=rv32imac -mabi=ilp32 \
+    -isystem firmware/mcu/board/rv32))
+.PHONY: mcu-portable
+mcu-portable: $(MCU_OTHER)
+
+MCU_PLAY := $(B)/tests/firmware/mcu/play
+MCU_PACK := $(B)/tests/firmware/mcu/pack
+MCU_PROCESSORS := m0 m4 rv32
+.PHONY: test-firmware test-processors
+## the images in QEMU, moved over Modbus by libmodbus: the PC's set points
+test-firmware: $(MCU_BOARDS:%=$(MCU_DIR)/%.elf) $(SLEW) $(MCU_PLAY) \
+    test-processors
+	@SLEW=$(SLEW) PLAY=$(MCU_PLAY) IMAGES=$(MCU_DIR) \
+	    tests/firmware/mcu/play.sh
+
+## every example a board can play on Cortex-M0, M4 and RV32: the PC's set points
+test-processors: $(MCU_PROCESSORS:%=build/qemu/play-%.elf) $(SLEW) $(MCU_PACK)
+	@SLEW=$(SLEW) PACK=$(MCU_PACK) tests/firmware/mcu/processors.sh \
+	    $(foreach p,$(MCU_PROCESSORS),'$(call QEMU_PLAY_RUN,$(p))')

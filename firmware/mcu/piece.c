@@ -1,0 +1,166 @@
+/* firmware/mcu/piece.c - see piece.h. */
+#include "firmware/mcu/piece.h"
+
+#include "firmware/host/base/crc32.h"
+
+uint16_t *mcu_words_put(uint16_t *to, uint64_t value, unsigned words)
+{
+    for (unsigned i = 0; i < words; i++)
+        *to++ = (uint16_t)(value >> 16 * i);
+    return to;
+}
+
+uint64_t mcu_words_get(const uint16_t *from, unsigned words)
+{
+    uint64_t value = 0;
+
+    for (unsigned i = 0; i < words; i++)
+        value |= (uint64_t)from[i] << 16 * i;
+    return value;
+}
+
+uint32_t mcu_piece_crc(const uint16_t piece[], unsigned count)
+{
+    uint32_t crc = 0;
+
+    for (unsigned i = 0; i < count; i++) {
+        const uint8_t byte[2] = { (uint8_t)(piece[i] >> 8), (uint8_t)piece[i] };
+        crc = crc32_of(crc, byte, sizeof byte);
+    }
+    return crc;
+}
+
+/* --- written -------------------------------------------------------------- */
+
+static uint16_t *piece_begin(uint16_t piece[MCU_PIECE_MAX],
+                             enum mcu_piece_kind kind, unsigned axis,
+                             uint32_t id, uint32_t number)
+{
+    uint16_t *to = mcu_words_put(piece, kind, 1);
+
+    to = mcu_words_put(to, axis, 1);
+    to = mcu_words_put(to, id, 2);
+    return mcu_words_put(to, number, 2);
+}
+
+static unsigned piece_end(uint16_t piece[MCU_PIECE_MAX], const uint16_t *to)
+{
+    const unsigned count = (unsigned)(to - piece);
+
+    mcu_words_put(piece + count, mcu_piece_crc(piece, count), 2);
+    return count + 2;
+}
+
+static uint16_t *piece_put_i64(uint16_t *to, const int64_t *value,
+                               unsigned count)
+{
+    for (unsigned i = 0; i < count; i++)
+        to = mcu_words_put(to, (uint64_t)value[i], 4);
+    return to;
+}
+
+static void piece_get_i64(const uint16_t *from, int64_t *value, unsigned count)
+{
+    for (unsigned i = 0; i < count; i++)
+        value[i] = (int64_t)mcu_words_get(from + (size_t)4 * i, 4);
+}
+
+unsigned mcu_piece_put_setup(uint16_t piece[MCU_PIECE_MAX], uint32_t setup_id,
+                             unsigned axis, unsigned axis_count,
+                             const struct mcu_setup *setup)
+{
+    const struct controller_axis_config *own = &setup->axis;
+    const int64_t value[] = {
+        own->pos_min_q32,    own->pos_max_q32,    own->limit.vel_q32,
+        own->limit.acc_q32,  own->limit.jerk_q32, own->stop.vel_q32,
+        own->stop.acc_q32,   own->stop.jerk_q32,  own->following_floor_q32,
+        own->following_k_ns, setup->pos_q32,
+    };
+    uint16_t *to =
+        piece_begin(piece, MCU_PIECE_SETUP, axis, setup_id, axis_count);
+
+    return piece_end(piece,
+                     piece_put_i64(to, value, sizeof value / sizeof value[0]));
+}
+
+void mcu_piece_get_setup(const uint16_t *content, struct mcu_setup *setup)
+{
+    int64_t value[MCU_PIECE_SETUP_WORDS / 4];
+
+    piece_get_i64(content, value, MCU_PIECE_SETUP_WORDS / 4);
+    *setup = (struct mcu_setup){
+        .axis = { .pos_min_q32 = value[0],
+                  .pos_max_q32 = value[1],
+                  .limit = { value[2], value[3], value[4] },
+                  .stop = { value[5], value[6], value[7] },
+                  .following_floor_q32 = value[8],
+                  .following_k_ns = value[9] },
+        .pos_q32 = value[10],
+    };
+}
+
+unsigned mcu_piece_put_head(uint16_t piece[MCU_PIECE_MAX], uint32_t move_id,
+                            unsigned axis, const struct mcu_head *head)
+{
+    const int64_t end[] = { head->end_ns_q12, head->end.pos_q32,
+                            head->end.vel_q32, head->end.acc_q32,
+                            head->end.jerk_q32 };
+    uint16_t *to = piece_begin(piece, MCU_PIECE_HEAD_OF, axis, move_id, 0);
+
+    to = mcu_words_put(to, head->outline.count, 4);
+    to = piece_put_i64(to, end, sizeof end / sizeof end[0]);
+    to = mcu_words_put(to, head->end_frac, 4);
+    for (int i = MOTION_POS; i <= MOTION_JERK; i++) {
+        const struct motion_extreme *of = &head->outline.extreme[i];
+        const int64_t extreme[] = { of->min, of->max, of->min_ns_q12,
+                                    of->max_ns_q12 };
+        to = piece_put_i64(to, extreme, 4);
+    }
+    return piece_end(piece, to);
+}
+
+void mcu_piece_get_head(const uint16_t *content, struct mcu_head *head)
+{
+    int64_t value[MCU_PIECE_HEAD_OF_WORDS / 4];
+
+    piece_get_i64(content, value, MCU_PIECE_HEAD_OF_WORDS / 4);
+    *head = (struct mcu_head){
+        .end_ns_q12 = value[1],
+        .end = { value[2], value[3], value[4], value[5] },
+        .end_frac = (uint64_t)value[6],
+        .outline.count = (uint32_t)value[0],
+    };
+    for (int i = MOTION_POS; i <= MOTION_JERK; i++) {
+        const int64_t *of = &value[7 + 4 * i];
+        head->outline.extreme[i] =
+            (struct motion_extreme){ of[0], of[1], of[2], of[3] };
+    }
+}
+
+unsigned mcu_piece_put_track(uint16_t piece[MCU_PIECE_MAX], uint32_t move_id,
+                             unsigned axis, uint32_t number,
+                             const struct motion_segment segment[],
+                             unsigned count)
+{
+    uint16_t *to = piece_begin(piece, MCU_PIECE_TRACK, axis, move_id, number);
+
+    for (unsigned i = 0; i < count; i++) {
+        to = mcu_words_put(to, (uint64_t)segment[i].dur_ns_q12, 4);
+        to = mcu_words_put(to, (uint64_t)segment[i].pos_q32, 4);
+        to = piece_put_i64(to, segment[i].coef, MOTION_TRACK_DEGREE + 1);
+        to = mcu_words_put(to, (uint32_t)segment[i].remainder, 2);
+        to = mcu_words_put(to, (uint64_t)segment[i].frac, 1);
+    }
+    return piece_end(piece, to);
+}
+
+void mcu_piece_get_segment(const uint16_t *content,
+                           struct motion_segment *segment)
+{
+    *segment = (struct motion_segment){ 0 };
+    segment->dur_ns_q12 = (int64_t)mcu_words_get(content, 4);
+    segment->pos_q32 = (int64_t)mcu_words_get(content + 4, 4);
+    piece_get_i64(content + 8, segment->coef, MOTION_TRACK_DEGREE + 1);
+    segment->remainder = (int32_t)mcu_words_get(content + 32, 2);
+    segment->frac = (int8_t)content[34];
+}

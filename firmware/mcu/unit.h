@@ -1,0 +1,85 @@
+/* firmware/mcu/unit.h - a board that moves axes: the controller, a window of
+ * the uploaded move and a drive per axis, and a log of its set points.
+ *
+ * Knows no processor: the image of a board calls mcu_unit_tick from its timer
+ * and everything else from its main loop, between hold and release, which keep
+ * the tick away.  On a PC nothing interrupts and both may be NULL. */
+#ifndef FIRMWARE_MCU_UNIT_H
+#define FIRMWARE_MCU_UNIT_H
+
+#include "firmware/control/controller.h"
+#include "firmware/mcu/virtual_drive.h"
+#include "firmware/mcu/window.h"
+
+#define MCU_AXES_MAX 6
+
+/* What a board is made with; stays the caller's. */
+struct mcu_unit_config {
+    int64_t period_ns;
+    uint16_t board;              /* docs/MCU.md */
+    struct motion_segment *ring; /* MCU_AXES_MAX * 2 * window */
+    uint32_t window;             /* segments; a power of two, 8 .. 32768 */
+    int64_t *log;                /* log_words */
+    uint32_t log_words;
+    void (*hold)(void), (*release)(void);
+    uint32_t (*stack_free)(void); /* words never used; NULL: not known */
+};
+
+/* Of an axis, as it is set up. */
+struct mcu_setup {
+    struct controller_axis_config axis;
+    int64_t pos_q32; /* where a virtual drive stands */
+};
+
+/* One tick's set points, in the order of ticks: the path's time, then one per
+ * axis.  The log is as long as its memory and forgets the oldest; its checksum
+ * is that of all entries ever, so that whoever knows what they should be can
+ * tell whether they were. */
+struct mcu_log {
+    int64_t *word;
+    uint32_t stride, capacity; /* words of an entry; entries */
+    uint32_t slot;             /* of the next entry */
+    uint32_t next;             /* entries since it was cleared; wraps */
+    uint32_t held;             /* of them, there are */
+    uint32_t crc;              /* CRC-32 of them, little-endian */
+};
+
+struct mcu_unit {
+    const struct mcu_unit_config *config;
+    struct controller controller;
+    unsigned axis_count; /* 0: not set up */
+    struct controller_axis axis[MCU_AXES_MAX];
+    struct controller_axis_config axis_config[MCU_AXES_MAX];
+    struct mcu_virtual_drive drive[MCU_AXES_MAX];
+    struct mcu_window window[MCU_AXES_MAX];
+    struct mcu_log log;
+};
+
+void mcu_unit_init(struct mcu_unit *unit, const struct mcu_unit_config *config);
+
+/* The following return MOTION_OK or an error, and have changed nothing then. */
+
+/* New axes, off, without a move.  MOTION_E_STATE unless off, or with
+ * torque; MOTION_E_ARG: controller_init says so, or count not 1 ..
+ * MCU_AXES_MAX. */
+int mcu_unit_set_up(struct mcu_unit *unit, unsigned count,
+                    const struct mcu_setup setup[]);
+/* Is a move being played, or stopped? */
+bool mcu_unit_is_moving(const struct mcu_unit *unit);
+/* Play what the windows hold.  MOTION_E_AGAIN: not all of it, or less than
+ * fits, is there, or its beginning is not there any more; else
+ * controller_start. */
+int mcu_unit_start(struct mcu_unit *unit);
+
+/* The tick, at nominal time now_ns (controller.h). */
+void mcu_unit_tick(struct mcu_unit *unit, int64_t now_ns);
+
+/* Entry `index` of the log, counted since it was cleared; NULL: not there. */
+const int64_t *mcu_log_entry(const struct mcu_log *log, uint32_t index);
+uint32_t mcu_log_first(const struct mcu_log *log);
+
+/* Keep the tick away, and let it come. */
+void mcu_unit_hold(const struct mcu_unit *unit);
+void mcu_unit_release(const struct mcu_unit *unit);
+
+#endif

@@ -1,0 +1,240 @@
+/* firmware/mcu/upload.c - see upload.h. */
+#include "firmware/mcu/upload.h"
+
+#include "firmware/mcu/piece.h"
+
+static const struct {
+    uint8_t exception;
+    const char *text;
+} upload_row[] = {
+#define UPLOAD_ROW(name, value, exception, text) [value] = { exception, text },
+    MCU_PIECE_LIST(UPLOAD_ROW)
+#undef UPLOAD_ROW
+};
+
+uint8_t mcu_piece_exception(enum mcu_piece_result result)
+{
+    return upload_row[result].exception;
+}
+
+const char *mcu_piece_text(enum mcu_piece_result result)
+{
+    return (unsigned)result < sizeof upload_row / sizeof upload_row[0]
+               ? upload_row[result].text
+               : "unknown";
+}
+
+void mcu_upload_init(struct mcu_upload *upload, struct mcu_unit *unit)
+{
+    *upload = (struct mcu_upload){ .unit = unit };
+}
+
+/* A piece whose checksum is right, taken apart. */
+struct upload_piece {
+    uint16_t kind;
+    unsigned axis;
+    uint32_t id, number, crc;
+    const uint16_t *content;
+    unsigned words;
+};
+
+static bool upload_has_bit(uint16_t axes, unsigned axis)
+{
+    return (axes >> axis & 1) != 0;
+}
+
+/* --- axes ----------------------------------------------------------------- */
+
+/* All axes have come: they replace those there are. */
+static enum mcu_piece_result upload_set_up(struct mcu_upload *upload)
+{
+    int err;
+
+    mcu_unit_hold(upload->unit);
+    err = mcu_unit_set_up(upload->unit, upload->setup_count, upload->setup);
+    mcu_unit_release(upload->unit);
+    if (err < 0) {
+        upload->setup_id = 0;
+        return err == MOTION_E_STATE ? MCU_PIECE_E_STATE : MCU_PIECE_E_VALUE;
+    }
+    upload->move_id = 0;
+    upload->head_axes = 0;
+    return MCU_PIECE_TAKEN;
+}
+
+static enum mcu_piece_result upload_put_setup(struct mcu_upload *upload,
+                                              const struct upload_piece *piece)
+{
+    const unsigned axis = piece->axis;
+    uint16_t all;
+
+    if (piece->words != MCU_PIECE_SETUP_WORDS)
+        return MCU_PIECE_E_LENGTH;
+    if (piece->number < 1 || piece->number > MCU_AXES_MAX ||
+        axis >= piece->number)
+        return MCU_PIECE_E_AXIS;
+    if (piece->id == upload->setup_id &&
+        upload_has_bit(upload->setup_axes, axis))
+        return upload->setup_crc[axis] == piece->crc ? MCU_PIECE_REPEATED
+                                                     : MCU_PIECE_E_MOVE;
+    if (upload->unit->axis_count > 0 &&
+        (upload->unit->controller.state != CONTROLLER_OFF ||
+         upload->unit->controller.enabling))
+        return MCU_PIECE_E_STATE;
+    if (piece->id != upload->setup_id || piece->number != upload->setup_count) {
+        upload->setup_id = piece->id;
+        upload->setup_count = piece->number;
+        upload->setup_axes = 0;
+    }
+    mcu_piece_get_setup(piece->content, &upload->setup[axis]);
+    upload->setup_crc[axis] = piece->crc;
+    upload->setup_axes |= (uint16_t)(1u << axis);
+    all = (uint16_t)((1u << upload->setup_count) - 1);
+    return upload->setup_axes == all ? upload_set_up(upload) : MCU_PIECE_TAKEN;
+}
+
+/* --- moves ---------------------------------------------------------------- */
+
+/* From the first head of another move on there is nothing of the one before. */
+static void upload_new_move(struct mcu_upload *upload, uint32_t id)
+{
+    struct mcu_unit *unit = upload->unit;
+
+    mcu_unit_hold(unit);
+    for (unsigned i = 0; i < unit->axis_count; i++)
+        mcu_window_init(&unit->window[i], unit->window[i].ring,
+                        unit->window[i].capacity);
+    mcu_unit_release(unit);
+    upload->move_id = id;
+    upload->head_axes = 0;
+}
+
+static enum mcu_piece_result upload_put_head(struct mcu_upload *upload,
+                                             const struct upload_piece *piece)
+{
+    const unsigned axis = piece->axis;
+    struct mcu_head head;
+
+    if (piece->words != MCU_PIECE_HEAD_OF_WORDS)
+        return MCU_PIECE_E_LENGTH;
+    if (axis >= upload->unit->axis_count)
+        return MCU_PIECE_E_AXIS;
+    if (piece->number != 0)
+        return MCU_PIECE_E_ORDER;
+    if (piece->id == upload->move_id && upload_has_bit(upload->head_axes, axis))
+        return upload->head_crc[axis] == piece->crc ? MCU_PIECE_REPEATED
+                                                    : MCU_PIECE_E_MOVE;
+    if (mcu_unit_is_moving(upload->unit))
+        return MCU_PIECE_E_STATE;
+    mcu_piece_get_head(piece->content, &head);
+    if (mcu_words_get(piece->content, 4) > UINT32_MAX ||
+        !mcu_head_is_sound(&head))
+        return MCU_PIECE_E_VALUE;
+    if (piece->id != upload->move_id)
+        upload_new_move(upload, piece->id);
+    mcu_unit_hold(upload->unit);
+    mcu_window_open(&upload->unit->window[axis], &head);
+    mcu_unit_release(upload->unit);
+    upload->head_crc[axis] = piece->crc;
+    upload->head_axes |= (uint16_t)(1u << axis);
+    return MCU_PIECE_TAKEN;
+}
+
+static enum mcu_piece_result upload_result(int err)
+{
+    switch (err) {
+    case MOTION_OK:
+        return MCU_PIECE_TAKEN;
+    case MOTION_E_FULL:
+        return MCU_PIECE_E_FULL;
+    case MOTION_E_ORDER:
+        return MCU_PIECE_E_ORDER;
+    case MOTION_E_DISCONTINUITY:
+        return MCU_PIECE_E_GAP;
+    case MOTION_E_LIMIT:
+        return MCU_PIECE_E_LIMIT;
+    default:
+        return MCU_PIECE_E_VALUE;
+    }
+}
+
+static enum mcu_piece_result upload_put_track(struct mcu_upload *upload,
+                                              const struct upload_piece *piece)
+{
+    const unsigned count = piece->words / MCU_PIECE_TRACK_WORDS;
+    struct motion_segment segment[MCU_PIECE_SEGMENTS];
+    struct mcu_window *window;
+
+    if (count < 1 || count > MCU_PIECE_SEGMENTS ||
+        piece->words != count * MCU_PIECE_TRACK_WORDS)
+        return MCU_PIECE_E_LENGTH;
+    if (piece->axis >= upload->unit->axis_count)
+        return MCU_PIECE_E_AXIS;
+    if (piece->id != upload->move_id ||
+        !upload_has_bit(upload->head_axes, piece->axis))
+        return MCU_PIECE_E_MOVE;
+    window = &upload->unit->window[piece->axis];
+    for (unsigned i = 0; i < count; i++)
+        mcu_piece_get_segment(
+            piece->content + (size_t)i * MCU_PIECE_TRACK_WORDS, &segment[i]);
+    if (piece->number < window->filled &&
+        count <= window->filled - piece->number)
+        return mcu_window_has(window, piece->number, segment, count)
+                   ? MCU_PIECE_REPEATED
+                   : MCU_PIECE_E_MOVE;
+    if (piece->number != window->filled)
+        return MCU_PIECE_E_ORDER;
+    return upload_result(mcu_window_put(window, segment, count));
+}
+
+/* --- any ------------------------------------------------------------------ */
+
+static enum mcu_piece_result upload_take(struct mcu_upload *upload,
+                                         const uint16_t word[], unsigned count)
+{
+    static enum mcu_piece_result (*const put[])(struct mcu_upload *,
+                                                const struct upload_piece *) = {
+        [MCU_PIECE_SETUP] = upload_put_setup,
+        [MCU_PIECE_HEAD_OF] = upload_put_head,
+        [MCU_PIECE_TRACK] = upload_put_track,
+    };
+    struct upload_piece piece;
+
+    if (count <= MCU_PIECE_AROUND || count > MCU_PIECE_MAX)
+        return MCU_PIECE_E_LENGTH;
+    piece.crc = mcu_piece_crc(word, count - 2);
+    if (piece.crc != mcu_words_get(word + count - 2, 2))
+        return MCU_PIECE_E_CHECKSUM;
+    piece.kind = word[0];
+    piece.axis = word[1];
+    piece.id = (uint32_t)mcu_words_get(word + 2, 2);
+    piece.number = (uint32_t)mcu_words_get(word + 4, 2);
+    piece.content = word + MCU_PIECE_HEAD;
+    piece.words = count - MCU_PIECE_AROUND;
+    if (piece.kind < MCU_PIECE_SETUP || piece.kind > MCU_PIECE_TRACK)
+        return MCU_PIECE_E_KIND;
+    return piece.id == 0 ? MCU_PIECE_E_MOVE : put[piece.kind](upload, &piece);
+}
+
+enum mcu_piece_result mcu_upload_put(struct mcu_upload *upload,
+                                     const uint16_t piece[], unsigned count)
+{
+    upload->last = upload_take(upload, piece, count);
+    if (mcu_piece_exception(upload->last) == 0)
+        upload->taken++;
+    else
+        upload->refused++;
+    return upload->last;
+}
+
+bool mcu_upload_has(const struct mcu_upload *upload, uint32_t move_id)
+{
+    const uint16_t all = (uint16_t)((1u << upload->unit->axis_count) - 1);
+
+    if (move_id == 0 || move_id != upload->move_id || upload->head_axes != all)
+        return false;
+    for (unsigned i = 0; i < upload->unit->axis_count; i++)
+        if (!mcu_window_is_ready(&upload->unit->window[i]))
+            return false;
+    return true;
+}

@@ -1,0 +1,89 @@
+/* motion/plan/topp/topp_time.c - see topp_time.h and topp.h. */
+#include "motion/plan/topp/topp_time.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "motion/plan/topp/topp.h"
+
+/* atanh(sqrt z) / sqrt z for z >= 0, atan(sqrt -z) / sqrt -z below. */
+static double topp_arc(double z)
+{
+    if (fabs(z) < 1e-3)
+        return 1 + z * (1. / 3 + z * (1. / 5 + z * (1. / 7 + z * (1. / 9))));
+    const double r = sqrt(fabs(z));
+    return (z > 0 ? atanh(r) : atan(r)) / r;
+}
+
+/* 2 h atanh(sqrt(a) / w) / sqrt(a), a = x0 - 2 x1 + x2 and
+ * w = sqrt(x0) + sqrt(x2). */
+double topp_time(const double x[3], double h)
+{
+    const double w = sqrt(x[0]) + sqrt(x[2]);
+
+    if (w == 0) /* from rest to rest */
+        return h * acos(-1) / sqrt(2 * x[1]);
+    return 2 * h / w * topp_arc((x[0] - 2 * x[1] + x[2]) / (w * w));
+}
+
+double plan_topp_duration(const struct plan_topp *topp)
+{
+    return topp->t[topp->intervals];
+}
+
+/* Where on the interval the time `t` from its start is: with
+ * A = x''/2 by s, s' = r cosh(k t) + b sinh(k t) / k, and so on. */
+static void topp_inside(const double x[3], double h, double t,
+                        struct plan_topp_state *state)
+{
+    const double curve = (x[0] - 2 * x[1] + x[2]) / (h * h); /* k^2 */
+    const double r = sqrt(x[0]), b = (x[1] - x[0]) / h;
+    const double z = curve * t * t;
+    double s, c1; /* sinh(k t) / (k t), (cosh(k t) - 1) / (k t)^2 */
+
+    if (fabs(z) < 1e-3) {
+        s = 1 + z / 6 * (1 + z / 20 * (1 + z / 42));
+        c1 = 0.5 * (1 + z / 12 * (1 + z / 30 * (1 + z / 56)));
+    } else if (z > 0) {
+        const double k = sqrt(z), half = sinh(k / 2);
+        s = sinh(k) / k;
+        c1 = 2 * half * half / z;
+    } else {
+        const double k = sqrt(-z), half = sin(k / 2);
+        s = sin(k) / k;
+        c1 = 2 * half * half / -z;
+    }
+    state->s = r * t * s + b * t * t * c1;
+    state->vel = r * (1 + z * c1) + b * t * s;
+    state->acc = b + curve * state->s;
+    state->jerk = curve * state->vel;
+}
+
+void plan_topp_at(const struct plan_topp *topp, double t_s,
+                  struct plan_topp_state *state)
+{
+    uint32_t low = 0, high = topp->intervals;
+
+    if (!(t_s > 0))
+        t_s = 0;
+    if (t_s > plan_topp_duration(topp))
+        t_s = plan_topp_duration(topp);
+    while (high - low > 1) {
+        const uint32_t middle = low + (high - low) / 2;
+        if (topp->t[middle] <= t_s)
+            low = middle;
+        else
+            high = middle;
+    }
+    topp_inside(topp->x[low], topp->s[low + 1] - topp->s[low],
+                t_s - topp->t[low], state);
+    state->s += topp->s[low];
+}
+
+void plan_topp_free(struct plan_topp *topp)
+{
+    free(topp->s);
+    free(topp->x);
+    free(topp->t);
+    *topp = (struct plan_topp){ 0 };
+}

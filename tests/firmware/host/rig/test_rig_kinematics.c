@@ -1,0 +1,160 @@
+/* tests/firmware/host/rig/test_rig_kinematics.c - kinematics of rig.yaml, right
+ * and wrong. */
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "firmware/host/rig/rig.h"
+#include "firmware/linux/base/disk.h"
+#include "tests/motion/kinematics/rig_random.h"
+
+#define AXIS(name, unit, node)                                                 \
+    "  " name ": {unit: " unit ", limits: {position: [-100, 900], velocity: "  \
+    "90, acceleration: 90}, following_error: {floor: 1}, drive: {kind: "       \
+    "cia402, bus: can0, node: " node ", counts: 1000 per " unit "}}\n"
+/* `kinematics:` is line 10. */
+static const char axes[] =
+    "buses: {can0: {kind: canopen, bit_rate: 1 Mbit/s}}\n"
+    "axes:\n" AXIS("a", "mm", "1") AXIS("b", "mm", "2") AXIS("c", "mm", "3")
+        AXIS("d", "mm", "4") AXIS("pan", "deg", "5") AXIS("tilt", "deg", "6")
+            AXIS("turn", "deg", "7");
+#define HEAD "  head: {pan: {axis: pan}, tilt: {axis: tilt}}\n"
+
+static int load(struct rig *rig, const char *text,
+                char message[YAML_MESSAGE_MAX])
+{
+    char path[] = "/tmp/rig_kinematics_XXXXXX";
+    const int file = mkstemp(path);
+
+    if (file < 0 || write(file, axes, strlen(axes)) < 0 ||
+        write(file, "kinematics:\n", 12) < 0 ||
+        write(file, text, strlen(text)) < 0 || close(file) < 0)
+        fail_msg("no file %s", path);
+    const int err = rig_load(&disk_files, path, rig, message);
+    remove(path);
+    if (err < 0)
+        memmove(message, message + strlen(path) + 1,
+                strlen(message + strlen(path) + 1) + 1);
+    return err;
+}
+
+static const struct {
+    const char *text, *want; /* how the message begins */
+} wrong[] = {
+    { "  linear: {axes: [{axis: a, direction: [1, 0, 0]}]}\n",
+      "11:3: kinematics has no 'head'" },
+    { HEAD "  linear: {axes: [{axis: a, direction: [1, 0, 0]}]}\n"
+           "  arc: {centre: [0, 0, 0], radius: 1 m, axis: {axis: b}}\n",
+      "11:3: kinematics has 2 things that carry the head" },
+    { "  head: {pan: {axis: pan}, tilt: {axis: pan}}\n",
+      "11:41: axis 'pan' has a place in the kinematics already" },
+    { "  head: {pan: {axis: a}, tilt: {axis: tilt}}\n",
+      "11:22: axis 'a' is in mm, not in deg" },
+    { "  head: {pan: {axis: pam}, tilt: {axis: tilt}}\n",
+      "11:22: unknown axis 'pam'" },
+    { "  head: {pan: {axis: pan}, tilt: {axis: tilt}, forward: [0, 0, 2]}\n",
+      "11:9: head has forward and up in one line" },
+    { "  head: {pan: {axis: pan}, tilt: {axis: tilt}, forward: [0, 0, 0]}\n",
+      "11:57: forward has no direction" },
+    { HEAD "  linear: {axes: [{axis: a, direction: [1, 1, 0]}, {axis: b, "
+           "direction: [-2, -2, 0]}]}\n",
+      "12:11: linear has axes in one line or plane" },
+    { HEAD "  linear: {axes: [{axis: a, direction: [1, 0, 0]}, {axis: b, "
+           "direction: [0, 1, 0]}, {axis: c, direction: [3, -5, 0]}]}\n",
+      "12:11: linear has axes in one line or plane" },
+    { HEAD "  linear: {axes: [{axis: a}]}\n",
+      "12:19: slide has no 'direction'" },
+    { HEAD "  linear: {axes: [{axis: a, direction: [1, 0]}]}\n",
+      "12:40: direction has 2 items" },
+    { HEAD "  arc: {centre: [0, 0, 0], radius: 0 mm, axis: {axis: b}}\n",
+      "12:36: radius '0 mm' is not above zero" },
+    { HEAD "  arc: {centre: [0, 0, 0], radius: 1 m, start: [0, 0, 1], axis: "
+           "{axis: b}}\n",
+      "12:8: arc has normal and start in one line" },
+    { HEAD "  gantry: {rails: [1 m, 1 m], x1: {axis: a}, x2: {axis: b}, y: "
+           "{axis: c}, z: {axis: d}}\n",
+      "12:19: rails are at the same place" },
+    { HEAD "  jib: {foot: [0, 0, 0], length: 2 m, mount: hanging, pan: {axis: "
+           "turn}, tilt: {axis: turn}}\n",
+      "12:46: unknown mount 'hanging'" },
+    { HEAD "  lens: {focus: turn}\n", "12:17: focus 'turn' is in deg" },
+};
+
+static void what_makes_no_sense_is_refused(void **state)
+{
+    unsigned others = 0;
+
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(wrong); i++) {
+        struct rig rig = { .bus_count = 0 };
+        char message[YAML_MESSAGE_MAX] = "nothing";
+        if (load(&rig, wrong[i].text, message) == 0 ||
+            strncmp(message, wrong[i].want, strlen(wrong[i].want)) != 0) {
+            print_error("got  %s\nwant %s\n", message, wrong[i].want);
+            others++;
+        }
+        rig_free(&rig);
+    }
+    assert_int_equal(others, 0);
+}
+
+static const struct plan_rig *read_rig(struct rig *rig, const char *text)
+{
+    char message[YAML_MESSAGE_MAX];
+
+    *rig = (struct rig){ .bus_count = 0 };
+    if (load(rig, text, message) < 0)
+        fail_msg("%s", message);
+    assert_non_null(rig->kinematics);
+    return rig->kinematics;
+}
+
+static void expect_pupil(const struct plan_rig *rig, const double axis[],
+                         double x, double y, double z)
+{
+    int64_t axis_q32[MOTION_RIG_AXES_MAX] = { 0 };
+    struct motion_camera camera;
+    const double want[3] = { x, y, z };
+
+    for (uint32_t i = 0; i < motion_rig_axes(&rig->rig); i++)
+        axis_q32[i] = q32_of(axis[i]);
+    assert_int_equal(motion_rig_camera(&rig->rig, axis_q32, &camera),
+                     MOTION_OK);
+    for (int i = 0; i < 3; i++)
+        if (fabs(number_of(camera.pupil.x[i]) - want[i]) > 1e-6)
+            fail_msg("%d: %.9f, not %.9f", i, number_of(camera.pupil.x[i]),
+                     want[i]);
+}
+
+/* Places by hand. */
+static void cameras_are_where_the_file_has_them(void **state)
+{
+    struct rig rig;
+    const struct plan_rig *got;
+
+    (void)state;
+    got = read_rig(&rig, HEAD "  linear: {origin: [1, 2, 3], axes: [{axis: b, "
+                              "direction: [0, 5, 0], offset: 10, reversed: "
+                              "yes}]}\n");
+    assert_int_equal(got->carrier[0].axis, 1);
+    expect_pupil(got, (const double[]){ 4, 0, 0, 0 }, 1, 8, 3);
+    rig_free(&rig);
+    got = read_rig(&rig, "  head: {pan: {axis: pan, offset: 90}, tilt: {axis: "
+                         "tilt}, nodal: [50, 5, 7]}\n");
+    expect_pupil(got, (const double[]){ 0, 0, 0 }, 5, 50, 7);
+    rig_free(&rig);
+    got = read_rig(&rig, HEAD "  gantry: {rails: [-1 m, 1 m], x1: {axis: a}, "
+                              "x2: {axis: b}, y: {axis: c}, z: {axis: d}}\n");
+    expect_pupil(got, (const double[]){ 100, 300, 0, 40, 0, 0, 0 }, 199.503719,
+                 -4.962810, 40);
+    rig_free(&rig);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_makes_no_sense_is_refused),
+        cmocka_unit_test(cameras_are_where_the_file_has_them),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,164 @@
+/* tests/firmware/linux/commands/run/test_run_faults.c - slew run --faults: every
+ * kind of fault happens when it is to, is told, and ends as it must; what is
+ * drawn at random comes from the seed. */
+#define _XOPEN_SOURCE 700 /* mkdtemp, nftw */
+#include "tests/support/run_slew.h"
+
+#define RIG_START                                                              \
+    "buses: {can0: {kind: canopen, bit_rate: 1 Mbit/s}}\n"                     \
+    "axes:\n"
+#define RIG_AXIS(name, node)                                                   \
+    "  " name ": {unit: mm, limits: {position: [0 mm, 600 mm],\n"              \
+    "    velocity: 200 mm/s, acceleration: 400 mm/s2, jerk: 4000 mm/s3},\n"    \
+    "    stop: {acceleration: 1600 mm/s2, jerk: 24000 mm/s3},\n"               \
+    "    following_error: {floor: 2 mm, time: 20 ms},\n"                       \
+    "    drive: {kind: cia402, bus: can0, node: " node                         \
+    ", counts: 4096 per mm},\n"                                                \
+    "    sim: {start: 10 mm}}\n"
+static const char rig[] = RIG_START RIG_AXIS("a", "1") RIG_AXIS(
+    "b", "2") "gpio: {stop: {kind: e-stop, line: GPIO5, active: low}}\n";
+static const char move[] = "axes:\n"
+                           "  a: {curve: s-curve, keys: [[0 s, 10 mm], "
+                           "[4 s, 300 mm]]}\n"
+                           "  b: {curve: s-curve, keys: [[0 s, 10 mm], "
+                           "[4 s, 300 mm]]}\n";
+
+static int setup(void **state)
+{
+    if (run_open(state) < 0)
+        return -1;
+    run_put("rig.yaml", rig);
+    run_put("move.yaml", move);
+    return 0;
+}
+
+/* The run with these faults; its status. */
+static int run_faults(const char *entries, const char *csv)
+{
+    char text[512];
+
+    snprintf(text, sizeof text, "seed: 3\nfaults: [%s]\n", entries);
+    run_put("faults.yaml", text);
+    return run("run", "--faults", run_path("faults.yaml"), "--telemetry",
+               run_path(csv), run_path("rig.yaml"), run_path("move.yaml"));
+}
+
+/* What the report says, and how it ends. */
+static const struct {
+    const char *entry;
+    int status;
+    const char *says;
+} rows[] = {
+    { "{fault: heartbeat_lost, axis: a, at: 1 s}", 1,
+      "not on the bus any more" },
+    { "{fault: heartbeat_lost, axis: a, at: 1 s, for: 150 ms}", 0, "done" },
+    { "{fault: drive_fault, axis: b, at: 1 s, code: 0x3210}", 1, "0x3210" },
+    { "{fault: drive_fault, axis: a, position: 100 mm}", 1, "reports a fault" },
+    { "{fault: reboot, axis: a, at: 1 s}", 1, "a: the drive" },
+    { "{fault: stuck_encoder, axis: a, at: 1 s}", 1, "a: the axis does not" },
+    { "{fault: stuck_encoder, axis: a, at: 1 s, for: 5 ms}", 0, "done" },
+    { "{fault: encoder_jump, axis: a, at: 1 s, by: 9 mm}", 1,
+      "a: the axis does not" },
+    { "{fault: encoder_jump, axis: a, at: 1 s, by: 1 mm}", 0, "done" },
+    { "{fault: stuck_switch, line: stop, level: active, at: 1 s}", 1,
+      "e-stop" },
+    { "{fault: stuck_switch, line: stop, level: open, at: 1 s}", 1, "e-stop" },
+    { "{fault: stuck_switch, line: stop, level: inactive, at: 1 s}", 0,
+      "done" },
+    /* the way to 256 errors goes past 128 */
+    { "{fault: bus_off, bus: can0, at: 1 s}", 1, "error-passive" },
+    { "{fault: bus_errors, bus: can0, count: 3, at: 1 s}", 0, "done" },
+    { "{fault: bus_errors, bus: can0, count: 20, at: 1 s}", 1,
+      "error-passive" },
+    { "{fault: interface_down, bus: can0, at: 1 s}", 1, "the bus is down" },
+    { "{fault: other_master, bus: can0, at: 1 s}", 1, "another master" },
+    { "{fault: babble, bus: can0, at: 1 s}", 1, "fault: " },
+    { "{fault: cut_cable, axis: b, at: 1 s}", 1,
+      "b: the drive is not on the bus" },
+    { "{fault: cut_cable, bus: can0, at: 1 s}", 1, "error-passive" },
+    { "{fault: noise, bus: can0, rate: 1 %, at: 1 s}", 0, "done" },
+    { "{fault: brown_out, axis: a, at: 1 s}", 1, "a: " },
+    { "{fault: slow_drive, axis: a, delay: 20 ms, at: 1 s}", 1, "a: " },
+    { "{fault: wrong_answer, axis: a, count: 3, at: 1 s}", 1, "a: " },
+    { "{fault: friction_step, axis: a, by: 20 mm/s2, at: 1 s}", 0, "done" },
+    { "{fault: obstacle, axis: a, at: 1 s}", 1, "a: the axis does not" },
+    { "{fault: obstacle, axis: a, at: 1 s, for: 5 ms}", 0, "done" },
+    { "{fault: runaway, axis: a, at: 1 s}", 1, "a: " },
+    { "{fault: reboot, axis: a, event: hold}", 0, "not reached: reboot of a" },
+};
+
+static void every_fault_happens_and_is_told(void **state)
+{
+    unsigned wrong = 0;
+
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(rows); i++) {
+        const int status = run_faults(rows[i].entry, "t.csv");
+        const char *end = strstr(run_slew()->out, "set points:");
+        if (status == rows[i].status && end != NULL &&
+            strstr(run_slew()->out, rows[i].says) != NULL &&
+            strstr(end, "script: ") != NULL)
+            continue;
+        wrong++;
+        print_error("%s: status %d, expected %d and \"%s\":\n%s%s",
+                    rows[i].entry, status, rows[i].status, rows[i].says,
+                    end != NULL ? end : "", run_slew()->err);
+    }
+    assert_int_equal(wrong, 0);
+}
+
+/* Same seed, same bytes: everything at once that is drawn at random. */
+static void the_same_script_gives_the_same_bytes(void **state)
+{
+    static const char entries[] =
+        "{fault: noise, bus: can0, rate: 3 %, at: 0 s, for: 2 s}, "
+        "{fault: wrong_answer, axis: b, at: 2.5 s}, "
+        "{fault: friction_step, axis: a, by: 20 mm/s2, at: 1 s}";
+    static char first[RUN_OUT_MAX], second[RUN_OUT_MAX];
+
+    (void)state;
+    (void)run_faults(entries, "first.csv");
+    (void)run_faults(entries, "second.csv");
+    run_read(run_path("first.csv"), first, sizeof first);
+    run_read(run_path("second.csv"), second, sizeof second);
+    assert_true(strlen(first) > 1000000);
+    assert_string_equal(first, second);
+    assert_non_null(strstr(first, "b.statusword,faults\n"));
+    assert_non_null(strstr(first, ",1\n")); /* noise alone */
+    assert_non_null(strstr(first, ",5\n")); /* and friction */
+}
+
+/* To the tick: 1 s after the move's first. */
+static void a_fault_begins_when_it_is_said_to(void **state)
+{
+    static char text[RUN_OUT_MAX];
+    long long move_ns = -1, fault_ns = -1, t_ns;
+    char phase[16];
+
+    (void)state;
+    assert_int_equal(run_faults("{fault: reboot, axis: a, at: 1 s}", "t.csv"),
+                     1);
+    run_read(run_path("t.csv"), text, sizeof text);
+    for (char *line = strtok(text, "\n"); line; line = strtok(NULL, "\n")) {
+        const char *last = strrchr(line, ',');
+        if (sscanf(line, "%lld,%15[^,]", &t_ns, phase) != 2)
+            continue;
+        if (move_ns < 0 && strcmp(phase, "move") == 0)
+            move_ns = t_ns;
+        if (fault_ns < 0 && strcmp(last, ",1") == 0)
+            fault_ns = t_ns;
+    }
+    assert_true(move_ns > 0);
+    assert_int_equal(fault_ns - move_ns, 1000000000);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_fault_happens_and_is_told),
+        cmocka_unit_test(the_same_script_gives_the_same_bytes),
+        cmocka_unit_test(a_fault_begins_when_it_is_said_to),
+    };
+
+    return cmocka_run_group_tests(tests, setup, run_close);
+}

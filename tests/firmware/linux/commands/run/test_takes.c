@@ -1,0 +1,91 @@
+/* tests/firmware/linux/commands/run/test_takes.c - takes of one move: the same
+ * set points wherever the rig stood before; and what a shaper costs. */
+#define _XOPEN_SOURCE 700 /* mkdtemp, nftw */
+#include "tests/support/run_slew.h"
+
+static const char move_text[] =
+    "axes: {slide: {keys: [[0 s, 10 mm], [1 s, 40 mm]]}}\n"
+    "events: [{line: camera, at: 500 ms}]\n";
+
+/* With one more field of the axis. */
+static void put_rig(const char *more)
+{
+    char text[1024];
+
+    snprintf(text, sizeof text,
+             "buses: {can0: {kind: canopen, bit_rate: 1 Mbit/s}}\n"
+             "gpio: {camera: {kind: trigger, line: GPIO5}}\n"
+             "axes:\n"
+             "  slide:\n"
+             "    unit: mm\n"
+             "    limits: {position: [0 mm, 1000 mm], velocity: 100 mm/s,\n"
+             "             acceleration: 400 mm/s2, jerk: 4000 mm/s3}\n"
+             "    following_error: {floor: 2 mm, time: 20 ms}\n"
+             "    drive: {kind: cia402, bus: can0, node: 1, counts: 4096 per "
+             "mm}\n"
+             "%s",
+             more);
+    run_put("rig.yaml", text);
+}
+
+static void take(const char *more, const char *move, const char *override,
+                 char crc[64])
+{
+    const char *found;
+
+    put_rig(more);
+    run_put("move.yaml", move);
+    run("run", run_path("rig.yaml"), run_path("move.yaml"), "--override",
+        override);
+    run_expect(0);
+    found = strstr(run_slew()->out, "set points: CRC-32 ");
+    assert_non_null(found);
+    snprintf(crc, 64, "%.8s", found + strlen("set points: CRC-32 "));
+}
+
+static void takes_are_the_same_to_the_bit(void **state)
+{
+    char first[64], second[64], other[64];
+
+    (void)state;
+    take("    sim: {start: 0 mm}\n", move_text, "100", first);
+    take("    sim: {start: 300 mm}\n", move_text, "100", second);
+    assert_string_equal(first, second);
+    take("    sim: {start: 0 mm}\n", move_text, "99", other);
+    assert_string_not_equal(first, other);
+    /* 2^-32 mm more at the end */
+    take("    sim: {start: 0 mm}\n",
+         "axes: {slide: {keys: [[0 s, 10 mm], [1 s, 40.0000000003 mm]]}}\n",
+         "100", other);
+    assert_string_not_equal(first, other);
+}
+
+static void what_a_shaper_costs_is_printed(void **state)
+{
+    (void)state;
+    put_rig("    shaper: {kind: zvd, frequency: 2 Hz}\n");
+    run_put("move.yaml", move_text);
+    run("plan", run_path("rig.yaml"), run_path("move.yaml"));
+    run_expect(0);
+    run_says("shapers: the move is 0.500 s longer, and every axis is 0.250 s "
+             "later");
+    /* and the camera is as much later as the axes */
+    run("check", "--json", run_path("rig.yaml"), run_path("move.yaml"));
+    run_expect(0);
+    const char *at = strstr(run_slew()->out, "\"path_s\"");
+    double shot_s = 0;
+    /* half a period, of a frequency in whole mrad/s */
+    const double want_s = 0.5 + 3.14159265358979 / 12.566;
+    if (at == NULL || sscanf(at, "\"path_s\":\t[%lf", &shot_s) != 1 ||
+        shot_s < want_s - 1e-9 || shot_s > want_s + 1e-9)
+        fail_msg("shot at %.9g s: %s", shot_s, run_slew()->out);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(takes_are_the_same_to_the_bit),
+        cmocka_unit_test(what_a_shaper_costs_is_printed),
+    };
+    return cmocka_run_group_tests(tests, run_open, run_close);
+}

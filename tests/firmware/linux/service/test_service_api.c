@@ -1,0 +1,220 @@
+/* tests/firmware/linux/service/test_service_api.c - the session of docs/API.md,
+ * as it stands there, and what a service says to those who do not read and to
+ * moves that it does not play.  In virtual time. */
+#include <errno.h>
+#include <time.h>
+
+#include "tests/support/check.h"
+#include "tests/support/service_bench.h"
+
+#define SAID_MAX 262144
+#define TICKS    2000 /* of 5 ms, until something has come about */
+
+static const char rig_text[] =
+    "tick: 5 ms\nbuses: {can: {kind: canopen, bit_rate: 1 Mbit/s}}\n"
+    "axes:\n  pan:\n    unit: deg\n    limits: {position: [-90 deg, 90 deg],"
+    " velocity: 40 deg/s, acceleration: 100 deg/s2}\n"
+    "    following_error: {floor: 5 deg, time: 100 ms}\n"
+    "    homing: {by: here}\n"
+    "    drive: {kind: cia402, bus: can, node: 1, counts: 131072 per rev}\n"
+    "gpio:\n  camera: {kind: trigger, line: GPIO5, width: 50 ms}\n";
+
+static struct service_bench bench;
+static char said[SAID_MAX];
+static size_t said_length;
+
+static int up(void **state)
+{
+    (void)state;
+    memset(&bench, 0, sizeof bench);
+    said_length = 0;
+    if (service_bench_open(&bench, rig_text) < 0)
+        return -1;
+    for (int i = 0; i < 100; i++)
+        service_bench_tick(&bench);
+    return 0;
+}
+
+static int down(void **state)
+{
+    (void)state;
+    service_bench_close(&bench);
+    return 0;
+}
+
+static void send_line(int file, const char *line)
+{
+    const size_t length = strlen(line);
+    assert_int_equal(send(file, line, length, MSG_NOSIGNAL), (ssize_t)length);
+    assert_int_equal(send(file, "\n", 1, MSG_NOSIGNAL), 1);
+}
+
+/* The next line that has come; NULL: none. */
+static cJSON *next_line(int file)
+{
+    ssize_t got;
+    while ((got = recv(file, said + said_length, SAID_MAX - said_length, 0)) >
+           0)
+        said_length += (size_t)got;
+    char *end = memchr(said, '\n', said_length);
+    if (end == NULL)
+        return NULL;
+    *end = '\0';
+    cJSON *object = cJSON_Parse(said);
+    said_length -= (size_t)(end + 1 - said);
+    memmove(said, end + 1, said_length);
+    assert_true(cJSON_IsObject(object));
+    return object;
+}
+
+/* The next that has this member. */
+static cJSON *next_with(int file, const char *member)
+{
+    for (int i = 0; i < TICKS; i++) {
+        cJSON *object;
+        while ((object = next_line(file)) != NULL) {
+            if (cJSON_HasObjectItem(object, member))
+                return object;
+            cJSON_Delete(object);
+        }
+        if (service_bench_plans(&bench)) {
+            (void)nanosleep(&(struct timespec){ .tv_nsec = 100000 }, NULL);
+            service_bench_serve(&bench);
+            i = 0;
+        } else {
+            service_bench_tick(&bench);
+        }
+    }
+    fail_msg("no \"%s\" has come", member);
+    return NULL;
+}
+
+/* Every motion that a line begins is over, but what is played. */
+static void settle(const char *line)
+{
+    const struct controller *controller = &bench.machine.controller;
+    const bool plays =
+        strstr(line, "start") != NULL || strstr(line, "resume") != NULL ||
+        strstr(line, "override") != NULL || strstr(line, "renew") != NULL;
+    for (int i = 0; i < (plays ? 100 : TICKS); i++) {
+        service_bench_tick(&bench);
+        if (!plays && !controller->enabling &&
+            !homing_is_running(&bench.machine.homing) &&
+            (controller->state == CONTROLLER_OFF ||
+             controller->state == CONTROLLER_READY ||
+             (controller->state == CONTROLLER_HOLDING &&
+              controller->rate.rate_q30 == 0)))
+            return;
+    }
+}
+
+static void compare(const cJSON *answer, const char *part)
+{
+    cJSON *wanted = cJSON_Parse(part);
+    const cJSON *member;
+    assert_true(cJSON_IsObject(wanted));
+    cJSON_ArrayForEach(member, wanted)
+    {
+        if (!cJSON_Compare(member, cJSON_GetObjectItem(answer, member->string),
+                           true))
+            fail_msg("expected %s, got %s", part,
+                     cJSON_PrintUnformatted(answer));
+    }
+    cJSON_Delete(wanted);
+}
+
+static void the_session_of_the_document_is_as_it_stands_there(void **state)
+{
+    static const char *const commands[] = {
+        "hello",  "status",  "stream",  "stop",     "take",    "renew",
+        "enable", "off",     "reset",   "home",     "check",   "load",
+        "start",  "hold",    "resume",  "approach", "reverse", "override",
+        "jog",    "capture", "release", "jog stop",
+    };
+    static char line[2048];
+    bool seen[ARRAY_LEN(commands)] = { false };
+    const int file = service_bench_connect(&bench);
+    FILE *document = fopen("docs/API.md", "r");
+    (void)state;
+    assert_non_null(document);
+    while (fgets(line, sizeof line, document) != NULL) {
+        line[strcspn(line, "\n")] = '\0';
+        if (strncmp(line, "    > ", 6) != 0)
+            continue;
+        char *sent = strdup(line + 6);
+        send_line(file, sent);
+        assert_non_null(fgets(line, sizeof line, document));
+        assert_int_equal(strncmp(line, "    < ", 6), 0);
+        cJSON *answer = next_with(file, "ok");
+        cJSON *command = cJSON_Parse(sent);
+        compare(answer, line + 6);
+        for (size_t i = 0; i < ARRAY_LEN(commands); i++)
+            seen[i] |=
+                strcmp(commands[i], cJSON_GetStringValue(cJSON_GetObjectItem(
+                                        command, "command"))) == 0;
+        cJSON_Delete(command);
+        cJSON_Delete(answer);
+        settle(sent);
+        free(sent);
+    }
+    fclose(document);
+    for (size_t i = 0; i < ARRAY_LEN(commands); i++)
+        if (!seen[i])
+            fail_msg("docs/API.md has no example of %s", commands[i]);
+    close(file);
+}
+
+/* What did not fit is counted, and said once there is room again. */
+static void who_never_reads_is_told_what_was_left_out(void **state)
+{
+    const int deaf = service_bench_connect(&bench);
+    int small = 4096;
+    (void)state;
+    (void)setsockopt(deaf, SOL_SOCKET, SO_RCVBUF, &small, sizeof small);
+    send_line(deaf, "{\"command\":\"stream\",\"rate\":100}");
+    for (int i = 0; i < 20000 && bench.control.clients.client[0].dropped < 100;
+         i++)
+        service_bench_tick(&bench);
+    const uint64_t dropped = bench.control.clients.client[0].dropped;
+    assert_true(dropped >= 100);
+    cJSON *stream = next_with(deaf, "dropped");
+    assert_true(cJSON_GetNumberValue(cJSON_GetObjectItem(stream, "dropped")) >=
+                (double)dropped);
+    cJSON_Delete(stream);
+    assert_int_equal(bench.machine.controller.ticks_lost, 0);
+    close(deaf);
+}
+
+static void a_move_with_events_is_refused(void **state)
+{
+    const int file = service_bench_connect(&bench);
+    (void)state;
+    send_line(file, "{\"command\":\"take\"}");
+    cJSON_Delete(next_with(file, "ok"));
+    send_line(file, "{\"command\":\"load\",\"text\":\"axes: {pan: {curve: "
+                    "s-curve, keys: [[0, 0], [4, 20]]}}\\nevents:\\n  - {line: "
+                    "camera, every: 1 s, from: 500 ms}\\n\"}");
+    cJSON *answer = next_with(file, "ok");
+    compare(answer,
+            "{\"ok\":false,\"error\":\"LIMIT\",\"text\":\"a service plays no "
+            "moves with events, expected one without, or slew run without a "
+            "service\"}");
+    cJSON_Delete(answer);
+    send_line(file, "{\"command\":\"start\",\"times\":0}");
+    answer = next_with(file, "ok");
+    compare(answer, "{\"ok\":false,\"error\":\"EMPTY\"}");
+    cJSON_Delete(answer);
+    close(file);
+}
+
+#define API_TEST(claim) cmocka_unit_test_setup_teardown(claim, up, down)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        API_TEST(the_session_of_the_document_is_as_it_stands_there),
+        API_TEST(who_never_reads_is_told_what_was_left_out),
+        API_TEST(a_move_with_events_is_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,44 @@
+/* tests/firmware/mcu/feed.h - a compiled move as pieces for a board, and what its
+ * run on this machine has sent to the drives.
+ *
+ * The telemetry is that of `slew run RIG MOVE.slt`, whose twelve decimals tell
+ * every Q32.32 from the next. */
+#ifndef TESTS_FIRMWARE_MCU_FEED_H
+#define TESTS_FIRMWARE_MCU_FEED_H
+
+#include "firmware/host/move/job.h"
+#include "firmware/mcu/piece.h"
+
+struct feed_rows {
+    int64_t (*row)[1 + MCU_AXES_MAX]; /* path_ns, then the set points */
+    uint32_t count, capacity;
+};
+
+struct feed {
+    struct job job;
+    unsigned axes;
+    uint32_t move_id;
+    uint32_t sent[MCU_AXES_MAX]; /* segments */
+    struct feed_rows want;
+};
+
+/* 0, or -1 with a line on stderr. */
+int feed_open(struct feed *feed, const char *rig, const char *move,
+              const char *telemetry);
+void feed_close(struct feed *feed);
+
+const char *feed_axis_name(const struct feed *feed, unsigned axis);
+/* Registers of the piece. */
+unsigned feed_put_setup(const struct feed *feed, unsigned axis,
+                        uint16_t piece[MCU_PIECE_MAX]);
+unsigned feed_put_head(const struct feed *feed, unsigned axis,
+                       uint16_t piece[MCU_PIECE_MAX]);
+/* The next piece of an axis, of at most `most` segments; *count: how many.  0:
+ * all have been sent.  The caller adds to sent what was taken. */
+int feed_put_next(const struct feed *feed, unsigned axis, unsigned most,
+                  uint16_t piece[MCU_PIECE_MAX], uint32_t *count);
+
+/* CRC-32 of all set points, as the board computes it of its log. */
+uint32_t feed_crc(const struct feed *feed);
+
+#endif

@@ -1,0 +1,304 @@
+/* tests/firmware/mcu/play.c - play a compiled move on a board and compare every
+ * set point with those of a run on this machine, to the bit.
+ *
+ *     play DEVICE RIG MOVE.slt TELEMETRY.csv [DAMAGED]
+ *
+ * Before every eight pieces so many frames are sent that are damaged.  The
+ * telemetry is as feed.h says.  Status 0: all are equal. */
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "tests/firmware/mcu/damage.h"
+#include "tests/firmware/mcu/feed.h"
+#include "tests/firmware/mcu/master.h"
+
+#define PLAY_PAUSE_NS 20000000
+#define PLAY_BYTE_NS  100000 /* of the line */
+#define PLAY_BATCH    8      /* pieces between two looks at the log */
+
+struct play {
+    struct master master;
+    struct feed feed;
+    uint32_t seen; /* entries of the log that were read one by one */
+    uint64_t wrong;
+    unsigned damaged, damaged_due; /* frames per eight pieces, eighths of one */
+    unsigned damaged_sent;
+    uint16_t state[MCU_STATE_WORDS];
+};
+
+/* --- to the board --------------------------------------------------------- */
+
+static unsigned play_draw(unsigned end)
+{
+    static uint32_t seed = 1;
+
+    seed = seed * 1664525u + 1013904223u;
+    return (unsigned)(((uint64_t)seed * end) >> 32);
+}
+
+static int play_disturb(struct play *play, const uint16_t piece[],
+                        unsigned count)
+{
+    struct hal_modbus_request request = { .unit = 1,
+                                          .function = HAL_MODBUS_WRITE_MANY,
+                                          .address = MCU_AT_PIECE,
+                                          .count = (uint16_t)count };
+
+    memcpy(request.value, piece, count * sizeof *piece);
+    play->damaged_due += play->damaged;
+    for (; play->damaged_due >= 8; play->damaged_due -= 8) {
+        uint8_t frame[DAMAGE_MAX];
+        unsigned length = (unsigned)modbus_rtu_put_request(&request, frame);
+        length = damage_frame(frame, length, play_draw(DAMAGE_KINDS),
+                              play_draw(length));
+        if (write(modbus_get_socket(play->master.line), frame, length) < 0)
+            return -1;
+        play->damaged_sent++;
+        nanosleep(&(struct timespec){ .tv_nsec = PLAY_PAUSE_NS +
+                                                 length * PLAY_BYTE_NS },
+                  NULL);
+        modbus_flush(play->master.line);
+    }
+    return 0;
+}
+
+static int play_send(struct play *play, const uint16_t piece[], unsigned count)
+{
+    enum mcu_piece_result result;
+
+    if (play_disturb(play, piece, count) < 0)
+        return -1;
+    if (master_piece(&play->master, piece, count, &result) < 0)
+        return -1;
+    if (result == MCU_PIECE_E_FULL)
+        return 0;
+    if (mcu_piece_exception(result) == 0)
+        return 1;
+    fprintf(stderr, "a piece was refused: %s\n", mcu_piece_text(result));
+    return -1;
+}
+
+static int play_set_up(struct play *play)
+{
+    for (unsigned i = 0; i < play->feed.axes; i++) {
+        uint16_t piece[MCU_PIECE_MAX];
+        if (play_send(play, piece, feed_put_setup(&play->feed, i, piece)) < 1)
+            return -1;
+    }
+    return 0;
+}
+
+static int play_send_heads(struct play *play)
+{
+    for (unsigned i = 0; i < play->feed.axes; i++) {
+        uint16_t piece[MCU_PIECE_MAX];
+        if (play_send(play, piece, feed_put_head(&play->feed, i, piece)) < 1)
+            return -1;
+    }
+    return 0;
+}
+
+/* The next piece of an axis: 1 sent, 0 nothing to send or no room. */
+static int play_send_next(struct play *play, unsigned axis)
+{
+    uint16_t piece[MCU_PIECE_MAX];
+    uint32_t count;
+    const int words =
+        feed_put_next(&play->feed, axis, MCU_PIECE_SEGMENTS, piece, &count);
+    int sent = words;
+
+    if (words > 0)
+        sent = play_send(play, piece, (unsigned)words);
+    if (sent == 1)
+        play->feed.sent[axis] += count;
+    return sent;
+}
+
+/* Up to so many pieces; how many went. */
+static int play_stream(struct play *play, int most)
+{
+    int done = 0, round;
+
+    do {
+        round = 0;
+        for (unsigned i = 0; i < play->feed.axes; i++) {
+            const int sent = play_send_next(play, i);
+            if (sent < 0)
+                return -1;
+            round += sent;
+        }
+        done += round;
+    } while (round > 0 && done < most);
+    return done;
+}
+
+/* --- from the board ------------------------------------------------------- */
+
+static int play_look(struct play *play)
+{
+    return master_read(&play->master, MCU_AT_STATE, MCU_STATE_WORDS,
+                       play->state);
+}
+
+static int play_await(struct play *play, enum controller_state state)
+{
+    for (int i = 0; i < 1000; i++)
+        if (play_look(play) < 0 || play->state[MCU_STATE_STATE] == state)
+            return play->state[MCU_STATE_STATE] == state ? 0 : -1;
+    fprintf(stderr, "the board is %s, not %s\n",
+            controller_state_text(
+                (enum controller_state)play->state[MCU_STATE_STATE]),
+            controller_state_text(state));
+    return -1;
+}
+
+static void play_compare(struct play *play, uint32_t index,
+                         const uint16_t *entry)
+{
+    const int64_t *want = play->feed.want.row[index];
+
+    for (unsigned i = 0; i <= play->feed.axes; i++) {
+        const int64_t got = (int64_t)mcu_words_get(entry + 4 * i, 4);
+        if (index < play->feed.want.count && got == want[i])
+            continue;
+        if (play->wrong++ < 5)
+            fprintf(stderr,
+                    "entry %" PRIu32 ", %s: %" PRId64 ", not %" PRId64 "\n",
+                    play->seen,
+                    i == 0 ? "path" : feed_axis_name(&play->feed, i - 1), got,
+                    index < play->feed.want.count ? want[i] : 0);
+    }
+    play->seen++;
+}
+
+/* The newest entries, as many as one request takes. */
+static int play_read_log(struct play *play)
+{
+    const unsigned stride = 4 * (1 + play->feed.axes);
+    const uint32_t next =
+        (uint32_t)mcu_words_get(play->state + MCU_STATE_LOG_NEXT, 2);
+    uint32_t count = HAL_MODBUS_READ_MAX / stride;
+    uint16_t value[HAL_MODBUS_READ_MAX];
+
+    if (count > next)
+        count = next;
+    if (count == 0)
+        return 0;
+    if (master_log(&play->master, next - count, count * stride, value) < 0)
+        return -1;
+    for (uint32_t i = 0; i < count; i++)
+        play_compare(play, next - count + i, value + i * stride);
+    return 0;
+}
+
+/* The board says it has what was sent. */
+static int play_check_sent(struct play *play)
+{
+    for (unsigned i = 0; i < play->feed.axes; i++) {
+        uint16_t word[2];
+        if (master_read(&play->master,
+                        MCU_AT_AXIS + i * MCU_AXIS_STEP + MCU_AXIS_NEXT, 2,
+                        word) < 0)
+            return -1;
+        if (mcu_words_get(word, 2) == play->feed.sent[i])
+            continue;
+        fprintf(stderr, "the board has %" PRIu64 " segments, not %" PRIu32 "\n",
+                mcu_words_get(word, 2), play->feed.sent[i]);
+        return -1;
+    }
+    return 0;
+}
+
+/* Every set point that was sent, by the checksum that the board keeps. */
+static int play_check_all(const struct play *play)
+{
+    const uint16_t *state = play->state;
+
+    if (mcu_words_get(state + MCU_STATE_LOG_NEXT, 2) == play->feed.want.count &&
+        mcu_words_get(state + MCU_STATE_LOG_CRC, 2) == feed_crc(&play->feed))
+        return 0;
+    fprintf(stderr, "the checksum of all set points is not that of the run\n");
+    return -1;
+}
+
+static int play_run(struct play *play)
+{
+    if (play_set_up(play) < 0 || play_send_heads(play) < 0 ||
+        play_stream(play, INT32_MAX) < 0 || play_check_sent(play) < 0 ||
+        master_command(&play->master, MCU_COMMAND_ENABLE, 0) < 0 ||
+        play_await(play, CONTROLLER_READY) < 0 ||
+        master_command(&play->master, MCU_COMMAND_START, play->feed.move_id) <
+            0)
+        return -1;
+    do {
+        nanosleep(&(struct timespec){ .tv_nsec = PLAY_PAUSE_NS }, NULL);
+        if (play_stream(play, PLAY_BATCH) < 0 || play_look(play) < 0 ||
+            play_read_log(play) < 0)
+            return -1;
+    } while (play->state[MCU_STATE_STATE] == CONTROLLER_MOVING);
+    if (play_await(play, CONTROLLER_READY) < 0 || play_read_log(play) < 0 ||
+        play_check_sent(play) < 0 || play_check_all(play) < 0)
+        return -1;
+    return master_command(&play->master, MCU_COMMAND_OFF, 0);
+}
+
+/* --- */
+
+static void play_report(const struct play *play, double s)
+{
+    uint64_t segments = 0;
+
+    for (unsigned i = 0; i < play->feed.axes; i++)
+        segments += play->feed.sent[i];
+    printf("%u axes, %" PRIu64 " segments, %" PRIu32
+           " ticks equal by checksum, %" PRIu32 " of them read, %" PRIu64
+           " values differ; %.1f s, %u damaged frames, %u requests repeated, "
+           "%u words of stack never used, %" PRIu64 " ticks lost\n",
+           play->feed.axes, segments, play->feed.want.count, play->seen,
+           play->wrong, s, play->damaged_sent, play->master.repeated,
+           play->state[MCU_STATE_STACK],
+           mcu_words_get(play->state + MCU_STATE_LOST, 2));
+}
+
+static double play_now(void)
+{
+    struct timespec t;
+
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
+}
+
+int main(int argc, char *argv[])
+{
+    static struct play play;
+    double begin;
+    int err;
+
+    if (argc != 5 && argc != 6) {
+        fputs("usage: play DEVICE RIG MOVE.slt TELEMETRY.csv [DAMAGED]\n",
+              stderr);
+        return 2;
+    }
+    if (argc == 6)
+        play.damaged = (unsigned)strtoul(argv[5], NULL, 10);
+    if (feed_open(&play.feed, argv[2], argv[3], argv[4]) < 0 ||
+        master_open(&play.master, argv[1]) < 0)
+        return 2;
+    begin = play_now();
+    err = play_run(&play);
+    if (err < 0 && play_look(&play) == 0)
+        fprintf(stderr, "the board is %s: %s\n",
+                controller_state_text(
+                    (enum controller_state)play.state[MCU_STATE_STATE]),
+                controller_fault_text(
+                    (enum controller_fault)play.state[MCU_STATE_FAULT]));
+    if (err == 0)
+        play_report(&play, play_now() - begin);
+    master_close(&play.master);
+    feed_close(&play.feed);
+    return err < 0 || play.wrong > 0 ? 1 : 0;
+}

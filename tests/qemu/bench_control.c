@@ -1,0 +1,269 @@
+/* tests/qemu/bench_control.c - instructions of one tick of the controller with
+ * six axes, drivers left out: the worst in each state, at many places of a move
+ * that uses all of its limits.  The stop limits are those, or twice as large.
+ * A command counts to the tick that follows it.  Status 1 when a tick takes more
+ * than LIMIT_MOVING where nothing is looked for, or than LIMIT_SEEK.
+ *
+ * Time of QEMU with -icount, as in bench_tick.c, by timer 0 of mps2-an386 (Arm
+ * CMSDK APB timer, 32 bits at 25 MHz: SysTick would wrap). */
+#include "firmware/control/controller.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+#include "tests/qemu/start.h"
+
+#define AXES      6
+#define LEGS      6
+#define PERIOD_NS INT64_C(1000000)
+#define EPISODES  8
+#define UNIT      MOTION_FIXED_ONE_Q32
+
+#define REGISTER(address) (*(volatile uint32_t *)(address))
+#define TIMER_CTRL        REGISTER(0x40000000)
+#define TIMER_VALUE       REGISTER(0x40000004)
+#define TIMER_RELOAD      REGISTER(0x40000008)
+
+#define NOPS   64
+#define NOP_8  "nop\n nop\n nop\n nop\n nop\n nop\n nop\n nop\n "
+#define NOP_64 NOP_8 NOP_8 NOP_8 NOP_8 NOP_8 NOP_8 NOP_8 NOP_8
+
+struct bench_drive {
+    struct hal_drive drive;
+    struct hal_drive_target given;
+    enum hal_drive_state state;
+};
+
+static struct controller controller;
+static struct controller_axis_config axis_config[AXES];
+static struct controller_axis axis[AXES];
+static struct bench_drive drive[AXES];
+static struct motion_segment storage[AXES][LEGS];
+static struct motion_track track[AXES];
+static int64_t now_ns;
+
+static void bench_request(struct hal_drive *self, enum hal_drive_request what)
+{
+    ((struct bench_drive *)self)->state =
+        what == HAL_DRIVE_REQUEST_ENABLE       ? HAL_DRIVE_ENABLED
+        : what == HAL_DRIVE_REQUEST_QUICK_STOP ? HAL_DRIVE_QUICK_STOP
+                                               : HAL_DRIVE_OFF;
+}
+
+static int bench_set(struct hal_drive *self,
+                     const struct hal_drive_target *target)
+{
+    ((struct bench_drive *)self)->given = *target;
+    return MOTION_OK;
+}
+
+static void bench_feedback(struct hal_drive *self,
+                           struct hal_drive_feedback *feedback)
+{
+    const struct bench_drive *own = (struct bench_drive *)self;
+    feedback->state = own->state;
+    feedback->pos_q32 = own->given.pos_q32 - (own->given.vel_q32 >> 9);
+    feedback->t_ns = now_ns - PERIOD_NS;
+    feedback->demand_age_ns = PERIOD_NS;
+    feedback->following = true;
+}
+
+static const struct hal_drive_ops bench_ops = {
+    .request = bench_request,
+    .set_target = bench_set,
+    .feedback = bench_feedback,
+};
+
+static uint32_t bench_now(void)
+{
+    return UINT32_MAX - TIMER_VALUE;
+}
+
+/* A command that takes effect at the next tick. */
+typedef void bench_command(void);
+
+static void bench_none(void)
+{
+}
+
+static void bench_hold(void)
+{
+    (void)controller_hold(&controller);
+}
+
+static void bench_stop(void)
+{
+    controller_stop(&controller);
+}
+
+static void bench_slower(void)
+{
+    (void)controller_override(&controller, MOTION_CLOCK_WARP_ONE_Q30 / 4);
+}
+
+static void bench_fault(void)
+{
+    drive[0].state = HAL_DRIVE_FAULT;
+}
+
+/* Instructions of one tick, and of the command before it. */
+static uint32_t bench_tick(bench_command *command)
+{
+    const uint32_t begin = bench_now();
+    __asm__ volatile(NOP_64);
+    const uint32_t unit = bench_now() - begin;
+    now_ns += PERIOD_NS;
+    const uint32_t start = bench_now();
+    command();
+    controller_step(&controller, now_ns,
+                    (struct hal_fieldbus_worst){ HAL_FIELDBUS_GOOD, 0 });
+    return (uint32_t)((uint64_t)(bench_now() - start) * NOPS / unit);
+}
+
+/* To and fro by a quintic, each axis in another time; its peaks are 1.875 d/T,
+ * 5.774 d/T^2 and 60 d/T^3 (Biagiotti & Melchiorri, 2.1.5), which are the
+ * limits, but for a thousandth. */
+static int bench_axis(unsigned i)
+{
+    const int64_t d = 100 * UNIT, ms = 700 + 130 * (int64_t)i;
+    const int64_t vel = d * 1877 / ms, acc = d / ms * 5780 * 1000 / ms;
+    const int64_t jerk = d / ms * 60060 * 1000 / ms * 1000 / ms;
+    struct motion_state from = { 0 }, to = { 0 };
+    axis_config[i] = (struct controller_axis_config){
+        .pos_min_q32 = -1000 * UNIT,
+        .pos_max_q32 = 1000 * UNIT,
+        .limit = { vel, acc, jerk },
+        .following_floor_q32 = UNIT / 1000,
+        .following_k_ns = 4 * PERIOD_NS,
+        .torque_q32 = UNIT / 10,
+    };
+    motion_track_init(&track[i], storage[i], LEGS, 0);
+    for (int leg = 0; leg < LEGS; leg++) {
+        to.pos_q32 = leg % 2 ? 0 : d;
+        const int err = motion_track_append_quintic(
+            &track[i], ms * (MOTION_FIXED_S_Q12 / 1000), &from, &to);
+        if (err < 0)
+            return err;
+        from = to;
+    }
+    return MOTION_OK;
+}
+
+static int bench_begin(int64_t stop_times)
+{
+    struct hal_drive *drives[AXES];
+    const struct motion_track *tracks[AXES];
+    const struct controller_config config = {
+        .period_ns = PERIOD_NS,
+        .axis_count = AXES,
+        .axis = axis_config,
+    };
+    for (unsigned i = 0; i < AXES; i++) {
+        const struct motion_clock_limit *limit = &axis_config[i].limit;
+        axis_config[i].stop = (struct motion_clock_limit){
+            limit->vel_q32,
+            limit->acc_q32 * stop_times,
+            limit->jerk_q32 * stop_times,
+        };
+        drive[i] = (struct bench_drive){ .drive.ops = &bench_ops };
+        drives[i] = &drive[i].drive;
+        tracks[i] = &track[i];
+    }
+    now_ns = 1000 * PERIOD_NS;
+    if (controller_init(&controller, &config, axis, drives, NULL) < 0)
+        return -1;
+    (void)bench_tick(bench_none);
+    if (controller_enable(&controller) < 0)
+        return -1;
+    (void)bench_tick(bench_none);
+    return controller_start(&controller, tracks, NULL);
+}
+
+static uint32_t most(uint32_t a, uint32_t b)
+{
+    return a > b ? a : b;
+}
+
+/* The worst ticks of all episodes of a kind. */
+struct bench_worst {
+    uint32_t moving; /* before the command */
+    uint32_t request, after, ticks, quick;
+};
+
+static bool bench_is_over(void)
+{
+    return controller.state == CONTROLLER_FAULT ||
+           controller.state == CONTROLLER_READY ||
+           (controller.rate.rate_q30 == 0 &&
+            controller.state == CONTROLLER_HOLDING) ||
+           (controller.state == CONTROLLER_MOVING &&
+            controller.warp.rate1_q30 == controller.wanted_q30 &&
+            controller.rate.rate_q30 == controller.wanted_q30);
+}
+
+/* A move until the command, of some with the rate on its way down or up; then
+ * until it is obeyed. */
+static int bench_episode(unsigned n, int64_t stop_times, bench_command *command,
+                         struct bench_worst *worst)
+{
+    const unsigned until = 40 + n * 111 % 2200;
+    uint32_t ticks = 1;
+    if (bench_begin(stop_times) < 0)
+        return -1;
+    for (unsigned k = 0; k < until; k++) {
+        const bool slows = k + 30 == until && n % 4 == 1;
+        const uint32_t count = bench_tick(slows ? bench_slower : bench_none);
+        if (n % 4 != 1)
+            worst->moving = most(worst->moving, count);
+    }
+    worst->request = most(worst->request, bench_tick(command));
+    for (; !bench_is_over(); ticks++)
+        worst->after = most(worst->after, bench_tick(bench_none));
+    worst->ticks = most(worst->ticks, ticks);
+    worst->quick += controller.reaction == CONTROLLER_REACT_QUICK ? 1 : 0;
+    return MOTION_OK;
+}
+
+static void bench_report(const char *what, uint32_t count)
+{
+    start_print(what);
+    start_print_u32(count);
+    start_print("\n");
+}
+
+/* Over at once: more than its limit. */
+static bool bench_kind(const char *what, int64_t stop_times,
+                       bench_command *command)
+{
+    struct bench_worst worst = { 0 };
+    for (unsigned n = 0; n < EPISODES; n++)
+        if (bench_episode(n, stop_times, command, &worst) < 0)
+            return false;
+    start_print(what);
+    bench_report("    moving          ", worst.moving);
+    bench_report("    with the request ", worst.request);
+    bench_report("    until rest      ", worst.after);
+    bench_report("    ticks of that   ", worst.ticks);
+    bench_report("    quick stops     ", worst.quick);
+    return worst.moving <= LIMIT_MOVING && worst.request <= LIMIT_SEEK &&
+           worst.after <= LIMIT_SEEK;
+}
+
+int main(void)
+{
+    TIMER_RELOAD = UINT32_MAX;
+    TIMER_VALUE = UINT32_MAX;
+    TIMER_CTRL = 1;
+    for (unsigned i = 0; i < AXES; i++)
+        if (bench_axis(i) < 0)
+            return 2;
+    const bool fault =
+        bench_kind("  fault, stop limits twice the limits\n", 2, bench_fault);
+    const bool tight =
+        bench_kind("  fault, stop limits the limits\n", 1, bench_fault);
+    const bool stop = bench_kind("  stop\n", 2, bench_stop);
+    const bool hold = bench_kind("  hold\n", 2, bench_hold);
+    const bool slower = bench_kind("  override\n", 2, bench_slower);
+    if (fault && tight && stop && hold && slower)
+        return 0;
+    start_print("more than a tick may take\n");
+    return 1;
+}
