@@ -69,7 +69,4 @@ int units_parse_fps(const char *text, struct units_fps *fps,
 int units_parse_counts(const char *text, enum units_axis unit, int64_t *num,
                        int64_t *den, char sentence[UNITS_SENTENCE_MAX]);
 
-/* The greatest common divisor, to reduce a quotient. */
-uint64_t units_gcd(uint64_t a, uint64_t b);
-
 #endif

@@ -1,6 +1,7 @@
 /* firmware/host/kind/turn/drive.c - see parts.h. */
 #include "firmware/host/kind/turn/parts.h"
 
+#include "firmware/host/base/decimal.h"
 #include "hal/drive/turn/drive.h"
 
 void rig_axis_turn(const struct rig_axis *axis, int64_t *num, int64_t *den)
@@ -17,7 +18,7 @@ int rig_read_turn(void *reader, const struct yaml_value *value, void *out)
 
     if (rig_read_ratio(reader, value, axis) < 0)
         return -1;
-    same = (int64_t)units_gcd(RIG_TURN_COUNTS, (uint64_t)axis->counts_den);
+    same = (int64_t)decimal_gcd(RIG_TURN_COUNTS, (uint64_t)axis->counts_den);
     axis->counts_den /= same;
     if (axis->counts_den > INT64_MAX / RIG_TURN_COUNTS ||
         axis->counts_num > INT64_MAX / RIG_TURN_COUNTS ||
