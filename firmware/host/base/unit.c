@@ -1,7 +1,6 @@
 /* firmware/host/base/unit.c - see unit.h. */
 #include "firmware/host/base/unit.h"
 
-#include <assert.h>
 #include <string.h>
 
 #include "firmware/host/base/array.h"
@@ -116,8 +115,8 @@ unsigned unit_spellings(enum unit_family family,
 {
     unsigned count = 0;
 
-    static_assert(ARRAY_LEN(unit_table) <= UNIT_SPELLINGS_MAX,
-                  "all may be of one family");
+    _Static_assert(ARRAY_LEN(unit_table) <= UNIT_SPELLINGS_MAX,
+                   "all may be of one family");
     for (size_t i = 0; i < ARRAY_LEN(unit_table); i++)
         if (unit_table[i].family == family && unit_table[i].per_s == 0)
             spelling[count++] = unit_table[i].spelling;

@@ -1,7 +1,7 @@
 /* firmware/host/move/move_load.h - what the readers of move.yaml share.
  *
- * move_load.c reads the move and its keyed axes; one file each for the other
- * rooms: _path, _law (speed), _camera, _orient, _blend (poses), _other (layers, fade,
+ * move_load.c reads the move as a whole; one file each for its parts: _axis
+ * (keyed axes), _key, _path, _law (speed), _camera, _orient, _blend (poses), _other (layers, fade,
  * warp), _event, _shoot.  Functions return 0, or -1 with the sentence written. */
 #ifndef FIRMWARE_HOST_MOVE_MOVE_LOAD_H
 #define FIRMWARE_HOST_MOVE_MOVE_LOAD_H
@@ -49,6 +49,9 @@ int move_load_as(const struct files *files, const char *path, bool is_guest,
 /* A guest drives axes, no more: of a field that goes with the whole. */
 int move_refuse_guest(const struct move_reader *reader,
                       const struct yaml_value *value);
+
+/* --- move_load_axis.c ----------------------------------------------------- */
+
 /* Keyed axes into reader->move. */
 int move_read_axes(void *reader, const struct yaml_value *value, void *out);
 
@@ -81,6 +84,31 @@ int move_read_ratio(const struct move_reader *reader,
 int move_read_ease_list(const struct move_reader *reader,
                         const struct yaml_value *value, int64_t *k1_q32,
                         int64_t *k2_q32);
+
+/* A time, not negative; [tension, continuity, bias], -1 .. 1 each. */
+int move_parse_blend(const struct move_reader *self,
+                     const struct yaml_value *value, int64_t *out);
+int move_parse_tcb(const struct move_reader *self,
+                   const struct yaml_value *value,
+                   struct motion_spline_kochanek *shape);
+
+/* "is not used by curve ...". */
+int move_refuse_use(const struct yaml_value *value,
+                    const struct plan_curve_rules *rules);
+
+extern const struct yaml_shape move_axis_shape, move_end_shape;
+
+/* --- move_load_key.c ------------------------------------------------------ */
+
+/* Into the struct plan_axis that is being read; on the heap, also after a
+ * refusal. */
+int move_read_keys(void *reader, const struct yaml_value *value, void *out);
+
+/* The curves of the spans that end and start at the key being read. */
+const struct plan_curve_rules *move_before(const struct move_reader *self);
+const struct plan_curve_rules *move_after(const struct move_reader *self);
+
+extern const struct yaml_shape move_key_shape;
 
 /* --- move_load_path.c ----------------------------------------------------- */
 
@@ -198,6 +226,10 @@ int move_read_shoot(void *reader, const struct yaml_value *value, void *out);
 extern const struct yaml_shape move_shoot_shape;
 extern const char *const move_shoot_modes[PLAN_SHOOT_MODES];
 
+#define MOVE_CURVES (PLAN_CURVE_BEZIER + 1)
+#define MOVE_ENDS   (MOTION_SPLINE_PERIODIC + 1)
+extern const char *const move_curves[MOVE_CURVES];
+extern const char *const move_ends[MOVE_ENDS];
 #define MOVE_ALONGS      3
 #define MOVE_AHEAD_ENDS  3
 #define MOVE_DWELL_EASES 2
@@ -215,14 +247,6 @@ extern const char *const move_path_curves[MOVE_PATH_CURVES];
 extern const char *const move_spacings[MOVE_SPACINGS];
 extern const char *const move_laws[MOVE_LAWS];
 extern const char *const move_ramps[MOVE_RAMPS];
-
-/* The curves of the spans that end and start at the key being read. */
-const struct plan_curve_rules *move_before(const struct move_reader *self);
-const struct plan_curve_rules *move_after(const struct move_reader *self);
-
-/* "is not used by curve ...". */
-int move_refuse_use(const struct yaml_value *value,
-                    const struct plan_curve_rules *rules);
 
 /* --- move_load_bezier.c --------------------------------------------------- */
 
