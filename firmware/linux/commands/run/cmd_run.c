@@ -1,32 +1,26 @@
 /* firmware/linux/commands/run/cmd_run.c - slew run: say what will happen, check,
  * move, report. */
-#include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
 
 #include "firmware/host/base/memory.h"
 #include "firmware/host/base/number.h"
-#include "firmware/host/base/table.h"
-#include "firmware/host/base/wall_time.h"
 #include "firmware/host/move/budget.h"
 #include "firmware/host/move/compiled.h"
 #include "firmware/host/move/job.h"
-#include "firmware/host/rig/modbus_budget.h"
 #include "firmware/linux/base/disk.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/base/interrupt.h"
-#include "firmware/linux/base/json_print.h"
 #include "firmware/linux/base/output.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/picture.h"
 #include "firmware/linux/commands/planning.h"
 #include "firmware/linux/commands/run/live.h"
+#include "firmware/linux/commands/run/run_intent.h"
 #include "firmware/linux/commands/run/run_service.h"
+#include "firmware/linux/commands/run/run_when.h"
 #include "firmware/linux/machine/modbus_record.h"
 #include "firmware/linux/machine/player.h"
-#include "motion/core/clock_warp.h"
-#include "motion/core/fixed.h"
 
 #define CMD_RUN_RESUME_NS INT64_C(1000000000) /* when not given */
 
@@ -34,11 +28,7 @@
  * live. */
 struct cmd_run {
     const struct options *options;
-    int64_t rate_q30;
-    int64_t hold_at_ns; /* -1: never */
-    int64_t at_ns;      /* of the wall clock; 0: at once */
-    int start_line;     /* of the rig; -1: none */
-    int64_t from_ns_q12, times;
+    struct run_when when;
     struct job job;
     struct live live;
     struct player player;
@@ -58,178 +48,14 @@ struct cmd_run {
     struct machine_fault faults;
 };
 
-/* --- what will happen --- */
-
-static void cmd_run_margin(struct table *table, const struct cmd_run *self,
-                           unsigned axis, enum motion_quantity quantity)
-{
-    struct plan_limit limit;
-    job_limit_at(&job_rig_axis(&self->job, axis)->limit, self->rate_q30,
-                 &limit);
-    int64_t most = job_limit_of(&limit, quantity);
-    int64_t peak = job_peak(&self->job.track[axis], quantity, NULL);
-    if (most == 0)
-        table_cell(table, "no limit");
-    else
-        table_cell(table, "%d %%", (int)number_percent(peak, most));
-}
-
-static void cmd_run_intent_row(struct table *table, const struct cmd_run *self,
-                               unsigned i)
-{
-    const struct motion_track *track = &self->job.track[i];
-    const struct rig_axis *rig = job_rig_axis(&self->job, i);
-    struct motion_sample first;
-    struct motion_cursor cursor = { 0 };
-    char text[NUMBER_MAX];
-    motion_track_sample(track, &cursor, 0, &first);
-    table_cell(table, "%s", rig->name);
-    number_short(text, first.pos_q32, 32);
-    table_cell(table, "%s", text);
-    number_short(text, track->end.pos_q32, 32);
-    table_cell(table, "%s", text);
-    table_cell(table, "%s", units_axis_text(rig->unit));
-    const struct plan_axis *axis = &self->job.move.axis[i];
-    if (self->job.compiled != NULL)
-        table_cell(table, "%u", self->job.compiled->file.axis[i].keys);
-    else if (axis->driver == PLAN_BY_KEYS)
-        table_cell(table, "%u", axis->key_count);
-    else
-        table_cell(table, "-");
-    cmd_run_margin(table, self, i, MOTION_VEL);
-    cmd_run_margin(table, self, i, MOTION_ACC);
-    cmd_run_margin(table, self, i, MOTION_JERK);
-    table_cell(table, "%s", self->job.rig.bus[rig->bus].name);
-    table_cell(table, "%u", rig->node_id);
-}
-
-static void cmd_run_intent_table(const struct cmd_run *self)
-{
-    static const char *const head[] = {
-        "<axis",     ">from",         ">to",   "<unit", ">keys",
-        ">velocity", ">acceleration", ">jerk", "<bus",  ">node",
-    };
-    struct table table;
-    table_init(&table, 10, head);
-    for (unsigned i = 0; i < self->job.move.axis_count; i++)
-        cmd_run_intent_row(&table, self, i);
-    table_print(&table, stdout);
-    table_free(&table);
-}
-
-/* At the override; saturates. */
-static int64_t cmd_run_duration(const struct cmd_run *self)
-{
-    int64_t dur_ns_q12;
-    if (motion_fixed_muldiv(self->job.end_ns_q12, MOTION_CLOCK_WARP_ONE_Q30,
-                            self->rate_q30, &dur_ns_q12) < 0)
-        return INT64_MAX;
-    return dur_ns_q12;
-}
-
-static const char *cmd_run_drives(const struct cmd_run *self)
-{
-    if (self->options->real)
-        return "REAL drives";
-    if (self->options->pty)
-        return "simulated drives in real time, Modbus by libmodbus";
-    return self->options->realtime ? "simulated drives in real time"
-                                   : "simulated drives in virtual time";
-}
-
-static void cmd_run_port(const struct rig_bus *bus)
-{
-    if (bus->kind == RIG_MODBUS_TCP)
-        printf(", %s port %u", bus->modbus.host, bus->modbus.port);
-    else if (bus->kind == RIG_MODBUS_RTU)
-        printf(", %s", bus->modbus.device);
-    else
-        printf(", interface %s",
-               bus->interface[0] != 0 ? bus->interface : "not given");
-}
-
-static void cmd_run_bus(const struct cmd_run *self, unsigned i)
-{
-    const struct rig_bus *bus = &self->job.rig.bus[i];
-    struct budget budget;
-    budget_of(&self->job.rig, i, NULL, &budget);
-    printf("%s: %u kbit/s, at most %.1f %% in use", bus->name,
-           bus->bit_rate / 1000, 100 * budget.most);
-    if (self->options->real)
-        cmd_run_port(bus);
-    putchar('\n');
-    if (!rig_bus_is_can(bus))
-        modbus_budget_print(&self->job.rig, i, stdout);
-}
-
-/* Where it begins, and how often it is played. */
-static void cmd_run_intent_plays(const struct cmd_run *self)
-{
-    char from[NUMBER_MAX];
-    number_seconds(from, self->from_ns_q12);
-    if (self->from_ns_q12 > 0)
-        printf("first every axis goes to where it is at %s s of the move, at a "
-               "quarter of its limits\n",
-               from);
-    else
-        fputs("first every axis goes to its first key at a quarter of its "
-              "limits\n",
-              stdout);
-    if (self->times < 0)
-        fputs("the move is played until it is stopped", stdout);
-    else if (self->times > 1)
-        printf("the move is played %" PRId64 " times", self->times);
-    if (self->times != 1)
-        puts(self->options->ping_pong ? ", every second time in reverse" : "");
-}
-
-static void cmd_run_intent(const struct cmd_run *self)
-{
-    const struct job *job = &self->job;
-    char duration[NUMBER_MAX], period[NUMBER_MAX], percent[NUMBER_MAX];
-    number_seconds(duration, cmd_run_duration(self));
-    number_short(percent, 100 * self->rate_q30, 30);
-    number_short(period, job->rig.period_ns * 4096 / 1000000, 12);
-    printf("%s%s%s\n", job->move.title, job->move.title[0] ? " - " : "",
-           job->rig.title);
-    printf("%u %s, %s s at %s %% speed, a set point every %s ms, %s\n\n",
-           job->move.axis_count,
-           number_word(job->move.axis_count, "axis", "axes"), duration, percent,
-           period, cmd_run_drives(self));
-    cmd_run_intent_table(self);
-    fputs("\nlimits: how much of each the move uses at its peak\n", stdout);
-    for (unsigned i = 0; i < job->rig.bus_count; i++)
-        cmd_run_bus(self, i);
-    shots_plan_print(job, stdout);
-    cmd_run_intent_plays(self);
-    if (self->at_ns != 0)
-        printf("there it waits until %s\n", self->options->at);
-    if (self->start_line >= 0)
-        printf("there it waits for %s\n", self->options->on_edge);
-    fflush(stdout);
-}
-
-static void cmd_run_intent_json(const struct cmd_run *self, enum status status)
-{
-    const struct job *job = &self->job;
-    cJSON *report = cJSON_CreateObject();
-    cJSON_AddBoolToObject(report, "ok", status == STATUS_OK);
-    cJSON_AddStringToObject(report, "title", job->move.title);
-    cJSON_AddNumberToObject(report, "duration_s",
-                            number_double(cmd_run_duration(self), 12) / 1e9);
-    job_json_violations(job, report);
-    budget_json(&job->rig, NULL, report);
-    json_print(report, stdout);
-}
-
 /* --- may it happen? --- */
 
 static enum status cmd_run_check(struct cmd_run *self)
 {
-    job_check(&self->job, self->rate_q30);
+    job_check(&self->job, self->when.rate_q30);
     if (self->job.violation_count > 0) {
         if (self->options->json)
-            cmd_run_intent_json(self, STATUS_REFUSED);
+            run_intent_json(&self->when, STATUS_REFUSED);
         else
             job_print_violations(&self->job, stdout);
         fflush(stdout);
@@ -238,7 +64,7 @@ static enum status cmd_run_check(struct cmd_run *self)
                   number_word(self->job.violation_count, "", "s"));
         return STATUS_REFUSED;
     }
-    if (!shots_check(&self->job, self->rate_q30))
+    if (!shots_check(&self->job, self->when.rate_q30))
         return STATUS_REFUSED;
     const bool fits = budget_check(&self->job);
     error_tell(&self->job.messages);
@@ -288,169 +114,6 @@ static enum status cmd_run_build(struct cmd_run *self)
     return status;
 }
 
-/* Of the move, in seconds, frames or timecode of it, before its end. */
-static enum status cmd_run_time(const struct cmd_run *self, const char *option,
-                                const char *text, int64_t *t_ns_q12)
-{
-    const struct units_context units = {
-        .fps = { self->job.move.fps_num, self->job.move.fps_den },
-    };
-    char sentence[UNITS_SENTENCE_MAX], end[NUMBER_MAX];
-    if (units_parse(text, UNITS_TIME, &units, t_ns_q12, sentence) < 0) {
-        error_say("slew run: %s: %s", option, sentence);
-        return STATUS_INPUT;
-    }
-    if (*t_ns_q12 >= 0 && *t_ns_q12 < self->job.end_ns_q12)
-        return STATUS_OK;
-    number_seconds(end, self->job.end_ns_q12);
-    error_say("slew run: %s: '%s' is not within the move, expected a "
-              "move time from 0 s to before its end at %s s",
-              option, text, end);
-    return STATUS_INPUT;
-}
-
-/* Nowhere but within the move is there anything to hold. */
-static enum status cmd_run_hold(struct cmd_run *self)
-{
-    const struct options *options = self->options;
-    int64_t t_ns_q12;
-    self->hold_at_ns = -1;
-    if (options->hold_at == NULL && options->resume_after_ns < 0)
-        return STATUS_OK;
-    if (options->hold_at == NULL) {
-        error_say("slew run: --resume-after is for a hold, expected --hold-at "
-                  "TIME with it");
-        return STATUS_INPUT;
-    }
-    const enum status status =
-        cmd_run_time(self, "--hold-at", options->hold_at, &t_ns_q12);
-    if (status != STATUS_OK)
-        return status;
-    if (t_ns_q12 < self->from_ns_q12) {
-        error_say("slew run: --hold-at %s is before --from %s, expected a time "
-                  "after it",
-                  options->hold_at, options->from);
-        return STATUS_INPUT;
-    }
-    self->hold_at_ns = t_ns_q12 / MOTION_FIXED_NS_Q12;
-    return STATUS_OK;
-}
-
-/* Why the move cannot be played but once and from its start; NULL: it can. */
-static const char *cmd_run_only_whole(const struct cmd_run *self)
-{
-    const struct job *job = &self->job;
-    if (job->compiled != NULL)
-        return "a compiled move is read from its start to its end, expected "
-               "the move file itself";
-    for (unsigned i = 0; job->shots != NULL && i < job->rig.line_count; i++)
-        if (job->shots[i].count > 0)
-            return "the move has events, whose times are those of one play "
-                   "from its start, expected a move without them";
-    return NULL;
-}
-
-static bool cmd_run_is_on_clock(const struct options *options)
-{
-    return options->realtime || options->real || options->pty;
-}
-
-static enum status cmd_run_refuse(const char *option, const char *why)
-{
-    error_say("slew run: %s: %s", option, why);
-    return STATUS_INPUT;
-}
-
-/* A time of the wall clock that is to come; it is no time where the clock is
- * virtual. */
-static enum status cmd_run_at(struct cmd_run *self)
-{
-    const struct options *options = self->options;
-    struct timespec now;
-    if (options->at == NULL)
-        return STATUS_OK;
-    const char *wrong = wall_time_parse(options->at, &self->at_ns);
-    if (wrong != NULL) {
-        error_say("slew run: --at: '%s' %s, expected a time such as "
-                  "2026-11-23T21:00:00.5Z or 2026-11-23T22:00:00+01:00",
-                  options->at, wrong);
-        return STATUS_INPUT;
-    }
-    if (!options->real && !options->realtime && !options->pty) {
-        error_say("slew run: --at is a time of the wall clock, expected --real "
-                  "or --realtime with it");
-        return STATUS_INPUT;
-    }
-    clock_gettime(CLOCK_REALTIME, &now); /* cannot fail for this clock */
-    if (self->at_ns / INT64_C(1000000000) > now.tv_sec)
-        return STATUS_OK;
-    error_say("slew run: --at: %s is over, expected a time to come",
-              options->at);
-    return STATUS_INPUT;
-}
-
-/* A line of kind start; where it is simulated, one with pulses. */
-static enum status cmd_run_on_edge(struct cmd_run *self)
-{
-    const struct options *options = self->options;
-    const struct rig *rig = &self->job.rig;
-    self->start_line = -1;
-    if (options->on_edge == NULL)
-        return STATUS_OK;
-    if (options->at != NULL) {
-        error_say("slew run: --on-edge and --at are two starts, expected one "
-                  "of them");
-        return STATUS_INPUT;
-    }
-    for (uint32_t i = 0; i < rig->line_count; i++)
-        if (rig->line[i].kind == RIG_LINE_START &&
-            strcmp(rig->line[i].name, options->on_edge) == 0)
-            self->start_line = (int)i;
-    if (self->start_line < 0)
-        error_say("slew run: --on-edge: '%.40s' is not a line of this rig of "
-                  "kind start, expected the name of one",
-                  options->on_edge);
-    else if (!options->real && rig->line[self->start_line].sim_every_ns == 0)
-        error_say("slew run: --on-edge: the simulated line %s has no pulses, "
-                  "expected sim: TIME in the rig, or --real",
-                  options->on_edge);
-    else
-        return STATUS_OK;
-    return STATUS_INPUT;
-}
-
-/* Where it begins, and how often. */
-static enum status cmd_run_plays(struct cmd_run *self)
-{
-    const struct options *options = self->options;
-    const bool repeats =
-        options->ping_pong || (options->loop >= 0 && options->loop != 1);
-    const char *why = cmd_run_only_whole(self);
-    self->times = options->loop == 0   ? -1
-                  : options->loop > 0  ? options->loop
-                  : options->ping_pong ? 2
-                                       : 1;
-    if (options->from != NULL && why != NULL)
-        return cmd_run_refuse("--from", why);
-    if (repeats && why != NULL)
-        return cmd_run_refuse(options->ping_pong ? "--ping-pong" : "--loop",
-                              why);
-    if (options->loop == 0 && !cmd_run_is_on_clock(options))
-        return cmd_run_refuse("--loop 0", "in virtual time it would not end, "
-                                          "expected --realtime or --real "
-                                          "with it");
-    for (unsigned i = 0; options->ping_pong && i < self->job.move.axis_count;
-         i++)
-        if (job_runs_by_drive_profile(&self->job, i))
-            return cmd_run_refuse(
-                "--ping-pong",
-                "an axis goes by its drive's profile, which is not the same in "
-                "reverse, expected --loop");
-    return options->from == NULL ? STATUS_OK
-                                 : cmd_run_time(self, "--from", options->from,
-                                                &self->from_ns_q12);
-}
-
 /* What goes wrong is simulated: on the wires and servos of virtual time or of
  * the clock, and nowhere else. */
 static enum status cmd_run_faults(struct cmd_run *self)
@@ -459,12 +122,13 @@ static enum status cmd_run_faults(struct cmd_run *self)
     char message[YAML_MESSAGE_MAX];
     if (options->faults == NULL)
         return STATUS_OK;
-    if (options->real || options->pty)
-        return cmd_run_refuse(
-            "--faults", options->real ? "is for simulated drives, expected it "
-                                        "without --real"
-                                      : "is for simulated buses, expected it "
-                                        "without --pty");
+    if (options->real || options->pty) {
+        error_say("slew run: --faults: %s",
+                  options->real
+                      ? "is for simulated drives, expected it without --real"
+                      : "is for simulated buses, expected it without --pty");
+        return STATUS_INPUT;
+    }
     if (fault_script_load(&disk_files, options->faults, &self->job.rig,
                           &self->script, message) == 0)
         return STATUS_OK;
@@ -485,7 +149,7 @@ static enum status cmd_run_window(const struct cmd_run *self)
         track[job->rig_axis[i]] = &job->track[i];
     const int64_t need_ns_q12 =
         2 * controller_reserve_ns_q12(&self->live.machine.controller, track,
-                                      self->rate_q30);
+                                      self->when.rate_q30);
     if (job->compiled->least_ns_q12 >= need_ns_q12)
         return STATUS_OK;
     number_seconds(least, job->compiled->least_ns_q12);
@@ -559,17 +223,18 @@ static enum status cmd_run_play(struct cmd_run *self)
 {
     const struct options *options = self->options;
     struct player_config config = {
-        .realtime = cmd_run_is_on_clock(options),
+        .realtime = run_when_is_on_clock(options),
         .patient = options->real,
-        .override_q30 = self->rate_q30,
-        .from_ns_q12 = self->from_ns_q12,
-        .times = self->times,
+        .override_q30 = self->when.rate_q30,
+        .from_ns_q12 = self->when.from_ns_q12,
+        .times = self->when.times,
         .is_ping_pong = options->ping_pong,
-        .hold_at_ns = self->hold_at_ns,
-        .start_wall_ns = self->at_ns,
-        .start_line = self->start_line < 0
-                          ? NULL
-                          : &self->live.machine.input[self->start_line].gpio,
+        .hold_at_ns = self->when.hold_at_ns,
+        .start_wall_ns = self->when.at_ns,
+        .start_line =
+            self->when.start_line < 0
+                ? NULL
+                : &self->live.machine.input[self->when.start_line].gpio,
         .resume_after_ns = options->resume_after_ns < 0
                                ? CMD_RUN_RESUME_NS
                                : options->resume_after_ns,
@@ -577,7 +242,7 @@ static enum status cmd_run_play(struct cmd_run *self)
     config.faults = options->faults != NULL ? &self->faults : NULL;
     const bool has_keys =
         config.realtime && !options->json &&
-        run_keys_begin(&self->keys, &self->job, self->rate_q30);
+        run_keys_begin(&self->keys, &self->job, self->when.rate_q30);
     const struct player_observer observer = {
         .telemetry = options->telemetry != NULL ? &self->telemetry : NULL,
         .record = options->record != NULL ? &self->run_record : NULL,
@@ -693,7 +358,7 @@ static enum status cmd_run_dry(struct cmd_run *self)
     if (status == STATUS_OK && self->options->real)
         status = cmd_run_window(self);
     if (self->options->json)
-        cmd_run_intent_json(self, status);
+        run_intent_json(&self->when, status);
     return status;
 }
 
@@ -707,19 +372,13 @@ static enum status cmd_run_job(struct cmd_run *self)
     status = live_use(&self->live, options, &self->job.rig);
     if (status != STATUS_OK)
         return status;
-    status = cmd_run_plays(self);
-    if (status == STATUS_OK)
-        status = cmd_run_hold(self);
-    if (status == STATUS_OK)
-        status = cmd_run_at(self);
-    if (status == STATUS_OK)
-        status = cmd_run_on_edge(self);
+    status = run_when_read(&self->when, options, &self->job);
     if (status == STATUS_OK)
         status = cmd_run_faults(self);
     if (status != STATUS_OK)
         return status;
     if (!options->json)
-        cmd_run_intent(self);
+        run_intent_print(&self->when);
     status = cmd_run_check(self);
     if (status != STATUS_OK)
         return status;
@@ -752,7 +411,6 @@ static enum status cmd_run_run(const struct options *options)
         return served;
     struct cmd_run *self = memory_new(1, sizeof *self);
     self->options = options;
-    self->rate_q30 = options->override_q30;
     enum status status = cmd_run_job(self);
     output_abandon(&self->csv);
     output_abandon(&self->frames);

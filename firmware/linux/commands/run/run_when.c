@@ -1,0 +1,190 @@
+/* firmware/linux/commands/run/run_when.c - see run_when.h. */
+#include "firmware/linux/commands/run/run_when.h"
+
+#include <string.h>
+#include <time.h>
+
+#include "firmware/host/base/number.h"
+#include "firmware/host/base/wall_time.h"
+#include "firmware/linux/base/error.h"
+#include "motion/core/fixed.h"
+
+/* Of the move, in seconds, frames or timecode of it, before its end. */
+static enum status run_when_time(const struct run_when *self,
+                                 const char *option, const char *text,
+                                 int64_t *t_ns_q12)
+{
+    const struct units_context units = {
+        .fps = { self->job->move.fps_num, self->job->move.fps_den },
+    };
+    char sentence[UNITS_SENTENCE_MAX], end[NUMBER_MAX];
+    if (units_parse(text, UNITS_TIME, &units, t_ns_q12, sentence) < 0) {
+        error_say("slew run: %s: %s", option, sentence);
+        return STATUS_INPUT;
+    }
+    if (*t_ns_q12 >= 0 && *t_ns_q12 < self->job->end_ns_q12)
+        return STATUS_OK;
+    number_seconds(end, self->job->end_ns_q12);
+    error_say("slew run: %s: '%s' is not within the move, expected a "
+              "move time from 0 s to before its end at %s s",
+              option, text, end);
+    return STATUS_INPUT;
+}
+
+/* Nowhere but within the move is there anything to hold. */
+static enum status run_when_hold(struct run_when *self)
+{
+    const struct options *options = self->options;
+    int64_t t_ns_q12;
+    self->hold_at_ns = -1;
+    if (options->hold_at == NULL && options->resume_after_ns < 0)
+        return STATUS_OK;
+    if (options->hold_at == NULL) {
+        error_say("slew run: --resume-after is for a hold, expected --hold-at "
+                  "TIME with it");
+        return STATUS_INPUT;
+    }
+    const enum status status =
+        run_when_time(self, "--hold-at", options->hold_at, &t_ns_q12);
+    if (status != STATUS_OK)
+        return status;
+    if (t_ns_q12 < self->from_ns_q12) {
+        error_say("slew run: --hold-at %s is before --from %s, expected a time "
+                  "after it",
+                  options->hold_at, options->from);
+        return STATUS_INPUT;
+    }
+    self->hold_at_ns = t_ns_q12 / MOTION_FIXED_NS_Q12;
+    return STATUS_OK;
+}
+
+/* Why the move cannot be played but once and from its start; NULL: it can. */
+static const char *run_when_only_whole(const struct run_when *self)
+{
+    const struct job *job = self->job;
+    if (job->compiled != NULL)
+        return "a compiled move is read from its start to its end, expected "
+               "the move file itself";
+    for (unsigned i = 0; job->shots != NULL && i < job->rig.line_count; i++)
+        if (job->shots[i].count > 0)
+            return "the move has events, whose times are those of one play "
+                   "from its start, expected a move without them";
+    return NULL;
+}
+
+bool run_when_is_on_clock(const struct options *options)
+{
+    return options->realtime || options->real || options->pty;
+}
+
+static enum status run_when_refuse(const char *option, const char *why)
+{
+    error_say("slew run: %s: %s", option, why);
+    return STATUS_INPUT;
+}
+
+/* A time of the wall clock that is to come; it is no time where the clock is
+ * virtual. */
+static enum status run_when_at(struct run_when *self)
+{
+    const struct options *options = self->options;
+    struct timespec now;
+    if (options->at == NULL)
+        return STATUS_OK;
+    const char *wrong = wall_time_parse(options->at, &self->at_ns);
+    if (wrong != NULL) {
+        error_say("slew run: --at: '%s' %s, expected a time such as "
+                  "2026-11-23T21:00:00.5Z or 2026-11-23T22:00:00+01:00",
+                  options->at, wrong);
+        return STATUS_INPUT;
+    }
+    if (!run_when_is_on_clock(options)) {
+        error_say("slew run: --at is a time of the wall clock, expected --real "
+                  "or --realtime with it");
+        return STATUS_INPUT;
+    }
+    clock_gettime(CLOCK_REALTIME, &now); /* cannot fail for this clock */
+    if (self->at_ns / INT64_C(1000000000) > now.tv_sec)
+        return STATUS_OK;
+    error_say("slew run: --at: %s is over, expected a time to come",
+              options->at);
+    return STATUS_INPUT;
+}
+
+/* A line of kind start; where it is simulated, one with pulses. */
+static enum status run_when_on_edge(struct run_when *self)
+{
+    const struct options *options = self->options;
+    const struct rig *rig = &self->job->rig;
+    self->start_line = -1;
+    if (options->on_edge == NULL)
+        return STATUS_OK;
+    if (options->at != NULL) {
+        error_say("slew run: --on-edge and --at are two starts, expected one "
+                  "of them");
+        return STATUS_INPUT;
+    }
+    for (uint32_t i = 0; i < rig->line_count; i++)
+        if (rig->line[i].kind == RIG_LINE_START &&
+            strcmp(rig->line[i].name, options->on_edge) == 0)
+            self->start_line = (int)i;
+    if (self->start_line < 0)
+        error_say("slew run: --on-edge: '%.40s' is not a line of this rig of "
+                  "kind start, expected the name of one",
+                  options->on_edge);
+    else if (!options->real && rig->line[self->start_line].sim_every_ns == 0)
+        error_say("slew run: --on-edge: the simulated line %s has no pulses, "
+                  "expected sim: TIME in the rig, or --real",
+                  options->on_edge);
+    else
+        return STATUS_OK;
+    return STATUS_INPUT;
+}
+
+/* Where it begins, and how often. */
+static enum status run_when_plays(struct run_when *self)
+{
+    const struct options *options = self->options;
+    const bool repeats =
+        options->ping_pong || (options->loop >= 0 && options->loop != 1);
+    const char *why = run_when_only_whole(self);
+    self->times = options->loop == 0   ? -1
+                  : options->loop > 0  ? options->loop
+                  : options->ping_pong ? 2
+                                       : 1;
+    if (options->from != NULL && why != NULL)
+        return run_when_refuse("--from", why);
+    if (repeats && why != NULL)
+        return run_when_refuse(options->ping_pong ? "--ping-pong" : "--loop",
+                               why);
+    if (options->loop == 0 && !run_when_is_on_clock(options))
+        return run_when_refuse("--loop 0", "in virtual time it would not end, "
+                                           "expected --realtime or --real "
+                                           "with it");
+    for (unsigned i = 0; options->ping_pong && i < self->job->move.axis_count;
+         i++)
+        if (job_runs_by_drive_profile(self->job, i))
+            return run_when_refuse(
+                "--ping-pong",
+                "an axis goes by its drive's profile, which is not the same in "
+                "reverse, expected --loop");
+    return options->from == NULL ? STATUS_OK
+                                 : run_when_time(self, "--from", options->from,
+                                                 &self->from_ns_q12);
+}
+
+enum status run_when_read(struct run_when *self, const struct options *options,
+                          const struct job *job)
+{
+    self->options = options;
+    self->job = job;
+    self->rate_q30 = options->override_q30;
+    enum status status = run_when_plays(self);
+    if (status == STATUS_OK)
+        status = run_when_hold(self);
+    if (status == STATUS_OK)
+        status = run_when_at(self);
+    if (status == STATUS_OK)
+        status = run_when_on_edge(self);
+    return status;
+}
