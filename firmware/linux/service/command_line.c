@@ -1,0 +1,168 @@
+/* firmware/linux/service/command_line.c - see command_line.h. */
+#include "firmware/linux/service/command_line.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "firmware/host/base/array.h"
+#include "motion/core/err.h"
+
+#define COMMAND_VALUE_MAX 1e9
+
+/* --- answers --- */
+
+cJSON *command_line_object(const char *id, bool ok)
+{
+    cJSON *object = cJSON_CreateObject();
+    if (id[0] != '\0')
+        cJSON_AddRawToObject(object, "id", id);
+    cJSON_AddBoolToObject(object, "ok", ok);
+    return object;
+}
+
+void command_line_answer(struct service_client *client, cJSON *object)
+{
+    (void)service_client_answer(client, object);
+}
+
+void command_line_done(const struct command_line *self)
+{
+    command_line_answer(self->client, command_line_object(self->id, true));
+}
+
+void command_line_fail(struct service_client *client, const char *id,
+                       const char *error, const char *text)
+{
+    cJSON *object = command_line_object(id, false);
+    cJSON_AddStringToObject(object, "error", error);
+    cJSON_AddStringToObject(object, "text", text);
+    command_line_answer(client, object);
+}
+
+void command_line_refuse(const struct command_line *self, const char *error,
+                         const char *text)
+{
+    command_line_fail(self->client, self->id, error, text);
+}
+
+const char *command_line_error(int err)
+{
+    static const char *const name[] = {
+#define COMMAND_ERROR(name, value, text) [-(value)] = #name,
+        MOTION_ERR_LIST(COMMAND_ERROR)
+#undef COMMAND_ERROR
+    };
+    const size_t at = (size_t)-err;
+    return at < ARRAY_LEN(name) && name[at] != NULL
+               ? name[at] + sizeof "MOTION_E_" - 1
+               : "UNKNOWN";
+}
+
+/* --- members of a request --- */
+
+const cJSON *command_line_member(const struct command_line *self,
+                                 const char *name)
+{
+    return cJSON_GetObjectItemCaseSensitive(self->request, name);
+}
+
+bool command_line_number(const struct command_line *self, const char *name,
+                         double low, double high, double otherwise,
+                         double *value)
+{
+    const cJSON *item = command_line_member(self, name);
+    char text[128];
+    *value = item == NULL ? otherwise : cJSON_GetNumberValue(item);
+    if (isfinite(*value) && *value >= low && *value <= high)
+        return true;
+    snprintf(text, sizeof text, "\"%s\": expected a number from %g to %g", name,
+             low, high);
+    command_line_refuse(self, "ARG", text);
+    return false;
+}
+
+static int64_t command_q32(double value)
+{
+    return llrint(value * 4294967296.0);
+}
+
+bool command_line_quantity(const struct command_line *self, const char *name,
+                           unsigned axis, enum units_quantity quantity,
+                           int64_t *value_q32)
+{
+    const cJSON *item = command_line_member(self, name);
+    const struct units_context units = {
+        .unit = self->control->rig->axis[axis].unit
+    };
+    char sentence[UNITS_SENTENCE_MAX];
+    double value;
+    if (!cJSON_IsString(item)) {
+        if (!command_line_number(self, name, -COMMAND_VALUE_MAX,
+                                 COMMAND_VALUE_MAX, (double)NAN, &value))
+            return false;
+        *value_q32 = command_q32(value);
+        return true;
+    }
+    if (units_parse(item->valuestring, quantity, &units, value_q32, sentence) ==
+        0)
+        return true;
+    command_line_refuse(self, "ARG", sentence);
+    return false;
+}
+
+int command_line_axis(const struct command_line *self, const char *name)
+{
+    const struct rig *rig = self->control->rig;
+    char text[QUOTE_LIST_MAX + 32], list[QUOTE_LIST_MAX];
+    const int axis = name == NULL ? -1 : rig_axis_index(rig, name);
+    if (axis >= 0)
+        return axis;
+    snprintf(text, sizeof text, "no such axis, expected %s",
+             rig_axis_list(rig, list));
+    command_line_refuse(self, "ARG", text);
+    return -1;
+}
+
+/* --- to the tick --- */
+
+static void command_line_wait(const struct command_line *self, bool by_request,
+                              enum mailbox_command command)
+{
+    struct service_control *control = self->control;
+    control->waits = true;
+    control->by_request = by_request;
+    control->command = command;
+    control->asker = self->client->number;
+    control->asker_seat = (unsigned)(self->client - control->clients.client);
+    memcpy(control->id, self->id, sizeof control->id);
+}
+
+void command_line_send(const struct command_line *self,
+                       const struct mailbox_entry *entry)
+{
+    const int err = mailbox_send(&self->control->loop->mailbox, entry);
+    if (err < 0)
+        command_line_refuse(self, command_line_error(err),
+                            motion_err_text(err));
+    else
+        command_line_wait(self, false, entry->command);
+}
+
+void command_line_request(const struct command_line *self,
+                          const struct service_request *request)
+{
+    self->control->loop->request = *request;
+    self->control->loop->turn = SERVICE_ASKED;
+    command_line_wait(self, true, MAILBOX_COMMANDS);
+}
+
+struct service_client *command_line_asker(const struct service_control *control)
+{
+    const struct service_client *client =
+        &control->clients.client[control->asker_seat];
+    return control->asker != 0 && client->file >= 0 &&
+                   client->number == control->asker
+               ? (struct service_client *)client
+               : NULL;
+}

@@ -1,0 +1,70 @@
+/* firmware/linux/service/command_line.h - one request of a client: its members,
+ * its answer, and what it sends to the tick.
+ *
+ * commands.c and commands_move.c have the commands themselves. */
+#ifndef FIRMWARE_LINUX_SERVICE_COMMAND_LINE_H
+#define FIRMWARE_LINUX_SERVICE_COMMAND_LINE_H
+
+#include "firmware/host/base/json.h"
+#include "firmware/linux/service/control.h"
+
+struct command_line {
+    struct service_control *control;
+    struct service_client *client;
+    const cJSON *request;
+    char id[SERVICE_ID_MAX]; /* as JSON; "" when there is none */
+};
+
+/* --- answers --- */
+
+/* An answer to the request of this id, to which members may be added. */
+cJSON *command_line_object(const char *id, bool ok);
+/* Sent, or kept until the client reads; the object is deleted. */
+void command_line_answer(struct service_client *client, cJSON *object);
+void command_line_done(const struct command_line *self);
+/* ok false, with a code of docs/API.md and a sentence. */
+void command_line_fail(struct service_client *client, const char *id,
+                       const char *error, const char *text);
+void command_line_refuse(const struct command_line *self, const char *error,
+                         const char *text);
+/* "LIMIT" of MOTION_E_LIMIT and so on. */
+const char *command_line_error(int err);
+
+/* --- members of the request --- */
+
+/* NULL where it is not there. */
+const cJSON *command_line_member(const struct command_line *self,
+                                 const char *name);
+/* A number from `low` to `high`; `otherwise` when it is not there.  False: it
+ * has been refused. */
+bool command_line_number(const struct command_line *self, const char *name,
+                         double low, double high, double otherwise,
+                         double *value);
+/* In the axis's unit, as a number or with a unit: "12.5", "45 deg".  False: it
+ * has been refused. */
+bool command_line_quantity(const struct command_line *self, const char *name,
+                           unsigned axis, enum units_quantity quantity,
+                           int64_t *value_q32);
+/* The index of the axis of this name, or -1: it has been refused. */
+int command_line_axis(const struct command_line *self, const char *name);
+
+/* --- to the tick --- */
+
+/* The client is answered when the tick has: service_command_answer. */
+void command_line_send(const struct command_line *self,
+                       const struct mailbox_entry *entry);
+void command_line_request(const struct command_line *self,
+                          const struct service_request *request);
+/* Who waits for that answer; NULL where that client is gone. */
+struct service_client *
+command_line_asker(const struct service_control *control);
+
+/* --- commands_move.c --- */
+
+void command_load(const struct command_line *line);
+void command_check(const struct command_line *line);
+void command_start(const struct command_line *line);
+/* To the first keys of what is loaded. */
+void command_approach(const struct command_line *line);
+
+#endif

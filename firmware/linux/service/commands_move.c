@@ -1,0 +1,163 @@
+/* firmware/linux/service/commands_move.c - the commands that load and start
+ * moves; see command_line.h. */
+#include <math.h>
+#include <string.h>
+
+#include "firmware/host/base/number.h"
+#include "firmware/linux/service/command_line.h"
+#include "motion/core/err.h"
+
+static void command_plan(const struct command_line *line, bool loads)
+{
+    const char *text = cJSON_GetStringValue(command_line_member(line, "text"));
+    struct service_client *client = line->client;
+    if (text == NULL) {
+        command_line_refuse(line, "ARG",
+                            "\"text\": expected the text of a move "
+                            "file");
+        return;
+    }
+    if (client->planning ||
+        !service_planner_ask(&line->control->planner, text)) {
+        command_line_refuse(line, "BUSY", "another move is being planned");
+        return;
+    }
+    client->planning = true;
+    client->plan_loads = loads;
+    memcpy(client->plan_id, line->id, sizeof client->plan_id);
+}
+
+void command_load(const struct command_line *line)
+{
+    command_plan(line, true);
+}
+
+void command_check(const struct command_line *line)
+{
+    command_plan(line, false);
+}
+
+/* What is loaded is played no more, and nothing of it was named since two
+ * loads. */
+static bool command_may_load(const struct service_control *control)
+{
+    const enum controller_state state = control->state->state;
+    return !control->waits &&
+           (state == CONTROLLER_OFF || state == CONTROLLER_READY ||
+            state == CONTROLLER_FAULT);
+}
+
+static struct service_client *command_planner(struct service_control *control)
+{
+    for (unsigned i = 0; i < SERVICE_CLIENTS; i++)
+        if (control->clients.client[i].file >= 0 &&
+            control->clients.client[i].planning)
+            return &control->clients.client[i];
+    return NULL;
+}
+
+static void command_loaded(struct service_control *control,
+                           struct service_move *move)
+{
+    service_move_free(control->old_move);
+    control->old_move = control->move;
+    control->move = move;
+    control->loads++;
+}
+
+static void command_say_plan(struct service_client *client,
+                             const struct service_move *move)
+{
+    cJSON *object =
+        command_line_object(client->plan_id, move->status == STATUS_OK);
+    if (move->status != STATUS_OK) {
+        cJSON_AddStringToObject(
+            object, "error", move->status == STATUS_INPUT ? "INPUT" : "LIMIT");
+        cJSON_AddStringToObject(object, "text", move->text);
+    }
+    if (move->status != STATUS_INPUT) {
+        cJSON_AddStringToObject(object, "title", move->job.move.title);
+        cJSON_AddNumberToObject(object, "duration",
+                                number_double(move->job.end_ns_q12, 12) / 1e9);
+        job_json_violations(&move->job, object);
+    }
+    command_line_answer(client, object);
+}
+
+void service_command_planned(struct service_control *control,
+                             struct service_move *move)
+{
+    struct service_client *client = command_planner(control);
+    const bool loads = client != NULL && client->plan_loads &&
+                       client == control->holder && move->status == STATUS_OK;
+    if (client == NULL) {
+        service_move_free(move);
+        return;
+    }
+    client->planning = false;
+    if (loads && !command_may_load(control)) {
+        command_line_fail(client, client->plan_id, "STATE",
+                          "a move is loaded at rest only");
+        service_move_free(move);
+        return;
+    }
+    if (client->plan_loads && client != control->holder) {
+        command_line_fail(client, client->plan_id, "CONTROL",
+                          "control was lost while the move was planned");
+        service_move_free(move);
+        return;
+    }
+    command_say_plan(client, move);
+    if (loads)
+        command_loaded(control, move);
+    else
+        service_move_free(move);
+}
+
+static bool command_has_move(const struct command_line *line)
+{
+    if (line->control->move != NULL)
+        return true;
+    command_line_refuse(line, "EMPTY", "no move is loaded");
+    return false;
+}
+
+void command_start(const struct command_line *line)
+{
+    struct service_request request = {
+        .kind = SERVICE_START,
+        .is_ping_pong = cJSON_IsTrue(command_line_member(line, "ping_pong")),
+    };
+    double times;
+    if (!command_line_number(line, "times", 0, 1e9, 1, &times) ||
+        !command_has_move(line))
+        return;
+    request.times = llrint(times);
+    request.motion = &line->control->move->motion;
+    command_line_request(line, &request);
+}
+
+void command_approach(const struct command_line *line)
+{
+    struct service_control *control = line->control;
+    struct service_request request = { .kind = SERVICE_START, .times = 1 };
+    int64_t pos_q32[CONTROLLER_AXES_MAX];
+    if (!command_has_move(line))
+        return;
+    if (control->state->state != CONTROLLER_READY || control->state->homing) {
+        command_line_refuse(line, "STATE", motion_err_text(MOTION_E_STATE));
+        return;
+    }
+    for (unsigned i = 0; i < control->rig->axis_count; i++)
+        pos_q32[i] = control->state->view.axis[i].demand_q32;
+    const int any = service_move_approach(control->move, pos_q32);
+    if (any < 0)
+        command_line_refuse(line, command_line_error(any),
+                            motion_err_text(any));
+    if (any == 0)
+        command_line_done(line);
+    if (any <= 0)
+        return;
+    request.motion = &control->move->approach;
+    command_line_request(line, &request);
+}
