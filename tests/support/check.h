@@ -16,6 +16,16 @@
 #define ARRAY_LEN(a) (sizeof(a) / sizeof(a)[0])
 #endif
 
+/* Are addresses checked?  gcc defines a name of its own, clang has a feature;
+ * then memory is not locked, what was freed is kept, and all is slower. */
+#ifdef __SANITIZE_ADDRESS__
+#define CHECK_SANITIZED 1
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define CHECK_SANITIZED 1
+#endif
+#endif
+
 /* xorshift64*: the same numbers everywhere.  Print the seed when a property
  * fails. */
 static inline uint64_t check_random(uint64_t *seed)

@@ -19,12 +19,11 @@
 #include <time.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "firmware/host/base/array.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/linux/service/place.h"
 #include "firmware/linux/service/service.h"
+#include "tests/support/check.h"
 
 #define WAIT_MS 10000
 
@@ -547,7 +546,7 @@ static void the_tick_has_no_page_fault(void **state)
     usleep(1500000); /* two looks of the tick at its page faults */
     if (client_number(&link, "memory_locked") == 0)
         skip();              /* this user may not */
-#ifndef __SANITIZE_ADDRESS__ /* which makes locking memory do nothing */
+#ifndef CHECK_SANITIZED /* which makes locking memory do nothing */
     assert_true(client_number(&link, "page_faults") == 0);
 #endif
     service_link_close(&link);

@@ -71,6 +71,7 @@ static struct client client[CLIENTS];
 static struct client *holder; /* by the answers */
 static uint64_t seed, state;
 static bool troubled; /* in this sequence */
+static bool commanded; /* before this tick */
 static char trace[32][256];
 static unsigned traced;
 
@@ -167,7 +168,8 @@ static void judge_axis(unsigned i)
     const double vel = before[i].known ? pos - before[i].pos : 0;
     if (held && before[i].known && before[i].offset_q32 == axis->offset_q32) {
         judge_steps(i, pos, vel);
-        if (controller->state == CONTROLLER_READY && !homing &&
+        /* a jog of a micrometre begins and ends in the tick that takes it */
+        if (controller->state == CONTROLLER_READY && !homing && !commanded &&
             before[i].state == CONTROLLER_READY && !before[i].homing &&
             fabs(vel) > 1e-6) {
             note("%s: to %.6f, by %.9f", bench.rig.axis[i].name, pos, vel);
@@ -206,6 +208,7 @@ static void count(void)
 static void tick(void)
 {
     const struct controller *controller = &bench.machine.controller;
+    commanded = bench.control.waits;
     service_bench_tick(&bench);
     for (unsigned i = 0; i < bench.rig.axis_count; i++)
         judge_axis(i);

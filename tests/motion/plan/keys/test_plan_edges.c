@@ -16,7 +16,7 @@
 #define ONE MOTION_FIXED_ONE_Q32
 #define SEC MOTION_FIXED_S_Q12
 #define TOP MOTION_TRACK_POS_MAX_Q32
-#ifdef __SANITIZE_ADDRESS__ /* ten times slower */
+#ifdef CHECK_SANITIZED /* ten times slower */
 #define MILLION 100000
 #else
 #define MILLION PLAN_KEYS_MAX
