@@ -377,6 +377,8 @@ fresh:
 
 # Also: library, symbols, install, uninstall.
 -include firmware/library/library.mk
+# Also: studio-vendor, vendor-check, test-page.
+-include firmware/studio/page.mk
 # Also: firmware, test-firmware.
 -include firmware/mcu/mcu.mk
 # Also: bench-tick, golden (tests/qemu/qemu.mk).

@@ -1,0 +1,2 @@
+// Live plots against time.
+export { default as UPlot } from "uplot";

@@ -1,0 +1,46 @@
+# firmware/studio/page.mk - the page of the studio, its third-party code and its
+# tests.  Only these targets need npm or a browser.
+
+PAGE_NPM := build/studio/npm
+PAGE_LOCK := firmware/studio/bundle/package.json \
+             firmware/studio/bundle/package-lock.json
+PAGE_VENDOR := firmware/studio/web/vendor
+
+# No script of any package is run.
+$(PAGE_NPM)/done: $(PAGE_LOCK)
+	@mkdir -p $(@D)
+	@cp $(PAGE_LOCK) $(@D)
+	@cd $(@D) && npm ci --ignore-scripts --no-audit --no-fund --loglevel=error
+	@touch $@
+
+.PHONY: studio-vendor
+## bundle the page's third-party code anew, from npm by the lock file
+studio-vendor: $(PAGE_NPM)/done
+	@node firmware/studio/bundle/bundle.mjs $(PAGE_NPM)/node_modules \
+	    $(PAGE_VENDOR)
+
+.PHONY: vendor-check
+## bundle it elsewhere: the bytes must be those of the tree
+vendor-check: $(PAGE_NPM)/done
+	@node firmware/studio/bundle/bundle.mjs $(PAGE_NPM)/node_modules \
+	    build/studio/vendor >/dev/null
+	@diff -rq build/studio/vendor $(PAGE_VENDOR)
+	@echo "vendor: $$(ls $(PAGE_VENDOR) | wc -l) files are what the lock file makes"
+
+PAGE_OURS = $(shell find firmware/studio/web firmware/studio/bundle \
+              tests/firmware/studio -name '*.js' -o -name '*.mjs' \
+              -o -name '*.css' -o -name '*.html' | grep -v web/vendor)
+PRETTIER  = $(PAGE_NPM)/node_modules/.bin/prettier --log-level warn \
+            --config firmware/studio/bundle/prettier.json
+.PHONY: page-format page-format-check
+## reformat the page's sources
+page-format: $(PAGE_NPM)/done
+	@$(PRETTIER) --write $(PAGE_OURS)
+## fail where make page-format would change something
+page-format-check: $(PAGE_NPM)/done
+	@$(PRETTIER) --check $(PAGE_OURS)
+
+.PHONY: test-page
+## the parts of the page that need no browser
+test-page:
+	@node --test tests/firmware/studio/page
