@@ -1,0 +1,227 @@
+// The machine behind the service, as signals, and what can be asked of it.
+import { batch, computed, signal } from "../vendor/ui.js";
+import { busLoad } from "./frame.js";
+import { Jog } from "./jog.js";
+import { Link } from "./link.js";
+import { Trail } from "./trail.js";
+
+const leaseSeconds = 5;
+const renewMs = 1500;
+const statusMs = 500;
+const loadMs = 120_000; // planning a long move takes as long as it takes
+
+function isPlaying(frame) {
+  const moves = ["moving", "holding", "stopping"].includes(frame.state);
+  return moves && !frame.jogging && !frame.homing && frame.path > 0 && frame.path < frame.end;
+}
+
+export class Machine {
+  #before = null; // the frame before, for bus loads
+  #timers = [];
+
+  constructor(url, say, WebSocketClass) {
+    this.say = say;
+    this.trail = new Trail();
+    this.link = new Link(
+      url,
+      {
+        frame: (frame) => this.#frame(frame),
+        event: (event) => this.#event(event),
+        state: (state) => this.#linked(state),
+      },
+      WebSocketClass,
+    );
+    this.linkState = signal("closed");
+    this.hello = signal(null);
+    this.frame = signal(null);
+    this.status = signal(null);
+    this.fault = signal("");
+    this.loads = signal([]); // of buses, 0 to 1
+    this.isHolder = signal(false);
+    this.isHeld = signal(false); // by whomever
+    this.loaded = signal(null); // the text that is the machine's move, if it is ours
+    this.takes = signal([]);
+    this.jogging = signal(null); // name of the axis that this page jogs
+    this.loop = signal(false);
+    this.pingPong = signal(false);
+    this.heardAt = signal(0);
+    this.isFresh = computed(() => this.linkState.value === "open" && this.frame.value !== null);
+    this.state = computed(() => (this.frame.value === null ? "unknown" : this.frame.value.state));
+    this.machineAt = computed(() => {
+      const frame = this.frame.value;
+      return this.isFresh.value && frame !== null && isPlaying(frame) ? frame.path : null;
+    });
+    this.jog = new Jog(
+      (command, members) => this.ask(command, members),
+      (why) => {
+        this.jogging.value = null;
+        if (why) this.say(`The jog ended: ${why}`, true);
+      },
+    );
+  }
+
+  start() {
+    this.link.open();
+    this.#timers = [
+      setInterval(() => this.isHolder.value && void this.ask("renew"), renewMs),
+      setInterval(() => this.linkState.value === "open" && void this.#askStatus(), statusMs),
+    ];
+  }
+
+  end() {
+    this.#timers.forEach(clearInterval);
+    this.jog.release();
+    this.link.close();
+  }
+
+  async ask(command, members = {}, withinMs = undefined) {
+    const answer = await this.link.ask(command, members, withinMs);
+    if (!answer.ok && answer.error === "CONTROL") this.isHolder.value = false;
+    return answer;
+  }
+
+  // As ask, and what is refused is said.
+  async order(command, members, withinMs) {
+    const answer = await this.ask(command, members, withinMs);
+    if (!answer.ok) this.say(`${command}: ${answer.text ?? answer.error}`, true);
+    return answer;
+  }
+
+  // Works for whoever looks, and is never asked about.
+  stop() {
+    this.jog.release();
+    return this.order("stop");
+  }
+
+  async take() {
+    const answer = await this.order("take", { lease: leaseSeconds });
+    this.isHolder.value = answer.ok;
+  }
+
+  async release() {
+    this.jog.release();
+    const answer = await this.order("release");
+    if (answer.ok) this.isHolder.value = false;
+  }
+
+  async load(text) {
+    const answer = await this.order("load", { text }, loadMs);
+    if (answer.ok) {
+      this.loaded.value = text;
+      this.say(
+        `The machine has the move now: ${answer.title ?? ""} ${Number(answer.duration ?? 0).toFixed(2)} s`,
+      );
+    }
+    return answer.ok;
+  }
+
+  play() {
+    return this.order("start", { times: this.loop.value ? 0 : 1, ping_pong: this.pingPong.value });
+  }
+
+  pressJog(axis, speed) {
+    this.jogging.value = axis;
+    this.jog.press(axis, speed);
+  }
+
+  // Positions of all axes where the machine stands, or null.
+  async capture() {
+    const answer = await this.order("capture");
+    return answer.ok ? answer.axes : null;
+  }
+
+  #linked(state) {
+    batch(() => {
+      this.linkState.value = state;
+      if (state === "open") return;
+      this.jog.release(state === "closed" ? "the connection is gone" : "slew is silent");
+      if (state === "closed") {
+        this.isHolder.value = false;
+        this.#before = null;
+      }
+    });
+  }
+
+  #frame(frame) {
+    batch(() => {
+      if (this.#before !== null)
+        this.loads.value = frame.buses.map((_, i) => busLoad(this.#before, frame, i));
+      this.#before = frame;
+      this.frame.value = frame;
+      this.heardAt.value = Date.now();
+      if (frame.state !== "fault") this.fault.value = "";
+      const playing = isPlaying(frame);
+      const wasTaking = this.trail.isTaking;
+      this.trail.add(frame, playing);
+      if (wasTaking && !this.trail.isTaking) this.takes.value = [...this.trail.takes];
+    });
+  }
+
+  #event(event) {
+    if (event.event === "hello") this.hello.value = event;
+    if (event.event === "fault") this.fault.value = event.text;
+    if (event.event === "control") {
+      this.isHeld.value = event.held;
+      if (!event.held && this.isHolder.value) {
+        this.isHolder.value = false;
+        this.say(`Control is given up: ${event.why}`, event.why !== "released");
+      }
+    }
+    if (event.event === "homing")
+      this.say(event.done ? "Homed." : `Homing failed: ${event.text}`, !event.done);
+    if (event.event === "ticks lost")
+      this.say(`${event.count} ticks were lost since the start`, true);
+  }
+
+  async #askStatus() {
+    const answer = await this.link.ask("status");
+    if (!answer.ok) return;
+    batch(() => {
+      this.status.value = answer;
+      this.isHeld.value = answer.held;
+      this.isHolder.value = answer.holder;
+      this.fault.value = answer.fault ?? "";
+    });
+  }
+}
+
+// Where the axes are and where the move begins: [{ name, unit, from, to, seconds }],
+// those that have to go, with about how long at a quarter of the limits.
+export function wayToStart(axes, frame, hello, starts) {
+  const quarter = 0.25;
+  return axes
+    .map((axis, i) => {
+      const at = hello.axes.findIndex((each) => each.name === axis.name);
+      const from = frame.axes[at]?.actual.last ?? NaN;
+      const to = starts[i];
+      const distance = Math.abs(to - from);
+      const speed = axis.limits[1][1] * quarter;
+      const acceleration = axis.limits[2][1] * quarter;
+      const ramp = (speed * speed) / acceleration;
+      const seconds =
+        distance > ramp
+          ? distance / speed + speed / acceleration
+          : 2 * Math.sqrt(distance / acceleration);
+      return { name: axis.name, unit: axis.unit, from, to, seconds, distance };
+    })
+    .filter((way) => way.distance > 1e-3);
+}
+
+// What the buttons may do now; the service says no as well.
+export function allowed(state, { isHolder, isFresh, jogging, homing }) {
+  const rests = isHolder && isFresh && !jogging && !homing;
+  return {
+    enable: rests && state === "off",
+    off: isHolder && isFresh && ["ready", "holding"].includes(state),
+    reset: rests && state === "fault",
+    home: rests && state === "ready",
+    load: rests && ["off", "ready"].includes(state),
+    approach: rests && state === "ready",
+    start: rests && state === "ready",
+    hold: isHolder && isFresh && state === "moving" && !jogging && !homing,
+    resume: isHolder && isFresh && state === "holding",
+    jog: isHolder && isFresh && state === "ready",
+    capture: isHolder && isFresh && state !== "unknown",
+    override: isHolder && isFresh,
+  };
+}

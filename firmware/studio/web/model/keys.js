@@ -1,0 +1,89 @@
+// The keys of an axis, from the numbers that the planner gives (planner.mjs).
+export const orderNames = ["position", "velocity", "acceleration", "jerk"];
+
+function handle(numbers, at, kinds) {
+  const [kind, dt, dp] = numbers.subarray(at, at + 3);
+  return Number.isNaN(dt) ? null : { kind: kinds[kind], dt, dp };
+}
+
+function optional(value) {
+  return Number.isNaN(value) ? null : value;
+}
+
+// [{ t, p, v, a, line, column, curve, fixed, left, right, slope }]
+export function readKeys(numbers, words) {
+  const keys = [];
+  for (let at = 0; at + words.size <= numbers.length; at += words.size) {
+    const row = numbers.subarray(at, at + words.size);
+    keys.push({
+      t: row[0],
+      p: row[1],
+      v: optional(row[2]),
+      a: optional(row[3]),
+      line: row[4],
+      column: row[5],
+      curve: words.curves[row[6]],
+      fixed: row[7],
+      left: handle(row, 8, words.handles),
+      right: handle(row, 11, words.handles),
+      interpolation: words.interpolations[row[14]] ?? null,
+      easing: words.easings[row[15]] ?? null,
+      slope: row[16],
+    });
+  }
+  return keys;
+}
+
+// --- what is selected: indices of keys by the name of their axis
+
+export function emptySelection() {
+  return new Map();
+}
+
+export function isSelected(selection, axis, key) {
+  return selection.get(axis)?.has(key) ?? false;
+}
+
+export function countSelected(selection) {
+  let count = 0;
+  for (const keys of selection.values()) count += keys.size;
+  return count;
+}
+
+// `how` is "set" (only these), "add" or "toggle".
+export function select(selection, picked, how) {
+  const result = new Map();
+  if (how !== "set") for (const [axis, keys] of selection) result.set(axis, new Set(keys));
+  for (const { axis, key } of picked) {
+    const keys = result.get(axis) ?? new Set();
+    if (how === "toggle" && keys.has(key)) keys.delete(key);
+    else keys.add(key);
+    result.set(axis, keys);
+  }
+  for (const [axis, keys] of result) if (keys.size === 0) result.delete(axis);
+  return result;
+}
+
+// [{ axis, key, at }] of what is selected and there, axis by axis, in order.
+export function selectedKeys(axes, selection) {
+  const picked = [];
+  for (const axis of axes)
+    for (const key of [...(selection.get(axis.name) ?? [])].sort((a, b) => a - b))
+      if (key < axis.keys.length) picked.push({ axis: axis.name, key, at: axis.keys[key] });
+  return picked;
+}
+
+// The selection again by time, after keys may have changed their places.
+export function selectTimes(axes, times) {
+  const selection = new Map();
+  for (const { axis: name, t } of times) {
+    const keys = axes.find((axis) => axis.name === name)?.keys ?? [];
+    let best = -1;
+    keys.forEach((key, index) => {
+      if (best < 0 || Math.abs(key.t - t) < Math.abs(keys[best].t - t)) best = index;
+    });
+    if (best < 0 || Math.abs(keys[best].t - t) > 1e-3) continue;
+    selection.set(name, (selection.get(name) ?? new Set()).add(best));
+  }
+  return selection;
+}

@@ -1,0 +1,359 @@
+// What the page is about: the rig, the move's text, its plan, what is selected.
+// Everything that is drawn is a signal here; everything that changes the text goes
+// through `edit`, `change` or a preview that is finished.
+import { batch, computed, signal } from "../vendor/ui.js";
+import { History } from "./history.js";
+import { emptySelection, readKeys, selectTimes, selectedKeys } from "./keys.js";
+import { roundFor } from "./number.js";
+
+export const columns = 800; // of samples across the view
+
+const settingsKey = "slew.studio";
+
+function settings() {
+  try {
+    return JSON.parse(localStorage.getItem(settingsKey)) ?? {};
+  } catch {
+    return {};
+  }
+}
+
+export function remember(changes) {
+  try {
+    localStorage.setItem(settingsKey, JSON.stringify({ ...settings(), ...changes }));
+  } catch {
+    // A page without storage forgets, and works.
+  }
+}
+
+export class Session {
+  #planner;
+  #history = new History("");
+  #words = null;
+  #colours = new Map();
+  #preview = null; // edits of the drag that is under way
+
+  constructor(planner) {
+    const kept = settings();
+    this.#planner = planner;
+    this.studio = signal(null);
+    this.rigText = signal("");
+    this.text = signal("");
+    this.saved = signal("");
+    this.etag = null;
+    this.report = signal(null);
+    this.axes = signal([]); // with keys and samples; those of the last good plan
+    this.isBroken = signal(false); // the text cannot be planned
+    this.isPlanning = signal(false);
+    this.selection = signal(emptySelection());
+    this.active = signal(null); // name of the axis that is edited
+    this.hidden = signal(new Set());
+    this.playhead = signal(0);
+    this.view = signal({ from: 0, to: 10 });
+    this.sampled = signal({ from: 0, to: 10 }); // what the samples cover
+    this.range = signal({ low: -0.08, high: 1.08 }); // of positions, in shares
+    this.isNormalised = signal(kept.isNormalised ?? true);
+    this.snapping = signal(
+      kept.snapping ?? { frame: true, second: false, marker: true, playhead: true, key: true },
+    );
+    this.isRippling = signal(false);
+    this.inFrames = signal(kept.inFrames ?? false);
+    this.compared = signal(null); // { axis, curve, samples, error }
+    this.notice = signal(null); // { text, isError }
+    this.place = signal(null); // { line, column } that the text goes to
+    this.dragged = signal(null); // what the drag under way says of itself
+    this.clipboard = null;
+    this.undoLabel = signal("");
+    this.redoLabel = signal("");
+    this.isDirty = computed(() => this.text.value !== this.saved.value);
+    this.fps = computed(() => this.report.value?.fps ?? null);
+    this.violations = computed(() => this.report.value?.violations ?? []);
+    this.duration = computed(() => this.report.value?.end_s ?? 0);
+    this.picked = computed(() => selectedKeys(this.axes.value, this.selection.value));
+    this.activeAxis = computed(
+      () =>
+        this.axes.value.find((axis) => axis.name === this.active.value) ??
+        this.axes.value[0] ??
+        null,
+    );
+  }
+
+  say(text, isError = false) {
+    this.notice.value = { text, isError };
+  }
+
+  // Called after every drawing, with its times: the page's own test measures here.
+  drawn(_begin, _end) {}
+
+  // --- opening and saving
+
+  async open() {
+    const studio = await (await fetch("/api/studio")).json();
+    const rig = await (await fetch("/api/rig")).text();
+    const answer = studio.move === null ? null : await fetch("/api/move");
+    const move = answer?.ok ? await answer.text() : "";
+    this.etag = answer?.headers.get("ETag") ?? null;
+    this.studio.value = studio;
+    const { words } = await this.#planner.ask("load", {
+      wasm: new URL("/planner.wasm", location.href).href,
+      rig: { name: studio.rig, text: rig },
+      move: { name: studio.move ?? "move.yaml", text: move },
+    });
+    this.#words = words;
+    this.rigText.value = rig;
+    this.#history = new History(move);
+    this.saved.value = move;
+    this.text.value = move;
+    await this.#plan();
+    this.showAll();
+  }
+
+  // false where the file on disk has changed since; then nothing was written.
+  async save(overwrite = false) {
+    const text = this.text.value;
+    const etag = overwrite ? await this.#etagOnDisk() : this.etag;
+    const answer = await fetch("/api/move", {
+      method: "PUT",
+      headers: { "If-Match": etag ?? "*" },
+      body: text,
+    });
+    if (answer.status === 204) {
+      this.etag = answer.headers.get("ETag");
+      this.saved.value = text;
+      this.say("Saved.");
+      return true;
+    }
+    if (answer.status === 412) {
+      this.say("Not saved: the file has changed on disk since it was opened.", true);
+      return false;
+    }
+    this.say(
+      `Not saved: ${(await answer.json().catch(() => null))?.error ?? answer.statusText}`,
+      true,
+    );
+    return false;
+  }
+
+  async #etagOnDisk() {
+    return (await fetch("/api/move")).headers.get("ETag");
+  }
+
+  // What is on disk takes the place of the text; the history keeps what was.
+  async reload() {
+    const answer = await fetch("/api/move");
+    const text = await answer.text();
+    this.etag = answer.headers.get("ETag");
+    this.saved.value = text;
+    await this.replace(text, "Read again from disk");
+  }
+
+  // --- changes of the text
+
+  async change(edits, label, group = null) {
+    if (edits.length === 0) return;
+    this.#history.apply(edits, label, group);
+    await this.#changed();
+  }
+
+  replace(text, label) {
+    return this.change([{ from: 0, to: this.text.value.length, insert: text }], label);
+  }
+
+  // Operations on the document; those keys are selected afterwards.
+  async edit(operations, label, group = null) {
+    if (operations.length === 0) return false;
+    const answer = await this.#planner.ask("edit", { operations });
+    if (!answer.ok) {
+      this.say(answer.error ?? answer.failed, true);
+      return false;
+    }
+    const times = this.#timesAfter(operations);
+    await this.change(answer.edits, label, group);
+    if (times.length > 0) this.selection.value = selectTimes(this.axes.value, times);
+    return true;
+  }
+
+  async preview(operations) {
+    this.#preview = { operations, edits: null };
+    const mine = this.#preview;
+    const picture = await this.#planner.askLatest("preview", {
+      operations,
+      view: this.#samplesView(),
+    });
+    if (picture === null || this.#preview === null) return;
+    if (picture.error !== undefined) {
+      this.dragged.value = { ...this.dragged.value, error: picture.error };
+      return;
+    }
+    if (this.#preview === mine) mine.edits = picture.edits;
+    this.#show(picture);
+  }
+
+  async finishPreview(label) {
+    const preview = this.#preview;
+    this.#preview = null;
+    this.#planner.drop("preview");
+    this.dragged.value = null;
+    if (preview !== null) await this.edit(preview.operations, label);
+  }
+
+  async cancelPreview() {
+    this.#preview = null;
+    this.#planner.drop("preview");
+    this.dragged.value = null;
+    await this.#plan();
+  }
+
+  async undo() {
+    if (!this.#history.canUndo) return;
+    this.#history.undo();
+    await this.#changed();
+  }
+
+  async redo() {
+    if (!this.#history.canRedo) return;
+    this.#history.redo();
+    await this.#changed();
+  }
+
+  async fit(method, tolerance) {
+    this.isPlanning.value = true;
+    const answer = await this.#planner.ask("fit", { method, tolerance });
+    this.isPlanning.value = false;
+    if (!answer.ok) {
+      this.say(answer.error ?? answer.failed, true);
+      return;
+    }
+    await this.change(answer.edits, `Fit (${method})`);
+    this.say(
+      this.violations.value.length === 0
+        ? "Inside all limits now."
+        : "Better, not yet inside all limits.",
+    );
+  }
+
+  async compare(axis, curve) {
+    if (curve === "") {
+      this.compared.value = null;
+      return;
+    }
+    const answer = await this.#planner.ask("compare", { axis, curve, view: this.#samplesView() });
+    this.compared.value = { axis, curve, ...answer };
+  }
+
+  poses(from, to, count) {
+    return this.#planner.askLatest("poses", { from, to, count });
+  }
+
+  valuesAt(t) {
+    return this.#planner.askLatest("at", { t });
+  }
+
+  #timesAfter(operations) {
+    const times = [];
+    for (const operation of operations) {
+      const axis = this.axes.value.find((each) => each.name === operation.axis);
+      if (operation.op === "add") times.push({ axis: operation.axis, t: operation.t });
+      if (operation.op === "key" && typeof (operation.t ?? 0) === "number")
+        times.push({ axis: operation.axis, t: operation.t ?? axis.keys[operation.key].t });
+    }
+    return times;
+  }
+
+  async #changed() {
+    this.text.value = this.#history.text;
+    this.undoLabel.value = this.#history.undoLabel;
+    this.redoLabel.value = this.#history.redoLabel;
+    await this.#plan();
+  }
+
+  // --- the plan
+
+  #samplesView() {
+    const { from, to } = this.view.value;
+    return { from, to, columns };
+  }
+
+  async #plan() {
+    this.isPlanning.value = true;
+    const picture = await this.#planner.askLatest("plan", {
+      move: this.text.value,
+      view: this.#samplesView(),
+    });
+    if (picture === null) return;
+    this.isPlanning.value = false;
+    if (picture.failed !== undefined) this.say(picture.failed, true);
+    else this.#show(picture);
+    const { compared } = this;
+    if (compared.value) await this.compare(compared.value.axis, compared.value.curve);
+  }
+
+  #show({ report, keys, samples }) {
+    batch(() => {
+      this.report.value = report;
+      this.isBroken.value = report.status !== "ok";
+      if (this.isBroken.value) return;
+      this.sampled.value = { ...this.view.value };
+      this.axes.value = report.axes.map((axis, index) => ({
+        ...axis,
+        index,
+        colour: this.#colourOf(axis.name),
+        limits: [
+          [axis.low, axis.high],
+          ...[axis.velocity, axis.acceleration, axis.jerk].map((most) => [-most, most]),
+        ],
+        keys: keys[index] ? readKeys(keys[index], this.#words) : [],
+        isKeyed: keys[index] !== null,
+        samples: samples[index],
+      }));
+      if (!this.axes.value.some((axis) => axis.name === this.active.value))
+        this.active.value = this.axes.value[0]?.name ?? null;
+    });
+  }
+
+  #colourOf(name) {
+    if (!this.#colours.has(name)) this.#colours.set(name, this.#colours.size % 8);
+    return this.#colours.get(name);
+  }
+
+  // --- what is seen
+
+  async look(view) {
+    this.view.value = { from: view.from, to: view.to };
+    const asked = { ...this.view.value };
+    const answer = await this.#planner.askLatest("samples", { view: this.#samplesView() });
+    if (
+      answer === null ||
+      answer.samples === undefined ||
+      answer.samples.length !== this.axes.value.length
+    )
+      return;
+    batch(() => {
+      this.sampled.value = asked;
+      this.axes.value = this.axes.value.map((axis, index) => ({
+        ...axis,
+        samples: answer.samples[index],
+      }));
+    });
+    if (this.compared.value)
+      await this.compare(this.compared.value.axis, this.compared.value.curve);
+  }
+
+  showAll() {
+    const end = Math.max(this.duration.value, 0.1);
+    this.range.value = { low: -0.08, high: 1.08 };
+    return this.look({ from: -0.03 * end, to: 1.03 * end });
+  }
+
+  get words() {
+    return this.#words;
+  }
+
+  // How a drag rounds what it writes: as fine as the screen shows.
+  rounding(secondsPerPixel, valuePerPixelOf) {
+    return {
+      time: (t) => roundFor(t, secondsPerPixel),
+      value: (p, axis) => roundFor(p, valuePerPixelOf(axis)),
+    };
+  }
+}

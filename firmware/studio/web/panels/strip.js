@@ -1,0 +1,133 @@
+// Plan against actual over time, live, and takes over path time beside earlier ones.
+import { html, useEffect, useRef, useState } from "../vendor/ui.js";
+import { columnsOf, takeToCsv } from "../live/trail.js";
+import { UPlot } from "../vendor/strip.js";
+
+const seen = 60 * 15; // frames of the live plot
+const height = 180; // px
+
+function colour(name) {
+  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+}
+
+function optionsOf(width, label, names) {
+  const strokes = ["--accent", "--bad", "--axis-2", "--axis-3", "--axis-4", "--axis-5"];
+  const axis = { stroke: colour("--quiet"), grid: { stroke: colour("--faint") } };
+  return {
+    width,
+    height,
+    axes: [
+      { ...axis, label: "s" },
+      { ...axis, label },
+    ],
+    scales: { x: { time: false } },
+    series: [
+      { label: "s" },
+      ...names.map((name, i) => ({
+        label: name,
+        stroke: colour(strokes[i % strokes.length]),
+        width: 1.5,
+        spanGaps: true,
+      })),
+    ],
+  };
+}
+
+function Plot({ label, names, data }) {
+  const box = useRef(null);
+  const plot = useRef(null);
+  const shape = names.join();
+  useEffect(() => {
+    const parent = box.current;
+    const width = () => parent.clientWidth || 300;
+    plot.current = new UPlot(optionsOf(width(), label, names), data, parent);
+    const sizes = new ResizeObserver(() => plot.current.setSize({ width: width(), height }));
+    sizes.observe(parent);
+    return () => {
+      sizes.disconnect();
+      plot.current.destroy();
+    };
+  }, [shape, label]);
+  useEffect(() => plot.current?.setData(data));
+  return html`<div class="plot" ref=${box} role="img" aria-label=${`${label}: ${names.join(", ")}`}></div>`;
+}
+
+function download(name, text) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([text], { type: "text/csv" }));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}
+
+// The latest take's plan, and where the axis was in each, at the times of the latest.
+export function takesToColumns(takes, axis) {
+  const latest = takes.at(-1);
+  const [x, demand] = columnsOf(latest.rows, axis, (row) => row.path);
+  const actuals = takes.map((take) => {
+    const [at, , actual] = columnsOf(take.rows, axis, (row) => row.path);
+    let i = 0;
+    return Float64Array.from(x, (t) => {
+      while (i + 1 < at.length && at[i + 1] <= t) i++;
+      if (at.length === 0 || t < at[0] || t > at.at(-1) + 0.05) return NaN;
+      const next = Math.min(i + 1, at.length - 1);
+      const share = at[next] > at[i] ? (t - at[i]) / (at[next] - at[i]) : 0;
+      return actual[i] + share * (actual[next] - actual[i]);
+    });
+  });
+  return [x, demand, ...actuals];
+}
+
+function Takes({ machine, axes, index }) {
+  const takes = machine.takes.value;
+  const [chosen, setChosen] = useState(3);
+  if (takes.length === 0) return html`<p class="quiet">No take yet: start the move.</p>`;
+  const shown = takes.slice(-chosen);
+  const names = ["plan", ...shown.map((take) => new Date(take.started).toLocaleTimeString())];
+  const unit = axes[index]?.unit ?? "";
+  return html`<${Plot} label=${`${axes[index]?.name ?? ""}, ${unit}`} names=${names} data=${takesToColumns(shown, index)} />
+    <ul class="takes">
+      ${takes.map(
+        (take) => html`<li>
+          ${new Date(take.started).toLocaleTimeString()}: worst following error ${take.worst[index]?.toFixed(3)} ${unit}
+          <button onClick=${() =>
+            download(
+              "take.csv",
+              takeToCsv(
+                take,
+                axes.map((axis) => axis.name),
+              ),
+            )}>Save as CSV</button>
+        </li>`,
+      )}
+    </ul>
+    <label>Compare the last <input type="number" min="1" max="5" value=${chosen} onInput=${(event) => setChosen(Number(event.target.value) || 1)} /></label>`;
+}
+
+export function Strip({ machine }) {
+  const [index, setIndex] = useState(0);
+  const [isPaused, setPaused] = useState(false);
+  const [, tick] = useState(0);
+  const kept = useRef([]);
+  useEffect(() => {
+    const timer = setInterval(() => tick((n) => n + 1), 100);
+    return () => clearInterval(timer);
+  }, []);
+  const axes = machine.hello.value?.axes ?? [];
+  if (!isPaused) kept.current = machine.trail.rows.slice(-seen);
+  const rows = kept.current;
+  const last = rows.at(-1)?.time ?? 0;
+  return html`<section aria-label="Plan against actual" class=${machine.isFresh.value ? "" : "old"}>
+    <h2>Plan against actual</h2>
+    <div class="buttons">
+      <label>Axis <select value=${index} onChange=${(event) => setIndex(Number(event.target.value))}>
+        ${axes.map((axis, i) => html`<option value=${i}>${axis.name}</option>`)}
+      </select></label>
+      <button class="switch" aria-pressed=${isPaused} onClick=${() => setPaused(!isPaused)}>Pause</button>
+    </div>
+    <${Plot} label=${`${axes[index]?.name ?? ""}, ${axes[index]?.unit ?? ""}`} names=${["plan", "actual"]}
+      data=${columnsOf(rows, index, (row) => row.time - last)} />
+    <h3>Takes</h3>
+    <${Takes} machine=${machine} axes=${axes} index=${index} />
+  </section>`;
+}

@@ -1,0 +1,173 @@
+// The planner, off the page's thread: planning never holds up a pointer.
+//
+// `base` is the plan of the document; a drag plans what its operations make of the
+// base, from the plan of the step before, so that only spans that changed are
+// planned.
+import { Planner } from "/planner.mjs";
+import { applyEdits } from "../model/history.js";
+
+const rigName = () => names.rig;
+const moveName = () => names.move;
+let planner = null;
+let names = { rig: "rig.yaml", move: "move.yaml" };
+let base = null;
+let baseText = "";
+let latest = null; // of a drag; base while there is none
+
+function words() {
+  return {
+    size: Planner.KEY,
+    curves: Planner.CURVES,
+    handles: Planner.HANDLES,
+    interpolations: Planner.INTERPOLATIONS,
+    easings: Planner.EASINGS,
+  };
+}
+
+// Files that the rig or the move names are fetched once, and planned with.
+async function planWith(former) {
+  for (let round = 0; round < 8; round++) {
+    const plan = planner.plan(rigName(), moveName(), former);
+    const missing = plan.report.missing ?? [];
+    if (missing.length === 0) return plan;
+    let brought = 0;
+    for (const name of missing) brought += (await bring(name)) ? 1 : 0;
+    if (brought === 0) return plan;
+    plan.free();
+  }
+  return planner.plan(rigName(), moveName(), former);
+}
+
+const brought = new Set();
+async function bring(name) {
+  if (brought.has(name)) return false;
+  brought.add(name);
+  const answer = await fetch(`/api/file?name=${encodeURIComponent(name)}`);
+  if (!answer.ok) return false;
+  planner.put(name, new Uint8Array(await answer.arrayBuffer()));
+  return true;
+}
+
+function pictureOf(plan, view, withKeys) {
+  const { report } = plan;
+  if (report.status !== "ok") return { report, keys: [], samples: [] };
+  const axes = report.axes.map((_, index) => index);
+  return {
+    report,
+    keys: withKeys ? axes.map((axis) => (report.axes[axis].keys ? plan.keys(axis) : null)) : null,
+    samples: samplesOf(plan, view, axes),
+  };
+}
+
+function samplesOf(plan, view, axes) {
+  if (view === null) return [];
+  return axes.map((axis) => plan.samples(axis, view.from, view.to, view.columns));
+}
+
+function release(plan) {
+  if (plan !== null && plan !== base) plan.free();
+}
+
+const handlers = {
+  async load({ wasm, rig, move }) {
+    planner ??= await Planner.load(wasm);
+    names = { rig: rig.name, move: move.name };
+    planner.put(rig.name, rig.text);
+    return { words: words() };
+  },
+
+  // The document is this now.
+  async plan({ rig, move, view }) {
+    if (rig !== undefined) planner.put(rigName(), rig);
+    planner.put(moveName(), move);
+    const former = base;
+    const plan = await planWith(former?.report.status === "ok" ? former : undefined);
+    release(latest);
+    latest = null;
+    base = plan;
+    baseText = move;
+    former?.free();
+    return pictureOf(plan, view, true);
+  },
+
+  // What operations on the document would make of it.
+  async preview({ operations, view }) {
+    const edited = base.edit(operations);
+    if (!edited.ok) return { error: edited.error };
+    const text = applyEdits(baseText, edited.edits);
+    planner.put(moveName(), text);
+    const plan = await planWith(latest ?? base);
+    planner.put(moveName(), baseText);
+    if (plan.report.status === "ok") {
+      release(latest);
+      latest = plan;
+    }
+    const picture = pictureOf(plan, view, true);
+    if (plan !== latest) plan.free();
+    return { edits: edited.edits, ...picture };
+  },
+
+  async samples({ view }) {
+    const plan = latest ?? base;
+    if (plan?.report.status !== "ok") return { samples: [] };
+    return {
+      samples: samplesOf(
+        plan,
+        view,
+        plan.report.axes.map((_, index) => index),
+      ),
+    };
+  },
+
+  async edit({ operations }) {
+    return base.edit(operations);
+  },
+
+  async fit({ method, tolerance }) {
+    return base.fit(method, tolerance);
+  },
+
+  // One axis as another curve would have it.
+  async compare({ axis, curve, view }) {
+    const edited = base.edit([{ op: "curve", axis, curve }]);
+    if (!edited.ok) return { error: edited.error };
+    planner.put(moveName(), applyEdits(baseText, edited.edits));
+    const plan = await planWith(base);
+    planner.put(moveName(), baseText);
+    const { report } = plan;
+    const index = report.status === "ok" ? report.axes.findIndex((each) => each.name === axis) : -1;
+    const samples = index < 0 ? null : samplesOf(plan, view, [index])[0];
+    const error = index < 0 ? (report.messages[0]?.text ?? "it cannot be planned") : null;
+    const broken = report.violations?.filter((each) => each.axis === index).length ?? 0;
+    plan.free();
+    return { samples, error, broken };
+  },
+
+  async poses({ from, to, count }) {
+    if (base?.report.status !== "ok") return { poses: null, subject: null };
+    return {
+      poses: base.poses(from, to, count),
+      subject: base.subject?.(from, to, count),
+      size: Planner.POSE,
+    };
+  },
+
+  async at({ t }) {
+    if (base?.report.status !== "ok") return { values: [] };
+    return { values: base.report.axes.map((_, axis) => [...base.at(axis, t)]) };
+  },
+};
+
+// One after the other: a plan that waits for a file must not meet another text.
+let turn = Promise.resolve();
+self.onmessage = ({ data: { id, kind, ...members } }) => {
+  turn = turn.then(async () => {
+    let answer;
+    try {
+      answer = await handlers[kind](members);
+    } catch (error) {
+      answer = { failed: String(error?.message ?? error) };
+    }
+    self.postMessage({ id, ...answer });
+  });
+};
