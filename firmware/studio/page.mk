@@ -28,7 +28,7 @@ vendor-check: $(PAGE_NPM)/done
 	@echo "vendor: $$(ls $(PAGE_VENDOR) | wc -l) files are what the lock file makes"
 
 PAGE_OURS = $(shell find firmware/studio/web firmware/studio/bundle \
-              tests/firmware/studio -name '*.js' -o -name '*.mjs' \
+              tests/firmware/studio/page tests/firmware/studio/browser -name '*.js' -o -name '*.mjs' \
               -o -name '*.css' -o -name '*.html' | grep -v web/vendor)
 PRETTIER  = $(PAGE_NPM)/node_modules/.bin/prettier --log-level warn \
             --config firmware/studio/bundle/prettier.json
