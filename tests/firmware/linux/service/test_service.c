@@ -545,7 +545,7 @@ static void the_tick_has_no_page_fault(void **state)
     client_do(&link, "{\"command\":\"start\"}");
     usleep(1500000); /* two looks of the tick at its page faults */
     if (client_number(&link, "memory_locked") == 0)
-        skip();              /* this user may not */
+        skip();         /* this user may not */
 #ifndef CHECK_SANITIZED /* which makes locking memory do nothing */
     assert_true(client_number(&link, "page_faults") == 0);
 #endif

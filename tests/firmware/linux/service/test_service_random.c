@@ -70,7 +70,7 @@ static struct service_bench bench;
 static struct client client[CLIENTS];
 static struct client *holder; /* by the answers */
 static uint64_t seed, state;
-static bool troubled; /* in this sequence */
+static bool troubled;  /* in this sequence */
 static bool commanded; /* before this tick */
 static char trace[32][256];
 static unsigned traced;
