@@ -1,5 +1,5 @@
 /* motion/kinematics/carrier.h - what carries the head of a camera rig: linear
- * axes, a circular rail, a gantry, a jib.
+ * axes, a circular rail, a rail through points, a gantry, a jib.
  *
  * Each kind places the mount of the head from its axes, and finds its axes from
  * the place of the pivot.  Directions are those in space; `level` is the camera's
@@ -13,6 +13,7 @@
 #define MOTION_KINEMATICS_CARRIER_H
 
 #include "motion/kinematics/mount.h"
+#include "motion/path/arclen.h"
 
 #define MOTION_LINEAR_AXES_MAX  3
 #define MOTION_CARRIER_AXES_MAX 4 /* a gantry's */
@@ -40,6 +41,18 @@ struct motion_arc {
  * is zero or they are parallel. */
 int motion_arc_plane(struct motion_arc *arc, struct motion_vec normal,
                      struct motion_vec start);
+
+/* pivot = the rail's curve at length = coordinate, which is 0 .. the length of
+ * the table.  The carriage turns the mount about the vertical, by the rail's
+ * heading less its heading at 0, so that a rail that climbs leaves the head
+ * level.  A place is on the rail within MOTION_KINEMATICS_NEAR_Q32; where the rail
+ * comes there more than once, the nearest to the coordinate before counts. */
+struct motion_rail {
+    /* of a motion_arclen_poly with 3 axes, nowhere vertical */
+    const struct motion_arclen_table *table;
+    bool is_turning;
+    struct motion_axis_map axis;
+};
 
 /* Two rails along x at y = at_y, a bridge between them on which y counts, and z
  * up.  With the rails at x1 and x2 the bridge is turned about its joint on rail
@@ -73,6 +86,7 @@ struct motion_carrier {
     union {
         struct motion_linear linear;
         struct motion_arc arc;
+        struct motion_rail rail;
         struct motion_gantry gantry;
         struct motion_jib jib;
     } as;
@@ -90,6 +104,7 @@ struct motion_carrier_kind {
 
 extern const struct motion_carrier_kind motion_carrier_linear;
 extern const struct motion_carrier_kind motion_carrier_arc;
+extern const struct motion_carrier_kind motion_carrier_rail;
 extern const struct motion_carrier_kind motion_carrier_gantry;
 extern const struct motion_carrier_kind motion_carrier_jib;
 

@@ -424,6 +424,8 @@ static bool move_is_mount_still(const struct plan_rig *rig)
     return carrier->kind == &motion_carrier_linear ||
            (carrier->kind == &motion_carrier_arc &&
             !carrier->as.arc.is_turning) ||
+           (carrier->kind == &motion_carrier_rail &&
+            !carrier->as.rail.is_turning) ||
            (carrier->kind == &motion_carrier_jib &&
             carrier->as.jib.mount == MOTION_JIB_SPACE);
 }

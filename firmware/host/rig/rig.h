@@ -23,6 +23,7 @@
 #include "hal/modbus/line.h"
 #include "hal/modbus/map.h"
 #include "motion/plan/move.h"
+#include "motion/plan/path/plan_space.h"
 #include "motion/plan/rig/plan_rig.h"
 #include "motion/plan/shaper/shaper.h"
 
@@ -208,6 +209,7 @@ struct rig {
     struct rig_line *line;
     uint32_t line_count;
     struct plan_rig *kinematics; /* axes of the rig; NULL: not given */
+    struct plan_space *rail;     /* of its carrier; NULL: another one */
 };
 
 /* No axis before it has its node: what is the node's is counted with it. */

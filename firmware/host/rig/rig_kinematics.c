@@ -1,6 +1,6 @@
 /* firmware/host/rig/rig_kinematics.c - how the axes of a rig place its camera.
  *
- * A carrier (linear, arc, gantry or jib), the head on it, a turntable before it
+ * A carrier (linear, arc, rail, gantry or jib), the head on it, a turntable before it
  * and the motors of its lens; what they are is motion/kinematics. */
 #include "firmware/host/rig/rig_parts.h"
 
@@ -42,8 +42,7 @@ static int rig_read_numbers(struct rig_reader *self,
     return 0;
 }
 
-static int rig_read_place(void *reader, const struct yaml_value *value,
-                          void *out)
+int rig_read_place(void *reader, const struct yaml_value *value, void *out)
 {
     return rig_read_numbers(reader, value, UNITS_POSITION, 3, out);
 }
@@ -77,7 +76,7 @@ static int rig_read_length(void *reader, const struct yaml_value *value,
     return rig_read_positive(reader, value, UNITS_POSITION, out);
 }
 
-static int rig_read_yes(void *reader, const struct yaml_value *value, void *out)
+int rig_read_yes(void *reader, const struct yaml_value *value, void *out)
 {
     (void)reader;
     return yaml_value_bool(value, out);
@@ -161,9 +160,9 @@ static int rig_read_joint(struct rig_reader *self,
     return err;
 }
 
-static int rig_read_carrier_axis(void *reader, const struct yaml_value *value,
-                                 enum units_axis unit, int index,
-                                 struct motion_axis_map *map)
+int rig_read_carrier_axis(void *reader, const struct yaml_value *value,
+                          enum units_axis unit, int index,
+                          struct motion_axis_map *map)
 {
     struct rig_joint joint;
 
@@ -245,10 +244,10 @@ static int rig_read_linear(void *reader, const struct yaml_value *value,
                : 0;
 }
 
-/* ---- a curved rail ------------------------------------------------------- */
+/* ---- a circular rail ------------------------------------------------------- */
 
-static int rig_read_rail_axis(void *reader, const struct yaml_value *value,
-                              void *out)
+static int rig_read_arc_axis(void *reader, const struct yaml_value *value,
+                             void *out)
 {
     return rig_read_carrier_axis(reader, value, UNITS_AXIS_MM, 0, out);
 }
@@ -267,7 +266,7 @@ static const struct yaml_field rig_arc_fields[] = {
       "yes or no: does the head turn with the carriage", rig_read_yes,
       offsetof(struct motion_arc, is_turning) },
     { "axis", YAML_REQUIRED, "a map with axis, offset and reversed",
-      rig_read_rail_axis, offsetof(struct motion_arc, axis) },
+      rig_read_arc_axis, offsetof(struct motion_arc, axis) },
 };
 const struct yaml_shape rig_arc_shape = { "arc", rig_arc_fields,
                                           ARRAY_LEN(rig_arc_fields) };
@@ -586,12 +585,14 @@ static int rig_read_lens(void *reader, const struct yaml_value *value,
 /* ---- the whole ----------------------------------------------------------- */
 
 /* The first RIG_CARRIERS are carriers; one of them is given. */
-#define RIG_CARRIERS 4
+#define RIG_CARRIERS 5
 static const struct yaml_field rig_kinematics_fields[] = {
     { "linear", YAML_OPTIONAL, "a map with origin and axes", rig_read_linear,
       offsetof(struct plan_rig, rig.carrier) },
     { "arc", YAML_OPTIONAL, "a map with centre, radius, normal, start and axis",
       rig_read_arc, offsetof(struct plan_rig, rig.carrier) },
+    { "rail", YAML_OPTIONAL, "a map with points, turning and axis",
+      rig_read_rail, offsetof(struct plan_rig, rig.carrier) },
     { "gantry", YAML_OPTIONAL, "a map with rails, x1, x2, y and z",
       rig_read_gantry, offsetof(struct plan_rig, rig.carrier) },
     { "jib", YAML_OPTIONAL,

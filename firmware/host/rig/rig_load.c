@@ -51,8 +51,8 @@ static const struct yaml_field rig_fields[] = {
     { "gpio", YAML_OPTIONAL, "a map of 1 .. 256 lines by name", rig_read_gpio,
       0 },
     { "kinematics", YAML_OPTIONAL,
-      "a map with head, and linear, arc, gantry or jib", rig_read_kinematics,
-      0 },
+      "a map with head, and linear, arc, rail, gantry or jib",
+      rig_read_kinematics, 0 },
 };
 static const struct yaml_shape rig_shape = { "rig", rig_fields,
                                              ARRAY_LEN(rig_fields) };
@@ -97,6 +97,7 @@ const struct yaml_shape *const rig_shapes[] = {
     &rig_slide_shape,
     &rig_joint_shape,
     &rig_arc_shape,
+    &rig_rail_shape,
     &rig_gantry_shape,
     &rig_jib_shape,
     &rig_head_shape,
@@ -131,6 +132,8 @@ int rig_load(const struct files *files, const char *path, struct rig *rig,
 
 void rig_free(struct rig *rig)
 {
+    if (rig->rail != NULL)
+        plan_space_free(rig->rail);
     memory_pool_free(&rig->memory);
     *rig = (struct rig){ .bus_count = 0 };
 }
@@ -140,6 +143,7 @@ void rig_part(struct rig *part, const struct rig *rig, uint32_t bus)
     rig_free(part);
     *part = *rig;
     part->memory = (struct memory_pool){ NULL };
+    part->rail = NULL; /* of the whole one */
     part->bus = memory_pool_new(&part->memory, 1, sizeof *part->bus);
     part->bus[0] = rig->bus[bus];
     part->bus_count = 1;

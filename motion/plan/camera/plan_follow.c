@@ -128,7 +128,9 @@ static int follow_refuse(const struct follow *self, int err, int64_t t)
         what = "the subject is nearer than the entrance pupil goes round the "
                "head: pass farther from it";
     if (err == MOTION_E_LIMIT)
-        what = "the boom is beyond its extension, or beyond the vertical";
+        what = self->rig->rig.carrier.kind == &motion_carrier_rail
+                   ? "the carriage is beyond the end of its rail"
+                   : "the boom is beyond its extension, or beyond the vertical";
     return plan_error_set(self->error, err, self->camera->look_place,
                           "at %.3f s %s", follow_s(t), what);
 }

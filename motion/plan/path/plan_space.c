@@ -27,6 +27,7 @@ struct plan_space_rules plan_space_rules(enum plan_curve curve)
         [PLAN_CURVE_C2] = { .is = true, .closed = true, .smooth = 2 },
         [PLAN_CURVE_QUINTIC] = { .is = true, .closed = true, .smooth = 2 },
         [PLAN_CURVE_BSPLINE] = { .is = true, .smooth = 2 },
+        [PLAN_CURVE_C4] = { .is = true, .smooth = 2 },
     };
     return (size_t)curve < sizeof rules / sizeof rules[0] ? rules[curve] : none;
 }
@@ -145,6 +146,7 @@ static enum motion_spline_end space_end(const struct plan_points *points)
     if (points->curve == PLAN_CURVE_C2)
         return points->closed ? MOTION_SPLINE_PERIODIC : MOTION_SPLINE_NATURAL;
     return points->curve == PLAN_CURVE_BSPLINE  ? MOTION_SPLINE_NATURAL
+           : points->curve == PLAN_CURVE_C4     ? MOTION_SPLINE_NOT_A_KNOT
            : points->curve == PLAN_CURVE_LINEAR ? MOTION_SPLINE_REST
                                                 : MOTION_SPLINE_ONE_SIDED;
 }

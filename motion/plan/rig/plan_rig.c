@@ -112,6 +112,68 @@ static void rig_arc(const struct motion_carrier *carrier,
         rig_turn_frame(mount, normal, angle);
 }
 
+/* A polynomial, or its derivative of an order, at x. */
+static struct plan_jet rig_poly(const struct motion_real coef[],
+                                uint32_t degree, uint32_t order,
+                                struct plan_jet x)
+{
+    struct plan_jet sum = plan_jet_of(0);
+
+    for (uint32_t n = degree + 1; n-- > order;) {
+        double c = plan_rig_real(coef[n]);
+        for (uint32_t k = 0; k < order; k++)
+            c *= n - k;
+        sum = plan_jet_add(plan_jet_mul(sum, x), plan_jet_of(c));
+    }
+    return sum;
+}
+
+/* Where a rail is at a length, and its tangent, of any length: with
+ * sigma = |P'(u)|, u' = s' / sigma, u'' = (s'' - sigma' u'^2) / sigma. */
+static void rig_rail_at(const struct motion_arclen_table *table,
+                        struct plan_jet s, struct plan_jet_vec *pos,
+                        struct plan_jet_vec *tangent)
+{
+    const struct motion_arclen_poly *poly = table->curve->context;
+    const struct motion_real *coef = poly->coef;
+    struct motion_arclen_place place;
+    double square = 0, bend = 0;
+
+    motion_arclen_find(table, plan_rig_from_double(s.p), &place);
+    coef += (size_t)place.piece * poly->axes * (poly->degree + 1);
+    struct plan_jet u = plan_jet_of(plan_rig_real(place.x));
+    for (uint32_t i = 0; i < 3; i++) {
+        const struct motion_real *c = coef + (size_t)i * (poly->degree + 1);
+        const double first = rig_poly(c, poly->degree, 1, u).p;
+        square += first * first;
+        bend += first * rig_poly(c, poly->degree, 2, u).p;
+    }
+    u.v = s.v / sqrt(square);
+    u.a = s.a / sqrt(square) - bend / square * u.v * u.v;
+    for (uint32_t i = 0; i < 3; i++) {
+        const struct motion_real *c = coef + (size_t)i * (poly->degree + 1);
+        pos->x[i] = rig_poly(c, poly->degree, 0, u);
+        tangent->x[i] = rig_poly(c, poly->degree, 1, u);
+    }
+}
+
+static void rig_rail(const struct motion_carrier *carrier,
+                     const struct plan_jet axis[], struct plan_jet_vec *pivot,
+                     struct plan_rig_frame *mount)
+{
+    const struct motion_rail *rail = &carrier->as.rail;
+    struct plan_jet_vec start, first, tangent;
+
+    rig_rail_at(rail->table, plan_rig_coordinate(&rail->axis, axis[0]), pivot,
+                &tangent);
+    if (!rail->is_turning)
+        return;
+    rig_rail_at(rail->table, plan_jet_of(0), &start, &first);
+    rig_turn_frame(mount, rig_z,
+                   plan_jet_sub(plan_jet_atan2(tangent.x[1], tangent.x[0]),
+                                plan_jet_atan2(first.x[1], first.x[0])));
+}
+
 static void rig_gantry(const struct motion_carrier *carrier,
                        const struct plan_jet axis[], struct plan_jet_vec *pivot,
                        struct plan_rig_frame *mount)
@@ -185,6 +247,7 @@ static const struct {
 } rig_kinds[] = {
     { &motion_carrier_linear, rig_linear },
     { &motion_carrier_arc, rig_arc },
+    { &motion_carrier_rail, rig_rail },
     { &motion_carrier_gantry, rig_gantry },
     { &motion_carrier_jib, rig_jib },
 };

@@ -14,6 +14,7 @@
 #define TABLE  "examples/product/rig.yaml"
 #define RAIL   "examples/timelapse/rig.yaml"
 #define GANTRY "examples/orbit/rig.yaml"
+#define POINTS "tests/data/rail/rig.yaml"
 #define TEXT   4000
 #define TIMES  997
 
@@ -103,14 +104,16 @@ static void random_move(const struct rig *rig, char *text, double subject[3])
 
 static void a_subject_stays_in_the_middle(void **state)
 {
-    static const char *const rigs[] = { SLIDER, ZOOM, JIB, RAIL, GANTRY };
+    static const char *const rigs[] = {
+        SLIDER, ZOOM, JIB, RAIL, GANTRY, POINTS
+    };
     static struct move_file file;
     double worst = 0, off_focus = 0, bound = 0;
 
     (void)state;
     seed_from("a_subject_stays_in_the_middle");
     for (int n = 0; n < 60; n++) {
-        const char *const path = rigs[n % 5];
+        const char *const path = rigs[n % 6];
         char text[TEXT], message[YAML_MESSAGE_MAX];
         struct rig rig = { .bus_count = 0 };
         double subject[3], far;

@@ -71,6 +71,21 @@ static const struct {
     { HEAD "  arc: {centre: [0, 0, 0], radius: 1 m, start: [0, 0, 1], axis: "
            "{axis: b}}\n",
       "12:8: arc has normal and start in one line" },
+    { HEAD "  rail: {points: [[0, 0, 0]], axis: {axis: b}}\n",
+      "12:18: points has 1 item" },
+    { HEAD "  rail: {points: [[0, 0, 0], [2 m, 0, 0], [2 m, 0, 0]], axis: "
+           "{axis: b, offset: 100}}\n",
+      "12:9: rail has no curve through its points" },
+    { HEAD "  rail: {points: [[0, 0, 0], [900, 0, 0]], axis: {axis: b, offset: "
+           "100}}\n",
+      "12:9: rail is 900.000 mm long, and the limits of 'b' let it go from "
+      "0.000 mm to 1000.000 mm along it" },
+    { HEAD "  rail: {points: [[0, 0, 0], [2 m, 0, 0]], axis: {axis: b}}\n",
+      "12:9: rail is 2000.000 mm long, and the limits of 'b' let it go from "
+      "-100.000 mm" },
+    { HEAD "  rail: {points: [[0, 0, 0], [0, 0, 2 m]], axis: {axis: b, offset: "
+           "100}}\n",
+      "12:9: rail goes straight up" },
     { HEAD "  gantry: {rails: [1 m, 1 m], x1: {axis: a}, x2: {axis: b}, y: "
            "{axis: c}, z: {axis: d}}\n",
       "12:19: rails are at the same place" },
@@ -150,11 +165,108 @@ static void cameras_are_where_the_file_has_them(void **state)
     rig_free(&rig);
 }
 
+/* A rail along half a circle of 1 m, its points 10 degrees apart, which climbs by
+ * 200 mm: the carriage stands where the angle says, and looks inwards. */
+static void write_half_circle(char *text, const char *more)
+{
+    char *at = text + sprintf(text,
+                              "  head: {pan: {axis: pan}, tilt: {axis: "
+                              "tilt}, forward: [0, 1, 0]}\n"
+                              "  rail:\n    axis: {axis: b, offset: "
+                              "100}\n    turning: %s\n    points:\n",
+                              more);
+
+    for (int i = 0; i <= 18; i++) {
+        const double a = i * 10 / DEG;
+        at += sprintf(at, "      - [%.9f, %.9f, %.9f]\n", 1000 * sin(a),
+                      -1000 * cos(a), 900 + 200 * a / (180 / DEG));
+    }
+}
+
+#define RAIL_RADIUS 1000
+#define RAIL_CLIMB  (200 / (180 / DEG)) /* mm per radian */
+
+static void a_rail_through_points_is_run_along_its_length(void **state)
+{
+    const double per_rad = hypot(RAIL_RADIUS, RAIL_CLIMB);
+    char text[4000];
+    double worst = 0, turned = 0;
+
+    (void)state;
+    for (int turning = 0; turning < 2; turning++) {
+        struct rig rig;
+        write_half_circle(text, turning ? "yes" : "no");
+        const struct plan_rig *got = read_rig(&rig, text);
+        for (int i = 0; i <= 50; i++) {
+            const double s = 20.0 * i, a = s / per_rad;
+            int64_t axis_q32[MOTION_RIG_AXES_MAX] = { q32_of(s - 100), 0, 0,
+                                                      0 };
+            const double want[3] = { RAIL_RADIUS * sin(a),
+                                     -RAIL_RADIUS * cos(a),
+                                     900 + RAIL_CLIMB * a };
+            struct motion_camera camera;
+            assert_int_equal(motion_rig_camera(&got->rig, axis_q32, &camera),
+                             MOTION_OK);
+            for (int k = 0; k < 3; k++)
+                worst =
+                    fmax(worst, fabs(number_of(camera.pupil.x[k]) - want[k]));
+            const struct motion_dir view = motion_quat_turn(
+                camera.q, (struct motion_dir){ { 0, 0, -((int64_t)1 << 62) } });
+            const double angle = turning ? a : 0;
+            turned = fmax(turned,
+                          fabs(ldexp((double)view.q62[0], -62) + sin(angle)));
+            turned = fmax(turned,
+                          fabs(ldexp((double)view.q62[1], -62) - cos(angle)));
+            turned = fmax(turned, fabs(ldexp((double)view.q62[2], -62)));
+        }
+        rig_free(&rig);
+    }
+    print_message("worst: %.2g mm, %.2g\n", worst, turned);
+    assert_true(worst < 1e-3); /* ten degrees of a circle as one quintic */
+    assert_true(turned < 1e-4);
+}
+
+/* From far along the rail, from its place, and without a place before. */
+static void the_place_on_a_rail_is_found_again(void **state)
+{
+    struct rig rig;
+    char text[4000];
+    double worst = 0;
+
+    (void)state;
+    write_half_circle(text, "yes");
+    const struct motion_carrier *carrier = &read_rig(&rig, text)->rig.carrier;
+    seed_from("the_place_on_a_rail_is_found_again");
+    for (int i = 0; i < 60; i++) {
+        const int64_t axis_q32 = q32_of(uniform(-100, 900)),
+                      before_q32 = q32_of(uniform(-100, 900));
+        struct motion_mount mount;
+        int64_t found_q32;
+        assert_int_equal(carrier->kind->place(carrier, &axis_q32, &mount),
+                         MOTION_OK);
+        assert_int_equal(carrier->kind->find(carrier, mount.pivot,
+                                             i % 3 ? &before_q32 : NULL,
+                                             &found_q32),
+                         MOTION_OK);
+        worst = fmax(worst, fabs(from_q32(found_q32 - axis_q32)));
+        mount.pivot.x[2] =
+            motion_real_add(mount.pivot.x[2], motion_real_from_q(1 << 20, 32));
+        assert_int_equal(
+            carrier->kind->find(carrier, mount.pivot, &axis_q32, &found_q32),
+            MOTION_E_UNREACHABLE);
+    }
+    print_message("worst: %.2g mm\n", worst);
+    assert_true(worst < 1e-8);
+    rig_free(&rig);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_makes_no_sense_is_refused),
         cmocka_unit_test(cameras_are_where_the_file_has_them),
+        cmocka_unit_test(a_rail_through_points_is_run_along_its_length),
+        cmocka_unit_test(the_place_on_a_rail_is_found_again),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

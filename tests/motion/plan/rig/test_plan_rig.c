@@ -3,10 +3,58 @@
  * differences. */
 #include "motion/plan/rig/plan_rig.h"
 
+#include "motion/plan/path/plan_space.h"
 #include "motion/plan/plan_track.h"
 #include "tests/motion/kinematics/rig_random.h"
 
-#define RIGS 400
+#define RIGS  450
+#define RAILS 8
+
+/* Rails that climb and turn, with lengths of about 4 m. */
+static struct plan_space rails[RAILS];
+
+static int open_rails(void **state)
+{
+    (void)state;
+    seed_from("open_rails");
+    for (int n = 0; n < RAILS; n++) {
+        struct plan_point point[6] = { { .q32 = { 0 } } };
+        const struct plan_points points = {
+            .axes = 3,
+            .curve = n & 1 ? PLAN_CURVE_C4 : PLAN_CURVE_C2,
+            .spacing = MOTION_SPLINE_CHORDAL,
+            .point = point,
+            .count = 2 + (uint32_t)n * 4 / (RAILS - 1),
+        };
+        struct plan_error error;
+        for (uint32_t i = 0; i < points.count; i++) {
+            point[i].q32[0] = q32_of(800.0 * i + uniform(-200, 200));
+            point[i].q32[1] = q32_of(uniform(-600, 600));
+            point[i].q32[2] = q32_of(uniform(800, 1200));
+        }
+        assert_int_equal(plan_space_init(&rails[n], &points, &error),
+                         MOTION_OK);
+    }
+    return 0;
+}
+
+static int close_rails(void **state)
+{
+    (void)state;
+    for (int n = 0; n < RAILS; n++)
+        plan_space_free(&rails[n]);
+    return 0;
+}
+
+static void random_rail(struct motion_carrier *carrier)
+{
+    carrier->kind = &motion_carrier_rail;
+    carrier->as.rail =
+        (struct motion_rail){ .table = &rails[draw() % RAILS].table,
+                              .is_turning = draw() & 1,
+                              .axis = random_map(0) };
+    carrier->as.rail.axis.offset_q32 = q32_of(uniform(100, 500));
+}
 
 static void random_rig(struct motion_rig *rig, unsigned kind)
 {
@@ -18,10 +66,12 @@ static void random_rig(struct motion_rig *rig, unsigned kind)
         random_arc(&rig->carrier);
     else if (kind == 4)
         random_gantry(&rig->carrier);
+    else if (kind == 5)
+        random_rail(&rig->carrier);
     else
-        random_jib(&rig->carrier, (enum motion_jib_mount)(kind - 5));
+        random_jib(&rig->carrier, (enum motion_jib_mount)(kind - 6));
 }
-#define KINDS 8
+#define KINDS 9
 
 /* Positions that a jib can have, too. */
 static void random_axes(const struct motion_rig *rig, struct plan_jet axis[])
@@ -215,5 +265,5 @@ int main(void)
         cmocka_unit_test(derivatives_are_those_of_differences),
         cmocka_unit_test(what_has_no_direction_is_refused),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, open_rails, close_rails);
 }
