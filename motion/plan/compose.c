@@ -12,8 +12,10 @@
 #include "motion/plan/plan_blend.h"
 #include "motion/plan/plan_duration.h"
 #include "motion/plan/plan_error.h"
+#include "motion/plan/plan_roll.h"
 #include "motion/plan/plan_track.h"
 #include "motion/plan/plan_warp.h"
+#include "motion/plan/shaper/plan_shape.h"
 #include "motion/plan/shoot/plan_shoot.h"
 
 const char *plan_driver_name(enum plan_driver driver)
@@ -304,6 +306,33 @@ static int compose_duration(const struct compose *self)
                                 (double)to / (double)MOTION_FIXED_S_Q12);
 }
 
+/* The path begins when its axes are up to speed. */
+static int compose_roll(const struct compose *self)
+{
+    const int64_t before = self->move->pre_roll_ns_q12,
+                  after = self->move->post_roll_ns_q12;
+    struct plan_outcome *outcome = self->outcome;
+    int err = MOTION_OK;
+
+    if (before == 0 && after == 0)
+        return MOTION_OK;
+    outcome->is_bent = true;
+    outcome->lag_ns_q12 = before;
+    outcome->tail_ns_q12 = after;
+    for (uint32_t i = 0; i < self->move->axis_count && err == MOTION_OK; i++) {
+        err = plan_roll_track(&self->track[i], before, after);
+        self->error->axis = i;
+    }
+    if (err == MOTION_OK && outcome->has_path)
+        err = plan_shape_delay(&outcome->distance, before);
+    return err == MOTION_OK
+               ? err
+               : plan_error_set(self->error, err, self->move->axis[0].place,
+                                "with pre-roll and post-roll the move leaves "
+                                "the range of its formats (%s)",
+                                motion_err_text(err));
+}
+
 int plan_compose(const struct plan_move *move, struct motion_track track[],
                  struct plan_outcome *outcome,
                  const struct plan_progress *progress, struct plan_error *error)
@@ -317,6 +346,8 @@ int plan_compose(const struct plan_move *move, struct motion_track track[],
         err = compose_warp(&self);
     if (err == MOTION_OK)
         err = compose_duration(&self);
+    if (err == MOTION_OK)
+        err = compose_roll(&self);
     plan_progress_end(progress);
     if (err < 0)
         compose_drop(&self);

@@ -5,6 +5,8 @@
  *     fade                        goes over to another move
  *     warp                        bends the time of all of it
  *     duration                    plays all of it in that time
+ *     pre-roll, post-roll         bring what begins or ends in motion up to speed
+ *                                 before, and to rest after it
  *
  * Off-line only: uses the heap. */
 #ifndef MOTION_PLAN_COMPOSE_H
@@ -32,7 +34,8 @@ struct plan_outcome {
     struct motion_track warp;    /* on the heap; empty: time is as written */
     struct motion_real warp_bound; /* of the worst axis, unit */
     int64_t lag_ns_q12;            /* all of it comes so much later, and ends so
-                                      much later than that (plan_shape.h) */
+                                      much later than that (plan_roll.h,
+                                      plan_shape.h) */
     int64_t tail_ns_q12;
 };
 

@@ -187,6 +187,9 @@ struct plan_move {
     uint64_t fps_num, fps_den; /* frames per second; 0 / 0 when not given */
     int64_t duration_ns_q12; /* how long all of it is to take; 0: as written */
     struct plan_place duration_place;
+    /* In front of the start and behind the end of a move that is in motion there
+     * (plan_roll.h); 0: nothing. */
+    int64_t pre_roll_ns_q12, post_roll_ns_q12;
     struct plan_axis *axis;
     uint32_t axis_count;
     struct plan_joints *joints;

@@ -21,6 +21,7 @@ struct job_fit_span {
 };
 
 struct job_fit {
+    struct job_fit_rolls rolls;
     bool is_cured; /* there is more to it than speed: steps, positions */
     double stretch;
     int64_t end_ns_q12; /* a duration that fits */
@@ -40,12 +41,54 @@ void job_fit_limit(const struct job *job, unsigned axis,
                                 &limit->period_ns);
 }
 
+/* Is it of the pre-roll (`after` false) or of the post-roll, and not of the
+ * shot?  Where they meet the acceleration is the shot's. */
+static bool job_fit_is_rolled(const struct job *job,
+                              const struct job_violation *violation, bool after)
+{
+    const int64_t t = violation->t_ns_q12,
+                  border = after ? job->end_ns_q12 - job->outcome.tail_ns_q12
+                                 : job->outcome.lag_ns_q12;
+    struct motion_state beside;
+
+    if ((after ? job->move.post_roll_ns_q12 : job->move.pre_roll_ns_q12) == 0 ||
+        (violation->kind != JOB_ACC && violation->kind != JOB_JERK))
+        return false;
+    if (t != border)
+        return after ? t > border : t < border;
+    motion_track_state(&job->track[violation->axis], after ? t + 1 : t - 1,
+                       &beside);
+    return violation->kind == JOB_JERK &&
+           motion_fixed_abs(beside.jerk_q32) > (uint64_t)violation->limit;
+}
+
+/* A roll that takes so many times as long: the acceleration goes with 1 / T, the
+ * jerk with 1 / T^2. */
+static bool job_fit_roll(const struct job *job,
+                         const struct job_violation *violation,
+                         struct job_fit_rolls *rolls)
+{
+    const double ratio =
+        fabs((double)violation->value) / (double)violation->limit;
+    const double need = violation->kind == JOB_JERK ? sqrt(ratio) : ratio;
+
+    if (job_fit_is_rolled(job, violation, false))
+        rolls->pre = fmax(rolls->pre, need);
+    else if (job_fit_is_rolled(job, violation, true))
+        rolls->post = fmax(rolls->post, need);
+    else
+        return false;
+    return true;
+}
+
 /* By the violations, which there are of every move: each has its worst value as
  * played, by the limit as it is. */
 static void job_fit_duration(const struct job *job, struct job_fit *fit)
 {
     for (uint32_t i = 0; i < job->violation_count; i++) {
         const struct job_violation *violation = &job->violation[i];
+        if (job_fit_roll(job, violation, &fit->rolls))
+            continue;
         const double ratio =
             fabs((double)violation->value) / (double)violation->limit;
         const double need = violation->kind == JOB_VEL    ? ratio
@@ -112,7 +155,7 @@ static bool job_fit_has_spans(const struct job *job, unsigned a)
 
 static struct job_fit job_fit_of(const struct job *job)
 {
-    struct job_fit fit = { .is_cured = true, .stretch = 1 };
+    struct job_fit fit = { .rolls = { 1, 1 }, .is_cured = true, .stretch = 1 };
 
     job_fit_duration(job, &fit);
     if (fit.stretch > 1)
@@ -124,10 +167,11 @@ static struct job_fit job_fit_of(const struct job *job)
     return fit;
 }
 
-double job_fit_stretch(const struct job *job)
+double job_fit_stretch(const struct job *job, struct job_fit_rolls *rolls)
 {
     const struct job_fit fit = job_fit_of(job);
 
+    *rolls = fit.rolls;
     return fit.is_cured ? fit.stretch : 0;
 }
 
@@ -180,6 +224,31 @@ static const char *job_fit_advice(const struct job *job,
                           : "; slew fit gives it a duration";
 }
 
+static void job_fit_print_roll(FILE *file, const char *before, const char *name,
+                               int64_t roll_ns_q12, double by)
+{
+    char text[NUMBER_MAX];
+
+    number_seconds(text, job_fit_up((double)roll_ns_q12 * by * (1 + 1e-9)));
+    fprintf(file, "%s a %s of %s s", before, name, text);
+}
+
+static void job_fit_print_rolls(const struct job *job,
+                                const struct job_fit *fit, FILE *file)
+{
+    const bool pre = fit->rolls.pre > 1, post = fit->rolls.post > 1;
+
+    if (!pre && !post)
+        return;
+    if (pre)
+        job_fit_print_roll(file, "Needs", "pre_roll", job->move.pre_roll_ns_q12,
+                           fit->rolls.pre);
+    if (post)
+        job_fit_print_roll(file, pre ? " and" : "Needs", "post_roll",
+                           job->move.post_roll_ns_q12, fit->rolls.post);
+    fprintf(file, "; slew fit writes %s.\n", pre && post ? "them" : "it");
+}
+
 void job_fit_print(const struct job *job, FILE *file)
 {
     const struct job_fit fit = job_fit_of(job);
@@ -189,6 +258,7 @@ void job_fit_print(const struct job *job, FILE *file)
         fputs("No duration removes a step, or brings a position into its "
               "range.\n",
               file);
+    job_fit_print_rolls(job, &fit, file);
     if (fit.stretch <= 1)
         return;
     number_seconds(duration, fit.end_ns_q12);
@@ -219,6 +289,14 @@ void job_fit_json(const struct job *job, cJSON *object)
     cJSON_AddNumberToObject(item, "stretch", fit.stretch);
     cJSON_AddNumberToObject(item, "duration_s",
                             number_double(fit.end_ns_q12, 12) / 1e9);
+    if (fit.rolls.pre > 1)
+        cJSON_AddNumberToObject(item, "pre_roll_s",
+                                number_double(job->move.pre_roll_ns_q12, 12) /
+                                    1e9 * fit.rolls.pre);
+    if (fit.rolls.post > 1)
+        cJSON_AddNumberToObject(item, "post_roll_s",
+                                number_double(job->move.post_roll_ns_q12, 12) /
+                                    1e9 * fit.rolls.post);
     list = cJSON_AddArrayToObject(item, "spans");
     for (uint32_t i = 0; i < fit.spans && i < JOB_FIT_SPANS_MAX; i++) {
         cJSON *const span = cJSON_CreateObject();

@@ -8,9 +8,14 @@
 void job_fit_limit(const struct job *job, unsigned axis,
                    struct plan_limit *limit);
 
-/* After job_check: by how much the move would have to be slower; 0 where that
- * does not help, 1 where nothing is broken. */
-double job_fit_stretch(const struct job *job);
+/* By how many times pre-roll and post-roll would have to be longer; 1: they do. */
+struct job_fit_rolls {
+    double pre, post;
+};
+
+/* After job_check: by how much the move without its rolls would have to be
+ * slower; 0 where that does not help, 1 where nothing of it is broken. */
+double job_fit_stretch(const struct job *job, struct job_fit_rolls *rolls);
 
 /* After job_check: the duration that fits, and the spans between keys that need
  * longer; nothing where no limit is broken. */

@@ -28,6 +28,8 @@ static const char *goals_other(const struct plan_move *move, uint32_t axis)
         return "shoot";
     if (move->duration_ns_q12 != 0)
         return "duration";
+    if (move->pre_roll_ns_q12 != 0 || move->post_roll_ns_q12 != 0)
+        return "pre_roll or post_roll";
     return move->warp != NULL ? "warp" : NULL;
 }
 

@@ -72,6 +72,37 @@ static int move_read_duration(void *reader, const struct yaml_value *value,
     return 0;
 }
 
+#define MOVE_ROLL_MAX (INT64_C(3600) * MOTION_FIXED_S_Q12)
+
+static int move_read_roll(struct move_reader *self,
+                          const struct yaml_value *value, int64_t *roll_ns_q12)
+{
+    char quote[YAML_QUOTE_MAX];
+
+    if (move_refuse_guest(self, value) < 0 ||
+        move_read_positive(self, value, UNITS_TIME, roll_ns_q12) < 0)
+        return -1;
+    if (*roll_ns_q12 < MOTION_FIXED_S_Q12 / 1000 ||
+        *roll_ns_q12 > MOVE_ROLL_MAX)
+        return yaml_value_refuse(value, "%s is out of range",
+                                 yaml_value_quote(quote, value));
+    return 0;
+}
+
+static int move_read_pre_roll(void *reader, const struct yaml_value *value,
+                              void *out)
+{
+    return move_read_roll(reader, value,
+                          &((struct plan_move *)out)->pre_roll_ns_q12);
+}
+
+static int move_read_post_roll(void *reader, const struct yaml_value *value,
+                               void *out)
+{
+    return move_read_roll(reader, value,
+                          &((struct plan_move *)out)->post_roll_ns_q12);
+}
+
 int move_refuse_guest(const struct move_reader *reader,
                       const struct yaml_value *value)
 {
@@ -91,6 +122,13 @@ static const struct yaml_field move_fields[] = {
       move_read_fps, 0 },
     { "duration", YAML_OPTIONAL, "the time that all of it takes, above zero",
       move_read_duration, 0 },
+    { "pre_roll", YAML_OPTIONAL,
+      "a time of 1 ms .. 1 h, in which axes that begin in motion come up to "
+      "speed",
+      move_read_pre_roll, 0 },
+    { "post_roll", YAML_OPTIONAL,
+      "a time of 1 ms .. 1 h, in which axes that end in motion come to rest",
+      move_read_post_roll, 0 },
     { "timing", YAML_OPTIONAL, "fastest, for axes whose keys are positions",
       move_read_timing, 0 },
     { "axes", YAML_OPTIONAL, "a map of axes by name", move_read_axes, 0 },

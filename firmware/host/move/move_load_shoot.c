@@ -158,6 +158,10 @@ int move_read_shoot(void *reader, const struct yaml_value *value, void *out)
     if (move->duration_ns_q12 != 0)
         return yaml_value_refuse(value, "is given beside a duration: both say "
                                         "when the move is played");
+    if (move->pre_roll_ns_q12 != 0 || move->post_roll_ns_q12 != 0)
+        return yaml_value_refuse(value,
+                                 "is given beside a pre_roll or post_roll: it "
+                                 "has a run-up of its own");
     if (yaml_fields_read(value, &move_shoot_shape, self, shoot) < 0)
         return -1;
     return shoot_add_event(move, shoot) < 0

@@ -211,17 +211,20 @@ static uint32_t text_first_part(const struct text *self)
     return key;
 }
 
-static int text_duration(struct text *self, int64_t duration_ns_q12)
+static int text_duration(struct text *self, const char *name,
+                         int64_t duration_ns_q12)
 {
     const struct yaml_value root = text_root(self);
     const struct yaml_value value = { &self->yaml.tree,
-                                      yaml_fields_find(&root, "duration"),
-                                      "duration", "a time" };
+                                      yaml_fields_find(&root, name), name,
+                                      "a time" };
     char text[YAML_TEXT_VALUE_MAX];
 
+    if (duration_ns_q12 == 0)
+        return 0;
     text_of_time(text, duration_ns_q12);
     return value.node != 0 ? yaml_text_replace(&self->yaml, &value, text)
-                           : yaml_text_insert(&self->yaml, "duration", text,
+                           : yaml_text_insert(&self->yaml, name, text,
                                               text_first_part(self));
 }
 
@@ -371,13 +374,18 @@ int move_text_keys(const struct move_text_source *source,
 }
 
 int move_text_duration(const struct move_text_source *source,
-                       int64_t duration_ns_q12, struct move_text *text)
+                       const struct move_text_times *times,
+                       struct move_text *text)
 {
     struct text self;
     int err = text_open(&self, source, text);
 
     if (err == 0)
-        err = text_duration(&self, duration_ns_q12);
+        err = text_duration(&self, "pre_roll", times->pre_roll_ns_q12);
+    if (err == 0)
+        err = text_duration(&self, "post_roll", times->post_roll_ns_q12);
+    if (err == 0)
+        err = text_duration(&self, "duration", times->duration_ns_q12);
     return text_close(&self, err, text);
 }
 

@@ -30,10 +30,14 @@ struct move_text_source {
 /* The times, positions, velocities, accelerations and handles of `fit`. */
 int move_text_keys(const struct move_text_source *source,
                    const struct plan_fit *fit, struct move_text *text);
-/* A duration of the whole, in the place of the one there is or before the axes
- * (the path, ...). */
+/* A duration, pre-roll and post-roll, in the place of those there are or before
+ * the axes (the path, ...); 0: none is written. */
+struct move_text_times {
+    int64_t duration_ns_q12, pre_roll_ns_q12, post_roll_ns_q12;
+};
 int move_text_duration(const struct move_text_source *source,
-                       int64_t duration_ns_q12, struct move_text *text);
+                       const struct move_text_times *times,
+                       struct move_text *text);
 /* The speed law of the path, that much slower: speeds by it, times times it,
  * accelerations by its square. */
 int move_text_slower(const struct move_text_source *source, double by,

@@ -84,6 +84,39 @@ static void path_duration_text(const struct job *job, FILE *file)
             (double)outcome->written_ns_q12 / (double)outcome->played_ns_q12);
 }
 
+/* How far every axis runs up, or out, from where it stands. */
+static void path_roll_text(const struct job *job, FILE *file, const char *name,
+                           int64_t from_ns_q12, int64_t to_ns_q12)
+{
+    char dur[NUMBER_MAX], from[NUMBER_MAX], to[NUMBER_MAX];
+    if (from_ns_q12 == to_ns_q12)
+        return;
+    number_seconds(dur, to_ns_q12 - from_ns_q12);
+    fprintf(file, "%s: %s s", name, dur);
+    for (unsigned i = 0; i < job->move.axis_count; i++) {
+        struct motion_state first, last;
+        motion_track_state(&job->track[i], from_ns_q12, &first);
+        motion_track_state(&job->track[i], to_ns_q12, &last);
+        if (first.pos_q32 == last.pos_q32)
+            continue;
+        number_short(from, first.pos_q32, 32);
+        number_short(to, last.pos_q32, 32);
+        fprintf(file, ", %s from %s to %s %s", job->move.axis[i].name, from, to,
+                units_axis_text(job_rig_axis(job, i)->unit));
+    }
+    fputc('\n', file);
+}
+
+static void path_rolls_text(const struct job *job, FILE *file)
+{
+    const struct plan_move *move = &job->move;
+    if (move->pre_roll_ns_q12 == 0 && move->post_roll_ns_q12 == 0)
+        return;
+    path_roll_text(job, file, "pre-roll", 0, job->outcome.lag_ns_q12);
+    path_roll_text(job, file, "post-roll",
+                   job->end_ns_q12 - job->outcome.tail_ns_q12, job->end_ns_q12);
+}
+
 /* How fast the move's time goes at most, and what the warp costs. */
 static void path_warp_text(const struct job *job, FILE *file)
 {
@@ -91,6 +124,7 @@ static void path_warp_text(const struct job *job, FILE *file)
     int64_t t_ns_q12, peak;
     char t[NUMBER_MAX];
     path_duration_text(job, file);
+    path_rolls_text(job, file);
     path_shoot_text(job, file);
     if (warp->count == 0)
         return;

@@ -200,12 +200,27 @@ static int64_t repair_end(const struct job *job)
                : job->end_ns_q12 - outcome->lag_ns_q12 - outcome->tail_ns_q12;
 }
 
-/* By whole microseconds. */
-static int64_t repair_duration(const struct job *job, double by)
+/* By whole microseconds; 0 where there is no need. */
+static int64_t repair_duration(int64_t dur_ns_q12, double by)
 {
     const double us = (double)(1000 * MOTION_FIXED_NS_Q12);
 
-    return (int64_t)(ceil((double)repair_end(job) * by / us) * us);
+    return by > 1 ? (int64_t)(ceil((double)dur_ns_q12 * by / us) * us) : 0;
+}
+
+struct repair_by {
+    double shot;
+    struct job_fit_rolls rolls;
+};
+
+static struct move_text_times repair_times(const struct job *job,
+                                           const struct repair_by *by)
+{
+    return (struct move_text_times){
+        repair_duration(repair_end(job), by->shot),
+        repair_duration(job->move.pre_roll_ns_q12, by->rolls.pre),
+        repair_duration(job->move.post_roll_ns_q12, by->rolls.post),
+    };
 }
 
 static enum status repair_uncured(struct repair *self, const struct job *job)
@@ -248,17 +263,23 @@ static enum status repair_check_speed(struct repair *self,
 }
 
 static enum status repair_pace_text(struct repair *self,
-                                    const struct files *files, double by)
+                                    const struct files *files,
+                                    const struct repair_by *by)
 {
     char message[YAML_MESSAGE_MAX];
     const struct move_text_source source = repair_source(self, files, message);
-    const int err =
-        self->method == REPAIR_SPEED
-            ? move_text_slower(&source, by, &self->text)
-            : move_text_duration(&source, repair_duration(self->before, by),
-                                 &self->text);
+    const struct move_text_times times = repair_times(self->before, by);
+    const int err = self->method == REPAIR_SPEED
+                        ? move_text_slower(&source, by->shot, &self->text)
+                        : move_text_duration(&source, &times, &self->text);
 
     return err < 0 ? repair_text_fail(self, message) : repair_open(self, files);
+}
+
+static void repair_grow(double *by, double need, unsigned round)
+{
+    if (need > 1)
+        *by *= need * repair_margin(round);
 }
 
 /* Rounds until the checker finds nothing. */
@@ -266,17 +287,23 @@ static enum status repair_pace(struct repair *self, const struct files *files)
 {
     const struct job *job = self->before;
     enum status status = STATUS_OK;
-    double by = 1;
+    struct repair_by by = { 1, { 1, 1 } };
 
     for (unsigned round = 0; status == STATUS_OK && job->violation_count > 0;
          round++) {
-        const double need = job_fit_stretch(job);
+        struct job_fit_rolls rolls;
+        const double need = job_fit_stretch(job, &rolls);
         if (need == 0)
             return repair_uncured(self, job);
         if (self->method == REPAIR_SPEED)
             status = repair_check_speed(self, job);
-        by *= need * repair_margin(round);
-        if (status == STATUS_OK && (round == REPAIR_ROUNDS || by > REPAIR_MOST))
+        repair_grow(&by.shot, need, round);
+        if (need == 1) { /* at the speed that it will have */
+            repair_grow(&by.rolls.pre, rolls.pre, round);
+            repair_grow(&by.rolls.post, rolls.post, round);
+        }
+        if (status == STATUS_OK &&
+            (round == REPAIR_ROUNDS || by.shot > REPAIR_MOST))
             return repair_refuse(
                 self, &(struct plan_error){
                           .code = MOTION_E_LIMIT,
@@ -285,7 +312,7 @@ static enum status repair_pace(struct repair *self, const struct files *files)
         if (status != STATUS_OK)
             return status;
         repair_drop(self);
-        status = repair_pace_text(self, files, by);
+        status = repair_pace_text(self, files, &by);
         job = self->after;
     }
     return status;

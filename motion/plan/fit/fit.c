@@ -271,6 +271,8 @@ const char *plan_fit_more(const struct plan_move *move)
         { move->warp != NULL, "a warp" },
         { move->shoot != NULL, "a shoot" },
         { move->duration_ns_q12 != 0, "a duration" },
+        { move->pre_roll_ns_q12 != 0, "a pre_roll" },
+        { move->post_roll_ns_q12 != 0, "a post_roll" },
     };
 
     for (size_t i = 0; i < sizeof more / sizeof *more; i++)

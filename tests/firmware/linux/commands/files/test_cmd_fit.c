@@ -373,6 +373,46 @@ static void a_picture_shows_before_and_after(void **state)
     assert_int_equal(run("fit", "--plot", "both.pdf", rig, move), 2);
 }
 
+/* A shot at speed: the rolls alone are too short, then the shot is too fast as
+ * well. */
+static void rolls_are_lengthened_until_they_fit(void **state)
+{
+    (void)state;
+    run_write(move, "pre_roll: 0.1 s # short\n"
+                    "axes:\n"
+                    "  dolly: {curve: linear, keys: [[0, 300], [8, 700]]}\n"
+                    "post_roll: 2 s\n");
+    assert_int_equal(run("check", rig, move), 1);
+    expect_in(run_slew()->out, "Needs a pre_roll of 0.274 s; slew fit writes");
+    assert_int_equal(run("fit", rig, move), 0);
+    expect_in(text_of(move), "pre_roll: 0.273862 s # short\n");
+    expect_in(text_of(move), "post_roll: 2 s\n");
+    assert_null(strstr(text_of(move), "duration"));
+    assert_true(fabs(duration_of(move) - 10.273862) < 1e-9);
+    run_write(move, "pre_roll: 100 ms\n"
+                    "axes:\n"
+                    "  dolly: {curve: linear, keys: [[0, 300], [2, 700]]}\n"
+                    "post_roll: 2 s\n");
+    assert_int_equal(run("fit", rig, move), 0);
+    expect_in(text_of(move), "duration: 4.");
+    assert_true(duration_of(move) > 6.3 && duration_of(move) < 6.6);
+}
+
+static void rolls_and_a_shoot_are_not_given_together(void **state)
+{
+    (void)state;
+    run_write(move, "pre_roll: 1 s\n"
+                    "axes: {dolly: {keys: [[0, 300], [8, 700]]}}\n"
+                    "shoot: {mode: stop, line: shutter, frames: 3, exposure: 1 "
+                    "s, move: 1 s}\n");
+    assert_int_equal(run("check", rig, move), 2);
+    expect_in(run_slew()->err, "shoot is given beside a pre_roll");
+    run_write(move, "post_roll: 0.1 ms\n"
+                    "axes: {dolly: {keys: [[0, 300], [8, 700]]}}\n");
+    assert_int_equal(run("check", rig, move), 2);
+    expect_in(run_slew()->err, ":1:12: post_roll '0.1 ms' is out of range");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -381,6 +421,8 @@ int main(void)
         cmocka_unit_test(smooth_moves_keys_within_the_tolerance),
         cmocka_unit_test(a_picture_shows_before_and_after),
         cmocka_unit_test(check_says_what_would_help),
+        cmocka_unit_test(rolls_are_lengthened_until_they_fit),
+        cmocka_unit_test(rolls_and_a_shoot_are_not_given_together),
         cmocka_unit_test(the_text_keeps_all_but_the_times),
         cmocka_unit_test(stretch_lengthens_all_of_it),
         cmocka_unit_test(a_dry_run_and_another_file_leave_the_move_as_it_is),
