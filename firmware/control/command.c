@@ -484,7 +484,7 @@ int controller_override(struct controller *controller, int64_t rate_q30)
 int controller_reset(struct controller *controller)
 {
     if (controller->state != CONTROLLER_FAULT || controller->resetting ||
-        controller_input(controller->estop))
+        controller->estop.is_active || controller->estop.disagrees)
         return MOTION_E_STATE;
     if (controller_is_held(controller))
         controller_off(controller);

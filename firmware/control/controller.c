@@ -99,7 +99,10 @@ int controller_init(struct controller *controller,
     controller_defaults(&controller->config);
     controller->axis = axis;
     if (inputs != NULL)
-        controller->estop = inputs->estop;
+        controller->estop = (struct controller_estop){
+            .channel = { inputs->estop[0], inputs->estop[1] },
+            .discrepancy_ns = inputs->discrepancy_ns,
+        };
     controller->override_q30 = MOTION_CLOCK_WARP_ONE_Q30;
     controller->override_max_q30 = MOTION_CLOCK_WARP_MAX_Q30;
     for (unsigned i = 0; i < config->axis_count; i++) {

@@ -50,6 +50,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/control/estop.h"
 #include "firmware/control/goal.h"
 #include "hal/drive.h"
 #include "hal/fieldbus.h"
@@ -118,7 +119,9 @@ enum controller_reaction {
     X(CONTROLLER_FAULT_TRACK, CONTROLLER_REACT_STOP,                           \
       "the move was not read in time")                                         \
     X(CONTROLLER_FAULT_ARRIVAL, CONTROLLER_REACT_STOP,                         \
-      "the axis was not where it was sent in time")
+      "the axis was not where it was sent in time")                            \
+    X(CONTROLLER_FAULT_ESTOP_CHANNELS, CONTROLLER_REACT_STOP,                  \
+      "the two channels of the e-stop disagree")
 
 enum controller_fault {
 #define CONTROLLER_FAULT_ENUM(name, reaction, text) name,
@@ -170,7 +173,8 @@ struct controller_switches {
     struct hal_gpio *home; /* looked at while homing */
 };
 struct controller_inputs {
-    struct hal_gpio *estop;
+    struct hal_gpio *estop[2]; /* channels; see estop.h */
+    int64_t discrepancy_ns;    /* between them, > 0; one alone: 0 */
     const struct controller_switches *axis; /* of each; NULL: no switches */
 };
 
@@ -229,7 +233,7 @@ struct controller {
     struct hal_fieldbus_worst bus;        /* in this tick */
     enum controller_reaction reaction;
     struct controller_axis *axis; /* of each; the caller's */
-    struct hal_gpio *estop;
+    struct controller_estop estop;
     struct motion_clock_warp warp;
     struct motion_clock_rate rate; /* of the path, at the last tick; negative in
                                       reverse, where the warp's is positive */
@@ -319,7 +323,7 @@ int64_t controller_reserve_ns_q12(const struct controller *controller,
                                   const struct motion_track *const track[],
                                   int64_t rate_q30);
 /* FAULT -> OFF once every drive has let go of its fault.  MOTION_E_STATE while
- * the e-stop is active. */
+ * the e-stop is active, or has a channel that was not shown to work. */
 int controller_reset(struct controller *controller);
 
 /* The place that the axis called from_q32 is to_q32 from now on, and the axis

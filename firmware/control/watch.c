@@ -199,10 +199,18 @@ static void watch_rest(struct controller *controller)
         controller_raise(controller, CONTROLLER_FAULT_REST, -1, late_ns, 0);
 }
 
+/* That its channels disagree is seen later than that it stops, and is why. */
 static void watch_estop(struct controller *controller)
 {
-    if (controller_input(controller->estop))
+    struct controller_estop *estop = &controller->estop;
+    controller_estop_look(estop, controller->now_ns);
+    if (estop->is_active)
         controller_raise(controller, CONTROLLER_FAULT_ESTOP, -1, 0, 0);
+    if (!estop->disagrees)
+        return;
+    controller_raise(controller, CONTROLLER_FAULT_ESTOP_CHANNELS, -1, 0, 0);
+    if (controller->fault.fault == CONTROLLER_FAULT_ESTOP)
+        controller->fault.fault = CONTROLLER_FAULT_ESTOP_CHANNELS;
 }
 
 static void watch_bus(struct controller *controller)

@@ -179,6 +179,8 @@ struct rig_line {
     /* simulated: a switch is pressed where its axis is from low to high */
     bool has_sim;
     int64_t sim_low_q32, sim_high_q32;
+    int64_t discrepancy_ns; /* of the second e-stop line: the two are channels
+                               of one, and differ for so long at most; else 0 */
     int64_t sim_every_ns; /* simulated start: from pulse to pulse; 0: none */
     struct plan_place place;
 };

@@ -7,6 +7,9 @@
 #define RIG_WIDTH_MAX   (10000 * RIG_MS)
 #define RIG_REST_MAX    (60000 * RIG_MS)
 #define RIG_LEAD_MAX    (2000 * RIG_MS)
+#define RIG_DISCREPANCY     (500 * RIG_MS)
+#define RIG_DISCREPANCY_MIN (10 * RIG_MS)
+#define RIG_DISCREPANCY_MAX (10000 * RIG_MS)
 #define RIG_EVERY_MIN   (200 * RIG_MS) /* of simulated pulses */
 #define RIG_EVERY_MAX   (600000 * RIG_MS)
 
@@ -56,15 +59,19 @@ static int rig_read_line_kind(void *reader, const struct yaml_value *value,
     if (yaml_value_choice(value, rig_line_kinds, RIG_LINE_KINDS, &index) < 0)
         return -1;
     unsigned triggers = index == RIG_LINE_TRIGGER ? 1 : 0;
+    unsigned estops = index == RIG_LINE_ESTOP ? 1 : 0;
     for (uint32_t i = 0; i + 1 < rig->line_count; i++) {
-        if (index == RIG_LINE_ESTOP && rig->line[i].kind == RIG_LINE_ESTOP)
-            return yaml_value_refuse(value, "is an e-stop, and %s is one too",
-                                     rig->line[i].name);
         triggers += rig->line[i].kind == RIG_LINE_TRIGGER;
+        estops += rig->line[i].kind == RIG_LINE_ESTOP;
     }
     if (triggers > RIG_TRIGGERS_MAX)
         return yaml_value_refuse(value, "is the %uth trigger, %d are allowed",
                                  triggers, RIG_TRIGGERS_MAX);
+    if (index == RIG_LINE_ESTOP && estops > 2)
+        return yaml_value_refuse(value, "is a third e-stop, expected one, or "
+                                        "two channels of one");
+    if (index == RIG_LINE_ESTOP && estops == 2)
+        rig_line_of(reader)->discrepancy_ns = RIG_DISCREPANCY;
     *(enum rig_line_kind *)out = (enum rig_line_kind)index;
     return 0;
 }
@@ -130,6 +137,17 @@ static int rig_read_line_release(void *reader, const struct yaml_value *value,
     if (rig_line_is_output(rig_line_of(reader)))
         return yaml_value_refuse(value, "is not for an output");
     return rig_read_time(reader, value, 0, RIG_RELEASE_MAX, RIG_MS, out);
+}
+
+/* Of the second channel; see rig_read_line_kind. */
+static int rig_read_line_discrepancy(void *reader,
+                                     const struct yaml_value *value, void *out)
+{
+    if (rig_line_of(reader)->discrepancy_ns == 0)
+        return yaml_value_refuse(value,
+                                 "is for the second line of kind e-stop");
+    return rig_read_time(reader, value, RIG_DISCREPANCY_MIN,
+                         RIG_DISCREPANCY_MAX, RIG_MS, out);
 }
 
 static int rig_read_line_pulse(struct rig_reader *reader,
@@ -204,6 +222,8 @@ static const struct yaml_field rig_line_fields[] = {
       rig_read_line_bias, offsetof(struct rig_line, bias) },
     { "release", YAML_OPTIONAL, "0 .. 10 s in whole ms", rig_read_line_release,
       offsetof(struct rig_line, release_ns) },
+    { "discrepancy", YAML_OPTIONAL, "10 ms .. 10 s in whole ms",
+      rig_read_line_discrepancy, offsetof(struct rig_line, discrepancy_ns) },
     { "width", YAML_OPTIONAL, "1 ms .. 10 s in whole ms", rig_read_line_width,
       offsetof(struct rig_line, width_ns) },
     { "rest", YAML_OPTIONAL, "0 .. 60 s in whole ms", rig_read_line_rest,

@@ -103,7 +103,7 @@ static struct hal_gpio **machine_input(struct machine *machine,
 {
     switch (line->kind) {
     case RIG_LINE_ESTOP:
-        return &inputs->estop;
+        return &inputs->estop[inputs->estop[0] != NULL];
     case RIG_LINE_LIMIT_NEGATIVE:
         return &machine->switches[line->axis].limit_negative;
     case RIG_LINE_LIMIT_POSITIVE:
@@ -132,6 +132,8 @@ static int machine_init_inputs(struct machine *machine,
             return err;
         if (slot != NULL)
             *slot = &machine->input[i].gpio;
+        if (rig->line[i].discrepancy_ns > 0)
+            inputs->discrepancy_ns = rig->line[i].discrepancy_ns;
     }
     return MOTION_OK;
 }

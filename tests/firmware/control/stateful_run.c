@@ -148,7 +148,7 @@ void stateful_begin(struct stateful *bench)
 {
     struct hal_drive *drive[STATEFUL_AXES];
     struct controller_switches switches[STATEFUL_AXES] = { { .home = NULL } };
-    const struct controller_inputs inputs = { .estop = &bench->estop.gpio,
+    const struct controller_inputs inputs = { .estop = { &bench->estop.gpio },
                                               .axis = switches };
     bench->config.axis = bench->axis_config;
     bench->period_ns = bench->config.period_ns;

@@ -190,7 +190,7 @@ static void bench_init(struct bench *bench, int percent)
         [1] = { .limit_negative = &bench->limit[0].gpio,
                 .limit_positive = &bench->limit[1].gpio },
     };
-    const struct controller_inputs inputs = { .estop = &bench->estop.gpio,
+    const struct controller_inputs inputs = { .estop = { &bench->estop.gpio },
                                               .axis = switches };
     assert_int_equal(controller_init(&bench->controller, &config, bench->axis,
                                      drives, &inputs),

@@ -1,5 +1,8 @@
 /* tests/firmware/linux/machine/test_machine_lines.c - switches and lamps of a
  * rig, from the level on the wire to what the axes do. */
+#include <string.h>
+
+#include "firmware/host/base/array.h"
 #include "tests/firmware/linux/machine/machine_bench.h"
 
 #define MS INT64_C(1000000)
@@ -109,6 +112,70 @@ static void no_reset_before_the_estop_has_been_let_go(void **state)
     assert_int_equal(machine.controller.state, CONTROLLER_OFF);
 }
 
+/* --- two channels --- */
+
+static struct rig two_rig;
+static struct rig_line two_line[4];
+
+static int begin_two(void **state)
+{
+    (void)state;
+    two_rig = job.rig;
+    assert_int_equal(two_rig.line_count, ARRAY_LEN(two_line));
+    memcpy(two_line, two_rig.line, sizeof two_line);
+    two_rig.line = two_line;
+    two_rig.line[HIGH].kind = RIG_LINE_ESTOP; /* the second channel */
+    two_rig.line[HIGH].discrepancy_ns = 200 * MS;
+    bench_build(&two_rig);
+    sim_gpio_drive(&sim.line[STOP], SIM_GPIO_LOW);
+    sim_gpio_drive(&sim.line[HIGH], SIM_GPIO_LOW);
+    return 0;
+}
+
+static void press(int line, bool pressed)
+{
+    sim_gpio_drive(&sim.line[line], pressed ? SIM_GPIO_HIGH : SIM_GPIO_LOW);
+}
+
+static void either_of_two_channels_stops(void **state)
+{
+    (void)state;
+    get_moving(700);
+    press(HIGH, true);
+    ticks(1);
+    assert_int_equal(machine.controller.fault.fault, CONTROLLER_FAULT_ESTOP);
+    press(STOP, true);
+    expect_stop(CONTROLLER_FAULT_ESTOP, -1);
+    press(HIGH, false);
+    press(STOP, false);
+    ticks(200);
+    assert_int_equal(controller_reset(&machine.controller), MOTION_OK);
+}
+
+static void two_channels_that_disagree_are_said(void **state)
+{
+    (void)state;
+    get_moving(700);
+    press(STOP, true);
+    expect_stop(CONTROLLER_FAULT_ESTOP, -1);
+    ticks(10);
+    assert_int_equal(machine.controller.fault.fault,
+                     CONTROLLER_FAULT_ESTOP_CHANNELS);
+    press(STOP, false);
+    ticks(200);
+    assert_int_equal(controller_reset(&machine.controller), MOTION_E_STATE);
+    /* once with both, and the second of them in time */
+    press(STOP, true);
+    ticks(100);
+    press(HIGH, true);
+    ticks(100);
+    press(STOP, false);
+    press(HIGH, false);
+    ticks(200);
+    assert_int_equal(controller_reset(&machine.controller), MOTION_OK);
+    until(CONTROLLER_OFF);
+}
+
 static void a_limit_switch_stops_motion_towards_it(void **state)
 {
     (void)state;
@@ -139,6 +206,8 @@ int main(void)
         RUN(a_broken_wire_is_an_estop),
         RUN(a_blip_between_two_ticks_is_an_estop),
         RUN(no_reset_before_the_estop_has_been_let_go),
+        cmocka_unit_test_setup(either_of_two_channels_stops, begin_two),
+        cmocka_unit_test_setup(two_channels_that_disagree_are_said, begin_two),
         RUN(a_limit_switch_stops_motion_towards_it),
         RUN(but_not_motion_away_from_it),
     };
