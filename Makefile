@@ -336,6 +336,7 @@ random-moves: $(SLEW)
 nightly:
 	@$(MAKE) corrupt CC=clang SAN=address,undefined CORRUPTIONS=100000
 	@$(MAKE) hold HOLDS=400
+	@N=10000 $(MAKE) check T="homing_random service_random"
 	@$(MAKE) random-moves N=5000
 	@$(MAKE) fault-pairs N=10000
 	@$(MAKE) ramps

@@ -1,8 +1,7 @@
 /* firmware/control/homing.c - see homing.h. */
-#include "firmware/control/homing.h"
-
 #include <stddef.h>
 
+#include "firmware/control/homing_parts.h"
 #include "firmware/control/parts.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
@@ -56,12 +55,12 @@ const char *homing_failure(const struct homing *homing,
 
 /* --- shorthands --- */
 
-static const struct homing_config *homing_of(const struct homing *homing)
+const struct homing_config *homing_of(const struct homing *homing)
 {
     return &homing->config[homing->axis];
 }
 
-static struct controller_axis *homing_axis(const struct homing *homing)
+struct controller_axis *homing_axis(const struct homing *homing)
 {
     return &homing->controller->axis[homing->axis];
 }
@@ -71,7 +70,7 @@ static enum hal_drive_mode homing_usual_mode(const struct homing *homing)
     return controller_usual_mode(homing->controller, homing->axis);
 }
 
-static bool homing_at_rest(const struct homing *homing)
+bool homing_at_rest(const struct homing *homing)
 {
     return homing->controller->state == CONTROLLER_READY;
 }
@@ -113,8 +112,7 @@ static bool homing_switch(const struct homing *homing)
            controller_input(homing_line(homing));
 }
 
-/* The limit switch in a direction, unless it is what we look for. */
-static bool homing_bad_limit(const struct homing *homing, int direction)
+bool homing_bad_limit(const struct homing *homing, int direction)
 {
     const enum homing_input own = direction < 0 ? HOMING_INPUT_LIMIT_NEGATIVE
                                                 : HOMING_INPUT_LIMIT_POSITIVE;
@@ -131,7 +129,7 @@ static void homing_release(struct homing *homing)
     homing_axis(homing)->seeking = false;
 }
 
-static void homing_fail(struct homing *homing, enum homing_error error)
+void homing_fail(struct homing *homing, enum homing_error error)
 {
     if (homing->error == HOMING_OK)
         homing->error = error;
@@ -190,9 +188,8 @@ static void homing_brake(struct homing *homing)
 
 /* --- jogs --- */
 
-/* `distance` from here, in `direction`. */
-static void homing_run(struct homing *homing, enum homing_state state,
-                       int direction, int64_t vel_q32, int64_t distance_q32)
+void homing_run(struct homing *homing, enum homing_state state, int direction,
+                int64_t vel_q32, int64_t distance_q32)
 {
     const struct controller_axis *axis = homing_axis(homing);
     struct controller_jog_goal goal = { .axis = homing->axis,
@@ -210,7 +207,7 @@ static void homing_run(struct homing *homing, enum homing_state state,
     homing->state = state;
 }
 
-static void homing_rest(struct homing *homing, enum homing_state state)
+void homing_rest(struct homing *homing, enum homing_state state)
 {
     controller_halt(homing->controller);
     homing->state = state;
@@ -408,8 +405,9 @@ static void homing_turn(struct homing *homing)
                config->distance_q32);
 }
 
-/* From when the position was measured to when the edge was, at the speed there
- * is; what is further apart than a tenth of a second is no edge of ours. */
+/* From when the position was measured to when the edge was, at the speed it was
+ * told to have: what is told from two positions is only as fine as a count in a
+ * tick.  What is further apart than a tenth of a second is no edge of ours. */
 #define HOMING_EDGE_NS INT64_C(100000000)
 static void homing_take_edge(struct homing *homing,
                              const struct hal_gpio_event *event)
@@ -422,8 +420,8 @@ static void homing_take_edge(struct homing *homing,
         return;
     const int64_t since_ns = event->t_ns - feedback->t_ns;
     if (since_ns < -HOMING_EDGE_NS || since_ns > HOMING_EDGE_NS ||
-        motion_fixed_muldiv(feedback->vel_q32, since_ns, INT64_C(1000000000),
-                            &travel_q32) < 0)
+        motion_fixed_muldiv(homing_axis(homing)->target.vel_q32, since_ns,
+                            INT64_C(1000000000), &travel_q32) < 0)
         return;
     homing->edge_q32 += travel_q32;
     homing->edge_ns = event->t_ns;
@@ -444,14 +442,27 @@ static void homing_approach(struct homing *homing)
 
 /* --- afterwards --- */
 
+/* Where it goes that was not told to: it stays, but not at a hard stop. */
+static int64_t homing_beside_q32(const struct homing *homing)
+{
+    const struct homing_config *config = homing_of(homing);
+    const int64_t clear_q32 =
+        config->direction < 0 ? config->clear_q32 : -config->clear_q32;
+    int64_t beside_q32 = homing_axis(homing)->target.pos_q32;
+    if (config->by == HOMING_HARD_STOP &&
+        motion_fixed_add(config->pos_q32, clear_q32, &beside_q32) < 0)
+        beside_q32 = config->pos_q32;
+    return beside_q32;
+}
+
 /* Where its range does not reach to, an axis must not stay. */
 static int64_t homing_place_q32(const struct homing *homing)
 {
     const struct homing_config *config = homing_of(homing);
     const struct controller_axis_config *range =
         &homing->controller->config.axis[homing->axis];
-    const int64_t pos_q32 = homing_axis(homing)->target.pos_q32;
-    const int64_t place_q32 = config->goes ? config->go_q32 : pos_q32;
+    const int64_t place_q32 =
+        config->goes ? config->go_q32 : homing_beside_q32(homing);
     if (place_q32 < range->pos_min_q32)
         return range->pos_min_q32;
     return place_q32 > range->pos_max_q32 ? range->pos_max_q32 : place_q32;
@@ -612,6 +623,8 @@ static void homing_next(struct homing *homing)
         homing_begin_switch(homing);
     else if (homing_of(homing)->by == HOMING_DRIVE)
         homing_begin_drive(homing);
+    else if (homing_of(homing)->by == HOMING_HARD_STOP)
+        homing_begin_stop(homing);
     else
         homing_begin_here(homing);
 }
@@ -622,7 +635,10 @@ static bool homing_config_ok(const struct homing_config *config)
         return true;
     if (config->fast_q32 <= 0 || config->timeout_ns <= 0)
         return false;
-    if (config->by != HOMING_SWITCH)
+    if (config->by == HOMING_HARD_STOP &&
+        (config->push_permille <= 0 || config->clear_q32 <= 0))
+        return false;
+    if (config->by != HOMING_SWITCH && config->by != HOMING_HARD_STOP)
         return true;
     return config->slow_q32 > 0 && config->slow_q32 <= config->fast_q32 &&
            config->distance_q32 > 0 &&
@@ -695,13 +711,24 @@ static bool homing_is_cut_short(struct homing *homing)
 void homing_step(struct homing *homing)
 {
     static void (*const walk[HOMING_STATES])(struct homing *) = {
-        [HOMING_SEARCH] = homing_search, [HOMING_SLOW_DOWN] = homing_slow_down,
-        [HOMING_BACK] = homing_back,     [HOMING_REVERSE] = homing_reverse,
-        [HOMING_RETURN] = homing_return, [HOMING_LEAVE] = homing_step_leave,
-        [HOMING_TURN] = homing_turn,     [HOMING_APPROACH] = homing_approach,
-        [HOMING_SETTLE] = homing_settle, [HOMING_MODE] = homing_mode,
-        [HOMING_RUN] = homing_step_run,  [HOMING_UNMODE] = homing_unmode,
-        [HOMING_GO] = homing_step_go,    [HOMING_BRAKE] = homing_brake,
+        [HOMING_SEARCH] = homing_search,
+        [HOMING_SLOW_DOWN] = homing_slow_down,
+        [HOMING_BACK] = homing_back,
+        [HOMING_REVERSE] = homing_reverse,
+        [HOMING_RETURN] = homing_return,
+        [HOMING_LEAVE] = homing_step_leave,
+        [HOMING_TURN] = homing_turn,
+        [HOMING_APPROACH] = homing_approach,
+        [HOMING_PRESS] = homing_press,
+        [HOMING_PRESSED] = homing_pressed,
+        [HOMING_CLEAR] = homing_clear,
+        [HOMING_PRESS_AGAIN] = homing_press_again,
+        [HOMING_SETTLE] = homing_settle,
+        [HOMING_MODE] = homing_mode,
+        [HOMING_RUN] = homing_step_run,
+        [HOMING_UNMODE] = homing_unmode,
+        [HOMING_GO] = homing_step_go,
+        [HOMING_BRAKE] = homing_brake,
     };
     if (!homing_is_running(homing) || homing_is_cut_short(homing))
         return;

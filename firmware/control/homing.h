@@ -14,6 +14,13 @@
  *       '--limit--> REVERSE --rest--> RETURN                      v
  *                          DONE <--rest-- GO <--rest-- SETTLE (offset set)
  *
+ *   by a hard stop:
+ *
+ *     PRESS --stop--> PRESSED --rest--> CLEAR --rest--> PRESS_AGAIN
+ *                                                         | stop: the place
+ *                                                         v
+ *                          DONE <--rest-- GO <--rest-- SETTLE (offset set)
+ *
  *   by the drive:  MODE --in force--> RUN --done--> UNMODE --in force--> GO
  *   here:          the present position is taken; GO
  *
@@ -29,7 +36,12 @@
  * edge is that of the tick that saw it, drawn back to the edge's own time stamp
  * where there is one.
  *
- * Anything else is a failure: a switch that does not come within `distance`, a
+ * A hard stop is where the axis stands for 30 ms with at least `push_permille`
+ * of the rated torque while its set point goes on: at `fast` first, then, from
+ * `clear` before it, at `slow`.  The position is the axis's, not that of the set
+ * point.  What it presses with at most is the drive's to limit.
+ *
+ * Anything else is a failure: a switch or stop that does not come within `distance`, a
  * wait longer than `timeout`, an unexpected limit switch (while it brakes too),
  * a fault, the operator's stop (controller_stop, controller_jog_stop), in
  * whatever tick it comes.  The axis brakes by its stop limits then; before the
@@ -43,7 +55,13 @@
 
 #include "firmware/control/jog.h"
 
-enum homing_by { HOMING_NONE, HOMING_SWITCH, HOMING_DRIVE, HOMING_HERE };
+enum homing_by {
+    HOMING_NONE,
+    HOMING_SWITCH,
+    HOMING_DRIVE,
+    HOMING_HERE,
+    HOMING_HARD_STOP,
+};
 
 enum homing_input {
     HOMING_INPUT_HOME,
@@ -55,11 +73,13 @@ struct homing_config {
     enum homing_by by;
     unsigned order;          /* lower ones first; equal ones by their index */
     enum homing_input input; /* SWITCH */
-    int direction;           /* SWITCH: -1 or 1; with a limit switch its own */
+    int direction; /* SWITCH, HARD_STOP: -1 or 1; with a limit switch its own */
     int64_t fast_q32, slow_q32; /* > 0 */
-    int64_t distance_q32;       /* SWITCH: of the search, at most, > 0 */
-    int64_t pos_q32;            /* of the edge, of the drive's zero, of here */
-    bool goes;                  /* to go_q32 afterwards */
+    int64_t distance_q32; /* SWITCH, HARD_STOP: of the search, at most, > 0 */
+    int64_t pos_q32;      /* of the edge, the stop, the drive's zero, of here */
+    int32_t push_permille; /* HARD_STOP: torque that it is known by, > 0 */
+    int64_t clear_q32;     /* HARD_STOP: it backs off by this, > 0 */
+    bool goes;             /* to go_q32 afterwards */
     int64_t go_q32;
     int64_t timeout_ns; /* of the axis, > 0 */
     int method; /* DRIVE; 0: it has one way of its own, at speeds of its own,
@@ -82,7 +102,9 @@ struct homing_config {
       "the drive cannot be halted, so it cannot look for a switch")            \
     X(HOMING_NO_DRIVE, "the drive cannot home by itself")                      \
     X(HOMING_DRIVE_FAILED, "the drive's own homing failed")                    \
-    X(HOMING_JOG, "the axis could not be moved")
+    X(HOMING_JOG, "the axis could not be moved")                               \
+    X(HOMING_NO_STOP, "no hard stop was met within the search distance")       \
+    X(HOMING_NO_TORQUE, "the drive does not report its torque")
 
 enum homing_error {
 #define HOMING_ERROR_ENUM(name, text) name,
@@ -109,6 +131,12 @@ const char *homing_error_text(enum homing_error error);
       "the switch was not met again yet at the slow speed")                    \
     X(HOMING_SETTLE, "coming to rest",                                         \
       "it did not come to rest after the edge of the switch")                  \
+    X(HOMING_PRESS, "going to the hard stop", "the hard stop was not met yet") \
+    X(HOMING_PRESSED, "letting up",                                            \
+      "it did not come to rest at the hard stop")                              \
+    X(HOMING_CLEAR, "backing off", "it did not back off from the hard stop")   \
+    X(HOMING_PRESS_AGAIN, "going to the hard stop slowly",                     \
+      "the hard stop was not met again yet at the slow speed")                 \
     X(HOMING_MODE, "changing the drive's mode",                                \
       "the drive did not begin its homing")                                    \
     X(HOMING_RUN, "the drive homes", "the drive did not find its zero yet")    \

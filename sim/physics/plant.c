@@ -84,6 +84,18 @@ int64_t sim_plant_travel_q24(struct sim_plant *plant, int64_t vel_q24,
         (sim_i128)vel_q24 * sim_plant_step_s_q60(plant, dt_ns), 60);
 }
 
+/* Nothing springs back from a stop. */
+static void sim_plant_stop(struct sim_plant *plant)
+{
+    if (plant->pos_q24 >= plant->low_q24 && plant->pos_q24 <= plant->high_q24)
+        return;
+    plant->pos_q24 =
+        plant->pos_q24 < plant->low_q24 ? plant->low_q24 : plant->high_q24;
+    if (plant->met_q24 < plant->vel_q24 || plant->met_q24 < -plant->vel_q24)
+        plant->met_q24 = plant->vel_q24 < 0 ? -plant->vel_q24 : plant->vel_q24;
+    plant->vel_q24 = 0;
+}
+
 static void sim_plant_move(struct sim_plant *plant, int64_t step_s_q60)
 {
     /* |vel| <= 2^55: below 2^45 per step, so the sum stays below 2^63 */
@@ -93,6 +105,8 @@ static void sim_plant_move(struct sim_plant *plant, int64_t step_s_q60)
         plant->vel_q24 = 0;
         plant->saturated = true;
     }
+    if (plant->has_stops)
+        sim_plant_stop(plant);
 }
 
 /* Coulomb friction: against the motion, and as much as holds a rotor that

@@ -42,9 +42,13 @@ struct sim_plant {
     int64_t push_q8; /* counts/s2, set by the owner, |push| < 2^54; 0 */
     /* Set by the owner too; none of it after init: friction beside that of the
      * loop's own model, counts/s2, 0 .. 2^48; a motor phase exchanged, so that
-     * the loop drives the rotor away from its target. */
+     * the loop drives the rotor away from its target; hard stops, at which it
+     * stands while the motor presses on. */
     int64_t friction_q8;
     bool reversed;
+    bool has_stops; /* the rotor goes no further than low .. high */
+    int64_t low_q24, high_q24;
+    int64_t met_q24; /* the highest speed at which it met one, counts/s */
     /* private: gains, and the length of the last step */
     int64_t spring_q16;  /* omega^2, 1/s2, < 2^40 */
     int64_t damping_q16; /* 2 zeta omega, 1/s, < 2^31 */

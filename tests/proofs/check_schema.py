@@ -115,6 +115,8 @@ BEYOND = {
     "rig_line_axis_missing",
     "rig_line_axis_unknown",
     "rig_line_axis_unused",
+    "rig_homing_hard_stop_torque",
+    "rig_homing_torque_of_switch",
     "rig_line_discrepancy",
     "rig_line_lamp_bias",
     "rig_line_lead",

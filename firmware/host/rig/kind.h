@@ -62,7 +62,8 @@ struct rig_kind {
     bool has_methods;            /* of homing, numbers above or below 0 */
     bool has_heartbeat;          /* which it sends by itself */
     uint32_t code_max;           /* of its faults, from 1 */
-    bool has_inputs; /* says which of its own switches are pressed */
+    bool has_inputs;     /* says which of its own switches are pressed */
+    bool reports_torque; /* in thousandths of the rated one */
     /* On a CAN bus without CANopen: what axis i has there; returns how many. */
     unsigned (*frames)(const struct rig *rig, unsigned i,
                        struct rig_frame frame[RIG_FRAMES_MAX]);

@@ -71,6 +71,9 @@ struct rig_sim {
     int64_t limit_q32[2]; /* switches there and beyond */
     int64_t home_q32[2];  /* switch from .. to */
     int64_t index_q32;    /* an index pulse at 0 and every so far; 0: none */
+    /* of any drive on a CAN bus: the axis goes no further than */
+    bool has_stops;
+    int64_t stop_q32[2];
 };
 
 /* The drive's units of velocity or acceleration per counts/s or counts/s2; num
@@ -181,7 +184,7 @@ struct rig_line {
     int64_t sim_low_q32, sim_high_q32;
     int64_t discrepancy_ns; /* of the second e-stop line: the two are channels
                                of one, and differ for so long at most; else 0 */
-    int64_t sim_every_ns; /* simulated start: from pulse to pulse; 0: none */
+    int64_t sim_every_ns;   /* simulated start: from pulse to pulse; 0: none */
     struct plan_place place;
 };
 

@@ -3,15 +3,15 @@
 
 #include <string.h>
 
-#define RIG_RELEASE_MAX (10000 * RIG_MS)
-#define RIG_WIDTH_MAX   (10000 * RIG_MS)
-#define RIG_REST_MAX    (60000 * RIG_MS)
-#define RIG_LEAD_MAX    (2000 * RIG_MS)
+#define RIG_RELEASE_MAX     (10000 * RIG_MS)
+#define RIG_WIDTH_MAX       (10000 * RIG_MS)
+#define RIG_REST_MAX        (60000 * RIG_MS)
+#define RIG_LEAD_MAX        (2000 * RIG_MS)
 #define RIG_DISCREPANCY     (500 * RIG_MS)
 #define RIG_DISCREPANCY_MIN (10 * RIG_MS)
 #define RIG_DISCREPANCY_MAX (10000 * RIG_MS)
-#define RIG_EVERY_MIN   (200 * RIG_MS) /* of simulated pulses */
-#define RIG_EVERY_MAX   (600000 * RIG_MS)
+#define RIG_EVERY_MIN       (200 * RIG_MS) /* of simulated pulses */
+#define RIG_EVERY_MAX       (600000 * RIG_MS)
 
 const char *const rig_line_kinds[RIG_LINE_KINDS] = {
     [RIG_LINE_ESTOP] = "e-stop",

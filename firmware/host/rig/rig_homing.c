@@ -6,12 +6,14 @@
 #define RIG_ORDER_MAX   RIG_AXES_MAX
 #define RIG_HOMING_MAX  (600000 * RIG_MS)
 #define RIG_HOMING_TIME (60000 * RIG_MS)
+#define RIG_PUSH_MIN    10 /* permille of the rated torque */
+#define RIG_PUSH_MAX    3000
+#define RIG_STOP_SHARE  20 /* of the speed limit, at a hard stop: 1/20 */
 
 const char *const rig_homing_kinds[RIG_HOMING_KINDS] = {
-    [HOMING_NONE] = "none",
-    [HOMING_SWITCH] = "switch",
-    [HOMING_DRIVE] = "drive",
-    [HOMING_HERE] = "here",
+    [HOMING_NONE] = "none",           [HOMING_SWITCH] = "switch",
+    [HOMING_DRIVE] = "drive",         [HOMING_HERE] = "here",
+    [HOMING_HARD_STOP] = "hard-stop",
 };
 const char *const rig_homing_inputs[RIG_HOMING_INPUTS] = {
     [HOMING_INPUT_HOME] = "home",
@@ -33,6 +35,14 @@ static int rig_homing_only(const struct yaml_value *value, void *reader,
                ? 0
                : yaml_value_refuse(value, "is not for homing by %s",
                                    rig_homing_kinds[homing->by]);
+}
+
+/* For what it looks for, slew itself. */
+static int rig_homing_searches(const struct yaml_value *value, void *reader)
+{
+    return rig_homing_of(reader)->by == HOMING_HARD_STOP
+               ? 0
+               : rig_homing_only(value, reader, HOMING_SWITCH);
 }
 
 static int rig_homing_any(const struct yaml_value *value, void *reader)
@@ -66,6 +76,9 @@ static int rig_read_homing_by(void *reader, const struct yaml_value *value,
     const char *cannot = rig_homing_drive(reader)->cannot_home;
     if (index == HOMING_DRIVE && cannot != NULL)
         return yaml_value_refuse(value, "drive is not for %s", cannot);
+    if (index == HOMING_HARD_STOP && !rig_homing_drive(reader)->reports_torque)
+        return yaml_value_refuse(value, "hard-stop is only for a cia402 drive, "
+                                        "which reports its torque");
     *(enum homing_by *)out = (enum homing_by)index;
     return 0;
 }
@@ -91,7 +104,7 @@ static int rig_read_homing_direction(void *reader,
 {
     const struct homing_config *homing = rig_homing_of(reader);
     unsigned index;
-    if (rig_homing_only(value, reader, HOMING_SWITCH) < 0 ||
+    if (rig_homing_searches(value, reader) < 0 ||
         yaml_value_choice(value, rig_homing_ways, RIG_HOMING_WAYS, &index) < 0)
         return -1;
     const int direction = index == 0 ? -1 : 1;
@@ -135,7 +148,33 @@ static int rig_read_homing_slow(void *reader, const struct yaml_value *value,
 static int rig_read_homing_distance(void *reader,
                                     const struct yaml_value *value, void *out)
 {
-    if (rig_homing_only(value, reader, HOMING_SWITCH) < 0)
+    if (rig_homing_searches(value, reader) < 0)
+        return -1;
+    return rig_read_positive(reader, value, UNITS_POSITION, out);
+}
+
+/* Of the rated torque. */
+static int rig_read_homing_torque(void *reader, const struct yaml_value *value,
+                                  void *out)
+{
+    char quote[YAML_QUOTE_MAX];
+    int64_t ratio_q32, permille;
+    if (rig_homing_only(value, reader, HOMING_HARD_STOP) < 0 ||
+        rig_read_quantity(reader, value, UNITS_RATIO, &ratio_q32) < 0)
+        return -1;
+    if (motion_fixed_muldiv(ratio_q32, 1000, MOTION_FIXED_ONE_Q32, &permille) <
+            0 ||
+        permille < RIG_PUSH_MIN || permille > RIG_PUSH_MAX)
+        return yaml_value_refuse(value, "%s is out of range",
+                                 yaml_value_quote(quote, value));
+    *(int32_t *)out = (int32_t)permille;
+    return 0;
+}
+
+static int rig_read_homing_clear(void *reader, const struct yaml_value *value,
+                                 void *out)
+{
+    if (rig_homing_only(value, reader, HOMING_HARD_STOP) < 0)
         return -1;
     return rig_read_positive(reader, value, UNITS_POSITION, out);
 }
@@ -198,8 +237,8 @@ static int rig_read_homing_method(void *reader, const struct yaml_value *value,
 }
 
 static const struct yaml_field rig_homing_fields[] = {
-    { "by", YAML_REQUIRED, "switch, drive, here or none", rig_read_homing_by,
-      offsetof(struct homing_config, by) },
+    { "by", YAML_REQUIRED, "switch, hard-stop, drive, here or none",
+      rig_read_homing_by, offsetof(struct homing_config, by) },
     { "input", YAML_OPTIONAL, "home, limit-negative or limit-positive",
       rig_read_homing_input, offsetof(struct homing_config, input) },
     { "direction", YAML_OPTIONAL, "negative or positive",
@@ -210,6 +249,10 @@ static const struct yaml_field rig_homing_fields[] = {
       rig_read_homing_slow, offsetof(struct homing_config, slow_q32) },
     { "distance", YAML_OPTIONAL, "the distance to search, such as 500 mm",
       rig_read_homing_distance, offsetof(struct homing_config, distance_q32) },
+    { "torque", YAML_OPTIONAL, "1 % .. 300 % of the rated torque",
+      rig_read_homing_torque, offsetof(struct homing_config, push_permille) },
+    { "clear", YAML_OPTIONAL, "the distance that it backs off, such as 2 mm",
+      rig_read_homing_clear, offsetof(struct homing_config, clear_q32) },
     { "position", YAML_OPTIONAL, "the position of the home point",
       rig_read_homing_position, offsetof(struct homing_config, pos_q32) },
     { "go", YAML_OPTIONAL, "the position to go to afterwards",
@@ -224,12 +267,31 @@ static const struct yaml_field rig_homing_fields[] = {
 const struct yaml_shape rig_homing_shape = { "homing", rig_homing_fields,
                                              ARRAY_LEN(rig_homing_fields) };
 
+/* A stop is met at a twentieth of the speed limit, a quarter of that again, and
+ * left by what that covers in a quarter of a second. */
+static int rig_fill_hard_stop(const struct yaml_value *value,
+                              const struct rig_axis *axis, bool has_speed,
+                              struct homing_config *homing)
+{
+    if (homing->push_permille == 0)
+        return yaml_value_refuse(value, "by hard-stop has no 'torque', which "
+                                        "the stop is known by");
+    if (!has_speed)
+        homing->fast_q32 = axis->limit.vel_q32 / RIG_STOP_SHARE + 1;
+    if (homing->slow_q32 == 0)
+        homing->slow_q32 = homing->fast_q32 / 4 + 1;
+    if (homing->clear_q32 == 0)
+        homing->clear_q32 = homing->fast_q32 / 4 + 1;
+    return 0;
+}
+
 /* What was left out: a quarter of the speed limit, a tenth of that at the
  * switch, and as far as the range is long. */
 int rig_read_homing(void *reader, const struct yaml_value *value, void *out)
 {
     const struct rig_axis *axis = ((struct rig_reader *)reader)->axis;
     struct homing_config *homing = out;
+    const int64_t usual_q32 = axis->limit.vel_q32 / 4 + 1;
     const bool is_range_wide =
         motion_fixed_sub(axis->limit.pos_max_q32, axis->limit.pos_min_q32,
                          &homing->distance_q32) < 0;
@@ -237,13 +299,16 @@ int rig_read_homing(void *reader, const struct yaml_value *value, void *out)
     homing->direction = -1;
     homing->order = 1;
     homing->timeout_ns = RIG_HOMING_TIME;
-    homing->fast_q32 = axis->limit.vel_q32 / 4 + 1;
+    homing->fast_q32 = usual_q32;
     if (is_range_wide)
         homing->distance_q32 = INT64_MAX / 4;
     if (yaml_fields_read(value, &rig_homing_shape, reader, out) < 0)
         return -1;
     if (homing->by == HOMING_DRIVE)
         return rig_homing_drive(reader)->judge_homing(reader, value, homing);
+    if (homing->by == HOMING_HARD_STOP)
+        return rig_fill_hard_stop(value, axis, homing->fast_q32 != usual_q32,
+                                  homing);
     if (homing->slow_q32 == 0)
         homing->slow_q32 = homing->fast_q32 / 10 + 1;
     return 0;

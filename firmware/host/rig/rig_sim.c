@@ -79,6 +79,18 @@ static int rig_read_home_switch(void *reader, const struct yaml_value *value,
     return rig_read_pair(reader, value, sim->home_q32);
 }
 
+static int rig_read_hard_stops(void *reader, const struct yaml_value *value,
+                               void *out)
+{
+    struct rig_reader *self = reader;
+    struct rig_sim *sim = out;
+
+    if (!rig_bus_is_can(&self->rig->bus[self->axis->bus]))
+        return yaml_value_refuse(value, "is not for a modbus drive");
+    sim->has_stops = true;
+    return rig_read_ends(self, value, &sim->stop_q32[0], &sim->stop_q32[1]);
+}
+
 static int rig_read_index(void *reader, const struct yaml_value *value,
                           void *out)
 {
@@ -104,6 +116,8 @@ static const struct yaml_field rig_sim_fields[] = {
       rig_read_limit_switches, 0 },
     { "home_switch", YAML_OPTIONAL, "where it is active, as [from, to]",
       rig_read_home_switch, 0 },
+    { "hard_stops", YAML_OPTIONAL, "where they are, as [lower, upper]",
+      rig_read_hard_stops, 0 },
     { "index", YAML_OPTIONAL, "the travel from one index pulse to the next",
       rig_read_index, offsetof(struct rig_sim, index_q32) },
 };

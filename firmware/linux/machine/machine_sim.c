@@ -158,6 +158,26 @@ static void machine_sim_storage(struct machine_sim *sim, const struct rig *rig)
 #undef CAPACITY
 }
 
+/* Lower and upper as counts, which fall where the axis is reversed. */
+static int machine_sim_stops(struct machine_sim *sim, const struct rig *rig,
+                             unsigned i)
+{
+    const struct rig_axis *axis = &rig->axis[i];
+    struct sim_plant *plant =
+        &machine_kinds[axis->kind]->sim_servo(sim, i)->plant;
+    const bool reversed = axis->counts_num < 0;
+    int32_t low, high;
+    int err = machine_sim_place(axis, axis->sim.stop_q32[reversed], &low);
+    if (err == MOTION_OK)
+        err = machine_sim_place(axis, axis->sim.stop_q32[!reversed], &high);
+    if (err < 0)
+        return err;
+    plant->low_q24 = low * (INT64_C(1) << 24);
+    plant->high_q24 = high * (INT64_C(1) << 24);
+    plant->has_stops = true;
+    return MOTION_OK;
+}
+
 void machine_sim_free(struct machine_sim *sim)
 {
     memory_pool_free(&sim->memory);
@@ -184,6 +204,8 @@ int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
     }
     for (unsigned i = 0; i < rig->axis_count; i++) {
         int err = machine_kinds[rig->axis[i].kind]->sim_init(sim, rig, i);
+        if (err == MOTION_OK && rig->axis[i].sim.has_stops)
+            err = machine_sim_stops(sim, rig, i);
         if (err < 0)
             return machine_sim_fail(message, rig->axis[i].name, err);
     }

@@ -138,8 +138,7 @@ int main(void)
         cmocka_unit_test_setup(one_that_closes_late_is_seen_too, with_two),
         cmocka_unit_test_setup(one_that_opens_alone_is_seen_when_it_closes,
                                with_two),
-        cmocka_unit_test_setup(only_both_in_time_show_that_they_work,
-                               with_two),
+        cmocka_unit_test_setup(only_both_in_time_show_that_they_work, with_two),
     };
     return cmocka_run_group_tests_name("estop", tests, NULL, NULL);
 }

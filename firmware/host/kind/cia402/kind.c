@@ -83,6 +83,8 @@ static int cia402_judge_axis(const struct rig_reader *reader,
 {
     struct yaml_value entry = *value;
 
+    if (reader->axis->homing.by == HOMING_HARD_STOP)
+        reader->axis->cia402.torque = true; /* its PDOs have 0x6077 then */
     if (rig_judge_eds(reader) < 0)
         return -1;
     entry.expected = "a lower stop acceleration or torque";
@@ -110,4 +112,5 @@ const struct rig_kind rig_kind_cia402 = {
     .judge_homing = cia402_judge_homing,
     .has_methods = true,
     .has_inputs = true,
+    .reports_torque = true,
 };

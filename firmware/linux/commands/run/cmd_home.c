@@ -35,6 +35,7 @@ static const char *const cmd_home_by[] = {
     [HOMING_SWITCH] = "switch",
     [HOMING_DRIVE] = "the drive",
     [HOMING_HERE] = "where it stands",
+    [HOMING_HARD_STOP] = "hard stop",
 };
 
 static bool cmd_home_has(const struct cmd_home *self, unsigned axis)
@@ -57,7 +58,8 @@ static const char *cmd_home_how(const struct homing_config *homing)
 static void cmd_home_row(struct table *table, const struct rig_axis *axis)
 {
     const struct homing_config *homing = &axis->homing;
-    const bool searches = homing->by == HOMING_SWITCH;
+    const bool searches =
+        homing->by == HOMING_SWITCH || homing->by == HOMING_HARD_STOP;
     char text[NUMBER_MAX];
     table_cell(table, "%u", homing->order);
     table_cell(table, "%s", axis->name);
