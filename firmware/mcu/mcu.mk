@@ -13,7 +13,7 @@ MCU_SRC    := $(wildcard firmware/mcu/*.c) firmware/mcu/board/main.c \
 MCU_SMALL  := firmware/control/command.c firmware/control/homing.c \
               firmware/control/jog.c firmware/control/ramp.c \
               firmware/control/ramp_bound.c motion/core/clock_warp_plan.c \
-              $(call sources,motion/otg)
+              $(call sources,motion/otg hal/drive/modbus)
 $(MCU_SMALL:%.c=$(MCU_DIR)/%.o): MCU_OPT := -Os
 
 $(MCU_DIR)/%.o: %.c Makefile firmware/mcu/mcu.mk
@@ -61,11 +61,13 @@ MCU_PLAY := $(B)/tests/firmware/mcu/play
 MCU_PACK := $(B)/tests/firmware/mcu/pack
 MCU_PROCESSORS := m0 m4 rv32
 .PHONY: test-firmware test-processors
-## the images in QEMU, moved over Modbus by libmodbus: the PC's set points
+## the images in QEMU, moved by libmodbus and moving servos: the PC's set points
 test-firmware: $(MCU_BOARDS:%=$(MCU_DIR)/%.elf) $(SLEW) $(MCU_PLAY) \
     test-processors
 	@SLEW=$(SLEW) PLAY=$(MCU_PLAY) IMAGES=$(MCU_DIR) \
 	    tests/firmware/mcu/play.sh
+	@SLEW=$(SLEW) PLAY=$(MCU_PLAY) IMAGES=$(MCU_DIR) \
+	    tests/firmware/mcu/hil.sh
 
 ## every example a board can play on Cortex-M0, M4 and RV32: the PC's set points
 test-processors: $(MCU_PROCESSORS:%=build/qemu/play-%.elf) $(SLEW) $(MCU_PACK)

@@ -2,6 +2,7 @@
 #include "firmware/mcu/piece.h"
 
 #include "firmware/host/base/crc32.h"
+#include "firmware/mcu/map.h"
 
 uint16_t *mcu_words_put(uint16_t *to, uint64_t value, unsigned words)
 {
@@ -29,6 +30,9 @@ uint32_t mcu_piece_crc(const uint16_t piece[], unsigned count)
     }
     return crc;
 }
+
+/* Values of a drive before its parameters. */
+#define PIECE_DRIVE_FIXED 12
 
 /* --- written -------------------------------------------------------------- */
 
@@ -59,22 +63,27 @@ static uint16_t *piece_put_i64(uint16_t *to, const int64_t *value,
     return to;
 }
 
+int64_t mcu_piece_get_value(const uint16_t *content, unsigned i)
+{
+    return (int64_t)mcu_words_get(content + (size_t)4 * i, 4);
+}
+
 static void piece_get_i64(const uint16_t *from, int64_t *value, unsigned count)
 {
     for (unsigned i = 0; i < count; i++)
-        value[i] = (int64_t)mcu_words_get(from + (size_t)4 * i, 4);
+        value[i] = mcu_piece_get_value(from, i);
 }
 
 unsigned mcu_piece_put_setup(uint16_t piece[MCU_PIECE_MAX], uint32_t setup_id,
                              unsigned axis, unsigned axis_count,
-                             const struct mcu_setup *setup)
+                             const struct mcu_setup *setup, uint32_t drive_crc)
 {
     const struct controller_axis_config *own = &setup->axis;
     const int64_t value[] = {
         own->pos_min_q32,    own->pos_max_q32,    own->limit.vel_q32,
         own->limit.acc_q32,  own->limit.jerk_q32, own->stop.vel_q32,
         own->stop.acc_q32,   own->stop.jerk_q32,  own->following_floor_q32,
-        own->following_k_ns, setup->pos_q32,
+        own->following_k_ns, setup->pos_q32,      drive_crc,
     };
     uint16_t *to =
         piece_begin(piece, MCU_PIECE_SETUP, axis, setup_id, axis_count);
@@ -83,7 +92,7 @@ unsigned mcu_piece_put_setup(uint16_t piece[MCU_PIECE_MAX], uint32_t setup_id,
                      piece_put_i64(to, value, sizeof value / sizeof value[0]));
 }
 
-void mcu_piece_get_setup(const uint16_t *content, struct mcu_setup *setup)
+uint32_t mcu_piece_get_setup(const uint16_t *content, struct mcu_setup *setup)
 {
     int64_t value[MCU_PIECE_SETUP_WORDS / 4];
 
@@ -97,6 +106,94 @@ void mcu_piece_get_setup(const uint16_t *content, struct mcu_setup *setup)
                   .following_k_ns = value[9] },
         .pos_q32 = value[10],
     };
+    return (uint32_t)value[11];
+}
+
+unsigned mcu_piece_put_map(uint16_t piece[MCU_PIECE_MAX], uint32_t setup_id,
+                           unsigned from, const struct modbus_map *map,
+                           unsigned *count)
+{
+    int64_t value[MCU_PIECE_VALUES] = { 0 };
+    uint16_t *to = piece_begin(piece, MCU_PIECE_MAP, 0, setup_id, from);
+
+    *count = 0;
+    for (unsigned i = 0; i < MCU_PIECE_VALUES && from + i < MCU_MAP_VALUES;
+         i++) {
+        value[i] = mcu_map_get(map, from + i);
+        if (value[i] != 0)
+            *count = i + 1;
+    }
+    return piece_end(piece, piece_put_i64(to, value, *count));
+}
+
+unsigned mcu_piece_put_drive(uint16_t piece[MCU_PIECE_MAX], uint32_t setup_id,
+                             unsigned axis, const struct mcu_servo *servo)
+{
+    const struct drive_modbus_config *config = &servo->config;
+    int64_t value[MCU_PIECE_VALUES] = {
+        config->unit,
+        config->counts_num,
+        config->counts_den,
+        config->vel_max_q32,
+        config->acc_q32,
+        config->cycle_ns,
+        config->latency_ns,
+        config->first_step_max_q32,
+        servo->depth,
+        servo->map_crc,
+        servo->feedback_max_age_ns,
+        config->parameter_count,
+    };
+    uint16_t *to = piece_begin(piece, MCU_PIECE_DRIVE, axis, setup_id, 0);
+    unsigned count = PIECE_DRIVE_FIXED;
+
+    for (unsigned i = 0; i < config->parameter_count; i++) {
+        value[count++] = servo->parameter[i].item;
+        value[count++] = servo->parameter[i].value;
+    }
+    return piece_end(piece, piece_put_i64(to, value, count));
+}
+
+uint32_t mcu_piece_own_crc(const uint16_t piece[], unsigned count)
+{
+    return (uint32_t)mcu_words_get(piece + count - 2, 2);
+}
+
+bool mcu_piece_get_drive(const uint16_t *content, unsigned words,
+                         struct mcu_servo *servo)
+{
+    int64_t value[MCU_PIECE_VALUES] = { 0 };
+    struct drive_modbus_config *config = &servo->config;
+    unsigned at = PIECE_DRIVE_FIXED;
+
+    piece_get_i64(content, value, words / 4);
+    if (words / 4 < PIECE_DRIVE_FIXED || value[0] < 1 || value[0] > UINT8_MAX ||
+        value[8] < 2 || value[8] > HAL_MODBUS_MAILBOX || value[11] < 0 ||
+        value[11] > MCU_SERVO_PARAMETERS ||
+        words / 4 != PIECE_DRIVE_FIXED + 2 * (unsigned)value[11])
+        return false;
+    *servo = (struct mcu_servo){
+        .config = { .unit = (uint8_t)value[0],
+                    .counts_num = value[1],
+                    .counts_den = value[2],
+                    .vel_max_q32 = value[3],
+                    .acc_q32 = value[4],
+                    .cycle_ns = value[5],
+                    .latency_ns = value[6],
+                    .first_step_max_q32 = value[7],
+                    .mode = HAL_DRIVE_STREAM_POSITION,
+                    .parameter_count = (unsigned)value[11] },
+        .depth = (unsigned)value[8],
+        .map_crc = (uint32_t)value[9],
+        .feedback_max_age_ns = value[10],
+    };
+    for (unsigned i = 0; i < config->parameter_count; i++) {
+        if (value[at] < 0 || value[at] >= MODBUS_MAP_ITEMS_MAX)
+            return false;
+        servo->parameter[i].item = (uint8_t)value[at++];
+        servo->parameter[i].value = value[at++];
+    }
+    return true;
 }
 
 unsigned mcu_piece_put_head(uint16_t piece[MCU_PIECE_MAX], uint32_t move_id,

@@ -22,6 +22,7 @@ static void registers_identity(const struct mcu_registers *self, uint16_t *word)
     word[3] = MCU_AXES_MAX;
     mcu_words_put(word + 4, (uint64_t)config->period_ns, 2);
     mcu_words_put(word + 6, config->window, 2);
+    word[8] = config->servos != NULL;
 }
 
 static void registers_fault(const struct controller *controller, uint16_t *word)
@@ -54,6 +55,7 @@ static void registers_upload(const struct mcu_upload *upload, uint16_t *word)
     mcu_words_put(word + MCU_STATE_REFUSED, upload->refused, 2);
     word[MCU_STATE_READY] = mcu_upload_has(upload, upload->move_id);
     word[MCU_STATE_SETUP_AXES] = upload->setup_axes;
+    word[MCU_STATE_DRIVE_AXES] = upload->drive_axes;
 }
 
 static void registers_state(const struct mcu_registers *self, uint16_t *word)
@@ -88,6 +90,17 @@ static void registers_axis(const struct mcu_registers *self, unsigned index,
     mcu_words_put(word + MCU_AXIS_FIRST, window->first, 2);
     mcu_words_put(word + MCU_AXIS_NEXT, window->filled, 2);
     mcu_words_put(word + MCU_AXIS_FREE, mcu_window_free(window), 2);
+    word[MCU_AXIS_DRIVEN] = self->unit->driven >> index & 1;
+}
+
+/* Why its drive is in fault or not there: what fault_text says. */
+static void registers_why(const struct mcu_registers *self, unsigned index,
+                          uint16_t *word)
+{
+    const char *text = self->unit->axis[index].feedback.fault_text;
+
+    for (unsigned i = 0; i < 2 * MCU_WHY_WORDS && text[i] != '\0'; i++)
+        word[i / 2] |= (uint16_t)((uint8_t)text[i] << (i % 2 == 0 ? 8 : 0));
 }
 
 /* Entries one after the other, from log_index on. */
@@ -119,6 +132,19 @@ static uint8_t registers_part(const uint16_t *word, unsigned words,
     return 0;
 }
 
+static uint8_t registers_get_why(const struct mcu_registers *self,
+                                 unsigned from, unsigned count, uint16_t *value)
+{
+    const unsigned index = from / MCU_AXIS_STEP;
+    uint16_t word[MCU_WHY_WORDS] = { 0 };
+
+    if (index >= self->unit->axis_count)
+        return ILLEGAL_ADDRESS;
+    registers_why(self, index, word);
+    return registers_part(word, MCU_WHY_WORDS, from % MCU_AXIS_STEP, count,
+                          value);
+}
+
 static uint8_t registers_get_axis(const struct mcu_registers *self,
                                   unsigned from, unsigned count,
                                   uint16_t *value)
@@ -146,6 +172,9 @@ static uint8_t registers_get(const struct mcu_registers *self, unsigned address,
     }
     if (address >= MCU_AT_AXIS && address < MCU_AT_COMMAND)
         return registers_get_axis(self, address - MCU_AT_AXIS, count, value);
+    if (address >= MCU_AT_WHY &&
+        address < MCU_AT_WHY + MCU_AXES_MAX * MCU_AXIS_STEP)
+        return registers_get_why(self, address - MCU_AT_WHY, count, value);
     if (address < MCU_AT_STATE) {
         registers_identity(self, word);
         return registers_part(word, MCU_IDENTITY_WORDS, address, count, value);

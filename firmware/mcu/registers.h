@@ -10,7 +10,7 @@
 #include "hal/modbus/slave.h"
 
 #define MCU_MAP_MAGIC   0x534C /* "SL" */
-#define MCU_MAP_VERSION 1
+#define MCU_MAP_VERSION 2
 
 /* Where they begin. */
 #define MCU_AT_IDENTITY  0x0000
@@ -20,11 +20,13 @@
 #define MCU_AT_COMMAND   0x0200
 #define MCU_AT_LOG_INDEX 0x0300
 #define MCU_AT_LOG       0x0310
+#define MCU_AT_WHY       0x0400 /* of axis 0; each MCU_AXIS_STEP on */
 #define MCU_AT_PIECE     0x1000
 
-#define MCU_IDENTITY_WORDS 8
-#define MCU_STATE_WORDS    42
-#define MCU_AXIS_WORDS     17
+#define MCU_IDENTITY_WORDS 9
+#define MCU_STATE_WORDS    43
+#define MCU_AXIS_WORDS     18
+#define MCU_WHY_WORDS      32 /* two characters each, the first one upper */
 #define MCU_COMMAND_WORDS  4
 
 /* Offsets into the state and into an axis. */
@@ -33,26 +35,27 @@ enum mcu_state_word {
     MCU_STATE_FAULT,      /* enum controller_fault */
     MCU_STATE_FAULT_AXIS, /* 0xFFFF: none in particular */
     MCU_STATE_DRIVE_CODE,
-    MCU_STATE_TICKS,          /* 2 */
-    MCU_STATE_LOST = 6,       /* 2 */
-    MCU_STATE_PATH_NS = 8,    /* 4 */
-    MCU_STATE_RATE_Q30 = 12,  /* 2 */
-    MCU_STATE_SEQUENCE = 14,  /* of the last command */
-    MCU_STATE_RESULT,         /* what it said: enum mcu_command_result */
-    MCU_STATE_MOVE_ID,        /* 2 */
-    MCU_STATE_AXES = 18,      /* how many */
-    MCU_STATE_HEADS,          /* bit per axis: its head is there */
-    MCU_STATE_PIECE,          /* enum mcu_piece_result of the last one */
-    MCU_STATE_TAKEN,          /* 2 */
-    MCU_STATE_REFUSED = 23,   /* 2 */
-    MCU_STATE_VALUE = 25,     /* 4: of the fault */
-    MCU_STATE_LIMIT = 29,     /* 4 */
-    MCU_STATE_LOG_FIRST = 33, /* 2: entries there are */
-    MCU_STATE_LOG_NEXT = 35,  /* 2 */
-    MCU_STATE_STACK = 37,     /* words never used */
-    MCU_STATE_READY,          /* 1: the move may be started */
-    MCU_STATE_SETUP_AXES,     /* bit per axis: its set-up has come */
-    MCU_STATE_LOG_CRC,        /* 2: of all entries since the start */
+    MCU_STATE_TICKS,           /* 2 */
+    MCU_STATE_LOST = 6,        /* 2 */
+    MCU_STATE_PATH_NS = 8,     /* 4 */
+    MCU_STATE_RATE_Q30 = 12,   /* 2 */
+    MCU_STATE_SEQUENCE = 14,   /* of the last command */
+    MCU_STATE_RESULT,          /* what it said: enum mcu_command_result */
+    MCU_STATE_MOVE_ID,         /* 2 */
+    MCU_STATE_AXES = 18,       /* how many */
+    MCU_STATE_HEADS,           /* bit per axis: its head is there */
+    MCU_STATE_PIECE,           /* enum mcu_piece_result of the last one */
+    MCU_STATE_TAKEN,           /* 2 */
+    MCU_STATE_REFUSED = 23,    /* 2 */
+    MCU_STATE_VALUE = 25,      /* 4: of the fault */
+    MCU_STATE_LIMIT = 29,      /* 4 */
+    MCU_STATE_LOG_FIRST = 33,  /* 2: entries there are */
+    MCU_STATE_LOG_NEXT = 35,   /* 2 */
+    MCU_STATE_STACK = 37,      /* words never used */
+    MCU_STATE_READY,           /* 1: the move may be started */
+    MCU_STATE_SETUP_AXES,      /* bit per axis: its set-up has come */
+    MCU_STATE_LOG_CRC,         /* 2: of all entries since the start */
+    MCU_STATE_DRIVE_AXES = 42, /* bit per axis: its drive has come */
 };
 enum mcu_axis_word {
     MCU_AXIS_ACTUAL = 0,   /* 4 */
@@ -62,6 +65,7 @@ enum mcu_axis_word {
     MCU_AXIS_FIRST = 11,   /* 2: kept */
     MCU_AXIS_NEXT = 13,    /* 2: to be sent next */
     MCU_AXIS_FREE = 15,    /* 2: room for so many */
+    MCU_AXIS_DRIVEN = 17,  /* 1: a servo on the board's line; 0: virtual */
 };
 
 /* X(name, value): commands. */

@@ -53,7 +53,7 @@ static void mcu_log_put(struct mcu_unit *unit)
         return;
     entry[0] = unit->controller.rate.s_ns_q12 >> 12;
     for (unsigned i = 0; i < unit->axis_count; i++)
-        entry[1 + i] = unit->drive[i].pos_q32;
+        entry[1 + i] = unit->axis[i].target.pos_q32;
     log->crc = crc32_of(log->crc, entry, log->stride * sizeof *entry);
     log->slot = log->slot + 1 < log->capacity ? log->slot + 1 : 0;
     log->next++;
@@ -80,8 +80,46 @@ const int64_t *mcu_log_entry(const struct mcu_log *log, uint32_t index)
 
 /* --- between ticks -------------------------------------------------------- */
 
+static bool unit_is_off(const struct mcu_unit *unit)
+{
+    if (unit->axis_count == 0)
+        return true;
+    for (unsigned i = 0; i < unit->axis_count; i++) {
+        const enum hal_drive_state state = unit->axis[i].feedback.state;
+        if (state == HAL_DRIVE_ENABLING || state == HAL_DRIVE_ENABLED ||
+            state == HAL_DRIVE_QUICK_STOP)
+            return false;
+    }
+    return unit->controller.state == CONTROLLER_OFF &&
+           !unit->controller.enabling;
+}
+
+int mcu_unit_clear(struct mcu_unit *unit)
+{
+    if (!unit_is_off(unit))
+        return MOTION_E_STATE;
+    unit->axis_count = 0;
+    unit->driven = 0;
+    return MOTION_OK;
+}
+
+/* The drives there are, if any, are forgotten from here on. */
+static int unit_start_line(struct mcu_unit *unit, uint16_t driven)
+{
+    const struct mcu_unit_config *config = unit->config;
+    int err = MOTION_OK;
+
+    if (driven == 0)
+        return MOTION_OK;
+    unit->axis_count = 0;
+    unit->driven = 0;
+    if (config->open_line != NULL)
+        err = config->open_line(&config->servos->map.line);
+    return err < 0 ? err : mcu_servos_start(config->servos, driven);
+}
+
 int mcu_unit_set_up(struct mcu_unit *unit, unsigned count,
-                    const struct mcu_setup setup[])
+                    const struct mcu_setup setup[], uint16_t driven)
 {
     struct hal_drive *drive[MCU_AXES_MAX];
     struct controller_axis_config axis[MCU_AXES_MAX];
@@ -95,16 +133,23 @@ int mcu_unit_set_up(struct mcu_unit *unit, unsigned count,
 
     if (count < 1 || count > MCU_AXES_MAX)
         return MOTION_E_ARG;
-    if (unit->axis_count > 0 &&
-        (unit->controller.state != CONTROLLER_OFF || unit->controller.enabling))
+    if (!unit_is_off(unit))
         return MOTION_E_STATE;
     for (unsigned i = 0; i < count; i++) {
-        drive[i] = &unit->drive[i].drive;
         axis[i] = setup[i].axis;
+        drive[i] = &unit->drive[i].drive;
+        if ((driven >> i & 1) == 0)
+            continue;
+        drive[i] = &unit->config->servos->drive[i].drive;
+        axis[i].feedback_max_age_ns =
+            unit->config->servos->servo[i].feedback_max_age_ns;
     }
     err = controller_init(&controller, &config, unit->axis, drive, NULL);
+    if (err == MOTION_OK)
+        err = unit_start_line(unit, driven);
     if (err < 0)
         return err;
+    unit->driven = driven;
     memcpy(unit->axis_config, axis, sizeof axis);
     controller.config.axis = unit->axis_config;
     unit->controller = controller;
@@ -155,17 +200,31 @@ static void mcu_unit_advance(struct mcu_unit *unit)
                                unit->controller.rate.s_ns_q12);
 }
 
+static struct hal_fieldbus_worst mcu_unit_begin(struct mcu_unit *unit,
+                                                int64_t now_ns)
+{
+    struct hal_fieldbus_worst worst = { HAL_FIELDBUS_GOOD, 0 };
+
+    for (unsigned i = 0; i < unit->axis_count; i++)
+        mcu_virtual_drive_begin(&unit->drive[i], now_ns);
+    if (unit->driven != 0)
+        worst.health =
+            hal_fieldbus_begin(&unit->config->servos->bus.fieldbus, now_ns);
+    return worst;
+}
+
 void mcu_unit_tick(struct mcu_unit *unit, int64_t now_ns)
 {
-    const struct hal_fieldbus_worst good = { HAL_FIELDBUS_GOOD, 0 };
     const bool was_moving = mcu_unit_is_moving(unit);
+    struct hal_fieldbus_worst worst;
 
     if (unit->axis_count == 0)
         return;
-    for (unsigned i = 0; i < unit->axis_count; i++)
-        mcu_virtual_drive_begin(&unit->drive[i], now_ns);
+    worst = mcu_unit_begin(unit, now_ns);
     mcu_unit_advance(unit);
-    controller_step(&unit->controller, now_ns, good);
+    controller_step(&unit->controller, now_ns, worst);
+    if (unit->driven != 0)
+        hal_fieldbus_end(&unit->config->servos->bus.fieldbus, now_ns);
     if (was_moving)
         mcu_log_put(unit);
 }

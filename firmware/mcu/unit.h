@@ -8,10 +8,9 @@
 #define FIRMWARE_MCU_UNIT_H
 
 #include "firmware/control/controller.h"
+#include "firmware/mcu/servos.h"
 #include "firmware/mcu/virtual_drive.h"
 #include "firmware/mcu/window.h"
-
-#define MCU_AXES_MAX 6
 
 /* What a board is made with; stays the caller's. */
 struct mcu_unit_config {
@@ -21,6 +20,9 @@ struct mcu_unit_config {
     uint32_t window;             /* segments; a power of two, 8 .. 32768 */
     int64_t *log;                /* log_words */
     uint32_t log_words;
+    struct mcu_servos *servos; /* NULL: no port to servo drives */
+    /* sets that port up; MOTION_E_ARG: it has no such line */
+    int (*open_line)(const struct modbus_rtu_line *line);
     void (*hold)(void), (*release)(void);
     uint32_t (*stack_free)(void); /* words never used; NULL: not known */
 };
@@ -50,7 +52,9 @@ struct mcu_unit {
     unsigned axis_count; /* 0: not set up */
     struct controller_axis axis[MCU_AXES_MAX];
     struct controller_axis_config axis_config[MCU_AXES_MAX];
-    struct mcu_virtual_drive drive[MCU_AXES_MAX];
+    struct mcu_virtual_drive
+        drive[MCU_AXES_MAX]; /* where `driven` has no bit */
+    uint16_t driven;         /* bit per axis: a servo on the line */
     struct mcu_window window[MCU_AXES_MAX];
     struct mcu_log log;
 };
@@ -59,11 +63,15 @@ void mcu_unit_init(struct mcu_unit *unit, const struct mcu_unit_config *config);
 
 /* The following return MOTION_OK or an error, and have changed nothing then. */
 
-/* New axes, off, without a move.  MOTION_E_STATE unless off, or with
+/* No axes.  MOTION_E_STATE unless off and without torque. */
+int mcu_unit_clear(struct mcu_unit *unit);
+/* New axes, off, without a move; driven: bit per axis, its servo is on the
+ * line, as config->servos describes it.  MOTION_E_STATE unless off and without
  * torque; MOTION_E_ARG: controller_init says so, or count not 1 ..
- * MCU_AXES_MAX. */
+ * MCU_AXES_MAX.  When the line or a drive on it cannot be so, mcu_servos_start's
+ * errors, and there are no axes then. */
 int mcu_unit_set_up(struct mcu_unit *unit, unsigned count,
-                    const struct mcu_setup setup[]);
+                    const struct mcu_setup setup[], uint16_t driven);
 /* Is a move being played, or stopped? */
 bool mcu_unit_is_moving(const struct mcu_unit *unit);
 /* Play what the windows hold.  MOTION_E_AGAIN: not all of it, or less than

@@ -1,6 +1,7 @@
 /* firmware/mcu/upload.c - see upload.h. */
 #include "firmware/mcu/upload.h"
 
+#include "firmware/mcu/map.h"
 #include "firmware/mcu/piece.h"
 
 static const struct {
@@ -51,10 +52,11 @@ static enum mcu_piece_result upload_set_up(struct mcu_upload *upload)
     int err;
 
     mcu_unit_hold(upload->unit);
-    err = mcu_unit_set_up(upload->unit, upload->setup_count, upload->setup);
+    err = mcu_unit_set_up(upload->unit, upload->setup_count, upload->setup,
+                          upload->driven);
     mcu_unit_release(upload->unit);
     if (err < 0) {
-        upload->setup_id = 0;
+        upload->setup_id = upload->drives_id = 0;
         return err == MOTION_E_STATE ? MCU_PIECE_E_STATE : MCU_PIECE_E_VALUE;
     }
     upload->move_id = 0;
@@ -62,11 +64,28 @@ static enum mcu_piece_result upload_set_up(struct mcu_upload *upload)
     return MCU_PIECE_TAKEN;
 }
 
+static struct mcu_servo *upload_servo(const struct mcu_upload *upload,
+                                      unsigned axis)
+{
+    return &upload->unit->config->servos->servo[axis];
+}
+
+/* Has the drive come that this axis is meant for? */
+static bool upload_has_drive(const struct mcu_upload *upload,
+                             const struct upload_piece *piece, uint32_t crc)
+{
+    return upload->drives_id == piece->id &&
+           upload_has_bit(upload->drive_axes, piece->axis) &&
+           upload_servo(upload, piece->axis)->crc == crc;
+}
+
 static enum mcu_piece_result upload_put_setup(struct mcu_upload *upload,
                                               const struct upload_piece *piece)
 {
     const unsigned axis = piece->axis;
-    uint16_t all;
+    struct mcu_setup setup;
+    uint32_t drive_crc;
+    uint16_t all, bit;
 
     if (piece->words != MCU_PIECE_SETUP_WORDS)
         return MCU_PIECE_E_LENGTH;
@@ -81,16 +100,107 @@ static enum mcu_piece_result upload_put_setup(struct mcu_upload *upload,
         (upload->unit->controller.state != CONTROLLER_OFF ||
          upload->unit->controller.enabling))
         return MCU_PIECE_E_STATE;
+    drive_crc = mcu_piece_get_setup(piece->content, &setup);
+    if (drive_crc != 0 && !upload_has_drive(upload, piece, drive_crc))
+        return MCU_PIECE_E_ORDER;
     if (piece->id != upload->setup_id || piece->number != upload->setup_count) {
         upload->setup_id = piece->id;
         upload->setup_count = piece->number;
         upload->setup_axes = 0;
     }
-    mcu_piece_get_setup(piece->content, &upload->setup[axis]);
+    bit = (uint16_t)(1u << axis);
+    upload->setup[axis] = setup;
     upload->setup_crc[axis] = piece->crc;
-    upload->setup_axes |= (uint16_t)(1u << axis);
+    upload->setup_axes |= bit;
+    upload->driven = (uint16_t)(drive_crc != 0 ? upload->driven | bit
+                                               : upload->driven & ~bit);
     all = (uint16_t)((1u << upload->setup_count) - 1);
     return upload->setup_axes == all ? upload_set_up(upload) : MCU_PIECE_TAKEN;
+}
+
+/* --- drives --------------------------------------------------------------- */
+
+/* The drives of before are polled by the map that is about to change: with the
+ * first piece of others there are no axes until these are set up. */
+static enum mcu_piece_result upload_open_drives(struct mcu_upload *upload,
+                                                uint32_t id)
+{
+    struct mcu_unit *unit = upload->unit;
+    int err;
+
+    if (unit->config->servos == NULL)
+        return MCU_PIECE_E_KIND;
+    if (id == upload->drives_id)
+        return MCU_PIECE_TAKEN;
+    mcu_unit_hold(unit);
+    err = mcu_unit_clear(unit);
+    if (err == MOTION_OK)
+        mcu_servos_clear(unit->config->servos);
+    mcu_unit_release(unit);
+    if (err < 0)
+        return MCU_PIECE_E_STATE;
+    upload->setup_id = upload->drives_id = id;
+    upload->setup_count = 0;
+    upload->setup_axes = upload->head_axes = upload->drive_axes = 0;
+    upload->move_id = 0;
+    return MCU_PIECE_TAKEN;
+}
+
+/* Once a drive has come, the map is whole. */
+static enum mcu_piece_result upload_put_map(struct mcu_upload *upload,
+                                            const struct upload_piece *piece)
+{
+    const unsigned count = piece->words / 4;
+    const enum mcu_piece_result opened = upload_open_drives(upload, piece->id);
+    struct modbus_map *map;
+    bool is_same = true;
+
+    if (opened != MCU_PIECE_TAKEN)
+        return opened;
+    if (piece->words != 4 * count || piece->axis != 0 ||
+        piece->number >= MCU_MAP_VALUES ||
+        count > MCU_MAP_VALUES - piece->number)
+        return MCU_PIECE_E_LENGTH;
+    map = &upload->unit->config->servos->map;
+    for (unsigned i = 0; i < count; i++)
+        is_same = is_same && mcu_map_get(map, piece->number + i) ==
+                                 mcu_piece_get_value(piece->content, i);
+    if (is_same)
+        return MCU_PIECE_REPEATED;
+    if (upload->drive_axes != 0)
+        return MCU_PIECE_E_MOVE;
+    for (unsigned i = 0; i < count; i++)
+        if (!mcu_map_set(map, piece->number + i,
+                         mcu_piece_get_value(piece->content, i)))
+            return MCU_PIECE_E_VALUE;
+    return MCU_PIECE_TAKEN;
+}
+
+static enum mcu_piece_result upload_put_drive(struct mcu_upload *upload,
+                                              const struct upload_piece *piece)
+{
+    const enum mcu_piece_result opened = upload_open_drives(upload, piece->id);
+    struct mcu_servo servo;
+
+    if (opened != MCU_PIECE_TAKEN)
+        return opened;
+    if (piece->axis >= MCU_AXES_MAX)
+        return MCU_PIECE_E_AXIS;
+    if (upload_has_bit(upload->drive_axes, piece->axis))
+        return upload_servo(upload, piece->axis)->crc == piece->crc
+                   ? MCU_PIECE_REPEATED
+                   : MCU_PIECE_E_MOVE;
+    if (piece->number != 0 ||
+        !mcu_piece_get_drive(piece->content, piece->words, &servo))
+        return MCU_PIECE_E_VALUE;
+    if (servo.map_crc != mcu_map_crc(&upload->unit->config->servos->map))
+        return MCU_PIECE_E_ORDER;
+    if (!mcu_servo_is_sound(upload->unit->config->servos, &servo))
+        return MCU_PIECE_E_VALUE;
+    servo.crc = piece->crc;
+    *upload_servo(upload, piece->axis) = servo;
+    upload->drive_axes |= (uint16_t)(1u << piece->axis);
+    return MCU_PIECE_TAKEN;
 }
 
 /* --- moves ---------------------------------------------------------------- */
@@ -197,6 +307,8 @@ static enum mcu_piece_result upload_take(struct mcu_upload *upload,
         [MCU_PIECE_SETUP] = upload_put_setup,
         [MCU_PIECE_HEAD_OF] = upload_put_head,
         [MCU_PIECE_TRACK] = upload_put_track,
+        [MCU_PIECE_MAP] = upload_put_map,
+        [MCU_PIECE_DRIVE] = upload_put_drive,
     };
     struct upload_piece piece;
 
@@ -211,7 +323,7 @@ static enum mcu_piece_result upload_take(struct mcu_upload *upload,
     piece.number = (uint32_t)mcu_words_get(word + 4, 2);
     piece.content = word + MCU_PIECE_HEAD;
     piece.words = count - MCU_PIECE_AROUND;
-    if (piece.kind < MCU_PIECE_SETUP || piece.kind > MCU_PIECE_TRACK)
+    if (piece.kind < MCU_PIECE_SETUP || piece.kind > MCU_PIECE_DRIVE)
         return MCU_PIECE_E_KIND;
     return piece.id == 0 ? MCU_PIECE_E_MOVE : put[piece.kind](upload, &piece);
 }

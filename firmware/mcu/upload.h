@@ -20,10 +20,13 @@ enum mcu_piece_kind {
     MCU_PIECE_SETUP = 1, /* an axis; number: how many axes there are */
     MCU_PIECE_HEAD_OF,   /* struct mcu_head of an axis; number 0 */
     MCU_PIECE_TRACK,     /* segments; number: of the first */
+    MCU_PIECE_MAP,       /* values of the register map; number: of the first */
+    MCU_PIECE_DRIVE,     /* the drive of an axis; number 0 */
 };
 
 /* Registers of the content. */
-#define MCU_PIECE_SETUP_WORDS   44
+#define MCU_PIECE_SETUP_WORDS   48
+#define MCU_PIECE_VALUES        28 /* of four registers; a map, a drive */
 #define MCU_PIECE_TRACK_WORDS   35 /* of a segment */
 #define MCU_PIECE_HEAD_OF_WORDS 92
 
@@ -58,6 +61,9 @@ struct mcu_upload {
     uint32_t setup_crc[MCU_AXES_MAX], head_crc[MCU_AXES_MAX];
     uint16_t setup_axes, head_axes; /* bit per axis: it has come */
     unsigned setup_count;
+    uint32_t drives_id;  /* set-up that map and drives belong to; 0: none */
+    uint16_t drive_axes; /* bit per axis: its drive has come */
+    uint16_t driven;     /* of setup: on the line */
     struct mcu_setup setup[MCU_AXES_MAX];
     enum mcu_piece_result last;
     uint32_t taken, refused;

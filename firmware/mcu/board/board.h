@@ -33,6 +33,7 @@ struct board_memory {
     uint32_t window;
     int64_t *log;
     uint32_t log_words;
+    struct mcu_servos *servos;
 };
 extern const struct board_memory board_memory;
 /* Clocks, ports and watchdog; bits of the processor's clock per second. */
@@ -40,6 +41,10 @@ uint32_t board_init(void);
 void board_watchdog_feed(void);
 /* The port that others command this board by. */
 extern struct board_port board_slave_port;
+/* The port to servo drives, silent until it is opened; the direction of RS-485
+ * is its transceiver's to switch.  MOTION_E_ARG: it cannot be such a line. */
+extern struct board_port board_master_port;
+int board_master_open(const struct modbus_rtu_line *line);
 void board_port_start(struct board_port *port); /* something is to be sent */
 
 /* ---- cortex_m.c ---- */

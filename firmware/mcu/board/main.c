@@ -14,6 +14,7 @@ static struct mcu_unit_config main_config = {
     .hold = board_hold,
     .release = board_release,
     .stack_free = board_stack_free,
+    .open_line = board_master_open,
 };
 static struct mcu_unit main_unit;
 static struct mcu_upload main_upload;
@@ -27,31 +28,44 @@ void board_tick_isr(int64_t now_ns)
     mcu_unit_tick(&main_unit, now_ns);
 }
 
-static void main_serve(struct board_port *port, struct modbus_station *station)
+/* `was_sending` is the port's. */
+static void main_serve(struct board_port *port, struct modbus_station *station,
+                       bool *was_sending)
 {
     static uint8_t bytes[BOARD_BYTES];
     static uint8_t frame[MODBUS_RTU_FRAME_MAX];
-    static bool was_sending;
     int64_t last_ns;
     unsigned length;
 
     /* In this order: a master may ask again as soon as it has the answer. */
-    if (was_sending && !board_port_is_sending(port)) {
-        was_sending = false;
+    if (*was_sending && !board_port_is_sending(port)) {
+        *was_sending = false;
         station->ops->sent(station, board_now_ns());
     }
     length = board_port_take(port, bytes, &last_ns);
     if (length > 0)
         station->ops->recv(station, bytes, length, last_ns);
-    if (was_sending)
+    if (*was_sending)
         return;
     if (board_now_ns() < station->ops->due_ns(station))
         return;
     length = station->ops->poll(station, board_now_ns(), frame);
     if (length == 0)
         return;
-    was_sending = true;
+    *was_sending = true;
     board_port_send(port, frame, length);
+}
+
+/* The tick has the mailbox of the same master. */
+static void main_serve_drives(void)
+{
+    static bool was_sending;
+
+    board_hold();
+    if (board_memory.servos->is_on)
+        main_serve(&board_master_port, &board_memory.servos->master.station,
+                   &was_sending);
+    board_release();
 }
 
 int main(void)
@@ -60,6 +74,7 @@ int main(void)
                                           .parity = MODBUS_PARITY_NONE,
                                           .stop_bits = 1 };
     uint32_t ticks = 0;
+    bool was_sending = false;
 
     board_hold();
     main_config.board = board_memory.board;
@@ -67,6 +82,7 @@ int main(void)
     main_config.window = board_memory.window;
     main_config.log = board_memory.log;
     main_config.log_words = board_memory.log_words;
+    main_config.servos = board_memory.servos;
     mcu_unit_init(&main_unit, &main_config);
     mcu_upload_init(&main_upload, &main_unit);
     mcu_registers_init(&main_registers, &main_unit, &main_upload);
@@ -75,7 +91,8 @@ int main(void)
         return 1;
     board_release();
     for (;;) {
-        main_serve(&board_slave_port, &main_slave.station);
+        main_serve(&board_slave_port, &main_slave.station, &was_sending);
+        main_serve_drives();
         if (main_ticks != ticks)
             board_watchdog_feed();
         ticks = main_ticks;

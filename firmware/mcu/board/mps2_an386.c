@@ -19,8 +19,11 @@
 #define UART_INT(base)     REGISTER((base) + 0x0C)
 #define UART_BAUDDIV(base) REGISTER((base) + 0x10)
 #define UART0              0x40004000u
+#define UART1              0x40005000u
 #define IRQ_UART0_RX       0
 #define IRQ_UART0_TX       1
+#define IRQ_UART1_RX       2
+#define IRQ_UART1_TX       3
 
 #define WDOG_LOAD    REGISTER(0x40008000)
 #define WDOG_CONTROL REGISTER(0x40008008)
@@ -30,13 +33,15 @@
 
 static struct motion_segment mps2_ring[MCU_AXES_MAX * 2 * WINDOW];
 static int64_t mps2_log[LOG_WORDS];
-struct board_port board_slave_port;
+static struct mcu_servos mps2_servos;
+struct board_port board_slave_port, board_master_port;
 
 const struct board_memory board_memory = { .board = 1,
                                            .ring = mps2_ring,
                                            .window = WINDOW,
                                            .log = mps2_log,
-                                           .log_words = LOG_WORDS };
+                                           .log_words = LOG_WORDS,
+                                           .servos = &mps2_servos };
 
 uint32_t board_init(void)
 {
@@ -57,27 +62,54 @@ void board_watchdog_feed(void)
     WDOG_INTCLR = 1;
 }
 
-static void mps2_receive_isr(void)
+/* Eight bits, no parity, one stop bit: it has no other. */
+int board_master_open(const struct modbus_rtu_line *line)
 {
-    UART_INT(UART0) = 2;
-    while ((UART_STATE(UART0) & STATE_RX) != 0)
-        board_port_received_isr(&board_slave_port, (uint8_t)UART_DATA(UART0));
+    if (line->parity != MODBUS_PARITY_NONE || line->stop_bits != 1)
+        return MOTION_E_ARG;
+    UART_BAUDDIV(UART1) = (CLOCK_HZ + line->baud / 2) / line->baud;
+    UART_CTRL(UART1) = CTRL_ALL;
+    board_enable_irq(IRQ_UART1_RX);
+    board_enable_irq(IRQ_UART1_TX);
+    return MOTION_OK;
 }
 
-static void mps2_send(void)
+static void mps2_take(uint32_t uart, struct board_port *port)
 {
-    while ((UART_STATE(UART0) & STATE_TX) == 0) {
-        const int next = board_port_next_isr(&board_slave_port);
+    UART_INT(uart) = 2;
+    while ((UART_STATE(uart) & STATE_RX) != 0)
+        board_port_received_isr(port, (uint8_t)UART_DATA(uart));
+}
+
+static void mps2_send(uint32_t uart, struct board_port *port)
+{
+    UART_INT(uart) = 1;
+    while ((UART_STATE(uart) & STATE_TX) == 0) {
+        const int next = board_port_next_isr(port);
         if (next < 0)
             return;
-        UART_DATA(UART0) = (uint32_t)next;
+        UART_DATA(uart) = (uint32_t)next;
     }
 }
 
-static void mps2_sent_isr(void)
+static void mps2_slave_receive_isr(void)
 {
-    UART_INT(UART0) = 1;
-    mps2_send();
+    mps2_take(UART0, &board_slave_port);
+}
+
+static void mps2_slave_sent_isr(void)
+{
+    mps2_send(UART0, &board_slave_port);
+}
+
+static void mps2_master_receive_isr(void)
+{
+    mps2_take(UART1, &board_master_port);
+}
+
+static void mps2_master_sent_isr(void)
+{
+    mps2_send(UART1, &board_master_port);
 }
 
 /* The interrupt comes when the buffer empties: the first byte has none. */
@@ -86,8 +118,9 @@ void board_port_start(struct board_port *port)
     const int next = board_port_next_isr(port);
 
     if (next >= 0)
-        UART_DATA(UART0) = (uint32_t)next;
+        UART_DATA(port == &board_slave_port ? UART0 : UART1) = (uint32_t)next;
 }
 
 __attribute__((section(".irqs"), used)) void (*const board_irq_vectors[])(
-    void) = { mps2_receive_isr, mps2_sent_isr };
+    void) = { mps2_slave_receive_isr, mps2_slave_sent_isr,
+              mps2_master_receive_isr, mps2_master_sent_isr };

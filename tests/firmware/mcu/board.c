@@ -179,7 +179,7 @@ unsigned board_put_setup(uint16_t piece[MCU_PIECE_MAX],
         .pos_q32 = move->segment[axis][0].pos_q32,
     };
 
-    return mcu_piece_put_setup(piece, move->id, axis, BOARD_AXES, &setup);
+    return mcu_piece_put_setup(piece, move->id, axis, BOARD_AXES, &setup, 0);
 }
 
 void board_set_up(struct board *board, const struct board_move *move)

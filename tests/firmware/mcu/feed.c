@@ -9,8 +9,10 @@
 
 #include "firmware/host/base/crc32.h"
 #include "firmware/host/move/compiled.h"
-#include "firmware/host/rig/rig.h"
+#include "firmware/host/rig/modbus_budget.h"
+#include "firmware/host/rig/modbus_stream.h"
 #include "firmware/linux/base/disk.h"
+#include "firmware/mcu/map.h"
 
 #define FEED_LINE 16384
 
@@ -127,8 +129,81 @@ unsigned feed_put_setup(const struct feed *feed, unsigned axis,
             track->count > 0 ? track->segment[0].pos_q32 : track->end.pos_q32,
     };
 
-    return mcu_piece_put_setup(piece, feed->move_id, axis, feed->axes, &setup);
+    return mcu_piece_put_setup(piece, feed->move_id, axis, feed->axes, &setup,
+                               feed->drive_crc[axis]);
 }
+
+/* --- servo drives --------------------------------------------------------- */
+
+static unsigned feed_rig_index(const struct feed *feed, unsigned axis)
+{
+    return (unsigned)(job_rig_axis(&feed->job, axis) - feed->job.rig.axis);
+}
+
+static unsigned feed_depth(const struct rig *rig, unsigned bus)
+{
+    const int64_t latency_ns = modbus_budget_latency_ns(rig, bus);
+    const int64_t more =
+        latency_ns > 0 ? rig->period_ns * 3 / 2 / latency_ns : 0;
+
+    return more + 2 < HAL_MODBUS_MAILBOX ? (unsigned)more + 2
+                                         : HAL_MODBUS_MAILBOX;
+}
+
+int feed_use_drives(struct feed *feed)
+{
+    const struct rig *rig = &feed->job.rig;
+    const struct rig_axis *first = job_rig_axis(&feed->job, 0);
+
+    feed->map = rig->map[first->map];
+    feed->map.line = modbus_budget_line(rig, first->bus);
+    feed->map.timeout_ns = modbus_budget_timeout_ns(rig, first->bus);
+    for (unsigned i = 0; i < feed->axes; i++) {
+        const struct rig_axis *axis = job_rig_axis(&feed->job, i);
+        struct mcu_servo *servo = &feed->servo[i];
+
+        if (axis->kind != RIG_MODBUS || axis->bus != first->bus ||
+            axis->map != first->map || axis->point_to_point ||
+            axis->parameter_count > MCU_SERVO_PARAMETERS) {
+            fprintf(stderr, "%s: not streamed by the line and map of %s\n",
+                    axis->name, first->name);
+            return -1;
+        }
+        modbus_stream_config(rig, feed_rig_index(feed, i), &servo->config);
+        for (unsigned k = 0; k < axis->parameter_count; k++)
+            servo->parameter[k] = axis->item[k];
+        servo->depth = feed_depth(rig, axis->bus);
+        servo->feedback_max_age_ns = modbus_budget_age_ns(rig, axis->bus);
+        servo->map_crc = mcu_map_crc(&feed->map);
+    }
+    return 0;
+}
+
+int feed_put_map(const struct feed *feed, unsigned *from,
+                 uint16_t piece[MCU_PIECE_MAX])
+{
+    for (unsigned count; *from < MCU_MAP_VALUES; *from += MCU_PIECE_VALUES) {
+        const unsigned length =
+            mcu_piece_put_map(piece, feed->move_id, *from, &feed->map, &count);
+        if (count == 0)
+            continue;
+        *from += MCU_PIECE_VALUES;
+        return (int)length;
+    }
+    return 0;
+}
+
+unsigned feed_put_drive(struct feed *feed, unsigned axis,
+                        uint16_t piece[MCU_PIECE_MAX])
+{
+    const unsigned length =
+        mcu_piece_put_drive(piece, feed->move_id, axis, &feed->servo[axis]);
+
+    feed->drive_crc[axis] = mcu_piece_own_crc(piece, length);
+    return length;
+}
+
+/* --- moves ---------------------------------------------------------------- */
 
 unsigned feed_put_head(const struct feed *feed, unsigned axis,
                        uint16_t piece[MCU_PIECE_MAX])

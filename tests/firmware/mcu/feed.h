@@ -20,12 +20,24 @@ struct feed {
     uint32_t move_id;
     uint32_t sent[MCU_AXES_MAX]; /* segments */
     struct feed_rows want;
+    struct modbus_map map; /* of feed_use_drives, with the rig's line */
+    struct mcu_servo servo[MCU_AXES_MAX];
+    uint32_t drive_crc[MCU_AXES_MAX]; /* 0: a virtual drive */
 };
 
 /* 0, or -1 with a line on stderr. */
 int feed_open(struct feed *feed, const char *rig, const char *move,
               const char *telemetry);
 void feed_close(struct feed *feed);
+
+/* The axes' servo drives, on the board's own line.  0, or -1 with a line on
+ * stderr. */
+int feed_use_drives(struct feed *feed);
+/* The next piece of their map, from *from on; 0: all have been. */
+int feed_put_map(const struct feed *feed, unsigned *from,
+                 uint16_t piece[MCU_PIECE_MAX]);
+unsigned feed_put_drive(struct feed *feed, unsigned axis,
+                        uint16_t piece[MCU_PIECE_MAX]);
 
 const char *feed_axis_name(const struct feed *feed, unsigned axis);
 /* Registers of the piece. */

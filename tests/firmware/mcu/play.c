@@ -1,11 +1,15 @@
 /* tests/firmware/mcu/play.c - play a compiled move on a board and compare every
  * set point with those of a run on this machine, to the bit.
  *
- *     play DEVICE RIG MOVE.slt TELEMETRY.csv [DAMAGED]
+ *     play DEVICE RIG MOVE.slt TELEMETRY.csv [DAMAGED [SETTLE]]
  *
  * Before every eight pieces so many frames are sent that are damaged.  The
- * telemetry is as feed.h says.  Status 0: all are equal. */
+ * telemetry is as feed.h says.  With SETTLE the axes are the rig's Modbus servos
+ * on the board's own line, each of which is to be so near to the end of the
+ * move, in its unit, within a few seconds.  Status 0: all are equal; 3: the
+ * board stopped with a fault.  "started" on stderr: the move is under way. */
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,6 +22,7 @@
 
 #define PLAY_PAUSE_NS 20000000
 #define PLAY_BYTE_NS  100000 /* of the line */
+#define PLAY_AWAIT_S  20     /* for a state, and for an axis at its place */
 #define PLAY_BATCH    8      /* pieces between two looks at the log */
 
 struct play {
@@ -27,8 +32,18 @@ struct play {
     uint64_t wrong;
     unsigned damaged, damaged_due; /* frames per eight pieces, eighths of one */
     unsigned damaged_sent;
+    double settle;   /* > 0: with servo drives */
+    double lag_most; /* of an actual position behind its set point */
     uint16_t state[MCU_STATE_WORDS];
 };
+
+static double play_now(void)
+{
+    struct timespec t;
+
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
+}
 
 /* --- to the board --------------------------------------------------------- */
 
@@ -82,8 +97,24 @@ static int play_send(struct play *play, const uint16_t piece[], unsigned count)
     return -1;
 }
 
+static int play_send_drives(struct play *play)
+{
+    uint16_t piece[MCU_PIECE_MAX];
+    unsigned from = 0;
+
+    for (int words; (words = feed_put_map(&play->feed, &from, piece)) > 0;)
+        if (play_send(play, piece, (unsigned)words) < 1)
+            return -1;
+    for (unsigned i = 0; i < play->feed.axes; i++)
+        if (play_send(play, piece, feed_put_drive(&play->feed, i, piece)) < 1)
+            return -1;
+    return 0;
+}
+
 static int play_set_up(struct play *play)
 {
+    if (play->settle > 0 && play_send_drives(play) < 0)
+        return -1;
     for (unsigned i = 0; i < play->feed.axes; i++) {
         uint16_t piece[MCU_PIECE_MAX];
         if (play_send(play, piece, feed_put_setup(&play->feed, i, piece)) < 1)
@@ -146,9 +177,13 @@ static int play_look(struct play *play)
 
 static int play_await(struct play *play, enum controller_state state)
 {
-    for (int i = 0; i < 1000; i++)
+    const double end = play_now() + PLAY_AWAIT_S;
+
+    do
         if (play_look(play) < 0 || play->state[MCU_STATE_STATE] == state)
             return play->state[MCU_STATE_STATE] == state ? 0 : -1;
+    while (play_now() < end &&
+           play->state[MCU_STATE_STATE] != CONTROLLER_FAULT);
     fprintf(stderr, "the board is %s, not %s\n",
             controller_state_text(
                 (enum controller_state)play->state[MCU_STATE_STATE]),
@@ -195,6 +230,51 @@ static int play_read_log(struct play *play)
     return 0;
 }
 
+/* How far an axis is behind its set point. */
+static int play_lag(struct play *play, unsigned axis, double *lag)
+{
+    uint16_t word[MCU_AXIS_TARGET + 4];
+
+    if (master_read(&play->master, MCU_AT_AXIS + axis * MCU_AXIS_STEP,
+                    MCU_AXIS_TARGET + 4, word) < 0)
+        return -1;
+    *lag = ldexp((double)(int64_t)(mcu_words_get(word + MCU_AXIS_TARGET, 4) -
+                                   mcu_words_get(word, 4)),
+                 -32);
+    if (fabs(*lag) > play->lag_most)
+        play->lag_most = fabs(*lag);
+    return 0;
+}
+
+static int play_lags(struct play *play)
+{
+    double lag;
+
+    for (unsigned i = 0; play->settle > 0 && i < play->feed.axes; i++)
+        if (play_lag(play, i, &lag) < 0)
+            return -1;
+    return 0;
+}
+
+static int play_settle(struct play *play)
+{
+    const double end = play_now() + PLAY_AWAIT_S;
+    double lag = 0;
+
+    for (unsigned i = 0; play->settle > 0 && i < play->feed.axes; i++) {
+        do
+            if (play_lag(play, i, &lag) < 0)
+                return -1;
+        while (fabs(lag) > play->settle && play_now() < end);
+        if (fabs(lag) > play->settle) {
+            fprintf(stderr, "%s ends %g beside its place\n",
+                    feed_axis_name(&play->feed, i), lag);
+            return -1;
+        }
+    }
+    return 0;
+}
+
 /* The board says it has what was sent. */
 static int play_check_sent(struct play *play)
 {
@@ -234,14 +314,16 @@ static int play_run(struct play *play)
         master_command(&play->master, MCU_COMMAND_START, play->feed.move_id) <
             0)
         return -1;
+    fputs("started\n", stderr);
     do {
         nanosleep(&(struct timespec){ .tv_nsec = PLAY_PAUSE_NS }, NULL);
         if (play_stream(play, PLAY_BATCH) < 0 || play_look(play) < 0 ||
-            play_read_log(play) < 0)
+            play_read_log(play) < 0 || play_lags(play) < 0)
             return -1;
     } while (play->state[MCU_STATE_STATE] == CONTROLLER_MOVING);
     if (play_await(play, CONTROLLER_READY) < 0 || play_read_log(play) < 0 ||
-        play_check_sent(play) < 0 || play_check_all(play) < 0)
+        play_check_sent(play) < 0 || play_check_all(play) < 0 ||
+        play_settle(play) < 0)
         return -1;
     return master_command(&play->master, MCU_COMMAND_OFF, 0);
 }
@@ -262,43 +344,64 @@ static void play_report(const struct play *play, double s)
            play->wrong, s, play->damaged_sent, play->master.repeated,
            play->state[MCU_STATE_STACK],
            mcu_words_get(play->state + MCU_STATE_LOST, 2));
+    if (play->settle > 0)
+        printf("servo drives: at most %.4g behind their set points, at the end "
+               "within %g\n",
+               play->lag_most, play->settle);
 }
 
-static double play_now(void)
+/* Its fault and, of an axis, why. */
+static void play_say_fault(struct play *play)
 {
-    struct timespec t;
+    const unsigned axis = play->state[MCU_STATE_FAULT_AXIS];
+    char why[2 * MCU_WHY_WORDS + 1] = "";
+    uint16_t word[MCU_WHY_WORDS];
 
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
+    if (axis < play->feed.axes &&
+        master_read(&play->master, MCU_AT_WHY + axis * MCU_AXIS_STEP,
+                    MCU_WHY_WORDS, word) == 0)
+        for (unsigned i = 0; i < 2 * MCU_WHY_WORDS; i++)
+            why[i] = (char)(word[i / 2] >> (i % 2 == 0 ? 8 : 0));
+    fprintf(stderr, "the board is %s: %s%s%s%s%s\n",
+            controller_state_text(
+                (enum controller_state)play->state[MCU_STATE_STATE]),
+            axis < play->feed.axes ? feed_axis_name(&play->feed, axis) : "",
+            axis < play->feed.axes ? ": " : "",
+            controller_fault_text(
+                (enum controller_fault)play->state[MCU_STATE_FAULT]),
+            why[0] != '\0' ? ", " : "", why);
 }
 
 int main(int argc, char *argv[])
 {
     static struct play play;
     double begin;
-    int err;
+    int err, status = 0;
 
-    if (argc != 5 && argc != 6) {
-        fputs("usage: play DEVICE RIG MOVE.slt TELEMETRY.csv [DAMAGED]\n",
+    if (argc < 5 || argc > 7) {
+        fputs("usage: play DEVICE RIG MOVE.slt TELEMETRY.csv [DAMAGED "
+              "[SETTLE]]\n",
               stderr);
         return 2;
     }
-    if (argc == 6)
+    if (argc > 5)
         play.damaged = (unsigned)strtoul(argv[5], NULL, 10);
+    if (argc > 6)
+        play.settle = strtod(argv[6], NULL);
     if (feed_open(&play.feed, argv[2], argv[3], argv[4]) < 0 ||
+        (play.settle > 0 && feed_use_drives(&play.feed) < 0) ||
         master_open(&play.master, argv[1]) < 0)
         return 2;
     begin = play_now();
     err = play_run(&play);
-    if (err < 0 && play_look(&play) == 0)
-        fprintf(stderr, "the board is %s: %s\n",
-                controller_state_text(
-                    (enum controller_state)play.state[MCU_STATE_STATE]),
-                controller_fault_text(
-                    (enum controller_fault)play.state[MCU_STATE_FAULT]));
+    status = err < 0 ? 1 : 0;
+    if (err < 0 && play_look(&play) == 0) {
+        play_say_fault(&play);
+        status = play.state[MCU_STATE_STATE] == CONTROLLER_FAULT ? 3 : 1;
+    }
     if (err == 0)
         play_report(&play, play_now() - begin);
     master_close(&play.master);
     feed_close(&play.feed);
-    return err < 0 || play.wrong > 0 ? 1 : 0;
+    return err < 0 || play.wrong == 0 ? status : 1;
 }

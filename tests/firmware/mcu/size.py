@@ -19,7 +19,10 @@ import stack
 CROSS = os.environ.get("CROSS", "arm-none-eabi-")
 NM = CROSS + "nm"
 PORTABLE = re.compile(r"motion/core/|firmware/control/|firmware/mcu/virtual_drive")
-FLASH_MAX, AXIS_MAX = 48 * 1024, 1024
+# What servo drives on a board's own line take besides.
+SERVOS = re.compile(r"hal/drive/modbus/|hal/support/|firmware/mcu/(servos|map)|"
+                    r"hal/modbus/(bus|map|master|modbus)\.")
+FLASH_MAX, AXIS_MAX, AXES = 48 * 1024, 1024, 6
 # What one more axis adds to struct mcu_unit and struct mcu_upload.
 AXIS = """
 #include "firmware/mcu/upload.h"
@@ -96,17 +99,18 @@ def painted(elf):
 
 def main():
     flash = {}
-    most = 0
+    most = servos = 0
     enough = True
     print(f"{'bytes':16}{'flash':>8}{'RAM':>9}{'of it tracks':>14}{'log':>9}"
           f"{'stack':>7}{'computed':>10}{'painted':>9}")
     for path in sys.argv[1:]:
         rooms = collections.Counter()
-        ram = portable = 0
+        ram = portable = drives = 0
         for file, is_ram, size in contributions(path):
             ram += size if is_ram else 0
             rooms[room_of(file)] += 0 if is_ram else size
             portable += size if not is_ram and PORTABLE.search(file) else 0
+            drives += size if not is_ram and SERVOS.search(file) else 0
         elf = path.replace(".map", ".elf")
         size = symbols(elf)
         tracks = sum(n for name, n in size.items() if name.endswith("_ring"))
@@ -119,14 +123,16 @@ def main():
         print(f"{name:16}{sum(rooms.values()):8}{ram:9}{tracks:14}{log:9}"
               f"{room:7}{need:10}{used:>9}")
         flash[name] = rooms
-        most = max(most, portable)
+        most, servos = max(most, portable), max(servos, drives)
+        line = sum(n for name, n in size.items() if name.endswith("_servos"))
     print(f"\nflash of {name} by room")
     for room, size in flash[name].most_common():
         print(f"{room:24}{size:8}")
     axis = axis_bytes()
     print(f"\nmotion/core, firmware/control and a drive: {most} of {FLASH_MAX} "
           f"bytes of flash\nan axis beside its tracks: {axis} of {AXIS_MAX} "
-          f"bytes of RAM")
+          f"bytes of RAM\nservo drives on its own line besides: {servos} bytes "
+          f"of flash, {line} of RAM for {AXES} axes")
     return 1 if most > FLASH_MAX or axis > AXIS_MAX or not enough else 0
 
 

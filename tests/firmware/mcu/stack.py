@@ -13,18 +13,27 @@ CROSS = os.environ.get("CROSS", "arm-none-eabi-")
 # Source: Arm, ARMv7-M Architecture Reference Manual, B1.5.6.
 EXCEPTION = 36
 # The main loop, interrupted by the tick, interrupted by a port.
-LEVELS = [r"board_reset", r"board_systick_isr", r"\w+_(?:receive|sent|usart1)_isr"]
-# Whoever calls through a pointer, and whom: the virtual drive, the slave of the
-# line and its registers, pieces by kind, states, commands.
+LEVELS = [r"board_reset", r"board_systick_isr",
+          r"\w+_(?:receive|sent|usart[12])_isr"]
+# Whoever calls through a pointer, and whom: drives, the stations of the lines
+# and the registers, the drives' line in the tick, pieces by kind, states,
+# commands.
+DRIVE = r"mcu_virtual_drive_\w+|drive_modbus_(?:request|set_target|" \
+        r"feedback|modes|set_mode|go|home|halt)"
 POINTERS = {
-    r"main|main_serve": r"modbus_rtu_slave_(?:recv|due_ns|poll|sent)|rtu_slave_\w+",
+    r"main(?:_serve\w*)?(?:\.\w+)*":
+        r"modbus_(?:rtu_slave|master)_(?:recv|due_ns|poll|sent)|rtu_slave_\w+",
     r"modbus_slave_serve|slave_\w+": r"mcu_registers_(?:get|set)",
     r"mcu_upload_put|upload_take": r"upload_put_\w+",
     r"mcu_unit_(?:hold|release)|upload_\w+": r"board_(?:hold|release)",
+    r"mcu_unit_set_up|unit_start_line": r"board_master_open",
+    r"mcu_unit_tick": r"modbus_bus_(?:begin|end)",
+    r"modbus_bus_\w+": r"modbus_master_(?:submit|collect|is_up)|"
+                       r"drive_modbus_(?:step|next_request|reply|down)",
     r"(?:mcu_)?registers_\w+": r"board_(?:hold|release|stack_free)",
-    r"controller_step": r"controller_step_\w+|mcu_virtual_drive_\w+",
-    r"homing_step": r"homing_\w+|mcu_virtual_drive_\w+",
-    r"controller_\w+|goal_\w+|homing_\w+|watch_\w+|trigger_\w+": r"mcu_virtual_drive_\w+",
+    r"controller_step": r"controller_step_\w+|" + DRIVE,
+    r"homing_step": r"homing_\w+|" + DRIVE,
+    r"controller_\w+|goal_\w+|homing_\w+|watch_\w+|trigger_\w+": DRIVE,
 }
 FUNCTION = re.compile(r"^[0-9a-f]+ <(\S+)>:$")
 LINE = re.compile(r"^\s+[0-9a-f]+:\t[0-9a-f ]+\t(\S+)\s*(.*)$")
