@@ -67,6 +67,13 @@ static void registers_state(const struct mcu_registers *self, uint16_t *word)
     word[MCU_STATE_STATE] = (uint16_t)unit->controller.state;
     registers_fault(&unit->controller, word);
     registers_clock(&unit->controller, word);
+    mcu_words_put(word + MCU_STATE_TIME,
+                  (uint64_t)(unit->config->now_ns != NULL
+                                 ? unit->config->now_ns()
+                                 : unit->tick_ns),
+                  4);
+    word[MCU_STATE_WAITING] = self->waiting.command != 0 ? self->sequence : 0;
+    mcu_words_put(word + MCU_STATE_BEGAN, unit->began, 2);
     word[MCU_STATE_SEQUENCE] = self->sequence;
     word[MCU_STATE_RESULT] = self->result;
     registers_upload(self->upload, word);
@@ -232,20 +239,77 @@ static int registers_do(struct mcu_registers *self, enum mcu_command command,
     return MOTION_E_ARG;
 }
 
+/* What a board does together with its neighbours; a stop never waits. */
+static int registers_wait(struct mcu_registers *self, enum mcu_command command,
+                          uint32_t value, uint32_t at)
+{
+    const struct mcu_unit *unit = self->unit;
+    const uint32_t ahead = at - unit->tick;
+
+    if (command != MCU_COMMAND_START && command != MCU_COMMAND_HOLD &&
+        command != MCU_COMMAND_RESUME && command != MCU_COMMAND_OVERRIDE)
+        return MOTION_E_ARG;
+    if (unit->axis_count == 0)
+        return MOTION_E_STATE;
+    if (command == MCU_COMMAND_START && !mcu_upload_has(self->upload, value))
+        return MOTION_E_AGAIN;
+    if (ahead == 0 || ahead > MCU_COMMAND_AHEAD)
+        return MOTION_E_TIMEOUT;
+    self->waiting = (struct mcu_waiting){ (uint16_t)command, value, at,
+                                          unit->controller.state };
+    return 1;
+}
+
+static void registers_poll(struct mcu_registers *self)
+{
+    const struct mcu_waiting waiting = self->waiting;
+    const struct mcu_unit *unit = self->unit;
+    int err;
+
+    if (waiting.command == 0)
+        return;
+    if (unit->axis_count == 0 || unit->controller.state != waiting.state)
+        err = MOTION_E_STATE;
+    else if (unit->tick + 1 == waiting.at)
+        err = registers_do(self, (enum mcu_command)waiting.command,
+                           waiting.value);
+    else if (waiting.at - unit->tick - 1 < MCU_COMMAND_AHEAD)
+        return;
+    else
+        err = MOTION_E_TIMEOUT;
+    self->waiting.command = 0;
+    self->result = registers_result(err);
+}
+
+void mcu_registers_poll(struct mcu_registers *self)
+{
+    mcu_unit_hold(self->unit);
+    registers_poll(self);
+    mcu_unit_release(self->unit);
+}
+
 /* A master that got no answer sends its command again: the same sequence number
- * is the same command, which has been done. */
+ * is the same command, which has been done.  Any other takes the place of one
+ * that waits. */
 static uint8_t registers_command(struct mcu_registers *self,
-                                 const uint16_t *value)
+                                 const uint16_t *value, unsigned count)
 {
     if (value[0] == 0)
         return ILLEGAL_VALUE;
     if (value[0] != self->sequence) {
+        const enum mcu_command command = (enum mcu_command)value[1];
         const uint32_t argument = (uint32_t)mcu_words_get(value + 2, 2);
         self->sequence = value[0];
+        self->waiting.command = 0;
         self->result = registers_result(
-            registers_do(self, (enum mcu_command)value[1], argument));
+            count == MCU_COMMAND_AT
+                ? registers_wait(self, command, argument,
+                                 (uint32_t)mcu_words_get(value + 4, 2))
+                : registers_do(self, command, argument));
     }
-    return self->result == MCU_RESULT_DONE ? 0 : FAILURE;
+    return self->result == MCU_RESULT_DONE || self->result == MCU_RESULT_WAITS
+               ? 0
+               : FAILURE;
 }
 
 /* --- Modbus --------------------------------------------------------------- */
@@ -285,10 +349,11 @@ static uint8_t mcu_registers_set(struct modbus_slave *slave,
         self->log_index = (uint32_t)mcu_words_get(value, 2);
         return 0;
     }
-    if (address != MCU_AT_COMMAND || count != MCU_COMMAND_WORDS)
+    if (address != MCU_AT_COMMAND ||
+        (count != MCU_COMMAND_WORDS && count != MCU_COMMAND_AT))
         return ILLEGAL_ADDRESS;
     mcu_unit_hold(self->unit);
-    exception = registers_command(self, value);
+    exception = registers_command(self, value, count);
     mcu_unit_release(self->unit);
     return exception;
 }

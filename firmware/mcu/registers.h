@@ -24,10 +24,12 @@
 #define MCU_AT_PIECE     0x1000
 
 #define MCU_IDENTITY_WORDS 9
-#define MCU_STATE_WORDS    43
+#define MCU_STATE_WORDS    50
 #define MCU_AXIS_WORDS     18
 #define MCU_WHY_WORDS      32 /* two characters each, the first one upper */
 #define MCU_COMMAND_WORDS  4
+#define MCU_COMMAND_AT     6     /* with the tick in which it is to be done */
+#define MCU_COMMAND_AHEAD  60000 /* ticks, at most */
 
 /* Offsets into the state and into an axis. */
 enum mcu_state_word {
@@ -56,6 +58,9 @@ enum mcu_state_word {
     MCU_STATE_SETUP_AXES,      /* bit per axis: its set-up has come */
     MCU_STATE_LOG_CRC,         /* 2: of all entries since the start */
     MCU_STATE_DRIVE_AXES = 42, /* bit per axis: its drive has come */
+    MCU_STATE_TIME,         /* 4: ns since power came; tick n is at n periods */
+    MCU_STATE_WAITING = 47, /* number of the command that waits; 0: none */
+    MCU_STATE_BEGAN,        /* 2: tick in which the last move began */
 };
 enum mcu_axis_word {
     MCU_AXIS_ACTUAL = 0,   /* 4 */
@@ -92,11 +97,20 @@ enum mcu_command {
     X(MCU_RESULT_NOT_THERE, 3, MOTION_E_AGAIN)                                 \
     X(MCU_RESULT_AWAY, 4, MOTION_E_AWAY)                                       \
     X(MCU_RESULT_LIMIT, 5, MOTION_E_LIMIT)                                     \
-    X(MCU_RESULT_UNHOMED, 6, MOTION_E_UNHOMED)
+    X(MCU_RESULT_UNHOMED, 6, MOTION_E_UNHOMED)                                 \
+    X(MCU_RESULT_LATE, 7, MOTION_E_TIMEOUT)                                    \
+    X(MCU_RESULT_WAITS, 8, 1)
 enum mcu_result {
 #define MCU_RESULT_ENUM(name, value, err) name = (value),
     MCU_RESULT_LIST(MCU_RESULT_ENUM)
 #undef MCU_RESULT_ENUM
+};
+
+/* A command that is done between tick `at` - 1 and tick `at`, or not at all. */
+struct mcu_waiting {
+    uint16_t command; /* 0: none */
+    uint32_t value, at;
+    enum controller_state state; /* in which it was given: another ends it */
 };
 
 struct mcu_registers {
@@ -106,8 +120,11 @@ struct mcu_registers {
     uint32_t log_index; /* of the entry read at MCU_AT_LOG */
     uint16_t sequence;  /* of the last command; 0: none yet */
     uint16_t result;
+    struct mcu_waiting waiting;
 };
 
+/* After every tick: does what waited for the next one. */
+void mcu_registers_poll(struct mcu_registers *self);
 void mcu_registers_init(struct mcu_registers *self, struct mcu_unit *unit,
                         struct mcu_upload *upload);
 

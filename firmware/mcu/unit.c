@@ -51,6 +51,8 @@ static void mcu_log_put(struct mcu_unit *unit)
 
     if (log->capacity == 0)
         return;
+    if (log->held == 0)
+        unit->began = unit->tick;
     entry[0] = unit->controller.rate.s_ns_q12 >> 12;
     for (unsigned i = 0; i < unit->axis_count; i++)
         entry[1 + i] = unit->axis[i].target.pos_q32;
@@ -218,6 +220,8 @@ void mcu_unit_tick(struct mcu_unit *unit, int64_t now_ns)
     const bool was_moving = mcu_unit_is_moving(unit);
     struct hal_fieldbus_worst worst;
 
+    unit->tick++;
+    unit->tick_ns = now_ns;
     if (unit->axis_count == 0)
         return;
     worst = mcu_unit_begin(unit, now_ns);

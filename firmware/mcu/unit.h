@@ -25,6 +25,7 @@ struct mcu_unit_config {
     int (*open_line)(const struct modbus_rtu_line *line);
     void (*hold)(void), (*release)(void);
     uint32_t (*stack_free)(void); /* words never used; NULL: not known */
+    int64_t (*now_ns)(void);      /* NULL: that of the last tick */
 };
 
 /* Of an axis, as it is set up. */
@@ -50,6 +51,9 @@ struct mcu_unit {
     const struct mcu_unit_config *config;
     struct controller controller;
     unsigned axis_count; /* 0: not set up */
+    uint32_t tick;       /* since power came; wraps */
+    int64_t tick_ns;     /* its time */
+    uint32_t began;      /* the tick of the last move's first set point */
     struct controller_axis axis[MCU_AXES_MAX];
     struct controller_axis_config axis_config[MCU_AXES_MAX];
     struct mcu_virtual_drive

@@ -82,7 +82,7 @@ __attribute__((section(".vectors"), used)) static const struct {
     void (*handler[15])(void);
 } cortex_vectors = {
     .stack = image_stack_top,
-    .handler = { board_reset, board_fault_isr, board_fault_isr, board_fault_isr,
+    .handler = { board_reset, board_nmi_isr, board_fault_isr, board_fault_isr,
                  board_fault_isr, board_fault_isr, [10] = board_fault_isr,
                  [13] = board_fault_isr, [14] = board_systick_isr },
 };

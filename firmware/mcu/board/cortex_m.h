@@ -10,6 +10,7 @@
 void board_reset(void);
 void board_fault_isr(void);
 void board_systick_isr(void);
+void board_nmi_isr(void); /* the board's own */
 
 /* Vectors of the board's own interrupts, behind the 16 of the processor. */
 extern void (*const board_irq_vectors[])(void);

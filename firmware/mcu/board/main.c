@@ -14,6 +14,7 @@ static struct mcu_unit_config main_config = {
     .hold = board_hold,
     .release = board_release,
     .stack_free = board_stack_free,
+    .now_ns = board_now_ns,
     .open_line = board_master_open,
 };
 static struct mcu_unit main_unit;
@@ -93,6 +94,7 @@ int main(void)
     for (;;) {
         main_serve(&board_slave_port, &main_slave.station, &was_sending);
         main_serve_drives();
+        mcu_registers_poll(&main_registers);
         if (main_ticks != ticks)
             board_watchdog_feed();
         ticks = main_ticks;

@@ -133,6 +133,12 @@ int board_master_open(const struct modbus_rtu_line *line)
     return MOTION_OK;
 }
 
+/* The crystal has stopped (RM0090, 6.2.7). */
+void board_nmi_isr(void)
+{
+    board_fault_isr();
+}
+
 void board_watchdog_feed(void)
 {
     IWDG_KR = 0xAAAA;

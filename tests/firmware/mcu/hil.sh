@@ -87,13 +87,16 @@ whole() # whole IMAGE MACHINE
     trap hide EXIT
     for _ in 1 2 3; do
         show "$said" || return 1
-        if board "$1" "$2" "$said"; then
+        status=0
+        board "$1" "$2" "$said" || status=$?
+        if [ $status = 0 ]; then
             at 3 15000 && at 4 10000 || return 1
             printf 'hardware in the loop, %s: ' "$1"
             cat "$said.out"
             return 0
         fi
         cat "$said.out" "$said.error"
+        [ $status != 2 ] || return 1 # not of this machine's making
         hide
     done
     return 1
@@ -122,6 +125,7 @@ silent() # silent IMAGE MACHINE: the servos' line goes silent in the middle
             return 0
         fi
         cat "$said.out" "$said.error"
+        [ $status != 2 ] || return 1
     done
     return 1
 }

@@ -93,20 +93,33 @@ static int master_write(struct master *master, unsigned address,
     return done;
 }
 
-int master_command(struct master *master, enum mcu_command command,
-                   uint32_t value)
+static int master_order(struct master *master, enum mcu_command command,
+                        uint32_t value, uint32_t at, unsigned words)
 {
-    uint16_t word[MCU_COMMAND_WORDS];
+    uint16_t word[MCU_COMMAND_AT];
 
     master->sequence = (uint16_t)(master->sequence + 2); /* odd: never 0 */
     word[0] = master->sequence;
     word[1] = (uint16_t)command;
     mcu_words_put(word + 2, value, 2);
-    if (master_write(master, MCU_AT_COMMAND, word, MCU_COMMAND_WORDS) >= 0)
+    mcu_words_put(word + 4, at, 2);
+    if (master_write(master, MCU_AT_COMMAND, word, words) >= 0)
         return 0;
     if (master_read(master, MCU_AT_STATE + MCU_STATE_RESULT, 1, word) == 0)
         fprintf(stderr, "command %d was refused: %u\n", (int)command, word[0]);
     return -1;
+}
+
+int master_command(struct master *master, enum mcu_command command,
+                   uint32_t value)
+{
+    return master_order(master, command, value, 0, MCU_COMMAND_WORDS);
+}
+
+int master_command_at(struct master *master, enum mcu_command command,
+                      uint32_t value, uint32_t at)
+{
+    return master_order(master, command, value, at, MCU_COMMAND_AT);
 }
 
 int master_piece(struct master *master, const uint16_t piece[], unsigned count,

@@ -24,6 +24,9 @@ int master_read(struct master *master, unsigned address, unsigned count,
                 uint16_t *value);
 int master_command(struct master *master, enum mcu_command command,
                    uint32_t value);
+/* In the tick `at`. */
+int master_command_at(struct master *master, enum mcu_command command,
+                      uint32_t value, uint32_t at);
 /* What became of it; the upper ones are refusals. */
 int master_piece(struct master *master, const uint16_t piece[], unsigned count,
                  enum mcu_piece_result *result);

@@ -30,7 +30,7 @@ POINTERS = {
     r"mcu_unit_tick": r"modbus_bus_(?:begin|end)",
     r"modbus_bus_\w+": r"modbus_master_(?:submit|collect|is_up)|"
                        r"drive_modbus_(?:step|next_request|reply|down)",
-    r"(?:mcu_)?registers_\w+": r"board_(?:hold|release|stack_free)",
+    r"(?:mcu_)?registers_\w+": r"board_(?:hold|release|stack_free|now_ns)",
     r"controller_step": r"controller_step_\w+|" + DRIVE,
     r"homing_step": r"homing_\w+|" + DRIVE,
     r"controller_\w+|goal_\w+|homing_\w+|watch_\w+|trigger_\w+": DRIVE,

@@ -1,0 +1,217 @@
+/* tests/firmware/mcu/test_at.c - a command that waits for its tick: done between
+ * the tick before and that one, or not at all. */
+#include <string.h>
+
+#include "tests/firmware/mcu/board.h"
+
+static struct board board;
+static struct board_move move;
+static struct board_pieces pieces;
+
+static void get_ready(unsigned ticks_before)
+{
+    board_make_move(&move, BOARD_WINDOW, check_stream());
+    board_make_pieces(&pieces, &move, check_stream());
+    board_init(&board);
+    board_ticks(&board, ticks_before);
+    board_set_up(&board, &move);
+    for (unsigned i = 0; i < pieces.count; i++)
+        assert_true(
+            board_send(&board, MCU_AT_PIECE, pieces.word[i], pieces.length[i]));
+    assert_true(board_command(&board, MCU_COMMAND_ENABLE, 0));
+    board_ticks(&board, 3);
+    assert_int_equal(board.unit.controller.state, CONTROLLER_READY);
+}
+
+static bool command_at(enum mcu_command what, uint32_t value, uint32_t at)
+{
+    uint16_t word[MCU_COMMAND_AT] = { (uint16_t)(board.registers.sequence + 1),
+                                      (uint16_t)what };
+
+    mcu_words_put(word + 2, value, 2);
+    mcu_words_put(word + 4, at, 2);
+    return board_send(&board, MCU_AT_COMMAND, word, MCU_COMMAND_AT);
+}
+
+/* As the main loop: after every tick. */
+static void run(unsigned ticks)
+{
+    while (ticks-- > 0) {
+        board_ticks(&board, 1);
+        mcu_registers_poll(&board.registers);
+    }
+}
+
+static uint16_t state_word(unsigned offset)
+{
+    uint16_t word[MCU_STATE_WORDS];
+
+    assert_int_equal(
+        board.registers.slave.ops->get(&board.registers.slave, MODBUS_HOLDING,
+                                       MCU_AT_STATE, MCU_STATE_WORDS, word),
+        0);
+    return word[offset];
+}
+
+/* Until long after the tick nothing has moved. */
+static void never_began(void)
+{
+    run(MCU_COMMAND_AHEAD + 10);
+    assert_int_equal(board.unit.log.next, 0);
+    assert_int_equal(state_word(MCU_STATE_WAITING), 0);
+}
+
+static void a_move_begins_in_its_tick(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < 50; i++) {
+        uint32_t at;
+        get_ready(board_below(check_stream(), 100));
+        if (i % 2 == 0) /* the count of ticks wraps meanwhile */
+            board.unit.tick = UINT32_MAX - board_below(check_stream(), 200);
+        at = board.unit.tick + 1 + board_below(check_stream(), 300);
+        assert_true(command_at(MCU_COMMAND_START, move.id, at));
+        assert_int_equal(state_word(MCU_STATE_RESULT), MCU_RESULT_WAITS);
+        assert_int_equal(state_word(MCU_STATE_WAITING),
+                         board.registers.sequence);
+        mcu_registers_poll(&board.registers);
+        while (board.unit.tick + 1 != at) {
+            run(1);
+            assert_int_equal(board.unit.log.next, 0);
+        }
+        assert_int_equal(state_word(MCU_STATE_RESULT), MCU_RESULT_DONE);
+        run(1);
+        assert_int_equal(board.unit.log.next, 1);
+        assert_int_equal(board.unit.began, at);
+    }
+}
+
+static void what_comes_too_late_or_too_early_is_refused(void **state)
+{
+    static const uint32_t ahead[] = { 0, UINT32_MAX, UINT32_MAX / 2,
+                                      MCU_COMMAND_AHEAD + 1 };
+    (void)state;
+
+    for (unsigned i = 0; i < 4; i++) {
+        get_ready(10);
+        assert_false(
+            command_at(MCU_COMMAND_START, move.id, board.unit.tick + ahead[i]));
+        assert_int_equal(state_word(MCU_STATE_RESULT), MCU_RESULT_LATE);
+        never_began();
+    }
+    assert_true(command_at(MCU_COMMAND_START, move.id,
+                           board.unit.tick + MCU_COMMAND_AHEAD));
+}
+
+/* The main loop was busy with something else when its tick came. */
+static void what_missed_its_tick_is_not_done_later(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < 5; i++) {
+        get_ready(10);
+        assert_true(
+            command_at(MCU_COMMAND_START, move.id, board.unit.tick + 20));
+        run(18);
+        board_ticks(&board, 2 + i);
+        mcu_registers_poll(&board.registers);
+        assert_int_equal(state_word(MCU_STATE_RESULT), MCU_RESULT_LATE);
+        never_began();
+    }
+}
+
+static void nothing_waits_through_another_command_or_state(void **state)
+{
+    static const enum mcu_command other[] = { MCU_COMMAND_STOP, MCU_COMMAND_OFF,
+                                              MCU_COMMAND_OVERRIDE };
+    (void)state;
+
+    for (unsigned i = 0; i < 3; i++) {
+        get_ready(10);
+        assert_true(
+            command_at(MCU_COMMAND_START, move.id, board.unit.tick + 200));
+        run(20);
+        board_command(&board, other[i], 1u << 30);
+        run(10);
+        board_command(&board, MCU_COMMAND_ENABLE, 0);
+        never_began();
+    }
+    get_ready(10);
+    assert_true(command_at(MCU_COMMAND_START, move.id, board.unit.tick + 200));
+    board.unit.drive[1].state = HAL_DRIVE_FAULT;
+    run(5);
+    assert_int_equal(state_word(MCU_STATE_RESULT), MCU_RESULT_STATE);
+    board.unit.drive[1].state = HAL_DRIVE_OFF;
+    assert_true(board_command(&board, MCU_COMMAND_RESET, 0));
+    run(5);
+    assert_true(board_command(&board, MCU_COMMAND_ENABLE, 0));
+    never_began();
+}
+
+static void a_stop_never_waits_and_a_move_must_be_there(void **state)
+{
+    static const enum mcu_command what[] = { MCU_COMMAND_ENABLE,
+                                             MCU_COMMAND_STOP, MCU_COMMAND_OFF,
+                                             MCU_COMMAND_RESET };
+    (void)state;
+
+    get_ready(10);
+    for (unsigned i = 0; i < 4; i++) {
+        assert_false(command_at(what[i], 0, board.unit.tick + 20));
+        assert_int_equal(state_word(MCU_STATE_RESULT), MCU_RESULT_ARG);
+    }
+    assert_false(
+        command_at(MCU_COMMAND_START, move.id ^ 2, board.unit.tick + 20));
+    assert_int_equal(state_word(MCU_STATE_RESULT), MCU_RESULT_NOT_THERE);
+    never_began();
+}
+
+/* The answer was lost: the master sends the same frame again, before and after
+ * its tick. */
+static void a_repeated_command_is_done_once(void **state)
+{
+    uint16_t word[MCU_COMMAND_AT];
+    (void)state;
+
+    get_ready(10);
+    word[0] = (uint16_t)(board.registers.sequence + 1);
+    word[1] = MCU_COMMAND_START;
+    mcu_words_put(word + 2, move.id, 2);
+    mcu_words_put(word + 4, board.unit.tick + 20, 2);
+    for (unsigned i = 0; i < 5; i++)
+        assert_true(board_send(&board, MCU_AT_COMMAND, word, MCU_COMMAND_AT));
+    run(20);
+    assert_int_equal(board.unit.log.next, 1);
+    assert_true(board_send(&board, MCU_AT_COMMAND, word, MCU_COMMAND_AT));
+    run(1);
+    assert_int_equal(board.unit.log.next, 2);
+}
+
+/* Hold and resume, each in its own tick. */
+static void a_hold_is_in_its_tick_too(void **state)
+{
+    (void)state;
+    get_ready(10);
+    assert_true(command_at(MCU_COMMAND_START, move.id, board.unit.tick + 5));
+    run(10);
+    assert_true(command_at(MCU_COMMAND_HOLD, 0, board.unit.tick + 3));
+    run(1);
+    assert_int_equal(board.unit.controller.state, CONTROLLER_MOVING);
+    run(1);
+    assert_int_equal(board.unit.controller.state, CONTROLLER_HOLDING);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_move_begins_in_its_tick),
+        cmocka_unit_test(what_comes_too_late_or_too_early_is_refused),
+        cmocka_unit_test(what_missed_its_tick_is_not_done_later),
+        cmocka_unit_test(nothing_waits_through_another_command_or_state),
+        cmocka_unit_test(a_stop_never_waits_and_a_move_must_be_there),
+        cmocka_unit_test(a_repeated_command_is_done_once),
+        cmocka_unit_test(a_hold_is_in_its_tick_too),
+    };
+
+    seed_from("commands in their tick");
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
