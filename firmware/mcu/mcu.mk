@@ -13,6 +13,7 @@ MCU_SRC    := $(wildcard firmware/mcu/*.c) firmware/mcu/board/main.c \
 MCU_SMALL  := firmware/control/command.c firmware/control/homing.c \
               firmware/control/jog.c firmware/control/ramp.c \
               firmware/control/ramp_bound.c motion/core/clock_warp_plan.c \
+              motion/core/track_append.c \
               $(call sources,motion/otg hal/drive/modbus)
 $(MCU_SMALL:%.c=$(MCU_DIR)/%.o): MCU_OPT := -Os
 
