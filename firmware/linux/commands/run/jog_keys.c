@@ -14,7 +14,7 @@
 
 static const struct rig_axis *jog_rig(const struct jog_keys *self)
 {
-    return &self->hand->rig->axis[self->axis];
+    return &self->rig->axis[self->axis];
 }
 
 static int64_t jog_speed(const struct jog_keys *self, bool fast)
@@ -63,7 +63,7 @@ static void jog_choose(struct jog_keys *self, unsigned step)
         jog_say(self, "stopping first");
         return;
     }
-    self->axis = (self->axis + step) % self->hand->rig->axis_count;
+    self->axis = (self->axis + step) % self->rig->axis_count;
     jog_say(self, "");
 }
 
@@ -77,7 +77,7 @@ static void jog_home(struct jog_keys *self)
 /* An axis that is not homed has no position to write down. */
 static void jog_set_key(struct jog_keys *self)
 {
-    const unsigned axes = self->hand->rig->axis_count;
+    const unsigned axes = self->rig->axis_count;
     for (unsigned i = 0; i < axes; i++)
         if (!self->hand->axis[i].homed) {
             jog_say(self, "not while an axis is unhomed");
@@ -111,7 +111,7 @@ static void jog_key(struct jog_keys *self, int key)
         jog_move(self, 1, key == TERMINAL_FAST_RIGHT);
         break;
     case TERMINAL_UP:
-        jog_choose(self, self->hand->rig->axis_count - 1);
+        jog_choose(self, self->rig->axis_count - 1);
         break;
     case TERMINAL_DOWN:
         jog_choose(self, 1);
@@ -191,6 +191,7 @@ static bool jog_tick(struct jog_keys *self)
 void jog_keys_init(struct jog_keys *self, const struct rig *rig)
 {
     memset(self, 0, sizeof *self);
+    self->rig = rig;
     self->key_q32 = memory_new((size_t)JOG_KEYS_MAX * rig->axis_count,
                                sizeof *self->key_q32);
 }
@@ -233,13 +234,13 @@ enum status jog_keys_run(struct jog_keys *self, struct jog_hand *hand,
 static void jog_save_axis(const struct jog_keys *self, unsigned axis,
                           int64_t every_ns, FILE *file)
 {
-    const struct rig_axis *rig = &self->hand->rig->axis[axis];
+    const struct rig_axis *rig = &self->rig->axis[axis];
     char t[NUMBER_MAX], pos[NUMBER_MAX];
     fprintf(file, "  %s:\n    curve: quintic\n    keys:\n", rig->name);
     for (unsigned k = 0; k < self->keys; k++) {
         number_fixed(t, (int64_t)k * every_ns, 0, 0);
-        number_fixed(pos, self->key_q32[k * self->hand->rig->axis_count + axis],
-                     32, 9);
+        number_fixed(pos, self->key_q32[k * self->rig->axis_count + axis], 32,
+                     9);
         fprintf(file, "      - [%s ns, %s %s]\n", t, pos,
                 units_axis_text(rig->unit));
     }
@@ -252,7 +253,7 @@ int jog_keys_save(const struct jog_keys *self, const char *path,
     if (output_open(&output, path) < 0)
         return -1;
     fputs("axes:\n", output.file);
-    for (unsigned i = 0; i < self->hand->rig->axis_count; i++)
+    for (unsigned i = 0; i < self->rig->axis_count; i++)
         jog_save_axis(self, i, every_ns, output.file);
     return output_commit(&output);
 }

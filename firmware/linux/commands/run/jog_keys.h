@@ -23,7 +23,8 @@ struct jog_keys_config {
 };
 
 struct jog_keys {
-    struct jog_hand *hand;
+    const struct rig *rig;
+    struct jog_hand *hand; /* while it runs */
     struct jog_keys_config config;
     struct terminal terminal;
     unsigned axis;
