@@ -75,7 +75,7 @@ struct hal_drive_go {
 
 struct hal_drive_home {
     int method; /* the drive's own number: for CiA 402 that of 0x6098; 0 for a
-                   drive that knows one way, at its own speeds and ramps */
+                   drive that has one, at its own speeds and ramps */
     int64_t fast_q32, slow_q32; /* speed to the switch, and to the zero after
                                    it, > 0; 0: as the drive has them */
     int64_t acc_q32;            /* > 0; 0: as the drive has it */
@@ -116,11 +116,12 @@ struct hal_drive_feedback {
     enum hal_drive_state state;
     bool torque_off; /* the drive says so itself, and still speaks; false where
                         it is not known */
-    bool demand_known; /* the drive itself knows which set point was in force at
+    bool
+        demand_known; /* the drive itself reports which set point was in force at
                           t_ns, demand_q32; demand_age_ns then says nothing */
-    int64_t pos_q32;   /* actual */
-    int64_t vel_q32;   /* actual; from position when the drive has none */
-    int64_t t_ns;      /* when pos was measured (SYNC that latched it);
+    int64_t pos_q32;  /* actual */
+    int64_t vel_q32;  /* actual; from position when the drive has none */
+    int64_t t_ns;     /* when pos was measured (SYNC that latched it);
                               0: never yet */
     int64_t demand_age_ns; /* how long before t_ns the set point that was in
                               force at t_ns had been given to set_target, both

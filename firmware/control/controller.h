@@ -17,7 +17,7 @@
  * inputs (watch.c), moves the clock of the move on
  * (ramp.c), samples every track at the same path time, passes each
  * set point through the last gate (gate.c) and hands it to its
- * drive.  It knows motion and the hal interfaces, no concrete driver, no file,
+ * drive.  It includes motion and the hal interfaces, no concrete driver, no file,
  * no clock: time is an argument.  No heap, no lock.
  *
  * Hold, resume, stop and override are ramps of the clock that reads the move:

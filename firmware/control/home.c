@@ -3,7 +3,7 @@
  * A drive counts from wherever it was switched on, or from its own zero.  The
  * axis's position is that plus an offset, which is 0 until homing finds
  * another.  Everything of the controller is in the axis's coordinates; only the
- * three functions at the drive's door know of the offset. */
+ * three functions before the drive deal with the offset. */
 #include "firmware/control/parts.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"

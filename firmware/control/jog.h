@@ -40,7 +40,7 @@ struct controller_jog_goal {
 };
 
 /* In READY, or MOVING by a jog of the same axis; else, and while an axis is
- * homed, MOTION_E_STATE.  MOTION_E_LIMIT when the axis knows where it is and
+ * homed, MOTION_E_STATE.  MOTION_E_LIMIT when the axis is homed and
  * would leave its range, MOTION_E_ARG, or what motion_otg_make says; the motion
  * that is under way goes on then. */
 int controller_jog(struct controller *controller, struct controller_jog *jog,

@@ -1,7 +1,7 @@
 /* firmware/control/playback.h - one move, and what an operator does with it.
  *
  * Stands between the commands (mailbox.h) and the controller: the controller
- * plays tracks once, the playback knows which are loaded, takes the axes to a
+ * plays tracks once, the playback records which are loaded, takes the axes to a
  * place of them, and plays them again.  It works between ticks, so that it may
  * divide and plan.  No heap, no clock of its own.
  *

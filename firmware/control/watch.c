@@ -34,7 +34,7 @@ void controller_watch_read(struct controller *controller)
             axis->feedback.mode != controller_usual_mode(controller, i);
         if (axis->feedback.state == HAL_DRIVE_OFFLINE &&
             controller->config.axis[i].needs_homing)
-            axis->homed = false; /* nobody knows how it comes back */
+            axis->homed = false; /* where it comes back is not known */
         if (controller->config.axis[i].by_goals)
             watch_place(axis);
     }

@@ -41,7 +41,7 @@ firmware: $(MCU_BOARDS:%=$(MCU_DIR)/%.elf) mcu-portable
 	@CROSS=$(CROSS) $(PYTHON) tests/firmware/mcu/size.py \
 	    $(MCU_BOARDS:%=$(MCU_DIR)/%.map)
 
-# What knows no board is compiled for other processors too, for a Cortex-M0 as
+# What is independent of a board is compiled for other processors too, for a Cortex-M0 as
 # make rt does.
 MCU_PORTABLE := $(wildcard firmware/mcu/*.c) firmware/host/base/crc32.c \
                 $(PORTABLE)

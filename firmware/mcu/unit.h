@@ -1,7 +1,7 @@
 /* firmware/mcu/unit.h - a board that moves axes: the controller, a window of
  * the uploaded move and a drive per axis, and a log of its set points.
  *
- * Knows no processor: the image of a board calls mcu_unit_tick from its timer
+ * Independent of the processor: the image of a board calls mcu_unit_tick from its timer
  * and everything else from its main loop, between hold and release, which keep
  * the tick away.  On a PC nothing interrupts and both may be NULL. */
 #ifndef FIRMWARE_MCU_UNIT_H

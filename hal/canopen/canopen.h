@@ -39,7 +39,7 @@ enum canopen_nmt_state {
     CANOPEN_NMT_UNKNOWN = 0xFF, /* no heartbeat seen yet, or lost */
 };
 
-/* The abort codes that are looked at; canopen_abort_text knows all. */
+/* The abort codes that are looked at; canopen_abort_text has them all. */
 #define CANOPEN_ABORT_TOGGLE     UINT32_C(0x05030000)
 #define CANOPEN_ABORT_BLOCK_SIZE UINT32_C(0x05040002)
 #define CANOPEN_ABORT_SEQUENCE   UINT32_C(0x05040003)
@@ -100,7 +100,7 @@ struct canopen_sdo {
 
 struct canopen_node;
 
-/* What a node's owner wants to hear; a NULL slot is not called.  All are
+/* What a node's owner is told; a NULL slot is not called.  All are
  * called from begin(), but rpdo from end(). */
 struct canopen_node_ops {
     void (*step)(struct canopen_node *node, int64_t now_ns); /* after SYNC */
@@ -231,7 +231,7 @@ int64_t canopen_sdo_timeout_ns(const struct canopen_node *node);
  * two; the others take one of any length, by segments or by blocks.  Their
  * memory belongs to the transfer until its outcome is taken, or it is dropped;
  * sdo.length is how much there was.  Reading more than `capacity` bytes ends with
- * abort 0x05040005.  `block`: a server that knows no blocks aborts with
+ * abort 0x05040005.  `block`: a server without blocks aborts with
  * 0x05040001; ask again without.  The time-out is for each answer. */
 int canopen_sdo_write(struct canopen_node *node, int64_t now_ns, uint16_t index,
                       uint8_t sub, uint8_t size, uint32_t value);

@@ -52,7 +52,7 @@ int64_t canopen_sdo_timeout_ns(const struct canopen_node *node)
                                     : node->master->config.sdo_timeout_ns;
 }
 
-/* It asks again in every cycle while it wants to. */
+/* It requests one again in every cycle as long as it needs one. */
 static bool canopen_sdo_waits(const struct canopen_node *node, int64_t now_ns)
 {
     return node->sdo.state == CANOPEN_SDO_IDLE &&

@@ -181,7 +181,7 @@ static int modbus_libmodbus_send_tcp(struct modbus_libmodbus *self,
     return send(fd, frame, (size_t)length, MSG_NOSIGNAL) == length ? 0 : -1;
 }
 
-/* libmodbus does not know how long answers to 2B are: RTU ends with silence,
+/* libmodbus cannot tell how long answers to 2B are: RTU ends with silence,
  * which adapters that gather bytes stretch; TCP says its length. */
 #define OPEN_SILENT_MS 30
 

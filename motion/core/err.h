@@ -2,7 +2,7 @@
  *
  * Functions return zero or more for an answer and one of these, negative, for
  * a refusal.  Codes say what kind of thing is wrong; where a person must know
- * which key, axis or field it was, the caller that knows adds that. */
+ * which key, axis or field it was, the caller that has it adds that. */
 #ifndef MOTION_CORE_ERR_H
 #define MOTION_CORE_ERR_H
 

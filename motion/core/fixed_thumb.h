@@ -2,7 +2,7 @@
  * with the multiplications of the DSP extension.
  *
  * The compiler keeps the carry of a longer sum in a register, compares to find
- * it, and knows no umaal; the four instructions below take 16 to 30 then.  Only
+ * it, and has no umaal; the four instructions below take 16 to 30 then.  Only
  * for compilers that take a result from the flags: gcc does, clang 14 not.
  * %Q is the lower half of a word's two registers, %R the upper one. */
 #ifndef MOTION_CORE_FIXED_THUMB_H

@@ -101,7 +101,7 @@ static inline int64_t track_travel(const struct motion_segment *segment,
 }
 
 /* u has 63 bits: w = u/2 takes 31; the 31 below enter to first order.  Their
- * negative, because a compiler that knew them to be positive would multiply
+ * negative, because a compiler that can prove them positive would multiply
  * the long way. */
 TRACK_INLINE struct track_sums track_refine(struct track_sums s, uint64_t u)
 {

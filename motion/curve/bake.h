@@ -88,7 +88,7 @@ int motion_bake(const struct motion_bake *job, struct motion_track *track[],
 int motion_bake_check_borders(const int64_t border_ns_q12[], uint32_t borders,
                               int64_t shortest_ns_q12);
 
-/* For sources with one axis that know only polynomials of u in 0..1 over a
+/* For sources with one axis that have only polynomials of u in 0..1 over a
  * duration: p, v, a of sum coef[k] u^k, k <= degree, with dur in seconds. */
 struct motion_bake_point motion_bake_horner(const struct motion_real coef[],
                                             int degree, struct motion_real u,

@@ -17,7 +17,7 @@
  * A clamped key keeps its slope between 0 and 3 d/T of both its spans: with
  * those slopes a cubic rises only (Fritsch & Carlson 1980).  Slopes beyond are
  * held at the limit, those that hit the steep one first; then the rest is
- * solved anew, and who wants back inside is let go, at most twice. */
+ * solved anew, and a slope that would move back inside is let go, at most twice. */
 #include "motion/curve/fcurve_internal.h"
 
 #include <stddef.h>

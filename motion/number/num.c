@@ -28,7 +28,7 @@ uint64_t motion_num_make(int64_t m, int32_t e)
 }
 
 /* m 2^-(to - from), to >= from; the clamp is one instruction on ARM, where the
- * compiler does not know that half of it is idle. */
+ * compiler cannot see that half of it is idle. */
 static int32_t num_down(int32_t m, int32_t to, int32_t from)
 {
     int32_t by = (int32_t)((uint32_t)to - (uint32_t)from);

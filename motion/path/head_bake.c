@@ -241,7 +241,7 @@ static int head_bake_at(void *context, int64_t t_ns_q12,
     return MOTION_OK;
 }
 
-/* What the baker does not know: the stencil's width may not vanish. */
+/* What the baker cannot see: the stencil's width may not vanish. */
 static int head_bake_check(const struct motion_head_bake *job)
 {
     if (job->borders < 2 || job->tolerance_q32 < 1 || job->stencil_ns_q12 < 0)

@@ -139,7 +139,7 @@ struct plan_limit {
 
 /* The axis goes from key to key by its drive's own profile, which is constant
  * acceleration, constant speed, constant deceleration, and stands at every key:
- * a third of the time each, or as the limits want it.  It is to stand
+ * a third of the time each, or as the limits require.  It is to stand
  * `settle_ns_q12` before the next key. */
 struct plan_profile {
     int64_t vel_q32, acc_q32; /* at most, > 0; vel 0: there is none */

@@ -1,7 +1,7 @@
 /* sim/device/trapezoid.c - see trapezoid.h. */
 #include "sim/device/trapezoid.h"
 
-/* Way and speed are counted towards `to`: an axis that runs away from it has a
+/* Displacement and speed are counted towards `to`: an axis that runs away from it has a
  * negative speed and brakes first. */
 bool sim_trapezoid_step(const struct sim_trapezoid *shape, double to,
                         double dt_s, double *pos, double *vel)

@@ -133,7 +133,7 @@ static int64_t to_enabled(struct conform_drive *b)
 #define RAMP_NS  (S / ACC * SPEED)
 #define PLAIN_NS (300 * MS)
 
-/* Way and speed of the ramp at t. */
+/* Displacement and speed of the ramp at t. */
 static double ramp_at(int64_t t_ns, double *vel)
 {
     const double t = (double)t_ns / 1e9, up = (double)RAMP_NS / 1e9,

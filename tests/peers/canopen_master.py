@@ -180,10 +180,10 @@ def profile_position(node):
     for index, value in ((0x6081, 3000), (0x6083, 20000), (0x6084, 20000)):
         node.sdo[index].raw = value
     start = node.sdo[0x6064].raw
-    for way in (1500, -700):
-        go_to(node, start + way)
-        claim(f"PP: at {way}",
-              comes(lambda: abs(node.sdo[0x6064].raw - start - way) <= 2))
+    for distance in (1500, -700):
+        go_to(node, start + distance)
+        claim(f"PP: at {distance}",
+              comes(lambda: abs(node.sdo[0x6064].raw - start - distance) <= 2))
 
 
 def speeds(node):

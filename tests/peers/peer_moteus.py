@@ -2,7 +2,7 @@
 """mjbots' own Python package against our moteus driver and our simulated moteus.
 
 It reads what our driver sends, and builds the same frame from the same set
-point; it commands our simulated servo in every resolution it knows and reads
+point; it commands our simulated servo in every resolution it has and reads
 its answers.  Nothing goes over a bus: frames are lines of hex.
 """
 import math

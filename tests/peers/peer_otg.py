@@ -67,8 +67,8 @@ def outside(rng, limit):
 
 def position(rng, kind):
     limit = limits(rng, kind)
-    ways = {"tiny": (1e-6, 1e-3), "long": (1e2, 1e4)}
-    way = rng.choice([-1, 1]) * log(rng, *ways.get(kind, (1e-3, 1e2)))
+    travels = {"tiny": (1e-6, 1e-3), "long": (1e2, 1e4)}
+    travel = rng.choice([-1, 1]) * log(rng, *travels.get(kind, (1e-3, 1e2)))
     start, goal = [0, 0], [0, 0]
     if kind in ("moving_start", "full_state", "asymmetric", "ratio"):
         start = state(rng, limit)
@@ -78,7 +78,7 @@ def position(rng, kind):
     if kind == "start_violates":
         start = outside(rng, limit)
     place = rng.choice([0, rng.uniform(-10, 10)])
-    return [place, *start, place + way, *goal, *limit]
+    return [place, *start, place + travel, *goal, *limit]
 
 
 def velocity(rng, kind):
@@ -106,13 +106,13 @@ def boundary(rng, kind):
     if kind in ("amax_touch", "vmax_touch", "both_touch"):
         hold = 0
     acc, vel = jerk * ramp, jerk * ramp * (ramp + hold)
-    way = vel * (2 * ramp + hold)
+    travel = vel * (2 * ramp + hold)
     if kind == "short_cruise":
-        way *= 1 + log(rng, 1e-4, 2e-3)
+        travel *= 1 + log(rng, 1e-4, 2e-3)
     more = rng.choice([1.5, 2, 8])
     vel *= more if kind == "amax_touch" else 1
     acc *= more if kind == "vmax_touch" else 1
-    return [0, 0, 0, rng.choice([-1, 1]) * way, 0, 0, vel, -vel, acc, -acc,
+    return [0, 0, 0, rng.choice([-1, 1]) * travel, 0, 0, vel, -vel, acc, -acc,
             jerk]
 
 
@@ -218,11 +218,11 @@ def reference(row, is_velocity):
     near, time = [], 2.0 ** math.frexp(first)[1]
     for axis in (row[i:i + size] for i in range(0, len(row), size)):
         if is_velocity:
-            way = abs(axis[2] - axis[0]) * first
+            travel = abs(axis[2] - axis[0]) * first
         else:
             axis = [0, *axis[1:3], axis[3] - axis[0], *axis[4:]]
-            way = max(abs(axis[3]), min(abs(axis[1]), abs(axis[4])) * first)
-        near += scaled(axis, is_velocity, 2.0 ** -math.frexp(way or 1)[1],
+            travel = max(abs(axis[3]), min(abs(axis[1]), abs(axis[4])) * first)
+        near += scaled(axis, is_velocity, 2.0 ** -math.frexp(travel or 1)[1],
                        1 / time)
     both = [plan(near, is_velocity) * time,
             plan(scaled(near, is_velocity, 1.37, 0.77), is_velocity)

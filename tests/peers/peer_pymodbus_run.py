@@ -48,11 +48,11 @@ class Servo(ModbusSlaveContext):
     # -- motion, up to now, in steps of a millisecond --
 
     def step(self, dt):
-        way = self.target - self.at
-        if way == 0 and self.speed == 0:
+        distance = self.target - self.at
+        if distance == 0 and self.speed == 0:
             return
         want = math.copysign(min(self.most, math.sqrt(2 * self.down *
-                                                      abs(way))), way)
+                                                      abs(distance))), distance)
         faster = abs(want) > abs(self.speed) and want * self.speed >= 0
         most = (self.up if faster else self.down) * dt
         self.speed += max(-most, min(most, want - self.speed))

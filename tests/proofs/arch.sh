@@ -24,7 +24,7 @@ rule() # rule ROOM WHAT-OF-OURS SYSTEM-HEADERS
     rules="$rules $1 $2 $3
 "
 }
-# hal/ is interfaces at its top; protocols and kinds of drive know these, what
+# hal/ is interfaces at its top; protocols and kinds of drive include these, what
 # they share, and numbers.
 hal='hal/[^/]*|hal/support/.*|motion/core/(err|fixed).h'
 rule 'hal/[^/]*' 'hal/[^/]*|motion/core/(err|fixed).h' bytes
@@ -36,7 +36,7 @@ rule 'hal/gpio/.*' "$hal|hal/gpio/.*" bytes
 rule 'hal/drive/drive.c' "$hal" bytes
 rule 'hal/drive/cia402/.*' "$hal|hal/(can|canopen|drive/cia402)/.*" bytes
 rule 'hal/drive/modbus/.*' "$hal|hal/(modbus|drive/modbus)/.*" bytes
-# A kind on a plain CAN bus knows what these have in common, and no other kind.
+# A kind on a plain CAN bus includes what these have in common, and no other kind.
 rule 'hal/drive/turn/.*' "$hal|hal/(can|drive/turn)/.*" bytes
 for kind in hal/drive/*/; do
     rule "$kind.*" "$hal|hal/(can|drive/turn)/.*|$kind.*" bytes
@@ -46,7 +46,7 @@ rule 'sim/.*' 'sim/.*|hal/.*|motion/core/(err|fixed).h' any
 rule 'firmware/control/.*' \
     'firmware/control/.*|motion/(core|number|curve|path|otg)/.*|hal/(can|gpio|clock|drive|fieldbus).h' \
     bytes
-# The rooms of the program: each knows itself and those before it.
+# The rooms of the program: each includes itself and those before it.
 rule 'firmware/linux/[^/]*' 'firmware/linux/commands/command.h' any
 # host has neither an operating system nor a simulation; it runs in a browser
 # too, but for the plots that cairo draws.
@@ -64,7 +64,7 @@ for room in library host/base host/yaml host/device host/rig host/fault host/mov
     rule "firmware/$room/.*" \
         "firmware/($known)/.*|firmware/control/.*|$below" "$headers"
 done
-# A group of commands knows what all of them share, and no other group.
+# A group of commands includes what all of them share, and no other group.
 for group in firmware/linux/commands/ firmware/linux/commands/*/; do
     rule "$group[^/]*" \
         "firmware/($known)/.*|firmware/control/.*|(hal|sim|motion)/.*|(firmware/linux/commands/|$group)[^/]*" \
@@ -76,7 +76,7 @@ known="$known|linux/commands"
 rule 'firmware/mcu/.*' \
     'firmware/(mcu|control)/.*|firmware/host/base/crc32.h|hal/([^/]*|(support|modbus|drive)/.*)|motion/(core|number)/.*' \
     bytes
-# A kind of drive knows the rooms, and no room knows it; of the kinds it knows
+# A kind of drive includes the rooms, and no room includes it; of the kinds it includes
 # itself and what those that count turns share.
 for folder in firmware/host/kind/*/ firmware/linux/kind/*/; do
     kind=$(basename "$folder")
@@ -134,7 +134,7 @@ function check_include(line,    name) {
         if (system("test -f \"" name "\"") != 0)
             complain("\"" name "\" is not a path from the root")
         else if (name !~ "^(" ours ")$")
-            complain("may not know \"" name "\"")
+            complain("may not include \"" name "\"")
     } else if (match(line, /<[^>]*>/)) {
         name = substr(line, RSTART + 1, RLENGTH - 2)
         if (!may_include(name))

@@ -3,7 +3,7 @@
 
     python3 tests/proofs/check_schema.py [build/tests/firmware/host/rig/test_rig_load]
 
-The schemas are what an editor knows, the C tables what slew knows.  Checked:
+The schemas are what an editor checks, the C tables what slew checks.  Checked:
 the schemas are schemas; they accept the examples, the register maps and the quirks;
 every map has the same keys,
 the same of them required, and every choice the same words, on both sides; of
@@ -279,7 +279,7 @@ def check_files(schemas):
 
 
 def built_program():
-    """The program that knows the tables, made up to date."""
+    """The program that holds the tables, made up to date."""
     program = "build/tests/firmware/host/rig/test_rig_load"
     subprocess.run(["make", "--silent", program], check=True)
     return program

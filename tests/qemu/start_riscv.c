@@ -6,7 +6,7 @@ extern uint32_t image_bss_start[], image_bss_end[];
 
 void start_main(void);
 
-/* The three instructions are the mark by which the debugger knows the call. */
+/* The three instructions are the mark by which the debugger recognises the call. */
 long start_host_call(long operation, const void *argument)
 {
     register long a0 __asm__("a0") = operation;

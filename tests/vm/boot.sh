@@ -38,7 +38,7 @@ die()
 # The kernel that linux-image-amd64 stands for, unpacked once.
 kernel=$(apt-cache depends linux-image-amd64 2>/dev/null |
     sed -n 's/.*Depends: linux-image-//p' | head -n 1)
-[ -n "$kernel" ] || die "apt knows no linux-image-amd64; apt-get update may help"
+[ -n "$kernel" ] || die "apt has no linux-image-amd64; apt-get update may help"
 base=$cache/$kernel
 if [ ! -e "$base/ready" ]; then
     rm -rf "$base"

@@ -39,7 +39,7 @@ struct object {
     uint16_t index;
     uint8_t sub;
     uint8_t type;
-    char name[EDS_NAME_MAX]; /* "": nobody knows */
+    char name[EDS_NAME_MAX]; /* "": unknown */
     const char *unit;        /* "counts", "" */
     bool in_eds;             /* what follows is known */
     bool readable, writable;
@@ -51,7 +51,7 @@ struct object {
  * with "... is not an object of this drive, expected ...". */
 int object_find(const char *text, const struct eds *eds, struct object *object,
                 char message[OBJECT_MESSAGE_MAX]);
-/* The one of that number; with neither a name nor a type when nobody knows. */
+/* The one of that number; with neither a name nor a type when it is unknown. */
 void object_of(uint16_t index, uint8_t sub, const struct eds *eds,
                struct object *object);
 

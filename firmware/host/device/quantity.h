@@ -33,7 +33,7 @@ struct quantity {
     uint16_t at;    /* command, endpoint or register */
     uint8_t offset; /* of a message: its first byte */
     bool readable, writable;
-    char name[QUANTITY_NAME_MAX];         /* "": nobody knows */
+    char name[QUANTITY_NAME_MAX];         /* "": unknown */
     const char *unit;                     /* "turns", "" */
     const char *(*words)(unsigned value); /* NULL: needs none */
 };

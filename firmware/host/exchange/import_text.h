@@ -1,6 +1,6 @@
 /* firmware/host/exchange/import_text.h - a text file of numbers, line by line.
  *
- * Words know where they stand, so that every reader's errors are
+ * Words hold their place in the file, so that every reader's errors are
  * file:line:column, as those of YAML files (yaml_report.h).  Line ends are LF,
  * CR LF or CR; a Ctrl-Z (old DOS programs) ends the text. */
 #ifndef FIRMWARE_HOST_EXCHANGE_IMPORT_TEXT_H

@@ -32,7 +32,7 @@ static int piece_track(struct otg_piece *piece,
     return err;
 }
 
-/* `piece` knows its row's units, what it counts from and when it begins. */
+/* `piece` holds its row's units, what it counts from and when it begins. */
 static int piece_make(struct otg_piece *piece,
                       const struct motion_otg_trajectory *trajectory)
 {

@@ -52,7 +52,7 @@ void budget_print(const struct budget *budget, FILE *file);
 
 struct cJSON;
 /* "buses" of a report, an object each: name, most, expected, items; `job` as
- * budget_of wants it. */
+ * budget_of takes it. */
 void budget_json(const struct rig *rig, const struct job *job,
                  struct cJSON *report);
 

@@ -15,7 +15,7 @@ struct cJSON;
 bool job_camera_rig(const struct job *job, struct plan_rig *rig);
 
 /* Where the subject of the camera is: false where it has none, or one that only
- * the path knows. */
+ * the path has. */
 bool job_camera_subject(const struct job *job, int64_t t_ns_q12,
                         struct plan_jet_vec *subject);
 

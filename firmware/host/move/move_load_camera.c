@@ -285,7 +285,7 @@ static int move_check_looks(const struct yaml_value *value,
         (yaml_fields_find(value, "subject") != 0 ||
          yaml_fields_find(value, "table") != 0)) {
         look.expected = "kinematics in the rig file";
-        return yaml_value_refuse(&look, "needs to know where the camera is");
+        return yaml_value_refuse(&look, "needs the place of the camera");
     }
     return 0;
 }

@@ -6,7 +6,7 @@
 #include "firmware/host/move/move_load.h"
 #include "motion/plan/camera/plan_camera.h"
 
-/* Of an angle of a head: more than any cable bears, less than it can count. */
+/* Of an angle of a head: more than any cable takes, less than it can count. */
 #define ORIENT_DEG_MAX 1000000
 
 const char *const move_orients[MOVE_ORIENTS] = {

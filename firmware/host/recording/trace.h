@@ -1,7 +1,7 @@
 /* firmware/host/recording/trace.h - the course of a run, small enough to draw.
  *
  * Keeps at most TRACE_POINTS points however long the run: when they are full,
- * neighbours are merged.  Each point knows the smallest and largest following
+ * neighbours are merged.  Each point holds the smallest and largest following
  * error since the one before, so no peak is lost. */
 #ifndef FIRMWARE_HOST_RECORDING_TRACE_H
 #define FIRMWARE_HOST_RECORDING_TRACE_H

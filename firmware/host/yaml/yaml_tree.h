@@ -1,4 +1,4 @@
-/* firmware/host/yaml/yaml_tree.h - a YAML file as a tree whose nodes know
+/* firmware/host/yaml/yaml_tree.h - a YAML file as a tree whose nodes hold
  * their place.
  *
  * A plain subset, so that a file means the same to every reader: one document

@@ -4,6 +4,7 @@
 #include <inttypes.h>
 #include <stdio.h>
 
+#include "firmware/linux/tools/client_text.h"
 #include "motion/core/err.h"
 
 #define REQUEST_STEP_NS INT64_C(500000)
@@ -160,15 +161,9 @@ void canopen_client_text(const struct canopen_client *client, int err,
     if (err == MOTION_E_REFUSED)
         snprintf(text, CANOPEN_CLIENT_TEXT_MAX, "%s (0x%08" PRIX32 ")",
                  canopen_abort_text(client->abort_code), client->abort_code);
-    else if (err == MOTION_E_TIMEOUT)
-        snprintf(text, CANOPEN_CLIENT_TEXT_MAX, "node %u does not answer",
-                 client->node.id);
-    else if (err == MOTION_E_IO)
-        snprintf(
-            text, CANOPEN_CLIENT_TEXT_MAX, "the bus is gone: %s",
-            hal_can_state_text((enum hal_can_state)hal_can_state(client->can)));
     else
-        snprintf(text, CANOPEN_CLIENT_TEXT_MAX, "%s", motion_err_text(err));
+        client_text(client->can, client->node.id, err, text,
+                    CANOPEN_CLIENT_TEXT_MAX);
 }
 
 /* ---- LSS ---- */

@@ -7,7 +7,7 @@
  * may say by itself who it is; a CANopen question could be an order to it, so
  * none is sent when one was heard.  Those that are asked by FD frames are on
  * ports with FD.  Modbus: every unit is asked for register 0, those that answer for their
- * identification (2B, 11), and by the register maps that know their drive.
+ * identification (2B, 11), and by the register maps that identify their drive.
  *
  * Nothing moves: only reads are sent. */
 #ifndef FIRMWARE_LINUX_TOOLS_SCAN_H

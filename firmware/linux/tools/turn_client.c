@@ -1,6 +1,7 @@
 /* firmware/linux/tools/turn_client.c - see turn_client.h. */
 #include <stdio.h>
 
+#include "firmware/linux/tools/client_text.h"
 #include "firmware/linux/tools/turn_client_parts.h"
 #include "motion/core/err.h"
 
@@ -107,16 +108,9 @@ void turn_client_reason(const struct turn_client *client,
 void turn_client_text(const struct turn_client *client, int err,
                       char text[TURN_CLIENT_TEXT_MAX])
 {
-    if (err == MOTION_E_TIMEOUT)
-        snprintf(text, TURN_CLIENT_TEXT_MAX, "node %u does not answer",
-                 client->node);
-    else if (err == MOTION_E_REFUSED)
+    if (err == MOTION_E_REFUSED)
         snprintf(text, TURN_CLIENT_TEXT_MAX,
                  "the drive refuses it: not there, or not for this");
-    else if (err == MOTION_E_IO)
-        snprintf(
-            text, TURN_CLIENT_TEXT_MAX, "the bus is gone: %s",
-            hal_can_state_text((enum hal_can_state)hal_can_state(client->can)));
     else
-        snprintf(text, TURN_CLIENT_TEXT_MAX, "%s", motion_err_text(err));
+        client_text(client->can, client->node, err, text, TURN_CLIENT_TEXT_MAX);
 }

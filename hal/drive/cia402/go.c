@@ -4,7 +4,7 @@
  *   READY    PP: bit 12 must be low, else the drive's buffer is full
  *   SET      PP: bit 4 up, until bit 12 is
  *   CLEAR    PP: bit 4 down, until bit 12 is; bit 10 now is that of this motion
- *   SETTLE   PV: until a statusword must know the new speed
+ *   SETTLE   PV: until a statusword must reflect the new speed
  *   MOVING   until bit 10
  *   ARRIVED  bit 10 has been seen
  *   HALTING  bit 8 up, until bit 10; it stays up until the next motion, so that

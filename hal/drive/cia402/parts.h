@@ -1,4 +1,4 @@
-/* hal/drive/cia402/parts.h - private to drive_cia402*.c: what the parts know of
+/* hal/drive/cia402/parts.h - private to drive_cia402*.c: what the parts share of
  * each other. */
 #ifndef HAL_DRIVE_CIA402_PARTS_H
 #define HAL_DRIVE_CIA402_PARTS_H

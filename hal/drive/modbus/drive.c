@@ -240,7 +240,7 @@ static void take_identity(struct drive_modbus *self,
     drive_modbus_say(self, map->identify_else);
     drive_modbus_lose(self, HAL_DRIVE_FAULT);
     self->off =
-        DRIVE_MODBUS_OFF_DONE; /* nobody knows what a write does to it */
+        DRIVE_MODBUS_OFF_DONE; /* what a write does to it is undefined */
     self->run.sequence = NULL;
 }
 

@@ -1,4 +1,4 @@
-/* hal/drive/modbus/parts.h - private to drive_modbus*.c: what the parts know of
+/* hal/drive/modbus/parts.h - private to drive_modbus*.c: what the parts share of
  * each other. */
 #ifndef HAL_DRIVE_MODBUS_PARTS_H
 #define HAL_DRIVE_MODBUS_PARTS_H

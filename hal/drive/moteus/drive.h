@@ -33,7 +33,7 @@ struct drive_moteus_config {
 
 /* Visible so that it can be static; use the functions. */
 struct drive_moteus {
-    struct drive_turn turn; /* the drive is turns.drive */
+    struct drive_turn turn; /* the drive is turn.drive */
     struct can_bus_node node;
     struct drive_moteus_config config;
     uint16_t watchdog_ms;

@@ -64,7 +64,7 @@ enum drive_odrive_start {
 
 /* Visible so that it can be static; use the functions. */
 struct drive_odrive {
-    struct drive_turn turn; /* the drive is turns.drive */
+    struct drive_turn turn; /* the drive is turn.drive */
     struct can_bus_node node;
     struct drive_odrive_config config;
     uint32_t watchdog_s; /* a float */

@@ -136,7 +136,7 @@ static int odrive_step_parameters(struct drive_odrive *self)
 }
 
 /* A confirmation of the write (from 0.6.11) says the same as the answer to the
- * read, which comes after it and does no harm. */
+ * read, which comes after it and is harmless. */
 void odrive_take_parameter(struct drive_odrive *self, const uint8_t data[8])
 {
     const uint16_t about = (uint16_t)(data[1] | data[2] << 8);

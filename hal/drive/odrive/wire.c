@@ -332,7 +332,7 @@ static enum can_bus_take odrive_take(struct drive_odrive *self,
     return CAN_BUS_TAKEN;
 }
 
-/* Somebody else's questions are no harm. */
+/* Another client's requests are not ours. */
 static enum can_bus_take drive_odrive_receive(struct can_bus_node *node,
                                               const struct hal_can_frame *frame,
                                               int64_t now_ns)

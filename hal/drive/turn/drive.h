@@ -18,7 +18,7 @@
  *
  * The wire part says what it hears (armed, alarmed, where it is) and has five
  * calls that send; this part is everything else.  A quick stop is a ramp of our
- * own: these drives know none that is both braked and asked for in one frame.
+ * own: these drives have none that is both braked and requested in one frame.
  * It starts at the last set point, or where the axis is while the drive moves
  * by its own profile; when the bus is dead, the drive's watchdog has to do.
  *

@@ -17,7 +17,7 @@
 /* Plan the path and what carries the head, path->carrier, whose axes are those
  * of the move: their tracks must be empty.  As plan_path_tracks otherwise;
  * drive->bound is that of the place in space, *bound_q32 how far at most an axis
- * is from where that place wants it. */
+ * is from where that place requires it. */
 int plan_carry_tracks(const struct plan_path *path, struct plan_drive *drive,
                       struct motion_track track[], int64_t *bound_q32,
                       struct plan_error *error);

@@ -287,7 +287,7 @@ static int law_after(struct law *self, uint32_t rest,
 
     plan_track_init(&after, 0);
     if (law_is_fast_after(part)) {
-        /* a moment at its speed, so that the next part knows it */
+        /* a moment at its speed, so that the next part can read it */
         const struct motion_real speed =
             part->has_from ? motion_real_from_q(part->from_q32, 32)
                            : law_speed(before);

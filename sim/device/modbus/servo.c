@@ -622,7 +622,7 @@ void sim_modbus_servo_end(struct sim_modbus_servo *self,
 
 /* ---- set-up ---- */
 
-/* It is set up as init wants it. */
+/* It is set up as init requires. */
 static void servo_know_checks(struct sim_modbus_servo *self)
 {
     const struct modbus_map_sequence *init =

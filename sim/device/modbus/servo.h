@@ -1,6 +1,6 @@
 /* sim/device/modbus/servo.h - a servo drive behind a register map.
  *
- * Made from the same map file as the driver, but the other way round: it knows
+ * Made from the same map file as the driver, but in the other direction: it has
  * what the driver is told to write, and does it once all of it was written, in
  * that order; it makes up the status bits the driver is told to look at.  A
  * register that the map does not name is an illegal address.

@@ -200,7 +200,7 @@ static bool moteus_subframe(struct sim_moteus *self, struct moteus_cursor *in,
     return moteus_write_values(self, in, answer, type, reg, count);
 }
 
-/* The shortest length there is: FD knows only some. */
+/* The shortest length there is: FD has only some. */
 static void moteus_pad(struct hal_can_frame *frame)
 {
     while (!hal_can_is_legal(frame, true))

@@ -11,7 +11,7 @@
  *
  * Of the supply, temperatures and powers it says what never changes.
  *
- * What this one chose: it knows the states idle, closed loop and homing; any
+ * What was chosen here: it has the states idle, closed loop and homing; any
  * other is refused with "invalid state".  Homing goes to its end stop at a
  * sixteenth of its top speed, and is there at position 0. */
 #ifndef SIM_DEVICE_ODRIVE_SERVO_H

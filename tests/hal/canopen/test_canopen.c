@@ -689,7 +689,7 @@ static void codes_have_words(void **state)
     assert_string_equal(canopen_emcy_text(0xA000), "unknown code");
 }
 
-static void text_is_cut_to_its_room(void **state)
+static void text_is_cut_to_its_capacity(void **state)
 {
     char buffer[8];
     struct hal_text text;
@@ -753,7 +753,7 @@ int main(void)
         BENCH(bad_configurations_are_refused),
         BENCH(any_frame_is_counted_once),
         cmocka_unit_test(codes_have_words),
-        cmocka_unit_test(text_is_cut_to_its_room),
+        cmocka_unit_test(text_is_cut_to_its_capacity),
         cmocka_unit_test(decimal_numbers_read_as_printf_writes_them),
     };
 

@@ -422,7 +422,7 @@ static void await_state(struct can_socketcan *port, enum hal_can_state want)
     }
 }
 
-/* The card says something, and the port comes to know. */
+/* The card reports something, and the port takes note. */
 static void card_say(struct card *card, const char *text,
                      enum hal_can_state want)
 {

@@ -28,7 +28,7 @@
 
 #define MS     INT64_C(1000000)
 #define UNIT   9
-#define LINES  200 /* select() of libmodbus knows 1024 descriptors */
+#define LINES  200 /* select() of libmodbus takes 1024 descriptors */
 #define PRESET 1500
 #define TRIES  40  /* of a good answer, until the line must be right again */
 #define PAUSE  100 /* looks, 200 us each, before the next of them */

@@ -125,7 +125,7 @@ static bool rig_is_own(const struct object *object)
     return object->index >= 0x1400 && object->index < 0x1C00;
 }
 
-/* "5" or "5 u16": the type where nobody else knows it. */
+/* "5" or "5 u16": the type where it stands nowhere else. */
 static int rig_take_type(const struct yaml_value *value, struct object *object,
                          char number[QUOTE_MAX])
 {

@@ -26,7 +26,7 @@ static int64_t range_value(const struct rig_axis *axis,
     return (value_q32 >> 32) + (value_q32 >> 31 & 1);
 }
 
-/* Where slew homes, nobody knows yet where the drive counts from: then the
+/* Where slew homes, where the drive counts from is not known yet: then the
  * length of the range is all there is to judge.  After a homing by the drive it
  * counts from 0 at the home point. */
 static bool range_fits(const struct rig_axis *axis,

@@ -6,7 +6,7 @@
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
 
-#define JOG_FAR_S 100 /* an axis that does not know where it is */
+#define JOG_FAR_S 100 /* an axis that is not homed */
 
 static struct live *jog_hand_of(struct jog_hand *hand)
 {

@@ -46,7 +46,7 @@ struct jog_hand_live {
 void jog_hand_live_init(struct jog_hand_live *self, struct live *live);
 
 /* A goal so far away in a direction (-1, 1) that only the dead-man stops it, or
- * the end of the range of an axis that knows where it is. */
+ * the end of the range of an axis that is homed. */
 int64_t jog_far_q32(const struct live *live, unsigned axis, int direction,
                     int64_t speed_q32);
 

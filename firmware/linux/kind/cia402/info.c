@@ -129,7 +129,7 @@ static void info_lacks(struct drive_info *info, uint16_t index,
     info->missing[info->missing_count++].why = need->why;
 }
 
-/* Is it there at all?  Access and mapping only a data sheet knows. */
+/* Is it there at all?  Access and mapping only a data sheet has. */
 static void info_needs(struct session *session, struct drive_info *info)
 {
     const unsigned uses = session->axis == NULL

@@ -21,7 +21,7 @@ static uint32_t cia402_counts(const struct rig_axis *axis, int64_t value_q32)
     return magnitude > UINT32_MAX ? 0 : (uint32_t)magnitude;
 }
 
-/* The drive watches beside us and knows no other axis: it gets twice the room
+/* The drive watches beside us and sees no other axis: it gets twice the room
  * that we leave at full speed, so that our own watch, which brings all axes to
  * rest together, comes first.  0, leave, when it does not fit. */
 static uint32_t cia402_following_counts(const struct rig_axis *axis)

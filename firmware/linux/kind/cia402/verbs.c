@@ -24,7 +24,7 @@ static enum status cia402_find(struct session *session, const char *text,
     return STATUS_OK;
 }
 
-/* Nobody knows how long it is: as long as what the drive answers. */
+/* Its length is unknown: as long as what the drive answers. */
 static void cia402_guess(struct session *session, struct object *object)
 {
     static const uint8_t type[] = { 0, OBJECT_U8, OBJECT_U16, OBJECT_U32,

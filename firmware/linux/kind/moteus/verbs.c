@@ -25,7 +25,7 @@ static int moteus_find_one(const struct session *session, const char *text,
                            struct quantity *quantity,
                            char message[QUANTITY_MESSAGE_MAX])
 {
-    const struct quantity *list, *found;
+    const struct quantity *list;
     uint16_t number;
     unsigned count;
 
@@ -36,13 +36,8 @@ static int moteus_find_one(const struct session *session, const char *text,
         return turn_type(options, quantity, message);
     }
     list = quantity_of_moteus(&count);
-    found = quantity_find(text, list, count);
-    if (found != NULL) {
-        *quantity = *found;
-        return 0;
-    }
-    quantity_unknown(text, "register of a moteus", list, count, message);
-    return -1;
+    return turn_by_name(text, "register of a moteus", list, count, quantity,
+                        message);
 }
 
 static enum status moteus_find(struct session *session, const char *text,

@@ -58,22 +58,19 @@ static int odrive_find_one(const struct session *session, const char *text,
                            struct quantity *quantity,
                            char message[QUANTITY_MESSAGE_MAX])
 {
-    const struct quantity *list, *found;
+    const struct quantity *list;
     uint16_t number;
     unsigned count;
 
     if (turn_number(text, UINT16_MAX, &number))
         return odrive_by_number(session, options, number, quantity, message);
     list = quantity_of_odrive(session->turn.is_05, &count);
-    found = quantity_find(text, list, count);
-    if (found != NULL) {
-        *quantity = *found;
+    if (turn_by_name(text, "message of this ODrive", list, count, quantity,
+                     message) == 0)
         return 0;
-    }
-    if (!session->turn.is_05 && strchr(text, '.') != NULL)
-        return odrive_endpoint(session, text, quantity, message);
-    quantity_unknown(text, "message of this ODrive", list, count, message);
-    return -1;
+    return !session->turn.is_05 && strchr(text, '.') != NULL
+               ? odrive_endpoint(session, text, quantity, message)
+               : -1;
 }
 
 static enum status odrive_find(struct session *session, const char *text,

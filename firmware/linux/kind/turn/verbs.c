@@ -41,6 +41,20 @@ struct quantity turn_by_number(enum quantity_kind kind, uint16_t number)
     };
 }
 
+int turn_by_name(const char *text, const char *what,
+                 const struct quantity *list, unsigned count,
+                 struct quantity *quantity, char message[QUANTITY_MESSAGE_MAX])
+{
+    const struct quantity *const found = quantity_find(text, list, count);
+
+    if (found == NULL) {
+        quantity_unknown(text, what, list, count, message);
+        return -1;
+    }
+    *quantity = *found;
+    return 0;
+}
+
 enum status turn_find_quantity(struct session *session, const char *text,
                                const struct options *options,
                                struct quantity *quantity, turn_find *find)

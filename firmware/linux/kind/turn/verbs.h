@@ -17,6 +17,10 @@ enum status turn_find_quantity(struct session *session, const char *text,
 bool turn_number(const char *text, unsigned long most, uint16_t *number);
 /* By its number alone, writable: a float, until turn_type. */
 struct quantity turn_by_number(enum quantity_kind kind, uint16_t number);
+/* The one of that name; 0, or -1 with a sentence: it is no `what`. */
+int turn_by_name(const char *text, const char *what,
+                 const struct quantity *list, unsigned count,
+                 struct quantity *quantity, char message[QUANTITY_MESSAGE_MAX]);
 int turn_type(const struct options *options, struct quantity *quantity,
               char message[QUANTITY_MESSAGE_MAX]);
 

@@ -194,7 +194,7 @@ static void a_start_without_goals_is_refused(void **state)
     assert_int_equal(machine.controller.state, CONTROLLER_READY);
 }
 
-/* No set point goes out, each key is reached before the next way is begun. */
+/* No set point goes out, each key is reached before the next displacement begins. */
 static void each_key_is_reached_by_a_motion_of_its_own(void **state)
 {
     static const double keys[] = { 90, 180, 270 };
@@ -287,7 +287,7 @@ static void a_jog_is_a_goal_and_its_end_a_halt(void **state)
     assert_true(stood > turned - 10 && stood < turned);
 }
 
-/* The first way takes 1.74 s: an eighth more and 0.5 s later it is too late. */
+/* The first displacement takes 1.74 s: an eighth more and 0.5 s later it is too late. */
 static void a_drive_that_does_not_come_in_time_is_a_fault(void **state)
 {
     (void)state;

@@ -190,7 +190,7 @@ static void axes_that_are_not_ready_are_not_moved(void **state)
 }
 
 /* Virtual time begins at 1 s, so that pulses are 2 s, 5 s, 8 s, 11 s and 14 s
- * after the start of the run.  The way to 500 mm takes 11.3 s. */
+ * after the start of the run.  The displacement to 500 mm takes 11.3 s. */
 static void a_move_starts_at_the_first_edge_once_it_is_ready(void **state)
 {
     static const struct {

@@ -1,7 +1,7 @@
 /* tests/hal/drive/cia402/test_drive_cia402.c - the CiA 402 driver against a
  * drive in miniature.
  *
- * The miniature knows just enough: a flat object table, the power states, and
+ * The miniature has just enough: a flat object table, the power states, and
  * a motor that is exactly where the interpolator is.  The drive that behaves
  * like a real one is sim/device/cia402/servo.h. */
 #include "tests/hal/canopen/canopen_bench.h"

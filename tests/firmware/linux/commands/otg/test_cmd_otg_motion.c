@@ -48,7 +48,7 @@ static double duration_of(const char *words)
 
 /* An acceleration that has to be let go first runs on to a speed, and a place,
  * far beyond what the row speaks of.  By hand: a change of speed by a^2/2 at an
- * acceleration of 1; 1.1e8 of way in about five ramps, back at a speed of 1. */
+ * acceleration of 1; a displacement of 1.1e8 in about five ramps, back at a speed of 1. */
 static void ends_that_run_far_away_are_planned(void **state)
 {
     static const struct {

@@ -263,7 +263,7 @@ static int fake_collect(struct hal_modbus *modbus,
     if (line.requested.unit == 3 && function == 3) {
         reply->err = MOTION_OK;
         reply->count = 1;
-        reply->value[0] = 6; /* what leadshine-el7 is known by */
+        reply->value[0] = 6; /* by which leadshine-el7 is recognised */
     } else if (line.requested.unit == 3 && function == 0x2B) {
         fake_say(reply, line.identity, line.identity_length);
     } else if (line.requested.unit == 4 && function == 4) {
