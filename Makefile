@@ -24,7 +24,7 @@ OPT      := -O1 -fno-omit-frame-pointer -fsanitize=$(SAN) \
 endif
 
 # Of the libraries; asked when used, so that `make deps` can come first.
-PKGS      = yaml-0.1 libcjson cairo fontconfig libmodbus libgpiod zlib libpng
+PKGS      = yaml-0.1 libcjson cairo fontconfig libmodbus libgpiod zlib libpng libzip
 PKG_INC   = $(patsubst -I%,-isystem %,$(shell pkg-config --cflags $(PKGS)))
 PKG_LIB   = $(shell pkg-config --libs $(PKGS))
 CMOCKA    = $(shell pkg-config --libs cmocka)
@@ -42,8 +42,8 @@ MAIN     := firmware/linux/main.c
 MOTION   := $(filter-out motion/plan/%,$(call sources,motion))
 PORTABLE := $(MOTION) $(filter-out hal/linux/%,$(call sources,hal)) \
             $(call sources,firmware/control)
-# Of a board only what needs none.
-ROOMS    := $(filter-out $(MAIN) firmware/mcu/board/%,\
+# Of a board only what needs none; firmware/fmu is a program of its own.
+ROOMS    := $(filter-out $(MAIN) firmware/mcu/board/% firmware/fmu/%,\
               $(call sources,motion hal sim firmware)) \
             firmware/mcu/board/port.c
 # libslew: what another program may link; the rest of slew is the program's.
@@ -54,7 +54,7 @@ TEST_OWN := $(call sources,tests/bench tests/fuzz tests/peers tests/qemu)
 TEST_ALL := $(filter-out $(TEST_OWN),$(call sources,tests))
 TEST_SRC := $(foreach t,$(TEST_ALL),$(if $(filter test_%,$(notdir $t)),$t))
 TEST_LIB := $(filter-out $(TEST_SRC),$(TEST_ALL))
-SOURCES  := $(ROOMS) $(MAIN) $(TEST_ALL) \
+SOURCES  := $(ROOMS) $(MAIN) $(wildcard firmware/fmu/*.c) $(TEST_ALL) \
             $(call sources,tests/peers tests/fuzz)
 # What is compiled for a bare machine or beside a peer is laid out like the rest.
 LAID_OUT := $(sort $(shell find motion hal sim firmware tests examples \
@@ -380,6 +380,8 @@ fresh:
 -include firmware/library/library.mk
 # Also: studio-vendor, vendor-check, test-page.
 -include firmware/studio/page.mk
+# What slew sim export needs.
+-include firmware/fmu/fmu.mk
 # Also: firmware, test-firmware.
 -include firmware/mcu/mcu.mk
 # Also: bench-tick, golden (tests/qemu/qemu.mk).

@@ -61,6 +61,7 @@ symbols: $(B)/libslew.a
 # What is installed, as FILE-OR-DIRECTORY TARGET MODE, a line each.
 define INSTALLED
 $(SLEW) $(BINDIR)/slew 755
+$(B)/slew-fmu.so $(LIBDIR)/slew/slew-fmu.so 755
 $(B)/libslew.a $(LIBDIR)/libslew.a 644
 $(SO) $(LIBDIR)/$(notdir $(SO)) 755
 $(B)/slew.pc $(LIBDIR)/pkgconfig/slew.pc 644
@@ -87,7 +88,7 @@ $(B)/slew.pc: firmware/library/slew.pc.in firmware/library/version.h
 
 .PHONY: install
 ## the program, its files and the library, under PREFIX (/usr/local); DESTDIR
-install: $(SLEW) library installed
+install: $(SLEW) $(B)/slew-fmu.so library installed
 	@rm -f $(B)/slew.pc; $(MAKE) --no-print-directory $(B)/slew.pc
 	@sed '/^$$/d' $(B)/installed | while read -r from to mode; do \
 	    $(INSTALL) -D -m "$$mode" "$$from" "$(DESTDIR)$$to" || exit 1; done

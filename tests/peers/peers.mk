@@ -27,8 +27,8 @@ peers-space: $(SLEW)
 	@$(PYTHON) tests/peers/space.py $(SLEW)
 
 .PHONY: test-peers
-## python-canopen, moteus, pymodbus, mbpoll, tshark, Ruckig, mcap, zsh against ours
-test-peers: $(SLEW) $(PEERS)/master $(PEERS)/moteus $(PEERS)/tools \
+## python-canopen, moteus, pymodbus, mbpoll, tshark, Ruckig, mcap, FMPy, zsh against ours
+test-peers: build $(SLEW) $(PEERS)/master $(PEERS)/moteus $(PEERS)/tools \
     $(PEERS)/venv/done
 	@bad=0; one() { \
 	    echo "$$(basename $$1):"; \

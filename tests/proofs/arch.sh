@@ -54,7 +54,7 @@ host='hal/([^/]*|(support|can|canopen|modbus|gpio|drive)/.*)|motion/.*'
 known=
 for room in library host/base host/yaml host/device host/rig host/fault host/move host/exchange \
     host/recording host/plot \
-    linux/base linux/machine linux/service linux/tools; do
+    linux/base linux/machine linux/fmu linux/service linux/tools; do
     known=$known${known:+|}$room
     below='(hal|sim|motion)/.*' headers=any
     case $room in
@@ -71,6 +71,9 @@ for group in firmware/linux/commands/ firmware/linux/commands/*/; do
         any
 done
 known="$known|linux/commands"
+# What other programs load: a simulated rig.
+rule 'firmware/fmu/.*' \
+    'firmware/(fmu|host/base|linux/fmu)/.*' any
 # A board has the controller and drives without an operating system, and what
 # counts bytes as files do.
 rule 'firmware/mcu/.*' \

@@ -224,6 +224,7 @@ int options_parse(const struct command *command, int argc, char *argv[],
         .row = -1,
         .loop = -1,
         .cpu = -1,
+        .fmi = -1,
     };
     for (int i = 0; i < OTG_VALUES; i++)
         options->motion[i] = (double)NAN;

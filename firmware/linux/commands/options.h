@@ -40,6 +40,7 @@ struct options {
     bool space;               /* plot */
     bool realtime, real, pty; /* run, sim */
     bool eds;                 /* sim */
+    int64_t fmi;              /* sim; -1 when not given */
     const char *address;      /* sim */
     const char *out, *axis, *plot, *compare;
     const char *method, *tolerance;               /* fit */

@@ -11,6 +11,7 @@
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/planning.h"
+#include "firmware/linux/commands/ports/sim_export.h"
 #include "firmware/linux/machine/sim_server.h"
 
 static volatile sig_atomic_t cmd_sim_ended;
@@ -121,6 +122,8 @@ static enum status cmd_sim_rig(const struct options *options, struct rig *rig)
 
 static enum status cmd_sim_run(const struct options *options)
 {
+    if (options->path_count == 2)
+        return sim_export(options);
     if (options->eds) {
         sim_cia402_write_eds(stdout);
         return STATUS_OK;
@@ -140,12 +143,18 @@ static const struct option_row cmd_sim_option[] = {
       "print the data sheet (EDS) of a simulated CANopen drive, and end" },
     { "for", "TIME", OPTION_TIME, offsetof(struct options, to_ns),
       "end after this time" },
+    { "out", "FILE", OPTION_TEXT, offsetof(struct options, out),
+      "of export: the unit, a name that ends in .fmu" },
+    { "fmi", "2|3", OPTION_COUNT, offsetof(struct options, fmi),
+      "of export: the version of FMI (3)" },
+    { "json", NULL, OPTION_FLAG, offsetof(struct options, json),
+      "of export: write JSON to standard output" },
     { "help", NULL, OPTION_FLAG, offsetof(struct options, help), "this text" },
 };
 
 const struct command cmd_sim = {
     .name = "sim",
-    .arguments = "RIG | DIRECTORY",
+    .arguments = "RIG | DIRECTORY | export RIG",
     .summary = "show a rig's drives, simulated, on real interfaces",
     .text =
         "Every drive of the rig on CAN answers on the interface of its bus, "
@@ -157,11 +166,17 @@ const struct command cmd_sim = {
         "Drives on Modbus RTU stand behind a pseudo-terminal, which is named;\n"
         "those on TCP answer on the port of the rig, for this machine alone\n"
         "unless --address says otherwise: nothing asks who a master is, so\n"
-        "that only a network of your own should see them.\n",
+        "that only a network of your own should see them.\n\n"
+        "export writes a functional mock-up unit (FMI 2.0 or 3.0,\n"
+        "co-simulation) for Simulink, OpenModelica, FMPy and others: drivers,\n"
+        "buses, drives and motors of the rig, with the set point of every "
+        "axis\n"
+        "as input and its position as output.  See docs/PHYSICS.md.\n",
     .examples = "  slew sim --interface vcan0 rig.yaml\n"
                 "  slew sim --interface can0=can2,can1=can3 examples/dolly\n"
-                "  slew sim --address 192.168.1.20 rig.yaml\n",
-    .path_max = 1,
+                "  slew sim --address 192.168.1.20 rig.yaml\n"
+                "  slew sim export --fmi 2 --out dolly.fmu examples/dolly\n",
+    .path_max = 2,
     COMMAND_OPTIONS(cmd_sim_option),
     .run = cmd_sim_run,
 };
