@@ -54,7 +54,7 @@ host='hal/([^/]*|(support|can|canopen|modbus|gpio|drive)/.*)|motion/.*'
 known=
 for room in library host/base host/yaml host/device host/rig host/fault host/move host/exchange \
     host/recording host/plot \
-    linux/base linux/machine linux/fmu linux/service linux/tools; do
+    linux/base linux/machine linux/batch linux/fmu linux/service linux/tools; do
     known=$known${known:+|}$room
     below='(hal|sim|motion)/.*' headers=any
     case $room in

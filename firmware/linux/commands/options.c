@@ -225,6 +225,9 @@ int options_parse(const struct command *command, int argc, char *argv[],
         .loop = -1,
         .cpu = -1,
         .fmi = -1,
+        .runs = -1,
+        .seed = -1,
+        .jobs = -1,
     };
     for (int i = 0; i < OTG_VALUES; i++)
         options->motion[i] = (double)NAN;

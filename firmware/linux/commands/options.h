@@ -12,7 +12,7 @@
 
 #include "firmware/host/exchange/otg_rows.h"
 
-#define OPTIONS_PATHS_MAX 20
+#define OPTIONS_PATHS_MAX 256
 
 enum option_kind {
     OPTION_FLAG,    /* bool */
@@ -58,17 +58,20 @@ struct options {
     int64_t baud, timeout_ns, listen_ns; /* 0 when not given */
     int64_t rate_uhz;
     int64_t from_ns, to_ns, resume_after_ns;
-    const char *speed, *keys;          /* jog */
-    int64_t dead_man_ns, key_every_ns; /* jog */
-    int64_t override_q30;              /* 100 % when not given */
-    int64_t row;                       /* -1 when not given */
-    double motion[OTG_VALUES];         /* NAN when not given */
-    double wanted_s;                   /* otg; 0 when not given */
-    const char *together;              /* otg */
-    bool through, replan;              /* otg */
-    bool sim, group;                   /* service */
-    const char *socket;                /* service */
-    int64_t cpu;                       /* service; -1 when not given */
+    const char *speed, *keys;           /* jog */
+    int64_t dead_man_ns, key_every_ns;  /* jog */
+    int64_t override_q30;               /* 100 % when not given */
+    int64_t row;                        /* -1 when not given */
+    double motion[OTG_VALUES];          /* NAN when not given */
+    double wanted_s;                    /* otg; 0 when not given */
+    const char *together;               /* otg */
+    bool through, replan;               /* otg */
+    const char *vary, *shard, *parquet; /* batch */
+    int64_t runs, seed, jobs;           /* batch; -1 when not given */
+    bool merge;                         /* batch */
+    bool sim, group;                    /* service */
+    const char *socket;                 /* service */
+    int64_t cpu;                        /* service; -1 when not given */
     const char *path[OPTIONS_PATHS_MAX];
     int path_count;
 };

@@ -102,7 +102,7 @@ static int64_t report_goal(const struct report *report, unsigned i)
     return state.pos_q32;
 }
 
-static int64_t report_end_error(const struct report *report, unsigned i)
+int64_t report_end_error(const struct report *report, unsigned i)
 {
     return report->axis[i].end_q32 - report_goal(report, i);
 }

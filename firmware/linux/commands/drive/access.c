@@ -7,7 +7,7 @@
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/commands/drive/kind.h"
 
-#define ACCESS_VALUES OPTIONS_PATHS_MAX
+#define ACCESS_VALUES 20
 
 #define ACCESS_ROW(NAME, name) [RIG_##NAME] = &verb_kind_##name,
 static const struct verb_kind *const access_kinds[] = { RIG_KIND_LIST(
