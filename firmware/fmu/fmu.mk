@@ -16,3 +16,4 @@ $(FMU): $(FMU_SRC:%.c=$(B)/%.o) $(LIBS)
 	    $(if $(SAN),,-Wl$(comma)--no-undefined) $^ -l:libyaml.a -lcjson -lm -o $@
 
 build: $(FMU)
+$(B)/tests/firmware/linux/fmu/test_fmu_export: | $(FMU)
