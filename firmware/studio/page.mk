@@ -44,3 +44,11 @@ page-format-check: $(PAGE_NPM)/done
 ## the parts of the page that need no browser
 test-page:
 	@node --test tests/firmware/studio/page
+
+.PHONY: test-browser
+## the page in headless Chromium, on a simulated rig; PART=edit for one file
+test-browser: $(PAGE_NPM)/done
+	@node --test --test-concurrency=1 --import \
+	    ./tests/firmware/studio/browser/modules.mjs \
+	    $(if $(PART),tests/firmware/studio/browser/$(PART).test.mjs,\
+	    tests/firmware/studio/browser)

@@ -137,7 +137,8 @@ function hasToured() {
 
 async function start() {
   const worker = new Worker(new URL("./planner/worker.js", import.meta.url), { type: "module" });
-  const session = new Session(new PlannerClient(worker));
+  const planner = new PlannerClient(worker);
+  const session = new Session(planner);
   const scheme = location.protocol === "https:" ? "wss" : "ws";
   const machine = new Machine(`${scheme}://${location.host}/ws`, (text, isError) =>
     session.say(text, isError),
@@ -152,7 +153,7 @@ async function start() {
     session.say(`The rig and the move could not be opened: ${error.message}`, true);
   }
   // What the page's own tests read.
-  window.studio = { session, machine };
+  window.studio = { session, machine, planner };
 }
 
 void start();

@@ -39,7 +39,7 @@ class Painter {
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     this.scene = sceneOf(this.session, this.size, this.colours, this.live);
     drawScene(context, this.scene, width, height);
-    this.session.drawn(begin, performance.now());
+    this.session.drawn(this.scene, performance.now() - begin);
   }
 
   fit() {

@@ -4,7 +4,7 @@
 // cancel(), chosen by what was under the pointer when it went down.  Two fingers
 // pinch, whatever one of them did before.
 import { isSelected, select } from "../model/keys.js";
-import { roundFor, shortNumber, timeText } from "../model/number.js";
+import { roundFor, timeText } from "../model/number.js";
 import { dragHandle, moveKeys, rippleKeys, timeRange } from "../model/operations.js";
 import { boxOf, inBox, nearest } from "../view/hit.js";
 import {
@@ -106,11 +106,11 @@ function roundingOf(session, scene) {
   return session.rounding(time, value);
 }
 
-function textOf(session, target, drag) {
+function textOf(session, target, drag, round) {
   const axis = session.axes.value.find((each) => each.name === target.axis);
   const fps = session.inFrames.value ? session.fps.value : null;
-  const time = timeText(target.at.t + drag.dt, fps);
-  const value = `${shortNumber(target.at.p + drag.dp, 3)} ${axis.unit}`;
+  const time = timeText(round.time(target.at.t + drag.dt), fps);
+  const value = `${round.value(target.at.p + drag.dp, target.axis)} ${axis.unit}`;
   return `${target.axis}: ${time}, ${value}${drag.snapped ? `, at a ${drag.snapped}` : ""}`;
 }
 
@@ -145,7 +145,7 @@ function draggingKeys(session, scene, start, target, onlyTime) {
         range,
         targets,
       );
-      session.dragged.value = { text: textOf(session, target, drag), error: undefined };
+      session.dragged.value = { text: textOf(session, target, drag, round), error: undefined };
       if (drag.dt !== 0 || drag.dp !== 0) void session.preview(operationsOf(drag));
     },
     lock(wanted, event) {

@@ -7,6 +7,7 @@ import { emptySelection, readKeys, selectTimes, selectedKeys } from "./keys.js";
 import { roundFor } from "./number.js";
 
 export const columns = 800; // of samples across the view
+const mostCosts = 1000;
 
 const settingsKey = "slew.studio";
 
@@ -63,6 +64,8 @@ export class Session {
     this.place = signal(null); // { line, column } that the text goes to
     this.dragged = signal(null); // what the drag under way says of itself
     this.clipboard = null;
+    this.scene = null;
+    this.costs = { plan: [], draw: [] }; // ms, of the last steps of drags and drawings
     this.undoLabel = signal("");
     this.redoLabel = signal("");
     this.isDirty = computed(() => this.text.value !== this.saved.value);
@@ -82,8 +85,16 @@ export class Session {
     this.notice.value = { text, isError };
   }
 
-  // Called after every drawing, with its times: the page's own test measures here.
-  drawn(_begin, _end) {}
+  // A drawing is done: what was drawn, and the ms it took.
+  drawn(scene, ms) {
+    this.scene = scene;
+    this.#keepCost("draw", ms);
+  }
+
+  #keepCost(kind, ms) {
+    this.costs[kind].push(ms);
+    if (this.costs[kind].length > mostCosts) this.costs[kind].shift();
+  }
 
   // --- opening and saving
 
@@ -174,8 +185,8 @@ export class Session {
   }
 
   async preview(operations) {
-    this.#preview = { operations, edits: null };
-    const mine = this.#preview;
+    this.#preview = { operations };
+    const begin = performance.now();
     const picture = await this.#planner.askLatest("preview", {
       operations,
       view: this.#samplesView(),
@@ -185,7 +196,7 @@ export class Session {
       this.dragged.value = { ...this.dragged.value, error: picture.error };
       return;
     }
-    if (this.#preview === mine) mine.edits = picture.edits;
+    this.#keepCost("plan", performance.now() - begin);
     this.#show(picture);
   }
 

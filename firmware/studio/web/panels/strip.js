@@ -1,5 +1,5 @@
 // Plan against actual over time, live, and takes over path time beside earlier ones.
-import { html, useEffect, useRef, useState } from "../vendor/ui.js";
+import { html, useEffect, useMemo, useRef, useState } from "../vendor/ui.js";
 import { columnsOf, takeToCsv } from "../live/trail.js";
 import { UPlot } from "../vendor/strip.js";
 
@@ -48,7 +48,7 @@ function Plot({ label, names, data }) {
       plot.current.destroy();
     };
   }, [shape, label]);
-  useEffect(() => plot.current?.setData(data));
+  useEffect(() => plot.current?.setData(data), [data]); // else what was zoomed stays
   return html`<div class="plot" ref=${box} role="img" aria-label=${`${label}: ${names.join(", ")}`}></div>`;
 }
 
@@ -81,11 +81,15 @@ export function takesToColumns(takes, axis) {
 function Takes({ machine, axes, index }) {
   const takes = machine.takes.value;
   const [chosen, setChosen] = useState(3);
-  if (takes.length === 0) return html`<p class="quiet">No take yet: start the move.</p>`;
   const shown = takes.slice(-chosen);
+  const data = useMemo(
+    () => (takes.length === 0 ? null : takesToColumns(takes.slice(-chosen), index)),
+    [takes, chosen, index],
+  );
+  if (data === null) return html`<p class="quiet">No take yet: start the move.</p>`;
   const names = ["plan", ...shown.map((take) => new Date(take.started).toLocaleTimeString())];
   const unit = axes[index]?.unit ?? "";
-  return html`<${Plot} label=${`${axes[index]?.name ?? ""}, ${unit}`} names=${names} data=${takesToColumns(shown, index)} />
+  return html`<${Plot} label=${`${axes[index]?.name ?? ""}, ${unit}`} names=${names} data=${data} />
     <ul class="takes">
       ${takes.map(
         (take) => html`<li>
@@ -104,29 +108,62 @@ function Takes({ machine, axes, index }) {
     <label>Compare the last <input type="number" min="1" max="5" value=${chosen} onInput=${(event) => setChosen(Number(event.target.value) || 1)} /></label>`;
 }
 
-export function Strip({ machine }) {
-  const [index, setIndex] = useState(0);
+// The last rows, or, while paused, those that the slider has scrolled to.
+function useWindow(machine) {
   const [isPaused, setPaused] = useState(false);
-  const [, tick] = useState(0);
+  const [back, setBack] = useState(0);
+  const [now, tick] = useState(0);
   const kept = useRef([]);
   useEffect(() => {
+    if (isPaused) return undefined;
     const timer = setInterval(() => tick((n) => n + 1), 100);
     return () => clearInterval(timer);
-  }, []);
+  }, [isPaused]);
+  if (!isPaused) kept.current = machine.trail.rows;
+  const end = Math.max(kept.current.length - back, 0);
+  const flip = () => {
+    kept.current = [...machine.trail.rows];
+    setBack(0);
+    setPaused(!isPaused);
+  };
+  return {
+    rows: kept.current.slice(Math.max(end - seen, 0), end),
+    most: Math.max(kept.current.length - seen, 0),
+    stamp: `${now} ${back}`,
+    isPaused,
+    flip,
+    back,
+    setBack,
+  };
+}
+
+export function Strip({ machine }) {
+  const [index, setIndex] = useState(0);
+  const seenNow = useWindow(machine);
   const axes = machine.hello.value?.axes ?? [];
-  if (!isPaused) kept.current = machine.trail.rows.slice(-seen);
-  const rows = kept.current;
+  const { rows } = seenNow;
   const last = rows.at(-1)?.time ?? 0;
-  return html`<section aria-label="Plan against actual" class=${machine.isFresh.value ? "" : "old"}>
+  const data = useMemo(
+    () => columnsOf(rows, index, (row) => row.time - last),
+    [seenNow.stamp, index],
+  );
+  return html`<section
+    aria-label="Plan against actual"
+    class=${machine.isFresh.value || seenNow.isPaused ? "" : "old"}
+  >
     <h2>Plan against actual</h2>
     <div class="buttons">
       <label>Axis <select value=${index} onChange=${(event) => setIndex(Number(event.target.value))}>
         ${axes.map((axis, i) => html`<option value=${i}>${axis.name}</option>`)}
       </select></label>
-      <button class="switch" aria-pressed=${isPaused} onClick=${() => setPaused(!isPaused)}>Pause</button>
+      <button class="switch" aria-pressed=${seenNow.isPaused} onClick=${seenNow.flip}>Pause</button>
+      <label>Scroll back
+        <input type="range" min="0" max=${seenNow.most} value=${seenNow.back}
+          disabled=${!seenNow.isPaused || seenNow.most === 0}
+          onInput=${(event) => seenNow.setBack(Number(event.target.value))} />
+      </label>
     </div>
-    <${Plot} label=${`${axes[index]?.name ?? ""}, ${axes[index]?.unit ?? ""}`} names=${["plan", "actual"]}
-      data=${columnsOf(rows, index, (row) => row.time - last)} />
+    <${Plot} label=${`${axes[index]?.name ?? ""}, ${axes[index]?.unit ?? ""}`} names=${["plan", "actual"]} data=${data} />
     <h3>Takes</h3>
     <${Takes} machine=${machine} axes=${axes} index=${index} />
   </section>`;

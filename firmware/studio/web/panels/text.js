@@ -121,6 +121,7 @@ function connect(parent, session) {
     parent,
     state: EditorState.create({ doc: session.text.value, extensions: extensionsOf(session) }),
   });
+  view.scrollDOM.tabIndex = 0; // scrolled by keys, too
   const stops = [
     effect(() => follow(view, session.text.value)),
     effect(() => {

@@ -16,6 +16,10 @@ export class PlannerClient {
     };
   }
 
+  get isIdle() {
+    return this.#waiting.size === 0;
+  }
+
   ask(kind, members = {}) {
     const id = this.#next++;
     return new Promise((resolve) => {

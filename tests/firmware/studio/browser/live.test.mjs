@@ -1,0 +1,269 @@
+// The machine: a simulated rig is run, jogged, captured from and watched.
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { launch, open, picture, serve, settle, tab, textOf, until } from "./studio.mjs";
+
+let browser;
+before(async () => (browser = await launch()));
+after(() => browser.close());
+
+function on(name, body, change) {
+  test(name, { timeout: 120000 }, async () => {
+    const studio = await serve("dolly", change);
+    try {
+      const page = await open(browser, studio.url);
+      await until(page, "frames", () => globalThis.studio.machine.isFresh.value);
+      await body(page, studio);
+      assert.deepEqual(page.errors, []);
+      await page.context().close();
+    } finally {
+      await studio.end();
+    }
+  });
+}
+
+const press = (page, name) => page.getByRole("button", { name, exact: true }).click();
+const state = (page, wanted) =>
+  until(
+    page,
+    `state ${wanted}`,
+    (each) => globalThis.studio.machine.state.value === each,
+    wanted,
+    30000,
+  );
+const frame = (page) => page.evaluate(() => globalThis.studio.machine.frame.value);
+
+async function ready(page) {
+  await press(page, "Take control");
+  await until(page, "control", () => globalThis.studio.machine.isHolder.value);
+  await press(page, "Enable");
+  await state(page, "ready");
+}
+
+// A short move from where the simulated axes stand, so that a run takes seconds.
+const short = (rig) => [
+  rig,
+  `title: Short
+fps: 24
+axes:
+  dolly:
+    curve: quintic
+    keys:
+      - [0 s, 120 mm]
+      - [2 s, 200 mm]
+      - [4 s, 260 mm]
+      - [6 s, 300 mm]
+`,
+];
+
+async function atStart(page) {
+  await ready(page);
+  await press(page, "Load");
+  await until(page, "the load", () => globalThis.studio.machine.loaded.value !== null);
+}
+
+on(
+  "run: load, start, hold, resume, half speed, and stop",
+  async (page) => {
+    await atStart(page);
+    await press(page, "Start");
+    await state(page, "moving");
+    await until(page, "path time", () => globalThis.studio.machine.frame.value.path > 0.5);
+    await picture(page, "running");
+    await press(page, "Hold");
+    await state(page, "holding");
+    const held = await frame(page);
+    await page.waitForTimeout(300);
+    assert.equal((await frame(page)).path, held.path);
+    await press(page, "Resume");
+    await state(page, "moving");
+    await page.getByLabel("Speed", { exact: false }).first().fill("50");
+    await until(
+      page,
+      "half speed",
+      () => Math.abs(globalThis.studio.machine.frame.value.rate - 0.5) < 0.01,
+    );
+    await press(page, "Stop");
+    await state(page, "ready");
+    const stopped = await frame(page);
+    assert.ok(stopped.path > held.path && stopped.path < stopped.end);
+    assert.ok(Math.abs(stopped.axes[0].velocity) < 0.5);
+    assert.equal(stopped.ticksLost, 0);
+  },
+  short,
+);
+
+on(
+  "a whole run is a take, with plan and actual over it",
+  async (page) => {
+    await atStart(page);
+    await press(page, "Start");
+    await state(page, "moving");
+    await until(
+      page,
+      "the end",
+      () => globalThis.studio.machine.takes.value.length === 1,
+      undefined,
+      30000,
+    );
+    const take = await page.evaluate(() => {
+      const { rows, worst } = globalThis.studio.machine.takes.value[0];
+      return { length: rows.length, worst: worst[0], last: rows.at(-1).path };
+    });
+    assert.ok(take.length > 120, `${take.length} frames`);
+    assert.ok(take.worst > 0 && take.worst < 5, `${take.worst} mm`);
+    await tab(page, "Plots");
+    await page.locator(".takes li").first().waitFor();
+    await picture(page, "take");
+  },
+  short,
+);
+
+on("where the move begins is shown before anything goes there", async (page) => {
+  await ready(page);
+  await press(page, "Load");
+  await until(page, "the load", () => globalThis.studio.machine.loaded.value !== null);
+  await press(page, "Go to start…");
+  const dialog = page.getByRole("dialog", { name: "The way to the start" });
+  await dialog.waitFor();
+  assert.match(await dialog.innerText(), /pan\s+0 deg\s+-58 deg/);
+  await picture(page, "way");
+  assert.equal((await frame(page)).state, "ready");
+  await press(page, "Go");
+  await state(page, "moving");
+  await state(page, "ready");
+  assert.ok(Math.abs((await frame(page)).axes[2].actual.last + 58) < 0.5);
+});
+
+on("a jog lasts as long as the button is held", async (page) => {
+  await ready(page);
+  await tab(page, "Jog");
+  const button = page.getByRole("button", { name: "Jog dolly up while held" });
+  const box = await button.boundingBox();
+  const before_ = (await frame(page)).axes[0].actual.last;
+  await page.mouse.move(box.x + 10, box.y + 10);
+  await page.mouse.down();
+  await page.waitForTimeout(1200);
+  await picture(page, "jogging");
+  const during = await frame(page);
+  assert.ok(during.jogging && during.axes[0].actual.last > before_ + 5);
+  await page.mouse.up();
+  await until(page, "rest", () => !globalThis.studio.machine.frame.value.jogging);
+  const rest = (await frame(page)).axes[0].actual.last;
+  await page.waitForTimeout(500);
+  assert.ok(Math.abs((await frame(page)).axes[0].actual.last - rest) < 0.05);
+});
+
+for (const [what, lose] of [
+  ["focus is lost", (page) => page.evaluate(() => window.dispatchEvent(new Event("blur")))],
+  ["the page is gone", (page) => page.context().close()],
+  [
+    "the page hangs",
+    (page) =>
+      void page
+        .evaluate(() => {
+          const end = performance.now() + 3000;
+          while (performance.now() < end);
+        })
+        .catch(() => {}),
+  ],
+])
+  on(`a jog ends when ${what}`, async (page, studio) => {
+    const watcher = await open(browser, studio.url);
+    await until(watcher, "frames", () => globalThis.studio.machine.isFresh.value);
+    await ready(page);
+    await tab(page, "Jog");
+    const box = await page.getByRole("button", { name: "Jog dolly up while held" }).boundingBox();
+    await page.mouse.move(box.x + 10, box.y + 10);
+    await page.mouse.down();
+    await until(watcher, "the jog", () => globalThis.studio.machine.frame.value.jogging);
+    await page.waitForTimeout(500);
+    await lose(page);
+    const begin = Date.now();
+    await until(
+      watcher,
+      "rest",
+      () => Math.abs(globalThis.studio.machine.frame.value.axes[0].velocity) < 0.1,
+    );
+    const took = Date.now() - begin;
+    // The dead man's 250 ms, the ramp at 100 mm/s2 from 15 mm/s, and a loaded machine.
+    assert.ok(took < 1500, `${took} ms`);
+    assert.equal((await frame(watcher)).ticksLost, 0);
+    await watcher.context().close();
+  });
+
+on(
+  "a key from where the machine stands",
+  async (page) => {
+    await ready(page);
+    await page.evaluate(() => (globalThis.studio.session.playhead.value = 3));
+    await press(page, "Key from machine");
+    await page.waitForFunction(() => globalThis.studio.session.isDirty.value);
+    await settle(page);
+    const keys = await page.evaluate(() =>
+      globalThis.studio.session.axes.value[0].keys.map(({ t, p }) => [t, p]),
+    );
+    const added = keys.find(([t]) => t === 3);
+    assert.ok(added && Math.abs(added[1] - 120) < 0.5, JSON.stringify(keys));
+    assert.match(await textOf(page), /\[3 s, 1(20|19\.\d+|20\.\d+)/);
+  },
+  short,
+);
+
+on(
+  "a page that is loaded again in mid-run shows the run",
+  async (page) => {
+    await atStart(page);
+    await press(page, "Start");
+    await until(page, "path time", () => globalThis.studio.machine.frame.value.path > 0.5);
+    await page.reload();
+    await page.waitForFunction(() => globalThis.studio?.machine.isFresh.value);
+    await until(page, "the run", () => globalThis.studio.machine.machineAt.value > 0.5);
+    await press(page, "Stop");
+    await state(page, "ready");
+  },
+  short,
+);
+
+on(
+  "of two pages one has control, both may stop",
+  async (page, studio) => {
+    await atStart(page);
+    const other = await open(browser, studio.url);
+    await until(other, "frames", () => globalThis.studio.machine.isFresh.value);
+    await until(other, "the other's control", () => globalThis.studio.machine.isHeld.value);
+    await other.getByRole("button", { name: /Take control/ }).click();
+    await until(other, "the refusal", () =>
+      /another client has control/.test(globalThis.studio.session.notice.value?.text),
+    );
+    assert.equal(await other.evaluate(() => globalThis.studio.machine.isHolder.value), false);
+    assert.equal(
+      await other.getByRole("button", { name: "Start", exact: true }).isDisabled(),
+      true,
+    );
+    await press(page, "Start");
+    await state(other, "moving");
+    await press(other, "Stop");
+    await state(page, "ready");
+    await press(page, "Give control back");
+    await until(other, "control is free", () => !globalThis.studio.machine.isHeld.value);
+    await press(other, "Take control");
+    await until(other, "control", () => globalThis.studio.machine.isHolder.value);
+    await other.context().close();
+  },
+  short,
+);
+
+on("what is old looks old, and comes back by itself", async (page, studio) => {
+  await tab(page, "Drives");
+  await page.locator(".drives tbody tr").first().waitFor();
+  await picture(page, "drives");
+  studio.child.kill("SIGSTOP");
+  await until(page, "silence", () => globalThis.studio.machine.linkState.value !== "open");
+  await page.locator("section.old").first().waitFor();
+  assert.match(await page.locator("header .link").innerText(), /old|not connected/);
+  await page.waitForTimeout(1200);
+  await picture(page, "old");
+  studio.child.kill("SIGCONT");
+  await until(page, "the connection", () => globalThis.studio.machine.linkState.value === "open");
+});
