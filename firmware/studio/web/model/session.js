@@ -256,6 +256,10 @@ export class Session {
     return this.#planner.askLatest("poses", { from, to, count });
   }
 
+  body(t) {
+    return this.#planner.askLatest("body", { t });
+  }
+
   valuesAt(t) {
     return this.#planner.askLatest("at", { t });
   }

@@ -152,6 +152,10 @@ const handlers = {
     };
   },
 
+  async body({ t }) {
+    return { lines: base?.report.status === "ok" ? base.body(t) : [] };
+  },
+
   async at({ t }) {
     if (base?.report.status !== "ok") return { values: [] };
     return { values: base.report.axes.map((_, axis) => [...base.at(axis, t)]) };

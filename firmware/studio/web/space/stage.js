@@ -102,6 +102,7 @@ export class Stage {
       new LineDashedMaterial({ color: colours.quiet, dashSize: 0.1, gapSize: 0.06 }),
     );
     this.path = new Group();
+    this.body = new Group(); // of the rig
     this.lens = new PerspectiveCamera(40, aspect, 0.05, 1000);
     this.lens.matrixAutoUpdate = false;
     // A camera does not see itself.
@@ -112,6 +113,7 @@ export class Stage {
       sun,
       this.grid,
       this.path,
+      this.body,
       this.sight,
       this.focus,
     );
@@ -137,6 +139,19 @@ export class Stage {
       ),
     );
     this.path.traverse((each) => each.layers.set(pictureOnly));
+  }
+
+  // The rig itself: [{ isRail, points }].
+  showBody(lines) {
+    for (const each of this.body.children) each.geometry.dispose();
+    this.body.clear();
+    for (const { isRail, points } of lines) {
+      const material = new LineBasicMaterial({
+        color: isRail ? this.colours.line : this.colours.text,
+      });
+      this.body.add(lineOf(points, material));
+    }
+    this.body.traverse((each) => each.layers.set(pictureOnly));
   }
 
   showPose(pose, subject) {
@@ -173,5 +188,6 @@ export class Stage {
       object.visible = false;
     for (const each of this.path.children) each.geometry.dispose();
     this.path.clear();
+    this.showBody([]);
   }
 }

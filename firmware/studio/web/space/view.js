@@ -82,6 +82,14 @@ class SpaceView {
     const actual = this.machine.machineAt.value;
     this.stage.showActual(actual === null ? null : this.#pose(actual));
     this.want();
+    void this.#showBody(t);
+  }
+
+  async #showBody(t) {
+    const answer = await this.session.body(t);
+    if (answer?.lines === undefined) return;
+    this.stage.showBody(answer.lines);
+    this.want();
   }
 
   frame() {
