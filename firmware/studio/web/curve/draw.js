@@ -15,8 +15,14 @@ function diamond(context, x, y, size) {
 
 function drawKeys(context, scene, targets, dimmed) {
   const { colours, isPicked, brokenKeys } = scene;
-  for (const { axis, key, x, y } of targets) {
+  let last = null;
+  for (const target of targets) {
+    const { axis, key, x, y } = target;
     const picked = isPicked(axis, key);
+    // Of thousands of keys on a few pixels one is enough.
+    if (last?.axis === axis && !picked && Math.abs(x - last.x) < 1 && Math.abs(y - last.y) < 1)
+      continue;
+    last = target;
     diamond(context, x, y, picked ? keySize + 1.5 : keySize);
     context.fillStyle = picked ? colours.text : scene.colourOf(axis);
     context.globalAlpha = dimmed(axis) ? 0.5 : 1;

@@ -145,8 +145,12 @@ function draggingKeys(session, scene, start, target, onlyTime) {
         range,
         targets,
       );
-      session.dragged.value = { text: textOf(session, target, drag, round), error: undefined };
-      if (drag.dt !== 0 || drag.dp !== 0) void session.preview(operationsOf(drag));
+      const operations = drag.dt === 0 && drag.dp === 0 ? [] : operationsOf(drag);
+      session.dragged.value = {
+        text: textOf(session, target, drag, round),
+        moved: placesOf(operations),
+      };
+      if (operations.length > 0) void session.preview(operations);
     },
     lock(wanted, event) {
       if (!onlyTime) lock = toggleLock(lock, wanted);
@@ -161,6 +165,17 @@ function draggingKeys(session, scene, start, target, onlyTime) {
       void session.cancelPreview();
     },
   };
+}
+
+// { t, p } that operations give keys, by axis and key.
+function placesOf(operations) {
+  const places = new Map();
+  for (const { axis, key, t, p } of operations) {
+    const given = { ...(t === undefined ? {} : { t }), ...(p === undefined ? {} : { p }) };
+    if (!places.has(axis)) places.set(axis, new Map());
+    places.get(axis).set(key, given);
+  }
+  return places;
 }
 
 function rippleRange(axes, from) {

@@ -4,13 +4,21 @@ import { timeToX, valueToY } from "../view/scale.js";
 
 const margin = 12; // px beyond the view
 
-export function keyTargets(axes, viewFor) {
+// Where a key is, or where the drag under way has it: planning may take longer than
+// the pointer.
+function placeOf(moved, key, at) {
+  const now = moved?.get(key);
+  return now === undefined ? at : { ...at, ...now };
+}
+
+// `moved`: by axis and key, { t, p } of what is dragged.
+export function keyTargets(axes, viewFor, moved) {
   const targets = [];
   for (const axis of axes) {
     const view = viewFor(axis);
     const beyond = (margin * (view.to - view.from)) / view.width;
     for (let i = firstAtOrAfter(axis.keys, view.from - beyond); i < axis.keys.length; i++) {
-      const at = axis.keys[i];
+      const at = placeOf(moved?.get(axis.name), i, axis.keys[i]);
       if (at.t > view.to + beyond) break;
       targets.push({
         kind: "key",
@@ -50,13 +58,13 @@ export function handleTargets(axes, picked, viewFor) {
   return targets;
 }
 
-export function sheetTargets(axes, rows, span) {
+export function sheetTargets(axes, rows, span, moved) {
   const targets = [];
   for (const row of rows) {
     const axis = axes.find((each) => each.name === row.axis);
     const view = { ...row, ...span, low: 0, high: 1 };
     for (let i = firstAtOrAfter(axis.keys, span.from); i < axis.keys.length; i++) {
-      const at = axis.keys[i];
+      const at = placeOf(moved?.get(axis.name), i, axis.keys[i]);
       if (at.t > span.to) break;
       targets.push({
         kind: "key",

@@ -317,13 +317,20 @@ export class Session {
           [axis.low, axis.high],
           ...[axis.velocity, axis.acceleration, axis.jerk].map((most) => [-most, most]),
         ],
-        keys: keys[index] ? readKeys(keys[index], this.#words) : [],
+        keys: this.#keysOf(axis.name, keys[index]),
         isKeyed: keys[index] !== null,
         samples: samples[index],
       }));
       if (!this.axes.value.some((axis) => axis.name === this.active.value))
         this.active.value = this.axes.value[0]?.name ?? null;
     });
+  }
+
+  // "same": as they are here.
+  #keysOf(name, keys) {
+    if (keys === null) return [];
+    if (keys !== "same") return readKeys(keys, this.#words);
+    return this.axes.value.find((axis) => axis.name === name)?.keys ?? [];
   }
 
   #colourOf(name) {

@@ -48,14 +48,27 @@ async function bring(name) {
   return true;
 }
 
-function pictureOf(plan, view, withKeys) {
+// Keys that are as they were sent last are not sent again while one drags.
+const sent = new Map(); // hashes by the names of axes
+
+function keysOf(plan, axis, index, isDrag) {
+  if (!axis.keys) return null;
+  const isSame = isDrag && sent.get(axis.name) === axis.hash;
+  sent.set(axis.name, axis.hash);
+  return isSame ? "same" : plan.keys(index);
+}
+
+function pictureOf(plan, view, isDrag) {
   const { report } = plan;
   if (report.status !== "ok") return { report, keys: [], samples: [] };
-  const axes = report.axes.map((_, index) => index);
   return {
     report,
-    keys: withKeys ? axes.map((axis) => (report.axes[axis].keys ? plan.keys(axis) : null)) : null,
-    samples: samplesOf(plan, view, axes),
+    keys: report.axes.map((axis, index) => keysOf(plan, axis, index, isDrag)),
+    samples: samplesOf(
+      plan,
+      view,
+      report.axes.map((_, index) => index),
+    ),
   };
 }
 
@@ -87,7 +100,7 @@ const handlers = {
     base = plan;
     baseText = move;
     former?.free();
-    return pictureOf(plan, view, true);
+    return pictureOf(plan, view, false);
   },
 
   // What operations on the document would make of it.

@@ -96,20 +96,55 @@ test(
     }),
 );
 
-const count = 100;
-const hundred = (rig) => {
+const waves = (count, kind) => (rig) => {
   const keys = Array.from({ length: count }, (_, i) => {
     const p = 1200 + 60 * Math.sin(i * 0.7);
     return `      - [${i} s, ${p.toFixed(2)} mm]`;
   });
-  return [
-    rig,
-    `title: A hundred keys\naxes:\n  dolly:\n    curve: bezier\n    keys:\n${keys.join("\n")}\n`,
-  ];
+  const head = `title: Waves\naxes:\n  dolly:\n    curve: ${kind}\n    keys:\n`;
+  return [rig, `${head}${keys.join("\n")}\n`];
 };
 
 const percentile = (values, share) =>
   [...values].sort((a, b) => a - b)[Math.floor(values.length * share)];
+
+// Drags a key about for a while: { plan, draw, frames } in ms, of every step, every
+// drawing, and between frames.
+async function dragAbout(page, key, steps) {
+  const at = await keyPoint(page, "dolly", key);
+  await page.evaluate(() => {
+    const { costs } = globalThis.studio.session;
+    costs.plan.length = costs.draw.length = 0;
+  });
+  await page.mouse.move(at.x, at.y);
+  await page.mouse.down();
+  for (let i = 1; i <= steps; i++) {
+    await page.mouse.move(at.x + 2 * Math.sin(i / 9), at.y - 20 * Math.sin(i / 7));
+    await page.waitForTimeout(17);
+  }
+  const costs = await page.evaluate(() => structuredClone(globalThis.studio.session.costs));
+  await page.mouse.up();
+  await settle(page);
+  return costs;
+}
+
+// How many times as long as on a machine with nothing else to do a fixed piece of
+// work takes now, at its 95th of 100: checks that are in ms are let off by so much.
+function slowness(page) {
+  return page.evaluate(() => {
+    const once = () => {
+      const begin = performance.now();
+      let sum = 0;
+      for (let i = 0; i < 2e6; i++) sum = (sum + i * 2654435761) % 4294967296;
+      return [performance.now() - begin, sum];
+    };
+    const times = Array.from({ length: 100 }, () => once()[0]).sort((a, b) => a - b);
+    return times[95] / times[5];
+  });
+}
+
+const told = (name, values) =>
+  `${name} ${percentile(values, 0.5).toFixed(1)}, ${percentile(values, 0.95).toFixed(1)} ms`;
 
 test(
   "a drag at 100 Bezier keys plans, checks and draws within 16 ms, 95 of 100 times",
@@ -118,30 +153,37 @@ test(
     on(
       "dolly",
       async (page) => {
-        const at = await keyPoint(page, "dolly", 50);
-        await page.evaluate(() => {
-          const { costs } = globalThis.studio.session;
-          costs.plan.length = costs.draw.length = 0;
-        });
-        await page.mouse.move(at.x, at.y);
-        await page.mouse.down();
-        for (let i = 1; i <= 120; i++) {
-          await page.mouse.move(at.x + 2 * Math.sin(i / 9), at.y - 20 * Math.sin(i / 7));
-          await page.waitForTimeout(17);
-        }
-        const { plan, draw } = await page.evaluate(() => globalThis.studio.session.costs);
-        await page.mouse.up();
+        const { plan, draw } = await dragAbout(page, 50, 120);
+        const slower = await slowness(page);
         assert.ok(plan.length > 50, `${plan.length} steps`);
-        const [planned, drawn] = [percentile(plan, 0.95), percentile(draw, 0.95)];
         console.log(
-          `# ${plan.length} steps; median and 95 %: plan ${percentile(plan, 0.5).toFixed(1)}, ${planned.toFixed(1)} ms,` +
-            ` draw ${percentile(draw, 0.5).toFixed(1)}, ${drawn.toFixed(1)} ms`,
+          `# ${plan.length} steps; median, 95 %: ${told("plan", plan)}, ${told("draw", draw)}; machine ${slower.toFixed(1)}`,
         );
-        assert.ok(
-          planned + drawn < 16 * Number(process.env.STUDIO_SLOWER ?? 1),
-          `${planned} + ${drawn} ms`,
-        );
+        const all = percentile(plan, 0.95) + percentile(draw, 0.95);
+        assert.ok(all < 16 * Math.max(slower, 1), `${all} ms`);
       },
-      { change: hundred },
+      { change: waves(100, "bezier") },
+    ),
+);
+
+test(
+  "10,000 keys stay fluid: a drawing takes less than 16 ms while one is dragged",
+  { timeout: 180000 },
+  () =>
+    on(
+      "dolly",
+      async (page) => {
+        await page.evaluate(() => globalThis.studio.session.look({ from: 4990, to: 5010 }));
+        const { plan, draw } = await dragAbout(page, 5000, 60);
+        await page.evaluate(() => globalThis.studio.session.showAll());
+        await settle(page);
+        const whole = await page.evaluate(() => globalThis.studio.session.costs.draw.at(-1));
+        const slower = await slowness(page);
+        console.log(
+          `# ${plan.length} steps; ${told("plan", plan)}, ${told("draw", draw)}; all of it ${whole.toFixed(1)} ms; machine ${slower.toFixed(1)}`,
+        );
+        assert.ok(percentile(draw, 0.95) < 16 * Math.max(slower, 1), "drawing");
+      },
+      { change: waves(10000, "quintic") },
     ),
 );
