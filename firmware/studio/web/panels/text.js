@@ -73,6 +73,16 @@ function diagnosticsOf(session, doc) {
     .sort((a, b) => a.from - b.from);
 }
 
+// What is typed without a pause is undone as one.
+const pauseMs = 1000;
+let typing = { group: 0, at: 0 };
+
+function typingGroup() {
+  const at = performance.now();
+  typing = { group: typing.group + (at - typing.at > pauseMs ? 1 : 0), at };
+  return `typing ${typing.group}`;
+}
+
 function extensionsOf(session) {
   const ours = keymap.of([
     { key: "Mod-z", run: () => (void session.undo(), true) },
@@ -90,7 +100,7 @@ function extensionsOf(session) {
     update.changes.iterChanges((from, to, _fromB, _toB, inserted) =>
       edits.push({ from, to, insert: inserted.toString() }),
     );
-    void session.change(edits, "Typing", `typing ${Math.floor(Date.now() / 3000)}`);
+    void session.change(edits, "Typing", typingGroup());
   });
   return [
     ours,
