@@ -191,7 +191,7 @@ static void in_any_order_it_is_what_was_sent_or_nothing(void **state)
 {
     (void)state;
     load(maps[0]);
-    for (unsigned run = 0; run < 20; run++) {
+    for (unsigned run = 0; run < 8; run++) {
         unsigned tries = 0;
         board_make_move(&move, 2, check_stream());
         make_setup();
@@ -477,7 +477,7 @@ static void a_map_with_any_value_is_refused_or_harmless(void **state)
             k++;
         if (is_set_up()) {
             driven++;
-            for (unsigned t = 0; t < 20; t++) {
+            for (unsigned t = 0; t < 8; t++) {
                 uint8_t frame[MODBUS_RTU_FRAME_MAX];
                 struct modbus_station *station = &servos.master.station;
                 board_ticks(&board, 100);
