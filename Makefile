@@ -43,7 +43,8 @@ MOTION   := $(filter-out motion/plan/%,$(call sources,motion))
 PORTABLE := $(MOTION) $(filter-out hal/linux/%,$(call sources,hal)) \
             $(call sources,firmware/control)
 # Of a board only what needs none; firmware/fmu is a program of its own.
-ROOMS    := $(filter-out $(MAIN) firmware/mcu/board/% firmware/fmu/%,\
+ROOMS    := $(filter-out $(MAIN) firmware/mcu/board/% firmware/fmu/% \
+              firmware/studio/wasm/module.c,\
               $(call sources,motion hal sim firmware)) \
             firmware/mcu/board/port.c
 # libslew: what another program may link; the rest of slew is the program's.
@@ -163,13 +164,13 @@ $(VECTORS): $(B)/tests/motion/vectors.o $(B)/libtests.a $(LIBS)
 	$(Q)$(CC) $(OPT) $(LDFLAGS) $^ $(LDLIBS) $(CMOCKA) -o $@
 
 $(B)/libslew.a: $(LIBRARY:%.c=$(B)/%.o)
-$(B)/libprogram.a: $(PROGRAM:%.c=$(B)/%.o)
+$(B)/libprogram.a: $(PROGRAM:%.c=$(B)/%.o) $(B)/own.o
 $(B)/libtests.a: $(TEST_LIB:%.c=$(B)/%.o)
 $(B)/lib%.a:
 	$(Q)rm -f $@; mkdir -p $(@D); $(AR) qcs $@ $^
 
-$(B)/firmware/host/%.o $(B)/firmware/linux/%.o $(B)/hal/linux/%.o \
-    $(B)/tests/%.o: ALL_CFLAGS += $(PKG_INC)
+$(B)/firmware/host/%.o $(B)/firmware/linux/%.o $(B)/firmware/studio/%.o \
+    $(B)/hal/linux/%.o $(B)/tests/%.o: ALL_CFLAGS += $(PKG_INC)
 # Plants in double: the same bits with every compiler, so no multiply-add that
 # only some machines have.
 $(B)/sim/physics/%.o: ALL_CFLAGS += -ffp-contract=off
@@ -270,23 +271,25 @@ rt:
 .PHONY: rt-objects
 rt-objects: $(RT)
 
-# What runs in a browser: motion and host, and what these call of hal and
-# firmware/control.  Plots are drawn by cairo.  clang finds the C library's
+# What runs in a browser: motion, host and the planner of the studio, and what
+# these call of hal and firmware/control.  Plots are drawn by cairo.  clang finds the C library's
 # headers; those of /usr/include are not this machine's.
-WASM_SRC := $(LIBRARY) $(filter-out firmware/host/plot/%,\
-              $(call sources,firmware/host))
+WASM_SRC := $(LIBRARY) $(filter-out firmware/host/plot/% %/module.c,\
+              $(call sources,firmware/host firmware/studio/wasm))
 WASM     := $(WASM_SRC:%.c=build/wasm/%.o)
 WASM_CC   = clang --target=wasm32-wasi -nostdlibinc -isystem \
             /usr/include/wasm32-wasi -isystem build/wasm/include
 .PHONY: wasm-objects
 ## motion/ and firmware/host for a browser; prove that they open and print nothing
-wasm-objects:
+wasm-objects: wasm-headers
+	@$(MAKE) --no-print-directory $(ALL_CPUS) $(WASM)
+	@tests/proofs/wasm.sh $(WASM)
+.PHONY: wasm-headers
+wasm-headers:
 	@mkdir -p build/wasm/include
 	@for library in yaml-0.1:yaml.h libcjson:cjson; do \
 	    ln -sfn "$$(pkg-config --variable=includedir $${library%:*})/$${library#*:}" \
 	        build/wasm/include/ || exit 1; done
-	@$(MAKE) --no-print-directory $(ALL_CPUS) $(WASM)
-	@tests/proofs/wasm.sh $(WASM)
 build/wasm/%.o: %.c Makefile
 	$(call say,wasm,$<)
 	@mkdir -p $(@D)
@@ -382,6 +385,8 @@ fresh:
 -include firmware/studio/page.mk
 # What slew sim export needs.
 -include firmware/fmu/fmu.mk
+# Also: studio, test-studio.
+-include firmware/studio/studio.mk
 # Also: firmware, test-firmware.
 -include firmware/mcu/mcu.mk
 # Also: bench-tick, golden (tests/qemu/qemu.mk).

@@ -46,6 +46,7 @@ rule 'sim/.*' 'sim/.*|hal/.*|motion/core/(err|fixed).h' any
 rule 'firmware/control/.*' \
     'firmware/control/.*|motion/(core|number|curve|path|otg)/.*|hal/(can|gpio|clock|drive|fieldbus).h' \
     bytes
+rule 'firmware/studio/embedded.h' none freestanding
 # The rooms of the program: each includes itself and those before it.
 rule 'firmware/linux/[^/]*' 'firmware/linux/commands/command.h' any
 # host has neither an operating system nor a simulation; it runs in a browser
@@ -53,12 +54,13 @@ rule 'firmware/linux/[^/]*' 'firmware/linux/commands/command.h' any
 host='hal/([^/]*|(support|can|canopen|modbus|gpio|drive)/.*)|motion/.*'
 known=
 for room in library host/base host/yaml host/device host/rig host/fault host/move host/exchange \
-    host/recording host/plot \
+    host/recording host/plot studio/wasm \
     linux/base linux/machine linux/batch linux/fmu linux/service linux/tools; do
     known=$known${known:+|}$room
     below='(hal|sim|motion)/.*' headers=any
     case $room in
     host/*) below=$host headers=portable ;;
+    studio/wasm) below="$host|firmware/studio/embedded.h" headers=portable ;;
     esac
     [ "$room" = host/plot ] && headers=any
     rule "firmware/$room/.*" \

@@ -1,0 +1,395 @@
+/* firmware/studio/wasm/numbers.c - what a plan says in numbers; see plan.h. */
+#include <math.h>
+
+#include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
+#include "firmware/host/move/job_camera.h"
+#include "firmware/studio/wasm/plan.h"
+#include "motion/core/fixed.h"
+
+/* Saturates; NaN is 0. */
+static int64_t numbers_time(double t_s)
+{
+    const double most = ldexp(1, 62);
+    const double t = t_s * (double)MOTION_FIXED_S_Q12;
+
+    return !(t > 0) ? 0 : t < most ? (int64_t)t : (int64_t)1 << 62;
+}
+
+static double numbers_seconds(int64_t t_ns_q12)
+{
+    return (double)t_ns_q12 / (double)MOTION_FIXED_S_Q12;
+}
+
+static const struct motion_track *numbers_track(const struct studio_plan *plan,
+                                                uint32_t axis)
+{
+    return plan->status == STATUS_OK && axis < plan->job.planned
+               ? &plan->job.track[axis]
+               : NULL;
+}
+
+/* The segment that `t` is in, or the last. */
+static uint32_t numbers_segment(const struct motion_track *track, int64_t t)
+{
+    uint32_t low = 0, high = track->count;
+
+    while (high - low > 1) {
+        const uint32_t middle = low + (high - low) / 2;
+        if (track->segment[middle].start_ns_q12 <= t)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+static void numbers_state(double out[4], const struct motion_state *state)
+{
+    out[0] = number_double(state->pos_q32, 32);
+    out[1] = number_double(state->vel_q32, 32);
+    out[2] = number_double(state->acc_q32, 32);
+    out[3] = number_double(state->jerk_q32, 32);
+}
+
+/* --- keys -------------------------------------------------------------------- */
+
+static double numbers_real(bool given, struct motion_real value)
+{
+    return given ? ldexp((double)value.m, value.e) : NAN;
+}
+
+static void numbers_handle(double out[3], uint8_t kind,
+                           const struct motion_fcurve_point *at,
+                           const struct motion_fcurve_point *handle)
+{
+    out[0] = kind;
+    out[1] = numbers_seconds(handle->t_ns_q12 - at->t_ns_q12);
+    out[2] =
+        number_double(handle->pos_q32, 32) - number_double(at->pos_q32, 32);
+}
+
+/* Where the curve is at the key; nothing where time is bent. */
+static void numbers_curve(const struct studio_plan *plan,
+                          const struct motion_track *track, int64_t t,
+                          double out[3])
+{
+    struct motion_state left, right;
+
+    if (plan->job.outcome.is_bent || track->count == 0 || t < 0)
+        return;
+    t += plan->job.outcome.lag_ns_q12;
+    motion_track_state(track, t, &right);
+    const uint32_t i = numbers_segment(track, t > 0 ? t - 1 : 0);
+    const struct motion_segment *segment = &track->segment[i];
+    motion_segment_state(segment,
+                         t - segment->start_ns_q12 < segment->dur_ns_q12
+                             ? t - segment->start_ns_q12
+                             : segment->dur_ns_q12,
+                         &left);
+    out[0] = number_double(right.vel_q32, 32);
+    out[1] = number_double(left.acc_q32, 32);
+    out[2] = number_double(right.acc_q32, 32);
+}
+
+static void numbers_key(const struct studio_plan *plan, uint32_t index,
+                        uint32_t i, const struct motion_fcurve *curve,
+                        double *out)
+{
+    const struct plan_axis *axis = &plan->job.move.axis[index];
+    const struct plan_key *key = &axis->key[i];
+
+    for (unsigned k = 0; k < STUDIO_KEY; k++)
+        out[k] = 0;
+    out[0] = numbers_seconds(key->key.t_ns_q12);
+    out[1] = number_double(key->key.pos_q32, 32);
+    out[2] = numbers_real(key->key.has_vel, key->key.vel);
+    out[3] = numbers_real(key->key.has_acc, key->key.acc);
+    out[4] = key->place.line;
+    out[5] = key->place.column;
+    out[6] = key->has_curve ? key->curve : axis->curve;
+    out[7] = key->fixed;
+    for (unsigned k = 8; k < 16; k++)
+        out[k] = NAN;
+    if (curve != NULL) {
+        const struct motion_fcurve_key *bezier = &curve->key[i];
+        numbers_handle(&out[8], bezier->left_kind, &bezier->at, &bezier->left);
+        numbers_handle(&out[11], bezier->right_kind, &bezier->at,
+                       &bezier->right);
+        out[14] = bezier->interpolation;
+        out[15] = bezier->easing;
+    }
+    out[16] = out[17] = out[18] = NAN;
+    numbers_curve(plan, &plan->job.track[index], key->key.t_ns_q12, &out[16]);
+}
+
+static bool numbers_is_bezier(const struct plan_axis *axis)
+{
+    for (uint32_t i = 0; i + 1 < axis->key_count; i++)
+        if ((axis->key[i].has_curve ? axis->key[i].curve : axis->curve) !=
+            PLAN_CURVE_BEZIER)
+            return false;
+    return axis->curve == PLAN_CURVE_BEZIER && axis->key_count > 0;
+}
+
+STUDIO_EXPORT bool studio_plan_keys(const struct studio_plan *plan,
+                                    uint32_t index, double *out)
+{
+    struct motion_fcurve curve = { .key = NULL };
+
+    if (numbers_track(plan, index) == NULL)
+        return false;
+    const struct plan_axis *axis = &plan->job.move.axis[index];
+    const bool is_bezier =
+        numbers_is_bezier(axis) && plan_bezier_curve(axis, &curve) == 0;
+    for (uint32_t i = 0; i < axis->key_count; i++)
+        numbers_key(plan, index, i, is_bezier ? &curve : NULL,
+                    out + (size_t)STUDIO_KEY * i);
+    memory_free(curve.key);
+    return true;
+}
+
+/* --- samples -----------------------------------------------------------------
+ *
+ * Position, velocity and acceleration at both ends of a column as the tick
+ * samples them; jerk, which the tick has no use for, from three places of its
+ * segment, which decide a polynomial of the second degree.  What lies between is
+ * in the extremes of the segment. */
+
+struct numbers_column {
+    int64_t from, to;
+    double *out; /* lowest, highest of p, v, a, j */
+};
+
+static void numbers_take(const struct numbers_column *column, unsigned k,
+                         double value)
+{
+    double *pair = &column->out[2 * k];
+
+    pair[0] = value < pair[0] ? value : pair[0];
+    pair[1] = value > pair[1] ? value : pair[1];
+}
+
+static void numbers_take_at(const struct motion_track *track,
+                            struct motion_cursor *cursor,
+                            const struct numbers_column *column, int64_t t)
+{
+    struct motion_sample sample;
+
+    motion_track_sample(track, cursor, t, &sample);
+    numbers_take(column, 0, number_double(sample.pos_q32, 32));
+    numbers_take(column, 1, number_double(sample.vel_q32, 32));
+    numbers_take(column, 2, number_double(sample.acc_q32, 32));
+}
+
+static double numbers_jerk(const struct motion_segment *segment,
+                           const struct studio_shape *shape, int64_t t)
+{
+    const double u =
+        (double)(t - segment->start_ns_q12) / (double)segment->dur_ns_q12;
+    const double *j = shape->jerk;
+
+    return j[0] * (1 - u) * (1 - 2 * u) + j[1] * 4 * u * (1 - u) +
+           j[2] * u * (2 * u - 1);
+}
+
+/* What of a segment is in the column. */
+static void numbers_part(const struct numbers_column *column,
+                         const struct motion_segment *segment,
+                         const struct studio_shape *shape)
+{
+    const int64_t start = segment->start_ns_q12;
+    const int64_t end = start + segment->dur_ns_q12;
+    const int64_t from = column->from > start ? column->from : start;
+    const int64_t to = column->to < end ? column->to : end;
+
+    numbers_take(column, 3, numbers_jerk(segment, shape, from));
+    numbers_take(column, 3, numbers_jerk(segment, shape, to));
+    for (unsigned k = 0; k < 4; k++) {
+        const struct motion_extreme *of = &shape->extreme[k];
+        if (of->min_ns_q12 >= from && of->min_ns_q12 <= to)
+            numbers_take(column, k, number_double(of->min, 32));
+        if (of->max_ns_q12 >= from && of->max_ns_q12 <= to)
+            numbers_take(column, k, number_double(of->max, 32));
+    }
+}
+
+static void numbers_shape(const struct motion_segment *segment,
+                          struct studio_shape *shape)
+{
+    motion_segment_extremes(segment, shape->extreme);
+    for (unsigned i = 0; i < 3; i++) {
+        struct motion_state state;
+        const int64_t half = segment->dur_ns_q12 / 2;
+        motion_segment_state(segment, i < 2 ? half * i : segment->dur_ns_q12,
+                             &state);
+        shape->jerk[i] = number_double(state.jerk_q32, 32);
+    }
+}
+
+static const struct studio_shape *numbers_shapes(struct studio_plan *plan,
+                                                 uint32_t axis)
+{
+    const struct motion_track *track = &plan->job.track[axis];
+
+    if (plan->shape[axis] == NULL) {
+        plan->shape[axis] =
+            memory_new((size_t)track->count + 1, sizeof **plan->shape);
+        for (uint32_t i = 0; i < track->count; i++)
+            numbers_shape(&track->segment[i], &plan->shape[axis][i]);
+    }
+    return plan->shape[axis];
+}
+
+static void numbers_fill(const struct motion_track *track,
+                         const struct studio_shape *shape,
+                         struct motion_cursor *cursor,
+                         const struct numbers_column *column)
+{
+    for (unsigned k = 0; k < 4; k++) {
+        column->out[2 * k] = INFINITY;
+        column->out[2 * k + 1] = -INFINITY;
+    }
+    numbers_take_at(track, cursor, column, column->from);
+    numbers_take_at(track, cursor, column, column->to);
+    if (track->count == 0 || column->to > track->end_ns_q12)
+        numbers_take(column, 3, 0);
+    if (track->count == 0 || column->from > track->end_ns_q12)
+        return;
+    for (uint32_t i = numbers_segment(track, column->from);
+         i < track->count && track->segment[i].start_ns_q12 <= column->to; i++)
+        numbers_part(column, &track->segment[i], &shape[i]);
+}
+
+STUDIO_EXPORT bool studio_plan_samples(struct studio_plan *plan, uint32_t axis,
+                                       double from_s, double to_s,
+                                       uint32_t columns, double *out)
+{
+    const struct motion_track *track = numbers_track(plan, axis);
+    struct motion_cursor cursor = { 0 };
+
+    if (track == NULL || !(to_s >= from_s))
+        return false;
+    const struct studio_shape *shape = numbers_shapes(plan, axis);
+    for (uint32_t i = 0; i < columns; i++) {
+        const double part = (to_s - from_s) / columns;
+        const struct numbers_column column = {
+            .from = numbers_time(from_s + part * i),
+            .to = numbers_time(from_s + part * (i + 1)),
+            .out = out + (size_t)STUDIO_COLUMN * i,
+        };
+        numbers_fill(track, shape, &cursor, &column);
+    }
+    return true;
+}
+
+STUDIO_EXPORT bool studio_plan_at(const struct studio_plan *plan, uint32_t axis,
+                                  double t_s, double out[4])
+{
+    const struct motion_track *track = numbers_track(plan, axis);
+    struct motion_state state;
+
+    if (track == NULL)
+        return false;
+    motion_track_state(track, numbers_time(t_s), &state);
+    numbers_state(out, &state);
+    return true;
+}
+
+STUDIO_EXPORT bool studio_plan_rows(const struct studio_plan *plan,
+                                    uint32_t axis, uint32_t first,
+                                    uint32_t count, uint32_t rate, int64_t *out)
+{
+    const struct motion_track *track = numbers_track(plan, axis);
+    struct motion_cursor cursor = { 0 };
+
+    if (track == NULL || rate == 0)
+        return false;
+    for (uint32_t i = 0; i < count; i++) {
+        struct motion_sample sample;
+        struct motion_state state;
+        int64_t t_ns = INT64_MAX;
+        (void)motion_fixed_muldiv((int64_t)first + i, 1000000000, rate, &t_ns);
+        const int64_t t = t_ns * MOTION_FIXED_NS_Q12;
+        motion_track_sample(track, &cursor, t, &sample);
+        motion_track_state(track, t, &state);
+        out[4 * i] = sample.pos_q32;
+        out[4 * i + 1] = sample.vel_q32;
+        out[4 * i + 2] = sample.acc_q32;
+        out[4 * i + 3] = state.jerk_q32;
+    }
+    return true;
+}
+
+/* --- in space ---------------------------------------------------------------- */
+
+static int64_t numbers_moment(double from_s, double to_s, uint32_t i,
+                              uint32_t count)
+{
+    return numbers_time(count < 2 ? from_s
+                                  : from_s + (to_s - from_s) / (count - 1) * i);
+}
+
+static void numbers_vector(double out[3], const struct plan_jet_vec *v,
+                           double by)
+{
+    for (unsigned k = 0; k < 3; k++)
+        out[k] = v->x[k].p * by;
+}
+
+static double numbers_lens(const struct studio_plan *plan,
+                           const struct plan_rig_axis *axis, int64_t t)
+{
+    return axis->is_given ? plan_rig_track(&plan->job.track[axis->axis], t, 1).p
+                          : NAN;
+}
+
+static double numbers_distance(const double a[3], const struct plan_jet_vec *b)
+{
+    double sum = 0;
+
+    for (unsigned k = 0; k < 3; k++)
+        sum += (b->x[k].p / 1000 - a[k]) * (b->x[k].p / 1000 - a[k]);
+    return sqrt(sum);
+}
+
+STUDIO_EXPORT bool studio_plan_poses(const struct studio_plan *plan,
+                                     double from_s, double to_s, uint32_t count,
+                                     double *out)
+{
+    struct plan_rig rig;
+
+    if (plan->status != STATUS_OK || !job_camera_rig(&plan->job, &rig))
+        return false;
+    for (uint32_t i = 0; i < count; i++, out += STUDIO_POSE) {
+        const int64_t t = numbers_moment(from_s, to_s, i, count);
+        struct plan_rig_camera camera;
+        struct plan_jet_vec subject;
+        plan_rig_camera_at(&rig, plan->job.track, t, &camera);
+        numbers_vector(&out[0], &camera.pupil, 1e-3);
+        numbers_vector(&out[3], &camera.frame.forward, 1);
+        numbers_vector(&out[6], &camera.frame.left, 1);
+        numbers_vector(&out[9], &camera.frame.up, 1);
+        out[12] = numbers_lens(plan, &rig.lens[PLAN_LENS_ZOOM], t);
+        out[13] = numbers_lens(plan, &rig.lens[PLAN_LENS_FOCUS], t) / 1000;
+        out[14] = job_camera_subject(&plan->job, t, &subject);
+        out[15] = out[14] > 0 ? numbers_distance(out, &subject) : NAN;
+    }
+    return true;
+}
+
+STUDIO_EXPORT bool studio_plan_subject(const struct studio_plan *plan,
+                                       double from_s, double to_s,
+                                       uint32_t count, double *out)
+{
+    if (plan->status != STATUS_OK)
+        return false;
+    for (uint32_t i = 0; i < count; i++) {
+        struct plan_jet_vec subject;
+        if (!job_camera_subject(
+                &plan->job, numbers_moment(from_s, to_s, i, count), &subject))
+            return false;
+        numbers_vector(out + (size_t)STUDIO_SUBJECT * i, &subject, 1e-3);
+    }
+    return true;
+}

@@ -1,0 +1,240 @@
+/* firmware/studio/wasm/plan.c - see plan.h. */
+#include "firmware/studio/wasm/plan.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "firmware/host/base/json.h"
+#include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
+#include "firmware/host/move/budget.h"
+#include "motion/core/clock_warp.h"
+
+#define PLAN_HASH_START UINT64_C(14695981039346656037)
+#define PLAN_HASH_PRIME UINT64_C(1099511628211)
+
+STUDIO_EXPORT struct studio_plan *
+studio_plan_new(const struct store *store, const char *rig, const char *move)
+{
+    struct studio_plan *plan = memory_new(1, sizeof *plan);
+
+    store_snapshot(store, &plan->files);
+    plan->status =
+        job_open(&plan->job, &plan->files.files, rig, move, false, NULL);
+    if (plan->status == STATUS_OK) {
+        job_check(&plan->job, MOTION_CLOCK_WARP_ONE_Q30);
+        (void)budget_check(&plan->job);
+        plan->shape =
+            memory_new((size_t)plan->job.planned + 1, sizeof *plan->shape);
+    }
+    return plan;
+}
+
+STUDIO_EXPORT void studio_plan_delete(struct studio_plan *plan)
+{
+    if (plan == NULL)
+        return;
+    for (unsigned i = 0; plan->shape != NULL && i < plan->job.planned; i++)
+        memory_free(plan->shape[i]);
+    memory_free(plan->shape);
+    job_free(&plan->job);
+    store_free(&plan->files);
+    cJSON_free(plan->report);
+    memory_free(plan);
+}
+
+/* --- bits ------------------------------------------------------------------- */
+
+static uint64_t plan_hash(uint64_t hash, int64_t value)
+{
+    for (unsigned i = 0; i < 8; i++)
+        hash = (hash ^ ((uint64_t)value >> 8 * i & 0xFF)) * PLAN_HASH_PRIME;
+    return hash;
+}
+
+/* Of all that decides what a sample is. */
+static uint64_t plan_hash_track(const struct motion_track *track)
+{
+    uint64_t hash = plan_hash(PLAN_HASH_START, track->count);
+
+    for (uint32_t i = 0; i < track->count; i++) {
+        const struct motion_segment *segment = &track->segment[i];
+        hash = plan_hash(hash, segment->start_ns_q12);
+        hash = plan_hash(hash, segment->dur_ns_q12);
+        hash = plan_hash(hash, segment->pos_q32);
+        for (unsigned k = 0; k <= MOTION_TRACK_DEGREE; k++)
+            hash = plan_hash(hash, segment->coef[k]);
+        hash = plan_hash(hash, segment->remainder);
+        hash = plan_hash(hash, segment->frac);
+    }
+    hash = plan_hash(hash, track->end_ns_q12);
+    hash = plan_hash(hash, track->end.pos_q32);
+    hash = plan_hash(hash, track->end.vel_q32);
+    return plan_hash(hash, track->end.acc_q32);
+}
+
+static void plan_add_hash(cJSON *object, uint64_t hash)
+{
+    char text[20];
+
+    snprintf(text, sizeof text, "%016llx", (unsigned long long)hash);
+    cJSON_AddStringToObject(object, "hash", text);
+}
+
+/* --- the report ------------------------------------------------------------- */
+
+static void plan_add_place(cJSON *object, struct plan_place place)
+{
+    cJSON_AddNumberToObject(object, "line", place.line);
+    cJSON_AddNumberToObject(object, "column", place.column);
+}
+
+static void plan_add_messages(const struct studio_plan *plan, cJSON *report)
+{
+    cJSON *list = cJSON_AddArrayToObject(report, "messages");
+    enum message_kind kind;
+    const char *text;
+
+    for (size_t at = 0;
+         (text = messages_next(&plan->job.messages, &at, &kind)) != NULL;) {
+        cJSON *item = cJSON_CreateObject();
+        cJSON_AddStringToObject(item, "kind",
+                                kind == MESSAGE_ERROR ? "error" : "warning");
+        cJSON_AddStringToObject(item, "text", text);
+        cJSON_AddItemToArray(list, item);
+    }
+}
+
+static void plan_add_limits(cJSON *object, const struct rig_axis *axis)
+{
+    cJSON_AddStringToObject(object, "name", axis->name);
+    cJSON_AddStringToObject(object, "unit", units_axis_text(axis->unit));
+    json_add_fixed(object, "low", axis->limit.pos_min_q32, 32);
+    json_add_fixed(object, "high", axis->limit.pos_max_q32, 32);
+    json_add_fixed(object, "velocity", axis->limit.vel_q32, 32);
+    json_add_fixed(object, "acceleration", axis->limit.acc_q32, 32);
+    json_add_fixed(object, "jerk", axis->limit.jerk_q32, 32);
+}
+
+static double plan_seconds(int64_t t_ns_q12)
+{
+    return number_double(t_ns_q12, 12) / 1e9;
+}
+
+static cJSON *plan_axis(const struct studio_plan *plan, unsigned i,
+                        uint64_t *all)
+{
+    const struct plan_axis *axis = &plan->job.move.axis[i];
+    const struct motion_track *track = &plan->job.track[i];
+    const uint64_t hash = plan_hash_track(track);
+    cJSON *object = cJSON_CreateObject();
+
+    *all = plan_hash(*all, (int64_t)hash);
+    plan_add_limits(object, job_rig_axis(&plan->job, i));
+    cJSON_AddStringToObject(object, "driver", plan_driver_name(axis->driver));
+    cJSON_AddStringToObject(object, "curve",
+                            plan_curve_rules(axis->curve)->name);
+    cJSON_AddNumberToObject(object, "keys", axis->key_count);
+    cJSON_AddNumberToObject(object, "segments", track->count);
+    cJSON_AddNumberToObject(object, "end_s", plan_seconds(track->end_ns_q12));
+    plan_add_hash(object, hash);
+    plan_add_place(object, axis->place);
+    return object;
+}
+
+static const char *plan_kind(enum job_violation_kind kind)
+{
+    static const char *const words[] = { "position", "velocity", "acceleration",
+                                         "jerk" };
+
+    return kind == JOB_ACC_STEP ? "acceleration step"
+           : kind == JOB_VEL_STEP || kind == JOB_START_MOVING ||
+                   kind == JOB_END_MOVING
+               ? "velocity step"
+               : words[job_violation_order(kind)];
+}
+
+static cJSON *plan_violation(const struct studio_plan *plan,
+                             const struct job_violation *violation)
+{
+    const struct plan_axis *axis = &plan->job.move.axis[violation->axis];
+    cJSON *object = cJSON_CreateObject();
+
+    cJSON_AddNumberToObject(object, "axis", violation->axis);
+    cJSON_AddStringToObject(object, "kind", plan_kind(violation->kind));
+    cJSON_AddNumberToObject(object, "order",
+                            job_violation_order(violation->kind));
+    cJSON_AddStringToObject(object, "what",
+                            job_violation_text(violation->kind));
+    cJSON_AddNumberToObject(object, "time_s",
+                            plan_seconds(violation->t_ns_q12));
+    json_add_fixed(object, "value", violation->value, 32);
+    json_add_fixed(object, "limit", violation->limit, 32);
+    if (axis->key_count > 0)
+        cJSON_AddNumberToObject(object, "key", violation->key);
+    plan_add_place(object, axis->key_count > 0 ? axis->key[violation->key].place
+                                               : axis->place);
+    return object;
+}
+
+static void plan_add_tracks(const struct studio_plan *plan, cJSON *report)
+{
+    const struct job *job = &plan->job;
+    uint64_t hash = PLAN_HASH_START;
+    cJSON *axes = cJSON_AddArrayToObject(report, "axes");
+    cJSON *violations = cJSON_AddArrayToObject(report, "violations");
+
+    for (unsigned i = 0; i < job->planned; i++)
+        cJSON_AddItemToArray(axes, plan_axis(plan, i, &hash));
+    for (uint32_t i = 0; i < job->violation_count; i++)
+        cJSON_AddItemToArray(violations,
+                             plan_violation(plan, &job->violation[i]));
+    plan_add_hash(report, hash);
+}
+
+static void plan_add_missing(const struct studio_plan *plan, cJSON *report)
+{
+    const struct store_missing *missing = plan->files.missing;
+    cJSON *list = cJSON_AddArrayToObject(report, "missing");
+
+    for (uint32_t i = 0; i < missing->count; i++)
+        cJSON_AddItemToArray(list, cJSON_CreateString(missing->name[i]));
+}
+
+static void plan_add_rig(const struct studio_plan *plan, cJSON *report)
+{
+    cJSON *axes = cJSON_AddArrayToObject(report, "rig_axes");
+
+    for (unsigned i = 0; i < plan->job.rig.axis_count; i++) {
+        cJSON *axis = cJSON_CreateObject();
+        plan_add_limits(axis, &plan->job.rig.axis[i]);
+        cJSON_AddItemToArray(axes, axis);
+    }
+}
+
+STUDIO_EXPORT const char *studio_plan_report(struct studio_plan *plan)
+{
+    const struct plan_move *move = &plan->job.move;
+    cJSON *report = cJSON_CreateObject();
+
+    cJSON_AddStringToObject(report, "status",
+                            plan->status == STATUS_OK ? "ok" : "input");
+    cJSON_AddStringToObject(report, "title", move->title);
+    if (move->fps_den != 0)
+        cJSON_AddNumberToObject(report, "fps",
+                                (double)move->fps_num / (double)move->fps_den);
+    else
+        cJSON_AddNullToObject(report, "fps");
+    cJSON_AddNumberToObject(report, "end_s",
+                            plan_seconds(plan->job.end_ns_q12));
+    plan_add_tracks(plan, report);
+    plan_add_rig(plan, report);
+    plan_add_messages(plan, report);
+    plan_add_missing(plan, report);
+    cJSON_free(plan->report);
+    plan->report = cJSON_PrintUnformatted(report);
+    cJSON_Delete(report);
+    if (plan->report == NULL)
+        memory_fail();
+    return plan->report;
+}

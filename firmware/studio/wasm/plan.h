@@ -1,0 +1,70 @@
+/* firmware/studio/wasm/plan.h - a rig and a move, planned, for a page: what
+ * planner.mjs calls.  docs/STUDIO.md, "the planner in the browser", says what
+ * comes out.
+ *
+ * Texts that are returned are the plan's, until the next call of the same
+ * function.  Nothing here fails because of what a file says: the report says
+ * it. */
+#ifndef FIRMWARE_STUDIO_WASM_PLAN_H
+#define FIRMWARE_STUDIO_WASM_PLAN_H
+
+#include "firmware/host/move/job.h"
+#include "firmware/studio/wasm/store.h"
+
+/* Also reachable from outside of the module. */
+#ifdef __wasm__
+#define STUDIO_EXPORT __attribute__((used, visibility("default")))
+#else
+#define STUDIO_EXPORT
+#endif
+
+#define STUDIO_KEY     24 /* numbers of a key */
+#define STUDIO_POSE    16 /* of a pose */
+#define STUDIO_COLUMN  8  /* of a column of samples */
+#define STUDIO_SUBJECT 3
+
+/* Of a segment; jerk at its start, its middle and its end. */
+struct studio_shape {
+    struct motion_extreme extreme[MOTION_JERK + 1];
+    double jerk[3];
+};
+
+struct studio_plan {
+    struct store files;
+    struct job job;
+    enum status status;
+    struct studio_shape **shape; /* of each axis, of each segment; made when
+                                    samples are asked for */
+    char *report;
+};
+
+struct studio_plan *studio_plan_new(const struct store *store, const char *rig,
+                                    const char *move);
+void studio_plan_delete(struct studio_plan *plan);
+
+const char *studio_plan_report(struct studio_plan *plan);
+
+/* --- numbers.c: false, and nothing is written, where there is no such axis or
+ * no track --- */
+
+/* STUDIO_KEY per key. */
+bool studio_plan_keys(const struct studio_plan *plan, uint32_t axis,
+                      double *out);
+/* STUDIO_COLUMN per column. */
+bool studio_plan_samples(struct studio_plan *plan, uint32_t axis, double from_s,
+                         double to_s, uint32_t columns, double *out);
+/* p, v, a, j. */
+bool studio_plan_at(const struct studio_plan *plan, uint32_t axis, double t_s,
+                    double out[4]);
+/* p, v, a, j in Q32 at ticks first .. of `rate` Hz. */
+bool studio_plan_rows(const struct studio_plan *plan, uint32_t axis,
+                      uint32_t first, uint32_t count, uint32_t rate,
+                      int64_t *out);
+/* STUDIO_POSE per time; where the rig has no kinematics, false. */
+bool studio_plan_poses(const struct studio_plan *plan, double from_s,
+                       double to_s, uint32_t count, double *out);
+/* STUDIO_SUBJECT per time; false where there is none. */
+bool studio_plan_subject(const struct studio_plan *plan, double from_s,
+                         double to_s, uint32_t count, double *out);
+
+#endif

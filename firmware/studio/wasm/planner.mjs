@@ -1,0 +1,202 @@
+// firmware/studio/wasm/planner.mjs - slew's own loader and planner, for a page,
+// a Worker or node.  docs/STUDIO.md, "the planner in the browser", is its
+// reference.
+
+const encoder = new TextEncoder();
+const decoder = new TextDecoder();
+
+const KEY = 24;
+const POSE = 16;
+const COLUMN = 8;
+const SUBJECT = 3;
+
+async function bytesOf(source) {
+  if (typeof source !== "string" && !(source instanceof URL)) return source;
+  const answer = await fetch(source);
+  if (!answer.ok) throw new Error(`${source}: ${answer.status}`);
+  return answer.arrayBuffer();
+}
+
+// What the C library would ask a system for; nothing of slew does.
+const system = new Proxy({}, { get: () => () => 52 });
+
+class Plan {
+  #planner;
+  #handle;
+  #report;
+
+  constructor(planner, handle) {
+    this.#planner = planner;
+    this.#handle = handle;
+  }
+
+  get handle() {
+    if (this.#handle === 0) throw new Error("the plan was freed");
+    return this.#handle;
+  }
+
+  get report() {
+    if (this.#report === undefined) {
+      const { wasm } = this.#planner;
+      this.#report = JSON.parse(
+        this.#planner.textAt(wasm.studio_plan_report(this.handle)),
+      );
+      for (const message of this.#report.messages) {
+        const place = /^(.*?):(\d+):(\d+): /.exec(message.text);
+        if (place === null) continue;
+        message.file = place[1];
+        message.line = Number(place[2]);
+        message.column = Number(place[3]);
+      }
+    }
+    return this.#report;
+  }
+
+  // The axis by index or name, as an index.
+  axis(axis) {
+    const { axes } = this.report;
+    const index =
+      typeof axis === "number" ? axis : axes.findIndex((a) => a.name === axis);
+    if (axes[index] === undefined) throw new Error(`there is no axis ${axis}`);
+    return index;
+  }
+
+  #numbers(count, Type, call) {
+    const size = count * Type.BYTES_PER_ELEMENT;
+    const at = this.#planner.alloc(size);
+    const done = call(at);
+    const numbers = done
+      ? new Type(this.#planner.memory, at, count).slice()
+      : null;
+    this.#planner.wasm.release(at);
+    return numbers;
+  }
+
+  keys(axis) {
+    const index = this.axis(axis);
+    return this.#numbers(KEY * this.report.axes[index].keys, Float64Array, (at) =>
+      this.#planner.wasm.studio_plan_keys(this.handle, index, at),
+    );
+  }
+
+  samples(axis, from, to, columns) {
+    const index = this.axis(axis);
+    return this.#numbers(COLUMN * columns, Float64Array, (at) =>
+      this.#planner.wasm.studio_plan_samples(
+        this.handle, index, from, to, columns, at,
+      ),
+    );
+  }
+
+  at(axis, t) {
+    const index = this.axis(axis);
+    return this.#numbers(4, Float64Array, (at) =>
+      this.#planner.wasm.studio_plan_at(this.handle, index, t, at),
+    );
+  }
+
+  rows(axis, first, count, rate) {
+    const index = this.axis(axis);
+    return this.#numbers(4 * count, BigInt64Array, (at) =>
+      this.#planner.wasm.studio_plan_rows(
+        this.handle, index, first, count, rate, at,
+      ),
+    );
+  }
+
+  poses(from, to, count) {
+    return this.#numbers(POSE * count, Float64Array, (at) =>
+      this.#planner.wasm.studio_plan_poses(this.handle, from, to, count, at),
+    );
+  }
+
+  subject(from, to, count) {
+    return this.#numbers(SUBJECT * count, Float64Array, (at) =>
+      this.#planner.wasm.studio_plan_subject(this.handle, from, to, count, at),
+    );
+  }
+
+  free() {
+    if (this.#handle !== 0) this.#planner.wasm.studio_plan_delete(this.#handle);
+    this.#handle = 0;
+  }
+}
+
+export class Planner {
+  static KEY = KEY;
+  static POSE = POSE;
+  static COLUMN = COLUMN;
+  static CURVES = [];
+  static HANDLES = ["free", "aligned", "vector", "auto", "auto-clamped"];
+  static INTERPOLATIONS = [
+    "constant", "linear", "bezier", "sine", "quad", "cubic", "quart", "quint",
+    "expo", "circ", "back", "bounce", "elastic",
+  ];
+  static EASINGS = ["auto", "in", "out", "in-out"];
+
+  #store;
+
+  // From an address, or from the bytes of the module.
+  static async load(source = "/planner.wasm") {
+    const { instance } = await WebAssembly.instantiate(await bytesOf(source), {
+      wasi_snapshot_preview1: system,
+    });
+    return new Planner(instance.exports);
+  }
+
+  constructor(exports) {
+    this.wasm = exports;
+    this.wasm._initialize?.();
+    this.#store = this.wasm.store_new();
+    if (Planner.CURVES.length > 0) return;
+    for (let i = 0, at; (at = this.wasm.curve_name(i)) !== 0; i++)
+      Planner.CURVES.push(this.textAt(at));
+  }
+
+  // It grows, and a view of it does not.
+  get memory() {
+    return this.wasm.memory.buffer;
+  }
+
+  alloc(size) {
+    return this.wasm.alloc(size);
+  }
+
+  textAt(at) {
+    const bytes = new Uint8Array(this.memory);
+    return decoder.decode(bytes.subarray(at, bytes.indexOf(0, at)));
+  }
+
+  // The bytes, with a 0 after them; to be released.
+  bytesIn(bytes) {
+    const at = this.alloc(bytes.length + 1);
+    new Uint8Array(this.memory, at, bytes.length).set(bytes);
+    return at;
+  }
+
+  withTexts(texts, call) {
+    const at = texts.map((text) => this.bytesIn(encoder.encode(text)));
+    try {
+      return call(...at);
+    } finally {
+      at.forEach((block) => this.wasm.release(block));
+    }
+  }
+
+  put(name, text) {
+    const bytes = typeof text === "string" ? encoder.encode(text) : text;
+    this.withTexts([name], (at) => {
+      const data = bytes === null ? 0 : this.bytesIn(bytes);
+      const err = this.wasm.store_put(this.#store, at, data, bytes?.length ?? 0);
+      if (data !== 0) this.wasm.release(data);
+      if (err < 0) throw new Error(`${name}: the name is too long`);
+    });
+  }
+
+  plan(rig, move) {
+    const handle = this.withTexts([rig, move], (rigAt, moveAt) =>
+      this.wasm.studio_plan_new(this.#store, rigAt, moveAt),
+    );
+    return new Plan(this, handle);
+  }
+}
