@@ -13,6 +13,7 @@ struct move_text {
     struct yaml_text_edit *edit; /* what was replaced, as it stands; on the
                                     heap */
     uint32_t changed;            /* how many they are */
+    bool moved; /* beside them, keys have exchanged their places */
 };
 
 /* The file at `path`, from which `was` was read, and what is to be another in

@@ -55,8 +55,8 @@ void yaml_text_close(struct yaml_text *self)
 }
 
 /* Columns are characters of UTF-8. */
-static bool text_place(const struct yaml_text *self, struct plan_place place,
-                       size_t *at)
+bool yaml_text_place(const struct yaml_text *self, struct plan_place place,
+                     size_t *at)
 {
     if (place.line < 1 || place.line > self->lines)
         return false;
@@ -78,7 +78,32 @@ static struct yaml_text_edit *text_edit(struct yaml_text *self)
         self->edit =
             memory_resize(self->edit, self->capacity, sizeof *self->edit);
     }
+    self->edit[self->edits].order = self->edits;
     return &self->edit[self->edits++];
+}
+
+int yaml_text_put(struct yaml_text *self, size_t at, size_t length,
+                  const struct yaml_value *value, const char *by)
+{
+    struct yaml_text_edit *edit;
+
+    if (strlen(by) >= sizeof edit->is)
+        return yaml_value_refuse(value,
+                                 "would have a value of more than %d "
+                                 "characters",
+                                 YAML_TEXT_VALUE_MAX - 1);
+    edit = text_edit(self);
+    const uint32_t order = edit->order;
+    *edit = (struct yaml_text_edit){ .at = at,
+                                     .length = length,
+                                     .line = yaml_value_node(value)->line,
+                                     .order = order,
+                                     .what = value->name };
+    snprintf(edit->was, sizeof edit->was, "%.*s",
+             (int)(length < sizeof edit->was ? length : sizeof edit->was - 1),
+             self->data + at);
+    snprintf(edit->is, sizeof edit->is, "%s", by);
+    return 0;
 }
 
 /* A plain value, or one in quotes without escapes. */
@@ -90,7 +115,7 @@ int yaml_text_replace(struct yaml_text *self, const struct yaml_value *value,
     size_t at;
 
     if (node->kind != YAML_TREE_TEXT ||
-        !text_place(self, yaml_tree_place(&self->tree, value->node), &at))
+        !yaml_text_place(self, yaml_tree_place(&self->tree, value->node), &at))
         return yaml_value_refuse(value, "is not a value that can be replaced");
     if (at < self->length && (self->data[at] == '"' || self->data[at] == '\''))
         at++;
@@ -98,18 +123,11 @@ int yaml_text_replace(struct yaml_text *self, const struct yaml_value *value,
         memcmp(self->data + at, was, node->length) != 0)
         return yaml_value_refuse(value, "is written with an escape, which is "
                                         "not replaced");
-    struct yaml_text_edit *edit = text_edit(self);
-    *edit = (struct yaml_text_edit){ .at = at,
-                                     .length = node->length,
-                                     .line = node->line,
-                                     .what = value->name };
-    snprintf(edit->was, sizeof edit->was, "%s", was);
-    snprintf(edit->is, sizeof edit->is, "%s", by);
-    return 0;
+    return yaml_text_put(self, at, node->length, value, by);
 }
 
 /* The end of the line before, with which others of the file end, too. */
-static const char *text_newline(const struct yaml_text *self)
+const char *yaml_text_newline(const struct yaml_text *self)
 {
     return self->lines > 1 && self->line[1] >= 2 &&
                    self->data[self->line[1] - 2] == '\r'
@@ -126,16 +144,20 @@ int yaml_text_insert(struct yaml_text *self, const char *name,
 
     if (yaml_value_need(&root, YAML_TREE_MAP) < 0)
         return -1;
-    if (key == 0 || !text_place(self, yaml_tree_place(&self->tree, 0), &open) ||
-        !text_place(self, yaml_tree_place(&self->tree, key), &at))
+    if (key == 0 ||
+        !yaml_text_place(self, yaml_tree_place(&self->tree, 0), &open) ||
+        !yaml_text_place(self, yaml_tree_place(&self->tree, key), &at))
         return yaml_value_refuse(&root, "has no place for %s", name);
     const bool flow = open < self->length && self->data[open] == '{';
     const uint32_t line = self->tree.node[key].line;
     struct yaml_text_edit *edit = text_edit(self);
-    *edit = (struct yaml_text_edit){ .at = at, .line = line, .what = name };
+    const uint32_t order = edit->order;
+    *edit = (struct yaml_text_edit){
+        .at = at, .line = line, .order = order, .what = name
+    };
     const int indent = flow ? 0 : (int)(at - self->line[line - 1]);
     snprintf(edit->is, sizeof edit->is, "%s: %s%s%*s", name, value,
-             flow ? ", " : text_newline(self), indent, "");
+             flow ? ", " : yaml_text_newline(self), indent, "");
     return 0;
 }
 
@@ -143,7 +165,11 @@ static int text_by_place(const void *a, const void *b)
 {
     const struct yaml_text_edit *x = a, *y = b;
 
-    return (x->at > y->at) - (x->at < y->at);
+    if (x->at != y->at)
+        return x->at < y->at ? -1 : 1;
+    if ((x->length == 0) != (y->length == 0))
+        return x->length == 0 ? -1 : 1;
+    return (x->order > y->order) - (x->order < y->order);
 }
 
 char *yaml_text_make(struct yaml_text *self, size_t *length)

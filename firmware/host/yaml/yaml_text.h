@@ -17,6 +17,7 @@
 struct yaml_text_edit {
     size_t at, length; /* of what is replaced, in the old text */
     uint32_t line;     /* of it */
+    uint32_t order;    /* of those at one place */
     const char *what;  /* its name; not owned */
     char was[YAML_TEXT_VALUE_MAX], is[YAML_TEXT_VALUE_MAX];
 };
@@ -40,6 +41,15 @@ void yaml_text_close(struct yaml_text *self);
 /* A value by another, on one line: 0, or -1 with the sentence written. */
 int yaml_text_replace(struct yaml_text *self, const struct yaml_value *value,
                       const char *by);
+
+/* The place of a line and a column as an offset; false where there is none. */
+bool yaml_text_place(const struct yaml_text *self, struct plan_place place,
+                     size_t *at);
+/* What the lines of the file end with. */
+const char *yaml_text_newline(const struct yaml_text *self);
+/* `length` bytes at `at` by a text; the sentence is about `value`. */
+int yaml_text_put(struct yaml_text *self, size_t at, size_t length,
+                  const struct yaml_value *value, const char *by);
 
 /* `name: value` as a new entry of the map at the root, before the entry whose
  * key is the node `before` (0: the first). */

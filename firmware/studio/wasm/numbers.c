@@ -164,7 +164,7 @@ struct numbers_column {
 static void numbers_take(const struct numbers_column *column, unsigned k,
                          double value)
 {
-    double *pair = &column->out[2 * k];
+    double *pair = &column->out[(size_t)2 * k];
 
     pair[0] = value < pair[0] ? value : pair[0];
     pair[1] = value > pair[1] ? value : pair[1];
@@ -246,7 +246,7 @@ static void numbers_fill(const struct motion_track *track,
                          struct motion_cursor *cursor,
                          const struct numbers_column *column)
 {
-    for (unsigned k = 0; k < 4; k++) {
+    for (size_t k = 0; k < 4; k++) {
         column->out[2 * k] = INFINITY;
         column->out[2 * k + 1] = -INFINITY;
     }
@@ -305,11 +305,12 @@ STUDIO_EXPORT bool studio_plan_rows(const struct studio_plan *plan,
 
     if (track == NULL || rate == 0)
         return false;
-    for (uint32_t i = 0; i < count; i++) {
+    for (size_t i = 0; i < count; i++) {
         struct motion_sample sample;
         struct motion_state state;
         int64_t t_ns = INT64_MAX;
-        (void)motion_fixed_muldiv((int64_t)first + i, 1000000000, rate, &t_ns);
+        (void)motion_fixed_muldiv((int64_t)(first + i), 1000000000, rate,
+                                  &t_ns);
         const int64_t t = t_ns * MOTION_FIXED_NS_Q12;
         motion_track_sample(track, &cursor, t, &sample);
         motion_track_state(track, t, &state);

@@ -24,8 +24,8 @@ studio_plan_new(const struct store *store, const char *rig, const char *move)
     if (plan->status == STATUS_OK) {
         job_check(&plan->job, MOTION_CLOCK_WARP_ONE_Q30);
         (void)budget_check(&plan->job);
-        plan->shape =
-            memory_new((size_t)plan->job.planned + 1, sizeof *plan->shape);
+        plan->shape = memory_new((size_t)plan->job.planned + 1,
+                                 sizeof(struct studio_shape *));
     }
     return plan;
 }
@@ -40,6 +40,7 @@ STUDIO_EXPORT void studio_plan_delete(struct studio_plan *plan)
     job_free(&plan->job);
     store_free(&plan->files);
     cJSON_free(plan->report);
+    cJSON_free(plan->answer);
     memory_free(plan);
 }
 

@@ -35,7 +35,7 @@ struct studio_plan {
     enum status status;
     struct studio_shape **shape; /* of each axis, of each segment; made when
                                     samples are asked for */
-    char *report;
+    char *report, *answer;
 };
 
 struct studio_plan *studio_plan_new(const struct store *store, const char *rig,
@@ -66,5 +66,13 @@ bool studio_plan_poses(const struct studio_plan *plan, double from_s,
 /* STUDIO_SUBJECT per time; false where there is none. */
 bool studio_plan_subject(const struct studio_plan *plan, double from_s,
                          double to_s, uint32_t count, double *out);
+
+/* --- edit.c --- */
+
+/* A list of operations, as JSON; the answer as JSON, in bytes of UTF-8. */
+const char *studio_plan_edit(struct studio_plan *plan, const char *operations);
+/* By a method of repair.h; tolerance: "" where there is none. */
+const char *studio_plan_fit(struct studio_plan *plan, const char *method,
+                            const char *tolerance);
 
 #endif

@@ -20,14 +20,33 @@ async function bytesOf(source) {
 // What the C library would ask a system for; nothing of slew does.
 const system = new Proxy({}, { get: () => () => 52 });
 
+// Whether an offset of UTF-8 is one of UTF-16, for all offsets at once: those
+// asked for, ascending.
+function unitsOf(text, offsets) {
+  const units = [];
+  let bytes = 0;
+  let at = 0;
+  for (const offset of offsets) {
+    while (bytes < offset && at < text.length) {
+      const code = text.codePointAt(at);
+      bytes += code < 0x80 ? 1 : code < 0x800 ? 2 : code < 0x10000 ? 3 : 4;
+      at += code < 0x10000 ? 1 : 2;
+    }
+    units.push(at);
+  }
+  return units;
+}
+
 class Plan {
   #planner;
   #handle;
+  #move;
   #report;
 
-  constructor(planner, handle) {
+  constructor(planner, handle, move) {
     this.#planner = planner;
     this.#handle = handle;
+    this.#move = move;
   }
 
   get handle() {
@@ -116,6 +135,35 @@ class Plan {
     );
   }
 
+  // Offsets of the answer are bytes of the file; a page counts as JavaScript.
+  #answer(text) {
+    const answer = JSON.parse(text);
+    if (!answer.ok) return answer;
+    const ends = answer.edits.flatMap((edit) => [edit.from, edit.to]);
+    const units = unitsOf(this.#move, ends);
+    answer.edits.forEach((edit, i) => {
+      edit.from = units[2 * i];
+      edit.to = units[2 * i + 1];
+    });
+    return answer;
+  }
+
+  edit(operations) {
+    const planner = this.#planner;
+    return planner.withTexts([JSON.stringify(operations)], (list) =>
+      this.#answer(planner.textAt(planner.wasm.studio_plan_edit(this.handle, list))),
+    );
+  }
+
+  fit(method, tolerance = "") {
+    const planner = this.#planner;
+    return planner.withTexts([method, tolerance], (name, within) =>
+      this.#answer(
+        planner.textAt(planner.wasm.studio_plan_fit(this.handle, name, within)),
+      ),
+    );
+  }
+
   free() {
     if (this.#handle !== 0) this.#planner.wasm.studio_plan_delete(this.#handle);
     this.#handle = 0;
@@ -135,6 +183,7 @@ export class Planner {
   static EASINGS = ["auto", "in", "out", "in-out"];
 
   #store;
+  #texts = new Map();
 
   // From an address, or from the bytes of the module.
   static async load(source = "/planner.wasm") {
@@ -191,12 +240,24 @@ export class Planner {
       if (data !== 0) this.wasm.release(data);
       if (err < 0) throw new Error(`${name}: the name is too long`);
     });
+    if (bytes === null) this.#texts.delete(name);
+    else this.#texts.set(name, typeof text === "string" ? text : decoder.decode(bytes));
   }
 
   plan(rig, move) {
     const handle = this.withTexts([rig, move], (rigAt, moveAt) =>
       this.wasm.studio_plan_new(this.#store, rigAt, moveAt),
     );
-    return new Plan(this, handle);
+    return new Plan(this, handle, this.#texts.get(move) ?? "");
+  }
+
+  static apply(text, edits) {
+    let out = "";
+    let at = 0;
+    for (const edit of edits) {
+      out += text.slice(at, edit.from) + edit.insert;
+      at = edit.to;
+    }
+    return out + text.slice(at);
   }
 }

@@ -1,0 +1,553 @@
+/* firmware/host/move/move_edit.c - see move_edit.h.
+ *
+ *   text -> edits of its values, keys and entries -> text
+ *        -> where keys passed each other: their places are exchanged
+ *
+ * The second step reads the text of the first, so that it only has to know in
+ * which order keys are now. */
+#include "firmware/host/move/move_edit.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "firmware/host/base/memory.h"
+#include "firmware/host/base/number.h"
+#include "firmware/host/yaml/yaml_edit.h"
+#include "motion/core/fixed.h"
+
+struct edit {
+    struct yaml_text yaml;
+    const struct move_text_source *source;
+    const struct move_edit *edit;
+    uint32_t edits;
+};
+
+static const char *const edit_short[] = { "t", "p", "v", "a" };
+#define EDIT_SHORT (sizeof edit_short / sizeof *edit_short)
+
+static struct yaml_value edit_root(const struct edit *self)
+{
+    return (struct yaml_value){ &self->yaml.tree, 0, "the move",
+                                "a move with axes" };
+}
+
+/* --- where keys are ---------------------------------------------------------- */
+
+/* The list of the keys of an axis. */
+static int edit_find_keys(const struct edit *self, const char *axis,
+                          struct yaml_value *keys)
+{
+    const struct yaml_value root = edit_root(self);
+
+    *keys = yaml_value_at(&root, yaml_fields_find(&root, "axes"));
+    if (keys->node != 0)
+        keys->node = yaml_fields_find(keys, axis);
+    if (keys->node != 0)
+        keys->node = yaml_fields_find(keys, "keys");
+    if (keys->node == 0 || yaml_value_node(keys)->kind != YAML_TREE_LIST)
+        return yaml_value_refuse(&root, "has no keys of an axis \"%s\"", axis);
+    keys->name = "key";
+    return 0;
+}
+
+static int edit_find_key(const struct edit *self, const char *axis,
+                         uint32_t index, struct yaml_value *keys,
+                         struct yaml_value *key)
+{
+    if (edit_find_keys(self, axis, keys) < 0)
+        return -1;
+    *key = yaml_value_at(keys, yaml_value_node(keys)->first);
+    for (uint32_t i = 0; i < index && key->node != 0; i++)
+        key->node = yaml_value_node(key)->next;
+    return key->node != 0
+               ? 0
+               : yaml_value_refuse(keys, "has no number %u", index + 1);
+}
+
+/* Of a key as a map or in the short form; false: it is not there. */
+static bool edit_find_field(const struct yaml_value *key, const char *name,
+                            struct yaml_value *field)
+{
+    const struct yaml_tree_node *node = yaml_value_node(key);
+
+    *field = (struct yaml_value){ key->tree, 0, name, "the value itself" };
+    if (node->kind == YAML_TREE_MAP) {
+        field->node = yaml_fields_find(key, name);
+        return field->node != 0;
+    }
+    uint32_t at = node->first;
+    for (unsigned i = 0; i < EDIT_SHORT && at != 0; i++) {
+        if (strcmp(edit_short[i], name) == 0) {
+            field->node = at;
+            return true;
+        }
+        at = key->tree->node[at].next;
+    }
+    return false;
+}
+
+/* --- values ------------------------------------------------------------------ */
+
+static bool edit_is_number(const char *text)
+{
+    return text[0] != 0 && strspn(text, "+-.0123456789eE") == strlen(text);
+}
+
+/* As values of this field are written: with the unit where the text `like` has
+ * one. */
+static int edit_value(const struct edit *self, const char *axis,
+                      const struct yaml_value *about, const char *name,
+                      const char *value, const char *like,
+                      char text[YAML_TEXT_VALUE_MAX])
+{
+    const int index = rig_axis_index(self->source->rig, axis);
+    char unit[NUMBER_UNIT_MAX] = "s";
+    const char *place = strchr("tpva", name[0]);
+    const bool plain = place == NULL || name[1] != 0 || index < 0 ||
+                       !edit_is_number(value) || edit_is_number(like);
+    int length;
+
+    if (!plain && name[0] != 't')
+        number_unit(unit, self->source->rig->axis[index].unit,
+                    (unsigned)(place - "tpva" - 1));
+    length = plain ? snprintf(text, YAML_TEXT_VALUE_MAX, "%s", value)
+                   : snprintf(text, YAML_TEXT_VALUE_MAX, "%s %s", value, unit);
+    return length < YAML_TEXT_VALUE_MAX
+               ? 0
+               : yaml_value_refuse(about, "would have too long a value");
+}
+
+/* What a neighbour says: of a field that the key itself does not have. */
+static const char *edit_like(const struct yaml_value *key)
+{
+    struct yaml_value field;
+
+    return edit_find_field(key, "t", &field) &&
+                   yaml_value_node(&field)->kind == YAML_TREE_TEXT
+               ? yaml_tree_text(field.tree, field.node)
+               : "";
+}
+
+/* --- a key that is there ----------------------------------------------------- */
+
+static bool edit_is_short(const char *name)
+{
+    for (unsigned i = 0; i < EDIT_SHORT; i++)
+        if (strcmp(edit_short[i], name) == 0)
+            return true;
+    return false;
+}
+
+/* The value in brackets as a whole: a list such as [dt, dp]. */
+static int edit_replace(struct edit *self, const struct yaml_value *field,
+                        const char *text)
+{
+    size_t from, to;
+
+    if (yaml_value_node(field)->kind == YAML_TREE_TEXT)
+        return yaml_text_replace(&self->yaml, field, text);
+    if (yaml_edit_span(&self->yaml, field, &from, &to) < 0)
+        return -1;
+    return yaml_text_put(&self->yaml, from, to - from, field, text);
+}
+
+static int edit_field(struct edit *self, const struct move_edit *edit,
+                      const struct yaml_value *key,
+                      const struct move_edit_field *to, bool is_map)
+{
+    const struct yaml_tree_node *node = yaml_value_node(key);
+    char text[YAML_TEXT_VALUE_MAX];
+    struct yaml_value field;
+    const bool found = edit_find_field(key, to->name, &field);
+
+    if (to->value == NULL) {
+        if (!found)
+            return 0;
+        return node->kind == YAML_TREE_MAP
+                   ? yaml_edit_remove(&self->yaml, key, to->name)
+                   : yaml_edit_remove_item(&self->yaml, key, field.node);
+    }
+    const char *like = found && yaml_value_node(&field)->kind == YAML_TREE_TEXT
+                           ? yaml_tree_text(field.tree, field.node)
+                           : edit_like(key);
+    if (edit_value(self, edit->axis, key, to->name, to->value, like, text) < 0)
+        return -1;
+    if (found)
+        return edit_replace(self, &field, text);
+    if (node->kind == YAML_TREE_MAP)
+        return yaml_edit_add(&self->yaml, key, to->name, text);
+    /* In the short form: named, when the list becomes a map. */
+    char named[YAML_TEXT_VALUE_MAX];
+    size_t from, end;
+    if (yaml_edit_span(&self->yaml, key, &from, &end) < 0)
+        return -1;
+    const int length =
+        snprintf(named, sizeof named, is_map ? ", %s: %s" : ", %s%s",
+                 is_map ? to->name : "", text);
+    if (length < 0 || length >= (int)sizeof named)
+        return yaml_value_refuse(key, "would have too long a value");
+    return yaml_text_put(&self->yaml, end - 1, 0, key, named);
+}
+
+/* The short form has t, p, v, a in this order, none left out. */
+static bool edit_needs_names(const struct move_edit *edit,
+                             const struct yaml_value *key)
+{
+    uint32_t length = yaml_value_node(key)->length;
+
+    if (yaml_value_node(key)->kind != YAML_TREE_LIST)
+        return false;
+    for (unsigned i = 0; i < edit->fields; i++) {
+        const struct move_edit_field *field = &edit->field[i];
+        struct yaml_value found;
+        if (field->value == NULL ? edit_find_field(key, field->name, &found) &&
+                                       yaml_value_node(&found)->next != 0
+                                 : !edit_is_short(field->name))
+            return true;
+        if (field->value == NULL || edit_find_field(key, field->name, &found))
+            continue;
+        if (length >= EDIT_SHORT ||
+            strcmp(edit_short[length], field->name) != 0)
+            return true;
+        length++;
+    }
+    return false;
+}
+
+static int edit_key(struct edit *self, const struct move_edit *edit)
+{
+    struct yaml_value keys, key;
+    int err = edit_find_key(self, edit->axis, edit->key, &keys, &key);
+
+    if (err < 0)
+        return err;
+    const bool names = edit_needs_names(edit, &key);
+    for (unsigned i = 0; err == 0 && i < edit->fields; i++)
+        err = edit_field(self, edit, &key, &edit->field[i], names);
+    if (err == 0 && names)
+        err = yaml_edit_name_items(&self->yaml, &key, edit_short, EDIT_SHORT);
+    return err;
+}
+
+/* --- a key that comes -------------------------------------------------------- */
+
+static const struct plan_axis *edit_axis(const struct edit *self,
+                                         const char *name)
+{
+    const struct plan_move *was = self->source->was;
+
+    for (uint32_t i = 0; i < was->axis_count; i++)
+        if (strcmp(was->axis[i].name, name) == 0)
+            return &was->axis[i];
+    return NULL;
+}
+
+/* How many keys of the axis are before the time. */
+static uint32_t edit_before(const struct plan_axis *axis, double t_s)
+{
+    uint32_t count = 0;
+
+    while (axis != NULL && count < axis->key_count &&
+           (double)axis->key[count].key.t_ns_q12 / (double)MOTION_FIXED_S_Q12 <=
+               t_s)
+        count++;
+    return count;
+}
+
+static int edit_add(struct edit *self, const struct move_edit *edit)
+{
+    struct yaml_value keys, beside;
+    char text[2 * YAML_TEXT_VALUE_MAX] = "[";
+    const uint32_t before = edit_before(edit_axis(self, edit->axis), edit->t_s);
+
+    if (edit_find_keys(self, edit->axis, &keys) < 0)
+        return -1;
+    beside = yaml_value_at(&keys, yaml_value_node(&keys)->first);
+    for (unsigned i = 0; i < edit->fields; i++) {
+        char value[YAML_TEXT_VALUE_MAX];
+        const size_t used = strlen(text);
+        if (i >= EDIT_SHORT || strcmp(edit->field[i].name, edit_short[i]) != 0)
+            return yaml_value_refuse(&keys, "needs t, p, v, a in this order");
+        if (edit_value(self, edit->axis, &keys, edit->field[i].name,
+                       edit->field[i].value, edit_like(&beside), value) < 0)
+            return -1;
+        snprintf(text + used, sizeof text - used, "%s%s", i > 0 ? ", " : "",
+                 value);
+    }
+    if (edit->fields < 2 || strlen(text) + 2 > YAML_TEXT_VALUE_MAX)
+        return yaml_value_refuse(&keys, "needs a time and a position");
+    const size_t used = strlen(text);
+    snprintf(text + used, sizeof text - used, "]");
+    uint32_t at = yaml_value_node(&keys)->first;
+    for (uint32_t i = 0; i < before && at != 0; i++)
+        at = keys.tree->node[at].next;
+    return yaml_edit_add_item(&self->yaml, &keys, at, text);
+}
+
+static int edit_remove(struct edit *self, const struct move_edit *edit)
+{
+    struct yaml_value keys, key;
+
+    if (edit_find_key(self, edit->axis, edit->key, &keys, &key) < 0)
+        return -1;
+    return yaml_edit_remove_item(&self->yaml, &keys, key.node);
+}
+
+/* --- a value anywhere -------------------------------------------------------- */
+
+static uint32_t edit_child(const struct yaml_value *value, const char *name)
+{
+    const struct yaml_tree_node *node = yaml_value_node(value);
+    char *end;
+
+    if (node->kind == YAML_TREE_MAP)
+        return yaml_fields_find(value, name);
+    if (node->kind != YAML_TREE_LIST)
+        return 0;
+    unsigned long index = strtoul(name, &end, 10);
+    uint32_t child = *end == 0 && name[0] != 0 ? node->first : 0;
+    while (child != 0 && index-- > 0)
+        child = value->tree->node[child].next;
+    return child;
+}
+
+static int edit_set(struct edit *self, const struct move_edit *edit)
+{
+    struct yaml_value value = edit_root(self);
+    const char *text = edit->field[0].value;
+
+    for (unsigned i = 0; i < edit->paths; i++) {
+        const uint32_t child = edit_child(&value, edit->path[i]);
+        const bool last = i + 1 == edit->paths;
+        if (last && text == NULL)
+            return child == 0
+                       ? 0
+                       : yaml_edit_remove(&self->yaml, &value, edit->path[i]);
+        if (last && child == 0 &&
+            yaml_value_node(&value)->kind == YAML_TREE_MAP)
+            return yaml_edit_add(&self->yaml, &value, edit->path[i], text);
+        if (child == 0)
+            return yaml_value_refuse(&value, "has no \"%s\"", edit->path[i]);
+        value = (struct yaml_value){ value.tree, child, edit->path[i],
+                                     "what the edit names" };
+    }
+    return edit->paths == 0 ? yaml_value_refuse(&value, "is no single value")
+                            : edit_replace(self, &value, text);
+}
+
+/* --- the order of keys ------------------------------------------------------- */
+
+struct edit_slot {
+    double t_s;
+    uint32_t was; /* its place in the text */
+};
+
+static int edit_by_time(const void *a, const void *b)
+{
+    const struct edit_slot *x = a, *y = b;
+
+    if (x->t_s != y->t_s)
+        return x->t_s < y->t_s ? -1 : 1;
+    return (x->was > y->was) - (x->was < y->was);
+}
+
+static const struct move_edit *edit_of(const struct edit *self,
+                                       enum move_edit_kind kind,
+                                       const char *axis, uint32_t key)
+{
+    const struct move_edit *found = NULL;
+
+    for (uint32_t i = 0; i < self->edits; i++) {
+        const struct move_edit *edit = &self->edit[i];
+        if (edit->kind == kind && strcmp(edit->axis, axis) == 0 &&
+            edit->key == key)
+            found = edit;
+    }
+    return found;
+}
+
+static bool edit_has_time(const struct move_edit *edit)
+{
+    for (unsigned i = 0; i < edit->fields; i++)
+        if (strcmp(edit->field[i].name, "t") == 0)
+            return true;
+    return false;
+}
+
+/* Times of the keys of an axis as they stand in the new text; how many, 0 where
+ * one is not a number. */
+static uint32_t edit_slots(const struct edit *self,
+                           const struct plan_axis *axis, struct edit_slot *slot)
+{
+    uint32_t count = 0;
+
+    for (uint32_t i = 0; i <= axis->key_count; i++) {
+        for (uint32_t k = 0; k < self->edits; k++) {
+            const struct move_edit *add = &self->edit[k];
+            if (add->kind != MOVE_EDIT_ADD ||
+                strcmp(add->axis, axis->name) != 0 ||
+                edit_before(axis, add->t_s) != i)
+                continue;
+            slot[count] = (struct edit_slot){ add->t_s, count };
+            count++;
+        }
+        if (i == axis->key_count ||
+            edit_of(self, MOVE_EDIT_REMOVE, axis->name, i) != NULL)
+            continue;
+        const struct move_edit *moved =
+            edit_of(self, MOVE_EDIT_KEY, axis->name, i);
+        const double t_s = moved != NULL && edit_has_time(moved)
+                               ? moved->t_s
+                               : (double)axis->key[i].key.t_ns_q12 /
+                                     (double)MOTION_FIXED_S_Q12;
+        if (isnan(t_s))
+            return 0;
+        slot[count] = (struct edit_slot){ t_s, count };
+        count++;
+    }
+    return count;
+}
+
+struct edit_part {
+    size_t from, to;
+};
+
+/* Of each item of the list; of one on lines of its own with what stands behind
+ * it. */
+static int edit_parts(const struct yaml_text *yaml,
+                      const struct yaml_value *keys, struct edit_part *part)
+{
+    const bool flow = yaml_edit_is_flow(yaml, keys);
+    struct yaml_value key = yaml_value_at(keys, yaml_value_node(keys)->first);
+
+    for (uint32_t i = 0; key.node != 0; i++) {
+        if (yaml_edit_span(yaml, &key, &part[i].from, &part[i].to) < 0)
+            return -1;
+        while (!flow && part[i].to < yaml->length &&
+               strchr("\r\n", yaml->data[part[i].to]) == NULL)
+            part[i].to++;
+        key.node = yaml_value_node(&key)->next;
+    }
+    return 0;
+}
+
+static void edit_exchange(struct move_text *text, const struct edit_part *part,
+                          const struct edit_slot *slot, uint32_t count)
+{
+    char *data = memory_new(text->length + 1, 1);
+    size_t from = 0, length = 0;
+
+    for (uint32_t i = 0; i <= count; i++) {
+        const size_t to = i == count ? text->length : part[i].from;
+        memcpy(data + length, text->data + from, to - from);
+        length += to - from;
+        if (i == count)
+            break;
+        const struct edit_part *other = &part[slot[i].was];
+        memcpy(data + length, text->data + other->from,
+               other->to - other->from);
+        length += other->to - other->from;
+        from = part[i].to;
+    }
+    memory_free(text->data);
+    text->data = data;
+    text->length = length;
+    text->moved = true;
+}
+
+static int edit_order_axis(struct edit *self, const struct plan_axis *axis,
+                           struct move_text *text)
+{
+    const struct yaml_report report = { self->source->path,
+                                        self->source->message,
+                                        YAML_MESSAGE_MAX };
+    const size_t most = (size_t)axis->key_count + self->edits + 1;
+    struct edit_slot *slot = memory_new(most, sizeof *slot);
+    struct edit_part *part = memory_new(most, sizeof *part);
+    const uint32_t count = edit_slots(self, axis, slot);
+    struct move_text_files over;
+    struct edit again = { .source = self->source };
+    struct yaml_value keys;
+    bool sorted = true;
+    int err = 0;
+
+    for (uint32_t i = 1; i < count; i++)
+        sorted = sorted && slot[i - 1].t_s <= slot[i].t_s;
+    if (!sorted) {
+        move_text_over(&over, self->source->files, self->source->path, text);
+        err = yaml_text_open(&again.yaml, &over.files, &report);
+        if (err == 0)
+            err = edit_find_keys(&again, axis->name, &keys);
+        if (err == 0 && yaml_value_node(&keys)->length != count)
+            err = yaml_value_refuse(&keys, "are not those of the edits");
+        if (err == 0)
+            err = edit_parts(&again.yaml, &keys, part);
+        qsort(slot, count, sizeof *slot, edit_by_time);
+        if (err == 0)
+            edit_exchange(text, part, slot, count);
+        yaml_text_close(&again.yaml);
+    }
+    memory_free(slot);
+    memory_free(part);
+    return err;
+}
+
+static int edit_order(struct edit *self, struct move_text *text)
+{
+    const struct plan_move *was = self->source->was;
+    int err = 0;
+
+    for (uint32_t i = 0; i < was->axis_count && err == 0; i++) {
+        bool touched = false;
+        for (uint32_t k = 0; k < self->edits; k++)
+            touched =
+                touched || (self->edit[k].kind != MOVE_EDIT_SET &&
+                            strcmp(self->edit[k].axis, was->axis[i].name) == 0);
+        if (touched && was->axis[i].key_count > 0)
+            err = edit_order_axis(self, &was->axis[i], text);
+    }
+    return err;
+}
+
+/* --- all of them ------------------------------------------------------------- */
+
+static int edit_one(struct edit *self, const struct move_edit *edit)
+{
+    switch (edit->kind) {
+    case MOVE_EDIT_KEY:
+        return edit_key(self, edit);
+    case MOVE_EDIT_ADD:
+        return edit_add(self, edit);
+    case MOVE_EDIT_REMOVE:
+        return edit_remove(self, edit);
+    default:
+        return edit_set(self, edit);
+    }
+}
+
+int move_edit_apply(const struct move_text_source *source,
+                    const struct move_edit edit[], uint32_t edits,
+                    struct move_text *text)
+{
+    const struct yaml_report report = { source->path, source->message,
+                                        YAML_MESSAGE_MAX };
+    struct edit self = { .source = source, .edit = edit, .edits = edits };
+    int err = yaml_text_open(&self.yaml, source->files, &report);
+
+    *text = (struct move_text){ .data = NULL };
+    for (uint32_t i = 0; i < edits && err == 0; i++)
+        err = edit_one(&self, &edit[i]);
+    if (err == 0) {
+        text->data = yaml_text_make(&self.yaml, &text->length);
+        text->edit = self.yaml.edit;
+        text->changed = self.yaml.edits;
+        self.yaml.edit = NULL;
+        err = edit_order(&self, text);
+    }
+    yaml_text_close(&self.yaml);
+    if (err < 0)
+        move_text_free(text);
+    return err;
+}
