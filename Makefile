@@ -24,7 +24,8 @@ OPT      := -O1 -fno-omit-frame-pointer -fsanitize=$(SAN) \
 endif
 
 # Of the libraries; asked when used, so that `make deps` can come first.
-PKGS      = yaml-0.1 libcjson cairo fontconfig libmodbus libgpiod zlib libpng libzip
+PKGS      = yaml-0.1 libcjson cairo fontconfig libmodbus libgpiod zlib libpng libzip \
+            libwebsockets
 PKG_INC   = $(patsubst -I%,-isystem %,$(shell pkg-config --cflags $(PKGS)))
 PKG_LIB   = $(shell pkg-config --libs $(PKGS))
 CMOCKA    = $(shell pkg-config --libs cmocka)
@@ -164,7 +165,7 @@ $(VECTORS): $(B)/tests/motion/vectors.o $(B)/libtests.a $(LIBS)
 	$(Q)$(CC) $(OPT) $(LDFLAGS) $^ $(LDLIBS) $(CMOCKA) -o $@
 
 $(B)/libslew.a: $(LIBRARY:%.c=$(B)/%.o)
-$(B)/libprogram.a: $(PROGRAM:%.c=$(B)/%.o) $(B)/own.o
+$(B)/libprogram.a: $(PROGRAM:%.c=$(B)/%.o) $(B)/own.o $(B)/page.o
 $(B)/libtests.a: $(TEST_LIB:%.c=$(B)/%.o)
 $(B)/lib%.a:
 	$(Q)rm -f $@; mkdir -p $(@D); $(AR) qcs $@ $^

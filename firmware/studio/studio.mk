@@ -16,6 +16,9 @@ studio:
 	@$(MAKE) --no-print-directory $(STUDIO)/source/done
 	@$(MAKE) --no-print-directory wasm-headers
 	@$(MAKE) --no-print-directory $(ALL_CPUS) $(STUDIO)/planner.wasm
+	@mkdir -p $(STUDIO)/built
+	@cmp -s $(STUDIO)/planner.wasm $(STUDIO)/built/planner.wasm || \
+	    cp $(STUDIO)/planner.wasm $(STUDIO)/built
 	@$(MAKE) --no-print-directory $(ALL_CPUS) build
 
 $(STUDIO)/source/done:
@@ -27,7 +30,20 @@ $(STUDIO)/own.c: firmware/studio/embed.sh $(STUDIO_OWN)
 	$(Q)mv $@.partial $@
 build/wasm/own.o: $(STUDIO)/own.c
 	$(Q)$(WASM_CC) $(STD) -O2 -I. -c $< -o $@
-$(B)/own.o: $(STUDIO)/own.c
+# The page, and the planner once it was built: make build needs no clang.
+STUDIO_PAGE := $(shell find firmware/studio/web -type f | LC_ALL=C sort)
+# Its copy has no rule, so that nothing is compiled for a browser on the way.
+STUDIO_BUILT := $(wildcard $(STUDIO)/built/planner.wasm)
+$(STUDIO)/page.c: firmware/studio/embed.sh $(STUDIO_PAGE) $(STUDIO_BUILT) \
+    firmware/studio/wasm/planner.mjs
+	$(call say,embed,$@)
+	@mkdir -p $(@D)
+	$(Q)$< embedded_page 'gzip -n9' \
+	    $(foreach f,$(STUDIO_PAGE),/$(f:firmware/studio/web/%=%)=$f) \
+	    /planner.mjs=firmware/studio/wasm/planner.mjs \
+	    $(STUDIO_BUILT:%=/planner.wasm=%) >$@.partial
+	$(Q)mv $@.partial $@
+$(B)/own.o $(B)/page.o: $(B)/%.o: $(STUDIO)/%.c
 	$(Q)mkdir -p $(@D); $(CC) $(ALL_CFLAGS) -fPIC -c $< -o $@
 
 build/wasm/library/%.o: $(STUDIO)/source/libyaml/src/%.c
@@ -52,10 +68,11 @@ $(STUDIO)/planner.wasm: $(STUDIO_WASM) $(STUDIO_LIBRARY)
 	$(Q)mv $@.partial $@
 
 .PHONY: test-studio
-## STUDIO_MOVES=200 random moves and the examples: the planner for the browser is slew's
+## the browser's planner is slew's (STUDIO_MOVES=200 and examples), and the server
 test-studio: studio
 	@rm -rf $(STUDIO)/moves
 	@$(PYTHON) -B tests/firmware/studio/moves.py $(STUDIO)/moves $(STUDIO_MOVES)
 	@node tests/firmware/studio/same.mjs $(STUDIO)/planner.wasm $(SLEW) \
 	    $(patsubst %/move.yaml,%,$(wildcard examples/*/move.yaml)) \
 	    $(STUDIO)/moves/*
+	@SLEW=$(SLEW) node --test tests/firmware/studio/server.test.mjs

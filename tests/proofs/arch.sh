@@ -55,11 +55,12 @@ host='hal/([^/]*|(support|can|canopen|modbus|gpio|drive)/.*)|motion/.*'
 known=
 for room in library host/base host/yaml host/device host/rig host/fault host/move host/exchange \
     host/recording host/plot studio/wasm \
-    linux/base linux/machine linux/batch linux/fmu linux/service linux/tools; do
+    linux/base linux/machine linux/batch linux/fmu linux/service linux/tools studio/server; do
     known=$known${known:+|}$room
     below='(hal|sim|motion)/.*' headers=any
     case $room in
     host/*) below=$host headers=portable ;;
+    studio/server) below="$below|firmware/studio/embedded.h" ;;
     studio/wasm) below="$host|firmware/studio/embedded.h" headers=portable ;;
     esac
     [ "$room" = host/plot ] && headers=any

@@ -256,31 +256,63 @@ static uint32_t edit_before(const struct plan_axis *axis, double t_s)
     return count;
 }
 
+/* t, p, v, a in this order, none left out, and nothing else. */
+static bool edit_fits_short(const struct move_edit *edit)
+{
+    for (unsigned i = 0; i < edit->fields; i++)
+        if (i >= EDIT_SHORT || strcmp(edit->field[i].name, edit_short[i]) != 0)
+            return false;
+    return true;
+}
+
+/* As a new key is written. */
+static int edit_new_key(const struct edit *self, const struct move_edit *edit,
+                        const struct yaml_value *beside,
+                        char text[YAML_TEXT_VALUE_MAX])
+{
+    const bool fits = edit_fits_short(edit);
+    size_t used = 0;
+    unsigned written = 0;
+
+    for (unsigned i = 0; i < edit->fields; i++) {
+        const struct move_edit_field *field = &edit->field[i];
+        char value[YAML_TEXT_VALUE_MAX];
+        if (field->value == NULL)
+            continue;
+        if (edit_value(self, edit->axis, beside, field->name, field->value,
+                       edit_like(beside), value) < 0)
+            return -1;
+        used += (size_t)snprintf(
+            text + used, YAML_TEXT_VALUE_MAX - used, "%s%s%s%s",
+            written++ > 0 ? ", "
+            : fits        ? "["
+                          : "{",
+            fits ? "" : field->name, fits ? "" : ": ", value);
+        if (used + 2 > YAML_TEXT_VALUE_MAX)
+            return yaml_value_refuse(beside, "would be followed by a key that "
+                                             "is too long");
+    }
+    if (written < 2)
+        return yaml_value_refuse(beside, "would be followed by a key without "
+                                         "a time or a position");
+    snprintf(text + used, YAML_TEXT_VALUE_MAX - used, fits ? "]" : "}");
+    return 0;
+}
+
 static int edit_add(struct edit *self, const struct move_edit *edit)
 {
     struct yaml_value keys, beside;
-    char text[2 * YAML_TEXT_VALUE_MAX] = "[";
+    char text[YAML_TEXT_VALUE_MAX];
     const uint32_t before = edit_before(edit_axis(self, edit->axis), edit->t_s);
 
     if (edit_find_keys(self, edit->axis, &keys) < 0)
         return -1;
     beside = yaml_value_at(&keys, yaml_value_node(&keys)->first);
-    for (unsigned i = 0; i < edit->fields; i++) {
-        char value[YAML_TEXT_VALUE_MAX];
-        const size_t used = strlen(text);
-        if (i >= EDIT_SHORT || strcmp(edit->field[i].name, edit_short[i]) != 0)
-            return yaml_value_refuse(&keys, "needs t, p, v, a in this order");
-        if (edit_value(self, edit->axis, &keys, edit->field[i].name,
-                       edit->field[i].value, edit_like(&beside), value) < 0)
-            return -1;
-        snprintf(text + used, sizeof text - used, "%s%s", i > 0 ? ", " : "",
-                 value);
-    }
-    if (edit->fields < 2 || strlen(text) + 2 > YAML_TEXT_VALUE_MAX)
-        return yaml_value_refuse(&keys, "needs a time and a position");
-    const size_t used = strlen(text);
-    snprintf(text + used, sizeof text - used, "]");
-    uint32_t at = yaml_value_node(&keys)->first;
+    if (beside.node == 0)
+        return yaml_value_refuse(&keys, "is empty");
+    if (edit_new_key(self, edit, &beside, text) < 0)
+        return -1;
+    uint32_t at = beside.node;
     for (uint32_t i = 0; i < before && at != 0; i++)
         at = keys.tree->node[at].next;
     return yaml_edit_add_item(&self->yaml, &keys, at, text);

@@ -11,7 +11,7 @@
 
 enum move_edit_kind {
     MOVE_EDIT_KEY,    /* fields of a key; a value NULL takes one out */
-    MOVE_EDIT_ADD,    /* a key: t, p and what else there is of v, a */
+    MOVE_EDIT_ADD,    /* a key, with its fields */
     MOVE_EDIT_REMOVE, /* a key */
     MOVE_EDIT_SET,    /* the value at a path of names and indices */
 };

@@ -209,6 +209,17 @@ static bool edit_dash(const struct yaml_text *self, size_t at, size_t *dash)
     return *dash < at && self->data[*dash] == '-';
 }
 
+/* The item before another; 0: there is none. */
+static uint32_t edit_former(const struct yaml_value *list, uint32_t item)
+{
+    uint32_t former = 0;
+
+    for (uint32_t i = yaml_value_node(list)->first; i != item && i != 0;
+         i = list->tree->node[i].next)
+        former = i;
+    return former;
+}
+
 int yaml_edit_add_item(struct yaml_text *self, const struct yaml_value *list,
                        uint32_t before, const char *by)
 {
@@ -233,6 +244,13 @@ int yaml_edit_add_item(struct yaml_text *self, const struct yaml_value *list,
         return yaml_value_refuse(&value, "does not follow its dash");
     if (before == 0)
         return edit_put_line(self, list, to, dash, text);
+    /* Behind the item before: what stands above `before` belongs to that. */
+    const struct yaml_value former = edit_at(list, edit_former(list, before));
+    size_t begin;
+    if (former.node != 0)
+        return yaml_edit_span(self, &former, &begin, &to) < 0
+                   ? -1
+                   : edit_put_line(self, list, to, dash, text);
     const size_t start = edit_line_start(self, dash);
     char line[YAML_TEXT_VALUE_MAX];
     const int size = snprintf(line, sizeof line, "%*s%s%s", (int)(dash - start),
@@ -277,13 +295,10 @@ int yaml_edit_remove_item(struct yaml_text *self, const struct yaml_value *list,
                           uint32_t item)
 {
     const struct yaml_value value = edit_at(list, item);
-    struct yaml_value former = edit_at(list, 0);
+    const struct yaml_value former = edit_at(list, edit_former(list, item));
     const struct yaml_value next = edit_at(list, list->tree->node[item].next);
     size_t from, to, dash;
 
-    for (uint32_t i = yaml_value_node(list)->first; i != item;
-         i = list->tree->node[i].next)
-        former.node = i;
     if (yaml_edit_span(self, &value, &from, &to) < 0)
         return -1;
     if (yaml_edit_is_flow(self, list))

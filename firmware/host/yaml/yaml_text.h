@@ -11,7 +11,7 @@
 
 #include "firmware/host/yaml/yaml_fields.h"
 
-#define YAML_TEXT_VALUE_MAX 96
+#define YAML_TEXT_VALUE_MAX 192
 
 /* In the order in which they were asked for. */
 struct yaml_text_edit {

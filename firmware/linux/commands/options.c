@@ -228,6 +228,7 @@ int options_parse(const struct command *command, int argc, char *argv[],
         .runs = -1,
         .seed = -1,
         .jobs = -1,
+        .port = -1,
     };
     for (int i = 0; i < OTG_VALUES; i++)
         options->motion[i] = (double)NAN;

@@ -72,6 +72,9 @@ struct options {
     bool sim, group;                    /* service */
     const char *socket;                 /* service */
     int64_t cpu;                        /* service; -1 when not given */
+    int64_t port;                       /* studio; -1 when not given */
+    const char *token_file;             /* studio */
+    bool no_browser;                    /* studio */
     const char *path[OPTIONS_PATHS_MAX];
     int path_count;
 };

@@ -143,6 +143,8 @@ static void loop_publish(struct service_loop *loop)
     state->override_q30 = controller->override_q30;
     state->off = machine_is_off(machine);
     loop_view(loop, &state->view);
+    if (loop->frames != NULL)
+        service_frames_put(loop->frames, state, machine->rig->axis_count);
     service_board_publish(&loop->board);
 }
 

@@ -15,7 +15,7 @@
 
 #include "firmware/control/mailbox.h"
 #include "firmware/control/playback.h"
-#include "firmware/linux/service/state.h"
+#include "firmware/linux/service/frames.h"
 
 #define SERVICE_PRIORITY 40
 
@@ -44,6 +44,7 @@ struct service_loop {
     struct machine *machine;
     struct mailbox mailbox;
     struct service_board board;
+    struct service_frames *frames; /* NULL: nobody takes any */
     bool is_real;
     int cpu;          /* -1: any */
     pthread_t thread; /* once it was started */

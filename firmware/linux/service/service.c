@@ -35,6 +35,7 @@ struct service {
     struct machine_real real;
     struct machine machine;
     struct service_loop loop;
+    struct service_frames frames;
     struct service_control control;
     char path[SERVICE_PATH_MAX];
     bool is_open, plans;
@@ -194,6 +195,18 @@ static enum status service_torque(const struct service *self)
     return machine_is_off(&self->machine) ? STATUS_OK : STATUS_REFUSED;
 }
 
+/* The tick runs already: where this fails it has to end. */
+static enum status service_beside(struct service *self)
+{
+    const struct service_beside *beside = self->config->beside;
+    if (beside == NULL || beside->start(beside->context, &self->rig, self->path,
+                                        &self->frames) == 0)
+        return STATUS_OK;
+    self->loop.end = 1;
+    service_loop_join(&self->loop);
+    return STATUS_SYSTEM;
+}
+
 /* Signals are the main thread's: the others never see them. */
 static enum status service_live(struct service *self)
 {
@@ -204,6 +217,8 @@ static enum status service_live(struct service *self)
     enum status status = service_planner(self);
     if (status == STATUS_OK)
         status = service_begin(self);
+    if (status == STATUS_OK)
+        status = service_beside(self);
     (void)pthread_sigmask(SIG_SETMASK, &before, NULL);
     if (status == STATUS_OK) {
         printf("%s: %s drives, a tick of %.3f ms, socket %s\n",
@@ -231,6 +246,8 @@ static void service_leave_lamps(struct service *self)
 static void service_down(struct service *self)
 {
     struct service_control *control = &self->control;
+    if (self->config->beside != NULL)
+        self->config->beside->stop(self->config->beside->context);
     if (!machine_is_off(&self->machine))
         service_leave_lamps(self);
     if (self->is_open)
@@ -262,6 +279,7 @@ enum status service_run(const struct service_config *config)
     if (status == STATUS_OK) {
         service_loop_init(&self->loop, &self->machine, config->real,
                           config->cpu);
+        self->loop.frames = config->beside != NULL ? &self->frames : NULL;
         status = service_live(self);
     }
     service_down(self);

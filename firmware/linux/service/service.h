@@ -7,6 +7,18 @@
 
 #include "firmware/host/base/status.h"
 
+struct rig;
+struct service_frames;
+
+/* What looks on from beside the service, in a thread of its own. */
+struct service_beside {
+    /* Once the tick runs.  0, or -1 with a line on stderr. */
+    int (*start)(void *context, const struct rig *rig, const char *socket,
+                 struct service_frames *frames);
+    void (*stop)(void *context); /* also where it was not started */
+    void *context;
+};
+
 struct service_config {
     const char *rig_path;  /* a file */
     const char *socket;    /* NULL: by the rig, place.h */
@@ -14,6 +26,7 @@ struct service_config {
     bool real;             /* else simulated, on the clock */
     bool group;            /* those of its group may connect, too */
     int cpu;               /* the tick's; -1: any */
+    const struct service_beside *beside; /* NULL: nothing */
 };
 
 /* Runs until SIGTERM or SIGINT: axes stop along their path, then torque off.

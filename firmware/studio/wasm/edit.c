@@ -200,7 +200,9 @@ static void edit_operation(struct edit_reader *reader,
     }
     if (edit_is(operation, "add")) {
         edit->kind = MOVE_EDIT_ADD;
+        edit->key = UINT32_MAX; /* none: its handles are not those of a key */
         edit_fields(reader, operation, edit);
+        edit_handles(reader, plan, operation, edit);
         if (isnan(edit->t_s))
             reader->wrong = "a new key needs a time in s";
         return;

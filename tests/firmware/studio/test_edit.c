@@ -66,6 +66,11 @@ static const struct {
     { "and in brackets", flow, "[{'op':'add','axis':'x','t':0.5,'p':1}]",
       "axes: {x: {curve: quintic, keys: [[0, 0], [0.5, 1], [1, 10, 3], [2 s, "
       "5]]}}\n" },
+    { "a copy of a key keeps its handles", block,
+      "[{'op':'add','axis':'x','t':3,'p':1,'left':{'kind':'free','dt':-0.1,"
+      "'dp':2},'right':{'kind':'auto'}}]",
+      HEAD ONE TWO "      - {t: 3 s, p: 1 mm, left: [-0.1 s, 2], "
+                   "handles: [free, auto]}\n" FOUR },
     { "keys go with their lines", block,
       "[{'op':'remove','axis':'x','key':0},{'op':'remove','axis':'x','key':2}]",
       HEAD TWO "      # then\n" },

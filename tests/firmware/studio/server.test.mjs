@@ -1,0 +1,286 @@
+// tests/firmware/studio/server.test.mjs - slew studio as a browser meets it: its
+// files, its WebSocket, and what goes wrong.  SLEW: the program.
+import assert from "node:assert/strict";
+import { execFileSync, spawn } from "node:child_process";
+import fs from "node:fs";
+import http from "node:http";
+import os from "node:os";
+import path from "node:path";
+import { after, before, test } from "node:test";
+import { setTimeout as sleep } from "node:timers/promises";
+import { Socket } from "./websocket.mjs";
+
+const slew = process.env.SLEW ?? "build/slew";
+const port = 20000 + (process.pid % 20000);
+const home = fs.mkdtempSync(path.join(os.tmpdir(), "studio-"));
+const HEAD = 88;
+const AXIS = 104;
+let child;
+let said = "";
+
+before(async () => {
+  fs.cpSync("examples/dolly", `${home}/dolly`, { recursive: true });
+  fs.mkdirSync(`${home}/run`);
+  child = spawn(slew, ["studio", "--no-browser", "--port", `${port}`, `${home}/dolly`], {
+    env: { ...process.env, SLEW_RUN_DIR: `${home}/run` },
+  });
+  child.stdout.on("data", (data) => (said += data));
+  child.stderr.on("data", (data) => (said += data));
+  for (let i = 0; i < 200 && !said.includes("socket "); i++) await sleep(50);
+  assert.match(said, /socket /, said);
+});
+
+after(async () => {
+  child.kill("SIGTERM");
+  const code = await new Promise((resolve) => child.on("exit", resolve));
+  fs.rmSync(home, { recursive: true });
+  assert.equal(code, 0, said);
+});
+
+function ask(method, where, { headers = {}, body } = {}) {
+  return new Promise((resolve, reject) => {
+    const request = http.request(
+      { port, host: "127.0.0.1", method, path: where, headers },
+      (answer) => {
+        const parts = [];
+        answer.on("data", (part) => parts.push(part));
+        answer.on("end", () =>
+          resolve({
+            status: answer.statusCode,
+            headers: answer.headers,
+            text: Buffer.concat(parts).toString(),
+          }),
+        );
+      },
+    );
+    request.on("error", reject);
+    request.end(body);
+  });
+}
+
+// The answer to a command, by its id.
+let ids = 0;
+function command(socket, name, members = {}) {
+  const id = ++ids;
+  return new Promise((resolve, reject) => {
+    const timer = setTimeout(() => reject(new Error(`${name}: no answer`)), 10000);
+    const look = (line) => {
+      if (line.id !== id) return;
+      clearTimeout(timer);
+      socket.off("line", look);
+      resolve(line);
+    };
+    socket.on("line", look);
+    socket.send(JSON.stringify({ id, command: name, ...members }));
+  });
+}
+
+async function until(what, look, ms = 20000) {
+  for (const start = Date.now(); Date.now() - start < ms; ) {
+    const found = await look();
+    if (found) return found;
+    await sleep(20);
+  }
+  throw new Error(`${what}: not within ${ms} ms`);
+}
+
+const frameOf = (b) => ({
+  number: b.readUInt32LE(8),
+  ticks: b.readUInt32LE(12),
+  tick: b.readBigUInt64LE(16),
+  lost: b.readUInt32LE(64),
+  state: b[80],
+  bits: b[81],
+  joined: b.readUInt32LE(84),
+  axes: Array.from({ length: b.readUInt16LE(4) }, (_, i) => {
+    const at = HEAD + AXIS * i;
+    const range = (k) => ({
+      last: b.readBigInt64LE(at + 24 * k),
+      low: b.readBigInt64LE(at + 24 * k + 8),
+      high: b.readBigInt64LE(at + 24 * k + 16),
+    });
+    return { demand: range(0), actual: range(1), velocity: b.readBigInt64LE(at + 72) };
+  }),
+});
+
+// No tick is in two frames or in none, but for those that the machine lost.
+function allTicks(frames) {
+  for (let i = 1; i < frames.length; i++) {
+    const [a, b] = [frames[i - 1], frames[i]];
+    assert.equal(b.number, a.number + 1);
+    assert.equal(Number(b.tick - a.tick), b.ticks + b.lost - a.lost);
+  }
+}
+
+test("the page comes with a policy, packed or not, and is not sent twice", async () => {
+  const plain = await ask("GET", "/");
+  assert.equal(plain.status, 200);
+  assert.match(plain.text, /<!doctype html>/);
+  assert.match(plain.headers["content-security-policy"], /default-src 'none'/);
+  const packed = await ask("GET", "/planner.mjs", { headers: { "accept-encoding": "gzip" } });
+  assert.equal(packed.headers["content-encoding"], "gzip");
+  const again = await ask("GET", "/", { headers: { "if-none-match": plain.headers.etag } });
+  assert.equal(again.status, 304);
+});
+
+test("another Host and another Origin are refused, also for the socket", async () => {
+  assert.equal((await ask("GET", "/", { headers: { host: "evil.example" } })).status, 421);
+  const headers = { origin: "http://evil.example" };
+  assert.equal((await ask("GET", "/api/move", { headers })).status, 403);
+  assert.equal((await ask("PUT", "/api/move", { headers, body: "x" })).status, 403);
+  await assert.rejects(Socket.open(port, { headers: { Origin: "http://evil.example" } }));
+  await assert.rejects(Socket.open(port, { headers: { Host: "evil.example" } }));
+});
+
+test("a move is written over what was read, and over nothing else", async () => {
+  const file = `${home}/dolly/move.yaml`;
+  const was = await ask("GET", "/api/move");
+  assert.equal(was.text, fs.readFileSync(file, "utf8"));
+  const body = `${was.text}# edited\n`;
+  assert.equal((await ask("PUT", "/api/move", { body })).status, 428);
+  const headers = { "if-match": was.headers.etag };
+  const put = await ask("PUT", "/api/move", { headers, body });
+  assert.equal(put.status, 204);
+  assert.equal(fs.readFileSync(file, "utf8"), body);
+  fs.appendFileSync(file, "# by another\n");
+  const refused = await ask("PUT", "/api/move", {
+    headers: { "if-match": put.headers.etag },
+    body: "lost",
+  });
+  assert.equal(refused.status, 412);
+  assert.equal(fs.readFileSync(file, "utf8"), `${body}# by another\n`);
+  assert.equal(refused.headers.etag, (await ask("GET", "/api/move")).headers.etag);
+  assert.deepEqual(
+    fs.readdirSync(`${home}/dolly`).filter((name) => name.endsWith(".partial")),
+    [],
+  );
+});
+
+test("a file beside the rig is given, and no other", async () => {
+  const rig = `${home}/dolly/rig.yaml`;
+  const name = (text) => `/api/file?name=${encodeURIComponent(text)}`;
+  assert.equal((await ask("GET", name(rig))).status, 200);
+  for (const other of ["/etc/passwd", `${home}/dolly/../../x.yaml`, `${home}/dolly/.x.yaml`])
+    assert.equal((await ask("GET", name(other))).status, 404);
+});
+
+test("what is too long is refused before it is read", async () => {
+  const headers = { "if-match": '"x"', "content-length": 17 * 1024 * 1024 };
+  const answer = await ask("PUT", "/api/move", { headers, body: "x" });
+  assert.equal(answer.status, 413);
+});
+
+test("a browser is a client: hello, commands, one lease, frames at 60 Hz", async () => {
+  const one = await Socket.open(port);
+  const [hello] = await new Promise((resolve) => one.once("line", (line) => resolve([line])));
+  assert.equal(hello.event, "hello");
+  const two = await Socket.open(port);
+  assert.equal((await command(one, "take", { lease: 30 })).ok, true);
+  assert.equal((await command(two, "enable")).error, "CONTROL");
+  const frames = [];
+  one.on("frame", (frame) => frames.push(frameOf(frame)));
+  await sleep(1500);
+  assert.ok(frames.length > 30 && frames.length < 110, `${frames.length} frames`);
+  const last = frames.at(-1);
+  assert.equal(last.axes.length, hello.axes.length);
+  allTicks(frames);
+  assert.equal((await command(one, "enable")).ok, true);
+  await until("torque", () => (frames.at(-1).state === 1 && !(frames.at(-1).bits & 1)));
+  assert.equal((await command(one, "home")).ok, true);
+  await until("homed", async () =>
+    (await command(two, "status")).axes.every((axis) => axis.homed),
+  );
+  await until("ready", () => frames.at(-1).state === 1 && !(frames.at(-1).bits & 2));
+  const from = frames.length;
+  const jog = { axis: hello.axes[0].name, speed: 20, for: 0.25 };
+  assert.equal((await command(one, "jog", jog)).ok, true);
+  await until("moved", () => frames.slice(from).some((f) => f.axes[0].velocity !== 0n));
+  await until("rest", () => frames.at(-1).state === 1);
+  const moved = frames.slice(from);
+  assert.ok(moved.every((f) => f.axes.every((a) => a.actual.low <= a.actual.high)));
+  one.cut();
+  two.cut();
+});
+
+test("the wire is cut while jogging: the axis stands before the dead-man time", async () => {
+  const watch = await Socket.open(port);
+  const driver = await Socket.open(port);
+  const frames = [];
+  watch.on("frame", (frame) => frames.push({ ...frameOf(frame), at: Date.now() }));
+  await until("free", async () => (await command(driver, "take", { lease: 30 })).ok);
+  await until("torque", async () => {
+    await command(driver, "enable");
+    return frames.at(-1)?.state === 1;
+  });
+  const { axes } = await command(driver, "hello");
+  const jog = { axis: axes[0].name, speed: 20, for: 2 };
+  assert.equal((await command(driver, "jog", jog)).ok, true);
+  await until("moves", () => frames.at(-1).axes[0].velocity !== 0n);
+  const cut = Date.now();
+  driver.cut();
+  const rest = await until("stands", () => frames.find((f) => f.at > cut && f.state === 1));
+  assert.ok(rest.at - cut < 1500, `it stood after ${rest.at - cut} ms`);
+  watch.cut();
+});
+
+test("a flood is cut off, and so is what is no line of JSON", async () => {
+  const flood = await Socket.open(port);
+  const closed = new Promise((resolve) => flood.on("closed", resolve));
+  for (let i = 0; i < 2000; i++) flood.send('{"command": "hello"}');
+  assert.equal(await closed, 1008);
+  const large = await Socket.open(port);
+  const tooLarge = new Promise((resolve) => large.on("closed", resolve));
+  large.send("x".repeat(300000));
+  assert.equal(await tooLarge, 1009);
+  const binary = await Socket.open(port);
+  const refused = new Promise((resolve) => binary.on("closed", resolve));
+  binary.send("x", 2);
+  assert.equal(await refused, 1003);
+  for (const socket of [flood, large, binary]) socket.cut();
+});
+
+test("a reader that sleeps holds nobody up, and misses no tick", async () => {
+  const slow = await Socket.open(port);
+  const quick = await Socket.open(port);
+  const frames = [];
+  let last = null;
+  quick.on("frame", (frame) => (last = frameOf(frame)));
+  slow.on("frame", (frame) => frames.push(frameOf(frame)));
+  await until("frames", () => frames.length > 5);
+  slow.pause();
+  for (let i = 0; i < 100; i++) slow.send('{"command": "status"}'), await sleep(10);
+  await sleep(1000);
+  assert.ok(last.ticks < 500, "another reader is not held up");
+  slow.resume();
+  await until("again", () => frames.at(-1).tick >= last.tick);
+  allTicks(frames);
+  for (const socket of [slow, quick]) socket.cut();
+});
+
+test("17 browsers: one more than there is room for is refused", async () => {
+  const sockets = [];
+  for (let i = 0; i < 16; i++) sockets.push(await Socket.open(port));
+  const gone = await Socket.open(port).then(
+    (socket) => new Promise((resolve) => socket.on("gone", () => resolve(true))),
+    () => true,
+  );
+  assert.equal(gone, true);
+  for (const socket of sockets) socket.cut();
+  await sleep(200);
+  const again = await Socket.open(port);
+  assert.equal((await command(again, "hello")).ok, true);
+  again.cut();
+});
+
+test("another address needs a token, and the token lets in", async () => {
+  const refused = (() => {
+    try {
+      execFileSync(slew, ["studio", "--address", "0.0.0.0", `${home}/dolly`], { stdio: "pipe" });
+    } catch (failed) {
+      return failed;
+    }
+    return null;
+  })();
+  assert.equal(refused?.status, 2);
+  assert.match(refused.stderr.toString(), /expected --token-file/);
+});
