@@ -153,6 +153,39 @@ static void goal_wait(struct controller *controller, unsigned index,
         goal_raise(controller, index);
 }
 
+/* Outside the range, and further out than where the axis can come to rest: it
+ * was to come in as far as there, and has come further since, because it was
+ * faster than its track, or was held. */
+static bool goal_is_outward(const struct controller *controller, unsigned index,
+                            const struct hal_drive_go *go)
+{
+    const struct controller_axis_config *config =
+        &controller->config.axis[index];
+    const struct hal_drive_feedback *now = &controller->axis[index].feedback;
+    const bool is_below = go->pos_q32 < config->pos_min_q32;
+    const int64_t speed = (int64_t)(motion_fixed_abs(now->vel_q32) & INT64_MAX);
+    int64_t inward_q32, turn_q32 = -MOTION_TRACK_POS_ROUNDING;
+    if (!controller_range_counts(controller, index) ||
+        (!is_below && go->pos_q32 <= config->pos_max_q32) ||
+        motion_fixed_sub(is_below ? go->pos_q32 : now->pos_q32,
+                         is_below ? now->pos_q32 : go->pos_q32,
+                         &inward_q32) < 0)
+        return false;
+    if (speed > 0 && is_below == (now->vel_q32 > 0))
+        turn_q32 = goal_muldiv(speed, speed, go->dec_q32) / 2;
+    return inward_q32 < turn_q32;
+}
+
+/* It has been there; the last one ends the motion where that comes to rest. */
+static void goal_pass(struct controller_leg *leg)
+{
+    leg->state = CONTROLLER_LEG_IDLE;
+    if (leg->at + 1 < leg->count)
+        leg->at++;
+    else
+        leg->stops = true;
+}
+
 static void goal_send(struct controller *controller, unsigned index)
 {
     struct controller_axis *axis = &controller->axis[index];
@@ -160,6 +193,10 @@ static void goal_send(struct controller *controller, unsigned index)
     const struct hal_drive_go go =
         goal_order(controller, index, &leg->goal[leg->at]);
     int err = MOTION_E_STATE;
+    if (goal_is_outward(controller, index, &go)) {
+        goal_pass(leg);
+        return;
+    }
     if (axis->feedback.mode == HAL_DRIVE_PROFILE_POSITION)
         err = controller_go_to_drive(axis, &go);
     else

@@ -133,7 +133,7 @@ static void profile_step(struct stateful_axis *axis, double dt)
         (!profile->halting && axis->pos_q32 != profile->go.pos_q32))
         return;
     profile->on = false;
-    if (!profile->halting)
+    if (!profile->halting && profile->pending == STATEFUL_NO_ORDER)
         profile->arrive = 1 + profile->arrive_ticks;
     profile->halting = false;
 }

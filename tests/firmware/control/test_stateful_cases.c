@@ -451,6 +451,16 @@ static void a_drive_that_ran_on_in_a_hold_has_time_for_its_way_back(void **s)
     assert_true(bench.axis[0].pos_q32 == 100 * UNIT);
 }
 
+/* A drive is ahead of its prediction, which has a limit of jerk.  Sent on to a
+ * place that is outside its range, at full speed, and held, it came to rest
+ * further in than that, and was sent out again when the hold was over. */
+static void an_axis_outside_is_not_sent_out_again(void **state)
+{
+    (void)state;
+    stateful_episode(&bench, 0x6b0791fc, 4000);
+    judged("soak", 0x6b0791fc);
+}
+
 static void goals_of_a_refused_start_are_forgotten(void **state)
 {
     (void)state;
@@ -669,6 +679,7 @@ int main(void)
         cmocka_unit_test(a_late_drive_is_under_way_to_the_same_goal),
         cmocka_unit_test(
             a_drive_that_ran_on_in_a_hold_has_time_for_its_way_back),
+        cmocka_unit_test(an_axis_outside_is_not_sent_out_again),
         cmocka_unit_test(goals_of_a_refused_start_are_forgotten),
         cmocka_unit_test(a_drive_that_stands_short_of_its_goal_is_stopped),
         cmocka_unit_test(a_calm_way_is_halted_in_a_second),
