@@ -55,6 +55,7 @@
 #include "hal/drive.h"
 #include "hal/fieldbus.h"
 #include "hal/gpio.h"
+#include "motion/core/clock_walk.h"
 #include "motion/core/clock_warp.h"
 #include "motion/core/track.h"
 

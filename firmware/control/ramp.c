@@ -438,7 +438,8 @@ static int64_t ramp_rises_ns(const struct controller *controller)
 }
 
 /* On the way of the ramp in force to r' = 0 its tightest place passes, with no
- * request then: could a level a quarter shorter begin now? */
+ * request then: could a level a quarter shorter begin now, or, while that ramp
+ * still waits, any that is shorter? */
 static bool ramp_levels_sooner(const struct controller *controller)
 {
     static const struct ramp_wait none = { 0, 0 };
@@ -446,9 +447,13 @@ static bool ramp_levels_sooner(const struct controller *controller)
     const bool stop = controller->reaction != CONTROLLER_REACT_NONE;
     struct ramp_effort effort = { .looks = RAMP_LOOKS_SEEK };
     struct motion_clock_warp warp;
-    const int64_t ticks = ramp_muldiv(ramp_rises_ns(controller), 3, 4) /
-                          controller->config.period_ns;
-    return ticks >= ramp_level_ticks(controller, &now, stop) &&
+    const int64_t rises_ns = ramp_rises_ns(controller);
+    const int64_t period_ns = controller->config.period_ns;
+    const int64_t least = ramp_level_ticks(controller, &now, stop);
+    int64_t ticks = ramp_muldiv(rises_ns, 3, 4) / period_ns;
+    if (ticks < least && now.jerk_q30 >= 0 && least < rises_ns / period_ns)
+        ticks = least;
+    return ticks >= least &&
            ramp_levels(controller, &none, ticks, stop, &effort, &warp) > 0;
 }
 

@@ -69,6 +69,7 @@ struct ramp_effort {
     int64_t looks;
     int64_t dt_ns; /* since the ramp began */
     unsigned axis;
+    int64_t left; /* looks, of the candidate that is being judged */
 };
 
 /* ramp_judge.c: does the ramp keep every axis inside its limits?

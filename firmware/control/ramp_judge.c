@@ -2,15 +2,16 @@
  * limits?
  *
  * It is judged at a few looks first, beginning where the candidate before it
- * failed, then at the very set points that would be sent, by the formulas of the
- * gate, and by p', p'', p''' at every tick; a long ramp at RAMP_LOOKS of its
- * ticks, with what can come between. */
+ * failed, then by p', p'', p''' at every tick, or within bounds that hold between
+ * ticks too (motion/core/clock_walk.h); where bounds do not reach, by the very
+ * set points that would be sent and the formulas of the gate as well.  What is
+ * within bounds passes the gate: its differences are means of p' and p''. */
 #include "firmware/control/ramp.h"
+#include "motion/core/clock_walk.h"
 
-/* Looks per axis at first, and at most at ticks; what one candidate may take per
- * axis after the first, dense tracks included. */
+/* Looks per axis at first; what one candidate may take per axis after these,
+ * dense tracks included. */
 #define RAMP_LOOKS_FIRST 24
-#define RAMP_LOOKS       128
 #define RAMP_LOOKS_AXIS  4096
 
 /* Of p''', in units, beside what 2^-28 of the rates makes of f' and f''. */
@@ -48,36 +49,42 @@ static int64_t ramp_point_before(const struct controller *controller,
                           warp->t0_ns - controller->config.period_ns);
 }
 
-/* The set points before, at and after every `step` ticks, up to the first that
- * is all after the ramp. */
+/* Three set points a tick apart, at dt and beside it. */
+struct ramp_points {
+    struct motion_cursor cursor;
+    int64_t dt; /* -1: none yet */
+    int64_t before, here, after;
+};
+
+/* Would the gate let the set points at dt and beside it pass? */
 static bool ramp_passes_gate(const struct controller *controller,
                              const struct motion_clock_warp *warp, bool stop,
-                             unsigned index, int64_t step, int64_t *looks)
+                             unsigned index, int64_t dt,
+                             struct ramp_points *points, int64_t *looks)
 {
     const struct controller_axis *axis = &controller->axis[index];
     const int64_t period_ns = controller->config.period_ns;
-    const int64_t acc_q32 = stop ? axis->gate_acc_q32 : axis->limit_acc_q32;
-    struct motion_cursor cursor = axis->cursor;
-    int64_t before = ramp_point_before(controller, warp, index, &cursor);
-    int64_t here =
-        ramp_set_point(controller, warp, index, &cursor, warp->t0_ns);
-    for (int64_t dt = 0; dt <= warp->dur_ns + step * period_ns;
-         dt += step * period_ns) {
-        const int64_t t_ns = warp->t0_ns + dt;
-        if (dt > 0 && step > 1) {
-            before = ramp_set_point(controller, warp, index, &cursor,
-                                    t_ns - period_ns);
-            here = ramp_set_point(controller, warp, index, &cursor, t_ns);
-        }
-        const int64_t after =
-            ramp_set_point(controller, warp, index, &cursor, t_ns + period_ns);
-        if (--*looks < 0 ||
-            !controller_gate_steps(axis, acc_q32, after - here, here - before))
-            return false;
-        before = here; /* of the next tick, where no step is left out */
-        here = after;
+    const int64_t t_ns = warp->t0_ns + dt;
+    struct motion_cursor *cursor = &points->cursor;
+    if (points->dt == dt)
+        return true;
+    if (points->dt >= 0 && points->dt + period_ns == dt) {
+        points->before = points->here;
+        points->here = points->after;
+    } else {
+        points->before =
+            dt == 0 ? ramp_point_before(controller, warp, index, cursor)
+                    : ramp_set_point(controller, warp, index, cursor,
+                                     t_ns - period_ns);
+        points->here = ramp_set_point(controller, warp, index, cursor, t_ns);
     }
-    return true;
+    points->after =
+        ramp_set_point(controller, warp, index, cursor, t_ns + period_ns);
+    points->dt = dt;
+    --*looks;
+    return controller_gate_steps(
+        axis, stop ? axis->gate_acc_q32 : axis->limit_acc_q32,
+        points->after - points->here, points->here - points->before);
 }
 
 static bool ramp_within(int64_t value, int64_t limit, int64_t rounding)
@@ -104,79 +111,89 @@ static bool ramp_keeps(const struct controller *controller,
             ramp_within(axis.jerk_q32, limit->jerk_q32, rounding));
 }
 
-/* motion_clock_warp_fits, in either direction. */
-static bool ramp_axis_fits(const struct controller *controller,
-                           const struct motion_clock_warp *warp, unsigned index,
-                           bool stop, int64_t step_ns, bool between,
-                           int64_t *looks)
-{
-    const struct motion_track *track = controller->axis[index].track;
-    const struct motion_clock_limit *limit =
-        ramp_limit(controller, index, stop);
-    struct motion_clock_warp turned;
-    if (!controller->is_reversed)
-        return motion_clock_warp_fits(warp, track, limit, step_ns, between,
-                                      looks);
-    controller_path_turn(controller, warp, &turned);
-    return motion_clock_warp_fits(&turned, track, limit, step_ns, between,
-                                  looks);
-}
-
-/* All axes, from `first` round to the one before it, at one time of a ramp; the
- * clock is the same for all of them. */
-static bool ramp_keeps_at(const struct controller *controller,
-                          const struct motion_clock_warp *warp, bool stop,
-                          unsigned first, int64_t dt_ns,
-                          struct ramp_effort *effort)
-{
-    const unsigned axes = controller->config.axis_count;
-    struct motion_clock_rate now;
-    motion_clock_warp_at(warp, warp->t0_ns + dt_ns, &now);
-    for (unsigned n = 0; n < axes; n++) {
-        const unsigned i = first + n < axes ? first + n : first + n - axes;
-        if (!controller->axis[i].track)
-            continue;
-        effort->looks--;
-        if (!ramp_keeps(controller, &now, i, stop)) {
-            effort->dt_ns = dt_ns;
-            effort->axis = i;
-            return false;
-        }
-    }
-    return true;
-}
-
-/* At a few looks, first where the last candidate did not fit: rules out most
- * candidates. */
+/* Where the last candidate did not fit: rules out most of them. */
 static bool ramp_seems_to_fit(const struct controller *controller,
                               const struct motion_clock_warp *warp, bool stop,
                               struct ramp_effort *effort)
 {
-    const int64_t step_ns = ramp_most(warp->dur_ns / RAMP_LOOKS_FIRST,
-                                      controller->config.period_ns);
-    const unsigned first = effort->axis;
-    if (effort->dt_ns < warp->dur_ns &&
-        !ramp_keeps_at(controller, warp, stop, first, effort->dt_ns, effort))
-        return false;
-    for (int64_t dt_ns = 0; dt_ns < warp->dur_ns; dt_ns += step_ns)
-        if (!ramp_keeps_at(controller, warp, stop, first, dt_ns, effort))
-            return false;
-    return true;
+    struct motion_clock_rate now;
+    if (effort->dt_ns >= warp->dur_ns || !controller->axis[effort->axis].track)
+        return true;
+    effort->looks--;
+    motion_clock_warp_at(warp, warp->t0_ns + effort->dt_ns, &now);
+    return ramp_keeps(controller, &now, effort->axis, stop);
+}
+
+/* A time of the ramp, which runs backwards in what is played in reverse. */
+static int64_t ramp_time(const struct controller *controller,
+                         const struct motion_clock_warp *warp, int64_t dt)
+{
+    return controller->is_reversed ? warp->dur_ns - dt : dt;
+}
+
+/* Both ends of what lies between two looks and is not within bounds. */
+static bool ramp_looks_pass_gate(const struct controller *controller,
+                                 const struct motion_clock_warp *warp,
+                                 bool stop, unsigned index,
+                                 const struct motion_clock_walk *walk,
+                                 struct ramp_points *points, int64_t *looks)
+{
+    return walk->is_bounded || walk->before_ns < 0 ||
+           (ramp_passes_gate(controller, warp, stop, index,
+                             ramp_time(controller, warp, walk->before_ns),
+                             points, looks) &&
+            ramp_passes_gate(controller, warp, stop, index,
+                             ramp_time(controller, warp, walk->at_ns), points,
+                             looks));
+}
+
+/* One axis: where it begins and ends, what was sent before and what follows
+ * count, too. */
+static bool ramp_axis_fits(const struct controller *controller,
+                           const struct motion_clock_warp *warp, bool stop,
+                           unsigned index, struct ramp_effort *effort)
+{
+    const int64_t period_ns = controller->config.period_ns;
+    struct ramp_points points = { controller->axis[index].cursor, -1, 0, 0, 0 };
+    struct motion_clock_warp turned;
+    struct motion_clock_walk walk;
+    int more;
+    if (controller->is_reversed)
+        controller_path_turn(controller, warp, &turned);
+    motion_clock_walk_begin(&walk, controller->is_reversed ? &turned : warp,
+                            controller->axis[index].track,
+                            ramp_limit(controller, index, stop), period_ns);
+    bool passes = ramp_passes_gate(controller, warp, stop, index, 0, &points,
+                                   &effort->left);
+    do
+        more = motion_clock_walk_next(&walk, &effort->left);
+    while (passes && more > 0 &&
+           (passes = ramp_looks_pass_gate(controller, warp, stop, index, &walk,
+                                          &points, &effort->left)));
+    if (more != 0) {
+        effort->dt_ns = ramp_time(controller, warp, walk.at_ns);
+        effort->axis = index;
+    }
+    return passes && more == 0 &&
+           ramp_passes_gate(controller, warp, stop, index, warp->dur_ns,
+                            &points, &effort->left) &&
+           ramp_passes_gate(controller, warp, stop, index,
+                            warp->dur_ns + period_ns, &points, &effort->left);
 }
 
 static bool ramp_fits(const struct controller *controller,
                       const struct motion_clock_warp *warp, bool stop,
-                      int64_t *looks)
+                      struct ramp_effort *effort)
 {
-    const int64_t period_ns = controller->config.period_ns;
-    const int64_t step = warp->dur_ns / period_ns / RAMP_LOOKS + 1;
-    for (unsigned i = 0; i < controller->config.axis_count; i++)
+    const unsigned axes = controller->config.axis_count;
+    const unsigned first = effort->axis;
+    for (unsigned n = 0; n < axes; n++) {
+        const unsigned i = first + n < axes ? first + n : first + n - axes;
         if (controller->axis[i].track &&
-            (!ramp_passes_gate(controller, warp, stop, i, step, looks) ||
-             !ramp_axis_fits(controller, warp, i, stop, step * period_ns,
-                             step > 1, looks)))
+            !ramp_axis_fits(controller, warp, stop, i, effort))
             return false;
-    return true;
+    }
+    return effort->left >= 0;
 }
 
 bool controller_ramp_judge(const struct controller *controller,
@@ -185,10 +202,10 @@ bool controller_ramp_judge(const struct controller *controller,
 {
     const int64_t most =
         (int64_t)RAMP_LOOKS_AXIS * controller->config.axis_count;
-    int64_t left = most;
     if (!ramp_seems_to_fit(controller, warp, stop, effort))
         return false;
-    const bool fits = ramp_fits(controller, warp, stop, &left);
-    effort->looks -= most - left;
+    effort->left = most;
+    const bool fits = ramp_fits(controller, warp, stop, effort);
+    effort->looks -= most - effort->left;
     return fits;
 }

@@ -26,8 +26,8 @@
  * Every piece is evaluated absolutely: nothing adds up from tick to tick.
  *
  * Whether a ramp keeps every axis inside its limits depends on the tracks it
- * runs over: motion_clock_warp_fits looks along the ramp and says so, and the
- * caller takes the shortest ramp that fits. */
+ * runs over: clock_walk.h looks along the ramp and says so, and the caller takes
+ * the shortest ramp that fits. */
 #ifndef MOTION_CORE_CLOCK_WARP_H
 #define MOTION_CORE_CLOCK_WARP_H
 
@@ -125,13 +125,6 @@ void motion_clock_warp_join(struct motion_clock_warp *first,
 void motion_clock_warp_at(const struct motion_clock_warp *warp, int64_t t_ns,
                           struct motion_clock_rate *now);
 
-/* Limits that a warped axis must keep; jerk 0: not limited. */
-struct motion_clock_limit {
-    int64_t vel_q32;
-    int64_t acc_q32;
-    int64_t jerk_q32;
-};
-
 /* p', p'', p''' of one axis under the warp, by the chain rule above, from the
  * track's own state at now->s; saturates.  pos is the track's. */
 void motion_clock_warp_chain(const struct motion_clock_rate *now,
@@ -144,22 +137,5 @@ int64_t motion_clock_warp_square(const struct motion_clock_rate *now);
 void motion_clock_warp_sample(const struct motion_clock_rate *now,
                               int64_t r2_q30, const struct motion_sample *track,
                               struct motion_sample *axis);
-
-/* Does the ramp keep the axis on `track` inside `limit`?  Looks every `step_ns`
- * and at both sides of every border, of pieces of the ramp and of segments of
- * the track, at the time at which the clock is there (found by halving): dur /
- * step + 4 looks and five per border of a segment.  With
- * `between`, what lies between two looks counts too: |p'''| step / 2 for p'',
- * |p''| step / 2 for p' where p'' can change its sign, a quarter of its change
- * for p'''.  As rounding count 2^-28 of a limit and 4 units, and what 2^-28 in
- * r' and r'' makes of f' and f'': a track at its limit fits.  A ramp that
- * leaves the window of a track does not.
- *   *looks  how many looks may be made; is reduced by those that were, and a
- *           ramp that they do not suffice for does not fit
- * No division. */
-bool motion_clock_warp_fits(const struct motion_clock_warp *warp,
-                            const struct motion_track *track,
-                            const struct motion_clock_limit *limit,
-                            int64_t step_ns, bool between, int64_t *looks);
 
 #endif

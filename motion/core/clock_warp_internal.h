@@ -54,6 +54,11 @@ static inline int64_t clock_warp_sub(int64_t a, int64_t b)
     return result;
 }
 
+static inline int64_t clock_warp_size(int64_t value)
+{
+    return value < -INT64_MAX ? INT64_MAX : value < 0 ? -value : value;
+}
+
 /* a * b / c, saturated; c > 0. */
 static inline int64_t clock_warp_muldiv(int64_t a, int64_t b, int64_t c)
 {

@@ -7,6 +7,7 @@
  * shape and left out; entering and leaving the function is in.  Status 1 when a
  * call within a segment takes more than LIMIT, or a look along a ramp more than
  * LIMIT_LOOK. */
+#include "motion/core/clock_walk.h"
 #include "motion/core/clock_warp.h"
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
@@ -152,7 +153,7 @@ bench_look(const struct motion_track *track, int64_t from_ns_q12)
     const uint32_t unit = bench_nop_ticks();
     const uint32_t start = bench_now();
     const bool fits =
-        motion_clock_warp_fits(&warp, track, &limit, 4000000, false, &looks);
+        motion_clock_warp_fits(&warp, track, &limit, 4000000, &looks);
     const uint32_t ticks = (bench_now() - start) & SYST_TOP;
     return fits ? (uint32_t)((uint64_t)ticks * NOPS / unit) /
                       (uint32_t)(1000 - looks)

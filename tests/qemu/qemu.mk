@@ -52,7 +52,7 @@ $(foreach i,$(GOLDEN_IMAGES),$(eval QEMU_SRC_$(i) += $(GOLDEN_TOOLS)))
 $(QEMU_DIR)/m4/tests/qemu/bench_tick.o: QEMU_BARE += -DLIMIT=150 \
     -DLIMIT_LOOK=2200
 $(QEMU_DIR)/m4/tests/qemu/bench_control.o: QEMU_BARE += -DLIMIT_MOVING=6000 \
-    -DLIMIT_SEEK=21000000
+    -DLIMIT_SEEK=5600000
 QEMU_ROOM_control_m4 := -Wl,--defsym=image_ram=1M
 # More RAM than a micro:bit has, for six windows; the move lies behind the image.
 QEMU_FILE_m0   := 0x80000

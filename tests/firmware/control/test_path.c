@@ -98,11 +98,9 @@ static void a_ramp_from_before_the_path_is_judged_on_it(void **state)
     assert_int_equal(motion_clock_warp_ramp(&warp, 0, MOTION_CLOCK_WARP_ONE_Q30,
                                             &bound, MS, &warp),
                      MOTION_OK);
-    assert_true(
-        motion_clock_warp_fits(&warp, &track, &limit, MS, false, &looks));
+    assert_true(motion_clock_warp_fits(&warp, &track, &limit, MS, &looks));
     limit.acc_q32 = 5 * MOTION_FIXED_ONE_Q32;
-    assert_false(
-        motion_clock_warp_fits(&warp, &track, &limit, MS, false, &looks));
+    assert_false(motion_clock_warp_fits(&warp, &track, &limit, MS, &looks));
 }
 
 /* Of what is played, by central differences of the next lower derivative over
