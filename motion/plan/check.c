@@ -149,12 +149,11 @@ static void check_magnitude(struct check *check, enum plan_violation_kind kind,
 }
 
 static void check_segment(struct check *check,
-                          const struct motion_segment *segment)
+                          const struct motion_segment *segment,
+                          const struct motion_extreme extreme[])
 {
     const struct plan_limit *limit = check->limit;
-    struct motion_extreme extreme[MOTION_JERK + 1];
 
-    motion_segment_extremes(segment, extreme);
     check_pos(check, &extreme[MOTION_POS]);
     check_magnitude(check, PLAN_VEL, segment, &extreme[MOTION_VEL],
                     limit->vel_q32);
@@ -174,9 +173,19 @@ struct check_side {
 
 static const struct check_side check_rest; /* all zero */
 
+void plan_facts_of(const struct motion_segment *segment,
+                   struct plan_facts *facts)
+{
+    motion_segment_extremes(segment, facts->extreme);
+    motion_segment_state(segment, 0, &facts->start);
+    motion_segment_state(segment, segment->dur_ns_q12, &facts->end);
+    facts->vel_rounding = motion_segment_rounding(segment, MOTION_VEL);
+    facts->acc_rounding = motion_segment_rounding(segment, MOTION_ACC);
+}
+
 static struct check_side check_side(const struct check *check,
                                     const struct motion_segment *segment,
-                                    int64_t t_ns_q12)
+                                    const struct plan_facts *facts, bool is_end)
 {
     const double rate =
         (double)MOTION_FIXED_S_Q12 / (double)segment->dur_ns_q12;
@@ -185,11 +194,10 @@ static struct check_side check_side(const struct check *check,
     const double seen = rate < period_rate ? rate : period_rate;
     struct check_side side;
 
-    motion_segment_state(segment, t_ns_q12, &side.state);
-    side.vel_rounding = (double)motion_segment_rounding(segment, MOTION_VEL) +
-                        CHECK_VEL_DIGITS * seen;
-    side.acc_rounding = (double)motion_segment_rounding(segment, MOTION_ACC) +
-                        CHECK_ACC_DIGITS * seen * seen;
+    side.state = is_end ? facts->end : facts->start;
+    side.vel_rounding = (double)facts->vel_rounding + CHECK_VEL_DIGITS * seen;
+    side.acc_rounding =
+        (double)facts->acc_rounding + CHECK_ACC_DIGITS * seen * seen;
     return side;
 }
 
@@ -240,6 +248,7 @@ uint32_t plan_check_source(const struct motion_track *track,
                            .capacity = capacity };
     struct check_side left = check_rest;
     const struct motion_segment *segment = source->next(source->context);
+    struct plan_facts own;
 
     check_sampling(&check);
     if (segment == NULL) {
@@ -248,10 +257,15 @@ uint32_t plan_check_source(const struct motion_track *track,
         check_pos(&check, &pos);
     }
     for (; segment != NULL; segment = source->next(source->context)) {
-        const struct check_side right = check_side(&check, segment, 0);
+        const struct plan_facts *facts =
+            source->facts != NULL ? source->facts(source->context) : &own;
+        if (facts == &own)
+            plan_facts_of(segment, &own);
+        const struct check_side right =
+            check_side(&check, segment, facts, false);
         check_border(&check, segment->start_ns_q12, &left, &right);
-        check_segment(&check, segment);
-        left = check_side(&check, segment, segment->dur_ns_q12);
+        check_segment(&check, segment, facts->extreme);
+        left = check_side(&check, segment, facts, true);
     }
     check_border(&check, track->end_ns_q12, &left, &check_rest);
     if (capacity != 0)
@@ -279,7 +293,8 @@ uint32_t plan_check_track(const struct motion_track *track,
                           struct plan_violation *violation, uint32_t capacity)
 {
     struct check_list list = { track, 0 };
-    const struct plan_check_source source = { check_list_next, &list };
+    const struct plan_check_source source = { .next = check_list_next,
+                                              .context = &list };
 
     return plan_check_source(track, &source, limit, violation, capacity);
 }

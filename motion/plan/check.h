@@ -43,12 +43,24 @@ uint32_t plan_check_track(const struct motion_track *track,
                           const struct plan_limit *limit,
                           struct plan_violation *violation, uint32_t capacity);
 
+/* What is judged of a segment, whatever the limits are. */
+struct plan_facts {
+    struct motion_extreme extreme[MOTION_JERK + 1];
+    struct motion_state start, end;
+    int64_t vel_rounding, acc_rounding; /* motion_segment_rounding */
+};
+void plan_facts_of(const struct motion_segment *segment,
+                   struct plan_facts *facts);
+
 /* The same for a track whose segments come one after the other: `next` gives
  * them from the first on, and NULL after the last.  Of `track` only the end is
  * looked at. */
 struct plan_check_source {
     const struct motion_segment *(*next)(void *context);
     void *context;
+    /* Of the segment that came last, where they are there; NULL: they are
+     * computed. */
+    const struct plan_facts *(*facts)(void *context);
 };
 uint32_t plan_check_source(const struct motion_track *track,
                            const struct plan_check_source *source,

@@ -34,6 +34,8 @@ struct compose {
     struct plan_outcome *outcome;
     const struct plan_progress *progress;
     struct plan_error *error;
+    const struct plan_memo *former;
+    struct plan_memo *memo;
 };
 
 static int compose_keys(const struct compose *self)
@@ -46,7 +48,8 @@ static int compose_keys(const struct compose *self)
             continue;
         plan_progress_tell(self->progress, "planning", axis->name, i,
                            self->move->axis_count);
-        err = plan_axis_track(axis, &self->track[i], self->error);
+        err = plan_axis_track_again(axis, self->former, self->memo, i,
+                                    &self->track[i], self->error);
         self->error->axis = i;
     }
     return err;
@@ -183,8 +186,11 @@ compose_other(const struct compose *self, const struct plan_other *other,
     if (guest == NULL)
         return plan_error_set(self->error, MOTION_E_FULL, other->place,
                               "no memory for another move");
-    const struct compose inner = { other->move, guest->track, &guest->outcome,
-                                   self->progress, &guest->error };
+    const struct compose inner = { .move = other->move,
+                                   .track = guest->track,
+                                   .outcome = &guest->outcome,
+                                   .progress = self->progress,
+                                   .error = &guest->error };
     err = compose_base(&inner);
     if (err == MOTION_OK)
         err = mix(other, guest->track, self->track, self->error);
@@ -337,7 +343,19 @@ int plan_compose(const struct plan_move *move, struct motion_track track[],
                  struct plan_outcome *outcome,
                  const struct plan_progress *progress, struct plan_error *error)
 {
-    const struct compose self = { move, track, outcome, progress, error };
+    return plan_compose_again(move, NULL, NULL, track, outcome, progress,
+                              error);
+}
+
+int plan_compose_again(const struct plan_move *move,
+                       const struct plan_memo *former, struct plan_memo *memo,
+                       struct motion_track track[],
+                       struct plan_outcome *outcome,
+                       const struct plan_progress *progress,
+                       struct plan_error *error)
+{
+    const struct compose self = { move,  track,  outcome, progress,
+                                  error, former, memo };
     int err = compose_base(&self);
 
     if (err == MOTION_OK)

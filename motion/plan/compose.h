@@ -15,6 +15,7 @@
 #include "motion/number/real.h"
 #include "motion/plan/move.h"
 #include "motion/plan/path/plan_path.h"
+#include "motion/plan/plan_memo.h"
 #include "motion/plan/plan_progress.h"
 
 /* What came out beside the tracks. */
@@ -48,6 +49,15 @@ int plan_compose(const struct plan_move *move, struct motion_track track[],
                  struct plan_outcome *outcome,
                  const struct plan_progress *progress,
                  struct plan_error *error);
+/* The same, with what a former plan of the move left (NULL: nothing) and what
+ * this one leaves (NULL: nothing; else zeroed, to be freed with plan_memo_free):
+ * spans that did not change are taken over (plan_memo.h). */
+int plan_compose_again(const struct plan_move *move,
+                       const struct plan_memo *former, struct plan_memo *memo,
+                       struct motion_track track[],
+                       struct plan_outcome *outcome,
+                       const struct plan_progress *progress,
+                       struct plan_error *error);
 void plan_outcome_free(struct plan_outcome *outcome);
 
 /* The time as the move was written, at a time as it is played; 2^-12 ns.

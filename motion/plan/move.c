@@ -9,6 +9,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "motion/core/err.h"
 #include "motion/core/fixed.h"
@@ -314,26 +315,61 @@ static int move_make_cycles(const struct move *move)
     return rc;
 }
 
+static int move_track(struct move *move)
+{
+    struct motion_track *track = move->track;
+    int rc;
+
+    motion_track_init(track, NULL, 0, 0);
+    rc = move_check(move);
+    if (rc == MOTION_OK)
+        rc = move_has_cycles(move->axis) && !move->is_bezier
+                 ? move_make_cycles(move)
+                 : move_make(move);
+    if (rc == MOTION_OK)
+        rc = move_memo_close(move);
+    if (rc == MOTION_OK)
+        move_trim(track);
+    else
+        plan_track_free(track);
+    return rc;
+}
+
 int plan_axis_track(const struct plan_axis *axis, struct motion_track *track,
                     struct plan_error *error)
+{
+    return plan_axis_track_again(axis, NULL, NULL, 0, track, error);
+}
+
+static const struct plan_memo_axis *move_former(const struct plan_memo *former,
+                                                const char *name)
+{
+    for (uint32_t i = 0; former != NULL && i < PLAN_AXES_MAX; i++)
+        if (former->axis[i].segment != NULL &&
+            strncmp(former->axis[i].name, name, PLAN_NAME_MAX) == 0)
+            return &former->axis[i];
+    return NULL;
+}
+
+int plan_axis_track_again(const struct plan_axis *axis,
+                          const struct plan_memo *former,
+                          struct plan_memo *memo, uint32_t index,
+                          struct motion_track *track, struct plan_error *error)
 {
     struct move move = { .axis = axis,
                          .is_bezier =
                              move_is_bezier(axis) && !move_has_profile(axis),
                          .track = track,
                          .error = error };
-    int rc;
 
-    motion_track_init(track, NULL, 0, 0);
-    rc = move_check(&move);
-    if (rc == MOTION_OK)
-        rc = move_has_cycles(axis) && !move.is_bezier ? move_make_cycles(&move)
-                                                      : move_make(&move);
-    if (rc == MOTION_OK)
-        move_trim(track);
-    else
-        plan_track_free(track);
-    return rc;
+    if (memo != NULL) {
+        move.former = move_former(former, axis->name);
+        move.memo = &memo->axis[index];
+        move.planned = &memo->planned;
+        move.reused = &memo->reused;
+        memcpy(move.memo->name, axis->name, PLAN_NAME_MAX);
+    }
+    return move_track(&move);
 }
 
 void plan_track_free(struct motion_track *track)

@@ -163,8 +163,9 @@ static enum status job_plan(struct job *job)
         status = job_goals_request(job);
     if (status != STATUS_OK)
         return status;
-    if (plan_compose(&job->move, job->track, &job->outcome, job->progress,
-                     &error) < 0)
+    if (plan_compose_again(
+            &job->move, job->former != NULL ? job->former->memo : NULL,
+            job->memo, job->track, &job->outcome, job->progress, &error) < 0)
         return job_plan_fail(job, &error);
     job->planned = job->move.axis_count;
     for (unsigned i = 0; i < job->planned; i++)
@@ -254,12 +255,10 @@ static enum status job_open_move(struct job *job, const struct files *files)
     return job_plan(job);
 }
 
-enum status job_open(struct job *job, const struct files *files,
-                     const char *rig_path, const char *move_path, bool any,
-                     const struct plan_progress *progress)
+static enum status job_open_zeroed(struct job *job, const struct files *files,
+                                   const char *rig_path, const char *move_path,
+                                   bool any)
 {
-    memset(job, 0, sizeof *job);
-    job->progress = progress;
     snprintf(job->rig_path, sizeof job->rig_path, "%s", rig_path);
     snprintf(job->move_path, sizeof job->move_path, "%s", move_path);
     enum status status =
@@ -278,10 +277,36 @@ enum status job_open(struct job *job, const struct files *files,
     return status;
 }
 
+enum status job_open(struct job *job, const struct files *files,
+                     const char *rig_path, const char *move_path, bool any,
+                     const struct plan_progress *progress)
+{
+    memset(job, 0, sizeof *job);
+    job->progress = progress;
+    return job_open_zeroed(job, files, rig_path, move_path, any);
+}
+
+enum status job_open_again(struct job *job, const struct files *files,
+                           const char *rig_path, const char *move_path,
+                           const struct job *former)
+{
+    memset(job, 0, sizeof *job);
+    job->keeps = true;
+    job->former = former;
+    job->memo = memory_new(1, sizeof *job->memo);
+    return job_open_zeroed(job, files, rig_path, move_path, false);
+}
+
 void job_free(struct job *job)
 {
     for (unsigned i = 0; i < job->planned; i++)
         plan_track_free(&job->track[i]);
+    for (unsigned i = 0; job->facts != NULL && i < job->planned; i++)
+        memory_free(job->facts[i]);
+    memory_free(job->facts);
+    if (job->memo != NULL)
+        plan_memo_free(job->memo);
+    memory_free(job->memo);
     plan_outcome_free(&job->outcome);
     for (unsigned i = 0; job->shots != NULL && i < job->rig.line_count; i++)
         plan_shots_free(&job->shots[i]);
@@ -393,6 +418,12 @@ static const struct motion_segment *job_walk_next(void *context)
     return i < walk->count ? &job->track[walk->axis].segment[i] : NULL;
 }
 
+static const struct plan_facts *job_walk_facts(void *context)
+{
+    const struct job_walk *walk = context;
+    return &walk->job->facts[walk->axis][walk->next - 1];
+}
+
 static uint32_t job_find(const struct job *job, unsigned i,
                          const struct plan_limit *limit,
                          struct plan_violation *found, uint32_t capacity)
@@ -406,7 +437,9 @@ static uint32_t job_find(const struct job *job, unsigned i,
                                        : job->track[i].count,
         .compiled = { .compiled = job->compiled, .axis = i },
     };
-    const struct plan_check_source source = { job_walk_next, &walk };
+    const struct plan_check_source source = {
+        job_walk_next, &walk, job->facts != NULL ? job_walk_facts : NULL
+    };
     return plan_check_source(&job->track[i], &source, limit, found, capacity);
 }
 
@@ -441,6 +474,54 @@ static struct job_violation job_violation_of(const struct job *job, unsigned i,
     return violation;
 }
 
+static bool job_is_segment(const struct motion_segment *a,
+                           const struct motion_segment *b)
+{
+    return a->start_ns_q12 == b->start_ns_q12 &&
+           a->dur_ns_q12 == b->dur_ns_q12 && a->pos_q32 == b->pos_q32 &&
+           memcmp(a->coef, b->coef, sizeof a->coef) == 0 &&
+           a->frac == b->frac && a->remainder == b->remainder &&
+           a->degree == b->degree;
+}
+
+/* Both tracks in the order of time. */
+static struct plan_facts *job_facts(const struct motion_track *track,
+                                    const struct motion_track *former,
+                                    const struct plan_facts *known)
+{
+    struct plan_facts *facts =
+        memory_new((size_t)track->count + 1, sizeof *facts);
+    uint32_t k = 0;
+
+    for (uint32_t i = 0; i < track->count; i++) {
+        const struct motion_segment *segment = &track->segment[i];
+        while (known != NULL && k < former->count &&
+               former->segment[k].start_ns_q12 < segment->start_ns_q12)
+            k++;
+        if (known != NULL && k < former->count &&
+            job_is_segment(segment, &former->segment[k]))
+            facts[i] = known[k];
+        else
+            plan_facts_of(segment, &facts[i]);
+    }
+    return facts;
+}
+
+static void job_keep_facts(struct job *job)
+{
+    const struct job *former = job->former;
+    job->facts = memory_new((size_t)job->planned + 1, sizeof(void *));
+    for (unsigned i = 0; i < job->planned; i++) {
+        const int k = former == NULL || former->facts == NULL
+                          ? -1
+                          : job_axis_index(former, job->move.axis[i].name);
+        job->facts[i] = k < 0 ? job_facts(&job->track[i], NULL, NULL)
+                              : job_facts(&job->track[i], &former->track[k],
+                                          former->facts[k]);
+    }
+    job->former = NULL;
+}
+
 static void job_check_axis(struct job *job, unsigned i, int64_t rate_q30)
 {
     struct plan_limit limit;
@@ -464,6 +545,8 @@ void job_check(struct job *job, int64_t rate_q30)
         rate_q30 = MOTION_CLOCK_WARP_ONE_Q30;
     job->violation_count = 0;
     job->rate_q30 = rate_q30;
+    if (job->keeps && job->facts == NULL)
+        job_keep_facts(job);
     for (unsigned i = 0; i < job->move.axis_count; i++)
         job_check_axis(job, i, rate_q30);
     plan_progress_end(job->progress);

@@ -72,8 +72,13 @@ struct job {
     struct plan_shots *shots; /* by line of the rig */
     struct job_violation *violation;
     uint32_t violation_count;
-    int64_t rate_q30;         /* at which job_check judged it */
-    struct messages messages; /* for the user */
+    int64_t rate_q30; /* at which job_check judged it */
+    /* with job_open_again */
+    bool keeps;                /* what the next plan can take over: */
+    const struct job *former;  /* while it is planned and judged; NULL */
+    struct plan_memo *memo;    /* of spans; on the heap */
+    struct plan_facts **facts; /* of each axis, of each segment; job_check */
+    struct messages messages;  /* for the user */
 };
 
 /* Read both files and plan every axis; `progress` is told how far that is, and
@@ -84,6 +89,13 @@ struct job {
 enum status job_open(struct job *job, const struct files *files,
                      const char *rig_path, const char *move_path, bool any,
                      const struct plan_progress *progress);
+/* The same for a move that is planned again and again: it keeps what the next
+ * plan can take over, and takes over what `former` (of the same, NULL: none) has
+ * kept.  Tracks and violations are those of job_open, to the bit.  `former` must
+ * be there until job_check, and may be freed then. */
+enum status job_open_again(struct job *job, const struct files *files,
+                           const char *rig_path, const char *move_path,
+                           const struct job *former);
 void job_free(struct job *job);
 /* Arrays for so many axes of the move, in the place of those there are: for
  * whoever builds the move himself. */

@@ -152,8 +152,8 @@ STUDIO_EXPORT bool studio_plan_keys(const struct studio_plan *plan,
 /* --- samples -----------------------------------------------------------------
  *
  * Position, velocity and acceleration at both ends of a column as the tick
- * samples them; jerk, which the tick has no use for, from three places of its
- * segment, which decide a polynomial of the second degree.  What lies between is
+ * samples them; jerk, which the tick has no use for, from the facts about its
+ * segment, where it is a polynomial of the second degree at most.  What lies between is
  * in the extremes of the segment. */
 
 struct numbers_column {
@@ -182,31 +182,38 @@ static void numbers_take_at(const struct motion_track *track,
     numbers_take(column, 2, number_double(sample.acc_q32, 32));
 }
 
+/* Its middle follows from both ends and the change of acceleration (Simpson's
+ * rule, exact for the second degree). */
 static double numbers_jerk(const struct motion_segment *segment,
-                           const struct studio_shape *shape, int64_t t)
+                           const struct plan_facts *facts, int64_t t)
 {
+    const double dur_s = numbers_seconds(segment->dur_ns_q12);
     const double u =
         (double)(t - segment->start_ns_q12) / (double)segment->dur_ns_q12;
-    const double *j = shape->jerk;
+    const double start = number_double(facts->start.jerk_q32, 32),
+                 end = number_double(facts->end.jerk_q32, 32);
+    const double change = number_double(facts->end.acc_q32, 32) -
+                          number_double(facts->start.acc_q32, 32);
+    const double middle = (6 * change / dur_s - start - end) / 4;
 
-    return j[0] * (1 - u) * (1 - 2 * u) + j[1] * 4 * u * (1 - u) +
-           j[2] * u * (2 * u - 1);
+    return start * (1 - u) * (1 - 2 * u) + middle * 4 * u * (1 - u) +
+           end * u * (2 * u - 1);
 }
 
 /* What of a segment is in the column. */
 static void numbers_part(const struct numbers_column *column,
                          const struct motion_segment *segment,
-                         const struct studio_shape *shape)
+                         const struct plan_facts *facts)
 {
     const int64_t start = segment->start_ns_q12;
     const int64_t end = start + segment->dur_ns_q12;
     const int64_t from = column->from > start ? column->from : start;
     const int64_t to = column->to < end ? column->to : end;
 
-    numbers_take(column, 3, numbers_jerk(segment, shape, from));
-    numbers_take(column, 3, numbers_jerk(segment, shape, to));
+    numbers_take(column, 3, numbers_jerk(segment, facts, from));
+    numbers_take(column, 3, numbers_jerk(segment, facts, to));
     for (unsigned k = 0; k < 4; k++) {
-        const struct motion_extreme *of = &shape->extreme[k];
+        const struct motion_extreme *of = &facts->extreme[k];
         if (of->min_ns_q12 >= from && of->min_ns_q12 <= to)
             numbers_take(column, k, number_double(of->min, 32));
         if (of->max_ns_q12 >= from && of->max_ns_q12 <= to)
@@ -214,35 +221,8 @@ static void numbers_part(const struct numbers_column *column,
     }
 }
 
-static void numbers_shape(const struct motion_segment *segment,
-                          struct studio_shape *shape)
-{
-    motion_segment_extremes(segment, shape->extreme);
-    for (unsigned i = 0; i < 3; i++) {
-        struct motion_state state;
-        const int64_t half = segment->dur_ns_q12 / 2;
-        motion_segment_state(segment, i < 2 ? half * i : segment->dur_ns_q12,
-                             &state);
-        shape->jerk[i] = number_double(state.jerk_q32, 32);
-    }
-}
-
-static const struct studio_shape *numbers_shapes(struct studio_plan *plan,
-                                                 uint32_t axis)
-{
-    const struct motion_track *track = &plan->job.track[axis];
-
-    if (plan->shape[axis] == NULL) {
-        plan->shape[axis] =
-            memory_new((size_t)track->count + 1, sizeof **plan->shape);
-        for (uint32_t i = 0; i < track->count; i++)
-            numbers_shape(&track->segment[i], &plan->shape[axis][i]);
-    }
-    return plan->shape[axis];
-}
-
 static void numbers_fill(const struct motion_track *track,
-                         const struct studio_shape *shape,
+                         const struct plan_facts *facts,
                          struct motion_cursor *cursor,
                          const struct numbers_column *column)
 {
@@ -258,19 +238,20 @@ static void numbers_fill(const struct motion_track *track,
         return;
     for (uint32_t i = numbers_segment(track, column->from);
          i < track->count && track->segment[i].start_ns_q12 <= column->to; i++)
-        numbers_part(column, &track->segment[i], &shape[i]);
+        numbers_part(column, &track->segment[i], &facts[i]);
 }
 
-STUDIO_EXPORT bool studio_plan_samples(struct studio_plan *plan, uint32_t axis,
-                                       double from_s, double to_s,
-                                       uint32_t columns, double *out)
+STUDIO_EXPORT bool studio_plan_samples(const struct studio_plan *plan,
+                                       uint32_t axis, double from_s,
+                                       double to_s, uint32_t columns,
+                                       double *out)
 {
     const struct motion_track *track = numbers_track(plan, axis);
     struct motion_cursor cursor = { 0 };
 
     if (track == NULL || !(to_s >= from_s))
         return false;
-    const struct studio_shape *shape = numbers_shapes(plan, axis);
+    const struct plan_facts *facts = plan->job.facts[axis];
     for (uint32_t i = 0; i < columns; i++) {
         const double part = (to_s - from_s) / columns;
         const struct numbers_column column = {
@@ -278,7 +259,7 @@ STUDIO_EXPORT bool studio_plan_samples(struct studio_plan *plan, uint32_t axis,
             .to = numbers_time(from_s + part * (i + 1)),
             .out = out + (size_t)STUDIO_COLUMN * i,
         };
-        numbers_fill(track, shape, &cursor, &column);
+        numbers_fill(track, facts, &cursor, &column);
     }
     return true;
 }

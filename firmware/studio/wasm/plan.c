@@ -14,18 +14,18 @@
 #define PLAN_HASH_PRIME UINT64_C(1099511628211)
 
 STUDIO_EXPORT struct studio_plan *
-studio_plan_new(const struct store *store, const char *rig, const char *move)
+studio_plan_new(const struct store *store, const char *rig, const char *move,
+                const struct studio_plan *former)
 {
     struct studio_plan *plan = memory_new(1, sizeof *plan);
 
     store_snapshot(store, &plan->files);
-    plan->status =
-        job_open(&plan->job, &plan->files.files, rig, move, false, NULL);
+    plan->status = job_open_again(
+        &plan->job, &plan->files.files, rig, move,
+        former != NULL && former->status == STATUS_OK ? &former->job : NULL);
     if (plan->status == STATUS_OK) {
         job_check(&plan->job, MOTION_CLOCK_WARP_ONE_Q30);
         (void)budget_check(&plan->job);
-        plan->shape = memory_new((size_t)plan->job.planned + 1,
-                                 sizeof(struct studio_shape *));
     }
     return plan;
 }
@@ -34,9 +34,6 @@ STUDIO_EXPORT void studio_plan_delete(struct studio_plan *plan)
 {
     if (plan == NULL)
         return;
-    for (unsigned i = 0; plan->shape != NULL && i < plan->job.planned; i++)
-        memory_free(plan->shape[i]);
-    memory_free(plan->shape);
     job_free(&plan->job);
     store_free(&plan->files);
     cJSON_free(plan->report);
@@ -228,6 +225,8 @@ STUDIO_EXPORT const char *studio_plan_report(struct studio_plan *plan)
         cJSON_AddNullToObject(report, "fps");
     cJSON_AddNumberToObject(report, "end_s",
                             plan_seconds(plan->job.end_ns_q12));
+    cJSON_AddNumberToObject(report, "planned", plan->job.memo->planned);
+    cJSON_AddNumberToObject(report, "reused", plan->job.memo->reused);
     plan_add_tracks(plan, report);
     plan_add_rig(plan, report);
     plan_add_messages(plan, report);

@@ -23,23 +23,17 @@
 #define STUDIO_COLUMN  8  /* of a column of samples */
 #define STUDIO_SUBJECT 3
 
-/* Of a segment; jerk at its start, its middle and its end. */
-struct studio_shape {
-    struct motion_extreme extreme[MOTION_JERK + 1];
-    double jerk[3];
-};
-
 struct studio_plan {
     struct store files;
     struct job job;
     enum status status;
-    struct studio_shape **shape; /* of each axis, of each segment; made when
-                                    samples are asked for */
     char *report, *answer;
 };
 
+/* `former`, a plan of the same, may be NULL, and is not used later. */
 struct studio_plan *studio_plan_new(const struct store *store, const char *rig,
-                                    const char *move);
+                                    const char *move,
+                                    const struct studio_plan *former);
 void studio_plan_delete(struct studio_plan *plan);
 
 const char *studio_plan_report(struct studio_plan *plan);
@@ -51,8 +45,9 @@ const char *studio_plan_report(struct studio_plan *plan);
 bool studio_plan_keys(const struct studio_plan *plan, uint32_t axis,
                       double *out);
 /* STUDIO_COLUMN per column. */
-bool studio_plan_samples(struct studio_plan *plan, uint32_t axis, double from_s,
-                         double to_s, uint32_t columns, double *out);
+bool studio_plan_samples(const struct studio_plan *plan, uint32_t axis,
+                         double from_s, double to_s, uint32_t columns,
+                         double *out);
 /* p, v, a, j. */
 bool studio_plan_at(const struct studio_plan *plan, uint32_t axis, double t_s,
                     double out[4]);

@@ -244,9 +244,9 @@ export class Planner {
     else this.#texts.set(name, typeof text === "string" ? text : decoder.decode(bytes));
   }
 
-  plan(rig, move) {
+  plan(rig, move, former = null) {
     const handle = this.withTexts([rig, move], (rigAt, moveAt) =>
-      this.wasm.studio_plan_new(this.#store, rigAt, moveAt),
+      this.wasm.studio_plan_new(this.#store, rigAt, moveAt, former?.handle ?? 0),
     );
     return new Plan(this, handle, this.#texts.get(move) ?? "");
   }

@@ -20,6 +20,7 @@
 #define BEZIER_ELASTIC -9
 
 /* A cycle of a microsecond, repeated for days, would fill any memory. */
+#define BEZIER_SPAN         64 /* segments, as a rule */
 #define BEZIER_SEGMENTS_MAX (1u << 23)
 
 static const struct plan_bezier_key bezier_default = {
@@ -410,21 +411,70 @@ static int bezier_fail(const struct move *move, int code, uint32_t key)
 }
 
 /* All or nothing, so room is made and it is tried again. */
-static int bezier_append(const struct move *move, int64_t from, int64_t to)
+static int bezier_append_range(const struct move *move,
+                               const struct motion_fcurve_range *range)
 {
     struct motion_fcurve_report report;
-    const struct motion_fcurve_range range = bezier_range(move, from, to);
-    uint32_t capacity = move->handles.count + 16;
+    uint32_t capacity = BEZIER_SPAN;
     int rc;
 
     do {
         rc = move_grow(move, capacity);
         if (rc != MOTION_OK)
             return rc;
-        rc = motion_fcurve_append(move->track, &move->handles, &range, &report);
+        rc = motion_fcurve_append(move->track, &move->handles, range, &report);
         capacity *= 2;
     } while (rc == MOTION_E_FULL && capacity < BEZIER_SEGMENTS_MAX);
+    if (rc == MOTION_OK && move->track->count > BEZIER_SEGMENTS_MAX)
+        return bezier_fail_full(move);
     return rc == MOTION_OK ? MOTION_OK : bezier_fail(move, rc, report.failed);
+}
+
+/* The span from key `key`, or one that was planned before. */
+static int bezier_append_span(const struct move *move, uint32_t key,
+                              const struct motion_fcurve_range *range)
+{
+    struct plan_memo_span span;
+    int rc;
+
+    if (move->memo == NULL)
+        return bezier_append_range(move, range);
+    move_memo_want(move, key, range, &span);
+    (*move->planned)++;
+    if (!move_memo_recall(move, &span)) {
+        rc = bezier_append_range(move, range);
+        if (rc != MOTION_OK)
+            return rc;
+    }
+    return move_memo_keep(move, &span);
+}
+
+static bool bezier_is_once(const struct motion_fcurve *curve)
+{
+    return curve->before.mode == MOTION_FCURVE_ONCE &&
+           curve->after.mode == MOTION_FCURVE_ONCE;
+}
+
+/* Span by span: it is cut at every key anyway.  Cycles in one piece. */
+static int bezier_append(const struct move *move, int64_t from, int64_t to)
+{
+    const struct motion_fcurve *curve = &move->handles;
+    struct motion_fcurve_range range = bezier_range(move, from, to);
+    uint32_t key = 0; /* the first at or after `from`, and those after it */
+    int rc = MOTION_OK;
+
+    if (!bezier_is_once(curve))
+        return bezier_append_range(move, &range);
+    while (key < curve->count && curve->key[key].at.t_ns_q12 <= from)
+        key++;
+    for (; rc == MOTION_OK && range.from_ns_q12 < to; key++) {
+        range.to_ns_q12 = key < curve->count && curve->key[key].at.t_ns_q12 < to
+                              ? curve->key[key].at.t_ns_q12
+                              : to;
+        rc = bezier_append_span(move, key > 0 ? key - 1 : 0, &range);
+        range.from_ns_q12 = range.to_ns_q12;
+    }
+    return rc;
 }
 
 int move_bezier_append(const struct move *move, uint32_t from, uint32_t to)
@@ -440,8 +490,7 @@ static bool bezier_is_endless(const struct motion_fcurve *curve, int64_t end)
     const int64_t period = curve->key[curve->count - 1].at.t_ns_q12 - first;
     const int64_t from = first < 0 ? first : 0;
 
-    if (period == 0 || (curve->before.mode == MOTION_FCURVE_ONCE &&
-                        curve->after.mode == MOTION_FCURVE_ONCE))
+    if (period == 0 || bezier_is_once(curve))
         return false;
     return (end - from) / period > BEZIER_SEGMENTS_MAX / curve->count;
 }

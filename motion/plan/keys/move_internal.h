@@ -2,7 +2,7 @@
 #ifndef MOTION_PLAN_MOVE_INTERNAL_H
 #define MOTION_PLAN_MOVE_INTERNAL_H
 
-#include "motion/plan/move.h"
+#include "motion/plan/plan_memo.h"
 
 /* One axis on its way to a track. */
 struct move {
@@ -14,6 +14,9 @@ struct move {
     struct motion_fcurve handles; /* of all keys; none without a bezier span */
     struct motion_track *track;
     struct plan_error *error;
+    const struct plan_memo_axis *former; /* NULL: nothing is taken over */
+    struct plan_memo_axis *memo;         /* NULL: nothing is kept */
+    uint32_t *planned, *reused;          /* spans, with memo */
     const uint32_t *number; /* which key of the user's each is, from 0; NULL:
                                the same */
 };
@@ -85,6 +88,19 @@ int move_cycles_check(const struct move *move);
  * on the heap, for free(), also after an error. */
 int move_cycles_write(const struct move *move, struct plan_axis *out,
                       uint32_t **number);
+
+/* --- memo.c --------------------------------------------------------------- */
+
+/* All that decides what the segments of a span are, which is next on the track
+ * and starts at the key `key` (or lies before the first). */
+void move_memo_want(const struct move *move, uint32_t key,
+                    const struct motion_fcurve_range *range,
+                    struct plan_memo_span *span);
+/* Append what a former plan made of the same; false: it made nothing of it. */
+bool move_memo_recall(const struct move *move, struct plan_memo_span *span);
+/* The span as it was appended; and the track, once it is whole. */
+int move_memo_keep(const struct move *move, struct plan_memo_span *span);
+int move_memo_close(const struct move *move);
 
 /* --- bezier.c ------------------------------------------------------------- */
 

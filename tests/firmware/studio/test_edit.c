@@ -106,7 +106,7 @@ static struct studio_plan *planned(const char *text)
 
     store_put(&store, "rig.yaml", rig, strlen(rig));
     store_put(&store, "move.yaml", text, strlen(text));
-    plan = studio_plan_new(&store, "rig.yaml", "move.yaml");
+    plan = studio_plan_new(&store, "rig.yaml", "move.yaml", NULL);
     store_free(&store);
     if (plan->status != STATUS_OK)
         fail_msg("%s", studio_plan_report(plan));

@@ -1,0 +1,231 @@
+/* tests/firmware/studio/test_again.c - a move that is planned again after an
+ * edit: what is taken over changes no bit (motion/plan/plan_memo.h, job.h). */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "firmware/studio/wasm/plan.h"
+#include "motion/core/clock_warp.h"
+
+#define KEYS   12
+#define ROUNDS 40
+
+static const char rig[] =
+    "buses: {can0: {kind: canopen, bit_rate: 1 Mbit/s}}\n"
+    "axes:\n"
+    "  x:\n"
+    "    unit: mm\n"
+    "    limits: {position: [-900, 900], velocity: 100, acceleration: 500}\n"
+    "    following_error: {floor: 1 mm, time: 20 ms}\n"
+    "    drive: {kind: cia402, bus: can0, node: 1, counts: 100 per mm}\n"
+    "  y:\n"
+    "    unit: mm\n"
+    "    limits: {position: [-900, 900], velocity: 100, acceleration: 500}\n"
+    "    following_error: {floor: 1 mm, time: 20 ms}\n"
+    "    drive: {kind: cia402, bus: can0, node: 2, counts: 100 per mm}\n";
+
+static uint64_t seed = 17;
+
+static uint32_t below(uint32_t limit)
+{
+    seed = seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+    return (uint32_t)(seed >> 33) % limit;
+}
+
+struct key {
+    uint32_t t_ms, kind;
+    int p, dp;
+};
+
+struct sketch {
+    struct key key[KEYS + ROUNDS];
+    unsigned count;
+    bool mixed, warped;
+};
+
+static struct key any_key(uint32_t t_ms)
+{
+    return (struct key){ t_ms, below(4), (int)below(800) - 400,
+                         (int)below(100) - 50 };
+}
+
+static void sketch_new(struct sketch *sketch)
+{
+    *sketch = (struct sketch){ .count = KEYS, .mixed = below(2) != 0 };
+    for (unsigned i = 0; i < KEYS; i++)
+        sketch->key[i] = any_key(i * 1000 + below(500));
+}
+
+/* A key moves, comes, goes; or something else changes. */
+static void sketch_change(struct sketch *sketch)
+{
+    const unsigned at = 1 + below(sketch->count - 2);
+    struct key *key = &sketch->key[at];
+
+    switch (below(6)) {
+    case 0:
+        if (key->t_ms < key[-1].t_ms + 2)
+            break;
+        memmove(key + 1, key, (sketch->count - at) * sizeof *key);
+        *key = any_key((key[-1].t_ms + key[1].t_ms) / 2);
+        sketch->count++;
+        break;
+    case 1:
+        if (sketch->count <= 4)
+            break;
+        memmove(key, key + 1, (sketch->count - at - 1) * sizeof *key);
+        sketch->count--;
+        break;
+    case 2:
+        key->kind = below(4);
+        break;
+    case 3:
+        sketch->warped = !sketch->warped;
+        break;
+    default:
+        key->p = (int)below(800) - 400;
+    }
+}
+
+static void sketch_text(const struct sketch *sketch, char *text, size_t size)
+{
+    static const char *const kinds[] = { "auto", "vector", "aligned",
+                                         "auto-clamped" };
+    size_t n = (size_t)snprintf(
+        text, size,
+        "%saxes:\n  y: {curve: c2, keys: [[0, 0], [3, 9], [9, 0]]}\n"
+        "  x:\n    curve: bezier\n    keys:\n",
+        sketch->warped ? "warp: {keys: [[0 s, 0 s], [20 s, 15 s]]}\n" : "");
+
+    for (unsigned i = 0; i < sketch->count; i++) {
+        const struct key *key = &sketch->key[i];
+        n += (size_t)snprintf(text + n, size - n, "      - {t: %u.%03u, p: %d",
+                              key->t_ms / 1000, key->t_ms % 1000, key->p);
+        if (sketch->mixed && i == 5)
+            n += (size_t)snprintf(text + n, size - n, ", curve: s-curve}\n");
+        else if (key->kind == 2)
+            n += (size_t)snprintf(text + n, size - n,
+                                  ", handles: aligned, left: [-0.1, %d], "
+                                  "right: [0.2, %d]}\n",
+                                  -key->dp, 2 * key->dp);
+        else
+            n += (size_t)snprintf(text + n, size - n, ", handles: %s}\n",
+                                  kinds[key->kind]);
+    }
+}
+
+static struct studio_plan *planned(const char *text,
+                                   const struct studio_plan *former)
+{
+    struct store store = { .count = 0 };
+    struct studio_plan *plan;
+
+    store_put(&store, "rig.yaml", rig, strlen(rig));
+    store_put(&store, "move.yaml", text, strlen(text));
+    plan = studio_plan_new(&store, "rig.yaml", "move.yaml", former);
+    store_free(&store);
+    return plan;
+}
+
+static void same(const char *text, const struct studio_plan *again)
+{
+    static struct job job;
+    struct store store = { .count = 0 }, files;
+
+    store_put(&store, "rig.yaml", rig, strlen(rig));
+    store_put(&store, "move.yaml", text, strlen(text));
+    store_snapshot(&store, &files);
+    const enum status status =
+        job_open(&job, &files.files, "rig.yaml", "move.yaml", false, NULL);
+    assert_int_equal(status, again->status);
+    if (status == STATUS_OK)
+        job_check(&job, MOTION_CLOCK_WARP_ONE_Q30);
+    assert_int_equal(job.violation_count, again->job.violation_count);
+    for (uint32_t i = 0; i < job.violation_count; i++)
+        if (job.violation[i].value != again->job.violation[i].value ||
+            job.violation[i].t_ns_q12 != again->job.violation[i].t_ns_q12 ||
+            job.violation[i].kind != again->job.violation[i].kind)
+            fail_msg("violation %u differs after\n%s", i, text);
+    for (unsigned i = 0; i < job.planned; i++) {
+        const struct motion_track *a = &job.track[i], *b = &again->job.track[i];
+        assert_int_equal(a->count, b->count);
+        assert_int_equal(a->end.pos_q32, b->end.pos_q32);
+        assert_int_equal(a->end_frac, b->end_frac);
+        for (uint32_t k = 0; k < a->count; k++)
+            if (a->segment[k].start_ns_q12 != b->segment[k].start_ns_q12 ||
+                a->segment[k].pos_q32 != b->segment[k].pos_q32 ||
+                a->segment[k].remainder != b->segment[k].remainder ||
+                memcmp(a->segment[k].coef, b->segment[k].coef,
+                       sizeof a->segment[k].coef) != 0)
+                fail_msg("segment %u differs after\n%s", k, text);
+    }
+    job_free(&job);
+    store_free(&files);
+    store_free(&store);
+}
+
+static void random_edits_leave_the_bits_of_a_fresh_plan(void **state)
+{
+    static char text[16384];
+    static struct sketch sketch;
+    uint32_t reused = 0, spans = 0;
+
+    (void)state;
+    for (unsigned move = 0; move < 4; move++) {
+        struct studio_plan *plan = NULL;
+        sketch_new(&sketch);
+        for (unsigned i = 0; i < ROUNDS / 4; i++) {
+            sketch_text(&sketch, text, sizeof text);
+            struct studio_plan *next = planned(text, plan);
+            same(text, next);
+            if (plan != NULL && next->status == STATUS_OK) {
+                reused += next->job.memo->reused;
+                spans += next->job.memo->planned;
+            }
+            studio_plan_delete(plan);
+            plan = next;
+            sketch_change(&sketch);
+        }
+        studio_plan_delete(plan);
+    }
+    if (2 * reused < spans)
+        fail_msg("%u of %u spans were taken over", reused, spans);
+}
+
+static void a_key_that_moves_costs_the_spans_beside_it(void **state)
+{
+    static char text[16384];
+    static struct sketch sketch;
+
+    (void)state;
+    sketch_new(&sketch);
+    sketch.mixed = false;
+    for (unsigned i = 0; i < KEYS; i++) {
+        sketch.key[i].kind = 3;
+        sketch.key[i].p = i == 0 ? -400 : i == 1 ? 400 : (int)i;
+    }
+    sketch_text(&sketch, text, sizeof text);
+    struct studio_plan *plan = planned(text, NULL);
+    assert_int_equal(plan->job.memo->reused, 0);
+    sketch.key[7].p = 99;
+    sketch_text(&sketch, text, sizeof text);
+    struct studio_plan *next = planned(text, plan);
+    assert_int_equal(next->job.memo->planned, KEYS - 1 + 1);
+    assert_in_range(next->job.memo->reused, KEYS - 8, KEYS - 4);
+    studio_plan_delete(next);
+    studio_plan_delete(plan);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(random_edits_leave_the_bits_of_a_fresh_plan),
+        cmocka_unit_test(a_key_that_moves_costs_the_spans_beside_it),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
