@@ -7,8 +7,7 @@
 #include "firmware/studio/wasm/plan.h"
 #include "motion/core/fixed.h"
 
-/* Saturates; NaN is 0. */
-static int64_t numbers_time(double t_s)
+int64_t studio_time(double t_s)
 {
     const double most = ldexp(1, 62);
     const double t = t_s * (double)MOTION_FIXED_S_Q12;
@@ -255,8 +254,8 @@ STUDIO_EXPORT bool studio_plan_samples(const struct studio_plan *plan,
     for (uint32_t i = 0; i < columns; i++) {
         const double part = (to_s - from_s) / columns;
         const struct numbers_column column = {
-            .from = numbers_time(from_s + part * i),
-            .to = numbers_time(from_s + part * (i + 1)),
+            .from = studio_time(from_s + part * i),
+            .to = studio_time(from_s + part * (i + 1)),
             .out = out + (size_t)STUDIO_COLUMN * i,
         };
         numbers_fill(track, facts, &cursor, &column);
@@ -272,7 +271,7 @@ STUDIO_EXPORT bool studio_plan_at(const struct studio_plan *plan, uint32_t axis,
 
     if (track == NULL)
         return false;
-    motion_track_state(track, numbers_time(t_s), &state);
+    motion_track_state(track, studio_time(t_s), &state);
     numbers_state(out, &state);
     return true;
 }
@@ -308,8 +307,8 @@ STUDIO_EXPORT bool studio_plan_rows(const struct studio_plan *plan,
 static int64_t numbers_moment(double from_s, double to_s, uint32_t i,
                               uint32_t count)
 {
-    return numbers_time(count < 2 ? from_s
-                                  : from_s + (to_s - from_s) / (count - 1) * i);
+    return studio_time(count < 2 ? from_s
+                                 : from_s + (to_s - from_s) / (count - 1) * i);
 }
 
 static void numbers_vector(double out[3], const struct plan_jet_vec *v,

@@ -70,4 +70,18 @@ const char *studio_plan_edit(struct studio_plan *plan, const char *operations);
 const char *studio_plan_fit(struct studio_plan *plan, const char *method,
                             const char *tolerance);
 
+/* --- body.c: the rig itself, in lines --- */
+
+enum studio_line {
+    STUDIO_LINE_RAIL, /* where an axis can take the head */
+    STUDIO_LINE_BODY, /* what stands there */
+};
+/* Points of three numbers, in m; a line begins with NaN, its kind, 0.  How many
+ * there are, at most `most`; 0 where the rig has no kinematics. */
+uint32_t studio_plan_body(const struct studio_plan *plan, double t_s,
+                          uint32_t most, double *out);
+
+/* 2^-12 ns; saturates, NaN is 0. */
+int64_t studio_time(double t_s);
+
 #endif

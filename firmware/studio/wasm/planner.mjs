@@ -129,6 +129,21 @@ class Plan {
     );
   }
 
+  // The rig at a time, in lines of points: [{ isRail, points: [x, y, z, ...] }].
+  body(t) {
+    const most = 512;
+    let count = 0;
+    const numbers = this.#numbers(SUBJECT * most, Float64Array, (at) => {
+      count = this.#planner.wasm.studio_plan_body(this.handle, t, most, at);
+      return true;
+    });
+    const lines = [];
+    for (let at = 0; at < SUBJECT * count; at += SUBJECT)
+      if (Number.isNaN(numbers[at])) lines.push({ isRail: numbers[at + 1] === 0, points: [] });
+      else lines.at(-1).points.push(...numbers.subarray(at, at + SUBJECT));
+    return lines;
+  }
+
   subject(from, to, count) {
     return this.#numbers(SUBJECT * count, Float64Array, (at) =>
       this.#planner.wasm.studio_plan_subject(this.handle, from, to, count, at),
