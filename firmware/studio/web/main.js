@@ -56,7 +56,7 @@ function Side({ session, machine, tab, setTab }) {
           tabindex=${name === tab ? 0 : -1} onClick=${() => setTab(name)}>${name}</button>`,
       )}
     </div>
-    <div role="tabpanel" id="panel" aria-labelledby=${`tab-${tab}`} tabindex="-1">
+    <div role="tabpanel" id="panel" aria-labelledby=${`tab-${tab}`} tabindex="0">
       <${Tab} name=${tab} session=${session} machine=${machine} />
     </div>
   </div>`;
