@@ -8,6 +8,7 @@ import { Trail } from "./trail.js";
 const leaseSeconds = 5;
 const renewMs = 1500;
 const statusMs = 500;
+const loadSeconds = 0.5; // over which a bus load is measured
 const loadMs = 120_000; // planning a long move takes as long as it takes
 
 function isPlaying(frame) {
@@ -16,7 +17,7 @@ function isPlaying(frame) {
 }
 
 export class Machine {
-  #before = null; // the frame before, for bus loads
+  #before = null; // a frame of half a second ago, for bus loads
   #timers = [];
 
   constructor(url, say, WebSocketClass) {
@@ -144,9 +145,11 @@ export class Machine {
 
   #frame(frame) {
     batch(() => {
-      if (this.#before !== null)
+      this.#before ??= frame;
+      if (frame.time - this.#before.time >= loadSeconds) {
         this.loads.value = frame.buses.map((_, i) => busLoad(this.#before, frame, i));
-      this.#before = frame;
+        this.#before = frame;
+      }
       this.frame.value = frame;
       this.heardAt.value = Date.now();
       if (frame.state !== "fault") this.fault.value = "";

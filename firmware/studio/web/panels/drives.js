@@ -3,18 +3,32 @@ import { html, useEffect, useState } from "../vendor/ui.js";
 import { adviceFor } from "../live/faults.js";
 import { shortNumber } from "../model/number.js";
 
-function DriveRow({ axis, at, unit }) {
-  return html`<tr class=${axis.error ? "bad" : ""}>
-    <th scope="row">${axis.name}</th>
-    <td>${axis.drive}${axis.homed ? "" : ", not homed"}</td>
-    <td class="number">${at?.known ? `${shortNumber(at.actual.last, 3)} ${unit}` : "not known"}</td>
-    <td class="number">${at?.known ? `${shortNumber(at.error.last, 3)} ${unit}` : ""}</td>
-    <td class="number">${at?.torque === null || at === undefined ? "" : `${shortNumber(at.torque, 0)} %`}</td>
-    <td>
-      ${axis.error ? html`${axis.error} <span class="quiet">${adviceFor(axis.error)}</span>` : (axis.statusword_text ?? "")}
-      ${axis.limit_negative ? " lower limit switch" : ""}${axis.limit_positive ? " upper limit switch" : ""}${axis.home_switch ? " home switch" : ""}
+// What a drive says, in words, with what to do about it.
+function Says({ axis }) {
+  const switches = [
+    axis.limit_negative ? "lower limit switch" : "",
+    axis.limit_positive ? "upper limit switch" : "",
+    axis.home_switch ? "home switch" : "",
+  ].filter((text) => text !== "");
+  const words = [axis.statusword_text ?? "", ...switches].filter((text) => text !== "");
+  return html`<tr>
+    <td colspan="5" class=${axis.error ? "bad" : "quiet"}>
+      ${axis.error ? `${axis.error}. ${adviceFor(axis.error)} ` : ""}${words.join(", ")}
     </td>
   </tr>`;
+}
+
+function DriveRow({ axis, at, unit }) {
+  const known = at?.known ?? false;
+  const torque = at?.torque ?? null;
+  return html`<tr class=${axis.error ? "bad" : ""}>
+      <th scope="row">${axis.name}</th>
+      <td>${axis.drive}${axis.homed ? "" : ", not homed"}</td>
+      <td class="number">${known ? `${shortNumber(at.actual.last, 3)} ${unit}` : "not known"}</td>
+      <td class="number">${known ? `${shortNumber(at.error.last, 3)} ${unit}` : ""}</td>
+      <td class="number">${torque === null ? "" : `${shortNumber(torque, 0)} %`}</td>
+    </tr>
+    <${Says} axis=${axis} />`;
 }
 
 function Buses({ status, loads }) {
@@ -65,7 +79,7 @@ export function Drives({ machine }) {
       status === null
         ? null
         : html`<table class="drives">
-          <thead><tr><th>axis</th><th>drive</th><th>position</th><th>following error</th><th>torque</th><th>says</th></tr></thead>
+          <thead><tr><th>axis</th><th>drive</th><th>position</th><th>following error</th><th>torque</th></tr></thead>
           <tbody>
             ${status.axes.map(
               (axis, i) =>

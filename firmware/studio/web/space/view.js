@@ -96,7 +96,7 @@ class SpaceView {
     const { centre, radius } = boundsOf(this.poses, this.size);
     const target = new Vector3(...centre);
     this.controls.target.copy(target);
-    this.camera.position.copy(target).add(new Vector3(1.6, -2.2, 1.4).multiplyScalar(radius));
+    this.camera.position.copy(target).add(new Vector3(2.2, -3, 2).multiplyScalar(radius));
     this.controls.update();
     this.hasFramed = true;
     this.want();
