@@ -10,6 +10,8 @@ PAGE_VENDOR := firmware/studio/web/vendor
 $(PAGE_NPM)/done: $(PAGE_LOCK)
 	@mkdir -p $(@D)
 	@cp $(PAGE_LOCK) $(@D)
+	@command -v npm >/dev/null || { echo "npm is missing: install Node.js 20" \
+	    "with npm" >&2; exit 1; }
 	@cd $(@D) && npm ci --ignore-scripts --no-audit --no-fund --loglevel=error
 	@touch $@
 
@@ -46,9 +48,16 @@ test-page:
 	@node --test tests/firmware/studio/page
 
 .PHONY: test-browser
-## the page in headless Chromium, on a simulated rig; PART=edit for one file
-test-browser: $(PAGE_NPM)/done
-	@node --test --test-concurrency=1 --import \
+## the page in headless Chromium, on simulated rigs; PART=edit for one file
+test-browser: $(PAGE_NPM)/done studio
+	@SLEW=$(SLEW) node --test --test-concurrency=1 --import \
 	    ./tests/firmware/studio/browser/modules.mjs \
 	    $(if $(PART),tests/firmware/studio/browser/$(PART).test.mjs,\
 	    tests/firmware/studio/browser)
+
+.PHONY: page-pictures
+# the pictures of docs/STUDIO.md, of the last make test-browser
+page-pictures:
+	@mkdir -p docs/studio
+	@sed -n 's|.*(studio/\(.*\.png\)).*|\1|p' docs/STUDIO.md | while read -r name; do \
+	    cp build/studio/pictures/$$name docs/studio || exit 1; done

@@ -68,7 +68,7 @@ $(STUDIO)/planner.wasm: $(STUDIO_WASM) $(STUDIO_LIBRARY)
 	$(Q)mv $@.partial $@
 
 .PHONY: test-studio
-## the browser's planner is slew's (STUDIO_MOVES=200 and examples), and the server
+## the browser's planner is slew's (STUDIO_MOVES=200 and examples); server and page
 test-studio: studio
 	@rm -rf $(STUDIO)/moves
 	@$(PYTHON) -B tests/firmware/studio/moves.py $(STUDIO)/moves $(STUDIO_MOVES)
@@ -76,3 +76,5 @@ test-studio: studio
 	    $(patsubst %/move.yaml,%,$(wildcard examples/*/move.yaml)) \
 	    $(STUDIO)/moves/*
 	@SLEW=$(SLEW) node --test tests/firmware/studio/server.test.mjs
+	@$(MAKE) --no-print-directory -j1 vendor-check page-format-check \
+	    test-page test-browser
