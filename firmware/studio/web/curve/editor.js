@@ -81,7 +81,7 @@ class Pointers {
     if (this.down.size > 2) return;
     this.painter.paint(); // the scene as it is, not as it was a frame ago
     this.gesture = gestureAt(this.session, this.painter.scene, point, event);
-    if (event.pointerType === "touch")
+    if (event.pointerType === "touch" && this.gesture?.isPan)
       this.press = longPress(
         this.session,
         this.painter.scene,

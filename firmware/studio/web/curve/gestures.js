@@ -32,6 +32,7 @@ function panning(session, scene, start) {
   const span = { ...scene.span };
   const range = { ...session.range.value };
   return {
+    isPan: true,
     move(point) {
       const pane = scene.layout.panes[0];
       const dt = (-(point.x - start.x) * (span.to - span.from)) / pane.width;
