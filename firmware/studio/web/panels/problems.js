@@ -46,6 +46,7 @@ export function Problems({ session, onPlace }) {
   const isFine = messages.length === 0 && violations.length === 0;
   return html`<section class="problems" aria-label="Problems" aria-live="polite">
     <h2>${session.isBroken.value ? "This text cannot be played" : violations.length > 0 ? `${violations.length} limits broken` : isFine ? "Inside all limits" : "Notes"}</h2>
+    ${violations.length > 0 ? html`<${Fit} session=${session} />` : null}
     <ul>
       ${messages.map(
         (message) => html`<li class=${message.kind === "error" ? "bad" : "warning"}>
@@ -59,6 +60,5 @@ export function Problems({ session, onPlace }) {
       ${violations.slice(0, most).map((violation) => html`<${Violation} session=${session} violation=${violation} />`)}
       ${violations.length > most ? html`<li class="quiet">and ${violations.length - most} more</li>` : null}
     </ul>
-    ${violations.length > 0 ? html`<${Fit} session=${session} />` : null}
   </section>`;
 }
