@@ -1,6 +1,8 @@
 /* hal/modbus/slave.c - see slave.h. */
 #include "hal/modbus/slave.h"
 
+#define ILLEGAL_FUNCTION 0x01
+
 static uint8_t modbus_slave_read(struct modbus_slave *slave,
                                  const struct hal_modbus_request *request,
                                  uint16_t *value)
@@ -73,6 +75,13 @@ static uint8_t modbus_slave_do(struct modbus_slave *slave,
     }
 }
 
+static bool modbus_slave_has(const struct modbus_slave *slave,
+                             unsigned function)
+{
+    return slave->functions == 0 ||
+           (function < 32 && (slave->functions >> function & 1) != 0);
+}
+
 unsigned modbus_slave_serve(struct modbus_slave *slave, const uint8_t *pdu,
                             unsigned length, uint8_t answer[MODBUS_PDU_MAX])
 {
@@ -80,6 +89,8 @@ unsigned modbus_slave_serve(struct modbus_slave *slave, const uint8_t *pdu,
     uint16_t value[HAL_MODBUS_READ_MAX];
     uint8_t exception = modbus_pdu_take_request(pdu, length, &request);
 
+    if (exception == 0 && !modbus_slave_has(slave, request.function))
+        exception = ILLEGAL_FUNCTION;
     if (exception == 0)
         exception = modbus_slave_do(slave, &request, value);
     if (exception != 0)

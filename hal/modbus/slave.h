@@ -27,6 +27,7 @@ struct modbus_slave_ops {
 
 struct modbus_slave {
     const struct modbus_slave_ops *ops;
+    uint32_t functions; /* bit n: it has function n; 0: it has all */
 };
 
 /* Do what a request says.  Bytes of the answer. */

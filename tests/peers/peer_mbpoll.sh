@@ -33,6 +33,8 @@ echo "  RTU: read, written, refused"
 expect '\[7706\]:[[:space:]]*409600' mbpoll -q -m tcp -p "$tcp" -a 5 -0 -1 \
     -t 4:int -B -r 7706 -c 1 127.0.0.1
 expect 'Written 2 references' mbpoll -q -m tcp -p "$tcp" -a 5 -0 -1 \
+    -t 4 -r 282 127.0.0.1 0 1 # AccessExcl
+expect 'Written 2 references' mbpoll -q -m tcp -p "$tcp" -a 5 -0 -1 \
     -t 4 -r 6914 127.0.0.1 0 6
 echo "  TCP: read, written"
 

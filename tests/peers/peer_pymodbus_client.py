@@ -39,13 +39,14 @@ def on_rtu(client):
     """The servo of leadshine-el7 at unit 3."""
     unit = {"slave": 3}
     expect("mode", registers(client.read_holding_registers(3, 1, **unit)), [6])
-    expect("input", registers(client.read_input_registers(3, 1, **unit)), [6])
+    expect("no function 4", client.read_input_registers(3, 1,
+                                                        **unit).exception_code, 1)
     at = i32(registers(client.read_holding_registers(0x602C, 2, **unit)))
     expect("position", at, 50000)
     expect("write", client.write_register(0x0401, 0x83, **unit).isError(), False)
-    expect("mask", client.mask_write_register(0x0401, 0xFFF0, 0x0003,
-                                              **unit).isError(), False)
-    expect("masked", registers(client.read_holding_registers(0x0401, 1, **unit)),
+    expect("no function 22", client.mask_write_register(
+        0x0401, 0xFFF0, 0x0003, **unit).exception_code, 1)
+    expect("written", registers(client.read_holding_registers(0x0401, 1, **unit)),
            [0x83])
     expect("refused", client.read_holding_registers(100, 1,
                                                     **unit).exception_code, 2)
@@ -60,7 +61,7 @@ def on_rtu(client):
     at = i32(registers(client.read_holding_registers(0x602C, 2, **unit)))
     if abs(at - 60000) > 8:
         sys.exit(f"  went to {at}, expected 60000")
-    print(f"  RTU: 3, 4, 6, 16, 22, an exception, a move of 10000 counts: at {at}")
+    print(f"  RTU: 3, 6, 16, exceptions, a move of 10000 counts: at {at}")
 
 
 def on_tcp(client):
@@ -68,6 +69,10 @@ def on_tcp(client):
     unit = {"slave": 5}
     at = i32(registers(client.read_holding_registers(0x1E1A, 2, **unit)))
     expect("position", at, 409600)
+    expect("without access", client.write_registers(
+        0x1B02, [0, 6], **unit).exception_code, 4)
+    expect("access", client.write_registers(0x011A, [0, 1], **unit).isError(),
+           False)
     for word in (6, 7, 15):
         reply = client.readwrite_registers(read_address=0x1B04, read_count=2,
                                            write_address=0x1B02,
@@ -79,7 +84,7 @@ def on_tcp(client):
     expect("no such unit", client.read_holding_registers(0, 1,
                                                          slave=9).exception_code,
            0x0B)
-    print("  TCP: 3, 16, 23, an exception, operation enabled")
+    print("  TCP: 3, 16, 23, exceptions, operation enabled")
 
 
 def main():

@@ -64,6 +64,7 @@ struct rig_kind {
     uint32_t code_max;           /* of its faults, from 1 */
     bool has_inputs;     /* says which of its own switches are pressed */
     bool reports_torque; /* in thousandths of the rated one */
+    bool has_map;        /* its registers are described by a file */
     /* On a CAN bus without CANopen: what axis i has there; returns how many. */
     unsigned (*frames)(const struct rig *rig, unsigned i,
                        struct rig_frame frame[RIG_FRAMES_MAX]);

@@ -60,6 +60,10 @@ struct rig_bus {
 
 /* How the axis's servo behaves on the simulated bus.  What the file leaves out
  * is filled in, so nothing here is "0: default". */
+/* What a simulated Modbus servo is made from: "map", or a maker's drive. */
+#define RIG_SIM_DEVICES 6
+extern const char *const rig_sim_device_words[RIG_SIM_DEVICES];
+
 struct rig_sim {
     uint32_t omega_mrad_s;  /* bandwidth of the position loop; 25 Hz */
     uint16_t zeta_permille; /* damping; 900 */
@@ -74,6 +78,7 @@ struct rig_sim {
     /* of any drive on a CAN bus: the axis goes no further than */
     bool has_stops;
     int64_t stop_q32[2];
+    uint8_t device; /* 1 + index of rig_sim_device_words; 0: by the map's name */
 };
 
 /* The drive's units of velocity or acceleration per counts/s or counts/s2; num

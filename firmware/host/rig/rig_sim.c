@@ -101,6 +101,27 @@ static int rig_read_index(void *reader, const struct yaml_value *value,
     return rig_read_positive(self, value, UNITS_POSITION, out);
 }
 
+/* ---- a Modbus servo as its maker describes it ---- */
+
+const char *const rig_sim_device_words[RIG_SIM_DEVICES] = {
+    "map",         "leadshine-el7", "leadshine-cs2rs",
+    "oriental-az", "delta-asda",    "lexium-32",
+};
+
+static int rig_read_device(void *reader, const struct yaml_value *value,
+                           void *out)
+{
+    unsigned index;
+
+    if (!rig_kinds[((struct rig_reader *)reader)->axis->kind]->has_map)
+        return yaml_value_refuse(value, "is only for a modbus drive");
+    if (yaml_value_choice(value, rig_sim_device_words, RIG_SIM_DEVICES,
+                          &index) < 0)
+        return -1;
+    *(uint8_t *)out = (uint8_t)(index + 1);
+    return 0;
+}
+
 static const struct yaml_field rig_sim_fields[] = {
     { "bandwidth", YAML_OPTIONAL, "0.1 Hz .. 200 Hz", rig_read_bandwidth,
       offsetof(struct rig_sim, omega_mrad_s) },
@@ -120,6 +141,8 @@ static const struct yaml_field rig_sim_fields[] = {
       rig_read_hard_stops, 0 },
     { "index", YAML_OPTIONAL, "the travel from one index pulse to the next",
       rig_read_index, offsetof(struct rig_sim, index_q32) },
+    { "device", YAML_OPTIONAL, "a maker's drive such as leadshine-el7, or map",
+      rig_read_device, offsetof(struct rig_sim, device) },
 };
 const struct yaml_shape rig_sim_shape = { "sim", rig_sim_fields,
                                           ARRAY_LEN(rig_sim_fields) };

@@ -57,6 +57,10 @@ int64_t machine_sim_pos_q32(const struct machine_sim *sim, unsigned i);
 /* machine_sim_modbus.c: line and master of a bus. */
 int machine_sim_modbus_line(struct machine_sim *sim, const struct rig *rig,
                             unsigned i);
+/* Whose drive Modbus axis i is simulated as: what its rig says, else the maker's
+ * whose name the map's file has; NULL: it is made from the map. */
+const struct sim_modbus_maker *machine_sim_maker(const struct rig *rig,
+                                                 unsigned i);
 /* What the simulated servo of Modbus axis i is like. */
 int machine_sim_servo_config(const struct rig *rig, unsigned i,
                              struct sim_modbus_servo_config *config);

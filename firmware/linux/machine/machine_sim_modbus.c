@@ -3,6 +3,10 @@
 #include "firmware/host/rig/modbus_budget.h"
 #include "firmware/linux/machine/machine_sim.h"
 
+#include <string.h>
+
+#include "sim/device/modbus/makers.h"
+
 #define MACHINE_SIM_ENABLE_NS INT64_C(80000000) /* its brake lets go */
 
 int machine_sim_modbus_line(struct machine_sim *sim, const struct rig *rig,
@@ -24,12 +28,34 @@ int machine_sim_modbus_line(struct machine_sim *sim, const struct rig *rig,
                                 &sim->master[i].station);
 }
 
+const struct sim_modbus_maker *machine_sim_maker(const struct rig *rig,
+                                                 unsigned i)
+{
+    const struct rig_axis *axis = &rig->axis[i];
+    const char *path = rig->map_path[axis->map];
+    const char *slash = strrchr(path, '/');
+    const char *base = slash == NULL ? path : slash + 1;
+    const struct sim_modbus_maker *maker;
+
+    if (axis->sim.device > 0)
+        return sim_modbus_maker_find(
+            rig_sim_device_words[axis->sim.device - 1]);
+    for (unsigned n = 0; (maker = sim_modbus_maker_at(n)) != NULL; n++) {
+        const size_t length = strlen(maker->name);
+        if (strncmp(base, maker->name, length) == 0 &&
+            (base[length] == '.' || base[length] == '\0'))
+            return maker;
+    }
+    return NULL;
+}
+
 int machine_sim_servo_config(const struct rig *rig, unsigned i,
                              struct sim_modbus_servo_config *config)
 {
     const struct rig_axis *axis = &rig->axis[i];
 
     *config = (struct sim_modbus_servo_config){
+        .maker = machine_sim_maker(rig, i),
         .map = &rig->map[axis->map],
         .unit = axis->node_id,
         .line = modbus_budget_line(rig, axis->bus),

@@ -185,6 +185,12 @@ struct drive_modbus_ramp {
     int64_t over;              /* the field is this over counts/s2 */
 };
 
+/* Of a group, to its fields `velocity` (from counts/s, 16 more bits) and
+ * `position` (from counts). */
+struct drive_modbus_scale {
+    struct hal_ratio to_velocity, to_position;
+};
+
 /* Visible so that it can be static; use the functions. */
 struct drive_modbus {
     struct hal_drive drive;
@@ -194,12 +200,11 @@ struct drive_modbus {
     /* made from config once */
     struct hal_ratio to_counts, to_pos; /* pos_q32 and counts */
     struct hal_ratio to_speed;          /* vel_q32 to counts/s, 16 more bits */
-    struct hal_ratio to_field;          /* that to the field `velocity` */
-    struct hal_ratio to_register;       /* counts to the field `position` */
-    int64_t pos_min, pos_max;           /* of the fields `position` */
-    int64_t ramp[2];                    /* registers: acceleration, dec. */
-    int64_t lead_q32, feed_q32;         /* s: x, l + T */
-    int64_t half_lead2_q32;             /* s^2: lead^2 / 2 */
+    struct drive_modbus_scale to_stream, to_move;
+    int64_t pos_min, pos_max;   /* of the fields `position` */
+    int64_t ramp[2];            /* registers: acceleration, dec. */
+    int64_t lead_q32, feed_q32; /* s: x, l + T */
+    int64_t half_lead2_q32;     /* s^2: lead^2 / 2 */
     struct drive_modbus_law law;
     int64_t first_step_counts, jump_q16; /* jump: counts per ns, 2^-48 */
     int64_t past_step_ns;

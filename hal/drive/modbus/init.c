@@ -62,17 +62,19 @@ static int init_ramp_scales(struct drive_modbus *self)
 
 /* What all of them can say. */
 static int init_position(struct drive_modbus *self,
+                         struct drive_modbus_scale *scale,
                          const struct modbus_map_field *field)
 {
     if (field->min > self->pos_min)
         self->pos_min = field->min;
     if (field->max < self->pos_max)
         self->pos_max = field->max;
-    return hal_ratio_init(&self->to_register, field->num, field->den, 0);
+    return hal_ratio_init(&scale->to_position, field->num, field->den, 0);
 }
 
 static int init_group(struct drive_modbus *self,
-                      const struct modbus_map_group *group)
+                      const struct modbus_map_group *group,
+                      struct drive_modbus_scale *scale)
 {
     const struct modbus_map *map = self->config.map;
     int err = MOTION_OK;
@@ -81,9 +83,9 @@ static int init_group(struct drive_modbus *self,
         const struct modbus_map_field *field = &group->field[i];
 
         if (field->quantity == MODBUS_VELOCITY)
-            err = init_velocity(&self->to_field, map, field);
+            err = init_velocity(&scale->to_velocity, map, field);
         else if (field->quantity == MODBUS_POSITION)
-            err = init_position(self, field);
+            err = init_position(self, scale, field);
         else if (field->quantity == MODBUS_ACCELERATION)
             self->ramp[0] = drive_modbus_ramp(&self->config, field);
         else if (field->quantity == MODBUS_DECELERATION)
@@ -192,9 +194,9 @@ int drive_modbus_init(struct drive_modbus *self, struct modbus_bus *bus,
     self->pos_max = UINT32_MAX;
     err = init_scale(self);
     if (err == MOTION_OK)
-        err = init_group(self, &map->move);
+        err = init_group(self, &map->move, &self->to_move);
     if (err == MOTION_OK && map->stream.count > 0)
-        err = init_group(self, &map->stream);
+        err = init_group(self, &map->stream, &self->to_stream);
     if (err == MOTION_OK)
         err = init_ramp_scales(self);
     if (err == MOTION_OK)

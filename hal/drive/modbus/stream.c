@@ -121,6 +121,7 @@ static int64_t stream_speed_q32(const struct drive_modbus *self)
 }
 
 static int64_t stream_field(const struct drive_modbus *self,
+                            const struct drive_modbus_scale *scale,
                             const struct modbus_map_field *field,
                             const int64_t ramp[2], int64_t pos_q32,
                             int64_t speed_q32)
@@ -132,11 +133,11 @@ static int64_t stream_field(const struct drive_modbus *self,
         return value;
     case MODBUS_POSITION:
         value = hal_ratio_scale(&self->to_counts, pos_q32);
-        value = hal_ratio_scale(&self->to_register, value);
+        value = hal_ratio_scale(&scale->to_position, value);
         break;
     case MODBUS_VELOCITY:
         value = stream_abs(hal_ratio_scale(&self->to_speed, speed_q32));
-        value = hal_ratio_scale(&self->to_field, value);
+        value = hal_ratio_scale(&scale->to_velocity, value);
         break;
     case MODBUS_ACCELERATION:
         value = ramp[0];
@@ -152,6 +153,7 @@ static int64_t stream_field(const struct drive_modbus *self,
 
 static void stream_put(const struct drive_modbus *self,
                        const struct modbus_map_group *group,
+                       const struct drive_modbus_scale *scale,
                        const int64_t ramp[2], int64_t pos_q32,
                        int64_t speed_q32, struct hal_modbus_request *request)
 {
@@ -163,27 +165,37 @@ static void stream_put(const struct drive_modbus *self,
     for (unsigned i = 0; i < group->count; i++) {
         const struct modbus_map_field *field = &group->field[i];
 
-        modbus_map_set(field->type, field->order,
-                       stream_field(self, field, ramp, pos_q32, speed_q32),
-                       &request->value[at]);
+        modbus_map_set(
+            field->type, field->order,
+            stream_field(self, scale, field, ramp, pos_q32, speed_q32),
+            &request->value[at]);
         at += modbus_map_registers(field->type);
     }
 }
 
+static bool stream_holds(const struct drive_modbus *self,
+                         const struct modbus_map_group *group,
+                         const struct drive_modbus_scale *scale, int64_t counts)
+{
+    const int64_t value = hal_ratio_scale(&scale->to_position, counts);
+
+    return group->count == 0 ||
+           (value >= self->pos_min && value <= self->pos_max);
+}
+
 bool drive_modbus_fits(const struct drive_modbus *self, int64_t counts)
 {
-    int64_t value;
+    const struct modbus_map *map = self->config.map;
 
-    if (counts < INT32_MIN || counts > INT32_MAX)
-        return false;
-    value = hal_ratio_scale(&self->to_register, counts);
-    return value >= self->pos_min && value <= self->pos_max;
+    return counts >= INT32_MIN && counts <= INT32_MAX &&
+           stream_holds(self, &map->move, &self->to_move, counts) &&
+           stream_holds(self, &map->stream, &self->to_stream, counts);
 }
 
 void drive_modbus_put_stream(struct drive_modbus *self,
                              struct hal_modbus_request *request)
 {
-    stream_put(self, &self->config.map->stream, self->ramp,
+    stream_put(self, &self->config.map->stream, &self->to_stream, self->ramp,
                stream_ahead_q32(self),
                stream_speed_q32(self) + self->law.round_up_q32, request);
 }
@@ -191,7 +203,7 @@ void drive_modbus_put_stream(struct drive_modbus *self,
 void drive_modbus_put_move(struct drive_modbus *self,
                            struct hal_modbus_request *request)
 {
-    stream_put(self, &self->config.map->move, self->move_ramp,
+    stream_put(self, &self->config.map->move, &self->to_move, self->move_ramp,
                self->move_pos_q32, self->move_vel_q32, request);
 }
 

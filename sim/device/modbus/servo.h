@@ -1,15 +1,13 @@
-/* sim/device/modbus/servo.h - a servo drive behind a register map.
+/* sim/device/modbus/servo.h - a simulated servo drive on Modbus.
  *
- * Made from the same map file as the driver, but in the other direction: it has
- * what the driver is told to write, and does it once all of it was written, in
- * that order; it makes up the status bits the driver is told to look at.  A
- * register that the map does not name is an illegal address.
+ * Its registers are those of a maker's drive, each written beside what the
+ * maker's manual says of it (makers.h), or they are made from the map file of
+ * its driver (mapped.c).
  *
  * Inside: a trapezoid from where it is to the target it was given last, at the
  * speed and ramps that came with it (or as it was set up: steeper than its
- * motor, which is what streaming wants, until a sequence move_go asks for a
- * motion by its own), and the plant of plant.h behind it.  A new target takes
- * over at once. */
+ * motor, which is what streaming wants), and the plant of plant.h behind it.  A
+ * new target takes over at once. */
 #ifndef SIM_DEVICE_MODBUS_SERVO_H
 #define SIM_DEVICE_MODBUS_SERVO_H
 
@@ -18,8 +16,23 @@
 #include "sim/bus/modbus.h"
 #include "sim/physics/plant.h"
 
+struct sim_modbus_maker;
+struct sim_modbus_behaviour;
+
+/* CiA 402 in registers. */
+enum sim_modbus_power {
+    SIM_MODBUS_SWITCH_ON_DISABLED,
+    SIM_MODBUS_READY_TO_SWITCH_ON,
+    SIM_MODBUS_SWITCHED_ON,
+    SIM_MODBUS_OPERATION_ENABLED,
+    SIM_MODBUS_QUICK_STOP_ACTIVE,
+    SIM_MODBUS_FAULT_REACTION,
+    SIM_MODBUS_FAULT,
+};
+
 struct sim_modbus_servo_config {
-    const struct modbus_map *map; /* outlives the servo */
+    const struct sim_modbus_maker *maker; /* NULL: made from the map */
+    const struct modbus_map *map; /* outlives the servo; NULL: a maker's */
     uint8_t unit;
     struct modbus_rtu_line line; /* baud 0: not on an RTU line */
     int64_t turnaround_ns;
@@ -47,6 +60,7 @@ struct sim_modbus_servo {
     struct sim_plant plant;
 
     /* Private from here on. */
+    const struct sim_modbus_behaviour *behaviour;
     uint16_t reg[65536];
     uint16_t bit[65536]; /* coils and inputs, one each */
     uint8_t known[65536 / 8];
@@ -64,6 +78,13 @@ struct sim_modbus_servo {
     int64_t speed_q16, acc, dec; /* counts/s, counts/s2 */
     int64_t demand_q16, vel_q16;
     uint64_t targets; /* taken */
+    /* of a maker's drive */
+    unsigned path;    /* that was started last */
+    bool follows;     /* what is written into that path takes over */
+    bool stop_input;  /* while it is on nothing starts */
+    uint32_t control; /* as written last: for its edges */
+    enum sim_modbus_power power;
+    int64_t deadline_ns; /* of a set point that must come; 0: none */
 };
 
 /* MOTION_E_ARG.  With a line, the servo sits on it; without

@@ -1,5 +1,6 @@
 /* tests/hal/linux/modbus_bench.h - one drive by a register map on a simulated
- * line, and a tick that moves it all on. */
+ * line, the maker's where it is one of theirs, and a tick that moves it all
+ * on. */
 #ifndef TESTS_HAL_LINUX_MODBUS_BENCH_H
 #define TESTS_HAL_LINUX_MODBUS_BENCH_H
 
@@ -10,7 +11,7 @@
 #include "firmware/linux/base/disk.h"
 #include "hal/drive/modbus/drive.h"
 #include "hal/modbus/master.h"
-#include "sim/device/modbus/servo.h"
+#include "sim/device/modbus/makers.h"
 #include "tests/support/check.h"
 
 #define MS           INT64_C(1000000)
@@ -20,6 +21,7 @@
 
 struct modbus_bench {
     struct modbus_map map;
+    const struct sim_modbus_maker *maker; /* NULL: made from the map */
     struct sim_world world;
     struct sim_modbus_line wire;
     struct sim_modbus_servo servo;
@@ -40,6 +42,7 @@ static inline void modbus_bench_load(struct modbus_bench *bench,
     char path[128], message[YAML_MESSAGE_MAX];
 
     memset(bench, 0, sizeof *bench);
+    bench->maker = sim_modbus_maker_find(name);
     snprintf(path, sizeof path, "%s/%s.yaml",
              strchr(name, '/') == NULL ? "hal/maps" : "tests/data", name);
     if (modbus_map_load(&disk_files, path, &bench->map, message) < 0)
@@ -49,6 +52,7 @@ static inline void modbus_bench_load(struct modbus_bench *bench,
 static inline void modbus_bench_servo(struct modbus_bench *bench)
 {
     const struct sim_modbus_servo_config config = {
+        .maker = bench->maker,
         .map = &bench->map,
         .unit = BENCH_UNIT,
         .line = bench->map.line,

@@ -230,4 +230,5 @@ const struct rig_kind rig_kind_modbus = {
     .read = modbus_read,
     .judge_axis = modbus_judge_axis,
     .judge_homing = modbus_judge_homing,
+    .has_map = true,
 };

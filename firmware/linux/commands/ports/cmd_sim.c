@@ -13,6 +13,7 @@
 #include "firmware/linux/commands/planning.h"
 #include "firmware/linux/commands/ports/sim_export.h"
 #include "firmware/linux/machine/sim_server.h"
+#include "sim/device/modbus/makers.h"
 
 static volatile sig_atomic_t cmd_sim_ended;
 
@@ -44,6 +45,20 @@ static void cmd_sim_say_where(const struct sim_server *server, uint32_t b)
                host->port);
 }
 
+/* On Modbus also whose drive it is: one that is made from its own map shows no
+ * mistake in it. */
+static void cmd_sim_say_axis(const struct rig *rig, uint32_t i)
+{
+    const struct rig_axis *axis = &rig->axis[i];
+    const bool mapped = rig_kinds[axis->kind]->has_map;
+    const struct sim_modbus_maker *maker =
+        mapped ? machine_sim_maker(rig, i) : NULL;
+    printf(" %s (node %u%s%s)", axis->name, axis->node_id, mapped ? ", " : "",
+           maker != NULL ? maker->title
+           : mapped      ? "made from its map"
+                         : "");
+}
+
 static void cmd_sim_say(const struct sim_server *server)
 {
     const struct rig *rig = server->rig;
@@ -51,8 +66,7 @@ static void cmd_sim_say(const struct sim_server *server)
         cmd_sim_say_where(server, b);
         for (uint32_t i = 0; i < rig->axis_count; i++)
             if (rig->axis[i].bus == b)
-                printf(" %s (node %u)", rig->axis[i].name,
-                       rig->axis[i].node_id);
+                cmd_sim_say_axis(rig, i);
         putchar('\n');
     }
     puts("interrupt (Ctrl-C) to end");

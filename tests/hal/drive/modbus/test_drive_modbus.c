@@ -1,5 +1,5 @@
 /* tests/hal/drive/modbus/test_drive_modbus.c - the driver by every map on the
- * simulated servo of the same map, and what it does when something is wrong. */
+ * simulated servo of that name, and what it does when something is wrong. */
 #include "tests/hal/linux/modbus_bench.h"
 
 #include <inttypes.h>
