@@ -78,7 +78,8 @@ struct rig_sim {
     /* of any drive on a CAN bus: the axis goes no further than */
     bool has_stops;
     int64_t stop_q32[2];
-    uint8_t device; /* 1 + index of rig_sim_device_words; 0: by the map's name */
+    /* 1 + index of rig_sim_device_words; 0: by the name of the map */
+    uint8_t device;
 };
 
 /* The drive's units of velocity or acceleration per counts/s or counts/s2; num
