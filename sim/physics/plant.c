@@ -4,6 +4,7 @@
 #include <assert.h>
 
 #include "motion/core/err.h"
+#include "sim/physics/mechanics.h"
 #include "sim/util.h"
 
 #define SIM_PLANT_VEL_MAX (INT64_C(1) << 31)
@@ -130,6 +131,48 @@ static int64_t sim_plant_rub_q8(const struct sim_plant *plant, int64_t acc_q8,
     return -(int64_t)(((sim_i128)plant->vel_q24 << 44) / step_s_q60);
 }
 
+static double sim_plant_seconds(int64_t step_s_q60)
+{
+    return (double)step_s_q60 / (double)(INT64_C(1) << 60);
+}
+
+/* The integral of the loop, in Q32 of counts/s2 as the pull is; held while the
+ * current is at its limit. */
+static sim_i128 sim_plant_integral(struct sim_plant *plant, int64_t target_q24,
+                                   int64_t step_s_q60)
+{
+    struct sim_mechanics *mechanics = plant->mechanics;
+    const double omega = plant->config.omega_mrad_s * 1e-3;
+    const double off = (double)(target_q24 - plant->pos_q24) * 0x1p-24;
+    const double most = (double)plant->config.acc_max_counts_s2;
+
+    if (mechanics == NULL)
+        return 0;
+    if (!plant->saturated)
+        mechanics->integral += off * sim_plant_seconds(step_s_q60);
+    double acc = omega * omega * omega / 8 * mechanics->integral;
+    acc = acc > most ? most : acc < -most ? -most : acc;
+    /* counts/s2 to Q40; |acc| <= 2^40 */
+    return (sim_i128)(int64_t)(acc * 256) << 32;
+}
+
+/* The torque as it is, the motor no faster than its voltage allows. */
+static void sim_plant_turn_load(struct sim_plant *plant, int64_t step_s_q60)
+{
+    const int64_t most_q24 = plant->config.vel_max_counts_s << 24;
+    double acc = (double)plant->acc_q8 / 256;
+
+    if ((plant->vel_q24 >= most_q24 && acc > 0) ||
+        (plant->vel_q24 <= -most_q24 && acc < 0)) {
+        acc = 0;
+        plant->saturated = true;
+    }
+    sim_mechanics_step(plant->mechanics, acc, sim_plant_seconds(step_s_q60),
+                       &plant->pos_q24, &plant->vel_q24);
+    if (sim_plant_limit(&plant->pos_q24, SIM_PLANT_POS_MAX_Q24))
+        plant->vel_q24 = 0;
+}
+
 /* One inner step; the set point at its begin and its slope. */
 static void sim_plant_inner(struct sim_plant *plant, int64_t target_q24,
                             int64_t target_vel_q24, int64_t step_s_q60)
@@ -140,7 +183,8 @@ static void sim_plant_inner(struct sim_plant *plant, int64_t target_q24,
         (sim_i128)plant->spring_q16 * ((sim_i128)target_q24 - plant->pos_q24) +
         (sim_i128)plant->damping_q16 *
             ((sim_i128)target_vel_q24 - plant->vel_q24) +
-        (sim_i128)plant->push_q8 * (INT64_C(1) << 32);
+        (sim_i128)plant->push_q8 * (INT64_C(1) << 32) +
+        sim_plant_integral(plant, target_q24, step_s_q60);
     sim_i128 acc_max = (sim_i128)plant->config.acc_max_counts_s2 << 40;
 
     if (plant->reversed)
@@ -152,6 +196,10 @@ static void sim_plant_inner(struct sim_plant *plant, int64_t target_q24,
     plant->acc_q8 = sim_plant_shift_round(pull, 32);
     if (plant->friction_q8 > 0)
         plant->acc_q8 = sim_plant_rub_q8(plant, plant->acc_q8, step_s_q60);
+    if (plant->mechanics != NULL) {
+        sim_plant_turn_load(plant, step_s_q60);
+        return;
+    }
     /* < 2^48 x 2^51; Q8 x Q60 to Q24 */
     plant->vel_q24 +=
         sim_plant_shift_round((sim_i128)plant->acc_q8 * step_s_q60, 44);
@@ -178,14 +226,11 @@ void sim_plant_step(struct sim_plant *plant, int64_t target_q24,
                         step_s_q60);
 }
 
-void sim_plant_coast(struct sim_plant *plant, int64_t dt_ns)
+static void sim_plant_slow(struct sim_plant *plant, int64_t step_s_q60)
 {
-    int64_t step_s_q60 = sim_plant_step_s_q60(plant, dt_ns);
     int64_t loss_q24 = sim_plant_shift_round(
         (sim_i128)plant->config.coast_counts_s2 * step_s_q60, 36);
 
-    plant->acc_q8 = 0;
-    plant->saturated = false;
     if (plant->vel_q24 == 0)
         return;
     if (plant->vel_q24 > loss_q24)
@@ -195,6 +240,20 @@ void sim_plant_coast(struct sim_plant *plant, int64_t dt_ns)
     else
         plant->vel_q24 = 0;
     sim_plant_move(plant, step_s_q60);
+}
+
+void sim_plant_coast(struct sim_plant *plant, int64_t dt_ns)
+{
+    int64_t step_s_q60 = sim_plant_step_s_q60(plant, dt_ns);
+
+    const int64_t from_q24 = plant->pos_q24;
+
+    plant->acc_q8 = 0;
+    plant->saturated = false;
+    sim_plant_slow(plant, step_s_q60);
+    if (plant->mechanics != NULL)
+        sim_mechanics_drag(plant->mechanics, sim_plant_seconds(step_s_q60),
+                           from_q24, plant->pos_q24, plant->vel_q24);
 }
 
 void sim_plant_block(struct sim_plant *plant)

@@ -33,8 +33,14 @@ struct sim_plant_config {
     int64_t coast_counts_s2;
 };
 
+struct sim_mechanics;
+
 struct sim_plant {
     struct sim_plant_config config;
+    /* What the motor turns, set by the owner after init at the same place; NULL:
+     * it is rigid and the loop knows its inertia.  Else the loop has an integral
+     * too, of omega^3 / 8, which carries a weight. */
+    struct sim_mechanics *mechanics;
     int64_t pos_q24; /* counts, 24 fraction bits, +-2^38 counts */
     int64_t vel_q24; /* counts/s */
     int64_t acc_q8;  /* counts/s2, as applied */

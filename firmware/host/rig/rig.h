@@ -64,6 +64,16 @@ struct rig_bus {
 #define RIG_SIM_DEVICES 6
 extern const char *const rig_sim_device_words[RIG_SIM_DEVICES];
 
+/* sim/physics/mechanics.h, in the axis's units; 0: none. */
+struct rig_sim_load {
+    bool given, has_stops;
+    double inertia_ratio, frequency_hz, damping; /* damping: 0.02 */
+    int64_t backlash_q32;
+    int64_t friction_q32, static_q32, weight_q32; /* accelerations */
+    int64_t stribeck_q32;
+    int64_t stop_q32[2];
+};
+
 struct rig_sim {
     uint32_t omega_mrad_s;  /* bandwidth of the position loop; 25 Hz */
     uint16_t zeta_permille; /* damping; 900 */
@@ -80,6 +90,7 @@ struct rig_sim {
     int64_t stop_q32[2];
     /* 1 + index of rig_sim_device_words; 0: by the name of the map */
     uint8_t device;
+    struct rig_sim_load load; /* a motor alone */
 };
 
 /* The drive's units of velocity or acceleration per counts/s or counts/s2; num

@@ -89,6 +89,7 @@ const struct yaml_shape *const rig_shapes[] = {
     &rig_homing_shape,
     &rig_shaper_shape,
     &rig_sim_shape,
+    &rig_sim_load_shape,
     &rig_modbus_bus_shape,
     &rig_can_bus_shape,
     &rig_line_shape,

@@ -143,6 +143,8 @@ static const struct yaml_field rig_sim_fields[] = {
       rig_read_index, offsetof(struct rig_sim, index_q32) },
     { "device", YAML_OPTIONAL, "a maker's drive such as leadshine-el7, or map",
       rig_read_device, offsetof(struct rig_sim, device) },
+    { "load", YAML_OPTIONAL, "a map with inertia and frequency",
+      rig_read_sim_load, offsetof(struct rig_sim, load) },
 };
 const struct yaml_shape rig_sim_shape = { "sim", rig_sim_fields,
                                           ARRAY_LEN(rig_sim_fields) };

@@ -152,6 +152,9 @@ static void machine_sim_storage(struct machine_sim *sim, const struct rig *rig)
     CAPACITY(seat, rig->bus_count);
     CAPACITY(servo, rig->axis_count);
     CAPACITY(zero_q32, rig->axis_count);
+    for (uint32_t i = 0; i < rig->axis_count && sim->mechanics == NULL; i++)
+        if (rig->axis[i].sim.load.given)
+            CAPACITY(mechanics, rig->axis_count);
     CAPACITY(line, rig->line_count);
     CAPACITY(pressed, rig->line_count);
     CAPACITY(stuck, rig->line_count);
@@ -209,6 +212,10 @@ int machine_sim_init(struct machine_sim *sim, const struct rig *rig,
         if (err < 0)
             return machine_sim_fail(message, rig->axis[i].name, err);
     }
+    unsigned loaded = 0;
+    const int err = machine_sim_loads(sim, &loaded);
+    if (err < 0)
+        return machine_sim_fail(message, rig->axis[loaded].name, err);
     for (unsigned i = 0; i < rig->line_count; i++)
         ports->line[i] = machine_sim_line(sim, &rig->line[i], i);
     for (unsigned i = 0; i < rig->axis_count; i++)

@@ -11,6 +11,7 @@
 #include "hal/modbus/master.h"
 #include "sim/bus/can.h"
 #include "sim/bus/gpio.h"
+#include "sim/physics/mechanics.h"
 #include "sim/world.h"
 
 struct machine_sim {
@@ -33,6 +34,8 @@ struct machine_sim {
     /* where an axis really is when its drive says 0: an axis that needs homing
      * is switched on with an encoder that counts from there */
     int64_t *zero_q32;
+    struct sim_mechanics
+        *mechanics;            /* one per axis; used where it has a load */
     struct hal_clock follower; /* real time: waits, then runs the world */
     struct clock_linux real;
 };
@@ -67,6 +70,15 @@ int machine_sim_servo_config(const struct rig *rig, unsigned i,
 /* What the simulated plant of an axis is like, and where it stands. */
 int machine_sim_plant(const struct rig_axis *axis,
                       struct sim_plant_config *plant, int32_t *start_counts);
+/* machine_sim_load.c: what it turns, at the place where it stays.  loads: of all
+ * axes of a simulation; *axis is the one that an error is about. */
+int machine_sim_attach(const struct rig_axis *axis, struct sim_plant *plant,
+                       struct sim_mechanics *mechanics);
+int machine_sim_loads(struct machine_sim *sim, unsigned *axis);
+/* Of an axis that has a load: how far that is ahead of the motor, and how far it
+ * would swing if the motor stood from now on. */
+int64_t machine_sim_twist_q32(struct machine_sim *sim, unsigned i);
+int64_t machine_sim_swing_q32(struct machine_sim *sim, unsigned i);
 /* In whole counts. */
 int machine_sim_counts(const struct rig_axis *axis, int64_t value_q32,
                        int64_t *counts);

@@ -22,6 +22,9 @@ static int modbus_device_servo(struct modbus_device *device,
     if (err == MOTION_OK)
         err = sim_modbus_servo_init(&device->servo[i], &device->world,
                                     rtu ? &device->line : NULL, &config);
+    if (err == MOTION_OK && axis->sim.load.given)
+        err = machine_sim_attach(axis, &device->servo[i].plant,
+                                 &device->mechanics[i]);
     device->host.slave[axis->node_id] = &device->servo[i].slave;
     return err;
 }
@@ -34,6 +37,7 @@ static int modbus_device_build(struct modbus_device *device,
     int err;
 
     device->servo = memory_new(rig->axis_count, sizeof *device->servo);
+    device->mechanics = memory_new(rig->axis_count, sizeof *device->mechanics);
     sim_world_init(&device->world, hal_clock_now_ns(clock_linux_init(&clock)));
     modbus_host_init(&device->host, &device->world);
     err = sim_modbus_line_init(&device->line, &device->world, &line);
@@ -112,5 +116,7 @@ void modbus_device_stop(struct modbus_device *device)
 {
     modbus_host_stop(&device->host);
     memory_free(device->servo);
+    memory_free(device->mechanics);
     device->servo = NULL;
+    device->mechanics = NULL;
 }

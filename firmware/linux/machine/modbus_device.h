@@ -9,11 +9,13 @@
 #include "firmware/host/rig/rig.h"
 #include "firmware/linux/machine/modbus_host.h"
 #include "sim/device/modbus/servo.h"
+#include "sim/physics/mechanics.h"
 
 struct modbus_device {
     struct sim_world world;
     struct sim_modbus_line line;
     struct sim_modbus_servo *servo; /* one per axis of the rig */
+    struct sim_mechanics *mechanics;
     struct modbus_host host;
 };
 

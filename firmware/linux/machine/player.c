@@ -592,6 +592,8 @@ static void player_faults(struct player *player)
 static void player_tick(struct player *player, int interrupts)
 {
     player_faults(player);
+    if (player->config.loads != NULL)
+        loads_step(player->config.loads, player->phase);
     player_next(player);
     interrupts = player_commands(player, interrupts);
     if (player->phase == TELEMETRY_STOP)

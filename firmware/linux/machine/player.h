@@ -33,6 +33,7 @@
 #include "firmware/host/recording/trace.h"
 #include "firmware/linux/machine/arrivals.h"
 #include "firmware/linux/machine/can_log.h"
+#include "firmware/linux/machine/loads.h"
 #include "firmware/linux/machine/machine.h"
 #include "firmware/linux/machine/machine_fault.h"
 #include "firmware/linux/machine/progress.h"
@@ -68,6 +69,7 @@ struct player_config {
     int64_t resume_after_ns; /* standing */
     int64_t start_wall_ns;   /* of the wall clock; 0: when the axes are ready */
     struct hal_gpio *start_line;  /* or at an edge of it; NULL: none */
+    struct loads *loads;          /* of a simulated rig; NULL: none */
     struct machine_fault *faults; /* what happens to simulated drives; NULL:
                                      nothing */
     int64_t observe_ns; /* on the clock, from one time that rows are written

@@ -10,6 +10,7 @@
 #include "firmware/host/base/table.h"
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/machine/arrivals.h"
+#include "firmware/linux/machine/loads.h"
 #include "firmware/linux/machine/machine_fault.h"
 #include "firmware/linux/machine/shots.h"
 #include "motion/core/fixed.h"
@@ -328,6 +329,8 @@ void report_print(const struct report *report, FILE *file)
                 report_end_text(report->end));
     }
     report_fault(report, file);
+    if (report->loads != NULL)
+        loads_print(report->loads, file);
     if (report->faults != NULL)
         machine_fault_print(report->faults, file);
     report_torque(report, file);
@@ -451,6 +454,8 @@ void report_json(const struct report *report, FILE *file)
     }
     if (report->shots != NULL)
         shots_json(report->shots, object);
+    if (report->loads != NULL)
+        loads_json(report->loads, object);
     if (report->faults != NULL)
         machine_fault_json(report->faults, object);
     if (report->end == REPORT_FAULT)

@@ -16,6 +16,7 @@
 #include "firmware/linux/machine/machine.h"
 
 struct arrivals;
+struct loads;
 struct machine_fault;
 struct shots;
 
@@ -58,6 +59,7 @@ struct report {
     uint64_t telemetry_lost, record_lost;
     bool realtime;
     const struct shots *shots;          /* NULL: none */
+    const struct loads *loads;          /* of a simulated rig; NULL: none */
     const struct machine_fault *faults; /* of a fault script; NULL: none */
     const struct arrivals *arrivals;
     int64_t late_ns; /* worst wake-up after its time */

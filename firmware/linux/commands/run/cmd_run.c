@@ -46,6 +46,7 @@ struct cmd_run {
     struct output pcap;
     struct fault_script script;
     struct machine_fault faults;
+    struct loads loads;
 };
 
 /* --- may it happen? --- */
@@ -240,6 +241,10 @@ static enum status cmd_run_play(struct cmd_run *self)
                                : options->resume_after_ns,
     };
     config.faults = options->faults != NULL ? &self->faults : NULL;
+    if (self->live.sim.mechanics != NULL) {
+        loads_init(&self->loads, &self->live.sim);
+        config.loads = &self->loads;
+    }
     const bool has_keys =
         config.realtime && !options->json &&
         run_keys_begin(&self->keys, &self->job, self->when.rate_q30);
@@ -258,6 +263,7 @@ static enum status cmd_run_play(struct cmd_run *self)
     shots_init(&self->shots, &self->job);
     arrivals_init(&self->arrivals, &self->job);
     self->report.arrivals = &self->arrivals;
+    self->report.loads = config.loads;
     self->report.faults = config.faults;
     if (self->shots.count > 0)
         self->report.shots = &self->shots;
@@ -423,6 +429,7 @@ static enum status cmd_run_run(const struct options *options)
     can_log_free(&self->can_log);
     player_free(&self->player);
     machine_fault_free(&self->faults);
+    loads_free(&self->loads);
     report_free(&self->report);
     job_free(&self->job);
     memory_free(self);

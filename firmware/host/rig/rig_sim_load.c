@@ -1,0 +1,129 @@
+/* firmware/host/rig/rig_sim_load.c - what the motor of a simulated axis turns:
+ * see sim/physics/mechanics.h. */
+#include "firmware/host/rig/rig_parts.h"
+
+#include "motion/core/fixed.h"
+
+#define LOAD_MRAD_PER_HZ 6283.185307179586
+
+static int load_read_number(struct rig_reader *reader,
+                            const struct yaml_value *value, double low,
+                            double high, double *out)
+{
+    char quote[YAML_QUOTE_MAX];
+    int64_t ratio_q32;
+
+    if (rig_read_quantity(reader, value, UNITS_RATIO, &ratio_q32) < 0)
+        return -1;
+    *out = (double)ratio_q32 / (double)MOTION_FIXED_ONE_Q32;
+    if (*out < low - 1e-9 || *out > high + 1e-9)
+        return yaml_value_refuse(value, "%s is out of range",
+                                 yaml_value_quote(quote, value));
+    return 0;
+}
+
+static int load_read_inertia(void *reader, const struct yaml_value *value,
+                             void *out)
+{
+    return load_read_number(reader, value, 0.01, 1000, out);
+}
+
+static int load_read_damping(void *reader, const struct yaml_value *value,
+                             void *out)
+{
+    return load_read_number(reader, value, 0, 1, out);
+}
+
+static int load_read_frequency(void *reader, const struct yaml_value *value,
+                               void *out)
+{
+    char quote[YAML_QUOTE_MAX];
+    int64_t mrad_s;
+
+    if (rig_read_quantity(reader, value, UNITS_FREQUENCY, &mrad_s) < 0)
+        return -1;
+    *(double *)out = (double)mrad_s / LOAD_MRAD_PER_HZ;
+    if (mrad_s < 628 || mrad_s > 3141593)
+        return yaml_value_refuse(value, "%s is out of range",
+                                 yaml_value_quote(quote, value));
+    return 0;
+}
+
+static int load_read_backlash(void *reader, const struct yaml_value *value,
+                              void *out)
+{
+    return rig_read_positive(reader, value, UNITS_POSITION, out);
+}
+
+/* Coulomb friction comes before it in the table. */
+static int load_read_static(void *reader, const struct yaml_value *value,
+                            void *out)
+{
+    struct rig_sim_load *load = out;
+
+    if (rig_read_acceleration(reader, value, &load->static_q32) < 0)
+        return -1;
+    if (load->static_q32 < load->friction_q32)
+        return yaml_value_refuse(value, "is below friction");
+    return 0;
+}
+
+static int load_read_weight(void *reader, const struct yaml_value *value,
+                            void *out)
+{
+    return rig_read_quantity(reader, value, UNITS_ACCELERATION, out);
+}
+
+static int load_read_stops(void *reader, const struct yaml_value *value,
+                           void *out)
+{
+    struct rig_sim_load *load = out;
+
+    load->has_stops = true;
+    return rig_read_ends(reader, value, &load->stop_q32[0], &load->stop_q32[1]);
+}
+
+static const struct yaml_field rig_sim_load_fields[] = {
+    { "inertia", YAML_REQUIRED, "load over motor, 0.01 .. 1000",
+      load_read_inertia, offsetof(struct rig_sim_load, inertia_ratio) },
+    { "frequency", YAML_REQUIRED,
+      "0.1 Hz .. 500 Hz, of the load while the motor is held",
+      load_read_frequency, offsetof(struct rig_sim_load, frequency_hz) },
+    { "damping", YAML_OPTIONAL, "a ratio of 0 .. 1", load_read_damping,
+      offsetof(struct rig_sim_load, damping) },
+    { "backlash", YAML_OPTIONAL, "the whole gap, above zero",
+      load_read_backlash, offsetof(struct rig_sim_load, backlash_q32) },
+    { "friction", YAML_OPTIONAL, "the deceleration that it alone makes",
+      rig_read_acceleration, offsetof(struct rig_sim_load, friction_q32) },
+    { "static_friction", YAML_OPTIONAL, "at rest, at least friction",
+      load_read_static, 0 },
+    { "stribeck", YAML_OPTIONAL, "the speed at which static friction is gone",
+      rig_read_velocity, offsetof(struct rig_sim_load, stribeck_q32) },
+    { "weight", YAML_OPTIONAL, "the acceleration with which it falls",
+      load_read_weight, offsetof(struct rig_sim_load, weight_q32) },
+    { "stops", YAML_OPTIONAL, "where it meets something, as [lower, upper]",
+      load_read_stops, 0 },
+};
+const struct yaml_shape rig_sim_load_shape = { "load", rig_sim_load_fields,
+                                               ARRAY_LEN(rig_sim_load_fields) };
+
+int rig_read_sim_load(void *reader, const struct yaml_value *value, void *out)
+{
+    const struct plan_limit *limit =
+        &((struct rig_reader *)reader)->axis->limit;
+    struct rig_sim_load *load = out;
+
+    *load = (struct rig_sim_load){ .given = true, .damping = 0.02 };
+    if (yaml_fields_read(value, &rig_sim_load_shape, reader, load) < 0)
+        return -1;
+    if (load->static_q32 == 0)
+        load->static_q32 = load->friction_q32;
+    if (load->static_q32 > load->friction_q32 && load->stribeck_q32 == 0)
+        return yaml_value_refuse(value, "has static_friction above friction, "
+                                        "but no stribeck");
+    if (load->has_stops && (load->stop_q32[0] > limit->pos_min_q32 ||
+                            load->stop_q32[1] < limit->pos_max_q32))
+        return yaml_value_refuse(value,
+                                 "has stops inside the axis's position limits");
+    return 0;
+}

@@ -1,0 +1,296 @@
+/* tests/sim/physics/test_sim_mechanics.c - a load on a motor, and the loop of the
+ * simulated servos with one. */
+#include <math.h>
+
+#include "sim/physics/mechanics.h"
+#include "tests/sim/bus/sim_bus.h"
+
+#define ONE_Q24 (INT64_C(1) << 24)
+#define STEP_S  250e-6
+#define STEP_NS 250000
+
+static const double pi = 3.14159265358979323846;
+
+static const struct sim_mechanics_config swinging = { .inertia_ratio = 4,
+                                                      .frequency_hz = 7 };
+
+static struct sim_mechanics mechanics;
+static int64_t pos_q24, vel_q24;
+
+static void build(const struct sim_mechanics_config *config)
+{
+    pos_q24 = 1000 * ONE_Q24;
+    vel_q24 = 0;
+    assert_int_equal(sim_mechanics_init(&mechanics, config, pos_q24),
+                     MOTION_OK);
+}
+
+static double load(void)
+{
+    return ldexp((double)sim_mechanics_load_q24(&mechanics), -24);
+}
+
+static double motor(void)
+{
+    return ldexp((double)pos_q24, -24);
+}
+
+static void pull_load(double counts)
+{
+    mechanics.drive.y[1] += counts;
+    sim_drivetrain_reset(&mechanics.drive);
+}
+
+/* The mean time between rising zeros of what `of` says. */
+static double period_s(double (*of)(void), void (*step)(void))
+{
+    double before = of(), first = -1, last = -1;
+    unsigned count = 0;
+
+    for (unsigned i = 1; i < 80000; i++) {
+        step();
+        const double now = of();
+        if (before < 0 && now >= 0) {
+            last = STEP_S * (i - now / (now - before));
+            if (first < 0)
+                first = last;
+            else
+                count++;
+        }
+        before = now;
+    }
+    assert_true(count > 10);
+    return (last - first) / count;
+}
+
+static double off_motor(void)
+{
+    return load() - motor();
+}
+
+static void step_held(void)
+{
+    sim_mechanics_drag(&mechanics, STEP_S, pos_q24, pos_q24, 0);
+}
+
+static void step_free(void)
+{
+    sim_mechanics_step(&mechanics, 0, STEP_S, &pos_q24, &vel_q24);
+    if (vel_q24 == 0)
+        vel_q24 = 1; /* nobody holds it */
+}
+
+static void with_the_motor_held_it_swings_at_its_frequency(void **state)
+{
+    (void)state;
+    build(&swinging);
+    pull_load(50);
+    const double got = 1 / period_s(off_motor, step_held);
+    if (fabs(got / 7 - 1) > 0.001)
+        fail_msg("%.5f Hz, expected 7", got);
+}
+
+/* f sqrt(1 + ratio): the resonance of the motor's response. */
+static void free_it_swings_at_the_resonance(void **state)
+{
+    (void)state;
+    build(&swinging);
+    vel_q24 = 1;
+    pull_load(50);
+    const double got = 1 / period_s(off_motor, step_free);
+    if (fabs(got / (7 * sqrt(5)) - 1) > 0.005)
+        fail_msg("%.5f Hz, expected %.5f", got, 7 * sqrt(5));
+}
+
+static void no_energy_comes_from_anywhere(void **state)
+{
+    const struct sim_mechanics_config rough = { .inertia_ratio = 4,
+                                                .frequency_hz = 7,
+                                                .damping = 0.01,
+                                                .backlash_counts = 30,
+                                                .coulomb_counts_s2 = 100,
+                                                .static_counts_s2 = 100 };
+    (void)state;
+    build(&rough);
+    vel_q24 = 1;
+    pull_load(200);
+    double before = sim_drivetrain_energy_j(&mechanics.drive);
+    const double begin = before;
+    for (unsigned i = 0; i < 200000; i++) {
+        step_free();
+        const double now = sim_drivetrain_energy_j(&mechanics.drive);
+        if (now > before + 1e-9 * begin)
+            fail_msg("step %u: %.12g, %.12g before", i, now, before);
+        before = now;
+    }
+    assert_int_equal(mechanics.failed, 0);
+}
+
+/* g / omega^2 of the whole mass on the load's spring, and there it stays. */
+static void a_weight_hangs_where_it_hangs(void **state)
+{
+    const struct sim_mechanics_config heavy = { .inertia_ratio = 4,
+                                                .frequency_hz = 7,
+                                                .weight_counts_s2 = 5000 };
+    const double omega = 2 * pi * 7, sag = 5000 / (omega * omega * 0.8);
+
+    (void)state;
+    build(&heavy);
+    for (unsigned i = 0; i < 40000; i++)
+        step_held();
+    assert_true(fabs(off_motor() + sag) < 1e-6 * sag);
+    /* the brake holds the motor from step to step, not in between */
+    assert_true(sim_mechanics_swing_counts(&mechanics) < 1e-5 * sag);
+}
+
+static void the_swing_is_the_amplitude_in_every_phase(void **state)
+{
+    (void)state;
+    build(&swinging);
+    pull_load(50);
+    for (unsigned i = 0; i < 4000; i++) {
+        step_held();
+        if (fabs(sim_mechanics_swing_counts(&mechanics) - 50) > 0.01)
+            fail_msg("%u: %.4f", i, sim_mechanics_swing_counts(&mechanics));
+    }
+}
+
+static void a_drive_that_counts_anew_takes_its_load_along(void **state)
+{
+    const struct sim_mechanics_config between = { .inertia_ratio = 4,
+                                                  .frequency_hz = 7,
+                                                  .has_stops = true,
+                                                  .stop_low_counts = 900,
+                                                  .stop_high_counts = 1200 };
+    (void)state;
+    build(&between);
+    pos_q24 = 0;
+    sim_mechanics_step(&mechanics, 0, STEP_S, &pos_q24, &vel_q24);
+    assert_true(fabs(off_motor()) < 1e-6);
+    /* and the stops: 200 above where it stood */
+    for (unsigned i = 0; i < 20000; i++) {
+        sim_mechanics_step(&mechanics, 2000, STEP_S, &pos_q24, &vel_q24);
+        assert_true(load() <= 200 + 1e-6);
+    }
+    assert_true(load() > 199);
+}
+
+static void what_cannot_be_is_refused(void **state)
+{
+    struct sim_mechanics_config config = swinging;
+
+    (void)state;
+    config.inertia_ratio = 0;
+    assert_int_equal(sim_mechanics_init(&mechanics, &config, 0), MOTION_E_ARG);
+    config = swinging;
+    config.frequency_hz = NAN;
+    assert_int_equal(sim_mechanics_init(&mechanics, &config, 0), MOTION_E_ARG);
+    config = swinging;
+    config.static_counts_s2 = 5; /* without a Stribeck speed */
+    assert_int_equal(sim_mechanics_init(&mechanics, &config, 0), MOTION_E_ARG);
+    config = swinging;
+    config.has_stops = true;
+    config.stop_low_counts = 1;
+    config.stop_high_counts = 2;
+    assert_int_equal(sim_mechanics_init(&mechanics, &config, 0), MOTION_E_ARG);
+}
+
+/* ---- the servo with it ---- */
+
+static struct sim_plant plant;
+
+static void build_servo(const struct sim_mechanics_config *config)
+{
+    const struct sim_plant_config servo = { .omega_mrad_s = 157080,
+                                            .zeta_permille = 900,
+                                            .vel_max_counts_s = 1000000,
+                                            .acc_max_counts_s2 = 10000000 };
+
+    assert_int_equal(sim_plant_init(&plant, &servo, 1000), MOTION_OK);
+    assert_int_equal(sim_mechanics_init(&mechanics, config, plant.pos_q24),
+                     MOTION_OK);
+    plant.mechanics = &mechanics;
+}
+
+static double servo_off(double target)
+{
+    return ldexp((double)plant.pos_q24, -24) - target;
+}
+
+static void its_loop_carries_a_weight_and_holds_it(void **state)
+{
+    const struct sim_mechanics_config heavy = { .inertia_ratio = 4,
+                                                .frequency_hz = 12,
+                                                .damping = 0.05,
+                                                .weight_counts_s2 = 5000 };
+    (void)state;
+    build_servo(&heavy);
+    for (unsigned i = 0; i < 8000; i++)
+        sim_plant_step(&plant, 1000 * ONE_Q24, 0, STEP_NS);
+    assert_true(fabs(servo_off(1000)) < 0.01);
+}
+
+/* The motor is where it is told, the load half the gap behind, on the side from
+ * which it came. */
+static void backlash_is_seen_at_the_load_alone(void **state)
+{
+    const struct sim_mechanics_config loose = { .inertia_ratio = 4,
+                                                .frequency_hz = 40,
+                                                .damping = 0.1,
+                                                .backlash_counts = 60,
+                                                .coulomb_counts_s2 = 2000,
+                                                .static_counts_s2 = 2000 };
+    (void)state;
+    build_servo(&loose);
+    double at = 1000;
+    for (int direction = 1; direction >= -1; direction -= 2) {
+        for (unsigned i = 0; i < 20000; i++) {
+            if (i < 16000)
+                at += direction * 0.0125; /* 50 counts/s: it does not roll on */
+            sim_plant_step(&plant, llround(at * 0x1p24),
+                           i < 16000 ? direction * 50 * ONE_Q24 : 0, STEP_NS);
+        }
+        const double behind =
+            direction * (ldexp((double)plant.pos_q24, -24) - load());
+        assert_true(fabs(servo_off(at)) < 1);
+        /* and what friction winds up of 1/k */
+        if (behind < 25 || behind > 35)
+            fail_msg("%+d: %.3f behind, expected 30", direction, behind);
+    }
+}
+
+static void it_comes_no_further_than_its_stop(void **state)
+{
+    const struct sim_mechanics_config between = { .inertia_ratio = 4,
+                                                  .frequency_hz = 12,
+                                                  .damping = 0.05,
+                                                  .has_stops = true,
+                                                  .stop_low_counts = 0,
+                                                  .stop_high_counts = 2000 };
+    (void)state;
+    build_servo(&between);
+    double at = 1000;
+    for (unsigned i = 0; i < 8000; i++) {
+        at += 0.5;
+        sim_plant_step(&plant, llround(at * 0x1p24), 2000 * ONE_Q24, STEP_NS);
+        assert_true(load() <= 2000 + 1e-6);
+    }
+    assert_true(load() > 1999 && servo_off(at) < -500);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(with_the_motor_held_it_swings_at_its_frequency),
+        cmocka_unit_test(free_it_swings_at_the_resonance),
+        cmocka_unit_test(no_energy_comes_from_anywhere),
+        cmocka_unit_test(a_weight_hangs_where_it_hangs),
+        cmocka_unit_test(the_swing_is_the_amplitude_in_every_phase),
+        cmocka_unit_test(a_drive_that_counts_anew_takes_its_load_along),
+        cmocka_unit_test(what_cannot_be_is_refused),
+        cmocka_unit_test(its_loop_carries_a_weight_and_holds_it),
+        cmocka_unit_test(backlash_is_seen_at_the_load_alone),
+        cmocka_unit_test(it_comes_no_further_than_its_stop),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
