@@ -46,7 +46,7 @@ static int machine_fault_place(struct machine_fault *self,
         if (servo != NULL && servo->port.trouble == NULL)
             return sim_can_trouble_init(&self->trouble[i], &servo->port, seed);
         if (servo == NULL)
-            sim->servo[i].modbus.faulty.seed = seed;
+            machine_sim_modbus_servo(sim, i)->faulty.seed = seed;
         break;
     case FAULT_OTHER_MASTER:
     case FAULT_BABBLE:
@@ -75,12 +75,17 @@ int machine_fault_init(struct machine_fault *self,
                                      sizeof *self->intruder);
     for (unsigned i = 0; i < FAULT_EVENTS; i++)
         self->event_ns[i] = -1;
-    for (unsigned i = 0; i < script->count && err == MOTION_OK; i++) {
-        self->begun_ns[i] = -1;
-        err = machine_fault_place(self, &script->entry[i],
-                                  machine_fault_seed(script, i));
-    }
+    for (unsigned i = 0; i < script->count && err == MOTION_OK; i++)
+        err = machine_fault_add(self, i);
     return err;
+}
+
+int machine_fault_add(struct machine_fault *self, unsigned i)
+{
+    self->begun_ns[i] = -1;
+    self->looked = false;
+    return machine_fault_place(self, &self->script->entry[i],
+                               machine_fault_seed(self->script, i));
 }
 
 void machine_fault_free(struct machine_fault *self)
@@ -367,6 +372,14 @@ void machine_fault_step(struct machine_fault *self, int64_t now_ns,
         machine_fault_entry(self, i, now_ns);
     machine_fault_babble(self);
     self->looked = true;
+}
+
+void machine_fault_end(struct machine_fault *self, unsigned i)
+{
+    const uint64_t bit = (uint64_t)1 << i;
+    if ((self->active & bit) != 0)
+        machine_fault_happen(self, i, false);
+    self->active &= ~bit;
 }
 
 /* ---- what it did ---- */

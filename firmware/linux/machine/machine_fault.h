@@ -39,6 +39,12 @@ int machine_fault_init(struct machine_fault *self,
                        struct machine_sim *sim);
 void machine_fault_free(struct machine_fault *self);
 
+/* Entry i of the script is new: it waits for its time or place, and is another
+ * one than i was before.  MOTION_OK. */
+int machine_fault_add(struct machine_fault *self, unsigned i);
+/* What entry i does, if it does, is over. */
+void machine_fault_end(struct machine_fault *self, unsigned i);
+
 /* After the tick at now_ns, which ended in that phase and state. */
 void machine_fault_step(struct machine_fault *self, int64_t now_ns,
                         enum telemetry_phase phase,

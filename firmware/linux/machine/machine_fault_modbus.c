@@ -59,7 +59,7 @@ void machine_fault_modbus(struct machine_fault *self,
                           const struct fault_entry *entry, unsigned i,
                           bool begins)
 {
-    struct sim_modbus_servo *servo = &self->sim->servo[i].modbus;
+    struct sim_modbus_servo *servo = machine_sim_modbus_servo(self->sim, i);
     struct sim_modbus_faulty *faulty = &servo->faulty;
 
     switch (entry->kind) {

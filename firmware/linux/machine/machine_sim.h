@@ -24,6 +24,9 @@ struct machine_sim {
     struct sim_modbus_line *modbus_line;
     struct modbus_master *master;
     struct sim_modbus_seat *seat; /* of the master */
+    /* Of each axis the servo on Modbus that others reach, where it is not the one
+     * in `servo`; NULL: none is. */
+    struct sim_modbus_servo **served;
     struct sim_gpio *line;
     /* switches of the plant, machine_sim_switch.c */
     const struct rig *rig;
@@ -60,6 +63,9 @@ int64_t machine_sim_pos_q32(const struct machine_sim *sim, unsigned i);
 /* machine_sim_modbus.c: line and master of a bus. */
 int machine_sim_modbus_line(struct machine_sim *sim, const struct rig *rig,
                             unsigned i);
+/* The servo of Modbus axis i. */
+struct sim_modbus_servo *machine_sim_modbus_servo(const struct machine_sim *sim,
+                                                  unsigned i);
 /* Whose drive Modbus axis i is simulated as: what its rig says, else the maker's
  * whose name the map's file has; NULL: it is made from the map. */
 const struct sim_modbus_maker *machine_sim_maker(const struct rig *rig,

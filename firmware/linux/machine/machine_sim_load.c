@@ -57,7 +57,7 @@ static struct sim_plant *machine_sim_plant_of(struct machine_sim *sim,
     const struct machine_kind *kind = machine_kinds[sim->rig->axis[i].kind];
 
     return kind->sim_servo != NULL ? &kind->sim_servo(sim, i)->plant
-                                   : &sim->servo[i].modbus.plant;
+                                   : &machine_sim_modbus_servo(sim, i)->plant;
 }
 
 int machine_sim_loads(struct machine_sim *sim, unsigned *axis)

@@ -5,6 +5,7 @@
 
 #include <string.h>
 
+#include "firmware/linux/machine/kind.h"
 #include "sim/device/modbus/makers.h"
 
 #define MACHINE_SIM_ENABLE_NS INT64_C(80000000) /* its brake lets go */
@@ -26,6 +27,14 @@ int machine_sim_modbus_line(struct machine_sim *sim, const struct rig *rig,
         return err;
     return sim_modbus_seat_init(&sim->seat[i], &sim->modbus_line[i],
                                 &sim->master[i].station);
+}
+
+struct sim_modbus_servo *machine_sim_modbus_servo(const struct machine_sim *sim,
+                                                  unsigned i)
+{
+    return sim->served != NULL && sim->served[i] != NULL
+               ? sim->served[i]
+               : &sim->servo[i].modbus;
 }
 
 const struct sim_modbus_maker *machine_sim_maker(const struct rig *rig,

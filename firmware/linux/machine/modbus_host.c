@@ -201,6 +201,7 @@ static void *modbus_host_run(void *context)
 
     while (!atomic_load(&host->stop)) {
         modbus_host_wait(host, set);
+        pthread_mutex_lock(&host->lock);
         sim_world_run(host->world, modbus_host_now_ns());
         if (set[0].revents != 0)
             modbus_host_bridge_read(&host->bridge);
@@ -209,6 +210,7 @@ static void *modbus_host_run(void *context)
                 modbus_host_read(host, &host->client[i]);
         if (set[1].revents != 0)
             modbus_host_accept(host);
+        pthread_mutex_unlock(&host->lock);
     }
     return NULL;
 }
@@ -220,6 +222,7 @@ void modbus_host_init(struct modbus_host *host, struct sim_world *world)
     *host = (struct modbus_host){
         .world = world, .bridge.fd = -1, .other_end = -1, .listener = -1
     };
+    pthread_mutex_init(&host->lock, NULL);
     for (unsigned i = 0; i < MODBUS_HOST_CLIENTS; i++)
         host->client[i].fd = -1;
 }

@@ -4,7 +4,8 @@
  * A pseudo-terminal is a seat on a simulated RTU line: what a program writes to
  * it takes its bit time there, and so do the answers.  A TCP socket serves the
  * registers directly, by unit.  One thread runs the simulated world on
- * CLOCK_MONOTONIC; nobody else may touch it between start and stop. */
+ * CLOCK_MONOTONIC; nobody else may touch it between start and stop, but who has
+ * the lock, and for a moment. */
 #ifndef FIRMWARE_LINUX_MACHINE_MODBUS_HOST_H
 #define FIRMWARE_LINUX_MACHINE_MODBUS_HOST_H
 
@@ -48,6 +49,7 @@ struct modbus_host {
     struct modbus_host_client client[MODBUS_HOST_CLIENTS];
 
     pthread_t thread;
+    pthread_mutex_t lock; /* the thread has it but while it waits */
     _Atomic bool stop;
 };
 

@@ -27,6 +27,10 @@ static int sim_server_bus(struct sim_server *server, unsigned i,
         err = modbus_device_start(&server->device[i], server->rig, i, &at,
                                   message);
         server->bus_count += err == MOTION_OK;
+        for (unsigned axis = 0;
+             err == MOTION_OK && axis < server->rig->axis_count; axis++)
+            if (server->rig->axis[axis].bus == i)
+                server->served[axis] = &server->device[i].servo[axis];
         return err;
     }
     if (bus->interface[0] == '\0') {
@@ -59,9 +63,12 @@ int sim_server_open(struct sim_server *server, const struct rig *rig,
     CAPACITY(port);
     CAPACITY(poll_fd);
 #undef CAPACITY
+    server->served = memory_pool_new(&server->memory, rig->axis_count,
+                                     sizeof(struct sim_modbus_servo *));
     err = machine_sim_init(&server->sim, rig, true, &server->wire, message);
     for (unsigned i = 0; err == MOTION_OK && i < rig->bus_count; i++)
         err = sim_server_bus(server, i, message);
+    server->sim.served = server->served;
     if (err < 0)
         sim_server_close(server);
     return err;
@@ -101,7 +108,21 @@ static void sim_server_give_out(struct sim_server *server, unsigned i)
     (void)hal_can_flush(&server->port[i].can);
 }
 
-static int64_t sim_server_now_ns(struct sim_server *server)
+void sim_server_lock(struct sim_server *server)
+{
+    for (unsigned i = 0; i < server->bus_count; i++)
+        if (server->is_modbus[i])
+            pthread_mutex_lock(&server->device[i].host.lock);
+}
+
+void sim_server_unlock(struct sim_server *server)
+{
+    for (unsigned i = 0; i < server->bus_count; i++)
+        if (server->is_modbus[i])
+            pthread_mutex_unlock(&server->device[i].host.lock);
+}
+
+int64_t sim_server_now_ns(struct sim_server *server)
 {
     return hal_clock_now_ns(&server->sim.real.clock);
 }

@@ -26,7 +26,8 @@ struct sim_server {
     unsigned bus_count;        /* open so far */
     struct memory_pool memory; /* of the arrays: one per bus */
     bool *is_modbus;
-    struct modbus_device *device; /* of those, real time */
+    struct modbus_device *device;     /* of those, real time */
+    struct sim_modbus_servo **served; /* of each axis; NULL: on CAN */
     struct can_socketcan *port;
     struct pollfd *poll_fd;
     uint64_t frames_in, frames_out;
@@ -41,5 +42,11 @@ int sim_server_open(struct sim_server *server, const struct rig *rig,
  * millisecond at most. */
 void sim_server_step(struct sim_server *server);
 void sim_server_close(struct sim_server *server);
+
+/* The drives on Modbus are run by threads: nobody else may look at them, or
+ * change them, but between these two. */
+void sim_server_lock(struct sim_server *server);
+void sim_server_unlock(struct sim_server *server);
+int64_t sim_server_now_ns(struct sim_server *server);
 
 #endif

@@ -2,9 +2,9 @@
 # tests/firmware/linux/load.sh - the load of a simulated axis swings at the end of
 # a fast move, and less behind an input shaper for its frequency.
 #
-#   tests/firmware/linux/load.sh build/slew
+# Gains nothing from sanitizers.
 set -eu
-slew=$1
+slew=${SLEW:-build/slew}
 dir=$(mktemp -d)
 trap 'rm -rf "$dir"' EXIT
 

@@ -8,11 +8,12 @@
 #include "firmware/host/base/array.h"
 #include "firmware/host/base/memory.h"
 #include "firmware/host/move/job.h"
+#include "firmware/linux/base/disk.h"
 #include "firmware/linux/base/error.h"
 #include "firmware/linux/commands/command.h"
 #include "firmware/linux/commands/planning.h"
 #include "firmware/linux/commands/ports/sim_export.h"
-#include "firmware/linux/machine/sim_server.h"
+#include "firmware/linux/machine/sim_live.h"
 #include "sim/device/modbus/makers.h"
 
 static volatile sig_atomic_t cmd_sim_ended;
@@ -69,13 +70,8 @@ static void cmd_sim_say(const struct sim_server *server)
                 cmd_sim_say_axis(rig, i);
         putchar('\n');
     }
-    puts("interrupt (Ctrl-C) to end");
+    puts("interrupt (Ctrl-C) to end; help lists what can be typed");
     fflush(stdout);
-}
-
-static int64_t cmd_sim_now_ns(struct sim_server *server)
-{
-    return hal_clock_now_ns(&server->sim.real.clock);
 }
 
 /* Where drives on TCP listen: this machine alone when nothing is said. */
@@ -92,13 +88,51 @@ static enum status cmd_sim_address(const struct options *options,
     return STATUS_INPUT;
 }
 
+static enum status cmd_sim_script(const struct options *options,
+                                  const struct rig *rig,
+                                  struct fault_script *script)
+{
+    char message[YAML_MESSAGE_MAX];
+    if (options->faults == NULL)
+        return STATUS_OK;
+    if (fault_script_load(&disk_files, options->faults, rig, script, message) <
+        0) {
+        error_say("%s", message);
+        return STATUS_INPUT;
+    }
+    const int entry = sim_live_judges(script);
+    if (entry < 0)
+        return STATUS_OK;
+    error_say("slew sim: --faults: %s:%u:%u: '%s' is an event of slew run, "
+              "expected at, which counts from the start, or position",
+              options->faults, script->entry[entry].place.line,
+              script->entry[entry].place.column,
+              fault_event_words[script->entry[entry].event]);
+    return STATUS_INPUT;
+}
+
+static void cmd_sim_loop(const struct options *options, struct sim_live *live)
+{
+    while (
+        !cmd_sim_ended && !live->quit &&
+        (options->to_ns < 0 ||
+         sim_server_now_ns(live->server) - live->start_ns < options->to_ns)) {
+        sim_server_step(live->server);
+        sim_live_step(live);
+    }
+}
+
 static enum status cmd_sim_serve(const struct options *options,
                                  const struct rig *rig,
                                  struct sim_server *server)
 {
     char message[YAML_MESSAGE_MAX];
     struct in_addr address;
-    const enum status status = cmd_sim_address(options, &address);
+    struct fault_script script;
+    struct sim_live live = { .server = NULL };
+    enum status status = cmd_sim_address(options, &address);
+    if (status == STATUS_OK)
+        status = cmd_sim_script(options, rig, &script);
     if (status != STATUS_OK)
         return status;
     if (sim_server_open(server, rig, address, message) < 0) {
@@ -108,13 +142,16 @@ static enum status cmd_sim_serve(const struct options *options,
     cmd_sim_ended = 0;
     cmd_sim_listen();
     cmd_sim_say(server);
-    const int64_t start_ns = cmd_sim_now_ns(server);
-    while (!cmd_sim_ended &&
-           (options->to_ns < 0 ||
-            cmd_sim_now_ns(server) - start_ns < options->to_ns))
-        sim_server_step(server);
+    if (sim_live_init(&live, server, options->faults != NULL ? &script : NULL) <
+        0) {
+        error_say("slew sim: the faults cannot be made on these drives");
+        status = STATUS_SYSTEM;
+    } else {
+        cmd_sim_loop(options, &live);
+    }
+    sim_live_free(&live);
     sim_server_close(server);
-    return STATUS_OK;
+    return status;
 }
 
 static enum status cmd_sim_rig(const struct options *options, struct rig *rig)
@@ -155,6 +192,8 @@ static const struct option_row cmd_sim_option[] = {
       "where drives on Modbus TCP listen (127.0.0.1); 0.0.0.0: everywhere" },
     { "eds", NULL, OPTION_FLAG, offsetof(struct options, eds),
       "print the data sheet (EDS) of a simulated CANopen drive, and end" },
+    { "faults", "FILE", OPTION_TEXT, offsetof(struct options, faults),
+      "what goes wrong, and when from now on (docs/FAULTS.md)" },
     { "for", "TIME", OPTION_TIME, offsetof(struct options, to_ns),
       "end after this time" },
     { "out", "FILE", OPTION_TEXT, offsetof(struct options, out),
@@ -181,6 +220,12 @@ const struct command cmd_sim = {
         "those on TCP answer on the port of the rig, for this machine alone\n"
         "unless --address says otherwise: nothing asks who a master is, so\n"
         "that only a network of your own should see them.\n\n"
+        "What goes wrong with them is a fault script (--faults), or typed "
+        "while\n"
+        "they are there, a line each:\n\n"
+        "  drive_fault pan code 0x3210\n"
+        "  noise can1 rate 2 % for 5 s\n"
+        "  list, end 1, end all, status, help, quit\n\n"
         "export writes a functional mock-up unit (FMI 2.0 or 3.0,\n"
         "co-simulation) for Simulink, OpenModelica, FMPy and others: drivers,\n"
         "buses, drives and motors of the rig, with the set point of every "
@@ -189,6 +234,7 @@ const struct command cmd_sim = {
     .examples = "  slew sim --interface vcan0 rig.yaml\n"
                 "  slew sim --interface can0=can2,can1=can3 examples/dolly\n"
                 "  slew sim --address 192.168.1.20 rig.yaml\n"
+                "  slew sim --faults faults.yaml rig.yaml\n"
                 "  slew sim export --fmi 2 --out dolly.fmu examples/dolly\n",
     .path_max = 2,
     COMMAND_OPTIONS(cmd_sim_option),

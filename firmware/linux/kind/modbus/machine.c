@@ -35,7 +35,8 @@ static int modbus_sim_init(struct machine_sim *sim, const struct rig *rig,
 
 static int64_t modbus_sim_counts_q24(const struct machine_sim *sim, unsigned i)
 {
-    return sim_modbus_servo_counts(&sim->servo[i].modbus) * (1 << 24);
+    return sim_modbus_servo_counts(machine_sim_modbus_servo(sim, i)) *
+           (1 << 24);
 }
 
 const struct machine_kind machine_kind_modbus = {

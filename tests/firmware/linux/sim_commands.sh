@@ -1,0 +1,85 @@
+#!/bin/sh
+# tests/firmware/linux/sim_commands.sh - faults that are typed to slew sim, as a
+# master sees them on the drive.  Reads the real clock.
+set -eu
+slew=${SLEW:-build/slew}
+dir=$(mktemp -d)
+device=
+trap '[ -z "$device" ] || kill "$device" 2>/dev/null; rm -rf "$dir"' EXIT
+
+fail()
+{
+    echo "sim_commands.sh: $*"
+    cat "$dir/out"
+    exit 1
+}
+
+cat >"$dir/rig.yaml" <<EOF
+buses:
+  net: {kind: modbus-tcp, host: 127.0.0.1, port: 15037}
+axes:
+  lift:
+    unit: mm
+    limits: {position: [0 mm, 500 mm], velocity: 30 mm/s, acceleration: 40 mm/s2}
+    following_error: {floor: 1 mm}
+    drive: {kind: modbus, bus: net, node: 5, map: lexium-32, counts: 4096 per mm}
+    sim: {start: 100 mm}
+EOF
+
+until_said() # until_said TEXT: within 20 s
+{
+    for i in $(seq 200); do
+        grep -q -- "$1" "$dir/out" && return
+        sleep 0.1
+    done
+    fail "never said: $1"
+}
+
+# until_is REGISTER TEXT: what the drive says, within 20 s
+until_is()
+{
+    for i in $(seq 40); do
+        if "$slew" drive get 127.0.0.1:15037 5 "$1" --map lexium-32 \
+            >"$dir/get" 2>&1 && grep -q -- "$2" "$dir/get"; then
+            return
+        fi
+        sleep 0.4
+    done
+    fail "$1 is not $2: $(cat "$dir/get")"
+}
+
+mkfifo "$dir/in"
+"$slew" sim "$dir/rig.yaml" <"$dir/in" >"$dir/out" 2>&1 &
+device=$!
+exec 3>"$dir/in"
+until_said 'net on 127.0.0.1 port 15037: lift (node 5, Schneider Lexium 32)'
+until_is position ' 409600 '
+echo "encoder_jump lift by 10 mm" >&3
+until_is position ' 450560 '
+echo "list" >&3
+until_said '^ 1  encoder_jump of lift, by 10 mm$'
+echo "end 1" >&3
+until_is position ' 409600 '
+echo "drive_fault lift code 0x0100" >&3
+until_is alarm 'following error'
+echo "drive_fault nobody" >&3
+until_said "'nobody' is no axis, bus or gpio line of the rig"
+echo "status" >&3
+until_said '^lift  *100.0000 mm'
+echo "quit" >&3
+wait "$device" || fail "status $?"
+device=
+
+# A script's times count from the start; its events are those of a run.
+echo 'faults: [{fault: encoder_jump, axis: lift, by: 10 mm, at: 300 ms}]' \
+    >"$dir/faults.yaml"
+"$slew" sim --for 2s --faults "$dir/faults.yaml" "$dir/rig.yaml" </dev/null \
+    >"$dir/out" 2>&1 || fail "status $?"
+grep -q ' s: 1: encoder_jump of lift, by 10 mm$' "$dir/out" || fail "no fault"
+echo 'faults: [{fault: reboot, axis: lift, event: hold}]' >"$dir/faults.yaml"
+status=0
+"$slew" sim --for 2s --faults "$dir/faults.yaml" "$dir/rig.yaml" </dev/null \
+    >"$dir/out" 2>&1 || status=$?
+[ $status -eq 2 ] || fail "status $status"
+grep -q "faults.yaml:1:10: 'hold' is an event of slew run" "$dir/out" ||
+    fail "no sentence"
