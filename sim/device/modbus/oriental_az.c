@@ -39,7 +39,7 @@ enum {
 };
 #define ILLEGAL_VALUE 0x03
 #define MS            INT64_C(1000000)
-#define HOME_STEPS_S  10000 /* of a high-speed return to home; unverified */
+#define HOME_STEPS_S  INT64_C(10000) /* of a return to home; unverified */
 #define FAR_STEPS     (INT64_C(1) << 32)
 
 static const struct sim_modbus_range az_ranges[] = {
