@@ -45,7 +45,7 @@ static int64_t command_read(const struct files *files, int file, void *to,
     if (offset >= length)
         return 0;
     if (size > length - offset)
-        size = length - offset;
+        size = length - (size_t)offset;
     memcpy(to, ((const struct command_file *)files)->text + offset, size);
     return (int64_t)size;
 }
