@@ -10,12 +10,14 @@ MCU_SRC    := $(wildcard firmware/mcu/*.c) firmware/mcu/board/main.c \
               firmware/mcu/board/bytes.c firmware/host/base/crc32.c $(PORTABLE)
 
 # Small where the tick never comes, or only once per request.
-MCU_SMALL  := firmware/control/command.c firmware/control/homing.c \
-              firmware/control/jog.c firmware/control/ramp.c \
-              firmware/control/ramp_bound.c motion/core/clock_warp_plan.c \
-              motion/core/track_append.c \
+MCU_SMALL  := $(addprefix firmware/control/,command.c goal.c home.c homing.c \
+                jog.c mailbox.c playback.c ramp.c ramp_bound.c ramp_judge.c) \
+              $(addprefix motion/core/,clock_anchor.c clock_walk.c \
+                clock_warp_plan.c track_append.c) \
               $(call sources,motion/otg hal/drive/modbus)
 $(MCU_SMALL:%.c=$(MCU_DIR)/%.o): MCU_OPT := -Os
+# Thirty products of 128 bits, each a call.
+$(MCU_DIR)/motion/core/clock_anchor.o: MCU_OPT := -Os -fno-inline
 
 $(MCU_DIR)/%.o: %.c Makefile firmware/mcu/mcu.mk
 	$(call say,mcu,$<)
