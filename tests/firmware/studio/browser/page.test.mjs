@@ -69,6 +69,9 @@ test(
   { timeout: 60000 },
   () =>
     on("dolly", async (page, studio) => {
+      // All of it again, whatever was kept of the first time.
+      const network = await page.context().newCDPSession(page);
+      await network.send("Network.setCacheDisabled", { cacheDisabled: true });
       const sizes = new Map();
       page.on("response", async (response) => {
         const bytes = await response.body().catch(() => null);
@@ -91,6 +94,7 @@ test(
         `# ${sizes.size} files, ${all} bytes gzip; first paint after ${Math.round(paint)} ms`,
       );
       assert.ok(sizes.get("/vendor/space.js") > 100000, "three was not counted");
+      assert.ok(sizes.has("/curve/editor.js"), "the page was not counted");
       assert.ok(all < 1e6, `${all} bytes`);
       assert.ok(paint < 1000, `${paint} ms`);
     }),
