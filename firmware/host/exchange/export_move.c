@@ -239,7 +239,7 @@ int export_move(const struct imported *imported, const char *origin, FILE *file,
     }
     if (values > EXPORT_VALUES_MAX)
         return export_refuse(message, keys);
-    fprintf(file, "# Imported from %s by slew import.\n\n", origin);
+    fprintf(file, "# %s\n\n", origin);
     if (imported->fps.den == 1)
         fprintf(file, "fps: %" PRIu64 "\n", imported->fps.num);
     else if (imported->fps.den != 0)

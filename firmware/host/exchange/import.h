@@ -126,7 +126,7 @@ int64_t import_frame_near(const struct units_fps *fps, int64_t t_ns_q12);
  * beyond the range. */
 int64_t import_frame_ns_q12(const struct units_fps *fps, int64_t frame);
 
-/* move.yaml.  Positions, velocities and accelerations have the digits that give
+/* move.yaml, with `origin` as its first line, a comment.  Positions, velocities and accelerations have the digits that give
  * the same integers when read (up to 10^8 units), times are frames where they
  * are whole ones.  -1 with the sentence when the file would be larger than
  * slew reads. */

@@ -25,7 +25,8 @@ struct command {
 extern const struct command cmd_check, cmd_fit, cmd_plan, cmd_sample, cmd_plot,
     cmd_run, cmd_report, cmd_otg, cmd_gallery, cmd_import, cmd_export,
     cmd_compile, cmd_off, cmd_sim, cmd_drive, cmd_home, cmd_jog, cmd_monitor,
-    cmd_scan, cmd_doctor, cmd_shaper, cmd_service, cmd_batch, cmd_studio;
+    cmd_scan, cmd_doctor, cmd_shaper, cmd_service, cmd_capture, cmd_batch,
+    cmd_studio;
 
 /* The commands above in the order of the help; NULL at the end. */
 extern const struct command *const command_list[];

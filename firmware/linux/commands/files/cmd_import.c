@@ -85,9 +85,12 @@ static enum status cmd_import_write(const struct imported *imported,
 {
     char message[YAML_MESSAGE_MAX];
     struct output output;
+    char origin[64];
     if (output_open(&output, path) < 0)
         return STATUS_SYSTEM;
-    if (export_move(imported, format->name, output.file, message) < 0) {
+    snprintf(origin, sizeof origin, "Imported from %s by slew import.",
+             format->name);
+    if (export_move(imported, origin, output.file, message) < 0) {
         output_abandon(&output);
         return cmd_import_fail(message, "");
     }
