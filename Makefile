@@ -25,7 +25,7 @@ endif
 
 # Of the libraries; asked when used, so that `make deps` can come first.
 PKGS      = yaml-0.1 libcjson cairo fontconfig libmodbus libgpiod zlib libpng libzip \
-            libwebsockets
+            libwebsockets ltc
 PKG_INC   = $(patsubst -I%,-isystem %,$(shell pkg-config --cflags $(PKGS)))
 PKG_LIB   = $(shell pkg-config --libs $(PKGS))
 CMOCKA    = $(shell pkg-config --libs cmocka)

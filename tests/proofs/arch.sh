@@ -53,7 +53,7 @@ rule 'firmware/linux/[^/]*' 'firmware/linux/commands/command.h' any
 # too, but for the plots that cairo draws.
 host='hal/([^/]*|(support|can|canopen|modbus|gpio|drive)/.*)|motion/.*'
 known=
-for room in library host/base host/yaml host/device host/rig host/fault host/move host/exchange \
+for room in library host/base host/timecode host/yaml host/device host/rig host/fault host/move host/exchange \
     host/recording host/plot studio/wasm \
     linux/base linux/machine linux/batch linux/fmu linux/service linux/tools studio/server; do
     known=$known${known:+|}$room

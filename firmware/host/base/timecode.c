@@ -1,7 +1,6 @@
 /* firmware/host/base/timecode.c - see timecode.h. */
 #include "firmware/host/base/timecode.h"
 
-#include <stdbool.h>
 #include <stddef.h>
 
 enum { HOURS, MINUTES, SECONDS, FRAMES, PARTS };
@@ -69,6 +68,15 @@ static const char *timecode_check(const struct timecode *timecode,
     return NULL;
 }
 
+static uint64_t timecode_number(const struct timecode *timecode, uint64_t per_s,
+                                uint64_t dropped)
+{
+    const uint64_t *part = timecode->part;
+    const uint64_t minutes = part[HOURS] * 60 + part[MINUTES];
+    const uint64_t all = (minutes * 60 + part[SECONDS]) * per_s + part[FRAMES];
+    return timecode->is_drop ? all - dropped * (minutes - minutes / 10) : all;
+}
+
 const char *timecode_frames(const char *text, struct units_fps fps,
                             uint64_t *frames)
 {
@@ -81,10 +89,18 @@ const char *timecode_frames(const char *text, struct units_fps fps,
     wrong = timecode_check(&timecode, per_s, dropped);
     if (wrong != NULL)
         return wrong;
-    const uint64_t minutes = timecode.part[HOURS] * 60 + timecode.part[MINUTES];
-    *frames =
-        (minutes * 60 + timecode.part[SECONDS]) * per_s + timecode.part[FRAMES];
-    if (timecode.is_drop)
-        *frames -= dropped * (minutes - minutes / 10);
+    *frames = timecode_number(&timecode, per_s, dropped);
     return NULL;
+}
+
+bool timecode_count(unsigned hours, unsigned minutes, unsigned seconds,
+                    unsigned frame, unsigned per_s, bool drop, uint64_t *frames)
+{
+    const uint64_t dropped = per_s / 15;
+    const struct timecode timecode = { { hours, minutes, seconds, frame },
+                                       drop };
+    if (timecode_check(&timecode, per_s, dropped) != NULL)
+        return false;
+    *frames = timecode_number(&timecode, per_s, dropped);
+    return true;
 }

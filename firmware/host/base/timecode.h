@@ -10,6 +10,7 @@
 #ifndef FIRMWARE_HOST_BASE_TIMECODE_H
 #define FIRMWARE_HOST_BASE_TIMECODE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "firmware/host/base/units.h"
@@ -18,5 +19,12 @@
  * "has 75 seconds in a minute".  fps.den > 0. */
 const char *timecode_frames(const char *text, struct units_fps fps,
                             uint64_t *frames);
+
+/* Of a number that is read as such, with `per_s` frames in its seconds; drop: 2
+ * are left out where there are 30, 4 where there are 60.  False: there is no
+ * such number. */
+bool timecode_count(unsigned hours, unsigned minutes, unsigned seconds,
+                    unsigned frame, unsigned per_s, bool drop,
+                    uint64_t *frames);
 
 #endif

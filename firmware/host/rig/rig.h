@@ -178,6 +178,7 @@ enum rig_line_kind {
     RIG_LINE_HOME,
     RIG_LINE_TRIGGER, /* pulses at the events of a move */
     RIG_LINE_START,   /* starts a move that waits for it */
+    RIG_LINE_FRAME,   /* a pulse for each frame of what a move follows */
 };
 #define RIG_TRIGGERS_MAX 8
 

@@ -10,6 +10,9 @@
 #define RIG_DISCREPANCY     (500 * RIG_MS)
 #define RIG_DISCREPANCY_MIN (10 * RIG_MS)
 #define RIG_DISCREPANCY_MAX (10000 * RIG_MS)
+#define RIG_FRAME_MIN       (5 * RIG_MS)
+#define RIG_FRAME_MAX       (1000 * RIG_MS)
+#define RIG_RELEASE         (50 * RIG_MS)
 #define RIG_EVERY_MIN       (200 * RIG_MS) /* of simulated pulses */
 #define RIG_EVERY_MAX       (600000 * RIG_MS)
 
@@ -21,6 +24,7 @@ const char *const rig_line_kinds[RIG_LINE_KINDS] = {
     [RIG_LINE_HOME] = "home",
     [RIG_LINE_TRIGGER] = "trigger",
     [RIG_LINE_START] = "start",
+    [RIG_LINE_FRAME] = "frame",
 };
 const char *const rig_line_levels[RIG_LINE_LEVELS] = { "high", "low" };
 const char *const rig_line_biases[RIG_LINE_BIASES] = {
@@ -68,8 +72,11 @@ static int rig_read_line_kind(void *reader, const struct yaml_value *value,
         return yaml_value_refuse(value, "is the %uth trigger, %d are allowed",
                                  triggers, RIG_TRIGGERS_MAX);
     if (index == RIG_LINE_ESTOP && estops > 2)
-        return yaml_value_refuse(value, "is a third e-stop, expected one, or "
-                                        "two channels of one");
+        return yaml_value_refuse(value,
+                                 "is a third e-stop, where one has at most "
+                                 "two channels");
+    if (index == RIG_LINE_FRAME)
+        rig_line_of(reader)->release_ns = 0; /* pulses may follow at once */
     if (index == RIG_LINE_ESTOP && estops == 2)
         rig_line_of(reader)->discrepancy_ns = RIG_DISCREPANCY;
     *(enum rig_line_kind *)out = (enum rig_line_kind)index;
@@ -191,6 +198,9 @@ static int rig_read_line_sim(void *reader, const struct yaml_value *value,
     if (line->kind == RIG_LINE_START)
         return rig_read_time(reader, value, RIG_EVERY_MIN, RIG_EVERY_MAX,
                              RIG_MS, &line->sim_every_ns);
+    if (line->kind == RIG_LINE_FRAME)
+        return rig_read_time(reader, value, RIG_FRAME_MIN, RIG_FRAME_MAX, 1,
+                             &line->sim_every_ns);
     if (!rig_line_has_axis(line) || line->axis < 0)
         return yaml_value_refuse(value, "is for a switch of an axis");
     self->units.unit = self->rig->axis[line->axis].unit;
@@ -208,7 +218,8 @@ static int rig_read_line_sim(void *reader, const struct yaml_value *value,
 
 static const struct yaml_field rig_line_fields[] = {
     { "kind", YAML_REQUIRED,
-      "e-stop, limit-negative, limit-positive, lamp, home, trigger or start",
+      "e-stop, limit-negative, limit-positive, lamp, home, trigger, start or "
+      "frame",
       rig_read_line_kind, offsetof(struct rig_line, kind) },
     { "axis", YAML_OPTIONAL, "the axis that a limit or home switch belongs to",
       rig_read_line_axis, offsetof(struct rig_line, axis) },
@@ -232,7 +243,7 @@ static const struct yaml_field rig_line_fields[] = {
       offsetof(struct rig_line, lead_ns) },
     { "sim", YAML_OPTIONAL,
       "[low, high], two positions of the axis; of a start, 0.2 s .. 600 s in "
-      "whole ms",
+      "whole ms; of a frame 5 ms .. 1 s",
       rig_read_line_sim, 0 },
 };
 const struct yaml_shape rig_line_shape = { "line", rig_line_fields,
@@ -246,7 +257,7 @@ static int rig_read_line(void *reader, uint32_t key,
     struct yaml_value value = *entry;
 
     *line = (struct rig_line){ .axis = -1,
-                               .release_ns = 50 * RIG_MS,
+                               .release_ns = RIG_RELEASE,
                                .width_ns = 50 * RIG_MS,
                                .place = yaml_tree_place(entry->tree, key) };
     memcpy(line->name, entry->name, strlen(entry->name) + 1);

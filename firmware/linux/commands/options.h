@@ -46,6 +46,7 @@ struct options {
     const char *method, *tolerance;               /* fit */
     const char *telemetry, *can_log, *modbus_log; /* run */
     const char *record, *at, *on_edge, *hold_at, *from, *faults;
+    const char *follow, *follow_at;
     int64_t loop; /* times; -1 when not given, 0: until a stop */
     bool ping_pong;
     const char *rig, *fps, *columns, *curve, *interface;

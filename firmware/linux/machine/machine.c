@@ -113,6 +113,7 @@ static struct hal_gpio **machine_input(struct machine *machine,
     case RIG_LINE_LAMP:
     case RIG_LINE_TRIGGER:
     case RIG_LINE_START: /* the player's */
+    case RIG_LINE_FRAME:
         break;
     }
     return NULL;

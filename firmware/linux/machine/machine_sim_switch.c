@@ -30,6 +30,8 @@ static bool machine_sim_switch_is_pressed(const struct machine_sim *sim,
 {
     if (line->kind == RIG_LINE_START)
         return now_ns % line->sim_every_ns < SWITCH_PULSE_NS;
+    if (line->kind == RIG_LINE_FRAME)
+        return now_ns % line->sim_every_ns < line->sim_every_ns / 2;
     const int64_t pos_q32 = machine_sim_pos_q32(sim, (unsigned)line->axis) +
                             sim->zero_q32[line->axis];
     return pos_q32 >= line->sim_low_q32 && pos_q32 <= line->sim_high_q32;
@@ -91,7 +93,8 @@ int machine_sim_switches(struct machine_sim *sim)
     for (unsigned i = 0; i < sim->rig->line_count; i++) {
         const struct rig_line *line = &sim->rig->line[i];
         any |= machine_sim_switch_is_simulated(line);
-        if (line->kind == RIG_LINE_START) /* released, not open */
+        if (line->kind == RIG_LINE_START ||
+            line->kind == RIG_LINE_FRAME) /* released, not open */
             sim_gpio_drive(&sim->line[i],
                            line->active_low ? SIM_GPIO_HIGH : SIM_GPIO_LOW);
     }

@@ -114,6 +114,9 @@ static void player_observe(void *context, struct telemetry_row *row)
         progress_take(observer->progress, row);
     if (observer->keys != NULL)
         run_keys_take(observer->keys, row);
+    if (player->config.follow != NULL)
+        run_follow_take(player->config.follow, row,
+                        player->start_ns + row->t_ns);
 }
 
 /* The figures of the report, from every tick: rows may be lost on the way to a
@@ -303,6 +306,12 @@ static int64_t player_due_ns(struct player *player)
 {
     const int64_t period_ns = player->job->rig.period_ns;
     const int64_t ready_ns = player->phase_ns + player_rest_ns(player);
+    if (player->config.follow != NULL) {
+        const int64_t due_ns = run_follow_due_ns(
+            player->config.follow, player->now_ns, ready_ns, period_ns);
+        player->start.late = due_ns < ready_ns;
+        return due_ns;
+    }
     if (player->start.line == NULL)
         return run_start_due_ns(&player->start, player->machine->ports.clock,
                                 ready_ns, period_ns);
@@ -603,6 +612,8 @@ static void player_tick(struct player *player, int interrupts)
     else
         player_normal(player, interrupts);
     player->enough = interrupts > 0;
+    if (player->config.follow != NULL)
+        run_follow_tick(player->config.follow);
     player_record(player);
     if (!player->quick || player->phase == TELEMETRY_STOP)
         player_step(player);
@@ -651,6 +662,9 @@ static void *player_look_on(void *context)
         player_drain(thread->player);
         if (thread->player->observer.keys != NULL)
             run_keys_poll(thread->player->observer.keys);
+        if (thread->player->config.follow != NULL)
+            run_follow_poll(thread->player->config.follow,
+                            &thread->player->observer.keys->mailbox);
         player_say_waiting(thread->player);
         nanosleep(&pause, NULL);
     }

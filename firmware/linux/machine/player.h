@@ -39,6 +39,7 @@
 #include "firmware/linux/machine/progress.h"
 #include "firmware/linux/machine/recorder.h"
 #include "firmware/linux/machine/report.h"
+#include "firmware/linux/machine/run_follow.h"
 #include "firmware/linux/machine/run_keys.h"
 #include "firmware/linux/machine/run_record.h"
 #include "firmware/linux/machine/run_start.h"
@@ -68,8 +69,10 @@ struct player_config {
     int64_t hold_at_ns;      /* of the move's time; -1: never */
     int64_t resume_after_ns; /* standing */
     int64_t start_wall_ns;   /* of the wall clock; 0: when the axes are ready */
-    struct hal_gpio *start_line;  /* or at an edge of it; NULL: none */
-    struct loads *loads;          /* of a simulated rig; NULL: none */
+    struct hal_gpio *start_line; /* or at an edge of it; NULL: none */
+    struct loads *loads;         /* of a simulated rig; NULL: none */
+    struct run_follow *follow; /* a clock that it keeps to, and starts by; NULL:
+                                  none.  The observer has keys then */
     struct machine_fault *faults; /* what happens to simulated drives; NULL:
                                      nothing */
     int64_t observe_ns; /* on the clock, from one time that rows are written

@@ -319,6 +319,8 @@ void report_print(const struct report *report, FILE *file)
         if (report->is_repeated)
             fprintf(file, "played %" PRId64 " time%s to the end\n",
                     report->times, report->times == 1 ? "" : "s");
+        if (report->followed[0] != 0)
+            fprintf(file, "%s\n", report->followed);
         report_buses(report, file);
         if (report->shots != NULL)
             shots_print(report->shots, file);
@@ -442,6 +444,8 @@ void report_json(const struct report *report, FILE *file)
     cJSON_AddStringToObject(object, "set_points_crc32", crc);
     if (report->is_repeated)
         cJSON_AddNumberToObject(object, "loops_played", (double)report->times);
+    if (report->followed[0] != 0)
+        cJSON_AddStringToObject(object, "followed", report->followed);
     cJSON *axes = cJSON_AddArrayToObject(object, "axes");
     for (unsigned i = 0; i < report->job->move.axis_count; i++)
         cJSON_AddItemToArray(axes, report_json_axis(report, i));

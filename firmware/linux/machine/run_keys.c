@@ -19,19 +19,24 @@
 #define RUN_KEYS_DIGITS    6 /* of a place that is said */
 
 bool run_keys_begin(struct run_keys *keys, const struct job *job,
-                    int64_t override_q30)
+                    int64_t override_q30, bool follows)
 {
     *keys = (struct run_keys){ .job = job,
+                               .follows = follows,
                                .override_q30 = override_q30,
                                .wanted_q30 = override_q30 };
     mailbox_init(&keys->mailbox);
     if (!isatty(STDERR_FILENO) || terminal_open(&keys->terminal) < 0)
         return false;
     fputs(
-        "keys: space holds and resumes, r reverses, b goes back to the start, "
-        "g to a time,\n"
-        "      c says where it stands, + and - change the speed, 0 is 100 %, "
-        "q stops\n",
+        follows
+            ? "keys: space holds and resumes, c says where it stands, q stops\n"
+            : "keys: space holds and resumes, r reverses, b goes back to the "
+              "start, "
+              "g to a time,\n"
+              "      c says where it stands, + and - change the speed, 0 is "
+              "100 %, "
+              "q stops\n",
         stderr);
     return true;
 }
@@ -209,6 +214,8 @@ static void run_keys_press(struct run_keys *keys, int key)
     const int percent = progress_percent(keys->wanted_q30);
     if (key == 'q')
         mailbox_stop(&keys->mailbox);
+    else if (keys->follows && strchr("+=-0rbg", key) != NULL)
+        run_keys_say("a clock sets the speed and the place of this move");
     else if (keys->is_typing)
         run_keys_type(keys, key);
     else if (key == '+' || key == '=')
@@ -251,6 +258,9 @@ static void run_keys_refused(const struct run_keys *keys,
     else if (answer->command == MAILBOX_GO ||
              answer->command == MAILBOX_REVERSE)
         run_keys_no_way(answer, sentence, sizeof sentence);
+    else if (answer->command == MAILBOX_OVERRIDE && keys->follows)
+        snprintf(sentence, sizeof sentence,
+                 "the move cannot be played so fast as its clock goes");
     else if (answer->command == MAILBOX_OVERRIDE)
         snprintf(sentence, sizeof sentence,
                  "the speed stays at %d %%: at %d %% the move would break a "
@@ -285,10 +295,10 @@ static void run_keys_answer(struct run_keys *keys,
 void run_keys_poll(struct run_keys *keys)
 {
     struct mailbox_entry answer;
-    if (!keys->terminal.is_open)
-        return;
     while (mailbox_answer(&keys->mailbox, &answer))
         run_keys_answer(keys, &answer);
+    if (!keys->terminal.is_open)
+        return;
     run_keys_go_on(keys);
     for (int i = 0; i < MAILBOX_CAPACITY; i++) {
         const int key = terminal_key(&keys->terminal);

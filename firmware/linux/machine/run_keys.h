@@ -34,6 +34,7 @@ struct run_keys {
     int64_t override_q30; /* in force, as far as has been answered */
     int64_t wanted_q30;   /* with what has been put since */
     enum telemetry_phase phase;
+    bool follows; /* a clock sets the speed and the place */
     bool is_holding, is_standing, is_reversed; /* at the last row */
     enum run_keys_next next;
     int64_t go_ns_q12;
@@ -45,7 +46,7 @@ struct run_keys {
 /* Takes the terminal and says which keys there are.  False: standard input or
  * standard error is none; nothing is taken then. */
 bool run_keys_begin(struct run_keys *keys, const struct job *job,
-                    int64_t override_q30);
+                    int64_t override_q30, bool follows);
 /* The terminal as it was; also when it was not taken. */
 void run_keys_end(struct run_keys *keys);
 

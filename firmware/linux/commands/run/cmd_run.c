@@ -21,6 +21,7 @@
 #include "firmware/linux/commands/run/run_when.h"
 #include "firmware/linux/machine/modbus_record.h"
 #include "firmware/linux/machine/player.h"
+#include "firmware/linux/machine/run_follow.h"
 
 #define CMD_RUN_RESUME_NS INT64_C(1000000000) /* when not given */
 
@@ -39,6 +40,7 @@ struct cmd_run {
     struct arrivals arrivals;
     struct progress progress;
     struct run_keys keys;
+    struct run_follow follow;
     struct output csv, frames;
     struct run_record run_record;
     struct can_log can_log;
@@ -226,7 +228,7 @@ static enum status cmd_run_play(struct cmd_run *self)
     struct player_config config = {
         .realtime = run_when_is_on_clock(options),
         .patient = options->real,
-        .override_q30 = self->when.rate_q30,
+        .override_q30 = self->when.play_q30,
         .from_ns_q12 = self->when.from_ns_q12,
         .times = self->when.times,
         .is_ping_pong = options->ping_pong,
@@ -245,9 +247,20 @@ static enum status cmd_run_play(struct cmd_run *self)
         loads_init(&self->loads, &self->live.sim);
         config.loads = &self->loads;
     }
+    const bool follows = self->when.follow.kind != RUN_FOLLOW_NONE;
     const bool has_keys =
         config.realtime && !options->json &&
-        run_keys_begin(&self->keys, &self->job, self->when.rate_q30);
+        run_keys_begin(&self->keys, &self->job, self->when.play_q30, follows);
+    if (follows &&
+        run_follow_begin(
+            &self->follow, &self->when.follow, self->live.machine.ports.clock,
+            self->when.follow.line < 0
+                ? NULL
+                : &self->live.machine.input[self->when.follow.line].gpio) < 0) {
+        run_keys_end(&self->keys);
+        return STATUS_SYSTEM;
+    }
+    config.follow = follows ? &self->follow : NULL;
     const struct player_observer observer = {
         .telemetry = options->telemetry != NULL ? &self->telemetry : NULL,
         .record = options->record != NULL ? &self->run_record : NULL,
@@ -257,7 +270,7 @@ static enum status cmd_run_play(struct cmd_run *self)
         .shots = &self->shots,
         .arrivals = &self->arrivals,
         .progress = &self->progress,
-        .keys = has_keys ? &self->keys : NULL,
+        .keys = has_keys || follows ? &self->keys : NULL,
     };
     report_init(&self->report, &self->job);
     shots_init(&self->shots, &self->job);
@@ -275,6 +288,8 @@ static enum status cmd_run_play(struct cmd_run *self)
     interrupt_listen_no_more();
     progress_end(&self->progress);
     run_keys_end(&self->keys);
+    (void)run_follow_report(&self->follow, self->report.followed);
+    run_follow_end(&self->follow);
     return err < 0 ? STATUS_SYSTEM : STATUS_OK;
 }
 
@@ -458,6 +473,10 @@ static const struct option_row cmd_run_option[] = {
       offsetof(struct options, override_q30), "speed, 1 to 200 (100)" },
     { "at", "TIME", OPTION_TEXT, offsetof(struct options, at),
       "start the move then, such as 2026-11-23T21:00:00.5Z" },
+    { "follow", "CLOCK", OPTION_TEXT, offsetof(struct options, follow),
+      "keep to another clock: ltc:FILE, mtc:FILE, or a line of kind frame" },
+    { "follow-at", "TIMECODE", OPTION_TEXT, offsetof(struct options, follow_at),
+      "the timecode at which the move begins (00:00:00:00)" },
     { "on-edge", "LINE", OPTION_TEXT, offsetof(struct options, on_edge),
       "start the move when this line of kind start becomes active" },
     { "from", "TIME", OPTION_TEXT, offsetof(struct options, from),
@@ -503,6 +522,15 @@ const struct command cmd_run = {
         "are\n"
         "not ready by then are not moved.  --on-edge starts it when a line of\n"
         "the rig becomes active, the first time once the axes are ready.\n\n"
+        "--follow keeps the move to another clock at its frame rate: it starts "
+        "at\n"
+        "--follow-at, or at the first pulse, and is played up to 2 % slower "
+        "or\n"
+        "faster so that it stays there; when the clock is lost or jumps, it "
+        "is\n"
+        "held.  LTC is mono 16-bit PCM at 48 kHz, such as a pipe that arecord\n"
+        "writes to; MTC what a raw MIDI device such as /dev/snd/midiC1D0 "
+        "says.\n\n"
         "Telemetry and frames are written to FILE.partial, whole rows once a\n"
         "second, and get their name at the end.  After a kill or on a full "
         "disk\n"
@@ -515,7 +543,9 @@ const struct command cmd_run = {
                 "  slew run --real --telemetry run.csv rig.yaml move.yaml\n"
                 "  slew run --faults faults.yaml rig.yaml move.yaml\n"
                 "  slew run --hold-at 5s --resume-after 2s examples/dolly\n"
-                "  slew run --realtime --ping-pong --loop 0 examples/dolly\n",
+                "  slew run --realtime --ping-pong --loop 0 examples/dolly\n"
+                "  slew run --real --follow mtc:/dev/snd/midiC1D0 "
+                "--follow-at 01:00:10:00 rig.yaml move.yaml\n",
     COMMAND_OPTIONS(cmd_run_option),
     .run = cmd_run_run,
 };

@@ -18,7 +18,7 @@ static void run_intent_margin(struct table *table, const struct run_when *self,
                               unsigned axis, enum motion_quantity quantity)
 {
     struct plan_limit limit;
-    job_limit_at(&job_rig_axis(self->job, axis)->limit, self->rate_q30, &limit);
+    job_limit_at(&job_rig_axis(self->job, axis)->limit, self->play_q30, &limit);
     int64_t most = job_limit_of(&limit, quantity);
     int64_t peak = job_peak(&self->job->track[axis], quantity, NULL);
     if (most == 0)
@@ -75,7 +75,7 @@ static int64_t run_intent_duration(const struct run_when *self)
 {
     int64_t dur_ns_q12;
     if (motion_fixed_muldiv(self->job->end_ns_q12, MOTION_CLOCK_WARP_ONE_Q30,
-                            self->rate_q30, &dur_ns_q12) < 0)
+                            self->play_q30, &dur_ns_q12) < 0)
         return INT64_MAX;
     return dur_ns_q12;
 }
@@ -141,7 +141,7 @@ void run_intent_print(const struct run_when *self)
     const struct job *job = self->job;
     char duration[NUMBER_MAX], period[NUMBER_MAX], percent[NUMBER_MAX];
     number_seconds(duration, run_intent_duration(self));
-    number_short(percent, 100 * self->rate_q30, 30);
+    number_short(percent, 100 * self->play_q30, 30);
     number_short(period, job->rig.period_ns * 4096 / 1000000, 12);
     printf("%s%s%s\n", job->move.title, job->move.title[0] ? " - " : "",
            job->rig.title);
@@ -157,6 +157,9 @@ void run_intent_print(const struct run_when *self)
     run_intent_plays(self);
     if (self->at_ns != 0)
         printf("there it waits until %s\n", self->options->at);
+    if (self->follow.kind != RUN_FOLLOW_NONE)
+        printf("there it waits for %s, and keeps to it\n",
+               self->options->follow);
     if (self->start_line >= 0)
         printf("there it waits for %s\n", self->options->on_edge);
     fflush(stdout);

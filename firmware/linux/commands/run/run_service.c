@@ -97,8 +97,9 @@ static bool run_is_plain(const struct options *options)
            options->record == NULL && options->faults == NULL &&
            options->can_log == NULL && options->modbus_log == NULL &&
            options->plot == NULL && options->at == NULL &&
-           options->on_edge == NULL && options->hold_at == NULL &&
-           options->from == NULL && options->loop < 0 && !options->ping_pong &&
+           options->on_edge == NULL && options->follow == NULL &&
+           options->hold_at == NULL && options->from == NULL &&
+           options->loop < 0 && !options->ping_pong &&
            options->resume_after_ns < 0 && options->interface == NULL;
 }
 
@@ -107,7 +108,8 @@ static enum status run_begin(struct served *self, const char *move)
     const struct options *options = self->options;
     enum status status = served_allow(
         self, run_is_plain(options),
-        "--dry-run, --interface, --hold-at, --at, --on-edge, --from, --loop "
+        "--dry-run, --interface, --hold-at, --at, --on-edge, --follow, --from, "
+        "--loop "
         "and files to write");
     if (status != STATUS_OK)
         return status;

@@ -5,6 +5,7 @@
 #include <time.h>
 
 #include "firmware/host/base/number.h"
+#include "firmware/host/base/timecode.h"
 #include "firmware/host/base/wall_time.h"
 #include "firmware/linux/base/error.h"
 #include "motion/core/fixed.h"
@@ -173,12 +174,96 @@ static enum status run_when_plays(struct run_when *self)
                                                  &self->from_ns_q12);
 }
 
+/* "ltc:FILE" and "mtc:FILE"; else a line of the rig. */
+static enum status run_when_clock(struct run_when *self, const char *clock)
+{
+    struct run_follow_config *follow = &self->follow;
+    const struct rig *rig = &self->job->rig;
+    if (strncmp(clock, "ltc:", 4) == 0 || strncmp(clock, "mtc:", 4) == 0) {
+        follow->kind = clock[0] == 'l' ? RUN_FOLLOW_LTC : RUN_FOLLOW_MTC;
+        follow->path = clock + 4;
+        return STATUS_OK;
+    }
+    for (uint32_t i = 0; i < rig->line_count; i++)
+        if (rig->line[i].kind == RIG_LINE_FRAME &&
+            strcmp(rig->line[i].name, clock) == 0)
+            follow->line = (int)i;
+    follow->kind = RUN_FOLLOW_LINE;
+    if (follow->line < 0)
+        error_say("slew run: --follow: '%.40s' is no clock, expected ltc:FILE, "
+                  "mtc:FILE, or the name of a line of this rig of kind frame",
+                  clock);
+    else if (!self->options->real && rig->line[follow->line].sim_every_ns == 0)
+        error_say("slew run: --follow: the simulated line %s has no pulses, "
+                  "expected sim: TIME in the rig, or --real",
+                  clock);
+    else
+        return STATUS_OK;
+    return STATUS_INPUT;
+}
+
+/* What would not go together with a clock that is followed; NULL: nothing. */
+static const char *run_when_not_following(const struct run_when *self)
+{
+    const struct options *options = self->options;
+    if (!run_when_is_on_clock(options))
+        return "is for the clock, expected --realtime or --real with it";
+    if (self->job->move.fps_num == 0)
+        return "the move has no frame rate, expected fps: in it";
+    if (options->at != NULL || options->on_edge != NULL)
+        return "is a start of its own, expected no --at and no --on-edge";
+    if (options->hold_at != NULL || options->loop >= 0 || options->ping_pong)
+        return "is for a move that is played once, expected no --hold-at, "
+               "--loop or --ping-pong";
+    if (self->play_q30 != MOTION_CLOCK_WARP_ONE_Q30)
+        return "sets the speed, expected no --override";
+    return NULL;
+}
+
+/* It is judged at the speed that it may be played at. */
+static enum status run_when_follow(struct run_when *self)
+{
+    const struct options *options = self->options;
+    struct run_follow_config *follow = &self->follow;
+    uint64_t frames = 0;
+    follow->line = -1;
+    if (options->follow == NULL && options->follow_at == NULL)
+        return STATUS_OK;
+    if (options->follow == NULL)
+        return run_when_refuse("--follow-at", "is for a clock that is "
+                                              "followed, expected --follow "
+                                              "CLOCK with it");
+    const char *why = run_when_not_following(self);
+    if (why != NULL)
+        return run_when_refuse("--follow", why);
+    const enum status status = run_when_clock(self, options->follow);
+    if (status != STATUS_OK)
+        return status;
+    follow->fps =
+        (struct units_fps){ self->job->move.fps_num, self->job->move.fps_den };
+    follow->from_ns = self->from_ns_q12 / MOTION_FIXED_NS_Q12;
+    self->rate_q30 += RUN_FOLLOW_SPAN_Q30;
+    if (options->follow_at == NULL)
+        return STATUS_OK;
+    if (follow->kind == RUN_FOLLOW_LINE)
+        return run_when_refuse("--follow-at", "pulses have no number, expected "
+                                              "ltc:FILE or mtc:FILE");
+    why = timecode_frames(options->follow_at, follow->fps, &frames);
+    follow->zero_frame = (int64_t)frames;
+    if (why == NULL)
+        return STATUS_OK;
+    error_say("slew run: --follow-at: '%.40s' %s, expected a timecode such as "
+              "01:00:10:00",
+              options->follow_at, why);
+    return STATUS_INPUT;
+}
+
 enum status run_when_read(struct run_when *self, const struct options *options,
                           const struct job *job)
 {
     self->options = options;
     self->job = job;
-    self->rate_q30 = options->override_q30;
+    self->rate_q30 = self->play_q30 = options->override_q30;
     enum status status = run_when_plays(self);
     if (status == STATUS_OK)
         status = run_when_hold(self);
@@ -186,5 +271,7 @@ enum status run_when_read(struct run_when *self, const struct options *options,
         status = run_when_at(self);
     if (status == STATUS_OK)
         status = run_when_on_edge(self);
+    if (status == STATUS_OK)
+        status = run_when_follow(self);
     return status;
 }

@@ -5,14 +5,17 @@
 
 #include "firmware/host/move/job.h"
 #include "firmware/linux/commands/command.h"
+#include "firmware/linux/machine/run_follow.h"
 
 struct run_when {
     const struct options *options;
     const struct job *job;
-    int64_t rate_q30;
-    int64_t hold_at_ns; /* -1: never */
-    int64_t at_ns;      /* of the wall clock; 0: at once */
-    int start_line;     /* of the rig; -1: none */
+    int64_t rate_q30; /* at which it is judged, and played */
+    int64_t play_q30;
+    struct run_follow_config follow; /* NONE: it follows no clock */
+    int64_t hold_at_ns;              /* -1: never */
+    int64_t at_ns;                   /* of the wall clock; 0: at once */
+    int start_line;                  /* of the rig; -1: none */
     int64_t from_ns_q12;
     int64_t times; /* -1: until it is stopped */
 };

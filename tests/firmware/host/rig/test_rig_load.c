@@ -817,7 +817,7 @@ static const struct {
     { "rig_homing_torque_of_switch.yaml", 13, 52,
       "torque is not for homing by switch" },
     { "rig_line_three_estops.yaml", 16, 17,
-      "kind is a third e-stop, expected one, or two channels of one" },
+      "kind is a third e-stop, where one has at most two channels" },
     { "rig_line_discrepancy.yaml", 15, 71,
       "discrepancy is for the second line of kind e-stop" },
     { "rig_map_for_value.yaml", 8, 17, "velocity is a map" },
