@@ -261,7 +261,8 @@ static int controller_begin(struct controller *controller,
                             int64_t at_ns_q12, int *axis)
 {
     int which;
-    if (controller->state != CONTROLLER_READY || controller->homing)
+    if (controller->state != CONTROLLER_READY || controller->homing ||
+        controller_any_coupled(controller))
         return MOTION_E_STATE;
     int err = controller_may_start(controller, track, at_ns_q12, &which);
     if (err == MOTION_OK && !controller_load(controller, track)) {
@@ -370,6 +371,10 @@ int controller_hold(struct controller *controller)
 {
     if (controller->state != CONTROLLER_MOVING)
         return MOTION_E_STATE;
+    if (controller_any_coupled(controller)) {
+        controller_jog_brake(controller, false); /* a ramp knows one axis */
+        return MOTION_OK;
+    }
     controller->is_held = true;
     controller_slow_down(controller, CONTROLLER_HOLDING);
     return MOTION_OK;

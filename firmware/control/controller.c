@@ -128,6 +128,9 @@ void controller_enter(struct controller *controller,
     controller->since_ns = controller->now_ns;
     if (state != CONTROLLER_STOPPING)
         controller->is_brake = false;
+    for (unsigned i = 0; i < controller->config.axis_count; i++)
+        if (state == CONTROLLER_OFF || state == CONTROLLER_FAULT)
+            controller->axis[i].cam = NULL;
     controller_ramp_reset(controller);
 }
 
@@ -260,7 +263,8 @@ static bool controller_stop_along(struct controller *controller)
  * drives brake by themselves. */
 static void controller_react(struct controller *controller)
 {
-    const bool by_profile = controller_any_by_profile(controller);
+    const bool by_profile = controller_any_by_profile(controller) ||
+                            controller_any_coupled(controller);
     if (controller->reaction == CONTROLLER_REACT_OFF ||
         !(controller_in_motion(controller) || by_profile)) {
         controller_enter_fault(controller);
@@ -393,6 +397,17 @@ static int32_t controller_torque(int64_t torque_q32, int64_t acc_q32)
                                              : (int32_t)permille;
 }
 
+static void controller_tell(struct controller *controller, unsigned i,
+                            const struct motion_sample *sample)
+{
+    struct hal_drive_target *target = &controller->axis[i].target;
+    target->pos_q32 = sample->pos_q32;
+    target->vel_q32 = sample->vel_q32;
+    target->acc_q32 = sample->acc_q32;
+    target->torque_permille = controller_torque(
+        controller->config.axis[i].torque_q32, sample->acc_q32);
+}
+
 /* Every track at the same path time; speed and acceleration by the chain rule
  * p' = f' r, p'' = f'' r^2 + f' r'. */
 static void controller_sample(struct controller *controller)
@@ -406,11 +421,23 @@ static void controller_sample(struct controller *controller)
         motion_track_sample(axis->track, &axis->cursor,
                             controller->rate.s_ns_q12, &track);
         motion_clock_warp_sample(&controller->rate, r2_q30, &track, &warped);
-        axis->target.pos_q32 = warped.pos_q32;
-        axis->target.vel_q32 = warped.vel_q32;
-        axis->target.acc_q32 = warped.acc_q32;
-        axis->target.torque_permille = controller_torque(
-            controller->config.axis[i].torque_q32, warped.acc_q32);
+        controller_tell(controller, i, &warped);
+    }
+}
+
+/* After their masters. */
+static void controller_sample_coupled(struct controller *controller)
+{
+    for (unsigned i = 0; i < controller->config.axis_count; i++) {
+        struct controller_axis *axis = &controller->axis[i];
+        struct motion_sample sample;
+        if (axis->cam == NULL ||
+            controller->axis[axis->cam->master].track == NULL)
+            continue;
+        controller_coupled_at(axis->cam,
+                              &controller->axis[axis->cam->master].target,
+                              &axis->cursor, &sample);
+        controller_tell(controller, i, &sample);
     }
 }
 
@@ -511,6 +538,7 @@ static void controller_step_moving(struct controller *controller)
 {
     controller_clock(controller);
     controller_sample(controller);
+    controller_sample_coupled(controller);
     controller_send_all(controller);
     if (!controller_at_end(controller) ||
         !controller_goals_reached(controller) ||
@@ -553,6 +581,7 @@ static void controller_step_stopping(struct controller *controller)
     }
     controller_clock(controller);
     controller_sample(controller);
+    controller_sample_coupled(controller);
     controller_send_all(controller);
     if (controller->state != CONTROLLER_STOPPING ||
         !controller_standing(controller))

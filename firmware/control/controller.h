@@ -50,6 +50,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/control/couple.h"
 #include "firmware/control/estop.h"
 #include "firmware/control/goal.h"
 #include "hal/drive.h"
@@ -194,8 +195,9 @@ struct controller_axis {
     bool stands; /* by_goals: its drive, at stands_q32, and is to stay there */
     const struct motion_track *track; /* NULL: stands where it is */
     struct motion_cursor cursor;
-    unsigned sent_count;       /* of sent_q32 */
-    struct controller_leg leg; /* by_goals */
+    const struct controller_cam *cam; /* follows another axis; NULL: none */
+    unsigned sent_count;              /* of sent_q32 */
+    struct controller_leg leg;        /* by_goals */
     int64_t stands_q32;
     int64_t vel_peak_q32, acc_peak_q32; /* of the track at rate 1 */
     struct hal_drive_target target;

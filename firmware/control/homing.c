@@ -669,7 +669,8 @@ uint64_t homing_wanted(const struct homing *homing)
 
 int homing_start(struct homing *homing, uint64_t axes)
 {
-    if (!homing_at_rest(homing) || homing_is_running(homing))
+    if (!homing_at_rest(homing) || homing_is_running(homing) ||
+        controller_any_coupled(homing->controller))
         return MOTION_E_STATE;
     homing->left = 0;
     homing->error = HOMING_OK;

@@ -93,7 +93,7 @@ static int jog_play(struct controller *controller, struct controller_jog *jog,
 static bool jog_may_start(const struct controller *controller,
                           const struct controller_jog *jog, unsigned axis)
 {
-    if (controller->axis[axis].by_profile)
+    if (controller->axis[axis].by_profile || controller->axis[axis].cam != NULL)
         return false;
     return controller->state == CONTROLLER_READY ||
            (controller->state == CONTROLLER_MOVING && controller->jog == jog &&
@@ -132,10 +132,12 @@ int controller_jog_run(struct controller *controller,
         return MOTION_E_ARG;
     if (!jog_may_start(controller, jog, goal->axis))
         return MOTION_E_STATE;
+    struct motion_clock_limit most = controller->config.axis[goal->axis].limit;
+    controller_coupled_limit(controller, goal->axis, false, &most);
     struct motion_otg_move move = {
-        .goal = { .pos_q32 = goal->pos_q32 },
-        .limit = jog_limit(&controller->config.axis[goal->axis].limit,
-                           goal->vel_q32),
+        .goal = { .pos_q32 = controller_coupled_place(controller, goal->axis,
+                                                      goal->pos_q32) },
+        .limit = jog_limit(&most, goal->vel_q32),
     };
     int err = jog_plan(controller, jog, goal->axis, &move);
     if (err == MOTION_OK)
@@ -170,10 +172,11 @@ static int jog_brake(struct controller *controller, bool hard)
     const struct controller_axis_config *config =
         &controller->config.axis[jog->axis];
     struct motion_otg_trajectory *next = &jog->trajectory[1 - jog->which];
+    struct motion_clock_limit most = hard ? config->stop : config->limit;
+    controller_coupled_limit(controller, jog->axis, hard, &most);
     const struct motion_otg_move stop = {
         .start = jog_start(controller, jog->axis),
-        .limit = jog_limit(hard ? &config->stop : &config->limit,
-                           config->limit.vel_q32),
+        .limit = jog_limit(&most, config->limit.vel_q32),
         .mode = MOTION_OTG_VELOCITY,
     };
     int err =

@@ -29,7 +29,8 @@ int mailbox_send(struct mailbox *mailbox, const struct mailbox_entry *entry)
 {
     const uint32_t put = mailbox->put;
     if ((unsigned)entry->command >= MAILBOX_COMMANDS ||
-        (entry->command == MAILBOX_CAPTURE && entry->pos_q32 == NULL))
+        (entry->command == MAILBOX_CAPTURE && entry->pos_q32 == NULL) ||
+        (entry->command == MAILBOX_COUPLE && entry->cam == NULL))
         return MOTION_E_ARG;
     if (put - mailbox->answered >= MAILBOX_CAPACITY)
         return MOTION_E_FULL;
@@ -144,6 +145,18 @@ static int mailbox_capture(struct playback *playback,
                            struct mailbox_entry *entry)
 {
     return playback_capture(playback, entry->pos_q32, &entry->value);
+}
+
+static int mailbox_couple(struct playback *playback,
+                          struct mailbox_entry *entry)
+{
+    return controller_couple(playback->controller, entry->axis, entry->cam);
+}
+
+static int mailbox_uncouple(struct playback *playback,
+                            struct mailbox_entry *entry)
+{
+    return controller_uncouple(playback->controller, entry->axis);
 }
 
 bool mailbox_step(struct mailbox *mailbox, struct playback *playback)

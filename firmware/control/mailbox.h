@@ -16,6 +16,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+struct controller_cam;
 struct playback;
 
 #define MAILBOX_CAPACITY 16
@@ -37,7 +38,9 @@ struct playback;
  *   JOG_STOP   value: 1 by the stop limits, 0 by the axis's
  *   CAPTURE    pos_q32: the sender's, of as many axes as the controller has,
  *              and the tick's until it is answered; value comes back as the
- *              path time, ns Q12 */
+ *              path time, ns Q12
+ *   COUPLE     axis; cam: follows by it (couple.h); outlives that
+ *   UNCOUPLE   axis */
 #define MAILBOX_COMMAND_LIST(X)                                                \
     X(MAILBOX_ENABLE, "enable", mailbox_enable)                                \
     X(MAILBOX_OFF, "off", mailbox_off)                                         \
@@ -52,7 +55,9 @@ struct playback;
     X(MAILBOX_OVERRIDE, "override", mailbox_override)                          \
     X(MAILBOX_JOG, "jog", mailbox_jog)                                         \
     X(MAILBOX_JOG_STOP, "jog stop", mailbox_jog_stop)                          \
-    X(MAILBOX_CAPTURE, "capture", mailbox_capture)
+    X(MAILBOX_CAPTURE, "capture", mailbox_capture)                             \
+    X(MAILBOX_COUPLE, "couple", mailbox_couple)                                \
+    X(MAILBOX_UNCOUPLE, "uncouple", mailbox_uncouple)
 
 enum mailbox_command {
 #define MAILBOX_ENUM(name, word, function) name,
@@ -68,6 +73,7 @@ struct mailbox_entry {
     int64_t value;
     int64_t vel_q32, for_ns;
     int64_t *pos_q32;
+    const struct controller_cam *cam;
     int err; /* the answer: MOTION_OK or an error */
 };
 
@@ -87,7 +93,8 @@ void mailbox_init(struct mailbox *mailbox);
 /* --- the sender's --- */
 
 /* MOTION_E_FULL: as many commands wait, or have answers that were not read.
- * MOTION_E_ARG: no such command, or a CAPTURE without a place for it. */
+ * MOTION_E_ARG: no such command, a CAPTURE without a place for it, or a
+ * COUPLE without a cam. */
 int mailbox_send(struct mailbox *mailbox, const struct mailbox_entry *entry);
 /* A command that has a value and no more. */
 int mailbox_put(struct mailbox *mailbox, enum mailbox_command command,

@@ -134,6 +134,20 @@ void controller_play(struct controller *controller, int64_t rate_q30);
 void controller_slow_down(struct controller *controller,
                           enum controller_state state);
 
+/* couple.c.  At: the follower's place, speed and acceleration, by what the
+ * master is told.  Limit: what a master may do so that its followers keep theirs
+ * (`hard`: of stopping).  Place: no further than their curves go. */
+void controller_coupled_at(const struct controller_cam *cam,
+                           const struct hal_drive_target *master,
+                           struct motion_cursor *cursor,
+                           struct motion_sample *out);
+bool controller_any_coupled(const struct controller *controller);
+void controller_coupled_limit(const struct controller *controller,
+                              unsigned master, bool hard,
+                              struct motion_clock_limit *limit);
+int64_t controller_coupled_place(const struct controller *controller,
+                                 unsigned master, int64_t pos_q32);
+
 /* home.c: the drive's own positions and the axis's. */
 void controller_from_drive(const struct controller_axis *axis,
                            struct hal_drive_feedback *feedback);

@@ -67,4 +67,10 @@ void command_start(const struct command_line *line);
 /* To the first keys of what is loaded. */
 void command_approach(const struct command_line *line);
 
+/* --- commands_couple.c --- */
+
+void command_gear(const struct command_line *line);
+void command_cam(const struct command_line *line);
+void command_uncouple(const struct command_line *line);
+
 #endif

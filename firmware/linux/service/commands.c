@@ -32,6 +32,9 @@ void service_command_answer(struct service_control *control,
                             const struct mailbox_entry *entry)
 {
     struct service_client *client = command_line_asker(control);
+    if (!control->by_request && entry->command == MAILBOX_COUPLE &&
+        entry->err == MOTION_OK)
+        service_cam_taken(control, entry->axis);
     if (client == NULL)
         return;
     if (entry->err < 0) {
@@ -295,6 +298,9 @@ static const struct {
     { "jog", true, command_jog },
     { "jog stop", true, command_jog_stop },
     { "capture", true, command_capture },
+    { "gear", true, command_gear },
+    { "cam", true, command_cam },
+    { "uncouple", true, command_uncouple },
 };
 
 static void command_run(struct command_line *line)

@@ -14,6 +14,14 @@
 
 #define SERVICE_VERSION 1
 
+/* What an axis follows another by: two, of which the tick has one at most. */
+struct service_cam {
+    struct controller_cam cam[2];
+    struct motion_track track[2]; /* on the heap */
+    unsigned which;               /* the tick took last */
+    int64_t low_q32;              /* of the one that is being made */
+};
+
 struct service_control {
     const struct rig *rig;
     const char *rig_path;
@@ -41,6 +49,7 @@ struct service_control {
     enum mailbox_command command;
     char id[SERVICE_ID_MAX];
     int64_t capture_q32[CONTROLLER_AXES_MAX];
+    struct service_cam cam[CONTROLLER_AXES_MAX];
 };
 
 /* What a client may ask for: see docs/API.md. */
@@ -54,6 +63,9 @@ void service_command_answer(struct service_control *control,
                             const struct mailbox_entry *entry);
 void service_command_planned(struct service_control *control,
                              struct service_move *move);
+/* commands_couple.c: the tick took the spare cam of an axis; the end. */
+void service_cam_taken(struct service_control *control, unsigned axis);
+void service_cam_free(struct service_control *control);
 /* {"event": NAME, "t_s": ...} */
 cJSON *service_event_object(const char *name, int64_t now_ns);
 /* Who has control. */

@@ -256,6 +256,7 @@ static void service_down(struct service *self)
         service_planner_end(&control->planner);
     service_move_free(control->move);
     service_move_free(control->old_move);
+    service_cam_free(control);
     machine_real_close(&self->real);
     guardian_end(&self->guardian);
     machine_free(&self->machine);

@@ -197,6 +197,7 @@ static void judge_axis(unsigned i)
 /* That the sequences came to something. */
 static struct {
     uint64_t ticks, moving, holding, homing, jogging, back, faults, orphans;
+    uint64_t coupled; /* jogging */
 } seen;
 
 static void count(void)
@@ -204,6 +205,8 @@ static void count(void)
     const struct controller *controller = &bench.machine.controller;
     const bool homing = homing_is_running(&bench.machine.homing);
     seen.homing += homing;
+    seen.coupled +=
+        bench.control.state->jogging && controller->axis[1].cam != NULL;
     seen.jogging += bench.control.state->jogging;
     seen.moving += controller->state == CONTROLLER_MOVING && !homing &&
                    !bench.control.state->jogging;
@@ -334,7 +337,8 @@ static const struct {
     { "check", 1, true },    { "load", 3, true },     { "approach", 4, true },
     { "start", 5, true },    { "hold", 3, true },     { "resume", 3, true },
     { "reverse", 3, true },  { "override", 3, true }, { "jog", 8, true },
-    { "jog stop", 2, true }, { "capture", 1, true },
+    { "jog stop", 2, true }, { "capture", 1, true },  { "gear", 2, true },
+    { "cam", 1, true },      { "uncouple", 2, true },
 };
 
 static unsigned pick(void)
@@ -359,6 +363,18 @@ static bool compose(unsigned which, char *text, size_t size)
                  pick_below(2) ? "slide" : "lift", (int)pick_below(260) - 130,
                  0.01 + pick_below(200) / 100.0,
                  pick_below(4) ? "" : ",\"to\":20");
+    else if (strcmp(name, "gear") == 0)
+        snprintf(to, size, ",\"axis\":\"lift\",\"to\":\"slide\",\"ratio\":%.2f",
+                 (int)pick_below(400) / 100.0 - 2);
+    else if (strcmp(name, "cam") == 0)
+        snprintf(to, size,
+                 ",\"axis\":\"lift\",\"to\":\"slide\",\"keys\":[[-200,%u],"
+                 "[-100,%u],[0,%u],[150,%u]]",
+                 pick_below(120), pick_below(100), pick_below(2) * 10,
+                 pick_below(100));
+    else if (strcmp(name, "uncouple") == 0)
+        snprintf(to, size, ",\"axis\":\"%s\"",
+                 pick_below(4) ? "lift" : "slide");
     else if (strcmp(name, "override") == 0)
         snprintf(to, size, ",\"percent\":%u",
                  pick_below(10) ? pick_below(201) : 500);
@@ -541,16 +557,22 @@ static const char *sensible(void)
     static const char *const off[] = { "enable", "load" };
     static const char *const ready[] = { "home", "load",  "approach", "start",
                                          "jog",  "start", "approach", "jog" };
+    static const char *const coupled[] = { "jog", "jog", "jog", "uncouple" };
     static const char *const moving[] = { "hold",     "reverse", "override",
                                           "jog stop", "jog",     "stop" };
     static const char *const holding[] = { "resume", "reverse", "override",
                                            "resume", "stop" };
+    const struct controller_axis *axis = bench.machine.controller.axis;
     if (holder == NULL)
         return "take";
     switch (bench.machine.controller.state) {
     case CONTROLLER_OFF:
         return off[pick_below(ARRAY_LEN(off))];
     case CONTROLLER_READY:
+        if (axis[1].cam != NULL)
+            return coupled[pick_below(ARRAY_LEN(coupled))];
+        if (axis[1].homed && pick_below(2) == 0)
+            return "gear";
         return ready[pick_below(ARRAY_LEN(ready))];
     case CONTROLLER_MOVING:
     case CONTROLLER_STOPPING:
@@ -630,6 +652,15 @@ static void ends(void)
     troubled = false;
 }
 
+/* Some begin where all axes are known, which is a long way by chance. */
+static void prepares(void)
+{
+    command(&client[0], named("take"));
+    reaches(CONTROLLER_READY, "enable", "renew");
+    own(named("home"));
+    rests(30, "homing goes on");
+}
+
 /* From its seed alone: a machine and clients of its own. */
 static void sequence(void)
 {
@@ -641,6 +672,8 @@ static void sequence(void)
     holder = NULL;
     for (unsigned i = 0; i < CLIENTS; i++)
         client_open(&client[i]);
+    if (pick_below(4) == 0)
+        prepares();
     for (unsigned n = 10 + pick_below(30); n > 0; n--)
         step();
     ends();
@@ -658,17 +691,19 @@ static void random_commands_keep_every_limit(void **unused)
     (void)unused;
     for (seed = from; seed < from + all; seed++)
         sequence();
-    print_message("%" PRIu64 " sequences, %" PRIu64 " ticks: %" PRIu64
-                  " in moves, %" PRIu64 " back, %" PRIu64 " held, %" PRIu64
-                  " jogging, %" PRIu64 " homing, %" PRIu64
-                  " in faults; %" PRIu64 " jogs without their client\n",
-                  all, seen.ticks, seen.moving, seen.back, seen.holding,
-                  seen.jogging, seen.homing, seen.faults, seen.orphans);
+    print_message(
+        "%" PRIu64 " sequences, %" PRIu64 " ticks: %" PRIu64
+        " in moves, %" PRIu64 " back, %" PRIu64 " held, %" PRIu64
+        " jogging, %" PRIu64 " homing, %" PRIu64 " in faults; %" PRIu64
+        " jogs without their client, %" PRIu64 " ticks of them coupled\n",
+        all, seen.ticks, seen.moving, seen.back, seen.holding, seen.jogging,
+        seen.homing, seen.faults, seen.orphans, seen.coupled);
     if (all < 500)
         return;
     assert_true(seen.moving > 2 * all && seen.back * 20 > all &&
                 seen.holding > all && seen.jogging > 10 * all &&
-                seen.homing > all && seen.faults > 0 && seen.orphans > 2);
+                seen.homing > all && seen.faults > 0 && seen.orphans > 2 &&
+                seen.coupled > all);
 }
 
 static int up(void **unused)

@@ -1,0 +1,50 @@
+/* firmware/control/couple.h - electronic gearing and cams: an axis that goes
+ * where a curve over the position of another axis says.
+ *
+ * The curve is a track that is read by the master's place in the place of time:
+ * one unit of the master is one second of it.  A gear is a straight line.  The
+ * follower is told its place, speed and acceleration in the same tick as the
+ * master, by the chain rule
+ *     p = C(m)    v = C'(m) m'    a = C''(m) m'^2 + C'(m) m''
+ * so there is nothing to catch up.
+ *
+ * While axes are coupled the master is jogged and nothing else moves: within
+ * limits that leave the follower inside its own, and no further than the curve
+ * goes, where it comes to rest.  A hold of such a jog ends it.  Coupling ends with torque, and with a fault,
+ * which is the drives' quick stop then. */
+#ifndef FIRMWARE_CONTROL_COUPLE_H
+#define FIRMWARE_CONTROL_COUPLE_H
+
+#include <stdint.h>
+
+#include "motion/core/clock_warp.h"
+#include "motion/core/track.h"
+
+struct controller;
+
+struct controller_cam {
+    unsigned master;
+    const struct motion_track *track; /* the follower's, by (m - low) */
+    int64_t low_q32, high_q32;        /* of the master, low < high */
+    /* by controller_cam_init: of the follower's unit per the master's, its
+     * square and its cube, the largest there are */
+    int64_t slope_q32, second_q32, third_q32;
+};
+
+/* Fills in the rest.  MOTION_E_ARG: no range, or a track that is not as long;
+ * MOTION_E_DISCONTINUITY: its slope steps.  Not on the tick. */
+int controller_cam_init(struct controller_cam *cam);
+/* Its time at a place of the master, which is within it but for rounding. */
+int64_t controller_cam_ns_q12(const struct controller_cam *cam, int64_t m_q32);
+
+/* In READY: the axis follows from now on; the cam must outlive that.
+ * MOTION_E_STATE; MOTION_E_ARG: the master is the axis itself, is coupled to
+ * another, or either goes by a profile of its drive's; MOTION_E_UNHOMED;
+ * MOTION_E_LIMIT: the curve leaves the range of the axis, or the master stands
+ * outside of it; MOTION_E_AWAY: the axis does not stand where the curve is. */
+int controller_couple(struct controller *controller, unsigned axis,
+                      const struct controller_cam *cam);
+/* In READY, else MOTION_E_STATE. */
+int controller_uncouple(struct controller *controller, unsigned axis);
+
+#endif

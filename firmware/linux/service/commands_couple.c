@@ -1,0 +1,221 @@
+/* firmware/linux/service/commands_couple.c - the commands that let an axis follow
+ * another; see command_line.h and firmware/control/couple.h. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "firmware/linux/service/command_line.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+
+#define COUPLE_KEYS_MAX  1000
+#define COUPLE_VALUE_MAX 1e9
+#define COUPLE_RATIO_MAX 1000.0
+#define COUPLE_S_NS_Q12  (INT64_C(1000000000) * MOTION_FIXED_NS_Q12)
+
+void service_cam_free(struct service_control *control)
+{
+    for (unsigned i = 0; i < CONTROLLER_AXES_MAX; i++)
+        for (unsigned k = 0; k < 2; k++)
+            plan_track_free(&control->cam[i].track[k]);
+}
+
+/* "axis", and "to", which it is to follow.  False: it has been refused. */
+static bool couple_axes(const struct command_line *line, unsigned *axis,
+                        unsigned *master)
+{
+    const int which = command_line_axis(
+        line, cJSON_GetStringValue(command_line_member(line, "axis")));
+    if (which < 0)
+        return false;
+    const int to = command_line_axis(
+        line, cJSON_GetStringValue(command_line_member(line, "to")));
+    if (to < 0)
+        return false;
+    *axis = (unsigned)which;
+    *master = (unsigned)to;
+    return true;
+}
+
+/* The spare one becomes what is sent: the tick may have the other. */
+static void couple_send(const struct command_line *line, unsigned axis,
+                        unsigned master, const struct plan_axis *curve)
+{
+    struct service_cam *own = &line->control->cam[axis];
+    const unsigned spare = 1 - own->which;
+    struct controller_cam *cam = &own->cam[spare];
+    struct motion_track *track = &own->track[spare];
+    const struct plan_key *last = &curve->key[curve->key_count - 1];
+    struct plan_error error;
+    int64_t long_q32;
+    if (line->control->waits) {
+        command_line_refuse(line, "BUSY", "another command is on its way");
+        return;
+    }
+    plan_track_free(track);
+    int err = plan_axis_track(curve, track, &error);
+    if (err < 0) {
+        command_line_refuse(line, command_line_error(err), error.text);
+        return;
+    }
+    (void)motion_fixed_muldiv(last->key.t_ns_q12, MOTION_FIXED_ONE_Q32,
+                              COUPLE_S_NS_Q12, &long_q32);
+    *cam = (struct controller_cam){ .master = master,
+                                    .track = track,
+                                    .low_q32 = own->low_q32,
+                                    .high_q32 = own->low_q32 + long_q32 };
+    err = controller_cam_init(cam);
+    if (err < 0) {
+        command_line_refuse(line, command_line_error(err),
+                            err == MOTION_E_DISCONTINUITY
+                                ? "the slope of the curve steps, expected a "
+                                  "curve without corners, such as c2"
+                                : motion_err_text(err));
+        return;
+    }
+    const struct mailbox_entry entry = { .command = MAILBOX_COUPLE,
+                                         .axis = axis,
+                                         .cam = cam };
+    command_line_send(line, &entry);
+}
+
+void service_cam_taken(struct service_control *control, unsigned axis)
+{
+    control->cam[axis].which = 1 - control->cam[axis].which;
+}
+
+/* --- a gear --- */
+
+/* A bound of the master: where it is when the follower is `way_q32` from here,
+ * which is one end of its range, and a step to the inside. */
+static void couple_end(int64_t m_q32, int64_t way_q32, int64_t ratio_q32,
+                       bool is_high, int64_t *bound_q32)
+{
+    int64_t at_q32;
+    if (motion_fixed_muldiv(way_q32, MOTION_FIXED_ONE_Q32, ratio_q32, &at_q32) <
+        0)
+        return;
+    at_q32 += at_q32 > 0 ? -1 : at_q32 < 0 ? 1 : 0;
+    if (motion_fixed_add(m_q32, at_q32, &at_q32) < 0)
+        return;
+    if (is_high ? at_q32 < *bound_q32 : at_q32 > *bound_q32)
+        *bound_q32 = at_q32;
+}
+
+static void couple_ends(int64_t m_q32, int64_t f_q32,
+                        const struct plan_limit *of, int64_t ratio_q32,
+                        int64_t *low_q32, int64_t *high_q32)
+{
+    const bool up = ratio_q32 > 0;
+    couple_end(m_q32, of->pos_min_q32 - f_q32, ratio_q32, !up,
+               up ? low_q32 : high_q32);
+    couple_end(m_q32, of->pos_max_q32 - f_q32, ratio_q32, up,
+               up ? high_q32 : low_q32);
+}
+
+/* A straight line through where both stand, as far as both ranges go. */
+void command_gear(const struct command_line *line)
+{
+    const struct service_control *control = line->control;
+    struct plan_key key[2] = { { .key = { .t_ns_q12 = 0 } } };
+    struct plan_axis curve = { .curve = PLAN_CURVE_LINEAR,
+                               .key = key,
+                               .key_count = 2 };
+    unsigned axis, master;
+    double ratio;
+    if (!couple_axes(line, &axis, &master) ||
+        !command_line_number(line, "ratio", -COUPLE_RATIO_MAX, COUPLE_RATIO_MAX,
+                             (double)NAN, &ratio))
+        return;
+    const int64_t ratio_q32 = llrint(ratio * (double)MOTION_FIXED_ONE_Q32);
+    const struct plan_limit *of = &control->rig->axis[axis].limit;
+    const struct plan_limit *by = &control->rig->axis[master].limit;
+    const int64_t f_q32 = control->state->view.axis[axis].demand_q32;
+    const int64_t m_q32 = control->state->view.axis[master].demand_q32;
+    int64_t low_q32 = by->pos_min_q32, high_q32 = by->pos_max_q32;
+    if (ratio_q32 == 0) {
+        command_line_refuse(line, "ARG",
+                            "\"ratio\": expected one that is not "
+                            "0; \"uncouple\" ends a gear");
+        return;
+    }
+    couple_ends(m_q32, f_q32, of, ratio_q32, &low_q32, &high_q32);
+    if (low_q32 >= high_q32 ||
+        motion_fixed_mulshift(ratio_q32, low_q32 - m_q32, 32,
+                              &key[0].key.pos_q32) < 0 ||
+        motion_fixed_mulshift(ratio_q32, high_q32 - m_q32, 32,
+                              &key[1].key.pos_q32) < 0 ||
+        motion_fixed_muldiv(high_q32 - low_q32, COUPLE_S_NS_Q12,
+                            MOTION_FIXED_ONE_Q32, &key[1].key.t_ns_q12) < 0) {
+        command_line_refuse(line, "LIMIT", motion_err_text(MOTION_E_LIMIT));
+        return;
+    }
+    key[0].key.pos_q32 += f_q32;
+    key[1].key.pos_q32 += f_q32;
+    line->control->cam[axis].low_q32 = low_q32;
+    couple_send(line, axis, master, &curve);
+}
+
+/* --- a cam --- */
+
+/* [[master, follower], ...] in their own units.  NULL: it has been refused;
+ * else to be freed. */
+static struct plan_key *couple_keys(const struct command_line *line,
+                                    uint32_t *count, int64_t *low_q32)
+{
+    const cJSON *list = command_line_member(line, "keys"), *item;
+    const int all = cJSON_GetArraySize(list);
+    struct plan_key *key = NULL;
+    if (cJSON_IsArray(list) && all >= 2 && all <= COUPLE_KEYS_MAX)
+        key = calloc((size_t)all, sizeof *key);
+    *count = 0;
+    cJSON_ArrayForEach(item, list)
+    {
+        const double m = cJSON_GetNumberValue(cJSON_GetArrayItem(item, 0));
+        const double f = cJSON_GetNumberValue(cJSON_GetArrayItem(item, 1));
+        if (key == NULL || cJSON_GetArraySize(item) != 2 ||
+            !(fabs(m) < COUPLE_VALUE_MAX) || !(fabs(f) < COUPLE_VALUE_MAX))
+            break;
+        const int64_t m_q32 = llrint(m * (double)MOTION_FIXED_ONE_Q32);
+        struct motion_key *own = &key[*count].key;
+        if (*count == 0)
+            *low_q32 = m_q32;
+        if (motion_fixed_muldiv(m_q32 - *low_q32, COUPLE_S_NS_Q12,
+                                MOTION_FIXED_ONE_Q32, &own->t_ns_q12) < 0)
+            break;
+        own->pos_q32 = llrint(f * (double)MOTION_FIXED_ONE_Q32);
+        (*count)++;
+    }
+    if (key != NULL && *count == (uint32_t)all)
+        return key;
+    free(key);
+    command_line_refuse(line, "ARG",
+                        "\"keys\": expected 2 to 1000 pairs of numbers, "
+                        "[[where \"to\" is, where the axis is], ...]");
+    return NULL;
+}
+
+void command_cam(const struct command_line *line)
+{
+    struct plan_axis curve = { .curve = PLAN_CURVE_C2 };
+    unsigned axis, master;
+    int64_t low_q32 = 0;
+    if (!couple_axes(line, &axis, &master))
+        return;
+    curve.key = couple_keys(line, &curve.key_count, &low_q32);
+    if (curve.key == NULL)
+        return;
+    line->control->cam[axis].low_q32 = low_q32;
+    couple_send(line, axis, master, &curve);
+    free(curve.key);
+}
+
+void command_uncouple(const struct command_line *line)
+{
+    struct mailbox_entry entry = { .command = MAILBOX_UNCOUPLE };
+    const int axis = command_line_axis(
+        line, cJSON_GetStringValue(command_line_member(line, "axis")));
+    if (axis < 0)
+        return;
+    entry.axis = (unsigned)axis;
+    command_line_send(line, &entry);
+}

@@ -1,0 +1,352 @@
+/* tests/firmware/control/test_couple.c - gears and cams on ideal drives: where
+ * the follower is, inside both limits in every tick, and to rest at the ends. */
+#include "firmware/control/couple.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "firmware/control/jog.h"
+#include "motion/core/err.h"
+#include "motion/core/fixed.h"
+#include "motion/plan/move.h"
+#include "tests/support/check.h"
+
+#define MS   INT64_C(1000000)
+#define UNIT MOTION_FIXED_ONE_Q32
+#define S    (INT64_C(1000000000) * MOTION_FIXED_NS_Q12)
+
+enum { MASTER, FOLLOWER, OTHER, AXES };
+
+struct fake_drive {
+    struct hal_drive drive;
+    struct hal_drive_target given;
+    bool enabled, faulty;
+};
+
+static int64_t now_ns;
+
+static void fake_request(struct hal_drive *drive,
+                         enum hal_drive_request request)
+{
+    ((struct fake_drive *)drive)->enabled = request == HAL_DRIVE_REQUEST_ENABLE;
+}
+
+static int fake_set_target(struct hal_drive *drive,
+                           const struct hal_drive_target *target)
+{
+    ((struct fake_drive *)drive)->given = *target;
+    return MOTION_OK;
+}
+
+static void fake_feedback(struct hal_drive *drive,
+                          struct hal_drive_feedback *feedback)
+{
+    const struct fake_drive *self = (struct fake_drive *)drive;
+    *feedback = (struct hal_drive_feedback){
+        .state = self->faulty    ? HAL_DRIVE_FAULT
+                 : self->enabled ? HAL_DRIVE_ENABLED
+                                 : HAL_DRIVE_OFF,
+        .pos_q32 = self->given.pos_q32,
+        .t_ns = now_ns - MS,
+        .demand_age_ns = MS,
+        .following = true,
+    };
+}
+
+static const struct hal_drive_ops fake_ops = {
+    .request = fake_request,
+    .set_target = fake_set_target,
+    .feedback = fake_feedback,
+};
+
+static struct fake_drive drive[AXES];
+static struct controller controller;
+static struct controller_axis_config configs[AXES];
+static struct controller_axis axes[AXES];
+static struct controller_jog jog;
+static struct motion_track track;
+static struct controller_cam cam;
+static double before[AXES][2]; /* the last two places */
+
+static double q32(int64_t value)
+{
+    return (double)value / (double)UNIT;
+}
+
+static int begin(void **state)
+{
+    struct hal_drive *drives[AXES];
+    const struct controller_config config = { .period_ns = MS,
+                                              .axis_count = AXES,
+                                              .axis = configs };
+    (void)state;
+    memset(drive, 0, sizeof drive);
+    memset(&jog, 0, sizeof jog);
+    for (int i = 0; i < AXES; i++) {
+        configs[i] = (struct controller_axis_config){
+            .pos_min_q32 = -100 * UNIT,
+            .pos_max_q32 = 100 * UNIT,
+            .limit = { 50 * UNIT, 400 * UNIT, 6000 * UNIT },
+            .stop = { 50 * UNIT, 1000 * UNIT, 40000 * UNIT },
+            .following_floor_q32 = UNIT,
+            .following_k_ns = 10 * MS,
+        };
+        drive[i].drive.ops = &fake_ops;
+        drives[i] = &drive[i].drive;
+        before[i][0] = before[i][1] = 0;
+    }
+    now_ns = 1000 * MS;
+    if (controller_init(&controller, &config, axes, drives, NULL) < 0)
+        return -1;
+    controller_step(&controller, now_ns,
+                    (struct hal_fieldbus_worst){ HAL_FIELDBUS_GOOD, 0 });
+    controller_enable(&controller);
+    now_ns += MS;
+    controller_step(&controller, now_ns,
+                    (struct hal_fieldbus_worst){ HAL_FIELDBUS_GOOD, 0 });
+    return controller.state == CONTROLLER_READY ? 0 : -1;
+}
+
+static int end(void **state)
+{
+    (void)state;
+    plan_track_free(&track);
+    return 0;
+}
+
+/* Where the curve is, and every step of every axis within its limits. */
+static void judge(bool stops)
+{
+    struct motion_cursor cursor = { 0 };
+    struct motion_sample sample;
+    for (int i = 0; i < AXES; i++) {
+        const double at = q32(axes[i].target.pos_q32);
+        const double v = (at - before[i][0]) * 1000;
+        const double a = (at - 2 * before[i][0] + before[i][1]) * 1e6;
+        const double most = stops ? 1000 : 400;
+        if (fabs(v) > 50.001 || fabs(a) > most * 1.001 || fabs(at) > 100.000001)
+            fail_msg("axis %d at %.6f: %.3f /s, %.3f /s2", i, at, v, a);
+        before[i][1] = before[i][0];
+        before[i][0] = at;
+    }
+    if (axes[FOLLOWER].cam == NULL)
+        return;
+    motion_track_sample(
+        &track, &cursor,
+        controller_cam_ns_q12(&cam, axes[MASTER].target.pos_q32), &sample);
+    if (fabs(q32(sample.pos_q32 - axes[FOLLOWER].target.pos_q32)) > 1e-8)
+        fail_msg("it is at %.9f, the curve at %.9f",
+                 q32(axes[FOLLOWER].target.pos_q32), q32(sample.pos_q32));
+}
+
+static void tick(bool stops)
+{
+    now_ns += MS;
+    controller_step(&controller, now_ns,
+                    (struct hal_fieldbus_worst){ HAL_FIELDBUS_GOOD, 0 });
+    controller_jog_step(&controller, &jog);
+    judge(stops);
+}
+
+static int go(unsigned axis, double pos, double vel)
+{
+    const struct controller_jog_goal goal = {
+        .axis = axis,
+        .pos_q32 = llrint(pos * (double)UNIT),
+        .vel_q32 = llrint(vel * (double)UNIT),
+    };
+    return controller_jog(&controller, &jog, &goal);
+}
+
+static void until_ready(void)
+{
+    for (int i = 0; controller.state != CONTROLLER_READY; i++) {
+        if (i > 100000 || controller.state == CONTROLLER_FAULT)
+            fail_msg("%s", controller_fault_text(controller.fault.fault));
+        tick(false);
+    }
+}
+
+/* Through these places of the follower, `every` units of the master apart. */
+static int couple(double low, double every, const double place[],
+                  unsigned count, enum plan_curve kind)
+{
+    struct plan_key key[32] = { { .place = { 0, 0 } } };
+    struct plan_axis curve = { .curve = kind, .key = key, .key_count = count };
+    struct plan_error error;
+    for (unsigned i = 0; i < count; i++)
+        key[i].key =
+            (struct motion_key){ .t_ns_q12 = llrint(i * every * (double)S),
+                                 .pos_q32 = llrint(place[i] * (double)UNIT) };
+    plan_track_free(&track);
+    if (plan_axis_track(&curve, &track, &error) < 0)
+        fail_msg("%s", error.text);
+    cam = (struct controller_cam){
+        .master = MASTER,
+        .track = &track,
+        .low_q32 = llrint(low * (double)UNIT),
+        .high_q32 = llrint((low + every * (count - 1)) * (double)UNIT),
+    };
+    const int err = controller_cam_init(&cam);
+    return err < 0 ? err : controller_couple(&controller, FOLLOWER, &cam);
+}
+
+static void a_gear_is_followed_in_the_same_tick(void **state)
+{
+    static const double ratio[] = { 1, -2, 0.25, 17, -0.001 };
+    (void)state;
+    for (size_t i = 0; i < ARRAY_LEN(ratio); i++) {
+        const double reach = fmin(80, 90 / fabs(ratio[i]));
+        const double place[] = { -reach * ratio[i], reach * ratio[i] };
+        assert_int_equal(begin(NULL), 0);
+        assert_int_equal(couple(-reach, 2 * reach, place, 2, PLAN_CURVE_LINEAR),
+                         MOTION_OK);
+        assert_int_equal(go(MASTER, reach / 2, 50), MOTION_OK);
+        until_ready();
+        assert_true(fabs(q32(axes[FOLLOWER].target.pos_q32) -
+                         (reach / 2 * ratio[i])) < 1e-7);
+        assert_true(fabs(q32(axes[MASTER].target.pos_q32) - (reach / 2)) <
+                    1e-9);
+    }
+}
+
+/* Further than the curve goes: it comes to rest at its end. */
+static void a_jog_ends_in_time_where_the_curve_does(void **state)
+{
+    const double place[] = { -90, 90 };
+    (void)state;
+    assert_int_equal(couple(-30, 60, place, 2, PLAN_CURVE_LINEAR), MOTION_OK);
+    assert_int_equal(go(MASTER, 100, 50), MOTION_OK);
+    until_ready();
+    assert_true(fabs(q32(axes[MASTER].target.pos_q32) - (30)) < 1e-8);
+    assert_int_equal(go(MASTER, -100, 50), MOTION_OK);
+    until_ready();
+    assert_true(fabs(q32(axes[MASTER].target.pos_q32) - (-30)) < 1e-8);
+}
+
+/* Random curves, jogs that turn round in mid-motion, and stops. */
+static void any_cam_keeps_both_axes_inside_their_limits(void **state)
+{
+    unsigned moved = 0;
+    (void)state;
+    seed_from("cams");
+    for (int round = 0; round < 100; round++) {
+        const unsigned count = 4 + (unsigned)(draw() % 8);
+        double place[12];
+        assert_int_equal(begin(NULL), 0);
+        for (unsigned i = 0; i < count; i++)
+            place[i] = (double)(draw() % 400) / 10 - 20;
+        place[count / 2] = 0;
+        const double every = 2 + (double)(draw() % 100) / 10;
+        assert_int_equal(
+            couple(-every * (count / 2), every, place, count, PLAN_CURVE_C2),
+            MOTION_OK);
+        for (int leg = 0; leg < 6; leg++) {
+            const int err = go(MASTER, (double)(draw() % 200) - 100,
+                               1 + (double)(draw() % 50));
+            assert_true(err == MOTION_OK);
+            for (unsigned n = (unsigned)(draw() % 900); n > 0; n--) {
+                tick(true);
+                moved += controller.state == CONTROLLER_MOVING;
+            }
+            if (draw() % 4 == 0)
+                controller_jog_stop(&controller, &jog, draw() % 2 == 0);
+            for (int i = 0; draw() % 4 == 0 && i < 500; i++)
+                tick(true);
+            while (controller.state == CONTROLLER_STOPPING)
+                tick(true);
+        }
+        if (controller.fault.fault != CONTROLLER_FAULT_NONE)
+            fail_msg("round %d: %s", round,
+                     controller_fault_text(controller.fault.fault));
+    }
+    assert_true(moved > 50000);
+}
+
+static void what_cannot_be_coupled_is_refused(void **state)
+{
+    const double line[] = { -50, 50 }, away[] = { -40, 60 },
+                 wide[] = { -150, 150 }, bent[] = { -50, 0, 10 };
+    (void)state;
+    assert_int_equal(couple(-50, 100, away, 2, PLAN_CURVE_LINEAR),
+                     MOTION_E_AWAY);
+    assert_int_equal(couple(-50, 100, wide, 2, PLAN_CURVE_LINEAR),
+                     MOTION_E_LIMIT);
+    assert_int_equal(couple(-50, 50, bent, 3, PLAN_CURVE_LINEAR),
+                     MOTION_E_DISCONTINUITY);
+    assert_int_equal(couple(10, 50, line, 2, PLAN_CURVE_LINEAR),
+                     MOTION_E_LIMIT); /* the master stands outside */
+    assert_int_equal(couple(-50, 100, line, 2, PLAN_CURVE_LINEAR), MOTION_OK);
+    cam.master = FOLLOWER;
+    assert_int_equal(controller_couple(&controller, OTHER, &cam),
+                     MOTION_E_ARG); /* of what follows itself */
+    cam.master = MASTER;
+    assert_int_equal(controller_couple(&controller, FOLLOWER, &cam),
+                     MOTION_E_STATE); /* twice */
+    assert_int_equal(controller_couple(&controller, MASTER, &cam),
+                     MOTION_E_ARG);
+}
+
+static void while_coupled_the_master_is_jogged_alone(void **state)
+{
+    const double line[] = { -50, 50 };
+    struct motion_segment storage[4];
+    struct motion_track move;
+    const struct motion_track *tracks[AXES] = { [OTHER] = &move };
+    (void)state;
+    motion_track_init(&move, storage, 4, 0);
+    assert_int_equal(motion_track_append_dwell(&move, S), 0);
+    assert_int_equal(couple(-50, 100, line, 2, PLAN_CURVE_LINEAR), MOTION_OK);
+    assert_int_equal(go(FOLLOWER, 10, 10), MOTION_E_STATE);
+    assert_int_equal(controller_start(&controller, tracks, NULL),
+                     MOTION_E_STATE);
+    assert_int_equal(go(OTHER, 10, 10), MOTION_OK);
+    until_ready();
+    assert_int_equal(controller_uncouple(&controller, FOLLOWER), MOTION_OK);
+    assert_int_equal(go(FOLLOWER, 10, 10), MOTION_OK);
+    until_ready();
+    motion_track_init(&move, storage, 4, axes[OTHER].target.pos_q32);
+    assert_int_equal(motion_track_append_dwell(&move, S), 0);
+    assert_int_equal(controller_start(&controller, tracks, NULL), MOTION_OK);
+}
+
+static void torque_off_and_faults_end_it(void **state)
+{
+    const double line[] = { -50, 50 };
+    (void)state;
+    assert_int_equal(couple(-50, 100, line, 2, PLAN_CURVE_LINEAR), MOTION_OK);
+    assert_int_equal(controller_off(&controller), MOTION_OK);
+    assert_null(axes[FOLLOWER].cam);
+    assert_int_equal(begin(NULL), 0);
+    assert_int_equal(couple(-50, 100, line, 2, PLAN_CURVE_LINEAR), MOTION_OK);
+    assert_int_equal(go(MASTER, 40, 50), MOTION_OK);
+    for (int i = 0; i < 500; i++)
+        tick(false);
+    drive[OTHER].faulty = true;
+    now_ns += MS;
+    controller_step(&controller, now_ns,
+                    (struct hal_fieldbus_worst){ HAL_FIELDBUS_GOOD, 0 });
+    assert_int_equal(controller.reaction, CONTROLLER_REACT_QUICK);
+    for (int i = 0; i < 6000 && controller.state != CONTROLLER_FAULT; i++) {
+        now_ns += MS;
+        controller_step(&controller, now_ns,
+                        (struct hal_fieldbus_worst){ HAL_FIELDBUS_GOOD, 0 });
+    }
+    assert_int_equal(controller.state, CONTROLLER_FAULT);
+    assert_null(axes[FOLLOWER].cam);
+}
+
+#define RUN(test) cmocka_unit_test_setup_teardown(test, begin, end)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        RUN(a_gear_is_followed_in_the_same_tick),
+        RUN(a_jog_ends_in_time_where_the_curve_does),
+        RUN(any_cam_keeps_both_axes_inside_their_limits),
+        RUN(what_cannot_be_coupled_is_refused),
+        RUN(while_coupled_the_master_is_jogged_alone),
+        RUN(torque_off_and_faults_end_it),
+    };
+    return cmocka_run_group_tests_name("couple", tests, NULL, NULL);
+}
