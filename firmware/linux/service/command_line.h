@@ -64,6 +64,7 @@ command_line_asker(const struct service_control *control);
 void command_load(const struct command_line *line);
 void command_check(const struct command_line *line);
 void command_start(const struct command_line *line);
+void command_go(const struct command_line *line);
 /* To the first keys of what is loaded. */
 void command_approach(const struct command_line *line);
 

@@ -291,6 +291,7 @@ static const struct {
     { "load", true, command_load },
     { "approach", true, command_approach },
     { "start", true, command_start },
+    { "go", true, command_go },
     { "hold", true, command_hold },
     { "resume", true, command_resume },
     { "reverse", true, command_reverse },

@@ -6,6 +6,7 @@
 #include "firmware/host/base/number.h"
 #include "firmware/linux/service/command_line.h"
 #include "motion/core/err.h"
+#include "motion/core/fixed.h"
 
 static void command_plan(const struct command_line *line, bool loads)
 {
@@ -133,6 +134,66 @@ void command_start(const struct command_line *line)
         !command_has_move(line))
         return;
     request.times = llrint(times);
+    request.motion = &line->control->move->motion;
+    command_line_request(line, &request);
+}
+
+/* Of the move: seconds, or a text such as "2.5 s", "f48", "00:00:02:12". */
+static bool command_go_time(const struct command_line *line, int64_t *t_ns_q12)
+{
+    const struct plan_move *move = &line->control->move->job.move;
+    const struct units_context units = { .fps = { move->fps_num,
+                                                  move->fps_den } };
+    const char *text = cJSON_GetStringValue(command_line_member(line, "to"));
+    char sentence[UNITS_SENTENCE_MAX];
+    double t_s;
+    if (text == NULL) {
+        if (!command_line_number(line, "to", 0, 1e6, (double)NAN, &t_s))
+            return false;
+        *t_ns_q12 = llrint(t_s * 1e9) * MOTION_FIXED_NS_Q12;
+        return true;
+    }
+    if (units_parse(text, UNITS_TIME, &units, t_ns_q12, sentence) == 0)
+        return true;
+    command_line_refuse(line, "ARG", sentence);
+    return false;
+}
+
+/* Of an axis, counted from 1. */
+static bool command_go_key(const struct command_line *line, int64_t *t_ns_q12)
+{
+    const struct job *job = &line->control->move->job;
+    const int axis = command_line_axis(
+        line, cJSON_GetStringValue(command_line_member(line, "axis")));
+    double key;
+    if (axis < 0 ||
+        !command_line_number(line, "key", 1, PLAN_KEYS_MAX, (double)NAN, &key))
+        return false;
+    for (unsigned i = 0; i < job->move.axis_count && job->move.warp == NULL;
+         i++) {
+        const struct plan_axis *own = &job->move.axis[i];
+        if (job->rig_axis[i] != (unsigned)axis ||
+            llrint(key) > (long long)own->key_count)
+            continue;
+        *t_ns_q12 = own->key[llrint(key) - 1].key.t_ns_q12;
+        return true;
+    }
+    command_line_refuse(line, "ARG",
+                        job->move.warp != NULL
+                            ? "\"key\": the move's time is warped, expected "
+                              "\"to\" with a time"
+                            : "\"key\": the axis has no such key in this move");
+    return false;
+}
+
+void command_go(const struct command_line *line)
+{
+    struct service_request request = { .kind = SERVICE_GO, .times = 1 };
+    if (!command_has_move(line) ||
+        !(command_line_member(line, "key") != NULL
+              ? command_go_key(line, &request.at_ns_q12)
+              : command_go_time(line, &request.at_ns_q12)))
+        return;
     request.motion = &line->control->move->motion;
     command_line_request(line, &request);
 }

@@ -150,21 +150,67 @@ static void loop_publish(struct service_loop *loop)
 
 /* --- what is asked for --- */
 
-/* The axes stand where it begins. */
-static int loop_start(struct service_loop *loop,
-                      const struct service_request *request)
+static int loop_load(struct service_loop *loop,
+                     const struct service_request *request)
 {
     struct playback *playback = &loop->machine->playback;
     const struct service_motion *motion = request->motion;
-    int err = playback_load(playback, motion->track);
+    const int err = playback_load(playback, motion->track);
     if (err < 0)
         return err;
     for (unsigned i = 0; i < loop->machine->rig->axis_count; i++)
         if (motion->goal[i] != NULL)
             playback_set_goals(playback, i, motion->goal[i],
                                motion->goal_count[i]);
-    err = playback_repeat(playback, request->times, request->is_ping_pong);
-    return err < 0 ? err : playback_begin(playback, 0, PLAYBACK_PLAY);
+    return playback_repeat(playback, request->times, request->is_ping_pong);
+}
+
+/* The axes stand where it begins. */
+static int loop_start(struct service_loop *loop,
+                      const struct service_request *request)
+{
+    const int err = loop_load(loop, request);
+    return err < 0 ? err
+                   : playback_begin(&loop->machine->playback, 0, PLAYBACK_PLAY);
+}
+
+/* Is it what is played, and not the way to its first keys? */
+static bool loop_plays(const struct service_loop *loop,
+                       const struct service_motion *motion)
+{
+    const struct playback *playback = &loop->machine->playback;
+    for (unsigned i = 0; i < loop->machine->rig->axis_count; i++)
+        if (playback->axis[i].track != motion->track[i])
+            return false;
+    return playback->is_loaded && playback->state == PLAYBACK_PLAYING;
+}
+
+/* From where the axes are, or from where it is held. */
+static int loop_go(struct service_loop *loop,
+                   const struct service_request *request)
+{
+    int err = MOTION_OK;
+    if (loop->machine->controller.state == CONTROLLER_READY)
+        err = loop_load(loop, request);
+    else if (!loop_plays(loop, request->motion))
+        err = MOTION_E_STATE;
+    return err < 0 ? err
+                   : playback_go(&loop->machine->playback, request->at_ns_q12,
+                                 PLAYBACK_HOLD);
+}
+
+static int loop_answer(struct service_loop *loop,
+                       const struct service_request *request)
+{
+    switch (request->kind) {
+    case SERVICE_START:
+        return loop_start(loop, request);
+    case SERVICE_GO:
+        return loop_go(loop, request);
+    case SERVICE_HOME:
+        break;
+    }
+    return homing_start(&loop->machine->homing, request->axes);
 }
 
 /* True: there was a request; its answer is read once the board is out. */
@@ -173,9 +219,7 @@ static bool loop_request(struct service_loop *loop)
     struct service_request *request = &loop->request;
     if (atomic_load(&loop->turn) != SERVICE_ASKED)
         return false;
-    request->err = request->kind == SERVICE_START
-                       ? loop_start(loop, request)
-                       : homing_start(&loop->machine->homing, request->axes);
+    request->err = loop_answer(loop, request);
     return true;
 }
 

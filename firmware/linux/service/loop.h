@@ -27,11 +27,12 @@ struct service_motion {
     unsigned goal_count[CONTROLLER_AXES_MAX];
 };
 
-enum service_request_kind { SERVICE_START, SERVICE_HOME };
+enum service_request_kind { SERVICE_START, SERVICE_HOME, SERVICE_GO };
 
 struct service_request {
     enum service_request_kind kind;
-    const struct service_motion *motion; /* START: outlives the move */
+    const struct service_motion *motion; /* START, GO: outlives the move */
+    int64_t at_ns_q12;                   /* GO: to there, and held */
     int64_t times;                       /* 0: until a stop */
     bool is_ping_pong;
     uint64_t axes; /* HOME: a bit each */

@@ -323,6 +323,42 @@ static void a_move_is_loaded_approached_and_played(void **state)
     service_link_close(&link);
 }
 
+/* move_text: 10 at the start. */
+static void a_time_or_key_of_the_move_is_gone_to_and_held(void **state)
+{
+    struct service_link link = client_new();
+    (void)state;
+    client_ready(&link);
+    assert_string_equal(client_error(&link, "{\"command\":\"go\",\"to\":1}"),
+                        "EMPTY");
+    client_load(&link, move_text, "");
+    assert_string_equal(client_error(&link, "{\"command\":\"go\",\"to\":1000}"),
+                        "ARG");
+    assert_string_equal(
+        client_error(&link, "{\"command\":\"go\",\"to\":\"soon\"}"), "ARG");
+    client_do(&link, "{\"command\":\"go\",\"to\":\"0 s\"}");
+    client_wait(&link, "holding");
+    assert_true(client_axis(&link, "demand") == 10);
+    assert_true(client_number(&link, "path_s") == 0);
+    client_do(&link, "{\"command\":\"go\",\"axis\":\"slide\",\"key\":3}");
+    client_wait(&link, "holding");
+    assert_true(client_number(&link, "path_s") == 20);
+    client_do(&link, "{\"command\":\"go\",\"to\":0.5}");
+    client_wait(&link, "holding");
+    assert_true(client_axis(&link, "demand") > 10);
+    client_do(&link, "{\"command\":\"resume\"}");
+    client_wait(&link, "moving");
+    assert_string_equal(client_error(&link, "{\"command\":\"go\",\"to\":0}"),
+                        "STATE");
+    assert_string_equal(
+        client_error(&link,
+                     "{\"command\":\"go\",\"axis\":\"slide\",\"key\":9}"),
+        "ARG");
+    client_do(&link, "{\"command\":\"stop\"}");
+    client_wait(&link, "ready");
+    service_link_close(&link);
+}
+
 static void anybody_may_stop_and_one_may_move(void **state)
 {
     struct service_link holder = client_new(), watcher = client_new();
@@ -650,6 +686,7 @@ int main(void)
         BENCH_TEST(every_line_has_its_answer),
         BENCH_TEST(an_id_comes_back_as_it_was),
         BENCH_TEST(a_move_is_loaded_approached_and_played),
+        BENCH_TEST(a_time_or_key_of_the_move_is_gone_to_and_held),
         BENCH_TEST(anybody_may_stop_and_one_may_move),
         BENCH_TEST(a_lease_expires),
         BENCH_TEST(a_jog_ends_with_its_client),

@@ -71,7 +71,7 @@ static struct client client[CLIENTS];
 static struct client *holder; /* by the answers */
 static uint64_t seed, state;
 static bool troubled; /* in this sequence */
-static bool jogged;   /* this tick takes a jog */
+static bool begins;   /* this tick takes a jog, or a way to the start */
 static char trace[32][256];
 static unsigned traced;
 
@@ -154,11 +154,11 @@ static void judge_steps(unsigned i, double pos, double vel)
         violated("a set point leaves the range");
 }
 
-/* A jog that is so short begins and ends in the tick that takes it: half of the
- * tick faster, half of it slower. */
+/* What is so short begins and ends in the tick that takes it: half of the tick
+ * faster, half of it slower. */
 static double within_a_tick(unsigned i)
 {
-    return jogged ? q32(bench.rig.axis[i].limit.acc_q32) * TICK_S * TICK_S / 4
+    return begins ? q32(bench.rig.axis[i].limit.acc_q32) * TICK_S * TICK_S / 4
                   : 0;
 }
 
@@ -218,8 +218,9 @@ static void count(void)
 static void tick(void)
 {
     const struct controller *controller = &bench.machine.controller;
-    jogged = bench.control.waits && !bench.control.by_request &&
-             bench.control.command == MAILBOX_JOG;
+    begins = bench.control.waits &&
+             (bench.control.by_request ? bench.loop.request.kind != SERVICE_HOME
+                                       : bench.control.command == MAILBOX_JOG);
     service_bench_tick(&bench);
     for (unsigned i = 0; i < bench.rig.axis_count; i++)
         judge_axis(i);
@@ -330,15 +331,15 @@ static const struct {
     unsigned weight;
     bool held; /* for who has control */
 } row[] = {
-    { "hello", 1, false },   { "status", 1, false },  { "stream", 1, false },
-    { "stop", 1, false },    { "take", 3, false },    { "dance", 1, false },
-    { "renew", 1, true },    { "release", 1, true },  { "enable", 6, true },
-    { "off", 1, true },      { "reset", 2, true },    { "home", 3, true },
-    { "check", 1, true },    { "load", 3, true },     { "approach", 4, true },
-    { "start", 5, true },    { "hold", 3, true },     { "resume", 3, true },
-    { "reverse", 3, true },  { "override", 3, true }, { "jog", 8, true },
-    { "jog stop", 2, true }, { "capture", 1, true },  { "gear", 2, true },
-    { "cam", 1, true },      { "uncouple", 2, true },
+    { "hello", 1, false }, { "status", 1, false },  { "stream", 1, false },
+    { "stop", 1, false },  { "take", 3, false },    { "dance", 1, false },
+    { "renew", 1, true },  { "release", 1, true },  { "enable", 6, true },
+    { "off", 1, true },    { "reset", 2, true },    { "home", 3, true },
+    { "check", 1, true },  { "load", 3, true },     { "approach", 4, true },
+    { "go", 2, true },     { "start", 5, true },    { "hold", 3, true },
+    { "resume", 3, true }, { "reverse", 3, true },  { "override", 3, true },
+    { "jog", 8, true },    { "jog stop", 2, true }, { "capture", 1, true },
+    { "gear", 2, true },   { "cam", 1, true },      { "uncouple", 2, true },
 };
 
 static unsigned pick(void)
@@ -363,6 +364,10 @@ static bool compose(unsigned which, char *text, size_t size)
                  pick_below(2) ? "slide" : "lift", (int)pick_below(260) - 130,
                  0.01 + pick_below(200) / 100.0,
                  pick_below(4) ? "" : ",\"to\":20");
+    else if (strcmp(name, "go") == 0 && pick_below(2))
+        snprintf(to, size, ",\"to\":%.2f", pick_below(350) / 100.0);
+    else if (strcmp(name, "go") == 0)
+        snprintf(to, size, ",\"axis\":\"slide\",\"key\":%u", pick_below(6));
     else if (strcmp(name, "gear") == 0)
         snprintf(to, size, ",\"axis\":\"lift\",\"to\":\"slide\",\"ratio\":%.2f",
                  (int)pick_below(400) / 100.0 - 2);
@@ -560,8 +565,8 @@ static const char *sensible(void)
     static const char *const coupled[] = { "jog", "jog", "jog", "uncouple" };
     static const char *const moving[] = { "hold",     "reverse", "override",
                                           "jog stop", "jog",     "stop" };
-    static const char *const holding[] = { "resume", "reverse", "override",
-                                           "resume", "stop" };
+    static const char *const holding[] = { "resume",   "reverse", "go",
+                                           "override", "resume",  "stop" };
     const struct controller_axis *axis = bench.machine.controller.axis;
     if (holder == NULL)
         return "take";
