@@ -8,6 +8,7 @@
 #include "motion/plan/camera/plan_camera.h"
 #include "motion/plan/camera/plan_carry.h"
 #include "motion/plan/camera/plan_follow.h"
+#include "motion/plan/camera/plan_tool.h"
 #include "motion/plan/path/plan_joints.h"
 #include "motion/plan/plan_blend.h"
 #include "motion/plan/plan_duration.h"
@@ -65,6 +66,22 @@ static int compose_joints(const struct compose *self)
     return plan_joints_tracks(self->move, self->track, self->error);
 }
 
+/* Its axes are coordinates, or follow those of a head or a tool. */
+static int compose_drive(const struct compose *self)
+{
+    const struct plan_path *path = self->move->path;
+    struct plan_outcome *outcome = self->outcome;
+
+    if (path->carrier == NULL)
+        return plan_path_tracks(path, &outcome->drive, self->track,
+                                self->error);
+    return path->carrier->arm.arm.count > 0
+               ? plan_tool_tracks(path, &outcome->drive, self->track,
+                                  &outcome->carrier_bound_q32, self->error)
+               : plan_carry_tracks(path, &outcome->drive, self->track,
+                                   &outcome->carrier_bound_q32, self->error);
+}
+
 /* The law is the distance along the path until something bends its time. */
 static int compose_path(const struct compose *self)
 {
@@ -75,12 +92,7 @@ static int compose_path(const struct compose *self)
     if (self->move->path == NULL)
         return MOTION_OK;
     plan_progress_tell(self->progress, "planning", "path", 0, 0);
-    err =
-        self->move->path->carrier != NULL
-            ? plan_carry_tracks(self->move->path, &outcome->drive, self->track,
-                                &outcome->carrier_bound_q32, self->error)
-            : plan_path_tracks(self->move->path, &outcome->drive, self->track,
-                               self->error);
+    err = compose_drive(self);
     if (err < 0)
         return err;
     outcome->has_path = true;

@@ -129,8 +129,28 @@ def carried(kin, row):
     return [0, 0, 0], one
 
 
+def on_arm(arm, row):
+    """Pupil and view of the tool, by the Denavit-Hartenberg table."""
+    at, frame = [0, 0, 0], about(Z, 0)
+    for joint in arm["joints"]:
+        theta = number(joint.get("theta", "0 deg"), DEG) + coordinate(
+            joint, row, DEG)
+        turn = product(frame, about(Z, theta))
+        at = add(at, scale(turned(frame, Z),
+                           number(joint.get("d", "0 mm"), MM)))
+        at = add(at, scale(turned(turn, [1, 0, 0]),
+                           number(joint.get("a", "0 mm"), MM)))
+        frame = product(turn, about([1, 0, 0],
+                                    number(joint.get("alpha", "0 deg"), DEG)))
+    tool = arm["tool"]
+    return (add(at, turned(frame, point(tool["position"]))),
+            turned(frame, unit(tool["view"])))
+
+
 def camera(kin, row):
     """Pupil and view."""
+    if "arm" in kin:
+        return on_arm(kin["arm"], row)
     head = kin["head"]
     pivot, frame = carried(kin, row)
     forward = unit(head.get("forward", [1, 0, 0]))
@@ -218,7 +238,8 @@ def judge(slew, folder):
         rig = yaml.safe_load(file)
     with open(f"{folder}/move.yaml", encoding="utf-8") as file:
         move = yaml.safe_load(file)
-    kin, look = rig["kinematics"], move["camera"]["look"]
+    kin, shot = rig["kinematics"], move.get("camera", {})
+    look = shot["look"] if shot else {"at": move["path"]["tool"]["look"]}
     rate = 1 / number(rig.get("tick", "1 ms"), {"ms": 1e-3, "us": 1e-6})
     worst = off_focus = off_view = 0.0
     sizes, ticks = [], 0
@@ -233,16 +254,16 @@ def judge(slew, folder):
         q = [row["camera_" + part] for part in "wxyz"]
         off_view = max(off_view, max(
             abs(a - b) for a, b in zip(view, backwards(q))))
-        if move["camera"].get("focus", False):
+        if shot.get("focus", False):
             off_focus = max(off_focus,
                             abs(row[kin["lens"]["focus"]] - distance))
-        if "zoom" in move["camera"]:
+        if "zoom" in shot:
             sizes.append(row[kin["lens"]["zoom"]] / distance)
     spread = max(sizes) / min(sizes) - 1 if sizes else 0.0
     good = (ticks > 1 and worst < LIMIT_DEG and off_view < 1e-9 and off_focus < LIMIT_FOCUS_MM
             and spread < LIMIT_SIZE)
     lens = ""
-    if move["camera"].get("focus", False):
+    if shot.get("focus", False):
         lens += f", focus within {off_focus:.2g} mm"
     if sizes:
         lens += f", size within {100 * spread:.2g} %"

@@ -200,7 +200,7 @@ def schema_keys(name, schema):
     shapes[name] = schema
     return {
         (name, shape, key,
-         "required" if key in body["required"] else "optional")
+         "required" if key in body.get("required", []) else "optional")
         for shape, body in shapes.items() if "properties" in body
         for key in body["properties"]
     }

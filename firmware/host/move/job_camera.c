@@ -6,9 +6,11 @@
 
 #include "firmware/host/base/number.h"
 #include "firmware/host/base/table.h"
+#include "motion/core/err.h"
 #include "motion/core/fixed.h"
 #include "motion/plan/camera/plan_camera.h"
 #include "motion/plan/camera/plan_follow.h"
+#include "motion/plan/rig/plan_arm.h"
 
 #define CAMERA_MOMENTS 9
 
@@ -69,6 +71,8 @@ bool job_camera_rig(const struct job *job, struct plan_rig *rig)
         camera_find(job, &rig->head[i]);
     for (int i = 0; i < PLAN_LENSES; i++)
         camera_find(job, &rig->lens[i]);
+    for (uint32_t i = 0; i < rig->arm.arm.count; i++)
+        camera_find(job, &rig->arm.axis[i]);
     camera_find(job, &rig->table);
     return true;
 }
@@ -77,9 +81,14 @@ bool job_camera_subject(const struct job *job, int64_t t_ns_q12,
                         struct plan_jet_vec *subject)
 {
     const struct plan_camera *camera = job->move.camera;
+    const struct plan_path *path = job->move.path;
 
+    if (path != NULL && path->carrier != NULL && path->tool.looks)
+        for (int i = 0; i < 3; i++)
+            subject->x[i] =
+                plan_jet_of(number_double(path->tool.at_q32[i], 32));
     if (camera == NULL)
-        return false;
+        return path != NULL && path->carrier != NULL && path->tool.looks;
     if (plan_follow_subject(camera, job->track, t_ns_q12, subject))
         return true;
     for (int i = 0; i < 3; i++)
@@ -97,6 +106,26 @@ static int64_t camera_axis(const struct job *job,
     return at.pos_q32;
 }
 
+/* Joints that the move leaves alone are where they count from. */
+static bool camera_on_arm(const struct job *job, int64_t t_ns_q12,
+                          struct motion_camera *camera)
+{
+    int64_t joint_q32[MOTION_ARM_JOINTS_MAX];
+    struct plan_rig rig;
+
+    if (!job_camera_rig(job, &rig) || rig.arm.arm.count == 0)
+        return false;
+    for (uint32_t i = 0; i < rig.arm.arm.count; i++) {
+        const struct plan_jet axis = plan_jet_of(
+            number_double(camera_axis(job, &rig.arm.axis[i], t_ns_q12), 32));
+        joint_q32[i] = plan_arm_joint_q32(
+            &rig.arm, i,
+            rig.arm.axis[i].is_given ? plan_arm_joint(&rig.arm, i, axis).p : 0);
+    }
+    return motion_arm_camera(&rig.arm.arm, &rig.arm.tool, joint_q32, camera) ==
+           MOTION_OK;
+}
+
 bool job_camera_rotation(const struct job *job, int64_t t_ns_q12,
                          struct motion_quat *q)
 {
@@ -104,6 +133,10 @@ bool job_camera_rotation(const struct job *job, int64_t t_ns_q12,
     int64_t axis_q32[MOTION_RIG_AXES_MAX];
     struct motion_camera camera;
 
+    if (camera_on_arm(job, t_ns_q12, &camera)) {
+        *q = camera.q;
+        return true;
+    }
     if (move_camera == NULL || move_camera->following.rig == NULL)
         return false;
     const struct plan_rig *rig = move_camera->following.rig;

@@ -1,7 +1,7 @@
 /* firmware/host/move/move_load.h - what the readers of move.yaml share.
  *
  * move_load.c reads the move as a whole; one file each for its parts: _axis
- * (keyed axes), _key, _path, _law (speed), _camera, _orient, _blend (poses), _other (layers, fade,
+ * (keyed axes), _key, _path, _law (speed), _tool, _camera, _orient, _blend (poses), _other (layers, fade,
  * warp), _event, _shoot.  Functions return 0, or -1 with the sentence written. */
 #ifndef FIRMWARE_HOST_MOVE_MOVE_LOAD_H
 #define FIRMWARE_HOST_MOVE_MOVE_LOAD_H
@@ -49,6 +49,17 @@ int move_load_as(const struct files *files, const char *path, bool is_guest,
 /* A guest drives axes, no more: of a field that goes with the whole. */
 int move_refuse_guest(const struct move_reader *reader,
                       const struct yaml_value *value);
+
+/* --- move_load_tool.c ----------------------------------------------------- */
+
+/* The joints of the rig's arm are driven by the path. */
+int move_take_arm(struct move_reader *reader, const struct yaml_value *value,
+                  struct plan_path *path);
+/* How its tool is turned: of a struct plan_path. */
+int move_read_tool(void *reader, const struct yaml_value *value, void *out);
+/* A path of a tool says so. */
+int move_check_tool(const struct yaml_value *value,
+                    const struct plan_path *path);
 
 /* --- move_load_axis.c ----------------------------------------------------- */
 
@@ -153,7 +164,7 @@ int move_read_speed(void *reader, const struct yaml_value *value, void *out);
 int move_read_caps(void *reader, const struct yaml_value *value, void *out);
 int move_read_stops(void *reader, const struct yaml_value *value, void *out);
 
-extern const struct yaml_shape move_part_shape, move_cap_shape;
+extern const struct yaml_shape move_part_shape, move_cap_shape, move_tool_shape;
 
 /* --- move_load_timing.c --------------------------------------------------- */
 

@@ -437,6 +437,11 @@ static int move_read_camera_head(struct move_reader *self,
     const bool is_given = yaml_value_node(value)->kind == YAML_TREE_MAP &&
                           yaml_fields_find(value, "axes") != 0;
 
+    if (self->rig->kinematics != NULL &&
+        self->rig->kinematics->arm.arm.count > 0)
+        return yaml_value_refuse(value,
+                                 "is for a head, and the rig has an arm: its "
+                                 "tool is turned by the path's tool");
     if (self->rig->kinematics != NULL)
         return is_given ? yaml_value_refuse(
                               value, "has axes, which are those of the head in "

@@ -135,23 +135,32 @@ int move_read_points(struct move_reader *reader, const struct yaml_value *value,
 
 /* ---- the path ---- */
 
-/* The head of the rig goes along it. */
+/* The head of the rig, or the tool of its arm, goes along it. */
 static int move_read_path_head(struct move_reader *self,
                                const struct yaml_value *value,
                                struct plan_path *path)
 {
-    static const char *const word[] = { "head" };
+    static const char *const word[] = { "head", "tool" };
     unsigned index;
 
-    if (yaml_value_choice(value, word, 1, &index) < 0)
+    if (yaml_value_choice(value, word, ARRAY_LEN(word), &index) < 0)
         return -1;
     if (self->rig->kinematics == NULL)
         return yaml_value_refuse(
-            value, "is 'head', which a rig without kinematics lacks");
+            value, "is '%s', which a rig without kinematics lacks",
+            word[index]);
+    if ((self->rig->kinematics->arm.arm.count > 0) != (index == 1))
+        return yaml_value_refuse(value, "is '%s', and the rig has %s",
+                                 word[index],
+                                 index == 1 ? "no arm" : "an arm with a tool");
     path->carrier = malloc(sizeof *path->carrier);
     if (path->carrier == NULL)
         return yaml_value_refuse(value, "is too much for the memory");
     *path->carrier = *self->rig->kinematics;
+    path->points.axes = PLAN_SPACE_AXES;
+    self->units.unit = UNITS_AXIS_MM;
+    if (index == 1)
+        return move_take_arm(self, value, path);
     uint32_t driven = 0;
     for (int i = 0; i < MOTION_CARRIER_AXES_MAX; i++) {
         struct plan_rig_axis *axis = &path->carrier->carrier[i];
@@ -162,8 +171,6 @@ static int move_read_path_head(struct move_reader *self,
             return -1;
         driven++;
     }
-    path->points.axes = PLAN_SPACE_AXES;
-    self->units.unit = UNITS_AXIS_MM;
     return driven > 0 ? 0
                       : yaml_value_refuse(value, "is 'head', and nothing in "
                                                  "the rig's kinematics carries "
@@ -271,8 +278,11 @@ static int move_read_tolerance(void *reader, const struct yaml_value *value,
 
 static const struct yaml_field move_path_fields[] = {
     { "axes", YAML_REQUIRED,
-      "a list of 2 or 3 axes that have the same unit, or head",
+      "a list of 2 or 3 axes that have the same unit, head or tool",
       move_read_path_axes, 0 },
+    { "tool", YAML_OPTIONAL,
+      "a map with look, or forward and up, and near, with axes tool",
+      move_read_tool, 0 },
     { "curve", YAML_OPTIONAL, "a curve through space", move_read_path_curve,
       offsetof(struct plan_path, points.curve) },
     { "spacing", YAML_OPTIONAL, "uniform, centripetal or chordal",
@@ -330,6 +340,8 @@ int move_read_path(void *reader, const struct yaml_value *value, void *out)
     path->points.spacing = MOTION_SPLINE_CENTRIPETAL;
     path->place = yaml_tree_place(value->tree, value->node);
     if (yaml_fields_read(value, &move_path_shape, self, path) < 0)
+        return -1;
+    if (move_check_tool(value, path) < 0)
         return -1;
     if (path->tolerance_q32 == 0)
         path->tolerance_q32 = move_tolerance_q32[self->units.unit];

@@ -93,7 +93,7 @@ static void space_subject(struct space *self, int i, int64_t t)
     if (!job_camera_subject(self->job, t, &at))
         return;
     self->has_subject = true;
-    self->is_subject_moving = camera->look != PLAN_LOOK_AT;
+    self->is_subject_moving = camera != NULL && camera->look != PLAN_LOOK_AT;
     self->subject[i] = space_point_of(at);
 }
 

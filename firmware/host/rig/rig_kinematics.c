@@ -1,6 +1,6 @@
 /* firmware/host/rig/rig_kinematics.c - how the axes of a rig place its camera.
  *
- * A carrier (linear, arc, rail, gantry or jib), the head on it, a turntable before it
+ * An arm (rig_arm.c), or a carrier (linear, arc, rail, gantry or jib), the head on it, a turntable before it
  * and the motors of its lens; what they are is motion/kinematics. */
 #include "firmware/host/rig/rig_parts.h"
 
@@ -47,8 +47,7 @@ int rig_read_place(void *reader, const struct yaml_value *value, void *out)
     return rig_read_numbers(reader, value, UNITS_POSITION, 3, out);
 }
 
-static int rig_read_point(void *reader, const struct yaml_value *value,
-                          void *out)
+int rig_read_point(void *reader, const struct yaml_value *value, void *out)
 {
     int64_t q32[3];
 
@@ -58,8 +57,7 @@ static int rig_read_point(void *reader, const struct yaml_value *value,
     return 0;
 }
 
-static int rig_read_direction(void *reader, const struct yaml_value *value,
-                              void *out)
+int rig_read_direction(void *reader, const struct yaml_value *value, void *out)
 {
     int64_t q32[3];
 
@@ -87,9 +85,10 @@ int rig_read_yes(void *reader, const struct yaml_value *value, void *out)
 static bool rig_is_placed(const struct plan_rig *rig, uint32_t axis)
 {
     const struct plan_rig_axis *const list[] = { rig->carrier, rig->head,
-                                                 &rig->table, rig->lens };
+                                                 &rig->table, rig->lens,
+                                                 rig->arm.axis };
     const int count[] = { MOTION_CARRIER_AXES_MAX, MOTION_HEAD_AXES, 1,
-                          PLAN_LENSES };
+                          PLAN_LENSES, MOTION_ARM_JOINTS_MAX };
 
     for (unsigned k = 0; k < ARRAY_LEN(list); k++)
         for (int i = 0; i < count[k]; i++)
@@ -98,27 +97,37 @@ static bool rig_is_placed(const struct plan_rig *rig, uint32_t axis)
     return false;
 }
 
+int rig_read_free_axis(const struct rig_reader *reader,
+                       const struct yaml_value *value, unsigned *index)
+{
+    const struct rig *rig = reader->rig;
+    const char *names[RIG_AXES_MAX];
+
+    for (uint32_t i = 0; i < rig->axis_count; i++)
+        names[i] = rig->axis[i].name;
+    if (yaml_value_choice(value, names, rig->axis_count, index) < 0)
+        return -1;
+    return rig_is_placed(rig->kinematics, *index)
+               ? yaml_value_refuse(value,
+                                   "'%s' has a place in the kinematics "
+                                   "already",
+                                   names[*index])
+               : 0;
+}
+
 static int rig_read_joint_axis(void *reader, const struct yaml_value *value,
                                void *out)
 {
     struct rig_reader *self = reader;
     const struct rig *rig = self->rig;
     struct rig_joint *joint = out;
-    const char *names[RIG_AXES_MAX];
     unsigned index;
 
-    for (uint32_t i = 0; i < rig->axis_count; i++)
-        names[i] = rig->axis[i].name;
-    if (yaml_value_choice(value, names, rig->axis_count, &index) < 0)
+    if (rig_read_free_axis(self, value, &index) < 0)
         return -1;
-    if (rig_is_placed(rig->kinematics, index))
-        return yaml_value_refuse(value,
-                                 "'%s' has a place in the kinematics "
-                                 "already",
-                                 names[index]);
     if (rig->axis[index].unit != joint->unit)
         return yaml_value_refuse(value, "'%s' is in %s, not in %s",
-                                 names[index],
+                                 rig->axis[index].name,
                                  units_axis_text(rig->axis[index].unit),
                                  units_axis_text(joint->unit));
     joint->axis = (struct plan_rig_axis){ true, index };
@@ -584,8 +593,9 @@ static int rig_read_lens(void *reader, const struct yaml_value *value,
 
 /* ---- the whole ----------------------------------------------------------- */
 
-/* The first RIG_CARRIERS are carriers; one of them is given. */
-#define RIG_CARRIERS 5
+/* The first RIG_CARRIERS are carriers, or the arm; one of them is given, and
+ * without the arm the head. */
+#define RIG_CARRIERS 6
 static const struct yaml_field rig_kinematics_fields[] = {
     { "linear", YAML_OPTIONAL, "a map with origin and axes", rig_read_linear,
       offsetof(struct plan_rig, rig.carrier) },
@@ -598,7 +608,9 @@ static const struct yaml_field rig_kinematics_fields[] = {
     { "jib", YAML_OPTIONAL,
       "a map with foot, length, drop, mount, pan, tilt and extend",
       rig_read_jib, offsetof(struct plan_rig, rig.carrier) },
-    { "head", YAML_REQUIRED,
+    { "arm", YAML_OPTIONAL, "a map with joints and tool", rig_read_arm,
+      offsetof(struct plan_rig, arm) },
+    { "head", YAML_OPTIONAL,
       "a map with pan, tilt, roll, forward, up and nodal", rig_read_head, 0 },
     { "table", YAML_OPTIONAL, "a map with centre and axis", rig_read_table, 0 },
     { "lens", YAML_OPTIONAL, "a map with focus and zoom", rig_read_lens, 0 },
@@ -606,6 +618,21 @@ static const struct yaml_field rig_kinematics_fields[] = {
 const struct yaml_shape rig_kinematics_shape = {
     "kinematics", rig_kinematics_fields, ARRAY_LEN(rig_kinematics_fields)
 };
+
+/* The whole camera is on the arm, or on a head. */
+static int rig_check_kinematics(const struct yaml_value *value)
+{
+    static const char *const beside[] = { "head", "table", "lens" };
+    const bool has_arm = yaml_fields_find(value, "arm") != 0;
+
+    if (!has_arm && yaml_fields_find(value, "head") == 0)
+        return yaml_value_refuse(value, "has no 'head', and no 'arm'");
+    for (size_t i = 0; has_arm && i < ARRAY_LEN(beside); i++)
+        if (yaml_fields_find(value, beside[i]) != 0)
+            return yaml_value_refuse(value, "has a %s beside an arm",
+                                     beside[i]);
+    return 0;
+}
 
 int rig_read_kinematics(void *reader, const struct yaml_value *value, void *out)
 {
@@ -621,6 +648,8 @@ int rig_read_kinematics(void *reader, const struct yaml_value *value, void *out)
     if (carriers > 1)
         return yaml_value_refuse(value, "has %u things that carry the head",
                                  carriers);
+    if (rig_check_kinematics(value) < 0)
+        return -1;
     rig->kinematics = memory_pool_new(&rig->memory, 1, sizeof *rig->kinematics);
     *rig->kinematics = (struct plan_rig){
         /* a tripod at the origin, where there is no carrier */

@@ -51,7 +51,7 @@ static const struct yaml_field rig_fields[] = {
     { "gpio", YAML_OPTIONAL, "a map of 1 .. 256 lines by name", rig_read_gpio,
       0 },
     { "kinematics", YAML_OPTIONAL,
-      "a map with head, and linear, arc, rail, gantry or jib",
+      "a map with head, and linear, arc, rail, gantry or jib; or with arm",
       rig_read_kinematics, 0 },
 };
 static const struct yaml_shape rig_shape = { "rig", rig_fields,
@@ -99,6 +99,9 @@ const struct yaml_shape *const rig_shapes[] = {
     &rig_joint_shape,
     &rig_arc_shape,
     &rig_rail_shape,
+    &rig_arm_shape,
+    &rig_link_shape,
+    &rig_tool_shape,
     &rig_gantry_shape,
     &rig_jib_shape,
     &rig_head_shape,

@@ -12,6 +12,7 @@
  *   rig_gpio.c    gpio                    rig_kinematics.c  kinematics
  *   rig_limits.c  axis: limits, stop, following_error
  *   rig_shaper.c  axis: shaper            rig_rail.c  kinematics: rail
+ *   rig_arm.c     kinematics: arm
  *   kind.h        what a kind of drive adds: firmware/host/kind
  *
  * A reader returns 0, or -1 with the sentence written. */
@@ -75,14 +76,19 @@ int rig_read_buses(void *reader, const struct yaml_value *value, void *out);
 int rig_read_gpio(void *reader, const struct yaml_value *value, void *out);
 int rig_read_kinematics(void *reader, const struct yaml_value *value,
                         void *out);
-/* Of kinematics: a point of three lengths, yes or no, and the axis in a place of
- * what carries the head. */
+/* Of kinematics: a point of three lengths, a direction, yes or no, an axis that
+ * has no place yet, and the axis in a place of what carries the head. */
+int rig_read_point(void *reader, const struct yaml_value *value, void *out);
+int rig_read_direction(void *reader, const struct yaml_value *value, void *out);
+int rig_read_free_axis(const struct rig_reader *reader,
+                       const struct yaml_value *value, unsigned *index);
 int rig_read_place(void *reader, const struct yaml_value *value, void *out);
 int rig_read_yes(void *reader, const struct yaml_value *value, void *out);
 int rig_read_carrier_axis(void *reader, const struct yaml_value *value,
                           enum units_axis unit, int index,
                           struct motion_axis_map *map);
 int rig_read_rail(void *reader, const struct yaml_value *value, void *out);
+int rig_read_arm(void *reader, const struct yaml_value *value, void *out);
 int rig_read_drive_bus(void *reader, const struct yaml_value *value, void *out);
 int rig_read_drive_node(void *reader, const struct yaml_value *value,
                         void *out);
@@ -126,8 +132,9 @@ extern const struct yaml_shape rig_limit_shape, rig_stop_shape,
     rig_line_shape, rig_modbus_bus_shape, rig_can_bus_shape, rig_scale_shape,
     rig_option_shape, rig_times_shape, rig_pdo_shape, rig_kinematics_shape,
     rig_linear_shape, rig_slide_shape, rig_joint_shape, rig_arc_shape,
-    rig_rail_shape, rig_gantry_shape, rig_jib_shape, rig_head_shape,
-    rig_table_shape, rig_lens_shape;
+    rig_rail_shape, rig_arm_shape, rig_link_shape, rig_tool_shape,
+    rig_gantry_shape, rig_jib_shape, rig_head_shape, rig_table_shape,
+    rig_lens_shape;
 #define RIG_KIND_SHAPE(NAME, name)                                             \
     extern const struct yaml_shape rig_##name##_shape;
 RIG_KIND_LIST(RIG_KIND_SHAPE)

@@ -275,25 +275,13 @@ static int carry_bake(struct carry *self, struct motion_track track[],
     return err;
 }
 
-/* The path by itself, as if its coordinates were axes. */
-static int carry_path(struct carry *self, struct plan_drive *drive)
-{
-    struct plan_path coordinates = *self->path;
-
-    for (uint32_t i = 0; i < PLAN_SPACE_AXES; i++) {
-        coordinates.axis[i] = i;
-        plan_track_init(&self->place[i], 0);
-    }
-    return plan_path_tracks(&coordinates, drive, self->place, self->error);
-}
-
 int plan_carry_tracks(const struct plan_path *path, struct plan_drive *drive,
                       struct motion_track track[], int64_t *bound_q32,
                       struct plan_error *error)
 {
     struct carry self = { .path = path, .rig = path->carrier, .error = error };
     const struct motion_track *cause[PLAN_SPACE_AXES];
-    int err = carry_path(&self, drive);
+    int err = plan_path_places(path, drive, self.place, error);
 
     carry_unknowns(&self);
     for (int i = 0; i < PLAN_SPACE_AXES; i++)

@@ -161,6 +161,18 @@ int plan_path_tracks(const struct plan_path *path, struct plan_drive *drive,
     return err;
 }
 
+int plan_path_places(const struct plan_path *path, struct plan_drive *drive,
+                     struct motion_track place[], struct plan_error *error)
+{
+    struct plan_path coordinates = *path;
+
+    for (uint32_t i = 0; i < PLAN_SPACE_AXES; i++) {
+        coordinates.axis[i] = i;
+        plan_track_init(&place[i], 0);
+    }
+    return plan_path_tracks(&coordinates, drive, place, error);
+}
+
 void plan_drive_free(struct plan_drive *drive)
 {
     plan_space_free(&drive->space);

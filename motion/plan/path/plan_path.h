@@ -22,6 +22,14 @@ struct plan_fastest {
     uint32_t caps;
 };
 
+/* How the tool of an arm is turned on the path (camera/plan_tool.h). */
+struct plan_tool {
+    bool looks; /* at a point, level; else as follows */
+    int64_t at_q32[PLAN_SPACE_AXES];
+    struct motion_dir forward, up;           /* at right angles */
+    int64_t near_q32[MOTION_ARM_JOINTS_MAX]; /* axes near which it starts */
+};
+
 struct plan_path {
     uint32_t axis[PLAN_SPACE_AXES]; /* of the move; as many as points.axes */
     struct plan_points points;
@@ -30,7 +38,9 @@ struct plan_path {
     struct plan_fastest *fastest; /* NULL: the parts say how fast */
     int64_t tolerance_q32;        /* of position, unit; > 0 */
     struct plan_rig *carrier;     /* NULL: the axes are coordinates; else three
-                                 coordinates of the head (plan_carry.h) */
+                                 coordinates of the head (plan_carry.h), or of
+                                 the tool of an arm */
+    struct plan_tool tool;
     struct plan_place place;
 };
 
@@ -52,6 +62,10 @@ struct plan_drive {
  * speed is constant. */
 int plan_path_tracks(const struct plan_path *path, struct plan_drive *drive,
                      struct motion_track track[], struct plan_error *error);
+/* The same for a path of a head or a tool: its coordinates into place[0 .. 2],
+ * as if they were axes, whatever they hold. */
+int plan_path_places(const struct plan_path *path, struct plan_drive *drive,
+                     struct motion_track place[], struct plan_error *error);
 void plan_drive_free(struct plan_drive *drive);
 
 /* Everything that the path holds on the heap, and itself; NULL is nothing. */

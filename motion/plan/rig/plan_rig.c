@@ -3,6 +3,7 @@
 
 #include "motion/core/err.h"
 #include "motion/curve/bake.h"
+#include "motion/plan/rig/plan_arm.h"
 
 #define RIG_RADIAN 0.017453292519943295769
 /* A direction shorter than this, of its distance, is none. */
@@ -351,10 +352,30 @@ static void rig_swing(struct plan_jet_vec *a, struct plan_jet_vec *b,
     *b = plan_jet_vec_sub(plan_jet_vec_mul(*b, c), plan_jet_vec_mul(from, s));
 }
 
+static void rig_arm_at(const struct plan_arm *arm,
+                       const struct motion_track track[], int64_t t_ns_q12,
+                       struct plan_rig_camera *camera)
+{
+    struct plan_jet joint[MOTION_ARM_JOINTS_MAX];
+
+    for (uint32_t i = 0; i < arm->arm.count; i++)
+        joint[i] =
+            arm->axis[i].is_given
+                ? plan_arm_joint(arm, i,
+                                 plan_rig_track(&track[arm->axis[i].axis],
+                                                t_ns_q12, MOTION_BAKE_LEFT))
+                : plan_jet_of(0);
+    plan_arm_camera(arm, joint, camera);
+}
+
 void plan_rig_camera_at(const struct plan_rig *rig,
                         const struct motion_track track[], int64_t t_ns_q12,
                         struct plan_rig_camera *camera)
 {
+    if (rig->arm.arm.count > 0) {
+        rig_arm_at(&rig->arm, track, t_ns_q12, camera);
+        return;
+    }
     const struct motion_nodal *nodal = &rig->rig.head.nodal;
     struct plan_jet axis[MOTION_CARRIER_AXES_MAX], angle[MOTION_HEAD_AXES];
     struct plan_rig_frame *frame = &camera->frame;

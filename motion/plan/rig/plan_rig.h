@@ -7,6 +7,7 @@
 #ifndef MOTION_PLAN_PLAN_RIG_H
 #define MOTION_PLAN_PLAN_RIG_H
 
+#include "motion/kinematics/arm.h"
 #include "motion/kinematics/rig.h"
 #include "motion/plan/move.h"
 #include "motion/plan/rig/jet.h"
@@ -21,6 +22,16 @@ struct plan_rig_axis {
  * pupil, and the focal length, each in the axis's own unit. */
 enum plan_lens { PLAN_LENS_FOCUS, PLAN_LENS_ZOOM, PLAN_LENSES };
 
+/* A serial arm; its tool looks along the view of `tool`. */
+struct plan_arm {
+    struct motion_arm arm; /* count 0: there is none */
+    struct motion_arm_tool tool;
+    struct plan_rig_axis axis[MOTION_ARM_JOINTS_MAX];
+    struct motion_axis_map map[MOTION_ARM_JOINTS_MAX];
+    /* radian, or unit of length, per unit of the axis */
+    double unit[MOTION_ARM_JOINTS_MAX];
+};
+
 struct plan_rig {
     struct motion_rig rig;
     struct motion_dir forward, up; /* of the head at rest, as level is */
@@ -30,6 +41,7 @@ struct plan_rig {
     struct motion_axis_map table_map;
     int64_t centre_q32[3]; /* of the table */
     struct plan_rig_axis lens[PLAN_LENSES];
+    struct plan_arm arm; /* with one, nothing of the above */
     struct plan_place place;
 };
 

@@ -83,7 +83,7 @@ static void cmd_sample_quaternion(struct cmd_sample *self, int64_t t_ns_q12)
 {
     const struct plan_camera *camera = self->job->move.camera;
     int64_t turn[MOTION_HEAD_AXES] = { 0 };
-    for (int i = 0; i < MOTION_HEAD_AXES; i++) {
+    for (int i = 0; camera != NULL && i < MOTION_HEAD_AXES; i++) {
         struct motion_state at;
         if (i == MOTION_HEAD_ROLL && !camera->has_roll)
             continue;
@@ -218,6 +218,9 @@ static enum status cmd_sample_camera(struct cmd_sample *self)
     if (!self->options->quaternion)
         return STATUS_OK;
     self->last = MOTION_QUAT_ONE;
+    if (self->job->compiled == NULL &&
+        job_camera_rotation(self->job, 0, &self->mount))
+        return STATUS_OK;
     if (camera == NULL || self->job->compiled != NULL ||
         plan_camera_mount(camera, &self->mount) < 0)
         return cmd_sample_fail("--quaternion: the move has no camera",

@@ -92,6 +92,15 @@ static const struct {
     { HEAD "  jib: {foot: [0, 0, 0], length: 2 m, mount: hanging, pan: {axis: "
            "turn}, tilt: {axis: turn}}\n",
       "12:46: unknown mount 'hanging'" },
+    { HEAD "  arm: {joints: [{axis: turn}]}\n",
+      "11:3: kinematics has a head beside an arm" },
+    { "  arm: {joints: []}\n", "11:17: joints has 0 items" },
+    { "  arm: {joints: [{axis: turn}, {axis: a}, {axis: turn}]}\n",
+      "11:50: axis 'turn' has a place in the kinematics already" },
+    { "  arm: {joints: [{axis: turn, a: 3 deg}]}\n",
+      "11:34: a '3 deg' is an angle" },
+    { "  arm: {joints: [{axis: turn}], tool: {view: [0, 1, 0]}}\n",
+      "11:39: tool has view and up in one line" },
     { HEAD "  lens: {focus: turn}\n", "12:17: focus 'turn' is in deg" },
 };
 
