@@ -115,15 +115,21 @@ uint64_t motion_divisor_apply(const struct motion_divisor *by,
 int motion_fixed_div_u128(struct motion_u128 n, uint64_t d, uint64_t *quotient,
                           uint64_t *rest)
 {
-    struct motion_divisor by;
-
     if (d == 0 || n.hi >= d)
         return MOTION_E_RANGE;
+#ifdef FIXED_DIVIDES
+    uint64_t left;
+    *quotient = FIXED_BY(div)(n, d, &left);
+    if (rest != NULL)
+        *rest = left;
+#else
+    struct motion_divisor by;
     motion_divisor_init(&by, d);
     *quotient =
         motion_divisor_apply(&by, motion_fixed_shl_u128(n, by.up), rest);
     if (rest != NULL)
         *rest >>= by.up;
+#endif
     return MOTION_OK;
 }
 

@@ -1,7 +1,8 @@
 /* motion/core/fixed_int128.h - fixed_halves.h for 64-bit machines, where the
  * compiler has 128 bits: a product is one instruction there, a sum two.
  *
- * No division: that would be a function of the compiler's library. */
+ * Division by the compiler's own would be a function of its library; x86-64 has
+ * an instruction. */
 #ifndef MOTION_CORE_FIXED_INT128_H
 #define MOTION_CORE_FIXED_INT128_H
 
@@ -28,6 +29,28 @@ FIXED_INLINE struct motion_u128 fixed_int128_mul(uint64_t a, uint64_t b)
 {
     return fixed_int128_words((fixed_int128)a * b);
 }
+
+/* The upper 64 bits, rounded down. */
+FIXED_INLINE int64_t fixed_int128_mulhi(int64_t a, int64_t b)
+{
+    return (int64_t)((fixed_signed_int128)a * b >> 64);
+}
+
+#ifdef __x86_64__
+#define FIXED_DIVIDES
+/* n.hi < d */
+FIXED_INLINE uint64_t fixed_int128_div(struct motion_u128 n, uint64_t d,
+                                       uint64_t *rest)
+{
+    uint64_t quotient;
+
+    __asm__("divq %4"
+            : "=a"(quotient), "=d"(*rest)
+            : "0"(n.lo), "1"(n.hi), "r"(d)
+            : "cc");
+    return quotient;
+}
+#endif
 
 FIXED_INLINE struct motion_u128 fixed_int128_add(struct motion_u128 a,
                                                  struct motion_u128 b)

@@ -350,13 +350,19 @@ static struct motion_bake_bound bake_judge(const struct bake *bake,
     const struct bake_place *place = bake->place;
     struct motion_bake_bound bound = { motion_real_zero(), motion_real_zero(),
                                        motion_real_zero() };
+    const struct motion_real dur = motion_real_int(seg->dur_ns_q12),
+                             dur_s = motion_bake_seconds(seg->dur_ns_q12);
     struct motion_bake_bound rest = bound;
     struct motion_bake_point e[BAKE_PLACES];
-    struct motion_real h[BAKE_PLACES];
+    struct motion_real h[BAKE_PLACES], coef[MOTION_TRACK_DEGREE + 1];
 
+    motion_bake_coefficients(seg, coef);
     for (int i = 0; i < BAKE_PLACES; i++) {
-        e[i] = bake_minus(place[i].point[axis],
-                          motion_bake_segment(seg, place[i].t - place[0].t));
+        const struct motion_real u =
+            motion_real_div(motion_real_int(place[i].t - place[0].t), dur);
+        e[i] =
+            bake_minus(place[i].point[axis],
+                       motion_bake_horner(coef, MOTION_TRACK_DEGREE, u, dur_s));
         if (i == 0)
             continue;
         h[i] = motion_bake_seconds(place[i].t - place[i - 1].t);

@@ -6,6 +6,8 @@
 #include "motion/curve/fcurve_internal.h"
 
 #define FCURVE_NEWTON_MAX 200
+#define FCURVE_NEAR_STEPS 6
+#define FCURVE_NEAR_SLOPE ((int64_t)1 << 22) /* Q28; below, halving is safer */
 
 /* --- Bezier --------------------------------------------------------------- */
 
@@ -40,27 +42,68 @@ static struct fcurve_bezier fcurve_bezier(const struct motion_fcurve_key *a,
     return z;
 }
 
-/* The cubic 0, p1, end - p2, end at u and its derivatives by u:
+/* The cubic 0, p1, end - p2, end:
  * 3 p1 u + 3 (end - p2 - 2 p1) u^2 + (3 p1 + 3 p2 - 2 end) u^3 */
-static struct fcurve_jet fcurve_cubic(struct motion_real p1,
-                                      struct motion_real p2,
-                                      struct motion_real end,
+struct fcurve_cubic {
+    struct motion_real c1, c2, c3;
+};
+
+static struct fcurve_cubic fcurve_powers(struct motion_real p1,
+                                         struct motion_real p2,
+                                         struct motion_real end)
+{
+    return (struct fcurve_cubic){
+        fcurve_times(p1, 3),
+        fcurve_times(
+            motion_real_sub(motion_real_sub(end, p2), motion_real_twice(p1)),
+            3),
+        motion_real_sub(fcurve_times(motion_real_add(p1, p2), 3),
+                        motion_real_twice(end)),
+    };
+}
+
+/* Its value at u and its derivatives by u. */
+static struct fcurve_jet fcurve_cubic(const struct fcurve_cubic *c,
                                       struct motion_real u)
 {
-    const struct motion_real c1 = fcurve_times(p1, 3);
-    const struct motion_real c2 = fcurve_times(
-        motion_real_sub(motion_real_sub(end, p2), motion_real_twice(p1)), 3);
-    const struct motion_real c3 = motion_real_sub(
-        fcurve_times(motion_real_add(p1, p2), 3), motion_real_twice(end));
-    const struct motion_real c3u = motion_real_mul(c3, u);
+    const struct motion_real twice = motion_real_twice(c->c2);
+    const struct motion_real c3u = motion_real_mul(c->c3, u);
+    const struct motion_real thrice = fcurve_times(c3u, 3);
     struct fcurve_jet jet = { 0 };
 
-    jet.f = motion_real_mul(motion_real_add(c2, c3u), u);
-    jet.f = motion_real_mul(motion_real_add(jet.f, c1), u);
-    jet.d = motion_real_add(motion_real_twice(c2), fcurve_times(c3u, 3));
-    jet.d = motion_real_add(motion_real_mul(jet.d, u), c1);
-    jet.dd = motion_real_add(motion_real_twice(c2), fcurve_times(c3u, 6));
+    jet.f = motion_real_mul(motion_real_add(c->c2, c3u), u);
+    jet.f = motion_real_mul(motion_real_add(jet.f, c->c1), u);
+    jet.d = motion_real_add(twice, thrice);
+    jet.d = motion_real_add(motion_real_mul(jet.d, u), c->c1);
+    jet.dd = motion_real_add(twice, motion_real_twice(thrice));
     return jet;
+}
+
+/* About u where x(u) = x, to 28 bits as a rule, by Newton's method in 64 bits;
+ * coefficients in Q28, u in Q30. */
+static struct motion_real fcurve_near(const struct fcurve_bezier *z,
+                                      struct motion_real x)
+{
+    const int64_t one = (int64_t)1 << 28, whole = (int64_t)1 << 30;
+    int64_t p1, p2, at, u;
+
+    if (motion_real_round(z->x1, 28, &p1) < 0 ||
+        motion_real_round(z->x2, 28, &p2) < 0 ||
+        motion_real_round(x, 28, &at) < 0)
+        return x;
+    const int64_t c1 = 3 * p1, c2 = 3 * (one - p2 - 2 * p1),
+                  c3 = 3 * (p1 + p2) - 2 * one;
+    u = at * 4;
+    for (int i = 0; i < FCURVE_NEAR_STEPS; i++) {
+        const int64_t f =
+            ((((((c3 * u) >> 30) + c2) * u) >> 30) + c1) * u / whole - at;
+        const int64_t d = (((3 * ((c3 * u) >> 30) + 2 * c2) * u) >> 30) + c1;
+        if (d < FCURVE_NEAR_SLOPE)
+            return x;
+        u -= f * whole / d;
+        u = u < 0 ? 0 : u > whole ? whole : u;
+    }
+    return motion_real_from_q(u, 30);
 }
 
 /* u where x(u) = x: Newton's method kept between two bounds, which are halved
@@ -69,12 +112,13 @@ static struct fcurve_jet fcurve_cubic(struct motion_real p1,
 static struct motion_real fcurve_invert(const struct fcurve_bezier *z,
                                         struct motion_real x)
 {
+    const struct fcurve_cubic x_of =
+        fcurve_powers(z->x1, z->x2, fcurve_whole(1));
     struct motion_real low = motion_real_zero(), high = fcurve_whole(1);
-    struct motion_real u = x, step = high;
+    struct motion_real u = fcurve_near(z, x), step = high;
 
     for (int i = 0; i < FCURVE_NEWTON_MAX; i++) {
-        const struct fcurve_jet at =
-            fcurve_cubic(z->x1, z->x2, fcurve_whole(1), u);
+        const struct fcurve_jet at = fcurve_cubic(&x_of, u);
         const struct motion_real over = motion_real_sub(at.f, x);
         struct motion_real next;
 
@@ -144,8 +188,10 @@ static struct fcurve_jet fcurve_at_u(const struct fcurve_bezier *z,
                                      struct motion_real u)
 {
     const struct motion_real one = fcurve_whole(1);
-    const struct fcurve_jet x = fcurve_cubic(z->x1, z->x2, one, u);
-    const struct fcurve_jet y = fcurve_cubic(z->y1, z->y2, z->change, u);
+    const struct fcurve_cubic x_of = fcurve_powers(z->x1, z->x2, one),
+                              y_of = fcurve_powers(z->y1, z->y2, z->change);
+    const struct fcurve_jet x = fcurve_cubic(&x_of, u),
+                            y = fcurve_cubic(&y_of, u);
     struct fcurve_jet jet = { .f = y.f };
 
     if (x.d.m <= 0 || x.d.e < -61 - 50)

@@ -132,11 +132,15 @@ static inline struct motion_real motion_real_sub(struct motion_real a,
  * 2^60 and would not be normalised. */
 static inline int64_t motion_real_mulhi(int64_t a, int64_t b)
 {
+#ifdef MOTION_CORE_FIXED_INT128_H /* one instruction there */
+    return FIXED_BY(mulhi)(a, b);
+#else
     const int32_t ah = (int32_t)(a >> 32), bh = (int32_t)(b >> 32);
     const uint32_t al = (uint32_t)a, bl = (uint32_t)b;
     const int64_t t = (int64_t)ah * bl + (int64_t)(((uint64_t)al * bl) >> 32);
     const int64_t u = (int64_t)bh * al + (uint32_t)t;
     return (int64_t)ah * bh + (t >> 32) + (u >> 32);
+#endif
 }
 
 /* With one more bit each the product's upper half is in 2^60 .. 2^62, so one
