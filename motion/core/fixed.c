@@ -49,7 +49,8 @@ struct motion_u128 motion_fixed_shr_u128(struct motion_u128 a, unsigned bits)
 static uint32_t fixed_reciprocal(uint64_t d)
 {
     const uint32_t high = (uint32_t)(d >> 32), low = (uint32_t)d;
-    uint32_t v = (uint32_t)(UINT64_MAX / high); /* less 2^32 */
+    /* less 2^32; the bit is set, and an analyser sees that it divides */
+    uint32_t v = (uint32_t)(UINT64_MAX / (high | UINT32_C(1) << 31));
     uint32_t p = high * v + low;
 
     if (p < low) {

@@ -215,7 +215,7 @@ void job_camera_text(const struct job *job, FILE *file)
     fputc('\n', file);
     table_init(&table, 8, head);
     for (int i = 0; i < CAMERA_MOMENTS; i++) {
-        struct camera_moment moment;
+        struct camera_moment moment = { .t_s = 0 };
         camera_moment(job, &rig, i, &moment);
         table_cell(&table, "%.3f s", moment.t_s);
         for (int k = 0; k < 3; k++)
@@ -240,7 +240,7 @@ void job_camera_json(const struct job *job, struct cJSON *object)
     struct cJSON *list = cJSON_AddArrayToObject(object, "shot");
     for (int i = 0; i < CAMERA_MOMENTS; i++) {
         struct cJSON *item = cJSON_CreateObject();
-        struct camera_moment moment;
+        struct camera_moment moment = { .t_s = 0 };
         camera_moment(job, &rig, i, &moment);
         cJSON_AddItemToArray(list, item);
         cJSON_AddNumberToObject(item, "time_s", moment.t_s);

@@ -147,7 +147,7 @@ static int tool_flange(const struct tool *self,
     const struct plan_rig_frame *frame = &camera->frame;
     struct motion_vec x[3], pupil;
     struct motion_dir dir[3];
-    struct motion_quat q;
+    struct motion_quat q = MOTION_QUAT_ONE;
     int err = MOTION_OK;
 
     for (int i = 0; i < 3; i++) { /* right, up, backwards */
