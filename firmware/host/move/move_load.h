@@ -163,6 +163,10 @@ int64_t move_default_tolerance_q32(enum units_axis unit);
 int move_read_speed(void *reader, const struct yaml_value *value, void *out);
 int move_read_caps(void *reader, const struct yaml_value *value, void *out);
 int move_read_stops(void *reader, const struct yaml_value *value, void *out);
+int move_read_start_speed(void *reader, const struct yaml_value *value,
+                          void *out);
+int move_read_last_speed(void *reader, const struct yaml_value *value,
+                         void *out);
 
 extern const struct yaml_shape move_part_shape, move_cap_shape, move_tool_shape;
 

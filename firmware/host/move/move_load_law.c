@@ -405,6 +405,28 @@ int move_read_stops(void *reader, const struct yaml_value *value, void *out)
                               true);
 }
 
+static int move_read_end_speed(struct move_reader *self,
+                               const struct yaml_value *value,
+                               struct plan_path *path, int end)
+{
+    if (path->fastest == NULL)
+        return yaml_value_refuse(value, "is not used without speed: fastest");
+    return move_read_positive(self, value, UNITS_VELOCITY,
+                              &path->fastest->end_q32[end]);
+}
+
+int move_read_start_speed(void *reader, const struct yaml_value *value,
+                          void *out)
+{
+    return move_read_end_speed(reader, value, out, 0);
+}
+
+int move_read_last_speed(void *reader, const struct yaml_value *value,
+                         void *out)
+{
+    return move_read_end_speed(reader, value, out, 1);
+}
+
 /* A word, one part, or a list of them. */
 int move_read_speed(void *reader, const struct yaml_value *value, void *out)
 {

@@ -100,6 +100,10 @@ static int fastest_refuse(const struct plan_path *path,
         return plan_error_set(error, code, path->place,
                               "the fastest speed cannot be found (%s)",
                               motion_err_text(code));
+    if (path->fastest->end_q32[0] != 0 || path->fastest->end_q32[1] != 0)
+        return plan_error_set(error, code, path->place,
+                              "the path does not allow the speed at its start "
+                              "or its end");
     while (point + 1 < space->curve.pieces &&
            fastest_double(space->curve.border[point + 1]) <= failed)
         point++;
@@ -133,6 +137,13 @@ static int fastest_solve(const struct plan_path *path,
                          struct plan_timing *timing, struct plan_error *error)
 {
     const struct plan_fastest *fastest = path->fastest;
+    const double last =
+        fastest_double(space->curve.border[space->curve.pieces]);
+    const double ends[2] = {
+        ldexp((double)fastest->end_q32[0], -32) /
+            fastest_slope(space, fastest_double(space->curve.border[0])),
+        ldexp((double)fastest->end_q32[1], -32) / fastest_slope(space, last)
+    };
     struct plan_topp_cap *cap;
     uint32_t caps = 0;
     double failed = NAN;
@@ -148,7 +159,7 @@ static int fastest_solve(const struct plan_path *path,
     for (uint32_t i = 0; i < fastest->caps; i++)
         caps += fastest_section(space, &fastest->cap[i], cap + caps);
     err = plan_timing_solve(space->list, path->points.axes, fastest->limit, cap,
-                            caps, timing, &failed);
+                            caps, ends, timing, &failed);
     free(cap);
     return err < 0 ? fastest_refuse(path, space, err, failed, error) : err;
 }

@@ -135,8 +135,8 @@ static int joints_time(struct joints *self, struct motion_track own[])
         start_q32[i] = axis->key[0].key.pos_q32;
         end_q32[i] = axis->key[self->keys - 1].key.pos_q32;
     }
-    err = plan_timing_solve(list, joints->axes, joints->limit, NULL, 0, &timing,
-                            &failed);
+    err = plan_timing_solve(list, joints->axes, joints->limit, NULL, 0, NULL,
+                            &timing, &failed);
     if (err < 0)
         return joints_refuse(self, err, failed);
     err = plan_timing_inside(

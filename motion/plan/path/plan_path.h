@@ -14,12 +14,13 @@ struct plan_fastest_cap {
     int64_t speed_q32; /* unit/s */
 };
 
-/* As fast as these limits of the path's axes allow (plan_timing.h), from rest to
- * rest.  The limits hold on the tracks. */
+/* As fast as these limits of the path's axes allow (plan_timing.h).  The limits
+ * hold on the tracks. */
 struct plan_fastest {
     struct plan_limit limit[PLAN_SPACE_AXES];
     struct plan_fastest_cap *cap; /* on the heap */
     uint32_t caps;
+    int64_t end_q32[2]; /* unit/s along the path at its start and its end */
 };
 
 /* How the tool of an arm is turned on the path (camera/plan_tool.h). */

@@ -126,7 +126,8 @@ static int timing_law_knots(struct plan_timing *timing)
 int plan_timing_solve(const struct motion_track *const track[], unsigned axes,
                       const struct plan_limit limit[],
                       const struct plan_topp_cap cap[], uint32_t caps,
-                      struct plan_timing *timing, double *failed)
+                      const double ends[2], struct plan_timing *timing,
+                      double *failed)
 {
     struct plan_topp_limit bound[PLAN_TOPP_AXES_MAX];
     double jerk[PLAN_TOPP_AXES_MAX];
@@ -139,7 +140,12 @@ int plan_timing_solve(const struct motion_track *const track[], unsigned axes,
         return err;
     timing->has_jerk = timing_limits(axes, limit, bound, jerk);
     const struct plan_topp_request request = {
-        .path = timing->path, .limit = bound, .cap = cap, .cap_count = caps
+        .path = timing->path,
+        .limit = bound,
+        .cap = cap,
+        .cap_count = caps,
+        .start_speed = ends != NULL ? ends[0] : 0,
+        .end_speed = ends != NULL ? ends[1] : 0,
     };
     if (timing->has_jerk)
         err = plan_topp_jerk_solve(&request, jerk, &timing->law, failed);

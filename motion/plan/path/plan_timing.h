@@ -3,7 +3,7 @@
  *
  * A path given by tracks over any parameter (their times do not count) gets its
  * least time under the limits of every axis by topp.h, or by topp_jerk.h where
- * one of them limits jerk, from rest to rest.  What comes out is no polynomial
+ * one of them limits jerk, from rest to rest or between given speeds.  What comes out is no polynomial
  * of time, so it is baked (motion/curve/bake.h), with a border wherever
  * acceleration or jerk steps.
  *
@@ -36,13 +36,15 @@ struct plan_timing {
 
 /* The path that the tracks are, one per axis and all with the same end, under
  * these limits, of which positions do not count.  `cap` bounds the parameter's
- * speed as in topp.h.  Errors of plan_topp_solve and plan_topp_jerk_solve, and
+ * speed as in topp.h; ends[0] and ends[1] are that speed at the start and the
+ * end, NULL: rest.  Errors of plan_topp_solve and plan_topp_jerk_solve, and
  * MOTION_E_EMPTY when nothing moves; *failed is then where on the path, or NaN,
  * and nothing is allocated. */
 int plan_timing_solve(const struct motion_track *const track[], unsigned axes,
                       const struct plan_limit limit[],
                       const struct plan_topp_cap cap[], uint32_t caps,
-                      struct plan_timing *timing, double *failed);
+                      const double ends[2], struct plan_timing *timing,
+                      double *failed);
 void plan_timing_free(struct plan_timing *timing);
 
 /* In s, before anything is stretched. */

@@ -65,7 +65,7 @@ static void need_inside(const struct move_file *file, const char *what)
         return;
     assert_int_equal(plan_timing_solve(file->outcome.drive.space.list,
                                        path->points.axes, path->fastest->limit,
-                                       NULL, 0, &timing, &failed),
+                                       NULL, 0, NULL, &timing, &failed),
                      MOTION_OK);
     law = plan_timing_duration(&timing);
     plan_timing_free(&timing);
@@ -339,6 +339,64 @@ static void what_cannot_be_read_is_said_at_its_place(void **state)
         move_file_refuse(RIG, rows[i].text, rows[i].message);
 }
 
+static double speed_at(const struct move_file *file, double t_s)
+{
+    double sum = 0;
+
+    for (uint32_t i = 0; i < 3; i++) {
+        struct motion_state state;
+        motion_track_state(&file->track[i], llround(t_s * (double)MOVE_FILE_S),
+                           &state);
+        sum += pow(ldexp((double)state.vel_q32, -32), 2);
+    }
+    return sqrt(sum);
+}
+
+/* The rolls take it from rest and to rest; between them it is faster than from
+ * rest to rest, with limits of jerk and without. */
+static void a_path_starts_and_ends_at_speed(void **state)
+{
+    static struct move_file file;
+
+    (void)state;
+    move_file_need(&file, RIG,
+                   "path:\n  axes: [x, y, z]\n" POINTS "  speed: fastest\n");
+    const double rest = duration(&file);
+    move_file_close(&file);
+    move_file_need(&file, RIG,
+                   "pre_roll: 1 s\npost_roll: 1 s\n"
+                   "path:\n  axes: [x, y, z]\n" POINTS
+                   "  speed: fastest\n  start: 300 mm/s\n  end: 200 mm/s\n");
+    for (int jerk = 1; jerk >= 0; jerk--) {
+        if (jerk == 0)
+            without_jerk(&file);
+        const double end = duration(&file);
+        for (uint32_t i = 0; i < 3; i++) {
+            struct plan_limit limit = file.move.path->fastest->limit[i];
+            struct plan_violation first;
+            limit.period_ns = file.rig.period_ns; /* as slew check has it */
+            if (plan_check_track(&file.track[i], &limit, &first, 1) > 0)
+                fail_msg("axis %u: %d at %.6f s", (unsigned)i, first.kind,
+                         seconds(first.t_ns_q12));
+        }
+        print_message("%.6f s, %.6f s from rest, %.6f and %.6f mm/s\n", end - 2,
+                      rest, speed_at(&file, 1), speed_at(&file, end - 1));
+        assert_true(end - 2 < rest);
+        assert_true(fabs(speed_at(&file, 1) / 300 - 1) < 1e-3);
+        assert_true(fabs(speed_at(&file, end - 1) / 200 - 1) < 1e-3);
+        assert_true(speed_at(&file, 0) == 0 && speed_at(&file, end) == 0);
+    }
+    move_file_close(&file);
+    move_file_refuse(RIG,
+                     "path:\n  axes: [x, y, z]\n" POINTS
+                     "  speed: fastest\n  end: 3 m/s\n",
+                     "does not allow the speed at its start or its end");
+    move_file_refuse(RIG,
+                     "path:\n  axes: [x, y, z]\n" POINTS
+                     "  speed: {law: quintic, time: 9}\n  end: 3 m/s\n",
+                     "end is not used without speed: fastest");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -346,6 +404,7 @@ int main(void)
         cmocka_unit_test(random_points_in_two_and_three_axes),
         cmocka_unit_test(a_straight_line_takes_the_time_of_the_generator),
         cmocka_unit_test(caps_hold_and_stops_are_made),
+        cmocka_unit_test(a_path_starts_and_ends_at_speed),
         cmocka_unit_test(twelve_joints_pass_their_keys_together),
         cmocka_unit_test(joints_from_a_file),
         cmocka_unit_test(what_cannot_be_read_is_said_at_its_place),
