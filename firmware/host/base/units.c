@@ -465,9 +465,16 @@ int units_parse_counts(const char *text, enum units_axis unit, int64_t *num,
         return -1;
     if (number.mantissa == 0)
         return units_refuse(&self, "is zero");
-    if (!units_counts_over(&number, &per.ratio, &above, &below) ||
-        !decimal_mul_whole(&above, self.wanted.ratio.num) ||
-        !decimal_mul_whole(&below, self.wanted.ratio.den))
+    /* per the axis's own unit they cancel, also pi of a radian */
+    const bool is_own = per.ratio.num == self.wanted.ratio.num &&
+                        per.ratio.den == self.wanted.ratio.den &&
+                        per.ratio.exp10 == self.wanted.ratio.exp10;
+    const struct decimal_ratio one = { 1, 1, 0 },
+                               from = is_own ? one : per.ratio,
+                               to = is_own ? one : self.wanted.ratio;
+    if (!units_counts_over(&number, &from, &above, &below) ||
+        !decimal_mul_whole(&above, to.num) ||
+        !decimal_mul_whole(&below, to.den))
         return units_refuse(&self, "does not fit in 63 bits");
     same = decimal_gcd(above, below);
     *num = (int64_t)(above / same);

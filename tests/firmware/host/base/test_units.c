@@ -345,6 +345,7 @@ static void counts_are_rational(void **state)
         const char *sentence;
     } rows[] = {
         { "4096 per mm", MM, 4096, 1, "" },
+        { "1000 per rad", UNITS_AXIS_RAD, 1000, 1, "" },
         { "4096", MM, 4096, 1, "" },
         { "-4096 per mm", MM, -4096, 1, "" },
         { "1e6 per m", MM, 1000, 1, "" },
