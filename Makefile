@@ -24,7 +24,7 @@ OPT      := -O1 -fno-omit-frame-pointer -fsanitize=$(SAN) \
 endif
 
 # Of the libraries; asked when used, so that `make deps` can come first.
-PKGS      = yaml-0.1 libcjson cairo fontconfig libmodbus libgpiod zlib libpng libzip \
+PKGS      = yaml-0.1 libcjson cairo fontconfig expat libmodbus libgpiod zlib libpng libzip \
             libwebsockets ltc
 PKG_INC   = $(patsubst -I%,-isystem %,$(shell pkg-config --cflags $(PKGS)))
 PKG_LIB   = $(shell pkg-config --libs $(PKGS))

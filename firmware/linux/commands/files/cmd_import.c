@@ -12,6 +12,7 @@
 #include "firmware/linux/base/json_print.h"
 #include "firmware/linux/base/output.h"
 #include "firmware/linux/commands/command.h"
+#include "firmware/linux/commands/files/import_urdf.h"
 #include "firmware/linux/commands/planning.h"
 
 static enum status cmd_import_fail(const char *what, const char *which)
@@ -173,11 +174,30 @@ static enum status cmd_import_file(const struct import_format *format,
     return status;
 }
 
+/* A description of a robot is no move: its limits go into a rig. */
+static enum status cmd_import_limits(const struct options *options)
+{
+    if (options->path_count != 2)
+        return cmd_import_fail("which file? expected urdf FILE", "");
+    if (options->rig == NULL)
+        return cmd_import_fail("into which rig? expected --rig RIG", "");
+    if (options->out == NULL)
+        return cmd_import_fail("where to? expected --out RIG.yaml", "");
+    if (options->fps != NULL || options->columns != NULL ||
+        options->curve != NULL)
+        return cmd_import_fail("--fps, --columns and --curve are for moves, "
+                               "and urdf has limits",
+                               "");
+    return import_urdf(options);
+}
+
 static enum status cmd_import_run(const struct options *options)
 {
     static struct rig rig;
     struct import_wish wish = { .rig = &rig };
     char message[YAML_MESSAGE_MAX];
+    if (options->path_count > 0 && strcmp(options->path[0], "urdf") == 0)
+        return cmd_import_limits(options);
     const struct import_format *format = import_format_find(options->path[0]);
     if (format == NULL || format->read == NULL) {
         import_format_unknown(options->path[0], message);
@@ -200,7 +220,7 @@ static const struct option_row cmd_import_option[] = {
     { "rig", "RIG", OPTION_TEXT, offsetof(struct options, rig),
       "whose axes they are" },
     { "out", "FILE", OPTION_TEXT, offsetof(struct options, out),
-      "the move, .yaml" },
+      "the move, or with urdf the rig, .yaml" },
     { "fps", "RATE", OPTION_TEXT, offsetof(struct options, fps),
       "frames per second: 24 or 24000/1001" },
     { "columns", "AXES", OPTION_TEXT, offsetof(struct options, columns),
@@ -221,11 +241,15 @@ const struct command cmd_import = {
         "units, those of ROS in rad and m; columns find their axes by name.\n"
         "An axis that breaks a limit of the rig is named, with the curve that\n"
         "was taken or would pass.  docs/FORMATS.md says what is read and what\n"
-        "is lost.\n",
+        "is lost.\n\n"
+        "urdf reads limits of position and velocity from a robot description\n"
+        "into the text of a rig file, whose axes have the joints' names;\n"
+        "comments and all else stay.\n",
     .examples =
         "  slew import kuper shot.txt --rig rig.yaml --fps 24 --out move.yaml\n"
         "  slew import raw shot.txt --rig rig.yaml --fps 24 --columns pan,tilt "
-        "--out move.yaml\n",
+        "--out move.yaml\n"
+        "  slew import urdf arm.urdf --rig rig.yaml --out rig.yaml\n",
     COMMAND_OPTIONS(cmd_import_option),
     .run = cmd_import_run,
 };
