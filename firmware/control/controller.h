@@ -186,17 +186,21 @@ struct controller_axis {
     struct hal_drive *drive;
     struct controller_switches switches;
     int64_t offset_q32;
-    bool homed;   /* its position is known; else it moves by jogs alone, and
-                       its range does not count */
-    bool seeking; /* looks for a switch: homing judges its limit switches, and
-                       its range does not count */
-    bool by_profile; /* the drive is in a mode of its own: the axis gets no set
-                       points; a fault is a quick stop of the drives */
-    bool stands; /* by_goals: its drive, at stands_q32, and is to stay there */
+    /* Its position is known; else it moves by jogs alone, and its range does
+     * not count. */
+    bool homed : 1;
+    /* Looks for a switch: homing judges its limit switches, and its range does
+     * not count. */
+    bool seeking : 1;
+    /* The drive is in a mode of its own: the axis gets no set points; a fault is
+     * a quick stop of the drives. */
+    bool by_profile : 1;
+    /* by_goals: its drive, at stands_q32, and is to stay there. */
+    bool stands : 1;
+    uint8_t sent_count;               /* of sent_q32 */
     const struct motion_track *track; /* NULL: stands where it is */
     struct motion_cursor cursor;
     const struct controller_cam *cam; /* follows another axis; NULL: none */
-    unsigned sent_count;              /* of sent_q32 */
     struct controller_leg leg;        /* by_goals */
     int64_t stands_q32;
     int64_t vel_peak_q32, acc_peak_q32; /* of the track at rate 1 */

@@ -9,15 +9,17 @@ MCU_SRC    := $(wildcard firmware/mcu/*.c) firmware/mcu/board/main.c \
               firmware/mcu/board/port.c firmware/mcu/board/cortex_m.c \
               firmware/mcu/board/bytes.c firmware/host/base/crc32.c $(PORTABLE)
 
-# Small where the tick never comes, or only once per request.
-MCU_SMALL  := $(addprefix firmware/control/,command.c goal.c home.c homing.c \
-                jog.c mailbox.c playback.c ramp.c ramp_bound.c ramp_judge.c) \
-              $(addprefix motion/core/,clock_anchor.c clock_walk.c \
-                clock_warp_plan.c track_append.c) \
+# Small where the tick never comes, or only once per request; smaller still
+# with products of 128 bits as calls, where there are many.
+MCU_SMALL  := $(addprefix firmware/control/,command.c couple.c goal.c home.c \
+                homing.c homing_stop.c jog.c mailbox.c playback.c ramp.c \
+                ramp_judge.c) \
+              $(addprefix motion/core/,clock_walk.c fixed.c) \
               $(call sources,motion/otg hal/drive/modbus)
+MCU_CALLS  := firmware/control/ramp_bound.c $(addprefix motion/core/, \
+                clock_anchor.c clock_warp_plan.c track_append.c)
 $(MCU_SMALL:%.c=$(MCU_DIR)/%.o): MCU_OPT := -Os
-# Thirty products of 128 bits, each a call.
-$(MCU_DIR)/motion/core/clock_anchor.o: MCU_OPT := -Os -fno-inline
+$(MCU_CALLS:%.c=$(MCU_DIR)/%.o): MCU_OPT := -Os -fno-inline
 
 $(MCU_DIR)/%.o: %.c Makefile firmware/mcu/mcu.mk
 	$(call say,mcu,$<)
