@@ -71,13 +71,13 @@ void batch_table_free(struct batch_table *table)
     *table = (struct batch_table){ 0 };
 }
 
-static int table_run(const char *text, uint64_t *run)
+static int table_count(const char *text, uint64_t *count)
 {
     char *end;
     if (text[0] < '0' || text[0] > '9')
         return -1;
     errno = 0;
-    *run = strtoull(text, &end, 10);
+    *count = strtoull(text, &end, 10);
     return errno == 0 && *end == '\0' ? 0 : -1;
 }
 
@@ -88,10 +88,12 @@ int batch_table_add(struct batch_table *table, const char *line)
     char **const cell = memory_new(pointers + size, 1);
     struct batch_row row = { .cell = cell };
     char *const text = memcpy((char *)cell + pointers, line, size);
+    uint64_t of;
 
     if (table->columns < TABLE_FIRST ||
         table_split(text, cell, table->columns) != table->columns ||
-        table_run(cell[TABLE_RUN], &row.run) < 0) {
+        table_count(cell[TABLE_RUN], &row.run) < 0 ||
+        table_count(cell[TABLE_OF], &of) < 0 || row.run >= of) {
         memory_free(cell);
         return -1;
     }

@@ -94,11 +94,12 @@ static void another_batch_is_not_mixed_in(void **state)
         const char *text, *why;
     } rows[] = {
         { "a,b,c,d\n", "t.csv:1: other columns" },
-        { HEAD "b2,3,3,1,done,\n", "t.csv:2: is a run of another batch" },
+        { HEAD "b2,2,3,1,done,\n", "t.csv:2: is a run of another batch" },
         { HEAD "b1,3,4,1,done,\n", "t.csv:2: is a run of another batch" },
         { HEAD "b1,x,3,1,done,\n", "t.csv:2: is no run" },
-        { HEAD "b1,3,3,1,done\n", "t.csv:2: is no run" },
-        { HEAD "b1,3,3,1,done,,\n", "t.csv:2: is no run" },
+        { HEAD "b1,2,3,1,done\n", "t.csv:2: is no run" },
+        { HEAD "b1,2,3,1,done,,\n", "t.csv:2: is no run" },
+        { HEAD "b1,3,3,1,done,\n", "t.csv:2: is no run" },
     };
     uint64_t whole;
     (void)state;
