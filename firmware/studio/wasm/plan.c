@@ -10,8 +10,9 @@
 #include "firmware/host/move/budget.h"
 #include "motion/core/clock_warp.h"
 
-#define PLAN_HASH_START UINT64_C(14695981039346656037)
-#define PLAN_HASH_PRIME UINT64_C(1099511628211)
+#define PLAN_HASH_START  UINT64_C(14695981039346656037)
+#define PLAN_HASH_PRIME  UINT64_C(1099511628211)
+#define PLAN_EVENTS_SAID 10000 /* as many as a person can tell apart */
 
 STUDIO_EXPORT struct studio_plan *
 studio_plan_new(const struct store *store, const char *rig, const char *move,
@@ -190,6 +191,25 @@ static void plan_add_tracks(const struct studio_plan *plan, cJSON *report)
     plan_add_hash(report, hash);
 }
 
+static void plan_add_events(const struct studio_plan *plan, cJSON *report)
+{
+    const struct job *job = &plan->job;
+    cJSON *events = cJSON_AddArrayToObject(report, "events");
+    unsigned said = 0;
+
+    if (plan->status != STATUS_OK)
+        return;
+    for (uint32_t i = 0; i < job->rig.line_count; i++)
+        for (uint32_t k = 0; k < job->shots[i].count && said < PLAN_EVENTS_SAID;
+             k++, said++) {
+            cJSON *event = cJSON_CreateObject();
+            cJSON_AddStringToObject(event, "line", job->rig.line[i].name);
+            cJSON_AddNumberToObject(event, "time_s",
+                                    plan_seconds(job->shots[i].t_ns_q12[k]));
+            cJSON_AddItemToArray(events, event);
+        }
+}
+
 static void plan_add_missing(const struct studio_plan *plan, cJSON *report)
 {
     const struct store_missing *missing = plan->files.missing;
@@ -228,6 +248,7 @@ STUDIO_EXPORT const char *studio_plan_report(struct studio_plan *plan)
     cJSON_AddNumberToObject(report, "planned", plan->job.memo->planned);
     cJSON_AddNumberToObject(report, "reused", plan->job.memo->reused);
     plan_add_tracks(plan, report);
+    plan_add_events(plan, report);
     plan_add_rig(plan, report);
     plan_add_messages(plan, report);
     plan_add_missing(plan, report);
