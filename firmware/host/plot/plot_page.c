@@ -76,7 +76,7 @@ static cairo_status_t plot_render_svg(const struct plot_page *page, FILE *file)
 
 /* A whole page of pixels is by far the largest thing in memory when a run is
  * over, so what was drawn is recorded, and painted for every stripe of it. */
-#define PLOT_STRIPE 256 /* rows */
+#define PLOT_STRIPE 96 /* rows */
 
 static cairo_surface_t *plot_record(const struct plot_page *page)
 {

@@ -58,8 +58,6 @@ struct rig_bus {
     struct plan_place place;
 };
 
-/* How the axis's servo behaves on the simulated bus.  What the file leaves out
- * is filled in, so nothing here is "0: default". */
 /* What a simulated Modbus servo is made from: "map", or a maker's drive. */
 #define RIG_SIM_DEVICES 6
 extern const char *const rig_sim_device_words[RIG_SIM_DEVICES];
@@ -74,6 +72,8 @@ struct rig_sim_load {
     int64_t stop_q32[2];
 };
 
+/* How the axis's servo behaves on the simulated bus.  What the file leaves out
+ * is filled in, so nothing here is "0: default". */
 struct rig_sim {
     uint32_t omega_mrad_s;  /* bandwidth of the position loop; 25 Hz */
     uint16_t zeta_permille; /* damping; 900 */

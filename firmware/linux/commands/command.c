@@ -17,8 +17,8 @@ const struct command *const command_list[] = {
     &cmd_check,   &cmd_fit,    &cmd_plan,    &cmd_sample,  &cmd_plot,
     &cmd_run,     &cmd_batch,  &cmd_report,  &cmd_otg,     &cmd_gallery,
     &cmd_import,  &cmd_export, &cmd_compile, &cmd_sim,     &cmd_drive,
-    &cmd_off,     &cmd_home,   &cmd_jog,     &cmd_monitor, &cmd_capture,
-    &cmd_service, &cmd_scan,   &cmd_doctor,  &cmd_shaper,  &cmd_studio,
+    &cmd_off,     &cmd_home,   &cmd_jog,     &cmd_capture, &cmd_monitor,
+    &cmd_service, &cmd_studio, &cmd_scan,    &cmd_doctor,  &cmd_shaper,
     NULL,
 };
 

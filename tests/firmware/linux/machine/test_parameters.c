@@ -297,6 +297,7 @@ static void what_reads_back_otherwise_is_a_fault_that_says_so(void **state)
     rig.axis[1].item[0] =
         (struct drive_modbus_parameter){ rig.map[0].position, 4321 };
     rig.axis[1].parameter_count = 1;
+    rig.axis[1].sim.device = 1; /* "map": its position takes a write */
     start();
     pass(INT64_C(3000000000));
     expect_state(0, HAL_DRIVE_FAULT,
