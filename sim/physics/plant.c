@@ -128,7 +128,8 @@ static int64_t sim_plant_rub_q8(const struct sim_plant *plant, int64_t acc_q8,
     if (torque_vel_q24 < -rub_vel_q24)
         return acc_q8 + rub_q8;
     /* stands at the end of the step: |result| <= |acc| + rub < 2^50 */
-    return -(int64_t)(((sim_i128)plant->vel_q24 << 44) / step_s_q60);
+    return -(int64_t)((sim_i128)plant->vel_q24 * (INT64_C(1) << 44) /
+                      step_s_q60);
 }
 
 static double sim_plant_seconds(int64_t step_s_q60)
@@ -153,7 +154,7 @@ static sim_i128 sim_plant_integral(struct sim_plant *plant, int64_t target_q24,
     double acc = omega * omega * omega / 8 * mechanics->integral;
     acc = acc > most ? most : acc < -most ? -most : acc;
     /* counts/s2 to Q40; |acc| <= 2^40 */
-    return (sim_i128)(int64_t)(acc * 256) << 32;
+    return (sim_i128)(int64_t)(acc * 256) * (INT64_C(1) << 32);
 }
 
 /* The torque as it is, the motor no faster than its voltage allows. */
