@@ -320,7 +320,9 @@ static cJSON *edit_apply(struct studio_plan *plan, const cJSON *list,
     int i = 0;
 
     cJSON_ArrayForEach(operation, list)
+    {
         edit_operation(reader, plan, operation, &edit[i++]);
+    }
     if (reader->wrong != NULL)
         answer = edit_refusal(reader->wrong);
     else if (move_edit_apply(&source, edit, (uint32_t)count, &text) < 0)
