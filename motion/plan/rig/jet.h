@@ -7,7 +7,11 @@
  *
  * and what does not move has v = a = 0 to the bit.  Angles in radian.  Source:
  * A. Griewank, A. Walther, Evaluating Derivatives (2008), 13 (Taylor
- * arithmetic).  In double: plan-time, off-line only. */
+ * arithmetic).  In double: plan-time, off-line only.
+ *
+ * Sine, cosine and angles are those of motion/number/trig.h: C libraries differ
+ * in the last bit of theirs, and with it a move would from one machine to the
+ * next. */
 #ifndef MOTION_PLAN_JET_H
 #define MOTION_PLAN_JET_H
 
@@ -54,15 +58,8 @@ static inline struct plan_jet plan_jet_chain(struct plan_jet g, double f,
     return (struct plan_jet){ f, df * g.v, ddf * g.v * g.v + df * g.a };
 }
 
-static inline struct plan_jet plan_jet_sin(struct plan_jet g)
-{
-    return plan_jet_chain(g, sin(g.p), cos(g.p), -sin(g.p));
-}
-
-static inline struct plan_jet plan_jet_cos(struct plan_jet g)
-{
-    return plan_jet_chain(g, cos(g.p), -sin(g.p), -cos(g.p));
-}
+struct plan_jet plan_jet_sin(struct plan_jet g); /* |g.p| < 2^40 */
+struct plan_jet plan_jet_cos(struct plan_jet g);
 
 /* g.p > 0 */
 static inline struct plan_jet plan_jet_sqrt(struct plan_jet g)
@@ -80,18 +77,8 @@ static inline struct plan_jet plan_jet_invert(struct plan_jet g)
     return plan_jet_chain(g, r, -r * r, 2 * r * r * r);
 }
 
-/* The angle of (x, y) from the x axis; not both zero:
- * d = (x dy - y dx) / (x^2 + y^2). */
-static inline struct plan_jet plan_jet_atan2(struct plan_jet y,
-                                             struct plan_jet x)
-{
-    const double square = x.p * x.p + y.p * y.p;
-    const double v = (x.p * y.v - y.p * x.v) / square;
-    const double grow = 2 * (x.p * x.v + y.p * y.v);
-
-    return (struct plan_jet){ atan2(y.p, x.p), v,
-                              (x.p * y.a - y.p * x.a - v * grow) / square };
-}
+/* The angle of (x, y) from the x axis; not both zero. */
+struct plan_jet plan_jet_atan2(struct plan_jet y, struct plan_jet x);
 
 static inline struct plan_jet_vec plan_jet_vec_of(const double x[3])
 {
