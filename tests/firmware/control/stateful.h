@@ -117,6 +117,8 @@ struct stateful_axis {
     int64_t droop_q32;
     double brake; /* unit/s2: quick stop, coasting */
     struct stateful_zone zone[STATEFUL_SWITCHES];
+    bool has_stops; /* it comes no further, and then reports all its torque */
+    int64_t stop_q32[2];
     /* what it does */
     enum hal_drive_state state;
     enum hal_drive_request request;
@@ -127,6 +129,7 @@ struct stateful_axis {
     int64_t now_ns;
     int64_t pos_q32, sag_q32; /* of the axis; what the load takes of it */
     double vel;
+    int pressed; /* against a stop: -1, 1; 0: none */
     struct {
         int64_t pos_q32, t_ns;
     } given[STATEFUL_GIVEN]; /* newest first; in force two periods later */

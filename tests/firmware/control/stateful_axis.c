@@ -89,6 +89,8 @@ static void axis_feedback(struct hal_drive *drive,
         .mode = axis->mode,
         .homing = axis->homing,
         .arrived = axis->profile.seen_arrived,
+        .torque_known = axis->has_stops,
+        .torque_permille = 1000 * axis->pressed,
         .limit_negative = zone[STATEFUL_NEGATIVE].by_drive &&
                           stateful_axis_switch(axis, STATEFUL_NEGATIVE),
         .limit_positive = zone[STATEFUL_POSITIVE].by_drive &&
@@ -240,6 +242,8 @@ static void axis_rename(struct stateful_axis *axis, int64_t shift_q32)
         axis->zone[which].low_q32 += shift_q32;
         axis->zone[which].high_q32 += shift_q32;
     }
+    axis->stop_q32[0] += shift_q32;
+    axis->stop_q32[1] += shift_q32;
 }
 
 static void axis_end_homing(struct stateful_axis *axis)
@@ -330,6 +334,22 @@ static void axis_follow(struct stateful_axis *axis, double dt)
     axis->vel = stateful_unit(axis->pos_q32 - before_q32) / dt;
 }
 
+/* With torque it presses as long as its set points are beyond. */
+static void axis_meets_stops(struct stateful_axis *axis)
+{
+    axis->pressed = 0;
+    if (!axis->has_stops)
+        return;
+    for (int side = 0; side < 2; side++) {
+        const int direction = side == 0 ? -1 : 1;
+        if (direction * (axis->pos_q32 - axis->stop_q32[side]) <= 0)
+            continue;
+        axis->pos_q32 = axis->stop_q32[side];
+        axis->vel = 0;
+        axis->pressed = stateful_axis_follows(axis) ? direction : 0;
+    }
+}
+
 void stateful_axis_advance(struct stateful_axis *axis)
 {
     const double dt = (double)axis->period_ns / SECOND_NS;
@@ -342,6 +362,7 @@ void stateful_axis_advance(struct stateful_axis *axis)
         axis_follow(axis, dt);
     else
         axis_by_profile(axis, dt);
+    axis_meets_stops(axis);
 }
 
 static void axis_take(struct stateful_axis *axis)

@@ -84,7 +84,8 @@ static void judge_homing_switches(struct stateful *bench)
     const unsigned i = bench->homing.axis;
     judge_mark(bench, i, STATEFUL_NEGATIVE, -1);
     judge_mark(bench, i, STATEFUL_POSITIVE, 1);
-    if (bench->home[i].input == HOMING_INPUT_HOME &&
+    if (bench->home[i].by == HOMING_SWITCH &&
+        bench->home[i].input == HOMING_INPUT_HOME &&
         bench->judge.homing.leg != HOMING_GO)
         judge_mark(bench, i, STATEFUL_HOME, bench->home[i].direction);
 }
@@ -116,7 +117,8 @@ static bool is_leg(enum homing_state state)
 {
     return state == HOMING_SEARCH || state == HOMING_RETURN ||
            state == HOMING_BACK || state == HOMING_LEAVE ||
-           state == HOMING_APPROACH || state == HOMING_GO;
+           state == HOMING_APPROACH || state == HOMING_PRESS ||
+           state == HOMING_PRESS_AGAIN || state == HOMING_GO;
 }
 
 static void judge_distance(struct stateful *bench)
@@ -129,6 +131,7 @@ static void judge_distance(struct stateful *bench)
     const double vel = stateful_unit(bench->home[i].fast_q32);
     const double acc = (double)bench->axis_config[i].limit.acc_q32 / 0x1p32;
     const double most_q32 = (double)bench->home[i].distance_q32 +
+                            (double)bench->home[i].clear_q32 +
                             stateful_brake_q32(limit, vel, acc);
     if (homing->leg != HOMING_GO && homing->leg != HOMING_IDLE &&
         bench->judge.past[i].count > 0 && (double)displacement_q32 > most_q32)

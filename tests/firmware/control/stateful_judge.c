@@ -372,6 +372,9 @@ static bool has_cause(const struct stateful *bench, enum controller_fault fault)
         return !all_are_up(bench);
     if (fault == CONTROLLER_FAULT_ARRIVAL)
         return goes_badly(bench);
+    if (fault == CONTROLLER_FAULT_FOLLOWING &&
+        bench->axis[bench->controller.fault.axis].pressed != 0)
+        return true;
     if (fault == CONTROLLER_FAULT_REST) /* that is what a bound is for */
         return bench->judge.stop.kind != STATEFUL_GOES ||
                homing_stops_without_halt(bench) ||

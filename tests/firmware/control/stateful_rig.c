@@ -104,12 +104,44 @@ static void rig_zones(struct stateful *bench, unsigned i, int64_t offset_q32)
     }
     zone[STATEFUL_HOME].there = true;
     const int64_t edge_q32 = stateful_in(bench, low_q32, high_q32);
-    const int64_t wide_q32 =
-        stateful_q32(length * stateful_between(bench, 0.02, 0.3));
+    /* a short one may be overrun */
+    const double wide = stateful_one_in(bench, 2)
+                            ? stateful_between(bench, 0.001, 0.01)
+                            : stateful_between(bench, 0.02, 0.3);
+    const int64_t wide_q32 = stateful_q32(length * wide);
     if (!stateful_one_in(bench, 3))
         zone[STATEFUL_HOME].low_q32 = edge_q32;
     if (!stateful_one_in(bench, 3))
         zone[STATEFUL_HOME].high_q32 = edge_q32 + wide_q32;
+}
+
+/* It homes to a hard stop, beyond wherever it may be sent and its limit switches;
+ * returns the place of it.  One in eight does not report its torque. */
+static int64_t rig_stop(struct stateful *bench, unsigned i, int64_t offset_q32)
+{
+    const struct controller_axis_config *config = &bench->axis_config[i];
+    struct stateful_axis *axis = &bench->axis[i];
+    struct homing_config *home = &bench->home[i];
+    const double length = rig_length(config);
+    const int64_t low_q32 = config->pos_min_q32 - offset_q32;
+    const int64_t high_q32 = config->pos_max_q32 - offset_q32;
+    const int64_t spare_q32 =
+        stateful_q32(length * stateful_between(bench, 0.001, 0.05));
+    axis->stop_q32[0] =
+        (axis->pos_q32 < low_q32 ? axis->pos_q32 : low_q32) - spare_q32;
+    axis->stop_q32[1] =
+        (axis->pos_q32 > high_q32 ? axis->pos_q32 : high_q32) + spare_q32;
+    axis->has_stops = !stateful_one_in(bench, 8);
+    axis->zone[home->direction < 0 ? STATEFUL_NEGATIVE : STATEFUL_POSITIVE]
+        .there = false;
+    /* it presses for some 40 ms, two of which pass until that is seen */
+    bench->axis_config[i].following_floor_q32 += home->fast_q32 / 16;
+    home->by = HOMING_HARD_STOP;
+    home->input = HOMING_INPUT_HOME;
+    home->push_permille = (int32_t)stateful_in(bench, 100, 1000);
+    home->clear_q32 =
+        stateful_q32(length * stateful_between(bench, 0.001, 0.05));
+    return axis->stop_q32[home->direction < 0 ? 0 : 1];
 }
 
 static void rig_homing(struct stateful *bench, unsigned i, int64_t offset_q32)
@@ -148,6 +180,9 @@ static void rig_homing(struct stateful *bench, unsigned i, int64_t offset_q32)
     }
     if (edge_q32 <= INT64_MIN / 2 || edge_q32 >= INT64_MAX / 2)
         edge_q32 = 0;
+    if (home->by == HOMING_SWITCH && !axis->by_goals &&
+        stateful_one_in(bench, 3))
+        edge_q32 = rig_stop(bench, i, offset_q32);
     home->pos_q32 = edge_q32 + offset_q32;
 }
 
