@@ -50,7 +50,7 @@ GOLDEN_IMAGES   := golden orient curves fcurve wide
 GOLDEN_TOOLS    := tests/qemu/golden_tools.c
 $(foreach i,$(GOLDEN_IMAGES),$(eval QEMU_SRC_$(i) += $(GOLDEN_TOOLS)))
 $(QEMU_DIR)/m4/tests/qemu/bench_tick.o: QEMU_BARE += -DLIMIT=150 \
-    -DLIMIT_LOOK=2200
+    -DLIMIT_LOOK=4600
 $(QEMU_DIR)/m4/tests/qemu/bench_control.o: QEMU_BARE += -DLIMIT_MOVING=6000 \
     -DLIMIT_SEEK=5600000
 QEMU_ROOM_control_m4 := -Wl,--defsym=image_ram=1M
