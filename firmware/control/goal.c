@@ -164,16 +164,21 @@ static bool goal_is_outward(const struct controller *controller, unsigned index,
     const struct hal_drive_feedback *now = &controller->axis[index].feedback;
     const bool is_below = go->pos_q32 < config->pos_min_q32;
     const int64_t speed = (int64_t)(motion_fixed_abs(now->vel_q32) & INT64_MAX);
-    int64_t inward_q32, turn_q32 = -MOTION_TRACK_POS_ROUNDING;
+    int64_t inward_q32;
     if (!controller_range_counts(controller, index) ||
         (!is_below && go->pos_q32 <= config->pos_max_q32) ||
         motion_fixed_sub(is_below ? go->pos_q32 : now->pos_q32,
                          is_below ? now->pos_q32 : go->pos_q32,
                          &inward_q32) < 0)
         return false;
-    if (speed > 0 && is_below == (now->vel_q32 > 0))
-        turn_q32 = goal_muldiv(speed, speed, go->dec_q32) / 2;
-    return inward_q32 < turn_q32;
+    if (speed == 0 || is_below != (now->vel_q32 > 0))
+        return inward_q32 < -MOTION_TRACK_POS_ROUNDING;
+    /* 2 a d < v^2 */
+    return inward_q32 < 0 ||
+           motion_fixed_cmp_u128(
+               motion_fixed_mul_u64(2 * (uint64_t)inward_q32,
+                                    (uint64_t)go->dec_q32),
+               motion_fixed_mul_u64((uint64_t)speed, (uint64_t)speed)) < 0;
 }
 
 /* It has been there; the last one ends the motion where that comes to rest. */
