@@ -55,6 +55,13 @@ test-browser: $(PAGE_NPM)/done studio
 	    $(if $(PART),tests/firmware/studio/browser/$(PART).test.mjs,\
 	    tests/firmware/studio/browser)
 
+.PHONY: bench-studio
+## what dragging a key costs in the page, beside its limits; on a quiet machine
+bench-studio: $(PAGE_NPM)/done studio
+	@BENCH=1 SLEW=$(SLEW) node --test --test-name-pattern='within|fluid' --import \
+	    ./tests/firmware/studio/browser/modules.mjs \
+	    tests/firmware/studio/browser/page.test.mjs
+
 .PHONY: page-pictures
 # the pictures of docs/STUDIO.md, of the last make test-browser
 page-pictures:

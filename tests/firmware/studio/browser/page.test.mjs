@@ -65,7 +65,7 @@ for (const colorScheme of ["light", "dark"])
   );
 
 test(
-  "the page is under 1 MB gzip with the planner, and paints within a second",
+  "the page is under 1 MB gzip with the planner (and paints within a second)",
   { timeout: 60000 },
   () =>
     on("dolly", async (page, studio) => {
@@ -96,7 +96,7 @@ test(
       assert.ok(sizes.get("/vendor/space.js") > 100000, "three was not counted");
       assert.ok(sizes.has("/curve/editor.js"), "the page was not counted");
       assert.ok(all < 1e6, `${all} bytes`);
-      assert.ok(paint < 1000, `${paint} ms`);
+      if (process.env.BENCH) assert.ok(paint < 1000, `${paint} ms`);
     }),
 );
 
@@ -132,42 +132,26 @@ async function dragAbout(page, key, steps) {
   return costs;
 }
 
-// How many times as long as on a machine with nothing else to do a fixed piece of
-// work takes now, at its 95th of 100: checks that are in ms are let off by so much.
-function slowness(page) {
-  return page.evaluate(() => {
-    const once = () => {
-      const begin = performance.now();
-      let sum = 0;
-      for (let i = 0; i < 2e6; i++) sum = (sum + i * 2654435761) % 4294967296;
-      return [performance.now() - begin, sum];
-    };
-    const times = Array.from({ length: 100 }, () => once()[0]).sort((a, b) => a - b);
-    return times[95] / times[5];
-  });
-}
+// What is in ms is judged by make bench-studio, on a machine that does nothing else.
+const timed = { skip: !process.env.BENCH && "in make bench-studio" };
 
 const told = (name, values) =>
   `${name} ${percentile(values, 0.5).toFixed(1)}, ${percentile(values, 0.95).toFixed(1)} ms`;
 
 test(
   "a drag at 100 Bezier keys plans, checks and draws within 16 ms, 95 of 100 times",
-  { timeout: 120000 },
+  { timeout: 120000, ...timed },
   () =>
     on(
       "dolly",
       async (page) => {
         const { plan, draw } = await dragAbout(page, 50, 120);
-        const slower = await slowness(page);
         assert.ok(plan.length > 50, `${plan.length} steps`);
         console.log(
-          `# ${plan.length} steps; median, 95 %: ${told("plan", plan)}, ${told("draw", draw)}; machine ${slower.toFixed(1)}`,
+          `# ${plan.length} steps; median, 95 %: ${told("plan", plan)}, ${told("draw", draw)}`,
         );
-        // Where something else has the processors, the 95th says how busy it is; the
-        // median, let off by so much, still says what a step costs.
-        const share = slower < 1.3 ? 0.95 : 0.5;
-        const all = percentile(plan, share) + percentile(draw, share);
-        assert.ok(all < 16 * Math.max(slower, 1), `${all} ms`);
+        const all = percentile(plan, 0.95) + percentile(draw, 0.95);
+        assert.ok(all < 16, `${all} ms`);
       },
       { change: waves(100, "bezier") },
     ),
@@ -175,7 +159,7 @@ test(
 
 test(
   "10,000 keys stay fluid: a drawing takes less than 16 ms while one is dragged",
-  { timeout: 180000 },
+  { timeout: 180000, ...timed },
   () =>
     on(
       "dolly",
@@ -185,11 +169,10 @@ test(
         await page.evaluate(() => globalThis.studio.session.showAll());
         await settle(page);
         const whole = await page.evaluate(() => globalThis.studio.session.costs.draw.at(-1));
-        const slower = await slowness(page);
         console.log(
-          `# ${plan.length} steps; ${told("plan", plan)}, ${told("draw", draw)}; all of it ${whole.toFixed(1)} ms; machine ${slower.toFixed(1)}`,
+          `# ${plan.length} steps; ${told("plan", plan)}, ${told("draw", draw)}; all of it ${whole.toFixed(1)} ms`,
         );
-        assert.ok(percentile(draw, 0.95) < 16 * Math.max(slower, 1), "drawing");
+        assert.ok(percentile(draw, 0.95) < 16, "drawing");
       },
       { change: waves(10000, "quintic") },
     ),
