@@ -85,6 +85,12 @@ each() # each PROCESSES: the tests on stdin, so many at a time
 printf '%s\n' "$@" | grep -vxF -f "$log/clock" -f "$log/long" |
     cat "$log/long" - | each "$processes"
 each $((4 * processes)) <"$log/clock"
+# One of these that failed may have been paused by the machine for longer than it
+# waits: once more, alone, and both runs are shown.
+while read -r test; do
+    read -r _ bad _ <"$log/$(basename "$test" .sh).count"
+    [ "$bad" -eq 0 ] || { echo "  once more, alone:"; one "$test" </dev/null; }
+done <"$log/clock"
 awk -v tests=$# '{ passed += $1; failed += $2; skipped += $3 }
      END { failed += tests - NR    # died without a word
            if (skipped > 0) print skipped " skipped"
